@@ -1,0 +1,196 @@
+#include <fmt/format.h>
+
+#include <cstdlib>
+#include <set>
+
+#include "calib/files/documents.h"
+#include "calib/files/files.h"
+#include "calib/files/units.h"
+
+namespace cellcal::calib {
+
+namespace {
+
+constexpr std::string_view kFormat = "cellcal.cell/1";
+constexpr Range kLengthMm{-1e5, 1e5};
+constexpr Range kSigmaMm{0.0, 1e4};
+constexpr std::size_t kMaxTargets = 1000;
+
+struct KindName {
+  std::string_view word;
+  TargetKind kind;
+};
+constexpr KindName kKinds[] = {{"sphere", TargetKind::kSphere}, {"wire", TargetKind::kWire},
+                               {"plane", TargetKind::kPlane},   {"point", TargetKind::kPoint},
+                               {"tracker", TargetKind::kTracker}};
+
+Eigen::Vector3d vector_m(const std::vector<double>& mm) {
+  return Eigen::Vector3d(mm[0], mm[1], mm[2]) / kMmPerM;
+}
+
+Tool read_tool(const TomlTable& t) {
+  Tool tool;
+  FrameMmDeg frame;
+  const auto xyz = t.numbers("xyz_mm", 3, kLengthMm);
+  const auto abc = t.numbers_or("abc_deg", {0, 0, 0}, {-3600.0, 3600.0});
+  std::copy(xyz.begin(), xyz.end(), frame.xyz_mm.begin());
+  std::copy(abc.begin(), abc.end(), frame.abc_deg.begin());
+  tool.tcp = to_isometry(frame);
+  tool.tcp_sigma_m = vector_m(t.numbers_or("xyz_sigma_mm", {0, 0, 0}, kSigmaMm));
+  tool.mass_kg = t.number_or("mass_kg", 0.0, {0.0, 1e4});
+  const std::vector<double> half = {xyz[0] / 2, xyz[1] / 2, xyz[2] / 2};
+  tool.com_m = vector_m(t.numbers_or("com_mm", half, kLengthMm));
+  tool.length_m =
+      t.number_or("length_mm", vector_m(xyz).norm() * kMmPerM, {0.0, 1e4}) / kMmPerM;
+  tool.tip_radius_m = t.number_or("tip_radius_mm", 0.0, {0.0, 1e3}) / kMmPerM;
+  tool.deflection_sigma = t.number_or("deflection_sigma", 0.0, {0.0, 1e3});
+  t.refuse_unknown();
+  return tool;
+}
+
+Target read_target(const TomlTable& t) {
+  Target target;
+  target.id = t.string("id");
+  if (target.id.empty() || target.id.find_first_of(",\"\r\n#") != std::string::npos ||
+      target.id.front() == ' ' || target.id.back() == ' ')
+    t.fail("id", "must not be empty or hold commas, quotes or '#': it stands in a CSV");
+  const std::string word = t.word("kind", {"sphere", "wire", "plane", "point", "tracker"});
+  for (const KindName& entry : kKinds)
+    if (entry.word == word) target.kind = entry.kind;
+  if (target.kind == TargetKind::kPlane || target.kind == TargetKind::kTracker)
+    t.fail("kind", "\"" + word + "\" cannot be identified by this version yet; use sphere, "
+                   "wire or point");
+  if (target.kind == TargetKind::kSphere) {
+    target.diameter_m = t.number("diameter_mm", {1e-3, 1e5}) / kMmPerM;
+    target.diameter_sigma_m = t.number_or("diameter_sigma_mm", 0.0, kSigmaMm) / kMmPerM;
+  }
+  if (t.has("centre_mm")) {
+    target.has_centre = true;
+    target.centre_m = vector_m(t.numbers("centre_mm", 3, kLengthMm));
+  }
+  target.centre_sigma_m = t.number_or("centre_sigma_mm", 0.0, kSigmaMm) / kMmPerM;
+  t.refuse_unknown();
+  return target;
+}
+
+std::string num(double value) {
+  std::string text = fmt::format("{:.12g}", value == 0.0 ? 0.0 : value);
+  if (text.find_first_of(".en") == std::string::npos) text += ".0";
+  return text;
+}
+
+std::string vec_mm(const Eigen::Vector3d& v) {
+  return fmt::format("[{}, {}, {}]", num(v.x() * kMmPerM), num(v.y() * kMmPerM),
+                     num(v.z() * kMmPerM));
+}
+
+std::filesystem::path find_robot(const std::string& name, const std::filesystem::path& cell_file,
+                                 const TomlTable& document) {
+  std::vector<std::filesystem::path> tried;
+  const std::filesystem::path given(name);
+  tried.push_back(cell_file.parent_path() / given);  // an absolute path stays absolute
+  for (const auto& directory : robots_directories()) {
+    tried.push_back(directory / given);
+    if (given.extension() != ".toml") tried.push_back(directory / (name + ".toml"));
+  }
+  std::string list;
+  for (const auto& path : tried) {
+    std::error_code ignored;  // "cannot look" counts as "not there"; the message lists the place
+    if (std::filesystem::is_regular_file(path, ignored)) return path;
+    list += "\n  " + path.string();
+  }
+  document.fail("robot", "no robot file \"" + name + "\"; looked for" + list);
+}
+
+}  // namespace
+
+std::size_t Cell::target_index(const std::string& id) const {
+  for (std::size_t i = 0; i < targets.size(); ++i)
+    if (targets[i].id == id) return i;
+  throw std::out_of_range("no target \"" + id + "\" in the cell");
+}
+
+std::vector<std::filesystem::path> robots_directories() {
+  std::vector<std::filesystem::path> result;
+  if (const char* set = std::getenv("CELLCAL_ROBOTS"); set != nullptr && *set != '\0')
+    result.emplace_back(set);
+  result.emplace_back(CELLCAL_SOURCE_ROBOTS);
+  result.emplace_back("/usr/share/cellcal/robots");
+  return result;
+}
+
+Cell read_cell(const TomlTable& document, Robot robot) {
+  document.word("format", {kFormat});
+  document.string("robot");
+  Cell cell;
+  cell.robot = std::move(robot);
+  cell.tool = read_tool(document.table("tool"));
+  const auto targets = document.tables("target");
+  if (targets.empty() || targets.size() > kMaxTargets)
+    document.fail("", "a cell needs 1 to 1000 [[target]] tables, but has " +
+                          std::to_string(targets.size()));
+  std::set<std::string> ids;
+  for (const TomlTable& table : targets) {
+    cell.targets.push_back(read_target(table));
+    if (!ids.insert(cell.targets.back().id).second)
+      table.fail("id", "\"" + cell.targets.back().id + "\" stands twice");
+  }
+  for (const TomlTable& table : document.tables("length")) {
+    CertifiedLength length;
+    const auto between = table.strings("between");
+    if (between.size() != 2 || between[0] == between[1])
+      table.fail("between", "must name two different targets");
+    for (const std::string& id : between)
+      if (!ids.contains(id)) table.fail("between", "there is no target \"" + id + "\"");
+    length.from = between[0];
+    length.to = between[1];
+    length.length_m = table.number("mm", {1e-3, 1e5}) / kMmPerM;
+    length.sigma_m = table.number("sigma_mm", {1e-6, 1e4}) / kMmPerM;
+    table.refuse_unknown();
+    cell.lengths.push_back(length);
+  }
+  const TomlTable touch = document.table("touch");
+  cell.touch_sigma_m = touch.number("sigma_mm", {1e-9, 1e3}) / kMmPerM;
+  cell.radius_offset_sigma_m = touch.number_or("radius_offset_sigma_mm", 0.0, kSigmaMm) / kMmPerM;
+  touch.refuse_unknown();
+  document.refuse_unknown();
+  return cell;
+}
+
+Cell load_cell(const std::filesystem::path& path) {
+  const TomlTable document = TomlTable::load(path);
+  document.word("format", {kFormat});
+  return read_cell(document, load_robot(find_robot(document.string("robot"), path, document)));
+}
+
+std::string cell_to_toml(const Cell& cell, const std::string& robot_reference) {
+  const FrameMmDeg tcp = to_frame(cell.tool.tcp);
+  std::string out = fmt::format(
+      "format = \"{}\"\nrobot = \"{}\"\n\n[tool]\nxyz_mm = [{}, {}, {}]\nabc_deg = [{}, {}, {}]\n"
+      "xyz_sigma_mm = {}\nmass_kg = {}\ncom_mm = {}\nlength_mm = {}\ntip_radius_mm = {}\n"
+      "deflection_sigma = {}\n",
+      kFormat, robot_reference, num(tcp.xyz_mm[0]), num(tcp.xyz_mm[1]), num(tcp.xyz_mm[2]),
+      num(tcp.abc_deg[0]), num(tcp.abc_deg[1]), num(tcp.abc_deg[2]), vec_mm(cell.tool.tcp_sigma_m),
+      num(cell.tool.mass_kg), vec_mm(cell.tool.com_m), num(cell.tool.length_m * kMmPerM),
+      num(cell.tool.tip_radius_m * kMmPerM), num(cell.tool.deflection_sigma));
+  for (const Target& target : cell.targets) {
+    std::string_view word;
+    for (const KindName& entry : kKinds)
+      if (entry.kind == target.kind) word = entry.word;
+    out += fmt::format("\n[[target]]\nid = \"{}\"\nkind = \"{}\"\n", target.id, word);
+    if (target.kind == TargetKind::kSphere)
+      out += fmt::format("diameter_mm = {}\ndiameter_sigma_mm = {}\n",
+                         num(target.diameter_m * kMmPerM), num(target.diameter_sigma_m * kMmPerM));
+    if (target.has_centre) out += fmt::format("centre_mm = {}\n", vec_mm(target.centre_m));
+    out += fmt::format("centre_sigma_mm = {}\n", num(target.centre_sigma_m * kMmPerM));
+  }
+  for (const CertifiedLength& length : cell.lengths)
+    out += fmt::format("\n[[length]]\nbetween = [\"{}\", \"{}\"]\nmm = {}\nsigma_mm = {}\n",
+                       length.from, length.to, num(length.length_m * kMmPerM),
+                       num(length.sigma_m * kMmPerM));
+  return out + fmt::format("\n[touch]\nsigma_mm = {}\nradius_offset_sigma_mm = {}\n",
+                           num(cell.touch_sigma_m * kMmPerM),
+                           num(cell.radius_offset_sigma_m * kMmPerM));
+}
+
+}  // namespace cellcal::calib

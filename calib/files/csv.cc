@@ -1,0 +1,121 @@
+#include "calib/files/csv.h"
+
+#include <charconv>
+#include <cmath>
+
+namespace cellcal::calib {
+
+namespace {
+
+constexpr std::size_t kMaxColumns = 256;
+constexpr std::size_t kMaxLine = 1 << 16;
+
+std::string_view trim(std::string_view text) {
+  const auto first = text.find_first_not_of(" \t");
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(" \t") - first + 1);
+}
+
+void split(std::string_view line, std::vector<std::string_view>& fields) {
+  fields.clear();
+  while (true) {
+    const auto comma = line.find(',');
+    fields.push_back(trim(line.substr(0, comma)));
+    if (comma == std::string_view::npos) return;
+    line.remove_prefix(comma + 1);
+  }
+}
+
+/// A field in a message: bounded, printable.
+std::string shown(std::string_view field) {
+  constexpr std::size_t kShown = 40;
+  std::string out;
+  for (const char c : field.substr(0, kShown))
+    out += (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) ? '?' : c;
+  return field.size() > kShown ? out + "..." : out;
+}
+
+}  // namespace
+
+CsvTable::CsvTable(std::string_view text, std::string name) : rest_(text), name_(std::move(name)) {
+  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+  if (rest_.starts_with(kByteOrderMark)) rest_.remove_prefix(kByteOrderMark.size());
+  std::string_view line;
+  if (!next_line(line)) throw FileError(name_ + ": empty; a header row is needed");
+  split(line, fields_);
+  if (fields_.size() > kMaxColumns)
+    throw FileError(name_ + ":" + std::to_string(line_) + ": more than 256 columns");
+  for (const std::string_view field : fields_) {
+    const std::string column(field);
+    if (column.empty())
+      throw FileError(name_ + ":" + std::to_string(line_) + ": a column has no name");
+    if (find(column) >= 0)
+      throw FileError(name_ + ":" + std::to_string(line_) + ": column \"" + shown(column) +
+                      "\" stands twice");
+    columns_.push_back(column);
+  }
+}
+
+int CsvTable::find(std::string_view column) const {
+  for (std::size_t i = 0; i < columns_.size(); ++i)
+    if (columns_[i] == column) return static_cast<int>(i);
+  return -1;
+}
+
+void CsvTable::refuse_unknown(const std::vector<std::string>& known) const {
+  for (const std::string& column : columns_) {
+    bool found = false;
+    for (const std::string& name : known) found = found || name == column;
+    if (found) continue;
+    std::string list;
+    for (const std::string& name : known) list += (list.empty() ? "" : ", ") + name;
+    throw FileError(name_ + ":1: unknown column \"" + shown(column) + "\"; known here are: " + list);
+  }
+}
+
+bool CsvTable::next_line(std::string_view& line) {
+  while (!rest_.empty()) {
+    ++line_;
+    const auto end = rest_.find('\n');
+    line = rest_.substr(0, end);
+    rest_.remove_prefix(end == std::string_view::npos ? rest_.size() : end + 1);
+    if (line.ends_with('\r')) line.remove_suffix(1);
+    if (line.size() > kMaxLine)
+      throw FileError(name_ + ":" + std::to_string(line_) + ": line longer than 65536 bytes");
+    if (line.find_first_of(std::string_view("\0\"", 2)) != std::string_view::npos)
+      throw FileError(name_ + ":" + std::to_string(line_) +
+                      ": quotes and NUL characters cannot stand in this file");
+    const std::string_view content = trim(line);
+    if (!content.empty() && content.front() != '#') return true;
+  }
+  return false;
+}
+
+bool CsvTable::next() {
+  std::string_view line;
+  if (!next_line(line)) return false;
+  split(line, fields_);
+  if (fields_.size() != columns_.size())
+    throw FileError(name_ + ":" + std::to_string(line_) + ": " + std::to_string(fields_.size()) +
+                    " fields, but the header has " + std::to_string(columns_.size()) +
+                    " columns; is the file cut off?");
+  return true;
+}
+
+double CsvTable::number(int column) const {
+  std::string_view field = text(column);
+  if (field.starts_with('+')) field.remove_prefix(1);
+  double value = 0.0;
+  const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value);
+  if (error != std::errc() || end != field.data() + field.size() || field.empty())
+    fail(column, "\"" + shown(text(column)) + "\" is not a number (decimal mark is '.')");
+  if (!std::isfinite(value)) fail(column, "must be finite");
+  return value;
+}
+
+void CsvTable::fail(int column, const std::string& what) const {
+  throw FileError(name_ + ":" + std::to_string(line_) + ": " +
+                  shown(columns_[static_cast<std::size_t>(column)]) + ": " + what);
+}
+
+}  // namespace cellcal::calib

@@ -1,0 +1,25 @@
+#pragma once
+// Robot and cell as TOML documents, both ways, and the same documents as JSON, so that a
+// calibration can carry them and one strict reader serves both.
+
+#include <string>
+#include <string_view>
+
+#include "calib/files/toml_table.h"
+#include "calib/model/robot.h"
+
+namespace cellcal::calib {
+
+Robot read_robot(const TomlTable& document);
+Cell read_cell(const TomlTable& document, Robot robot);
+
+std::string robot_to_toml(const Robot& robot);
+/// `robot_reference` becomes the key `robot`.
+std::string cell_to_toml(const Cell& cell, const std::string& robot_reference);
+
+/// TOML text to compact JSON text. Throws FileError.
+std::string toml_to_json(std::string_view toml);
+/// JSON object text as a table for the strict reader. Throws FileError.
+TomlTable table_from_json(std::string_view json, const std::string& name);
+
+}  // namespace cellcal::calib

@@ -1,0 +1,45 @@
+#pragma once
+// Reading and writing of the files that others rely on. Millimetres and degrees outside, SI and
+// radians inside. All functions throw FileError.
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "calib/files/error.h"
+#include "calib/files/touch.h"
+#include "calib/model/robot.h"
+
+namespace cellcal::calib {
+
+inline constexpr double kMmPerM = 1000.0;
+
+/// Robot file, format "cellcal.robot/1".
+Robot load_robot(const std::filesystem::path& path);
+
+/// Cell file, format "cellcal.cell/1", with the robot file that it names: relative to the cell
+/// file, or the name of a shipped robot (see robots_directory()).
+Cell load_cell(const std::filesystem::path& path);
+
+/// Where the shipped robots lie: $CELLCAL_ROBOTS, or the build's source tree, or
+/// /usr/share/cellcal/robots.
+std::vector<std::filesystem::path> robots_directories();
+
+/// The touches of a CSV; joints are matched by the robot's joint names, targets by the cell's.
+std::vector<Touch> load_touches(const std::filesystem::path& path, const Cell& cell);
+/// Same from text; `name` stands for the file in messages.
+std::vector<Touch> parse_touches(std::string_view text, const std::string& name, const Cell& cell);
+std::string format_touches(const std::vector<Touch>& touches, const Robot& robot);
+
+/// Joint columns only (rad), for predict. Columns beside the joints are refused.
+std::vector<std::vector<double>> load_joints(const std::filesystem::path& path,
+                                             const Robot& robot);
+
+/// Whole file as text, refusing directories, missing files and more than `max_bytes`.
+std::string read_file(const std::filesystem::path& path, std::size_t max_bytes = 256u << 20);
+
+/// Lower-case hexadecimal SHA-256.
+std::string sha256(std::string_view bytes);
+
+}  // namespace cellcal::calib

@@ -1,0 +1,185 @@
+#include <fmt/format.h>
+
+#include <set>
+
+#include "calib/files/documents.h"
+#include "calib/files/files.h"
+#include "calib/files/units.h"
+
+namespace cellcal::calib {
+
+namespace {
+
+constexpr std::string_view kFormat = "cellcal.robot/1";
+constexpr std::size_t kMaxJoints = 32;
+constexpr Range kLengthMm{-1e5, 1e5};     // 100 m: nothing that touches is larger
+constexpr Range kAngleDeg{-3600.0, 3600.0};
+constexpr Range kMassKg{0.0, 1e4};
+
+constexpr std::pair<std::string_view, JointError> kErrorNames[] = {
+    {"theta", JointError::kTheta}, {"d", JointError::kD},       {"a", JointError::kA},
+    {"alpha", JointError::kAlpha}, {"beta", JointError::kBeta},
+};
+
+Eigen::Isometry3d read_frame(const TomlTable& table) {
+  FrameMmDeg frame;
+  const auto xyz = table.numbers_or("xyz_mm", {0, 0, 0}, kLengthMm);
+  const auto abc = table.numbers_or("abc_deg", {0, 0, 0}, kAngleDeg);
+  std::copy(xyz.begin(), xyz.end(), frame.xyz_mm.begin());
+  std::copy(abc.begin(), abc.end(), frame.abc_deg.begin());
+  table.refuse_unknown();
+  return to_isometry(frame);
+}
+
+Joint read_joint(const TomlTable& t, double length_m, double angle_rad) {
+  Joint joint;
+  joint.name = t.string("name");
+  if (joint.name.empty() || joint.name.find_first_of(", \t\r\n\"#") != std::string::npos)
+    t.fail("name", "must be a word without spaces, commas or quotes: it names a CSV column");
+  joint.sign = static_cast<int>(t.integer_or("sign", 1, -1, 1));
+  if (joint.sign == 0) t.fail("sign", "must be 1 or -1");
+  joint.offset_rad = t.number_or("offset_deg", 0.0, kAngleDeg) * kRadPerDeg;
+  joint.d_m = t.number("d_mm", kLengthMm) / kMmPerM;
+  joint.a_m = t.number("a_mm", kLengthMm) / kMmPerM;
+  joint.alpha_rad = t.number("alpha_deg", kAngleDeg) * kRadPerDeg;
+  joint.beta_rad = t.number_or("beta_deg", 0.0, kAngleDeg) * kRadPerDeg;
+  for (const std::string& word : t.strings("errors")) {
+    const auto* found = std::find_if(std::begin(kErrorNames), std::end(kErrorNames),
+                                     [&](const auto& entry) { return entry.first == word; });
+    if (found == std::end(kErrorNames))
+      t.fail("errors", "\"" + word + "\" is not known; use theta, d, a, alpha, beta");
+    if (std::find(joint.errors.begin(), joint.errors.end(), found->second) != joint.errors.end())
+      t.fail("errors", "\"" + word + "\" stands twice");
+    joint.errors.push_back(found->second);
+  }
+  joint.min_rad = t.number("min_deg", kAngleDeg) * kRadPerDeg;
+  joint.max_rad = t.number("max_deg", kAngleDeg) * kRadPerDeg;
+  if (joint.min_rad >= joint.max_rad) t.fail("min_deg", "must be less than max_deg");
+  joint.max_speed_rad_s = t.number("max_speed_deg_s", {1e-3, 1e5}) * kRadPerDeg;
+  joint.tolerance_length_m =
+      t.number_or("tolerance_length_mm", length_m * kMmPerM, kNotNegative) / kMmPerM;
+  joint.tolerance_angle_rad =
+      t.number_or("tolerance_angle_deg", angle_rad * kDegPerRad, kNotNegative) * kRadPerDeg;
+  joint.mass_kg = t.number_or("mass_kg", 0.0, kMassKg);
+  const auto com = t.numbers_or("com_mm", {0, 0, 0}, kLengthMm);
+  joint.com_m = Eigen::Vector3d(com[0], com[1], com[2]) / kMmPerM;
+  joint.compliance_sigma_rad_per_nm = t.number_or("compliance_sigma_rad_per_nm", 0.0, {0.0, 1.0});
+  joint.gear_ratio = t.number_or("gear_ratio", 1.0, {-1e4, 1e4});
+  if (t.has("harmonics")) {
+    for (double h : t.numbers("harmonics", 0, {1.0, 1000.0})) {
+      if (h != static_cast<int>(h)) t.fail("harmonics", "must hold whole numbers");
+      joint.harmonics.push_back(static_cast<int>(h));
+    }
+    constexpr std::size_t kMaxHarmonics = 16;
+    if (joint.harmonics.size() > kMaxHarmonics) t.fail("harmonics", "at most 16 orders per joint");
+  }
+  joint.harmonic_sigma_rad =
+      t.number_or("harmonic_sigma_arcsec", 0.0, {0.0, 1e5}) * kRadPerArcsec;
+  t.refuse_unknown();
+  return joint;
+}
+
+/// 12 digits: more than any drawing has, and 0.1 + 0.2 still reads 0.3.
+std::string num(double value) {
+  std::string text = fmt::format("{:.12g}", value == 0.0 ? 0.0 : value);
+  if (text.find_first_of(".en") == std::string::npos) text += ".0";
+  return text;
+}
+
+std::string frame_table(const char* name, const Eigen::Isometry3d& isometry) {
+  if (isometry.isApprox(Eigen::Isometry3d::Identity(), 0.0)) return {};
+  const FrameMmDeg f = to_frame(isometry);
+  return fmt::format("\n[{}]\nxyz_mm = [{}, {}, {}]\nabc_deg = [{}, {}, {}]\n", name,
+                     num(f.xyz_mm[0]), num(f.xyz_mm[1]), num(f.xyz_mm[2]), num(f.abc_deg[0]),
+                     num(f.abc_deg[1]), num(f.abc_deg[2]));
+}
+
+std::string quoted(const std::string& text) {
+  std::string out = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') {
+      out += '\\';
+      out += c;
+    } else if (static_cast<unsigned char>(c) < 0x20) {
+      out += fmt::format("\\u{:04X}", static_cast<unsigned>(static_cast<unsigned char>(c)));
+    } else {
+      out += c;
+    }
+  }
+  return out + '"';
+}
+
+}  // namespace
+
+Robot read_robot(const TomlTable& document) {
+  document.word("format", {kFormat});
+  Robot robot;
+  robot.name = document.string("name");
+  robot.source = document.string_or("source", "");
+  const auto gravity = document.numbers("gravity", 3, {-100.0, 100.0});
+  robot.gravity_m_s2 = Eigen::Vector3d(gravity[0], gravity[1], gravity[2]);
+  const TomlTable tolerance = document.table("tolerance");
+  const double length_m = tolerance.number("length_mm", {0.0, 1e3}) / kMmPerM;
+  const double angle_rad = tolerance.number("angle_deg", {0.0, 90.0}) * kRadPerDeg;
+  tolerance.refuse_unknown();
+  const auto joints = document.tables("joint");
+  if (joints.empty() || joints.size() > kMaxJoints)
+    document.fail("", "a robot needs 1 to 32 [[joint]] tables, but has " +
+                          std::to_string(joints.size()));
+  std::set<std::string> names;
+  for (const TomlTable& table : joints) {
+    robot.joints.push_back(read_joint(table, length_m, angle_rad));
+    if (!names.insert(robot.joints.back().name).second)
+      table.fail("name", "\"" + robot.joints.back().name + "\" stands twice");
+  }
+  robot.base_fixed = read_frame(document.table_or_empty("base"));
+  robot.flange_fixed = read_frame(document.table_or_empty("flange"));
+  document.refuse_unknown();
+  return robot;
+}
+
+std::string robot_to_toml(const Robot& robot) {
+  const auto& g = robot.gravity_m_s2;
+  // [tolerance] is only the default of the joints'; the first joint's serves.
+  std::string out = fmt::format(
+      "format = \"{}\"\nname = {}\nsource = {}\ngravity = [{}, {}, {}]\n\n"
+      "[tolerance]\nlength_mm = {}\nangle_deg = {}\n",
+      kFormat, quoted(robot.name), quoted(robot.source), num(g.x()), num(g.y()), num(g.z()),
+      num(robot.joints.front().tolerance_length_m * kMmPerM),
+      num(robot.joints.front().tolerance_angle_rad * kDegPerRad));
+  for (const Joint& j : robot.joints) {
+    std::string errors;
+    for (const JointError error : j.errors)
+      for (const auto& [word, value] : kErrorNames)
+        if (value == error) errors += fmt::format("{}\"{}\"", errors.empty() ? "" : ", ", word);
+    out += fmt::format(
+        "\n[[joint]]\nname = {}\nsign = {}\noffset_deg = {}\nd_mm = {}\na_mm = {}\n"
+        "alpha_deg = {}\nbeta_deg = {}\nerrors = [{}]\nmin_deg = {}\nmax_deg = {}\n"
+        "max_speed_deg_s = {}\n",
+        quoted(j.name), j.sign, num(j.offset_rad * kDegPerRad), num(j.d_m * kMmPerM),
+        num(j.a_m * kMmPerM), num(j.alpha_rad * kDegPerRad), num(j.beta_rad * kDegPerRad), errors,
+        num(j.min_rad * kDegPerRad), num(j.max_rad * kDegPerRad),
+        num(j.max_speed_rad_s * kDegPerRad));
+    if (j.tolerance_length_m != robot.joints.front().tolerance_length_m)
+      out += fmt::format("tolerance_length_mm = {}\n", num(j.tolerance_length_m * kMmPerM));
+    if (j.tolerance_angle_rad != robot.joints.front().tolerance_angle_rad)
+      out += fmt::format("tolerance_angle_deg = {}\n", num(j.tolerance_angle_rad * kDegPerRad));
+    if (j.mass_kg > 0.0)
+      out += fmt::format("mass_kg = {}\ncom_mm = [{}, {}, {}]\n", num(j.mass_kg),
+                         num(j.com_m.x() * kMmPerM), num(j.com_m.y() * kMmPerM),
+                         num(j.com_m.z() * kMmPerM));
+    if (j.compliance_sigma_rad_per_nm > 0.0)
+      out += fmt::format("compliance_sigma_rad_per_nm = {}\n", num(j.compliance_sigma_rad_per_nm));
+    if (!j.harmonics.empty()) {
+      std::string orders;
+      for (const int h : j.harmonics) orders += fmt::format("{}{}", orders.empty() ? "" : ", ", h);
+      out += fmt::format("gear_ratio = {}\nharmonics = [{}]\nharmonic_sigma_arcsec = {}\n",
+                         num(j.gear_ratio), orders, num(j.harmonic_sigma_rad / kRadPerArcsec));
+    }
+  }
+  return out + frame_table("base", robot.base_fixed) + frame_table("flange", robot.flange_fixed);
+}
+
+Robot load_robot(const std::filesystem::path& path) { return read_robot(TomlTable::load(path)); }
+
+}  // namespace cellcal::calib

@@ -1,0 +1,251 @@
+#include "calib/files/toml_table.h"
+
+#include <toml++/toml.h>
+
+#include <cmath>
+#include <set>
+
+#include "calib/files/files.h"
+#include "calib/files/toml_access.h"
+
+namespace cellcal::calib {
+
+struct TomlTable::Node {
+  std::shared_ptr<const toml::table> document;
+  const toml::table* table = nullptr;  // inside document
+  std::string file;
+  std::string path;  // of this table, for messages
+  mutable std::set<std::string, std::less<>> asked;
+
+  const toml::node* find(std::string_view key) const {
+    asked.emplace(key);
+    return table->get(key);
+  }
+  std::string full(std::string_view key) const {
+    return path.empty() ? std::string(key) : path + (key.empty() ? "" : ".") + std::string(key);
+  }
+};
+
+namespace {
+
+std::shared_ptr<const toml::table> empty_table() {
+  static const auto kEmpty = std::make_shared<const toml::table>();
+  return kEmpty;
+}
+
+std::string kind_of(const toml::node& node) {
+  switch (node.type()) {
+    case toml::node_type::table: return "a table";
+    case toml::node_type::array: return "an array";
+    case toml::node_type::string: return "a string";
+    case toml::node_type::integer: return "an integer";
+    case toml::node_type::floating_point: return "a number";
+    case toml::node_type::boolean: return "a boolean";
+    default: return "a date or time";
+  }
+}
+
+std::string show(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%g", value);
+  return text;
+}
+
+}  // namespace
+
+TomlTable TomlTable::parse(std::string_view text, const std::string& file_name) {
+  auto node = std::make_shared<Node>();
+  try {
+    node->document = std::make_shared<const toml::table>(toml::parse(text, file_name));
+  } catch (const toml::parse_error& e) {
+    throw FileError(file_name + ":" + std::to_string(e.source().begin.line) + ": not valid TOML: " +
+                    std::string(e.description()));
+  }
+  node->table = node->document.get();
+  node->file = file_name;
+  return TomlTable(std::move(node));
+}
+
+TomlTable TomlAccess::table(toml::table document, const std::string& name) {
+  auto node = std::make_shared<TomlTable::Node>();
+  node->document = std::make_shared<const toml::table>(std::move(document));
+  node->table = node->document.get();
+  node->file = name;
+  return TomlTable(std::move(node));
+}
+
+TomlTable TomlTable::load(const std::filesystem::path& path) {
+  constexpr std::size_t kMaxBytes = 4u << 20;  // far beyond any cell; refuses a mistaken file
+  return parse(read_file(path, kMaxBytes), path.string());
+}
+
+void TomlTable::fail(std::string_view key, const std::string& what) const {
+  const toml::node* at = key.empty() ? nullptr : node_->table->get(key);
+  const auto line = at ? at->source().begin.line : node_->table->source().begin.line;
+  // Line 0: the table came out of a JSON file, where only the key is known.
+  const std::string place =
+      line == 0 ? node_->file + ": " : node_->file + ":" + std::to_string(line) + ": ";
+  throw FileError(place + node_->full(key) + ": " + what);
+}
+
+bool TomlTable::has(std::string_view key) const { return node_->find(key) != nullptr; }
+
+double TomlTable::number(std::string_view key, Range range) const {
+  const toml::node* node = node_->find(key);
+  if (!node) fail(key, "missing; a number is needed here");
+  const auto value = node->value<double>();
+  if (!value || !node->is_number()) fail(key, "must be a number, but is " + kind_of(*node));
+  if (!std::isfinite(*value)) fail(key, "must be finite");
+  if (*value < range.min || *value > range.max)
+    fail(key, show(*value) + " is out of range, allowed are " + show(range.min) + " to " +
+                  show(range.max));
+  return *value;
+}
+
+double TomlTable::number_or(std::string_view key, double fallback, Range range) const {
+  return node_->find(key) ? number(key, range) : fallback;
+}
+
+long TomlTable::integer(std::string_view key, long min, long max) const {
+  const toml::node* node = node_->find(key);
+  if (!node) fail(key, "missing; an integer is needed here");
+  if (!node->is_integer()) fail(key, "must be an integer, but is " + kind_of(*node));
+  const long value = static_cast<long>(*node->value<int64_t>());
+  if (value < min || value > max)
+    fail(key, std::to_string(value) + " is out of range, allowed are " + std::to_string(min) +
+                  " to " + std::to_string(max));
+  return value;
+}
+
+long TomlTable::integer_or(std::string_view key, long fallback, long min, long max) const {
+  return node_->find(key) ? integer(key, min, max) : fallback;
+}
+
+bool TomlTable::boolean_or(std::string_view key, bool fallback) const {
+  const toml::node* node = node_->find(key);
+  if (!node) return fallback;
+  if (!node->is_boolean()) fail(key, "must be true or false, but is " + kind_of(*node));
+  return *node->value<bool>();
+}
+
+std::string TomlTable::string(std::string_view key) const {
+  const toml::node* node = node_->find(key);
+  if (!node) fail(key, "missing; a string is needed here");
+  if (!node->is_string()) fail(key, "must be a string, but is " + kind_of(*node));
+  auto value = *node->value<std::string>();
+  if (value.find('\0') != std::string::npos) fail(key, "must not hold a NUL character");
+  return value;
+}
+
+std::string TomlTable::string_or(std::string_view key, std::string_view fallback) const {
+  return node_->find(key) ? string(key) : std::string(fallback);
+}
+
+std::string TomlTable::word(std::string_view key,
+                            std::initializer_list<std::string_view> allowed) const {
+  const std::string value = string(key);
+  std::string list;
+  for (std::string_view word : allowed) {
+    if (word == value) return value;
+    list += (list.empty() ? "\"" : ", \"") + std::string(word) + "\"";
+  }
+  fail(key, "\"" + value + "\" is not known here; use one of " + list);
+}
+
+std::vector<double> TomlTable::numbers(std::string_view key, std::size_t count,
+                                       Range range) const {
+  const toml::node* node = node_->find(key);
+  const std::string wanted =
+      count == 0 ? "an array of numbers" : "an array of " + std::to_string(count) + " numbers";
+  if (!node) fail(key, "missing; " + wanted + " is needed here");
+  const toml::array* array = node->as_array();
+  if (!array) fail(key, "must be " + wanted + ", but is " + kind_of(*node));
+  if (count != 0 && array->size() != count)
+    fail(key, "must be " + wanted + ", but has " + std::to_string(array->size()));
+  std::vector<double> values;
+  for (const toml::node& item : *array) {
+    if (!item.is_number()) fail(key, "must hold numbers only, but holds " + kind_of(item));
+    const double value = *item.value<double>();
+    if (!std::isfinite(value)) fail(key, "must be finite");
+    if (value < range.min || value > range.max)
+      fail(key, show(value) + " is out of range, allowed are " + show(range.min) + " to " +
+                    show(range.max));
+    values.push_back(value);
+  }
+  return values;
+}
+
+std::vector<double> TomlTable::numbers_or(std::string_view key, const std::vector<double>& fallback,
+                                          Range range) const {
+  return node_->find(key) ? numbers(key, fallback.size(), range) : fallback;
+}
+
+std::vector<std::string> TomlTable::strings(std::string_view key) const {
+  const toml::node* node = node_->find(key);
+  if (!node) fail(key, "missing; an array of strings is needed here");
+  const toml::array* array = node->as_array();
+  if (!array) fail(key, "must be an array of strings, but is " + kind_of(*node));
+  std::vector<std::string> values;
+  for (const toml::node& item : *array) {
+    if (!item.is_string()) fail(key, "must hold strings only, but holds " + kind_of(item));
+    values.push_back(*item.value<std::string>());
+  }
+  return values;
+}
+
+std::vector<std::string> TomlTable::strings_or(std::string_view key,
+                                               const std::vector<std::string>& fallback) const {
+  return node_->find(key) ? strings(key) : fallback;
+}
+
+TomlTable TomlTable::table(std::string_view key) const {
+  const toml::node* node = node_->find(key);
+  if (!node) fail("", "the table [" + node_->full(key) + "] is missing");
+  if (!node->is_table()) fail(key, "must be a table, but is " + kind_of(*node));
+  auto child = std::make_shared<Node>();
+  child->document = node_->document;
+  child->table = node->as_table();
+  child->file = node_->file;
+  child->path = node_->full(key);
+  return TomlTable(std::move(child));
+}
+
+TomlTable TomlTable::table_or_empty(std::string_view key) const {
+  if (node_->find(key)) return table(key);
+  auto child = std::make_shared<Node>();
+  child->document = empty_table();
+  child->table = child->document.get();
+  child->file = node_->file;
+  child->path = node_->full(key);
+  return TomlTable(std::move(child));
+}
+
+std::vector<TomlTable> TomlTable::tables(std::string_view key) const {
+  const toml::node* node = node_->find(key);
+  std::vector<TomlTable> result;
+  if (!node) return result;
+  const toml::array* array = node->as_array();
+  if (!array) fail(key, "must be an array of tables, [[" + std::string(key) + "]]");
+  for (std::size_t i = 0; i < array->size(); ++i) {
+    const toml::table* item = (*array)[i].as_table();
+    if (!item) fail(key, "must hold tables only, [[" + std::string(key) + "]]");
+    auto child = std::make_shared<Node>();
+    child->document = node_->document;
+    child->table = item;
+    child->file = node_->file;
+    child->path = node_->full(key) + "[" + std::to_string(i + 1) + "]";
+    result.push_back(TomlTable(std::move(child)));
+  }
+  return result;
+}
+
+void TomlTable::refuse_unknown() const {
+  for (const auto& [key, value] : *node_->table) {
+    if (node_->asked.contains(key.str())) continue;
+    std::string known;
+    for (const auto& name : node_->asked) known += (known.empty() ? "" : ", ") + name;
+    fail(key.str(), "unknown key; known here are: " + known);
+  }
+}
+
+}  // namespace cellcal::calib

@@ -1,0 +1,67 @@
+#pragma once
+// Strict reading of TOML: every key is asked for by name, in its range, and what was not asked for
+// is an error. Messages read "FILE:LINE: KEY: what is wrong; what to do". Throws FileError.
+
+#include <cstddef>
+#include <filesystem>
+#include <initializer_list>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "calib/files/error.h"
+
+namespace cellcal::calib {
+
+struct Range {
+  double min, max;  ///< both included
+};
+inline constexpr Range kAnyNumber{-1e12, 1e12};
+inline constexpr Range kNotNegative{0.0, 1e12};
+inline constexpr Range kPositive{1e-12, 1e12};
+
+/// One table of a document. Copies share the document.
+class TomlTable {
+ public:
+  static TomlTable parse(std::string_view text, const std::string& file_name);
+  static TomlTable load(const std::filesystem::path& path);
+
+  bool has(std::string_view key) const;
+  double number(std::string_view key, Range range) const;
+  double number_or(std::string_view key, double fallback, Range range) const;
+  long integer(std::string_view key, long min, long max) const;
+  long integer_or(std::string_view key, long fallback, long min, long max) const;
+  bool boolean_or(std::string_view key, bool fallback) const;
+  std::string string(std::string_view key) const;
+  std::string string_or(std::string_view key, std::string_view fallback) const;
+  /// One of the given words.
+  std::string word(std::string_view key, std::initializer_list<std::string_view> allowed) const;
+  /// Array of exactly `count` numbers (0: any count).
+  std::vector<double> numbers(std::string_view key, std::size_t count, Range range) const;
+  std::vector<double> numbers_or(std::string_view key, const std::vector<double>& fallback,
+                                 Range range) const;
+  std::vector<std::string> strings(std::string_view key) const;
+  std::vector<std::string> strings_or(std::string_view key,
+                                      const std::vector<std::string>& fallback) const;
+
+  /// Sub-table; table_or_empty gives one without keys where it is absent.
+  TomlTable table(std::string_view key) const;
+  TomlTable table_or_empty(std::string_view key) const;
+  /// [[key]]; empty where absent.
+  std::vector<TomlTable> tables(std::string_view key) const;
+
+  /// Throws for the first key that was never asked for. Call it last, on every table.
+  void refuse_unknown() const;
+  /// Throws with this table's place (or the key's) in front.
+  [[noreturn]] void fail(std::string_view key, const std::string& what) const;
+
+ private:
+  friend struct TomlAccess;  // makes tables from documents that did not come from a file
+  struct Node;
+  explicit TomlTable(std::shared_ptr<Node> node) : node_(std::move(node)) {}
+  std::shared_ptr<Node> node_;
+};
+
+}  // namespace cellcal::calib

@@ -1,0 +1,148 @@
+#include <fmt/format.h>
+
+#include "calib/files/csv.h"
+#include "calib/files/files.h"
+#include "calib/files/units.h"
+
+namespace cellcal::calib {
+
+namespace {
+
+/// A controller may read a hair beyond its own soft limit.
+constexpr double kLimitSlackRad = 0.01 * kRadPerDeg;
+
+std::vector<int> joint_columns(const CsvTable& table, const Robot& robot, const std::string& name) {
+  std::vector<int> columns;
+  for (const Joint& joint : robot.joints) {
+    columns.push_back(table.find(joint.name));
+    if (columns.back() < 0)
+      throw FileError(name + ":1: no column \"" + joint.name +
+                      "\"; one column per joint is needed, named as in the robot file");
+  }
+  return columns;
+}
+
+std::vector<double> read_joints(const CsvTable& table, const Robot& robot,
+                                const std::vector<int>& columns) {
+  std::vector<double> angles(columns.size());
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    const Joint& joint = robot.joints[i];
+    angles[i] = table.number(columns[i]) * kRadPerDeg;
+    if (angles[i] < joint.min_rad - kLimitSlackRad || angles[i] > joint.max_rad + kLimitSlackRad)
+      table.fail(columns[i],
+                 fmt::format("{} deg is outside the joint's limits {:.6g} to {:.6g} deg in the "
+                             "robot file",
+                             table.text(columns[i]), joint.min_rad * kDegPerRad,
+                             joint.max_rad * kDegPerRad));
+  }
+  return angles;
+}
+
+std::vector<std::string> joint_names(const Robot& robot) {
+  std::vector<std::string> names;
+  for (const Joint& joint : robot.joints) names.push_back(joint.name);
+  return names;
+}
+
+constexpr std::size_t kMaxRows = 2'000'000;
+
+}  // namespace
+
+std::vector<Touch> parse_touches(std::string_view text, const std::string& name,
+                                 const Cell& cell) {
+  CsvTable table(text, name);
+  auto known = joint_names(cell.robot);
+  for (const char* column :
+       {"target", "sigma_mm", "radius_mm", "x_mm", "y_mm", "z_mm", "set", "time"})
+    known.emplace_back(column);
+  table.refuse_unknown(known);
+  const auto joints = joint_columns(table, cell.robot, name);
+  const int target = table.find("target");
+  if (target < 0) throw FileError(name + ":1: no column \"target\"");
+  const int sigma = table.find("sigma_mm"), radius = table.find("radius_mm");
+  const int set = table.find("set"), time = table.find("time");
+  const int xyz[3] = {table.find("x_mm"), table.find("y_mm"), table.find("z_mm")};
+
+  std::vector<Touch> touches;
+  while (table.next()) {
+    if (touches.size() == kMaxRows) throw FileError(name + ": more than 2000000 touches");
+    Touch touch;
+    touch.line = table.line();
+    touch.joint_rad = read_joints(table, cell.robot, joints);
+    touch.target = table.text(target);
+    TargetKind kind;
+    try {
+      kind = cell.targets[cell.target_index(touch.target)].kind;
+    } catch (const std::out_of_range&) {
+      table.fail(target, "there is no target \"" + touch.target + "\" in the cell file");
+    }
+    if (sigma >= 0 && !table.text(sigma).empty()) {
+      touch.sigma_m = table.number(sigma) / kMmPerM;
+      if (touch.sigma_m <= 0.0) table.fail(sigma, "must be greater than 0");
+    }
+    if (radius >= 0 && !table.text(radius).empty()) {
+      touch.radius_m = table.number(radius) / kMmPerM;
+      if (touch.radius_m <= 0.0) table.fail(radius, "must be greater than 0");
+    }
+    if (kind == TargetKind::kWire && touch.radius_m <= 0.0)
+      throw FileError(name + ":" + std::to_string(table.line()) +
+                      ": radius_mm: missing; a touch of kind wire needs its length");
+    for (int k = 0; k < 3; ++k)
+      if (xyz[k] >= 0 && !table.text(xyz[k]).empty())
+        touch.tracker_m[k] = table.number(xyz[k]) / kMmPerM;
+    if (set >= 0) {
+      const std::string_view word = table.text(set);
+      if (word == "check") touch.set = TouchSet::kCheck;
+      else if (word != "fit" && !word.empty()) table.fail(set, "must be fit or check");
+    }
+    if (time >= 0) touch.time = table.text(time);
+    touches.push_back(std::move(touch));
+  }
+  return touches;
+}
+
+std::vector<Touch> load_touches(const std::filesystem::path& path, const Cell& cell) {
+  return parse_touches(read_file(path), path.string(), cell);
+}
+
+std::string format_touches(const std::vector<Touch>& touches, const Robot& robot) {
+  bool sigmas = false, radii = false, times = false;
+  for (const Touch& touch : touches) {
+    sigmas = sigmas || touch.sigma_m > 0.0;
+    radii = radii || touch.radius_m > 0.0;
+    times = times || !touch.time.empty();
+  }
+  std::string out;
+  for (const Joint& joint : robot.joints) out += joint.name + ",";
+  out += "target,set";
+  if (sigmas) out += ",sigma_mm";
+  if (radii) out += ",radius_mm";
+  if (times) out += ",time";
+  out += "\n";
+  for (const Touch& touch : touches) {
+    // Nine decimals of a degree are 2e-8 mm at 1.4 m: nothing is lost.
+    for (const double angle : touch.joint_rad) out += fmt::format("{:.9f},", angle * kDegPerRad);
+    out += touch.target + (touch.set == TouchSet::kCheck ? ",check" : ",fit");
+    if (sigmas) out += touch.sigma_m > 0.0 ? fmt::format(",{:.6g}", touch.sigma_m * kMmPerM) : ",";
+    if (radii) out += touch.radius_m > 0.0 ? fmt::format(",{:.9g}", touch.radius_m * kMmPerM) : ",";
+    if (times) out += "," + touch.time;
+    out += "\n";
+  }
+  return out;
+}
+
+std::vector<std::vector<double>> load_joints(const std::filesystem::path& path,
+                                             const Robot& robot) {
+  const std::string text = read_file(path);
+  CsvTable table(text, path.string());
+  table.refuse_unknown(joint_names(robot));
+  const auto columns = joint_columns(table, robot, path.string());
+  std::vector<std::vector<double>> rows;
+  while (table.next()) {
+    if (rows.size() == kMaxRows) throw FileError(path.string() + ": more than 2000000 rows");
+    rows.push_back(read_joints(table, robot, columns));
+  }
+  return rows;
+}
+
+}  // namespace cellcal::calib

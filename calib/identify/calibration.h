@@ -1,0 +1,88 @@
+#pragma once
+// The result of an identification: what was found, how sure it is, and whether it may be used.
+// calib/files/calibration_json.h writes it as "cellcal.calibration/1".
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "calib/model/robot.h"
+
+namespace cellcal::calib {
+
+enum class DecidedBy { kData, kPrior, kFrame };
+
+/// One identified quantity. Values are SI and radians; `unit` names what files and screens show.
+struct ParameterResult {
+  std::string name;        ///< e.g. "A2.theta", "tool.c_t", "touch.rho", "S1.x"
+  std::string unit;        ///< "mm", "deg", "1/(N m^2)", "rad/(N m)", "arcsec"
+  double to_unit = 1.0;    ///< value in `unit` = SI value * to_unit
+  double nominal = 0.0;
+  double correction = 0.0;
+  double sigma = 0.0;
+  DecidedBy decided_by = DecidedBy::kData;
+};
+
+struct TargetResult {
+  std::string id;
+  Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();  ///< base frame
+  double effective_radius_m = 0.0;                     ///< R + r_tip + rho; 0 for points
+};
+
+/// Distances of predicted from constrained positions, absolute values.
+struct ResidualSummary {
+  int count = 0;
+  double mean_m = 0.0, max_m = 0.0, rms_m = 0.0;
+};
+
+/// One touch under the result, for the report. `before` is with nominal robot and stiff tool and
+/// the best sphere for it; `after` with the calibrated one. Signed along the constraint.
+struct TouchResidual {
+  std::size_t touch = 0;  ///< index into the touches given
+  double before_m = 0.0, after_m = 0.0;
+  double whitened = 0.0;  ///< after / its sigma
+  bool outlier = false;
+  Eigen::Vector3d direction = Eigen::Vector3d::Zero();  ///< from the target's centre to the tip
+};
+
+struct Outlier {
+  std::size_t touch = 0;
+  double residual_m = 0.0;
+  std::string reason;
+};
+
+struct UnidentifiableDirection {
+  std::string words;
+  std::vector<std::pair<std::string, double>> direction;  ///< parameter, share of its prior sigma
+};
+
+struct Verdict {
+  bool publish = false;
+  bool workspace = false;  ///< scope: workspace, otherwise near targets
+  std::vector<std::string> reasons;
+};
+
+struct InputFile {
+  std::string role, name, sha256;
+};
+
+struct Calibration {
+  Cell cell;  ///< nominal
+  std::string method = "map";
+  std::vector<ParameterResult> parameters;
+  std::vector<TargetResult> targets;
+  ResidualSummary before, after, check_before, check;
+  std::vector<TouchResidual> residuals;
+  std::vector<UnidentifiableDirection> unidentifiable;
+  double predicted_m2_m = 0.0, predicted_m3_m = 0.0;  ///< mean 3-D error, from the covariance
+  double chi2_per_dof = 0.0;
+  double touch_noise_m = 0.0;  ///< rms of fit residuals, corrected for degrees of freedom
+  Verdict verdict;
+  std::vector<Outlier> outliers;
+  Eigen::MatrixXd covariance;  ///< of `parameters`, SI; frame directions included
+  /// Orthonormal-in-prior-units basis of the frame directions, one column each, SI.
+  Eigen::MatrixXd frame_basis;
+  std::vector<InputFile> inputs;
+};
+
+}  // namespace cellcal::calib

@@ -1,0 +1,28 @@
+#pragma once
+// From touches to a calibration: maximum a posteriori estimate of geometric errors, tool bending,
+// effective radius and target positions, with covariance, frame directions and verdict.
+// The mathematics is in calib/README.md, in the order of the method; it can be read beside the
+// code.
+
+#include <functional>
+#include <vector>
+
+#include "calib/files/error.h"
+#include "calib/files/touch.h"
+#include "calib/identify/calibration.h"
+
+namespace cellcal::calib {
+
+struct IdentifyOptions {
+  /// Touches further than this many sigma from the robust fit are named outliers and left out.
+  double outlier_sigma = 5.0;
+  bool reject_outliers = true;
+  int max_iterations = 100;
+};
+
+/// Throws IdentifyError when the touches cannot determine a calibration at all. A result that can
+/// be computed but must not be used has verdict.publish == false.
+Calibration identify(const Cell& cell, const std::vector<Touch>& touches,
+                     const IdentifyOptions& options = {});
+
+}  // namespace cellcal::calib

@@ -1,0 +1,91 @@
+#pragma once
+// The arm, the tool and what is touched, as the files describe them. Plain data, SI units and
+// radians; the files hold millimetres and degrees (calib/files reads and writes them).
+//
+// Frames. base: the robot's root. Each joint carries the frame behind it:
+//   T_i = Rz(theta_i) Tz(d_i) Tx(a_i) Rx(alpha_i) Ry(beta_i),   theta_i = sign_i q_i + offset_i
+// with q_i the controller's axis angle (Denavit-Hartenberg with Hayati's beta for parallel axes).
+// flange = base_fixed * T_1 ... T_n * flange_fixed; the tool sits on the flange.
+
+#include <Eigen/Geometry>
+#include <string>
+#include <vector>
+
+namespace cellcal::calib {
+
+/// Geometric errors of one joint that may be identified.
+enum class JointError { kTheta, kD, kA, kAlpha, kBeta };
+
+struct Joint {
+  std::string name;
+  int sign = 1;
+  double offset_rad = 0.0;
+  double d_m = 0.0;
+  double a_m = 0.0;
+  double alpha_rad = 0.0;
+  double beta_rad = 0.0;
+  std::vector<JointError> errors;
+  double min_rad = 0.0;
+  double max_rad = 0.0;
+  double max_speed_rad_s = 0.0;
+  double tolerance_length_m = 0.0;   ///< prior 1 sigma of d and a errors
+  double tolerance_angle_rad = 0.0;  ///< prior 1 sigma of theta, alpha and beta errors
+  double mass_kg = 0.0;              ///< of the link that this joint moves
+  Eigen::Vector3d com_m = Eigen::Vector3d::Zero();  ///< in the joint's frame, behind T_i
+  double compliance_sigma_rad_per_nm = 0.0;         ///< prior of k_i; 0: joint taken as stiff
+  double gear_ratio = 1.0;
+  std::vector<int> harmonics;        ///< orders h of cos/sin(h q n)
+  double harmonic_sigma_rad = 0.0;   ///< prior of each amplitude
+};
+
+struct Robot {
+  std::string name;
+  std::string source;
+  Eigen::Vector3d gravity_m_s2{0.0, 0.0, -9.81};  ///< in the base frame
+  std::vector<Joint> joints;                      ///< base to flange
+  Eigen::Isometry3d base_fixed = Eigen::Isometry3d::Identity();
+  Eigen::Isometry3d flange_fixed = Eigen::Isometry3d::Identity();
+};
+
+struct Tool {
+  Eigen::Isometry3d tcp = Eigen::Isometry3d::Identity();  ///< flange to TCP
+  Eigen::Vector3d tcp_sigma_m = Eigen::Vector3d::Zero();  ///< 0: known, > 0: estimated
+  double mass_kg = 0.0;
+  Eigen::Vector3d com_m = Eigen::Vector3d::Zero();  ///< in the flange frame
+  double length_m = 0.0;                            ///< cantilever length l_t
+  double tip_radius_m = 0.0;
+  double deflection_sigma = 0.0;  ///< prior of c_t [1/(N m^2)]; 0: tool taken as stiff
+};
+
+enum class TargetKind { kSphere, kWire, kPlane, kPoint, kTracker };
+
+struct Target {
+  std::string id;
+  TargetKind kind = TargetKind::kSphere;
+  double diameter_m = 0.0;  ///< spheres
+  double diameter_sigma_m = 0.0;
+  bool has_centre = false;                                ///< centre_m is stated
+  Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();  ///< base frame, nominal
+  double centre_sigma_m = 0.0;                            ///< 0: no prior, the touches decide
+};
+
+/// A certified distance between two targets' centres.
+struct CertifiedLength {
+  std::string from, to;
+  double length_m = 0.0;
+  double sigma_m = 0.0;
+};
+
+struct Cell {
+  Robot robot;
+  Tool tool;
+  std::vector<Target> targets;
+  std::vector<CertifiedLength> lengths;
+  double touch_sigma_m = 0.0;          ///< 1 sigma of one touch
+  double radius_offset_sigma_m = 0.0;  ///< prior of rho, one for the cell; 0: known to be zero
+
+  /// Index of the target with this id; throws std::out_of_range naming the id.
+  std::size_t target_index(const std::string& id) const;
+};
+
+}  // namespace cellcal::calib

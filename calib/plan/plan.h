@@ -1,0 +1,58 @@
+#pragma once
+// Which touches to make, in which order, and how to get from one to the next, on nominal geometry.
+//
+// A touch on a sphere: the tip starts at the stand-off, searches along the inward normal to the
+// end of the search, and afterwards leaves to the clear point. All positions are joint angles;
+// the hardware layer knows nothing else. Every joint angle in a plan is inside the robot's limits
+// with margin, and the tip and the tool's shaft keep clear of all spheres on every transit.
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "calib/files/error.h"
+#include "calib/files/touch.h"
+#include "calib/model/robot.h"
+
+namespace cellcal::calib {
+
+using JointVector = std::vector<double>;  // controller's axis angles [rad]
+
+struct PlannedTouch {
+  std::string target;
+  TouchSet set = TouchSet::kFit;
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< outward at the contact, base frame
+  std::vector<JointVector> transit;  ///< waypoints from the previous clear point; ends at standoff
+  JointVector standoff;
+  JointVector end;       ///< end of the search: no contact by here is a failure
+  JointVector clear;     ///< where the arm goes after the touch
+  double search_m = 0.0;        ///< tip path from standoff to end
+  double expected_m = 0.0;      ///< tip path from standoff to the nominal surface
+};
+
+struct Plan {
+  JointVector start;  ///< where the arm must be (or is first moved to) before the first transit
+  std::vector<PlannedTouch> touches;
+  std::vector<JointVector> home;  ///< waypoints from the last clear point back to start
+  double predicted_m3_m = 0.0;    ///< mean 3-D error over the workspace that the plan should reach
+};
+
+struct PlanOptions {
+  int fit_touches = 40;
+  int check_touches = 10;
+  unsigned seed = 1;
+  double standoff_m = 0.010;
+  double beyond_m = 0.008;       ///< search continues this far past the nominal surface
+  double clear_m = 0.020;        ///< retreat distance from the surface
+  double limit_margin_rad = 0.05;
+};
+
+/// Throws PlanError. `from` is where the arm is now; empty: the plan's own start.
+Plan make_plan(const Cell& cell, const PlanOptions& options, const JointVector& from = {});
+
+/// The same plan, to be gone on with at touch `next` with the arm at `from`: only the transit to
+/// that touch changes. If `from` lies on a search line, the first waypoint leads back out of it.
+/// Throws PlanError when no clear way is found from there: the operator has to jog the arm.
+Plan resume_plan(const Cell& cell, const Plan& plan, std::size_t next, const JointVector& from);
+
+}  // namespace cellcal::calib

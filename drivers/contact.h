@@ -1,0 +1,96 @@
+#pragma once
+// What any contact sensor can do: be armed for one search, report the first edge with its time,
+// and say honestly whether it can be trusted.
+//
+// Threads: the calls of the first group are the session's. snapshot() and the events are for the
+// robot's cycle and run on the thread that owns both; they neither block nor allocate.
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "drivers/time.h"
+
+namespace cellcal::drivers {
+
+/// Silence of the sensor longer than this, while the arm moves under arm, stops the arm.
+inline constexpr std::chrono::milliseconds kHeartbeatLimit{25};
+
+enum class ContactLink {
+  kDown,         ///< port not open, or nothing heard
+  kIdentifying,  ///< HELLO sent, waiting for IDENT, clock map and self-test
+  kReady,
+  kFault,        ///< refused version, loop broken, self-test failed, lost state, silent; see words
+};
+
+/// Link quality, for the status page and the log.
+struct ContactQuality {
+  double round_trip_min_s = 0.0, round_trip_p50_s = 0.0, round_trip_p99_s = 0.0;
+  double clock_sigma_s = 0.0;
+  double clock_drift_ppm = 0.0;
+  double heartbeat_jitter_s = 0.0;
+  std::uint64_t crc_errors = 0, gaps = 0, unknown_types = 0, bounces = 0;
+  double contact_voltage_v = 0.0;
+};
+
+struct ContactStatus {
+  ContactLink link = ContactLink::kDown;
+  bool in_contact = false;
+  bool loop_ok = false;
+  bool self_test_ok = false;
+  bool armed = false;
+  std::string words;  ///< for people: what is wrong and what to do
+  ContactQuality quality;
+};
+
+/// What arm() led to.
+struct ArmResult {
+  std::uint16_t arm_id = 0;
+  bool armed = false;
+  std::string why_not;  ///< the sensor's reason, in words
+};
+
+/// What the robot's cycle looks at. Plain values, no words.
+struct ContactSnapshot {
+  bool alive = false;       ///< heard within kHeartbeatLimit (armed) or the idle limit
+  bool in_contact = false;  ///< level, debounced by the sensor
+  bool armed = false;
+  std::uint16_t arm_id = 0;  ///< of the arming that is in force
+};
+
+enum class ContactEventKind { kTrip, kContact, kRevoked, kRelease };
+
+struct ContactEvent {
+  ContactEventKind kind = ContactEventKind::kTrip;
+  std::uint16_t arm_id = 0;
+  TimePoint first_edge{};     ///< host clock
+  double time_sigma_s = 0.0;  ///< 1 sigma of the clock map
+  int bounces = 0;
+};
+
+/// What the robot's cycle asks of a contact sensor.
+class ContactGuard {
+ public:
+  virtual ~ContactGuard() = default;
+  virtual ContactSnapshot snapshot(TimePoint now) = 0;
+  /// Oldest event not yet taken.
+  virtual std::optional<ContactEvent> take_event() = 0;
+};
+
+class ContactSensor {
+ public:
+  virtual ~ContactSensor() = default;
+
+  /// Opens the port and begins to identify. Throws DriverError (missing device, port in use).
+  virtual void open() = 0;
+  virtual ContactStatus status() const = 0;
+  /// Asks for one armed search; the answer appears in poll_arm().
+  virtual void arm(std::uint16_t arm_id, std::chrono::milliseconds lifetime) = 0;
+  virtual std::optional<ArmResult> poll_arm() = 0;
+  virtual void disarm() = 0;
+  /// Makes the sensor prove itself; the outcome shows in status().
+  virtual void self_test() = 0;
+  virtual void close() = 0;
+};
+
+}  // namespace cellcal::drivers

@@ -1,0 +1,119 @@
+#pragma once
+// What any robot can do, as far as touching needs it: move its axes, stop, and say where it is.
+// Angles are the controller's axis angles in radians; time is drivers::TimePoint. No geometry.
+//
+// Threads: one thread (the session's) calls everything here. An implementation may run its own
+// thread for the controller's cycle. Nothing here blocks.
+//
+// The robot's safe state is 'holds still'. Silence is a failed move, never 'no contact'. After the
+// link was lost nothing moves until rereference() was called and the link is up again.
+
+#include <boost/container/static_vector.hpp>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "drivers/time.h"
+
+namespace cellcal::drivers {
+
+inline constexpr std::size_t kMaxAxes = 12;  // six and six external, as on the wire
+
+/// Axis angles [rad] without allocation, for the cycle.
+using AxisAngles = boost::container::static_vector<double, kMaxAxes>;
+
+struct AxisLimit {
+  double min_rad = 0.0, max_rad = 0.0;
+  double max_speed_rad_s = 0.0;
+  double max_acceleration_rad_s2 = 0.0;
+  double max_jerk_rad_s3 = 0.0;
+};
+
+enum class MoveKind {
+  kTransit,  ///< contact is an error and stops the arm
+  kSearch,   ///< guarded: contact is what the move is for; needs an armed contact sensor
+  kRetreat,  ///< starts in contact; contact must have opened by its end
+};
+
+struct Move {
+  std::uint32_t id = 0;  ///< chosen by the caller, returned in the result
+  MoveKind kind = MoveKind::kTransit;
+  AxisAngles target_rad;
+  /// The move's duration at constant speed, as if it had no ramps; the axis limits may make it
+  /// slower, never faster. 0: as fast as the limits allow.
+  double cruise_s = 0.0;
+  std::uint16_t arm_id = 0;  ///< kSearch: the contact sensor's arming that guards this move
+};
+
+enum class MoveOutcome {
+  kArrived,            ///< target reached and settled (kSearch: end of travel, never any contact)
+  kContact,            ///< kSearch: confirmed contact, arm stopped and settled, latch is filled
+  kRevoked,            ///< kSearch: arm stopped on a trip that was noise
+  kStopped,            ///< stop() was called
+  kUnexpectedContact,  ///< contact outside an armed search
+  kStillInContact,     ///< kRetreat: contact did not open
+  kContactSilent,      ///< contact sensor's heartbeat missing or its link broken: arm stopped
+  kRobotSilent,        ///< no packets from the controller: the arm's own time-out stops it
+  kRefused,            ///< not begun: outside limits, not referenced, not armed, busy
+  kNotFollowing,       ///< commanded, but the arm does not follow: clamped, or its drives are off
+};
+
+const char* to_string(MoveOutcome outcome);
+
+/// Where the arm was at the instant of contact.
+struct Latch {
+  AxisAngles contact_rad;        ///< interpolated at the sensor's time stamp of the first edge
+  AxisAngles settled_rad;        ///< at rest after the stop
+  TimePoint contact_time{};      ///< first edge, host clock
+  double time_sigma_s = 0.0;     ///< of the clock map
+  double reaction_s = 0.0;       ///< first edge to the first frozen reply
+  int bounces = 0;
+};
+
+struct MoveResult {
+  std::uint32_t id = 0;
+  MoveOutcome outcome = MoveOutcome::kRefused;
+  std::string detail;  ///< what happened, where, and what to do next; empty on success
+  AxisAngles at_rad;   ///< commanded position, arm at rest
+  std::optional<Latch> latch;
+};
+
+enum class RobotLink {
+  kDown,           ///< no packet yet
+  kNotReferenced,  ///< packets arrive; nothing moves before rereference()
+  kReady,
+  kLost,           ///< packets stopped
+};
+
+struct RobotState {
+  RobotLink link = RobotLink::kDown;
+  AxisAngles actual_rad;
+  AxisAngles commanded_rad;
+  bool moving = false;
+  double cycle_s = 0.0;              ///< learnt from the controller
+  std::uint64_t packets = 0;
+  std::uint64_t late = 0;            ///< late replies that the controller has counted
+  std::string words;                 ///< for people: what is wrong and what to check
+};
+
+class Robot {
+ public:
+  virtual ~Robot() = default;
+
+  /// Opens the link. Throws DriverError (port taken, wrong address).
+  virtual void open() = 0;
+  virtual RobotState state() const = 0;
+  /// Takes the arm's actual position as the starting point of all further moves.
+  virtual void rereference() = 0;
+  /// Begins a move; one at a time. Its result appears in poll(), also when it is refused.
+  virtual void begin(const Move& move) = 0;
+  /// Brings the arm to rest: at searching speed in the very next reply, above it on a ramp.
+  virtual void stop() = 0;
+  /// The result of a move, once.
+  virtual std::optional<MoveResult> poll() = 0;
+  /// Ends the controller's session (arm at rest) and closes the link.
+  virtual void close() = 0;
+};
+
+}  // namespace cellcal::drivers

@@ -1,0 +1,22 @@
+#pragma once
+// One clock for everything: steady, injected, so that the emulated cell can run on virtual time.
+
+#include <chrono>
+
+namespace cellcal::drivers {
+
+using TimePoint = std::chrono::steady_clock::time_point;
+using Duration = std::chrono::steady_clock::duration;
+
+class Clock {
+ public:
+  virtual ~Clock() = default;
+  virtual TimePoint now() const = 0;
+  /// Returns when now() >= t. On a virtual clock this is what makes the emulated cell go on.
+  virtual void sleep_until(TimePoint t) = 0;
+};
+
+/// The machine's steady clock.
+Clock& steady_clock();
+
+}  // namespace cellcal::drivers
