@@ -1,0 +1,79 @@
+#pragma once
+// Microcontroller ticks to host time.
+//
+// Model: within the window the two clocks differ by an offset and a constant drift. Each PING/PONG
+// gives one sample: the middle of the host's interval belongs to the middle of the sensor's.
+// Assumption: both directions take equally long (PING and PONG have the same length, so the wire
+// itself cancels). What the round trip takes beyond wire and turnaround may lie on either side; a
+// sample is off by at most half that excess. Samples with a small excess are used and weighted, the
+// stated uncertainty contains the smallest excess as a systematic part.
+// Failure case: a constant one-sided delay (an adapter's latency timer) shifts the map by half of
+// it. It is within the stated uncertainty, and constant: the search speeds' slope absorbs it.
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "drivers/time.h"
+
+namespace cellcal::drivers {
+
+class ClockMap {
+ public:
+  static constexpr std::size_t kWindow = 64;     ///< samples that take part
+  static constexpr std::size_t kMinSamples = 8;  ///< fewer give no map
+
+  enum class Sample { kTaken, kOutlier, kJumped };
+
+  /// wire_s: one direction's time on the wire for a PING, from its first to its last bit.
+  explicit ClockMap(double wire_s) : wire_s_(wire_s) {}
+
+  void reset();
+  /// kOutlier: contradicts the map; kJumped: so did the last few, the map was reset.
+  Sample add(TimePoint sent, TimePoint received, std::uint32_t t_rx, std::uint32_t t_tx);
+
+  bool valid() const { return valid_; }
+  std::size_t samples() const { return count_; }
+  /// The host time of a tick stamp within +-17 minutes of the last sample. Needs valid().
+  TimePoint to_host(std::uint32_t ticks) const;
+  /// 1 sigma of to_host(), growing away from the samples [s].
+  double sigma_s(std::uint32_t ticks) const;
+  /// 1 sigma at the newest sample [s].
+  double sigma_s() const;
+  /// How much faster than nominal the sensor's clock runs [1e-6].
+  double drift_ppm() const;
+
+  double round_trip_min_s() const { return rtt_min_s_; }
+  double round_trip_p50_s() const { return rtt_p50_s_; }
+  double round_trip_p99_s() const { return rtt_p99_s_; }
+
+ private:
+  struct Point {
+    double x_s = 0.0;       ///< sensor time since the base
+    double y_s = 0.0;       ///< host time since the base, minus x_s
+    double excess_s = 0.0;  ///< round trip beyond wire and turnaround
+    double round_trip_s = 0.0;
+  };
+
+  double x_of(std::uint32_t ticks) const;
+  double deviation_s(double x_s) const { return offset_s_ + slope_ * (x_s - mean_x_s_); }
+  double sigma_at_s(double x_s) const;
+  void fit();
+  void round_trips();
+
+  double wire_s_;
+  std::array<Point, kWindow> points_{};
+  std::size_t count_ = 0, next_ = 0;
+  int contradictions_ = 0;
+
+  TimePoint base_host_{};
+  std::uint32_t last_ticks_ = 0;   ///< of the newest sample
+  std::int64_t last_elapsed_ = 0;  ///< the same since the base, unwrapped
+
+  bool valid_ = false;
+  double mean_x_s_ = 0.0, offset_s_ = 0.0, slope_ = 0.0;
+  double offset_var_s2_ = 0.0, slope_var_ = 0.0, systematic_s_ = 0.0;
+  double rtt_min_s_ = 0.0, rtt_p50_s_ = 0.0, rtt_p99_s_ = 0.0;
+};
+
+}  // namespace cellcal::drivers

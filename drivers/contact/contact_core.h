@@ -1,0 +1,151 @@
+#pragma once
+// The host side of CTP/1: bytes and time in, bytes and events out. Owns no port, clock or thread;
+// after construction nothing allocates, locks, logs or throws.
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+
+#include "drivers/contact.h"
+#include "drivers/contact/clock_map.h"
+#include "drivers/contact/contact_facts.h"
+#include "drivers/contact/ctp_codec.h"
+#include "drivers/contact/fixed_ring.h"
+
+namespace cellcal::drivers {
+
+/// Silence longer than this outside an arming: three idle STATUS frames missed.
+inline constexpr std::chrono::milliseconds kIdleLimit{3 * CTP_IDLE_STATUS_MS};
+
+struct ContactOptions {
+  int baud = CTP_DEFAULT_BAUD;
+  ctp::Config wire;  ///< sent as CONFIG
+  /// An arming is refused above this: at 2 mm/s 0.5 ms is 1 um.
+  double max_clock_sigma_s = 500e-6;
+  std::chrono::seconds self_test_max_age{CTP_SELF_TEST_MAX_AGE_S};
+  /// The self-test is renewed on its own, unarmed and open, when it is older than this.
+  std::chrono::seconds self_test_renew{CTP_SELF_TEST_MAX_AGE_S / 2};
+};
+
+class ContactCore : public ContactGuard {
+ public:
+  /// Takes the bytes of one frame to the line; must not block.
+  using ByteSink = std::function<void(std::span<const std::uint8_t>)>;
+
+  ContactCore(const ContactOptions& options, ByteSink sink);
+
+  /// The port is open: identify from the start.
+  void connect(TimePoint now);
+  /// The port is lost or closed: everything is forgotten.
+  void disconnect(TimePoint now);
+  void on_bytes(std::span<const std::uint8_t> bytes, TimePoint t_rx);
+  /// Does what is due. Call at or soon after next_wake().
+  void on_tick(TimePoint now);
+  TimePoint next_wake() const;
+
+  void arm(std::uint16_t arm_id, std::chrono::milliseconds lifetime, TimePoint now);
+  std::optional<ArmAnswer> poll_arm() { return answers_.pop(); }
+  void disarm(TimePoint now);
+  /// Also acknowledges kLostState: the identification begins again.
+  void self_test(TimePoint now);
+
+  ContactFacts facts(TimePoint now) const;
+
+  ContactSnapshot snapshot(TimePoint now) override;
+  std::optional<ContactEvent> take_event() override { return events_.pop(); }
+
+ private:
+  enum class Arming { kNone, kAsking, kArmed, kDisarming };
+  enum class Test { kNone, kRunning };
+
+  template <class Payload>
+  void send(const Payload& payload);
+  void on_frame(const ctp::Frame& frame, TimePoint t_rx);
+  void on_ident(const ctp::Ident& ident, TimePoint now);
+  void on_status(const ctp::Status& status, TimePoint now);
+  void on_status_arming(bool armed_flag, bool latched, TimePoint now);
+  void on_status_test(bool ok, bool loop_ok, bool contact, TimePoint now);
+  void on_trip(const ctp::Trip& trip, TimePoint now);
+  void on_event(std::uint8_t type, const ctp::Event& event, TimePoint now);
+  void on_pong(const ctp::Pong& pong, TimePoint now);
+  void on_nak(const ctp::Nak& nak, TimePoint now);
+
+  void enter(ContactStep step, TimePoint now);
+  void identify_again(ContactFault fault, TimePoint now);
+  void set_fault(ContactFault fault) { fault_ = fault; }
+  void push_event(ContactEventKind kind, std::uint16_t arm_id, std::uint32_t ticks, int bounces,
+                  TimePoint now);
+
+  ArmRefusal refusal(std::uint16_t arm_id, std::chrono::milliseconds lifetime, TimePoint now) const;
+  void ask(TimePoint now);
+  void answer(ArmRefusal refusal, std::uint16_t arm_id, TimePoint now);
+  void end_arming(ArmEnd end, TimePoint now);
+  void begin_disarm(TimePoint now);
+  void tick_arming(TimePoint now);
+
+  void begin_test(TimePoint now);
+  void tick_test(TimePoint now);
+  void tick_ping(TimePoint now);
+  bool clock_good(TimePoint now) const;
+  bool self_test_fresh(TimePoint now) const;
+  std::uint32_t random();
+
+  ContactOptions options_;
+  ByteSink sink_;
+  std::uint16_t config_crc_;
+  double frame_s_;  ///< of the longest frame, for time-outs
+  ctp::FrameReader reader_{ctp::Direction::kFromSensor};
+  std::uint8_t seq_ = 0;
+  std::uint32_t random_ = 1;
+
+  // identification
+  ContactStep step_ = ContactStep::kClosed;
+  ContactFault fault_ = ContactFault::kNone;
+  TimePoint step_since_{}, next_send_{};
+  std::uint32_t hello_nonce_ = 0;
+  std::optional<ctp::Ident> ident_;
+  int config_tries_ = 0;
+
+  // what was heard
+  bool heard_ = false;
+  TimePoint last_frame_{};
+  std::optional<ctp::Status> status_;
+  TimePoint contact_since_{};
+  bool in_contact_ = false;
+
+  // clock
+  ClockMap clock_;
+  TimePoint next_ping_{}, ping_sent_{}, last_pong_{};
+  std::uint32_t ping_nonce_ = 0;
+  bool ping_out_ = false;
+
+  // self-test
+  Test test_ = Test::kNone;
+  bool test_wanted_ = false, test_passed_ = false, test_saw_clear_ = false, touching_ = false;
+  TimePoint test_sent_{}, test_passed_at_{}, next_test_{};
+  int test_tries_ = 0;
+
+  // arming
+  Arming arming_ = Arming::kNone;
+  struct Request {
+    std::uint16_t arm_id = 0;
+    std::chrono::milliseconds lifetime{0};
+  };
+  Request request_;                 ///< in force, or asked for
+  std::optional<Request> waiting_;  ///< until the arming before it is known to be over
+  TimePoint asked_at_{}, next_try_{}, next_keepalive_{}, expires_{};
+  ArmEnd last_end_ = ArmEnd::kNone;
+
+  static constexpr std::size_t kRememberedEvents = 16;
+  static constexpr std::size_t kEvents = 64;
+  static constexpr std::size_t kAnswers = 4;
+  FixedRing<std::uint16_t, kRememberedEvents> seen_;
+  FixedRing<ContactEvent, kEvents> events_;
+  FixedRing<ArmAnswer, kAnswers> answers_;
+  std::uint64_t lost_events_ = 0, bounces_ = 0;
+  double contact_v_ = 0.0;
+  double jitter_var_s2_ = 0.0;
+};
+
+}  // namespace cellcal::drivers

@@ -1,0 +1,75 @@
+#pragma once
+// What the core knows, as plain values that cross threads without allocation. People read them
+// through contact_words.h.
+
+#include <array>
+#include <cstdint>
+
+#include "drivers/contact.h"
+
+namespace cellcal::drivers {
+
+/// How far the identification has come. In this order, from the start after every loss.
+enum class ContactStep { kClosed, kHello, kConfig, kClock, kSelfTest, kReady };
+
+enum class ContactFault {
+  kNone,
+  kVersion,         ///< speaks another protocol version
+  kLostState,       ///< restarted while in use; holds until it is acknowledged
+  kConfigRefused,   ///< does not accept its configuration
+  kLoopBroken,      ///< a wire of the touch circuit is open
+  kSelfTestFailed,  ///< does not see its own edge
+  kSilent,          ///< no valid frame for kIdleLimit
+  kClockJumped,     ///< its time stamps do not continue
+};
+
+/// Why an arming was refused.
+enum class ArmRefusal {
+  kNone,
+  kNotReady,
+  kBusy,  ///< another arming is being asked for
+  kInContact,
+  kLoopBroken,
+  kVoltageUndefined,
+  kClockNotSynchronised,
+  kSelfTestOld,
+  kBadArgument,
+  kBadVersion,
+  kNoAnswer,
+  kLinkLost,
+  kWithdrawn,      ///< disarm() came before the answer
+  kTrippedAtOnce,  ///< the first edge came before the answer
+  kUnknownReason,  ///< a NAK whose reason this driver does not know
+};
+
+/// How the last arming ended.
+enum class ArmEnd { kNone, kDisarmed, kTripped, kExpired, kSilence, kSensorDisarmed, kLinkLost };
+
+struct ContactFacts {
+  ContactStep step = ContactStep::kClosed;
+  ContactFault fault = ContactFault::kNone;
+  bool heard = false;  ///< any valid frame since the port was opened
+  bool touching_at_self_test = false;
+  bool in_contact = false, loop_ok = false, self_test_ok = false, armed = false;
+  std::uint16_t arm_id = 0;
+  ArmEnd last_arm_end = ArmEnd::kNone;
+  std::uint8_t version = 0;
+  std::array<std::uint8_t, 3> firmware{};
+  std::uint32_t uid = 0, boot_id = 0;
+  double waiting_s = 0.0;  ///< in this step
+  double silent_s = 0.0;   ///< since the last valid frame
+  double sense_v = 0.0;
+  double clock_limit_s = 0.0;
+  std::uint64_t lost_events = 0;    ///< nobody took them in time
+  std::uint64_t sensor_errors = 0;  ///< damaged frames that the sensor counted
+  ContactQuality quality;
+};
+
+/// The answer to an arming with the figures its words need.
+struct ArmAnswer {
+  std::uint16_t arm_id = 0;
+  ArmRefusal refusal = ArmRefusal::kNone;
+  ContactFacts facts;
+};
+
+}  // namespace cellcal::drivers

@@ -1,0 +1,39 @@
+#pragma once
+// A contact sensor in one thread and in virtual time: the unchanged core on a ByteLine.
+
+#include <cstdint>
+#include <optional>
+
+#include "drivers/contact.h"
+#include "drivers/contact/byte_line.h"
+#include "drivers/contact/contact_core.h"
+
+namespace cellcal::drivers {
+
+class ContactInline : public ContactSensor {
+ public:
+  /// Both must outlive this.
+  ContactInline(const ContactOptions& options, const Clock& clock, ByteLine& line);
+
+  void open() override;
+  ContactStatus status() const override;
+  void arm(std::uint16_t arm_id, std::chrono::milliseconds lifetime) override;
+  std::optional<ArmResult> poll_arm() override;
+  void disarm() override;
+  void self_test() override;
+  void close() override;
+
+  /// Lets line and core live until t, in the order of their times. Whoever moves the virtual clock
+  /// calls this with its new time, before the robot's cycle looks at guard().
+  void run_until(TimePoint t);
+  ContactGuard& guard() { return core_; }
+
+ private:
+  const Clock& clock_;
+  ByteLine& line_;
+  ContactCore core_;
+  TimePoint write_time_{};  ///< when the core's output of the moment goes out
+  bool open_ = false;
+};
+
+}  // namespace cellcal::drivers

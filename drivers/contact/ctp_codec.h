@@ -1,0 +1,227 @@
+#pragma once
+// CTP/1 frames: bytes to typed structs and back. Nothing here allocates, blocks or throws.
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+
+#include "drivers/contact/ctp.h"
+
+namespace cellcal::drivers::ctp {
+
+/// A frame with its CRC checked and its payload of the size that its type asks for.
+struct Frame {
+  std::uint8_t type = 0;
+  std::uint8_t seq = 0;
+  std::uint8_t size = 0;
+  std::array<std::uint8_t, CTP_MAX_PAYLOAD> payload{};
+};
+
+/// An encoded frame with its delimiter, ready for the wire.
+struct WireBytes {
+  std::array<std::uint8_t, CTP_MAX_WIRE> data{};
+  std::size_t size = 0;
+  std::span<const std::uint8_t> bytes() const { return {data.data(), size}; }
+};
+
+// Payloads. Each knows its type, writes itself to kSize bytes and reads itself from as many.
+struct Hello {
+  static constexpr std::uint8_t kType = CTP_HELLO;
+  static constexpr std::size_t kSize = CTP_HELLO_SIZE;
+  std::uint8_t min = CTP_VERSION, max = CTP_VERSION;
+  std::uint32_t nonce = 0;
+  void write(std::uint8_t* p) const;
+  static Hello read(const std::uint8_t* p);
+};
+
+struct Config {
+  static constexpr std::uint8_t kType = CTP_CONFIG;
+  static constexpr std::size_t kSize = CTP_CONFIG_SIZE;
+  std::uint8_t polarity = CTP_CONTACT_IS_LOW;
+  std::uint8_t confirm_samples = 5;
+  std::uint16_t sample_us = 100;
+  std::uint8_t heartbeat_ms = 10;
+  std::uint16_t open_mv = 3500;     ///< at or above: certainly open
+  std::uint16_t contact_mv = 1000;  ///< at or below: certainly in contact
+  void write(std::uint8_t* p) const;
+  static Config read(const std::uint8_t* p);
+  bool operator==(const Config&) const = default;
+};
+
+/// What STATUS and IDENT echo of a configuration.
+std::uint16_t config_crc(const Config& config);
+
+struct Arm {
+  static constexpr std::uint8_t kType = CTP_ARM;
+  static constexpr std::size_t kSize = CTP_ARM_SIZE;
+  std::uint16_t arm_id = 0, lifetime_ms = 0;
+  void write(std::uint8_t* p) const;
+  static Arm read(const std::uint8_t* p);
+};
+
+struct Disarm {
+  static constexpr std::uint8_t kType = CTP_DISARM;
+  static constexpr std::size_t kSize = CTP_DISARM_SIZE;
+  std::uint16_t arm_id = 0;
+  void write(std::uint8_t* p) const;
+  static Disarm read(const std::uint8_t* p);
+};
+
+struct Ack {
+  static constexpr std::uint8_t kType = CTP_ACK;
+  static constexpr std::size_t kSize = CTP_ACK_SIZE;
+  std::uint16_t event = 0;
+  void write(std::uint8_t* p) const;
+  static Ack read(const std::uint8_t* p);
+};
+
+struct Ping {
+  static constexpr std::uint8_t kType = CTP_PING;
+  static constexpr std::size_t kSize = CTP_PING_SIZE;
+  std::uint32_t nonce = 0;
+  void write(std::uint8_t* p) const;
+  static Ping read(const std::uint8_t* p);
+};
+
+struct SelfTest {
+  static constexpr std::uint8_t kType = CTP_SELFTEST;
+  static constexpr std::size_t kSize = CTP_SELFTEST_SIZE;
+  void write(std::uint8_t*) const {}
+  static SelfTest read(const std::uint8_t*) { return {}; }
+};
+
+struct KeepAlive {
+  static constexpr std::uint8_t kType = CTP_KEEPALIVE;
+  static constexpr std::size_t kSize = CTP_KEEPALIVE_SIZE;
+  void write(std::uint8_t*) const {}
+  static KeepAlive read(const std::uint8_t*) { return {}; }
+};
+
+struct Ident {
+  static constexpr std::uint8_t kType = CTP_IDENT;
+  static constexpr std::size_t kSize = CTP_IDENT_SIZE;
+  std::uint8_t version = CTP_VERSION;
+  std::array<std::uint8_t, 3> firmware{};
+  std::uint32_t uid = 0, boot_id = 0, clock_hz = 0;
+  std::uint8_t reset_cause = 0;
+  std::uint32_t nonce = 0;
+  std::uint16_t config_crc = CTP_CONFIG_NONE;
+  void write(std::uint8_t* p) const;
+  static Ident read(const std::uint8_t* p);
+};
+
+struct Status {
+  static constexpr std::uint8_t kType = CTP_STATUS;
+  static constexpr std::size_t kSize = CTP_STATUS_SIZE;
+  std::uint32_t t = 0;
+  std::uint8_t flags = 0;
+  std::uint16_t last_event = 0;
+  std::uint8_t errors = 0;
+  std::uint16_t sense_mv = 0;
+  std::uint16_t config_crc = CTP_CONFIG_NONE;
+  void write(std::uint8_t* p) const;
+  static Status read(const std::uint8_t* p);
+};
+
+struct Trip {
+  static constexpr std::uint8_t kType = CTP_TRIP;
+  static constexpr std::size_t kSize = CTP_TRIP_SIZE;
+  std::uint16_t arm_id = 0;
+  std::uint32_t t = 0;
+  void write(std::uint8_t* p) const;
+  static Trip read(const std::uint8_t* p);
+};
+
+/// CONTACT, REVOKED and RELEASE; which of them is the frame's type.
+struct Event {
+  static constexpr std::size_t kSize = CTP_EVENT_SIZE;
+  std::uint16_t event = 0, arm_id = 0;
+  std::uint32_t t_first = 0;
+  std::uint16_t dt_confirm_us = 0;
+  std::uint8_t bounces = 0, level = 0;
+  std::uint16_t sense_mv = 0;
+  void write(std::uint8_t* p) const;
+  static Event read(const std::uint8_t* p);
+};
+
+struct Pong {
+  static constexpr std::uint8_t kType = CTP_PONG;
+  static constexpr std::size_t kSize = CTP_PONG_SIZE;
+  std::uint32_t nonce = 0, t_rx = 0, t_tx = 0;
+  void write(std::uint8_t* p) const;
+  static Pong read(const std::uint8_t* p);
+};
+
+struct Nak {
+  static constexpr std::uint8_t kType = CTP_NAK;
+  static constexpr std::size_t kSize = CTP_NAK_SIZE;
+  std::uint8_t of_type = 0, reason = 0;
+  void write(std::uint8_t* p) const;
+  static Nak read(const std::uint8_t* p);
+};
+
+/// COBS without the delimiter. `out` holds at least in.size() + 1 bytes; in.size() <= 254.
+std::size_t cobs_encode(std::span<const std::uint8_t> in, std::uint8_t* out);
+/// Decodes in place or elsewhere (out may be in.data()); nullopt: not COBS.
+std::optional<std::size_t> cobs_decode(std::span<const std::uint8_t> in, std::uint8_t* out);
+
+/// A frame of any type; a payload longer than CTP_MAX_PAYLOAD gives an empty result.
+WireBytes build_frame(std::uint8_t type, std::uint8_t seq, std::span<const std::uint8_t> payload);
+
+template <class Payload>
+WireBytes build(const Payload& payload, std::uint8_t seq, std::uint8_t type) {
+  std::array<std::uint8_t, CTP_MAX_PAYLOAD> raw{};
+  payload.write(raw.data());
+  return build_frame(type, seq, {raw.data(), Payload::kSize});
+}
+
+template <class Payload>
+WireBytes build(const Payload& payload, std::uint8_t seq) {
+  return build(payload, seq, Payload::kType);
+}
+
+/// The payload of a frame that FrameReader returned, whose size is therefore right.
+template <class Payload>
+Payload read(const Frame& frame) {
+  return Payload::read(frame.payload.data());
+}
+
+/// What went by on one direction of the line.
+struct WireCounters {
+  std::uint64_t frames = 0;
+  std::uint64_t crc_errors = 0;
+  std::uint64_t malformed = 0;  ///< not COBS, too short, or not the size that its type asks for
+  std::uint64_t oversize = 0;
+  std::uint64_t unknown_types = 0;
+  std::uint64_t gaps = 0;  ///< frames missing by their sequence number
+};
+
+/// Which end of the line a reader stands at: a type of the other direction is unknown to it.
+enum class Direction { kFromHost, kFromSensor };
+
+/// Bytes to frames, one byte at a time. After anything odd it goes on at the next 0x00.
+class FrameReader {
+ public:
+  explicit FrameReader(Direction direction) : direction_(direction) {}
+
+  /// The frame that this byte completed, valid until the next call; otherwise nullptr.
+  const Frame* feed(std::uint8_t byte);
+  const WireCounters& counters() const { return counters_; }
+  /// Forgets a half-received frame and the sequence, keeps the counters: a new peer speaks.
+  void resync();
+
+ private:
+  const Frame* finish();
+
+  Direction direction_;
+  std::array<std::uint8_t, CTP_MAX_WIRE> buffer_{};
+  std::size_t size_ = 0;
+  bool skipping_ = false;
+  std::optional<std::uint8_t> last_seq_;
+  Frame frame_;
+  WireCounters counters_;
+};
+
+}  // namespace cellcal::drivers::ctp

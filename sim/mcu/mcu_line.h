@@ -1,0 +1,23 @@
+#pragma once
+// The emulated sensor as the line that drivers::ContactInline runs on.
+
+#include "drivers/contact/byte_line.h"
+#include "sim/mcu/microcontroller.h"
+
+namespace cellcal::sim {
+
+/// The microcontroller must outlive this.
+class McuLine : public drivers::ByteLine {
+ public:
+  explicit McuLine(Microcontroller& mcu) : mcu_(mcu) {}
+
+  void write(std::span<const std::uint8_t> bytes, TimePoint t) override;
+  TimePoint next() const override;
+  void advance(TimePoint t) override;
+  std::size_t read(std::span<std::uint8_t> into, TimePoint& t) override;
+
+ private:
+  Microcontroller& mcu_;
+};
+
+}  // namespace cellcal::sim
