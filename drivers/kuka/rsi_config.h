@@ -1,0 +1,36 @@
+#pragma once
+// What a cell sets about its RSI link. The names in quotes are those of the controller's files.
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "drivers/robot.h"
+
+namespace cellcal::drivers {
+
+/// RSI_ON(#ABSOLUTE | #RELATIVE) in the KRL program.
+enum class CorrectionMode { kAbsolute, kRelative };
+
+struct RsiConfig {
+  std::string bind_address = "0.0.0.0";  ///< the PC's address in the controller's subnet
+  std::uint16_t port = 49152;            ///< CONFIG/PORT; 0 takes a free one (tests)
+  std::string sentype = "ImFree";        ///< CONFIG/SENTYPE; a mismatch is discarded in silence
+  std::string axis_tag = "AK";           ///< RECEIVE tag of the axis corrections
+  std::string external_axis_tag = "EK";  ///< likewise, for the seventh axis and on
+  std::string stop_tag = "Stop";         ///< RECEIVE tag wired to the STOP object; empty: none
+  int decimals = 6;                      ///< of the corrections sent, 4..9
+  int silence_cycles = 3;                ///< cycles without a packet that mean 'lost'
+  CorrectionMode mode = CorrectionMode::kAbsolute;
+  bool hold_on = true;                       ///< HOLDON of every correction element
+  std::vector<AxisLimit> limits;             ///< one per axis
+  std::vector<double> correction_limit_deg;  ///< one per axis: at most AXISCORR's and the monitor's
+  /// An arm farther than this from everything commanded within follow_window_s does not follow.
+  double follow_tolerance_deg = 0.05;
+  double follow_window_s = 0.2;  ///< longest lag of setpoint to AIPos that is still normal
+
+  /// Throws ConfigError naming the key, the value and what to do.
+  void validate() const;
+};
+
+}  // namespace cellcal::drivers

@@ -1,0 +1,96 @@
+#pragma once
+// What the cycle reports, as plain values without words, and the words that people read. The words
+// are made on the reader's side: making them allocates.
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "drivers/kuka/rsi_codec.h"
+#include "drivers/robot.h"
+
+namespace cellcal::drivers {
+
+/// Why a move ended as it did. `axis`, `a`, `b` of the CoreResult belong to it.
+enum class Cause : std::uint8_t {
+  kNone,
+  kNoPackets,  ///< link down or lost at begin
+  kNotReferenced,
+  kBusy,
+  kAxisCount,        ///< a: given, b: expected
+  kNotFinite,        ///< axis
+  kBelowLimit,       ///< axis, a: target [deg], b: limit [deg]
+  kAboveLimit,       ///< axis, a: target [deg], b: limit [deg]
+  kCorrectionLimit,  ///< axis, a: correction [deg], b: limit [deg]
+  kBadCruise,        ///< a: seconds
+  kNotAccepted,      ///< the controller counts every reply as late
+  kNoSensor,
+  kNotArmed,  ///< a: arm_id of the move, b: arm_id in force or -1
+  kTouchingAtStart,
+  kTrippedAtStart,
+  kSensorDead,  ///< no heartbeat, or link broken
+  kArmExpired,
+  kTripUnconfirmed,  ///< a: seconds waited
+  kStampOutside,     ///< a: age of the sensor's time stamp [s]
+  kTouchedOutsideSearch,
+  kContactNotOpen,
+  kSilence,  ///< a: seconds
+  kSessionRestarted,
+  kLateReplies,       ///< a: how many during this move
+  kAxisNotFollowing,  ///< axis, a: commanded [deg], b: actual [deg]
+  kNotSettled,        ///< axis, a: still moving by [deg], b: seconds waited
+  kStopAsked,
+};
+
+struct CoreResult {
+  std::uint32_t id = 0;
+  MoveOutcome outcome = MoveOutcome::kRefused;
+  Cause cause = Cause::kNone;
+  std::uint8_t axis = 0;
+  double a = 0.0, b = 0.0;
+  std::uint32_t ipoc = 0;  ///< of the last packet
+  AxisAngles at_rad;
+  std::optional<Latch> latch;
+};
+
+/// Why the adapter does not answer, or not yet as it should.
+enum class Trouble : std::uint8_t {
+  kNone,
+  kLearning,  ///< cycle not yet known
+  kOddCycle,  ///< outside 2..40 ms
+  kCoarse,    ///< fewer than 3 decimals in AIPos
+  kTooFewAxes,
+  kWaitingForRest,  ///< correction not known while the arm moves
+  kUnknownOffset,   ///< correction that the controller holds cannot be known: no reply
+  kNotAccepted,     ///< Delay grows with every reply
+};
+
+/// Plain values, so that a snapshot can be copied word by word.
+struct CoreState {
+  RobotLink link = RobotLink::kDown;
+  Trouble trouble = Trouble::kNone;
+  bool moving = false;
+  bool rereference_pending = false;
+  std::uint8_t axes = 0;
+  WireError last_error = WireError::kNone;
+  double actual_rad[kMaxAxes] = {};
+  double commanded_rad[kMaxAxes] = {};
+  double cycle_s = 0.0;
+  double waited_s = 0.0;  ///< since the last packet, or since the link was opened
+  std::uint64_t packets = 0, replies = 0, late = 0, gaps = 0, bad_packets = 0;
+  std::uint32_t late_while_moving = 0;
+  std::int32_t decimals = -1;
+  std::uint32_t ipoc = 0;
+  char last_bad[48] = {};  ///< how the last bad datagram began, printable characters only
+};
+
+/// Limits and addresses that the words name.
+struct ReportNames {
+  std::string listening;  ///< "address:port"
+  std::string sentype;
+};
+
+MoveResult to_move_result(const CoreResult& result);
+RobotState to_robot_state(const CoreState& state, const ReportNames& names);
+
+}  // namespace cellcal::drivers

@@ -1,0 +1,31 @@
+#include "drivers/robot.h"
+
+namespace cellcal::drivers {
+
+const char* to_string(MoveOutcome outcome) {
+  switch (outcome) {
+    case MoveOutcome::kArrived:
+      return "arrived";
+    case MoveOutcome::kContact:
+      return "contact";
+    case MoveOutcome::kRevoked:
+      return "revoked";
+    case MoveOutcome::kStopped:
+      return "stopped";
+    case MoveOutcome::kUnexpectedContact:
+      return "unexpected contact";
+    case MoveOutcome::kStillInContact:
+      return "still in contact";
+    case MoveOutcome::kContactSilent:
+      return "contact sensor silent";
+    case MoveOutcome::kRobotSilent:
+      return "robot silent";
+    case MoveOutcome::kRefused:
+      return "refused";
+    case MoveOutcome::kNotFollowing:
+      return "not following";
+  }
+  return "unknown";
+}
+
+}  // namespace cellcal::drivers

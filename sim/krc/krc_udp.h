@@ -1,0 +1,48 @@
+#pragma once
+// The emulated controller in real time: its own thread, a hard clock, and a UDP socket to the PC.
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "sim/krc/controller.h"
+
+namespace cellcal::sim {
+
+struct KrcUdpOptions {
+  std::string pc_address = "127.0.0.1";
+  std::uint16_t pc_port = 49152;
+  /// The operator: seconds after a fault stop until RSI is started again; none: never.
+  std::optional<double> restart_after_s;
+  bool realtime = false;  ///< SCHED_FIFO for the clock, if permitted
+};
+
+class KrcUdp {
+ public:
+  /// Called after each tick on the controller's thread: a physical cell looks for contacts between
+  /// `now` and the next tick (Controller::actual_rad_at).
+  using CycleHook = std::function<void(Controller&, drivers::TimePoint now)>;
+
+  KrcUdp(ControllerConfig config, KrcUdpOptions options, CycleHook on_cycle = {});
+  ~KrcUdp();
+  KrcUdp(const KrcUdp&) = delete;
+  KrcUdp& operator=(const KrcUdp&) = delete;
+
+  /// Opens the socket, RSI_ON, starts the clock. Throws drivers::DriverError.
+  void start();
+  void stop();  ///< Idempotent; joins the thread.
+
+  /// Runs `use` between two cycles, with the controller to itself. Keep it short.
+  void with(const std::function<void(Controller&)>& use);
+  /// Cable out: neither packets nor replies pass while true; the clock goes on.
+  void unplug(bool unplugged);
+  std::uint64_t overruns() const;  ///< ticks that came more than half a cycle late
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace cellcal::sim
