@@ -1,0 +1,212 @@
+// The cell to scale, from above and from the side: base and targets, certified lengths dashed.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <string>
+#include <vector>
+
+#include "daemon/report/scale.h"
+#include "daemon/report/sections.h"
+#include "daemon/report/svg.h"
+#include "daemon/report/text.h"
+
+namespace cellcal::daemon::report {
+namespace {
+
+constexpr double kPanelWidth = 460.0;
+constexpr double kPanelHeight = 360.0;
+constexpr double kLeft = 52.0;
+constexpr double kTop = 24.0;
+constexpr double kRight = 14.0;
+constexpr double kBottom = 40.0;
+constexpr double kMarginMm = 150.0;
+constexpr double kLeastRadius = 3.5;  // px, so that a small sphere stays visible
+constexpr double kLetterWidth = 6.6;  // px, for keeping labels apart
+constexpr double kLetterHeight = 13.0;
+constexpr std::size_t kLabelLength = 14;
+constexpr double kMmPerMetre = 1000.0;
+
+struct Ball {
+  std::string id;
+  Eigen::Vector3d centre_mm;
+  double radius_mm = 0.0;
+};
+
+struct Box {
+  double left, top, right, bottom;
+  bool overlaps(const Box& other) const {
+    return left < other.right && other.left < right && top < other.bottom && other.top < bottom;
+  }
+};
+
+std::vector<Ball> balls_of(const View& view) {
+  std::vector<Ball> balls;
+  for (const calib::TargetResult& target : view.result.targets) {
+    if (!target.centre_m.allFinite()) continue;
+    const double radius = target.effective_radius_m * kMmPerMetre;
+    balls.push_back({target.id, target.centre_m * kMmPerMetre,
+                     std::isfinite(radius) ? std::max(radius, 0.0) : 0.0});
+  }
+  return balls;
+}
+
+struct Axis {
+  int index;
+  char name;
+};
+
+// One view: `across` and `upward` choose two of x, y, z.
+class PanelDrawing {
+ public:
+  PanelDrawing(const std::vector<Ball>& balls, Axis across, Axis upward, std::string_view heading)
+      : balls_(balls),
+        across_(across),
+        upward_(upward),
+        svg_(kPanelWidth, kPanelHeight, "chart cell", heading) {
+    fit_scales();
+    draw_grid();
+    svg_.text({0.0, kTop - 10.0}, Anchor::kStart, "panel", heading);
+  }
+
+  void draw_lengths(const std::vector<calib::CertifiedLength>& lengths) {
+    for (const calib::CertifiedLength& length : lengths) {
+      const Ball* from = find(length.from);
+      const Ball* to = find(length.to);
+      if (from && to) svg_.line(at(from->centre_mm), at(to->centre_mm), "certified");
+    }
+  }
+
+  std::string finish() && {
+    draw_base();
+    for (const Ball& ball : balls_) {
+      const double radius = std::max(ball.radius_mm * px_per_mm_, kLeastRadius);
+      const Point centre = at(ball.centre_mm);
+      svg_.circle(centre, radius, "ball", ball.id);
+      taken_.push_back(
+          {centre.x - radius, centre.y - radius, centre.x + radius, centre.y + radius});
+    }
+    for (const Ball& ball : balls_) draw_label(ball);
+    return std::move(svg_).finish();
+  }
+
+ private:
+  void fit_scales() {
+    Eigen::Vector2d least(-kMarginMm, -kMarginMm);
+    Eigen::Vector2d most(kMarginMm, kMarginMm);
+    for (const Ball& ball : balls_) {
+      const Eigen::Vector2d centre(ball.centre_mm[across_.index], ball.centre_mm[upward_.index]);
+      const double reach = ball.radius_mm + kMarginMm;
+      least = least.cwiseMin((centre.array() - reach).matrix());
+      most = most.cwiseMax((centre.array() + reach).matrix());
+    }
+    const double width = kPanelWidth - kLeft - kRight;
+    const double height = kPanelHeight - kTop - kBottom;
+    px_per_mm_ = std::min(width / (most.x() - least.x()), height / (most.y() - least.y()));
+    const Eigen::Vector2d middle = 0.5 * (least + most);
+    const double half_width = 0.5 * width / px_per_mm_;
+    const double half_height = 0.5 * height / px_per_mm_;
+    x_ = {middle.x() - half_width, middle.x() + half_width, kLeft, kPanelWidth - kRight};
+    y_ = {middle.y() - half_height, middle.y() + half_height, kPanelHeight - kBottom, kTop};
+  }
+
+  void draw_grid() {
+    const std::vector<double> columns = round_ticks(x_.from, x_.to, 6);
+    const std::vector<std::string> column_labels = tick_labels(columns);
+    for (std::size_t i = 0; i < columns.size(); ++i) {
+      const double x = x_(columns[i]);
+      svg_.line({x, kTop}, {x, kPanelHeight - kBottom}, "grid");
+      svg_.text({x, kPanelHeight - kBottom + 16.0}, Anchor::kMiddle, "tick", column_labels[i]);
+    }
+    const std::vector<double> rows = round_ticks(y_.from, y_.to, 6);
+    const std::vector<std::string> row_labels = tick_labels(rows);
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      const double y = y_(rows[i]);
+      svg_.line({kLeft, y}, {kPanelWidth - kRight, y}, "grid");
+      svg_.text({kLeft - 7.0, y + 4.0}, Anchor::kEnd, "tick", row_labels[i]);
+    }
+    svg_.text({kPanelWidth - kRight, kPanelHeight - kBottom + 33.0}, Anchor::kEnd, "tick",
+              fmt::format("{} across, {} up, mm", across_.name, upward_.name));
+  }
+
+  void draw_base() {
+    const Point origin{x_(0.0), y_(0.0)};
+    constexpr double kArrow = 30.0;
+    svg_.line(origin, {origin.x + kArrow, origin.y}, "axis");
+    svg_.line(origin, {origin.x, origin.y - kArrow}, "axis");
+    svg_.rectangle({origin.x - 5.0, origin.y - 5.0}, 10.0, 10.0, "base");
+    svg_.text({origin.x + kArrow + 4.0, origin.y + 4.0}, Anchor::kStart, "label",
+              std::string(1, across_.name));
+    svg_.text({origin.x, origin.y - kArrow - 4.0}, Anchor::kMiddle, "label",
+              std::string(1, upward_.name));
+    svg_.text({origin.x, origin.y + 20.0}, Anchor::kMiddle, "label", "base");
+    taken_.push_back(
+        {origin.x - 18.0, origin.y - kArrow - 14.0, origin.x + kArrow + 14.0, origin.y + 22.0});
+  }
+
+  // The first of four places beside the ball where the label covers nothing; else the first.
+  void draw_label(const Ball& ball) {
+    const std::string words = shorten(ball.id, kLabelLength);
+    const double width = kLetterWidth * static_cast<double>(std::min(words.size(), kLabelLength));
+    const double gap = std::max(ball.radius_mm * px_per_mm_, kLeastRadius) + 5.0;
+    const Point centre = at(ball.centre_mm);
+    const std::array<Point, 4> corners{{{centre.x + gap, centre.y - 0.5 * kLetterHeight},
+                                        {centre.x - gap - width, centre.y - 0.5 * kLetterHeight},
+                                        {centre.x - 0.5 * width, centre.y - gap - kLetterHeight},
+                                        {centre.x - 0.5 * width, centre.y + gap}}};
+    Point chosen = corners[0];
+    for (const Point& corner : corners) {
+      const Box box{corner.x, corner.y, corner.x + width, corner.y + kLetterHeight};
+      const bool inside = box.left >= kLeft && box.right <= kPanelWidth && box.top >= kTop;
+      const bool is_free = std::none_of(taken_.begin(), taken_.end(),
+                                        [&box](const Box& other) { return box.overlaps(other); });
+      if (inside && is_free) {
+        chosen = corner;
+        break;
+      }
+    }
+    taken_.push_back({chosen.x, chosen.y, chosen.x + width, chosen.y + kLetterHeight});
+    svg_.text({chosen.x, chosen.y + 10.5}, Anchor::kStart, "label strong", words);
+  }
+
+  Point at(const Eigen::Vector3d& mm_in_base) const {
+    return {x_(mm_in_base[across_.index]), y_(mm_in_base[upward_.index])};
+  }
+
+  const Ball* find(const std::string& id) const {
+    const auto found = std::find_if(balls_.begin(), balls_.end(),
+                                    [&id](const Ball& ball) { return ball.id == id; });
+    return found == balls_.end() ? nullptr : &*found;
+  }
+
+  const std::vector<Ball>& balls_;
+  Axis across_, upward_;
+  Svg svg_;
+  Scale x_, y_;
+  double px_per_mm_ = 1.0;
+  std::vector<Box> taken_;
+};
+
+}  // namespace
+
+std::string cell_picture(const View& view) {
+  const std::vector<Ball> balls = balls_of(view);
+  if (balls.empty()) return {};
+  constexpr Axis kX{0, 'x'};
+  constexpr Axis kY{1, 'y'};
+  constexpr Axis kZ{2, 'z'};
+  PanelDrawing above(balls, kX, kY, "From above");
+  PanelDrawing side(balls, kX, kZ, "From the side, looking along +y");
+  above.draw_lengths(view.result.cell.lengths);
+  side.draw_lengths(view.result.cell.lengths);
+  std::string body = fmt::format("<div class=\"pair\">{}{}</div>\n", std::move(above).finish(),
+                                 std::move(side).finish());
+  body += fmt::format(
+      "<p class=\"note\">Targets to scale in the robot&rsquo;s base frame, where the touches found "
+      "them.{}</p>\n",
+      view.result.cell.lengths.empty() ? "" : " Dashed: certified lengths.");
+  return section("cell", "The cell", body);
+}
+
+}  // namespace cellcal::daemon::report

@@ -1,0 +1,76 @@
+#include "daemon/report/correlation.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+namespace cellcal::daemon::report {
+namespace {
+
+// A variance that shrinks to this part of itself with the frame held was all frame.
+constexpr double kNothingLeft = 1e-9;
+
+// Correlation matrix conditional on the frame coordinates:
+//   C' = C - B (B' C^-1 B)^-1 B',  C scaled to unit diagonal first.
+// Returns false where C is not positive definite in double precision.
+bool remove_frame(Eigen::MatrixXd& scaled, const Eigen::MatrixXd& basis) {
+  const Eigen::LLT<Eigen::MatrixXd> factor(scaled);
+  if (factor.info() != Eigen::Success) return false;
+  const Eigen::MatrixXd whitened = factor.matrixL().solve(basis);
+  const Eigen::LLT<Eigen::MatrixXd> inner(Eigen::MatrixXd(whitened.transpose() * whitened));
+  if (inner.info() != Eigen::Success) return false;
+  const Eigen::MatrixXd reduced = scaled - basis * inner.solve(basis.transpose());
+  if (!reduced.allFinite()) return false;
+  scaled = reduced;
+  return true;
+}
+
+}  // namespace
+
+Correlations strong_correlations(const calib::Calibration& calibration, double least) {
+  Correlations result;
+  const auto count = static_cast<Eigen::Index>(calibration.parameters.size());
+  const Eigen::MatrixXd& covariance = calibration.covariance;
+  if (count == 0 || covariance.rows() != count || covariance.cols() != count ||
+      !covariance.allFinite()) {
+    return result;
+  }
+  result.available = true;
+
+  // Parameters without variance are fixed and correlate with nothing.
+  std::vector<Eigen::Index> free;
+  for (Eigen::Index i = 0; i < count; ++i) {
+    if (covariance(i, i) > 0.0) free.push_back(i);
+  }
+  const auto size = static_cast<Eigen::Index>(free.size());
+  Eigen::VectorXd scale(size);
+  for (Eigen::Index i = 0; i < size; ++i) scale[i] = 1.0 / std::sqrt(covariance(free[i], free[i]));
+  Eigen::MatrixXd scaled(size, size);
+  for (Eigen::Index i = 0; i < size; ++i) {
+    for (Eigen::Index j = 0; j < size; ++j) {
+      scaled(i, j) = covariance(free[i], free[j]) * scale[i] * scale[j];
+    }
+  }
+  const Eigen::MatrixXd& basis = calibration.frame_basis;
+  if (basis.rows() == count && basis.cols() > 0 && basis.allFinite()) {
+    Eigen::MatrixXd scaled_basis(size, basis.cols());
+    for (Eigen::Index i = 0; i < size; ++i) scaled_basis.row(i) = basis.row(free[i]) * scale[i];
+    result.frame_removed = remove_frame(scaled, scaled_basis);
+  }
+  for (Eigen::Index i = 0; i < size; ++i) {
+    for (Eigen::Index j = i + 1; j < size; ++j) {
+      if (scaled(i, i) <= kNothingLeft || scaled(j, j) <= kNothingLeft) continue;
+      const double correlation = scaled(i, j) / std::sqrt(scaled(i, i) * scaled(j, j));
+      if (!std::isfinite(correlation) || std::abs(correlation) < least) continue;
+      result.pairs.push_back({static_cast<std::size_t>(free[i]), static_cast<std::size_t>(free[j]),
+                              std::clamp(correlation, -1.0, 1.0)});
+    }
+  }
+  std::stable_sort(result.pairs.begin(), result.pairs.end(),
+                   [](const CorrelatedPair& one, const CorrelatedPair& other) {
+                     return std::abs(one.correlation) > std::abs(other.correlation);
+                   });
+  return result;
+}
+
+}  // namespace cellcal::daemon::report

@@ -1,0 +1,138 @@
+// What the touches could not tell, which of them were left out, and which parameters go together.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "daemon/report/correlation.h"
+#include "daemon/report/sections.h"
+#include "daemon/report/text.h"
+
+namespace cellcal::daemon::report {
+namespace {
+
+constexpr std::string_view kNothing = "\xE2\x80\x93";
+constexpr double kStrongCorrelation = 0.9;
+constexpr std::size_t kMostPairs = 20;
+constexpr std::size_t kMostShares = 6;  // of one direction; the rest is small
+constexpr double kLeastShare = 0.05;
+constexpr int kShareDecimals = 2;
+constexpr int kCorrelationDecimals = 3;
+
+std::string shares_of(const calib::UnidentifiableDirection& direction) {
+  auto shares = direction.direction;
+  std::stable_sort(shares.begin(), shares.end(), [](const auto& one, const auto& other) {
+    return std::abs(one.second) > std::abs(other.second);
+  });
+  std::string words;
+  std::size_t shown = 0;
+  for (const auto& [name, share] : shares) {
+    if (shown == kMostShares || !(std::abs(share) >= kLeastShare)) break;
+    words += fmt::format("{}<code>{}</code>&nbsp;{}", shown == 0 ? "" : ", ", escape(name),
+                         signed_fixed(share, kShareDecimals));
+    ++shown;
+  }
+  return words;
+}
+
+std::string outlier_row(const View& view, const calib::Outlier& outlier) {
+  std::string target(kNothing);
+  std::string line(kNothing);
+  if (outlier.touch < view.input.touches.size()) {
+    const calib::Touch& touch = view.input.touches[outlier.touch];
+    target = escape(touch.target);
+    if (touch.line > 0) line = fmt::format("{}", touch.line);
+  }
+  return fmt::format(
+      "<tr><th scope=\"row\">{}</th><td>{}</td><td class=\"word\">{}</td><td>{}</td>"
+      "<td class=\"word wide\">{}</td></tr>\n",
+      outlier.touch + 1, line, target, signed_mm(outlier.residual_m),
+      outlier.reason.empty() ? std::string("no reason recorded") : escape(outlier.reason));
+}
+
+}  // namespace
+
+std::string unidentifiable(const View& view) {
+  const auto& directions = view.result.unidentifiable;
+  if (directions.empty()) {
+    return section("unidentifiable", "What the touches cannot tell",
+                   "<p>No direction was reported that the touches leave undecided.</p>\n");
+  }
+  std::string items;
+  for (const calib::UnidentifiableDirection& direction : directions) {
+    const std::string shares = shares_of(direction);
+    items +=
+        fmt::format("<li>{}{}</li>\n", escape(direction.words),
+                    shares.empty() ? std::string() : fmt::format("<br><small>{}</small>", shares));
+  }
+  const std::string body = fmt::format(
+      "<p>{} of the parameters leave every touch as it is. They are not set silently: each keeps "
+      "its nominal value within its tolerance. The numbers are shares in units of each "
+      "parameter&rsquo;s tolerance.</p>\n<ol>\n{}</ol>\n",
+      counted(directions.size(), "combination", "combinations"), items);
+  return section("unidentifiable", "What the touches cannot tell", body);
+}
+
+std::string outliers(const View& view) {
+  const auto& list = view.result.outliers;
+  if (list.empty()) {
+    return section("outliers", "Outliers", "<p>No touch was set aside.</p>\n");
+  }
+  std::string rows;
+  for (const calib::Outlier& outlier : list) rows += outlier_row(view, outlier);
+  const std::string body = fmt::format(
+      "<p>Left out of the fit and of all figures above.</p>\n<div class=\"scroll\">"
+      "<table class=\"numbers\">\n<thead><tr><th scope=\"col\">touch</th>"
+      "<th scope=\"col\">line of file</th><th scope=\"col\" class=\"word\">target</th>"
+      "<th scope=\"col\">residual, mm</th><th scope=\"col\" class=\"word\">reason</th></tr></thead>"
+      "\n<tbody>\n{}</tbody>\n</table></div>\n",
+      rows);
+  return section("outliers", "Outliers", body);
+}
+
+std::string correlations(const View& view) {
+  const Correlations strong = strong_correlations(view.result, kStrongCorrelation);
+  constexpr std::string_view kHeading = "Parameters that go together";
+  if (!strong.available) {
+    return section("correlations", kHeading,
+                   "<p>The calibration carries no usable covariance, so correlations are not "
+                   "known.</p>\n");
+  }
+  const std::string_view frame = strong.frame_removed
+                                     ? "The frame directions are held fixed here. "
+                                     : "The frame directions are part of these figures. ";
+  if (strong.pairs.empty()) {
+    return section("correlations", kHeading,
+                   fmt::format("<p>{}No two parameters correlate by more than {}.</p>\n", frame,
+                               fixed(kStrongCorrelation, 1)));
+  }
+  std::string rows;
+  const std::size_t shown = std::min(strong.pairs.size(), kMostPairs);
+  for (std::size_t i = 0; i < shown; ++i) {
+    const CorrelatedPair& pair = strong.pairs[i];
+    rows += fmt::format(
+        "<tr><th scope=\"row\"><code>{}</code></th><td class=\"word\"><code>{}</code></td>"
+        "<td>{}</td></tr>\n",
+        escape(view.result.parameters[pair.first].name),
+        escape(view.result.parameters[pair.second].name),
+        signed_fixed(pair.correlation, kCorrelationDecimals));
+  }
+  std::string body = fmt::format(
+      "<p>{}Of a pair beyond &plusmn;{} the touches know the combination better than each value "
+      "alone: do not read one without the other.</p>\n<div class=\"scroll\">"
+      "<table class=\"numbers narrow\">\n<thead><tr><th scope=\"col\">parameter</th>"
+      "<th scope=\"col\" class=\"word\">and</th><th scope=\"col\">correlation</th></tr></thead>\n"
+      "<tbody>\n{}</tbody>\n</table></div>\n",
+      frame, fixed(kStrongCorrelation, 1), rows);
+  if (strong.pairs.size() > shown) {
+    body +=
+        fmt::format("<p class=\"note\">The strongest {} of {}.</p>\n", shown, strong.pairs.size());
+  }
+  return section("correlations", kHeading, body);
+}
+
+}  // namespace cellcal::daemon::report

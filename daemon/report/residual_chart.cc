@@ -1,0 +1,186 @@
+// Residual of every touch, signed. Two panels with one touch axis: the nominal robot on the scale
+// of its errors (millimetres), the calibrated one on the scale of its own (hundredths), because one
+// linear axis would show only one of the two and a logarithmic one would lose the sign.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "daemon/report/scale.h"
+#include "daemon/report/sections.h"
+#include "daemon/report/svg.h"
+#include "daemon/report/text.h"
+
+namespace cellcal::daemon::report {
+namespace {
+
+constexpr double kWidth = 940.0;
+constexpr double kLeft = 58.0;
+constexpr double kRight = 10.0;
+constexpr double kBeforeTop = 26.0;
+constexpr double kBeforeHeight = 150.0;
+constexpr double kAfterTop = 222.0;
+constexpr double kAfterHeight = 190.0;
+constexpr double kHeight = 456.0;
+constexpr int kTicksPerPanel = 5;
+constexpr int kTouchTicks = 12;
+constexpr double kBandSigmas = 2.0;
+constexpr double kFallbackRangeMm = 0.1;
+constexpr std::size_t kManyMarks = 150;  // from here on smaller marks keep neighbours apart
+constexpr std::size_t kMostOutlierLabels = 12;
+constexpr double kMmPerMetre = 1000.0;
+
+struct Panel {
+  Scale across, up;
+};
+
+// Outliers do not set the scale; they are drawn at its edge.
+double range_of(const std::vector<Mark>& marks, double Mark::*value, double at_least) {
+  double most = at_least;
+  bool any = false;
+  for (const Mark& mark : marks) {
+    if (mark.kind == MarkKind::kOutlier) continue;
+    most = std::max(most, std::abs(mark.*value));
+    any = true;
+  }
+  if (!any) {
+    for (const Mark& mark : marks) most = std::max(most, std::abs(mark.*value));
+  }
+  return round_up(most, kFallbackRangeMm);
+}
+
+void draw_frame(Svg& svg, const Panel& panel, std::string_view heading) {
+  const std::vector<double> ticks = round_ticks(panel.up.from, panel.up.to, kTicksPerPanel);
+  const std::vector<std::string> labels = tick_labels(ticks);
+  for (std::size_t i = 0; i < ticks.size(); ++i) {
+    const double y = panel.up(ticks[i]);
+    svg.line({panel.across.at_from, y}, {panel.across.at_to, y}, ticks[i] == 0.0 ? "zero" : "grid");
+    svg.text({panel.across.at_from - 8.0, y + 4.0}, Anchor::kEnd, "tick", labels[i]);
+  }
+  svg.text({0.0, panel.up.at_to - 10.0}, Anchor::kStart, "panel", heading);
+}
+
+void draw_mark(Svg& svg, const Mark& mark, Point at, double size, std::string_view extra) {
+  const std::string classes = fmt::format("{} {}", css_class(mark.kind), extra);
+  const std::string title = mark_title(mark);
+  switch (mark.kind) {
+    case MarkKind::kFit:
+      svg.circle(at, size, classes, title);
+      break;
+    case MarkKind::kCheck:
+      svg.diamond(at, size * 1.45, classes, title);
+      break;
+    case MarkKind::kOutlier:
+      svg.cross(at, size * 1.45, classes, title);
+      break;
+  }
+}
+
+void draw_touch_axis(Svg& svg, const Scale& across, const std::vector<Mark>& marks, double y) {
+  for (const double tick : round_ticks(across.from, across.to, kTouchTicks)) {
+    // Ticks stand at the order of the residuals; the label is the touch's own number.
+    if (tick < 1.0 || tick > static_cast<double>(marks.size()) || tick != std::floor(tick)) {
+      continue;
+    }
+    const Mark& mark = marks[static_cast<std::size_t>(tick) - 1];
+    svg.text({across(tick), y}, Anchor::kMiddle, "tick", fmt::format("{}", mark.number));
+  }
+  svg.text({across.at_to, y + 18.0}, Anchor::kEnd, "tick", "touch, in the order of touching");
+}
+
+void draw_before(Svg& svg, const Panel& panel, const std::vector<Mark>& marks, double size) {
+  draw_frame(svg, panel,
+             "Nominal robot, mm (light), with the calibrated one on the same scale (dark)");
+  for (std::size_t i = 0; i < marks.size(); ++i) {
+    const double x = panel.across(static_cast<double>(i + 1));
+    svg.line({x, panel.up(0.0)}, {x, panel.up.clamped(marks[i].before_mm)}, "stem");
+  }
+  for (std::size_t i = 0; i < marks.size(); ++i) {
+    const double x = panel.across(static_cast<double>(i + 1));
+    draw_mark(svg, marks[i], {x, panel.up.clamped(marks[i].before_mm)}, size, "before");
+  }
+  for (std::size_t i = 0; i < marks.size(); ++i) {
+    if (marks[i].kind == MarkKind::kOutlier) continue;
+    const double x = panel.across(static_cast<double>(i + 1));
+    svg.circle({x, panel.up.clamped(marks[i].after_mm)}, size * 0.55, "collapsed");
+  }
+}
+
+void draw_after(Svg& svg, const Panel& panel, const std::vector<Mark>& marks, double size,
+                double band_mm) {
+  if (band_mm > 0.0 && std::isfinite(band_mm)) {
+    const double top = panel.up.clamped(band_mm);
+    svg.rectangle({panel.across.at_from, top}, panel.across.at_to - panel.across.at_from,
+                  panel.up.clamped(-band_mm) - top, "band");
+  }
+  draw_frame(svg, panel, "Calibrated robot, mm, on its own scale");
+  std::size_t labelled = 0;
+  for (std::size_t i = 0; i < marks.size(); ++i) {
+    const Mark& mark = marks[i];
+    const Point at{panel.across(static_cast<double>(i + 1)), panel.up.clamped(mark.after_mm)};
+    draw_mark(svg, mark, at, size, "after");
+    if (mark.kind != MarkKind::kOutlier || labelled >= kMostOutlierLabels) continue;
+    ++labelled;
+    const bool on_the_right = at.x > panel.across.at_to - 90.0;
+    svg.text({at.x + (on_the_right ? -9.0 : 9.0), at.y + (mark.after_mm > 0.0 ? 10.0 : -3.0)},
+             on_the_right ? Anchor::kEnd : Anchor::kStart, "flag",
+             fmt::format("{}: {}{}", mark.number, fixed(mark.after_mm, 2),
+                         panel.up.holds(mark.after_mm) ? "" : " off scale"));
+  }
+}
+
+std::string_view legend() {
+  return "<p class=\"legend\">"
+         "<svg viewBox=\"0 0 12 12\"><circle class=\"fit after\" cx=\"6\" cy=\"6\" "
+         "r=\"3.4\"/></svg>"
+         "fitted "
+         "<svg viewBox=\"0 0 12 12\"><path class=\"check after\" d=\"M6 1L11 6L6 11L1 6Z\"/></svg>"
+         "held out "
+         "<svg viewBox=\"0 0 12 12\"><path class=\"outlier after\" d=\"M2 2L10 10M2 10L10 "
+         "2\"/></svg>"
+         "outlier, left out of the fit"
+         "</p>\n";
+}
+
+}  // namespace
+
+std::string residual_chart(const View& view) {
+  const std::vector<Mark>& marks = view.marks;
+  if (marks.empty()) {
+    return section("residuals", "Residual of every touch",
+                   "<p>There are no residuals to draw.</p>\n");
+  }
+  double band_mm = kBandSigmas * view.result.cell.touch_sigma_m * kMmPerMetre;
+  if (!std::isfinite(band_mm) || band_mm < 0.0) band_mm = 0.0;
+  const double before = range_of(marks, &Mark::before_mm, 0.0);
+  const double after = range_of(marks, &Mark::after_mm, 0.0);
+  const Scale across{0.0, static_cast<double>(marks.size() + 1), kLeft, kWidth - kRight};
+  const Panel upper{across, {-before, before, kBeforeTop + kBeforeHeight, kBeforeTop}};
+  const Panel lower{across, {-after, after, kAfterTop + kAfterHeight, kAfterTop}};
+  const double size = marks.size() > kManyMarks ? 1.9 : 3.0;
+
+  Svg svg(kWidth, kHeight, "chart residuals",
+          "Signed residual of every touch in millimetres, nominal robot above, calibrated below");
+  draw_before(svg, upper, marks, size);
+  draw_after(svg, lower, marks, size, band_mm);
+  draw_touch_axis(svg, across, marks, kAfterTop + kAfterHeight + 18.0);
+
+  std::string body(legend());
+  body += fmt::format("<div class=\"scroll\">{}</div>\n", std::move(svg).finish());
+  body += fmt::format(
+      "<p class=\"note\">Positive: the tip is further from the centre than it should be. The "
+      "shaded "
+      "band is &plusmn;2&sigma; of one touch (&plusmn;{} mm); of well-modelled touches about one "
+      "in twenty lies outside it. A drift from left to right points to temperature or a tool that "
+      "moved; one bad stretch to one target.</p>\n",
+      fixed(band_mm, kMmDecimals));
+  if (view.not_finite > 0) {
+    body += fmt::format("<p class=\"warn\">{} not finite and left out of the drawings.</p>\n",
+                        counted(view.not_finite, "residual is", "residuals are"));
+  }
+  return section("residuals", "Residual of every touch", body);
+}
+
+}  // namespace cellcal::daemon::report

@@ -1,0 +1,123 @@
+// Where the targets are, how large they act, how well each one is met, and what became of the
+// certified lengths.
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <string>
+#include <string_view>
+
+#include "daemon/report/sections.h"
+#include "daemon/report/text.h"
+
+namespace cellcal::daemon::report {
+namespace {
+
+constexpr std::string_view kNothing = "\xE2\x80\x93";
+constexpr int kCoarseDecimals = 2;  // of a residual in sigma
+
+struct PerTarget {
+  int count = 0;
+  double sum_mm = 0.0, squares_mm2 = 0.0;
+};
+
+// Of all touches that are not outliers: a target that moved shows as a mean away from zero.
+PerTarget residuals_of(const View& view, std::string_view id) {
+  PerTarget sums;
+  for (const Mark& mark : view.marks) {
+    if (mark.target != id || mark.kind == MarkKind::kOutlier) continue;
+    ++sums.count;
+    sums.sum_mm += mark.after_mm;
+    sums.squares_mm2 += mark.after_mm * mark.after_mm;
+  }
+  return sums;
+}
+
+std::string radius_cells(const calib::TargetResult& target, const calib::Target* in_cell) {
+  const std::string effective =
+      target.effective_radius_m > 0.0 ? mm(target.effective_radius_m) : std::string(kNothing);
+  if (!in_cell || in_cell->kind != calib::TargetKind::kSphere || target.effective_radius_m <= 0.0) {
+    return fmt::format("<td>{}</td><td>{}</td>", effective, kNothing);
+  }
+  return fmt::format("<td>{}</td><td>{}</td>", effective,
+                     signed_mm(target.effective_radius_m - 0.5 * in_cell->diameter_m));
+}
+
+std::string target_row(const View& view, const calib::TargetResult& target) {
+  const calib::Target* in_cell = view.cell_target(target.id);
+  const PerTarget sums = residuals_of(view, target.id);
+  const std::string mean =
+      sums.count > 0 ? signed_fixed(sums.sum_mm / sums.count, kMmDecimals) : std::string(kNothing);
+  const std::string rms = sums.count > 0
+                              ? fixed(std::sqrt(sums.squares_mm2 / sums.count), kMmDecimals)
+                              : std::string(kNothing);
+  return fmt::format(
+      "<tr><th scope=\"row\">{}</th><td class=\"word\">{}</td><td>{}</td><td>{}</td><td>{}</td>{}"
+      "<td>{}</td><td>{}</td><td>{}</td></tr>\n",
+      escape(target.id), in_cell ? kind_word(in_cell->kind) : kNothing, mm(target.centre_m.x()),
+      mm(target.centre_m.y()), mm(target.centre_m.z()), radius_cells(target, in_cell), sums.count,
+      mean, rms);
+}
+
+std::string lengths_table(const View& view) {
+  const auto& lengths = view.result.cell.lengths;
+  if (lengths.empty()) {
+    return "<p class=\"note\">No certified length between targets was given.</p>\n";
+  }
+  std::string rows;
+  for (const calib::CertifiedLength& length : lengths) {
+    const calib::TargetResult* from = view.target_result(length.from);
+    const calib::TargetResult* to = view.target_result(length.to);
+    std::string found(kNothing);
+    std::string difference(kNothing);
+    std::string in_sigma(kNothing);
+    if (from && to) {
+      const double distance = (from->centre_m - to->centre_m).norm();
+      found = mm(distance);
+      difference = signed_mm(distance - length.length_m);
+      if (length.sigma_m > 0.0) {
+        in_sigma = signed_fixed((distance - length.length_m) / length.sigma_m, kCoarseDecimals);
+      }
+    }
+    rows += fmt::format(
+        "<tr><th scope=\"row\">{} to {}</th><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td>"
+        "</tr>\n",
+        escape(length.from), escape(length.to), mm(length.length_m), mm(length.sigma_m), found,
+        difference, in_sigma);
+  }
+  return fmt::format(
+      "<h3>Certified lengths, mm</h3>\n<div class=\"scroll\"><table class=\"numbers\">\n<thead><tr>"
+      "<th scope=\"col\">between</th><th scope=\"col\">certified</th><th scope=\"col\">&sigma;</th>"
+      "<th scope=\"col\">found</th><th scope=\"col\">difference</th><th scope=\"col\">in &sigma;"
+      "</th></tr></thead>\n<tbody>\n{}</tbody>\n</table></div>\n",
+      rows);
+}
+
+}  // namespace
+
+std::string targets_table(const View& view) {
+  if (view.result.targets.empty()) {
+    return section("targets", "Targets", "<p>The calibration names no targets.</p>\n");
+  }
+  std::string rows;
+  for (const calib::TargetResult& target : view.result.targets) rows += target_row(view, target);
+  std::string body = fmt::format(
+      "<div class=\"scroll\"><table class=\"numbers\">\n<thead>\n<tr><th></th><th></th>"
+      "<th class=\"span\" colspan=\"3\" scope=\"colgroup\">centre in base, mm</th>"
+      "<th class=\"span\" colspan=\"2\" scope=\"colgroup\">effective radius, mm</th>"
+      "<th class=\"span\" colspan=\"3\" scope=\"colgroup\">residual after, mm</th></tr>\n"
+      "<tr><th scope=\"col\">target</th><th scope=\"col\" class=\"word\">kind</th>"
+      "<th scope=\"col\">x</th><th scope=\"col\">y</th><th scope=\"col\">z</th>"
+      "<th scope=\"col\">found</th><th scope=\"col\">&minus; nominal</th>"
+      "<th scope=\"col\">touches</th><th scope=\"col\">mean</th><th scope=\"col\">rms</th></tr>\n"
+      "</thead>\n<tbody>\n{}</tbody>\n</table></div>\n",
+      rows);
+  body +=
+      "<p class=\"note\">Effective radius: sphere plus tip plus what the trigger adds or takes. "
+      "Residuals count fitted and held-out touches without outliers; a mean away from zero points "
+      "to a target that moved.</p>\n";
+  body += lengths_table(view);
+  return section("targets", "Targets", body);
+}
+
+}  // namespace cellcal::daemon::report

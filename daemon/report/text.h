@@ -1,0 +1,37 @@
+#pragma once
+// Text and numbers on their way into HTML: nothing that a user's file holds may become markup, and
+// a number looks the same whatever the locale.
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+
+namespace cellcal::daemon::report {
+
+/// For HTML text and quoted attributes. Escapes & < > " ', and replaces what has no place in a
+/// document by U+FFFD: control characters, broken UTF-8, bidirectional overrides (which can make
+/// one id look like another).
+std::string escape(std::string_view text);
+
+/// At most `code_points` characters, the last one an ellipsis where something was cut. Not escaped.
+std::string shorten(std::string_view text, std::size_t code_points);
+
+/// Fixed decimals, real minus sign, never "-0.000"; an en dash where the value is not finite;
+/// scientific from 1e9 on.
+std::string fixed(double value, int decimals);
+/// Same with an explicit plus sign.
+std::string signed_fixed(double value, int decimals);
+/// Same as fixed() with the ASCII minus, for what people copy into files.
+std::string ascii_fixed(double value, int decimals);
+/// Shortest text with this many significant digits, e.g. "0.00036", "2.1e-06".
+std::string significant(double value, int digits);
+
+/// Metres as millimetres; three decimals show a micrometre, a thirtieth of one touch's noise.
+inline constexpr int kMmDecimals = 3;
+std::string mm(double metres, int decimals = kMmDecimals);
+std::string signed_mm(double metres, int decimals = kMmDecimals);
+
+/// "1 touch", "12 touches".
+std::string counted(std::size_t count, std::string_view one, std::string_view many);
+
+}  // namespace cellcal::daemon::report

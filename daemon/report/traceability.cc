@@ -1,0 +1,177 @@
+// Under which conditions, with what, and from which files: what somebody needs to repeat or doubt
+// this calibration.
+
+#include <fmt/format.h>
+
+#include <string>
+#include <string_view>
+
+#include "daemon/report/sections.h"
+#include "daemon/report/text.h"
+
+namespace cellcal::daemon::report {
+namespace {
+
+constexpr double kDegPerRad = 57.295779513082320876798154814105;
+constexpr int kJointDecimals = 5;  // as in the touches CSV
+constexpr int kMassDecimals = 3;
+constexpr int kGravityDecimals = 3;
+constexpr int kSpeedDecimals = 2;
+constexpr double kMmPerMetre = 1000.0;
+
+// `html` is already escaped; empty values are named, not hidden.
+std::string pair(std::string_view name, const std::string& html) {
+  return fmt::format("<tr><th scope=\"row\">{}</th><td>{}</td></tr>\n", name,
+                     html.empty() ? std::string("<em>not stated</em>") : html);
+}
+
+std::string vector_mm(const Eigen::Vector3d& v) {
+  return fmt::format("{}, {}, {}", mm(v.x()), mm(v.y()), mm(v.z()));
+}
+
+std::string session_rows(const View& view) {
+  const ReportInput& input = view.input;
+  return pair("Session", escape(input.session_id)) + pair("Started", escape(input.started)) +
+         pair("Finished", escape(input.finished)) + pair("Software", escape(input.software)) +
+         pair("Method", escape(view.result.method));
+}
+
+std::string robot_rows(const View& view) {
+  const calib::Cell& cell = view.result.cell;
+  std::string robot = escape(cell.robot.name);
+  if (!cell.robot.source.empty()) {
+    robot += fmt::format("<br><small>{}</small>", escape(cell.robot.source));
+  }
+  const Eigen::Vector3d& g = cell.robot.gravity_m_s2;
+  return pair("Cell", escape(view.input.cell_name)) + pair("Robot", robot) +
+         pair("Joints", fmt::format("{}", cell.robot.joints.size())) +
+         pair("Gravity in base, m/s&sup2;",
+              fmt::format("{}, {}, {}", fixed(g.x(), kGravityDecimals),
+                          fixed(g.y(), kGravityDecimals), fixed(g.z(), kGravityDecimals)));
+}
+
+std::string tool_rows(const View& view) {
+  const calib::Cell& cell = view.result.cell;
+  const calib::Tool& tool = cell.tool;
+  return pair("TCP from flange, mm", vector_mm(tool.tcp.translation())) +
+         pair("TCP &sigma;, mm", tool.tcp_sigma_m.isZero() ? std::string("taken as known")
+                                                           : vector_mm(tool.tcp_sigma_m)) +
+         pair("Tool mass, kg", fixed(tool.mass_kg, kMassDecimals)) +
+         pair("Tool length, mm", mm(tool.length_m, 1)) +
+         pair("Tip radius, mm", mm(tool.tip_radius_m)) +
+         pair("Touch &sigma;, mm", mm(cell.touch_sigma_m)) +
+         pair("Radius offset &sigma;, mm", mm(cell.radius_offset_sigma_m));
+}
+
+std::string artefact_rows(const View& view) {
+  std::string rows;
+  for (const calib::Target& target : view.result.cell.targets) {
+    std::string words(kind_word(target.kind));
+    if (target.kind == calib::TargetKind::kSphere) {
+      words += fmt::format(", diameter {} mm, &sigma; {} mm", mm(target.diameter_m),
+                           mm(target.diameter_sigma_m));
+    }
+    rows += pair(escape(target.id), words);
+  }
+  for (const calib::CertifiedLength& length : view.result.cell.lengths) {
+    rows += pair(
+        fmt::format("{} to {}", escape(length.from), escape(length.to)),
+        fmt::format("certified {} mm, &sigma; {} mm", mm(length.length_m), mm(length.sigma_m)));
+  }
+  return rows;
+}
+
+std::string pairs_table(std::string_view heading, const std::string& rows) {
+  if (rows.empty()) return {};
+  return fmt::format(
+      "<div class=\"block\"><h3>{}</h3>\n<table class=\"pairs\">\n{}</table></div>\n", heading,
+      rows);
+}
+
+std::string files_table(const View& view) {
+  if (view.result.inputs.empty()) {
+    return "<p class=\"warn\">The calibration names no input files; it cannot be traced to "
+           "them.</p>\n";
+  }
+  std::string rows;
+  for (const calib::InputFile& file : view.result.inputs) {
+    rows += fmt::format(
+        "<tr><th scope=\"row\">{}</th><td class=\"word\">{}</td><td class=\"word\">"
+        "<code class=\"hash\">{}</code></td></tr>\n",
+        escape(file.role), escape(file.name), escape(file.sha256));
+  }
+  return fmt::format(
+      "<h3>Input files</h3>\n<div class=\"scroll\"><table class=\"numbers\">\n<thead><tr>"
+      "<th scope=\"col\">role</th><th scope=\"col\" class=\"word\">file</th>"
+      "<th scope=\"col\" class=\"word\">SHA-256</th></tr></thead>\n<tbody>\n{}</tbody>\n</table>"
+      "</div>\n",
+      rows);
+}
+
+std::string notes_list(const View& view) {
+  std::string items;
+  for (const std::string& note : view.input.notes) {
+    items += fmt::format("<li>{}</li>\n", escape(note));
+  }
+  return items.empty() ? items : fmt::format("<h3>Notes</h3>\n<ul>\n{}</ul>\n", items);
+}
+
+std::string touch_row(const calib::Touch& touch, std::size_t number, std::size_t joints) {
+  std::string cells;
+  for (std::size_t i = 0; i < joints; ++i) {
+    cells += fmt::format("<td>{}</td>",
+                         i < touch.joint_rad.size()
+                             ? ascii_fixed(touch.joint_rad[i] * kDegPerRad, kJointDecimals)
+                             : std::string("\xE2\x80\x93"));
+  }
+  const bool known = touch.readings > 0;
+  return fmt::format(
+      "<tr><th scope=\"row\">{}</th>{}<td class=\"word\">{}</td><td class=\"word\">{}</td>"
+      "<td>{}</td><td>{}</td><td>{}</td><td>{}</td><td class=\"word\">{}</td></tr>\n",
+      number, cells, escape(touch.target), touch.set == calib::TouchSet::kCheck ? "check" : "fit",
+      touch.sigma_m > 0.0 ? ascii_fixed(touch.sigma_m * kMmPerMetre, kMmDecimals) : std::string(),
+      known ? fmt::format("{}", touch.readings) : std::string(),
+      known ? ascii_fixed(touch.spread_m * kMmPerMetre, kMmDecimals) : std::string(),
+      touch.speed_m_s > 0.0 ? ascii_fixed(touch.speed_m_s * kMmPerMetre, kSpeedDecimals)
+                            : std::string(),
+      escape(touch.time));
+}
+
+}  // namespace
+
+std::string traceability(const View& view) {
+  const std::string body = "<div class=\"columns\">\n" +
+                           pairs_table("Session", session_rows(view)) +
+                           pairs_table("Robot and cell", robot_rows(view)) +
+                           pairs_table("Tool and touch", tool_rows(view)) +
+                           pairs_table("Targets and certified lengths", artefact_rows(view)) +
+                           "</div>\n" + notes_list(view) + files_table(view) + raw_touches(view);
+  return section("traceability", "Conditions and traceability", body);
+}
+
+std::string raw_touches(const View& view) {
+  const auto& touches = view.input.touches;
+  if (touches.empty()) return "<p class=\"warn\">The touches themselves were not given.</p>\n";
+  const auto& joints = view.result.cell.robot.joints;
+  std::string head;
+  for (const calib::Joint& joint : joints) {
+    head += fmt::format("<th scope=\"col\">{}, deg</th>", escape(joint.name));
+  }
+  std::string rows;
+  for (std::size_t i = 0; i < touches.size(); ++i) {
+    rows += touch_row(touches[i], i + 1, joints.size());
+  }
+  return fmt::format(
+      "<details>\n<summary>Raw touches ({0}); open before printing to have them on "
+      "paper</summary>\n<div class=\"scroll\"><table class=\"numbers raw\">\n<thead><tr>"
+      "<th scope=\"col\">no.</th>{1}<th scope=\"col\" class=\"word\">target</th>"
+      "<th scope=\"col\" class=\"word\">set</th><th scope=\"col\">&sigma;, mm</th>"
+      "<th scope=\"col\">readings</th><th scope=\"col\">spread, mm</th>"
+      "<th scope=\"col\">speed, mm/s</th><th scope=\"col\" class=\"word\">time</th></tr></thead>\n"
+      "<tbody>\n{2}</tbody>\n</table></div>\n</details>\n<p class=\"on-paper\">Raw touches ({0}): "
+      "in the "
+      "electronic file of this report.</p>\n",
+      touches.size(), head, rows);
+}
+
+}  // namespace cellcal::daemon::report

@@ -1,0 +1,109 @@
+#include "daemon/report/view.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <set>
+
+#include "daemon/report/text.h"
+
+namespace cellcal::daemon::report {
+namespace {
+
+constexpr double kMmPerMetre = 1000.0;
+
+}  // namespace
+
+View::View(const ReportInput& report_input)
+    : input(report_input), result(report_input.calibration) {
+  std::set<std::size_t> named;
+  for (const calib::Outlier& outlier : result.outliers) named.insert(outlier.touch);
+  std::set<std::size_t> set_aside = named;
+  marks.reserve(result.residuals.size());
+  for (const calib::TouchResidual& residual : result.residuals) {
+    Mark mark;
+    mark.number = residual.touch + 1;
+    if (residual.touch < input.touches.size()) {
+      const calib::Touch& touch = input.touches[residual.touch];
+      mark.held_out = touch.set == calib::TouchSet::kCheck;
+      mark.target = touch.target;
+    }
+    if (residual.outlier || named.contains(residual.touch)) {
+      mark.kind = MarkKind::kOutlier;
+      set_aside.insert(residual.touch);
+    } else {
+      mark.kind = mark.held_out ? MarkKind::kCheck : MarkKind::kFit;
+    }
+    mark.before_mm = residual.before_m * kMmPerMetre;
+    mark.after_mm = residual.after_m * kMmPerMetre;
+    mark.whitened = residual.whitened;
+    if (residual.direction.allFinite()) mark.direction = residual.direction;
+    if (std::isfinite(mark.before_mm) && std::isfinite(mark.after_mm) &&
+        std::isfinite(mark.whitened)) {
+      marks.push_back(std::move(mark));
+    } else {
+      ++not_finite;
+    }
+  }
+  outliers = set_aside.size();
+  for (std::size_t i = 0; i < input.touches.size(); ++i) {
+    if (set_aside.contains(i)) continue;
+    ++(input.touches[i].set == calib::TouchSet::kCheck ? check : fit);
+  }
+}
+
+const calib::Target* View::cell_target(std::string_view id) const {
+  for (const calib::Target& target : result.cell.targets) {
+    if (target.id == id) return &target;
+  }
+  return nullptr;
+}
+
+const calib::TargetResult* View::target_result(std::string_view id) const {
+  for (const calib::TargetResult& target : result.targets) {
+    if (target.id == id) return &target;
+  }
+  return nullptr;
+}
+
+std::string_view kind_word(calib::TargetKind kind) {
+  switch (kind) {
+    case calib::TargetKind::kSphere:
+      return "sphere";
+    case calib::TargetKind::kWire:
+      return "wire";
+    case calib::TargetKind::kPlane:
+      return "plane";
+    case calib::TargetKind::kPoint:
+      return "point";
+    case calib::TargetKind::kTracker:
+      return "tracker";
+  }
+  return "target";
+}
+
+std::string_view css_class(MarkKind kind) {
+  switch (kind) {
+    case MarkKind::kFit:
+      return "fit";
+    case MarkKind::kCheck:
+      return "check";
+    case MarkKind::kOutlier:
+      return "outlier";
+  }
+  return "fit";
+}
+
+std::string mark_title(const Mark& mark) {
+  std::string_view kind = mark.held_out ? "held out" : "fitted";
+  if (mark.kind == MarkKind::kOutlier) kind = "outlier, left out";
+  return fmt::format("touch {}{}{}, {}: {} mm before, {} mm after", mark.number,
+                     mark.target.empty() ? "" : " on ", mark.target, kind,
+                     fixed(mark.before_mm, kMmDecimals), fixed(mark.after_mm, kMmDecimals));
+}
+
+std::string section(std::string_view id, std::string_view heading, std::string_view body) {
+  return fmt::format("<section id=\"{}\">\n<h2>{}</h2>\n{}</section>\n", id, heading, body);
+}
+
+}  // namespace cellcal::daemon::report

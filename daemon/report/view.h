@@ -1,0 +1,52 @@
+#pragma once
+// What every section needs to know, looked up once: each touch with its kind, target and residuals
+// in millimetres.
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "daemon/report/report.h"
+
+namespace cellcal::daemon::report {
+
+enum class MarkKind { kFit, kCheck, kOutlier };
+
+/// One residual as the drawings show it.
+struct Mark {
+  std::size_t number = 0;  ///< of the touch, from 1, as shown to people
+  MarkKind kind = MarkKind::kFit;
+  bool held_out = false;  ///< a check touch, outlier or not
+  std::string target;     ///< empty where the touch is unknown
+  double before_mm = 0.0, after_mm = 0.0;
+  double whitened = 0.0;
+  Eigen::Vector3d direction = Eigen::Vector3d::Zero();  ///< base frame; zero where there is none
+};
+
+/// References the input, which must live longer.
+struct View {
+  explicit View(const ReportInput& report_input);
+
+  const ReportInput& input;
+  const calib::Calibration& result;
+  std::vector<Mark> marks;  ///< finite ones only, in the order of the residuals
+  std::size_t fit = 0, check = 0, outliers = 0;  ///< touches by kind
+  std::size_t not_finite = 0;                    ///< residuals left out of every drawing
+
+  /// nullptr where the cell has no such target.
+  const calib::Target* cell_target(std::string_view id) const;
+  const calib::TargetResult* target_result(std::string_view id) const;
+};
+
+std::string_view kind_word(calib::TargetKind kind);
+std::string_view css_class(MarkKind kind);
+/// "touch 12 on S1, held out: 2.310 mm before, 0.021 mm after".
+std::string mark_title(const Mark& mark);
+
+/// "<section ...><h2>heading</h2>" ... "</section>" around the body.
+std::string section(std::string_view id, std::string_view heading, std::string_view body);
+
+}  // namespace cellcal::daemon::report
