@@ -157,6 +157,12 @@ Cell read_cell(const TomlTable& document, Robot robot) {
   return cell;
 }
 
+std::filesystem::path robot_file_of(const std::filesystem::path& cell_file) {
+  const TomlTable document = TomlTable::load(cell_file);
+  document.word("format", {kFormat});
+  return find_robot(document.string("robot"), cell_file, document);
+}
+
 Cell load_cell(const std::filesystem::path& path) {
   const TomlTable document = TomlTable::load(path);
   document.word("format", {kFormat});

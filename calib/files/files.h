@@ -22,6 +22,9 @@ Robot load_robot(const std::filesystem::path& path);
 /// file, or the name of a shipped robot (see robots_directory()).
 Cell load_cell(const std::filesystem::path& path);
 
+/// The robot file that this cell file names, found as load_cell finds it.
+std::filesystem::path robot_file_of(const std::filesystem::path& cell_file);
+
 /// Where the shipped robots lie: $CELLCAL_ROBOTS, or the build's source tree, or
 /// /usr/share/cellcal/robots.
 std::vector<std::filesystem::path> robots_directories();

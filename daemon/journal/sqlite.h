@@ -1,0 +1,79 @@
+#pragma once
+// SQLite behind two small types: a connection and a statement. Errors are JournalError.
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+struct sqlite3;
+struct sqlite3_stmt;
+
+namespace cellcal::daemon {
+
+class Database {
+ public:
+  /// Opens or creates the file. Throws JournalError.
+  explicit Database(const std::filesystem::path& path);
+  ~Database();
+  Database(const Database&) = delete;
+  Database& operator=(const Database&) = delete;
+
+  /// One or more statements without results.
+  void execute(const char* sql);
+  /// First column of the first row.
+  std::int64_t integer(const char* sql);
+  std::string text(const char* sql);
+  std::int64_t last_row_id() const;
+  [[noreturn]] void fail(int code) const;
+
+  const std::string& name() const { return name_; }
+
+ private:
+  friend class Statement;
+  friend class Transaction;
+  std::string name_;
+  sqlite3* handle_ = nullptr;
+};
+
+/// A prepared statement; parameters and columns count from 1 and 0 as in SQLite.
+class Statement {
+ public:
+  Statement(Database& database, const char* sql);
+  ~Statement();
+  Statement(const Statement&) = delete;
+  Statement& operator=(const Statement&) = delete;
+
+  Statement& bind(int index, std::int64_t value);
+  Statement& bind(int index, double value);
+  Statement& bind(int index, std::string_view value);
+  Statement& bind_blob(int index, std::string_view value);
+
+  /// True: a row is there.
+  bool step();
+  std::int64_t integer(int column);
+  double number(int column);
+  std::string text(int column);  ///< text or blob; empty where NULL
+
+ private:
+  void check(int code);
+
+  Database& database_;
+  sqlite3_stmt* handle_ = nullptr;
+};
+
+/// Begins a transaction; rolled back unless commit() returned.
+class Transaction {
+ public:
+  explicit Transaction(Database& database);
+  ~Transaction();
+  Transaction(const Transaction&) = delete;
+  Transaction& operator=(const Transaction&) = delete;
+  void commit();
+
+ private:
+  Database& database_;
+  bool open_ = true;
+};
+
+}  // namespace cellcal::daemon

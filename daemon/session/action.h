@@ -1,0 +1,82 @@
+#pragma once
+// What a session wants done. The runner performs actions in order; when one fails, the rest of that
+// step is dropped and the failure comes back as an event.
+
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <variant>
+
+#include "calib/files/touch.h"
+#include "calib/identify/calibration.h"
+#include "daemon/session/failure.h"
+#include "drivers/robot.h"
+
+namespace cellcal::daemon {
+
+/// One slow or fast search that ended in contact.
+struct Reading {
+  drivers::AxisAngles contact_rad;  ///< at the instant of contact
+  drivers::AxisAngles settled_rad;  ///< at rest after the stop
+  double along_m = 0.0;             ///< tip travel from the stand-off, along the search line
+  bool slow = false;
+  double time_sigma_s = 0.0;
+  double reaction_s = 0.0;
+  int bounces = 0;
+  std::string utc;
+};
+
+// For the worker; answered by kPlanned, kRouted, kAssessed, kIdentified, kReported or kWorkFailed.
+struct MakePlan {};
+struct FindRoute {
+  std::size_t next = 0;  ///< index of the first touch still to be made
+};
+struct Assess {};
+struct Identify {};
+struct WriteReport {
+  std::shared_ptr<const calib::Calibration> calibration;
+};
+
+// For the devices.
+struct OpenDevices {};
+struct Rereference {};
+struct ArmSensor {
+  std::uint16_t arm_id = 0;
+  std::chrono::milliseconds lifetime{0};
+};
+struct SelfTest {};
+struct BeginMove {
+  drivers::Move move;
+};
+struct StopArm {};
+struct CloseDevices {};  ///< disarms too; where nothing is open it does nothing
+
+// For the journal. RecordTouch is answered by kRecorded; all by kJournalFailed where they fail.
+struct RecordPlan {
+  std::string hash;
+  std::size_t touches = 0;
+};
+struct RecordReading {
+  std::size_t touch = 0;
+  int number = 0;  ///< counts up within the touch
+  Reading reading;
+};
+struct RecordTouch {
+  std::size_t index = 0;
+  calib::Touch touch;
+};
+enum class Ending { kDone, kAborted, kFailed };
+struct RecordEnd {
+  Ending ending = Ending::kDone;
+  std::string failure;  ///< describe(Failure), empty otherwise
+};
+
+using Action = std::variant<MakePlan, FindRoute, Assess, Identify, WriteReport, OpenDevices,
+                            Rereference, ArmSensor, SelfTest, BeginMove, StopArm, CloseDevices,
+                            RecordPlan, RecordReading, RecordTouch, RecordEnd>;
+
+/// Name of the action, for logs and tests.
+const char* name_of(const Action& action);
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,37 @@
+#pragma once
+// The seam between a session and what it drives: real hardware, emulated wires, or a cell in the
+// same process. One per session; destroying it lets go of everything that it holds.
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "calib/identify/calibration.h"
+#include "drivers/contact.h"
+#include "drivers/robot.h"
+#include "drivers/time.h"
+
+namespace cellcal::daemon {
+
+class Backend {
+ public:
+  virtual ~Backend() = default;
+
+  virtual drivers::Robot& robot() = 0;
+  virtual drivers::ContactSensor& contact() = 0;
+  virtual drivers::Clock& clock() = 0;
+  /// True: time passes only in clock().sleep_until(). The worker then runs inline, so that the
+  /// same seed gives the same bits.
+  virtual bool virtual_time() const { return false; }
+  /// Wall time, ISO 8601 UTC; on virtual time a function of the clock alone.
+  virtual std::string utc_now() = 0;
+  /// Simulated cells only: figures of this result against the hidden truth, for the report.
+  virtual std::vector<std::pair<std::string, std::string>> truth(const calib::Calibration&) {
+    return {};
+  }
+};
+
+/// The machine's wall time, ISO 8601 UTC with milliseconds.
+std::string wall_clock_utc();
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,138 @@
+#pragma once
+// What can happen to a session. One plain struct: the kind selects the row of the table, the rest
+// is the evidence.
+
+#include <array>
+#include <concepts>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "calib/identify/calibration.h"
+#include "calib/plan/plan.h"
+#include "drivers/contact.h"
+#include "drivers/robot.h"
+
+namespace cellcal::daemon {
+
+enum class EventKind : std::uint8_t {
+  // Asked for from outside.
+  kRun,
+  kAbort,
+  // From the worker.
+  kPlanned,
+  kRouted,
+  kAssessed,  ///< residual of the newest touch, for the progress line
+  kIdentified,
+  kReported,
+  kWorkFailed,
+  // From the devices.
+  kLinks,  ///< robot's or sensor's status changed
+  kDeviceFailed,
+  kArmed,
+  kArmRefused,
+  // Results of a move, as drivers::MoveOutcome. All mean that the arm is at rest.
+  kArrived,
+  kContact,
+  kRevoked,
+  kStopped,
+  kUnexpectedContact,
+  kStillInContact,
+  kContactSilent,
+  kRobotSilent,
+  kRefused,
+  kNotFollowing,
+  // From the disk and the clock.
+  kRecorded,
+  kJournalFailed,
+  kDeadline,
+};
+
+inline constexpr std::array kAllEvents{EventKind::kRun,
+                                       EventKind::kAbort,
+                                       EventKind::kPlanned,
+                                       EventKind::kRouted,
+                                       EventKind::kAssessed,
+                                       EventKind::kIdentified,
+                                       EventKind::kReported,
+                                       EventKind::kWorkFailed,
+                                       EventKind::kLinks,
+                                       EventKind::kDeviceFailed,
+                                       EventKind::kArmed,
+                                       EventKind::kArmRefused,
+                                       EventKind::kArrived,
+                                       EventKind::kContact,
+                                       EventKind::kRevoked,
+                                       EventKind::kStopped,
+                                       EventKind::kUnexpectedContact,
+                                       EventKind::kStillInContact,
+                                       EventKind::kContactSilent,
+                                       EventKind::kRobotSilent,
+                                       EventKind::kRefused,
+                                       EventKind::kNotFollowing,
+                                       EventKind::kRecorded,
+                                       EventKind::kJournalFailed,
+                                       EventKind::kDeadline};
+
+const char* to_string(EventKind kind);
+EventKind event_of(drivers::MoveOutcome outcome);
+
+/// A set of events, as one row of the table names it.
+class Events {
+ public:
+  template <typename... K>
+  requires(std::same_as<K, EventKind>&&...) constexpr explicit(false) Events(K... kinds)
+      : bits_((bit(kinds) | ... | 0u)) {}
+  constexpr bool has(EventKind kind) const { return (bits_ & bit(kind)) != 0; }
+  static constexpr Events all() {
+    Events result;
+    for (EventKind kind : kAllEvents) result.bits_ |= bit(kind);
+    return result;
+  }
+
+ private:
+  static constexpr std::uint32_t bit(EventKind kind) { return 1u << static_cast<unsigned>(kind); }
+  std::uint32_t bits_ = 0;
+};
+
+inline constexpr Events kMoveResults{EventKind::kArrived,           EventKind::kContact,
+                                     EventKind::kRevoked,           EventKind::kStopped,
+                                     EventKind::kUnexpectedContact, EventKind::kStillInContact,
+                                     EventKind::kContactSilent,     EventKind::kRobotSilent,
+                                     EventKind::kRefused,           EventKind::kNotFollowing};
+
+/// What the session sees of its devices.
+struct Links {
+  drivers::RobotLink robot = drivers::RobotLink::kDown;
+  drivers::AxisAngles actual_rad;
+  std::string robot_words;
+  drivers::ContactLink contact = drivers::ContactLink::kDown;
+  bool in_contact = false;
+  bool self_test_ok = false;
+  std::string contact_words;
+
+  bool ready() const {
+    return robot != drivers::RobotLink::kDown && robot != drivers::RobotLink::kLost &&
+           contact == drivers::ContactLink::kReady;
+  }
+};
+
+struct Event {
+  EventKind kind = EventKind::kRun;
+  drivers::TimePoint at{};  ///< session's clock
+  std::string utc;          ///< wall time, ISO 8601
+  std::string words;        ///< the driver's, worker's or journal's reason
+
+  std::uint32_t move_id = 0;  ///< results of a move
+  drivers::AxisAngles at_rad;
+  std::optional<drivers::Latch> latch;
+  std::uint16_t arm_id = 0;                               ///< kArmed, kArmRefused
+  Links links;                                            ///< kLinks
+  std::shared_ptr<const calib::Plan> plan;                ///< kPlanned, kRouted
+  std::string plan_hash;                                  ///< kPlanned
+  std::shared_ptr<const calib::Calibration> calibration;  ///< kIdentified
+  std::optional<double> residual_m;                       ///< kAssessed
+};
+
+}  // namespace cellcal::daemon

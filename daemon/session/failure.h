@@ -1,0 +1,49 @@
+#pragma once
+// Why a session failed: a named type, and the evidence in words that say what happened, where, and
+// what to do next.
+
+#include <string>
+
+namespace cellcal::daemon {
+
+enum class FailureKind {
+  kPlan,               ///< no plan, or no clear way from where the arm stands
+  kPlanChanged,        ///< resumed, but the stored inputs no longer give the stored plan
+  kDevice,             ///< a device or address could not be opened
+  kLinkNotReady,       ///< robot or contact sensor did not become ready in time
+  kContactFault,       ///< the contact sensor cannot be trusted (loop, self-test, lost, silent)
+  kContactClosed,      ///< contact is closed before the first move
+  kArmRefused,         ///< the sensor would not be armed
+  kNoContact,          ///< end of the search without contact
+  kContactTooEarly,    ///< contact before the plausible window
+  kUnexpectedContact,  ///< contact outside a search
+  kStillInContact,     ///< contact did not open on the way back
+  kReadingsDisagree,   ///< readings of one touch do not repeat
+  kTooManyRevoked,     ///< trips that were noise, again and again
+  kContactSilent,
+  kRobotSilent,
+  kMoveRefused,
+  kNotFollowing,
+  kStoppedElsewhere,  ///< the move was stopped, but not by this session
+  kTimeout,           ///< a phase took longer than anything plausible
+  kStopUnconfirmed,   ///< stop commanded, but no sign of rest: use the emergency stop
+  kJournal,           ///< a touch or the session could not be put on disk
+  kIdentify,
+  kReport,
+  kUnexpectedEvent,  ///< an event that the table does not list for this phase
+};
+
+/// Hyphenated name, e.g. "no-contact"; stands in the journal and the API.
+const char* to_string(FailureKind kind);
+
+struct Failure {
+  FailureKind kind = FailureKind::kUnexpectedEvent;
+  std::string detail;
+
+  bool operator==(const Failure&) const = default;
+};
+
+/// The failure as one line of text, safe for a terminal and a log.
+std::string describe(const Failure& failure);
+
+}  // namespace cellcal::daemon

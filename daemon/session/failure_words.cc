@@ -1,0 +1,154 @@
+// What each failure says: what happened, where, and what to do next.
+
+#include <fmt/format.h>
+
+#include "daemon/session/rules.h"
+#include "daemon/session/search_line.h"
+
+namespace cellcal::daemon::rules {
+
+namespace {
+
+constexpr double kMmPerM = 1000.0;
+
+std::string joined(const std::string& words, const std::string& more) {
+  if (words.empty()) return more;
+  if (more.empty()) return words;
+  return words + "; " + more;
+}
+
+/// "touch 12 of 40 (S2): ", or nothing outside of one.
+std::string where(const State& state) {
+  const bool touching = kMovingPhases.has(state.phase) || kStandingPhases.has(state.phase);
+  // Once it is on disk a touch counts as done, while the arm still leaves it.
+  const bool leaving = state.phase == Phase::kRetreat && state.done > 0;
+  const std::size_t touch = leaving ? state.done - 1 : state.done;
+  if (!touching || !state.plan || touch >= state.plan->touches.size()) return "";
+  return fmt::format("touch {} of {} ({}): ", touch + 1, state.plan->touches.size(),
+                     state.plan->touches[touch].target);
+}
+
+std::string target(const State& state) {
+  return state.plan && state.done < state.plan->touches.size() ? state.planned().target
+                                                               : std::string("the target");
+}
+
+std::string link_words(const Links& links) {
+  std::string words;
+  const bool robot_ready = links.robot == drivers::RobotLink::kReady ||
+                           links.robot == drivers::RobotLink::kNotReferenced;
+  if (!robot_ready) words = "robot: " + joined(links.robot_words, "not ready");
+  if (links.robot == drivers::RobotLink::kNotReferenced) {
+    words = "robot: " + joined(links.robot_words, "not referenced");
+  }
+  if (links.contact != drivers::ContactLink::kReady) {
+    words = joined(words, "contact sensor: " + joined(links.contact_words, "not ready"));
+  }
+  return words;
+}
+
+std::string readings_words(const State& state, const Event& event) {
+  std::string words;
+  for (const Reading& reading : state.slow) {
+    words += fmt::format("{:.3f}, ", reading.along_m * kMmPerM);
+  }
+  const double last = event.latch ? travel_m(state.planned(), event.latch->contact_rad) : 0.0;
+  return words + fmt::format("{:.3f} mm", last * kMmPerM);
+}
+
+constexpr const char* kResume = "then go on with 'cellcal run --resume'";
+
+std::string what(FailureKind kind, const State& state, const Event& event) {
+  const std::string& words = event.words;
+  switch (kind) {
+    case FailureKind::kPlan:
+    case FailureKind::kDevice:
+    case FailureKind::kIdentify:
+    case FailureKind::kReport:
+      return words;
+    case FailureKind::kPlanChanged:
+      return "the stored cell and options give another plan than the one that the session was "
+             "begun with (the software has changed); start a new session";
+    case FailureKind::kLinkNotReady:
+      return joined(link_words(state.links), kResume);
+    case FailureKind::kContactFault:
+      return joined("the contact sensor cannot be trusted",
+                    joined(event.links.contact_words, "see 'cellcal status'"));
+    case FailureKind::kContactClosed:
+      return joined(
+          "contact is closed before the first move: the tip touches something, or the "
+          "sense line is shorted or broken; jog the arm free or mend the wire",
+          event.links.contact_words);
+    case FailureKind::kArmRefused:
+      return joined(
+          joined("the contact sensor would not be armed", words.empty() ? "no answer" : words),
+          state.links.contact_words);
+    case FailureKind::kNoContact:
+      return fmt::format(
+          "no contact by the end of travel on {}, {:.1f} mm behind the surface as "
+          "the cell file states it; check centre and diameter in the cell file, "
+          "and the contact circuit",
+          target(state), (state.planned().search_m - state.planned().expected_m) * kMmPerM);
+    case FailureKind::kContactTooEarly:
+      return fmt::format(
+          "contact {:.1f} mm before the surface of {} as the cell file states it: "
+          "the tip met something else, or the centre in the cell file is wrong",
+          (state.planned().expected_m -
+           (event.latch ? travel_m(state.planned(), event.latch->contact_rad) : 0)) *
+              kMmPerM,
+          target(state));
+    case FailureKind::kUnexpectedContact:
+      return joined("contact outside of a search", joined(words, "jog the arm free"));
+    case FailureKind::kStillInContact:
+      return joined(
+          "contact did not open on the way back: spatter at the tip, or a short; clean "
+          "the tip",
+          joined(words, kResume));
+    case FailureKind::kReadingsDisagree:
+      return fmt::format(
+          "{} readings on {} do not agree within {:.3f} mm ({}); look for dirt, a "
+          "loose sphere, a loose tool",
+          state.slow.size() + 1, target(state), state.policy.tolerance_m * kMmPerM,
+          readings_words(state, event));
+    case FailureKind::kTooManyRevoked:
+      return fmt::format(
+          "{} trips of the contact sensor on {} were noise; check the sensor's "
+          "cable, earth and shield",
+          state.revoked + 1, target(state));
+    case FailureKind::kContactSilent:
+      return joined("the contact sensor fell silent, the arm was stopped",
+                    joined(joined(words, state.links.contact_words), kResume));
+    case FailureKind::kRobotSilent:
+      return joined("no packets from the robot controller",
+                    joined(joined(words, state.links.robot_words), kResume));
+    case FailureKind::kMoveRefused:
+      return joined("the move was not begun", words);
+    case FailureKind::kNotFollowing:
+      return joined("the arm does not follow: drives off, protective stop, or correction clamped",
+                    joined(words, kResume));
+    case FailureKind::kStoppedElsewhere:
+      return joined("the move was stopped, but not by this session", words);
+    case FailureKind::kTimeout:
+      return joined(fmt::format("'{}' took longer than plausible", to_string(state.phase)), words);
+    case FailureKind::kStopUnconfirmed:
+      return joined(
+          "stop was commanded, but nothing says that the arm rests; use the emergency "
+          "stop, and look at the arm",
+          link_words(state.links));
+    case FailureKind::kJournal:
+      return joined(words, "make room or mend the disk, the touches before this one are safe");
+    case FailureKind::kUnexpectedEvent:
+      return joined(fmt::format("'{}' must not happen while '{}'", to_string(event.kind),
+                                to_string(state.phase)),
+                    joined(words, "please report this"));
+  }
+  return words;
+}
+
+}  // namespace
+
+std::string failure_detail(FailureKind kind, const State& state, const Event& event) {
+  return where(state) + what(kind, state, event);
+}
+
+}  // namespace cellcal::daemon::rules

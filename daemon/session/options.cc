@@ -1,0 +1,49 @@
+#include "daemon/session/options.h"
+
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+namespace cellcal::daemon {
+
+namespace {
+
+/// One list of keys serves both directions. `Visitor` is called with each key and its member.
+template <typename Options, typename Visitor>
+void each_key(Options& options, Visitor visit) {
+  visit("fit_touches", options.plan.fit_touches);
+  visit("check_touches", options.plan.check_touches);
+  visit("seed", options.plan.seed);
+  visit("standoff_m", options.plan.standoff_m);
+  visit("beyond_m", options.plan.beyond_m);
+  visit("clear_m", options.plan.clear_m);
+  visit("limit_margin_rad", options.plan.limit_margin_rad);
+  visit("fast_m_s", options.touch.fast_m_s);
+  visit("slow_m_s", options.touch.slow_m_s);
+  visit("back_off_m", options.touch.back_off_m);
+  visit("earliest_m", options.touch.earliest_m);
+  visit("readings", options.touch.readings);
+  visit("tolerance_m", options.touch.tolerance_m);
+  visit("max_readings", options.touch.max_readings);
+  visit("max_revoked", options.touch.max_revoked);
+}
+
+}  // namespace
+
+std::string options_to_json(const SessionOptions& options) {
+  nlohmann::json json;
+  each_key(options, [&](const char* key, const auto& value) { json[key] = value; });
+  return json.dump();
+}
+
+SessionOptions options_from_json(std::string_view text) {
+  SessionOptions options;
+  try {
+    const nlohmann::json json = nlohmann::json::parse(text);
+    each_key(options, [&](const char* key, auto& value) { json.at(key).get_to(value); });
+  } catch (const nlohmann::json::exception& error) {
+    throw std::runtime_error(std::string("stored session options: ") + error.what());
+  }
+  return options;
+}
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,21 @@
+#pragma once
+// What a session was asked to do. Stored with it as JSON, so that it can be planned again.
+
+#include <string>
+#include <string_view>
+
+#include "calib/plan/plan.h"
+#include "daemon/session/touch_policy.h"
+
+namespace cellcal::daemon {
+
+struct SessionOptions {
+  calib::PlanOptions plan;
+  TouchPolicy touch;
+};
+
+std::string options_to_json(const SessionOptions& options);
+/// Throws std::runtime_error naming the key.
+SessionOptions options_from_json(std::string_view json);
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,76 @@
+#pragma once
+// Where a session stands, and sets of such phases for the rows of the table.
+
+#include <array>
+#include <concepts>
+#include <cstdint>
+
+namespace cellcal::daemon {
+
+enum class Phase : std::uint8_t {
+  kIdle,         ///< nothing asked for yet
+  kPlanning,     ///< worker computes the touches; devices still closed
+  kConnecting,   ///< robot and contact sensor opened; waiting until both are ready
+  kReferencing,  ///< the arm's actual position becomes the starting point
+  kRouting,      ///< worker looks for a clear way from where the arm stands
+  kTransit,      ///< waypoint by waypoint to the stand-off
+  kArmingFast,
+  kFastSearch,
+  kBackingOff,
+  kArmingSlow,
+  kSlowSearch,  ///< the one that counts
+  kRecording,   ///< touch on its way to the disk, arm at rest at the contact
+  kRetreat,     ///< to the clear point
+  kReturning,   ///< from the last clear point back to the plan's start
+  kIdentifying,
+  kReporting,
+  kStopping,  ///< stop commanded, waiting for the arm's rest
+  kDone,
+  kAborted,
+  kFailed,
+};
+
+inline constexpr std::array kAllPhases{
+    Phase::kIdle,       Phase::kPlanning,   Phase::kConnecting,  Phase::kReferencing,
+    Phase::kRouting,    Phase::kTransit,    Phase::kArmingFast,  Phase::kFastSearch,
+    Phase::kBackingOff, Phase::kArmingSlow, Phase::kSlowSearch,  Phase::kRecording,
+    Phase::kRetreat,    Phase::kReturning,  Phase::kIdentifying, Phase::kReporting,
+    Phase::kStopping,   Phase::kDone,       Phase::kAborted,     Phase::kFailed};
+
+/// Lower-case identifier, e.g. "fast search".
+const char* to_string(Phase phase);
+
+/// A set of phases, as one row of the table names it.
+class Phases {
+ public:
+  template <typename... P>
+  requires(std::same_as<P, Phase>&&...) constexpr explicit(false) Phases(P... phases)
+      : bits_((bit(phases) | ... | 0u)) {}
+  constexpr bool has(Phase phase) const { return (bits_ & bit(phase)) != 0; }
+  constexpr Phases operator|(Phases other) const {
+    Phases result;
+    result.bits_ = bits_ | other.bits_;
+    return result;
+  }
+
+ private:
+  static constexpr std::uint32_t bit(Phase phase) { return 1u << static_cast<unsigned>(phase); }
+  std::uint32_t bits_ = 0;
+};
+
+/// A move is under way, or was asked for.
+inline constexpr Phases kMovingPhases{Phase::kTransit,    Phase::kFastSearch, Phase::kBackingOff,
+                                      Phase::kSlowSearch, Phase::kRetreat,    Phase::kReturning};
+/// Devices are open and the arm stands still.
+inline constexpr Phases kStandingPhases{Phase::kReferencing, Phase::kRouting, Phase::kArmingFast,
+                                        Phase::kArmingSlow, Phase::kRecording};
+/// No device is open.
+inline constexpr Phases kThinkingPhases{Phase::kPlanning, Phase::kIdentifying, Phase::kReporting};
+inline constexpr Phases kFinalPhases{Phase::kDone, Phase::kAborted, Phase::kFailed};
+/// A session is under way.
+inline constexpr Phases kActivePhases =
+    kMovingPhases | kStandingPhases | kThinkingPhases | Phases{Phase::kConnecting};
+
+inline bool is_final(Phase phase) { return kFinalPhases.has(phase); }
+
+}  // namespace cellcal::daemon

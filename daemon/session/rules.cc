@@ -1,0 +1,334 @@
+#include "daemon/session/rules.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "daemon/session/search_line.h"
+
+namespace cellcal::daemon::rules {
+
+namespace {
+
+using drivers::MoveKind;
+
+Reading reading_of(const State& state, const Event& event, bool slow) {
+  Reading reading;
+  reading.slow = slow;
+  reading.utc = event.utc;
+  if (!event.latch) return reading;
+  reading.contact_rad = event.latch->contact_rad;
+  reading.settled_rad = event.latch->settled_rad;
+  reading.along_m = travel_m(state.planned(), event.latch->contact_rad);
+  reading.time_sigma_s = event.latch->time_sigma_s;
+  reading.reaction_s = event.latch->reaction_s;
+  reading.bounces = event.latch->bounces;
+  return reading;
+}
+
+std::vector<Reading> with_new(const State& state, const Event& event) {
+  std::vector<Reading> readings = state.slow;
+  readings.push_back(reading_of(state, event, true));
+  return readings;
+}
+
+std::chrono::milliseconds milliseconds(double seconds) {
+  return std::chrono::milliseconds(static_cast<std::int64_t>(std::ceil(seconds * 1e3)));
+}
+
+double search_duration_s(const State& state, double speed_m_s) {
+  return std::max(0.0, state.planned().search_m - state.search_from_m) / speed_m_s;
+}
+
+std::chrono::milliseconds search_patience(const State& state, double duration_s) {
+  return milliseconds(duration_s * state.patience.search_factor) + state.patience.search_slack;
+}
+
+void begin(State& state, const Event& event, Actions& actions, MoveKind kind,
+           drivers::AxisAngles target, double cruise_s, std::chrono::milliseconds patience) {
+  BeginMove action;
+  action.move.id = ++state.move_id;
+  action.move.kind = kind;
+  action.move.target_rad = std::move(target);
+  action.move.cruise_s = cruise_s;
+  if (kind == MoveKind::kSearch) action.move.arm_id = state.arm_id;
+  actions.emplace_back(std::move(action));
+  state.deadline = event.at + patience;
+}
+
+/// The transit ends at the stand-off; one without waypoints leads there directly.
+std::size_t waypoint_count(const State& state) {
+  return std::max<std::size_t>(1, state.planned().transit.size());
+}
+
+void go_to_waypoint(State& state, const Event& event, Actions& actions, MoveKind kind) {
+  const calib::PlannedTouch& planned = state.planned();
+  const calib::JointVector& goal =
+      planned.transit.empty() ? planned.standoff : planned.transit.at(state.waypoint);
+  begin(state, event, actions, kind, axis_angles(goal), 0.0, state.patience.waypoint);
+}
+
+void arm(State& state, const Event& event, Actions& actions, double speed_m_s) {
+  // One-shot arming must outlive the search it guards; 0 is no arming's id.
+  if (++state.arm_id == 0) state.arm_id = 1;
+  constexpr std::int64_t kLongestLifetimeMs = 60'000;  // the wire has 16 bits
+  constexpr std::chrono::milliseconds kSettling{2000};
+  const auto lifetime = milliseconds(1.5 * search_duration_s(state, speed_m_s)) + kSettling;
+  actions.emplace_back(ArmSensor{
+      state.arm_id, std::chrono::milliseconds(std::min(lifetime.count(), kLongestLifetimeMs))});
+  state.arm_pending = true;
+  state.deadline = event.at + state.patience.arming;
+}
+
+void search(State& state, const Event& event, Actions& actions, double speed_m_s) {
+  const double duration_s = search_duration_s(state, speed_m_s);
+  begin(state, event, actions, MoveKind::kSearch, axis_angles(state.planned().end), duration_s,
+        search_patience(state, duration_s));
+}
+
+void back_off_from(State& state, const Event& event, Actions& actions, double along_m) {
+  state.search_from_m = std::max(0.0, along_m - state.policy.back_off_m);
+  const double duration_s = state.policy.back_off_m / state.policy.fast_m_s;
+  begin(state, event, actions, MoveKind::kRetreat, at_travel(state.planned(), state.search_from_m),
+        duration_s, search_patience(state, duration_s));
+}
+
+void record_reading(const State& state, const Reading& reading, Actions& actions) {
+  const int number = static_cast<int>(state.slow.size()) + (reading.slow ? 1 : 0);
+  actions.emplace_back(RecordReading{state.done, number, reading});
+}
+
+void forget_touch(State& state) {
+  state.waypoint = 0;
+  state.search_from_m = 0.0;
+  state.first.reset();
+  state.slow.clear();
+  state.revoked = 0;
+  state.self_tested = false;
+}
+
+}  // namespace
+
+bool plan_differs(const State& state, const Event& event) {
+  return !state.expected_hash.empty() && state.expected_hash != event.plan_hash;
+}
+bool nothing_left(const State& state, const Event& event) {
+  return event.plan && state.done >= event.plan->touches.size();
+}
+bool fresh_and_closed(const State& state, const Event& event) {
+  return !state.resumed && event.links.in_contact;
+}
+bool contact_faulty(const State& state, const Event& event) {
+  if (event.links.contact == drivers::ContactLink::kFault) return true;
+  const bool was_ready = state.phase != Phase::kConnecting;
+  return was_ready && event.links.contact == drivers::ContactLink::kDown;
+}
+bool robot_lost(const State&, const Event& event) {
+  return event.links.robot == drivers::RobotLink::kLost ||
+         event.links.robot == drivers::RobotLink::kDown;
+}
+bool links_ready(const State&, const Event& event) { return event.links.ready(); }
+bool referenced(const State&, const Event& event) {
+  return event.links.robot == drivers::RobotLink::kReady;
+}
+bool more_waypoints(const State& state, const Event&) {
+  return state.waypoint + 1 < waypoint_count(state);
+}
+bool more_touches(const State& state, const Event&) {
+  return state.done < state.plan->touches.size();
+}
+bool more_way_home(const State& state, const Event&) {
+  return state.waypoint + 1 < state.plan->home.size();
+}
+bool no_way_home(const State& state, const Event&) { return state.plan->home.empty(); }
+bool not_self_tested(const State& state, const Event&) { return !state.self_tested; }
+bool self_test_passed(const State& state, const Event& event) {
+  return !state.arm_pending && event.links.self_test_ok && event.links.ready();
+}
+bool too_early(const State& state, const Event& event) {
+  return reading_of(state, event, false).along_m < state.policy.earliest_m;
+}
+bool readings_agree(const State& state, const Event& event) {
+  return event.latch && find_agreement(with_new(state, event), state.policy).has_value();
+}
+bool readings_left(const State& state, const Event& event) {
+  return event.latch && static_cast<int>(state.slow.size()) + 1 < state.policy.max_readings;
+}
+bool revocations_left(const State& state, const Event&) {
+  return state.revoked < state.policy.max_revoked;
+}
+bool had_first_contact(const State& state, const Event&) { return state.first.has_value(); }
+bool has_failed(const State& state, const Event&) { return state.failure.has_value(); }
+
+void plan_touches(State& state, const Event& event, Actions& actions) {
+  actions.emplace_back(MakePlan{});
+  state.deadline = event.at + state.patience.planning;
+}
+
+void open_devices(State& state, const Event& event, Actions& actions) {
+  state.plan = event.plan;
+  state.plan_hash = event.plan_hash;
+  actions.emplace_back(RecordPlan{event.plan_hash, event.plan->touches.size()});
+  actions.emplace_back(OpenDevices{});
+  state.deadline = event.at + state.patience.connecting;
+}
+
+void rereference(State& state, const Event& event, Actions& actions) {
+  actions.emplace_back(Rereference{});
+  state.deadline = event.at + state.patience.referencing;
+}
+
+void find_route(State& state, const Event& event, Actions& actions) {
+  actions.emplace_back(FindRoute{state.done});
+  state.deadline = event.at + state.patience.planning;
+}
+
+void begin_transit(State& state, const Event& event, Actions& actions) {
+  state.plan = event.plan;
+  forget_touch(state);
+  go_to_waypoint(state, event, actions,
+                 state.links.in_contact ? MoveKind::kRetreat : MoveKind::kTransit);
+}
+
+void next_waypoint(State& state, const Event& event, Actions& actions) {
+  ++state.waypoint;
+  go_to_waypoint(state, event, actions, MoveKind::kTransit);
+}
+
+void arm_fast(State& state, const Event& event, Actions& actions) {
+  state.self_tested = false;
+  arm(state, event, actions, state.policy.fast_m_s);
+}
+
+void arm_slow(State& state, const Event& event, Actions& actions) {
+  state.self_tested = false;
+  arm(state, event, actions, state.policy.slow_m_s);
+}
+
+void self_test(State& state, const Event& event, Actions& actions) {
+  state.arm_pending = false;
+  state.self_tested = true;
+  actions.emplace_back(SelfTest{});
+  state.deadline = event.at + state.patience.arming;
+}
+
+void arm_again(State& state, const Event& event, Actions& actions) {
+  arm(state, event, actions,
+      state.phase == Phase::kArmingFast ? state.policy.fast_m_s : state.policy.slow_m_s);
+}
+
+void search_fast(State& state, const Event& event, Actions& actions) {
+  search(state, event, actions, state.policy.fast_m_s);
+}
+
+void search_slow(State& state, const Event& event, Actions& actions) {
+  search(state, event, actions, state.policy.slow_m_s);
+}
+
+void keep_first_and_back_off(State& state, const Event& event, Actions& actions) {
+  state.first = reading_of(state, event, false);
+  record_reading(state, *state.first, actions);
+  back_off_from(state, event, actions, state.first->along_m);
+}
+
+void keep_reading_and_back_off(State& state, const Event& event, Actions& actions) {
+  const Reading reading = reading_of(state, event, true);
+  record_reading(state, reading, actions);
+  state.slow.push_back(reading);
+  back_off_from(state, event, actions, reading.along_m);
+}
+
+void back_off_from_noise(State& state, const Event& event, Actions& actions) {
+  ++state.revoked;
+  ++state.total_revoked;
+  back_off_from(state, event, actions, travel_m(state.planned(), event.at_rad));
+}
+
+void record_touch(State& state, const Event& event, Actions& actions) {
+  const Reading reading = reading_of(state, event, true);
+  record_reading(state, reading, actions);
+  state.slow.push_back(reading);
+  const std::optional<Agreement> agreement = find_agreement(state.slow, state.policy);
+  actions.emplace_back(
+      RecordTouch{state.done, touch_of(state.planned(), *agreement, state.policy.slow_m_s)});
+  state.deadline = event.at + state.patience.recording;
+}
+
+void leave(State& state, const Event& event, Actions& actions) {
+  begin(state, event, actions, MoveKind::kRetreat, axis_angles(state.planned().clear), 0.0,
+        state.patience.waypoint);
+  ++state.done;
+}
+
+void next_touch(State& state, const Event& event, Actions& actions) {
+  forget_touch(state);
+  actions.emplace_back(Assess{});
+  go_to_waypoint(state, event, actions, MoveKind::kTransit);
+}
+
+void go_home(State& state, const Event& event, Actions& actions) {
+  forget_touch(state);
+  actions.emplace_back(Assess{});
+  begin(state, event, actions, MoveKind::kTransit, axis_angles(state.plan->home.front()), 0.0,
+        state.patience.waypoint);
+}
+
+void next_waypoint_home(State& state, const Event& event, Actions& actions) {
+  ++state.waypoint;
+  begin(state, event, actions, MoveKind::kTransit, axis_angles(state.plan->home.at(state.waypoint)),
+        0.0, state.patience.waypoint);
+}
+
+void identify_at_once(State& state, const Event& event, Actions& actions) {
+  state.plan = event.plan;
+  state.plan_hash = event.plan_hash;
+  close_and_identify(state, event, actions);
+}
+
+void close_and_identify(State& state, const Event& event, Actions& actions) {
+  actions.emplace_back(CloseDevices{});
+  actions.emplace_back(Identify{});
+  state.deadline = event.at + state.patience.identifying;
+}
+
+void write_report(State& state, const Event& event, Actions& actions) {
+  state.calibration = event.calibration;
+  actions.emplace_back(WriteReport{event.calibration});
+  state.deadline = event.at + state.patience.reporting;
+}
+
+void end_well(State&, const Event&, Actions& actions) {
+  actions.emplace_back(RecordEnd{Ending::kDone, ""});
+}
+
+void stop(State& state, const Event& event, Actions& actions) {
+  actions.emplace_back(StopArm{});
+  state.deadline = event.at + state.patience.stopping;
+}
+
+void close_and_end(State&, const Event&, Actions& actions) {
+  actions.emplace_back(CloseDevices{});
+  actions.emplace_back(RecordEnd{Ending::kAborted, ""});
+}
+
+void fail(FailureKind kind, State& state, const Event& event, Actions& actions) {
+  state.failure = Failure{kind, failure_detail(kind, state, event)};
+  end_failed(state, event, actions);
+}
+
+void fail_and_stop(FailureKind kind, State& state, const Event& event, Actions& actions) {
+  state.failure = Failure{kind, failure_detail(kind, state, event)};
+  stop(state, event, actions);
+}
+
+void end_failed(State& state, const Event&, Actions& actions) {
+  actions.emplace_back(CloseDevices{});
+  actions.emplace_back(
+      RecordEnd{Ending::kFailed, state.failure ? describe(*state.failure) : std::string()});
+}
+
+void note_journal_failure(State& state, const Event& event, Actions&) {
+  state.failure =
+      Failure{FailureKind::kJournal, failure_detail(FailureKind::kJournal, state, event)};
+}
+
+}  // namespace cellcal::daemon::rules

@@ -1,0 +1,79 @@
+#pragma once
+// Guards and effects that the rows of the table name. Effects see the old phase; step() sets the
+// new one behind them.
+
+#include "daemon/session/session.h"
+
+namespace cellcal::daemon::rules {
+
+// Guards.
+bool plan_differs(const State&, const Event&);
+bool nothing_left(const State&, const Event&);
+bool fresh_and_closed(const State&, const Event&);
+bool contact_faulty(const State&, const Event&);
+bool robot_lost(const State&, const Event&);
+bool links_ready(const State&, const Event&);
+bool referenced(const State&, const Event&);
+bool more_waypoints(const State&, const Event&);
+bool more_touches(const State&, const Event&);
+bool more_way_home(const State&, const Event&);
+bool no_way_home(const State&, const Event&);
+bool not_self_tested(const State&, const Event&);
+bool self_test_passed(const State&, const Event&);
+bool too_early(const State&, const Event&);
+bool readings_agree(const State&, const Event&);
+bool readings_left(const State&, const Event&);
+bool revocations_left(const State&, const Event&);
+bool had_first_contact(const State&, const Event&);
+bool has_failed(const State&, const Event&);
+
+// Effects.
+void plan_touches(State&, const Event&, Actions&);
+void open_devices(State&, const Event&, Actions&);
+void rereference(State&, const Event&, Actions&);
+void find_route(State&, const Event&, Actions&);
+void begin_transit(State&, const Event&, Actions&);
+void next_waypoint(State&, const Event&, Actions&);
+void arm_fast(State&, const Event&, Actions&);
+void arm_slow(State&, const Event&, Actions&);
+void self_test(State&, const Event&, Actions&);
+void arm_again(State&, const Event&, Actions&);
+void search_fast(State&, const Event&, Actions&);
+void search_slow(State&, const Event&, Actions&);
+void keep_first_and_back_off(State&, const Event&, Actions&);
+void keep_reading_and_back_off(State&, const Event&, Actions&);
+void back_off_from_noise(State&, const Event&, Actions&);
+void record_touch(State&, const Event&, Actions&);
+void leave(State&, const Event&, Actions&);
+void next_touch(State&, const Event&, Actions&);
+void go_home(State&, const Event&, Actions&);
+void next_waypoint_home(State&, const Event&, Actions&);
+void identify_at_once(State&, const Event&, Actions&);
+void close_and_identify(State&, const Event&, Actions&);
+void write_report(State&, const Event&, Actions&);
+void end_well(State&, const Event&, Actions&);
+void stop(State&, const Event&, Actions&);
+void close_and_end(State&, const Event&, Actions&);
+void end_aborted(State&, const Event&, Actions&);
+
+/// Names the failure, closes the devices and ends the session. The arm is at rest.
+void fail(FailureKind kind, State&, const Event&, Actions&);
+template <FailureKind kind>
+void fail(State& state, const Event& event, Actions& actions) {
+  fail(kind, state, event, actions);
+}
+/// Names the failure and stops the arm; the session ends when the arm rests.
+void fail_and_stop(FailureKind kind, State&, const Event&, Actions&);
+template <FailureKind kind>
+void fail_and_stop(State& state, const Event& event, Actions& actions) {
+  fail_and_stop(kind, state, event, actions);
+}
+/// Ends a session whose failure is already named.
+void end_failed(State&, const Event&, Actions&);
+/// The end could not be put on disk; nothing is left to be done but to say so.
+void note_journal_failure(State&, const Event&, Actions&);
+
+/// What failed, where, and what to do next, in words.
+std::string failure_detail(FailureKind kind, const State& state, const Event& event);
+
+}  // namespace cellcal::daemon::rules

@@ -1,0 +1,261 @@
+#include "daemon/session/runner.h"
+
+#include <exception>
+
+#include "daemon/session/search_line.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+constexpr std::chrono::milliseconds kPollPeriod{1};
+
+bool same(const Links& a, const Links& b) {
+  return a.robot == b.robot && a.contact == b.contact && a.in_contact == b.in_contact &&
+         a.self_test_ok == b.self_test_ok && a.robot_words == b.robot_words &&
+         a.contact_words == b.contact_words;
+}
+
+}  // namespace
+
+/// Shared with jobs in the worker, which may outlive the runner.
+struct Runner::Inbox {
+  std::mutex mutex;
+  std::deque<Event> events;
+
+  void put(Event event) {
+    const std::lock_guard lock(mutex);
+    events.push_back(std::move(event));
+  }
+  std::optional<Event> take() {
+    const std::lock_guard lock(mutex);
+    if (events.empty()) return std::nullopt;
+    Event event = std::move(events.front());
+    events.pop_front();
+    return event;
+  }
+};
+
+Runner::Runner(RunnerParts parts, State state, std::vector<calib::Touch> touches)
+    : parts_(std::move(parts)),
+      state_(std::move(state)),
+      touches_(std::move(touches)),
+      inbox_(std::make_shared<Inbox>()) {}
+
+Runner::~Runner() = default;
+
+Event Runner::event(EventKind kind, std::string words) {
+  Event result;
+  result.kind = kind;
+  result.words = std::move(words);
+  return result;
+}
+
+State Runner::run() {
+  feed(event(EventKind::kRun));
+  while (!is_final(state_.phase)) {
+    if (gather()) continue;
+    drivers::Clock& clock = parts_.backend.clock();
+    clock.sleep_until(clock.now() + kPollPeriod);
+  }
+  return state_;
+}
+
+/// Feeds at most one event of each source; true when there was any.
+bool Runner::gather() {
+  bool any = false;
+  auto give = [&](Event one) {
+    any = true;
+    feed(std::move(one));
+  };
+  if (abort_requested_.exchange(false)) give(event(EventKind::kAbort));
+  if (auto answer = inbox_->take()) give(std::move(*answer));
+  if (open_) {
+    if (auto result = parts_.backend.robot().poll()) {
+      Event one = event(event_of(result->outcome), result->detail);
+      one.move_id = result->id;
+      one.at_rad = result->at_rad;
+      one.latch = result->latch;
+      give(std::move(one));
+    }
+  }
+  if (open_) {
+    if (auto answer = parts_.backend.contact().poll_arm()) {
+      Event one =
+          event(answer->armed ? EventKind::kArmed : EventKind::kArmRefused, answer->why_not);
+      one.arm_id = answer->arm_id;
+      give(std::move(one));
+    }
+  }
+  if (open_) {
+    const drivers::RobotState robot = parts_.backend.robot().state();
+    const drivers::ContactStatus contact = parts_.backend.contact().status();
+    const Links links{robot.link,         robot.actual_rad,     robot.words,  contact.link,
+                      contact.in_contact, contact.self_test_ok, contact.words};
+    if (!seen_ || !same(*seen_, links)) {
+      seen_ = links;
+      Event one = event(EventKind::kLinks);
+      one.links = links;
+      give(std::move(one));
+    }
+  }
+  if (state_.deadline && parts_.backend.clock().now() >= *state_.deadline) {
+    state_.deadline.reset();
+    give(event(EventKind::kDeadline));
+  }
+  return any;
+}
+
+void Runner::feed(Event event) {
+  event.at = parts_.backend.clock().now();
+  event.utc = parts_.backend.utc_now();
+  const Phase before = state_.phase;
+  Step next = step(std::move(state_), event);
+  state_ = std::move(next.state);
+  if (before != state_.phase) note_step(before, event);
+  perform_all(next.actions);
+  if (parts_.on_change) parts_.on_change(state_);
+}
+
+void Runner::note_step(Phase before, const Event& event) {
+  std::string words = std::string(to_string(before)) + " -> " + to_string(state_.phase) + " on " +
+                      to_string(event.kind);
+  if (!event.words.empty()) words += ": " + event.words;
+  if (state_.failure && state_.phase == Phase::kFailed) words += " | " + describe(*state_.failure);
+  parts_.recorder.note(event.utc, words);
+}
+
+void Runner::work(std::function<Event()> job) {
+  parts_.worker.post([inbox = inbox_, job = std::move(job)] {
+    Event answer;
+    try {
+      answer = job();
+    } catch (const std::exception& error) {
+      answer = Event{};
+      answer.kind = EventKind::kWorkFailed;
+      answer.words = error.what();
+    }
+    inbox->put(std::move(answer));
+  });
+}
+
+/// Performs one action. Device errors and journal errors are thrown as what they become.
+struct Runner::Perform {
+  Runner& runner;
+  State& state = runner.state_;
+  Tasks& tasks = runner.parts_.tasks;
+  Backend& backend = runner.parts_.backend;
+
+  void operator()(const MakePlan&) const {
+    runner.work([plan = tasks.plan] {
+      Tasks::Planned planned = plan();
+      Event answer;
+      answer.kind = EventKind::kPlanned;
+      answer.plan = std::make_shared<const calib::Plan>(std::move(planned.plan));
+      answer.plan_hash = std::move(planned.hash);
+      return answer;
+    });
+  }
+  void operator()(const FindRoute& action) const {
+    runner.work([route = tasks.route, plan = state.plan, next = action.next,
+                 from = joint_vector(backend.robot().state().commanded_rad)] {
+      Event answer;
+      answer.kind = EventKind::kRouted;
+      answer.plan = std::make_shared<const calib::Plan>(route(*plan, next, from));
+      return answer;
+    });
+  }
+  void operator()(const Assess&) const {
+    runner.work([assess = tasks.assess, touches = runner.touches_] {
+      Event answer;
+      answer.kind = EventKind::kAssessed;
+      answer.residual_m = assess(touches);
+      return answer;
+    });
+  }
+  void operator()(const Identify&) const {
+    runner.work([identify = tasks.identify, touches = runner.touches_] {
+      Event answer;
+      answer.kind = EventKind::kIdentified;
+      answer.calibration = std::make_shared<const calib::Calibration>(identify(touches));
+      return answer;
+    });
+  }
+  void operator()(const WriteReport& action) const {
+    runner.work(
+        [report = tasks.report, calibration = action.calibration, touches = runner.touches_] {
+          report(*calibration, touches);
+          Event answer;
+          answer.kind = EventKind::kReported;
+          return answer;
+        });
+  }
+
+  void operator()(const OpenDevices&) const {
+    runner.open_ = true;
+    runner.seen_.reset();
+    backend.robot().open();
+    backend.contact().open();
+  }
+  void operator()(const Rereference&) const {
+    backend.robot().rereference();
+    runner.seen_.reset();
+  }
+  void operator()(const ArmSensor& action) const {
+    backend.contact().arm(action.arm_id, action.lifetime);
+  }
+  void operator()(const SelfTest&) const {
+    backend.contact().self_test();
+    runner.seen_.reset();
+  }
+  void operator()(const BeginMove& action) const { backend.robot().begin(action.move); }
+  void operator()(const StopArm&) const { backend.robot().stop(); }
+  void operator()(const CloseDevices&) const {
+    if (!runner.open_) return;
+    runner.open_ = false;
+    // Nothing is left that could be done about a device that will not close, but to say so; the
+    // others are closed all the same.
+    attempt("disarming the contact sensor", [&] { backend.contact().disarm(); });
+    attempt("closing the robot's link", [&] { backend.robot().close(); });
+    attempt("closing the contact sensor", [&] { backend.contact().close(); });
+  }
+
+  void attempt(const char* what, const std::function<void()>& act) const {
+    try {
+      act();
+    } catch (const std::exception& error) {
+      runner.parts_.recorder.note(backend.utc_now(), std::string(what) + ": " + error.what());
+    }
+  }
+
+  void operator()(const RecordPlan& action) const { runner.parts_.recorder.record(action); }
+  void operator()(const RecordReading& action) const { runner.parts_.recorder.record(action); }
+  void operator()(const RecordTouch& action) const {
+    runner.parts_.recorder.record(action);
+    runner.touches_.push_back(action.touch);
+    Event answer;
+    answer.kind = EventKind::kRecorded;
+    runner.inbox_->put(answer);
+  }
+  void operator()(const RecordEnd& action) const { runner.parts_.recorder.record(action); }
+};
+
+void Runner::perform_all(const Actions& actions) {
+  for (const Action& action : actions) {
+    const bool recording = std::holds_alternative<RecordPlan>(action) ||
+                           std::holds_alternative<RecordReading>(action) ||
+                           std::holds_alternative<RecordTouch>(action) ||
+                           std::holds_alternative<RecordEnd>(action);
+    try {
+      std::visit(Perform{*this}, action);
+    } catch (const std::exception& error) {
+      // What follows in this step rests on what failed (the move behind the record): drop it.
+      Event failed = event(recording ? EventKind::kJournalFailed : EventKind::kDeviceFailed,
+                           std::string(name_of(action)) + ": " + error.what());
+      feed(std::move(failed));
+      return;
+    }
+  }
+}
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,94 @@
+#pragma once
+// Performs what step() wants done and feeds back what comes of it. Decides nothing.
+//
+// One loop: take what happened (requests, results of moves and armings, status changes, the
+// worker's answers, the phase's deadline), step, perform; when nothing happened, sleep for a
+// millisecond of the session's clock. Everything but request_abort() runs on one thread.
+
+#include <atomic>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "daemon/session/backend.h"
+#include "daemon/session/session.h"
+#include "daemon/session/worker.h"
+
+namespace cellcal::daemon {
+
+/// What the worker does for a session. May throw; what() reaches the operator.
+struct Tasks {
+  struct Planned {
+    calib::Plan plan;
+    std::string hash;
+  };
+  std::function<Planned()> plan;
+  std::function<calib::Plan(const calib::Plan&, std::size_t next, const calib::JointVector& from)>
+      route;
+  /// |residual| of the newest touch [m] under what is known so far.
+  std::function<std::optional<double>(const std::vector<calib::Touch>&)> assess;
+  std::function<calib::Calibration(const std::vector<calib::Touch>&)> identify;
+  std::function<void(const calib::Calibration&, const std::vector<calib::Touch>&)> report;
+};
+
+/// Where a session's evidence goes. Throws when it cannot be put on disk.
+class Recorder {
+ public:
+  virtual ~Recorder() = default;
+  virtual void record(const RecordPlan& plan) = 0;
+  virtual void record(const RecordReading& reading) = 0;
+  /// Returns when the touch is on disk.
+  virtual void record(const RecordTouch& touch) = 0;
+  virtual void record(const RecordEnd& end) = 0;
+  /// One line of the session's log; a failure to write it is not the session's.
+  virtual void note(const std::string& utc, const std::string& words) = 0;
+};
+
+struct RunnerParts {
+  Backend& backend;
+  Recorder& recorder;
+  Worker& worker;
+  Tasks tasks;
+  /// Called after each step that changed something.
+  std::function<void(const State&)> on_change;
+};
+
+class Runner {
+ public:
+  /// `state` is idle, with policy and what is known of an earlier run; `touches` are those done.
+  Runner(RunnerParts parts, State state, std::vector<calib::Touch> touches);
+  ~Runner();
+  Runner(const Runner&) = delete;
+  Runner& operator=(const Runner&) = delete;
+
+  /// Runs the session to its end; returns the final state.
+  State run();
+  /// From any thread.
+  void request_abort() { abort_requested_ = true; }
+
+  const std::vector<calib::Touch>& touches() const { return touches_; }
+
+ private:
+  struct Inbox;
+  struct Perform;
+
+  bool gather();
+  void feed(Event event);
+  void perform_all(const Actions& actions);
+  void note_step(Phase before, const Event& event);
+  Event event(EventKind kind, std::string words = "");
+  void work(std::function<Event()> job);
+
+  RunnerParts parts_;
+  State state_;
+  std::vector<calib::Touch> touches_;
+  std::shared_ptr<Inbox> inbox_;
+  std::optional<Links> seen_;  ///< none: devices closed, or a fresh look is wanted
+  bool open_ = false;
+  std::atomic<bool> abort_requested_{false};
+};
+
+}  // namespace cellcal::daemon

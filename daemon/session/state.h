@@ -1,0 +1,53 @@
+#pragma once
+// All that a session knows. A value: step() takes one and gives the next.
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "calib/plan/plan.h"
+#include "daemon/session/action.h"
+#include "daemon/session/event.h"
+#include "daemon/session/failure.h"
+#include "daemon/session/phase.h"
+#include "daemon/session/touch_policy.h"
+
+namespace cellcal::daemon {
+
+struct State {
+  Phase phase = Phase::kIdle;
+
+  // Fixed when the session starts.
+  TouchPolicy policy;
+  Patience patience;
+  bool resumed = false;       ///< goes on with a journal's touches
+  std::size_t done = 0;       ///< touches on disk; also the index of the next one
+  std::string expected_hash;  ///< resumed: the plan's, as stored; empty: not compared
+
+  std::shared_ptr<const calib::Plan> plan;  ///< null before it was made
+  std::string plan_hash;
+  Links links;                       ///< as last seen
+  std::optional<double> residual_m;  ///< of the newest touch, once assessed
+
+  // The touch that is being made.
+  std::size_t waypoint = 0;      ///< of the transit, or of the way home
+  double search_from_m = 0.0;    ///< travel along the search line where the next search begins
+  std::optional<Reading> first;  ///< contact of the fast search
+  std::vector<Reading> slow;     ///< readings, in order
+  int revoked = 0;
+  bool arm_pending = false;  ///< asked to be armed, no answer yet
+  bool self_tested = false;  ///< the sensor was told to prove itself again for this arming
+
+  std::uint32_t move_id = 0;  ///< of the newest move; results of others are stale
+  std::uint16_t arm_id = 0;   ///< of the newest arming
+  std::uint64_t total_revoked = 0;
+
+  std::optional<drivers::TimePoint> deadline;  ///< of this phase
+  std::optional<Failure> failure;              ///< set in kStopping and kFailed
+  std::shared_ptr<const calib::Calibration> calibration;
+
+  const calib::PlannedTouch& planned() const { return plan->touches.at(done); }
+};
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,105 @@
+// All transitions of a session. Rows are tried from the top; the first that fits is taken.
+
+#include <array>
+
+#include "daemon/session/rules.h"
+#include "daemon/session/session.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+using namespace rules;  // NOLINT: the table is a page of their names
+using enum Phase;
+using E = EventKind;
+using F = FailureKind;
+
+constexpr Phases kArming{kArmingFast, kArmingSlow};
+constexpr Phases kSearching{kFastSearch, kSlowSearch};
+constexpr Phases kNotUnderWay = kFinalPhases | Phases{kIdle};
+constexpr std::optional<Phase> kStay = std::nullopt;
+
+// clang-format off
+constexpr std::array kTable{
+// before the first move
+Transition{kIdle,          E::kRun,          nullptr, "",                                kPlanning,    plan_touches, "plan the touches from the stored files"},
+Transition{kPlanning,      E::kPlanned,      plan_differs, "not the stored plan",        kFailed,      fail<F::kPlanChanged>, "refuse to mix two plans in one session"},
+Transition{kPlanning,      E::kPlanned,      nothing_left, "all touches are on disk",    kIdentifying, identify_at_once, "identify without opening a device"},
+Transition{kPlanning,      E::kPlanned,      nullptr, "",                                kConnecting,  open_devices, "record the plan's hash; open robot and contact sensor"},
+Transition{kPlanning,      E::kWorkFailed,   nullptr, "",                                kFailed,      fail<F::kPlan>, "no plan"},
+Transition{kConnecting,    E::kDeviceFailed, nullptr, "",                                kFailed,      fail<F::kDevice>, "missing device, taken port"},
+Transition{kConnecting,    E::kLinks,        fresh_and_closed, "contact closed, not resumed", kFailed,  fail<F::kContactClosed>, "a short, or the tip touches something"},
+Transition{kConnecting,    E::kLinks,        contact_faulty, "sensor faulty",            kFailed,      fail<F::kContactFault>, "loop broken, self-test failed, wrong version"},
+Transition{kConnecting,    E::kLinks,        links_ready, "both ready",                  kReferencing, rereference, "take the arm's actual position as the starting point"},
+Transition{kConnecting,    E::kDeadline,     nullptr, "",                                kFailed,      fail<F::kLinkNotReady>, "say which link and why"},
+Transition{kReferencing,   E::kLinks,        referenced, "robot ready",                  kRouting,     find_route, "look for a clear way to the next touch"},
+Transition{kReferencing,   E::kDeadline,     nullptr, "",                                kFailed,      fail<F::kLinkNotReady>, "say why"},
+Transition{kRouting,       E::kRouted,       nullptr, "",                                kTransit,     begin_transit, "first waypoint; out of contact first, where a resumed session stands in it"},
+Transition{kRouting,       E::kWorkFailed,   nullptr, "",                                kFailed,      fail<F::kPlan>, "no clear way: the operator has to jog the arm"},
+// one touch
+Transition{kTransit,       E::kArrived,      more_waypoints, "more waypoints",           kTransit,     next_waypoint, "next waypoint"},
+Transition{kTransit,       E::kArrived,      nullptr, "",                                kArmingFast,  arm_fast, "at the stand-off: arm the sensor"},
+Transition{kArming,        E::kArmRefused,   not_self_tested, "first refusal",           kStay,        self_test, "make the sensor prove itself once more"},
+Transition{kArming,        E::kLinks,        self_test_passed, "self-test passed",       kStay,        arm_again, "arm again"},
+Transition{kArming,        E::kArmRefused,   nullptr, "",                                kFailed,      fail<F::kArmRefused>, "the sensor's reason"},
+Transition{kArming,        E::kDeadline,     nullptr, "",                                kFailed,      fail<F::kArmRefused>, "no answer"},
+Transition{kArmingFast,    E::kArmed,        nullptr, "",                                kFastSearch,  search_fast, "search at the fast speed to the end of travel"},
+Transition{kFastSearch,    E::kContact,      too_early, "before the plausible window",   kFailed,      fail<F::kContactTooEarly>, "the tip met something else"},
+Transition{kFastSearch,    E::kContact,      nullptr, "",                                kBackingOff,  keep_first_and_back_off, "first contact: back off along the line"},
+Transition{kSearching,     E::kArrived,      nullptr, "",                                kFailed,      fail<F::kNoContact>, "end of travel without contact"},
+Transition{kSearching,     E::kRevoked,      revocations_left, "noise, and tries left",  kBackingOff,  back_off_from_noise, "back off and search again"},
+Transition{kSearching,     E::kRevoked,      nullptr, "",                                kFailed,      fail<F::kTooManyRevoked>, "noise, again and again"},
+Transition{kBackingOff,    E::kArrived,      had_first_contact, "first contact known",   kArmingSlow,  arm_slow, "arm the sensor again"},
+Transition{kBackingOff,    E::kArrived,      nullptr, "",                                kArmingFast,  arm_fast, "arm the sensor again"},
+Transition{kArmingSlow,    E::kArmed,        nullptr, "",                                kSlowSearch,  search_slow, "search at the speed that counts"},
+Transition{kSlowSearch,    E::kContact,      readings_agree, "enough readings agree",    kRecording,   record_touch, "touch to disk, arm still at the contact"},
+Transition{kSlowSearch,    E::kContact,      readings_left, "readings left",             kBackingOff,  keep_reading_and_back_off, "keep the reading, back off, read again"},
+Transition{kSlowSearch,    E::kContact,      nullptr, "",                                kFailed,      fail<F::kReadingsDisagree>, "readings do not repeat"},
+Transition{kRecording,     E::kRecorded,     nullptr, "",                                kRetreat,     leave, "leave to the clear point"},
+Transition{kRetreat,       E::kArrived,      more_touches, "more touches",               kTransit,     next_touch, "assess the touch; first waypoint to the next one"},
+Transition{kRetreat,       E::kArrived,      no_way_home, "nothing planned behind it",   kIdentifying, close_and_identify, "close the devices; identify"},
+Transition{kRetreat,       E::kArrived,      nullptr, "",                                kReturning,   go_home, "assess the touch; back to the start"},
+// behind the last touch
+Transition{kReturning,     E::kArrived,      more_way_home, "more waypoints",            kReturning,   next_waypoint_home, "next waypoint"},
+Transition{kReturning,     E::kArrived,      nullptr, "",                                kIdentifying, close_and_identify, "close the devices; identify"},
+Transition{kIdentifying,   E::kIdentified,   nullptr, "",                                kReporting,   write_report, "write touches, calibration and report"},
+Transition{kIdentifying,   E::kWorkFailed,   nullptr, "",                                kFailed,      fail<F::kIdentify>, "the touches stay in the journal"},
+Transition{kReporting,     E::kReported,     nullptr, "",                                kDone,        end_well, "record the end"},
+Transition{kReporting,     E::kWorkFailed,   nullptr, "",                                kFailed,      fail<F::kReport>, "the touches stay in the journal"},
+// what stops a moving arm: the driver has brought it to rest and says why
+Transition{kMovingPhases,  E::kUnexpectedContact, nullptr, "",                           kFailed,      fail<F::kUnexpectedContact>, "contact outside a search"},
+Transition{kMovingPhases,  E::kStillInContact, nullptr, "",                              kFailed,      fail<F::kStillInContact>, "contact did not open"},
+Transition{kMovingPhases,  E::kContactSilent, nullptr, "",                               kFailed,      fail<F::kContactSilent>, "no heartbeat of the sensor"},
+Transition{kMovingPhases,  E::kRobotSilent,  nullptr, "",                                kFailed,      fail<F::kRobotSilent>, "no packets of the controller"},
+Transition{kMovingPhases,  E::kRefused,      nullptr, "",                                kFailed,      fail<F::kMoveRefused>, "move not begun"},
+Transition{kMovingPhases,  E::kNotFollowing, nullptr, "",                                kFailed,      fail<F::kNotFollowing>, "drives off, or clamped"},
+Transition{kMovingPhases,  E::kStopped,      nullptr, "",                                kFailed,      fail<F::kStoppedElsewhere>, "stopped by another hand"},
+Transition{kMovingPhases,  E::kDeadline,     nullptr, "",                                kStopping,    fail_and_stop<F::kTimeout>, "stop; the move takes longer than plausible"},
+// what ends a session whose arm stands still
+Transition{kStandingPhases, E::kLinks,       robot_lost, "robot lost",                   kFailed,      fail<F::kRobotSilent>, "packets stopped"},
+Transition{kStandingPhases, E::kLinks,       contact_faulty, "sensor faulty or lost",    kFailed,      fail<F::kContactFault>, "sensor's words"},
+Transition{kStandingPhases | kThinkingPhases, E::kDeadline, nullptr, "",                 kFailed,      fail<F::kTimeout>, "longer than plausible"},
+Transition{kActivePhases,  E::kJournalFailed, nullptr, "",                               kFailed,      fail<F::kJournal>, "not on disk: hold still"},
+Transition{kStandingPhases, E::kDeviceFailed, nullptr, "",                               kFailed,      fail<F::kDevice>, "a device refused a call"},
+Transition{kMovingPhases,  E::kDeviceFailed, nullptr, "",                                kStopping,    fail_and_stop<F::kDevice>, "stop; a device refused a call"},
+// stopping and aborting
+Transition{kMovingPhases,  E::kAbort,        nullptr, "",                                kStopping,    stop, "stop the arm"},
+Transition{kStandingPhases | kThinkingPhases | Phases{kConnecting}, E::kAbort, nullptr, "", kAborted,  close_and_end, "close the devices; record the end"},
+Transition{kStopping,      kMoveResults,     has_failed, "because of a failure",         kFailed,      end_failed, "at rest: close the devices; record the end"},
+Transition{kStopping,      kMoveResults,     nullptr, "",                                kAborted,     close_and_end, "at rest: close the devices; record the end"},
+Transition{kStopping,      E::kDeadline,     nullptr, "",                                kFailed,      fail<F::kStopUnconfirmed>, "no sign of rest"},
+Transition{kStopping,      E::kAbort,        nullptr, "",                                kStay,        nullptr, "already stopping"},
+Transition{Phases(kDone, kAborted), E::kJournalFailed, nullptr, "",                      kFailed,      note_journal_failure, "the end is not on disk"},
+// what changes nothing but what is known
+Transition{kActivePhases | Phases{kStopping}, E::kLinks, nullptr, "",                    kStay,        nullptr, "noted for messages; a moving arm's links are the driver's to judge"},
+Transition{kActivePhases | Phases{kStopping}, E::kAssessed, nullptr, "",                 kStay,        nullptr, "noted for the progress line"},
+Transition{kActivePhases | Phases{kStopping}, E::kRun, nullptr, "",                      kStay,        nullptr, "one session at a time"},
+Transition{kNotUnderWay,   Events::all(),    nullptr, "",                                kStay,        nullptr, "nothing under way: late answers are dropped"},
+};
+// clang-format on
+
+}  // namespace
+
+std::span<const Transition> transition_table() { return kTable; }
+
+}  // namespace cellcal::daemon

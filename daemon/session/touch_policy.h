@@ -1,0 +1,49 @@
+#pragma once
+// The numbers of one touch and of a session's patience, each with its reason.
+
+#include <chrono>
+
+namespace cellcal::daemon {
+
+struct TouchPolicy {
+  /// First contact. 10 mm/s and 20 ms of reaction are 0.2 mm of overtravel: harmless to the tip.
+  double fast_m_s = 0.010;
+  /// The search that counts (method, section 7: 1-2 mm/s). At 2 mm/s a stamp that is 1 ms wrong
+  /// moves the touch by 2 um.
+  double slow_m_s = 0.002;
+  /// Long enough to be out of contact (overtravel of the fast search, bending) and at constant
+  /// speed again, short enough to cost less than a second at 2 mm/s.
+  double back_off_m = 0.0015;
+  /// Contact within this much travel from the stand-off is not the sphere: the tip would have been
+  /// 9 mm early at the default stand-off of 10 mm. Jogged spheres, cables and chips are.
+  double earliest_m = 0.001;
+  /// Readings that must agree for a touch ...
+  int readings = 2;
+  /// ... within this distance along the search line: twice the 0.03 mm of a single touch.
+  double tolerance_m = 0.00006;
+  /// Slow searches before the touch is given up.
+  int max_readings = 5;
+  /// Trips that turned out to be noise, per touch, before the touch is given up.
+  int max_revoked = 5;
+};
+
+/// How long a phase may take before silence counts as failure.
+struct Patience {
+  std::chrono::milliseconds planning{std::chrono::minutes(5)};
+  /// Controller's interpreter started by hand, sensor identified and self-tested.
+  std::chrono::milliseconds connecting{std::chrono::seconds(15)};
+  std::chrono::milliseconds referencing{std::chrono::seconds(2)};
+  /// One exchange over the serial line takes milliseconds.
+  std::chrono::milliseconds arming{std::chrono::seconds(2)};
+  /// One waypoint at the speed limits, also at 3 % override.
+  std::chrono::milliseconds waypoint{std::chrono::minutes(3)};
+  /// A search or back-off may take this many times its duration at constant speed, plus slack.
+  double search_factor = 3.0;
+  std::chrono::milliseconds search_slack{std::chrono::seconds(10)};
+  std::chrono::milliseconds recording{std::chrono::seconds(10)};
+  std::chrono::milliseconds stopping{std::chrono::seconds(5)};
+  std::chrono::milliseconds identifying{std::chrono::minutes(5)};
+  std::chrono::milliseconds reporting{std::chrono::minutes(1)};
+};
+
+}  // namespace cellcal::daemon
