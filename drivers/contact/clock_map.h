@@ -14,6 +14,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "drivers/contact/ctp.h"
 #include "drivers/time.h"
 
 namespace cellcal::drivers {

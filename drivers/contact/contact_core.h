@@ -58,6 +58,10 @@ class ContactCore : public ContactGuard {
  private:
   enum class Arming { kNone, kAsking, kArmed, kDisarming };
   enum class Test { kNone, kRunning };
+  struct Request {
+    std::uint16_t arm_id = 0;
+    std::chrono::milliseconds lifetime{0};
+  };
 
   template <class Payload>
   void send(const Payload& payload);
@@ -65,23 +69,26 @@ class ContactCore : public ContactGuard {
   void on_ident(const ctp::Ident& ident, TimePoint now);
   void on_status(const ctp::Status& status, TimePoint now);
   void on_status_arming(bool armed_flag, bool latched, TimePoint now);
-  void on_status_test(bool ok, bool loop_ok, bool contact, TimePoint now);
+  void on_status_test(const ctp::Status& status, TimePoint now);
   void on_trip(const ctp::Trip& trip, TimePoint now);
   void on_event(std::uint8_t type, const ctp::Event& event, TimePoint now);
   void on_pong(const ctp::Pong& pong, TimePoint now);
   void on_nak(const ctp::Nak& nak, TimePoint now);
 
+  void on_tick_but_ping(TimePoint now);
   void enter(ContactStep step, TimePoint now);
   void identify_again(ContactFault fault, TimePoint now);
-  void set_fault(ContactFault fault) { fault_ = fault; }
+  void lose_state(TimePoint now);
+  void forget_session();
   void push_event(ContactEventKind kind, std::uint16_t arm_id, std::uint32_t ticks, int bounces,
                   TimePoint now);
 
-  ArmRefusal refusal(std::uint16_t arm_id, std::chrono::milliseconds lifetime, TimePoint now) const;
-  void ask(TimePoint now);
+  ArmRefusal refusal(const Request& request, TimePoint now) const;
+  void ask(const Request& request, TimePoint now);
   void answer(ArmRefusal refusal, std::uint16_t arm_id, TimePoint now);
   void end_arming(ArmEnd end, TimePoint now);
   void begin_disarm(TimePoint now);
+  void use_up_arming(std::uint16_t arm_id, TimePoint now);
   void tick_arming(TimePoint now);
 
   void begin_test(TimePoint now);
@@ -89,12 +96,14 @@ class ContactCore : public ContactGuard {
   void tick_ping(TimePoint now);
   bool clock_good(TimePoint now) const;
   bool self_test_fresh(TimePoint now) const;
+  void fail_test(ContactFault fault, TimePoint now);
+  bool test_due(TimePoint now) const;
   std::uint32_t random();
 
   ContactOptions options_;
   ByteSink sink_;
   std::uint16_t config_crc_;
-  double frame_s_;  ///< of the longest frame, for time-outs
+  Duration answer_time_;  ///< after which an unanswered request is repeated
   ctp::FrameReader reader_{ctp::Direction::kFromSensor};
   std::uint8_t seq_ = 0;
   std::uint32_t random_ = 1;
@@ -105,7 +114,7 @@ class ContactCore : public ContactGuard {
   TimePoint step_since_{}, next_send_{};
   std::uint32_t hello_nonce_ = 0;
   std::optional<ctp::Ident> ident_;
-  int config_tries_ = 0;
+  bool was_ready_ = false;  ///< since the port was opened
 
   // what was heard
   bool heard_ = false;
@@ -128,10 +137,6 @@ class ContactCore : public ContactGuard {
 
   // arming
   Arming arming_ = Arming::kNone;
-  struct Request {
-    std::uint16_t arm_id = 0;
-    std::chrono::milliseconds lifetime{0};
-  };
   Request request_;                 ///< in force, or asked for
   std::optional<Request> waiting_;  ///< until the arming before it is known to be over
   TimePoint asked_at_{}, next_try_{}, next_keepalive_{}, expires_{};
@@ -145,7 +150,7 @@ class ContactCore : public ContactGuard {
   FixedRing<ArmAnswer, kAnswers> answers_;
   std::uint64_t lost_events_ = 0, bounces_ = 0;
   double contact_v_ = 0.0;
-  double jitter_var_s2_ = 0.0;
+  double delay_mean_s_ = 0.0, delay_var_s2_ = 0.0;  ///< of heartbeats against their stamps
 };
 
 }  // namespace cellcal::drivers

@@ -11,7 +11,6 @@
 
 enum {
   CTP_VERSION = 1,
-  CTP_DEFAULT_BAUD = 1000000, /* exact on an AVR at 8 and 16 MHz */
 
   CTP_MAX_PAYLOAD = 48,
   CTP_HEADER = 2, /* type, seq */
@@ -22,9 +21,14 @@ enum {
   CTP_BITS_PER_BYTE = 10, /* 8N1 */
 
   CTP_TICK_NS = 500, /* unit of every t */
-  CTP_TICKS_PER_S = 2000000,
   CTP_TICKS_PER_US = 2
 };
+
+/* Not enumerators: an int has 16 bits on an AVR. */
+#define CTP_DEFAULT_BAUD 1000000L /* exact on an AVR at 8 and 16 MHz */
+#define CTP_TICKS_PER_S 2000000L
+/* Configuration CRC of a sensor that has none: the CRC of no bytes. */
+#define CTP_CONFIG_NONE ((uint16_t)0xFFFFu)
 
 /* Host to microcontroller: below 0x80. */
 enum {
@@ -135,8 +139,7 @@ enum {
                                    dead man (25 ms) must act first, and serial delays above 50 ms
                                    are seen under load */
   CTP_REPEAT_MIN_MS = 4,        /* events are repeated no faster than this */
-  CTP_SELF_TEST_MAX_AGE_S = 600,
-  CTP_CONFIG_NONE = 0xFFFF /* configuration CRC of a sensor that has none: CRC of no bytes */
+  CTP_SELF_TEST_MAX_AGE_S = 600
 };
 
 /* CRC-16/CCITT-FALSE (polynomial 0x1021, start 0xFFFF); check value of "123456789" is 0x29B1. */

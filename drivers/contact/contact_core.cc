@@ -1,0 +1,370 @@
+#include "drivers/contact/contact_core.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace cellcal::drivers {
+
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr milliseconds kHelloPeriod{200};
+/// A sensor that was refused, or refuses, is asked again only to notice that it was flashed.
+constexpr milliseconds kRefusedPeriod{2000};
+constexpr milliseconds kConfigPeriod{100};
+/// Uncertainty of an event that came before there was a clock map: nothing is known.
+constexpr double kNoClockSigmaS = 1.0;
+/// A first edge cannot lie in the future by more than this and what the map's sigma explains.
+constexpr double kFutureSlackS = 1e-3;
+constexpr double kFutureSigmas = 5.0;
+/// Weight of the newest heartbeat in the jitter.
+constexpr double kJitterGain = 0.02;
+constexpr int kAnswerFrames = 8;
+constexpr milliseconds kAnswerFloor{20};
+
+double seconds(Duration d) { return std::chrono::duration<double>(d).count(); }
+
+double wire_seconds(int baud, int bytes) {
+  return static_cast<double>(bytes) * CTP_BITS_PER_BYTE / baud;
+}
+
+Duration from_seconds(double s) {
+  return std::chrono::duration_cast<Duration>(std::chrono::duration<double>(s));
+}
+
+}  // namespace
+
+ContactCore::ContactCore(const ContactOptions& options, ByteSink sink)
+    : options_(options),
+      sink_(std::move(sink)),
+      config_crc_(ctp::config_crc(options.wire)),
+      answer_time_(kAnswerFloor +
+                   from_seconds(kAnswerFrames * wire_seconds(options.baud, CTP_MAX_WIRE))),
+      clock_(wire_seconds(options.baud, CTP_PING_SIZE + CTP_OVERHEAD)) {}
+
+template <class Payload>
+void ContactCore::send(const Payload& payload) {
+  const ctp::WireBytes wire = ctp::build(payload, seq_++);
+  sink_(wire.bytes());
+}
+
+std::uint32_t ContactCore::random() {  // xorshift32 (Marsaglia 2003): only has to be irregular
+  random_ ^= random_ << 13;
+  random_ ^= random_ >> 17;
+  random_ ^= random_ << 5;
+  return random_;
+}
+
+void ContactCore::connect(TimePoint now) {
+  forget_session();
+  reader_.resync();
+  ident_.reset();
+  was_ready_ = heard_ = false;
+  fault_ = ContactFault::kNone;
+  last_frame_ = now;
+  random_ = static_cast<std::uint32_t>(now.time_since_epoch().count()) | 1u;
+  // Whatever half frame the sensor has from before ends here.
+  const std::uint8_t delimiter = 0;
+  sink_({&delimiter, 1});
+  enter(ContactStep::kHello, now);
+  on_tick_but_ping(now);
+}
+
+void ContactCore::disconnect(TimePoint now) {
+  end_arming(ArmEnd::kLinkLost, now);
+  forget_session();
+  fault_ = ContactFault::kNone;
+  enter(ContactStep::kClosed, now);
+}
+
+void ContactCore::forget_session() {
+  arming_ = Arming::kNone;
+  waiting_.reset();
+  test_ = Test::kNone;
+  test_wanted_ = test_passed_ = touching_ = false;
+  clock_.reset();
+  ping_out_ = false;
+  status_.reset();
+  in_contact_ = false;
+  seen_.clear();
+  delay_mean_s_ = delay_var_s2_ = 0.0;
+}
+
+void ContactCore::enter(ContactStep step, TimePoint now) {
+  step_ = step;
+  step_since_ = next_send_ = next_test_ = now;
+  if (step == ContactStep::kClock) next_ping_ = now;
+}
+
+void ContactCore::identify_again(ContactFault fault, TimePoint now) {
+  end_arming(ArmEnd::kLinkLost, now);
+  forget_session();
+  fault_ = fault;
+  enter(ContactStep::kHello, now);
+}
+
+void ContactCore::lose_state(TimePoint now) {
+  // Before anything was ready nothing was lost: opening the port resets some boards.
+  identify_again(was_ready_ ? ContactFault::kLostState : ContactFault::kNone, now);
+  reader_.resync();
+}
+
+void ContactCore::on_bytes(std::span<const std::uint8_t> bytes, TimePoint t_rx) {
+  if (step_ == ContactStep::kClosed) return;
+  for (const std::uint8_t byte : bytes) {
+    if (const ctp::Frame* frame = reader_.feed(byte)) on_frame(*frame, t_rx);
+  }
+  on_tick_but_ping(t_rx);
+}
+
+void ContactCore::on_frame(const ctp::Frame& frame, TimePoint t_rx) {
+  heard_ = true;
+  last_frame_ = t_rx;
+  switch (frame.type) {
+    case CTP_IDENT:
+      on_ident(ctp::read<ctp::Ident>(frame), t_rx);
+      break;
+    case CTP_STATUS:
+      on_status(ctp::read<ctp::Status>(frame), t_rx);
+      break;
+    case CTP_TRIP:
+      on_trip(ctp::read<ctp::Trip>(frame), t_rx);
+      break;
+    case CTP_CONTACT:
+    case CTP_REVOKED:
+    case CTP_RELEASE:
+      on_event(frame.type, ctp::read<ctp::Event>(frame), t_rx);
+      break;
+    case CTP_PONG:
+      on_pong(ctp::read<ctp::Pong>(frame), t_rx);
+      break;
+    case CTP_NAK:
+      on_nak(ctp::read<ctp::Nak>(frame), t_rx);
+      break;
+    default:  // LOG: text for a person at the sensor; it proves only that the sensor lives
+      break;
+  }
+}
+
+void ContactCore::on_ident(const ctp::Ident& ident, TimePoint now) {
+  const bool other_boot = ident_ && ident_->boot_id != ident.boot_id;
+  const bool asked = step_ == ContactStep::kHello && ident.nonce == hello_nonce_;
+  if (fault_ == ContactFault::kLostState) {
+    ident_ = ident;
+    return;
+  }
+  if (!asked) {
+    if (other_boot && step_ != ContactStep::kHello) lose_state(now);
+    if (step_ == ContactStep::kHello && ident.nonce == 0) next_send_ = now;  // it has just started
+    return;
+  }
+  ident_ = ident;
+  if (ident.version != CTP_VERSION) {
+    fault_ = ContactFault::kVersion;
+    next_send_ = now + kRefusedPeriod;
+    return;
+  }
+  if (other_boot && was_ready_) {
+    lose_state(now);
+    return;
+  }
+  fault_ = ContactFault::kNone;
+  seen_.clear();
+  enter(ContactStep::kConfig, now);
+}
+
+void ContactCore::on_status(const ctp::Status& status, TimePoint now) {
+  if (step_ == ContactStep::kConfig && status.config_crc == config_crc_) {
+    enter(ContactStep::kClock, now);
+  }
+  if (step_ <= ContactStep::kConfig) return;
+  if (status.config_crc != config_crc_) {  // restarted or reconfigured: IDENT will tell
+    identify_again(ContactFault::kNone, now);
+    return;
+  }
+  status_ = status;
+  const bool contact = (status.flags & CTP_FLAG_CONTACT) != 0;
+  if (contact && !in_contact_) contact_since_ = now;
+  in_contact_ = contact;
+  if (clock_.valid()) {
+    const double delay = seconds(now - clock_.to_host(status.t));
+    const double off = delay - delay_mean_s_;
+    if (delay_mean_s_ == 0.0) {
+      delay_mean_s_ = delay;
+    } else {
+      delay_mean_s_ += kJitterGain * off;
+      delay_var_s2_ += kJitterGain * (off * off - delay_var_s2_);
+    }
+  }
+  on_status_arming((status.flags & CTP_FLAG_ARMED) != 0, (status.flags & CTP_FLAG_LATCHED) != 0,
+                   now);
+  on_status_test(status, now);
+}
+
+void ContactCore::on_trip(const ctp::Trip& trip, TimePoint now) {
+  use_up_arming(trip.arm_id, now);
+  push_event(ContactEventKind::kTrip, trip.arm_id, trip.t, 0, now);
+}
+
+void ContactCore::on_event(std::uint8_t type, const ctp::Event& event, TimePoint now) {
+  send(ctp::Ack{event.event});  // also for one that is known: the first ACK may be lost
+  if (seen_.contains(event.event)) return;
+  seen_.push(event.event);
+  bounces_ += event.bounces;
+  ContactEventKind kind = ContactEventKind::kRevoked;
+  if (type == CTP_CONTACT) {
+    kind = ContactEventKind::kContact;
+    contact_v_ = event.sense_mv * 1e-3;
+    in_contact_ = true;
+    contact_since_ = now;
+  } else if (type == CTP_RELEASE) {
+    kind = ContactEventKind::kRelease;
+    in_contact_ = false;
+  }
+  if (kind != ContactEventKind::kRelease) use_up_arming(event.arm_id, now);
+  push_event(kind, event.arm_id, event.t_first, event.bounces, now);
+}
+
+void ContactCore::push_event(ContactEventKind kind, std::uint16_t arm_id, std::uint32_t ticks,
+                             int bounces, TimePoint now) {
+  ContactEvent event;
+  event.kind = kind;
+  event.arm_id = arm_id;
+  event.bounces = bounces;
+  event.first_edge = now;
+  event.time_sigma_s = kNoClockSigmaS;
+  if (clock_.valid()) {
+    const TimePoint edge = clock_.to_host(ticks);
+    const double sigma = clock_.sigma_s(ticks);
+    const double ahead = seconds(edge - now);
+    if (ahead <= kFutureSlackS + kFutureSigmas * sigma) {
+      event.first_edge = edge;
+      event.time_sigma_s = sigma;
+    } else {
+      event.time_sigma_s = std::max(sigma, ahead);
+    }
+  }
+  if (!events_.push(event)) ++lost_events_;
+}
+
+void ContactCore::on_nak(const ctp::Nak& nak, TimePoint now) {
+  if (nak.of_type == CTP_HELLO && nak.reason == CTP_NAK_BAD_VERSION &&
+      step_ == ContactStep::kHello) {
+    fault_ = ContactFault::kVersion;
+    next_send_ = now + kRefusedPeriod;
+  } else if (nak.of_type == CTP_CONFIG && step_ == ContactStep::kConfig) {
+    fault_ = ContactFault::kConfigRefused;
+    next_send_ = now + kRefusedPeriod;
+  } else if (nak.of_type == CTP_ARM && arming_ == Arming::kAsking) {
+    ArmRefusal why = ArmRefusal::kUnknownReason;
+    switch (nak.reason) {
+      case CTP_NAK_IN_CONTACT:
+        why = ArmRefusal::kInContact;
+        break;
+      case CTP_NAK_LOOP_BROKEN:
+        why = ArmRefusal::kLoopBroken;
+        break;
+      case CTP_NAK_VOLTAGE_UNDEFINED:
+        why = ArmRefusal::kVoltageUndefined;
+        break;
+      case CTP_NAK_SELF_TEST_OLD:
+        why = ArmRefusal::kSelfTestOld;
+        break;
+      case CTP_NAK_BAD_ARGUMENT:
+        why = ArmRefusal::kBadArgument;
+        break;
+      case CTP_NAK_BAD_VERSION:
+        why = ArmRefusal::kBadVersion;
+        break;
+      default:
+        break;
+    }
+    arming_ = Arming::kNone;
+    answer(why, request_.arm_id, now);
+  }
+}
+
+void ContactCore::on_tick(TimePoint now) {
+  if (step_ == ContactStep::kClosed) return;
+  tick_ping(now);  // first, so that nothing is on the wire before it
+  on_tick_but_ping(now);
+}
+
+void ContactCore::on_tick_but_ping(TimePoint now) {
+  if (step_ == ContactStep::kClosed) return;
+  if (arming_ == Arming::kArmed && now - last_frame_ > kHeartbeatLimit) {
+    end_arming(ArmEnd::kSilence, now);
+    begin_disarm(now);
+  }
+  if (step_ > ContactStep::kHello && now - last_frame_ > kIdleLimit) {
+    identify_again(ContactFault::kSilent, now);
+  }
+  const bool held = fault_ == ContactFault::kLostState;
+  if (step_ == ContactStep::kHello && !held && now >= next_send_) {
+    hello_nonce_ = random();
+    send(ctp::Hello{CTP_VERSION, CTP_VERSION, hello_nonce_});
+    next_send_ = now + (fault_ == ContactFault::kVersion ? kRefusedPeriod : kHelloPeriod);
+  }
+  if (step_ == ContactStep::kConfig && now >= next_send_) {
+    send(options_.wire);
+    next_send_ = now + (fault_ == ContactFault::kConfigRefused ? kRefusedPeriod : kConfigPeriod);
+  }
+  tick_test(now);
+  tick_arming(now);
+}
+
+ContactFacts ContactCore::facts(TimePoint now) const {
+  ContactFacts f;
+  f.step = step_;
+  f.fault = fault_;
+  f.heard = heard_;
+  f.touching_at_self_test = touching_;
+  f.in_contact = in_contact_;
+  f.loop_ok = status_ && (status_->flags & CTP_FLAG_LOOP_OK) != 0;
+  f.self_test_ok = self_test_fresh(now);
+  f.armed = arming_ == Arming::kArmed;
+  f.arm_id = f.armed ? request_.arm_id : std::uint16_t{0};
+  f.last_arm_end = last_end_;
+  if (ident_) {
+    f.version = ident_->version;
+    f.firmware = ident_->firmware;
+    f.uid = ident_->uid;
+    f.boot_id = ident_->boot_id;
+  }
+  f.waiting_s = seconds(now - step_since_);
+  f.silent_s = seconds(now - last_frame_);
+  f.clock_limit_s = options_.max_clock_sigma_s;
+  f.lost_events = lost_events_;
+  if (status_) {
+    f.sense_v = status_->sense_mv * 1e-3;
+    f.sensor_errors = status_->errors;
+  }
+  ContactQuality& q = f.quality;
+  q.round_trip_min_s = clock_.round_trip_min_s();
+  q.round_trip_p50_s = clock_.round_trip_p50_s();
+  q.round_trip_p99_s = clock_.round_trip_p99_s();
+  q.clock_sigma_s = clock_.valid() ? clock_.sigma_s() : 0.0;
+  q.clock_drift_ppm = clock_.drift_ppm();
+  q.heartbeat_jitter_s = std::sqrt(delay_var_s2_);
+  const ctp::WireCounters& wire = reader_.counters();
+  q.crc_errors = wire.crc_errors + wire.malformed + wire.oversize;
+  q.gaps = wire.gaps;
+  q.unknown_types = wire.unknown_types;
+  q.bounces = bounces_;
+  q.contact_voltage_v = contact_v_;
+  return f;
+}
+
+ContactSnapshot ContactCore::snapshot(TimePoint now) {
+  ContactSnapshot s;
+  s.armed = arming_ == Arming::kArmed;
+  s.arm_id = s.armed ? request_.arm_id : std::uint16_t{0};
+  s.in_contact = in_contact_;
+  const Duration limit = s.armed ? Duration{kHeartbeatLimit} : Duration{kIdleLimit};
+  s.alive = step_ == ContactStep::kReady && now - last_frame_ <= limit;
+  return s;
+}
+
+}  // namespace cellcal::drivers

@@ -1,0 +1,334 @@
+// ContactCore: arming, the clock's pings and the self-test.
+
+#include <algorithm>
+
+#include "drivers/contact/contact_core.h"
+
+namespace cellcal::drivers {
+
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr milliseconds kKeepAlivePeriod{CTP_KEEPALIVE_MS};
+/// An arming that is not answered by then is given up.
+constexpr milliseconds kArmPatience{150};
+constexpr milliseconds kMaxLifetime{0xFFFF};
+/// The sensor ends an arming itself; the host steps in only this much later.
+constexpr milliseconds kLifetimeGrace{100};
+
+constexpr milliseconds kTestPatience{60};
+constexpr milliseconds kTestRetry{1000};
+constexpr int kTestTries = 3;
+/// A status stamped this long after the request shows the state that the self-test met.
+constexpr milliseconds kTestSettle{5};
+/// Contact that lasts this long outside an arming is examined: a touch, or a broken wire?
+constexpr milliseconds kContactSuspicious{1000};
+
+/// Irregular, so that nothing periodic hides in the samples; fast until the map is good.
+constexpr std::size_t kFastPings = 24;
+constexpr unsigned kFastPingMs = 10, kFastPingSpreadMs = 10;
+constexpr unsigned kPingMs = 150, kPingSpreadMs = 200;
+/// Without a sample for this long the map's drift is not watched any more.
+constexpr milliseconds kClockStale{3000};
+
+}  // namespace
+
+// Arming ------------------------------------------------------------------------------------------
+
+ArmRefusal ContactCore::refusal(const Request& request, TimePoint now) const {
+  if (request.arm_id == 0 || request.lifetime <= milliseconds{0} ||
+      request.lifetime > kMaxLifetime) {
+    return ArmRefusal::kBadArgument;
+  }
+  if (step_ != ContactStep::kReady || !status_ || now - last_frame_ > kIdleLimit) {
+    return ArmRefusal::kNotReady;
+  }
+  if ((status_->flags & CTP_FLAG_LOOP_OK) == 0) return ArmRefusal::kLoopBroken;
+  if (in_contact_) return ArmRefusal::kInContact;
+  const bool running = test_ == Test::kRunning;  // the sense line is pulled: judged afterwards
+  const bool undefined =
+      status_->sense_mv > options_.wire.contact_mv && status_->sense_mv < options_.wire.open_mv;
+  if (undefined && !running) return ArmRefusal::kVoltageUndefined;
+  if (!clock_good(now)) return ArmRefusal::kClockNotSynchronised;
+  if (!self_test_fresh(now) && !running && !test_wanted_) return ArmRefusal::kSelfTestOld;
+  return ArmRefusal::kNone;
+}
+
+void ContactCore::arm(std::uint16_t arm_id, milliseconds lifetime, TimePoint now) {
+  const Request request{arm_id, lifetime};
+  ArmRefusal why = refusal(request, now);
+  if (why == ArmRefusal::kNone && (arming_ == Arming::kAsking || waiting_)) why = ArmRefusal::kBusy;
+  if (why != ArmRefusal::kNone) {
+    answer(why, arm_id, now);
+    return;
+  }
+  waiting_ = request;
+  if (arming_ == Arming::kArmed) {
+    end_arming(ArmEnd::kDisarmed, now);
+    begin_disarm(now);
+  }
+  on_tick_but_ping(now);
+}
+
+void ContactCore::ask(const Request& request, TimePoint now) {
+  request_ = request;
+  arming_ = Arming::kAsking;
+  asked_at_ = now;
+  next_try_ = now + answer_time_;
+  send(ctp::Arm{request.arm_id, static_cast<std::uint16_t>(request.lifetime.count())});
+}
+
+void ContactCore::answer(ArmRefusal refusal, std::uint16_t arm_id, TimePoint now) {
+  answers_.push(ArmAnswer{arm_id, refusal, facts(now)});
+}
+
+void ContactCore::disarm(TimePoint now) {
+  if (waiting_) {
+    answer(ArmRefusal::kWithdrawn, waiting_->arm_id, now);
+    waiting_.reset();
+  }
+  if (arming_ == Arming::kAsking) answer(ArmRefusal::kWithdrawn, request_.arm_id, now);
+  if (arming_ == Arming::kArmed) end_arming(ArmEnd::kDisarmed, now);
+  if (arming_ != Arming::kNone) begin_disarm(now);
+}
+
+void ContactCore::begin_disarm(TimePoint now) {
+  arming_ = Arming::kDisarming;
+  next_try_ = now + answer_time_;
+  send(ctp::Disarm{request_.arm_id});
+}
+
+void ContactCore::end_arming(ArmEnd end, TimePoint now) {
+  if (arming_ == Arming::kArmed) {
+    arming_ = Arming::kNone;
+    last_end_ = end;
+  }
+  if (end == ArmEnd::kLinkLost) {
+    if (arming_ == Arming::kAsking) answer(ArmRefusal::kLinkLost, request_.arm_id, now);
+    if (waiting_) answer(ArmRefusal::kLinkLost, waiting_->arm_id, now);
+    arming_ = Arming::kNone;
+    waiting_.reset();
+  }
+}
+
+void ContactCore::use_up_arming(std::uint16_t arm_id, TimePoint now) {
+  if (arm_id != request_.arm_id) return;
+  if (arming_ == Arming::kAsking) {
+    arming_ = Arming::kNone;
+    last_end_ = ArmEnd::kTripped;
+    answer(ArmRefusal::kTrippedAtOnce, arm_id, now);
+  }
+  end_arming(ArmEnd::kTripped, now);
+}
+
+void ContactCore::on_status_arming(bool armed_flag, bool latched, TimePoint now) {
+  switch (arming_) {
+    case Arming::kNone:
+      if (armed_flag) begin_disarm(now);  // nobody asked for it: make it let go
+      break;
+    case Arming::kAsking:
+      if (!armed_flag) break;  // was under way before the sensor heard of it
+      arming_ = Arming::kArmed;
+      next_keepalive_ = now;
+      expires_ = now + request_.lifetime + kLifetimeGrace;
+      last_end_ = ArmEnd::kNone;
+      answer(ArmRefusal::kNone, request_.arm_id, now);
+      break;
+    case Arming::kArmed:
+      if (armed_flag) break;
+      if (latched) {  // the TRIP was damaged; CONTACT or REVOKED follows
+        end_arming(ArmEnd::kTripped, now);
+      } else {
+        end_arming(now + kLifetimeGrace >= expires_ ? ArmEnd::kExpired : ArmEnd::kSensorDisarmed,
+                   now);
+      }
+      break;
+    case Arming::kDisarming:
+      if (!armed_flag) arming_ = Arming::kNone;
+      break;
+  }
+}
+
+void ContactCore::tick_arming(TimePoint now) {
+  if (waiting_ && arming_ == Arming::kNone && test_ == Test::kNone && !test_wanted_) {
+    const Request request = *waiting_;
+    waiting_.reset();
+    const ArmRefusal why = refusal(request, now);
+    if (why == ArmRefusal::kNone) {
+      ask(request, now);
+    } else {
+      answer(why, request.arm_id, now);
+    }
+  }
+  if (arming_ == Arming::kArmed && now >= expires_) {
+    end_arming(ArmEnd::kExpired, now);
+    begin_disarm(now);
+  }
+  if (arming_ == Arming::kArmed && now >= next_keepalive_) {
+    send(ctp::KeepAlive{});
+    next_keepalive_ = now + kKeepAlivePeriod;
+  }
+  if ((arming_ == Arming::kAsking || arming_ == Arming::kDisarming) && now >= next_try_) {
+    if (arming_ == Arming::kDisarming) {
+      begin_disarm(now);
+    } else if (now - asked_at_ > kArmPatience) {
+      answer(ArmRefusal::kNoAnswer, request_.arm_id, now);
+      begin_disarm(now);
+    } else {
+      next_try_ = now + answer_time_;
+      send(ctp::Arm{request_.arm_id, static_cast<std::uint16_t>(request_.lifetime.count())});
+    }
+  }
+}
+
+// Clock -------------------------------------------------------------------------------------------
+
+void ContactCore::tick_ping(TimePoint now) {
+  if (step_ < ContactStep::kClock || now < next_ping_) return;
+  ping_nonce_ = random();
+  ping_sent_ = now;
+  ping_out_ = true;
+  send(ctp::Ping{ping_nonce_});
+  const bool fast = clock_.samples() < kFastPings;
+  const unsigned ms =
+      fast ? kFastPingMs + random() % kFastPingSpreadMs : kPingMs + random() % kPingSpreadMs;
+  next_ping_ = now + milliseconds{ms} + std::chrono::microseconds{random() % 1000};
+}
+
+void ContactCore::on_pong(const ctp::Pong& pong, TimePoint now) {
+  if (!ping_out_ || pong.nonce != ping_nonce_ || step_ < ContactStep::kClock) return;
+  ping_out_ = false;
+  last_pong_ = now;
+  if (clock_.add(ping_sent_, now, pong.t_rx, pong.t_tx) == ClockMap::Sample::kJumped) {
+    identify_again(ContactFault::kClockJumped, now);
+    return;
+  }
+  if (step_ == ContactStep::kClock && clock_good(now)) enter(ContactStep::kSelfTest, now);
+}
+
+bool ContactCore::clock_good(TimePoint now) const {
+  return clock_.valid() && clock_.sigma_s() <= options_.max_clock_sigma_s &&
+         now - last_pong_ <= kClockStale;
+}
+
+// Self-test ---------------------------------------------------------------------------------------
+
+void ContactCore::self_test(TimePoint now) {
+  if (step_ == ContactStep::kClosed) return;
+  if (fault_ == ContactFault::kLostState) {  // acknowledged: from the start
+    fault_ = ContactFault::kNone;
+    was_ready_ = false;
+    enter(ContactStep::kHello, now);
+  } else {
+    test_wanted_ = true;
+    test_passed_ = false;
+  }
+  on_tick_but_ping(now);
+}
+
+bool ContactCore::self_test_fresh(TimePoint now) const {
+  return test_passed_ && now - test_passed_at_ <= options_.self_test_max_age;
+}
+
+void ContactCore::begin_test(TimePoint now) {
+  test_ = Test::kRunning;
+  test_sent_ = now;
+  // Only a pass that was seen to begin counts: the flag may be left from the test before.
+  test_saw_clear_ = !status_ || (status_->flags & CTP_FLAG_SELF_TEST_OK) == 0;
+  send(ctp::SelfTest{});
+}
+
+bool ContactCore::test_due(TimePoint now) const {
+  if (step_ < ContactStep::kSelfTest || arming_ != Arming::kNone) return false;
+  if (test_wanted_) return true;
+  if (now < next_test_) return false;
+  if (step_ == ContactStep::kSelfTest) return true;
+  if (in_contact_) return now - contact_since_ > kContactSuspicious;
+  return !test_passed_ || now - test_passed_at_ > options_.self_test_renew;
+}
+
+void ContactCore::tick_test(TimePoint now) {
+  if (test_ == Test::kRunning && now - test_sent_ > kTestPatience + answer_time_) {
+    if (++test_tries_ < kTestTries) {
+      begin_test(now);
+    } else {
+      const bool loop_ok = status_ && (status_->flags & CTP_FLAG_LOOP_OK) != 0;
+      fail_test(loop_ok ? ContactFault::kSelfTestFailed : ContactFault::kLoopBroken, now);
+    }
+  }
+  if (test_ == Test::kNone && test_due(now)) {
+    test_wanted_ = false;
+    test_tries_ = 0;
+    begin_test(now);
+  }
+}
+
+void ContactCore::fail_test(ContactFault fault, TimePoint now) {
+  test_ = Test::kNone;
+  test_passed_ = false;
+  fault_ = fault;
+  enter(ContactStep::kSelfTest, now);
+  next_test_ = now + kTestRetry;
+}
+
+void ContactCore::on_status_test(const ctp::Status& status, TimePoint now) {
+  const bool ok = (status.flags & CTP_FLAG_SELF_TEST_OK) != 0;
+  const bool loop_ok = (status.flags & CTP_FLAG_LOOP_OK) != 0;
+  if (test_ == Test::kNone) {
+    // What the sensor has proved can be lost again; it says so in every heartbeat.
+    if (!ok) test_passed_ = false;
+    if (!loop_ok && step_ == ContactStep::kReady) fail_test(ContactFault::kLoopBroken, now);
+    return;
+  }
+  if (!ok) test_saw_clear_ = true;
+  if (ok && loop_ok && test_saw_clear_) {
+    test_ = Test::kNone;
+    test_passed_ = true;
+    test_passed_at_ = now;
+    touching_ = false;
+    if (step_ == ContactStep::kSelfTest) {
+      fault_ = ContactFault::kNone;
+      was_ready_ = true;
+      enter(ContactStep::kReady, now);
+    }
+    return;
+  }
+  // In contact there is no edge to be seen, only the loop to be examined.
+  const bool after = clock_.valid() && clock_.to_host(status.t) > test_sent_ + kTestSettle;
+  if (in_contact_ && after) {
+    if (!loop_ok) {
+      fail_test(ContactFault::kLoopBroken, now);
+      return;
+    }
+    test_ = Test::kNone;
+    touching_ = true;
+    if (step_ == ContactStep::kSelfTest) fault_ = ContactFault::kNone;
+    next_test_ = now + kTestRetry;
+  }
+}
+
+// When to look again ------------------------------------------------------------------------------
+
+TimePoint ContactCore::next_wake() const {
+  if (step_ == ContactStep::kClosed) return TimePoint::max();
+  TimePoint t = last_frame_ + kIdleLimit + milliseconds{1};
+  if (step_ == ContactStep::kHello) {
+    // Silence is what one waits for here; a held fault waits for a person.
+    t = fault_ == ContactFault::kLostState ? TimePoint::max() : next_send_;
+  }
+  if (step_ == ContactStep::kConfig) t = std::min(t, next_send_);
+  if (step_ >= ContactStep::kClock) t = std::min(t, next_ping_);
+  if (test_ == Test::kRunning) {
+    t = std::min(t, test_sent_ + kTestPatience + answer_time_ + milliseconds{1});
+  } else if (step_ >= ContactStep::kSelfTest && arming_ == Arming::kNone) {
+    t = std::min(t, step_ == ContactStep::kSelfTest ? next_test_ : next_ping_);
+  }
+  if (arming_ == Arming::kArmed) {
+    t = std::min({t, next_keepalive_, last_frame_ + kHeartbeatLimit + milliseconds{1}, expires_});
+  }
+  if (arming_ == Arming::kAsking || arming_ == Arming::kDisarming) t = std::min(t, next_try_);
+  return t;
+}
+
+}  // namespace cellcal::drivers

@@ -1,0 +1,190 @@
+#include "drivers/contact/contact_words.h"
+
+#include <fmt/format.h>
+
+#include "drivers/contact/ctp.h"
+
+namespace cellcal::drivers {
+
+namespace {
+
+/// A port that stays mute this long is not 'just starting' (a bootloader takes up to 2 s).
+constexpr double kMuteS = 3.0;
+
+std::string firmware_of(const ContactFacts& f) {
+  return fmt::format("{}.{}.{}", f.firmware[0], f.firmware[1], f.firmware[2]);
+}
+
+std::string fault_words(const ContactFacts& f) {
+  switch (f.fault) {
+    case ContactFault::kNone:
+      return {};
+    case ContactFault::kVersion:
+      return fmt::format(
+          "the contact sensor speaks protocol CTP/{} (firmware {}), this driver CTP/{}: flash "
+          "firmware {}.x from drivers/contact/firmware onto it, or install the driver that fits",
+          f.version, firmware_of(f), static_cast<int>(CTP_VERSION), static_cast<int>(CTP_VERSION));
+    case ContactFault::kLostState:
+      return fmt::format(
+          "the contact sensor restarted while in use (boot id is now {}): its arming and its "
+          "clock are lost. Check its supply and USB cable, then start a self-test to go on",
+          f.boot_id);
+    case ContactFault::kConfigRefused:
+      return "the contact sensor refuses its configuration: check confirm_samples, sample_us, "
+             "heartbeat and that open_mv lies above contact_mv";
+    case ContactFault::kLoopBroken:
+      return fmt::format(
+          "the touch circuit is open ({:.2f} V): a wire between sensor and gun is broken or "
+          "unplugged. Check feed and sense wire; the self-test repeats by itself",
+          f.sense_v);
+    case ContactFault::kSelfTestFailed:
+      return fmt::format(
+          "the contact sensor does not see its own test edge ({:.2f} V): its input is stuck, or a "
+          "supply is shorted to the sense line. It cannot see a touch; check the input stage",
+          f.sense_v);
+    case ContactFault::kSilent:
+      return fmt::format(
+          "the contact sensor fell silent ({:.1f} s without a valid frame): check cable and "
+          "supply; it is being identified again",
+          f.silent_s);
+    case ContactFault::kClockJumped:
+      return "the contact sensor's clock jumped: its time stamps do not continue; it is being "
+             "identified again";
+  }
+  return {};
+}
+
+std::string step_words(const ContactFacts& f) {
+  switch (f.step) {
+    case ContactStep::kClosed:
+      return "the contact sensor's port is not open";
+    case ContactStep::kHello:
+      if (f.waiting_s < kMuteS) return "waiting for the contact sensor's answer";
+      if (!f.heard) {
+        return fmt::format(
+            "nothing heard from the contact sensor for {:.0f} s: is it powered, is its firmware "
+            "flashed, does the baud rate fit?",
+            f.waiting_s);
+      }
+      return fmt::format("the contact sensor has not answered HELLO for {:.0f} s", f.waiting_s);
+    case ContactStep::kConfig:
+      return "configuring the contact sensor";
+    case ContactStep::kClock:
+      if (f.waiting_s < kMuteS || f.quality.clock_sigma_s <= f.clock_limit_s) {
+        return "synchronising the contact sensor's clock";
+      }
+      return fmt::format(
+          "the contact sensor's clock is known to {:.0f} us only, {:.0f} us are allowed: shorten "
+          "the adapter's latency timer (round trip {:.1f} ms)",
+          f.quality.clock_sigma_s * 1e6, f.clock_limit_s * 1e6, f.quality.round_trip_min_s * 1e3);
+    case ContactStep::kSelfTest:
+      if (f.touching_at_self_test || f.in_contact) {
+        return "the gun is in contact: move it free; the self-test then runs by itself";
+      }
+      return "the contact sensor's self-test is running";
+    case ContactStep::kReady:
+      return {};
+  }
+  return {};
+}
+
+std::string refusal_words(const ArmAnswer& a) {
+  const ContactFacts& f = a.facts;
+  switch (a.refusal) {
+    case ArmRefusal::kNone:
+      return {};
+    case ArmRefusal::kNotReady: {
+      const std::string why = words_of(f);
+      return "the contact sensor is not ready" + (why.empty() ? std::string{} : ": " + why);
+    }
+    case ArmRefusal::kBusy:
+      return "another arming is still being answered: wait for it or disarm";
+    case ArmRefusal::kInContact:
+      return fmt::format(
+          "the gun is already in contact ({:.2f} V): move it free, look for spatter or a short, or "
+          "run the self-test to rule out a broken wire",
+          f.sense_v);
+    case ArmRefusal::kLoopBroken:
+      return "the touch circuit is open: a wire between sensor and gun is broken or unplugged";
+    case ArmRefusal::kVoltageUndefined:
+      return fmt::format(
+          "the sense voltage ({:.2f} V) is neither open nor contact: moisture, spatter or a bad "
+          "connection bridges the gun in part",
+          f.sense_v);
+    case ArmRefusal::kClockNotSynchronised:
+      return fmt::format(
+          "the contact sensor's clock is not synchronised (uncertainty {:.0f} us, limit {:.0f} us, "
+          "round trip {:.1f} ms): check the adapter's latency timer and the load of this machine",
+          f.quality.clock_sigma_s * 1e6, f.clock_limit_s * 1e6, f.quality.round_trip_min_s * 1e3);
+    case ArmRefusal::kSelfTestOld:
+      return "the last passed self-test is too old or there is none: start a self-test with the "
+             "gun free";
+    case ArmRefusal::kBadArgument:
+      return fmt::format(
+          "arming {} is not acceptable: its id must be new and not 0, its lifetime 1 to 65535 ms",
+          a.arm_id);
+    case ArmRefusal::kBadVersion:
+      return "the contact sensor refuses this driver's protocol version";
+    case ArmRefusal::kNoAnswer:
+      return "the contact sensor did not answer the arming: check the line's error counters";
+    case ArmRefusal::kLinkLost:
+      return "the contact sensor was lost before it answered";
+    case ArmRefusal::kWithdrawn:
+      return "disarmed before the sensor answered";
+    case ArmRefusal::kTrippedAtOnce:
+      return "the contact tripped in the moment of arming: the gun is at the surface already, or "
+             "the line is noisy";
+    case ArmRefusal::kUnknownReason:
+      return "the contact sensor refused for a reason this driver does not know";
+  }
+  return {};
+}
+
+std::string end_words(ArmEnd end) {
+  switch (end) {
+    case ArmEnd::kSilence:
+      return "the last arming ended because no heartbeat came within 25 ms";
+    case ArmEnd::kExpired:
+      return "the last arming ended by its lifetime";
+    case ArmEnd::kSensorDisarmed:
+      return "the last arming was ended by the sensor: this machine's keep-alive came too late";
+    default:
+      return {};
+  }
+}
+
+}  // namespace
+
+ContactLink link_of(const ContactFacts& f) {
+  if (f.step == ContactStep::kClosed) return ContactLink::kDown;
+  if (f.fault != ContactFault::kNone) return ContactLink::kFault;
+  if (f.step == ContactStep::kReady) return ContactLink::kReady;
+  if (f.step == ContactStep::kHello && !f.heard && f.waiting_s >= kMuteS) return ContactLink::kDown;
+  return ContactLink::kIdentifying;
+}
+
+std::string words_of(const ContactFacts& f) {
+  if (f.step == ContactStep::kClosed || f.fault == ContactFault::kNone) {
+    const std::string words = step_words(f);
+    return words.empty() ? end_words(f.last_arm_end) : words;
+  }
+  return fault_words(f);
+}
+
+ContactStatus status_of(const ContactFacts& f) {
+  ContactStatus s;
+  s.link = link_of(f);
+  s.in_contact = f.in_contact;
+  s.loop_ok = f.loop_ok;
+  s.self_test_ok = f.self_test_ok;
+  s.armed = f.armed;
+  s.words = words_of(f);
+  s.quality = f.quality;
+  return s;
+}
+
+ArmResult result_of(const ArmAnswer& a) {
+  return {a.arm_id, a.refusal == ArmRefusal::kNone, refusal_words(a)};
+}
+
+}  // namespace cellcal::drivers

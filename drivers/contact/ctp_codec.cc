@@ -1,0 +1,269 @@
+#include "drivers/contact/ctp_codec.h"
+
+#include <algorithm>
+
+namespace cellcal::drivers::ctp {
+
+namespace {
+
+constexpr std::uint8_t kFromSensorBit = 0x80;
+
+bool belongs(std::uint8_t type, Direction direction) {
+  const bool from_sensor = (type & kFromSensorBit) != 0;
+  return ctp_payload_size(type) >= -1 && from_sensor == (direction == Direction::kFromSensor);
+}
+
+}  // namespace
+
+void Hello::write(std::uint8_t* p) const {
+  p[CTP_HELLO_MIN] = min;
+  p[CTP_HELLO_MAX] = max;
+  ctp_put_u32(p + CTP_HELLO_NONCE, nonce);
+}
+
+Hello Hello::read(const std::uint8_t* p) {
+  return {p[CTP_HELLO_MIN], p[CTP_HELLO_MAX], ctp_get_u32(p + CTP_HELLO_NONCE)};
+}
+
+void Config::write(std::uint8_t* p) const {
+  p[CTP_CONFIG_POLARITY] = polarity;
+  p[CTP_CONFIG_CONFIRM_SAMPLES] = confirm_samples;
+  ctp_put_u16(p + CTP_CONFIG_SAMPLE_US, sample_us);
+  p[CTP_CONFIG_HEARTBEAT_MS] = heartbeat_ms;
+  ctp_put_u16(p + CTP_CONFIG_OPEN_MV, open_mv);
+  ctp_put_u16(p + CTP_CONFIG_CONTACT_MV, contact_mv);
+}
+
+Config Config::read(const std::uint8_t* p) {
+  return {p[CTP_CONFIG_POLARITY],
+          p[CTP_CONFIG_CONFIRM_SAMPLES],
+          ctp_get_u16(p + CTP_CONFIG_SAMPLE_US),
+          p[CTP_CONFIG_HEARTBEAT_MS],
+          ctp_get_u16(p + CTP_CONFIG_OPEN_MV),
+          ctp_get_u16(p + CTP_CONFIG_CONTACT_MV)};
+}
+
+std::uint16_t config_crc(const Config& config) {
+  std::array<std::uint8_t, Config::kSize> raw{};
+  config.write(raw.data());
+  return ctp_crc16(raw.data(), raw.size());
+}
+
+void Arm::write(std::uint8_t* p) const {
+  ctp_put_u16(p + CTP_ARM_ID, arm_id);
+  ctp_put_u16(p + CTP_ARM_LIFETIME_MS, lifetime_ms);
+}
+
+Arm Arm::read(const std::uint8_t* p) {
+  return {ctp_get_u16(p + CTP_ARM_ID), ctp_get_u16(p + CTP_ARM_LIFETIME_MS)};
+}
+
+void Disarm::write(std::uint8_t* p) const { ctp_put_u16(p + CTP_DISARM_ID, arm_id); }
+
+Disarm Disarm::read(const std::uint8_t* p) { return {ctp_get_u16(p + CTP_DISARM_ID)}; }
+
+void Ack::write(std::uint8_t* p) const { ctp_put_u16(p + CTP_ACK_EVENT, event); }
+
+Ack Ack::read(const std::uint8_t* p) { return {ctp_get_u16(p + CTP_ACK_EVENT)}; }
+
+void Ping::write(std::uint8_t* p) const {
+  ctp_put_u32(p + CTP_PING_NONCE, nonce);
+  std::fill(p + CTP_PING_PAD, p + CTP_PING_SIZE, std::uint8_t{0});
+}
+
+Ping Ping::read(const std::uint8_t* p) { return {ctp_get_u32(p + CTP_PING_NONCE)}; }
+
+void Ident::write(std::uint8_t* p) const {
+  p[CTP_IDENT_VERSION] = version;
+  std::copy(firmware.begin(), firmware.end(), p + CTP_IDENT_FIRMWARE);
+  ctp_put_u32(p + CTP_IDENT_UID, uid);
+  ctp_put_u32(p + CTP_IDENT_BOOT_ID, boot_id);
+  ctp_put_u32(p + CTP_IDENT_CLOCK_HZ, clock_hz);
+  p[CTP_IDENT_RESET_CAUSE] = reset_cause;
+  ctp_put_u32(p + CTP_IDENT_NONCE, nonce);
+  ctp_put_u16(p + CTP_IDENT_CONFIG_CRC, config_crc);
+}
+
+Ident Ident::read(const std::uint8_t* p) {
+  const std::uint8_t* f = p + CTP_IDENT_FIRMWARE;
+  return {p[CTP_IDENT_VERSION],
+          {f[0], f[1], f[2]},
+          ctp_get_u32(p + CTP_IDENT_UID),
+          ctp_get_u32(p + CTP_IDENT_BOOT_ID),
+          ctp_get_u32(p + CTP_IDENT_CLOCK_HZ),
+          p[CTP_IDENT_RESET_CAUSE],
+          ctp_get_u32(p + CTP_IDENT_NONCE),
+          ctp_get_u16(p + CTP_IDENT_CONFIG_CRC)};
+}
+
+void Status::write(std::uint8_t* p) const {
+  ctp_put_u32(p + CTP_STATUS_T, t);
+  p[CTP_STATUS_FLAGS] = flags;
+  ctp_put_u16(p + CTP_STATUS_LAST_EVENT, last_event);
+  p[CTP_STATUS_ERRORS] = errors;
+  ctp_put_u16(p + CTP_STATUS_SENSE_MV, sense_mv);
+  ctp_put_u16(p + CTP_STATUS_CONFIG_CRC, config_crc);
+}
+
+Status Status::read(const std::uint8_t* p) {
+  return {ctp_get_u32(p + CTP_STATUS_T),          p[CTP_STATUS_FLAGS],
+          ctp_get_u16(p + CTP_STATUS_LAST_EVENT), p[CTP_STATUS_ERRORS],
+          ctp_get_u16(p + CTP_STATUS_SENSE_MV),   ctp_get_u16(p + CTP_STATUS_CONFIG_CRC)};
+}
+
+void Trip::write(std::uint8_t* p) const {
+  ctp_put_u16(p + CTP_TRIP_ARM_ID, arm_id);
+  ctp_put_u32(p + CTP_TRIP_T, t);
+}
+
+Trip Trip::read(const std::uint8_t* p) {
+  return {ctp_get_u16(p + CTP_TRIP_ARM_ID), ctp_get_u32(p + CTP_TRIP_T)};
+}
+
+void Event::write(std::uint8_t* p) const {
+  ctp_put_u16(p + CTP_EVENT_ID, event);
+  ctp_put_u16(p + CTP_EVENT_ARM_ID, arm_id);
+  ctp_put_u32(p + CTP_EVENT_T_FIRST, t_first);
+  ctp_put_u16(p + CTP_EVENT_DT_CONFIRM_US, dt_confirm_us);
+  p[CTP_EVENT_BOUNCES] = bounces;
+  p[CTP_EVENT_LEVEL] = level;
+  ctp_put_u16(p + CTP_EVENT_SENSE_MV, sense_mv);
+}
+
+Event Event::read(const std::uint8_t* p) {
+  return {ctp_get_u16(p + CTP_EVENT_ID),
+          ctp_get_u16(p + CTP_EVENT_ARM_ID),
+          ctp_get_u32(p + CTP_EVENT_T_FIRST),
+          ctp_get_u16(p + CTP_EVENT_DT_CONFIRM_US),
+          p[CTP_EVENT_BOUNCES],
+          p[CTP_EVENT_LEVEL],
+          ctp_get_u16(p + CTP_EVENT_SENSE_MV)};
+}
+
+void Pong::write(std::uint8_t* p) const {
+  ctp_put_u32(p + CTP_PONG_NONCE, nonce);
+  ctp_put_u32(p + CTP_PONG_T_RX, t_rx);
+  ctp_put_u32(p + CTP_PONG_T_TX, t_tx);
+}
+
+Pong Pong::read(const std::uint8_t* p) {
+  return {ctp_get_u32(p + CTP_PONG_NONCE), ctp_get_u32(p + CTP_PONG_T_RX),
+          ctp_get_u32(p + CTP_PONG_T_TX)};
+}
+
+void Nak::write(std::uint8_t* p) const {
+  p[CTP_NAK_OF_TYPE] = of_type;
+  p[CTP_NAK_REASON] = reason;
+}
+
+Nak Nak::read(const std::uint8_t* p) { return {p[CTP_NAK_OF_TYPE], p[CTP_NAK_REASON]}; }
+
+std::size_t cobs_encode(std::span<const std::uint8_t> in, std::uint8_t* out) {
+  std::size_t code_at = 0, size = 1;
+  std::uint8_t code = 1;
+  for (const std::uint8_t byte : in) {
+    if (byte == 0) {
+      out[code_at] = code;
+      code_at = size++;
+      code = 1;
+    } else {
+      out[size++] = byte;
+      ++code;
+    }
+  }
+  out[code_at] = code;
+  return size;
+}
+
+std::optional<std::size_t> cobs_decode(std::span<const std::uint8_t> in, std::uint8_t* out) {
+  std::size_t size = 0;
+  std::size_t i = 0;
+  while (i < in.size()) {
+    const std::size_t code = in[i++];
+    if (code == 0 || i + code - 1 > in.size()) return std::nullopt;
+    for (std::size_t k = 1; k < code; ++k, ++i) {
+      if (in[i] == 0) return std::nullopt;
+      out[size++] = in[i];
+    }
+    if (code != 0xFF && i < in.size()) out[size++] = 0;
+  }
+  return size;
+}
+
+WireBytes build_frame(std::uint8_t type, std::uint8_t seq, std::span<const std::uint8_t> payload) {
+  WireBytes wire;
+  if (payload.size() > CTP_MAX_PAYLOAD) return wire;
+  std::array<std::uint8_t, CTP_MAX_FRAME> raw{};
+  raw[0] = type;
+  raw[1] = seq;
+  std::copy(payload.begin(), payload.end(), raw.begin() + CTP_HEADER);
+  const std::size_t body = CTP_HEADER + payload.size();
+  ctp_put_u16(raw.data() + body, ctp_crc16(raw.data(), body));
+  wire.size = cobs_encode({raw.data(), body + CTP_CRC}, wire.data.data());
+  wire.data[wire.size++] = 0;
+  return wire;
+}
+
+const Frame* FrameReader::feed(std::uint8_t byte) {
+  if (byte == 0) {
+    const bool had_bytes = size_ > 0 && !skipping_;
+    const Frame* frame = had_bytes ? finish() : nullptr;
+    size_ = 0;
+    skipping_ = false;
+    return frame;
+  }
+  if (skipping_) return nullptr;
+  // The delimiter is not stored, so the longest frame leaves one byte free.
+  if (size_ + 1 >= buffer_.size()) {
+    ++counters_.oversize;
+    skipping_ = true;
+    return nullptr;
+  }
+  buffer_[size_++] = byte;
+  return nullptr;
+}
+
+const Frame* FrameReader::finish() {
+  std::array<std::uint8_t, CTP_MAX_WIRE> raw{};
+  const auto size = cobs_decode({buffer_.data(), size_}, raw.data());
+  if (!size || *size < CTP_HEADER + CTP_CRC) {
+    ++counters_.malformed;
+    return nullptr;
+  }
+  const std::size_t body = *size - CTP_CRC;
+  if (ctp_crc16(raw.data(), body) != ctp_get_u16(raw.data() + body)) {
+    ++counters_.crc_errors;
+    return nullptr;
+  }
+  // From here on the frame is what the peer sent, so its sequence number counts in any case.
+  const std::uint8_t seq = raw[1];
+  if (last_seq_) counters_.gaps += static_cast<std::uint8_t>(seq - *last_seq_ - 1);
+  last_seq_ = seq;
+
+  const std::uint8_t type = raw[0];
+  if (!belongs(type, direction_)) {
+    ++counters_.unknown_types;
+    return nullptr;
+  }
+  const std::size_t payload = body - CTP_HEADER;
+  const int expected = ctp_payload_size(type);
+  if (expected >= 0 && payload != static_cast<std::size_t>(expected)) {
+    ++counters_.malformed;
+    return nullptr;
+  }
+  ++counters_.frames;
+  frame_ = Frame{};
+  frame_.type = type;
+  frame_.seq = seq;
+  frame_.size = static_cast<std::uint8_t>(payload);
+  std::copy_n(raw.begin() + CTP_HEADER, payload, frame_.payload.begin());
+  return &frame_;
+}
+
+void FrameReader::resync() {
+  size_ = 0;
+  skipping_ = false;
+  last_seq_.reset();
+}
+
+}  // namespace cellcal::drivers::ctp
