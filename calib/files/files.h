@@ -35,7 +35,7 @@ std::vector<Touch> load_touches(const std::filesystem::path& path, const Cell& c
 std::vector<Touch> parse_touches(std::string_view text, const std::string& name, const Cell& cell);
 std::string format_touches(const std::vector<Touch>& touches, const Robot& robot);
 
-/// Joint columns only (rad), for predict. Columns beside the joints are refused.
+/// Joint columns only (rad), for predict: any angle. Columns beside the joints are refused.
 std::vector<std::vector<double>> load_joints(const std::filesystem::path& path,
                                              const Robot& robot);
 

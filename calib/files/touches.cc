@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "calib/files/csv.h"
 #include "calib/files/files.h"
 #include "calib/files/units.h"
@@ -8,8 +10,11 @@ namespace cellcal::calib {
 
 namespace {
 
-/// A controller may read a hair beyond its own soft limit.
-constexpr double kLimitSlackRad = 0.01 * kRadPerDeg;
+/// The robot file's limits are the catalogue's; a controller's own may be set wider. Beyond this it
+/// is another joint, another unit or another robot.
+constexpr double kLimitSlackRad = 10.0 * kRadPerDeg;
+/// To be predicted any angle will do; this only catches nonsense.
+constexpr double kAnyAngleRad = 3600.0 * kRadPerDeg;
 
 std::vector<int> joint_columns(const CsvTable& table, const Robot& robot, const std::string& name) {
   std::vector<int> columns;
@@ -23,12 +28,15 @@ std::vector<int> joint_columns(const CsvTable& table, const Robot& robot, const 
 }
 
 std::vector<double> read_joints(const CsvTable& table, const Robot& robot,
-                                const std::vector<int>& columns) {
+                                const std::vector<int>& columns, bool within_limits) {
   std::vector<double> angles(columns.size());
   for (std::size_t i = 0; i < columns.size(); ++i) {
     const Joint& joint = robot.joints[i];
     angles[i] = table.number(columns[i]) * kRadPerDeg;
-    if (angles[i] < joint.min_rad - kLimitSlackRad || angles[i] > joint.max_rad + kLimitSlackRad)
+    if (std::abs(angles[i]) > kAnyAngleRad)
+      table.fail(columns[i], fmt::format("{} deg is out of range", table.text(columns[i])));
+    if (within_limits && (angles[i] < joint.min_rad - kLimitSlackRad ||
+                          angles[i] > joint.max_rad + kLimitSlackRad))
       table.fail(columns[i],
                  fmt::format("{} deg is outside the joint's limits {:.6g} to {:.6g} deg in the "
                              "robot file",
@@ -68,7 +76,7 @@ std::vector<Touch> parse_touches(std::string_view text, const std::string& name,
     if (touches.size() == kMaxRows) throw FileError(name + ": more than 2000000 touches");
     Touch touch;
     touch.line = table.line();
-    touch.joint_rad = read_joints(table, cell.robot, joints);
+    touch.joint_rad = read_joints(table, cell.robot, joints, true);
     touch.target = table.text(target);
     TargetKind kind;
     try {
@@ -140,7 +148,7 @@ std::vector<std::vector<double>> load_joints(const std::filesystem::path& path,
   std::vector<std::vector<double>> rows;
   while (table.next()) {
     if (rows.size() == kMaxRows) throw FileError(path.string() + ": more than 2000000 rows");
-    rows.push_back(read_joints(table, robot, columns));
+    rows.push_back(read_joints(table, robot, columns, false));
   }
   return rows;
 }

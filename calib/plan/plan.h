@@ -12,11 +12,11 @@
 
 #include "calib/files/error.h"
 #include "calib/files/touch.h"
+#include "calib/model/joint_vector.h"
 #include "calib/model/robot.h"
 
 namespace cellcal::calib {
 
-using JointVector = std::vector<double>;  // controller's axis angles [rad]
 
 struct PlannedTouch {
   std::string target;

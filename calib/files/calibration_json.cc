@@ -1,0 +1,257 @@
+#include "calib/files/calibration_json.h"
+
+#include <cmath>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "calib/files/documents.h"
+#include "calib/files/files.h"
+
+namespace cellcal::calib {
+
+namespace {
+
+using nlohmann::json;
+using ordered = nlohmann::ordered_json;
+
+constexpr const char* kFormat = "cellcal.calibration/1";
+
+const char* word(DecidedBy decided) {
+  switch (decided) {
+    case DecidedBy::kData: return "data";
+    case DecidedBy::kPrior: return "prior";
+    case DecidedBy::kFrame: return "frame";
+  }
+  return "";
+}
+
+ordered summary_json(const ResidualSummary& s) {
+  return {{"mean_mm", s.mean_m * kMmPerM},
+          {"max_mm", s.max_m * kMmPerM},
+          {"rms_mm", s.rms_m * kMmPerM},
+          {"count", s.count}};
+}
+
+ordered vector_mm(const Eigen::Vector3d& v) {
+  return {v.x() * kMmPerM, v.y() * kMmPerM, v.z() * kMmPerM};
+}
+
+/// Access by key with an error that names file and key. Non-finite numbers cannot come in: JSON
+/// has none, and nlohmann writes null for them.
+class Reader {
+ public:
+  Reader(const json& value, std::string where) : value_(value), where_(std::move(where)) {}
+
+  Reader at(const char* key) const {
+    if (!value_.is_object() || !value_.contains(key)) fail(std::string("key \"") + key + "\" is missing");
+    return {value_[key], where_ + "." + key};
+  }
+  double number() const {
+    if (!value_.is_number()) fail("must be a number");
+    const double v = value_.get<double>();
+    if (!std::isfinite(v)) fail("must be finite");
+    return v;
+  }
+  std::string text() const {
+    if (!value_.is_string()) fail("must be a string");
+    return value_.get<std::string>();
+  }
+  bool flag() const {
+    if (!value_.is_boolean()) fail("must be true or false");
+    return value_.get<bool>();
+  }
+  const json& object() const {
+    if (!value_.is_object()) fail("must be an object");
+    return value_;
+  }
+  std::vector<Reader> items() const {
+    if (!value_.is_array()) fail("must be an array");
+    std::vector<Reader> result;
+    for (std::size_t i = 0; i < value_.size(); ++i)
+      result.emplace_back(value_[i], where_ + "[" + std::to_string(i) + "]");
+    return result;
+  }
+  bool has(const char* key) const { return value_.is_object() && value_.contains(key); }
+  [[noreturn]] void fail(const std::string& what) const { throw FileError(where_ + ": " + what); }
+
+ private:
+  const json& value_;
+  std::string where_;
+};
+
+ResidualSummary read_summary(const Reader& r) {
+  ResidualSummary s;
+  s.mean_m = r.at("mean_mm").number() / kMmPerM;
+  s.max_m = r.at("max_mm").number() / kMmPerM;
+  s.rms_m = r.at("rms_mm").number() / kMmPerM;
+  if (r.has("count")) s.count = static_cast<int>(r.at("count").number());
+  return s;
+}
+
+Eigen::Vector3d read_vector_mm(const Reader& r) {
+  const auto items = r.items();
+  if (items.size() != 3) r.fail("must hold three numbers");
+  return Eigen::Vector3d(items[0].number(), items[1].number(), items[2].number()) / kMmPerM;
+}
+
+}  // namespace
+
+std::string software_version() { return CELLCAL_VERSION; }
+
+std::string calibration_to_json(const Calibration& c) {
+  ordered out;
+  out["format"] = kFormat;
+  out["method"] = c.method;
+  out["robot"] = ordered::parse(toml_to_json(robot_to_toml(c.cell.robot)));
+  out["cell"] = ordered::parse(toml_to_json(cell_to_toml(c.cell, c.cell.robot.name)));
+  std::map<std::string, double> to_unit;
+  out["parameters"] = ordered::array();
+  for (const ParameterResult& p : c.parameters) {
+    to_unit[p.name] = p.to_unit;
+    out["parameters"].push_back({{"name", p.name},
+                                 {"unit", p.unit},
+                                 {"nominal", p.nominal * p.to_unit},
+                                 {"correction", p.correction * p.to_unit},
+                                 {"sigma", p.sigma * p.to_unit},
+                                 {"decided_by", word(p.decided_by)}});
+  }
+  out["targets"] = ordered::array();
+  for (const TargetResult& t : c.targets)
+    out["targets"].push_back({{"id", t.id},
+                              {"centre_mm", vector_mm(t.centre_m)},
+                              {"effective_radius_mm", t.effective_radius_m * kMmPerM}});
+  out["residuals"] = {{"before", summary_json(c.before)},
+                      {"after", summary_json(c.after)},
+                      {"check", summary_json(c.check)},
+                      {"check_before", summary_json(c.check_before)}};
+  out["unidentifiable"] = ordered::array();
+  for (std::size_t i = 0; i < c.unidentifiable.size(); ++i) {
+    ordered direction = ordered::object();
+    for (const auto& [name, share] : c.unidentifiable[i].direction) direction[name] = share;
+    out["unidentifiable"].push_back(
+        {{"words", c.unidentifiable[i].words}, {"direction", std::move(direction)}});
+  }
+  out["predicted"] = {{"m2_mm", c.predicted_m2_m * kMmPerM}, {"m3_mm", c.predicted_m3_m * kMmPerM}};
+  out["chi2_per_dof"] = c.chi2_per_dof;
+  out["touch_noise_mm"] = c.touch_noise_m * kMmPerM;
+  out["verdict"] = {{"publish", c.verdict.publish},
+                    {"scope", c.verdict.workspace ? "workspace" : "near targets"},
+                    {"reasons", c.verdict.reasons}};
+  out["outliers"] = ordered::array();
+  for (const Outlier& o : c.outliers)
+    out["outliers"].push_back(
+        {{"touch", o.touch}, {"residual_mm", o.residual_m * kMmPerM}, {"reason", o.reason}});
+  // In the parameters' own units, in their order; the frame as columns of one step each.
+  const auto matrix = [&](const Eigen::MatrixXd& m, bool both) {
+    ordered rows = ordered::array();
+    for (Eigen::Index i = 0; i < m.rows(); ++i) {
+      ordered row = ordered::array();
+      for (Eigen::Index k = 0; k < m.cols(); ++k)
+        row.push_back(m(i, k) * c.parameters[static_cast<std::size_t>(i)].to_unit *
+                      (both ? c.parameters[static_cast<std::size_t>(k)].to_unit : 1.0));
+      rows.push_back(std::move(row));
+    }
+    return rows;
+  };
+  out["covariance"] = matrix(c.covariance, true);
+  out["frame_basis"] = matrix(c.frame_basis, false);
+  out["inputs"] = {{"software", software_version()}, {"files", ordered::array()}};
+  for (const InputFile& f : c.inputs)
+    out["inputs"]["files"].push_back({{"role", f.role}, {"name", f.name}, {"sha256", f.sha256}});
+  return out.dump(1, ' ', false, ordered::error_handler_t::replace) + "\n";
+}
+
+Calibration calibration_from_json(std::string_view text, const std::string& name) {
+  const json document = json::parse(text, nullptr, false);
+  if (document.is_discarded())
+    throw FileError(name + ": not valid JSON; is the file cut off?");
+  const Reader root(document, name);
+  if (root.at("format").text() != kFormat)
+    throw FileError(name + ".format: must be \"" + std::string(kFormat) +
+                    "\"; this is another kind of file or a newer version");
+  Calibration c;
+  Robot robot = read_robot(table_from_json(root.at("robot").object().dump(), name + ".robot"));
+  c.cell =
+      read_cell(table_from_json(root.at("cell").object().dump(), name + ".cell"), std::move(robot));
+  if (root.has("method")) c.method = root.at("method").text();
+  for (const Reader& item : root.at("parameters").items()) {
+    ParameterResult p;
+    p.name = item.at("name").text();
+    p.unit = item.at("unit").text();
+    if (p.unit == "mm") p.to_unit = kMmPerM;
+    else if (p.unit == "deg") p.to_unit = 57.29577951308232;
+    else if (p.unit == "arcsec") p.to_unit = 206264.80624709636;
+    else if (p.unit != "1/(N m^2)" && p.unit != "rad/(N m)")
+      item.at("unit").fail("\"" + p.unit + "\" is not known");
+    p.nominal = item.at("nominal").number() / p.to_unit;
+    p.correction = item.at("correction").number() / p.to_unit;
+    p.sigma = item.at("sigma").number() / p.to_unit;
+    const std::string decided = item.at("decided_by").text();
+    p.decided_by = decided == "prior"   ? DecidedBy::kPrior
+                   : decided == "frame" ? DecidedBy::kFrame
+                                        : DecidedBy::kData;
+    c.parameters.push_back(std::move(p));
+  }
+  for (const Reader& item : root.at("targets").items())
+    c.targets.push_back({item.at("id").text(), read_vector_mm(item.at("centre_mm")),
+                         item.at("effective_radius_mm").number() / kMmPerM});
+  const Reader residuals = root.at("residuals");
+  c.before = read_summary(residuals.at("before"));
+  c.after = read_summary(residuals.at("after"));
+  c.check = read_summary(residuals.at("check"));
+  if (residuals.has("check_before")) c.check_before = read_summary(residuals.at("check_before"));
+  for (const Reader& item : root.at("unidentifiable").items()) {
+    UnidentifiableDirection d;
+    d.words = item.at("words").text();
+    const Reader direction = item.at("direction");
+    for (const auto& [key, value] : direction.object().items())
+      d.direction.emplace_back(key, Reader(value, name + ".unidentifiable." + key).number());
+    c.unidentifiable.push_back(std::move(d));
+  }
+  c.predicted_m2_m = root.at("predicted").at("m2_mm").number() / kMmPerM;
+  c.predicted_m3_m = root.at("predicted").at("m3_mm").number() / kMmPerM;
+  if (root.has("chi2_per_dof")) c.chi2_per_dof = root.at("chi2_per_dof").number();
+  if (root.has("touch_noise_mm")) c.touch_noise_m = root.at("touch_noise_mm").number() / kMmPerM;
+  const Reader verdict = root.at("verdict");
+  c.verdict.publish = verdict.at("publish").flag();
+  c.verdict.workspace = verdict.at("scope").text() == "workspace";
+  for (const Reader& reason : verdict.at("reasons").items())
+    c.verdict.reasons.push_back(reason.text());
+  for (const Reader& item : root.at("outliers").items()) {
+    const double touch = item.at("touch").number();
+    if (touch < 0.0 || touch > 1e9) item.at("touch").fail("is out of range");
+    c.outliers.push_back({static_cast<std::size_t>(touch),
+                          item.at("residual_mm").number() / kMmPerM, item.at("reason").text()});
+  }
+  const auto n = static_cast<Eigen::Index>(c.parameters.size());
+  const auto matrix = [&](const char* key, Eigen::Index columns, bool both) {
+    const Reader reader = root.at(key);
+    const auto rows = reader.items();
+    if (static_cast<Eigen::Index>(rows.size()) != n && !rows.empty())
+      reader.fail("must have one row per parameter");
+    Eigen::MatrixXd m;
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      const auto items = rows[i].items();
+      if (i == 0) m.setZero(n, columns >= 0 ? columns : static_cast<Eigen::Index>(items.size()));
+      if (static_cast<Eigen::Index>(items.size()) != m.cols())
+        rows[i].fail("has " + std::to_string(items.size()) + " entries, " +
+                     std::to_string(m.cols()) + " are needed");
+      for (std::size_t k = 0; k < items.size(); ++k)
+        m(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(k)) =
+            items[k].number() / c.parameters[i].to_unit / (both ? c.parameters[k].to_unit : 1.0);
+    }
+    return m;
+  };
+  c.covariance = matrix("covariance", n, true);
+  c.frame_basis = matrix("frame_basis", -1, false);
+  for (const Reader& item : root.at("inputs").at("files").items())
+    c.inputs.push_back(
+        {item.at("role").text(), item.at("name").text(), item.at("sha256").text()});
+  return c;
+}
+
+Calibration load_calibration(const std::filesystem::path& path) {
+  return calibration_from_json(read_file(path), path.string());
+}
+
+}  // namespace cellcal::calib

@@ -1,0 +1,284 @@
+#include "calib/identify/identify.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "calib/identify/frame.h"
+#include "calib/identify/problem.h"
+#include "calib/identify/region.h"
+#include "calib/identify/residuals.h"
+#include "calib/identify/solve.h"
+#include "calib/identify/start.h"
+#include "calib/identify/verdict.h"
+
+namespace cellcal::calib {
+
+namespace {
+
+/// Cauchy's loss at two sigma: full weight for honest touches, next to none for gross ones.
+constexpr double kCauchySigma = 2.0;
+constexpr int kOutlierRounds = 20;
+constexpr int kWorkspacePoses = 300;
+constexpr int kLocalPoses = 100;
+constexpr double kLocalHalfM = 0.150;
+constexpr unsigned kRegionSeed = 20240924;
+
+/// The posterior at a solution: covariance in prior units, and how much each touch holds itself.
+struct Posterior {
+  Linearisation linear;
+  Eigen::MatrixXd covariance_u;
+  Eigen::VectorXd leverage;  ///< per row of the linearisation
+};
+
+Posterior posterior_at(const Problem& problem, const Eigen::VectorXd& u,
+                       const std::vector<bool>& use) {
+  Posterior p;
+  p.linear = linearise(problem, u, use);
+  const int n = problem.size();
+  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(n, n);
+  information.selfadjointView<Eigen::Lower>().rankUpdate(p.linear.jacobian.transpose());
+  for (int i = 0; i < n; ++i)
+    information(i, i) += std::pow(problem.unknowns()[i].prior_weight, 2);
+  // A centre without prior that turns with the frame: a hair of information keeps it finite.
+  constexpr double kHair = 1e-12;
+  for (int i = 0; i < n; ++i) information(i, i) *= 1.0 + kHair;
+  const Eigen::LLT<Eigen::MatrixXd, Eigen::Lower> llt(information);
+  if (llt.info() != Eigen::Success)
+    throw IdentifyError("the touches and priors do not determine the unknowns; give the targets a "
+                        "centre_sigma_mm and the joints tolerances");
+  p.covariance_u = llt.solve(Eigen::MatrixXd::Identity(n, n));
+  // h_i = j_i S j_i^T = |L^-1 j_i^T|^2
+  const Eigen::MatrixXd half = llt.matrixL().solve(p.linear.jacobian.transpose());
+  p.leverage = half.colwise().squaredNorm();
+  return p;
+}
+
+std::vector<Eigen::Vector3d> starting_centres(const Cell& cell, const ArmModel& arm,
+                                              const std::vector<Touch>& touches) {
+  std::vector<Eigen::Vector3d> centres(cell.targets.size(), Eigen::Vector3d::Zero());
+  for (std::size_t t = 0; t < cell.targets.size(); ++t) {
+    const Target& target = cell.targets[t];
+    std::vector<Eigen::Vector3d> points;
+    std::vector<double> radii;
+    for (const Touch& touch : touches) {
+      if (touch.target != target.id || touch.set != TouchSet::kFit) continue;
+      points.push_back(arm.position(arm.prepare(touch.joint_rad), nullptr));
+      radii.push_back(target.kind == TargetKind::kWire
+                          ? touch.radius_m
+                          : target.diameter_m / 2.0 + cell.tool.tip_radius_m);
+    }
+    if (points.empty()) continue;
+    if (target.kind == TargetKind::kPoint) {
+      for (const auto& p : points) centres[t] += p / static_cast<double>(points.size());
+      continue;
+    }
+    const SphereFit fit =
+        fit_centre(points, radii, target.has_centre ? &target.centre_m : nullptr);
+    if (!fit.determined && !target.has_centre)
+      throw IdentifyError(fmt::format(
+          "target {}: {} fit touches do not span a sphere; touch it from more sides, or state "
+          "centre_mm in the cell file",
+          target.id, points.size()));
+    centres[t] = fit.centre_m;
+  }
+  return centres;
+}
+
+/// |r| / sigma with the touch's own pull on the fit taken out (studentised), for used touches;
+/// with the fit's uncertainty added, for the others.
+std::vector<double> studentised(const Problem& problem, const Eigen::VectorXd& u,
+                                const std::vector<bool>& fit, const std::vector<bool>& use,
+                                const Posterior& posterior) {
+  const std::size_t count = problem.touches().size();
+  std::vector<double> t(count, 0.0);
+  for (const auto& [touch, row] : posterior.linear.touch_row) {
+    const int rows = problem.rows(touch);
+    double worst = 0.0;
+    for (int k = 0; k < rows; ++k) {
+      constexpr double kLeast = 1e-6;  // a touch that alone decides something says nothing of itself
+      const double free = 1.0 - posterior.leverage[row + k];
+      if (free > kLeast)
+        worst = std::max(worst, std::abs(posterior.linear.residual[row + k]) / std::sqrt(free));
+    }
+    t[touch] = worst;
+  }
+  std::vector<bool> others(count, false);
+  for (std::size_t i = 0; i < count; ++i) others[i] = fit[i] && !use[i];
+  const Linearisation outside = linearise(problem, u, others);
+  for (const auto& [touch, row] : outside.touch_row) {
+    double worst = 0.0;
+    for (int k = 0; k < problem.rows(touch); ++k) {
+      const Eigen::RowVectorXd j = outside.jacobian.row(row + k);
+      const double spread = 1.0 + j * posterior.covariance_u * j.transpose();
+      worst = std::max(worst, std::abs(outside.residual[row + k]) / std::sqrt(spread));
+    }
+    t[touch] = worst;
+  }
+  return t;
+}
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+struct Estimate {
+  Eigen::VectorXd u;
+  std::vector<bool> use;
+  Posterior posterior;
+};
+
+Estimate estimate(const Problem& problem, const IdentifyOptions& options) {
+  const auto touches = problem.touches();
+  std::vector<bool> fit(touches.size());
+  for (std::size_t i = 0; i < touches.size(); ++i) fit[i] = touches[i].set == TouchSet::kFit;
+  Estimate e;
+  e.use = fit;
+  e.u = Eigen::VectorXd::Zero(problem.size());
+  if (options.reject_outliers)
+    e.u = solve(problem, e.u, {fit, kCauchySigma, options.max_iterations}).u;
+  for (int round = 0; round < kOutlierRounds; ++round) {
+    if (options.reject_outliers) {
+      e.posterior = posterior_at(problem, e.u, e.use);
+      const std::vector<double> t = studentised(problem, e.u, fit, e.use, e.posterior);
+      std::vector<double> used;
+      for (std::size_t i = 0; i < t.size(); ++i)
+        if (fit[i]) used.push_back(t[i]);
+      // More scatter than stated widens the gate instead of throwing good touches away.
+      constexpr double kMadToSigma = 1.4826;
+      const double gate = options.outlier_sigma * std::max(1.0, kMadToSigma * median(used));
+      std::vector<bool> next = fit;
+      for (std::size_t i = 0; i < t.size(); ++i)
+        if (fit[i] && t[i] > gate) next[i] = false;
+      const bool same = round > 0 && next == e.use;
+      e.use = next;
+      if (same) break;
+    }
+    const SolveResult solved = solve(problem, e.u, {e.use, 0.0, options.max_iterations});
+    if (!solved.converged)
+      throw IdentifyError(fmt::format("the estimate did not converge in {} iterations; are the "
+                                      "robot file and the touches of the same arm?",
+                                      options.max_iterations));
+    e.u = solved.u;
+    if (!options.reject_outliers) break;
+  }
+  e.posterior = posterior_at(problem, e.u, e.use);
+  return e;
+}
+
+void fill_parameters(const Problem& problem, const Estimate& e, const FrameDirections& frame,
+                     double inflation, Calibration& calibration) {
+  const Eigen::VectorXd x = problem.to_si(e.u);
+  const int n = problem.size();
+  Eigen::VectorXd scale(n);
+  for (int i = 0; i < n; ++i) scale[i] = problem.unknowns()[i].scale;
+  calibration.covariance =
+      inflation * (scale.asDiagonal() * e.posterior.covariance_u * scale.asDiagonal());
+  calibration.frame_basis = scale.asDiagonal() * frame.basis_u;
+  for (int i = 0; i < n; ++i) {
+    const Unknown& unknown = problem.unknowns()[i];
+    ParameterResult p{unknown.name, unknown.unit, unknown.to_unit, unknown.nominal,
+                      x[i] - unknown.nominal, std::sqrt(calibration.covariance(i, i))};
+    // Who decided it: the frame where half of its variance is the frame's; the prior where the
+    // touches took less than half of the prior's variance away.
+    const double variance_u = e.posterior.covariance_u(i, i);
+    const double of_frame =
+        frame.basis_u.cols() > 0 ? frame.basis_u.row(i).squaredNorm() : 0.0;
+    const double prior_u = unknown.prior_weight > 0.0 ? 1.0 / unknown.prior_weight : 1e9;
+    if (of_frame * std::min(1.0, prior_u * prior_u) > 0.5 * variance_u)
+      p.decided_by = DecidedBy::kFrame;
+    else if (variance_u > 0.5 * prior_u * prior_u)
+      p.decided_by = DecidedBy::kPrior;
+    calibration.parameters.push_back(p);
+  }
+  for (const TargetBlock& block : problem.blocks()) {
+    const Target& target = problem.cell().targets[block.target];
+    TargetResult result{target.id, x.segment<3>(block.first), 0.0};
+    if (target.kind == TargetKind::kSphere)
+      result.effective_radius_m = problem.nominal_radius_m(target) +
+                                  (problem.rho() >= 0 ? x[problem.rho()] : 0.0) +
+                                  (block.has_radius ? x[block.first + 3] : 0.0);
+    calibration.targets.push_back(result);
+  }
+}
+
+void fill_predicted_accuracy(const Problem& problem, const Estimate& e, double inflation,
+                             Calibration& calibration) {
+  const ArmModel& arm = problem.arm();
+  const int n = arm.size();
+  const Eigen::VectorXd x = problem.to_si(e.u);
+  Eigen::VectorXd scale(n);
+  for (int i = 0; i < n; ++i) scale[i] = problem.unknowns()[i].scale;
+  const Eigen::MatrixXd covariance = inflation * e.posterior.covariance_u.topLeftCorner(n, n);
+  calibration.predicted_m3_m =
+      predicted_mean_error_m(arm, workspace_poses(arm, kWorkspacePoses, kRegionSeed), x.data(),
+                             scale, covariance);
+  std::vector<JointVector> around;
+  for (const Touch& touch : problem.touches()) around.push_back(touch.joint_rad);
+  std::vector<Eigen::Vector3d> centres;
+  for (const TargetResult& target : calibration.targets) centres.push_back(target.centre_m);
+  calibration.predicted_m2_m = predicted_mean_error_m(
+      arm, local_poses(arm, around, centres, kLocalHalfM, kLocalPoses, kRegionSeed), x.data(),
+      scale, covariance);
+}
+
+}  // namespace
+
+Calibration identify(const Cell& cell, const std::vector<Touch>& touches,
+                     const IdentifyOptions& options) {
+  const auto fit_touches = std::count_if(touches.begin(), touches.end(), [](const Touch& t) {
+    return t.set == TouchSet::kFit;
+  });
+  if (fit_touches == 0) throw IdentifyError("there are no fit touches; nothing to identify from");
+  const ArmModel arm(cell.robot, cell.tool);
+  const Problem problem(cell, arm, touches, starting_centres(cell, arm, touches));
+  for (std::size_t i = 0; i < touches.size(); ++i)
+    if (problem.block_of(i) < 0)
+      throw IdentifyError(fmt::format(
+          "target {} has check touches but no fit touch; its centre is unknown. Make some of its "
+          "touches fit touches, or leave it out",
+          touches[i].target));
+
+  const Estimate e = estimate(problem, options);
+  Calibration calibration;
+  calibration.cell = cell;
+  double sum = 0.0, held = 0.0, noise = 0.0;
+  for (const auto& [touch, row] : e.posterior.linear.touch_row)
+    for (int k = 0; k < problem.rows(touch); ++k) {
+      sum += std::pow(e.posterior.linear.residual[row + k], 2);
+      noise += std::pow(e.posterior.linear.residual[row + k] * problem.sigma_m(touch), 2);
+      held += 1.0 - e.posterior.leverage[row + k];
+    }
+  const double dof = std::max(held, 1.0);
+  calibration.chi2_per_dof = sum / dof;
+  calibration.touch_noise_m = std::sqrt(noise / dof);
+  // Scatter beyond the stated noise is not explained away: it widens every bound.
+  const double inflation = std::max(1.0, calibration.chi2_per_dof);
+
+  const FrameDirections frame = find_frame_directions(problem, e.posterior.linear);
+  calibration.unidentifiable = frame.words;
+  fill_parameters(problem, e, frame, inflation, calibration);
+  fill_predicted_accuracy(problem, e, inflation, calibration);
+
+  std::vector<bool> outlier(touches.size(), false);
+  for (std::size_t i = 0; i < touches.size(); ++i)
+    outlier[i] = touches[i].set == TouchSet::kFit && !e.use[i];
+  fill_residuals(problem, problem.to_si(e.u), outlier, calibration);
+  for (const TouchResidual& r : calibration.residuals)
+    if (r.outlier)
+      calibration.outliers.push_back(
+          {r.touch, r.after_m,
+           fmt::format("{:+.3f} mm off the {}, {:.0f} times the touch noise ({})",
+                       r.after_m * 1e3, touches[r.touch].target, std::abs(r.whitened),
+                       r.after_m > 0 ? "tip outside: contact seen before the surface"
+                                     : "tip inside: contact seen too late")});
+  calibration.verdict = judge(problem, calibration);
+  return calibration;
+}
+
+}  // namespace cellcal::calib

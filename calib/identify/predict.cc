@@ -1,0 +1,85 @@
+#include "calib/identify/predict.h"
+
+#include <Eigen/Cholesky>
+#include <cmath>
+#include <map>
+
+#include "calib/model/kinematics.h"
+
+namespace cellcal::calib {
+
+namespace {
+
+/// Radius that holds 95 % of a 3-D Gaussian with covariance c: the weighted sum of squares is
+/// matched to a scaled chi^2 (Satterthwaite), its quantile taken by Wilson and Hilferty.
+double radius_95(const Eigen::Matrix3d& c) {
+  const double mean = c.trace();
+  if (mean <= 0.0) return 0.0;
+  const double variance = 2.0 * (c * c).trace();
+  const double dof = 2.0 * mean * mean / variance;
+  constexpr double kNormal95 = 1.6448536269514722;
+  const double t = 2.0 / (9.0 * dof);
+  return std::sqrt(mean * std::pow(1.0 - t + kNormal95 * std::sqrt(t), 3));
+}
+
+}  // namespace
+
+struct Predictor::Impl {
+  ArmModel arm;
+  Eigen::VectorXd x;
+  Eigen::MatrixXd covariance;  // arm parameters, SI, frame directions aside
+
+  explicit Impl(const Calibration& c) : arm(c.cell.robot, c.cell.tool) {
+    const int n = arm.size();
+    std::map<std::string, Eigen::Index> index;
+    for (std::size_t i = 0; i < c.parameters.size(); ++i)
+      index[c.parameters[i].name] = static_cast<Eigen::Index>(i);
+    Eigen::MatrixXd all = c.covariance;
+    if (c.frame_basis.cols() > 0 && all.size() > 0) {
+      // Along the frame N nothing was measured: S^-1 N is the prior's information alone. Taking
+      // the frame as agreed leaves S - N (N^T S^-1 N)^-1 N^T; computed on correlations.
+      const Eigen::VectorXd sigma = all.diagonal().cwiseSqrt().cwiseMax(1e-300);
+      const Eigen::MatrixXd correlation =
+          sigma.cwiseInverse().asDiagonal() * all * sigma.cwiseInverse().asDiagonal();
+      const Eigen::MatrixXd n_s = sigma.cwiseInverse().asDiagonal() * c.frame_basis;
+      const Eigen::MatrixXd information = n_s.transpose() * correlation.ldlt().solve(n_s);
+      all = sigma.asDiagonal() *
+            (correlation - n_s * information.ldlt().solve(n_s.transpose())) * sigma.asDiagonal();
+    }
+    x = Eigen::VectorXd::Zero(n);
+    covariance = Eigen::MatrixXd::Zero(n, n);
+    std::vector<Eigen::Index> at(n, -1);
+    for (int i = 0; i < n; ++i)
+      if (const auto found = index.find(arm.parameters()[i].name); found != index.end())
+        at[i] = found->second;
+    for (int i = 0; i < n; ++i) {
+      if (at[i] < 0) continue;
+      const ParameterResult& p = c.parameters[static_cast<std::size_t>(at[i])];
+      x[i] = p.nominal + p.correction;
+      if (all.size() == 0) continue;
+      for (int j = 0; j < n; ++j)
+        if (at[j] >= 0) covariance(i, j) = all(at[i], at[j]);
+    }
+  }
+};
+
+Predictor::Predictor(const Calibration& calibration)
+    : impl_(std::make_unique<Impl>(calibration)) {}
+Predictor::~Predictor() = default;
+Predictor::Predictor(Predictor&&) noexcept = default;
+
+Prediction Predictor::calibrated(std::span<const double> joint_rad) const {
+  const PreparedPose pose = impl_->arm.prepare(joint_rad);
+  Prediction result;
+  result.tcp = impl_->arm.shape(pose, impl_->x.data()).tcp;
+  Eigen::Matrix3Xd j(3, impl_->arm.size());
+  impl_->arm.position(pose, impl_->x.data(), j);
+  result.u95_m = radius_95(j * impl_->covariance * j.transpose());
+  return result;
+}
+
+Eigen::Isometry3d Predictor::nominal(std::span<const double> joint_rad) const {
+  return impl_->arm.nominal_tcp(joint_rad);
+}
+
+}  // namespace cellcal::calib

@@ -1,0 +1,91 @@
+#pragma once
+// The least-squares problem: which unknowns there are, what each touch and each certified length
+// says about them, and with what weight. Everything is in prior units: an unknown u is
+// (x - origin) / scale with its prior sigma as scale, and a residual is divided by its sigma. So
+// the numbers that the solver and the decompositions see are pure, and 1 means 'one sigma'.
+
+#include <Eigen/Core>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "calib/files/touch.h"
+#include "calib/model/kinematics.h"
+
+namespace cellcal::calib {
+
+struct Unknown {
+  std::string name;
+  std::string unit;
+  double to_unit = 1.0;
+  double nominal = 0.0;  ///< as the files state it
+  double origin = 0.0;   ///< value at u = 0
+  double scale = 1.0;    ///< SI value of u = 1
+  double prior_mean_u = 0.0;
+  double prior_weight = 0.0;  ///< 1 / (prior sigma in u); 0: no prior
+  bool held_by_geometry = false;  ///< its prior is a measurement (diameter, tip), not a tolerance
+};
+
+/// Where a target's own unknowns lie: centre, and the deviation of a sphere's radius.
+struct TargetBlock {
+  std::size_t target = 0;  ///< index into the cell
+  int first = 0;           ///< index of centre x in the unknowns
+  bool has_radius = false; ///< unknown first + 3
+  int size() const { return has_radius ? 4 : 3; }
+};
+
+/// Throws IdentifyError. Holds references to cell and touches.
+class Problem {
+ public:
+  /// `centres_m`: starting value per target of the cell. Targets without a fit touch are left out.
+  Problem(const Cell& cell, const ArmModel& arm, std::span<const Touch> touches,
+          const std::vector<Eigen::Vector3d>& centres_m);
+
+  const std::vector<Unknown>& unknowns() const { return unknowns_; }
+  int size() const { return static_cast<int>(unknowns_.size()); }
+  int arm_size() const { return arm_.size(); }
+  /// Unknowns that every touch sees: the arm's and rho; they come first.
+  int shared_size() const { return shared_size_; }
+  int rho() const { return rho_; }  ///< index, -1 where it is known
+  const std::vector<TargetBlock>& blocks() const { return blocks_; }
+  /// Block of a touch's target, -1 where the target has no fit touch.
+  int block_of(std::size_t touch) const { return block_of_[touch]; }
+
+  int rows(std::size_t touch) const;  ///< 1, or 3 for a point
+  /// Residual of a touch in metres at SI unknowns of the shared part and of its target.
+  /// `by_shared` (rows x shared_size) and `by_target` (rows x block size) are derivatives by SI
+  /// unknowns, row-major; null where not wanted. `direction`: from centre to tip, unit.
+  void residual_m(std::size_t touch, const double* shared, const double* target, double* residual,
+                  double* by_shared, double* by_target, Eigen::Vector3d* direction = nullptr) const;
+  double sigma_m(std::size_t touch) const;
+  /// R + tip, without rho and without the sphere's own deviation.
+  double nominal_radius_m(const Target& target) const;
+
+  struct Length {
+    int block_a, block_b;
+    double length_m, sigma_m;
+  };
+  const std::vector<Length>& lengths() const { return lengths_; }
+
+  Eigen::VectorXd to_si(const Eigen::VectorXd& u) const;
+  std::span<const Touch> touches() const { return touches_; }
+  const Cell& cell() const { return cell_; }
+  const ArmModel& arm() const { return arm_; }
+  const PreparedPose& pose(std::size_t touch) const { return poses_[touch]; }
+
+ private:
+  const Cell& cell_;
+  const ArmModel& arm_;
+  std::span<const Touch> touches_;
+  std::vector<PreparedPose> poses_;
+  std::vector<Unknown> unknowns_;
+  std::vector<TargetBlock> blocks_;
+  std::vector<int> block_of_;
+  std::vector<std::size_t> target_of_;
+  std::vector<Length> lengths_;
+  int shared_size_ = 0;
+  int rho_ = -1;
+  mutable Eigen::Matrix3Xd scratch_;  // one solver thread at a time
+};
+
+}  // namespace cellcal::calib

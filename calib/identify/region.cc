@@ -1,0 +1,96 @@
+#include "calib/identify/region.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+
+#include "calib/model/random.h"
+
+namespace cellcal::calib {
+
+namespace {
+
+/// Mean over rms of the norm of an isotropic 3-D Gaussian: sqrt(8 / (3 pi)).
+constexpr double kMeanOverRms = 0.9213177319235613;
+
+}  // namespace
+
+std::vector<JointVector> workspace_poses(const ArmModel& arm, int count, unsigned seed) {
+  constexpr double kFloorM = -0.5;
+  constexpr double kTurnRad = 3.1;  // wrists that turn more than once repeat themselves
+  Random random(seed);
+  std::vector<JointVector> poses;
+  for (int attempt = 0; attempt < 100 * count && static_cast<int>(poses.size()) < count; ++attempt) {
+    JointVector q;
+    for (const Joint& joint : arm.robot().joints) {
+      const double low = std::max(joint.min_rad, -kTurnRad), high = std::min(joint.max_rad, kTurnRad);
+      q.push_back(low < high ? random.uniform(low, high) : joint.min_rad);
+    }
+    if (arm.position(arm.prepare(q), nullptr).z() > kFloorM) poses.push_back(std::move(q));
+  }
+  return poses;
+}
+
+std::vector<JointVector> local_poses(const ArmModel& arm, const std::vector<JointVector>& around,
+                                     const std::vector<Eigen::Vector3d>& centres_m, double half_m,
+                                     int count, unsigned seed) {
+  constexpr double kSpreadRad = 0.3;
+  Random random(seed);
+  std::vector<JointVector> poses;
+  if (around.empty()) return poses;
+  for (int attempt = 0; attempt < 50 * count && static_cast<int>(poses.size()) < count; ++attempt) {
+    JointVector q = around[random.below(around.size())];
+    for (std::size_t i = 0; i < q.size(); ++i) {
+      const Joint& joint = arm.robot().joints[i];
+      q[i] = std::clamp(q[i] + random.uniform(-kSpreadRad, kSpreadRad), joint.min_rad,
+                        joint.max_rad);
+    }
+    const Eigen::Vector3d tip = arm.position(arm.prepare(q), nullptr);
+    for (const Eigen::Vector3d& centre : centres_m) {
+      if ((tip - centre).cwiseAbs().maxCoeff() > half_m) continue;
+      poses.push_back(std::move(q));
+      break;
+    }
+  }
+  return poses;
+}
+
+Eigen::MatrixXd aligned_moves(const ArmModel& arm, const std::vector<JointVector>& poses,
+                              const double* x_si, const Eigen::VectorXd& scale) {
+  const auto count = static_cast<Eigen::Index>(poses.size());
+  const int n = arm.size();
+  Eigen::MatrixXd moves(3 * count, n);
+  Eigen::MatrixXd rigid(3 * count, 6);  // of the tips, under a motion of the base
+  Eigen::Matrix3Xd jacobian(3, n);
+  for (Eigen::Index k = 0; k < count; ++k) {
+    const Eigen::Vector3d tip =
+        arm.position(arm.prepare(poses[static_cast<std::size_t>(k)]), x_si, jacobian);
+    moves.middleRows<3>(3 * k) = jacobian * scale.head(n).asDiagonal();
+    rigid.block<3, 3>(3 * k, 0).setIdentity();
+    rigid.block<3, 3>(3 * k, 3) << 0, tip.z(), -tip.y(), -tip.z(), 0, tip.x(), tip.y(), -tip.x(), 0;
+  }
+  const Eigen::MatrixXd q = Eigen::HouseholderQR<Eigen::MatrixXd>(rigid).householderQ() *
+                            Eigen::MatrixXd::Identity(3 * count, 6);
+  moves -= q * (q.transpose() * moves).eval();
+  return moves;
+}
+
+double predicted_mean_error_m(const ArmModel& arm, const std::vector<JointVector>& poses,
+                              const double* x_si, const Eigen::VectorXd& scale,
+                              const Eigen::MatrixXd& covariance_u) {
+  const auto count = static_cast<Eigen::Index>(poses.size());
+  if (count == 0) return 0.0;
+  const Eigen::MatrixXd moves = aligned_moves(arm, poses, x_si, scale);
+  // Rows of moves * L have the variance of each coordinate as squared norm.
+  const Eigen::LDLT<Eigen::MatrixXd> ldlt(covariance_u);
+  Eigen::MatrixXd l = ldlt.matrixL();
+  l = ldlt.transpositionsP().transpose() * l;
+  l *= ldlt.vectorD().cwiseMax(0.0).cwiseSqrt().asDiagonal();
+  const Eigen::MatrixXd spread = moves * l;
+  double sum = 0.0;
+  for (Eigen::Index k = 0; k < count; ++k) sum += spread.middleRows<3>(3 * k).norm();
+  return kMeanOverRms * sum / static_cast<double>(count);
+}
+
+}  // namespace cellcal::calib

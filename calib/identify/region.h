@@ -1,0 +1,32 @@
+#pragma once
+// Poses that matter, and what a covariance says about the TCP there.
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "calib/model/joint_vector.h"
+#include "calib/model/kinematics.h"
+
+namespace cellcal::calib {
+
+/// Random poses inside the joint limits, `count` of them, the same for the same seed. Poses whose
+/// tip lies behind the base axis' floor (below z = -0.5 m) are left out: no cell works there.
+std::vector<JointVector> workspace_poses(const ArmModel& arm, int count, unsigned seed);
+
+/// Poses near the given ones whose tip is within `half_m` (a cube) of one of the centres.
+std::vector<JointVector> local_poses(const ArmModel& arm, const std::vector<JointVector>& around,
+                                     const std::vector<Eigen::Vector3d>& centres_m, double half_m,
+                                     int count, unsigned seed);
+
+/// How the tips move per prior sigma of each arm parameter, 3 rows a pose [m], with what a motion of
+/// the base could do taken out (6-DoF alignment). Needs at least 3 poses.
+Eigen::MatrixXd aligned_moves(const ArmModel& arm, const std::vector<JointVector>& poses,
+                              const double* x_si, const Eigen::VectorXd& scale);
+
+/// Mean 3-D position error [m] that `covariance_u` (arm parameters, prior units) predicts over the
+/// poses after the best rigid (6-DoF) alignment. 0 for an empty set.
+double predicted_mean_error_m(const ArmModel& arm, const std::vector<JointVector>& poses,
+                              const double* x_si, const Eigen::VectorXd& scale,
+                              const Eigen::MatrixXd& covariance_u);
+
+}  // namespace cellcal::calib

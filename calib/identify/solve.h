@@ -1,0 +1,37 @@
+#pragma once
+// Maximum a posteriori solution of a Problem by Levenberg-Marquardt (Ceres), and its linearisation
+// at the solution for everything that is said about uncertainty.
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "calib/identify/problem.h"
+
+namespace cellcal::calib {
+
+struct SolveOptions {
+  std::vector<bool> use;     ///< per touch; only fit touches may be true
+  double cauchy_sigma = 0.0; ///< scale of Cauchy's robust loss; 0: plain squares
+  int max_iterations = 100;
+};
+
+struct SolveResult {
+  Eigen::VectorXd u;
+  int iterations = 0;
+  bool converged = false;  ///< false: stopped at the iteration limit
+};
+
+/// Throws IdentifyError when the solver reports failure.
+SolveResult solve(const Problem& problem, const Eigen::VectorXd& start, const SolveOptions& options);
+
+/// Whitened derivative rows at u, without loss.
+struct Linearisation {
+  Eigen::MatrixXd jacobian;     ///< rows of the used touches, then of the lengths; by u
+  Eigen::VectorXd residual;     ///< whitened
+  std::vector<std::pair<std::size_t, int>> touch_row;  ///< (touch, its first row)
+  int length_row = 0;           ///< first row of the lengths
+};
+Linearisation linearise(const Problem& problem, const Eigen::VectorXd& u,
+                        const std::vector<bool>& use);
+
+}  // namespace cellcal::calib

@@ -1,0 +1,59 @@
+#include "calib/identify/start.h"
+
+#include <Eigen/QR>
+#include <Eigen/SVD>
+#include <algorithm>
+
+namespace cellcal::calib {
+
+namespace {
+
+constexpr int kIterations = 20;
+/// Smallest over largest singular value of the centred points: below it they lie in a plane.
+constexpr double kFlat = 0.02;
+
+}  // namespace
+
+SphereFit fit_centre(const std::vector<Eigen::Vector3d>& points_m,
+                     const std::vector<double>& radius_m, const Eigen::Vector3d* guess) {
+  SphereFit fit;
+  const auto n = static_cast<Eigen::Index>(points_m.size());
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (const auto& p : points_m) mean += p / static_cast<double>(n);
+  fit.centre_m = guess != nullptr ? *guess : mean;
+  if (n < 4) return fit;
+
+  // |p - c|^2 = r^2, centred on the mean: 2 p.c + (r0^2 - |c|^2) = |p|^2 + r0^2 - r^2
+  Eigen::MatrixX3d centred(n, 3);
+  Eigen::MatrixX4d a(n, 4);
+  Eigen::VectorXd b(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const Eigen::Vector3d p = points_m[static_cast<std::size_t>(i)] - mean;
+    centred.row(i) = p.transpose();
+    a.row(i) << 2.0 * p.transpose(), 1.0;
+    const double r = radius_m[static_cast<std::size_t>(i)], r0 = radius_m.front();
+    b[i] = p.squaredNorm() + r0 * r0 - r * r;
+  }
+  const Eigen::Vector3d spread = Eigen::JacobiSVD<Eigen::MatrixX3d>(centred).singularValues();
+  if (spread[2] < kFlat * spread[0]) return fit;
+  fit.determined = true;
+  Eigen::Vector3d centre = mean + a.colPivHouseholderQr().solve(b).head<3>();
+  for (int k = 0; k < kIterations; ++k) {
+    Eigen::MatrixX3d j(n, 3);
+    Eigen::VectorXd r(n);
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const Eigen::Vector3d d = points_m[static_cast<std::size_t>(i)] - centre;
+      const double length = std::max(d.norm(), 1e-12);
+      r[i] = length - radius_m[static_cast<std::size_t>(i)];
+      j.row(i) = -d.transpose() / length;
+    }
+    const Eigen::Vector3d step = j.colPivHouseholderQr().solve(-r);
+    if (!step.allFinite()) break;
+    centre += step;
+    if (step.norm() < 1e-12) break;
+  }
+  if (centre.allFinite()) fit.centre_m = centre;
+  return fit;
+}
+
+}  // namespace cellcal::calib

@@ -1,0 +1,126 @@
+#include "calib/plan/candidates.h"
+
+#include <cmath>
+#include <numbers>
+
+#include "calib/model/random.h"
+#include "calib/plan/inverse.h"
+
+namespace cellcal::calib {
+
+namespace {
+
+using Eigen::Vector3d;
+
+/// Below this elevation of the touch normal the stand is in the way.
+constexpr double kLowestElevationRad = -0.35;
+/// Tool axis against the inward normal. Wider cones tell the wrist's errors apart better, but let
+/// the tool's shaft come close to the sphere.
+constexpr double kConeRad = 0.70;
+constexpr int kOrientations = 10;  // tries per direction
+constexpr int kSeeds = 4;          // starting postures per orientation
+/// Wrists that could turn further are kept within one turn: the cables thank for it.
+constexpr double kWristRad = 3.0;
+
+/// Point `i` of `n` of a Fibonacci lattice over the sphere, z along `up`.
+Vector3d lattice(int i, int n, double shift) {
+  const double golden = std::numbers::pi * (3.0 - std::sqrt(5.0));
+  const double z = 1.0 - 2.0 * (i + 0.5) / n;
+  const double r = std::sqrt(1.0 - z * z);
+  return {r * std::cos(golden * i + shift), r * std::sin(golden * i + shift), z};
+}
+
+std::optional<Candidate> try_touch(const ArmModel& arm, const Clearance& clearance,
+                                   const PlanOptions& options, const Vector3d& centre,
+                                   double radius, const Vector3d& normal,
+                                   const Eigen::Matrix3d& orientation, const JointVector& seed) {
+  const auto pose_at = [&](double outside) {
+    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+    pose.linear() = orientation;
+    pose.translation() = centre + (radius + outside) * normal;
+    return pose;
+  };
+  const auto contact = inverse(arm, pose_at(0.0), seed, options.limit_margin_rad);
+  if (!contact) return std::nullopt;
+  for (std::size_t i = 3; i < contact->size(); ++i)
+    if (std::abs((*contact)[i]) > kWristRad) return std::nullopt;
+  const auto standoff = inverse(arm, pose_at(options.standoff_m), *contact, options.limit_margin_rad);
+  const auto end = inverse(arm, pose_at(-options.beyond_m), *contact, options.limit_margin_rad);
+  const auto away = inverse(arm, pose_at(options.clear_m), *contact, options.limit_margin_rad);
+  if (!standoff || !end || !away) return std::nullopt;
+  // The line must be one smooth motion: a jump of configuration shows as a long joint step.
+  constexpr double kLargestRad = 0.2;
+  for (std::size_t i = 0; i < contact->size(); ++i)
+    if (std::abs((*end)[i] - (*away)[i]) > kLargestRad) return std::nullopt;
+  if (!clearance.clear(*standoff, kTipMarginM) || !clearance.clear(*away, kTipMarginM))
+    return std::nullopt;
+  Candidate c;
+  c.normal = normal;
+  c.contact = *contact;
+  c.standoff = *standoff;
+  c.end = *end;
+  c.clear = *away;
+  c.orientation = orientation;
+  return c;
+}
+
+}  // namespace
+
+std::vector<Candidate> find_candidates(const Cell& cell, const ArmModel& arm,
+                                       const Clearance& clearance, const PlanOptions& options,
+                                       int per_target, const JointVector& near) {
+  std::vector<Candidate> result;
+  Random random(options.seed);
+  Vector3d up = -cell.robot.gravity_m_s2.normalized();
+  if (!up.allFinite()) up = Vector3d::UnitZ();
+  const Eigen::Quaterniond to_up = Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), up);
+  const Vector3d shaft = cell.tool.tcp.translation().norm() > 1e-6
+                             ? cell.tool.tcp.translation().normalized()
+                             : Vector3d::UnitZ();  // flange frame
+  const Eigen::Matrix3d tool = cell.tool.tcp.linear();
+  for (std::size_t t = 0; t < cell.targets.size(); ++t) {
+    const Target& target = cell.targets[t];
+    if (target.kind != TargetKind::kSphere) continue;
+    const double radius = target.diameter_m / 2.0 + cell.tool.tip_radius_m;
+    const int directions = 2 * per_target;
+    for (int i = 0, found = 0; i < directions && found < per_target; ++i) {
+      // Every second lattice point first, so that a short list still surrounds the sphere.
+      const int k = (i * 7919) % directions;
+      const Vector3d normal = to_up * lattice(k, directions, random.uniform(0.0, 0.1));
+      if (std::asin(std::clamp(normal.dot(up), -1.0, 1.0)) < kLowestElevationRad) continue;
+      for (int attempt = 0; attempt < kOrientations; ++attempt) {
+        // Flange orientation: shaft along -normal, tilted within the cone, turned about itself.
+        const Eigen::AngleAxisd roll(random.uniform(-std::numbers::pi, std::numbers::pi), -normal);
+        const Vector3d across = normal.unitOrthogonal();
+        const Eigen::AngleAxisd heading(random.uniform(-std::numbers::pi, std::numbers::pi), normal);
+        const Eigen::AngleAxisd tilt(kConeRad * std::sqrt(random.uniform()), heading * across);
+        const Eigen::Matrix3d flange =
+            (tilt * roll).toRotationMatrix() *
+            Eigen::Quaterniond::FromTwoVectors(shaft, -normal).toRotationMatrix();
+        std::optional<Candidate> candidate;
+        for (int s = 0; s < kSeeds && !candidate; ++s) {
+          JointVector seed = near;
+          // Face the sphere, and try the wrist both ways round.
+          const Vector3d& c = target.centre_m;
+          if (!seed.empty())
+            seed[0] = std::clamp(cell.robot.joints[0].sign * std::atan2(c.y(), c.x()),
+                                 cell.robot.joints[0].min_rad, cell.robot.joints[0].max_rad);
+          for (std::size_t j = 1; j < seed.size(); ++j) {
+            const double spread = j < 3 ? 0.4 : 1.5;
+            seed[j] = std::clamp(seed[j] + random.uniform(-spread, spread),
+                                 cell.robot.joints[j].min_rad, cell.robot.joints[j].max_rad);
+          }
+          candidate = try_touch(arm, clearance, options, c, radius, normal, flange * tool, seed);
+        }
+        if (!candidate) continue;
+        candidate->target = t;
+        result.push_back(std::move(*candidate));
+        ++found;
+        break;
+      }
+    }
+  }
+  return result;
+}
+
+}  // namespace cellcal::calib

@@ -1,0 +1,29 @@
+#pragma once
+// Touches that the arm can make: direction, tool orientation and arm configuration, with the joint
+// angles of the whole search line.
+
+#include <vector>
+
+#include "calib/plan/clearance.h"
+#include "calib/plan/plan.h"
+
+namespace cellcal::calib {
+
+struct Candidate {
+  std::size_t target = 0;  ///< index into the cell
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
+  JointVector contact;  ///< nominal
+  JointVector standoff, end, clear;
+  Eigen::Matrix3d orientation = Eigen::Matrix3d::Identity();  ///< of the TCP
+};
+
+/// Up to `per_target` candidates for every sphere, spread over the reachable directions. The same
+/// for the same seed.
+std::vector<Candidate> find_candidates(const Cell& cell, const ArmModel& arm,
+                                       const Clearance& clearance, const PlanOptions& options,
+                                       int per_target, const JointVector& near);
+
+/// Turns that bring the tip to rest this far outside the nominal surface may come this close to it.
+inline constexpr double kTipMarginM = 0.007;
+
+}  // namespace cellcal::calib

@@ -1,0 +1,247 @@
+#include "calib/plan/plan.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "calib/model/random.h"
+#include "calib/plan/candidates.h"
+#include "calib/plan/choose.h"
+#include "calib/plan/inverse.h"
+#include "calib/plan/route.h"
+
+namespace cellcal::calib {
+
+namespace {
+
+constexpr int kCandidatesPerTouch = 4;  // what the choice can choose from
+constexpr int kLeastPerSphere = 5;      // fewer directions do not span a sphere safely
+
+/// The arm without what only matters for identification: plans are made on nominal geometry.
+ArmModel planning_arm(const Cell& cell) {
+  Robot robot = cell.robot;
+  for (Joint& joint : robot.joints) {
+    joint.errors.clear();
+    joint.compliance_sigma_rad_per_nm = 0.0;
+    joint.harmonics.clear();
+  }
+  Tool tool = cell.tool;
+  tool.deflection_sigma = 0.0;
+  tool.tcp_sigma_m.setZero();
+  return {robot, tool};
+}
+
+void check_cell(const Cell& cell) {
+  bool sphere = false;
+  for (const Target& target : cell.targets) {
+    if (target.kind != TargetKind::kSphere) continue;
+    sphere = true;
+    if (!target.has_centre)
+      throw PlanError(fmt::format("target {}: a plan needs its rough place; state centre_mm in the "
+                                  "cell file",
+                                  target.id));
+  }
+  if (!sphere) throw PlanError("the cell has no sphere to touch");
+}
+
+/// A posture well inside the limits: half-way, with the arm reaching forward and up.
+JointVector middle_posture(const Robot& robot) {
+  JointVector q;
+  for (const Joint& joint : robot.joints)
+    q.push_back(std::clamp(0.0, joint.min_rad, joint.max_rad));
+  if (q.size() >= 3) {
+    q[1] = std::clamp(-1.2, robot.joints[1].min_rad, robot.joints[1].max_rad);
+    q[2] = std::clamp(1.6, robot.joints[2].min_rad, robot.joints[2].max_rad);
+  }
+  if (q.size() >= 5) q[4] = std::clamp(1.0, robot.joints[4].min_rad, robot.joints[4].max_rad);
+  return q;
+}
+
+PlannedTouch to_planned(const Cell& cell, const Candidate& c, TouchSet set,
+                        const PlanOptions& options) {
+  PlannedTouch touch;
+  touch.target = cell.targets[c.target].id;
+  touch.set = set;
+  touch.normal = c.normal;
+  touch.standoff = c.standoff;
+  touch.end = c.end;
+  touch.clear = c.clear;
+  touch.search_m = options.standoff_m + options.beyond_m;
+  touch.expected_m = options.standoff_m;
+  return touch;
+}
+
+struct Chosen {
+  Candidate candidate;
+  TouchSet set;
+};
+
+/// Visits all of `todo`, sphere by sphere, each time the nearest that a clear way leads to.
+Plan visit(const Cell& cell, const PlanOptions& options, const Router& router,
+           std::vector<Chosen> todo, const JointVector& start) {
+  Plan plan;
+  plan.start = start;
+  JointVector at = start;
+  const Candidate* leaving = nullptr;
+  std::vector<Candidate> visited;
+  visited.reserve(todo.size());
+  while (!todo.empty()) {
+    std::vector<std::size_t> order(todo.size());
+    for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+      const auto key = [&](std::size_t i) {
+        const Candidate& c = todo[i].candidate;
+        const bool same = leaving != nullptr && c.target == leaving->target;
+        constexpr double kOtherSphereS = 1e3;  // finish a sphere before going to the next
+        return travel_s(cell.robot, at, c.standoff) +
+               (same ? 0.0 : kOtherSphereS * (1.0 + static_cast<double>(c.target)));
+      };
+      return key(a) < key(b);
+    });
+    std::optional<std::vector<JointVector>> way;
+    std::size_t next = 0;
+    for (const std::size_t i : order) {
+      way = router.to_standoff(at, leaving, todo[i].candidate);
+      next = i;
+      if (way) break;
+    }
+    if (!way) {
+      const Candidate& c = todo[order.front()].candidate;
+      throw PlanError(fmt::format(
+          "sphere {}: no clear way to its touch from direction ({:.2f}, {:.2f}, {:.2f}); the arm, "
+          "the tool or a stand is in the way. Move the sphere or start from another posture",
+          cell.targets[c.target].id, c.normal.x(), c.normal.y(), c.normal.z()));
+    }
+    plan.touches.push_back(to_planned(cell, todo[next].candidate, todo[next].set, options));
+    plan.touches.back().transit = std::move(*way);
+    visited.push_back(std::move(todo[next].candidate));
+    leaving = &visited.back();
+    at = leaving->clear;
+    todo.erase(todo.begin() + static_cast<std::ptrdiff_t>(next));
+  }
+  if (leaving != nullptr) {
+    const auto back = router.away(*leaving, start);
+    if (back) plan.home = *back;  // else the arm stays at the clear point, which is free
+  }
+  return plan;
+}
+
+/// Distance of q from the segment a-b in joint space, largest joint.
+double off_segment(const JointVector& q, const JointVector& a, const JointVector& b) {
+  double dot = 0.0, length = 0.0;
+  for (std::size_t i = 0; i < q.size(); ++i) {
+    dot += (q[i] - a[i]) * (b[i] - a[i]);
+    length += (b[i] - a[i]) * (b[i] - a[i]);
+  }
+  const double s = length > 0.0 ? std::clamp(dot / length, 0.0, 1.0) : 0.0;
+  double worst = 0.0;
+  for (std::size_t i = 0; i < q.size(); ++i)
+    worst = std::max(worst, std::abs(q[i] - a[i] - s * (b[i] - a[i])));
+  return worst;
+}
+
+}  // namespace
+
+Plan make_plan(const Cell& cell, const PlanOptions& options, const JointVector& from) {
+  check_cell(cell);
+  const ArmModel arm = planning_arm(cell);
+  const Clearance clearance(cell, arm);
+  const JointVector middle = middle_posture(cell.robot);
+  const int spheres = static_cast<int>(
+      std::count_if(cell.targets.begin(), cell.targets.end(),
+                    [](const Target& t) { return t.kind == TargetKind::kSphere; }));
+  const int total = options.fit_touches + options.check_touches;
+  if (options.fit_touches < 1 || options.check_touches < 0)
+    throw PlanError("a plan needs at least one fit touch");
+  const int per_target = std::max(40, kCandidatesPerTouch * total / spheres);
+  const auto candidates = find_candidates(cell, arm, clearance, options, per_target, middle);
+  if (static_cast<int>(candidates.size()) < total)
+    throw PlanError(fmt::format(
+        "only {} touches can be reached inside the joint limits and clear of the spheres, {} are "
+        "wanted; move the spheres nearer to the middle of the workspace or ask for fewer touches",
+        candidates.size(), total));
+  for (std::size_t t = 0; t < cell.targets.size(); ++t) {
+    const bool any = std::any_of(candidates.begin(), candidates.end(),
+                                 [&](const Candidate& c) { return c.target == t; });
+    if (cell.targets[t].kind == TargetKind::kSphere && !any)
+      throw PlanError(fmt::format("sphere {} cannot be reached from any direction inside the joint "
+                                  "limits; check its centre_mm or move it",
+                                  cell.targets[t].id));
+  }
+  const Choice choice = choose(cell, candidates, options.fit_touches, kLeastPerSphere);
+  std::vector<bool> taken(candidates.size(), false);
+  std::vector<Chosen> todo;
+  for (const std::size_t i : choice.picked) {
+    taken[i] = true;
+    todo.push_back({candidates[i], TouchSet::kFit});
+  }
+  // Check touches are drawn at random: they stand for all that the fit has not seen.
+  Random random(options.seed + 1);
+  for (int k = 0; k < options.check_touches; ++k) {
+    std::vector<std::size_t> free;
+    for (std::size_t i = 0; i < candidates.size(); ++i)
+      if (!taken[i] && static_cast<int>(candidates[i].target % spheres) == k % spheres)
+        free.push_back(i);
+    if (free.empty())
+      for (std::size_t i = 0; i < candidates.size(); ++i)
+        if (!taken[i]) free.push_back(i);
+    const std::size_t pick = free[random.below(free.size())];
+    taken[pick] = true;
+    todo.push_back({candidates[pick], TouchSet::kCheck});
+  }
+  const Router router(cell, arm, clearance, options.limit_margin_rad);
+  const JointVector start = from.empty() ? middle : from;
+  if (!clearance.clear(start, kTipMarginM))
+    throw PlanError("the arm stands too close to a sphere or its stand to start from; jog it free");
+  Plan plan = visit(cell, options, router, std::move(todo), start);
+  plan.predicted_m3_m = choice.predicted_m3_m;
+  return plan;
+}
+
+Plan resume_plan(const Cell& cell, const Plan& plan, std::size_t next, const JointVector& from) {
+  if (next >= plan.touches.size()) return plan;
+  const ArmModel arm = planning_arm(cell);
+  const Clearance clearance(cell, arm);
+  const Router router(cell, arm, clearance, 0.0);
+  Plan result = plan;
+  PlannedTouch& touch = result.touches[next];
+  JointVector at = from;
+  std::vector<JointVector> way;
+  if (!clearance.clear(at, kTipMarginM)) {
+    // Inside a search: back out along its own line.
+    constexpr double kOnLineRad = 0.02;
+    for (const std::size_t k : {next, next > 0 ? next - 1 : next}) {
+      const PlannedTouch& near = plan.touches[k];
+      if (off_segment(from, near.clear, near.end) > kOnLineRad) continue;
+      way.push_back(near.clear);
+      at = near.clear;
+      break;
+    }
+    if (way.empty())
+      throw PlanError("the arm stands close to a sphere, but not on the line of its last touch; jog "
+                      "it free and resume");
+  }
+  Candidate to;
+  to.target = cell.target_index(touch.target);
+  to.normal = touch.normal;
+  to.standoff = touch.standoff;
+  to.clear = touch.clear;
+  to.orientation = arm.nominal_tcp(touch.standoff).linear();
+  Candidate leaving = to;
+  if (next > 0) {
+    leaving.target = cell.target_index(plan.touches[next - 1].target);
+    leaving.clear = plan.touches[next - 1].clear;
+    leaving.orientation = arm.nominal_tcp(leaving.clear).linear();
+  }
+  const auto rest = router.to_standoff(at, &leaving, to);
+  if (!rest)
+    throw PlanError("no clear way from where the arm stands to the next touch; jog it above the "
+                    "spheres and resume");
+  way.insert(way.end(), rest->begin(), rest->end());
+  touch.transit = std::move(way);
+  return result;
+}
+
+}  // namespace cellcal::calib
