@@ -7,7 +7,7 @@ namespace cellcal::drivers {
 
 namespace {
 
-constexpr double kTickS = CTP_TICK_NS * 1e-9;
+constexpr double kTickS = 1.0 / CTP_TICKS_PER_S;
 /// Stamp jitter of the sensor (0.4 us measured) and of reading the host's clock.
 constexpr double kStampSigmaS = 1e-6;
 /// Samples with this much more round trip than the best one always take part.

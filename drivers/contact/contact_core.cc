@@ -22,12 +22,14 @@ constexpr double kFutureSigmas = 5.0;
 /// Weight of the newest heartbeat in the jitter.
 constexpr double kJitterGain = 0.02;
 constexpr int kAnswerFrames = 8;
+constexpr int kLongestFrame = CTP_MAX_WIRE;
+constexpr int kPingFrame = int{CTP_PING_SIZE} + int{CTP_OVERHEAD};
 constexpr milliseconds kAnswerFloor{20};
 
 double seconds(Duration d) { return std::chrono::duration<double>(d).count(); }
 
 double wire_seconds(int baud, int bytes) {
-  return static_cast<double>(bytes) * CTP_BITS_PER_BYTE / baud;
+  return static_cast<double>(bytes * CTP_BITS_PER_BYTE) / baud;
 }
 
 Duration from_seconds(double s) {
@@ -41,8 +43,8 @@ ContactCore::ContactCore(const ContactOptions& options, ByteSink sink)
       sink_(std::move(sink)),
       config_crc_(ctp::config_crc(options.wire)),
       answer_time_(kAnswerFloor +
-                   from_seconds(kAnswerFrames * wire_seconds(options.baud, CTP_MAX_WIRE))),
-      clock_(wire_seconds(options.baud, CTP_PING_SIZE + CTP_OVERHEAD)) {}
+                   from_seconds(kAnswerFrames * wire_seconds(options.baud, kLongestFrame))),
+      clock_(wire_seconds(options.baud, kPingFrame)) {}
 
 template <class Payload>
 void ContactCore::send(const Payload& payload) {
@@ -156,7 +158,10 @@ void ContactCore::on_ident(const ctp::Ident& ident, TimePoint now) {
     return;
   }
   if (!asked) {
-    if (other_boot && step_ != ContactStep::kHello) lose_state(now);
+    if (other_boot && step_ != ContactStep::kHello) {
+      ident_ = ident;
+      lose_state(now);
+    }
     if (step_ == ContactStep::kHello && ident.nonce == 0) next_send_ = now;  // it has just started
     return;
   }

@@ -14,7 +14,7 @@ ContactInline::ContactInline(const ContactOptions& options, const Clock& clock, 
 
 void ContactInline::open() {
   open_ = true;
-  write_time_ = clock_.now();
+  now_ = write_time_ = clock_.now();
   line_.advance(write_time_);
   core_.connect(write_time_);
 }
@@ -53,7 +53,9 @@ void ContactInline::run_until(TimePoint t) {
   std::array<std::uint8_t, 64> bytes{};
   static_assert(bytes.size() >= CTP_MAX_WIRE);
   for (;;) {
-    const TimePoint due = std::min({core_.next_wake(), line_.next(), t});
+    // Never back: what is overdue happens now.
+    const TimePoint due = std::max(now_, std::min({core_.next_wake(), line_.next(), t}));
+    now_ = due;
     line_.advance(due);
     TimePoint arrived = due;
     while (const std::size_t size = line_.read(bytes, arrived)) {
@@ -64,7 +66,7 @@ void ContactInline::run_until(TimePoint t) {
       write_time_ = due;
       core_.on_tick(due);
     }
-    if (due >= t && core_.next_wake() > t && line_.next() > t) return;
+    if (due >= t && core_.next_wake() > due && line_.next() > due) return;
   }
 }
 

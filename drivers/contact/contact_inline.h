@@ -32,6 +32,7 @@ class ContactInline : public ContactSensor {
   const Clock& clock_;
   ByteLine& line_;
   ContactCore core_;
+  TimePoint now_{};         ///< how far everything has lived
   TimePoint write_time_{};  ///< when the core's output of the moment goes out
   bool open_ = false;
 };

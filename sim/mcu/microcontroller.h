@@ -7,8 +7,8 @@
 #include <array>
 #include <cstdint>
 #include <deque>
+#include <map>
 #include <optional>
-#include <set>
 #include <span>
 
 #include "drivers/contact/ctp_codec.h"
@@ -73,12 +73,6 @@ class Microcontroller {
   const drivers::ctp::WireCounters& received() const { return reader_.counters(); }
 
  private:
-  struct Edge {
-    TimePoint t{};
-    std::uint64_t order = 0;
-    bool closed = false;
-    bool operator<(const Edge& o) const { return t != o.t ? t < o.t : order < o.order; }
-  };
   struct Arrival {
     TimePoint t{};
     std::uint8_t byte = 0;
@@ -97,18 +91,21 @@ class Microcontroller {
     bool sent = false;
   };
 
+  void process(TimePoint t);
+  TimePoint next_internal() const;
   bool level() const;
   std::uint16_t sense_mv() const;
   Duration byte_time() const;
   Duration frame_time(std::size_t payload) const;
   Duration repeat_time() const;
 
-  void step(TimePoint t);
-  void on_level_change(TimePoint t);
+  void on_edge(TimePoint t);
   void on_sample(TimePoint t);
+  void on_wire_byte(TimePoint t);
+  void check_deadlines(TimePoint t);
   void on_frame(const drivers::ctp::Frame& frame, TimePoint t);
-  void on_hello(const drivers::ctp::Hello& hello, TimePoint t);
-  void on_config(const drivers::ctp::Config& config, TimePoint t);
+  void on_hello(const drivers::ctp::Hello& hello);
+  void on_config(const drivers::ctp::Config& config);
   void on_arm(const drivers::ctp::Arm& arm, TimePoint t);
   void on_self_test(TimePoint t);
   void finish_self_test(TimePoint t);
@@ -128,8 +125,7 @@ class Microcontroller {
   std::uint8_t reset_cause_ = CTP_RESET_POWER;
 
   // inputs on their way
-  std::multiset<Edge> edges_;
-  std::uint64_t edge_order_ = 0;
+  std::multimap<TimePoint, bool> edges_;  ///< equal times keep the order they came in
   std::deque<Arrival> arrivals_;
   TimePoint rx_free_{};
   drivers::ctp::FrameReader reader_{drivers::ctp::Direction::kFromHost};
