@@ -23,7 +23,7 @@ constexpr double kRight = 14.0;
 constexpr double kBottom = 40.0;
 constexpr double kMarginMm = 150.0;
 constexpr double kLeastRadius = 3.5;  // px, so that a small sphere stays visible
-constexpr double kLetterWidth = 6.6;  // px, for keeping labels apart
+constexpr double kLetterWidth = 8.0;  // px, for keeping labels apart
 constexpr double kLetterHeight = 13.0;
 constexpr std::size_t kLabelLength = 14;
 constexpr double kMmPerMetre = 1000.0;
@@ -44,10 +44,12 @@ struct Box {
 std::vector<Ball> balls_of(const View& view) {
   std::vector<Ball> balls;
   for (const calib::TargetResult& target : view.result.targets) {
-    if (!target.centre_m.allFinite()) continue;
+    const Eigen::Vector3d centre = target.centre_m * kMmPerMetre;
     const double radius = target.effective_radius_m * kMmPerMetre;
-    balls.push_back({target.id, target.centre_m * kMmPerMetre,
-                     std::isfinite(radius) ? std::max(radius, 0.0) : 0.0});
+    if (!is_usable_mm(centre.x()) || !is_usable_mm(centre.y()) || !is_usable_mm(centre.z())) {
+      continue;
+    }
+    balls.push_back({target.id, centre, is_usable_mm(radius) ? std::max(radius, 0.0) : 0.0});
   }
   return balls;
 }
@@ -206,6 +208,11 @@ std::string cell_picture(const View& view) {
       "<p class=\"note\">Targets to scale in the robot&rsquo;s base frame, where the touches found "
       "them.{}</p>\n",
       view.result.cell.lengths.empty() ? "" : " Dashed: certified lengths.");
+  const std::size_t left_out = view.result.targets.size() - balls.size();
+  if (left_out > 0) {
+    body += fmt::format("<p class=\"warn\">{} no usable centre and cannot be drawn.</p>\n",
+                        counted(left_out, "target has", "targets have"));
+  }
   return section("cell", "The cell", body);
 }
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <string_view>
 
 #include "daemon/report/sections.h"
@@ -29,10 +30,14 @@ std::string group(std::string_view heading) {
 
 std::string noise_words(const View& view) {
   const calib::Calibration& result = view.result;
+  if (!(result.touch_noise_m > 0.0) || !(result.chi2_per_dof > 0.0)) {
+    return "The scatter of one touch was not determined.";
+  }
   return fmt::format(
       "One touch scatters by {} mm (1&sigma;, from the fit); the cell file states {} mm. "
       "&chi;&sup2; per degree of freedom is {}; 1 is what the stated scatter predicts.",
-      mm(result.touch_noise_m), mm(result.cell.touch_sigma_m), fixed(result.chi2_per_dof, 2));
+      positive_mm(result.touch_noise_m), positive_mm(result.cell.touch_sigma_m),
+      fixed(result.chi2_per_dof, 2));
 }
 
 std::string tile(std::string_view label, std::string_view value, std::string_view basis,
@@ -41,6 +46,17 @@ std::string tile(std::string_view label, std::string_view value, std::string_vie
       "<div class=\"tile {}\"><p class=\"label\">{}</p><p class=\"value\">{} <span>mm</span></p>"
       "<p class=\"basis\">{}</p></div>\n",
       css_class, label, value, basis);
+}
+
+std::string predicted_tile(std::string_view label, double mean_m, bool outside_scope) {
+  if (!std::isfinite(mean_m) || mean_m <= 0.0) {
+    return tile(label, positive_mm(0.0), "not predicted", "missing");
+  }
+  return tile(label, mm(mean_m),
+              outside_scope
+                  ? "predicted from the covariance, mean; outside the scope of the verdict"
+                  : "predicted from the covariance, mean",
+              outside_scope ? "predicted outside" : "predicted");
 }
 
 std::string tiles(const View& view) {
@@ -56,13 +72,10 @@ std::string tiles(const View& view) {
     out += tile("Residual on held-out touches (M1)", "\xE2\x80\x93",
                 "not measured: no touch was held out", "missing");
   }
-  out += tile("3-D error within 150&nbsp;mm of the targets (M2)", mm(result.predicted_m2_m),
-              "predicted from the covariance, mean", "predicted");
-  out += tile("3-D error over the workspace (M3)", mm(result.predicted_m3_m),
-              result.verdict.workspace
-                  ? "predicted from the covariance, mean"
-                  : "predicted from the covariance, mean; outside the scope of the verdict",
-              result.verdict.workspace ? "predicted" : "predicted outside");
+  out += predicted_tile("3-D error within 150&nbsp;mm of the targets (M2)", result.predicted_m2_m,
+                        false);
+  out += predicted_tile("3-D error over the workspace (M3)", result.predicted_m3_m,
+                        result.verdict.publish && !result.verdict.workspace);
   return out + "</div>\n";
 }
 

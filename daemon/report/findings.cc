@@ -70,9 +70,10 @@ std::string unidentifiable(const View& view) {
                     shares.empty() ? std::string() : fmt::format("<br><small>{}</small>", shares));
   }
   const std::string body = fmt::format(
-      "<p>{} of the parameters leave every touch as it is. They are not set silently: each keeps "
-      "its nominal value within its tolerance. The numbers are shares in units of each "
-      "parameter&rsquo;s tolerance.</p>\n<ol>\n{}</ol>\n",
+      "<p>The touches do not decide {} of the parameters. Nothing is set silently: along each of "
+      "them the result stays where the tolerances put it, at nominal. The numbers are shares in "
+      "units "
+      "of each parameter&rsquo;s tolerance.</p>\n<ol>\n{}</ol>\n",
       counted(directions.size(), "combination", "combinations"), items);
   return section("unidentifiable", "What the touches cannot tell", body);
 }

@@ -129,6 +129,15 @@ std::string bar(const ParameterResult& parameter, double range) {
   return std::move(svg).finish();
 }
 
+// "1/(N m^2)" with a real exponent; units are plain ASCII in files.
+std::string unit_html(std::string_view unit) {
+  std::string html = escape(unit);
+  for (std::size_t at = html.find("^2"); at != std::string::npos; at = html.find("^2")) {
+    html.replace(at, 2, "&sup2;");
+  }
+  return html;
+}
+
 std::string_view decided_word(DecidedBy decided_by) {
   switch (decided_by) {
     case DecidedBy::kData:
@@ -151,7 +160,7 @@ std::string parameter_row(const Group& group, const ParameterResult& parameter,
       "class=\"word\">{}</td><td>{}</td></tr>\n",
       decided, escape(parameter.name), meaning_of(parameter.name),
       in_unit(parameter.nominal, parameter, false), in_unit(parameter.correction, parameter, true),
-      in_unit(parameter.sigma, parameter, false), escape(parameter.unit), decided,
+      in_unit(parameter.sigma, parameter, false), unit_html(parameter.unit), decided,
       bar(parameter, range == ranges.end() ? 0.0 : range->second));
 }
 
@@ -161,7 +170,7 @@ std::string joint_range_words(const Ranges& ranges) {
     const std::size_t cut = key.find('\n');
     if (key.substr(0, cut) != "joints" || !(range > 0.0)) continue;
     words += fmt::format("{}&plusmn;{} {}", words.empty() ? "" : ", ", significant(range, 2),
-                         escape(key.substr(cut + 1)));
+                         unit_html(key.substr(cut + 1)));
   }
   return words.empty() ? words : fmt::format(" All joints share one scale per unit ({}).", words);
 }

@@ -19,17 +19,18 @@ namespace {
 constexpr double kWidth = 940.0;
 constexpr double kLeft = 58.0;
 constexpr double kRight = 10.0;
-constexpr double kBeforeTop = 26.0;
+constexpr double kBeforeTop = 30.0;
 constexpr double kBeforeHeight = 150.0;
-constexpr double kAfterTop = 222.0;
+constexpr double kAfterTop = 228.0;
 constexpr double kAfterHeight = 190.0;
-constexpr double kHeight = 456.0;
+constexpr double kHeight = 462.0;
 constexpr int kTicksPerPanel = 5;
 constexpr int kTouchTicks = 12;
 constexpr double kBandSigmas = 2.0;
 constexpr double kFallbackRangeMm = 0.1;
 constexpr std::size_t kManyMarks = 150;  // from here on smaller marks keep neighbours apart
-constexpr std::size_t kMostOutlierLabels = 12;
+constexpr double kFlagWidth = 118.0;     // px, of "100: +0.62 off scale"
+constexpr double kFlagGap = 9.0;
 constexpr double kMmPerMetre = 1000.0;
 
 struct Panel {
@@ -59,7 +60,7 @@ void draw_frame(Svg& svg, const Panel& panel, std::string_view heading) {
     svg.line({panel.across.at_from, y}, {panel.across.at_to, y}, ticks[i] == 0.0 ? "zero" : "grid");
     svg.text({panel.across.at_from - 8.0, y + 4.0}, Anchor::kEnd, "tick", labels[i]);
   }
-  svg.text({0.0, panel.up.at_to - 10.0}, Anchor::kStart, "panel", heading);
+  svg.text({0.0, panel.up.at_to - 15.0}, Anchor::kStart, "panel", heading);
 }
 
 void draw_mark(Svg& svg, const Mark& mark, Point at, double size, std::string_view extra) {
@@ -92,7 +93,7 @@ void draw_touch_axis(Svg& svg, const Scale& across, const std::vector<Mark>& mar
 
 void draw_before(Svg& svg, const Panel& panel, const std::vector<Mark>& marks, double size) {
   draw_frame(svg, panel,
-             "Nominal robot, mm (light), with the calibrated one on the same scale (dark)");
+             "Nominal robot (pale), mm; small dots: the calibrated one on the same scale");
   for (std::size_t i = 0; i < marks.size(); ++i) {
     const double x = panel.across(static_cast<double>(i + 1));
     svg.line({x, panel.up(0.0)}, {x, panel.up.clamped(marks[i].before_mm)}, "stem");
@@ -116,18 +117,21 @@ void draw_after(Svg& svg, const Panel& panel, const std::vector<Mark>& marks, do
                   panel.up.clamped(-band_mm) - top, "band");
   }
   draw_frame(svg, panel, "Calibrated robot, mm, on its own scale");
-  std::size_t labelled = 0;
+  double label_end = panel.across.at_from;
   for (std::size_t i = 0; i < marks.size(); ++i) {
     const Mark& mark = marks[i];
     const Point at{panel.across(static_cast<double>(i + 1)), panel.up.clamped(mark.after_mm)};
     draw_mark(svg, mark, at, size, "after");
-    if (mark.kind != MarkKind::kOutlier || labelled >= kMostOutlierLabels) continue;
-    ++labelled;
-    const bool on_the_right = at.x > panel.across.at_to - 90.0;
-    svg.text({at.x + (on_the_right ? -9.0 : 9.0), at.y + (mark.after_mm > 0.0 ? 10.0 : -3.0)},
-             on_the_right ? Anchor::kEnd : Anchor::kStart, "flag",
-             fmt::format("{}: {}{}", mark.number, fixed(mark.after_mm, 2),
-                         panel.up.holds(mark.after_mm) ? "" : " off scale"));
+    // Every outlier stands in the table; here only those are labelled that have room.
+    if (mark.kind != MarkKind::kOutlier || at.x < label_end) continue;
+    const bool at_the_end = at.x > panel.across.at_to - kFlagWidth;
+    if (at_the_end && at.x - kFlagWidth < label_end) continue;
+    label_end = at.x + (at_the_end ? 0.0 : kFlagWidth);
+    svg.text(
+        {at.x + (at_the_end ? -kFlagGap : kFlagGap), at.y + (mark.after_mm > 0.0 ? 10.0 : -3.0)},
+        at_the_end ? Anchor::kEnd : Anchor::kStart, "flag",
+        fmt::format("{}: {}{}", mark.number, signed_fixed(mark.after_mm, 2),
+                    panel.up.holds(mark.after_mm) ? "" : " off scale"));
   }
 }
 
@@ -144,13 +148,28 @@ std::string_view legend() {
          "</p>\n";
 }
 
+std::string left_out(const View& view) {
+  std::string words;
+  if (view.unusable > 0) {
+    words += fmt::format(
+        "<p class=\"warn\">{} not finite or too large to be a distance, and left out of every "
+        "drawing.</p>\n",
+        counted(view.unusable, "residual is", "residuals are"));
+  }
+  if (view.unknown > 0) {
+    words += fmt::format("<p class=\"warn\">{} to touches that the report was not given.</p>\n",
+                         counted(view.unknown, "residual belongs", "residuals belong"));
+  }
+  return words;
+}
+
 }  // namespace
 
 std::string residual_chart(const View& view) {
   const std::vector<Mark>& marks = view.marks;
   if (marks.empty()) {
     return section("residuals", "Residual of every touch",
-                   "<p>There are no residuals to draw.</p>\n");
+                   "<p>There are no residuals to draw.</p>\n" + left_out(view));
   }
   double band_mm = kBandSigmas * view.result.cell.touch_sigma_m * kMmPerMetre;
   if (!std::isfinite(band_mm) || band_mm < 0.0) band_mm = 0.0;
@@ -176,11 +195,7 @@ std::string residual_chart(const View& view) {
       "in twenty lies outside it. A drift from left to right points to temperature or a tool that "
       "moved; one bad stretch to one target.</p>\n",
       fixed(band_mm, kMmDecimals));
-  if (view.not_finite > 0) {
-    body += fmt::format("<p class=\"warn\">{} not finite and left out of the drawings.</p>\n",
-                        counted(view.not_finite, "residual is", "residuals are"));
-  }
-  return section("residuals", "Residual of every touch", body);
+  return section("residuals", "Residual of every touch", body + left_out(view));
 }
 
 }  // namespace cellcal::daemon::report

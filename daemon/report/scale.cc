@@ -28,7 +28,7 @@ bool Scale::holds(double value) const {
 
 std::vector<double> round_ticks(double from, double to, int wanted) {
   const double magnitude = std::max(std::abs(from), std::abs(to));
-  if (!std::isfinite(magnitude) || wanted < 1) return {};
+  if (!std::isfinite(magnitude) || !std::isfinite(to - from) || wanted < 1) return {};
   if (!(to - from > kLeastRelativeRange * magnitude)) return {};
   const double raw = (to - from) / wanted;
   const double decade = std::pow(10.0, std::floor(std::log10(raw)));

@@ -62,8 +62,11 @@ table { border-collapse: collapse; font-variant-numeric: tabular-nums lining-num
 th, td { padding: 4px 10px; text-align: right; vertical-align: baseline; font-weight: 400; }
 thead th { color: var(--soft); font-size: 13px; border-bottom: 1px solid var(--line);
   vertical-align: bottom; }
-thead .span { text-align: center; border-bottom: 0; }
+thead .span { text-align: center; }
+thead tr:not(:last-child) th { border-bottom: 0; }
 th:first-child { text-align: left; padding-left: 0; }
+th, td { overflow-wrap: break-word; }
+.numbers tbody th { max-width: 300px; }
 .numbers { width: 100%; font-size: 14px; }
 .numbers.narrow { width: auto; }
 .numbers td { white-space: nowrap; }
@@ -76,7 +79,7 @@ tr.group th { text-align: left; font-weight: 650; padding-top: 14px; }
 tr.strong th, tr.strong td { font-weight: 650; }
 .figures { max-width: 720px; }
 .by-prior td, .by-frame td { color: var(--soft); }
-.parameters th { white-space: nowrap; }
+.parameters tbody th { min-width: 220px; }
 .raw { font-size: 12px; }
 .raw th, .raw td { padding: 2px 7px; }
 .hash { font-size: 11.5px; white-space: normal; overflow-wrap: anywhere; }
@@ -182,7 +185,8 @@ svg.bar .hollow { fill: var(--paper); stroke: var(--soft); stroke-width: 1.4; }
   .scroll { overflow: visible; }
   thead { display: table-header-group; }
   tr, svg, .tile, .verdict, .truth { break-inside: avoid; }
-  figure { width: 31%; }
+  figure { width: 23%; }
+  .parameters tbody { break-inside: avoid; }
   details:not([open]) { display: none; }
   details:not([open]) + .on-paper { display: block; }
   details[open] summary { font-size: 0; }

@@ -12,7 +12,11 @@
 namespace cellcal::daemon::report {
 namespace {
 
-bool finite(Point point) { return std::isfinite(point.x) && std::isfinite(point.y); }
+// Far beyond any page; such a coordinate would be hundreds of digits of nothing.
+constexpr double kFarOff = 1e5;
+
+bool drawable(double value) { return std::isfinite(value) && std::abs(value) < kFarOff; }
+bool drawable(Point point) { return drawable(point.x) && drawable(point.y); }
 
 std::string_view anchor_name(Anchor anchor) {
   switch (anchor) {
@@ -34,14 +38,14 @@ Svg::Svg(double width, double height, std::string_view css_class, std::string_vi
                        css_class, width, height, escape(description))) {}
 
 void Svg::line(Point from, Point to, std::string_view css_class) {
-  if (!finite(from) || !finite(to)) return;
+  if (!drawable(from) || !drawable(to)) return;
   fmt::format_to(std::back_inserter(out_),
                  "<line class=\"{}\" x1=\"{:.1f}\" y1=\"{:.1f}\" x2=\"{:.1f}\" y2=\"{:.1f}\"/>\n",
                  css_class, from.x, from.y, to.x, to.y);
 }
 
 void Svg::rectangle(Point corner, double width, double height, std::string_view css_class) {
-  if (!finite(corner) || !finite({width, height}) || width < 0.0 || height < 0.0) return;
+  if (!drawable(corner) || !drawable({width, height}) || width < 0.0 || height < 0.0) return;
   fmt::format_to(
       std::back_inserter(out_),
       "<rect class=\"{}\" x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\"/>\n",
@@ -49,7 +53,9 @@ void Svg::rectangle(Point corner, double width, double height, std::string_view 
 }
 
 void Svg::path(const std::vector<Point>& points, std::string_view css_class) {
-  if (points.empty() || !std::all_of(points.begin(), points.end(), finite)) return;
+  if (points.empty() ||
+      !std::all_of(points.begin(), points.end(), [](Point p) { return drawable(p); }))
+    return;
   fmt::format_to(std::back_inserter(out_), "<path class=\"{}\" d=\"", css_class);
   for (std::size_t i = 0; i < points.size(); ++i) {
     fmt::format_to(std::back_inserter(out_), "{}{:.1f} {:.1f}", i == 0 ? "M" : "L", points[i].x,
@@ -59,14 +65,14 @@ void Svg::path(const std::vector<Point>& points, std::string_view css_class) {
 }
 
 void Svg::text(Point at, Anchor anchor, std::string_view css_class, std::string_view content) {
-  if (!finite(at)) return;
+  if (!drawable(at)) return;
   fmt::format_to(std::back_inserter(out_),
                  "<text class=\"{}\" x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"{}\">{}</text>\n",
                  css_class, at.x, at.y, anchor_name(anchor), escape(content));
 }
 
 void Svg::circle(Point centre, double radius, std::string_view css_class, std::string_view title) {
-  if (!finite(centre) || !std::isfinite(radius) || radius < 0.0) return;
+  if (!drawable(centre) || !drawable(radius) || radius < 0.0) return;
   fmt::format_to(std::back_inserter(out_),
                  "<circle class=\"{}\" cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"{:.1f}\"", css_class,
                  centre.x, centre.y, radius);
@@ -74,7 +80,7 @@ void Svg::circle(Point centre, double radius, std::string_view css_class, std::s
 }
 
 void Svg::diamond(Point centre, double radius, std::string_view css_class, std::string_view title) {
-  if (!finite(centre) || !std::isfinite(radius) || radius < 0.0) return;
+  if (!drawable(centre) || !drawable(radius) || radius < 0.0) return;
   fmt::format_to(std::back_inserter(out_),
                  "<path class=\"{}\" d=\"M{:.1f} {:.1f}L{:.1f} {:.1f}L{:.1f} {:.1f}L{:.1f} "
                  "{:.1f}Z\"",
@@ -84,7 +90,7 @@ void Svg::diamond(Point centre, double radius, std::string_view css_class, std::
 }
 
 void Svg::cross(Point centre, double radius, std::string_view css_class, std::string_view title) {
-  if (!finite(centre) || !std::isfinite(radius) || radius < 0.0) return;
+  if (!drawable(centre) || !drawable(radius) || radius < 0.0) return;
   fmt::format_to(std::back_inserter(out_),
                  "<path class=\"{}\" d=\"M{:.1f} {:.1f}L{:.1f} {:.1f}M{:.1f} {:.1f}L{:.1f} "
                  "{:.1f}\"",

@@ -1,7 +1,7 @@
 #pragma once
 // A small writer of inline SVG. Colours and line widths are CSS classes (style.cc), so that one
-// drawing serves light, dark and paper. An element with a coordinate that is not finite is not
-// written; callers count such values and say so in words.
+// drawing serves light, dark and paper. An element with a coordinate that is not finite, or far
+// off any page, is not written; callers count such values and say so in words.
 
 #include <string>
 #include <string_view>

@@ -141,6 +141,10 @@ std::string signed_mm(double metres, int decimals) {
   return signed_fixed(metres * kMmPerMetre, decimals);
 }
 
+std::string positive_mm(double metres, int decimals) {
+  return metres > 0.0 ? mm(metres, decimals) : std::string(kDash);
+}
+
 std::string counted(std::size_t count, std::string_view one, std::string_view many) {
   return fmt::format("{} {}", count, count == 1 ? one : many);
 }

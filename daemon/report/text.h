@@ -31,6 +31,10 @@ inline constexpr int kMmDecimals = 3;
 std::string mm(double metres, int decimals = kMmDecimals);
 std::string signed_mm(double metres, int decimals = kMmDecimals);
 
+/// For figures that are positive wherever they are known: an en dash for zero, negative and not
+/// finite values, so that "not computed" never reads as a perfect 0.000.
+std::string positive_mm(double metres, int decimals = kMmDecimals);
+
 /// "1 touch", "12 touches".
 std::string counted(std::size_t count, std::string_view one, std::string_view many);
 

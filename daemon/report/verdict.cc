@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <string_view>
 
 #include "daemon/report/sections.h"
@@ -75,13 +76,18 @@ std::string residual_sentence(const View& view) {
       tested ? "that were held out" : "that it was fitted to, which flatters it");
 }
 
+bool is_known(double predicted_m) { return std::isfinite(predicted_m) && predicted_m > 0.0; }
+
 std::string accuracy_sentence(const View& view) {
   const calib::Calibration& result = view.result;
+  if (!is_known(result.predicted_m2_m) || !is_known(result.predicted_m3_m)) {
+    return "The 3-D position error to expect was not predicted.";
+  }
   const std::string near =
       fmt::format("The 3-D position error to expect is {} mm on average near the targets",
                   mm(result.predicted_m2_m));
   const std::string far = mm(result.predicted_m3_m);
-  if (result.verdict.workspace) {
+  if (result.verdict.workspace || !result.verdict.publish) {
     return fmt::format("{} and {} mm over the workspace, predicted from the covariance.", near,
                        far);
   }

@@ -11,8 +11,11 @@ namespace cellcal::daemon::report {
 namespace {
 
 constexpr double kMmPerMetre = 1000.0;
+constexpr std::size_t kTitleLength = 40;
 
 }  // namespace
+
+bool is_usable_mm(double value) { return std::isfinite(value) && std::abs(value) < kUsableMm; }
 
 View::View(const ReportInput& report_input)
     : input(report_input), result(report_input.calibration) {
@@ -27,6 +30,8 @@ View::View(const ReportInput& report_input)
       const calib::Touch& touch = input.touches[residual.touch];
       mark.held_out = touch.set == calib::TouchSet::kCheck;
       mark.target = touch.target;
+    } else {
+      ++unknown;
     }
     if (residual.outlier || named.contains(residual.touch)) {
       mark.kind = MarkKind::kOutlier;
@@ -38,11 +43,11 @@ View::View(const ReportInput& report_input)
     mark.after_mm = residual.after_m * kMmPerMetre;
     mark.whitened = residual.whitened;
     if (residual.direction.allFinite()) mark.direction = residual.direction;
-    if (std::isfinite(mark.before_mm) && std::isfinite(mark.after_mm) &&
+    if (is_usable_mm(mark.before_mm) && is_usable_mm(mark.after_mm) &&
         std::isfinite(mark.whitened)) {
       marks.push_back(std::move(mark));
     } else {
-      ++not_finite;
+      ++unusable;
     }
   }
   outliers = set_aside.size();
@@ -98,7 +103,7 @@ std::string mark_title(const Mark& mark) {
   std::string_view kind = mark.held_out ? "held out" : "fitted";
   if (mark.kind == MarkKind::kOutlier) kind = "outlier, left out";
   return fmt::format("touch {}{}{}, {}: {} mm before, {} mm after", mark.number,
-                     mark.target.empty() ? "" : " on ", mark.target, kind,
+                     mark.target.empty() ? "" : " on ", shorten(mark.target, kTitleLength), kind,
                      fixed(mark.before_mm, kMmDecimals), fixed(mark.after_mm, kMmDecimals));
 }
 

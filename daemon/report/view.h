@@ -15,6 +15,10 @@ namespace cellcal::daemon::report {
 
 enum class MarkKind { kFit, kCheck, kOutlier };
 
+/// What is not finite or lies a kilometre away is no measurement, and would ruin every scale.
+inline constexpr double kUsableMm = 1e6;
+bool is_usable_mm(double value);
+
 /// One residual as the drawings show it.
 struct Mark {
   std::size_t number = 0;  ///< of the touch, from 1, as shown to people
@@ -32,9 +36,10 @@ struct View {
 
   const ReportInput& input;
   const calib::Calibration& result;
-  std::vector<Mark> marks;  ///< finite ones only, in the order of the residuals
+  std::vector<Mark> marks;  ///< usable ones only, in the order of the residuals
   std::size_t fit = 0, check = 0, outliers = 0;  ///< touches by kind
-  std::size_t not_finite = 0;                    ///< residuals left out of every drawing
+  std::size_t unusable = 0;  ///< residuals left out of every drawing: not finite or too large
+  std::size_t unknown = 0;   ///< residuals of touches that were not given
 
   /// nullptr where the cell has no such target.
   const calib::Target* cell_target(std::string_view id) const;

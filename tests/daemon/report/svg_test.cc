@@ -1,0 +1,56 @@
+#include "daemon/report/svg.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <utility>
+
+namespace cellcal::daemon::report {
+namespace {
+
+std::string drawn(void (*draw)(Svg&)) {
+  Svg svg(100.0, 50.0, "chart", "a picture");
+  draw(svg);
+  return std::move(svg).finish();
+}
+
+TEST(Svg, LeavesOutWhatHasNoFinitePlace) {
+  const std::string empty = drawn([](Svg&) {});
+  const std::string picture = drawn([](Svg& svg) {
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    const double infinity = std::numeric_limits<double>::infinity();
+    svg.line({nan, 0.0}, {1.0, 1.0}, "a");
+    svg.line({0.0, 0.0}, {1.0, infinity}, "a");
+    svg.rectangle({0.0, 0.0}, nan, 1.0, "a");
+    svg.rectangle({0.0, 0.0}, -1.0, 1.0, "a");
+    svg.circle({0.0, 0.0}, infinity, "a");
+    svg.circle({0.0, 0.0}, -1.0, "a");
+    svg.diamond({nan, 0.0}, 1.0, "a");
+    svg.cross({0.0, 1e300}, 1.0, "a");
+    svg.path({{0.0, 0.0}, {nan, 1.0}}, "a");
+    svg.path({}, "a");
+    svg.text({nan, 0.0}, Anchor::kEnd, "a", "lost");
+  });
+  EXPECT_EQ(picture, empty);
+}
+
+TEST(Svg, EscapesEveryWordThatItIsGiven) {
+  const std::string picture = drawn([](Svg& svg) {
+    svg.text({1.0, 1.0}, Anchor::kStart, "a", "<b>");
+    svg.circle({1.0, 1.0}, 1.0, "a", "\"><script>");
+  });
+  EXPECT_EQ(picture.find("<b>"), std::string::npos);
+  EXPECT_EQ(picture.find("<script>"), std::string::npos);
+  EXPECT_NE(picture.find("&lt;b&gt;"), std::string::npos);
+}
+
+TEST(Svg, WritesCoordinatesToATenthOfAPixel) {
+  const std::string picture = drawn([](Svg& svg) {
+    svg.line({1.0 / 3.0, 2.0}, {3.0, 4.0}, "grid");
+  });
+  EXPECT_NE(picture.find("<line class=\"grid\" x1=\"0.3\" y1=\"2.0\" x2=\"3.0\" y2=\"4.0\"/>"),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace cellcal::daemon::report

@@ -1,0 +1,122 @@
+#include "daemon/report/text.h"
+
+#include <gtest/gtest.h>
+
+#include <clocale>
+#include <limits>
+#include <locale>
+#include <string>
+
+namespace cellcal::daemon::report {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+TEST(Escape, MakesMarkupHarmlessInTextAndAttributes) {
+  EXPECT_EQ(escape("<script>alert(\"1\" & '2')</script>"),
+            "&lt;script&gt;alert(&quot;1&quot; &amp; &#39;2&#39;)&lt;/script&gt;");
+}
+
+TEST(Escape, EscapesWhatLooksEscapedAlready) { EXPECT_EQ(escape("&lt;"), "&amp;lt;"); }
+
+TEST(Escape, KeepsLettersOfAnyLanguage) {
+  EXPECT_EQ(escape("Zelle \xC3\xA4 \xE5\xAE\xA4 \xF0\x9F\xA4\x96"),
+            "Zelle \xC3\xA4 \xE5\xAE\xA4 \xF0\x9F\xA4\x96");
+}
+
+TEST(Escape, ReplacesControlCharacters) {
+  EXPECT_EQ(escape(std::string_view("a\0b\x1B[31m\x7F", 9)),
+            "a\xEF\xBF\xBD"
+            "b\xEF\xBF\xBD[31m\xEF\xBF\xBD");
+}
+
+TEST(Escape, ReplacesBidirectionalOverrides) {
+  EXPECT_EQ(escape("S1\xE2\x80\xAE"
+                   "x"),
+            "S1\xEF\xBF\xBDx");
+  EXPECT_EQ(escape("\xE2\x81\xA6"), "\xEF\xBF\xBD");
+}
+
+TEST(Escape, ReplacesBrokenUtf8ByteByByte) {
+  EXPECT_EQ(escape("\xFF"), "\xEF\xBF\xBD");
+  EXPECT_EQ(escape("\xE2\x82"), "\xEF\xBF\xBD\xEF\xBF\xBD");              // truncated
+  EXPECT_EQ(escape("\xC0\xBC"), "\xEF\xBF\xBD\xEF\xBF\xBD");              // overlong '<'
+  EXPECT_EQ(escape("\xED\xA0\x80").find("\xED"), std::string::npos);      // surrogate
+  EXPECT_EQ(escape("\xF5\x80\x80\x80").find("\xF5"), std::string::npos);  // beyond U+10FFFF
+}
+
+TEST(Escape, DoesNotSwallowMarkupBehindATruncatedCharacter) {
+  EXPECT_EQ(escape("\xE2<b>"), "\xEF\xBF\xBD&lt;b&gt;");
+}
+
+TEST(Shorten, CountsCharactersNotBytes) {
+  EXPECT_EQ(shorten("\xC3\xA4\xC3\xA4\xC3\xA4", 3), "\xC3\xA4\xC3\xA4\xC3\xA4");
+  EXPECT_EQ(shorten("\xC3\xA4\xC3\xA4\xC3\xA4", 2), "\xC3\xA4\xE2\x80\xA6");
+  EXPECT_EQ(shorten("S1", 14), "S1");
+  EXPECT_EQ(shorten("", 3), "");
+}
+
+TEST(Numbers, HaveFixedDecimalsAndARealMinus) {
+  EXPECT_EQ(fixed(1.23456, 3), "1.235");
+  EXPECT_EQ(fixed(-1.5, 1),
+            "\xE2\x88\x92"
+            "1.5");
+  EXPECT_EQ(ascii_fixed(-1.5, 1), "-1.5");
+  EXPECT_EQ(signed_fixed(0.25, 2), "+0.25");
+}
+
+TEST(Numbers, AreNeverMinusZero) {
+  EXPECT_EQ(fixed(-0.0001, 3), "0.000");
+  EXPECT_EQ(signed_fixed(-0.0001, 3), "0.000");
+  EXPECT_EQ(signed_fixed(0.0001, 3), "0.000");
+}
+
+TEST(Numbers, ThatAreNotFiniteAreADash) {
+  for (const double value : {kNan, kInfinity, -kInfinity}) {
+    EXPECT_EQ(fixed(value, 3), "\xE2\x80\x93");
+    EXPECT_EQ(signed_fixed(value, 3), "\xE2\x80\x93");
+    EXPECT_EQ(significant(value, 3), "\xE2\x80\x93");
+    EXPECT_EQ(mm(value), "\xE2\x80\x93");
+  }
+}
+
+TEST(Numbers, StayShortWhenTheyAreHuge) {
+  EXPECT_LT(fixed(std::numeric_limits<double>::max(), 3).size(), 16U);
+}
+
+TEST(Numbers, ShowMicrometresOfMetres) {
+  EXPECT_EQ(mm(0.0309134), "30.913");
+  EXPECT_EQ(signed_mm(-0.000213),
+            "\xE2\x88\x92"
+            "0.213");
+}
+
+TEST(Numbers, ThatMustBePositiveAreADashWhenTheyAreNot) {
+  EXPECT_EQ(positive_mm(0.0), "\xE2\x80\x93");
+  EXPECT_EQ(positive_mm(-1.0), "\xE2\x80\x93");
+  EXPECT_EQ(positive_mm(kNan), "\xE2\x80\x93");
+  EXPECT_EQ(positive_mm(0.00003), "0.030");
+}
+
+TEST(Numbers, IgnoreTheLocale) {
+  class Comma : public std::numpunct<char> {
+    char do_decimal_point() const override { return ','; }
+    char do_thousands_sep() const override { return '.'; }
+    std::string do_grouping() const override { return "\3"; }
+  };
+  const std::locale before = std::locale::global(std::locale(std::locale::classic(), new Comma));
+  EXPECT_EQ(fixed(12345.678, 3), "12345.678");
+  EXPECT_EQ(significant(0.00036, 3), "0.00036");
+  EXPECT_EQ(counted(12345, "touch", "touches"), "12345 touches");
+  std::locale::global(before);
+}
+
+TEST(Counted, AgreesWithTheNumber) {
+  EXPECT_EQ(counted(0, "touch", "touches"), "0 touches");
+  EXPECT_EQ(counted(1, "touch", "touches"), "1 touch");
+  EXPECT_EQ(counted(2, "touch", "touches"), "2 touches");
+}
+
+}  // namespace
+}  // namespace cellcal::daemon::report
