@@ -17,6 +17,7 @@ enum class Cause : std::uint8_t {
   kNoPackets,  ///< link down or lost at begin
   kNotReferenced,
   kBusy,
+  kClosing,          ///< the session is being ended
   kAxisCount,        ///< a: given, b: expected
   kNotFinite,        ///< axis
   kBelowLimit,       ///< axis, a: target [deg], b: limit [deg]

@@ -38,6 +38,7 @@ class KrcUdp {
   void with(const std::function<void(Controller&)>& use);
   /// Cable out: neither packets nor replies pass while true; the clock goes on.
   void unplug(bool unplugged);
+  bool realtime_granted() const;   ///< asked for and permitted
   std::uint64_t overruns() const;  ///< ticks that came more than half a cycle late
 
  private:

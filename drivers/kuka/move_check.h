@@ -1,0 +1,23 @@
+#pragma once
+// What can be said against a move before anything moves.
+
+#include <optional>
+#include <string_view>
+
+#include "drivers/kuka/rsi_config.h"
+#include "drivers/kuka/rsi_report.h"
+
+namespace cellcal::drivers {
+
+struct Objection {
+  Cause cause = Cause::kNone;
+  std::uint8_t axis = 0;
+  double a = 0.0, b = 0.0;  ///< as CoreResult has them
+};
+
+/// `base_rad`: pose at correction 0. A straight joint-space line between two points within the
+/// limits stays within them, so the target alone decides.
+std::optional<Objection> object_to(const Move& move, const RsiConfig& config,
+                                   const AxisAngles& base_rad);
+
+}  // namespace cellcal::drivers

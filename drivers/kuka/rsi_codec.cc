@@ -1,0 +1,138 @@
+#include "drivers/kuka/rsi_codec.h"
+
+#include <charconv>
+#include <cmath>
+
+namespace cellcal::drivers {
+namespace {
+
+constexpr std::size_t kAxesPerElement = 6;
+
+// Appends to a fixed buffer; once something does not fit, the whole text counts as not made.
+class Writer {
+ public:
+  explicit Writer(std::span<char> buffer)
+      : begin_(buffer.data()), at_(begin_), end_(begin_ + buffer.size()) {}
+
+  Writer& put(std::string_view text) {
+    if (static_cast<std::size_t>(end_ - at_) < text.size()) {
+      full_ = true;
+      return *this;
+    }
+    text.copy(at_, text.size());
+    at_ += text.size();
+    return *this;
+  }
+
+  Writer& put(double value, int decimals) {
+    // No "-0.0000": some readers take the sign for a movement.
+    if (std::abs(value) < 0.5 * std::pow(10.0, -decimals)) value = 0.0;
+    return number(std::to_chars(at_, end_, value, std::chars_format::fixed, decimals));
+  }
+
+  Writer& put(std::uint64_t value) { return number(std::to_chars(at_, end_, value)); }
+
+  /// <NAME L1="..." L2="..."/>
+  Writer& element(std::string_view name, char letter, std::span<const double> values,
+                  int decimals) {
+    put("<").put(name);
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      const char attribute[] = {' ', letter, static_cast<char>('1' + i), '=', '"'};
+      put({attribute, sizeof attribute}).put(values[i], decimals).put("\"");
+    }
+    return put("/>");
+  }
+
+  std::string_view text() const {
+    if (full_) return {};
+    return {begin_, static_cast<std::size_t>(at_ - begin_)};
+  }
+
+ private:
+  Writer& number(std::to_chars_result result) {
+    if (result.ec != std::errc()) {
+      full_ = true;
+    } else {
+      at_ = result.ptr;
+    }
+    return *this;
+  }
+
+  char* begin_;
+  char* at_;
+  char* end_;
+  bool full_ = false;
+};
+
+}  // namespace
+
+const char* to_string(WireError error) {
+  switch (error) {
+    case WireError::kNone:
+      return "none";
+    case WireError::kEmpty:
+      return "empty datagram";
+    case WireError::kOversized:
+      return "datagram of more than 8192 bytes";
+    case WireError::kNotXml:
+      return "not well-formed XML, or truncated";
+    case WireError::kWrongRoot:
+      return "root element is not the one of RSI";
+    case WireError::kNoIpoc:
+      return "no IPOC";
+    case WireError::kBadIpoc:
+      return "IPOC is not a decimal number";
+    case WireError::kNoAxes:
+      return "no AIPos with A1 (wire DEF_AIPos)";
+    case WireError::kBadNumber:
+      return "a value is not a finite number";
+    case WireError::kDuplicate:
+      return "an element or attribute occurs twice";
+  }
+  return "unknown";
+}
+
+std::string_view format_sen(const SenNames& names, std::span<const double> correction_deg,
+                            int decimals, std::optional<int> stop, std::string_view ipoc,
+                            std::span<char> buffer) {
+  const std::size_t axes = std::min(correction_deg.size(), kAxesPerElement);
+  Writer out(buffer);
+  out.put("<Sen Type=\"").put(names.type).put("\">");
+  out.element(names.axis_tag, 'A', correction_deg.first(axes), decimals);
+  if (correction_deg.size() > axes) {
+    out.element(names.external_axis_tag, 'E', correction_deg.subspan(axes), decimals);
+  }
+  if (stop && !names.stop_tag.empty()) {
+    out.put("<").put(names.stop_tag).put(*stop != 0 ? ">1</" : ">0</").put(names.stop_tag);
+    out.put(">");
+  }
+  out.put("<IPOC>").put(ipoc).put("</IPOC></Sen>");
+  return out.text();
+}
+
+std::string_view format_rob(const RobFields& fields, std::span<char> buffer) {
+  Writer out(buffer);
+  out.put("<Rob Type=\"KUKA\">");
+  if (fields.with_cartesian) {
+    out.put("<RIst");
+    for (const std::string_view name : {"X", "Y", "Z", "A", "B", "C"}) {
+      out.put(" ").put(name).put("=\"").put(0.0, fields.decimals).put("\"");
+    }
+    out.put("/>");
+  }
+  const auto element = [&](std::string_view axes_name, std::string_view external_name,
+                           std::span<const double> values) {
+    const std::size_t axes = std::min(values.size(), kAxesPerElement);
+    out.element(axes_name, 'A', values.first(axes), fields.decimals);
+    if (values.size() > axes) {
+      out.element(external_name, 'E', values.subspan(axes), fields.decimals);
+    }
+  };
+  if (!fields.axes_deg.empty()) element("AIPos", "EIPos", fields.axes_deg);
+  if (!fields.setpoint_axes_deg.empty()) element("ASPos", "ESPos", fields.setpoint_axes_deg);
+  if (fields.delay) out.put("<Delay D=\"").put(std::uint64_t{*fields.delay}).put("\"/>");
+  out.put("<IPOC>").put(fields.ipoc).put("</IPOC></Rob>");
+  return out.text();
+}
+
+}  // namespace cellcal::drivers

@@ -1,0 +1,102 @@
+#include "drivers/kuka/rsi_config.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string_view>
+
+#include "drivers/error.h"
+
+namespace cellcal::drivers {
+namespace {
+
+constexpr int kMinDecimals = 4, kMaxDecimals = 9;
+constexpr int kMaxSilenceCycles = 1000;
+constexpr std::size_t kMaxName = 32;
+
+// A name that may stand as an XML element, or as SENTYPE, without any escaping.
+void check_name(const char* key, std::string_view name, bool may_be_empty) {
+  const auto is_letter = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_';
+  };
+  const bool fine =
+      name.empty() ? may_be_empty
+                   : name.size() <= kMaxName && is_letter(name.front()) &&
+                         std::all_of(name.begin(), name.end(), [&](char c) {
+                           return is_letter(c) || (c >= '0' && c <= '9') || c == '-' || c == '.';
+                         });
+  if (!fine) {
+    throw ConfigError(fmt::format(
+        "rsi: {} = \"{}\" is not a name: 1 to {} letters, digits, '_', '-', '.', a letter first",
+        key, name, kMaxName));
+  }
+}
+
+void check_positive(std::string_view what, double value) {
+  if (!std::isfinite(value) || value <= 0.0) {
+    throw ConfigError(fmt::format("rsi: {} is {}, and must be a positive number", what, value));
+  }
+}
+
+void check_mode(CorrectionMode mode, bool hold_on) {
+  if (mode == CorrectionMode::kAbsolute && !hold_on) {
+    throw ConfigError(
+        "rsi: mode ABSOLUTE with HOLDON=0: one late reply would throw the arm back to the start of "
+        "the session; set HOLDON=\"1\" on every correction element of the controller's ethernet "
+        "XML");
+  }
+  if (mode == CorrectionMode::kRelative && hold_on) {
+    throw ConfigError(
+        "rsi: mode RELATIVE with HOLDON=1: every late reply would repeat the last step; use "
+        "RSI_ON(#ABSOLUTE) with HOLDON=\"1\"");
+  }
+  if (mode == CorrectionMode::kRelative) {
+    throw ConfigError(
+        "rsi: mode RELATIVE is not driven by this adapter; use RSI_ON(#ABSOLUTE) with "
+        "HOLDON=\"1\"");
+  }
+}
+
+}  // namespace
+
+void RsiConfig::validate() const {
+  check_name("sentype", sentype, false);
+  check_name("axis_tag", axis_tag, false);
+  check_name("external_axis_tag", external_axis_tag, false);
+  check_name("stop_tag", stop_tag, true);
+  if (decimals < kMinDecimals || decimals > kMaxDecimals) {
+    throw ConfigError(
+        fmt::format("rsi: decimals = {} is outside {}..{}", decimals, kMinDecimals, kMaxDecimals));
+  }
+  if (silence_cycles < 2 || silence_cycles > kMaxSilenceCycles) {
+    throw ConfigError(fmt::format("rsi: silence_cycles = {} is outside 2..{}", silence_cycles,
+                                  kMaxSilenceCycles));
+  }
+  check_mode(mode, hold_on);
+  if (limits.empty() || limits.size() > kMaxAxes) {
+    throw ConfigError(
+        fmt::format("rsi: {} axis limits; 1 to {} axes can be driven", limits.size(), kMaxAxes));
+  }
+  if (correction_limit_deg.size() != limits.size()) {
+    throw ConfigError(fmt::format("rsi: {} correction limits for {} axes",
+                                  correction_limit_deg.size(), limits.size()));
+  }
+  for (std::size_t i = 0; i < limits.size(); ++i) {
+    const AxisLimit& limit = limits[i];
+    if (!std::isfinite(limit.min_rad) || !std::isfinite(limit.max_rad) ||
+        limit.min_rad >= limit.max_rad) {
+      throw ConfigError(fmt::format("rsi: axis {}: limits {} to {} rad are no range", i + 1,
+                                    limit.min_rad, limit.max_rad));
+    }
+    check_positive(fmt::format("axis {}: speed limit", i + 1), limit.max_speed_rad_s);
+    check_positive(fmt::format("axis {}: acceleration limit", i + 1),
+                   limit.max_acceleration_rad_s2);
+    check_positive(fmt::format("axis {}: jerk limit", i + 1), limit.max_jerk_rad_s3);
+    check_positive(fmt::format("axis {}: correction limit", i + 1), correction_limit_deg[i]);
+  }
+  check_positive("follow_tolerance_deg", follow_tolerance_deg);
+  check_positive("follow_window_s", follow_window_s);
+}
+
+}  // namespace cellcal::drivers

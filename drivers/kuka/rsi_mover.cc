@@ -1,0 +1,300 @@
+#include "drivers/kuka/rsi_mover.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace cellcal::drivers {
+namespace {
+
+constexpr double kDegPerRad = 180.0 / std::numbers::pi;
+constexpr double kRadPerDeg = std::numbers::pi / 180.0;
+
+// Rest: the means of two successive windows of AIPos agree. Means, so that encoder noise of
+// 0.0005 deg does not keep it from ever being seen; 48 ms, longer than the lag of a KRC4.
+constexpr double kSettleWindowS = 0.048;
+constexpr int kSettleFewest = 4;
+constexpr double kSettledRad = 0.0005 * kRadPerDeg;
+constexpr double kSettleLimitS = 1.0;
+// A contact that breaks chatters; only one that comes back after this is a new one.
+constexpr std::chrono::milliseconds kChatter{50};
+
+double seconds(Duration d) { return std::chrono::duration<double>(d).count(); }
+
+int settle_window(double cycle_s) {
+  const int cycles = static_cast<int>(std::ceil(kSettleWindowS / cycle_s));
+  return std::clamp(cycles, kSettleFewest, static_cast<int>(PositionRecord::kDepth / 4));
+}
+
+}  // namespace
+
+Mover::Mover(const RsiConfig& config, ContactGuard* guard, const PositionRecord& record)
+    : config_(config), guard_(guard), record_(record) {}
+
+void Mover::listen(TimePoint now) {
+  heard_ = Heard{};
+  if (guard_ == nullptr) return;
+  while (const std::optional<ContactEvent> event = guard_->take_event()) {
+    const bool ours = busy() && searching() && event->arm_id == move_.arm_id;
+    switch (event->kind) {
+      case ContactEventKind::kTrip:
+        tripped_arm_ = event->arm_id;
+        if (ours) heard_.trip = event;
+        if (!ours) heard_.foreign_trip = true;
+        break;
+      case ContactEventKind::kContact:
+        tripped_arm_ = event->arm_id;
+        if (ours) heard_.contact = event;
+        break;
+      case ContactEventKind::kRevoked:
+        if (ours) heard_.revoked = true;
+        break;
+      case ContactEventKind::kRelease:
+        break;  // the level in the snapshot says it
+    }
+  }
+  heard_.snapshot = guard_->snapshot(now);
+  // The arming that tripped is over; its number may be used again.
+  if (!heard_.snapshot.armed) tripped_arm_.reset();
+}
+
+std::optional<CoreResult> Mover::start(const Move& move, const AxisAngles& commanded_rad) {
+  const auto refuse = [&](MoveOutcome outcome, Cause cause, double a = 0.0, double b = 0.0) {
+    CoreResult refusal;
+    refusal.id = move.id;
+    refusal.outcome = outcome;
+    refusal.cause = cause;
+    refusal.a = a;
+    refusal.b = b;
+    refusal.at_rad = commanded_rad;
+    return refusal;
+  };
+  const ContactSnapshot& sensor = heard_.snapshot;
+  if (move.kind == MoveKind::kSearch) {
+    if (guard_ == nullptr) return refuse(MoveOutcome::kRefused, Cause::kNoSensor);
+    if (sensor.in_contact) return refuse(MoveOutcome::kRefused, Cause::kTouchingAtStart);
+    if (tripped_arm_ == move.arm_id) return refuse(MoveOutcome::kRefused, Cause::kTrippedAtStart);
+    if (!sensor.armed || sensor.arm_id != move.arm_id) {
+      return refuse(MoveOutcome::kRefused, Cause::kNotArmed, move.arm_id,
+                    sensor.armed ? sensor.arm_id : -1.0);
+    }
+    if (!sensor.alive) return refuse(MoveOutcome::kRefused, Cause::kSensorDead);
+  } else if (guard_ != nullptr) {
+    if (!sensor.alive) return refuse(MoveOutcome::kContactSilent, Cause::kSensorDead);
+    if (move.kind == MoveKind::kTransit && sensor.in_contact) {
+      return refuse(MoveOutcome::kUnexpectedContact, Cause::kTouchedOutsideSearch);
+    }
+  }
+  move_ = move;
+  line_ = LineMove(commanded_rad, move.target_rad, config_.limits, move.cruise_s);
+  t_s_ = 0.0;
+  phase_ = Phase::kTravelling;
+  outcome_ = MoveOutcome::kArrived;
+  cause_ = Cause::kNone;
+  axis_ = 0;
+  a_ = b_ = 0.0;
+  was_open_ = false;
+  contact_.reset();
+  latch_.reset();
+  settling_s_ = 0.0;
+  settling_cycles_ = 0;
+  return std::nullopt;
+}
+
+void Mover::freeze(Phase next, MoveOutcome outcome, Cause cause, double a) {
+  phase_ = next;
+  outcome_ = outcome;
+  cause_ = cause;
+  a_ = a;
+  settling_s_ = 0.0;
+  settling_cycles_ = 0;
+}
+
+void Mover::halt(MoveOutcome outcome, Cause cause, double a) {
+  if (phase_ == Phase::kIdle || phase_ == Phase::kVerdict || !ends_well()) return;
+  const bool fast = phase_ == Phase::kTravelling &&
+                    line_.fastest_axis_rad_s(t_s_) > kProbingSpeedRadS && !searching();
+  freeze(fast ? Phase::kBraking : Phase::kSettling, outcome, cause, a);
+  if (fast) {
+    line_.brake_at(t_s_);
+    t_s_ = 0.0;
+  }
+}
+
+CoreResult Mover::abandon(Cause cause, double a) {
+  outcome_ = MoveOutcome::kRobotSilent;
+  cause_ = cause;
+  a_ = a;
+  contact_.reset();
+  return result(record_.size() > 0 ? record_.newest().commanded_rad : AxisAngles{});
+}
+
+CoreResult Mover::result(const AxisAngles& commanded_rad) {
+  phase_ = Phase::kIdle;
+  CoreResult done;
+  done.id = move_.id;
+  done.outcome = outcome_;
+  done.cause = cause_;
+  done.axis = axis_;
+  done.a = a_;
+  done.b = b_;
+  done.ipoc = record_.size() > 0 ? record_.newest().ipoc : 0;
+  done.at_rad = commanded_rad;
+  done.latch = latch_;
+  return done;
+}
+
+void Mover::watch_search(TimePoint now) {
+  const ContactSnapshot& sensor = heard_.snapshot;
+  if (heard_.trip || heard_.contact || heard_.revoked || sensor.in_contact) {
+    freeze(Phase::kVerdict, MoveOutcome::kContact, Cause::kNone);
+    frozen_at_ = now;
+  } else if (!sensor.alive) {
+    freeze(Phase::kSettling, MoveOutcome::kContactSilent, Cause::kSensorDead);
+  } else if (!sensor.armed || sensor.arm_id != move_.arm_id) {
+    freeze(Phase::kSettling, MoveOutcome::kContactSilent, Cause::kArmExpired);
+  }
+}
+
+void Mover::await_verdict(TimePoint now) {
+  if (heard_.contact) {
+    contact_ = heard_.contact;
+    freeze(Phase::kSettling, MoveOutcome::kContact, Cause::kNone);
+  } else if (heard_.revoked) {
+    freeze(Phase::kSettling, MoveOutcome::kRevoked, Cause::kNone);
+  } else if (!heard_.snapshot.alive) {
+    freeze(Phase::kSettling, MoveOutcome::kContactSilent, Cause::kSensorDead);
+  } else if (now - frozen_at_ > kVerdictLimit) {
+    freeze(Phase::kSettling, MoveOutcome::kContactSilent, Cause::kTripUnconfirmed,
+           seconds(now - frozen_at_));
+  }
+}
+
+void Mover::watch_other(TimePoint now) {
+  if (guard_ == nullptr) return;
+  const ContactSnapshot& sensor = heard_.snapshot;
+  if (!sensor.alive) {
+    halt(MoveOutcome::kContactSilent, Cause::kSensorDead);
+    return;
+  }
+  bool touched = sensor.in_contact || heard_.foreign_trip;
+  if (move_.kind == MoveKind::kRetreat) {
+    if (!sensor.in_contact && !was_open_) {
+      was_open_ = true;
+      opened_at_ = now;
+    }
+    touched = touched && was_open_ && now - opened_at_ > kChatter;
+  }
+  if (touched) halt(MoveOutcome::kUnexpectedContact, Cause::kTouchedOutsideSearch);
+}
+
+void Mover::watch_following(const MoverCycle& cycle) {
+  if (phase_ != Phase::kTravelling && phase_ != Phase::kBraking) return;
+  const auto window =
+      static_cast<std::size_t>(std::ceil(config_.follow_window_s / cycle.cycle_s)) + 1;
+  const double tolerance_rad = config_.follow_tolerance_deg * kRadPerDeg;
+  const PositionRecord::Sample& newest = record_.newest();
+  for (std::size_t i = 0; i < newest.actual_rad.size(); ++i) {
+    const PositionRecord::Range range = record_.commanded_range_rad(i, window);
+    const double actual = newest.actual_rad[i];
+    if (actual < range.min - tolerance_rad || actual > range.max + tolerance_rad) {
+      // Whatever the arm does, more of the same command does not help: hold.
+      freeze(Phase::kSettling, MoveOutcome::kNotFollowing, Cause::kAxisNotFollowing,
+             newest.commanded_rad[i] * kDegPerRad);
+      axis_ = static_cast<std::uint8_t>(i);
+      b_ = actual * kDegPerRad;
+      return;
+    }
+  }
+}
+
+std::optional<CoreResult> Mover::step(const MoverCycle& cycle, AxisAngles& commanded_rad) {
+  if (!busy()) return std::nullopt;
+  if (searching()) {
+    if (ends_well() && phase_ != Phase::kVerdict) watch_search(cycle.now);
+    if (phase_ == Phase::kVerdict) await_verdict(cycle.now);
+  } else if (ends_well()) {
+    watch_other(cycle.now);
+  }
+  if (!cycle.advance) return std::nullopt;
+  watch_following(cycle);
+  if (phase_ == Phase::kTravelling || phase_ == Phase::kBraking) {
+    t_s_ += cycle.cycle_s;
+    commanded_rad = line_.at(t_s_);
+    if (t_s_ >= line_.duration_s()) {
+      settling_s_ = 0.0;
+      settling_cycles_ = 0;
+      phase_ = Phase::kSettling;
+    }
+    return std::nullopt;
+  }
+  if (phase_ == Phase::kSettling) return settle(cycle, commanded_rad);
+  return std::nullopt;
+}
+
+std::optional<CoreResult> Mover::settle(const MoverCycle& cycle, const AxisAngles& commanded_rad) {
+  settling_s_ += cycle.cycle_s;
+  ++settling_cycles_;
+  const int window = settle_window(cycle.cycle_s);
+  if (settling_cycles_ < 2 * window) return std::nullopt;
+  const auto count = static_cast<std::size_t>(window);
+  const AxisAngles late = record_.mean_actual_rad(0, count);
+  const AxisAngles early = record_.mean_actual_rad(count, count);
+  double moved = 0.0, astray = 0.0;
+  std::uint8_t moved_axis = 0, astray_axis = 0;
+  for (std::size_t i = 0; i < late.size(); ++i) {
+    if (std::abs(late[i] - early[i]) > moved) {
+      moved = std::abs(late[i] - early[i]);
+      moved_axis = static_cast<std::uint8_t>(i);
+    }
+    if (std::abs(late[i] - commanded_rad[i]) > astray) {
+      astray = std::abs(late[i] - commanded_rad[i]);
+      astray_axis = static_cast<std::uint8_t>(i);
+    }
+  }
+  const bool at_rest = moved <= kSettledRad;
+  const bool followed = astray <= config_.follow_tolerance_deg * kRadPerDeg;
+  const bool time_is_up = settling_s_ >= kSettleLimitS;
+  // What arrived must be where it was commanded to; for what was stopped rest is enough.
+  if (!time_is_up && !(at_rest && (followed || !ends_well()))) return std::nullopt;
+  if (ends_well() && !followed) {
+    outcome_ = MoveOutcome::kNotFollowing;
+    cause_ = Cause::kAxisNotFollowing;
+    axis_ = astray_axis;
+    a_ = commanded_rad[astray_axis] * kDegPerRad;
+    b_ = late[astray_axis] * kDegPerRad;
+  } else if (!at_rest && cause_ == Cause::kNone) {
+    cause_ = Cause::kNotSettled;
+    axis_ = moved_axis;
+    a_ = moved * kDegPerRad;
+    b_ = settling_s_;
+  }
+  if (outcome_ == MoveOutcome::kContact) fill_latch(cycle, late);
+  if (ends_well() && move_.kind == MoveKind::kRetreat && heard_.snapshot.in_contact) {
+    outcome_ = MoveOutcome::kStillInContact;
+    cause_ = Cause::kContactNotOpen;
+  }
+  return result(commanded_rad);
+}
+
+void Mover::fill_latch(const MoverCycle& cycle, const AxisAngles& settled_rad) {
+  const std::optional<AxisAngles> at_contact =
+      record_.actual_at(contact_->first_edge, cycle.seconds_per_ipoc);
+  if (!at_contact) {
+    // A time stamp outside of what was recorded cannot be this contact's.
+    outcome_ = MoveOutcome::kContactSilent;
+    cause_ = Cause::kStampOutside;
+    a_ = seconds(cycle.now - contact_->first_edge);
+    return;
+  }
+  Latch latch;
+  latch.contact_rad = *at_contact;
+  latch.settled_rad = settled_rad;
+  latch.contact_time = contact_->first_edge;
+  latch.time_sigma_s = contact_->time_sigma_s;
+  latch.reaction_s = seconds(frozen_at_ - contact_->first_edge);
+  latch.bounces = contact_->bounces;
+  latch_ = latch;
+}
+
+}  // namespace cellcal::drivers

@@ -1,0 +1,98 @@
+#pragma once
+// One move from its beginning to its result: travel, the contact sensor's say, stop, rest, latch.
+//
+//   travelling --end--> settling --rest--> result
+//       |  trip (search)
+//       +--> verdict (frozen) --contact, revoked, silence of the sensor--> settling
+//       +--> braking (other stops at speed) --> settling
+//
+// A search freezes in the reply that is being made; every other stop does so up to probing speed,
+// and brakes on the same line with the jerk limit above it.
+
+#include <cstdint>
+#include <optional>
+
+#include "drivers/contact.h"
+#include "drivers/kuka/motion.h"
+#include "drivers/kuka/position_record.h"
+#include "drivers/kuka/rsi_config.h"
+#include "drivers/kuka/rsi_report.h"
+
+namespace cellcal::drivers {
+
+/// Up to this speed of the fastest axis a stop is a freeze: 40 mm/s at 1.2 m of reach, a step in
+/// velocity that the servos take without a word (0.008 deg per cycle of 4 ms).
+inline constexpr double kProbingSpeedRadS = 0.035;
+/// A trip is confirmed or revoked within this time, or the sensor counts as silent.
+inline constexpr std::chrono::milliseconds kVerdictLimit{100};
+
+struct MoverCycle {
+  TimePoint now{};
+  double cycle_s = 0.0;
+  double seconds_per_ipoc = 0.0;
+  bool advance = true;  ///< false: this packet was damaged, hold what was sent
+};
+
+class Mover {
+ public:
+  /// All must outlive the mover; `guard` may be null.
+  Mover(const RsiConfig& config, ContactGuard* guard, const PositionRecord& record);
+
+  bool busy() const { return phase_ != Phase::kIdle; }
+  /// Takes the sensor's events and level. Once per packet, busy or not.
+  void listen(TimePoint now);
+  /// Begins at rest at `commanded_rad`, after listen(). Empty result: begun.
+  std::optional<CoreResult> start(const Move& move, const AxisAngles& commanded_rad);
+  /// One cycle, after listen(): what to command next, and the result when the move is over.
+  std::optional<CoreResult> step(const MoverCycle& cycle, AxisAngles& commanded_rad);
+  /// To rest, with this outcome. Without effect on a move that is being stopped already.
+  void halt(MoveOutcome outcome, Cause cause, double a = 0.0);
+  /// The move is over now: packets no longer come.
+  CoreResult abandon(Cause cause, double a);
+
+ private:
+  enum class Phase { kIdle, kTravelling, kBraking, kVerdict, kSettling };
+
+  struct Heard {
+    ContactSnapshot snapshot;
+    std::optional<ContactEvent> trip, contact;
+    bool revoked = false;
+    bool foreign_trip = false;  ///< of no arming of ours
+  };
+
+  bool ends_well() const { return outcome_ == MoveOutcome::kArrived; }
+  bool searching() const { return move_.kind == MoveKind::kSearch; }
+  void freeze(Phase next, MoveOutcome outcome, Cause cause, double a = 0.0);
+  void watch_search(TimePoint now);
+  void watch_other(TimePoint now);
+  void await_verdict(TimePoint now);
+  void watch_following(const MoverCycle& cycle);
+  std::optional<CoreResult> settle(const MoverCycle& cycle, const AxisAngles& commanded_rad);
+  CoreResult result(const AxisAngles& commanded_rad);
+  void fill_latch(const MoverCycle& cycle, const AxisAngles& settled_rad);
+
+  const RsiConfig& config_;
+  ContactGuard* guard_;
+  const PositionRecord& record_;
+
+  Heard heard_;
+  std::optional<std::uint16_t> tripped_arm_;  ///< arming whose trip was heard last
+
+  Phase phase_ = Phase::kIdle;
+  Move move_;
+  LineMove line_;
+  double t_s_ = 0.0;
+  MoveOutcome outcome_ = MoveOutcome::kArrived;
+  Cause cause_ = Cause::kNone;
+  std::uint8_t axis_ = 0;
+  double a_ = 0.0, b_ = 0.0;
+  bool was_open_ = false;  ///< retreat: contact was open at least once
+  TimePoint opened_at_{};
+  TimePoint frozen_at_{};
+  double settling_s_ = 0.0;
+  int settling_cycles_ = 0;
+  std::optional<ContactEvent> contact_;
+  std::optional<Latch> latch_;
+};
+
+}  // namespace cellcal::drivers

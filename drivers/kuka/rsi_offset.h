@@ -1,0 +1,62 @@
+#pragma once
+// Which correction does the controller hold when packets begin or begin again? A wrong answer is a
+// jump of the arm: a fresh session (RSI_ON) starts at 0, a running one holds what it accepted last,
+// from this process or from one before it.
+//
+// Evidence, strongest first: AIPos - ASPos is the correction itself; an IPOC that did not go on is
+// another session; Delay counts every cycle that was not answered, so a running session shows all
+// of them and a fresh one only its own. Where the evidence does not decide: no reply at all, and
+// the controller's time-out keeps the arm still.
+
+#include <cstdint>
+#include <optional>
+
+#include "drivers/robot.h"
+
+namespace cellcal::drivers {
+
+/// What was known when the packets stopped.
+struct OffsetMemory {
+  bool known = false;   ///< replies had been sent
+  AxisAngles sent_rad;  ///< the last correction sent
+  std::uint32_t ipoc = 0;
+  std::uint32_t step = 0;         ///< of IPOC per packet, 0 if not known
+  double seconds_per_ipoc = 0.0;  ///< 0 if not known
+  TimePoint t_rx{};
+  std::optional<std::uint32_t> delay;
+  bool delay_counts = false;  ///< Delay was seen to grow: the controller wires it
+};
+
+struct OffsetEvidence {
+  TimePoint t_rx{};
+  std::uint32_t ipoc = 0;
+  AxisAngles actual_rad;
+  AxisAngles setpoint_rad;  ///< ASPos; empty if not sent
+  std::optional<std::uint32_t> delay;
+  bool session_start = false;  ///< RSI 2's first frame was seen
+};
+
+enum class OffsetVerdict { kKnown, kWaitForRest, kUnknown };
+
+class OffsetFinder {
+ public:
+  void begin(const OffsetMemory& memory);
+  /// One packet; ask again with the next while it is not kKnown.
+  OffsetVerdict look(const OffsetEvidence& evidence);
+  /// The correction held by the controller, once kKnown [rad].
+  const AxisAngles& offset_rad() const { return offset_rad_; }
+
+ private:
+  OffsetVerdict by_setpoint(const OffsetEvidence& evidence);
+  OffsetVerdict by_counters(const OffsetEvidence& evidence);
+  OffsetVerdict decide(const AxisAngles& offset_rad);
+
+  OffsetMemory memory_;
+  AxisAngles offset_rad_;
+  AxisAngles zero_;
+  AxisAngles last_measured_;
+  int still_packets_ = 0;
+  std::optional<std::uint32_t> first_delay_;
+};
+
+}  // namespace cellcal::drivers

@@ -1,0 +1,342 @@
+#include "drivers/kuka/rsi_robot.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <atomic>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/udp.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/lockfree/spsc_queue.hpp>
+#include <deque>
+#include <future>
+
+#include "drivers/error.h"
+#include "drivers/kuka/seqlock.h"
+
+namespace cellcal::drivers {
+namespace {
+
+namespace asio = boost::asio;
+using asio::ip::udp;
+using boost::system::error_code;
+
+// Silence has to be seen within a cycle of 4 ms, and commands be heard without packets.
+constexpr std::chrono::milliseconds kTick{2};
+// Datagrams looked at in one go; a flood must not keep the tick from running.
+constexpr int kDrainLimit = 64;
+constexpr std::chrono::seconds kCloseLimit{2};
+constexpr std::size_t kQueueDepth = 64;
+
+struct Command {
+  enum class Kind { kBegin, kStop, kRereference } kind = Kind::kStop;
+  Move move;
+};
+
+MoveResult refused(const Move& move, const char* why) {
+  MoveResult result;
+  result.id = move.id;
+  result.detail = why;
+  return result;
+}
+
+}  // namespace
+
+struct RsiRobot::Impl : std::enable_shared_from_this<RsiRobot::Impl> {
+  Impl(asio::io_context& c, RsiConfig cfg, ContactGuard* g)
+      : context(c), config(std::move(cfg)), guard(g), socket(c), timer(c) {
+    config.validate();
+  }
+
+  // ---- session's thread ------------------------------------------------------------------------
+
+  void open() {
+    if (is_open.load()) {
+      throw DriverError(fmt::format("RSI on UDP {}:{} is open, or still being closed",
+                                    config.bind_address, config.port));
+    }
+    error_code error;
+    const auto address = asio::ip::make_address(config.bind_address, error);
+    if (error) {
+      throw DriverError(fmt::format("RSI: bind_address \"{}\" is not an IP address: {}",
+                                    config.bind_address, error.message()));
+    }
+    const udp::endpoint endpoint(address, config.port);
+    udp::socket fresh(context);
+    fresh.open(endpoint.protocol(), error);
+    if (!error) fresh.bind(endpoint, error);
+    if (!error) fresh.non_blocking(true, error);
+    if (error) {
+      throw DriverError(fmt::format(
+          "RSI: cannot listen on UDP {}:{}: {}; another program (or another cellcald) may hold the "
+          "port, or the address is not this computer's",
+          config.bind_address, config.port, error.message()));
+    }
+    bound_port = fresh.local_endpoint().port();
+    listening = fmt::format("UDP {}:{}", config.bind_address, bound_port.load());
+    core = std::make_unique<RsiCore>(config, guard);
+    snapshot.store(core->core_state());
+    peer = udp::endpoint();
+    locked = ending = false;
+    socket = std::move(fresh);
+    is_open = true;
+    asio::post(context, [self = shared_from_this()] {
+      self->wait_for_packet();
+      self->timer.expires_at(std::chrono::steady_clock::now());
+      self->wait_for_tick();
+    });
+  }
+
+  void send(const Command& command) {
+    if (!commands.push(command)) stop_anyway = true;  // never lose a stop
+  }
+
+  // ---- I/O thread ------------------------------------------------------------------------------
+
+  void wait_for_packet() {
+    socket.async_wait(udp::socket::wait_read, [self = shared_from_this()](const error_code& error) {
+      if (error || !self->socket.is_open()) return;
+      self->drain();
+      self->wait_for_packet();
+    });
+  }
+
+  void wait_for_tick() {
+    timer.async_wait([self = shared_from_this()](const error_code& error) {
+      if (error || !self->socket.is_open()) return;
+      self->drain();
+      self->tick();
+      if (!self->socket.is_open()) return;
+      // From now, not from the last expiry: ticks that were missed are not made up for.
+      self->timer.expires_after(kTick);
+      self->wait_for_tick();
+    });
+  }
+
+  bool linked() const {
+    const RobotLink link = core->core_state().link;
+    return link == RobotLink::kNotReferenced || link == RobotLink::kReady;
+  }
+
+  /// Two controllers on one port must never be mixed up: the first address stays the only one; its
+  /// port may change when RSI starts again, after the link was lost.
+  bool is_foreign(const udp::endpoint& from) const {
+    if (!locked) return false;
+    return from.address() != peer.address() || (linked() && from.port() != peer.port());
+  }
+
+  /// Takes everything that waits, and answers the newest packet alone: replies to older ones would
+  /// come late, and a burst of steps could be taken for motion.
+  void drain() {
+    std::size_t size = 0;
+    TimePoint t_rx;
+    for (int i = 0; i < kDrainLimit; ++i) {
+      error_code error;
+      udp::endpoint from;
+      const std::size_t got =
+          socket.receive_from(asio::buffer(spare.data(), spare.size()), from, 0, error);
+      if (error == asio::error::would_block || error == asio::error::try_again) break;
+      if (error) continue;  // an ICMP answer to a reply that nobody listened to; silence tells
+      const TimePoint now = std::chrono::steady_clock::now();
+      if (is_foreign(from)) {
+        foreign.fetch_add(1, std::memory_order_relaxed);
+        foreign_from.store(from.address().is_v4() ? from.address().to_v4().to_uint() : 0,
+                           std::memory_order_relaxed);
+        continue;
+      }
+      std::swap(newest, spare);
+      size = got;
+      newest_from = from;
+      t_rx = now;
+    }
+    if (size == 0) return;
+    obey();
+    const std::string_view reply = core->on_datagram({newest.data(), size}, t_rx);
+    if (!reply.empty()) {
+      error_code error;
+      socket.send_to(asio::buffer(reply.data(), reply.size()), newest_from, 0, error);
+      if (error) {
+        unsent.fetch_add(1, std::memory_order_relaxed);
+      } else {
+        times.add(std::chrono::steady_clock::now() - t_rx);
+      }
+    }
+    // Only what the core took for a controller's packet decides whom to listen to.
+    if (linked() && (!locked || peer != newest_from)) {
+      peer = newest_from;
+      locked = true;
+    }
+    publish();
+  }
+
+  void tick() {
+    obey();
+    const TimePoint now = std::chrono::steady_clock::now();
+    core->on_tick(now);
+    publish();
+    if (ending) {
+      const bool silent = !linked();
+      const bool nothing_to_send = config.stop_tag.empty() && !core->core_state().moving;
+      if (silent || nothing_to_send || now > close_by) shut();
+    }
+  }
+
+  void obey() {
+    commands.consume_all([this](const Command& command) {
+      switch (command.kind) {
+        case Command::Kind::kBegin:
+          core->begin(command.move);
+          break;
+        case Command::Kind::kStop:
+          core->stop();
+          break;
+        case Command::Kind::kRereference:
+          core->rereference();
+          break;
+      }
+    });
+    if (stop_anyway.exchange(false)) core->stop();
+  }
+
+  void publish() {
+    while (results.write_available() > 0) {
+      const auto result = core->take_result();
+      if (!result) break;
+      results.push(*result);
+    }
+    snapshot.store(core->core_state());
+  }
+
+  void end() {
+    if (ending || !socket.is_open()) return;
+    ending = true;
+    close_by = std::chrono::steady_clock::now() + kCloseLimit;
+    core->end_session();
+  }
+
+  void shut() {
+    error_code ignored_on_purpose;  // closing a UDP socket cannot lose anything
+    timer.cancel(ignored_on_purpose);
+    socket.close(ignored_on_purpose);
+    bound_port = 0;
+    is_open = false;
+  }
+
+  asio::io_context& context;
+  RsiConfig config;
+  ContactGuard* guard;
+  udp::socket socket;
+  asio::steady_timer timer;
+  std::unique_ptr<RsiCore> core;
+
+  udp::endpoint peer, newest_from;
+  bool locked = false;
+  bool ending = false;
+  TimePoint close_by{};
+  // One byte more than the largest: longer datagrams are seen to be too long.
+  using Datagram = std::array<char, kMaxRsiDatagram + 1>;
+  struct Buffer {
+    std::unique_ptr<Datagram> memory = std::make_unique<Datagram>();
+    char* data() const { return memory->data(); }
+    std::size_t size() const { return memory->size(); }
+  };
+  Buffer newest, spare;
+
+  boost::lockfree::spsc_queue<Command, boost::lockfree::capacity<kQueueDepth>> commands;
+  boost::lockfree::spsc_queue<CoreResult, boost::lockfree::capacity<kQueueDepth>> results;
+  std::atomic<bool> stop_anyway{false};
+  Seqlock<CoreState> snapshot;
+  ReplyHistogram times;
+  std::atomic<std::uint64_t> foreign{0}, unsent{0};
+  std::atomic<std::uint32_t> foreign_from{0};
+  std::atomic<bool> is_open{false};
+  std::atomic<std::uint16_t> bound_port{0};
+
+  // Session's thread alone.
+  std::string listening;
+  std::deque<MoveResult> refusals;
+};
+
+RsiRobot::RsiRobot(asio::io_context& context, RsiConfig config, ContactGuard* guard)
+    : impl_(std::make_shared<Impl>(context, std::move(config), guard)) {}
+
+RsiRobot::~RsiRobot() {
+  if (!impl_->is_open.load()) return;
+  const auto done = std::make_shared<std::promise<void>>();
+  const auto closed = done->get_future();
+  asio::post(impl_->context, [impl = impl_, done] {
+    impl->shut();
+    done->set_value();
+  });
+  // A stopped context runs no handler any more: then nothing else uses the robot either.
+  constexpr std::chrono::milliseconds kLook{5};
+  while (closed.wait_for(kLook) != std::future_status::ready) {
+    if (!impl_->context.stopped()) continue;
+    impl_->shut();
+    break;
+  }
+}
+
+void RsiRobot::open() { impl_->open(); }
+
+RobotState RsiRobot::state() const {
+  if (!impl_->is_open.load()) {
+    RobotState state;
+    state.words = "the link to the controller is closed";
+    return state;
+  }
+  RobotState state =
+      to_robot_state(impl_->snapshot.load(), {impl_->listening, impl_->config.sentype});
+  const auto add = [&](const std::string& words) {
+    if (!state.words.empty()) state.words += ". ";
+    state.words += words;
+  };
+  if (const std::uint64_t count = foreign_packets(); count > 0) {
+    add(fmt::format(
+        "{} packets from another sender ({}) were ignored: two controllers on one port?", count,
+        asio::ip::address_v4(impl_->foreign_from.load()).to_string()));
+  }
+  if (const std::uint64_t count = impl_->unsent.load(); count > 0) {
+    add(fmt::format("{} replies could not be sent: check the network interface", count));
+  }
+  return state;
+}
+
+void RsiRobot::rereference() {
+  if (impl_->is_open.load()) impl_->send({Command::Kind::kRereference, {}});
+}
+
+void RsiRobot::begin(const Move& move) {
+  if (!impl_->is_open.load()) {
+    impl_->refusals.push_back(refused(move, "the link to the controller is closed"));
+  } else if (!impl_->commands.push({Command::Kind::kBegin, move})) {
+    impl_->refusals.push_back(refused(move, "too many moves at once: one at a time"));
+  }
+}
+
+void RsiRobot::stop() {
+  if (impl_->is_open.load()) impl_->send({Command::Kind::kStop, {}});
+}
+
+std::optional<MoveResult> RsiRobot::poll() {
+  if (!impl_->refusals.empty()) {
+    MoveResult oldest = std::move(impl_->refusals.front());
+    impl_->refusals.pop_front();
+    return oldest;
+  }
+  CoreResult result;
+  if (!impl_->results.pop(result)) return std::nullopt;
+  return to_move_result(result);
+}
+
+void RsiRobot::close() {
+  if (!impl_->is_open.load()) return;
+  asio::post(impl_->context, [impl = impl_] { impl->end(); });
+}
+
+std::uint16_t RsiRobot::port() const { return impl_->bound_port.load(); }
+const ReplyHistogram& RsiRobot::reply_times() const { return impl_->times; }
+std::uint64_t RsiRobot::foreign_packets() const { return impl_->foreign.load(); }
+
+}  // namespace cellcal::drivers

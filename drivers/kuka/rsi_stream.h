@@ -1,0 +1,54 @@
+#pragma once
+// What the packets themselves tell about the link: cycle, decimals, gaps, late replies.
+//
+// IPOC counts milliseconds on real controllers (+4 or +12 per packet); some peers count packets.
+// So the step is taken from IPOC, its duration from the arrivals, and where both agree on
+// milliseconds the exact value is used.
+
+#include <cstdint>
+
+#include "drivers/kuka/rsi_codec.h"
+
+namespace cellcal::drivers {
+
+enum class Arrival : std::uint8_t {
+  kFirst,
+  kNext,
+  kRepeat,   ///< same IPOC again
+  kStale,    ///< older than the newest: overtaken on the way
+  kRestart,  ///< IPOC jumped: another session, or too many packets lost
+};
+
+class RsiStream {
+ public:
+  explicit RsiStream(int silence_cycles) : silence_cycles_(silence_cycles) {}
+
+  /// A session begins anew; everything has to be learnt again.
+  void reset() { *this = RsiStream(silence_cycles_); }
+  Arrival push(const RobFrame& frame, TimePoint t_rx);
+
+  bool learnt() const { return cycle_s_ > 0.0; }
+  bool odd_cycle() const { return odd_cycle_; }  ///< measured outside 2..40 ms; learning again
+  double cycle_s() const { return cycle_s_; }    ///< 0 until learnt
+  double seconds_per_ipoc() const;
+  std::uint32_t step() const { return step_; }  ///< of IPOC per packet, 0 if not known
+  double silence_limit_s() const;
+  int decimals() const { return decimals_; }
+  std::uint64_t packets() const { return packets_; }
+  std::uint64_t gaps() const { return gaps_; }  ///< packets missing between those that came
+
+ private:
+  void learn(TimePoint t_rx, std::uint32_t ipoc);
+
+  int silence_cycles_;
+  std::uint64_t packets_ = 0, gaps_ = 0;
+  int decimals_ = -1;
+  std::uint32_t last_ipoc_ = 0, step_ = 0;
+  TimePoint learn_from_{};
+  std::uint32_t learn_from_ipoc_ = 0;
+  int learning_ = 0;
+  double cycle_s_ = 0.0;
+  bool odd_cycle_ = false;
+};
+
+}  // namespace cellcal::drivers

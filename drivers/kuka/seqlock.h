@@ -1,0 +1,49 @@
+#pragma once
+// One writer's newest value for any number of readers; neither side waits for a lock. The value is
+// kept in atomic words, so that a torn read is no data race, only a reason to read again.
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <cstring>
+#include <type_traits>
+
+namespace cellcal::drivers {
+
+template <typename T>
+class Seqlock {
+  static_assert(std::is_trivially_copyable_v<T>);
+
+ public:
+  Seqlock() { store(T{}); }
+
+  void store(const T& value) {
+    std::array<std::uint64_t, kWords> words{};
+    std::memcpy(words.data(), &value, sizeof value);
+    const std::uint64_t turn = turn_.load(std::memory_order_relaxed);
+    turn_.store(turn + 1, std::memory_order_relaxed);
+    // Release on each word keeps the odd turn before it, in place of a fence.
+    for (std::size_t i = 0; i < kWords; ++i) words_[i].store(words[i], std::memory_order_release);
+    turn_.store(turn + 2, std::memory_order_release);
+  }
+
+  T load() const {
+    std::array<std::uint64_t, kWords> words{};
+    std::uint64_t before = 0, after = 0;
+    do {
+      before = turn_.load(std::memory_order_acquire);
+      for (std::size_t i = 0; i < kWords; ++i) words[i] = words_[i].load(std::memory_order_acquire);
+      after = turn_.load(std::memory_order_relaxed);
+    } while (before != after || before % 2 != 0);
+    T value;
+    std::memcpy(static_cast<void*>(&value), words.data(), sizeof value);
+    return value;
+  }
+
+ private:
+  static constexpr std::size_t kWords = (sizeof(T) + 7) / 8;
+  std::atomic<std::uint64_t> turn_{0};
+  std::array<std::atomic<std::uint64_t>, kWords> words_{};
+};
+
+}  // namespace cellcal::drivers
