@@ -46,12 +46,6 @@ ContactCore::ContactCore(const ContactOptions& options, ByteSink sink)
                    from_seconds(kAnswerFrames * wire_seconds(options.baud, kLongestFrame))),
       clock_(wire_seconds(options.baud, kPingFrame)) {}
 
-template <class Payload>
-void ContactCore::send(const Payload& payload) {
-  const ctp::WireBytes wire = ctp::build(payload, seq_++);
-  sink_(wire.bytes());
-}
-
 std::uint32_t ContactCore::random() {  // xorshift32 (Marsaglia 2003): only has to be irregular
   random_ ^= random_ << 13;
   random_ ^= random_ >> 17;

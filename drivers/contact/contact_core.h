@@ -64,7 +64,10 @@ class ContactCore : public ContactGuard {
   };
 
   template <class Payload>
-  void send(const Payload& payload);
+  void send(const Payload& payload) {
+    const ctp::WireBytes wire = ctp::build(payload, seq_++);
+    sink_(wire.bytes());
+  }
   void on_frame(const ctp::Frame& frame, TimePoint t_rx);
   void on_ident(const ctp::Ident& ident, TimePoint now);
   void on_status(const ctp::Status& status, TimePoint now);

@@ -11,8 +11,9 @@ namespace {
 using std::chrono::milliseconds;
 
 constexpr milliseconds kKeepAlivePeriod{CTP_KEEPALIVE_MS};
-/// An arming that is not answered by then is given up.
-constexpr milliseconds kArmPatience{150};
+/// An arming that is not answered by then is given up: before the sensor, which hears no
+/// keep-alive yet, lets it lapse.
+constexpr milliseconds kArmPatience{CTP_KEEPALIVE_LIMIT_MS * 8 / 10};
 constexpr milliseconds kMaxLifetime{0xFFFF};
 /// The sensor ends an arming itself; the host steps in only this much later.
 constexpr milliseconds kLifetimeGrace{100};
@@ -20,8 +21,8 @@ constexpr milliseconds kLifetimeGrace{100};
 constexpr milliseconds kTestPatience{60};
 constexpr milliseconds kTestRetry{1000};
 constexpr int kTestTries = 3;
-/// A status stamped this long after the request shows the state that the self-test met.
-constexpr milliseconds kTestSettle{5};
+/// A status stamped this long after the request shows what the self-test found.
+constexpr milliseconds kTestSettle{CTP_SELF_TEST_MS};
 /// Contact that lasts this long outside an arming is examined: a touch, or a broken wire?
 constexpr milliseconds kContactSuspicious{1000};
 

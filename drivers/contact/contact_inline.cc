@@ -7,6 +7,12 @@
 
 namespace cellcal::drivers {
 
+namespace {
+
+constexpr std::size_t kChunk = CTP_MAX_WIRE;
+
+}  // namespace
+
 ContactInline::ContactInline(const ContactOptions& options, const Clock& clock, ByteLine& line)
     : clock_(clock), line_(line), core_(options, [this](std::span<const std::uint8_t> bytes) {
         line_.write(bytes, write_time_);
@@ -16,6 +22,9 @@ void ContactInline::open() {
   open_ = true;
   now_ = write_time_ = clock_.now();
   line_.advance(write_time_);
+  // What was said before the port was open is not heard.
+  std::array<std::uint8_t, kChunk> unheard{};
+  for (TimePoint t; line_.read(unheard, t) > 0;) continue;
   core_.connect(write_time_);
 }
 
@@ -50,8 +59,7 @@ void ContactInline::self_test() {
 }
 
 void ContactInline::run_until(TimePoint t) {
-  std::array<std::uint8_t, 64> bytes{};
-  static_assert(bytes.size() >= CTP_MAX_WIRE);
+  std::array<std::uint8_t, kChunk> bytes{};
   for (;;) {
     // Never back: what is overdue happens now.
     const TimePoint due = std::max(now_, std::min({core_.next_wake(), line_.next(), t}));

@@ -139,6 +139,7 @@ enum {
                                    dead man (25 ms) must act first, and serial delays above 50 ms
                                    are seen under load */
   CTP_REPEAT_MIN_MS = 4,        /* events are repeated no faster than this */
+  CTP_SELF_TEST_MS = 2,         /* how long the sense line is pulled */
   CTP_SELF_TEST_MAX_AGE_S = 600
 };
 

@@ -17,8 +17,7 @@ constexpr milliseconds kIdleStatus{CTP_IDLE_STATUS_MS};
 constexpr milliseconds kKeepAliveLimit{CTP_KEEPALIVE_LIMIT_MS};
 constexpr milliseconds kRepeatMin{CTP_REPEAT_MIN_MS};
 constexpr std::chrono::seconds kSelfTestMaxAge{CTP_SELF_TEST_MAX_AGE_S};
-/// How long the sense line is pulled. Nothing that touches is confirmed in less.
-constexpr microseconds kSelfTestPull{1000};
+constexpr milliseconds kSelfTestPull{CTP_SELF_TEST_MS};
 /// An edge that is neither confirmed nor dismissed by then is noise.
 constexpr milliseconds kMaxConfirm{50};
 /// The real one keeps its events in a few hundred bytes.

@@ -36,7 +36,7 @@ struct McuFaults {
   bool wire_broken = false;               ///< reads as contact
   bool stuck_open = false;                ///< the input never sees an edge
   bool silent = false;                    ///< hangs: neither hears nor speaks
-  std::optional<std::uint16_t> sense_mv;  ///< measured instead of the true voltage
+  std::optional<std::uint16_t> sense_mv = std::nullopt;  ///< measured instead of the true voltage
 };
 
 class Microcontroller {

@@ -1,0 +1,189 @@
+// From the open port to 'ready', and every way in which that is refused.
+
+#include "rig.h"
+
+namespace cellcal::drivers {
+namespace {
+
+TEST(ContactIdentify, BecomesReadyOnlyAfterIdentConfigClockAndSelfTest) {
+  Rig rig;
+  EXPECT_EQ(rig.contact.status().link, ContactLink::kDown);
+  ASSERT_TRUE(rig.get_ready()) << rig.contact.status().words;
+  const ContactStatus s = rig.contact.status();
+  EXPECT_TRUE(s.loop_ok);
+  EXPECT_TRUE(s.self_test_ok);
+  EXPECT_FALSE(s.in_contact);
+  EXPECT_EQ(s.words, "");
+  EXPECT_TRUE(rig.snapshot().alive);
+  EXPECT_GT(s.quality.round_trip_min_s, 0.0);
+  EXPECT_LT(s.quality.clock_sigma_s, 20e-6);
+  EXPECT_TRUE(rig.events.empty()) << "the self-test's own edge must not be reported";
+}
+
+TEST(ContactIdentify, WorksAtEveryAllowedBaudRate) {
+  for (const int baud : {1'000'000, 250'000, 115'200}) {
+    sim::McuOptions mcu;
+    mcu.baud = baud;
+    ContactOptions options;
+    options.baud = baud;
+    Rig rig(mcu, options);
+    EXPECT_TRUE(rig.get_ready()) << baud << ": " << rig.contact.status().words;
+    EXPECT_EQ(rig.contact.status().quality.crc_errors, 0u);
+  }
+}
+
+TEST(ContactIdentify, SaysThatNothingIsHeardWhenTheSensorIsMute) {
+  Rig rig;
+  rig.mcu.set_faults({.silent = true}, rig.now());
+  rig.contact.open();
+  rig.run(seconds{4});
+  const ContactStatus s = rig.contact.status();
+  EXPECT_EQ(s.link, ContactLink::kDown);
+  EXPECT_NE(s.words.find("nothing heard"), std::string::npos) << s.words;
+  EXPECT_NE(s.words.find("flashed"), std::string::npos) << s.words;
+  EXPECT_FALSE(rig.snapshot().alive);
+}
+
+TEST(ContactIdentify, RefusesAnUnknownVersionAndSaysWhatToFlash) {
+  sim::McuOptions mcu;
+  mcu.version = 2;
+  mcu.firmware = {2, 3, 1};
+  Rig rig(mcu);
+  rig.contact.open();
+  rig.run(seconds{1});
+  const ContactStatus s = rig.contact.status();
+  EXPECT_EQ(s.link, ContactLink::kFault);
+  EXPECT_NE(s.words.find("CTP/2 (firmware 2.3.1)"), std::string::npos) << s.words;
+  EXPECT_NE(s.words.find("flash firmware 1.x"), std::string::npos) << s.words;
+  EXPECT_FALSE(rig.arm(1).armed);
+}
+
+TEST(ContactIdentify, RefusesAConfigurationThatTheSensorDoesNotTake) {
+  ContactOptions options;
+  options.wire.contact_mv = options.wire.open_mv;
+  Rig rig({}, options);
+  rig.contact.open();
+  rig.run(seconds{1});
+  EXPECT_EQ(rig.contact.status().link, ContactLink::kFault);
+  EXPECT_NE(rig.contact.status().words.find("open_mv"), std::string::npos);
+}
+
+TEST(ContactIdentify, TellsABrokenWireFromATouch) {
+  Rig broken;
+  broken.mcu.set_faults({.wire_broken = true}, broken.now());
+  broken.contact.open();
+  broken.run(seconds{2});
+  EXPECT_EQ(broken.contact.status().link, ContactLink::kFault);
+  EXPECT_TRUE(broken.contact.status().in_contact) << "a break reads as contact";
+  EXPECT_NE(broken.contact.status().words.find("broken or unplugged"), std::string::npos)
+      << broken.contact.status().words;
+
+  Rig touching;
+  touching.mcu.edge(touching.now(), true);
+  touching.contact.open();
+  touching.run(seconds{2});
+  EXPECT_EQ(touching.contact.status().link, ContactLink::kIdentifying);
+  EXPECT_TRUE(touching.contact.status().loop_ok);
+  EXPECT_NE(touching.contact.status().words.find("move it free"), std::string::npos)
+      << touching.contact.status().words;
+  touching.mcu.edge(touching.now(), false);
+  EXPECT_TRUE(
+      touching.run_until([&] { return touching.contact.status().link == ContactLink::kReady; }));
+}
+
+TEST(ContactIdentify, RecoversByItselfWhenTheWireIsRepaired) {
+  Rig rig;
+  rig.mcu.set_faults({.wire_broken = true}, rig.now());
+  rig.contact.open();
+  rig.run(seconds{2});
+  ASSERT_EQ(rig.contact.status().link, ContactLink::kFault);
+  rig.mcu.set_faults({}, rig.now());
+  EXPECT_TRUE(rig.run_until([&] { return rig.contact.status().link == ContactLink::kReady; }))
+      << rig.contact.status().words;
+}
+
+TEST(ContactIdentify, FindsAnInputThatIsStuckOpen) {
+  Rig rig;
+  rig.mcu.set_faults({.stuck_open = true}, rig.now());
+  rig.contact.open();
+  rig.run(seconds{2});
+  EXPECT_EQ(rig.contact.status().link, ContactLink::kFault);
+  EXPECT_NE(rig.contact.status().words.find("does not see its own test edge"), std::string::npos)
+      << rig.contact.status().words;
+  EXPECT_FALSE(rig.contact.status().self_test_ok);
+}
+
+TEST(ContactIdentify, DoesNotTakeALostSelfTestRequestForAPassedOne) {
+  Rig rig;
+  ASSERT_TRUE(rig.get_ready());
+  rig.line.to_sensor = [](std::vector<std::uint8_t> wire) {
+    return type_of(wire) == CTP_SELFTEST ? std::vector<std::uint8_t>{} : wire;
+  };
+  rig.contact.self_test();
+  rig.run(seconds{1});
+  EXPECT_FALSE(rig.contact.status().self_test_ok);
+  rig.line.to_sensor = nullptr;
+  EXPECT_TRUE(rig.run_until([&] { return rig.contact.status().self_test_ok; }));
+}
+
+TEST(ContactIdentify, IsReadyThoughEveryFifthFrameIsDamaged) {
+  Rig rig;
+  int n = 0;
+  const auto flip = [&n](std::vector<std::uint8_t> wire) {
+    if (++n % 5 == 0 && wire.size() > 3) wire[2] ^= 0x10;
+    return wire;
+  };
+  rig.line.to_host = rig.line.to_sensor = flip;
+  rig.contact.open();
+  EXPECT_TRUE(
+      rig.run_until([&] { return rig.contact.status().link == ContactLink::kReady; }, seconds{20}))
+      << rig.contact.status().words;
+  EXPECT_GT(rig.contact.status().quality.crc_errors, 0u);
+  EXPECT_GT(rig.contact.status().quality.gaps, 0u);
+}
+
+TEST(ContactIdentify, RestartWhileInUseIsAFaultUntilItIsAcknowledged) {
+  Rig rig;
+  ASSERT_TRUE(rig.get_ready());
+  rig.mcu.reset(rig.now(), CTP_RESET_BROWN_OUT);
+  rig.run(milliseconds{5});
+  EXPECT_EQ(rig.contact.status().link, ContactLink::kFault);
+  EXPECT_NE(rig.contact.status().words.find("restarted"), std::string::npos);
+  EXPECT_FALSE(rig.snapshot().alive);
+  rig.run(seconds{5});
+  EXPECT_EQ(rig.contact.status().link, ContactLink::kFault) << "must not heal by itself";
+  EXPECT_FALSE(rig.arm(1).armed);
+  rig.contact.self_test();
+  EXPECT_TRUE(rig.run_until([&] { return rig.contact.status().link == ContactLink::kReady; }));
+}
+
+TEST(ContactIdentify, RestartIsNoticedEvenIfItsAnnouncementIsLost) {
+  Rig rig;
+  ASSERT_TRUE(rig.get_ready());
+  int idents = 0;
+  rig.line.to_host = [&](std::vector<std::uint8_t> wire) {
+    const bool first = type_of(wire) == CTP_IDENT && idents++ == 0;
+    return first ? std::vector<std::uint8_t>{} : wire;
+  };
+  rig.mcu.reset(rig.now());
+  rig.run(seconds{1});
+  EXPECT_EQ(rig.contact.status().link, ContactLink::kFault);
+  EXPECT_NE(rig.contact.status().words.find("restarted"), std::string::npos);
+}
+
+TEST(ContactIdentify, ClosingAndOpeningIdentifiesFromTheStart) {
+  Rig rig;
+  ASSERT_TRUE(rig.get_ready());
+  ASSERT_TRUE(rig.arm(1).armed);
+  rig.contact.close();
+  EXPECT_EQ(rig.contact.status().link, ContactLink::kDown);
+  EXPECT_FALSE(rig.snapshot().armed);
+  rig.run(milliseconds{500});
+  rig.mcu.reset(rig.now());  // powered from the port: another boot is no fault here
+  rig.run(milliseconds{10});
+  EXPECT_TRUE(rig.get_ready()) << rig.contact.status().words;
+  EXPECT_TRUE(rig.arm(1).armed) << "a new conversation may use the id again";
+}
+
+}  // namespace
+}  // namespace cellcal::drivers
