@@ -57,9 +57,14 @@ Correlations strong_correlations(const calib::Calibration& calibration, double l
     for (Eigen::Index i = 0; i < size; ++i) scaled_basis.row(i) = basis.row(free[i]) * scale[i];
     result.frame_removed = remove_frame(scaled, scaled_basis);
   }
+  const auto is_frame = [&](Eigen::Index i) {
+    return calibration.parameters[static_cast<std::size_t>(free[i])].decided_by ==
+           calib::DecidedBy::kFrame;
+  };
   for (Eigen::Index i = 0; i < size; ++i) {
     for (Eigen::Index j = i + 1; j < size; ++j) {
       if (scaled(i, i) <= kNothingLeft || scaled(j, j) <= kNothingLeft) continue;
+      if (result.frame_removed && (is_frame(i) || is_frame(j))) continue;
       const double correlation = scaled(i, j) / std::sqrt(scaled(i, i) * scaled(j, j));
       if (!std::isfinite(correlation) || std::abs(correlation) < least) continue;
       result.pairs.push_back({static_cast<std::size_t>(free[i]), static_cast<std::size_t>(free[j]),

@@ -186,7 +186,8 @@ svg.bar .hollow { fill: var(--paper); stroke: var(--soft); stroke-width: 1.4; }
   thead { display: table-header-group; }
   tr, svg, .tile, .verdict, .truth { break-inside: avoid; }
   figure { width: 23%; }
-  .parameters tbody { break-inside: avoid; }
+  .numbers:not(.raw) tbody { break-inside: avoid; }
+  svg.bar { height: 12px; top: 2px; }
   details:not([open]) { display: none; }
   details:not([open]) + .on-paper { display: block; }
   details[open] summary { font-size: 0; }

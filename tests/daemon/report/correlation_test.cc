@@ -29,23 +29,49 @@ TEST(StrongCorrelations, FindsPairsOnBothSidesOfZeroStrongestFirst) {
   EXPECT_NEAR(strong.pairs[1].correlation, 0.92, 1e-12);
 }
 
-TEST(StrongCorrelations, TakesTheFrameOut) {
-  // Parameters 0 and 1 share nothing but a frame direction that swamps both.
+// The height of the base against the heights of two spheres, in mm: the touches tell only each
+// sphere's height above the base. Tolerances 0.7 mm for the base, 20 mm for the spheres.
+calib::Calibration heights(double touch_sigma) {
   calib::Calibration calibration = with_parameters(3);
-  calibration.covariance *= 1e-8;
-  calibration.frame_basis = Eigen::MatrixXd::Zero(3, 1);
-  calibration.frame_basis(0, 0) = calibration.frame_basis(1, 0) = 1e-2;
-  calibration.covariance += calibration.frame_basis * calibration.frame_basis.transpose();
+  calibration.parameters[0].decided_by = calib::DecidedBy::kFrame;
+  const Eigen::Vector3d prior_sigma(0.7, 20.0, 20.0);
+  Eigen::MatrixXd jacobian(2, 3);
+  jacobian << -1.0, 1.0, 0.0, -1.0, 0.0, 1.0;
+  jacobian /= touch_sigma;
+  Eigen::Matrix3d precision = jacobian.transpose() * jacobian;
+  precision.diagonal() += prior_sigma.cwiseAbs2().cwiseInverse();
+  calibration.covariance = precision.inverse();
+  const Eigen::Vector3d together = Eigen::Vector3d::Ones();
+  calibration.frame_basis = together / together.cwiseQuotient(prior_sigma).norm();
+  return calibration;
+}
+
+TEST(StrongCorrelations, TakeTheFrameOut) {
+  calib::Calibration calibration = heights(0.05);
   const Correlations strong = strong_correlations(calibration, 0.9);
+  EXPECT_TRUE(strong.available);
   EXPECT_TRUE(strong.frame_removed);
-  // One of the two is left along the difference; together they were one degree of freedom.
-  for (const CorrelatedPair& pair : strong.pairs) {
-    EXPECT_LT(pair.correlation, 0.0) << "the frame's own positive correlation must be gone";
-  }
+  EXPECT_TRUE(strong.pairs.empty());
+
   calibration.frame_basis.resize(0, 0);
   const Correlations raw = strong_correlations(calibration, 0.9);
-  ASSERT_EQ(raw.pairs.size(), 1U);
-  EXPECT_GT(raw.pairs[0].correlation, 0.999);
+  EXPECT_FALSE(raw.frame_removed);
+  EXPECT_EQ(raw.pairs.size(), 3U) << "with the frame left in, everything goes together";
+}
+
+TEST(StrongCorrelations, SurviveTheRemovalOfTheFrameWhereTheyAreReal) {
+  calib::Calibration calibration = heights(0.05);
+  // Both heights lean on the same badly known touch: 0.3 mm that they share.
+  calibration.covariance(1, 1) += 0.09;
+  calibration.covariance(2, 2) += 0.09;
+  calibration.covariance(1, 2) += 0.09;
+  calibration.covariance(2, 1) += 0.09;
+  const Correlations strong = strong_correlations(calibration, 0.9);
+  EXPECT_TRUE(strong.frame_removed);
+  ASSERT_EQ(strong.pairs.size(), 1U);
+  EXPECT_EQ(strong.pairs[0].first, 1U);
+  EXPECT_EQ(strong.pairs[0].second, 2U);
+  EXPECT_NEAR(strong.pairs[0].correlation, 0.09 / (0.09 + 0.05 * 0.05), 1e-3);
 }
 
 TEST(StrongCorrelations, KeepsTheFrameWhereTheCovarianceCannotBeFactored) {
