@@ -4,7 +4,7 @@
 #include <numbers>
 
 #include "calib/model/random.h"
-#include "calib/plan/inverse.h"
+#include "calib/model/inverse.h"
 
 namespace cellcal::calib {
 

@@ -15,6 +15,8 @@ struct Candidate {
   JointVector contact;  ///< nominal
   JointVector standoff, end, clear;
   Eigen::Matrix3d orientation = Eigen::Matrix3d::Identity();  ///< of the TCP
+  std::vector<JointVector> from_rest;  ///< clear way from the resting posture to the stand-off
+  std::vector<JointVector> to_rest;    ///< and from the clear point back
 };
 
 /// Up to `per_target` candidates for every sphere, spread over the reachable directions. The same

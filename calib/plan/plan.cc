@@ -9,7 +9,7 @@
 #include "calib/model/random.h"
 #include "calib/plan/candidates.h"
 #include "calib/plan/choose.h"
-#include "calib/plan/inverse.h"
+#include "calib/model/inverse.h"
 #include "calib/plan/route.h"
 
 namespace cellcal::calib {
@@ -156,7 +156,11 @@ Plan make_plan(const Cell& cell, const PlanOptions& options, const JointVector& 
   if (options.fit_touches < 1 || options.check_touches < 0)
     throw PlanError("a plan needs at least one fit touch");
   const int per_target = std::max(40, kCandidatesPerTouch * total / spheres);
-  const auto candidates = find_candidates(cell, arm, clearance, options, per_target, middle);
+  const Router router(cell, arm, clearance, middle, options.limit_margin_rad);
+  if (!clearance.clear(middle, kTipMarginM))
+    throw PlanError("a sphere or its stand is where the arm rests between touches; move it");
+  auto candidates = find_candidates(cell, arm, clearance, options, per_target, middle);
+  std::erase_if(candidates, [&](Candidate& c) { return !router.connect(c); });
   if (static_cast<int>(candidates.size()) < total)
     throw PlanError(fmt::format(
         "only {} touches can be reached inside the joint limits and clear of the spheres, {} are "
@@ -191,7 +195,6 @@ Plan make_plan(const Cell& cell, const PlanOptions& options, const JointVector& 
     taken[pick] = true;
     todo.push_back({candidates[pick], TouchSet::kCheck});
   }
-  const Router router(cell, arm, clearance, options.limit_margin_rad);
   const JointVector start = from.empty() ? middle : from;
   if (!clearance.clear(start, kTipMarginM))
     throw PlanError("the arm stands too close to a sphere or its stand to start from; jog it free");
@@ -204,7 +207,7 @@ Plan resume_plan(const Cell& cell, const Plan& plan, std::size_t next, const Joi
   if (next >= plan.touches.size()) return plan;
   const ArmModel arm = planning_arm(cell);
   const Clearance clearance(cell, arm);
-  const Router router(cell, arm, clearance, 0.0);
+  const Router router(cell, arm, clearance, middle_posture(cell.robot), 0.0);
   Plan result = plan;
   PlannedTouch& touch = result.touches[next];
   JointVector at = from;
@@ -229,6 +232,8 @@ Plan resume_plan(const Cell& cell, const Plan& plan, std::size_t next, const Joi
   to.standoff = touch.standoff;
   to.clear = touch.clear;
   to.orientation = arm.nominal_tcp(touch.standoff).linear();
+  if (!router.connect(to))
+    throw PlanError("no clear way to the next touch of this plan; the cell file has changed");
   Candidate leaving = to;
   if (next > 0) {
     leaving.target = cell.target_index(plan.touches[next - 1].target);

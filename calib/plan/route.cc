@@ -1,6 +1,6 @@
 #include "calib/plan/route.h"
 
-#include "calib/plan/inverse.h"
+#include "calib/model/inverse.h"
 
 namespace cellcal::calib {
 
@@ -33,23 +33,38 @@ bool Router::clear_chain(const JointVector& from, const std::vector<JointVector>
 std::optional<std::vector<JointVector>> Router::to_standoff(const JointVector& from,
                                                             const Candidate* leaving,
                                                             const Candidate& to) const {
-  std::vector<JointVector> chain = {to.standoff};
-  if (clear_chain(from, chain)) return chain;
+  // Ways out of the neighbourhood of one sphere and into that of the next, the shortest first.
+  std::vector<std::vector<JointVector>> out = {{}}, in = {{to.standoff}};
   for (const double height : kHeightsM) {
-    const auto over_to = above(to, height, to.standoff);
-    if (!over_to) continue;
-    chain = {*over_to, to.standoff};
-    if (clear_chain(from, chain)) return chain;
-    // Out along the touch normal first, straight on from where the clear point already leads.
-    chain = {*over_to, to.clear, to.standoff};
-    if (clear_chain(from, chain)) return chain;
-    if (leaving == nullptr) continue;
-    const auto over_from = above(*leaving, height, from);
-    if (!over_from) continue;
-    chain = {*over_from, *over_to, to.clear, to.standoff};
-    if (clear_chain(from, chain)) return chain;
+    if (leaving != nullptr)
+      if (const auto over = above(*leaving, height, from)) out.push_back({*over});
+    if (const auto over = above(to, height, to.standoff)) {
+      in.push_back({*over, to.standoff});
+      in.push_back({*over, to.clear, to.standoff});
+    }
   }
+  const auto joined = [](std::vector<JointVector> a, const std::vector<JointVector>& b) {
+    a.insert(a.end(), b.begin(), b.end());
+    return a;
+  };
+  for (const auto& first : out)
+    for (const auto& last : in)
+      if (auto chain = joined(first, last); clear_chain(from, chain)) return chain;
+  // Over the resting posture: long, but known to be clear.
+  const bool leaving_known = leaving != nullptr && !leaving->to_rest.empty();
+  if (!to.from_rest.empty() && (leaving_known || clearance_.clear(from, rest_, kTipMarginM)))
+    return joined(leaving_known ? leaving->to_rest : std::vector<JointVector>{rest_}, to.from_rest);
   return std::nullopt;
+}
+
+bool Router::connect(Candidate& candidate) const {
+  auto in = to_standoff(rest_, nullptr, candidate);
+  if (!in) return false;
+  auto out = away(candidate, rest_);
+  if (!out) return false;
+  candidate.from_rest = std::move(*in);
+  candidate.to_rest = std::move(*out);
+  return true;
 }
 
 std::optional<std::vector<JointVector>> Router::away(const Candidate& leaving,

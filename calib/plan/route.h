@@ -10,9 +10,18 @@ namespace cellcal::calib {
 
 class Router {
  public:
-  Router(const Cell& cell, const ArmModel& arm, const Clearance& clearance, double limit_margin_rad)
-      : cell_(cell), arm_(arm), clearance_(clearance), margin_rad_(limit_margin_rad) {}
+  /// `rest`: a free posture that long ways may lead over.
+  Router(const Cell& cell, const ArmModel& arm, const Clearance& clearance, JointVector rest,
+         double limit_margin_rad)
+      : cell_(cell),
+        arm_(arm),
+        clearance_(clearance),
+        rest_(std::move(rest)),
+        margin_rad_(limit_margin_rad) {}
 
+  /// Finds the candidate's ways from and to the resting posture; false where there is none. With
+  /// them a way between any two candidates exists.
+  bool connect(Candidate& candidate) const;
   /// Waypoints from `from` (not among them) to `to.standoff` (the last). `leaving`: the sphere that
   /// the arm leaves, if any. Empty where no way was found.
   std::optional<std::vector<JointVector>> to_standoff(const JointVector& from,
@@ -31,6 +40,7 @@ class Router {
   const Cell& cell_;
   const ArmModel& arm_;
   const Clearance& clearance_;
+  JointVector rest_;
   double margin_rad_;
 };
 

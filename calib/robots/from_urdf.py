@@ -3,6 +3,8 @@
 
     from_urdf.py ROBOT.urdf --root LINK --flange LINK [-o ROBOT.toml]
                  [--joint-names A1,A2,...] [--name TEXT] [--source TEXT]
+                 [--tolerance-length-mm X] [--tolerance-angle-deg X]
+                 [--masses CSV --compliance X --compliant-joints A2,A3,...]
                  [--tool LINK]      print the fixed transform flange -> LINK as a [tool] table
     from_urdf.py ROBOT.urdf --root LINK --flange LINK --check ROBOT.toml
                  compare an existing robot file with the URDF; exit status 1 if they differ
@@ -12,10 +14,15 @@ becomes Rz(theta) Tz(d) Tx(a) Rx(alpha) Ry(beta): Denavit-Hartenberg along the c
 axis and the next one's, or, where the two are parallel within PARALLEL_DEG, Hayati's form with beta
 in place of d. What lies before the first axis and after the last goes into [base] and [flange].
 
+Masses: a CSV with columns joint, mass_kg, x_mm, y_mm, z_mm: the mass that each joint moves and its
+centre in the root's frame with all joints at zero. With them, the joints named as compliant give
+under gravity's torque, with a prior of X rad/(N m).
+
 Every file written is read back and compared with the URDF's own forward kinematics at random
 joint angles; a difference above 1e-9 mm is an error. Nothing beyond Python's library is needed.
 """
 import argparse
+import csv
 import math
 import pathlib
 import random
@@ -254,6 +261,32 @@ def is_identity(frame):
     return all(float(tidy(v)) == 0.0 for v in frame[1] + abc_deg(frame[0]))
 
 
+def read_masses(path, names):
+    """{joint name: (mass [kg], centre [mm])}"""
+    masses = {}
+    try:
+        with open(path, newline="", encoding="utf-8") as lines:
+            for row in csv.DictReader(line for line in lines if not line.startswith("#")):
+                masses[row["joint"]] = (float(row["mass_kg"]),
+                                        [float(row[key]) for key in ("x_mm", "y_mm", "z_mm")])
+    except (OSError, KeyError, TypeError, ValueError) as problem:
+        sys.exit(f"{path}: {problem!r}; expected joint,mass_kg,x_mm,y_mm,z_mm")
+    if sorted(masses) != sorted(names):
+        sys.exit(f"{path}: its joints are {sorted(masses)}, the robot's {sorted(names)}")
+    return masses
+
+
+def mass_lines(name, here, masses, compliant, args):
+    if name not in masses:
+        return ""
+    mass, centre = masses[name]
+    com = ", ".join(repr(round(x, 3) + 0.0) for x in compose(inverse(here), shift(*centre))[1])
+    text = f"mass_kg = {mass}\ncom_mm = [{com}]\n"
+    if name in compliant:
+        text += f"compliance_sigma_rad_per_nm = {args.compliance}\n"
+    return text
+
+
 def robot_file(chain, args):
     base, joints, flange = convert(chain)
     moving = [joint for joint in chain if joint[1] != "fixed"]
@@ -261,7 +294,12 @@ def robot_file(chain, args):
     if len(names) != len(moving) or len(set(names)) != len(names):
         sys.exit(f"--joint-names: the chain has {len(moving)} moving joints, all names differ")
     reach_m = sum(math.hypot(d, a) for _, d, a, *_ in joints) / 1000.0
-    tolerance = max(TOLERANCE_MM_LEAST, round(TOLERANCE_MM_PER_M * reach_m, 2))
+    tolerance = (args.tolerance_length_mm
+                 or max(TOLERANCE_MM_LEAST, round(TOLERANCE_MM_PER_M * reach_m, 2)))
+    masses = read_masses(args.masses, names) if args.masses else {}
+    compliant = args.compliant_joints.split(",") if args.compliant_joints else []
+    if not set(compliant) <= set(masses) or (compliant and not args.compliance):
+        sys.exit("--compliant-joints: needs --compliance, and --masses with each of these joints")
     out = [f"""# Made by from_urdf.py from {pathlib.Path(args.urdf).name}, {args.root} to {args.flange}; \
 agrees with it within {AGREE_MM} mm.
 format = "cellcal.robot/1"
@@ -271,13 +309,16 @@ gravity = [0.0, 0.0, -9.81]        # standing on the floor
 
 [tolerance]
 length_mm = {tolerance}
-angle_deg = {TOLERANCE_DEG}
+angle_deg = {args.tolerance_angle_deg or TOLERANCE_DEG}
 """]
     if not is_identity(base):
         out.append(frame_table("base", base))
     if not is_identity(flange):
         out.append(frame_table("flange", flange))
-    for name, joint, (theta, d, a, alpha, beta, hayati) in zip(names, moving, joints):
+    here = base
+    for name, joint, parameters in zip(names, moving, joints):
+        theta, d, a, alpha, beta, hayati = parameters
+        here = compose(here, joint_frame(*parameters[:5]))
         errors = '"theta", "a", "alpha", "beta"' if hayati else '"theta", "d", "a", "alpha"'
         _, _, _, _, low, high, speed = joint
         out.append(f"""
@@ -293,7 +334,7 @@ errors = [{errors}]
 min_deg = {round(math.degrees(low), 4)}
 max_deg = {round(math.degrees(high), 4)}
 max_speed_deg_s = {round(math.degrees(speed), 4)}
-""")
+{mass_lines(name, here, masses, compliant, args)}""")
     return "".join(out)
 
 
@@ -341,6 +382,11 @@ def main():
     parser.add_argument("--joint-names")
     parser.add_argument("--name")
     parser.add_argument("--source")
+    parser.add_argument("--tolerance-length-mm", type=float)
+    parser.add_argument("--tolerance-angle-deg", type=float)
+    parser.add_argument("--masses")
+    parser.add_argument("--compliance", type=float)
+    parser.add_argument("--compliant-joints")
     parser.add_argument("--tool")
     parser.add_argument("--check")
     args = parser.parse_args()

@@ -1,4 +1,4 @@
-#include "calib/plan/inverse.h"
+#include "calib/model/inverse.h"
 
 #include <Eigen/Cholesky>
 #include <algorithm>

@@ -1,0 +1,71 @@
+#include "sim/cell/compare.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "calib/identify/predict.h"
+#include "calib/identify/region.h"
+
+namespace cellcal::sim {
+
+namespace {
+
+constexpr int kWorkspacePoses = 1000;
+constexpr int kLocalPoses = 300;
+constexpr double kLocalHalfM = 0.150;
+constexpr unsigned kSeed = 4711;  // not the estimator's: other poses than it predicted for
+
+/// Norms of what is left after the best rigid motion of `points` onto `truth`.
+Eigen::VectorXd aligned_errors(const Eigen::Matrix3Xd& points, const Eigen::Matrix3Xd& truth) {
+  const Eigen::Matrix4d motion = Eigen::umeyama(points, truth, false);
+  return ((motion.topLeftCorner<3, 3>() * points).colwise() + motion.topRightCorner<3, 1>() - truth)
+      .colwise()
+      .norm()
+      .transpose();
+}
+
+RegionFigures figures(const Truth& truth, const calib::Predictor& predictor,
+                      const std::vector<calib::JointVector>& poses) {
+  RegionFigures f;
+  f.poses = static_cast<int>(poses.size());
+  if (f.poses < 4) return f;
+  Eigen::Matrix3Xd real(3, f.poses), calibrated(3, f.poses), nominal(3, f.poses);
+  Eigen::VectorXd u95(f.poses);
+  for (int i = 0; i < f.poses; ++i) {
+    const auto& q = poses[static_cast<std::size_t>(i)];
+    const calib::Prediction p = predictor.calibrated(q);
+    real.col(i) = truth.arm.position(truth.arm.prepare(q), truth.errors.data());
+    calibrated.col(i) = p.tcp.translation();
+    nominal.col(i) = predictor.nominal(q).translation();
+    u95[i] = p.u95_m;
+  }
+  const Eigen::VectorXd error = aligned_errors(calibrated, real);
+  const Eigen::VectorXd before = aligned_errors(nominal, real);
+  f.mean_m = error.mean();
+  f.max_m = error.maxCoeff();
+  f.rms_m = std::sqrt(error.squaredNorm() / f.poses);
+  f.nominal_mean_m = before.mean();
+  f.nominal_max_m = before.maxCoeff();
+  f.covered = static_cast<double>((error.array() <= u95.array()).count()) / f.poses;
+  return f;
+}
+
+}  // namespace
+
+TruthFigures truth_figures(const Truth& truth, const calib::Calibration& calibration,
+                           const std::vector<calib::JointVector>& around) {
+  const calib::Predictor predictor(calibration);
+  const calib::ArmModel nominal(calibration.cell.robot, calibration.cell.tool);
+  std::vector<Eigen::Vector3d> centres;
+  for (const calib::TargetResult& target : calibration.targets) centres.push_back(target.centre_m);
+  TruthFigures result;
+  result.workspace =
+      figures(truth, predictor, calib::workspace_poses(nominal, kWorkspacePoses, kSeed));
+  result.local = figures(
+      truth, predictor,
+      calib::local_poses(nominal, around, centres, kLocalHalfM, kLocalPoses, kSeed));
+  return result;
+}
+
+}  // namespace cellcal::sim

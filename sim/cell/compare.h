@@ -1,0 +1,26 @@
+#pragma once
+// A calibration against the hidden truth, in the figures of the method (section 5).
+
+#include "calib/identify/calibration.h"
+#include "calib/model/joint_vector.h"
+#include "sim/cell/truth.h"
+
+namespace cellcal::sim {
+
+struct RegionFigures {
+  int poses = 0;
+  double mean_m = 0.0, max_m = 0.0, rms_m = 0.0;  ///< 3-D, after a 6-DoF alignment
+  double nominal_mean_m = 0.0, nominal_max_m = 0.0;  ///< the nominal model, aligned likewise
+  double covered = 0.0;  ///< share of true errors within the stated u95: M4
+};
+
+struct TruthFigures {
+  RegionFigures local;      ///< within 150 mm of the targets: M2
+  RegionFigures workspace;  ///< random poses of the whole workspace: M3
+};
+
+/// `around`: joint angles near which local poses are taken, the touches'.
+TruthFigures truth_figures(const Truth& truth, const calib::Calibration& calibration,
+                           const std::vector<calib::JointVector>& around);
+
+}  // namespace cellcal::sim

@@ -1,0 +1,30 @@
+#include "sim/cell/contact_watch.h"
+
+#include <algorithm>
+
+namespace cellcal::sim {
+
+void ContactWatch::look(drivers::TimePoint from, drivers::TimePoint to, const AnglesAt& angles) {
+  const std::vector<double> end = angles(to);
+  const double gap = cell_.gap_m(end);
+  // Only where the tip is near can the shaft be; saves the second look on transits.
+  constexpr double kNearM = 0.2;
+  if (gap < kNearM) {
+    const bool inside = cell_.shaft_depth_m(end) > 0.0;
+    if (inside && !crashed_) ++crashes_;
+    crashed_ = inside;
+  }
+  deepest_m_ = std::max(deepest_m_, -gap);
+  const bool closed = gap <= 0.0;
+  if (closed == closed_) return;
+  drivers::TimePoint before = from, after = to;
+  constexpr drivers::Duration kResolution = std::chrono::nanoseconds(100);
+  while (after - before > kResolution) {
+    const drivers::TimePoint middle = before + (after - before) / 2;
+    ((cell_.gap_m(angles(middle)) <= 0.0) == closed ? after : before) = middle;
+  }
+  closed_ = closed;
+  on_edge_(after, closed);
+}
+
+}  // namespace cellcal::sim

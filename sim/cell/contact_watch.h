@@ -1,0 +1,37 @@
+#pragma once
+// The instants at which the touch circuit closes and opens within one cycle of the controller.
+
+#include <functional>
+#include <vector>
+
+#include "drivers/time.h"
+#include "sim/cell/physical_cell.h"
+
+namespace cellcal::sim {
+
+class ContactWatch {
+ public:
+  using AnglesAt = std::function<std::vector<double>(drivers::TimePoint)>;
+  using OnEdge = std::function<void(drivers::TimePoint t, bool closed)>;
+
+  ContactWatch(const PhysicalCell& cell, OnEdge on_edge)
+      : cell_(cell), on_edge_(std::move(on_edge)) {}
+
+  /// The arm moves from `from` to `to` as `angles` says: reports every change of the circuit, found
+  /// to a hundred nanoseconds. Motion within a cycle is taken as monotonic towards or away.
+  void look(drivers::TimePoint from, drivers::TimePoint to, const AnglesAt& angles);
+
+  bool closed() const { return closed_; }
+  double deepest_m() const { return deepest_m_; }  ///< the tip inside a sphere, ever
+  int crashes() const { return crashes_; }         ///< times the shaft went into a sphere
+
+ private:
+  const PhysicalCell& cell_;
+  OnEdge on_edge_;
+  bool closed_ = false;
+  bool crashed_ = false;
+  int crashes_ = 0;
+  double deepest_m_ = 0.0;
+};
+
+}  // namespace cellcal::sim

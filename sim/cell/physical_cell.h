@@ -1,0 +1,27 @@
+#pragma once
+// Where the real tip is, and what it touches.
+
+#include <Eigen/Core>
+#include <span>
+
+#include "sim/cell/truth.h"
+
+namespace cellcal::sim {
+
+class PhysicalCell {
+ public:
+  explicit PhysicalCell(Truth truth) : truth_(std::move(truth)) {}
+
+  /// True TCP [m, true base frame] for the arm's true axis angles [rad].
+  Eigen::Vector3d tip_m(std::span<const double> joint_rad) const;
+  /// Distance of the tip from the nearest sphere's surface [m]; the circuit is closed at <= 0.
+  double gap_m(std::span<const double> joint_rad) const;
+  /// Depth of the tool's shaft inside a sphere [m], 0 when clear: a crash.
+  double shaft_depth_m(std::span<const double> joint_rad) const;
+  const Truth& truth() const { return truth_; }
+
+ private:
+  Truth truth_;
+};
+
+}  // namespace cellcal::sim
