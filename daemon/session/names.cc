@@ -16,6 +16,10 @@ const char* to_string(Phase phase) {
       return "referencing";
     case Phase::kRouting:
       return "routing";
+    case Phase::kFreeing:
+      return "freeing";
+    case Phase::kProving:
+      return "proving";
     case Phase::kTransit:
       return "transit";
     case Phase::kArmingFast:

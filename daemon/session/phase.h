@@ -13,6 +13,8 @@ enum class Phase : std::uint8_t {
   kConnecting,   ///< robot and contact sensor opened; waiting until both are ready
   kReferencing,  ///< the arm's actual position becomes the starting point
   kRouting,      ///< worker looks for a clear way from where the arm stands
+  kFreeing,      ///< resumed in contact: the first waypoint leads out of it
+  kProving,      ///< out of contact again: the sensor proves itself before anything else moves
   kTransit,      ///< waypoint by waypoint to the stand-off
   kArmingFast,
   kFastSearch,
@@ -31,11 +33,12 @@ enum class Phase : std::uint8_t {
 };
 
 inline constexpr std::array kAllPhases{
-    Phase::kIdle,       Phase::kPlanning,   Phase::kConnecting,  Phase::kReferencing,
-    Phase::kRouting,    Phase::kTransit,    Phase::kArmingFast,  Phase::kFastSearch,
-    Phase::kBackingOff, Phase::kArmingSlow, Phase::kSlowSearch,  Phase::kRecording,
-    Phase::kRetreat,    Phase::kReturning,  Phase::kIdentifying, Phase::kReporting,
-    Phase::kStopping,   Phase::kDone,       Phase::kAborted,     Phase::kFailed};
+    Phase::kIdle,        Phase::kPlanning,   Phase::kConnecting, Phase::kReferencing,
+    Phase::kRouting,     Phase::kFreeing,    Phase::kProving,    Phase::kTransit,
+    Phase::kArmingFast,  Phase::kFastSearch, Phase::kBackingOff, Phase::kArmingSlow,
+    Phase::kSlowSearch,  Phase::kRecording,  Phase::kRetreat,    Phase::kReturning,
+    Phase::kIdentifying, Phase::kReporting,  Phase::kStopping,   Phase::kDone,
+    Phase::kAborted,     Phase::kFailed};
 
 /// Lower-case identifier, e.g. "fast search".
 const char* to_string(Phase phase);
@@ -59,11 +62,12 @@ class Phases {
 };
 
 /// A move is under way, or was asked for.
-inline constexpr Phases kMovingPhases{Phase::kTransit,    Phase::kFastSearch, Phase::kBackingOff,
-                                      Phase::kSlowSearch, Phase::kRetreat,    Phase::kReturning};
+inline constexpr Phases kMovingPhases{Phase::kFreeing,    Phase::kTransit,    Phase::kFastSearch,
+                                      Phase::kBackingOff, Phase::kSlowSearch, Phase::kRetreat,
+                                      Phase::kReturning};
 /// Devices are open and the arm stands still.
-inline constexpr Phases kStandingPhases{Phase::kReferencing, Phase::kRouting, Phase::kArmingFast,
-                                        Phase::kArmingSlow, Phase::kRecording};
+inline constexpr Phases kStandingPhases{Phase::kReferencing, Phase::kRouting,    Phase::kProving,
+                                        Phase::kArmingFast,  Phase::kArmingSlow, Phase::kRecording};
 /// No device is open.
 inline constexpr Phases kThinkingPhases{Phase::kPlanning, Phase::kIdentifying, Phase::kReporting};
 inline constexpr Phases kFinalPhases{Phase::kDone, Phase::kAborted, Phase::kFailed};

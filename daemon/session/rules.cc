@@ -126,7 +126,21 @@ bool robot_lost(const State&, const Event& event) {
   return event.links.robot == drivers::RobotLink::kLost ||
          event.links.robot == drivers::RobotLink::kDown;
 }
-bool links_ready(const State&, const Event& event) { return event.links.ready(); }
+bool links_ready(const State& state, const Event& event) {
+  const Links& links = event.links;
+  // A sensor in contact cannot pass its self-test before the arm has left; it is alive all the
+  // same.
+  const bool touching =
+      state.resumed && links.in_contact && links.contact == drivers::ContactLink::kIdentifying;
+  return links.ready() || (touching && !robot_lost(state, event));
+}
+bool in_contact(const State& state, const Event&) { return state.links.in_contact; }
+bool sensor_proven(const State&, const Event& event) {
+  return event.links.ready() && !event.links.in_contact;
+}
+bool sensor_proven_at_standoff(const State& state, const Event& event) {
+  return sensor_proven(state, event) && !more_waypoints(state, event);
+}
 bool referenced(const State&, const Event& event) {
   return event.links.robot == drivers::RobotLink::kReady;
 }
@@ -145,7 +159,7 @@ bool self_test_passed(const State& state, const Event& event) {
   return !state.arm_pending && event.links.self_test_ok && event.links.ready();
 }
 bool too_early(const State& state, const Event& event) {
-  return reading_of(state, event, false).along_m < state.policy.earliest_m;
+  return !(reading_of(state, event, false).along_m >= state.policy.earliest_m);  // also: no number
 }
 bool readings_agree(const State& state, const Event& event) {
   return event.latch && find_agreement(with_new(state, event), state.policy).has_value();
@@ -182,11 +196,21 @@ void find_route(State& state, const Event& event, Actions& actions) {
   state.deadline = event.at + state.patience.planning;
 }
 
+void begin_freeing(State& state, const Event& event, Actions& actions) {
+  state.plan = event.plan;
+  forget_touch(state);
+  go_to_waypoint(state, event, actions, MoveKind::kRetreat);
+}
+
+void prove_sensor(State& state, const Event& event, Actions& actions) {
+  actions.emplace_back(SelfTest{});
+  state.deadline = event.at + state.patience.connecting;
+}
+
 void begin_transit(State& state, const Event& event, Actions& actions) {
   state.plan = event.plan;
   forget_touch(state);
-  go_to_waypoint(state, event, actions,
-                 state.links.in_contact ? MoveKind::kRetreat : MoveKind::kTransit);
+  go_to_waypoint(state, event, actions, MoveKind::kTransit);
 }
 
 void next_waypoint(State& state, const Event& event, Actions& actions) {
@@ -311,7 +335,9 @@ void close_and_end(State&, const Event&, Actions& actions) {
 }
 
 void fail(FailureKind kind, State& state, const Event& event, Actions& actions) {
-  state.failure = Failure{kind, failure_detail(kind, state, event)};
+  std::string detail = failure_detail(kind, state, event);
+  if (state.failure) detail += "; before that " + describe(*state.failure);
+  state.failure = Failure{kind, std::move(detail)};
   end_failed(state, event, actions);
 }
 

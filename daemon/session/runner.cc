@@ -61,49 +61,54 @@ State Runner::run() {
   return state_;
 }
 
-/// Feeds at most one event of each source; true when there was any.
+/// Feeds at most one event, so that an abort never waits behind another; true when there was one.
 bool Runner::gather() {
-  bool any = false;
-  auto give = [&](Event one) {
-    any = true;
-    feed(std::move(one));
-  };
-  if (abort_requested_.exchange(false)) give(event(EventKind::kAbort));
-  if (auto answer = inbox_->take()) give(std::move(*answer));
+  std::optional<Event> next = happened();
+  if (!next) return false;
+  feed(std::move(*next));
+  return true;
+}
+
+std::optional<Event> Runner::happened() {
+  if (abort_requested_.exchange(false)) return event(EventKind::kAbort);
+  if (auto answer = inbox_->take()) return answer;
   if (open_) {
-    if (auto result = parts_.backend.robot().poll()) {
-      Event one = event(event_of(result->outcome), result->detail);
-      one.move_id = result->id;
-      one.at_rad = result->at_rad;
-      one.latch = result->latch;
-      give(std::move(one));
-    }
+    if (auto result = device_result()) return result;
   }
-  if (open_) {
-    if (auto answer = parts_.backend.contact().poll_arm()) {
-      Event one =
-          event(answer->armed ? EventKind::kArmed : EventKind::kArmRefused, answer->why_not);
-      one.arm_id = answer->arm_id;
-      give(std::move(one));
-    }
-  }
-  if (open_) {
-    const drivers::RobotState robot = parts_.backend.robot().state();
-    const drivers::ContactStatus contact = parts_.backend.contact().status();
-    const Links links{robot.link,         robot.actual_rad,     robot.words,  contact.link,
-                      contact.in_contact, contact.self_test_ok, contact.words};
-    if (!seen_ || !same(*seen_, links)) {
-      seen_ = links;
-      Event one = event(EventKind::kLinks);
-      one.links = links;
-      give(std::move(one));
-    }
-  }
+  // Before the links: words that change all the time must not keep a deadline away.
   if (state_.deadline && parts_.backend.clock().now() >= *state_.deadline) {
     state_.deadline.reset();
-    give(event(EventKind::kDeadline));
+    return event(EventKind::kDeadline);
   }
-  return any;
+  return open_ ? links_changed() : std::nullopt;
+}
+
+std::optional<Event> Runner::device_result() {
+  if (auto result = parts_.backend.robot().poll()) {
+    Event one = event(event_of(result->outcome), result->detail);
+    one.move_id = result->id;
+    one.at_rad = result->at_rad;
+    one.latch = result->latch;
+    return one;
+  }
+  if (auto answer = parts_.backend.contact().poll_arm()) {
+    Event one = event(answer->armed ? EventKind::kArmed : EventKind::kArmRefused, answer->why_not);
+    one.arm_id = answer->arm_id;
+    return one;
+  }
+  return std::nullopt;
+}
+
+std::optional<Event> Runner::links_changed() {
+  const drivers::RobotState robot = parts_.backend.robot().state();
+  const drivers::ContactStatus contact = parts_.backend.contact().status();
+  const Links links{robot.link,         robot.actual_rad,     robot.words,  contact.link,
+                    contact.in_contact, contact.self_test_ok, contact.words};
+  if (seen_ && same(*seen_, links)) return std::nullopt;
+  seen_ = links;
+  Event one = event(EventKind::kLinks);
+  one.links = links;
+  return one;
 }
 
 void Runner::feed(Event event) {

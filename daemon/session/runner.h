@@ -76,6 +76,9 @@ class Runner {
   struct Perform;
 
   bool gather();
+  std::optional<Event> happened();
+  std::optional<Event> device_result();
+  std::optional<Event> links_changed();
   void feed(Event event);
   void perform_all(const Actions& actions);
   void note_step(Phase before, const Event& event);

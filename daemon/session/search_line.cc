@@ -1,6 +1,7 @@
 #include "daemon/session/search_line.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace cellcal::daemon {
 
@@ -45,6 +46,7 @@ drivers::AxisAngles at_travel(const calib::PlannedTouch& planned, double travel_
 
 std::optional<Agreement> find_agreement(std::vector<Reading> readings, const TouchPolicy& policy) {
   const auto needed = static_cast<std::size_t>(policy.readings);
+  std::erase_if(readings, [](const Reading& reading) { return !std::isfinite(reading.along_m); });
   if (needed == 0 || readings.size() < needed) return std::nullopt;
   std::stable_sort(readings.begin(), readings.end(),
                    [](const Reading& a, const Reading& b) { return a.along_m < b.along_m; });

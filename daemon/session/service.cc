@@ -1,0 +1,310 @@
+#include "daemon/session/service.h"
+
+#include <spdlog/spdlog.h>
+
+#include "calib/files/error.h"
+#include "daemon/session/inputs.h"
+#include "daemon/session/tasks.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+/// Enough for a watcher that looks once in a while; one touch is some twenty statuses.
+constexpr std::size_t kHistory = 512;
+/// A robot's link is closed within 2 s; a session asked for meanwhile waits for it.
+constexpr std::chrono::seconds kClosing{4};
+
+constexpr int kMostTouches = 2000;
+
+class JournalRecorder final : public Recorder {
+ public:
+  JournalRecorder(Journal& journal, std::int64_t session, Backend& backend)
+      : journal_(journal), session_(session), backend_(backend) {}
+
+  void record(const RecordPlan& plan) override { journal_.record(session_, plan); }
+  void record(const RecordReading& reading) override { journal_.record(session_, reading); }
+  void record(const RecordTouch& touch) override {
+    journal_.record(session_, touch);
+    spdlog::info("session {}: touch {} on {} is on disk, {} readings within {:.4f} mm", session_,
+                 touch.index + 1, touch.touch.target, touch.touch.readings,
+                 touch.touch.spread_m * 1e3);
+  }
+  void record(const RecordEnd& end) override {
+    journal_.record(session_, end, backend_.utc_now());
+    if (end.ending == Ending::kFailed) {
+      spdlog::error("session {} failed: {}", session_, end.failure);
+    } else {
+      spdlog::info("session {} {}", session_,
+                   end.ending == Ending::kDone ? "is done" : "was aborted");
+    }
+  }
+  void note(const std::string& utc, const std::string& words) override {
+    journal_.note(session_, utc, words);
+    spdlog::debug("session {}: {}", session_, words);
+  }
+
+ private:
+  Journal& journal_;
+  std::int64_t session_;
+  Backend& backend_;
+};
+
+void check(const RunRequest& request) {
+  if (!request.resume && !request.cell.is_absolute()) {
+    throw RequestError("the cell file must be an absolute path, not \"" + request.cell.string() +
+                       "\"");
+  }
+  if (request.fit_touches < 4 || request.fit_touches > kMostTouches) {
+    throw RequestError("touches must be 4 to 2000, not " + std::to_string(request.fit_touches));
+  }
+  if (request.check_touches < 0 || request.check_touches > kMostTouches) {
+    throw RequestError("check touches must be 0 to 2000, not " +
+                       std::to_string(request.check_touches));
+  }
+}
+
+}  // namespace
+
+/// All that one session needs, until it has ended.
+struct SessionService::Job {
+  std::int64_t session = 0;
+  calib::Cell cell;
+  SessionInputs inputs;
+  SessionOptions options;
+  std::string started;
+  std::string expected_hash;
+  bool resumed = false;
+  std::vector<calib::Touch> touches;
+  std::unique_ptr<Backend> backend;
+
+  // For the time left.
+  std::size_t done_at_first_move = 0;
+  std::optional<drivers::TimePoint> first_move;
+  drivers::TimePoint last_touch{};
+  std::size_t last_done = 0;
+};
+
+SessionService::SessionService(ServiceParts parts) : parts_(std::move(parts)) {
+  history_.emplace_back();
+}
+
+SessionService::~SessionService() { shutdown(); }
+
+std::unique_ptr<SessionService::Job> SessionService::prepare(const RunRequest& request) {
+  check(request);
+  auto job = std::make_unique<Job>();
+  if (request.resume) {
+    const std::optional<SessionRecord> record = parts_.journal.newest_resumable();
+    if (!record) {
+      throw RequestError("the newest session is done, or there is none: nothing to resume");
+    }
+    job->session = record->id;
+    job->inputs = record->inputs;
+    job->options = options_from_json(record->inputs.options);
+    job->started = record->started;
+    job->expected_hash = record->plan_hash;
+    job->touches = parts_.journal.touches(record->id);
+    job->resumed = true;
+    if (!request.cell.empty() && read_inputs(request.cell).cell_text != record->inputs.cell_text) {
+      throw RequestError("the cell file has changed since session " + std::to_string(record->id) +
+                         " began; resume without --cell to go on with the stored one, or start a "
+                         "new session");
+    }
+  } else {
+    job->inputs = read_inputs(request.cell);
+    job->options.plan.fit_touches = request.fit_touches;
+    job->options.plan.check_touches = request.check_touches;
+    job->options.plan.seed = request.seed;
+    job->options.touch = parts_.touch;
+  }
+  job->cell = cell_of(job->inputs);
+  if (job->cell.robot.joints.size() > drivers::kMaxAxes) {
+    throw RequestError("the robot file has " + std::to_string(job->cell.robot.joints.size()) +
+                       " joints, the drivers move at most " + std::to_string(drivers::kMaxAxes));
+  }
+  job->backend = parts_.make_backend(job->cell);
+  return job;
+}
+
+std::int64_t SessionService::start(const RunRequest& request) {
+  {
+    std::unique_lock lock(mutex_);
+    const bool closing = is_final(history_.back().phase);
+    if (busy_ && closing) idle_.wait_for(lock, kClosing, [this] { return !busy_; });
+    if (busy_ || ending_) {
+      throw BusyError("session " + std::to_string(history_.back().session) +
+                      " is under way; see 'cellcal status', end it with 'cellcal abort'");
+    }
+    busy_ = true;
+    abort_early_ = false;
+  }
+  try {
+    if (thread_.joinable()) thread_.join();
+    std::unique_ptr<Job> job = prepare(request);
+    const std::string now = job->backend->utc_now();
+    if (job->resumed) {
+      parts_.journal.resume(job->session, now);
+    } else {
+      job->started = now;
+      job->inputs.options = options_to_json(job->options);
+      job->session = parts_.journal.begin(job->inputs, now);
+    }
+    spdlog::info("session {} {}: {}", job->session, job->resumed ? "resumed" : "begins",
+                 job->inputs.cell_name);
+    const std::int64_t session = job->session;
+    State first;
+    first.phase = Phase::kPlanning;
+    publish(first, *job);
+    thread_ = std::thread([this, job = std::move(job)] { run(*job); });
+    return session;
+  } catch (...) {
+    const std::lock_guard lock(mutex_);
+    busy_ = false;
+    throw;
+  }
+}
+
+void SessionService::run(Job& job) {
+  State state;
+  state.policy = job.options.touch;
+  state.patience = parts_.patience;
+  state.resumed = job.resumed;
+  state.done = job.touches.size();
+  state.expected_hash = job.expected_hash;
+
+  TaskInputs task_inputs;
+  task_inputs.cell = job.cell;
+  task_inputs.files = job.inputs;
+  task_inputs.options = job.options;
+  task_inputs.session = job.session;
+  task_inputs.started = job.started;
+  task_inputs.results_dir = results_dir(job.session);
+  task_inputs.utc_now = [&job] { return job.backend->utc_now(); };
+  task_inputs.store = [this, &job](const std::string& json) {
+    parts_.journal.store_calibration(job.session, json);
+  };
+  task_inputs.truth = [&job](const calib::Calibration& calibration) {
+    return job.backend->truth(calibration);
+  };
+
+  JournalRecorder recorder(parts_.journal, job.session, *job.backend);
+  // The worker goes first: its jobs use what stands above.
+  std::unique_ptr<Worker> worker;
+  if (job.backend->virtual_time()) {
+    worker = std::make_unique<InlineWorker>();
+  } else {
+    worker = std::make_unique<ThreadWorker>();
+  }
+  Runner runner({*job.backend, recorder, *worker, make_tasks(std::move(task_inputs)),
+                 [this, &job](const State& now) { publish(now, job); }},
+                std::move(state), job.touches);
+  {
+    const std::lock_guard lock(mutex_);
+    runner_ = &runner;
+    if (abort_early_) runner.request_abort();
+  }
+  runner.run();
+  {
+    const std::lock_guard lock(mutex_);
+    runner_ = nullptr;
+  }
+  worker.reset();
+  job.backend.reset();
+  const std::lock_guard lock(mutex_);
+  busy_ = false;
+  idle_.notify_all();
+}
+
+void SessionService::publish(const State& state, Job& job) {
+  Status status;
+  status.session = job.session;
+  status.phase = state.phase;
+  status.done = std::max(state.done, job.touches.size());
+  status.residual_m = state.residual_m;
+  status.robot_words = state.links.robot_words;
+  status.contact_words = state.links.contact_words;
+  status.failure = state.failure;
+  if (state.plan) {
+    status.total = state.plan->touches.size();
+    if (status.done < status.total) status.target = state.plan->touches[status.done].target;
+  }
+  if (state.calibration) {
+    status.publish = state.calibration->verdict.publish;
+    status.reasons = state.calibration->verdict.reasons;
+  }
+  if (state.phase == Phase::kDone) status.results_dir = results_dir(job.session).string();
+
+  const drivers::TimePoint now = job.backend->clock().now();
+  if (!job.first_move && state.phase == Phase::kTransit) {
+    job.first_move = now;
+    job.done_at_first_move = job.last_done = status.done;
+  }
+  if (job.first_move && status.done > job.last_done) {
+    job.last_done = status.done;
+    job.last_touch = now;
+  }
+  const std::size_t made = job.last_done - job.done_at_first_move;
+  if (job.first_move && made > 0 && kMovingPhases.has(state.phase)) {
+    const double each_s = std::chrono::duration<double>(job.last_touch - *job.first_move).count() /
+                          static_cast<double>(made);
+    const double since_s = std::chrono::duration<double>(now - job.last_touch).count();
+    const double left_s = each_s * static_cast<double>(status.total - status.done) - since_s;
+    status.time_left_s = std::max(0.0, left_s);
+  }
+
+  std::function<void()> notify;
+  {
+    const std::lock_guard lock(mutex_);
+    status.seq = history_.back().seq + 1;
+    history_.push_back(std::move(status));
+    if (history_.size() > kHistory) history_.pop_front();
+    notify = notify_;
+  }
+  if (notify) notify();
+}
+
+bool SessionService::abort() {
+  const std::lock_guard lock(mutex_);
+  if (!busy_ || is_final(history_.back().phase)) return false;
+  if (runner_ != nullptr) {
+    runner_->request_abort();
+  } else {
+    abort_early_ = true;
+  }
+  return true;
+}
+
+Status SessionService::status() const {
+  const std::lock_guard lock(mutex_);
+  return history_.back();
+}
+
+std::vector<Status> SessionService::since(std::uint64_t seq) const {
+  const std::lock_guard lock(mutex_);
+  std::vector<Status> newer;
+  for (const Status& status : history_) {
+    if (status.seq > seq) newer.push_back(status);
+  }
+  return newer;
+}
+
+void SessionService::on_change(std::function<void()> notify) {
+  const std::lock_guard lock(mutex_);
+  notify_ = std::move(notify);
+}
+
+void SessionService::shutdown() {
+  {
+    const std::lock_guard lock(mutex_);
+    ending_ = true;
+  }
+  abort();
+  if (thread_.joinable()) thread_.join();
+}
+
+std::filesystem::path SessionService::results_dir(std::int64_t session) const {
+  return parts_.state_dir / "sessions" / std::to_string(session);
+}
+
+}  // namespace cellcal::daemon

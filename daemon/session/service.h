@@ -1,0 +1,88 @@
+#pragma once
+// One session at a time: its thread, its journal entry, its files, and what others see of it.
+
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "daemon/journal/journal.h"
+#include "daemon/session/backend.h"
+#include "daemon/session/options.h"
+#include "daemon/session/runner.h"
+#include "daemon/session/status.h"
+
+namespace cellcal::daemon {
+
+/// A session is under way.
+struct BusyError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// The request cannot be carried out as it stands: wrong file, nothing to resume.
+struct RequestError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+struct RunRequest {
+  std::filesystem::path cell;  ///< absolute; empty only when resuming
+  int fit_touches = 40;
+  int check_touches = 10;
+  unsigned seed = 1;
+  bool resume = false;
+};
+
+struct ServiceParts {
+  Journal& journal;
+  std::filesystem::path state_dir;
+  std::function<std::unique_ptr<Backend>(const calib::Cell&)> make_backend;
+  TouchPolicy touch;
+  Patience patience;
+};
+
+class SessionService {
+ public:
+  explicit SessionService(ServiceParts parts);
+  ~SessionService();
+  SessionService(const SessionService&) = delete;
+  SessionService& operator=(const SessionService&) = delete;
+
+  /// Begins a session; returns its number. Throws BusyError, RequestError, JournalError,
+  /// calib::FileError, drivers::ConfigError, drivers::DriverError.
+  std::int64_t start(const RunRequest& request);
+  /// False: nothing to abort.
+  bool abort();
+  Status status() const;
+  /// Statuses newer than `seq`, oldest first; the oldest are dropped after a while.
+  std::vector<Status> since(std::uint64_t seq) const;
+  /// Stops the arm, ends the session, waits for it.
+  void shutdown();
+  /// Called from the session's thread after each change.
+  void on_change(std::function<void()> notify);
+
+  std::filesystem::path results_dir(std::int64_t session) const;
+
+ private:
+  struct Job;
+  std::unique_ptr<Job> prepare(const RunRequest& request);
+  void run(Job& job);
+  void publish(const State& state, Job& job);
+
+  ServiceParts parts_;
+  mutable std::mutex mutex_;
+  std::condition_variable idle_;
+  std::deque<Status> history_;  ///< newest last; never empty
+  std::function<void()> notify_;
+  Runner* runner_ = nullptr;
+  bool busy_ = false, ending_ = false, abort_early_ = false;
+  std::thread thread_;
+};
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,29 @@
+#pragma once
+// What a person or a program sees of the daemon at one moment.
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "daemon/session/failure.h"
+#include "daemon/session/phase.h"
+
+namespace cellcal::daemon {
+
+struct Status {
+  std::uint64_t seq = 0;     ///< counts up with every change
+  std::int64_t session = 0;  ///< 0: none since the daemon started
+  Phase phase = Phase::kIdle;
+  std::string target;  ///< of the touch in hand
+  std::size_t done = 0, total = 0;
+  std::optional<double> residual_m;   ///< of the newest touch; nothing before the first
+  std::optional<double> time_left_s;  ///< touches and the way home; nothing before the first touch
+  std::string robot_words, contact_words;
+  std::optional<Failure> failure;
+  std::optional<bool> publish;  ///< verdict, once identified
+  std::vector<std::string> reasons;
+  std::string results_dir;  ///< once written
+};
+
+}  // namespace cellcal::daemon

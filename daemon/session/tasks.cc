@@ -1,0 +1,152 @@
+#include "daemon/session/tasks.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <set>
+#include <stdexcept>
+
+#include "calib/files/calibration_json.h"
+#include "calib/files/files.h"
+#include "calib/identify/identify.h"
+#include "calib/model/kinematics.h"
+#include "calib/plan/plan.h"
+#include "daemon/report/report.h"
+#include "daemon/session/atomic_file.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+/// Fewer touches do not even determine one sphere with its offset.
+constexpr std::size_t kFewestForProvisional = 6;
+
+void append(std::string& bytes, const calib::JointVector& joints) {
+  const std::size_t old = bytes.size();
+  bytes.resize(old + joints.size() * sizeof(double));
+  if (!joints.empty()) std::memcpy(&bytes[old], joints.data(), joints.size() * sizeof(double));
+}
+
+/// The session does arithmetic on these; a plan that breaks them is a defect, not a touch.
+void check(const calib::Plan& plan, std::size_t joints) {
+  for (const calib::PlannedTouch& touch : plan.touches) {
+    const bool lengths_fit = touch.standoff.size() == joints && touch.end.size() == joints &&
+                             touch.clear.size() == joints;
+    const bool sound = lengths_fit && std::isfinite(touch.search_m) && touch.search_m > 0.0 &&
+                       std::isfinite(touch.expected_m);
+    if (!sound) throw calib::PlanError("the plan of a touch on " + touch.target + " is not sound");
+  }
+}
+
+/// Only what was touched so far.
+calib::Cell part_of(const calib::Cell& cell, const std::vector<calib::Touch>& touches) {
+  std::set<std::string> touched;
+  for (const calib::Touch& touch : touches) touched.insert(touch.target);
+  calib::Cell part = cell;
+  std::erase_if(part.targets, [&](const calib::Target& t) { return !touched.contains(t.id); });
+  std::erase_if(part.lengths, [&](const calib::CertifiedLength& length) {
+    return !touched.contains(length.from) || !touched.contains(length.to);
+  });
+  return part;
+}
+
+std::optional<double> nominal_residual(const calib::Cell& cell, const calib::Touch& touch) {
+  const calib::Target& target = cell.targets.at(cell.target_index(touch.target));
+  if (!target.has_centre || target.kind != calib::TargetKind::kSphere) return std::nullopt;
+  const calib::ArmModel arm(cell.robot, cell.tool);
+  const double distance = (arm.nominal_tcp(touch.joint_rad).translation() - target.centre_m).norm();
+  return std::abs(distance - target.diameter_m / 2.0 - cell.tool.tip_radius_m);
+}
+
+std::optional<double> newest_residual(const calib::Cell& cell,
+                                      const std::vector<calib::Touch>& touches) {
+  if (touches.empty()) return std::nullopt;
+  if (touches.size() < kFewestForProvisional) return nominal_residual(cell, touches.back());
+  try {
+    const calib::Calibration provisional = calib::identify(part_of(cell, touches), touches);
+    for (const calib::TouchResidual& residual : provisional.residuals) {
+      if (residual.touch + 1 == touches.size()) return std::abs(residual.after_m);
+    }
+  } catch (const calib::IdentifyError&) {
+    // Too early to tell; the nominal figure is still one.
+    return nominal_residual(cell, touches.back());
+  }
+  return std::nullopt;
+}
+
+std::string finished_time(const std::vector<calib::Touch>& touches, const std::string& now) {
+  return touches.empty() || touches.back().time.empty() ? now : touches.back().time;
+}
+
+void write_results(const TaskInputs& inputs, calib::Calibration calibration,
+                   const std::vector<calib::Touch>& touches) {
+  const std::string csv = calib::format_touches(touches, inputs.cell.robot);
+  calibration.inputs = {{"cell", inputs.files.cell_name, calib::sha256(inputs.files.cell_text)},
+                        {"robot", inputs.files.robot_name, calib::sha256(inputs.files.robot_text)},
+                        {"touches", "touches.csv", calib::sha256(csv)}};
+  const std::string json = calib::calibration_to_json(calibration);
+
+  ReportInput report;
+  report.calibration = calibration;
+  report.touches = touches;
+  report.session_id = std::to_string(inputs.session);
+  report.started = inputs.started;
+  report.finished = finished_time(touches, inputs.utc_now());
+  report.cell_name = std::filesystem::path(inputs.files.cell_name).filename().string();
+  report.software = calib::software_version();
+  report.truth = inputs.truth(calibration);
+
+  std::filesystem::create_directories(inputs.results_dir);
+  write_atomically(inputs.results_dir / "touches.csv", csv);
+  write_atomically(inputs.results_dir / "calibration.json", json);
+  write_atomically(inputs.results_dir / "report.html", html_report(report));
+  inputs.store(json);
+}
+
+}  // namespace
+
+std::string plan_hash(const calib::Plan& plan) {
+  std::string bytes;
+  append(bytes, plan.start);
+  for (const calib::PlannedTouch& touch : plan.touches) {
+    bytes += touch.target;
+    bytes += touch.set == calib::TouchSet::kFit ? '\0' : '\1';
+    for (const calib::JointVector& waypoint : touch.transit) append(bytes, waypoint);
+    append(bytes, touch.standoff);
+    append(bytes, touch.end);
+    append(bytes, touch.clear);
+    append(bytes, {touch.search_m, touch.expected_m});
+  }
+  for (const calib::JointVector& waypoint : plan.home) append(bytes, waypoint);
+  return calib::sha256(bytes);
+}
+
+Tasks make_tasks(TaskInputs given) {
+  const auto inputs = std::make_shared<const TaskInputs>(std::move(given));
+  Tasks tasks;
+  tasks.plan = [inputs] {
+    Tasks::Planned planned{calib::make_plan(inputs->cell, inputs->options.plan), ""};
+    check(planned.plan, inputs->cell.robot.joints.size());
+    planned.hash = plan_hash(planned.plan);
+    return planned;
+  };
+  tasks.route = [inputs](const calib::Plan& plan, std::size_t next,
+                         const calib::JointVector& from) {
+    calib::Plan routed = calib::resume_plan(inputs->cell, plan, next, from);
+    check(routed, inputs->cell.robot.joints.size());
+    return routed;
+  };
+  tasks.assess = [inputs](const std::vector<calib::Touch>& touches) {
+    return newest_residual(inputs->cell, touches);
+  };
+  tasks.identify = [inputs](const std::vector<calib::Touch>& touches) {
+    return calib::identify(inputs->cell, touches);
+  };
+  tasks.report = [inputs](const calib::Calibration& calibration,
+                          const std::vector<calib::Touch>& touches) {
+    write_results(*inputs, calibration, touches);
+  };
+  return tasks;
+}
+
+}  // namespace cellcal::daemon

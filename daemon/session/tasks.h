@@ -1,0 +1,35 @@
+#pragma once
+// What the worker does for a real session: calib's planning and identification, and the files of
+// the result.
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "daemon/journal/journal.h"
+#include "daemon/session/options.h"
+#include "daemon/session/runner.h"
+
+namespace cellcal::daemon {
+
+struct TaskInputs {
+  calib::Cell cell;
+  SessionInputs files;
+  SessionOptions options;
+  std::int64_t session = 0;
+  std::string started;
+  std::filesystem::path results_dir;
+  std::function<std::string()> utc_now;
+  /// Puts the calibration into the journal.
+  std::function<void(const std::string& json)> store;
+  std::function<std::vector<std::pair<std::string, std::string>>(const calib::Calibration&)> truth;
+};
+
+Tasks make_tasks(TaskInputs inputs);
+
+/// Hexadecimal digest of everything in a plan that the arm will do.
+std::string plan_hash(const calib::Plan& plan);
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,60 @@
+// A disk that is full, by the limit that the kernel sets to this process's files.
+
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/resource.h>
+
+#include "daemon/journal/journal.h"
+#include "temporary_directory.h"
+
+namespace cellcal::daemon {
+namespace {
+
+/// No file of this process may grow beyond `bytes` while this lives.
+class FileSizeLimit {
+ public:
+  explicit FileSizeLimit(rlim_t bytes) {
+    ::signal(SIGXFSZ, SIG_IGN);
+    ::getrlimit(RLIMIT_FSIZE, &before_);
+    rlimit limited = before_;
+    limited.rlim_cur = bytes;
+    ::setrlimit(RLIMIT_FSIZE, &limited);
+  }
+  ~FileSizeLimit() { ::setrlimit(RLIMIT_FSIZE, &before_); }
+  FileSizeLimit(const FileSizeLimit&) = delete;
+  FileSizeLimit& operator=(const FileSizeLimit&) = delete;
+
+ private:
+  rlimit before_{};
+};
+
+TEST(a_full_disk, is_a_named_error_and_leaves_the_earlier_touches_whole) {
+  const testing::TemporaryDirectory dir;
+  calib::Touch touch;
+  touch.joint_rad = std::vector<double>(64, 0.5);
+  touch.target = "S1";
+  std::size_t written = 0;
+  {
+    Journal journal(dir / "j.db");
+    const std::int64_t id = journal.begin({"c", "c", "r", "r", "{}"}, "t0");
+    const FileSizeLimit limit(256 * 1024);
+    try {
+      while (written < 100000) {
+        journal.record(id, RecordTouch{written, touch});
+        ++written;
+      }
+      FAIL() << "the limit was never met";
+    } catch (const JournalError& error) {
+      EXPECT_NE(std::string(error.what()).find("j.db"), std::string::npos) << error.what();
+    }
+    EXPECT_THROW(journal.record(id, RecordTouch{written, touch}), JournalError);
+    EXPECT_EQ(journal.touches(id).size(), written);
+  }
+  ASSERT_GT(written, 0u);
+  Journal journal(dir / "j.db");
+  EXPECT_EQ(journal.touches(journal.sessions()[0].id).size(), written);
+  journal.record(journal.sessions()[0].id, RecordTouch{written, touch});
+}
+
+}  // namespace
+}  // namespace cellcal::daemon

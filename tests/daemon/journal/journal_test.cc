@@ -1,0 +1,193 @@
+#include "daemon/journal/journal.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <fstream>
+
+#include "daemon/journal/schema.h"
+#include "daemon/journal/sqlite.h"
+#include "temporary_directory.h"
+
+namespace cellcal::daemon {
+namespace {
+
+using testing::TemporaryDirectory;
+
+SessionInputs inputs() {
+  return {"/c/cell.toml", "cell text", "/c/robot.toml", "robot text", "{}"};
+}
+
+calib::Touch touch() {
+  calib::Touch touch;
+  touch.joint_rad = {0.1, -1.0 / 3.0, 5e-324};
+  touch.target = "S\"1';--";
+  touch.set = calib::TouchSet::kCheck;
+  touch.sigma_m = 1e-5;
+  touch.radius_m = 0.25;
+  touch.tracker_m[1] = -0.7;
+  touch.time = "2026-01-01T00:00:00.000Z";
+  touch.settled_joint_rad = {0.2, -0.3, 1e300};
+  touch.readings = 3;
+  touch.spread_m = 1.0 / 7.0;
+  touch.speed_m_s = 0.002;
+  return touch;
+}
+
+std::string reason(const std::filesystem::path& path) {
+  try {
+    Journal journal(path);
+  } catch (const JournalError& error) {
+    return error.what();
+  }
+  return "opened";
+}
+
+TEST(a_journal, gives_a_touch_back_bit_for_bit) {
+  const TemporaryDirectory dir;
+  std::int64_t id = 0;
+  {
+    Journal journal(dir / "j.db");
+    id = journal.begin(inputs(), "t0");
+    journal.record(id, RecordTouch{0, touch()});
+  }
+  Journal again(dir / "j.db");
+  ASSERT_EQ(again.touches(id).size(), 1u);
+  EXPECT_EQ(again.touches(id)[0], touch());
+}
+
+TEST(a_journal, refuses_the_same_touch_twice) {
+  const TemporaryDirectory dir;
+  Journal journal(dir / "j.db");
+  const std::int64_t id = journal.begin(inputs(), "t0");
+  journal.record(id, RecordTouch{0, touch()});
+  EXPECT_THROW(journal.record(id, RecordTouch{0, touch()}), JournalError);
+  EXPECT_EQ(journal.touches(id).size(), 1u);
+}
+
+TEST(a_journal, refuses_a_touch_of_no_session_and_a_number_that_is_none) {
+  const TemporaryDirectory dir;
+  Journal journal(dir / "j.db");
+  EXPECT_THROW(journal.record(77, RecordTouch{0, touch()}), JournalError);
+  const std::int64_t id = journal.begin(inputs(), "t0");
+  calib::Touch bad = touch();
+  bad.spread_m = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THROW(journal.record(id, RecordTouch{0, bad}), JournalError);
+}
+
+TEST(a_journal, keeps_inputs_plan_end_and_calibration_of_a_session) {
+  const TemporaryDirectory dir;
+  Journal journal(dir / "j.db");
+  const std::int64_t id = journal.begin(inputs(), "t0");
+  journal.record(id, RecordPlan{"abc", 32});
+  journal.store_calibration(id, "{\"format\":1}");
+  journal.record(id, RecordEnd{Ending::kFailed, "no-contact: S2"}, "t9");
+  const auto record = journal.session(id);
+  ASSERT_TRUE(record);
+  EXPECT_EQ(record->started, "t0");
+  EXPECT_EQ(record->ended, "t9");
+  EXPECT_EQ(record->state, "failed");
+  EXPECT_EQ(record->inputs.cell_text, "cell text");
+  EXPECT_EQ(record->inputs.robot_text, "robot text");
+  EXPECT_EQ(record->plan_hash, "abc");
+  EXPECT_EQ(record->planned, 32);
+  EXPECT_EQ(record->failure, "no-contact: S2");
+  EXPECT_EQ(record->calibration, "{\"format\":1}");
+  EXPECT_FALSE(journal.session(id + 1));
+}
+
+TEST(a_journal, lists_sessions_newest_first_with_their_touches_counted) {
+  const TemporaryDirectory dir;
+  Journal journal(dir / "j.db");
+  const std::int64_t first = journal.begin(inputs(), "t0");
+  journal.record(first, RecordTouch{0, touch()});
+  const std::int64_t second = journal.begin(inputs(), "t1");
+  const auto sessions = journal.sessions();
+  ASSERT_EQ(sessions.size(), 2u);
+  EXPECT_EQ(sessions[0].id, second);
+  EXPECT_EQ(sessions[1].touches, 1);
+}
+
+TEST(a_journal, resumes_only_the_newest_session_and_only_if_it_is_not_done) {
+  const TemporaryDirectory dir;
+  {
+    Journal journal(dir / "j.db");
+    EXPECT_FALSE(journal.newest_resumable());
+    const std::int64_t id = journal.begin(inputs(), "t0");
+    EXPECT_FALSE(journal.newest_resumable()) << "it runs";
+    journal.record(id, RecordEnd{Ending::kAborted, ""}, "t1");
+    EXPECT_EQ(journal.newest_resumable()->id, id);
+    const std::int64_t next = journal.begin(inputs(), "t2");
+    journal.record(next, RecordEnd{Ending::kDone, ""}, "t3");
+    EXPECT_FALSE(journal.newest_resumable()) << "an older session's cell may have been moved";
+  }
+}
+
+TEST(a_journal, marks_a_session_that_a_crash_left_running_as_interrupted) {
+  const TemporaryDirectory dir;
+  { Journal(dir / "j.db").begin(inputs(), "t0"); }
+  Journal journal(dir / "j.db");
+  EXPECT_EQ(journal.sessions()[0].state, "interrupted");
+  EXPECT_TRUE(journal.newest_resumable());
+}
+
+TEST(a_journal, writes_notes_with_the_next_row_and_shows_them_before) {
+  const TemporaryDirectory dir;
+  Journal journal(dir / "j.db");
+  const std::int64_t id = journal.begin(inputs(), "t0");
+  journal.note(id, "t1", "transit -> arming");
+  EXPECT_EQ(journal.events(id), std::vector<std::string>{"t1 transit -> arming"});
+  journal.record(id, RecordReading{});
+  EXPECT_EQ(journal.events(id), std::vector<std::string>{"t1 transit -> arming"});
+  EXPECT_EQ(journal.reading_count(id), 1);
+}
+
+TEST(a_journal, refuses_a_file_that_is_not_a_database) {
+  const TemporaryDirectory dir;
+  std::ofstream(dir / "j.db") << std::string(5000, 'x');
+  EXPECT_NE(reason(dir / "j.db").find("move it aside"), std::string::npos) << reason(dir / "j.db");
+  EXPECT_NE(reason(dir / "j.db").find("j.db"), std::string::npos);
+}
+
+TEST(a_journal, refuses_the_database_of_another_program) {
+  const TemporaryDirectory dir;
+  { Database(dir / "j.db").execute("CREATE TABLE cookies (a)"); }
+  EXPECT_NE(reason(dir / "j.db").find("another program"), std::string::npos);
+}
+
+TEST(a_journal, refuses_one_of_a_newer_version) {
+  const TemporaryDirectory dir;
+  { Journal journal(dir / "j.db"); }
+  { Database(dir / "j.db").execute("PRAGMA user_version = 99"); }
+  EXPECT_NE(reason(dir / "j.db").find("newer cellcald"), std::string::npos);
+}
+
+TEST(a_journal, refuses_a_damaged_one) {
+  const TemporaryDirectory dir;
+  {
+    Journal journal(dir / "j.db");
+    const std::int64_t id = journal.begin(inputs(), "t0");
+    for (std::size_t i = 0; i < 200; ++i) journal.record(id, RecordTouch{i, touch()});
+  }
+  std::fstream file(dir / "j.db", std::ios::in | std::ios::out | std::ios::binary);
+  for (int page = 3; page < 12; ++page) {
+    file.seekp(page * 4096);
+    file << std::string(2000, '\xff');
+  }
+  file.close();
+  EXPECT_NE(reason(dir / "j.db").find("move it aside"), std::string::npos) << reason(dir / "j.db");
+}
+
+TEST(a_journal, refuses_a_second_daemon) {
+  const TemporaryDirectory dir;
+  Journal journal(dir / "j.db");
+  EXPECT_NE(reason(dir / "j.db").find("second cellcald"), std::string::npos)
+      << reason(dir / "j.db");
+}
+
+TEST(a_journal, in_a_directory_that_does_not_exist_says_so) {
+  EXPECT_NE(reason("/nonexistent/dir/j.db").find("/nonexistent/dir/j.db"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace cellcal::daemon

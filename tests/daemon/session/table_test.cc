@@ -1,0 +1,203 @@
+// Every phase meets every event.
+
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "fakes.h"
+
+namespace cellcal::daemon {
+namespace {
+
+/// A state in which every guard can look at what it wants.
+State state_in(Phase phase) {
+  State state;
+  state.phase = phase;
+  state.plan = std::make_shared<const calib::Plan>(testing::line_plan(3));
+  state.move_id = 7;
+  state.arm_id = 3;
+  return state;
+}
+
+Event event_of_kind(EventKind kind) {
+  Event event;
+  event.kind = kind;
+  event.move_id = 7;
+  event.arm_id = 3;
+  event.words = "evidence";
+  event.plan = std::make_shared<const calib::Plan>(testing::line_plan(3));
+  event.calibration = std::make_shared<const calib::Calibration>();
+  event.links.robot = drivers::RobotLink::kReady;
+  event.links.contact = drivers::ContactLink::kReady;
+  event.at_rad = {0.11};
+  drivers::Latch latch;
+  latch.contact_rad = latch.settled_rad = {0.11};
+  event.latch = latch;
+  return event;
+}
+
+template <typename T>
+int count(const Actions& actions) {
+  int found = 0;
+  for (const Action& action : actions) found += std::holds_alternative<T>(action) ? 1 : 0;
+  return found;
+}
+
+std::string pair(Phase phase, EventKind kind) {
+  return std::string(to_string(phase)) + " x " + to_string(kind);
+}
+
+TEST(session_table, has_an_answer_to_every_event_in_every_phase) {
+  for (Phase phase : kAllPhases) {
+    for (EventKind kind : kAllEvents) {
+      const Step next = step(state_in(phase), event_of_kind(kind));
+      const Transition* row = find_row(state_in(phase), event_of_kind(kind));
+      if (row != nullptr) {
+        EXPECT_EQ(next.state.phase, row->to.value_or(phase)) << pair(phase, kind);
+        continue;
+      }
+      ASSERT_TRUE(next.state.failure.has_value()) << pair(phase, kind);
+      EXPECT_EQ(next.state.failure->kind, FailureKind::kUnexpectedEvent) << pair(phase, kind);
+      EXPECT_EQ(count<StopArm>(next.actions), 1) << pair(phase, kind);
+      EXPECT_TRUE(next.state.phase == Phase::kFailed || next.state.phase == Phase::kStopping)
+          << pair(phase, kind);
+    }
+  }
+}
+
+TEST(session_table, begins_a_move_only_into_a_moving_phase_and_never_on_the_way_to_an_end) {
+  for (Phase phase : kAllPhases) {
+    for (EventKind kind : kAllEvents) {
+      const Step next = step(state_in(phase), event_of_kind(kind));
+      const int moves = count<BeginMove>(next.actions);
+      EXPECT_LE(moves, 1) << pair(phase, kind);
+      EXPECT_TRUE(moves == 0 || kMovingPhases.has(next.state.phase)) << pair(phase, kind);
+      const bool entered = kMovingPhases.has(next.state.phase) && next.state.phase != phase;
+      EXPECT_TRUE(!entered || moves == 1) << pair(phase, kind);
+    }
+  }
+}
+
+TEST(session_table, gives_every_phase_that_waits_a_deadline) {
+  for (Phase phase : kAllPhases) {
+    for (EventKind kind : kAllEvents) {
+      const State next = step(state_in(phase), event_of_kind(kind)).state;
+      if (next.phase == phase || next.phase == Phase::kIdle || is_final(next.phase)) continue;
+      EXPECT_TRUE(next.deadline.has_value()) << pair(phase, kind);
+    }
+  }
+}
+
+TEST(session_table, answers_a_deadline_in_every_phase_that_can_have_one) {
+  for (Phase phase : kAllPhases) {
+    if (phase == Phase::kIdle || is_final(phase)) continue;
+    const Step next = step(state_in(phase), event_of_kind(EventKind::kDeadline));
+    EXPECT_NE(next.state.phase, phase) << to_string(phase);
+    ASSERT_TRUE(next.state.failure.has_value()) << to_string(phase);
+    EXPECT_NE(next.state.failure->kind, FailureKind::kUnexpectedEvent) << to_string(phase);
+  }
+}
+
+TEST(session_table, closes_devices_and_records_the_end_whenever_a_session_ends_badly) {
+  for (Phase phase : kAllPhases) {
+    for (EventKind kind : kAllEvents) {
+      if (is_final(phase)) continue;
+      const Step next = step(state_in(phase), event_of_kind(kind));
+      if (next.state.phase != Phase::kFailed && next.state.phase != Phase::kAborted) continue;
+      EXPECT_EQ(count<CloseDevices>(next.actions), 1) << pair(phase, kind);
+      ASSERT_EQ(count<RecordEnd>(next.actions), 1) << pair(phase, kind);
+      EXPECT_TRUE(std::holds_alternative<RecordEnd>(next.actions.back())) << pair(phase, kind);
+    }
+  }
+}
+
+TEST(session_table, can_be_aborted_in_every_phase_of_a_session) {
+  for (Phase phase : kAllPhases) {
+    if (!kActivePhases.has(phase)) continue;
+    const Step next = step(state_in(phase), event_of_kind(EventKind::kAbort));
+    if (kMovingPhases.has(phase)) {
+      EXPECT_EQ(next.state.phase, Phase::kStopping) << to_string(phase);
+      EXPECT_EQ(count<StopArm>(next.actions), 1) << to_string(phase);
+    } else {
+      EXPECT_EQ(next.state.phase, Phase::kAborted) << to_string(phase);
+    }
+  }
+}
+
+TEST(session_table, moves_nothing_after_a_failure) {
+  for (EventKind kind : kAllEvents) {
+    for (Phase phase : {Phase::kFailed, Phase::kAborted, Phase::kDone}) {
+      const Step next = step(state_in(phase), event_of_kind(kind));
+      EXPECT_TRUE(next.actions.empty()) << pair(phase, kind);
+    }
+  }
+}
+
+TEST(session_table, every_row_can_be_reached_by_its_phase_and_event) {
+  for (const Transition& row : transition_table()) {
+    bool possible = false;
+    for (Phase phase : kAllPhases) {
+      for (EventKind kind : kAllEvents) possible |= row.from.has(phase) && row.on.has(kind);
+    }
+    EXPECT_TRUE(possible) << row.words;
+    EXPECT_STRNE(row.words, "");
+    EXPECT_EQ(row.when == nullptr, row.when_words[0] == '\0') << row.words;
+  }
+}
+
+TEST(session_table, no_row_is_hidden_behind_one_without_a_guard) {
+  const auto table = transition_table();
+  for (std::size_t i = 0; i < table.size(); ++i) {
+    bool open = false;
+    for (Phase phase : kAllPhases) {
+      for (EventKind kind : kAllEvents) {
+        if (!table[i].from.has(phase) || !table[i].on.has(kind)) continue;
+        bool hidden = false;
+        for (std::size_t j = 0; j < i; ++j) {
+          hidden |= table[j].when == nullptr && table[j].from.has(phase) && table[j].on.has(kind);
+        }
+        open |= !hidden;
+      }
+    }
+    EXPECT_TRUE(open) << table[i].words;
+  }
+}
+
+TEST(session_table, every_phase_can_be_reached_from_idle) {
+  std::set<Phase> reached{Phase::kIdle};
+  for (std::size_t round = 0; round < kAllPhases.size(); ++round) {
+    for (const Transition& row : transition_table()) {
+      for (Phase phase : kAllPhases) {
+        if (row.from.has(phase) && reached.contains(phase) && row.to) reached.insert(*row.to);
+      }
+    }
+  }
+  EXPECT_EQ(reached.size(), kAllPhases.size());
+}
+
+TEST(session_table, drops_results_of_earlier_moves_and_armings) {
+  for (Phase phase : kAllPhases) {
+    for (EventKind kind : kAllEvents) {
+      Event stale = event_of_kind(kind);
+      stale.move_id = 6;
+      stale.arm_id = 2;
+      const bool can_be_stale =
+          kMoveResults.has(kind) || kind == EventKind::kArmed || kind == EventKind::kArmRefused;
+      if (!can_be_stale) continue;
+      const Step next = step(state_in(phase), stale);
+      EXPECT_EQ(next.state.phase, phase) << pair(phase, kind);
+      EXPECT_TRUE(next.actions.empty()) << pair(phase, kind);
+    }
+  }
+}
+
+TEST(session_table, names_every_phase_event_and_failure_differently) {
+  std::set<std::string> phases, events;
+  for (Phase phase : kAllPhases) phases.insert(to_string(phase));
+  for (EventKind kind : kAllEvents) events.insert(to_string(kind));
+  EXPECT_EQ(phases.size(), kAllPhases.size());
+  EXPECT_EQ(events.size(), kAllEvents.size());
+}
+
+}  // namespace
+}  // namespace cellcal::daemon

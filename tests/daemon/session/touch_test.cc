@@ -1,0 +1,75 @@
+// One touch: what counts as a touch, and what does not.
+
+#include <gtest/gtest.h>
+
+#include "fakes.h"
+
+namespace cellcal::daemon::testing {
+namespace {
+
+using drivers::MoveOutcome;
+
+TEST(a_touch, that_comes_too_early_is_refused_by_name) {
+  Session session({.late_m = {{3, -0.0095}}}, 1);
+  const State end = session.run();
+  ASSERT_EQ(end.phase, Phase::kFailed);
+  EXPECT_EQ(end.failure->kind, FailureKind::kContactTooEarly);
+  EXPECT_NE(end.failure->detail.find("9.5 mm before the surface of S1"), std::string::npos)
+      << end.failure->detail;
+  EXPECT_EQ(session.backend.world.moves.size(), 3u) << "the arm must hold still";
+}
+
+TEST(a_touch, that_never_comes_names_the_target_and_the_cell_file) {
+  Session session({.outcome = {{3, MoveOutcome::kArrived}}});
+  const State end = session.run();
+  ASSERT_EQ(end.phase, Phase::kFailed);
+  EXPECT_EQ(end.failure->kind, FailureKind::kNoContact);
+  EXPECT_EQ(end.failure->detail.find("touch 1 of 3 (S1): no contact by the end of travel on S1"),
+            0u)
+      << end.failure->detail;
+  EXPECT_NE(end.failure->detail.find("check centre"), std::string::npos);
+}
+
+TEST(a_touch, whose_readings_never_agree_is_given_up_with_all_of_them) {
+  Session session({.late_m = {{5, 0.0}, {7, 0.0002}, {9, 0.0004}, {11, 0.0006}, {13, 0.0008}}}, 1);
+  const State end = session.run();
+  ASSERT_EQ(end.phase, Phase::kFailed);
+  EXPECT_EQ(end.failure->kind, FailureKind::kReadingsDisagree);
+  EXPECT_NE(end.failure->detail.find("10.000, 10.200, 10.400, 10.600, 10.800 mm"),
+            std::string::npos)
+      << end.failure->detail;
+  EXPECT_TRUE(session.recorder.touches.empty());
+}
+
+TEST(a_touch, of_noise_alone_is_given_up_after_a_bounded_number_of_tries) {
+  Script script;
+  for (int move = 3; move < 60; move += 2) script.outcome[move] = MoveOutcome::kRevoked;
+  Session session(script, 1);
+  const State end = session.run();
+  ASSERT_EQ(end.phase, Phase::kFailed);
+  EXPECT_EQ(end.failure->kind, FailureKind::kTooManyRevoked);
+  EXPECT_EQ(end.total_revoked, 5u);
+}
+
+TEST(a_touch, counts_noise_for_itself_alone) {
+  Script script;
+  // Three trips of noise in each of two touches, four moves later each time.
+  for (int move : {3, 5, 7}) script.outcome[move] = MoveOutcome::kRevoked;
+  Session session(script, 2);
+  const State end = session.run();
+  EXPECT_EQ(end.phase, Phase::kDone) << end.failure->detail;
+  EXPECT_EQ(end.revoked, 0);
+  EXPECT_EQ(end.total_revoked, 3u);
+}
+
+TEST(a_touch, stays_on_disk_when_the_contact_does_not_open_behind_it) {
+  Session session({.outcome = {{8, MoveOutcome::kStillInContact}}}, 2);
+  const State end = session.run();
+  ASSERT_EQ(end.phase, Phase::kFailed);
+  EXPECT_EQ(end.failure->kind, FailureKind::kStillInContact);
+  EXPECT_EQ(end.failure->detail.find("touch 1 of 2 (S1): "), 0u) << end.failure->detail;
+  EXPECT_EQ(session.recorder.touches.size(), 1u);
+}
+
+}  // namespace
+}  // namespace cellcal::daemon::testing
