@@ -1,0 +1,28 @@
+#pragma once
+// Points around a sphere, seen in orthographic projection from one side.
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "sim/experiments/paper/svg.h"
+
+namespace cellcal::sim::paper {
+
+struct Cloud {
+  std::string name;
+  std::string colour;
+  std::vector<Eigen::Vector3d> points_m;  ///< relative to the sphere's centre
+};
+
+/// One view of the sphere; clouds are drawn from back to front, points behind the sphere faint.
+struct SphereView {
+  std::string title;
+  double radius_m = 0.0;
+  std::vector<Cloud> clouds;
+};
+
+/// Draws views side by side under one heading.
+std::string draw(const std::string& heading, const std::vector<SphereView>& views);
+
+}  // namespace cellcal::sim::paper
