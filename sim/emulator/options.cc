@@ -1,0 +1,67 @@
+#include "sim/emulator/options.h"
+
+#include <CLI/CLI.hpp>
+#include <charconv>
+
+namespace cellcal::sim {
+
+void add_truth_options(CLI::App& app, EmulatorOptions& options) {
+  app.add_option("--cell", options.cell, "Cell file")->required()->check(CLI::ExistingFile);
+  app.add_option("--seed", options.truth.seed, "Seed of the hidden errors")->capture_default_str();
+  app.add_option("--scale", options.truth.geometry_scale,
+                 "Geometric errors in units of the robot file's tolerances")
+      ->capture_default_str()
+      ->check(CLI::Range(0.0, 100.0));
+  app.add_option("--deflection", options.truth.deflection,
+                 "Bending of the tool c_t [1/(N m^2)]; negative: drawn from its prior")
+      ->capture_default_str()
+      ->check(CLI::Range(-1.0, 1.0));
+  app.add_option("--gear-arcsec", options.truth.gear_arcsec,
+                 "Transmission error, 1 sigma per harmonic")
+      ->capture_default_str()
+      ->check(CLI::Range(0.0, 1000.0));
+}
+
+void add_options(CLI::App& app, EmulatorOptions& options) {
+  add_truth_options(app, options);
+  app.add_option_function<std::string>(
+         "--pc",
+         [&options](const std::string& text) {
+           const auto colon = text.rfind(':');
+           int port = 0;
+           const char* end = text.data() + text.size();
+           const char* digits = colon == std::string::npos ? end : text.data() + colon + 1;
+           const auto [stop, error] = std::from_chars(digits, end, port);
+           if (error != std::errc() || stop != end || port < 1 || port > 65535)
+             throw CLI::ValidationError("--pc", "\"" + text + "\" is not ADDRESS:PORT");
+           options.pc_address = text.substr(0, colon);
+           options.pc_port = static_cast<std::uint16_t>(port);
+         },
+         "Where the daemon listens for RSI, ADDRESS:PORT")
+      ->default_str("127.0.0.1:49152");
+  app.add_option("--device-link", options.device_link,
+                 "Symbolic link to the sensor's pseudo-terminal");
+  app.add_option("--baud", options.baud, "Of the sensor's line")->capture_default_str();
+  app.add_option("--cycle-ms", options.controller.cycle_ms, "RSI cycle")
+      ->capture_default_str()
+      ->check(CLI::IsMember({4, 12}));
+  app.add_option("--lag-ms", [&options](const CLI::results_t& values) {
+    double ms = 0.0;
+    if (!CLI::detail::lexical_cast(values.front(), ms) || !(ms >= 0.0 && ms <= 500.0)) return false;
+    options.controller.lag_s = ms / 1e3;
+    return true;
+  }, "First-order lag of the arm behind its setpoint")->default_str("20");
+  app.add_option("--joint-noise-deg", options.controller.noise_sigma_deg,
+                 "1 sigma of the reported axis angles")
+      ->capture_default_str()
+      ->check(CLI::Range(0.0, 1.0));
+  app.add_option("--noise-seed", options.controller.seed, "Seed of that noise")
+      ->capture_default_str();
+  app.add_option("--mcu-drift-ppm", options.mcu_drift_ppm, "Of the sensor's clock")
+      ->capture_default_str()
+      ->check(CLI::Range(-1000.0, 1000.0));
+  app.add_option("--restart-after", options.restart_after_s,
+                 "Seconds after which the emulated operator starts RSI again when it has stopped");
+}
+
+}  // namespace cellcal::sim

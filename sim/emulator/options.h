@@ -1,0 +1,33 @@
+#pragma once
+// What an emulated cell is asked to be, from the command line.
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "sim/cell/truth.h"
+#include "sim/krc/controller.h"
+
+namespace CLI {
+class App;
+}
+
+namespace cellcal::sim {
+
+struct EmulatorOptions {
+  std::filesystem::path cell;
+  TruthOptions truth;
+  ControllerConfig controller;
+  std::string pc_address = "127.0.0.1";
+  std::uint16_t pc_port = 49152;
+  std::string device_link;
+  int baud = 1'000'000;
+  double mcu_drift_ppm = 30.0;
+  std::optional<double> restart_after_s;
+};
+
+void add_truth_options(CLI::App& app, EmulatorOptions& options);
+void add_options(CLI::App& app, EmulatorOptions& options);
+
+}  // namespace cellcal::sim
