@@ -1,0 +1,10 @@
+/* The shared header has to compile as the firmware sees it. */
+#include "drivers/contact/ctp.h"
+
+int ctp_c99_compiles(void);
+
+int ctp_c99_compiles(void) {
+  uint8_t bytes[4];
+  ctp_put_u32(bytes, 0x01020304u);
+  return ctp_get_u32(bytes) == 0x01020304u && ctp_crc16(bytes, 0) == CTP_CONFIG_NONE;
+}

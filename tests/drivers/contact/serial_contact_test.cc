@@ -1,0 +1,294 @@
+// SerialContact over real pseudo-terminals. Waits have generous limits, nothing is timed.
+
+#include "drivers/contact/serial_contact.h"
+
+#include <gtest/gtest.h>
+#include <pty.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <boost/asio/executor_work_guard.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <filesystem>
+#include <mutex>
+#include <optional>
+#include <thread>
+
+#include "drivers/contact/port_lock.h"
+#include "sim/mcu/mcu_pty.h"
+
+namespace cellcal::drivers {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+using Steady = std::chrono::steady_clock;
+
+bool wait_for(const std::function<bool()>& done, seconds limit = seconds{20}) {
+  const auto end = Steady::now() + limit;
+  while (!done()) {
+    if (Steady::now() > end) return false;
+    std::this_thread::sleep_for(milliseconds{1});
+  }
+  return true;
+}
+
+bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+/// The robot's thread: an io_context that asks the guard every millisecond.
+class RobotThread {
+ public:
+  explicit RobotThread(SerialContactOptions options)
+      : guard_(boost::asio::make_work_guard(io)), contact(io, options), timer_(io) {
+    thread_ = std::thread([this] {
+      cycle();
+      io.run();
+    });
+  }
+  ~RobotThread() {
+    contact.close();
+    io.stop();
+    thread_.join();
+  }
+
+  std::optional<ContactEvent> find(ContactEventKind kind, std::uint16_t arm_id) const {
+    const std::lock_guard lock(mutex_);
+    for (const ContactEvent& e : events_) {
+      if (e.kind == kind && e.arm_id == arm_id) return e;
+    }
+    return std::nullopt;
+  }
+  void forget_events() {
+    const std::lock_guard lock(mutex_);
+    events_.clear();
+  }
+  ContactSnapshot snapshot() const {
+    const std::lock_guard lock(mutex_);
+    return snapshot_;
+  }
+  bool ready() {
+    return wait_for([this] { return contact.status().link == ContactLink::kReady; });
+  }
+  ArmResult arm(std::uint16_t id) {
+    contact.arm(id, seconds{30});
+    std::optional<ArmResult> result;
+    EXPECT_TRUE(wait_for([&] { return (result = contact.poll_arm()).has_value(); }));
+    return result.value_or(ArmResult{});
+  }
+
+ private:
+  void cycle() {
+    {
+      const std::lock_guard lock(mutex_);
+      snapshot_ = contact.guard().snapshot(Steady::now());
+      while (const auto e = contact.guard().take_event()) events_.push_back(*e);
+    }
+    timer_.expires_after(milliseconds{1});
+    timer_.async_wait([this](boost::system::error_code error) {
+      if (!error) cycle();
+    });
+  }
+
+  boost::asio::io_context io;
+  boost::asio::executor_work_guard<boost::asio::io_context::executor_type> guard_;
+
+ public:
+  SerialContact contact;
+
+ private:
+  boost::asio::steady_timer timer_;
+  mutable std::mutex mutex_;
+  ContactSnapshot snapshot_;
+  std::vector<ContactEvent> events_;
+  std::thread thread_;
+};
+
+SerialContactOptions options_for(const std::string& device) {
+  SerialContactOptions options;
+  options.port.device = device;
+  options.contact.max_clock_sigma_s = 0.02;  // a loaded test machine, not what is tested here
+  options.reopen_first = milliseconds{20};
+  options.reopen_longest = milliseconds{100};
+  return options;
+}
+
+std::string open_error(const std::string& device) {
+  boost::asio::io_context io;
+  SerialContact contact(io, options_for(device));
+  io.stop();
+  try {
+    contact.open();
+  } catch (const DriverError& e) {
+    return e.what();
+  }
+  return "no error";
+}
+
+TEST(SerialContact, SaysWhichDeviceIsMissingAndWhichPortsThereAre) {
+  const std::string words = open_error("/dev/ttyCELLCAL9");
+  EXPECT_TRUE(contains(words, "/dev/ttyCELLCAL9: no such device")) << words;
+  EXPECT_TRUE(contains(words, "plugged in?")) << words;
+  EXPECT_TRUE(contains(words, "ports here: ")) << words;
+}
+
+TEST(SerialContact, SaysThatAFileIsNotASerialPort) {
+  EXPECT_TRUE(contains(open_error("/etc/hostname"), "not a serial port"));
+  EXPECT_TRUE(contains(open_error("/dev/null"), "/dev/null: ")) << open_error("/dev/null");
+}
+
+TEST(SerialContact, RefusesASenselessBaudRate) {
+  EXPECT_THROW(open_serial_port({"/dev/null", 7}), ConfigError);
+}
+
+TEST(SerialContact, SaysWhoUsesAPort) {
+  sim::McuPty pty({});
+  const auto first = open_serial_port({pty.path(), CTP_DEFAULT_BAUD});
+  const std::string words = open_error(pty.path());
+  EXPECT_TRUE(contains(words, "in use by process " + std::to_string(::getpid()))) << words;
+}
+
+TEST(SerialContact, APortCanBeOpenedAgainOnceItIsClosed) {
+  sim::McuPty pty({});
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_NO_THROW(open_serial_port({pty.path(), CTP_DEFAULT_BAUD}).reset());
+  }
+}
+
+TEST(SerialContact, FollowsSymlinks) {
+  const std::string link = ::testing::TempDir() + "contact-link-" + std::to_string(::getpid());
+  {
+    sim::McuPty pty({{}, link});
+    const auto port = open_serial_port({link, CTP_DEFAULT_BAUD});
+    EXPECT_EQ(port->path(), pty.path());
+  }
+  EXPECT_FALSE(std::filesystem::exists(std::filesystem::symlink_status(link)));
+}
+
+TEST(SerialContact, LockNamesAreThoseOfOtherPrograms) {
+  EXPECT_EQ(lock_name("/dev/ttyUSB0"), "LCK..ttyUSB0");
+  EXPECT_EQ(lock_name("/dev/pts/3"), "LCK..pts-3");
+}
+
+TEST(SerialContact, IdentifiesArmsAndReportsATouchWithItsTime) {
+  sim::McuPty pty({});
+  RobotThread robot(options_for(pty.path()));
+  robot.contact.open();
+  std::optional<ContactEvent> contact;
+  TimePoint touch;
+  std::uint16_t id = 0;
+  // A busy machine may starve the heartbeat, which rightly ends the arming: then once more.
+  for (int attempt = 0; attempt < 10 && !contact; ++attempt) {
+    ASSERT_TRUE(robot.ready()) << robot.contact.status().words;
+    if (!robot.arm(++id).armed) continue;
+    touch = Steady::now() + milliseconds{8};
+    pty.edge(touch, true);
+    ASSERT_TRUE(wait_for([&] {
+      return robot.find(ContactEventKind::kContact, id) ||
+             robot.find(ContactEventKind::kContact, 0);
+    }));
+    contact = robot.find(ContactEventKind::kContact, id);
+    if (contact) break;
+    robot.forget_events();
+    pty.edge(Steady::now(), false);
+    ASSERT_TRUE(wait_for([&] { return !robot.snapshot().in_contact; }));
+  }
+  ASSERT_TRUE(contact) << robot.contact.status().words;
+  EXPECT_TRUE(robot.find(ContactEventKind::kTrip, id));
+  const double off_s = std::chrono::duration<double>(contact->first_edge - touch).count();
+  EXPECT_LT(std::abs(off_s), 6.0 * contact->time_sigma_s) << "sigma " << contact->time_sigma_s;
+  EXPECT_TRUE(robot.snapshot().in_contact);
+  EXPECT_FALSE(robot.snapshot().armed);
+}
+
+TEST(SerialContact, ArmingWithoutAPortIsRefusedWithTheReason) {
+  boost::asio::io_context io;
+  SerialContact contact(io, options_for("/dev/ttyCELLCAL9"));
+  io.stop();
+  contact.arm(3, seconds{1});
+  const auto result = contact.poll_arm();
+  ASSERT_TRUE(result);
+  EXPECT_FALSE(result->armed);
+  EXPECT_EQ(result->arm_id, 3);
+  EXPECT_TRUE(contains(result->why_not, "port is not open")) << result->why_not;
+}
+
+TEST(SerialContact, UnpluggingIsNoticedAndTheSensorIdentifiedAfreshWhenItIsBack) {
+  const std::string link = ::testing::TempDir() + "contact-unplug-" + std::to_string(::getpid());
+  auto pty = std::make_unique<sim::McuPty>(sim::McuPtyOptions{{}, link});
+  RobotThread robot(options_for(link));
+  robot.contact.open();
+  ASSERT_TRUE(robot.ready()) << robot.contact.status().words;
+  std::uint16_t id = 0;
+  ASSERT_TRUE(wait_for([&] { return robot.arm(++id).armed; }));
+
+  pty.reset();
+  ASSERT_TRUE(wait_for([&] { return robot.contact.status().link == ContactLink::kDown; }));
+  ASSERT_TRUE(wait_for([&] { return !robot.snapshot().alive; }));
+  EXPECT_FALSE(robot.snapshot().armed);
+  ASSERT_TRUE(wait_for([&] { return contains(robot.contact.status().words, "last attempt"); }));
+  const std::string words = robot.contact.status().words;
+  EXPECT_TRUE(contains(words, "unplugged")) << words;
+  EXPECT_TRUE(contains(words, "no such device")) << words;
+  EXPECT_FALSE(robot.arm(++id).armed);
+
+  sim::McuPtyOptions back{{}, link};
+  back.mcu.boot_id = 77;  // it had no supply: another boot is to be expected
+  pty = std::make_unique<sim::McuPty>(back);
+  ASSERT_TRUE(robot.ready()) << robot.contact.status().words;
+  EXPECT_FALSE(robot.snapshot().armed);
+  EXPECT_TRUE(robot.contact.status().self_test_ok);
+  EXPECT_TRUE(wait_for([&] { return robot.arm(++id).armed; })) << robot.contact.status().words;
+}
+
+TEST(SerialContact, ClosesAndOpensAgain) {
+  sim::McuPty pty({});
+  RobotThread robot(options_for(pty.path()));
+  for (int i = 0; i < 3; ++i) {
+    robot.contact.open();
+    ASSERT_TRUE(robot.ready()) << robot.contact.status().words;
+    robot.contact.close();
+    EXPECT_EQ(robot.contact.status().link, ContactLink::kDown);
+  }
+}
+
+TEST(SerialContact, SilenceOnAnOpenPortIsAFault) {
+  sim::McuPty pty({});
+  RobotThread robot(options_for(pty.path()));
+  robot.contact.open();
+  ASSERT_TRUE(robot.ready()) << robot.contact.status().words;
+  sim::McuFaults mute;
+  mute.silent = true;
+  pty.set_faults(mute);
+  ASSERT_TRUE(wait_for([&] { return robot.contact.status().link == ContactLink::kFault; }));
+  EXPECT_FALSE(robot.snapshot().alive);
+  pty.set_faults({});
+  EXPECT_TRUE(robot.ready());
+}
+
+TEST(SerialContact, SaysWhenTheRobotsThreadDoesNotRun) {
+  sim::McuPty pty({});
+  boost::asio::io_context io;
+  SerialContact contact(io, options_for(pty.path()));
+  contact.open();
+  EXPECT_EQ(contact.status().link, ContactLink::kDown);
+  ASSERT_TRUE(wait_for([&] { return contact.status().link == ContactLink::kFault; }));
+  EXPECT_TRUE(contains(contact.status().words, "thread does not run"));
+  io.stop();
+}
+
+TEST(McuPty, LosesWhatNobodyReadsAndLivesOn) {
+  sim::McuPty pty({});
+  ASSERT_TRUE(wait_for([&] { return pty.dropped() > 3; }));
+  pty.edge(Steady::now(), true);
+  const auto repeated = [&] {
+    std::uint64_t repeats = 0;
+    pty.inspect([&](const sim::Microcontroller& mcu) { repeats = mcu.repeats(); });
+    return repeats > 3;
+  };
+  EXPECT_TRUE(wait_for(repeated)) << "the unacknowledged contact goes on repeating";
+}
+
+}  // namespace
+}  // namespace cellcal::drivers
