@@ -13,14 +13,14 @@ import pathlib
 import sys
 
 # Folder of the originals -> folder here, robot file, joint names, tool (from the URDF, printed by
-# from_urdf.py --tool ball_link).
+# from_urdf.py --tool ball_link), its mass, and the noise of one touch.
 ROBOTS = {
     "kuka_14": ("iiwa14", "iiwa14.toml", [f"A{i}" for i in range(1, 8)],
-                ([0.0, 0.0, 40.0], [0.0, 0.0, 0.0])),
+                ([0.0, 0.0, 40.0], [0.0, 0.0, 0.0]), 0.0, 0.07),
     "panda_1": ("panda_1", "panda.toml", [f"panda_joint{i}" for i in range(1, 8)],
-                ([0.02517094739, -0.08476622533, 133.52829790848], [-45.0, 0.0, 0.0])),
+                ([0.02517094739, -0.08476622533, 133.52829790848], [-45.0, 0.0, 0.0]), 0.76, 0.15),
     "panda_3_bis": ("panda_3_bis", "panda.toml", [f"panda_joint{i}" for i in range(1, 8)],
-                    ([0.02517094739, -0.08476622533, 133.52829790848], [-45.0, 0.0, 0.0])),
+                    ([0.02517094739, -0.08476622533, 133.52829790848], [-45.0, 0.0, 0.0]), 0.76, 0.1),
 }
 
 CELL = """\
@@ -34,6 +34,7 @@ robot = "{robot}"
 xyz_mm = {xyz}
 abc_deg = {abc}
 xyz_sigma_mm = [1.0, 1.0, 1.0]
+mass_kg = {mass}
 
 [[target]]
 id = "{place}_0"
@@ -49,7 +50,7 @@ mm = 50.0
 sigma_mm = 0.05
 
 [touch]
-sigma_mm = 0.1
+sigma_mm = {sigma}
 radius_offset_sigma_mm = 0.0
 """
 
@@ -59,12 +60,13 @@ def main():
         print(__doc__)
         sys.exit(2)
     here = pathlib.Path(__file__).parent
-    for original, (folder, robot, joints, (xyz, abc)) in ROBOTS.items():
+    for original, (folder, robot, joints, (xyz, abc), mass, sigma) in ROBOTS.items():
         for place in sorted((pathlib.Path(sys.argv[1]) / original).iterdir()):
             out = here / folder / place.name
             out.mkdir(parents=True, exist_ok=True)
             (out / "cell.toml").write_text(CELL.format(
-                original=original, place=place.name, robot=robot, xyz=xyz, abc=abc))
+                original=original, place=place.name, robot=robot, xyz=xyz, abc=abc,
+                mass=mass, sigma=sigma))
             lines = [f"# {original}/{place.name} of the MUKCa recordings, arXiv 2503.12584; MIT, "
                      "see ../../LICENSE", ",".join(joints) + ",target,set"]
             for hole in (0, 1):
