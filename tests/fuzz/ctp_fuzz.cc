@@ -1,0 +1,88 @@
+// Any bytes on the line, from either end: the reader, the host's side and the emulated sensor must
+// stay within their bounds and promises. Also replayed over ctp_corpus as an ordinary test.
+
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <span>
+
+#include "drivers/contact/contact_core.h"
+#include "sim/mcu/microcontroller.h"
+
+namespace {
+
+using namespace cellcal;  // NOLINT: a fuzz target's own file
+namespace ctp = drivers::ctp;
+using drivers::TimePoint;
+using std::chrono::microseconds;
+
+constexpr TimePoint kStart{std::chrono::hours{1}};
+
+void require(bool condition, const char* what) {
+  if (condition) return;
+  std::fprintf(stderr, "broken promise: %s\n", what);
+  std::abort();
+}
+
+/// What was accepted must be what would be built.
+void frames_build_back(std::span<const std::uint8_t> bytes, ctp::Direction direction) {
+  ctp::FrameReader reader(direction);
+  ctp::FrameReader again(direction);
+  for (const std::uint8_t byte : bytes) {
+    const ctp::Frame* frame = reader.feed(byte);
+    if (frame == nullptr) continue;
+    const ctp::WireBytes wire =
+        ctp::build_frame(frame->type, frame->seq, {frame->payload.data(), frame->size});
+    require(wire.size == frame->size + std::size_t{CTP_OVERHEAD}, "size on the wire");
+    const ctp::Frame* back = nullptr;
+    for (const std::uint8_t b : wire.bytes()) back = again.feed(b);
+    require(back != nullptr && back->payload == frame->payload && back->type == frame->type,
+            "a frame that was read can be built and read again");
+  }
+}
+
+/// The first byte of each chunk of 16 is the time that passes before it.
+void host_stays_sane(std::span<const std::uint8_t> bytes) {
+  constexpr std::size_t kChunk = 16;
+  TimePoint now = kStart;
+  drivers::ContactCore core({}, [](std::span<const std::uint8_t> out) {
+    require(!out.empty() && out.size() <= CTP_MAX_WIRE, "output is one frame");
+  });
+  core.connect(now);
+  for (std::size_t i = 0; i < bytes.size(); i += kChunk) {
+    now += microseconds{1 + 100 * bytes[i]};
+    core.on_bytes(bytes.subspan(i, std::min(kChunk, bytes.size() - i)), now);
+    core.on_tick(now);
+    if (bytes[i] % 7 == 0) core.arm(bytes[i], std::chrono::milliseconds{1000}, now);
+    if (bytes[i] % 11 == 0) core.self_test(now);
+    while (const auto answer = core.poll_arm()) {
+      require(answer->refusal != drivers::ArmRefusal::kNone || answer->facts.armed, "armed");
+    }
+    while (const auto event = core.take_event()) {
+      require(std::isfinite(event->time_sigma_s) && event->time_sigma_s > 0, "sigma");
+    }
+    require(!core.snapshot(now + std::chrono::seconds{1}).alive, "silence is not life");
+  }
+}
+
+void sensor_stays_sane(std::span<const std::uint8_t> bytes) {
+  sim::Microcontroller mcu({}, kStart);
+  mcu.receive(bytes, kStart);
+  TimePoint now = kStart;
+  for (int i = 0; i < 50; ++i) {
+    mcu.advance(now += std::chrono::milliseconds{2});
+    while (const auto out = mcu.next_output()) require(out->t <= now, "output is not early");
+  }
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const std::span<const std::uint8_t> bytes(data, size);
+  frames_build_back(bytes, ctp::Direction::kFromSensor);
+  frames_build_back(bytes, ctp::Direction::kFromHost);
+  host_stays_sane(bytes);
+  sensor_stays_sane(bytes);
+  return 0;
+}
