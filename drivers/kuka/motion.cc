@@ -65,15 +65,10 @@ ScalarProfile ScalarProfile::brake(const ScalarState& state, const ScalarLimits&
     peak = a;
     hold_s = (v0 + a0 * a0 / (2 * j) - peak * peak / j) / peak;
   }
-  if (a0 + peak >= 0.0) {
-    profile.append((a0 + peak) / j, -j);
-    profile.append(hold_s, 0.0);
-    profile.append(peak / j, j);
-  } else if (v0 > 0.0) {
-    // Already in the last phase of a stop, short of it by rounding: end it at this deceleration.
-    const double left_s = 2 * v0 / -a0;
-    profile.append(left_s, -a0 / left_s);
-  }
+  // Within a stop already, the first phase is over, and only rounding could ask for some of it.
+  profile.append(std::max(0.0, a0 + peak) / j, -j);
+  profile.append(hold_s, 0.0);
+  profile.append(peak / j, j);
   profile.end_.speed = profile.end_.acceleration = 0.0;
   return profile;
 }

@@ -73,6 +73,10 @@ void RsiConfig::validate() const {
     throw ConfigError(fmt::format("rsi: silence_cycles = {} is outside 2..{}", silence_cycles,
                                   kMaxSilenceCycles));
   }
+  if (late_replies_limit < 1) {
+    throw ConfigError(
+        fmt::format("rsi: late_replies_limit = {} is not at least 1", late_replies_limit));
+  }
   check_mode(mode, hold_on);
   if (limits.empty() || limits.size() > kMaxAxes) {
     throw ConfigError(

@@ -20,8 +20,6 @@ constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 
 // AIPos with fewer decimals is a hundredth of a degree or worse: 0.2 mm at 1.4 m.
 constexpr int kFewestDecimals = 3;
-// This many late replies within one move: the controller is near its time-out (10 by default).
-constexpr std::uint32_t kLateWhileMoving = 3;
 // If all of this many replies and more count as late, they are refused, not late.
 constexpr std::uint64_t kRefusedReplies = 10;
 // The reference is the mean of AIPos over two windows that agree: the arm rests.
@@ -145,6 +143,7 @@ struct RsiCore::Impl {
   // ---- session ---------------------------------------------------------------------------------
 
   void begin_session() {
+    silence_before_s = state.waited_s;
     stream.reset();
     record.clear();
     offset_known = false;
@@ -158,7 +157,7 @@ struct RsiCore::Impl {
   /// Packets have stopped, or are another session's.
   void lose(Cause cause, double a) {
     if (mover.busy()) finish(mover.abandon(cause, a));
-    if (pending) refuse(*pending, {cause, 0, a, 0.0}, MoveOutcome::kRobotSilent);
+    if (pending) refuse(*pending, {cause, 0, a, 0.0});
     pending.reset();
     if (memory.known && offset_known) {
       memory.sent_rad = sent;
@@ -183,6 +182,7 @@ struct RsiCore::Impl {
         take_axes(frame.setpoint_axes_deg, frame.setpoint_external_deg, axes());
     if (setpoint.size() == axes()) evidence.setpoint_rad = setpoint;
     evidence.delay = frame.delay;
+    evidence.silence_before_s = silence_before_s;
     evidence.session_start = session_start;
     verdict = finder.look(evidence);
     if (verdict != OffsetVerdict::kKnown) return false;
@@ -229,7 +229,7 @@ struct RsiCore::Impl {
       state.late += more;
       if (mover.busy()) {
         state.late_while_moving += more;
-        if (state.late_while_moving >= kLateWhileMoving) {
+        if (state.late_while_moving >= static_cast<std::uint32_t>(config.late_replies_limit)) {
           mover.halt(MoveOutcome::kRobotSilent, Cause::kLateReplies, state.late_while_moving);
         }
       }
@@ -370,6 +370,7 @@ struct RsiCore::Impl {
   CoreState state;
   bool heard_time = false;
   TimePoint last_rx{};
+  double silence_before_s = 0.0;
 
   bool offset_known = false;
   bool session_start = false;

@@ -16,6 +16,8 @@ constexpr double kStillRad = 0.005 * kRadPerDeg;
 constexpr int kStillPackets = 3;
 // IPOC has gone on if it agrees with the host's clock this well: network jitter, two quartzes.
 constexpr double kContinuityS = 0.05, kContinuityFraction = 0.01;
+// Silence on a port of our own that no running session keeps: five of the longest cycles.
+constexpr double kListenedS = 0.2;
 // Delay of a running session may lag by one packet; a fresh one must stay clearly below.
 constexpr std::uint32_t kDelayLag = 1, kDelayClear = 3;
 
@@ -68,8 +70,11 @@ OffsetVerdict OffsetFinder::by_setpoint(const OffsetEvidence& evidence) {
 OffsetVerdict OffsetFinder::by_counters(const OffsetEvidence& evidence) {
   if (evidence.session_start) return decide(zero_);
   if (!memory_.known) {
-    // No late reply yet: the session has just begun, for nobody has answered it before.
-    if (evidence.delay && *evidence.delay == 0) return decide(zero_);
+    // No late reply although nobody else can have answered for many cycles: it has just begun.
+    // Without the silence it may be a session that another process has answered until now.
+    if (evidence.delay && *evidence.delay == 0 && evidence.silence_before_s >= kListenedS) {
+      return decide(zero_);
+    }
     return OffsetVerdict::kUnknown;
   }
   if (distance(memory_.sent_rad, zero_) <= kSameRad) return decide(memory_.sent_rad);

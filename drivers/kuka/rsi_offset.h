@@ -33,7 +33,8 @@ struct OffsetEvidence {
   AxisAngles actual_rad;
   AxisAngles setpoint_rad;  ///< ASPos; empty if not sent
   std::optional<std::uint32_t> delay;
-  bool session_start = false;  ///< RSI 2's first frame was seen
+  double silence_before_s = 0.0;  ///< listened to, before this packet or this session's first
+  bool session_start = false;     ///< RSI 2's first frame was seen
 };
 
 enum class OffsetVerdict { kKnown, kWaitForRest, kUnknown };

@@ -1,0 +1,146 @@
+#pragma once
+// The adapter's core against the emulated controller in virtual time, with a scripted contact
+// sensor.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <deque>
+#include <functional>
+#include <numbers>
+#include <string>
+
+#include "drivers/kuka/rsi_core.h"
+#include "sim/krc/controller.h"
+
+namespace cellcal::drivers {
+
+using namespace std::chrono_literals;
+
+inline constexpr double kDeg = std::numbers::pi / 180.0;
+
+/// KR 5 arc's limits, roughly; jerk such that ramps last some 0.1 s.
+inline RsiConfig rig_config() {
+  RsiConfig config;
+  config.limits.assign(6, {-185 * kDeg, 185 * kDeg, 100 * kDeg, 400 * kDeg, 4000 * kDeg});
+  config.limits[1] = {-180 * kDeg, 65 * kDeg, 100 * kDeg, 400 * kDeg, 4000 * kDeg};
+  config.correction_limit_deg.assign(6, 90.0);
+  return config;
+}
+
+/// What the test says the sensor says.
+class ScriptedGuard final : public ContactGuard {
+ public:
+  ContactSnapshot snapshot(TimePoint) override { return now_; }
+  std::optional<ContactEvent> take_event() override {
+    if (events_.empty()) return std::nullopt;
+    const ContactEvent oldest = events_.front();
+    events_.pop_front();
+    return oldest;
+  }
+
+  void arm(std::uint16_t id) {
+    now_.armed = true;
+    now_.arm_id = id;
+  }
+  void disarm() { now_.armed = false; }
+  void set_alive(bool alive) { now_.alive = alive; }
+  void touch(bool touching) { now_.in_contact = touching; }
+  /// The sensor's one-shot arming ends with its trip.
+  void trip(std::uint16_t id, TimePoint edge) {
+    now_.armed = false;
+    push(ContactEventKind::kTrip, id, edge);
+  }
+  void push(ContactEventKind kind, std::uint16_t id, TimePoint edge, int bounces = 0) {
+    events_.push_back({kind, id, edge, 20e-6, bounces});
+  }
+
+ private:
+  ContactSnapshot now_{.alive = true};
+  std::deque<ContactEvent> events_;
+};
+
+class Rig {
+ public:
+  explicit Rig(sim::ControllerConfig krc_config = {}, RsiConfig config = rig_config(),
+               bool with_guard = true)
+      : krc(std::move(krc_config)), core(std::move(config), with_guard ? &guard : nullptr) {}
+
+  /// One cycle: the controller ticks, the packet travels, the reply comes back.
+  void cycle() {
+    now += krc.cycle();
+    packet = std::string(krc.tick(now));
+    reply.clear();
+    if (before_core) before_core();
+    if (!packet.empty() && to_pc) {
+      const TimePoint t_rx = now + network_delay();
+      core.on_tick(t_rx);
+      reply = std::string(core.on_datagram(packet, t_rx));
+    } else {
+      core.on_tick(now);
+    }
+    if (!reply.empty() && to_krc) krc.receive(reply);
+    if (after_cycle) after_cycle();
+  }
+  void run(Duration duration) {
+    for (const TimePoint end = now + duration; now < end;) cycle();
+  }
+  bool run_until(const std::function<bool()>& done, Duration limit = 30s) {
+    for (const TimePoint end = now + limit; now < end;) {
+      cycle();
+      if (done()) return true;
+    }
+    return false;
+  }
+
+  /// RSI_ON, first packets, reference.
+  void make_ready() {
+    krc.rsi_on();
+    run(200ms);
+    core.rereference();
+    ASSERT_TRUE(run_until([&] { return core.state().link == RobotLink::kReady; }, 2s))
+        << core.state().words;
+  }
+
+  AxisAngles commanded() const { return core.state().commanded_rad; }
+  AxisAngles moved_by(std::size_t axis, double deg) const {
+    AxisAngles target = commanded();
+    target[axis] += deg * kDeg;
+    return target;
+  }
+  void begin(MoveKind kind, const AxisAngles& target, double cruise_s = 0.0,
+             std::uint16_t arm_id = 0) {
+    core.begin({++last_id, kind, target, cruise_s, arm_id});
+  }
+  /// Runs until the move has ended.
+  MoveResult finish(Duration limit = 30s) {
+    std::optional<MoveResult> result;
+    const bool ended = run_until(
+        [&] {
+          result = core.poll();
+          return result.has_value();
+        },
+        limit);
+    EXPECT_TRUE(ended) << "no result";
+    if (!result) return {};
+    EXPECT_EQ(result->id, last_id);
+    return *result;
+  }
+  MoveResult move(MoveKind kind, const AxisAngles& target, double cruise_s = 0.0,
+                  std::uint16_t arm_id = 0) {
+    begin(kind, target, cruise_s, arm_id);
+    return finish();
+  }
+
+  TimePoint now{1000s};
+  ScriptedGuard guard;
+  sim::Controller krc;
+  RsiCore core;
+  std::string packet, reply;
+  bool to_pc = true, to_krc = true;
+  std::function<void()> before_core, after_cycle;
+  std::function<Duration()> network_delay = [] { return Duration(100us); };
+  std::uint32_t last_id = 0;
+};
+
+}  // namespace cellcal::drivers
