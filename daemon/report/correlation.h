@@ -1,8 +1,6 @@
 #pragma once
 // Correlations of the parameters once the frame directions are taken out. Left in, they would make
-// every target coordinate correlate with the first axis and hide the pairs that matter. Parameters
-// that the frame decides are left out with it: what remains of their variance is a trace of the
-// others, and would correlate with them perfectly while meaning nothing.
+// every target coordinate correlate with the first axis and hide the pairs that matter.
 
 #include <cstddef>
 #include <vector>

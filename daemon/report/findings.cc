@@ -54,6 +54,20 @@ std::string outlier_row(const View& view, const calib::Outlier& outlier) {
       outlier.reason.empty() ? std::string("no reason recorded") : escape(outlier.reason));
 }
 
+bool is_of_target(const View& view, std::size_t parameter) {
+  const std::string& name = view.result.parameters[parameter].name;
+  return std::any_of(view.result.cell.targets.begin(), view.result.cell.targets.end(),
+                     [&name](const calib::Target& target) { return belongs_to(name, target.id); });
+}
+
+// Coordinates of targets always move together with the arm that found them; such pairs say nothing
+// about the robot and would crowd out those that do. Returns how many there were.
+std::size_t drop_pairs_of_targets(const View& view, std::vector<CorrelatedPair>& pairs) {
+  return std::erase_if(pairs, [&view](const CorrelatedPair& pair) {
+    return is_of_target(view, pair.first) && is_of_target(view, pair.second);
+  });
+}
+
 }  // namespace
 
 std::string unidentifiable(const View& view) {
@@ -96,7 +110,7 @@ std::string outliers(const View& view) {
 }
 
 std::string correlations(const View& view) {
-  const Correlations strong = strong_correlations(view.result, kStrongCorrelation);
+  Correlations strong = strong_correlations(view.result, kStrongCorrelation);
   constexpr std::string_view kHeading = "Parameters that go together";
   if (!strong.available) {
     return section("correlations", kHeading,
@@ -106,10 +120,18 @@ std::string correlations(const View& view) {
   const std::string_view frame = strong.frame_removed
                                      ? "The frame directions are held fixed here. "
                                      : "The frame directions are part of these figures. ";
+  const std::size_t of_targets = drop_pairs_of_targets(view, strong.pairs);
+  const std::string left_out =
+      of_targets == 0 ? std::string()
+                      : fmt::format(
+                            "<p class=\"note\">Left out: {} of target coordinates, which move "
+                            "together with the arm that found them.</p>\n",
+                            counted(of_targets, "pair", "pairs"));
   if (strong.pairs.empty()) {
     return section("correlations", kHeading,
-                   fmt::format("<p>{}No two parameters correlate by more than {}.</p>\n", frame,
-                               fixed(kStrongCorrelation, 1)));
+                   fmt::format("<p>{}No two parameters of robot, tool and touch correlate by more "
+                               "than {}.</p>\n{}",
+                               frame, fixed(kStrongCorrelation, 1), left_out));
   }
   std::string rows;
   const std::size_t shown = std::min(strong.pairs.size(), kMostPairs);
@@ -133,7 +155,7 @@ std::string correlations(const View& view) {
     body +=
         fmt::format("<p class=\"note\">The strongest {} of {}.</p>\n", shown, strong.pairs.size());
   }
-  return section("correlations", kHeading, body);
+  return section("correlations", kHeading, body + left_out);
 }
 
 }  // namespace cellcal::daemon::report

@@ -28,6 +28,7 @@ constexpr double kBarSigmas = 2.0;
 constexpr int kDegreeDecimals = 4;  // 0.0001 deg is 2 um at a metre
 constexpr int kArcsecDecimals = 2;
 constexpr int kOtherDigits = 4;
+constexpr int kSigmaDigits = 2;
 
 struct Group {
   std::string heading;
@@ -35,19 +36,15 @@ struct Group {
   std::vector<const ParameterResult*> rows;
 };
 
-bool begins_with(std::string_view name, std::string_view owner) {
-  return name.size() > owner.size() + 1 && name.starts_with(owner) && name[owner.size()] == '.';
-}
-
 // Joints and targets are looked up by name, for a name may itself hold a dot.
 std::pair<std::string, bool> owner_of(const View& view, std::string_view name) {
   for (const calib::Joint& joint : view.result.cell.robot.joints) {
-    if (begins_with(name, joint.name)) return {"Joint " + joint.name, true};
+    if (belongs_to(name, joint.name)) return {"Joint " + joint.name, true};
   }
-  if (begins_with(name, "tool")) return {"Tool", false};
-  if (begins_with(name, "touch")) return {"Touch", false};
+  if (belongs_to(name, "tool")) return {"Tool", false};
+  if (belongs_to(name, "touch")) return {"Touch", false};
   for (const calib::Target& target : view.result.cell.targets) {
-    if (begins_with(name, target.id)) return {"Target " + target.id, false};
+    if (belongs_to(name, target.id)) return {"Target " + target.id, false};
   }
   return {"Other", false};
 }
@@ -75,14 +72,17 @@ std::string_view meaning_of(std::string_view name) {
   if (last == "a") return "length of the link";
   if (last == "alpha") return "twist of the link";
   if (last == "beta") return "tilt to the parallel axis";
-  if (last == "k") return "compliance";
+  if (last == "compliance") return "yielding under torque";
+  if (last.starts_with("cos") || last.starts_with("sin")) return "wave of the gear";
+  if (last == "radius") return "correction of the radius";
   if (last == "c_t") return "bending";
   if (last == "rho") return "offset of the radius";
   if (last == "x" || last == "y" || last == "z") return "position";
   return {};
 }
 
-std::string in_unit(double value, const ParameterResult& parameter, bool with_sign) {
+std::string in_unit(double value, const ParameterResult& parameter, bool with_sign,
+                    int digits = kOtherDigits) {
   const double shown = value * parameter.to_unit;
   int decimals = -1;
   if (parameter.unit == "mm") decimals = kMmDecimals;
@@ -90,7 +90,7 @@ std::string in_unit(double value, const ParameterResult& parameter, bool with_si
   if (parameter.unit == "arcsec") decimals = kArcsecDecimals;
   if (decimals < 0) {
     const bool plus = with_sign && std::isfinite(shown) && shown > 0.0;
-    return fmt::format("{}{}", plus ? "+" : "", significant(shown, kOtherDigits));
+    return fmt::format("{}{}", plus ? "+" : "", significant(shown, digits));
   }
   return with_sign ? signed_fixed(shown, decimals) : fixed(shown, decimals);
 }
@@ -160,7 +160,7 @@ std::string parameter_row(const Group& group, const ParameterResult& parameter,
       "class=\"word\">{}</td><td>{}</td></tr>\n",
       decided, escape(parameter.name), meaning_of(parameter.name),
       in_unit(parameter.nominal, parameter, false), in_unit(parameter.correction, parameter, true),
-      in_unit(parameter.sigma, parameter, false), unit_html(parameter.unit), decided,
+      in_unit(parameter.sigma, parameter, false, kSigmaDigits), unit_html(parameter.unit), decided,
       bar(parameter, range == ranges.end() ? 0.0 : range->second));
 }
 
@@ -194,8 +194,9 @@ std::string parameters_table(const View& view) {
   const std::string body = fmt::format(
       "<p class=\"note\">Decided by <strong>data</strong>: the touches outweigh the tolerance. "
       "<strong>Prior</strong>: the touches say little, the value stays near nominal by its "
-      "manufacturing tolerance. <strong>Frame</strong>: a matter of where the base frame is put, "
-      "not an error of the robot. The bar shows the correction (dot, hollow where not decided by "
+      "manufacturing tolerance. <strong>Frame</strong>: tied to something that the touches cannot "
+      "tell (see there), so its &sigma; is that of a convention. The bar shows the correction "
+      "(dot, hollow where not decided by "
       "data) with &plusmn;2&sigma; (line) around zero.{}</p>\n"
       "<div class=\"scroll\"><table class=\"numbers parameters\">\n<thead><tr>"
       "<th scope=\"col\">parameter</th><th scope=\"col\">nominal</th>"

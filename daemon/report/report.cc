@@ -24,7 +24,8 @@ std::string masthead(const ReportInput& input) {
   };
   add("Cell", input.cell_name);
   add("Robot", robot);
-  add("Finished", input.finished.empty() ? input.started : input.finished);
+  add(input.finished.empty() ? "Started" : "Finished",
+      input.finished.empty() ? input.started : input.finished);
   add("Session", input.session_id);
   return fmt::format(
       "<header>\n<h1>Calibration report</h1>\n<p class=\"facts\">{}</p>\n</header>\n", facts);

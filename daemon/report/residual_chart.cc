@@ -109,6 +109,14 @@ void draw_before(Svg& svg, const Panel& panel, const std::vector<Mark>& marks, d
   }
 }
 
+// Where the next outlier, or else the panel, ends the room for a label.
+double next_outlier(const std::vector<Mark>& marks, std::size_t after, const Scale& across) {
+  for (std::size_t i = after + 1; i < marks.size(); ++i) {
+    if (marks[i].kind == MarkKind::kOutlier) return across(static_cast<double>(i + 1));
+  }
+  return across.at_to;
+}
+
 void draw_after(Svg& svg, const Panel& panel, const std::vector<Mark>& marks, double size,
                 double band_mm) {
   if (band_mm > 0.0 && std::isfinite(band_mm)) {
@@ -122,14 +130,16 @@ void draw_after(Svg& svg, const Panel& panel, const std::vector<Mark>& marks, do
     const Mark& mark = marks[i];
     const Point at{panel.across(static_cast<double>(i + 1)), panel.up.clamped(mark.after_mm)};
     draw_mark(svg, mark, at, size, "after");
+    if (mark.kind != MarkKind::kOutlier) continue;
     // Every outlier stands in the table; here only those are labelled that have room.
-    if (mark.kind != MarkKind::kOutlier || at.x < label_end) continue;
-    const bool at_the_end = at.x > panel.across.at_to - kFlagWidth;
-    if (at_the_end && at.x - kFlagWidth < label_end) continue;
-    label_end = at.x + (at_the_end ? 0.0 : kFlagWidth);
+    const double next = next_outlier(marks, i, panel.across);
+    const bool to_the_right = at.x + kFlagWidth < next && at.x > label_end;
+    const bool to_the_left = !to_the_right && at.x - kFlagWidth > label_end;
+    label_end = at.x + (to_the_right ? kFlagWidth : kFlagGap);
+    if (!to_the_right && !to_the_left) continue;
     svg.text(
-        {at.x + (at_the_end ? -kFlagGap : kFlagGap), at.y + (mark.after_mm > 0.0 ? 10.0 : -3.0)},
-        at_the_end ? Anchor::kEnd : Anchor::kStart, "flag",
+        {at.x + (to_the_right ? kFlagGap : -kFlagGap), at.y + (mark.after_mm > 0.0 ? 10.0 : -3.0)},
+        to_the_right ? Anchor::kStart : Anchor::kEnd, "flag",
         fmt::format("{}: {}{}", mark.number, signed_fixed(mark.after_mm, 2),
                     panel.up.holds(mark.after_mm) ? "" : " off scale"));
   }

@@ -126,6 +126,8 @@ svg .tick { fill: var(--soft); font-size: 11.5px; }
 svg .panel { font-size: 13px; font-weight: 600; }
 svg .flag { fill: var(--alarm); font-size: 11px; }
 svg .strong { font-weight: 600; }
+svg .label, svg .flag { paint-order: stroke; stroke: var(--paper); stroke-width: 3px;
+  stroke-linejoin: round; }
 svg .grid { stroke: var(--line); stroke-width: 0.8; fill: none; }
 svg .zero { stroke: var(--soft); stroke-width: 1; }
 svg .band { fill: var(--band); }

@@ -23,7 +23,8 @@ std::string_view scope_words(const View& view) {
   }
   if (view.result.cell.lengths.empty()) {
     return "Scope: near the targets only, within about 150&nbsp;mm of them. No certified length "
-           "was touched, so nothing holds the scale of the arm. Elsewhere the result may be used "
+           "was touched, so only the size of the targets holds the scale of the arm, and weakly. "
+           "Elsewhere the result may be used "
            "for prediction with its larger bound, but it claims nothing there.";
   }
   return "Scope: near the targets only, within about 150&nbsp;mm of them. Elsewhere the result may "

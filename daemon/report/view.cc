@@ -71,6 +71,11 @@ const calib::TargetResult* View::target_result(std::string_view id) const {
   return nullptr;
 }
 
+bool belongs_to(std::string_view parameter, std::string_view owner) {
+  return parameter.size() > owner.size() + 1 && parameter.starts_with(owner) &&
+         parameter[owner.size()] == '.';
+}
+
 std::string_view kind_word(calib::TargetKind kind) {
   switch (kind) {
     case calib::TargetKind::kSphere:

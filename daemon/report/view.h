@@ -46,6 +46,9 @@ struct View {
   const calib::TargetResult* target_result(std::string_view id) const;
 };
 
+/// "S1.x" belongs to "S1". Names may hold dots themselves.
+bool belongs_to(std::string_view parameter, std::string_view owner);
+
 std::string_view kind_word(calib::TargetKind kind);
 std::string_view css_class(MarkKind kind);
 /// "touch 12 on S1, held out: 2.310 mm before, 0.021 mm after".

@@ -33,7 +33,6 @@ TEST(StrongCorrelations, FindsPairsOnBothSidesOfZeroStrongestFirst) {
 // sphere's height above the base. Tolerances 0.7 mm for the base, 20 mm for the spheres.
 calib::Calibration heights(double touch_sigma) {
   calib::Calibration calibration = with_parameters(3);
-  calibration.parameters[0].decided_by = calib::DecidedBy::kFrame;
   const Eigen::Vector3d prior_sigma(0.7, 20.0, 20.0);
   Eigen::MatrixXd jacobian(2, 3);
   jacobian << -1.0, 1.0, 0.0, -1.0, 0.0, 1.0;

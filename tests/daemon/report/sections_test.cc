@@ -289,6 +289,28 @@ TEST(Correlations, NameThePairThatGoesTogether) {
   EXPECT_TRUE(says(html, "frame directions are held fixed"));
 }
 
+TEST(Correlations, OfTargetCoordinatesAreCountedNotListed) {
+  ReportInput input = made_up_session();
+  calib::Calibration& result = input.calibration;
+  const auto size = static_cast<Eigen::Index>(result.parameters.size());
+  result.covariance = Eigen::MatrixXd::Identity(size, size);
+  result.covariance(size - 1, size - 2) = result.covariance(size - 2, size - 1) = 0.95;
+  result.frame_basis.resize(0, 0);
+  const std::string html = section_of(html_report(input), "correlations");
+  EXPECT_FALSE(says(html, "S4."));
+  EXPECT_TRUE(says(html, "Left out: 1 pair of target coordinates"));
+  EXPECT_TRUE(says(html, "No two parameters of robot, tool and touch"));
+  EXPECT_TRUE(says(html, "frame directions are part of these figures"));
+}
+
+TEST(Masthead, NeverCallsASessionFinishedThatIsNot) {
+  ReportInput input = made_up_session();
+  input.finished.clear();
+  const std::string html = html_report(input);
+  EXPECT_TRUE(says(html, "<span>Started <b>2025-03-14T02:10:00Z</b></span>"));
+  EXPECT_FALSE(says(html, "<span>Finished"));
+}
+
 TEST(Traceability, HoldsEveryInputHashSoftwareAndNote) {
   const ReportInput input = made_up_session();
   const std::string html = section_of(html_report(input), "traceability");
