@@ -12,7 +12,8 @@ namespace cellcal::drivers {
 namespace {
 
 constexpr int kMinDecimals = 4, kMaxDecimals = 9;
-constexpr int kMaxSilenceCycles = 1000;
+// 0.2 s at 4 ms: nobody stops and starts RSI within it, so such a silence hides no new session.
+constexpr int kMaxSilenceCycles = 50;
 constexpr std::size_t kMaxName = 32;
 
 // A name that may stand as an XML element, or as SENTYPE, without any escaping.

@@ -25,6 +25,8 @@ constexpr std::uint64_t kRefusedReplies = 10;
 // The reference is the mean of AIPos over two windows that agree: the arm rests.
 constexpr std::size_t kReferenceWindow = 12;
 constexpr double kReferenceStillRad = 0.002 * kRadPerDeg;
+// ASPos repeats itself to the last digit; this allows for one decimal less than is accepted.
+constexpr double kSamePoseRad = 0.01 * kRadPerDeg;
 constexpr std::size_t kResultDepth = 16;
 
 double seconds(Duration d) { return std::chrono::duration<double>(d).count(); }
@@ -66,7 +68,7 @@ struct RsiCore::Impl {
 
     if (state.link == RobotLink::kDown || state.link == RobotLink::kLost) begin_session();
     Arrival arrival = stream.push(frame, t_rx);
-    if (arrival == Arrival::kRestart) {
+    if (arrival == Arrival::kRestart || (arrival == Arrival::kNext && start_pose_moved())) {
       lose(Cause::kSessionRestarted, 0.0);
       begin_session();
       arrival = stream.push(frame, t_rx);
@@ -144,6 +146,7 @@ struct RsiCore::Impl {
 
   void begin_session() {
     silence_before_s = state.waited_s;
+    start_pose.clear();
     stream.reset();
     record.clear();
     offset_known = false;
@@ -171,6 +174,19 @@ struct RsiCore::Impl {
     rereference_asked = false;
     offset_known = false;
     state.link = RobotLink::kLost;
+  }
+
+  /// ASPos is the pose at RSI_ON: where it changes, a new session began, or the KRL program moves
+  /// the arm itself. Either way the correction means something else now.
+  bool start_pose_moved() {
+    const AxisAngles setpoint =
+        take_axes(frame.setpoint_axes_deg, frame.setpoint_external_deg, axes());
+    if (setpoint.size() != axes()) return false;
+    if (start_pose.empty()) start_pose = setpoint;
+    for (std::size_t i = 0; i < axes(); ++i) {
+      if (std::abs(setpoint[i] - start_pose[i]) > kSamePoseRad) return true;
+    }
+    return false;
   }
 
   bool find_offset(const AxisAngles& actual, TimePoint t_rx) {
@@ -376,6 +392,7 @@ struct RsiCore::Impl {
   bool session_start = false;
   bool rereference_asked = false;
   bool too_few_axes = false;
+  AxisAngles start_pose;                                         // ASPos of this session
   AxisAngles sent = AxisAngles(config.limits.size(), 0.0);       // correction in the last reply
   AxisAngles base = AxisAngles(config.limits.size(), 0.0);       // pose at correction 0
   AxisAngles commanded = AxisAngles(config.limits.size(), 0.0);  // base + correction

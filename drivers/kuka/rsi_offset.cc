@@ -87,6 +87,8 @@ OffsetVerdict OffsetFinder::by_counters(const OffsetEvidence& evidence) {
     return decide(zero_);
   }
   if (!evidence.delay || !memory_.delay) return OffsetVerdict::kUnknown;
+  // Within a session it never counts back.
+  if (*evidence.delay < *memory_.delay) return decide(zero_);
   if (!first_delay_) first_delay_ = evidence.delay;
   const bool counts = memory_.delay_counts || *evidence.delay > *first_delay_;
   const std::uint32_t unanswered =

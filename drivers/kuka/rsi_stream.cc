@@ -37,6 +37,8 @@ Arrival RsiStream::push(const RobFrame& frame, TimePoint t_rx) {
     if (difference == 0) return Arrival::kRepeat;
     if (difference < 0 && difference >= -window) return Arrival::kStale;
     if (difference < 0 || difference > window) return Arrival::kRestart;
+    // It counts within a session and never back.
+    if (frame.delay && *frame.delay < last_delay_) return Arrival::kRestart;
     const auto step = static_cast<std::uint32_t>(difference);
     if (step_ == 0 || step < step_) step_ = step;
     if (step > step_) gaps_ += step / step_ - 1;
@@ -44,6 +46,7 @@ Arrival RsiStream::push(const RobFrame& frame, TimePoint t_rx) {
   }
   ++packets_;
   last_ipoc_ = ipoc;
+  last_delay_ = frame.delay.value_or(0);
   decimals_ = std::max(decimals_, frame.decimals);
   if (!learnt()) learn(t_rx, ipoc);
   return arrival;

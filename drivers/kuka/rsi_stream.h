@@ -16,7 +16,7 @@ enum class Arrival : std::uint8_t {
   kNext,
   kRepeat,   ///< same IPOC again
   kStale,    ///< older than the newest: overtaken on the way
-  kRestart,  ///< IPOC jumped: another session, or too many packets lost
+  kRestart,  ///< IPOC jumped or Delay fell: another session, or too many packets lost
 };
 
 class RsiStream {
@@ -44,6 +44,7 @@ class RsiStream {
   std::uint64_t packets_ = 0, gaps_ = 0;
   int decimals_ = -1;
   std::uint32_t last_ipoc_ = 0, step_ = 0;
+  std::uint32_t last_delay_ = 0;
   TimePoint learn_from_{};
   std::uint32_t learn_from_ipoc_ = 0;
   int learning_ = 0;

@@ -172,5 +172,21 @@ TEST(RsiOffset, RestartWithinTheSilenceLimitIsNoticedByIpoc) {
   EXPECT_EQ(takeover.core->state().link, RobotLink::kNotReferenced);
 }
 
+TEST(RsiOffset, RestartThatOnlyDelayOrAsposBetraysIsNoticed) {
+  for (const bool setpoint : {true, false}) {
+    sim::ControllerConfig config;
+    config.send_setpoint = setpoint;
+    Takeover takeover(config);
+    takeover.run(8ms, false);  // two late replies, then a new session without any silence
+    takeover.run(100ms);
+    takeover.krc.rsi_on();
+    takeover.held_deg = 0.0;
+    takeover.watch();
+    takeover.run(500ms);
+    EXPECT_EQ(takeover.core->state().link, RobotLink::kNotReferenced);
+    EXPECT_EQ(takeover.worst_jump_deg, 0.0) << setpoint;
+  }
+}
+
 }  // namespace
 }  // namespace cellcal::drivers

@@ -40,7 +40,7 @@ RsiConfig loopback() {
   config.bind_address = "127.0.0.1";
   config.port = 0;
   // A loaded machine is not what these tests are about.
-  config.silence_cycles = 200;
+  config.silence_cycles = 50;
   config.late_replies_limit = 1'000'000;
   return config;
 }
@@ -50,6 +50,35 @@ sim::ControllerConfig patient() {
   config.timeout_cycles = 1000;
   return config;
 }
+
+/// A controller of which nothing but the socket exists.
+class Peer {
+ public:
+  explicit Peer(const RsiRobot& robot)
+      : pc_(asio::ip::address_v4::loopback(), robot.port()),
+        socket_(context_, udp::endpoint(udp::v4(), 0)) {
+    socket_.non_blocking(true);
+  }
+  void send(const std::string& bytes) { socket_.send_to(asio::buffer(bytes), pc_); }
+  /// Empty if nothing waits.
+  std::string take() {
+    std::array<char, 2048> buffer{};
+    udp::endpoint from;
+    boost::system::error_code error;
+    const std::size_t got = socket_.receive_from(asio::buffer(buffer), from, 0, error);
+    return error ? std::string() : std::string(buffer.data(), got);
+  }
+  std::string await() {
+    std::string reply;
+    EXPECT_TRUE(eventually([&] { return !(reply = take()).empty(); }));
+    return reply;
+  }
+
+ private:
+  asio::io_context context_;
+  udp::endpoint pc_;
+  udp::socket socket_;
+};
 
 class RsiOverUdp : public ::testing::Test {
  protected:
@@ -76,8 +105,10 @@ class RsiOverUdp : public ::testing::Test {
     return result.value_or(MoveResult{});
   }
   static std::string packet(int ipoc) {
-    return "<Rob Type=\"KUKA\"><AIPos A1=\"0.0000\" A2=\"-90.0000\" A3=\"90.0000\" A4=\"0.0000\" "
-           "A5=\"90.0000\" A6=\"0.0000\"/><Delay D=\"0\"/><IPOC>" +
+    const std::string axes =
+        "A1=\"0.0000\" A2=\"-90.0000\" A3=\"90.0000\" A4=\"0.0000\" A5=\"90.0000\" "
+        "A6=\"0.0000\"/>";
+    return "<Rob Type=\"KUKA\"><AIPos " + axes + "<ASPos " + axes + "<Delay D=\"0\"/><IPOC>" +
            std::to_string(ipoc) + "</IPOC></Rob>";
   }
 
@@ -145,59 +176,36 @@ TEST_F(RsiOverUdp, MoveWithoutALinkIsRefusedAtOnce) {
 TEST_F(RsiOverUdp, BacklogIsAnsweredOnceWithTheNewestIpoc) {
   RsiRobot robot(io.context(), loopback(), nullptr);
   robot.open();
-  asio::io_context own;
-  udp::socket krc(own, udp::endpoint(udp::v4(), 0));
-  const udp::endpoint pc(asio::ip::address_v4::loopback(), robot.port());
+  Peer krc(robot);
   std::promise<void> held, sent;
   asio::post(io.context(), [&] {  // the I/O thread is busy while packets come
     held.set_value();
     sent.get_future().wait();
   });
   held.get_future().wait();
-  for (int i = 1; i <= 10; ++i) krc.send_to(asio::buffer(packet(1000 + 4 * i)), pc);
+  for (int i = 1; i <= 10; ++i) krc.send(packet(1000 + 4 * i));
   sent.set_value();
-  std::array<char, 2048> buffer{};
-  udp::endpoint from;
-  const std::size_t got = krc.receive_from(asio::buffer(buffer), from);
-  const std::string reply(buffer.data(), got);
-  EXPECT_EQ(from, pc);
-  EXPECT_NE(reply.find("<IPOC>1040</IPOC>"), std::string::npos) << reply;
-  EXPECT_TRUE(eventually([&] { return robot.reply_times().count() >= 1; }));
-  krc.non_blocking(true);
-  boost::system::error_code error;
-  krc.receive_from(asio::buffer(buffer), from, 0, error);
-  EXPECT_EQ(error, asio::error::would_block) << "one reply, not ten";
+  EXPECT_NE(krc.await().find("<IPOC>1040</IPOC>"), std::string::npos);
+  EXPECT_EQ(krc.take(), "") << "one reply, not ten";
 }
 
 TEST_F(RsiOverUdp, SecondControllerOnThePortIsIgnoredAndNamed) {
   RsiRobot robot(io.context(), loopback(), nullptr);
   robot.open();
-  asio::io_context own;
-  udp::socket first(own, udp::endpoint(udp::v4(), 0)), second(own, udp::endpoint(udp::v4(), 0));
-  const udp::endpoint pc(asio::ip::address_v4::loopback(), robot.port());
-  std::array<char, 2048> buffer{};
-  udp::endpoint from;
-  second.send_to(asio::buffer(std::string("who is there?")), pc);  // locks nothing
-  first.send_to(asio::buffer(packet(1000)), pc);
-  EXPECT_GT(first.receive_from(asio::buffer(buffer), from), 0U);
-  second.send_to(asio::buffer(packet(77'000)), pc);
+  Peer first(robot), second(robot);
+  second.send("who is there?");  // locks nothing
+  first.send(packet(1000));
+  EXPECT_NE(first.await(), "");
+  second.send(packet(77'000));
   EXPECT_TRUE(eventually([&] { return robot.foreign_packets() == 1; }));
   EXPECT_NE(robot.state().words.find("127.0.0.1"), std::string::npos) << robot.state().words;
-  first.send_to(asio::buffer(packet(1004)), pc);
-  EXPECT_GT(first.receive_from(asio::buffer(buffer), from), 0U);
-  second.non_blocking(true);
-  boost::system::error_code error;
-  second.receive_from(asio::buffer(buffer), from, 0, error);
-  EXPECT_EQ(error, asio::error::would_block);
+  EXPECT_EQ(second.take(), "");
 }
 
 TEST_F(RsiOverUdp, OversizedDatagramsAreCountedAsDamaged) {
   RsiRobot robot(io.context(), loopback(), nullptr);
   robot.open();
-  asio::io_context own;
-  udp::socket krc(own, udp::endpoint(udp::v4(), 0));
-  const udp::endpoint pc(asio::ip::address_v4::loopback(), robot.port());
-  krc.send_to(asio::buffer(std::string(20'000, 'x')), pc);
+  Peer(robot).send(std::string(20'000, 'x'));
   EXPECT_TRUE(eventually([&] {
     return robot.state().words.find("more than 8192 bytes") != std::string::npos;
   })) << robot.state().words;
