@@ -1,5 +1,6 @@
 #include "drivers/kuka/rsi_codec.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 

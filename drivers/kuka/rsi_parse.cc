@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <cstring>
@@ -52,7 +53,8 @@ int count_decimals(std::string_view text) {
   const auto point = text.find('.');
   const int behind =
       point == std::string_view::npos ? 0 : static_cast<int>(text.size() - point - 1);
-  return std::max(0, behind - exponent);
+  constexpr int kLargestExponent = 400;  // beyond a double's; keeps the difference an int
+  return std::max(0, behind - std::clamp(exponent, -kLargestExponent, kLargestExponent));
 }
 
 WireError parse_ipoc(std::string_view text, Ipoc& ipoc) {

@@ -1,0 +1,62 @@
+// Whatever comes in a datagram, the parser answers with a value, and the core's reply is one that a
+// controller can read and that moves nothing.
+
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+
+#include "drivers/kuka/rsi_codec.h"
+#include "drivers/kuka/rsi_core.h"
+
+namespace {
+
+using namespace cellcal::drivers;
+
+void require(bool condition, const char* what) {
+  if (condition) return;
+  std::fprintf(stderr, "rsi_fuzz: %s\n", what);
+  std::abort();
+}
+
+void require_finite(const AxisAngles& values) {
+  for (const double value : values) require(std::isfinite(value), "a value that is not finite");
+}
+
+RsiConfig config() {
+  RsiConfig c;
+  c.limits.assign(6, {-3.0, 3.0, 1.0, 5.0, 50.0});
+  c.correction_limit_deg.assign(6, 10.0);
+  return c;
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  static RsiParser parser;
+  const std::string_view bytes(reinterpret_cast<const char*>(data), size);
+  RobFrame rob;
+  if (parser.parse_rob(bytes, rob) == WireError::kNone) {
+    require(rob.has_ipoc && !rob.axes_deg.empty(), "accepted without IPOC or axes");
+    require_finite(rob.axes_deg);
+    require_finite(rob.setpoint_axes_deg);
+  }
+  SenFrame sen;
+  if (parser.parse_sen(bytes, {}, sen) == WireError::kNone) require_finite(sen.axes_deg);
+
+  // Twice: as the first packet, and within a session.
+  RsiCore core(config(), nullptr);
+  const TimePoint t{std::chrono::seconds(1)};
+  core.on_tick(t);
+  const std::string_view first = core.on_datagram(bytes, t + std::chrono::seconds(1));
+  if (!first.empty()) {
+    SenFrame reply;
+    require(parser.parse_sen(first, {}, reply) == WireError::kNone, "a reply that is no <Sen>");
+    require_finite(reply.axes_deg);
+    require(reply.ipoc.text.view() == rob.ipoc.text.view(), "another IPOC");
+  }
+  core.on_datagram(bytes, t + std::chrono::milliseconds(1004));
+  core.on_tick(t + std::chrono::seconds(3));
+  require(core.state().link != RobotLink::kReady, "ready without a reference");
+  return 0;
+}
