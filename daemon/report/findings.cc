@@ -100,7 +100,8 @@ std::string outliers(const View& view) {
   std::string rows;
   for (const calib::Outlier& outlier : list) rows += outlier_row(view, outlier);
   const std::string body = fmt::format(
-      "<p>Left out of the fit and of all figures above.</p>\n<div class=\"scroll\">"
+      "<p>Left out of the fit and of the figures before and after; drawn as crosses.</p>\n<div "
+      "class=\"scroll\">"
       "<table class=\"numbers\">\n<thead><tr><th scope=\"col\">touch</th>"
       "<th scope=\"col\">line of file</th><th scope=\"col\" class=\"word\">target</th>"
       "<th scope=\"col\">residual, mm</th><th scope=\"col\" class=\"word\">reason</th></tr></thead>"

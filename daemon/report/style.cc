@@ -89,7 +89,7 @@ tr.strong th, tr.strong td { font-weight: 650; }
 .columns { columns: 2; column-gap: 44px; }
 .columns .block { break-inside: avoid; padding-top: 1px; }
 .columns .pairs { width: 100%; }
-.columns th { width: 46%; }
+.columns th { width: 38%; }
 .tiles { display: grid; grid-template-columns: repeat(3, 1fr); gap: 14px; margin: 4px 0 18px; }
 .tile { border: 1px solid var(--line); border-radius: 6px; padding: 12px 14px; }
 .tile.predicted { border-style: dashed; }

@@ -60,7 +60,7 @@ bool belongs_in_a_document(std::uint32_t value) {
   return value != 0xFFFE && value != 0xFFFF;
 }
 
-std::string with_real_minus(std::string text) {
+std::string with_real_minus(std::string_view text) {
   std::string out;
   out.reserve(text.size() + kMinus.size());
   for (const char c : text) {

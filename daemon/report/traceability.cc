@@ -68,15 +68,15 @@ std::string artefact_rows(const View& view) {
   for (const calib::Target& target : view.result.cell.targets) {
     std::string words(kind_word(target.kind));
     if (target.kind == calib::TargetKind::kSphere) {
-      words += fmt::format(", diameter {} mm, &sigma; {} mm", mm(target.diameter_m),
+      words += fmt::format(", diameter {}&nbsp;mm, &sigma;&nbsp;{}&nbsp;mm", mm(target.diameter_m),
                            mm(target.diameter_sigma_m));
     }
     rows += pair(escape(target.id), words);
   }
   for (const calib::CertifiedLength& length : view.result.cell.lengths) {
-    rows += pair(
-        fmt::format("{} to {}", escape(length.from), escape(length.to)),
-        fmt::format("certified {} mm, &sigma; {} mm", mm(length.length_m), mm(length.sigma_m)));
+    rows += pair(fmt::format("{} to {}", escape(length.from), escape(length.to)),
+                 fmt::format("certified {}&nbsp;mm, &sigma;&nbsp;{}&nbsp;mm", mm(length.length_m),
+                             mm(length.sigma_m)));
   }
   return rows;
 }
