@@ -1,0 +1,89 @@
+// What runs on the robot's cycle does not allocate, in any state that a session passes through.
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cstdlib>
+#include <new>
+
+#include "rig.h"
+
+namespace {
+
+thread_local bool counting = false;
+std::atomic<int> allocations{0};
+
+void* counted(std::size_t size) {
+  if (counting) ++allocations;
+  if (void* p = std::malloc(size)) return p;
+  throw std::bad_alloc();
+}
+
+}  // namespace
+
+void* operator new(std::size_t size) { return counted(size); }
+void* operator new[](std::size_t size) { return counted(size); }
+void operator delete(void* p) noexcept { std::free(p); }
+void operator delete[](void* p) noexcept { std::free(p); }
+void operator delete(void* p, std::size_t) noexcept { std::free(p); }
+void operator delete[](void* p, std::size_t) noexcept { std::free(p); }
+
+namespace cellcal::drivers {
+namespace {
+
+/// Counts only within the core: the emulated sensor may allocate.
+class Counted {
+ public:
+  Counted() { counting = true; }
+  ~Counted() { counting = false; }
+};
+
+TEST(ContactCore, DoesNotAllocateOnTheCycle) {
+  sim::Microcontroller mcu({}, kStart);
+  TimePoint now = kStart;
+  ContactCore core({}, [&](std::span<const std::uint8_t> bytes) {
+    counting = false;
+    mcu.receive(bytes, now);
+    counting = true;
+  });
+  {
+    const Counted here;
+    core.connect(now);
+  }
+  int contacts = 0, revoked = 0, armed = 0, answered = 0;
+  std::uint16_t id = 0;
+  for (int ms = 0; ms < 20'000; ++ms) {
+    now += milliseconds{1};
+    mcu.advance(now);
+    if (ms == 9000) mcu.reset(now);
+    if (ms % 200 == 0) mcu.edge(now + microseconds{300}, true);
+    if (ms % 400 == 0) mcu.edge(now + microseconds{350}, false);  // noise
+    if (ms % 400 == 250) mcu.edge(now, false);
+    while (auto out = mcu.next_output()) {
+      if (ms % 97 == 0) out->frame.data[1] ^= 4;
+      const Counted here;
+      core.on_bytes(out->frame.bytes(), out->t);
+    }
+    const Counted here;
+    core.on_tick(now);
+    core.snapshot(now);
+    if (ms % 200 == 180) core.arm(++id, milliseconds{1000}, now);
+    if (ms % 5000 == 4000) core.self_test(now);
+    while (const auto a = core.poll_arm()) {
+      ++answered;
+      armed += a->refusal == ArmRefusal::kNone ? 1 : 0;
+    }
+    while (const auto e = core.take_event()) {
+      contacts += e->kind == ContactEventKind::kContact ? 1 : 0;
+      revoked += e->kind == ContactEventKind::kRevoked ? 1 : 0;
+    }
+  }
+  EXPECT_EQ(allocations, 0);
+  EXPECT_GT(contacts, 10);
+  EXPECT_GT(revoked, 5);
+  EXPECT_GT(armed, 10);
+  EXPECT_GT(answered, armed) << "refusals as well";
+}
+
+}  // namespace
+}  // namespace cellcal::drivers
