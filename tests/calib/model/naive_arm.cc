@@ -1,0 +1,124 @@
+#include "tests/calib/model/naive_arm.h"
+
+#include <cmath>
+
+namespace cellcal::calib::testing {
+
+namespace {
+
+using Eigen::AngleAxisd;
+using Eigen::Isometry3d;
+using Eigen::Translation3d;
+using Eigen::Vector3d;
+
+struct Link {
+  double theta, d, a, alpha, beta;
+};
+
+Isometry3d transform(const Link& link) {
+  return Isometry3d(AngleAxisd(link.theta, Vector3d::UnitZ())) * Translation3d(0, 0, link.d) *
+         Translation3d(link.a, 0, 0) * AngleAxisd(link.alpha, Vector3d::UnitX()) *
+         AngleAxisd(link.beta, Vector3d::UnitY());
+}
+
+}  // namespace
+
+Eigen::VectorXd nominal_theta(const Robot& robot, const JointVector& q) {
+  Eigen::VectorXd theta(static_cast<Eigen::Index>(q.size()));
+  for (std::size_t i = 0; i < q.size(); ++i)
+    theta[static_cast<Eigen::Index>(i)] = robot.joints[i].sign * q[i] + robot.joints[i].offset_rad;
+  return theta;
+}
+
+double potential_j(const Robot& robot, const Tool& tool, const Eigen::VectorXd& theta) {
+  Isometry3d frame = robot.base_fixed;
+  double energy = 0.0;
+  for (std::size_t i = 0; i < robot.joints.size(); ++i) {
+    const Joint& j = robot.joints[i];
+    frame = frame *
+            transform({theta[static_cast<Eigen::Index>(i)], j.d_m, j.a_m, j.alpha_rad, j.beta_rad});
+    energy -= j.mass_kg * robot.gravity_m_s2.dot(frame * j.com_m);
+  }
+  return energy - tool.mass_kg * robot.gravity_m_s2.dot(frame * robot.flange_fixed * tool.com_m);
+}
+
+Eigen::VectorXd torque_by_energy_nm(const Robot& robot, const Tool& tool,
+                                    const Eigen::VectorXd& theta) {
+  constexpr double kStepRad = 1e-4;  // truncation 1e-8 of it, rounding 1e-8 N m
+  Eigen::VectorXd torque(theta.size());
+  for (Eigen::Index i = 0; i < theta.size(); ++i) {
+    Eigen::VectorXd up = theta, down = theta;
+    up[i] += kStepRad;
+    down[i] -= kStepRad;
+    torque[i] = -(potential_j(robot, tool, up) - potential_j(robot, tool, down)) / (2.0 * kStepRad);
+  }
+  return torque;
+}
+
+Eigen::Isometry3d naive_tcp(const ArmModel& arm, const JointVector& q, const Eigen::VectorXd& x) {
+  const Robot& robot = arm.robot();
+  Tool tool = arm.tool();
+  const Eigen::VectorXd theta = nominal_theta(robot, q);
+  const Eigen::VectorXd torque = torque_by_energy_nm(robot, tool, theta);
+  std::vector<Link> links;
+  for (std::size_t i = 0; i < robot.joints.size(); ++i) {
+    const Joint& j = robot.joints[i];
+    links.push_back({theta[static_cast<Eigen::Index>(i)], j.d_m, j.a_m, j.alpha_rad, j.beta_rad});
+  }
+  double c_t = 0.0;
+  for (Eigen::Index p = 0; p < x.size(); ++p) {
+    const ArmParameter& parameter = arm.parameters()[static_cast<std::size_t>(p)];
+    const auto joint = static_cast<std::size_t>(std::max(parameter.joint, 0));
+    const double phase = parameter.harmonic * q[joint] * robot.joints[joint].gear_ratio;
+    switch (parameter.kind) {
+      case ArmParameterKind::kTheta:
+        links[joint].theta += x[p];
+        break;
+      case ArmParameterKind::kD:
+        links[joint].d += x[p];
+        break;
+      case ArmParameterKind::kA:
+        links[joint].a += x[p];
+        break;
+      case ArmParameterKind::kAlpha:
+        links[joint].alpha += x[p];
+        break;
+      case ArmParameterKind::kBeta:
+        links[joint].beta += x[p];
+        break;
+      case ArmParameterKind::kCompliance:
+        links[joint].theta += x[p] * torque[parameter.joint];
+        break;
+      case ArmParameterKind::kCosine:
+        links[joint].theta += x[p] * std::cos(phase);
+        break;
+      case ArmParameterKind::kSine:
+        links[joint].theta += x[p] * std::sin(phase);
+        break;
+      case ArmParameterKind::kDeflection:
+        c_t = x[p];
+        break;
+      case ArmParameterKind::kTcp:
+        tool.tcp.translation()[parameter.axis] += x[p];
+        break;
+    }
+  }
+  Isometry3d flange = robot.base_fixed;
+  for (const Link& link : links) flange = flange * transform(link);
+  flange = flange * robot.flange_fixed;
+  // Cantilever: F = m g sin(angle between gravity and the flange's z), along g across z.
+  const Vector3d z = flange.linear().col(2), g = robot.gravity_m_s2;
+  const double sine = z.cross(g).norm() / g.norm();
+  const double force = tool.mass_kg * g.norm() * sine;
+  const Vector3d across = (g - g.dot(z) * z).normalized();
+  Isometry3d tcp = flange * tool.tcp;
+  if (c_t != 0.0 && sine > 1e-12) {
+    const double bend = c_t * force * std::pow(tool.length_m, 3) / 3.0;
+    const double turn = c_t * force * std::pow(tool.length_m, 2) / 2.0;
+    tcp.linear() = AngleAxisd(turn, z.cross(across).normalized()) * tcp.linear();
+    tcp.translation() += bend * across;
+  }
+  return tcp;
+}
+
+}  // namespace cellcal::calib::testing
