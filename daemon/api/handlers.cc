@@ -1,0 +1,220 @@
+#include "daemon/api/handlers.h"
+
+#include <spdlog/spdlog.h>
+
+#include <charconv>
+#include <nlohmann/json.hpp>
+
+#include "calib/files/error.h"
+#include "calib/files/files.h"
+#include "daemon/session/inputs.h"
+#include "drivers/error.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+using nlohmann::json;
+
+constexpr const char* kRunPath = "/v1/run";
+constexpr const char* kStatusPath = "/v1/status";
+constexpr const char* kWatchPath = "/v1/watch";
+constexpr const char* kAbortPath = "/v1/abort";
+constexpr const char* kSessionsPath = "/v1/sessions";
+
+/// A request that is wrong in itself.
+struct BadRequest : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+std::string dump(const json& value) {
+  // Words of devices may hold any bytes; what is not UTF-8 is shown as such, never thrown over.
+  return value.dump(-1, ' ', false, json::error_handler_t::replace);
+}
+
+Response error(int status, const std::string& words) {
+  return {status, "application/json", dump({{"error", words}})};
+}
+
+std::optional<std::int64_t> whole_number(const std::string& text) {
+  std::int64_t value = 0;
+  const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (code != std::errc() || end != text.data() + text.size() || value < 0) return std::nullopt;
+  return value;
+}
+
+/// Takes a key out of the object; what remains at the end is unknown.
+template <typename T>
+void take(json& object, const char* key, T& value) {
+  const auto found = object.find(key);
+  if (found == object.end()) return;
+  const bool fits = std::is_same_v<T, bool> ? found->is_boolean()
+                    : std::is_same_v<T, std::string>
+                        ? found->is_string()
+                        : found->is_number_unsigned() && found->template get<std::uint64_t>() <=
+                                                             std::numeric_limits<int>::max();
+  if (!fits) throw BadRequest(std::string("\"") + key + "\" has the wrong type or range");
+  value = found->template get<T>();
+  object.erase(found);
+}
+
+RunRequest run_request(const std::string& body) {
+  json object = json::parse(body, nullptr, false);
+  if (!object.is_object()) throw BadRequest("the body must be a JSON object");
+  RunRequest request;
+  std::string cell;
+  take(object, "cell", cell);
+  take(object, "touches", request.fit_touches);
+  take(object, "check", request.check_touches);
+  take(object, "seed", request.seed);
+  take(object, "resume", request.resume);
+  if (!object.empty()) throw BadRequest("unknown key \"" + object.begin().key() + "\"");
+  if (cell.empty() && !request.resume) throw BadRequest("\"cell\" is missing");
+  request.cell = cell;
+  return request;
+}
+
+json to_json(const SessionRecord& record) {
+  return {
+      {"id", record.id},           {"started", record.started},       {"ended", record.ended},
+      {"state", record.state},     {"cell", record.inputs.cell_name}, {"touches", record.touches},
+      {"planned", record.planned}, {"failure", record.failure}};
+}
+
+template <typename T>
+json or_null(const std::optional<T>& value, double factor = 1.0) {
+  if (!value) return nullptr;
+  if constexpr (std::is_same_v<T, double>) return *value * factor;
+  return *value;
+}
+
+}  // namespace
+
+Request parse_target(const std::string& method, const std::string& target, std::string body) {
+  Request request{method, target, {}, std::move(body)};
+  const std::size_t mark = target.find('?');
+  if (mark == std::string::npos) return request;
+  request.path = target.substr(0, mark);
+  std::size_t at = mark + 1;
+  while (at < target.size()) {
+    const std::size_t end = std::min(target.find('&', at), target.size());
+    const std::string pair = target.substr(at, end - at);
+    const std::size_t equals = std::min(pair.find('='), pair.size());
+    request.query.emplace(pair.substr(0, equals),
+                          equals < pair.size() ? pair.substr(equals + 1) : "");
+    at = end + 1;
+  }
+  return request;
+}
+
+std::string status_to_json(const Status& status) {
+  json value{{"seq", status.seq},
+             {"session", status.session},
+             {"phase", to_string(status.phase)},
+             {"running", kActivePhases.has(status.phase) || status.phase == Phase::kStopping},
+             {"target", status.target},
+             {"touches", status.done},
+             {"planned", status.total},
+             {"residual_mm", or_null(status.residual_m, 1e3)},
+             {"time_left_s", or_null(status.time_left_s)},
+             {"robot", status.robot_words},
+             {"contact", status.contact_words},
+             {"publish", or_null(status.publish)},
+             {"reasons", status.reasons},
+             {"results", status.results_dir},
+             {"failure", nullptr}};
+  if (status.failure) {
+    value["failure"] = {{"kind", to_string(status.failure->kind)},
+                        {"detail", status.failure->detail}};
+  }
+  return dump(value);
+}
+
+std::optional<Response> Api::answer(const Request& request, bool give_up) try {
+  const bool get = request.method == "GET";
+  const bool post = request.method == "POST";
+  const std::string& path = request.path;
+  const bool posted = path == kRunPath || path == kAbortPath;
+  const bool got = path == kStatusPath || path == kWatchPath || path.rfind(kSessionsPath, 0) == 0;
+  if (!posted && !got) return error(404, "no such resource: " + path);
+  if ((posted && !post) || (got && !get)) return error(405, "wrong method for " + path);
+
+  if (path == kRunPath) return run(request);
+  if (path == kAbortPath) return abort();
+  if (path == kStatusPath) return Response{.body = status_to_json(service_.status())};
+  if (path == kSessionsPath) return sessions();
+  if (path != kWatchPath) return session(path.substr(std::string(kSessionsPath).size()));
+
+  const auto since = request.query.find("since");
+  const auto seq = whole_number(since == request.query.end() ? "0" : since->second);
+  if (!seq) return error(400, "\"since\" must be a whole number");
+  std::string lines;
+  for (const Status& status : service_.since(static_cast<std::uint64_t>(*seq))) {
+    lines += status_to_json(status) + "\n";
+  }
+  if (lines.empty() && !give_up) return std::nullopt;
+  return Response{200, "application/x-ndjson", std::move(lines)};
+} catch (const BadRequest& bad) {
+  return error(400, bad.what());
+} catch (const BusyError& busy) {
+  return error(409, busy.what());
+} catch (const RequestError& wrong) {
+  return error(422, wrong.what());
+} catch (const calib::FileError& wrong) {
+  return error(422, wrong.what());
+} catch (const drivers::ConfigError& wrong) {
+  return error(422, wrong.what());
+} catch (const std::exception& failed) {
+  spdlog::error("{} {}: {}", request.method, request.path, failed.what());
+  return error(500, failed.what());
+}
+
+Response Api::run(const Request& request) {
+  const std::int64_t session = service_.start(run_request(request.body));
+  return {201, "application/json", dump({{"session", session}})};
+}
+
+Response Api::abort() {
+  if (!service_.abort()) return error(409, "no session is under way");
+  return {202, "application/json", dump({{"session", service_.status().session}})};
+}
+
+Response Api::sessions() {
+  json list = json::array();
+  for (const SessionRecord& record : journal_.sessions()) list.push_back(to_json(record));
+  return {200, "application/json", dump(list)};
+}
+
+/// "/7" or "/7/report.html".
+Response Api::session(const std::string& rest) {
+  if (rest.empty() || rest[0] != '/') return error(404, "no such resource");
+  const std::size_t slash = rest.find('/', 1);
+  const auto id = whole_number(rest.substr(1, slash == std::string::npos ? slash : slash - 1));
+  const auto record = id ? journal_.session(*id) : std::nullopt;
+  if (!record) return error(404, "no session " + rest.substr(1) + "; see 'cellcal history'");
+  if (slash != std::string::npos) return result(*id, rest.substr(slash + 1));
+  json value = to_json(*record);
+  value["events"] = journal_.events(*id);
+  value["results"] = service_.results_dir(*id).string();
+  return {200, "application/json", dump(value)};
+}
+
+Response Api::result(std::int64_t session, const std::string& file) {
+  if (file == "touches.csv") {
+    const auto record = journal_.session(session);
+    return {200, "text/csv",
+            calib::format_touches(journal_.touches(session), cell_of(record->inputs).robot)};
+  }
+  // Only these names: nothing of a request ever becomes part of a path.
+  const bool json_file = file == "calibration.json";
+  if (!json_file && file != "report.html") return error(404, "no such result");
+  const std::filesystem::path path =
+      service_.results_dir(session) / (json_file ? "calibration.json" : "report.html");
+  if (!std::filesystem::exists(path)) {
+    return error(404, "session " + std::to_string(session) + " has no result; see 'cellcal show " +
+                          std::to_string(session) + "'");
+  }
+  return {200, json_file ? "application/json" : "text/html; charset=utf-8", calib::read_file(path)};
+}
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,273 @@
+#include "daemon/api/http.h"
+
+#include <sys/stat.h>
+
+#include <boost/asio/bind_executor.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/local/stream_protocol.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/beast/core.hpp>
+#include <boost/beast/http.hpp>
+#include <set>
+
+namespace cellcal::daemon {
+
+namespace {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace http = boost::beast::http;
+using Local = asio::local::stream_protocol;
+using Stream = beast::basic_stream<Local, asio::any_io_executor>;
+
+constexpr std::uint64_t kMostBody = 64 * 1024;
+constexpr std::uint32_t kMostHeader = 8 * 1024;
+/// Reports and calibrations of hundreds of touches are a few megabytes.
+constexpr std::uint64_t kMostAnswer = 256u << 20;
+constexpr std::size_t kMostConnections = 64;
+constexpr std::chrono::seconds kSilence{30};
+/// A waiting answer is given by then, so that a client can tell a quiet daemon from a dead one.
+constexpr std::chrono::seconds kLongestWait{20};
+constexpr mode_t kSocketMode = 0660;
+/// sun_path holds 108 bytes with its zero.
+constexpr std::size_t kLongestPath = 107;
+
+Local::endpoint endpoint_of(const std::filesystem::path& socket) {
+  if (socket.empty() || socket.string().size() > kLongestPath) {
+    throw SocketError("socket path \"" + socket.string() + "\" must have 1 to 107 characters");
+  }
+  return Local::endpoint(socket.string());
+}
+
+/// A socket file may be a dead daemon's, a living one's, or no socket at all.
+void make_way(asio::io_context& context, const std::filesystem::path& socket) {
+  struct stat info {};
+  if (::lstat(socket.c_str(), &info) != 0) return;
+  if (!S_ISSOCK(info.st_mode)) {
+    throw SocketError(socket.string() + " is in the way and no socket; remove it or name another");
+  }
+  Local::socket probe(context);
+  beast::error_code code;
+  probe.connect(endpoint_of(socket), code);
+  if (!code) {
+    throw SocketError("another cellcald listens on " + socket.string() +
+                      "; stop it first, or name another socket");
+  }
+  if (code != asio::error::connection_refused) {
+    throw SocketError(socket.string() + ": " + code.message());
+  }
+  std::filesystem::remove(socket);
+}
+
+class Connection;
+
+}  // namespace
+
+struct HttpServer::Impl : std::enable_shared_from_this<HttpServer::Impl> {
+  Impl(asio::io_context& io, std::filesystem::path path, Handler handle)
+      : context(io), socket(std::move(path)), handler(std::move(handle)), acceptor(io) {}
+
+  void listen();
+  void accept();
+
+  asio::io_context& context;
+  std::filesystem::path socket;
+  Handler handler;
+  Local::acceptor acceptor;
+  std::set<std::shared_ptr<Connection>> connections;
+  bool stopped = false;
+};
+
+namespace {
+
+/// One client: reads a request, waits for its answer, writes it, and so on.
+class Connection : public std::enable_shared_from_this<Connection> {
+ public:
+  Connection(Local::socket socket, std::weak_ptr<HttpServer::Impl> server)
+      : stream_(std::move(socket)), timer_(stream_.get_executor()), server_(std::move(server)) {}
+
+  void read() {
+    parser_.emplace();
+    parser_->body_limit(kMostBody);
+    parser_->header_limit(kMostHeader);
+    stream_.expires_after(kSilence);
+    http::async_read(
+        stream_, buffer_, *parser_,
+        [self = shared_from_this()](beast::error_code code, std::size_t) { self->on_read(code); });
+  }
+
+  /// Gives the answer if there is one by now.
+  void ask(bool give_up) {
+    const auto server = server_.lock();
+    if (!waiting_ || !server) return;
+    std::optional<Response> answer = server->handler(request_, give_up);
+    if (!answer && !give_up) return;
+    waiting_ = false;
+    timer_.cancel();
+    write(answer ? *answer : Response{500, "application/json", "{\"error\":\"no answer\"}"}, keep_);
+  }
+
+  void close() {
+    const auto self = shared_from_this();
+    timer_.cancel();
+    beast::error_code ignored;  // the peer may be gone already
+    stream_.socket().shutdown(Local::socket::shutdown_both, ignored);
+    stream_.close();
+    if (const auto server = server_.lock()) server->connections.erase(self);
+  }
+
+ private:
+  void on_read(beast::error_code code) {
+    if (code == http::error::body_limit) {
+      return refuse(413, "the body is longer than 64 KiB");
+    }
+    if (code == http::error::header_limit) {
+      return refuse(431, "the header is longer than 8 KiB");
+    }
+    const bool malformed =
+        code.category() == http::make_error_code(http::error::bad_method).category() &&
+        code != http::error::end_of_stream && code != http::error::partial_message;
+    if (malformed) return refuse(400, "this is not HTTP: " + code.message());
+    if (code) return close();
+    auto message = parser_->release();
+    keep_ = message.keep_alive();
+    request_ = parse_target(std::string(message.method_string()), std::string(message.target()),
+                            std::move(message.body()));
+    stream_.expires_never();
+    waiting_ = true;
+    timer_.expires_after(kLongestWait);
+    timer_.async_wait([self = shared_from_this()](beast::error_code cancelled) {
+      if (!cancelled) self->ask(true);
+    });
+    ask(false);
+  }
+
+  void refuse(int status, const std::string& words) {
+    write({status, "application/json", "{\"error\":\"" + words + "\"}"}, false);
+  }
+
+  void write(Response response, bool keep) {
+    answer_ = http::response<http::string_body>(static_cast<http::status>(response.status), 11);
+    answer_.set(http::field::server, "cellcald");
+    answer_.set(http::field::content_type, response.type);
+    answer_.set("X-Content-Type-Options", "nosniff");
+    answer_.body() = std::move(response.body);
+    answer_.keep_alive(keep);
+    answer_.prepare_payload();
+    stream_.expires_after(kSilence);
+    http::async_write(stream_, answer_,
+                      [self = shared_from_this(), keep](beast::error_code code, std::size_t) {
+                        if (code || !keep) return self->close();
+                        self->read();
+                      });
+  }
+
+  Stream stream_;
+  asio::steady_timer timer_;
+  std::weak_ptr<HttpServer::Impl> server_;
+  beast::flat_buffer buffer_{kMostBody + kMostHeader};
+  std::optional<http::request_parser<http::string_body>> parser_;
+  http::response<http::string_body> answer_;
+  Request request_;
+  bool waiting_ = false, keep_ = false;
+};
+
+}  // namespace
+
+void HttpServer::Impl::listen() {
+  make_way(context, socket);
+  beast::error_code code;
+  acceptor.open(Local());
+  // Created with the final mode: between bind and chmod nobody else may slip in.
+  const mode_t before = ::umask(static_cast<mode_t>(~kSocketMode & 0777));
+  acceptor.bind(endpoint_of(socket), code);
+  ::umask(before);
+  if (!code) acceptor.listen(asio::socket_base::max_listen_connections, code);
+  if (code) {
+    throw SocketError("cannot listen on " + socket.string() + ": " + code.message() +
+                      "; check that its directory exists and may be written");
+  }
+}
+
+void HttpServer::Impl::accept() {
+  acceptor.async_accept([self = shared_from_this()](beast::error_code code, Local::socket peer) {
+    if (self->stopped || code == asio::error::operation_aborted) return;
+    if (!code && self->connections.size() < kMostConnections) {
+      auto connection = std::make_shared<Connection>(std::move(peer), self);
+      self->connections.insert(connection);
+      connection->read();
+    }
+    if (!code) return self->accept();
+    // Out of descriptors, most likely: trying at once would only burn the processor.
+    auto pause = std::make_shared<asio::steady_timer>(self->context, std::chrono::seconds(1));
+    pause->async_wait([self, pause](beast::error_code) {
+      if (!self->stopped) self->accept();
+    });
+  });
+}
+
+HttpServer::HttpServer(asio::io_context& context, const std::filesystem::path& socket,
+                       Handler handler)
+    : impl_(std::make_shared<Impl>(context, socket, std::move(handler))) {
+  impl_->listen();
+  impl_->accept();
+}
+
+HttpServer::~HttpServer() { stop(); }
+
+void HttpServer::poke() {
+  asio::post(impl_->context, [weak = std::weak_ptr<Impl>(impl_)] {
+    const auto impl = weak.lock();
+    if (!impl) return;
+    const auto connections = impl->connections;  // an answer may end its connection
+    for (const auto& connection : connections) connection->ask(false);
+  });
+}
+
+void HttpServer::stop() {
+  if (impl_->stopped) return;
+  impl_->stopped = true;
+  beast::error_code ignored;  // it is going away either way
+  impl_->acceptor.close(ignored);
+  const auto connections = impl_->connections;
+  for (const auto& connection : connections) connection->close();
+  std::error_code gone;  // removed by someone else: what was wanted
+  std::filesystem::remove(impl_->socket, gone);
+}
+
+Response http_request(const std::filesystem::path& socket, const std::string& method,
+                      const std::string& target, const std::string& body) {
+  asio::io_context context;
+  Local::socket peer(context);
+  beast::error_code code;
+  peer.connect(endpoint_of(socket), code);
+  if (code == asio::error::access_denied) {
+    throw SocketError("no permission for " + socket.string() +
+                      "; join the group 'cellcal' and log in again");
+  }
+  if (code) {
+    throw SocketError("no cellcald answers on " + socket.string() + " (" + code.message() +
+                      "); start it, or name its socket with --socket");
+  }
+  http::request<http::string_body> request(http::string_to_verb(method), target, 11);
+  request.set(http::field::host, "cellcald");
+  request.set(http::field::content_type, "application/json");
+  request.keep_alive(false);
+  request.body() = body;
+  request.prepare_payload();
+  http::write(peer, request, code);
+  beast::flat_buffer buffer;
+  http::response_parser<http::string_body> parser;
+  parser.body_limit(kMostAnswer);
+  if (!code) http::read(peer, buffer, parser, code);
+  if (code) {
+    throw SocketError("cellcald on " + socket.string() + " did not answer: " + code.message() +
+                      "; see its log");
+  }
+  auto message = parser.release();
+  return {static_cast<int>(message.result_int()), std::string(message[http::field::content_type]),
+          std::move(message.body())};
+}
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,271 @@
+#include "daemon/cli/client.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "calib/files/calibration_json.h"
+#include "daemon/api/http.h"
+#include "daemon/cli/exit_status.h"
+#include "daemon/cli/offline.h"
+#include "daemon/cli/progress.h"
+#include "daemon/cli/tables.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+using nlohmann::json;
+
+/// Smooth to the eye, nothing to the daemon.
+constexpr std::chrono::milliseconds kLook{200};
+
+volatile std::sig_atomic_t g_detached = 0;
+
+void on_interrupt(int) { g_detached = 1; }
+
+json parse(const Response& response) {
+  json value = json::parse(response.body, nullptr, false);
+  if (value.is_discarded()) throw SocketError("the daemon's answer is no JSON; versions differ?");
+  return value;
+}
+
+/// The answer, or its error as an exception.
+Response ask(const Connection& daemon, const char* method, const std::string& target,
+             const std::string& body = "") {
+  Response response = http_request(daemon.socket, method, target, body);
+  if (response.status < 300) return response;
+  const json value = json::parse(response.body, nullptr, false);
+  const bool words = value.is_object() && value.contains("error") && value["error"].is_string();
+  throw std::runtime_error(words ? value["error"].get<std::string>()
+                                 : fmt::format("the daemon answered {}", response.status));
+}
+
+json get(const Connection& daemon, const std::string& target) {
+  return parse(ask(daemon, "GET", target));
+}
+
+std::string session_path(std::int64_t session) { return fmt::format("/v1/sessions/{}", session); }
+
+std::string text(const json& value, const char* key) {
+  const auto found = value.find(key);
+  return found != value.end() && found->is_string() ? found->get<std::string>() : "";
+}
+
+std::int64_t number(const json& value, const char* key) {
+  const auto found = value.find(key);
+  return found != value.end() && found->is_number_integer() ? found->get<std::int64_t>() : 0;
+}
+
+std::optional<double> figure(const json& value, const char* key) {
+  const auto found = value.find(key);
+  if (found == value.end() || !found->is_number()) return std::nullopt;
+  return found->get<double>();
+}
+
+Progress progress_of(const json& status) {
+  return {text(status, "phase"),
+          text(status, "target"),
+          static_cast<std::size_t>(number(status, "touches")),
+          static_cast<std::size_t>(number(status, "planned")),
+          figure(status, "residual_mm"),
+          figure(status, "time_left_s")};
+}
+
+bool is_running(const json& status) { return status.value("running", false); }
+
+std::string failure_words(const json& status) {
+  const json failure = status.value("failure", json());
+  if (!failure.is_object()) return "";
+  return text(failure, "kind") + ": " + text(failure, "detail");
+}
+
+/// Prints what a session came to; the exit status follows.
+int conclude(const Connection& daemon, const json& status) {
+  const std::int64_t session = number(status, "session");
+  const std::string phase = text(status, "phase");
+  if (phase == "failed") throw std::runtime_error(failure_words(status));
+  if (phase == "aborted") {
+    throw std::runtime_error(fmt::format(
+        "session {} was aborted; its touches are kept, 'cellcal run --resume' goes on", session));
+  }
+  const Response calibration = ask(daemon, "GET", session_path(session) + "/calibration.json");
+  const calib::Calibration result =
+      calib::calibration_from_json(calibration.body, "the daemon's calibration");
+  if (daemon.json) {
+    json value = status;
+    value["residuals"] = json::parse(calibration.body).value("residuals", json());
+    put(value.dump() + "\n", {});
+  } else {
+    put(result_words(result) + "report: " + text(status, "results") + "/report.html\n", {});
+  }
+  return result.verdict.publish ? kSuccess : kNotPublishable;
+}
+
+/// Until the session ends, or Ctrl-C.
+int follow(const Connection& daemon, std::int64_t session) {
+  struct sigaction interrupt {};
+  interrupt.sa_handler = on_interrupt;
+  ::sigaction(SIGINT, &interrupt, nullptr);
+  ProgressDisplay display;
+  while (g_detached == 0) {
+    const json status = get(daemon, "/v1/status");
+    if (number(status, "session") != session) {
+      throw std::runtime_error(fmt::format(
+          "the daemon no longer runs session {}: it was restarted, or another session began; see "
+          "'cellcal show {}', go on with 'cellcal run --resume'",
+          session, session));
+    }
+    if (!is_running(status)) {
+      display.clear();
+      return conclude(daemon, status);
+    }
+    display.show(progress_of(status));
+    std::this_thread::sleep_for(kLook);
+  }
+  display.clear();
+  std::fprintf(stderr,
+               "detached; session %lld goes on: 'cellcal watch' follows it, 'cellcal abort' stops "
+               "the arm\n",
+               static_cast<long long>(session));
+  return kSuccess;
+}
+
+std::string status_words(const json& status) {
+  const std::int64_t session = number(status, "session");
+  if (session == 0) return "idle: no session since the daemon started\n";
+  std::string words = fmt::format("session {}: {}\n", session, text(status, "phase"));
+  if (number(status, "planned") > 0) words += progress_line(progress_of(status), 1000) + "\n";
+  if (!text(status, "robot").empty()) words += "robot: " + text(status, "robot") + "\n";
+  if (!text(status, "contact").empty())
+    words += "contact sensor: " + text(status, "contact") + "\n";
+  if (!failure_words(status).empty()) words += failure_words(status) + "\n";
+  if (!text(status, "results").empty()) words += "results: " + text(status, "results") + "\n";
+  return words;
+}
+
+std::string session_line(const json& session) {
+  return fmt::format(
+      "{:>5}  {:<24}  {:<11}  {:>4}/{:<4}  {}\n", number(session, "id"), text(session, "started"),
+      text(session, "state"), number(session, "touches"), number(session, "planned"),
+      text(session, "failure").empty() ? text(session, "cell") : text(session, "failure"));
+}
+
+}  // namespace
+
+int run(const Connection& daemon, const RunCommand& command) {
+  json body{{"resume", command.resume}};
+  if (!command.cell.empty()) body["cell"] = std::filesystem::absolute(command.cell).string();
+  if (!command.resume) {
+    body["touches"] = command.touches;
+    body["check"] = command.check;
+    body["seed"] = command.seed;
+  }
+  const json answer = parse(ask(daemon, "POST", "/v1/run", body.dump()));
+  return follow(daemon, number(answer, "session"));
+}
+
+int show_status(const Connection& daemon) {
+  const json status = get(daemon, "/v1/status");
+  put(daemon.json ? status.dump() + "\n" : status_words(status), {});
+  return kSuccess;
+}
+
+int watch(const Connection& daemon) {
+  const json status = get(daemon, "/v1/status");
+  if (!is_running(status) && number(status, "session") == 0) return show_status(daemon);
+  if (!daemon.json) return follow(daemon, number(status, "session"));
+  // A stream for machines: every change, one object per line.
+  std::int64_t since = number(status, "seq") - 1;
+  while (true) {
+    const Response lines =
+        ask(daemon, "GET", fmt::format("/v1/watch?since={}", std::max<std::int64_t>(0, since)));
+    put(lines.body, {});
+    json last;
+    for (std::size_t at = 0; at < lines.body.size();) {
+      const std::size_t end = std::min(lines.body.find('\n', at), lines.body.size());
+      last = json::parse(lines.body.substr(at, end - at), nullptr, false);
+      at = end + 1;
+    }
+    if (!last.is_object()) continue;
+    since = number(last, "seq");
+    if (!is_running(last)) return kSuccess;
+  }
+}
+
+int abort(const Connection& daemon) {
+  const json answer = parse(ask(daemon, "POST", "/v1/abort"));
+  json status = get(daemon, "/v1/status");
+  while (is_running(status)) {
+    std::this_thread::sleep_for(kLook);
+    status = get(daemon, "/v1/status");
+  }
+  if (text(status, "phase") == "failed") throw std::runtime_error(failure_words(status));
+  put(daemon.json
+          ? status.dump() + "\n"
+          : fmt::format("session {} ended: {}; its touches are kept, 'cellcal run --resume' "
+                        "goes on\n",
+                        number(answer, "session"), text(status, "phase")),
+      {});
+  return kSuccess;
+}
+
+int history(const Connection& daemon) {
+  const json list = get(daemon, "/v1/sessions");
+  if (daemon.json) {
+    put(list.dump() + "\n", {});
+    return kSuccess;
+  }
+  std::string words = fmt::format("{:>5}  {:<24}  {:<11}  {:>9}  {}\n", "id", "started", "state",
+                                  "touches", "cell, or failure");
+  for (const json& session : list) words += session_line(session);
+  put(list.empty() ? "no sessions yet\n" : words, {});
+  return kSuccess;
+}
+
+int show(const Connection& daemon, std::int64_t session) {
+  const json value = get(daemon, session_path(session));
+  if (daemon.json) {
+    put(value.dump() + "\n", {});
+    return kSuccess;
+  }
+  std::string words = session_line(value);
+  const Response calibration =
+      http_request(daemon.socket, "GET", session_path(session) + "/calibration.json");
+  if (calibration.status == 200) {
+    words +=
+        result_words(calib::calibration_from_json(calibration.body, "the daemon's calibration"));
+    words += "results: " + text(value, "results") + "\n";
+  }
+  for (const json& event : value.value("events", json::array())) {
+    if (event.is_string()) words += "  " + event.get<std::string>() + "\n";
+  }
+  put(words, {});
+  return kSuccess;
+}
+
+int report(const Connection& daemon, std::optional<std::int64_t> session,
+           const std::filesystem::path& output) {
+  if (!session) {
+    for (const json& one : get(daemon, "/v1/sessions")) {
+      if (text(one, "state") != "done") continue;
+      session = number(one, "id");
+      break;
+    }
+    if (!session) throw std::runtime_error("no session is finished yet; see 'cellcal history'");
+  }
+  const Response html = ask(daemon, "GET", session_path(*session) + "/report.html");
+  if (!output.empty()) put(html.body, output);
+  const std::string where =
+      output.empty() ? text(get(daemon, session_path(*session)), "results") + "/report.html"
+                     : output.string();
+  put(daemon.json ? json{{"session", *session}, {"report", where}}.dump() + "\n" : where + "\n",
+      {});
+  return kSuccess;
+}
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,33 @@
+#pragma once
+// The commands that talk to the daemon. Each returns its exit status and throws when it failed.
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+namespace cellcal::daemon {
+
+struct Connection {
+  std::filesystem::path socket;
+  bool json = false;
+};
+
+struct RunCommand {
+  std::filesystem::path cell;
+  int touches = 40, check = 10;
+  unsigned seed = 1;
+  bool resume = false;
+};
+
+int run(const Connection& daemon, const RunCommand& command);
+int show_status(const Connection& daemon);
+int watch(const Connection& daemon);
+int abort(const Connection& daemon);
+int history(const Connection& daemon);
+int show(const Connection& daemon, std::int64_t session);
+/// The newest finished session where none is named.
+int report(const Connection& daemon, std::optional<std::int64_t> session,
+           const std::filesystem::path& output);
+
+}  // namespace cellcal::daemon

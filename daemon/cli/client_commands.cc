@@ -1,0 +1,98 @@
+#include <CLI/CLI.hpp>
+#include <cstdlib>
+#include <memory>
+
+#include "daemon/cli/client.h"
+#include "daemon/cli/commands.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+constexpr const char* kDefaultSocket = "/run/cellcal/cellcald.sock";
+
+std::shared_ptr<Connection> add_connection(CLI::App* command) {
+  auto daemon = std::make_shared<Connection>();
+  const char* set = std::getenv("CELLCAL_SOCKET");
+  daemon->socket = set != nullptr && *set != '\0' ? set : kDefaultSocket;
+  command->add_option("--socket", daemon->socket, "The daemon's socket; else $CELLCAL_SOCKET")
+      ->capture_default_str();
+  command->add_flag("--json", daemon->json, "Output for machines");
+  return daemon;
+}
+
+void add_run(CLI::App& app, int& status) {
+  auto given = std::make_shared<RunCommand>();
+  CLI::App* command = app.add_subcommand("run", "Calibrate the cell: touch, identify, report");
+  command->footer(
+      "Ctrl-C leaves the daemon at work; 'cellcal abort' stops the arm.\n"
+      "Example: cellcal run --cell cell.toml --touches 40 --check 10\n"
+      "         cellcal run --resume");
+  auto daemon = add_connection(command);
+  auto* cell = command->add_option("--cell", given->cell, "Cell file (TOML)");
+  command->add_option("--touches", given->touches, "Touches for the fit")
+      ->check(CLI::Range(4, 2000))
+      ->capture_default_str();
+  command->add_option("--check", given->check, "Touches held out of the fit")
+      ->check(CLI::Range(0, 2000))
+      ->capture_default_str();
+  command->add_option("--seed", given->seed, "Same seed, same plan")->capture_default_str();
+  command->add_flag("--resume", given->resume, "Go on with the newest unfinished session");
+  command->callback([=, &status] {
+    if (!given->resume && cell->count() == 0) {
+      throw CLI::RequiredError("--cell (or --resume)");
+    }
+    status = run(*daemon, *given);
+  });
+}
+
+void add_show(CLI::App& app, int& status) {
+  auto session = std::make_shared<std::int64_t>(0);
+  CLI::App* command = app.add_subcommand("show", "One session: what happened, and its result");
+  command->footer("Example: cellcal show 7");
+  auto daemon = add_connection(command);
+  command->add_option("ID", *session, "Number of the session")
+      ->required()
+      ->check(CLI::PositiveNumber);
+  command->callback([=, &status] { status = show(*daemon, *session); });
+}
+
+void add_report(CLI::App& app, int& status) {
+  struct Given {
+    std::int64_t session = 0;
+    std::filesystem::path output;
+  };
+  auto given = std::make_shared<Given>();
+  CLI::App* command = app.add_subcommand("report", "Where a session's report is, or a copy of it");
+  command->footer("Example: cellcal report 7 -o report.html");
+  auto daemon = add_connection(command);
+  command->add_option("ID", given->session, "Number of the session; default: the newest finished")
+      ->check(CLI::PositiveNumber);
+  command->add_option("-o,--output", given->output, "Where the report goes (HTML)");
+  command->callback([=, &status] {
+    status = report(*daemon, given->session > 0 ? std::optional(given->session) : std::nullopt,
+                    given->output);
+  });
+}
+
+void add_plain(CLI::App& app, int& status, const char* name, const char* words,
+               int (*act)(const Connection&)) {
+  CLI::App* command = app.add_subcommand(name, words);
+  command->footer(std::string("Example: cellcal ") + name + " --json");
+  auto daemon = add_connection(command);
+  command->callback([=, &status] { status = act(*daemon); });
+}
+
+}  // namespace
+
+void add_client_commands(CLI::App& app, int& status) {
+  add_run(app, status);
+  add_plain(app, status, "status", "What the daemon is doing", show_status);
+  add_plain(app, status, "watch", "Follow the session to its end", watch);
+  add_plain(app, status, "abort", "Stop the arm and end the session", abort);
+  add_plain(app, status, "history", "All sessions, newest first", history);
+  add_show(app, status);
+  add_report(app, status);
+}
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,15 @@
+#pragma once
+// Each function declares its commands; the one that was named sets `status` and may throw.
+
+#include <functional>
+
+namespace CLI {
+class App;
+}
+
+namespace cellcal::daemon {
+
+void add_offline_commands(CLI::App& app, int& status);
+void add_client_commands(CLI::App& app, int& status);
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,33 @@
+#pragma once
+// The commands that need no daemon. Each returns its exit status and throws when the job failed.
+
+#include <filesystem>
+#include <string>
+
+namespace cellcal::daemon {
+
+struct IdentifyCommand {
+  std::filesystem::path cell, touches, output;
+  std::string method = "map";
+  bool json = false;
+};
+int identify(const IdentifyCommand& command);
+
+struct PredictCommand {
+  std::filesystem::path calibration, joints, output;
+  bool nominal = false, json = false;
+};
+int predict(const PredictCommand& command);
+
+struct PlanCommand {
+  std::filesystem::path cell, output;
+  int touches = 40, check = 0;
+  unsigned seed = 1;
+  bool json = false;
+};
+int plan(const PlanCommand& command);
+
+/// To the file, wholly or not at all, or to standard output where no file is named.
+void put(const std::string& text, const std::filesystem::path& output);
+
+}  // namespace cellcal::daemon

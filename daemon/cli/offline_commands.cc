@@ -1,0 +1,73 @@
+#include <CLI/CLI.hpp>
+#include <memory>
+
+#include "daemon/cli/commands.h"
+#include "daemon/cli/offline.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+void add_identify(CLI::App& app, int& status) {
+  auto given = std::make_shared<IdentifyCommand>();
+  CLI::App* command =
+      app.add_subcommand("identify", "Identify a calibration from touches, offline");
+  command->footer(
+      "Exit status 3: the result is written, but must not be used; the reasons are printed.\n"
+      "Example: cellcal identify --cell cell.toml --touches touches.csv -o calibration.json");
+  command->add_option("--cell", given->cell, "Cell file (TOML)")->required();
+  command->add_option("--touches", given->touches, "Touches (CSV)")->required();
+  command->add_option("-o,--output", given->output, "Where the calibration goes (JSON)");
+  command
+      ->add_option("--method", given->method,
+                   "map: this project's estimator; paper: the seed paper's, for comparison")
+      ->check(CLI::IsMember({"map", "paper"}))
+      ->capture_default_str();
+  command->add_flag("--json", given->json, "Print the calibration as JSON");
+  command->callback([given, &status] { status = identify(*given); });
+}
+
+void add_predict(CLI::App& app, int& status) {
+  auto given = std::make_shared<PredictCommand>();
+  CLI::App* command =
+      app.add_subcommand("predict", "Where the TCP really is at given joint angles");
+  command->footer(
+      "u95_mm is the radius that holds the position error at 95 %, frame directions aside; the\n"
+      "nominal model has none, and its output no such column.\n"
+      "Example: cellcal predict --calibration calibration.json --joints joints.csv -o tcp.csv");
+  command->add_option("--calibration", given->calibration, "Calibration (JSON)")->required();
+  command->add_option("--joints", given->joints, "Joint angles (CSV, deg)")->required();
+  command->add_flag("--nominal", given->nominal, "With the nominal robot and a stiff tool");
+  command->add_option("-o,--output", given->output, "Where the poses go (CSV); default: print");
+  command->add_flag("--json", given->json, "Poses as JSON");
+  command->callback([given, &status] { status = predict(*given); });
+}
+
+void add_plan(CLI::App& app, int& status) {
+  auto given = std::make_shared<PlanCommand>();
+  CLI::App* command = app.add_subcommand("plan", "The touches to make, in order");
+  command->footer(
+      "Written in the touches' format, at nominal contact.\n"
+      "Example: cellcal plan --cell cell.toml --touches 40 --check 10 -o plan.csv");
+  command->add_option("--cell", given->cell, "Cell file (TOML)")->required();
+  command->add_option("--touches", given->touches, "Touches for the fit")
+      ->required()
+      ->check(CLI::Range(1, 2000));
+  command->add_option("--check", given->check, "Touches held out of the fit")
+      ->check(CLI::Range(0, 2000))
+      ->capture_default_str();
+  command->add_option("--seed", given->seed, "Same seed, same plan")->capture_default_str();
+  command->add_option("-o,--output", given->output, "Where the plan goes (CSV); default: print");
+  command->add_flag("--json", given->json, "Plan as JSON");
+  command->callback([given, &status] { status = plan(*given); });
+}
+
+}  // namespace
+
+void add_offline_commands(CLI::App& app, int& status) {
+  add_identify(app, status);
+  add_predict(app, status);
+  add_plan(app, status);
+}
+
+}  // namespace cellcal::daemon

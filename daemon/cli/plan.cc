@@ -1,0 +1,68 @@
+#include "calib/plan/plan.h"
+
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+#include "calib/files/files.h"
+#include "daemon/cli/exit_status.h"
+#include "daemon/cli/offline.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+/// The touch as it would be if arm and cell were exactly nominal.
+calib::Touch nominal_touch(const calib::PlannedTouch& planned) {
+  calib::Touch touch;
+  touch.target = planned.target;
+  touch.set = planned.set;
+  const double fraction = planned.expected_m / planned.search_m;
+  for (std::size_t i = 0; i < planned.standoff.size(); ++i) {
+    touch.joint_rad.push_back(planned.standoff[i] +
+                              fraction * (planned.end[i] - planned.standoff[i]));
+  }
+  return touch;
+}
+
+std::string json(const calib::Plan& plan, const calib::Robot& robot) {
+  constexpr double kDeg = 180.0 / std::numbers::pi;
+  nlohmann::json list = nlohmann::json::array();
+  for (const calib::PlannedTouch& planned : plan.touches) {
+    nlohmann::json joints;
+    const calib::Touch touch = nominal_touch(planned);
+    for (std::size_t i = 0; i < robot.joints.size(); ++i) {
+      joints[robot.joints[i].name] = touch.joint_rad[i] * kDeg;
+    }
+    list.push_back({{"target", planned.target},
+                    {"set", planned.set == calib::TouchSet::kFit ? "fit" : "check"},
+                    {"joints_deg", joints},
+                    {"normal", {planned.normal.x(), planned.normal.y(), planned.normal.z()}},
+                    {"search_mm", planned.search_m * calib::kMmPerM}});
+  }
+  return nlohmann::json{{"touches", list},
+                        {"predicted_m3_mm", plan.predicted_m3_m * calib::kMmPerM}}
+             .dump(1) +
+         "\n";
+}
+
+}  // namespace
+
+int plan(const PlanCommand& command) {
+  const calib::Cell cell = calib::load_cell(command.cell);
+  calib::PlanOptions options;
+  options.fit_touches = command.touches;
+  options.check_touches = command.check;
+  options.seed = command.seed;
+  const calib::Plan made = calib::make_plan(cell, options);
+  if (command.json) {
+    put(json(made, cell.robot), command.output);
+    return kSuccess;
+  }
+  std::vector<calib::Touch> touches;
+  for (const calib::PlannedTouch& planned : made.touches) touches.push_back(nominal_touch(planned));
+  put("# planned on nominal geometry, not measured\n" + calib::format_touches(touches, cell.robot),
+      command.output);
+  return kSuccess;
+}
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,65 @@
+#include "daemon/cli/progress.h"
+
+#include <fmt/format.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace cellcal::daemon {
+
+namespace {
+
+constexpr std::size_t kBar = 24;
+constexpr std::size_t kUsualWidth = 80;
+
+std::string time_words(double seconds) {
+  const auto whole = static_cast<long>(std::lround(std::max(0.0, seconds)));
+  if (whole < 60) return fmt::format("{} s left", whole);
+  return fmt::format("{} min {:02} s left", whole / 60, whole % 60);
+}
+
+std::size_t terminal_width() {
+  winsize size{};
+  const bool known = ::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0;
+  return known ? size.ws_col : kUsualWidth;
+}
+
+}  // namespace
+
+std::string progress_line(const Progress& progress, std::size_t width) {
+  const double part = progress.total == 0
+                          ? 0.0
+                          : static_cast<double>(std::min(progress.done, progress.total)) /
+                                static_cast<double>(progress.total);
+  const auto full = static_cast<std::size_t>(part * kBar);
+  std::string line = "[" + std::string(full, '#') + std::string(kBar - full, '.') + "]";
+  line += fmt::format(" {}/{}", progress.done, progress.total);
+  if (!progress.target.empty()) line += " " + progress.target;
+  line += " " + progress.phase;
+  if (progress.residual_mm) line += fmt::format("  residual {:.3f} mm", *progress.residual_mm);
+  if (progress.time_left_s) line += "  " + time_words(*progress.time_left_s);
+  if (line.size() > width) line.resize(width);
+  return line;
+}
+
+ProgressDisplay::ProgressDisplay() : terminal_(::isatty(STDERR_FILENO) == 1) {}
+
+void ProgressDisplay::show(const Progress& progress) {
+  if (!terminal_) return;
+  // One column stays free: a full line would wrap.
+  std::fprintf(stderr, "\r\033[K%s", progress_line(progress, terminal_width() - 1).c_str());
+  std::fflush(stderr);
+  shown_ = true;
+}
+
+void ProgressDisplay::clear() {
+  if (!shown_) return;
+  std::fputs("\r\033[K", stderr);
+  std::fflush(stderr);
+  shown_ = false;
+}
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,35 @@
+#pragma once
+// The line that a person watches.
+
+#include <cstddef>
+#include <optional>
+#include <string>
+
+namespace cellcal::daemon {
+
+struct Progress {
+  std::string phase, target;
+  std::size_t done = 0, total = 0;
+  std::optional<double> residual_mm, time_left_s;
+};
+
+/// "[######....] 12/50 S2 slow search  residual 0.034 mm  3 min 20 s left", at most `width` wide.
+std::string progress_line(const Progress& progress, std::size_t width);
+
+/// Rewrites one line on standard error while it lives, if that is a terminal; else does nothing.
+class ProgressDisplay {
+ public:
+  ProgressDisplay();
+  ~ProgressDisplay() { clear(); }
+  ProgressDisplay(const ProgressDisplay&) = delete;
+  ProgressDisplay& operator=(const ProgressDisplay&) = delete;
+
+  void show(const Progress& progress);
+  void clear();
+
+ private:
+  bool terminal_;
+  bool shown_ = false;
+};
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,46 @@
+#include "daemon/cli/tables.h"
+
+#include <fmt/format.h>
+
+namespace cellcal::daemon {
+
+namespace {
+
+constexpr double kMm = 1e3;
+
+std::string line(const char* name, const calib::ResidualSummary& summary) {
+  if (summary.count == 0) return fmt::format("{:<14} {:>7}\n", name, "none");
+  return fmt::format("{:<14} {:>7} {:>9.4f} {:>9.4f} {:>9.4f}\n", name, summary.count,
+                     summary.mean_m * kMm, summary.max_m * kMm, summary.rms_m * kMm);
+}
+
+std::string verdict_words(const calib::Verdict& verdict) {
+  std::string text = verdict.publish ? "verdict: publishable" : "verdict: NOT publishable";
+  text += verdict.workspace ? ", scope: workspace\n" : ", scope: near targets\n";
+  for (const std::string& reason : verdict.reasons) text += "  - " + reason + "\n";
+  return text;
+}
+
+}  // namespace
+
+std::string result_words(const calib::Calibration& calibration) {
+  std::string text = fmt::format("{:<14} {:>7} {:>9} {:>9} {:>9}\n", "residual", "touches",
+                                 "mean mm", "max mm", "rms mm");
+  text += line("fit before", calibration.before);
+  text += line("fit after", calibration.after);
+  text += line("check before", calibration.check_before);
+  text += line("check after", calibration.check);
+  if (calibration.predicted_m3_m > 0.0) {
+    text += fmt::format(
+        "predicted mean error of a position: {:.3f} mm near the targets, {:.3f} mm over the "
+        "workspace\n",
+        calibration.predicted_m2_m * kMm, calibration.predicted_m3_m * kMm);
+  }
+  for (const calib::Outlier& outlier : calibration.outliers) {
+    text += fmt::format("outlier: touch {} ({:+.3f} mm): {}\n", outlier.touch + 1,
+                        outlier.residual_m * kMm, outlier.reason);
+  }
+  return text + verdict_words(calibration.verdict);
+}
+
+}  // namespace cellcal::daemon

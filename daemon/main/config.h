@@ -1,0 +1,56 @@
+#pragma once
+// The daemon's configuration file, format "cellcal.daemon/1". SI units and radians inside.
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "calib/model/robot.h"
+#include "daemon/session/touch_policy.h"
+#include "drivers/contact/serial_port.h"
+#include "drivers/kuka/rsi_config.h"
+
+namespace cellcal::daemon {
+
+enum class BackendKind { kRsi, kMock };
+
+struct MotionConfig {
+  double speed_fraction = 0.2;  ///< of the robot file's axis speeds
+  double acceleration_rad_s2 = 0.0;
+  double jerk_rad_s3 = 0.0;
+};
+
+/// The emulated cell: what it is really like, and how its controller behaves.
+struct MockConfig {
+  std::uint64_t seed = 1;
+  double geometry_scale = 1.0;
+  double deflection = -1.0;
+  double gear_arcsec = 0.0;
+  double joint_noise_deg = 0.0005;
+  double lag_s = 0.02;
+  int cycle_ms = 4;
+  std::vector<double> start_rad;
+};
+
+struct DaemonConfig {
+  BackendKind backend = BackendKind::kRsi;
+  std::filesystem::path state_dir, socket;
+  MotionConfig motion;
+  TouchPolicy touch;
+  drivers::RsiConfig rsi;  ///< without what depends on the robot file: see rsi_config_for()
+  bool realtime = true;
+  drivers::SerialPortOptions contact;
+  MockConfig mock;
+};
+
+/// Throws calib::FileError naming file, line and key; drivers::ConfigError.
+DaemonConfig load_config(const std::filesystem::path& path);
+DaemonConfig parse_config(std::string_view text, const std::string& name);
+
+/// The link's configuration with the axis limits of this cell's robot at the configured speed.
+/// Throws drivers::ConfigError where the robot file lacks a limit.
+drivers::RsiConfig rsi_config_for(const DaemonConfig& config, const calib::Cell& cell);
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,9 @@
+#pragma once
+
+namespace cellcal::daemon {
+
+/// Logs to standard error: with the journal's priorities where systemd's journal listens, otherwise
+/// with time and level.
+void set_up_log(bool verbose);
+
+}  // namespace cellcal::daemon
