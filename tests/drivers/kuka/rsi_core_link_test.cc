@@ -1,24 +1,6 @@
-#include <atomic>
-#include <cstdlib>
-#include <new>
-
 #include "drivers/error.h"
+#include "tests/drivers/kuka/allocation_count.h"
 #include "tests/drivers/kuka/rig.h"
-
-namespace {
-
-std::atomic<long> allocations{0};
-
-}  // namespace
-
-// Counts what the cycle must not do. Every form of new ends here.
-void* operator new(std::size_t size) {
-  allocations.fetch_add(1, std::memory_order_relaxed);
-  if (void* memory = std::malloc(size == 0 ? 1 : size)) return memory;
-  throw std::bad_alloc();
-}
-void operator delete(void* memory) noexcept { std::free(memory); }
-void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
 
 namespace cellcal::drivers {
 namespace {
@@ -262,17 +244,17 @@ TEST(RsiLink, CycleDoesNotAllocate) {
     rig.now += 4ms;
     const std::string_view sent = rig.krc.tick(rig.now);
     const std::size_t size = sent.copy(packet.data(), packet.size());
-    before = allocations.load();
+    before = allocation_count();
     rig.core.on_tick(rig.now);
     const std::string_view reply = rig.core.on_datagram({packet.data(), size}, rig.now);
     const auto result = rig.core.take_result();
-    during += allocations.load() - before;
+    during += allocation_count() - before;
     rig.krc.receive(reply);
     if (result) break;
     if (cycles % 50 == 49) {  // damaged ones as well
-      before = allocations.load();
+      before = allocation_count();
       rig.core.on_datagram({packet.data(), size / 2}, rig.now);
-      during += allocations.load() - before;
+      during += allocation_count() - before;
     }
   }
   EXPECT_GT(cycles, 250);
