@@ -1,11 +1,11 @@
 #include "calib/files/calibration_json.h"
 
 #include <cmath>
-#include <map>
 #include <nlohmann/json.hpp>
 
 #include "calib/files/documents.h"
 #include "calib/files/files.h"
+#include "calib/files/units.h"
 
 namespace cellcal::calib {
 
@@ -18,9 +18,12 @@ constexpr const char* kFormat = "cellcal.calibration/1";
 
 const char* word(DecidedBy decided) {
   switch (decided) {
-    case DecidedBy::kData: return "data";
-    case DecidedBy::kPrior: return "prior";
-    case DecidedBy::kFrame: return "frame";
+    case DecidedBy::kData:
+      return "data";
+    case DecidedBy::kPrior:
+      return "prior";
+    case DecidedBy::kFrame:
+      return "frame";
   }
   return "";
 }
@@ -43,7 +46,8 @@ class Reader {
   Reader(const json& value, std::string where) : value_(value), where_(std::move(where)) {}
 
   Reader at(const char* key) const {
-    if (!value_.is_object() || !value_.contains(key)) fail(std::string("key \"") + key + "\" is missing");
+    if (!value_.is_object() || !value_.contains(key))
+      fail(std::string("key \"") + key + "\" is missing");
     return {value_[key], where_ + "." + key};
   }
   double number() const {
@@ -104,10 +108,21 @@ std::string calibration_to_json(const Calibration& c) {
   out["method"] = c.method;
   out["robot"] = ordered::parse(toml_to_json(robot_to_toml(c.cell.robot)));
   out["cell"] = ordered::parse(toml_to_json(cell_to_toml(c.cell, c.cell.robot.name)));
-  std::map<std::string, double> to_unit;
+  const auto level_json = [](const ModelLevel& level) {
+    return ordered{{"compliance", level.compliance},
+                   {"transmission", level.transmission},
+                   {"ripple_arcsec", level.ripple_rad / kRadPerArcsec}};
+  };
+  out["model"] = level_json(c.level);
+  out["model"]["reason"] = c.level_reason;
+  out["model"]["considered"] = ordered::array();
+  for (const LevelEvidence& l : c.levels) {
+    ordered entry = level_json(l.level);
+    entry["log_evidence"] = l.log_evidence;
+    out["model"]["considered"].push_back(std::move(entry));
+  }
   out["parameters"] = ordered::array();
   for (const ParameterResult& p : c.parameters) {
-    to_unit[p.name] = p.to_unit;
     out["parameters"].push_back({{"name", p.name},
                                  {"unit", p.unit},
                                  {"nominal", p.nominal * p.to_unit},
@@ -163,8 +178,7 @@ std::string calibration_to_json(const Calibration& c) {
 
 Calibration calibration_from_json(std::string_view text, const std::string& name) {
   const json document = json::parse(text, nullptr, false);
-  if (document.is_discarded())
-    throw FileError(name + ": not valid JSON; is the file cut off?");
+  if (document.is_discarded()) throw FileError(name + ": not valid JSON; is the file cut off?");
   const Reader root(document, name);
   if (root.at("format").text() != kFormat)
     throw FileError(name + ".format: must be \"" + std::string(kFormat) +
@@ -174,13 +188,31 @@ Calibration calibration_from_json(std::string_view text, const std::string& name
   c.cell =
       read_cell(table_from_json(root.at("cell").object().dump(), name + ".cell"), std::move(robot));
   if (root.has("method")) c.method = root.at("method").text();
+  const auto read_level = [](const Reader& r) {
+    ModelLevel level;
+    level.compliance = r.at("compliance").flag();
+    level.transmission = r.at("transmission").number();
+    level.ripple_rad = r.at("ripple_arcsec").number() * kRadPerArcsec;
+    if (level.transmission < 0.0 || level.ripple_rad < 0.0) r.fail("must not be negative");
+    return level;
+  };
+  if (root.has("model")) {
+    const Reader model = root.at("model");
+    c.level = read_level(model);
+    c.level_reason = model.at("reason").text();
+    for (const Reader& item : model.at("considered").items())
+      c.levels.push_back({read_level(item), item.at("log_evidence").number()});
+  }
   for (const Reader& item : root.at("parameters").items()) {
     ParameterResult p;
     p.name = item.at("name").text();
     p.unit = item.at("unit").text();
-    if (p.unit == "mm") p.to_unit = kMmPerM;
-    else if (p.unit == "deg") p.to_unit = 57.29577951308232;
-    else if (p.unit == "arcsec") p.to_unit = 206264.80624709636;
+    if (p.unit == "mm")
+      p.to_unit = kMmPerM;
+    else if (p.unit == "deg")
+      p.to_unit = 57.29577951308232;
+    else if (p.unit == "arcsec")
+      p.to_unit = 206264.80624709636;
     else if (p.unit != "1/(N m^2)" && p.unit != "rad/(N m)")
       item.at("unit").fail("\"" + p.unit + "\" is not known");
     p.nominal = item.at("nominal").number() / p.to_unit;
@@ -245,8 +277,7 @@ Calibration calibration_from_json(std::string_view text, const std::string& name
   c.covariance = matrix("covariance", n, true);
   c.frame_basis = matrix("frame_basis", -1, false);
   for (const Reader& item : root.at("inputs").at("files").items())
-    c.inputs.push_back(
-        {item.at("role").text(), item.at("name").text(), item.at("sha256").text()});
+    c.inputs.push_back({item.at("role").text(), item.at("name").text(), item.at("sha256").text()});
   return c;
 }
 

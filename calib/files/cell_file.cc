@@ -20,8 +20,10 @@ struct KindName {
   std::string_view word;
   TargetKind kind;
 };
-constexpr KindName kKinds[] = {{"sphere", TargetKind::kSphere}, {"wire", TargetKind::kWire},
-                               {"plane", TargetKind::kPlane},   {"point", TargetKind::kPoint},
+constexpr KindName kKinds[] = {{"sphere", TargetKind::kSphere},
+                               {"wire", TargetKind::kWire},
+                               {"plane", TargetKind::kPlane},
+                               {"point", TargetKind::kPoint},
                                {"tracker", TargetKind::kTracker}};
 
 Eigen::Vector3d vector_m(const std::vector<double>& mm) {
@@ -40,8 +42,7 @@ Tool read_tool(const TomlTable& t) {
   tool.mass_kg = t.number_or("mass_kg", 0.0, {0.0, 1e4});
   const std::vector<double> half = {xyz[0] / 2, xyz[1] / 2, xyz[2] / 2};
   tool.com_m = vector_m(t.numbers_or("com_mm", half, kLengthMm));
-  tool.length_m =
-      t.number_or("length_mm", vector_m(xyz).norm() * kMmPerM, {0.0, 1e4}) / kMmPerM;
+  tool.length_m = t.number_or("length_mm", vector_m(xyz).norm() * kMmPerM, {0.0, 1e4}) / kMmPerM;
   tool.tip_radius_m = t.number_or("tip_radius_mm", 0.0, {0.0, 1e3}) / kMmPerM;
   tool.deflection_sigma = t.number_or("deflection_sigma", 0.0, {0.0, 1e3});
   t.refuse_unknown();
@@ -58,8 +59,9 @@ Target read_target(const TomlTable& t) {
   for (const KindName& entry : kKinds)
     if (entry.word == word) target.kind = entry.kind;
   if (target.kind == TargetKind::kPlane || target.kind == TargetKind::kTracker)
-    t.fail("kind", "\"" + word + "\" cannot be identified by this version yet; use sphere, "
-                   "wire or point");
+    t.fail("kind", "\"" + word +
+                       "\" cannot be identified by this version yet; use sphere, "
+                       "wire or point");
   if (target.kind == TargetKind::kSphere) {
     target.diameter_m = t.number("diameter_mm", {1e-3, 1e5}) / kMmPerM;
     target.diameter_sigma_m = t.number_or("diameter_sigma_mm", 0.0, kSigmaMm) / kMmPerM;
@@ -127,8 +129,8 @@ Cell read_cell(const TomlTable& document, Robot robot) {
   cell.tool = read_tool(document.table("tool"));
   const auto targets = document.tables("target");
   if (targets.empty() || targets.size() > kMaxTargets)
-    document.fail("", "a cell needs 1 to 1000 [[target]] tables, but has " +
-                          std::to_string(targets.size()));
+    document.fail(
+        "", "a cell needs 1 to 1000 [[target]] tables, but has " + std::to_string(targets.size()));
   std::set<std::string> ids;
   for (const TomlTable& table : targets) {
     cell.targets.push_back(read_target(table));
@@ -172,18 +174,19 @@ Cell load_cell(const std::filesystem::path& path) {
 std::string cell_to_toml(const Cell& cell, const std::string& robot_reference) {
   const FrameMmDeg tcp = to_frame(cell.tool.tcp);
   std::string out = fmt::format(
-      "format = \"{}\"\nrobot = \"{}\"\n\n[tool]\nxyz_mm = [{}, {}, {}]\nabc_deg = [{}, {}, {}]\n"
+      "format = \"{}\"\nrobot = {}\n\n[tool]\nxyz_mm = [{}, {}, {}]\nabc_deg = [{}, {}, {}]\n"
       "xyz_sigma_mm = {}\nmass_kg = {}\ncom_mm = {}\nlength_mm = {}\ntip_radius_mm = {}\n"
       "deflection_sigma = {}\n",
-      kFormat, robot_reference, num(tcp.xyz_mm[0]), num(tcp.xyz_mm[1]), num(tcp.xyz_mm[2]),
-      num(tcp.abc_deg[0]), num(tcp.abc_deg[1]), num(tcp.abc_deg[2]), vec_mm(cell.tool.tcp_sigma_m),
-      num(cell.tool.mass_kg), vec_mm(cell.tool.com_m), num(cell.tool.length_m * kMmPerM),
-      num(cell.tool.tip_radius_m * kMmPerM), num(cell.tool.deflection_sigma));
+      kFormat, toml_string(robot_reference), num(tcp.xyz_mm[0]), num(tcp.xyz_mm[1]),
+      num(tcp.xyz_mm[2]), num(tcp.abc_deg[0]), num(tcp.abc_deg[1]), num(tcp.abc_deg[2]),
+      vec_mm(cell.tool.tcp_sigma_m), num(cell.tool.mass_kg), vec_mm(cell.tool.com_m),
+      num(cell.tool.length_m * kMmPerM), num(cell.tool.tip_radius_m * kMmPerM),
+      num(cell.tool.deflection_sigma));
   for (const Target& target : cell.targets) {
     std::string_view word;
     for (const KindName& entry : kKinds)
       if (entry.kind == target.kind) word = entry.word;
-    out += fmt::format("\n[[target]]\nid = \"{}\"\nkind = \"{}\"\n", target.id, word);
+    out += fmt::format("\n[[target]]\nid = {}\nkind = \"{}\"\n", toml_string(target.id), word);
     if (target.kind == TargetKind::kSphere)
       out += fmt::format("diameter_mm = {}\ndiameter_sigma_mm = {}\n",
                          num(target.diameter_m * kMmPerM), num(target.diameter_sigma_m * kMmPerM));
@@ -191,9 +194,9 @@ std::string cell_to_toml(const Cell& cell, const std::string& robot_reference) {
     out += fmt::format("centre_sigma_mm = {}\n", num(target.centre_sigma_m * kMmPerM));
   }
   for (const CertifiedLength& length : cell.lengths)
-    out += fmt::format("\n[[length]]\nbetween = [\"{}\", \"{}\"]\nmm = {}\nsigma_mm = {}\n",
-                       length.from, length.to, num(length.length_m * kMmPerM),
-                       num(length.sigma_m * kMmPerM));
+    out += fmt::format("\n[[length]]\nbetween = [{}, {}]\nmm = {}\nsigma_mm = {}\n",
+                       toml_string(length.from), toml_string(length.to),
+                       num(length.length_m * kMmPerM), num(length.sigma_m * kMmPerM));
   return out + fmt::format("\n[touch]\nsigma_mm = {}\nradius_offset_sigma_mm = {}\n",
                            num(cell.touch_sigma_m * kMmPerM),
                            num(cell.radius_offset_sigma_m * kMmPerM));

@@ -26,22 +26,22 @@ void split(std::string_view line, std::vector<std::string_view>& fields) {
   }
 }
 
-/// A field in a message: bounded, printable.
-std::string shown(std::string_view field) {
+}  // namespace
+
+std::string shown(std::string_view text) {
   constexpr std::size_t kShown = 40;
   std::string out;
-  for (const char c : field.substr(0, kShown))
+  for (const char c : text.substr(0, kShown))
     out += (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) ? '?' : c;
-  return field.size() > kShown ? out + "..." : out;
+  return text.size() > kShown ? out + "..." : out;
 }
-
-}  // namespace
 
 CsvTable::CsvTable(std::string_view text, std::string name) : rest_(text), name_(std::move(name)) {
   constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
   if (rest_.starts_with(kByteOrderMark)) rest_.remove_prefix(kByteOrderMark.size());
   std::string_view line;
   if (!next_line(line)) throw FileError(name_ + ": empty; a header row is needed");
+  header_line_ = line_;
   split(line, fields_);
   if (fields_.size() > kMaxColumns)
     throw FileError(name_ + ":" + std::to_string(line_) + ": more than 256 columns");
@@ -69,7 +69,8 @@ void CsvTable::refuse_unknown(const std::vector<std::string>& known) const {
     if (found) continue;
     std::string list;
     for (const std::string& name : known) list += (list.empty() ? "" : ", ") + name;
-    throw FileError(name_ + ":1: unknown column \"" + shown(column) + "\"; known here are: " + list);
+    throw FileError(name_ + ":" + std::to_string(header_line_) + ": unknown column \"" +
+                    shown(column) + "\"; known here are: " + list);
   }
 }
 
@@ -104,7 +105,8 @@ bool CsvTable::next() {
 
 double CsvTable::number(int column) const {
   std::string_view field = text(column);
-  if (field.starts_with('+')) field.remove_prefix(1);
+  // from_chars takes no plus; "+-1" must not become -1.
+  if (field.starts_with('+') && !field.starts_with("+-")) field.remove_prefix(1);
   double value = 0.0;
   const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value);
   if (error != std::errc() || end != field.data() + field.size() || field.empty())

@@ -25,6 +25,7 @@ class CsvTable {
   /// Goes to the next row; false at the end. Refuses rows with too few or too many fields.
   bool next();
   int line() const { return line_; }
+  int header_line() const { return header_line_; }
   std::string_view text(int column) const { return fields_[static_cast<std::size_t>(column)]; }
   /// Finite number; whole field.
   double number(int column) const;
@@ -38,6 +39,10 @@ class CsvTable {
   std::vector<std::string> columns_;
   std::vector<std::string_view> fields_;
   int line_ = 0;
+  int header_line_ = 0;
 };
+
+/// Foreign text as it may stand in a message: at most 40 characters, printable.
+std::string shown(std::string_view text);
 
 }  // namespace cellcal::calib

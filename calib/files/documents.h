@@ -17,6 +17,14 @@ std::string robot_to_toml(const Robot& robot);
 /// `robot_reference` becomes the key `robot`.
 std::string cell_to_toml(const Cell& cell, const std::string& robot_reference);
 
+/// Quoted and escaped as a TOML basic string.
+std::string toml_string(std::string_view text);
+
+/// Throws FileError when a dotted key (TOML) or a value (JSON) is nested deeper than any of our
+/// documents: their libraries walk such trees by recursion, which hostile text could let overflow.
+void refuse_deep_toml(std::string_view text, const std::string& name);
+void refuse_deep_json(std::string_view text, const std::string& name);
+
 /// TOML text to compact JSON text. Throws FileError.
 std::string toml_to_json(std::string_view toml);
 /// JSON object text as a table for the strict reader. Throws FileError.

@@ -36,8 +36,7 @@ std::vector<Touch> parse_touches(std::string_view text, const std::string& name,
 std::string format_touches(const std::vector<Touch>& touches, const Robot& robot);
 
 /// Joint columns only (rad), for predict: any angle. Columns beside the joints are refused.
-std::vector<std::vector<double>> load_joints(const std::filesystem::path& path,
-                                             const Robot& robot);
+std::vector<std::vector<double>> load_joints(const std::filesystem::path& path, const Robot& robot);
 
 /// Whole file as text, refusing directories, missing files and more than `max_bytes`.
 std::string read_file(const std::filesystem::path& path, std::size_t max_bytes = 256u << 20);

@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::string_view kFormat = "cellcal.robot/1";
 constexpr std::size_t kMaxJoints = 32;
-constexpr Range kLengthMm{-1e5, 1e5};     // 100 m: nothing that touches is larger
+constexpr Range kLengthMm{-1e5, 1e5};  // 100 m: nothing that touches is larger
 constexpr Range kAngleDeg{-3600.0, 3600.0};
 constexpr Range kMassKg{0.0, 1e4};
 
@@ -73,8 +73,7 @@ Joint read_joint(const TomlTable& t, double length_m, double angle_rad) {
     constexpr std::size_t kMaxHarmonics = 16;
     if (joint.harmonics.size() > kMaxHarmonics) t.fail("harmonics", "at most 16 orders per joint");
   }
-  joint.harmonic_sigma_rad =
-      t.number_or("harmonic_sigma_arcsec", 0.0, {0.0, 1e5}) * kRadPerArcsec;
+  joint.harmonic_sigma_rad = t.number_or("harmonic_sigma_arcsec", 0.0, {0.0, 1e5}) * kRadPerArcsec;
   t.refuse_unknown();
   return joint;
 }
@@ -94,21 +93,6 @@ std::string frame_table(const char* name, const Eigen::Isometry3d& isometry) {
                      num(f.abc_deg[1]), num(f.abc_deg[2]));
 }
 
-std::string quoted(const std::string& text) {
-  std::string out = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') {
-      out += '\\';
-      out += c;
-    } else if (static_cast<unsigned char>(c) < 0x20) {
-      out += fmt::format("\\u{:04X}", static_cast<unsigned>(static_cast<unsigned char>(c)));
-    } else {
-      out += c;
-    }
-  }
-  return out + '"';
-}
-
 }  // namespace
 
 Robot read_robot(const TomlTable& document) {
@@ -124,8 +108,8 @@ Robot read_robot(const TomlTable& document) {
   tolerance.refuse_unknown();
   const auto joints = document.tables("joint");
   if (joints.empty() || joints.size() > kMaxJoints)
-    document.fail("", "a robot needs 1 to 32 [[joint]] tables, but has " +
-                          std::to_string(joints.size()));
+    document.fail(
+        "", "a robot needs 1 to 32 [[joint]] tables, but has " + std::to_string(joints.size()));
   std::set<std::string> names;
   for (const TomlTable& table : joints) {
     robot.joints.push_back(read_joint(table, length_m, angle_rad));
@@ -144,8 +128,8 @@ std::string robot_to_toml(const Robot& robot) {
   std::string out = fmt::format(
       "format = \"{}\"\nname = {}\nsource = {}\ngravity = [{}, {}, {}]\n\n"
       "[tolerance]\nlength_mm = {}\nangle_deg = {}\n",
-      kFormat, quoted(robot.name), quoted(robot.source), num(g.x()), num(g.y()), num(g.z()),
-      num(robot.joints.front().tolerance_length_m * kMmPerM),
+      kFormat, toml_string(robot.name), toml_string(robot.source), num(g.x()), num(g.y()),
+      num(g.z()), num(robot.joints.front().tolerance_length_m * kMmPerM),
       num(robot.joints.front().tolerance_angle_rad * kDegPerRad));
   for (const Joint& j : robot.joints) {
     std::string errors;
@@ -156,7 +140,7 @@ std::string robot_to_toml(const Robot& robot) {
         "\n[[joint]]\nname = {}\nsign = {}\noffset_deg = {}\nd_mm = {}\na_mm = {}\n"
         "alpha_deg = {}\nbeta_deg = {}\nerrors = [{}]\nmin_deg = {}\nmax_deg = {}\n"
         "max_speed_deg_s = {}\n",
-        quoted(j.name), j.sign, num(j.offset_rad * kDegPerRad), num(j.d_m * kMmPerM),
+        toml_string(j.name), j.sign, num(j.offset_rad * kDegPerRad), num(j.d_m * kMmPerM),
         num(j.a_m * kMmPerM), num(j.alpha_rad * kDegPerRad), num(j.beta_rad * kDegPerRad), errors,
         num(j.min_rad * kDegPerRad), num(j.max_rad * kDegPerRad),
         num(j.max_speed_rad_s * kDegPerRad));

@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <toml++/toml.h>
 
 #include <cmath>
@@ -41,26 +42,52 @@ toml::table to_table(const json& object, const std::string& name) {
 toml::array to_array(const json& list, const std::string& key, const std::string& name) {
   toml::array array;
   for (const json& item : list) {
-    if (item.is_object()) array.push_back(to_table(item, name));
-    else if (item.is_string()) array.push_back(item.get<std::string>());
-    else if (item.is_number()) array.push_back(item.get<double>());
-    else throw FileError(name + ": " + key + ": an array may hold tables, strings or numbers only");
+    if (item.is_object())
+      array.push_back(to_table(item, name));
+    else if (item.is_string())
+      array.push_back(item.get<std::string>());
+    else if (item.is_number())
+      array.push_back(item.get<double>());
+    else
+      throw FileError(name + ": " + key + ": an array may hold tables, strings or numbers only");
   }
   return array;
 }
 
 void insert(toml::table& table, const std::string& key, const json& value,
             const std::string& name) {
-  if (value.is_object()) table.insert(key, to_table(value, name));
-  else if (value.is_array()) table.insert(key, to_array(value, key, name));
-  else if (value.is_string()) table.insert(key, value.get<std::string>());
-  else if (value.is_number_integer()) table.insert(key, value.get<std::int64_t>());
-  else if (value.is_number()) table.insert(key, value.get<double>());
-  else if (value.is_boolean()) table.insert(key, value.get<bool>());
-  else throw FileError(name + ": " + key + ": null cannot stand here");
+  if (value.is_object())
+    table.insert(key, to_table(value, name));
+  else if (value.is_array())
+    table.insert(key, to_array(value, key, name));
+  else if (value.is_string())
+    table.insert(key, value.get<std::string>());
+  else if (value.is_number_integer())
+    table.insert(key, value.get<std::int64_t>());
+  else if (value.is_number())
+    table.insert(key, value.get<double>());
+  else if (value.is_boolean())
+    table.insert(key, value.get<bool>());
+  else
+    throw FileError(name + ": " + key + ": null cannot stand here");
 }
 
 }  // namespace
+
+std::string toml_string(std::string_view text) {
+  std::string out = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') {
+      out += '\\';
+      out += c;
+    } else if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) {
+      out += fmt::format("\\u{:04X}", static_cast<unsigned>(static_cast<unsigned char>(c)));
+    } else {
+      out += c;
+    }
+  }
+  return out + '"';
+}
 
 std::string toml_to_json(std::string_view text) {
   try {
@@ -71,6 +98,7 @@ std::string toml_to_json(std::string_view text) {
 }
 
 TomlTable table_from_json(std::string_view text, const std::string& name) {
+  refuse_deep_json(text, name);
   const json document = json::parse(text, nullptr, false);
   if (!document.is_object()) throw FileError(name + ": must be a JSON object");
   return TomlAccess::table(to_table(document, name), name);

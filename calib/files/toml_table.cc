@@ -5,6 +5,7 @@
 #include <cmath>
 #include <set>
 
+#include "calib/files/documents.h"
 #include "calib/files/files.h"
 #include "calib/files/toml_access.h"
 
@@ -35,13 +36,20 @@ std::shared_ptr<const toml::table> empty_table() {
 
 std::string kind_of(const toml::node& node) {
   switch (node.type()) {
-    case toml::node_type::table: return "a table";
-    case toml::node_type::array: return "an array";
-    case toml::node_type::string: return "a string";
-    case toml::node_type::integer: return "an integer";
-    case toml::node_type::floating_point: return "a number";
-    case toml::node_type::boolean: return "a boolean";
-    default: return "a date or time";
+    case toml::node_type::table:
+      return "a table";
+    case toml::node_type::array:
+      return "an array";
+    case toml::node_type::string:
+      return "a string";
+    case toml::node_type::integer:
+      return "an integer";
+    case toml::node_type::floating_point:
+      return "a number";
+    case toml::node_type::boolean:
+      return "a boolean";
+    default:
+      return "a date or time";
   }
 }
 
@@ -54,12 +62,13 @@ std::string show(double value) {
 }  // namespace
 
 TomlTable TomlTable::parse(std::string_view text, const std::string& file_name) {
+  refuse_deep_toml(text, file_name);
   auto node = std::make_shared<Node>();
   try {
     node->document = std::make_shared<const toml::table>(toml::parse(text, file_name));
   } catch (const toml::parse_error& e) {
-    throw FileError(file_name + ":" + std::to_string(e.source().begin.line) + ": not valid TOML: " +
-                    std::string(e.description()));
+    throw FileError(file_name + ":" + std::to_string(e.source().begin.line) +
+                    ": not valid TOML: " + std::string(e.description()));
   }
   node->table = node->document.get();
   node->file = file_name;
@@ -152,8 +161,7 @@ std::string TomlTable::word(std::string_view key,
   fail(key, "\"" + value + "\" is not known here; use one of " + list);
 }
 
-std::vector<double> TomlTable::numbers(std::string_view key, std::size_t count,
-                                       Range range) const {
+std::vector<double> TomlTable::numbers(std::string_view key, std::size_t count, Range range) const {
   const toml::node* node = node_->find(key);
   const std::string wanted =
       count == 0 ? "an array of numbers" : "an array of " + std::to_string(count) + " numbers";

@@ -16,7 +16,7 @@ struct Touch {
   double sigma_m = 0.0;           ///< 1 sigma of this touch; 0: the cell's
   double radius_m = 0.0;          ///< kind wire: this row's length
   double tracker_m[3] = {0.0, 0.0, 0.0};  ///< kind tracker: the tracker's reading
-  std::string time;               ///< ISO 8601 UTC; empty where unknown
+  std::string time;                       ///< ISO 8601 UTC; empty where unknown
 
   // Evidence of how it was measured. Not used by the estimator; empty or 0 where unknown.
   std::vector<double> settled_joint_rad;  ///< after the stop, arm at rest

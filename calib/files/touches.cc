@@ -21,7 +21,8 @@ std::vector<int> joint_columns(const CsvTable& table, const Robot& robot, const 
   for (const Joint& joint : robot.joints) {
     columns.push_back(table.find(joint.name));
     if (columns.back() < 0)
-      throw FileError(name + ":1: no column \"" + joint.name +
+      throw FileError(name + ":" + std::to_string(table.header_line()) + ": no column \"" +
+                      joint.name +
                       "\"; one column per joint is needed, named as in the robot file");
   }
   return columns;
@@ -34,13 +35,13 @@ std::vector<double> read_joints(const CsvTable& table, const Robot& robot,
     const Joint& joint = robot.joints[i];
     angles[i] = table.number(columns[i]) * kRadPerDeg;
     if (std::abs(angles[i]) > kAnyAngleRad)
-      table.fail(columns[i], fmt::format("{} deg is out of range", table.text(columns[i])));
-    if (within_limits && (angles[i] < joint.min_rad - kLimitSlackRad ||
-                          angles[i] > joint.max_rad + kLimitSlackRad))
+      table.fail(columns[i], fmt::format("{} deg is out of range", shown(table.text(columns[i]))));
+    if (within_limits &&
+        (angles[i] < joint.min_rad - kLimitSlackRad || angles[i] > joint.max_rad + kLimitSlackRad))
       table.fail(columns[i],
                  fmt::format("{} deg is outside the joint's limits {:.6g} to {:.6g} deg in the "
                              "robot file",
-                             table.text(columns[i]), joint.min_rad * kDegPerRad,
+                             shown(table.text(columns[i])), joint.min_rad * kDegPerRad,
                              joint.max_rad * kDegPerRad));
   }
   return angles;
@@ -56,8 +57,7 @@ constexpr std::size_t kMaxRows = 2'000'000;
 
 }  // namespace
 
-std::vector<Touch> parse_touches(std::string_view text, const std::string& name,
-                                 const Cell& cell) {
+std::vector<Touch> parse_touches(std::string_view text, const std::string& name, const Cell& cell) {
   CsvTable table(text, name);
   auto known = joint_names(cell.robot);
   for (const char* column :
@@ -66,7 +66,9 @@ std::vector<Touch> parse_touches(std::string_view text, const std::string& name,
   table.refuse_unknown(known);
   const auto joints = joint_columns(table, cell.robot, name);
   const int target = table.find("target");
-  if (target < 0) throw FileError(name + ":1: no column \"target\"");
+  if (target < 0)
+    throw FileError(name + ":" + std::to_string(table.header_line()) +
+                    ": no column \"target\"; it says which target each row touched");
   const int sigma = table.find("sigma_mm"), radius = table.find("radius_mm");
   const int set = table.find("set"), time = table.find("time");
   const int xyz[3] = {table.find("x_mm"), table.find("y_mm"), table.find("z_mm")};
@@ -82,7 +84,7 @@ std::vector<Touch> parse_touches(std::string_view text, const std::string& name,
     try {
       kind = cell.targets[cell.target_index(touch.target)].kind;
     } catch (const std::out_of_range&) {
-      table.fail(target, "there is no target \"" + touch.target + "\" in the cell file");
+      table.fail(target, "there is no target \"" + shown(touch.target) + "\" in the cell file");
     }
     if (sigma >= 0 && !table.text(sigma).empty()) {
       touch.sigma_m = table.number(sigma) / kMmPerM;
@@ -100,8 +102,10 @@ std::vector<Touch> parse_touches(std::string_view text, const std::string& name,
         touch.tracker_m[k] = table.number(xyz[k]) / kMmPerM;
     if (set >= 0) {
       const std::string_view word = table.text(set);
-      if (word == "check") touch.set = TouchSet::kCheck;
-      else if (word != "fit" && !word.empty()) table.fail(set, "must be fit or check");
+      if (word == "check")
+        touch.set = TouchSet::kCheck;
+      else if (word != "fit" && !word.empty())
+        table.fail(set, "must be fit or check");
     }
     if (time >= 0) touch.time = table.text(time);
     touches.push_back(std::move(touch));

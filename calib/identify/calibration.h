@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "calib/identify/level.h"
 #include "calib/model/robot.h"
 
 namespace cellcal::calib {
@@ -14,9 +15,9 @@ enum class DecidedBy { kData, kPrior, kFrame };
 
 /// One identified quantity. Values are SI and radians; `unit` names what files and screens show.
 struct ParameterResult {
-  std::string name;        ///< e.g. "A2.theta", "tool.c_t", "touch.rho", "S1.x"
-  std::string unit;        ///< "mm", "deg", "1/(N m^2)", "rad/(N m)", "arcsec"
-  double to_unit = 1.0;    ///< value in `unit` = SI value * to_unit
+  std::string name;      ///< e.g. "A2.theta", "tool.c_t", "touch.rho", "S1.x"
+  std::string unit;      ///< "mm", "deg", "1/(N m^2)", "rad/(N m)", "arcsec"
+  double to_unit = 1.0;  ///< value in `unit` = SI value * to_unit
   double nominal = 0.0;
   double correction = 0.0;
   double sigma = 0.0;
@@ -69,6 +70,9 @@ struct InputFile {
 struct Calibration {
   Cell cell;  ///< nominal
   std::string method = "map";
+  ModelLevel level;                   ///< that the parameters belong to
+  std::string level_reason;           ///< why this one
+  std::vector<LevelEvidence> levels;  ///< the best that were considered, best first
   std::vector<ParameterResult> parameters;
   std::vector<TargetResult> targets;
   ResidualSummary before, after, check_before, check;

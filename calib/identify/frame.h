@@ -1,7 +1,10 @@
 #pragma once
-// Directions in parameter space that no touch can tell: the choice of frame, not an error. Found
-// numerically: singular directions of the whitened Jacobian of everything that was measured
-// (touches, certified lengths, diameters, tip), without the tolerances.
+// Directions in parameter space that no touch can tell, found numerically from everything that was
+// measured (touches, certified lengths, diameters, tip) without the tolerances:
+// - frame directions, which no touch anywhere could tell: they move the arm and the targets as one
+//   body, or nothing at all. A choice of frame, not an error.
+// - weak directions, which these touches do not tell but others would: there the tolerances decide,
+//   and the bounds say so.
 
 #include <Eigen/Core>
 #include <vector>
@@ -13,11 +16,14 @@
 namespace cellcal::calib {
 
 struct FrameDirections {
-  Eigen::MatrixXd basis_u;  ///< size x k, orthonormal, prior units
-  std::vector<UnidentifiableDirection> words;
-  Eigen::VectorXd singular_values;  ///< of the measured Jacobian, prior units, ascending
+  Eigen::MatrixXd basis_u;  ///< frame directions, size x k, orthonormal, prior units
+  std::vector<UnidentifiableDirection> words;  ///< frame directions first, then weak ones
+  Eigen::VectorXd singular_values;  ///< of the measured Jacobian, prior units, descending
 };
 
-FrameDirections find_frame_directions(const Problem& problem, const Linearisation& linear);
+/// `workspace_moves_m`: tip motions over the workspace per prior sigma of the arm's parameters,
+/// what a motion of the base could do taken out (region.h).
+FrameDirections find_frame_directions(const Problem& problem, const Linearisation& linear,
+                                      const Eigen::MatrixXd& workspace_moves_m);
 
 }  // namespace cellcal::calib

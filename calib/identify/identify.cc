@@ -5,8 +5,9 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <numeric>
+#include <map>
 
+#include "calib/identify/evidence.h"
 #include "calib/identify/frame.h"
 #include "calib/identify/problem.h"
 #include "calib/identify/region.h"
@@ -41,15 +42,15 @@ Posterior posterior_at(const Problem& problem, const Eigen::VectorXd& u,
   const int n = problem.size();
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(n, n);
   information.selfadjointView<Eigen::Lower>().rankUpdate(p.linear.jacobian.transpose());
-  for (int i = 0; i < n; ++i)
-    information(i, i) += std::pow(problem.unknowns()[i].prior_weight, 2);
+  for (int i = 0; i < n; ++i) information(i, i) += std::pow(problem.unknowns()[i].prior_weight, 2);
   // A centre without prior that turns with the frame: a hair of information keeps it finite.
   constexpr double kHair = 1e-12;
   for (int i = 0; i < n; ++i) information(i, i) *= 1.0 + kHair;
   const Eigen::LLT<Eigen::MatrixXd, Eigen::Lower> llt(information);
   if (llt.info() != Eigen::Success)
-    throw IdentifyError("the touches and priors do not determine the unknowns; give the targets a "
-                        "centre_sigma_mm and the joints tolerances");
+    throw IdentifyError(
+        "the touches and priors do not determine the unknowns; give the targets a "
+        "centre_sigma_mm and the joints tolerances");
   p.covariance_u = llt.solve(Eigen::MatrixXd::Identity(n, n));
   // h_i = j_i S j_i^T = |L^-1 j_i^T|^2
   const Eigen::MatrixXd half = llt.matrixL().solve(p.linear.jacobian.transpose());
@@ -76,8 +77,7 @@ std::vector<Eigen::Vector3d> starting_centres(const Cell& cell, const ArmModel& 
       for (const auto& p : points) centres[t] += p / static_cast<double>(points.size());
       continue;
     }
-    const SphereFit fit =
-        fit_centre(points, radii, target.has_centre ? &target.centre_m : nullptr);
+    const SphereFit fit = fit_centre(points, radii, target.has_centre ? &target.centre_m : nullptr);
     if (!fit.determined && !target.has_centre)
       throw IdentifyError(fmt::format(
           "target {}: {} fit touches do not span a sphere; touch it from more sides, or state "
@@ -99,7 +99,8 @@ std::vector<double> studentised(const Problem& problem, const Eigen::VectorXd& u
     const int rows = problem.rows(touch);
     double worst = 0.0;
     for (int k = 0; k < rows; ++k) {
-      constexpr double kLeast = 1e-6;  // a touch that alone decides something says nothing of itself
+      constexpr double kLeast =
+          1e-6;  // a touch that alone decides something says nothing of itself
       const double free = 1.0 - posterior.leverage[row + k];
       if (free > kLeast)
         worst = std::max(worst, std::abs(posterior.linear.residual[row + k]) / std::sqrt(free));
@@ -133,42 +134,69 @@ struct Estimate {
   Posterior posterior;
 };
 
-Estimate estimate(const Problem& problem, const IdentifyOptions& options) {
-  const auto touches = problem.touches();
-  std::vector<bool> fit(touches.size());
-  for (std::size_t i = 0; i < touches.size(); ++i) fit[i] = touches[i].set == TouchSet::kFit;
-  Estimate e;
-  e.use = fit;
-  e.u = Eigen::VectorXd::Zero(problem.size());
+std::vector<bool> fit_touches(const Problem& problem) {
+  std::vector<bool> fit(problem.touches().size());
+  for (std::size_t i = 0; i < fit.size(); ++i) fit[i] = problem.touches()[i].set == TouchSet::kFit;
+  return fit;
+}
+
+/// Comes near the solution from zero errors: touches are first taken as worth a millimetre, then
+/// ever more. Taking them at their word at once would let what the linearisation gets wrong (parts
+/// in a thousand of the errors) drive the directions that the touches hardly see. Robust, so that
+/// gross outliers do not lead astray.
+void approach(const Problem& problem, const IdentifyOptions& options, Estimate& e) {
+  constexpr double kFirstFloorM = 1e-3, kStep = 10.0;
+  double finest = kFirstFloorM;
+  for (std::size_t i = 0; i < e.use.size(); ++i)
+    if (e.use[i]) finest = std::min(finest, problem.sigma_m(i));
+  for (double floor = kFirstFloorM; floor > finest; floor /= kStep)
+    e.u =
+        solve(problem, e.u,
+              {e.use, options.reject_outliers ? kCauchySigma : 0.0, options.max_iterations, floor})
+            .u;
   if (options.reject_outliers)
-    e.u = solve(problem, e.u, {fit, kCauchySigma, options.max_iterations}).u;
+    e.u = solve(problem, e.u, {e.use, kCauchySigma, options.max_iterations, finest}).u;
+}
+
+/// Solves and names outliers in turn until the set of touches in use no longer changes. Touches
+/// once thrown out may come back.
+void settle(const Problem& problem, const IdentifyOptions& options, Estimate& e) {
+  const std::vector<bool> fit = fit_touches(problem);
   for (int round = 0; round < kOutlierRounds; ++round) {
-    if (options.reject_outliers) {
-      e.posterior = posterior_at(problem, e.u, e.use);
-      const std::vector<double> t = studentised(problem, e.u, fit, e.use, e.posterior);
-      std::vector<double> used;
-      for (std::size_t i = 0; i < t.size(); ++i)
-        if (fit[i]) used.push_back(t[i]);
-      // More scatter than stated widens the gate instead of throwing good touches away.
-      constexpr double kMadToSigma = 1.4826;
-      const double gate = options.outlier_sigma * std::max(1.0, kMadToSigma * median(used));
-      std::vector<bool> next = fit;
-      for (std::size_t i = 0; i < t.size(); ++i)
-        if (fit[i] && t[i] > gate) next[i] = false;
-      const bool same = round > 0 && next == e.use;
-      e.use = next;
-      if (same) break;
-    }
-    const SolveResult solved = solve(problem, e.u, {e.use, 0.0, options.max_iterations});
+    const SolveResult solved = solve(problem, e.u, {e.use, 0.0, options.max_iterations, 0.0});
     if (!solved.converged)
-      throw IdentifyError(fmt::format("the estimate did not converge in {} iterations; are the "
-                                      "robot file and the touches of the same arm?",
-                                      options.max_iterations));
+      throw IdentifyError(
+          fmt::format("the estimate did not converge in {} iterations; are the "
+                      "robot file and the touches of the same arm?",
+                      options.max_iterations));
     e.u = solved.u;
-    if (!options.reject_outliers) break;
+    e.posterior = posterior_at(problem, e.u, e.use);
+    if (!options.reject_outliers) return;
+    const std::vector<double> t = studentised(problem, e.u, fit, e.use, e.posterior);
+    std::vector<double> used;
+    for (std::size_t i = 0; i < t.size(); ++i)
+      if (fit[i]) used.push_back(t[i]);
+    // More scatter than stated widens the gate instead of throwing good touches away.
+    constexpr double kMadToSigma = 1.4826;
+    const double gate = options.outlier_sigma * std::max(1.0, kMadToSigma * median(used));
+    std::vector<bool> next = fit;
+    for (std::size_t i = 0; i < t.size(); ++i)
+      if (fit[i] && t[i] > gate) next[i] = false;
+    if (next == e.use) return;
+    e.use = next;
   }
-  e.posterior = posterior_at(problem, e.u, e.use);
-  return e;
+}
+
+/// The unknowns of `from` at the solution `u`, as a start for `to`: matched by name.
+Eigen::VectorXd carried_over(const Problem& from, const Eigen::VectorXd& u, const Problem& to) {
+  std::map<std::string, double> value;
+  const Eigen::VectorXd x = from.to_si(u);
+  for (int i = 0; i < from.size(); ++i) value[from.unknowns()[i].name] = x[i];
+  Eigen::VectorXd start = Eigen::VectorXd::Zero(to.size());
+  for (int i = 0; i < to.size(); ++i)
+    if (const auto found = value.find(to.unknowns()[i].name); found != value.end())
+      start[i] = (found->second - to.unknowns()[i].origin) / to.unknowns()[i].scale;
+  return start;
 }
 
 void fill_parameters(const Problem& problem, const Estimate& e, const FrameDirections& frame,
@@ -182,13 +210,13 @@ void fill_parameters(const Problem& problem, const Estimate& e, const FrameDirec
   calibration.frame_basis = scale.asDiagonal() * frame.basis_u;
   for (int i = 0; i < n; ++i) {
     const Unknown& unknown = problem.unknowns()[i];
-    ParameterResult p{unknown.name, unknown.unit, unknown.to_unit, unknown.nominal,
+    ParameterResult p{unknown.name,           unknown.unit,
+                      unknown.to_unit,        unknown.nominal,
                       x[i] - unknown.nominal, std::sqrt(calibration.covariance(i, i))};
     // Who decided it: the frame where half of its variance is the frame's; the prior where the
     // touches took less than half of the prior's variance away.
     const double variance_u = e.posterior.covariance_u(i, i);
-    const double of_frame =
-        frame.basis_u.cols() > 0 ? frame.basis_u.row(i).squaredNorm() : 0.0;
+    const double of_frame = frame.basis_u.cols() > 0 ? frame.basis_u.row(i).squaredNorm() : 0.0;
     const double prior_u = unknown.prior_weight > 0.0 ? 1.0 / unknown.prior_weight : 1e9;
     if (of_frame * std::min(1.0, prior_u * prior_u) > 0.5 * variance_u)
       p.decided_by = DecidedBy::kFrame;
@@ -207,46 +235,80 @@ void fill_parameters(const Problem& problem, const Estimate& e, const FrameDirec
   }
 }
 
-void fill_predicted_accuracy(const Problem& problem, const Estimate& e, double inflation,
-                             Calibration& calibration) {
-  const ArmModel& arm = problem.arm();
-  const int n = arm.size();
-  const Eigen::VectorXd x = problem.to_si(e.u);
-  Eigen::VectorXd scale(n);
-  for (int i = 0; i < n; ++i) scale[i] = problem.unknowns()[i].scale;
-  const Eigen::MatrixXd covariance = inflation * e.posterior.covariance_u.topLeftCorner(n, n);
-  calibration.predicted_m3_m =
-      predicted_mean_error_m(arm, workspace_poses(arm, kWorkspacePoses, kRegionSeed), x.data(),
-                             scale, covariance);
+std::vector<JointVector> poses_near_targets(const Problem& problem,
+                                            const std::vector<TargetResult>& targets) {
   std::vector<JointVector> around;
   for (const Touch& touch : problem.touches()) around.push_back(touch.joint_rad);
   std::vector<Eigen::Vector3d> centres;
-  for (const TargetResult& target : calibration.targets) centres.push_back(target.centre_m);
-  calibration.predicted_m2_m = predicted_mean_error_m(
-      arm, local_poses(arm, around, centres, kLocalHalfM, kLocalPoses, kRegionSeed), x.data(),
-      scale, covariance);
+  for (const TargetResult& target : targets) centres.push_back(target.centre_m);
+  return local_poses(problem.arm(), around, centres, kLocalHalfM, kLocalPoses, kRegionSeed);
+}
+
+std::string level_reason(const Cell& cell, const ModelLevel& level,
+                         const std::vector<LevelEvidence>& weighed, bool given) {
+  if (given) return words(cell, level) + "; as asked for";
+  const LevelEvidence* simpler = nullptr;
+  for (const LevelEvidence& other : weighed)
+    if (other.level.transmission < level.transmission ||
+        (level.compliance && !other.level.compliance)) {
+      simpler = &other;
+      break;
+    }
+  const auto own = std::find_if(weighed.begin(), weighed.end(),
+                                [&](const LevelEvidence& l) { return l.level == level; });
+  std::string text = words(cell, level) + "; ";
+  if (simpler == nullptr || own == weighed.end()) return text + "no simpler level was to be had";
+  const double gain = own->log_evidence - simpler->log_evidence;
+  text += gain > 0.0 ? fmt::format("the touches favour it over \"{}\" by {:.1f} in log evidence",
+                                   words(cell, simpler->level), gain)
+                     : fmt::format(
+                           "the touches do not tell it from \"{}\" ({:+.1f} in log "
+                           "evidence); the one that claims less is taken",
+                           words(cell, simpler->level), gain);
+  return text;
 }
 
 }  // namespace
 
 Calibration identify(const Cell& cell, const std::vector<Touch>& touches,
                      const IdentifyOptions& options) {
-  const auto fit_touches = std::count_if(touches.begin(), touches.end(), [](const Touch& t) {
-    return t.set == TouchSet::kFit;
-  });
-  if (fit_touches == 0) throw IdentifyError("there are no fit touches; nothing to identify from");
-  const ArmModel arm(cell.robot, cell.tool);
-  const Problem problem(cell, arm, touches, starting_centres(cell, arm, touches));
+  const bool any_fit = std::any_of(touches.begin(), touches.end(),
+                                   [](const Touch& t) { return t.set == TouchSet::kFit; });
+  if (!any_fit) throw IdentifyError("there are no fit touches; nothing to identify from");
+
+  // The fullest level first: outliers are judged by a model that can explain all that an arm does,
+  // and the evidence of every simpler level follows from its linearisation.
+  const Cell fullest = at_level(cell, ModelLevel{});
+  const ArmModel full_arm(fullest.robot, fullest.tool);
+  const auto centres = starting_centres(cell, full_arm, touches);
+  const Problem full(fullest, full_arm, touches, centres);
   for (std::size_t i = 0; i < touches.size(); ++i)
-    if (problem.block_of(i) < 0)
+    if (full.block_of(i) < 0)
       throw IdentifyError(fmt::format(
           "target {} has check touches but no fit touch; its centre is unknown. Make some of its "
           "touches fit touches, or leave it out",
           touches[i].target));
+  Estimate e;
+  e.use = fit_touches(full);
+  e.u = Eigen::VectorXd::Zero(full.size());
+  approach(full, options, e);
+  settle(full, options, e);
 
-  const Estimate e = estimate(problem, options);
+  const std::vector<LevelEvidence> weighed = weigh_levels(full, e.u, e.use);
+  const ModelLevel level = options.level ? *options.level : choose_level(weighed);
+  const Cell levelled = at_level(cell, level);
+  const ArmModel arm(levelled.robot, levelled.tool);
+  const Problem problem(levelled, arm, touches, centres, level.ripple_rad);
+  e.u = carried_over(full, e.u, problem);
+  settle(problem, options, e);
+
   Calibration calibration;
   calibration.cell = cell;
+  calibration.level = level;
+  calibration.level_reason = level_reason(cell, level, weighed, options.level.has_value());
+  constexpr std::size_t kLevelsShown = 6;
+  calibration.levels.assign(weighed.begin(), weighed.begin() + static_cast<std::ptrdiff_t>(std::min(
+                                                                   kLevelsShown, weighed.size())));
   double sum = 0.0, held = 0.0, noise = 0.0;
   for (const auto& [touch, row] : e.posterior.linear.touch_row)
     for (int k = 0; k < problem.rows(touch); ++k) {
@@ -260,10 +322,21 @@ Calibration identify(const Cell& cell, const std::vector<Touch>& touches,
   // Scatter beyond the stated noise is not explained away: it widens every bound.
   const double inflation = std::max(1.0, calibration.chi2_per_dof);
 
-  const FrameDirections frame = find_frame_directions(problem, e.posterior.linear);
+  Eigen::VectorXd scale(arm.size());
+  for (int i = 0; i < arm.size(); ++i) scale[i] = problem.unknowns()[i].scale;
+  const Eigen::VectorXd x = problem.to_si(e.u);
+  const auto workspace = workspace_poses(arm, kWorkspacePoses, kRegionSeed);
+  const Eigen::MatrixXd moves = aligned_moves(arm, workspace, x.data(), scale);
+  const FrameDirections frame = find_frame_directions(problem, e.posterior.linear, moves);
   calibration.unidentifiable = frame.words;
   fill_parameters(problem, e, frame, inflation, calibration);
-  fill_predicted_accuracy(problem, e, inflation, calibration);
+  const Eigen::MatrixXd arm_covariance =
+      inflation * e.posterior.covariance_u.topLeftCorner(arm.size(), arm.size());
+  calibration.predicted_m3_m = predicted_mean_error_m(moves, arm_covariance);
+  const auto local = poses_near_targets(problem, calibration.targets);
+  if (local.size() >= 3)
+    calibration.predicted_m2_m =
+        predicted_mean_error_m(aligned_moves(arm, local, x.data(), scale), arm_covariance);
 
   std::vector<bool> outlier(touches.size(), false);
   for (std::size_t i = 0; i < touches.size(); ++i)
@@ -273,8 +346,8 @@ Calibration identify(const Cell& cell, const std::vector<Touch>& touches,
     if (r.outlier)
       calibration.outliers.push_back(
           {r.touch, r.after_m,
-           fmt::format("{:+.3f} mm off the {}, {:.0f} times the touch noise ({})",
-                       r.after_m * 1e3, touches[r.touch].target, std::abs(r.whitened),
+           fmt::format("{:+.3f} mm off the {}, {:.0f} times the touch noise ({})", r.after_m * 1e3,
+                       touches[r.touch].target, std::abs(r.whitened),
                        r.after_m > 0 ? "tip outside: contact seen before the surface"
                                      : "tip inside: contact seen too late")});
   calibration.verdict = judge(problem, calibration);

@@ -4,7 +4,7 @@
 // The mathematics is in calib/README.md, in the order of the method; it can be read beside the
 // code.
 
-#include <functional>
+#include <optional>
 #include <vector>
 
 #include "calib/files/error.h"
@@ -18,6 +18,8 @@ struct IdentifyOptions {
   double outlier_sigma = 5.0;
   bool reject_outliers = true;
   int max_iterations = 100;
+  /// Set: this model level; otherwise the touches' evidence chooses.
+  std::optional<ModelLevel> level;
 };
 
 /// Throws IdentifyError when the touches cannot determine a calibration at all. A result that can

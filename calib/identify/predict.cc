@@ -29,7 +29,10 @@ struct Predictor::Impl {
   Eigen::VectorXd x;
   Eigen::MatrixXd covariance;  // arm parameters, SI, frame directions aside
 
-  explicit Impl(const Calibration& c) : arm(c.cell.robot, c.cell.tool) {
+  double ripple_rad = 0.0;
+
+  Impl(const Calibration& c, const Cell& levelled)
+      : arm(levelled.robot, levelled.tool), ripple_rad(c.level.ripple_rad) {
     const int n = arm.size();
     std::map<std::string, Eigen::Index> index;
     for (std::size_t i = 0; i < c.parameters.size(); ++i)
@@ -43,8 +46,8 @@ struct Predictor::Impl {
           sigma.cwiseInverse().asDiagonal() * all * sigma.cwiseInverse().asDiagonal();
       const Eigen::MatrixXd n_s = sigma.cwiseInverse().asDiagonal() * c.frame_basis;
       const Eigen::MatrixXd information = n_s.transpose() * correlation.ldlt().solve(n_s);
-      all = sigma.asDiagonal() *
-            (correlation - n_s * information.ldlt().solve(n_s.transpose())) * sigma.asDiagonal();
+      all = sigma.asDiagonal() * (correlation - n_s * information.ldlt().solve(n_s.transpose())) *
+            sigma.asDiagonal();
     }
     x = Eigen::VectorXd::Zero(n);
     covariance = Eigen::MatrixXd::Zero(n, n);
@@ -64,7 +67,7 @@ struct Predictor::Impl {
 };
 
 Predictor::Predictor(const Calibration& calibration)
-    : impl_(std::make_unique<Impl>(calibration)) {}
+    : impl_(std::make_unique<Impl>(calibration, at_level(calibration.cell, calibration.level))) {}
 Predictor::~Predictor() = default;
 Predictor::Predictor(Predictor&&) noexcept = default;
 
@@ -74,7 +77,12 @@ Prediction Predictor::calibrated(std::span<const double> joint_rad) const {
   result.tcp = impl_->arm.shape(pose, impl_->x.data()).tcp;
   Eigen::Matrix3Xd j(3, impl_->arm.size());
   impl_->arm.position(pose, impl_->x.data(), j);
-  result.u95_m = radius_95(j * impl_->covariance * j.transpose());
+  Eigen::Matrix3d covariance = j * impl_->covariance * j.transpose();
+  if (impl_->ripple_rad > 0.0) {  // stays at every pose, however many touches there were
+    const Eigen::Matrix3Xd by_joint = impl_->arm.nominal_jacobian(joint_rad).topRows<3>();
+    covariance += impl_->ripple_rad * impl_->ripple_rad * by_joint * by_joint.transpose();
+  }
+  result.u95_m = radius_95(covariance);
   return result;
 }
 

@@ -16,7 +16,7 @@ constexpr double kCentreScaleM = 0.01;
 }  // namespace
 
 Problem::Problem(const Cell& cell, const ArmModel& arm, std::span<const Touch> touches,
-                 const std::vector<Eigen::Vector3d>& centres_m)
+                 const std::vector<Eigen::Vector3d>& centres_m, double ripple_rad)
     : cell_(cell), arm_(arm), touches_(touches), scratch_(3, arm.size()) {
   for (const ArmParameter& parameter : arm.parameters())
     unknowns_.push_back(
@@ -59,6 +59,17 @@ Problem::Problem(const Cell& cell, const ArmModel& arm, std::span<const Touch> t
                            target.diameter_sigma_m / 2.0, 0.0, 1.0, true});
     blocks_.push_back(block);
   }
+  for (std::size_t i = 0; i < touches.size(); ++i) {
+    const Target& target = cell.targets[target_of_[i]];
+    const Eigen::Matrix3Xd by_joint = arm.nominal_jacobian(touches[i].joint_rad).topRows<3>();
+    const Eigen::Vector3d offset = arm.position(poses_[i], nullptr) - centres_m[target_of_[i]];
+    // A point sees all three directions; each gets a third of the square.
+    lever_m_.push_back(target.kind == TargetKind::kPoint
+                           ? by_joint.norm() / std::sqrt(3.0)
+                           : (offset.stableNormalized().transpose() * by_joint).norm());
+    const double own = touches[i].sigma_m > 0.0 ? touches[i].sigma_m : cell.touch_sigma_m;
+    sigma_m_.push_back(std::hypot(own, ripple_rad * lever_m_.back()));
+  }
   for (const std::size_t target : target_of_) block_of_.push_back(block_of_target[target]);
   for (const CertifiedLength& length : cell.lengths) {
     const int a = block_of_target[cell.target_index(length.from)];
@@ -69,10 +80,6 @@ Problem::Problem(const Cell& cell, const ArmModel& arm, std::span<const Touch> t
 
 int Problem::rows(std::size_t touch) const {
   return cell_.targets[target_of_[touch]].kind == TargetKind::kPoint ? 3 : 1;
-}
-
-double Problem::sigma_m(std::size_t touch) const {
-  return touches_[touch].sigma_m > 0.0 ? touches_[touch].sigma_m : cell_.touch_sigma_m;
 }
 
 double Problem::nominal_radius_m(const Target& target) const {
@@ -107,7 +114,8 @@ void Problem::residual_m(std::size_t touch, const double* shared, const double* 
     return;
   }
   // sphere: |p - c| - (R + r_tip + rho + dR);  wire: |p - c| - L
-  double radius = what.kind == TargetKind::kWire ? touches_[touch].radius_m : nominal_radius_m(what);
+  double radius =
+      what.kind == TargetKind::kWire ? touches_[touch].radius_m : nominal_radius_m(what);
   const bool takes_rho = what.kind == TargetKind::kSphere && rho_ >= 0;
   if (takes_rho) radius += shared[rho_];
   if (has_radius) radius += target[3];

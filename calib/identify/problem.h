@@ -22,15 +22,15 @@ struct Unknown {
   double origin = 0.0;   ///< value at u = 0
   double scale = 1.0;    ///< SI value of u = 1
   double prior_mean_u = 0.0;
-  double prior_weight = 0.0;  ///< 1 / (prior sigma in u); 0: no prior
+  double prior_weight = 0.0;      ///< 1 / (prior sigma in u); 0: no prior
   bool held_by_geometry = false;  ///< its prior is a measurement (diameter, tip), not a tolerance
 };
 
 /// Where a target's own unknowns lie: centre, and the deviation of a sphere's radius.
 struct TargetBlock {
-  std::size_t target = 0;  ///< index into the cell
-  int first = 0;           ///< index of centre x in the unknowns
-  bool has_radius = false; ///< unknown first + 3
+  std::size_t target = 0;   ///< index into the cell
+  int first = 0;            ///< index of centre x in the unknowns
+  bool has_radius = false;  ///< unknown first + 3
   int size() const { return has_radius ? 4 : 3; }
 };
 
@@ -38,8 +38,9 @@ struct TargetBlock {
 class Problem {
  public:
   /// `centres_m`: starting value per target of the cell. Targets without a fit touch are left out.
+  /// `ripple_rad`: joint noise beyond the touch noise, 1 sigma per joint.
   Problem(const Cell& cell, const ArmModel& arm, std::span<const Touch> touches,
-          const std::vector<Eigen::Vector3d>& centres_m);
+          const std::vector<Eigen::Vector3d>& centres_m, double ripple_rad = 0.0);
 
   const std::vector<Unknown>& unknowns() const { return unknowns_; }
   int size() const { return static_cast<int>(unknowns_.size()); }
@@ -57,7 +58,10 @@ class Problem {
   /// unknowns, row-major; null where not wanted. `direction`: from centre to tip, unit.
   void residual_m(std::size_t touch, const double* shared, const double* target, double* residual,
                   double* by_shared, double* by_target, Eigen::Vector3d* direction = nullptr) const;
-  double sigma_m(std::size_t touch) const;
+  /// Touch noise with the joints' ripple in it.
+  double sigma_m(std::size_t touch) const { return sigma_m_[touch]; }
+  /// What one radian of independent noise in every joint does to the residual, root of squares.
+  double joint_lever_m(std::size_t touch) const { return lever_m_[touch]; }
   /// R + tip, without rho and without the sphere's own deviation.
   double nominal_radius_m(const Target& target) const;
 
@@ -82,6 +86,7 @@ class Problem {
   std::vector<TargetBlock> blocks_;
   std::vector<int> block_of_;
   std::vector<std::size_t> target_of_;
+  std::vector<double> sigma_m_, lever_m_;
   std::vector<Length> lengths_;
   int shared_size_ = 0;
   int rho_ = -1;

@@ -21,10 +21,12 @@ std::vector<JointVector> workspace_poses(const ArmModel& arm, int count, unsigne
   constexpr double kTurnRad = 3.1;  // wrists that turn more than once repeat themselves
   Random random(seed);
   std::vector<JointVector> poses;
-  for (int attempt = 0; attempt < 100 * count && static_cast<int>(poses.size()) < count; ++attempt) {
+  for (int attempt = 0; attempt < 100 * count && static_cast<int>(poses.size()) < count;
+       ++attempt) {
     JointVector q;
     for (const Joint& joint : arm.robot().joints) {
-      const double low = std::max(joint.min_rad, -kTurnRad), high = std::min(joint.max_rad, kTurnRad);
+      const double low = std::max(joint.min_rad, -kTurnRad),
+                   high = std::min(joint.max_rad, kTurnRad);
       q.push_back(low < high ? random.uniform(low, high) : joint.min_rad);
     }
     if (arm.position(arm.prepare(q), nullptr).z() > kFloorM) poses.push_back(std::move(q));
@@ -43,8 +45,8 @@ std::vector<JointVector> local_poses(const ArmModel& arm, const std::vector<Join
     JointVector q = around[random.below(around.size())];
     for (std::size_t i = 0; i < q.size(); ++i) {
       const Joint& joint = arm.robot().joints[i];
-      q[i] = std::clamp(q[i] + random.uniform(-kSpreadRad, kSpreadRad), joint.min_rad,
-                        joint.max_rad);
+      q[i] =
+          std::clamp(q[i] + random.uniform(-kSpreadRad, kSpreadRad), joint.min_rad, joint.max_rad);
     }
     const Eigen::Vector3d tip = arm.position(arm.prepare(q), nullptr);
     for (const Eigen::Vector3d& centre : centres_m) {
@@ -76,12 +78,9 @@ Eigen::MatrixXd aligned_moves(const ArmModel& arm, const std::vector<JointVector
   return moves;
 }
 
-double predicted_mean_error_m(const ArmModel& arm, const std::vector<JointVector>& poses,
-                              const double* x_si, const Eigen::VectorXd& scale,
-                              const Eigen::MatrixXd& covariance_u) {
-  const auto count = static_cast<Eigen::Index>(poses.size());
+double predicted_mean_error_m(const Eigen::MatrixXd& moves, const Eigen::MatrixXd& covariance_u) {
+  const Eigen::Index count = moves.rows() / 3;
   if (count == 0) return 0.0;
-  const Eigen::MatrixXd moves = aligned_moves(arm, poses, x_si, scale);
   // Rows of moves * L have the variance of each coordinate as squared norm.
   const Eigen::LDLT<Eigen::MatrixXd> ldlt(covariance_u);
   Eigen::MatrixXd l = ldlt.matrixL();

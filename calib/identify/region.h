@@ -18,15 +18,13 @@ std::vector<JointVector> local_poses(const ArmModel& arm, const std::vector<Join
                                      const std::vector<Eigen::Vector3d>& centres_m, double half_m,
                                      int count, unsigned seed);
 
-/// How the tips move per prior sigma of each arm parameter, 3 rows a pose [m], with what a motion of
-/// the base could do taken out (6-DoF alignment). Needs at least 3 poses.
+/// How the tips move per prior sigma of each arm parameter, 3 rows a pose [m], with what a motion
+/// of the base could do taken out (6-DoF alignment). Needs at least 3 poses.
 Eigen::MatrixXd aligned_moves(const ArmModel& arm, const std::vector<JointVector>& poses,
                               const double* x_si, const Eigen::VectorXd& scale);
 
 /// Mean 3-D position error [m] that `covariance_u` (arm parameters, prior units) predicts over the
-/// poses after the best rigid (6-DoF) alignment. 0 for an empty set.
-double predicted_mean_error_m(const ArmModel& arm, const std::vector<JointVector>& poses,
-                              const double* x_si, const Eigen::VectorXd& scale,
-                              const Eigen::MatrixXd& covariance_u);
+/// poses of aligned_moves(). 0 for an empty set.
+double predicted_mean_error_m(const Eigen::MatrixXd& moves, const Eigen::MatrixXd& covariance_u);
 
 }  // namespace cellcal::calib

@@ -73,8 +73,8 @@ void fill_residuals(const Problem& problem, const Eigen::VectorXd& x_si,
     }
     calibration.residuals.push_back(entry);
   }
-  for (ResidualSummary* summary : {&calibration.before, &calibration.after,
-                                   &calibration.check_before, &calibration.check})
+  for (ResidualSummary* summary :
+       {&calibration.before, &calibration.after, &calibration.check_before, &calibration.check})
     finish(*summary);
 }
 

@@ -2,135 +2,165 @@
 
 #include <ceres/ceres.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "calib/files/error.h"
 
 namespace cellcal::calib {
 
 namespace {
 
-using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-
-/// SI values of a block of unknowns, u given.
-void to_si(const Problem& problem, int first, int count, const double* u, double* x) {
-  for (int i = 0; i < count; ++i) {
-    const Unknown& unknown = problem.unknowns()[first + i];
-    x[i] = unknown.origin + unknown.scale * u[i];
-  }
+int count_rows(const Problem& problem, const std::vector<bool>& use) {
+  int rows = static_cast<int>(problem.lengths().size());
+  for (std::size_t i = 0; i < problem.touches().size(); ++i)
+    if (use[i]) rows += problem.rows(i);
+  return rows;
 }
 
-/// Derivatives by SI unknowns to whitened derivatives by u, in place.
-void to_prior_units(const Problem& problem, int first, int count, double weight, int rows,
-                    double* j) {
-  Eigen::Map<RowMajor> m(j, rows, count);
-  for (int i = 0; i < count; ++i) m.col(i) *= weight * problem.unknowns()[first + i].scale;
-}
-
-class TouchCost final : public ceres::CostFunction {
+/// Whitened residuals of touches and lengths, and their derivatives by u, in one sweep. Owns its
+/// work space: evaluating allocates nothing.
+class Rows {
  public:
-  TouchCost(const Problem& problem, std::size_t touch)
-      : problem_(problem), touch_(touch), block_(problem.blocks()[problem.block_of(touch)]) {
-    set_num_residuals(problem.rows(touch));
-    mutable_parameter_block_sizes()->push_back(problem.shared_size());
-    mutable_parameter_block_sizes()->push_back(block_.size());
-    shared_.resize(problem.shared_size());
-  }
+  Rows(const Problem& problem, const std::vector<bool>& use, double sigma_floor_m = 0.0)
+      : problem_(problem),
+        use_(use),
+        floor_m_(sigma_floor_m),
+        count_(count_rows(problem, use)),
+        x_(problem.size()),
+        by_shared_(3 * problem.shared_size()) {}
 
-  bool Evaluate(double const* const* u, double* r, double** jacobians) const override {
-    double target[4];
-    to_si(problem_, 0, problem_.shared_size(), u[0], shared_.data());
-    to_si(problem_, block_.first, block_.size(), u[1], target);
-    double* by_shared = jacobians != nullptr ? jacobians[0] : nullptr;
-    double* by_target = jacobians != nullptr ? jacobians[1] : nullptr;
-    problem_.residual_m(touch_, shared_.data(), target, r, by_shared, by_target);
-    const double weight = 1.0 / problem_.sigma_m(touch_);
-    const int rows = num_residuals();
-    for (int k = 0; k < rows; ++k) r[k] *= weight;
-    if (by_shared != nullptr)
-      to_prior_units(problem_, 0, problem_.shared_size(), weight, rows, by_shared);
-    if (by_target != nullptr)
-      to_prior_units(problem_, block_.first, block_.size(), weight, rows, by_target);
-    return true;
+  int count() const { return count_; }
+
+  /// `j`: row-major, count() x size(), zeroed by the caller outside of what a row touches; null
+  /// where not wanted.
+  void evaluate(const double* u, double* r, double* j) {
+    for (int i = 0; i < problem_.size(); ++i) {
+      const Unknown& unknown = problem_.unknowns()[i];
+      x_[i] = unknown.origin + unknown.scale * u[i];
+    }
+    int row = 0;
+    for (std::size_t i = 0; i < problem_.touches().size(); ++i)
+      if (use_[i]) row += touch(i, r + row, j == nullptr ? nullptr : j + row * width());
+    for (const Problem::Length& length : problem_.lengths()) {
+      this->length(length, r + row, j == nullptr ? nullptr : j + row * width());
+      ++row;
+    }
   }
 
  private:
+  std::ptrdiff_t width() const { return problem_.size(); }
+
+  int touch(std::size_t i, double* r, double* j) {
+    const TargetBlock& block = problem_.blocks()[problem_.block_of(i)];
+    const int rows = problem_.rows(i), shared = problem_.shared_size();
+    problem_.residual_m(i, x_.data(), x_.data() + block.first, r,
+                        j == nullptr ? nullptr : by_shared_.data(),
+                        j == nullptr ? nullptr : by_target_);
+    const double weight = 1.0 / std::max(problem_.sigma_m(i), floor_m_);
+    for (int k = 0; k < rows; ++k) {
+      r[k] *= weight;
+      if (j == nullptr) continue;
+      for (int c = 0; c < shared; ++c)
+        j[k * width() + c] = by_shared_[k * shared + c] * weight * problem_.unknowns()[c].scale;
+      for (int c = 0; c < block.size(); ++c)
+        j[k * width() + block.first + c] =
+            by_target_[k * block.size() + c] * weight * problem_.unknowns()[block.first + c].scale;
+    }
+    return rows;
+  }
+
+  void length(const Problem::Length& length, double* r, double* j) const {
+    const int a = problem_.blocks()[length.block_a].first;
+    const int b = problem_.blocks()[length.block_b].first;
+    const Eigen::Vector3d between = Eigen::Map<const Eigen::Vector3d>(x_.data() + a) -
+                                    Eigen::Map<const Eigen::Vector3d>(x_.data() + b);
+    const double distance = between.norm(), sigma_m = std::max(length.sigma_m, floor_m_);
+    *r = (distance - length.length_m) / sigma_m;
+    if (j == nullptr) return;
+    const Eigen::Vector3d n =
+        distance > 0.0 ? Eigen::Vector3d(between / distance) : Eigen::Vector3d::UnitX();
+    for (int k = 0; k < 3; ++k) {
+      j[a + k] = n[k] * problem_.unknowns()[a + k].scale / sigma_m;
+      j[b + k] = -n[k] * problem_.unknowns()[b + k].scale / sigma_m;
+    }
+  }
+
   const Problem& problem_;
-  std::size_t touch_;
-  const TargetBlock& block_;
-  mutable std::vector<double> shared_;
+  const std::vector<bool>& use_;
+  double floor_m_;
+  int count_;
+  std::vector<double> x_, by_shared_;
+  double by_target_[12] = {};
 };
 
-double length_residual(const Problem& problem, const Problem::Length& length, const double* u_a,
-                       const double* u_b, double* j_a, double* j_b) {
-  const TargetBlock& a = problem.blocks()[length.block_a];
-  const TargetBlock& b = problem.blocks()[length.block_b];
-  double x_a[4], x_b[4];
-  to_si(problem, a.first, a.size(), u_a, x_a);
-  to_si(problem, b.first, b.size(), u_b, x_b);
-  const Eigen::Vector3d between =
-      Eigen::Map<const Eigen::Vector3d>(x_a) - Eigen::Map<const Eigen::Vector3d>(x_b);
-  const double distance = between.norm();
-  const Eigen::Vector3d n =
-      distance > 0.0 ? Eigen::Vector3d(between / distance) : Eigen::Vector3d::UnitX();
-  for (int k = 0; k < 3; ++k) {
-    if (j_a != nullptr) j_a[k] = n[k] * problem.unknowns()[a.first + k].scale / length.sigma_m;
-    if (j_b != nullptr) j_b[k] = -n[k] * problem.unknowns()[b.first + k].scale / length.sigma_m;
-  }
-  if (j_a != nullptr && a.has_radius) j_a[3] = 0.0;
-  if (j_b != nullptr && b.has_radius) j_b[3] = 0.0;
-  return (distance - length.length_m) / length.sigma_m;
-}
-
-class LengthCost final : public ceres::CostFunction {
+/// All residuals at once: touches and lengths, then the priors. One block instead of one per touch
+/// spares Ceres its bookkeeping, which would cost more than the arithmetic.
+class Objective final : public ceres::CostFunction {
  public:
-  LengthCost(const Problem& problem, const Problem::Length& length)
-      : problem_(problem), length_(length) {
-    set_num_residuals(1);
-    mutable_parameter_block_sizes()->push_back(problem.blocks()[length.block_a].size());
-    mutable_parameter_block_sizes()->push_back(problem.blocks()[length.block_b].size());
-  }
-  bool Evaluate(double const* const* u, double* r, double** jacobians) const override {
-    r[0] = length_residual(problem_, length_, u[0], u[1], jacobians ? jacobians[0] : nullptr,
-                           jacobians ? jacobians[1] : nullptr);
-    return true;
+  Objective(const Problem& problem, const SolveOptions& options)
+      : problem_(problem),
+        rows_(problem, options.use, options.sigma_floor_m),
+        cauchy_(options.cauchy_sigma) {
+    touch_rows_ = rows_.count() - static_cast<int>(problem.lengths().size());
+    for (int i = 0; i < problem.size(); ++i)
+      if (problem.unknowns()[i].prior_weight > 0.0) held_.push_back(i);
+    set_num_residuals(rows_.count() + static_cast<int>(held_.size()));
+    mutable_parameter_block_sizes()->push_back(problem.size());
   }
 
- private:
-  const Problem& problem_;
-  const Problem::Length& length_;
-};
-
-/// weight * (u - mean), one row per unknown of the block that has a prior.
-class PriorCost final : public ceres::CostFunction {
- public:
-  PriorCost(const Problem& problem, int first, int count) : problem_(problem), first_(first) {
-    for (int i = 0; i < count; ++i)
-      if (problem.unknowns()[first + i].prior_weight > 0.0) held_.push_back(i);
-    count_ = count;
-    set_num_residuals(static_cast<int>(held_.size()));
-    mutable_parameter_block_sizes()->push_back(count);
-  }
-  bool useful() const { return !held_.empty(); }
-  bool Evaluate(double const* const* u, double* r, double** jacobians) const override {
-    if (jacobians != nullptr && jacobians[0] != nullptr)
-      Eigen::Map<RowMajor>(jacobians[0], num_residuals(), count_).setZero();
-    for (std::size_t row = 0; row < held_.size(); ++row) {
-      const int i = held_[row];
-      const Unknown& unknown = problem_.unknowns()[first_ + i];
-      r[row] = unknown.prior_weight * (u[0][i] - unknown.prior_mean_u);
-      if (jacobians != nullptr && jacobians[0] != nullptr)
-        jacobians[0][static_cast<int>(row) * count_ + i] = unknown.prior_weight;
+  bool Evaluate(double const* const* parameters, double* r, double** jacobians) const override {
+    const double* u = parameters[0];
+    double* j = jacobians != nullptr ? jacobians[0] : nullptr;  // row-major
+    if (j != nullptr)
+      std::fill_n(j, static_cast<std::size_t>(num_residuals()) * problem_.size(), 0.0);
+    rows_.evaluate(u, r, j);
+    if (cauchy_ > 0.0) robustify(r, j);
+    int row = rows_.count();
+    for (const int i : held_) {
+      const Unknown& unknown = problem_.unknowns()[i];
+      r[row] = unknown.prior_weight * (u[i] - unknown.prior_mean_u);
+      if (j != nullptr)
+        j[row * static_cast<std::ptrdiff_t>(problem_.size()) + i] = unknown.prior_weight;
+      ++row;
     }
     return true;
   }
 
+  /// Normal equations lose half the digits. That is nothing where a touch is worth 10 um, and too
+  /// much for noise-free data, which weigh a million times more against the priors.
+  bool needs_all_digits(const double* u) const {
+    std::vector<double> r(static_cast<std::size_t>(num_residuals()));
+    std::vector<double> j(r.size() * static_cast<std::size_t>(problem_.size()));
+    double* jacobian = j.data();
+    Evaluate(&u, r.data(), &jacobian);
+    constexpr double kLargestSquare = 1e11;
+    const Eigen::Map<const RowMajor> m(j.data(), num_residuals(), problem_.size());
+    return m.colwise().squaredNorm().maxCoeff() > kLargestSquare;
+  }
+
  private:
+  /// Cauchy's loss as a change of the residual: f(r) = c sqrt(log(1 + r^2/c^2)), so that the sum of
+  /// f^2 is the robust cost. Smooth at 0, where f(r) -> r.
+  void robustify(double* r, double* j) const {
+    for (int k = 0; k < touch_rows_; ++k) {
+      const double q = r[k] / cauchy_, s = q * q;
+      if (s < 1e-12) continue;
+      const double f = cauchy_ * std::sqrt(std::log1p(s));
+      const double slope = r[k] / (f * (1.0 + s));
+      r[k] = std::copysign(f, r[k]);
+      if (j != nullptr)
+        for (int c = 0; c < problem_.size(); ++c)
+          j[k * static_cast<std::ptrdiff_t>(problem_.size()) + c] *= std::abs(slope);
+    }
+  }
+
   const Problem& problem_;
-  int first_, count_ = 0;
+  mutable Rows rows_;
+  double cauchy_;
+  int touch_rows_ = 0;
   std::vector<int> held_;
 };
-
-/// Rows above this: normal equations. Below it QR, which keeps all digits of noise-free data.
-constexpr int kRowsForQr = 2000;
 
 }  // namespace
 
@@ -138,42 +168,23 @@ SolveResult solve(const Problem& problem, const Eigen::VectorXd& start,
                   const SolveOptions& options) {
   SolveResult result;
   result.u = start;
-  ceres::Problem::Options ownership;
-  ownership.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-  ownership.enable_fast_removal = false;
-  ceres::Problem solver_problem(ownership);
-  ceres::CauchyLoss cauchy(options.cauchy_sigma > 0.0 ? options.cauchy_sigma : 1.0);
-  ceres::LossFunction* loss = options.cauchy_sigma > 0.0 ? &cauchy : nullptr;
+  auto objective = std::make_unique<Objective>(problem, options);
+  const bool exact = objective->needs_all_digits(start.data());
+  ceres::Problem solver_problem;
+  solver_problem.AddResidualBlock(objective.release(), nullptr, result.u.data());
 
-  double* u = result.u.data();
-  int rows = 0;
-  const auto add_prior = [&](int first, int count) {
-    auto cost = std::make_unique<PriorCost>(problem, first, count);
-    if (!cost->useful()) return;
-    rows += cost->num_residuals();
-    solver_problem.AddResidualBlock(cost.release(), nullptr, u + first);
-  };
-  add_prior(0, problem.shared_size());
-  for (const TargetBlock& block : problem.blocks()) add_prior(block.first, block.size());
-  for (std::size_t i = 0; i < problem.touches().size(); ++i) {
-    if (!options.use[i]) continue;
-    rows += problem.rows(i);
-    solver_problem.AddResidualBlock(new TouchCost(problem, i), loss, u,
-                                    u + problem.blocks()[problem.block_of(i)].first);
-  }
-  for (const Problem::Length& length : problem.lengths()) {
-    ++rows;
-    solver_problem.AddResidualBlock(new LengthCost(problem, length), nullptr,
-                                    u + problem.blocks()[length.block_a].first,
-                                    u + problem.blocks()[length.block_b].first);
-  }
-
+  // Relative changes of the cost. A robust fit only has to show who does not belong; the final one
+  // converges quadratically, so a last step of 1e-9 leaves less than rounding does.
+  constexpr double kRobustTolerance = 1e-3, kTolerance = 1e-9;
+  constexpr int kRobustIterations = 25;
+  const bool robust = options.cauchy_sigma > 0.0;
   ceres::Solver::Options o;
-  o.linear_solver_type = rows <= kRowsForQr ? ceres::DENSE_QR : ceres::DENSE_NORMAL_CHOLESKY;
-  o.max_num_iterations = options.max_iterations;
-  o.function_tolerance = 1e-14;
+  o.linear_solver_type = exact ? ceres::DENSE_QR : ceres::DENSE_NORMAL_CHOLESKY;
+  o.max_num_iterations =
+      robust ? std::min(kRobustIterations, options.max_iterations) : options.max_iterations;
+  o.function_tolerance = robust ? kRobustTolerance : kTolerance;
   o.gradient_tolerance = 1e-14;
-  o.parameter_tolerance = 1e-12;
+  o.parameter_tolerance = 1e-9;
   // Prior units are already well scaled; Ceres' own scaling would only blur the damping.
   o.jacobi_scaling = false;
   o.initial_trust_region_radius = 1e8;  // errors are small: nearly Gauss-Newton from the start
@@ -182,7 +193,7 @@ SolveResult solve(const Problem& problem, const Eigen::VectorXd& start,
   ceres::Solver::Summary summary;
   ceres::Solve(o, &solver_problem, &summary);
   result.iterations = static_cast<int>(summary.iterations.size());
-  result.converged = summary.termination_type == ceres::CONVERGENCE;
+  result.converged = robust || summary.termination_type == ceres::CONVERGENCE;
   if (!summary.IsSolutionUsable() || !result.u.allFinite())
     throw IdentifyError("the solver failed: " + summary.message);
   return result;
@@ -191,47 +202,17 @@ SolveResult solve(const Problem& problem, const Eigen::VectorXd& start,
 Linearisation linearise(const Problem& problem, const Eigen::VectorXd& u,
                         const std::vector<bool>& use) {
   Linearisation result;
-  int rows = 0;
-  for (std::size_t i = 0; i < problem.touches().size(); ++i)
-    if (use[i]) rows += problem.rows(i);
-  result.length_row = rows;
-  rows += static_cast<int>(problem.lengths().size());
-  result.jacobian = Eigen::MatrixXd::Zero(rows, problem.size());
-  result.residual.resize(rows);
-  const Eigen::VectorXd x = problem.to_si(u);
-  const int shared = problem.shared_size();
-  RowMajor by_shared(3, shared), by_target(3, 4);
-  double r[3];
+  Rows rows(problem, use);
+  result.jacobian = RowMajor::Zero(rows.count(), problem.size());
+  result.residual.resize(rows.count());
+  rows.evaluate(u.data(), result.residual.data(), result.jacobian.data());
   int row = 0;
   for (std::size_t i = 0; i < problem.touches().size(); ++i) {
     if (!use[i]) continue;
-    const TargetBlock& block = problem.blocks()[problem.block_of(i)];
-    problem.residual_m(i, x.data(), x.data() + block.first, r, by_shared.data(), by_target.data());
-    const int n = problem.rows(i);
-    const double weight = 1.0 / problem.sigma_m(i);
-    const Eigen::Map<RowMajor> js(by_shared.data(), n, shared);
-    const Eigen::Map<RowMajor> jt(by_target.data(), n, block.size());
-    for (int k = 0; k < n; ++k) result.residual[row + k] = r[k] * weight;
-    for (int c = 0; c < shared; ++c)
-      result.jacobian.block(row, c, n, 1) = js.col(c) * (weight * problem.unknowns()[c].scale);
-    for (int c = 0; c < block.size(); ++c)
-      result.jacobian.block(row, block.first + c, n, 1) =
-          jt.col(c) * (weight * problem.unknowns()[block.first + c].scale);
     result.touch_row.emplace_back(i, row);
-    row += n;
+    row += problem.rows(i);
   }
-  for (const Problem::Length& length : problem.lengths()) {
-    const TargetBlock& a = problem.blocks()[length.block_a];
-    const TargetBlock& b = problem.blocks()[length.block_b];
-    double j_a[4], j_b[4];
-    result.residual[row] =
-        length_residual(problem, length, u.data() + a.first, u.data() + b.first, j_a, j_b);
-    for (int k = 0; k < 3; ++k) {
-      result.jacobian(row, a.first + k) = j_a[k];
-      result.jacobian(row, b.first + k) = j_b[k];
-    }
-    ++row;
-  }
+  result.length_row = row;
   return result;
 }
 

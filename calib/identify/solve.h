@@ -10,9 +10,12 @@
 namespace cellcal::calib {
 
 struct SolveOptions {
-  std::vector<bool> use;     ///< per touch; only fit touches may be true
-  double cauchy_sigma = 0.0; ///< scale of Cauchy's robust loss; 0: plain squares
+  std::vector<bool> use;      ///< per touch; only fit touches may be true
+  double cauchy_sigma = 0.0;  ///< scale of Cauchy's robust loss; 0: plain squares
   int max_iterations = 100;
+  /// No touch or length is taken as better than this. Far from the solution more weight would only
+  /// drive what the linearisation gets wrong into the directions that the touches hardly see.
+  double sigma_floor_m = 0.0;
 };
 
 struct SolveResult {
@@ -22,14 +25,17 @@ struct SolveResult {
 };
 
 /// Throws IdentifyError when the solver reports failure.
-SolveResult solve(const Problem& problem, const Eigen::VectorXd& start, const SolveOptions& options);
+SolveResult solve(const Problem& problem, const Eigen::VectorXd& start,
+                  const SolveOptions& options);
+
+using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 /// Whitened derivative rows at u, without loss.
 struct Linearisation {
-  Eigen::MatrixXd jacobian;     ///< rows of the used touches, then of the lengths; by u
-  Eigen::VectorXd residual;     ///< whitened
+  RowMajor jacobian;         ///< rows of the used touches, then of the lengths; by u
+  Eigen::VectorXd residual;  ///< whitened
   std::vector<std::pair<std::size_t, int>> touch_row;  ///< (touch, its first row)
-  int length_row = 0;           ///< first row of the lengths
+  int length_row = 0;                                  ///< first row of the lengths
 };
 Linearisation linearise(const Problem& problem, const Eigen::VectorXd& u,
                         const std::vector<bool>& use);

@@ -70,9 +70,9 @@ Verdict judge(const Problem& problem, const Calibration& c) {
   verdict.workspace = !problem.lengths().empty();
   verdict.reasons = std::move(blocking);
   if (verdict.workspace)
-    verdict.reasons.push_back(fmt::format(
-        "scope: {} certified length{} touched at both ends hold the scale", problem.lengths().size(),
-        problem.lengths().size() == 1 ? "" : "s"));
+    verdict.reasons.push_back(
+        fmt::format("scope: {} certified length{} touched at both ends hold the scale",
+                    problem.lengths().size(), problem.lengths().size() == 1 ? "" : "s"));
   else
     verdict.reasons.push_back(
         "scope: no certified length was touched, so only the sphere's size holds the scale; the "

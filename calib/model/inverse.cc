@@ -9,7 +9,7 @@ namespace cellcal::calib {
 namespace {
 
 constexpr int kIterations = 60;
-constexpr double kReached = 1e-9;      // m and rad
+constexpr double kReached = 1e-9;        // m and rad
 constexpr double kLargestStepRad = 0.3;  // Newton is trusted about this far
 /// Metres that weigh as much as a radian: the lever of a middling arm's wrist.
 constexpr double kLeverM = 0.5;

@@ -40,22 +40,32 @@ void turn_y(Matrix3d& r, double angle) {
 
 const char* suffix(JointError error) {
   switch (error) {
-    case JointError::kTheta: return ".theta";
-    case JointError::kD: return ".d";
-    case JointError::kA: return ".a";
-    case JointError::kAlpha: return ".alpha";
-    case JointError::kBeta: return ".beta";
+    case JointError::kTheta:
+      return ".theta";
+    case JointError::kD:
+      return ".d";
+    case JointError::kA:
+      return ".a";
+    case JointError::kAlpha:
+      return ".alpha";
+    case JointError::kBeta:
+      return ".beta";
   }
   return "";
 }
 
 ArmParameterKind kind_of(JointError error) {
   switch (error) {
-    case JointError::kTheta: return ArmParameterKind::kTheta;
-    case JointError::kD: return ArmParameterKind::kD;
-    case JointError::kA: return ArmParameterKind::kA;
-    case JointError::kAlpha: return ArmParameterKind::kAlpha;
-    case JointError::kBeta: return ArmParameterKind::kBeta;
+    case JointError::kTheta:
+      return ArmParameterKind::kTheta;
+    case JointError::kD:
+      return ArmParameterKind::kD;
+    case JointError::kA:
+      return ArmParameterKind::kA;
+    case JointError::kAlpha:
+      return ArmParameterKind::kAlpha;
+    case JointError::kBeta:
+      return ArmParameterKind::kBeta;
   }
   return ArmParameterKind::kTheta;
 }
@@ -140,8 +150,8 @@ PreparedPose ArmModel::prepare(std::span<const double> joint_rad) const {
       pose.factor[p] = torque[parameter.joint];
     } else if (parameter.kind == ArmParameterKind::kCosine ||
                parameter.kind == ArmParameterKind::kSine) {
-      const double phase =
-          parameter.harmonic * joint_rad[parameter.joint] * robot_.joints[parameter.joint].gear_ratio;
+      const double phase = parameter.harmonic * joint_rad[parameter.joint] *
+                           robot_.joints[parameter.joint].gear_ratio;
       pose.factor[p] =
           parameter.kind == ArmParameterKind::kCosine ? std::cos(phase) : std::sin(phase);
     }
@@ -161,16 +171,29 @@ void ArmModel::walk(const PreparedPose& pose, const double* x, Chain& chain) con
       if (parameter.joint < 0) continue;
       Error& e = error[parameter.joint];
       switch (parameter.kind) {
-        case ArmParameterKind::kTheta: e.theta += x[p]; break;
-        case ArmParameterKind::kD: e.d += x[p]; break;
-        case ArmParameterKind::kA: e.a += x[p]; break;
-        case ArmParameterKind::kAlpha: e.alpha += x[p]; break;
-        case ArmParameterKind::kBeta: e.beta += x[p]; break;
+        case ArmParameterKind::kTheta:
+          e.theta += x[p];
+          break;
+        case ArmParameterKind::kD:
+          e.d += x[p];
+          break;
+        case ArmParameterKind::kA:
+          e.a += x[p];
+          break;
+        case ArmParameterKind::kAlpha:
+          e.alpha += x[p];
+          break;
+        case ArmParameterKind::kBeta:
+          e.beta += x[p];
+          break;
         case ArmParameterKind::kCompliance:
         case ArmParameterKind::kCosine:
-        case ArmParameterKind::kSine: e.theta += x[p] * pose.factor[p]; break;
+        case ArmParameterKind::kSine:
+          e.theta += x[p] * pose.factor[p];
+          break;
         case ArmParameterKind::kDeflection:
-        case ArmParameterKind::kTcp: break;
+        case ArmParameterKind::kTcp:
+          break;
       }
     }
   }
@@ -267,18 +290,32 @@ Vector3d ArmModel::position(const PreparedPose& pose, const double* x,
     const ArmParameter& parameter = parameters_[p];
     const Chain::Link& link = chain.link[parameter.joint < 0 ? 0 : parameter.joint];
     switch (parameter.kind) {
-      case ArmParameterKind::kTheta: jacobian.col(p) = turn_z_of[parameter.joint]; break;
-      case ArmParameterKind::kD: jacobian.col(p) = link.z; break;
-      case ArmParameterKind::kA: jacobian.col(p) = link.x; break;
-      case ArmParameterKind::kAlpha: jacobian.col(p) = turn(link.x, link.end); break;
-      case ArmParameterKind::kBeta: jacobian.col(p) = turn(link.y, link.end); break;
+      case ArmParameterKind::kTheta:
+        jacobian.col(p) = turn_z_of[parameter.joint];
+        break;
+      case ArmParameterKind::kD:
+        jacobian.col(p) = link.z;
+        break;
+      case ArmParameterKind::kA:
+        jacobian.col(p) = link.x;
+        break;
+      case ArmParameterKind::kAlpha:
+        jacobian.col(p) = turn(link.x, link.end);
+        break;
+      case ArmParameterKind::kBeta:
+        jacobian.col(p) = turn(link.y, link.end);
+        break;
       case ArmParameterKind::kCompliance:
       case ArmParameterKind::kCosine:
       case ArmParameterKind::kSine:
         jacobian.col(p) = pose.factor[p] * turn_z_of[parameter.joint];
         break;
-      case ArmParameterKind::kDeflection: jacobian.col(p) = stiff * across; break;
-      case ArmParameterKind::kTcp: jacobian.col(p) = chain.flange.col(parameter.axis); break;
+      case ArmParameterKind::kDeflection:
+        jacobian.col(p) = stiff * across;
+        break;
+      case ArmParameterKind::kTcp:
+        jacobian.col(p) = chain.flange.col(parameter.axis);
+        break;
     }
   }
   return rigid + bend * across;
@@ -295,11 +332,11 @@ ArmShape ArmModel::shape(const PreparedPose& pose, const double* x) const {
   shape.flange.makeAffine();
   const double c_t = x != nullptr && deflection_index_ >= 0 ? x[deflection_index_] : 0.0;
   const Vector3d z = chain.flange.col(2);
-  const Vector3d turn = c_t * tool_.mass_kg * tool_.length_m * tool_.length_m / 2.0 *
-                        z.cross(robot_.gravity_m_s2);
-  const Matrix3d swing =
-      turn.norm() > 0.0 ? Eigen::AngleAxisd(turn.norm(), turn.normalized()).toRotationMatrix()
-                        : Matrix3d::Identity();
+  const Vector3d turn =
+      c_t * tool_.mass_kg * tool_.length_m * tool_.length_m / 2.0 * z.cross(robot_.gravity_m_s2);
+  const Matrix3d swing = turn.norm() > 0.0
+                             ? Eigen::AngleAxisd(turn.norm(), turn.normalized()).toRotationMatrix()
+                             : Matrix3d::Identity();
   shape.tcp.linear() = swing * chain.flange * tool_.tcp.linear();
   shape.tcp.translation() = position(pose, x);
   shape.tcp.makeAffine();

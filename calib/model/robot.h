@@ -34,8 +34,8 @@ struct Joint {
   Eigen::Vector3d com_m = Eigen::Vector3d::Zero();  ///< in the joint's frame, behind T_i
   double compliance_sigma_rad_per_nm = 0.0;         ///< prior of k_i; 0: joint taken as stiff
   double gear_ratio = 1.0;
-  std::vector<int> harmonics;        ///< orders h of cos/sin(h q n)
-  double harmonic_sigma_rad = 0.0;   ///< prior of each amplitude
+  std::vector<int> harmonics;       ///< orders h of cos/sin(h q n)
+  double harmonic_sigma_rad = 0.0;  ///< prior of each amplitude
 };
 
 struct Robot {
@@ -64,9 +64,9 @@ struct Target {
   TargetKind kind = TargetKind::kSphere;
   double diameter_m = 0.0;  ///< spheres
   double diameter_sigma_m = 0.0;
-  bool has_centre = false;                                ///< centre_m is stated
+  bool has_centre = false;                             ///< centre_m is stated
   Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();  ///< base frame, nominal
-  double centre_sigma_m = 0.0;                            ///< 0: no prior, the touches decide
+  double centre_sigma_m = 0.0;                         ///< 0: no prior, the touches decide
 };
 
 /// A certified distance between two targets' centres.

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "calib/model/random.h"
 #include "calib/model/inverse.h"
+#include "calib/model/random.h"
 
 namespace cellcal::calib {
 
@@ -44,7 +44,8 @@ std::optional<Candidate> try_touch(const ArmModel& arm, const Clearance& clearan
   if (!contact) return std::nullopt;
   for (std::size_t i = 3; i < contact->size(); ++i)
     if (std::abs((*contact)[i]) > kWristRad) return std::nullopt;
-  const auto standoff = inverse(arm, pose_at(options.standoff_m), *contact, options.limit_margin_rad);
+  const auto standoff =
+      inverse(arm, pose_at(options.standoff_m), *contact, options.limit_margin_rad);
   const auto end = inverse(arm, pose_at(-options.beyond_m), *contact, options.limit_margin_rad);
   const auto away = inverse(arm, pose_at(options.clear_m), *contact, options.limit_margin_rad);
   if (!standoff || !end || !away) return std::nullopt;
@@ -92,7 +93,8 @@ std::vector<Candidate> find_candidates(const Cell& cell, const ArmModel& arm,
         // Flange orientation: shaft along -normal, tilted within the cone, turned about itself.
         const Eigen::AngleAxisd roll(random.uniform(-std::numbers::pi, std::numbers::pi), -normal);
         const Vector3d across = normal.unitOrthogonal();
-        const Eigen::AngleAxisd heading(random.uniform(-std::numbers::pi, std::numbers::pi), normal);
+        const Eigen::AngleAxisd heading(random.uniform(-std::numbers::pi, std::numbers::pi),
+                                        normal);
         const Eigen::AngleAxisd tilt(kConeRad * std::sqrt(random.uniform()), heading * across);
         const Eigen::Matrix3d flange =
             (tilt * roll).toRotationMatrix() *

@@ -37,8 +37,7 @@ Choice choose(const Cell& cell, const std::vector<Candidate>& candidates, int co
 
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(n, n);
   for (int i = 0; i < n; ++i)
-    information(i, i) =
-        std::pow(std::max(problem.unknowns()[i].prior_weight, kNoPriorWeight), 2);
+    information(i, i) = std::pow(std::max(problem.unknowns()[i].prior_weight, kNoPriorWeight), 2);
   const auto lengths = rows.jacobian.bottomRows(rows.jacobian.rows() - rows.length_row);
   information += lengths.transpose() * lengths;
   Eigen::MatrixXd covariance = information.llt().solve(Eigen::MatrixXd::Identity(n, n));
@@ -51,9 +50,10 @@ Choice choose(const Cell& cell, const std::vector<Candidate>& candidates, int co
   Choice choice;
   std::vector<bool> taken(candidates.size(), false);
   std::vector<int> have(cell.targets.size(), 0);
-  const int spheres = static_cast<int>(std::count_if(
-      cell.targets.begin(), cell.targets.end(),
-      [](const Target& t) { return t.kind == TargetKind::kSphere; }));
+  const int spheres =
+      static_cast<int>(std::count_if(cell.targets.begin(), cell.targets.end(), [](const Target& t) {
+        return t.kind == TargetKind::kSphere;
+      }));
   for (int k = 0; k < count; ++k) {
     int owed = 0;
     for (const Target& target : cell.targets)
@@ -81,8 +81,8 @@ Choice choose(const Cell& cell, const std::vector<Candidate>& candidates, int co
     ++have[candidates[pick].target];
     choice.picked.push_back(pick);
   }
-  choice.predicted_m3_m = predicted_mean_error_m(arm, poses, nullptr, scale,
-                                                 covariance.topLeftCorner(arm_size, arm_size));
+  choice.predicted_m3_m =
+      predicted_mean_error_m(moves, covariance.topLeftCorner(arm_size, arm_size));
   return choice;
 }
 

@@ -9,15 +9,15 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kLinkRadiusM = 0.10;   // forearm castings of 5 to 20 kg arms
-constexpr double kToolRadiusM = 0.03;   // a torch's neck
-constexpr double kTipLengthM = 0.06;    // the slim end of the tool: contact tip and wire
+constexpr double kLinkRadiusM = 0.10;  // forearm castings of 5 to 20 kg arms
+constexpr double kToolRadiusM = 0.03;  // a torch's neck
+constexpr double kTipLengthM = 0.06;   // the slim end of the tool: contact tip and wire
 constexpr double kTipRadiusM = 0.004;
-constexpr double kBodyMarginM = 0.02;   // for everything but the tip
+constexpr double kBodyMarginM = 0.02;  // for everything but the tip
 constexpr double kStandRadiusM = 0.015;
 constexpr double kStandLengthM = 0.25;
-constexpr double kBelowTargetsM = 0.10; // wrist and flange stay above the lowest target less this
-constexpr double kStepRad = 0.02;       // 2.8 cm at 1.4 m, less than any radius here with margin
+constexpr double kBelowTargetsM = 0.10;  // wrist and flange stay above the lowest target less this
+constexpr double kStepRad = 0.02;        // 2.8 cm at 1.4 m, less than any radius here with margin
 
 double distance(const Vector3d& p, const Vector3d& a, const Vector3d& b) {
   const Vector3d ab = b - a;

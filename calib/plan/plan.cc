@@ -6,10 +6,10 @@
 #include <cmath>
 #include <limits>
 
+#include "calib/model/inverse.h"
 #include "calib/model/random.h"
 #include "calib/plan/candidates.h"
 #include "calib/plan/choose.h"
-#include "calib/model/inverse.h"
 #include "calib/plan/route.h"
 
 namespace cellcal::calib {
@@ -39,9 +39,10 @@ void check_cell(const Cell& cell) {
     if (target.kind != TargetKind::kSphere) continue;
     sphere = true;
     if (!target.has_centre)
-      throw PlanError(fmt::format("target {}: a plan needs its rough place; state centre_mm in the "
-                                  "cell file",
-                                  target.id));
+      throw PlanError(
+          fmt::format("target {}: a plan needs its rough place; state centre_mm in the "
+                      "cell file",
+                      target.id));
   }
   if (!sphere) throw PlanError("the cell has no sphere to touch");
 }
@@ -149,9 +150,10 @@ Plan make_plan(const Cell& cell, const PlanOptions& options, const JointVector& 
   const ArmModel arm = planning_arm(cell);
   const Clearance clearance(cell, arm);
   const JointVector middle = middle_posture(cell.robot);
-  const int spheres = static_cast<int>(
-      std::count_if(cell.targets.begin(), cell.targets.end(),
-                    [](const Target& t) { return t.kind == TargetKind::kSphere; }));
+  const int spheres =
+      static_cast<int>(std::count_if(cell.targets.begin(), cell.targets.end(), [](const Target& t) {
+        return t.kind == TargetKind::kSphere;
+      }));
   const int total = options.fit_touches + options.check_touches;
   if (options.fit_touches < 1 || options.check_touches < 0)
     throw PlanError("a plan needs at least one fit touch");
@@ -170,9 +172,10 @@ Plan make_plan(const Cell& cell, const PlanOptions& options, const JointVector& 
     const bool any = std::any_of(candidates.begin(), candidates.end(),
                                  [&](const Candidate& c) { return c.target == t; });
     if (cell.targets[t].kind == TargetKind::kSphere && !any)
-      throw PlanError(fmt::format("sphere {} cannot be reached from any direction inside the joint "
-                                  "limits; check its centre_mm or move it",
-                                  cell.targets[t].id));
+      throw PlanError(
+          fmt::format("sphere {} cannot be reached from any direction inside the joint "
+                      "limits; check its centre_mm or move it",
+                      cell.targets[t].id));
   }
   const Choice choice = choose(cell, candidates, options.fit_touches, kLeastPerSphere);
   std::vector<bool> taken(candidates.size(), false);
@@ -223,8 +226,9 @@ Plan resume_plan(const Cell& cell, const Plan& plan, std::size_t next, const Joi
       break;
     }
     if (way.empty())
-      throw PlanError("the arm stands close to a sphere, but not on the line of its last touch; jog "
-                      "it free and resume");
+      throw PlanError(
+          "the arm stands close to a sphere, but not on the line of its last touch; jog "
+          "it free and resume");
   }
   Candidate to;
   to.target = cell.target_index(touch.target);
@@ -242,8 +246,9 @@ Plan resume_plan(const Cell& cell, const Plan& plan, std::size_t next, const Joi
   }
   const auto rest = router.to_standoff(at, &leaving, to);
   if (!rest)
-    throw PlanError("no clear way from where the arm stands to the next touch; jog it above the "
-                    "spheres and resume");
+    throw PlanError(
+        "no clear way from where the arm stands to the next touch; jog it above the "
+        "spheres and resume");
   way.insert(way.end(), rest->begin(), rest->end());
   touch.transit = std::move(way);
   return result;

@@ -17,17 +17,16 @@
 
 namespace cellcal::calib {
 
-
 struct PlannedTouch {
   std::string target;
   TouchSet set = TouchSet::kFit;
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< outward at the contact, base frame
   std::vector<JointVector> transit;  ///< waypoints from the previous clear point; ends at standoff
   JointVector standoff;
-  JointVector end;       ///< end of the search: no contact by here is a failure
-  JointVector clear;     ///< where the arm goes after the touch
-  double search_m = 0.0;        ///< tip path from standoff to end
-  double expected_m = 0.0;      ///< tip path from standoff to the nominal surface
+  JointVector end;          ///< end of the search: no contact by here is a failure
+  JointVector clear;        ///< where the arm goes after the touch
+  double search_m = 0.0;    ///< tip path from standoff to end
+  double expected_m = 0.0;  ///< tip path from standoff to the nominal surface
 };
 
 struct Plan {
@@ -42,8 +41,8 @@ struct PlanOptions {
   int check_touches = 10;
   unsigned seed = 1;
   double standoff_m = 0.010;
-  double beyond_m = 0.008;       ///< search continues this far past the nominal surface
-  double clear_m = 0.020;        ///< retreat distance from the surface
+  double beyond_m = 0.008;  ///< search continues this far past the nominal surface
+  double clear_m = 0.020;   ///< retreat distance from the surface
   double limit_margin_rad = 0.05;
 };
 

@@ -62,9 +62,9 @@ TruthFigures truth_figures(const Truth& truth, const calib::Calibration& calibra
   TruthFigures result;
   result.workspace =
       figures(truth, predictor, calib::workspace_poses(nominal, kWorkspacePoses, kSeed));
-  result.local = figures(
-      truth, predictor,
-      calib::local_poses(nominal, around, centres, kLocalHalfM, kLocalPoses, kSeed));
+  result.local =
+      figures(truth, predictor,
+              calib::local_poses(nominal, around, centres, kLocalHalfM, kLocalPoses, kSeed));
   return result;
 }
 

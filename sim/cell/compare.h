@@ -9,7 +9,7 @@ namespace cellcal::sim {
 
 struct RegionFigures {
   int poses = 0;
-  double mean_m = 0.0, max_m = 0.0, rms_m = 0.0;  ///< 3-D, after a 6-DoF alignment
+  double mean_m = 0.0, max_m = 0.0, rms_m = 0.0;     ///< 3-D, after a 6-DoF alignment
   double nominal_mean_m = 0.0, nominal_max_m = 0.0;  ///< the nominal model, aligned likewise
   double covered = 0.0;  ///< share of true errors within the stated u95: M4
 };

@@ -42,8 +42,8 @@ double PhysicalCell::shaft_depth_m(std::span<const double> joint_rad) const {
   double depth = 0.0;
   for (std::size_t i = 0; i < truth_.centre_m.size(); ++i)
     if (truth_.radius_m[i] > 0.0)
-      depth = std::max(depth, truth_.radius_m[i] + kNeckRadiusM -
-                                  distance(truth_.centre_m[i], neck, flange));
+      depth = std::max(
+          depth, truth_.radius_m[i] + kNeckRadiusM - distance(truth_.centre_m[i], neck, flange));
   return depth;
 }
 

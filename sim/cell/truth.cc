@@ -56,10 +56,10 @@ Eigen::Matrix3Xd taught_places(const Truth& truth, const calib::Cell& cell) {
     for (int look = 0; look < kLooks; ++look) {
       Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
       pose.translation() = centre;
-      pose.linear() = (Eigen::AngleAxisd(look * 2.0 * std::numbers::pi / kLooks,
-                                         Eigen::Vector3d::UnitZ()) *
-                       Eigen::AngleAxisd(std::numbers::pi, Eigen::Vector3d::UnitX()))
-                          .toRotationMatrix();
+      pose.linear() =
+          (Eigen::AngleAxisd(look * 2.0 * std::numbers::pi / kLooks, Eigen::Vector3d::UnitZ()) *
+           Eigen::AngleAxisd(std::numbers::pi, Eigen::Vector3d::UnitX()))
+              .toRotationMatrix();
       const auto q = calib::inverse(truth.arm, pose, seed, 0.0);
       if (!q) continue;
       sum += truth.arm.position(truth.arm.prepare(*q), truth.errors.data());

@@ -11,24 +11,24 @@ namespace cellcal::sim {
 
 struct TruthOptions {
   std::uint64_t seed = 1;
-  double geometry_scale = 1.0;   ///< errors are drawn from the robot file's tolerances times this
-  double deflection = -1.0;      ///< c_t [1/(N m^2)]; negative: drawn from its prior
-  double gear_arcsec = 0.0;      ///< 1 sigma of each of two harmonics per joint
+  double geometry_scale = 1.0;  ///< errors are drawn from the robot file's tolerances times this
+  double deflection = -1.0;     ///< c_t [1/(N m^2)]; negative: drawn from its prior
+  double gear_arcsec = 0.0;     ///< 1 sigma of each of two harmonics per joint
   /// How far the artefact stands from where its places were taught, as a whole, 1 sigma.
   double placement_m = 0.001;
   double placement_rad = 0.001;
 };
 
 struct Truth {
-  calib::ArmModel arm;             ///< with gears added where asked for
-  Eigen::VectorXd errors;          ///< true values of arm.parameters()
+  calib::ArmModel arm;                    ///< with gears added where asked for
+  Eigen::VectorXd errors;                 ///< true values of arm.parameters()
   std::vector<Eigen::Vector3d> centre_m;  ///< per target of the cell, true base frame
-  std::vector<double> radius_m;    ///< true radius of each sphere plus tip; 0 for other kinds
+  std::vector<double> radius_m;  ///< true radius of each sphere plus tip; 0 for other kinds
 };
 
-/// The cell file's centres are what an installer reads off the pendant with the tip at a sphere: true
-/// for the arm as it is, errors and all. So the artefact is put, as one rigid body, where the real
-/// arm reaches when it is sent to them. Throws std::runtime_error when it cannot reach one.
+/// The cell file's centres are what an installer reads off the pendant with the tip at a sphere:
+/// true for the arm as it is, errors and all. So the artefact is put, as one rigid body, where the
+/// real arm reaches when it is sent to them. Throws std::runtime_error when it cannot reach one.
 Truth draw_truth(const calib::Cell& cell, const TruthOptions& options);
 
 }  // namespace cellcal::sim

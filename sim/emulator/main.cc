@@ -30,9 +30,8 @@ int run(const sim::EmulatorOptions& options) {
   pty.symlink = options.device_link;
   pty.mcu.drift_ppm = options.mcu_drift_ppm;
   sim::McuPty sensor(pty);
-  sim::ContactWatch watch(physical, [&](drivers::TimePoint t, bool closed) {
-    sensor.edge(t, closed);
-  });
+  sim::ContactWatch watch(physical,
+                          [&](drivers::TimePoint t, bool closed) { sensor.edge(t, closed); });
   sim::KrcUdpOptions udp;
   udp.pc_address = options.pc_address;
   udp.pc_port = options.pc_port;
@@ -61,10 +60,11 @@ int run(const sim::EmulatorOptions& options) {
     late = c.late_ever();
     message = c.message();
   });
-  fmt::print("emulator: {} packets in the last RSI session, {} late replies in all, deepest {:.3f} mm, "
-             "{} crashes of the shaft{}\n",
-             packets, late, watch.deepest_m() * 1e3, watch.crashes(),
-             message.empty() ? "" : ", pendant: " + message);
+  fmt::print(
+      "emulator: {} packets in the last RSI session, {} late replies in all, deepest {:.3f} mm, "
+      "{} crashes of the shaft{}\n",
+      packets, late, watch.deepest_m() * 1e3, watch.crashes(),
+      message.empty() ? "" : ", pendant: " + message);
   return watch.crashes() == 0 ? 0 : 1;
 }
 
@@ -79,9 +79,10 @@ int main(int argc, char** argv) {
   sigprocmask(SIG_BLOCK, &signals, nullptr);
   try {
     sim::EmulatorOptions options;
-    CLI::App app("The emulated cell on real wires: a KUKA controller over RSI/UDP and a contact "
-                 "sensor on a pseudo-terminal.\nExample: cellcal-emulator --cell cell.toml "
-                 "--pc 127.0.0.1:49152 --device-link /tmp/contact");
+    CLI::App app(
+        "The emulated cell on real wires: a KUKA controller over RSI/UDP and a contact "
+        "sensor on a pseudo-terminal.\nExample: cellcal-emulator --cell cell.toml "
+        "--pc 127.0.0.1:49152 --device-link /tmp/contact");
     sim::add_options(app, options);
     CLI11_PARSE(app, argc, argv);
     return run(options);

@@ -45,12 +45,17 @@ void add_options(CLI::App& app, EmulatorOptions& options) {
   app.add_option("--cycle-ms", options.controller.cycle_ms, "RSI cycle")
       ->capture_default_str()
       ->check(CLI::IsMember({4, 12}));
-  app.add_option("--lag-ms", [&options](const CLI::results_t& values) {
-    double ms = 0.0;
-    if (!CLI::detail::lexical_cast(values.front(), ms) || !(ms >= 0.0 && ms <= 500.0)) return false;
-    options.controller.lag_s = ms / 1e3;
-    return true;
-  }, "First-order lag of the arm behind its setpoint")->default_str("20");
+  app.add_option(
+         "--lag-ms",
+         [&options](const CLI::results_t& values) {
+           double ms = 0.0;
+           if (!CLI::detail::lexical_cast(values.front(), ms) || !(ms >= 0.0 && ms <= 500.0))
+             return false;
+           options.controller.lag_s = ms / 1e3;
+           return true;
+         },
+         "First-order lag of the arm behind its setpoint")
+      ->default_str("20");
   app.add_option("--joint-noise-deg", options.controller.noise_sigma_deg,
                  "1 sigma of the reported axis angles")
       ->capture_default_str()

@@ -26,11 +26,14 @@ int main(int argc, char** argv) {
   try {
     sim::EmulatorOptions options;
     std::string calibration, touches;
-    CLI::App app("Compares a calibration of the emulated cell with its hidden truth.\n"
-                 "Example: cellcal-truth --cell cell.toml --seed 1 --calibration cal.json "
-                 "--touches touches.csv");
+    CLI::App app(
+        "Compares a calibration of the emulated cell with its hidden truth.\n"
+        "Example: cellcal-truth --cell cell.toml --seed 1 --calibration cal.json "
+        "--touches touches.csv");
     sim::add_truth_options(app, options);
-    app.add_option("--calibration", calibration, "Result to judge")->required()->check(CLI::ExistingFile);
+    app.add_option("--calibration", calibration, "Result to judge")
+        ->required()
+        ->check(CLI::ExistingFile);
     app.add_option("--touches", touches, "Its touches: local poses lie near them")
         ->required()
         ->check(CLI::ExistingFile);
@@ -41,11 +44,14 @@ int main(int argc, char** argv) {
       around.push_back(touch.joint_rad);
     const sim::TruthFigures figures = sim::truth_figures(
         sim::draw_truth(cell, options.truth), calib::load_calibration(calibration), around);
-    fmt::print("True 3-D error of the TCP [mm], after a 6-DoF alignment   (hidden from the estimator)\n"
-               "  {:<34} {:>17}   {:>17}   {:>7}\n  {:<34} {:>8} {:>8}   {:>8} {:>8}   {:>7}\n",
-               "", "nominal model", "calibrated", "within", "", "mean", "max", "mean", "max", "u95");
-    print(fmt::format("within 150 mm of the spheres ({})", figures.local.poses).c_str(), figures.local);
-    print(fmt::format("whole workspace ({} poses)", figures.workspace.poses).c_str(), figures.workspace);
+    fmt::print(
+        "True 3-D error of the TCP [mm], after a 6-DoF alignment   (hidden from the estimator)\n"
+        "  {:<34} {:>17}   {:>17}   {:>7}\n  {:<34} {:>8} {:>8}   {:>8} {:>8}   {:>7}\n",
+        "", "nominal model", "calibrated", "within", "", "mean", "max", "mean", "max", "u95");
+    print(fmt::format("within 150 mm of the spheres ({})", figures.local.poses).c_str(),
+          figures.local);
+    print(fmt::format("whole workspace ({} poses)", figures.workspace.poses).c_str(),
+          figures.workspace);
     return 0;
   } catch (const std::exception& e) {
     std::fprintf(stderr, "cellcal-truth: %s\n", e.what());

@@ -1,0 +1,39 @@
+#pragma once
+// Model levels: which of the arm's imperfections a fit may explain the touches with. Geometry and
+// the bending of the tool are always in it.
+//
+// Beyond them: joint compliance, where the robot file gives it a prior; transmission error, smooth
+// in the joint angle (a few harmonics per joint, the robot file's or orders 1 and 2); and ripple,
+// transmission error too fast to be followed from touch to touch, which acts as joint noise. The
+// last two are in every arm whether or not its file names them: they are the discrepancy between a
+// geometric model and a real arm, and leaving them out is what makes stated bounds too small.
+
+#include <string>
+#include <vector>
+
+#include "calib/model/robot.h"
+
+namespace cellcal::calib {
+
+struct ModelLevel {
+  bool compliance = true;
+  /// Prior of the smooth transmission error in units of the robot file's (10 arcsec where it names
+  /// none); 0: none.
+  double transmission = 1.0;
+  double ripple_rad = 0.0;  ///< 1 sigma per joint
+  bool operator==(const ModelLevel&) const = default;
+};
+
+/// One level that was considered, and how well it explains the touches.
+struct LevelEvidence {
+  ModelLevel level;
+  double log_evidence = 0.0;  ///< natural logarithm, prior of the level included
+};
+
+/// The cell with the priors of this level; the files' own where the level leaves them alone.
+Cell at_level(const Cell& cell, const ModelLevel& level);
+
+/// "geometry, tool bending, joint compliance, transmission 10 arcsec, ripple 5 arcsec"
+std::string words(const Cell& cell, const ModelLevel& level);
+
+}  // namespace cellcal::calib
