@@ -31,6 +31,7 @@ constexpr std::size_t kQueueDepth = 64;
 
 struct Command {
   enum class Kind { kBegin, kStop, kRereference } kind = Kind::kStop;
+  std::uint32_t session = 0;  // a command left over from a closed link must not reach the next
   Move move;
 };
 
@@ -75,16 +76,13 @@ struct RsiRobot::Impl : std::enable_shared_from_this<RsiRobot::Impl> {
     }
     bound_port = fresh.local_endpoint().port();
     listening = fmt::format("UDP {}:{}", config.bind_address, bound_port.load());
-    core = std::make_unique<RsiCore>(config, guard);
-    snapshot.store(core->core_state());
-    peer = udp::endpoint();
-    locked = ending = false;
-    socket = std::move(fresh);
+    auto fresh_core = std::make_unique<RsiCore>(config, guard);
+    snapshot.store(fresh_core->core_state());
+    ++asked_session;
     is_open = true;
-    asio::post(context, [self = shared_from_this()] {
-      self->wait_for_packet();
-      self->timer.expires_at(std::chrono::steady_clock::now());
-      self->wait_for_tick();
+    asio::post(context, [self = shared_from_this(), number = asked_session,
+                         opened = std::move(fresh), started = std::move(fresh_core)]() mutable {
+      self->start(number, std::move(opened), std::move(started));
     });
   }
 
@@ -94,17 +92,31 @@ struct RsiRobot::Impl : std::enable_shared_from_this<RsiRobot::Impl> {
 
   // ---- I/O thread ------------------------------------------------------------------------------
 
+  void start(std::uint32_t number, udp::socket opened, std::unique_ptr<RsiCore> started) {
+    session = number;
+    socket = std::move(opened);
+    core = std::move(started);
+    peer = udp::endpoint();
+    locked = ending = false;
+    wait_for_packet();
+    timer.expires_at(std::chrono::steady_clock::now());
+    wait_for_tick();
+  }
+
+  bool is_current(std::uint32_t number) const { return number == session && socket.is_open(); }
+
   void wait_for_packet() {
-    socket.async_wait(udp::socket::wait_read, [self = shared_from_this()](const error_code& error) {
-      if (error || !self->socket.is_open()) return;
-      self->drain();
-      self->wait_for_packet();
-    });
+    socket.async_wait(udp::socket::wait_read,
+                      [self = shared_from_this(), number = session](const error_code& error) {
+                        if (error || !self->is_current(number)) return;
+                        self->drain();
+                        self->wait_for_packet();
+                      });
   }
 
   void wait_for_tick() {
-    timer.async_wait([self = shared_from_this()](const error_code& error) {
-      if (error || !self->socket.is_open()) return;
+    timer.async_wait([self = shared_from_this(), number = session](const error_code& error) {
+      if (error || !self->is_current(number)) return;
       self->drain();
       self->tick();
       if (!self->socket.is_open()) return;
@@ -184,6 +196,7 @@ struct RsiRobot::Impl : std::enable_shared_from_this<RsiRobot::Impl> {
 
   void obey() {
     commands.consume_all([this](const Command& command) {
+      if (command.session != session) return;
       switch (command.kind) {
         case Command::Kind::kBegin:
           core->begin(command.move);
@@ -231,6 +244,7 @@ struct RsiRobot::Impl : std::enable_shared_from_this<RsiRobot::Impl> {
   std::unique_ptr<RsiCore> core;
 
   udp::endpoint peer, newest_from;
+  std::uint32_t session = 0;
   bool locked = false;
   bool ending = false;
   TimePoint close_by{};
@@ -254,6 +268,7 @@ struct RsiRobot::Impl : std::enable_shared_from_this<RsiRobot::Impl> {
   std::atomic<std::uint16_t> bound_port{0};
 
   // Session's thread alone.
+  std::uint32_t asked_session = 0;
   std::string listening;
   std::deque<MoveResult> refusals;
 };
@@ -304,19 +319,19 @@ RobotState RsiRobot::state() const {
 }
 
 void RsiRobot::rereference() {
-  if (impl_->is_open.load()) impl_->send({Command::Kind::kRereference, {}});
+  if (impl_->is_open.load()) impl_->send({Command::Kind::kRereference, impl_->asked_session, {}});
 }
 
 void RsiRobot::begin(const Move& move) {
   if (!impl_->is_open.load()) {
     impl_->refusals.push_back(refused(move, "the link to the controller is closed"));
-  } else if (!impl_->commands.push({Command::Kind::kBegin, move})) {
+  } else if (!impl_->commands.push({Command::Kind::kBegin, impl_->asked_session, move})) {
     impl_->refusals.push_back(refused(move, "too many moves at once: one at a time"));
   }
 }
 
 void RsiRobot::stop() {
-  if (impl_->is_open.load()) impl_->send({Command::Kind::kStop, {}});
+  if (impl_->is_open.load()) impl_->send({Command::Kind::kStop, impl_->asked_session, {}});
 }
 
 std::optional<MoveResult> RsiRobot::poll() {
