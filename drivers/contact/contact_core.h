@@ -54,6 +54,7 @@ class ContactCore : public ContactGuard {
 
   ContactSnapshot snapshot(TimePoint now) override;
   std::optional<ContactEvent> take_event() override { return events_.pop(); }
+  bool has_event() const { return !events_.empty(); }
 
  private:
   enum class Arming { kNone, kAsking, kArmed, kDisarming };

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
-#include <boost/asio/buffer.hpp>
 #include <boost/asio/error.hpp>
 #include <boost/asio/posix/stream_descriptor.hpp>
 #include <boost/asio/post.hpp>
@@ -66,7 +65,7 @@ ContactOptions with_baud(ContactOptions contact, int baud) {
 
 }  // namespace
 
-class SerialContact::Impl : public std::enable_shared_from_this<Impl> {
+class SerialContact::Impl : public ContactGuard, public std::enable_shared_from_this<Impl> {
  public:
   Impl(asio::io_context& io, const SerialContactOptions& options)
       : io_(io),
@@ -182,9 +181,23 @@ class SerialContact::Impl : public std::enable_shared_from_this<Impl> {
     return s;
   }
 
-  ContactCore& core() { return core_; }
+  // io thread, within the robot's cycle ---------------------------------------------------------
+
+  ContactSnapshot snapshot(TimePoint now) override {
+    // What has arrived by now counts in this cycle, also if its handler has not had its turn. A
+    // port that is lost shows there too: its handler deals with it.
+    take_bytes();
+    return core_.snapshot(now);
+  }
+
+  std::optional<ContactEvent> take_event() override {
+    if (!core_.has_event()) take_bytes();
+    return core_.take_event();
+  }
 
  private:
+  static constexpr int kNotLost = -1;
+
   std::string lost_words(const Published& p) const {
     const std::string why = p.error == 0 ? std::string("end of file") : std::strerror(p.error);
     std::string words = fmt::format(
@@ -273,20 +286,38 @@ class SerialContact::Impl : public std::enable_shared_from_this<Impl> {
     after(Steady::now());
   }
 
+  /// Waits for bytes without taking them: whoever comes first takes them, in order.
   void read() {
-    stream_.async_read_some(
-        asio::buffer(bytes_),
-        [self = shared_from_this(), turn = reads_](boost::system::error_code error, std::size_t n) {
-          const TimePoint now = Steady::now();
-          if (turn != self->reads_) return;  // of a port that was left
-          if (error) {
-            self->lose_port(error == asio::error::eof ? 0 : error.value());
-            return;
-          }
-          self->core_.on_bytes({self->bytes_.data(), n}, now);
-          self->after(now);
-          self->read();
-        });
+    stream_.async_wait(asio::posix::stream_descriptor::wait_read,
+                       [self = shared_from_this(), turn = reads_](boost::system::error_code error) {
+                         if (turn != self->reads_) return;  // of a port that was left
+                         const int lost = error ? error.value() : self->take_bytes();
+                         if (lost != kNotLost) {
+                           self->lose_port(lost);
+                         } else {
+                           self->read();
+                         }
+                       });
+  }
+
+  /// Feeds what has arrived to the core. kNotLost, or the errno that the port was lost with.
+  int take_bytes() {
+    int lost = kNotLost;
+    while (port_) {
+      const ssize_t n = ::read(port_->fd(), bytes_.data(), bytes_.size());
+      if (n > 0) {
+        const TimePoint now = Steady::now();
+        core_.on_bytes({bytes_.data(), static_cast<std::size_t>(n)}, now);
+        after(now);
+      } else if (n == 0) {
+        lost = 0;
+        break;
+      } else if (errno != EINTR) {
+        if (errno != EAGAIN) lost = errno;
+        break;
+      }
+    }
+    return lost;
   }
 
   void transmit(std::span<const std::uint8_t> bytes) {
@@ -416,6 +447,6 @@ void SerialContact::self_test() { impl_->command({Command::Kind::kSelfTest, 0, m
 
 void SerialContact::close() { impl_->close(); }
 
-ContactGuard& SerialContact::guard() { return impl_->core(); }
+ContactGuard& SerialContact::guard() { return *impl_; }
 
 }  // namespace cellcal::drivers

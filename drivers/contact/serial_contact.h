@@ -34,7 +34,9 @@ class SerialContact : public ContactSensor {
   void self_test() override;
   void close() override;
 
-  /// For the robot's cycle, on the io_context's thread; lives as long as this object.
+  /// For the robot's cycle, on the io_context's thread; lives as long as this object. Looks at the
+  /// port itself, so that what has arrived counts in this cycle. A trip uses its arming up: take
+  /// the events before judging snapshot().armed.
   ContactGuard& guard();
 
  private:

@@ -241,6 +241,8 @@ struct Refused {
   ctp::Arm arm;
 };
 
+void PrintTo(const Refused& r, std::ostream* out) { *out << r.name; }
+
 class MicrocontrollerRefuses : public testing::TestWithParam<Refused> {};
 
 TEST_P(MicrocontrollerRefuses, WithTheReason) {
