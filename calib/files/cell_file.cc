@@ -5,6 +5,7 @@
 
 #include "calib/files/documents.h"
 #include "calib/files/files.h"
+#include "calib/files/shown.h"
 #include "calib/files/units.h"
 
 namespace cellcal::calib {
@@ -88,6 +89,7 @@ std::string vec_mm(const Eigen::Vector3d& v) {
 
 std::filesystem::path find_robot(const std::string& name, const std::filesystem::path& cell_file,
                                  const TomlTable& document) {
+  constexpr std::size_t kShownPath = 300;
   std::vector<std::filesystem::path> tried;
   const std::filesystem::path given(name);
   tried.push_back(cell_file.parent_path() / given);  // an absolute path stays absolute
@@ -99,9 +101,9 @@ std::filesystem::path find_robot(const std::string& name, const std::filesystem:
   for (const auto& path : tried) {
     std::error_code ignored;  // "cannot look" counts as "not there"; the message lists the place
     if (std::filesystem::is_regular_file(path, ignored)) return path;
-    list += "\n  " + path.string();
+    list += "\n  " + shown(path.string(), kShownPath);
   }
-  document.fail("robot", "no robot file \"" + name + "\"; looked for" + list);
+  document.fail("robot", "no robot file \"" + shown(name) + "\"; looked for" + list);
 }
 
 }  // namespace
@@ -135,7 +137,7 @@ Cell read_cell(const TomlTable& document, Robot robot) {
   for (const TomlTable& table : targets) {
     cell.targets.push_back(read_target(table));
     if (!ids.insert(cell.targets.back().id).second)
-      table.fail("id", "\"" + cell.targets.back().id + "\" stands twice");
+      table.fail("id", "\"" + shown(cell.targets.back().id) + "\" stands twice");
   }
   for (const TomlTable& table : document.tables("length")) {
     CertifiedLength length;
@@ -143,7 +145,7 @@ Cell read_cell(const TomlTable& document, Robot robot) {
     if (between.size() != 2 || between[0] == between[1])
       table.fail("between", "must name two different targets");
     for (const std::string& id : between)
-      if (!ids.contains(id)) table.fail("between", "there is no target \"" + id + "\"");
+      if (!ids.contains(id)) table.fail("between", "there is no target \"" + shown(id) + "\"");
     length.from = between[0];
     length.to = between[1];
     length.length_m = table.number("mm", {1e-3, 1e5}) / kMmPerM;

@@ -3,6 +3,8 @@
 #include <charconv>
 #include <cmath>
 
+#include "calib/files/shown.h"
+
 namespace cellcal::calib {
 
 namespace {
@@ -27,14 +29,6 @@ void split(std::string_view line, std::vector<std::string_view>& fields) {
 }
 
 }  // namespace
-
-std::string shown(std::string_view text) {
-  constexpr std::size_t kShown = 40;
-  std::string out;
-  for (const char c : text.substr(0, kShown))
-    out += (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) ? '?' : c;
-  return text.size() > kShown ? out + "..." : out;
-}
 
 CsvTable::CsvTable(std::string_view text, std::string name) : rest_(text), name_(std::move(name)) {
   constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";

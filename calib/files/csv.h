@@ -42,7 +42,4 @@ class CsvTable {
   int header_line_ = 0;
 };
 
-/// Foreign text as it may stand in a message: at most 40 characters, printable.
-std::string shown(std::string_view text);
-
 }  // namespace cellcal::calib

@@ -4,6 +4,7 @@
 
 #include "calib/files/documents.h"
 #include "calib/files/files.h"
+#include "calib/files/shown.h"
 #include "calib/files/units.h"
 
 namespace cellcal::calib {
@@ -47,7 +48,7 @@ Joint read_joint(const TomlTable& t, double length_m, double angle_rad) {
     const auto* found = std::find_if(std::begin(kErrorNames), std::end(kErrorNames),
                                      [&](const auto& entry) { return entry.first == word; });
     if (found == std::end(kErrorNames))
-      t.fail("errors", "\"" + word + "\" is not known; use theta, d, a, alpha, beta");
+      t.fail("errors", "\"" + shown(word) + "\" is not known; use theta, d, a, alpha, beta");
     if (std::find(joint.errors.begin(), joint.errors.end(), found->second) != joint.errors.end())
       t.fail("errors", "\"" + word + "\" stands twice");
     joint.errors.push_back(found->second);
@@ -114,7 +115,7 @@ Robot read_robot(const TomlTable& document) {
   for (const TomlTable& table : joints) {
     robot.joints.push_back(read_joint(table, length_m, angle_rad));
     if (!names.insert(robot.joints.back().name).second)
-      table.fail("name", "\"" + robot.joints.back().name + "\" stands twice");
+      table.fail("name", "\"" + shown(robot.joints.back().name) + "\" stands twice");
   }
   robot.base_fixed = read_frame(document.table_or_empty("base"));
   robot.flange_fixed = read_frame(document.table_or_empty("flange"));

@@ -1,5 +1,6 @@
 #include "calib/files/toml_table.h"
 
+#include <fmt/format.h>
 #include <toml++/toml.h>
 
 #include <cmath>
@@ -7,6 +8,7 @@
 
 #include "calib/files/documents.h"
 #include "calib/files/files.h"
+#include "calib/files/shown.h"
 #include "calib/files/toml_access.h"
 
 namespace cellcal::calib {
@@ -53,11 +55,10 @@ std::string kind_of(const toml::node& node) {
   }
 }
 
-std::string show(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%g", value);
-  return text;
-}
+std::string show(double value) { return fmt::format("{:g}", value); }
+
+constexpr std::size_t kShownKey = 80;  // a key with the path of its tables
+constexpr std::size_t kShownDescription = 300;
 
 }  // namespace
 
@@ -94,7 +95,7 @@ void TomlTable::fail(std::string_view key, const std::string& what) const {
   // Line 0: the table came out of a JSON file, where only the key is known.
   const std::string place =
       line == 0 ? node_->file + ": " : node_->file + ":" + std::to_string(line) + ": ";
-  throw FileError(place + node_->full(key) + ": " + what);
+  throw FileError(place + shown(node_->full(key), kShownKey) + ": " + what);
 }
 
 bool TomlTable::has(std::string_view key) const { return node_->find(key) != nullptr; }
@@ -158,7 +159,7 @@ std::string TomlTable::word(std::string_view key,
     if (word == value) return value;
     list += (list.empty() ? "\"" : ", \"") + std::string(word) + "\"";
   }
-  fail(key, "\"" + value + "\" is not known here; use one of " + list);
+  fail(key, "\"" + shown(value) + "\" is not known here; use one of " + list);
 }
 
 std::vector<double> TomlTable::numbers(std::string_view key, std::size_t count, Range range) const {
@@ -208,7 +209,7 @@ std::vector<std::string> TomlTable::strings_or(std::string_view key,
 
 TomlTable TomlTable::table(std::string_view key) const {
   const toml::node* node = node_->find(key);
-  if (!node) fail("", "the table [" + node_->full(key) + "] is missing");
+  if (!node) fail("", "the table [" + shown(node_->full(key), kShownKey) + "] is missing");
   if (!node->is_table()) fail(key, "must be a table, but is " + kind_of(*node));
   auto child = std::make_shared<Node>();
   child->document = node_->document;

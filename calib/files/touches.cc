@@ -4,6 +4,7 @@
 
 #include "calib/files/csv.h"
 #include "calib/files/files.h"
+#include "calib/files/shown.h"
 #include "calib/files/units.h"
 
 namespace cellcal::calib {
