@@ -2,9 +2,11 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "calib/files/documents.h"
 #include "calib/files/files.h"
+#include "calib/files/shown.h"
 #include "calib/files/units.h"
 
 namespace cellcal::calib {
@@ -56,6 +58,18 @@ class Reader {
     if (!std::isfinite(v)) fail("must be finite");
     return v;
   }
+  double not_negative() const {
+    const double v = number();
+    if (v < 0.0) fail("must not be negative");
+    return v;
+  }
+  /// A count or an index.
+  std::size_t whole() const {
+    constexpr double kMost = 1e9;  // beyond any file of touches, inside any integer
+    const double v = number();
+    if (v < 0.0 || v > kMost || v != std::floor(v)) fail("must be a whole number, 0 to 1e9");
+    return static_cast<std::size_t>(v);
+  }
   std::string text() const {
     if (!value_.is_string()) fail("must be a string");
     return value_.get<std::string>();
@@ -88,7 +102,7 @@ ResidualSummary read_summary(const Reader& r) {
   s.mean_m = r.at("mean_mm").number() / kMmPerM;
   s.max_m = r.at("max_mm").number() / kMmPerM;
   s.rms_m = r.at("rms_mm").number() / kMmPerM;
-  if (r.has("count")) s.count = static_cast<int>(r.at("count").number());
+  if (r.has("count")) s.count = static_cast<int>(r.at("count").whole());
   return s;
 }
 
@@ -177,6 +191,7 @@ std::string calibration_to_json(const Calibration& c) {
 }
 
 Calibration calibration_from_json(std::string_view text, const std::string& name) {
+  refuse_deep_json(text, name);
   const json document = json::parse(text, nullptr, false);
   if (document.is_discarded()) throw FileError(name + ": not valid JSON; is the file cut off?");
   const Reader root(document, name);
@@ -203,6 +218,7 @@ Calibration calibration_from_json(std::string_view text, const std::string& name
     for (const Reader& item : model.at("considered").items())
       c.levels.push_back({read_level(item), item.at("log_evidence").number()});
   }
+  std::set<std::string> names;
   for (const Reader& item : root.at("parameters").items()) {
     ParameterResult p;
     p.name = item.at("name").text();
@@ -214,11 +230,15 @@ Calibration calibration_from_json(std::string_view text, const std::string& name
     else if (p.unit == "arcsec")
       p.to_unit = 206264.80624709636;
     else if (p.unit != "1/(N m^2)" && p.unit != "rad/(N m)")
-      item.at("unit").fail("\"" + p.unit + "\" is not known");
+      item.at("unit").fail("\"" + shown(p.unit) + "\" is not known");
     p.nominal = item.at("nominal").number() / p.to_unit;
     p.correction = item.at("correction").number() / p.to_unit;
-    p.sigma = item.at("sigma").number() / p.to_unit;
+    p.sigma = item.at("sigma").not_negative() / p.to_unit;
+    if (!names.insert(p.name).second)
+      item.at("name").fail("\"" + shown(p.name) + "\" stands twice");
     const std::string decided = item.at("decided_by").text();
+    if (decided != "data" && decided != "prior" && decided != "frame")
+      item.at("decided_by").fail("must be \"data\", \"prior\" or \"frame\"");
     p.decided_by = decided == "prior"   ? DecidedBy::kPrior
                    : decided == "frame" ? DecidedBy::kFrame
                                         : DecidedBy::kData;
@@ -236,8 +256,8 @@ Calibration calibration_from_json(std::string_view text, const std::string& name
     UnidentifiableDirection d;
     d.words = item.at("words").text();
     const Reader direction = item.at("direction");
-    for (const auto& [key, value] : direction.object().items())
-      d.direction.emplace_back(key, Reader(value, name + ".unidentifiable." + key).number());
+    for (const auto& entry : direction.object().items())
+      d.direction.emplace_back(entry.key(), direction.at(entry.key().c_str()).number());
     c.unidentifiable.push_back(std::move(d));
   }
   c.predicted_m2_m = root.at("predicted").at("m2_mm").number() / kMmPerM;
@@ -246,21 +266,22 @@ Calibration calibration_from_json(std::string_view text, const std::string& name
   if (root.has("touch_noise_mm")) c.touch_noise_m = root.at("touch_noise_mm").number() / kMmPerM;
   const Reader verdict = root.at("verdict");
   c.verdict.publish = verdict.at("publish").flag();
-  c.verdict.workspace = verdict.at("scope").text() == "workspace";
+  const std::string scope = verdict.at("scope").text();
+  if (scope != "workspace" && scope != "near targets")
+    verdict.at("scope").fail("must be \"workspace\" or \"near targets\"");
+  c.verdict.workspace = scope == "workspace";
   for (const Reader& reason : verdict.at("reasons").items())
     c.verdict.reasons.push_back(reason.text());
   for (const Reader& item : root.at("outliers").items()) {
-    const double touch = item.at("touch").number();
-    if (touch < 0.0 || touch > 1e9) item.at("touch").fail("is out of range");
-    c.outliers.push_back({static_cast<std::size_t>(touch),
-                          item.at("residual_mm").number() / kMmPerM, item.at("reason").text()});
+    c.outliers.push_back({item.at("touch").whole(), item.at("residual_mm").number() / kMmPerM,
+                          item.at("reason").text()});
   }
   const auto n = static_cast<Eigen::Index>(c.parameters.size());
   const auto matrix = [&](const char* key, Eigen::Index columns, bool both) {
     const Reader reader = root.at(key);
     const auto rows = reader.items();
-    if (static_cast<Eigen::Index>(rows.size()) != n && !rows.empty())
-      reader.fail("must have one row per parameter");
+    // An empty covariance would read as perfect knowledge.
+    if (static_cast<Eigen::Index>(rows.size()) != n) reader.fail("must have one row per parameter");
     Eigen::MatrixXd m;
     for (std::size_t i = 0; i < rows.size(); ++i) {
       const auto items = rows[i].items();
