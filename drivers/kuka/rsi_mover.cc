@@ -45,6 +45,7 @@ void Mover::listen(TimePoint now) {
       case ContactEventKind::kContact:
         tripped_arm_ = event->arm_id;
         if (ours) heard_.contact = event;
+        if (!ours) heard_.foreign_trip = true;  // a touch too short for the level to show
         break;
       case ContactEventKind::kRevoked:
         if (ours) heard_.revoked = true;

@@ -57,7 +57,7 @@ class Mover {
     ContactSnapshot snapshot;
     std::optional<ContactEvent> trip, contact;
     bool revoked = false;
-    bool foreign_trip = false;  ///< of no arming of ours
+    bool foreign_trip = false;  ///< trip or contact of no arming of ours
   };
 
   bool ends_well() const { return outcome_ == MoveOutcome::kArrived; }

@@ -140,6 +140,14 @@ TEST(RsiLink, SilenceEndsTheMoveAndNothingMovesAfterItUntilReferenced) {
   EXPECT_EQ(rig.move(MoveKind::kTransit, rig.moved_by(0, 1)).outcome, MoveOutcome::kArrived);
 }
 
+TEST(RsiLink, SilenceIsNoticedByThePacketThatEndsIt) {
+  Rig rig;
+  rig.make_ready();
+  const std::string late(rig.krc.tick(rig.now + 4ms));
+  rig.core.on_datagram(late, rig.now + 17ms);  // no tick in between: this thread was held up
+  EXPECT_EQ(rig.core.state().link, RobotLink::kNotReferenced);
+}
+
 TEST(RsiLink, StopOfTheControllerInAMoveIsSilence) {
   sim::ControllerConfig krc;
   krc.max_speed_rad_s.assign(6, 20 * kDeg);  // below what the adapter was told

@@ -279,6 +279,14 @@ TEST_F(Guarded, UnarmedTripStopsATransit) {
   EXPECT_EQ(rig.finish().outcome, MoveOutcome::kUnexpectedContact);
 }
 
+TEST_F(Guarded, TouchTooShortForTheLevelStopsATransit) {
+  rig.make_ready();
+  rig.begin(MoveKind::kTransit, rig.moved_by(0, 60));
+  rig.run(400ms);
+  rig.guard.push(ContactEventKind::kContact, 0, rig.now);
+  EXPECT_EQ(rig.finish().outcome, MoveOutcome::kUnexpectedContact);
+}
+
 TEST_F(Guarded, TransitDoesNotBeginInContactOrUnwatched) {
   rig.make_ready();
   const AxisAngles before = rig.commanded();
