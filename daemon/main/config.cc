@@ -14,6 +14,8 @@ using calib::TomlTable;
 constexpr double kRad = std::numbers::pi / 180.0;
 constexpr double kMm = 1e-3;
 constexpr const char* kFormat = "cellcal.daemon/1";
+/// Degrees. What installations give AXISCORR; the emulated controller is given what is asked for.
+constexpr double kUsualCorrection = 90.0, kAnyCorrection = 360.0;
 constexpr const char* kDefaultState = "/var/lib/cellcal";
 constexpr const char* kDefaultSocket = "/run/cellcal/cellcald.sock";
 
@@ -43,7 +45,8 @@ void read_rsi(const TomlTable& table, DaemonConfig& config) {
   rsi.external_axis_tag = table.string_or("external_axis_tag", rsi.external_axis_tag);
   rsi.stop_tag = table.string_or("stop_tag", rsi.stop_tag);
   // One figure for all axes here; rsi_config_for() gives each its own.
-  rsi.correction_limit_deg = {table.number_or("correction_limit_deg", 90.0, {0.1, 360.0})};
+  const double usual = config.backend == BackendKind::kRsi ? kUsualCorrection : kAnyCorrection;
+  rsi.correction_limit_deg = {table.number_or("correction_limit_deg", usual, {0.1, 360.0})};
   config.realtime = table.boolean_or("realtime", true);
   table.refuse_unknown();
 }

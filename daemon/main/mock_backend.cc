@@ -21,6 +21,8 @@ VirtualCellOptions options_for(const DaemonConfig& config, const calib::Cell& ce
   options.controller.lag_s = config.mock.lag_s;
   options.controller.noise_sigma_deg = config.mock.joint_noise_deg;
   options.controller.seed = config.mock.seed;
+  options.controller.clamp_deg = config.rsi.correction_limit_deg.at(0);
+  options.controller.monitor_deg = config.rsi.correction_limit_deg.at(0);
   for (const calib::Joint& joint : cell.robot.joints) {
     options.controller.max_speed_rad_s.push_back(joint.max_speed_rad_s);
   }

@@ -245,7 +245,8 @@ void SessionService::publish(const State& state, Job& job) {
     job.last_touch = now;
   }
   const std::size_t made = job.last_done - job.done_at_first_move;
-  if (job.first_move && made > 0 && kMovingPhases.has(state.phase)) {
+  const Phases touching = kMovingPhases | kStandingPhases;
+  if (job.first_move && made > 0 && touching.has(state.phase)) {
     const double each_s = std::chrono::duration<double>(job.last_touch - *job.first_move).count() /
                           static_cast<double>(made);
     const double since_s = std::chrono::duration<double>(now - job.last_touch).count();

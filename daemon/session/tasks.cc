@@ -63,7 +63,10 @@ std::optional<double> newest_residual(const calib::Cell& cell,
   if (touches.empty()) return std::nullopt;
   if (touches.size() < kFewestForProvisional) return nominal_residual(cell, touches.back());
   try {
-    const calib::Calibration provisional = calib::identify(part_of(cell, touches), touches);
+    // How well the others predict it: a fit that holds the newest touch bends towards it.
+    std::vector<calib::Touch> held_out = touches;
+    held_out.back().set = calib::TouchSet::kCheck;
+    const calib::Calibration provisional = calib::identify(part_of(cell, touches), held_out);
     for (const calib::TouchResidual& residual : provisional.residuals) {
       if (residual.touch + 1 == touches.size()) return std::abs(residual.after_m);
     }

@@ -1,0 +1,220 @@
+#include "daemon/api/handlers.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "drivers/error.h"
+#include "tests/daemon/journal/temporary_directory.h"
+
+namespace cellcal::daemon {
+namespace {
+
+using nlohmann::json;
+
+struct an_api : ::testing::Test {
+  Response ask(const std::string& method, const std::string& target, const std::string& body = "") {
+    return *api.answer(parse_target(method, target, body));
+  }
+  std::string error(const Response& response) {
+    return json::parse(response.body).at("error").get<std::string>();
+  }
+
+  testing::TemporaryDirectory dir;
+  Journal journal{dir / "journal.db"};
+  SessionService service{{journal,
+                          dir.path(),
+                          [](const calib::Cell&) -> std::unique_ptr<Backend> {
+                            throw drivers::ConfigError("no hardware in this test");
+                          },
+                          {},
+                          {}}};
+  Api api{service, journal};
+};
+
+TEST_F(an_api, is_idle_at_first) {
+  const Response response = ask("GET", "/v1/status");
+  EXPECT_EQ(response.status, 200);
+  const json status = json::parse(response.body);
+  EXPECT_EQ(status["phase"], "idle");
+  EXPECT_EQ(status["running"], false);
+  EXPECT_TRUE(status["residual_mm"].is_null());
+  EXPECT_TRUE(status["failure"].is_null());
+}
+
+TEST_F(an_api, knows_its_resources_and_their_methods) {
+  EXPECT_EQ(ask("GET", "/").status, 404);
+  EXPECT_EQ(ask("GET", "/v1/stat").status, 404);
+  EXPECT_EQ(ask("GET", "/v1/run").status, 405);
+  EXPECT_EQ(ask("DELETE", "/v1/sessions").status, 405);
+  EXPECT_EQ(ask("POST", "/v1/status").status, 405);
+}
+
+TEST_F(an_api, refuses_run_requests_that_are_wrong_in_themselves) {
+  for (const char* body :
+       {"", "{", "[]", "7", "null", "{\"cell\": 3}", "{}", "{\"cell\": \"/x\", \"colour\": 1}",
+        "{\"cell\": \"/x\", \"touches\": \"many\"}", "{\"cell\": \"/x\", \"touches\": -4}",
+        "{\"cell\": \"/x\", \"touches\": 4.5}", "{\"cell\": \"/x\", \"touches\": 1e300}",
+        "{\"cell\": \"/x\", \"touches\": 99999999999}", "{\"cell\": \"/x\", \"resume\": 1}"}) {
+    const Response response = ask("POST", "/v1/run", body);
+    EXPECT_EQ(response.status, 400) << body;
+    EXPECT_FALSE(error(response).empty()) << body;
+  }
+  EXPECT_EQ(ask("POST", "/v1/run", std::string(60000, '[')).status, 400);
+}
+
+TEST_F(an_api, refuses_run_requests_whose_files_cannot_be_used) {
+  const Response relative = ask("POST", "/v1/run", R"({"cell": "cell.toml"})");
+  EXPECT_EQ(relative.status, 422);
+  EXPECT_NE(error(relative).find("absolute"), std::string::npos);
+  const Response missing = ask("POST", "/v1/run", R"({"cell": "/nonexistent/cell.toml"})");
+  EXPECT_EQ(missing.status, 422);
+  EXPECT_NE(error(missing).find("/nonexistent/cell.toml"), std::string::npos) << error(missing);
+  std::ofstream(dir / "bad.toml") << "format = \"cellcal.cell/1\"\nrobot = 3\n";
+  const Response bad = ask("POST", "/v1/run", json{{"cell", (dir / "bad.toml").string()}}.dump());
+  EXPECT_EQ(bad.status, 422);
+  EXPECT_NE(error(bad).find("bad.toml"), std::string::npos) << error(bad);
+  EXPECT_EQ(ask("POST", "/v1/run", R"({"cell": "/x", "touches": 3})").status, 422);
+  EXPECT_TRUE(journal.sessions().empty()) << "nothing of it may begin a session";
+}
+
+TEST_F(an_api, has_nothing_to_resume_and_nothing_to_abort) {
+  EXPECT_EQ(ask("POST", "/v1/run", R"({"resume": true})").status, 422);
+  EXPECT_EQ(ask("POST", "/v1/abort").status, 409);
+}
+
+TEST_F(an_api, does_not_begin_where_the_backend_cannot_be_put_together) {
+  std::ofstream(dir / "robot.toml") << R"(
+format = "cellcal.robot/1"
+name = "one joint"
+source = "test"
+gravity = [0.0, 0.0, -9.81]
+[tolerance]
+length_mm = 0.7
+angle_deg = 0.035
+[[joint]]
+name = "A1"
+sign = 1
+offset_deg = 0.0
+d_mm = 100.0
+a_mm = 100.0
+alpha_deg = 0.0
+beta_deg = 0.0
+errors = ["theta"]
+min_deg = -90.0
+max_deg = 90.0
+max_speed_deg_s = 100.0
+)";
+  std::ofstream(dir / "cell.toml") << R"(
+format = "cellcal.cell/1"
+robot = "robot.toml"
+[tool]
+xyz_mm = [0.0, 0.0, 100.0]
+[[target]]
+id = "S1"
+kind = "sphere"
+diameter_mm = 50.0
+centre_mm = [200.0, 0.0, 0.0]
+[touch]
+sigma_mm = 0.03
+)";
+  const Response response =
+      ask("POST", "/v1/run", json{{"cell", (dir / "cell.toml").string()}}.dump());
+  EXPECT_EQ(response.status, 422) << response.body;
+  EXPECT_EQ(error(response), "no hardware in this test");
+  EXPECT_TRUE(journal.sessions().empty());
+  // And the next request is not told that one is under way.
+  EXPECT_EQ(ask("POST", "/v1/run", json{{"cell", (dir / "cell.toml").string()}}.dump()).status,
+            422);
+}
+
+TEST_F(an_api, lists_sessions_and_shows_one) {
+  const std::int64_t id = journal.begin({"/c/cell.toml", "c", "r", "r", "{}"}, "t0");
+  journal.note(id, "t1", "bytes \xff of a device");
+  journal.record(id, RecordEnd{Ending::kFailed, "no-contact: S2"}, "t2");
+  const json list = json::parse(ask("GET", "/v1/sessions").body);
+  ASSERT_EQ(list.size(), 1u);
+  EXPECT_EQ(list[0]["state"], "failed");
+  const json one = json::parse(ask("GET", "/v1/sessions/" + std::to_string(id)).body);
+  EXPECT_EQ(one["failure"], "no-contact: S2");
+  EXPECT_EQ(one["events"].size(), 1u);
+  EXPECT_EQ(ask("GET", "/v1/sessions/1/report.html").status, 404);
+}
+
+TEST_F(an_api, never_lets_a_request_name_a_file) {
+  journal.begin({"/c/cell.toml", "c", "r", "r", "{}"}, "t0");
+  for (const char* target :
+       {"/v1/sessions/2", "/v1/sessions/-1", "/v1/sessions/", "/v1/sessions/1/", "/v1/sessionsX",
+        "/v1/sessions/1/../../journal.db", "/v1/sessions/1/journal.db", "/v1/sessions/1%2f..",
+        "/v1/sessions/99999999999999999999", "/v1/sessions/1x/report.html",
+        "/v1/sessions//etc/passwd"}) {
+    EXPECT_EQ(ask("GET", target).status, 404) << target;
+  }
+}
+
+TEST_F(an_api, gives_the_touches_of_an_unfinished_session) {
+  const std::string robot = R"(format = "cellcal.robot/1"
+name = "n"
+source = "s"
+gravity = [0.0, 0.0, -9.81]
+[tolerance]
+length_mm = 0.7
+angle_deg = 0.035
+[[joint]]
+name = "A1"
+sign = 1
+offset_deg = 0.0
+d_mm = 0.0
+a_mm = 0.0
+alpha_deg = 0.0
+beta_deg = 0.0
+errors = []
+min_deg = -90.0
+max_deg = 90.0
+max_speed_deg_s = 100.0
+)";
+  const std::string cell = R"(format = "cellcal.cell/1"
+robot = "r.toml"
+[tool]
+xyz_mm = [0.0, 0.0, 100.0]
+[[target]]
+id = "S1"
+kind = "sphere"
+diameter_mm = 50.0
+[touch]
+sigma_mm = 0.03
+)";
+  const std::int64_t id = journal.begin({"c.toml", cell, "r.toml", robot, "{}"}, "t0");
+  calib::Touch touch;
+  touch.joint_rad = {0.5};
+  touch.target = "S1";
+  journal.record(id, RecordTouch{0, touch});
+  const Response csv = ask("GET", "/v1/sessions/1/touches.csv");
+  EXPECT_EQ(csv.status, 200) << csv.body;
+  EXPECT_EQ(csv.type, "text/csv");
+  EXPECT_NE(csv.body.find("S1"), std::string::npos);
+}
+
+TEST_F(an_api, waits_for_news_unless_there_are_some) {
+  EXPECT_FALSE(api.answer(parse_target("GET", "/v1/watch?since=0", ""), false));
+  const Response late = *api.answer(parse_target("GET", "/v1/watch?since=0", ""), true);
+  EXPECT_EQ(late.status, 200);
+  EXPECT_EQ(late.body, "");
+  for (const char* since : {"x", "-1", "1e3", "99999999999999999999", "%31"}) {
+    EXPECT_EQ(ask("GET", std::string("/v1/watch?since=") + since).status, 400) << since;
+  }
+}
+
+TEST(a_target, is_split_at_its_marks) {
+  const Request request = parse_target("GET", "/a/b?x=1&y=&z&x=2", "body");
+  EXPECT_EQ(request.path, "/a/b");
+  EXPECT_EQ(request.query.at("x"), "1");
+  EXPECT_EQ(request.query.at("y"), "");
+  EXPECT_EQ(request.query.at("z"), "");
+  EXPECT_EQ(request.body, "body");
+  EXPECT_EQ(parse_target("GET", "?", "").path, "");
+}
+
+}  // namespace
+}  // namespace cellcal::daemon

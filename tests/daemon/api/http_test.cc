@@ -1,0 +1,225 @@
+// A real server on a real socket, and clients that mean no good.
+
+#include "daemon/api/http.h"
+
+#include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <boost/asio/executor_work_guard.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/post.hpp>
+#include <cstring>
+#include <fstream>
+#include <thread>
+
+#include "tests/daemon/journal/temporary_directory.h"
+
+namespace cellcal::daemon {
+namespace {
+
+using testing::TemporaryDirectory;
+
+/// Echoes the path; "/later" has no answer before `ready`.
+class Served {
+ public:
+  explicit Served(const std::filesystem::path& path) : socket(path) {
+    server = std::make_unique<HttpServer>(
+        context, socket, [this](const Request& request, bool give_up) -> std::optional<Response> {
+          ++asked;
+          if (request.path == "/later" && !ready && !give_up) return std::nullopt;
+          return Response{
+              200, "text/plain",
+              request.method + " " + request.path + " " + std::to_string(request.body.size())};
+        });
+    thread = std::thread([this] { context.run(); });
+  }
+  ~Served() {
+    boost::asio::post(context, [this] {
+      server->stop();
+      work.reset();
+    });
+    thread.join();
+  }
+
+  boost::asio::io_context context;
+  boost::asio::executor_work_guard<boost::asio::io_context::executor_type> work{
+      context.get_executor()};
+  std::filesystem::path socket;
+  std::atomic<int> asked{0};
+  std::atomic<bool> ready{false};
+  std::unique_ptr<HttpServer> server;
+  std::thread thread;
+};
+
+/// Sends bytes as they are; returns what comes back until the peer closes or has nothing more.
+std::string raw(const std::filesystem::path& socket, const std::string& bytes, bool half_close) {
+  const int fd = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  std::strncpy(address.sun_path, socket.c_str(), sizeof address.sun_path - 1);
+  if (::connect(fd, reinterpret_cast<sockaddr*>(&address), sizeof address) != 0) {
+    ::close(fd);
+    return "no connection";
+  }
+  std::size_t sent = 0;
+  while (sent < bytes.size()) {
+    const ssize_t now = ::send(fd, bytes.data() + sent, bytes.size() - sent, MSG_NOSIGNAL);
+    if (now <= 0) break;  // refused half-way: the answer says why
+    sent += static_cast<std::size_t>(now);
+  }
+  if (half_close) ::shutdown(fd, SHUT_WR);
+  std::string answer;
+  char buffer[4096];
+  for (ssize_t got = 0; (got = ::recv(fd, buffer, sizeof buffer, 0)) > 0;) {
+    answer.append(buffer, static_cast<std::size_t>(got));
+  }
+  ::close(fd);
+  return answer;
+}
+
+TEST(a_server, answers_a_client) {
+  const TemporaryDirectory dir;
+  const Served served(dir / "s");
+  const Response response = http_request(dir / "s", "POST", "/v1/x?y=1", "12345");
+  EXPECT_EQ(response.status, 200);
+  EXPECT_EQ(response.body, "POST /v1/x 5");
+  EXPECT_EQ(response.type, "text/plain");
+}
+
+TEST(a_server, lets_owner_and_group_in_and_nobody_else) {
+  const TemporaryDirectory dir;
+  const Served served(dir / "s");
+  struct stat info {};
+  ASSERT_EQ(::stat((dir / "s").c_str(), &info), 0);
+  EXPECT_EQ(info.st_mode & 0777, 0660u);
+}
+
+TEST(a_server, replaces_the_socket_of_a_dead_one_and_removes_its_own) {
+  const TemporaryDirectory dir;
+  const int fd = ::socket(AF_UNIX, SOCK_STREAM, 0);
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  std::strncpy(address.sun_path, (dir / "s").c_str(), sizeof address.sun_path - 1);
+  ASSERT_EQ(::bind(fd, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
+  ::close(fd);
+  {
+    const Served served(dir / "s");
+    EXPECT_EQ(http_request(dir / "s", "GET", "/").status, 200);
+  }
+  EXPECT_FALSE(std::filesystem::exists(dir / "s"));
+}
+
+TEST(a_server, refuses_to_push_a_living_one_aside) {
+  const TemporaryDirectory dir;
+  const Served served(dir / "s");
+  boost::asio::io_context context;
+  try {
+    HttpServer second(context, dir / "s", [](const Request&, bool) { return Response{}; });
+    FAIL();
+  } catch (const SocketError& error) {
+    EXPECT_NE(std::string(error.what()).find("another cellcald"), std::string::npos);
+  }
+  EXPECT_EQ(http_request(dir / "s", "GET", "/").status, 200);
+}
+
+TEST(a_server, does_not_remove_a_file_that_is_no_socket) {
+  const TemporaryDirectory dir;
+  std::ofstream(dir / "s") << "mine";
+  boost::asio::io_context context;
+  EXPECT_THROW(HttpServer(context, dir / "s", [](const Request&, bool) { return Response{}; }),
+               SocketError);
+  EXPECT_TRUE(std::filesystem::exists(dir / "s"));
+}
+
+TEST(a_server, says_where_it_cannot_listen) {
+  boost::asio::io_context context;
+  for (const std::string& path : {std::string("/nonexistent/s"), std::string(200, 'x')}) {
+    try {
+      HttpServer server(context, path, [](const Request&, bool) { return Response{}; });
+      FAIL() << path;
+    } catch (const SocketError& error) {
+      EXPECT_NE(std::string(error.what()).find(path), std::string::npos) << error.what();
+    }
+  }
+}
+
+TEST(a_server, refuses_what_is_not_http_and_lives_on) {
+  const TemporaryDirectory dir;
+  const Served served(dir / "s");
+  for (const std::string& bytes :
+       {std::string("\x00\xff\xfe garbage\r\n\r\n", 16), std::string("GET\r\n\r\n"),
+        std::string("GET / HTTP/9.9\r\n\r\n"), std::string("\r\n\r\n\r\n\r\nX\r\n\r\n"),
+        std::string("POST / HTTP/1.1\r\nContent-Length: -1\r\n\r\n"),
+        std::string("POST / HTTP/1.1\r\nContent-Length: 99999999999999999999\r\n\r\n"),
+        std::string("GET / HTTP/1.1\r\nBad Header\r\n\r\n")}) {
+    EXPECT_EQ(raw(dir / "s", bytes, true).rfind("HTTP/1.1 400", 0), 0u) << bytes;
+  }
+  EXPECT_EQ(served.asked, 0);
+  EXPECT_EQ(http_request(dir / "s", "GET", "/").status, 200);
+}
+
+TEST(a_server, refuses_a_body_that_is_too_long_before_it_is_sent) {
+  const TemporaryDirectory dir;
+  const Served served(dir / "s");
+  const std::string head = "POST /v1/run HTTP/1.1\r\nContent-Length: 70000\r\n\r\n";
+  EXPECT_EQ(raw(dir / "s", head, false).rfind("HTTP/1.1 413", 0), 0u);
+  EXPECT_EQ(http_request(dir / "s", "POST", "/", std::string(60000, 'x')).status, 200);
+}
+
+TEST(a_server, refuses_a_header_without_end) {
+  const TemporaryDirectory dir;
+  const Served served(dir / "s");
+  const std::string endless = "GET / HTTP/1.1\r\nX: " + std::string(100000, 'a');
+  EXPECT_EQ(raw(dir / "s", endless, false).rfind("HTTP/1.1 431", 0), 0u);
+}
+
+TEST(a_server, survives_clients_that_leave_in_the_middle) {
+  const TemporaryDirectory dir;
+  const Served served(dir / "s");
+  const std::string whole = "POST /v1/run HTTP/1.1\r\nContent-Length: 10\r\n\r\n0123456789";
+  for (std::size_t length = 0; length < whole.size(); ++length) {
+    raw(dir / "s", whole.substr(0, length), true);
+  }
+  EXPECT_EQ(served.asked, 0);
+  EXPECT_EQ(http_request(dir / "s", "GET", "/").status, 200);
+}
+
+TEST(a_server, gives_an_answer_that_had_to_wait) {
+  const TemporaryDirectory dir;
+  Served served(dir / "s");
+  std::thread client(
+      [&] { EXPECT_EQ(http_request(dir / "s", "GET", "/later").body, "GET /later 0"); });
+  while (served.asked == 0) std::this_thread::yield();
+  // A quick request is answered meanwhile.
+  EXPECT_EQ(http_request(dir / "s", "GET", "/now").status, 200);
+  served.ready = true;
+  served.server->poke();
+  client.join();
+}
+
+TEST(a_server, serves_many_clients_one_after_the_other) {
+  const TemporaryDirectory dir;
+  const Served served(dir / "s");
+  for (int i = 0; i < 200; ++i) {
+    ASSERT_EQ(http_request(dir / "s", "GET", "/").status, 200) << i;
+  }
+}
+
+TEST(a_client, says_that_there_is_no_daemon_and_what_to_do) {
+  const TemporaryDirectory dir;
+  try {
+    http_request(dir / "none.sock", "GET", "/");
+    FAIL();
+  } catch (const SocketError& error) {
+    const std::string words = error.what();
+    EXPECT_NE(words.find("none.sock"), std::string::npos) << words;
+    EXPECT_NE(words.find("start it"), std::string::npos) << words;
+  }
+}
+
+}  // namespace
+}  // namespace cellcal::daemon

@@ -1,0 +1,78 @@
+// What every command promises: help with an example, exit statuses, one line first.
+
+#include <gtest/gtest.h>
+
+#include "tests/daemon/cli/process.h"
+
+namespace cellcal::daemon::testing {
+namespace {
+
+class every_command : public ::testing::TestWithParam<const char*> {};
+
+TEST_P(every_command, has_help_with_an_example_and_json) {
+  const Outcome help = run_program({CELLCAL, GetParam(), "--help"});
+  EXPECT_EQ(help.status, 0);
+  EXPECT_NE(help.out.find(std::string("Example: cellcal ") + GetParam()), std::string::npos)
+      << help.out;
+  const bool has_json = help.out.find("--json") != std::string::npos;
+  EXPECT_TRUE(has_json) << help.out;
+  EXPECT_EQ(help.err, "");
+}
+
+TEST_P(every_command, refuses_options_that_it_does_not_know) {
+  const Outcome outcome = run_program({CELLCAL, GetParam(), "--no-such-option"});
+  EXPECT_EQ(outcome.status, 2);
+  EXPECT_EQ(outcome.err.find(std::string("cellcal ") + GetParam() + ": "), 0u) << outcome.err;
+  EXPECT_EQ(outcome.out, "");
+}
+
+INSTANTIATE_TEST_SUITE_P(cli, every_command,
+                         ::testing::Values("identify", "predict", "plan", "run", "status", "watch",
+                                           "abort", "history", "show", "report"),
+                         [](const auto& one) { return std::string(one.param); });
+
+TEST(cellcal, is_used_wrongly_without_a_command_or_with_one_that_does_not_exist) {
+  EXPECT_EQ(run_program({CELLCAL}).status, 2);
+  EXPECT_EQ(run_program({CELLCAL, "calibrate"}).status, 2);
+  EXPECT_EQ(run_program({CELLCAL, "run"}).status, 2) << "--cell or --resume is needed";
+  EXPECT_EQ(run_program({CELLCAL, "run", "--cell", "c", "--touches", "1"}).status, 2);
+  EXPECT_EQ(run_program({CELLCAL, "show", "zero"}).status, 2);
+  EXPECT_EQ(run_program({CELLCAL, "identify", "--cell", "c"}).status, 2);
+}
+
+TEST(cellcal, lists_its_commands_and_its_version) {
+  const Outcome help = run_program({CELLCAL, "--help"});
+  EXPECT_EQ(help.status, 0);
+  for (const char* name : {"identify", "predict", "plan", "run", "status", "watch", "abort"}) {
+    EXPECT_NE(help.out.find(name), std::string::npos) << name;
+  }
+  EXPECT_EQ(run_program({CELLCAL, "--version"}).status, 0);
+}
+
+class every_client_command : public ::testing::TestWithParam<std::vector<std::string>> {};
+
+TEST_P(every_client_command, fails_in_one_line_without_a_daemon) {
+  std::vector<std::string> arguments{CELLCAL};
+  for (const std::string& one : GetParam()) arguments.push_back(one);
+  arguments.insert(arguments.end(), {"--socket", "/nonexistent/cellcald.sock"});
+  const Outcome outcome = run_program(arguments);
+  EXPECT_EQ(outcome.status, 1);
+  EXPECT_EQ(outcome.out, "");
+  EXPECT_EQ(outcome.err.find("cellcal " + GetParam().front() +
+                             ": no cellcald answers on "
+                             "/nonexistent/cellcald.sock"),
+            0u)
+      << outcome.err;
+  EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    cli, every_client_command,
+    ::testing::Values(std::vector<std::string>{"run", "--cell", "c.toml"},
+                      std::vector<std::string>{"run", "--resume"},
+                      std::vector<std::string>{"status"}, std::vector<std::string>{"watch"},
+                      std::vector<std::string>{"abort"}, std::vector<std::string>{"history"},
+                      std::vector<std::string>{"show", "1"}, std::vector<std::string>{"report"}));
+
+}  // namespace
+}  // namespace cellcal::daemon::testing

@@ -1,0 +1,108 @@
+// identify, predict and plan as subprocesses, on the demonstration's cell.
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "tests/daemon/cli/process.h"
+#include "tests/daemon/journal/temporary_directory.h"
+
+namespace cellcal::daemon::testing {
+namespace {
+
+const std::string kCell = CELLCAL_DEMO_CELL;
+
+std::string content(const std::filesystem::path& path) {
+  std::ifstream file(path);
+  std::stringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+std::size_t lines(const std::string& text) {
+  return static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
+}
+
+TEST(a_missing_file, is_a_failed_job_named_in_the_first_line) {
+  const Outcome outcome =
+      run_program({CELLCAL, "identify", "--cell", "/none.toml", "--touches", "t.csv"});
+  EXPECT_EQ(outcome.status, 1);
+  EXPECT_EQ(outcome.err.find("cellcal identify: /none.toml"), 0u) << outcome.err;
+  EXPECT_EQ(run_program({CELLCAL, "plan", "--cell", "/none.toml", "--touches", "4"}).status, 1);
+  EXPECT_EQ(
+      run_program({CELLCAL, "predict", "--calibration", "/none.json", "--joints", "j.csv"}).status,
+      1);
+}
+
+TEST(an_unknown_method, is_wrong_usage) {
+  EXPECT_EQ(
+      run_program({CELLCAL, "identify", "--cell", kCell, "--touches", "t.csv", "--method", "guess"})
+          .status,
+      2);
+}
+
+TEST(a_plan, is_a_touch_file_that_identify_reads_and_predict_continues_from) {
+  const TemporaryDirectory dir;
+  const std::string plan = dir / "plan.csv";
+  const Outcome planned = run_program(
+      {CELLCAL, "plan", "--cell", kCell, "--touches", "16", "--check", "4", "-o", plan});
+  ASSERT_EQ(planned.status, 0) << planned.err;
+  EXPECT_EQ(lines(content(plan)), 22u) << "comment, header, twenty touches";
+
+  // Nominal touches lie on nominal spheres, up to the tip: what is identified is small, and what
+  // is not publishable is written all the same.
+  const std::string calibration = dir / "calibration.json";
+  const Outcome identified =
+      run_program({CELLCAL, "identify", "--cell", kCell, "--touches", plan, "-o", calibration});
+  ASSERT_TRUE(identified.status == 0 || identified.status == 3) << identified.err;
+  EXPECT_NE(identified.out.find("fit after"), std::string::npos);
+  EXPECT_NE(identified.out.find("verdict: "), std::string::npos);
+  const auto json = nlohmann::json::parse(content(calibration));
+  EXPECT_EQ(json.at("format"), "cellcal.calibration/1");
+  EXPECT_EQ(json.at("verdict").at("publish").get<bool>(), identified.status == 0);
+
+  std::ofstream(dir / "joints.csv") << "A1,A2,A3,A4,A5,A6\n0,-90,90,0,0,0\n10,-80,80,20,30,40\n";
+  const Outcome predicted = run_program(
+      {CELLCAL, "predict", "--calibration", calibration, "--joints", dir / "joints.csv"});
+  ASSERT_EQ(predicted.status, 0) << predicted.err;
+  EXPECT_EQ(predicted.out.find("x_mm,y_mm,z_mm,a_deg,b_deg,c_deg,u95_mm\n"), 0u);
+  EXPECT_EQ(lines(predicted.out), 3u);
+  const Outcome nominal = run_program({CELLCAL, "predict", "--calibration", calibration, "--joints",
+                                       dir / "joints.csv", "--nominal", "--json"});
+  ASSERT_EQ(nominal.status, 0) << nominal.err;
+  EXPECT_EQ(nlohmann::json::parse(nominal.out).size(), 2u);
+}
+
+TEST(a_result_that_must_not_be_published, is_written_and_ends_with_status_3) {
+  const TemporaryDirectory dir;
+  const std::string plan = dir / "plan.csv", calibration = dir / "c.json";
+  ASSERT_EQ(run_program({CELLCAL, "plan", "--cell", kCell, "--touches", "8", "-o", plan}).status,
+            0);
+  const Outcome outcome = run_program(
+      {CELLCAL, "identify", "--cell", kCell, "--touches", plan, "-o", calibration, "--json"});
+  EXPECT_EQ(outcome.status, 3) << outcome.err;
+  EXPECT_FALSE(nlohmann::json::parse(outcome.out).at("verdict").at("publish").get<bool>());
+  EXPECT_EQ(outcome.out, content(calibration));
+}
+
+TEST(an_output_that_cannot_be_written, is_a_failed_job) {
+  const Outcome outcome = run_program(
+      {CELLCAL, "plan", "--cell", kCell, "--touches", "4", "-o", "/nonexistent/plan.csv"});
+  EXPECT_EQ(outcome.status, 1);
+  EXPECT_NE(outcome.err.find("/nonexistent/plan.csv"), std::string::npos) << outcome.err;
+}
+
+TEST(touches_with_a_wrong_row, are_refused_by_file_line_and_column) {
+  const TemporaryDirectory dir;
+  std::ofstream(dir / "t.csv") << "A1,A2,A3,A4,A5,A6,target\n0,0,0,0,0,nan,S1\n";
+  const Outcome outcome =
+      run_program({CELLCAL, "identify", "--cell", kCell, "--touches", dir / "t.csv"});
+  EXPECT_EQ(outcome.status, 1);
+  EXPECT_NE(outcome.err.find("t.csv"), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("A6"), std::string::npos) << outcome.err;
+}
+
+}  // namespace
+}  // namespace cellcal::daemon::testing

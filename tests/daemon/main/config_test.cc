@@ -1,0 +1,116 @@
+#include "daemon/main/config.h"
+
+#include <gtest/gtest.h>
+
+#include "calib/files/error.h"
+#include "drivers/error.h"
+
+namespace cellcal::daemon {
+namespace {
+
+const std::string kRsi =
+    "format = \"cellcal.daemon/1\"\nbackend = \"rsi\"\n[contact]\ndevice = \"/dev/ttyUSB0\"\n";
+const std::string kMock = "format = \"cellcal.daemon/1\"\nbackend = \"mock\"\n";
+
+std::string reason(const std::string& text) {
+  try {
+    parse_config(text, "d.toml");
+  } catch (const calib::FileError& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+TEST(a_configuration, has_sound_defaults) {
+  const DaemonConfig config = parse_config(kRsi, "d.toml");
+  EXPECT_EQ(config.backend, BackendKind::kRsi);
+  EXPECT_EQ(config.state_dir, "/var/lib/cellcal");
+  EXPECT_EQ(config.socket, "/run/cellcal/cellcald.sock");
+  EXPECT_EQ(config.rsi.port, 49152);
+  EXPECT_EQ(config.contact.device, "/dev/ttyUSB0");
+  EXPECT_EQ(config.contact.baud, 1'000'000);
+  EXPECT_DOUBLE_EQ(config.touch.fast_m_s, 0.010);
+  EXPECT_DOUBLE_EQ(config.touch.slow_m_s, 0.002);
+  EXPECT_TRUE(config.realtime);
+}
+
+TEST(a_configuration, is_read_in_its_units) {
+  const DaemonConfig config = parse_config(
+      kMock +
+          "[motion]\nspeed_percent = 50\nacceleration_deg_s2 = 180\nfast_search_mm_s = 8\n"
+          "slow_search_mm_s = 1.5\n[mock]\nseed = 9\nlag_ms = 15\nstart_deg = [180]\n",
+      "d.toml");
+  EXPECT_DOUBLE_EQ(config.motion.speed_fraction, 0.5);
+  EXPECT_NEAR(config.motion.acceleration_rad_s2, 3.14159265358979, 1e-12);
+  EXPECT_DOUBLE_EQ(config.touch.slow_m_s, 0.0015);
+  EXPECT_EQ(config.mock.seed, 9u);
+  EXPECT_DOUBLE_EQ(config.mock.lag_s, 0.015);
+  ASSERT_EQ(config.mock.start_rad.size(), 1u);
+}
+
+struct Wrong {
+  std::string text;
+  const char* key;
+};
+
+class a_wrong_configuration : public ::testing::TestWithParam<Wrong> {};
+
+TEST_P(a_wrong_configuration, is_refused_by_file_and_key) {
+  const std::string words = reason(GetParam().text);
+  EXPECT_EQ(words.find("d.toml"), 0u) << words;
+  EXPECT_NE(words.find(GetParam().key), std::string::npos) << words;
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    config, a_wrong_configuration,
+    ::testing::Values(Wrong{"backend = \"rsi\"\n", "format"},
+                      Wrong{"format = \"cellcal.daemon/2\"\nbackend = \"rsi\"\n", "format"},
+                      Wrong{"format = \"cellcal.daemon/1\"\n", "backend"},
+                      Wrong{"format = \"cellcal.daemon/1\"\nbackend = \"eki\"\n", "backend"},
+                      Wrong{"format = \"cellcal.daemon/1\"\nbackend = \"rsi\"\n", "contact"},
+                      Wrong{kMock + "colour = 1\n", "colour"},
+                      Wrong{kMock + "state_dir = \"here\"\n", "state_dir"},
+                      Wrong{kMock + "socket = \"here\"\n", "socket"},
+                      Wrong{kMock + "[motion]\nspeed_percent = 0\n", "speed_percent"},
+                      Wrong{kMock + "[motion]\nspeed_percent = 101\n", "speed_percent"},
+                      Wrong{kMock + "[motion]\nspeed_percent = nan\n", "speed_percent"},
+                      Wrong{kMock + "[motion]\nslow_search_mm_s = 9\nfast_search_mm_s = 5\n",
+                            "slow_search_mm_s"},
+                      Wrong{kMock + "[motion]\njerk = 9\n", "jerk"},
+                      Wrong{kMock + "[rsi]\nport = 70000\n", "port"},
+                      Wrong{kMock + "[rsi]\nport = \"x\"\n", "port"},
+                      Wrong{kMock + "[contact]\nbaud = 9601\n", "baud"},
+                      Wrong{kMock + "[mock]\ncycle_ms = 8\n", "cycle_ms"},
+                      Wrong{kMock + "[mock]\nstart_deg = [1, inf]\n", "start_deg"},
+                      Wrong{kMock + "[[", "d.toml"}));
+
+calib::Cell cell_of_one_joint() {
+  calib::Cell cell;
+  cell.robot.name = "test";
+  calib::Joint joint;
+  joint.name = "A1";
+  joint.min_rad = -1.0;
+  joint.max_rad = 2.0;
+  joint.max_speed_rad_s = 3.0;
+  cell.robot.joints = {joint};
+  return cell;
+}
+
+TEST(axis_limits, are_the_robot_files_at_the_configured_speed) {
+  const DaemonConfig config = parse_config(kRsi + "[motion]\nspeed_percent = 10\n", "d.toml");
+  const drivers::RsiConfig rsi = rsi_config_for(config, cell_of_one_joint());
+  ASSERT_EQ(rsi.limits.size(), 1u);
+  EXPECT_EQ(rsi.limits[0].min_rad, -1.0);
+  EXPECT_EQ(rsi.limits[0].max_rad, 2.0);
+  EXPECT_NEAR(rsi.limits[0].max_speed_rad_s, 0.3, 1e-12);
+  EXPECT_EQ(rsi.correction_limit_deg, std::vector<double>{90.0});
+}
+
+TEST(axis_limits, that_the_robot_file_lacks_are_an_error_and_not_a_guess) {
+  calib::Cell cell = cell_of_one_joint();
+  cell.robot.joints[0].max_speed_rad_s = 0.0;
+  EXPECT_THROW(rsi_config_for(parse_config(kRsi, "d.toml"), cell), drivers::ConfigError);
+}
+
+}  // namespace
+}  // namespace cellcal::daemon

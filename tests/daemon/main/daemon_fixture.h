@@ -1,0 +1,74 @@
+#pragma once
+// A daemon with the emulated cell in a directory of its own.
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <fstream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <thread>
+
+#include "daemon/api/http.h"
+#include "tests/daemon/cli/process.h"
+#include "tests/daemon/journal/temporary_directory.h"
+
+namespace cellcal::daemon::testing {
+
+inline std::string content(const std::filesystem::path& path) {
+  std::ifstream file(path);
+  std::stringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+class DaemonFixture {
+ public:
+  explicit DaemonFixture(const std::string& more = "") {
+    std::ofstream(dir / "d.toml") << "format = \"cellcal.daemon/1\"\nbackend = \"mock\"\n"
+                                  << "state_dir = \"" << (dir / "state").string() << "\"\n"
+                                  << "socket = \"" << socket() << "\"\n"
+                                  << more;
+  }
+
+  std::string socket() const { return dir / "s"; }
+  std::string log() const { return content(dir / "log"); }
+
+  void start(const std::vector<std::string>& environment = {}) {
+    daemon = std::make_unique<Background>(
+        std::vector<std::string>{CELLCALD, "--config", dir / "d.toml"}, dir / "log", environment);
+    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+    while (std::chrono::steady_clock::now() < end) {
+      try {
+        http_request(socket(), "GET", "/v1/status");
+        return;
+      } catch (const SocketError&) {  // not up yet
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+      }
+    }
+    FAIL() << "the daemon does not answer: " << log();
+  }
+
+  Outcome cellcal(std::vector<std::string> arguments) const {
+    arguments.insert(arguments.begin(), CELLCAL);
+    arguments.insert(arguments.end(), {"--socket", socket()});
+    return run_program(arguments);
+  }
+  nlohmann::json status() const {
+    return nlohmann::json::parse(http_request(socket(), "GET", "/v1/status").body);
+  }
+  /// Waits until this many touches are on disk.
+  void wait_for_touches(int touches) const {
+    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+    while (status()["touches"] < touches && std::chrono::steady_clock::now() < end) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+    ASSERT_GE(status()["touches"], touches) << log();
+  }
+
+  TemporaryDirectory dir;
+  std::unique_ptr<Background> daemon;
+};
+
+}  // namespace cellcal::daemon::testing

@@ -1,0 +1,143 @@
+// The daemon as a process, with the emulated cell on virtual time, and its command line.
+
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include <algorithm>
+
+#include "daemon_fixture.h"
+
+namespace cellcal::daemon::testing {
+namespace {
+
+const std::string kCell = CELLCAL_DEMO_CELL;
+
+std::vector<std::string> run(const char* touches, const char* check) {
+  return {"run", "--cell", kCell, "--touches", touches, "--check", check};
+}
+
+TEST(a_daemon, calibrates_the_emulated_cell_and_leaves_its_results) {
+  DaemonFixture fixture;
+  fixture.start();
+  const Outcome outcome = fixture.cellcal(run("12", "4"));
+  ASSERT_TRUE(outcome.status == 0 || outcome.status == 3) << outcome.err << fixture.log();
+  EXPECT_EQ(outcome.err, "") << "no progress in a pipe";
+  EXPECT_NE(outcome.out.find("check after"), std::string::npos);
+  const auto results = fixture.dir.path() / "state/sessions/1";
+  for (const char* file : {"touches.csv", "calibration.json", "report.html"}) {
+    EXPECT_TRUE(std::filesystem::exists(results / file)) << file;
+  }
+  const auto json = nlohmann::json::parse(content(results / "calibration.json"));
+  EXPECT_EQ(json.at("verdict").at("publish").get<bool>(), outcome.status == 0);
+  EXPECT_EQ(json.at("inputs").size(), 3u + json.at("inputs").contains("software"));
+
+  EXPECT_NE(fixture.cellcal({"history"}).out.find("done"), std::string::npos);
+  EXPECT_EQ(fixture.cellcal({"show", "1"}).status, 0);
+  EXPECT_EQ(fixture.cellcal({"show", "2"}).status, 1);
+  const std::string copy = fixture.dir / "copy.html";
+  EXPECT_EQ(fixture.cellcal({"report", "-o", copy}).status, 0);
+  EXPECT_EQ(content(copy), content(results / "report.html"));
+  EXPECT_EQ(fixture.cellcal({"report", "1"}).out, (results / "report.html").string() + "\n");
+}
+
+TEST(a_virtual_session, gives_the_same_bits_for_the_same_seed) {
+  std::string touches[2], calibrations[2];
+  for (int i = 0; i < 2; ++i) {
+    DaemonFixture fixture("[mock]\nseed = 3\n");
+    fixture.start();
+    fixture.cellcal(run("8", "2"));
+    touches[i] = content(fixture.dir.path() / "state/sessions/1/touches.csv");
+    calibrations[i] = content(fixture.dir.path() / "state/sessions/1/calibration.json");
+  }
+  EXPECT_FALSE(touches[0].empty());
+  EXPECT_EQ(touches[0], touches[1]);
+  EXPECT_EQ(calibrations[0], calibrations[1]);
+}
+
+TEST(a_killed_daemon, loses_no_touch_and_its_successor_finishes_the_session) {
+  DaemonFixture fixture;
+  fixture.start();
+  http_request(fixture.socket(), "POST", "/v1/run",
+               nlohmann::json{{"cell", kCell}, {"touches", 12}, {"check", 4}}.dump());
+  fixture.wait_for_touches(5);
+  const int before = fixture.status()["touches"];
+  fixture.daemon->signal(SIGKILL);
+  EXPECT_EQ(fixture.daemon->wait(), 128 + SIGKILL);
+
+  fixture.start();
+  const auto sessions =
+      nlohmann::json::parse(http_request(fixture.socket(), "GET", "/v1/sessions").body);
+  ASSERT_EQ(sessions.size(), 1u);
+  EXPECT_EQ(sessions[0]["state"], "interrupted");
+  EXPECT_GE(sessions[0]["touches"], before);
+  const Outcome outcome = fixture.cellcal({"run", "--resume"});
+  EXPECT_TRUE(outcome.status == 0 || outcome.status == 3) << outcome.err;
+  EXPECT_EQ(fixture.status()["session"], 1);
+  const std::string csv = content(fixture.dir.path() / "state/sessions/1/touches.csv");
+  EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 17) << csv;
+  EXPECT_EQ(fixture.cellcal({"run", "--resume"}).status, 1) << "nothing is left to resume";
+}
+
+TEST(an_aborted_session, keeps_its_touches_and_can_be_gone_on_with) {
+  DaemonFixture fixture;
+  fixture.start();
+  http_request(fixture.socket(), "POST", "/v1/run",
+               nlohmann::json{{"cell", kCell}, {"touches", 12}, {"check", 4}}.dump());
+  fixture.wait_for_touches(2);
+  const Outcome second = fixture.cellcal(run("8", "2"));
+  EXPECT_EQ(second.status, 1);
+  EXPECT_NE(second.err.find("under way"), std::string::npos) << second.err;
+  const Outcome aborted = fixture.cellcal({"abort"});
+  EXPECT_EQ(aborted.status, 0) << aborted.err;
+  EXPECT_EQ(fixture.status()["phase"], "aborted");
+  EXPECT_EQ(fixture.cellcal({"abort"}).status, 1);
+  const Outcome outcome = fixture.cellcal({"run", "--resume"});
+  EXPECT_TRUE(outcome.status == 0 || outcome.status == 3) << outcome.err;
+}
+
+TEST(a_terminated_daemon, ends_its_session_and_itself_with_status_0) {
+  DaemonFixture fixture;
+  fixture.start();
+  http_request(fixture.socket(), "POST", "/v1/run",
+               nlohmann::json{{"cell", kCell}, {"touches", 12}, {"check", 4}}.dump());
+  fixture.wait_for_touches(1);
+  fixture.daemon->signal(SIGTERM);
+  EXPECT_EQ(fixture.daemon->wait(), 0) << fixture.log();
+  EXPECT_FALSE(std::filesystem::exists(fixture.socket()));
+  fixture.start();
+  const auto sessions =
+      nlohmann::json::parse(http_request(fixture.socket(), "GET", "/v1/sessions").body);
+  EXPECT_EQ(sessions[0]["state"], "aborted");
+}
+
+TEST(a_daemon, refuses_to_start_beside_another_one) {
+  DaemonFixture fixture;
+  fixture.start();
+  const Outcome second = run_program({CELLCALD, "--config", fixture.dir / "d.toml"});
+  EXPECT_EQ(second.status, 1);
+  EXPECT_EQ(std::count(second.err.begin(), second.err.end(), '\n'), 1) << second.err;
+  EXPECT_NE(second.err.find("second cellcald"), std::string::npos) << second.err;
+}
+
+TEST(a_daemon, with_a_damaged_journal_does_not_start_and_says_why) {
+  DaemonFixture fixture;
+  std::filesystem::create_directories(fixture.dir / "state");
+  std::ofstream(fixture.dir.path() / "state/journal.db") << std::string(9000, '?');
+  const Outcome outcome = run_program({CELLCALD, "--config", fixture.dir / "d.toml"});
+  EXPECT_EQ(outcome.status, 1);
+  EXPECT_NE(outcome.err.find("journal.db"), std::string::npos) << outcome.err;
+}
+
+TEST(cellcald, validates_a_configuration_and_ends) {
+  const DaemonFixture fixture;
+  EXPECT_EQ(run_program({CELLCALD, "--config", fixture.dir / "d.toml", "--check"}).status, 0);
+  std::ofstream(fixture.dir / "bad.toml") << "format = \"cellcal.daemon/1\"\ncolour = 1\n";
+  const Outcome bad = run_program({CELLCALD, "--config", fixture.dir / "bad.toml", "--check"});
+  EXPECT_EQ(bad.status, 1);
+  EXPECT_NE(bad.err.find("bad.toml"), std::string::npos);
+  EXPECT_EQ(run_program({CELLCALD, "--configure"}).status, 2);
+  EXPECT_NE(run_program({CELLCALD, "--help"}).out.find("Example: cellcald"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace cellcal::daemon::testing

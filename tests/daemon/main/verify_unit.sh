@@ -1,0 +1,18 @@
+#!/bin/sh
+# verify_unit.sh SYSTEMD_DIR CELLCALD: systemd-analyze must have nothing to say about the unit. It
+# returns 0 even for keys that it does not know, so its standard error is what counts.
+set -eu
+command -v systemd-analyze >/dev/null || exit 77
+dir=$(mktemp -d)
+trap 'rm -rf "$dir"' EXIT
+# The program is not installed where the unit has it, and need not be.
+sed "s#/usr/bin/cellcald#$2#" "$1/cellcald.service" >"$dir/cellcald.service"
+systemd-analyze verify --man=no "$dir/cellcald.service" 2>"$dir/words" >&2 || true
+if [ -s "$dir/words" ]; then
+  cat "$dir/words" >&2
+  exit 1
+fi
+systemd-analyze security --offline=true --threshold=40 "$dir/cellcald.service" >"$dir/security" 2>&1 || {
+  tail -5 "$dir/security" >&2
+  exit 1
+}
