@@ -76,15 +76,9 @@ Target read_target(const TomlTable& t) {
   return target;
 }
 
-std::string num(double value) {
-  std::string text = fmt::format("{:.12g}", value == 0.0 ? 0.0 : value);
-  if (text.find_first_of(".en") == std::string::npos) text += ".0";
-  return text;
-}
-
 std::string vec_mm(const Eigen::Vector3d& v) {
-  return fmt::format("[{}, {}, {}]", num(v.x() * kMmPerM), num(v.y() * kMmPerM),
-                     num(v.z() * kMmPerM));
+  return fmt::format("[{}, {}, {}]", toml_number(v.x() * kMmPerM), toml_number(v.y() * kMmPerM),
+                     toml_number(v.z() * kMmPerM));
 }
 
 std::filesystem::path find_robot(const std::string& name, const std::filesystem::path& cell_file,
@@ -179,11 +173,11 @@ std::string cell_to_toml(const Cell& cell, const std::string& robot_reference) {
       "format = \"{}\"\nrobot = {}\n\n[tool]\nxyz_mm = [{}, {}, {}]\nabc_deg = [{}, {}, {}]\n"
       "xyz_sigma_mm = {}\nmass_kg = {}\ncom_mm = {}\nlength_mm = {}\ntip_radius_mm = {}\n"
       "deflection_sigma = {}\n",
-      kFormat, toml_string(robot_reference), num(tcp.xyz_mm[0]), num(tcp.xyz_mm[1]),
-      num(tcp.xyz_mm[2]), num(tcp.abc_deg[0]), num(tcp.abc_deg[1]), num(tcp.abc_deg[2]),
-      vec_mm(cell.tool.tcp_sigma_m), num(cell.tool.mass_kg), vec_mm(cell.tool.com_m),
-      num(cell.tool.length_m * kMmPerM), num(cell.tool.tip_radius_m * kMmPerM),
-      num(cell.tool.deflection_sigma));
+      kFormat, toml_string(robot_reference), toml_number(tcp.xyz_mm[0]), toml_number(tcp.xyz_mm[1]),
+      toml_number(tcp.xyz_mm[2]), toml_number(tcp.abc_deg[0]), toml_number(tcp.abc_deg[1]),
+      toml_number(tcp.abc_deg[2]), vec_mm(cell.tool.tcp_sigma_m), toml_number(cell.tool.mass_kg),
+      vec_mm(cell.tool.com_m), toml_number(cell.tool.length_m * kMmPerM),
+      toml_number(cell.tool.tip_radius_m * kMmPerM), toml_number(cell.tool.deflection_sigma));
   for (const Target& target : cell.targets) {
     std::string_view word;
     for (const KindName& entry : kKinds)
@@ -191,17 +185,19 @@ std::string cell_to_toml(const Cell& cell, const std::string& robot_reference) {
     out += fmt::format("\n[[target]]\nid = {}\nkind = \"{}\"\n", toml_string(target.id), word);
     if (target.kind == TargetKind::kSphere)
       out += fmt::format("diameter_mm = {}\ndiameter_sigma_mm = {}\n",
-                         num(target.diameter_m * kMmPerM), num(target.diameter_sigma_m * kMmPerM));
+                         toml_number(target.diameter_m * kMmPerM),
+                         toml_number(target.diameter_sigma_m * kMmPerM));
     if (target.has_centre) out += fmt::format("centre_mm = {}\n", vec_mm(target.centre_m));
-    out += fmt::format("centre_sigma_mm = {}\n", num(target.centre_sigma_m * kMmPerM));
+    out += fmt::format("centre_sigma_mm = {}\n", toml_number(target.centre_sigma_m * kMmPerM));
   }
   for (const CertifiedLength& length : cell.lengths)
-    out += fmt::format("\n[[length]]\nbetween = [{}, {}]\nmm = {}\nsigma_mm = {}\n",
-                       toml_string(length.from), toml_string(length.to),
-                       num(length.length_m * kMmPerM), num(length.sigma_m * kMmPerM));
+    out +=
+        fmt::format("\n[[length]]\nbetween = [{}, {}]\nmm = {}\nsigma_mm = {}\n",
+                    toml_string(length.from), toml_string(length.to),
+                    toml_number(length.length_m * kMmPerM), toml_number(length.sigma_m * kMmPerM));
   return out + fmt::format("\n[touch]\nsigma_mm = {}\nradius_offset_sigma_mm = {}\n",
-                           num(cell.touch_sigma_m * kMmPerM),
-                           num(cell.radius_offset_sigma_m * kMmPerM));
+                           toml_number(cell.touch_sigma_m * kMmPerM),
+                           toml_number(cell.radius_offset_sigma_m * kMmPerM));
 }
 
 }  // namespace cellcal::calib

@@ -79,19 +79,13 @@ Joint read_joint(const TomlTable& t, double length_m, double angle_rad) {
   return joint;
 }
 
-/// 12 digits: more than any drawing has, and 0.1 + 0.2 still reads 0.3.
-std::string num(double value) {
-  std::string text = fmt::format("{:.12g}", value == 0.0 ? 0.0 : value);
-  if (text.find_first_of(".en") == std::string::npos) text += ".0";
-  return text;
-}
-
 std::string frame_table(const char* name, const Eigen::Isometry3d& isometry) {
   if (isometry.isApprox(Eigen::Isometry3d::Identity(), 0.0)) return {};
   const FrameMmDeg f = to_frame(isometry);
   return fmt::format("\n[{}]\nxyz_mm = [{}, {}, {}]\nabc_deg = [{}, {}, {}]\n", name,
-                     num(f.xyz_mm[0]), num(f.xyz_mm[1]), num(f.xyz_mm[2]), num(f.abc_deg[0]),
-                     num(f.abc_deg[1]), num(f.abc_deg[2]));
+                     toml_number(f.xyz_mm[0]), toml_number(f.xyz_mm[1]), toml_number(f.xyz_mm[2]),
+                     toml_number(f.abc_deg[0]), toml_number(f.abc_deg[1]),
+                     toml_number(f.abc_deg[2]));
 }
 
 }  // namespace
@@ -129,9 +123,10 @@ std::string robot_to_toml(const Robot& robot) {
   std::string out = fmt::format(
       "format = \"{}\"\nname = {}\nsource = {}\ngravity = [{}, {}, {}]\n\n"
       "[tolerance]\nlength_mm = {}\nangle_deg = {}\n",
-      kFormat, toml_string(robot.name), toml_string(robot.source), num(g.x()), num(g.y()),
-      num(g.z()), num(robot.joints.front().tolerance_length_m * kMmPerM),
-      num(robot.joints.front().tolerance_angle_rad * kDegPerRad));
+      kFormat, toml_string(robot.name), toml_string(robot.source), toml_number(g.x()),
+      toml_number(g.y()), toml_number(g.z()),
+      toml_number(robot.joints.front().tolerance_length_m * kMmPerM),
+      toml_number(robot.joints.front().tolerance_angle_rad * kDegPerRad));
   for (const Joint& j : robot.joints) {
     std::string errors;
     for (const JointError error : j.errors)
@@ -141,26 +136,29 @@ std::string robot_to_toml(const Robot& robot) {
         "\n[[joint]]\nname = {}\nsign = {}\noffset_deg = {}\nd_mm = {}\na_mm = {}\n"
         "alpha_deg = {}\nbeta_deg = {}\nerrors = [{}]\nmin_deg = {}\nmax_deg = {}\n"
         "max_speed_deg_s = {}\n",
-        toml_string(j.name), j.sign, num(j.offset_rad * kDegPerRad), num(j.d_m * kMmPerM),
-        num(j.a_m * kMmPerM), num(j.alpha_rad * kDegPerRad), num(j.beta_rad * kDegPerRad), errors,
-        num(j.min_rad * kDegPerRad), num(j.max_rad * kDegPerRad),
-        num(j.max_speed_rad_s * kDegPerRad));
+        toml_string(j.name), j.sign, toml_number(j.offset_rad * kDegPerRad),
+        toml_number(j.d_m * kMmPerM), toml_number(j.a_m * kMmPerM),
+        toml_number(j.alpha_rad * kDegPerRad), toml_number(j.beta_rad * kDegPerRad), errors,
+        toml_number(j.min_rad * kDegPerRad), toml_number(j.max_rad * kDegPerRad),
+        toml_number(j.max_speed_rad_s * kDegPerRad));
     if (j.tolerance_length_m != robot.joints.front().tolerance_length_m)
-      out += fmt::format("tolerance_length_mm = {}\n", num(j.tolerance_length_m * kMmPerM));
+      out += fmt::format("tolerance_length_mm = {}\n", toml_number(j.tolerance_length_m * kMmPerM));
     if (j.tolerance_angle_rad != robot.joints.front().tolerance_angle_rad)
-      out += fmt::format("tolerance_angle_deg = {}\n", num(j.tolerance_angle_rad * kDegPerRad));
-    if (j.mass_kg > 0.0)
-      out += fmt::format("mass_kg = {}\ncom_mm = [{}, {}, {}]\n", num(j.mass_kg),
-                         num(j.com_m.x() * kMmPerM), num(j.com_m.y() * kMmPerM),
-                         num(j.com_m.z() * kMmPerM));
+      out += fmt::format("tolerance_angle_deg = {}\n",
+                         toml_number(j.tolerance_angle_rad * kDegPerRad));
+    if (j.mass_kg > 0.0 || !j.com_m.isZero(0.0))
+      out += fmt::format("mass_kg = {}\ncom_mm = [{}, {}, {}]\n", toml_number(j.mass_kg),
+                         toml_number(j.com_m.x() * kMmPerM), toml_number(j.com_m.y() * kMmPerM),
+                         toml_number(j.com_m.z() * kMmPerM));
     if (j.compliance_sigma_rad_per_nm > 0.0)
-      out += fmt::format("compliance_sigma_rad_per_nm = {}\n", num(j.compliance_sigma_rad_per_nm));
-    if (!j.harmonics.empty()) {
-      std::string orders;
-      for (const int h : j.harmonics) orders += fmt::format("{}{}", orders.empty() ? "" : ", ", h);
-      out += fmt::format("gear_ratio = {}\nharmonics = [{}]\nharmonic_sigma_arcsec = {}\n",
-                         num(j.gear_ratio), orders, num(j.harmonic_sigma_rad / kRadPerArcsec));
-    }
+      out += fmt::format("compliance_sigma_rad_per_nm = {}\n",
+                         toml_number(j.compliance_sigma_rad_per_nm));
+    if (j.gear_ratio != 1.0) out += fmt::format("gear_ratio = {}\n", toml_number(j.gear_ratio));
+    if (!j.harmonics.empty())
+      out += fmt::format("harmonics = [{}]\n", fmt::join(j.harmonics, ", "));
+    if (j.harmonic_sigma_rad > 0.0)
+      out += fmt::format("harmonic_sigma_arcsec = {}\n",
+                         toml_number(j.harmonic_sigma_rad / kRadPerArcsec));
   }
   return out + frame_table("base", robot.base_fixed) + frame_table("flange", robot.flange_fixed);
 }

@@ -74,6 +74,12 @@ void insert(toml::table& table, const std::string& key, const json& value,
 
 }  // namespace
 
+std::string toml_number(double value) {
+  std::string text = fmt::format("{:.14g}", value == 0.0 ? 0.0 : value);
+  if (text.find_first_of(".en") == std::string::npos) text += ".0";
+  return text;
+}
+
 std::string toml_string(std::string_view text) {
   std::string out = "\"";
   for (const char c : text) {
