@@ -1,0 +1,236 @@
+// "cellcal.calibration/1": everything that predict needs is inside, and comes back.
+
+#include "calib/files/calibration_json.h"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "calib/identify/identify.h"
+#include "calib/identify/predict.h"
+#include "calib/identify/region.h"
+#include "tests/calib/files/documents.h"
+#include "tests/calib/identify/simulate.h"
+
+namespace cellcal::calib {
+namespace {
+
+using nlohmann::json;
+using testing::expect_words;
+using testing::refusal;
+
+/// A calibration with everything in it: compliance, gears, an unknown TCP, an outlier.
+const Calibration& result() {
+  static const Calibration calibration = [] {
+    Cell cell = testing::demo_cell();
+    cell.tool.tcp_sigma_m.setConstant(5e-4);
+    for (Joint& joint : cell.robot.joints) {
+      joint.mass_kg = 10.0;
+      joint.compliance_sigma_rad_per_nm = 1e-6;
+      joint.harmonics = {1};
+      joint.harmonic_sigma_rad = 5e-5;
+    }
+    auto made = testing::make_touches(cell, testing::plain_truth(cell, 3),
+                                      {.fit = 60, .check = 10, .outlier_share = 0.05, .seed = 4});
+    Calibration c = identify(cell, made.touches);
+    c.inputs = {{"cell", "cell.toml", sha256("cell")}, {"touches", "touches.csv", sha256("t")}};
+    return c;
+  }();
+  return calibration;
+}
+
+const std::string& written() {
+  static const std::string text = calibration_to_json(result());
+  return text;
+}
+
+Calibration read_back() { return calibration_from_json(written(), "cal.json"); }
+
+TEST(CalibrationJson, PredictsTheSameAfterwards) {
+  const Calibration back = read_back();
+  const Predictor before(result()), after(back);
+  const ArmModel arm(result().cell.robot, result().cell.tool);
+  for (const JointVector& q : workspace_poses(arm, 200, 5)) {
+    const Prediction a = before.calibrated(q), b = after.calibrated(q);
+    EXPECT_LT((a.tcp.translation() - b.tcp.translation()).norm(), 1e-12);
+    EXPECT_LT((a.tcp.linear() - b.tcp.linear()).norm(), 1e-11);
+    EXPECT_LT((before.nominal(q).translation() - after.nominal(q).translation()).norm(), 1e-12);
+    EXPECT_NEAR(a.u95_m, b.u95_m, 1e-6 * a.u95_m);
+  }
+}
+
+TEST(CalibrationJson, KeepsParametersCovarianceAndFrame) {
+  const Calibration back = read_back();
+  ASSERT_EQ(back.parameters.size(), result().parameters.size());
+  for (std::size_t i = 0; i < back.parameters.size(); ++i) {
+    const ParameterResult &a = result().parameters[i], &b = back.parameters[i];
+    EXPECT_EQ(a.name, b.name);
+    EXPECT_EQ(a.unit, b.unit);
+    EXPECT_EQ(a.decided_by, b.decided_by);
+    EXPECT_NEAR(a.to_unit, b.to_unit, 1e-12 * a.to_unit);
+    EXPECT_NEAR(a.nominal, b.nominal, 1e-12 * std::abs(a.nominal));
+    EXPECT_NEAR(a.correction, b.correction, 1e-12 * std::abs(a.correction));
+    EXPECT_NEAR(a.sigma, b.sigma, 1e-12 * a.sigma);
+  }
+  ASSERT_EQ(back.covariance.rows(), result().covariance.rows());
+  EXPECT_TRUE(back.covariance.isApprox(result().covariance, 1e-12));
+  ASSERT_EQ(back.frame_basis.cols(), result().frame_basis.cols());
+  EXPECT_TRUE(back.frame_basis.isApprox(result().frame_basis, 1e-12));
+}
+
+void expect_same(const ResidualSummary& a, const ResidualSummary& b) {
+  EXPECT_EQ(a.count, b.count);
+  EXPECT_NEAR(a.mean_m, b.mean_m, 1e-15);
+  EXPECT_NEAR(a.max_m, b.max_m, 1e-15);
+  EXPECT_NEAR(a.rms_m, b.rms_m, 1e-15);
+}
+
+TEST(CalibrationJson, KeepsTargetsResidualsOutliersVerdictAndInputs) {
+  const Calibration back = read_back();
+  ASSERT_EQ(back.targets.size(), result().targets.size());
+  for (std::size_t i = 0; i < back.targets.size(); ++i) {
+    EXPECT_EQ(back.targets[i].id, result().targets[i].id);
+    EXPECT_LT((back.targets[i].centre_m - result().targets[i].centre_m).norm(), 1e-15);
+    EXPECT_NEAR(back.targets[i].effective_radius_m, result().targets[i].effective_radius_m, 1e-15);
+  }
+  expect_same(back.before, result().before);
+  expect_same(back.after, result().after);
+  expect_same(back.check, result().check);
+  expect_same(back.check_before, result().check_before);
+  ASSERT_FALSE(result().outliers.empty());
+  ASSERT_EQ(back.outliers.size(), result().outliers.size());
+  for (std::size_t i = 0; i < back.outliers.size(); ++i) {
+    EXPECT_EQ(back.outliers[i].touch, result().outliers[i].touch);
+    EXPECT_EQ(back.outliers[i].reason, result().outliers[i].reason);
+  }
+  EXPECT_EQ(back.verdict.publish, result().verdict.publish);
+  EXPECT_EQ(back.verdict.workspace, result().verdict.workspace);
+  EXPECT_EQ(back.verdict.reasons, result().verdict.reasons);
+  ASSERT_EQ(back.unidentifiable.size(), result().unidentifiable.size());
+  for (std::size_t i = 0; i < back.unidentifiable.size(); ++i)
+    EXPECT_EQ(back.unidentifiable[i].words, result().unidentifiable[i].words);
+  EXPECT_EQ(back.method, result().method);
+  EXPECT_NEAR(back.chi2_per_dof, result().chi2_per_dof, 1e-12);
+  EXPECT_NEAR(back.predicted_m2_m, result().predicted_m2_m, 1e-15);
+  EXPECT_NEAR(back.predicted_m3_m, result().predicted_m3_m, 1e-15);
+  ASSERT_EQ(back.inputs.size(), 2u);
+  EXPECT_EQ(back.inputs[1].sha256, sha256("t"));
+}
+
+TEST(CalibrationJson, HoldsTheKeysThatOthersRelyOn) {
+  const json document = json::parse(written());
+  EXPECT_EQ(document["format"], "cellcal.calibration/1");
+  for (const char* key : {"robot", "cell", "parameters", "targets", "residuals", "unidentifiable",
+                          "predicted", "verdict", "outliers", "covariance", "inputs"})
+    EXPECT_TRUE(document.contains(key)) << key;
+  for (const char* key : {"name", "unit", "nominal", "correction", "sigma", "decided_by"})
+    EXPECT_TRUE(document["parameters"][0].contains(key)) << key;
+  EXPECT_EQ(document["verdict"]["scope"], "workspace");
+  EXPECT_NEAR(document["targets"][0]["effective_radius_mm"].get<double>(), 30.7, 1.0);
+  EXPECT_NEAR(document["targets"][0]["centre_mm"][2].get<double>(), 330.0, 50.0);
+}
+
+TEST(CalibrationJson, SettlesAfterOnce) {
+  // Unit conversion rounds in the last digit; a second round trip must not wander on.
+  const std::string once = calibration_to_json(read_back());
+  const Calibration twice = calibration_from_json(once, "cal.json");
+  for (std::size_t i = 0; i < twice.parameters.size(); ++i)
+    EXPECT_NEAR(twice.parameters[i].correction, result().parameters[i].correction,
+                1e-15 * std::abs(result().parameters[i].correction) + 1e-300);
+}
+
+TEST(CalibrationJson, KeepsARobotNameWithQuotesAndBackslashes) {
+  Calibration odd = result();
+  odd.cell.robot.name = "KR \"5\"\\new";
+  EXPECT_EQ(calibration_from_json(calibration_to_json(odd), "cal.json").cell.robot.name,
+            odd.cell.robot.name);
+}
+
+std::string refused(const json& document) {
+  return refusal([&] { (void)calibration_from_json(document.dump(), "cal.json"); });
+}
+
+TEST(CalibrationJson, NamesTheKeyThatIsMissing) {
+  for (const char* key :
+       {"format", "robot", "cell", "parameters", "targets", "residuals", "unidentifiable",
+        "predicted", "verdict", "outliers", "covariance", "frame_basis", "inputs"}) {
+    json document = json::parse(written());
+    document.erase(key);
+    expect_words(refused(document), {"cal.json", key, "missing"});
+  }
+}
+
+TEST(CalibrationJson, NamesThePlaceOfAWrongValue) {
+  struct Broken {
+    const char* pointer;
+    json value;
+    const char* place;
+  };
+  const json null;
+  for (const auto& [pointer, value, place] : std::initializer_list<Broken>{
+           {"/format", "cellcal.calibration/2", "format"},
+           {"/robot", 1, "robot"},
+           {"/robot/joint/0/d_mm", "long", "robot: joint[1].d_mm"},
+           {"/robot/joint/0/d_mm", null, "d_mm"},
+           {"/robot/surprise", 1, "surprise"},
+           {"/cell/target/0/diameter_mm", -1, "target[1].diameter_mm"},
+           {"/cell/target/0/diameter_mm", json::array({1}), "target[1].diameter_mm"},
+           {"/parameters", 1, "parameters"},
+           {"/parameters/0", 1, "parameters[0]"},
+           {"/parameters/0/unit", "furlong", "parameters[0].unit"},
+           {"/parameters/0/correction", null, "parameters[0].correction"},
+           {"/parameters/0/correction", "1", "parameters[0].correction"},
+           {"/parameters/0/decided_by", "dice", "parameters[0].decided_by"},
+           {"/targets/0/centre_mm", json::array({1, 2}), "targets[0].centre_mm"},
+           {"/residuals/after/rms_mm", null, "residuals.after.rms_mm"},
+           {"/residuals/after/count", 1e300, "residuals.after.count"},
+           {"/residuals/after/count", -1, "residuals.after.count"},
+           {"/unidentifiable/0/direction", 1, "unidentifiable[0].direction"},
+           {"/verdict/publish", "yes", "verdict.publish"},
+           {"/verdict/scope", "universe", "verdict.scope"},
+           {"/verdict/reasons/0", 1, "verdict.reasons[0]"},
+           {"/outliers/0/touch", -1, "outliers[0].touch"},
+           {"/outliers/0/touch", 1e300, "outliers[0].touch"},
+           {"/covariance/0/0", null, "covariance[0][0]"},
+           {"/covariance/0", json::array({1}), "covariance[0]"},
+           {"/covariance", json::array({1}), "covariance"},
+           {"/frame_basis/1", json::array(), "frame_basis[1]"},
+           {"/inputs/files/0/sha256", 1, "inputs.files[0].sha256"}}) {
+    SCOPED_TRACE(pointer + (" = " + value.dump()));
+    json document = json::parse(written());
+    document[json::json_pointer(pointer)] = value;
+    expect_words(refused(document), {"cal.json", place});
+  }
+}
+
+TEST(CalibrationJson, RefusesACalibrationThatWouldClaimMoreThanItKnows) {
+  json document = json::parse(written());
+  document["covariance"] = json::array();  // without it every bound would be zero
+  expect_words(refused(document), {"cal.json", "covariance"});
+  document = json::parse(written());
+  document["parameters"][1]["name"] = document["parameters"][0]["name"];
+  expect_words(refused(document), {"cal.json", "parameters[1].name", "twice"});
+  document = json::parse(written());
+  document["parameters"][0]["sigma"] = -1.0;
+  expect_words(refused(document), {"cal.json", "parameters[0].sigma"});
+}
+
+TEST(CalibrationJson, EveryTruncationIsRefused) {
+  for (std::size_t length = 0; length < written().size() - 2; length += 1 + length / 50)
+    expect_words(refusal([&] {
+                   (void)calibration_from_json(std::string_view(written()).substr(0, length),
+                                               "cal.json");
+                 }),
+                 {"cal.json"});
+}
+
+TEST(CalibrationJson, NumbersThatJsonCannotHoldNeitherPassUnnoticed) {
+  Calibration poisoned = result();
+  poisoned.parameters[0].correction = std::nan("");
+  expect_words(
+      refusal([&] { (void)calibration_from_json(calibration_to_json(poisoned), "cal.json"); }),
+      {"parameters[0].correction"});
+}
+
+}  // namespace
+}  // namespace cellcal::calib

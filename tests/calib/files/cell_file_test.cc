@@ -1,0 +1,225 @@
+// "cellcal.cell/1": what it means, and every way to get it wrong.
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "calib/files/units.h"
+#include "tests/calib/files/documents.h"
+
+namespace cellcal::calib {
+namespace {
+
+using testing::cell_refusal;
+using testing::expect_words;
+using testing::kCell;
+using testing::kRobot;
+using testing::line_of;
+using testing::refusal;
+using testing::with;
+using testing::without;
+
+TEST(CellFile, ReadsMillimetresIntoMetres) {
+  const Cell cell = testing::cell();
+  EXPECT_LT((cell.tool.tcp.translation() - Eigen::Vector3d(0.0599, 0.0505, 0.4103)).norm(), 1e-15);
+  EXPECT_LT((cell.tool.tcp_sigma_m - Eigen::Vector3d(0.5e-3, 0.0, 0.25e-3)).norm(), 1e-15);
+  EXPECT_DOUBLE_EQ(cell.tool.mass_kg, 1.535);
+  EXPECT_LT((cell.tool.com_m - Eigen::Vector3d(0.030, 0.025, 0.205)).norm(), 1e-15);
+  EXPECT_DOUBLE_EQ(cell.tool.length_m, 0.4177);
+  EXPECT_DOUBLE_EQ(cell.tool.tip_radius_m, 0.6e-3);
+  EXPECT_DOUBLE_EQ(cell.tool.deflection_sigma, 0.003);
+  ASSERT_EQ(cell.targets.size(), 3u);
+  EXPECT_EQ(cell.targets[0].kind, TargetKind::kSphere);
+  EXPECT_DOUBLE_EQ(cell.targets[0].diameter_m, 0.0614);
+  EXPECT_DOUBLE_EQ(cell.targets[0].diameter_sigma_m, 2e-6);
+  EXPECT_TRUE(cell.targets[0].has_centre);
+  EXPECT_LT((cell.targets[0].centre_m - Eigen::Vector3d(1.34, 0.24, 0.35)).norm(), 1e-15);
+  EXPECT_DOUBLE_EQ(cell.targets[0].centre_sigma_m, 0.010);
+  EXPECT_FALSE(cell.targets[1].has_centre);
+  EXPECT_EQ(cell.targets[1].diameter_sigma_m, 0.0);
+  EXPECT_EQ(cell.targets[2].kind, TargetKind::kWire);
+  ASSERT_EQ(cell.lengths.size(), 1u);
+  EXPECT_EQ(cell.lengths[0].from, "S1");
+  EXPECT_EQ(cell.lengths[0].to, "S2");
+  EXPECT_DOUBLE_EQ(cell.lengths[0].length_m, 0.500012);
+  EXPECT_DOUBLE_EQ(cell.lengths[0].sigma_m, 5e-6);
+  EXPECT_DOUBLE_EQ(cell.touch_sigma_m, 3e-5);
+  EXPECT_DOUBLE_EQ(cell.radius_offset_sigma_m, 3e-4);
+  EXPECT_EQ(cell.target_index("W"), 2u);
+  EXPECT_THROW((void)cell.target_index("S9"), std::out_of_range);
+}
+
+TEST(CellFile, PutsTheToolsMassHalfWayAndTakesItsLengthFromTheTcp) {
+  const std::string plain =
+      without(without(kCell, "com_mm = [30.0, 25.0, 205.0]"), "length_mm = 417.7");
+  const Cell cell = read_cell(TomlTable::parse(plain, "cell.toml"), testing::robot());
+  EXPECT_LT((cell.tool.com_m - cell.tool.tcp.translation() / 2).norm(), 1e-15);
+  EXPECT_NEAR(cell.tool.length_m, cell.tool.tcp.translation().norm(), 1e-15);
+}
+
+TEST(CellFile, NeedsEveryKeyThatHasNoDefault) {
+  for (const char* line :
+       {"format = \"cellcal.cell/1\"", "robot = \"two.toml\"", "xyz_mm = [59.9, 50.5, 410.3]",
+        "id = \"S1\"", "kind = \"sphere\"", "diameter_mm = 61.4", "between = [\"S1\", \"S2\"]",
+        "mm = 500.012", "sigma_mm = 0.005", "sigma_mm = 0.03"}) {
+    const std::string key(line, std::string_view(line).find(' '));
+    expect_words(cell_refusal(without(kCell, line)), {"cell.toml:", key, "missing"});
+  }
+  expect_words(cell_refusal(with(kCell, "[tool]", "[tule]")), {"cell.toml:", "[tool]", "missing"});
+}
+
+struct Broken {
+  const char* line;
+  const char* now;
+  const char* key;
+};
+
+void expect_named(const Broken& broken) {
+  SCOPED_TRACE(broken.now);
+  const std::string text = with(kCell, broken.line, broken.now);
+  expect_words(cell_refusal(text),
+               {"cell.toml:" + std::to_string(line_of(kCell, broken.line)) + ": ", broken.key});
+}
+
+TEST(CellFile, NamesLineAndKeyOfAWrongType) {
+  for (const Broken& broken : std::initializer_list<Broken>{
+           {"robot = \"two.toml\"", "robot = 5", "robot"},
+           {"xyz_mm = [59.9, 50.5, 410.3]", "xyz_mm = [59.9, 50.5]", "tool.xyz_mm"},
+           {"abc_deg = [38.84, 3.59, 0.5]", "abc_deg = 5", "tool.abc_deg"},
+           {"mass_kg = 1.535", "mass_kg = \"1.535\"", "tool.mass_kg"},
+           {"id = \"S2\"", "id = 2", "target[2].id"},
+           {"kind = \"wire\"", "kind = 1", "target[3].kind"},
+           {"diameter_mm = 38.1", "diameter_mm = [38.1]", "target[2].diameter_mm"},
+           {"centre_mm = [1340.0, 240.0, 350.0]", "centre_mm = 5", "target[1].centre_mm"},
+           {"between = [\"S1\", \"S2\"]", "between = \"S1 S2\"", "length[1].between"},
+           {"between = [\"S1\", \"S2\"]", "between = [1, 2]", "length[1].between"}})
+    expect_named(broken);
+}
+
+TEST(CellFile, NamesLineAndKeyOfANumberOutOfRangeOrNotFinite) {
+  for (const Broken& broken : std::initializer_list<Broken>{
+           {"xyz_mm = [59.9, 50.5, 410.3]", "xyz_mm = [1e6, 0, 0]", "tool.xyz_mm"},
+           {"xyz_mm = [59.9, 50.5, 410.3]", "xyz_mm = [nan, 0, 0]", "tool.xyz_mm"},
+           {"xyz_sigma_mm = [0.5, 0, 0.25]", "xyz_sigma_mm = [-1, 0, 0]", "tool.xyz_sigma_mm"},
+           {"mass_kg = 1.535", "mass_kg = -1.535", "tool.mass_kg"},
+           {"mass_kg = 1.535", "mass_kg = inf", "tool.mass_kg"},
+           {"length_mm = 417.7", "length_mm = -1", "tool.length_mm"},
+           {"tip_radius_mm = 0.6", "tip_radius_mm = -0.6", "tool.tip_radius_mm"},
+           {"deflection_sigma = 0.003", "deflection_sigma = -0.003", "tool.deflection_sigma"},
+           {"diameter_mm = 61.4", "diameter_mm = 0", "target[1].diameter_mm"},
+           {"diameter_mm = 61.4", "diameter_mm = -61.4", "target[1].diameter_mm"},
+           {"diameter_sigma_mm = 0.002", "diameter_sigma_mm = -1", "target[1].diameter_sigma_mm"},
+           {"centre_sigma_mm = 10.0", "centre_sigma_mm = nan", "target[1].centre_sigma_mm"},
+           {"mm = 500.012", "mm = 0", "length[1].mm"},
+           {"sigma_mm = 0.005", "sigma_mm = 0", "length[1].sigma_mm"},
+           {"sigma_mm = 0.03", "sigma_mm = 0", "touch.sigma_mm"},
+           {"sigma_mm = 0.03", "sigma_mm = -0.03", "touch.sigma_mm"},
+           {"radius_offset_sigma_mm = 0.3", "radius_offset_sigma_mm = -inf",
+            "touch.radius_offset_sigma_mm"}})
+    expect_named(broken);
+}
+
+TEST(CellFile, NamesLineAndKeyOfWhatMakesNoSense) {
+  for (const Broken& broken : std::initializer_list<Broken>{
+           {"kind = \"wire\"", "kind = \"rope\"", "sphere"},
+           {"kind = \"wire\"", "kind = \"plane\"", "cannot be identified by this version"},
+           {"kind = \"wire\"", "kind = \"tracker\"", "cannot be identified by this version"},
+           {"id = \"S2\"", "id = \"S1\"", "stands twice"},
+           {"id = \"S2\"", "id = \"S,2\"", "target[2].id"},
+           {"id = \"S2\"", "id = \"\"", "target[2].id"},
+           {"id = \"S2\"", "id = \" S2\"", "target[2].id"},
+           {"between = [\"S1\", \"S2\"]", "between = [\"S1\", \"S1\"]", "two different"},
+           {"between = [\"S1\", \"S2\"]", "between = [\"S1\"]", "two different"},
+           {"between = [\"S1\", \"S2\"]", "between = [\"S1\", \"S9\"]", "\"S9\""}})
+    expect_named(broken);
+}
+
+TEST(CellFile, NamesAnUnknownKeyInEveryTable) {
+  for (const Broken& broken : std::initializer_list<Broken>{
+           {"mass_kg = 1.535", "mass = 1.535", "tool.mass"},
+           {"kind = \"wire\"", "kind = \"wire\"\ndiameter_mm = 3.0", "target[3].diameter_mm"},
+           {"mm = 500.012", "mm = 500.012\ncm = 50", "length[1].cm"},
+           {"radius_offset_sigma_mm = 0.3", "rho = 0.3", "touch.rho"},
+           {"robot = \"two.toml\"", "robot = \"two.toml\"\nrobots = 2", "robots"}})
+    expect_words(cell_refusal(with(kCell, broken.line, broken.now)),
+                 {"cell.toml:", broken.key, "unknown key"});
+}
+
+TEST(CellFile, RefusesAnotherFormatAndACellWithoutTargets) {
+  expect_words(cell_refusal(with(kCell, "cell/1", "cell/9")), {"cell.toml:1: format", "cell/1"});
+  const std::string text(kCell);
+  const std::string bare =
+      text.substr(0, text.find("[[target]]")) + text.substr(text.find("[touch]"));
+  expect_words(cell_refusal(bare), {"cell.toml:", "[[target]]", "has 0"});
+}
+
+/// A folder of its own that goes away again.
+class CellOnDisk : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = std::filesystem::path(::testing::TempDir()) /
+              ("cellcal-cell-" + std::to_string(::getpid()));
+    std::filesystem::create_directories(folder_);
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+  std::filesystem::path write(const std::string& name, const std::string& text) {
+    std::ofstream(folder_ / name, std::ios::binary) << text;
+    return folder_ / name;
+  }
+  std::filesystem::path folder_;
+};
+
+TEST_F(CellOnDisk, FindsItsRobotBesideItself) {
+  write("two.toml", kRobot);
+  const auto path = write("cell.toml", kCell);
+  EXPECT_EQ(load_cell(path).robot.name, "Two axes");
+  EXPECT_EQ(robot_file_of(path), folder_ / "two.toml");
+}
+
+TEST_F(CellOnDisk, FindsShippedRobotsByNameWithOrWithoutEnding) {
+  for (const char* name : {"kr5_r1400", "kr5_r1400.toml"}) {
+    const auto path = write("cell.toml", with(kCell, "two.toml", name));
+    EXPECT_EQ(load_cell(path).robot.joints.size(), 6u) << name;
+  }
+}
+
+TEST_F(CellOnDisk, SaysWhereItLookedForARobotThatIsNotThere) {
+  const auto path = write("cell.toml", kCell);
+  expect_words(refusal([&] { (void)load_cell(path); }),
+               {"cell.toml:2: robot", "two.toml", folder_.string(), "looked for"});
+}
+
+TEST_F(CellOnDisk, NamesTheRobotFileWhenThatOneIsWrong) {
+  write("two.toml", with(kRobot, "sign = -1", "sign = 7"));
+  const auto path = write("cell.toml", kCell);
+  expect_words(refusal([&] { (void)load_cell(path); }), {"two.toml:12: joint[1].sign"});
+}
+
+TEST_F(CellOnDisk, RefusesDirectoriesMissingFilesAndFilesTooLarge) {
+  expect_words(refusal([&] { (void)load_cell(folder_); }), {folder_.string(), "directory"});
+  expect_words(refusal([&] { (void)load_robot(folder_); }), {folder_.string(), "directory"});
+  expect_words(refusal([&] { (void)load_touches(folder_, testing::cell()); }),
+               {folder_.string(), "directory"});
+  expect_words(refusal([&] { (void)load_cell(folder_ / "none.toml"); }),
+               {"none.toml", "no such file"});
+  expect_words(refusal([&] { (void)load_cell("/proc/self/root/dev/null/x"); }), {"/x"});
+  const auto large = write("large.toml", std::string(5u << 20, '#'));
+  expect_words(refusal([&] { (void)load_cell(large); }), {"large.toml", "larger than"});
+  EXPECT_EQ(read_file(large).size(), 5u << 20);
+  expect_words(refusal([&] { (void)read_file(large, 100); }), {"larger than 100 bytes"});
+}
+
+TEST_F(CellOnDisk, AFileThatIsADirectoryByAnotherNameIsNotARobot) {
+  std::filesystem::create_directory(folder_ / "two.toml");
+  const auto path = write("cell.toml", kCell);
+  expect_words(refusal([&] { (void)load_cell(path); }), {"cell.toml:2: robot"});
+}
+
+TEST(Sha256, IsTheStandards) {
+  EXPECT_EQ(sha256("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+  EXPECT_EQ(sha256(""), "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
+}
+
+}  // namespace
+}  // namespace cellcal::calib

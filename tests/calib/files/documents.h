@@ -1,0 +1,35 @@
+#pragma once
+// Sound documents, and how to break them one line at a time.
+
+#include <functional>
+#include <string>
+#include <string_view>
+
+#include "calib/files/documents.h"
+#include "calib/files/files.h"
+
+namespace cellcal::calib::testing {
+
+extern const char* const kRobot;    ///< two joints, with everything optional in it
+extern const char* const kCell;     ///< of kRobot: two spheres and a wire, a certified length
+extern const char* const kTouches;  ///< of kCell
+
+Robot robot();
+Cell cell();
+
+/// `document` with the first line that starts with `line` (or all text `from`) replaced.
+std::string with(std::string_view document, std::string_view from, std::string_view to);
+std::string without(std::string_view document, std::string_view line);
+/// Number of the first line that contains `text`; fails the test where there is none.
+int line_of(std::string_view document, std::string_view text);
+
+/// The message of the FileError that `read` throws; fails the test where it does not.
+std::string refusal(const std::function<void()>& read);
+std::string robot_refusal(const std::string& document);
+std::string cell_refusal(const std::string& document);
+std::string touches_refusal(const std::string& text);
+
+/// Everything of `words` stands in `message`.
+void expect_words(const std::string& message, std::initializer_list<std::string_view> words);
+
+}  // namespace cellcal::calib::testing

@@ -1,0 +1,111 @@
+// TOML and JSON that want to do harm.
+
+#include <gtest/gtest.h>
+
+#include "calib/files/calibration_json.h"
+#include "tests/calib/files/documents.h"
+
+namespace cellcal::calib {
+namespace {
+
+using namespace std::string_literals;
+using testing::cell_refusal;
+using testing::expect_words;
+using testing::kCell;
+using testing::kRobot;
+using testing::refusal;
+using testing::robot_refusal;
+using testing::with;
+
+std::string repeated(const std::string& text, int count) {
+  std::string out;
+  for (int i = 0; i < count; ++i) out += text;
+  return out;
+}
+
+TEST(HostileToml, NulsAndBytesThatAreNotUtf8AreRefused) {
+  expect_words(robot_refusal("name = \"a\0b\""s), {"robot.toml:1:"});
+  expect_words(robot_refusal("\0\0\0\0"s), {"robot.toml:"});
+  expect_words(robot_refusal("name = \"\xFF\xFE\""), {"robot.toml:1:"});
+  expect_words(robot_refusal("\xFF\xFEn\0a\0"s), {"robot.toml"});
+}
+
+TEST(HostileToml, DeepNestingIsRefusedInEveryForm) {
+  constexpr int kDeep = 100000;
+  expect_words(robot_refusal("a = " + repeated("[", kDeep)), {"robot.toml:1:"});
+  expect_words(robot_refusal("a = " + repeated("[", kDeep) + repeated("]", kDeep)),
+               {"robot.toml:1:"});
+  expect_words(robot_refusal("a = " + repeated("{a=", kDeep)), {"robot.toml:1:"});
+  expect_words(robot_refusal(repeated("a.", kDeep) + "a = 1"), {"robot.toml"});
+  expect_words(robot_refusal("[" + repeated("a.", kDeep) + "a]"), {"robot.toml"});
+  expect_words(robot_refusal("[[" + repeated("a.", kDeep) + "a]]"), {"robot.toml"});
+}
+
+TEST(HostileToml, HugeLinesKeysAndNumbersAreRefused) {
+  expect_words(robot_refusal(std::string(1 << 20, 'a')), {"robot.toml:1:"});
+  expect_words(robot_refusal(std::string(1 << 20, 'a') + " = 1"), {"robot.toml"});
+  expect_words(robot_refusal("a = " + std::string(1 << 20, '9')), {"robot.toml:1:"});
+  expect_words(robot_refusal("a = 99999999999999999999999"), {"robot.toml:1:"});
+  expect_words(robot_refusal("a = \"" + std::string(1 << 20, 'x')), {"robot.toml:1:"});
+}
+
+TEST(HostileToml, MessagesStayShortAndPrintable) {
+  const std::string key = "\"\\u001b[31m" + std::string(1 << 16, 'k') + "\"";
+  const std::string value = "\"\\u001b" + std::string(1 << 16, 'v') + "\"";
+  for (const std::string& message :
+       {robot_refusal(with(kRobot, "sign = -1", key + " = 1")),
+        robot_refusal(with(kRobot, "\"cellcal.robot/1\"", value)),
+        robot_refusal(with(kRobot, "[\"theta\", \"beta\"]", "[" + value + "]")),
+        cell_refusal(with(kCell, "\"wire\"", value)),
+        cell_refusal(with(kCell, "[\"S1\", \"S2\"]", "[\"S1\", " + value + "]"))}) {
+    EXPECT_LT(message.size(), 1000u);
+    EXPECT_EQ(message.find('\x1b'), std::string::npos);
+  }
+}
+
+TEST(HostileToml, ByteOrderMarksWindowsLineEndsAndCommentsAreHarmless) {
+  std::string windows;
+  for (const char c : std::string(kRobot)) windows += c == '\n' ? "\r\n" : std::string(1, c);
+  for (const std::string& text : {"\xEF\xBB\xBF" + std::string(kRobot), windows,
+                                  "# a comment = 1\n" + std::string(kRobot) + "# end"})
+    EXPECT_EQ(robot_to_toml(read_robot(TomlTable::parse(text, "robot.toml"))),
+              robot_to_toml(testing::robot()));
+}
+
+TEST(HostileToml, EveryTruncationIsReadOrRefusedWithItsName) {
+  const std::string whole(kCell);
+  for (std::size_t length = 0; length < whole.size(); ++length) {
+    try {
+      (void)read_cell(TomlTable::parse(whole.substr(0, length), "cell.toml"), testing::robot());
+      EXPECT_GE(length, whole.find("radius_offset_sigma_mm") - 1);
+    } catch (const FileError& error) {
+      expect_words(error.what(), {"cell.toml:"});
+    }
+  }
+}
+
+std::string json_refusal(const std::string& text) {
+  return refusal([&] { (void)calibration_from_json(text, "cal.json"); });
+}
+
+TEST(HostileJson, GarbageIsRefusedByName) {
+  for (const std::string& text :
+       {""s, "{"s, "[]"s, "null"s, "1"s, "\"x\""s, "{}"s, "\0"s, "{\"format\": 1}"s,
+        "{\"format\": null}"s, "\xFF"s, "{\"format\": \"cellcal.calibration/2\"}"s,
+        "{\"format\": \"cellcal.calibration/1\"}"s})
+    expect_words(json_refusal(text), {"cal.json"});
+}
+
+TEST(HostileJson, DeepNestingIsRefused) {
+  constexpr int kDeep = 200000;
+  const std::string head = "{\"format\": \"cellcal.calibration/1\", \"robot\": ";
+  for (const std::string& text :
+       {repeated("[", kDeep), repeated("[", kDeep) + repeated("]", kDeep),
+        repeated("{\"a\":", kDeep) + "1" + repeated("}", kDeep),
+        head + repeated("{\"a\":", kDeep) + "1" + repeated("}", kDeep) + "}",
+        head + "{\"a\":" + repeated("[", kDeep) + repeated("]", kDeep) + "}}"})
+    expect_words(json_refusal(text), {"cal.json"});
+}
+
+}  // namespace
+}  // namespace cellcal::calib

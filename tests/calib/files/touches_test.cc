@@ -1,0 +1,192 @@
+// The CSV of touches and of joints: what it means, and every way to get it wrong.
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "calib/files/csv.h"
+#include "calib/files/units.h"
+#include "tests/calib/files/documents.h"
+
+namespace cellcal::calib {
+namespace {
+
+using testing::expect_words;
+using testing::kTouches;
+using testing::refusal;
+using testing::touches_refusal;
+using testing::with;
+
+std::vector<Touch> parse(const std::string& text) {
+  return parse_touches(text, "touches.csv", testing::cell());
+}
+
+TEST(Touches, ReadsDegreesMillimetresSetsAndTimes) {
+  const auto touches = parse(kTouches);
+  ASSERT_EQ(touches.size(), 3u);
+  EXPECT_EQ(touches[0].joint_rad, (std::vector<double>{10.5 * kRadPerDeg, -20.25 * kRadPerDeg}));
+  EXPECT_EQ(touches[0].target, "S1");
+  EXPECT_EQ(touches[0].set, TouchSet::kFit);
+  EXPECT_EQ(touches[0].sigma_m, 0.0);
+  EXPECT_EQ(touches[0].time, "2024-09-24T10:00:00Z");
+  EXPECT_EQ(touches[0].line, 3);
+  EXPECT_EQ(touches[1].set, TouchSet::kCheck);
+  EXPECT_DOUBLE_EQ(touches[1].sigma_m, 5e-5);
+  EXPECT_DOUBLE_EQ(touches[1].joint_rad[1], 35.0 * kRadPerDeg);
+  EXPECT_EQ(touches[2].set, TouchSet::kFit);
+  EXPECT_DOUBLE_EQ(touches[2].radius_m, 0.812345);
+}
+
+TEST(Touches, TakesColumnsInAnyOrderAndSpacesAroundFields) {
+  const auto touches = parse("target , A2,\tA1\n S1 , 2 ,1\t\n");
+  ASSERT_EQ(touches.size(), 1u);
+  EXPECT_EQ(touches[0].joint_rad, (std::vector<double>{1 * kRadPerDeg, 2 * kRadPerDeg}));
+}
+
+TEST(Touches, TakesWindowsLineEndsByteOrderMarksCommentsAndEmptyLines) {
+  std::string windows;
+  for (const char c : std::string(kTouches)) windows += c == '\n' ? "\r\n" : std::string(1, c);
+  EXPECT_EQ(parse(windows), parse(kTouches));
+  EXPECT_EQ(parse("\xEF\xBB\xBF" + std::string(kTouches)), parse(kTouches));
+  const auto touches = parse("A1,A2,target\n# 5,5,S9\n\n   \n1,2,S1\n  # end");
+  ASSERT_EQ(touches.size(), 1u);
+  EXPECT_EQ(touches[0].line, 5);
+}
+
+TEST(Touches, TakesAFileWithoutAnEndOfLineAndOneWithoutRows) {
+  EXPECT_EQ(parse("A1,A2,target\n1,2,S1").size(), 1u);
+  EXPECT_TRUE(parse("A1,A2,target").empty());
+}
+
+TEST(Touches, NamesTheLineAndColumnOfAFieldThatIsNotANumber) {
+  for (const char* field : {"", "abc", "1,5", "0x10", "1e", "--1", "+-1", "1 2",
+                            "\xC2\xA0"
+                            "1",
+                            "1.2.3", "١", "nan", "inf", "-inf", "infinity", "1e999", "1d3"}) {
+    SCOPED_TRACE(field);
+    const std::string text = "A1,A2,target\n1,2,S1\n1," + std::string(field) + ",S1\n";
+    const std::string message = touches_refusal(text);
+    expect_words(message, {"touches.csv:3:"});
+    if (std::string_view(field).find(',') == std::string_view::npos) expect_words(message, {"A2"});
+  }
+}
+
+TEST(Touches, NamesTheLineAndColumnOfAnAngleThatTheJointCannotHave) {
+  EXPECT_EQ(parse("A1,A2,target\n160,0,S1\n").size(), 1u);  // limits may be set a little wider
+  expect_words(touches_refusal("A1,A2,target\n1,2,S1\n166,0,S1\n"),
+               {"touches.csv:3: A1", "166", "-155 to 155"});
+  expect_words(touches_refusal("A1,A2,target\n0,1e7,S1\n"), {"touches.csv:2: A2", "range"});
+}
+
+TEST(Touches, NamesTheLineAndColumnOfEverythingElseThatIsWrong) {
+  expect_words(touches_refusal("A1,A2,target\n1,2,S9\n"), {"touches.csv:2: target", "S9"});
+  expect_words(touches_refusal("A1,A2,target\n1,2,\n"), {"touches.csv:2: target"});
+  expect_words(touches_refusal("A1,A2,target,set\n1,2,S1,Fit\n"),
+               {"touches.csv:2: set", "fit or check"});
+  expect_words(touches_refusal("A1,A2,target,sigma_mm\n1,2,S1,0\n"),
+               {"touches.csv:2: sigma_mm", "greater than 0"});
+  expect_words(touches_refusal("A1,A2,target,sigma_mm\n1,2,S1,-0.1\n"),
+               {"touches.csv:2: sigma_mm"});
+  expect_words(touches_refusal("A1,A2,target,radius_mm\n1,2,W,-5\n"), {"touches.csv:2: radius_mm"});
+  expect_words(touches_refusal("A1,A2,target\n1,2,S1\n1,2,W\n"),
+               {"touches.csv:3: radius_mm", "missing"});
+  expect_words(touches_refusal("A1,A2,target,x_mm\n1,2,S1,nan\n"), {"touches.csv:2: x_mm"});
+}
+
+TEST(Touches, NamesAMissingOrUnknownOrDoubledColumnAndTheHeadersLine) {
+  expect_words(touches_refusal("A1,target\n1,S1\n"), {"touches.csv:1:", "\"A2\""});
+  expect_words(touches_refusal("A1,A2\n1,2\n"), {"touches.csv:1:", "\"target\""});
+  expect_words(touches_refusal("A1,A2,A3,target\n1,2,3,S1\n"),
+               {"touches.csv:1:", "\"A3\"", "known here are"});
+  expect_words(touches_refusal("A1,A2,A1,target\n1,2,3,S1\n"), {"touches.csv:1:", "twice"});
+  expect_words(touches_refusal("A1,,A2,target\n"), {"touches.csv:1:", "no name"});
+  const std::string comments = "# one\n# two\n";
+  expect_words(touches_refusal(comments + "A1,A2,taget\n1,2,S1\n"), {"touches.csv:3:", "taget"});
+  expect_words(touches_refusal(comments + "A1,target\n1,S1\n"), {"touches.csv:3:", "\"A2\""});
+  expect_words(touches_refusal(comments + "A1,A2\n1,2\n"), {"touches.csv:3:", "\"target\""});
+}
+
+TEST(Touches, NamesTheLineOfATruncatedRowAndGuessesWhy) {
+  expect_words(touches_refusal("A1,A2,target\n1,2,S1\n1,2"),
+               {"touches.csv:3:", "2 fields", "3 columns", "cut off"});
+  expect_words(touches_refusal("A1,A2,target\n1,2,S1,fit\n"), {"touches.csv:2:", "4 fields"});
+}
+
+TEST(Touches, EveryTruncationIsReadOrRefusedAndNeverGuessed) {
+  const std::string whole(kTouches);
+  const auto rows = parse(whole);
+  for (std::size_t length = 0; length < whole.size(); ++length) {
+    try {
+      const auto read = parse(whole.substr(0, length));
+      // A row is there when its last separator is: its time field may then be cut, nothing else.
+      ASSERT_LE(read.size(), rows.size());
+      for (std::size_t i = 0; i < read.size(); ++i) {
+        EXPECT_EQ(read[i].joint_rad, rows[i].joint_rad) << length;
+        EXPECT_EQ(read[i].target, rows[i].target) << length;
+        EXPECT_EQ(read[i].radius_m, rows[i].radius_m) << length;
+      }
+    } catch (const FileError& error) {
+      expect_words(error.what(), {"touches.csv"});
+    }
+  }
+}
+
+TEST(Touches, RefusesHostileText) {
+  using namespace std::string_literals;
+  expect_words(touches_refusal(""), {"touches.csv", "empty"});
+  expect_words(touches_refusal("#\n\n"), {"touches.csv", "empty"});
+  expect_words(touches_refusal("A1,A2,target\n1,2\0,S1\n"s), {"touches.csv:2:", "NUL"});
+  expect_words(touches_refusal("A1,A2,target\n1,\"2\",S1\n"), {"touches.csv:2:", "quotes"});
+  expect_words(touches_refusal("A1,A2,target\n" + std::string(100000, '1') + "\n"),
+               {"touches.csv:2:", "longer than"});
+  std::string columns = "A1,A2,target";
+  for (int i = 0; i < 10000; ++i) columns += ",c" + std::to_string(i);
+  expect_words(touches_refusal(columns + "\n"), {"touches.csv:1:", "columns"});
+  expect_words(touches_refusal(std::string(50000, ',') + "\n"), {"touches.csv:1:"});
+}
+
+TEST(Touches, KeepsMessagesShortAndPrintable) {
+  const std::string field = "\x1b[31m" + std::string(60000, 'x');
+  for (const std::string& text :
+       {"A1,A2,target\n1," + field + ",S1\n", "A1,A2,target\n1,2," + field + "\n",
+        "A1,A2,target," + field + "\n", "A1,A2,target,set\n1,2,S1," + field + "\n"}) {
+    const std::string message = touches_refusal(text);
+    EXPECT_LT(message.size(), 400u);
+    EXPECT_EQ(message.find('\x1b'), std::string::npos);
+  }
+}
+
+class Joints : public ::testing::Test {
+ protected:
+  void TearDown() override { std::filesystem::remove(path_); }
+  std::vector<std::vector<double>> read(const std::string& text) {
+    std::ofstream(path_, std::ios::binary) << text;
+    return load_joints(path_, testing::robot());
+  }
+  std::string refused(const std::string& text) {
+    return refusal([&] { (void)read(text); });
+  }
+  std::filesystem::path path_ = std::filesystem::path(::testing::TempDir()) /
+                                ("joints-" + std::to_string(::getpid()) + ".csv");
+};
+
+TEST_F(Joints, AreReadInTheRobotsOrderBeyondItsLimitsToo) {
+  const auto rows = read("A2,A1\n1,2\n300,-300\n");
+  ASSERT_EQ(rows.size(), 2u);
+  EXPECT_EQ(rows[0], (std::vector<double>{2 * kRadPerDeg, 1 * kRadPerDeg}));
+  EXPECT_EQ(rows[1], (std::vector<double>{-300 * kRadPerDeg, 300 * kRadPerDeg}));
+}
+
+TEST_F(Joints, RefusesOtherColumnsNonsenseAndDirectories) {
+  expect_words(refused("A1,A2,target\n1,2,S1\n"), {"csv:1:", "\"target\""});
+  expect_words(refused("A1\n1\n"), {"csv:1:", "\"A2\""});
+  expect_words(refused("A1,A2\n1,5000\n"), {"csv:2: A2", "range"});
+  expect_words(refused("A1,A2\n1,nan\n"), {"csv:2: A2"});
+  expect_words(refused("A1,A2\n1\n"), {"csv:2:", "fields"});
+  expect_words(refused(""), {"csv", "empty"});
+  expect_words(refusal([] { (void)load_joints("/tmp", testing::robot()); }), {"/tmp", "directory"});
+}
+
+}  // namespace
+}  // namespace cellcal::calib

@@ -1,0 +1,143 @@
+#include "tests/calib/identify/simulate.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+#include "calib/files/files.h"
+#include "calib/model/inverse.h"
+#include "calib/model/random.h"
+
+namespace cellcal::calib::testing {
+
+namespace {
+
+using Eigen::Vector3d;
+
+/// Touches from further below would come through the stand.
+constexpr double kLowestElevationRad = -0.35;
+constexpr double kConeRad = 0.7;  // tool axis against the inward normal
+constexpr double kLimitMarginRad = 0.01;
+
+Vector3d random_normal(Random& random, double widest_rad) {
+  while (true) {
+    const double z = random.uniform(-1.0, 1.0);
+    const double turn = random.uniform(-std::numbers::pi, std::numbers::pi);
+    const double r = std::sqrt(1.0 - z * z);
+    if (std::asin(z) < kLowestElevationRad || std::acos(z) > widest_rad) continue;
+    return {r * std::cos(turn), r * std::sin(turn), z};
+  }
+}
+
+/// TCP orientation with the tool's shaft within the cone about -normal.
+Eigen::Matrix3d random_orientation(const Cell& cell, Random& random, const Vector3d& normal) {
+  const double pi = std::numbers::pi;
+  const Vector3d shaft = cell.tool.tcp.translation().normalized();
+  const Eigen::AngleAxisd roll(random.uniform(-pi, pi), -normal);
+  const Eigen::AngleAxisd heading(random.uniform(-pi, pi), normal);
+  const Eigen::AngleAxisd tilt(kConeRad * std::sqrt(random.uniform()),
+                               heading * normal.unitOrthogonal());
+  return (tilt * roll).toRotationMatrix() *
+         Eigen::Quaterniond::FromTwoVectors(shaft, -normal).toRotationMatrix() *
+         cell.tool.tcp.linear();
+}
+
+JointVector random_seed_posture(const Cell& cell, Random& random, const Vector3d& at) {
+  JointVector q(cell.robot.joints.size(), 0.0);
+  q[0] = cell.robot.joints[0].sign * std::atan2(at.y(), at.x());
+  if (q.size() >= 6) q[1] = -1.2, q[2] = 1.6, q[4] = 1.0;
+  for (std::size_t i = 1; i < q.size(); ++i) {
+    const double spread = i < 3 ? 0.4 : 1.5;
+    q[i] += random.uniform(-spread, spread);
+  }
+  for (std::size_t i = 0; i < q.size(); ++i)
+    q[i] = std::clamp(q[i], cell.robot.joints[i].min_rad, cell.robot.joints[i].max_rad);
+  return q;
+}
+
+/// Brings the true tip to `point`: Newton with the nominal Jacobian, which is right to parts in a
+/// thousand, so that each step gains three digits.
+JointVector bring_true_tip(const sim::Truth& truth, JointVector q, const Vector3d& point) {
+  for (int k = 0; k < 12; ++k) {
+    const Vector3d off = point - truth.arm.position(truth.arm.prepare(q), truth.errors.data());
+    if (off.norm() < 1e-15) break;
+    const Eigen::Matrix3Xd j = truth.arm.nominal_jacobian(q).topRows<3>();
+    const Eigen::VectorXd step = j.transpose() * (j * j.transpose()).inverse() * off;
+    for (std::size_t i = 0; i < q.size(); ++i) q[i] += step[static_cast<Eigen::Index>(i)];
+  }
+  return q;
+}
+
+JointVector reach(const Cell& cell, const sim::Truth& truth, Random& random, const Vector3d& point,
+                  const Vector3d& normal) {
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  pose.translation() = point;
+  pose.linear() = random_orientation(cell, random, normal);
+  const auto q =
+      inverse(truth.arm, pose, random_seed_posture(cell, random, point), kLimitMarginRad);
+  return q ? bring_true_tip(truth, *q, point) : JointVector{};
+}
+
+}  // namespace
+
+const Cell& demo_cell() {
+  static const Cell cell = load_cell(CELLCAL_DEMO_CELL);
+  return cell;
+}
+
+const Cell& one_sphere_cell() {
+  static const Cell cell = [] {
+    Cell one = demo_cell();
+    one.targets.resize(1);
+    one.lengths.clear();
+    return one;
+  }();
+  return cell;
+}
+
+sim::Truth plain_truth(const Cell& cell, std::uint64_t seed) {
+  sim::TruthOptions options;
+  options.seed = seed;
+  return sim::draw_truth(cell, options);
+}
+
+Made make_touches(const Cell& cell, const sim::Truth& truth, const Making& making) {
+  Random random(making.seed);
+  Made made;
+  const int total = making.fit + making.check;
+  for (int i = 0; i < total; ++i) {
+    const std::size_t t = static_cast<std::size_t>(i) % cell.targets.size();
+    const Target& target = cell.targets[t];
+    Touch touch;
+    touch.target = target.id;
+    // Check touches spread evenly among the others.
+    const auto checks_before = [&](int k) { return k * making.check / total; };
+    touch.set = checks_before(i + 1) > checks_before(i) ? TouchSet::kCheck : TouchSet::kFit;
+    double off = making.noise_m * random.normal();
+    if (touch.set == TouchSet::kFit && random.uniform() < making.outlier_share) {
+      off = random.uniform(0.5e-3, 20e-3) * (random.uniform() < 0.5 ? -1.0 : 1.0);
+      made.outliers.push_back(made.touches.size());
+    }
+    for (int attempt = 0; touch.joint_rad.empty(); ++attempt) {
+      if (attempt == 2000)
+        throw std::runtime_error("no touch of target " + target.id + " is within reach");
+      const Vector3d normal = random_normal(random, making.widest_rad);
+      Vector3d point = truth.centre_m[t];
+      if (target.kind == TargetKind::kSphere)
+        point += (truth.radius_m[t] + making.rho_m + off) * normal;
+      else if (target.kind == TargetKind::kWire)
+        point += random.uniform(0.15, 0.5) * normal;
+      else
+        for (int k = 0; k < 3; ++k) point[k] += k == 0 ? off : making.noise_m * random.normal();
+      touch.joint_rad = reach(cell, truth, random, point, normal);
+      if (target.kind == TargetKind::kWire)
+        touch.radius_m = (point - truth.centre_m[t]).norm() + off;
+    }
+    made.touches.push_back(std::move(touch));
+  }
+  return made;
+}
+
+}  // namespace cellcal::calib::testing
