@@ -1,5 +1,6 @@
 #include "calib/identify/frame.h"
 
+#include <Eigen/Cholesky>
 #include <Eigen/QR>
 #include <Eigen/SVD>
 #include <algorithm>
@@ -211,6 +212,18 @@ FrameDirections find_frame_directions(const Problem& problem, const Linearisatio
     result.words.back().words +=
         "; " + std::to_string(weak - kWeakNamed) + " further directions are as weak";
   return result;
+}
+
+Eigen::MatrixXd without_frame(const Eigen::MatrixXd& covariance, const Eigen::MatrixXd& basis) {
+  if (basis.cols() == 0 || covariance.size() == 0) return covariance;
+  // On correlations: metres beside radians per newton metre would cost digits.
+  const Eigen::VectorXd sigma = covariance.diagonal().cwiseSqrt().cwiseMax(1e-300);
+  const Eigen::MatrixXd correlation =
+      sigma.cwiseInverse().asDiagonal() * covariance * sigma.cwiseInverse().asDiagonal();
+  const Eigen::MatrixXd n = sigma.cwiseInverse().asDiagonal() * basis;
+  const Eigen::MatrixXd information = n.transpose() * correlation.ldlt().solve(n);
+  return sigma.asDiagonal() * (correlation - n * information.ldlt().solve(n.transpose())) *
+         sigma.asDiagonal();
 }
 
 }  // namespace cellcal::calib

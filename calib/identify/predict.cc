@@ -1,9 +1,9 @@
 #include "calib/identify/predict.h"
 
-#include <Eigen/Cholesky>
 #include <cmath>
 #include <map>
 
+#include "calib/identify/frame.h"
 #include "calib/model/kinematics.h"
 
 namespace cellcal::calib {
@@ -37,18 +37,7 @@ struct Predictor::Impl {
     std::map<std::string, Eigen::Index> index;
     for (std::size_t i = 0; i < c.parameters.size(); ++i)
       index[c.parameters[i].name] = static_cast<Eigen::Index>(i);
-    Eigen::MatrixXd all = c.covariance;
-    if (c.frame_basis.cols() > 0 && all.size() > 0) {
-      // Along the frame N nothing was measured: S^-1 N is the prior's information alone. Taking
-      // the frame as agreed leaves S - N (N^T S^-1 N)^-1 N^T; computed on correlations.
-      const Eigen::VectorXd sigma = all.diagonal().cwiseSqrt().cwiseMax(1e-300);
-      const Eigen::MatrixXd correlation =
-          sigma.cwiseInverse().asDiagonal() * all * sigma.cwiseInverse().asDiagonal();
-      const Eigen::MatrixXd n_s = sigma.cwiseInverse().asDiagonal() * c.frame_basis;
-      const Eigen::MatrixXd information = n_s.transpose() * correlation.ldlt().solve(n_s);
-      all = sigma.asDiagonal() * (correlation - n_s * information.ldlt().solve(n_s.transpose())) *
-            sigma.asDiagonal();
-    }
+    const Eigen::MatrixXd all = without_frame(c.covariance, c.frame_basis);
     x = Eigen::VectorXd::Zero(n);
     covariance = Eigen::MatrixXd::Zero(n, n);
     std::vector<Eigen::Index> at(n, -1);

@@ -3,7 +3,10 @@
 #include <fmt/format.h>
 
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cmath>
+
+#include "calib/identify/frame.h"
 
 namespace cellcal::calib {
 
@@ -15,9 +18,9 @@ constexpr double kChi2Limit = 4.0;
 constexpr double kOutlierShare = 0.10;
 /// Held-out touches may be worse than the fit, but not by this much: then it is over-fitted.
 constexpr double kCheckRatio = 4.0;
-/// Smallest eigenvalue of the mean n n^T over a sphere's touch directions: 1/3 when even, 0 when
-/// all lie in a plane. A cap of 25 deg half-angle has 0.04.
-constexpr double kSpreadOfDirections = 0.02;
+/// A target whose place is not known to this along its weakest axis (1 sigma, frame aside) was
+/// touched from too few directions: its touches then say little about the arm.
+constexpr double kPlaceSigmaM = 0.3e-3;
 
 }  // namespace
 
@@ -39,26 +42,17 @@ Verdict judge(const Problem& problem, const Calibration& c) {
   if (outliers > kOutlierShare * fit)
     blocking.push_back(fmt::format("outliers: {} of {} fit touches are not what the sphere allows",
                                    outliers, fit));
+  const Eigen::MatrixXd covariance = without_frame(c.covariance, c.frame_basis);
   for (const TargetBlock& block : problem.blocks()) {
-    const Target& target = problem.cell().targets[block.target];
-    if (target.kind != TargetKind::kSphere) continue;
-    Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
-    int count = 0;
-    for (const TouchResidual& r : c.residuals) {
-      if (touches[r.touch].target != target.id || r.outlier ||
-          touches[r.touch].set != TouchSet::kFit)
-        continue;
-      spread += r.direction * r.direction.transpose();
-      ++count;
-    }
-    const double least =
-        count > 0 ? Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(spread / count).eigenvalues()[0]
-                  : 0.0;
-    if (count < 4 || least < kSpreadOfDirections)
+    const double sigma_m =
+        std::sqrt(std::max(0.0, Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(
+                                    covariance.block<3, 3>(block.first, block.first))
+                                    .eigenvalues()[2]));
+    if (sigma_m > kPlaceSigmaM)
       blocking.push_back(fmt::format(
-          "too few directions: sphere {} was touched {} times in directions too much alike; touch "
-          "it from more sides",
-          target.id, count));
+          "too few directions: {} is known to {:.2f} mm only along its weakest axis; touch it from "
+          "more sides",
+          problem.cell().targets[block.target].id, sigma_m * 1e3));
   }
   if (c.check.count > 0 && c.after.rms_m > 0.0 &&
       c.check.rms_m > kCheckRatio * std::max(c.after.rms_m, c.touch_noise_m))

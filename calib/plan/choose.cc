@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 
+#include "calib/identify/level.h"
 #include "calib/identify/problem.h"
 #include "calib/identify/region.h"
 #include "calib/identify/solve.h"
@@ -18,8 +19,10 @@ constexpr double kNoPriorWeight = 1e-2;
 
 }  // namespace
 
-Choice choose(const Cell& cell, const std::vector<Candidate>& candidates, int count,
+Choice choose(const Cell& stated, const std::vector<Candidate>& candidates, int count,
               int least_per_target) {
+  // With what the geometry lacks: touches are chosen for the arm as it will be judged.
+  const Cell cell = at_level(stated, ModelLevel{});
   const ArmModel arm(cell.robot, cell.tool);
   std::vector<Touch> touches;
   for (const Candidate& c : candidates) {

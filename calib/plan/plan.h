@@ -40,9 +40,9 @@ struct PlanOptions {
   int fit_touches = 40;
   int check_touches = 10;
   unsigned seed = 1;
-  double standoff_m = 0.010;
-  double beyond_m = 0.008;  ///< search continues this far past the nominal surface
-  double clear_m = 0.020;   ///< retreat distance from the surface
+  double standoff_m = 0.012;  ///< an uncalibrated arm is wrong by up to 10 mm
+  double beyond_m = 0.012;    ///< search continues this far past the nominal surface
+  double clear_m = 0.020;     ///< retreat distance from the surface
   double limit_margin_rad = 0.05;
 };
 

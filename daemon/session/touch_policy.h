@@ -15,7 +15,7 @@ struct TouchPolicy {
   /// speed again, short enough to cost less than a second at 2 mm/s.
   double back_off_m = 0.0015;
   /// Contact within this much travel from the stand-off is not the sphere: the tip would have been
-  /// 9 mm early at the default stand-off of 10 mm. Jogged spheres, cables and chips are.
+  /// 11 mm early at the default stand-off of 12 mm. Jogged spheres, cables and chips are.
   double earliest_m = 0.001;
   /// Readings that must agree for a touch ...
   int readings = 2;

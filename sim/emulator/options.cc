@@ -62,6 +62,15 @@ void add_options(CLI::App& app, EmulatorOptions& options) {
       ->check(CLI::Range(0.0, 1.0));
   app.add_option("--noise-seed", options.controller.seed, "Seed of that noise")
       ->capture_default_str();
+  app.add_option_function<double>(
+         "--clamp-deg",
+         [&options](double degrees) {
+           options.controller.clamp_deg = degrees;
+           options.controller.monitor_deg = degrees;
+         },
+         "Limit of the axis corrections, AXISCORR's and its monitor's")
+      ->default_str("90")
+      ->check(CLI::Range(0.1, 720.0));
   app.add_option("--mcu-drift-ppm", options.mcu_drift_ppm, "Of the sensor's clock")
       ->capture_default_str()
       ->check(CLI::Range(-1000.0, 1000.0));
