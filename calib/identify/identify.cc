@@ -140,10 +140,27 @@ std::vector<bool> fit_touches(const Problem& problem) {
   return fit;
 }
 
+/// The fit touches that agree with the estimate; judges those left out by it, too.
+std::vector<bool> honest_touches(const Problem& problem, const IdentifyOptions& options,
+                                 const Estimate& e) {
+  const std::vector<bool> fit = fit_touches(problem);
+  const std::vector<double> t = studentised(problem, e.u, fit, e.use, e.posterior);
+  std::vector<double> used;
+  for (std::size_t i = 0; i < t.size(); ++i)
+    if (fit[i]) used.push_back(t[i]);
+  // More scatter than stated widens the gate instead of throwing good touches away.
+  constexpr double kMadToSigma = 1.4826;
+  const double gate = options.outlier_sigma * std::max(1.0, kMadToSigma * median(used));
+  std::vector<bool> honest = fit;
+  for (std::size_t i = 0; i < t.size(); ++i)
+    if (fit[i] && t[i] > gate) honest[i] = false;
+  return honest;
+}
+
 /// Comes near the solution from zero errors: touches are first taken as worth a millimetre, then
 /// ever more. Taking them at their word at once would let what the linearisation gets wrong (parts
 /// in a thousand of the errors) drive the directions that the touches hardly see. Robust, so that
-/// gross outliers do not lead astray.
+/// gross outliers do not lead astray; those are named before anything is fitted without protection.
 void approach(const Problem& problem, const IdentifyOptions& options, Estimate& e) {
   constexpr double kFirstFloorM = 1e-3, kStep = 10.0;
   double finest = kFirstFloorM;
@@ -154,14 +171,15 @@ void approach(const Problem& problem, const IdentifyOptions& options, Estimate& 
         solve(problem, e.u,
               {e.use, options.reject_outliers ? kCauchySigma : 0.0, options.max_iterations, floor})
             .u;
-  if (options.reject_outliers)
-    e.u = solve(problem, e.u, {e.use, kCauchySigma, options.max_iterations, finest}).u;
+  if (!options.reject_outliers) return;
+  e.u = solve(problem, e.u, {e.use, kCauchySigma, options.max_iterations, finest}).u;
+  e.posterior = posterior_at(problem, e.u, e.use);
+  e.use = honest_touches(problem, options, e);
 }
 
 /// Solves and names outliers in turn until the set of touches in use no longer changes. Touches
 /// once thrown out may come back.
 void settle(const Problem& problem, const IdentifyOptions& options, Estimate& e) {
-  const std::vector<bool> fit = fit_touches(problem);
   for (int round = 0; round < kOutlierRounds; ++round) {
     const SolveResult solved = solve(problem, e.u, {e.use, 0.0, options.max_iterations, 0.0});
     if (!solved.converged)
@@ -172,18 +190,9 @@ void settle(const Problem& problem, const IdentifyOptions& options, Estimate& e)
     e.u = solved.u;
     e.posterior = posterior_at(problem, e.u, e.use);
     if (!options.reject_outliers) return;
-    const std::vector<double> t = studentised(problem, e.u, fit, e.use, e.posterior);
-    std::vector<double> used;
-    for (std::size_t i = 0; i < t.size(); ++i)
-      if (fit[i]) used.push_back(t[i]);
-    // More scatter than stated widens the gate instead of throwing good touches away.
-    constexpr double kMadToSigma = 1.4826;
-    const double gate = options.outlier_sigma * std::max(1.0, kMadToSigma * median(used));
-    std::vector<bool> next = fit;
-    for (std::size_t i = 0; i < t.size(); ++i)
-      if (fit[i] && t[i] > gate) next[i] = false;
+    std::vector<bool> next = honest_touches(problem, options, e);
     if (next == e.use) return;
-    e.use = next;
+    e.use = std::move(next);
   }
 }
 
@@ -275,6 +284,12 @@ Calibration identify(const Cell& cell, const std::vector<Touch>& touches,
   const bool any_fit = std::any_of(touches.begin(), touches.end(),
                                    [](const Touch& t) { return t.set == TouchSet::kFit; });
   if (!any_fit) throw IdentifyError("there are no fit touches; nothing to identify from");
+  for (std::size_t i = 0; i < touches.size(); ++i)
+    for (const double angle : touches[i].joint_rad)
+      if (!std::isfinite(angle))
+        throw IdentifyError(
+            fmt::format("touch {} of {} has a joint angle that is not a number; leave it out",
+                        i + 1, touches.size()));
 
   // The fullest level first: outliers are judged by a model that can explain all that an arm does,
   // and the evidence of every simpler level follows from its linearisation.
