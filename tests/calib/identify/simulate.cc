@@ -18,7 +18,6 @@ using Eigen::Vector3d;
 
 /// Touches from further below would come through the stand.
 constexpr double kLowestElevationRad = -0.35;
-constexpr double kConeRad = 0.7;  // tool axis against the inward normal
 constexpr double kLimitMarginRad = 0.01;
 
 Vector3d random_normal(Random& random, double widest_rad) {
@@ -32,12 +31,13 @@ Vector3d random_normal(Random& random, double widest_rad) {
 }
 
 /// TCP orientation with the tool's shaft within the cone about -normal.
-Eigen::Matrix3d random_orientation(const Cell& cell, Random& random, const Vector3d& normal) {
+Eigen::Matrix3d random_orientation(const Cell& cell, Random& random, const Vector3d& normal,
+                                   double cone_rad) {
   const double pi = std::numbers::pi;
   const Vector3d shaft = cell.tool.tcp.translation().normalized();
   const Eigen::AngleAxisd roll(random.uniform(-pi, pi), -normal);
   const Eigen::AngleAxisd heading(random.uniform(-pi, pi), normal);
-  const Eigen::AngleAxisd tilt(kConeRad * std::sqrt(random.uniform()),
+  const Eigen::AngleAxisd tilt(cone_rad * std::sqrt(random.uniform()),
                                heading * normal.unitOrthogonal());
   return (tilt * roll).toRotationMatrix() *
          Eigen::Quaterniond::FromTwoVectors(shaft, -normal).toRotationMatrix() *
@@ -59,25 +59,32 @@ JointVector random_seed_posture(const Cell& cell, Random& random, const Vector3d
 
 /// Brings the true tip to `point`: Newton with the nominal Jacobian, which is right to parts in a
 /// thousand, so that each step gains three digits.
-JointVector bring_true_tip(const sim::Truth& truth, JointVector q, const Vector3d& point) {
+/// Empty where that leads out of the limits or nowhere.
+JointVector bring_true_tip(const Cell& cell, const sim::Truth& truth, JointVector q,
+                           const Vector3d& point) {
+  constexpr double kThere = 1e-13;  // far below any noise, above the rounding of metres
   for (int k = 0; k < 12; ++k) {
     const Vector3d off = point - truth.arm.position(truth.arm.prepare(q), truth.errors.data());
-    if (off.norm() < 1e-15) break;
+    if (off.norm() < kThere) {
+      for (std::size_t i = 0; i < q.size(); ++i)
+        if (q[i] < cell.robot.joints[i].min_rad || q[i] > cell.robot.joints[i].max_rad) return {};
+      return q;
+    }
     const Eigen::Matrix3Xd j = truth.arm.nominal_jacobian(q).topRows<3>();
     const Eigen::VectorXd step = j.transpose() * (j * j.transpose()).inverse() * off;
     for (std::size_t i = 0; i < q.size(); ++i) q[i] += step[static_cast<Eigen::Index>(i)];
   }
-  return q;
+  return {};
 }
 
 JointVector reach(const Cell& cell, const sim::Truth& truth, Random& random, const Vector3d& point,
-                  const Vector3d& normal) {
+                  const Vector3d& normal, double cone_rad) {
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
   pose.translation() = point;
-  pose.linear() = random_orientation(cell, random, normal);
+  pose.linear() = random_orientation(cell, random, normal, cone_rad);
   const auto q =
       inverse(truth.arm, pose, random_seed_posture(cell, random, point), kLimitMarginRad);
-  return q ? bring_true_tip(truth, *q, point) : JointVector{};
+  return q ? bring_true_tip(cell, truth, *q, point) : JointVector{};
 }
 
 }  // namespace
@@ -103,6 +110,12 @@ sim::Truth plain_truth(const Cell& cell, std::uint64_t seed) {
   return sim::draw_truth(cell, options);
 }
 
+double true_value(const sim::Truth& truth, const std::string& name) {
+  for (int p = 0; p < truth.arm.size(); ++p)
+    if (truth.arm.parameters()[static_cast<std::size_t>(p)].name == name) return truth.errors[p];
+  return 0.0;
+}
+
 Made make_touches(const Cell& cell, const sim::Truth& truth, const Making& making) {
   Random random(making.seed);
   Made made;
@@ -112,9 +125,12 @@ Made make_touches(const Cell& cell, const sim::Truth& truth, const Making& makin
     const Target& target = cell.targets[t];
     Touch touch;
     touch.target = target.id;
-    // Check touches spread evenly among the others.
-    const auto checks_before = [&](int k) { return k * making.check / total; };
-    touch.set = checks_before(i + 1) > checks_before(i) ? TouchSet::kCheck : TouchSet::kFit;
+    // Check touches spread evenly among each target's.
+    const auto checks_before = [&](std::size_t k) {
+      return static_cast<int>(k) * making.check / total;
+    };
+    const std::size_t visit = static_cast<std::size_t>(i) / cell.targets.size();
+    touch.set = checks_before(visit + 1) > checks_before(visit) ? TouchSet::kCheck : TouchSet::kFit;
     double off = making.noise_m * random.normal();
     if (touch.set == TouchSet::kFit && random.uniform() < making.outlier_share) {
       off = random.uniform(0.5e-3, 20e-3) * (random.uniform() < 0.5 ? -1.0 : 1.0);
@@ -131,7 +147,7 @@ Made make_touches(const Cell& cell, const sim::Truth& truth, const Making& makin
         point += random.uniform(0.15, 0.5) * normal;
       else
         for (int k = 0; k < 3; ++k) point[k] += k == 0 ? off : making.noise_m * random.normal();
-      touch.joint_rad = reach(cell, truth, random, point, normal);
+      touch.joint_rad = reach(cell, truth, random, point, normal, making.cone_rad);
       if (target.kind == TargetKind::kWire)
         touch.radius_m = (point - truth.centre_m[t]).norm() + off;
     }

@@ -1,0 +1,179 @@
+// Stated uncertainties against true errors, in simulations whose model is right.
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+
+#include "calib/identify/identify.h"
+#include "calib/model/random.h"
+#include "sim/cell/compare.h"
+#include "tests/calib/identify/simulate.h"
+
+namespace cellcal::calib {
+namespace {
+
+using testing::demo_cell;
+using testing::make_touches;
+using testing::plain_truth;
+
+constexpr int kTruths = 50;
+
+/// True minus estimated, in the order of the result's parameters.
+Eigen::VectorXd true_errors(const sim::Truth& truth, const Cell& cell, double rho_m,
+                            const Calibration& result) {
+  Eigen::VectorXd error(static_cast<Eigen::Index>(result.parameters.size()));
+  for (Eigen::Index i = 0; i < error.size(); ++i) {
+    const ParameterResult& p = result.parameters[static_cast<std::size_t>(i)];
+    double real = testing::true_value(truth, p.name);
+    if (p.name == "touch.rho") real = rho_m;
+    for (std::size_t t = 0; t < cell.targets.size(); ++t)
+      for (int k = 0; k < 3; ++k)
+        if (p.name == cell.targets[t].id + "." + "xyz"[k]) real = truth.centre_m[t][k];
+    for (std::size_t t = 0; t < cell.targets.size(); ++t)
+      if (p.name == cell.targets[t].id + ".radius")
+        real = truth.radius_m[t] - cell.targets[t].diameter_m / 2.0 - cell.tool.tip_radius_m;
+    error[i] = real - (p.nominal + p.correction);
+  }
+  return error;
+}
+
+struct Whitened {
+  double squares = 0.0;  ///< sum of (error / sigma)^2 of what the data decided
+  int count = 0;
+  double mahalanobis = 0.0;  ///< sum over all parameters, correlations included
+  int dof = 0;
+  double chi2 = 0.0;  ///< mean of chi2_per_dof
+};
+
+/// The cell as a laboratory hands it over: its lengths are off by what they are certified to.
+Cell certified(const sim::Truth& truth, unsigned seed) {
+  Cell cell = demo_cell();
+  Random random(seed);
+  for (CertifiedLength& length : cell.lengths)
+    length.length_m = (truth.centre_m[cell.target_index(length.from)] -
+                       truth.centre_m[cell.target_index(length.to)])
+                          .norm() +
+                      length.sigma_m * random.normal();
+  return cell;
+}
+
+Whitened over_truths(const IdentifyOptions& options) {
+  Whitened sum;
+  for (unsigned seed = 1; seed <= kTruths; ++seed) {
+    const sim::Truth truth = plain_truth(demo_cell(), 100 + seed);
+    // rho as its prior says.
+    const double rho = 0.3e-3 * std::sin(17.0 * seed);
+    const auto made = make_touches(demo_cell(), truth, {.fit = 80, .rho_m = rho, .seed = seed});
+    const Cell cell = certified(truth, seed);
+    const Calibration result = identify(cell, made.touches, options);
+    const Eigen::VectorXd error = true_errors(truth, cell, rho, result);
+    for (Eigen::Index i = 0; i < error.size(); ++i) {
+      const ParameterResult& p = result.parameters[static_cast<std::size_t>(i)];
+      if (p.decided_by != DecidedBy::kData) continue;
+      sum.squares += std::pow(error[i] / p.sigma, 2);
+      ++sum.count;
+    }
+    const Eigen::VectorXd sigma = result.covariance.diagonal().cwiseSqrt();
+    const Eigen::MatrixXd correlation =
+        sigma.cwiseInverse().asDiagonal() * result.covariance * sigma.cwiseInverse().asDiagonal();
+    const Eigen::VectorXd scaled = error.cwiseQuotient(sigma);
+    sum.mahalanobis += scaled.dot(correlation.ldlt().solve(scaled));
+    sum.dof += static_cast<int>(error.size());
+    sum.chi2 += result.chi2_per_dof / kTruths;
+  }
+  std::printf("data-decided: rms %.3f over %d; all: %.3f per parameter; chi2 %.3f\n",
+              std::sqrt(sum.squares / sum.count), sum.count, sum.mahalanobis / sum.dof, sum.chi2);
+  return sum;
+}
+
+TEST(Honesty, SigmasAreRightWhenTheModelIs) {
+  // The level of the truth: no gears, so nothing is left to choose.
+  IdentifyOptions options;
+  options.level = ModelLevel{true, 0.0, 0.0};
+  const Whitened sum = over_truths(options);
+  ASSERT_GT(sum.count, 10 * kTruths);
+  // 50 independent truths with some 20 correlated parameters each: 1/sqrt(2 * 50 * 4) = 0.05 if
+  // only four of them are independent.
+  EXPECT_NEAR(std::sqrt(sum.squares / sum.count), 1.0, 0.15);
+  // chi^2 of some 2000 degrees of freedom: 0.03. Below 1 by what is drawn no further than 2.5 sigma
+  // (0.02), and by the fits whose chi2 > 1 widens their bounds (0.08).
+  EXPECT_NEAR(sum.mahalanobis / sum.dof, 0.92, 0.12);
+  // 50 fits with 40 degrees of freedom or more: 0.03.
+  EXPECT_NEAR(sum.chi2, 1.0, 0.1);
+}
+
+TEST(Honesty, SigmasAreNotTooSmallWhenTheLevelIsChosenByEvidence) {
+  const Whitened sum = over_truths({});
+  EXPECT_LT(std::sqrt(sum.squares / sum.count), 1.15);
+  EXPECT_GT(std::sqrt(sum.squares / sum.count), 0.5);  // nor blown up
+  EXPECT_LT(sum.mahalanobis / sum.dof, 1.15);
+  EXPECT_LT(sum.chi2, 1.15);
+}
+
+TEST(Honesty, TheStatedBoundHoldsNineteenOfTwentyTrueErrors) {
+  double local = 0.0, workspace = 0.0, worst = 1.0, predicted = 0.0, real = 0.0;
+  constexpr int kRuns = 20;
+  for (unsigned seed = 1; seed <= kRuns; ++seed) {
+    const sim::Truth truth = plain_truth(demo_cell(), 500 + seed);
+    const auto made = make_touches(demo_cell(), truth, {.fit = 80, .seed = seed});
+    const Calibration result = identify(demo_cell(), made.touches);
+    std::vector<JointVector> around;
+    for (const Touch& touch : made.touches) around.push_back(touch.joint_rad);
+    const auto figures = sim::truth_figures(truth, result, around);
+    local += figures.local.covered / kRuns;
+    workspace += figures.workspace.covered / kRuns;
+    worst = std::min(worst, figures.workspace.covered);
+    predicted += result.predicted_m3_m / kRuns;
+    real += figures.workspace.mean_m / kRuns;
+  }
+  std::printf("covered: local %.3f workspace %.3f, worst run %.3f; m3 %.4f predicted %.4f mm\n",
+              local, workspace, worst, real * 1e3, predicted * 1e3);
+  EXPECT_GE(local, 0.93);
+  EXPECT_GE(workspace, 0.93);
+  // Errors of one arm hang together, so single runs scatter; none may fail wholly.
+  EXPECT_GE(worst, 0.6);
+  // The bound is not bought by blowing it up.
+  EXPECT_LT(predicted, 2.0 * real);
+  EXPECT_GT(predicted, 0.5 * real);
+}
+
+TEST(Honesty, GearErrorsThatTheRobotFileDoesNotNameWidenTheBounds) {
+  double covered = 0.0, chi2 = 0.0;
+  int seen = 0;
+  constexpr int kRuns = 10;
+  for (unsigned seed = 1; seed <= kRuns; ++seed) {
+    sim::TruthOptions options;
+    options.seed = 900 + seed;
+    options.gear_arcsec = 20.0;
+    const sim::Truth truth = sim::draw_truth(demo_cell(), options);
+    const auto made = make_touches(demo_cell(), truth, {.fit = 200, .seed = seed});
+    const Calibration result = identify(demo_cell(), made.touches);
+    std::vector<JointVector> around;
+    for (const Touch& touch : made.touches) around.push_back(touch.joint_rad);
+    covered += sim::truth_figures(truth, result, around).workspace.covered / kRuns;
+    chi2 += result.chi2_per_dof / kRuns;
+    seen += result.level.transmission > 0.0 || result.level.ripple_rad > 0.0;
+  }
+  std::printf("gears: covered %.3f chi2 %.3f, seen in %d of %d\n", covered, chi2, seen, kRuns);
+  EXPECT_GE(covered, 0.90);
+  EXPECT_EQ(seen, kRuns);
+}
+
+TEST(Honesty, NoiseTwiceTheStatedOneShowsInChiSquareAndInTheBounds) {
+  const sim::Truth truth = plain_truth(demo_cell(), 1);
+  IdentifyOptions options;
+  options.level = ModelLevel{true, 0.0, 0.0};
+  const auto calm =
+      identify(demo_cell(), make_touches(demo_cell(), truth, {.fit = 150, .noise_m = 3e-5}).touches,
+               options);
+  const auto loud =
+      identify(demo_cell(), make_touches(demo_cell(), truth, {.fit = 150, .noise_m = 6e-5}).touches,
+               options);
+  // The same random numbers: the ratio holds to second order, the size to 1/sqrt(2 * 100) = 7 %.
+  EXPECT_NEAR(loud.chi2_per_dof / calm.chi2_per_dof, 4.0, 0.8);
+  EXPECT_NEAR(loud.touch_noise_m, 6e-5, 1.5e-5);
+  EXPECT_GT(loud.predicted_m3_m, 1.5 * calm.predicted_m3_m);
+}
+
+}  // namespace
+}  // namespace cellcal::calib

@@ -1,0 +1,233 @@
+// What a caller may rely on: the same answer for the same question, and an error for none.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "calib/files/calibration_json.h"
+#include "calib/files/files.h"
+#include "calib/identify/identify.h"
+#include "calib/identify/predict.h"
+#include "calib/model/random.h"
+#include "tests/calib/identify/simulate.h"
+
+namespace cellcal::calib {
+namespace {
+
+using testing::demo_cell;
+using testing::make_touches;
+using testing::one_sphere_cell;
+using testing::plain_truth;
+
+const std::vector<Touch>& touches() {
+  static const auto made = make_touches(demo_cell(), plain_truth(demo_cell(), 1),
+                                        {.fit = 80, .check = 20, .outlier_share = 0.03});
+  return made.touches;
+}
+
+std::string refusal(const Cell& cell, const std::vector<Touch>& some) {
+  try {
+    (void)identify(cell, some);
+  } catch (const IdentifyError& error) {
+    return error.what();
+  }
+  ADD_FAILURE() << "was not refused";
+  return {};
+}
+
+TEST(Identify, GivesTheSameBitsForTheSameInput) {
+  const std::string once = calibration_to_json(identify(demo_cell(), touches()));
+  EXPECT_EQ(calibration_to_json(identify(demo_cell(), touches())), once);
+}
+
+TEST(Identify, CheckTouchesHaveNoInfluenceWhatever) {
+  const Calibration with = identify(demo_cell(), touches());
+  std::vector<Touch> moved = touches(), without;
+  Random random(1);
+  for (Touch& touch : moved) {
+    if (touch.set == TouchSet::kFit) {
+      without.push_back(touch);
+      continue;
+    }
+    for (double& angle : touch.joint_rad) angle += random.uniform(-0.3, 0.3);
+    touch.sigma_m = 1e-7;
+  }
+  for (const Calibration& other : {identify(demo_cell(), moved), identify(demo_cell(), without)}) {
+    ASSERT_EQ(other.parameters.size(), with.parameters.size());
+    for (std::size_t i = 0; i < with.parameters.size(); ++i) {
+      EXPECT_EQ(other.parameters[i].correction, with.parameters[i].correction) << i;
+      EXPECT_EQ(other.parameters[i].sigma, with.parameters[i].sigma) << i;
+    }
+    EXPECT_EQ(other.covariance, with.covariance);
+    EXPECT_EQ(other.chi2_per_dof, with.chi2_per_dof);
+    EXPECT_EQ(other.level, with.level);
+    EXPECT_EQ(other.after.rms_m, with.after.rms_m);
+    EXPECT_EQ(other.predicted_m3_m, with.predicted_m3_m);
+  }
+}
+
+TEST(Identify, TheOrderOfTheTouchesDoesNotMatterBeyondRounding) {
+  const Calibration straight = identify(demo_cell(), touches());
+  std::vector<Touch> shuffled = touches();
+  Random random(2);
+  for (std::size_t i = shuffled.size(); i > 1; --i)
+    std::swap(shuffled[i - 1], shuffled[random.below(i)]);
+  const Calibration other = identify(demo_cell(), shuffled);
+  ASSERT_EQ(other.parameters.size(), straight.parameters.size());
+  for (std::size_t i = 0; i < straight.parameters.size(); ++i) {
+    const ParameterResult &a = straight.parameters[i], &b = other.parameters[i];
+    // The solver stops where a step no longer pays: a thousandth of what is not known anyway.
+    EXPECT_NEAR(a.correction, b.correction, 1e-3 * a.sigma) << a.name;
+    EXPECT_NEAR(a.sigma, b.sigma, 1e-4 * a.sigma) << a.name;
+  }
+  EXPECT_EQ(other.outliers.size(), straight.outliers.size());
+  EXPECT_EQ(other.level, straight.level);
+}
+
+TEST(Identify, ATouchOfItsOwnSigmaWeighsAccordingly) {
+  // Doubtful touches said to be doubtful: the result leans on the others.
+  std::vector<Touch> some =
+      make_touches(demo_cell(), plain_truth(demo_cell(), 1), {.fit = 120}).touches;
+  const Calibration equal = identify(demo_cell(), some);
+  for (std::size_t i = 0; i < some.size(); i += 2) some[i].sigma_m = 1e-3;
+  const Calibration halved = identify(demo_cell(), some);
+  EXPECT_GT(halved.predicted_m3_m, 1.1 * equal.predicted_m3_m);
+  for (std::size_t i = 0; i < some.size(); i += 2)
+    EXPECT_LT(std::abs(halved.residuals[i].whitened), 0.5);
+}
+
+TEST(Identify, WithoutFitTouchesIsAnError) {
+  EXPECT_NE(refusal(demo_cell(), {}).find("no fit touches"), std::string::npos);
+  std::vector<Touch> checks = touches();
+  for (Touch& touch : checks) touch.set = TouchSet::kCheck;
+  EXPECT_NE(refusal(demo_cell(), checks).find("no fit touches"), std::string::npos);
+}
+
+TEST(Identify, ATargetWithCheckTouchesOnlyIsNamed) {
+  std::vector<Touch> some = touches();
+  for (Touch& touch : some)
+    if (touch.target == "S3") touch.set = TouchSet::kCheck;
+  EXPECT_NE(refusal(demo_cell(), some).find("target S3"), std::string::npos);
+}
+
+TEST(Identify, ATargetThatWasNotTouchedIsLeftOut) {
+  std::vector<Touch> some = touches();
+  std::erase_if(some, [](const Touch& touch) { return touch.target == "S2"; });
+  const Calibration result = identify(demo_cell(), some);
+  EXPECT_EQ(result.targets.size(), 3u);
+  for (const ParameterResult& p : result.parameters) EXPECT_FALSE(p.name.starts_with("S2."));
+}
+
+TEST(Identify, TouchesThatLieFlatDoNotMakeASphereOfUnknownPlace) {
+  sim::TruthOptions perfect;  // so that the nominal arm sees them lie flat
+  perfect.geometry_scale = perfect.deflection = perfect.placement_m = perfect.placement_rad = 0.0;
+  Cell cell = one_sphere_cell();
+  const sim::Truth truth = sim::draw_truth(cell, perfect);
+  const auto flat = make_touches(cell, truth, {.fit = 30, .noise_m = 0.0, .widest_rad = 0.03});
+  const auto three = make_touches(cell, truth, {.fit = 3});
+  cell.targets[0].has_centre = false;
+  cell.targets[0].centre_sigma_m = 0.0;
+  EXPECT_NE(refusal(cell, flat.touches).find("target S1: 30 fit touches do not span a sphere"),
+            std::string::npos);
+  EXPECT_NE(refusal(cell, three.touches).find("target S1: 3 fit touches do not span a sphere"),
+            std::string::npos);
+}
+
+TEST(Identify, FewTouchesOfAKnownPlaceAreUsedButNotLetThrough) {
+  std::vector<Touch> few;
+  for (const Touch& touch : touches())
+    if (touch.target == "S1" && few.size() < 3) few.push_back(touch);
+  const Calibration result = identify(one_sphere_cell(), few);
+  EXPECT_FALSE(result.verdict.publish);
+}
+
+TEST(Identify, WithNothingToIdentifyIsAnError) {
+  Cell rigid = demo_cell();
+  for (Joint& joint : rigid.robot.joints) joint.tolerance_angle_rad = joint.tolerance_length_m = 0;
+  rigid.tool.deflection_sigma = 0.0;
+  IdentifyOptions plain;
+  plain.level = ModelLevel{false, 0.0, 0.0};
+  EXPECT_THROW((void)identify(rigid, touches(), plain), IdentifyError);
+}
+
+TEST(Identify, TouchesOfAnotherRobotDoNotPassForACalibration) {
+  Cell other = demo_cell();
+  other.robot.joints[1].a_m += 0.15;
+  try {
+    EXPECT_FALSE(identify(other, touches()).verdict.publish);
+  } catch (const IdentifyError& error) {
+    SUCCEED() << error.what();
+  }
+}
+
+TEST(Identify, AnglesThatAreNotNumbersAreAnErrorThatNamesTheTouch) {
+  for (const double bad : {std::nan(""), HUGE_VAL}) {
+    std::vector<Touch> poisoned = touches();
+    poisoned[5].joint_rad[2] = bad;
+    EXPECT_NE(refusal(demo_cell(), poisoned).find("touch 6"), std::string::npos);
+  }
+}
+
+TEST(Identify, AnglesOfAnotherNumberAndUnknownTargetsAreErrors) {
+  std::vector<Touch> wrong = touches();
+  wrong[5].joint_rad.pop_back();
+  EXPECT_THROW((void)identify(demo_cell(), wrong), std::exception);
+  wrong = touches();
+  wrong[5].target = "S9";
+  EXPECT_THROW((void)identify(demo_cell(), wrong), std::exception);
+}
+
+TEST(Identify, SaysWhoDecidedEachParameter) {
+  const Calibration result = identify(demo_cell(), touches());
+  int data = 0, frame = 0;
+  for (const ParameterResult& p : result.parameters) {
+    EXPECT_GT(p.sigma, 0.0) << p.name;
+    data += p.decided_by == DecidedBy::kData;
+    frame += p.decided_by == DecidedBy::kFrame;
+    if (p.name == "A1.theta" || p.name == "A1.d") {
+      EXPECT_EQ(p.decided_by, DecidedBy::kFrame) << p.name;
+    }
+    if (p.name == "A2.theta" || p.name == "A3.theta") {
+      EXPECT_EQ(p.decided_by, DecidedBy::kData) << p.name;
+    }
+  }
+  EXPECT_GT(data, 15);
+  EXPECT_GE(frame, 2);
+}
+
+TEST(Identify, CovarianceIsSymmetricPositiveAndItsDiagonalIsTheSigmas) {
+  const Calibration result = identify(demo_cell(), touches());
+  const auto n = static_cast<Eigen::Index>(result.parameters.size());
+  ASSERT_EQ(result.covariance.rows(), n);
+  ASSERT_EQ(result.covariance.cols(), n);
+  EXPECT_LT((result.covariance - result.covariance.transpose()).norm(),
+            1e-12 * result.covariance.norm());
+  for (Eigen::Index i = 0; i < n; ++i)
+    EXPECT_NEAR(std::sqrt(result.covariance(i, i)),
+                result.parameters[static_cast<std::size_t>(i)].sigma,
+                1e-12 * result.parameters[static_cast<std::size_t>(i)].sigma);
+}
+
+TEST(Predictor, WithoutCorrectionIsTheNominalArmAndWithItTheTrueOne) {
+  const sim::Truth truth = plain_truth(demo_cell(), 1);
+  const Predictor predictor(identify(demo_cell(), touches()));
+  const ArmModel nominal(demo_cell().robot, demo_cell().tool);
+  double before = 0.0, after = 0.0;
+  for (const Touch& touch : touches()) {
+    EXPECT_EQ(predictor.nominal(touch.joint_rad).translation(),
+              nominal.nominal_tcp(touch.joint_rad).translation());
+    // Height is free by convention; differences of positions are not.
+    const Eigen::Vector3d real =
+        truth.arm.position(truth.arm.prepare(touch.joint_rad), truth.errors.data());
+    before += (predictor.nominal(touch.joint_rad).translation() - real).norm();
+    const Prediction prediction = predictor.calibrated(touch.joint_rad);
+    after += (prediction.tcp.translation() - real).norm();
+    EXPECT_GT(prediction.u95_m, 0.0);
+    EXPECT_LT(prediction.u95_m, 2e-3);
+  }
+  EXPECT_LT(after, before);
+}
+
+}  // namespace
+}  // namespace cellcal::calib

@@ -1,0 +1,152 @@
+// What no touch can tell is said in words, and what a result is good for.
+
+#include <gtest/gtest.h>
+
+#include "calib/identify/identify.h"
+#include "tests/calib/identify/simulate.h"
+
+namespace cellcal::calib {
+namespace {
+
+using testing::demo_cell;
+using testing::make_touches;
+using testing::one_sphere_cell;
+using testing::plain_truth;
+
+Calibration of(const Cell& cell, testing::Making making = {}) {
+  return identify(cell, make_touches(cell, plain_truth(cell, making.seed), making).touches);
+}
+
+bool some_words(const Calibration& result, std::initializer_list<const char*> all_of) {
+  for (const UnidentifiableDirection& direction : result.unidentifiable) {
+    bool all = true;
+    for (const char* word : all_of) all = all && direction.words.find(word) != std::string::npos;
+    if (all) return true;
+  }
+  return false;
+}
+
+std::string all_words(const Calibration& result) {
+  std::string text;
+  for (const UnidentifiableDirection& direction : result.unidentifiable)
+    text += direction.words + "\n";
+  return text;
+}
+
+std::string all_reasons(const Calibration& result) {
+  std::string text;
+  for (const std::string& reason : result.verdict.reasons) text += reason + "\n";
+  return text;
+}
+
+/// The three directions that no number of free spheres can tell, and no fourth.
+void expect_the_three(const Calibration& result) {
+  EXPECT_EQ(result.frame_basis.cols(), 3);
+  EXPECT_TRUE(some_words(result, {"turning", "zero of A1", "all targets", "convention"}))
+      << all_words(result);
+  EXPECT_TRUE(some_words(result, {"raising", "A1.d", "all targets", "convention"}))
+      << all_words(result);
+  EXPECT_TRUE(some_words(result, {"last axis", "A6", "convention"})) << all_words(result);
+  int conventions = 0;
+  for (const UnidentifiableDirection& direction : result.unidentifiable)
+    conventions += direction.words.find("convention") != std::string::npos;
+  EXPECT_EQ(conventions, 3) << all_words(result);
+}
+
+TEST(Scope, OneSphereNamesExactlyTheThreeFrameDirections) {
+  for (unsigned seed = 1; seed <= 5; ++seed)
+    expect_the_three(of(one_sphere_cell(), {.fit = 60, .seed = seed}));
+}
+
+TEST(Scope, FourSpheresNameExactlyTheSameThree) {
+  for (unsigned seed = 1; seed <= 5; ++seed)
+    expect_the_three(of(demo_cell(), {.fit = 100, .seed = seed}));
+}
+
+TEST(Scope, FrameDirectionsMoveNoTouch) {
+  const Cell cell = one_sphere_cell();
+  const auto made = make_touches(cell, plain_truth(cell, 1), {.fit = 60});
+  const Calibration result = identify(cell, made.touches);
+  // A step along each direction, of the size of the tolerances, in arm and centre together.
+  const Cell levelled = at_level(cell, result.level);
+  const ArmModel arm(levelled.robot, levelled.tool);
+  const auto n = static_cast<Eigen::Index>(result.parameters.size());
+  Eigen::VectorXd at(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const ParameterResult& p = result.parameters[static_cast<std::size_t>(i)];
+    at[i] = p.nominal + p.correction;
+  }
+  Eigen::Index centre = 0;
+  while (result.parameters[static_cast<std::size_t>(centre)].name != "S1.x") ++centre;
+  for (Eigen::Index c = 0; c < result.frame_basis.cols(); ++c) {
+    const Eigen::VectorXd step = 0.1 * result.frame_basis.col(c);
+    double worst = 0.0;
+    for (const Touch& touch : made.touches) {
+      const PreparedPose pose = arm.prepare(touch.joint_rad);
+      const auto distance = [&](const Eigen::VectorXd& x) {
+        return (arm.position(pose, x.data()) - x.segment<3>(centre)).norm();
+      };
+      worst = std::max(worst, std::abs(distance(at + step) - distance(at - step)) / 2);
+    }
+    EXPECT_LT(worst, 1e-6) << "direction " << c;  // a millimetre or a milliradian moves tips 1 mm
+  }
+}
+
+TEST(Scope, OneSphereClaimsNothingAwayFromItself) {
+  const Calibration result = of(one_sphere_cell(), {.fit = 60, .check = 10});
+  EXPECT_FALSE(result.verdict.workspace);
+  EXPECT_NE(all_reasons(result).find("no certified length"), std::string::npos);
+}
+
+TEST(Scope, CertifiedLengthsTouchedAtBothEndsOpenTheWorkspace) {
+  const Calibration result = of(demo_cell(), {.fit = 100, .check = 20});
+  EXPECT_TRUE(result.verdict.publish) << all_reasons(result);
+  EXPECT_TRUE(result.verdict.workspace);
+  EXPECT_NE(all_reasons(result).find("certified length"), std::string::npos);
+}
+
+TEST(Scope, ALengthTouchedAtOneEndOnlyDoesNot) {
+  auto made = make_touches(demo_cell(), plain_truth(demo_cell(), 1), {.fit = 160});
+  std::erase_if(made.touches, [](const Touch& touch) { return touch.target != "S1"; });
+  EXPECT_FALSE(identify(demo_cell(), made.touches).verdict.workspace);
+}
+
+TEST(Scope, SpheresWithoutLengthsDoNot) {
+  Cell cell = demo_cell();
+  cell.lengths.clear();
+  EXPECT_FALSE(of(cell, {.fit = 100}).verdict.workspace);
+}
+
+TEST(Scope, TheWorkspaceIsPredictedWorseWithoutALength) {
+  Cell cell = demo_cell();
+  const auto made = make_touches(cell, plain_truth(cell, 1), {.fit = 100});
+  const double with = identify(cell, made.touches).predicted_m3_m;
+  cell.lengths.clear();
+  EXPECT_GT(identify(cell, made.touches).predicted_m3_m, 1.2 * with);
+}
+
+TEST(Verdict, BlocksTouchesThatScatterMoreThanTheCellFileSays) {
+  const Calibration result = of(demo_cell(), {.fit = 100, .noise_m = 2e-4});
+  EXPECT_FALSE(result.verdict.publish);
+  EXPECT_NE(all_reasons(result).find("chi^2"), std::string::npos) << all_reasons(result);
+}
+
+TEST(Verdict, BlocksASphereTouchedFromOneSideOnly) {
+  const Calibration result = of(demo_cell(), {.fit = 100, .widest_rad = 0.15});
+  EXPECT_FALSE(result.verdict.publish);
+  EXPECT_NE(all_reasons(result).find("too few directions"), std::string::npos)
+      << all_reasons(result);
+}
+
+TEST(Verdict, BlocksAResultWithTooManyOutliers) {
+  const Calibration result = of(demo_cell(), {.fit = 100, .outlier_share = 0.2});
+  EXPECT_FALSE(result.verdict.publish);
+  EXPECT_NE(all_reasons(result).find("outliers"), std::string::npos) << all_reasons(result);
+}
+
+TEST(Verdict, SaysWhenNoTouchWasHeldOut) {
+  EXPECT_NE(all_reasons(of(demo_cell(), {.fit = 100})).find("no check touches"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace cellcal::calib
