@@ -36,6 +36,9 @@ struct ContactQuality {
 struct ContactStatus {
   ContactLink link = ContactLink::kDown;
   bool in_contact = false;
+  /// Ready, or in contact since before the self-test, which cannot pass there, with its loop
+  /// examined: a retreat can be guarded, nothing else.
+  bool can_guard_retreat = false;
   bool loop_ok = false;
   bool self_test_ok = false;
   bool armed = false;

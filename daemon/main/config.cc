@@ -44,6 +44,10 @@ void read_rsi(const TomlTable& table, DaemonConfig& config) {
   rsi.axis_tag = table.string_or("axis_tag", rsi.axis_tag);
   rsi.external_axis_tag = table.string_or("external_axis_tag", rsi.external_axis_tag);
   rsi.stop_tag = table.string_or("stop_tag", rsi.stop_tag);
+  rsi.silence_cycles =
+      static_cast<int>(table.integer_or("silence_cycles", rsi.silence_cycles, 2, 1000));
+  rsi.late_replies_limit =
+      static_cast<int>(table.integer_or("late_replies_limit", rsi.late_replies_limit, 1, 10000));
   // One figure for all axes here; rsi_config_for() gives each its own.
   const double usual = config.backend == BackendKind::kRsi ? kUsualCorrection : kAnyCorrection;
   rsi.correction_limit_deg = {table.number_or("correction_limit_deg", usual, {0.1, 360.0})};
@@ -73,7 +77,9 @@ void read_mock(const TomlTable& table, MockConfig& mock) {
   mock.lag_s = table.number_or("lag_ms", mock.lag_s * 1e3, {0.0, 500.0}) * 1e-3;
   mock.cycle_ms = static_cast<int>(table.integer_or("cycle_ms", mock.cycle_ms, 4, 12));
   if (mock.cycle_ms != 4 && mock.cycle_ms != 12) table.fail("cycle_ms", "must be 4 or 12");
-  for (double deg : table.numbers_or("start_deg", {0, -90, 90, 0, 90, 0}, {-360.0, 360.0})) {
+  const std::vector<double> home{0, -90, 90, 0, 90, 0};
+  for (double deg :
+       table.has("start_deg") ? table.numbers("start_deg", 0, {-360.0, 360.0}) : home) {
     mock.start_rad.push_back(deg * kRad);
   }
   table.refuse_unknown();

@@ -109,6 +109,7 @@ struct Links {
   std::string robot_words;
   drivers::ContactLink contact = drivers::ContactLink::kDown;
   bool in_contact = false;
+  bool can_guard_retreat = false;
   bool self_test_ok = false;
   std::string contact_words;
 

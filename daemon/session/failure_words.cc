@@ -33,16 +33,19 @@ std::string target(const State& state) {
                                                                : std::string("the target");
 }
 
+std::string or_else(const std::string& words, const char* fallback) {
+  return words.empty() ? fallback : words;
+}
+
 std::string link_words(const Links& links) {
   std::string words;
-  const bool robot_ready = links.robot == drivers::RobotLink::kReady ||
-                           links.robot == drivers::RobotLink::kNotReferenced;
-  if (!robot_ready) words = "robot: " + joined(links.robot_words, "not ready");
   if (links.robot == drivers::RobotLink::kNotReferenced) {
-    words = "robot: " + joined(links.robot_words, "not referenced");
+    words = "robot: " + or_else(links.robot_words, "not referenced");
+  } else if (links.robot != drivers::RobotLink::kReady) {
+    words = "robot: " + or_else(links.robot_words, "not ready");
   }
   if (links.contact != drivers::ContactLink::kReady) {
-    words = joined(words, "contact sensor: " + joined(links.contact_words, "not ready"));
+    words = joined(words, "contact sensor: " + or_else(links.contact_words, "not ready"));
   }
   return words;
 }

@@ -130,8 +130,7 @@ bool links_ready(const State& state, const Event& event) {
   const Links& links = event.links;
   // A sensor in contact cannot pass its self-test before the arm has left; it is alive all the
   // same.
-  const bool touching =
-      state.resumed && links.in_contact && links.contact == drivers::ContactLink::kIdentifying;
+  const bool touching = state.resumed && links.in_contact && links.can_guard_retreat;
   return links.ready() || (touching && !robot_lost(state, event));
 }
 bool in_contact(const State& state, const Event&) { return state.links.in_contact; }

@@ -12,8 +12,8 @@ constexpr std::chrono::milliseconds kPollPeriod{1};
 
 bool same(const Links& a, const Links& b) {
   return a.robot == b.robot && a.contact == b.contact && a.in_contact == b.in_contact &&
-         a.self_test_ok == b.self_test_ok && a.robot_words == b.robot_words &&
-         a.contact_words == b.contact_words;
+         a.self_test_ok == b.self_test_ok && a.can_guard_retreat == b.can_guard_retreat &&
+         a.robot_words == b.robot_words && a.contact_words == b.contact_words;
 }
 
 }  // namespace
@@ -102,8 +102,9 @@ std::optional<Event> Runner::device_result() {
 std::optional<Event> Runner::links_changed() {
   const drivers::RobotState robot = parts_.backend.robot().state();
   const drivers::ContactStatus contact = parts_.backend.contact().status();
-  const Links links{robot.link,         robot.actual_rad,     robot.words,  contact.link,
-                    contact.in_contact, contact.self_test_ok, contact.words};
+  const Links links{robot.link,           robot.actual_rad,   robot.words,
+                    contact.link,         contact.in_contact, contact.can_guard_retreat,
+                    contact.self_test_ok, contact.words};
   if (seen_ && same(*seen_, links)) return std::nullopt;
   seen_ = links;
   Event one = event(EventKind::kLinks);

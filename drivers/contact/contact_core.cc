@@ -362,7 +362,9 @@ ContactSnapshot ContactCore::snapshot(TimePoint now) {
   s.arm_id = s.armed ? request_.arm_id : std::uint16_t{0};
   s.in_contact = in_contact_;
   const Duration limit = s.armed ? Duration{kHeartbeatLimit} : Duration{kIdleLimit};
-  s.alive = step_ == ContactStep::kReady && now - last_frame_ <= limit;
+  // In contact no self-test can pass; the level of an examined loop still guards the way out.
+  const bool leaving = step_ == ContactStep::kSelfTest && touching_ && fault_ == ContactFault::kNone;
+  s.alive = (step_ == ContactStep::kReady || leaving) && now - last_frame_ <= limit;
   return s;
 }
 

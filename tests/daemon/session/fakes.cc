@@ -116,6 +116,7 @@ drivers::ContactStatus FakeContact::status() const {
   const bool proven =
       !(w_.script.contact_closed && w_.in_contact) && !w_.script.contact_never_ready;
   status.self_test_ok = proven;
+  status.can_guard_retreat = !w_.script.contact_never_ready;
   status.link = proven ? drivers::ContactLink::kReady : drivers::ContactLink::kIdentifying;
   if (w_.script.contact_never_ready) status.words = "no IDENT from /dev/ttyUSB0";
   if (w_.sensor_fault) {

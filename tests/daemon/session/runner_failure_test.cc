@@ -124,7 +124,11 @@ const Case kCases[] = {
      FailureKind::kUnexpectedEvent,
      "'contact' must not happen while 'transit'",
      1},
-    {"device_refuses_a_move", {.begin_throws_at = 2}, FailureKind::kStopUnconfirmed, "socket gone", 2},
+    {"device_refuses_a_move",
+     {.begin_throws_at = 2},
+     FailureKind::kStopUnconfirmed,
+     "socket gone",
+     2},
 };
 
 INSTANTIATE_TEST_SUITE_P(runner, a_failure, ::testing::ValuesIn(kCases),

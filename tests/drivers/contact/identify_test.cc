@@ -142,6 +142,26 @@ TEST(ContactIdentify, IsReadyThoughEveryFifthFrameIsDamaged) {
   EXPECT_GT(rig.contact.status().quality.gaps, 0u);
 }
 
+TEST(ContactIdentify, BegunInContactItGuardsARetreatAndNothingElse) {
+  Rig rig;
+  rig.mcu.edge(rig.now(), true);
+  rig.contact.open();
+  ASSERT_TRUE(rig.run_until([&] { return rig.contact.status().can_guard_retreat; }))
+      << rig.contact.status().words;
+  EXPECT_EQ(rig.contact.status().link, ContactLink::kIdentifying);
+  EXPECT_TRUE(rig.snapshot().alive);
+  EXPECT_TRUE(rig.snapshot().in_contact);
+  EXPECT_FALSE(rig.arm(1).armed);
+  rig.mcu.edge(rig.now(), false);
+  const TimePoint left = rig.now();
+  while (rig.now() < left + seconds{3}) {
+    rig.run(milliseconds{10});
+    ASSERT_TRUE(rig.snapshot().alive) << "on the way out the guard must not fall silent";
+  }
+  EXPECT_FALSE(rig.snapshot().in_contact);
+  EXPECT_EQ(rig.contact.status().link, ContactLink::kReady) << "the self-test runs by itself";
+}
+
 TEST(ContactIdentify, RestartWhileInUseIsAFaultUntilItIsAcknowledged) {
   Rig rig;
   ASSERT_TRUE(rig.get_ready());
