@@ -159,24 +159,30 @@ Plan make_plan(const Cell& cell, const PlanOptions& options, const JointVector& 
     throw PlanError("a plan needs at least one fit touch");
   const int per_target = std::max(40, kCandidatesPerTouch * total / spheres);
   const Router router(cell, arm, clearance, middle, options.limit_margin_rad);
+  auto candidates = find_candidates(cell, arm, clearance, options, per_target, middle);
+  const auto refuse_sphere_without = [&](const char* what) {
+    for (std::size_t t = 0; t < cell.targets.size(); ++t) {
+      const bool any = std::any_of(candidates.begin(), candidates.end(),
+                                   [&](const Candidate& c) { return c.target == t; });
+      if (cell.targets[t].kind == TargetKind::kSphere && !any)
+        throw PlanError(fmt::format("sphere {} {}", cell.targets[t].id, what));
+    }
+  };
+  // First of all: a sphere out of reach also upsets all that follows.
+  refuse_sphere_without(
+      "cannot be reached from any direction inside the joint limits; check its centre_mm or move "
+      "it");
   if (!clearance.clear(middle, kTipMarginM))
     throw PlanError("a sphere or its stand is where the arm rests between touches; move it");
-  auto candidates = find_candidates(cell, arm, clearance, options, per_target, middle);
   std::erase_if(candidates, [&](Candidate& c) { return !router.connect(c); });
+  refuse_sphere_without(
+      "can be reached, but no clear way leads from the resting posture to it and back; move it or "
+      "what stands between");
   if (static_cast<int>(candidates.size()) < total)
     throw PlanError(fmt::format(
         "only {} touches can be reached inside the joint limits and clear of the spheres, {} are "
         "wanted; move the spheres nearer to the middle of the workspace or ask for fewer touches",
         candidates.size(), total));
-  for (std::size_t t = 0; t < cell.targets.size(); ++t) {
-    const bool any = std::any_of(candidates.begin(), candidates.end(),
-                                 [&](const Candidate& c) { return c.target == t; });
-    if (cell.targets[t].kind == TargetKind::kSphere && !any)
-      throw PlanError(
-          fmt::format("sphere {} cannot be reached from any direction inside the joint "
-                      "limits; check its centre_mm or move it",
-                      cell.targets[t].id));
-  }
   const Choice choice = choose(cell, candidates, options.fit_touches, kLeastPerSphere);
   std::vector<bool> taken(candidates.size(), false);
   std::vector<Chosen> todo;
