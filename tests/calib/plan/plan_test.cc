@@ -1,0 +1,208 @@
+// A plan can be driven: limits, search lines, ways between them, counts.
+
+#include "calib/plan/plan.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+#include <map>
+
+#include "calib/files/files.h"
+#include "tests/calib/plan/ways.h"
+
+namespace cellcal::calib {
+namespace {
+
+using testing::along;
+using testing::gap_m;
+using testing::nominal_arm;
+using testing::smallest_gap_m;
+
+const Cell& demo_cell() {
+  static const Cell cell = load_cell(CELLCAL_DEMO_CELL);
+  return cell;
+}
+
+/// What the tip may come near to on a way. The planner's own margin is 7 mm.
+constexpr double kNearestM = 0.005;
+
+PlanOptions small() {
+  PlanOptions options;
+  options.fit_touches = 24;
+  options.check_touches = 6;
+  return options;
+}
+
+const Plan& plan() {
+  static const Plan made = make_plan(demo_cell(), small());
+  return made;
+}
+
+void expect_inside_limits(const Robot& robot, const JointVector& q, double margin) {
+  ASSERT_EQ(q.size(), robot.joints.size());
+  for (std::size_t i = 0; i < q.size(); ++i) {
+    EXPECT_GE(q[i], robot.joints[i].min_rad + margin) << robot.joints[i].name;
+    EXPECT_LE(q[i], robot.joints[i].max_rad - margin) << robot.joints[i].name;
+  }
+}
+
+void expect_drivable(const Cell& cell, const PlanOptions& options, const Plan& made) {
+  const ArmModel arm = nominal_arm(cell);
+  JointVector at = made.start;
+  for (std::size_t k = 0; k < made.touches.size(); ++k) {
+    SCOPED_TRACE("touch " + std::to_string(k) + " of " + made.touches[k].target);
+    const PlannedTouch& touch = made.touches[k];
+    ASSERT_FALSE(touch.transit.empty());
+    EXPECT_EQ(touch.transit.back(), touch.standoff);
+    for (const JointVector& q : touch.transit)
+      expect_inside_limits(cell.robot, q, options.limit_margin_rad);
+    for (const JointVector* q : {&touch.end, &touch.clear})
+      expect_inside_limits(cell.robot, *q, options.limit_margin_rad);
+    EXPECT_GT(smallest_gap_m(cell, arm, at, touch.transit), kNearestM);
+    at = touch.clear;
+  }
+  EXPECT_GT(smallest_gap_m(cell, arm, at, made.home), kNearestM);
+}
+
+TEST(Plan, HasTheTouchesThatWereAskedForOnEverySphere) {
+  std::map<std::string, int> fit, check;
+  for (const PlannedTouch& touch : plan().touches)
+    ++(touch.set == TouchSet::kFit ? fit : check)[touch.target];
+  int fits = 0, checks = 0;
+  for (const auto& [id, count] : fit) {
+    EXPECT_GE(count, 5) << id;  // fewer do not span a sphere
+    fits += count;
+  }
+  for (const auto& [id, count] : check) checks += count;
+  EXPECT_EQ(fit.size(), 4u);
+  EXPECT_EQ(check.size(), 4u);
+  EXPECT_EQ(fits, 24);
+  EXPECT_EQ(checks, 6);
+}
+
+TEST(Plan, KeepsEveryAngleInsideTheLimitsAndTheTipOffEverySphere) {
+  expect_drivable(demo_cell(), small(), plan());
+}
+
+TEST(Plan, StartsClearSearchesInwardAlongTheNormalAndEndsBeyondTheSurface) {
+  const ArmModel arm = nominal_arm(demo_cell());
+  const PlanOptions options = small();
+  for (const PlannedTouch& touch : plan().touches) {
+    SCOPED_TRACE(touch.target);
+    const Target& target = demo_cell().targets[demo_cell().target_index(touch.target)];
+    const auto tip = [&](const JointVector& q) -> Eigen::Vector3d {
+      return arm.position(arm.prepare(q), nullptr) - target.centre_m;
+    };
+    const double radius = target.diameter_m / 2.0;
+    EXPECT_NEAR(touch.normal.norm(), 1.0, 1e-12);
+    EXPECT_NEAR(gap_m(demo_cell(), arm, touch.standoff), options.standoff_m, 1e-8);
+    EXPECT_NEAR(gap_m(demo_cell(), arm, touch.end), -options.beyond_m, 1e-8);
+    EXPECT_NEAR(gap_m(demo_cell(), arm, touch.clear), options.clear_m, 1e-8);
+    EXPECT_LT((tip(touch.standoff) - (radius + options.standoff_m) * touch.normal).norm(), 1e-8);
+    EXPECT_NEAR(touch.search_m, options.standoff_m + options.beyond_m, 1e-12);
+    EXPECT_NEAR(touch.expected_m, options.standoff_m, 1e-12);
+    // Inward all the way, and on the line: a joint-space move of a few degrees bends little.
+    double last = options.standoff_m + 1e-9, off = 0.0;
+    along(arm, touch.standoff, touch.end, [&](const JointVector& q) {
+      const double gap = gap_m(demo_cell(), arm, q);
+      EXPECT_LT(gap, last + 1e-9);
+      last = gap;
+      const Eigen::Vector3d t = tip(q);
+      off = std::max(off, (t - t.dot(touch.normal) * touch.normal).norm());
+    });
+    EXPECT_LT(off, 1e-3);
+  }
+}
+
+TEST(Plan, LeavesTheSurfaceStraightAway) {
+  const ArmModel arm = nominal_arm(demo_cell());
+  for (const PlannedTouch& touch : plan().touches) {
+    double last = -1.0;
+    along(arm, touch.end, touch.clear, [&](const JointVector& q) {
+      const double gap = gap_m(demo_cell(), arm, q);
+      EXPECT_GT(gap, last - 1e-9);
+      last = gap;
+    });
+  }
+}
+
+TEST(Plan, TouchesFromManySidesButNotThroughTheStand) {
+  std::map<std::string, Eigen::Matrix3d> spread;
+  std::map<std::string, int> count;
+  for (const PlannedTouch& touch : plan().touches) {
+    EXPECT_GT(touch.normal.z(), -0.35);
+    if (!spread.contains(touch.target)) spread[touch.target].setZero();
+    spread[touch.target] += touch.normal * touch.normal.transpose();
+    ++count[touch.target];
+  }
+  for (auto& [id, matrix] : spread) {
+    matrix /= count[id];
+    EXPECT_GT(Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(matrix).eigenvalues()[0], 0.03) << id;
+  }
+}
+
+TEST(Plan, IsTheSameForTheSameSeedAndAnotherForAnother) {
+  const auto joints = [](const Plan& made) {
+    std::vector<JointVector> all = {made.start};
+    for (const PlannedTouch& touch : made.touches) {
+      all.insert(all.end(), touch.transit.begin(), touch.transit.end());
+      all.push_back(touch.end);
+    }
+    return all;
+  };
+  EXPECT_EQ(joints(make_plan(demo_cell(), small())), joints(plan()));
+  PlanOptions other = small();
+  other.seed = 2;
+  EXPECT_NE(joints(make_plan(demo_cell(), other)), joints(plan()));
+}
+
+TEST(Plan, PredictsBetterAccuracyForMoreTouches) {
+  PlanOptions more = small();
+  more.fit_touches = 60;
+  EXPECT_LT(make_plan(demo_cell(), more).predicted_m3_m, 0.9 * plan().predicted_m3_m);
+}
+
+TEST(Plan, StartsWhereTheArmStands) {
+  JointVector from = plan().start;
+  from[0] += 0.2;
+  const Plan made = make_plan(demo_cell(), small(), from);
+  EXPECT_EQ(made.start, from);
+  const ArmModel arm = nominal_arm(demo_cell());
+  EXPECT_GT(smallest_gap_m(demo_cell(), arm, from, made.touches[0].transit), kNearestM);
+  EXPECT_EQ(made.home.empty() ? from : made.home.back(), from);
+}
+
+TEST(Plan, WorksForASevenJointArm) {
+  Cell cell;
+  cell.robot = load_robot(CELLCAL_ROBOTS_FOLDER "/iiwa14.toml");
+  cell.tool.tcp.translation() = Eigen::Vector3d(0.0, 0.0, 0.15);
+  cell.tool.length_m = 0.15;
+  cell.touch_sigma_m = 3e-5;
+  cell.radius_offset_sigma_m = 3e-4;
+  for (int i = 0; i < 2; ++i) {
+    Target target;
+    target.id = "S" + std::to_string(i + 1);
+    target.diameter_m = 0.0381;
+    target.diameter_sigma_m = 2e-6;
+    target.has_centre = true;
+    target.centre_m = Eigen::Vector3d(0.55, i == 0 ? -0.25 : 0.25, 0.35);
+    target.centre_sigma_m = 0.01;
+    cell.targets.push_back(target);
+  }
+  PlanOptions options;
+  options.fit_touches = 16;
+  options.check_touches = 4;
+  const Plan made = make_plan(cell, options);
+  EXPECT_EQ(made.touches.size(), 20u);
+  expect_drivable(cell, options, made);
+}
+
+TEST(Plan, HangsFromTheCeilingToo) {
+  Cell cell = demo_cell();
+  cell.robot.gravity_m_s2 = -cell.robot.gravity_m_s2;
+  for (const PlannedTouch& touch : make_plan(cell, small()).touches)
+    EXPECT_LT(touch.normal.z(), 0.35);  // the stands come from what is now below
+}
+
+}  // namespace
+}  // namespace cellcal::calib

@@ -1,0 +1,171 @@
+// No plan can be made, and why; a plan taken up again in the middle.
+
+#include <gtest/gtest.h>
+
+#include "calib/files/files.h"
+#include "calib/plan/plan.h"
+#include "tests/calib/plan/ways.h"
+
+namespace cellcal::calib {
+namespace {
+
+using testing::between;
+using testing::gap_m;
+using testing::nominal_arm;
+using testing::smallest_gap_m;
+
+constexpr double kNearestM = 0.005;
+
+const Cell& demo_cell() {
+  static const Cell cell = load_cell(CELLCAL_DEMO_CELL);
+  return cell;
+}
+
+PlanOptions small() {
+  PlanOptions options;
+  options.fit_touches = 20;
+  options.check_touches = 4;
+  return options;
+}
+
+const Plan& plan() {
+  static const Plan made = make_plan(demo_cell(), small());
+  return made;
+}
+
+std::string refusal(const std::function<void()>& make) {
+  try {
+    make();
+  } catch (const PlanError& error) {
+    return error.what();
+  }
+  ADD_FAILURE() << "was not refused";
+  return {};
+}
+
+std::string refusal(const Cell& cell, const PlanOptions& options = small()) {
+  return refusal([&] { (void)make_plan(cell, options); });
+}
+
+TEST(PlanRefusal, NamesASphereThatIsOutOfReachAmongOthers) {
+  Cell cell = demo_cell();
+  cell.targets[2].centre_m = {3.0, 0.0, 0.5};
+  EXPECT_NE(refusal(cell).find("S3"), std::string::npos) << refusal(cell);
+}
+
+TEST(PlanRefusal, NamesALoneSphereThatIsOutOfReach) {
+  Cell cell = demo_cell();
+  cell.targets.resize(1);
+  cell.lengths.clear();
+  cell.targets[0].centre_m = {0.0, 0.0, 5.0};
+  EXPECT_NE(refusal(cell).find("S1"), std::string::npos) << refusal(cell);
+}
+
+TEST(PlanRefusal, NamesASphereWithoutAPlace) {
+  Cell cell = demo_cell();
+  cell.targets[1].has_centre = false;
+  EXPECT_NE(refusal(cell).find("S2"), std::string::npos);
+  EXPECT_NE(refusal(cell).find("centre_mm"), std::string::npos);
+}
+
+TEST(PlanRefusal, NeedsASphere) {
+  Cell cell = demo_cell();
+  for (Target& target : cell.targets) target.kind = TargetKind::kWire;
+  EXPECT_NE(refusal(cell).find("no sphere"), std::string::npos);
+}
+
+TEST(PlanRefusal, NeedsAFitTouchAndNoNegativeChecks) {
+  PlanOptions options = small();
+  options.fit_touches = 0;
+  EXPECT_NE(refusal(demo_cell(), options).find("fit touch"), std::string::npos);
+  options = small();
+  options.check_touches = -1;
+  (void)refusal(demo_cell(), options);
+}
+
+TEST(PlanRefusal, SaysWhenASphereStandsWhereTheArmRests) {
+  Cell cell = demo_cell();
+  const ArmModel arm = nominal_arm(cell);
+  cell.targets[0].centre_m = arm.position(arm.prepare(plan().start), nullptr);
+  EXPECT_NE(refusal(cell).find("rests"), std::string::npos) << refusal(cell);
+}
+
+TEST(PlanRefusal, SaysWhenTheArmStandsTooCloseToStart) {
+  const std::string message =
+      refusal([] { (void)make_plan(demo_cell(), small(), plan().touches[0].end); });
+  EXPECT_NE(message.find("too close"), std::string::npos) << message;
+}
+
+TEST(Resume, FromTheClearPointOfTheLastTouchGoesOnAsPlanned) {
+  const ArmModel arm = nominal_arm(demo_cell());
+  for (const std::size_t next : {1u, 5u, 23u}) {
+    const JointVector& from = plan().touches[next - 1].clear;
+    const Plan resumed = resume_plan(demo_cell(), plan(), next, from);
+    EXPECT_EQ(resumed.touches[next].transit.back(), plan().touches[next].standoff);
+    EXPECT_GT(smallest_gap_m(demo_cell(), arm, from, resumed.touches[next].transit), kNearestM);
+    // Nothing else changes.
+    EXPECT_EQ(resumed.touches.size(), plan().touches.size());
+    for (std::size_t k = 0; k < plan().touches.size(); ++k) {
+      EXPECT_EQ(resumed.touches[k].end, plan().touches[k].end);
+      if (k != next) {
+        EXPECT_EQ(resumed.touches[k].transit, plan().touches[k].transit);
+      }
+    }
+  }
+}
+
+TEST(Resume, FromTheSearchLineOfTheNextTouchFirstBacksOutOfIt) {
+  const ArmModel arm = nominal_arm(demo_cell());
+  for (const std::size_t next : {0u, 7u, 15u}) {
+    const PlannedTouch& touch = plan().touches[next];
+    const JointVector from = between(touch.standoff, touch.end, 0.6);  // in contact, nearly
+    ASSERT_LT(gap_m(demo_cell(), arm, from), 0.002);
+    const Plan resumed = resume_plan(demo_cell(), plan(), next, from);
+    const auto& way = resumed.touches[next].transit;
+    ASSERT_GE(way.size(), 2u);
+    EXPECT_EQ(way.front(), touch.clear);
+    EXPECT_EQ(way.back(), touch.standoff);
+    // Out of the sphere's neighbourhood it may only get further away.
+    double last = gap_m(demo_cell(), arm, from);
+    testing::along(arm, from, way.front(), [&](const JointVector& q) {
+      EXPECT_GE(gap_m(demo_cell(), arm, q), last - 1e-6);
+      last = gap_m(demo_cell(), arm, q);
+    });
+    EXPECT_GT(smallest_gap_m(demo_cell(), arm, way.front(), {way.begin() + 1, way.end()}),
+              kNearestM);
+  }
+}
+
+TEST(Resume, FromTheSearchLineOfTheTouchJustMadeFirstBacksOutOfIt) {
+  for (const std::size_t next : {1u, 8u, 16u}) {
+    const PlannedTouch& made = plan().touches[next - 1];
+    const Plan resumed =
+        resume_plan(demo_cell(), plan(), next, between(made.standoff, made.end, 0.55));
+    EXPECT_EQ(resumed.touches[next].transit.front(), made.clear);
+    EXPECT_EQ(resumed.touches[next].transit.back(), plan().touches[next].standoff);
+  }
+}
+
+TEST(Resume, FromAForeignPostureNearASphereIsRefused) {
+  // On the search line of a touch long ago: not the line of this one or the last.
+  const PlannedTouch& foreign = plan().touches[10];
+  const JointVector from = between(foreign.standoff, foreign.end, 0.5);
+  const std::string message = refusal([&] { (void)resume_plan(demo_cell(), plan(), 20, from); });
+  EXPECT_NE(message.find("jog"), std::string::npos) << message;
+}
+
+TEST(Resume, FromAFreePostureFarOffFindsAWay) {
+  const ArmModel arm = nominal_arm(demo_cell());
+  JointVector from = plan().start;
+  from[0] -= 0.3;
+  const Plan resumed = resume_plan(demo_cell(), plan(), 12, from);
+  EXPECT_GT(smallest_gap_m(demo_cell(), arm, from, resumed.touches[12].transit), kNearestM);
+}
+
+TEST(Resume, BeyondTheLastTouchLeavesThePlanAsItIs) {
+  const Plan resumed = resume_plan(demo_cell(), plan(), plan().touches.size(), plan().start);
+  EXPECT_EQ(resumed.touches.size(), plan().touches.size());
+}
+
+}  // namespace
+}  // namespace cellcal::calib

@@ -1,0 +1,156 @@
+// A lever of 1 m that swings about the vertical at constant speed, and a ball on its circle: the
+// instants of contact can be written down.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "sim/cell/contact_watch.h"
+
+namespace cellcal::sim {
+namespace {
+
+using drivers::Duration;
+using drivers::TimePoint;
+using std::chrono::milliseconds;
+using std::chrono::nanoseconds;
+
+constexpr double kRadius = 0.03;
+constexpr double kBallAt = 0.5;  // rad, on the circle
+constexpr double kSpeed = 0.2;   // rad/s
+constexpr TimePoint kStart{std::chrono::hours{1}};
+constexpr Duration kCycle = milliseconds{4};
+
+PhysicalCell lever() {
+  calib::Robot robot;
+  robot.joints.resize(1);
+  robot.joints[0].name = "A1";
+  robot.joints[0].a_m = 1.0;
+  Truth truth{calib::ArmModel(robot, calib::Tool{}), Eigen::VectorXd(0), {}, {}};
+  truth.centre_m = {{std::cos(kBallAt), std::sin(kBallAt), 0.0}};
+  truth.radius_m = {kRadius};
+  return PhysicalCell(std::move(truth));
+}
+
+/// Half the angle of the ball's shadow on the circle: the chord 2 sin(x/2) is its radius.
+double half_angle() { return 2.0 * std::asin(kRadius / 2.0); }
+
+TimePoint when(double angle) { return kStart + nanoseconds(std::llround(angle / kSpeed * 1e9)); }
+
+std::vector<double> swinging(TimePoint t) {
+  return {kSpeed * std::chrono::duration<double>(t - kStart).count()};
+}
+
+struct Edge {
+  TimePoint t;
+  bool closed;
+};
+
+TEST(PhysicalCell, KnowsTheGapOnTheCircle) {
+  const PhysicalCell cell = lever();
+  for (const double angle : {0.0, 0.3, 0.46, 0.5, 0.7}) {
+    const double chord = 2.0 * std::sin(std::abs(angle - kBallAt) / 2.0);
+    EXPECT_NEAR(cell.gap_m(std::vector{angle}), chord - kRadius, 1e-14) << angle;
+  }
+  EXPECT_NEAR(
+      (cell.tip_m(std::vector{0.25}) - Eigen::Vector3d(std::cos(0.25), std::sin(0.25), 0.0)).norm(),
+      0.0, 1e-15);
+}
+
+TEST(PhysicalCell, TakesTheNearestOfSeveralSpheresAndNoOtherTargets) {
+  Truth truth = lever().truth();
+  truth.centre_m.push_back({1.0, 0.1, 0.0});
+  truth.radius_m.push_back(0.02);
+  truth.centre_m.push_back({1.0, 0.0, 0.0});  // a socket: nothing that closes a circuit
+  truth.radius_m.push_back(0.0);
+  EXPECT_NEAR(PhysicalCell(truth).gap_m(std::vector{0.0}), 0.08, 1e-14);
+}
+
+TEST(ContactWatch, FindsBothEdgesToAHundredNanoseconds) {
+  const PhysicalCell cell = lever();
+  std::vector<Edge> edges;
+  ContactWatch watch(cell, [&](TimePoint t, bool closed) { edges.push_back({t, closed}); });
+  for (TimePoint t = kStart; t < when(1.0); t += kCycle) watch.look(t, t + kCycle, swinging);
+  ASSERT_EQ(edges.size(), 2u);
+  EXPECT_TRUE(edges[0].closed);
+  EXPECT_FALSE(edges[1].closed);
+  EXPECT_LE(std::abs((edges[0].t - when(kBallAt - half_angle())).count()), 101);
+  EXPECT_LE(std::abs((edges[1].t - when(kBallAt + half_angle())).count()), 101);
+  EXPECT_FALSE(watch.closed());
+  EXPECT_EQ(watch.crashes(), 0);
+  EXPECT_NEAR(watch.deepest_m(), kRadius, 1e-5);  // through the middle, to a cycle
+}
+
+TEST(ContactWatch, FindsTheInstantWhereverItLiesInTheCycle) {
+  const PhysicalCell cell = lever();
+  const TimePoint contact = when(kBallAt - half_angle());
+  for (int share = 1; share < 100; ++share) {
+    std::vector<Edge> edges;
+    ContactWatch watch(cell, [&](TimePoint t, bool closed) { edges.push_back({t, closed}); });
+    const TimePoint from = contact - kCycle * share / 100;
+    watch.look(from, from + kCycle, swinging);
+    ASSERT_EQ(edges.size(), 1u) << share;
+    EXPECT_LE(std::abs((edges[0].t - contact).count()), 101) << share;
+    EXPECT_TRUE(watch.closed());
+  }
+}
+
+TEST(ContactWatch, ReportsTheEdgeWhenTheCircuitIsClosedAlready) {
+  const PhysicalCell cell = lever();
+  const TimePoint contact = when(kBallAt - half_angle());
+  std::vector<Edge> edges;
+  ContactWatch watch(cell, [&](TimePoint t, bool closed) { edges.push_back({t, closed}); });
+  watch.look(contact - milliseconds{2}, contact + milliseconds{2}, swinging);
+  watch.look(contact + milliseconds{2}, contact + milliseconds{6}, swinging);
+  EXPECT_EQ(edges.size(), 1u);  // still closed: no second edge
+}
+
+TEST(ContactWatch, AMotionThatStopsShortReportsNothing) {
+  const PhysicalCell cell = lever();
+  int edges = 0;
+  ContactWatch watch(cell, [&](TimePoint, bool) { ++edges; });
+  const double short_of = kBallAt - half_angle() - 1e-6;
+  watch.look(kStart, kStart + kCycle, [&](TimePoint) { return std::vector{short_of}; });
+  EXPECT_EQ(edges, 0);
+  EXPECT_EQ(watch.deepest_m(), 0.0);
+}
+
+/// The lever with a shaft of 0.3 m hanging from its flange, its tip at the circle's height.
+PhysicalCell lever_with_shaft(double ball_height_m) {
+  calib::Robot robot;
+  robot.joints.resize(1);
+  robot.joints[0].name = "A1";
+  robot.joints[0].a_m = 1.0;
+  robot.joints[0].d_m = 0.3;
+  calib::Tool tool;
+  tool.tcp.translation() = Eigen::Vector3d(0, 0, -0.3);
+  Truth truth{calib::ArmModel(robot, tool), Eigen::VectorXd(0), {}, {}};
+  truth.centre_m = {{std::cos(kBallAt), std::sin(kBallAt), ball_height_m}};
+  truth.radius_m = {kRadius};
+  return PhysicalCell(std::move(truth));
+}
+
+TEST(PhysicalCell, MeasuresTheShaftInsideASphereAsACylinderAboveTheTip) {
+  constexpr double kNeckRadius = 0.012, kTipLength = 0.06;
+  const PhysicalCell high = lever_with_shaft(0.15);
+  EXPECT_NEAR(high.shaft_depth_m(std::vector{kBallAt}), kRadius + kNeckRadius, 1e-12);
+  EXPECT_EQ(high.shaft_depth_m(std::vector{kBallAt - 0.1}), 0.0);
+  // The slim end may be where the sphere is.
+  EXPECT_EQ(lever_with_shaft(-0.01).shaft_depth_m(std::vector{kBallAt}), 0.0);
+  EXPECT_NEAR(lever_with_shaft(0.0).shaft_depth_m(std::vector{kBallAt}),
+              std::max(0.0, kRadius + kNeckRadius - kTipLength), 1e-12);
+  EXPECT_EQ(lever().shaft_depth_m(std::vector{kBallAt}), 0.0);  // no shaft at all
+}
+
+TEST(ContactWatch, CountsACrashOnceAndNotWhenItGoesOn) {
+  const PhysicalCell cell = lever_with_shaft(0.15);
+  int edges = 0;
+  ContactWatch watch(cell, [&](TimePoint, bool) { ++edges; });
+  for (TimePoint t = kStart; t < when(1.0); t += kCycle) watch.look(t, t + kCycle, swinging);
+  EXPECT_EQ(watch.crashes(), 1);
+  EXPECT_EQ(edges, 0);  // the tip itself never was there
+}
+
+}  // namespace
+}  // namespace cellcal::sim
