@@ -8,6 +8,9 @@ namespace cellcal::calib {
 
 namespace {
 
+/// What an uncalibrated arm is wrong by.
+constexpr double kNominalErrorM = 1e-3;
+
 void add(ResidualSummary& summary, double residual_m) {
   const double size = std::abs(residual_m);
   ++summary.count;
@@ -45,8 +48,13 @@ void fill_residuals(const Problem& problem, const Eigen::VectorXd& x_si,
       nominal_centre[b].setZero();
       for (const auto& p : points) nominal_centre[b] += p / static_cast<double>(points.size());
     } else {
+      const SphereFit fit =
+          fit_centre(points, radii, target.has_centre ? &target.centre_m : nullptr);
       nominal_centre[b] =
-          fit_centre(points, radii, target.has_centre ? &target.centre_m : nullptr).centre_m;
+          target.has_centre && target.centre_sigma_m > 0.0
+              ? fit_centre_near(points, radii, kNominalErrorM, target.centre_m,
+                                target.centre_sigma_m)
+              : fit.centre_m;
     }
   }
   Eigen::VectorXd nominal = Eigen::VectorXd::Zero(problem.shared_size());

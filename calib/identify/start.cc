@@ -1,5 +1,6 @@
 #include "calib/identify/start.h"
 
+#include <Eigen/Cholesky>
 #include <Eigen/QR>
 #include <Eigen/SVD>
 #include <algorithm>
@@ -54,6 +55,29 @@ SphereFit fit_centre(const std::vector<Eigen::Vector3d>& points_m,
   }
   if (centre.allFinite()) fit.centre_m = centre;
   return fit;
+}
+
+Eigen::Vector3d fit_centre_near(const std::vector<Eigen::Vector3d>& points_m,
+                                const std::vector<double>& radius_m, double point_sigma_m,
+                                const Eigen::Vector3d& place_m, double place_sigma_m) {
+  Eigen::Vector3d centre = place_m;
+  const double prior = place_sigma_m > 0.0 ? 1.0 / (place_sigma_m * place_sigma_m) : 1e-12;
+  const double weight = 1.0 / (point_sigma_m * point_sigma_m);
+  for (int k = 0; k < kIterations; ++k) {
+    Eigen::Matrix3d information = prior * Eigen::Matrix3d::Identity();
+    Eigen::Vector3d right = prior * (place_m - centre);
+    for (std::size_t i = 0; i < points_m.size(); ++i) {
+      const Eigen::Vector3d d = points_m[i] - centre;
+      const double length = std::max(d.norm(), 1e-12);
+      const Eigen::Vector3d j = -d / length;
+      information += weight * j * j.transpose();
+      right -= weight * (length - radius_m[i]) * j;
+    }
+    const Eigen::Vector3d step = information.ldlt().solve(right);
+    centre += step;
+    if (step.norm() < 1e-12) break;
+  }
+  return centre;
 }
 
 }  // namespace cellcal::calib

@@ -20,7 +20,7 @@ constexpr double kOutlierShare = 0.10;
 constexpr double kCheckRatio = 4.0;
 /// A target whose place is not known to this along its weakest axis (1 sigma, frame aside) was
 /// touched from too few directions: its touches then say little about the arm.
-constexpr double kPlaceSigmaM = 0.3e-3;
+constexpr double kPlaceSigmaM = 0.5e-3;
 
 }  // namespace
 
