@@ -1,5 +1,6 @@
 #include "calib/files/calibration_json.h"
 
+#include <Eigen/Cholesky>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -110,6 +111,19 @@ Eigen::Vector3d read_vector_mm(const Reader& r) {
   const auto items = r.items();
   if (items.size() != 3) r.fail("must hold three numbers");
   return Eigen::Vector3d(items[0].number(), items[1].number(), items[2].number()) / kMmPerM;
+}
+
+/// Whether the bounds that come of it will be real numbers.
+bool is_covariance(const Eigen::MatrixXd& m) {
+  if (m.size() == 0) return true;     // of no parameters
+  constexpr double kRounding = 1e-9;  // of correlations
+  const Eigen::VectorXd sigma = m.diagonal().cwiseMax(0.0).cwiseSqrt();
+  const Eigen::VectorXd scale = (sigma.array() > 0.0).select(sigma, 1.0).cwiseInverse();
+  Eigen::MatrixXd correlation = scale.asDiagonal() * m * scale.asDiagonal();
+  if (!correlation.allFinite() || m.diagonal().minCoeff() < 0.0) return false;
+  if ((correlation - correlation.transpose()).cwiseAbs().maxCoeff() > kRounding) return false;
+  correlation.diagonal().array() += kRounding;
+  return Eigen::LLT<Eigen::MatrixXd>(correlation).info() == Eigen::Success;
 }
 
 }  // namespace
@@ -296,6 +310,9 @@ Calibration calibration_from_json(std::string_view text, const std::string& name
     return m;
   };
   c.covariance = matrix("covariance", n, true);
+  if (!is_covariance(c.covariance))
+    root.at("covariance")
+        .fail("is not a covariance (symmetric, no direction with a variance below 0)");
   c.frame_basis = matrix("frame_basis", -1, false);
   for (const Reader& item : root.at("inputs").at("files").items())
     c.inputs.push_back({item.at("role").text(), item.at("name").text(), item.at("sha256").text()});

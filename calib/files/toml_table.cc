@@ -69,7 +69,7 @@ TomlTable TomlTable::parse(std::string_view text, const std::string& file_name) 
     node->document = std::make_shared<const toml::table>(toml::parse(text, file_name));
   } catch (const toml::parse_error& e) {
     throw FileError(file_name + ":" + std::to_string(e.source().begin.line) +
-                    ": not valid TOML: " + std::string(e.description()));
+                    ": not valid TOML: " + shown(e.description(), kShownDescription));
   }
   node->table = node->document.get();
   node->file = file_name;
