@@ -215,6 +215,20 @@ TEST(CalibrationJson, RefusesACalibrationThatWouldClaimMoreThanItKnows) {
   expect_words(refused(document), {"cal.json", "parameters[0].sigma"});
 }
 
+TEST(CalibrationJson, RefusesACovarianceThatIsNone) {
+  for (const auto& [pointer, value] : std::initializer_list<std::pair<const char*, double>>{
+           {"/covariance/0/0", -1e-12}, {"/covariance/0/1", 1e-3}, {"/covariance/2/2", 1e-30}}) {
+    json document = json::parse(written());
+    document[json::json_pointer(pointer)] = value;
+    expect_words(refused(document), {"cal.json.covariance", "is not a covariance"});
+  }
+  // Symmetric, but more than correlated.
+  json document = json::parse(written());
+  const double x = document["covariance"][0][0], y = document["covariance"][1][1];
+  document["covariance"][0][1] = document["covariance"][1][0] = 1.1 * std::sqrt(x * y);
+  expect_words(refused(document), {"cal.json.covariance", "is not a covariance"});
+}
+
 TEST(CalibrationJson, EveryTruncationIsRefused) {
   for (std::size_t length = 0; length < written().size() - 2; length += 1 + length / 50)
     expect_words(refusal([&] {
