@@ -1,5 +1,6 @@
 #include "calib/files/csv.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 
@@ -77,9 +78,12 @@ bool CsvTable::next_line(std::string_view& line) {
     if (line.ends_with('\r')) line.remove_suffix(1);
     if (line.size() > kMaxLine)
       throw FileError(name_ + ":" + std::to_string(line_) + ": line longer than 65536 bytes");
-    if (line.find_first_of(std::string_view("\0\"", 2)) != std::string_view::npos)
+    // A carriage return or an escape inside a field would not survive being written again.
+    if (std::any_of(line.begin(), line.end(), [](char c) {
+          return c == '"' || c == 0x7f || (static_cast<unsigned char>(c) < 0x20 && c != '\t');
+        }))
       throw FileError(name_ + ":" + std::to_string(line_) +
-                      ": quotes and NUL characters cannot stand in this file");
+                      ": quotes, NUL and other control characters cannot stand in this file");
     const std::string_view content = trim(line);
     if (!content.empty() && content.front() != '#') return true;
   }

@@ -16,6 +16,8 @@ constexpr std::size_t kMaxJoints = 32;
 constexpr Range kLengthMm{-1e5, 1e5};  // 100 m: nothing that touches is larger
 constexpr Range kAngleDeg{-3600.0, 3600.0};
 constexpr Range kMassKg{0.0, 1e4};
+constexpr Range kToleranceMm{0.0, 1e3};
+constexpr Range kToleranceDeg{0.0, 90.0};
 
 constexpr std::pair<std::string_view, JointError> kErrorNames[] = {
     {"theta", JointError::kTheta}, {"d", JointError::kD},       {"a", JointError::kA},
@@ -58,9 +60,9 @@ Joint read_joint(const TomlTable& t, double length_m, double angle_rad) {
   if (joint.min_rad >= joint.max_rad) t.fail("min_deg", "must be less than max_deg");
   joint.max_speed_rad_s = t.number("max_speed_deg_s", {1e-3, 1e5}) * kRadPerDeg;
   joint.tolerance_length_m =
-      t.number_or("tolerance_length_mm", length_m * kMmPerM, kNotNegative) / kMmPerM;
+      t.number_or("tolerance_length_mm", length_m * kMmPerM, kToleranceMm) / kMmPerM;
   joint.tolerance_angle_rad =
-      t.number_or("tolerance_angle_deg", angle_rad * kDegPerRad, kNotNegative) * kRadPerDeg;
+      t.number_or("tolerance_angle_deg", angle_rad * kDegPerRad, kToleranceDeg) * kRadPerDeg;
   joint.mass_kg = t.number_or("mass_kg", 0.0, kMassKg);
   const auto com = t.numbers_or("com_mm", {0, 0, 0}, kLengthMm);
   joint.com_m = Eigen::Vector3d(com[0], com[1], com[2]) / kMmPerM;
@@ -98,8 +100,8 @@ Robot read_robot(const TomlTable& document) {
   const auto gravity = document.numbers("gravity", 3, {-100.0, 100.0});
   robot.gravity_m_s2 = Eigen::Vector3d(gravity[0], gravity[1], gravity[2]);
   const TomlTable tolerance = document.table("tolerance");
-  const double length_m = tolerance.number("length_mm", {0.0, 1e3}) / kMmPerM;
-  const double angle_rad = tolerance.number("angle_deg", {0.0, 90.0}) * kRadPerDeg;
+  const double length_m = tolerance.number("length_mm", kToleranceMm) / kMmPerM;
+  const double angle_rad = tolerance.number("angle_deg", kToleranceDeg) * kRadPerDeg;
   tolerance.refuse_unknown();
   const auto joints = document.tables("joint");
   if (joints.empty() || joints.size() > kMaxJoints)
