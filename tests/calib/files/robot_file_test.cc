@@ -136,6 +136,8 @@ TEST(RobotFile, NamesLineAndKeyOfANumberOutOfRange) {
            {"max_deg = 155.0", "max_deg = 1e9", "max_deg"},
            {"max_speed_deg_s = 154.0", "max_speed_deg_s = 0.0", "max_speed_deg_s"},
            {"tolerance_length_mm = 1.25", "tolerance_length_mm = -1.25", "tolerance_length_mm"},
+           {"tolerance_length_mm = 1.25", "tolerance_length_mm = 1225", "tolerance_length_mm"},
+           {"tolerance_angle_deg = 0.07", "tolerance_angle_deg = 91.0", "tolerance_angle_deg"},
            {"mass_kg = 20.5", "mass_kg = -1.0", "mass_kg"},
            {"compliance_sigma_rad_per_nm = 1.5e-6", "compliance_sigma_rad_per_nm = -1.5e-6",
             "compliance_sigma_rad_per_nm"},

@@ -76,10 +76,10 @@ TEST(RobotRoundTrip, SettlesAfterOnce) {
 
 TEST(RobotRoundTrip, WritesWhatAPersonWrote) {
   const std::string text = robot_to_toml(testing::robot());
-  for (const char* line : {"offset_deg = 12.5", "a_mm = 180.0", "beta_deg = 1.5",
-                           "min_deg = -155.0", "angle_deg = 0.07", "gear_ratio = -120.5",
-                           "compliance_sigma_rad_per_nm = 1.5e-06", "gravity = [0.0, 0.1, -9.8]",
-                           "harmonic_sigma_arcsec = 10.0", "xyz_mm = [1.0, 2.0, 3.0]"})
+  for (const char* line :
+       {"offset_deg = 12.5", "a_mm = 180.0", "beta_deg = 1.5", "min_deg = -155.0",
+        "angle_deg = 0.07", "gear_ratio = -120.5", "compliance_sigma_rad_per_nm = 1.5e-06",
+        "gravity = [0.0, 0.1, -9.8]", "harmonic_sigma_arcsec = 10.0", "xyz_mm = [1.0, 2.0, 3.0]"})
     EXPECT_NE(text.find(line), std::string::npos) << line << " is not in\n" << text;
 }
 

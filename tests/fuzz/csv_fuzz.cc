@@ -1,0 +1,66 @@
+// Any text as a table of touches: refused with FileError, or read so that what is written of it
+// reads the same again. Also replayed over csv_corpus as an ordinary test.
+
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <string_view>
+
+#include "calib/files/files.h"
+
+namespace {
+
+using namespace cellcal::calib;  // NOLINT: a fuzz target's own file
+
+void require(bool condition, const char* what) {
+  if (condition) return;
+  std::fprintf(stderr, "broken promise: %s\n", what);
+  std::abort();
+}
+
+Cell make_cell() {
+  Cell cell;
+  for (const char* name : {"A1", "A2"}) {
+    Joint joint;
+    joint.name = name;
+    joint.min_rad = -3.0;
+    joint.max_rad = 3.0;
+    cell.robot.joints.push_back(joint);
+  }
+  cell.targets.resize(2);
+  cell.targets[0].id = "S1";
+  cell.targets[1].id = "W";
+  cell.targets[1].kind = TargetKind::kWire;
+  return cell;
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  static const Cell kCell = make_cell();
+  std::vector<Touch> touches;
+  try {
+    touches = parse_touches({reinterpret_cast<const char*>(data), size}, "fuzz.csv", kCell);
+  } catch (const FileError&) {
+    return 0;
+  }
+  for (const Touch& touch : touches) {
+    require(touch.joint_rad.size() == 2, "a touch has an angle per joint");
+    for (const double angle : touch.joint_rad)
+      require(std::isfinite(angle) && std::abs(angle) < 3.2, "angles are within the limits");
+    require(std::isfinite(touch.sigma_m) && touch.sigma_m >= 0.0, "sigma");
+    require(std::isfinite(touch.radius_m) && touch.radius_m >= 0.0, "radius");
+  }
+  const auto again = parse_touches(format_touches(touches, kCell.robot), "again.csv", kCell);
+  require(again.size() == touches.size(), "what was read can be written and read");
+  for (std::size_t i = 0; i < again.size(); ++i) {
+    require(again[i].target == touches[i].target && again[i].set == touches[i].set &&
+                again[i].time == touches[i].time,
+            "words survive");
+    for (std::size_t j = 0; j < 2; ++j)
+      require(std::abs(again[i].joint_rad[j] - touches[i].joint_rad[j]) < 1e-10,
+              "angles survive to a billionth of a degree");
+  }
+  return 0;
+}
