@@ -30,6 +30,7 @@ int run(const sim::EmulatorOptions& options) {
   pty.symlink = options.device_link;
   pty.mcu.drift_ppm = options.mcu_drift_ppm;
   sim::McuPty sensor(pty);
+  sensor.set_faults(options.sensor_faults);
   sim::ContactWatch watch(physical,
                           [&](drivers::TimePoint t, bool closed) { sensor.edge(t, closed); });
   sim::KrcUdpOptions udp;
@@ -38,7 +39,8 @@ int run(const sim::EmulatorOptions& options) {
   udp.restart_after_s = options.restart_after_s;
   udp.realtime = true;
   sim::KrcUdp krc(controller, udp, [&](sim::Controller& c, drivers::TimePoint now) {
-    watch.look(now, now + c.cycle(), [&](drivers::TimePoint t) { return c.actual_rad_at(t); });
+    if (!options.no_spheres)
+      watch.look(now, now + c.cycle(), [&](drivers::TimePoint t) { return c.actual_rad_at(t); });
   });
   krc.start();
   fmt::print("emulator: {} axes, controller sends to {}:{}, contact sensor on {}\n",

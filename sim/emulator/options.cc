@@ -74,6 +74,18 @@ void add_options(CLI::App& app, EmulatorOptions& options) {
   app.add_option("--mcu-drift-ppm", options.mcu_drift_ppm, "Of the sensor's clock")
       ->capture_default_str()
       ->check(CLI::Range(-1000.0, 1000.0));
+  app.add_option_function<std::string>(
+         "--fault",
+         [&options](const std::string& fault) {
+           options.sensor_faults.wire_broken = fault == "wire-broken";
+           options.sensor_faults.stuck_open = fault == "stuck-open";
+           options.sensor_faults.silent = fault == "silent";
+           options.no_spheres = fault == "no-spheres";
+         },
+         "What is wrong: the contact sensor is wire-broken (reads as contact), stuck-open (never "
+         "sees "
+         "one) or silent; or no-spheres are there")
+      ->check(CLI::IsMember({"wire-broken", "stuck-open", "silent", "no-spheres"}));
   app.add_option("--restart-after", options.restart_after_s,
                  "Seconds after which the emulated operator starts RSI again when it has stopped");
 }

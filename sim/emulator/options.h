@@ -8,6 +8,7 @@
 
 #include "sim/cell/truth.h"
 #include "sim/krc/controller.h"
+#include "sim/mcu/microcontroller.h"
 
 namespace CLI {
 class App;
@@ -25,6 +26,8 @@ struct EmulatorOptions {
   int baud = 1'000'000;
   double mcu_drift_ppm = 30.0;
   std::optional<double> restart_after_s;
+  McuFaults sensor_faults;  ///< from the start
+  bool no_spheres = false;  ///< taken away: the tip never touches anything
 };
 
 void add_truth_options(CLI::App& app, EmulatorOptions& options);

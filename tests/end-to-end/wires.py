@@ -1,0 +1,228 @@
+"""cellcald and cellcal as processes, against the emulated cell on real wires: RSI over UDP on
+loopback, the contact sensor on a pseudo-terminal. Programs and cell come from the environment."""
+
+import json
+import os
+import re
+import socket
+import subprocess
+import tempfile
+import time
+import unittest
+
+CELL = os.environ["CELL"]
+# A shared machine may stall for tens of milliseconds; what is tested here is not that.
+CONFIG = """
+format = "cellcal.daemon/1"
+backend = "rsi"
+state_dir = "{dir}/state"
+socket = "{dir}/cellcald.sock"
+[motion]
+speed_percent = 80
+acceleration_deg_s2 = 600
+jerk_deg_s3 = 8000
+[rsi]
+bind = "127.0.0.1"
+port = {port}
+correction_limit_deg = 360
+silence_cycles = 25
+[contact]
+device = "{dir}/contact"
+"""
+
+
+def free_port():
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as s:
+        s.bind(("127.0.0.1", 0))
+        return s.getsockname()[1]
+
+
+def wait_for(condition, what, seconds=60.0):
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        value = condition()
+        if value:
+            return value
+        time.sleep(0.05)
+    raise AssertionError(f"{what}: not within {seconds} s")
+
+
+class Wires(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory(prefix="cellcal-")
+        self.dir = self.folder.name
+        self.port = free_port()
+        self.started = []
+        with open(f"{self.dir}/cellcald.toml", "w") as f:
+            f.write(CONFIG.format(dir=self.dir, port=self.port))
+
+    def tearDown(self):
+        for process in reversed(self.started):
+            if process.poll() is None:
+                process.terminate()
+                try:
+                    process.wait(20)
+                except subprocess.TimeoutExpired:
+                    process.kill()
+                    process.wait()
+            process.stdout and process.stdout.close()
+        self.folder.cleanup()
+
+    def emulator(self, *more, port=None):
+        process = subprocess.Popen(
+            [os.environ["EMULATOR"], "--cell", CELL, "--seed", "1", "--deflection", "0.002",
+             "--pc", f"127.0.0.1:{port or self.port}", "--device-link", f"{self.dir}/contact",
+             "--joint-noise-deg", "0.001", "--restart-after", "1", "--clamp-deg", "360", *more],
+            stdout=subprocess.PIPE, text=True)
+        self.started.append(process)
+        wait_for(lambda: os.path.exists(f"{self.dir}/contact"), "emulated sensor")
+        return process
+
+    def daemon(self):
+        with open(f"{self.dir}/cellcald.log", "a") as log:
+            process = subprocess.Popen(
+                [os.environ["CELLCALD"], "--config", f"{self.dir}/cellcald.toml"], stderr=log)
+        self.started.append(process)
+        wait_for(lambda: self.client("status").returncode == 0, "daemon")
+        return process
+
+    def client(self, *arguments, timeout=200):
+        return subprocess.run(
+            [os.environ["CELLCAL"], *arguments, "--socket", f"{self.dir}/cellcald.sock"],
+            capture_output=True, text=True, timeout=timeout)
+
+    def status(self):
+        return json.loads(self.client("status", "--json").stdout)
+
+    def log(self):
+        with open(f"{self.dir}/cellcald.log") as f:
+            return f.read()
+
+    def run_session(self, touches=4, check=1):
+        return self.client("run", "--cell", CELL, "--touches", str(touches), "--check", str(check))
+
+    def begin_session(self, touches, check):
+        process = subprocess.Popen(
+            [os.environ["CELLCAL"], "run", "--cell", CELL, "--touches", str(touches), "--check",
+             str(check), "--socket", f"{self.dir}/cellcald.sock"],
+            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        self.started.append(process)
+        return process
+
+    def touches_on_disk(self):
+        with open(f"{self.dir}/state/sessions/1/touches.csv") as f:
+            return len(f.readlines()) - 1
+
+    def fails_with(self, outcome, *words):
+        self.assertEqual(outcome.returncode, 1, outcome.stdout + outcome.stderr + self.log())
+        first = outcome.stderr.splitlines()[0]
+        for word in words:
+            self.assertIn(word, first)
+
+    def test_calibrates_over_real_wires(self):
+        emulator = self.emulator()
+        self.daemon()
+        outcome = self.run_session(touches=6, check=2)
+        # Six touches are too few for any calibration: the verdict withholds it.
+        self.assertEqual(outcome.returncode, 3, outcome.stderr + self.log())
+        self.assertEqual(self.touches_on_disk(), 8)
+        # But each of them is right: joint noise of 0.001 deg is 0.02 mm at the tip.
+        truth = subprocess.run(
+            [os.environ["TRUTH"], "--cell", CELL, "--seed", "1", "--deflection", "0.002",
+             "--touches", f"{self.dir}/state/sessions/1/touches.csv"],
+            capture_output=True, text=True, timeout=60, check=True).stdout
+        mean, worst = re.search(r"mean ([0-9.]+), max ([0-9.]+) \(8 touches\)", truth).groups()
+        self.assertLess(float(mean), 0.03, truth)
+        self.assertLess(float(worst), 0.1, truth)
+        self.assertEqual(self.client("report", "1").returncode, 0)
+        emulator.terminate()
+        self.assertIn("0 crashes", emulator.communicate(timeout=20)[0])
+
+    def test_a_killed_daemon_loses_no_touch_and_its_successor_finishes(self):
+        self.emulator()
+        daemon = self.daemon()
+        client = self.begin_session(5, 1)
+        wait_for(lambda: self.status()["touches"] >= 2, "two touches")
+        time.sleep(2.5)  # somewhere in the middle of the next one
+        daemon.kill()
+        daemon.wait()
+        self.assertEqual(client.wait(20), 1)
+        self.daemon()
+        history = json.loads(self.client("history", "--json").stdout)
+        kept = history[0]["touches"]
+        self.assertGreaterEqual(kept, 2)
+        time.sleep(2.0)  # the controller times out, and its operator starts RSI again
+        outcome = self.client("run", "--resume")
+        self.assertIn(outcome.returncode, (0, 3), outcome.stderr + self.log())
+        self.assertEqual(self.touches_on_disk(), 6)
+
+    def test_abort_stops_the_arm_in_the_middle_of_a_session(self):
+        self.emulator()
+        self.daemon()
+        client = self.begin_session(6, 0)
+        wait_for(lambda: self.status()["touches"] >= 1, "one touch")
+        self.assertEqual(self.client("abort").returncode, 0)
+        output = client.communicate(timeout=30)[0]
+        self.assertEqual(client.returncode, 1, output)
+        self.assertIn("abort", output)
+        self.assertFalse(self.client("status").returncode)
+
+    def test_a_missing_device_is_named(self):
+        self.daemon()
+        self.fails_with(self.run_session(), f"{self.dir}/contact")
+
+    def test_a_robot_that_sends_nothing_is_named(self):
+        self.emulator(port=free_port())
+        self.daemon()
+        self.fails_with(self.run_session(), "no packet")
+
+    def test_a_contact_that_is_closed_before_the_move_is_named(self):
+        self.emulator("--fault", "wire-broken")
+        self.daemon()
+        outcome = self.run_session()
+        self.fails_with(outcome)
+        self.assertRegex(outcome.stderr, "contact|wire|loop")
+
+    def test_a_contact_that_never_comes_is_named(self):
+        self.emulator("--fault", "no-spheres")
+        self.daemon()
+        outcome = self.run_session()
+        self.fails_with(outcome)
+        self.assertRegex(outcome.stderr, "no contact by the end of travel on S")
+
+    def test_a_sensor_that_cannot_see_contacts_is_named(self):
+        self.emulator("--fault", "stuck-open")
+        self.daemon()
+        outcome = self.run_session()
+        self.fails_with(outcome)
+        self.assertRegex(outcome.stderr, "does not see its own test edge")
+
+    def test_a_sensor_that_says_nothing_is_named(self):
+        self.emulator("--fault", "silent")
+        self.daemon()
+        self.fails_with(self.run_session(), "nothing heard from the contact sensor")
+
+
+class Virtual(Wires):
+    """The same job with the cell in the daemon's process and time that passes only there."""
+
+    def test_the_demo_reaches_its_accuracy_and_repeats_to_the_bit(self):
+        with open(f"{self.dir}/cellcald.toml") as f:
+            text = f.read().replace('backend = "rsi"', 'backend = "mock"')
+        with open(f"{self.dir}/cellcald.toml", "w") as f:
+            f.write(text + "[mock]\nseed = 1\ndeflection = 0.002\njoint_noise_deg = 0.001\n")
+        self.daemon()
+        results = []
+        for session in ("1", "2"):
+            outcome = self.run_session(touches=32, check=8)
+            self.assertEqual(outcome.returncode, 0, outcome.stdout + outcome.stderr)
+            with open(f"{self.dir}/state/sessions/{session}/calibration.json") as f:
+                results.append(f.read())
+        residuals = json.loads(results[0])["residuals"]
+        self.assertGreater(residuals["check_before"]["mean_mm"], 1.0)
+        self.assertLess(residuals["check"]["mean_mm"], 0.06)
+        self.assertEqual(results[0], results[1])
+
+
+if __name__ == "__main__":
+    unittest.main()
