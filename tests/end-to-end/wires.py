@@ -26,6 +26,7 @@ bind = "127.0.0.1"
 port = {port}
 correction_limit_deg = 360
 silence_cycles = 25
+late_replies_limit = 50
 [contact]
 device = "{dir}/contact"
 """
