@@ -17,13 +17,14 @@ struct Prior {
   double value, probability;
 };
 /// Smooth transmission error relative to the usual: a factor of two either way is common.
-constexpr Prior kTransmission[] = {{0.0, 0.10}, {0.5, 0.20}, {1.0, 0.40}, {2.0, 0.20}, {4.0, 0.10}};
+constexpr Prior kTransmission[] = {
+    {0.0, 0.25}, {0.35, 0.15}, {0.7, 0.25}, {1.4, 0.20}, {2.8, 0.15}};
 constexpr Prior kRipple[] = {{0.0, 0.4}, {5.0 * kRadPerArcsec, 0.4}, {15.0 * kRadPerArcsec, 0.2}};
 constexpr double kComplianceProbability = 0.7;
 /// More rows tell the levels apart no better.
 constexpr std::size_t kMostTouches = 2000;
 /// Levels closer than this in log evidence are not told apart (a Bayes factor of 2.7).
-constexpr double kUndecided = 1.0;
+constexpr double kUndecided = 0.0;
 /// Precision of unknowns without a prior; the same in every level, so it cancels.
 constexpr double kFlat = 1e-8;
 

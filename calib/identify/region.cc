@@ -17,17 +17,21 @@ constexpr double kMeanOverRms = 0.9213177319235613;
 }  // namespace
 
 std::vector<JointVector> workspace_poses(const ArmModel& arm, int count, unsigned seed) {
-  constexpr double kFloorM = -0.5;
-  constexpr double kTurnRad = 3.1;  // wrists that turn more than once repeat themselves
+  constexpr double kFloorM = 0.05;
+  constexpr double kFirstRad = 1.05, kWristRad = 2.97;
+  constexpr double kMiddle = 0.75;
   Random random(seed);
   std::vector<JointVector> poses;
   for (int attempt = 0; attempt < 100 * count && static_cast<int>(poses.size()) < count;
        ++attempt) {
     JointVector q;
     for (const Joint& joint : arm.robot().joints) {
-      const double low = std::max(joint.min_rad, -kTurnRad),
-                   high = std::min(joint.max_rad, kTurnRad);
-      q.push_back(low < high ? random.uniform(low, high) : joint.min_rad);
+      const double middle = (joint.min_rad + joint.max_rad) / 2.0;
+      double half = kMiddle * (joint.max_rad - joint.min_rad) / 2.0;
+      if (q.empty()) half = std::min(half, kFirstRad);
+      const double low = std::max(middle - half, -kWristRad),
+                   high = std::min(middle + half, kWristRad);
+      q.push_back(low < high ? random.uniform(low, high) : middle);
     }
     if (arm.position(arm.prepare(q), nullptr).z() > kFloorM) poses.push_back(std::move(q));
   }

@@ -9,8 +9,9 @@
 
 namespace cellcal::calib {
 
-/// Random poses inside the joint limits, `count` of them, the same for the same seed. Poses whose
-/// tip lies behind the base axis' floor (below z = -0.5 m) are left out: no cell works there.
+/// Random poses of the region in front of the arm where cells are: the first axis within 60 deg of
+/// its middle, the others in the middle 75 % of their range but within 170 deg of zero, the tip
+/// above the base plane. `count` of them, the same for the same seed.
 std::vector<JointVector> workspace_poses(const ArmModel& arm, int count, unsigned seed);
 
 /// Poses near the given ones whose tip is within `half_m` (a cube) of one of the centres.

@@ -50,11 +50,10 @@ void fill_residuals(const Problem& problem, const Eigen::VectorXd& x_si,
     } else {
       const SphereFit fit =
           fit_centre(points, radii, target.has_centre ? &target.centre_m : nullptr);
-      nominal_centre[b] =
-          target.has_centre && target.centre_sigma_m > 0.0
-              ? fit_centre_near(points, radii, kNominalErrorM, target.centre_m,
-                                target.centre_sigma_m)
-              : fit.centre_m;
+      nominal_centre[b] = target.has_centre && target.centre_sigma_m > 0.0
+                              ? fit_centre_near(points, radii, kNominalErrorM, target.centre_m,
+                                                target.centre_sigma_m)
+                              : fit.centre_m;
     }
   }
   Eigen::VectorXd nominal = Eigen::VectorXd::Zero(problem.shared_size());

@@ -19,7 +19,8 @@ SphereFit fit_centre(const std::vector<Eigen::Vector3d>& points_m,
                      const std::vector<double>& radius_m, const Eigen::Vector3d* guess);
 
 /// The same with the stated place as a prior (1 sigma, 0: none) and points that are each wrong by
-/// about `point_sigma_m`: where the points hardly hold the centre, it stays where it was said to be.
+/// about `point_sigma_m`: where the points hardly hold the centre, it stays where it was said to
+/// be.
 Eigen::Vector3d fit_centre_near(const std::vector<Eigen::Vector3d>& points_m,
                                 const std::vector<double>& radius_m, double point_sigma_m,
                                 const Eigen::Vector3d& place_m, double place_sigma_m);

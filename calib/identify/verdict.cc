@@ -6,8 +6,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calib/identify/frame.h"
-
 namespace cellcal::calib {
 
 namespace {
@@ -18,9 +16,10 @@ constexpr double kChi2Limit = 4.0;
 constexpr double kOutlierShare = 0.10;
 /// Held-out touches may be worse than the fit, but not by this much: then it is over-fitted.
 constexpr double kCheckRatio = 4.0;
-/// A target whose place is not known to this along its weakest axis (1 sigma, frame aside) was
-/// touched from too few directions: its touches then say little about the arm.
-constexpr double kPlaceSigmaM = 0.5e-3;
+/// With a perfect arm a sphere's touches would hold its centre to sigma / sqrt(n lambda), lambda
+/// the smallest eigenvalue of the mean of the outer products of their directions. Where that is
+/// worse than this they say more about the sphere's place than about the arm.
+constexpr double kPlaceSigmaM = 0.3e-3;
 
 }  // namespace
 
@@ -42,17 +41,25 @@ Verdict judge(const Problem& problem, const Calibration& c) {
   if (outliers > kOutlierShare * fit)
     blocking.push_back(fmt::format("outliers: {} of {} fit touches are not what the sphere allows",
                                    outliers, fit));
-  const Eigen::MatrixXd covariance = without_frame(c.covariance, c.frame_basis);
   for (const TargetBlock& block : problem.blocks()) {
-    const double sigma_m =
-        std::sqrt(std::max(0.0, Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(
-                                    covariance.block<3, 3>(block.first, block.first))
-                                    .eigenvalues()[2]));
-    if (sigma_m > kPlaceSigmaM)
+    const Target& target = problem.cell().targets[block.target];
+    if (target.kind == TargetKind::kPoint) continue;  // one touch tells all three directions
+    Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
+    int count = 0;
+    for (const TouchResidual& r : c.residuals) {
+      if (touches[r.touch].target != target.id || r.outlier ||
+          touches[r.touch].set != TouchSet::kFit)
+        continue;
+      information += r.direction * r.direction.transpose() / std::pow(problem.sigma_m(r.touch), 2);
+      ++count;
+    }
+    const double least =
+        Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(information).eigenvalues()[0];
+    if (!(least * kPlaceSigmaM * kPlaceSigmaM > 1.0))
       blocking.push_back(fmt::format(
-          "too few directions: {} is known to {:.2f} mm only along its weakest axis; touch it from "
+          "too few directions: {} was touched {} times in directions too much alike; touch it from "
           "more sides",
-          problem.cell().targets[block.target].id, sigma_m * 1e3));
+          target.id, count));
   }
   if (c.check.count > 0 && c.after.rms_m > 0.0 &&
       c.check.rms_m > kCheckRatio * std::max(c.after.rms_m, c.touch_noise_m))

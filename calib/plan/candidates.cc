@@ -108,7 +108,7 @@ std::vector<Candidate> find_candidates(const Cell& cell, const ArmModel& arm,
             seed[0] = std::clamp(cell.robot.joints[0].sign * std::atan2(c.y(), c.x()),
                                  cell.robot.joints[0].min_rad, cell.robot.joints[0].max_rad);
           for (std::size_t j = 1; j < seed.size(); ++j) {
-            const double spread = j < 3 ? 0.4 : 1.5;
+            const double spread = j < 3 ? 0.4 : 2.8;
             seed[j] = std::clamp(seed[j] + random.uniform(-spread, spread),
                                  cell.robot.joints[j].min_rad, cell.robot.joints[j].max_rad);
           }

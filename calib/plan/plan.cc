@@ -17,7 +17,9 @@ namespace cellcal::calib {
 namespace {
 
 constexpr int kCandidatesPerTouch = 4;  // what the choice can choose from
-constexpr int kLeastPerSphere = 5;      // fewer directions do not span a sphere safely
+/// Fewer directions do not span a sphere safely; and half of all touches are shared out evenly,
+/// since the choice knows only the errors that the model has.
+constexpr int kLeastPerSphere = 5;
 
 /// The arm without what only matters for identification: plans are made on nominal geometry.
 ArmModel planning_arm(const Cell& cell) {
@@ -183,7 +185,8 @@ Plan make_plan(const Cell& cell, const PlanOptions& options, const JointVector& 
         "only {} touches can be reached inside the joint limits and clear of the spheres, {} are "
         "wanted; move the spheres nearer to the middle of the workspace or ask for fewer touches",
         candidates.size(), total));
-  const Choice choice = choose(cell, candidates, options.fit_touches, kLeastPerSphere);
+  const Choice choice = choose(cell, candidates, options.fit_touches,
+                               std::max(kLeastPerSphere, options.fit_touches / (2 * spheres)));
   std::vector<bool> taken(candidates.size(), false);
   std::vector<Chosen> todo;
   for (const std::size_t i : choice.picked) {

@@ -25,7 +25,7 @@ jerk_deg_s3 = 8000
 bind = "127.0.0.1"
 port = {port}
 correction_limit_deg = 360
-silence_cycles = 25
+silence_cycles = 50
 late_replies_limit = 50
 [contact]
 device = "{dir}/contact"

@@ -1,0 +1,137 @@
+#include "tests/experiments/true_arm.h"
+
+#include <cmath>
+#include <numbers>
+
+namespace cellcal::experiments {
+
+namespace {
+
+constexpr double kRadPerArcsec = std::numbers::pi / 180.0 / 3600.0;
+
+std::function<double(double, double)> make_gear(const TruthSettings& s, calib::Random& random) {
+  const double rms = s.gear_arcsec * kRadPerArcsec;
+  if (s.gears == Gears::kNone || rms <= 0.0) return [](double, double) { return 0.0; };
+  struct Wave {
+    double order, amplitude, phase;
+  };
+  std::vector<Wave> waves;
+  double backlash = 0.0;
+  if (s.gears == Gears::kHarmonics) {
+    // Two orders of equal variance: amplitude^2 / 2 each, rms^2 in all.
+    for (const double order : {1.0, 2.0})
+      waves.push_back({order, rms * std::hypot(random.normal(), random.normal()) / std::sqrt(2.0),
+                       random.uniform(0.0, 2.0 * std::numbers::pi)});
+  } else {
+    double sum = 0.0;
+    for (const double order : {1.0, 2.0, 3.0, 4.0, 5.0}) {
+      waves.push_back(
+          {order, (0.5 + random.uniform()) / order, random.uniform(0.0, 2.0 * std::numbers::pi)});
+      sum += waves.back().amplitude * waves.back().amplitude / 2.0;
+    }
+    // The wave generator's or pinion's order: too fast to be followed from touch to touch.
+    waves.push_back({random.uniform(60.0, 160.0), 0.5, random.uniform(0.0, 6.28)});
+    sum += 0.125;
+    const double scale = 0.9 * rms / std::sqrt(sum);
+    for (Wave& wave : waves) wave.amplitude *= scale;
+    backlash = 0.4 * rms;
+  }
+  return [waves, backlash](double q, double torque) {
+    double error = backlash * std::tanh(torque / 5.0);  // 5 N m close the play
+    for (const Wave& wave : waves) error += wave.amplitude * std::sin(wave.order * q + wave.phase);
+    return error;
+  };
+}
+
+}  // namespace
+
+TrueArm::TrueArm(const calib::Cell& cell, const TruthSettings& s, calib::Random& random)
+    : tcp_(cell.tool.tcp.translation()),
+      tool_com_(cell.tool.com_m),
+      gravity_(cell.robot.gravity_m_s2),
+      tool_mass_(cell.tool.mass_kg),
+      tool_length_(cell.tool.length_m),
+      c_t_(std::abs(random.normal()) * 0.0015),
+      growth_(s.growth) {
+  for (const calib::Joint& j : cell.robot.joints) {
+    Joint t{static_cast<double>(j.sign),
+            j.offset_rad,
+            j.d_m,
+            j.a_m,
+            j.alpha_rad,
+            j.beta_rad,
+            0.0,
+            j.mass_kg,
+            j.com_m,
+            make_gear(s, random)};
+    for (const calib::JointError e : j.errors) {
+      const double n = random.normal();
+      switch (e) {
+        case calib::JointError::kTheta:
+          t.offset += s.angle_sigma_rad * n;
+          break;
+        case calib::JointError::kD:
+          t.d += s.length_sigma_m * n;
+          break;
+        case calib::JointError::kA:
+          t.a += s.length_sigma_m * n;
+          break;
+        case calib::JointError::kAlpha:
+          t.alpha += s.angle_sigma_rad * n;
+          break;
+        case calib::JointError::kBeta:
+          t.beta += s.angle_sigma_rad * n;
+          break;
+      }
+    }
+    const std::size_t index = joints_.size();
+    if (index == 1 || index == 2 || index == 4)
+      t.stiffness = s.compliance_rad_per_nm * std::abs(random.normal());
+    joints_.push_back(std::move(t));
+  }
+}
+
+Eigen::Matrix4d TrueArm::link(std::size_t i, double theta, double warm) const {
+  const Joint& j = joints_[i];
+  const double grown = 1.0 + growth_ * warm;
+  const double ct = std::cos(theta), st = std::sin(theta);
+  const double ca = std::cos(j.alpha), sa = std::sin(j.alpha);
+  const double cb = std::cos(j.beta), sb = std::sin(j.beta);
+  Eigen::Matrix4d m;  // Hayati's matrix, written out
+  m << ct * cb - st * sa * sb, -st * ca, ct * sb + st * sa * cb, j.a * grown * ct,
+      st * cb + ct * sa * sb, ct * ca, st * sb - ct * sa * cb, j.a * grown * st, -ca * sb, sa,
+      ca * cb, j.d * grown, 0, 0, 0, 1;
+  return m;
+}
+
+Eigen::Vector3d TrueArm::tip(const std::vector<double>& q, double warm) const {
+  std::vector<double> theta(q.size());
+  for (std::size_t i = 0; i < q.size(); ++i) theta[i] = joints_[i].sign * q[i] + joints_[i].offset;
+  // Twice: the second time with the torques of the arm as it hangs.
+  std::vector<double> given = theta;
+  Eigen::Matrix4d flange;
+  for (int pass = 0; pass < 2; ++pass) {
+    std::vector<Eigen::Matrix4d> frame{Eigen::Matrix4d::Identity()};
+    for (std::size_t i = 0; i < q.size(); ++i)
+      frame.push_back(frame.back() * link(i, given[i], warm));
+    flange = frame.back();
+    for (std::size_t i = 0; i < q.size(); ++i) {
+      const Eigen::Vector3d axis = frame[i].block<3, 1>(0, 2), origin = frame[i].block<3, 1>(0, 3);
+      double torque = 0.0;
+      for (std::size_t k = i; k < q.size(); ++k) {
+        const Eigen::Vector3d com = (frame[k + 1] * joints_[k].com.homogeneous()).head<3>();
+        torque += axis.dot((com - origin).cross(joints_[k].mass * gravity_));
+      }
+      const Eigen::Vector3d tool = (flange * tool_com_.homogeneous()).head<3>();
+      torque += axis.dot((tool - origin).cross(tool_mass_ * gravity_));
+      given[i] = theta[i] + joints_[i].stiffness * torque + joints_[i].gear(q[i], torque);
+    }
+  }
+  Eigen::Matrix4d bent = Eigen::Matrix4d::Identity();
+  for (std::size_t i = 0; i < q.size(); ++i) bent *= link(i, given[i], warm);
+  const Eigen::Vector3d z = bent.block<3, 1>(0, 2);
+  const double force_factor = c_t_ * tool_mass_ * std::pow(tool_length_, 3) / 3.0;
+  return (bent * tcp_.homogeneous()).head<3>() + force_factor * (gravity_ - gravity_.dot(z) * z);
+}
+
+}  // namespace cellcal::experiments

@@ -1,0 +1,49 @@
+#pragma once
+// A real arm, computed without any of the estimator's code: 4 x 4 matrices, torques on the true
+// geometry, gears as functions of the axis angle.
+
+#include <Eigen/Geometry>
+#include <functional>
+#include <vector>
+
+#include "calib/model/random.h"
+#include "calib/model/robot.h"
+
+namespace cellcal::experiments {
+
+enum class Gears {
+  kNone,
+  kHarmonics,  ///< orders 1 and 2 of the axis angle
+  kSpectrum,   ///< orders 1 to 5 falling off, one fast order per joint, and backlash with the load
+};
+
+struct TruthSettings {
+  double length_sigma_m = 0.7e-3;
+  double angle_sigma_rad = 0.6e-3;
+  double compliance_rad_per_nm = 1e-5;  ///< 1 sigma of |k| at the three loaded joints; 0: stiff
+  Gears gears = Gears::kHarmonics;
+  double gear_arcsec = 10.0;  ///< rms per joint over a revolution
+  double growth = 25e-6;      ///< of all lengths over the session (2 K of aluminium and steel)
+};
+
+class TrueArm {
+ public:
+  TrueArm(const calib::Cell& cell, const TruthSettings& settings, calib::Random& random);
+
+  /// TCP [m, base]; `warm` from 0 (begin of the session) to 1 (end).
+  Eigen::Vector3d tip(const std::vector<double>& q, double warm = 0.5) const;
+
+ private:
+  Eigen::Matrix4d link(std::size_t i, double theta, double warm) const;
+
+  struct Joint {
+    double sign, offset, d, a, alpha, beta, stiffness, mass;
+    Eigen::Vector3d com;
+    std::function<double(double q, double torque)> gear;
+  };
+  std::vector<Joint> joints_;
+  Eigen::Vector3d tcp_, tool_com_, gravity_;
+  double tool_mass_, tool_length_, c_t_, growth_;
+};
+
+}  // namespace cellcal::experiments
