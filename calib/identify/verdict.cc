@@ -16,6 +16,10 @@ constexpr double kChi2Limit = 4.0;
 constexpr double kOutlierShare = 0.10;
 /// Held-out touches may be worse than the fit, but not by this much: then it is over-fitted.
 constexpr double kCheckRatio = 4.0;
+/// An arm this many tolerances off its drawing is another arm: real ones stay within five
+/// (real-data tests), a wrong row of the robot file makes twenty and more and can still be
+/// explained away.
+constexpr double kFarFromDrawing = 8.0;
 /// With a perfect arm a sphere's touches would hold its centre to sigma / sqrt(n lambda), lambda
 /// the smallest eigenvalue of the mean of the outer products of their directions. Where that is
 /// worse than this they say more about the sphere's place than about the arm.
@@ -60,6 +64,18 @@ Verdict judge(const Problem& problem, const Calibration& c) {
           "too few directions: {} was touched {} times in directions too much alike; touch it from "
           "more sides",
           target.id, count));
+  }
+  for (int p = 0; p < problem.arm_size(); ++p) {
+    const ArmParameterKind kind = problem.arm().parameters()[p].kind;
+    if (kind > ArmParameterKind::kBeta && kind != ArmParameterKind::kTcp) continue;
+    const ParameterResult& found = c.parameters[static_cast<std::size_t>(p)];
+    const double tolerances = std::abs(found.correction) / problem.unknowns()[p].scale;
+    if (tolerances > kFarFromDrawing)
+      blocking.push_back(fmt::format(
+          "far from the drawing: {} is off by {:.3g} {}, {:.0f} times its tolerance; is it the "
+          "right "
+          "robot file, and is the arm mastered? If both are so, state a larger tolerance",
+          found.name, found.correction * found.to_unit, found.unit, tolerances));
   }
   if (c.check.count > 0 && c.after.rms_m > 0.0 &&
       c.check.rms_m > kCheckRatio * std::max(c.after.rms_m, c.touch_noise_m))
