@@ -131,8 +131,8 @@ TEST(Verdict, BlocksTouchesThatScatterMoreThanTheCellFileSays) {
   EXPECT_NE(all_reasons(result).find("chi^2"), std::string::npos) << all_reasons(result);
 }
 
-TEST(Verdict, BlocksASphereTouchedFromOneSideOnly) {
-  const Calibration result = of(demo_cell(), {.fit = 100, .widest_rad = 0.15});
+TEST(Verdict, BlocksASphereTouchedAtOneSpotOnly) {
+  const Calibration result = of(demo_cell(), {.fit = 100, .widest_rad = 0.02});
   EXPECT_FALSE(result.verdict.publish);
   EXPECT_NE(all_reasons(result).find("too few directions"), std::string::npos)
       << all_reasons(result);
