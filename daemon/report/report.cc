@@ -64,6 +64,7 @@ std::string html_report(const ReportInput& input) {
   html += report::cell_picture(view);
   html += report::sphere_maps(view);
   html += report::targets_table(view);
+  html += report::model(view);
   html += report::parameters_table(view);
   html += report::unidentifiable(view);
   html += report::outliers(view);

@@ -33,7 +33,8 @@ std::string session_rows(const View& view) {
   const ReportInput& input = view.input;
   return pair("Session", escape(input.session_id)) + pair("Started", escape(input.started)) +
          pair("Finished", escape(input.finished)) + pair("Software", escape(input.software)) +
-         pair("Method", escape(view.result.method));
+         pair("Method", method_words(view.result.method)) +
+         (level_words(view).empty() ? std::string() : pair("Model level", level_words(view)));
 }
 
 std::string robot_rows(const View& view) {

@@ -78,7 +78,7 @@ TEST(Document, HasItsSectionsInTheOrderOfReading) {
   ASSERT_NE(last, std::string::npos);
   for (const char* id :
        {"figures", "meaning", "residuals", "distribution", "cell", "directions", "targets",
-        "parameters", "unidentifiable", "outliers", "correlations", "traceability"}) {
+        "model", "parameters", "unidentifiable", "outliers", "correlations", "traceability"}) {
     const std::size_t at = html.find(std::string("<section id=\"") + id + "\"");
     ASSERT_NE(at, std::string::npos) << id;
     EXPECT_GT(at, last) << id;

@@ -18,6 +18,7 @@ using calib::DecidedBy;
 using calib::ParameterResult;
 
 constexpr double kDeg = std::numbers::pi / 180.0;
+constexpr double kArcsec = kDeg / 3600.0;
 constexpr double kTouchSigma = 3e-5;
 constexpr double kSphereDiameter = 0.0614;
 
@@ -258,6 +259,13 @@ ReportInput made_up_session(const SessionShape& shape) {
   result.cell.tool.deflection_sigma = 0.003;
   result.cell.touch_sigma_m = kTouchSigma;
   result.cell.radius_offset_sigma_m = 3e-4;
+
+  // The best is not the one taken: the touches do not tell the first two apart.
+  result.level = {true, 1.0, 5.0 * kArcsec};
+  result.levels = {{{true, 1.0, 0.0}, -120.4}, {result.level, -120.7}, {{true, 0.0, 0.0}, -124.6}};
+  result.level_reason = fmt::format(
+      "{}; the touches favour it over \"{}\" by 3.9 in log evidence",
+      calib::words(result.cell, result.level), calib::words(result.cell, result.levels[2].level));
 
   add_joint_parameters(result, noise);
   add(result, "tool.c_t", "1/(N m^2)", 1.0, 0.0, 0.00036, 0.00004, DecidedBy::kData);

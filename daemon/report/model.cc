@@ -1,0 +1,110 @@
+// Which model was fitted, by which method, and how well the touches tell it from the others.
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <string>
+#include <string_view>
+
+#include "daemon/report/sections.h"
+#include "daemon/report/text.h"
+
+namespace cellcal::daemon::report {
+namespace {
+
+constexpr int kEvidenceDecimals = 1;  // a tenth is odds of eleven to ten: nothing
+
+std::string capitalised(std::string text) {
+  if (!text.empty() && text[0] >= 'a' && text[0] <= 'z') text[0] = static_cast<char>(text[0] - 32);
+  return text;
+}
+
+std::string_view method_sentence(std::string_view method) {
+  if (method == "map") {
+    return "Every parameter starts from its tolerance, and the touches move it as far as they "
+           "outweigh that tolerance.";
+  }
+  if (method == "paper") {
+    return "The estimator of the paper that the method began with: one sphere, geometry and the "
+           "bending of the tool, no tolerances, no choice of a model level.";
+  }
+  return {};
+}
+
+// The reason begins with the level's own words, which stand above it.
+std::string reason_of(const calib::Calibration& result, const std::string& level) {
+  std::string reason = result.level_reason;
+  const std::string opening = level + "; ";
+  if (reason.starts_with(opening)) reason.erase(0, opening.size());
+  if (reason.empty()) return {};
+  return fmt::format("<p>Why this one: {}.</p>\n", escape(reason));
+}
+
+std::string_view parts() {
+  return "<table class=\"pairs parts\">\n"
+         "<tr><th scope=\"row\">geometry</th><td>zero, lengths and angles of each joint</td></tr>\n"
+         "<tr><th scope=\"row\">tool bending</th><td>the tool yields to its weight</td></tr>\n"
+         "<tr><th scope=\"row\">joint compliance</th><td>each joint yields in proportion to the "
+         "torque of gravity on it</td></tr>\n"
+         "<tr><th scope=\"row\">transmission</th><td>error of the gears that is smooth in the "
+         "joint&rsquo;s angle; the figure is the tolerance (1&sigma;) of each of its "
+         "amplitudes</td></tr>\n"
+         "<tr><th scope=\"row\">ripple</th><td>error of the gears too fast to be followed from "
+         "touch to touch; counted as noise of each joint (1&sigma;)</td></tr>\n</table>\n";
+}
+
+std::string levels_table(const calib::Calibration& result) {
+  if (result.levels.empty()) {
+    return "<p class=\"note\">No other level of the model was weighed.</p>\n";
+  }
+  const double best = result.levels.front().log_evidence;
+  std::string rows;
+  for (const calib::LevelEvidence& entry : result.levels) {
+    const bool taken = entry.level == result.level;
+    rows += fmt::format("<tr{}><th scope=\"row\">{}</th><td>{}</td><td class=\"word\">{}</td></tr>\n",
+                        taken ? " class=\"strong\"" : "",
+                        escape(calib::words(result.cell, entry.level)),
+                        fixed(entry.log_evidence - best, kEvidenceDecimals), taken ? "taken" : "");
+  }
+  return fmt::format(
+      "<div class=\"scroll\"><table class=\"numbers levels\">\n<thead><tr><th scope=\"col\">levels "
+      "that the touches support best</th><th scope=\"col\">log evidence</th><th scope=\"col\" "
+      "class=\"word\"></th></tr></thead>\n<tbody>\n{}</tbody>\n</table></div>\n"
+      "<p class=\"note\">Log evidence, relative to the best: how probable the touches are under "
+      "each level, with all its parameters averaged over their tolerances, and how common such "
+      "arms are. Natural logarithm: &minus;3 is odds of 1 to 20. A level that explains more but "
+      "has to be tuned finely to do so loses.</p>\n",
+      rows);
+}
+
+}  // namespace
+
+std::string method_words(std::string_view method) {
+  if (method == "map") return "maximum a posteriori estimate";
+  if (method == "paper") return "reference method, for comparison only";
+  return escape(method);
+}
+
+std::string level_words(const View& view) {
+  const calib::Calibration& result = view.result;
+  // Methods that know no levels leave all three empty; the default level is not theirs.
+  if (result.level_reason.empty() && result.levels.empty()) return {};
+  return escape(calib::words(result.cell, result.level));
+}
+
+std::string model(const View& view) {
+  const calib::Calibration& result = view.result;
+  const std::string level = level_words(view);
+  std::string body;
+  if (!level.empty()) {
+    body += fmt::format("<p class=\"fitted\">{}</p>\n", capitalised(level));
+    body += reason_of(result, calib::words(result.cell, result.level));
+  }
+  const std::string method = method_words(result.method);
+  body += fmt::format("<p>Method: {}. {}</p>\n", method.empty() ? "<em>not stated</em>" : method,
+                      method_sentence(result.method));
+  if (!level.empty()) body += levels_table(result) + std::string(parts());
+  return section("model", "The model that was fitted, and why", body);
+}
+
+}  // namespace cellcal::daemon::report

@@ -1,0 +1,102 @@
+// Which model was fitted, by which method, and why that one.
+
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <string>
+
+#include "daemon/report/report.h"
+#include "tests/daemon/report/fixture.h"
+#include "tests/daemon/report/html_checker.h"
+
+namespace cellcal::daemon::report {
+namespace {
+
+using testing::complaints;
+using testing::made_up_session;
+using testing::occurrences;
+using testing::section_of;
+
+bool says(const std::string& html, std::string_view words) {
+  return html.find(words) != std::string::npos;
+}
+
+TEST(Model, NamesTheLevelTheReasonAndTheMethod) {
+  const std::string model = section_of(html_report(made_up_session()), "model");
+  EXPECT_TRUE(says(model, ">Geometry, tool bending, transmission 10 arcsec, ripple 5 arcsec<"));
+  EXPECT_TRUE(says(model, "Why this one: the touches favour it over &quot;geometry"));
+  EXPECT_TRUE(says(model, "Method: maximum a posteriori estimate."));
+}
+
+TEST(Model, LevelsStandInOrderWithTheirEvidenceRelativeToTheBest) {
+  const std::string model = section_of(html_report(made_up_session()), "model");
+  const std::size_t best = model.find("<td>0.0</td>");
+  const std::size_t second = model.find("<td>\xE2\x88\x92"
+                                        "0.3</td>");
+  const std::size_t third = model.find("<td>\xE2\x88\x92"
+                                       "4.2</td>");
+  ASSERT_NE(third, std::string::npos);
+  EXPECT_LT(best, second);
+  EXPECT_LT(second, third);
+}
+
+TEST(Model, MarksTheLevelTakenEvenWhereItIsNotTheBest) {
+  const std::string model = section_of(html_report(made_up_session()), "model");
+  EXPECT_EQ(occurrences(model, ">taken<"), 1U);
+  EXPECT_TRUE(says(model,
+                   "ripple 5 arcsec</th><td>\xE2\x88\x92"
+                   "0.3</td><td class=\"word\">taken<"));
+}
+
+TEST(Model, MarksNoLevelWhereTheOneOfTheResultIsNotInTheTable) {
+  ReportInput input = made_up_session();
+  input.calibration.level.transmission = 4.0;
+  const std::string model = section_of(html_report(input), "model");
+  EXPECT_EQ(occurrences(model, ">taken<"), 0U);
+  EXPECT_TRUE(says(model, "transmission 40 arcsec"));
+}
+
+TEST(Model, OfAMethodWithoutLevelsClaimsNone) {
+  ReportInput input = made_up_session();
+  input.calibration.method = "paper";
+  input.calibration.level = {};
+  input.calibration.level_reason.clear();
+  input.calibration.levels.clear();
+  const std::string html = html_report(input);
+  EXPECT_TRUE(says(section_of(html, "model"), "reference method, for comparison only"));
+  EXPECT_FALSE(says(section_of(html, "model"), "arcsec"));
+  EXPECT_FALSE(says(section_of(html, "traceability"), "Model level"));
+}
+
+TEST(Model, ReasonInOtherWordsIsKeptWhole) {
+  ReportInput input = made_up_session();
+  input.calibration.level_reason = "geometry <only>; as asked for";
+  EXPECT_TRUE(says(section_of(html_report(input), "model"),
+                   "Why this one: geometry &lt;only&gt;; as asked for."));
+}
+
+TEST(Model, MethodNobodyKnowsIsShownAsText) {
+  ReportInput input = made_up_session();
+  input.calibration.method = "<b>mine</b>";
+  EXPECT_TRUE(
+      says(section_of(html_report(input), "model"), "Method: &lt;b&gt;mine&lt;/b&gt;."));
+  input.calibration.method.clear();
+  EXPECT_TRUE(says(section_of(html_report(input), "model"), "<em>not stated</em>"));
+}
+
+TEST(Model, EvidenceThatIsNotFiniteIsADash) {
+  ReportInput input = made_up_session();
+  input.calibration.levels[1].log_evidence = std::numeric_limits<double>::quiet_NaN();
+  const std::string html = html_report(input);
+  EXPECT_TRUE(complaints(html).empty());
+  EXPECT_TRUE(says(section_of(html, "model"), "<td>\xE2\x80\x93</td>"));
+}
+
+TEST(Model, StandsInTheTraceabilityAsWell) {
+  const std::string html = section_of(html_report(made_up_session()), "traceability");
+  EXPECT_TRUE(says(html, "geometry, tool bending, transmission 10 arcsec, ripple 5 arcsec"));
+  EXPECT_TRUE(says(html, "maximum a posteriori estimate"));
+}
+
+}  // namespace
+}  // namespace cellcal::daemon::report
