@@ -12,6 +12,8 @@
 namespace cellcal::daemon::report {
 namespace {
 
+constexpr double kFewDegrees = 10.0;  // fewer leave a scatter uncertain by more than a fifth
+
 std::string row(std::string_view what, const calib::ResidualSummary& summary, bool strong) {
   const std::string open =
       fmt::format("<tr{}><th scope=\"row\">{}</th><td>{}</td>", strong ? " class=\"strong\"" : "",
@@ -28,34 +30,57 @@ std::string group(std::string_view heading) {
                      heading);
 }
 
+// The fit leaves chi^2 = (sum of squares of the whitened residuals) per degree of freedom, which
+// tells how many degrees there were. 0 where it does not.
+double degrees_of_freedom(const View& view) {
+  double squares = 0.0;
+  for (const Mark& mark : view.marks) {
+    if (mark.kind == MarkKind::kFit) squares += mark.whitened * mark.whitened;
+  }
+  const double degrees = squares / view.result.chi2_per_dof;
+  return std::isfinite(degrees) && view.unusable == 0 ? degrees : 0.0;
+}
+
 std::string noise_words(const View& view) {
   const calib::Calibration& result = view.result;
   if (!(result.touch_noise_m > 0.0) || !(result.chi2_per_dof > 0.0)) {
     return "The scatter of one touch was not determined.";
   }
-  return fmt::format(
-      "One touch scatters by {} mm (1&sigma;, from the fit); the cell file states {} mm. "
-      "&chi;&sup2; per degree of freedom is {}; 1 is what the stated scatter predicts.",
-      positive_mm(result.touch_noise_m), positive_mm(result.cell.touch_sigma_m),
-      fixed(result.chi2_per_dof, 2));
+  const bool ripple = result.level.ripple_rad > 0.0;
+  std::string words = fmt::format(
+      "One touch scatters by {} mm (1&sigma;, from the fit{}); the cell file states {} mm{}. "
+      "&chi;&sup2; per degree of freedom is {}; 1 is what {} predicts.",
+      positive_mm(result.touch_noise_m), view.any_point() ? ", along each axis" : "",
+      positive_mm(result.cell.touch_sigma_m),
+      ripple ? ", and the fitted model adds ripple of the gears to it" : "",
+      fixed(result.chi2_per_dof, 2), ripple ? "both together" : "the stated scatter");
+  if (result.chi2_per_dof > 1.0) words += " Every &sigma; in this report is widened accordingly.";
+  if (const double degrees = degrees_of_freedom(view); degrees > 0.0) {
+    words += fmt::format(" About {} of freedom were left to judge this by{}.",
+                         degrees < 1.5 ? "one degree" : fixed(degrees, 0) + " degrees",
+                         degrees < kFewDegrees ? ", so it is rough" : "");
+  }
+  return words;
 }
 
 std::string tile(std::string_view label, std::string_view value, std::string_view basis,
                  std::string_view css_class) {
   return fmt::format(
-      "<div class=\"tile {}\"><p class=\"label\">{}</p><p class=\"value\">{} <span>mm</span></p>"
+      "<div class=\"tile {}\"><p class=\"label\">{}</p><p class=\"value\">{}</p>"
       "<p class=\"basis\">{}</p></div>\n",
       css_class, label, value, basis);
 }
 
-std::string predicted_tile(std::string_view label, double mean_m, bool outside_scope) {
+std::string big_mm(double metres) { return mm(metres) + " <span>mm</span>"; }
+
+std::string predicted_tile(std::string_view label, std::string_view where, double mean_m,
+                           bool outside_scope) {
   if (!std::isfinite(mean_m) || mean_m <= 0.0) {
     return tile(label, positive_mm(0.0), "not predicted", "missing");
   }
-  return tile(label, mm(mean_m),
-              outside_scope
-                  ? "predicted from the covariance, mean; outside the scope of the verdict"
-                  : "predicted from the covariance, mean",
+  return tile(label, big_mm(mean_m),
+              fmt::format("predicted, mean over {}{}", where,
+                          outside_scope ? "; outside the scope of the verdict" : ""),
               outside_scope ? "predicted outside" : "predicted");
 }
 
@@ -64,7 +89,7 @@ std::string tiles(const View& view) {
   std::string out = "<div class=\"tiles\">\n";
   if (result.check.count > 0) {
     out +=
-        tile("Residual on held-out touches (M1)", mm(result.check.mean_m),
+        tile("Residual on held-out touches (M1)", big_mm(result.check.mean_m),
              fmt::format("measured, mean of {}",
                          counted(static_cast<std::size_t>(result.check.count), "touch", "touches")),
              "measured");
@@ -72,11 +97,38 @@ std::string tiles(const View& view) {
     out += tile("Residual on held-out touches (M1)", "\xE2\x80\x93",
                 "not measured: no touch was held out", "missing");
   }
-  out += predicted_tile("3-D error within 150&nbsp;mm of the targets (M2)", result.predicted_m2_m,
-                        false);
-  out += predicted_tile("3-D error over the workspace (M3)", result.predicted_m3_m,
-                        result.verdict.publish && !result.verdict.workspace);
+  out += predicted_tile("3-D error near the targets (M2)",
+                        "postures like those of the touches, the tip within 150&nbsp;mm of a "
+                        "target&rsquo;s centre along each axis",
+                        result.predicted_m2_m, false);
+  out += predicted_tile("3-D error over the workspace (M3)",
+                        "postures all over the region in front of the robot: first axis within "
+                        "60&deg; of its middle, the others in the middle three quarters",
+                        result.predicted_m3_m, result.verdict.publish && !result.verdict.workspace);
   return out + "</div>\n";
+}
+
+std::string_view residual_words(const View& view) {
+  if (view.points_only()) return "how far the tip is from the point that it was held at.";
+  if (view.any_point()) {
+    return "how much further from the target&rsquo;s centre, or nearer to it, the tip is than the "
+           "effective radius; on points, how far the tip is from them.";
+  }
+  return "how much further from the target&rsquo;s centre, or nearer to it, the tip is than the "
+         "effective radius.";
+}
+
+std::string predicted_words(const View& view) {
+  const double ripple_rad = view.result.level.ripple_rad;
+  return fmt::format(
+      "<p><strong>Predicted is not measured.</strong> M2 and M3 follow from the covariance, that "
+      "is, "
+      "from how far off each parameter may still be; both are taken after the best alignment of "
+      "the "
+      "base. They hold as far as the model does: backlash, temperature or a tool that moved since "
+      "are not in them{}. To measure accuracy, use an instrument of its own, for example a laser "
+      "tracker.</p>\n",
+      std::isfinite(ripple_rad) && ripple_rad > 0.0 ? ", nor is the ripple of the gears" : "");
 }
 
 std::string truth_block(const View& view) {
@@ -99,17 +151,25 @@ std::string truth_block(const View& view) {
 std::string figures_table(const View& view) {
   const calib::Calibration& result = view.result;
   std::string body =
-      "<div class=\"scroll\"><table class=\"numbers figures\">\n<thead><tr><th scope=\"col\">"
-      "Distance of the tip from the target, mm</th><th scope=\"col\">touches</th>"
+      "<div class=\"beside\">\n<div class=\"scroll\"><table class=\"numbers figures\">\n<thead><tr>"
+      "<th scope=\"col\">Residual without its sign, mm</th><th scope=\"col\">touches</th>"
       "<th scope=\"col\">mean</th><th scope=\"col\">max</th><th scope=\"col\">rms</th></tr></thead>"
       "\n<tbody>\n";
   body += group("Fitted touches");
-  body += row("before: nominal robot, stiff tool, best sphere for it", result.before, false);
-  body += row("after: calibrated", result.after, false);
+  body += row("before: nominal robot, stiff tool", result.before, false);
+  body += row("after: calibrated robot", result.after, false);
   body += group("Held-out touches (check)");
-  body += row("before: nominal robot", result.check_before, false);
-  body += row("check: calibrated", result.check, true);
-  body += "</tbody>\n</table></div>\n";
+  body += row("before: nominal robot, stiff tool", result.check_before, false);
+  body += row("after: calibrated robot", result.check, true);
+  body += "</tbody>\n</table></div>\n<div>\n";
+  body += fmt::format(
+      "<p class=\"note\">Residual: {} <em>Before</em>: each target is put where it suits the "
+      "nominal "
+      "robot&rsquo;s own fitted touches best, so a target that stands elsewhere than stated does "
+      "not "
+      "count against the robot; few touches on a target make this figure small. <em>After</em>: "
+      "robot, tool and targets as calibrated. Held-out touches had no part in either.{}</p>\n",
+      residual_words(view), view.outliers > 0 ? " Outliers are in none of these figures." : "");
   body += fmt::format("<p class=\"note\">{}</p>\n", noise_words(view));
   if (result.check.count <= 0) {
     body +=
@@ -117,33 +177,30 @@ std::string figures_table(const View& view) {
         "has not seen. Mark some rows <code>check</code>, or let the next session hold some "
         "out.</p>\n";
   }
+  body += "</div>\n</div>\n";
   return section("figures", "Before, after, check", body);
 }
 
 std::string meaning(const View& view) {
-  const calib::Calibration& result = view.result;
   std::string body = tiles(view);
-  body +=
-      "<p><strong>The residual is not the accuracy of the robot.</strong> It is measured along one "
-      "line, from the target&rsquo;s centre to the tip, and only where the targets stand. Errors "
-      "that move the arm and the fitted targets together leave it as small as it is.</p>\n";
-  if (result.cell.lengths.empty()) {
+  body += fmt::format(
+      "<p><strong>The residual is not the accuracy of the robot.</strong> It is measured only "
+      "where "
+      "the targets stand, in the postures that touched them{}. Errors that move the arm and the "
+      "fitted targets together leave it as small as it is. ",
+      view.points_only() ? "" : ", and along one line, from the target&rsquo;s centre to the tip");
+  if (view.touched_lengths() == 0) {
     body +=
-        "<p>Above all it cannot see scale: if all lengths of the arm are wrong by the same part, "
+        "Above all it cannot see scale: if all lengths of the arm are wrong by the same part, "
         "the fitted targets move with them. Without a certified distance between two targets a "
         "workspace can be a millimetre wrong while held-out touches agree to a few hundredths. A "
         "certified distance in the cell settles this; more touches do not.</p>\n";
   } else {
     body += fmt::format(
-        "<p>Scale, the error that touches alone see worst, is tied here to {} (see Targets).</p>\n",
-        counted(result.cell.lengths.size(), "certified length", "certified lengths"));
+        "Scale, the error that touches alone see worst, is tied here to {} (see Targets).</p>\n",
+        counted(view.touched_lengths(), "certified length", "certified lengths"));
   }
-  body +=
-      "<p>M2 and M3 are not measured. They follow from the covariance of the parameters and hold "
-      "as "
-      "far as the model does: what the model lacks, such as backlash, temperature or a tool that "
-      "moved since, is not in them. M3 is taken after the best alignment of the base. To "
-      "measure accuracy, use an instrument of its own, for example a laser tracker.</p>\n";
+  body += predicted_words(view);
   body += truth_block(view);
   return section("meaning", "What the numbers mean, and what they do not", body);
 }

@@ -60,11 +60,18 @@ bool is_of_target(const View& view, std::size_t parameter) {
                      [&name](const calib::Target& target) { return belongs_to(name, target.id); });
 }
 
-// Coordinates of targets always move together with the arm that found them; such pairs say nothing
-// about the robot and would crowd out those that do. Returns how many there were.
-std::size_t drop_pairs_of_targets(const View& view, std::vector<CorrelatedPair>& pairs) {
+bool says_nothing_of_the_robot(const View& view, std::size_t parameter) {
+  return view.result.parameters[parameter].decided_by == calib::DecidedBy::kFrame ||
+         is_of_target(view, parameter);
+}
+
+// Coordinates of targets move together with the arm that found them, and what is a matter of the
+// frame with both; such pairs would crowd out those that say something. Returns how many there
+// were.
+std::size_t drop_pairs_of_the_frame(const View& view, std::vector<CorrelatedPair>& pairs) {
   return std::erase_if(pairs, [&view](const CorrelatedPair& pair) {
-    return is_of_target(view, pair.first) && is_of_target(view, pair.second);
+    return says_nothing_of_the_robot(view, pair.first) ||
+           says_nothing_of_the_robot(view, pair.second);
   });
 }
 
@@ -121,13 +128,14 @@ std::string correlations(const View& view) {
   const std::string_view frame = strong.frame_removed
                                      ? "The frame directions are held fixed here. "
                                      : "The frame directions are part of these figures. ";
-  const std::size_t of_targets = drop_pairs_of_targets(view, strong.pairs);
+  const std::size_t of_frame = drop_pairs_of_the_frame(view, strong.pairs);
   const std::string left_out =
-      of_targets == 0 ? std::string()
-                      : fmt::format(
-                            "<p class=\"note\">Left out: {} of target coordinates, which move "
-                            "together with the arm that found them.</p>\n",
-                            counted(of_targets, "pair", "pairs"));
+      of_frame == 0 ? std::string()
+                    : fmt::format(
+                          "<p class=\"note\">Left out: {} with a coordinate of a target, or with a "
+                          "value that "
+                          "is a matter of the frame; they say nothing about the robot.</p>\n",
+                          counted(of_frame, "pair", "pairs"));
   if (strong.pairs.empty()) {
     return section("correlations", kHeading,
                    fmt::format("<p>{}No two parameters of robot, tool and touch correlate by more "
@@ -146,8 +154,8 @@ std::string correlations(const View& view) {
         signed_fixed(pair.correlation, kCorrelationDecimals));
   }
   std::string body = fmt::format(
-      "<p>{}Of a pair beyond &plusmn;{} the touches know the combination better than each value "
-      "alone: do not read one without the other.</p>\n<div class=\"scroll\">"
+      "<p>{}Of a pair beyond &plusmn;{} the touches know a combination much better than either "
+      "value: do not read one without the other.</p>\n<div class=\"scroll\">"
       "<table class=\"numbers narrow\">\n<thead><tr><th scope=\"col\">parameter</th>"
       "<th scope=\"col\" class=\"word\">and</th><th scope=\"col\">correlation</th></tr></thead>\n"
       "<tbody>\n{}</tbody>\n</table></div>\n",

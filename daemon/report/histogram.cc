@@ -2,9 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <array>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <string_view>
 #include <vector>
 
 #include "daemon/report/scale.h"
@@ -21,49 +22,75 @@ constexpr double kLeft = 40.0;
 constexpr double kRight = 10.0;
 constexpr double kTop = 14.0;
 constexpr double kBottom = 210.0;
-constexpr double kReach = 4.0;  // sigma; beyond it lie six of 100 000 touches
-constexpr double kBinWidth = 0.5;
-constexpr std::size_t kBins = static_cast<std::size_t>(2.0 * kReach / kBinWidth);
+constexpr double kBinWidth = 0.5;  // sigma
 constexpr int kCurvePoints = 120;
-
-struct Counts {
-  std::array<int, kBins> fit{};
-  std::array<int, kBins> check{};
-  int fit_total = 0, check_total = 0, beyond = 0;
-  double fit_squares = 0.0, check_squares = 0.0;
-};
-
-Counts count(const std::vector<Mark>& marks) {
-  Counts counts;
-  for (const Mark& mark : marks) {
-    if (mark.kind == MarkKind::kOutlier) continue;
-    const bool held_out = mark.kind == MarkKind::kCheck;
-    ++(held_out ? counts.check_total : counts.fit_total);
-    (held_out ? counts.check_squares : counts.fit_squares) += mark.whitened * mark.whitened;
-    if (std::abs(mark.whitened) >= kReach) {
-      ++counts.beyond;
-      continue;
-    }
-    const auto bin = static_cast<std::size_t>((mark.whitened + kReach) / kBinWidth);
-    ++(held_out ? counts.check : counts.fit)[std::min(bin, kBins - 1)];
-  }
-  return counts;
-}
 
 double normal_density(double x) {
   return std::exp(-0.5 * x * x) / std::sqrt(2.0 * std::numbers::pi);
 }
 
-std::string draw(const Counts& counts) {
+// Of the length of three normal errors: chi with three degrees of freedom.
+double length_density(double x) { return 2.0 * x * x * normal_density(x); }
+
+// What honest residuals look like: along one line, or in space where every target is a point.
+struct Shape {
+  double from, to;  // sigma; beyond them lie a few of 100 000 touches
+  double peak;
+  double (*density)(double);
+  std::string_view curve, expected, expected_fitted;
+};
+constexpr Shape kAlongALine{
+    -4.0, 4.0, 0.0, normal_density, "normal curve", "about 1", "below 1, as the fit follows them"};
+constexpr Shape kInSpace{0.0,
+                         5.0,
+                         std::numbers::sqrt2,
+                         length_density,
+                         "curve of a normal error in space",
+                         "about 1.7",
+                         "below 1.7, as the fit follows them"};
+
+struct Counts {
+  explicit Counts(const Shape& shape)
+      : fit(static_cast<std::size_t>((shape.to - shape.from) / kBinWidth)), check(fit.size()) {}
+
+  std::vector<int> fit, check;  // per bin
+  int fit_total = 0, check_total = 0, beyond = 0, on_points = 0;
+  double fit_squares = 0.0, check_squares = 0.0;
+};
+
+Counts count(const View& view, const Shape& shape) {
+  Counts counts(shape);
+  for (const Mark& mark : view.marks) {
+    if (mark.kind == MarkKind::kOutlier) continue;
+    // Lengths beside signed residuals follow another curve.
+    if (mark.in_3d && !view.points_only()) {
+      ++counts.on_points;
+      continue;
+    }
+    const bool held_out = mark.kind == MarkKind::kCheck;
+    ++(held_out ? counts.check_total : counts.fit_total);
+    (held_out ? counts.check_squares : counts.fit_squares) += mark.whitened * mark.whitened;
+    if (mark.whitened <= -shape.to || mark.whitened >= shape.to) {
+      ++counts.beyond;
+      continue;
+    }
+    const double bins = std::max(0.0, (mark.whitened - shape.from) / kBinWidth);
+    const auto bin = std::min(static_cast<std::size_t>(bins), counts.fit.size() - 1);
+    ++(held_out ? counts.check : counts.fit)[bin];
+  }
+  return counts;
+}
+
+std::string draw(const Counts& counts, const Shape& shape) {
   const int total = counts.fit_total + counts.check_total;
-  double highest = total * kBinWidth * normal_density(0.0);
-  for (std::size_t i = 0; i < kBins; ++i) {
+  double highest = total * kBinWidth * shape.density(shape.peak);
+  for (std::size_t i = 0; i < counts.fit.size(); ++i) {
     highest = std::max(highest, static_cast<double>(counts.fit[i] + counts.check[i]));
   }
-  const Scale across{-kReach, kReach, kLeft, kWidth - kRight};
+  const Scale across{shape.from, shape.to, kLeft, kWidth - kRight};
   const Scale up{0.0, highest * 1.05, kBottom, kTop};
   Svg svg(kWidth, kHeight, "chart histogram",
-          "Histogram of residuals divided by their sigma, against the normal curve");
+          "Histogram of residuals divided by their sigma, against the curve of honest noise");
   const std::vector<double> ticks = round_ticks(0.0, up.to, 4);
   const std::vector<std::string> labels = tick_labels(ticks);
   for (std::size_t i = 0; i < ticks.size(); ++i) {
@@ -71,8 +98,8 @@ std::string draw(const Counts& counts) {
              ticks[i] == 0.0 ? "zero" : "grid");
     svg.text({kLeft - 7.0, up(ticks[i]) + 4.0}, Anchor::kEnd, "tick", labels[i]);
   }
-  for (std::size_t i = 0; i < kBins; ++i) {
-    const double left = across(-kReach + static_cast<double>(i) * kBinWidth) + 1.0;
+  for (std::size_t i = 0; i < counts.fit.size(); ++i) {
+    const double left = across(shape.from + static_cast<double>(i) * kBinWidth) + 1.0;
     const double width = across(kBinWidth) - across(0.0) - 2.0;
     const double fit_top = up(counts.fit[i]);
     if (counts.fit[i] > 0) svg.rectangle({left, fit_top}, width, kBottom - fit_top, "bar-fit");
@@ -83,13 +110,14 @@ std::string draw(const Counts& counts) {
   }
   std::vector<Point> curve;
   for (int i = 0; i <= kCurvePoints; ++i) {
-    const double x = -kReach + 2.0 * kReach * i / kCurvePoints;
-    curve.push_back({across(x), up(total * kBinWidth * normal_density(x))});
+    const double x = shape.from + (shape.to - shape.from) * i / kCurvePoints;
+    curve.push_back({across(x), up(total * kBinWidth * shape.density(x))});
   }
   svg.path(curve, "curve");
-  for (int sigma = -4; sigma <= 4; ++sigma) {
+  for (double sigma = shape.from; sigma <= shape.to; sigma += 1.0) {
     svg.text({across(sigma), kBottom + 18.0}, Anchor::kMiddle, "tick", fixed(sigma, 0));
   }
+  svg.text({kLeft, kTop - 3.0}, Anchor::kStart, "tick", "touches");
   svg.text({kWidth - kRight, kBottom + 36.0}, Anchor::kEnd, "tick",
            "residual divided by its \xCF\x83");
   return std::move(svg).finish();
@@ -99,34 +127,52 @@ std::string scatter_words(int total, double squares) {
   return total > 0 ? fixed(std::sqrt(squares / total), 2) : std::string("\xE2\x80\x93");
 }
 
+std::string left_out(const Counts& counts, const Shape& shape) {
+  std::string words;
+  if (counts.beyond > 0) {
+    words +=
+        fmt::format("<p class=\"warn\">{} further out than {}&sigma; and not drawn.</p>\n",
+                    counted(static_cast<std::size_t>(counts.beyond), "touch lies", "touches lie"),
+                    fixed(shape.to, 0));
+  }
+  if (counts.on_points > 0) {
+    words += fmt::format(
+        "<p class=\"note\">{} not drawn: distances in space follow another curve.</p>\n",
+        counted(static_cast<std::size_t>(counts.on_points), "touch on a point is",
+                "touches on points are"));
+  }
+  return words;
+}
+
 }  // namespace
 
 std::string residual_histogram(const View& view) {
-  const Counts counts = count(view.marks);
+  const Shape& shape = view.points_only() ? kInSpace : kAlongALine;
+  const Counts counts = count(view, shape);
   if (counts.fit_total + counts.check_total == 0) {
     return section("distribution", "Are the residuals what noise would leave?",
                    "<p>There are no residuals to count.</p>\n");
   }
-  const std::string beyond =
-      counts.beyond > 0
-          ? fmt::format(
-                "<p class=\"warn\">{} further out than 4&sigma; and not drawn.</p>\n",
-                counted(static_cast<std::size_t>(counts.beyond), "touch lies", "touches lie"))
-          : std::string();
   const std::string body = fmt::format(
       "<div class=\"beside\">\n<div class=\"scroll\">{}</div>\n<div>\n"
       "<p class=\"legend\"><i class=\"swatch fit\"></i>fitted <i class=\"swatch check\"></i>held "
-      "out "
-      "<i class=\"swatch curve\"></i>normal curve</p>\n"
-      "<p>Each residual is divided by the scatter it should have. Bars that follow the curve mean: "
-      "what is left is the noise of touching. Much wider: the model lacks something, or the stated "
-      "touch &sigma; is too small. Shifted: the effective radius is off.</p>\n"
+      "out <i class=\"swatch curve\"></i>{}</p>\n"
+      "<p>Each residual is divided by the scatter that it should have. Bars that follow the curve "
+      "mean: what is left is the noise of touching. Wider: the model lacks something, or the "
+      "stated "
+      "touch &sigma; is too small. Narrower: the stated &sigma; is too large, or there are so few "
+      "touches that the fit follows each of them. {}</p>\n"
       "<table class=\"pairs\">\n"
-      "<tr><th scope=\"row\">rms, fitted (a little below 1)</th><td>{}</td></tr>\n"
-      "<tr><th scope=\"row\">rms, held out (about 1)</th><td>{}</td></tr>\n</table>\n{}</div>\n"
+      "<tr><th scope=\"row\">rms, fitted ({})</th><td>{}</td></tr>\n"
+      "<tr><th scope=\"row\">rms, held out ({})</th><td>{}</td></tr>\n</table>\n{}</div>\n"
       "</div>\n",
-      draw(counts), scatter_words(counts.fit_total, counts.fit_squares),
-      scatter_words(counts.check_total, counts.check_squares), beyond);
+      draw(counts, shape), shape.curve,
+      view.points_only()
+          ? ""
+          : "Held-out ones to one side: something acts on every touch alike, such as "
+            "the trigger or a worn tip.",
+      shape.expected_fitted, scatter_words(counts.fit_total, counts.fit_squares), shape.expected,
+      scatter_words(counts.check_total, counts.check_squares), left_out(counts, shape));
   return section("distribution", "Are the residuals what noise would leave?", body);
 }
 

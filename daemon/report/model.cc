@@ -61,10 +61,10 @@ std::string levels_table(const calib::Calibration& result) {
   std::string rows;
   for (const calib::LevelEvidence& entry : result.levels) {
     const bool taken = entry.level == result.level;
-    rows += fmt::format("<tr{}><th scope=\"row\">{}</th><td>{}</td><td class=\"word\">{}</td></tr>\n",
-                        taken ? " class=\"strong\"" : "",
-                        escape(calib::words(result.cell, entry.level)),
-                        fixed(entry.log_evidence - best, kEvidenceDecimals), taken ? "taken" : "");
+    rows += fmt::format(
+        "<tr{}><th scope=\"row\">{}</th><td>{}</td><td class=\"word\">{}</td></tr>\n",
+        taken ? " class=\"strong\"" : "", escape(calib::words(result.cell, entry.level)),
+        fixed(entry.log_evidence - best, kEvidenceDecimals), taken ? "taken" : "");
   }
   return fmt::format(
       "<div class=\"scroll\"><table class=\"numbers levels\">\n<thead><tr><th scope=\"col\">levels "

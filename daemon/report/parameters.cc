@@ -30,6 +30,14 @@ constexpr int kArcsecDecimals = 2;
 constexpr int kOtherDigits = 4;
 constexpr int kSigmaDigits = 2;
 
+// Amplitudes of transmission error: four and more per joint, and most of them undecided.
+bool is_wave(std::string_view name) {
+  const std::string_view last = name.substr(name.rfind('.') + 1);
+  const std::string_view order = last.substr(std::min<std::size_t>(last.size(), 3));
+  return (last.starts_with("cos") || last.starts_with("sin")) && !order.empty() &&
+         order.find_first_not_of("0123456789") == std::string_view::npos;
+}
+
 struct Group {
   std::string heading;
   bool joint = false;
@@ -49,9 +57,10 @@ std::pair<std::string, bool> owner_of(const View& view, std::string_view name) {
   return {"Other", false};
 }
 
-std::vector<Group> group_by_owner(const View& view) {
+std::vector<Group> group_by_owner(const View& view, bool waves) {
   std::vector<Group> groups;
   for (const ParameterResult& parameter : view.result.parameters) {
+    if (is_wave(parameter.name) != waves) continue;
     const auto [heading, joint] = owner_of(view, parameter.name);
     auto found = std::find_if(groups.begin(), groups.end(), [&heading = heading](const Group& g) {
       return g.heading == heading;
@@ -73,12 +82,34 @@ std::string_view meaning_of(std::string_view name) {
   if (last == "alpha") return "twist of the link";
   if (last == "beta") return "tilt to the parallel axis";
   if (last == "compliance") return "yielding under torque";
-  if (last.starts_with("cos") || last.starts_with("sin")) return "wave of the gear";
+  if (is_wave(name)) return last.starts_with("cos") ? "cosine wave" : "sine wave";
   if (last == "radius") return "correction of the radius";
   if (last == "c_t") return "bending";
   if (last == "rho") return "offset of the radius";
-  if (last == "x" || last == "y" || last == "z") return "position";
+  if (last == "x" || last == "y" || last == "z") {
+    return belongs_to(name, "tool") ? "tip from the flange" : "position";
+  }
   return {};
+}
+
+// The estimator's unknowns of the arm are deviations; people want to see what from. SI.
+double nominal_of(const View& view, const ParameterResult& parameter) {
+  const std::string_view name = parameter.name;
+  const std::string_view last = name.substr(name.rfind('.') + 1);
+  for (const calib::Joint& joint : view.result.cell.robot.joints) {
+    if (!belongs_to(name, joint.name)) continue;
+    if (last == "theta") return joint.offset_rad;
+    if (last == "d") return joint.d_m;
+    if (last == "a") return joint.a_m;
+    if (last == "alpha") return joint.alpha_rad;
+    if (last == "beta") return joint.beta_rad;
+    return parameter.nominal;
+  }
+  const Eigen::Vector3d tip = view.result.cell.tool.tcp.translation();
+  if (name == "tool.x") return tip.x();
+  if (name == "tool.y") return tip.y();
+  if (name == "tool.z") return tip.z();
+  return parameter.nominal;
 }
 
 std::string in_unit(double value, const ParameterResult& parameter, bool with_sign,
@@ -150,7 +181,7 @@ std::string_view decided_word(DecidedBy decided_by) {
   return "data";
 }
 
-std::string parameter_row(const Group& group, const ParameterResult& parameter,
+std::string parameter_row(const View& view, const Group& group, const ParameterResult& parameter,
                           const Ranges& ranges) {
   const std::string_view decided = decided_word(parameter.decided_by);
   const auto range = ranges.find(range_key(group, parameter));
@@ -159,7 +190,8 @@ std::string parameter_row(const Group& group, const ParameterResult& parameter,
       "<td>{}</td><td>{}</td><td class=\"word\">{}</td><td "
       "class=\"word\">{}</td><td>{}</td></tr>\n",
       decided, escape(parameter.name), meaning_of(parameter.name),
-      in_unit(parameter.nominal, parameter, false), in_unit(parameter.correction, parameter, true),
+      in_unit(nominal_of(view, parameter), parameter, false),
+      in_unit(parameter.correction, parameter, true),
       in_unit(parameter.sigma, parameter, false, kSigmaDigits), unit_html(parameter.unit), decided,
       bar(parameter, range == ranges.end() ? 0.0 : range->second));
 }
@@ -169,42 +201,73 @@ std::string joint_range_words(const Ranges& ranges) {
   for (const auto& [key, range] : ranges) {
     const std::size_t cut = key.find('\n');
     if (key.substr(0, cut) != "joints" || !(range > 0.0)) continue;
-    words += fmt::format("{}&plusmn;{} {}", words.empty() ? "" : ", ", significant(range, 2),
+    words += fmt::format("{}&plusmn;{}&nbsp;{}", words.empty() ? "" : ", ", significant(range, 2),
                          unit_html(key.substr(cut + 1)));
   }
   return words.empty() ? words : fmt::format(" All joints share one scale per unit ({}).", words);
 }
 
-}  // namespace
-
-std::string parameters_table(const View& view) {
-  const std::vector<Group> groups = group_by_owner(view);
-  if (groups.empty()) {
-    return section("parameters", "Parameters", "<p>No parameter was identified.</p>\n");
-  }
-  const Ranges ranges = bar_ranges(groups);
+std::string table(const View& view, const std::vector<Group>& groups, const Ranges& ranges) {
   std::string rows;
   for (const Group& group : groups) {
     rows += fmt::format(
         "<tbody>\n<tr class=\"group\"><th scope=\"colgroup\" colspan=\"7\">{}</th></tr>\n",
         escape(group.heading));
-    for (const ParameterResult* row : group.rows) rows += parameter_row(group, *row, ranges);
+    for (const ParameterResult* row : group.rows) rows += parameter_row(view, group, *row, ranges);
     rows += "</tbody>\n";
   }
-  const std::string body = fmt::format(
-      "<p class=\"note\">Decided by <strong>data</strong>: the touches outweigh the tolerance. "
-      "<strong>Prior</strong>: the touches say little, the value stays near nominal by its "
-      "manufacturing tolerance. <strong>Frame</strong>: tied to something that the touches cannot "
-      "tell (see there), so its &sigma; is that of a convention. The bar shows the correction "
-      "(dot, hollow where not decided by "
-      "data) with &plusmn;2&sigma; (line) around zero.{}</p>\n"
+  return fmt::format(
       "<div class=\"scroll\"><table class=\"numbers parameters\">\n<thead><tr>"
       "<th scope=\"col\">parameter</th><th scope=\"col\">nominal</th>"
       "<th scope=\"col\">correction</th><th scope=\"col\">&sigma;</th>"
       "<th scope=\"col\" class=\"word\">unit</th><th scope=\"col\" class=\"word\">decided by</th>"
       "<th scope=\"col\">correction &plusmn; 2&sigma;</th></tr></thead>\n{}</table></div>\n",
-      joint_range_words(ranges), rows);
-  return section("parameters", "Parameters", body);
+      rows);
+}
+
+// Folded away: a table of what is mostly undecided would bury what was found.
+std::string waves_table(const View& view, const std::vector<Group>& groups) {
+  std::size_t count = 0;
+  std::size_t decided = 0;
+  for (const Group& group : groups) {
+    for (const ParameterResult* row : group.rows) {
+      ++count;
+      decided += row->decided_by == DecidedBy::kData ? 1 : 0;
+    }
+  }
+  if (count == 0) return {};
+  const std::string words =
+      fmt::format("Transmission error: {} of the gears, {} decided by the data",
+                  counted(count, "wave", "waves"), decided == 0 ? "none" : std::to_string(decided));
+  const Ranges ranges = bar_ranges(groups);
+  return fmt::format(
+      "<details>\n<summary>{0}</summary>\n<p class=\"note\">The number behind cos and sin counts "
+      "the waves per turn of the motor where the robot file states a gear ratio, otherwise of the "
+      "joint.{1}</p>\n{2}"
+      "</details>\n<p class=\"on-paper\">{0}; listed in the electronic file of this report.</p>\n",
+      words, joint_range_words(ranges), table(view, groups, ranges));
+}
+
+}  // namespace
+
+std::string parameters_table(const View& view) {
+  const std::vector<Group> groups = group_by_owner(view, false);
+  const std::vector<Group> waves = group_by_owner(view, true);
+  if (groups.empty() && waves.empty()) {
+    return section("parameters", "Parameters", "<p>No parameter was identified.</p>\n");
+  }
+  const Ranges ranges = bar_ranges(groups);
+  std::string body = fmt::format(
+      "<p class=\"note\">Decided by <strong>data</strong>: the touches took away at least half of "
+      "the variance that the tolerance allows. <strong>Prior</strong>: they took away less, and "
+      "the "
+      "value stays near nominal by its tolerance. <strong>Frame</strong>: most of &sigma; is a "
+      "matter of where the frame is put, which no touch can tell (see below), and no error of the "
+      "robot. The bar shows the correction (dot, hollow where not decided by data) with "
+      "&plusmn;2&sigma; (line) around zero.{}</p>\n",
+      joint_range_words(ranges));
+  if (!groups.empty()) body += table(view, groups, ranges);
+  return section("parameters", "Parameters", body + waves_table(view, waves));
 }
 
 }  // namespace cellcal::daemon::report

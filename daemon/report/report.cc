@@ -25,7 +25,7 @@ std::string masthead(const ReportInput& input) {
   add("Cell", input.cell_name);
   add("Robot", robot);
   add(input.finished.empty() ? "Started" : "Finished",
-      input.finished.empty() ? input.started : input.finished);
+      report::readable_time(input.finished.empty() ? input.started : input.finished));
   add("Session", input.session_id);
   return fmt::format(
       "<header>\n<h1>Calibration report</h1>\n<p class=\"facts\">{}</p>\n</header>\n", facts);

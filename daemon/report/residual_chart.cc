@@ -27,6 +27,7 @@ constexpr double kHeight = 462.0;
 constexpr int kTicksPerPanel = 5;
 constexpr int kTouchTicks = 12;
 constexpr double kBandSigmas = 2.0;
+constexpr double kBand3dSigmas = 2.795;  // of three squares 95 % stay below its square
 constexpr double kFallbackRangeMm = 0.1;
 constexpr std::size_t kManyMarks = 150;  // from here on smaller marks keep neighbours apart
 constexpr double kFlagWidth = 118.0;     // px, of "100: +0.62 off scale"
@@ -92,8 +93,7 @@ void draw_touch_axis(Svg& svg, const Scale& across, const std::vector<Mark>& mar
 }
 
 void draw_before(Svg& svg, const Panel& panel, const std::vector<Mark>& marks, double size) {
-  draw_frame(svg, panel,
-             "Nominal robot (pale), mm; small dots: the calibrated one on the same scale");
+  draw_frame(svg, panel, "Nominal robot, mm (small dots: calibrated)");
   for (std::size_t i = 0; i < marks.size(); ++i) {
     const double x = panel.across(static_cast<double>(i + 1));
     svg.line({x, panel.up(0.0)}, {x, panel.up.clamped(marks[i].before_mm)}, "stem");
@@ -124,7 +124,7 @@ void draw_after(Svg& svg, const Panel& panel, const std::vector<Mark>& marks, do
     svg.rectangle({panel.across.at_from, top}, panel.across.at_to - panel.across.at_from,
                   panel.up.clamped(-band_mm) - top, "band");
   }
-  draw_frame(svg, panel, "Calibrated robot, mm, on its own scale");
+  draw_frame(svg, panel, "Calibrated robot, mm, on a scale of its own");
   double label_end = panel.across.at_from;
   for (std::size_t i = 0; i < marks.size(); ++i) {
     const Mark& mark = marks[i];
@@ -158,6 +158,33 @@ std::string_view legend() {
          "</p>\n";
 }
 
+std::string_view sign_words(const View& view) {
+  if (view.points_only()) return "Distance of the tip from the point; it has no sign. ";
+  if (view.any_point()) {
+    return "Positive: the tip is further from the centre than it should be; on points, how far it "
+           "is "
+           "from them, without sign. ";
+  }
+  return "Positive: the tip is further from the centre than it should be. ";
+}
+
+std::string note(const View& view, double band_mm, double range_mm) {
+  std::string band;
+  if (band_mm > 0.0) {
+    band = fmt::format(
+        "The shaded band{} is what the cell file&rsquo;s touch &sigma; allows: {}{} mm hold "
+        "95&nbsp;% "
+        "of touches that the model explains, and more of the fitted ones, which it follows. ",
+        band_mm >= range_mm ? " (here the whole panel)" : "", view.points_only() ? "" : "&plusmn;",
+        fixed(band_mm, kMmDecimals));
+  }
+  return fmt::format(
+      "<p class=\"note\">{}{}A drift from left to right points to temperature or a tool that "
+      "moved; "
+      "one bad stretch to one target.</p>\n",
+      sign_words(view), band);
+}
+
 std::string left_out(const View& view) {
   std::string words;
   if (view.unusable > 0) {
@@ -181,30 +208,26 @@ std::string residual_chart(const View& view) {
     return section("residuals", "Residual of every touch",
                    "<p>There are no residuals to draw.</p>\n" + left_out(view));
   }
-  double band_mm = kBandSigmas * view.result.cell.touch_sigma_m * kMmPerMetre;
+  const double band_sigmas = view.points_only() ? kBand3dSigmas : kBandSigmas;
+  double band_mm = band_sigmas * view.result.cell.touch_sigma_m * kMmPerMetre;
   if (!std::isfinite(band_mm) || band_mm < 0.0) band_mm = 0.0;
   const double before = range_of(marks, &Mark::before_mm, 0.0);
   const double after = range_of(marks, &Mark::after_mm, 0.0);
+  const double lowest = view.points_only() ? 0.0 : -1.0;  // distances from points have no sign
   const Scale across{0.0, static_cast<double>(marks.size() + 1), kLeft, kWidth - kRight};
-  const Panel upper{across, {-before, before, kBeforeTop + kBeforeHeight, kBeforeTop}};
-  const Panel lower{across, {-after, after, kAfterTop + kAfterHeight, kAfterTop}};
+  const Panel upper{across, {lowest * before, before, kBeforeTop + kBeforeHeight, kBeforeTop}};
+  const Panel lower{across, {lowest * after, after, kAfterTop + kAfterHeight, kAfterTop}};
   const double size = marks.size() > kManyMarks ? 1.9 : 3.0;
 
   Svg svg(kWidth, kHeight, "chart residuals",
-          "Signed residual of every touch in millimetres, nominal robot above, calibrated below");
+          "Residual of every touch in millimetres, nominal robot above, calibrated below");
   draw_before(svg, upper, marks, size);
   draw_after(svg, lower, marks, size, band_mm);
   draw_touch_axis(svg, across, marks, kAfterTop + kAfterHeight + 18.0);
 
   std::string body(legend());
   body += fmt::format("<div class=\"scroll\">{}</div>\n", std::move(svg).finish());
-  body += fmt::format(
-      "<p class=\"note\">Positive: the tip is further from the centre than it should be. The "
-      "shaded "
-      "band is &plusmn;2&sigma; of one touch (&plusmn;{} mm); of well-modelled touches about one "
-      "in twenty lies outside it. A drift from left to right points to temperature or a tool that "
-      "moved; one bad stretch to one target.</p>\n",
-      fixed(band_mm, kMmDecimals));
+  body += note(view, band_mm, after);
   return section("residuals", "Residual of every touch", body + left_out(view));
 }
 

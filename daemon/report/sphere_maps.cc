@@ -59,7 +59,7 @@ void draw_disc(Svg& svg) {
   svg.text({kMiddle, kMiddle - kRadius - 6.0}, Anchor::kMiddle, "tick", "y");
 }
 
-// Empty where no touch of this target has a direction (sockets, trackers).
+// Empty where no touch of this target has a direction.
 std::string disc(const View& view, const std::string& id) {
   Tally tally;
   Svg svg(kSide, kSide, "chart disc-map", fmt::format("Touches on {} seen from above", id));
@@ -95,6 +95,8 @@ std::string sphere_maps(const View& view) {
   std::string discs;
   std::vector<std::string> without;
   for (const calib::TargetResult& target : view.result.targets) {
+    // A point is touched from nowhere: what direction its residual has is that of the error.
+    if (view.is_point(target.id)) continue;
     const std::string one = disc(view, target.id);
     if (one.empty()) without.push_back(target.id);
     discs += one;
@@ -103,10 +105,11 @@ std::string sphere_maps(const View& view) {
   if (!discs.empty()) {
     body += fmt::format("<div class=\"discs\">\n{}</div>\n", discs);
     body +=
-        "<p class=\"note\">Seen from above: the middle is the top of the sphere, the bold ring its "
+        "<p class=\"note\">Seen from above: the middle is the top of the sphere, the heavier ring "
+        "its "
         "equator, the rim its bottom; equal areas of the disc are equal areas of the sphere. x and "
         "y are the robot&rsquo;s base. A sphere that was touched from one side only leaves its "
-        "centre and the scale of the arm badly held.</p>\n";
+        "centre badly held, and with it the scale of the arm.</p>\n";
   }
   if (!without.empty()) {
     std::string names;

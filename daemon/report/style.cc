@@ -11,13 +11,13 @@ const char* style_sheet() {
   color-scheme: light dark;
   --paper: #ffffff; --ink: #1b1f24; --soft: #57606a; --line: #d5dae0; --wash: #f4f6f8;
   --accent: #0a5fa8; --accent-wash: #e8f1fa; --alarm: #b84300; --alarm-wash: #fdefe6;
-  --before: #8fb8dc; --band: #e8f1fa;
+  --before: #8fb8dc; --band: #e8f1fa; --shade: rgb(0 0 0 / 0.22);
 }
 @media (prefers-color-scheme: dark) {
   :root {
     --paper: #14171b; --ink: #e6e9ed; --soft: #9aa4af; --line: #333a42; --wash: #1c2127;
     --accent: #6cb4f0; --accent-wash: #15283a; --alarm: #ff9457; --alarm-wash: #37200f;
-    --before: #3d6a92; --band: #1a2a3a;
+    --before: #3d6a92; --band: #1a2a3a; --shade: rgb(0 0 0 / 0.75);
   }
 }
 * { box-sizing: border-box; }
@@ -33,7 +33,7 @@ p { max-width: 76ch; margin: 0 0 10px; }
 h1 { font-size: 25px; line-height: 1.2; margin: 0 0 6px; font-weight: 650; }
 h2 { font-size: 18px; line-height: 1.3; margin: 0 0 12px; font-weight: 650; }
 h3 { font-size: 14px; margin: 18px 0 6px; font-weight: 650; }
-section { margin-top: 38px; padding-top: 16px; border-top: 1px solid var(--line); }
+section { margin-top: 32px; padding-top: 16px; border-top: 1px solid var(--line); }
 ul, ol { margin: 0 0 10px; padding-left: 22px; max-width: 76ch; }
 li { margin: 3px 0; }
 small { font-size: 12.5px; color: var(--soft); }
@@ -53,16 +53,26 @@ code { font: 0.9em/1.4 ui-monospace, SFMono-Regular, Menlo, Consolas, "Liberatio
 .verdict p, .verdict ul { margin-bottom: 4px; }
 .verdict .headline { font-size: 21px; font-weight: 650; line-height: 1.3; }
 .verdict .because { font-weight: 600; margin-top: 10px; }
-.lead { font-size: 16.5px; line-height: 1.55; }
+.lead { font-size: 16px; line-height: 1.55; max-width: 84ch; }
 .note { font-size: 13.5px; color: var(--soft); margin-top: 8px; }
 .note strong { color: var(--ink); font-weight: 600; }
 .warn { color: var(--alarm); font-weight: 600; }
-.scroll { overflow-x: auto; }
+/* A shadow at the edge behind which there is more. */
+.scroll {
+  overflow-x: auto; background-color: var(--paper);
+  background-image: linear-gradient(to right, var(--paper) 40%, transparent),
+    linear-gradient(to left, var(--paper) 40%, transparent),
+    linear-gradient(to right, var(--shade), transparent),
+    linear-gradient(to left, var(--shade), transparent);
+  background-position: 0 0, 100% 0, 0 0, 100% 0; background-repeat: no-repeat;
+  background-size: 30px 100%, 30px 100%, 11px 100%, 11px 100%;
+  background-attachment: local, local, scroll, scroll;
+}
 table { border-collapse: collapse; font-variant-numeric: tabular-nums lining-nums; }
 th, td { padding: 4px 10px; text-align: right; vertical-align: baseline; font-weight: 400; }
 thead th { color: var(--soft); font-size: 13px; border-bottom: 1px solid var(--line);
   vertical-align: bottom; }
-thead .span { text-align: center; }
+thead .span { text-align: center; white-space: nowrap; }
 thead tr:not(:last-child) th { border-bottom: 0; }
 th:first-child { text-align: left; padding-left: 0; }
 th, td { overflow-wrap: break-word; }
@@ -77,11 +87,14 @@ tbody tr:last-child { border-bottom: 0; }
 tr.group { border-bottom: 1px solid var(--line); }
 tr.group th { text-align: left; font-weight: 650; padding-top: 14px; }
 tr.strong th, tr.strong td { font-weight: 650; }
-.figures { max-width: 720px; }
 .by-prior td, .by-frame td { color: var(--soft); }
 .parameters tbody th { min-width: 220px; }
 .raw { font-size: 12px; }
 .raw th, .raw td { padding: 2px 7px; }
+.fitted { font-size: 16.5px; font-weight: 600; }
+.levels { max-width: 720px; }
+.parts { margin-top: 4px; font-size: 13.5px; color: var(--soft); }
+.parts th { white-space: nowrap; color: var(--ink); }
 .hash { font-size: 11.5px; white-space: normal; overflow-wrap: anywhere; }
 .pairs { font-size: 14px; }
 .pairs th { text-align: left; color: var(--soft); padding-left: 0; }
@@ -89,12 +102,14 @@ tr.strong th, tr.strong td { font-weight: 650; }
 .columns { columns: 2; column-gap: 44px; }
 .columns .block { break-inside: avoid; padding-top: 1px; }
 .columns .pairs { width: 100%; }
-.columns th { width: 38%; }
+.columns th { width: 40%; }
+.columns td { overflow-wrap: anywhere; }
 .tiles { display: grid; grid-template-columns: repeat(3, 1fr); gap: 14px; margin: 4px 0 18px; }
-.tile { border: 1px solid var(--line); border-radius: 6px; padding: 12px 14px; }
+.tile { border: 1px solid var(--line); border-radius: 6px; padding: 12px 14px; display: flex;
+  flex-direction: column; }
 .tile.predicted { border-style: dashed; }
 .tile p { margin: 0; }
-.tile .label { font-size: 13px; line-height: 1.35; min-height: 2.7em; }
+.tile .label { font-size: 13px; line-height: 1.35; margin-bottom: auto; }
 .tile .value { font-size: 28px; font-weight: 600; line-height: 1.4;
   font-variant-numeric: tabular-nums; }
 .tile .value span { font-size: 15px; font-weight: 400; color: var(--soft); }
@@ -158,8 +173,13 @@ svg.bar .hollow { fill: var(--paper); stroke: var(--soft); stroke-width: 1.4; }
   main { padding: 18px 14px 48px; }
   .columns { columns: 1; }
   .tiles, .beside, .pair { grid-template-columns: 1fr; }
-  .tile .label { min-height: 0; }
   .residuals { min-width: 700px; }
+  .numbers { font-size: 13px; }
+  .numbers th, .numbers td { padding-left: 6px; padding-right: 6px; }
+  .numbers th:first-child { padding-left: 0; }
+  .numbers tbody th { max-width: 46vw; }
+  .parameters tbody th { min-width: 92px; }
+  .parameters small { display: block; font-size: 11.5px; line-height: 1.25; }
   .discs { justify-content: center; }
   .lead { font-size: 15.5px; }
 }
@@ -177,14 +197,20 @@ svg.bar .hollow { fill: var(--paper); stroke: var(--soft); stroke-width: 1.4; }
   h1 { font-size: 17pt; } h2 { font-size: 12.5pt; } h3 { font-size: 10.5pt; }
   h2, h3 { break-after: avoid; }
   section { margin-top: 16pt; padding-top: 8pt; }
-  .lead { font-size: 10.5pt; }
+  p { margin-bottom: 5pt; }
+  .lead { font-size: 10.5pt; max-width: none; }
+  .verdict { padding: 9pt 12pt; margin: 10pt 0; }
+  .tile { padding: 6pt 9pt; }
+  .tile .label, .tile .basis { font-size: 8pt; }
+  .tile .value { font-size: 16pt; }
+  .tile .value span { font-size: 10pt; }
   .numbers, .pairs { font-size: 8.5pt; }
   .raw { font-size: 6.5pt; }
   .raw th, .raw td { padding: 1px 3px; }
   th, td { padding: 2px 7px; }
   .note, .legend, small, figcaption, thead th { font-size: 8pt; }
   .hash { font-size: 7pt; }
-  .scroll { overflow: visible; }
+  .scroll { overflow: visible; background: none; }
   thead { display: table-header-group; }
   tr, svg, .tile, .verdict, .truth { break-inside: avoid; }
   figure { width: 23%; }

@@ -33,21 +33,24 @@ PerTarget residuals_of(const View& view, std::string_view id) {
   return sums;
 }
 
-std::string radius_cells(const calib::TargetResult& target, const calib::Target* in_cell) {
+std::string radius_cells(const View& view, const calib::TargetResult& target) {
+  const calib::Target* in_cell = view.cell_target(target.id);
   const std::string effective =
       target.effective_radius_m > 0.0 ? mm(target.effective_radius_m) : std::string(kNothing);
   if (!in_cell || in_cell->kind != calib::TargetKind::kSphere || target.effective_radius_m <= 0.0) {
     return fmt::format("<td>{}</td><td>{}</td>", effective, kNothing);
   }
   return fmt::format("<td>{}</td><td>{}</td>", effective,
-                     signed_mm(target.effective_radius_m - 0.5 * in_cell->diameter_m));
+                     signed_mm(target.effective_radius_m - 0.5 * in_cell->diameter_m -
+                               view.result.cell.tool.tip_radius_m));
 }
 
 std::string target_row(const View& view, const calib::TargetResult& target) {
   const calib::Target* in_cell = view.cell_target(target.id);
   const PerTarget sums = residuals_of(view, target.id);
+  const bool has_mean = sums.count > 0 && !view.is_point(target.id);
   const std::string mean =
-      sums.count > 0 ? signed_fixed(sums.sum_mm / sums.count, kMmDecimals) : std::string(kNothing);
+      has_mean ? signed_fixed(sums.sum_mm / sums.count, kMmDecimals) : std::string(kNothing);
   const std::string rms = sums.count > 0
                               ? fixed(std::sqrt(sums.squares_mm2 / sums.count), kMmDecimals)
                               : std::string(kNothing);
@@ -55,7 +58,7 @@ std::string target_row(const View& view, const calib::TargetResult& target) {
       "<tr><th scope=\"row\">{}</th><td class=\"word\">{}</td><td>{}</td><td>{}</td><td>{}</td>{}"
       "<td>{}</td><td>{}</td><td>{}</td></tr>\n",
       escape(target.id), in_cell ? kind_word(in_cell->kind) : kNothing, mm(target.centre_m.x()),
-      mm(target.centre_m.y()), mm(target.centre_m.z()), radius_cells(target, in_cell), sums.count,
+      mm(target.centre_m.y()), mm(target.centre_m.z()), radius_cells(view, target), sums.count,
       mean, rms);
 }
 
@@ -112,10 +115,11 @@ std::string targets_table(const View& view) {
       "<th scope=\"col\">touches</th><th scope=\"col\">mean</th><th scope=\"col\">rms</th></tr>\n"
       "</thead>\n<tbody>\n{}</tbody>\n</table></div>\n",
       rows);
-  body +=
-      "<p class=\"note\">Effective radius: sphere plus tip plus what the trigger adds or takes. "
-      "Residuals count fitted and held-out touches without outliers; a mean away from zero points "
-      "to a target that moved.</p>\n";
+  body += fmt::format(
+      "<p class=\"note\">Effective radius: sphere plus tip plus what the trigger adds or takes; "
+      "nominal: sphere plus tip. Residuals count fitted and held-out touches without outliers; a "
+      "mean away from zero points to a target that moved{}.</p>\n",
+      view.any_point() ? "; residuals on points are distances and have none" : "");
   body += lengths_table(view);
   return section("targets", "Targets", body);
 }

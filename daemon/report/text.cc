@@ -145,6 +145,24 @@ std::string positive_mm(double metres, int decimals) {
   return metres > 0.0 ? mm(metres, decimals) : std::string(kDash);
 }
 
+std::string mm_words(double metres) { return mm(metres) + "\xC2\xA0mm"; }
+
+std::string readable_time(std::string_view iso) {
+  constexpr std::string_view kPattern = "dddd-dd-ddTdd:dd:dd";
+  bool matches = iso.size() > kPattern.size() && iso.back() == 'Z';
+  for (std::size_t i = 0; matches && i < kPattern.size(); ++i) {
+    const bool digit = iso[i] >= '0' && iso[i] <= '9';
+    matches = kPattern[i] == 'd' ? digit : iso[i] == kPattern[i];
+  }
+  // Between the seconds and the Z at most a fraction, which nobody reads.
+  const std::string_view rest = matches ? iso.substr(kPattern.size()) : std::string_view();
+  matches =
+      matches && (rest.size() == 1 || rest[0] == '.') &&
+      rest.substr(0, rest.size() - 1).find_first_not_of(".0123456789") == std::string_view::npos;
+  if (!matches) return std::string(iso);
+  return fmt::format("{} {} UTC", iso.substr(0, 10), iso.substr(11, 8));
+}
+
 std::string counted(std::size_t count, std::string_view one, std::string_view many) {
   return fmt::format("{} {}", count, count == 1 ? one : many);
 }

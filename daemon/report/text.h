@@ -35,6 +35,12 @@ std::string signed_mm(double metres, int decimals = kMmDecimals);
 /// finite values, so that "not computed" never reads as a perfect 0.000.
 std::string positive_mm(double metres, int decimals = kMmDecimals);
 
+/// "0.031 mm" with a space that never breaks; as text, to be escaped like any other.
+std::string mm_words(double metres);
+
+/// "2025-03-14 02:10:00 UTC" for ISO 8601 in UTC; anything else as it is. Not escaped.
+std::string readable_time(std::string_view iso);
+
 /// "1 touch", "12 touches".
 std::string counted(std::size_t count, std::string_view one, std::string_view many);
 

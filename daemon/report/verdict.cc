@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include "daemon/report/sections.h"
 #include "daemon/report/text.h"
@@ -11,39 +13,65 @@
 namespace cellcal::daemon::report {
 namespace {
 
-std::string_view scope_words(const View& view) {
+// Reasons open with what they are about ("chi^2: ...", "scope: ..."). These two are never why a
+// result is refused.
+constexpr std::string_view kScope = "scope: ";
+constexpr std::string_view kNoCheck = "no check touches: ";
+
+struct Reasons {
+  std::string scope;  // without its opening
+  std::vector<std::string> against, other;
+};
+
+Reasons sorted_reasons(const calib::Verdict& verdict) {
+  Reasons reasons;
+  for (const std::string& reason : verdict.reasons) {
+    if (reasons.scope.empty() && reason.starts_with(kScope)) {
+      reasons.scope = reason.substr(kScope.size());
+    } else {
+      const bool note = verdict.publish || reason.starts_with(kNoCheck);
+      (note ? reasons.other : reasons.against).push_back(reason);
+    }
+  }
+  return reasons;
+}
+
+std::string sentence(std::string text) {
+  if (!text.empty() && text[0] >= 'a' && text[0] <= 'z') text[0] = static_cast<char>(text[0] - 32);
+  return text.empty() ? text : escape(text) + ".";
+}
+
+std::string scope_words(const View& view, const Reasons& reasons) {
   const calib::Verdict& verdict = view.result.verdict;
   if (!verdict.publish) {
     return "This result must not be put into service. It may be read for diagnosis; the figures "
            "below describe it as it is.";
   }
+  const std::string why = sentence(reasons.scope);
   if (verdict.workspace) {
-    return "Scope: the whole workspace. A certified length was touched, so the scale of the arm is "
-           "held by the artefact and not by assumption.";
+    return fmt::format("Scope: the whole workspace. {}",
+                       why.empty() ? "A certified length was touched at both ends, so the scale of "
+                                     "the arm is held by the artefact and not by assumption."
+                                   : why);
   }
-  if (view.result.cell.lengths.empty()) {
-    return "Scope: near the targets only, within about 150&nbsp;mm of them. No certified length "
-           "was touched, so only the size of the targets holds the scale of the arm, and weakly. "
-           "Elsewhere the result may be used "
-           "for prediction with its larger bound, but it claims nothing there.";
-  }
-  return "Scope: near the targets only, within about 150&nbsp;mm of them. Elsewhere the result may "
-         "be used for prediction with its larger bound, but it claims nothing there.";
+  const std::string_view elsewhere =
+      "Elsewhere the result may be used for prediction with its larger bound, but it claims "
+      "nothing "
+      "there.";
+  return fmt::format(
+      "Scope: near the targets only, within about 150&nbsp;mm of them. {}",
+      why.empty() ? fmt::format("{}{}",
+                                view.touched_lengths() == 0
+                                    ? "No certified length was touched, so only the size of the "
+                                      "targets holds the scale of the arm, and weakly. "
+                                    : "",
+                                elsewhere)
+                  : why);
 }
 
 std::string_view headline(const calib::Verdict& verdict) {
   if (!verdict.publish) return "Not publishable";
   return verdict.workspace ? "Publishable for the workspace" : "Publishable near the targets";
-}
-
-std::string target_words(const View& view) {
-  const std::size_t count = view.result.targets.size();
-  bool all_spheres = count > 0;
-  for (const calib::TargetResult& target : view.result.targets) {
-    const calib::Target* in_cell = view.cell_target(target.id);
-    all_spheres = all_spheres && in_cell && in_cell->kind == calib::TargetKind::kSphere;
-  }
-  return all_spheres ? counted(count, "sphere", "spheres") : counted(count, "target", "targets");
 }
 
 std::string data_sentence(const View& view) {
@@ -71,10 +99,18 @@ std::string residual_sentence(const View& view) {
   const calib::ResidualSummary& before = same_touches_before ? result.check_before : result.before;
   if (after.count <= 0) return "There are no residuals to report.";
   return fmt::format(
-      "The tip missed the targets by {} mm on average ({} mm at most) with the nominal robot and "
-      "misses them by {} mm ({} mm at most) with this calibration, on the touches {}.",
-      mm(before.mean_m), mm(before.max_m), mm(after.mean_m), mm(after.max_m),
+      "The tip missed the targets by {} on average ({} at most) with the nominal robot and "
+      "misses them by {} ({} at most) with this calibration, on the touches {}.",
+      mm_words(before.mean_m), mm_words(before.max_m), mm_words(after.mean_m),
+      mm_words(after.max_m),
       tested ? "that were held out" : "that it was fitted to, which flatters it");
+}
+
+std::string list(std::string_view heading, const std::vector<std::string>& reasons) {
+  if (reasons.empty()) return {};
+  std::string items;
+  for (const std::string& reason : reasons) items += fmt::format("<li>{}</li>\n", escape(reason));
+  return fmt::format("<p class=\"because\">{}</p>\n<ul>\n{}</ul>\n", heading, items);
 }
 
 bool is_known(double predicted_m) { return std::isfinite(predicted_m) && predicted_m > 0.0; }
@@ -85,15 +121,14 @@ std::string accuracy_sentence(const View& view) {
     return "The 3-D position error to expect was not predicted.";
   }
   const std::string near =
-      fmt::format("The 3-D position error to expect is {} mm on average near the targets",
-                  mm(result.predicted_m2_m));
-  const std::string far = mm(result.predicted_m3_m);
+      fmt::format("The 3-D position error to expect is {} on average near the targets",
+                  mm_words(result.predicted_m2_m));
+  const std::string far = mm_words(result.predicted_m3_m);
   if (result.verdict.workspace || !result.verdict.publish) {
-    return fmt::format("{} and {} mm over the workspace, predicted from the covariance.", near,
-                       far);
+    return fmt::format("{} and {} over the workspace, predicted from the covariance.", near, far);
   }
   return fmt::format(
-      "{} and {} mm over the workspace, which lies outside the scope; both are predicted from the "
+      "{} and {} over the workspace, which lies outside the scope; both are predicted from the "
       "covariance.",
       near, far);
 }
@@ -102,21 +137,20 @@ std::string accuracy_sentence(const View& view) {
 
 std::string verdict_banner(const View& view) {
   const calib::Verdict& verdict = view.result.verdict;
-  std::string reasons;
-  for (const std::string& reason : verdict.reasons) {
-    reasons += fmt::format("<li>{}</li>\n", escape(reason));
+  const Reasons reasons = sorted_reasons(verdict);
+  std::string words = list("Why not", reasons.against);
+  if (!verdict.publish && reasons.against.empty()) {
+    words = "<p class=\"because\">No reason was recorded.</p>\n";
   }
-  if (!reasons.empty()) {
-    reasons = fmt::format("<p class=\"because\">{}</p>\n<ul>\n{}</ul>\n",
-                          verdict.publish ? "To know before using it" : "Why not", reasons);
-  } else if (!verdict.publish) {
-    reasons = "<p class=\"because\">No reason was recorded.</p>\n";
+  words += list(verdict.publish ? "To know before using it" : "To know besides", reasons.other);
+  if (!verdict.publish && !reasons.scope.empty()) {
+    words += fmt::format("<p class=\"besides\">As to scale: {}.</p>\n", escape(reasons.scope));
   }
   return fmt::format(
       "<div id=\"verdict\" class=\"verdict {}\">\n<span class=\"glyph\" aria-hidden=\"true\">{}"
       "</span>\n<div>\n<p class=\"headline\">{}</p>\n<p class=\"scope\">{}</p>\n{}</div>\n</div>\n",
       verdict.publish ? "yes" : "no", verdict.publish ? "&#10003;" : "&#10005;", headline(verdict),
-      scope_words(view), reasons);
+      scope_words(view, reasons), words);
 }
 
 std::string summary(const View& view) {

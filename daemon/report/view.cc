@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <set>
 
@@ -30,6 +31,7 @@ View::View(const ReportInput& report_input)
       const calib::Touch& touch = input.touches[residual.touch];
       mark.held_out = touch.set == calib::TouchSet::kCheck;
       mark.target = touch.target;
+      mark.in_3d = is_point(touch.target);
     } else {
       ++unknown;
     }
@@ -71,6 +73,28 @@ const calib::TargetResult* View::target_result(std::string_view id) const {
   return nullptr;
 }
 
+bool View::is_point(std::string_view id) const {
+  const calib::Target* target = cell_target(id);
+  return target && target->kind == calib::TargetKind::kPoint;
+}
+
+bool View::points_only() const {
+  return !marks.empty() &&
+         std::all_of(marks.begin(), marks.end(), [](const Mark& mark) { return mark.in_3d; });
+}
+
+bool View::any_point() const {
+  return std::any_of(marks.begin(), marks.end(), [](const Mark& mark) { return mark.in_3d; });
+}
+
+std::size_t View::touched_lengths() const {
+  const auto& lengths = result.cell.lengths;
+  return static_cast<std::size_t>(
+      std::count_if(lengths.begin(), lengths.end(), [this](const calib::CertifiedLength& length) {
+        return target_result(length.from) && target_result(length.to);
+      }));
+}
+
 bool belongs_to(std::string_view parameter, std::string_view owner) {
   return parameter.size() > owner.size() + 1 && parameter.starts_with(owner) &&
          parameter[owner.size()] == '.';
@@ -90,6 +114,17 @@ std::string_view kind_word(calib::TargetKind kind) {
       return "tracker";
   }
   return "target";
+}
+
+std::string target_words(const View& view) {
+  const auto& targets = view.result.targets;
+  std::set<std::string_view> words;
+  for (const calib::TargetResult& target : targets) {
+    const calib::Target* in_cell = view.cell_target(target.id);
+    words.insert(in_cell ? kind_word(in_cell->kind) : "target");
+  }
+  const std::string one(words.size() == 1 ? *words.begin() : "target");
+  return counted(targets.size(), one, one + "s");
 }
 
 std::string_view css_class(MarkKind kind) {

@@ -27,6 +27,7 @@ struct Mark {
   std::string target;     ///< empty where the touch is unknown
   double before_mm = 0.0, after_mm = 0.0;
   double whitened = 0.0;
+  bool in_3d = false;  ///< on a point: residuals are distances, never negative
   Eigen::Vector3d direction = Eigen::Vector3d::Zero();  ///< base frame; zero where there is none
 };
 
@@ -44,12 +45,19 @@ struct View {
   /// nullptr where the cell has no such target.
   const calib::Target* cell_target(std::string_view id) const;
   const calib::TargetResult* target_result(std::string_view id) const;
+  bool is_point(std::string_view id) const;
+  bool points_only() const;  ///< every mark is on a point, and there is one
+  bool any_point() const;
+  /// Certified lengths of which both ends were touched; those alone hold the scale.
+  std::size_t touched_lengths() const;
 };
 
 /// "S1.x" belongs to "S1". Names may hold dots themselves.
 bool belongs_to(std::string_view parameter, std::string_view owner);
 
 std::string_view kind_word(calib::TargetKind kind);
+/// "4 spheres", "2 points"; "3 targets" where they are of several kinds.
+std::string target_words(const View& view);
 std::string_view css_class(MarkKind kind);
 /// "touch 12 on S1, held out: 2.310 mm before, 0.021 mm after".
 std::string mark_title(const Mark& mark);

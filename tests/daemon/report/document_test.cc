@@ -77,8 +77,8 @@ TEST(Document, HasItsSectionsInTheOrderOfReading) {
   std::size_t last = html.find("id=\"verdict\"");
   ASSERT_NE(last, std::string::npos);
   for (const char* id :
-       {"figures", "meaning", "residuals", "distribution", "cell", "directions", "targets",
-        "model", "parameters", "unidentifiable", "outliers", "correlations", "traceability"}) {
+       {"figures", "meaning", "residuals", "distribution", "cell", "directions", "targets", "model",
+        "parameters", "unidentifiable", "outliers", "correlations", "traceability"}) {
     const std::size_t at = html.find(std::string("<section id=\"") + id + "\"");
     ASSERT_NE(at, std::string::npos) << id;
     EXPECT_GT(at, last) << id;

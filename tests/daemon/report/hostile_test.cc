@@ -27,8 +27,8 @@ void for_each_string(ReportInput& input, void (*change)(std::string&, const std:
                      const std::string& with) {
   calib::Calibration& result = input.calibration;
   std::vector<std::string*> strings{
-      &input.session_id, &input.started, &input.finished,         &input.cell_name,
-      &input.software,   &result.method, &result.cell.robot.name, &result.cell.robot.source,
+      &input.session_id,   &input.started, &input.finished,         &input.cell_name,
+      &input.software,     &result.method, &result.cell.robot.name, &result.cell.robot.source,
       &result.level_reason};
   for (auto& note : input.notes) strings.push_back(&note);
   for (auto& [figure, value] : input.truth) strings.insert(strings.end(), {&figure, &value});
@@ -129,7 +129,8 @@ std::vector<double*> numbers_of(ReportInput& input) {
     all.insert(all.end(), {&length.length_m, &length.sigma_m});
   }
   for (auto& entry : result.levels) {
-    all.insert(all.end(), {&entry.log_evidence, &entry.level.transmission, &entry.level.ripple_rad});
+    all.insert(all.end(),
+               {&entry.log_evidence, &entry.level.transmission, &entry.level.ripple_rad});
   }
   all.insert(all.end(), {&result.level.transmission, &result.level.ripple_rad});
   for (auto& outlier : result.outliers) all.push_back(&outlier.residual_m);

@@ -31,10 +31,12 @@ TEST(Model, NamesTheLevelTheReasonAndTheMethod) {
 TEST(Model, LevelsStandInOrderWithTheirEvidenceRelativeToTheBest) {
   const std::string model = section_of(html_report(made_up_session()), "model");
   const std::size_t best = model.find("<td>0.0</td>");
-  const std::size_t second = model.find("<td>\xE2\x88\x92"
-                                        "0.3</td>");
-  const std::size_t third = model.find("<td>\xE2\x88\x92"
-                                       "4.2</td>");
+  const std::size_t second = model.find(
+      "<td>\xE2\x88\x92"
+      "0.3</td>");
+  const std::size_t third = model.find(
+      "<td>\xE2\x88\x92"
+      "4.2</td>");
   ASSERT_NE(third, std::string::npos);
   EXPECT_LT(best, second);
   EXPECT_LT(second, third);
@@ -78,8 +80,7 @@ TEST(Model, ReasonInOtherWordsIsKeptWhole) {
 TEST(Model, MethodNobodyKnowsIsShownAsText) {
   ReportInput input = made_up_session();
   input.calibration.method = "<b>mine</b>";
-  EXPECT_TRUE(
-      says(section_of(html_report(input), "model"), "Method: &lt;b&gt;mine&lt;/b&gt;."));
+  EXPECT_TRUE(says(section_of(html_report(input), "model"), "Method: &lt;b&gt;mine&lt;/b&gt;."));
   input.calibration.method.clear();
   EXPECT_TRUE(says(section_of(html_report(input), "model"), "<em>not stated</em>"));
 }

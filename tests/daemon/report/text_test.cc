@@ -118,5 +118,20 @@ TEST(Counted, AgreesWithTheNumber) {
   EXPECT_EQ(counted(2, "touch", "touches"), "2 touches");
 }
 
+TEST(Times, InUtcReadLikeAClock) {
+  EXPECT_EQ(readable_time("2025-03-14T02:10:00Z"), "2025-03-14 02:10:00 UTC");
+  EXPECT_EQ(readable_time("2025-03-14T02:10:00.125Z"), "2025-03-14 02:10:00 UTC");
+}
+
+TEST(Times, OfAnyOtherFormStayAsTheyAre) {
+  for (const char* text :
+       {"", "yesterday", "2025-03-14T02:10:00", "2025-03-14T02:10:00+01:00",
+        "2025-03-14T02:10:00 Z", "2025-03-14T02:1x:00Z", "2025-03-14T02:10:00<b>Z"}) {
+    EXPECT_EQ(readable_time(text), text);
+  }
+}
+
+TEST(Numbers, InSentencesStayWithTheirUnit) { EXPECT_EQ(mm_words(0.00125), "1.250\xC2\xA0mm"); }
+
 }  // namespace
 }  // namespace cellcal::daemon::report

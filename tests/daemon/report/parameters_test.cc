@@ -1,0 +1,144 @@
+// The parameters: their table, what the touches cannot tell, outliers, and which go together.
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "daemon/report/report.h"
+#include "tests/daemon/report/fixture.h"
+#include "tests/daemon/report/html_checker.h"
+
+namespace cellcal::daemon::report {
+namespace {
+
+using testing::made_up_session;
+using testing::occurrences;
+using testing::section_of;
+
+bool says(const std::string& html, std::string_view words) {
+  return html.find(words) != std::string::npos;
+}
+
+TEST(Parameters, AreGroupedByJointInTheUnitsOfTheFiles) {
+  ReportInput input = made_up_session();
+  auto& first = input.calibration.parameters.front();
+  first.nominal = 0.0;
+  first.correction = -0.000349065850398866;  // -0.02 deg
+  first.sigma = 1.7453292519943295e-5;       // 0.001 deg
+  const std::string table = section_of(html_report(input), "parameters");
+  EXPECT_EQ(occurrences(table, "colspan=\"7\">Joint A"), 6U);
+  EXPECT_TRUE(says(table, ">Tool<"));
+  EXPECT_TRUE(says(table, ">Target S4<"));
+  EXPECT_FALSE(says(table, ">Other<"));
+  EXPECT_TRUE(says(table,
+                   "<td>0.0000</td><td>\xE2\x88\x92"
+                   "0.0200</td><td>0.0010</td>"
+                   "<td class=\"word\">deg</td><td class=\"word\">frame</td>"));
+  EXPECT_TRUE(says(table, "1/(N m&sup2;)"));
+}
+
+TEST(Parameters, OfTheArmShowWhatTheirCorrectionIsACorrectionOf) {
+  ReportInput input = made_up_session();
+  for (auto& parameter : input.calibration.parameters) {
+    if (!parameter.name.starts_with("S")) parameter.nominal = 0.0;  // as the estimator leaves it
+  }
+  input.calibration.parameters.push_back(
+      {"tool.z", "mm", 1e3, 0.0, 1e-4, 1e-5, calib::DecidedBy::kData});
+  const std::string table = section_of(html_report(input), "parameters");
+  EXPECT_TRUE(says(table, "<code>A2.a</code> <small>length of the link</small></th><td>600.000<"));
+  EXPECT_TRUE(says(table,
+                   "<code>A1.alpha</code> <small>twist of the link</small></th><td>\xE2\x88\x92"
+                   "90.0000<"));
+  EXPECT_TRUE(
+      says(table, "<code>tool.z</code> <small>tip from the flange</small></th><td>410.300<"));
+}
+
+TEST(Parameters, OfTransmissionErrorAreFoldedAwayAndCounted) {
+  ReportInput input = made_up_session();
+  const std::string without = section_of(html_report(input), "parameters");
+  EXPECT_FALSE(says(without, "<details>"));
+  for (const char* name : {"A1.cos1", "A1.sin1", "A2.cos12"}) {
+    input.calibration.parameters.push_back(
+        {name, "arcsec", 206264.8, 0.0, 1e-5, 1e-6, calib::DecidedBy::kPrior});
+  }
+  input.calibration.parameters.back().decided_by = calib::DecidedBy::kData;
+  const std::string table = section_of(html_report(input), "parameters");
+  const std::size_t folded = table.find("<details>");
+  ASSERT_NE(folded, std::string::npos);
+  EXPECT_GT(table.find("A1.cos1"), folded);
+  EXPECT_GT(table.find("A2.cos12"), folded);
+  EXPECT_LT(table.find("A2.theta"), folded);
+  EXPECT_TRUE(says(table, "Transmission error: 3 waves of the gears, 1 decided by the data"));
+}
+
+TEST(Parameters, OfNamesNobodyKnowsAreKeptUnderOther) {
+  ReportInput input = made_up_session();
+  input.calibration.parameters.push_back(
+      {"thermal.alpha", "1/K", 1.0, 0.0, 1e-5, 1e-6, calib::DecidedBy::kData});
+  const std::string table = section_of(html_report(input), "parameters");
+  EXPECT_TRUE(says(table, ">Other<"));
+  EXPECT_TRUE(says(table, "thermal.alpha"));
+}
+
+TEST(Parameters, OfTargetsWithADotInTheirNameFindTheirTarget) {
+  ReportInput input = made_up_session({.spheres = 1, .certified_lengths = false});
+  input.calibration.cell.targets[0].id = "bar.left";
+  for (calib::ParameterResult& parameter : input.calibration.parameters) {
+    if (parameter.name.starts_with("S1.")) parameter.name.replace(0, 2, "bar.left");
+  }
+  const std::string table = section_of(html_report(input), "parameters");
+  EXPECT_TRUE(says(table, ">Target bar.left<"));
+  EXPECT_FALSE(says(table, ">Other<"));
+}
+
+TEST(Unidentifiable, DirectionsKeepTheirWordsAndTheirStrongestShares) {
+  const std::string words = section_of(html_report(made_up_session()), "unidentifiable");
+  EXPECT_TRUE(says(words, "The touches do not decide 3 combinations"));
+  EXPECT_TRUE(says(words, "A turn of axis A1"));
+  EXPECT_TRUE(says(words, "<code>A1.theta</code>&nbsp;+0.99"));
+  EXPECT_FALSE(says(words, "S1.x")) << "shares below 0.05 are left out";
+  EXPECT_LT(words.find("A6.alpha"), words.find("A6.theta")) << "strongest first";
+}
+
+TEST(Outliers, AreListedByTouchLineTargetAndReason) {
+  ReportInput input = made_up_session();
+  const std::size_t touch = input.calibration.outliers.front().touch;
+  input.calibration.outliers.front().residual_m = 0.000494;
+  input.calibration.outliers.front().reason = "16.5 sigma from the robust fit";
+  const std::string table = section_of(html_report(input), "outliers");
+  EXPECT_TRUE(says(
+      table, fmt::format("<th scope=\"row\">{}</th><td>{}</td><td class=\"word\">{}</td><td>+0.494"
+                         "</td><td class=\"word wide\">16.5 sigma from the robust fit</td>",
+                         touch + 1, touch + 2, input.touches[touch].target)));
+}
+
+TEST(Correlations, NameThePairThatGoesTogether) {
+  const std::string html = section_of(html_report(made_up_session()), "correlations");
+  EXPECT_TRUE(says(html, "A2.theta"));
+  EXPECT_TRUE(says(html, "A3.theta"));
+  EXPECT_TRUE(says(html,
+                   "\xE2\x88\x92"
+                   "0.940"));
+  EXPECT_TRUE(says(html, "frame directions are held fixed"));
+}
+
+TEST(Correlations, OfTargetCoordinatesAndOfTheFrameAreCountedNotListed) {
+  ReportInput input = made_up_session();
+  calib::Calibration& result = input.calibration;
+  const auto size = static_cast<Eigen::Index>(result.parameters.size());
+  result.covariance = Eigen::MatrixXd::Identity(size, size);
+  result.covariance(size - 1, size - 2) = result.covariance(size - 2, size - 1) = 0.95;
+  result.covariance(0, 2) = result.covariance(2, 0) = 0.95;
+  ASSERT_EQ(result.parameters[0].decided_by, calib::DecidedBy::kFrame);
+  result.frame_basis.resize(0, 0);
+  const std::string html = section_of(html_report(input), "correlations");
+  EXPECT_FALSE(says(html, "S4."));
+  EXPECT_FALSE(says(html, "A1.theta"));
+  EXPECT_TRUE(says(html, "Left out: 2 pairs with a coordinate of a target"));
+  EXPECT_TRUE(says(html, "No two parameters of robot, tool and touch"));
+  EXPECT_TRUE(says(html, "frame directions are part of these figures"));
+}
+
+}  // namespace
+}  // namespace cellcal::daemon::report
