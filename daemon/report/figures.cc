@@ -75,7 +75,7 @@ std::string big_mm(double metres) { return mm(metres) + " <span>mm</span>"; }
 
 std::string predicted_tile(std::string_view label, std::string_view where, double mean_m,
                            bool outside_scope) {
-  if (!std::isfinite(mean_m) || mean_m <= 0.0) {
+  if (!is_known(mean_m)) {
     return tile(label, positive_mm(0.0), "not predicted", "missing");
   }
   return tile(label, big_mm(mean_m),
@@ -119,6 +119,10 @@ std::string_view residual_words(const View& view) {
 }
 
 std::string predicted_words(const View& view) {
+  if (!is_known(view.result.predicted_m2_m) && !is_known(view.result.predicted_m3_m)) {
+    return "<p>No 3-D error was predicted. To measure accuracy, use an instrument of its own, for "
+           "example a laser tracker.</p>\n";
+  }
   const double ripple_rad = view.result.level.ripple_rad;
   return fmt::format(
       "<p><strong>Predicted is not measured.</strong> M2 and M3 follow from the covariance, that "

@@ -207,6 +207,18 @@ std::string joint_range_words(const Ranges& ranges) {
   return words.empty() ? words : fmt::format(" All joints share one scale per unit ({}).", words);
 }
 
+std::string_view unstated_words(const View& view) {
+  for (const calib::TargetResult& target : view.result.targets) {
+    const calib::Target* in_cell = view.cell_target(target.id);
+    if (in_cell && !in_cell->has_centre) {
+      return " Where the cell file states no position of a target, nominal is where the nominal "
+             "robot "
+             "finds it.";
+    }
+  }
+  return {};
+}
+
 std::string table(const View& view, const std::vector<Group>& groups, const Ranges& ranges) {
   std::string rows;
   for (const Group& group : groups) {
@@ -264,8 +276,8 @@ std::string parameters_table(const View& view) {
       "value stays near nominal by its tolerance. <strong>Frame</strong>: most of &sigma; is a "
       "matter of where the frame is put, which no touch can tell (see below), and no error of the "
       "robot. The bar shows the correction (dot, hollow where not decided by data) with "
-      "&plusmn;2&sigma; (line) around zero.{}</p>\n",
-      joint_range_words(ranges));
+      "&plusmn;2&sigma; (line) around zero.{}{}</p>\n",
+      joint_range_words(ranges), unstated_words(view));
   if (!groups.empty()) body += table(view, groups, ranges);
   return section("parameters", "Parameters", body + waves_table(view, waves));
 }

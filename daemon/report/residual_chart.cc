@@ -168,6 +168,11 @@ std::string_view sign_words(const View& view) {
   return "Positive: the tip is further from the centre than it should be. ";
 }
 
+bool any_off_scale(const View& view, double range_mm) {
+  return std::any_of(view.marks.begin(), view.marks.end(),
+                     [range_mm](const Mark& mark) { return std::abs(mark.after_mm) > range_mm; });
+}
+
 std::string note(const View& view, double band_mm, double range_mm) {
   std::string band;
   if (band_mm > 0.0) {
@@ -179,10 +184,11 @@ std::string note(const View& view, double band_mm, double range_mm) {
         fixed(band_mm, kMmDecimals));
   }
   return fmt::format(
-      "<p class=\"note\">{}{}A drift from left to right points to temperature or a tool that "
+      "<p class=\"note\">{}{}{}A drift from left to right points to temperature or a tool that "
       "moved; "
       "one bad stretch to one target.</p>\n",
-      sign_words(view), band);
+      sign_words(view), band,
+      any_off_scale(view, range_mm) ? "Crosses at the edge lie beyond it (see Outliers). " : "");
 }
 
 std::string left_out(const View& view) {

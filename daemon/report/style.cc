@@ -93,6 +93,7 @@ tr.strong th, tr.strong td { font-weight: 650; }
 .raw th, .raw td { padding: 2px 7px; }
 .fitted { font-size: 16.5px; font-weight: 600; }
 .levels { max-width: 720px; }
+.numbers.levels tbody th { max-width: none; }
 .parts { margin-top: 4px; font-size: 13.5px; color: var(--soft); }
 .parts th { white-space: nowrap; color: var(--ink); }
 .hash { font-size: 11.5px; white-space: normal; overflow-wrap: anywhere; }
@@ -105,11 +106,10 @@ tr.strong th, tr.strong td { font-weight: 650; }
 .columns th { width: 40%; }
 .columns td { overflow-wrap: anywhere; }
 .tiles { display: grid; grid-template-columns: repeat(3, 1fr); gap: 14px; margin: 4px 0 18px; }
-.tile { border: 1px solid var(--line); border-radius: 6px; padding: 12px 14px; display: flex;
-  flex-direction: column; }
+.tile { border: 1px solid var(--line); border-radius: 6px; padding: 12px 14px; }
 .tile.predicted { border-style: dashed; }
 .tile p { margin: 0; }
-.tile .label { font-size: 13px; line-height: 1.35; margin-bottom: auto; }
+.tile .label { font-size: 13px; line-height: 1.35; }
 .tile .value { font-size: 28px; font-weight: 600; line-height: 1.4;
   font-variant-numeric: tabular-nums; }
 .tile .value span { font-size: 15px; font-weight: 400; color: var(--soft); }
@@ -212,7 +212,7 @@ svg.bar .hollow { fill: var(--paper); stroke: var(--soft); stroke-width: 1.4; }
   .hash { font-size: 7pt; }
   .scroll { overflow: visible; background: none; }
   thead { display: table-header-group; }
-  tr, svg, .tile, .verdict, .truth { break-inside: avoid; }
+  tr, svg, .tile, .verdict, .truth, .levels, .parts { break-inside: avoid; }
   figure { width: 23%; }
   .numbers:not(.raw) tbody { break-inside: avoid; }
   svg.bar { height: 12px; top: 2px; }

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -112,8 +111,6 @@ std::string list(std::string_view heading, const std::vector<std::string>& reaso
   for (const std::string& reason : reasons) items += fmt::format("<li>{}</li>\n", escape(reason));
   return fmt::format("<p class=\"because\">{}</p>\n<ul>\n{}</ul>\n", heading, items);
 }
-
-bool is_known(double predicted_m) { return std::isfinite(predicted_m) && predicted_m > 0.0; }
 
 std::string accuracy_sentence(const View& view) {
   const calib::Calibration& result = view.result;

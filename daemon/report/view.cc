@@ -18,6 +18,8 @@ constexpr std::size_t kTitleLength = 40;
 
 bool is_usable_mm(double value) { return std::isfinite(value) && std::abs(value) < kUsableMm; }
 
+bool is_known(double predicted_m) { return std::isfinite(predicted_m) && predicted_m > 0.0; }
+
 View::View(const ReportInput& report_input)
     : input(report_input), result(report_input.calibration) {
   std::set<std::size_t> named;

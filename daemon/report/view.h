@@ -19,6 +19,9 @@ enum class MarkKind { kFit, kCheck, kOutlier };
 inline constexpr double kUsableMm = 1e6;
 bool is_usable_mm(double value);
 
+/// A predicted error of zero is one that was not predicted.
+bool is_known(double predicted_m);
+
 /// One residual as the drawings show it.
 struct Mark {
   std::size_t number = 0;  ///< of the touch, from 1, as shown to people

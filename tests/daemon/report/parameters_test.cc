@@ -92,6 +92,14 @@ TEST(Parameters, OfTargetsWithADotInTheirNameFindTheirTarget) {
   EXPECT_FALSE(says(table, ">Other<"));
 }
 
+TEST(Parameters, OfTargetsWithoutStatedPositionSayWhatTheirNominalIs) {
+  ReportInput input = made_up_session();
+  for (auto& target : input.calibration.cell.targets) target.has_centre = true;
+  EXPECT_FALSE(says(section_of(html_report(input), "parameters"), "states no position"));
+  input.calibration.cell.targets[1].has_centre = false;
+  EXPECT_TRUE(says(section_of(html_report(input), "parameters"), "states no position"));
+}
+
 TEST(Unidentifiable, DirectionsKeepTheirWordsAndTheirStrongestShares) {
   const std::string words = section_of(html_report(made_up_session()), "unidentifiable");
   EXPECT_TRUE(says(words, "The touches do not decide 3 combinations"));

@@ -113,6 +113,7 @@ TEST(Figures, ThatWereNeverPredictedAreNotShownAsPerfect) {
   EXPECT_TRUE(says(html, "was not predicted"));
   EXPECT_EQ(occurrences(section_of(html, "meaning"), ">not predicted<"), 2U);
   EXPECT_FALSE(says(section_of(html, "meaning"), "0.000"));
+  EXPECT_TRUE(says(section_of(html, "meaning"), "No 3-D error was predicted."));
 }
 
 TEST(Meaning, SaysThatTheResidualIsNotAccuracyAndThatPredictionsAreNotMeasured) {
@@ -201,6 +202,16 @@ TEST(ResidualChart, IsNotSquashedByAnOutlier) {
   const std::string after = section_of(html_report(input), "residuals");
   EXPECT_GT(ticks(before).size(), 10U);
   EXPECT_EQ(ticks(before), ticks(after));
+}
+
+TEST(ResidualChart, SaysWhatCrossesAtTheEdgeMean) {
+  ReportInput input = made_up_session({.outliers = 1});
+  EXPECT_TRUE(
+      says(section_of(html_report(input), "residuals"), "Crosses at the edge lie beyond it"));
+  for (calib::TouchResidual& residual : input.calibration.residuals) {
+    if (residual.outlier) residual.after_m = 1e-5;
+  }
+  EXPECT_FALSE(says(section_of(html_report(input), "residuals"), "Crosses at the edge"));
 }
 
 TEST(Histogram, CountsEachTouchOnceAndNamesThoseBeyondItsReach) {
