@@ -1,19 +1,20 @@
-// How long an identification takes, and where the time goes. One cell of four spheres; every run
-// identifies another random arm. Prints figures; gates nothing.
+// How long an identification takes, where the time goes, and how much memory it needs. One cell of
+// four spheres; every run identifies another random arm. Prints figures; gates nothing.
 
 #include <fmt/format.h>
-#include <sys/resource.h>
+#include <malloc.h>
 
 #include <CLI/CLI.hpp>
 #include <Eigen/Cholesky>
-#include <algorithm>
 #include <chrono>
+#include <fstream>
 
 #include "calib/identify/evidence.h"
 #include "calib/identify/identify.h"
 #include "calib/identify/problem.h"
 #include "calib/identify/region.h"
 #include "calib/identify/solve.h"
+#include "tests/bench/times.h"
 #include "tests/calib/identify/simulate.h"
 
 namespace {
@@ -21,29 +22,46 @@ namespace {
 using namespace cellcal;         // NOLINT: a benchmark's own file
 using namespace cellcal::calib;  // NOLINT
 
-class Times {
+template <typename Work>
+void measure(bench::Times& times, const Work& work) {
+  const auto start = std::chrono::steady_clock::now();
+  work();
+  times.add(std::chrono::steady_clock::now() - start);
+}
+
+double ms(double us) { return us * 1e-3; }
+
+/// Physical memory of this process, from the kernel's figures.
+class Memory {
  public:
-  template <typename Work>
-  void measure(const Work& work) {
-    const auto start = std::chrono::steady_clock::now();
-    work();
-    ms_.push_back(
-        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
-            .count());
+  /// From here on the peak counts anew. What earlier runs left to the allocator goes back first.
+  void begin() {
+    ::malloc_trim(0);
+    std::ofstream("/proc/self/clear_refs") << "5";  // where refused: the peak of the whole process
+    before_mb_ = figure_mb("VmRSS:");
   }
-  double median() {
-    std::sort(ms_.begin(), ms_.end());
-    return ms_[ms_.size() / 2];
+  void end() {
+    const double peak = figure_mb("VmHWM:");
+    peak_mb_ = std::max(peak_mb_, peak);
+    added_mb_ = std::max(added_mb_, peak - before_mb_);
   }
-  double worst() const { return *std::max_element(ms_.begin(), ms_.end()); }
+  double peak_mb() const { return peak_mb_; }
+  double added_mb() const { return added_mb_; }
 
  private:
-  std::vector<double> ms_;
+  static double figure_mb(const std::string& key) {
+    std::ifstream status("/proc/self/status");
+    for (std::string word; status >> word;)
+      if (double kb = 0.0; word == key && status >> kb) return kb / 1024.0;
+    return 0.0;
+  }
+  double before_mb_ = 0.0, peak_mb_ = 0.0, added_mb_ = 0.0;
 };
 
 /// The parts of one identification, each on its own, at the level that was chosen.
 struct Parts {
-  Times solve, covariance, evidence, predicted;
+  bench::Times solve, covariance, evidence, predicted;
+  bench::Times derivatives;  ///< position of the tip and its derivatives, all touches once
 };
 
 void measure_parts(const Cell& cell, const std::vector<Touch>& touches, const Calibration& result,
@@ -56,34 +74,41 @@ void measure_parts(const Cell& cell, const std::vector<Touch>& touches, const Ca
   const std::vector<bool> use(touches.size(), true);
   const int n = problem.size();
   Eigen::VectorXd u;
-  parts.solve.measure([&] {  // from zero errors, coarse and then exact
+  measure(parts.solve, [&] {  // from zero errors, coarse and then exact
     u = solve(problem, Eigen::VectorXd::Zero(n), {use, 0.0, 100, 1e-3}).u;
     u = solve(problem, u, {use, 0.0, 100, 0.0}).u;
   });
   Eigen::MatrixXd covariance;
-  parts.covariance.measure([&] {
+  measure(parts.covariance, [&] {
     const Linearisation linear = linearise(problem, u, use);
     Eigen::MatrixXd information = linear.jacobian.transpose() * linear.jacobian;
     for (int i = 0; i < n; ++i)
       information(i, i) += std::pow(problem.unknowns()[i].prior_weight, 2);
     covariance = information.llt().solve(Eigen::MatrixXd::Identity(n, n));
   });
-  parts.evidence.measure([&] { (void)weigh_levels(problem, u, use); });
-  parts.predicted.measure([&] {
+  measure(parts.evidence, [&] { (void)weigh_levels(problem, u, use); });
+  measure(parts.predicted, [&] {
     constexpr int kPoses = 300;
     Eigen::VectorXd scale(arm.size());
     for (int i = 0; i < arm.size(); ++i) scale[i] = problem.unknowns()[i].scale;
-    const Eigen::VectorXd x = problem.to_si(u);
+    const Eigen::VectorXd at = problem.to_si(u);
     const Eigen::MatrixXd moves =
-        aligned_moves(arm, workspace_poses(arm, kPoses, 1), x.data(), scale);
+        aligned_moves(arm, workspace_poses(arm, kPoses, 1), at.data(), scale);
     (void)predicted_mean_error_m(moves, covariance.topLeftCorner(arm.size(), arm.size()));
+  });
+  const Eigen::VectorXd x = problem.to_si(u);
+  Eigen::Matrix3Xd jacobian(3, arm.size());
+  volatile double sink = 0.0;  // what is not used would be left out
+  measure(parts.derivatives, [&] {
+    for (std::size_t i = 0; i < touches.size(); ++i)
+      sink = sink + arm.position(problem.pose(i), x.data(), jacobian).x() + jacobian(0, 0);
   });
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app{"Times identify(): median and worst, split into its parts, and peak memory."};
+  CLI::App app{"Times identify(): median, p95 and worst, its parts, and memory."};
   std::vector<int> counts = {50, 100, 200, 400};
   int runs = 30;
   app.add_option("--touches", counts, "Numbers of fit touches")
@@ -93,13 +118,22 @@ int main(int argc, char** argv) {
   CLI11_PARSE(app, argc, argv);
 
   fmt::print(
-      "touches unknowns   identify median   worst |   solve  covariance  evidence  predicted "
-      "(ms)\n");
+      "identification with covariance, predicted error and verdict; {} random arms each; ms\n"
+      "                      identify()                 parts on their own, median\n"
+      "touches parameters   median      p95    worst      solve covariance evidence predicted\n",
+      runs);
+  struct Extra {
+    int count;
+    Memory memory;
+    double derivatives_us;
+  };
+  std::vector<Extra> extras;
   const Cell& cell = testing::demo_cell();
   for (const int count : counts) {
-    Times whole;
+    bench::Times whole;
+    Memory memory;
     Parts parts;
-    std::size_t unknowns = 0;
+    std::size_t parameters = 0;
     for (int run = 0; run < runs; ++run) {
       const auto seed = static_cast<unsigned>(run + 1);
       sim::TruthOptions options;
@@ -108,16 +142,24 @@ int main(int argc, char** argv) {
       const auto made =
           testing::make_touches(cell, sim::draw_truth(cell, options), {.fit = count, .seed = seed});
       Calibration result;
-      whole.measure([&] { result = identify(cell, made.touches); });
-      unknowns = std::max(unknowns, result.parameters.size());
+      measure(whole, [&] { result = identify(cell, made.touches); });
+      memory.begin();  // once more: fresh pages take time
+      (void)identify(cell, made.touches);
+      memory.end();
+      parameters = std::max(parameters, result.parameters.size());
       measure_parts(cell, made.touches, result, parts);
     }
-    fmt::print("{:7d} {:8d} {:17.1f} {:7.1f} | {:7.1f} {:11.2f} {:9.2f} {:10.2f}\n", count,
-               unknowns, whole.median(), whole.worst(), parts.solve.median(),
-               parts.covariance.median(), parts.evidence.median(), parts.predicted.median());
+    fmt::print("{:7d} {:10d} {:8.1f} {:8.1f} {:8.1f}   {:8.2f} {:10.2f} {:8.2f} {:9.2f}\n", count,
+               parameters, ms(whole.quantile(0.5)), ms(whole.quantile(0.95)), ms(whole.worst()),
+               ms(parts.solve.quantile(0.5)), ms(parts.covariance.quantile(0.5)),
+               ms(parts.evidence.quantile(0.5)), ms(parts.predicted.quantile(0.5)));
+    extras.push_back({count, memory, parts.derivatives.quantile(0.5)});
   }
-  rusage usage{};
-  ::getrusage(RUSAGE_SELF, &usage);
-  fmt::print("peak memory {:.1f} MB\n", static_cast<double>(usage.ru_maxrss) / 1024.0);
+  fmt::print(
+      "\n        process's peak   of that, added by   tip's position and derivatives\n"
+      "touches    memory, MB      identify(), MB      all touches, us   one touch, us\n");
+  for (const Extra& extra : extras)
+    fmt::print("{:7d} {:13.1f} {:19.1f} {:20.1f} {:15.2f}\n", extra.count, extra.memory.peak_mb(),
+               extra.memory.added_mb(), extra.derivatives_us, extra.derivatives_us / extra.count);
   return 0;
 }

@@ -1,64 +1,29 @@
 // RSI packet in to reply out over UDP on the loopback, seen from the controller's side: the adapter
 // beside a bare echo in the same run. Prints, and gates nothing.
-//
-//   rsi_reply [--count N] [--cycle-us N] [--realtime]
 
-#include <arpa/inet.h>
 #include <fmt/format.h>
 #include <poll.h>
 #include <sys/socket.h>
-#include <time.h>
-#include <unistd.h>
 
 #include <CLI/CLI.hpp>
-#include <algorithm>
 #include <array>
 #include <atomic>
-#include <chrono>
 #include <numbers>
 #include <string>
 #include <thread>
-#include <vector>
 
 #include "drivers/io_thread.h"
 #include "drivers/kuka/rsi_robot.h"
+#include "tests/bench/loopback.h"
+#include "tests/bench/times.h"
 
 namespace {
 
-using namespace cellcal::drivers;
+using namespace cellcal::drivers;  // NOLINT: a benchmark's own file
+using namespace cellcal::bench;    // NOLINT
 using SteadyClock = std::chrono::steady_clock;
 
 constexpr int kReplyTimeoutMs = 100;
-
-struct Udp {
-  Udp() : fd(::socket(AF_INET, SOCK_DGRAM, 0)) {
-    sockaddr_in any{};
-    any.sin_family = AF_INET;
-    any.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    if (fd < 0 || ::bind(fd, reinterpret_cast<sockaddr*>(&any), sizeof any) != 0) {
-      throw std::runtime_error("rsi_reply: no UDP socket on the loopback");
-    }
-  }
-  ~Udp() { ::close(fd); }
-  Udp(const Udp&) = delete;
-  Udp& operator=(const Udp&) = delete;
-
-  std::uint16_t port() const {
-    sockaddr_in self{};
-    socklen_t size = sizeof self;
-    ::getsockname(fd, reinterpret_cast<sockaddr*>(&self), &size);
-    return ntohs(self.sin_port);
-  }
-  int fd;
-};
-
-void ask_for_realtime(const char* who, int priority) {
-  sched_param param{};
-  param.sched_priority = priority;
-  if (pthread_setschedparam(pthread_self(), SCHED_FIFO, &param) != 0) {
-    fmt::print("{}: no SCHED_FIFO\n", who);
-  }
-}
 
 /// Answers each datagram with itself: what the machine takes without any adapter.
 class Echo {
@@ -72,18 +37,17 @@ class Echo {
 
  private:
   void run(bool realtime) {
-    if (realtime) ask_for_realtime("echo", IoThreadOptions{}.priority);
+    if (realtime) ask_for_realtime(kDriverPriority);
     std::array<char, 2048> buffer{};
     while (!stop_.load()) {
-      pollfd ready{socket_.fd, POLLIN, 0};
+      pollfd ready{socket_.fd(), POLLIN, 0};
       if (::poll(&ready, 1, kReplyTimeoutMs) <= 0) continue;
-      sockaddr_in from{};
+      sockaddr_storage from{};
       socklen_t size = sizeof from;
-      const ssize_t got = ::recvfrom(socket_.fd, buffer.data(), buffer.size(), 0,
-                                     reinterpret_cast<sockaddr*>(&from), &size);
+      auto* address = reinterpret_cast<sockaddr*>(&from);
+      const ssize_t got = ::recvfrom(socket_.fd(), buffer.data(), buffer.size(), 0, address, &size);
       if (got > 0) {
-        ::sendto(socket_.fd, buffer.data(), static_cast<std::size_t>(got), 0,
-                 reinterpret_cast<sockaddr*>(&from), size);
+        ::sendto(socket_.fd(), buffer.data(), static_cast<std::size_t>(got), 0, address, size);
       }
     }
   }
@@ -92,52 +56,28 @@ class Echo {
   std::thread thread_;
 };
 
-struct Times {
-  std::vector<double> us;
+struct Replies {
+  Times us;
   int lost = 0;
 
-  void print(const char* what) {
-    std::sort(us.begin(), us.end());
-    if (us.empty()) return fmt::print("{:<12} no reply at all\n", what);
-    const auto quantile = [&](double p) {
-      return us[std::min(us.size() - 1,
-                         static_cast<std::size_t>(p * static_cast<double>(us.size())))];
-    };
-    fmt::print(
-        "{:<12} p50 {:7.1f}  p99 {:7.1f}  p99.9 {:7.1f}  max {:7.1f} us   {} replies, {} lost\n",
-        what, quantile(0.5), quantile(0.99), quantile(0.999), us.back(), us.size(), lost);
-  }
+  void print(const char* what) { fmt::print("{:<32} {} {:>6}\n", what, us.row(), lost); }
 };
 
 class Peer {
  public:
-  explicit Peer(std::uint16_t port) {
-    sockaddr_in to{};
-    to.sin_family = AF_INET;
-    to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    to.sin_port = htons(port);
-    if (::connect(socket_.fd, reinterpret_cast<sockaddr*>(&to), sizeof to) != 0) {
-      throw std::runtime_error("rsi_reply: cannot address the loopback");
-    }
-  }
-  void ask(const std::string& packet, Times& times) {
-    const auto begun = SteadyClock::now();
-    if (::send(socket_.fd, packet.data(), packet.size(), 0) < 0) {
-      ++times.lost;
-      return;
-    }
-    pollfd ready{socket_.fd, POLLIN, 0};
-    if (::poll(&ready, 1, kReplyTimeoutMs) <= 0) {
-      ++times.lost;
-      return;
-    }
+  explicit Peer(std::uint16_t port) { socket_.connect(port); }
+  void ask(const std::string& packet, Replies& replies) {
     std::array<char, 2048> buffer{};
-    if (::recv(socket_.fd, buffer.data(), buffer.size(), 0) <= 0) {
-      ++times.lost;
-      return;
+    const auto begun = SteadyClock::now();
+    pollfd ready{socket_.fd(), POLLIN, 0};
+    const bool answered = ::send(socket_.fd(), packet.data(), packet.size(), 0) >= 0 &&
+                          ::poll(&ready, 1, kReplyTimeoutMs) > 0 &&
+                          ::recv(socket_.fd(), buffer.data(), buffer.size(), 0) > 0;
+    if (answered) {
+      replies.us.add(SteadyClock::now() - begun);
+    } else {
+      ++replies.lost;
     }
-    times.us.push_back(
-        std::chrono::duration<double, std::micro>(SteadyClock::now() - begun).count());
   }
 
  private:
@@ -156,7 +96,7 @@ std::string packet(std::uint64_t ipoc) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("RSI reply times beside a bare echo");
+  CLI::App app("RSI packet in to reply out, beside a bare echo");
   int count = 2500, cycle_us = 4000;
   bool realtime = false;
   app.add_option("--count", count, "packets")->check(CLI::Range(1, 10'000'000));
@@ -177,9 +117,8 @@ int main(int argc, char** argv) {
   Echo echo(realtime);
   Peer to_robot(robot.port()), to_echo(echo.port());
 
-  // The peer stands for hardware: its own delays are not the adapter's.
-  if (realtime) ask_for_realtime("peer", IoThreadOptions{}.priority + 10);
-  Times adapter, bare;
+  const bool granted = realtime && ask_for_realtime(kHardwarePriority) && io.warnings().empty();
+  Replies adapter, bare;
   auto next = SteadyClock::now();
   for (int i = 0; i < count; ++i) {
     next += std::chrono::microseconds(cycle_us);
@@ -188,13 +127,14 @@ int main(int argc, char** argv) {
     to_robot.ask(text, adapter);
     to_echo.ask(text, bare);
   }
-  fmt::print("{} packets, cycle {} us, {}\n", count, cycle_us,
-             realtime ? "real time asked for" : "normal priority");
-  adapter.print("RsiRobot");
-  bare.print("bare echo");
+  fmt::print("RSI packet in -> reply out, {} packets, cycle {} us, {}\n", count, cycle_us,
+             granted ? "SCHED_FIFO" : "normal priority");
+  fmt::print("{:<32} {} {:>6}\n", "us", Times::columns(), "lost");
+  adapter.print("RsiRobot, seen by the controller");
+  bare.print("bare UDP echo");
   const ReplyHistogram& inside = robot.reply_times();
-  fmt::print("inside       p50 {:7.1f}  p99 {:7.1f}  p99.9 {:7.1f}  max {:7.1f} us\n",
+  fmt::print("{:<32} {:9.1f} {:9.1f} {:9.1f} {:9.1f} {:8d}\n", "RsiRobot, inside the adapter",
              1e6 * inside.quantile_s(0.5), 1e6 * inside.quantile_s(0.99),
-             1e6 * inside.quantile_s(0.999), 1e6 * inside.max_s());
+             1e6 * inside.quantile_s(0.999), 1e6 * inside.max_s(), inside.count());
   return 0;
 }

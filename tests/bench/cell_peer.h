@@ -1,0 +1,68 @@
+#pragma once
+// The other end of both wires, on one thread: the emulated controller on UDP, with its arm
+// following, and the emulated contact sensor on a pseudo-terminal. It makes contacts on demand
+// while the arm moves, and notes when the first reply went out whose correction no longer changes.
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "drivers/time.h"
+
+namespace cellcal::bench {
+
+struct PeerOptions {
+  int cycle_ms = 4;
+  std::uint64_t seed = 1;
+  bool realtime = true;
+};
+
+/// A contact during a search.
+struct Contact {
+  drivers::Duration byte_to_packet{};    ///< TRIP written to the terminal -> next packet sent
+  bool frozen_at_once = false;           ///< that very packet was answered by a frozen reply
+  drivers::Duration byte_to_frozen{};    ///< TRIP written -> first frozen reply seen
+  drivers::Duration packet_to_frozen{};  ///< packet of that reply sent -> that reply seen
+};
+
+/// Calls are the session's, but for start() and stop() in any order.
+class CellPeer {
+ public:
+  /// Opens the wires. Throws std::runtime_error.
+  explicit CellPeer(const PeerOptions& options);
+  ~CellPeer();
+  CellPeer(const CellPeer&) = delete;
+  CellPeer& operator=(const CellPeer&) = delete;
+
+  const std::string& sensor_path() const;  ///< device of the contact sensor
+  const std::string& echo_path() const;    ///< terminal of the bare echo
+  std::uint16_t echo_port() const;         ///< where the bare echo sends to
+
+  /// RSI_ON, to the robot's port.
+  void start(std::uint16_t robot_port);
+  void stop();
+
+  /// Contact as soon as the arm moves at constant speed. The TRIP is written at any time of the
+  /// cycle; with `gap`, so that the next packet follows it by the gap.
+  void touch(std::optional<drivers::Duration> gap);
+  /// The contact's times, once they are complete; touch() is over then.
+  std::optional<Contact> take_contact();
+  /// Ends a touch() that came to nothing, and opens the touch circuit.
+  void release();
+
+  /// Writes as many bytes as a TRIP has to the echo's terminal, while nothing else happens.
+  void ping_echo();
+  /// Bytes written -> datagram seen.
+  std::optional<drivers::Duration> take_echo();
+
+  bool realtime() const;               ///< asked for and permitted
+  std::uint64_t late_replies() const;  ///< not there before the next packet
+  std::string pendant() const;         ///< the message of a fault stop, after stop()
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace cellcal::bench

@@ -1,0 +1,298 @@
+// Contact byte in to frozen reply out, through the whole stack as the daemon builds it:
+// SerialContact on a pseudo-terminal and RsiRobot on UDP share one IoThread; the emulated sensor
+// and controller are the other ends. Beside it, in the same run, a bare echo: a thread that reads
+// the terminal and sends a datagram. Prints figures; gates nothing.
+//
+// A reply is frozen when its correction is that of the reply before it. Every other search goes
+// back the way, so that the arm backs off and stays in place.
+
+#include <fmt/format.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <array>
+#include <atomic>
+#include <map>
+#include <numbers>
+#include <thread>
+
+#include "drivers/contact/serial_contact.h"
+#include "drivers/io_thread.h"
+#include "drivers/kuka/rsi_robot.h"
+#include "tests/bench/cell_peer.h"
+#include "tests/bench/loopback.h"
+#include "tests/bench/times.h"
+
+namespace {
+
+using namespace cellcal::drivers;  // NOLINT: a benchmark's own file
+using namespace cellcal::bench;    // NOLINT
+using Steady = std::chrono::steady_clock;
+using std::chrono::microseconds;
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+constexpr seconds kPatience{10};
+constexpr milliseconds kLook{1};
+constexpr milliseconds kArmLifetime{20'000};
+constexpr int kEchoPollMs = 100;
+
+struct Options {
+  int trials = 500, gap_trials = 60;
+  std::vector<int> gaps_us = {0, 50, 100, 200, 500};
+  double speed_mrad_s = 2.0;  // 2 mm/s at 1 m of reach
+  PeerOptions peer;
+};
+
+template <typename Condition>
+bool eventually(Condition done) {
+  const auto end = Steady::now() + kPatience;
+  while (!done()) {
+    if (Steady::now() > end) return false;
+    std::this_thread::sleep_for(kLook);
+  }
+  return true;
+}
+
+/// Reads a terminal and sends a datagram: what the machine takes without any driver.
+class BareEcho {
+ public:
+  BareEcho(const CellPeer& peer, bool realtime)
+      : port_(open_serial_port({peer.echo_path(), CTP_DEFAULT_BAUD})) {
+    socket_.connect(peer.echo_port());
+    thread_ = std::thread([this, realtime] { run(realtime); });
+  }
+  ~BareEcho() {
+    stop_ = true;
+    thread_.join();
+  }
+
+ private:
+  void run(bool realtime) {
+    if (realtime) ask_for_realtime(kDriverPriority);
+    std::array<char, 256> bytes{};
+    while (!stop_.load()) {
+      pollfd ready{port_->fd(), POLLIN, 0};
+      if (::poll(&ready, 1, kEchoPollMs) <= 0) continue;
+      const ssize_t got = ::read(port_->fd(), bytes.data(), bytes.size());
+      if (got > 0) ::send(socket_.fd(), bytes.data(), static_cast<std::size_t>(got), 0);
+    }
+  }
+  std::unique_ptr<SerialPort> port_;
+  Udp socket_;
+  std::atomic<bool> stop_{false};
+  std::thread thread_;
+};
+
+RsiConfig rsi_config() {
+  constexpr double kRad = std::numbers::pi / 180;
+  RsiConfig config;
+  config.bind_address = "127.0.0.1";
+  config.port = 0;
+  config.limits.assign(6, {-185 * kRad, 185 * kRad, 30 * kRad, 120 * kRad, 600 * kRad});
+  config.correction_limit_deg.assign(6, 90.0);
+  return config;
+}
+
+SerialContactOptions contact_options(const CellPeer& peer) {
+  SerialContactOptions options;
+  options.port = {peer.sensor_path(), CTP_DEFAULT_BAUD};
+  return options;
+}
+
+/// The drivers as the daemon's RSI backend puts them together, and the session that uses them.
+class Session {
+ public:
+  Session(CellPeer& peer, const Options& options)
+      : options_(options),
+        peer_(peer),
+        io_(IoThreadOptions{.realtime = options.peer.realtime}),
+        contact_(io_.context(), contact_options(peer)),
+        robot_(io_.context(), rsi_config(), &contact_.guard()) {
+    io_.start();
+    contact_.open();
+    robot_.open();
+    peer_.start(robot_.port());
+  }
+  ~Session() {
+    robot_.close();
+    contact_.close();
+    eventually([&] { return robot_.port() == 0; });
+  }
+
+  /// Empty, or what keeps it from being ready.
+  std::string wait_until_ready() {
+    if (!eventually([&] { return contact_.status().link == ContactLink::kReady; })) {
+      return contact_.status().words;
+    }
+    const auto link = [&] { return robot_.state().link; };
+    const bool ready = eventually([&] {
+      if (link() == RobotLink::kNotReferenced) {
+        robot_.rereference();
+        std::this_thread::sleep_for(milliseconds{20});
+      }
+      return link() == RobotLink::kReady;
+    });
+    return ready ? std::string() : "not referenced: " + robot_.state().words;
+  }
+
+  /// One search that ends in contact. Empty: spoiled, and why is counted.
+  std::optional<Contact> search(std::optional<Duration> gap) {
+    const std::string trouble = wait_until_ready();
+    if (!trouble.empty()) return spoiled(trouble);
+    contact_.arm(++arm_id_, kArmLifetime);
+    std::optional<ArmResult> armed;
+    eventually([&] { return (armed = contact_.poll_arm()).has_value(); });
+    if (!armed || !armed->armed) return spoiled(armed ? armed->why_not : "no answer to arm()");
+
+    constexpr double kTravelRad = 0.01;  // longer than any search lasts
+    forth_ = !forth_;
+    Move move{++move_id_, MoveKind::kSearch, robot_.state().commanded_rad,
+              kTravelRad / (1e-3 * options_.speed_mrad_s), arm_id_};
+    move.target_rad[0] += forth_ ? kTravelRad : -kTravelRad;
+    peer_.touch(gap);
+    robot_.begin(move);
+    std::optional<MoveResult> result;
+    eventually([&] { return (result = robot_.poll()).has_value(); });
+    const std::optional<Contact> contact = peer_.take_contact();
+    peer_.release();
+    eventually([&] { return !contact_.status().in_contact; });
+    if (!result) return spoiled("no result of the move");
+    if (result->outcome != MoveOutcome::kContact) {
+      return spoiled(std::string(to_string(result->outcome)) + ": " + result->detail);
+    }
+    return contact ? contact : spoiled("contact, but no frozen reply was seen");
+  }
+
+  const std::map<std::string, int>& spoilt() const { return spoilt_; }
+  bool realtime() const { return options_.peer.realtime && io_.warnings().empty(); }
+
+ private:
+  std::nullopt_t spoiled(const std::string& why) {
+    ++spoilt_[why];
+    return std::nullopt;
+  }
+
+  const Options& options_;
+  CellPeer& peer_;
+  IoThread io_;  // in this order: what lives on the context goes before it
+  SerialContact contact_;
+  RsiRobot robot_;
+  std::uint16_t arm_id_ = 0;
+  std::uint32_t move_id_ = 0;
+  bool forth_ = false;
+  std::map<std::string, int> spoilt_;
+};
+
+/// Contacts of one kind.
+struct Figures {
+  Times gap, to_frozen, packet_to_frozen;
+  std::vector<double> missed_us;  ///< byte to packet, where that packet's reply still moved
+
+  void add(const Contact& contact) {
+    gap.add(contact.byte_to_packet);
+    to_frozen.add(contact.byte_to_frozen);
+    packet_to_frozen.add(contact.packet_to_frozen);
+    if (!contact.frozen_at_once) {
+      missed_us.push_back(cellcal::bench::microseconds(contact.byte_to_packet));
+    }
+  }
+  std::string share() const {
+    return fmt::format("{} of {}", gap.count() - missed_us.size(), gap.count());
+  }
+};
+
+void print(Figures& any, std::map<int, Figures>& gaps, Times& echo) {
+  fmt::print("{:<48} {}\n", "us", Times::columns());
+  fmt::print("{:<48} {}\n", "byte at any time of the cycle -> frozen reply", any.to_frozen.row());
+  fmt::print("{:<48} {}\n", "  of that, packet out -> frozen reply in", any.packet_to_frozen.row());
+  fmt::print("{:<48} {}\n", "bare echo: bytes into terminal -> datagram", echo.row());
+  fmt::print("first packet after the byte answered by a frozen reply: {}", any.share());
+  if (!any.missed_us.empty()) {
+    std::sort(any.missed_us.begin(), any.missed_us.end());
+    fmt::print("; in the others the byte came {:.0f} us before the packet",
+               fmt::join(any.missed_us, ", "));
+  }
+  fmt::print(
+      "\n\npacket right after the byte\n"
+      "gap, us: asked   really    frozen in         byte -> frozen reply, us     p50 in bare\n"
+      "                    p50   that reply         p50       p99     worst          echoes\n");
+  for (auto& [us, figures] : gaps) {
+    Times& times = figures.to_frozen;
+    fmt::print("{:>14} {:>8.0f} {:>12}   {:>9.1f} {:>9.1f} {:>9.1f} {:>15.1f}\n", us,
+               figures.gap.quantile(0.5), figures.share(), times.quantile(0.5),
+               times.quantile(0.99), times.worst(), times.quantile(0.5) / echo.quantile(0.5));
+  }
+}
+
+int run(const Options& options) {
+  CellPeer peer(options.peer);
+  Figures any;
+  std::map<int, Figures> gaps;
+  Times echo;
+  bool realtime = false;
+  std::uint64_t late = 0;
+  {
+    BareEcho bare(peer, options.peer.realtime);
+    Session session(peer, options);
+    std::vector<std::optional<int>> order(static_cast<std::size_t>(options.trials));
+    for (int i = 0; i < options.gap_trials; ++i) {
+      for (const int us : options.gaps_us) order.emplace_back(us);
+    }
+    session.wait_until_ready();
+    const std::uint64_t late_before = peer.late_replies();
+    for (const std::optional<int>& us : order) {
+      const auto contact =
+          session.search(us ? std::optional<Duration>(microseconds{*us}) : std::nullopt);
+      if (contact) (us ? gaps[*us] : any).add(*contact);
+      peer.ping_echo();
+      std::optional<Duration> answer;
+      eventually([&] { return (answer = peer.take_echo()).has_value(); });
+      if (answer) echo.add(*answer);
+    }
+    realtime = session.realtime() && peer.realtime();
+    fmt::print(
+        "contact byte in -> frozen reply out, {} searches at {:.1f} mrad/s, cycle {} ms, {}\n",
+        order.size(), options.speed_mrad_s, options.peer.cycle_ms,
+        realtime ? "SCHED_FIFO" : "normal priority");
+    late = peer.late_replies() - late_before;
+    for (const auto& [why, count] : session.spoilt()) {
+      fmt::print("not measured: {} ({})\n", count, why);
+    }
+  }
+  peer.stop();
+  print(any, gaps, echo);
+  if (late > 0) fmt::print("replies later than the next packet: {}\n", late);
+  if (!peer.pendant().empty()) fmt::print("controller: {}\n", peer.pendant());
+  return any.to_frozen.count() > 0 ? 0 : 1;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app{"Contact byte in to frozen reply out, through the drivers, beside a bare echo."};
+  Options options;
+  bool normal = false;
+  app.add_option("--trials", options.trials, "Contacts at any time of the cycle")
+      ->check(CLI::Range(1, 1'000'000));
+  app.add_option("--gap-trials", options.gap_trials, "Contacts per gap")
+      ->check(CLI::Range(0, 1'000'000));
+  app.add_option("--gaps-us", options.gaps_us, "Packet follows the byte by this")
+      ->delimiter(',')
+      ->check(CLI::Range(0, 3000));
+  app.add_option("--speed-mrad-s", options.speed_mrad_s, "Of the searching axis")
+      ->check(CLI::Range(0.1, 30.0));
+  app.add_option("--cycle-ms", options.peer.cycle_ms, "4 or 12")->check(CLI::IsMember({4, 12}));
+  app.add_option("--seed", options.peer.seed, "Of the phases");
+  app.add_flag("--normal-priority", normal, "Do not ask for real time");
+  CLI11_PARSE(app, argc, argv);
+  options.peer.realtime = !normal;
+  try {
+    return run(options);
+  } catch (const std::exception& e) {
+    fmt::print(stderr, "contact_to_reply: {}\n", e.what());
+    return 1;
+  }
+}

@@ -1,0 +1,52 @@
+#pragma once
+// What the benchmarks of the wires share: a UDP socket on the loopback, a pseudo-terminal, and
+// real-time priority for the threads that stand for hardware.
+
+#include <cstdint>
+#include <string>
+
+#include "drivers/io_thread.h"
+
+namespace cellcal::bench {
+
+/// Of a thread that stands for hardware: its own delays are not the driver's.
+inline constexpr int kHardwarePriority = drivers::IoThreadOptions{}.priority + 10;
+/// Of a thread that the driver is compared with.
+inline constexpr int kDriverPriority = drivers::IoThreadOptions{}.priority;
+
+/// SCHED_FIFO for the calling thread. False where it is not permitted.
+bool ask_for_realtime(int priority);
+
+/// Bound to a free port of 127.0.0.1. Throws std::runtime_error.
+class Udp {
+ public:
+  Udp();
+  ~Udp();
+  Udp(const Udp&) = delete;
+  Udp& operator=(const Udp&) = delete;
+  /// All that is sent goes there, and nothing else is received.
+  void connect(std::uint16_t port);
+  std::uint16_t port() const;
+  int fd() const { return fd_; }
+
+ private:
+  int fd_ = -1;
+};
+
+/// Raw, its master end not blocking. Its slave end stays open here, too, so that a driver that
+/// leaves is no hang-up. Throws std::runtime_error.
+class Terminal {
+ public:
+  Terminal();
+  ~Terminal();
+  Terminal(const Terminal&) = delete;
+  Terminal& operator=(const Terminal&) = delete;
+  int master() const { return master_; }
+  const std::string& path() const { return path_; }  ///< of the slave end
+
+ private:
+  int master_ = -1, slave_ = -1;
+  std::string path_;
+};
+
+}  // namespace cellcal::bench
