@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <string>
 #include <string_view>
 
@@ -13,6 +15,8 @@ namespace cellcal::daemon::report {
 namespace {
 
 constexpr int kEvidenceDecimals = 1;  // a tenth is odds of eleven to ten: nothing
+constexpr std::size_t kMostLevels = 6;
+constexpr double kLeastShare = 0.005;
 
 std::string capitalised(std::string text) {
   if (!text.empty() && text[0] >= 'a' && text[0] <= 'z') text[0] = static_cast<char>(text[0] - 32);
@@ -37,7 +41,7 @@ std::string reason_of(const calib::Calibration& result, const std::string& level
   const std::string opening = level + "; ";
   if (reason.starts_with(opening)) reason.erase(0, opening.size());
   if (reason.empty()) return {};
-  return fmt::format("<p>Why this one: {}.</p>\n", escape(reason));
+  return fmt::format("<p>{}.</p>\n", capitalised(escape(reason)));
 }
 
 std::string_view parts() {
@@ -53,27 +57,49 @@ std::string_view parts() {
          "touch to touch; counted as noise of each joint (1&sigma;)</td></tr>\n</table>\n";
 }
 
+// "53 %"; what is less than half a percent is still more than nothing.
+std::string percent(double share) {
+  if (!std::isfinite(share)) return fixed(share, 0);
+  return share < kLeastShare ? "&lt;&nbsp;1&nbsp;%" : fixed(100.0 * share, 0) + "&nbsp;%";
+}
+
 std::string levels_table(const calib::Calibration& result) {
   if (result.levels.empty()) {
     return "<p class=\"note\">No other level of the model was weighed.</p>\n";
   }
   const double best = result.levels.front().log_evidence;
-  std::string rows;
+  const auto odds = [best](const calib::LevelEvidence& entry) {
+    return std::exp(entry.log_evidence - best);
+  };
+  double sum = 0.0;
   for (const calib::LevelEvidence& entry : result.levels) {
-    const bool taken = entry.level == result.level;
+    if (const double share = odds(entry); std::isfinite(share)) sum += share;
+  }
+  std::string rows;
+  double shown = 0.0;
+  const std::size_t count = std::min(result.levels.size(), kMostLevels);
+  for (std::size_t i = 0; i < count; ++i) {
+    const calib::LevelEvidence& entry = result.levels[i];
+    const double share = odds(entry) / sum;
+    shown += share;
+    rows += fmt::format("<tr><th scope=\"row\">{}</th><td>{}</td><td>{}</td></tr>\n",
+                        escape(calib::words(result.cell, entry.level)), percent(share),
+                        fixed(entry.log_evidence - best, kEvidenceDecimals));
+  }
+  if (result.levels.size() > count) {
     rows += fmt::format(
-        "<tr{}><th scope=\"row\">{}</th><td>{}</td><td class=\"word\">{}</td></tr>\n",
-        taken ? " class=\"strong\"" : "", escape(calib::words(result.cell, entry.level)),
-        fixed(entry.log_evidence - best, kEvidenceDecimals), taken ? "taken" : "");
+        "<tr><th scope=\"row\">{}</th><td>{}</td><td></td></tr>\n",
+        counted(result.levels.size() - count, "more, less likely", "more, each less likely"),
+        percent(std::max(0.0, 1.0 - shown)));
   }
   return fmt::format(
       "<div class=\"scroll\"><table class=\"numbers levels\">\n<thead><tr><th scope=\"col\">levels "
-      "that the touches support best</th><th scope=\"col\">log evidence</th><th scope=\"col\" "
-      "class=\"word\"></th></tr></thead>\n<tbody>\n{}</tbody>\n</table></div>\n"
-      "<p class=\"note\">Log evidence, relative to the best: how probable the touches are under "
-      "each level, with all its parameters averaged over their tolerances, and how common such "
-      "arms are. Natural logarithm: &minus;3 is odds of 1 to 20. A level that explains more but "
-      "has to be tuned finely to do so loses.</p>\n",
+      "that were considered</th><th scope=\"col\">probability</th><th scope=\"col\">log "
+      "evidence</th></tr></thead>\n<tbody>\n{}</tbody>\n</table></div>\n"
+      "<p class=\"note\">Probability among these levels: how well each one foretells the touches, "
+      "with all its parameters averaged over their tolerances, and how common such arms are. A "
+      "level that explains more but has to be tuned finely to do so loses. Log evidence is the "
+      "natural logarithm of the same, relative to the best.</p>\n",
       rows);
 }
 

@@ -96,7 +96,8 @@ tr.strong th, tr.strong td { font-weight: 650; }
 .numbers.levels tbody th { max-width: none; }
 .parts { margin-top: 4px; font-size: 13.5px; color: var(--soft); }
 .parts th { white-space: nowrap; color: var(--ink); }
-.hash { font-size: 11.5px; white-space: normal; overflow-wrap: anywhere; }
+.numbers.files td { white-space: normal; overflow-wrap: anywhere; }
+.hash { font-size: 11.5px; display: block; min-width: 22ch; }
 .pairs { font-size: 14px; }
 .pairs th { text-align: left; color: var(--soft); padding-left: 0; }
 .pairs td { text-align: left; }
@@ -195,7 +196,7 @@ svg.bar .hollow { fill: var(--paper); stroke: var(--soft); stroke-width: 1.4; }
   body { font-size: 9.5pt; line-height: 1.4; }
   main { max-width: none; padding: 0; }
   h1 { font-size: 17pt; } h2 { font-size: 12.5pt; } h3 { font-size: 10.5pt; }
-  h2, h3 { break-after: avoid; }
+  h2, h3, .legend { break-after: avoid; }
   section { margin-top: 16pt; padding-top: 8pt; }
   p { margin-bottom: 5pt; }
   .lead { font-size: 10.5pt; max-width: none; }

@@ -102,7 +102,7 @@ std::string files_table(const View& view) {
         escape(file.role), escape(file.name), escape(file.sha256));
   }
   return fmt::format(
-      "<h3>Input files</h3>\n<div class=\"scroll\"><table class=\"numbers\">\n<thead><tr>"
+      "<h3>Input files</h3>\n<div class=\"scroll\"><table class=\"numbers files\">\n<thead><tr>"
       "<th scope=\"col\">role</th><th scope=\"col\" class=\"word\">file</th>"
       "<th scope=\"col\" class=\"word\">SHA-256</th></tr></thead>\n<tbody>\n{}</tbody>\n</table>"
       "</div>\n",

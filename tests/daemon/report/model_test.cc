@@ -24,38 +24,38 @@ bool says(const std::string& html, std::string_view words) {
 TEST(Model, NamesTheLevelTheReasonAndTheMethod) {
   const std::string model = section_of(html_report(made_up_session()), "model");
   EXPECT_TRUE(says(model, ">Geometry, tool bending, transmission 10 arcsec, ripple 5 arcsec<"));
-  EXPECT_TRUE(says(model, "Why this one: the touches favour it over &quot;geometry"));
+  EXPECT_TRUE(says(model, "<p>The touches favour it over &quot;geometry"));
   EXPECT_TRUE(says(model, "Method: maximum a posteriori estimate."));
 }
 
-TEST(Model, LevelsStandInOrderWithTheirEvidenceRelativeToTheBest) {
+TEST(Model, LevelsStandInOrderWithTheirProbabilityAndEvidenceRelativeToTheBest) {
   const std::string model = section_of(html_report(made_up_session()), "model");
-  const std::size_t best = model.find("<td>0.0</td>");
+  // exp(0), exp(-0.3) and exp(-4.2) of their sum.
+  const std::size_t best = model.find("<td>57&nbsp;%</td><td>0.0</td>");
   const std::size_t second = model.find(
-      "<td>\xE2\x88\x92"
+      "<td>42&nbsp;%</td><td>\xE2\x88\x92"
       "0.3</td>");
   const std::size_t third = model.find(
-      "<td>\xE2\x88\x92"
+      "<td>1&nbsp;%</td><td>\xE2\x88\x92"
       "4.2</td>");
   ASSERT_NE(third, std::string::npos);
   EXPECT_LT(best, second);
   EXPECT_LT(second, third);
 }
 
-TEST(Model, MarksTheLevelTakenEvenWhereItIsNotTheBest) {
-  const std::string model = section_of(html_report(made_up_session()), "model");
-  EXPECT_EQ(occurrences(model, ">taken<"), 1U);
-  EXPECT_TRUE(says(model,
-                   "ripple 5 arcsec</th><td>\xE2\x88\x92"
-                   "0.3</td><td class=\"word\">taken<"));
+TEST(Model, LevelsWithoutASayAreNotRoundedToNothing) {
+  ReportInput input = made_up_session();
+  input.calibration.levels[2].log_evidence -= 20.0;
+  EXPECT_TRUE(says(section_of(html_report(input), "model"), "<td>&lt;&nbsp;1&nbsp;%</td>"));
 }
 
-TEST(Model, MarksNoLevelWhereTheOneOfTheResultIsNotInTheTable) {
+TEST(Model, LevelsBeyondTheBestSixAreCountedTogether) {
   ReportInput input = made_up_session();
-  input.calibration.level.transmission = 4.0;
+  auto& levels = input.calibration.levels;
+  levels.assign(30, levels.front());  // all alike
   const std::string model = section_of(html_report(input), "model");
-  EXPECT_EQ(occurrences(model, ">taken<"), 0U);
-  EXPECT_TRUE(says(model, "transmission 40 arcsec"));
+  EXPECT_EQ(occurrences(model, "<td>3&nbsp;%</td>"), 6U);
+  EXPECT_TRUE(says(model, "24 more, each less likely</th><td>80&nbsp;%</td>"));
 }
 
 TEST(Model, OfAMethodWithoutLevelsClaimsNone) {
@@ -73,8 +73,8 @@ TEST(Model, OfAMethodWithoutLevelsClaimsNone) {
 TEST(Model, ReasonInOtherWordsIsKeptWhole) {
   ReportInput input = made_up_session();
   input.calibration.level_reason = "geometry <only>; as asked for";
-  EXPECT_TRUE(says(section_of(html_report(input), "model"),
-                   "Why this one: geometry &lt;only&gt;; as asked for."));
+  EXPECT_TRUE(
+      says(section_of(html_report(input), "model"), "<p>Geometry &lt;only&gt;; as asked for.</p>"));
 }
 
 TEST(Model, MethodNobodyKnowsIsShownAsText) {
