@@ -261,8 +261,9 @@ ReportInput made_up_session(const SessionShape& shape) {
   result.cell.radius_offset_sigma_m = 3e-4;
 
   // The best is not the one taken: the touches do not tell the first two apart.
-  result.level = {true, 1.0, 5.0 * kArcsec};
-  result.levels = {{{true, 1.0, 0.0}, -120.4}, {result.level, -120.7}, {{true, 0.0, 0.0}, -124.6}};
+  result.level = {false, 1.0, 5.0 * kArcsec};
+  result.levels = {
+      {{false, 1.0, 0.0}, -120.4}, {result.level, -120.7}, {{false, 0.0, 0.0}, -124.6}};
   result.level_reason = fmt::format("{}; the touches favour it over \"{}\" by 3.9 in log evidence",
                                     calib::words(result.cell, result.level),
                                     calib::words(result.cell, result.levels[2].level));
