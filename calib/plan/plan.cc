@@ -185,24 +185,28 @@ Plan make_plan(const Cell& cell, const PlanOptions& options, const JointVector& 
         "only {} touches can be reached inside the joint limits and clear of the spheres, {} are "
         "wanted; move the spheres nearer to the middle of the workspace or ask for fewer touches",
         candidates.size(), total));
-  const Choice choice = choose(cell, candidates, options.fit_touches,
-                               std::max(kLeastPerSphere, options.fit_touches / (2 * spheres)));
+  const int least = std::min(std::max(kLeastPerSphere, options.fit_touches / (2 * spheres)),
+                             options.fit_touches / spheres);
+  const Choice choice = choose(cell, candidates, options.fit_touches, least);
   std::vector<bool> taken(candidates.size(), false);
+  std::vector<bool> fitted(cell.targets.size(), false);
   std::vector<Chosen> todo;
   for (const std::size_t i : choice.picked) {
     taken[i] = true;
+    fitted[candidates[i].target] = true;
     todo.push_back({candidates[i], TouchSet::kFit});
   }
   // Check touches are drawn at random: they stand for all that the fit has not seen.
   Random random(options.seed + 1);
   for (int k = 0; k < options.check_touches; ++k) {
-    std::vector<std::size_t> free;
-    for (std::size_t i = 0; i < candidates.size(); ++i)
-      if (!taken[i] && static_cast<int>(candidates[i].target % spheres) == k % spheres)
-        free.push_back(i);
-    if (free.empty())
+    std::vector<std::size_t> free;  // sphere by sphere, and only where a fit touch is
+    for (int turn = 0; turn < spheres && free.empty(); ++turn)
       for (std::size_t i = 0; i < candidates.size(); ++i)
-        if (!taken[i]) free.push_back(i);
+        if (!taken[i] && fitted[candidates[i].target] &&
+            static_cast<int>(candidates[i].target) % spheres == (k + turn) % spheres)
+          free.push_back(i);
+    if (free.empty())
+      throw PlanError("there are not enough reachable touches left for the check; ask for fewer");
     const std::size_t pick = free[random.below(free.size())];
     taken[pick] = true;
     todo.push_back({candidates[pick], TouchSet::kCheck});
