@@ -147,6 +147,7 @@ std::string calibration_to_json(const Calibration& c) {
   for (const LevelEvidence& l : c.levels) {
     ordered entry = level_json(l.level);
     entry["log_evidence"] = l.log_evidence;
+    entry["probability"] = l.probability;
     out["model"]["considered"].push_back(std::move(entry));
   }
   out["parameters"] = ordered::array();
@@ -230,7 +231,8 @@ Calibration calibration_from_json(std::string_view text, const std::string& name
     c.level = read_level(model);
     c.level_reason = model.at("reason").text();
     for (const Reader& item : model.at("considered").items())
-      c.levels.push_back({read_level(item), item.at("log_evidence").number()});
+      c.levels.push_back(
+          {read_level(item), item.at("log_evidence").number(), item.at("probability").number()});
   }
   std::set<std::string> names;
   for (const Reader& item : root.at("parameters").items()) {

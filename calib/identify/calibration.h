@@ -70,9 +70,9 @@ struct InputFile {
 struct Calibration {
   Cell cell;  ///< nominal
   std::string method = "map";
-  ModelLevel level;                   ///< that the parameters belong to
-  std::string level_reason;           ///< why this one
-  std::vector<LevelEvidence> levels;  ///< the best that were considered, best first
+  ModelLevel level;                   ///< that the parameters belong to: the mean over the levels
+  std::string level_reason;           ///< in words
+  std::vector<LevelEvidence> levels;  ///< that were considered, best first
   std::vector<ParameterResult> parameters;
   std::vector<TargetResult> targets;
   ResidualSummary before, after, check_before, check;

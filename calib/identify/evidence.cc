@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "calib/identify/solve.h"
+#include "calib/files/error.h"
 
 namespace cellcal::calib {
 
@@ -17,111 +17,207 @@ struct Prior {
   double value, probability;
 };
 /// Smooth transmission error relative to the usual: a factor of two either way is common.
-constexpr Prior kTransmission[] = {
-    {0.0, 0.25}, {0.35, 0.15}, {0.7, 0.25}, {1.4, 0.20}, {2.8, 0.15}};
+constexpr Prior kTransmission[] = {{0.0, 0.25}, {0.5, 0.20}, {1.0, 0.25}, {2.0, 0.20}, {4.0, 0.10}};
 constexpr Prior kRipple[] = {{0.0, 0.4}, {5.0 * kRadPerArcsec, 0.4}, {15.0 * kRadPerArcsec, 0.2}};
 constexpr double kComplianceProbability = 0.7;
-/// More rows tell the levels apart no better.
-constexpr std::size_t kMostTouches = 2000;
-/// Levels closer than this in log evidence are not told apart (a Bayes factor of 2.7).
-constexpr double kUndecided = 0.0;
-/// Precision of unknowns without a prior; the same in every level, so it cancels.
+/// A level this much less likely than the best (e^-12) has no say.
+constexpr double kHopeless = 12.0;
+/// Precision of unknowns without a prior: a hair, so that every level stays solvable, and the same
+/// in every level, so that it cancels.
 constexpr double kFlat = 1e-8;
+
+double log_prior(const ModelLevel& level) {
+  double sum = std::log(level.compliance ? kComplianceProbability : 1.0 - kComplianceProbability);
+  for (const Prior& p : kTransmission)
+    if (p.value == level.transmission) sum += std::log(p.probability);
+  for (const Prior& p : kRipple)
+    if (p.value == level.ripple_rad) sum += std::log(p.probability);
+  return sum;
+}
+
+/// What all levels of one ripple share: J'WJ, the gradient of the touches at u, and the misfit.
+struct Gathered {
+  double ripple_rad = 0.0;
+  Eigen::MatrixXd gram;
+  Eigen::VectorXd gradient;
+  double square = 0.0, log_weight = 0.0;
+};
+
+Gathered gather(const Problem& problem, const Linearisation& at, double ripple_rad) {
+  Gathered g;
+  g.ripple_rad = ripple_rad;
+  Eigen::VectorXd root = Eigen::VectorXd::Ones(at.residual.size());
+  if (ripple_rad > 0.0)
+    for (const auto& [touch, row] : at.touch_row)
+      root.segment(row, problem.rows(touch))
+          .setConstant(1.0 / std::hypot(1.0, ripple_rad * problem.joint_lever_m(touch) /
+                                                 problem.sigma_m(touch)));
+  const RowMajor weighted = root.asDiagonal() * at.jacobian;
+  const Eigen::VectorXd residual = root.cwiseProduct(at.residual);
+  g.gram = Eigen::MatrixXd::Zero(problem.size(), problem.size());
+  g.gram.selfadjointView<Eigen::Lower>().rankUpdate(weighted.transpose());
+  g.gradient = weighted.transpose() * residual;
+  g.square = residual.squaredNorm();
+  g.log_weight = 2.0 * root.array().log().sum();
+  return g;
+}
+
+/// One level's Gauss-Newton step from u and its evidence.
+struct Step {
+  std::vector<int> kept;  ///< unknowns that the level has
+  Eigen::VectorXd step;   ///< of the kept ones
+  Eigen::LLT<Eigen::MatrixXd, Eigen::Lower> information;
+  Eigen::VectorXd u;  ///< of all; 0 for those that it has not
+  double log_evidence = 0.0;
+};
+
+class Levels {
+ public:
+  Levels(const Problem& problem, const Eigen::VectorXd& u) : problem_(problem), u_(u) {
+    const int n = problem.size();
+    precision_.resize(n);
+    mean_.resize(n);
+    gives_.assign(static_cast<std::size_t>(n), false);
+    wobbles_.assign(static_cast<std::size_t>(n), false);
+    for (int i = 0; i < n; ++i) {
+      const Unknown& unknown = problem.unknowns()[i];
+      precision_[i] = unknown.prior_weight > 0.0 ? std::pow(unknown.prior_weight, 2) : kFlat;
+      mean_[i] = unknown.prior_mean_u;
+      if (i >= problem.arm_size()) continue;
+      const ArmParameterKind kind = problem.arm().parameters()[i].kind;
+      gives_[i] = kind == ArmParameterKind::kCompliance;
+      wobbles_[i] = kind == ArmParameterKind::kCosine || kind == ArmParameterKind::kSine;
+    }
+  }
+
+  /// False: not solvable.
+  bool solve(const Gathered& g, const ModelLevel& level, Step& out) const {
+    out.kept.clear();
+    const int n = problem_.size();
+    Eigen::VectorXd precision(n);
+    for (int i = 0; i < n; ++i) {
+      if ((wobbles_[i] && level.transmission <= 0.0) || (gives_[i] && !level.compliance)) continue;
+      precision[i] = wobbles_[i] ? precision_[i] / std::pow(level.transmission, 2) : precision_[i];
+      out.kept.push_back(i);
+    }
+    // An unknown that the level has not goes to 0: that step is not the level's to choose.
+    Eigen::VectorXd forced = Eigen::VectorXd::Zero(n);
+    std::vector<bool> has(static_cast<std::size_t>(n), false);
+    for (const int i : out.kept) has[i] = true;
+    bool any = false;
+    for (int i = 0; i < n; ++i)
+      if (!has[i]) {
+        forced[i] = -u_[i];
+        any = any || forced[i] != 0.0;
+      }
+    Eigen::VectorXd gradient = g.gradient;
+    double square = g.square;
+    if (any) {
+      const Eigen::VectorXd pulled = g.gram.selfadjointView<Eigen::Lower>() * forced;
+      square += 2.0 * g.gradient.dot(forced) + forced.dot(pulled);
+      gradient += pulled;
+    }
+    const auto m = static_cast<Eigen::Index>(out.kept.size());
+    Eigen::MatrixXd information(m, m);
+    Eigen::VectorXd right(m);
+    double log_precision = 0.0;
+    for (Eigen::Index c = 0; c < m; ++c) {
+      const int i = out.kept[static_cast<std::size_t>(c)];
+      for (Eigen::Index r = c; r < m; ++r)
+        information(r, c) = g.gram(out.kept[static_cast<std::size_t>(r)], i);
+      information(c, c) += precision[i];
+      // A centre without prior that turns with the frame: a hair of information keeps it finite.
+      constexpr double kHair = 1e-12;
+      information(c, c) *= 1.0 + kHair;
+      const double off = u_[i] - mean_[i];
+      right[c] = -gradient[i] - precision[i] * off;
+      square += precision[i] * off * off;
+      log_precision += std::log(precision[i]);
+    }
+    out.information.compute(information);
+    if (out.information.info() != Eigen::Success) return false;
+    out.step = out.information.solve(right);
+    out.u = u_ + forced;
+    for (Eigen::Index c = 0; c < m; ++c)
+      out.u[out.kept[static_cast<std::size_t>(c)]] += out.step[c];
+    const double log_det = 2.0 * out.information.matrixLLT().diagonal().array().log().sum();
+    out.log_evidence =
+        0.5 * (g.log_weight - (square - right.dot(out.step)) - log_det + log_precision) +
+        log_prior(level);
+    return true;
+  }
+
+ private:
+  const Problem& problem_;
+  const Eigen::VectorXd& u_;
+  Eigen::VectorXd precision_, mean_;
+  std::vector<bool> gives_, wobbles_;
+};
 
 }  // namespace
 
-std::vector<LevelEvidence> weigh_levels(const Problem& problem, const Eigen::VectorXd& u,
-                                        const std::vector<bool>& use) {
-  std::vector<bool> some = use;
-  std::size_t count = 0;
-  const auto total = static_cast<std::size_t>(std::count(use.begin(), use.end(), true));
-  const std::size_t stride = total / kMostTouches + 1;
-  for (std::size_t i = 0; i < some.size(); ++i)
-    if (some[i] && count++ % stride != 0) some[i] = false;
-  const Linearisation linear = linearise(problem, u, some);
-  const Eigen::VectorXd pseudo = linear.jacobian * u - linear.residual;  // what J u should be
-  const int n = problem.size();
-  Eigen::VectorXd mean(n), precision(n);
-  std::vector<bool> gives(n, false), wobbles(n, false);
-  bool any_gives = false;
-  for (int i = 0; i < n; ++i) {
-    const Unknown& unknown = problem.unknowns()[i];
-    precision[i] = unknown.prior_weight > 0.0 ? std::pow(unknown.prior_weight, 2) : kFlat;
-    mean[i] = unknown.prior_mean_u;
-    if (i >= problem.arm_size()) continue;
-    const ArmParameterKind kind = problem.arm().parameters()[i].kind;
-    gives[i] = kind == ArmParameterKind::kCompliance;
-    wobbles[i] = kind == ArmParameterKind::kCosine || kind == ArmParameterKind::kSine;
-    any_gives = any_gives || gives[i];
-  }
-
-  std::vector<LevelEvidence> result;
-  for (const Prior& ripple : kRipple) {
-    Eigen::VectorXd weight = Eigen::VectorXd::Ones(pseudo.size());
-    for (const auto& [touch, row] : linear.touch_row)
-      for (int k = 0; k < problem.rows(touch); ++k) {
-        const double sigma = problem.sigma_m(touch);
-        const double joint_noise = ripple.value * problem.joint_lever_m(touch);
-        weight[row + k] = sigma * sigma / (sigma * sigma + joint_noise * joint_noise);
-      }
-    const Eigen::MatrixXd weighted = weight.asDiagonal() * linear.jacobian;
-    const Eigen::MatrixXd gram = linear.jacobian.transpose() * weighted;
-    const Eigen::VectorXd right = weighted.transpose() * pseudo;
-    const double square = pseudo.dot(weight.asDiagonal() * pseudo);
-    for (const bool compliance : {true, false}) {
-      if (!compliance && !any_gives) continue;
-      for (const Prior& transmission : kTransmission) {
-        // A level scales the prior of some unknowns: in its own prior units their columns grow.
-        std::vector<int> kept;
-        Eigen::VectorXd factor(n);
-        for (int i = 0; i < n; ++i) {
-          factor[i] = wobbles[i] ? transmission.value : gives[i] && !compliance ? 0.0 : 1.0;
-          if (factor[i] > 0.0) kept.push_back(i);
-        }
-        const auto m = static_cast<Eigen::Index>(kept.size());
-        Eigen::MatrixXd information(m, m);
-        Eigen::VectorXd b(m);
-        double prior_square = 0.0, log_prior = 0.0;
-        for (Eigen::Index r = 0; r < m; ++r) {
-          const int i = kept[static_cast<std::size_t>(r)];
-          for (Eigen::Index c = 0; c <= r; ++c) {
-            const int k = kept[static_cast<std::size_t>(c)];
-            information(r, c) = factor[i] * factor[k] * gram(i, k);
-          }
-          information(r, r) += precision[i];
-          b[r] = factor[i] * right[i] + precision[i] * mean[i];
-          prior_square += precision[i] * mean[i] * mean[i];
-          log_prior += std::log(precision[i]);
-        }
-        const Eigen::LLT<Eigen::MatrixXd, Eigen::Lower> llt(information);
-        if (llt.info() != Eigen::Success) continue;
-        const double log_det = 2.0 * llt.matrixLLT().diagonal().array().log().sum();
-        const double misfit = square + prior_square - b.dot(llt.solve(b));
-        double log_evidence = 0.5 * (weight.array().log().sum() - misfit - log_det + log_prior);
-        log_evidence += std::log(ripple.probability) + std::log(transmission.probability);
-        if (any_gives)
-          log_evidence +=
-              std::log(compliance ? kComplianceProbability : 1.0 - kComplianceProbability);
-        result.push_back({{compliance, transmission.value, ripple.value}, log_evidence});
-      }
-    }
-  }
-  if (result.empty()) result.push_back({});
-  std::stable_sort(result.begin(), result.end(),
-                   [](const auto& a, const auto& b) { return a.log_evidence > b.log_evidence; });
-  return result;
+std::vector<ModelLevel> usual_levels() {
+  std::vector<ModelLevel> levels;
+  for (const Prior& ripple : kRipple)
+    for (const bool compliance : {true, false})
+      for (const Prior& transmission : kTransmission)
+        levels.push_back({compliance, transmission.value, ripple.value});
+  return levels;
 }
 
-ModelLevel choose_level(const std::vector<LevelEvidence>& weighed) {
-  ModelLevel best = weighed.front().level;
-  // Claiming least: more room for what the model lacks.
-  for (const LevelEvidence& other : weighed) {
-    if (other.log_evidence < weighed.front().log_evidence - kUndecided) break;
-    if (other.level.compliance != best.compliance) continue;
-    if (other.level.transmission >= best.transmission && other.level.ripple_rad >= best.ripple_rad)
-      best = other.level;
+LevelMean mean_over_levels(const Problem& problem, const Eigen::VectorXd& u,
+                           const Linearisation& at, std::span<const ModelLevel> levels) {
+  const Levels solver(problem, u);
+  std::vector<Gathered> gathered;
+  std::vector<Step> steps(levels.size());
+  std::vector<std::size_t> solved;
+  for (std::size_t k = 0; k < levels.size(); ++k) {
+    auto g = std::find_if(gathered.begin(), gathered.end(), [&](const Gathered& other) {
+      return other.ripple_rad == levels[k].ripple_rad;
+    });
+    if (g == gathered.end())
+      g = gathered.insert(gathered.end(), gather(problem, at, levels[k].ripple_rad));
+    if (solver.solve(*g, levels[k], steps[k])) solved.push_back(k);
   }
-  return best;
+  if (solved.empty())
+    throw IdentifyError(
+        "the touches and priors do not determine the unknowns; give the targets a "
+        "centre_sigma_mm and the joints tolerances");
+  std::stable_sort(solved.begin(), solved.end(), [&](std::size_t a, std::size_t b) {
+    return steps[a].log_evidence > steps[b].log_evidence;
+  });
+  const double best = steps[solved.front()].log_evidence;
+  double sum = 0.0;
+  for (const std::size_t k : solved) sum += std::exp(steps[k].log_evidence - best);
+
+  LevelMean result;
+  result.u = Eigen::VectorXd::Zero(u.size());
+  for (const std::size_t k : solved) {
+    const double p = std::exp(steps[k].log_evidence - best) / sum;
+    result.levels.push_back({levels[k], steps[k].log_evidence, p});
+    if (best - steps[k].log_evidence > kHopeless) continue;
+    result.u += p * steps[k].u;
+    result.ripple_rad += p * std::pow(levels[k].ripple_rad, 2);
+    result.transmission += p * std::pow(levels[k].transmission, 2);
+  }
+  result.ripple_rad = std::sqrt(result.ripple_rad);
+  result.transmission = std::sqrt(result.transmission);
+  // Within the levels, and between them.
+  result.covariance_u = Eigen::MatrixXd::Zero(u.size(), u.size());
+  for (std::size_t rank = 0; rank < solved.size(); ++rank) {
+    const Step& s = steps[solved[rank]];
+    if (best - s.log_evidence > kHopeless) break;
+    const double p = result.levels[rank].probability;
+    const auto m = static_cast<Eigen::Index>(s.kept.size());
+    const Eigen::MatrixXd inverse = s.information.solve(Eigen::MatrixXd::Identity(m, m));
+    for (Eigen::Index c = 0; c < m; ++c)
+      for (Eigen::Index r = 0; r < m; ++r)
+        result.covariance_u(s.kept[static_cast<std::size_t>(r)],
+                            s.kept[static_cast<std::size_t>(c)]) += p * inverse(r, c);
+    const Eigen::VectorXd off = s.u - result.u;
+    result.covariance_u += p * off * off.transpose();
+  }
+  return result;
 }
 
 }  // namespace cellcal::calib

@@ -1,21 +1,35 @@
 #pragma once
-// The choice of a model level by its evidence: the probability of the touches under the level with
-// all its unknowns integrated out over their priors. A level that explains more but has to be
-// tuned finely to do so loses. Exact for the linearised problem, and the problem is nearly linear.
+// Model levels weighed by their evidence: the probability of the touches under the level with all
+// its unknowns integrated out over their priors. A level that explains more but has to be tuned
+// finely to do so loses. The estimate is the mean over the levels, so that nothing hangs on a
+// choice between two that the touches do not tell apart, and its covariance says how much they
+// differ. Exact for the linearised problem; iterated, for the estimate.
 
+#include <Eigen/Core>
+#include <span>
 #include <vector>
 
 #include "calib/identify/level.h"
-#include "calib/identify/problem.h"
+#include "calib/identify/solve.h"
 
 namespace cellcal::calib {
 
-/// `problem` at the fullest level without ripple, solved at u. Best first. Never empty.
-std::vector<LevelEvidence> weigh_levels(const Problem& problem, const Eigen::VectorXd& u,
-                                        const std::vector<bool>& use);
+/// The levels that are considered.
+std::vector<ModelLevel> usual_levels();
 
-/// The level to use: the best, or among those the touches cannot tell from it the one that claims
-/// least.
-ModelLevel choose_level(const std::vector<LevelEvidence>& weighed);
+/// Posterior mean and covariance over all levels, in the unknowns of the fullest.
+struct LevelMean {
+  Eigen::VectorXd u;
+  Eigen::MatrixXd covariance_u;
+  double ripple_rad = 0.0;            ///< root of the mean square over the levels
+  double transmission = 0.0;          ///< the same
+  std::vector<LevelEvidence> levels;  ///< best first
+};
+
+/// `problem` at the fullest level (transmission 1, compliance where there is any) and without
+/// ripple; `at` its linearisation at `u`, near the solution. One Gauss-Newton step per level.
+/// Throws IdentifyError when touches and priors together leave an unknown undetermined.
+LevelMean mean_over_levels(const Problem& problem, const Eigen::VectorXd& u,
+                           const Linearisation& at, std::span<const ModelLevel> levels);
 
 }  // namespace cellcal::calib

@@ -216,11 +216,12 @@ FrameDirections find_frame_directions(const Problem& problem, const Linearisatio
 
 Eigen::MatrixXd without_frame(const Eigen::MatrixXd& covariance, const Eigen::MatrixXd& basis) {
   if (basis.cols() == 0 || covariance.size() == 0) return covariance;
-  // On correlations: metres beside radians per newton metre would cost digits.
-  const Eigen::VectorXd sigma = covariance.diagonal().cwiseSqrt().cwiseMax(1e-300);
-  const Eigen::MatrixXd correlation =
-      sigma.cwiseInverse().asDiagonal() * covariance * sigma.cwiseInverse().asDiagonal();
-  const Eigen::MatrixXd n = sigma.cwiseInverse().asDiagonal() * basis;
+  // On correlations: metres beside radians per newton metre would cost digits. What no likely level
+  // has is known to be zero and takes no part.
+  const Eigen::VectorXd sigma = covariance.diagonal().cwiseSqrt();
+  const Eigen::VectorXd inverse = (sigma.array() > 0.0).select(sigma.cwiseInverse(), 0.0);
+  const Eigen::MatrixXd correlation = inverse.asDiagonal() * covariance * inverse.asDiagonal();
+  const Eigen::MatrixXd n = inverse.asDiagonal() * basis;
   const Eigen::MatrixXd information = n.transpose() * correlation.ldlt().solve(n);
   return sigma.asDiagonal() * (correlation - n * information.ldlt().solve(n.transpose())) *
          sigma.asDiagonal();

@@ -28,34 +28,26 @@ constexpr int kLocalPoses = 100;
 constexpr double kLocalHalfM = 0.150;
 constexpr unsigned kRegionSeed = 20240924;
 
-/// The posterior at a solution: covariance in prior units, and how much each touch holds itself.
+/// What is known at an estimate: covariance in prior units, and how much each touch holds itself.
 struct Posterior {
   Linearisation linear;
   Eigen::MatrixXd covariance_u;
-  Eigen::VectorXd leverage;  ///< per row of the linearisation
+  Eigen::VectorXd leverage;  ///< per row of the linearisation: j S j'
 };
 
 Posterior posterior_at(const Problem& problem, const Eigen::VectorXd& u,
-                       const std::vector<bool>& use) {
-  Posterior p;
-  p.linear = linearise(problem, u, use);
-  const int n = problem.size();
-  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(n, n);
-  information.selfadjointView<Eigen::Lower>().rankUpdate(p.linear.jacobian.transpose());
-  for (int i = 0; i < n; ++i) information(i, i) += std::pow(problem.unknowns()[i].prior_weight, 2);
-  // A centre without prior that turns with the frame: a hair of information keeps it finite.
-  constexpr double kHair = 1e-12;
-  for (int i = 0; i < n; ++i) information(i, i) *= 1.0 + kHair;
-  const Eigen::LLT<Eigen::MatrixXd, Eigen::Lower> llt(information);
-  if (llt.info() != Eigen::Success)
-    throw IdentifyError(
-        "the touches and priors do not determine the unknowns; give the targets a "
-        "centre_sigma_mm and the joints tolerances");
-  p.covariance_u = llt.solve(Eigen::MatrixXd::Identity(n, n));
-  // h_i = j_i S j_i^T = |L^-1 j_i^T|^2
-  const Eigen::MatrixXd half = llt.matrixL().solve(p.linear.jacobian.transpose());
-  p.leverage = half.colwise().squaredNorm();
+                       const std::vector<bool>& use, Eigen::MatrixXd covariance_u) {
+  Posterior p{linearise(problem, u, use), std::move(covariance_u), {}};
+  p.leverage = (p.linear.jacobian * p.covariance_u).cwiseProduct(p.linear.jacobian).rowwise().sum();
   return p;
+}
+
+/// At the problem's own level.
+Posterior posterior_at(const Problem& problem, const Eigen::VectorXd& u,
+                       const std::vector<bool>& use) {
+  const ModelLevel own[] = {{}};
+  return posterior_at(problem, u, use,
+                      mean_over_levels(problem, u, linearise(problem, u, use), own).covariance_u);
 }
 
 std::vector<Eigen::Vector3d> starting_centres(const Cell& cell, const ArmModel& arm,
@@ -196,20 +188,44 @@ void settle(const Problem& problem, const IdentifyOptions& options, Estimate& e)
   }
 }
 
-/// The unknowns of `from` at the solution `u`, as a start for `to`: matched by name.
-Eigen::VectorXd carried_over(const Problem& from, const Eigen::VectorXd& u, const Problem& to) {
-  std::map<std::string, double> value;
-  const Eigen::VectorXd x = from.to_si(u);
-  for (int i = 0; i < from.size(); ++i) value[from.unknowns()[i].name] = x[i];
-  Eigen::VectorXd start = Eigen::VectorXd::Zero(to.size());
-  for (int i = 0; i < to.size(); ++i)
-    if (const auto found = value.find(to.unknowns()[i].name); found != value.end())
-      start[i] = (found->second - to.unknowns()[i].origin) / to.unknowns()[i].scale;
-  return start;
+/// From the fullest level's solution to the mean over all levels, and the outliers by that. Each
+/// round is one Gauss-Newton step of every level; levels without a say are not asked again.
+LevelMean settle_over_levels(const Cell& levelled, const Problem& full,
+                             const std::vector<Eigen::Vector3d>& centres,
+                             const IdentifyOptions& options, std::vector<ModelLevel> levels,
+                             Estimate& e) {
+  constexpr double kStep = 1e-6;  // prior sigmas
+  constexpr double kNoSay = 1e-6;
+  LevelMean first;
+  for (int round = 0;; ++round) {
+    LevelMean mean = mean_over_levels(full, e.u, linearise(full, e.u, e.use), levels);
+    const double step = (mean.u - e.u).lpNorm<Eigen::Infinity>();
+    e.u = mean.u;
+    const Problem problem(levelled, full.arm(), full.touches(), centres, mean.ripple_rad);
+    e.posterior = posterior_at(problem, e.u, e.use, mean.covariance_u);
+    std::vector<bool> next = e.use;
+    if (options.reject_outliers) next = honest_touches(problem, options, e);
+    if ((next == e.use && step < kStep) || round == kOutlierRounds) {
+      std::vector<LevelEvidence> shown = std::move(mean.levels);
+      for (const LevelEvidence& l : first.levels)
+        if (std::none_of(shown.begin(), shown.end(),
+                         [&](const LevelEvidence& other) { return other.level == l.level; }))
+          shown.push_back(l);
+      mean.levels = std::move(shown);
+      return mean;
+    }
+    e.use = std::move(next);
+    if (round == 0) {
+      levels.clear();
+      for (const LevelEvidence& l : mean.levels)
+        if (l.probability > kNoSay) levels.push_back(l.level);
+      first = std::move(mean);
+    }
+  }
 }
 
 void fill_parameters(const Problem& problem, const Estimate& e, const FrameDirections& frame,
-                     double inflation, Calibration& calibration) {
+                     double inflation, double transmission, Calibration& calibration) {
   const Eigen::VectorXd x = problem.to_si(e.u);
   const int n = problem.size();
   Eigen::VectorXd scale(n);
@@ -226,7 +242,12 @@ void fill_parameters(const Problem& problem, const Estimate& e, const FrameDirec
     // touches took less than half of the prior's variance away.
     const double variance_u = e.posterior.covariance_u(i, i);
     const double of_frame = frame.basis_u.cols() > 0 ? frame.basis_u.row(i).squaredNorm() : 0.0;
-    const double prior_u = unknown.prior_weight > 0.0 ? 1.0 / unknown.prior_weight : 1e9;
+    double prior_u = unknown.prior_weight > 0.0 ? 1.0 / unknown.prior_weight : 1e9;
+    if (i < problem.arm_size()) {
+      const ArmParameterKind kind = problem.arm().parameters()[i].kind;
+      if (kind == ArmParameterKind::kCosine || kind == ArmParameterKind::kSine)
+        prior_u *= transmission;  // of the levels, each as far as it is believed
+    }
     if (of_frame * std::min(1.0, prior_u * prior_u) > 0.5 * variance_u)
       p.decided_by = DecidedBy::kFrame;
     else if (variance_u > 0.5 * prior_u * prior_u)
@@ -253,28 +274,16 @@ std::vector<JointVector> poses_near_targets(const Problem& problem,
   return local_poses(problem.arm(), around, centres, kLocalHalfM, kLocalPoses, kRegionSeed);
 }
 
-std::string level_reason(const Cell& cell, const ModelLevel& level,
-                         const std::vector<LevelEvidence>& weighed, bool given) {
+std::string level_reason(const Cell& cell, const ModelLevel& level, const LevelMean& mean,
+                         bool given) {
   if (given) return words(cell, level) + "; as asked for";
-  const LevelEvidence* simpler = nullptr;
-  for (const LevelEvidence& other : weighed)
-    if (other.level.transmission < level.transmission ||
-        (level.compliance && !other.level.compliance)) {
-      simpler = &other;
-      break;
-    }
-  const auto own = std::find_if(weighed.begin(), weighed.end(),
-                                [&](const LevelEvidence& l) { return l.level == level; });
-  std::string text = words(cell, level) + "; ";
-  if (simpler == nullptr || own == weighed.end()) return text + "no simpler level was to be had";
-  const double gain = own->log_evidence - simpler->log_evidence;
-  text += gain > 0.0 ? fmt::format("the touches favour it over \"{}\" by {:.1f} in log evidence",
-                                   words(cell, simpler->level), gain)
-                     : fmt::format(
-                           "the touches do not tell it from \"{}\" ({:+.1f} in log "
-                           "evidence); the one that claims less is taken",
-                           words(cell, simpler->level), gain);
-  return text;
+  double compliance = 0.0;
+  for (const LevelEvidence& l : mean.levels) compliance += l.level.compliance ? l.probability : 0.0;
+  return fmt::format(
+      "{}; mean over {} levels, each by its evidence. Joint compliance is in it at {:.0f} %. The "
+      "likeliest level, at {:.0f} %: {}",
+      words(cell, level), mean.levels.size(), 100.0 * compliance,
+      100.0 * mean.levels.front().probability, words(cell, mean.levels.front().level));
 }
 
 }  // namespace
@@ -293,10 +302,10 @@ Calibration identify(const Cell& cell, const std::vector<Touch>& touches,
 
   // The fullest level first: outliers are judged by a model that can explain all that an arm does,
   // and the evidence of every simpler level follows from its linearisation.
-  const Cell fullest = at_level(cell, ModelLevel{});
-  const ArmModel full_arm(fullest.robot, fullest.tool);
-  const auto centres = starting_centres(cell, full_arm, touches);
-  const Problem full(fullest, full_arm, touches, centres);
+  const Cell levelled = at_level(cell, options.level.value_or(ModelLevel{}));
+  const ArmModel arm(levelled.robot, levelled.tool);
+  const auto centres = starting_centres(cell, arm, touches);
+  const Problem full(levelled, arm, touches, centres);
   for (std::size_t i = 0; i < touches.size(); ++i)
     if (full.block_of(i) < 0)
       throw IdentifyError(fmt::format(
@@ -309,21 +318,17 @@ Calibration identify(const Cell& cell, const std::vector<Touch>& touches,
   approach(full, options, e);
   settle(full, options, e);
 
-  const std::vector<LevelEvidence> weighed = weigh_levels(full, e.u, e.use);
-  const ModelLevel level = options.level ? *options.level : choose_level(weighed);
-  const Cell levelled = at_level(cell, level);
-  const ArmModel arm(levelled.robot, levelled.tool);
-  const Problem problem(levelled, arm, touches, centres, level.ripple_rad);
-  e.u = carried_over(full, e.u, problem);
-  settle(problem, options, e);
+  std::vector<ModelLevel> levels = usual_levels();
+  if (options.level) levels = {{true, 1.0, options.level->ripple_rad}};
+  const LevelMean mean = settle_over_levels(levelled, full, centres, options, std::move(levels), e);
+  const Problem problem(levelled, arm, touches, centres, mean.ripple_rad);
 
   Calibration calibration;
   calibration.cell = cell;
-  calibration.level = level;
-  calibration.level_reason = level_reason(cell, level, weighed, options.level.has_value());
-  constexpr std::size_t kLevelsShown = 6;
-  calibration.levels.assign(weighed.begin(), weighed.begin() + static_cast<std::ptrdiff_t>(std::min(
-                                                                   kLevelsShown, weighed.size())));
+  calibration.level = options.level.value_or(ModelLevel{true, mean.transmission, mean.ripple_rad});
+  calibration.levels = mean.levels;
+  if (options.level) calibration.levels.front().level = *options.level;
+  calibration.level_reason = level_reason(cell, calibration.level, mean, options.level.has_value());
   double sum = 0.0, held = 0.0, noise = 0.0;
   for (const auto& [touch, row] : e.posterior.linear.touch_row)
     for (int k = 0; k < problem.rows(touch); ++k) {
@@ -344,7 +349,8 @@ Calibration identify(const Cell& cell, const std::vector<Touch>& touches,
   const Eigen::MatrixXd moves = aligned_moves(arm, workspace, x.data(), scale);
   const FrameDirections frame = find_frame_directions(problem, e.posterior.linear, moves);
   calibration.unidentifiable = frame.words;
-  fill_parameters(problem, e, frame, inflation, calibration);
+  fill_parameters(problem, e, frame, inflation, options.level ? 1.0 : mean.transmission,
+                  calibration);
   const Eigen::MatrixXd arm_covariance =
       inflation * e.posterior.covariance_u.topLeftCorner(arm.size(), arm.size());
   calibration.predicted_m3_m = predicted_mean_error_m(moves, arm_covariance);

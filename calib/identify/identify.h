@@ -15,7 +15,7 @@ namespace cellcal::calib {
 
 struct IdentifyOptions {
   /// Touches further than this many sigma from the robust fit are named outliers and left out.
-  double outlier_sigma = 5.0;
+  double outlier_sigma = 4.0;
   bool reject_outliers = true;
   int max_iterations = 100;
   /// Set: this model level; otherwise the touches' evidence chooses.

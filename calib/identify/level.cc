@@ -14,9 +14,45 @@ constexpr double kRadPerArcsec = std::numbers::pi / 180.0 / 3600.0;
 /// the evidence may raise it.
 constexpr double kUsualTransmissionRad = 10.0 * kRadPerArcsec;
 
-bool gives(const Cell& cell) {
-  return std::any_of(cell.robot.joints.begin(), cell.robot.joints.end(),
-                     [](const Joint& j) { return j.compliance_sigma_rad_per_nm > 0.0; });
+/// Sag at a joint whose compliance is not stated, 1 sigma at its largest load, and the least load
+/// that this counts for.
+constexpr double kUsualSagRad = 3e-3;
+constexpr double kLeastLoadNm = 100.0;
+/// Links whose masses are not stated: by length, as of arms for some ten kilograms.
+constexpr double kUsualMassKgPerM = 40.0;
+constexpr double kGravity = 9.81;
+
+bool stated(const Robot& robot, double Joint::*field) {
+  return std::any_of(robot.joints.begin(), robot.joints.end(),
+                     [&](const Joint& j) { return j.*field > 0.0; });
+}
+
+/// Masses in proportion to the links' lengths, each in the middle between its joints.
+void assume_masses(Robot& robot) {
+  for (std::size_t i = 1; i < robot.joints.size(); ++i) {
+    Joint& joint = robot.joints[i];
+    joint.mass_kg = kUsualMassKgPerM * std::hypot(joint.a_m, joint.d_m);
+    const Eigen::Matrix3d turn = (Eigen::AngleAxisd(joint.alpha_rad, Eigen::Vector3d::UnitX()) *
+                                  Eigen::AngleAxisd(joint.beta_rad, Eigen::Vector3d::UnitY()))
+                                     .toRotationMatrix();
+    joint.com_m = turn.transpose() * Eigen::Vector3d(-joint.a_m, 0.0, -joint.d_m) / 2.0;
+  }
+}
+
+/// Every joint but one that turns about the vertical; each by the load it can come to bear.
+void assume_compliance(Robot& robot, const Tool& tool) {
+  const Eigen::Vector3d axis = robot.base_fixed.linear().col(2);
+  const bool upright = axis.cross(robot.gravity_m_s2).norm() < 0.01 * robot.gravity_m_s2.norm();
+  // From the tip inwards: everything that hangs on a joint, the arm stretched out.
+  double mass = tool.mass_kg, moment = tool.mass_kg * tool.com_m.norm();
+  for (std::size_t i = robot.joints.size(); i-- > 0;) {
+    Joint& joint = robot.joints[i];
+    const double length = std::hypot(joint.a_m, joint.d_m);
+    moment += mass * length + joint.mass_kg * std::max(0.0, length - joint.com_m.norm());
+    mass += joint.mass_kg;
+    if (i > 0 || !upright)
+      joint.compliance_sigma_rad_per_nm = kUsualSagRad / std::max(kLeastLoadNm, kGravity * moment);
+  }
 }
 
 double largest_transmission_rad(const Cell& cell) {
@@ -31,6 +67,10 @@ double largest_transmission_rad(const Cell& cell) {
 Cell at_level(const Cell& cell, const ModelLevel& level) {
   Cell result = cell;
   const bool named = largest_transmission_rad(cell) > 0.0;
+  if (level.compliance && !stated(cell.robot, &Joint::compliance_sigma_rad_per_nm)) {
+    if (!stated(cell.robot, &Joint::mass_kg)) assume_masses(result.robot);
+    assume_compliance(result.robot, cell.tool);
+  }
   for (Joint& joint : result.robot.joints) {
     if (!level.compliance) joint.compliance_sigma_rad_per_nm = 0.0;
     if (!named) {
@@ -46,7 +86,7 @@ Cell at_level(const Cell& cell, const ModelLevel& level) {
 std::string words(const Cell& cell, const ModelLevel& level) {
   std::string text = "geometry";
   if (cell.tool.deflection_sigma > 0.0) text += ", tool bending";
-  if (level.compliance && gives(cell)) text += ", joint compliance";
+  if (level.compliance) text += ", joint compliance";
   if (level.transmission > 0.0)
     text += fmt::format(", transmission {:.0f} arcsec",
                         largest_transmission_rad(at_level(cell, level)) / kRadPerArcsec);

@@ -2,11 +2,12 @@
 // Model levels: which of the arm's imperfections a fit may explain the touches with. Geometry and
 // the bending of the tool are always in it.
 //
-// Beyond them: joint compliance, where the robot file gives it a prior; transmission error, smooth
-// in the joint angle (a few harmonics per joint, the robot file's or orders 1 and 2); and ripple,
-// transmission error too fast to be followed from touch to touch, which acts as joint noise. The
-// last two are in every arm whether or not its file names them: they are the discrepancy between a
-// geometric model and a real arm, and leaving them out is what makes stated bounds too small.
+// Beyond them: joint compliance; transmission error, smooth in the joint angle (a few harmonics per
+// joint); and ripple, transmission error too fast to be followed from touch to touch, which acts as
+// joint noise. They are in every arm whether or not its file names them: they are the discrepancy
+// between a geometric model and a real arm, and leaving them out is what makes stated bounds too
+// small. What the file leaves open is assumed: masses by the links' lengths, compliance by the
+// load, harmonics of orders 1 and 2.
 
 #include <string>
 #include <vector>
@@ -28,6 +29,7 @@ struct ModelLevel {
 struct LevelEvidence {
   ModelLevel level;
   double log_evidence = 0.0;  ///< natural logarithm, prior of the level included
+  double probability = 0.0;   ///< among all levels considered
 };
 
 /// The cell with the priors of this level; the files' own where the level leaves them alone.

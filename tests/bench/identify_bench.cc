@@ -86,7 +86,7 @@ void measure_parts(const Cell& cell, const std::vector<Touch>& touches, const Ca
       information(i, i) += std::pow(problem.unknowns()[i].prior_weight, 2);
     covariance = information.llt().solve(Eigen::MatrixXd::Identity(n, n));
   });
-  measure(parts.evidence, [&] { (void)weigh_levels(problem, u, use); });
+  measure(parts.evidence, [&] { (void)mean_over_levels(problem, u, linearise(problem, u, use), usual_levels()); });
   measure(parts.predicted, [&] {
     constexpr int kPoses = 300;
     Eigen::VectorXd scale(arm.size());

@@ -53,13 +53,30 @@ TEST(Level, TheFilesOwnGearsAreScaledAndNotReplaced) {
   EXPECT_DOUBLE_EQ(levelled.robot.joints[2].harmonic_sigma_rad, 15.0 * kArcsec);
 }
 
-TEST(Level, WithoutComplianceTheJointsAreStiff) {
+TEST(Level, TheFilesOwnComplianceIsTakenAndNoOther) {
   EXPECT_EQ(count(at_level(soft_cell(), {true, 0.0, 0.0}), ArmParameterKind::kCompliance), 3);
   EXPECT_EQ(count(at_level(soft_cell(), {false, 0.0, 0.0}), ArmParameterKind::kCompliance), 0);
 }
 
+TEST(Level, AnArmWhoseFileIsSilentGivesAtEveryJointThatBearsALoad) {
+  const Cell cell = at_level(demo_cell(), ModelLevel{});
+  EXPECT_EQ(count(demo_cell(), ArmParameterKind::kCompliance), 0);
+  EXPECT_EQ(count(cell, ArmParameterKind::kCompliance), 5);  // all but the upright first one
+  EXPECT_EQ(cell.robot.joints[0].compliance_sigma_rad_per_nm, 0.0);
+  Cell on_the_wall = demo_cell();
+  on_the_wall.robot.gravity_m_s2 = {9.81, 0.0, 0.0};
+  EXPECT_EQ(count(at_level(on_the_wall, ModelLevel{}), ArmParameterKind::kCompliance), 6);
+}
+
+TEST(Level, AssumedLinksWeighByTheirLengthInTheirMiddle) {
+  const Cell cell = at_level(demo_cell(), ModelLevel{});
+  const Joint& upper_arm = cell.robot.joints[1];
+  EXPECT_NEAR(upper_arm.com_m.norm(), std::hypot(upper_arm.a_m, upper_arm.d_m) / 2.0, 1e-12);
+  EXPECT_GT(upper_arm.mass_kg, cell.robot.joints[5].mass_kg);
+}
+
 TEST(Level, IsSaidInWords) {
-  EXPECT_EQ(words(demo_cell(), {true, 0.0, 0.0}), "geometry, tool bending");
+  EXPECT_EQ(words(demo_cell(), {false, 0.0, 0.0}), "geometry, tool bending");
   EXPECT_EQ(words(soft_cell(), {true, 1.0, 5.0 * kArcsec}),
             "geometry, tool bending, joint compliance, transmission 10 arcsec, ripple 5 arcsec");
 }
@@ -74,7 +91,7 @@ TEST(Level, AskedForIsTakenAndSaidToBe) {
 }
 
 TEST(Level, SoftJointsAreSeenByTheirEvidence) {
-  int seen = 0;
+  double soft = 0.0;
   constexpr int kRuns = 6;
   for (unsigned seed = 1; seed <= kRuns; ++seed) {
     const sim::Truth truth = testing::plain_truth(soft_cell(), seed);
@@ -84,9 +101,14 @@ TEST(Level, SoftJointsAreSeenByTheirEvidence) {
     for (std::size_t i = 1; i < result.levels.size(); ++i)
       EXPECT_LE(result.levels[i].log_evidence, result.levels[i - 1].log_evidence);
     EXPECT_NE(result.level_reason.find("geometry"), std::string::npos);
-    seen += result.level.compliance;
+    double all = 0.0;
+    for (const LevelEvidence& l : result.levels) {
+      all += l.probability;
+      soft += l.level.compliance ? l.probability / kRuns : 0.0;
+    }
+    EXPECT_NEAR(all, 1.0, 1e-4);
   }
-  EXPECT_EQ(seen, kRuns);
+  EXPECT_GT(soft, 0.99);
 }
 
 TEST(Level, LargeGearErrorsAreTakenAsLargerThanSmallOnes) {
