@@ -132,7 +132,7 @@ std::optional<Outcome> one_robot(const calib::Robot& robot, const Level& level,
   calib::Random random(seed);
   const calib::Cell nominal = make_cell(robot, level, random);
   calib::PlanOptions plan_options;
-  plan_options.fit_touches = options.planned ? level.fit : 1;
+  plan_options.fit_touches = options.planned ? level.fit : level.spheres;
   plan_options.check_touches = options.check + (options.planned ? 0 : level.fit);
   plan_options.seed = static_cast<unsigned>(seed);
   calib::Plan plan;
@@ -218,6 +218,10 @@ void run(const calib::Robot& robot, const Level& level, const Options& options) 
   std::vector<Outcome> all;
   for (std::uint64_t k = 0; static_cast<int>(all.size()) < options.robots && k < 200; ++k)
     if (const auto o = one_robot(robot, level, options, options.seed * 1000 + k)) all.push_back(*o);
+  if (all.empty()) {
+    fmt::print("{}: no cell could be planned\n", level.name);
+    return;
+  }
   const auto column = [&](double Outcome::*field, double scale) {
     std::vector<double> v;
     for (const Outcome& o : all) v.push_back(o.*field * scale);
