@@ -49,11 +49,12 @@ std::string noise_words(const View& view) {
   const bool ripple = result.level.ripple_rad > 0.0;
   std::string words = fmt::format(
       "One touch scatters by {} mm (1&sigma;, from the fit{}); the cell file states {} mm{}. "
-      "&chi;&sup2; per degree of freedom is {}; 1 is what {} predicts.",
+      "&chi;&sup2; per degree of freedom is {}; 1 is what {}.",
       positive_mm(result.touch_noise_m), view.any_point() ? ", along each axis" : "",
       positive_mm(result.cell.touch_sigma_m),
       ripple ? ", and the fitted model adds ripple of the gears to it" : "",
-      fixed(result.chi2_per_dof, 2), ripple ? "both together" : "the stated scatter");
+      fixed(result.chi2_per_dof, 2),
+      ripple ? "both together predict" : "the stated scatter predicts");
   if (result.chi2_per_dof > 1.0) words += " Every &sigma; in this report is widened accordingly.";
   if (const double degrees = degrees_of_freedom(view); degrees > 0.0) {
     words += fmt::format(" About {} of freedom were left to judge this by{}.",
