@@ -1,7 +1,9 @@
 #include "calib/plan/choose.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <cmath>
 
 #include "calib/identify/level.h"
 #include "calib/identify/problem.h"
@@ -16,6 +18,37 @@ constexpr int kPoses = 200;
 constexpr unsigned kRegionSeed = 7;
 /// Centres without a prior: a metre, in prior units, is no information.
 constexpr double kNoPriorWeight = 1e-2;
+/// Smallest eigenvalue of a sphere's sum of d d' over its touches, d the unit direction of a touch,
+/// for its centre to be held from all sides (the verdict withholds results below a tenth of it).
+constexpr double kSpread = 0.5;
+/// The last touches owed to a sphere go where it is held worst.
+constexpr int kForSpread = 2;
+
+/// The directions in which a sphere was touched so far.
+class Held {
+ public:
+  void add(const Eigen::Vector3d& direction) {
+    sum_ += direction * direction.transpose();
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(sum_);
+    least_ = solver.eigenvalues()[0];
+    worst_ = solver.eigenvectors().col(0);
+    ++count_;
+  }
+  int count() const { return count_; }
+  /// Touches still to be made for a sphere that is to have `least`.
+  int owed(int least) const {
+    return count_ < least ? least - count_ : least > 0 && least_ < kSpread ? 1 : 0;
+  }
+  double in_worst(const Eigen::Vector3d& direction) const {
+    return std::pow(worst_.dot(direction), 2);
+  }
+
+ private:
+  Eigen::Matrix3d sum_ = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d worst_ = Eigen::Vector3d::UnitZ();
+  double least_ = 0.0;
+  int count_ = 0;
+};
 
 }  // namespace
 
@@ -52,25 +85,28 @@ Choice choose(const Cell& stated, const std::vector<Candidate>& candidates, int 
 
   Choice choice;
   std::vector<bool> taken(candidates.size(), false);
-  std::vector<int> have(cell.targets.size(), 0);
-  const int spheres =
-      static_cast<int>(std::count_if(cell.targets.begin(), cell.targets.end(), [](const Target& t) {
-        return t.kind == TargetKind::kSphere;
-      }));
+  std::vector<Held> held(cell.targets.size());
+  const auto is_sphere = [&](std::size_t t) { return cell.targets[t].kind == TargetKind::kSphere; };
+  const auto direction = [&](std::size_t c) -> Eigen::Vector3d {
+    return (arm.position(problem.pose(c), nullptr) - centres[candidates[c].target])
+        .stableNormalized();
+  };
   for (int k = 0; k < count; ++k) {
     int owed = 0;
-    for (const Target& target : cell.targets)
-      if (target.kind == TargetKind::kSphere)
-        owed += std::max(0, least_per_target - have[&target - cell.targets.data()]);
-    const bool only_owed = spheres > 0 && owed >= count - k;
+    for (std::size_t t = 0; t < held.size(); ++t)
+      if (is_sphere(t)) owed += held[t].owed(least_per_target);
+    const bool only_owed = owed > 0 && owed >= count - k;
     double best = -1.0;
     std::size_t pick = candidates.size();
     for (std::size_t c = 0; c < candidates.size(); ++c) {
-      if (taken[c] || (only_owed && have[candidates[c].target] >= least_per_target)) continue;
+      const Held& own = held[candidates[c].target];
+      if (taken[c] || (only_owed && own.owed(least_per_target) == 0)) continue;
       const auto g = rows.jacobian.row(static_cast<Eigen::Index>(c));
       const Eigen::VectorXd sg = covariance * g.transpose();
       const auto arm_part = sg.head(arm_size);
-      const double gain = arm_part.dot(weight * arm_part) / (1.0 + g.dot(sg));
+      double gain = arm_part.dot(weight * arm_part) / (1.0 + g.dot(sg));
+      if (only_owed && own.count() >= least_per_target - kForSpread)
+        gain *= own.in_worst(direction(c));
       if (gain > best) {
         best = gain;
         pick = c;
@@ -81,7 +117,7 @@ Choice choose(const Cell& stated, const std::vector<Candidate>& candidates, int 
     const Eigen::VectorXd sg = covariance * g.transpose();
     covariance -= sg * sg.transpose() / (1.0 + g.dot(sg));
     taken[pick] = true;
-    ++have[candidates[pick].target];
+    held[candidates[pick].target].add(direction(pick));
     choice.picked.push_back(pick);
   }
   choice.predicted_m3_m =

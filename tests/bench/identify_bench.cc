@@ -58,19 +58,19 @@ class Memory {
   double before_mb_ = 0.0, peak_mb_ = 0.0, added_mb_ = 0.0;
 };
 
-/// The parts of one identification, each on its own, at the level that was chosen.
+/// The parts of one identification, each on its own, with all unknowns of the fullest level.
 struct Parts {
-  bench::Times solve, covariance, evidence, predicted;
+  bench::Times solve, covariance, levels, predicted;
   bench::Times derivatives;  ///< position of the tip and its derivatives, all touches once
 };
 
 void measure_parts(const Cell& cell, const std::vector<Touch>& touches, const Calibration& result,
                    Parts& parts) {
-  const Cell levelled = at_level(cell, result.level);
+  const Cell levelled = at_level(cell, ModelLevel{});
   const ArmModel arm(levelled.robot, levelled.tool);
   std::vector<Eigen::Vector3d> centres;
   for (const TargetResult& target : result.targets) centres.push_back(target.centre_m);
-  const Problem problem(levelled, arm, touches, centres, result.level.ripple_rad);
+  const Problem problem(levelled, arm, touches, centres);
   const std::vector<bool> use(touches.size(), true);
   const int n = problem.size();
   Eigen::VectorXd u;
@@ -86,7 +86,8 @@ void measure_parts(const Cell& cell, const std::vector<Touch>& touches, const Ca
       information(i, i) += std::pow(problem.unknowns()[i].prior_weight, 2);
     covariance = information.llt().solve(Eigen::MatrixXd::Identity(n, n));
   });
-  measure(parts.evidence, [&] { (void)mean_over_levels(problem, u, linearise(problem, u, use), usual_levels()); });
+  measure(parts.levels,
+          [&] { (void)mean_over_levels(problem, u, linearise(problem, u, use), usual_levels()); });
   measure(parts.predicted, [&] {
     constexpr int kPoses = 300;
     Eigen::VectorXd scale(arm.size());
@@ -120,7 +121,7 @@ int main(int argc, char** argv) {
   fmt::print(
       "identification with covariance, predicted error and verdict; {} random arms each; ms\n"
       "                      identify()                 parts on their own, median\n"
-      "touches parameters   median      p95    worst      solve covariance evidence predicted\n",
+      "touches parameters   median      p95    worst      solve covariance   levels predicted\n",
       runs);
   struct Extra {
     int count;
@@ -152,7 +153,7 @@ int main(int argc, char** argv) {
     fmt::print("{:7d} {:10d} {:8.1f} {:8.1f} {:8.1f}   {:8.2f} {:10.2f} {:8.2f} {:9.2f}\n", count,
                parameters, ms(whole.quantile(0.5)), ms(whole.quantile(0.95)), ms(whole.worst()),
                ms(parts.solve.quantile(0.5)), ms(parts.covariance.quantile(0.5)),
-               ms(parts.evidence.quantile(0.5)), ms(parts.predicted.quantile(0.5)));
+               ms(parts.levels.quantile(0.5)), ms(parts.predicted.quantile(0.5)));
     extras.push_back({count, memory, parts.derivatives.quantile(0.5)});
   }
   fmt::print(
