@@ -35,6 +35,8 @@ constexpr milliseconds kHoldLimit{2};
 /// The echo is asked in the middle of a cycle, when the reply is long out.
 constexpr milliseconds kEchoEarliest{1}, kEchoSpread{1};
 constexpr std::size_t kTripBytes = std::size_t{CTP_TRIP_SIZE} + std::size_t{CTP_OVERHEAD};
+/// A packet that is sent this long behind its time: the machine stood still, not the driver.
+constexpr milliseconds kStall{1};
 constexpr std::size_t kSentKept = 16;
 
 Duration trip_on_the_wire() {
@@ -114,9 +116,11 @@ struct CellPeer::Impl {
     prepare_packet();
     const std::string_view bytes = std::exchange(packet, {});
     const TimePoint now = Steady::now();
+    if (!gap && now - next_packet > kStall) ++stalls;
     next_packet += controller.cycle();
     while (next_packet <= now) next_packet += controller.cycle();
     if (bytes.empty()) return;
+    ++packets;
     const auto ipoc = static_cast<std::uint32_t>(controller.ipoc());
     const TimePoint sent_at = Steady::now();
     sent[ipoc / static_cast<std::uint32_t>(options.cycle_ms) % kSentKept] = {ipoc, sent_at};
@@ -255,7 +259,7 @@ struct CellPeer::Impl {
   std::atomic<bool> touch_asked{false}, release_asked{false}, echo_asked{false};
   std::atomic<bool> contact_ready{false}, echo_ready{false};
   std::atomic<bool> stopping{false}, granted{false};
-  std::atomic<std::uint64_t> late{0};
+  std::atomic<std::uint64_t> late{0}, stalls{0}, packets{0};
   std::thread thread;
 };
 
@@ -304,7 +308,7 @@ std::optional<Duration> CellPeer::take_echo() {
 }
 
 bool CellPeer::realtime() const { return impl_->granted; }
-std::uint64_t CellPeer::late_replies() const { return impl_->late; }
+PeerCounts CellPeer::counts() const { return {impl_->packets, impl_->late, impl_->stalls}; }
 std::string CellPeer::pendant() const {
   const bool faulted = impl_->controller.phase() == sim::RsiPhase::kFaulted;
   return faulted ? impl_->controller.message() : std::string();

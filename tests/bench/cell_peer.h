@@ -26,6 +26,13 @@ struct Contact {
   drivers::Duration packet_to_frozen{};  ///< packet of that reply sent -> that reply seen
 };
 
+/// Since start().
+struct PeerCounts {
+  std::uint64_t packets = 0;
+  std::uint64_t late = 0;    ///< packets that were not answered before the next one
+  std::uint64_t stalls = 0;  ///< packets that the peer itself sent more than 1 ms late
+};
+
 /// Calls are the session's, but for start() and stop() in any order.
 class CellPeer {
  public:
@@ -56,9 +63,9 @@ class CellPeer {
   /// Bytes written -> datagram seen.
   std::optional<drivers::Duration> take_echo();
 
-  bool realtime() const;               ///< asked for and permitted
-  std::uint64_t late_replies() const;  ///< not there before the next packet
-  std::string pendant() const;         ///< the message of a fault stop, after stop()
+  bool realtime() const;  ///< asked for and permitted
+  PeerCounts counts() const;
+  std::string pendant() const;  ///< the message of a fault stop, after stop()
 
  private:
   struct Impl;

@@ -233,7 +233,7 @@ int run(const Options& options) {
   std::map<int, Figures> gaps;
   Times echo;
   bool realtime = false;
-  std::uint64_t late = 0;
+  PeerCounts counts;
   {
     BareEcho bare(peer, options.peer.realtime);
     Session session(peer, options);
@@ -242,7 +242,7 @@ int run(const Options& options) {
       for (const int us : options.gaps_us) order.emplace_back(us);
     }
     session.wait_until_ready();
-    const std::uint64_t late_before = peer.late_replies();
+    const PeerCounts before = peer.counts();
     for (const std::optional<int>& us : order) {
       const auto contact =
           session.search(us ? std::optional<Duration>(microseconds{*us}) : std::nullopt);
@@ -257,14 +257,18 @@ int run(const Options& options) {
         "contact byte in -> frozen reply out, {} searches at {:.1f} mrad/s, cycle {} ms, {}\n",
         order.size(), options.speed_mrad_s, options.peer.cycle_ms,
         realtime ? "SCHED_FIFO" : "normal priority");
-    late = peer.late_replies() - late_before;
+    counts = peer.counts();
+    counts = {counts.packets - before.packets, counts.late - before.late,
+              counts.stalls - before.stalls};
     for (const auto& [why, count] : session.spoilt()) {
       fmt::print("not measured: {} ({})\n", count, why);
     }
   }
   peer.stop();
   print(any, gaps, echo);
-  if (late > 0) fmt::print("replies later than the next packet: {}\n", late);
+  fmt::print(
+      "packets {}, of them not answered before the next: {}, sent 1 ms late by the machine: {}\n",
+      counts.packets, counts.late, counts.stalls);
   if (!peer.pendant().empty()) fmt::print("controller: {}\n", peer.pendant());
   return any.to_frozen.count() > 0 ? 0 : 1;
 }
