@@ -220,10 +220,10 @@ Calibration calibration_from_json(std::string_view text, const std::string& name
   if (root.has("method")) c.method = root.at("method").text();
   const auto read_level = [](const Reader& r) {
     ModelLevel level;
-    level.compliance = r.at("compliance").flag();
+    level.compliance = r.at("compliance").number();
     level.transmission = r.at("transmission").number();
     level.ripple_rad = r.at("ripple_arcsec").number() * kRadPerArcsec;
-    if (level.transmission < 0.0 || level.ripple_rad < 0.0) r.fail("must not be negative");
+    if (level.compliance < 0.0 || level.transmission < 0.0 || level.ripple_rad < 0.0) r.fail("must not be negative");
     return level;
   };
   if (root.has("model")) {
@@ -245,7 +245,7 @@ Calibration calibration_from_json(std::string_view text, const std::string& name
       p.to_unit = 57.29577951308232;
     else if (p.unit == "arcsec")
       p.to_unit = 206264.80624709636;
-    else if (p.unit != "1/(N m^2)" && p.unit != "rad/(N m)")
+    else if (p.unit != "1/(N m^2)" && p.unit != "rad/(N m)" && p.unit != "kg m rad/(N m)")
       item.at("unit").fail("\"" + shown(p.unit) + "\" is not known");
     p.nominal = item.at("nominal").number() / p.to_unit;
     p.correction = item.at("correction").number() / p.to_unit;

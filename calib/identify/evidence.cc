@@ -18,8 +18,9 @@ struct Prior {
 };
 /// Smooth transmission error relative to the usual: a factor of two either way is common.
 constexpr Prior kTransmission[] = {{0.0, 0.25}, {0.5, 0.20}, {1.0, 0.25}, {2.0, 0.20}, {4.0, 0.10}};
-constexpr Prior kRipple[] = {{0.0, 0.4}, {5.0 * kRadPerArcsec, 0.4}, {15.0 * kRadPerArcsec, 0.2}};
-constexpr double kComplianceProbability = 0.7;
+constexpr Prior kRipple[] = {{0.0, 0.45}, {5.0 * kRadPerArcsec, 0.45}, {15.0 * kRadPerArcsec, 0.1}};
+/// The robot file's is the largest that one would expect; a third of it is as usual.
+constexpr Prior kCompliance[] = {{0.0, 0.1}, {0.3, 0.5}, {1.0, 0.4}};
 /// A level this much less likely than the best (e^-12) has no say.
 constexpr double kHopeless = 12.0;
 /// Precision of unknowns without a prior: a hair, so that every level stays solvable, and the same
@@ -27,7 +28,9 @@ constexpr double kHopeless = 12.0;
 constexpr double kFlat = 1e-8;
 
 double log_prior(const ModelLevel& level) {
-  double sum = std::log(level.compliance ? kComplianceProbability : 1.0 - kComplianceProbability);
+  double sum = 0.0;
+  for (const Prior& p : kCompliance)
+    if (p.value == level.compliance) sum += std::log(p.probability);
   for (const Prior& p : kTransmission)
     if (p.value == level.transmission) sum += std::log(p.probability);
   for (const Prior& p : kRipple)
@@ -85,7 +88,7 @@ class Levels {
       mean_[i] = unknown.prior_mean_u;
       if (i >= problem.arm_size()) continue;
       const ArmParameterKind kind = problem.arm().parameters()[i].kind;
-      gives_[i] = kind == ArmParameterKind::kCompliance;
+      gives_[i] = kind == ArmParameterKind::kCompliance || kind == ArmParameterKind::kLoad;
       wobbles_[i] = kind == ArmParameterKind::kCosine || kind == ArmParameterKind::kSine;
     }
   }
@@ -96,8 +99,10 @@ class Levels {
     const int n = problem_.size();
     Eigen::VectorXd precision(n);
     for (int i = 0; i < n; ++i) {
-      if ((wobbles_[i] && level.transmission <= 0.0) || (gives_[i] && !level.compliance)) continue;
-      precision[i] = wobbles_[i] ? precision_[i] / std::pow(level.transmission, 2) : precision_[i];
+      if ((wobbles_[i] && level.transmission <= 0.0) || (gives_[i] && level.compliance <= 0.0))
+        continue;
+      const double scale = wobbles_[i] ? level.transmission : gives_[i] ? level.compliance : 1.0;
+      precision[i] = precision_[i] / (scale * scale);
       out.kept.push_back(i);
     }
     // An unknown that the level has not goes to 0: that step is not the level's to choose.
@@ -159,9 +164,9 @@ class Levels {
 std::vector<ModelLevel> usual_levels() {
   std::vector<ModelLevel> levels;
   for (const Prior& ripple : kRipple)
-    for (const bool compliance : {true, false})
+    for (const Prior& compliance : kCompliance)
       for (const Prior& transmission : kTransmission)
-        levels.push_back({compliance, transmission.value, ripple.value});
+        levels.push_back({compliance.value, transmission.value, ripple.value});
   return levels;
 }
 

@@ -1,6 +1,5 @@
 #include "calib/identify/frame.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/QR>
 #include <Eigen/SVD>
 #include <algorithm>
@@ -161,11 +160,14 @@ FrameDirections find_frame_directions(const Problem& problem, const Linearisatio
   for (int i = 0; i < n; ++i)
     if (problem.unknowns()[i].held_by_geometry) held.push_back(i);
   // Frames are a matter of geometry. Transmission errors are left out of the search: over a joint's
-  // range a constant and a slow wave are much alike, which is no choice of frame.
+  // range a constant and a slow wave are much alike, which is no choice of frame. So are loads:
+  // many are moments that no joint bears.
   std::vector<int> wobble;
   for (int i = 0; i < problem.arm_size(); ++i) {
     const ArmParameterKind kind = problem.arm().parameters()[i].kind;
-    if (kind == ArmParameterKind::kCosine || kind == ArmParameterKind::kSine) wobble.push_back(i);
+    if (kind == ArmParameterKind::kCosine || kind == ArmParameterKind::kSine ||
+        kind == ArmParameterKind::kLoad)
+      wobble.push_back(i);
   }
   const Eigen::Index touched = linear.jacobian.rows();
   const auto tips = static_cast<double>(std::max<Eigen::Index>(1, workspace_moves_m.rows() / 3));
@@ -212,19 +214,6 @@ FrameDirections find_frame_directions(const Problem& problem, const Linearisatio
     result.words.back().words +=
         "; " + std::to_string(weak - kWeakNamed) + " further directions are as weak";
   return result;
-}
-
-Eigen::MatrixXd without_frame(const Eigen::MatrixXd& covariance, const Eigen::MatrixXd& basis) {
-  if (basis.cols() == 0 || covariance.size() == 0) return covariance;
-  // On correlations: metres beside radians per newton metre would cost digits. What no likely level
-  // has is known to be zero and takes no part.
-  const Eigen::VectorXd sigma = covariance.diagonal().cwiseSqrt();
-  const Eigen::VectorXd inverse = (sigma.array() > 0.0).select(sigma.cwiseInverse(), 0.0);
-  const Eigen::MatrixXd correlation = inverse.asDiagonal() * covariance * inverse.asDiagonal();
-  const Eigen::MatrixXd n = inverse.asDiagonal() * basis;
-  const Eigen::MatrixXd information = n.transpose() * correlation.ldlt().solve(n);
-  return sigma.asDiagonal() * (correlation - n * information.ldlt().solve(n.transpose())) *
-         sigma.asDiagonal();
 }
 
 }  // namespace cellcal::calib

@@ -26,9 +26,4 @@ struct FrameDirections {
 FrameDirections find_frame_directions(const Problem& problem, const Linearisation& linear,
                                       const Eigen::MatrixXd& workspace_moves_m);
 
-/// A covariance with the frame taken as agreed: S - N (N^T S^-1 N)^-1 N^T for a basis N of the
-/// frame directions in the same units. Along N nothing was measured, so S^-1 N is the prior's
-/// alone.
-Eigen::MatrixXd without_frame(const Eigen::MatrixXd& covariance, const Eigen::MatrixXd& basis);
-
 }  // namespace cellcal::calib

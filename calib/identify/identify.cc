@@ -278,7 +278,8 @@ std::string level_reason(const Cell& cell, const ModelLevel& level, const LevelM
                          bool given) {
   if (given) return words(cell, level) + "; as asked for";
   double compliance = 0.0;
-  for (const LevelEvidence& l : mean.levels) compliance += l.level.compliance ? l.probability : 0.0;
+  for (const LevelEvidence& l : mean.levels)
+    compliance += l.level.compliance > 0.0 ? l.probability : 0.0;
   return fmt::format(
       "{}; mean over {} levels, each by its evidence. Joint compliance is in it at {:.0f} %. The "
       "likeliest level, at {:.0f} %: {}",
@@ -319,13 +320,13 @@ Calibration identify(const Cell& cell, const std::vector<Touch>& touches,
   settle(full, options, e);
 
   std::vector<ModelLevel> levels = usual_levels();
-  if (options.level) levels = {{true, 1.0, options.level->ripple_rad}};
+  if (options.level) levels = {{1.0, 1.0, options.level->ripple_rad}};
   const LevelMean mean = settle_over_levels(levelled, full, centres, options, std::move(levels), e);
   const Problem problem(levelled, arm, touches, centres, mean.ripple_rad);
 
   Calibration calibration;
   calibration.cell = cell;
-  calibration.level = options.level.value_or(ModelLevel{true, mean.transmission, mean.ripple_rad});
+  calibration.level = options.level.value_or(ModelLevel{1.0, mean.transmission, mean.ripple_rad});
   calibration.levels = mean.levels;
   if (options.level) calibration.levels.front().level = *options.level;
   calibration.level_reason = level_reason(cell, calibration.level, mean, options.level.has_value());

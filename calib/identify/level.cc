@@ -27,8 +27,10 @@ bool stated(const Robot& robot, double Joint::*field) {
                      [&](const Joint& j) { return j.*field > 0.0; });
 }
 
-/// Masses in proportion to the links' lengths, each in the middle between its joints.
+/// Masses in proportion to the links' lengths, each in the middle between its joints or half a
+/// link from there.
 void assume_masses(Robot& robot) {
+  double heaviest = 0.0;
   for (std::size_t i = 1; i < robot.joints.size(); ++i) {
     Joint& joint = robot.joints[i];
     joint.mass_kg = kUsualMassKgPerM * std::hypot(joint.a_m, joint.d_m);
@@ -36,7 +38,12 @@ void assume_masses(Robot& robot) {
                                   Eigen::AngleAxisd(joint.beta_rad, Eigen::Vector3d::UnitY()))
                                      .toRotationMatrix();
     joint.com_m = turn.transpose() * Eigen::Vector3d(-joint.a_m, 0.0, -joint.d_m) / 2.0;
+    joint.moment_sigma_kg_m = joint.mass_kg * joint.com_m.norm();
+    heaviest = std::max(heaviest, joint.moment_sigma_kg_m);
   }
+  constexpr double kOfTheHeaviest = 0.1;  // less does not show
+  for (Joint& joint : robot.joints)
+    if (joint.moment_sigma_kg_m < kOfTheHeaviest * heaviest) joint.moment_sigma_kg_m = 0.0;
 }
 
 /// Every joint but one that turns about the vertical; each by the load it can come to bear.
@@ -67,12 +74,12 @@ double largest_transmission_rad(const Cell& cell) {
 Cell at_level(const Cell& cell, const ModelLevel& level) {
   Cell result = cell;
   const bool named = largest_transmission_rad(cell) > 0.0;
-  if (level.compliance && !stated(cell.robot, &Joint::compliance_sigma_rad_per_nm)) {
+  if (level.compliance > 0.0 && !stated(cell.robot, &Joint::compliance_sigma_rad_per_nm)) {
     if (!stated(cell.robot, &Joint::mass_kg)) assume_masses(result.robot);
     assume_compliance(result.robot, cell.tool);
   }
   for (Joint& joint : result.robot.joints) {
-    if (!level.compliance) joint.compliance_sigma_rad_per_nm = 0.0;
+    joint.compliance_sigma_rad_per_nm *= level.compliance;
     if (!named) {
       joint.harmonics = {1, 2};
       joint.gear_ratio = 1.0;
@@ -86,7 +93,7 @@ Cell at_level(const Cell& cell, const ModelLevel& level) {
 std::string words(const Cell& cell, const ModelLevel& level) {
   std::string text = "geometry";
   if (cell.tool.deflection_sigma > 0.0) text += ", tool bending";
-  if (level.compliance) text += ", joint compliance";
+  if (level.compliance > 0.0) text += ", joint compliance";
   if (level.transmission > 0.0)
     text += fmt::format(", transmission {:.0f} arcsec",
                         largest_transmission_rad(at_level(cell, level)) / kRadPerArcsec);

@@ -17,7 +17,8 @@
 namespace cellcal::calib {
 
 struct ModelLevel {
-  bool compliance = true;
+  /// Prior of the compliances in units of the robot file's or the assumed ones; 0: stiff joints.
+  double compliance = 1.0;
   /// Prior of the smooth transmission error in units of the robot file's (10 arcsec where it names
   /// none); 0: none.
   double transmission = 1.0;

@@ -11,7 +11,9 @@ namespace cellcal::calib {
 
 struct Prediction {
   Eigen::Isometry3d tcp = Eigen::Isometry3d::Identity();  ///< base frame
-  double u95_m = 0.0;  ///< radius that holds the position error at 95 %, frame directions aside
+  /// Radius that holds the position error at 95 % of the workspace with 95 % confidence; where the
+  /// base frame lies is left aside (calib/identify/bound.h).
+  double u95_m = 0.0;
 };
 
 /// Evaluates a calibration at poses. Holds its own copies; cheap to call.

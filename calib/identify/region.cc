@@ -62,6 +62,13 @@ std::vector<JointVector> local_poses(const ArmModel& arm, const std::vector<Join
   return poses;
 }
 
+Eigen::Matrix<double, 3, 6> base_motion(const Eigen::Vector3d& p) {
+  Eigen::Matrix<double, 3, 6> motion;
+  motion.leftCols<3>().setIdentity();
+  motion.rightCols<3>() << 0, p.z(), -p.y(), -p.z(), 0, p.x(), p.y(), -p.x(), 0;
+  return motion;
+}
+
 Eigen::MatrixXd aligned_moves(const ArmModel& arm, const std::vector<JointVector>& poses,
                               const double* x_si, const Eigen::VectorXd& scale) {
   const auto count = static_cast<Eigen::Index>(poses.size());
@@ -73,8 +80,7 @@ Eigen::MatrixXd aligned_moves(const ArmModel& arm, const std::vector<JointVector
     const Eigen::Vector3d tip =
         arm.position(arm.prepare(poses[static_cast<std::size_t>(k)]), x_si, jacobian);
     moves.middleRows<3>(3 * k) = jacobian * scale.head(n).asDiagonal();
-    rigid.block<3, 3>(3 * k, 0).setIdentity();
-    rigid.block<3, 3>(3 * k, 3) << 0, tip.z(), -tip.y(), -tip.z(), 0, tip.x(), tip.y(), -tip.x(), 0;
+    rigid.middleRows<3>(3 * k) = base_motion(tip);
   }
   const Eigen::MatrixXd q = Eigen::HouseholderQR<Eigen::MatrixXd>(rigid).householderQ() *
                             Eigen::MatrixXd::Identity(3 * count, 6);

@@ -70,6 +70,15 @@ ArmParameterKind kind_of(JointError error) {
   return ArmParameterKind::kTheta;
 }
 
+/// The link frame's axis is the one that the joint turns about.
+bool along_own_axis(const Joint& joint, int axis) {
+  const Matrix3d turn = (Eigen::AngleAxisd(joint.alpha_rad, Vector3d::UnitX()) *
+                         Eigen::AngleAxisd(joint.beta_rad, Vector3d::UnitY()))
+                            .toRotationMatrix();
+  constexpr double kRounding = 1e-9;
+  return std::abs(turn(2, axis)) > 1.0 - kRounding;
+}
+
 bool is_length(JointError error) { return error == JointError::kD || error == JointError::kA; }
 
 }  // namespace
@@ -111,6 +120,21 @@ ArmModel::ArmModel(const Robot& robot, const Tool& tool) : robot_(robot), tool_(
   }
   for (int i = 0; i < joint_count(); ++i) {
     const Joint& joint = robot_.joints[i];
+    if (joint.compliance_sigma_rad_per_nm <= 0.0) continue;
+    for (int j = i; j < joint_count(); ++j) {
+      const Joint& link = robot_.joints[j];
+      constexpr std::array kAxis = {"_x", "_y", "_z"};
+      for (int axis = 0; axis < 3 && link.moment_sigma_kg_m > 0.0; ++axis) {
+        if (j == i && along_own_axis(link, axis)) continue;  // does not load its own joint
+        parameters_.push_back({ArmParameterKind::kLoad, i, 0, axis,
+                               joint.compliance_sigma_rad_per_nm * link.moment_sigma_kg_m,
+                               joint.name + ".load_" + link.name + kAxis[axis], "kg m rad/(N m)",
+                               1.0, j});
+      }
+    }
+  }
+  for (int i = 0; i < joint_count(); ++i) {
+    const Joint& joint = robot_.joints[i];
     if (joint.harmonic_sigma_rad <= 0.0) continue;
     for (int h : joint.harmonics) {
       const std::string order = std::to_string(h);
@@ -143,11 +167,18 @@ PreparedPose ArmModel::prepare(std::span<const double> joint_rad) const {
     pose.theta_rad[i] = robot_.joints[i].sign * joint_rad[i] + robot_.joints[i].offset_rad;
   pose.factor = Eigen::VectorXd::Zero(size());
   Eigen::VectorXd torque;
+  Chain chain;
   for (int p = 0; p < size(); ++p) {
     const ArmParameter& parameter = parameters_[p];
     if (parameter.kind == ArmParameterKind::kCompliance) {
-      if (torque.size() == 0) torque = gravity_torque_nm(pose.theta_rad);
+      if (torque.size() == 0) {
+        walk(pose, nullptr, chain);
+        torque = gravity_torque_nm(chain);
+      }
       pose.factor[p] = torque[parameter.joint];
+    } else if (parameter.kind == ArmParameterKind::kLoad) {  // behind kCompliance: chain is walked
+      pose.factor[p] = chain.link[parameter.joint].z.dot(
+          chain.link[parameter.link].rotation.col(parameter.axis).cross(robot_.gravity_m_s2));
     } else if (parameter.kind == ArmParameterKind::kCosine ||
                parameter.kind == ArmParameterKind::kSine) {
       const double phase = parameter.harmonic * joint_rad[parameter.joint] *
@@ -187,6 +218,7 @@ void ArmModel::walk(const PreparedPose& pose, const double* x, Chain& chain) con
           e.beta += x[p];
           break;
         case ArmParameterKind::kCompliance:
+        case ArmParameterKind::kLoad:
         case ArmParameterKind::kCosine:
         case ArmParameterKind::kSine:
           e.theta += x[p] * pose.factor[p];
@@ -217,10 +249,7 @@ void ArmModel::walk(const PreparedPose& pose, const double* x, Chain& chain) con
   chain.flange = rotation * robot_.flange_fixed.linear();
 }
 
-Eigen::VectorXd ArmModel::gravity_torque_nm(const Eigen::VectorXd& theta) const {
-  PreparedPose pose{theta, {}};
-  Chain chain;
-  walk(pose, nullptr, chain);
+Eigen::VectorXd ArmModel::gravity_torque_nm(const Chain& chain) const {
   // From the flange inwards: the mass that hangs on joint i is its link's and all further ones'.
   Vector3d moment_sum = tool_.mass_kg * (chain.flange_origin + chain.flange * tool_.com_m);
   double mass_sum = tool_.mass_kg;
@@ -306,6 +335,7 @@ Vector3d ArmModel::position(const PreparedPose& pose, const double* x,
         jacobian.col(p) = turn(link.y, link.end);
         break;
       case ArmParameterKind::kCompliance:
+      case ArmParameterKind::kLoad:
       case ArmParameterKind::kCosine:
       case ArmParameterKind::kSine:
         jacobian.col(p) = pose.factor[p] * turn_z_of[parameter.joint];

@@ -6,8 +6,10 @@
 //   sin(..) T_i     = Rz(theta_i) Tz(d_i + dd_i) Tx(a_i + da_i) Rx(alpha_i + dalpha_i) Ry(beta_i +
 //   dbeta_i) TCP     = flange * tool, then displaced by c_t m l^3/3 g_perp and turned by c_t m
 //   l^2/2 (z x g)
-// tau_i is taken on the nominal geometry: errors of 1 mm and 1 mrad change it by parts in a
-// thousand, which moves the tip by less than 10 um on an arm that gives 5 mm.
+// Where a link's mass moment m_j c_j is not known, each of its components adds k_i times its torque
+// about joint i, one unknown per joint and component. tau_i is taken on the nominal geometry:
+// errors of 1 mm and 1 mrad change it by parts in a thousand, which moves the tip by less than 10
+// um on an arm that gives 5 mm.
 //
 // All parameters are SI and radians. Nothing here assumes six joints.
 
@@ -28,6 +30,7 @@ enum class ArmParameterKind {
   kAlpha,
   kBeta,        // geometric error of a joint
   kCompliance,  // k_i
+  kLoad,        // k_i times an unknown part of a link's mass moment
   kCosine,
   kSine,        // transmission harmonic
   kDeflection,  // c_t
@@ -38,17 +41,18 @@ struct ArmParameter {
   ArmParameterKind kind;
   int joint = -1;      ///< index; -1 for the tool's
   int harmonic = 0;    ///< order h
-  int axis = 0;        ///< kTcp: 0 x, 1 y, 2 z
+  int axis = 0;        ///< kTcp, kLoad: 0 x, 1 y, 2 z
   double sigma = 0.0;  ///< prior 1 sigma, > 0
-  std::string name;    ///< "A1.theta", "A2.compliance", "A3.cos2", "tool.c_t", "tool.x"
+  std::string name;    ///< "A1.theta", "A2.compliance", "A2.load_A4_x", "A3.cos2", "tool.c_t", ...
   std::string unit;    ///< of the value times to_unit
   double to_unit = 1.0;
+  int link = -1;  ///< kLoad: the joint whose link it is
 };
 
 /// What depends on the axis angles alone and not on the errors; computed once per touch.
 struct PreparedPose {
   Eigen::VectorXd theta_rad;  ///< nominal
-  Eigen::VectorXd factor;     ///< per parameter: dtheta/dx for compliance and harmonics, else 0
+  Eigen::VectorXd factor;     ///< per parameter: dtheta/dx for compliance, load, harmonics; else 0
 };
 
 /// Geometry of one pose under errors, for drawing and collision checks.
@@ -89,7 +93,7 @@ class ArmModel {
  private:
   struct Chain;
   void walk(const PreparedPose& pose, const double* x, Chain& chain) const;
-  Eigen::VectorXd gravity_torque_nm(const Eigen::VectorXd& theta) const;
+  Eigen::VectorXd gravity_torque_nm(const Chain& chain) const;
 
   Robot robot_;
   Tool tool_;

@@ -32,7 +32,8 @@ struct Joint {
   double tolerance_angle_rad = 0.0;  ///< prior 1 sigma of theta, alpha and beta errors
   double mass_kg = 0.0;              ///< of the link that this joint moves
   Eigen::Vector3d com_m = Eigen::Vector3d::Zero();  ///< in the joint's frame, behind T_i
-  double compliance_sigma_rad_per_nm = 0.0;         ///< prior of k_i; 0: joint taken as stiff
+  double moment_sigma_kg_m = 0.0;  ///< prior of each component of mass_kg * com_m; 0: known
+  double compliance_sigma_rad_per_nm = 0.0;  ///< prior of k_i; 0: joint taken as stiff
   double gear_ratio = 1.0;
   std::vector<int> harmonics;       ///< orders h of cos/sin(h q n)
   double harmonic_sigma_rad = 0.0;  ///< prior of each amplitude

@@ -74,11 +74,13 @@ Whitened over_truths(const IdentifyOptions& options) {
       ++sum.count;
     }
     const Eigen::VectorXd sigma = result.covariance.diagonal().cwiseSqrt();
+    // What no likely level has is known to be zero.
+    const Eigen::VectorXd inverse = (sigma.array() > 0.0).select(sigma.cwiseInverse(), 0.0);
     const Eigen::MatrixXd correlation =
-        sigma.cwiseInverse().asDiagonal() * result.covariance * sigma.cwiseInverse().asDiagonal();
-    const Eigen::VectorXd scaled = error.cwiseQuotient(sigma);
+        inverse.asDiagonal() * result.covariance * inverse.asDiagonal();
+    const Eigen::VectorXd scaled = error.cwiseProduct(inverse);
     sum.mahalanobis += scaled.dot(correlation.ldlt().solve(scaled));
-    sum.dof += static_cast<int>(error.size());
+    sum.dof += static_cast<int>((sigma.array() > 0.0).count());
     sum.chi2 += result.chi2_per_dof / kTruths;
   }
   std::printf("data-decided: rms %.3f over %d; all: %.3f per parameter; chi2 %.3f\n",
@@ -89,7 +91,7 @@ Whitened over_truths(const IdentifyOptions& options) {
 TEST(Honesty, SigmasAreRightWhenTheModelIs) {
   // The level of the truth: no gears, so nothing is left to choose.
   IdentifyOptions options;
-  options.level = ModelLevel{true, 0.0, 0.0};
+  options.level = ModelLevel{0.0, 0.0, 0.0};
   const Whitened sum = over_truths(options);
   ASSERT_GT(sum.count, 10 * kTruths);
   // 50 independent truths with some 20 correlated parameters each: 1/sqrt(2 * 50 * 4) = 0.05 if

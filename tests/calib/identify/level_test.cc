@@ -104,7 +104,7 @@ TEST(Level, SoftJointsAreSeenByTheirEvidence) {
     double all = 0.0;
     for (const LevelEvidence& l : result.levels) {
       all += l.probability;
-      soft += l.level.compliance ? l.probability / kRuns : 0.0;
+      soft += l.level.compliance > 0.0 ? l.probability / kRuns : 0.0;
     }
     EXPECT_NEAR(all, 1.0, 1e-4);
   }

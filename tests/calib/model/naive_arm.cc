@@ -89,6 +89,19 @@ Eigen::Isometry3d naive_tcp(const ArmModel& arm, const JointVector& q, const Eig
       case ArmParameterKind::kCompliance:
         links[joint].theta += x[p] * torque[parameter.joint];
         break;
+      case ArmParameterKind::kLoad: {  // a moment alone, as of a heavy link whose weight is lifted
+                                       // off
+        Robot moved = robot;
+        Joint& link = moved.joints[static_cast<std::size_t>(parameter.link)];
+        constexpr double kMassKg = 1.0;
+        link.mass_kg += kMassKg;
+        link.com_m *= (link.mass_kg - kMassKg) / link.mass_kg;
+        const double with = torque_by_energy_nm(moved, tool, theta)[parameter.joint];
+        link.com_m[parameter.axis] += 1.0 / link.mass_kg;
+        links[joint].theta +=
+            x[p] * (torque_by_energy_nm(moved, tool, theta)[parameter.joint] - with);
+        break;
+      }
       case ArmParameterKind::kCosine:
         links[joint].theta += x[p] * std::cos(phase);
         break;

@@ -1,0 +1,36 @@
+#pragma once
+// How far the TCP may be from where a calibration says it is.
+//
+// u95 is a radius about the predicted position. It leaves aside where the base frame lies: that is
+// a convention of six numbers, which no touch in the cell can tell and which every user fixes anew
+// by measuring a base; so what a motion of the base could take up over the workspace is taken out.
+// The errors of one arm go together: where the estimate is off, it is off at many poses at once.
+// So the radii are widened until, at 95 % confidence, they hold at 95 % of the workspace of the one
+// arm there is, and not merely at 95 % of all poses of all arms.
+
+#include <Eigen/Core>
+
+#include "calib/model/kinematics.h"
+
+namespace cellcal::calib {
+
+class PositionBound {
+ public:
+  /// `x`, `covariance`: of the arm's parameters, SI. `ripple_rad`: noise of each joint, 1 sigma.
+  /// Keeps a reference to the arm.
+  PositionBound(const ArmModel& arm, const Eigen::VectorXd& x, Eigen::MatrixXd covariance,
+                double ripple_rad);
+
+  /// At a pose whose tip and derivative by the parameters are these.
+  double u95_m(std::span<const double> joint_rad, const Eigen::Vector3d& tip,
+               const Eigen::Matrix3Xd& jacobian) const;
+
+ private:
+  const ArmModel& arm_;
+  Eigen::MatrixXd covariance_;
+  double ripple_rad_;
+  Eigen::MatrixXd taken_up_;  ///< 6 x parameters: the base motion that takes up each
+  double widening_ = 1.0;
+};
+
+}  // namespace cellcal::calib
