@@ -35,10 +35,21 @@ struct Posterior {
   Eigen::VectorXd leverage;  ///< per row of the linearisation: j S j'
 };
 
+Eigen::VectorXd leverage(const Posterior& p) {
+  const RowMajor& j = p.linear.jacobian;
+  Eigen::VectorXd result(j.rows());
+  constexpr Eigen::Index kRows = 128;  // stays in the cache
+  for (Eigen::Index first = 0; first < j.rows(); first += kRows) {
+    const auto rows = j.middleRows(first, std::min(kRows, j.rows() - first));
+    result.segment(first, rows.rows()) = (rows * p.covariance_u).cwiseProduct(rows).rowwise().sum();
+  }
+  return result;
+}
+
 Posterior posterior_at(const Problem& problem, const Eigen::VectorXd& u,
                        const std::vector<bool>& use, Eigen::MatrixXd covariance_u) {
   Posterior p{linearise(problem, u, use), std::move(covariance_u), {}};
-  p.leverage = (p.linear.jacobian * p.covariance_u).cwiseProduct(p.linear.jacobian).rowwise().sum();
+  p.leverage = leverage(p);
   return p;
 }
 
@@ -46,8 +57,10 @@ Posterior posterior_at(const Problem& problem, const Eigen::VectorXd& u,
 Posterior posterior_at(const Problem& problem, const Eigen::VectorXd& u,
                        const std::vector<bool>& use) {
   const ModelLevel own[] = {{}};
-  return posterior_at(problem, u, use,
-                      mean_over_levels(problem, u, linearise(problem, u, use), own).covariance_u);
+  Posterior p{linearise(problem, u, use), {}, {}};
+  p.covariance_u = mean_over_levels(problem, u, p.linear, own).covariance_u;
+  p.leverage = leverage(p);
+  return p;
 }
 
 std::vector<Eigen::Vector3d> starting_centres(const Cell& cell, const ArmModel& arm,
@@ -190,18 +203,19 @@ void settle(const Problem& problem, const IdentifyOptions& options, Estimate& e)
 
 /// From the fullest level's solution to the mean over all levels, and the outliers by that. Each
 /// round is one Gauss-Newton step of every level; levels without a say are not asked again.
-LevelMean settle_over_levels(const Cell& levelled, const Problem& full,
-                             const std::vector<Eigen::Vector3d>& centres,
-                             const IdentifyOptions& options, std::vector<ModelLevel> levels,
-                             Estimate& e) {
-  constexpr double kStep = 1e-6;  // prior sigmas
+/// `problem` and e.posterior have the mean's ripple in the end.
+LevelMean settle_over_levels(Problem& problem, const IdentifyOptions& options,
+                             std::vector<ModelLevel> levels, Estimate& e) {
+  // In prior sigmas. What a step of this size leaves undone is a thousandth of it: the errors are
+  // milliradians, and the next term of the expansion is smaller by that.
+  constexpr double kStep = 1e-2;
   constexpr double kNoSay = 1e-6;
   LevelMean first;
   for (int round = 0;; ++round) {
-    LevelMean mean = mean_over_levels(full, e.u, linearise(full, e.u, e.use), levels);
+    LevelMean mean = mean_over_levels(problem, e.u, e.posterior.linear, levels);
     const double step = (mean.u - e.u).lpNorm<Eigen::Infinity>();
     e.u = mean.u;
-    const Problem problem(levelled, full.arm(), full.touches(), centres, mean.ripple_rad);
+    problem.set_ripple(mean.ripple_rad);
     e.posterior = posterior_at(problem, e.u, e.use, mean.covariance_u);
     std::vector<bool> next = e.use;
     if (options.reject_outliers) next = honest_touches(problem, options, e);
@@ -214,7 +228,10 @@ LevelMean settle_over_levels(const Cell& levelled, const Problem& full,
       mean.levels = std::move(shown);
       return mean;
     }
-    e.use = std::move(next);
+    if (next != e.use) {
+      e.use = std::move(next);
+      e.posterior.linear = linearise(problem, e.u, e.use);
+    }
     if (round == 0) {
       levels.clear();
       for (const LevelEvidence& l : mean.levels)
@@ -306,23 +323,22 @@ Calibration identify(const Cell& cell, const std::vector<Touch>& touches,
   const Cell levelled = at_level(cell, options.level.value_or(ModelLevel{}));
   const ArmModel arm(levelled.robot, levelled.tool);
   const auto centres = starting_centres(cell, arm, touches);
-  const Problem full(levelled, arm, touches, centres);
+  Problem problem(levelled, arm, touches, centres);
   for (std::size_t i = 0; i < touches.size(); ++i)
-    if (full.block_of(i) < 0)
+    if (problem.block_of(i) < 0)
       throw IdentifyError(fmt::format(
           "target {} has check touches but no fit touch; its centre is unknown. Make some of its "
           "touches fit touches, or leave it out",
           touches[i].target));
   Estimate e;
-  e.use = fit_touches(full);
-  e.u = Eigen::VectorXd::Zero(full.size());
-  approach(full, options, e);
-  settle(full, options, e);
+  e.use = fit_touches(problem);
+  e.u = Eigen::VectorXd::Zero(problem.size());
+  approach(problem, options, e);
+  settle(problem, options, e);
 
   std::vector<ModelLevel> levels = usual_levels();
   if (options.level) levels = {{1.0, 1.0, options.level->ripple_rad}};
-  const LevelMean mean = settle_over_levels(levelled, full, centres, options, std::move(levels), e);
-  const Problem problem(levelled, arm, touches, centres, mean.ripple_rad);
+  const LevelMean mean = settle_over_levels(problem, options, std::move(levels), e);
 
   Calibration calibration;
   calibration.cell = cell;
