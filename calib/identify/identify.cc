@@ -23,7 +23,7 @@ namespace {
 /// Cauchy's loss at two sigma: full weight for honest touches, next to none for gross ones.
 constexpr double kCauchySigma = 2.0;
 constexpr int kOutlierRounds = 20;
-constexpr int kWorkspacePoses = 300;
+constexpr int kWorkspacePoses = 100;
 constexpr int kLocalPoses = 100;
 constexpr double kLocalHalfM = 0.150;
 constexpr unsigned kRegionSeed = 20240924;
@@ -35,13 +35,13 @@ struct Posterior {
   Eigen::VectorXd leverage;  ///< per row of the linearisation: j S j'
 };
 
-Eigen::VectorXd leverage(const Posterior& p) {
-  const RowMajor& j = p.linear.jacobian;
+/// j S j' of every row.
+Eigen::VectorXd spread(const RowMajor& j, const Eigen::MatrixXd& covariance) {
   Eigen::VectorXd result(j.rows());
   constexpr Eigen::Index kRows = 128;  // stays in the cache
   for (Eigen::Index first = 0; first < j.rows(); first += kRows) {
     const auto rows = j.middleRows(first, std::min(kRows, j.rows() - first));
-    result.segment(first, rows.rows()) = (rows * p.covariance_u).cwiseProduct(rows).rowwise().sum();
+    result.segment(first, rows.rows()) = (rows * covariance).cwiseProduct(rows).rowwise().sum();
   }
   return result;
 }
@@ -49,7 +49,7 @@ Eigen::VectorXd leverage(const Posterior& p) {
 Posterior posterior_at(const Problem& problem, const Eigen::VectorXd& u,
                        const std::vector<bool>& use, Eigen::MatrixXd covariance_u) {
   Posterior p{linearise(problem, u, use), std::move(covariance_u), {}};
-  p.leverage = leverage(p);
+  p.leverage = spread(p.linear.jacobian, p.covariance_u);
   return p;
 }
 
@@ -59,7 +59,7 @@ Posterior posterior_at(const Problem& problem, const Eigen::VectorXd& u,
   const ModelLevel own[] = {{}};
   Posterior p{linearise(problem, u, use), {}, {}};
   p.covariance_u = mean_over_levels(problem, u, p.linear, own).covariance_u;
-  p.leverage = leverage(p);
+  p.leverage = spread(p.linear.jacobian, p.covariance_u);
   return p;
 }
 
@@ -115,13 +115,12 @@ std::vector<double> studentised(const Problem& problem, const Eigen::VectorXd& u
   std::vector<bool> others(count, false);
   for (std::size_t i = 0; i < count; ++i) others[i] = fit[i] && !use[i];
   const Linearisation outside = linearise(problem, u, others);
+  const Eigen::VectorXd predicted = spread(outside.jacobian, posterior.covariance_u);
   for (const auto& [touch, row] : outside.touch_row) {
     double worst = 0.0;
-    for (int k = 0; k < problem.rows(touch); ++k) {
-      const Eigen::RowVectorXd j = outside.jacobian.row(row + k);
-      const double spread = 1.0 + j * posterior.covariance_u * j.transpose();
-      worst = std::max(worst, std::abs(outside.residual[row + k]) / std::sqrt(spread));
-    }
+    for (int k = 0; k < problem.rows(touch); ++k)
+      worst = std::max(worst,
+                       std::abs(outside.residual[row + k]) / std::sqrt(1.0 + predicted[row + k]));
     t[touch] = worst;
   }
   return t;
@@ -256,7 +255,8 @@ void fill_parameters(const Problem& problem, const Estimate& e, const FrameDirec
                       unknown.to_unit,        unknown.nominal,
                       x[i] - unknown.nominal, std::sqrt(calibration.covariance(i, i))};
     // Who decided it: the frame where half of its variance is the frame's; the prior where the
-    // touches took less than half of the prior's variance away.
+    // touches took less than half of the prior's variance away, or no level with a say has it at
+    // all.
     const double variance_u = e.posterior.covariance_u(i, i);
     const double of_frame = frame.basis_u.cols() > 0 ? frame.basis_u.row(i).squaredNorm() : 0.0;
     double prior_u = unknown.prior_weight > 0.0 ? 1.0 / unknown.prior_weight : 1e9;
@@ -267,7 +267,7 @@ void fill_parameters(const Problem& problem, const Estimate& e, const FrameDirec
     }
     if (of_frame * std::min(1.0, prior_u * prior_u) > 0.5 * variance_u)
       p.decided_by = DecidedBy::kFrame;
-    else if (variance_u > 0.5 * prior_u * prior_u)
+    else if (variance_u > 0.5 * prior_u * prior_u || variance_u == 0.0)
       p.decided_by = DecidedBy::kPrior;
     calibration.parameters.push_back(p);
   }
