@@ -161,12 +161,32 @@ std::vector<bool> honest_touches(const Problem& problem, const IdentifyOptions& 
   return honest;
 }
 
+/// A share of many touches that is enough to come near the solution, spread over each target's.
+std::vector<bool> enough_of(const Problem& problem, const std::vector<bool>& use) {
+  constexpr std::size_t kEnough = 2000;
+  if (static_cast<std::size_t>(std::count(use.begin(), use.end(), true)) <= 2 * kEnough) return use;
+  const std::size_t share = kEnough / problem.blocks().size() + 1;
+  std::vector<std::size_t> of_target(problem.blocks().size(), 0), seen = of_target;
+  for (std::size_t i = 0; i < use.size(); ++i)
+    if (use[i]) ++of_target[static_cast<std::size_t>(problem.block_of(i))];
+  std::vector<bool> some(use.size(), false);
+  for (std::size_t i = 0; i < use.size(); ++i) {
+    if (!use[i]) continue;
+    const auto block = static_cast<std::size_t>(problem.block_of(i));
+    const std::size_t every = std::max<std::size_t>(1, of_target[block] / share);
+    some[i] = seen[block]++ % every == 0;
+  }
+  return some;
+}
+
 /// Comes near the solution from zero errors: touches are first taken as worth a millimetre, then
 /// ever more. Taking them at their word at once would let what the linearisation gets wrong (parts
 /// in a thousand of the errors) drive the directions that the touches hardly see. Robust, so that
 /// gross outliers do not lead astray; those are named before anything is fitted without protection.
 void approach(const Problem& problem, const IdentifyOptions& options, Estimate& e) {
   constexpr double kFirstFloorM = 1e-3, kStep = 10.0;
+  const std::vector<bool> all = e.use;
+  e.use = enough_of(problem, all);
   double finest = kFirstFloorM;
   for (std::size_t i = 0; i < e.use.size(); ++i)
     if (e.use[i]) finest = std::min(finest, problem.sigma_m(i));
@@ -175,7 +195,10 @@ void approach(const Problem& problem, const IdentifyOptions& options, Estimate& 
         solve(problem, e.u,
               {e.use, options.reject_outliers ? kCauchySigma : 0.0, options.max_iterations, floor})
             .u;
-  if (!options.reject_outliers) return;
+  if (!options.reject_outliers) {
+    e.use = all;
+    return;
+  }
   e.u = solve(problem, e.u, {e.use, kCauchySigma, options.max_iterations, finest}).u;
   e.posterior = posterior_at(problem, e.u, e.use);
   e.use = honest_touches(problem, options, e);

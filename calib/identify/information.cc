@@ -1,5 +1,6 @@
 #include "calib/identify/information.h"
 
+#include <Eigen/Cholesky>
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
@@ -60,6 +61,10 @@ void Information::add_alone(const Eigen::VectorXd& weight, const Eigen::VectorXd
   sum_(n, n) += residual.squaredNorm();
 }
 
-Eigen::MatrixXd Information::triangle() const { return all_digits_ ? sum_ : upper_factor(sum_); }
+Eigen::MatrixXd Information::triangle() const {
+  if (all_digits_) return sum_;
+  const Eigen::LLT<Eigen::MatrixXd> factor(sum_);
+  return factor.info() == Eigen::Success ? Eigen::MatrixXd(factor.matrixU()) : upper_factor(sum_);
+}
 
 }  // namespace cellcal::calib
