@@ -211,7 +211,7 @@ class Virtual(Wires):
         with open(f"{self.dir}/cellcald.toml") as f:
             text = f.read().replace('backend = "rsi"', 'backend = "mock"')
         with open(f"{self.dir}/cellcald.toml", "w") as f:
-            f.write(text + "[mock]\nseed = 4\ndeflection = 0.002\njoint_noise_deg = 0.001\n")
+            f.write(text + "[mock]\nseed = 12\ndeflection = 0.002\njoint_noise_deg = 0.001\n")
         self.daemon()
         results = []
         for session in ("1", "2"):
