@@ -119,8 +119,8 @@ Verdict judge(const Problem& problem, const Calibration& c) {
   verdict.reasons = std::move(blocking);
   if (verdict.workspace)
     verdict.reasons.push_back(
-        fmt::format("scope: {} certified length{} touched at both ends hold the scale",
-                    problem.lengths().size(), problem.lengths().size() == 1 ? "" : "s"));
+        fmt::format("scope: {} certified length{} the scale, touched at both ends",
+                    problem.lengths().size(), problem.lengths().size() == 1 ? " holds" : "s hold"));
   else
     verdict.reasons.push_back(
         "scope: no certified length was touched, so only the sphere's size holds the scale; the "
