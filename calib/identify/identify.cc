@@ -407,7 +407,7 @@ Calibration identify(const Cell& cell, const std::vector<Touch>& touches,
     if (r.outlier)
       calibration.outliers.push_back(
           {r.touch, r.after_m,
-           fmt::format("{:+.3f} mm off the {}, {:.0f} times the touch noise ({})", r.after_m * 1e3,
+           fmt::format("{:+.3f} mm off {}, {:.0f} times the touch noise ({})", r.after_m * 1e3,
                        touches[r.touch].target, std::abs(r.whitened),
                        r.after_m > 0 ? "tip outside: contact seen before the surface"
                                      : "tip inside: contact seen too late")});
