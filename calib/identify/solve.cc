@@ -19,7 +19,9 @@ class Rows {
       : problem_(problem),
         floor_m_(sigma_floor_m),
         x_(problem.size()),
-        by_shared_(3 * problem.shared_size()) {}
+        by_shared_(3 * problem.shared_size()) {
+    for (const Unknown& unknown : problem.unknowns()) scale_.push_back(unknown.scale);
+  }
 
   /// Where the following rows are taken.
   void at(const double* u) {
@@ -42,10 +44,10 @@ class Rows {
       r[k] *= weight;
       if (j == nullptr) continue;
       for (int c = 0; c < shared; ++c)
-        j[k * width + c] = by_shared_[k * shared + c] * weight * problem_.unknowns()[c].scale;
+        j[k * width + c] = by_shared_[k * shared + c] * weight * scale_[c];
       for (int c = 0; c < block.size(); ++c)
         j[k * width + block.first + c] =
-            by_target_[k * block.size() + c] * weight * problem_.unknowns()[block.first + c].scale;
+            by_target_[k * block.size() + c] * weight * scale_[block.first + c];
     }
     return rows;
   }
@@ -61,15 +63,15 @@ class Rows {
     const Eigen::Vector3d n =
         distance > 0.0 ? Eigen::Vector3d(between / distance) : Eigen::Vector3d::UnitX();
     for (int k = 0; k < 3; ++k) {
-      j[a + k] = n[k] * problem_.unknowns()[a + k].scale / sigma_m;
-      j[b + k] = -n[k] * problem_.unknowns()[b + k].scale / sigma_m;
+      j[a + k] = n[k] * scale_[a + k] / sigma_m;
+      j[b + k] = -n[k] * scale_[b + k] / sigma_m;
     }
   }
 
  private:
   const Problem& problem_;
   double floor_m_;
-  std::vector<double> x_, by_shared_;
+  std::vector<double> x_, scale_, by_shared_;
   double by_target_[18] = {};  // 3 rows by 6 of the target's own
 };
 
@@ -213,7 +215,7 @@ SolveResult solve(const Problem& problem, const Eigen::VectorXd& start,
 
   // Relative changes of the cost. A robust fit only has to show who does not belong; the final one
   // converges quadratically, so a last step of 1e-9 leaves less than rounding does.
-  constexpr double kRobustTolerance = 1e-3, kTolerance = 1e-9;
+  constexpr double kRobustTolerance = 1e-2, kTolerance = 1e-9;
   constexpr int kRobustIterations = 25;
   const bool robust = options.cauchy_sigma > 0.0;
   ceres::Solver::Options o;
