@@ -119,6 +119,17 @@ struct TouchCost {
   const JointVector& q;
   const Target& target;
 
+  /// A turn of columns a and b.
+  template <typename T>
+  static void mix(Eigen::Matrix<T, 3, 3>& turn, int a, int b, const T& angle) {
+    const T c = cos(angle), s = sin(angle);
+    for (int k = 0; k < 3; ++k) {
+      const T first = turn(k, a);
+      turn(k, a) = c * first + s * turn(k, b);
+      turn(k, b) = c * turn(k, b) - s * first;
+    }
+  }
+
   template <typename T>
   bool operator()(const T* u, const T* centre_u, T* residual) const {
     using Matrix = Eigen::Matrix<T, 3, 3>;
@@ -136,14 +147,10 @@ struct TouchCost {
     Vector at = cell.robot.base_fixed.translation().cast<T>();
     for (int i = 0; i < kJoints; ++i) {
       const Joint& joint = cell.robot.joints[i];
-      turn = turn * Eigen::AngleAxis<T>(joint.sign * q[i] + joint.offset_rad + error[i][0],
-                                        Vector::UnitZ())
-                        .toRotationMatrix();
+      mix<T>(turn, 0, 1, joint.sign * q[i] + joint.offset_rad + error[i][0]);
       at += turn.col(2) * (joint.d_m + error[i][1]) + turn.col(0) * (joint.a_m + error[i][2]);
-      turn = turn *
-             Eigen::AngleAxis<T>(joint.alpha_rad + error[i][3], Vector::UnitX()).toRotationMatrix();
-      turn = turn *
-             Eigen::AngleAxis<T>(joint.beta_rad + error[i][4], Vector::UnitY()).toRotationMatrix();
+      mix<T>(turn, 1, 2, joint.alpha_rad + error[i][3]);
+      mix<T>(turn, 2, 0, joint.beta_rad + error[i][4]);
     }
     at += turn * cell.robot.flange_fixed.translation().cast<T>();
     turn = turn * cell.robot.flange_fixed.linear().cast<T>();
