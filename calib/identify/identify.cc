@@ -13,7 +13,7 @@
 #include "calib/identify/region.h"
 #include "calib/identify/residuals.h"
 #include "calib/identify/solve.h"
-#include "calib/identify/start.h"
+#include "calib/identify/target_place.h"
 #include "calib/identify/verdict.h"
 
 namespace cellcal::calib {
@@ -48,36 +48,6 @@ Posterior posterior_at(const Problem& problem, const Eigen::VectorXd& u,
   const ModelLevel own[] = {{}};
   return posterior_at(problem, u, use,
                       mean_over_levels(problem, u, linearise(problem, u, use), own).covariance_u);
-}
-
-std::vector<Eigen::Vector3d> starting_centres(const Cell& cell, const ArmModel& arm,
-                                              const std::vector<Touch>& touches) {
-  std::vector<Eigen::Vector3d> centres(cell.targets.size(), Eigen::Vector3d::Zero());
-  for (std::size_t t = 0; t < cell.targets.size(); ++t) {
-    const Target& target = cell.targets[t];
-    std::vector<Eigen::Vector3d> points;
-    std::vector<double> radii;
-    for (const Touch& touch : touches) {
-      if (touch.target != target.id || touch.set != TouchSet::kFit) continue;
-      points.push_back(arm.position(arm.prepare(touch.joint_rad), nullptr));
-      radii.push_back(target.kind == TargetKind::kWire
-                          ? touch.radius_m
-                          : target.diameter_m / 2.0 + cell.tool.tip_radius_m);
-    }
-    if (points.empty()) continue;
-    if (target.kind == TargetKind::kPoint) {
-      for (const auto& p : points) centres[t] += p / static_cast<double>(points.size());
-      continue;
-    }
-    const SphereFit fit = fit_centre(points, radii, target.has_centre ? &target.centre_m : nullptr);
-    if (!fit.determined && !target.has_centre)
-      throw IdentifyError(fmt::format(
-          "target {}: {} fit touches do not span a sphere; touch it from more sides, or state "
-          "centre_mm in the cell file",
-          target.id, points.size()));
-    centres[t] = fit.centre_m;
-  }
-  return centres;
 }
 
 /// |r| / sigma with the touch's own pull on the fit taken out (studentised), for used touches;
@@ -191,9 +161,8 @@ void settle(const Problem& problem, const IdentifyOptions& options, Estimate& e)
 /// From the fullest level's solution to the mean over all levels, and the outliers by that. Each
 /// round is one Gauss-Newton step of every level; levels without a say are not asked again.
 LevelMean settle_over_levels(const Cell& levelled, const Problem& full,
-                             const std::vector<Eigen::Vector3d>& centres,
-                             const IdentifyOptions& options, std::vector<ModelLevel> levels,
-                             Estimate& e) {
+                             const std::vector<TargetPlace>& places, const IdentifyOptions& options,
+                             std::vector<ModelLevel> levels, Estimate& e) {
   constexpr double kStep = 1e-6;  // prior sigmas
   constexpr double kNoSay = 1e-6;
   LevelMean first;
@@ -201,7 +170,7 @@ LevelMean settle_over_levels(const Cell& levelled, const Problem& full,
     LevelMean mean = mean_over_levels(full, e.u, linearise(full, e.u, e.use), levels);
     const double step = (mean.u - e.u).lpNorm<Eigen::Infinity>();
     e.u = mean.u;
-    const Problem problem(levelled, full.arm(), full.touches(), centres, mean.ripple_rad);
+    const Problem problem(levelled, full.arm(), full.touches(), places, mean.ripple_rad);
     e.posterior = posterior_at(problem, e.u, e.use, mean.covariance_u);
     std::vector<bool> next = e.use;
     if (options.reject_outliers) next = honest_touches(problem, options, e);
@@ -256,11 +225,11 @@ void fill_parameters(const Problem& problem, const Estimate& e, const FrameDirec
   }
   for (const TargetBlock& block : problem.blocks()) {
     const Target& target = problem.cell().targets[block.target];
-    TargetResult result{target.id, x.segment<3>(block.first), 0.0};
-    if (target.kind == TargetKind::kSphere)
+    TargetResult result = result_at(target, problem.place(block), x.data() + block.first);
+    if (target.kind == TargetKind::kSphere || target.kind == TargetKind::kPlane)
       result.effective_radius_m = problem.nominal_radius_m(target) +
                                   (problem.rho() >= 0 ? x[problem.rho()] : 0.0) +
-                                  (block.has_radius ? x[block.first + 3] : 0.0);
+                                  (block.has_radius ? x[block.first + block.place] : 0.0);
     calibration.targets.push_back(result);
   }
 }
@@ -270,7 +239,15 @@ std::vector<JointVector> poses_near_targets(const Problem& problem,
   std::vector<JointVector> around;
   for (const Touch& touch : problem.touches()) around.push_back(touch.joint_rad);
   std::vector<Eigen::Vector3d> centres;
-  for (const TargetResult& target : targets) centres.push_back(target.centre_m);
+  for (const TargetResult& target : targets) {
+    if (has_a_centre(target.kind)) {
+      centres.push_back(target.centre_m);
+      continue;
+    }
+    for (std::size_t i = 0; i < problem.touches().size(); ++i)  // it is where it was touched
+      if (problem.touches()[i].target == target.id)
+        centres.push_back(problem.arm().position(problem.pose(i), nullptr));
+  }
   return local_poses(problem.arm(), around, centres, kLocalHalfM, kLocalPoses, kRegionSeed);
 }
 
@@ -305,8 +282,8 @@ Calibration identify(const Cell& cell, const std::vector<Touch>& touches,
   // and the evidence of every simpler level follows from its linearisation.
   const Cell levelled = at_level(cell, options.level.value_or(ModelLevel{}));
   const ArmModel arm(levelled.robot, levelled.tool);
-  const auto centres = starting_centres(cell, arm, touches);
-  const Problem full(levelled, arm, touches, centres);
+  const auto places = starting_places(cell, arm, touches);
+  const Problem full(levelled, arm, touches, places);
   for (std::size_t i = 0; i < touches.size(); ++i)
     if (full.block_of(i) < 0)
       throw IdentifyError(fmt::format(
@@ -321,8 +298,8 @@ Calibration identify(const Cell& cell, const std::vector<Touch>& touches,
 
   std::vector<ModelLevel> levels = usual_levels();
   if (options.level) levels = {{1.0, 1.0, options.level->ripple_rad}};
-  const LevelMean mean = settle_over_levels(levelled, full, centres, options, std::move(levels), e);
-  const Problem problem(levelled, arm, touches, centres, mean.ripple_rad);
+  const LevelMean mean = settle_over_levels(levelled, full, places, options, std::move(levels), e);
+  const Problem problem(levelled, arm, touches, places, mean.ripple_rad);
 
   Calibration calibration;
   calibration.cell = cell;
@@ -368,10 +345,11 @@ Calibration identify(const Cell& cell, const std::vector<Touch>& touches,
     if (r.outlier)
       calibration.outliers.push_back(
           {r.touch, r.after_m,
-           fmt::format("{:+.3f} mm off the {}, {:.0f} times the touch noise ({})", r.after_m * 1e3,
+           fmt::format("{:+.3f} mm off the {}, {:.0f} times the touch noise{}", r.after_m * 1e3,
                        touches[r.touch].target, std::abs(r.whitened),
-                       r.after_m > 0 ? "tip outside: contact seen before the surface"
-                                     : "tip inside: contact seen too late")});
+                       problem.rows(r.touch) == 3 ? ""  // a distance, to no side
+                       : r.after_m > 0 ? " (tip outside: contact seen before the surface)"
+                                       : " (tip inside: contact seen too late)")});
   calibration.verdict = judge(problem, calibration);
   return calibration;
 }

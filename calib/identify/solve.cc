@@ -91,7 +91,7 @@ class Rows {
   double floor_m_;
   int count_;
   std::vector<double> x_, by_shared_;
-  double by_target_[12] = {};
+  double by_target_[3 * TargetBlock::kMost] = {};
 };
 
 /// All residuals at once: touches and lengths, then the priors. One block instead of one per touch

@@ -46,7 +46,10 @@ void check_cell(const Cell& cell) {
                       "cell file",
                       target.id));
   }
-  if (!sphere) throw PlanError("the cell has no sphere to touch");
+  if (!sphere)
+    throw PlanError(
+        "the cell has no sphere to touch; touches of other targets are made by hand and identified "
+        "from a file");
 }
 
 /// A posture well inside the limits: half-way, with the arm reaching forward and up.
