@@ -219,6 +219,8 @@ Plan make_plan(const Cell& cell, const PlanOptions& options, const JointVector& 
     throw PlanError("the arm stands too close to a sphere or its stand to start from; jog it free");
   Plan plan = visit(cell, options, router, std::move(todo), start);
   plan.predicted_m3_m = choice.predicted_m3_m;
+  for (const Target& target : cell.targets)
+    if (target.kind != TargetKind::kSphere) plan.left_out.push_back(target.id);
   return plan;
 }
 
