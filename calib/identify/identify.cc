@@ -345,7 +345,7 @@ Calibration identify(const Cell& cell, const std::vector<Touch>& touches,
     if (r.outlier)
       calibration.outliers.push_back(
           {r.touch, r.after_m,
-           fmt::format("{:+.3f} mm off the {}, {:.0f} times the touch noise{}", r.after_m * 1e3,
+           fmt::format("{:+.3f} mm off {}, {:.0f} times the touch noise{}", r.after_m * 1e3,
                        touches[r.touch].target, std::abs(r.whitened),
                        problem.rows(r.touch) == 3 ? ""  // a distance, to no side
                        : r.after_m > 0 ? " (tip outside: contact seen before the surface)"

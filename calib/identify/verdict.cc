@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calib/identify/solve.h"
+
 namespace cellcal::calib {
 
 namespace {
@@ -16,8 +18,8 @@ using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::Ro
 /// says, or the arm has errors that the model lacks.
 constexpr double kChi2Limit = 4.0;
 constexpr double kOutlierShare = 0.10;
-/// Held-out touches may be worse than the fit, but not by this much: then it is over-fitted.
-constexpr double kCheckRatio = 4.0;
+/// Held-out touches may be worse than the calibration predicts for them, but not by this much.
+constexpr double kCheckRatio = 2.0;
 /// An arm this many tolerances off its drawing is another arm: real ones stay within five
 /// (real-data tests), a wrong row of the robot file makes twenty and more and can still be
 /// explained away.
@@ -84,6 +86,35 @@ bool holds_scale(const Problem& problem, const std::vector<std::size_t>& touches
   return information * kScaleSigma * kScaleSigma > 1.0;
 }
 
+/// Held-out residuals over their predicted sigmas, rms: of the touch and of what the fit leaves
+/// open there. 0 without check touches or covariance.
+double check_against_prediction(const Problem& problem, const Calibration& c) {
+  if (c.covariance.rows() != problem.size()) return 0.0;
+  Eigen::VectorXd x(problem.size());
+  for (int i = 0; i < problem.size(); ++i)
+    x[i] = c.parameters[static_cast<std::size_t>(i)].nominal +
+           c.parameters[static_cast<std::size_t>(i)].correction;
+  double sum = 0.0;
+  int count = 0;
+  for (std::size_t t = 0; t < problem.touches().size(); ++t) {
+    if (problem.touches()[t].set != TouchSet::kCheck || problem.block_of(t) < 0) continue;
+    const TargetBlock& block = problem.blocks()[problem.block_of(t)];
+    const int rows = problem.rows(t), shared = problem.shared_size();
+    Eigen::VectorXd residual(rows);
+    RowMajor by_shared(rows, shared), by_target(rows, block.size());
+    problem.residual_m(t, x.data(), x.data() + block.first, residual.data(), by_shared.data(),
+                       by_target.data());
+    RowMajor j = RowMajor::Zero(rows, problem.size());
+    j.leftCols(shared) = by_shared;
+    j.middleCols(block.first, block.size()) = by_target;
+    const Eigen::VectorXd variance = (j * c.covariance).cwiseProduct(j).rowwise().sum().array() +
+                                     std::pow(problem.sigma_m(t), 2);
+    sum += residual.cwiseAbs2().cwiseQuotient(variance).sum();
+    count += rows;
+  }
+  return count == 0 ? 0.0 : std::sqrt(sum / count);
+}
+
 }  // namespace
 
 Verdict judge(const Problem& problem, const Calibration& c) {
@@ -139,11 +170,11 @@ Verdict judge(const Problem& problem, const Calibration& c) {
           "robot file, and is the arm mastered? If both are so, state a larger tolerance",
           found.name, found.correction * found.to_unit, found.unit, tolerances));
   }
-  if (c.check.count > 0 && c.after.rms_m > 0.0 &&
-      c.check.rms_m > kCheckRatio * std::max(c.after.rms_m, c.touch_noise_m))
-    blocking.push_back(fmt::format(
-        "check touches: held-out touches leave {:.3f} mm rms, the fitted ones {:.3f} mm",
-        c.check.rms_m * 1e3, c.after.rms_m * 1e3));
+  if (const double ratio = check_against_prediction(problem, c); ratio > kCheckRatio)
+    blocking.push_back(
+        fmt::format("check touches: held-out touches leave {:.3f} mm rms, {:.1f} times what the "
+                    "calibration predicts for them",
+                    c.check.rms_m * 1e3, ratio));
 
   verdict.publish = blocking.empty();
   verdict.workspace = !problem.lengths().empty() || !tracker.empty();
@@ -153,8 +184,8 @@ Verdict judge(const Problem& problem, const Calibration& c) {
         fmt::format("scope: the places that {} measured hold the scale", tracker));
   if (!problem.lengths().empty())
     verdict.reasons.push_back(
-        fmt::format("scope: {} certified length{} touched at both ends hold the scale",
-                    problem.lengths().size(), problem.lengths().size() == 1 ? "" : "s"));
+        fmt::format("scope: {} certified length{} the scale, touched at both ends",
+                    problem.lengths().size(), problem.lengths().size() == 1 ? " holds" : "s hold"));
   if (!verdict.workspace)
     verdict.reasons.push_back(
         "scope: no certified length was touched, so only the target's size holds the scale; the "

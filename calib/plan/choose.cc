@@ -16,6 +16,8 @@ namespace {
 
 constexpr int kPoses = 200;
 constexpr unsigned kRegionSeed = 7;
+/// Of the compliance that the file states or that is assumed: what most arms have.
+constexpr double kUsualCompliance = 0.3;
 /// Centres without a prior: a metre, in prior units, is no information.
 constexpr double kNoPriorWeight = 1e-2;
 /// Smallest eigenvalue of a sphere's sum of d d' over its touches, d the unit direction of a touch,
@@ -55,7 +57,7 @@ class Held {
 Choice choose(const Cell& stated, const std::vector<Candidate>& candidates, int count,
               int least_per_target) {
   // With what the geometry lacks: touches are chosen for the arm as it will be judged.
-  const Cell cell = at_level(stated, ModelLevel{});
+  const Cell cell = at_level(stated, {kUsualCompliance, 1.0, 0.0});
   const ArmModel arm(cell.robot, cell.tool);
   std::vector<Touch> touches;
   for (const Candidate& c : candidates) {
@@ -92,15 +94,21 @@ Choice choose(const Cell& stated, const std::vector<Candidate>& candidates, int 
         .stableNormalized();
   };
   for (int k = 0; k < count; ++k) {
-    int owed = 0;
-    for (std::size_t t = 0; t < held.size(); ++t)
-      if (is_sphere(t)) owed += held[t].owed(least_per_target);
+    int owed = 0, few = 0;
+    for (std::size_t t = 0; t < held.size(); ++t) {
+      if (!is_sphere(t)) continue;
+      owed += held[t].owed(least_per_target);
+      few += std::max(0, least_per_target - held[t].count());
+    }
+    const bool only_few = few > 0 && few >= count - k;
     const bool only_owed = owed > 0 && owed >= count - k;
     double best = -1.0;
     std::size_t pick = candidates.size();
     for (std::size_t c = 0; c < candidates.size(); ++c) {
       const Held& own = held[candidates[c].target];
-      if (taken[c] || (only_owed && own.owed(least_per_target) == 0)) continue;
+      if (taken[c] || (only_few && own.count() >= least_per_target) ||
+          (only_owed && own.owed(least_per_target) == 0))
+        continue;
       const auto g = rows.jacobian.row(static_cast<Eigen::Index>(c));
       const Eigen::VectorXd sg = covariance * g.transpose();
       const auto arm_part = sg.head(arm_size);

@@ -6,7 +6,9 @@ import os
 import re
 import socket
 import subprocess
+import sys
 import tempfile
+import threading
 import time
 import unittest
 
@@ -48,7 +50,50 @@ def wait_for(condition, what, seconds=60.0):
     raise AssertionError(f"{what}: not within {seconds} s")
 
 
+class Stalls:
+    """Whether this machine kept a thread waiting for longer than the sensor's heartbeat may be late.
+    A real-time test that fails in such company says nothing."""
+
+    LONGEST_S = 0.020
+
+    def __enter__(self):
+        self.worst_s, self.over = 0.0, threading.Event()
+        self.thread = threading.Thread(target=self.watch, daemon=True)
+        self.thread.start()
+        return self
+
+    def __exit__(self, *_):
+        self.over.set()
+        self.thread.join()
+
+    def watch(self):
+        nap = 0.005
+        while not self.over.is_set():
+            begun = time.monotonic()
+            time.sleep(nap)
+            self.worst_s = max(self.worst_s, time.monotonic() - begun - nap)
+
+
 class Wires(unittest.TestCase):
+    TRIES = 4
+
+    def run(self, result=None):
+        """Repeats a test that failed on a machine that stalled meanwhile; never one that failed on a
+        machine that did not."""
+        for left in reversed(range(self.TRIES)):
+            trial = unittest.TestResult()
+            with Stalls() as stalls:
+                super().run(trial)
+            if trial.wasSuccessful() or stalls.worst_s < Stalls.LONGEST_S or left == 0:
+                break
+            print(f"{self.id()}: failed while the machine stalled for {stalls.worst_s * 1e3:.0f} ms; "
+                  "once more", file=sys.stderr)
+            time.sleep(5)
+        result.testsRun += 1
+        result.failures += trial.failures
+        result.errors += trial.errors
+        return result
+
     def setUp(self):
         self.folder = tempfile.TemporaryDirectory(prefix="cellcal-")
         self.dir = self.folder.name
@@ -211,7 +256,7 @@ class Virtual(Wires):
         with open(f"{self.dir}/cellcald.toml") as f:
             text = f.read().replace('backend = "rsi"', 'backend = "mock"')
         with open(f"{self.dir}/cellcald.toml", "w") as f:
-            f.write(text + "[mock]\nseed = 4\ndeflection = 0.002\njoint_noise_deg = 0.001\n")
+            f.write(text + "[mock]\nseed = 12\ndeflection = 0.002\njoint_noise_deg = 0.001\n")
         self.daemon()
         results = []
         for session in ("1", "2"):

@@ -111,6 +111,26 @@ TEST(Level, SoftJointsAreSeenByTheirEvidence) {
   EXPECT_GT(soft, 0.99);
 }
 
+TEST(Level, SagOfAnArmWhoseFileStatesNoMassesIsFoundInItsTrueShape) {
+  // The forearm's weight hangs to one side, which no guess from the links' lengths would say.
+  Cell heavy = soft_cell();
+  heavy.robot.joints[3].com_m = {0.0, 0.0, -0.3};
+  for (Joint& joint : heavy.robot.joints) joint.compliance_sigma_rad_per_nm *= 3.0;
+  double taken = 0.0, left_out = 0.0;
+  constexpr int kRuns = 4;
+  for (unsigned seed = 1; seed <= kRuns; ++seed) {
+    const sim::Truth truth = testing::plain_truth(heavy, seed);
+    const auto made = make_touches(heavy, truth, {.fit = 150, .check = 40, .seed = seed});
+    taken += identify(demo_cell(), made.touches).check.rms_m / kRuns;
+    IdentifyOptions stiff;
+    stiff.level = ModelLevel{0.0, 1.0, 0.0};
+    left_out += identify(demo_cell(), made.touches, stiff).check.rms_m / kRuns;
+  }
+  std::printf("sag: unseen touches %.3f mm rms, stiff %.3f mm\n", 1e3 * taken, 1e3 * left_out);
+  EXPECT_LT(taken, 0.1e-3);
+  EXPECT_GT(left_out, 1.5 * taken);
+}
+
 TEST(Level, LargeGearErrorsAreTakenAsLargerThanSmallOnes) {
   double small = 0.0, large = 0.0;
   constexpr int kRuns = 6;
