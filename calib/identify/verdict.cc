@@ -12,8 +12,6 @@ namespace cellcal::calib {
 
 namespace {
 
-using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-
 /// Residuals twice as large as stated leave chi^2/dof at 4: the noise is not what the cell file
 /// says, or the arm has errors that the model lacks.
 constexpr double kChi2Limit = 4.0;

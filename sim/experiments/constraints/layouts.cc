@@ -57,14 +57,14 @@ calib::Cell planes(const calib::Cell& base) {
 }  // namespace
 
 std::vector<Layout> layouts(const calib::Cell& base) {
-  return {{"1 sphere", with(base, TargetKind::kSphere, 1, false)},
-          {"4 spheres", with(base, TargetKind::kSphere, 4, false)},
-          {"4 spheres, lengths", with(base, TargetKind::kSphere, 4, true)},
-          {"1 wire", with(base, TargetKind::kWire, 1, false)},
-          {"3 planes", planes(base)},
-          {"4 points", with(base, TargetKind::kPoint, 4, false)},
-          {"4 points, lengths", with(base, TargetKind::kPoint, 4, true)},
-          {"tracker", with(base, TargetKind::kTracker, 1, false)}};
+  return {{"1 sphere", with(base, TargetKind::kSphere, 1, false), false},
+          {"4 spheres", with(base, TargetKind::kSphere, 4, false), false},
+          {"4 spheres, lengths", with(base, TargetKind::kSphere, 4, true), true},
+          {"1 wire", with(base, TargetKind::kWire, 1, false), true},
+          {"3 planes", planes(base), false},
+          {"4 points", with(base, TargetKind::kPoint, 4, false), false},
+          {"4 points, lengths", with(base, TargetKind::kPoint, 4, true), true},
+          {"tracker", with(base, TargetKind::kTracker, 1, false), true}};
 }
 
 }  // namespace cellcal::sim::constraints

@@ -11,6 +11,7 @@ namespace cellcal::sim::constraints {
 struct Layout {
   std::string name;
   calib::Cell cell;
+  bool measures_length = false;  ///< beyond a sphere's own size: certified distances, wire, tracker
 };
 
 /// `base`: robot, tool and noise; its targets are replaced.

@@ -99,6 +99,18 @@ void conclude(const std::vector<constraints::Layout>& all, const std::vector<dou
     const char* words = a * kSame < b ? "holds" : b * kSame < a ? "does not hold" : "no difference";
     fmt::print("  {:<18} {:.3f} mm, {:<17} {:.3f} mm: {}\n", sphere, a, other, b, words);
   }
+  for (const bool length : {true, false}) {
+    double least = std::numeric_limits<double>::infinity(), most = 0.0;
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      if (all[i].measures_length != length) continue;
+      least = std::min(least, m3[i]);
+      most = std::max(most, m3[i]);
+    }
+    fmt::print("{} {:.3f} to {:.3f} mm.\n",
+               length ? "Where a length is measured (certified distances, wire, tracker):"
+                      : "Where none is (spheres, planes or points alone):",
+               least, most);
+  }
 }
 
 int run(const Options& options) {
