@@ -289,8 +289,8 @@ std::string level_reason(const Cell& cell, const ModelLevel& level, const LevelM
 
 }  // namespace
 
-Calibration identify(const Cell& cell, const std::vector<Touch>& touches,
-                     const IdentifyOptions& options) {
+Calibration identify_as_stated(const Cell& cell, const std::vector<Touch>& touches,
+                               const IdentifyOptions& options) {
   const bool any_fit = std::any_of(touches.begin(), touches.end(),
                                    [](const Touch& t) { return t.set == TouchSet::kFit; });
   if (!any_fit) throw IdentifyError("there are no fit touches; nothing to identify from");
