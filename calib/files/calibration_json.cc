@@ -19,18 +19,6 @@ using ordered = nlohmann::ordered_json;
 
 constexpr const char* kFormat = "cellcal.calibration/1";
 
-const char* word(DecidedBy decided) {
-  switch (decided) {
-    case DecidedBy::kData:
-      return "data";
-    case DecidedBy::kPrior:
-      return "prior";
-    case DecidedBy::kFrame:
-      return "frame";
-  }
-  return "";
-}
-
 ordered summary_json(const ResidualSummary& s) {
   return {{"mean_mm", s.mean_m * kMmPerM},
           {"max_mm", s.max_m * kMmPerM},
@@ -197,7 +185,7 @@ std::string calibration_to_json(const Calibration& c) {
                                  {"nominal", p.nominal * p.to_unit},
                                  {"correction", p.correction * p.to_unit},
                                  {"sigma", p.sigma * p.to_unit},
-                                 {"decided_by", word(p.decided_by)}});
+                                 {"decided_by", to_string(p.decided_by)}});
   }
   out["targets"] = ordered::array();
   for (const TargetResult& t : c.targets) out["targets"].push_back(target_json(t));

@@ -13,6 +13,19 @@ namespace cellcal::calib {
 
 enum class DecidedBy { kData, kPrior, kFrame };
 
+/// As files and screens name it.
+constexpr const char* to_string(DecidedBy decided) {
+  switch (decided) {
+    case DecidedBy::kData:
+      return "data";
+    case DecidedBy::kPrior:
+      return "prior";
+    case DecidedBy::kFrame:
+      return "frame";
+  }
+  return "";
+}
+
 /// One identified quantity. Values are SI and radians; `unit` names what files and screens show.
 struct ParameterResult {
   std::string name;      ///< e.g. "A2.theta", "tool.c_t", "touch.rho", "S1.x"

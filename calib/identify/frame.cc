@@ -1,9 +1,10 @@
 #include "calib/identify/frame.h"
 
-#include <Eigen/QR>
-#include <Eigen/SVD>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+
+#include "calib/identify/information.h"
 
 namespace cellcal::calib {
 
@@ -16,6 +17,8 @@ constexpr double kNoInformation = 0.3;
 /// workspace. (The last link's fourth combination is not exactly null: it tilts the tool and with
 /// it its bending, by a fraction of a micrometre.)
 constexpr double kUnmeasurableM = 1e-6;
+/// What every direction is seen by, at least: far below the others.
+constexpr double kFlat = 1e-3;
 /// At most this many weak directions are put into words.
 constexpr std::size_t kWeakNamed = 3;
 /// Shares below this are not worth naming.
@@ -131,14 +134,21 @@ std::string weak_words(const Problem& problem, const Eigen::VectorXd& direction)
 
 namespace {
 
-/// Singular values and right vectors of a tall matrix, by way of its R.
-Eigen::BDCSVD<Eigen::MatrixXd> decompose(const Eigen::MatrixXd& rows) {
-  const Eigen::Index n = rows.cols();
-  Eigen::MatrixXd tall = Eigen::MatrixXd::Zero(std::max(rows.rows(), n), n);
-  tall.topRows(rows.rows()) = rows;
-  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(tall);
-  const Eigen::MatrixXd r = qr.matrixQR().topRows(n).triangularView<Eigen::Upper>();
-  return Eigen::BDCSVD<Eigen::MatrixXd>(r, Eigen::ComputeFullV);
+/// Directions, orthonormal, weakest last, along which a unit step changes the rows of a triangle by
+/// less than `most`.
+/// By the eigenvalues of the inverse information, as the covariance of a flat prior: its large ones
+/// are the small singular values of the rows, with all their digits.
+Eigen::MatrixXd unseen(const Eigen::MatrixXd& triangle, double most) {
+  const Eigen::Index n = triangle.cols();
+  Eigen::MatrixXd root = Eigen::MatrixXd::Identity(n, n);
+  triangle.triangularView<Eigen::Upper>().solveInPlace(root);
+  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(n, n);
+  covariance.selfadjointView<Eigen::Lower>().rankUpdate(root);
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(covariance);
+  Eigen::Index count = 0;
+  while (count < n && solver.eigenvalues()[n - 1 - count] > 1.0 / (most * most + kFlat * kFlat))
+    ++count;
+  return solver.eigenvectors().rightCols(count);
 }
 
 UnidentifiableDirection described(const Problem& problem, const Eigen::VectorXd& direction,
@@ -156,54 +166,62 @@ UnidentifiableDirection described(const Problem& problem, const Eigen::VectorXd&
 FrameDirections find_frame_directions(const Problem& problem, const Linearisation& linear,
                                       const Eigen::MatrixXd& workspace_moves_m) {
   const int n = problem.size();
-  std::vector<int> held;  // rows that are measurements though they stand as priors
-  for (int i = 0; i < n; ++i)
-    if (problem.unknowns()[i].held_by_geometry) held.push_back(i);
   // Frames are a matter of geometry. Transmission errors are left out of the search: over a joint's
   // range a constant and a slow wave are much alike, which is no choice of frame. So are loads:
   // many are moments that no joint bears.
-  std::vector<int> wobble;
-  for (int i = 0; i < problem.arm_size(); ++i) {
-    const ArmParameterKind kind = problem.arm().parameters()[i].kind;
-    if (kind == ArmParameterKind::kCosine || kind == ArmParameterKind::kSine ||
-        kind == ArmParameterKind::kLoad)
-      wobble.push_back(i);
+  std::vector<int> sought;
+  for (int i = 0; i < n; ++i) {
+    const ArmParameterKind kind =
+        i < problem.arm_size() ? problem.arm().parameters()[i].kind : ArmParameterKind::kTheta;
+    if (kind != ArmParameterKind::kCosine && kind != ArmParameterKind::kSine &&
+        kind != ArmParameterKind::kLoad)
+      sought.push_back(i);
   }
-  const Eigen::Index touched = linear.jacobian.rows();
-  const auto tips = static_cast<double>(std::max<Eigen::Index>(1, workspace_moves_m.rows() / 3));
-  Eigen::MatrixXd measured =
-      Eigen::MatrixXd::Zero(touched + static_cast<Eigen::Index>(held.size() + wobble.size()), n);
-  measured.topRows(touched) = linear.jacobian;
-  constexpr double kHeld = 1e3;  // a column that is seen for certain
-  for (const int i : wobble) measured.col(i).setZero();
-  for (std::size_t i = 0; i < held.size(); ++i)
-    measured(touched + static_cast<Eigen::Index>(i), held[i]) = 1.0;
-  for (std::size_t i = 0; i < wobble.size(); ++i)
-    measured(touched + static_cast<Eigen::Index>(held.size() + i), wobble[i]) = kHeld;
-  const auto seen = decompose(measured);
+  const auto width = static_cast<Eigen::Index>(sought.size());
+  // All directions are seen a little, so that the information has an inverse.
+  Information measured(width, true);
+  Eigen::VectorXd flat = Eigen::VectorXd::Constant(width, kFlat);
+  for (Eigen::Index k = 0; k < width; ++k)
+    if (problem.unknowns()[sought[static_cast<std::size_t>(k)]].held_by_geometry) flat[k] = 1.0;
+  measured.add_alone(flat, Eigen::VectorXd::Zero(width));
+  constexpr Eigen::Index kRows = 256;
+  for (Eigen::Index first = 0; first < linear.jacobian.rows(); first += kRows) {
+    const Eigen::Index rows = std::min(kRows, linear.jacobian.rows() - first);
+    RowMajor block = RowMajor::Zero(rows, width + 1);
+    for (Eigen::Index k = 0; k < width; ++k)
+      block.col(k) = linear.jacobian.col(sought[static_cast<std::size_t>(k)]).segment(first, rows);
+    measured.add(block);
+  }
+  const auto spread = [&](const Eigen::MatrixXd& directions) {
+    Eigen::MatrixXd all = Eigen::MatrixXd::Zero(n, directions.cols());
+    for (Eigen::Index k = 0; k < width; ++k)
+      all.row(sought[static_cast<std::size_t>(k)]) = directions.row(k);
+    return all;
+  };
+  const Eigen::MatrixXd weakest =
+      spread(unseen(measured.triangle().topLeftCorner(width, width), kNoInformation));
 
   // Touches and, as if they were measured to kUnmeasurableM, all tips of the workspace.
-  Eigen::MatrixXd everything = Eigen::MatrixXd::Zero(measured.rows() + workspace_moves_m.rows(), n);
-  everything.topRows(measured.rows()) = measured;
-  everything.bottomLeftCorner(workspace_moves_m.rows(), workspace_moves_m.cols()) =
-      workspace_moves_m / (kUnmeasurableM * std::sqrt(tips));
-  for (const int i : wobble) everything.col(i).tail(workspace_moves_m.rows()).setZero();
-  const auto anywhere = decompose(everything);
-  int frame = 0;
-  while (frame < n && anywhere.singularValues()[n - 1 - frame] < 0.5) ++frame;
+  const auto tips = static_cast<double>(std::max<Eigen::Index>(1, workspace_moves_m.rows() / 3));
+  RowMajor moves = RowMajor::Zero(workspace_moves_m.rows(), width + 1);
+  for (Eigen::Index k = 0; k < width; ++k)
+    if (const int i = sought[static_cast<std::size_t>(k)]; i < workspace_moves_m.cols())
+      moves.col(k) = workspace_moves_m.col(i) / (kUnmeasurableM * std::sqrt(tips));
+  measured.add(moves);
+  constexpr double kNowhere = 0.5;
 
   FrameDirections result;
-  result.singular_values = seen.singularValues();
-  result.basis_u = anywhere.matrixV().rightCols(frame);
+  result.basis_u = spread(unseen(measured.triangle().topLeftCorner(width, width), kNowhere));
+  const Eigen::Index frame = result.basis_u.cols();
   if (frame > 0) {
     const Eigen::MatrixXd sparse = sparse_basis(result.basis_u, problem.arm_size());
-    for (int c = 0; c < frame; ++c)
+    for (Eigen::Index c = 0; c < frame; ++c)
       result.words.push_back(described(problem, sparse.col(c), words_for(problem, sparse.col(c))));
   }
   // What the touches do not see, frame aside: weakest first.
   std::size_t weak = 0;
-  for (int k = n - 1; k >= 0 && seen.singularValues()[k] < kNoInformation; --k) {
-    Eigen::VectorXd v = seen.matrixV().col(k);
+  for (Eigen::Index k = weakest.cols() - 1; k >= 0; --k) {
+    Eigen::VectorXd v = weakest.col(k);
     v -= result.basis_u * (result.basis_u.transpose() * v);
     if (v.norm() < 0.5) continue;
     if (++weak > kWeakNamed) continue;

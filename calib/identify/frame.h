@@ -18,7 +18,6 @@ namespace cellcal::calib {
 struct FrameDirections {
   Eigen::MatrixXd basis_u;  ///< frame directions, size x k, orthonormal, prior units
   std::vector<UnidentifiableDirection> words;  ///< frame directions first, then weak ones
-  Eigen::VectorXd singular_values;  ///< of the measured Jacobian, prior units, descending
 };
 
 /// `workspace_moves_m`: tip motions over the workspace per prior sigma of the arm's parameters,

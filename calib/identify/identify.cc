@@ -23,7 +23,7 @@ namespace {
 /// Cauchy's loss at two sigma: full weight for honest touches, next to none for gross ones.
 constexpr double kCauchySigma = 2.0;
 constexpr int kOutlierRounds = 20;
-constexpr int kWorkspacePoses = 300;
+constexpr int kWorkspacePoses = 100;
 constexpr int kLocalPoses = 100;
 constexpr double kLocalHalfM = 0.150;
 constexpr unsigned kRegionSeed = 20240924;
@@ -35,10 +35,21 @@ struct Posterior {
   Eigen::VectorXd leverage;  ///< per row of the linearisation: j S j'
 };
 
+/// j S j' of every row.
+Eigen::VectorXd spread(const RowMajor& j, const Eigen::MatrixXd& covariance) {
+  Eigen::VectorXd result(j.rows());
+  constexpr Eigen::Index kRows = 128;  // stays in the cache
+  for (Eigen::Index first = 0; first < j.rows(); first += kRows) {
+    const auto rows = j.middleRows(first, std::min(kRows, j.rows() - first));
+    result.segment(first, rows.rows()) = (rows * covariance).cwiseProduct(rows).rowwise().sum();
+  }
+  return result;
+}
+
 Posterior posterior_at(const Problem& problem, const Eigen::VectorXd& u,
                        const std::vector<bool>& use, Eigen::MatrixXd covariance_u) {
   Posterior p{linearise(problem, u, use), std::move(covariance_u), {}};
-  p.leverage = (p.linear.jacobian * p.covariance_u).cwiseProduct(p.linear.jacobian).rowwise().sum();
+  p.leverage = spread(p.linear.jacobian, p.covariance_u);
   return p;
 }
 
@@ -46,8 +57,10 @@ Posterior posterior_at(const Problem& problem, const Eigen::VectorXd& u,
 Posterior posterior_at(const Problem& problem, const Eigen::VectorXd& u,
                        const std::vector<bool>& use) {
   const ModelLevel own[] = {{}};
-  return posterior_at(problem, u, use,
-                      mean_over_levels(problem, u, linearise(problem, u, use), own).covariance_u);
+  Posterior p{linearise(problem, u, use), {}, {}};
+  p.covariance_u = mean_over_levels(problem, u, p.linear, own).covariance_u;
+  p.leverage = spread(p.linear.jacobian, p.covariance_u);
+  return p;
 }
 
 /// |r| / sigma with the touch's own pull on the fit taken out (studentised), for used touches;
@@ -72,13 +85,12 @@ std::vector<double> studentised(const Problem& problem, const Eigen::VectorXd& u
   std::vector<bool> others(count, false);
   for (std::size_t i = 0; i < count; ++i) others[i] = fit[i] && !use[i];
   const Linearisation outside = linearise(problem, u, others);
+  const Eigen::VectorXd predicted = spread(outside.jacobian, posterior.covariance_u);
   for (const auto& [touch, row] : outside.touch_row) {
     double worst = 0.0;
-    for (int k = 0; k < problem.rows(touch); ++k) {
-      const Eigen::RowVectorXd j = outside.jacobian.row(row + k);
-      const double spread = 1.0 + j * posterior.covariance_u * j.transpose();
-      worst = std::max(worst, std::abs(outside.residual[row + k]) / std::sqrt(spread));
-    }
+    for (int k = 0; k < problem.rows(touch); ++k)
+      worst = std::max(worst,
+                       std::abs(outside.residual[row + k]) / std::sqrt(1.0 + predicted[row + k]));
     t[touch] = worst;
   }
   return t;
@@ -119,12 +131,32 @@ std::vector<bool> honest_touches(const Problem& problem, const IdentifyOptions& 
   return honest;
 }
 
+/// A share of many touches that is enough to come near the solution, spread over each target's.
+std::vector<bool> enough_of(const Problem& problem, const std::vector<bool>& use) {
+  constexpr std::size_t kEnough = 2000;
+  if (static_cast<std::size_t>(std::count(use.begin(), use.end(), true)) <= 2 * kEnough) return use;
+  const std::size_t share = kEnough / problem.blocks().size() + 1;
+  std::vector<std::size_t> of_target(problem.blocks().size(), 0), seen = of_target;
+  for (std::size_t i = 0; i < use.size(); ++i)
+    if (use[i]) ++of_target[static_cast<std::size_t>(problem.block_of(i))];
+  std::vector<bool> some(use.size(), false);
+  for (std::size_t i = 0; i < use.size(); ++i) {
+    if (!use[i]) continue;
+    const auto block = static_cast<std::size_t>(problem.block_of(i));
+    const std::size_t every = std::max<std::size_t>(1, of_target[block] / share);
+    some[i] = seen[block]++ % every == 0;
+  }
+  return some;
+}
+
 /// Comes near the solution from zero errors: touches are first taken as worth a millimetre, then
 /// ever more. Taking them at their word at once would let what the linearisation gets wrong (parts
 /// in a thousand of the errors) drive the directions that the touches hardly see. Robust, so that
 /// gross outliers do not lead astray; those are named before anything is fitted without protection.
 void approach(const Problem& problem, const IdentifyOptions& options, Estimate& e) {
   constexpr double kFirstFloorM = 1e-3, kStep = 10.0;
+  const std::vector<bool> all = e.use;
+  e.use = enough_of(problem, all);
   double finest = kFirstFloorM;
   for (std::size_t i = 0; i < e.use.size(); ++i)
     if (e.use[i]) finest = std::min(finest, problem.sigma_m(i));
@@ -133,7 +165,10 @@ void approach(const Problem& problem, const IdentifyOptions& options, Estimate& 
         solve(problem, e.u,
               {e.use, options.reject_outliers ? kCauchySigma : 0.0, options.max_iterations, floor})
             .u;
-  if (!options.reject_outliers) return;
+  if (!options.reject_outliers) {
+    e.use = all;
+    return;
+  }
   e.u = solve(problem, e.u, {e.use, kCauchySigma, options.max_iterations, finest}).u;
   e.posterior = posterior_at(problem, e.u, e.use);
   e.use = honest_touches(problem, options, e);
@@ -160,17 +195,19 @@ void settle(const Problem& problem, const IdentifyOptions& options, Estimate& e)
 
 /// From the fullest level's solution to the mean over all levels, and the outliers by that. Each
 /// round is one Gauss-Newton step of every level; levels without a say are not asked again.
-LevelMean settle_over_levels(const Cell& levelled, const Problem& full,
-                             const std::vector<TargetPlace>& places, const IdentifyOptions& options,
+/// `problem` and e.posterior have the mean's ripple in the end.
+LevelMean settle_over_levels(Problem& problem, const IdentifyOptions& options,
                              std::vector<ModelLevel> levels, Estimate& e) {
-  constexpr double kStep = 1e-6;  // prior sigmas
+  // In prior sigmas. What a step of this size leaves undone is a thousandth of it: the errors are
+  // milliradians, and the next term of the expansion is smaller by that.
+  constexpr double kStep = 1e-2;
   constexpr double kNoSay = 1e-6;
   LevelMean first;
   for (int round = 0;; ++round) {
-    LevelMean mean = mean_over_levels(full, e.u, linearise(full, e.u, e.use), levels);
+    LevelMean mean = mean_over_levels(problem, e.u, e.posterior.linear, levels);
     const double step = (mean.u - e.u).lpNorm<Eigen::Infinity>();
     e.u = mean.u;
-    const Problem problem(levelled, full.arm(), full.touches(), places, mean.ripple_rad);
+    problem.set_ripple(mean.ripple_rad);
     e.posterior = posterior_at(problem, e.u, e.use, mean.covariance_u);
     std::vector<bool> next = e.use;
     if (options.reject_outliers) next = honest_touches(problem, options, e);
@@ -183,7 +220,10 @@ LevelMean settle_over_levels(const Cell& levelled, const Problem& full,
       mean.levels = std::move(shown);
       return mean;
     }
-    e.use = std::move(next);
+    if (next != e.use) {
+      e.use = std::move(next);
+      e.posterior.linear = linearise(problem, e.u, e.use);
+    }
     if (round == 0) {
       levels.clear();
       for (const LevelEvidence& l : mean.levels)
@@ -208,7 +248,8 @@ void fill_parameters(const Problem& problem, const Estimate& e, const FrameDirec
                       unknown.to_unit,        unknown.nominal,
                       x[i] - unknown.nominal, std::sqrt(calibration.covariance(i, i))};
     // Who decided it: the frame where half of its variance is the frame's; the prior where the
-    // touches took less than half of the prior's variance away.
+    // touches took less than half of the prior's variance away, or no level with a say has it at
+    // all.
     const double variance_u = e.posterior.covariance_u(i, i);
     const double of_frame = frame.basis_u.cols() > 0 ? frame.basis_u.row(i).squaredNorm() : 0.0;
     double prior_u = unknown.prior_weight > 0.0 ? 1.0 / unknown.prior_weight : 1e9;
@@ -219,7 +260,7 @@ void fill_parameters(const Problem& problem, const Estimate& e, const FrameDirec
     }
     if (of_frame * std::min(1.0, prior_u * prior_u) > 0.5 * variance_u)
       p.decided_by = DecidedBy::kFrame;
-    else if (variance_u > 0.5 * prior_u * prior_u)
+    else if (variance_u > 0.5 * prior_u * prior_u || variance_u == 0.0)
       p.decided_by = DecidedBy::kPrior;
     calibration.parameters.push_back(p);
   }
@@ -266,8 +307,8 @@ std::string level_reason(const Cell& cell, const ModelLevel& level, const LevelM
 
 }  // namespace
 
-Calibration identify(const Cell& cell, const std::vector<Touch>& touches,
-                     const IdentifyOptions& options) {
+Calibration identify_as_stated(const Cell& cell, const std::vector<Touch>& touches,
+                               const IdentifyOptions& options) {
   const bool any_fit = std::any_of(touches.begin(), touches.end(),
                                    [](const Touch& t) { return t.set == TouchSet::kFit; });
   if (!any_fit) throw IdentifyError("there are no fit touches; nothing to identify from");
@@ -283,23 +324,22 @@ Calibration identify(const Cell& cell, const std::vector<Touch>& touches,
   const Cell levelled = at_level(cell, options.level.value_or(ModelLevel{}));
   const ArmModel arm(levelled.robot, levelled.tool);
   const auto places = starting_places(cell, arm, touches);
-  const Problem full(levelled, arm, touches, places);
+  Problem problem(levelled, arm, touches, places);
   for (std::size_t i = 0; i < touches.size(); ++i)
-    if (full.block_of(i) < 0)
+    if (problem.block_of(i) < 0)
       throw IdentifyError(fmt::format(
           "target {} has check touches but no fit touch; its centre is unknown. Make some of its "
           "touches fit touches, or leave it out",
           touches[i].target));
   Estimate e;
-  e.use = fit_touches(full);
-  e.u = Eigen::VectorXd::Zero(full.size());
-  approach(full, options, e);
-  settle(full, options, e);
+  e.use = fit_touches(problem);
+  e.u = Eigen::VectorXd::Zero(problem.size());
+  approach(problem, options, e);
+  settle(problem, options, e);
 
   std::vector<ModelLevel> levels = usual_levels();
   if (options.level) levels = {{1.0, 1.0, options.level->ripple_rad}};
-  const LevelMean mean = settle_over_levels(levelled, full, places, options, std::move(levels), e);
-  const Problem problem(levelled, arm, touches, places, mean.ripple_rad);
+  const LevelMean mean = settle_over_levels(problem, options, std::move(levels), e);
 
   Calibration calibration;
   calibration.cell = cell;

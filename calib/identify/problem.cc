@@ -77,9 +77,9 @@ Problem::Problem(const Cell& cell, const ArmModel& arm, std::span<const Touch> t
     // Three components see all three directions; each gets a third of the square.
     lever_m_.push_back(rows(i) == 3 ? by_joint.norm() / std::sqrt(3.0)
                                     : (normal.transpose() * by_joint).norm());
-    const double own = touches[i].sigma_m > 0.0 ? touches[i].sigma_m : cell.touch_sigma_m;
-    sigma_m_.push_back(std::hypot(own, ripple_rad * lever_m_.back()));
+    own_sigma_m_.push_back(touches[i].sigma_m > 0.0 ? touches[i].sigma_m : cell.touch_sigma_m);
   }
+  set_ripple(ripple_rad);
   for (const std::size_t target : target_of_) block_of_.push_back(block_of_target[target]);
   add_lengths(block_of_target);
 }
@@ -129,6 +129,12 @@ void Problem::add_lengths(const std::vector<int>& block_of_target) {
     const int a = block_of_target[from], b = block_of_target[to];
     if (a >= 0 && b >= 0) lengths_.push_back({a, b, length.length_m, length.sigma_m});
   }
+}
+
+void Problem::set_ripple(double ripple_rad) {
+  sigma_m_.resize(own_sigma_m_.size());
+  for (std::size_t i = 0; i < sigma_m_.size(); ++i)
+    sigma_m_[i] = std::hypot(own_sigma_m_[i], ripple_rad * lever_m_[i]);
 }
 
 int Problem::rows(std::size_t touch) const {

@@ -67,6 +67,10 @@ class Problem {
                   double* by_shared, double* by_target, Eigen::Vector3d* direction = nullptr) const;
   /// Touch noise with the joints' ripple in it.
   double sigma_m(std::size_t touch) const { return sigma_m_[touch]; }
+  /// Touch noise alone.
+  double own_sigma_m(std::size_t touch) const { return own_sigma_m_[touch]; }
+  /// Another ripple from here on.
+  void set_ripple(double ripple_rad);
   /// What one radian of independent noise in every joint does to the residual, root of squares.
   double joint_lever_m(std::size_t touch) const { return lever_m_[touch]; }
   /// R + tip of a sphere, tip of a plane, without rho and without the sphere's own deviation.
@@ -94,7 +98,7 @@ class Problem {
   std::vector<TargetBlock> blocks_;
   std::vector<int> block_of_;
   std::vector<std::size_t> target_of_;
-  std::vector<double> sigma_m_, lever_m_;
+  std::vector<double> own_sigma_m_, sigma_m_, lever_m_;
   std::vector<Length> lengths_;
   int shared_size_ = 0;
   int rho_ = -1;

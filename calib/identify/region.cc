@@ -1,6 +1,5 @@
 #include "calib/identify/region.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
@@ -91,14 +90,11 @@ Eigen::MatrixXd aligned_moves(const ArmModel& arm, const std::vector<JointVector
 double predicted_mean_error_m(const Eigen::MatrixXd& moves, const Eigen::MatrixXd& covariance_u) {
   const Eigen::Index count = moves.rows() / 3;
   if (count == 0) return 0.0;
-  // Rows of moves * L have the variance of each coordinate as squared norm.
-  const Eigen::LDLT<Eigen::MatrixXd> ldlt(covariance_u);
-  Eigen::MatrixXd l = ldlt.matrixL();
-  l = ldlt.transpositionsP().transpose() * l;
-  l *= ldlt.vectorD().cwiseMax(0.0).cwiseSqrt().asDiagonal();
-  const Eigen::MatrixXd spread = moves * l;
+  // Variance of each coordinate, three to a tip.
+  const Eigen::VectorXd variance = (moves * covariance_u).cwiseProduct(moves).rowwise().sum();
   double sum = 0.0;
-  for (Eigen::Index k = 0; k < count; ++k) sum += spread.middleRows<3>(3 * k).norm();
+  for (Eigen::Index k = 0; k < count; ++k)
+    sum += std::sqrt(std::max(0.0, variance.segment<3>(3 * k).sum()));
   return kMeanOverRms * sum / static_cast<double>(count);
 }
 

@@ -11,47 +11,27 @@ namespace cellcal::calib {
 
 namespace {
 
-int count_rows(const Problem& problem, const std::vector<bool>& use) {
-  int rows = static_cast<int>(problem.lengths().size());
-  for (std::size_t i = 0; i < problem.touches().size(); ++i)
-    if (use[i]) rows += problem.rows(i);
-  return rows;
-}
-
-/// Whitened residuals of touches and lengths, and their derivatives by u, in one sweep. Owns its
-/// work space: evaluating allocates nothing.
+/// Whitened residuals of touches and lengths, and their derivatives by u. Owns its work space:
+/// evaluating allocates nothing.
 class Rows {
  public:
-  Rows(const Problem& problem, const std::vector<bool>& use, double sigma_floor_m = 0.0)
+  explicit Rows(const Problem& problem, double sigma_floor_m = 0.0)
       : problem_(problem),
-        use_(use),
         floor_m_(sigma_floor_m),
-        count_(count_rows(problem, use)),
         x_(problem.size()),
         by_shared_(3 * problem.shared_size()) {}
 
-  int count() const { return count_; }
-
-  /// `j`: row-major, count() x size(), zeroed by the caller outside of what a row touches; null
-  /// where not wanted.
-  void evaluate(const double* u, double* r, double* j) {
+  /// Where the following rows are taken.
+  void at(const double* u) {
     for (int i = 0; i < problem_.size(); ++i) {
       const Unknown& unknown = problem_.unknowns()[i];
       x_[i] = unknown.origin + unknown.scale * u[i];
     }
-    int row = 0;
-    for (std::size_t i = 0; i < problem_.touches().size(); ++i)
-      if (use_[i]) row += touch(i, r + row, j == nullptr ? nullptr : j + row * width());
-    for (const Problem::Length& length : problem_.lengths()) {
-      this->length(length, r + row, j == nullptr ? nullptr : j + row * width());
-      ++row;
-    }
   }
 
- private:
-  std::ptrdiff_t width() const { return problem_.size(); }
-
-  int touch(std::size_t i, double* r, double* j) {
+  /// Residuals of a touch, and their derivatives: rows of `width`, zeroed by the caller outside of
+  /// what a touch sees; null where not wanted. Returns the number of rows.
+  int touch(std::size_t i, double* r, double* j, std::ptrdiff_t width) {
     const TargetBlock& block = problem_.blocks()[problem_.block_of(i)];
     const int rows = problem_.rows(i), shared = problem_.shared_size();
     problem_.residual_m(i, x_.data(), x_.data() + block.first, r,
@@ -62,9 +42,9 @@ class Rows {
       r[k] *= weight;
       if (j == nullptr) continue;
       for (int c = 0; c < shared; ++c)
-        j[k * width() + c] = by_shared_[k * shared + c] * weight * problem_.unknowns()[c].scale;
+        j[k * width + c] = by_shared_[k * shared + c] * weight * problem_.unknowns()[c].scale;
       for (int c = 0; c < block.size(); ++c)
-        j[k * width() + block.first + c] =
+        j[k * width + block.first + c] =
             by_target_[k * block.size() + c] * weight * problem_.unknowns()[block.first + c].scale;
     }
     return rows;
@@ -86,80 +66,138 @@ class Rows {
     }
   }
 
+ private:
   const Problem& problem_;
-  const std::vector<bool>& use_;
   double floor_m_;
-  int count_;
   std::vector<double> x_, by_shared_;
   double by_target_[3 * TargetBlock::kMost] = {};
 };
 
-/// All residuals at once: touches and lengths, then the priors. One block instead of one per touch
-/// spares Ceres its bookkeeping, which would cost more than the arithmetic.
+/// Normal equations lose half the digits. That is nothing where a touch is worth 10 um, and too
+/// much for noise-free data, which weigh a million times more against the priors.
+bool needs_all_digits(const Problem& problem, const SolveOptions& options) {
+  constexpr double kPriorMoveM = 2e-3;  // of the tip, by what is not known of an arm
+  constexpr double kLargestSquare = 1e11;
+  double square = 0.0;
+  for (std::size_t i = 0; i < problem.touches().size(); ++i)
+    if (options.use[i])
+      square += std::pow(kPriorMoveM / std::max(problem.sigma_m(i), options.sigma_floor_m), 2);
+  return square > kLargestSquare;
+}
+
+/// The sum of squares over touches, lengths and priors, as Ceres sees it: reduced to one row per
+/// unknown and one for what no unknown can change, whatever the number of touches. Cost, gradient
+/// and Gauss-Newton steps are those of all rows.
 class Objective final : public ceres::CostFunction {
  public:
-  Objective(const Problem& problem, const SolveOptions& options)
+  Objective(const Problem& problem, const SolveOptions& options, bool all_digits)
       : problem_(problem),
-        rows_(problem, options.use, options.sigma_floor_m),
-        cauchy_(options.cauchy_sigma) {
-    touch_rows_ = rows_.count() - static_cast<int>(problem.lengths().size());
-    for (int i = 0; i < problem.size(); ++i)
-      if (problem.unknowns()[i].prior_weight > 0.0) held_.push_back(i);
-    set_num_residuals(rows_.count() + static_cast<int>(held_.size()));
+        use_(options.use),
+        rows_(problem, options.sigma_floor_m),
+        cauchy_(options.cauchy_sigma),
+        all_digits_(all_digits),
+        block_(kRows, problem.size() + 1) {
+    set_num_residuals(problem.size() + 1);
     mutable_parameter_block_sizes()->push_back(problem.size());
   }
 
   bool Evaluate(double const* const* parameters, double* r, double** jacobians) const override {
     const double* u = parameters[0];
-    double* j = jacobians != nullptr ? jacobians[0] : nullptr;  // row-major
-    if (j != nullptr)
-      std::fill_n(j, static_cast<std::size_t>(num_residuals()) * problem_.size(), 0.0);
-    rows_.evaluate(u, r, j);
-    if (cauchy_ > 0.0) robustify(r, j);
-    int row = rows_.count();
-    for (const int i : held_) {
-      const Unknown& unknown = problem_.unknowns()[i];
-      r[row] = unknown.prior_weight * (u[i] - unknown.prior_mean_u);
-      if (j != nullptr)
-        j[row * static_cast<std::ptrdiff_t>(problem_.size()) + i] = unknown.prior_weight;
-      ++row;
+    const int n = problem_.size();
+    rows_.at(u);
+    Eigen::VectorXd weight(n), off(n);
+    for (int i = 0; i < n; ++i) {
+      weight[i] = problem_.unknowns()[i].prior_weight;
+      off[i] = weight[i] * (u[i] - problem_.unknowns()[i].prior_mean_u);
     }
+    Eigen::Map<Eigen::VectorXd> residual(r, n + 1);
+    if (jacobians == nullptr || jacobians[0] == nullptr) {
+      residual.setZero();
+      residual[n] = std::sqrt(off.squaredNorm() + sum_of_squares());
+      return true;
+    }
+    Information information(n, all_digits_);
+    information.add_alone(weight, off);
+    add_touches(information);
+    add_lengths(information);
+    const Eigen::MatrixXd triangle = information.triangle();
+    residual = triangle.col(n);
+    Eigen::Map<RowMajor> j(jacobians[0], n + 1, n);
+    j = triangle.leftCols(n);
     return true;
   }
 
-  /// Normal equations lose half the digits. That is nothing where a touch is worth 10 um, and too
-  /// much for noise-free data, which weigh a million times more against the priors.
-  bool needs_all_digits(const double* u) const {
-    std::vector<double> r(static_cast<std::size_t>(num_residuals()));
-    std::vector<double> j(r.size() * static_cast<std::size_t>(problem_.size()));
-    double* jacobian = j.data();
-    Evaluate(&u, r.data(), &jacobian);
-    constexpr double kLargestSquare = 1e11;
-    const Eigen::Map<const RowMajor> m(j.data(), num_residuals(), problem_.size());
-    return m.colwise().squaredNorm().maxCoeff() > kLargestSquare;
+ private:
+  static constexpr Eigen::Index kRows = 128;  // at a time; stays in the cache
+
+  double sum_of_squares() const {
+    double sum = 0.0, r[3];
+    for (std::size_t i = 0; i < use_.size(); ++i) {
+      if (!use_[i]) continue;
+      const int rows = rows_.touch(i, r, nullptr, 0);
+      for (int k = 0; k < rows; ++k) sum += square(r[k]);
+    }
+    for (const Problem::Length& length : problem_.lengths()) {
+      rows_.length(length, r, nullptr);
+      sum += r[0] * r[0];
+    }
+    return sum;
   }
 
- private:
-  /// Cauchy's loss as a change of the residual: f(r) = c sqrt(log(1 + r^2/c^2)), so that the sum of
-  /// f^2 is the robust cost. Smooth at 0, where f(r) -> r.
-  void robustify(double* r, double* j) const {
-    for (int k = 0; k < touch_rows_; ++k) {
-      const double q = r[k] / cauchy_, s = q * q;
-      if (s < 1e-12) continue;
-      const double f = cauchy_ * std::sqrt(std::log1p(s));
-      const double slope = r[k] / (f * (1.0 + s));
-      r[k] = std::copysign(f, r[k]);
-      if (j != nullptr)
-        for (int c = 0; c < problem_.size(); ++c)
-          j[k * static_cast<std::ptrdiff_t>(problem_.size()) + c] *= std::abs(slope);
+  void add_touches(Information& information) const {
+    const Eigen::Index n = problem_.size();
+    Eigen::Index row = 0;
+    block_.setZero();
+    double r[3];
+    for (std::size_t i = 0; i < use_.size(); ++i) {
+      if (!use_[i]) continue;
+      const int rows = rows_.touch(i, r, block_.row(row).data(), n + 1);
+      for (int k = 0; k < rows; ++k, ++row) {
+        block_(row, n) = r[k];
+        if (cauchy_ > 0.0) robustify(row);
+      }
+      if (row + 3 <= kRows) continue;
+      information.add(block_.topRows(row));
+      block_.setZero();
+      row = 0;
     }
+    information.add(block_.topRows(row));
   }
+
+  void add_lengths(Information& information) const {
+    const auto count = static_cast<Eigen::Index>(problem_.lengths().size());
+    if (count == 0) return;
+    RowMajor rows = RowMajor::Zero(count, problem_.size() + 1);
+    for (Eigen::Index k = 0; k < count; ++k)
+      rows_.length(problem_.lengths()[static_cast<std::size_t>(k)], &rows(k, problem_.size()),
+                   rows.row(k).data());
+    information.add(rows);
+  }
+
+  /// Cauchy's loss c^2 log(1 + r^2/c^2) of a touch.
+  double square(double r) const {
+    const double s = cauchy_ > 0.0 ? std::pow(r / cauchy_, 2) : 0.0;
+    return s < kSmooth ? r * r : cauchy_ * cauchy_ * std::log1p(s);
+  }
+
+  /// The same as a change of the residual: f(r) = c sqrt(log(1 + r^2/c^2)), so that the sum of f^2
+  /// is the robust cost. Smooth at 0, where f(r) -> r.
+  void robustify(Eigen::Index row) const {
+    double& r = block_(row, problem_.size());
+    const double s = std::pow(r / cauchy_, 2);
+    if (s < kSmooth) return;
+    const double f = std::copysign(cauchy_ * std::sqrt(std::log1p(s)), r);
+    block_.row(row).head(problem_.size()) *= r / (f * (1.0 + s));
+    r = f;
+  }
+  static constexpr double kSmooth = 1e-12;
 
   const Problem& problem_;
+  const std::vector<bool>& use_;
   mutable Rows rows_;
   double cauchy_;
-  int touch_rows_ = 0;
-  std::vector<int> held_;
+  bool all_digits_;
+  mutable RowMajor block_;
 };
 
 }  // namespace
@@ -168,10 +206,10 @@ SolveResult solve(const Problem& problem, const Eigen::VectorXd& start,
                   const SolveOptions& options) {
   SolveResult result;
   result.u = start;
-  auto objective = std::make_unique<Objective>(problem, options);
-  const bool exact = objective->needs_all_digits(start.data());
+  const bool exact = needs_all_digits(problem, options);
   ceres::Problem solver_problem;
-  solver_problem.AddResidualBlock(objective.release(), nullptr, result.u.data());
+  solver_problem.AddResidualBlock(new Objective(problem, options, exact), nullptr,  // Ceres owns it
+                                  result.u.data());
 
   // Relative changes of the cost. A robust fit only has to show who does not belong; the final one
   // converges quadratically, so a last step of 1e-9 leaves less than rounding does.
@@ -202,17 +240,25 @@ SolveResult solve(const Problem& problem, const Eigen::VectorXd& start,
 Linearisation linearise(const Problem& problem, const Eigen::VectorXd& u,
                         const std::vector<bool>& use) {
   Linearisation result;
-  Rows rows(problem, use);
-  result.jacobian = RowMajor::Zero(rows.count(), problem.size());
-  result.residual.resize(rows.count());
-  rows.evaluate(u.data(), result.residual.data(), result.jacobian.data());
+  int count = static_cast<int>(problem.lengths().size());
+  for (std::size_t i = 0; i < use.size(); ++i)
+    if (use[i]) count += problem.rows(i);
+  result.jacobian = RowMajor::Zero(count, problem.size());
+  result.residual.resize(count);
+  Rows rows(problem);
+  rows.at(u.data());
   int row = 0;
-  for (std::size_t i = 0; i < problem.touches().size(); ++i) {
+  const auto j = [&] { return result.jacobian.data() + row * result.jacobian.cols(); };
+  for (std::size_t i = 0; i < use.size(); ++i) {
     if (!use[i]) continue;
     result.touch_row.emplace_back(i, row);
-    row += problem.rows(i);
+    row += rows.touch(i, result.residual.data() + row, j(), problem.size());
   }
   result.length_row = row;
+  for (const Problem::Length& length : problem.lengths()) {
+    rows.length(length, result.residual.data() + row, j());
+    ++row;
+  }
   return result;
 }
 

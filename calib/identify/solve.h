@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "calib/identify/information.h"
 #include "calib/identify/problem.h"
 
 namespace cellcal::calib {
@@ -27,8 +28,6 @@ struct SolveResult {
 /// Throws IdentifyError when the solver reports failure.
 SolveResult solve(const Problem& problem, const Eigen::VectorXd& start,
                   const SolveOptions& options);
-
-using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 /// Whitened derivative rows at u, without loss.
 struct Linearisation {

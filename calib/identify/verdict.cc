@@ -22,6 +22,8 @@ constexpr double kCheckRatio = 2.0;
 /// (real-data tests), a wrong row of the robot file makes twenty and more and can still be
 /// explained away.
 constexpr double kFarFromDrawing = 8.0;
+/// The effective radius may be off by what its prior says, and a little luck.
+constexpr double kFarRadius = 5.0;
 /// With a perfect arm a target's touches would hold its place to sigma / sqrt(n lambda), lambda the
 /// smallest eigenvalue of the mean of the outer products of what they say about it. Where that is
 /// worse than this they say more about the target's place than about the arm.
@@ -155,6 +157,16 @@ Verdict judge(const Problem& problem, const Calibration& c) {
             : "in directions too much alike; touch it from more sides";
     blocking.push_back(fmt::format("too few directions: {} was touched {} times {}", target.id,
                                    used.size(), what));
+  }
+  if (problem.rho() >= 0) {
+    const double off_m = c.parameters[static_cast<std::size_t>(problem.rho())].correction;
+    const double sigma_m = problem.unknowns()[problem.rho()].scale;
+    if (std::abs(off_m) > kFarRadius * sigma_m)
+      blocking.push_back(fmt::format(
+          "effective radius: the tip meets its targets {:+.2f} mm from where diameter and tip "
+          "radius "
+          "put it, {:.0f} times radius_offset_sigma_mm; check diameter_mm and tip_radius_mm",
+          off_m * 1e3, std::abs(off_m) / sigma_m));
   }
   for (int p = 0; p < problem.arm_size(); ++p) {
     const ArmParameterKind kind = problem.arm().parameters()[p].kind;
