@@ -19,18 +19,6 @@ using ordered = nlohmann::ordered_json;
 
 constexpr const char* kFormat = "cellcal.calibration/1";
 
-const char* word(DecidedBy decided) {
-  switch (decided) {
-    case DecidedBy::kData:
-      return "data";
-    case DecidedBy::kPrior:
-      return "prior";
-    case DecidedBy::kFrame:
-      return "frame";
-  }
-  return "";
-}
-
 ordered summary_json(const ResidualSummary& s) {
   return {{"mean_mm", s.mean_m * kMmPerM},
           {"max_mm", s.max_m * kMmPerM},
@@ -40,6 +28,21 @@ ordered summary_json(const ResidualSummary& s) {
 
 ordered vector_mm(const Eigen::Vector3d& v) {
   return {v.x() * kMmPerM, v.y() * kMmPerM, v.z() * kMmPerM};
+}
+
+ordered target_json(const TargetResult& t) {
+  ordered entry = {{"id", t.id},
+                   {"centre_mm", vector_mm(t.centre_m)},
+                   {"effective_radius_mm", t.effective_radius_m * kMmPerM}};
+  if (t.kind == TargetKind::kPlane) {
+    entry["normal"] = {t.normal.x(), t.normal.y(), t.normal.z()};
+    entry["distance_mm"] = t.distance_m * kMmPerM;
+  }
+  if (t.kind == TargetKind::kTracker) {
+    const FrameMmDeg frame = to_frame(t.frame);
+    entry["frame"] = {{"xyz_mm", frame.xyz_mm}, {"abc_deg", frame.abc_deg}};
+  }
+  return entry;
 }
 
 /// Access by key with an error that names file and key. Non-finite numbers cannot come in: JSON
@@ -107,10 +110,35 @@ ResidualSummary read_summary(const Reader& r) {
   return s;
 }
 
-Eigen::Vector3d read_vector_mm(const Reader& r) {
+std::array<double, 3> read_three(const Reader& r) {
   const auto items = r.items();
   if (items.size() != 3) r.fail("must hold three numbers");
-  return Eigen::Vector3d(items[0].number(), items[1].number(), items[2].number()) / kMmPerM;
+  return {items[0].number(), items[1].number(), items[2].number()};
+}
+
+Eigen::Vector3d read_vector_mm(const Reader& r) {
+  const auto mm = read_three(r);
+  return Eigen::Vector3d(mm[0], mm[1], mm[2]) / kMmPerM;
+}
+
+TargetResult read_target(const Reader& r, const Cell& cell) {
+  TargetResult t;
+  t.id = r.at("id").text();
+  t.centre_m = read_vector_mm(r.at("centre_mm"));
+  t.effective_radius_m = r.at("effective_radius_mm").number() / kMmPerM;
+  for (const Target& target : cell.targets)
+    if (target.id == t.id) t.kind = target.kind;
+  if (t.kind == TargetKind::kPlane) {
+    const auto n = read_three(r.at("normal"));
+    t.normal = Eigen::Vector3d(n[0], n[1], n[2]);
+    constexpr double kUnit = 1e-6;
+    if (!(std::abs(t.normal.norm() - 1.0) < kUnit)) r.at("normal").fail("must have length 1");
+    t.distance_m = r.at("distance_mm").number() / kMmPerM;
+  }
+  if (t.kind == TargetKind::kTracker)
+    t.frame = to_isometry(
+        {read_three(r.at("frame").at("xyz_mm")), read_three(r.at("frame").at("abc_deg"))});
+  return t;
 }
 
 /// Whether the bounds that come of it will be real numbers.
@@ -157,13 +185,10 @@ std::string calibration_to_json(const Calibration& c) {
                                  {"nominal", p.nominal * p.to_unit},
                                  {"correction", p.correction * p.to_unit},
                                  {"sigma", p.sigma * p.to_unit},
-                                 {"decided_by", word(p.decided_by)}});
+                                 {"decided_by", to_string(p.decided_by)}});
   }
   out["targets"] = ordered::array();
-  for (const TargetResult& t : c.targets)
-    out["targets"].push_back({{"id", t.id},
-                              {"centre_mm", vector_mm(t.centre_m)},
-                              {"effective_radius_mm", t.effective_radius_m * kMmPerM}});
+  for (const TargetResult& t : c.targets) out["targets"].push_back(target_json(t));
   out["residuals"] = {{"before", summary_json(c.before)},
                       {"after", summary_json(c.after)},
                       {"check", summary_json(c.check)},
@@ -223,7 +248,8 @@ Calibration calibration_from_json(std::string_view text, const std::string& name
     level.compliance = r.at("compliance").number();
     level.transmission = r.at("transmission").number();
     level.ripple_rad = r.at("ripple_arcsec").number() * kRadPerArcsec;
-    if (level.compliance < 0.0 || level.transmission < 0.0 || level.ripple_rad < 0.0) r.fail("must not be negative");
+    if (level.compliance < 0.0 || level.transmission < 0.0 || level.ripple_rad < 0.0)
+      r.fail("must not be negative");
     return level;
   };
   if (root.has("model")) {
@@ -261,8 +287,7 @@ Calibration calibration_from_json(std::string_view text, const std::string& name
     c.parameters.push_back(std::move(p));
   }
   for (const Reader& item : root.at("targets").items())
-    c.targets.push_back({item.at("id").text(), read_vector_mm(item.at("centre_mm")),
-                         item.at("effective_radius_mm").number() / kMmPerM});
+    c.targets.push_back(read_target(item, c.cell));
   const Reader residuals = root.at("residuals");
   c.before = read_summary(residuals.at("before"));
   c.after = read_summary(residuals.at("after"));

@@ -50,6 +50,22 @@ Tool read_tool(const TomlTable& t) {
   return tool;
 }
 
+void read_normal(const TomlTable& t, Target& target) {
+  constexpr double kShortest = 1e-3;
+  target.normal_sigma_rad = t.number_or("normal_sigma_deg", 0.0, {0.0, 90.0}) * kRadPerDeg;
+  target.has_normal = t.has("normal");
+  if (!target.has_normal) {
+    if (target.normal_sigma_rad > 0.0)
+      t.fail("normal_sigma_deg", "there is no normal that it could hold for; state normal, too");
+    return;
+  }
+  const auto n = t.numbers("normal", 3, kLengthMm);
+  target.normal = Eigen::Vector3d(n[0], n[1], n[2]);
+  if (target.normal.norm() < kShortest)
+    t.fail("normal", "is not a direction; it points from the plane to the side of the tool");
+  target.normal.normalize();
+}
+
 Target read_target(const TomlTable& t) {
   Target target;
   target.id = t.string("id");
@@ -59,13 +75,14 @@ Target read_target(const TomlTable& t) {
   const std::string word = t.word("kind", {"sphere", "wire", "plane", "point", "tracker"});
   for (const KindName& entry : kKinds)
     if (entry.word == word) target.kind = entry.kind;
-  if (target.kind == TargetKind::kPlane || target.kind == TargetKind::kTracker)
-    t.fail("kind", "\"" + word +
-                       "\" cannot be identified by this version yet; use sphere, "
-                       "wire or point");
   if (target.kind == TargetKind::kSphere) {
     target.diameter_m = t.number("diameter_mm", {1e-3, 1e5}) / kMmPerM;
     target.diameter_sigma_m = t.number_or("diameter_sigma_mm", 0.0, kSigmaMm) / kMmPerM;
+  }
+  if (target.kind == TargetKind::kPlane) read_normal(t, target);
+  if (target.kind == TargetKind::kTracker) {  // its frame is anywhere: the touches tell
+    t.refuse_unknown();
+    return target;
   }
   if (t.has("centre_mm")) {
     target.has_centre = true;
@@ -139,7 +156,12 @@ Cell read_cell(const TomlTable& document, Robot robot) {
     if (between.size() != 2 || between[0] == between[1])
       table.fail("between", "must name two different targets");
     for (const std::string& id : between)
-      if (!ids.contains(id)) table.fail("between", "there is no target \"" + shown(id) + "\"");
+      if (!ids.contains(id))
+        table.fail("between", "there is no target \"" + shown(id) + "\"");
+      else if (!has_a_centre(cell.targets[cell.target_index(id)].kind))
+        table.fail("between", "\"" + shown(id) +
+                                  "\" has no centre to measure from; a length lies between "
+                                  "spheres, wires and points");
     length.from = between[0];
     length.to = between[1];
     length.length_m = table.number("mm", {1e-3, 1e5}) / kMmPerM;
@@ -187,6 +209,12 @@ std::string cell_to_toml(const Cell& cell, const std::string& robot_reference) {
       out += fmt::format("diameter_mm = {}\ndiameter_sigma_mm = {}\n",
                          toml_number(target.diameter_m * kMmPerM),
                          toml_number(target.diameter_sigma_m * kMmPerM));
+    if (target.has_normal)
+      out += fmt::format("normal = [{}, {}, {}]\nnormal_sigma_deg = {}\n",
+                         toml_number(target.normal.x()), toml_number(target.normal.y()),
+                         toml_number(target.normal.z()),
+                         toml_number(target.normal_sigma_rad * kDegPerRad));
+    if (target.kind == TargetKind::kTracker) continue;
     if (target.has_centre) out += fmt::format("centre_mm = {}\n", vec_mm(target.centre_m));
     out += fmt::format("centre_sigma_mm = {}\n", toml_number(target.centre_sigma_m * kMmPerM));
   }

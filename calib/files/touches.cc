@@ -54,6 +54,14 @@ std::vector<std::string> joint_names(const Robot& robot) {
   return names;
 }
 
+/// A tracker looks across a hall, not farther.
+constexpr double kFarthestReadingM = 1e3;
+constexpr const char* kReading[] = {"x_mm", "y_mm", "z_mm"};
+
+bool has_reading(const Touch& touch) {
+  return touch.tracker_m[0] != 0.0 || touch.tracker_m[1] != 0.0 || touch.tracker_m[2] != 0.0;
+}
+
 constexpr std::size_t kMaxRows = 2'000'000;
 
 }  // namespace
@@ -98,9 +106,16 @@ std::vector<Touch> parse_touches(std::string_view text, const std::string& name,
     if (kind == TargetKind::kWire && touch.radius_m <= 0.0)
       throw FileError(name + ":" + std::to_string(table.line()) +
                       ": radius_mm: missing; a touch of kind wire needs its length");
-    for (int k = 0; k < 3; ++k)
-      if (xyz[k] >= 0 && !table.text(xyz[k]).empty())
+    for (int k = 0; k < 3; ++k) {
+      if (xyz[k] >= 0 && !table.text(xyz[k]).empty()) {
         touch.tracker_m[k] = table.number(xyz[k]) / kMmPerM;
+        if (std::abs(touch.tracker_m[k]) > kFarthestReadingM)
+          table.fail(xyz[k], "is out of range, -1e6 to 1e6");
+      } else if (kind == TargetKind::kTracker) {
+        throw FileError(name + ":" + std::to_string(table.line()) + ": " + kReading[k] +
+                        ": missing; a touch of kind tracker needs its reading x_mm, y_mm, z_mm");
+      }
+    }
     if (set >= 0) {
       const std::string_view word = table.text(set);
       if (word == "check")
@@ -119,10 +134,11 @@ std::vector<Touch> load_touches(const std::filesystem::path& path, const Cell& c
 }
 
 std::string format_touches(const std::vector<Touch>& touches, const Robot& robot) {
-  bool sigmas = false, radii = false, times = false;
+  bool sigmas = false, radii = false, readings = false, times = false;
   for (const Touch& touch : touches) {
     sigmas = sigmas || touch.sigma_m > 0.0;
     radii = radii || touch.radius_m > 0.0;
+    readings = readings || has_reading(touch);
     times = times || !touch.time.empty();
   }
   std::string out;
@@ -130,6 +146,7 @@ std::string format_touches(const std::vector<Touch>& touches, const Robot& robot
   out += "target,set";
   if (sigmas) out += ",sigma_mm";
   if (radii) out += ",radius_mm";
+  if (readings) out += ",x_mm,y_mm,z_mm";
   if (times) out += ",time";
   out += "\n";
   for (const Touch& touch : touches) {
@@ -138,6 +155,9 @@ std::string format_touches(const std::vector<Touch>& touches, const Robot& robot
     out += touch.target + (touch.set == TouchSet::kCheck ? ",check" : ",fit");
     if (sigmas) out += touch.sigma_m > 0.0 ? fmt::format(",{:.6g}", touch.sigma_m * kMmPerM) : ",";
     if (radii) out += touch.radius_m > 0.0 ? fmt::format(",{:.9g}", touch.radius_m * kMmPerM) : ",";
+    // Zeros, too: a tracker's own origin is a reading.
+    if (readings)
+      for (const double m : touch.tracker_m) out += fmt::format(",{:.9g}", m * kMmPerM);
     if (times) out += "," + touch.time;
     out += "\n";
   }

@@ -13,6 +13,19 @@ namespace cellcal::calib {
 
 enum class DecidedBy { kData, kPrior, kFrame };
 
+/// As files and screens name it.
+constexpr const char* to_string(DecidedBy decided) {
+  switch (decided) {
+    case DecidedBy::kData:
+      return "data";
+    case DecidedBy::kPrior:
+      return "prior";
+    case DecidedBy::kFrame:
+      return "frame";
+  }
+  return "";
+}
+
 /// One identified quantity. Values are SI and radians; `unit` names what files and screens show.
 struct ParameterResult {
   std::string name;      ///< e.g. "A2.theta", "tool.c_t", "touch.rho", "S1.x"
@@ -26,8 +39,13 @@ struct ParameterResult {
 
 struct TargetResult {
   std::string id;
-  Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();  ///< base frame
-  double effective_radius_m = 0.0;                     ///< R + r_tip + rho; 0 for points
+  /// Base frame; of a plane and a tracker the middle of what was touched.
+  Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();
+  double effective_radius_m = 0.0;  ///< sphere: R + r_tip + rho; plane: r_tip + rho; others: 0
+  TargetKind kind = TargetKind::kSphere;
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();  ///< plane: unit, base frame, to the tips' side
+  double distance_m = 0.0;                           ///< plane: of it from the base's origin
+  Eigen::Isometry3d frame = Eigen::Isometry3d::Identity();  ///< tracker: its frame in the base's
 };
 
 /// Distances of predicted from constrained positions, absolute values.

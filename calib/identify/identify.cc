@@ -13,7 +13,7 @@
 #include "calib/identify/region.h"
 #include "calib/identify/residuals.h"
 #include "calib/identify/solve.h"
-#include "calib/identify/start.h"
+#include "calib/identify/target_place.h"
 #include "calib/identify/verdict.h"
 
 namespace cellcal::calib {
@@ -61,36 +61,6 @@ Posterior posterior_at(const Problem& problem, const Eigen::VectorXd& u,
   p.covariance_u = mean_over_levels(problem, u, p.linear, own).covariance_u;
   p.leverage = spread(p.linear.jacobian, p.covariance_u);
   return p;
-}
-
-std::vector<Eigen::Vector3d> starting_centres(const Cell& cell, const ArmModel& arm,
-                                              const std::vector<Touch>& touches) {
-  std::vector<Eigen::Vector3d> centres(cell.targets.size(), Eigen::Vector3d::Zero());
-  for (std::size_t t = 0; t < cell.targets.size(); ++t) {
-    const Target& target = cell.targets[t];
-    std::vector<Eigen::Vector3d> points;
-    std::vector<double> radii;
-    for (const Touch& touch : touches) {
-      if (touch.target != target.id || touch.set != TouchSet::kFit) continue;
-      points.push_back(arm.position(arm.prepare(touch.joint_rad), nullptr));
-      radii.push_back(target.kind == TargetKind::kWire
-                          ? touch.radius_m
-                          : target.diameter_m / 2.0 + cell.tool.tip_radius_m);
-    }
-    if (points.empty()) continue;
-    if (target.kind == TargetKind::kPoint) {
-      for (const auto& p : points) centres[t] += p / static_cast<double>(points.size());
-      continue;
-    }
-    const SphereFit fit = fit_centre(points, radii, target.has_centre ? &target.centre_m : nullptr);
-    if (!fit.determined && !target.has_centre)
-      throw IdentifyError(fmt::format(
-          "target {}: {} fit touches do not span a sphere; touch it from more sides, or state "
-          "centre_mm in the cell file",
-          target.id, points.size()));
-    centres[t] = fit.centre_m;
-  }
-  return centres;
 }
 
 /// |r| / sigma with the touch's own pull on the fit taken out (studentised), for used touches;
@@ -296,11 +266,11 @@ void fill_parameters(const Problem& problem, const Estimate& e, const FrameDirec
   }
   for (const TargetBlock& block : problem.blocks()) {
     const Target& target = problem.cell().targets[block.target];
-    TargetResult result{target.id, x.segment<3>(block.first), 0.0};
-    if (target.kind == TargetKind::kSphere)
+    TargetResult result = result_at(target, problem.place(block), x.data() + block.first);
+    if (target.kind == TargetKind::kSphere || target.kind == TargetKind::kPlane)
       result.effective_radius_m = problem.nominal_radius_m(target) +
                                   (problem.rho() >= 0 ? x[problem.rho()] : 0.0) +
-                                  (block.has_radius ? x[block.first + 3] : 0.0);
+                                  (block.has_radius ? x[block.first + block.place] : 0.0);
     calibration.targets.push_back(result);
   }
 }
@@ -310,7 +280,15 @@ std::vector<JointVector> poses_near_targets(const Problem& problem,
   std::vector<JointVector> around;
   for (const Touch& touch : problem.touches()) around.push_back(touch.joint_rad);
   std::vector<Eigen::Vector3d> centres;
-  for (const TargetResult& target : targets) centres.push_back(target.centre_m);
+  for (const TargetResult& target : targets) {
+    if (has_a_centre(target.kind)) {
+      centres.push_back(target.centre_m);
+      continue;
+    }
+    for (std::size_t i = 0; i < problem.touches().size(); ++i)  // it is where it was touched
+      if (problem.touches()[i].target == target.id)
+        centres.push_back(problem.arm().position(problem.pose(i), nullptr));
+  }
   return local_poses(problem.arm(), around, centres, kLocalHalfM, kLocalPoses, kRegionSeed);
 }
 
@@ -329,8 +307,8 @@ std::string level_reason(const Cell& cell, const ModelLevel& level, const LevelM
 
 }  // namespace
 
-Calibration identify(const Cell& cell, const std::vector<Touch>& touches,
-                     const IdentifyOptions& options) {
+Calibration identify_as_stated(const Cell& cell, const std::vector<Touch>& touches,
+                               const IdentifyOptions& options) {
   const bool any_fit = std::any_of(touches.begin(), touches.end(),
                                    [](const Touch& t) { return t.set == TouchSet::kFit; });
   if (!any_fit) throw IdentifyError("there are no fit touches; nothing to identify from");
@@ -345,8 +323,8 @@ Calibration identify(const Cell& cell, const std::vector<Touch>& touches,
   // and the evidence of every simpler level follows from its linearisation.
   const Cell levelled = at_level(cell, options.level.value_or(ModelLevel{}));
   const ArmModel arm(levelled.robot, levelled.tool);
-  const auto centres = starting_centres(cell, arm, touches);
-  Problem problem(levelled, arm, touches, centres);
+  const auto places = starting_places(cell, arm, touches);
+  Problem problem(levelled, arm, touches, places);
   for (std::size_t i = 0; i < touches.size(); ++i)
     if (problem.block_of(i) < 0)
       throw IdentifyError(fmt::format(
@@ -407,10 +385,11 @@ Calibration identify(const Cell& cell, const std::vector<Touch>& touches,
     if (r.outlier)
       calibration.outliers.push_back(
           {r.touch, r.after_m,
-           fmt::format("{:+.3f} mm off {}, {:.0f} times the touch noise ({})", r.after_m * 1e3,
+           fmt::format("{:+.3f} mm off {}, {:.0f} times the touch noise{}", r.after_m * 1e3,
                        touches[r.touch].target, std::abs(r.whitened),
-                       r.after_m > 0 ? "tip outside: contact seen before the surface"
-                                     : "tip inside: contact seen too late")});
+                       problem.rows(r.touch) == 3 ? ""  // a distance, to no side
+                       : r.after_m > 0 ? " (tip outside: contact seen before the surface)"
+                                       : " (tip inside: contact seen too late)")});
   calibration.verdict = judge(problem, calibration);
   return calibration;
 }

@@ -23,8 +23,13 @@ struct IdentifyOptions {
 };
 
 /// Throws IdentifyError when the touches cannot determine a calibration at all. A result that can
-/// be computed but must not be used has verdict.publish == false.
+/// be computed but must not be used has verdict.publish == false. Either says which of the usual
+/// mistakes is the likely cause, where one explains it (diagnose.h).
 Calibration identify(const Cell& cell, const std::vector<Touch>& touches,
                      const IdentifyOptions& options = {});
+
+/// The same without looking for causes.
+Calibration identify_as_stated(const Cell& cell, const std::vector<Touch>& touches,
+                               const IdentifyOptions& options = {});
 
 }  // namespace cellcal::calib

@@ -3,6 +3,8 @@
 #include <cmath>
 
 #include "calib/files/error.h"
+#include "calib/files/files.h"
+#include "calib/files/units.h"
 
 namespace cellcal::calib {
 
@@ -10,14 +12,35 @@ namespace {
 
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-/// Without a prior a centre is still expected within a few of these of its linear fit.
-constexpr double kCentreScaleM = 0.01;
+/// Without a prior a target is still expected within a few of these of where its touches put it.
+constexpr double kPlaceScaleM = 0.01;
+constexpr double kTurnScaleRad = 0.01;
+/// A plane that stands so far off where its touches or the cell file put it is another one. Holds
+/// the tilt where all touches are in one spot.
+constexpr double kWildTiltRad = 0.5;
+
+/// At the very centre every direction is as good; the residual is then -R and has no gradient.
+Eigen::Vector3d unit(const Eigen::Vector3d& offset) {
+  const double length = offset.norm();
+  return length > 0.0 ? Eigen::Vector3d(offset / length) : Eigen::Vector3d::UnitZ();
+}
+
+bool takes_rho(TargetKind kind) {
+  return kind == TargetKind::kSphere || kind == TargetKind::kPlane;
+}
+
+/// As the cell file states it; where it is silent, as `start`.
+TargetPlace stated_place(const Target& target, TargetPlace start) {
+  if (target.has_centre && target.kind != TargetKind::kTracker) start.centre_m = target.centre_m;
+  if (target.has_normal) start.axes.col(2) = target.normal;
+  return start;
+}
 
 }  // namespace
 
 Problem::Problem(const Cell& cell, const ArmModel& arm, std::span<const Touch> touches,
-                 const std::vector<Eigen::Vector3d>& centres_m, double ripple_rad)
-    : cell_(cell), arm_(arm), touches_(touches), scratch_(3, arm.size()) {
+                 const std::vector<TargetPlace>& places, double ripple_rad)
+    : cell_(cell), arm_(arm), touches_(touches), places_(places), scratch_(3, arm.size()) {
   for (const ArmParameter& parameter : arm.parameters())
     unknowns_.push_back(
         {parameter.name, parameter.unit, parameter.to_unit, 0.0, 0.0, parameter.sigma, 0.0, 1.0});
@@ -40,40 +63,70 @@ Problem::Problem(const Cell& cell, const ArmModel& arm, std::span<const Touch> t
   }
   for (std::size_t t = 0; t < cell.targets.size(); ++t) {
     if (!fitted[t]) continue;
-    const Target& target = cell.targets[t];
     block_of_target[t] = static_cast<int>(blocks_.size());
-    TargetBlock block{t, static_cast<int>(unknowns_.size()),
-                      target.kind == TargetKind::kSphere && target.diameter_sigma_m > 0.0};
-    constexpr const char* kAxis[] = {".x", ".y", ".z"};
-    for (int k = 0; k < 3; ++k) {
-      Unknown unknown{target.id + kAxis[k], "mm", 1000.0, 0.0, centres_m[t][k], kCentreScaleM};
-      unknown.nominal = target.has_centre ? target.centre_m[k] : centres_m[t][k];
-      if (target.has_centre && target.centre_sigma_m > 0.0) {
-        unknown.prior_mean_u = (target.centre_m[k] - centres_m[t][k]) / kCentreScaleM;
-        unknown.prior_weight = kCentreScaleM / target.centre_sigma_m;
-      }
-      unknowns_.push_back(unknown);
-    }
-    if (block.has_radius)
-      unknowns_.push_back({target.id + ".radius", "mm", 1000.0, 0.0, 0.0,
-                           target.diameter_sigma_m / 2.0, 0.0, 1.0, true});
-    blocks_.push_back(block);
+    add_target(t);
   }
   for (std::size_t i = 0; i < touches.size(); ++i) {
     const Target& target = cell.targets[target_of_[i]];
     const Eigen::Matrix3Xd by_joint = arm.nominal_jacobian(touches[i].joint_rad).topRows<3>();
-    const Eigen::Vector3d offset = arm.position(poses_[i], nullptr) - centres_m[target_of_[i]];
-    // A point sees all three directions; each gets a third of the square.
-    lever_m_.push_back(target.kind == TargetKind::kPoint
-                           ? by_joint.norm() / std::sqrt(3.0)
-                           : (offset.stableNormalized().transpose() * by_joint).norm());
+    const TargetPlace& place = places_[target_of_[i]];
+    const Eigen::Vector3d normal =
+        target.kind == TargetKind::kPlane
+            ? Eigen::Vector3d(place.axes.col(2))
+            : (arm.position(poses_[i], nullptr) - place.centre_m).stableNormalized();
+    // Three components see all three directions; each gets a third of the square.
+    lever_m_.push_back(rows(i) == 3 ? by_joint.norm() / std::sqrt(3.0)
+                                    : (normal.transpose() * by_joint).norm());
     own_sigma_m_.push_back(touches[i].sigma_m > 0.0 ? touches[i].sigma_m : cell.touch_sigma_m);
   }
   set_ripple(ripple_rad);
   for (const std::size_t target : target_of_) block_of_.push_back(block_of_target[target]);
-  for (const CertifiedLength& length : cell.lengths) {
-    const int a = block_of_target[cell.target_index(length.from)];
-    const int b = block_of_target[cell.target_index(length.to)];
+  add_lengths(block_of_target);
+}
+
+void Problem::add_target(std::size_t t) {
+  const Target& target = cell_.targets[t];
+  const TargetBlock block{t, static_cast<int>(unknowns_.size()), place_size(target.kind),
+                          target.kind == TargetKind::kSphere && target.diameter_sigma_m > 0.0};
+  const TargetPlace& start = places_[t];
+  const Eigen::VectorXd origin = unknowns_at(target.kind, start, start);
+  const Eigen::VectorXd stated = unknowns_at(target.kind, start, stated_place(target, start));
+  const bool plane = target.kind == TargetKind::kPlane;
+  constexpr const char* kNames[] = {".x", ".y", ".z", ".rx", ".ry", ".rz"};
+  constexpr const char* kPlaneNames[] = {".tilt1", ".tilt2", ".shift"};
+  for (int k = 0; k < block.place; ++k) {
+    const bool turns = plane ? k < 2 : k >= 3;
+    Unknown unknown{target.id + (plane ? kPlaneNames : kNames)[k],
+                    turns ? "deg" : "mm",
+                    turns ? kDegPerRad : kMmPerM,
+                    stated[k],
+                    origin[k],
+                    turns ? kTurnScaleRad : kPlaceScaleM};
+    double sigma = 0.0;  // of a tracker's frame nothing is known
+    if (plane && turns)
+      sigma = target.normal_sigma_rad > 0.0 ? target.normal_sigma_rad : kWildTiltRad;
+    else if (target.has_centre && target.kind != TargetKind::kTracker)
+      sigma = target.centre_sigma_m;
+    if (sigma > 0.0) {
+      unknown.prior_mean_u = (stated[k] - origin[k]) / unknown.scale;
+      unknown.prior_weight = unknown.scale / sigma;
+    }
+    unknowns_.push_back(unknown);
+  }
+  if (block.has_radius)
+    unknowns_.push_back({target.id + ".radius", "mm", kMmPerM, 0.0, 0.0,
+                         target.diameter_sigma_m / 2.0, 0.0, 1.0, true});
+  blocks_.push_back(block);
+}
+
+void Problem::add_lengths(const std::vector<int>& block_of_target) {
+  for (const CertifiedLength& length : cell_.lengths) {
+    const std::size_t from = cell_.target_index(length.from), to = cell_.target_index(length.to);
+    for (const std::size_t end : {from, to})
+      if (!has_a_centre(cell_.targets[end].kind))
+        throw IdentifyError("a length ends at " + cell_.targets[end].id +
+                            ", which has no centre; lengths lie between spheres, wires and points");
+    const int a = block_of_target[from], b = block_of_target[to];
     if (a >= 0 && b >= 0) lengths_.push_back({a, b, length.length_m, length.sigma_m});
   }
 }
@@ -85,12 +138,14 @@ void Problem::set_ripple(double ripple_rad) {
 }
 
 int Problem::rows(std::size_t touch) const {
-  return cell_.targets[target_of_[touch]].kind == TargetKind::kPoint ? 3 : 1;
+  const TargetKind kind = cell_.targets[target_of_[touch]].kind;
+  return kind == TargetKind::kPoint || kind == TargetKind::kTracker ? 3 : 1;
 }
 
 double Problem::nominal_radius_m(const Target& target) const {
-  return target.kind == TargetKind::kSphere ? target.diameter_m / 2.0 + cell_.tool.tip_radius_m
-                                            : 0.0;
+  return target.kind == TargetKind::kSphere  ? target.diameter_m / 2.0 + cell_.tool.tip_radius_m
+         : target.kind == TargetKind::kPlane ? cell_.tool.tip_radius_m
+                                             : 0.0;
 }
 
 void Problem::residual_m(std::size_t touch, const double* shared, const double* target,
@@ -100,41 +155,57 @@ void Problem::residual_m(std::size_t touch, const double* shared, const double* 
   const bool derivatives = by_shared != nullptr || by_target != nullptr;
   const Eigen::Vector3d tip = derivatives ? arm_.position(poses_[touch], shared, scratch_)
                                           : arm_.position(poses_[touch], shared);
-  const Eigen::Vector3d offset = tip - Eigen::Map<const Eigen::Vector3d>(target);
-  const double distance = offset.norm();
-  // At the very centre every direction is as good; the residual is then -R and has no gradient.
-  const Eigen::Vector3d normal =
-      distance > 0.0 ? Eigen::Vector3d(offset / distance) : Eigen::Vector3d::UnitZ();
-  if (direction != nullptr) *direction = normal;
-  const bool has_radius = what.kind == TargetKind::kSphere && what.diameter_sigma_m > 0.0;
-  const int target_size = has_radius ? 4 : 3;
+  const TargetPlace& place = places_[target_of_[touch]];
 
-  if (what.kind == TargetKind::kPoint) {  // p(q) - c
+  if (rows(touch) == 3) {  // point: p(q) - c;  tracker: p(q) - T m
+    const bool tracker = what.kind == TargetKind::kTracker;
+    Eigen::Matrix<double, 3, 6> by_place;
+    const Eigen::Vector3d offset =
+        tip - (tracker ? tracked_m(place, target,
+                                   Eigen::Map<const Eigen::Vector3d>(touches_[touch].tracker_m),
+                                   by_target != nullptr ? &by_place : nullptr)
+                       : Eigen::Vector3d(Eigen::Map<const Eigen::Vector3d>(target)));
     Eigen::Map<Eigen::Vector3d>{residual} = offset;
+    if (direction != nullptr) *direction = unit(offset);
     if (by_shared != nullptr) {
       Eigen::Map<RowMajor> j(by_shared, 3, shared_size_);
       j.leftCols(arm_.size()) = scratch_;
       if (rho_ >= 0) j.col(rho_).setZero();
     }
-    if (by_target != nullptr) Eigen::Map<RowMajor>(by_target, 3, 3) = -Eigen::Matrix3d::Identity();
+    if (by_target != nullptr && tracker)
+      Eigen::Map<RowMajor>(by_target, 3, 6) = -by_place;
+    else if (by_target != nullptr)
+      Eigen::Map<RowMajor>(by_target, 3, 3) = -Eigen::Matrix3d::Identity();
     return;
   }
-  // sphere: |p - c| - (R + r_tip + rho + dR);  wire: |p - c| - L
+  // sphere: |p - c| - (R + r_tip + rho + dR);  wire: |p - c| - L;  plane: n.p - h - (r_tip + rho)
+  Eigen::Vector3d normal;
+  Eigen::RowVector3d by_place;
+  double distance = 0.0;
+  if (what.kind == TargetKind::kPlane) {
+    distance = plane_distance_m(place, target, tip, &normal, &by_place);
+  } else {
+    const Eigen::Vector3d offset = tip - Eigen::Map<const Eigen::Vector3d>(target);
+    distance = offset.norm();
+    normal = unit(offset);
+    by_place = -normal.transpose();
+  }
+  if (direction != nullptr) *direction = normal;
+  const bool has_radius = what.kind == TargetKind::kSphere && what.diameter_sigma_m > 0.0;
   double radius =
       what.kind == TargetKind::kWire ? touches_[touch].radius_m : nominal_radius_m(what);
-  const bool takes_rho = what.kind == TargetKind::kSphere && rho_ >= 0;
-  if (takes_rho) radius += shared[rho_];
+  const bool with_rho = takes_rho(what.kind) && rho_ >= 0;
+  if (with_rho) radius += shared[rho_];
   if (has_radius) radius += target[3];
   *residual = distance - radius;
   if (by_shared != nullptr) {
     Eigen::Map<Eigen::RowVectorXd> j(by_shared, shared_size_);
     j.head(arm_.size()).noalias() = normal.transpose() * scratch_;
-    if (rho_ >= 0) j[rho_] = takes_rho ? -1.0 : 0.0;
+    if (rho_ >= 0) j[rho_] = with_rho ? -1.0 : 0.0;
   }
   if (by_target != nullptr) {
-    Eigen::Map<Eigen::RowVectorXd> j(by_target, target_size);
-    j.head<3>() = -normal.transpose();
-    if (has_radius) j[3] = -1.0;
+    Eigen::Map<Eigen::RowVector3d>{by_target} = by_place;
+    if (has_radius) by_target[3] = -1.0;
   }
 }
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "calib/files/touch.h"
+#include "calib/identify/target_place.h"
 #include "calib/model/kinematics.h"
 
 namespace cellcal::calib {
@@ -26,21 +27,24 @@ struct Unknown {
   bool held_by_geometry = false;  ///< its prior is a measurement (diameter, tip), not a tolerance
 };
 
-/// Where a target's own unknowns lie: centre, and the deviation of a sphere's radius.
+/// Where a target's own unknowns lie: its place (target_place.h), and the deviation of a sphere's
+/// radius.
 struct TargetBlock {
+  static constexpr int kMost = 6;
   std::size_t target = 0;   ///< index into the cell
-  int first = 0;            ///< index of centre x in the unknowns
-  bool has_radius = false;  ///< unknown first + 3
-  int size() const { return has_radius ? 4 : 3; }
+  int first = 0;            ///< index of the first in the unknowns
+  int place = 3;            ///< how many say where it is
+  bool has_radius = false;  ///< one more, the last
+  int size() const { return has_radius ? place + 1 : place; }
 };
 
 /// Throws IdentifyError. Holds references to cell and touches.
 class Problem {
  public:
-  /// `centres_m`: starting value per target of the cell. Targets without a fit touch are left out.
+  /// `places`: start per target of the cell. Targets without a fit touch are left out.
   /// `ripple_rad`: joint noise beyond the touch noise, 1 sigma per joint.
   Problem(const Cell& cell, const ArmModel& arm, std::span<const Touch> touches,
-          const std::vector<Eigen::Vector3d>& centres_m, double ripple_rad = 0.0);
+          const std::vector<TargetPlace>& places, double ripple_rad = 0.0);
 
   const std::vector<Unknown>& unknowns() const { return unknowns_; }
   int size() const { return static_cast<int>(unknowns_.size()); }
@@ -51,11 +55,14 @@ class Problem {
   const std::vector<TargetBlock>& blocks() const { return blocks_; }
   /// Block of a touch's target, -1 where the target has no fit touch.
   int block_of(std::size_t touch) const { return block_of_[touch]; }
+  /// From which a target's own unknowns count.
+  const TargetPlace& place(const TargetBlock& block) const { return places_[block.target]; }
 
-  int rows(std::size_t touch) const;  ///< 1, or 3 for a point
+  int rows(std::size_t touch) const;  ///< 1, or 3 for a point or a tracker
   /// Residual of a touch in metres at SI unknowns of the shared part and of its target.
   /// `by_shared` (rows x shared_size) and `by_target` (rows x block size) are derivatives by SI
-  /// unknowns, row-major; null where not wanted. `direction`: from centre to tip, unit.
+  /// unknowns, row-major; null where not wanted. `direction`: unit, from the centre to the tip; of
+  /// a plane its normal, of a tracker from where it saw the tip.
   void residual_m(std::size_t touch, const double* shared, const double* target, double* residual,
                   double* by_shared, double* by_target, Eigen::Vector3d* direction = nullptr) const;
   /// Touch noise with the joints' ripple in it.
@@ -66,7 +73,7 @@ class Problem {
   void set_ripple(double ripple_rad);
   /// What one radian of independent noise in every joint does to the residual, root of squares.
   double joint_lever_m(std::size_t touch) const { return lever_m_[touch]; }
-  /// R + tip, without rho and without the sphere's own deviation.
+  /// R + tip of a sphere, tip of a plane, without rho and without the sphere's own deviation.
   double nominal_radius_m(const Target& target) const;
 
   struct Length {
@@ -86,6 +93,7 @@ class Problem {
   const ArmModel& arm_;
   std::span<const Touch> touches_;
   std::vector<PreparedPose> poses_;
+  std::vector<TargetPlace> places_;
   std::vector<Unknown> unknowns_;
   std::vector<TargetBlock> blocks_;
   std::vector<int> block_of_;
@@ -94,6 +102,8 @@ class Problem {
   std::vector<Length> lengths_;
   int shared_size_ = 0;
   int rho_ = -1;
+  void add_target(std::size_t target);
+  void add_lengths(const std::vector<int>& block_of_target);
   mutable Eigen::Matrix3Xd scratch_;  // one solver thread at a time
 };
 

@@ -25,36 +25,58 @@ void finish(ResidualSummary& summary) {
   summary.rms_m = std::sqrt(summary.rms_m / summary.count);
 }
 
+/// Of the block's own unknowns, without a sphere's radius.
+Eigen::VectorXd place_seen_by_nominal_arm(const Problem& problem, int block,
+                                          const std::vector<bool>& outlier) {
+  const TargetBlock& own = problem.blocks()[static_cast<std::size_t>(block)];
+  const Target& target = problem.cell().targets[own.target];
+  const TargetPlace& start = problem.place(own);
+  const auto touches = problem.touches();
+  std::vector<Eigen::Vector3d> points, readings;
+  std::vector<double> radii;
+  for (std::size_t i = 0; i < touches.size(); ++i) {
+    if (problem.block_of(i) != block || outlier[i] || touches[i].set != TouchSet::kFit) continue;
+    points.push_back(problem.arm().position(problem.pose(i), nullptr));
+    readings.emplace_back(touches[i].tracker_m[0], touches[i].tracker_m[1],
+                          touches[i].tracker_m[2]);
+    radii.push_back(target.kind == TargetKind::kWire ? touches[i].radius_m
+                                                     : problem.nominal_radius_m(target));
+  }
+  TargetPlace place = start;
+  if (target.kind == TargetKind::kPlane) {
+    place = plane_through(points, problem.nominal_radius_m(target), start);
+  } else if (target.kind == TargetKind::kTracker) {
+    const FrameFit fit = fit_frame(readings, points);
+    if (fit.determined) {
+      place.centre_m = fit.frame * fit.middle_m;
+      place.axes = fit.frame.linear();
+      place.middle_m = fit.middle_m;
+    }
+  } else if (target.kind == TargetKind::kPoint) {
+    place.centre_m.setZero();
+    for (const auto& p : points) place.centre_m += p / static_cast<double>(points.size());
+  } else if (target.has_centre && target.centre_sigma_m > 0.0) {
+    place.centre_m =
+        fit_centre_near(points, radii, kNominalErrorM, target.centre_m, target.centre_sigma_m);
+  } else {
+    place.centre_m =
+        fit_centre(points, radii, target.has_centre ? &target.centre_m : nullptr).centre_m;
+  }
+  return unknowns_at(target.kind, start, place);
+}
+
 }  // namespace
 
 void fill_residuals(const Problem& problem, const Eigen::VectorXd& x_si,
                     const std::vector<bool>& outlier, Calibration& calibration) {
   const auto touches = problem.touches();
-  // The nominal arm's own centre of each target.
-  std::vector<Eigen::Vector3d> nominal_centre(problem.blocks().size());
+  // The nominal arm's own place of each target.
+  std::vector<Eigen::VectorXd> nominal_place;
   for (std::size_t b = 0; b < problem.blocks().size(); ++b) {
-    const Target& target = problem.cell().targets[problem.blocks()[b].target];
-    std::vector<Eigen::Vector3d> points;
-    std::vector<double> radii;
-    for (std::size_t i = 0; i < touches.size(); ++i) {
-      if (problem.block_of(i) != static_cast<int>(b) || outlier[i] ||
-          touches[i].set != TouchSet::kFit)
-        continue;
-      points.push_back(problem.arm().position(problem.pose(i), nullptr));
-      radii.push_back(target.kind == TargetKind::kWire ? touches[i].radius_m
-                                                       : problem.nominal_radius_m(target));
-    }
-    if (target.kind == TargetKind::kPoint) {
-      nominal_centre[b].setZero();
-      for (const auto& p : points) nominal_centre[b] += p / static_cast<double>(points.size());
-    } else {
-      const SphereFit fit =
-          fit_centre(points, radii, target.has_centre ? &target.centre_m : nullptr);
-      nominal_centre[b] = target.has_centre && target.centre_sigma_m > 0.0
-                              ? fit_centre_near(points, radii, kNominalErrorM, target.centre_m,
-                                                target.centre_sigma_m)
-                              : fit.centre_m;
-    }
+    const TargetBlock& block = problem.blocks()[b];
+    Eigen::VectorXd unknowns = Eigen::VectorXd::Zero(block.size());
+    unknowns.head(block.place) = place_seen_by_nominal_arm(problem, static_cast<int>(b), outlier);
+    nominal_place.push_back(std::move(unknowns));
   }
   Eigen::VectorXd nominal = Eigen::VectorXd::Zero(problem.shared_size());
   for (std::size_t i = 0; i < touches.size(); ++i) {
@@ -64,10 +86,8 @@ void fill_residuals(const Problem& problem, const Eigen::VectorXd& x_si,
     entry.touch = i;
     entry.outlier = outlier[i];
     double r[3];
-    const double centre[4] = {nominal_centre[problem.block_of(i)].x(),
-                              nominal_centre[problem.block_of(i)].y(),
-                              nominal_centre[problem.block_of(i)].z(), 0.0};
-    problem.residual_m(i, nominal.data(), centre, r, nullptr, nullptr);
+    const Eigen::VectorXd& place = nominal_place[static_cast<std::size_t>(problem.block_of(i))];
+    problem.residual_m(i, nominal.data(), place.data(), r, nullptr, nullptr);
     entry.before_m = rows == 1 ? r[0] : Eigen::Map<Eigen::Vector3d>(r).norm();
     problem.residual_m(i, x_si.data(), x_si.data() + block.first, r, nullptr, nullptr,
                        &entry.direction);

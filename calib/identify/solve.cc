@@ -72,7 +72,7 @@ class Rows {
   const Problem& problem_;
   double floor_m_;
   std::vector<double> x_, scale_, by_shared_;
-  double by_target_[18] = {};  // 3 rows by 6 of the target's own
+  double by_target_[3 * TargetBlock::kMost] = {};
 };
 
 /// Normal equations lose half the digits. That is nothing where a touch is worth 10 um, and too

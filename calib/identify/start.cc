@@ -12,6 +12,25 @@ namespace {
 constexpr int kIterations = 20;
 /// Smallest over largest singular value of the centred points: below it they lie in a plane.
 constexpr double kFlat = 0.02;
+/// Of points on a plane the thickness is what the nominal arm is wrong by; more of the width than
+/// this, and they are on no plane.
+constexpr double kThick = 0.5;
+/// Readings are good to a hair: second over first singular value, below it they are in a line.
+constexpr double kThin = 1e-3;
+
+Eigen::Vector3d mean_of(const std::vector<Eigen::Vector3d>& points) {
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (const auto& p : points) mean += p / static_cast<double>(points.size());
+  return mean;
+}
+
+Eigen::JacobiSVD<Eigen::MatrixXd> spread_of(const std::vector<Eigen::Vector3d>& points,
+                                            const Eigen::Vector3d& mean) {
+  Eigen::MatrixXd centred(3, static_cast<Eigen::Index>(points.size()));
+  for (Eigen::Index i = 0; i < centred.cols(); ++i)
+    centred.col(i) = points[static_cast<std::size_t>(i)] - mean;
+  return Eigen::JacobiSVD<Eigen::MatrixXd>(centred, Eigen::ComputeFullU);
+}
 
 }  // namespace
 
@@ -78,6 +97,38 @@ Eigen::Vector3d fit_centre_near(const std::vector<Eigen::Vector3d>& points_m,
     if (step.norm() < 1e-12) break;
   }
   return centre;
+}
+
+PlaneFit fit_plane(const std::vector<Eigen::Vector3d>& points_m) {
+  PlaneFit fit;
+  if (points_m.empty()) return fit;
+  fit.middle_m = mean_of(points_m);
+  if (points_m.size() < 3) return fit;
+  const auto svd = spread_of(points_m, fit.middle_m);
+  const Eigen::VectorXd s = svd.singularValues();
+  fit.normal = svd.matrixU().col(2);
+  fit.determined = s[1] > kFlat * s[0] && s[2] < kThick * s[1];
+  return fit;
+}
+
+FrameFit fit_frame(const std::vector<Eigen::Vector3d>& readings_m,
+                   const std::vector<Eigen::Vector3d>& points_m) {
+  FrameFit fit;
+  if (readings_m.empty()) return fit;
+  fit.middle_m = mean_of(readings_m);
+  fit.frame.translation() = mean_of(points_m) - fit.middle_m;
+  if (readings_m.size() < 3) return fit;
+  const Eigen::VectorXd s = spread_of(readings_m, fit.middle_m).singularValues();
+  fit.determined = s[1] > kThin * s[0];
+  if (!fit.determined) return fit;
+  Eigen::Matrix3Xd from(3, static_cast<Eigen::Index>(readings_m.size())), to(from);
+  for (Eigen::Index i = 0; i < from.cols(); ++i) {
+    from.col(i) = readings_m[static_cast<std::size_t>(i)];
+    to.col(i) = points_m[static_cast<std::size_t>(i)];
+  }
+  const Eigen::Matrix4d motion = Eigen::umeyama(from, to, false);
+  if (motion.allFinite()) fit.frame.matrix() = motion;
+  return fit;
 }
 
 }  // namespace cellcal::calib

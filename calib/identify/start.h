@@ -2,7 +2,7 @@
 // Where the targets are, seen with the nominal arm: the starting point of the estimate, and the
 // sphere against which the nominal model is judged.
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <vector>
 
 namespace cellcal::calib {
@@ -24,5 +24,24 @@ SphereFit fit_centre(const std::vector<Eigen::Vector3d>& points_m,
 Eigen::Vector3d fit_centre_near(const std::vector<Eigen::Vector3d>& points_m,
                                 const std::vector<double>& radius_m, double point_sigma_m,
                                 const Eigen::Vector3d& place_m, double place_sigma_m);
+
+struct PlaneFit {
+  Eigen::Vector3d middle_m = Eigen::Vector3d::Zero();  ///< mean of the points, on the plane
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();   ///< unit, of either sign
+  bool determined = false;  ///< the points are spread in two directions, and flat
+};
+
+/// Total least squares.
+PlaneFit fit_plane(const std::vector<Eigen::Vector3d>& points_m);
+
+struct FrameFit {
+  Eigen::Isometry3d frame = Eigen::Isometry3d::Identity();  ///< readings to points
+  Eigen::Vector3d middle_m = Eigen::Vector3d::Zero();       ///< mean of the readings
+  bool determined = false;                                  ///< the readings are not in a line
+};
+
+/// The rigid motion that brings `readings_m` nearest to `points_m`.
+FrameFit fit_frame(const std::vector<Eigen::Vector3d>& readings_m,
+                   const std::vector<Eigen::Vector3d>& points_m);
 
 }  // namespace cellcal::calib

@@ -22,10 +22,69 @@ constexpr double kCheckRatio = 2.0;
 /// (real-data tests), a wrong row of the robot file makes twenty and more and can still be
 /// explained away.
 constexpr double kFarFromDrawing = 8.0;
-/// With a perfect arm a sphere's touches would hold its centre to sigma / sqrt(n lambda), lambda
-/// the smallest eigenvalue of the mean of the outer products of their directions. Where that is
-/// worse than this they say more about the sphere's place than about the arm.
+/// The effective radius may be off by what its prior says, and a little luck.
+constexpr double kFarRadius = 5.0;
+/// With a perfect arm a target's touches would hold its place to sigma / sqrt(n lambda), lambda the
+/// smallest eigenvalue of the mean of the outer products of what they say about it. Where that is
+/// worse than this they say more about the target's place than about the arm.
 constexpr double kPlaceSigmaM = 0.3e-3;
+/// At this distance, where a target turns: the region that counts as near it.
+constexpr double kPlaceLeverM = 0.150;
+/// A tracker measures lengths itself. Its touches hold the scale where, with a perfect arm, they
+/// would hold it to this, from at least this many places.
+constexpr double kScaleSigma = 1e-4;
+constexpr int kScalePlaces = 4;
+
+/// Fit touches of a block that are in use.
+std::vector<std::size_t> used_touches(const Problem& problem, const Calibration& c, int block) {
+  std::vector<std::size_t> used;
+  for (const TouchResidual& r : c.residuals)
+    if (problem.block_of(r.touch) == block && !r.outlier &&
+        problem.touches()[r.touch].set == TouchSet::kFit)
+      used.push_back(r.touch);
+  return used;
+}
+
+/// Smallest eigenvalue of what these touches say about the place of their target [1/m^2].
+double least_information(const Problem& problem, const Eigen::VectorXd& x, const TargetBlock& block,
+                         const std::vector<std::size_t>& touches) {
+  const TargetKind kind = problem.cell().targets[block.target].kind;
+  Eigen::VectorXd lever = Eigen::VectorXd::Ones(block.place);
+  if (kind == TargetKind::kPlane) lever.head<2>().setConstant(kPlaceLeverM);
+  if (kind == TargetKind::kTracker) lever.tail<3>().setConstant(kPlaceLeverM);
+  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(block.place, block.place);
+  double r[3], by_target[3 * TargetBlock::kMost];
+  for (const std::size_t i : touches) {
+    problem.residual_m(i, x.data(), x.data() + block.first, r, nullptr, by_target);
+    const Eigen::MatrixXd j =
+        Eigen::Map<const RowMajor>(by_target, problem.rows(i), block.size()).leftCols(block.place) *
+        lever.cwiseInverse().asDiagonal();
+    information += j.transpose() * j / std::pow(problem.sigma_m(i), 2);
+  }
+  return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(information).eigenvalues()[0];
+}
+
+bool holds_scale(const Problem& problem, const std::vector<std::size_t>& touches) {
+  std::vector<Eigen::Vector3d> readings;
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+  for (const std::size_t i : touches) {
+    const double* m = problem.touches()[i].tracker_m;
+    const Eigen::Vector3d reading(m[0], m[1], m[2]);
+    // A place that was visited again is no other place.
+    if (std::none_of(readings.begin(), readings.end(), [&](const Eigen::Vector3d& other) {
+          return (other - reading).norm() < kPlaceLeverM;
+        }))
+      readings.push_back(reading);
+    middle += reading / static_cast<double>(touches.size());
+  }
+  if (static_cast<int>(readings.size()) < kScalePlaces) return false;
+  double information = 0.0;
+  for (const std::size_t i : touches)
+    information +=
+        (Eigen::Map<const Eigen::Vector3d>(problem.touches()[i].tracker_m) - middle).squaredNorm() /
+        std::pow(problem.sigma_m(i), 2);
+  return information * kScaleSigma * kScaleSigma > 1.0;
+}
 
 /// Held-out residuals over their predicted sigmas, rms: of the touch and of what the fit leaves
 /// open there. 0 without check touches or covariance.
@@ -74,27 +133,40 @@ Verdict judge(const Problem& problem, const Calibration& c) {
         "{:.3f} mm)",
         std::sqrt(c.chi2_per_dof), c.touch_noise_m * 1e3, problem.cell().touch_sigma_m * 1e3));
   if (outliers > kOutlierShare * fit)
-    blocking.push_back(fmt::format("outliers: {} of {} fit touches are not what the sphere allows",
-                                   outliers, fit));
-  for (const TargetBlock& block : problem.blocks()) {
+    blocking.push_back(fmt::format(
+        "outliers: {} of {} fit touches are not what their target allows", outliers, fit));
+  Eigen::VectorXd x(problem.size());
+  for (int i = 0; i < problem.size(); ++i) {
+    const ParameterResult& found = c.parameters[static_cast<std::size_t>(i)];
+    x[i] = found.nominal + found.correction;
+  }
+  std::string tracker;  // that holds the scale
+  for (std::size_t b = 0; b < problem.blocks().size(); ++b) {
+    const TargetBlock& block = problem.blocks()[b];
     const Target& target = problem.cell().targets[block.target];
     if (target.kind == TargetKind::kPoint) continue;  // one touch tells all three directions
-    Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
-    int count = 0;
-    for (const TouchResidual& r : c.residuals) {
-      if (touches[r.touch].target != target.id || r.outlier ||
-          touches[r.touch].set != TouchSet::kFit)
-        continue;
-      information += r.direction * r.direction.transpose() / std::pow(problem.sigma_m(r.touch), 2);
-      ++count;
-    }
-    const double least =
-        Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(information).eigenvalues()[0];
-    if (!(least * kPlaceSigmaM * kPlaceSigmaM > 1.0))
+    const auto used = used_touches(problem, c, static_cast<int>(b));
+    if (target.kind == TargetKind::kTracker && holds_scale(problem, used)) tracker = target.id;
+    if (least_information(problem, x, block, used) * kPlaceSigmaM * kPlaceSigmaM > 1.0) continue;
+    const char* what =
+        target.kind == TargetKind::kPlane
+            ? "at places too near each other or in a line; touch it farther apart in "
+              "two directions"
+        : target.kind == TargetKind::kTracker
+            ? "at places too near each other or in a line; measure farther apart"
+            : "in directions too much alike; touch it from more sides";
+    blocking.push_back(fmt::format("too few directions: {} was touched {} times {}", target.id,
+                                   used.size(), what));
+  }
+  if (problem.rho() >= 0) {
+    const double off_m = c.parameters[static_cast<std::size_t>(problem.rho())].correction;
+    const double sigma_m = problem.unknowns()[problem.rho()].scale;
+    if (std::abs(off_m) > kFarRadius * sigma_m)
       blocking.push_back(fmt::format(
-          "too few directions: {} was touched {} times in directions too much alike; touch it from "
-          "more sides",
-          target.id, count));
+          "effective radius: the tip meets its targets {:+.2f} mm from where diameter and tip "
+          "radius "
+          "put it, {:.0f} times radius_offset_sigma_mm; check diameter_mm and tip_radius_mm",
+          off_m * 1e3, std::abs(off_m) / sigma_m));
   }
   for (int p = 0; p < problem.arm_size(); ++p) {
     const ArmParameterKind kind = problem.arm().parameters()[p].kind;
@@ -115,15 +187,18 @@ Verdict judge(const Problem& problem, const Calibration& c) {
                     c.check.rms_m * 1e3, ratio));
 
   verdict.publish = blocking.empty();
-  verdict.workspace = !problem.lengths().empty();
+  verdict.workspace = !problem.lengths().empty() || !tracker.empty();
   verdict.reasons = std::move(blocking);
-  if (verdict.workspace)
+  if (!tracker.empty())
+    verdict.reasons.push_back(
+        fmt::format("scope: the places that {} measured hold the scale", tracker));
+  if (!problem.lengths().empty())
     verdict.reasons.push_back(
         fmt::format("scope: {} certified length{} the scale, touched at both ends",
                     problem.lengths().size(), problem.lengths().size() == 1 ? " holds" : "s hold"));
-  else
+  if (!verdict.workspace)
     verdict.reasons.push_back(
-        "scope: no certified length was touched, so only the sphere's size holds the scale; the "
+        "scope: no certified length was touched, so only the target's size holds the scale; the "
         "result claims nothing away from the targets. Touch a second sphere at a certified "
         "distance");
   if (c.check.count == 0)

@@ -60,14 +60,23 @@ struct Tool {
 
 enum class TargetKind { kSphere, kWire, kPlane, kPoint, kTracker };
 
+/// Whether certified lengths can begin or end at it.
+constexpr bool has_a_centre(TargetKind kind) {
+  return kind == TargetKind::kSphere || kind == TargetKind::kWire || kind == TargetKind::kPoint;
+}
+
 struct Target {
   std::string id;
   TargetKind kind = TargetKind::kSphere;
   double diameter_m = 0.0;  ///< spheres
   double diameter_sigma_m = 0.0;
-  bool has_centre = false;                             ///< centre_m is stated
-  Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();  ///< base frame, nominal
-  double centre_sigma_m = 0.0;                         ///< 0: no prior, the touches decide
+  bool has_centre = false;  ///< centre_m is stated
+  Eigen::Vector3d centre_m =
+      Eigen::Vector3d::Zero();  ///< base frame, nominal; plane: a point on it
+  double centre_sigma_m = 0.0;  ///< 0: no prior, the touches decide; plane: along its normal
+  bool has_normal = false;      ///< planes: normal is stated
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< unit, base frame, to the side of the tips
+  double normal_sigma_rad = 0.0;                      ///< 0: no prior, the touches decide
 };
 
 /// A certified distance between two targets' centres.

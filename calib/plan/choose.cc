@@ -68,7 +68,7 @@ Choice choose(const Cell& stated, const std::vector<Candidate>& candidates, int 
   }
   std::vector<Eigen::Vector3d> centres;
   for (const Target& target : cell.targets) centres.push_back(target.centre_m);
-  const Problem problem(cell, arm, touches, centres);
+  const Problem problem(cell, arm, touches, {centres.begin(), centres.end()});
   const int n = problem.size(), arm_size = problem.arm_size();
   const Linearisation rows =
       linearise(problem, Eigen::VectorXd::Zero(n), std::vector<bool>(touches.size(), true));

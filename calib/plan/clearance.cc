@@ -46,6 +46,8 @@ Clearance::Clearance(const Cell& cell, const ArmModel& arm) : arm_(arm) {
   if (!up_.allFinite()) up_ = Vector3d::UnitZ();
   floor_m_ = 1e9;
   for (const Target& target : cell.targets) {
+    // A tracker stands outside, a plane is no stand, and what has no place keeps nothing clear.
+    if (!has_a_centre(target.kind) || !target.has_centre) continue;
     const double radius = target.diameter_m / 2.0;
     obstacles_.push_back(
         {target.centre_m, target.centre_m - (radius + kStandLengthM) * up_, radius});

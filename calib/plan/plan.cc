@@ -46,7 +46,10 @@ void check_cell(const Cell& cell) {
                       "cell file",
                       target.id));
   }
-  if (!sphere) throw PlanError("the cell has no sphere to touch");
+  if (!sphere)
+    throw PlanError(
+        "the cell has no sphere to touch; touches of other targets are made by hand and identified "
+        "from a file");
 }
 
 /// A posture well inside the limits: half-way, with the arm reaching forward and up.
@@ -216,6 +219,8 @@ Plan make_plan(const Cell& cell, const PlanOptions& options, const JointVector& 
     throw PlanError("the arm stands too close to a sphere or its stand to start from; jog it free");
   Plan plan = visit(cell, options, router, std::move(todo), start);
   plan.predicted_m3_m = choice.predicted_m3_m;
+  for (const Target& target : cell.targets)
+    if (target.kind != TargetKind::kSphere) plan.left_out.push_back(target.id);
   return plan;
 }
 

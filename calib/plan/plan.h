@@ -33,6 +33,7 @@ struct Plan {
   JointVector start;  ///< where the arm must be (or is first moved to) before the first transit
   std::vector<PlannedTouch> touches;
   std::vector<JointVector> home;  ///< waypoints from the last clear point back to start
+  std::vector<std::string> left_out;  ///< ids of targets that are no spheres: none are planned
   double predicted_m3_m = 0.0;    ///< mean 3-D error over the workspace that the plan should reach
 };
 

@@ -40,9 +40,16 @@ std::string json(const calib::Plan& plan, const calib::Robot& robot) {
                     {"search_mm", planned.search_m * calib::kMmPerM}});
   }
   return nlohmann::json{{"touches", list},
+                        {"left_out", plan.left_out},
                         {"predicted_m3_mm", plan.predicted_m3_m * calib::kMmPerM}}
              .dump(1) +
          "\n";
+}
+
+std::string left_out_comment(const calib::Plan& plan) {
+  std::string names;
+  for (const std::string& id : plan.left_out) names += (names.empty() ? "" : ", ") + id;
+  return names.empty() ? names : "# only spheres are planned; left out: " + names + "\n";
 }
 
 }  // namespace
@@ -60,7 +67,8 @@ int plan(const PlanCommand& command) {
   }
   std::vector<calib::Touch> touches;
   for (const calib::PlannedTouch& planned : made.touches) touches.push_back(nominal_touch(planned));
-  put("# planned on nominal geometry, not measured\n" + calib::format_touches(touches, cell.robot),
+  put("# planned on nominal geometry, not measured\n" + left_out_comment(made) +
+          calib::format_touches(touches, cell.robot),
       command.output);
   return kSuccess;
 }

@@ -41,9 +41,16 @@ struct Box {
   }
 };
 
+// It looks on from outside the cell.
+bool is_tracker(const View& view, const calib::TargetResult& target) {
+  const calib::Target* in_cell = view.cell_target(target.id);
+  return in_cell && in_cell->kind == calib::TargetKind::kTracker;
+}
+
 std::vector<Ball> balls_of(const View& view) {
   std::vector<Ball> balls;
   for (const calib::TargetResult& target : view.result.targets) {
+    if (is_tracker(view, target)) continue;
     const Eigen::Vector3d centre = target.centre_m * kMmPerMetre;
     const double radius = target.effective_radius_m * kMmPerMetre;
     if (!is_usable_mm(centre.x()) || !is_usable_mm(centre.y()) || !is_usable_mm(centre.z())) {
@@ -208,7 +215,10 @@ std::string cell_picture(const View& view) {
       "<p class=\"note\">Targets to scale in the robot&rsquo;s base frame, where the touches found "
       "them.{}</p>\n",
       view.result.cell.lengths.empty() ? "" : " Dashed: certified lengths.");
-  const std::size_t left_out = view.result.targets.size() - balls.size();
+  const auto trackers = static_cast<std::size_t>(
+      std::count_if(view.result.targets.begin(), view.result.targets.end(),
+                    [&](const calib::TargetResult& target) { return is_tracker(view, target); }));
+  const std::size_t left_out = view.result.targets.size() - trackers - balls.size();
   if (left_out > 0) {
     body += fmt::format("<p class=\"warn\">{} no usable centre and cannot be drawn.</p>\n",
                         counted(left_out, "target has", "targets have"));

@@ -169,21 +169,9 @@ std::string unit_html(std::string_view unit) {
   return html;
 }
 
-std::string_view decided_word(DecidedBy decided_by) {
-  switch (decided_by) {
-    case DecidedBy::kData:
-      return "data";
-    case DecidedBy::kPrior:
-      return "prior";
-    case DecidedBy::kFrame:
-      return "frame";
-  }
-  return "data";
-}
-
 std::string parameter_row(const View& view, const Group& group, const ParameterResult& parameter,
                           const Ranges& ranges) {
-  const std::string_view decided = decided_word(parameter.decided_by);
+  const std::string_view decided = calib::to_string(parameter.decided_by);
   const auto range = ranges.find(range_key(group, parameter));
   return fmt::format(
       "<tr class=\"by-{}\"><th scope=\"row\"><code>{}</code> <small>{}</small></th><td>{}</td>"

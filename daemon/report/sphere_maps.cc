@@ -95,8 +95,9 @@ std::string sphere_maps(const View& view) {
   std::string discs;
   std::vector<std::string> without;
   for (const calib::TargetResult& target : view.result.targets) {
-    // A point is touched from nowhere: what direction its residual has is that of the error.
-    if (view.is_point(target.id)) continue;
+    // A point is touched from nowhere: what direction its residual has is that of the error. A
+    // plane is always touched along its normal.
+    if (!view.is_round(target.id)) continue;
     const std::string one = disc(view, target.id);
     if (one.empty()) without.push_back(target.id);
     discs += one;

@@ -7,6 +7,7 @@
 #include <string>
 #include <string_view>
 
+#include "calib/files/units.h"
 #include "daemon/report/sections.h"
 #include "daemon/report/text.h"
 
@@ -37,12 +38,15 @@ std::string radius_cells(const View& view, const calib::TargetResult& target) {
   const calib::Target* in_cell = view.cell_target(target.id);
   const std::string effective =
       target.effective_radius_m > 0.0 ? mm(target.effective_radius_m) : std::string(kNothing);
-  if (!in_cell || in_cell->kind != calib::TargetKind::kSphere || target.effective_radius_m <= 0.0) {
+  const bool plane = in_cell && in_cell->kind == calib::TargetKind::kPlane;
+  if (!in_cell || (in_cell->kind != calib::TargetKind::kSphere && !plane) ||
+      target.effective_radius_m <= 0.0) {
     return fmt::format("<td>{}</td><td>{}</td>", effective, kNothing);
   }
-  return fmt::format("<td>{}</td><td>{}</td>", effective,
-                     signed_mm(target.effective_radius_m - 0.5 * in_cell->diameter_m -
-                               view.result.cell.tool.tip_radius_m));
+  return fmt::format(
+      "<td>{}</td><td>{}</td>", effective,
+      signed_mm(target.effective_radius_m - (plane ? 0.0 : 0.5 * in_cell->diameter_m) -
+                view.result.cell.tool.tip_radius_m));
 }
 
 std::string target_row(const View& view, const calib::TargetResult& target) {
@@ -60,6 +64,36 @@ std::string target_row(const View& view, const calib::TargetResult& target) {
       escape(target.id), in_cell ? kind_word(in_cell->kind) : kNothing, mm(target.centre_m.x()),
       mm(target.centre_m.y()), mm(target.centre_m.z()), radius_cells(view, target), sums.count,
       mean, rms);
+}
+
+// How planes and trackers stand; the middle of what was touched says little of them.
+std::string stands_note(const View& view) {
+  constexpr int kNormalDecimals = 5, kDegreeDecimals = 4;
+  std::string items;
+  for (const calib::TargetResult& target : view.result.targets) {
+    const calib::Target* in_cell = view.cell_target(target.id);
+    if (!in_cell) continue;
+    if (in_cell->kind == calib::TargetKind::kPlane)
+      items += fmt::format(
+          "<p class=\"note\">{}: plane, normal ({}, {}, {}), {}&nbsp;mm from the base&rsquo;s "
+          "origin; x, y, z is the middle of what was touched.</p>\n",
+          escape(target.id), signed_fixed(target.normal.x(), kNormalDecimals),
+          signed_fixed(target.normal.y(), kNormalDecimals),
+          signed_fixed(target.normal.z(), kNormalDecimals), mm(target.distance_m));
+    if (in_cell->kind == calib::TargetKind::kTracker) {
+      const calib::FrameMmDeg frame = calib::to_frame(target.frame);
+      items += fmt::format(
+          "<p class=\"note\">{}: tracker, its frame at ({}, {}, {})&nbsp;mm, A&nbsp;{}&deg;, "
+          "B&nbsp;{}&deg;, C&nbsp;{}&deg; in base; x, y, z is the middle of what it "
+          "measured.</p>\n",
+          escape(target.id), fixed(frame.xyz_mm[0], kMmDecimals),
+          fixed(frame.xyz_mm[1], kMmDecimals), fixed(frame.xyz_mm[2], kMmDecimals),
+          signed_fixed(frame.abc_deg[0], kDegreeDecimals),
+          signed_fixed(frame.abc_deg[1], kDegreeDecimals),
+          signed_fixed(frame.abc_deg[2], kDegreeDecimals));
+    }
+  }
+  return items;
 }
 
 std::string lengths_table(const View& view) {
@@ -120,6 +154,7 @@ std::string targets_table(const View& view) {
       "nominal: sphere plus tip. Residuals count fitted and held-out touches without outliers; a "
       "mean away from zero points to a target that moved{}.</p>\n",
       view.any_point() ? "; residuals on points are distances and have none" : "");
+  body += stands_note(view);
   body += lengths_table(view);
   return section("targets", "Targets", body);
 }

@@ -77,7 +77,14 @@ const calib::TargetResult* View::target_result(std::string_view id) const {
 
 bool View::is_point(std::string_view id) const {
   const calib::Target* target = cell_target(id);
-  return target && target->kind == calib::TargetKind::kPoint;
+  return target &&
+         (target->kind == calib::TargetKind::kPoint || target->kind == calib::TargetKind::kTracker);
+}
+
+bool View::is_round(std::string_view id) const {
+  const calib::Target* target = cell_target(id);
+  return !target || target->kind == calib::TargetKind::kSphere ||
+         target->kind == calib::TargetKind::kWire;
 }
 
 bool View::points_only() const {

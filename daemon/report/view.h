@@ -30,7 +30,7 @@ struct Mark {
   std::string target;     ///< empty where the touch is unknown
   double before_mm = 0.0, after_mm = 0.0;
   double whitened = 0.0;
-  bool in_3d = false;  ///< on a point: residuals are distances, never negative
+  bool in_3d = false;  ///< on a point or by a tracker: residuals are distances, never negative
   Eigen::Vector3d direction = Eigen::Vector3d::Zero();  ///< base frame; zero where there is none
 };
 
@@ -48,8 +48,9 @@ struct View {
   /// nullptr where the cell has no such target.
   const calib::Target* cell_target(std::string_view id) const;
   const calib::TargetResult* target_result(std::string_view id) const;
-  bool is_point(std::string_view id) const;
-  bool points_only() const;  ///< every mark is on a point, and there is one
+  bool is_point(std::string_view id) const;  ///< or a tracker: seen in all three directions
+  bool is_round(std::string_view id) const;  ///< touched from directions: a sphere or a wire
+  bool points_only() const;                  ///< every mark is on a point, and there is one
   bool any_point() const;
   /// Certified lengths of which both ends were touched; those alone hold the scale.
   std::size_t touched_lengths() const;

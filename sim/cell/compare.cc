@@ -58,7 +58,14 @@ TruthFigures truth_figures(const Truth& truth, const calib::Calibration& calibra
   const calib::Predictor predictor(calibration);
   const calib::ArmModel nominal(calibration.cell.robot, calibration.cell.tool);
   std::vector<Eigen::Vector3d> centres;
-  for (const calib::TargetResult& target : calibration.targets) centres.push_back(target.centre_m);
+  for (const calib::TargetResult& target : calibration.targets) {
+    if (calib::has_a_centre(target.kind)) {
+      centres.push_back(target.centre_m);
+      continue;
+    }
+    for (const calib::JointVector& q : around)  // it is where it was touched
+      centres.push_back(nominal.nominal_tcp(q).translation());
+  }
   TruthFigures result;
   result.workspace =
       figures(truth, predictor, calib::workspace_poses(nominal, kWorkspacePoses, kSeed));

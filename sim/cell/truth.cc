@@ -34,6 +34,14 @@ calib::ArmModel true_arm(const calib::Cell& cell, const TruthOptions& options) {
   return {robot, tool};
 }
 
+/// Those that stand somewhere in the cell: a tracker looks on from anywhere.
+std::vector<const calib::Target*> placed_targets(const calib::Cell& cell) {
+  std::vector<const calib::Target*> placed;
+  for (const calib::Target& target : cell.targets)
+    if (target.kind != calib::TargetKind::kTracker) placed.push_back(&target);
+  return placed;
+}
+
 /// Where the real arm's tip is when the nominal arm would be at the centres; the mean over a few
 /// ways of holding the tool, as someone who teaches takes more than one look.
 Eigen::Matrix3Xd taught_places(const Truth& truth, const calib::Cell& cell) {
@@ -44,9 +52,10 @@ Eigen::Matrix3Xd taught_places(const Truth& truth, const calib::Cell& cell) {
       q[i] = std::clamp(q[i], cell.robot.joints[i].min_rad, cell.robot.joints[i].max_rad);
     return q;
   }();
-  Eigen::Matrix3Xd places(3, static_cast<Eigen::Index>(cell.targets.size()));
-  for (std::size_t t = 0; t < cell.targets.size(); ++t) {
-    const Eigen::Vector3d& centre = cell.targets[t].centre_m;
+  const auto targets = placed_targets(cell);
+  Eigen::Matrix3Xd places(3, static_cast<Eigen::Index>(targets.size()));
+  for (std::size_t t = 0; t < targets.size(); ++t) {
+    const Eigen::Vector3d& centre = targets[t]->centre_m;
     calib::JointVector seed = home;
     seed[0] = std::clamp(cell.robot.joints[0].sign * std::atan2(centre.y(), centre.x()),
                          cell.robot.joints[0].min_rad, cell.robot.joints[0].max_rad);
@@ -66,7 +75,7 @@ Eigen::Matrix3Xd taught_places(const Truth& truth, const calib::Cell& cell) {
       ++reached;
     }
     if (reached == 0)
-      throw std::runtime_error("the emulated arm does not reach target " + cell.targets[t].id +
+      throw std::runtime_error("the emulated arm does not reach target " + targets[t]->id +
                                " with its tool pointing down; move it");
     places.col(static_cast<Eigen::Index>(t)) = sum / reached;
   }
@@ -102,12 +111,13 @@ Truth draw_truth(const calib::Cell& cell, const TruthOptions& options) {
   const Eigen::Matrix3Xd taught = taught_places(truth, cell);
   Eigen::Matrix3Xd nominal(3, taught.cols());
   for (Eigen::Index i = 0; i < nominal.cols(); ++i)
-    nominal.col(i) = cell.targets[static_cast<std::size_t>(i)].centre_m;
-  const Eigen::Vector3d middle = taught.rowwise().mean();
+    nominal.col(i) = placed_targets(cell)[static_cast<std::size_t>(i)]->centre_m;
+  const Eigen::Vector3d middle =
+      taught.cols() > 0 ? taught.rowwise().mean() : Eigen::Vector3d::Zero().eval();
   Eigen::Isometry3d place = Eigen::Isometry3d::Identity();
   if (nominal.cols() >= 3)  // three points hold a rigid body
     place = Eigen::Isometry3d(Eigen::umeyama(nominal, taught, false));
-  else
+  else if (nominal.cols() > 0)
     place.translation() = middle - nominal.rowwise().mean();
   Eigen::Vector3d shift, turn;
   for (int k = 0; k < 3; ++k) shift[k] = options.placement_m * bounded_normal(random);

@@ -68,8 +68,8 @@ void measure_parts(const Cell& cell, const std::vector<Touch>& touches, const Ca
                    Parts& parts) {
   const Cell levelled = at_level(cell, ModelLevel{});
   const ArmModel arm(levelled.robot, levelled.tool);
-  std::vector<Eigen::Vector3d> centres;
-  for (const TargetResult& target : result.targets) centres.push_back(target.centre_m);
+  std::vector<TargetPlace> centres;
+  for (const TargetResult& target : result.targets) centres.emplace_back(target.centre_m);
   const Problem problem(levelled, arm, touches, centres);
   const std::vector<bool> use(touches.size(), true);
   const int n = problem.size();

@@ -28,10 +28,12 @@ Cell make_cell() {
     joint.max_rad = 3.0;
     cell.robot.joints.push_back(joint);
   }
-  cell.targets.resize(2);
+  cell.targets.resize(3);
   cell.targets[0].id = "S1";
   cell.targets[1].id = "W";
   cell.targets[1].kind = TargetKind::kWire;
+  cell.targets[2].id = "L";
+  cell.targets[2].kind = TargetKind::kTracker;
   return cell;
 }
 
@@ -51,6 +53,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       require(std::isfinite(angle) && std::abs(angle) < 3.2, "angles are within the limits");
     require(std::isfinite(touch.sigma_m) && touch.sigma_m >= 0.0, "sigma");
     require(std::isfinite(touch.radius_m) && touch.radius_m >= 0.0, "radius");
+    for (const double m : touch.tracker_m) require(std::abs(m) <= 1e3, "readings");
   }
   const auto again = parse_touches(format_touches(touches, kCell.robot), "again.csv", kCell);
   require(again.size() == touches.size(), "what was read can be written and read");

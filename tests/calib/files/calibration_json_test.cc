@@ -203,6 +203,23 @@ TEST(CalibrationJson, NamesThePlaceOfAWrongValue) {
   }
 }
 
+TEST(CalibrationJson, NamesWhatAPlaneOrTrackerLacks) {
+  json document = json::parse(written());
+  document["cell"].erase("length");
+  json& target = document["cell"]["target"][0];
+  target = {{"id", target["id"]}, {"kind", "plane"}};
+  expect_words(refused(document), {"cal.json.targets[0]", "\"normal\" is missing"});
+  json& found = document["targets"][0];
+  found["normal"] = {0.0, 0.0, 2.0};
+  expect_words(refused(document), {"cal.json.targets[0].normal", "length 1"});
+  found["normal"] = {0.0, 0.0, 1.0};
+  expect_words(refused(document), {"cal.json.targets[0]", "\"distance_mm\" is missing"});
+  target["kind"] = "tracker";
+  expect_words(refused(document), {"cal.json.targets[0]", "\"frame\" is missing"});
+  found["frame"] = {{"xyz_mm", {1, 2, 3}}, {"abc_deg", {1, 2}}};
+  expect_words(refused(document), {"cal.json.targets[0].frame.abc_deg", "three numbers"});
+}
+
 TEST(CalibrationJson, RefusesACalibrationThatWouldClaimMoreThanItKnows) {
   json document = json::parse(written());
   document["covariance"] = json::array();  // without it every bound would be zero

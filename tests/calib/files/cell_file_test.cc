@@ -123,8 +123,6 @@ TEST(CellFile, NamesLineAndKeyOfANumberOutOfRangeOrNotFinite) {
 TEST(CellFile, NamesLineAndKeyOfWhatMakesNoSense) {
   for (const Broken& broken : std::initializer_list<Broken>{
            {"kind = \"wire\"", "kind = \"rope\"", "sphere"},
-           {"kind = \"wire\"", "kind = \"plane\"", "cannot be identified by this version"},
-           {"kind = \"wire\"", "kind = \"tracker\"", "cannot be identified by this version"},
            {"id = \"S2\"", "id = \"S1\"", "stands twice"},
            {"id = \"S2\"", "id = \"S,2\"", "target[2].id"},
            {"id = \"S2\"", "id = \"\"", "target[2].id"},
@@ -144,6 +142,59 @@ TEST(CellFile, NamesAnUnknownKeyInEveryTable) {
            {"robot = \"two.toml\"", "robot = \"two.toml\"\nrobots = 2", "robots"}})
     expect_words(cell_refusal(with(kCell, broken.line, broken.now)),
                  {"cell.toml:", broken.key, "unknown key"});
+}
+
+constexpr const char* kWire = "kind = \"wire\"\ncentre_sigma_mm = 5.0";
+
+TEST(CellFile, ReadsAPlanesNormalAsADirectionAndATrackerWithoutAPlace) {
+  const auto read = [](const std::string& text) {
+    return read_cell(TomlTable::parse(text, "cell.toml"), testing::robot()).targets[2];
+  };
+  Target target = read(with(kCell, kWire,
+                            "kind = \"plane\"\nnormal = [0, 3, -4]\nnormal_sigma_deg = 2\n"
+                            "centre_mm = [1, 2, 3]\ncentre_sigma_mm = 5"));
+  EXPECT_EQ(target.kind, TargetKind::kPlane);
+  EXPECT_TRUE(target.has_normal);
+  EXPECT_LT((target.normal - Eigen::Vector3d(0.0, 0.6, -0.8)).norm(), 1e-15);
+  EXPECT_DOUBLE_EQ(target.normal_sigma_rad, 2.0 * kRadPerDeg);
+  EXPECT_TRUE(target.has_centre);
+  EXPECT_DOUBLE_EQ(target.centre_sigma_m, 0.005);
+  target = read(with(kCell, kWire, "kind = \"plane\""));
+  EXPECT_FALSE(target.has_normal);
+  EXPECT_FALSE(target.has_centre);
+  target = read(with(kCell, kWire, "kind = \"tracker\""));
+  EXPECT_EQ(target.kind, TargetKind::kTracker);
+  EXPECT_FALSE(target.has_centre);
+}
+
+TEST(CellFile, NamesLineAndKeyOfWhatAPlaneOrTrackerCannotHave) {
+  const std::string line = "cell.toml:" + std::to_string(line_of(kCell, "kind = \"wire\"") + 1);
+  for (const auto& [now, key] : std::initializer_list<std::pair<const char*, const char*>>{
+           {"kind = \"plane\"\nnormal = [0, 0, 0]", "target[3].normal"},
+           {"kind = \"plane\"\nnormal = [0, 1]", "target[3].normal"},
+           {"kind = \"plane\"\nnormal = [0, nan, 1]", "target[3].normal"},
+           {"kind = \"plane\"\nnormal = [0, 1e300, 1]", "target[3].normal"},
+           {"kind = \"plane\"\nnormal = 1", "target[3].normal"},
+           {"kind = \"plane\"\nnormal_sigma_deg = 2", "state normal"},
+           {"kind = \"plane\"\nnormal_sigma_deg = -2", "target[3].normal_sigma_deg"},
+           {"kind = \"plane\"\ndiameter_mm = 2", "unknown key"},
+           {"kind = \"wire\"\nnormal = [0, 0, 1]", "unknown key"},
+           {"kind = \"tracker\"\nnormal = [0, 0, 1]", "unknown key"},
+           {"kind = \"tracker\"\ncentre_mm = [0, 0, 1]", "unknown key"},
+           {"kind = \"tracker\"\ncentre_sigma_mm = 5.0", "unknown key"}}) {
+    SCOPED_TRACE(now);
+    expect_words(cell_refusal(with(kCell, kWire, now)), {line, key});
+  }
+}
+
+TEST(CellFile, NamesLineAndKeyOfALengthThatEndsWhereThereIsNoCentre) {
+  for (const char* kind : {"plane", "tracker"}) {
+    std::string text = with(kCell, kWire, std::string("kind = \"") + kind + "\"");
+    const std::string between = "between = [\"S1\", \"W\"]";
+    text = with(text, "between = [\"S1\", \"S2\"]", between);
+    expect_words(cell_refusal(text), {"cell.toml:" + std::to_string(line_of(text, between)) + ": ",
+                                      "length[1].between", "\"W\" has no centre"});
+  }
 }
 
 TEST(CellFile, RefusesAnotherFormatAndACellWithoutTargets) {

@@ -111,6 +111,9 @@ void expect_near(const Cell& a, const Cell& b) {
     EXPECT_EQ(x.id, y.id);
     EXPECT_EQ(x.kind, y.kind);
     EXPECT_EQ(x.has_centre, y.has_centre);
+    EXPECT_EQ(x.has_normal, y.has_normal);
+    EXPECT_LT((x.normal - y.normal).norm(), kSame);
+    EXPECT_NEAR(x.normal_sigma_rad, y.normal_sigma_rad, 1e-15);
     EXPECT_NEAR(x.diameter_m, y.diameter_m, kSame);
     EXPECT_NEAR(x.diameter_sigma_m, y.diameter_sigma_m, 1e-15);
     EXPECT_LT((x.centre_m - y.centre_m).norm(), kSame);
@@ -136,6 +139,17 @@ TEST(CellRoundTrip, KeepsEveryKindOfTarget) {
   cell.targets.push_back(cell.targets[2]);
   cell.targets.back().id = "P";
   cell.targets.back().kind = TargetKind::kPoint;
+  cell.targets.push_back(cell.targets[0]);
+  cell.targets.back().id = "E";
+  cell.targets.back().kind = TargetKind::kPlane;
+  cell.targets.back().diameter_m = cell.targets.back().diameter_sigma_m = 0.0;
+  expect_near(cell, read_back(cell, "two.toml"));  // without a normal, too
+  cell.targets.back().has_normal = true;
+  cell.targets.back().normal = Eigen::Vector3d(1.0, -2.0, 3.0).normalized();
+  cell.targets.back().normal_sigma_rad = 0.01;
+  cell.targets.push_back({});
+  cell.targets.back().id = "L";
+  cell.targets.back().kind = TargetKind::kTracker;
   expect_near(cell, read_back(cell, "two.toml"));
 }
 
@@ -173,17 +187,22 @@ TEST(FrameRoundTrip, KeepsEveryRotationGimbalLockIncluded) {
 
 TEST(TouchesRoundTrip, KeepsAnglesToABillionthOfADegreeAndEverythingElse) {
   Random random(5);
-  const Cell cell = testing::cell();
+  Cell cell = testing::cell();
+  cell.targets.push_back({});
+  cell.targets.back().id = "L";
+  cell.targets.back().kind = TargetKind::kTracker;
   std::vector<Touch> touches;
   for (int k = 0; k < 500; ++k) {
     Touch touch;
     for (const Joint& joint : cell.robot.joints)
       touch.joint_rad.push_back(random.uniform(joint.min_rad, joint.max_rad));
-    const Target& target = cell.targets[random.below(3)];
+    const Target& target = cell.targets[random.below(4)];
     touch.target = target.id;
     if (random.uniform() < 0.3) touch.set = TouchSet::kCheck;
     if (random.uniform() < 0.5) touch.sigma_m = random.uniform(1e-6, 1e-4);
     if (target.kind == TargetKind::kWire) touch.radius_m = random.uniform(0.1, 2.0);
+    if (target.kind == TargetKind::kTracker && random.uniform() < 0.9)  // others: its origin
+      for (double& m : touch.tracker_m) m = random.uniform(-20.0, 20.0);
     if (random.uniform() < 0.5) touch.time = "2024-09-24T10:00:00.125Z";
     touches.push_back(touch);
   }
@@ -197,6 +216,8 @@ TEST(TouchesRoundTrip, KeepsAnglesToABillionthOfADegreeAndEverythingElse) {
     EXPECT_EQ(back[i].time, touches[i].time);
     EXPECT_NEAR(back[i].sigma_m, touches[i].sigma_m, 1e-5 * touches[i].sigma_m);
     EXPECT_NEAR(back[i].radius_m, touches[i].radius_m, 1e-8);
+    for (int j = 0; j < 3; ++j)
+      EXPECT_NEAR(back[i].tracker_m[j], touches[i].tracker_m[j], 1e-8 * 20.0);
   }
   EXPECT_EQ(format_touches(back, cell.robot), format_touches(touches, cell.robot));
 }

@@ -94,6 +94,28 @@ TEST(Touches, NamesTheLineAndColumnOfEverythingElseThatIsWrong) {
   expect_words(touches_refusal("A1,A2,target,x_mm\n1,2,S1,nan\n"), {"touches.csv:2: x_mm"});
 }
 
+TEST(Touches, OfATrackerNeedAWholeReading) {
+  Cell cell = testing::cell();
+  cell.targets[2].kind = TargetKind::kTracker;
+  const auto read = [&](const std::string& rows) {
+    return parse_touches("A1,A2,target,x_mm,y_mm,z_mm\n" + rows, "touches.csv", cell);
+  };
+  const auto touches = read("1,2,W,0,-2.5e3,3\n1,2,S1,,,\n");
+  EXPECT_EQ(touches[0].tracker_m[0], 0.0);
+  EXPECT_DOUBLE_EQ(touches[0].tracker_m[1], -2.5);
+  EXPECT_DOUBLE_EQ(touches[0].tracker_m[2], 0.003);
+  for (const auto& [row, column] : std::initializer_list<std::pair<const char*, const char*>>{
+           {"1,2,W,,2,3", "x_mm: missing"},
+           {"1,2,W,1,,3", "y_mm: missing"},
+           {"1,2,W,1,2,", "z_mm: missing"},
+           {"1,2,W,1,nan,3", "y_mm"},
+           {"1,2,W,1,2,1e7", "z_mm: is out of range"}})
+    expect_words(refusal([&] { (void)read(std::string("1,2,S1,,,\n") + row + "\n"); }),
+                 {"touches.csv:3: ", column});
+  expect_words(refusal([&] { (void)parse_touches("A1,A2,target\n1,2,W\n", "touches.csv", cell); }),
+               {"touches.csv:2: x_mm: missing", "x_mm, y_mm, z_mm"});
+}
+
 TEST(Touches, NamesAMissingOrUnknownOrDoubledColumnAndTheHeadersLine) {
   expect_words(touches_refusal("A1,target\n1,S1\n"), {"touches.csv:1:", "\"A2\""});
   expect_words(touches_refusal("A1,A2\n1,2\n"), {"touches.csv:1:", "\"target\""});

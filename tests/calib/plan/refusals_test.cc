@@ -74,6 +74,21 @@ TEST(PlanRefusal, NeedsASphere) {
   EXPECT_NE(refusal(cell).find("no sphere"), std::string::npos);
 }
 
+TEST(PlanRefusal, LeavesOutWhatIsNoSphereAndSaysSo) {
+  Cell cell = demo_cell();
+  cell.targets.push_back({});
+  cell.targets.back().id = "P";
+  cell.targets.back().kind = TargetKind::kPlane;
+  cell.targets.push_back({});
+  cell.targets.back().id = "L";
+  cell.targets.back().kind = TargetKind::kTracker;
+  const Plan made = make_plan(cell, small());
+  EXPECT_EQ(made.left_out, (std::vector<std::string>{"P", "L"}));
+  EXPECT_EQ(made.touches.size(), plan().touches.size());
+  for (const PlannedTouch& touch : made.touches) EXPECT_EQ(touch.target.front(), 'S');
+  EXPECT_TRUE(plan().left_out.empty());
+}
+
 TEST(PlanRefusal, NeedsAFitTouchAndNoNegativeChecks) {
   PlanOptions options = small();
   options.fit_touches = 0;

@@ -91,5 +91,41 @@ TEST(Points, HaveNoMeanResidualAndNoMapOfTouches) {
   EXPECT_TRUE(says(targets, "residuals on points are distances and have none"));
 }
 
+// S1 becomes a plane, S2 a tracker.
+ReportInput session_with_plane_and_tracker() {
+  ReportInput input = session_with_points(2, 3);
+  calib::Calibration& result = input.calibration;
+  result.cell.lengths.clear();
+  const calib::TargetKind kinds[] = {calib::TargetKind::kPlane, calib::TargetKind::kTracker};
+  for (std::size_t i = 0; i < 2; ++i)
+    result.cell.targets[i].kind = result.targets[i].kind = kinds[i];
+  result.targets[0].normal = Eigen::Vector3d(0.6, 0.0, 0.8);
+  result.targets[0].distance_m = 0.51234;
+  result.targets[0].effective_radius_m = 0.0021;
+  result.targets[1].frame.translation() = Eigen::Vector3d(3.0, -2.0, 1.0);
+  return input;
+}
+
+TEST(PlanesAndTrackers, AreSaidToStandWhereTheyDo) {
+  const std::string html = html_report(session_with_plane_and_tracker());
+  EXPECT_TRUE(complaints(html).empty());
+  const std::string targets = section_of(html, "targets");
+  EXPECT_TRUE(says(targets, "S1: plane, normal (+0.60000, "));
+  EXPECT_TRUE(says(targets, "512.340&nbsp;mm from the base"));
+  EXPECT_TRUE(says(targets, "S2: tracker, its frame at (3000.000, "));
+}
+
+TEST(PlanesAndTrackers, HaveNoMapOfTouchesAndATrackerIsNotDrawnInTheCell) {
+  const std::string html = html_report(session_with_plane_and_tracker());
+  const std::string maps = section_of(html, "directions");
+  EXPECT_FALSE(says(maps, "Touches on S1"));
+  EXPECT_FALSE(says(maps, "Touches on S2"));
+  EXPECT_TRUE(says(maps, "Touches on S3"));
+  const std::string cell = section_of(html, "cell");
+  EXPECT_TRUE(says(cell, "S1"));
+  EXPECT_FALSE(says(cell, "S2"));
+  EXPECT_FALSE(says(cell, "cannot be drawn"));
+}
+
 }  // namespace
 }  // namespace cellcal::daemon::report

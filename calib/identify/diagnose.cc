@@ -1,0 +1,268 @@
+#include "calib/identify/diagnose.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <numbers>
+#include <optional>
+
+#include "calib/files/error.h"
+#include "calib/identify/identify.h"
+#include "calib/identify/level.h"
+#include "calib/model/kinematics.h"
+
+namespace cellcal::calib {
+
+namespace {
+
+constexpr double kMmPerM = 1000.0;
+/// Squared sigmas per touch, of touches and tolerances together, below which all makes sense: 1 and
+/// at most one more for each of the unknowns, some of which the touches do not reach.
+constexpr double kSense = 2.5;
+/// A touch is wrong by no more than this, however far it is off.
+constexpr double kMostSigmas = 5.0;
+/// A cause has to explain all but this part of the misfit.
+constexpr double kExplained = 0.5;
+constexpr std::size_t kNamed = 2;
+constexpr std::size_t kMostPairs = 28;
+constexpr double kAnyToolM = 0.1, kAnyRadiusM = 0.01;
+
+/// What the best arm leaves unexplained: squared sigmas per fit touch, of touches and of what the
+/// files state; and that arm.
+struct Trial {
+  double misfit = std::numeric_limits<double>::infinity();
+  std::optional<Calibration> found;
+};
+
+/// How far the files let a parameter be off, 1 sigma; 0 where they say nothing.
+double stated_sigma(const ArmModel& arm, const Cell& cell, const std::string& name) {
+  for (const ArmParameter& parameter : arm.parameters())
+    if (parameter.name == name) return parameter.sigma;
+  if (name == "touch.rho") return cell.radius_offset_sigma_m;
+  for (const Target& target : cell.targets)
+    if (name == target.id + ".radius") return target.diameter_sigma_m / 2.0;
+  return 0.0;
+}
+
+Trial attempt(const Cell& cell, const std::vector<Touch>& touches) {
+  Trial trial;
+  const Cell levelled = at_level(cell, ModelLevel{});
+  const ArmModel arm(levelled.robot, levelled.tool);
+  try {
+    IdentifyOptions options;
+    options.level = ModelLevel{};  // the fullest; which one it is does not matter here
+    trial.found = identify_as_stated(cell, touches, options);
+  } catch (const IdentifyError&) {
+    return trial;
+  }
+  int count = 0;
+  double sum = 0.0;
+  for (const TouchResidual& r : trial.found->residuals) {
+    const Touch& touch = touches[r.touch];
+    if (touch.set != TouchSet::kFit) continue;
+    const double sigma = touch.sigma_m > 0.0 ? touch.sigma_m : cell.touch_sigma_m;
+    sum += std::pow(std::min(std::abs(r.after_m) / sigma, kMostSigmas), 2);
+    ++count;
+  }
+  for (const ParameterResult& p : trial.found->parameters)
+    if (const double sigma = stated_sigma(arm, cell, p.name); sigma > 0.0)
+      sum += std::pow(p.correction / sigma, 2);
+  trial.misfit = sum / count;
+  return trial;
+}
+
+struct Cause {
+  double misfit;
+  std::string words;
+};
+
+class Search {
+ public:
+  Search(const Cell& cell, const std::vector<Touch>& touches)
+      : cell_(cell), touches_(touches), stated_(attempt(cell, touches)) {}
+
+  bool needed() const { return stated_.misfit > kSense; }
+
+  void radians() {
+    constexpr double kTurnDeg = 360.0 * std::numbers::pi / 180.0;  // read as degrees: below 6.3
+    constexpr double kDegPerRad = 180.0 / std::numbers::pi;
+    double largest = 0.0;
+    for (const Touch& touch : touches_)
+      for (const double q : touch.joint_rad) largest = std::max(largest, std::abs(q) * kDegPerRad);
+    if (largest > kTurnDeg) return;
+    std::vector<Touch> changed = touches_;
+    for (Touch& touch : changed)
+      for (double& q : touch.joint_rad) q *= kDegPerRad;
+    weigh(cell_, changed, [&](const Calibration&) {
+      return fmt::format(
+          "no joint angle is above {:.1f} deg, and read as radians the touches make sense; give "
+          "them "
+          "in degrees",
+          largest);
+    });
+  }
+
+  void signs() {
+    for (std::size_t i = 0; i < cell_.robot.joints.size(); ++i) {
+      std::vector<Touch> changed = touches_;
+      for (Touch& touch : changed) touch.joint_rad[i] = -touch.joint_rad[i];
+      weigh(cell_, changed, [&](const Calibration&) {
+        return fmt::format(
+            "with {} turning the other way the touches make sense; check its sign in the robot "
+            "file",
+            cell_.robot.joints[i].name);
+      });
+    }
+  }
+
+  void swapped() {
+    std::size_t tried = 0;
+    for (std::size_t a = 0; a < cell_.targets.size(); ++a)
+      for (std::size_t b = a + 1; b < cell_.targets.size() && tried < kMostPairs; ++b, ++tried) {
+        const std::string &one = cell_.targets[a].id, &other = cell_.targets[b].id;
+        std::vector<Touch> changed = touches_;
+        for (Touch& touch : changed)
+          touch.target = touch.target == one ? other : touch.target == other ? one : touch.target;
+        weigh(cell_, changed, [&](const Calibration&) {
+          return fmt::format("with {} and {} swapped the touches make sense; check which is which",
+                             one, other);
+        });
+      }
+  }
+
+  void tool() {
+    Cell changed = cell_;
+    changed.tool.tcp_sigma_m.setConstant(kAnyToolM);
+    weigh(changed, touches_, [&](const Calibration& c) {
+      Eigen::Vector3d off = Eigen::Vector3d::Zero();
+      for (const ParameterResult& p : c.parameters)
+        for (int axis = 0; axis < 3; ++axis)
+          if (p.name == std::string("tool.") + "xyz"[axis]) off[axis] = p.correction * kMmPerM;
+      return fmt::format(
+          "with the tool's tip moved by about ({:.1f}, {:.1f}, {:.1f}) mm on the flange the "
+          "touches "
+          "make sense; is it the tool of the cell file?",
+          off.x(), off.y(), off.z());
+    });
+  }
+
+  void radius() {
+    Cell changed = cell_;
+    changed.radius_offset_sigma_m = kAnyRadiusM;
+    weigh(changed, touches_, [&](const Calibration& c) {
+      double rho = 0.0;
+      for (const ParameterResult& p : c.parameters)
+        if (p.name == "touch.rho") rho = p.correction * kMmPerM;
+      return fmt::format(
+          "with diameters {:+.2f} mm off what the cell file states the touches make sense; check "
+          "diameter_mm and tip_radius_mm",
+          2.0 * rho);
+    });
+    for (std::size_t t = 0; t < cell_.targets.size(); ++t) {
+      if (cell_.targets[t].kind != TargetKind::kSphere) continue;
+      changed = cell_;
+      changed.targets[t].diameter_sigma_m = 2.0 * kAnyRadiusM;
+      weigh(changed, touches_, [&](const Calibration& c) {
+        double radius = 0.0;
+        for (const ParameterResult& p : c.parameters)
+          if (p.name == cell_.targets[t].id + ".radius") radius = p.correction * kMmPerM;
+        return fmt::format(
+            "with the diameter of {} {:+.2f} mm off what the cell file states the touches make "
+            "sense; check its diameter_mm",
+            cell_.targets[t].id, 2.0 * radius);
+      });
+    }
+  }
+
+  /// From one of its touches on, a target stands elsewhere.
+  void moved() {
+    constexpr int kLeastEachSide = 4;
+    for (const Target& target : cell_.targets) {
+      std::vector<std::size_t> own;
+      for (std::size_t i = 0; i < touches_.size(); ++i)
+        if (touches_[i].target == target.id && touches_[i].set == TouchSet::kFit) own.push_back(i);
+      for (const int quarter : {1, 2, 3}) {
+        const std::size_t split = own.size() * static_cast<std::size_t>(quarter) / 4;
+        if (split < kLeastEachSide || own.size() - split < kLeastEachSide) continue;
+        Cell changed = cell_;
+        Target later = target;
+        later.id += " later";
+        later.centre_sigma_m = 0.0;  // the touches say where
+        changed.targets.push_back(later);
+        std::vector<Touch> renamed = touches_;
+        for (std::size_t i = own[split]; i < renamed.size(); ++i)
+          if (renamed[i].target == target.id) renamed[i].target = later.id;
+        weigh(changed, renamed, [&](const Calibration& c) {
+          Eigen::Vector3d before = Eigen::Vector3d::Zero(), after = before;
+          for (const TargetResult& t : c.targets) {
+            if (t.id == target.id) before = t.centre_m;
+            if (t.id == later.id) after = t.centre_m;
+          }
+          return fmt::format(
+              "{} seems to have moved by {:.2f} mm at about touch {}; fix it, and touch again",
+              target.id, (after - before).norm() * kMmPerM, own[split] + 1);
+        });
+      }
+    }
+  }
+
+  std::vector<std::string> best() {
+    std::stable_sort(causes_.begin(), causes_.end(),
+                     [](const Cause& a, const Cause& b) { return a.misfit < b.misfit; });
+    std::vector<std::string> words;
+    for (const Cause& cause : causes_)
+      // A second one is worth naming where it explains the touches about as well.
+      if (words.size() < kNamed && cause.misfit < 1.2 * causes_.front().misfit)
+        words.push_back(cause.words);
+    return words;
+  }
+
+ private:
+  void weigh(const Cell& cell, const std::vector<Touch>& touches,
+             const std::function<std::string(const Calibration&)>& words) {
+    const Trial trial = attempt(cell, touches);
+    if (trial.found && trial.misfit < kSense && trial.misfit < kExplained * stated_.misfit)
+      causes_.push_back({trial.misfit, words(*trial.found)});
+  }
+
+  const Cell& cell_;
+  const std::vector<Touch>& touches_;
+  Trial stated_;
+  std::vector<Cause> causes_;
+};
+
+}  // namespace
+
+std::vector<std::string> likely_causes(const Cell& cell, const std::vector<Touch>& touches) {
+  Search search(cell, touches);
+  if (!search.needed()) return {};
+  search.radians();
+  search.signs();
+  search.swapped();
+  search.tool();
+  search.radius();
+  search.moved();
+  return search.best();
+}
+
+Calibration identify(const Cell& cell, const std::vector<Touch>& touches,
+                     const IdentifyOptions& options) {
+  try {
+    Calibration calibration = identify_as_stated(cell, touches, options);
+    if (!calibration.verdict.publish) {
+      auto& reasons = calibration.verdict.reasons;
+      for (const std::string& cause : likely_causes(cell, touches))
+        reasons.push_back("likely cause: " + cause);
+    }
+    return calibration;
+  } catch (const IdentifyError& error) {
+    const auto causes = likely_causes(cell, touches);
+    if (causes.empty()) throw;
+    throw IdentifyError(std::string(error.what()) + "; likely cause: " + causes.front());
+  }
+}
+
+}  // namespace cellcal::calib

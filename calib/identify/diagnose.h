@@ -1,0 +1,20 @@
+#pragma once
+// Why a calibration did not come out. The mistakes that are made again and again when a cell is set
+// up are tried one by one: if the touches suddenly make sense, that is the likely cause, and it is
+// said in words. Nothing is mended in silence: the verdict stands as it is.
+
+#include <string>
+#include <vector>
+
+#include "calib/files/touch.h"
+#include "calib/model/robot.h"
+
+namespace cellcal::calib {
+
+/// Likely causes, likeliest first; empty where none of the usual mistakes explains the touches, or
+/// nothing needs to be explained. Tries: angles in radians, an axis that turns the other way, two
+/// targets' ids swapped, another tool, another diameter or tip, a target that moved on the way.
+/// Takes some fifty identifications at worst.
+std::vector<std::string> likely_causes(const Cell& cell, const std::vector<Touch>& touches);
+
+}  // namespace cellcal::calib

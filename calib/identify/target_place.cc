@@ -1,0 +1,243 @@
+#include "calib/identify/target_place.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "calib/files/error.h"
+#include "calib/identify/start.h"
+
+namespace cellcal::calib {
+
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+/// Farther off than this the stated normal is of another plane, or of another frame.
+constexpr double kNormalCosine = 0.866;  // 30 deg
+/// The sine of the angle between tool and plane from which on the tool is seen to be on one side.
+constexpr double kClearSide = 0.01;
+
+Matrix3d cross(const Vector3d& v) {
+  Matrix3d m;
+  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
+  return m;
+}
+
+Matrix3d turn(const Vector3d& w) {
+  const double angle = w.norm();
+  return angle > 0.0 ? Eigen::AngleAxisd(angle, w / angle).toRotationMatrix()
+                     : Matrix3d::Identity().eval();
+}
+
+/// How the rotation turn(w) turns on, in the base frame, with w: its left Jacobian.
+Matrix3d turn_derivative(const Vector3d& w) {
+  const double angle2 = w.squaredNorm(), angle = std::sqrt(angle2);
+  const Matrix3d k = cross(w);
+  // Below this the series' next terms are under rounding.
+  constexpr double kSmall = 1e-4;
+  const double a = angle < kSmall ? 0.5 - angle2 / 24.0 : (1.0 - std::cos(angle)) / angle2;
+  const double b =
+      angle < kSmall ? 1.0 / 6.0 - angle2 / 120.0 : (angle - std::sin(angle)) / (angle2 * angle);
+  return Matrix3d::Identity() + a * k + b * k * k;
+}
+
+/// Two directions across the unit vector n, and n.
+Matrix3d axes_about(const Vector3d& n) {
+  Matrix3d axes;
+  axes.col(0) = n.unitOrthogonal();
+  axes.col(1) = n.cross(axes.col(0));
+  axes.col(2) = n;
+  return axes;
+}
+
+/// What the fit touches of one target show under the nominal arm.
+struct Seen {
+  std::vector<Vector3d> tips_m, readings_m;
+  std::vector<Vector3d> tool;  ///< from the tip to the flange, unit
+  std::vector<double> radii_m;
+};
+
+Seen see(const Cell& cell, const ArmModel& arm, const Target& target,
+         const std::vector<Touch>& touches) {
+  Seen seen;
+  for (const Touch& touch : touches) {
+    if (touch.target != target.id || touch.set != TouchSet::kFit) continue;
+    seen.tips_m.push_back(arm.position(arm.prepare(touch.joint_rad), nullptr));
+    seen.readings_m.emplace_back(touch.tracker_m[0], touch.tracker_m[1], touch.tracker_m[2]);
+    seen.radii_m.push_back(target.kind == TargetKind::kWire
+                               ? touch.radius_m
+                               : target.diameter_m / 2.0 + cell.tool.tip_radius_m);
+    const Eigen::Isometry3d tcp = arm.nominal_tcp(touch.joint_rad);
+    seen.tool.push_back(
+        ((tcp * cell.tool.tcp.inverse()).translation() - tcp.translation()).stableNormalized());
+  }
+  return seen;
+}
+
+/// The normal's sign with which the tool stands on the plane's outer side.
+double side_of(const Cell& cell, const Target& target, const Seen& seen, const Vector3d& normal) {
+  double least = 1.0, most = -1.0;
+  for (const Vector3d& tool : seen.tool) {
+    least = std::min(least, normal.dot(tool));
+    most = std::max(most, normal.dot(tool));
+  }
+  if (least > kClearSide) return 1.0;
+  if (most < -kClearSide) return -1.0;
+  // A tip without extent touches the same plane from either side.
+  if (cell.tool.tip_radius_m == 0.0 && cell.radius_offset_sigma_m == 0.0)
+    return least + most < 0.0 ? -1.0 : 1.0;
+  throw IdentifyError(fmt::format(
+      "target {}: the tool lies along the plane, so the touches do not tell from which side it was "
+      "touched; state its normal in the cell file, pointing to the side of the tool",
+      target.id));
+}
+
+TargetPlace place_plane(const Cell& cell, const Target& target, const Seen& seen) {
+  const PlaneFit fit = fit_plane(seen.tips_m);
+  if (!fit.determined && !target.has_normal)
+    throw IdentifyError(fmt::format(
+        "target {}: {} fit touches do not span a plane; touch it farther apart in two directions, "
+        "or state its normal in the cell file",
+        target.id, seen.tips_m.size()));
+  Vector3d normal = fit.normal;
+  if (target.has_normal) {
+    if (normal.dot(target.normal) < 0.0) normal = -normal;
+    if (!fit.determined) normal = target.normal;
+    if (normal.dot(target.normal) < kNormalCosine)
+      throw IdentifyError(fmt::format(
+          "target {}: the touches lie in a plane whose normal is {:.0f} deg off the stated one; "
+          "check its normal in the cell file",
+          target.id,
+          std::acos(std::clamp(normal.dot(target.normal), -1.0, 1.0)) * 180.0 / std::numbers::pi));
+  } else {
+    normal *= side_of(cell, target, seen, normal);
+  }
+  TargetPlace place(fit.middle_m - cell.tool.tip_radius_m * normal);
+  place.axes = axes_about(normal);
+  return place;
+}
+
+TargetPlace place_tracker(const Target& target, const Seen& seen) {
+  for (const Vector3d& reading : seen.readings_m)
+    if (!reading.allFinite())
+      throw IdentifyError(
+          fmt::format("target {}: a reading is not a number; leave it out", target.id));
+  const FrameFit fit = fit_frame(seen.readings_m, seen.tips_m);
+  if (!fit.determined)
+    throw IdentifyError(fmt::format(
+        "target {}: {} fit touches whose readings lie in a line do not hold the tracker's frame; "
+        "it takes three places or more that are not in a line",
+        target.id, seen.readings_m.size()));
+  TargetPlace place(fit.frame * fit.middle_m);
+  place.axes = fit.frame.linear();
+  place.middle_m = fit.middle_m;
+  return place;
+}
+
+}  // namespace
+
+int place_size(TargetKind kind) { return kind == TargetKind::kTracker ? 6 : 3; }
+
+Eigen::VectorXd unknowns_at(TargetKind kind, const TargetPlace& start, const TargetPlace& place) {
+  if (kind == TargetKind::kPlane) {
+    const Vector3d n = start.axes.transpose() * place.axes.col(2);
+    return Vector3d(n.x() / n.z(), n.y() / n.z(),
+                    place.axes.col(2).dot(place.centre_m - start.centre_m));
+  }
+  if (kind == TargetKind::kTracker) {
+    const Eigen::AngleAxisd turned(Matrix3d(place.axes * start.axes.transpose()));
+    Eigen::VectorXd x(6);
+    x << place.centre_m + place.axes * (start.middle_m - place.middle_m),
+        turned.angle() * turned.axis();
+    return x;
+  }
+  return place.centre_m;
+}
+
+double plane_distance_m(const TargetPlace& start, const double* unknowns, const Vector3d& tip_m,
+                        Vector3d* normal, Eigen::RowVector3d* by_unknowns) {
+  const Vector3d sum =
+      start.axes.col(2) + unknowns[0] * start.axes.col(0) + unknowns[1] * start.axes.col(1);
+  const double length = sum.norm();  // 1 or more
+  const Vector3d n = sum / length, arm = tip_m - start.centre_m;
+  if (normal != nullptr) *normal = n;
+  const double height = n.dot(arm);
+  if (by_unknowns != nullptr) {
+    const Vector3d across = (arm - height * n) / length;
+    *by_unknowns << across.dot(start.axes.col(0)), across.dot(start.axes.col(1)), -1.0;
+  }
+  return height - unknowns[2];
+}
+
+Vector3d tracked_m(const TargetPlace& start, const double* unknowns, const Vector3d& reading_m,
+                   Eigen::Matrix<double, 3, 6>* by_unknowns) {
+  const Eigen::Map<const Vector3d> centre(unknowns), w(unknowns + 3);
+  const Vector3d turned = turn(w) * (start.axes * (reading_m - start.middle_m));
+  if (by_unknowns != nullptr) {
+    by_unknowns->leftCols<3>().setIdentity();
+    by_unknowns->rightCols<3>() = -cross(turned) * turn_derivative(w);
+  }
+  return centre + turned;
+}
+
+TargetResult result_at(const Target& target, const TargetPlace& start, const double* unknowns) {
+  TargetResult result;
+  result.id = target.id;
+  result.kind = target.kind;
+  if (target.kind == TargetKind::kPlane) {
+    const double below = plane_distance_m(start, unknowns, start.centre_m, &result.normal, nullptr);
+    result.centre_m = start.centre_m - below * result.normal;
+    result.distance_m = result.normal.dot(result.centre_m);
+    return result;
+  }
+  result.centre_m = Eigen::Map<const Vector3d>(unknowns);
+  if (target.kind == TargetKind::kTracker) {
+    result.frame.linear() = turn(Eigen::Map<const Vector3d>(unknowns + 3)) * start.axes;
+    result.frame.translation() = result.centre_m - result.frame.linear() * start.middle_m;
+  }
+  return result;
+}
+
+std::vector<TargetPlace> starting_places(const Cell& cell, const ArmModel& arm,
+                                         const std::vector<Touch>& touches) {
+  std::vector<TargetPlace> places(cell.targets.size());
+  for (std::size_t t = 0; t < cell.targets.size(); ++t) {
+    const Target& target = cell.targets[t];
+    const Seen seen = see(cell, arm, target, touches);
+    if (seen.tips_m.empty()) continue;
+    if (target.kind == TargetKind::kPlane) {
+      places[t] = place_plane(cell, target, seen);
+    } else if (target.kind == TargetKind::kTracker) {
+      places[t] = place_tracker(target, seen);
+    } else if (target.kind == TargetKind::kPoint) {
+      for (const Vector3d& p : seen.tips_m)
+        places[t].centre_m += p / static_cast<double>(seen.tips_m.size());
+    } else {
+      const SphereFit fit =
+          fit_centre(seen.tips_m, seen.radii_m, target.has_centre ? &target.centre_m : nullptr);
+      if (!fit.determined && !target.has_centre)
+        throw IdentifyError(fmt::format(
+            "target {}: {} fit touches do not span a sphere; touch it from more sides, or state "
+            "centre_mm in the cell file",
+            target.id, seen.tips_m.size()));
+      places[t].centre_m = fit.centre_m;
+    }
+  }
+  return places;
+}
+
+TargetPlace plane_through(const std::vector<Vector3d>& tips_m, double tip_radius_m,
+                          const TargetPlace& start) {
+  const PlaneFit fit = fit_plane(tips_m);
+  TargetPlace place = start;
+  if (fit.determined && std::abs(fit.normal.dot(start.axes.col(2))) > 0.5)
+    place.axes = axes_about(fit.normal.dot(start.axes.col(2)) < 0.0 ? -fit.normal : fit.normal);
+  if (!tips_m.empty()) place.centre_m = fit.middle_m - tip_radius_m * place.axes.col(2);
+  return place;
+}
+
+}  // namespace cellcal::calib

@@ -1,0 +1,187 @@
+#include "sim/experiments/constraints/stage.h"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+#include "calib/identify/region.h"
+#include "calib/model/inverse.h"
+#include "calib/model/random.h"
+
+namespace cellcal::sim::constraints {
+
+namespace {
+
+using calib::JointVector;
+using calib::Random;
+using calib::TargetKind;
+using Eigen::Vector3d;
+
+/// Touches from further below would come through the stand.
+constexpr double kLowestElevationRad = -0.35;
+constexpr double kLimitMarginRad = 0.01;
+constexpr double kPlaneTiltRad = 0.005;
+
+Vector3d random_direction(Random& random) {
+  const double z = random.uniform(-1.0, 1.0), r = std::sqrt(1.0 - z * z);
+  const double turn = random.uniform(-std::numbers::pi, std::numbers::pi);
+  return {r * std::cos(turn), r * std::sin(turn), z};
+}
+
+Vector3d random_normal(Random& random) {
+  while (true) {
+    const Vector3d n = random_direction(random);
+    if (n.z() > std::sin(kLowestElevationRad)) return n;
+  }
+}
+
+/// TCP orientation with the tool's shaft within the cone about -normal.
+Eigen::Matrix3d random_orientation(const calib::Cell& cell, Random& random, const Vector3d& normal,
+                                   double cone_rad) {
+  const double pi = std::numbers::pi;
+  const Vector3d shaft = cell.tool.tcp.translation().normalized();
+  const Eigen::AngleAxisd roll(random.uniform(-pi, pi), -normal);
+  const Eigen::AngleAxisd heading(random.uniform(-pi, pi), normal);
+  const Eigen::AngleAxisd tilt(cone_rad * std::sqrt(random.uniform()),
+                               heading * normal.unitOrthogonal());
+  return (tilt * roll).toRotationMatrix() *
+         Eigen::Quaterniond::FromTwoVectors(shaft, -normal).toRotationMatrix() *
+         cell.tool.tcp.linear();
+}
+
+JointVector random_posture(const calib::Robot& robot, Random& random, const Vector3d& at) {
+  JointVector q(robot.joints.size(), 0.0);
+  q[0] = robot.joints[0].sign * std::atan2(at.y(), at.x());
+  if (q.size() >= 6) q[1] = -1.2, q[2] = 1.6, q[4] = 1.0;
+  for (std::size_t i = 1; i < q.size(); ++i) {
+    const double spread = i < 3 ? 0.4 : 1.5;
+    q[i] += random.uniform(-spread, spread);
+  }
+  for (std::size_t i = 0; i < q.size(); ++i)
+    q[i] = std::clamp(q[i], robot.joints[i].min_rad, robot.joints[i].max_rad);
+  return q;
+}
+
+/// Joint angles with the true tip at `point` and the tool near the normal's cone; empty where
+/// that leads out of the limits.
+JointVector reach(const Stage& stage, Random& random, const Vector3d& point, const Vector3d& normal,
+                  double cone_rad) {
+  const auto& joints = stage.cell.robot.joints;
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  pose.translation() = point;
+  pose.linear() = random_orientation(stage.cell, random, normal, cone_rad);
+  const auto found = calib::inverse(
+      stage.truth.arm, pose, random_posture(stage.cell.robot, random, point), kLimitMarginRad);
+  if (!found) return {};
+  JointVector q = *found;
+  // Newton with the nominal derivatives, which are right to parts in a thousand.
+  constexpr double kThere = 1e-13;
+  constexpr int kSteps = 12;
+  for (int k = 0; k < kSteps; ++k) {
+    const Vector3d off =
+        point - stage.truth.arm.position(stage.truth.arm.prepare(q), stage.truth.errors.data());
+    if (off.norm() < kThere) {
+      for (std::size_t i = 0; i < q.size(); ++i)
+        if (q[i] < joints[i].min_rad || q[i] > joints[i].max_rad) return {};
+      return q;
+    }
+    const Eigen::Matrix3Xd j = stage.truth.arm.nominal_jacobian(q).topRows<3>();
+    const Eigen::VectorXd step = j.transpose() * (j * j.transpose()).inverse() * off;
+    for (std::size_t i = 0; i < q.size(); ++i) q[i] += step[static_cast<Eigen::Index>(i)];
+  }
+  return {};
+}
+
+/// One try; no joint angles where it is out of reach.
+calib::Touch attempt(const Stage& stage, std::size_t t, const TouchOptions& options,
+                     Random& random) {
+  const calib::Target& target = stage.cell.targets[t];
+  calib::Touch touch;
+  touch.target = target.id;
+  const double off = options.noise_m * random.normal();
+  const Vector3d off3 =
+      options.noise_m * Vector3d(random.normal(), random.normal(), random.normal());
+  Vector3d point = stage.truth.centre_m[t], normal = random_normal(random);
+  switch (target.kind) {
+    case TargetKind::kSphere:
+      point += (stage.truth.radius_m[t] + options.rho_m + off) * normal;
+      break;
+    case TargetKind::kWire: {
+      const double length = random.uniform(options.wire_least_m, options.wire_most_m);
+      point += length * random_direction(random);
+      touch.radius_m = length + off;
+      break;
+    }
+    case TargetKind::kPlane: {
+      normal = stage.normal[t];
+      const Vector3d along = normal.unitOrthogonal(), across = normal.cross(along);
+      const double half = options.plane_half_m;
+      point += random.uniform(-half, half) * along + random.uniform(-half, half) * across +
+               (stage.cell.tool.tip_radius_m + options.rho_m + off) * normal;
+      break;
+    }
+    case TargetKind::kPoint:
+      point += off3;
+      break;
+    case TargetKind::kTracker: {
+      const auto poses = calib::workspace_poses(stage.truth.arm, 1,
+                                                static_cast<unsigned>(random.below(1'000'000'000)));
+      if (poses.empty()) return touch;
+      touch.joint_rad = poses.front();
+      const Vector3d tip = stage.truth.arm.position(stage.truth.arm.prepare(touch.joint_rad),
+                                                    stage.truth.errors.data());
+      const Vector3d reading = stage.frame[t].inverse() * tip + off3;
+      for (int k = 0; k < 3; ++k) touch.tracker_m[k] = reading[k];
+      return touch;
+    }
+  }
+  touch.joint_rad = reach(stage, random, point, normal, options.cone_rad);
+  return touch;
+}
+
+}  // namespace
+
+Stage set_up(const calib::Cell& cell, const TruthOptions& options) {
+  Stage stage{cell, draw_truth(cell, options), {}, {}};
+  Random random(options.seed + 7919);  // not the arm's numbers again
+  for (const calib::Target& target : cell.targets) {
+    const Vector3d w = kPlaneTiltRad * Vector3d(random.normal(), random.normal(), random.normal());
+    stage.normal.push_back(Eigen::AngleAxisd(w.norm(), w.normalized()) * target.normal);
+    Eigen::Isometry3d frame = Eigen::Isometry3d::Identity();
+    frame.linear() =
+        Eigen::AngleAxisd(random.uniform(-3.0, 3.0), random_direction(random)).toRotationMatrix();
+    frame.translation() = random.uniform(2.0, 4.0) * random_direction(random);
+    stage.frame.push_back(frame);
+  }
+  for (calib::CertifiedLength& length : stage.cell.lengths) {
+    length.length_m = (stage.truth.centre_m[cell.target_index(length.from)] -
+                       stage.truth.centre_m[cell.target_index(length.to)])
+                          .norm();
+    length.length_m += length.sigma_m * std::clamp(random.normal(), -2.0, 2.0);
+  }
+  return stage;
+}
+
+std::vector<calib::Touch> touch(const Stage& stage, const TouchOptions& options) {
+  constexpr int kAttempts = 2000;
+  Random random(options.seed);
+  std::vector<calib::Touch> touches;
+  for (int i = 0; i < options.fit + options.check; ++i) {
+    const std::size_t t = static_cast<std::size_t>(i) % stage.cell.targets.size();
+    calib::Touch one;
+    for (int k = 0; one.joint_rad.empty(); ++k) {
+      if (k == kAttempts)
+        throw std::runtime_error("no touch of target " + stage.cell.targets[t].id +
+                                 " is within reach");
+      one = attempt(stage, t, options, random);
+    }
+    one.set = i < options.fit ? calib::TouchSet::kFit : calib::TouchSet::kCheck;
+    touches.push_back(std::move(one));
+  }
+  return touches;
+}
+
+}  // namespace cellcal::sim::constraints

@@ -1,0 +1,98 @@
+// The mistakes that are made again and again lead to a diagnosis and not to a bad calibration.
+
+#include "calib/identify/diagnose.h"
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+#include "calib/files/error.h"
+#include "calib/identify/identify.h"
+#include "tests/calib/identify/simulate.h"
+
+namespace cellcal::calib {
+namespace {
+
+using testing::demo_cell;
+using testing::make_touches;
+
+const std::vector<Touch>& touches() {
+  static const std::vector<Touch> made =
+      make_touches(demo_cell(), testing::plain_truth(demo_cell(), 5), {.fit = 80, .check = 16})
+          .touches;
+  return made;
+}
+
+/// All that a user is told; asserts that nothing is let through.
+std::string told(const Cell& cell, const std::vector<Touch>& of) {
+  try {
+    const Calibration c = identify(cell, of);
+    EXPECT_FALSE(c.verdict.publish);
+    std::string all;
+    for (const std::string& reason : c.verdict.reasons) all += reason + "\n";
+    return all;
+  } catch (const IdentifyError& error) {
+    return error.what();
+  }
+}
+
+void expect_told(const Cell& cell, const std::vector<Touch>& of, const std::string& words) {
+  const std::string all = told(cell, of);
+  EXPECT_NE(all.find(words), std::string::npos) << all;
+}
+
+TEST(Diagnosis, OfGoodTouchesIsNothing) {
+  EXPECT_TRUE(likely_causes(demo_cell(), touches()).empty());
+}
+
+TEST(Diagnosis, AnAxisThatTurnsTheOtherWayIsNamed) {
+  for (const std::size_t joint : {2u, 3u}) {
+    Cell cell = demo_cell();
+    cell.robot.joints[joint].sign *= -1;
+    expect_told(cell, touches(),
+                "with " + cell.robot.joints[joint].name + " turning the other way");
+  }
+}
+
+TEST(Diagnosis, AnglesInRadiansAreNamed) {
+  std::vector<Touch> wrong = touches();
+  for (Touch& touch : wrong)
+    for (double& q : touch.joint_rad) q *= std::numbers::pi / 180.0;
+  expect_told(demo_cell(), wrong, "read as radians");
+}
+
+TEST(Diagnosis, TwoTargetsThatWereSwappedAreNamed) {
+  std::vector<Touch> wrong = touches();
+  for (Touch& touch : wrong)
+    touch.target = touch.target == "S1" ? "S3" : touch.target == "S3" ? "S1" : touch.target;
+  expect_told(demo_cell(), wrong, "with S1 and S3 swapped");
+}
+
+TEST(Diagnosis, AnotherToolIsNamedWithHowFarItsTipIsOff) {
+  Cell cell = demo_cell();
+  cell.tool.tcp.translation() += Eigen::Vector3d(0.012, -0.008, 0.020);
+  expect_told(cell, touches(), "with the tool's tip moved by about");
+}
+
+TEST(Diagnosis, AnotherDiameterIsNamed) {
+  Cell cell = demo_cell();
+  for (Target& target : cell.targets) target.diameter_m += 0.006;
+  expect_told(cell, touches(), "diameter");
+}
+
+TEST(Diagnosis, ATargetThatMovedOnTheWayIsNamedWithHowFar) {
+  // The sphere was knocked half a centimetre half-way through: its later touches were all made
+  // where it stands then.
+  Cell cell = demo_cell();
+  const sim::Truth truth = testing::plain_truth(cell, 5);
+  sim::Truth later = truth;
+  later.centre_m[1] += Eigen::Vector3d(0.004, 0.003, 0.0);
+  const auto before = make_touches(cell, truth, {.fit = 80}).touches;
+  const auto after = make_touches(cell, later, {.fit = 80}).touches;
+  std::vector<Touch> both(before.begin(), before.begin() + 40);
+  both.insert(both.end(), after.begin() + 40, after.end());
+  expect_told(cell, both, "S2 seems to have moved by");
+}
+
+}  // namespace
+}  // namespace cellcal::calib

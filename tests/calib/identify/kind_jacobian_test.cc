@@ -1,0 +1,182 @@
+// What each kind of target says about a tip, and its derivatives, against differences.
+
+#include <gtest/gtest.h>
+
+#include "calib/identify/problem.h"
+#include "tests/calib/model/random_arm.h"
+
+namespace cellcal::calib {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr int kArms = 100;
+constexpr TargetKind kKinds[] = {TargetKind::kSphere, TargetKind::kWire, TargetKind::kPlane,
+                                 TargetKind::kPoint, TargetKind::kTracker};
+
+/// One touch of each kind by an arm that nobody builds.
+struct Drawn {
+  explicit Drawn(Random& random) {
+    const auto drawn = testing::random_arm(random);
+    cell.robot = drawn.robot;
+    cell.tool = drawn.tool;
+    cell.tool.tip_radius_m = 2e-3;
+    cell.touch_sigma_m = 1e-5;
+    cell.radius_offset_sigma_m = 3e-4;
+    for (std::size_t k = 0; k < std::size(kKinds); ++k) {
+      Target target;
+      target.id = "T" + std::to_string(k);
+      target.kind = kKinds[k];
+      if (target.kind == TargetKind::kSphere) {
+        target.diameter_m = 0.05;
+        target.diameter_sigma_m = 1e-5;
+      }
+      cell.targets.push_back(target);
+      Touch touch;
+      touch.target = target.id;
+      touch.joint_rad = testing::random_joints(cell.robot, random);
+      touch.radius_m = 0.3;
+      for (double& m : touch.tracker_m) m = 2.0 * random.normal();
+      touches.push_back(touch);
+      const Eigen::Isometry3d pose = testing::random_pose(random, 2.0);
+      TargetPlace place(pose.translation());
+      place.axes = pose.linear();
+      place.middle_m = Vector3d(random.normal(), random.normal(), random.normal());
+      places.push_back(place);
+    }
+  }
+  Cell cell;
+  std::vector<Touch> touches;
+  std::vector<TargetPlace> places;
+};
+
+/// Fourth-order central difference of the residual by x[p].
+Vector3d difference(const Problem& problem, std::size_t touch, const TargetBlock& block,
+                    const Eigen::VectorXd& x, int p, double step) {
+  const auto at = [&](double steps) {
+    Eigen::VectorXd moved = x;
+    moved[p] += steps * step;
+    Vector3d r = Vector3d::Zero();
+    problem.residual_m(touch, moved.data(), moved.data() + block.first, r.data(), nullptr, nullptr);
+    return r;
+  };
+  return (8.0 * (at(1) - at(-1)) - (at(2) - at(-2))) / (12.0 * step);
+}
+
+TEST(KindJacobian, OfEveryKindAgreesWithDifferencesForAnyArm) {
+  Random random(1);
+  for (int k = 0; k < kArms; ++k) {
+    const Drawn drawn(random);
+    const ArmModel arm(drawn.cell.robot, drawn.cell.tool);
+    const Problem problem(drawn.cell, arm, drawn.touches, drawn.places);
+    Eigen::VectorXd x(problem.size());
+    for (int i = 0; i < problem.size(); ++i) {
+      const Unknown& unknown = problem.unknowns()[static_cast<std::size_t>(i)];
+      // Targets well away from their start: their second order has to be right, too.
+      const double off =
+          unknown.unit == "deg" && i >= problem.shared_size() ? 0.5 / unknown.scale : 3.0;
+      x[i] = unknown.origin + unknown.scale * off * random.normal();
+    }
+    for (std::size_t t = 0; t < drawn.touches.size(); ++t) {
+      SCOPED_TRACE("arm " + std::to_string(k) + " kind " + std::to_string(t));
+      const TargetBlock& block = problem.blocks()[t];
+      const int rows = problem.rows(t);
+      std::vector<double> by_shared(static_cast<std::size_t>(rows * problem.shared_size()));
+      std::vector<double> by_target(static_cast<std::size_t>(rows * block.size()));
+      double r[3];
+      problem.residual_m(t, x.data(), x.data() + block.first, r, by_shared.data(),
+                         by_target.data());
+      const auto expect = [&](int unknown, const double* column, int stride, double factor) {
+        const Vector3d expected = difference(problem, t, block, x, unknown, 1e-3 / factor);
+        for (int row = 0; row < rows; ++row)
+          EXPECT_NEAR(column[row * stride], expected[row], 1e-8 * factor)
+              << problem.unknowns()[static_cast<std::size_t>(unknown)].name;
+      };
+      for (int i = 0; i < problem.shared_size(); ++i) {
+        const double factor =
+            i < arm.size() ? std::max(1.0, std::abs(problem.pose(t).factor[i])) : 1.0;
+        expect(i, by_shared.data() + i, problem.shared_size(), factor);
+      }
+      for (int i = 0; i < block.size(); ++i)
+        expect(block.first + i, by_target.data() + i, block.size(), 1.0);
+    }
+  }
+}
+
+TEST(KindJacobian, OfATurnIsRightAtAndNearNoTurn) {
+  Random random(2);
+  for (const double size : {0.0, 1e-12, 1e-6, 0.9e-4, 1.1e-4, 1e-2, 1.0, 3.0}) {
+    TargetPlace start(Vector3d(0.3, -0.2, 0.5));
+    start.axes = testing::random_pose(random, 1.0).linear();
+    start.middle_m = Vector3d(1.0, 2.0, 3.0);
+    Eigen::VectorXd x(6);
+    x << 0.1, 0.2, 0.3, size * testing::random_direction(random);
+    const Vector3d reading(3.0, -1.0, 2.0);
+    Eigen::Matrix<double, 3, 6> by_x;
+    tracked_m(start, x.data(), reading, &by_x);
+    for (int p = 0; p < 6; ++p) {
+      const auto at = [&](double step) {
+        Eigen::VectorXd moved = x;
+        moved[p] += step;
+        return tracked_m(start, moved.data(), reading, nullptr);
+      };
+      constexpr double kStep = 1e-3;
+      const Vector3d expected =
+          (8.0 * (at(kStep) - at(-kStep)) - (at(2 * kStep) - at(-2 * kStep))) / (12.0 * kStep);
+      EXPECT_LT((by_x.col(p) - expected).norm(), 1e-9) << "turn " << size << " unknown " << p;
+    }
+  }
+}
+
+TEST(KindJacobian, UnknownsAndPlacesAreEachOthersInverse) {
+  Random random(3);
+  for (int k = 0; k < kArms; ++k) {
+    TargetPlace start(Vector3d(random.normal(), random.normal(), random.normal()));
+    start.axes = testing::random_pose(random, 1.0).linear();
+    start.middle_m = Vector3d(random.normal(), random.normal(), random.normal());
+    TargetPlace place = start;
+    const Eigen::AngleAxisd turn(random.uniform(0.0, 0.7), testing::random_direction(random));
+    place.axes = turn.toRotationMatrix() * start.axes;
+    place.centre_m += Vector3d(random.normal(), random.normal(), random.normal());
+    Target target;
+    target.kind = TargetKind::kPlane;
+    Eigen::VectorXd x = unknowns_at(target.kind, start, place);
+    TargetResult there = result_at(target, start, x.data());
+    EXPECT_LT((there.normal - place.axes.col(2)).norm(), 1e-12);
+    EXPECT_NEAR(there.distance_m, place.axes.col(2).dot(place.centre_m), 1e-12);
+    EXPECT_NEAR(there.normal.dot(there.centre_m), there.distance_m, 1e-12);
+    EXPECT_NEAR(
+        plane_distance_m(start, x.data(), there.centre_m + 0.1 * there.normal, nullptr, nullptr),
+        0.1, 1e-12);
+
+    target.kind = TargetKind::kTracker;
+    place.middle_m = Vector3d(random.normal(), random.normal(), random.normal());
+    x = unknowns_at(target.kind, start, place);
+    there = result_at(target, start, x.data());
+    EXPECT_LT((there.frame.linear() - place.axes).norm(), 1e-12);
+    EXPECT_LT((there.frame * place.middle_m - place.centre_m).norm(), 1e-12);
+  }
+}
+
+TEST(KindJacobian, OfAPlaneIsPositiveOnTheToolsSideByTheTipsRadius) {
+  Random random(4);
+  Drawn drawn(random);
+  const ArmModel arm(drawn.cell.robot, drawn.cell.tool);
+  const Vector3d tip = arm.position(arm.prepare(drawn.touches[2].joint_rad), nullptr);
+  drawn.places[2].centre_m = tip - 2e-3 * drawn.places[2].axes.col(2);  // the ball just touches
+  const auto residual = [&](double lift_m) {
+    auto places = drawn.places;
+    places[2].centre_m -= lift_m * places[2].axes.col(2);
+    const Problem problem(drawn.cell, arm, drawn.touches, places);
+    const Eigen::VectorXd x = problem.to_si(Eigen::VectorXd::Zero(problem.size()));
+    double r = 0.0;
+    problem.residual_m(2, x.data(), x.data() + problem.blocks()[2].first, &r, nullptr, nullptr);
+    return r;
+  };
+  EXPECT_NEAR(residual(0.0), 0.0, 1e-12);
+  EXPECT_NEAR(residual(5e-3), 5e-3, 1e-12);
+  EXPECT_NEAR(residual(-5e-3), -5e-3, 1e-12);
+}
+
+}  // namespace
+}  // namespace cellcal::calib

@@ -1,0 +1,292 @@
+// Planes and trackers, and all kinds of targets mixed.
+
+#include <gtest/gtest.h>
+
+#include "calib/files/calibration_json.h"
+#include "calib/files/files.h"
+#include "calib/identify/identify.h"
+#include "calib/identify/predict.h"
+#include "sim/cell/compare.h"
+#include "sim/experiments/constraints/stage.h"
+#include "tests/calib/identify/simulate.h"
+
+namespace cellcal::calib {
+namespace {
+
+using Eigen::Vector3d;
+using sim::constraints::Stage;
+
+constexpr double kMm = 1e-3;
+
+Target target_of(const std::string& id, TargetKind kind, const Vector3d& at) {
+  Target target;
+  target.id = id;
+  target.kind = kind;
+  target.has_centre = kind != TargetKind::kTracker;
+  target.centre_m = at;
+  if (kind == TargetKind::kSphere) target.diameter_m = 0.0614;
+  return target;
+}
+
+Target plane(const std::string& id, const Vector3d& at, const Vector3d& normal) {
+  Target target = target_of(id, TargetKind::kPlane, at);
+  target.has_normal = true;
+  target.normal = normal.normalized();
+  return target;
+}
+
+/// The demo's arm and tool, with a ball as tip.
+Cell bare_cell() {
+  Cell cell = testing::demo_cell();
+  cell.targets.clear();
+  cell.lengths.clear();
+  cell.tool.tip_radius_m = 1.5 * kMm;
+  return cell;
+}
+
+Cell three_planes() {
+  Cell cell = bare_cell();
+  cell.targets = {plane("P1", {1.0, 0.0, 0.35}, {0, 0, 1}),
+                  plane("P2", {0.8, 0.5, 0.5}, {-1, -1, 1}),
+                  plane("P3", {0.9, -0.5, 0.6}, {-1, 1, 0.6})};
+  return cell;
+}
+
+/// Enough of them for noise-free touches to hold every direction but the frame.
+Cell six_planes() {
+  Cell cell = three_planes();
+  cell.targets.push_back(plane("P4", {0.8, 0.1, 0.7}, {-1, 0, 0.5}));
+  cell.targets.push_back(plane("P5", {1.0, 0.35, 0.7}, {-0.5, -1, 0.5}));
+  cell.targets.push_back(plane("P6", {0.6, -0.7, 0.3}, {0.3, 0.5, 1}));
+  return cell;
+}
+
+Cell tracker_alone() {
+  Cell cell = bare_cell();
+  cell.targets = {target_of("T", TargetKind::kTracker, Vector3d::Zero())};
+  return cell;
+}
+
+Cell all_kinds() {
+  Cell cell = three_planes();
+  cell.targets.resize(1);
+  cell.targets.push_back(target_of("S", TargetKind::kSphere, {1.08, -0.32, 0.33}));
+  cell.targets.push_back(target_of("W", TargetKind::kWire, {0.9, 0.3, 0.4}));
+  cell.targets.push_back(target_of("C", TargetKind::kPoint, {0.76, 0.56, 0.78}));
+  cell.targets.push_back(target_of("T", TargetKind::kTracker, Vector3d::Zero()));
+  for (const char* to : {"W", "C"}) cell.lengths.push_back({"S", to, 1.0, 5e-6});
+  return cell;
+}
+
+/// A cell that trusts its touches as noise-free ones deserve.
+Cell noise_free(Cell cell) {
+  cell.touch_sigma_m = 1e-9;
+  cell.radius_offset_sigma_m = 1e-9;
+  for (CertifiedLength& length : cell.lengths) length.sigma_m = 1e-9;
+  return cell;
+}
+
+std::vector<JointVector> joints_of(const std::vector<Touch>& touches) {
+  std::vector<JointVector> joints;
+  for (const Touch& touch : touches) joints.push_back(touch.joint_rad);
+  return joints;
+}
+
+std::string all_reasons(const Calibration& result) {
+  std::string text;
+  for (const std::string& reason : result.verdict.reasons) text += reason + "\n";
+  return text;
+}
+
+std::string refusal(const Cell& cell, const std::vector<Touch>& touches) {
+  try {
+    (void)identify(cell, touches);
+  } catch (const IdentifyError& error) {
+    return error.what();
+  }
+  ADD_FAILURE() << "was not refused";
+  return {};
+}
+
+/// Files may leave out what the touches tell.
+Cell silent(Cell cell) {
+  for (Target& target : cell.targets) target.has_centre = target.has_normal = false;
+  return cell;
+}
+
+TEST(Kinds, RecoverTheArmExactlyFromNoiseFreeTouches) {
+  for (const Cell& kind : {six_planes(), tracker_alone(), all_kinds()}) {
+    const Stage stage = sim::constraints::set_up(noise_free(kind), {.seed = 3});
+    Cell cell = stage.cell;
+    for (CertifiedLength& length : cell.lengths)
+      length.length_m = (stage.truth.centre_m[cell.target_index(length.from)] -
+                         stage.truth.centre_m[cell.target_index(length.to)])
+                            .norm();
+    const auto touches =
+        sim::constraints::touch(stage, {.fit = 240, .check = 40, .noise_m = 0.0, .seed = 3});
+    SCOPED_TRACE(kind.targets.size());
+    const Calibration result = identify(cell, touches);
+    EXPECT_GT(result.check_before.rms_m, 0.3 * kMm);
+    EXPECT_LT(result.after.max_m, 1e-9);
+    EXPECT_LT(result.check.max_m, 1e-9);
+    EXPECT_TRUE(result.outliers.empty());
+    const auto figures = sim::truth_figures(stage.truth, result, joints_of(touches)).workspace;
+    EXPECT_GT(figures.nominal_mean_m, 0.5 * kMm);
+    // Planes are met by arms that are wrong elsewhere: there the tolerances decide.
+    EXPECT_LT(figures.max_m, kind.targets.size() == 6 ? 0.1 * kMm : 1e-8);
+  }
+}
+
+TEST(Kinds, FindWhereTheyStand) {
+  const Stage stage = sim::constraints::set_up(all_kinds(), {.seed = 4});
+  const double rho = 0.1 * kMm;
+  const auto touches = sim::constraints::touch(stage, {.fit = 200, .rho_m = rho, .seed = 4});
+  const Calibration result = identify(silent(stage.cell), touches);
+  EXPECT_TRUE(result.verdict.publish) << all_reasons(result);
+  // The base's own place is a convention: how targets lie to each other is not.
+  const TargetResult &p = result.targets[0], &s = result.targets[1], &t = result.targets[4];
+  const double found = p.normal.dot(s.centre_m) - p.distance_m;
+  const double real = stage.normal[0].dot(stage.truth.centre_m[1] - stage.truth.centre_m[0]);
+  EXPECT_NEAR(found, real, 0.15 * kMm);
+  const Vector3d normal_seen = stage.frame[4].linear().transpose() * stage.normal[0];
+  EXPECT_LT((t.frame.linear().transpose() * p.normal - normal_seen).norm(), 5e-4);
+  const Vector3d sphere_seen = stage.frame[4].inverse() * stage.truth.centre_m[1];
+  EXPECT_LT((t.frame.inverse() * s.centre_m - sphere_seen).norm(), 0.3 * kMm);
+  EXPECT_NEAR(p.effective_radius_m, 1.5 * kMm + rho, 0.1 * kMm);
+  EXPECT_EQ(t.effective_radius_m, 0.0);
+  EXPECT_NEAR(result.chi2_per_dof, 1.0, 0.4);
+}
+
+TEST(Kinds, HoldTheScaleWithATrackerAndNotWithPlanes) {
+  Stage stage = sim::constraints::set_up(tracker_alone(), {.seed = 5});
+  auto touches = sim::constraints::touch(stage, {.fit = 60, .seed = 5});
+  Calibration result = identify(stage.cell, touches);
+  EXPECT_TRUE(result.verdict.publish) << all_reasons(result);
+  EXPECT_TRUE(result.verdict.workspace);
+  EXPECT_EQ(result.frame_basis.cols(), 3);
+  EXPECT_NE(all_reasons(result).find("T measured hold the scale"), std::string::npos);
+  EXPECT_LT(sim::truth_figures(stage.truth, result, joints_of(touches)).workspace.mean_m,
+            0.1 * kMm);
+  EXPECT_GT(result.predicted_m2_m, 0.0);
+
+  // Many readings at three places are still three places.
+  std::vector<Touch> three;
+  for (int k = 0; k < 20; ++k) three.insert(three.end(), touches.begin(), touches.begin() + 3);
+  EXPECT_FALSE(identify(stage.cell, three).verdict.workspace);
+
+  stage = sim::constraints::set_up(three_planes(), {.seed = 5});
+  touches = sim::constraints::touch(stage, {.fit = 60, .seed = 5});
+  result = identify(stage.cell, touches);
+  EXPECT_TRUE(result.verdict.publish) << all_reasons(result);
+  EXPECT_FALSE(result.verdict.workspace);
+  EXPECT_EQ(result.frame_basis.cols(), 3);
+}
+
+TEST(Kinds, TellFromTheToolOnWhichSideAPlaneWasTouched) {
+  const Stage stage = sim::constraints::set_up(three_planes(), {.seed = 6});
+  const auto touches = sim::constraints::touch(stage, {.fit = 60, .cone_rad = 0.8, .seed = 6});
+  const Calibration result = identify(silent(stage.cell), touches);
+  for (std::size_t t = 0; t < 3; ++t)
+    EXPECT_GT(result.targets[t].normal.dot(stage.normal[t]), 0.999);
+}
+
+TEST(Kinds, AskForThePlanesNormalWhereTheToolLayAlongIt) {
+  Cell cell = bare_cell();
+  cell.targets = {plane("P1", {1.0, 0.0, 0.4}, {0, 0, 1})};
+  const Stage stage = sim::constraints::set_up(cell, {.seed = 7});
+  const auto touches = sim::constraints::touch(stage, {.fit = 60, .cone_rad = 2.2, .seed = 7});
+  const std::string words = refusal(silent(stage.cell), touches);
+  EXPECT_NE(words.find("target P1"), std::string::npos) << words;
+  EXPECT_NE(words.find("state its normal"), std::string::npos) << words;
+  EXPECT_GT(identify(stage.cell, touches).targets[0].normal.z(), 0.99);
+}
+
+TEST(Kinds, RefuseAPlaneTouchedInALineOrStatedElsewhere) {
+  Cell cell = bare_cell();
+  cell.targets = {plane("P1", {1.0, 0.0, 0.4}, {0, 0, 1})};
+  Stage stage = sim::constraints::set_up(cell, {.seed = 8});
+  auto touches = sim::constraints::touch(stage, {.fit = 30, .seed = 8});
+  Cell wrong = stage.cell;
+  wrong.targets[0].normal = Vector3d::UnitX();
+  std::string words = refusal(wrong, touches);
+  EXPECT_NE(words.find("target P1"), std::string::npos) << words;
+  EXPECT_NE(words.find("off the stated one"), std::string::npos) << words;
+
+  touches = sim::constraints::touch(stage, {.fit = 30, .plane_half_m = 1e-6, .seed = 8});
+  words = refusal(silent(stage.cell), std::vector<Touch>(touches.begin(), touches.begin() + 2));
+  EXPECT_NE(words.find("2 fit touches do not span a plane"), std::string::npos) << words;
+  // With the normal stated it can be computed, and is not let through.
+  const Calibration result = identify(stage.cell, touches);
+  EXPECT_FALSE(result.verdict.publish);
+  EXPECT_NE(all_reasons(result).find("P1 was touched 30 times at places too near"),
+            std::string::npos)
+      << all_reasons(result);
+}
+
+TEST(Kinds, RefuseATrackerWhoseReadingsAreInALineOrNoNumbers) {
+  const Stage stage = sim::constraints::set_up(tracker_alone(), {.seed = 9});
+  auto touches = sim::constraints::touch(stage, {.fit = 30, .seed = 9});
+  EXPECT_NE(refusal(stage.cell, {touches[0], touches[1]}).find("target T: 2 fit touches"),
+            std::string::npos);
+  const std::vector<Touch> one_place(10, touches[0]);
+  EXPECT_NE(refusal(stage.cell, one_place).find("three places"), std::string::npos);
+  auto line = touches;
+  for (std::size_t i = 0; i < line.size(); ++i)
+    for (int k = 0; k < 3; ++k) line[i].tracker_m[k] = static_cast<double>(i * (k + 1));
+  EXPECT_NE(refusal(stage.cell, line).find("lie in a line"), std::string::npos);
+  touches[3].tracker_m[1] = std::nan("");
+  EXPECT_NE(refusal(stage.cell, touches).find("not a number"), std::string::npos);
+}
+
+TEST(Kinds, NameOutliersOnPlanesAndTrackers) {
+  for (const Cell& kind : {three_planes(), tracker_alone()}) {
+    const Stage stage = sim::constraints::set_up(kind, {.seed = 10});
+    auto touches = sim::constraints::touch(stage, {.fit = 90, .seed = 10});
+    if (kind.targets.size() == 1)
+      touches[7].tracker_m[2] += 3.0 * kMm;
+    else
+      touches[7].joint_rad[1] += 0.01;
+    const Calibration result = identify(stage.cell, touches);
+    ASSERT_EQ(result.outliers.size(), 1u);
+    EXPECT_EQ(result.outliers[0].touch, 7u);
+    EXPECT_TRUE(result.verdict.publish) << all_reasons(result);
+  }
+}
+
+TEST(Kinds, RefuseALengthThatEndsAtAPlaneOrTracker) {
+  const Stage stage = sim::constraints::set_up(all_kinds(), {.seed = 11});
+  const auto touches = sim::constraints::touch(stage, {.fit = 60, .seed = 11});
+  for (const char* id : {"P1", "T"}) {
+    Cell cell = stage.cell;
+    cell.lengths.push_back({"S", id, 0.5, 1e-5});
+    EXPECT_NE(refusal(cell, touches).find(std::string("length ends at ") + id), std::string::npos);
+  }
+}
+
+TEST(Kinds, PredictTheSameOnceWrittenAndRead) {
+  const Stage stage = sim::constraints::set_up(all_kinds(), {.seed = 12});
+  const Cell cell = stage.cell;
+  const auto touches = parse_touches(
+      format_touches(sim::constraints::touch(stage, {.fit = 100, .check = 20, .seed = 12}),
+                     cell.robot),
+      "touches.csv", cell);
+  const Calibration result = identify(cell, touches);
+  const Calibration back = calibration_from_json(calibration_to_json(result), "cal.json");
+  ASSERT_EQ(back.targets.size(), 5u);
+  for (std::size_t t = 0; t < 5; ++t) {
+    EXPECT_EQ(back.targets[t].kind, result.targets[t].kind);
+    EXPECT_LT((back.targets[t].centre_m - result.targets[t].centre_m).norm(), 1e-12);
+    EXPECT_LT((back.targets[t].normal - result.targets[t].normal).norm(), 1e-12);
+    EXPECT_NEAR(back.targets[t].distance_m, result.targets[t].distance_m, 1e-12);
+    EXPECT_LT((back.targets[t].frame.matrix() - result.targets[t].frame.matrix()).norm(), 1e-12);
+  }
+  const Predictor before(result), after(back);
+  for (const Touch& touch : touches) {
+    const Prediction a = before.calibrated(touch.joint_rad), b = after.calibrated(touch.joint_rad);
+    EXPECT_LT((a.tcp.translation() - b.tcp.translation()).norm(), 1e-12);
+    EXPECT_NEAR(a.u95_m, b.u95_m, 1e-6 * a.u95_m);
+  }
+}
+
+}  // namespace
+}  // namespace cellcal::calib
