@@ -79,6 +79,15 @@ struct Cause {
   std::string words;
 };
 
+/// What was touched is elsewhere on a plane or before a tracker each time; how they stand is not.
+double moved_by_m(const TargetResult& before, const TargetResult& after) {
+  if (before.kind == TargetKind::kPlane)
+    return std::abs(after.normal.dot(before.centre_m) - after.distance_m);
+  if (before.kind == TargetKind::kTracker)
+    return (after.frame * (before.frame.inverse() * before.centre_m) - before.centre_m).norm();
+  return (after.centre_m - before.centre_m).norm();
+}
+
 class Search {
  public:
   Search(const Cell& cell, const std::vector<Touch>& touches)
@@ -196,14 +205,14 @@ class Search {
         for (std::size_t i = own[split]; i < renamed.size(); ++i)
           if (renamed[i].target == target.id) renamed[i].target = later.id;
         weigh(changed, renamed, [&](const Calibration& c) {
-          Eigen::Vector3d before = Eigen::Vector3d::Zero(), after = before;
+          TargetResult before, after;
           for (const TargetResult& t : c.targets) {
-            if (t.id == target.id) before = t.centre_m;
-            if (t.id == later.id) after = t.centre_m;
+            if (t.id == target.id) before = t;
+            if (t.id == later.id) after = t;
           }
           return fmt::format(
               "{} seems to have moved by {:.2f} mm at about touch {}; fix it, and touch again",
-              target.id, (after - before).norm() * kMmPerM, own[split] + 1);
+              target.id, moved_by_m(before, after) * kMmPerM, own[split] + 1);
         });
       }
     }
