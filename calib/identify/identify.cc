@@ -174,11 +174,28 @@ void approach(const Problem& problem, const IdentifyOptions& options, Estimate& 
   e.use = honest_touches(problem, options, e);
 }
 
+/// Where the last stretch was too long for the solver: the same again in small steps, every one of
+/// them to its end. Seldom needed; where the touches are free of noise and say little of some
+/// unknown.
+void approach_slowly(const Problem& problem, const IdentifyOptions& options, Estimate& e) {
+  constexpr double kFirstFloorM = 1e-3, kStep = 3.0;
+  double finest = kFirstFloorM;
+  for (std::size_t i = 0; i < e.use.size(); ++i)
+    if (e.use[i]) finest = std::min(finest, problem.sigma_m(i));
+  e.u.setZero();
+  for (double floor = kFirstFloorM; floor > finest; floor /= kStep)
+    e.u = solve(problem, e.u, {e.use, 0.0, options.max_iterations, floor}).u;
+}
+
 /// Solves and names outliers in turn until the set of touches in use no longer changes. Touches
 /// once thrown out may come back.
 void settle(const Problem& problem, const IdentifyOptions& options, Estimate& e) {
   for (int round = 0; round < kOutlierRounds; ++round) {
-    const SolveResult solved = solve(problem, e.u, {e.use, 0.0, options.max_iterations, 0.0});
+    SolveResult solved = solve(problem, e.u, {e.use, 0.0, options.max_iterations, 0.0});
+    if (!solved.converged) {
+      approach_slowly(problem, options, e);
+      solved = solve(problem, e.u, {e.use, 0.0, options.max_iterations, 0.0});
+    }
     if (!solved.converged)
       throw IdentifyError(
           fmt::format("the estimate did not converge in {} iterations; are the "

@@ -215,7 +215,7 @@ SolveResult solve(const Problem& problem, const Eigen::VectorXd& start,
 
   // Relative changes of the cost. A robust fit only has to show who does not belong; the final one
   // converges quadratically, so a last step of 1e-9 leaves less than rounding does.
-  constexpr double kRobustTolerance = 1e-2, kTolerance = 1e-9;
+  constexpr double kRobustTolerance = 1e-3, kTolerance = 1e-9;
   constexpr int kRobustIterations = 25;
   const bool robust = options.cauchy_sigma > 0.0;
   ceres::Solver::Options o;
