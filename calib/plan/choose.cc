@@ -16,7 +16,7 @@ namespace {
 
 constexpr int kPoses = 200;
 constexpr unsigned kRegionSeed = 7;
-/// Of the compliance that the file states or that is assumed: what most arms have.
+/// Of the compliance that is assumed where the file states none: what most arms have.
 constexpr double kUsualCompliance = 0.3;
 /// Centres without a prior: a metre, in prior units, is no information.
 constexpr double kNoPriorWeight = 1e-2;
@@ -57,7 +57,10 @@ class Held {
 Choice choose(const Cell& stated, const std::vector<Candidate>& candidates, int count,
               int least_per_target) {
   // With what the geometry lacks: touches are chosen for the arm as it will be judged.
-  const Cell cell = at_level(stated, {kUsualCompliance, 1.0, 0.0});
+  const bool gives =
+      std::any_of(stated.robot.joints.begin(), stated.robot.joints.end(),
+                  [](const Joint& joint) { return joint.compliance_sigma_rad_per_nm > 0.0; });
+  const Cell cell = at_level(stated, {gives ? 1.0 : kUsualCompliance, 1.0, 0.0});
   const ArmModel arm(cell.robot, cell.tool);
   std::vector<Touch> touches;
   for (const Candidate& c : candidates) {
