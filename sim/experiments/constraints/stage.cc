@@ -10,6 +10,7 @@
 #include "calib/identify/region.h"
 #include "calib/model/inverse.h"
 #include "calib/model/random.h"
+#include "sim/cell/random_posture.h"
 
 namespace cellcal::sim::constraints {
 
@@ -38,33 +39,6 @@ Vector3d random_normal(Random& random) {
   }
 }
 
-/// TCP orientation with the tool's shaft within the cone about -normal.
-Eigen::Matrix3d random_orientation(const calib::Cell& cell, Random& random, const Vector3d& normal,
-                                   double cone_rad) {
-  const double pi = std::numbers::pi;
-  const Vector3d shaft = cell.tool.tcp.translation().normalized();
-  const Eigen::AngleAxisd roll(random.uniform(-pi, pi), -normal);
-  const Eigen::AngleAxisd heading(random.uniform(-pi, pi), normal);
-  const Eigen::AngleAxisd tilt(cone_rad * std::sqrt(random.uniform()),
-                               heading * normal.unitOrthogonal());
-  return (tilt * roll).toRotationMatrix() *
-         Eigen::Quaterniond::FromTwoVectors(shaft, -normal).toRotationMatrix() *
-         cell.tool.tcp.linear();
-}
-
-JointVector random_posture(const calib::Robot& robot, Random& random, const Vector3d& at) {
-  JointVector q(robot.joints.size(), 0.0);
-  q[0] = robot.joints[0].sign * std::atan2(at.y(), at.x());
-  if (q.size() >= 6) q[1] = -1.2, q[2] = 1.6, q[4] = 1.0;
-  for (std::size_t i = 1; i < q.size(); ++i) {
-    const double spread = i < 3 ? 0.4 : 1.5;
-    q[i] += random.uniform(-spread, spread);
-  }
-  for (std::size_t i = 0; i < q.size(); ++i)
-    q[i] = std::clamp(q[i], robot.joints[i].min_rad, robot.joints[i].max_rad);
-  return q;
-}
-
 /// Joint angles with the true tip at `point` and the tool near the normal's cone; empty where
 /// that leads out of the limits.
 JointVector reach(const Stage& stage, Random& random, const Vector3d& point, const Vector3d& normal,
@@ -72,9 +46,9 @@ JointVector reach(const Stage& stage, Random& random, const Vector3d& point, con
   const auto& joints = stage.cell.robot.joints;
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
   pose.translation() = point;
-  pose.linear() = random_orientation(stage.cell, random, normal, cone_rad);
+  pose.linear() = sim::random_orientation(stage.cell.tool, random, normal, cone_rad);
   const auto found = calib::inverse(
-      stage.truth.arm, pose, random_posture(stage.cell.robot, random, point), kLimitMarginRad);
+      stage.truth.arm, pose, sim::random_posture(stage.cell.robot, random, point), kLimitMarginRad);
   if (!found) return {};
   JointVector q = *found;
   // Newton with the nominal derivatives, which are right to parts in a thousand.

@@ -127,8 +127,7 @@ TEST(Level, SagOfAnArmWhoseFileStatesNoMassesIsFoundInItsTrueShape) {
     left_out += identify(demo_cell(), made.touches, stiff).check.rms_m / kRuns;
   }
   std::printf("sag: unseen touches %.3f mm rms, stiff %.3f mm\n", 1e3 * taken, 1e3 * left_out);
-  EXPECT_LT(taken, 0.1e-3);
-  EXPECT_GT(left_out, 1.5 * taken);
+  EXPECT_LT(taken, 0.25 * left_out);  // an eighth, when this was written
 }
 
 TEST(Level, LargeGearErrorsAreTakenAsLargerThanSmallOnes) {

@@ -9,6 +9,7 @@
 #include "calib/files/files.h"
 #include "calib/model/inverse.h"
 #include "calib/model/random.h"
+#include "sim/cell/random_posture.h"
 
 namespace cellcal::calib::testing {
 
@@ -28,33 +29,6 @@ Vector3d random_normal(Random& random, double widest_rad) {
     if (std::asin(z) < kLowestElevationRad || std::acos(z) > widest_rad) continue;
     return {r * std::cos(turn), r * std::sin(turn), z};
   }
-}
-
-/// TCP orientation with the tool's shaft within the cone about -normal.
-Eigen::Matrix3d random_orientation(const Cell& cell, Random& random, const Vector3d& normal,
-                                   double cone_rad) {
-  const double pi = std::numbers::pi;
-  const Vector3d shaft = cell.tool.tcp.translation().normalized();
-  const Eigen::AngleAxisd roll(random.uniform(-pi, pi), -normal);
-  const Eigen::AngleAxisd heading(random.uniform(-pi, pi), normal);
-  const Eigen::AngleAxisd tilt(cone_rad * std::sqrt(random.uniform()),
-                               heading * normal.unitOrthogonal());
-  return (tilt * roll).toRotationMatrix() *
-         Eigen::Quaterniond::FromTwoVectors(shaft, -normal).toRotationMatrix() *
-         cell.tool.tcp.linear();
-}
-
-JointVector random_seed_posture(const Cell& cell, Random& random, const Vector3d& at) {
-  JointVector q(cell.robot.joints.size(), 0.0);
-  q[0] = cell.robot.joints[0].sign * std::atan2(at.y(), at.x());
-  if (q.size() >= 6) q[1] = -1.2, q[2] = 1.6, q[4] = 1.0;
-  for (std::size_t i = 1; i < q.size(); ++i) {
-    const double spread = i < 3 ? 0.4 : 1.5;
-    q[i] += random.uniform(-spread, spread);
-  }
-  for (std::size_t i = 0; i < q.size(); ++i)
-    q[i] = std::clamp(q[i], cell.robot.joints[i].min_rad, cell.robot.joints[i].max_rad);
-  return q;
 }
 
 /// Brings the true tip to `point`: Newton with the nominal Jacobian, which is right to parts in a
@@ -81,9 +55,9 @@ JointVector reach(const Cell& cell, const sim::Truth& truth, Random& random, con
                   const Vector3d& normal, double cone_rad) {
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
   pose.translation() = point;
-  pose.linear() = random_orientation(cell, random, normal, cone_rad);
+  pose.linear() = sim::random_orientation(cell.tool, random, normal, cone_rad);
   const auto q =
-      inverse(truth.arm, pose, random_seed_posture(cell, random, point), kLimitMarginRad);
+      inverse(truth.arm, pose, sim::random_posture(cell.robot, random, point), kLimitMarginRad);
   return q ? bring_true_tip(cell, truth, *q, point) : JointVector{};
 }
 

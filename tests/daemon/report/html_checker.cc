@@ -172,6 +172,10 @@ std::size_t occurrences(std::string_view text, std::string_view needle) {
   return count;
 }
 
+bool says(std::string_view html, std::string_view words) {
+  return html.find(words) != std::string_view::npos;
+}
+
 std::string section_of(std::string_view html, std::string_view id) {
   const std::size_t from = html.find(fmt::format("<section id=\"{}\">", id));
   if (from == std::string_view::npos) return {};

@@ -15,6 +15,8 @@ std::vector<std::string> complaints(std::string_view html);
 /// How often `needle` occurs.
 std::size_t occurrences(std::string_view text, std::string_view needle);
 
+bool says(std::string_view html, std::string_view words);
+
 /// The section with this id, tags included; empty where there is none.
 std::string section_of(std::string_view html, std::string_view id);
 

@@ -15,11 +15,8 @@ namespace {
 using testing::complaints;
 using testing::made_up_session;
 using testing::occurrences;
+using testing::says;
 using testing::section_of;
-
-bool says(const std::string& html, std::string_view words) {
-  return html.find(words) != std::string::npos;
-}
 
 TEST(Model, NamesTheLevelTheReasonAndTheMethod) {
   const std::string model = section_of(html_report(made_up_session()), "model");

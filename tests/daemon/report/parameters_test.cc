@@ -14,11 +14,8 @@ namespace {
 
 using testing::made_up_session;
 using testing::occurrences;
+using testing::says;
 using testing::section_of;
-
-bool says(const std::string& html, std::string_view words) {
-  return html.find(words) != std::string::npos;
-}
 
 TEST(Parameters, AreGroupedByJointInTheUnitsOfTheFiles) {
   ReportInput input = made_up_session();

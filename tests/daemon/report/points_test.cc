@@ -16,11 +16,8 @@ namespace {
 using testing::complaints;
 using testing::made_up_session;
 using testing::occurrences;
+using testing::says;
 using testing::section_of;
-
-bool says(const std::string& html, std::string_view words) {
-  return html.find(words) != std::string::npos;
-}
 
 // The first `points` targets of a session become points.
 ReportInput session_with_points(std::size_t points, std::size_t targets = 2) {

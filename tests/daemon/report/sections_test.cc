@@ -16,11 +16,8 @@ namespace {
 
 using testing::made_up_session;
 using testing::occurrences;
+using testing::says;
 using testing::section_of;
-
-bool says(const std::string& html, std::string_view words) {
-  return html.find(words) != std::string::npos;
-}
 
 TEST(Verdict, OfAWorkspaceResultNamesTheCertifiedLength) {
   const std::string html = html_report(made_up_session());
