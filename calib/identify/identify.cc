@@ -2,17 +2,14 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <map>
 
-#include "calib/identify/evidence.h"
+#include "calib/identify/estimate.h"
 #include "calib/identify/frame.h"
 #include "calib/identify/problem.h"
 #include "calib/identify/region.h"
 #include "calib/identify/residuals.h"
-#include "calib/identify/solve.h"
 #include "calib/identify/target_place.h"
 #include "calib/identify/verdict.h"
 
@@ -20,235 +17,10 @@ namespace cellcal::calib {
 
 namespace {
 
-/// Cauchy's loss at two sigma: full weight for honest touches, next to none for gross ones.
-constexpr double kCauchySigma = 2.0;
-constexpr int kOutlierRounds = 20;
 constexpr int kWorkspacePoses = 100;
 constexpr int kLocalPoses = 100;
 constexpr double kLocalHalfM = 0.150;
 constexpr unsigned kRegionSeed = 20240924;
-
-/// What is known at an estimate: covariance in prior units, and how much each touch holds itself.
-struct Posterior {
-  Linearisation linear;
-  Eigen::MatrixXd covariance_u;
-  Eigen::VectorXd leverage;  ///< per row of the linearisation: j S j'
-};
-
-/// j S j' of every row.
-Eigen::VectorXd spread(const RowMajor& j, const Eigen::MatrixXd& covariance) {
-  Eigen::VectorXd result(j.rows());
-  constexpr Eigen::Index kRows = 128;  // stays in the cache
-  for (Eigen::Index first = 0; first < j.rows(); first += kRows) {
-    const auto rows = j.middleRows(first, std::min(kRows, j.rows() - first));
-    result.segment(first, rows.rows()) = (rows * covariance).cwiseProduct(rows).rowwise().sum();
-  }
-  return result;
-}
-
-Posterior posterior_at(const Problem& problem, const Eigen::VectorXd& u,
-                       const std::vector<bool>& use, Eigen::MatrixXd covariance_u) {
-  Posterior p{linearise(problem, u, use), std::move(covariance_u), {}};
-  p.leverage = spread(p.linear.jacobian, p.covariance_u);
-  return p;
-}
-
-/// At the problem's own level.
-Posterior posterior_at(const Problem& problem, const Eigen::VectorXd& u,
-                       const std::vector<bool>& use) {
-  const ModelLevel own[] = {{}};
-  Posterior p{linearise(problem, u, use), {}, {}};
-  p.covariance_u = mean_over_levels(problem, u, p.linear, own).covariance_u;
-  p.leverage = spread(p.linear.jacobian, p.covariance_u);
-  return p;
-}
-
-/// |r| / sigma with the touch's own pull on the fit taken out (studentised), for used touches;
-/// with the fit's uncertainty added, for the others.
-std::vector<double> studentised(const Problem& problem, const Eigen::VectorXd& u,
-                                const std::vector<bool>& fit, const std::vector<bool>& use,
-                                const Posterior& posterior) {
-  const std::size_t count = problem.touches().size();
-  std::vector<double> t(count, 0.0);
-  for (const auto& [touch, row] : posterior.linear.touch_row) {
-    const int rows = problem.rows(touch);
-    double worst = 0.0;
-    for (int k = 0; k < rows; ++k) {
-      constexpr double kLeast =
-          1e-6;  // a touch that alone decides something says nothing of itself
-      const double free = 1.0 - posterior.leverage[row + k];
-      if (free > kLeast)
-        worst = std::max(worst, std::abs(posterior.linear.residual[row + k]) / std::sqrt(free));
-    }
-    t[touch] = worst;
-  }
-  std::vector<bool> others(count, false);
-  for (std::size_t i = 0; i < count; ++i) others[i] = fit[i] && !use[i];
-  const Linearisation outside = linearise(problem, u, others);
-  const Eigen::VectorXd predicted = spread(outside.jacobian, posterior.covariance_u);
-  for (const auto& [touch, row] : outside.touch_row) {
-    double worst = 0.0;
-    for (int k = 0; k < problem.rows(touch); ++k)
-      worst = std::max(worst,
-                       std::abs(outside.residual[row + k]) / std::sqrt(1.0 + predicted[row + k]));
-    t[touch] = worst;
-  }
-  return t;
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
-struct Estimate {
-  Eigen::VectorXd u;
-  std::vector<bool> use;
-  Posterior posterior;
-};
-
-std::vector<bool> fit_touches(const Problem& problem) {
-  std::vector<bool> fit(problem.touches().size());
-  for (std::size_t i = 0; i < fit.size(); ++i) fit[i] = problem.touches()[i].set == TouchSet::kFit;
-  return fit;
-}
-
-/// The fit touches that agree with the estimate; judges those left out by it, too.
-std::vector<bool> honest_touches(const Problem& problem, const IdentifyOptions& options,
-                                 const Estimate& e) {
-  const std::vector<bool> fit = fit_touches(problem);
-  const std::vector<double> t = studentised(problem, e.u, fit, e.use, e.posterior);
-  std::vector<double> used;
-  for (std::size_t i = 0; i < t.size(); ++i)
-    if (fit[i]) used.push_back(t[i]);
-  // More scatter than stated widens the gate instead of throwing good touches away.
-  constexpr double kMadToSigma = 1.4826;
-  const double gate = options.outlier_sigma * std::max(1.0, kMadToSigma * median(used));
-  std::vector<bool> honest = fit;
-  for (std::size_t i = 0; i < t.size(); ++i)
-    if (fit[i] && t[i] > gate) honest[i] = false;
-  return honest;
-}
-
-/// A share of many touches that is enough to come near the solution, spread over each target's.
-std::vector<bool> enough_of(const Problem& problem, const std::vector<bool>& use) {
-  constexpr std::size_t kEnough = 2000;
-  if (static_cast<std::size_t>(std::count(use.begin(), use.end(), true)) <= 2 * kEnough) return use;
-  const std::size_t share = kEnough / problem.blocks().size() + 1;
-  std::vector<std::size_t> of_target(problem.blocks().size(), 0), seen = of_target;
-  for (std::size_t i = 0; i < use.size(); ++i)
-    if (use[i]) ++of_target[static_cast<std::size_t>(problem.block_of(i))];
-  std::vector<bool> some(use.size(), false);
-  for (std::size_t i = 0; i < use.size(); ++i) {
-    if (!use[i]) continue;
-    const auto block = static_cast<std::size_t>(problem.block_of(i));
-    const std::size_t every = std::max<std::size_t>(1, of_target[block] / share);
-    some[i] = seen[block]++ % every == 0;
-  }
-  return some;
-}
-
-/// Comes near the solution from zero errors: touches are first taken as worth a millimetre, then
-/// ever more. Taking them at their word at once would let what the linearisation gets wrong (parts
-/// in a thousand of the errors) drive the directions that the touches hardly see. Robust, so that
-/// gross outliers do not lead astray; those are named before anything is fitted without protection.
-void approach(const Problem& problem, const IdentifyOptions& options, Estimate& e) {
-  constexpr double kFirstFloorM = 1e-3, kStep = 10.0;
-  const std::vector<bool> all = e.use;
-  e.use = enough_of(problem, all);
-  double finest = kFirstFloorM;
-  for (std::size_t i = 0; i < e.use.size(); ++i)
-    if (e.use[i]) finest = std::min(finest, problem.sigma_m(i));
-  for (double floor = kFirstFloorM; floor > finest; floor /= kStep)
-    e.u =
-        solve(problem, e.u,
-              {e.use, options.reject_outliers ? kCauchySigma : 0.0, options.max_iterations, floor})
-            .u;
-  if (!options.reject_outliers) {
-    e.use = all;
-    return;
-  }
-  e.u = solve(problem, e.u, {e.use, kCauchySigma, options.max_iterations, finest}).u;
-  e.posterior = posterior_at(problem, e.u, e.use);
-  e.use = honest_touches(problem, options, e);
-}
-
-/// Where the last stretch was too long for the solver: the same again in small steps, every one of
-/// them to its end. Seldom needed; where the touches are free of noise and say little of some
-/// unknown.
-void approach_slowly(const Problem& problem, const IdentifyOptions& options, Estimate& e) {
-  constexpr double kFirstFloorM = 1e-3, kStep = 3.0;
-  double finest = kFirstFloorM;
-  for (std::size_t i = 0; i < e.use.size(); ++i)
-    if (e.use[i]) finest = std::min(finest, problem.sigma_m(i));
-  e.u.setZero();
-  for (double floor = kFirstFloorM; floor > finest; floor /= kStep)
-    e.u = solve(problem, e.u, {e.use, 0.0, options.max_iterations, floor}).u;
-}
-
-/// Solves and names outliers in turn until the set of touches in use no longer changes. Touches
-/// once thrown out may come back.
-void settle(const Problem& problem, const IdentifyOptions& options, Estimate& e) {
-  for (int round = 0; round < kOutlierRounds; ++round) {
-    SolveResult solved = solve(problem, e.u, {e.use, 0.0, options.max_iterations, 0.0});
-    if (!solved.converged) {
-      approach_slowly(problem, options, e);
-      solved = solve(problem, e.u, {e.use, 0.0, options.max_iterations, 0.0});
-    }
-    if (!solved.converged)
-      throw IdentifyError(
-          fmt::format("the estimate did not converge in {} iterations; are the "
-                      "robot file and the touches of the same arm?",
-                      options.max_iterations));
-    e.u = solved.u;
-    e.posterior = posterior_at(problem, e.u, e.use);
-    if (!options.reject_outliers) return;
-    std::vector<bool> next = honest_touches(problem, options, e);
-    if (next == e.use) return;
-    e.use = std::move(next);
-  }
-}
-
-/// From the fullest level's solution to the mean over all levels, and the outliers by that. Each
-/// round is one Gauss-Newton step of every level; levels without a say are not asked again.
-/// `problem` and e.posterior have the mean's ripple in the end.
-LevelMean settle_over_levels(Problem& problem, const IdentifyOptions& options,
-                             std::vector<ModelLevel> levels, Estimate& e) {
-  // In prior sigmas. What a step of this size leaves undone is a thousandth of it: the errors are
-  // milliradians, and the next term of the expansion is smaller by that.
-  constexpr double kStep = 1e-2;
-  constexpr double kNoSay = 1e-6;
-  LevelMean first;
-  for (int round = 0;; ++round) {
-    LevelMean mean = mean_over_levels(problem, e.u, e.posterior.linear, levels);
-    const double step = (mean.u - e.u).lpNorm<Eigen::Infinity>();
-    e.u = mean.u;
-    problem.set_ripple(mean.ripple_rad);
-    e.posterior = posterior_at(problem, e.u, e.use, mean.covariance_u);
-    std::vector<bool> next = e.use;
-    if (options.reject_outliers) next = honest_touches(problem, options, e);
-    if ((next == e.use && step < kStep) || round == kOutlierRounds) {
-      std::vector<LevelEvidence> shown = std::move(mean.levels);
-      for (const LevelEvidence& l : first.levels)
-        if (std::none_of(shown.begin(), shown.end(),
-                         [&](const LevelEvidence& other) { return other.level == l.level; }))
-          shown.push_back(l);
-      mean.levels = std::move(shown);
-      return mean;
-    }
-    if (next != e.use) {
-      e.use = std::move(next);
-      e.posterior.linear = linearise(problem, e.u, e.use);
-    }
-    if (round == 0) {
-      levels.clear();
-      for (const LevelEvidence& l : mean.levels)
-        if (l.probability > kNoSay) levels.push_back(l.level);
-      first = std::move(mean);
-    }
-  }
-}
 
 void fill_parameters(const Problem& problem, const Estimate& e, const FrameDirections& frame,
                      double inflation, double transmission, Calibration& calibration) {
@@ -348,15 +120,10 @@ Calibration identify_as_stated(const Cell& cell, const std::vector<Touch>& touch
           "target {} has check touches but no fit touch; its centre is unknown. Make some of its "
           "touches fit touches, or leave it out",
           touches[i].target));
-  Estimate e;
-  e.use = fit_touches(problem);
-  e.u = Eigen::VectorXd::Zero(problem.size());
-  approach(problem, options, e);
-  settle(problem, options, e);
-
   std::vector<ModelLevel> levels = usual_levels();
   if (options.level) levels = {{1.0, 1.0, options.level->ripple_rad}};
-  const LevelMean mean = settle_over_levels(problem, options, std::move(levels), e);
+  const Estimate e = estimate(problem, options, std::move(levels));
+  const LevelMean& mean = e.levels;
 
   Calibration calibration;
   calibration.cell = cell;

@@ -1,0 +1,32 @@
+#pragma once
+// How the estimate is reached: from zero errors, coarse to exact, robust first, outliers named and
+// left out, and then the mean over the model levels.
+
+#include <vector>
+
+#include "calib/identify/evidence.h"
+#include "calib/identify/identify.h"
+#include "calib/identify/problem.h"
+#include "calib/identify/solve.h"
+
+namespace cellcal::calib {
+
+/// What is known at an estimate.
+struct Posterior {
+  Linearisation linear;
+  Eigen::MatrixXd covariance_u;  ///< in prior units
+  Eigen::VectorXd leverage;      ///< per row of the linearisation: j S j', how far it holds itself
+};
+
+struct Estimate {
+  Eigen::VectorXd u;
+  std::vector<bool> use;  ///< per touch: fit touches that are no outliers
+  Posterior posterior;
+  LevelMean levels;
+};
+
+/// Mean over `levels`. `problem` is at the fullest level and without ripple; it is left with the
+/// mean's. Throws IdentifyError where touches and priors determine nothing.
+Estimate estimate(Problem& problem, const IdentifyOptions& options, std::vector<ModelLevel> levels);
+
+}  // namespace cellcal::calib
