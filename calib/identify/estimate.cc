@@ -14,6 +14,8 @@ namespace {
 /// Cauchy's loss at two sigma: full weight for honest touches, next to none for gross ones.
 constexpr double kCauchySigma = 2.0;
 constexpr int kOutlierRounds = 20;
+/// What a touch is worth at first.
+constexpr double kFirstFloorM = 1e-3;
 
 /// j S j' of every row.
 Eigen::VectorXd spread(const RowMajor& j, const Eigen::MatrixXd& covariance) {
@@ -123,27 +125,39 @@ std::vector<bool> enough_of(const Problem& problem, const std::vector<bool>& use
   return some;
 }
 
+double finest_sigma_m(const Problem& problem, const std::vector<bool>& use) {
+  double finest = kFirstFloorM;
+  for (std::size_t i = 0; i < use.size(); ++i)
+    if (use[i]) finest = std::min(finest, problem.sigma_m(i));
+  return finest;
+}
+
 /// Comes near the solution from zero errors: touches are first taken as worth a millimetre, then
 /// ever more. Taking them at their word at once would let what the linearisation gets wrong (parts
 /// in a thousand of the errors) drive the directions that the touches hardly see. Robust, so that
 /// gross outliers do not lead astray; those are named before anything is fitted without protection.
+///
+/// An arm within reason needs one step at each; where steps lead away, each stage is solved to its
+/// end, from zero.
 void approach(const Problem& problem, const IdentifyOptions& options, Estimate& e) {
-  constexpr double kFirstFloorM = 1e-3, kStep = 10.0;
+  constexpr double kStep = 10.0;
+  constexpr double kWithinReason = 10.0;  // prior sigmas
   const std::vector<bool> all = e.use;
   e.use = enough_of(problem, all);
-  double finest = kFirstFloorM;
-  for (std::size_t i = 0; i < e.use.size(); ++i)
-    if (e.use[i]) finest = std::min(finest, problem.sigma_m(i));
+  const double cauchy = options.reject_outliers ? kCauchySigma : 0.0;
+  const double finest = finest_sigma_m(problem, e.use);
   for (double floor = kFirstFloorM; floor > finest; floor /= kStep)
-    e.u =
-        solve(problem, e.u,
-              {e.use, options.reject_outliers ? kCauchySigma : 0.0, options.max_iterations, floor})
-            .u;
+    e.u = step_towards(problem, e.u, {e.use, cauchy, options.max_iterations, floor});
+  if (!e.u.allFinite() || e.u.lpNorm<Eigen::Infinity>() > kWithinReason) {
+    e.u.setZero();
+    for (double floor = kFirstFloorM; floor > finest; floor /= kStep)
+      e.u = solve(problem, e.u, {e.use, cauchy, options.max_iterations, floor}).u;
+  }
   if (!options.reject_outliers) {
     e.use = all;
     return;
   }
-  e.u = solve(problem, e.u, {e.use, kCauchySigma, options.max_iterations, finest}).u;
+  e.u = solve(problem, e.u, {e.use, cauchy, options.max_iterations, finest}).u;
   e.posterior = posterior_at(problem, e.u, e.use);
   e.use = honest_touches(problem, options, e);
 }
@@ -152,10 +166,8 @@ void approach(const Problem& problem, const IdentifyOptions& options, Estimate& 
 /// them to its end. Seldom needed; where the touches are free of noise and say little of some
 /// unknown.
 void approach_slowly(const Problem& problem, const IdentifyOptions& options, Estimate& e) {
-  constexpr double kFirstFloorM = 1e-3, kStep = 3.0;
-  double finest = kFirstFloorM;
-  for (std::size_t i = 0; i < e.use.size(); ++i)
-    if (e.use[i]) finest = std::min(finest, problem.sigma_m(i));
+  constexpr double kStep = 3.0;
+  const double finest = finest_sigma_m(problem, e.use);
   e.u.setZero();
   for (double floor = kFirstFloorM; floor > finest; floor /= kStep)
     e.u = solve(problem, e.u, {e.use, 0.0, options.max_iterations, floor}).u;

@@ -178,8 +178,13 @@ FrameDirections find_frame_directions(const Problem& problem, const Linearisatio
       sought.push_back(i);
   }
   const auto width = static_cast<Eigen::Index>(sought.size());
+  // Products of rows lose half the digits, which matters where they weigh so much that what every
+  // direction is seen by at least would be lost in their rounding.
+  constexpr double kLargestSquare = 1e9;
+  double square = 0.0;
+  for (const int i : sought) square = std::max(square, linear.jacobian.col(i).squaredNorm());
+  Information measured(width, square > kLargestSquare);
   // All directions are seen a little, so that the information has an inverse.
-  Information measured(width, true);
   Eigen::VectorXd flat = Eigen::VectorXd::Constant(width, kFlat);
   for (Eigen::Index k = 0; k < width; ++k)
     if (problem.unknowns()[sought[static_cast<std::size_t>(k)]].held_by_geometry) flat[k] = 1.0;

@@ -59,12 +59,18 @@ class Problem {
   const TargetPlace& place(const TargetBlock& block) const { return places_[block.target]; }
 
   int rows(std::size_t touch) const;  ///< 1, or 3 for a point or a tracker
-  /// Residual of a touch in metres at SI unknowns of the shared part and of its target.
-  /// `by_shared` (rows x shared_size) and `by_target` (rows x block size) are derivatives by SI
-  /// unknowns, row-major; null where not wanted. `direction`: unit, from the centre to the tip; of
-  /// a plane its normal, of a tracker from where it saw the tip.
-  void residual_m(std::size_t touch, const double* shared, const double* target, double* residual,
-                  double* by_shared, double* by_target, Eigen::Vector3d* direction = nullptr) const;
+  /// Unknowns at which residuals are taken; refers to x.
+  struct At {
+    const double* x;
+    ArmErrors arm;
+    double rho_m;
+  };
+  At at(const double* x_si) const;
+  /// Residual of a touch in metres. `by_shared` (rows x shared_size) and `by_target` (rows x block
+  /// size) are derivatives by SI unknowns, row-major; null where not wanted. `direction`: unit,
+  /// from the centre to the tip; of a plane its normal, of a tracker from where it saw the tip.
+  void residual_m(std::size_t touch, const At& at, double* residual, double* by_shared,
+                  double* by_target, Eigen::Vector3d* direction = nullptr) const;
   /// Touch noise with the joints' ripple in it.
   double sigma_m(std::size_t touch) const { return sigma_m_[touch]; }
   /// Touch noise alone.
@@ -104,7 +110,6 @@ class Problem {
   int rho_ = -1;
   void add_target(std::size_t target);
   void add_lengths(const std::vector<int>& block_of_target);
-  mutable Eigen::Matrix3Xd scratch_;  // one solver thread at a time
 };
 
 }  // namespace cellcal::calib

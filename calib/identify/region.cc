@@ -32,7 +32,7 @@ std::vector<JointVector> workspace_poses(const ArmModel& arm, int count, unsigne
                    high = std::min(middle + half, kWristRad);
       q.push_back(low < high ? random.uniform(low, high) : middle);
     }
-    if (arm.position(arm.prepare(q), nullptr).z() > kFloorM) poses.push_back(std::move(q));
+    if (arm.nominal_tip_m(q).z() > kFloorM) poses.push_back(std::move(q));
   }
   return poses;
 }
@@ -51,7 +51,7 @@ std::vector<JointVector> local_poses(const ArmModel& arm, const std::vector<Join
       q[i] =
           std::clamp(q[i] + random.uniform(-kSpreadRad, kSpreadRad), joint.min_rad, joint.max_rad);
     }
-    const Eigen::Vector3d tip = arm.position(arm.prepare(q), nullptr);
+    const Eigen::Vector3d tip = arm.nominal_tip_m(q);
     for (const Eigen::Vector3d& centre : centres_m) {
       if ((tip - centre).cwiseAbs().maxCoeff() > half_m) continue;
       poses.push_back(std::move(q));
@@ -75,11 +75,14 @@ Eigen::MatrixXd aligned_moves(const ArmModel& arm, const std::vector<JointVector
   Eigen::MatrixXd moves(3 * count, n);
   Eigen::MatrixXd rigid(3 * count, 6);  // of the tips, under a motion of the base
   Eigen::Matrix3Xd jacobian(3, n);
+  const ArmErrors errors = arm.errors(x_si);
+  ArmChain chain;
   for (Eigen::Index k = 0; k < count; ++k) {
-    const Eigen::Vector3d tip =
-        arm.position(arm.prepare(poses[static_cast<std::size_t>(k)]), x_si, jacobian);
+    const PreparedPose pose = arm.prepare(poses[static_cast<std::size_t>(k)]);
+    arm.walk(pose, errors, chain);
+    arm.derivative(pose, errors, chain, jacobian);
     moves.middleRows<3>(3 * k) = jacobian * scale.head(n).asDiagonal();
-    rigid.middleRows<3>(3 * k) = base_motion(tip);
+    rigid.middleRows<3>(3 * k) = base_motion(chain.tip);
   }
   const Eigen::MatrixXd q = Eigen::HouseholderQR<Eigen::MatrixXd>(rigid).householderQ() *
                             Eigen::MatrixXd::Identity(3 * count, 6);

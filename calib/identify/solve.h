@@ -29,6 +29,11 @@ struct SolveResult {
 SolveResult solve(const Problem& problem, const Eigen::VectorXd& start,
                   const SolveOptions& options);
 
+/// One Gauss-Newton step from u, taken without looking whether it helps: not finite where touches
+/// and priors leave an unknown undetermined.
+Eigen::VectorXd step_towards(const Problem& problem, const Eigen::VectorXd& u,
+                             const SolveOptions& options);
+
 /// Whitened derivative rows at u, without loss.
 struct Linearisation {
   RowMajor jacobian;         ///< rows of the used touches, then of the lengths; by u
