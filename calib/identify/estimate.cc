@@ -138,8 +138,8 @@ double finest_sigma_m(const Problem& problem, const std::vector<bool>& use) {
 /// gross outliers do not lead astray; those are named before anything is fitted without protection.
 ///
 /// An arm within reason needs one step at each; where steps lead away, each stage is solved to its
-/// end, from zero.
-void approach(const Problem& problem, const IdentifyOptions& options, Estimate& e) {
+/// end, from zero. Returns whether it is near enough for the steps of settle_over_levels().
+bool approach(const Problem& problem, const IdentifyOptions& options, Estimate& e) {
   constexpr double kStep = 10.0;
   constexpr double kWithinReason = 10.0;  // prior sigmas
   const std::vector<bool> all = e.use;
@@ -155,11 +155,14 @@ void approach(const Problem& problem, const IdentifyOptions& options, Estimate& 
   }
   if (!options.reject_outliers) {
     e.use = all;
-    return;
+    return false;
   }
-  e.u = solve(problem, e.u, {e.use, cauchy, options.max_iterations, finest}).u;
+  const SolveOptions robust{e.use, cauchy, options.max_iterations, finest};
+  const SolveResult solved = solve(problem, e.u, robust);
+  e.u = solved.u;
   e.posterior = posterior_at(problem, e.u, e.use);
   e.use = honest_touches(problem, options, e);
+  return solved.converged && !needs_all_digits(problem, robust);
 }
 
 /// Where the last stretch was too long for the solver: the same again in small steps, every one of
@@ -177,10 +180,13 @@ void approach_slowly(const Problem& problem, const IdentifyOptions& options, Est
 /// once thrown out may come back.
 void settle(const Problem& problem, const IdentifyOptions& options, Estimate& e) {
   for (int round = 0; round < kOutlierRounds; ++round) {
-    SolveResult solved = solve(problem, e.u, {e.use, 0.0, options.max_iterations, 0.0});
+    SolveOptions plain{e.use, 0.0, options.max_iterations, 0.0};
+    // Noise-free touches are solved to the end here; for others the step over the levels follows.
+    if (!needs_all_digits(problem, plain)) plain.tolerance = 1e-5;
+    SolveResult solved = solve(problem, e.u, plain);
     if (!solved.converged) {
       approach_slowly(problem, options, e);
-      solved = solve(problem, e.u, {e.use, 0.0, options.max_iterations, 0.0});
+      solved = solve(problem, e.u, plain);
     }
     if (!solved.converged)
       throw IdentifyError(
@@ -188,8 +194,11 @@ void settle(const Problem& problem, const IdentifyOptions& options, Estimate& e)
                       "robot file and the touches of the same arm?",
                       options.max_iterations));
     e.u = solved.u;
+    if (!options.reject_outliers) {
+      e.posterior.linear = linearise(problem, e.u, e.use);
+      return;
+    }
     e.posterior = posterior_at(problem, e.u, e.use);
-    if (!options.reject_outliers) return;
     std::vector<bool> next = honest_touches(problem, options, e);
     if (next == e.use) return;
     e.use = std::move(next);
@@ -204,7 +213,7 @@ LevelMean settle_over_levels(Problem& problem, const IdentifyOptions& options,
   // In prior sigmas. What a step of this size leaves undone is a thousandth of it: the errors are
   // milliradians, and the next term of the expansion is smaller by that.
   constexpr double kStep = 1e-2;
-  constexpr double kNoSay = 1e-6;
+  constexpr double kNoSay = 1e-4;
   LevelMean first;
   for (int round = 0;; ++round) {
     LevelMean mean = mean_over_levels(problem, e.u, e.posterior.linear, levels);
@@ -226,8 +235,7 @@ LevelMean settle_over_levels(Problem& problem, const IdentifyOptions& options,
     if (next != e.use) {
       e.use = std::move(next);
       e.posterior.linear = linearise(problem, e.u, e.use);
-    }
-    if (round == 0) {
+    } else if (first.levels.empty()) {  // an outlier more or less would change who has a say
       levels.clear();
       for (const LevelEvidence& l : mean.levels)
         if (l.probability > kNoSay) levels.push_back(l.level);
@@ -243,8 +251,10 @@ Estimate estimate(Problem& problem, const IdentifyOptions& options,
   Estimate e;
   e.use = fit_touches(problem);
   e.u = Eigen::VectorXd::Zero(problem.size());
-  approach(problem, options, e);
-  settle(problem, options, e);
+  if (approach(problem, options, e))
+    e.posterior.linear = linearise(problem, e.u, e.use);
+  else
+    settle(problem, options, e);
   e.levels = settle_over_levels(problem, options, std::move(levels), e);
   return e;
 }

@@ -22,8 +22,8 @@ constexpr Prior kTransmission[] = {{0.0, 0.25}, {0.5, 0.20}, {1.0, 0.25}, {2.0, 
 constexpr Prior kRipple[] = {{0.0, 0.45}, {5.0 * kRadPerArcsec, 0.45}, {15.0 * kRadPerArcsec, 0.1}};
 /// The robot file's is the largest that one would expect; a third of it is as usual.
 constexpr Prior kCompliance[] = {{0.0, 0.1}, {0.3, 0.5}, {1.0, 0.4}};
-/// A level this much less likely than the best (e^-12) has no say.
-constexpr double kHopeless = 12.0;
+/// A level this much less likely than the best (e^-9) has no say.
+constexpr double kHopeless = 9.0;
 /// Precision of unknowns without a prior: a hair, so that every level stays solvable, and the same
 /// in every level, so that it cancels.
 constexpr double kFlat = 1e-8;

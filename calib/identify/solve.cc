@@ -85,18 +85,6 @@ class Rows {
   double by_target_[3 * TargetBlock::kMost] = {};
 };
 
-/// Normal equations lose half the digits. That is nothing where a touch is worth 10 um, and too
-/// much for noise-free data, which weigh a million times more against the priors.
-bool needs_all_digits(const Problem& problem, const SolveOptions& options) {
-  constexpr double kPriorMoveM = 2e-3;  // of the tip, by what is not known of an arm
-  constexpr double kLargestSquare = 1e11;
-  double square = 0.0;
-  for (std::size_t i = 0; i < problem.touches().size(); ++i)
-    if (options.use[i])
-      square += std::pow(kPriorMoveM / std::max(problem.sigma_m(i), options.sigma_floor_m), 2);
-  return square > kLargestSquare;
-}
-
 /// The sum of squares over touches, lengths and priors, as Ceres sees it: reduced to one row per
 /// unknown and one for what no unknown can change, whatever the number of touches. Cost, gradient
 /// and Gauss-Newton steps are those of all rows.
@@ -230,6 +218,16 @@ class Objective final : public ceres::CostFunction {
 
 }  // namespace
 
+bool needs_all_digits(const Problem& problem, const SolveOptions& options) {
+  constexpr double kPriorMoveM = 2e-3;  // of the tip, by what is not known of an arm
+  constexpr double kLargestSquare = 1e11;
+  double square = 0.0;
+  for (std::size_t i = 0; i < problem.touches().size(); ++i)
+    if (options.use[i])
+      square += std::pow(kPriorMoveM / std::max(problem.sigma_m(i), options.sigma_floor_m), 2);
+  return square > kLargestSquare;
+}
+
 SolveResult solve(const Problem& problem, const Eigen::VectorXd& start,
                   const SolveOptions& options) {
   SolveResult result;
@@ -239,16 +237,15 @@ SolveResult solve(const Problem& problem, const Eigen::VectorXd& start,
   solver_problem.AddResidualBlock(new Objective(problem, options, exact), nullptr,  // Ceres owns it
                                   result.u.data());
 
-  // Relative changes of the cost. A robust fit only has to show who does not belong; the final one
-  // converges quadratically, so a last step of 1e-9 leaves less than rounding does.
-  constexpr double kRobustTolerance = 1e-3, kTolerance = 1e-9;
+  // A robust fit only has to show who does not belong.
+  constexpr double kRobustTolerance = 1e-3;
   constexpr int kRobustIterations = 25;
   const bool robust = options.cauchy_sigma > 0.0;
   ceres::Solver::Options o;
   o.linear_solver_type = exact ? ceres::DENSE_QR : ceres::DENSE_NORMAL_CHOLESKY;
   o.max_num_iterations =
       robust ? std::min(kRobustIterations, options.max_iterations) : options.max_iterations;
-  o.function_tolerance = robust ? kRobustTolerance : kTolerance;
+  o.function_tolerance = robust ? kRobustTolerance : options.tolerance;
   o.gradient_tolerance = 1e-14;
   o.parameter_tolerance = 1e-9;
   // Prior units are already well scaled; Ceres' own scaling would only blur the damping.
@@ -259,7 +256,7 @@ SolveResult solve(const Problem& problem, const Eigen::VectorXd& start,
   ceres::Solver::Summary summary;
   ceres::Solve(o, &solver_problem, &summary);
   result.iterations = static_cast<int>(summary.iterations.size());
-  result.converged = robust || summary.termination_type == ceres::CONVERGENCE;
+  result.converged = summary.termination_type == ceres::CONVERGENCE;
   if (!summary.IsSolutionUsable() || !result.u.allFinite())
     throw IdentifyError("the solver failed: " + summary.message);
   return result;
