@@ -28,21 +28,16 @@ Eigen::VectorXd spread(const RowMajor& j, const Eigen::MatrixXd& covariance) {
   return result;
 }
 
-Posterior posterior_at(const Problem& problem, const Eigen::VectorXd& u,
-                       const std::vector<bool>& use, Eigen::MatrixXd covariance_u) {
-  Posterior p{linearise(problem, u, use), std::move(covariance_u), {}};
-  p.leverage = spread(p.linear.jacobian, p.covariance_u);
-  return p;
+void set_covariance(Eigen::MatrixXd covariance_u, Posterior& posterior) {
+  posterior.covariance_u = std::move(covariance_u);
+  posterior.leverage = spread(posterior.linear.jacobian, posterior.covariance_u);
 }
 
 /// At the problem's own level.
-Posterior posterior_at(const Problem& problem, const Eigen::VectorXd& u,
-                       const std::vector<bool>& use) {
+void find_posterior(const Problem& problem, Estimate& e) {
   const ModelLevel own[] = {{}};
-  Posterior p{linearise(problem, u, use), {}, {}};
-  p.covariance_u = mean_over_levels(problem, u, p.linear, own).covariance_u;
-  p.leverage = spread(p.linear.jacobian, p.covariance_u);
-  return p;
+  linearise(problem, e.u, e.use, e.posterior.linear);
+  set_covariance(mean_over_levels(problem, e.u, e.posterior.linear, own).covariance_u, e.posterior);
 }
 
 /// |r| / sigma with the touch's own pull on the fit taken out (studentised), for used touches;
@@ -160,7 +155,7 @@ bool approach(const Problem& problem, const IdentifyOptions& options, Estimate& 
   const SolveOptions robust{e.use, cauchy, options.max_iterations, finest};
   const SolveResult solved = solve(problem, e.u, robust);
   e.u = solved.u;
-  e.posterior = posterior_at(problem, e.u, e.use);
+  find_posterior(problem, e);
   e.use = honest_touches(problem, options, e);
   return solved.converged && !needs_all_digits(problem, robust);
 }
@@ -195,10 +190,10 @@ void settle(const Problem& problem, const IdentifyOptions& options, Estimate& e)
                       options.max_iterations));
     e.u = solved.u;
     if (!options.reject_outliers) {
-      e.posterior.linear = linearise(problem, e.u, e.use);
+      linearise(problem, e.u, e.use, e.posterior.linear);
       return;
     }
-    e.posterior = posterior_at(problem, e.u, e.use);
+    find_posterior(problem, e);
     std::vector<bool> next = honest_touches(problem, options, e);
     if (next == e.use) return;
     e.use = std::move(next);
@@ -220,7 +215,8 @@ LevelMean settle_over_levels(Problem& problem, const IdentifyOptions& options,
     const double step = (mean.u - e.u).lpNorm<Eigen::Infinity>();
     e.u = mean.u;
     problem.set_ripple(mean.ripple_rad);
-    e.posterior = posterior_at(problem, e.u, e.use, mean.covariance_u);
+    linearise(problem, e.u, e.use, e.posterior.linear);
+    set_covariance(mean.covariance_u, e.posterior);
     std::vector<bool> next = e.use;
     if (options.reject_outliers) next = honest_touches(problem, options, e);
     if ((next == e.use && step < kStep) || round == kOutlierRounds) {
@@ -234,7 +230,7 @@ LevelMean settle_over_levels(Problem& problem, const IdentifyOptions& options,
     }
     if (next != e.use) {
       e.use = std::move(next);
-      e.posterior.linear = linearise(problem, e.u, e.use);
+      linearise(problem, e.u, e.use, e.posterior.linear);
     } else if (first.levels.empty()) {  // an outlier more or less would change who has a say
       levels.clear();
       for (const LevelEvidence& l : mean.levels)
@@ -252,7 +248,7 @@ Estimate estimate(Problem& problem, const IdentifyOptions& options,
   e.use = fit_touches(problem);
   e.u = Eigen::VectorXd::Zero(problem.size());
   if (approach(problem, options, e))
-    e.posterior.linear = linearise(problem, e.u, e.use);
+    linearise(problem, e.u, e.use, e.posterior.linear);
   else
     settle(problem, options, e);
   e.levels = settle_over_levels(problem, options, std::move(levels), e);

@@ -33,8 +33,8 @@ class Rows {
     at_ = problem_.at(x_.data());
   }
 
-  /// Residuals of a touch, and their derivatives: rows of `width`, zeroed by the caller outside of
-  /// what a touch sees; null where not wanted. Returns the number of rows.
+  /// Residuals of a touch, and their derivatives: rows of `width`, of which the problem's size is
+  /// written; null where not wanted. Returns the number of rows.
   int touch(std::size_t i, double* r, double* j, std::ptrdiff_t width) {
     const double weight = 1.0 / std::max(problem_.sigma_m(i), floor_m_);
     const int rows = problem_.rows(i);
@@ -52,6 +52,7 @@ class Rows {
       Eigen::Map<Eigen::VectorXd> to(j + k * width, width);
       to.head(shared) = weight * Eigen::Map<const Eigen::VectorXd>(by_shared + k * shared, shared)
                                      .cwiseProduct(scale_.head(shared));
+      to.segment(shared, problem_.size() - shared).setZero();
       to.segment(block.first, own) =
           weight * Eigen::Map<const Eigen::VectorXd>(by_target_ + k * own, own)
                        .cwiseProduct(scale_.segment(block.first, own));
@@ -159,7 +160,6 @@ class Objective final : public ceres::CostFunction {
   void add_touches(Information& information, bool reweighted) const {
     const Eigen::Index n = problem_.size();
     Eigen::Index row = 0;
-    block_.setZero();
     double r[3];
     for (std::size_t i = 0; i < use_.size(); ++i) {
       if (!use_[i]) continue;
@@ -170,7 +170,6 @@ class Objective final : public ceres::CostFunction {
       }
       if (row + 3 <= kRows) continue;
       information.add(block_.topRows(row));
-      block_.setZero();
       row = 0;
     }
     information.add(block_.topRows(row));
@@ -272,14 +271,14 @@ Eigen::VectorXd step_towards(const Problem& problem, const Eigen::VectorXd& u,
   return u - step;
 }
 
-Linearisation linearise(const Problem& problem, const Eigen::VectorXd& u,
-                        const std::vector<bool>& use) {
-  Linearisation result;
+void linearise(const Problem& problem, const Eigen::VectorXd& u, const std::vector<bool>& use,
+               Linearisation& result) {
   int count = static_cast<int>(problem.lengths().size());
   for (std::size_t i = 0; i < use.size(); ++i)
     if (use[i]) count += problem.rows(i);
-  result.jacobian = RowMajor::Zero(count, problem.size());
+  result.jacobian.resize(count, problem.size());
   result.residual.resize(count);
+  result.touch_row.clear();
   Rows rows(problem);
   rows.at(u.data());
   int row = 0;
@@ -290,10 +289,17 @@ Linearisation linearise(const Problem& problem, const Eigen::VectorXd& u,
     row += rows.touch(i, result.residual.data() + row, j(), problem.size());
   }
   result.length_row = row;
+  result.jacobian.bottomRows(count - row).setZero();
   for (const Problem::Length& length : problem.lengths()) {
     rows.length(length, result.residual.data() + row, j());
     ++row;
   }
+}
+
+Linearisation linearise(const Problem& problem, const Eigen::VectorXd& u,
+                        const std::vector<bool>& use) {
+  Linearisation result;
+  linearise(problem, u, use, result);
   return result;
 }
 

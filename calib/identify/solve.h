@@ -50,5 +50,8 @@ struct Linearisation {
 };
 Linearisation linearise(const Problem& problem, const Eigen::VectorXd& u,
                         const std::vector<bool>& use);
+/// The same into memory that is there already.
+void linearise(const Problem& problem, const Eigen::VectorXd& u, const std::vector<bool>& use,
+               Linearisation& result);
 
 }  // namespace cellcal::calib
