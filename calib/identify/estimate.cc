@@ -87,7 +87,7 @@ std::vector<bool> fit_touches(const Problem& problem) {
 
 /// The fit touches that agree with the estimate; judges those left out by it, too.
 std::vector<bool> honest_touches(const Problem& problem, const IdentifyOptions& options,
-                                 const Estimate& e) {
+                                 Estimate& e) {
   const std::vector<bool> fit = fit_touches(problem);
   const std::vector<double> t = studentised(problem, e.u, fit, e.use, e.posterior);
   std::vector<double> used;
@@ -95,10 +95,10 @@ std::vector<bool> honest_touches(const Problem& problem, const IdentifyOptions& 
     if (fit[i]) used.push_back(t[i]);
   // More scatter than stated widens the gate instead of throwing good touches away.
   constexpr double kMadToSigma = 1.4826;
-  const double gate = options.outlier_sigma * std::max(1.0, kMadToSigma * median(used));
+  e.gate = options.outlier_sigma * std::max(1.0, kMadToSigma * median(used));
   std::vector<bool> honest = fit;
   for (std::size_t i = 0; i < t.size(); ++i)
-    if (fit[i] && t[i] > gate) honest[i] = false;
+    if (fit[i] && t[i] > e.gate) honest[i] = false;
   return honest;
 }
 
@@ -133,7 +133,7 @@ double finest_sigma_m(const Problem& problem, const std::vector<bool>& use) {
 /// gross outliers do not lead astray; those are named before anything is fitted without protection.
 ///
 /// An arm within reason needs one step at each; where steps lead away, each stage is solved to its
-/// end, from zero. Returns whether it is near enough for the steps of settle_over_levels().
+/// end, from zero. Returns whether it is near enough for the steps of refine().
 bool approach(const Problem& problem, const IdentifyOptions& options, Estimate& e) {
   constexpr double kStep = 10.0;
   constexpr double kWithinReason = 10.0;  // prior sigmas
@@ -200,11 +200,13 @@ void settle(const Problem& problem, const IdentifyOptions& options, Estimate& e)
   }
 }
 
+}  // namespace
+
 /// From the fullest level's solution to the mean over all levels, and the outliers by that. Each
 /// round is one Gauss-Newton step of every level; levels without a say are not asked again.
 /// `problem` and e.posterior have the mean's ripple in the end.
-LevelMean settle_over_levels(Problem& problem, const IdentifyOptions& options,
-                             std::vector<ModelLevel> levels, Estimate& e) {
+void refine(Problem& problem, const IdentifyOptions& options, std::vector<ModelLevel> levels,
+            Estimate& e) {
   // In prior sigmas. What a step of this size leaves undone is a thousandth of it: the errors are
   // milliradians, and the next term of the expansion is smaller by that.
   constexpr double kStep = 1e-2;
@@ -226,7 +228,8 @@ LevelMean settle_over_levels(Problem& problem, const IdentifyOptions& options,
                          [&](const LevelEvidence& other) { return other.level == l.level; }))
           shown.push_back(l);
       mean.levels = std::move(shown);
-      return mean;
+      e.levels = std::move(mean);
+      return;
     }
     if (next != e.use) {
       e.use = std::move(next);
@@ -240,8 +243,6 @@ LevelMean settle_over_levels(Problem& problem, const IdentifyOptions& options,
   }
 }
 
-}  // namespace
-
 Estimate estimate(Problem& problem, const IdentifyOptions& options,
                   std::vector<ModelLevel> levels) {
   Estimate e;
@@ -251,7 +252,7 @@ Estimate estimate(Problem& problem, const IdentifyOptions& options,
     linearise(problem, e.u, e.use, e.posterior.linear);
   else
     settle(problem, options, e);
-  e.levels = settle_over_levels(problem, options, std::move(levels), e);
+  refine(problem, options, std::move(levels), e);
   return e;
 }
 

@@ -40,7 +40,7 @@ TargetPlace stated_place(const Target& target, TargetPlace start) {
 
 Problem::Problem(const Cell& cell, const ArmModel& arm, std::span<const Touch> touches,
                  const std::vector<TargetPlace>& places, double ripple_rad)
-    : cell_(cell), arm_(arm), touches_(touches), places_(places) {
+    : cell_(cell), arm_(arm), touches_(touches), places_(places), nominal_(arm.errors(nullptr)) {
   for (const ArmParameter& parameter : arm.parameters())
     unknowns_.push_back(
         {parameter.name, parameter.unit, parameter.to_unit, 0.0, 0.0, parameter.sigma, 0.0, 1.0});
@@ -54,38 +54,49 @@ Problem::Problem(const Cell& cell, const ArmModel& arm, std::span<const Touch> t
     throw IdentifyError(
         "nothing to identify: every tolerance in the robot file is 0; give the joints tolerances");
 
-  std::vector<int> block_of_target(cell.targets.size(), -1);
+  block_of_target_.assign(cell.targets.size(), -1);
   std::vector<bool> fitted(cell.targets.size(), false);
-  for (const Touch& touch : touches) {
-    target_of_.push_back(cell.target_index(touch.target));
-    poses_.push_back(arm.prepare(touch.joint_rad));
-    if (touch.set == TouchSet::kFit) fitted[target_of_.back()] = true;
-  }
+  for (const Touch& touch : touches)
+    if (touch.set == TouchSet::kFit) fitted[cell.target_index(touch.target)] = true;
   for (std::size_t t = 0; t < cell.targets.size(); ++t) {
     if (!fitted[t]) continue;
-    block_of_target[t] = static_cast<int>(blocks_.size());
+    block_of_target_[t] = static_cast<int>(blocks_.size());
     add_target(t);
   }
-  const ArmErrors nominal = arm.errors(nullptr);
-  ArmChain chain;
-  for (std::size_t i = 0; i < touches.size(); ++i) {
-    const Target& target = cell.targets[target_of_[i]];
-    arm.walk(poses_[i], nominal, chain);
-    Eigen::Matrix3Xd by_joint(3, arm.joint_count());
-    for (int k = 0; k < arm.joint_count(); ++k)
-      by_joint.col(k) = chain.link[k].z.cross(chain.tip - chain.link[k].z_origin);
-    const TargetPlace& place = places_[target_of_[i]];
-    const Eigen::Vector3d normal = target.kind == TargetKind::kPlane
-                                       ? Eigen::Vector3d(place.axes.col(2))
-                                       : (chain.tip - place.centre_m).stableNormalized();
-    // Three components see all three directions; each gets a third of the square.
-    lever_m_.push_back(rows(i) == 3 ? by_joint.norm() / std::sqrt(3.0)
-                                    : (normal.transpose() * by_joint).norm());
-    own_sigma_m_.push_back(touches[i].sigma_m > 0.0 ? touches[i].sigma_m : cell.touch_sigma_m);
-  }
+  for (std::size_t i = 0; i < touches.size(); ++i) weigh(i);
   set_ripple(ripple_rad);
-  for (const std::size_t target : target_of_) block_of_.push_back(block_of_target[target]);
-  add_lengths(block_of_target);
+  add_lengths();
+}
+
+void Problem::extend(std::span<const Touch> touches) {
+  touches_ = touches;
+  for (std::size_t i = poses_.size(); i < touches.size(); ++i) {
+    if (block_of_target_[cell_.target_index(touches[i].target)] < 0)
+      throw IdentifyError("target " + touches[i].target + " was not touched before");
+    weigh(i);
+    sigma_m_.push_back(std::hypot(own_sigma_m_[i], ripple_rad_ * lever_m_[i]));
+  }
+}
+
+/// What of a touch does not depend on the unknowns.
+void Problem::weigh(std::size_t i) {
+  const Touch& touch = touches_[i];
+  target_of_.push_back(cell_.target_index(touch.target));
+  block_of_.push_back(block_of_target_[target_of_.back()]);
+  poses_.push_back(arm_.prepare(touch.joint_rad));
+  ArmChain chain;
+  arm_.walk(poses_[i], nominal_, chain);
+  Eigen::Matrix3Xd by_joint(3, arm_.joint_count());
+  for (int k = 0; k < arm_.joint_count(); ++k)
+    by_joint.col(k) = chain.link[k].z.cross(chain.tip - chain.link[k].z_origin);
+  const TargetPlace& place = places_[target_of_[i]];
+  const Eigen::Vector3d normal = cell_.targets[target_of_[i]].kind == TargetKind::kPlane
+                                     ? Eigen::Vector3d(place.axes.col(2))
+                                     : (chain.tip - place.centre_m).stableNormalized();
+  // Three components see all three directions; each gets a third of the square.
+  lever_m_.push_back(rows(i) == 3 ? by_joint.norm() / std::sqrt(3.0)
+                                  : (normal.transpose() * by_joint).norm());
+  own_sigma_m_.push_back(touch.sigma_m > 0.0 ? touch.sigma_m : cell_.touch_sigma_m);
 }
 
 void Problem::add_target(std::size_t t) {
@@ -123,19 +134,20 @@ void Problem::add_target(std::size_t t) {
   blocks_.push_back(block);
 }
 
-void Problem::add_lengths(const std::vector<int>& block_of_target) {
+void Problem::add_lengths() {
   for (const CertifiedLength& length : cell_.lengths) {
     const std::size_t from = cell_.target_index(length.from), to = cell_.target_index(length.to);
     for (const std::size_t end : {from, to})
       if (!has_a_centre(cell_.targets[end].kind))
         throw IdentifyError("a length ends at " + cell_.targets[end].id +
                             ", which has no centre; lengths lie between spheres, wires and points");
-    const int a = block_of_target[from], b = block_of_target[to];
+    const int a = block_of_target_[from], b = block_of_target_[to];
     if (a >= 0 && b >= 0) lengths_.push_back({a, b, length.length_m, length.sigma_m});
   }
 }
 
 void Problem::set_ripple(double ripple_rad) {
+  ripple_rad_ = ripple_rad;
   sigma_m_.resize(own_sigma_m_.size());
   for (std::size_t i = 0; i < sigma_m_.size(); ++i)
     sigma_m_[i] = std::hypot(own_sigma_m_[i], ripple_rad * lever_m_[i]);

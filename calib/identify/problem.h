@@ -46,6 +46,10 @@ class Problem {
   Problem(const Cell& cell, const ArmModel& arm, std::span<const Touch> touches,
           const std::vector<TargetPlace>& places, double ripple_rad = 0.0);
 
+  /// More touches, of targets that have fit touches already; `touches` begins with those known.
+  /// Throws IdentifyError where a target is new.
+  void extend(std::span<const Touch> touches);
+
   const std::vector<Unknown>& unknowns() const { return unknowns_; }
   int size() const { return static_cast<int>(unknowns_.size()); }
   int arm_size() const { return arm_.size(); }
@@ -100,16 +104,20 @@ class Problem {
   std::span<const Touch> touches_;
   std::vector<PreparedPose> poses_;
   std::vector<TargetPlace> places_;
+  ArmErrors nominal_;
   std::vector<Unknown> unknowns_;
   std::vector<TargetBlock> blocks_;
   std::vector<int> block_of_;
   std::vector<std::size_t> target_of_;
   std::vector<double> own_sigma_m_, sigma_m_, lever_m_;
   std::vector<Length> lengths_;
+  std::vector<int> block_of_target_;
+  double ripple_rad_ = 0.0;
   int shared_size_ = 0;
   int rho_ = -1;
   void add_target(std::size_t target);
-  void add_lengths(const std::vector<int>& block_of_target);
+  void add_lengths();
+  void weigh(std::size_t touch);
 };
 
 }  // namespace cellcal::calib

@@ -303,4 +303,17 @@ Linearisation linearise(const Problem& problem, const Eigen::VectorXd& u,
   return result;
 }
 
+Linearisation linearise_touch(const Problem& problem, const Eigen::VectorXd& u, std::size_t touch) {
+  Linearisation result;
+  const int count = problem.rows(touch);
+  result.jacobian.resize(count, problem.size());
+  result.residual.resize(count);
+  result.touch_row.emplace_back(touch, 0);
+  result.length_row = count;
+  Rows rows(problem);
+  rows.at(u.data());
+  rows.touch(touch, result.residual.data(), result.jacobian.data(), problem.size());
+  return result;
+}
+
 }  // namespace cellcal::calib

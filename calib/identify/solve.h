@@ -53,5 +53,7 @@ Linearisation linearise(const Problem& problem, const Eigen::VectorXd& u,
 /// The same into memory that is there already.
 void linearise(const Problem& problem, const Eigen::VectorXd& u, const std::vector<bool>& use,
                Linearisation& result);
+/// Rows of one touch alone, without the lengths.
+Linearisation linearise_touch(const Problem& problem, const Eigen::VectorXd& u, std::size_t touch);
 
 }  // namespace cellcal::calib
