@@ -248,10 +248,25 @@ Estimate estimate(Problem& problem, const IdentifyOptions& options,
   Estimate e;
   e.use = fit_touches(problem);
   e.u = Eigen::VectorXd::Zero(problem.size());
-  if (approach(problem, options, e))
+  if (!approach(problem, options, e)) settle(problem, options, e);
+  // Of many touches a share says which levels have no say; all touches would say it more clearly.
+  std::vector<bool> some = enough_of(problem, e.use);
+  if (some != e.use) {
+    constexpr double kNoSay = 1e-9;
+    std::vector<bool> all = std::move(e.use);
+    e.use = std::move(some);
+    IdentifyOptions these = options;
+    these.reject_outliers = false;  // is done; and the others are not to come in here
     linearise(problem, e.u, e.use, e.posterior.linear);
-  else
-    settle(problem, options, e);
+    refine(problem, these, levels, e);
+    std::erase_if(levels, [&](const ModelLevel& level) {
+      return std::any_of(
+          e.levels.levels.begin(), e.levels.levels.end(),
+          [&](const LevelEvidence& l) { return l.level == level && l.probability < kNoSay; });
+    });
+    e.use = std::move(all);
+  }
+  linearise(problem, e.u, e.use, e.posterior.linear);
   refine(problem, options, std::move(levels), e);
   return e;
 }
