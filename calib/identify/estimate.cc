@@ -102,6 +102,30 @@ std::vector<bool> honest_touches(const Problem& problem, const IdentifyOptions& 
   return honest;
 }
 
+/// Names outliers until nothing changes. A touch on the edge may go in and out by turns; where a
+/// set comes up again, what is out in either of the last two stays out.
+class Naming {
+ public:
+  /// Whether e.use changed.
+  bool changed(const Problem& problem, const IdentifyOptions& options, Estimate& e) {
+    if (!options.reject_outliers || ended_) return false;
+    std::vector<bool> next = honest_touches(problem, options, e);
+    if (next == e.use) return false;
+    if (std::find(tried_.begin(), tried_.end(), next) != tried_.end()) {
+      for (std::size_t i = 0; i < next.size(); ++i) next[i] = next[i] && e.use[i];
+      ended_ = true;
+      if (next == e.use) return false;
+    }
+    tried_.push_back(e.use);
+    e.use = std::move(next);
+    return true;
+  }
+
+ private:
+  std::vector<std::vector<bool>> tried_;
+  bool ended_ = false;
+};
+
 /// A share of many touches that is enough to come near the solution, spread over each target's.
 std::vector<bool> enough_of(const Problem& problem, const std::vector<bool>& use) {
   constexpr std::size_t kEnough = 2000;
@@ -174,6 +198,7 @@ void approach_slowly(const Problem& problem, const IdentifyOptions& options, Est
 /// Solves and names outliers in turn until the set of touches in use no longer changes. Touches
 /// once thrown out may come back.
 void settle(const Problem& problem, const IdentifyOptions& options, Estimate& e) {
+  Naming naming;
   for (int round = 0; round < kOutlierRounds; ++round) {
     SolveOptions plain{e.use, 0.0, options.max_iterations, 0.0};
     // Noise-free touches are solved to the end here; for others the step over the levels follows.
@@ -194,9 +219,7 @@ void settle(const Problem& problem, const IdentifyOptions& options, Estimate& e)
       return;
     }
     find_posterior(problem, e);
-    std::vector<bool> next = honest_touches(problem, options, e);
-    if (next == e.use) return;
-    e.use = std::move(next);
+    if (!naming.changed(problem, options, e)) return;
   }
 }
 
@@ -212,6 +235,7 @@ void refine(Problem& problem, const IdentifyOptions& options, std::vector<ModelL
   constexpr double kStep = 1e-2;
   constexpr double kNoSay = 1e-4;
   LevelMean first;
+  Naming naming;
   for (int round = 0;; ++round) {
     LevelMean mean = mean_over_levels(problem, e.u, e.posterior.linear, levels);
     const double step = (mean.u - e.u).lpNorm<Eigen::Infinity>();
@@ -219,9 +243,9 @@ void refine(Problem& problem, const IdentifyOptions& options, std::vector<ModelL
     problem.set_ripple(mean.ripple_rad);
     linearise(problem, e.u, e.use, e.posterior.linear);
     set_covariance(mean.covariance_u, e.posterior);
-    std::vector<bool> next = e.use;
-    if (options.reject_outliers) next = honest_touches(problem, options, e);
-    if ((next == e.use && step < kStep) || round == kOutlierRounds) {
+    const bool last = round == kOutlierRounds;
+    const bool changed = !last && naming.changed(problem, options, e);
+    if ((!changed && step < kStep) || last) {
       std::vector<LevelEvidence> shown = std::move(mean.levels);
       for (const LevelEvidence& l : first.levels)
         if (std::none_of(shown.begin(), shown.end(),
@@ -231,8 +255,7 @@ void refine(Problem& problem, const IdentifyOptions& options, std::vector<ModelL
       e.levels = std::move(mean);
       return;
     }
-    if (next != e.use) {
-      e.use = std::move(next);
+    if (changed) {
       linearise(problem, e.u, e.use, e.posterior.linear);
     } else if (first.levels.empty()) {  // an outlier more or less would change who has a say
       levels.clear();
