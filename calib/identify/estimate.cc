@@ -102,19 +102,20 @@ std::vector<bool> honest_touches(const Problem& problem, const IdentifyOptions& 
   return honest;
 }
 
-/// Names outliers until nothing changes. A touch on the edge may go in and out by turns; where a
-/// set comes up again, what is out in either of the last two stays out.
+/// Names outliers until nothing changes. A touch on the edge may go in and out by turns; where a set
+/// comes up again, it takes twice as much to be put out from there on.
 class Naming {
  public:
+  explicit Naming(IdentifyOptions options) : options_(std::move(options)) {}
+
   /// Whether e.use changed.
-  bool changed(const Problem& problem, const IdentifyOptions& options, Estimate& e) {
-    if (!options.reject_outliers || ended_) return false;
-    std::vector<bool> next = honest_touches(problem, options, e);
+  bool changed(const Problem& problem, Estimate& e) {
+    if (!options_.reject_outliers) return false;
+    std::vector<bool> next = honest_touches(problem, options_, e);
     if (next == e.use) return false;
     if (std::find(tried_.begin(), tried_.end(), next) != tried_.end()) {
-      for (std::size_t i = 0; i < next.size(); ++i) next[i] = next[i] && e.use[i];
-      ended_ = true;
-      if (next == e.use) return false;
+      options_.outlier_sigma *= 2.0;
+      tried_.clear();
     }
     tried_.push_back(e.use);
     e.use = std::move(next);
@@ -122,8 +123,8 @@ class Naming {
   }
 
  private:
+  IdentifyOptions options_;
   std::vector<std::vector<bool>> tried_;
-  bool ended_ = false;
 };
 
 /// A share of many touches that is enough to come near the solution, spread over each target's.
@@ -198,7 +199,7 @@ void approach_slowly(const Problem& problem, const IdentifyOptions& options, Est
 /// Solves and names outliers in turn until the set of touches in use no longer changes. Touches
 /// once thrown out may come back.
 void settle(const Problem& problem, const IdentifyOptions& options, Estimate& e) {
-  Naming naming;
+  Naming naming(options);
   for (int round = 0; round < kOutlierRounds; ++round) {
     SolveOptions plain{e.use, 0.0, options.max_iterations, 0.0};
     // Noise-free touches are solved to the end here; for others the step over the levels follows.
@@ -219,7 +220,7 @@ void settle(const Problem& problem, const IdentifyOptions& options, Estimate& e)
       return;
     }
     find_posterior(problem, e);
-    if (!naming.changed(problem, options, e)) return;
+    if (!naming.changed(problem, e)) return;
   }
 }
 
@@ -235,7 +236,7 @@ void refine(Problem& problem, const IdentifyOptions& options, std::vector<ModelL
   constexpr double kStep = 1e-2;
   constexpr double kNoSay = 1e-4;
   LevelMean first;
-  Naming naming;
+  Naming naming(options);
   for (int round = 0;; ++round) {
     LevelMean mean = mean_over_levels(problem, e.u, e.posterior.linear, levels);
     const double step = (mean.u - e.u).lpNorm<Eigen::Infinity>();
@@ -244,7 +245,7 @@ void refine(Problem& problem, const IdentifyOptions& options, std::vector<ModelL
     linearise(problem, e.u, e.use, e.posterior.linear);
     set_covariance(mean.covariance_u, e.posterior);
     const bool last = round == kOutlierRounds;
-    const bool changed = !last && naming.changed(problem, options, e);
+    const bool changed = !last && naming.changed(problem, e);
     if ((!changed && step < kStep) || last) {
       std::vector<LevelEvidence> shown = std::move(mean.levels);
       for (const LevelEvidence& l : first.levels)
