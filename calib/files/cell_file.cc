@@ -5,6 +5,7 @@
 
 #include "calib/files/documents.h"
 #include "calib/files/files.h"
+#include "calib/files/obstacle_file.h"
 #include "calib/files/shown.h"
 #include "calib/files/units.h"
 
@@ -46,6 +47,13 @@ Tool read_tool(const TomlTable& t) {
   tool.length_m = t.number_or("length_mm", vector_m(xyz).norm() * kMmPerM, {0.0, 1e4}) / kMmPerM;
   tool.tip_radius_m = t.number_or("tip_radius_mm", 0.0, {0.0, 1e3}) / kMmPerM;
   tool.deflection_sigma = t.number_or("deflection_sigma", 0.0, {0.0, 1e3});
+  const Tool usual;
+  tool.radius_m = t.number_or("radius_mm", usual.radius_m * kMmPerM, {0.0, 1e3}) / kMmPerM;
+  tool.slim_length_m =
+      t.number_or("tip_length_mm", usual.slim_length_m * kMmPerM, {0.0, 1e4}) / kMmPerM;
+  tool.slim_radius_m =
+      t.number_or("tip_diameter_mm", 2.0 * usual.slim_radius_m * kMmPerM, {0.0, 1e3}) / 2.0 /
+      kMmPerM;
   t.refuse_unknown();
   return tool;
 }
@@ -89,6 +97,7 @@ Target read_target(const TomlTable& t) {
     target.centre_m = vector_m(t.numbers("centre_mm", 3, kLengthMm));
   }
   target.centre_sigma_m = t.number_or("centre_sigma_mm", 0.0, kSigmaMm) / kMmPerM;
+  if (has_a_centre(target.kind)) read_stand(t, target);
   t.refuse_unknown();
   return target;
 }
@@ -96,6 +105,19 @@ Target read_target(const TomlTable& t) {
 std::string vec_mm(const Eigen::Vector3d& v) {
   return fmt::format("[{}, {}, {}]", toml_number(v.x() * kMmPerM), toml_number(v.y() * kMmPerM),
                      toml_number(v.z() * kMmPerM));
+}
+
+/// The keys of a tool's body that are not the usual ones.
+std::string body_of(const Tool& tool) {
+  const Tool usual;
+  std::string out;
+  const auto add = [&](const char* key, double value, double usual_value, double unit) {
+    if (value != usual_value) out += fmt::format("{} = {}\n", key, toml_number(value * unit));
+  };
+  add("radius_mm", tool.radius_m, usual.radius_m, kMmPerM);
+  add("tip_length_mm", tool.slim_length_m, usual.slim_length_m, kMmPerM);
+  add("tip_diameter_mm", tool.slim_radius_m, usual.slim_radius_m, 2.0 * kMmPerM);
+  return out;
 }
 
 std::filesystem::path find_robot(const std::string& name, const std::filesystem::path& cell_file,
@@ -169,6 +191,8 @@ Cell read_cell(const TomlTable& document, Robot robot) {
     table.refuse_unknown();
     cell.lengths.push_back(length);
   }
+  cell.obstacles = read_obstacles(document);
+  if (document.has("floor_mm")) cell.floor_m = document.number("floor_mm", kLengthMm) / kMmPerM;
   const TomlTable touch = document.table("touch");
   cell.touch_sigma_m = touch.number("sigma_mm", {1e-9, 1e3}) / kMmPerM;
   cell.radius_offset_sigma_m = touch.number_or("radius_offset_sigma_mm", 0.0, kSigmaMm) / kMmPerM;
@@ -186,20 +210,24 @@ std::filesystem::path robot_file_of(const std::filesystem::path& cell_file) {
 Cell load_cell(const std::filesystem::path& path) {
   const TomlTable document = TomlTable::load(path);
   document.word("format", {kFormat});
-  return read_cell(document, load_robot(find_robot(document.string("robot"), path, document)));
+  Cell cell = read_cell(document, load_robot(find_robot(document.string("robot"), path, document)));
+  load_meshes(cell, path.parent_path());
+  return cell;
 }
 
 std::string cell_to_toml(const Cell& cell, const std::string& robot_reference) {
   const FrameMmDeg tcp = to_frame(cell.tool.tcp);
   std::string out = fmt::format(
-      "format = \"{}\"\nrobot = {}\n\n[tool]\nxyz_mm = [{}, {}, {}]\nabc_deg = [{}, {}, {}]\n"
+      "format = \"{}\"\nrobot = {}\n{}\n[tool]\nxyz_mm = [{}, {}, {}]\nabc_deg = [{}, {}, {}]\n"
       "xyz_sigma_mm = {}\nmass_kg = {}\ncom_mm = {}\nlength_mm = {}\ntip_radius_mm = {}\n"
-      "deflection_sigma = {}\n",
-      kFormat, toml_string(robot_reference), toml_number(tcp.xyz_mm[0]), toml_number(tcp.xyz_mm[1]),
-      toml_number(tcp.xyz_mm[2]), toml_number(tcp.abc_deg[0]), toml_number(tcp.abc_deg[1]),
-      toml_number(tcp.abc_deg[2]), vec_mm(cell.tool.tcp_sigma_m), toml_number(cell.tool.mass_kg),
-      vec_mm(cell.tool.com_m), toml_number(cell.tool.length_m * kMmPerM),
-      toml_number(cell.tool.tip_radius_m * kMmPerM), toml_number(cell.tool.deflection_sigma));
+      "deflection_sigma = {}\n{}",
+      kFormat, toml_string(robot_reference),
+      cell.floor_m ? fmt::format("floor_mm = {}\n", toml_number(*cell.floor_m * kMmPerM)) : "",
+      toml_number(tcp.xyz_mm[0]), toml_number(tcp.xyz_mm[1]), toml_number(tcp.xyz_mm[2]),
+      toml_number(tcp.abc_deg[0]), toml_number(tcp.abc_deg[1]), toml_number(tcp.abc_deg[2]),
+      vec_mm(cell.tool.tcp_sigma_m), toml_number(cell.tool.mass_kg), vec_mm(cell.tool.com_m),
+      toml_number(cell.tool.length_m * kMmPerM), toml_number(cell.tool.tip_radius_m * kMmPerM),
+      toml_number(cell.tool.deflection_sigma), body_of(cell.tool));
   for (const Target& target : cell.targets) {
     std::string_view word;
     for (const KindName& entry : kKinds)
@@ -217,15 +245,17 @@ std::string cell_to_toml(const Cell& cell, const std::string& robot_reference) {
     if (target.kind == TargetKind::kTracker) continue;
     if (target.has_centre) out += fmt::format("centre_mm = {}\n", vec_mm(target.centre_m));
     out += fmt::format("centre_sigma_mm = {}\n", toml_number(target.centre_sigma_m * kMmPerM));
+    if (has_a_centre(target.kind)) out += stand_to_toml(target);
   }
   for (const CertifiedLength& length : cell.lengths)
     out +=
         fmt::format("\n[[length]]\nbetween = [{}, {}]\nmm = {}\nsigma_mm = {}\n",
                     toml_string(length.from), toml_string(length.to),
                     toml_number(length.length_m * kMmPerM), toml_number(length.sigma_m * kMmPerM));
-  return out + fmt::format("\n[touch]\nsigma_mm = {}\nradius_offset_sigma_mm = {}\n",
-                           toml_number(cell.touch_sigma_m * kMmPerM),
-                           toml_number(cell.radius_offset_sigma_m * kMmPerM));
+  return out + obstacles_to_toml(cell.obstacles) +
+         fmt::format("\n[touch]\nsigma_mm = {}\nradius_offset_sigma_mm = {}\n",
+                     toml_number(cell.touch_sigma_m * kMmPerM),
+                     toml_number(cell.radius_offset_sigma_m * kMmPerM));
 }
 
 }  // namespace cellcal::calib

@@ -19,8 +19,12 @@ inline constexpr double kMmPerM = 1000.0;
 Robot load_robot(const std::filesystem::path& path);
 
 /// Cell file, format "cellcal.cell/1", with the robot file that it names: relative to the cell
-/// file, or the name of a shipped robot (see robots_directory()).
+/// file, or the name of a shipped robot (see robots_directory()), and with its obstacles' meshes.
 Cell load_cell(const std::filesystem::path& path);
+
+/// Reads the STL files of mesh obstacles, which lie relative to `folder`. A cell that comes out of a
+/// calibration or a journal has none until then; only plans need them.
+void load_meshes(Cell& cell, const std::filesystem::path& folder);
 
 /// The robot file that this cell file names, found as load_cell finds it.
 std::filesystem::path robot_file_of(const std::filesystem::path& cell_file);

@@ -8,6 +8,9 @@
 // flange = base_fixed * T_1 ... T_n * flange_fixed; the tool sits on the flange.
 
 #include <Eigen/Geometry>
+#include <array>
+#include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -37,6 +40,7 @@ struct Joint {
   double gear_ratio = 1.0;
   std::vector<int> harmonics;       ///< orders h of cos/sin(h q n)
   double harmonic_sigma_rad = 0.0;  ///< prior of each amplitude
+  double radius_m = 0.0;            ///< of the capsule about this joint's link; 0: assumed (plan)
 };
 
 struct Robot {
@@ -56,6 +60,10 @@ struct Tool {
   double length_m = 0.0;                            ///< cantilever length l_t
   double tip_radius_m = 0.0;
   double deflection_sigma = 0.0;  ///< prior of c_t [1/(N m^2)]; 0: tool taken as stiff
+  // What keeps clear of things: a shaft from the flange, and a slim end up to the TCP.
+  double radius_m = 0.03;       ///< of the shaft: a torch's neck
+  double slim_length_m = 0.06;  ///< contact tip and wire
+  double slim_radius_m = 0.004;
 };
 
 enum class TargetKind { kSphere, kWire, kPlane, kPoint, kTracker };
@@ -77,6 +85,28 @@ struct Target {
   bool has_normal = false;      ///< planes: normal is stated
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< unit, base frame, to the side of the tips
   double normal_sigma_rad = 0.0;                      ///< 0: no prior, the touches decide
+  bool has_stand = true;          ///< a vertical post below it; of what has a centre
+  double stand_diameter_m = 0.0;  ///< 0: assumed (plan)
+  double stand_height_m = 0.0;    ///< from its lowest point down; 0: assumed (plan)
+};
+
+/// Surface of triangles, in its own frame.
+struct Mesh {
+  std::vector<Eigen::Vector3d> vertices_m;
+  std::vector<std::array<int, 3>> triangles;  ///< indices of vertices
+};
+
+enum class ObstacleShape { kBox, kCylinder, kMesh };
+
+/// Something of the cell that stands still and must not be hit.
+struct Obstacle {
+  std::string id;
+  ObstacleShape shape = ObstacleShape::kBox;
+  Eigen::Isometry3d frame = Eigen::Isometry3d::Identity();  ///< in the base frame
+  Eigen::Vector3d size_m = Eigen::Vector3d::Zero();         ///< boxes, frame in the middle
+  double diameter_m = 0.0, height_m = 0.0;  ///< cylinders about z, frame in the middle
+  std::string mesh_file;                    ///< as the cell file names it
+  std::shared_ptr<const Mesh> mesh;         ///< null until load_meshes() (calib/files)
 };
 
 /// A certified distance between two targets' centres.
@@ -91,6 +121,8 @@ struct Cell {
   Tool tool;
   std::vector<Target> targets;
   std::vector<CertifiedLength> lengths;
+  std::vector<Obstacle> obstacles;
+  std::optional<double> floor_m;       ///< height against gravity that nothing goes below
   double touch_sigma_m = 0.0;          ///< 1 sigma of one touch
   double radius_offset_sigma_m = 0.0;  ///< prior of rho, one for the cell; 0: known to be zero
 

@@ -3,6 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include "calib/files/error.h"
+#include "calib/files/files.h"
 #include "daemon/session/inputs.h"
 #include "daemon/session/tasks.h"
 
@@ -119,6 +120,8 @@ std::unique_ptr<SessionService::Job> SessionService::prepare(const RunRequest& r
     job->options.touch = parts_.touch;
   }
   job->cell = cell_of(job->inputs);
+  // Not in the journal: what stands in the cell now is what must not be hit now.
+  calib::load_meshes(job->cell, std::filesystem::path(job->inputs.cell_name).parent_path());
   if (job->cell.robot.joints.size() > drivers::kMaxAxes) {
     throw RequestError("the robot file has " + std::to_string(job->cell.robot.joints.size()) +
                        " joints, the drivers move at most " + std::to_string(drivers::kMaxAxes));

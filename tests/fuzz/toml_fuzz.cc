@@ -58,6 +58,9 @@ void as_cell(std::string_view text) {
   require(
       again.targets.size() == cell.targets.size() && again.lengths.size() == cell.lengths.size(),
       "a cell that was read can be written and read");
+  require(again.obstacles.size() == cell.obstacles.size() &&
+              again.floor_m.has_value() == cell.floor_m.has_value(),
+          "what stands in the way survives");
   for (std::size_t i = 0; i < cell.targets.size(); ++i)
     require(again.targets[i].id == cell.targets[i].id, "ids survive");
   (void)read_cell(table_from_json(toml_to_json(once), "once.json"), kRobot);
