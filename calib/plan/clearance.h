@@ -1,10 +1,23 @@
 #pragma once
-// Whether the arm keeps clear of the spheres and their stands. Arm and tool are capsules on the
-// nominal geometry, spheres are spheres, stands are vertical posts below them. Not looked at: the
-// arm against itself, and anything that the cell file does not name.
+// Whether the arm hits nothing: spheres, their stands, obstacles, the floor, itself. Arm and tool
+// are capsules on the nominal geometry (bodies.h). Not looked at: cables, and what the cell file
+// does not name. Where it states no floor, hand and wrist stay above the lowest target less 0.1 m.
+//
+// Margins. The tip (slim end and ball) keeps what the caller says; all else 20 mm: an uncalibrated
+// arm is off by up to 10 mm. Against itself the arm is looked at where links are no neighbours. Two
+// bodies closer than their margin in more than half of all postures inside the limits are
+// neighbours: their capsules overlap by construction.
+//
+// Moves are straight in joint space. From the posture at one end of a piece of the move every
+// body's distance d0 is known, from the other end d1, both at least the margin m. No point of the
+// body moves further along the piece than D, its levers times the turns of the joints. Half-way or
+// anywhere else its distance is then at least (d0 + d1 - D) / 2. A piece is done when D <= d0 + d1
+// - m, and halved otherwise: so on the whole move every body keeps at least half its margin, and
+// nothing that is thicker than nothing can be passed.
 
-#include <Eigen/Core>
-#include <vector>
+#include <memory>
+#include <optional>
+#include <string>
 
 #include "calib/model/joint_vector.h"
 #include "calib/model/kinematics.h"
@@ -13,23 +26,34 @@ namespace cellcal::calib {
 
 class Clearance {
  public:
-  /// Targets must state their centres.
+  /// Targets must state their centres. Refers to `arm`. Throws PlanError where an obstacle's mesh
+  /// was not read.
   Clearance(const Cell& cell, const ArmModel& arm);
+  /// For which everything is clear: what could be reached if nothing stood in the way?
+  static Clearance blind();
+  Clearance(Clearance&&) noexcept;
+  ~Clearance();
 
-  /// `tip_margin_m`: how far the tip's end must stay from every sphere's surface.
+  /// `tip_margin_m`: how far the tip must stay from every surface.
   bool clear(const JointVector& q, double tip_margin_m) const;
-  /// Samples the straight joint-space move finely enough that nothing can pass in between.
   bool clear(const JointVector& from, const JointVector& to, double tip_margin_m) const;
+  /// The search for target `target` (index into the cell): the tip may touch it and its stand, and
+  /// the tool come as near to them as a touch brings it.
+  bool clear_search(const JointVector& from, const JointVector& to, std::size_t target,
+                    double tip_margin_m) const;
+
+  /// What is hit, the worst first: "the forearm (A4) comes within 12 mm of obstacle table". Of a
+  /// move: at the first posture that was found to hit. Empty where the posture or move is clear.
+  std::optional<std::string> hit(const JointVector& q, double tip_margin_m) const;
+  std::optional<std::string> hit(const JointVector& from, const JointVector& to,
+                                 double tip_margin_m) const;
+  std::optional<std::string> hit_search(const JointVector& from, const JointVector& to,
+                                        std::size_t target, double tip_margin_m) const;
 
  private:
-  struct Obstacle {
-    Eigen::Vector3d centre_m, foot_m;
-    double radius_m;
-  };
-  const ArmModel& arm_;
-  std::vector<Obstacle> obstacles_;
-  Eigen::Vector3d up_;
-  double floor_m_;
+  struct Impl;
+  explicit Clearance(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;  ///< null: blind
 };
 
 }  // namespace cellcal::calib

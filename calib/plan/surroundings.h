@@ -1,0 +1,40 @@
+#pragma once
+// What stands still in a cell: spheres, stands, obstacles, the floor. Distances of a capsule's axis
+// from each; of boxes, cylinders and meshes by FCL.
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "calib/model/robot.h"
+#include "calib/plan/bodies.h"
+
+namespace cellcal::calib {
+
+/// Upwards; along z where there is no gravity.
+Eigen::Vector3d up_of(const Robot& robot);
+
+class Surroundings {
+ public:
+  /// Throws PlanError where the mesh of an obstacle was not read.
+  explicit Surroundings(const Cell& cell);
+  Surroundings(Surroundings&&) noexcept;
+  ~Surroundings();
+
+  std::size_t size() const;
+  /// "sphere S1", "the stand of S1", "obstacle table", "the floor"
+  const std::string& words(std::size_t i) const;
+  /// The target that it is or carries; -1 for others.
+  int target(std::size_t i) const;
+  bool is_sphere(std::size_t i) const;
+  /// Not more than the distance of the axis from the thing; quick.
+  double bound_m(std::size_t i, const Segment& axis) const;
+  /// The distance; any value above `most_m` may stand for whatever is further. 0: they meet.
+  double distance_m(std::size_t i, const Segment& axis, double most_m) const;
+
+ private:
+  struct Thing;
+  std::vector<Thing> things_;
+};
+
+}  // namespace cellcal::calib

@@ -1,0 +1,348 @@
+// Whether postures and moves hit nothing: against plain distances, and in words.
+
+#include "calib/plan/clearance.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "calib/files/error.h"
+#include "calib/files/files.h"
+#include "calib/model/random.h"
+#include "calib/plan/bodies.h"
+#include "tests/calib/plan/collisions.h"
+
+namespace cellcal::calib {
+namespace {
+
+using testing::Approach;
+using testing::Collisions;
+using testing::Nearest;
+
+constexpr double kTipMarginM = 0.007, kBodyMarginM = 0.02;
+/// Points on an axis are up to 2 mm apart.
+constexpr double kPointsM = 0.0015;
+
+Cell demo() { return load_cell(CELLCAL_DEMO_CELL); }
+
+Obstacle box(const char* id, const Eigen::Vector3d& at, const Eigen::Vector3d& size) {
+  Obstacle o;
+  o.id = id;
+  o.frame.translation() = at;
+  o.size_m = size;
+  return o;
+}
+
+Obstacle post(const char* id, const Eigen::Vector3d& at, double diameter, double height) {
+  Obstacle o;
+  o.id = id;
+  o.shape = ObstacleShape::kCylinder;
+  o.frame.translation() = at;
+  o.diameter_m = diameter;
+  o.height_m = height;
+  return o;
+}
+
+/// The same box as twelve triangles.
+Obstacle as_mesh(const Obstacle& box) {
+  Obstacle o = box;
+  o.shape = ObstacleShape::kMesh;
+  auto mesh = std::make_shared<Mesh>();
+  for (int k = 0; k < 8; ++k)
+    mesh->vertices_m.push_back(
+        Eigen::Vector3d((k & 1) ? 0.5 : -0.5, (k & 2) ? 0.5 : -0.5, (k & 4) ? 0.5 : -0.5)
+            .cwiseProduct(box.size_m));
+  mesh->triangles = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
+                     {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
+  o.mesh = mesh;
+  return o;
+}
+
+Cell furnished() {
+  Cell cell = demo();
+  cell.floor_m = -0.3;
+  cell.obstacles = {box("table", {1.0, 0.0, 0.0}, {0.7, 1.0, 0.04}),
+                    post("post", {0.6, 0.9, 0.6}, 0.1, 1.2),
+                    box("beam", {0.4, -0.9, 0.9}, {0.9, 0.05, 0.05})};
+  cell.obstacles[0].frame.linear() =
+      Eigen::AngleAxisd(0.4, Eigen::Vector3d(0.2, 0.1, 1.0).normalized()).toRotationMatrix();
+  cell.obstacles[1].frame.linear() =
+      Eigen::AngleAxisd(0.5, Eigen::Vector3d(1.0, 0.3, 0.0).normalized()).toRotationMatrix();
+  return cell;
+}
+
+JointVector drawn(const Robot& robot, Random& random) {
+  JointVector q;
+  for (const Joint& joint : robot.joints) q.push_back(random.uniform(joint.min_rad, joint.max_rad));
+  return q;
+}
+
+bool of_itself(const std::string& words) {
+  return words.find("sphere") == std::string::npos && words.find("stand") == std::string::npos &&
+         words.find("obstacle") == std::string::npos && words.find("floor") == std::string::npos;
+}
+
+TEST(Distance, OfSegmentsIsThatOfTheirNearestPointsPointsAndParallelsIncluded) {
+  Random random(1);
+  const auto point = [&] {
+    return Eigen::Vector3d(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
+  };
+  for (int k = 0; k < 300; ++k) {
+    Segment one{point(), point()}, other{point(), point()};
+    if (k % 5 == 1) one.b = one.a;
+    if (k % 5 == 2) other.b = other.a;
+    if (k % 5 == 3) other.b = other.a + random.uniform(-1, 1) * (one.b - one.a);
+    if (k % 15 == 4) one.b = one.a, other.b = other.a;
+    double least = 1e9;
+    constexpr int kSteps = 200;
+    for (int i = 0; i <= kSteps; ++i)
+      for (int j = 0; j <= kSteps; ++j)
+        least = std::min(least, (one.a + i * (one.b - one.a) / kSteps - other.a -
+                                 j * (other.b - other.a) / kSteps)
+                                    .norm());
+    EXPECT_LE(distance_m(one, other), least + 1e-12) << k;
+    EXPECT_GE(distance_m(one, other), least - 0.02) << k;
+    EXPECT_NEAR(distance_m(one, other), distance_m(other, one), 1e-9) << k;
+  }
+}
+
+void expect_agreement(const Cell& cell, int postures) {
+  const ArmModel arm(cell.robot, cell.tool);
+  const Clearance clearance(cell, arm);
+  const Collisions collisions(cell);
+  Random random(7);
+  int free = 0, hit = 0;
+  for (int k = 0; k < postures; ++k) {
+    const JointVector q = drawn(cell.robot, random);
+    const Approach approach = collisions.at(q);
+    const double room =
+        std::min(approach.tip.gap_m - kTipMarginM, approach.body.gap_m - kBodyMarginM);
+    const auto words = clearance.hit(q, kTipMarginM);
+    EXPECT_EQ(clearance.clear(q, kTipMarginM), !words);
+    if (!words) {
+      ++free;
+      EXPECT_GT(room, -kPointsM) << approach.tip.words << ", " << approach.body.words;
+      EXPECT_GT(approach.self.gap_m, kBodyMarginM - kPointsM) << approach.self.words;
+    } else if (!of_itself(*words)) {
+      ++hit;
+      EXPECT_LT(room, kPointsM) << *words;
+    }
+  }
+  EXPECT_GT(free, postures / 20);
+  EXPECT_GT(hit, postures / 20);
+}
+
+TEST(Clearance, OfPosturesAgreesWithPlainDistances) { expect_agreement(furnished(), 3000); }
+
+TEST(Clearance, OfPosturesAgreesWithPlainDistancesFromTriangles) {
+  Cell cell = furnished();
+  cell.obstacles[0] = as_mesh(cell.obstacles[0]);
+  cell.obstacles[2] = as_mesh(cell.obstacles[2]);
+  expect_agreement(cell, 1000);
+}
+
+TEST(Clearance, OfPosturesAgreesForAToolWithABallAndAThickArm) {
+  Cell cell = furnished();
+  cell.tool.tip_radius_m = 0.008;
+  cell.tool.radius_m = 0.05;
+  cell.tool.slim_length_m = 0.12;
+  for (Joint& joint : cell.robot.joints) joint.radius_m = 0.07;
+  cell.targets[0].has_stand = false;
+  cell.targets[1].stand_diameter_m = 0.06;
+  cell.targets[2].stand_height_m = 0.1;
+  expect_agreement(cell, 1000);
+}
+
+TEST(Clearance, OfMovesLeavesHalfTheMarginEverywhereOnTheWay) {
+  Cell cell = furnished();
+  cell.obstacles.push_back(box("sheet", {0.9, 0.2, 0.7}, {0.6, 0.0005, 0.6}));
+  cell.obstacles.push_back(post("wire", {1.0, -0.1, 0.8}, 0.001, 1.0));
+  const ArmModel arm(cell.robot, cell.tool);
+  const Clearance clearance(cell, arm);
+  const Collisions collisions(cell);
+  Random random(3);
+  int free = 0, blocked_between = 0;
+  for (int k = 0; free < 150; ++k) {
+    const JointVector from = drawn(cell.robot, random);
+    JointVector to = from;
+    for (std::size_t i = 0; i < to.size(); ++i)
+      to[i] = std::clamp(to[i] + random.uniform(-1.0, 1.0) * (i == 0 ? 2.0 : 1.0),
+                         cell.robot.joints[i].min_rad, cell.robot.joints[i].max_rad);
+    if (!clearance.clear(from, kTipMarginM) || !clearance.clear(to, kTipMarginM)) continue;
+    if (!clearance.clear(from, to, kTipMarginM)) {
+      ++blocked_between;
+      EXPECT_TRUE(clearance.hit(from, to, kTipMarginM));
+      continue;
+    }
+    ++free;
+    EXPECT_FALSE(clearance.hit(from, to, kTipMarginM));
+    const Approach approach = collisions.along(from, to);
+    EXPECT_GT(approach.tip.gap_m, kTipMarginM / 2 - 1e-9) << approach.tip.words;
+    EXPECT_GT(approach.body.gap_m, kBodyMarginM / 2 - 1e-9) << approach.body.words;
+    EXPECT_GT(approach.self.gap_m, kBodyMarginM / 2 - 1e-9) << approach.self.words;
+  }
+  EXPECT_GT(blocked_between, 10);
+}
+
+TEST(Clearance, OfAMoveSeesASheetThatIsPassedInTheMiddle) {
+  Cell cell = demo();
+  cell.targets.resize(1);
+  cell.targets[0].centre_m = {-1.0, 0.0, 0.2};
+  cell.lengths.clear();
+  const ArmModel arm(cell.robot, cell.tool);
+  const JointVector left = {0.6, -1.2, 1.6, 0.0, 1.0, 0.0},
+                    right = {-0.6, -1.2, 1.6, 0.0, 1.0, 0.0};
+  EXPECT_TRUE(Clearance(cell, arm).clear(left, right, kTipMarginM));
+  cell.obstacles = {box("sheet", {1.0, 0.0, 0.5}, {3.0, 1e-4, 3.0})};
+  const Clearance clearance(cell, arm);
+  EXPECT_FALSE(clearance.clear(left, right, kTipMarginM));
+  EXPECT_NE(clearance.hit(left, right, kTipMarginM)->find("obstacle sheet"), std::string::npos);
+}
+
+/// What is hit with `obstacle` alone in the way of a posture in the middle of the cell.
+std::string words_of(const Obstacle& obstacle) {
+  Cell cell = demo();
+  cell.targets.resize(1);
+  cell.targets[0].centre_m = {-1.0, 0.0, 0.2};
+  cell.lengths.clear();
+  cell.obstacles = {obstacle};
+  const ArmModel arm(cell.robot, cell.tool);
+  return Clearance(cell, arm).hit({0.0, -1.2, 1.6, 0.0, 1.0, 0.0}, kTipMarginM).value_or("");
+}
+
+TEST(Clearance, SaysWhichPartOfTheArmComesHowNearToWhat) {
+  Cell cell = demo();
+  const ArmModel arm(cell.robot, cell.tool);
+  const ArmShape shape =
+      arm.shape(arm.prepare(JointVector{0.0, -1.2, 1.6, 0.0, 1.0, 0.0}), nullptr);
+  const Eigen::Vector3d elbow = shape.joint_origin_m[3], wrist = shape.joint_origin_m[4],
+                        tip = shape.tcp.translation();
+  // Above the forearm's middle: 100 mm of casting, then 12 mm of air.
+  const Eigen::Vector3d middle = (elbow + wrist) / 2.0;
+  const Eigen::Vector3d across =
+      (wrist - elbow).cross(Eigen::Vector3d::UnitY()).normalized() * -0.162;
+  Obstacle ball = post("lamp", middle - across, 0.1, 0.1);
+  ball.frame.linear() =
+      Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitX(), across).toRotationMatrix();
+  EXPECT_EQ(words_of(ball), "the forearm (A4) comes within 12 mm of obstacle lamp");
+  EXPECT_EQ(words_of(post("lamp", tip, 0.01, 0.01)), "the tool's slim end runs into obstacle lamp");
+  EXPECT_EQ(words_of(box("far", {0.0, 3.0, 0.0}, {0.1, 0.1, 0.1})), "");
+}
+
+TEST(Clearance, OfASearchLetsTheTipMeetItsOwnSphereAndStandAlone) {
+  Cell cell = demo();
+  cell.lengths.clear();
+  const ArmModel arm(cell.robot, cell.tool);
+  const JointVector q = {0.0, -0.9, 1.6, 0.0, 0.6, 0.0};
+  const Eigen::Isometry3d tcp = arm.nominal_tcp(q);
+  cell.targets.resize(2);
+  // The tip 12 mm inside, as at the end of a search that met nothing.
+  const Eigen::Vector3d flange = arm.shape(arm.prepare(q), nullptr).flange.translation();
+  cell.targets[0].centre_m = tcp.translation() + 0.0187 * (tcp.translation() - flange).normalized();
+  cell.targets[1].centre_m = Eigen::Vector3d(-1.5, 0.0, 0.2);
+  {
+    const Clearance clearance(cell, arm);
+    EXPECT_FALSE(clearance.clear(q, q, kTipMarginM));
+    EXPECT_TRUE(clearance.clear_search(q, q, 0, kTipMarginM)) << *clearance.hit_search(q, q, 0, 0);
+    EXPECT_FALSE(clearance.clear_search(q, q, 1, kTipMarginM));
+  }
+  cell.obstacles = {post("clamp", tcp.translation(), 0.01, 0.01)};
+  const Clearance clearance(cell, arm);
+  EXPECT_FALSE(clearance.clear_search(q, q, 0, kTipMarginM));
+  EXPECT_NE(clearance.hit_search(q, q, 0, kTipMarginM)->find("clamp"), std::string::npos);
+}
+
+TEST(Clearance, AFloorThatIsStatedTakesThePlaceOfTheLowestTarget) {
+  Cell cell = demo();
+  const JointVector low = {-1.4, 0.0, 0.9, 0.0, -0.7, 0.0};  // above the floor, below the targets
+  const ArmModel arm(cell.robot, cell.tool);
+  ASSERT_LT(arm.shape(arm.prepare(low), nullptr).flange.translation().z(), 0.2);
+  EXPECT_NE(Clearance(cell, arm).hit(low, kTipMarginM).value_or("").find("floor_mm"),
+            std::string::npos);
+  cell.floor_m = -1.5;
+  EXPECT_FALSE(Clearance(cell, arm).hit(low, kTipMarginM))
+      << *Clearance(cell, arm).hit(low, kTipMarginM);
+  cell.floor_m = 0.15;
+  EXPECT_NE(Clearance(cell, arm).hit(low, kTipMarginM).value_or("").find("the floor"),
+            std::string::npos);
+}
+
+TEST(Clearance, KeepsTheHandOffTheArmItself) {
+  Cell cell = demo();
+  cell.floor_m = -10.0;
+  const ArmModel arm(cell.robot, cell.tool);
+  const Clearance clearance(cell, arm);
+  const Collisions collisions(cell);
+  Random random(5);
+  int folded = 0;
+  for (int k = 0; k < 2000; ++k) {
+    const JointVector q = drawn(cell.robot, random);
+    if (collisions.at(q).self.gap_m > kBodyMarginM - kPointsM) continue;
+    ++folded;
+    EXPECT_FALSE(clearance.clear(q, kTipMarginM));
+  }
+  EXPECT_GT(folded, 20);
+}
+
+TEST(Clearance, AMeshThatWasNotReadIsRefused) {
+  Cell cell = demo();
+  cell.obstacles.push_back(box("fixture", {0, 0, 5}, {1, 1, 1}));
+  cell.obstacles[0].shape = ObstacleShape::kMesh;
+  cell.obstacles[0].mesh_file = "fixture.stl";
+  const ArmModel arm(cell.robot, cell.tool);
+  try {
+    const Clearance clearance(cell, arm);
+    FAIL() << "was not refused";
+  } catch (const PlanError& error) {
+    EXPECT_NE(std::string(error.what()).find("fixture.stl"), std::string::npos);
+  }
+}
+
+TEST(Clearance, BlindSeesNothing) {
+  const JointVector q(6, 0.0);
+  EXPECT_TRUE(Clearance::blind().clear(q, 1.0));
+  EXPECT_TRUE(Clearance::blind().clear(q, q, 1.0));
+  EXPECT_FALSE(Clearance::blind().hit(q, 1.0));
+}
+
+TEST(Bodies, AreAsThickAsTheArmIsLong) {
+  const auto thick = [](const char* name) {
+    return assumed_radius_m(load_robot(std::string(CELLCAL_ROBOTS_FOLDER) + "/" + name));
+  };
+  EXPECT_NEAR(thick("kr5_r1400.toml"), 0.100, 1e-12);
+  EXPECT_NEAR(thick("kr3_r540.toml"), 0.060, 1e-12);
+  EXPECT_NEAR(thick("kr210_r2700_2.toml"), 0.201, 1e-3);
+}
+
+TEST(Bodies, NeverMoveFurtherThanTheirLeversSay) {
+  for (const auto& entry : std::filesystem::directory_iterator(CELLCAL_ROBOTS_FOLDER)) {
+    if (entry.path().extension() != ".toml") continue;
+    SCOPED_TRACE(entry.path().filename());
+    const Robot robot = load_robot(entry.path());
+    Tool tool;
+    tool.tcp.translation() = Eigen::Vector3d(0.06, 0.05, 0.3);
+    const ArmModel arm(robot, tool);
+    const Bodies bodies(arm);
+    Random random(11);
+    std::vector<Segment> one, other;
+    for (int k = 0; k < 100; ++k) {
+      const JointVector q = drawn(robot, random);
+      bodies.place(q, one);
+      for (std::size_t j = 0; j < q.size(); ++j) {
+        JointVector turned = q;
+        constexpr double kTurnRad = 0.01;
+        turned[j] += kTurnRad;
+        bodies.place(turned, other);
+        for (std::size_t b = 0; b < one.size(); ++b) {
+          const double moved =
+              std::max((one[b].a - other[b].a).norm(), (one[b].b - other[b].b).norm());
+          EXPECT_LE(moved, bodies.list()[b].lever[j] * kTurnRad + 1e-12)
+              << bodies.list()[b].words << ", joint " << j;
+        }
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace cellcal::calib

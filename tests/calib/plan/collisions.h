@@ -1,0 +1,66 @@
+#pragma once
+// Whether a plan hits anything, by plain means of its own: points along the axes of links and tool,
+// and their distances from spheres, posts, boxes and triangles. Shares nothing with the planner's
+// clearance but the arm's forward kinematics and what the documents say of radii.
+
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "calib/model/kinematics.h"
+#include "calib/plan/plan.h"
+
+namespace cellcal::calib::testing {
+
+/// How near something came [m]: below zero it hit. What and where, in words.
+struct Nearest {
+  double gap_m = std::numeric_limits<double>::max();
+  std::string words;
+};
+
+struct Approach {
+  Nearest tip;   ///< slim end and ball, from the cell
+  Nearest body;  ///< links and shaft, from the cell
+  Nearest self;  ///< hand and tool, from column and upper arm
+
+  void take(const Approach& other);
+};
+
+class Collisions {
+ public:
+  explicit Collisions(const Cell& cell);
+
+  /// `touched`: target that the tip may meet, and its stand; -1: none.
+  Approach at(const JointVector& q, int touched = -1) const;
+  /// Every 0.2 deg of the joint that turns most, or `step_rad`.
+  Approach along(const JointVector& from, const JointVector& to, int touched = -1,
+                 double step_rad = 0.0035) const;
+  /// All that is driven: ways, search lines, retreats, the way home.
+  Approach of(const Plan& plan) const;
+
+ private:
+  struct Shape {
+    enum class Kind { kBall, kPost, kBox, kTriangles, kFloor } kind;
+    std::string words;
+    int target;
+    Eigen::Isometry3d frame;
+    Eigen::Vector3d
+        half;  // of a box; of a post: radius, radius, half its height; of a ball: radius
+    std::vector<Eigen::Vector3d> corners;  // three by three
+  };
+  struct Rod {
+    std::string words;
+    double radius_m;
+    bool tip, moves;
+    int joint;
+    Eigen::Vector3d a, b;
+  };
+  static double distance_m(const Shape& shape, const Eigen::Vector3d& point);
+  std::vector<Rod> rods(const JointVector& q) const;
+
+  Cell cell_;
+  ArmModel arm_;
+  std::vector<Shape> shapes_;
+};
+
+}  // namespace cellcal::calib::testing
