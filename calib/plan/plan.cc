@@ -164,7 +164,7 @@ Plan make_plan(const Cell& cell, const PlanOptions& options, const JointVector& 
     throw PlanError("a plan needs at least one fit touch");
   const int per_target = std::max(40, kCandidatesPerTouch * total / spheres);
   const Router router(cell, arm, clearance, middle, options.limit_margin_rad);
-  auto candidates = find_candidates(cell, arm, clearance, options, per_target, middle);
+  auto candidates = find_candidates(cell, arm, clearance, options, per_target);
   const auto refuse_sphere_without = [&](const char* what) {
     for (std::size_t t = 0; t < cell.targets.size(); ++t) {
       const bool any = std::any_of(candidates.begin(), candidates.end(),
