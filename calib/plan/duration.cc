@@ -11,12 +11,12 @@ double move_s(const Robot& robot, const JointVector& from, const JointVector& to
   for (std::size_t i = 0; i < from.size(); ++i) {
     const double way = std::abs(to[i] - from[i]);
     const double speed = pace.speed_fraction * robot.joints[i].max_speed_rad_s;
-    const double a = pace.acceleration_rad_s2;
-    const bool cruises = way * a > speed * speed;
-    slowest = std::max(slowest, cruises ? way / speed + speed / a : 2.0 * std::sqrt(way / a));
+    // A slower cruise is reached as much sooner.
+    const double ramp_s = pace.speed_fraction * pace.ramp_s;
+    slowest = std::max(slowest, way > speed * ramp_s ? way / speed + ramp_s
+                                                     : 2.0 * std::sqrt(way * ramp_s / speed));
   }
-  // Every ramp takes as much longer as the acceleration takes to build up.
-  return slowest > 0.0 ? slowest + pace.acceleration_rad_s2 / pace.jerk_rad_s3 : 0.0;
+  return slowest > 0.0 ? slowest + pace.build_up_s : 0.0;
 }
 
 double duration_s(const Plan& plan, const Robot& robot, const Pace& pace) {

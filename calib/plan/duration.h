@@ -8,7 +8,9 @@ namespace cellcal::calib {
 
 struct Pace {
   double speed_fraction = 1.0;  ///< of the robot file's axis speeds
-  double acceleration_rad_s2 = 2.1, jerk_rad_s3 = 10.5;
+  /// From rest to full speed, and how long the acceleration takes to build up. No maker publishes
+  /// them; arms for some ten kilograms take about this.
+  double ramp_s = 0.3, build_up_s = 0.1;
   double fast_m_s = 0.010, slow_m_s = 0.002;  ///< searches
   double back_off_m = 0.0015;                 ///< before each slow search
   int readings = 2;                           ///< slow searches per touch

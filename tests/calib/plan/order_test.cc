@@ -87,8 +87,7 @@ TEST(Duration, OfAMoveIsThatOfItsSlowestAxisWithItsRamps) {
   JointVector to = zero;
   to[0] = 6.0;
   const double speed = robot.joints[0].max_speed_rad_s;
-  const double expected =
-      6.0 / speed + speed / pace.acceleration_rad_s2 + pace.acceleration_rad_s2 / pace.jerk_rad_s3;
+  const double expected = 6.0 / speed + pace.ramp_s + pace.build_up_s;
   EXPECT_NEAR(move_s(robot, zero, to, pace), expected, 1e-12);
   to[5] = 0.01;  // a short turn beside it costs nothing
   EXPECT_NEAR(move_s(robot, zero, to, pace), expected, 1e-12);
