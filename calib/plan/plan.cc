@@ -4,128 +4,67 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "calib/model/inverse.h"
 #include "calib/model/random.h"
 #include "calib/plan/candidates.h"
 #include "calib/plan/choose.h"
+#include "calib/plan/duration.h"
+#include "calib/plan/order.h"
+#include "calib/plan/pool.h"
 #include "calib/plan/route.h"
 
 namespace cellcal::calib {
 
 namespace {
 
-constexpr int kCandidatesPerTouch = 4;  // what the choice can choose from
+constexpr int kCandidatesPerTouch = 12;  // what the choice can choose from
+constexpr int kMostCandidates = 500;     // of a sphere
 /// Fewer directions do not span a sphere safely; and half of all touches are shared out evenly,
 /// since the choice knows only the errors that the model has.
 constexpr int kLeastPerSphere = 5;
-
-/// The arm without what only matters for identification: plans are made on nominal geometry.
-ArmModel planning_arm(const Cell& cell) {
-  Robot robot = cell.robot;
-  for (Joint& joint : robot.joints) {
-    joint.errors.clear();
-    joint.compliance_sigma_rad_per_nm = 0.0;
-    joint.harmonics.clear();
-  }
-  Tool tool = cell.tool;
-  tool.deflection_sigma = 0.0;
-  tool.tcp_sigma_m.setZero();
-  return {robot, tool};
-}
-
-void check_cell(const Cell& cell) {
-  bool sphere = false;
-  for (const Target& target : cell.targets) {
-    if (target.kind != TargetKind::kSphere) continue;
-    sphere = true;
-    if (!target.has_centre)
-      throw PlanError(
-          fmt::format("target {}: a plan needs its rough place; state centre_mm in the "
-                      "cell file",
-                      target.id));
-  }
-  if (!sphere)
-    throw PlanError(
-        "the cell has no sphere to touch; touches of other targets are made by hand and identified "
-        "from a file");
-}
-
-/// A posture well inside the limits: half-way, with the arm reaching forward and up.
-JointVector middle_posture(const Robot& robot) {
-  JointVector q;
-  for (const Joint& joint : robot.joints)
-    q.push_back(std::clamp(0.0, joint.min_rad, joint.max_rad));
-  if (q.size() >= 3) {
-    q[1] = std::clamp(-1.2, robot.joints[1].min_rad, robot.joints[1].max_rad);
-    q[2] = std::clamp(1.6, robot.joints[2].min_rad, robot.joints[2].max_rad);
-  }
-  if (q.size() >= 5) q[4] = std::clamp(1.0, robot.joints[4].min_rad, robot.joints[4].max_rad);
-  return q;
-}
-
-PlannedTouch to_planned(const Cell& cell, const Candidate& c, TouchSet set,
-                        const PlanOptions& options) {
-  PlannedTouch touch;
-  touch.target = cell.targets[c.target].id;
-  touch.set = set;
-  touch.normal = c.normal;
-  touch.standoff = c.standoff;
-  touch.end = c.end;
-  touch.clear = c.clear;
-  touch.search_m = options.standoff_m + options.beyond_m;
-  touch.expected_m = options.standoff_m;
-  return touch;
-}
 
 struct Chosen {
   Candidate candidate;
   TouchSet set;
 };
 
-/// Visits all of `todo`, sphere by sphere, each time the nearest that a clear way leads to.
+/// What changing over costs beyond the direct move: the tip has to rise above a sphere to get round
+/// it, and another sphere is farther.
+constexpr double kSameSphereS = 0.3, kOtherSphereS = 0.8;
+
+/// Visits all of `todo` in an order that costs the robot little time.
 Plan visit(const Cell& cell, const PlanOptions& options, const Router& router,
            std::vector<Chosen> todo, const JointVector& start) {
+  const Pace pace;
+  const auto count = static_cast<Eigen::Index>(todo.size());
+  Eigen::MatrixXd cost = Eigen::MatrixXd::Zero(count, count);
+  Eigen::VectorXd from_start(count);
+  for (Eigen::Index j = 0; j < count; ++j) {
+    const Candidate& to = todo[static_cast<std::size_t>(j)].candidate;
+    from_start[j] = move_s(cell.robot, start, to.standoff, pace);
+    for (Eigen::Index i = 0; i < count; ++i) {
+      const Candidate& from = todo[static_cast<std::size_t>(i)].candidate;
+      cost(i, j) = move_s(cell.robot, from.clear, to.standoff, pace) +
+                   (from.target == to.target ? kSameSphereS : kOtherSphereS);
+    }
+  }
   Plan plan;
   plan.start = start;
   JointVector at = start;
   const Candidate* leaving = nullptr;
-  std::vector<Candidate> visited;
-  visited.reserve(todo.size());
-  while (!todo.empty()) {
-    std::vector<std::size_t> order(todo.size());
-    for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
-    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-      const auto key = [&](std::size_t i) {
-        const Candidate& c = todo[i].candidate;
-        const bool same = leaving != nullptr && c.target == leaving->target;
-        constexpr double kOtherSphereS = 1e3;  // finish a sphere before going to the next
-        return travel_s(cell.robot, at, c.standoff) +
-               (same ? 0.0 : kOtherSphereS * (1.0 + static_cast<double>(c.target)));
-      };
-      return key(a) < key(b);
-    });
-    std::optional<std::vector<JointVector>> way;
-    std::size_t next = 0;
-    for (const std::size_t i : order) {
-      way = router.to_standoff(at, leaving, todo[i].candidate);
-      next = i;
-      if (way) break;
-    }
-    if (!way) {
-      const Candidate& c = todo[order.front()].candidate;
+  for (const std::size_t next : short_order(cost, from_start)) {
+    const Candidate& to = todo[next].candidate;
+    auto way = router.to_standoff(at, leaving, to);
+    if (!way)
       throw PlanError(fmt::format(
           "sphere {}: no clear way to its touch from direction ({:.2f}, {:.2f}, {:.2f}); the arm, "
           "the tool or a stand is in the way. Move the sphere or start from another posture",
-          cell.targets[c.target].id, c.normal.x(), c.normal.y(), c.normal.z()));
-    }
-    plan.touches.push_back(to_planned(cell, todo[next].candidate, todo[next].set, options));
+          cell.targets[to.target].id, to.normal.x(), to.normal.y(), to.normal.z()));
+    plan.touches.push_back(to_planned(cell, to, todo[next].set, options));
     plan.touches.back().transit = std::move(*way);
-    visited.push_back(std::move(todo[next].candidate));
-    leaving = &visited.back();
-    at = leaving->clear;
-    todo.erase(todo.begin() + static_cast<std::ptrdiff_t>(next));
+    leaving = &to;
+    at = to.clear;
   }
   if (leaving != nullptr) {
     const auto back = router.away(*leaving, start);
@@ -151,38 +90,16 @@ double off_segment(const JointVector& q, const JointVector& a, const JointVector
 }  // namespace
 
 Plan make_plan(const Cell& cell, const PlanOptions& options, const JointVector& from) {
-  check_cell(cell);
-  const ArmModel arm = planning_arm(cell);
-  const Clearance clearance(cell, arm);
-  const JointVector middle = middle_posture(cell.robot);
-  const int spheres =
+  const auto spheres =
       static_cast<int>(std::count_if(cell.targets.begin(), cell.targets.end(), [](const Target& t) {
         return t.kind == TargetKind::kSphere;
       }));
   const int total = options.fit_touches + options.check_touches;
   if (options.fit_touches < 1 || options.check_touches < 0)
     throw PlanError("a plan needs at least one fit touch");
-  const int per_target = std::max(40, kCandidatesPerTouch * total / spheres);
-  const Router router(cell, arm, clearance, middle, options.limit_margin_rad);
-  auto candidates = find_candidates(cell, arm, clearance, options, per_target, middle);
-  const auto refuse_sphere_without = [&](const char* what) {
-    for (std::size_t t = 0; t < cell.targets.size(); ++t) {
-      const bool any = std::any_of(candidates.begin(), candidates.end(),
-                                   [&](const Candidate& c) { return c.target == t; });
-      if (cell.targets[t].kind == TargetKind::kSphere && !any)
-        throw PlanError(fmt::format("sphere {} {}", cell.targets[t].id, what));
-    }
-  };
-  // First of all: a sphere out of reach also upsets all that follows.
-  refuse_sphere_without(
-      "cannot be reached from any direction inside the joint limits; check its centre_mm or move "
-      "it");
-  if (!clearance.clear(middle, kTipMarginM))
-    throw PlanError("a sphere or its stand is where the arm rests between touches; move it");
-  std::erase_if(candidates, [&](Candidate& c) { return !router.connect(c); });
-  refuse_sphere_without(
-      "can be reached, but no clear way leads from the resting posture to it and back; move it or "
-      "what stands between");
+  Pool pool(cell, options,
+            std::clamp(kCandidatesPerTouch * total / std::max(1, spheres), 40, kMostCandidates));
+  const std::vector<Candidate>& candidates = pool.candidates();
   if (static_cast<int>(candidates.size()) < total)
     throw PlanError(fmt::format(
         "only {} touches can be reached inside the joint limits and clear of the spheres, {} are "
@@ -190,7 +107,20 @@ Plan make_plan(const Cell& cell, const PlanOptions& options, const JointVector& 
         candidates.size(), total));
   const int least = std::min(std::max(kLeastPerSphere, options.fit_touches / (2 * spheres)),
                              options.fit_touches / spheres);
-  const Choice choice = choose(cell, candidates, options.fit_touches, least);
+  ChooseOptions how;
+  how.count = options.fit_touches;
+  how.least_per_target = least;
+  how.criterion = options.criterion;
+  how.interest = options.interest;
+  how.seed = options.seed;
+  how.possible = [&](std::size_t i) { return pool.connected(i); };
+  const Choice choice = choose(cell, candidates, how);
+  if (static_cast<int>(choice.picked.size()) < options.fit_touches)
+    throw PlanError(
+        fmt::format("only {} of {} touches can be reached by a clear way; move the spheres nearer "
+                    "to the middle "
+                    "of the workspace or ask for fewer touches",
+                    choice.picked.size(), options.fit_touches));
   std::vector<bool> taken(candidates.size(), false);
   std::vector<bool> fitted(cell.targets.size(), false);
   std::vector<Chosen> todo;
@@ -212,12 +142,16 @@ Plan make_plan(const Cell& cell, const PlanOptions& options, const JointVector& 
       throw PlanError("there are not enough reachable touches left for the check; ask for fewer");
     const std::size_t pick = free[random.below(free.size())];
     taken[pick] = true;
+    if (!pool.connected(pick)) {
+      --k;
+      continue;
+    }
     todo.push_back({candidates[pick], TouchSet::kCheck});
   }
-  const JointVector start = from.empty() ? middle : from;
-  if (!clearance.clear(start, kTipMarginM))
+  const JointVector start = from.empty() ? pool.middle() : from;
+  if (!pool.clearance().clear(start, kTipMarginM))
     throw PlanError("the arm stands too close to a sphere or its stand to start from; jog it free");
-  Plan plan = visit(cell, options, router, std::move(todo), start);
+  Plan plan = visit(cell, options, pool.router(), std::move(todo), start);
   plan.predicted_m3_m = choice.predicted_m3_m;
   for (const Target& target : cell.targets)
     if (target.kind != TargetKind::kSphere) plan.left_out.push_back(target.id);
