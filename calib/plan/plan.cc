@@ -12,6 +12,7 @@
 #include "calib/plan/duration.h"
 #include "calib/plan/order.h"
 #include "calib/plan/pool.h"
+#include "calib/plan/reasons.h"
 #include "calib/plan/route.h"
 
 namespace cellcal::calib {
@@ -24,6 +25,9 @@ constexpr int kMostCandidates = 500;     // of a sphere
 /// since the choice knows only the errors that the model has.
 constexpr int kLeastPerSphere = 5;
 
+/// Where the direct move is clear, but every chain that was tried is not.
+constexpr const char* kAround = "the ways round it are blocked";
+
 struct Chosen {
   Candidate candidate;
   TouchSet set;
@@ -34,8 +38,8 @@ struct Chosen {
 constexpr double kSameSphereS = 0.3, kOtherSphereS = 0.8;
 
 /// Visits all of `todo` in an order that costs the robot little time.
-Plan visit(const Cell& cell, const PlanOptions& options, const Router& router,
-           std::vector<Chosen> todo, const JointVector& start) {
+Plan visit(const Cell& cell, const PlanOptions& options, const Clearance& clearance,
+           const Router& router, std::vector<Chosen> todo, const JointVector& start) {
   const Pace pace;
   const auto count = static_cast<Eigen::Index>(todo.size());
   Eigen::MatrixXd cost = Eigen::MatrixXd::Zero(count, count);
@@ -58,9 +62,10 @@ Plan visit(const Cell& cell, const PlanOptions& options, const Router& router,
     auto way = router.to_standoff(at, leaving, to);
     if (!way)
       throw PlanError(fmt::format(
-          "sphere {}: no clear way to its touch from direction ({:.2f}, {:.2f}, {:.2f}); the arm, "
-          "the tool or a stand is in the way. Move the sphere or start from another posture",
-          cell.targets[to.target].id, to.normal.x(), to.normal.y(), to.normal.z()));
+          "sphere {}: no clear way to its touch from direction {}: {}. Move the sphere or what is "
+          "in the way, or start from another posture",
+          cell.targets[to.target].id, direction_words(to.normal),
+          clearance.hit(at, to.standoff, kTipMarginM).value_or(kAround)));
     plan.touches.push_back(to_planned(cell, to, todo[next].set, options));
     plan.touches.back().transit = std::move(*way);
     leaving = &to;
@@ -102,8 +107,9 @@ Plan make_plan(const Cell& cell, const PlanOptions& options, const JointVector& 
   const std::vector<Candidate>& candidates = pool.candidates();
   if (static_cast<int>(candidates.size()) < total)
     throw PlanError(fmt::format(
-        "only {} touches can be reached inside the joint limits and clear of the spheres, {} are "
-        "wanted; move the spheres nearer to the middle of the workspace or ask for fewer touches",
+        "only {} touches can be reached inside the joint limits and clear of what stands in the "
+        "cell, {} are wanted; move the spheres nearer to the middle of the workspace or ask for "
+        "fewer touches",
         candidates.size(), total));
   const int least = std::min(std::max(kLeastPerSphere, options.fit_touches / (2 * spheres)),
                              options.fit_touches / spheres);
@@ -149,9 +155,10 @@ Plan make_plan(const Cell& cell, const PlanOptions& options, const JointVector& 
     todo.push_back({candidates[pick], TouchSet::kCheck});
   }
   const JointVector start = from.empty() ? pool.middle() : from;
-  if (!pool.clearance().clear(start, kTipMarginM))
-    throw PlanError("the arm stands too close to a sphere or its stand to start from; jog it free");
-  Plan plan = visit(cell, options, pool.router(), std::move(todo), start);
+  if (const auto what = pool.clearance().hit(start, kTipMarginM))
+    throw PlanError(
+        fmt::format("the arm stands too close to something to start: {}; jog it free", *what));
+  Plan plan = visit(cell, options, pool.clearance(), pool.router(), std::move(todo), start);
   plan.predicted_m3_m = choice.predicted_m3_m;
   for (const Target& target : cell.targets)
     if (target.kind != TargetKind::kSphere) plan.left_out.push_back(target.id);
@@ -178,9 +185,10 @@ Plan resume_plan(const Cell& cell, const Plan& plan, std::size_t next, const Joi
       break;
     }
     if (way.empty())
-      throw PlanError(
-          "the arm stands close to a sphere, but not on the line of its last touch; jog "
-          "it free and resume");
+      throw PlanError(fmt::format(
+          "the arm does not stand on the line of its last touch, and where it stands {}; jog it "
+          "free and resume",
+          clearance.hit(from, kTipMarginM).value_or("something is too close")));
   }
   Candidate to;
   to.target = cell.target_index(touch.target);
@@ -189,7 +197,10 @@ Plan resume_plan(const Cell& cell, const Plan& plan, std::size_t next, const Joi
   to.clear = touch.clear;
   to.orientation = arm.nominal_tcp(touch.standoff).linear();
   if (!router.connect(to))
-    throw PlanError("no clear way to the next touch of this plan; the cell file has changed");
+    throw PlanError(fmt::format(
+        "sphere {}: no clear way to the next touch of this plan: {}; the cell has changed",
+        touch.target,
+        clearance.hit(middle_posture(cell.robot), touch.standoff, kTipMarginM).value_or(kAround)));
   Candidate leaving = to;
   if (next > 0) {
     leaving.target = cell.target_index(plan.touches[next - 1].target);
@@ -198,9 +209,10 @@ Plan resume_plan(const Cell& cell, const Plan& plan, std::size_t next, const Joi
   }
   const auto rest = router.to_standoff(at, &leaving, to);
   if (!rest)
-    throw PlanError(
-        "no clear way from where the arm stands to the next touch; jog it above the "
-        "spheres and resume");
+    throw PlanError(fmt::format(
+        "no clear way from where the arm stands to the next touch, of sphere {}: {}; jog it above "
+        "the spheres and resume",
+        touch.target, clearance.hit(at, touch.standoff, kTipMarginM).value_or(kAround)));
   way.insert(way.end(), rest->begin(), rest->end());
   touch.transit = std::move(way);
   return result;

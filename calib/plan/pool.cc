@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "calib/plan/reasons.h"
+
 namespace cellcal::calib {
 
 namespace {
@@ -31,6 +33,12 @@ const Cell& checked(const Cell& cell) {
   return cell;
 }
 
+/// Those whose whole line is clear: stand-off and clear point do not tell of what is behind.
+std::vector<Candidate> searchable(std::vector<Candidate> candidates, const Clearance& clearance) {
+  std::erase_if(candidates, [&](const Candidate& c) { return !clear_line(clearance, c); });
+  return candidates;
+}
+
 }  // namespace
 
 ArmModel planning_arm(const Cell& cell) {
@@ -48,8 +56,11 @@ ArmModel planning_arm(const Cell& cell) {
 
 JointVector middle_posture(const Robot& robot) {
   JointVector q;
-  for (const Joint& joint : robot.joints)
-    q.push_back(std::clamp(0.0, joint.min_rad, joint.max_rad));
+  constexpr double kInsideRad = 0.3;  // a joint whose zero is nearly a limit stands half-way
+  for (const Joint& joint : robot.joints) {
+    const bool inside = joint.min_rad < -kInsideRad && joint.max_rad > kInsideRad;
+    q.push_back(inside ? 0.0 : (joint.min_rad + joint.max_rad) / 2.0);
+  }
   if (q.size() >= 3) {
     q[1] = std::clamp(-1.2, robot.joints[1].min_rad, robot.joints[1].max_rad);
     q[2] = std::clamp(1.6, robot.joints[2].min_rad, robot.joints[2].max_rad);
@@ -81,32 +92,42 @@ Pool::Pool(const Cell& cell, const PlanOptions& options, int per_sphere)
       spheres_(static_cast<int>(
           std::count_if(cell.targets.begin(), cell.targets.end(),
                         [](const Target& t) { return t.kind == TargetKind::kSphere; }))),
-      candidates_(find_candidates(cell, arm_, clearance_, options, per_sphere)),
+      candidates_(
+          searchable(find_candidates(cell, arm_, clearance_, options, per_sphere), clearance_)),
       connected_(candidates_.size(), -1) {
-  const auto refuse_sphere_without = [&](const char* what) {
-    for (std::size_t t = 0; t < cell.targets.size(); ++t) {
-      const bool any = std::any_of(candidates_.begin(), candidates_.end(),
-                                   [&](const Candidate& c) { return c.target == t; });
-      if (cell.targets[t].kind == TargetKind::kSphere && !any)
-        throw PlanError(fmt::format("sphere {} {}", cell.targets[t].id, what));
-    }
-  };
   // First of all: a sphere out of reach also upsets all that follows.
-  refuse_sphere_without(
-      "cannot be reached from any direction inside the joint limits; check its centre_mm or move "
-      "it");
-  if (!clearance_.clear(middle_, kTipMarginM))
-    throw PlanError("a sphere or its stand is where the arm rests between touches; move it");
+  for (std::size_t t = 0; t < cell.targets.size(); ++t) {
+    const bool any = std::any_of(candidates_.begin(), candidates_.end(),
+                                 [&](const Candidate& c) { return c.target == t; });
+    if (cell.targets[t].kind != TargetKind::kSphere || any) continue;
+    const std::string what = hindrance(cell, arm_, clearance_, options, t);
+    if (what.empty())
+      throw PlanError(fmt::format(
+          "sphere {} cannot be reached from any direction inside the joint limits; check its "
+          "centre_mm or move it",
+          cell.targets[t].id));
+    throw PlanError(fmt::format("sphere {} cannot be touched: {}; move it or what is in the way",
+                                cell.targets[t].id, what));
+  }
+  if (const auto what = clearance_.hit(middle_, kTipMarginM))
+    throw PlanError(fmt::format("where the arm rests between touches {}; move it", *what));
   for (std::size_t t = 0; t < cell.targets.size(); ++t) {
     if (cell.targets[t].kind != TargetKind::kSphere) continue;
     bool any = false;
+    const Candidate* first = nullptr;
     for (std::size_t i = 0; i < candidates_.size() && !any; ++i)
-      any = candidates_[i].target == t && connected(i);
+      if (candidates_[i].target == t) {
+        any = connected(i);
+        if (first == nullptr) first = &candidates_[i];
+      }
     if (!any)
       throw PlanError(fmt::format(
           "sphere {} can be reached, but no clear way leads from the resting posture to it and "
-          "back; move it or what stands between",
-          cell.targets[t].id));
+          "back: on the way to its touch from direction {} {}; move the sphere or what is in the "
+          "way",
+          cell.targets[t].id, direction_words(first->normal),
+          clearance_.hit(middle_, first->standoff, kTipMarginM)
+              .value_or("a joint is at its limit")));
   }
 }
 

@@ -105,6 +105,49 @@ TEST(PlanRefusal, SaysWhenASphereStandsWhereTheArmRests) {
   EXPECT_NE(refusal(cell).find("rests"), std::string::npos) << refusal(cell);
 }
 
+/// A box on the way, in the middle of the demo cell's spheres.
+Obstacle box(const char* id, const Eigen::Vector3d& at, const Eigen::Vector3d& size) {
+  Obstacle o;
+  o.id = id;
+  o.frame.translation() = at;
+  o.size_m = size;
+  return o;
+}
+
+TEST(PlanRefusal, NamesSphereDirectionAndTheObstacleThatIsInTheWay) {
+  Cell cell = demo_cell();
+  // A hood over S3: within reach from everywhere, free from nowhere.
+  cell.obstacles = {box("hood", cell.targets[2].centre_m, {0.2, 0.2, 0.1})};
+  const std::string message = refusal(cell);
+  EXPECT_NE(message.find("sphere S3"), std::string::npos) << message;
+  EXPECT_NE(message.find("from direction ("), std::string::npos) << message;
+  EXPECT_NE(message.find("obstacle hood"), std::string::npos) << message;
+}
+
+TEST(PlanRefusal, NamesWhatStandsWhereTheArmRests) {
+  Cell cell = demo_cell();
+  const ArmModel arm = nominal_arm(cell);
+  const Eigen::Vector3d tip = arm.position(arm.prepare(plan().start), nullptr);
+  cell.obstacles = {box("lamp", tip, {0.02, 0.02, 0.02})};
+  EXPECT_NE(refusal(cell).find("obstacle lamp"), std::string::npos) << refusal(cell);
+}
+
+TEST(PlanRefusal, NamesWhatStandsBetweenTheArmAndASphere) {
+  Cell cell = demo_cell();
+  // A wall between the resting posture and S4, which leaves room for the arm behind it.
+  cell.targets[1].centre_m = {1.06, -0.05, 0.33};
+  cell.obstacles = {box("fence", {1.15, 0.20, 0.5}, {1.4, 0.01, 4.0})};
+  const std::string message = refusal(cell);
+  EXPECT_NE(message.find("sphere S4"), std::string::npos) << message;
+  EXPECT_NE(message.find("obstacle fence"), std::string::npos) << message;
+}
+
+TEST(PlanRefusal, NamesWhatTheArmStandsTooCloseTo) {
+  JointVector from = plan().touches[0].end;
+  const std::string message = refusal([&] { (void)make_plan(demo_cell(), small(), from); });
+  EXPECT_NE(message.find("sphere " + plan().touches[0].target), std::string::npos) << message;
+}
+
 TEST(PlanRefusal, SaysWhenTheArmStandsTooCloseToStart) {
   const std::string message =
       refusal([] { (void)make_plan(demo_cell(), small(), plan().touches[0].end); });
