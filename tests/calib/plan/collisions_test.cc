@@ -1,0 +1,74 @@
+// Whole plans for random cells hit nothing, seen by other means than the planner's. A small share
+// of tests/experiments/collisions.
+
+#include "tests/calib/plan/collisions.h"
+
+#include <gtest/gtest.h>
+
+#include "calib/files/files.h"
+#include "tests/calib/plan/random_cell.h"
+
+namespace cellcal::calib {
+namespace {
+
+using testing::Approach;
+using testing::Collisions;
+
+/// What is promised on the way, half the planner's margins; points on an axis are 2 mm apart.
+constexpr double kTipM = 0.0034, kBodyM = 0.0098;
+/// On a search line the shaft may come this near to the stand and sphere that are touched.
+constexpr double kShaftM = 0.0024;
+
+TEST(PlansOfRandomCells, HitNothing) {
+  constexpr unsigned kSeed = 100;
+  int planned = 0;
+  for (unsigned seed = kSeed; seed < kSeed + 10; ++seed) {
+    const testing::RandomCell made = testing::random_cell(CELLCAL_ROBOTS_FOLDER, seed);
+    SCOPED_TRACE("cell " + std::to_string(seed) + ", " + made.robot);
+    PlanOptions options;
+    options.fit_touches = 12;
+    options.check_touches = 3;
+    Plan plan;
+    try {
+      plan = make_plan(made.cell, options);
+    } catch (const PlanError&) {
+      continue;  // what cannot be planned hits nothing
+    }
+    ++planned;
+    const Approach approach = Collisions(made.cell).of(plan);
+    EXPECT_GT(approach.tip.gap_m, kTipM) << approach.tip.words;
+    EXPECT_GT(approach.body.gap_m, kShaftM) << approach.body.words;
+    EXPECT_GT(approach.self.gap_m, kBodyM) << approach.self.words;
+  }
+  EXPECT_GE(planned, 4);
+}
+
+TEST(PlansOfRandomCells, WouldBeSeenToHitABoxOnTheWay) {
+  const Cell cell = load_cell(CELLCAL_DEMO_CELL);
+  PlanOptions options;
+  options.fit_touches = 12;
+  options.check_touches = 0;
+  const Plan plan = make_plan(cell, options);
+  ASSERT_GT(Collisions(cell).of(plan).tip.gap_m, kTipM);
+  Cell with_box = cell;
+  const ArmModel arm(cell.robot, cell.tool);
+  Obstacle box;
+  box.id = "box";
+  box.size_m = {0.01, 0.01, 0.01};
+  box.frame.translation() = arm.nominal_tip_m(plan.touches[5].clear);
+  with_box.obstacles = {box};
+  const Approach approach = Collisions(with_box).of(plan);
+  EXPECT_LT(approach.tip.gap_m, 0.0);
+  EXPECT_NE(approach.tip.words.find("box"), std::string::npos);
+  // Half-way to a touch, too, where no stop is.
+  Plan bare;
+  bare.start = {1.2, -1.2, 1.6, 0.0, 1.0, 0.0};
+  bare.home = {{-1.2, -1.2, 1.6, 0.0, 1.0, 0.0}};
+  const JointVector middle = {0.1, -1.2, 1.6, 0.0, 1.0, 0.0};
+  with_box.obstacles[0].frame.translation() =
+      arm.shape(arm.prepare(middle), nullptr).flange.translation();
+  EXPECT_LT(Collisions(with_box).of(bare).body.gap_m, 0.0);
+}
+
+}  // namespace
+}  // namespace cellcal::calib

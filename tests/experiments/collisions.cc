@@ -1,0 +1,108 @@
+// Plans for random cells, each looked at by other means than the planner's: does anything hit
+// anything? Prints counts, reasons and the closest approach; fails where something hits.
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <map>
+
+#include "tests/calib/plan/random_cell.h"
+
+namespace {
+
+using namespace cellcal::calib;  // NOLINT: an experiment's own file
+using testing::Approach;
+using testing::Nearest;
+
+/// Margins of the planner: half of them is promised on the way, all of them at its stops.
+constexpr double kTipM = 0.007 / 2, kBodyM = 0.02 / 2;
+
+/// A refusal with its figures and names taken out, so that like ones can be counted.
+std::string kind_of(const std::string& refusal) {
+  for (const char* part :
+       {"cannot be reached from any direction", "where the arm rests", "no clear way leads",
+        "no clear way to its touch", "touches can be reached", "not enough reachable"})
+    if (refusal.find(part) != std::string::npos) return part;
+  if (refusal.find("cannot be touched") == std::string::npos) return refusal;
+  for (const char* thing :
+       {"obstacle", "the stand of", "the floor", "runs into sphere", "of sphere"})
+    if (refusal.find(thing, refusal.find("direction")) != std::string::npos)
+      return std::string("cannot be touched: ") + thing;
+  return "cannot be touched: the arm itself";
+}
+
+void print(const char* what, const Nearest& nearest, const std::string& where) {
+  fmt::print("closest approach of {:22s} {:6.2f} mm   {} ({})\n", what, nearest.gap_m * 1e3,
+             nearest.words, where);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app{"Plans for random cells and looks whether anything is hit."};
+  int cells = 1000, fit = 16, check = 4;
+  unsigned seed = 1;
+  bool verbose = false;
+  app.add_option("--cells", cells, "Random cells")->check(CLI::Range(1, 1000000));
+  app.add_option("--touches", fit, "Fit touches of each plan")->check(CLI::Range(1, 1000));
+  app.add_option("--check", check, "Check touches of each plan")->check(CLI::Range(0, 1000));
+  app.add_option("--seed", seed, "Of the first cell; the next has the next one");
+  app.add_flag("--verbose", verbose, "Print every refusal");
+  CLI11_PARSE(app, argc, argv);
+
+  std::map<std::string, int> refused;
+  Approach closest, wanting;  // wanting: what is promised, less what came
+  std::string tip_at, body_at, self_at;
+  int planned = 0, moves = 0, near = 0, hits = 0;
+  double planning_s = 0.0;
+  for (int k = 0; k < cells; ++k) {
+    const testing::RandomCell made =
+        testing::random_cell(CELLCAL_ROBOTS_FOLDER, seed + static_cast<unsigned>(k));
+    PlanOptions options;
+    options.fit_touches = fit;
+    options.check_touches = check;
+    options.seed = seed + static_cast<unsigned>(k);
+    const auto start = std::chrono::steady_clock::now();
+    const auto took = [&] {
+      return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    };
+    Plan plan;
+    try {
+      plan = make_plan(made.cell, options);
+      planning_s += took();
+    } catch (const PlanError& error) {
+      planning_s += took();
+      ++refused[kind_of(error.what())];
+      if (verbose) fmt::print("cell {}: {}: {}\n", seed + k, made.robot, error.what());
+      continue;
+    }
+    ++planned;
+    for (const PlannedTouch& touch : plan.touches)
+      moves += static_cast<int>(touch.transit.size()) + 2;
+    moves += static_cast<int>(plan.home.size());
+    const Approach approach = testing::Collisions(made.cell).of(plan);
+    const std::string where = fmt::format("cell {}, {}", seed + k, made.robot);
+    if (approach.tip.gap_m < closest.tip.gap_m) tip_at = where;
+    if (approach.body.gap_m < closest.body.gap_m) body_at = where;
+    if (approach.self.gap_m < closest.self.gap_m) self_at = where;
+    closest.take(approach);
+    near += approach.tip.gap_m < kTipM;
+    for (const Nearest* nearest : {&approach.tip, &approach.body, &approach.self})
+      if (nearest->gap_m < 0.0) {
+        ++hits;
+        fmt::print("HIT: {}: {} by {:.2f} mm\n", where, nearest->words, -nearest->gap_m * 1e3);
+      }
+  }
+  fmt::print("{} cells: {} planned ({} motions), {} refused\n", cells, planned, moves,
+             cells - planned);
+  for (const auto& [words, count] : refused) fmt::print("  {:5d}  {}\n", count, words);
+  fmt::print("hits: {}; tip nearer than half its margin: {} plans\n", hits, near);
+  if (planned > 0) {
+    print("tip and cell", closest.tip, tip_at);
+    print("arm, shaft and cell", closest.body, body_at);
+    print("hand, tool and own arm", closest.self, self_at);
+  }
+  fmt::print("planning took {:.3f} s per cell\n", planning_s / cells);
+  return hits > 0 ? 1 : 0;
+}
