@@ -12,6 +12,7 @@
 #include "calib/model/inverse.h"
 #include "calib/plan/choose.h"
 #include "calib/plan/design.h"
+#include "calib/plan/order.h"
 #include "calib/plan/pool.h"
 
 namespace cellcal::calib {
@@ -25,6 +26,8 @@ constexpr int kAhead = 10;  ///< touches that have to be worth it together
 /// The search begins this many sigmas and a millimetre before the surface is expected: contact in
 /// its first millimetre counts as something else.
 constexpr double kStandoffSigmas = 6.0, kStandoffLeastM = 0.003, kStandoffExtraM = 0.001;
+/// Of the stand-off, that the tip keeps from every sphere on its way there.
+constexpr double kNearShare = 0.8;
 
 }  // namespace
 
@@ -66,11 +69,26 @@ struct Online::Impl {
     first.interest = options.interest;
     first.possible = [this](std::size_t c) { return pool.connected(c); };
     seeds = choose(cell, pool.candidates(), first).picked;
-    // Sphere by sphere, the nearest first: these are few, and all of them have to be made.
-    std::stable_sort(seeds.begin(), seeds.end(), [&](std::size_t a, std::size_t b) {
-      return pool.candidates()[a].target < pool.candidates()[b].target;
-    });
+    order_seeds();
     progress.touches_left = goal.most_touches;
+  }
+
+  /// Few, and all of them have to be made: in the order that costs least time.
+  void order_seeds() {
+    const auto count = static_cast<Eigen::Index>(seeds.size());
+    Eigen::MatrixXd cost(count, count);
+    Eigen::VectorXd from_start(count);
+    for (Eigen::Index j = 0; j < count; ++j) {
+      from_start[j] = seconds(seeds[static_cast<std::size_t>(j)], start);
+      for (Eigen::Index i = 0; i < count; ++i) {
+        last = seeds[static_cast<std::size_t>(i)];
+        cost(i, j) = seconds(seeds[static_cast<std::size_t>(j)], pool.candidates()[*last].clear);
+      }
+    }
+    last.reset();
+    std::vector<std::size_t> ordered;
+    for (const std::size_t k : short_order(cost, from_start)) ordered.push_back(seeds[k]);
+    seeds = std::move(ordered);
   }
 
   /// Sphere by sphere; a sphere that lost a seed to a failure gets another.
@@ -184,7 +202,7 @@ struct Online::Impl {
   double seconds(std::size_t c, const JointVector& from) const {
     const Candidate& to = pool.candidates()[c];
     const bool same = last && pool.candidates()[*last].target == to.target;
-    constexpr double kTouchS = 3.5, kSameSphereS = 0.3, kOtherSphereS = 0.8;
+    constexpr double kTouchS = 2.9, kSameSphereS = 0.3, kOtherSphereS = 0.8;
     return kTouchS + (same ? kSameSphereS : kOtherSphereS) +
            move_s(cell.robot, from, to.standoff, pace);
   }
@@ -220,9 +238,11 @@ struct Online::Impl {
     }
   }
 
-  /// The search line with the arm as it is known: as short as that allows.
-  void aim(std::size_t c, Candidate& candidate, PlannedTouch& touch) const {
+  /// The search line with the arm as it is known: as short as that allows. The way to it then ends
+  /// nearer to the surface than where nothing is known.
+  void aim(std::size_t c, const JointVector& from, PlannedTouch& touch) const {
     if (!running) return;
+    const Candidate& candidate = pool.candidates()[c];
     const Problem& known = running->problem();
     const ArmModel& arm = known.arm();
     const Eigen::VectorXd x = running->x_si();
@@ -256,9 +276,16 @@ struct Online::Impl {
       return q;
     };
     const auto standoff = at(reach, candidate.contact), end = at(-reach, candidate.contact);
-    if (!standoff || !end || !pool.clearance().clear(*standoff, kStandoffLeastM / 2.0)) return;
-    candidate.standoff = *standoff;
-    candidate.end = *end;
+    if (!standoff || !end) return;
+    const double margin = std::min(kTipMarginM, kNearShare * reach);
+    const JointVector before =
+        touch.transit.size() > 1 ? touch.transit[touch.transit.size() - 2] : from;
+    if (pool.clearance().clear(before, *standoff, margin))
+      touch.transit.back() = *standoff;
+    else if (pool.clearance().clear(touch.standoff, *standoff, margin))
+      touch.transit.push_back(*standoff);
+    else
+      return;
     touch.standoff = *standoff;
     touch.end = *end;
     touch.search_m = 2.0 * reach;
@@ -283,9 +310,8 @@ std::optional<PlannedTouch> Online::next(const JointVector& where) {
       if (!me.progress.done) me.finish("every touch that the arm can make was made");
       return std::nullopt;
     }
-    Candidate to = me.pool.candidates()[*c];
+    const Candidate& to = me.pool.candidates()[*c];
     PlannedTouch touch = to_planned(me.cell, to, TouchSet::kFit, me.options);
-    me.aim(*c, to, touch);
     const Candidate* leaving = me.last ? &me.pool.candidates()[*me.last] : nullptr;
     auto way = me.pool.router().to_standoff(from, leaving, to);
     if (!way) {
@@ -293,6 +319,7 @@ std::optional<PlannedTouch> Online::next(const JointVector& where) {
       continue;
     }
     touch.transit = std::move(*way);
+    me.aim(*c, from, touch);
     me.offered = c;
     me.planned = std::move(touch);
     return me.planned;
