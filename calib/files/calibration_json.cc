@@ -7,14 +7,17 @@
 
 #include "calib/files/documents.h"
 #include "calib/files/files.h"
+#include "calib/files/json_reader.h"
 #include "calib/files/shown.h"
 #include "calib/files/units.h"
+#include "calib/identify/correlation.h"
 
 namespace cellcal::calib {
 
 namespace {
 
 using nlohmann::json;
+using Reader = JsonReader;
 using ordered = nlohmann::ordered_json;
 
 constexpr const char* kFormat = "cellcal.calibration/1";
@@ -44,62 +47,6 @@ ordered target_json(const TargetResult& t) {
   }
   return entry;
 }
-
-/// Access by key with an error that names file and key. Non-finite numbers cannot come in: JSON
-/// has none, and nlohmann writes null for them.
-class Reader {
- public:
-  Reader(const json& value, std::string where) : value_(value), where_(std::move(where)) {}
-
-  Reader at(const char* key) const {
-    if (!value_.is_object() || !value_.contains(key))
-      fail(std::string("key \"") + key + "\" is missing");
-    return {value_[key], where_ + "." + key};
-  }
-  double number() const {
-    if (!value_.is_number()) fail("must be a number");
-    const double v = value_.get<double>();
-    if (!std::isfinite(v)) fail("must be finite");
-    return v;
-  }
-  double not_negative() const {
-    const double v = number();
-    if (v < 0.0) fail("must not be negative");
-    return v;
-  }
-  /// A count or an index.
-  std::size_t whole() const {
-    constexpr double kMost = 1e9;  // beyond any file of touches, inside any integer
-    const double v = number();
-    if (v < 0.0 || v > kMost || v != std::floor(v)) fail("must be a whole number, 0 to 1e9");
-    return static_cast<std::size_t>(v);
-  }
-  std::string text() const {
-    if (!value_.is_string()) fail("must be a string");
-    return value_.get<std::string>();
-  }
-  bool flag() const {
-    if (!value_.is_boolean()) fail("must be true or false");
-    return value_.get<bool>();
-  }
-  const json& object() const {
-    if (!value_.is_object()) fail("must be an object");
-    return value_;
-  }
-  std::vector<Reader> items() const {
-    if (!value_.is_array()) fail("must be an array");
-    std::vector<Reader> result;
-    for (std::size_t i = 0; i < value_.size(); ++i)
-      result.emplace_back(value_[i], where_ + "[" + std::to_string(i) + "]");
-    return result;
-  }
-  bool has(const char* key) const { return value_.is_object() && value_.contains(key); }
-  [[noreturn]] void fail(const std::string& what) const { throw FileError(where_ + ": " + what); }
-
- private:
-  const json& value_;
-  std::string where_;
-};
 
 ResidualSummary read_summary(const Reader& r) {
   ResidualSummary s;
@@ -199,6 +146,14 @@ std::string calibration_to_json(const Calibration& c) {
     for (const auto& [name, share] : c.unidentifiable[i].direction) direction[name] = share;
     out["unidentifiable"].push_back(
         {{"words", c.unidentifiable[i].words}, {"direction", std::move(direction)}});
+  }
+  // Worked out from covariance and frame_basis, for readers without linear algebra; not read back.
+  out["correlations"] = ordered::array();
+  for (const CorrelatedPair& pair : strong_correlations(c).pairs) {
+    constexpr double kDigits = 1e4;  // more would change with the last bit of the covariance
+    out["correlations"].push_back({{"a", c.parameters[pair.first].name},
+                                   {"b", c.parameters[pair.second].name},
+                                   {"value", std::round(pair.correlation * kDigits) / kDigits}});
   }
   out["predicted"] = {{"m2_mm", c.predicted_m2_m * kMmPerM}, {"m3_mm", c.predicted_m3_m * kMmPerM}};
   out["chi2_per_dof"] = c.chi2_per_dof;

@@ -2,6 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
+#include "calib/identify/correlation.h"
+
 namespace cellcal::daemon {
 
 namespace {
@@ -21,6 +25,22 @@ std::string verdict_words(const calib::Verdict& verdict) {
   return text;
 }
 
+/// The strongest few pairs of parameters that the touches do not tell apart well.
+std::string correlation_words(const calib::Calibration& calibration) {
+  constexpr std::size_t kShown = 3;
+  const auto pairs = calib::strong_correlations(calibration).pairs;
+  if (pairs.empty()) return {};
+  std::string text = "told together better than apart:";
+  for (std::size_t i = 0; i < std::min(kShown, pairs.size()); ++i)
+    text += fmt::format("{} {} and {} ({:+.2f})", i == 0 ? "" : ",",
+                        calibration.parameters[pairs[i].first].name,
+                        calibration.parameters[pairs[i].second].name, pairs[i].correlation);
+  if (pairs.size() > kShown)
+    text += fmt::format("; {} more pair{} beyond {:.1f}", pairs.size() - kShown,
+                        pairs.size() == kShown + 1 ? "" : "s", calib::kStrongCorrelation);
+  return text + "\n";
+}
+
 }  // namespace
 
 std::string result_words(const calib::Calibration& calibration) {
@@ -36,6 +56,7 @@ std::string result_words(const calib::Calibration& calibration) {
         "workspace\n",
         calibration.predicted_m2_m * kMm, calibration.predicted_m3_m * kMm);
   }
+  text += correlation_words(calibration);
   for (const calib::Outlier& outlier : calibration.outliers) {
     text += fmt::format("outlier: touch {} ({:+.3f} mm): {}\n", outlier.touch + 1,
                         outlier.residual_m * kMm, outlier.reason);

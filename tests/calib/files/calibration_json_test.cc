@@ -6,6 +6,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "calib/identify/correlation.h"
 #include "calib/identify/identify.h"
 #include "calib/identify/predict.h"
 #include "calib/identify/region.h"
@@ -128,6 +129,19 @@ TEST(CalibrationJson, HoldsTheKeysThatOthersRelyOn) {
   EXPECT_EQ(document["verdict"]["scope"], "workspace");
   EXPECT_NEAR(document["targets"][0]["effective_radius_mm"].get<double>(), 30.7, 1.0);
   EXPECT_NEAR(document["targets"][0]["centre_mm"][2].get<double>(), 330.0, 50.0);
+}
+
+TEST(CalibrationJson, NamesThePairsThatGoTogetherAndTheyComeBackFromTheCovariance) {
+  const auto written_pairs = json::parse(written())["correlations"];
+  const auto pairs = strong_correlations(result()).pairs;
+  ASSERT_FALSE(pairs.empty());
+  ASSERT_EQ(written_pairs.size(), pairs.size());
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    EXPECT_EQ(written_pairs[i]["a"], result().parameters[pairs[i].first].name);
+    EXPECT_EQ(written_pairs[i]["b"], result().parameters[pairs[i].second].name);
+    EXPECT_NEAR(written_pairs[i]["value"].get<double>(), pairs[i].correlation, 5.1e-5);
+  }
+  EXPECT_EQ(json::parse(calibration_to_json(read_back()))["correlations"], written_pairs);
 }
 
 TEST(CalibrationJson, SettlesAfterOnce) {

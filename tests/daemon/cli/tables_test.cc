@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Core>
+
 namespace cellcal::daemon {
 namespace {
 
@@ -22,6 +24,33 @@ TEST(the_result, shows_before_after_check_and_the_verdict_with_scope_and_reasons
   EXPECT_NE(words.find("verdict: NOT publishable, scope: workspace\n  - too few directions\n"),
             std::string::npos)
       << words;
+}
+
+TEST(the_result, names_the_three_strongest_pairs_that_go_together_and_counts_the_others) {
+  calib::Calibration calibration;
+  const auto pair = [&calibration](const char* one, const char* other, double correlation) {
+    const auto at = static_cast<Eigen::Index>(calibration.parameters.size());
+    for (const char* name : {one, other}) {
+      calibration.parameters.emplace_back();
+      calibration.parameters.back().name = name;
+    }
+    calibration.covariance.conservativeResizeLike(Eigen::MatrixXd::Identity(at + 2, at + 2));
+    calibration.covariance(at, at + 1) = calibration.covariance(at + 1, at) = correlation;
+  };
+  EXPECT_EQ(result_words(calibration).find("told together"), std::string::npos);
+  pair("A1.d", "A1.a", 0.89);
+  pair("A2.theta", "A3.theta", -0.94);
+  pair("A4.theta", "A6.theta", 0.991);
+  EXPECT_NE(result_words(calibration)
+                .find("told together better than apart: A4.theta and A6.theta (+0.99), A2.theta "
+                      "and A3.theta (-0.94)\n"),
+            std::string::npos)
+      << result_words(calibration);
+  pair("A5.d", "A5.a", 0.93);
+  pair("A2.a", "A2.alpha", 0.92);
+  EXPECT_NE(result_words(calibration).find("A5.d and A5.a (+0.93); 1 more pair beyond 0.9\n"),
+            std::string::npos)
+      << result_words(calibration);
 }
 
 }  // namespace
