@@ -88,6 +88,39 @@ TargetResult read_target(const Reader& r, const Cell& cell) {
   return t;
 }
 
+ordered observability_json(const Observability& o) {
+  return {{"rows", o.rows},
+          {"unknowns", o.unknowns},
+          {"directions", o.directions},
+          {"rank", o.rank},
+          {"told", o.told},
+          {"o1", o.o1},
+          {"o2", o.o2},
+          {"o3", o.o3},
+          {"o4", o.o4},
+          {"o5", o.o5},
+          {"condition", o.condition},
+          {"singular_values", o.singular_values}};
+}
+
+Observability read_observability(const Reader& r) {
+  Observability o;
+  o.rows = static_cast<int>(r.at("rows").whole());
+  o.unknowns = static_cast<int>(r.at("unknowns").whole());
+  o.directions = static_cast<int>(r.at("directions").whole());
+  o.rank = static_cast<int>(r.at("rank").whole());
+  o.told = static_cast<int>(r.at("told").whole());
+  o.o1 = r.at("o1").not_negative();
+  o.o2 = r.at("o2").not_negative();
+  o.o3 = r.at("o3").not_negative();
+  o.o4 = r.at("o4").not_negative();
+  o.o5 = r.at("o5").not_negative();
+  o.condition = r.at("condition").not_negative();
+  for (const Reader& s : r.at("singular_values").items())
+    o.singular_values.push_back(s.not_negative());
+  return o;
+}
+
 /// Whether the bounds that come of it will be real numbers.
 bool is_covariance(const Eigen::MatrixXd& m) {
   if (m.size() == 0) return true;     // of no parameters
@@ -147,6 +180,7 @@ std::string calibration_to_json(const Calibration& c) {
     out["unidentifiable"].push_back(
         {{"words", c.unidentifiable[i].words}, {"direction", std::move(direction)}});
   }
+  if (c.observability.rows > 0) out["observability"] = observability_json(c.observability);
   // Worked out from covariance and frame_basis, for readers without linear algebra; not read back.
   out["correlations"] = ordered::array();
   for (const CorrelatedPair& pair : strong_correlations(c).pairs) {
@@ -256,6 +290,7 @@ Calibration calibration_from_json(std::string_view text, const std::string& name
       d.direction.emplace_back(entry.key(), direction.at(entry.key().c_str()).number());
     c.unidentifiable.push_back(std::move(d));
   }
+  if (root.has("observability")) c.observability = read_observability(root.at("observability"));
   c.predicted_m2_m = root.at("predicted").at("m2_mm").number() / kMmPerM;
   c.predicted_m3_m = root.at("predicted").at("m3_mm").number() / kMmPerM;
   if (root.has("chi2_per_dof")) c.chi2_per_dof = root.at("chi2_per_dof").number();

@@ -75,6 +75,25 @@ struct UnidentifiableDirection {
   std::vector<std::pair<std::string, double>> direction;  ///< parameter, share of its prior sigma
 };
 
+/// How well the touches tell the geometry, targets eliminated and frame directions taken out;
+/// observability.h says of what and why. All numbers are finite; those of directions that the
+/// touches do not see at all are left out of the indices, and `rank` says how many count.
+struct Observability {
+  int rows = 0;        ///< that were measured: touches (three of a point or tracker), lengths
+  int unknowns = 0;    ///< of the fullest model: geometry, gears, compliance, targets
+  int directions = 0;  ///< of the geometry, frame directions aside
+  int rank = 0;        ///< of those, how many the touches see at all
+  int told = 0;        ///< of those, how many the touches tell better than the tolerances
+  /// Of all `directions`, largest first: sigmas of all measurements per tolerance.
+  std::vector<double> singular_values;
+  double o1 = 0.0;  ///< geometric mean of s over the root of the rows: what an average row tells
+  double o2 = 0.0;  ///< smallest over largest s: how evenly the touches tell the directions
+  double o3 = 0.0;  ///< smallest s: how well they tell the worst direction
+  double o4 = 0.0;  ///< smallest s squared over the largest, noise amplification: o3 times o2
+  double o5 = 0.0;  ///< 1 over the sum of 1/s: the sum of all directions' errors, inverted
+  double condition = 0.0;  ///< largest over smallest s; 0 where nothing is seen
+};
+
 struct Verdict {
   bool publish = false;
   bool workspace = false;  ///< scope: workspace, otherwise near targets
@@ -96,6 +115,7 @@ struct Calibration {
   ResidualSummary before, after, check_before, check;
   std::vector<TouchResidual> residuals;
   std::vector<UnidentifiableDirection> unidentifiable;
+  Observability observability;                        ///< rows 0: not worked out
   double predicted_m2_m = 0.0, predicted_m3_m = 0.0;  ///< mean 3-D error, from the covariance
   double chi2_per_dof = 0.0;
   double touch_noise_m = 0.0;  ///< rms of fit residuals, corrected for degrees of freedom

@@ -7,6 +7,7 @@
 
 #include "calib/identify/estimate.h"
 #include "calib/identify/frame.h"
+#include "calib/identify/observability.h"
 #include "calib/identify/problem.h"
 #include "calib/identify/region.h"
 #include "calib/identify/residuals.h"
@@ -151,6 +152,7 @@ Calibration identify_as_stated(const Cell& cell, const std::vector<Touch>& touch
   const Eigen::MatrixXd moves = aligned_moves(arm, workspace, x.data(), scale);
   const FrameDirections frame = find_frame_directions(problem, e.posterior.linear, moves);
   calibration.unidentifiable = frame.words;
+  calibration.observability = observability(problem, e.posterior.linear, frame.basis_u);
   fill_parameters(problem, e, frame, inflation, options.level ? 1.0 : mean.transmission,
                   calibration);
   const Eigen::MatrixXd arm_covariance =

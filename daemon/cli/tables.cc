@@ -25,6 +25,14 @@ std::string verdict_words(const calib::Verdict& verdict) {
   return text;
 }
 
+std::string observability_words(const calib::Observability& o) {
+  if (o.rows == 0) return {};
+  return fmt::format(
+      "observability: {} of {} directions of the geometry told better than by tolerance, {} seen; "
+      "O1 {:.3g}, O2 {:.3g}, O3 {:.3g}, O4 {:.3g}, O5 {:.3g}, condition {:.0f}\n",
+      o.told, o.directions, o.rank, o.o1, o.o2, o.o3, o.o4, o.o5, o.condition);
+}
+
 /// The strongest few pairs of parameters that the touches do not tell apart well.
 std::string correlation_words(const calib::Calibration& calibration) {
   constexpr std::size_t kShown = 3;
@@ -56,6 +64,7 @@ std::string result_words(const calib::Calibration& calibration) {
         "workspace\n",
         calibration.predicted_m2_m * kMm, calibration.predicted_m3_m * kMm);
   }
+  text += observability_words(calibration.observability);
   text += correlation_words(calibration);
   for (const calib::Outlier& outlier : calibration.outliers) {
     text += fmt::format("outlier: touch {} ({:+.3f} mm): {}\n", outlier.touch + 1,

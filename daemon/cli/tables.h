@@ -7,7 +7,7 @@
 
 namespace cellcal::daemon {
 
-/// Before, after and check residuals, predicted accuracy, what goes together, outliers, and the
+/// Before, after and check residuals, predicted accuracy, observability, what goes together, outliers, and the
 /// verdict with its scope and reasons. Ends with a line break.
 std::string result_words(const calib::Calibration& calibration);
 

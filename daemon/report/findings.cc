@@ -53,13 +53,32 @@ std::string outlier_row(const View& view, const calib::Outlier& outlier) {
       outlier.reason.empty() ? std::string("no reason recorded") : escape(outlier.reason));
 }
 
+// For comparing one plan of touches with another.
+std::string observability_words(const calib::Observability& o) {
+  if (o.rows <= 0) return {};
+  const auto number = [](double value) {
+    return std::isfinite(value) ? fmt::format("{:.3g}", value) : std::string(kNothing);
+  };
+  return fmt::format(
+      "<p id=\"observability\">Of the geometry&rsquo;s {}, frame aside, the touches see {} and "
+      "tell "
+      "{} better than its tolerance. Observability: O1&nbsp;{} (what an average touch "
+      "tells), O2&nbsp;{} (how evenly), O3&nbsp;{} (the worst direction), "
+      "O4&nbsp;{} (noise amplification), O5&nbsp;{} (all directions "
+      "together); scaled condition number {}.</p>\n",
+      counted(static_cast<std::size_t>(std::max(0, o.directions)), "direction", "directions"),
+      o.rank, o.told, number(o.o1), number(o.o2), number(o.o3), number(o.o4), number(o.o5),
+      number(o.condition));
+}
+
 }  // namespace
 
 std::string unidentifiable(const View& view) {
   const auto& directions = view.result.unidentifiable;
   if (directions.empty()) {
     return section("unidentifiable", "What the touches cannot tell",
-                   "<p>No direction was reported that the touches leave undecided.</p>\n");
+                   "<p>No direction was reported that the touches leave undecided.</p>\n" +
+                       observability_words(view.result.observability));
   }
   std::string items;
   for (const calib::UnidentifiableDirection& direction : directions) {
@@ -72,8 +91,9 @@ std::string unidentifiable(const View& view) {
       "<p>The touches do not decide {} of the parameters. Nothing is set silently: along each of "
       "them the result stays where the tolerances put it, at nominal. The numbers are shares in "
       "units "
-      "of each parameter&rsquo;s tolerance.</p>\n<ol>\n{}</ol>\n",
-      counted(directions.size(), "combination", "combinations"), items);
+      "of each parameter&rsquo;s tolerance.</p>\n<ol>\n{}</ol>\n{}",
+      counted(directions.size(), "combination", "combinations"), items,
+      observability_words(view.result.observability));
   return section("unidentifiable", "What the touches cannot tell", body);
 }
 

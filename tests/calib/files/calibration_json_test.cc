@@ -144,6 +144,22 @@ TEST(CalibrationJson, NamesThePairsThatGoTogetherAndTheyComeBackFromTheCovarianc
   EXPECT_EQ(json::parse(calibration_to_json(read_back()))["correlations"], written_pairs);
 }
 
+TEST(CalibrationJson, KeepsTheObservability) {
+  const Observability &o = result().observability, back = read_back().observability;
+  EXPECT_EQ(json::parse(written())["observability"]["told"], o.told);
+  ASSERT_GT(o.rows, 0);
+  EXPECT_EQ(back.rows, o.rows);
+  EXPECT_EQ(back.unknowns, o.unknowns);
+  EXPECT_EQ(back.directions, o.directions);
+  EXPECT_EQ(back.rank, o.rank);
+  EXPECT_EQ(back.told, o.told);
+  EXPECT_EQ(back.singular_values, o.singular_values);
+  for (double Observability::*index :
+       {&Observability::o1, &Observability::o2, &Observability::o3, &Observability::o4,
+        &Observability::o5, &Observability::condition})
+    EXPECT_EQ(back.*index, o.*index);
+}
+
 TEST(CalibrationJson, SettlesAfterOnce) {
   // Unit conversion rounds in the last digit; a second round trip must not wander on.
   const std::string once = calibration_to_json(read_back());
@@ -200,6 +216,9 @@ TEST(CalibrationJson, NamesThePlaceOfAWrongValue) {
            {"/residuals/after/count", 1e300, "residuals.after.count"},
            {"/residuals/after/count", -1, "residuals.after.count"},
            {"/unidentifiable/0/direction", 1, "unidentifiable[0].direction"},
+           {"/observability/rank", -1, "observability.rank"},
+           {"/observability/o3", null, "observability.o3"},
+           {"/observability/singular_values/0", -1, "observability.singular_values[0]"},
            {"/verdict/publish", "yes", "verdict.publish"},
            {"/verdict/scope", "universe", "verdict.scope"},
            {"/verdict/reasons/0", 1, "verdict.reasons[0]"},

@@ -26,6 +26,26 @@ TEST(the_result, shows_before_after_check_and_the_verdict_with_scope_and_reasons
       << words;
 }
 
+TEST(the_result, says_in_one_line_how_well_the_touches_tell_the_geometry) {
+  calib::Calibration calibration;
+  EXPECT_EQ(result_words(calibration).find("observability"), std::string::npos);
+  calib::Observability& o = calibration.observability;
+  o.rows = 106;
+  o.directions = 22;
+  o.rank = 22;
+  o.told = 20;
+  o.o1 = 3.14159;
+  o.o3 = 0.0271828;
+  o.condition = 1234.5;
+  const std::string words = result_words(calibration);
+  EXPECT_NE(words.find("observability: 20 of 22 directions of the geometry told better than by "
+                       "tolerance, 22 seen; O1 3.14,"),
+            std::string::npos)
+      << words;
+  EXPECT_NE(words.find("O3 0.0272,"), std::string::npos) << words;
+  EXPECT_NE(words.find("condition 1234\n"), std::string::npos) << words;
+}
+
 TEST(the_result, names_the_three_strongest_pairs_that_go_together_and_counts_the_others) {
   calib::Calibration calibration;
   const auto pair = [&calibration](const char* one, const char* other, double correlation) {

@@ -106,6 +106,8 @@ std::vector<double*> numbers_of(ReportInput& input) {
       &result.predicted_m2_m,    &result.predicted_m3_m,     &result.chi2_per_dof,
       &result.touch_noise_m,     &result.cell.touch_sigma_m, &result.cell.radius_offset_sigma_m,
       &result.cell.tool.mass_kg, &result.cell.tool.length_m, &result.cell.tool.tip_radius_m};
+  calib::Observability& o = result.observability;
+  all.insert(all.end(), {&o.o1, &o.o2, &o.o3, &o.o4, &o.o5, &o.condition});
   for (auto* summary : {&result.before, &result.after, &result.check_before, &result.check}) {
     all.insert(all.end(), {&summary->mean_m, &summary->max_m, &summary->rms_m});
   }
