@@ -190,6 +190,8 @@ std::string calibration_to_json(const Calibration& c) {
                                    {"value", std::round(pair.correlation * kDigits) / kDigits}});
   }
   out["predicted"] = {{"m2_mm", c.predicted_m2_m * kMmPerM}, {"m3_mm", c.predicted_m3_m * kMmPerM}};
+  out["chi2"] = c.chi2;
+  out["degrees_of_freedom"] = c.degrees_of_freedom;
   out["chi2_per_dof"] = c.chi2_per_dof;
   out["touch_noise_mm"] = c.touch_noise_m * kMmPerM;
   out["verdict"] = {{"publish", c.verdict.publish},
@@ -197,8 +199,10 @@ std::string calibration_to_json(const Calibration& c) {
                     {"reasons", c.verdict.reasons}};
   out["outliers"] = ordered::array();
   for (const Outlier& o : c.outliers)
-    out["outliers"].push_back(
-        {{"touch", o.touch}, {"residual_mm", o.residual_m * kMmPerM}, {"reason", o.reason}});
+    out["outliers"].push_back({{"touch", o.touch},
+                               {"residual_mm", o.residual_m * kMmPerM},
+                               {"reason", o.reason},
+                               {"leverage", o.leverage}});
   // In the parameters' own units, in their order; the frame as columns of one step each.
   const auto matrix = [&](const Eigen::MatrixXd& m, bool both) {
     ordered rows = ordered::array();
@@ -293,6 +297,9 @@ Calibration calibration_from_json(std::string_view text, const std::string& name
   if (root.has("observability")) c.observability = read_observability(root.at("observability"));
   c.predicted_m2_m = root.at("predicted").at("m2_mm").number() / kMmPerM;
   c.predicted_m3_m = root.at("predicted").at("m3_mm").number() / kMmPerM;
+  if (root.has("chi2")) c.chi2 = root.at("chi2").not_negative();
+  if (root.has("degrees_of_freedom"))
+    c.degrees_of_freedom = root.at("degrees_of_freedom").not_negative();
   if (root.has("chi2_per_dof")) c.chi2_per_dof = root.at("chi2_per_dof").number();
   if (root.has("touch_noise_mm")) c.touch_noise_m = root.at("touch_noise_mm").number() / kMmPerM;
   const Reader verdict = root.at("verdict");
@@ -305,7 +312,8 @@ Calibration calibration_from_json(std::string_view text, const std::string& name
     c.verdict.reasons.push_back(reason.text());
   for (const Reader& item : root.at("outliers").items()) {
     c.outliers.push_back({item.at("touch").whole(), item.at("residual_mm").number() / kMmPerM,
-                          item.at("reason").text()});
+                          item.at("reason").text(),
+                          item.has("leverage") ? item.at("leverage").not_negative() : 0.0});
   }
   const auto n = static_cast<Eigen::Index>(c.parameters.size());
   const auto matrix = [&](const char* key, Eigen::Index columns, bool both) {

@@ -68,6 +68,9 @@ struct Outlier {
   std::size_t touch = 0;
   double residual_m = 0.0;
   std::string reason;
+  /// How far it would have held its own place, 0 to 1: near 1 nothing else tells about it, and
+  /// that it was left out says as much about the others as about it.
+  double leverage = 0.0;
 };
 
 struct UnidentifiableDirection {
@@ -117,6 +120,10 @@ struct Calibration {
   std::vector<UnidentifiableDirection> unidentifiable;
   Observability observability;                        ///< rows 0: not worked out
   double predicted_m2_m = 0.0, predicted_m3_m = 0.0;  ///< mean 3-D error, from the covariance
+  double chi2 = 0.0;  ///< of the fit: sum of the squared whitened residuals of the touches in use
+  /// Left to judge it by: sum over the touches of 1 - leverage, which counts an unknown by how far
+  /// the touches and not its prior decide it; at least 1.
+  double degrees_of_freedom = 0.0;
   double chi2_per_dof = 0.0;
   double touch_noise_m = 0.0;  ///< rms of fit residuals, corrected for degrees of freedom
   Verdict verdict;

@@ -8,6 +8,7 @@
 #include "calib/identify/estimate.h"
 #include "calib/identify/frame.h"
 #include "calib/identify/observability.h"
+#include "calib/identify/outliers.h"
 #include "calib/identify/problem.h"
 #include "calib/identify/region.h"
 #include "calib/identify/residuals.h"
@@ -140,6 +141,8 @@ Calibration identify_as_stated(const Cell& cell, const std::vector<Touch>& touch
       held += 1.0 - e.posterior.leverage[row + k];
     }
   const double dof = std::max(held, 1.0);
+  calibration.chi2 = sum;
+  calibration.degrees_of_freedom = dof;
   calibration.chi2_per_dof = sum / dof;
   calibration.touch_noise_m = std::sqrt(noise / dof);
   // Scatter beyond the stated noise is not explained away: it widens every bound.
@@ -167,15 +170,7 @@ Calibration identify_as_stated(const Cell& cell, const std::vector<Touch>& touch
   for (std::size_t i = 0; i < touches.size(); ++i)
     outlier[i] = touches[i].set == TouchSet::kFit && !e.use[i];
   fill_residuals(problem, problem.to_si(e.u), outlier, calibration);
-  for (const TouchResidual& r : calibration.residuals)
-    if (r.outlier)
-      calibration.outliers.push_back(
-          {r.touch, r.after_m,
-           fmt::format("{:+.3f} mm off {}, {:.0f} times the touch noise{}", r.after_m * 1e3,
-                       touches[r.touch].target, std::abs(r.whitened),
-                       problem.rows(r.touch) == 3 ? ""  // a distance, to no side
-                       : r.after_m > 0 ? " (tip outside: contact seen before the surface)"
-                                       : " (tip inside: contact seen too late)")});
+  calibration.outliers = named_outliers(problem, e, calibration.residuals);
   calibration.verdict = judge(problem, calibration);
   return calibration;
 }

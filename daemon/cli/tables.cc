@@ -64,6 +64,9 @@ std::string result_words(const calib::Calibration& calibration) {
         "workspace\n",
         calibration.predicted_m2_m * kMm, calibration.predicted_m3_m * kMm);
   }
+  if (calibration.degrees_of_freedom > 0.0)
+    text += fmt::format("chi^2 of the fit: {:.1f} at {:.1f} degrees of freedom, {:.2f} for each\n",
+                        calibration.chi2, calibration.degrees_of_freedom, calibration.chi2_per_dof);
   text += observability_words(calibration.observability);
   text += correlation_words(calibration);
   for (const calib::Outlier& outlier : calibration.outliers) {

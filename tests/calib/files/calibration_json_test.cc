@@ -103,6 +103,8 @@ TEST(CalibrationJson, KeepsTargetsResidualsOutliersVerdictAndInputs) {
   for (std::size_t i = 0; i < back.outliers.size(); ++i) {
     EXPECT_EQ(back.outliers[i].touch, result().outliers[i].touch);
     EXPECT_EQ(back.outliers[i].reason, result().outliers[i].reason);
+    EXPECT_GT(back.outliers[i].leverage, 0.0);
+    EXPECT_EQ(back.outliers[i].leverage, result().outliers[i].leverage);
   }
   EXPECT_EQ(back.verdict.publish, result().verdict.publish);
   EXPECT_EQ(back.verdict.workspace, result().verdict.workspace);
@@ -111,6 +113,9 @@ TEST(CalibrationJson, KeepsTargetsResidualsOutliersVerdictAndInputs) {
   for (std::size_t i = 0; i < back.unidentifiable.size(); ++i)
     EXPECT_EQ(back.unidentifiable[i].words, result().unidentifiable[i].words);
   EXPECT_EQ(back.method, result().method);
+  ASSERT_GT(result().degrees_of_freedom, 1.0);
+  EXPECT_EQ(back.chi2, result().chi2);
+  EXPECT_EQ(back.degrees_of_freedom, result().degrees_of_freedom);
   EXPECT_NEAR(back.chi2_per_dof, result().chi2_per_dof, 1e-12);
   EXPECT_NEAR(back.predicted_m2_m, result().predicted_m2_m, 1e-15);
   EXPECT_NEAR(back.predicted_m3_m, result().predicted_m3_m, 1e-15);
@@ -216,6 +221,8 @@ TEST(CalibrationJson, NamesThePlaceOfAWrongValue) {
            {"/residuals/after/count", 1e300, "residuals.after.count"},
            {"/residuals/after/count", -1, "residuals.after.count"},
            {"/unidentifiable/0/direction", 1, "unidentifiable[0].direction"},
+           {"/chi2", -1, "chi2"},
+           {"/degrees_of_freedom", null, "degrees_of_freedom"},
            {"/observability/rank", -1, "observability.rank"},
            {"/observability/o3", null, "observability.o3"},
            {"/observability/singular_values/0", -1, "observability.singular_values[0]"},

@@ -46,6 +46,18 @@ TEST(the_result, says_in_one_line_how_well_the_touches_tell_the_geometry) {
   EXPECT_NE(words.find("condition 1234\n"), std::string::npos) << words;
 }
 
+TEST(the_result, states_chi_squared_with_its_degrees_of_freedom) {
+  calib::Calibration calibration;
+  EXPECT_EQ(result_words(calibration).find("chi^2"), std::string::npos);
+  calibration.chi2 = 61.24;
+  calibration.degrees_of_freedom = 68.04;
+  calibration.chi2_per_dof = 0.9;
+  EXPECT_NE(result_words(calibration)
+                .find("chi^2 of the fit: 61.2 at 68.0 degrees of freedom, 0.90 for each\n"),
+            std::string::npos)
+      << result_words(calibration);
+}
+
 TEST(the_result, names_the_three_strongest_pairs_that_go_together_and_counts_the_others) {
   calib::Calibration calibration;
   const auto pair = [&calibration](const char* one, const char* other, double correlation) {
