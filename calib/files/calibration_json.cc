@@ -203,6 +203,13 @@ std::string calibration_to_json(const Calibration& c) {
                                {"residual_mm", o.residual_m * kMmPerM},
                                {"reason", o.reason},
                                {"leverage", o.leverage}});
+  out["moved"] = ordered::array();
+  for (const MovedTarget& m : c.moved)
+    out["moved"].push_back({{"target", m.target},
+                            {"after_touch", m.after_touch},
+                            {"shift_mm", vector_mm(m.shift_m)},
+                            {"sigma_mm", m.sigma_m * kMmPerM},
+                            {"squared_sigmas", m.squared_sigmas}});
   // In the parameters' own units, in their order; the frame as columns of one step each.
   const auto matrix = [&](const Eigen::MatrixXd& m, bool both) {
     ordered rows = ordered::array();
@@ -314,6 +321,16 @@ Calibration calibration_from_json(std::string_view text, const std::string& name
     c.outliers.push_back({item.at("touch").whole(), item.at("residual_mm").number() / kMmPerM,
                           item.at("reason").text(),
                           item.has("leverage") ? item.at("leverage").not_negative() : 0.0});
+  }
+  if (root.has("moved")) {
+    for (const Reader& item : root.at("moved").items()) {
+      c.moved.emplace_back();
+      c.moved.back().target = item.at("target").text();
+      c.moved.back().after_touch = item.at("after_touch").whole();
+      c.moved.back().shift_m = read_vector_mm(item.at("shift_mm"));
+      c.moved.back().sigma_m = item.at("sigma_mm").not_negative() / kMmPerM;
+      c.moved.back().squared_sigmas = item.at("squared_sigmas").not_negative();
+    }
   }
   const auto n = static_cast<Eigen::Index>(c.parameters.size());
   const auto matrix = [&](const char* key, Eigen::Index columns, bool both) {

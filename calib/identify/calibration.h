@@ -78,6 +78,17 @@ struct UnidentifiableDirection {
   std::vector<std::pair<std::string, double>> direction;  ///< parameter, share of its prior sigma
 };
 
+/// A target that stood elsewhere from one of its touches on.
+struct MovedTarget {
+  std::string target;
+  std::size_t after_touch = 0;                        ///< its last one where it stood before
+  Eigen::Vector3d shift_m = Eigen::Vector3d::Zero();  ///< base frame
+  double sigma_m = 0.0;                               ///< of the shift, along it
+  double squared_sigmas = 0.0;                        ///< of the shift, three degrees of freedom
+  /// It is suspected because many of its touches were left out.
+  bool many_left_out = false;
+};
+
 /// How well the touches tell the geometry, targets eliminated and frame directions taken out;
 /// observability.h says of what and why. All numbers are finite; those of directions that the
 /// touches do not see at all are left out of the indices, and `rank` says how many count.
@@ -128,6 +139,8 @@ struct Calibration {
   double touch_noise_m = 0.0;  ///< rms of fit residuals, corrected for degrees of freedom
   Verdict verdict;
   std::vector<Outlier> outliers;
+  /// One at most; of identify_as_stated(), which does not look closer, suspects without a shift.
+  std::vector<MovedTarget> moved;
   Eigen::MatrixXd covariance;  ///< of `parameters`, SI; frame directions included
   /// Orthonormal-in-prior-units basis of the frame directions, one column each, SI.
   Eigen::MatrixXd frame_basis;

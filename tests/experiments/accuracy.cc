@@ -6,23 +6,20 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <numbers>
 
 #include "calib/files/documents.h"
 #include "calib/files/files.h"
 #include "calib/identify/identify.h"
 #include "calib/identify/predict.h"
 #include "calib/identify/region.h"
-#include "calib/model/inverse.h"
-#include "calib/plan/plan.h"
-#include "tests/experiments/true_arm.h"
+#include "tests/experiments/session.h"
 
 namespace {
 
 using namespace cellcal;
 using experiments::Gears;
+using experiments::SessionSettings;
 using experiments::TrueArm;
-using experiments::TruthSettings;
 
 struct Level {
   const char* name;
@@ -54,52 +51,6 @@ struct Outcome {
   std::string why_not, level;
 };
 
-calib::Cell make_cell(const calib::Robot& robot, const Level& level, calib::Random& random) {
-  calib::Cell cell;
-  cell.robot = robot;
-  cell.tool.tcp.translation() = Eigen::Vector3d(0.0599, 0.0505, 0.4103);
-  cell.tool.mass_kg = 1.535;
-  cell.tool.com_m = cell.tool.tcp.translation() / 2.0;
-  cell.tool.length_m = cell.tool.tcp.translation().norm();
-  cell.tool.deflection_sigma = 0.003;
-  cell.touch_sigma_m = level.touch_sigma_m;
-  cell.radius_offset_sigma_m = level.ideal ? 1e-9 : 0.3e-3;
-  // Spread around the front of the arm, low and high; each cell a little different.
-  constexpr double kPlaces[][3] = {{1.05, 0.24, 0.35},  {0.85, -0.55, 0.15}, {0.80, 0.45, 0.70},
-                                   {0.95, -0.35, 0.75}, {0.65, 0.75, 0.30},  {0.70, -0.75, 0.55}};
-  for (int i = 0; i < level.spheres; ++i) {
-    calib::Target t;
-    t.id = fmt::format("S{}", i + 1);
-    t.diameter_m = 0.0614;
-    t.diameter_sigma_m = 2e-6;
-    t.has_centre = true;
-    t.centre_sigma_m = 0.02;
-    for (int k = 0; k < 3; ++k) t.centre_m[k] = kPlaces[i][k] + random.uniform(-0.05, 0.05);
-    cell.targets.push_back(t);
-  }
-  return cell;
-}
-
-/// Along the planned search line to where the true tip is `reading_m` outside of the surface.
-std::optional<calib::JointVector> touch(const TrueArm& arm, const calib::PlannedTouch& plan,
-                                        const Eigen::Vector3d& centre, double radius_m,
-                                        double warm) {
-  const auto at = [&](double s) {
-    calib::JointVector q(plan.standoff.size());
-    for (std::size_t i = 0; i < q.size(); ++i)
-      q[i] = plan.standoff[i] + s * (plan.end[i] - plan.standoff[i]);
-    return q;
-  };
-  const auto gap = [&](double s) { return (arm.tip(at(s), warm) - centre).norm() - radius_m; };
-  double out = -0.5, in = 1.5;  // wider than a session's window: the arms here are not chosen
-  if (gap(out) < 0.0 || gap(in) > 0.0) return std::nullopt;
-  for (int k = 0; k < 50; ++k) {
-    const double middle = (out + in) / 2.0;
-    (gap(middle) > 0.0 ? out : in) = middle;
-  }
-  return at(out);
-}
-
 /// Region figures after a 6-DoF alignment.
 void judge(const TrueArm& arm, const calib::Predictor& predictor,
            const std::vector<calib::JointVector>& poses, double& mean, double& max, double& rms,
@@ -129,64 +80,19 @@ void judge(const TrueArm& arm, const calib::Predictor& predictor,
 
 std::optional<Outcome> one_robot(const calib::Robot& robot, const Level& level,
                                  const Options& options, std::uint64_t seed) {
-  calib::Random random(seed);
-  const calib::Cell nominal = make_cell(robot, level, random);
-  calib::PlanOptions plan_options;
-  plan_options.fit_touches = options.planned ? level.fit : level.spheres;
-  plan_options.check_touches = options.check + (options.planned ? 0 : level.fit);
-  plan_options.seed = static_cast<unsigned>(seed);
-  calib::Plan plan;
-  try {
-    plan = calib::make_plan(nominal, plan_options);
-  } catch (const calib::PlanError&) {
-    return std::nullopt;  // a cell that cannot be served; another is drawn
-  }
-  TruthSettings settings;
-  settings.gears = options.gears;
-  settings.gear_arcsec = options.gear_arcsec;
-  if (level.ideal) {
-    settings.gears = Gears::kNone;
-    settings.compliance_rad_per_nm = 0.0;
-    settings.growth = 0.0;
-  }
-  const TrueArm arm(nominal, settings, random);
-  calib::Cell cell = nominal;
-  std::vector<Eigen::Vector3d> centre;
-  const Eigen::Vector3d shift(random.normal() * 1e-3, random.normal() * 1e-3,
-                              random.normal() * 1e-3);
-  for (const calib::Target& t : nominal.targets) {
-    centre.push_back(t.centre_m + shift);
-  }
-  if (level.lengths)
-    for (std::size_t a = 0; a < centre.size(); ++a)
-      for (std::size_t b = a + 1; b < centre.size(); ++b)
-        cell.lengths.push_back({cell.targets[a].id, cell.targets[b].id,
-                                (centre[a] - centre[b]).norm() + 5e-6 * random.normal(), 5e-6});
-  const double rho = level.ideal ? 0.0 : 0.3e-3 * random.normal();
-
-  std::vector<calib::Touch> touches;
-  int outliers = 0;
-  for (std::size_t i = 0; i < plan.touches.size(); ++i) {
-    const calib::PlannedTouch& p = plan.touches[i];
-    const std::size_t target = nominal.target_index(p.target);
-    const double warm = static_cast<double>(i) / static_cast<double>(plan.touches.size());
-    calib::Touch t;
-    t.target = p.target;
-    t.set = p.set;
-    if (!options.planned)
-      t.set = static_cast<int>(i) < options.check ? calib::TouchSet::kCheck : calib::TouchSet::kFit;
-    double radius = nominal.targets[target].diameter_m / 2.0 + rho;
-    radius += level.ideal ? 0.0 : level.touch_sigma_m * random.normal();
-    constexpr double kOutlierShare = 0.02;
-    if (!level.ideal && t.set == calib::TouchSet::kFit && random.uniform() < kOutlierShare) {
-      radius += (random.uniform() < 0.7 ? 1.0 : -1.0) * random.uniform(0.2e-3, 3e-3);
-      ++outliers;
-    }
-    const auto q = touch(arm, p, centre[target], radius, warm);
-    if (!q) continue;
-    t.joint_rad = *q;
-    touches.push_back(std::move(t));
-  }
+  SessionSettings settings;
+  settings.spheres = level.spheres;
+  settings.fit = level.fit;
+  settings.check = options.check;
+  settings.touch_sigma_m = level.touch_sigma_m;
+  settings.lengths = level.lengths;
+  settings.ideal = level.ideal;
+  settings.planned = options.planned;
+  settings.truth.gears = options.gears;
+  settings.truth.gear_arcsec = options.gear_arcsec;
+  auto planned = plan_session(robot, settings, seed);
+  if (!planned) return std::nullopt;
+  const auto [cell, arm, centre, rho, touches] = carry_out(*std::move(planned), settings);
   const calib::Calibration c = calib::identify(cell, touches);
   const calib::Predictor predictor(c);
   Outcome o;

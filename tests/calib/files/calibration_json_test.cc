@@ -149,6 +149,28 @@ TEST(CalibrationJson, NamesThePairsThatGoTogetherAndTheyComeBackFromTheCovarianc
   EXPECT_EQ(json::parse(calibration_to_json(read_back()))["correlations"], written_pairs);
 }
 
+TEST(CalibrationJson, KeepsWhichTargetMovedAndByHowMuch) {
+  EXPECT_TRUE(json::parse(written())["moved"].empty());
+  Calibration c = result();
+  c.moved.emplace_back();
+  c.moved[0].target = "S2";
+  c.moved[0].after_touch = 36;
+  c.moved[0].shift_m = Eigen::Vector3d(1e-4, -2e-4, 0.0);
+  c.moved[0].sigma_m = 2e-5;
+  c.moved[0].squared_sigmas = 120.0;
+  const Calibration back = calibration_from_json(calibration_to_json(c), "cal.json");
+  ASSERT_EQ(back.moved.size(), 1U);
+  EXPECT_EQ(back.moved[0].target, "S2");
+  EXPECT_EQ(back.moved[0].after_touch, 36U);
+  EXPECT_LT((back.moved[0].shift_m - c.moved[0].shift_m).norm(), 1e-15);
+  EXPECT_NEAR(back.moved[0].sigma_m, 2e-5, 1e-15);
+  EXPECT_EQ(back.moved[0].squared_sigmas, 120.0);
+  json document = json::parse(calibration_to_json(c));
+  document["moved"][0]["sigma_mm"] = -1;
+  expect_words(refusal([&] { (void)calibration_from_json(document.dump(), "cal.json"); }),
+               {"moved[0].sigma_mm"});
+}
+
 TEST(CalibrationJson, KeepsTheObservability) {
   const Observability &o = result().observability, back = read_back().observability;
   EXPECT_EQ(json::parse(written())["observability"]["told"], o.told);
