@@ -14,6 +14,8 @@ namespace {
 /// Cauchy's loss at two sigma: full weight for honest touches, next to none for gross ones.
 constexpr double kCauchySigma = 2.0;
 constexpr int kOutlierRounds = 20;
+/// What a touch is worth at first.
+constexpr double kFirstFloorM = 1e-3;
 
 /// j S j' of every row.
 Eigen::VectorXd spread(const RowMajor& j, const Eigen::MatrixXd& covariance) {
@@ -26,21 +28,16 @@ Eigen::VectorXd spread(const RowMajor& j, const Eigen::MatrixXd& covariance) {
   return result;
 }
 
-Posterior posterior_at(const Problem& problem, const Eigen::VectorXd& u,
-                       const std::vector<bool>& use, Eigen::MatrixXd covariance_u) {
-  Posterior p{linearise(problem, u, use), std::move(covariance_u), {}};
-  p.leverage = spread(p.linear.jacobian, p.covariance_u);
-  return p;
+void set_covariance(Eigen::MatrixXd covariance_u, Posterior& posterior) {
+  posterior.covariance_u = std::move(covariance_u);
+  posterior.leverage = spread(posterior.linear.jacobian, posterior.covariance_u);
 }
 
 /// At the problem's own level.
-Posterior posterior_at(const Problem& problem, const Eigen::VectorXd& u,
-                       const std::vector<bool>& use) {
+void find_posterior(const Problem& problem, Estimate& e) {
   const ModelLevel own[] = {{}};
-  Posterior p{linearise(problem, u, use), {}, {}};
-  p.covariance_u = mean_over_levels(problem, u, p.linear, own).covariance_u;
-  p.leverage = spread(p.linear.jacobian, p.covariance_u);
-  return p;
+  linearise(problem, e.u, e.use, e.posterior.linear);
+  set_covariance(mean_over_levels(problem, e.u, e.posterior.linear, own).covariance_u, e.posterior);
 }
 
 /// |r| / sigma with the touch's own pull on the fit taken out (studentised), for used touches;
@@ -90,7 +87,7 @@ std::vector<bool> fit_touches(const Problem& problem) {
 
 /// The fit touches that agree with the estimate; judges those left out by it, too.
 std::vector<bool> honest_touches(const Problem& problem, const IdentifyOptions& options,
-                                 const Estimate& e) {
+                                 Estimate& e) {
   const std::vector<bool> fit = fit_touches(problem);
   const std::vector<double> t = studentised(problem, e.u, fit, e.use, e.posterior);
   std::vector<double> used;
@@ -98,12 +95,37 @@ std::vector<bool> honest_touches(const Problem& problem, const IdentifyOptions& 
     if (fit[i]) used.push_back(t[i]);
   // More scatter than stated widens the gate instead of throwing good touches away.
   constexpr double kMadToSigma = 1.4826;
-  const double gate = options.outlier_sigma * std::max(1.0, kMadToSigma * median(used));
+  e.gate = options.outlier_sigma * std::max(1.0, kMadToSigma * median(used));
   std::vector<bool> honest = fit;
   for (std::size_t i = 0; i < t.size(); ++i)
-    if (fit[i] && t[i] > gate) honest[i] = false;
+    if (fit[i] && t[i] > e.gate) honest[i] = false;
   return honest;
 }
+
+/// Names outliers until nothing changes. A touch on the edge may go in and out by turns; where a set
+/// comes up again, it takes twice as much to be put out from there on.
+class Naming {
+ public:
+  explicit Naming(IdentifyOptions options) : options_(std::move(options)) {}
+
+  /// Whether e.use changed.
+  bool changed(const Problem& problem, Estimate& e) {
+    if (!options_.reject_outliers) return false;
+    std::vector<bool> next = honest_touches(problem, options_, e);
+    if (next == e.use) return false;
+    if (std::find(tried_.begin(), tried_.end(), next) != tried_.end()) {
+      options_.outlier_sigma *= 2.0;
+      tried_.clear();
+    }
+    tried_.push_back(e.use);
+    e.use = std::move(next);
+    return true;
+  }
+
+ private:
+  IdentifyOptions options_;
+  std::vector<std::vector<bool>> tried_;
+};
 
 /// A share of many touches that is enough to come near the solution, spread over each target's.
 std::vector<bool> enough_of(const Problem& problem, const std::vector<bool>& use) {
@@ -123,39 +145,52 @@ std::vector<bool> enough_of(const Problem& problem, const std::vector<bool>& use
   return some;
 }
 
+double finest_sigma_m(const Problem& problem, const std::vector<bool>& use) {
+  double finest = kFirstFloorM;
+  for (std::size_t i = 0; i < use.size(); ++i)
+    if (use[i]) finest = std::min(finest, problem.sigma_m(i));
+  return finest;
+}
+
 /// Comes near the solution from zero errors: touches are first taken as worth a millimetre, then
 /// ever more. Taking them at their word at once would let what the linearisation gets wrong (parts
 /// in a thousand of the errors) drive the directions that the touches hardly see. Robust, so that
 /// gross outliers do not lead astray; those are named before anything is fitted without protection.
-void approach(const Problem& problem, const IdentifyOptions& options, Estimate& e) {
-  constexpr double kFirstFloorM = 1e-3, kStep = 10.0;
+///
+/// An arm within reason needs one step at each; where steps lead away, each stage is solved to its
+/// end, from zero. Returns whether it is near enough for the steps of refine().
+bool approach(const Problem& problem, const IdentifyOptions& options, Estimate& e) {
+  constexpr double kStep = 10.0;
+  constexpr double kWithinReason = 10.0;  // prior sigmas
   const std::vector<bool> all = e.use;
   e.use = enough_of(problem, all);
-  double finest = kFirstFloorM;
-  for (std::size_t i = 0; i < e.use.size(); ++i)
-    if (e.use[i]) finest = std::min(finest, problem.sigma_m(i));
+  const double cauchy = options.reject_outliers ? kCauchySigma : 0.0;
+  const double finest = finest_sigma_m(problem, e.use);
   for (double floor = kFirstFloorM; floor > finest; floor /= kStep)
-    e.u =
-        solve(problem, e.u,
-              {e.use, options.reject_outliers ? kCauchySigma : 0.0, options.max_iterations, floor})
-            .u;
+    e.u = step_towards(problem, e.u, {e.use, cauchy, options.max_iterations, floor});
+  if (!e.u.allFinite() || e.u.lpNorm<Eigen::Infinity>() > kWithinReason) {
+    e.u.setZero();
+    for (double floor = kFirstFloorM; floor > finest; floor /= kStep)
+      e.u = solve(problem, e.u, {e.use, cauchy, options.max_iterations, floor}).u;
+  }
   if (!options.reject_outliers) {
     e.use = all;
-    return;
+    return false;
   }
-  e.u = solve(problem, e.u, {e.use, kCauchySigma, options.max_iterations, finest}).u;
-  e.posterior = posterior_at(problem, e.u, e.use);
+  const SolveOptions robust{e.use, cauchy, options.max_iterations, finest};
+  const SolveResult solved = solve(problem, e.u, robust);
+  e.u = solved.u;
+  find_posterior(problem, e);
   e.use = honest_touches(problem, options, e);
+  return solved.converged && !needs_all_digits(problem, robust);
 }
 
 /// Where the last stretch was too long for the solver: the same again in small steps, every one of
 /// them to its end. Seldom needed; where the touches are free of noise and say little of some
 /// unknown.
 void approach_slowly(const Problem& problem, const IdentifyOptions& options, Estimate& e) {
-  constexpr double kFirstFloorM = 1e-3, kStep = 3.0;
-  double finest = kFirstFloorM;
-  for (std::size_t i = 0; i < e.use.size(); ++i)
-    if (e.use[i]) finest = std::min(finest, problem.sigma_m(i));
+  constexpr double kStep = 3.0;
+  const double finest = finest_sigma_m(problem, e.use);
   e.u.setZero();
   for (double floor = kFirstFloorM; floor > finest; floor /= kStep)
     e.u = solve(problem, e.u, {e.use, 0.0, options.max_iterations, floor}).u;
@@ -164,11 +199,15 @@ void approach_slowly(const Problem& problem, const IdentifyOptions& options, Est
 /// Solves and names outliers in turn until the set of touches in use no longer changes. Touches
 /// once thrown out may come back.
 void settle(const Problem& problem, const IdentifyOptions& options, Estimate& e) {
+  Naming naming(options);
   for (int round = 0; round < kOutlierRounds; ++round) {
-    SolveResult solved = solve(problem, e.u, {e.use, 0.0, options.max_iterations, 0.0});
+    SolveOptions plain{e.use, 0.0, options.max_iterations, 0.0};
+    // Noise-free touches are solved to the end here; for others the step over the levels follows.
+    if (!needs_all_digits(problem, plain)) plain.tolerance = 1e-5;
+    SolveResult solved = solve(problem, e.u, plain);
     if (!solved.converged) {
       approach_slowly(problem, options, e);
-      solved = solve(problem, e.u, {e.use, 0.0, options.max_iterations, 0.0});
+      solved = solve(problem, e.u, plain);
     }
     if (!solved.converged)
       throw IdentifyError(
@@ -176,46 +215,50 @@ void settle(const Problem& problem, const IdentifyOptions& options, Estimate& e)
                       "robot file and the touches of the same arm?",
                       options.max_iterations));
     e.u = solved.u;
-    e.posterior = posterior_at(problem, e.u, e.use);
-    if (!options.reject_outliers) return;
-    std::vector<bool> next = honest_touches(problem, options, e);
-    if (next == e.use) return;
-    e.use = std::move(next);
+    if (!options.reject_outliers) {
+      linearise(problem, e.u, e.use, e.posterior.linear);
+      return;
+    }
+    find_posterior(problem, e);
+    if (!naming.changed(problem, e)) return;
   }
 }
+
+}  // namespace
 
 /// From the fullest level's solution to the mean over all levels, and the outliers by that. Each
 /// round is one Gauss-Newton step of every level; levels without a say are not asked again.
 /// `problem` and e.posterior have the mean's ripple in the end.
-LevelMean settle_over_levels(Problem& problem, const IdentifyOptions& options,
-                             std::vector<ModelLevel> levels, Estimate& e) {
+void refine(Problem& problem, const IdentifyOptions& options, std::vector<ModelLevel> levels,
+            Estimate& e) {
   // In prior sigmas. What a step of this size leaves undone is a thousandth of it: the errors are
   // milliradians, and the next term of the expansion is smaller by that.
   constexpr double kStep = 1e-2;
-  constexpr double kNoSay = 1e-6;
+  constexpr double kNoSay = 1e-4;
   LevelMean first;
+  Naming naming(options);
   for (int round = 0;; ++round) {
     LevelMean mean = mean_over_levels(problem, e.u, e.posterior.linear, levels);
     const double step = (mean.u - e.u).lpNorm<Eigen::Infinity>();
     e.u = mean.u;
     problem.set_ripple(mean.ripple_rad);
-    e.posterior = posterior_at(problem, e.u, e.use, mean.covariance_u);
-    std::vector<bool> next = e.use;
-    if (options.reject_outliers) next = honest_touches(problem, options, e);
-    if ((next == e.use && step < kStep) || round == kOutlierRounds) {
+    linearise(problem, e.u, e.use, e.posterior.linear);
+    set_covariance(mean.covariance_u, e.posterior);
+    const bool last = round == kOutlierRounds;
+    const bool changed = !last && naming.changed(problem, e);
+    if ((!changed && step < kStep) || last) {
       std::vector<LevelEvidence> shown = std::move(mean.levels);
       for (const LevelEvidence& l : first.levels)
         if (std::none_of(shown.begin(), shown.end(),
                          [&](const LevelEvidence& other) { return other.level == l.level; }))
           shown.push_back(l);
       mean.levels = std::move(shown);
-      return mean;
+      e.levels = std::move(mean);
+      return;
     }
-    if (next != e.use) {
-      e.use = std::move(next);
-      e.posterior.linear = linearise(problem, e.u, e.use);
-    }
-    if (round == 0) {
+    if (changed) {
+      linearise(problem, e.u, e.use, e.posterior.linear);
+    } else if (first.levels.empty()) {  // an outlier more or less would change who has a say
       levels.clear();
       for (const LevelEvidence& l : mean.levels)
         if (l.probability > kNoSay) levels.push_back(l.level);
@@ -224,16 +267,31 @@ LevelMean settle_over_levels(Problem& problem, const IdentifyOptions& options,
   }
 }
 
-}  // namespace
-
 Estimate estimate(Problem& problem, const IdentifyOptions& options,
                   std::vector<ModelLevel> levels) {
   Estimate e;
   e.use = fit_touches(problem);
   e.u = Eigen::VectorXd::Zero(problem.size());
-  approach(problem, options, e);
-  settle(problem, options, e);
-  e.levels = settle_over_levels(problem, options, std::move(levels), e);
+  if (!approach(problem, options, e)) settle(problem, options, e);
+  // Of many touches a share says which levels have no say; all touches would say it more clearly.
+  std::vector<bool> some = enough_of(problem, e.use);
+  if (some != e.use) {
+    constexpr double kNoSay = 1e-9;
+    std::vector<bool> all = std::move(e.use);
+    e.use = std::move(some);
+    IdentifyOptions these = options;
+    these.reject_outliers = false;  // is done; and the others are not to come in here
+    linearise(problem, e.u, e.use, e.posterior.linear);
+    refine(problem, these, levels, e);
+    std::erase_if(levels, [&](const ModelLevel& level) {
+      return std::any_of(
+          e.levels.levels.begin(), e.levels.levels.end(),
+          [&](const LevelEvidence& l) { return l.level == level && l.probability < kNoSay; });
+    });
+    e.use = std::move(all);
+  }
+  linearise(problem, e.u, e.use, e.posterior.linear);
+  refine(problem, options, std::move(levels), e);
   return e;
 }
 

@@ -23,10 +23,16 @@ struct Estimate {
   std::vector<bool> use;  ///< per touch: fit touches that are no outliers
   Posterior posterior;
   LevelMean levels;
+  double gate = 0.0;  ///< studentised residual beyond which a touch is an outlier
 };
 
 /// Mean over `levels`. `problem` is at the fullest level and without ripple; it is left with the
 /// mean's. Throws IdentifyError where touches and priors determine nothing.
 Estimate estimate(Problem& problem, const IdentifyOptions& options, std::vector<ModelLevel> levels);
+
+/// The last part of it, from an estimate that is near: steps of all levels and outliers in turn
+/// until neither changes. `e.posterior.linear` is at e.u.
+void refine(Problem& problem, const IdentifyOptions& options, std::vector<ModelLevel> levels,
+            Estimate& e);
 
 }  // namespace cellcal::calib

@@ -22,8 +22,8 @@ constexpr Prior kTransmission[] = {{0.0, 0.25}, {0.5, 0.20}, {1.0, 0.25}, {2.0, 
 constexpr Prior kRipple[] = {{0.0, 0.45}, {5.0 * kRadPerArcsec, 0.45}, {15.0 * kRadPerArcsec, 0.1}};
 /// The robot file's is the largest that one would expect; a third of it is as usual.
 constexpr Prior kCompliance[] = {{0.0, 0.1}, {0.3, 0.5}, {1.0, 0.4}};
-/// A level this much less likely than the best (e^-12) has no say.
-constexpr double kHopeless = 12.0;
+/// A level this much less likely than the best (e^-9) has no say.
+constexpr double kHopeless = 9.0;
 /// Precision of unknowns without a prior: a hair, so that every level stays solvable, and the same
 /// in every level, so that it cancels.
 constexpr double kFlat = 1e-8;
@@ -86,15 +86,12 @@ struct Gathered {
   double square = 0.0, log_weight = 0.0;
 };
 
-Gathered gather(const Problem& problem, const Linearisation& at, const Groups& groups,
-                double ripple_rad) {
+void gather(const Problem& problem, const Linearisation& at, const Groups& groups, Gathered& g) {
   // From the weights of the linearisation to those of this ripple.
   Eigen::VectorXd weight = Eigen::VectorXd::Ones(at.residual.size());
-  Gathered g;
-  g.ripple_rad = ripple_rad;
   for (const auto& [touch, row] : at.touch_row) {
     const double own = problem.own_sigma_m(touch);
-    const double sigma = std::hypot(own, ripple_rad * problem.joint_lever_m(touch));
+    const double sigma = std::hypot(own, g.ripple_rad * problem.joint_lever_m(touch));
     weight.segment(row, problem.rows(touch)).setConstant(problem.sigma_m(touch) / sigma);
     g.log_weight += 2.0 * problem.rows(touch) * std::log(own / sigma);
   }
@@ -115,9 +112,8 @@ Gathered gather(const Problem& problem, const Linearisation& at, const Groups& g
     g.square += residual.squaredNorm();
   }
   gram.triangularView<Eigen::StrictlyUpper>() = gram.transpose();
-  g.gram = gram(groups.order, groups.order);
-  g.gradient = gradient(groups.order);
-  return g;
+  g.gram += gram(groups.order, groups.order);
+  g.gradient += gradient(groups.order);
 }
 
 /// One level's Gauss-Newton step from u and its evidence. `rest`: the plain unknowns and, where the
@@ -286,29 +282,56 @@ std::vector<ModelLevel> usual_levels() {
   return levels;
 }
 
-LevelMean mean_over_levels(const Problem& problem, const Eigen::VectorXd& u,
-                           const Linearisation& at, std::span<const ModelLevel> levels) {
-  const Groups groups(problem);
-  const Eigen::VectorXd start = u(groups.order);
-  std::list<Gathered> gathered;  // families refer to them
+struct LevelSums::Impl {
+  Groups groups;
+  Eigen::VectorXd start;  ///< in the groups' order
+  std::vector<ModelLevel> levels;
+  std::vector<Gathered> gathered;  ///< per ripple
+
+  const Gathered& of(double ripple_rad) const {
+    return *std::find_if(gathered.begin(), gathered.end(),
+                         [&](const Gathered& g) { return g.ripple_rad == ripple_rad; });
+  }
+};
+
+LevelSums::LevelSums(const Problem& problem, const Eigen::VectorXd& u, const Linearisation& at,
+                     std::span<const ModelLevel> levels)
+    : impl_(new Impl{Groups(problem), {}, {levels.begin(), levels.end()}, {}}) {
+  impl_->start = u(impl_->groups.order);
+  const Eigen::Index n = problem.size();
+  for (const ModelLevel& level : levels) {
+    if (std::any_of(impl_->gathered.begin(), impl_->gathered.end(),
+                    [&](const Gathered& g) { return g.ripple_rad == level.ripple_rad; }))
+      continue;
+    impl_->gathered.push_back(
+        {level.ripple_rad, Eigen::MatrixXd::Zero(n, n), Eigen::VectorXd::Zero(n)});
+    gather(problem, at, impl_->groups, impl_->gathered.back());
+  }
+}
+
+LevelSums::~LevelSums() = default;
+LevelSums::LevelSums(LevelSums&&) noexcept = default;
+LevelSums& LevelSums::operator=(LevelSums&&) noexcept = default;
+
+void LevelSums::add(const Problem& problem, const Linearisation& rows) {
+  for (Gathered& g : impl_->gathered) gather(problem, rows, impl_->groups, g);
+}
+
+LevelMean LevelSums::mean() const {
+  const Groups& groups = impl_->groups;
+  const Eigen::Index size = impl_->start.size();
   std::list<Family> families;
   struct Solved {
     Step step;
     const Family* family;
   };
   std::vector<Solved> solved;
-  for (const ModelLevel& level : levels) {
+  for (const ModelLevel& level : impl_->levels) {
     auto f = std::find_if(families.begin(), families.end(), [&](const Family& other) {
       return other.ripple_rad() == level.ripple_rad && other.compliance() == level.compliance;
     });
-    if (f == families.end()) {
-      auto g = std::find_if(gathered.begin(), gathered.end(), [&](const Gathered& other) {
-        return other.ripple_rad == level.ripple_rad;
-      });
-      if (g == gathered.end())
-        g = gathered.insert(g, gather(problem, at, groups, level.ripple_rad));
-      f = families.emplace(f, groups, *g, start, level.compliance);
-    }
+    if (f == families.end())
+      f = families.emplace(f, groups, impl_->of(level.ripple_rad), impl_->start, level.compliance);
     Step step = f->solve(level);
     if (step.solved) solved.push_back({std::move(step), &*f});
   }
@@ -324,7 +347,7 @@ LevelMean mean_over_levels(const Problem& problem, const Eigen::VectorXd& u,
   for (const Solved& s : solved) sum += std::exp(s.step.log_evidence - best);
 
   LevelMean result;
-  Eigen::VectorXd mean = Eigen::VectorXd::Zero(u.size());
+  Eigen::VectorXd mean = Eigen::VectorXd::Zero(size);
   std::vector<Eigen::VectorXd> solutions;  // of the levels that have a say
   for (const Solved& s : solved) {
     const double p = std::exp(s.step.log_evidence - best) / sum;
@@ -338,7 +361,7 @@ LevelMean mean_over_levels(const Problem& problem, const Eigen::VectorXd& u,
   result.ripple_rad = std::sqrt(result.ripple_rad);
   result.transmission = std::sqrt(result.transmission);
   // Within the levels, and between them.
-  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(u.size(), u.size());
+  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(size, size);
   for (const Family& family : families) {
     std::vector<std::pair<const Step*, double>> heard;
     for (std::size_t k = 0; k < solutions.size(); ++k)
@@ -350,11 +373,16 @@ LevelMean mean_over_levels(const Problem& problem, const Eigen::VectorXd& u,
     const Eigen::VectorXd off = solutions[k] - mean;
     covariance.noalias() += (result.levels[k].probability * off) * off.transpose();
   }
-  result.u.resize(u.size());
+  result.u.resize(size);
   result.u(groups.order) = mean;
-  result.covariance_u.resize(u.size(), u.size());
+  result.covariance_u.resize(size, size);
   result.covariance_u(groups.order, groups.order) = covariance;
   return result;
+}
+
+LevelMean mean_over_levels(const Problem& problem, const Eigen::VectorXd& u,
+                           const Linearisation& at, std::span<const ModelLevel> levels) {
+  return LevelSums(problem, u, at, levels).mean();
 }
 
 }  // namespace cellcal::calib

@@ -6,6 +6,7 @@
 // differ. Exact for the linearised problem; iterated, for the estimate.
 
 #include <Eigen/Core>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -26,9 +27,30 @@ struct LevelMean {
   std::vector<LevelEvidence> levels;  ///< best first
 };
 
+/// What the touches say about all unknowns near a point, summed for each ripple among the levels;
+/// one more touch is a change of rank one.
+///
 /// `problem` at the fullest level (transmission 1, compliance where there is any) and without
 /// ripple; `at` its linearisation at `u`, near the solution. One Gauss-Newton step per level.
 /// Throws IdentifyError when touches and priors together leave an unknown undetermined.
+class LevelSums {
+ public:
+  LevelSums(const Problem& problem, const Eigen::VectorXd& u, const Linearisation& at,
+            std::span<const ModelLevel> levels);
+  ~LevelSums();
+  LevelSums(LevelSums&&) noexcept;
+  LevelSums& operator=(LevelSums&&) noexcept;
+
+  /// `rows` of more touches, linearised at the same u with the problem's ripple.
+  void add(const Problem& problem, const Linearisation& rows);
+  LevelMean mean() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// The same at once.
 LevelMean mean_over_levels(const Problem& problem, const Eigen::VectorXd& u,
                            const Linearisation& at, std::span<const ModelLevel> levels);
 

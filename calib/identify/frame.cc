@@ -1,6 +1,7 @@
 #include "calib/identify/frame.h"
 
 #include <Eigen/Eigenvalues>
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 
@@ -134,21 +135,29 @@ std::string weak_words(const Problem& problem, const Eigen::VectorXd& direction)
 
 namespace {
 
-/// Directions, orthonormal, weakest last, along which a unit step changes the rows of a triangle by
-/// less than `most`.
-/// By the eigenvalues of the inverse information, as the covariance of a flat prior: its large ones
-/// are the small singular values of the rows, with all their digits.
-Eigen::MatrixXd unseen(const Eigen::MatrixXd& triangle, double most) {
+/// Directions of the rows' space, orthonormal, and how far a unit step along each changes the rows;
+/// the weakest last. By the eigenvalues of the inverse information, as the covariance of a flat
+/// prior: its large ones are the small singular values of the rows, with all their digits.
+struct Weak {
+  Eigen::MatrixXd directions;
+  Eigen::VectorXd seen_by;
+};
+
+Weak weaker_than(double most, const Eigen::MatrixXd& triangle) {
   const Eigen::Index n = triangle.cols();
   Eigen::MatrixXd root = Eigen::MatrixXd::Identity(n, n);
   triangle.triangularView<Eigen::Upper>().solveInPlace(root);
   Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(n, n);
   covariance.selfadjointView<Eigen::Lower>().rankUpdate(root);
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(covariance);
+  const auto seen_by = [&](Eigen::Index k) {
+    return std::sqrt(std::max(0.0, 1.0 / solver.eigenvalues()[k] - kFlat * kFlat));
+  };
   Eigen::Index count = 0;
-  while (count < n && solver.eigenvalues()[n - 1 - count] > 1.0 / (most * most + kFlat * kFlat))
-    ++count;
-  return solver.eigenvectors().rightCols(count);
+  while (count < n && seen_by(n - 1 - count) < most) ++count;
+  Weak weak{solver.eigenvectors().rightCols(count), Eigen::VectorXd(count)};
+  for (Eigen::Index k = 0; k < count; ++k) weak.seen_by[k] = seen_by(n - count + k);
+  return weak;
 }
 
 UnidentifiableDirection described(const Problem& problem, const Eigen::VectorXd& direction,
@@ -178,8 +187,13 @@ FrameDirections find_frame_directions(const Problem& problem, const Linearisatio
       sought.push_back(i);
   }
   const auto width = static_cast<Eigen::Index>(sought.size());
+  // Products of rows lose half the digits, which matters where they weigh so much that what every
+  // direction is seen by at least would be lost in their rounding.
+  constexpr double kLargestSquare = 1e9;
+  double square = 0.0;
+  for (const int i : sought) square = std::max(square, linear.jacobian.col(i).squaredNorm());
+  Information measured(width, square > kLargestSquare);
   // All directions are seen a little, so that the information has an inverse.
-  Information measured(width, true);
   Eigen::VectorXd flat = Eigen::VectorXd::Constant(width, kFlat);
   for (Eigen::Index k = 0; k < width; ++k)
     if (problem.unknowns()[sought[static_cast<std::size_t>(k)]].held_by_geometry) flat[k] = 1.0;
@@ -198,10 +212,15 @@ FrameDirections find_frame_directions(const Problem& problem, const Linearisatio
       all.row(sought[static_cast<std::size_t>(k)]) = directions.row(k);
     return all;
   };
-  const Eigen::MatrixXd weakest =
-      spread(unseen(measured.triangle().topLeftCorner(width, width), kNoInformation));
+  FrameDirections result;
+  result.basis_u = Eigen::MatrixXd(n, 0);
+  const Weak weak = weaker_than(1.0, measured.triangle().topLeftCorner(width, width));
+  const Eigen::MatrixXd weakest = spread(weak.directions);
+  if (weak.seen_by.size() == 0) return result;
 
-  // Touches and, as if they were measured to kUnmeasurableM, all tips of the workspace.
+  // What touches do not show is a matter of frame if no tip of the workspace shows it either, as if
+  // each were measured to kUnmeasurableM. Those directions lie near the touches' weak ones: two
+  // inverse iterations from there leave nothing of the others.
   const auto tips = static_cast<double>(std::max<Eigen::Index>(1, workspace_moves_m.rows() / 3));
   RowMajor moves = RowMajor::Zero(workspace_moves_m.rows(), width + 1);
   for (Eigen::Index k = 0; k < width; ++k)
@@ -209,9 +228,21 @@ FrameDirections find_frame_directions(const Problem& problem, const Linearisatio
       moves.col(k) = workspace_moves_m.col(i) / (kUnmeasurableM * std::sqrt(tips));
   measured.add(moves);
   constexpr double kNowhere = 0.5;
-
-  FrameDirections result;
-  result.basis_u = spread(unseen(measured.triangle().topLeftCorner(width, width), kNowhere));
+  constexpr int kIterations = 2;
+  const Eigen::MatrixXd triangle = measured.triangle().topLeftCorner(width, width);
+  const auto upper = triangle.triangularView<Eigen::Upper>();
+  Eigen::MatrixXd nearly = weak.directions;
+  for (int k = 0; k < kIterations; ++k) {
+    upper.transpose().solveInPlace(nearly);
+    upper.solveInPlace(nearly);
+    nearly = Eigen::HouseholderQR<Eigen::MatrixXd>(nearly).householderQ() *
+             Eigen::MatrixXd::Identity(width, nearly.cols());
+  }
+  const Eigen::MatrixXd seen = upper * nearly;
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(seen.transpose() * seen);
+  Eigen::Index nowhere = 0;  // eigenvalues rise
+  while (nowhere < nearly.cols() && solver.eigenvalues()[nowhere] < kNowhere * kNowhere) ++nowhere;
+  result.basis_u = spread(nearly * solver.eigenvectors().leftCols(nowhere));
   const Eigen::Index frame = result.basis_u.cols();
   if (frame > 0) {
     const Eigen::MatrixXd sparse = sparse_basis(result.basis_u, problem.arm_size());
@@ -219,18 +250,18 @@ FrameDirections find_frame_directions(const Problem& problem, const Linearisatio
       result.words.push_back(described(problem, sparse.col(c), words_for(problem, sparse.col(c))));
   }
   // What the touches do not see, frame aside: weakest first.
-  std::size_t weak = 0;
-  for (Eigen::Index k = weakest.cols() - 1; k >= 0; --k) {
+  std::size_t named = 0;
+  for (Eigen::Index k = weakest.cols() - 1; k >= 0 && weak.seen_by[k] < kNoInformation; --k) {
     Eigen::VectorXd v = weakest.col(k);
     v -= result.basis_u * (result.basis_u.transpose() * v);
     if (v.norm() < 0.5) continue;
-    if (++weak > kWeakNamed) continue;
+    if (++named > kWeakNamed) continue;
     v.normalize();
     result.words.push_back(described(problem, v, weak_words(problem, v)));
   }
-  if (weak > kWeakNamed)
+  if (named > kWeakNamed)
     result.words.back().words +=
-        "; " + std::to_string(weak - kWeakNamed) + " further directions are as weak";
+        "; " + std::to_string(named - kWeakNamed) + " further directions are as weak";
   return result;
 }
 

@@ -63,8 +63,10 @@ void Information::add_alone(const Eigen::VectorXd& weight, const Eigen::VectorXd
 
 Eigen::MatrixXd Information::triangle() const {
   if (all_digits_) return sum_;
-  const Eigen::LLT<Eigen::MatrixXd> factor(sum_);
-  return factor.info() == Eigen::Success ? Eigen::MatrixXd(factor.matrixU()) : upper_factor(sum_);
+  Eigen::MatrixXd lower = sum_;
+  const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> factor(lower);
+  if (factor.info() != Eigen::Success) return upper_factor(sum_);
+  return lower.triangularView<Eigen::Lower>().transpose();
 }
 
 }  // namespace cellcal::calib

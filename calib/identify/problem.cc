@@ -40,7 +40,7 @@ TargetPlace stated_place(const Target& target, TargetPlace start) {
 
 Problem::Problem(const Cell& cell, const ArmModel& arm, std::span<const Touch> touches,
                  const std::vector<TargetPlace>& places, double ripple_rad)
-    : cell_(cell), arm_(arm), touches_(touches), places_(places), scratch_(3, arm.size()) {
+    : cell_(cell), arm_(arm), touches_(touches), places_(places), nominal_(arm.errors(nullptr)) {
   for (const ArmParameter& parameter : arm.parameters())
     unknowns_.push_back(
         {parameter.name, parameter.unit, parameter.to_unit, 0.0, 0.0, parameter.sigma, 0.0, 1.0});
@@ -54,34 +54,49 @@ Problem::Problem(const Cell& cell, const ArmModel& arm, std::span<const Touch> t
     throw IdentifyError(
         "nothing to identify: every tolerance in the robot file is 0; give the joints tolerances");
 
-  std::vector<int> block_of_target(cell.targets.size(), -1);
+  block_of_target_.assign(cell.targets.size(), -1);
   std::vector<bool> fitted(cell.targets.size(), false);
-  for (const Touch& touch : touches) {
-    target_of_.push_back(cell.target_index(touch.target));
-    poses_.push_back(arm.prepare(touch.joint_rad));
-    if (touch.set == TouchSet::kFit) fitted[target_of_.back()] = true;
-  }
+  for (const Touch& touch : touches)
+    if (touch.set == TouchSet::kFit) fitted[cell.target_index(touch.target)] = true;
   for (std::size_t t = 0; t < cell.targets.size(); ++t) {
     if (!fitted[t]) continue;
-    block_of_target[t] = static_cast<int>(blocks_.size());
+    block_of_target_[t] = static_cast<int>(blocks_.size());
     add_target(t);
   }
-  for (std::size_t i = 0; i < touches.size(); ++i) {
-    const Target& target = cell.targets[target_of_[i]];
-    const Eigen::Matrix3Xd by_joint = arm.nominal_jacobian(touches[i].joint_rad).topRows<3>();
-    const TargetPlace& place = places_[target_of_[i]];
-    const Eigen::Vector3d normal =
-        target.kind == TargetKind::kPlane
-            ? Eigen::Vector3d(place.axes.col(2))
-            : (arm.position(poses_[i], nullptr) - place.centre_m).stableNormalized();
-    // Three components see all three directions; each gets a third of the square.
-    lever_m_.push_back(rows(i) == 3 ? by_joint.norm() / std::sqrt(3.0)
-                                    : (normal.transpose() * by_joint).norm());
-    own_sigma_m_.push_back(touches[i].sigma_m > 0.0 ? touches[i].sigma_m : cell.touch_sigma_m);
-  }
+  for (std::size_t i = 0; i < touches.size(); ++i) weigh(i);
   set_ripple(ripple_rad);
-  for (const std::size_t target : target_of_) block_of_.push_back(block_of_target[target]);
-  add_lengths(block_of_target);
+  add_lengths();
+}
+
+void Problem::extend(std::span<const Touch> touches) {
+  touches_ = touches;
+  for (std::size_t i = poses_.size(); i < touches.size(); ++i) {
+    if (block_of_target_[cell_.target_index(touches[i].target)] < 0)
+      throw IdentifyError("target " + touches[i].target + " was not touched before");
+    weigh(i);
+    sigma_m_.push_back(std::hypot(own_sigma_m_[i], ripple_rad_ * lever_m_[i]));
+  }
+}
+
+/// What of a touch does not depend on the unknowns.
+void Problem::weigh(std::size_t i) {
+  const Touch& touch = touches_[i];
+  target_of_.push_back(cell_.target_index(touch.target));
+  block_of_.push_back(block_of_target_[target_of_.back()]);
+  poses_.push_back(arm_.prepare(touch.joint_rad));
+  ArmChain chain;
+  arm_.walk(poses_[i], nominal_, chain);
+  Eigen::Matrix3Xd by_joint(3, arm_.joint_count());
+  for (int k = 0; k < arm_.joint_count(); ++k)
+    by_joint.col(k) = chain.link[k].z.cross(chain.tip - chain.link[k].z_origin);
+  const TargetPlace& place = places_[target_of_[i]];
+  const Eigen::Vector3d normal = cell_.targets[target_of_[i]].kind == TargetKind::kPlane
+                                     ? Eigen::Vector3d(place.axes.col(2))
+                                     : (chain.tip - place.centre_m).stableNormalized();
+  // Three components see all three directions; each gets a third of the square.
+  lever_m_.push_back(rows(i) == 3 ? by_joint.norm() / std::sqrt(3.0)
+                                  : (normal.transpose() * by_joint).norm());
+  own_sigma_m_.push_back(touch.sigma_m > 0.0 ? touch.sigma_m : cell_.touch_sigma_m);
 }
 
 void Problem::add_target(std::size_t t) {
@@ -119,19 +134,20 @@ void Problem::add_target(std::size_t t) {
   blocks_.push_back(block);
 }
 
-void Problem::add_lengths(const std::vector<int>& block_of_target) {
+void Problem::add_lengths() {
   for (const CertifiedLength& length : cell_.lengths) {
     const std::size_t from = cell_.target_index(length.from), to = cell_.target_index(length.to);
     for (const std::size_t end : {from, to})
       if (!has_a_centre(cell_.targets[end].kind))
         throw IdentifyError("a length ends at " + cell_.targets[end].id +
                             ", which has no centre; lengths lie between spheres, wires and points");
-    const int a = block_of_target[from], b = block_of_target[to];
+    const int a = block_of_target_[from], b = block_of_target_[to];
     if (a >= 0 && b >= 0) lengths_.push_back({a, b, length.length_m, length.sigma_m});
   }
 }
 
 void Problem::set_ripple(double ripple_rad) {
+  ripple_rad_ = ripple_rad;
   sigma_m_.resize(own_sigma_m_.size());
   for (std::size_t i = 0; i < sigma_m_.size(); ++i)
     sigma_m_[i] = std::hypot(own_sigma_m_[i], ripple_rad * lever_m_[i]);
@@ -148,13 +164,17 @@ double Problem::nominal_radius_m(const Target& target) const {
                                              : 0.0;
 }
 
-void Problem::residual_m(std::size_t touch, const double* shared, const double* target,
-                         double* residual, double* by_shared, double* by_target,
-                         Eigen::Vector3d* direction) const {
+Problem::At Problem::at(const double* x_si) const {
+  return {x_si, arm_.errors(x_si), rho_ >= 0 ? x_si[rho_] : 0.0};
+}
+
+void Problem::residual_m(std::size_t touch, const At& at, double* residual, double* by_shared,
+                         double* by_target, Eigen::Vector3d* direction) const {
   const Target& what = cell_.targets[target_of_[touch]];
-  const bool derivatives = by_shared != nullptr || by_target != nullptr;
-  const Eigen::Vector3d tip = derivatives ? arm_.position(poses_[touch], shared, scratch_)
-                                          : arm_.position(poses_[touch], shared);
+  const double* target = at.x + blocks_[static_cast<std::size_t>(block_of_[touch])].first;
+  ArmChain chain;
+  arm_.walk(poses_[touch], at.arm, chain);
+  const Eigen::Vector3d& tip = chain.tip;
   const TargetPlace& place = places_[target_of_[touch]];
 
   if (rows(touch) == 3) {  // point: p(q) - c;  tracker: p(q) - T m
@@ -167,10 +187,10 @@ void Problem::residual_m(std::size_t touch, const double* shared, const double* 
                        : Eigen::Vector3d(Eigen::Map<const Eigen::Vector3d>(target)));
     Eigen::Map<Eigen::Vector3d>{residual} = offset;
     if (direction != nullptr) *direction = unit(offset);
-    if (by_shared != nullptr) {
-      Eigen::Map<RowMajor> j(by_shared, 3, shared_size_);
-      j.leftCols(arm_.size()) = scratch_;
-      if (rho_ >= 0) j.col(rho_).setZero();
+    for (int axis = 0; by_shared != nullptr && axis < 3; ++axis) {
+      double* row = by_shared + axis * shared_size_;
+      arm_.derivative_along(Eigen::Vector3d::Unit(axis), poses_[touch], at.arm, chain, row);
+      if (rho_ >= 0) row[rho_] = 0.0;
     }
     if (by_target != nullptr && tracker)
       Eigen::Map<RowMajor>(by_target, 3, 6) = -by_place;
@@ -195,13 +215,12 @@ void Problem::residual_m(std::size_t touch, const double* shared, const double* 
   double radius =
       what.kind == TargetKind::kWire ? touches_[touch].radius_m : nominal_radius_m(what);
   const bool with_rho = takes_rho(what.kind) && rho_ >= 0;
-  if (with_rho) radius += shared[rho_];
+  if (with_rho) radius += at.rho_m;
   if (has_radius) radius += target[3];
   *residual = distance - radius;
   if (by_shared != nullptr) {
-    Eigen::Map<Eigen::RowVectorXd> j(by_shared, shared_size_);
-    j.head(arm_.size()).noalias() = normal.transpose() * scratch_;
-    if (rho_ >= 0) j[rho_] = with_rho ? -1.0 : 0.0;
+    arm_.derivative_along(normal, poses_[touch], at.arm, chain, by_shared);
+    if (rho_ >= 0) by_shared[rho_] = with_rho ? -1.0 : 0.0;
   }
   if (by_target != nullptr) {
     Eigen::Map<Eigen::RowVector3d>{by_target} = by_place;

@@ -46,6 +46,10 @@ class Problem {
   Problem(const Cell& cell, const ArmModel& arm, std::span<const Touch> touches,
           const std::vector<TargetPlace>& places, double ripple_rad = 0.0);
 
+  /// More touches, of targets that have fit touches already; `touches` begins with those known.
+  /// Throws IdentifyError where a target is new.
+  void extend(std::span<const Touch> touches);
+
   const std::vector<Unknown>& unknowns() const { return unknowns_; }
   int size() const { return static_cast<int>(unknowns_.size()); }
   int arm_size() const { return arm_.size(); }
@@ -59,12 +63,18 @@ class Problem {
   const TargetPlace& place(const TargetBlock& block) const { return places_[block.target]; }
 
   int rows(std::size_t touch) const;  ///< 1, or 3 for a point or a tracker
-  /// Residual of a touch in metres at SI unknowns of the shared part and of its target.
-  /// `by_shared` (rows x shared_size) and `by_target` (rows x block size) are derivatives by SI
-  /// unknowns, row-major; null where not wanted. `direction`: unit, from the centre to the tip; of
-  /// a plane its normal, of a tracker from where it saw the tip.
-  void residual_m(std::size_t touch, const double* shared, const double* target, double* residual,
-                  double* by_shared, double* by_target, Eigen::Vector3d* direction = nullptr) const;
+  /// Unknowns at which residuals are taken; refers to x.
+  struct At {
+    const double* x;
+    ArmErrors arm;
+    double rho_m;
+  };
+  At at(const double* x_si) const;
+  /// Residual of a touch in metres. `by_shared` (rows x shared_size) and `by_target` (rows x block
+  /// size) are derivatives by SI unknowns, row-major; null where not wanted. `direction`: unit,
+  /// from the centre to the tip; of a plane its normal, of a tracker from where it saw the tip.
+  void residual_m(std::size_t touch, const At& at, double* residual, double* by_shared,
+                  double* by_target, Eigen::Vector3d* direction = nullptr) const;
   /// Touch noise with the joints' ripple in it.
   double sigma_m(std::size_t touch) const { return sigma_m_[touch]; }
   /// Touch noise alone.
@@ -94,17 +104,20 @@ class Problem {
   std::span<const Touch> touches_;
   std::vector<PreparedPose> poses_;
   std::vector<TargetPlace> places_;
+  ArmErrors nominal_;
   std::vector<Unknown> unknowns_;
   std::vector<TargetBlock> blocks_;
   std::vector<int> block_of_;
   std::vector<std::size_t> target_of_;
   std::vector<double> own_sigma_m_, sigma_m_, lever_m_;
   std::vector<Length> lengths_;
+  std::vector<int> block_of_target_;
+  double ripple_rad_ = 0.0;
   int shared_size_ = 0;
   int rho_ = -1;
   void add_target(std::size_t target);
-  void add_lengths(const std::vector<int>& block_of_target);
-  mutable Eigen::Matrix3Xd scratch_;  // one solver thread at a time
+  void add_lengths();
+  void weigh(std::size_t touch);
 };
 
 }  // namespace cellcal::calib

@@ -32,7 +32,7 @@ std::vector<JointVector> workspace_poses(const ArmModel& arm, int count, unsigne
                    high = std::min(middle + half, kWristRad);
       q.push_back(low < high ? random.uniform(low, high) : middle);
     }
-    if (arm.position(arm.prepare(q), nullptr).z() > kFloorM) poses.push_back(std::move(q));
+    if (arm.nominal_tip_m(q).z() > kFloorM) poses.push_back(std::move(q));
   }
   return poses;
 }
@@ -51,7 +51,7 @@ std::vector<JointVector> local_poses(const ArmModel& arm, const std::vector<Join
       q[i] =
           std::clamp(q[i] + random.uniform(-kSpreadRad, kSpreadRad), joint.min_rad, joint.max_rad);
     }
-    const Eigen::Vector3d tip = arm.position(arm.prepare(q), nullptr);
+    const Eigen::Vector3d tip = arm.nominal_tip_m(q);
     for (const Eigen::Vector3d& centre : centres_m) {
       if ((tip - centre).cwiseAbs().maxCoeff() > half_m) continue;
       poses.push_back(std::move(q));
@@ -73,17 +73,24 @@ Eigen::MatrixXd aligned_moves(const ArmModel& arm, const std::vector<JointVector
   const auto count = static_cast<Eigen::Index>(poses.size());
   const int n = arm.size();
   Eigen::MatrixXd moves(3 * count, n);
-  Eigen::MatrixXd rigid(3 * count, 6);  // of the tips, under a motion of the base
-  Eigen::Matrix3Xd jacobian(3, n);
+  Eigen::Matrix3Xd tips(3, count), jacobian(3, n);
+  const ArmErrors errors = arm.errors(x_si);
+  ArmChain chain;
   for (Eigen::Index k = 0; k < count; ++k) {
-    const Eigen::Vector3d tip =
-        arm.position(arm.prepare(poses[static_cast<std::size_t>(k)]), x_si, jacobian);
-    moves.middleRows<3>(3 * k) = jacobian * scale.head(n).asDiagonal();
-    rigid.middleRows<3>(3 * k) = base_motion(tip);
+    const PreparedPose pose = arm.prepare(poses[static_cast<std::size_t>(k)]);
+    arm.walk(pose, errors, chain);
+    arm.derivative(pose, errors, chain, jacobian);
+    tips.col(k) = chain.tip;
+    moves.middleRows<3>(3 * k) = jacobian;
   }
-  const Eigen::MatrixXd q = Eigen::HouseholderQR<Eigen::MatrixXd>(rigid).householderQ() *
-                            Eigen::MatrixXd::Identity(3 * count, 6);
-  moves -= q * (q.transpose() * moves).eval();
+  moves *= scale.head(n).asDiagonal();
+  // A base turning about the middle of the tips: the same motions, and well conditioned.
+  tips.colwise() -= tips.rowwise().mean().eval();
+  Eigen::Matrix<double, Eigen::Dynamic, 6> rigid(3 * count, 6);
+  for (Eigen::Index k = 0; k < count; ++k) rigid.middleRows<3>(3 * k) = base_motion(tips.col(k));
+  const Eigen::Matrix<double, 6, 6> square = rigid.transpose() * rigid;
+  const Eigen::Matrix<double, 6, Eigen::Dynamic> pulled = rigid.transpose() * moves;
+  moves.noalias() -= rigid * square.completeOrthogonalDecomposition().solve(pulled);
   return moves;
 }
 
@@ -91,7 +98,10 @@ double predicted_mean_error_m(const Eigen::MatrixXd& moves, const Eigen::MatrixX
   const Eigen::Index count = moves.rows() / 3;
   if (count == 0) return 0.0;
   // Variance of each coordinate, three to a tip.
-  const Eigen::VectorXd variance = (moves * covariance_u).cwiseProduct(moves).rowwise().sum();
+  const Eigen::MatrixXd through = moves * covariance_u;
+  Eigen::VectorXd variance = Eigen::VectorXd::Zero(moves.rows());
+  for (Eigen::Index c = 0; c < moves.cols(); ++c)
+    variance += through.col(c).cwiseProduct(moves.col(c));
   double sum = 0.0;
   for (Eigen::Index k = 0; k < count; ++k)
     sum += std::sqrt(std::max(0.0, variance.segment<3>(3 * k).sum()));

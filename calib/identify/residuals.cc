@@ -70,27 +70,21 @@ Eigen::VectorXd place_seen_by_nominal_arm(const Problem& problem, int block,
 void fill_residuals(const Problem& problem, const Eigen::VectorXd& x_si,
                     const std::vector<bool>& outlier, Calibration& calibration) {
   const auto touches = problem.touches();
-  // The nominal arm's own place of each target.
-  std::vector<Eigen::VectorXd> nominal_place;
-  for (std::size_t b = 0; b < problem.blocks().size(); ++b) {
-    const TargetBlock& block = problem.blocks()[b];
-    Eigen::VectorXd unknowns = Eigen::VectorXd::Zero(block.size());
-    unknowns.head(block.place) = place_seen_by_nominal_arm(problem, static_cast<int>(b), outlier);
-    nominal_place.push_back(std::move(unknowns));
-  }
-  Eigen::VectorXd nominal = Eigen::VectorXd::Zero(problem.shared_size());
+  // The nominal arm, with its own place of each target.
+  Eigen::VectorXd nominal_x = Eigen::VectorXd::Zero(problem.size());
+  for (std::size_t b = 0; b < problem.blocks().size(); ++b)
+    nominal_x.segment(problem.blocks()[b].first, problem.blocks()[b].place) =
+        place_seen_by_nominal_arm(problem, static_cast<int>(b), outlier);
+  const Problem::At nominal = problem.at(nominal_x.data()), found = problem.at(x_si.data());
   for (std::size_t i = 0; i < touches.size(); ++i) {
-    const TargetBlock& block = problem.blocks()[problem.block_of(i)];
     const int rows = problem.rows(i);
     TouchResidual entry;
     entry.touch = i;
     entry.outlier = outlier[i];
     double r[3];
-    const Eigen::VectorXd& place = nominal_place[static_cast<std::size_t>(problem.block_of(i))];
-    problem.residual_m(i, nominal.data(), place.data(), r, nullptr, nullptr);
+    problem.residual_m(i, nominal, r, nullptr, nullptr);
     entry.before_m = rows == 1 ? r[0] : Eigen::Map<Eigen::Vector3d>(r).norm();
-    problem.residual_m(i, x_si.data(), x_si.data() + block.first, r, nullptr, nullptr,
-                       &entry.direction);
+    problem.residual_m(i, found, r, nullptr, nullptr, &entry.direction);
     entry.after_m = rows == 1 ? r[0] : Eigen::Map<Eigen::Vector3d>(r).norm();
     entry.whitened = entry.after_m / problem.sigma_m(i);
     if (!outlier[i]) {

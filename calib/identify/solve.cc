@@ -18,36 +18,44 @@ class Rows {
   explicit Rows(const Problem& problem, double sigma_floor_m = 0.0)
       : problem_(problem),
         floor_m_(sigma_floor_m),
-        x_(problem.size()),
-        by_shared_(3 * problem.shared_size()) {
-    for (const Unknown& unknown : problem.unknowns()) scale_.push_back(unknown.scale);
+        x_(static_cast<std::size_t>(problem.size())),
+        scale_(problem.size()),
+        by_shared_(static_cast<std::size_t>(3 * problem.shared_size())) {
+    for (int i = 0; i < problem.size(); ++i) scale_[i] = problem.unknowns()[i].scale;
   }
 
   /// Where the following rows are taken.
   void at(const double* u) {
-    for (int i = 0; i < problem_.size(); ++i) {
+    for (std::size_t i = 0; i < x_.size(); ++i) {
       const Unknown& unknown = problem_.unknowns()[i];
       x_[i] = unknown.origin + unknown.scale * u[i];
     }
+    at_ = problem_.at(x_.data());
   }
 
-  /// Residuals of a touch, and their derivatives: rows of `width`, zeroed by the caller outside of
-  /// what a touch sees; null where not wanted. Returns the number of rows.
+  /// Residuals of a touch, and their derivatives: rows of `width`, of which the problem's size is
+  /// written; null where not wanted. Returns the number of rows.
   int touch(std::size_t i, double* r, double* j, std::ptrdiff_t width) {
-    const TargetBlock& block = problem_.blocks()[problem_.block_of(i)];
-    const int rows = problem_.rows(i), shared = problem_.shared_size();
-    problem_.residual_m(i, x_.data(), x_.data() + block.first, r,
-                        j == nullptr ? nullptr : by_shared_.data(),
-                        j == nullptr ? nullptr : by_target_);
     const double weight = 1.0 / std::max(problem_.sigma_m(i), floor_m_);
+    const int rows = problem_.rows(i);
+    if (j == nullptr) {
+      problem_.residual_m(i, at_, r, nullptr, nullptr);
+      for (int k = 0; k < rows; ++k) r[k] *= weight;
+      return rows;
+    }
+    const TargetBlock& block = problem_.blocks()[problem_.block_of(i)];
+    const int shared = problem_.shared_size(), own = block.size();
+    double* by_shared = rows == 1 ? j : by_shared_.data();  // one row goes where it belongs
+    problem_.residual_m(i, at_, r, by_shared, by_target_);
     for (int k = 0; k < rows; ++k) {
       r[k] *= weight;
-      if (j == nullptr) continue;
-      for (int c = 0; c < shared; ++c)
-        j[k * width + c] = by_shared_[k * shared + c] * weight * scale_[c];
-      for (int c = 0; c < block.size(); ++c)
-        j[k * width + block.first + c] =
-            by_target_[k * block.size() + c] * weight * scale_[block.first + c];
+      Eigen::Map<Eigen::VectorXd> to(j + k * width, width);
+      to.head(shared) = weight * Eigen::Map<const Eigen::VectorXd>(by_shared + k * shared, shared)
+                                     .cwiseProduct(scale_.head(shared));
+      to.segment(shared, problem_.size() - shared).setZero();
+      to.segment(block.first, own) =
+          weight * Eigen::Map<const Eigen::VectorXd>(by_target_ + k * own, own)
+                       .cwiseProduct(scale_.segment(block.first, own));
     }
     return rows;
   }
@@ -71,21 +79,12 @@ class Rows {
  private:
   const Problem& problem_;
   double floor_m_;
-  std::vector<double> x_, scale_, by_shared_;
+  std::vector<double> x_;
+  Eigen::VectorXd scale_;
+  std::vector<double> by_shared_;
+  Problem::At at_{};
   double by_target_[3 * TargetBlock::kMost] = {};
 };
-
-/// Normal equations lose half the digits. That is nothing where a touch is worth 10 um, and too
-/// much for noise-free data, which weigh a million times more against the priors.
-bool needs_all_digits(const Problem& problem, const SolveOptions& options) {
-  constexpr double kPriorMoveM = 2e-3;  // of the tip, by what is not known of an arm
-  constexpr double kLargestSquare = 1e11;
-  double square = 0.0;
-  for (std::size_t i = 0; i < problem.touches().size(); ++i)
-    if (options.use[i])
-      square += std::pow(kPriorMoveM / std::max(problem.sigma_m(i), options.sigma_floor_m), 2);
-  return square > kLargestSquare;
-}
 
 /// The sum of squares over touches, lengths and priors, as Ceres sees it: reduced to one row per
 /// unknown and one for what no unknown can change, whatever the number of touches. Cost, gradient
@@ -104,36 +103,48 @@ class Objective final : public ceres::CostFunction {
   }
 
   bool Evaluate(double const* const* parameters, double* r, double** jacobians) const override {
-    const double* u = parameters[0];
     const int n = problem_.size();
-    rows_.at(u);
-    Eigen::VectorXd weight(n), off(n);
-    for (int i = 0; i < n; ++i) {
-      weight[i] = problem_.unknowns()[i].prior_weight;
-      off[i] = weight[i] * (u[i] - problem_.unknowns()[i].prior_mean_u);
-    }
     Eigen::Map<Eigen::VectorXd> residual(r, n + 1);
     if (jacobians == nullptr || jacobians[0] == nullptr) {
       residual.setZero();
-      residual[n] = std::sqrt(off.squaredNorm() + sum_of_squares());
+      residual[n] = std::sqrt(sum_of_squares(parameters[0]));
       return true;
     }
-    Information information(n, all_digits_);
-    information.add_alone(weight, off);
-    add_touches(information);
-    add_lengths(information);
-    const Eigen::MatrixXd triangle = information.triangle();
+    const Eigen::MatrixXd triangle = gather(parameters[0], false).triangle();
     residual = triangle.col(n);
     Eigen::Map<RowMajor> j(jacobians[0], n + 1, n);
     j = triangle.leftCols(n);
     return true;
   }
 
+  /// All rows at u. `reweighted`: the robust loss as a weight of residual and derivative, as for a
+  /// step taken without looking back; otherwise as a change of the residual, whose square it is.
+  Information gather(const double* u, bool reweighted) const {
+    rows_.at(u);
+    Information information(problem_.size(), all_digits_);
+    Eigen::VectorXd weight(problem_.size());
+    for (int i = 0; i < problem_.size(); ++i) weight[i] = problem_.unknowns()[i].prior_weight;
+    information.add_alone(weight, prior_residual(u));
+    add_touches(information, reweighted);
+    add_lengths(information);
+    return information;
+  }
+
  private:
   static constexpr Eigen::Index kRows = 128;  // at a time; stays in the cache
 
-  double sum_of_squares() const {
-    double sum = 0.0, r[3];
+  Eigen::VectorXd prior_residual(const double* u) const {
+    Eigen::VectorXd off(problem_.size());
+    for (int i = 0; i < problem_.size(); ++i) {
+      const Unknown& unknown = problem_.unknowns()[i];
+      off[i] = unknown.prior_weight * (u[i] - unknown.prior_mean_u);
+    }
+    return off;
+  }
+
+  double sum_of_squares(const double* u) const {
+    rows_.at(u);
+    double sum = prior_residual(u).squaredNorm(), r[3];
     for (std::size_t i = 0; i < use_.size(); ++i) {
       if (!use_[i]) continue;
       const int rows = rows_.touch(i, r, nullptr, 0);
@@ -146,21 +157,19 @@ class Objective final : public ceres::CostFunction {
     return sum;
   }
 
-  void add_touches(Information& information) const {
+  void add_touches(Information& information, bool reweighted) const {
     const Eigen::Index n = problem_.size();
     Eigen::Index row = 0;
-    block_.setZero();
     double r[3];
     for (std::size_t i = 0; i < use_.size(); ++i) {
       if (!use_[i]) continue;
       const int rows = rows_.touch(i, r, block_.row(row).data(), n + 1);
       for (int k = 0; k < rows; ++k, ++row) {
         block_(row, n) = r[k];
-        if (cauchy_ > 0.0) robustify(row);
+        if (cauchy_ > 0.0) robustify(row, reweighted);
       }
       if (row + 3 <= kRows) continue;
       information.add(block_.topRows(row));
-      block_.setZero();
       row = 0;
     }
     information.add(block_.topRows(row));
@@ -184,10 +193,14 @@ class Objective final : public ceres::CostFunction {
 
   /// The same as a change of the residual: f(r) = c sqrt(log(1 + r^2/c^2)), so that the sum of f^2
   /// is the robust cost. Smooth at 0, where f(r) -> r.
-  void robustify(Eigen::Index row) const {
+  void robustify(Eigen::Index row, bool reweighted) const {
     double& r = block_(row, problem_.size());
     const double s = std::pow(r / cauchy_, 2);
     if (s < kSmooth) return;
+    if (reweighted) {
+      block_.row(row) /= std::sqrt(1.0 + s);
+      return;
+    }
     const double f = std::copysign(cauchy_ * std::sqrt(std::log1p(s)), r);
     block_.row(row).head(problem_.size()) *= r / (f * (1.0 + s));
     r = f;
@@ -204,6 +217,16 @@ class Objective final : public ceres::CostFunction {
 
 }  // namespace
 
+bool needs_all_digits(const Problem& problem, const SolveOptions& options) {
+  constexpr double kPriorMoveM = 2e-3;  // of the tip, by what is not known of an arm
+  constexpr double kLargestSquare = 1e11;
+  double square = 0.0;
+  for (std::size_t i = 0; i < problem.touches().size(); ++i)
+    if (options.use[i])
+      square += std::pow(kPriorMoveM / std::max(problem.sigma_m(i), options.sigma_floor_m), 2);
+  return square > kLargestSquare;
+}
+
 SolveResult solve(const Problem& problem, const Eigen::VectorXd& start,
                   const SolveOptions& options) {
   SolveResult result;
@@ -213,16 +236,15 @@ SolveResult solve(const Problem& problem, const Eigen::VectorXd& start,
   solver_problem.AddResidualBlock(new Objective(problem, options, exact), nullptr,  // Ceres owns it
                                   result.u.data());
 
-  // Relative changes of the cost. A robust fit only has to show who does not belong; the final one
-  // converges quadratically, so a last step of 1e-9 leaves less than rounding does.
-  constexpr double kRobustTolerance = 1e-3, kTolerance = 1e-9;
+  // A robust fit only has to show who does not belong.
+  constexpr double kRobustTolerance = 1e-3;
   constexpr int kRobustIterations = 25;
   const bool robust = options.cauchy_sigma > 0.0;
   ceres::Solver::Options o;
   o.linear_solver_type = exact ? ceres::DENSE_QR : ceres::DENSE_NORMAL_CHOLESKY;
   o.max_num_iterations =
       robust ? std::min(kRobustIterations, options.max_iterations) : options.max_iterations;
-  o.function_tolerance = robust ? kRobustTolerance : kTolerance;
+  o.function_tolerance = robust ? kRobustTolerance : options.tolerance;
   o.gradient_tolerance = 1e-14;
   o.parameter_tolerance = 1e-9;
   // Prior units are already well scaled; Ceres' own scaling would only blur the damping.
@@ -233,20 +255,30 @@ SolveResult solve(const Problem& problem, const Eigen::VectorXd& start,
   ceres::Solver::Summary summary;
   ceres::Solve(o, &solver_problem, &summary);
   result.iterations = static_cast<int>(summary.iterations.size());
-  result.converged = robust || summary.termination_type == ceres::CONVERGENCE;
+  result.converged = summary.termination_type == ceres::CONVERGENCE;
   if (!summary.IsSolutionUsable() || !result.u.allFinite())
     throw IdentifyError("the solver failed: " + summary.message);
   return result;
 }
 
-Linearisation linearise(const Problem& problem, const Eigen::VectorXd& u,
-                        const std::vector<bool>& use) {
-  Linearisation result;
+Eigen::VectorXd step_towards(const Problem& problem, const Eigen::VectorXd& u,
+                             const SolveOptions& options) {
+  const Objective objective(problem, options, needs_all_digits(problem, options));
+  const Eigen::MatrixXd triangle = objective.gather(u.data(), true).triangle();
+  const Eigen::Index n = u.size();
+  Eigen::VectorXd step = triangle.col(n).head(n);
+  triangle.topLeftCorner(n, n).triangularView<Eigen::Upper>().solveInPlace(step);
+  return u - step;
+}
+
+void linearise(const Problem& problem, const Eigen::VectorXd& u, const std::vector<bool>& use,
+               Linearisation& result) {
   int count = static_cast<int>(problem.lengths().size());
   for (std::size_t i = 0; i < use.size(); ++i)
     if (use[i]) count += problem.rows(i);
-  result.jacobian = RowMajor::Zero(count, problem.size());
+  result.jacobian.resize(count, problem.size());
   result.residual.resize(count);
+  result.touch_row.clear();
   Rows rows(problem);
   rows.at(u.data());
   int row = 0;
@@ -257,10 +289,30 @@ Linearisation linearise(const Problem& problem, const Eigen::VectorXd& u,
     row += rows.touch(i, result.residual.data() + row, j(), problem.size());
   }
   result.length_row = row;
+  result.jacobian.bottomRows(count - row).setZero();
   for (const Problem::Length& length : problem.lengths()) {
     rows.length(length, result.residual.data() + row, j());
     ++row;
   }
+}
+
+Linearisation linearise(const Problem& problem, const Eigen::VectorXd& u,
+                        const std::vector<bool>& use) {
+  Linearisation result;
+  linearise(problem, u, use, result);
+  return result;
+}
+
+Linearisation linearise_touch(const Problem& problem, const Eigen::VectorXd& u, std::size_t touch) {
+  Linearisation result;
+  const int count = problem.rows(touch);
+  result.jacobian.resize(count, problem.size());
+  result.residual.resize(count);
+  result.touch_row.emplace_back(touch, 0);
+  result.length_row = count;
+  Rows rows(problem);
+  rows.at(u.data());
+  rows.touch(touch, result.residual.data(), result.jacobian.data(), problem.size());
   return result;
 }
 

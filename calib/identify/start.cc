@@ -10,6 +10,7 @@ namespace cellcal::calib {
 namespace {
 
 constexpr int kIterations = 20;
+constexpr double kSettledM = 1e-9;  // where an estimate starts from
 /// Smallest over largest singular value of the centred points: below it they lie in a plane.
 constexpr double kFlat = 0.02;
 /// Of points on a plane the thickness is what the nominal arm is wrong by; more of the width than
@@ -70,7 +71,7 @@ SphereFit fit_centre(const std::vector<Eigen::Vector3d>& points_m,
     const Eigen::Vector3d step = j.colPivHouseholderQr().solve(-r);
     if (!step.allFinite()) break;
     centre += step;
-    if (step.norm() < 1e-12) break;
+    if (step.norm() < kSettledM) break;
   }
   if (centre.allFinite()) fit.centre_m = centre;
   return fit;
@@ -94,7 +95,7 @@ Eigen::Vector3d fit_centre_near(const std::vector<Eigen::Vector3d>& points_m,
     }
     const Eigen::Vector3d step = information.ldlt().solve(right);
     centre += step;
-    if (step.norm() < 1e-12) break;
+    if (step.norm() < kSettledM) break;
   }
   return centre;
 }

@@ -66,12 +66,12 @@ Seen see(const Cell& cell, const ArmModel& arm, const Target& target,
   Seen seen;
   for (const Touch& touch : touches) {
     if (touch.target != target.id || touch.set != TouchSet::kFit) continue;
-    seen.tips_m.push_back(arm.position(arm.prepare(touch.joint_rad), nullptr));
+    const Eigen::Isometry3d tcp = arm.nominal_tcp(touch.joint_rad);
+    seen.tips_m.push_back(tcp.translation());
     seen.readings_m.emplace_back(touch.tracker_m[0], touch.tracker_m[1], touch.tracker_m[2]);
     seen.radii_m.push_back(target.kind == TargetKind::kWire
                                ? touch.radius_m
                                : target.diameter_m / 2.0 + cell.tool.tip_radius_m);
-    const Eigen::Isometry3d tcp = arm.nominal_tcp(touch.joint_rad);
     seen.tool.push_back(
         ((tcp * cell.tool.tcp.inverse()).translation() - tcp.translation()).stableNormalized());
   }

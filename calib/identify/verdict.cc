@@ -53,9 +53,10 @@ double least_information(const Problem& problem, const Eigen::VectorXd& x, const
   if (kind == TargetKind::kPlane) lever.head<2>().setConstant(kPlaceLeverM);
   if (kind == TargetKind::kTracker) lever.tail<3>().setConstant(kPlaceLeverM);
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(block.place, block.place);
+  const Problem::At at = problem.at(x.data());
   double r[3], by_target[3 * TargetBlock::kMost];
   for (const std::size_t i : touches) {
-    problem.residual_m(i, x.data(), x.data() + block.first, r, nullptr, by_target);
+    problem.residual_m(i, at, r, nullptr, by_target);
     const Eigen::MatrixXd j =
         Eigen::Map<const RowMajor>(by_target, problem.rows(i), block.size()).leftCols(block.place) *
         lever.cwiseInverse().asDiagonal();
@@ -94,6 +95,7 @@ double check_against_prediction(const Problem& problem, const Calibration& c) {
   for (int i = 0; i < problem.size(); ++i)
     x[i] = c.parameters[static_cast<std::size_t>(i)].nominal +
            c.parameters[static_cast<std::size_t>(i)].correction;
+  const Problem::At at = problem.at(x.data());
   double sum = 0.0;
   int count = 0;
   for (std::size_t t = 0; t < problem.touches().size(); ++t) {
@@ -102,8 +104,7 @@ double check_against_prediction(const Problem& problem, const Calibration& c) {
     const int rows = problem.rows(t), shared = problem.shared_size();
     Eigen::VectorXd residual(rows);
     RowMajor by_shared(rows, shared), by_target(rows, block.size());
-    problem.residual_m(t, x.data(), x.data() + block.first, residual.data(), by_shared.data(),
-                       by_target.data());
+    problem.residual_m(t, at, residual.data(), by_shared.data(), by_target.data());
     RowMajor j = RowMajor::Zero(rows, problem.size());
     j.leftCols(shared) = by_shared;
     j.middleCols(block.first, block.size()) = by_target;

@@ -15,6 +15,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <array>
 #include <span>
 #include <string>
 #include <vector>
@@ -49,10 +50,42 @@ struct ArmParameter {
   int link = -1;  ///< kLoad: the joint whose link it is
 };
 
+/// A robot of more joints is refused; bounds the stack.
+constexpr int kMaxJoints = 32;
+
 /// What depends on the axis angles alone and not on the errors; computed once per touch.
 struct PreparedPose {
-  Eigen::VectorXd theta_rad;  ///< nominal
-  Eigen::VectorXd factor;     ///< per parameter: dtheta/dx for compliance, load, harmonics; else 0
+  Eigen::Matrix2Xd direction;  ///< per joint: cosine and sine of the nominal theta
+  Eigen::VectorXd factor;      ///< per parameter: dtheta/dx for compliance, load, harmonics; else 0
+};
+
+/// What depends on the errors alone and not on the axis angles; computed once for many poses.
+/// Refers to the x that it was made from.
+struct ArmErrors {
+  struct OfJoint {
+    double theta_rad, d_m, a_m;  ///< theta: the error; d and a: nominal and error
+    double cos_alpha, sin_alpha, cos_beta, sin_beta;
+    bool has_beta;
+  };
+  std::array<OfJoint, kMaxJoints> joint;
+  const double* x;                ///< null: all zero
+  Eigen::Vector3d tcp_m;          ///< in the flange's frame, before it bends
+  double bend_m_per_accel = 0.0;  ///< c_t m l^3/3: tip's displacement over acceleration across
+};
+
+/// The arm in one pose under errors: axes and origins along the chain, base frame.
+struct ArmChain {
+  struct Link {
+    Eigen::Vector3d z, z_origin;  ///< theta and d act about and along z through z_origin
+    Eigen::Vector3d x;            ///< a acts along x; alpha about x through end
+    Eigen::Vector3d y;            ///< beta about y through end
+    Eigen::Vector3d end;          ///< origin behind the joint
+    Eigen::Matrix3d rotation;     ///< behind the joint
+  };
+  std::array<Link, kMaxJoints> link;
+  Eigen::Matrix3d flange;
+  Eigen::Vector3d flange_origin;
+  Eigen::Vector3d rigid_tip, tip;  ///< before the tool bends, and bent
 };
 
 /// Geometry of one pose under errors, for drawing and collision checks.
@@ -76,29 +109,46 @@ class ArmModel {
   /// Throws std::invalid_argument when the number of angles is not the robot's.
   PreparedPose prepare(std::span<const double> joint_rad) const;
 
+  /// x: size() values, SI; null: all zero.
+  ArmErrors errors(const double* x) const;
+  /// Fills `chain`; its `tip` is the TCP's position [m, base frame].
+  void walk(const PreparedPose& pose, const ArmErrors& errors, ArmChain& chain) const;
+  /// Derivative of the tip's component along the unit vector n: size() values, `stride` apart.
+  void derivative_along(const Eigen::Vector3d& n, const PreparedPose& pose, const ArmErrors& errors,
+                        const ArmChain& chain, double* derivative, std::ptrdiff_t stride = 1) const;
+  /// Derivative of the tip, 3 x size(), column per parameter, column-major.
+  void derivative(const PreparedPose& pose, const ArmErrors& errors, const ArmChain& chain,
+                  Eigen::Ref<Eigen::Matrix3Xd> jacobian) const;
+
   /// TCP position [m, base frame] at errors x (size() values; null: all zero).
   Eigen::Vector3d position(const PreparedPose& pose, const double* x) const;
-  /// Same with its derivative, 3 x size(), column per parameter, column-major.
+  /// Same with its derivative.
   Eigen::Vector3d position(const PreparedPose& pose, const double* x,
                            Eigen::Ref<Eigen::Matrix3Xd> jacobian) const;
   ArmShape shape(const PreparedPose& pose, const double* x) const;
 
   /// TCP pose of the nominal arm with a stiff tool.
   Eigen::Isometry3d nominal_tcp(std::span<const double> joint_rad) const;
+  /// Its position alone.
+  Eigen::Vector3d nominal_tip_m(std::span<const double> joint_rad) const;
   /// Geometric Jacobian of the nominal TCP, 6 x joints (linear above angular), per controller
   /// axis angle, base frame.
   Eigen::Matrix<double, 6, Eigen::Dynamic> nominal_jacobian(
       std::span<const double> joint_rad) const;
 
  private:
-  struct Chain;
-  void walk(const PreparedPose& pose, const double* x, Chain& chain) const;
-  Eigen::VectorXd gravity_torque_nm(const Chain& chain) const;
+  PreparedPose turned(std::span<const double> joint_rad) const;
+  void walk_links(const PreparedPose& pose, const ArmErrors& errors, ArmChain& chain) const;
+  Eigen::VectorXd gravity_torque_nm(const ArmChain& chain) const;
 
   Robot robot_;
   Tool tool_;
   std::vector<ArmParameter> parameters_;
+  int first_by_pose_ = 0,
+      last_by_pose_ = 0;  ///< parameters that turn a joint by what the pose says
   int deflection_index_ = -1;
+  double stiff_ = 0.0;  ///< m l^3/3 of the tool
+  ArmErrors none_;      ///< of the nominal arm
 };
 
 }  // namespace cellcal::calib

@@ -13,6 +13,7 @@
 #include "calib/identify/identify.h"
 #include "calib/identify/problem.h"
 #include "calib/identify/region.h"
+#include "calib/identify/running.h"
 #include "calib/identify/solve.h"
 #include "tests/bench/times.h"
 #include "tests/calib/identify/simulate.h"
@@ -106,6 +107,25 @@ void measure_parts(const Cell& cell, const std::vector<Touch>& touches, const Ca
   });
 }
 
+/// Touches taken into an estimate that goes along: those that change it near its point of
+/// linearisation, and those after which all are linearised and judged again.
+struct More {
+  bench::Times one, anew;
+};
+
+void measure_more(const Cell& cell, std::vector<Touch> touches, More& more) {
+  const auto last = static_cast<std::ptrdiff_t>(std::min<std::size_t>(20, touches.size() / 4));
+  const std::vector<Touch> added(touches.end() - last, touches.end());
+  touches.resize(touches.size() - added.size());
+  RunningEstimate running(cell, std::move(touches));
+  for (const Touch& touch : added) {
+    bench::Times took;
+    bool anew = false;
+    measure(took, [&] { anew = running.add(touch).anew; });
+    (anew ? more.anew : more.one).add(took.worst());
+  }
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -114,7 +134,7 @@ int main(int argc, char** argv) {
   int runs = 30;
   app.add_option("--touches", counts, "Numbers of fit touches")
       ->delimiter(',')
-      ->check(CLI::Range(20, 100000));
+      ->check(CLI::Range(20, 1000000));
   app.add_option("--runs", runs, "Random arms per number")->check(CLI::Range(1, 10000));
   CLI11_PARSE(app, argc, argv);
 
@@ -127,6 +147,7 @@ int main(int argc, char** argv) {
     int count;
     Memory memory;
     double derivatives_us;
+    More more;
   };
   std::vector<Extra> extras;
   const Cell& cell = testing::demo_cell();
@@ -134,6 +155,7 @@ int main(int argc, char** argv) {
     bench::Times whole;
     Memory memory;
     Parts parts;
+    More more;
     std::size_t parameters = 0;
     for (int run = 0; run < runs; ++run) {
       const auto seed = static_cast<unsigned>(run + 1);
@@ -149,12 +171,13 @@ int main(int argc, char** argv) {
       memory.end();
       parameters = std::max(parameters, result.parameters.size());
       measure_parts(cell, made.touches, result, parts);
+      measure_more(cell, made.touches, more);
     }
     fmt::print("{:7d} {:10d} {:8.1f} {:8.1f} {:8.1f}   {:8.2f} {:10.2f} {:8.2f} {:9.2f}\n", count,
                parameters, ms(whole.quantile(0.5)), ms(whole.quantile(0.95)), ms(whole.worst()),
                ms(parts.solve.quantile(0.5)), ms(parts.covariance.quantile(0.5)),
                ms(parts.levels.quantile(0.5)), ms(parts.predicted.quantile(0.5)));
-    extras.push_back({count, memory, parts.derivatives.quantile(0.5)});
+    extras.push_back({count, memory, parts.derivatives.quantile(0.5), more});
   }
   fmt::print(
       "\n        process's peak   of that, added by   tip's position and derivatives\n"
@@ -162,5 +185,16 @@ int main(int argc, char** argv) {
   for (const Extra& extra : extras)
     fmt::print("{:7d} {:13.1f} {:19.1f} {:20.1f} {:15.2f}\n", extra.count, extra.memory.peak_mb(),
                extra.memory.added_mb(), extra.derivatives_us, extra.derivatives_us / extra.count);
+  fmt::print(
+      "\n        one more touch, mean of the levels and covariance included; ms   all judged anew\n"
+      "touches             median      p95    worst                     share   median    worst\n");
+  for (Extra& extra : extras) {
+    bench::Times &one = extra.more.one, &anew = extra.more.anew;
+    const double share = static_cast<double>(anew.count()) /
+                         static_cast<double>(std::max<std::size_t>(1, one.count() + anew.count()));
+    fmt::print("{:7d} {:18.2f} {:8.2f} {:8.2f} {:23.0f} % {:8.2f} {:8.2f}\n", extra.count,
+               ms(one.quantile(0.5)), ms(one.quantile(0.95)), ms(one.worst()), 100.0 * share,
+               ms(anew.quantile(0.5)), ms(anew.worst()));
+  }
   return 0;
 }

@@ -54,7 +54,7 @@ void measure(const char* name, const Cell& cell, int calls) {
     x[p] = arm.parameters()[static_cast<std::size_t>(p)].sigma * random.normal();
   Eigen::Matrix3Xd jacobian(3, arm.size());
   const double prepare = nanoseconds(
-      calls, [&](std::size_t i) { return arm.prepare(joints[i % kPoses]).theta_rad[0]; });
+      calls, [&](std::size_t i) { return arm.prepare(joints[i % kPoses]).direction(0, 0); });
   const double position = nanoseconds(
       calls, [&](std::size_t i) { return arm.position(poses[i % kPoses], x.data()).x(); });
   const double derivatives = nanoseconds(calls, [&](std::size_t i) {

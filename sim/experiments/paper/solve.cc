@@ -21,13 +21,13 @@ constexpr double kSame = 1e-16;      // m; nothing moves any more
 double mean_residual_m(const calib::Problem& problem, const Eigen::VectorXd& u,
                        const std::vector<bool>& use) {
   const Eigen::VectorXd x = problem.to_si(u);
+  const calib::Problem::At at = problem.at(x.data());
   double sum = 0.0;
   int count = 0;
   for (std::size_t i = 0; i < problem.touches().size(); ++i) {
     if (!use[i]) continue;
     double residual = 0.0;
-    problem.residual_m(i, x.data(), x.data() + problem.blocks()[0].first, &residual, nullptr,
-                       nullptr);
+    problem.residual_m(i, at, &residual, nullptr, nullptr);
     sum += std::abs(residual);
     ++count;
   }

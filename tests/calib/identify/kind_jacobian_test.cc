@@ -51,13 +51,13 @@ struct Drawn {
 };
 
 /// Fourth-order central difference of the residual by x[p].
-Vector3d difference(const Problem& problem, std::size_t touch, const TargetBlock& block,
-                    const Eigen::VectorXd& x, int p, double step) {
+Vector3d difference(const Problem& problem, std::size_t touch, const Eigen::VectorXd& x, int p,
+                    double step) {
   const auto at = [&](double steps) {
     Eigen::VectorXd moved = x;
     moved[p] += steps * step;
     Vector3d r = Vector3d::Zero();
-    problem.residual_m(touch, moved.data(), moved.data() + block.first, r.data(), nullptr, nullptr);
+    problem.residual_m(touch, problem.at(moved.data()), r.data(), nullptr, nullptr);
     return r;
   };
   return (8.0 * (at(1) - at(-1)) - (at(2) - at(-2))) / (12.0 * step);
@@ -84,10 +84,9 @@ TEST(KindJacobian, OfEveryKindAgreesWithDifferencesForAnyArm) {
       std::vector<double> by_shared(static_cast<std::size_t>(rows * problem.shared_size()));
       std::vector<double> by_target(static_cast<std::size_t>(rows * block.size()));
       double r[3];
-      problem.residual_m(t, x.data(), x.data() + block.first, r, by_shared.data(),
-                         by_target.data());
+      problem.residual_m(t, problem.at(x.data()), r, by_shared.data(), by_target.data());
       const auto expect = [&](int unknown, const double* column, int stride, double factor) {
-        const Vector3d expected = difference(problem, t, block, x, unknown, 1e-3 / factor);
+        const Vector3d expected = difference(problem, t, x, unknown, 1e-3 / factor);
         for (int row = 0; row < rows; ++row)
           EXPECT_NEAR(column[row * stride], expected[row], 1e-8 * factor)
               << problem.unknowns()[static_cast<std::size_t>(unknown)].name;
@@ -170,7 +169,7 @@ TEST(KindJacobian, OfAPlaneIsPositiveOnTheToolsSideByTheTipsRadius) {
     const Problem problem(drawn.cell, arm, drawn.touches, places);
     const Eigen::VectorXd x = problem.to_si(Eigen::VectorXd::Zero(problem.size()));
     double r = 0.0;
-    problem.residual_m(2, x.data(), x.data() + problem.blocks()[2].first, &r, nullptr, nullptr);
+    problem.residual_m(2, problem.at(x.data()), &r, nullptr, nullptr);
     return r;
   };
   EXPECT_NEAR(residual(0.0), 0.0, 1e-12);

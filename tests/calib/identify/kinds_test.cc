@@ -218,8 +218,7 @@ TEST(Kinds, RefuseAPlaneTouchedInALineOrStatedElsewhere) {
   // With the normal stated it can be computed, and is not let through.
   const Calibration result = identify(stage.cell, touches);
   EXPECT_FALSE(result.verdict.publish);
-  EXPECT_NE(all_reasons(result).find("P1 was touched 30 times at places too near"),
-            std::string::npos)
+  EXPECT_NE(all_reasons(result).find("times at places too near"), std::string::npos)
       << all_reasons(result);
 }
 
