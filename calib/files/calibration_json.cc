@@ -194,6 +194,17 @@ std::string calibration_to_json(const Calibration& c) {
   out["degrees_of_freedom"] = c.degrees_of_freedom;
   out["chi2_per_dof"] = c.chi2_per_dof;
   out["touch_noise_mm"] = c.touch_noise_m * kMmPerM;
+  ordered noise = {{"stated_mm", c.cell.touch_sigma_m * kMmPerM},
+                   {"from_residuals_mm", c.touch_noise_m * kMmPerM}};
+  if (c.repeats.degrees_of_freedom > 0.0) {
+    noise["from_repeats_mm"] = c.repeats.scatter_m * kMmPerM;
+    noise["repeats_degrees_of_freedom"] = c.repeats.degrees_of_freedom;
+  }
+  if (c.repeats.used_m > 0.0) {
+    noise["repeated_touches"] = c.repeats.touches;
+    noise["used_mm"] = c.repeats.used_m * kMmPerM;
+  }
+  out["touch_noise"] = std::move(noise);
   out["verdict"] = {{"publish", c.verdict.publish},
                     {"scope", c.verdict.workspace ? "workspace" : "near targets"},
                     {"reasons", c.verdict.reasons}};
@@ -309,6 +320,17 @@ Calibration calibration_from_json(std::string_view text, const std::string& name
     c.degrees_of_freedom = root.at("degrees_of_freedom").not_negative();
   if (root.has("chi2_per_dof")) c.chi2_per_dof = root.at("chi2_per_dof").number();
   if (root.has("touch_noise_mm")) c.touch_noise_m = root.at("touch_noise_mm").number() / kMmPerM;
+  if (root.has("touch_noise")) {
+    const Reader noise = root.at("touch_noise");
+    if (noise.has("from_repeats_mm")) {
+      c.repeats.scatter_m = noise.at("from_repeats_mm").not_negative() / kMmPerM;
+      c.repeats.degrees_of_freedom = noise.at("repeats_degrees_of_freedom").not_negative();
+    }
+    if (noise.has("used_mm")) {
+      c.repeats.touches = static_cast<int>(noise.at("repeated_touches").whole());
+      c.repeats.used_m = noise.at("used_mm").not_negative() / kMmPerM;
+    }
+  }
   const Reader verdict = root.at("verdict");
   c.verdict.publish = verdict.at("publish").flag();
   const std::string scope = verdict.at("scope").text();

@@ -78,6 +78,14 @@ struct UnidentifiableDirection {
   std::vector<std::pair<std::string, double>> direction;  ///< parameter, share of its prior sigma
 };
 
+/// What touches of one place, repeated, say about the noise of a touch (repeats.h).
+struct RepeatedTouches {
+  int touches = 0;                  ///< that are repeats
+  double scatter_m = 0.0;           ///< 1 sigma of one of them
+  double degrees_of_freedom = 0.0;  ///< that it rests on; 0: not measured
+  double used_m = 0.0;  ///< noise that touches without their own were weighed by; 0: not known
+};
+
 /// A target that stood elsewhere from one of its touches on.
 struct MovedTarget {
   std::string target;
@@ -137,6 +145,7 @@ struct Calibration {
   double degrees_of_freedom = 0.0;
   double chi2_per_dof = 0.0;
   double touch_noise_m = 0.0;  ///< rms of fit residuals, corrected for degrees of freedom
+  RepeatedTouches repeats;
   Verdict verdict;
   std::vector<Outlier> outliers;
   /// One at most; of identify_as_stated(), which does not look closer, suspects without a shift.

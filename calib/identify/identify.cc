@@ -12,6 +12,7 @@
 #include "calib/identify/outliers.h"
 #include "calib/identify/problem.h"
 #include "calib/identify/region.h"
+#include "calib/identify/repeats.h"
 #include "calib/identify/residuals.h"
 #include "calib/identify/target_place.h"
 #include "calib/identify/verdict.h"
@@ -124,6 +125,8 @@ Calibration identify_as_stated(const Cell& cell, const std::vector<Touch>& touch
           "target {} has check touches but no fit touch; its centre is unknown. Make some of its "
           "touches fit touches, or leave it out",
           touches[i].target));
+  const Repeats repeats = find_repeats(problem);
+  if (repeats.touches > 0) problem.set_repeats(repeats.times, repeats.used_m);
   std::vector<ModelLevel> levels = usual_levels();
   if (options.level) levels = {{1.0, 1.0, options.level->ripple_rad}};
   const Estimate e = estimate(problem, options, std::move(levels));
@@ -147,6 +150,8 @@ Calibration identify_as_stated(const Cell& cell, const std::vector<Touch>& touch
   calibration.degrees_of_freedom = dof;
   calibration.chi2_per_dof = sum / dof;
   calibration.touch_noise_m = std::sqrt(noise / dof);
+  calibration.repeats = {repeats.touches, repeats.scatter_m, repeats.degrees_of_freedom,
+                         repeats.used_m};
   // Scatter beyond the stated noise is not explained away: it widens every bound.
   const double inflation = std::max(1.0, calibration.chi2_per_dof);
 

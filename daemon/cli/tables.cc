@@ -67,6 +67,13 @@ std::string result_words(const calib::Calibration& calibration) {
   if (calibration.degrees_of_freedom > 0.0)
     text += fmt::format("chi^2 of the fit: {:.1f} at {:.1f} degrees of freedom, {:.2f} for each\n",
                         calibration.chi2, calibration.degrees_of_freedom, calibration.chi2_per_dof);
+  if (calibration.repeats.degrees_of_freedom > 0.0)
+    text += fmt::format(
+        "touch noise: {:.3f} mm stated, {:.3f} mm measured by {} repeated touches ({:.0f} degrees "
+        "of freedom), {:.3f} mm used\n",
+        calibration.cell.touch_sigma_m * kMm, calibration.repeats.scatter_m * kMm,
+        calibration.repeats.touches, calibration.repeats.degrees_of_freedom,
+        calibration.repeats.used_m * kMm);
   text += observability_words(calibration.observability);
   text += correlation_words(calibration);
   for (const calib::Outlier& outlier : calibration.outliers) {

@@ -44,6 +44,16 @@ std::string noise_words(const View& view) {
       ripple ? ", and the fitted model adds ripple of the gears to it" : "",
       fixed(result.chi2_per_dof, 2),
       ripple ? "both together predict" : "the stated scatter predicts");
+  if (is_known(result.repeats.degrees_of_freedom))
+    words += fmt::format(
+        " Touches repeated at one place scatter by {} mm among themselves ({} of freedom), and {} "
+        "mm "
+        "is what the touches were weighed by.",
+        positive_mm(result.repeats.scatter_m),
+        result.repeats.degrees_of_freedom < 1.5
+            ? "one degree"
+            : fixed(result.repeats.degrees_of_freedom, 0) + " degrees",
+        positive_mm(result.repeats.used_m));
   if (result.chi2_per_dof > 1.0) words += " Every &sigma; in this report is widened accordingly.";
   if (const double degrees = result.degrees_of_freedom; is_known(degrees)) {
     words += fmt::format(" About {} of freedom were left to judge this by{}.",

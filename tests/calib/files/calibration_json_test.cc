@@ -171,6 +171,20 @@ TEST(CalibrationJson, KeepsWhichTargetMovedAndByHowMuch) {
                {"moved[0].sigma_mm"});
 }
 
+TEST(CalibrationJson, KeepsWhatRepeatedTouchesMeasured) {
+  const auto noise = json::parse(written())["touch_noise"];
+  EXPECT_NEAR(noise["stated_mm"].get<double>(), 0.03, 1e-12);
+  EXPECT_EQ(noise["from_residuals_mm"], json::parse(written())["touch_noise_mm"]);
+  EXPECT_FALSE(noise.contains("from_repeats_mm")) << "there are none";
+  Calibration c = result();
+  c.repeats = {30, 1.2e-5, 20.0, 1.7e-5};
+  const Calibration back = calibration_from_json(calibration_to_json(c), "cal.json");
+  EXPECT_EQ(back.repeats.touches, 30);
+  EXPECT_NEAR(back.repeats.scatter_m, 1.2e-5, 1e-18);
+  EXPECT_EQ(back.repeats.degrees_of_freedom, 20.0);
+  EXPECT_NEAR(back.repeats.used_m, 1.7e-5, 1e-18);
+}
+
 TEST(CalibrationJson, KeepsTheObservability) {
   const Observability &o = result().observability, back = read_back().observability;
   EXPECT_EQ(json::parse(written())["observability"]["told"], o.told);

@@ -58,6 +58,18 @@ TEST(the_result, states_chi_squared_with_its_degrees_of_freedom) {
       << result_words(calibration);
 }
 
+TEST(the_result, states_the_noise_that_repeated_touches_measured) {
+  calib::Calibration calibration;
+  calibration.cell.touch_sigma_m = 3e-5;
+  EXPECT_EQ(result_words(calibration).find("touch noise"), std::string::npos);
+  calibration.repeats = {30, 1.2e-5, 20.0, 1.7e-5};
+  EXPECT_NE(result_words(calibration)
+                .find("touch noise: 0.030 mm stated, 0.012 mm measured by 30 repeated touches (20 "
+                      "degrees of freedom), 0.017 mm used\n"),
+            std::string::npos)
+      << result_words(calibration);
+}
+
 TEST(the_result, names_the_three_strongest_pairs_that_go_together_and_counts_the_others) {
   calib::Calibration calibration;
   const auto pair = [&calibration](const char* one, const char* other, double correlation) {

@@ -114,6 +114,8 @@ std::vector<double*> numbers_of(ReportInput& input) {
                            &result.cell.tool.tip_radius_m};
   calib::Observability& o = result.observability;
   all.insert(all.end(), {&o.o1, &o.o2, &o.o3, &o.o4, &o.o5, &o.condition});
+  calib::RepeatedTouches& repeats = result.repeats;
+  all.insert(all.end(), {&repeats.scatter_m, &repeats.degrees_of_freedom, &repeats.used_m});
   for (auto* summary : {&result.before, &result.after, &result.check_before, &result.check}) {
     all.insert(all.end(), {&summary->mean_m, &summary->max_m, &summary->rms_m});
   }

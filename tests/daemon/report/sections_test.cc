@@ -152,6 +152,16 @@ TEST(Figures, SayHowManyDegreesOfFreedomTheirScatterRestsOn) {
   EXPECT_FALSE(says(enough, "widened"));
 }
 
+TEST(Figures, StateTheScatterOfRepeatedTouchesWhereThereAreAny) {
+  ReportInput input = made_up_session();
+  EXPECT_FALSE(says(section_of(html_report(input), "figures"), "repeated at one place"));
+  input.calibration.repeats = {30, 1.2e-5, 20.0, 1.7e-5};
+  const std::string figures = section_of(html_report(input), "figures");
+  EXPECT_TRUE(says(figures,
+                   "scatter by 0.012 mm among themselves (20 degrees of freedom), and "
+                   "0.017 mm is what the touches were weighed by."));
+}
+
 TEST(Meaning, ShowsTruthOnlyAsThatOfASimulatedCell) {
   ReportInput input = made_up_session();
   input.truth = {{"M3 over 1000 workspace poses", "0.081 mm mean"}};
