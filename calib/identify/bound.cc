@@ -15,7 +15,7 @@ namespace {
 constexpr int kPoses = 200;
 constexpr unsigned kRegionSeed = 20240924;
 constexpr int kArms = 400;  ///< drawn from the covariance
-constexpr double kShare = 0.95, kConfidence = 0.95;
+constexpr double kShare = 0.95, kConfidence = 0.98;
 
 /// Radius that holds 95 % of a 3-D Gaussian with covariance c: the weighted sum of squares is
 /// matched to a scaled chi^2 (Satterthwaite), its quantile taken by Wilson and Hilferty.

@@ -5,7 +5,7 @@
 // a convention of six numbers, which no touch in the cell can tell and which every user fixes anew
 // by measuring a base; so what a motion of the base could take up over the workspace is taken out.
 // The errors of one arm go together: where the estimate is off, it is off at many poses at once.
-// So the radii are widened until, at 95 % confidence, they hold at 95 % of the workspace of the one
+// So the radii are widened until, at 98 % confidence, they hold at 95 % of the workspace of the one
 // arm there is, and not merely at 95 % of all poses of all arms.
 
 #include <Eigen/Core>

@@ -18,7 +18,7 @@ struct Prior {
   double value, probability;
 };
 /// Smooth transmission error relative to the usual: a factor of two either way is common.
-constexpr Prior kTransmission[] = {{0.0, 0.25}, {0.5, 0.20}, {1.0, 0.25}, {2.0, 0.20}, {4.0, 0.10}};
+constexpr Prior kTransmission[] = {{0.0, 0.05}, {0.5, 0.25}, {1.0, 0.40}, {2.0, 0.20}, {4.0, 0.10}};
 constexpr Prior kRipple[] = {{0.0, 0.45}, {5.0 * kRadPerArcsec, 0.45}, {15.0 * kRadPerArcsec, 0.1}};
 /// The robot file's is the largest that one would expect; a third of it is as usual.
 constexpr Prior kCompliance[] = {{0.0, 0.1}, {0.3, 0.5}, {1.0, 0.4}};

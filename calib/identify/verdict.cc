@@ -30,8 +30,8 @@ constexpr double kFarRadius = 5.0;
 constexpr double kPlaceSigmaM = 0.3e-3;
 /// At this distance, where a target turns: the region that counts as near it.
 constexpr double kPlaceLeverM = 0.150;
-/// A tracker measures lengths itself. Its touches hold the scale where, with a perfect arm, they
-/// would hold it to this, from at least this many places.
+/// A tracker measures lengths itself, and so does a wire. Their touches hold the scale where, with a
+/// perfect arm, they would hold it to this; a tracker's from at least this many places.
 constexpr double kScaleSigma = 1e-4;
 constexpr int kScalePlaces = 4;
 
@@ -65,7 +65,16 @@ double least_information(const Problem& problem, const Eigen::VectorXd& x, const
   return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(information).eigenvalues()[0];
 }
 
-bool holds_scale(const Problem& problem, const std::vector<std::size_t>& touches) {
+/// Wires as long as what is to be measured with them; one as short as a sphere's radius is no rule.
+bool wire_holds_scale(const Problem& problem, const std::vector<std::size_t>& touches) {
+  double information = 0.0;
+  for (const std::size_t i : touches)
+    if (const double length_m = problem.touches()[i].radius_m; length_m > kPlaceLeverM)
+      information += std::pow(length_m / problem.sigma_m(i), 2);
+  return information * kScaleSigma * kScaleSigma > 1.0;
+}
+
+bool tracker_holds_scale(const Problem& problem, const std::vector<std::size_t>& touches) {
   std::vector<Eigen::Vector3d> readings;
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
   for (const std::size_t i : touches) {
@@ -144,13 +153,16 @@ Verdict judge(const Problem& problem, const Calibration& c) {
     const ParameterResult& found = c.parameters[static_cast<std::size_t>(i)];
     x[i] = found.nominal + found.correction;
   }
-  std::string tracker;  // that holds the scale
+  std::string rule;  // what holds the scale beside certified lengths
   for (std::size_t b = 0; b < problem.blocks().size(); ++b) {
     const TargetBlock& block = problem.blocks()[b];
     const Target& target = problem.cell().targets[block.target];
     if (target.kind == TargetKind::kPoint) continue;  // one touch tells all three directions
     const auto used = used_touches(problem, c, static_cast<int>(b));
-    if (target.kind == TargetKind::kTracker && holds_scale(problem, used)) tracker = target.id;
+    if (target.kind == TargetKind::kTracker && tracker_holds_scale(problem, used))
+      rule = "the places that " + target.id + " measured hold";
+    if (target.kind == TargetKind::kWire && wire_holds_scale(problem, used))
+      rule = "the lengths of " + target.id + " hold";
     if (least_information(problem, x, block, used) * kPlaceSigmaM * kPlaceSigmaM > 1.0) continue;
     const char* what =
         target.kind == TargetKind::kPlane
@@ -191,11 +203,9 @@ Verdict judge(const Problem& problem, const Calibration& c) {
                     c.check.rms_m * 1e3, ratio));
 
   verdict.publish = blocking.empty();
-  verdict.workspace = !problem.lengths().empty() || !tracker.empty();
+  verdict.workspace = !problem.lengths().empty() || !rule.empty();
   verdict.reasons = std::move(blocking);
-  if (!tracker.empty())
-    verdict.reasons.push_back(
-        fmt::format("scope: the places that {} measured hold the scale", tracker));
+  if (!rule.empty()) verdict.reasons.push_back("scope: " + rule + " the scale");
   if (!problem.lengths().empty())
     verdict.reasons.push_back(
         fmt::format("scope: {} certified length{} the scale, touched at both ends",

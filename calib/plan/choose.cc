@@ -4,11 +4,14 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "calib/identify/level.h"
 #include "calib/identify/problem.h"
 #include "calib/identify/region.h"
 #include "calib/identify/solve.h"
+#include "calib/model/random.h"
+#include "calib/plan/design.h"
 
 namespace cellcal::calib {
 
@@ -25,17 +28,16 @@ constexpr double kNoPriorWeight = 1e-2;
 constexpr double kSpread = 0.5;
 /// The last touches owed to a sphere go where it is held worst.
 constexpr int kForSpread = 2;
+/// Exchanges that bring less than this share are not worth looking for more.
+constexpr double kWorthIt = 1e-3;
+/// In an even choice a radian of posture counts as much as this of touch direction.
+constexpr double kPostureWeight = 0.3;
 
 /// The directions in which a sphere was touched so far.
 class Held {
  public:
-  void add(const Eigen::Vector3d& direction) {
-    sum_ += direction * direction.transpose();
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(sum_);
-    least_ = solver.eigenvalues()[0];
-    worst_ = solver.eigenvectors().col(0);
-    ++count_;
-  }
+  void add(const Eigen::Vector3d& direction) { change(direction, 1); }
+  void remove(const Eigen::Vector3d& direction) { change(direction, -1); }
   int count() const { return count_; }
   /// Touches still to be made for a sphere that is to have `least`.
   int owed(int least) const {
@@ -46,94 +48,245 @@ class Held {
   }
 
  private:
+  void change(const Eigen::Vector3d& direction, int sign) {
+    sum_ += sign * direction * direction.transpose();
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(sum_);
+    least_ = solver.eigenvalues()[0];
+    worst_ = solver.eigenvectors().col(0);
+    count_ += sign;
+  }
+
   Eigen::Matrix3d sum_ = Eigen::Matrix3d::Zero();
   Eigen::Vector3d worst_ = Eigen::Vector3d::UnitZ();
   double least_ = 0.0;
   int count_ = 0;
 };
 
+/// Candidates, the sets they belong to, and which of them may be picked.
+class Choosing {
+ public:
+  Choosing(const Cell& stated, const std::vector<Candidate>& candidates,
+           const ChooseOptions& options)
+      : options_(options),
+        candidates_(candidates),
+        // With what the geometry lacks: touches are chosen for the arm as it will be judged.
+        cell_(at_level(stated, {gives(stated) ? 1.0 : kUsualCompliance, 1.0, 0.0})),
+        arm_(cell_.robot, cell_.tool),
+        held_(cell_.targets.size()),
+        possible_(candidates.size()),
+        random_(options.seed) {
+    std::vector<Touch> touches;
+    for (const Candidate& c : candidates) {
+      Touch touch;
+      touch.joint_rad = c.contact;
+      touch.target = cell_.targets[c.target].id;
+      touches.push_back(std::move(touch));
+    }
+    std::vector<TargetPlace> places;
+    for (const Target& target : cell_.targets) places.emplace_back(target.centre_m);
+    const Problem problem(cell_, arm_, touches, places);
+    const int n = problem.size();
+    Linearisation rows =
+        linearise(problem, Eigen::VectorXd::Zero(n), std::vector<bool>(touches.size(), true));
+    Eigen::MatrixXd information = Eigen::MatrixXd::Zero(n, n);
+    for (int i = 0; i < n; ++i)
+      information(i, i) = std::pow(
+          std::max(problem.unknowns()[static_cast<std::size_t>(i)].prior_weight, kNoPriorWeight),
+          2);
+    const auto lengths = rows.jacobian.bottomRows(rows.jacobian.rows() - rows.length_row);
+    information += lengths.transpose() * lengths;
+    moves_ = moves(problem);
+    design_.emplace(rows.jacobian.topRows(rows.length_row),
+                    information.llt().solve(Eigen::MatrixXd::Identity(n, n)), moves_);
+    for (std::size_t c = 0; c < candidates.size(); ++c)
+      direction_.push_back(
+          (arm_.nominal_tip_m(candidates[c].contact) - cell_.targets[candidates[c].target].centre_m)
+              .stableNormalized());
+  }
+
+  Choice run() {
+    for (int k = 0; k < options_.count; ++k) {
+      const auto pick = next(options_.count - k);
+      if (!pick) break;
+      take(*pick);
+    }
+    if (options_.criterion == Criterion::kI)
+      for (int round = 0; round < options_.exchanges; ++round)
+        if (exchange() < kWorthIt) break;
+    Choice choice;
+    choice.picked = picked_;
+    const Eigen::Index arm = moves_.cols();
+    choice.predicted_m3_m =
+        predicted_mean_error_m(moves_, design_->covariance_u().topLeftCorner(arm, arm));
+    return choice;
+  }
+
+ private:
+  static bool gives(const Cell& cell) {
+    return std::any_of(cell.robot.joints.begin(), cell.robot.joints.end(),
+                       [](const Joint& joint) { return joint.compliance_sigma_rad_per_nm > 0.0; });
+  }
+
+  Eigen::MatrixXd moves(const Problem& problem) const {
+    Eigen::VectorXd scale(arm_.size());
+    for (int i = 0; i < arm_.size(); ++i)
+      scale[i] = problem.unknowns()[static_cast<std::size_t>(i)].scale;
+    const auto poses =
+        options_.region.empty() ? workspace_poses(arm_, kPoses, kRegionSeed) : options_.region;
+    if (!options_.tool_alone) return aligned_moves(arm_, poses, nullptr, scale);
+    // Of the tip against the flange: no motion of the base is in it.
+    Eigen::MatrixXd result(3 * static_cast<Eigen::Index>(poses.size()), arm_.size());
+    Eigen::Matrix3Xd jacobian(3, arm_.size());
+    for (std::size_t k = 0; k < poses.size(); ++k) {
+      arm_.position(arm_.prepare(poses[k]), nullptr, jacobian);
+      result.middleRows<3>(3 * static_cast<Eigen::Index>(k)) = jacobian * scale.asDiagonal();
+    }
+    for (int i = 0; i < arm_.size(); ++i)
+      if (const int joint = arm_.parameters()[static_cast<std::size_t>(i)].joint;
+          joint >= 0 && joint + 1 < arm_.joint_count())
+        result.col(i).setZero();
+    return result;
+  }
+
+  bool possible(std::size_t c) {
+    if (!possible_[c]) possible_[c] = options_.possible == nullptr || options_.possible(c);
+    return *possible_[c];
+  }
+  bool open(std::size_t c) const {
+    return !design_->has(static_cast<Eigen::Index>(c)) && possible_[c].value_or(true);
+  }
+
+  void take(std::size_t c) {
+    design_->take(static_cast<Eigen::Index>(c));
+    held_[candidates_[c].target].add(direction_[c]);
+    picked_.push_back(c);
+  }
+
+  /// The next one to pick with `left` still to be picked: the best by the criterion among those
+  /// that what is owed to the spheres leaves open.
+  std::optional<std::size_t> next(int left) {
+    while (true) {
+      int owed = 0, few = 0;
+      for (const std::size_t t : touched_targets()) {
+        owed += held_[t].owed(options_.least_per_target);
+        few += std::max(0, options_.least_per_target - held_[t].count());
+      }
+      const bool only_few = few > 0 && few >= left, only_owed = owed > 0 && owed >= left;
+      double best = -1.0;
+      std::optional<std::size_t> pick;
+      for (std::size_t c = 0; c < candidates_.size(); ++c) {
+        const Held& own = held_[candidates_[c].target];
+        if (!open(c) || (only_few && own.count() >= options_.least_per_target) ||
+            (only_owed && own.owed(options_.least_per_target) == 0))
+          continue;
+        double worth = this->worth(c);
+        if (only_owed && own.count() >= options_.least_per_target - kForSpread)
+          worth *= own.in_worst(direction_[c]);
+        if (worth > best) {
+          best = worth;
+          pick = c;
+        }
+      }
+      if (!pick && (only_few || only_owed)) {  // a sphere that gives no more is owed no more
+        if (options_.least_per_target == 0) return std::nullopt;
+        options_.least_per_target = 0;
+        continue;
+      }
+      if (!pick || possible(*pick)) return pick;
+    }
+  }
+
+  double worth(std::size_t c) {
+    const auto index = static_cast<Eigen::Index>(c);
+    switch (options_.criterion) {
+      case Criterion::kI:
+        return design_->gain(index);
+      case Criterion::kD:
+        return design_->unknown(index);
+      case Criterion::kEven:
+        return evenness(c);
+      case Criterion::kRandom:
+        break;
+    }
+    return random_.uniform();
+  }
+
+  /// Targets in turn; on a target how far from the nearest touch that it has.
+  double evenness(std::size_t c) const {
+    double nearest = 10.0;
+    for (const std::size_t other : picked_) {
+      if (candidates_[other].target != candidates_[c].target) continue;
+      double posture = 0.0;
+      for (std::size_t i = 0; i < candidates_[c].contact.size(); ++i)
+        posture += std::pow(candidates_[c].contact[i] - candidates_[other].contact[i], 2);
+      const double turned = std::acos(std::clamp(direction_[c].dot(direction_[other]), -1.0, 1.0));
+      nearest = std::min(nearest, turned + kPostureWeight * std::sqrt(posture));
+    }
+    constexpr double kTurn = 100.0;  // above any distance
+    return nearest + kTurn * (options_.count - held_[candidates_[c].target].count());
+  }
+
+  /// Puts every pick back and takes the best instead, which may be the same. Returns the share of
+  /// the variance that this took away.
+  double exchange() {
+    const auto variance = [&] {
+      const Eigen::Index arm = moves_.cols();
+      return (moves_ * design_->covariance_u().topLeftCorner(arm, arm)).cwiseProduct(moves_).sum();
+    };
+    const double before = variance();
+    for (std::size_t& pick : picked_) {
+      const std::size_t own = candidates_[pick].target;
+      design_->drop(static_cast<Eigen::Index>(pick));
+      held_[own].remove(direction_[pick]);
+      const bool bound = held_[own].owed(options_.least_per_target) > 0;
+      std::size_t best = pick;
+      while (true) {
+        best = pick;
+        for (std::size_t c = 0; c < candidates_.size(); ++c)
+          if (open(c) && !(bound && candidates_[c].target != own) &&
+              design_->gain(static_cast<Eigen::Index>(c)) >
+                  design_->gain(static_cast<Eigen::Index>(best)))
+            best = c;
+        if (possible(best)) break;
+      }
+      if (bound && best != pick) {  // its sphere must stay held from all sides
+        Held with = held_[own];
+        with.add(direction_[best]);
+        if (with.owed(options_.least_per_target) > 0) best = pick;
+      }
+      design_->take(static_cast<Eigen::Index>(best));
+      held_[candidates_[best].target].add(direction_[best]);
+      pick = best;
+    }
+    return 1.0 - variance() / before;
+  }
+
+  std::vector<std::size_t> touched_targets() const {
+    std::vector<std::size_t> targets;
+    for (std::size_t t = 0; t < cell_.targets.size(); ++t)
+      if (cell_.targets[t].kind == TargetKind::kSphere) targets.push_back(t);
+    return targets;
+  }
+
+  ChooseOptions options_;
+  const std::vector<Candidate>& candidates_;
+  Cell cell_;
+  ArmModel arm_;
+  std::vector<Held> held_;
+  std::vector<std::optional<bool>> possible_;
+  Random random_;
+  Eigen::MatrixXd moves_;
+  std::optional<Design> design_;
+  std::vector<Eigen::Vector3d> direction_;
+  std::vector<std::size_t> picked_;
+};
+
 }  // namespace
 
-Choice choose(const Cell& stated, const std::vector<Candidate>& candidates, int count,
-              int least_per_target) {
-  // With what the geometry lacks: touches are chosen for the arm as it will be judged.
-  const bool gives =
-      std::any_of(stated.robot.joints.begin(), stated.robot.joints.end(),
-                  [](const Joint& joint) { return joint.compliance_sigma_rad_per_nm > 0.0; });
-  const Cell cell = at_level(stated, {gives ? 1.0 : kUsualCompliance, 1.0, 0.0});
-  const ArmModel arm(cell.robot, cell.tool);
-  std::vector<Touch> touches;
-  for (const Candidate& c : candidates) {
-    Touch touch;
-    touch.joint_rad = c.contact;
-    touch.target = cell.targets[c.target].id;
-    touches.push_back(std::move(touch));
-  }
-  std::vector<Eigen::Vector3d> centres;
-  for (const Target& target : cell.targets) centres.push_back(target.centre_m);
-  const Problem problem(cell, arm, touches, {centres.begin(), centres.end()});
-  const int n = problem.size(), arm_size = problem.arm_size();
-  const Linearisation rows =
-      linearise(problem, Eigen::VectorXd::Zero(n), std::vector<bool>(touches.size(), true));
-
-  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(n, n);
-  for (int i = 0; i < n; ++i)
-    information(i, i) = std::pow(std::max(problem.unknowns()[i].prior_weight, kNoPriorWeight), 2);
-  const auto lengths = rows.jacobian.bottomRows(rows.jacobian.rows() - rows.length_row);
-  information += lengths.transpose() * lengths;
-  Eigen::MatrixXd covariance = information.llt().solve(Eigen::MatrixXd::Identity(n, n));
-  Eigen::VectorXd scale(arm_size);
-  for (int i = 0; i < arm_size; ++i) scale[i] = problem.unknowns()[i].scale;
-  const auto poses = workspace_poses(arm, kPoses, kRegionSeed);
-  const Eigen::MatrixXd moves = aligned_moves(arm, poses, nullptr, scale);
-  const Eigen::MatrixXd weight = moves.transpose() * moves;
-
-  Choice choice;
-  std::vector<bool> taken(candidates.size(), false);
-  std::vector<Held> held(cell.targets.size());
-  const auto is_sphere = [&](std::size_t t) { return cell.targets[t].kind == TargetKind::kSphere; };
-  const auto direction = [&](std::size_t c) -> Eigen::Vector3d {
-    return (arm.position(problem.pose(c), nullptr) - centres[candidates[c].target])
-        .stableNormalized();
-  };
-  for (int k = 0; k < count; ++k) {
-    int owed = 0, few = 0;
-    for (std::size_t t = 0; t < held.size(); ++t) {
-      if (!is_sphere(t)) continue;
-      owed += held[t].owed(least_per_target);
-      few += std::max(0, least_per_target - held[t].count());
-    }
-    const bool only_few = few > 0 && few >= count - k;
-    const bool only_owed = owed > 0 && owed >= count - k;
-    double best = -1.0;
-    std::size_t pick = candidates.size();
-    for (std::size_t c = 0; c < candidates.size(); ++c) {
-      const Held& own = held[candidates[c].target];
-      if (taken[c] || (only_few && own.count() >= least_per_target) ||
-          (only_owed && own.owed(least_per_target) == 0))
-        continue;
-      const auto g = rows.jacobian.row(static_cast<Eigen::Index>(c));
-      const Eigen::VectorXd sg = covariance * g.transpose();
-      const auto arm_part = sg.head(arm_size);
-      double gain = arm_part.dot(weight * arm_part) / (1.0 + g.dot(sg));
-      if (only_owed && own.count() >= least_per_target - kForSpread)
-        gain *= own.in_worst(direction(c));
-      if (gain > best) {
-        best = gain;
-        pick = c;
-      }
-    }
-    if (pick == candidates.size()) break;
-    const auto g = rows.jacobian.row(static_cast<Eigen::Index>(pick));
-    const Eigen::VectorXd sg = covariance * g.transpose();
-    covariance -= sg * sg.transpose() / (1.0 + g.dot(sg));
-    taken[pick] = true;
-    held[candidates[pick].target].add(direction(pick));
-    choice.picked.push_back(pick);
-  }
-  choice.predicted_m3_m =
-      predicted_mean_error_m(moves, covariance.topLeftCorner(arm_size, arm_size));
-  return choice;
+Choice choose(const Cell& cell, const std::vector<Candidate>& candidates,
+              const ChooseOptions& options) {
+  if (candidates.empty()) return {};
+  return Choosing(cell, candidates, options).run();
 }
 
 }  // namespace cellcal::calib

@@ -1,20 +1,32 @@
 #pragma once
-// Which candidates to touch: greedy I-optimal choice. Each pick is the touch that takes most from
-// the mean predicted position variance over the workspace; the posterior is updated by rank one.
+// Which candidates to touch.
 
+#include <functional>
 #include <vector>
 
 #include "calib/plan/candidates.h"
 
 namespace cellcal::calib {
 
-struct Choice {
-  std::vector<std::size_t> picked;  ///< indices into the candidates, in order of worth
-  double predicted_m3_m = 0.0;      ///< mean 3-D error over the workspace after these touches
+struct ChooseOptions {
+  int count = 40;
+  int least_per_target = 5;  ///< every sphere gets at least this many
+  Criterion criterion = Criterion::kI;
+  std::vector<JointVector> region;  ///< postures that matter; empty: the whole workspace
+  bool tool_alone = false;          ///< of the errors only those behind the last axis matter
+  int exchanges = 2;  ///< rounds in which each touch may be exchanged for a better one
+  unsigned seed = 1;  ///< of a random choice
+  /// Asked of a candidate before it is picked, at most once: whether it can be made. Null: all can.
+  std::function<bool(std::size_t)> possible;
 };
 
-/// `least_per_target`: every sphere gets at least this many.
-Choice choose(const Cell& cell, const std::vector<Candidate>& candidates, int count,
-              int least_per_target);
+struct Choice {
+  std::vector<std::size_t> picked;  ///< indices into the candidates
+  double predicted_m3_m = 0.0;      ///< mean 3-D error over the region after these touches
+};
+
+/// Fewer than `count` where no more are possible.
+Choice choose(const Cell& cell, const std::vector<Candidate>& candidates,
+              const ChooseOptions& options);
 
 }  // namespace cellcal::calib

@@ -179,10 +179,19 @@ Plan make_plan(const Cell& cell, const PlanOptions& options, const JointVector& 
       "it");
   if (!clearance.clear(middle, kTipMarginM))
     throw PlanError("a sphere or its stand is where the arm rests between touches; move it");
-  std::erase_if(candidates, [&](Candidate& c) { return !router.connect(c); });
-  refuse_sphere_without(
-      "can be reached, but no clear way leads from the resting posture to it and back; move it or "
-      "what stands between");
+  // Ways are sought for what is picked, and for one candidate of every sphere.
+  const auto connected = [&](std::size_t i) {
+    return !candidates[i].from_rest.empty() || router.connect(candidates[i]);
+  };
+  for (std::size_t t = 0; t < cell.targets.size(); ++t) {
+    const auto leads = [&](Candidate& c) { return c.target == t && router.connect(c); };
+    if (cell.targets[t].kind == TargetKind::kSphere &&
+        std::none_of(candidates.begin(), candidates.end(), leads))
+      throw PlanError(fmt::format(
+          "sphere {} can be reached, but no clear way leads from the resting posture to it and "
+          "back; move it or what stands between",
+          cell.targets[t].id));
+  }
   if (static_cast<int>(candidates.size()) < total)
     throw PlanError(fmt::format(
         "only {} touches can be reached inside the joint limits and clear of the spheres, {} are "
@@ -190,7 +199,19 @@ Plan make_plan(const Cell& cell, const PlanOptions& options, const JointVector& 
         candidates.size(), total));
   const int least = std::min(std::max(kLeastPerSphere, options.fit_touches / (2 * spheres)),
                              options.fit_touches / spheres);
-  const Choice choice = choose(cell, candidates, options.fit_touches, least);
+  ChooseOptions how;
+  how.count = options.fit_touches;
+  how.least_per_target = least;
+  how.criterion = options.criterion;
+  how.seed = options.seed;
+  how.possible = connected;
+  const Choice choice = choose(cell, candidates, how);
+  if (static_cast<int>(choice.picked.size()) < options.fit_touches)
+    throw PlanError(
+        fmt::format("only {} of {} touches can be reached by a clear way; move the spheres nearer "
+                    "to the middle "
+                    "of the workspace or ask for fewer touches",
+                    choice.picked.size(), options.fit_touches));
   std::vector<bool> taken(candidates.size(), false);
   std::vector<bool> fitted(cell.targets.size(), false);
   std::vector<Chosen> todo;
@@ -212,6 +233,10 @@ Plan make_plan(const Cell& cell, const PlanOptions& options, const JointVector& 
       throw PlanError("there are not enough reachable touches left for the check; ask for fewer");
     const std::size_t pick = free[random.below(free.size())];
     taken[pick] = true;
+    if (!connected(pick)) {
+      --k;
+      continue;
+    }
     todo.push_back({candidates[pick], TouchSet::kCheck});
   }
   const JointVector start = from.empty() ? middle : from;

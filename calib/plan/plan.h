@@ -32,9 +32,17 @@ struct PlannedTouch {
 struct Plan {
   JointVector start;  ///< where the arm must be (or is first moved to) before the first transit
   std::vector<PlannedTouch> touches;
-  std::vector<JointVector> home;  ///< waypoints from the last clear point back to start
+  std::vector<JointVector> home;      ///< waypoints from the last clear point back to start
   std::vector<std::string> left_out;  ///< ids of targets that are no spheres: none are planned
-  double predicted_m3_m = 0.0;    ///< mean 3-D error over the workspace that the plan should reach
+  double predicted_m3_m = 0.0;  ///< mean 3-D error over the workspace that the plan should reach
+};
+
+/// How touches are chosen.
+enum class Criterion {
+  kI,      ///< the least mean variance of position over the region that matters
+  kD,      ///< the most information on all unknowns together
+  kEven,   ///< targets in turn, directions and postures far apart
+  kRandom  ///< any
 };
 
 struct PlanOptions {
@@ -45,6 +53,7 @@ struct PlanOptions {
   double beyond_m = 0.012;    ///< search continues this far past the nominal surface
   double clear_m = 0.020;     ///< retreat distance from the surface
   double limit_margin_rad = 0.05;
+  Criterion criterion = Criterion::kI;
 };
 
 /// Throws PlanError. `from` is where the arm is now; empty: the plan's own start.

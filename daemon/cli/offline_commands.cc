@@ -32,7 +32,7 @@ void add_predict(CLI::App& app, int& status) {
   CLI::App* command =
       app.add_subcommand("predict", "Where the TCP really is at given joint angles");
   command->footer(
-      "u95_mm is the radius that holds the position error, at 95 % confidence and at 95 % of the\n"
+      "u95_mm is the radius that holds the position error, at 98 % confidence and at 95 % of the\n"
       "workspace; where the base frame lies is left aside. The nominal model has none, and its\n"
       "output no such column.\n"
       "Example: cellcal predict --calibration calibration.json --joints joints.csv -o tcp.csv");

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <numbers>
 
 #include "calib/files/documents.h"
 #include "calib/files/files.h"
@@ -78,6 +79,24 @@ void judge(const TrueArm& arm, const calib::Predictor& predictor,
   u95_mean = u95.mean();
 }
 
+/// Postures in which the aims are judged: in front of the arm, as in the cases that the aims were
+/// set with. Narrower than what predictions and plans take for the workspace.
+std::vector<calib::JointVector> postures(const calib::ArmModel& arm, int count, unsigned seed) {
+  constexpr double kLowDeg[] = {-60.0, -120.0, 20.0, -170.0, -110.0, -170.0};
+  constexpr double kHighDeg[] = {60.0, -10.0, 145.0, 170.0, 110.0, 170.0};
+  constexpr double kFloorM = 0.05;
+  if (arm.joint_count() != 6) return calib::workspace_poses(arm, count, seed);
+  calib::Random random(seed);
+  std::vector<calib::JointVector> poses;
+  while (static_cast<int>(poses.size()) < count) {
+    calib::JointVector q(6);
+    for (std::size_t i = 0; i < q.size(); ++i)
+      q[i] = random.uniform(kLowDeg[i], kHighDeg[i]) * std::numbers::pi / 180.0;
+    if (arm.nominal_tip_m(q).z() > kFloorM) poses.push_back(std::move(q));
+  }
+  return poses;
+}
+
 std::optional<Outcome> one_robot(const calib::Robot& robot, const Level& level,
                                  const Options& options, std::uint64_t seed) {
   SessionSettings settings;
@@ -105,7 +124,7 @@ std::optional<Outcome> one_robot(const calib::Robot& robot, const Level& level,
     o.rho_error = std::max(o.rho_error, std::abs(t.effective_radius_m - 0.0307 - rho));
   const calib::ArmModel model(robot, cell.tool);
   double rms = 0, u95 = 0;
-  judge(arm, predictor, calib::workspace_poses(model, 1000, 99), o.m3, o.m3_max, rms, o.m4, u95);
+  judge(arm, predictor, postures(model, 1000, 99), o.m3, o.m3_max, rms, o.m4, u95);
   o.ratio = u95 / rms;
   o.predicted_m3 = c.predicted_m3_m;
   std::vector<calib::JointVector> around;

@@ -85,6 +85,7 @@ Session carry_out(PlannedSession planned, const SessionSettings& settings) {
     truth.gears = Gears::kNone;
     truth.compliance_rad_per_nm = 0.0;
     truth.growth = 0.0;
+    truth.tip_offset_m = 0.0;
   }
   Session session{cell, TrueArm(cell, truth, random), {}, 0.0, {}};
   const Eigen::Vector3d shift(random.normal() * 1e-3, random.normal() * 1e-3,

@@ -53,6 +53,7 @@ TrueArm::TrueArm(const calib::Cell& cell, const TruthSettings& s, calib::Random&
       tool_length_(cell.tool.length_m),
       c_t_(std::abs(random.normal()) * 0.0015),
       growth_(s.growth) {
+  for (double& component : tcp_) component += s.tip_offset_m * random.uniform(-1.0, 1.0);
   for (const calib::Joint& j : cell.robot.joints) {
     Joint t{static_cast<double>(j.sign),
             j.offset_rad,

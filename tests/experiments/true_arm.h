@@ -22,8 +22,9 @@ struct TruthSettings {
   double angle_sigma_rad = 0.6e-3;
   double compliance_rad_per_nm = 1e-5;  ///< 1 sigma of |k| at the three loaded joints; 0: stiff
   Gears gears = Gears::kHarmonics;
-  double gear_arcsec = 10.0;  ///< rms per joint over a revolution
-  double growth = 25e-6;      ///< of all lengths over the session (2 K of aluminium and steel)
+  double gear_arcsec = 10.0;     ///< rms per joint over a revolution
+  double tip_offset_m = 0.5e-3;  ///< at most, per component; the cell file does not know of it
+  double growth = 25e-6;         ///< of all lengths over the session (2 K of aluminium and steel)
 };
 
 class TrueArm {

@@ -190,6 +190,19 @@ TEST(Kinds, TellFromTheToolOnWhichSideAPlaneWasTouched) {
     EXPECT_GT(result.targets[t].normal.dot(stage.normal[t]), 0.999);
 }
 
+TEST(Kinds, HoldTheScaleWithALongWireAndNotWithAShortOne) {
+  Cell cell = bare_cell();
+  cell.targets = {target_of("W", TargetKind::kWire, {0.9, 0.3, 0.4})};
+  const Stage stage = sim::constraints::set_up(cell, {.seed = 9});
+  const Calibration result =
+      identify(stage.cell, sim::constraints::touch(stage, {.fit = 100, .seed = 9}));
+  EXPECT_TRUE(result.verdict.workspace) << all_reasons(result);
+  EXPECT_NE(all_reasons(result).find("lengths of W hold the scale"), std::string::npos);
+  const auto near = sim::constraints::touch(
+      stage, {.fit = 100, .wire_least_m = 0.03, .wire_most_m = 0.031, .seed = 9});
+  EXPECT_FALSE(identify(stage.cell, near).verdict.workspace);
+}
+
 TEST(Kinds, AskForThePlanesNormalWhereTheToolLayAlongIt) {
   Cell cell = bare_cell();
   cell.targets = {plane("P1", {1.0, 0.0, 0.4}, {0, 0, 1})};

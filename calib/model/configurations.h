@@ -1,0 +1,45 @@
+#pragma once
+// All the ways in which an arm reaches a TCP pose, on nominal geometry.
+//
+// Where axes 4, 5 and 6 meet in a point and axes 2 and 3 are parallel (every KUKA arm with a
+// spherical wrist), in closed form, up to eight: product of exponentials, solved by Paden and
+// Kahan's subproblems (Murray, Li, Sastry: A Mathematical Introduction to Robotic Manipulation,
+// 3.2), so that no convention of frames comes in. Other arms by Newton from many seeds: most of the
+// ways, not surely all.
+
+#include <optional>
+#include <vector>
+
+#include "calib/model/joint_vector.h"
+#include "calib/model/kinematics.h"
+
+namespace cellcal::calib {
+
+class Configurations {
+ public:
+  /// Refers to `arm`. Joint limits less `margin_rad` hold for every solution.
+  Configurations(const ArmModel& arm, double margin_rad);
+
+  bool closed_form() const { return wrist_.has_value(); }
+  /// Joint angles that reach the pose (1e-9 m, 1e-9 rad), each another configuration. Of angles
+  /// that differ by whole turns the one nearest to 0. Empty where it is out of reach.
+  std::vector<JointVector> reach(const Eigen::Isometry3d& tcp) const;
+
+ private:
+  /// Of the six-axis arm with a spherical wrist, all joint angles 0: unit axes, a point on each,
+  /// the point where the last three meet, and the TCP.
+  struct Wrist {
+    std::array<Eigen::Vector3d, 6> axis, point;
+    Eigen::Vector3d centre;
+    Eigen::Isometry3d home;
+  };
+  static std::optional<Wrist> find_wrist(const ArmModel& arm);
+  std::vector<JointVector> by_subproblems(const Eigen::Isometry3d& tcp) const;
+  std::vector<JointVector> from_seeds(const Eigen::Isometry3d& tcp) const;
+
+  const ArmModel& arm_;
+  double margin_rad_;
+  std::optional<Wrist> wrist_;
+};
+
+}  // namespace cellcal::calib

@@ -1,0 +1,50 @@
+#pragma once
+// What a set of touches would leave unknown, kept up while touches are put in and taken out again.
+//
+// With S the covariance after the touches in the set, g a candidate's whitened derivatives by all
+// unknowns (one row), and W the sum of J'J over the poses that matter (base motion out of it),
+// taking the candidate in changes
+//   S by -S g (S g)' / (1 + g'S g),   trace(W S) by -g'S W S g / (1 + g'S g)
+// and taking it out again by the same with 1 - g'S g. With W = L L', the vectors a = L'S g and the
+// numbers h = g'S g of all candidates are kept: a change of the set is one product of all rows with
+// a vector and one multiple of a vector added to each a.
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "calib/identify/information.h"
+
+namespace cellcal::calib {
+
+class Design {
+ public:
+  /// `rows`: candidates x unknowns; `covariance_u`: before any touch; `moves_m`: 3 poses x arm's
+  /// unknowns (region.h), the first ones of all.
+  Design(RowMajor rows, Eigen::MatrixXd covariance_u, const Eigen::MatrixXd& moves_m);
+
+  Eigen::Index size() const { return rows_.rows(); }
+  bool has(Eigen::Index candidate) const { return in_[static_cast<std::size_t>(candidate)]; }
+  /// What taking a candidate in would take from the sum of position variances [m^2].
+  double gain(Eigen::Index candidate) const;
+  /// What taking one out would add to it.
+  double loss(Eigen::Index candidate) const;
+  /// How much of what the candidate measures is unknown: g'S g, 1 is the touch's own sigma.
+  double unknown(Eigen::Index candidate) const { return h_[candidate]; }
+
+  void take(Eigen::Index candidate);
+  void drop(Eigen::Index candidate);
+
+  const Eigen::MatrixXd& covariance_u() const { return covariance_; }
+
+ private:
+  void change(Eigen::Index candidate, double sign);
+
+  RowMajor rows_;
+  Eigen::MatrixXd covariance_;
+  Eigen::MatrixXd a_;  ///< column per candidate
+  Eigen::VectorXd h_;
+  Eigen::VectorXd square_;  ///< |a|^2
+  std::vector<bool> in_;
+};
+
+}  // namespace cellcal::calib
