@@ -252,6 +252,9 @@ void refine(Problem& problem, const IdentifyOptions& options, std::vector<ModelL
         if (std::none_of(shown.begin(), shown.end(),
                          [&](const LevelEvidence& other) { return other.level == l.level; }))
           shown.push_back(l);
+      double all = 0.0;
+      for (const LevelEvidence& l : shown) all += l.probability;
+      for (LevelEvidence& l : shown) l.probability /= all;
       mean.levels = std::move(shown);
       e.levels = std::move(mean);
       return;

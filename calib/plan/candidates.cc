@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "calib/model/configurations.h"
 #include "calib/model/inverse.h"
 #include "calib/model/random.h"
 
@@ -18,7 +19,8 @@ constexpr double kLowestElevationRad = -0.35;
 /// the tool's shaft come close to the sphere.
 constexpr double kConeRad = 0.70;
 constexpr int kOrientations = 10;  // tries per direction
-constexpr int kSeeds = 4;          // starting postures per orientation
+/// Orientations and configurations that one direction contributes at most.
+constexpr int kPerDirection = 2;
 /// Wrists that could turn further are kept within one turn: the cables thank for it.
 constexpr double kWristRad = 3.0;
 
@@ -30,34 +32,33 @@ Vector3d lattice(int i, int n, double shift) {
   return {r * std::cos(golden * i + shift), r * std::sin(golden * i + shift), z};
 }
 
+/// The whole search line of a touch that begins in a given posture.
 std::optional<Candidate> try_touch(const ArmModel& arm, const Clearance& clearance,
                                    const PlanOptions& options, const Vector3d& centre,
                                    double radius, const Vector3d& normal,
-                                   const Eigen::Matrix3d& orientation, const JointVector& seed) {
+                                   const Eigen::Matrix3d& orientation, const JointVector& contact) {
   const auto pose_at = [&](double outside) {
     Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
     pose.linear() = orientation;
     pose.translation() = centre + (radius + outside) * normal;
     return pose;
   };
-  const auto contact = inverse(arm, pose_at(0.0), seed, options.limit_margin_rad);
-  if (!contact) return std::nullopt;
-  for (std::size_t i = 3; i < contact->size(); ++i)
-    if (std::abs((*contact)[i]) > kWristRad) return std::nullopt;
+  for (std::size_t i = 3; i < contact.size(); ++i)
+    if (std::abs(contact[i]) > kWristRad) return std::nullopt;
   const auto standoff =
-      inverse(arm, pose_at(options.standoff_m), *contact, options.limit_margin_rad);
-  const auto end = inverse(arm, pose_at(-options.beyond_m), *contact, options.limit_margin_rad);
-  const auto away = inverse(arm, pose_at(options.clear_m), *contact, options.limit_margin_rad);
+      inverse(arm, pose_at(options.standoff_m), contact, options.limit_margin_rad);
+  const auto end = inverse(arm, pose_at(-options.beyond_m), contact, options.limit_margin_rad);
+  const auto away = inverse(arm, pose_at(options.clear_m), contact, options.limit_margin_rad);
   if (!standoff || !end || !away) return std::nullopt;
   // The line must be one smooth motion: a jump of configuration shows as a long joint step.
   constexpr double kLargestRad = 0.2;
-  for (std::size_t i = 0; i < contact->size(); ++i)
+  for (std::size_t i = 0; i < contact.size(); ++i)
     if (std::abs((*end)[i] - (*away)[i]) > kLargestRad) return std::nullopt;
   if (!clearance.clear(*standoff, kTipMarginM) || !clearance.clear(*away, kTipMarginM))
     return std::nullopt;
   Candidate c;
   c.normal = normal;
-  c.contact = *contact;
+  c.contact = contact;
   c.standoff = *standoff;
   c.end = *end;
   c.clear = *away;
@@ -69,9 +70,10 @@ std::optional<Candidate> try_touch(const ArmModel& arm, const Clearance& clearan
 
 std::vector<Candidate> find_candidates(const Cell& cell, const ArmModel& arm,
                                        const Clearance& clearance, const PlanOptions& options,
-                                       int per_target, const JointVector& near) {
+                                       int per_target) {
   std::vector<Candidate> result;
   Random random(options.seed);
+  const Configurations configurations(arm, options.limit_margin_rad);
   Vector3d up = -cell.robot.gravity_m_s2.normalized();
   if (!up.allFinite()) up = Vector3d::UnitZ();
   const Eigen::Quaterniond to_up = Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), up);
@@ -85,11 +87,12 @@ std::vector<Candidate> find_candidates(const Cell& cell, const ArmModel& arm,
     const double radius = target.diameter_m / 2.0 + cell.tool.tip_radius_m;
     const int directions = 2 * per_target;
     for (int i = 0, found = 0; i < directions && found < per_target; ++i) {
-      // Every second lattice point first, so that a short list still surrounds the sphere.
+      // Far-off lattice points first, so that a short list still surrounds the sphere.
       const int k = (i * 7919) % directions;
       const Vector3d normal = to_up * lattice(k, directions, random.uniform(0.0, 0.1));
       if (std::asin(std::clamp(normal.dot(up), -1.0, 1.0)) < kLowestElevationRad) continue;
-      for (int attempt = 0; attempt < kOrientations; ++attempt) {
+      int own = 0;
+      for (int attempt = 0; attempt < kOrientations && own < kPerDirection; ++attempt) {
         // Flange orientation: shaft along -normal, tilted within the cone, turned about itself.
         const Eigen::AngleAxisd roll(random.uniform(-std::numbers::pi, std::numbers::pi), -normal);
         const Vector3d across = normal.unitOrthogonal();
@@ -99,26 +102,22 @@ std::vector<Candidate> find_candidates(const Cell& cell, const ArmModel& arm,
         const Eigen::Matrix3d flange =
             (tilt * roll).toRotationMatrix() *
             Eigen::Quaterniond::FromTwoVectors(shaft, -normal).toRotationMatrix();
-        std::optional<Candidate> candidate;
-        for (int s = 0; s < kSeeds && !candidate; ++s) {
-          JointVector seed = near;
-          // Face the sphere, and try the wrist both ways round.
-          const Vector3d& c = target.centre_m;
-          if (!seed.empty())
-            seed[0] = std::clamp(cell.robot.joints[0].sign * std::atan2(c.y(), c.x()),
-                                 cell.robot.joints[0].min_rad, cell.robot.joints[0].max_rad);
-          for (std::size_t j = 1; j < seed.size(); ++j) {
-            const double spread = j < 3 ? 0.4 : 2.8;
-            seed[j] = std::clamp(seed[j] + random.uniform(-spread, spread),
-                                 cell.robot.joints[j].min_rad, cell.robot.joints[j].max_rad);
-          }
-          candidate = try_touch(arm, clearance, options, c, radius, normal, flange * tool, seed);
+        Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+        pose.linear() = flange * tool;
+        pose.translation() = target.centre_m + radius * normal;
+        // Any of the ways to reach it, and another one where the first is not free.
+        std::vector<JointVector> ways = configurations.reach(pose);
+        for (std::size_t left = ways.size(); left > 0; --left) {
+          std::swap(ways[random.below(left)], ways[left - 1]);
+          auto candidate = try_touch(arm, clearance, options, target.centre_m, radius, normal,
+                                     pose.linear(), ways[left - 1]);
+          if (!candidate) continue;
+          candidate->target = t;
+          result.push_back(std::move(*candidate));
+          ++own;
+          ++found;
+          break;
         }
-        if (!candidate) continue;
-        candidate->target = t;
-        result.push_back(std::move(*candidate));
-        ++found;
-        break;
       }
     }
   }

@@ -19,11 +19,11 @@ struct Candidate {
   std::vector<JointVector> to_rest;    ///< and from the clear point back
 };
 
-/// Up to `per_target` candidates for every sphere, spread over the reachable directions. The same
-/// for the same seed.
+/// About `per_target` candidates for every sphere, spread over the reachable directions, tool
+/// orientations and configurations of the arm. The same for the same seed.
 std::vector<Candidate> find_candidates(const Cell& cell, const ArmModel& arm,
                                        const Clearance& clearance, const PlanOptions& options,
-                                       int per_target, const JointVector& near);
+                                       int per_target);
 
 /// Turns that bring the tip to rest this far outside the nominal surface may come this close to it.
 inline constexpr double kTipMarginM = 0.007;

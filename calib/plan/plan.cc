@@ -16,7 +16,8 @@ namespace cellcal::calib {
 
 namespace {
 
-constexpr int kCandidatesPerTouch = 4;  // what the choice can choose from
+constexpr int kCandidatesPerTouch = 12;  // what the choice can choose from
+constexpr int kMostCandidates = 500;     // of a sphere
 /// Fewer directions do not span a sphere safely; and half of all touches are shared out evenly,
 /// since the choice knows only the errors that the model has.
 constexpr int kLeastPerSphere = 5;
@@ -162,9 +163,9 @@ Plan make_plan(const Cell& cell, const PlanOptions& options, const JointVector& 
   const int total = options.fit_touches + options.check_touches;
   if (options.fit_touches < 1 || options.check_touches < 0)
     throw PlanError("a plan needs at least one fit touch");
-  const int per_target = std::max(40, kCandidatesPerTouch * total / spheres);
+  const int per_target = std::clamp(kCandidatesPerTouch * total / spheres, 40, kMostCandidates);
   const Router router(cell, arm, clearance, middle, options.limit_margin_rad);
-  auto candidates = find_candidates(cell, arm, clearance, options, per_target, middle);
+  auto candidates = find_candidates(cell, arm, clearance, options, per_target);
   const auto refuse_sphere_without = [&](const char* what) {
     for (std::size_t t = 0; t < cell.targets.size(); ++t) {
       const bool any = std::any_of(candidates.begin(), candidates.end(),
