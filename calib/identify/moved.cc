@@ -21,7 +21,7 @@ constexpr std::size_t kLeastEachSide = 5;
 constexpr std::size_t kSplits = 7;
 /// Squared sigmas of a shift, three degrees of freedom: worth a closer look, and believed.
 constexpr double kSuspect = 16.0;
-constexpr double kConfirmed = 30.0;
+constexpr double kConfirmed = 25.0;
 /// At most so many closer looks, each of which costs an identification.
 constexpr std::size_t kLooks = 3;
 /// So many touches of one target left out are no gross errors any more: it may have moved so far
@@ -129,6 +129,19 @@ std::size_t split_of_left_out(const std::vector<std::size_t>& own, const std::ve
   return best;
 }
 
+/// Whether more of a target's touches are left out than gross errors would be: then it does not
+/// stand where the others say either.
+bool disagree(const Calibration& c, const std::vector<Touch>& touches, const std::string& target) {
+  constexpr double kMost = 0.2;
+  int all = 0, out = 0;
+  for (const TouchResidual& r : c.residuals) {
+    if (touches[r.touch].target != target || touches[r.touch].set != TouchSet::kFit) continue;
+    ++all;
+    out += r.outlier ? 1 : 0;
+  }
+  return out > kMost * all;
+}
+
 /// Identifies with the target taken as two and says by how much they lie apart; 0 where that does
 /// not come out.
 MovedTarget measured(const Cell& cell, const std::vector<Touch>& touches,
@@ -154,6 +167,7 @@ MovedTarget measured(const Cell& cell, const std::vector<Touch>& touches,
   } catch (const IdentifyError&) {
     return moved;  // too little on one side to tell
   }
+  if (disagree(two, renamed, moved.target) || disagree(two, renamed, later.id)) return moved;
   Eigen::Vector3d shift = Eigen::Vector3d::Zero();
   Eigen::MatrixXd by = Eigen::MatrixXd::Zero(3, two.covariance.cols());
   for (std::size_t p = 0; p < two.parameters.size(); ++p)
