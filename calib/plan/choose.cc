@@ -18,7 +18,7 @@ namespace cellcal::calib {
 namespace {
 
 constexpr int kPoses = 200;
-constexpr unsigned kRegionSeed = 7;
+constexpr double kLimitMarginRad = 0.05;
 /// Of the compliance that is assumed where the file states none: what most arms have.
 constexpr double kUsualCompliance = 0.3;
 /// Centres without a prior: a metre, in prior units, is no information.
@@ -131,9 +131,14 @@ class Choosing {
     Eigen::VectorXd scale(arm_.size());
     for (int i = 0; i < arm_.size(); ++i)
       scale[i] = problem.unknowns()[static_cast<std::size_t>(i)].scale;
+    std::vector<JointVector> touches;
+    std::vector<Eigen::Vector3d> centres;
+    for (const Candidate& c : candidates_) touches.push_back(c.contact);
+    for (const std::size_t t : touched_targets()) centres.push_back(cell_.targets[t].centre_m);
     const auto poses =
-        options_.region.empty() ? workspace_poses(arm_, kPoses, kRegionSeed) : options_.region;
-    if (!options_.tool_alone) return aligned_moves(arm_, poses, nullptr, scale);
+        interest_postures(options_.interest, arm_, touches, centres, kLimitMarginRad, kPoses);
+    if (options_.interest.kind != Interest::Kind::kTool)
+      return aligned_moves(arm_, poses, nullptr, scale);
     // Of the tip against the flange: no motion of the base is in it.
     Eigen::MatrixXd result(3 * static_cast<Eigen::Index>(poses.size()), arm_.size());
     Eigen::Matrix3Xd jacobian(3, arm_.size());

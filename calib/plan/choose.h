@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "calib/plan/candidates.h"
+#include "calib/plan/interest.h"
 
 namespace cellcal::calib {
 
@@ -12,8 +13,7 @@ struct ChooseOptions {
   int count = 40;
   int least_per_target = 5;  ///< every sphere gets at least this many
   Criterion criterion = Criterion::kI;
-  std::vector<JointVector> region;  ///< postures that matter; empty: the whole workspace
-  bool tool_alone = false;          ///< of the errors only those behind the last axis matter
+  Interest interest;  ///< where accuracy matters
   int exchanges = 2;  ///< rounds in which each touch may be exchanged for a better one
   unsigned seed = 1;  ///< of a random choice
   /// Asked of a candidate before it is picked, at most once: whether it can be made. Null: all can.

@@ -4,12 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "calib/model/inverse.h"
 #include "calib/model/random.h"
 #include "calib/plan/candidates.h"
 #include "calib/plan/choose.h"
+#include "calib/plan/duration.h"
+#include "calib/plan/order.h"
 #include "calib/plan/route.h"
 
 namespace cellcal::calib {
@@ -85,48 +86,42 @@ struct Chosen {
   TouchSet set;
 };
 
-/// Visits all of `todo`, sphere by sphere, each time the nearest that a clear way leads to.
+/// What changing over costs beyond the direct move: the tip has to rise above a sphere to get round
+/// it, and another sphere is farther.
+constexpr double kSameSphereS = 0.3, kOtherSphereS = 0.8;
+
+/// Visits all of `todo` in an order that costs the robot little time.
 Plan visit(const Cell& cell, const PlanOptions& options, const Router& router,
            std::vector<Chosen> todo, const JointVector& start) {
+  const Pace pace;
+  const auto count = static_cast<Eigen::Index>(todo.size());
+  Eigen::MatrixXd cost = Eigen::MatrixXd::Zero(count, count);
+  Eigen::VectorXd from_start(count);
+  for (Eigen::Index j = 0; j < count; ++j) {
+    const Candidate& to = todo[static_cast<std::size_t>(j)].candidate;
+    from_start[j] = move_s(cell.robot, start, to.standoff, pace);
+    for (Eigen::Index i = 0; i < count; ++i) {
+      const Candidate& from = todo[static_cast<std::size_t>(i)].candidate;
+      cost(i, j) = move_s(cell.robot, from.clear, to.standoff, pace) +
+                   (from.target == to.target ? kSameSphereS : kOtherSphereS);
+    }
+  }
   Plan plan;
   plan.start = start;
   JointVector at = start;
   const Candidate* leaving = nullptr;
-  std::vector<Candidate> visited;
-  visited.reserve(todo.size());
-  while (!todo.empty()) {
-    std::vector<std::size_t> order(todo.size());
-    for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
-    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-      const auto key = [&](std::size_t i) {
-        const Candidate& c = todo[i].candidate;
-        const bool same = leaving != nullptr && c.target == leaving->target;
-        constexpr double kOtherSphereS = 1e3;  // finish a sphere before going to the next
-        return travel_s(cell.robot, at, c.standoff) +
-               (same ? 0.0 : kOtherSphereS * (1.0 + static_cast<double>(c.target)));
-      };
-      return key(a) < key(b);
-    });
-    std::optional<std::vector<JointVector>> way;
-    std::size_t next = 0;
-    for (const std::size_t i : order) {
-      way = router.to_standoff(at, leaving, todo[i].candidate);
-      next = i;
-      if (way) break;
-    }
-    if (!way) {
-      const Candidate& c = todo[order.front()].candidate;
+  for (const std::size_t next : short_order(cost, from_start)) {
+    const Candidate& to = todo[next].candidate;
+    auto way = router.to_standoff(at, leaving, to);
+    if (!way)
       throw PlanError(fmt::format(
           "sphere {}: no clear way to its touch from direction ({:.2f}, {:.2f}, {:.2f}); the arm, "
           "the tool or a stand is in the way. Move the sphere or start from another posture",
-          cell.targets[c.target].id, c.normal.x(), c.normal.y(), c.normal.z()));
-    }
-    plan.touches.push_back(to_planned(cell, todo[next].candidate, todo[next].set, options));
+          cell.targets[to.target].id, to.normal.x(), to.normal.y(), to.normal.z()));
+    plan.touches.push_back(to_planned(cell, to, todo[next].set, options));
     plan.touches.back().transit = std::move(*way);
-    visited.push_back(std::move(todo[next].candidate));
-    leaving = &visited.back();
-    at = leaving->clear;
-    todo.erase(todo.begin() + static_cast<std::ptrdiff_t>(next));
+    leaving = &to;
+    at = to.clear;
   }
   if (leaving != nullptr) {
     const auto back = router.away(*leaving, start);
@@ -204,6 +199,7 @@ Plan make_plan(const Cell& cell, const PlanOptions& options, const JointVector& 
   how.count = options.fit_touches;
   how.least_per_target = least;
   how.criterion = options.criterion;
+  how.interest = options.interest;
   how.seed = options.seed;
   how.possible = connected;
   const Choice choice = choose(cell, candidates, how);

@@ -14,6 +14,7 @@
 #include "calib/files/touch.h"
 #include "calib/model/joint_vector.h"
 #include "calib/model/robot.h"
+#include "calib/plan/interest.h"
 
 namespace cellcal::calib {
 
@@ -54,6 +55,7 @@ struct PlanOptions {
   double clear_m = 0.020;     ///< retreat distance from the surface
   double limit_margin_rad = 0.05;
   Criterion criterion = Criterion::kI;
+  Interest interest;
 };
 
 /// Throws PlanError. `from` is where the arm is now; empty: the plan's own start.

@@ -22,6 +22,7 @@ int predict(const PredictCommand& command);
 struct PlanCommand {
   std::filesystem::path cell, output;
   int touches = 40, check = 0;
+  std::string region = "workspace";
   unsigned seed = 1;
   bool json = false;
 };

@@ -57,6 +57,11 @@ void add_plan(CLI::App& app, int& status) {
   command->add_option("--check", given->check, "Touches held out of the fit")
       ->check(CLI::Range(0, 2000))
       ->capture_default_str();
+  command
+      ->add_option("--region", given->region,
+                   "Where accuracy matters: workspace, targets (150 mm around them), tcp, or "
+                   "box:X,Y,Z,X,Y,Z (mm, two corners)")
+      ->capture_default_str();
   command->add_option("--seed", given->seed, "Same seed, same plan")->capture_default_str();
   command->add_option("-o,--output", given->output, "Where the plan goes (CSV); default: print");
   command->add_flag("--json", given->json, "Plan as JSON");

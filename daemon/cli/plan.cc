@@ -1,9 +1,12 @@
 #include "calib/plan/plan.h"
 
+#include <fmt/format.h>
+
 #include <nlohmann/json.hpp>
 #include <numbers>
 
 #include "calib/files/files.h"
+#include "calib/plan/duration.h"
 #include "daemon/cli/exit_status.h"
 #include "daemon/cli/offline.h"
 
@@ -24,6 +27,11 @@ calib::Touch nominal_touch(const calib::PlannedTouch& planned) {
   return touch;
 }
 
+/// At the robot file's own axis speeds.
+double minutes(const calib::Plan& plan, const calib::Robot& robot) {
+  return calib::duration_s(plan, robot, {}) / 60.0;
+}
+
 std::string json(const calib::Plan& plan, const calib::Robot& robot) {
   constexpr double kDeg = 180.0 / std::numbers::pi;
   nlohmann::json list = nlohmann::json::array();
@@ -41,7 +49,8 @@ std::string json(const calib::Plan& plan, const calib::Robot& robot) {
   }
   return nlohmann::json{{"touches", list},
                         {"left_out", plan.left_out},
-                        {"predicted_m3_mm", plan.predicted_m3_m * calib::kMmPerM}}
+                        {"predicted_m3_mm", plan.predicted_m3_m * calib::kMmPerM},
+                        {"robot_minutes", minutes(plan, robot)}}
              .dump(1) +
          "\n";
 }
@@ -60,6 +69,7 @@ int plan(const PlanCommand& command) {
   options.fit_touches = command.touches;
   options.check_touches = command.check;
   options.seed = command.seed;
+  options.interest = calib::parse_interest(command.region);
   const calib::Plan made = calib::make_plan(cell, options);
   if (command.json) {
     put(json(made, cell.robot), command.output);
@@ -68,6 +78,10 @@ int plan(const PlanCommand& command) {
   std::vector<calib::Touch> touches;
   for (const calib::PlannedTouch& planned : made.touches) touches.push_back(nominal_touch(planned));
   put("# planned on nominal geometry, not measured\n" + left_out_comment(made) +
+          fmt::format(
+              "# predicted mean error over the region ({}): {:.3f} mm; robot time {:.1f} min "
+              "at its own speeds\n",
+              command.region, made.predicted_m3_m * calib::kMmPerM, minutes(made, cell.robot)) +
           calib::format_touches(touches, cell.robot),
       command.output);
   return kSuccess;

@@ -4,23 +4,19 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
-#include <numbers>
 
 #include "calib/files/documents.h"
 #include "calib/files/files.h"
-#include "calib/identify/identify.h"
-#include "calib/identify/predict.h"
-#include "calib/identify/region.h"
-#include "tests/experiments/session.h"
+#include "tests/experiments/trial.h"
 
 namespace {
 
 using namespace cellcal;
 using experiments::Gears;
-using experiments::SessionSettings;
-using experiments::TrueArm;
+using experiments::median;
+using experiments::Outcome;
+using experiments::Trial;
 
 struct Level {
   const char* name;
@@ -37,112 +33,22 @@ constexpr Level kLevels[] = {
 };
 
 struct Options {
-  int robots = 20, check = 30;
-  Gears gears = Gears::kHarmonics;
-  double gear_arcsec = 10.0;
-  bool planned = true;
+  int robots = 20;
+  Trial trial;
   std::string level, arm;
   std::uint64_t seed = 1;
 };
 
-struct Outcome {
-  double m1 = 0, m1_max = 0, m2 = 0, m2_max = 0, m3 = 0, m3_max = 0, m4 = 1, m4_local = 1;
-  double ratio = 0, rho_error = 0, predicted_m3 = 0;
-  bool published = false;
-  std::string why_not, level;
-};
-
-/// Region figures after a 6-DoF alignment.
-void judge(const TrueArm& arm, const calib::Predictor& predictor,
-           const std::vector<calib::JointVector>& poses, double& mean, double& max, double& rms,
-           double& covered, double& u95_mean) {
-  const auto n = static_cast<Eigen::Index>(poses.size());
-  Eigen::Matrix3Xd real(3, n), predicted(3, n);
-  Eigen::VectorXd u95(n);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const auto& q = poses[static_cast<std::size_t>(i)];
-    const calib::Prediction p = predictor.calibrated(q);
-    real.col(i) = arm.tip(q);
-    predicted.col(i) = p.tcp.translation();
-    u95[i] = p.u95_m;
-  }
-  const Eigen::Matrix4d motion = Eigen::umeyama(predicted, real, false);
-  const Eigen::VectorXd e =
-      ((motion.topLeftCorner<3, 3>() * predicted).colwise() + motion.topRightCorner<3, 1>() - real)
-          .colwise()
-          .norm()
-          .transpose();
-  mean = e.mean();
-  max = e.maxCoeff();
-  rms = std::sqrt(e.squaredNorm() / static_cast<double>(n));
-  covered = static_cast<double>((e.array() <= u95.array()).count()) / static_cast<double>(n);
-  u95_mean = u95.mean();
-}
-
-/// Postures in which the aims are judged: in front of the arm, as in the cases that the aims were
-/// set with. Narrower than what predictions and plans take for the workspace.
-std::vector<calib::JointVector> postures(const calib::ArmModel& arm, int count, unsigned seed) {
-  constexpr double kLowDeg[] = {-60.0, -120.0, 20.0, -170.0, -110.0, -170.0};
-  constexpr double kHighDeg[] = {60.0, -10.0, 145.0, 170.0, 110.0, 170.0};
-  constexpr double kFloorM = 0.05;
-  if (arm.joint_count() != 6) return calib::workspace_poses(arm, count, seed);
-  calib::Random random(seed);
-  std::vector<calib::JointVector> poses;
-  while (static_cast<int>(poses.size()) < count) {
-    calib::JointVector q(6);
-    for (std::size_t i = 0; i < q.size(); ++i)
-      q[i] = random.uniform(kLowDeg[i], kHighDeg[i]) * std::numbers::pi / 180.0;
-    if (arm.nominal_tip_m(q).z() > kFloorM) poses.push_back(std::move(q));
-  }
-  return poses;
-}
-
-std::optional<Outcome> one_robot(const calib::Robot& robot, const Level& level,
-                                 const Options& options, std::uint64_t seed) {
-  SessionSettings settings;
-  settings.spheres = level.spheres;
-  settings.fit = level.fit;
-  settings.check = options.check;
-  settings.touch_sigma_m = level.touch_sigma_m;
-  settings.lengths = level.lengths;
-  settings.ideal = level.ideal;
-  settings.planned = options.planned;
-  settings.truth.gears = options.gears;
-  settings.truth.gear_arcsec = options.gear_arcsec;
-  auto planned = plan_session(robot, settings, seed);
-  if (!planned) return std::nullopt;
-  const auto [cell, arm, centre, rho, touches] = carry_out(*std::move(planned), settings);
-  const calib::Calibration c = calib::identify(cell, touches);
-  const calib::Predictor predictor(c);
-  Outcome o;
-  o.m1 = c.check.mean_m;
-  o.m1_max = c.check.max_m;
-  o.published = c.verdict.publish;
-  if (!o.published && !c.verdict.reasons.empty()) o.why_not = c.verdict.reasons.front();
-  o.level = calib::words(cell, c.level);
-  for (const auto& t : c.targets)
-    o.rho_error = std::max(o.rho_error, std::abs(t.effective_radius_m - 0.0307 - rho));
-  const calib::ArmModel model(robot, cell.tool);
-  double rms = 0, u95 = 0;
-  judge(arm, predictor, postures(model, 1000, 99), o.m3, o.m3_max, rms, o.m4, u95);
-  o.ratio = u95 / rms;
-  o.predicted_m3 = c.predicted_m3_m;
-  std::vector<calib::JointVector> around;
-  for (const auto& t : touches) around.push_back(t.joint_rad);
-  judge(arm, predictor, calib::local_poses(model, around, centre, 0.15, 300, 98), o.m2, o.m2_max,
-        rms, o.m4_local, u95);
-  return o;
-}
-
-double median(std::vector<double> v) {
-  std::sort(v.begin(), v.end());
-  return v.empty() ? 0.0 : v[v.size() / 2];
-}
-
 void run(const calib::Robot& robot, const Level& level, const Options& options) {
+  Trial trial = options.trial;
+  trial.spheres = level.spheres;
+  trial.fit = level.fit;
+  trial.touch_sigma_m = level.touch_sigma_m;
+  trial.lengths = level.lengths;
+  trial.ideal = level.ideal;
   std::vector<Outcome> all;
   for (std::uint64_t k = 0; static_cast<int>(all.size()) < options.robots && k < 200; ++k)
-    if (const auto o = one_robot(robot, level, options, options.seed * 1000 + k)) all.push_back(*o);
+    if (const auto o = experiments::run(robot, trial, options.seed * 1000 + k)) all.push_back(*o);
   if (all.empty()) {
     fmt::print("{}: no cell could be planned\n", level.name);
     return;
@@ -211,7 +117,8 @@ int main(int argc, char** argv) {
     app.add_option("--gears", gears, "Truth's form")
         ->capture_default_str()
         ->check(CLI::IsMember({"none", "harmonics", "spectrum"}));
-    app.add_option("--gear-arcsec", options.gear_arcsec, "rms per joint")->capture_default_str();
+    app.add_option("--gear-arcsec", options.trial.gear_arcsec, "rms per joint")
+        ->capture_default_str();
     app.add_option("--touches", touches, "planned or random")
         ->capture_default_str()
         ->check(CLI::IsMember({"planned", "random"}));
@@ -220,10 +127,10 @@ int main(int argc, char** argv) {
     app.add_option("--robot", options.arm, "Robot file")->capture_default_str();
     app.add_option("--seed", options.seed, "")->capture_default_str();
     CLI11_PARSE(app, argc, argv);
-    options.gears = gears == "none"       ? Gears::kNone
-                    : gears == "spectrum" ? Gears::kSpectrum
-                                          : Gears::kHarmonics;
-    options.planned = touches == "planned";
+    options.trial.gears = gears == "none"       ? Gears::kNone
+                          : gears == "spectrum" ? Gears::kSpectrum
+                                                : Gears::kHarmonics;
+    if (touches == "random") options.trial.criterion = calib::Criterion::kRandom;
     const calib::Robot robot = calib::load_robot(options.arm);
     for (const Level& level : kLevels) {
       if (!options.level.empty() && options.level != level.name) continue;

@@ -18,7 +18,7 @@ calib::Cell make_cell(const calib::Robot& robot, const SessionSettings& settings
   cell.tool.length_m = cell.tool.tcp.translation().norm();
   cell.tool.deflection_sigma = 0.003;
   cell.touch_sigma_m = settings.touch_sigma_m;
-  cell.radius_offset_sigma_m = settings.ideal ? 1e-9 : 0.3e-3;
+  cell.radius_offset_sigma_m = 0.3e-3;
   // Spread around the front of the arm, low and high; each cell a little different.
   constexpr double kPlaces[][3] = {{1.05, 0.24, 0.35},  {0.85, -0.55, 0.15}, {0.80, 0.45, 0.70},
                                    {0.95, -0.35, 0.75}, {0.65, 0.75, 0.30},  {0.70, -0.75, 0.55}};
@@ -68,8 +68,8 @@ std::optional<PlannedSession> plan_session(const calib::Robot& robot,
   calib::Random random(seed);
   const calib::Cell cell = make_cell(robot, settings, random);
   calib::PlanOptions options;
-  options.fit_touches = settings.planned ? settings.fit : settings.spheres;
-  options.check_touches = settings.check + (settings.planned ? 0 : settings.fit);
+  options.fit_touches = settings.fit;
+  options.check_touches = settings.check;
   options.seed = static_cast<unsigned>(seed);
   try {
     return PlannedSession{cell, calib::make_plan(cell, options), random};
@@ -80,14 +80,7 @@ std::optional<PlannedSession> plan_session(const calib::Robot& robot,
 
 Session carry_out(PlannedSession planned, const SessionSettings& settings) {
   auto& [cell, plan, random] = planned;
-  TruthSettings truth = settings.truth;
-  if (settings.ideal) {
-    truth.gears = Gears::kNone;
-    truth.compliance_rad_per_nm = 0.0;
-    truth.growth = 0.0;
-    truth.tip_offset_m = 0.0;
-  }
-  Session session{cell, TrueArm(cell, truth, random), {}, 0.0, {}};
+  Session session{cell, TrueArm(cell, settings.truth, random), {}, 0.0, {}};
   const Eigen::Vector3d shift(random.normal() * 1e-3, random.normal() * 1e-3,
                               random.normal() * 1e-3);
   for (const calib::Target& t : cell.targets) session.centre_m.push_back(t.centre_m + shift);
@@ -98,11 +91,7 @@ Session carry_out(PlannedSession planned, const SessionSettings& settings) {
         session.cell.lengths.push_back({cell.targets[a].id, cell.targets[b].id,
                                         (centre[a] - centre[b]).norm() + 5e-6 * random.normal(),
                                         5e-6});
-  session.rho_m = settings.ideal ? 0.0 : 0.3e-3 * random.normal();
-  if (!settings.planned)
-    for (std::size_t i = 0; i < plan.touches.size(); ++i)
-      plan.touches[i].set =
-          static_cast<int>(i) < settings.check ? calib::TouchSet::kCheck : calib::TouchSet::kFit;
+  session.rho_m = 0.3e-3 * random.normal();
   if (settings.mixed) mix(plan.touches, random);
 
   std::vector<int> fit_of(cell.targets.size(), 0), made_of = fit_of;
@@ -116,9 +105,8 @@ Session carry_out(PlannedSession planned, const SessionSettings& settings) {
     t.target = p.target;
     t.set = p.set;
     double radius = cell.targets[target].diameter_m / 2.0 + session.rho_m;
-    radius += settings.ideal ? 0.0 : settings.touch_sigma_m * random.normal();
-    if (!settings.ideal && t.set == calib::TouchSet::kFit &&
-        random.uniform() < settings.outlier_share)
+    radius += settings.touch_sigma_m * random.normal();
+    if (t.set == calib::TouchSet::kFit && random.uniform() < settings.outlier_share)
       radius += (random.uniform() < 0.7 ? 1.0 : -1.0) * random.uniform(0.2e-3, 3e-3);
     Eigen::Vector3d at = centre[target];
     if (settings.move && settings.move->sphere == target &&

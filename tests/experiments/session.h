@@ -1,5 +1,5 @@
 #pragma once
-// One session of touches of spheres by a true arm: random cell, planned or random touches, noise,
+// One session of touches of spheres by a true arm: random cell, planned touches, noise,
 // gross errors, thermal growth, and a sphere that moves where asked for.
 
 #include <optional>
@@ -23,8 +23,6 @@ struct SessionSettings {
   int spheres = 4, fit = 100, check = 30;
   double touch_sigma_m = 0.03e-3;
   bool lengths = true;          ///< certified, between all spheres
-  bool ideal = false;           ///< noise alone: no gears, sag, growth, tip offset, gross errors
-  bool planned = true;          ///< otherwise random ones
   bool mixed = false;           ///< spheres mixed; otherwise in the order of the plan's route
   double outlier_share = 0.02;  ///< of the fit touches, off by 0.2 to 3 mm
   TruthSettings truth;

@@ -1,0 +1,187 @@
+// The bookkeeping of a choice is right, and a choice is better than none.
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <set>
+
+#include "calib/files/error.h"
+#include "calib/files/files.h"
+#include "calib/model/random.h"
+#include "calib/plan/choose.h"
+#include "calib/plan/design.h"
+#include "calib/plan/plan.h"
+
+namespace cellcal::calib {
+namespace {
+
+const Cell& demo_cell() {
+  static const Cell cell = load_cell(CELLCAL_DEMO_CELL);
+  return cell;
+}
+
+RowMajor random_rows(Eigen::Index rows, Eigen::Index columns, Random& random) {
+  RowMajor m(rows, columns);
+  for (double& value : m.reshaped()) value = random.normal();
+  return m;
+}
+
+/// trace(W S) of a set, from nothing.
+double left_unknown(const RowMajor& rows, const std::vector<Eigen::Index>& set,
+                    const Eigen::MatrixXd& moves) {
+  const Eigen::Index n = rows.cols();
+  Eigen::MatrixXd information = Eigen::MatrixXd::Identity(n, n);
+  for (const Eigen::Index c : set) information += rows.row(c).transpose() * rows.row(c);
+  const Eigen::MatrixXd covariance = information.llt().solve(Eigen::MatrixXd::Identity(n, n));
+  const Eigen::Index arm = moves.cols();
+  return (moves * covariance.topLeftCorner(arm, arm) * moves.transpose()).trace();
+}
+
+TEST(Design, GainsAndLossesAreWhatASetFromNothingWouldShow) {
+  Random random(1);
+  const RowMajor rows = random_rows(30, 9, random);
+  const Eigen::MatrixXd moves = random_rows(60, 6, random);  // three unknowns move no tip
+  Design design(rows, Eigen::MatrixXd::Identity(9, 9), moves);
+  std::vector<Eigen::Index> set;
+  for (int k = 0; k < 60; ++k) {
+    const auto c = static_cast<Eigen::Index>(random.below(30));
+    const double before = left_unknown(rows, set, moves);
+    if (design.has(c)) {
+      const double loss = design.loss(c);
+      design.drop(c);
+      set.erase(std::find(set.begin(), set.end(), c));
+      EXPECT_NEAR(left_unknown(rows, set, moves) - before, loss, 1e-8 * (before + loss));
+    } else {
+      const double gain = design.gain(c);
+      design.take(c);
+      set.push_back(c);
+      EXPECT_NEAR(before - left_unknown(rows, set, moves), gain, 1e-8 * before);
+    }
+  }
+  Eigen::MatrixXd information = Eigen::MatrixXd::Identity(9, 9);
+  for (const Eigen::Index c : set) information += rows.row(c).transpose() * rows.row(c);
+  EXPECT_LT((design.covariance_u() * information - Eigen::MatrixXd::Identity(9, 9)).norm(), 1e-9);
+}
+
+double predicted(Criterion criterion, Interest interest = {}, int touches = 40) {
+  PlanOptions options;
+  options.fit_touches = touches;
+  options.check_touches = 0;
+  options.criterion = criterion;
+  options.interest = interest;
+  return make_plan(demo_cell(), options).predicted_m3_m;
+}
+
+TEST(Choice, OfTheLeastVarianceBeatsAllOthers) {
+  const double best = predicted(Criterion::kI);
+  for (const Criterion other : {Criterion::kD, Criterion::kEven, Criterion::kRandom})
+    EXPECT_LT(best, predicted(other));
+  // As good as many more touches at random.
+  EXPECT_LT(best, predicted(Criterion::kRandom, {}, 60));
+}
+
+TEST(Choice, IsBetterForTheRegionThatItWasMadeFor) {
+  const Interest near{Interest::Kind::kBox, {0.8, -0.3, 0.2}, {1.2, 0.3, 0.6}};
+  EXPECT_LT(predicted(Criterion::kI, near), predicted(Criterion::kD, near));
+  EXPECT_LT(predicted(Criterion::kI, near), predicted(Criterion::kI));  // and less to know there
+}
+
+/// Candidates around one sphere, without an arm in the way.
+std::vector<Candidate> some_candidates() {
+  PlanOptions options;
+  options.fit_touches = 60;
+  options.check_touches = 0;
+  std::vector<Candidate> candidates;
+  for (const PlannedTouch& touch : make_plan(demo_cell(), options).touches) {
+    Candidate c;
+    c.target = demo_cell().target_index(touch.target);
+    c.normal = touch.normal;
+    const double share = touch.expected_m / touch.search_m;
+    for (std::size_t i = 0; i < touch.standoff.size(); ++i)
+      c.contact.push_back(touch.standoff[i] + share * (touch.end[i] - touch.standoff[i]));
+    candidates.push_back(std::move(c));
+  }
+  return candidates;
+}
+
+TEST(Choice, ExchangesOnlyForBetterTouches) {
+  const auto candidates = some_candidates();
+  ChooseOptions options;
+  options.count = 20;
+  options.least_per_target = 3;
+  options.exchanges = 0;
+  const double greedy = choose(demo_cell(), candidates, options).predicted_m3_m;
+  options.exchanges = 3;
+  EXPECT_LT(choose(demo_cell(), candidates, options).predicted_m3_m, greedy);
+}
+
+TEST(Choice, PicksOnlyWhatIsPossibleAndNothingTwice) {
+  const auto candidates = some_candidates();
+  for (const Criterion criterion :
+       {Criterion::kI, Criterion::kD, Criterion::kEven, Criterion::kRandom}) {
+    ChooseOptions options;
+    options.count = 25;
+    options.least_per_target = 3;
+    options.criterion = criterion;
+    std::set<std::size_t> asked;
+    options.possible = [&](std::size_t c) {
+      EXPECT_TRUE(asked.insert(c).second) << "asked again";
+      return c % 2 == 0;
+    };
+    const Choice choice = choose(demo_cell(), candidates, options);
+    EXPECT_EQ(choice.picked.size(), 25U);
+    const std::set<std::size_t> picked(choice.picked.begin(), choice.picked.end());
+    EXPECT_EQ(picked.size(), choice.picked.size());
+    std::vector<int> of_target(demo_cell().targets.size(), 0);
+    for (const std::size_t c : picked) {
+      EXPECT_EQ(c % 2, 0U);
+      ++of_target[candidates[c].target];
+    }
+    for (const int touches : of_target) EXPECT_GE(touches, 3);
+  }
+}
+
+TEST(Choice, OfMoreThanThereIsTakesWhatThereIs) {
+  const auto candidates = some_candidates();
+  ChooseOptions options;
+  options.count = 100;
+  EXPECT_EQ(choose(demo_cell(), candidates, options).picked.size(), candidates.size());
+  EXPECT_TRUE(choose(demo_cell(), {}, options).picked.empty());
+}
+
+TEST(Interest, IsReadAndRefusedInWords) {
+  EXPECT_EQ(parse_interest("workspace").kind, Interest::Kind::kWorkspace);
+  EXPECT_EQ(parse_interest("targets").kind, Interest::Kind::kTargets);
+  EXPECT_EQ(parse_interest("tcp").kind, Interest::Kind::kTool);
+  const Interest box = parse_interest("box:1200,300,600,800,-300.5,2e2");
+  EXPECT_EQ(box.low_m, Eigen::Vector3d(0.8, -0.3005, 0.2));
+  EXPECT_EQ(box.high_m, Eigen::Vector3d(1.2, 0.3, 0.6));
+  for (const char* wrong :
+       {"", "box", "box:", "box:1,2,3", "box:1,2,3,4,5,6,7", "box:1,2,3,4,5,nan",
+        "box:1,2,3,4,5,1e9", "box:1,2,3 4,5,6", "box:1,2,3,4,5,6,", "Workspace", "tcp "})
+    EXPECT_THROW((void)parse_interest(wrong), PlanError) << wrong;
+}
+
+TEST(Interest, InABoxOutOfReachIsRefused) {
+  PlanOptions options;
+  options.fit_touches = 10;
+  options.interest = {Interest::Kind::kBox, {8.0, 0.0, 0.0}, {9.0, 1.0, 1.0}};
+  EXPECT_THROW((void)make_plan(demo_cell(), options), PlanError);
+}
+
+TEST(Interest, InABoxHasItsTipsInside) {
+  const ArmModel arm(demo_cell().robot, demo_cell().tool);
+  const Interest box{Interest::Kind::kBox, {0.8, -0.3, 0.2}, {1.2, 0.3, 0.6}};
+  const auto postures = interest_postures(box, arm, {}, {}, 0.05, 50);
+  EXPECT_EQ(postures.size(), 50U);
+  for (const JointVector& q : postures) {
+    const Eigen::Vector3d tip = arm.nominal_tip_m(q);
+    EXPECT_TRUE(((tip - box.low_m).array() > -1e-9).all() &&
+                ((box.high_m - tip).array() > -1e-9).all())
+        << tip.transpose();
+  }
+}
+
+}  // namespace
+}  // namespace cellcal::calib

@@ -1,0 +1,113 @@
+// Touches worth their time: accuracy by number of touches and by how they were chosen.
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <cstdio>
+#include <map>
+
+#include "calib/files/files.h"
+#include "tests/experiments/trial.h"
+
+namespace {
+
+using namespace cellcal;
+using calib::Criterion;
+using experiments::median;
+using experiments::Outcome;
+
+struct Way {
+  Criterion criterion;
+  const char* name;
+};
+constexpr Way kWays[] = {{Criterion::kI, "I-optimal"},
+                         {Criterion::kD, "D-optimal"},
+                         {Criterion::kEven, "even"},
+                         {Criterion::kRandom, "random"}};
+
+/// Touches at which the accuracy of a way reaches `m3`, between the numbers tried on a log scale; 0
+/// where it does not.
+double touches_for(const std::map<int, double>& m3_of, double m3) {
+  for (auto it = m3_of.begin(); it != m3_of.end(); ++it) {
+    if (it->second > m3) continue;
+    if (it == m3_of.begin()) return it->first;
+    const auto before = std::prev(it);
+    const double share = std::log(before->second / m3) / std::log(before->second / it->second);
+    return before->first * std::pow(static_cast<double>(it->first) / before->first, share);
+  }
+  return 0.0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    CLI::App app(
+        "Predicted and true accuracy by number of touches and by how they were chosen.\n"
+        "Example: touches --robots 20 --spheres 4 --touches 30,100");
+    int robots = 10;
+    std::vector<int> spheres = {1, 2, 4}, counts = {30, 50, 75, 100, 150, 200};
+    std::string arm = CELLCAL_EXPERIMENT_ROBOT;
+    app.add_option("--robots", robots, "Per line")
+        ->capture_default_str()
+        ->check(CLI::Range(1, 1000));
+    app.add_option("--spheres", spheres, "")->delimiter(',')->check(CLI::Range(1, 6));
+    app.add_option("--touches", counts, "")->delimiter(',')->check(CLI::Range(10, 1000));
+    app.add_option("--robot", arm, "Robot file")->capture_default_str();
+    CLI11_PARSE(app, argc, argv);
+    const calib::Robot robot = calib::load_robot(arm);
+    fmt::print(
+        "medians over {} robots, mm; M3 over the workspace, M2 within 150 mm of the spheres; gears "
+        "10 "
+        "arcsec, touch noise 0.03 mm\n"
+        "spheres touches  chosen      planned M3  identified M3   true M2 mean/max   true M3 "
+        "mean/max"
+        "   robot min\n",
+        robots);
+    for (const int count_spheres : spheres) {
+      std::map<Criterion, std::map<int, double>> m3_of;
+      for (const int count : counts)
+        for (const Way& way : kWays) {
+          experiments::Trial trial;
+          trial.spheres = count_spheres;
+          trial.lengths = count_spheres > 1;
+          trial.fit = count;
+          trial.check = 8;
+          trial.criterion = way.criterion;
+          std::map<std::string, std::vector<double>> v;
+          int made = 0;
+          for (std::uint64_t k = 0; made < robots && k < 200; ++k) {
+            const auto o = experiments::run(robot, trial, 5000 + k);
+            if (!o) continue;
+            ++made;
+            v["planned"].push_back(o->planned_m3 * 1e3);
+            v["predicted"].push_back(o->predicted_m3 * 1e3);
+            v["m2"].push_back(o->m2 * 1e3);
+            v["m2_max"].push_back(o->m2_max * 1e3);
+            v["m3"].push_back(o->m3 * 1e3);
+            v["m3_max"].push_back(o->m3_max * 1e3);
+            v["minutes"].push_back(o->minutes);
+          }
+          if (made == 0) continue;
+          const double m3 = median(v["m3"]);
+          m3_of[way.criterion][count] = m3;
+          fmt::print(
+              "{:7d} {:7d}  {:<10} {:10.3f} {:14.3f} {:10.3f} / {:.3f} {:10.3f} / {:.3f} {:9.1f}\n",
+              count_spheres, count, way.name, median(v["planned"]), median(v["predicted"]),
+              median(v["m2"]), median(v["m2_max"]), m3, median(v["m3_max"]), median(v["minutes"]));
+          std::fflush(stdout);
+        }
+      const auto& random = m3_of[Criterion::kRandom];
+      for (const auto& [count, m3] : random)
+        if (const double needed = touches_for(m3_of[Criterion::kI], m3); needed > 0.0)
+          fmt::print(
+              "  {} sphere(s): what {} random touches reach, {:.0f} I-optimal ones do: {:.0f} %\n",
+              count_spheres, count, needed, 100.0 * needed / count);
+    }
+    return 0;
+  } catch (const std::exception& e) {
+    std::fprintf(stderr, "touches: %s\n", e.what());
+    return 1;
+  }
+}

@@ -1,0 +1,38 @@
+#pragma once
+// One random robot: cell, plan, truth, touches, identification, and how far that is from the truth.
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "calib/model/robot.h"
+#include "calib/plan/plan.h"
+#include "tests/experiments/true_arm.h"
+
+namespace cellcal::experiments {
+
+struct Trial {
+  int spheres = 4, fit = 100, check = 30;
+  double touch_sigma_m = 0.03e-3;
+  bool lengths = true;  ///< certified distances between all spheres
+  bool ideal = false;   ///< no noise, no gears, no compliance
+  Gears gears = Gears::kHarmonics;
+  double gear_arcsec = 10.0;
+  calib::Criterion criterion = calib::Criterion::kI;
+};
+
+/// M1 to M4 of the method; m and shares.
+struct Outcome {
+  double m1 = 0, m1_max = 0, m2 = 0, m2_max = 0, m3 = 0, m3_max = 0, m4 = 1, m4_local = 1;
+  double ratio = 0, rho_error = 0, predicted_m3 = 0;
+  double planned_m3 = 0, minutes = 0;  ///< what the plan predicted
+  bool published = false;
+  std::string why_not;
+};
+
+/// Empty where the cell that was drawn cannot be served.
+std::optional<Outcome> run(const calib::Robot& robot, const Trial& trial, std::uint64_t seed);
+
+double median(std::vector<double> values);
+
+}  // namespace cellcal::experiments
