@@ -11,6 +11,7 @@
 #include "calib/plan/choose.h"
 #include "calib/plan/duration.h"
 #include "calib/plan/order.h"
+#include "calib/plan/pool.h"
 #include "calib/plan/route.h"
 
 namespace cellcal::calib {
@@ -22,64 +23,6 @@ constexpr int kMostCandidates = 500;     // of a sphere
 /// Fewer directions do not span a sphere safely; and half of all touches are shared out evenly,
 /// since the choice knows only the errors that the model has.
 constexpr int kLeastPerSphere = 5;
-
-/// The arm without what only matters for identification: plans are made on nominal geometry.
-ArmModel planning_arm(const Cell& cell) {
-  Robot robot = cell.robot;
-  for (Joint& joint : robot.joints) {
-    joint.errors.clear();
-    joint.compliance_sigma_rad_per_nm = 0.0;
-    joint.harmonics.clear();
-  }
-  Tool tool = cell.tool;
-  tool.deflection_sigma = 0.0;
-  tool.tcp_sigma_m.setZero();
-  return {robot, tool};
-}
-
-void check_cell(const Cell& cell) {
-  bool sphere = false;
-  for (const Target& target : cell.targets) {
-    if (target.kind != TargetKind::kSphere) continue;
-    sphere = true;
-    if (!target.has_centre)
-      throw PlanError(
-          fmt::format("target {}: a plan needs its rough place; state centre_mm in the "
-                      "cell file",
-                      target.id));
-  }
-  if (!sphere)
-    throw PlanError(
-        "the cell has no sphere to touch; touches of other targets are made by hand and identified "
-        "from a file");
-}
-
-/// A posture well inside the limits: half-way, with the arm reaching forward and up.
-JointVector middle_posture(const Robot& robot) {
-  JointVector q;
-  for (const Joint& joint : robot.joints)
-    q.push_back(std::clamp(0.0, joint.min_rad, joint.max_rad));
-  if (q.size() >= 3) {
-    q[1] = std::clamp(-1.2, robot.joints[1].min_rad, robot.joints[1].max_rad);
-    q[2] = std::clamp(1.6, robot.joints[2].min_rad, robot.joints[2].max_rad);
-  }
-  if (q.size() >= 5) q[4] = std::clamp(1.0, robot.joints[4].min_rad, robot.joints[4].max_rad);
-  return q;
-}
-
-PlannedTouch to_planned(const Cell& cell, const Candidate& c, TouchSet set,
-                        const PlanOptions& options) {
-  PlannedTouch touch;
-  touch.target = cell.targets[c.target].id;
-  touch.set = set;
-  touch.normal = c.normal;
-  touch.standoff = c.standoff;
-  touch.end = c.end;
-  touch.clear = c.clear;
-  touch.search_m = options.standoff_m + options.beyond_m;
-  touch.expected_m = options.standoff_m;
-  return touch;
-}
 
 struct Chosen {
   Candidate candidate;
@@ -147,47 +90,16 @@ double off_segment(const JointVector& q, const JointVector& a, const JointVector
 }  // namespace
 
 Plan make_plan(const Cell& cell, const PlanOptions& options, const JointVector& from) {
-  check_cell(cell);
-  const ArmModel arm = planning_arm(cell);
-  const Clearance clearance(cell, arm);
-  const JointVector middle = middle_posture(cell.robot);
-  const int spheres =
+  const auto spheres =
       static_cast<int>(std::count_if(cell.targets.begin(), cell.targets.end(), [](const Target& t) {
         return t.kind == TargetKind::kSphere;
       }));
   const int total = options.fit_touches + options.check_touches;
   if (options.fit_touches < 1 || options.check_touches < 0)
     throw PlanError("a plan needs at least one fit touch");
-  const int per_target = std::clamp(kCandidatesPerTouch * total / spheres, 40, kMostCandidates);
-  const Router router(cell, arm, clearance, middle, options.limit_margin_rad);
-  auto candidates = find_candidates(cell, arm, clearance, options, per_target);
-  const auto refuse_sphere_without = [&](const char* what) {
-    for (std::size_t t = 0; t < cell.targets.size(); ++t) {
-      const bool any = std::any_of(candidates.begin(), candidates.end(),
-                                   [&](const Candidate& c) { return c.target == t; });
-      if (cell.targets[t].kind == TargetKind::kSphere && !any)
-        throw PlanError(fmt::format("sphere {} {}", cell.targets[t].id, what));
-    }
-  };
-  // First of all: a sphere out of reach also upsets all that follows.
-  refuse_sphere_without(
-      "cannot be reached from any direction inside the joint limits; check its centre_mm or move "
-      "it");
-  if (!clearance.clear(middle, kTipMarginM))
-    throw PlanError("a sphere or its stand is where the arm rests between touches; move it");
-  // Ways are sought for what is picked, and for one candidate of every sphere.
-  const auto connected = [&](std::size_t i) {
-    return !candidates[i].from_rest.empty() || router.connect(candidates[i]);
-  };
-  for (std::size_t t = 0; t < cell.targets.size(); ++t) {
-    const auto leads = [&](Candidate& c) { return c.target == t && router.connect(c); };
-    if (cell.targets[t].kind == TargetKind::kSphere &&
-        std::none_of(candidates.begin(), candidates.end(), leads))
-      throw PlanError(fmt::format(
-          "sphere {} can be reached, but no clear way leads from the resting posture to it and "
-          "back; move it or what stands between",
-          cell.targets[t].id));
-  }
+  Pool pool(cell, options,
+            std::clamp(kCandidatesPerTouch * total / std::max(1, spheres), 40, kMostCandidates));
+  const std::vector<Candidate>& candidates = pool.candidates();
   if (static_cast<int>(candidates.size()) < total)
     throw PlanError(fmt::format(
         "only {} touches can be reached inside the joint limits and clear of the spheres, {} are "
@@ -201,7 +113,7 @@ Plan make_plan(const Cell& cell, const PlanOptions& options, const JointVector& 
   how.criterion = options.criterion;
   how.interest = options.interest;
   how.seed = options.seed;
-  how.possible = connected;
+  how.possible = [&](std::size_t i) { return pool.connected(i); };
   const Choice choice = choose(cell, candidates, how);
   if (static_cast<int>(choice.picked.size()) < options.fit_touches)
     throw PlanError(
@@ -230,16 +142,16 @@ Plan make_plan(const Cell& cell, const PlanOptions& options, const JointVector& 
       throw PlanError("there are not enough reachable touches left for the check; ask for fewer");
     const std::size_t pick = free[random.below(free.size())];
     taken[pick] = true;
-    if (!connected(pick)) {
+    if (!pool.connected(pick)) {
       --k;
       continue;
     }
     todo.push_back({candidates[pick], TouchSet::kCheck});
   }
-  const JointVector start = from.empty() ? middle : from;
-  if (!clearance.clear(start, kTipMarginM))
+  const JointVector start = from.empty() ? pool.middle() : from;
+  if (!pool.clearance().clear(start, kTipMarginM))
     throw PlanError("the arm stands too close to a sphere or its stand to start from; jog it free");
-  Plan plan = visit(cell, options, router, std::move(todo), start);
+  Plan plan = visit(cell, options, pool.router(), std::move(todo), start);
   plan.predicted_m3_m = choice.predicted_m3_m;
   for (const Target& target : cell.targets)
     if (target.kind != TargetKind::kSphere) plan.left_out.push_back(target.id);

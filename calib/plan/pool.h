@@ -1,0 +1,47 @@
+#pragma once
+// What a choice of touches can choose from: the candidates of a cell and the ways to them.
+
+#include "calib/plan/candidates.h"
+#include "calib/plan/route.h"
+
+namespace cellcal::calib {
+
+/// The arm without what only matters for identification: plans are made on nominal geometry.
+ArmModel planning_arm(const Cell& cell);
+
+/// A posture well inside the limits: half-way, with the arm reaching forward and up.
+JointVector middle_posture(const Robot& robot);
+
+PlannedTouch to_planned(const Cell& cell, const Candidate& c, TouchSet set,
+                        const PlanOptions& options);
+
+class Pool {
+ public:
+  /// About `per_sphere` candidates each. Throws PlanError where a sphere cannot be touched at all.
+  /// Refers to the cell.
+  Pool(const Cell& cell, const PlanOptions& options, int per_sphere);
+  Pool(const Pool&) = delete;  // parts refer to each other
+
+  const std::vector<Candidate>& candidates() const { return candidates_; }
+  int spheres() const { return spheres_; }
+  const ArmModel& arm() const { return arm_; }
+  const Clearance& clearance() const { return clearance_; }
+  const Router& router() const { return router_; }
+  /// Where the arm rests between touches.
+  const JointVector& middle() const { return middle_; }
+  /// Whether clear ways lead from the resting posture to the candidate and back. Sought when first
+  /// asked for.
+  bool connected(std::size_t candidate);
+
+ private:
+  const Cell& cell_;
+  ArmModel arm_;
+  Clearance clearance_;
+  JointVector middle_;
+  Router router_;
+  int spheres_ = 0;
+  std::vector<Candidate> candidates_;
+  std::vector<signed char> connected_;  ///< -1: not asked yet
+};
+
+}  // namespace cellcal::calib
