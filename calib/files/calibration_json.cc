@@ -7,14 +7,17 @@
 
 #include "calib/files/documents.h"
 #include "calib/files/files.h"
+#include "calib/files/json_reader.h"
 #include "calib/files/shown.h"
 #include "calib/files/units.h"
+#include "calib/identify/correlation.h"
 
 namespace cellcal::calib {
 
 namespace {
 
 using nlohmann::json;
+using Reader = JsonReader;
 using ordered = nlohmann::ordered_json;
 
 constexpr const char* kFormat = "cellcal.calibration/1";
@@ -44,62 +47,6 @@ ordered target_json(const TargetResult& t) {
   }
   return entry;
 }
-
-/// Access by key with an error that names file and key. Non-finite numbers cannot come in: JSON
-/// has none, and nlohmann writes null for them.
-class Reader {
- public:
-  Reader(const json& value, std::string where) : value_(value), where_(std::move(where)) {}
-
-  Reader at(const char* key) const {
-    if (!value_.is_object() || !value_.contains(key))
-      fail(std::string("key \"") + key + "\" is missing");
-    return {value_[key], where_ + "." + key};
-  }
-  double number() const {
-    if (!value_.is_number()) fail("must be a number");
-    const double v = value_.get<double>();
-    if (!std::isfinite(v)) fail("must be finite");
-    return v;
-  }
-  double not_negative() const {
-    const double v = number();
-    if (v < 0.0) fail("must not be negative");
-    return v;
-  }
-  /// A count or an index.
-  std::size_t whole() const {
-    constexpr double kMost = 1e9;  // beyond any file of touches, inside any integer
-    const double v = number();
-    if (v < 0.0 || v > kMost || v != std::floor(v)) fail("must be a whole number, 0 to 1e9");
-    return static_cast<std::size_t>(v);
-  }
-  std::string text() const {
-    if (!value_.is_string()) fail("must be a string");
-    return value_.get<std::string>();
-  }
-  bool flag() const {
-    if (!value_.is_boolean()) fail("must be true or false");
-    return value_.get<bool>();
-  }
-  const json& object() const {
-    if (!value_.is_object()) fail("must be an object");
-    return value_;
-  }
-  std::vector<Reader> items() const {
-    if (!value_.is_array()) fail("must be an array");
-    std::vector<Reader> result;
-    for (std::size_t i = 0; i < value_.size(); ++i)
-      result.emplace_back(value_[i], where_ + "[" + std::to_string(i) + "]");
-    return result;
-  }
-  bool has(const char* key) const { return value_.is_object() && value_.contains(key); }
-  [[noreturn]] void fail(const std::string& what) const { throw FileError(where_ + ": " + what); }
-
- private:
-  const json& value_;
-  std::string where_;
-};
 
 ResidualSummary read_summary(const Reader& r) {
   ResidualSummary s;
@@ -139,6 +86,39 @@ TargetResult read_target(const Reader& r, const Cell& cell) {
     t.frame = to_isometry(
         {read_three(r.at("frame").at("xyz_mm")), read_three(r.at("frame").at("abc_deg"))});
   return t;
+}
+
+ordered observability_json(const Observability& o) {
+  return {{"rows", o.rows},
+          {"unknowns", o.unknowns},
+          {"directions", o.directions},
+          {"rank", o.rank},
+          {"told", o.told},
+          {"o1", o.o1},
+          {"o2", o.o2},
+          {"o3", o.o3},
+          {"o4", o.o4},
+          {"o5", o.o5},
+          {"condition", o.condition},
+          {"singular_values", o.singular_values}};
+}
+
+Observability read_observability(const Reader& r) {
+  Observability o;
+  o.rows = static_cast<int>(r.at("rows").whole());
+  o.unknowns = static_cast<int>(r.at("unknowns").whole());
+  o.directions = static_cast<int>(r.at("directions").whole());
+  o.rank = static_cast<int>(r.at("rank").whole());
+  o.told = static_cast<int>(r.at("told").whole());
+  o.o1 = r.at("o1").not_negative();
+  o.o2 = r.at("o2").not_negative();
+  o.o3 = r.at("o3").not_negative();
+  o.o4 = r.at("o4").not_negative();
+  o.o5 = r.at("o5").not_negative();
+  o.condition = r.at("condition").not_negative();
+  for (const Reader& s : r.at("singular_values").items())
+    o.singular_values.push_back(s.not_negative());
+  return o;
 }
 
 /// Whether the bounds that come of it will be real numbers.
@@ -200,16 +180,47 @@ std::string calibration_to_json(const Calibration& c) {
     out["unidentifiable"].push_back(
         {{"words", c.unidentifiable[i].words}, {"direction", std::move(direction)}});
   }
+  if (c.observability.rows > 0) out["observability"] = observability_json(c.observability);
+  // Worked out from covariance and frame_basis, for readers without linear algebra; not read back.
+  out["correlations"] = ordered::array();
+  for (const CorrelatedPair& pair : strong_correlations(c).pairs) {
+    constexpr double kDigits = 1e4;  // more would change with the last bit of the covariance
+    out["correlations"].push_back({{"a", c.parameters[pair.first].name},
+                                   {"b", c.parameters[pair.second].name},
+                                   {"value", std::round(pair.correlation * kDigits) / kDigits}});
+  }
   out["predicted"] = {{"m2_mm", c.predicted_m2_m * kMmPerM}, {"m3_mm", c.predicted_m3_m * kMmPerM}};
+  out["chi2"] = c.chi2;
+  out["degrees_of_freedom"] = c.degrees_of_freedom;
   out["chi2_per_dof"] = c.chi2_per_dof;
   out["touch_noise_mm"] = c.touch_noise_m * kMmPerM;
+  ordered noise = {{"stated_mm", c.cell.touch_sigma_m * kMmPerM},
+                   {"from_residuals_mm", c.touch_noise_m * kMmPerM}};
+  if (c.repeats.degrees_of_freedom > 0.0) {
+    noise["from_repeats_mm"] = c.repeats.scatter_m * kMmPerM;
+    noise["repeats_degrees_of_freedom"] = c.repeats.degrees_of_freedom;
+  }
+  if (c.repeats.used_m > 0.0) {
+    noise["repeated_touches"] = c.repeats.touches;
+    noise["used_mm"] = c.repeats.used_m * kMmPerM;
+  }
+  out["touch_noise"] = std::move(noise);
   out["verdict"] = {{"publish", c.verdict.publish},
                     {"scope", c.verdict.workspace ? "workspace" : "near targets"},
                     {"reasons", c.verdict.reasons}};
   out["outliers"] = ordered::array();
   for (const Outlier& o : c.outliers)
-    out["outliers"].push_back(
-        {{"touch", o.touch}, {"residual_mm", o.residual_m * kMmPerM}, {"reason", o.reason}});
+    out["outliers"].push_back({{"touch", o.touch},
+                               {"residual_mm", o.residual_m * kMmPerM},
+                               {"reason", o.reason},
+                               {"leverage", o.leverage}});
+  out["moved"] = ordered::array();
+  for (const MovedTarget& m : c.moved)
+    out["moved"].push_back({{"target", m.target},
+                            {"after_touch", m.after_touch},
+                            {"shift_mm", vector_mm(m.shift_m)},
+                            {"sigma_mm", m.sigma_m * kMmPerM},
+                            {"squared_sigmas", m.squared_sigmas}});
   // In the parameters' own units, in their order; the frame as columns of one step each.
   const auto matrix = [&](const Eigen::MatrixXd& m, bool both) {
     ordered rows = ordered::array();
@@ -301,10 +312,25 @@ Calibration calibration_from_json(std::string_view text, const std::string& name
       d.direction.emplace_back(entry.key(), direction.at(entry.key().c_str()).number());
     c.unidentifiable.push_back(std::move(d));
   }
+  if (root.has("observability")) c.observability = read_observability(root.at("observability"));
   c.predicted_m2_m = root.at("predicted").at("m2_mm").number() / kMmPerM;
   c.predicted_m3_m = root.at("predicted").at("m3_mm").number() / kMmPerM;
+  if (root.has("chi2")) c.chi2 = root.at("chi2").not_negative();
+  if (root.has("degrees_of_freedom"))
+    c.degrees_of_freedom = root.at("degrees_of_freedom").not_negative();
   if (root.has("chi2_per_dof")) c.chi2_per_dof = root.at("chi2_per_dof").number();
   if (root.has("touch_noise_mm")) c.touch_noise_m = root.at("touch_noise_mm").number() / kMmPerM;
+  if (root.has("touch_noise")) {
+    const Reader noise = root.at("touch_noise");
+    if (noise.has("from_repeats_mm")) {
+      c.repeats.scatter_m = noise.at("from_repeats_mm").not_negative() / kMmPerM;
+      c.repeats.degrees_of_freedom = noise.at("repeats_degrees_of_freedom").not_negative();
+    }
+    if (noise.has("used_mm")) {
+      c.repeats.touches = static_cast<int>(noise.at("repeated_touches").whole());
+      c.repeats.used_m = noise.at("used_mm").not_negative() / kMmPerM;
+    }
+  }
   const Reader verdict = root.at("verdict");
   c.verdict.publish = verdict.at("publish").flag();
   const std::string scope = verdict.at("scope").text();
@@ -315,7 +341,18 @@ Calibration calibration_from_json(std::string_view text, const std::string& name
     c.verdict.reasons.push_back(reason.text());
   for (const Reader& item : root.at("outliers").items()) {
     c.outliers.push_back({item.at("touch").whole(), item.at("residual_mm").number() / kMmPerM,
-                          item.at("reason").text()});
+                          item.at("reason").text(),
+                          item.has("leverage") ? item.at("leverage").not_negative() : 0.0});
+  }
+  if (root.has("moved")) {
+    for (const Reader& item : root.at("moved").items()) {
+      c.moved.emplace_back();
+      c.moved.back().target = item.at("target").text();
+      c.moved.back().after_touch = item.at("after_touch").whole();
+      c.moved.back().shift_m = read_vector_mm(item.at("shift_mm"));
+      c.moved.back().sigma_m = item.at("sigma_mm").not_negative() / kMmPerM;
+      c.moved.back().squared_sigmas = item.at("squared_sigmas").not_negative();
+    }
   }
   const auto n = static_cast<Eigen::Index>(c.parameters.size());
   const auto matrix = [&](const char* key, Eigen::Index columns, bool both) {

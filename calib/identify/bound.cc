@@ -52,7 +52,7 @@ Eigen::MatrixXd root_of(const Eigen::MatrixXd& covariance) {
 
 PositionBound::PositionBound(const ArmModel& arm, const Eigen::VectorXd& x,
                              Eigen::MatrixXd covariance, double ripple_rad)
-    : arm_(arm), covariance_(std::move(covariance)), ripple_rad_(ripple_rad) {
+    : arm_(arm), x_(x), covariance_(std::move(covariance)), ripple_rad_(ripple_rad) {
   const auto poses = workspace_poses(arm, kPoses, kRegionSeed);
   const auto count = static_cast<Eigen::Index>(poses.size());
   constexpr Eigen::Index kEnough = 3;  // points that hold a rigid body
@@ -103,6 +103,20 @@ double PositionBound::u95_m(std::span<const double> joint_rad, const Eigen::Vect
     c += ripple_rad_ * ripple_rad_ * by_joint * by_joint.transpose();
   }
   return widening_ * radius_95(c);
+}
+
+double PositionBound::mean_u95_m(std::span<const JointVector> postures) const {
+  Eigen::Matrix3Xd jacobian(3, arm_.size());
+  const ArmErrors errors = arm_.errors(x_.data());
+  ArmChain chain;
+  double sum = 0.0;
+  for (const JointVector& q : postures) {
+    const PreparedPose pose = arm_.prepare(q);
+    arm_.walk(pose, errors, chain);
+    arm_.derivative(pose, errors, chain, jacobian);
+    sum += u95_m(q, chain.tip, jacobian);
+  }
+  return postures.empty() ? 0.0 : sum / static_cast<double>(postures.size());
 }
 
 }  // namespace cellcal::calib

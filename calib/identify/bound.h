@@ -10,6 +10,7 @@
 
 #include <Eigen/Core>
 
+#include "calib/model/joint_vector.h"
 #include "calib/model/kinematics.h"
 
 namespace cellcal::calib {
@@ -24,9 +25,12 @@ class PositionBound {
   /// At a pose whose tip and derivative by the parameters are these.
   double u95_m(std::span<const double> joint_rad, const Eigen::Vector3d& tip,
                const Eigen::Matrix3Xd& jacobian) const;
+  /// Mean over postures; 0 without any.
+  double mean_u95_m(std::span<const JointVector> postures) const;
 
  private:
   const ArmModel& arm_;
+  Eigen::VectorXd x_;
   Eigen::MatrixXd covariance_;
   double ripple_rad_;
   Eigen::MatrixXd taken_up_;  ///< 6 x parameters: the base motion that takes up each

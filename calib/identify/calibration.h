@@ -68,11 +68,52 @@ struct Outlier {
   std::size_t touch = 0;
   double residual_m = 0.0;
   std::string reason;
+  /// How far it would have held its own place, 0 to 1: near 1 nothing else tells about it, and
+  /// that it was left out says as much about the others as about it.
+  double leverage = 0.0;
 };
 
 struct UnidentifiableDirection {
   std::string words;
   std::vector<std::pair<std::string, double>> direction;  ///< parameter, share of its prior sigma
+};
+
+/// What touches of one place, repeated, say about the noise of a touch (repeats.h).
+struct RepeatedTouches {
+  int touches = 0;                  ///< that are repeats
+  double scatter_m = 0.0;           ///< 1 sigma of one of them
+  double degrees_of_freedom = 0.0;  ///< that it rests on; 0: not measured
+  double used_m = 0.0;  ///< noise that touches without their own were weighed by; 0: not known
+};
+
+/// A target that stood elsewhere from one of its touches on.
+struct MovedTarget {
+  std::string target;
+  std::size_t after_touch = 0;                        ///< its last one where it stood before
+  Eigen::Vector3d shift_m = Eigen::Vector3d::Zero();  ///< base frame
+  double sigma_m = 0.0;                               ///< of the shift, along it
+  double squared_sigmas = 0.0;                        ///< of the shift, three degrees of freedom
+  /// It is suspected because many of its touches were left out.
+  bool many_left_out = false;
+};
+
+/// How well the touches tell the geometry, targets eliminated and frame directions taken out;
+/// observability.h says of what and why. All numbers are finite; those of directions that the
+/// touches do not see at all are left out of the indices, and `rank` says how many count.
+struct Observability {
+  int rows = 0;        ///< that were measured: touches (three of a point or tracker), lengths
+  int unknowns = 0;    ///< of the fullest model: geometry, gears, compliance, targets
+  int directions = 0;  ///< of the geometry, frame directions aside
+  int rank = 0;        ///< of those, how many the touches see at all
+  int told = 0;        ///< of those, how many the touches tell better than the tolerances
+  /// Of all `directions`, largest first: sigmas of all measurements per tolerance.
+  std::vector<double> singular_values;
+  double o1 = 0.0;  ///< geometric mean of s over the root of the rows: what an average row tells
+  double o2 = 0.0;  ///< smallest over largest s: how evenly the touches tell the directions
+  double o3 = 0.0;  ///< smallest s: how well they tell the worst direction
+  double o4 = 0.0;  ///< smallest s squared over the largest, noise amplification: o3 times o2
+  double o5 = 0.0;  ///< 1 over the sum of 1/s: the sum of all directions' errors, inverted
+  double condition = 0.0;  ///< largest over smallest s; 0 where nothing is seen
 };
 
 struct Verdict {
@@ -96,11 +137,19 @@ struct Calibration {
   ResidualSummary before, after, check_before, check;
   std::vector<TouchResidual> residuals;
   std::vector<UnidentifiableDirection> unidentifiable;
+  Observability observability;                        ///< rows 0: not worked out
   double predicted_m2_m = 0.0, predicted_m3_m = 0.0;  ///< mean 3-D error, from the covariance
+  double chi2 = 0.0;  ///< of the fit: sum of the squared whitened residuals of the touches in use
+  /// Left to judge it by: sum over the touches of 1 - leverage, which counts an unknown by how far
+  /// the touches and not its prior decide it; at least 1.
+  double degrees_of_freedom = 0.0;
   double chi2_per_dof = 0.0;
   double touch_noise_m = 0.0;  ///< rms of fit residuals, corrected for degrees of freedom
+  RepeatedTouches repeats;
   Verdict verdict;
   std::vector<Outlier> outliers;
+  /// One at most; of identify_as_stated(), which does not look closer, suspects without a shift.
+  std::vector<MovedTarget> moved;
   Eigen::MatrixXd covariance;  ///< of `parameters`, SI; frame directions included
   /// Orthonormal-in-prior-units basis of the frame directions, one column each, SI.
   Eigen::MatrixXd frame_basis;

@@ -12,6 +12,7 @@
 #include "calib/files/error.h"
 #include "calib/identify/identify.h"
 #include "calib/identify/level.h"
+#include "calib/identify/moved.h"
 #include "calib/model/kinematics.h"
 
 namespace cellcal::calib {
@@ -267,11 +268,14 @@ Calibration identify(const Cell& cell, const std::vector<Touch>& touches,
                      const IdentifyOptions& options) {
   try {
     Calibration calibration = identify_as_stated(cell, touches, options);
-    if (!calibration.verdict.publish) {
-      auto& reasons = calibration.verdict.reasons;
-      for (const std::string& cause : likely_causes(cell, touches))
-        reasons.push_back("likely cause: " + cause);
-    }
+    std::vector<std::string> causes;
+    if (!calibration.verdict.publish) causes = likely_causes(cell, touches);
+    for (const std::string& cause : causes)
+      calibration.verdict.reasons.push_back("likely cause: " + cause);
+    if (causes.empty())
+      confirm_moves(cell, touches, options, calibration);
+    else
+      calibration.moved.clear();  // another mistake moves targets, too
     return calibration;
   } catch (const IdentifyError& error) {
     const auto causes = likely_causes(cell, touches);

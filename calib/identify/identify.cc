@@ -7,8 +7,12 @@
 
 #include "calib/identify/estimate.h"
 #include "calib/identify/frame.h"
+#include "calib/identify/moved.h"
+#include "calib/identify/observability.h"
+#include "calib/identify/outliers.h"
 #include "calib/identify/problem.h"
 #include "calib/identify/region.h"
+#include "calib/identify/repeats.h"
 #include "calib/identify/residuals.h"
 #include "calib/identify/target_place.h"
 #include "calib/identify/verdict.h"
@@ -121,6 +125,8 @@ Calibration identify_as_stated(const Cell& cell, const std::vector<Touch>& touch
           "target {} has check touches but no fit touch; its centre is unknown. Make some of its "
           "touches fit touches, or leave it out",
           touches[i].target));
+  const Repeats repeats = find_repeats(problem);
+  if (repeats.touches > 0) problem.set_repeats(repeats.times, repeats.used_m);
   std::vector<ModelLevel> levels = usual_levels();
   if (options.level) levels = {{1.0, 1.0, options.level->ripple_rad}};
   const Estimate e = estimate(problem, options, std::move(levels));
@@ -140,8 +146,12 @@ Calibration identify_as_stated(const Cell& cell, const std::vector<Touch>& touch
       held += 1.0 - e.posterior.leverage[row + k];
     }
   const double dof = std::max(held, 1.0);
+  calibration.chi2 = sum;
+  calibration.degrees_of_freedom = dof;
   calibration.chi2_per_dof = sum / dof;
   calibration.touch_noise_m = std::sqrt(noise / dof);
+  calibration.repeats = {repeats.touches, repeats.scatter_m, repeats.degrees_of_freedom,
+                         repeats.used_m};
   // Scatter beyond the stated noise is not explained away: it widens every bound.
   const double inflation = std::max(1.0, calibration.chi2_per_dof);
 
@@ -152,6 +162,7 @@ Calibration identify_as_stated(const Cell& cell, const std::vector<Touch>& touch
   const Eigen::MatrixXd moves = aligned_moves(arm, workspace, x.data(), scale);
   const FrameDirections frame = find_frame_directions(problem, e.posterior.linear, moves);
   calibration.unidentifiable = frame.words;
+  calibration.observability = observability(problem, e.posterior.linear, frame.basis_u);
   fill_parameters(problem, e, frame, inflation, options.level ? 1.0 : mean.transmission,
                   calibration);
   const Eigen::MatrixXd arm_covariance =
@@ -166,15 +177,8 @@ Calibration identify_as_stated(const Cell& cell, const std::vector<Touch>& touch
   for (std::size_t i = 0; i < touches.size(); ++i)
     outlier[i] = touches[i].set == TouchSet::kFit && !e.use[i];
   fill_residuals(problem, problem.to_si(e.u), outlier, calibration);
-  for (const TouchResidual& r : calibration.residuals)
-    if (r.outlier)
-      calibration.outliers.push_back(
-          {r.touch, r.after_m,
-           fmt::format("{:+.3f} mm off {}, {:.0f} times the touch noise{}", r.after_m * 1e3,
-                       touches[r.touch].target, std::abs(r.whitened),
-                       problem.rows(r.touch) == 3 ? ""  // a distance, to no side
-                       : r.after_m > 0 ? " (tip outside: contact seen before the surface)"
-                                       : " (tip inside: contact seen too late)")});
+  calibration.outliers = named_outliers(problem, e, calibration.residuals);
+  calibration.moved = suspected_moves(problem, e, calibration.chi2_per_dof);
   calibration.verdict = judge(problem, calibration);
   return calibration;
 }

@@ -146,6 +146,14 @@ void Problem::add_lengths() {
   }
 }
 
+void Problem::set_repeats(const std::vector<int>& times, double sigma_m) {
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    lever_m_[i] *= std::sqrt(times[i]);
+    if (!(touches_[i].sigma_m > 0.0)) own_sigma_m_[i] = sigma_m;
+  }
+  set_ripple(ripple_rad_);
+}
+
 void Problem::set_ripple(double ripple_rad) {
   ripple_rad_ = ripple_rad;
   sigma_m_.resize(own_sigma_m_.size());

@@ -81,7 +81,12 @@ class Problem {
   double own_sigma_m(std::size_t touch) const { return own_sigma_m_[touch]; }
   /// Another ripple from here on.
   void set_ripple(double ripple_rad);
-  /// What one radian of independent noise in every joint does to the residual, root of squares.
+  /// Touches that were made `times` times at one place share its ripple: their mean has one, so
+  /// each counts as if its own were larger by the root of `times`. Those that state no sigma of
+  /// their own get `sigma_m`. Once, before anything is solved.
+  void set_repeats(const std::vector<int>& times, double sigma_m);
+  /// What one radian of independent noise in every joint does to the residual, root of squares;
+  /// of repeats times the root of their number.
   double joint_lever_m(std::size_t touch) const { return lever_m_[touch]; }
   /// R + tip of a sphere, tip of a plane, without rho and without the sphere's own deviation.
   double nominal_radius_m(const Target& target) const;

@@ -149,6 +149,11 @@ Eigen::MatrixXd RunningEstimate::covariance_si() const {
   return scale.asDiagonal() * impl_->e.posterior.covariance_u * scale.asDiagonal();
 }
 
+const Eigen::VectorXd& RunningEstimate::u() const { return impl_->e.u; }
+const Eigen::MatrixXd& RunningEstimate::covariance_u() const {
+  return impl_->e.posterior.covariance_u;
+}
+double RunningEstimate::ripple_rad() const { return impl_->e.levels.ripple_rad; }
 const std::vector<Touch>& RunningEstimate::touches() const { return impl_->touches; }
 const std::vector<bool>& RunningEstimate::in_use() const { return impl_->e.use; }
 

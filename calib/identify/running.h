@@ -39,6 +39,11 @@ class RunningEstimate {
   /// noise not.
   Eigen::VectorXd x_si() const;
   Eigen::MatrixXd covariance_si() const;
+  /// The same in prior units, as problem() counts.
+  const Eigen::VectorXd& u() const;
+  const Eigen::MatrixXd& covariance_u() const;
+  /// Joint noise that gears add to every pose, as the levels weigh it.
+  double ripple_rad() const;
   const std::vector<Touch>& touches() const;
   /// Per touch: whether the estimate rests on it.
   const std::vector<bool>& in_use() const;

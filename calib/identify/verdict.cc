@@ -139,9 +139,12 @@ Verdict judge(const Problem& problem, const Calibration& c) {
   std::vector<std::string> blocking;
   if (c.chi2_per_dof > kChi2Limit)
     blocking.push_back(fmt::format(
-        "chi^2: the touches scatter {:.1f} times more than the cell file states ({:.3f} instead of "
-        "{:.3f} mm)",
-        std::sqrt(c.chi2_per_dof), c.touch_noise_m * 1e3, problem.cell().touch_sigma_m * 1e3));
+        "chi^2: the touches scatter {:.1f} times more than {} ({:.3f} instead of {:.3f} mm)",
+        std::sqrt(c.chi2_per_dof),
+        c.repeats.degrees_of_freedom > 0.0 ? "repeated ones and the cell file state"
+                                           : "the cell file states",
+        c.touch_noise_m * 1e3,
+        (c.repeats.used_m > 0.0 ? c.repeats.used_m : problem.cell().touch_sigma_m) * 1e3));
   if (outliers > kOutlierShare * fit)
     blocking.push_back(fmt::format(
         "outliers: {} of {} fit touches are not what their target allows", outliers, fit));

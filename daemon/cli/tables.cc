@@ -2,6 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
+#include "calib/identify/correlation.h"
+
 namespace cellcal::daemon {
 
 namespace {
@@ -21,6 +25,30 @@ std::string verdict_words(const calib::Verdict& verdict) {
   return text;
 }
 
+std::string observability_words(const calib::Observability& o) {
+  if (o.rows == 0) return {};
+  return fmt::format(
+      "observability: {} of {} directions of the geometry told better than by tolerance, {} seen; "
+      "O1 {:.3g}, O2 {:.3g}, O3 {:.3g}, O4 {:.3g}, O5 {:.3g}, condition {:.0f}\n",
+      o.told, o.directions, o.rank, o.o1, o.o2, o.o3, o.o4, o.o5, o.condition);
+}
+
+/// The strongest few pairs of parameters that the touches do not tell apart well.
+std::string correlation_words(const calib::Calibration& calibration) {
+  constexpr std::size_t kShown = 3;
+  const auto pairs = calib::strong_correlations(calibration).pairs;
+  if (pairs.empty()) return {};
+  std::string text = "told together better than apart:";
+  for (std::size_t i = 0; i < std::min(kShown, pairs.size()); ++i)
+    text += fmt::format("{} {} and {} ({:+.2f})", i == 0 ? "" : ",",
+                        calibration.parameters[pairs[i].first].name,
+                        calibration.parameters[pairs[i].second].name, pairs[i].correlation);
+  if (pairs.size() > kShown)
+    text += fmt::format("; {} more pair{} beyond {:.1f}", pairs.size() - kShown,
+                        pairs.size() == kShown + 1 ? "" : "s", calib::kStrongCorrelation);
+  return text + "\n";
+}
+
 }  // namespace
 
 std::string result_words(const calib::Calibration& calibration) {
@@ -36,6 +64,18 @@ std::string result_words(const calib::Calibration& calibration) {
         "workspace\n",
         calibration.predicted_m2_m * kMm, calibration.predicted_m3_m * kMm);
   }
+  if (calibration.degrees_of_freedom > 0.0)
+    text += fmt::format("chi^2 of the fit: {:.1f} at {:.1f} degrees of freedom, {:.2f} for each\n",
+                        calibration.chi2, calibration.degrees_of_freedom, calibration.chi2_per_dof);
+  if (calibration.repeats.degrees_of_freedom > 0.0)
+    text += fmt::format(
+        "touch noise: {:.3f} mm stated, {:.3f} mm measured by {} repeated touches ({:.0f} degrees "
+        "of freedom), {:.3f} mm used\n",
+        calibration.cell.touch_sigma_m * kMm, calibration.repeats.scatter_m * kMm,
+        calibration.repeats.touches, calibration.repeats.degrees_of_freedom,
+        calibration.repeats.used_m * kMm);
+  text += observability_words(calibration.observability);
+  text += correlation_words(calibration);
   for (const calib::Outlier& outlier : calibration.outliers) {
     text += fmt::format("outlier: touch {} ({:+.3f} mm): {}\n", outlier.touch + 1,
                         outlier.residual_m * kMm, outlier.reason);

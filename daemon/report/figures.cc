@@ -30,17 +30,6 @@ std::string group(std::string_view heading) {
                      heading);
 }
 
-// The fit leaves chi^2 = (sum of squares of the whitened residuals) per degree of freedom, which
-// tells how many degrees there were. 0 where it does not.
-double degrees_of_freedom(const View& view) {
-  double squares = 0.0;
-  for (const Mark& mark : view.marks) {
-    if (mark.kind == MarkKind::kFit) squares += mark.whitened * mark.whitened;
-  }
-  const double degrees = squares / view.result.chi2_per_dof;
-  return std::isfinite(degrees) && view.unusable == 0 ? degrees : 0.0;
-}
-
 std::string noise_words(const View& view) {
   const calib::Calibration& result = view.result;
   if (!(result.touch_noise_m > 0.0) || !(result.chi2_per_dof > 0.0)) {
@@ -55,8 +44,18 @@ std::string noise_words(const View& view) {
       ripple ? ", and the fitted model adds ripple of the gears to it" : "",
       fixed(result.chi2_per_dof, 2),
       ripple ? "both together predict" : "the stated scatter predicts");
+  if (is_known(result.repeats.degrees_of_freedom))
+    words += fmt::format(
+        " Touches repeated at one place scatter by {} mm among themselves ({} of freedom), and {} "
+        "mm "
+        "is what the touches were weighed by.",
+        positive_mm(result.repeats.scatter_m),
+        result.repeats.degrees_of_freedom < 1.5
+            ? "one degree"
+            : fixed(result.repeats.degrees_of_freedom, 0) + " degrees",
+        positive_mm(result.repeats.used_m));
   if (result.chi2_per_dof > 1.0) words += " Every &sigma; in this report is widened accordingly.";
-  if (const double degrees = degrees_of_freedom(view); degrees > 0.0) {
+  if (const double degrees = result.degrees_of_freedom; is_known(degrees)) {
     words += fmt::format(" About {} of freedom were left to judge this by{}.",
                          degrees < 1.5 ? "one degree" : fixed(degrees, 0) + " degrees",
                          degrees < kFewDegrees ? ", so it is rough" : "");

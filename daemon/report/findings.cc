@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "daemon/report/correlation.h"
+#include "calib/identify/correlation.h"
 #include "daemon/report/sections.h"
 #include "daemon/report/text.h"
 
@@ -16,7 +16,6 @@ namespace cellcal::daemon::report {
 namespace {
 
 constexpr std::string_view kNothing = "\xE2\x80\x93";
-constexpr double kStrongCorrelation = 0.9;
 constexpr std::size_t kMostPairs = 20;
 constexpr std::size_t kMostShares = 6;  // of one direction; the rest is small
 constexpr double kLeastShare = 0.05;
@@ -54,25 +53,22 @@ std::string outlier_row(const View& view, const calib::Outlier& outlier) {
       outlier.reason.empty() ? std::string("no reason recorded") : escape(outlier.reason));
 }
 
-bool is_of_target(const View& view, std::size_t parameter) {
-  const std::string& name = view.result.parameters[parameter].name;
-  return std::any_of(view.result.cell.targets.begin(), view.result.cell.targets.end(),
-                     [&name](const calib::Target& target) { return belongs_to(name, target.id); });
-}
-
-bool says_nothing_of_the_robot(const View& view, std::size_t parameter) {
-  return view.result.parameters[parameter].decided_by == calib::DecidedBy::kFrame ||
-         is_of_target(view, parameter);
-}
-
-// Coordinates of targets move together with the arm that found them, and what is a matter of the
-// frame with both; such pairs would crowd out those that say something. Returns how many there
-// were.
-std::size_t drop_pairs_of_the_frame(const View& view, std::vector<CorrelatedPair>& pairs) {
-  return std::erase_if(pairs, [&view](const CorrelatedPair& pair) {
-    return says_nothing_of_the_robot(view, pair.first) ||
-           says_nothing_of_the_robot(view, pair.second);
-  });
+// For comparing one plan of touches with another.
+std::string observability_words(const calib::Observability& o) {
+  if (o.rows <= 0) return {};
+  const auto number = [](double value) {
+    return std::isfinite(value) ? fmt::format("{:.3g}", value) : std::string(kNothing);
+  };
+  return fmt::format(
+      "<p id=\"observability\">Of the geometry&rsquo;s {}, frame aside, the touches see {} and "
+      "tell "
+      "{} better than its tolerance. Observability: O1&nbsp;{} (what an average touch "
+      "tells), O2&nbsp;{} (how evenly), O3&nbsp;{} (the worst direction), "
+      "O4&nbsp;{} (noise amplification), O5&nbsp;{} (all directions "
+      "together); scaled condition number {}.</p>\n",
+      counted(static_cast<std::size_t>(std::max(0, o.directions)), "direction", "directions"),
+      o.rank, o.told, number(o.o1), number(o.o2), number(o.o3), number(o.o4), number(o.o5),
+      number(o.condition));
 }
 
 }  // namespace
@@ -81,7 +77,8 @@ std::string unidentifiable(const View& view) {
   const auto& directions = view.result.unidentifiable;
   if (directions.empty()) {
     return section("unidentifiable", "What the touches cannot tell",
-                   "<p>No direction was reported that the touches leave undecided.</p>\n");
+                   "<p>No direction was reported that the touches leave undecided.</p>\n" +
+                       observability_words(view.result.observability));
   }
   std::string items;
   for (const calib::UnidentifiableDirection& direction : directions) {
@@ -94,8 +91,9 @@ std::string unidentifiable(const View& view) {
       "<p>The touches do not decide {} of the parameters. Nothing is set silently: along each of "
       "them the result stays where the tolerances put it, at nominal. The numbers are shares in "
       "units "
-      "of each parameter&rsquo;s tolerance.</p>\n<ol>\n{}</ol>\n",
-      counted(directions.size(), "combination", "combinations"), items);
+      "of each parameter&rsquo;s tolerance.</p>\n<ol>\n{}</ol>\n{}",
+      counted(directions.size(), "combination", "combinations"), items,
+      observability_words(view.result.observability));
   return section("unidentifiable", "What the touches cannot tell", body);
 }
 
@@ -118,7 +116,7 @@ std::string outliers(const View& view) {
 }
 
 std::string correlations(const View& view) {
-  Correlations strong = strong_correlations(view.result, kStrongCorrelation);
+  const calib::Correlations strong = calib::strong_correlations(view.result);
   constexpr std::string_view kHeading = "Parameters that go together";
   if (!strong.available) {
     return section("correlations", kHeading,
@@ -128,7 +126,7 @@ std::string correlations(const View& view) {
   const std::string_view frame = strong.frame_removed
                                      ? "The frame directions are held fixed here. "
                                      : "The frame directions are part of these figures. ";
-  const std::size_t of_frame = drop_pairs_of_the_frame(view, strong.pairs);
+  const std::size_t of_frame = strong.of_targets_or_frame;
   const std::string left_out =
       of_frame == 0 ? std::string()
                     : fmt::format(
@@ -140,12 +138,12 @@ std::string correlations(const View& view) {
     return section("correlations", kHeading,
                    fmt::format("<p>{}No two parameters of robot, tool and touch correlate by more "
                                "than {}.</p>\n{}",
-                               frame, fixed(kStrongCorrelation, 1), left_out));
+                               frame, fixed(calib::kStrongCorrelation, 1), left_out));
   }
   std::string rows;
   const std::size_t shown = std::min(strong.pairs.size(), kMostPairs);
   for (std::size_t i = 0; i < shown; ++i) {
-    const CorrelatedPair& pair = strong.pairs[i];
+    const calib::CorrelatedPair& pair = strong.pairs[i];
     rows += fmt::format(
         "<tr><th scope=\"row\"><code>{}</code></th><td class=\"word\"><code>{}</code></td>"
         "<td>{}</td></tr>\n",
@@ -159,7 +157,7 @@ std::string correlations(const View& view) {
       "<table class=\"numbers narrow\">\n<thead><tr><th scope=\"col\">parameter</th>"
       "<th scope=\"col\" class=\"word\">and</th><th scope=\"col\">correlation</th></tr></thead>\n"
       "<tbody>\n{}</tbody>\n</table></div>\n",
-      frame, fixed(kStrongCorrelation, 1), rows);
+      frame, fixed(calib::kStrongCorrelation, 1), rows);
   if (strong.pairs.size() > shown) {
     body +=
         fmt::format("<p class=\"note\">The strongest {} of {}.</p>\n", shown, strong.pairs.size());

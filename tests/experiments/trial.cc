@@ -50,9 +50,9 @@ calib::Cell make_cell(const calib::Robot& robot, const Trial& trial, calib::Rand
 }
 
 /// Along the planned search line to where the true tip is `reading_m` outside of the surface.
-std::optional<calib::JointVector> touch(const TrueArm& arm, const calib::PlannedTouch& plan,
-                                        const Eigen::Vector3d& centre, double radius_m,
-                                        double warm) {
+std::optional<calib::JointVector> meet(const TrueArm& arm, const calib::PlannedTouch& plan,
+                                       const Eigen::Vector3d& centre, double radius_m, double warm,
+                                       double beyond) {
   const auto at = [&](double s) {
     calib::JointVector q(plan.standoff.size());
     for (std::size_t i = 0; i < q.size(); ++i)
@@ -60,7 +60,7 @@ std::optional<calib::JointVector> touch(const TrueArm& arm, const calib::Planned
     return q;
   };
   const auto gap = [&](double s) { return (arm.tip(at(s), warm) - centre).norm() - radius_m; };
-  double out = -0.5, in = 1.5;  // wider than a session's window: the arms here are not chosen
+  double out = -beyond, in = 1.0 + beyond;
   if (gap(out) < 0.0 || gap(in) > 0.0) return std::nullopt;
   for (int k = 0; k < 50; ++k) {
     const double middle = (out + in) / 2.0;
@@ -114,6 +114,80 @@ std::vector<calib::JointVector> postures(const calib::ArmModel& arm, int count, 
   return poses;
 }
 
+/// The cell as it really is.
+struct World {
+  calib::Cell cell;  ///< as its file says
+  TrueArm arm;
+  std::vector<Eigen::Vector3d> centre;
+  double rho_m;
+
+  World(const calib::Cell& nominal, const Trial& trial, calib::Random& random)
+      : cell(nominal), arm(nominal, settings(trial), random) {
+    const Eigen::Vector3d shift(random.normal() * 1e-3, random.normal() * 1e-3,
+                                random.normal() * 1e-3);
+    for (const calib::Target& t : nominal.targets) centre.push_back(t.centre_m + shift);
+    for (calib::CertifiedLength& length : cell.lengths)
+      length.length_m =
+          (centre[cell.target_index(length.from)] - centre[cell.target_index(length.to)]).norm() +
+          length.sigma_m * random.normal();
+    rho_m = trial.ideal ? 0.0 : 0.3e-3 * random.normal();
+  }
+
+  static TruthSettings settings(const Trial& trial) {
+    TruthSettings s;
+    s.gears = trial.gears;
+    s.gear_arcsec = trial.gear_arcsec;
+    if (trial.ideal) {
+      s.gears = Gears::kNone;
+      s.compliance_rad_per_nm = 0.0;
+      s.growth = 0.0;
+      s.tip_offset_m = 0.0;
+    }
+    return s;
+  }
+
+  /// Empty where the search line does not meet the sphere. `beyond`: shares of the search line that
+  /// are searched before its begin and after its end.
+  std::optional<calib::Touch> touch(const calib::PlannedTouch& planned, const Trial& trial,
+                                    double warm, double beyond, calib::Random& random) const {
+    const std::size_t target = cell.target_index(planned.target);
+    calib::Touch t;
+    t.target = planned.target;
+    t.set = planned.set;
+    double radius = cell.targets[target].diameter_m / 2.0 + rho_m;
+    radius += trial.ideal ? 0.0 : trial.touch_sigma_m * random.normal();
+    constexpr double kOutlierShare = 0.02;
+    if (!trial.ideal && t.set == calib::TouchSet::kFit && random.uniform() < kOutlierShare)
+      radius += (random.uniform() < 0.7 ? 1.0 : -1.0) * random.uniform(0.2e-3, 3e-3);
+    const auto q = meet(arm, planned, centre[target], radius, warm, beyond);
+    if (!q) return std::nullopt;
+    t.joint_rad = *q;
+    return t;
+  }
+
+  Outcome judged(const std::vector<calib::Touch>& touches) const {
+    const calib::Calibration c = calib::identify(cell, touches);
+    const calib::Predictor predictor(c);
+    Outcome o;
+    o.m1 = c.check.mean_m;
+    o.m1_max = c.check.max_m;
+    o.published = c.verdict.publish;
+    if (!o.published && !c.verdict.reasons.empty()) o.why_not = c.verdict.reasons.front();
+    for (const auto& t : c.targets)
+      o.rho_error = std::max(o.rho_error, std::abs(t.effective_radius_m - 0.0307 - rho_m));
+    const calib::ArmModel model(cell.robot, cell.tool);
+    double rms = 0, u95 = 0;
+    judge(arm, predictor, postures(model, 1000, 99), o.m3, o.m3_max, rms, o.m4, u95);
+    o.ratio = u95 / rms;
+    o.predicted_m3 = c.predicted_m3_m;
+    std::vector<calib::JointVector> around;
+    for (const auto& t : touches) around.push_back(t.joint_rad);
+    judge(arm, predictor, calib::local_poses(model, around, centre, 0.15, 300, 98), o.m2, o.m2_max,
+          rms, o.m4_local, u95);
+    return o;
+  }
+};
+
 }  // namespace
 
 std::optional<Outcome> run(const calib::Robot& robot, const Trial& trial, std::uint64_t seed) {
@@ -130,69 +204,60 @@ std::optional<Outcome> run(const calib::Robot& robot, const Trial& trial, std::u
   } catch (const calib::PlanError&) {
     return std::nullopt;  // a cell that cannot be served; another is drawn
   }
-  TruthSettings settings;
-  settings.gears = trial.gears;
-  settings.gear_arcsec = trial.gear_arcsec;
-  if (trial.ideal) {
-    settings.gears = Gears::kNone;
-    settings.compliance_rad_per_nm = 0.0;
-    settings.growth = 0.0;
-    settings.tip_offset_m = 0.0;
-  }
-  const TrueArm arm(nominal, settings, random);
-  calib::Cell cell = nominal;
-  std::vector<Eigen::Vector3d> centre;
-  const Eigen::Vector3d shift(random.normal() * 1e-3, random.normal() * 1e-3,
-                              random.normal() * 1e-3);
-  for (const calib::Target& t : nominal.targets) {
-    centre.push_back(t.centre_m + shift);
-  }
-  for (calib::CertifiedLength& length : cell.lengths)
-    length.length_m =
-        (centre[cell.target_index(length.from)] - centre[cell.target_index(length.to)]).norm() +
-        length.sigma_m * random.normal();
-  const double rho = trial.ideal ? 0.0 : 0.3e-3 * random.normal();
-
+  const World world(nominal, trial, random);
+  constexpr double kBeyond = 0.5;  // wider than a session's window: the arms here are not chosen
   std::vector<calib::Touch> touches;
   for (std::size_t i = 0; i < plan.touches.size(); ++i) {
-    const calib::PlannedTouch& p = plan.touches[i];
-    const std::size_t target = nominal.target_index(p.target);
     const double warm = static_cast<double>(i) / static_cast<double>(plan.touches.size());
-    calib::Touch t;
-    t.target = p.target;
-    t.set = p.set;
-    double radius = nominal.targets[target].diameter_m / 2.0 + rho;
-    radius += trial.ideal ? 0.0 : trial.touch_sigma_m * random.normal();
-    constexpr double kOutlierShare = 0.02;
-    if (!trial.ideal && t.set == calib::TouchSet::kFit && random.uniform() < kOutlierShare) {
-      radius += (random.uniform() < 0.7 ? 1.0 : -1.0) * random.uniform(0.2e-3, 3e-3);
-    }
-    const auto q = touch(arm, p, centre[target], radius, warm);
-    if (!q) continue;
-    t.joint_rad = *q;
-    touches.push_back(std::move(t));
+    if (auto t = world.touch(plan.touches[i], trial, warm, kBeyond, random))
+      touches.push_back(std::move(*t));
   }
-  const calib::Calibration c = calib::identify(cell, touches);
-  const calib::Predictor predictor(c);
-  Outcome o;
-  o.m1 = c.check.mean_m;
-  o.m1_max = c.check.max_m;
-  o.published = c.verdict.publish;
-  if (!o.published && !c.verdict.reasons.empty()) o.why_not = c.verdict.reasons.front();
-  for (const auto& t : c.targets)
-    o.rho_error = std::max(o.rho_error, std::abs(t.effective_radius_m - 0.0307 - rho));
-  const calib::ArmModel model(robot, cell.tool);
-  double rms = 0, u95 = 0;
-  judge(arm, predictor, postures(model, 1000, 99), o.m3, o.m3_max, rms, o.m4, u95);
-  o.ratio = u95 / rms;
-  o.predicted_m3 = c.predicted_m3_m;
+  Outcome o = world.judged(touches);
   o.planned_m3 = plan.predicted_m3_m;
   o.minutes = calib::duration_s(plan, robot, {}) / 60.0;
-  std::vector<calib::JointVector> around;
-  for (const auto& t : touches) around.push_back(t.joint_rad);
-  judge(arm, predictor, calib::local_poses(model, around, centre, 0.15, 300, 98), o.m2, o.m2_max,
-        rms, o.m4_local, u95);
   return o;
+}
+
+std::optional<OnlineOutcome> run_online(const calib::Robot& robot, const Trial& trial,
+                                        const calib::Goal& goal, double failing,
+                                        std::uint64_t seed) {
+  calib::Random random(seed);
+  const calib::Cell nominal = make_cell(robot, trial, random);
+  const World world(nominal, trial, random);
+  calib::PlanOptions options;
+  options.seed = static_cast<unsigned>(seed);
+  std::optional<calib::Online> online;
+  try {
+    online.emplace(world.cell, options, goal, calib::JointVector{});
+  } catch (const calib::PlanError&) {
+    return std::nullopt;
+  }
+  OnlineOutcome result;
+  calib::Plan driven;  // for the time it took
+  calib::JointVector at;
+  while (const auto planned = online->next(at)) {
+    if (driven.touches.empty()) driven.start = planned->transit.front();
+    driven.touches.push_back(*planned);
+    at = planned->clear;
+    const double warm = std::min(1.0, static_cast<double>(driven.touches.size()) / 100.0);
+    // The arm's first millimetre is no search (session's rule), and there is no more than the line.
+    auto t =
+        random.uniform() < failing ? std::nullopt : world.touch(*planned, trial, warm, 0.0, random);
+    if (t)
+      online->touched(*t);
+    else
+      online->failed();
+  }
+  const calib::Progress& end = online->progress();
+  result.touches = end.touches;
+  result.failed = static_cast<int>(driven.touches.size()) - end.touches;
+  result.u95_m = end.u95_m;
+  result.why = end.why;
+  if (online->touches().empty()) return std::nullopt;
+  result.outcome = world.judged(online->touches());
+  result.outcome.planned_m3 = end.mean_m;
+  result.outcome.minutes = calib::duration_s(driven, robot, {}) / 60.0;
+  return result;
 }
 
 double median(std::vector<double> v) {

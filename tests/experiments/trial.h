@@ -6,6 +6,7 @@
 #include <string>
 
 #include "calib/model/robot.h"
+#include "calib/plan/online.h"
 #include "calib/plan/plan.h"
 #include "tests/experiments/true_arm.h"
 
@@ -32,6 +33,18 @@ struct Outcome {
 
 /// Empty where the cell that was drawn cannot be served.
 std::optional<Outcome> run(const calib::Robot& robot, const Trial& trial, std::uint64_t seed);
+
+/// Touches chosen one by one until the goal is reached.
+struct OnlineOutcome {
+  Outcome outcome;
+  int touches = 0, failed = 0;
+  double u95_m = 0.0;
+  std::string why;
+};
+/// `failing`: share of touches that cannot be made.
+std::optional<OnlineOutcome> run_online(const calib::Robot& robot, const Trial& trial,
+                                        const calib::Goal& goal, double failing,
+                                        std::uint64_t seed);
 
 double median(std::vector<double> values);
 

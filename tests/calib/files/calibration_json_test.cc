@@ -6,6 +6,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "calib/identify/correlation.h"
 #include "calib/identify/identify.h"
 #include "calib/identify/predict.h"
 #include "calib/identify/region.h"
@@ -102,6 +103,8 @@ TEST(CalibrationJson, KeepsTargetsResidualsOutliersVerdictAndInputs) {
   for (std::size_t i = 0; i < back.outliers.size(); ++i) {
     EXPECT_EQ(back.outliers[i].touch, result().outliers[i].touch);
     EXPECT_EQ(back.outliers[i].reason, result().outliers[i].reason);
+    EXPECT_GT(back.outliers[i].leverage, 0.0);
+    EXPECT_EQ(back.outliers[i].leverage, result().outliers[i].leverage);
   }
   EXPECT_EQ(back.verdict.publish, result().verdict.publish);
   EXPECT_EQ(back.verdict.workspace, result().verdict.workspace);
@@ -110,6 +113,9 @@ TEST(CalibrationJson, KeepsTargetsResidualsOutliersVerdictAndInputs) {
   for (std::size_t i = 0; i < back.unidentifiable.size(); ++i)
     EXPECT_EQ(back.unidentifiable[i].words, result().unidentifiable[i].words);
   EXPECT_EQ(back.method, result().method);
+  ASSERT_GT(result().degrees_of_freedom, 1.0);
+  EXPECT_EQ(back.chi2, result().chi2);
+  EXPECT_EQ(back.degrees_of_freedom, result().degrees_of_freedom);
   EXPECT_NEAR(back.chi2_per_dof, result().chi2_per_dof, 1e-12);
   EXPECT_NEAR(back.predicted_m2_m, result().predicted_m2_m, 1e-15);
   EXPECT_NEAR(back.predicted_m3_m, result().predicted_m3_m, 1e-15);
@@ -128,6 +134,71 @@ TEST(CalibrationJson, HoldsTheKeysThatOthersRelyOn) {
   EXPECT_EQ(document["verdict"]["scope"], "workspace");
   EXPECT_NEAR(document["targets"][0]["effective_radius_mm"].get<double>(), 30.7, 1.0);
   EXPECT_NEAR(document["targets"][0]["centre_mm"][2].get<double>(), 330.0, 50.0);
+}
+
+TEST(CalibrationJson, NamesThePairsThatGoTogetherAndTheyComeBackFromTheCovariance) {
+  const auto written_pairs = json::parse(written())["correlations"];
+  const auto pairs = strong_correlations(result()).pairs;
+  ASSERT_FALSE(pairs.empty());
+  ASSERT_EQ(written_pairs.size(), pairs.size());
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    EXPECT_EQ(written_pairs[i]["a"], result().parameters[pairs[i].first].name);
+    EXPECT_EQ(written_pairs[i]["b"], result().parameters[pairs[i].second].name);
+    EXPECT_NEAR(written_pairs[i]["value"].get<double>(), pairs[i].correlation, 5.1e-5);
+  }
+  EXPECT_EQ(json::parse(calibration_to_json(read_back()))["correlations"], written_pairs);
+}
+
+TEST(CalibrationJson, KeepsWhichTargetMovedAndByHowMuch) {
+  EXPECT_TRUE(json::parse(written())["moved"].empty());
+  Calibration c = result();
+  c.moved.emplace_back();
+  c.moved[0].target = "S2";
+  c.moved[0].after_touch = 36;
+  c.moved[0].shift_m = Eigen::Vector3d(1e-4, -2e-4, 0.0);
+  c.moved[0].sigma_m = 2e-5;
+  c.moved[0].squared_sigmas = 120.0;
+  const Calibration back = calibration_from_json(calibration_to_json(c), "cal.json");
+  ASSERT_EQ(back.moved.size(), 1U);
+  EXPECT_EQ(back.moved[0].target, "S2");
+  EXPECT_EQ(back.moved[0].after_touch, 36U);
+  EXPECT_LT((back.moved[0].shift_m - c.moved[0].shift_m).norm(), 1e-15);
+  EXPECT_NEAR(back.moved[0].sigma_m, 2e-5, 1e-15);
+  EXPECT_EQ(back.moved[0].squared_sigmas, 120.0);
+  json document = json::parse(calibration_to_json(c));
+  document["moved"][0]["sigma_mm"] = -1;
+  expect_words(refusal([&] { (void)calibration_from_json(document.dump(), "cal.json"); }),
+               {"moved[0].sigma_mm"});
+}
+
+TEST(CalibrationJson, KeepsWhatRepeatedTouchesMeasured) {
+  const auto noise = json::parse(written())["touch_noise"];
+  EXPECT_NEAR(noise["stated_mm"].get<double>(), 0.03, 1e-12);
+  EXPECT_EQ(noise["from_residuals_mm"], json::parse(written())["touch_noise_mm"]);
+  EXPECT_FALSE(noise.contains("from_repeats_mm")) << "there are none";
+  Calibration c = result();
+  c.repeats = {30, 1.2e-5, 20.0, 1.7e-5};
+  const Calibration back = calibration_from_json(calibration_to_json(c), "cal.json");
+  EXPECT_EQ(back.repeats.touches, 30);
+  EXPECT_NEAR(back.repeats.scatter_m, 1.2e-5, 1e-18);
+  EXPECT_EQ(back.repeats.degrees_of_freedom, 20.0);
+  EXPECT_NEAR(back.repeats.used_m, 1.7e-5, 1e-18);
+}
+
+TEST(CalibrationJson, KeepsTheObservability) {
+  const Observability &o = result().observability, back = read_back().observability;
+  EXPECT_EQ(json::parse(written())["observability"]["told"], o.told);
+  ASSERT_GT(o.rows, 0);
+  EXPECT_EQ(back.rows, o.rows);
+  EXPECT_EQ(back.unknowns, o.unknowns);
+  EXPECT_EQ(back.directions, o.directions);
+  EXPECT_EQ(back.rank, o.rank);
+  EXPECT_EQ(back.told, o.told);
+  EXPECT_EQ(back.singular_values, o.singular_values);
+  for (double Observability::*index :
+       {&Observability::o1, &Observability::o2, &Observability::o3, &Observability::o4,
+        &Observability::o5, &Observability::condition})
+    EXPECT_EQ(back.*index, o.*index);
 }
 
 TEST(CalibrationJson, SettlesAfterOnce) {
@@ -186,6 +257,11 @@ TEST(CalibrationJson, NamesThePlaceOfAWrongValue) {
            {"/residuals/after/count", 1e300, "residuals.after.count"},
            {"/residuals/after/count", -1, "residuals.after.count"},
            {"/unidentifiable/0/direction", 1, "unidentifiable[0].direction"},
+           {"/chi2", -1, "chi2"},
+           {"/degrees_of_freedom", null, "degrees_of_freedom"},
+           {"/observability/rank", -1, "observability.rank"},
+           {"/observability/o3", null, "observability.o3"},
+           {"/observability/singular_values/0", -1, "observability.singular_values[0]"},
            {"/verdict/publish", "yes", "verdict.publish"},
            {"/verdict/scope", "universe", "verdict.scope"},
            {"/verdict/reasons/0", 1, "verdict.reasons[0]"},

@@ -161,6 +161,27 @@ TEST(Honesty, GearErrorsThatTheRobotFileDoesNotNameWidenTheBounds) {
   EXPECT_EQ(seen, kRuns);
 }
 
+TEST(Honesty, ChiSquaredIsTheSumOfTheSquaresAndItsDegreesAreWhatTheUnknownsLeave) {
+  const auto touches = make_touches(demo_cell(), plain_truth(demo_cell(), 2),
+                                    {.fit = 100, .check = 10, .outlier_share = 0.05})
+                           .touches;
+  const Calibration result = identify(demo_cell(), touches);
+  ASSERT_FALSE(result.outliers.empty());
+  double sum = 0.0;
+  int used = 0;
+  for (const TouchResidual& r : result.residuals) {
+    if (r.outlier || touches[r.touch].set == TouchSet::kCheck) continue;
+    sum += r.whitened * r.whitened;
+    ++used;
+  }
+  EXPECT_NEAR(result.chi2, sum, 1e-6 * sum);
+  EXPECT_NEAR(result.chi2_per_dof, result.chi2 / result.degrees_of_freedom, 1e-12);
+  // All 22 directions of the geometry and three of each of four places are the touches' to decide,
+  // less what the lengths decide; gears and compliance take a part.
+  EXPECT_LT(result.degrees_of_freedom, used - 22);
+  EXPECT_GT(result.degrees_of_freedom, used - static_cast<int>(result.parameters.size()));
+}
+
 TEST(Honesty, NoiseTwiceTheStatedOneShowsInChiSquareAndInTheBounds) {
   const sim::Truth truth = plain_truth(demo_cell(), 1);
   IdentifyOptions options;

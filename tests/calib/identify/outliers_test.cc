@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Cholesky>
+#include <cmath>
 #include <set>
 
 #include "calib/identify/identify.h"
@@ -94,6 +96,60 @@ TEST(Outliers, AreNotLookedForWhenNotAskedFor) {
   const Calibration result = identify(demo_cell(), made.touches, all);
   EXPECT_TRUE(result.outliers.empty());
   EXPECT_EQ(result.after.count, 100);
+}
+
+/// Logarithm of the determinant of the covariance, noise as stated.
+double log_det(const Calibration& c) {
+  const Eigen::VectorXd scale = c.covariance.diagonal().cwiseSqrt().cwiseInverse();
+  const Eigen::MatrixXd correlation = scale.asDiagonal() * c.covariance * scale.asDiagonal();
+  const auto size = static_cast<double>(scale.size());
+  return Eigen::LDLT<Eigen::MatrixXd>(correlation).vectorD().array().log().sum() -
+         2.0 * scale.array().log().sum() - size * std::log(std::max(1.0, c.chi2_per_dof));
+}
+
+/// The touch as if contact had been seen `early_m` before the surface.
+Touch seen_early(Touch touch, const Calibration& result, std::size_t index, double early_m) {
+  const ArmModel arm(demo_cell().robot, demo_cell().tool);
+  const Eigen::VectorXd along = arm.nominal_jacobian(touch.joint_rad).topRows<3>().transpose() *
+                                result.residuals[index].direction;
+  for (std::size_t i = 0; i < touch.joint_rad.size(); ++i)
+    touch.joint_rad[i] += early_m * along[static_cast<Eigen::Index>(i)] / along.squaredNorm();
+  return touch;
+}
+
+TEST(Outliers, StateHowFarTheyWouldHaveHeldTheirOwnPlace) {
+  // A row of leverage h shrinks the determinant of the covariance to 1 - h of itself.
+  IdentifyOptions options;
+  options.level = ModelLevel{};
+  for (const int fit : {32, 45, 60, 100}) {
+    const auto made =
+        make_touches(demo_cell(), plain_truth(demo_cell(), 4), {.fit = fit, .seed = 4});
+    const Calibration with = identify_as_stated(demo_cell(), made.touches, options);
+    auto spoilt = made.touches;
+    spoilt[9] = seen_early(spoilt[9], with, 9, 5e-3);
+    const Calibration without = identify_as_stated(demo_cell(), spoilt, options);
+    ASSERT_TRUE(with.outliers.empty()) << fit;
+    ASSERT_EQ(without.outliers.size(), 1u) << fit;
+    const Outlier& outlier = without.outliers[0];
+    EXPECT_EQ(outlier.touch, 9u);
+    EXPECT_NEAR(outlier.leverage, 1.0 - std::exp(log_det(with) - log_det(without)), 0.05) << fit;
+    const bool said = outlier.reason.find("held its own place") != std::string::npos;
+    EXPECT_EQ(said, outlier.leverage > 0.5) << outlier.reason;
+  }
+}
+
+TEST(Outliers, ThatNothingElseTellsAboutAreSaidToBeSo) {
+  // The only touch of its sphere from that side of the arm: nobody can tell who is wrong.
+  const auto made = make_touches(demo_cell(), plain_truth(demo_cell(), 4), {.fit = 24, .seed = 4});
+  auto spoilt = made.touches;
+  spoilt[9] = seen_early(spoilt[9], identify_as_stated(demo_cell(), spoilt), 9, 0.02);
+  const Calibration result = identify_as_stated(demo_cell(), spoilt);
+  ASSERT_FALSE(result.outliers.empty());
+  EXPECT_EQ(result.outliers[0].touch, 9u);
+  EXPECT_GT(result.outliers[0].leverage, 0.5);
+  EXPECT_NE(result.outliers[0].reason.find("it would have held its own place at "),
+            std::string::npos)
+      << result.outliers[0].reason;
 }
 
 TEST(Outliers, CleanTouchesHaveNone) {

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Core>
+
 namespace cellcal::daemon {
 namespace {
 
@@ -22,6 +24,77 @@ TEST(the_result, shows_before_after_check_and_the_verdict_with_scope_and_reasons
   EXPECT_NE(words.find("verdict: NOT publishable, scope: workspace\n  - too few directions\n"),
             std::string::npos)
       << words;
+}
+
+TEST(the_result, says_in_one_line_how_well_the_touches_tell_the_geometry) {
+  calib::Calibration calibration;
+  EXPECT_EQ(result_words(calibration).find("observability"), std::string::npos);
+  calib::Observability& o = calibration.observability;
+  o.rows = 106;
+  o.directions = 22;
+  o.rank = 22;
+  o.told = 20;
+  o.o1 = 3.14159;
+  o.o3 = 0.0271828;
+  o.condition = 1234.5;
+  const std::string words = result_words(calibration);
+  EXPECT_NE(words.find("observability: 20 of 22 directions of the geometry told better than by "
+                       "tolerance, 22 seen; O1 3.14,"),
+            std::string::npos)
+      << words;
+  EXPECT_NE(words.find("O3 0.0272,"), std::string::npos) << words;
+  EXPECT_NE(words.find("condition 1234\n"), std::string::npos) << words;
+}
+
+TEST(the_result, states_chi_squared_with_its_degrees_of_freedom) {
+  calib::Calibration calibration;
+  EXPECT_EQ(result_words(calibration).find("chi^2"), std::string::npos);
+  calibration.chi2 = 61.24;
+  calibration.degrees_of_freedom = 68.04;
+  calibration.chi2_per_dof = 0.9;
+  EXPECT_NE(result_words(calibration)
+                .find("chi^2 of the fit: 61.2 at 68.0 degrees of freedom, 0.90 for each\n"),
+            std::string::npos)
+      << result_words(calibration);
+}
+
+TEST(the_result, states_the_noise_that_repeated_touches_measured) {
+  calib::Calibration calibration;
+  calibration.cell.touch_sigma_m = 3e-5;
+  EXPECT_EQ(result_words(calibration).find("touch noise"), std::string::npos);
+  calibration.repeats = {30, 1.2e-5, 20.0, 1.7e-5};
+  EXPECT_NE(result_words(calibration)
+                .find("touch noise: 0.030 mm stated, 0.012 mm measured by 30 repeated touches (20 "
+                      "degrees of freedom), 0.017 mm used\n"),
+            std::string::npos)
+      << result_words(calibration);
+}
+
+TEST(the_result, names_the_three_strongest_pairs_that_go_together_and_counts_the_others) {
+  calib::Calibration calibration;
+  const auto pair = [&calibration](const char* one, const char* other, double correlation) {
+    const auto at = static_cast<Eigen::Index>(calibration.parameters.size());
+    for (const char* name : {one, other}) {
+      calibration.parameters.emplace_back();
+      calibration.parameters.back().name = name;
+    }
+    calibration.covariance.conservativeResizeLike(Eigen::MatrixXd::Identity(at + 2, at + 2));
+    calibration.covariance(at, at + 1) = calibration.covariance(at + 1, at) = correlation;
+  };
+  EXPECT_EQ(result_words(calibration).find("told together"), std::string::npos);
+  pair("A1.d", "A1.a", 0.89);
+  pair("A2.theta", "A3.theta", -0.94);
+  pair("A4.theta", "A6.theta", 0.991);
+  EXPECT_NE(result_words(calibration)
+                .find("told together better than apart: A4.theta and A6.theta (+0.99), A2.theta "
+                      "and A3.theta (-0.94)\n"),
+            std::string::npos)
+      << result_words(calibration);
+  pair("A5.d", "A5.a", 0.93);
+  pair("A2.a", "A2.alpha", 0.92);
+  EXPECT_NE(result_words(calibration).find("A5.d and A5.a (+0.93); 1 more pair beyond 0.9\n"),
+            std::string::npos)
+      << result_words(calibration);
 }
 
 }  // namespace

@@ -286,6 +286,19 @@ ReportInput made_up_session(const SessionShape& shape) {
   result.predicted_m2_m = shape.certified_lengths ? 6.2e-5 : 9.4e-5;
   result.predicted_m3_m = shape.certified_lengths ? 8.4e-5 : 6.1e-4;
   result.chi2_per_dof = 0.97;
+  result.degrees_of_freedom = 61.0;
+  result.observability = {.rows = 66,
+                          .unknowns = 81,
+                          .directions = 22,
+                          .rank = 21,
+                          .told = 19,
+                          .singular_values = {},
+                          .o1 = 3.14159,
+                          .o2 = 0.01,
+                          .o3 = 0.5,
+                          .o4 = 0.005,
+                          .o5 = 0.2,
+                          .condition = 100.0};
   result.touch_noise_m = 2.95e-5;
   result.verdict.publish = true;
   result.verdict.workspace = shape.certified_lengths;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <limits>
 #include <string>
 
 #include "daemon/report/report.h"
@@ -104,6 +105,18 @@ TEST(Unidentifiable, DirectionsKeepTheirWordsAndTheirStrongestShares) {
   EXPECT_TRUE(says(words, "<code>A1.theta</code>&nbsp;+0.99"));
   EXPECT_FALSE(says(words, "S1.x")) << "shares below 0.05 are left out";
   EXPECT_LT(words.find("A6.alpha"), words.find("A6.theta")) << "strongest first";
+}
+
+TEST(Unidentifiable, StatesTheObservabilityWhereItIsKnown) {
+  ReportInput input = made_up_session();
+  calib::Observability& o = input.calibration.observability;
+  o.condition = std::numeric_limits<double>::infinity();
+  const std::string words = section_of(html_report(input), "unidentifiable");
+  EXPECT_TRUE(says(words, "22 directions, frame aside, the touches see 21 and tell 19"));
+  EXPECT_TRUE(says(words, "O1&nbsp;3.14 ("));
+  EXPECT_TRUE(says(words, "scaled condition number \xE2\x80\x93."));
+  o = {};
+  EXPECT_FALSE(says(section_of(html_report(input), "unidentifiable"), "Observability"));
 }
 
 TEST(Outliers, AreListedByTouchLineTargetAndReason) {

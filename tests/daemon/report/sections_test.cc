@@ -140,15 +140,26 @@ TEST(Meaning, LeavesRippleOutOfThePredictionInWords) {
 
 TEST(Figures, SayHowManyDegreesOfFreedomTheirScatterRestsOn) {
   ReportInput input = made_up_session({.fit = 40, .check = 0, .outliers = 0});
-  for (auto& residual : input.calibration.residuals) residual.whitened = 0.5;
-  input.calibration.chi2_per_dof = 2.0;  // 40 * 0.25 / 2
+  input.calibration.chi2_per_dof = 2.0;
+  input.calibration.degrees_of_freedom = 5.2;
   const std::string few = section_of(html_report(input), "figures");
   EXPECT_TRUE(says(few, "About 5 degrees of freedom were left to judge this by, so it is rough."));
   EXPECT_TRUE(says(few, "is widened accordingly"));
   input.calibration.chi2_per_dof = 0.5;
+  input.calibration.degrees_of_freedom = 19.8;
   const std::string enough = section_of(html_report(input), "figures");
   EXPECT_TRUE(says(enough, "About 20 degrees of freedom were left to judge this by."));
   EXPECT_FALSE(says(enough, "widened"));
+}
+
+TEST(Figures, StateTheScatterOfRepeatedTouchesWhereThereAreAny) {
+  ReportInput input = made_up_session();
+  EXPECT_FALSE(says(section_of(html_report(input), "figures"), "repeated at one place"));
+  input.calibration.repeats = {30, 1.2e-5, 20.0, 1.7e-5};
+  const std::string figures = section_of(html_report(input), "figures");
+  EXPECT_TRUE(says(figures,
+                   "scatter by 0.012 mm among themselves (20 degrees of freedom), and "
+                   "0.017 mm is what the touches were weighed by."));
 }
 
 TEST(Meaning, ShowsTruthOnlyAsThatOfASimulatedCell) {

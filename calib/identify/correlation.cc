@@ -1,10 +1,11 @@
-#include "daemon/report/correlation.h"
+#include "calib/identify/correlation.h"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <string>
 
-namespace cellcal::daemon::report {
+namespace cellcal::calib {
 namespace {
 
 // A parameter whose variance shrinks to this part of itself with the frame held was all frame, such
@@ -28,9 +29,14 @@ bool remove_frame(Eigen::MatrixXd& scaled, const Eigen::MatrixXd& basis) {
   return true;
 }
 
+bool is_of_target(const Calibration& calibration, const std::string& name) {
+  return std::any_of(calibration.cell.targets.begin(), calibration.cell.targets.end(),
+                     [&name](const Target& target) { return name.starts_with(target.id + "."); });
+}
+
 }  // namespace
 
-Correlations strong_correlations(const calib::Calibration& calibration, double least) {
+Correlations strong_correlations(const Calibration& calibration, double least) {
   Correlations result;
   const auto count = static_cast<Eigen::Index>(calibration.parameters.size());
   const Eigen::MatrixXd& covariance = calibration.covariance;
@@ -60,13 +66,20 @@ Correlations strong_correlations(const calib::Calibration& calibration, double l
     for (Eigen::Index i = 0; i < size; ++i) scaled_basis.row(i) = basis.row(free[i]) * scale[i];
     result.frame_removed = remove_frame(scaled, scaled_basis);
   }
+  std::vector<bool> says_nothing;
+  for (const ParameterResult& p : calibration.parameters)
+    says_nothing.push_back(p.decided_by == DecidedBy::kFrame || is_of_target(calibration, p.name));
   for (Eigen::Index i = 0; i < size; ++i) {
     for (Eigen::Index j = i + 1; j < size; ++j) {
       if (std::min(scaled(i, i), scaled(j, j)) <= kNothingLeft) continue;
       const double correlation = scaled(i, j) / std::sqrt(scaled(i, i) * scaled(j, j));
       if (!std::isfinite(correlation) || std::abs(correlation) < least) continue;
-      result.pairs.push_back({static_cast<std::size_t>(free[i]), static_cast<std::size_t>(free[j]),
-                              std::clamp(correlation, -1.0, 1.0)});
+      const auto first = static_cast<std::size_t>(free[i]);
+      const auto second = static_cast<std::size_t>(free[j]);
+      if (says_nothing[first] || says_nothing[second])
+        ++result.of_targets_or_frame;
+      else
+        result.pairs.push_back({first, second, std::clamp(correlation, -1.0, 1.0)});
     }
   }
   std::stable_sort(result.pairs.begin(), result.pairs.end(),
@@ -76,4 +89,4 @@ Correlations strong_correlations(const calib::Calibration& calibration, double l
   return result;
 }
 
-}  // namespace cellcal::daemon::report
+}  // namespace cellcal::calib

@@ -1,21 +1,21 @@
-#include "daemon/report/correlation.h"
+#include "calib/identify/correlation.h"
 
 #include <gtest/gtest.h>
 
 #include <limits>
 
-namespace cellcal::daemon::report {
+namespace cellcal::calib {
 namespace {
 
-calib::Calibration with_parameters(int count) {
-  calib::Calibration calibration;
+Calibration with_parameters(int count) {
+  Calibration calibration;
   calibration.parameters.resize(static_cast<std::size_t>(count));
   calibration.covariance = Eigen::MatrixXd::Identity(count, count);
   return calibration;
 }
 
 TEST(StrongCorrelations, FindsPairsOnBothSidesOfZeroStrongestFirst) {
-  calib::Calibration calibration = with_parameters(4);
+  Calibration calibration = with_parameters(4);
   calibration.covariance.diagonal() << 4.0, 1.0, 9e-8, 1.0;
   calibration.covariance(0, 1) = calibration.covariance(1, 0) = 0.92 * 2.0;
   calibration.covariance(2, 3) = calibration.covariance(3, 2) = -0.97 * 3e-4;
@@ -31,8 +31,8 @@ TEST(StrongCorrelations, FindsPairsOnBothSidesOfZeroStrongestFirst) {
 
 // The height of the base against the heights of two spheres, in mm: the touches tell only each
 // sphere's height above the base. Tolerances 0.7 mm for the base, 20 mm for the spheres.
-calib::Calibration heights(double touch_sigma) {
-  calib::Calibration calibration = with_parameters(3);
+Calibration heights(double touch_sigma) {
+  Calibration calibration = with_parameters(3);
   const Eigen::Vector3d prior_sigma(0.7, 20.0, 20.0);
   Eigen::MatrixXd jacobian(2, 3);
   jacobian << -1.0, 1.0, 0.0, -1.0, 0.0, 1.0;
@@ -46,7 +46,7 @@ calib::Calibration heights(double touch_sigma) {
 }
 
 TEST(StrongCorrelations, TakeTheFrameOut) {
-  calib::Calibration calibration = heights(0.05);
+  Calibration calibration = heights(0.05);
   const Correlations strong = strong_correlations(calibration, 0.9);
   EXPECT_TRUE(strong.available);
   EXPECT_TRUE(strong.frame_removed);
@@ -59,7 +59,7 @@ TEST(StrongCorrelations, TakeTheFrameOut) {
 }
 
 TEST(StrongCorrelations, SurviveTheRemovalOfTheFrameWhereTheyAreReal) {
-  calib::Calibration calibration = heights(0.05);
+  Calibration calibration = heights(0.05);
   // Both heights lean on the same badly known touch: 0.3 mm that they share.
   calibration.covariance(1, 1) += 0.09;
   calibration.covariance(2, 2) += 0.09;
@@ -74,7 +74,7 @@ TEST(StrongCorrelations, SurviveTheRemovalOfTheFrameWhereTheyAreReal) {
 }
 
 TEST(StrongCorrelations, KeepsTheFrameWhereTheCovarianceCannotBeFactored) {
-  calib::Calibration calibration = with_parameters(2);
+  Calibration calibration = with_parameters(2);
   calibration.covariance << 1.0, 1.0, 1.0, 1.0;
   calibration.frame_basis = Eigen::MatrixXd::Ones(2, 1);
   const Correlations strong = strong_correlations(calibration, 0.9);
@@ -84,18 +84,18 @@ TEST(StrongCorrelations, KeepsTheFrameWhereTheCovarianceCannotBeFactored) {
 }
 
 TEST(StrongCorrelations, AreNotAvailableWithoutAUsableCovariance) {
-  EXPECT_FALSE(strong_correlations(calib::Calibration{}, 0.9).available);
-  calib::Calibration wrong_size = with_parameters(3);
+  EXPECT_FALSE(strong_correlations(Calibration{}, 0.9).available);
+  Calibration wrong_size = with_parameters(3);
   wrong_size.covariance.resize(2, 2);
   wrong_size.covariance.setZero();
   EXPECT_FALSE(strong_correlations(wrong_size, 0.9).available);
-  calib::Calibration poisoned = with_parameters(3);
+  Calibration poisoned = with_parameters(3);
   poisoned.covariance(1, 2) = std::numeric_limits<double>::quiet_NaN();
   EXPECT_FALSE(strong_correlations(poisoned, 0.9).available);
 }
 
 TEST(StrongCorrelations, IgnoreParametersWithoutVariance) {
-  calib::Calibration calibration = with_parameters(3);
+  Calibration calibration = with_parameters(3);
   calibration.covariance(1, 1) = 0.0;
   calibration.covariance(2, 2) = -1.0;
   const Correlations strong = strong_correlations(calibration, 0.9);
@@ -104,11 +104,27 @@ TEST(StrongCorrelations, IgnoreParametersWithoutVariance) {
 }
 
 TEST(StrongCorrelations, AreEmptyWhenNoParameterVaries) {
-  calib::Calibration calibration = with_parameters(2);
+  Calibration calibration = with_parameters(2);
   calibration.covariance.setZero();
   calibration.frame_basis = Eigen::MatrixXd::Ones(2, 1);
   EXPECT_TRUE(strong_correlations(calibration, 0.9).pairs.empty());
 }
 
+TEST(StrongCorrelations, WithTargetsOrTheFrameAreCountedNotListed) {
+  Calibration calibration = with_parameters(4);
+  calibration.cell.targets.resize(1);
+  calibration.cell.targets[0].id = "S1";
+  const char* names[] = {"A1.theta", "A2.theta", "S1.x", "S10.x"};
+  for (std::size_t i = 0; i < 4; ++i) calibration.parameters[i].name = names[i];
+  calibration.parameters[0].decided_by = DecidedBy::kFrame;
+  calibration.covariance.setConstant(0.95);
+  calibration.covariance.diagonal().setOnes();
+  const Correlations strong = strong_correlations(calibration);
+  EXPECT_EQ(strong.of_targets_or_frame, 5U);
+  ASSERT_EQ(strong.pairs.size(), 1U) << "S10 is no target here, however its name begins";
+  EXPECT_EQ(strong.pairs[0].first, 1U);
+  EXPECT_EQ(strong.pairs[0].second, 3U);
+}
+
 }  // namespace
-}  // namespace cellcal::daemon::report
+}  // namespace cellcal::calib

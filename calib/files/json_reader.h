@@ -1,0 +1,71 @@
+#pragma once
+// Reading JSON that others may have written.
+
+#include <cmath>
+#include <cstddef>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "calib/files/error.h"
+
+namespace cellcal::calib {
+
+/// Access by key with an error that names file and key. Non-finite numbers cannot come in: JSON
+/// has none, and nlohmann writes null for them.
+class JsonReader {
+ public:
+  JsonReader(const nlohmann::json& value, std::string where)
+      : value_(value), where_(std::move(where)) {}
+
+  JsonReader at(const char* key) const {
+    if (!value_.is_object() || !value_.contains(key))
+      fail(std::string("key \"") + key + "\" is missing");
+    return {value_[key], where_ + "." + key};
+  }
+  double number() const {
+    if (!value_.is_number()) fail("must be a number");
+    const double v = value_.get<double>();
+    if (!std::isfinite(v)) fail("must be finite");
+    return v;
+  }
+  double not_negative() const {
+    const double v = number();
+    if (v < 0.0) fail("must not be negative");
+    return v;
+  }
+  /// A count or an index.
+  std::size_t whole() const {
+    constexpr double kMost = 1e9;  // beyond any file of touches, inside any integer
+    const double v = number();
+    if (v < 0.0 || v > kMost || v != std::floor(v)) fail("must be a whole number, 0 to 1e9");
+    return static_cast<std::size_t>(v);
+  }
+  std::string text() const {
+    if (!value_.is_string()) fail("must be a string");
+    return value_.get<std::string>();
+  }
+  bool flag() const {
+    if (!value_.is_boolean()) fail("must be true or false");
+    return value_.get<bool>();
+  }
+  const nlohmann::json& object() const {
+    if (!value_.is_object()) fail("must be an object");
+    return value_;
+  }
+  std::vector<JsonReader> items() const {
+    if (!value_.is_array()) fail("must be an array");
+    std::vector<JsonReader> result;
+    for (std::size_t i = 0; i < value_.size(); ++i)
+      result.emplace_back(value_[i], where_ + "[" + std::to_string(i) + "]");
+    return result;
+  }
+  bool has(const char* key) const { return value_.is_object() && value_.contains(key); }
+  [[noreturn]] void fail(const std::string& what) const { throw FileError(where_ + ": " + what); }
+
+ private:
+  const nlohmann::json& value_;
+  std::string where_;
+};
+
+}  // namespace cellcal::calib

@@ -1,0 +1,28 @@
+#pragma once
+// A target that was knocked or crept during the session. Where it moved by less than what makes
+// chi^2 or outliers stand out, the estimate puts it half-way and bends the arm a little, and
+// nothing else tells; so each target's touches before and after are compared, in the order in which
+// they were made. Spheres, wires and points; planes and trackers have no centre to compare.
+
+#include <vector>
+
+#include "calib/identify/calibration.h"
+#include "calib/identify/estimate.h"
+#include "calib/identify/identify.h"
+#include "calib/identify/problem.h"
+
+namespace cellcal::calib {
+
+/// Targets, each with the touch of it that speaks most for a move after it, loudest first; from the
+/// linearisation, without solving anew. No more than reasons to look closer.
+std::vector<MovedTarget> suspected_moves(const Problem& problem, const Estimate& estimate,
+                                         double chi2_per_dof);
+
+/// Looks closer at the suspects in `calibration.moved`: identifies again with the target taken as
+/// two, before and after. Where these lie apart by more than both leave open, `calibration.moved`
+/// holds by how much and the result is withheld for it; otherwise it is emptied. `calibration` is
+/// of these touches.
+void confirm_moves(const Cell& cell, const std::vector<Touch>& touches,
+                   const IdentifyOptions& options, Calibration& calibration);
+
+}  // namespace cellcal::calib

@@ -1,0 +1,350 @@
+#include "calib/plan/online.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "calib/identify/bound.h"
+#include "calib/identify/region.h"
+#include "calib/identify/running.h"
+#include "calib/identify/solve.h"
+#include "calib/model/inverse.h"
+#include "calib/plan/choose.h"
+#include "calib/plan/design.h"
+#include "calib/plan/order.h"
+#include "calib/plan/pool.h"
+
+namespace cellcal::calib {
+
+namespace {
+
+constexpr int kSeedPerSphere = 5;
+constexpr int kCandidatesPerSphere = 400;
+constexpr int kPostures = 150;
+constexpr int kAhead = 10;  ///< touches that have to be worth it together
+/// The search begins this many sigmas and a millimetre before the surface is expected: contact in
+/// its first millimetre counts as something else.
+constexpr double kStandoffSigmas = 6.0, kStandoffLeastM = 0.003, kStandoffExtraM = 0.001;
+/// Of the stand-off, that the tip keeps from every sphere on its way there.
+constexpr double kNearShare = 0.8;
+
+}  // namespace
+
+struct Online::Impl {
+  Cell cell;
+  PlanOptions options;
+  Goal goal;
+  JointVector start;
+  Pace pace;
+  Pool pool;
+  std::vector<bool> gone;          ///< per candidate: touched, failed, or without a way
+  std::vector<std::size_t> seeds;  ///< still to be made, in order
+  std::vector<Touch> touches;
+  std::optional<RunningEstimate> running;
+  Eigen::MatrixXd moves;  ///< of the region, at the estimate
+  std::optional<Design> design;
+  std::vector<std::size_t> of_row;  ///< candidate of each row of the design
+  std::optional<std::size_t> offered;
+  std::optional<PlannedTouch> planned;
+  std::optional<std::size_t> last;  ///< candidate that the arm stands at
+  Progress progress;
+
+  Impl(const Cell& stated, const PlanOptions& how, const Goal& wanted, JointVector from,
+       const Pace& at)
+      : cell(stated),
+        options(how),
+        goal(wanted),
+        start(std::move(from)),
+        pace(at),
+        pool(cell, options, kCandidatesPerSphere),
+        gone(pool.candidates().size(), false) {
+    if (start.empty()) start = pool.middle();
+    if (!pool.clearance().clear(start, kTipMarginM))
+      throw PlanError(
+          "the arm stands too close to a sphere or its stand to start from; jog it free");
+    ChooseOptions first;
+    first.count = kSeedPerSphere * pool.spheres();
+    first.least_per_target = kSeedPerSphere;
+    first.interest = options.interest;
+    first.possible = [this](std::size_t c) { return pool.connected(c); };
+    seeds = choose(cell, pool.candidates(), first).picked;
+    order_seeds();
+    progress.touches_left = goal.most_touches;
+  }
+
+  /// Few, and all of them have to be made: in the order that costs least time.
+  void order_seeds() {
+    const auto count = static_cast<Eigen::Index>(seeds.size());
+    Eigen::MatrixXd cost(count, count);
+    Eigen::VectorXd from_start(count);
+    for (Eigen::Index j = 0; j < count; ++j) {
+      from_start[j] = seconds(seeds[static_cast<std::size_t>(j)], start);
+      for (Eigen::Index i = 0; i < count; ++i) {
+        last = seeds[static_cast<std::size_t>(i)];
+        cost(i, j) = seconds(seeds[static_cast<std::size_t>(j)], pool.candidates()[*last].clear);
+      }
+    }
+    last.reset();
+    std::vector<std::size_t> ordered;
+    for (const std::size_t k : short_order(cost, from_start)) ordered.push_back(seeds[k]);
+    seeds = std::move(ordered);
+  }
+
+  /// Sphere by sphere; a sphere that lost a seed to a failure gets another.
+  bool seeded() const {
+    std::vector<int> made(cell.targets.size(), 0);
+    for (const Touch& touch : touches) ++made[cell.target_index(touch.target)];
+    for (std::size_t t = 0; t < made.size(); ++t)
+      if (cell.targets[t].kind == TargetKind::kSphere && made[t] < kSeedPerSphere) return false;
+    return true;
+  }
+
+  /// Takes a touch into the estimate, and says where that leads.
+  void learn(const Touch& touch) {
+    touches.push_back(touch);
+    ++progress.touches;
+    if (!running) {
+      if (!seeded()) return;
+      running.emplace(cell, touches);
+    } else {
+      running->add(touch);
+    }
+    look();
+  }
+
+  /// Candidates and region as the estimate sees them.
+  void look() {
+    const Problem& known = running->problem();
+    const ArmModel& arm = known.arm();
+    std::vector<TargetPlace> places(cell.targets.size());
+    for (const TargetBlock& block : known.blocks()) places[block.target] = known.place(block);
+    std::vector<Touch> rows;
+    of_row.clear();
+    std::vector<JointVector> contacts;
+    std::vector<Eigen::Vector3d> centres;
+    for (std::size_t c = 0; c < pool.candidates().size(); ++c) {
+      const Candidate& candidate = pool.candidates()[c];
+      contacts.push_back(candidate.contact);
+      Touch touch;
+      touch.joint_rad = candidate.contact;
+      touch.target = cell.targets[candidate.target].id;
+      rows.push_back(std::move(touch));
+      of_row.push_back(c);
+    }
+    for (const TargetBlock& block : known.blocks())
+      centres.push_back(cell.targets[block.target].centre_m);
+    const Problem seen(known.cell(), arm, rows, places, running->ripple_rad());
+    const Linearisation linear =
+        linearise(seen, running->u(), std::vector<bool>(rows.size(), true));
+    const Eigen::VectorXd x = running->x_si();
+    Eigen::VectorXd scale(arm.size());
+    for (int i = 0; i < arm.size(); ++i)
+      scale[i] = known.unknowns()[static_cast<std::size_t>(i)].scale;
+    const auto postures = interest_postures(options.interest, arm, contacts, centres,
+                                            options.limit_margin_rad, kPostures);
+    moves = aligned_moves(arm, postures, x.data(), scale);
+    design.emplace(linear.jacobian.topRows(linear.length_row), running->covariance_u(), moves);
+    const Eigen::Index n = arm.size();
+    progress.mean_m = predicted_mean_error_m(moves, running->covariance_u().topLeftCorner(n, n));
+    const PositionBound bound(arm, x, running->covariance_si().topLeftCorner(n, n),
+                              running->ripple_rad());
+    progress.u95_m = bound.mean_u95_m(postures);
+    judge();
+  }
+
+  double variance() const {
+    const Eigen::Index n = moves.cols();
+    return (moves * design->covariance_u().topLeftCorner(n, n)).cwiseProduct(moves).sum();
+  }
+
+  void finish(std::string why) {
+    progress.done = true;
+    progress.touches_left = 0;
+    progress.why = std::move(why);
+  }
+
+  /// Whether to go on, and how long still: the best touches are taken one after the other as if
+  /// each were made.
+  void judge() {
+    constexpr double kMm = 1e3;
+    if (progress.u95_m <= goal.u95_m)
+      return finish(fmt::format("the goal is reached: u95 {:.3f} mm, {:.3f} mm were asked for",
+                                progress.u95_m * kMm, goal.u95_m * kMm));
+    const int most = goal.most_touches - progress.touches;
+    if (most <= 0)
+      return finish(fmt::format("{} touches were made; u95 {:.3f} mm, {:.3f} mm were asked for",
+                                progress.touches, progress.u95_m * kMm, goal.u95_m * kMm));
+    const double before = variance();
+    double left = before;
+    Design ahead = *design;
+    int k = 0;
+    for (; k < most && std::sqrt(left / before) * progress.u95_m > goal.u95_m; ++k) {
+      Eigen::Index best = -1;
+      for (Eigen::Index r = 0; r < ahead.size(); ++r)
+        if (!gone[of_row[static_cast<std::size_t>(r)]] && !ahead.has(r) &&
+            (best < 0 || ahead.gain(r) > ahead.gain(best)))
+          best = r;
+      if (best < 0) break;
+      left -= ahead.gain(best);
+      ahead.take(best);
+      if (k + 1 == kAhead && std::sqrt(left / before) > 1.0 - goal.worth_it)
+        return finish(fmt::format(
+            "ten more touches would take less than {:.0f} % off the error; u95 {:.3f} mm, {:.3f} "
+            "mm "
+            "were asked for. Certified lengths, more spheres or other postures would help",
+            100.0 * goal.worth_it, progress.u95_m * kMm, goal.u95_m * kMm));
+    }
+    progress.touches_left = k;
+  }
+
+  /// Where the arm comes from: for the time to a touch.
+  double seconds(std::size_t c, const JointVector& from) const {
+    const Candidate& to = pool.candidates()[c];
+    const bool same = last && pool.candidates()[*last].target == to.target;
+    constexpr double kTouchS = 2.9, kSameSphereS = 0.3, kOtherSphereS = 0.8;
+    return kTouchS + (same ? kSameSphereS : kOtherSphereS) +
+           move_s(cell.robot, from, to.standoff, pace);
+  }
+
+  std::optional<std::size_t> pick(const JointVector& from) {
+    while (!seeds.empty()) {
+      const std::size_t c = seeds.front();
+      if (!gone[c]) return c;
+      seeds.erase(seeds.begin());
+    }
+    if (!running) {  // a seed failed: any other touch of a sphere that has too few
+      std::vector<int> made(cell.targets.size(), 0);
+      for (const Touch& touch : touches) ++made[cell.target_index(touch.target)];
+      for (std::size_t c = 0; c < gone.size(); ++c)
+        if (!gone[c] && made[pool.candidates()[c].target] < kSeedPerSphere && pool.connected(c))
+          return c;
+      finish("spheres are left that could not be touched often enough to begin with");
+      return std::nullopt;
+    }
+    while (true) {
+      double best = 0.0;
+      std::optional<std::size_t> found;
+      for (Eigen::Index r = 0; r < design->size(); ++r) {
+        const std::size_t c = of_row[static_cast<std::size_t>(r)];
+        if (gone[c]) continue;
+        if (const double worth = design->gain(r) / seconds(c, from); worth > best) {
+          best = worth;
+          found = c;
+        }
+      }
+      if (!found || pool.connected(*found)) return found;
+      gone[*found] = true;
+    }
+  }
+
+  /// The search line with the arm as it is known: as short as that allows. The way to it then ends
+  /// nearer to the surface than where nothing is known.
+  void aim(std::size_t c, const JointVector& from, PlannedTouch& touch) const {
+    if (!running) return;
+    const Candidate& candidate = pool.candidates()[c];
+    const Problem& known = running->problem();
+    const ArmModel& arm = known.arm();
+    const Eigen::VectorXd x = running->x_si();
+    const auto row =
+        static_cast<Eigen::Index>(std::find(of_row.begin(), of_row.end(), c) - of_row.begin());
+    const double sigma = cell.touch_sigma_m * std::sqrt(1.0 + design->unknown(row));
+    const double reach =
+        std::clamp(kStandoffSigmas * sigma + kStandoffExtraM, kStandoffLeastM, options.standoff_m);
+    const auto& blocks = known.blocks();
+    const auto block = std::find_if(blocks.begin(), blocks.end(), [&](const TargetBlock& b) {
+      return b.target == candidate.target;
+    });
+    const Eigen::Vector3d centre = x.segment<3>(block->first);
+    const double radius = known.nominal_radius_m(cell.targets[candidate.target]) +
+                          (known.rho() >= 0 ? x[known.rho()] : 0.0);
+    const ArmErrors errors = arm.errors(x.data());
+    ArmChain chain;
+    const auto at = [&](double outside_m, const JointVector& seed) -> std::optional<JointVector> {
+      const Eigen::Vector3d wanted = centre + (radius + outside_m) * candidate.normal;
+      Eigen::Isometry3d command = Eigen::Isometry3d::Identity();
+      command.linear() = candidate.orientation;
+      command.translation() = wanted;
+      std::optional<JointVector> q = seed;
+      constexpr int kCorrections = 4;  // each leaves a thousandth
+      for (int k = 0; k < kCorrections; ++k) {
+        q = inverse(pool.arm(), command, *q, options.limit_margin_rad);
+        if (!q) return std::nullopt;
+        arm.walk(arm.prepare(*q), errors, chain);
+        command.translation() += wanted - chain.tip;
+      }
+      return q;
+    };
+    const auto standoff = at(reach, candidate.contact), end = at(-reach, candidate.contact);
+    if (!standoff || !end) return;
+    const double margin = std::min(kTipMarginM, kNearShare * reach);
+    const JointVector before =
+        touch.transit.size() > 1 ? touch.transit[touch.transit.size() - 2] : from;
+    if (pool.clearance().clear(before, *standoff, margin))
+      touch.transit.back() = *standoff;
+    else if (pool.clearance().clear(touch.standoff, *standoff, margin))
+      touch.transit.push_back(*standoff);
+    else
+      return;
+    touch.standoff = *standoff;
+    touch.end = *end;
+    touch.search_m = 2.0 * reach;
+    touch.expected_m = reach;
+  }
+};
+
+Online::Online(const Cell& cell, const PlanOptions& options, const Goal& goal,
+               const JointVector& start, const Pace& pace)
+    : impl_(new Impl(cell, options, goal, start, pace)) {}
+Online::~Online() = default;
+Online::Online(Online&&) noexcept = default;
+Online& Online::operator=(Online&&) noexcept = default;
+
+std::optional<PlannedTouch> Online::next(const JointVector& where) {
+  Impl& me = *impl_;
+  const JointVector& from = where.empty() ? me.start : where;
+  if (me.planned) return me.planned;
+  while (!me.progress.done) {
+    const auto c = me.pick(from);
+    if (!c) {
+      if (!me.progress.done) me.finish("every touch that the arm can make was made");
+      return std::nullopt;
+    }
+    const Candidate& to = me.pool.candidates()[*c];
+    PlannedTouch touch = to_planned(me.cell, to, TouchSet::kFit, me.options);
+    const Candidate* leaving = me.last ? &me.pool.candidates()[*me.last] : nullptr;
+    auto way = me.pool.router().to_standoff(from, leaving, to);
+    if (!way) {
+      me.gone[*c] = true;
+      continue;
+    }
+    touch.transit = std::move(*way);
+    me.aim(*c, from, touch);
+    me.offered = c;
+    me.planned = std::move(touch);
+    return me.planned;
+  }
+  return std::nullopt;
+}
+
+void Online::touched(const Touch& touch) {
+  Impl& me = *impl_;
+  if (me.offered) me.gone[*me.offered] = true;
+  me.last = me.offered;
+  me.offered.reset();
+  me.planned.reset();
+  me.learn(touch);
+}
+
+void Online::failed() {
+  Impl& me = *impl_;
+  if (me.offered) me.gone[*me.offered] = true;
+  me.last = me.offered;
+  me.offered.reset();
+  me.planned.reset();
+}
+
+const Progress& Online::progress() const { return impl_->progress; }
+const std::vector<Touch>& Online::touches() const { return impl_->touches; }
+
+}  // namespace cellcal::calib

@@ -1,0 +1,62 @@
+#pragma once
+// Touches chosen one by one, each by what the touches so far have left unknown, until the accuracy
+// asked for is reached or further touches no longer pay.
+//
+// The first touches, five to a sphere, are chosen on nominal geometry, as a plan's are. From then
+// on every touch goes where it takes most from the mean position variance over the region per
+// second of robot time, and its search line is made with the arm as it is known by then, so that it
+// can be short. A touch that failed is not offered again.
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "calib/files/touch.h"
+#include "calib/plan/duration.h"
+#include "calib/plan/plan.h"
+
+namespace cellcal::calib {
+
+struct Goal {
+  double u95_m = 0.15e-3;  ///< mean over the region of the radius that holds the position error
+  int most_touches = 200;  ///< fit touches, whatever is reached
+  double worth_it = 0.02;  ///< ten more touches have to take this share off the predicted error
+};
+
+struct Progress {
+  int touches = 0;      ///< fit touches that were made
+  double u95_m = 0.0;   ///< mean over the region, predicted; 0: not known yet
+  double mean_m = 0.0;  ///< mean 3-D error over the region, predicted
+  int touches_left =
+      0;  ///< to the goal, as far as can be foreseen; of a goal out of reach, to the end
+  bool done = false;
+  std::string why;  ///< in words, once done
+};
+
+class Online {
+ public:
+  /// Throws PlanError as make_plan() does.
+  Online(const Cell& cell, const PlanOptions& options, const Goal& goal, const JointVector& start,
+         const Pace& pace = {});
+  ~Online();
+  Online(Online&&) noexcept;
+  Online& operator=(Online&&) noexcept;
+
+  /// The next touch with its way from `from` (empty: the start); empty once done. Offered again
+  /// until touched() or failed() is called.
+  std::optional<PlannedTouch> next(const JointVector& from);
+  /// The touch that next() offered, as it was measured. Throws IdentifyError where all touches
+  /// together determine nothing.
+  void touched(const Touch& touch);
+  /// It could not be made: not reached, contact where nothing is, readings that disagree.
+  void failed();
+
+  const Progress& progress() const;
+  const std::vector<Touch>& touches() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace cellcal::calib

@@ -1,0 +1,163 @@
+// Touches one by one: to the goal, round failures, and no further than it pays.
+
+#include "calib/plan/online.h"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <set>
+
+#include "calib/model/random.h"
+#include "tests/calib/identify/simulate.h"
+
+namespace cellcal::calib {
+namespace {
+
+using testing::demo_cell;
+
+/// Where on its search line the true arm meets the true sphere, noise included; empty where
+/// nowhere.
+std::optional<Touch> made(const Cell& cell, const sim::Truth& truth, const PlannedTouch& planned,
+                          Random& random) {
+  const std::size_t target = cell.target_index(planned.target);
+  const double radius = truth.radius_m[target] + 3e-5 * random.normal();
+  const auto gap = [&](double share) {
+    JointVector q(planned.standoff.size());
+    for (std::size_t i = 0; i < q.size(); ++i)
+      q[i] = planned.standoff[i] + share * (planned.end[i] - planned.standoff[i]);
+    const double distance =
+        (truth.arm.position(truth.arm.prepare(q), truth.errors.data()) - truth.centre_m[target])
+            .norm();
+    return std::pair(distance - radius, q);
+  };
+  double out = 0.0, in = 1.0;
+  if (gap(out).first < 0.0 || gap(in).first > 0.0) return std::nullopt;
+  for (int k = 0; k < 40; ++k) {
+    const double middle = (out + in) / 2.0;
+    (gap(middle).first > 0.0 ? out : in) = middle;
+  }
+  Touch touch;
+  touch.target = planned.target;
+  touch.joint_rad = gap(in).second;
+  return touch;
+}
+
+PlanOptions small() {
+  PlanOptions options;
+  options.seed = 3;
+  return options;
+}
+
+struct Driven {
+  int made = 0, failed = 0;
+  Progress end;
+  std::vector<PlannedTouch> touches;
+};
+
+/// `fails(k)`: whether the k-th offer cannot be made.
+Driven drive(const Cell& cell, const Goal& goal, const std::function<bool(int)>& fails = nullptr) {
+  const sim::Truth truth = testing::plain_truth(cell, 4);
+  Online online(cell, small(), goal, {});
+  Random random(5);
+  Driven driven;
+  JointVector at;
+  for (int k = 0; const auto planned = online.next(at); ++k) {
+    EXPECT_FALSE(planned->transit.empty());
+    EXPECT_EQ(planned->transit.back(), planned->standoff);
+    driven.touches.push_back(*planned);
+    at = planned->clear;
+    std::optional<Touch> touch;
+    if (!fails || !fails(k)) touch = made(cell, truth, *planned, random);
+    if (touch) {
+      ++driven.made;
+      online.touched(*touch);
+    } else {
+      ++driven.failed;
+      online.failed();
+    }
+    EXPECT_EQ(online.progress().touches, driven.made);
+    EXPECT_LE(driven.touches.size(), 400U);
+  }
+  driven.end = online.progress();
+  return driven;
+}
+
+TEST(Online, EndsWhereTheGoalIsReachedAndAHarderGoalTakesMoreTouches) {
+  const Driven easy = drive(demo_cell(), {.u95_m = 0.5e-3});
+  EXPECT_TRUE(easy.end.done);
+  EXPECT_LE(easy.end.u95_m, 0.5e-3);
+  EXPECT_NE(easy.end.why.find("goal is reached"), std::string::npos) << easy.end.why;
+  const Driven hard = drive(demo_cell(), {.u95_m = 0.3e-3});
+  EXPECT_LE(hard.end.u95_m, 0.3e-3);
+  EXPECT_GT(hard.made, easy.made);
+  EXPECT_LT(hard.made, 150);
+}
+
+TEST(Online, MakesShortSearchesOnceTheArmIsKnownAndStillMeetsTheSpheres) {
+  const Driven driven = drive(demo_cell(), {.u95_m = 0.3e-3});
+  EXPECT_LE(driven.failed, 2);  // of the first ones, an arm far off may miss
+  int known = 0;
+  for (const PlannedTouch& touch : driven.touches)
+    if (touch.expected_m < 0.005) ++known;
+  EXPECT_GE(known, static_cast<int>(driven.touches.size()) - 24);
+}
+
+TEST(Online, DoesNotOfferAgainWhatFailed) {
+  const Driven driven = drive(demo_cell(), {.u95_m = 0.5e-3}, [](int k) { return k % 5 == 2; });
+  EXPECT_TRUE(driven.end.done);
+  EXPECT_LE(driven.end.u95_m, 0.5e-3);
+  EXPECT_GT(driven.failed, 5);
+  std::set<std::pair<std::string, JointVector>> clear;
+  for (const PlannedTouch& touch : driven.touches)
+    EXPECT_TRUE(clear.emplace(touch.target, touch.clear).second);
+}
+
+TEST(Online, EndsWhereFurtherTouchesNoLongerPay) {
+  const Driven driven = drive(testing::one_sphere_cell(), {.u95_m = 0.05e-3, .worth_it = 0.06});
+  EXPECT_TRUE(driven.end.done);
+  EXPECT_GT(driven.end.u95_m, 0.05e-3);
+  EXPECT_NE(driven.end.why.find("ten more touches"), std::string::npos) << driven.end.why;
+  EXPECT_LT(driven.made, 150);
+}
+
+TEST(Online, EndsAtTheMostTouchesThatWereAllowed) {
+  const Driven driven = drive(demo_cell(), {.u95_m = 1e-6, .most_touches = 30, .worth_it = 0.0});
+  EXPECT_EQ(driven.made, 30);
+  EXPECT_NE(driven.end.why.find("30 touches were made"), std::string::npos) << driven.end.why;
+}
+
+TEST(Online, OffersTheSameTouchUntilToldWhatBecameOfIt) {
+  Online online(demo_cell(), small(), {}, {});
+  const auto first = online.next({});
+  ASSERT_TRUE(first);
+  EXPECT_EQ(online.next({})->standoff, first->standoff);
+  online.failed();
+  EXPECT_NE(online.next({})->standoff, first->standoff);
+}
+
+TEST(Online, SaysHowManyTouchesAreLeft) {
+  const sim::Truth truth = testing::plain_truth(demo_cell(), 6);
+  Online online(demo_cell(), small(), {.u95_m = 0.3e-3}, {});
+  Random random(7);
+  JointVector at;
+  std::vector<int> left;
+  while (const auto planned = online.next(at)) {
+    at = planned->clear;
+    const auto touch = made(demo_cell(), truth, *planned, random);
+    if (touch)
+      online.touched(*touch);
+    else
+      online.failed();
+    if (online.progress().u95_m > 0.0) left.push_back(online.progress().touches_left);
+  }
+  ASSERT_GT(left.size(), 10U);
+  EXPECT_EQ(left.back(), 0);
+  // Half-way it is a foresight: model levels that lose their say shorten the rest.
+  const auto half = left.size() / 2;
+  const auto rest = static_cast<int>(left.size() - half);
+  EXPECT_GT(left[half], rest / 3);
+  EXPECT_LT(left[half], 3 * rest);
+}
+
+}  // namespace
+}  // namespace cellcal::calib

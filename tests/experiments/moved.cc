@@ -1,0 +1,135 @@
+// How often a sphere that moved is found, and how often one that did not is accused.
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <cstdio>
+
+#include "calib/files/files.h"
+#include "calib/identify/identify.h"
+#include "tests/experiments/session.h"
+
+namespace {
+
+using namespace cellcal;
+using experiments::Gears;
+using experiments::SessionSettings;
+
+constexpr std::uint64_t kMostSeeds = 100000;
+
+struct Row {
+  double moved_m = 0.0, gear_arcsec = 0.0;
+  int made = 0, named = 0, accused = 0, withheld = 0, published = 0, measured = 0;
+  double off = 0.0, sigma = 0.0;
+};
+
+Eigen::Vector3d any_direction(calib::Random& random) {
+  const Eigen::Vector3d d(random.normal(), random.normal(), random.normal());
+  return d.normalized();
+}
+
+/// One session in which a sphere, another each time, moved by this much in the middle half of its
+/// touches.
+void add_session(Row& row, const experiments::PlannedSession& planned, SessionSettings settings,
+                 std::uint64_t seed, bool detail) {
+  calib::Random random(seed + 7);
+  settings.truth.gear_arcsec = row.gear_arcsec;
+  const std::size_t sphere = random.below(static_cast<std::size_t>(settings.spheres));
+  const double when = random.uniform(0.25, 0.75);
+  settings.move = experiments::Move{sphere, when, row.moved_m * any_direction(random)};
+  const experiments::Session session = experiments::carry_out(planned, settings);
+  const calib::Calibration c = calib::identify(session.cell, session.touches);
+  const std::string id = row.moved_m > 0.0 ? session.cell.targets[sphere].id : "none";
+  bool says = false;
+  for (const std::string& reason : c.verdict.reasons)
+    says = says || reason.find(id + " moved") != std::string::npos ||
+           reason.find(id + " seems to have moved") != std::string::npos;
+  ++row.made;
+  row.published += c.verdict.publish;
+  row.named += says;
+  const calib::MovedTarget* moved = c.moved.empty() ? nullptr : &c.moved.front();
+  row.accused += moved != nullptr && moved->target != id;
+  row.withheld += !c.verdict.publish && moved == nullptr && !says;
+  if (moved != nullptr && moved->target == id) {
+    ++row.measured;
+    row.off += (moved->shift_m - settings.move->shift_m).norm();
+    row.sigma += moved->sigma_m;
+  }
+  if (detail && moved != nullptr)
+    fmt::print(
+        "    {}, {:.0f} arcsec: {} moved {:.3f} +- {:.3f} mm, {:.0f} squared sigmas; "
+        "true: {} {:.2f} mm\n",
+        seed, row.gear_arcsec, moved->target, moved->shift_m.norm() * 1e3, moved->sigma_m * 1e3,
+        moved->squared_sigmas, id, row.moved_m * 1e3);
+}
+
+void print(const Row& row) {
+  fmt::print("{:>8.2f} {:>8.0f} {:>9} {:>7} {:>8} {:>9} {:>10}", row.moved_m * 1e3, row.gear_arcsec,
+             row.made, row.named, row.accused, row.withheld, row.published);
+  if (row.measured > 0)
+    fmt::print("   off {:.3f} mm, said +- {:.3f} mm", row.off / row.measured * 1e3,
+               row.sigma / row.measured * 1e3);
+  fmt::print("\n");
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    SessionSettings settings;
+    settings.check = 10;
+    int sessions = 100;
+    bool detail = false;
+    std::uint64_t seed_from = 1;
+    std::string gears = "spectrum", order = "route", arm = CELLCAL_EXPERIMENT_ROBOT;
+    std::vector<double> moved_mm{0.0, 0.1, 0.2, 0.5}, arcsec{10.0, 20.0};
+    CLI::App app(
+        "Spheres that move during a session: found, and accused wrongly.\n"
+        "Example: moved_experiment --sessions 200 --moved-mm 0 0.15");
+    app.add_option("--sessions", sessions, "Per row")->capture_default_str();
+    app.add_option("--moved-mm", moved_mm, "By how much")->capture_default_str();
+    app.add_option("--gears", gears, "Truth's form")
+        ->capture_default_str()
+        ->check(CLI::IsMember({"none", "harmonics", "spectrum"}));
+    app.add_option("--gear-arcsec", arcsec, "rms per joint")->capture_default_str();
+    app.add_option("--order", order, "Of the touches: sphere by sphere along the route, or mixed")
+        ->capture_default_str()
+        ->check(CLI::IsMember({"route", "mixed"}));
+    app.add_option("--fit", settings.fit, "Touches")->capture_default_str();
+    app.add_option("--growth", settings.truth.growth, "Of all lengths over the session")
+        ->capture_default_str();
+    app.add_option("--outliers", settings.outlier_share, "Share")->capture_default_str();
+    app.add_option("--seed", seed_from, "")->capture_default_str();
+    app.add_flag("--detail", detail, "Each one found");
+    CLI11_PARSE(app, argc, argv);
+    settings.truth.gears = gears == "none"       ? Gears::kNone
+                           : gears == "spectrum" ? Gears::kSpectrum
+                                                 : Gears::kHarmonics;
+    settings.mixed = order == "mixed";
+    const calib::Robot robot = calib::load_robot(arm);
+    std::vector<Row> rows;
+    for (const double seconds : arcsec)
+      for (const double mm : moved_mm) {
+        rows.emplace_back();
+        rows.back().moved_m = mm * 1e-3;
+        rows.back().gear_arcsec = seconds;
+      }
+    int made = 0;
+    for (std::uint64_t k = 0; made < sessions && k < kMostSeeds; ++k) {
+      const std::uint64_t seed = seed_from * kMostSeeds + k;
+      const auto planned = experiments::plan_session(robot, settings, seed);
+      if (!planned) continue;
+      ++made;
+      for (Row& row : rows) add_session(row, *planned, settings, seed, detail);
+    }
+    fmt::print(
+        "moved mm   arcsec  sessions   named  accused  withheld  published\n"
+        "                                      wrongly otherwise\n");
+    for (const Row& row : rows) print(row);
+    return 0;
+  } catch (const std::exception& e) {
+    std::fprintf(stderr, "moved_experiment: %s\n", e.what());
+    return 1;
+  }
+}
