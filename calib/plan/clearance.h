@@ -13,7 +13,7 @@
 // body moves further along the piece than D, its levers times the turns of the joints. Half-way or
 // anywhere else its distance is then at least (d0 + d1 - D) / 2. A piece is done when D <= d0 + d1
 // - m, and halved otherwise: so on the whole move every body keeps at least half its margin, and
-// nothing that is thicker than nothing can be passed.
+// nothing, however thin, is passed unseen.
 
 #include <memory>
 #include <optional>

@@ -60,9 +60,9 @@ struct Online::Impl {
         pool(cell, options, kCandidatesPerSphere),
         gone(pool.candidates().size(), false) {
     if (start.empty()) start = pool.middle();
-    if (!pool.clearance().clear(start, kTipMarginM))
-      throw PlanError(
-          "the arm stands too close to a sphere or its stand to start from; jog it free");
+    if (const auto what = pool.clearance().hit(start, kTipMarginM))
+      throw PlanError("the arm stands too close to something to start: " + *what +
+                      "; jog it free");
     ChooseOptions first;
     first.count = kSeedPerSphere * pool.spheres();
     first.least_per_target = kSeedPerSphere;
