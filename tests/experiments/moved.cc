@@ -3,20 +3,83 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 
 #include "calib/files/files.h"
 #include "calib/identify/identify.h"
-#include "tests/experiments/session.h"
+#include "calib/model/random.h"
+#include "tests/experiments/world.h"
 
 namespace {
 
 using namespace cellcal;
 using experiments::Gears;
-using experiments::SessionSettings;
 
 constexpr std::uint64_t kMostSeeds = 100000;
+
+struct Settings {
+  experiments::Stage stage;
+  int fit = 100, check = 10;
+  bool mixed = false;  ///< spheres mixed; otherwise in the order of the plan's route
+};
+
+/// A cell and its touches before anything is touched.
+struct Planned {
+  calib::Cell cell;
+  calib::Plan plan;
+  calib::Random random;
+};
+
+/// Empty where the cell that was drawn cannot be planned for.
+std::optional<Planned> plan_session(const calib::Robot& robot, const Settings& settings,
+                                    std::uint64_t seed) {
+  calib::Random random(seed);
+  const calib::Cell cell = experiments::make_cell(robot, settings.stage, random);
+  calib::PlanOptions options;
+  options.fit_touches = settings.fit;
+  options.check_touches = settings.check;
+  options.seed = static_cast<unsigned>(seed);
+  try {
+    return Planned{cell, calib::make_plan(cell, options), random};
+  } catch (const calib::PlanError&) {
+    return std::nullopt;  // another is drawn
+  }
+}
+
+struct Move {
+  std::size_t sphere;
+  double when;  ///< share of that sphere's fit touches that are made by then
+  Eigen::Vector3d shift_m;
+};
+
+/// Another arm for other gears, the same for the same.
+std::pair<calib::Cell, std::vector<calib::Touch>> carry_out(Planned planned,
+                                                            const experiments::Stage& stage,
+                                                            bool mixed, const Move& move) {
+  auto& [cell, plan, random] = planned;
+  const experiments::World world(cell, stage, random);
+  for (std::size_t i = plan.touches.size(); mixed && i > 1; --i)
+    std::swap(plan.touches[i - 1], plan.touches[random.below(i)]);
+  const auto of_it = [&](const calib::PlannedTouch& p) {
+    return cell.target_index(p.target) == move.sphere && p.set == calib::TouchSet::kFit;
+  };
+  const auto all = std::count_if(plan.touches.begin(), plan.touches.end(), of_it);
+  std::vector<calib::Touch> touches;
+  double made = 0.0;
+  for (std::size_t i = 0; i < plan.touches.size(); ++i) {
+    const calib::PlannedTouch& p = plan.touches[i];
+    const bool gone =
+        cell.target_index(p.target) == move.sphere && made >= move.when * static_cast<double>(all);
+    made += of_it(p);
+    const double warm = static_cast<double>(i) / static_cast<double>(plan.touches.size());
+    if (auto t = world.touch(p, warm, experiments::kBeyond, random,
+                             gone ? move.shift_m : Eigen::Vector3d::Zero()))
+      touches.push_back(std::move(*t));
+  }
+  return {world.cell, touches};
+}
 
 struct Row {
   double moved_m = 0.0, gear_arcsec = 0.0;
@@ -31,16 +94,16 @@ Eigen::Vector3d any_direction(calib::Random& random) {
 
 /// One session in which a sphere, another each time, moved by this much in the middle half of its
 /// touches.
-void add_session(Row& row, const experiments::PlannedSession& planned, SessionSettings settings,
-                 std::uint64_t seed, bool detail) {
+void add_session(Row& row, const Planned& planned, Settings settings, std::uint64_t seed,
+                 bool detail) {
   calib::Random random(seed + 7);
-  settings.truth.gear_arcsec = row.gear_arcsec;
-  const std::size_t sphere = random.below(static_cast<std::size_t>(settings.spheres));
+  settings.stage.truth.gear_arcsec = row.gear_arcsec;
+  const std::size_t sphere = random.below(static_cast<std::size_t>(settings.stage.spheres));
   const double when = random.uniform(0.25, 0.75);
-  settings.move = experiments::Move{sphere, when, row.moved_m * any_direction(random)};
-  const experiments::Session session = experiments::carry_out(planned, settings);
-  const calib::Calibration c = calib::identify(session.cell, session.touches);
-  const std::string id = row.moved_m > 0.0 ? session.cell.targets[sphere].id : "none";
+  const Move move{sphere, when, row.moved_m * any_direction(random)};
+  const auto [cell, touches] = carry_out(planned, settings.stage, settings.mixed, move);
+  const calib::Calibration c = calib::identify(cell, touches);
+  const std::string id = row.moved_m > 0.0 ? cell.targets[sphere].id : "none";
   bool says = false;
   for (const std::string& reason : c.verdict.reasons)
     says = says || reason.find(id + " moved") != std::string::npos ||
@@ -53,7 +116,7 @@ void add_session(Row& row, const experiments::PlannedSession& planned, SessionSe
   row.withheld += !c.verdict.publish && moved == nullptr && !says;
   if (moved != nullptr && moved->target == id) {
     ++row.measured;
-    row.off += (moved->shift_m - settings.move->shift_m).norm();
+    row.off += (moved->shift_m - move.shift_m).norm();
     row.sigma += moved->sigma_m;
   }
   if (detail && moved != nullptr)
@@ -77,8 +140,7 @@ void print(const Row& row) {
 
 int main(int argc, char** argv) {
   try {
-    SessionSettings settings;
-    settings.check = 10;
+    Settings settings;
     int sessions = 100;
     bool detail = false;
     std::uint64_t seed_from = 1;
@@ -97,15 +159,15 @@ int main(int argc, char** argv) {
         ->capture_default_str()
         ->check(CLI::IsMember({"route", "mixed"}));
     app.add_option("--fit", settings.fit, "Touches")->capture_default_str();
-    app.add_option("--growth", settings.truth.growth, "Of all lengths over the session")
+    app.add_option("--growth", settings.stage.truth.growth, "Of all lengths over the session")
         ->capture_default_str();
-    app.add_option("--outliers", settings.outlier_share, "Share")->capture_default_str();
+    app.add_option("--outliers", settings.stage.outlier_share, "Share")->capture_default_str();
     app.add_option("--seed", seed_from, "")->capture_default_str();
     app.add_flag("--detail", detail, "Each one found");
     CLI11_PARSE(app, argc, argv);
-    settings.truth.gears = gears == "none"       ? Gears::kNone
-                           : gears == "spectrum" ? Gears::kSpectrum
-                                                 : Gears::kHarmonics;
+    settings.stage.truth.gears = gears == "none"       ? Gears::kNone
+                                 : gears == "spectrum" ? Gears::kSpectrum
+                                                       : Gears::kHarmonics;
     settings.mixed = order == "mixed";
     const calib::Robot robot = calib::load_robot(arm);
     std::vector<Row> rows;
@@ -118,7 +180,7 @@ int main(int argc, char** argv) {
     int made = 0;
     for (std::uint64_t k = 0; made < sessions && k < kMostSeeds; ++k) {
       const std::uint64_t seed = seed_from * kMostSeeds + k;
-      const auto planned = experiments::plan_session(robot, settings, seed);
+      const auto planned = plan_session(robot, settings, seed);
       if (!planned) continue;
       ++made;
       for (Row& row : rows) add_session(row, *planned, settings, seed, detail);

@@ -49,7 +49,7 @@ TEST(a_plan, is_a_touch_file_that_identify_reads_and_predict_continues_from) {
   const Outcome planned = run_program(
       {CELLCAL, "plan", "--cell", kCell, "--touches", "16", "--check", "4", "-o", plan});
   ASSERT_EQ(planned.status, 0) << planned.err;
-  EXPECT_EQ(lines(content(plan)), 22u) << "comment, header, twenty touches";
+  EXPECT_EQ(lines(content(plan)), 23u) << "two comments, header, twenty touches";
 
   // Nominal touches lie on nominal spheres, up to the tip: what is identified is small, and what
   // is not publishable is written all the same.

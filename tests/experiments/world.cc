@@ -1,0 +1,93 @@
+#include "tests/experiments/world.h"
+
+#include <fmt/format.h>
+
+namespace cellcal::experiments {
+
+namespace {
+
+/// Along the planned search line to where the true tip is `reading_m` outside of the surface.
+std::optional<calib::JointVector> meet(const TrueArm& arm, const calib::PlannedTouch& plan,
+                                       const Eigen::Vector3d& centre, double radius_m, double warm,
+                                       double beyond) {
+  const auto at = [&](double s) {
+    calib::JointVector q(plan.standoff.size());
+    for (std::size_t i = 0; i < q.size(); ++i)
+      q[i] = plan.standoff[i] + s * (plan.end[i] - plan.standoff[i]);
+    return q;
+  };
+  const auto gap = [&](double s) { return (arm.tip(at(s), warm) - centre).norm() - radius_m; };
+  double out = -beyond, in = 1.0 + beyond;
+  if (gap(out) < 0.0 || gap(in) > 0.0) return std::nullopt;
+  for (int k = 0; k < 50; ++k) {
+    const double middle = (out + in) / 2.0;
+    (gap(middle) > 0.0 ? out : in) = middle;
+  }
+  return at(out);
+}
+
+}  // namespace
+
+calib::Cell make_cell(const calib::Robot& robot, const Stage& stage, calib::Random& random) {
+  calib::Cell cell;
+  cell.robot = robot;
+  cell.tool.tcp.translation() = Eigen::Vector3d(0.0599, 0.0505, 0.4103);
+  cell.tool.mass_kg = 1.535;
+  cell.tool.com_m = cell.tool.tcp.translation() / 2.0;
+  cell.tool.length_m = cell.tool.tcp.translation().norm();
+  cell.tool.deflection_sigma = 0.003;
+  cell.touch_sigma_m = stage.touch_sigma_m;
+  cell.radius_offset_sigma_m = stage.rho_sigma_m > 0.0 ? stage.rho_sigma_m : 1e-9;
+  // Spread around the front of the arm, low and high; each cell a little different.
+  constexpr double kPlaces[][3] = {{1.05, 0.24, 0.35},  {0.85, -0.55, 0.15}, {0.80, 0.45, 0.70},
+                                   {0.95, -0.35, 0.75}, {0.65, 0.75, 0.30},  {0.70, -0.75, 0.55}};
+  for (int i = 0; i < stage.spheres; ++i) {
+    calib::Target t;
+    t.id = fmt::format("S{}", i + 1);
+    t.diameter_m = 0.0614;
+    t.diameter_sigma_m = 2e-6;
+    t.has_centre = true;
+    t.centre_sigma_m = 0.02;
+    for (int k = 0; k < 3; ++k) t.centre_m[k] = kPlaces[i][k] + random.uniform(-0.05, 0.05);
+    cell.targets.push_back(t);
+  }
+  // The plan has to know which lengths are certified, not yet how long they are.
+  constexpr double kLengthSigmaM = 5e-6;
+  for (std::size_t a = 0; stage.lengths && a < cell.targets.size(); ++a)
+    for (std::size_t b = a + 1; b < cell.targets.size(); ++b)
+      cell.lengths.push_back({cell.targets[a].id, cell.targets[b].id,
+                              (cell.targets[a].centre_m - cell.targets[b].centre_m).norm(),
+                              kLengthSigmaM});
+  return cell;
+}
+
+World::World(const calib::Cell& nominal, const Stage& stage, calib::Random& random)
+    : cell(nominal), arm(nominal, stage.truth, random), stage_(stage) {
+  const Eigen::Vector3d shift(random.normal() * 1e-3, random.normal() * 1e-3,
+                              random.normal() * 1e-3);
+  for (const calib::Target& t : nominal.targets) centre_m.push_back(t.centre_m + shift);
+  for (calib::CertifiedLength& length : cell.lengths)
+    length.length_m =
+        (centre_m[cell.target_index(length.from)] - centre_m[cell.target_index(length.to)]).norm() +
+        length.sigma_m * random.normal();
+  rho_m = stage.rho_sigma_m * random.normal();
+}
+
+std::optional<calib::Touch> World::touch(const calib::PlannedTouch& planned, double warm,
+                                         double beyond, calib::Random& random,
+                                         const Eigen::Vector3d& moved_m) const {
+  const std::size_t target = cell.target_index(planned.target);
+  calib::Touch t;
+  t.target = planned.target;
+  t.set = planned.set;
+  double radius = cell.targets[target].diameter_m / 2.0 + rho_m;
+  radius += stage_.touch_sigma_m * random.normal();
+  if (t.set == calib::TouchSet::kFit && random.uniform() < stage_.outlier_share)
+    radius += (random.uniform() < 0.7 ? 1.0 : -1.0) * random.uniform(0.2e-3, 3e-3);
+  const auto q = meet(arm, planned, centre_m[target] + moved_m, radius, warm, beyond);
+  if (!q) return std::nullopt;
+  t.joint_rad = *q;
+  return t;
+}
+
+}  // namespace cellcal::experiments

@@ -1,0 +1,49 @@
+#pragma once
+// A cell as its file says and as it really is: a true arm, spheres that stand where nobody measured
+// them, and what a touch of one gives.
+
+#include <optional>
+#include <vector>
+
+#include "calib/files/touch.h"
+#include "calib/model/random.h"
+#include "calib/model/robot.h"
+#include "calib/plan/plan.h"
+#include "tests/experiments/true_arm.h"
+
+namespace cellcal::experiments {
+
+struct Stage {
+  int spheres = 4;
+  double touch_sigma_m = 0.03e-3;
+  bool lengths = true;          ///< certified distances between all spheres
+  double rho_sigma_m = 0.3e-3;  ///< effective radius; 0: no prior either
+  double outlier_share = 0.02;  ///< of the fit touches, off by 0.2 to 3 mm
+  TruthSettings truth;
+};
+
+/// Up to six spheres around the front of the arm, each cell a little different.
+calib::Cell make_cell(const calib::Robot& robot, const Stage& stage, calib::Random& random);
+
+struct World {
+  World(const calib::Cell& nominal, const Stage& stage, calib::Random& random);
+
+  /// Empty where the search line does not meet the sphere. `beyond`: shares of the search line that
+  /// are searched before its begin and after its end. `moved_m`: the sphere from where it stood.
+  std::optional<calib::Touch> touch(const calib::PlannedTouch& planned, double warm, double beyond,
+                                    calib::Random& random,
+                                    const Eigen::Vector3d& moved_m = Eigen::Vector3d::Zero()) const;
+
+  calib::Cell cell;  ///< as its file says
+  TrueArm arm;
+  std::vector<Eigen::Vector3d> centre_m;  ///< true
+  double rho_m = 0.0;
+
+ private:
+  Stage stage_;
+};
+
+/// Wider than a session's window: the arms here are not chosen.
+inline constexpr double kBeyond = 0.5;
+
+}  // namespace cellcal::experiments
