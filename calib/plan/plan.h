@@ -4,7 +4,8 @@
 // A touch on a sphere: the tip starts at the stand-off, searches along the inward normal to the
 // end of the search, and afterwards leaves to the clear point. All positions are joint angles;
 // the hardware layer knows nothing else. Every joint angle in a plan is inside the robot's limits
-// with margin, and the tip and the tool's shaft keep clear of all spheres on every transit.
+// with margin, and nothing of arm and tool hits on any motion what the cell file names, or the arm
+// itself (clearance.h); the tip alone meets the sphere that it touches.
 
 #include <Eigen/Core>
 #include <string>
