@@ -61,8 +61,7 @@ struct Online::Impl {
         gone(pool.candidates().size(), false) {
     if (start.empty()) start = pool.middle();
     if (const auto what = pool.clearance().hit(start, kTipMarginM))
-      throw PlanError("the arm stands too close to something to start: " + *what +
-                      "; jog it free");
+      throw PlanError("the arm stands too close to something to start: " + *what + "; jog it free");
     ChooseOptions first;
     first.count = kSeedPerSphere * pool.spheres();
     first.least_per_target = kSeedPerSphere;
@@ -277,6 +276,8 @@ struct Online::Impl {
     };
     const auto standoff = at(reach, candidate.contact), end = at(-reach, candidate.contact);
     if (!standoff || !end) return;
+    if (!pool.clearance().clear_search(candidate.clear, *end, candidate.target, kTipMarginM))
+      return;
     const double margin = std::min(kTipMarginM, kNearShare * reach);
     const JointVector before =
         touch.transit.size() > 1 ? touch.transit[touch.transit.size() - 2] : from;

@@ -169,7 +169,7 @@ Plan resume_plan(const Cell& cell, const Plan& plan, std::size_t next, const Joi
   if (next >= plan.touches.size()) return plan;
   const ArmModel arm = planning_arm(cell);
   const Clearance clearance(cell, arm);
-  const Router router(cell, arm, clearance, middle_posture(cell.robot), 0.0);
+  const Router router(cell, arm, clearance, resting_posture(cell.robot, clearance), 0.0);
   Plan result = plan;
   PlannedTouch& touch = result.touches[next];
   JointVector at = from;
@@ -200,7 +200,8 @@ Plan resume_plan(const Cell& cell, const Plan& plan, std::size_t next, const Joi
     throw PlanError(fmt::format(
         "sphere {}: no clear way to the next touch of this plan: {}; the cell has changed",
         touch.target,
-        clearance.hit(middle_posture(cell.robot), touch.standoff, kTipMarginM).value_or(kAround)));
+        clearance.hit(resting_posture(cell.robot, clearance), touch.standoff, kTipMarginM)
+            .value_or(kAround)));
   Candidate leaving = to;
   if (next > 0) {
     leaving.target = cell.target_index(plan.touches[next - 1].target);

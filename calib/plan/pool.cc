@@ -69,6 +69,27 @@ JointVector middle_posture(const Robot& robot) {
   return q;
 }
 
+JointVector resting_posture(const Robot& robot, const Clearance& clearance) {
+  const JointVector middle = middle_posture(robot);
+  if (clearance.clear(middle, kTipMarginM) || middle.size() < 3) return middle;
+  // Turned aside, lifted, folded: the least change first.
+  constexpr double kMarginRad = 0.1;
+  constexpr double kTurnRad[] = {0.0, 0.5, -0.5, 1.0, -1.0, 1.6, -1.6};
+  constexpr double kLiftRad[] = {0.0, -0.3, 0.3, -0.6};
+  for (const double fold : kLiftRad)
+    for (const double lift : kLiftRad)
+      for (const double turn : kTurnRad) {
+        JointVector q = middle;
+        const double change[] = {turn, lift, fold};
+        for (std::size_t i = 0; i < 3; ++i)
+          q[i] = std::clamp(
+              q[i] + change[i], robot.joints[i].min_rad + kMarginRad,
+              std::max(robot.joints[i].min_rad + kMarginRad, robot.joints[i].max_rad - kMarginRad));
+        if (clearance.clear(q, kTipMarginM)) return q;
+      }
+  return middle;  // what is in its way is said by whoever needs it
+}
+
 PlannedTouch to_planned(const Cell& cell, const Candidate& c, TouchSet set,
                         const PlanOptions& options) {
   PlannedTouch touch;
@@ -87,7 +108,7 @@ Pool::Pool(const Cell& cell, const PlanOptions& options, int per_sphere)
     : cell_(checked(cell)),
       arm_(planning_arm(cell)),
       clearance_(cell, arm_),
-      middle_(middle_posture(cell.robot)),
+      middle_(resting_posture(cell.robot, clearance_)),
       router_(cell, arm_, clearance_, middle_, options.limit_margin_rad),
       spheres_(static_cast<int>(
           std::count_if(cell.targets.begin(), cell.targets.end(),

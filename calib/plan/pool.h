@@ -11,6 +11,8 @@ ArmModel planning_arm(const Cell& cell);
 
 /// A posture well inside the limits: half-way, with the arm reaching forward and up.
 JointVector middle_posture(const Robot& robot);
+/// The same, or near it, where nothing is in the way; where something always is, the same.
+JointVector resting_posture(const Robot& robot, const Clearance& clearance);
 
 PlannedTouch to_planned(const Cell& cell, const Candidate& c, TouchSet set,
                         const PlanOptions& options);
