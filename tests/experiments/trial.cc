@@ -87,13 +87,12 @@ Outcome judged(const World& world, const std::vector<calib::Touch>& touches) {
 Stage stage_of(const Trial& trial) {
   Stage stage;
   stage.spheres = trial.spheres;
-  stage.touch_sigma_m = trial.touch_sigma_m;
+  stage.touch_sigma_m = stage.noise_m = trial.touch_sigma_m;
   stage.lengths = trial.lengths;
   stage.truth.gears = trial.gears;
   stage.truth.gear_arcsec = trial.gear_arcsec;
   if (!trial.ideal) return stage;
-  stage.touch_sigma_m = trial.touch_sigma_m;
-  stage.rho_sigma_m = stage.outlier_share = 0.0;
+  stage.noise_m = stage.rho_sigma_m = stage.outlier_share = 0.0;
   stage.truth.gears = Gears::kNone;
   stage.truth.compliance_rad_per_nm = 0.0;
   stage.truth.growth = 0.0;

@@ -81,7 +81,7 @@ std::optional<calib::Touch> World::touch(const calib::PlannedTouch& planned, dou
   t.target = planned.target;
   t.set = planned.set;
   double radius = cell.targets[target].diameter_m / 2.0 + rho_m;
-  radius += stage_.touch_sigma_m * random.normal();
+  radius += stage_.noise_m * random.normal();
   if (t.set == calib::TouchSet::kFit && random.uniform() < stage_.outlier_share)
     radius += (random.uniform() < 0.7 ? 1.0 : -1.0) * random.uniform(0.2e-3, 3e-3);
   const auto q = meet(arm, planned, centre_m[target] + moved_m, radius, warm, beyond);
