@@ -102,8 +102,8 @@ std::vector<bool> honest_touches(const Problem& problem, const IdentifyOptions& 
   return honest;
 }
 
-/// Names outliers until nothing changes. A touch on the edge may go in and out by turns; where a set
-/// comes up again, it takes twice as much to be put out from there on.
+/// Names outliers until nothing changes. A touch on the edge may go in and out by turns; where a
+/// set comes up again, it takes twice as much to be put out from there on.
 class Naming {
  public:
   explicit Naming(IdentifyOptions options) : options_(std::move(options)) {}
@@ -150,6 +150,13 @@ double finest_sigma_m(const Problem& problem, const std::vector<bool>& use) {
   for (std::size_t i = 0; i < use.size(); ++i)
     if (use[i]) finest = std::min(finest, problem.sigma_m(i));
   return finest;
+}
+
+[[noreturn]] void fail_to_converge(int rounds) {
+  throw IdentifyError(fmt::format(
+      "the estimate did not converge in {} iterations; are the robot file and the touches "
+      "of the same arm?",
+      rounds));
 }
 
 /// Comes near the solution from zero errors: touches are first taken as worth a millimetre, then
@@ -209,11 +216,7 @@ void settle(const Problem& problem, const IdentifyOptions& options, Estimate& e)
       approach_slowly(problem, options, e);
       solved = solve(problem, e.u, plain);
     }
-    if (!solved.converged)
-      throw IdentifyError(
-          fmt::format("the estimate did not converge in {} iterations; are the "
-                      "robot file and the touches of the same arm?",
-                      options.max_iterations));
+    if (!solved.converged) fail_to_converge(options.max_iterations);
     e.u = solved.u;
     if (!options.reject_outliers) {
       linearise(problem, e.u, e.use, e.posterior.linear);
@@ -226,14 +229,13 @@ void settle(const Problem& problem, const IdentifyOptions& options, Estimate& e)
 
 }  // namespace
 
-/// From the fullest level's solution to the mean over all levels, and the outliers by that. Each
-/// round is one Gauss-Newton step of every level; levels without a say are not asked again.
-/// `problem` and e.posterior have the mean's ripple in the end.
+/// Each round is one Gauss-Newton step of every level; levels without a say are not asked again.
 void refine(Problem& problem, const IdentifyOptions& options, std::vector<ModelLevel> levels,
             Estimate& e) {
   // In prior sigmas. What a step of this size leaves undone is a thousandth of it: the errors are
   // milliradians, and the next term of the expansion is smaller by that.
   constexpr double kStep = 1e-2;
+  constexpr double kAstray = 1.0;  // such a step in the end is no estimate at all
   constexpr double kNoSay = 1e-4;
   LevelMean first;
   Naming naming(options);
@@ -245,6 +247,7 @@ void refine(Problem& problem, const IdentifyOptions& options, std::vector<ModelL
     linearise(problem, e.u, e.use, e.posterior.linear);
     set_covariance(mean.covariance_u, e.posterior);
     const bool last = round == kOutlierRounds;
+    if (last && !(step < kAstray)) fail_to_converge(kOutlierRounds);
     const bool changed = !last && naming.changed(problem, e);
     if ((!changed && step < kStep) || last) {
       std::vector<LevelEvidence> shown = std::move(mean.levels);

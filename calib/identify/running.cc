@@ -55,7 +55,9 @@ struct RunningEstimate::Impl {
         std::make_unique<Problem>(levelled, arm, touches, starting_places(cell, arm, touches));
     for (std::size_t i = 0; i < touches.size(); ++i)
       if (problem->block_of(i) < 0)
-        throw IdentifyError("target " + touches[i].target + " has no fit touch");
+        throw IdentifyError(
+            "target " + touches[i].target +
+            " has no fit touch; make some of its touches fit touches, or leave it out");
     e = estimate(*problem, options, levels());
     begin_sums();
   }

@@ -51,11 +51,4 @@ std::optional<JointVector> inverse(const ArmModel& arm, const Eigen::Isometry3d&
   return std::nullopt;
 }
 
-double travel_s(const Robot& robot, const JointVector& from, const JointVector& to) {
-  double worst = 0.0;
-  for (std::size_t i = 0; i < from.size(); ++i)
-    worst = std::max(worst, std::abs(to[i] - from[i]) / robot.joints[i].max_speed_rad_s);
-  return worst;
-}
-
 }  // namespace cellcal::calib

@@ -14,7 +14,4 @@ namespace cellcal::calib {
 std::optional<JointVector> inverse(const ArmModel& arm, const Eigen::Isometry3d& tcp,
                                    const JointVector& seed, double margin_rad);
 
-/// Largest distance of a joint over its speed [s]: what a joint-space move costs at least.
-double travel_s(const Robot& robot, const JointVector& from, const JointVector& to);
-
 }  // namespace cellcal::calib

@@ -44,7 +44,6 @@ struct Online::Impl {
   std::optional<RunningEstimate> running;
   Eigen::MatrixXd moves;  ///< of the region, at the estimate
   std::optional<Design> design;
-  std::vector<std::size_t> of_row;  ///< candidate of each row of the design
   std::optional<std::size_t> offered;
   std::optional<PlannedTouch> planned;
   std::optional<std::size_t> last;  ///< candidate that the arm stands at
@@ -118,8 +117,7 @@ struct Online::Impl {
     const ArmModel& arm = known.arm();
     std::vector<TargetPlace> places(cell.targets.size());
     for (const TargetBlock& block : known.blocks()) places[block.target] = known.place(block);
-    std::vector<Touch> rows;
-    of_row.clear();
+    std::vector<Touch> rows;  // one for each candidate
     std::vector<JointVector> contacts;
     std::vector<Eigen::Vector3d> centres;
     for (std::size_t c = 0; c < pool.candidates().size(); ++c) {
@@ -129,7 +127,6 @@ struct Online::Impl {
       touch.joint_rad = candidate.contact;
       touch.target = cell.targets[candidate.target].id;
       rows.push_back(std::move(touch));
-      of_row.push_back(c);
     }
     for (const TargetBlock& block : known.blocks())
       centres.push_back(cell.targets[block.target].centre_m);
@@ -181,7 +178,7 @@ struct Online::Impl {
     for (; k < most && std::sqrt(left / before) * progress.u95_m > goal.u95_m; ++k) {
       Eigen::Index best = -1;
       for (Eigen::Index r = 0; r < ahead.size(); ++r)
-        if (!gone[of_row[static_cast<std::size_t>(r)]] && !ahead.has(r) &&
+        if (!gone[static_cast<std::size_t>(r)] && !ahead.has(r) &&
             (best < 0 || ahead.gain(r) > ahead.gain(best)))
           best = r;
       if (best < 0) break;
@@ -225,7 +222,7 @@ struct Online::Impl {
       double best = 0.0;
       std::optional<std::size_t> found;
       for (Eigen::Index r = 0; r < design->size(); ++r) {
-        const std::size_t c = of_row[static_cast<std::size_t>(r)];
+        const auto c = static_cast<std::size_t>(r);
         if (gone[c]) continue;
         if (const double worth = design->gain(r) / seconds(c, from); worth > best) {
           best = worth;
@@ -245,9 +242,8 @@ struct Online::Impl {
     const Problem& known = running->problem();
     const ArmModel& arm = known.arm();
     const Eigen::VectorXd x = running->x_si();
-    const auto row =
-        static_cast<Eigen::Index>(std::find(of_row.begin(), of_row.end(), c) - of_row.begin());
-    const double sigma = cell.touch_sigma_m * std::sqrt(1.0 + design->unknown(row));
+    const double sigma =
+        cell.touch_sigma_m * std::sqrt(1.0 + design->unknown(static_cast<Eigen::Index>(c)));
     const double reach =
         std::clamp(kStandoffSigmas * sigma + kStandoffExtraM, kStandoffLeastM, options.standoff_m);
     const auto& blocks = known.blocks();
@@ -329,17 +325,14 @@ std::optional<PlannedTouch> Online::next(const JointVector& where) {
 }
 
 void Online::touched(const Touch& touch) {
-  Impl& me = *impl_;
-  if (me.offered) me.gone[*me.offered] = true;
-  me.last = me.offered;
-  me.offered.reset();
-  me.planned.reset();
-  me.learn(touch);
+  failed();  // is not offered again either
+  impl_->learn(touch);
 }
 
 void Online::failed() {
   Impl& me = *impl_;
-  if (me.offered) me.gone[*me.offered] = true;
+  if (!me.offered) return;
+  me.gone[*me.offered] = true;
   me.last = me.offered;
   me.offered.reset();
   me.planned.reset();

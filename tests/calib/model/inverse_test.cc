@@ -113,15 +113,5 @@ TEST(Inverse, HasNoneForAPoseThatIsNotANumber) {
   EXPECT_FALSE(inverse(arm, pose, JointVector{0, -1.2, 1.6, 0, 1, 0}, 0.0));
 }
 
-TEST(Travel, IsTheTimeOfTheSlowestJoint) {
-  Robot robot;
-  robot.joints.resize(2);
-  robot.joints[0].max_speed_rad_s = 1.0;
-  robot.joints[1].max_speed_rad_s = 4.0;
-  EXPECT_EQ(travel_s(robot, {0.0, 0.0}, {0.5, -1.0}), 0.5);
-  EXPECT_EQ(travel_s(robot, {0.0, 0.0}, {0.1, -1.0}), 0.25);
-  EXPECT_EQ(travel_s(robot, {0.3, 0.4}, {0.3, 0.4}), 0.0);
-}
-
 }  // namespace
 }  // namespace cellcal::calib

@@ -128,6 +128,16 @@ TEST(PlanRefusal, IsNotNeededWhereTheArmCanRestBesideWhatIsInTheWay) {
   EXPECT_TRUE(Clearance(cell, nominal_arm(cell)).clear(made.start, 0.007));
 }
 
+TEST(PlanRefusal, NamesWhatStandsWhereverTheArmCouldRest) {
+  Cell cell = demo_cell();
+  cell.lengths.clear();
+  cell.targets.resize(2);  // the low ones, under a ceiling
+  cell.obstacles = {box("ceiling", {0.3, 0.0, 1.25}, {2.8, 4.0, 0.7})};
+  const std::string message = refusal(cell);
+  EXPECT_NE(message.find("rests"), std::string::npos) << message;
+  EXPECT_NE(message.find("obstacle ceiling"), std::string::npos) << message;
+}
+
 TEST(PlanRefusal, NamesWhatStandsBetweenTheArmAndASphere) {
   Cell cell = demo_cell();
   // A wall between the resting posture and S4, which leaves room for the arm behind it.
