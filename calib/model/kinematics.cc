@@ -15,37 +15,10 @@ using Eigen::Vector3d;
 constexpr double kDegPerRad = 180.0 / std::numbers::pi;
 constexpr double kArcsecPerRad = 3600.0 * kDegPerRad;
 
-/// R * Rz without building the elementary rotation: mixes columns x and y.
-void turn_z(Matrix3d& r, double c, double s) {
-  const Vector3d x = r.col(0);
-  r.col(0) = c * x + s * r.col(1);
-  r.col(1) = c * r.col(1) - s * x;
-}
-
-void turn_x(Matrix3d& r, double c, double s) {
-  const Vector3d y = r.col(1);
-  r.col(1) = c * y + s * r.col(2);
-  r.col(2) = c * r.col(2) - s * y;
-}
-
-void turn_y(Matrix3d& r, double c, double s) {
-  const Vector3d z = r.col(2);
-  r.col(2) = c * z + s * r.col(0);
-  r.col(0) = c * r.col(0) - s * z;
-}
-
+/// Cosine and sine.
 struct Direction {
   double c, s;
 };
-/// Of an error, which is small nearly always: the series to 5e-20 there.
-Direction direction(double angle) {
-  constexpr double kSmall = 0.02;
-  if (std::abs(angle) > kSmall) return {std::cos(angle), std::sin(angle)};
-  const double q = angle * angle;
-  return {1.0 - q / 2.0 * (1.0 - q / 12.0 * (1.0 - q / 30.0 * (1.0 - q / 56.0))),
-          angle * (1.0 - q / 6.0 * (1.0 - q / 20.0 * (1.0 - q / 42.0)))};
-}
-
 const char* suffix(JointError error) {
   switch (error) {
     case JointError::kTheta:
@@ -220,98 +193,6 @@ PreparedPose ArmModel::prepare(std::span<const double> joint_rad) const {
   return pose;
 }
 
-ArmErrors ArmModel::errors(const double* x) const {
-  ArmErrors e;
-  e.x = x;
-  e.tcp_m = tool_.tcp.translation();
-  std::array<double, kMaxJoints> alpha, beta;
-  for (int i = 0; i < joint_count(); ++i) {
-    const Joint& joint = robot_.joints[i];
-    e.joint[i].theta_rad = 0.0;
-    e.joint[i].d_m = joint.d_m;
-    e.joint[i].a_m = joint.a_m;
-    alpha[i] = joint.alpha_rad;
-    beta[i] = joint.beta_rad;
-  }
-  for (int p = 0; x != nullptr && p < size(); ++p) {
-    const ArmParameter& parameter = parameters_[p];
-    switch (parameter.kind) {
-      case ArmParameterKind::kTheta:
-        e.joint[parameter.joint].theta_rad += x[p];
-        break;
-      case ArmParameterKind::kD:
-        e.joint[parameter.joint].d_m += x[p];
-        break;
-      case ArmParameterKind::kA:
-        e.joint[parameter.joint].a_m += x[p];
-        break;
-      case ArmParameterKind::kAlpha:
-        alpha[parameter.joint] += x[p];
-        break;
-      case ArmParameterKind::kBeta:
-        beta[parameter.joint] += x[p];
-        break;
-      case ArmParameterKind::kDeflection:
-        e.bend_m_per_accel = x[p] * stiff_;
-        break;
-      case ArmParameterKind::kTcp:
-        e.tcp_m[parameter.axis] += x[p];
-        break;
-      case ArmParameterKind::kCompliance:
-      case ArmParameterKind::kLoad:
-      case ArmParameterKind::kCosine:
-      case ArmParameterKind::kSine:
-        break;  // by the pose
-    }
-  }
-  for (int i = 0; i < joint_count(); ++i) {
-    ArmErrors::OfJoint& joint = e.joint[i];
-    joint.cos_alpha = std::cos(alpha[i]);
-    joint.sin_alpha = std::sin(alpha[i]);
-    joint.has_beta = beta[i] != 0.0;
-    joint.cos_beta = std::cos(beta[i]);
-    joint.sin_beta = std::sin(beta[i]);
-  }
-  return e;
-}
-
-void ArmModel::walk_links(const PreparedPose& pose, const ArmErrors& errors,
-                          ArmChain& chain) const {
-  std::array<double, kMaxJoints> by_pose;
-  for (int i = 0; i < joint_count(); ++i) by_pose[i] = errors.joint[i].theta_rad;
-  if (errors.x != nullptr)
-    for (int p = first_by_pose_; p < last_by_pose_; ++p)
-      by_pose[parameters_[p].joint] += errors.x[p] * pose.factor[p];
-  Matrix3d rotation = robot_.base_fixed.linear();
-  Vector3d origin = robot_.base_fixed.translation();
-  for (int i = 0; i < joint_count(); ++i) {
-    const ArmErrors::OfJoint& joint = errors.joint[i];
-    ArmChain::Link& link = chain.link[i];
-    link.z = rotation.col(2);
-    link.z_origin = origin;
-    const Direction off = direction(by_pose[i]);
-    const double c = pose.direction(0, i), s = pose.direction(1, i);
-    turn_z(rotation, c * off.c - s * off.s, s * off.c + c * off.s);
-    link.x = rotation.col(0);
-    origin += joint.d_m * link.z + joint.a_m * link.x;
-    turn_x(rotation, joint.cos_alpha, joint.sin_alpha);
-    link.y = rotation.col(1);
-    if (joint.has_beta) turn_y(rotation, joint.cos_beta, joint.sin_beta);
-    link.end = origin;
-    link.rotation = rotation;
-  }
-  chain.flange_origin = origin + rotation * robot_.flange_fixed.translation();
-  chain.flange = rotation * robot_.flange_fixed.linear();
-}
-
-void ArmModel::walk(const PreparedPose& pose, const ArmErrors& errors, ArmChain& chain) const {
-  walk_links(pose, errors, chain);
-  const Vector3d z = chain.flange.col(2);
-  const Vector3d& g = robot_.gravity_m_s2;
-  chain.rigid_tip = chain.flange_origin + chain.flange * errors.tcp_m;
-  chain.tip = chain.rigid_tip + errors.bend_m_per_accel * (g - g.dot(z) * z);
-}
-
 Eigen::VectorXd ArmModel::gravity_torque_nm(const ArmChain& chain) const {
   // From the flange inwards: the mass that hangs on joint i is its link's and all further ones'.
   Vector3d moment_sum = tool_.mass_kg * (chain.flange_origin + chain.flange * tool_.com_m);
@@ -344,61 +225,6 @@ Vector3d ArmModel::position(const PreparedPose& pose, const double* x,
   walk(pose, at, chain);
   derivative(pose, at, chain, jacobian);
   return chain.tip;
-}
-
-void ArmModel::derivative_along(const Vector3d& n, const PreparedPose& pose,
-                                const ArmErrors& errors, const ArmChain& chain, double* derivative,
-                                std::ptrdiff_t stride) const {
-  const Vector3d z = chain.flange.col(2);
-  const Vector3d& g = robot_.gravity_m_s2;
-  const double bend = errors.bend_m_per_accel;
-  // A turn about w through o carries the rigid tip t along and swings the flange's z, and with it
-  // the direction in which the tool bends, b (g - (g.z) z):
-  //   dp = w x (t - o) - b [ g.(w x z) z + (g.z) w x z ]
-  // Along n that is w.[ t x n - b ((z.n) z x g + (g.z) z x n) - o x n ].
-  const Vector3d swing =
-      chain.rigid_tip.cross(n) - bend * (z.dot(n) * z.cross(g) + g.dot(z) * z.cross(n));
-  const auto turn = [&](const Vector3d& axis, const Vector3d& point) {
-    return axis.dot(swing - point.cross(n));
-  };
-  std::array<double, kMaxJoints> by_theta;
-  for (int i = 0; i < joint_count(); ++i)
-    by_theta[i] = turn(chain.link[i].z, chain.link[i].z_origin);
-  for (int p = 0; p < first_by_pose_; ++p) {
-    const ArmParameter& parameter = parameters_[p];
-    const ArmChain::Link& link = chain.link[parameter.joint];
-    double& out = derivative[p * stride];
-    switch (parameter.kind) {
-      case ArmParameterKind::kTheta:
-        out = by_theta[parameter.joint];
-        break;
-      case ArmParameterKind::kD:
-        out = link.z.dot(n);
-        break;
-      case ArmParameterKind::kA:
-        out = link.x.dot(n);
-        break;
-      case ArmParameterKind::kAlpha:
-        out = turn(link.x, link.end);
-        break;
-      default:  // beta is the last of a joint's own
-        out = turn(link.y, link.end);
-        break;
-    }
-  }
-  for (int p = first_by_pose_; p < last_by_pose_; ++p)
-    derivative[p * stride] = pose.factor[p] * by_theta[parameters_[p].joint];
-  for (int p = last_by_pose_; p < size(); ++p)
-    derivative[p * stride] = parameters_[p].kind == ArmParameterKind::kDeflection
-                                 ? stiff_ * (g.dot(n) - g.dot(z) * z.dot(n))
-                                 : chain.flange.col(parameters_[p].axis).dot(n);
-}
-
-void ArmModel::derivative(const PreparedPose& pose, const ArmErrors& errors, const ArmChain& chain,
-                          Eigen::Ref<Eigen::Matrix3Xd> jacobian) const {
-  for (int axis = 0; axis < 3; ++axis)
-    derivative_along(Vector3d::Unit(axis), pose, errors, chain, jacobian.data() + axis,
-                     jacobian.outerStride());
 }
 
 ArmShape ArmModel::shape(const PreparedPose& pose, const double* x) const {
