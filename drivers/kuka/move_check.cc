@@ -10,9 +10,8 @@ constexpr double kDegPerRad = 180.0 / std::numbers::pi;
 
 }  // namespace
 
-std::optional<Objection> object_to(const Move& move, const RsiConfig& config,
-                                   const AxisAngles& base_rad) {
-  const std::size_t axes = config.limits.size();
+std::optional<Objection> object_to(const Move& move, std::span<const AxisLimit> limits) {
+  const std::size_t axes = limits.size();
   if (move.target_rad.size() != axes) {
     return Objection{Cause::kAxisCount, 0, static_cast<double>(move.target_rad.size()),
                      static_cast<double>(axes)};
@@ -23,8 +22,7 @@ std::optional<Objection> object_to(const Move& move, const RsiConfig& config,
   for (std::size_t i = 0; i < axes; ++i) {
     const auto axis = static_cast<std::uint8_t>(i);
     const double target = move.target_rad[i];
-    const AxisLimit& limit = config.limits[i];
-    const double correction_deg = (target - base_rad[i]) * kDegPerRad;
+    const AxisLimit& limit = limits[i];
     if (!std::isfinite(target)) return Objection{Cause::kNotFinite, axis, target, 0.0};
     if (target < limit.min_rad) {
       return Objection{Cause::kBelowLimit, axis, target * kDegPerRad, limit.min_rad * kDegPerRad};
@@ -32,8 +30,17 @@ std::optional<Objection> object_to(const Move& move, const RsiConfig& config,
     if (target > limit.max_rad) {
       return Objection{Cause::kAboveLimit, axis, target * kDegPerRad, limit.max_rad * kDegPerRad};
     }
+  }
+  return std::nullopt;
+}
+
+std::optional<Objection> object_to(const Move& move, const RsiConfig& config,
+                                   const AxisAngles& base_rad) {
+  if (const auto objection = object_to(move, config.limits)) return objection;
+  for (std::size_t i = 0; i < config.limits.size(); ++i) {
+    const double correction_deg = (move.target_rad[i] - base_rad[i]) * kDegPerRad;
     if (std::abs(correction_deg) > config.correction_limit_deg[i]) {
-      return Objection{Cause::kCorrectionLimit, axis, correction_deg,
+      return Objection{Cause::kCorrectionLimit, static_cast<std::uint8_t>(i), correction_deg,
                        config.correction_limit_deg[i]};
     }
   }

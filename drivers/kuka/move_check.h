@@ -2,10 +2,10 @@
 // What can be said against a move before anything moves.
 
 #include <optional>
-#include <string_view>
+#include <span>
 
+#include "drivers/kuka/cause.h"
 #include "drivers/kuka/rsi_config.h"
-#include "drivers/kuka/rsi_report.h"
 
 namespace cellcal::drivers {
 
@@ -15,8 +15,11 @@ struct Objection {
   double a = 0.0, b = 0.0;  ///< as CoreResult has them
 };
 
-/// `base_rad`: pose at correction 0. A straight joint-space line between two points within the
-/// limits stays within them, so the target alone decides.
+/// Number of axes, finite values, axis limits. A straight joint-space line between two points
+/// within the limits stays within them, so the target alone decides.
+std::optional<Objection> object_to(const Move& move, std::span<const AxisLimit> limits);
+
+/// Those, and the limits of the correction. `base_rad`: pose at correction 0.
 std::optional<Objection> object_to(const Move& move, const RsiConfig& config,
                                    const AxisAngles& base_rad);
 

@@ -16,8 +16,6 @@ constexpr double kSettleWindowS = 0.048;
 constexpr int kSettleFewest = 4;
 constexpr double kSettledRad = 0.0005 * kRadPerDeg;
 constexpr double kSettleLimitS = 1.0;
-// A contact that breaks chatters; only one that comes back after this is a new one.
-constexpr std::chrono::milliseconds kChatter{50};
 
 double seconds(Duration d) { return std::chrono::duration<double>(d).count(); }
 
@@ -29,63 +27,25 @@ int settle_window(double cycle_s) {
 }  // namespace
 
 Mover::Mover(const RsiConfig& config, ContactGuard* guard, const PositionRecord& record)
-    : config_(config), guard_(guard), record_(record) {}
+    : config_(config), record_(record), ear_(guard) {}
 
 void Mover::listen(TimePoint now) {
-  heard_ = Heard{};
-  if (guard_ == nullptr) return;
-  while (const std::optional<ContactEvent> event = guard_->take_event()) {
-    const bool ours = busy() && searching() && event->arm_id == move_.arm_id;
-    switch (event->kind) {
-      case ContactEventKind::kTrip:
-        tripped_arm_ = event->arm_id;
-        if (ours) heard_.trip = event;
-        if (!ours) heard_.foreign_trip = true;
-        break;
-      case ContactEventKind::kContact:
-        tripped_arm_ = event->arm_id;
-        if (ours) heard_.contact = event;
-        if (!ours) heard_.foreign_trip = true;  // a touch too short for the level to show
-        break;
-      case ContactEventKind::kRevoked:
-        if (ours) heard_.revoked = true;
-        break;
-      case ContactEventKind::kRelease:
-        break;  // the level in the snapshot says it
-    }
-  }
-  heard_.snapshot = guard_->snapshot(now);
-  // The arming that tripped is over; its number may be used again.
-  if (!heard_.snapshot.armed) tripped_arm_.reset();
+  const bool guarded = busy() && searching();
+  ear_.listen(now, guarded ? std::optional(move_.arm_id) : std::nullopt);
 }
 
 std::optional<CoreResult> Mover::start(const Move& move, const AxisAngles& commanded_rad) {
-  const auto refuse = [&](MoveOutcome outcome, Cause cause, double a = 0.0, double b = 0.0) {
+  if (const auto why = ear_.refusal(move)) {
     CoreResult refusal;
     refusal.id = move.id;
-    refusal.outcome = outcome;
-    refusal.cause = cause;
-    refusal.a = a;
-    refusal.b = b;
+    refusal.outcome = why->outcome;
+    refusal.cause = why->cause;
+    refusal.a = why->a;
+    refusal.b = why->b;
     refusal.at_rad = commanded_rad;
     return refusal;
-  };
-  const ContactSnapshot& sensor = heard_.snapshot;
-  if (move.kind == MoveKind::kSearch) {
-    if (guard_ == nullptr) return refuse(MoveOutcome::kRefused, Cause::kNoSensor);
-    if (sensor.in_contact) return refuse(MoveOutcome::kRefused, Cause::kTouchingAtStart);
-    if (tripped_arm_ == move.arm_id) return refuse(MoveOutcome::kRefused, Cause::kTrippedAtStart);
-    if (!sensor.armed || sensor.arm_id != move.arm_id) {
-      return refuse(MoveOutcome::kRefused, Cause::kNotArmed, move.arm_id,
-                    sensor.armed ? sensor.arm_id : -1.0);
-    }
-    if (!sensor.alive) return refuse(MoveOutcome::kRefused, Cause::kSensorDead);
-  } else if (guard_ != nullptr) {
-    if (!sensor.alive) return refuse(MoveOutcome::kContactSilent, Cause::kSensorDead);
-    if (move.kind == MoveKind::kTransit && sensor.in_contact) {
-      return refuse(MoveOutcome::kUnexpectedContact, Cause::kTouchedOutsideSearch);
-    }
   }
+  ear_.begin();
   move_ = move;
   line_ = LineMove(commanded_rad, move.target_rad, config_.limits, move.cruise_s);
   t_s_ = 0.0;
@@ -94,7 +54,6 @@ std::optional<CoreResult> Mover::start(const Move& move, const AxisAngles& comma
   cause_ = Cause::kNone;
   axis_ = 0;
   a_ = b_ = 0.0;
-  was_open_ = false;
   contact_.reset();
   latch_.reset();
   settling_s_ = 0.0;
@@ -146,8 +105,8 @@ CoreResult Mover::result(const AxisAngles& commanded_rad) {
 }
 
 void Mover::watch_search(TimePoint now) {
-  const ContactSnapshot& sensor = heard_.snapshot;
-  if (heard_.trip || heard_.contact || heard_.revoked || sensor.in_contact) {
+  const ContactSnapshot& sensor = ear_.heard().snapshot;
+  if (ear_.heard().trip || ear_.heard().contact || ear_.heard().revoked || sensor.in_contact) {
     freeze(Phase::kVerdict, MoveOutcome::kContact, Cause::kNone);
     frozen_at_ = now;
   } else if (!sensor.alive) {
@@ -158,12 +117,12 @@ void Mover::watch_search(TimePoint now) {
 }
 
 void Mover::await_verdict(TimePoint now) {
-  if (heard_.contact) {
-    contact_ = heard_.contact;
+  if (ear_.heard().contact) {
+    contact_ = ear_.heard().contact;
     freeze(Phase::kSettling, MoveOutcome::kContact, Cause::kNone);
-  } else if (heard_.revoked) {
+  } else if (ear_.heard().revoked) {
     freeze(Phase::kSettling, MoveOutcome::kRevoked, Cause::kNone);
-  } else if (!heard_.snapshot.alive) {
+  } else if (!ear_.heard().snapshot.alive) {
     freeze(Phase::kSettling, MoveOutcome::kContactSilent, Cause::kSensorDead);
   } else if (now - frozen_at_ > kVerdictLimit) {
     freeze(Phase::kSettling, MoveOutcome::kContactSilent, Cause::kTripUnconfirmed,
@@ -172,21 +131,12 @@ void Mover::await_verdict(TimePoint now) {
 }
 
 void Mover::watch_other(TimePoint now) {
-  if (guard_ == nullptr) return;
-  const ContactSnapshot& sensor = heard_.snapshot;
-  if (!sensor.alive) {
+  if (!ear_.present()) return;
+  if (!ear_.heard().snapshot.alive) {
     halt(MoveOutcome::kContactSilent, Cause::kSensorDead);
-    return;
+  } else if (ear_.touched(move_.kind, now)) {
+    halt(MoveOutcome::kUnexpectedContact, Cause::kTouchedOutsideSearch);
   }
-  bool touched = sensor.in_contact || heard_.foreign_trip;
-  if (move_.kind == MoveKind::kRetreat) {
-    if (!sensor.in_contact && !was_open_) {
-      was_open_ = true;
-      opened_at_ = now;
-    }
-    touched = touched && was_open_ && now - opened_at_ > kChatter;
-  }
-  if (touched) halt(MoveOutcome::kUnexpectedContact, Cause::kTouchedOutsideSearch);
 }
 
 void Mover::watch_following(const MoverCycle& cycle) {
@@ -271,7 +221,7 @@ std::optional<CoreResult> Mover::settle(const MoverCycle& cycle, const AxisAngle
     b_ = settling_s_;
   }
   if (outcome_ == MoveOutcome::kContact) fill_latch(cycle, late);
-  if (ends_well() && move_.kind == MoveKind::kRetreat && heard_.snapshot.in_contact) {
+  if (ends_well() && move_.kind == MoveKind::kRetreat && ear_.heard().snapshot.in_contact) {
     outcome_ = MoveOutcome::kStillInContact;
     cause_ = Cause::kContactNotOpen;
   }

@@ -17,14 +17,13 @@
 #include "drivers/kuka/position_record.h"
 #include "drivers/kuka/rsi_config.h"
 #include "drivers/kuka/rsi_report.h"
+#include "drivers/kuka/sensor_ear.h"
 
 namespace cellcal::drivers {
 
 /// Up to this speed of the fastest axis a stop is a freeze: 40 mm/s at 1.2 m of reach, a step in
 /// velocity that the servos take without a word (0.008 deg per cycle of 4 ms).
 inline constexpr double kProbingSpeedRadS = 0.035;
-/// A trip is confirmed or revoked within this time, or the sensor counts as silent.
-inline constexpr std::chrono::milliseconds kVerdictLimit{100};
 
 struct MoverCycle {
   TimePoint now{};
@@ -53,13 +52,6 @@ class Mover {
  private:
   enum class Phase { kIdle, kTravelling, kBraking, kVerdict, kSettling };
 
-  struct Heard {
-    ContactSnapshot snapshot;
-    std::optional<ContactEvent> trip, contact;
-    bool revoked = false;
-    bool foreign_trip = false;  ///< trip or contact of no arming of ours
-  };
-
   bool ends_well() const { return outcome_ == MoveOutcome::kArrived; }
   bool searching() const { return move_.kind == MoveKind::kSearch; }
   void freeze(Phase next, MoveOutcome outcome, Cause cause, double a = 0.0);
@@ -72,11 +64,8 @@ class Mover {
   void fill_latch(const MoverCycle& cycle, const AxisAngles& settled_rad);
 
   const RsiConfig& config_;
-  ContactGuard* guard_;
   const PositionRecord& record_;
-
-  Heard heard_;
-  std::optional<std::uint16_t> tripped_arm_;  ///< arming whose trip was heard last
+  SensorEar ear_;
 
   Phase phase_ = Phase::kIdle;
   Move move_;
@@ -86,8 +75,6 @@ class Mover {
   Cause cause_ = Cause::kNone;
   std::uint8_t axis_ = 0;
   double a_ = 0.0, b_ = 0.0;
-  bool was_open_ = false;  ///< retreat: contact was open at least once
-  TimePoint opened_at_{};
   TimePoint frozen_at_{};
   double settling_s_ = 0.0;
   int settling_cycles_ = 0;

@@ -3,56 +3,13 @@
 // are made on the reader's side: making them allocates.
 
 #include <cstdint>
-#include <optional>
 #include <string>
 
+#include "drivers/kuka/cause.h"
 #include "drivers/kuka/rsi_codec.h"
 #include "drivers/robot.h"
 
 namespace cellcal::drivers {
-
-/// Why a move ended as it did. `axis`, `a`, `b` of the CoreResult belong to it.
-enum class Cause : std::uint8_t {
-  kNone,
-  kNoPackets,  ///< link down or lost at begin
-  kNotReferenced,
-  kBusy,
-  kClosing,          ///< the session is being ended
-  kAxisCount,        ///< a: given, b: expected
-  kNotFinite,        ///< axis
-  kBelowLimit,       ///< axis, a: target [deg], b: limit [deg]
-  kAboveLimit,       ///< axis, a: target [deg], b: limit [deg]
-  kCorrectionLimit,  ///< axis, a: correction [deg], b: limit [deg]
-  kBadCruise,        ///< a: seconds
-  kNotAccepted,      ///< the controller counts every reply as late
-  kNoSensor,
-  kNotArmed,  ///< a: arm_id of the move, b: arm_id in force or -1
-  kTouchingAtStart,
-  kTrippedAtStart,
-  kSensorDead,  ///< no heartbeat, or link broken
-  kArmExpired,
-  kTripUnconfirmed,  ///< a: seconds waited
-  kStampOutside,     ///< a: age of the sensor's time stamp [s]
-  kTouchedOutsideSearch,
-  kContactNotOpen,
-  kSilence,  ///< a: seconds
-  kSessionRestarted,
-  kLateReplies,       ///< a: how many during this move
-  kAxisNotFollowing,  ///< axis, a: commanded [deg], b: actual [deg]
-  kNotSettled,        ///< axis, a: still moving by [deg], b: seconds waited
-  kStopAsked,
-};
-
-struct CoreResult {
-  std::uint32_t id = 0;
-  MoveOutcome outcome = MoveOutcome::kRefused;
-  Cause cause = Cause::kNone;
-  std::uint8_t axis = 0;
-  double a = 0.0, b = 0.0;
-  std::uint32_t ipoc = 0;  ///< of the last packet
-  AxisAngles at_rad;
-  std::optional<Latch> latch;
-};
 
 /// Why the adapter does not answer, or not yet as it should.
 enum class Trouble : std::uint8_t {
@@ -91,7 +48,6 @@ struct ReportNames {
   std::string sentype;
 };
 
-MoveResult to_move_result(const CoreResult& result);
 RobotState to_robot_state(const CoreState& state, const ReportNames& names);
 
 }  // namespace cellcal::drivers
