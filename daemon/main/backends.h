@@ -13,7 +13,10 @@ namespace cellcal::daemon {
 /// drivers::ConfigError.
 std::unique_ptr<Backend> make_rsi_backend(const DaemonConfig& config, const calib::Cell& cell);
 
-/// An emulated cell in this process, on virtual time.
+/// A KUKA controller over EKI and a contact sensor on a serial port, likewise.
+std::unique_ptr<Backend> make_eki_backend(const DaemonConfig& config, const calib::Cell& cell);
+
+/// An emulated cell in this process, on virtual time, over the wire that the configuration names.
 std::unique_ptr<Backend> make_mock_backend(const DaemonConfig& config, const calib::Cell& cell);
 
 }  // namespace cellcal::daemon

@@ -16,6 +16,11 @@ constexpr double kMm = 1e-3;
 constexpr const char* kFormat = "cellcal.daemon/1";
 /// Degrees. What installations give AXISCORR; the emulated controller is given what is asked for.
 constexpr double kUsualCorrection = 90.0, kAnyCorrection = 360.0;
+constexpr double kMs = 1e-3;
+/// Without a contact input on the controller 50 to 70 ms pass from contact to the brake, which at
+/// 2.5 mm/s is 0.2 mm on: as far as a search at 10 mm/s goes on over RSI.
+constexpr double kFlagSearchMmS = 2.5;
+constexpr double kFlagFastMmS = 2.5, kFlagSlowMmS = 1.0;
 constexpr const char* kDefaultState = "/var/lib/cellcal";
 constexpr const char* kDefaultSocket = "/run/cellcal/cellcald.sock";
 
@@ -26,10 +31,18 @@ void read_motion(const TomlTable& table, DaemonConfig& config) {
       table.number_or("acceleration_deg_s2", 120.0, {1.0, 2000.0}) * kRad;
   config.motion.jerk_rad_s3 = table.number_or("jerk_deg_s3", 600.0, {1.0, 50000.0}) * kRad;
   const TouchPolicy policy;
-  config.touch.fast_m_s =
-      table.number_or("fast_search_mm_s", policy.fast_m_s / kMm, {0.5, 50.0}) * kMm;
-  config.touch.slow_m_s =
-      table.number_or("slow_search_mm_s", policy.slow_m_s / kMm, {0.1, 10.0}) * kMm;
+  const bool by_flag =
+      wire_of(config) == WireKind::kEki && config.eki.stop == drivers::EkiStop::kFlag;
+  const double fast = table.number_or(
+      "fast_search_mm_s", by_flag ? kFlagFastMmS : policy.fast_m_s / kMm, {0.5, 50.0});
+  const double slow = table.number_or(
+      "slow_search_mm_s", by_flag ? kFlagSlowMmS : policy.slow_m_s / kMm, {0.1, 10.0});
+  if (by_flag && fast > kFlagSearchMmS) {
+    table.fail("fast_search_mm_s",
+               "must be at most 2.5 with eki stop = \"flag\": the stop takes 50 to 70 ms");
+  }
+  config.touch.fast_m_s = fast * kMm;
+  config.touch.slow_m_s = slow * kMm;
   if (config.touch.slow_m_s > config.touch.fast_m_s) {
     table.fail("slow_search_mm_s", "must not be above fast_search_mm_s");
   }
@@ -51,13 +64,61 @@ void read_rsi(const TomlTable& table, DaemonConfig& config) {
   // One figure for all axes here; rsi_config_for() gives each its own.
   const double usual = config.backend == BackendKind::kRsi ? kUsualCorrection : kAnyCorrection;
   rsi.correction_limit_deg = {table.number_or("correction_limit_deg", usual, {0.1, 360.0})};
-  config.realtime = table.boolean_or("realtime", true);
+  const bool realtime = table.boolean_or("realtime", true);
+  if (wire_of(config) == WireKind::kRsi) config.realtime = realtime;
+  table.refuse_unknown();
+}
+
+int integer_or(const TomlTable& table, const char* key, int usual, int low, int high) {
+  return static_cast<int>(table.integer_or(key, usual, low, high));
+}
+
+void read_eki(const TomlTable& table, DaemonConfig& config) {
+  drivers::EkiConfig& eki = config.eki;
+  eki.address = table.string_or("address", eki.address);
+  eki.port = static_cast<std::uint16_t>(table.integer_or("port", eki.port, 1, 65535));
+  if (table.has("stop")) {
+    eki.stop = table.word("stop", {"input", "flag"}) == "input" ? drivers::EkiStop::kInput
+                                                                : drivers::EkiStop::kFlag;
+  }
+  eki.silence_s = table.number_or("silence_ms", eki.silence_s / kMs, {100.0, 2000.0}) * kMs;
+  eki.latch_delay_s =
+      table.number_or("latch_delay_ms", eki.latch_delay_s / kMs, {-200.0, 200.0}) * kMs;
+  eki.latch_jitter_s =
+      table.number_or("latch_jitter_ms", eki.latch_jitter_s / kMs, {0.0, 200.0}) * kMs;
+  const bool realtime = table.boolean_or("realtime", true);
+  if (wire_of(config) == WireKind::kEki) config.realtime = realtime;
+  eki.flag_sigma_s = table.number_or("flag_sigma_ms", eki.flag_sigma_s / kMs, {0.0, 200.0}) * kMs;
+  table.refuse_unknown();
+}
+
+/// What is installed on the controller. Address and port are [eki]'s.
+void read_controller(const TomlTable& table, DaemonConfig& config) {
+  drivers::EkiFilesConfig& files = config.controller;
+  files.address = config.eki.address;
+  files.port = config.eki.port;
+  files.external_axes = integer_or(table, "external_axes", files.external_axes, 0, 6);
+  files.input = integer_or(table, "input", files.input, 1, 8192);
+  files.tool = integer_or(table, "tool", files.tool, 0, 128);
+  files.base = integer_or(table, "base", files.base, 0, 128);
+  files.load = integer_or(table, "load", files.load, 0, 128);
+  files.acceleration_percent =
+      integer_or(table, "acceleration_percent", files.acceleration_percent, 1, 100);
+  files.alive_flag = integer_or(table, "alive_flag", files.alive_flag, 1, 1024);
+  files.stop_flag = integer_or(table, "stop_flag", files.stop_flag, 1, 1024);
+  files.first_timer = integer_or(table, "first_timer", files.first_timer, 1, 62);
+  files.first_interrupt = integer_or(table, "first_interrupt", files.first_interrupt, 4, 80);
+  files.state_ms = integer_or(table, "state_ms", files.state_ms, 12, 100);
+  files.dead_man_ms = integer_or(table, "dead_man_ms", files.dead_man_ms, 100, 1000);
+  if (files.alive_flag == files.stop_flag) {
+    table.fail("stop_flag", "must not be alive_flag, too: they need one each");
+  }
   table.refuse_unknown();
 }
 
 void read_contact(const TomlTable& table, DaemonConfig& config) {
   config.contact.device =
-      config.backend == BackendKind::kRsi ? table.string("device") : table.string_or("device", "");
+      config.backend == BackendKind::kMock ? table.string_or("device", "") : table.string("device");
   config.contact.baud = static_cast<int>(table.integer_or("baud", 1'000'000, 9600, 4'000'000));
   for (int allowed : {1'000'000, 250'000, 115'200}) {
     if (config.contact.baud == allowed) {
@@ -69,6 +130,9 @@ void read_contact(const TomlTable& table, DaemonConfig& config) {
 }
 
 void read_mock(const TomlTable& table, MockConfig& mock) {
+  if (table.has("wire")) {
+    mock.wire = table.word("wire", {"rsi", "eki"}) == "eki" ? WireKind::kEki : WireKind::kRsi;
+  }
   mock.seed = static_cast<std::uint64_t>(table.integer_or("seed", 1, 0, 1'000'000'000));
   mock.geometry_scale = table.number_or("geometry_scale", mock.geometry_scale, {0.0, 100.0});
   mock.deflection = table.number_or("deflection", mock.deflection, {-1.0, 1.0});
@@ -94,16 +158,20 @@ std::filesystem::path absolute(const TomlTable& table, const char* key, const ch
 DaemonConfig read(const TomlTable& table) {
   DaemonConfig config;
   table.word("format", {kFormat});
-  config.backend =
-      table.word("backend", {"rsi", "mock"}) == "rsi" ? BackendKind::kRsi : BackendKind::kMock;
+  const std::string backend = table.word("backend", {"rsi", "eki", "mock"});
+  config.backend = backend == "rsi"   ? BackendKind::kRsi
+                   : backend == "eki" ? BackendKind::kEki
+                                      : BackendKind::kMock;
   config.state_dir = absolute(table, "state_dir", kDefaultState);
   config.socket = absolute(table, "socket", kDefaultSocket);
+  read_mock(table.table_or_empty("mock"), config.mock);
+  read_eki(table.table_or_empty("eki"), config);
+  read_controller(table.table_or_empty("controller"), config);
   read_motion(table.table_or_empty("motion"), config);
   read_rsi(table.table_or_empty("rsi"), config);
-  read_contact(config.backend == BackendKind::kRsi ? table.table("contact")
-                                                   : table.table_or_empty("contact"),
+  read_contact(config.backend == BackendKind::kMock ? table.table_or_empty("contact")
+                                                    : table.table("contact"),
                config);
-  read_mock(table.table_or_empty("mock"), config.mock);
   table.refuse_unknown();
   return config;
 }
@@ -116,8 +184,22 @@ DaemonConfig parse_config(std::string_view text, const std::string& name) {
 
 DaemonConfig load_config(const std::filesystem::path& path) { return read(TomlTable::load(path)); }
 
-drivers::RsiConfig rsi_config_for(const DaemonConfig& config, const calib::Cell& cell) {
-  drivers::RsiConfig rsi = config.rsi;
+WireKind wire_of(const DaemonConfig& config) {
+  switch (config.backend) {
+    case BackendKind::kRsi:
+      return WireKind::kRsi;
+    case BackendKind::kEki:
+      return WireKind::kEki;
+    case BackendKind::kMock:
+      break;
+  }
+  return config.mock.wire;
+}
+
+namespace {
+
+std::vector<drivers::AxisLimit> axis_limits(const DaemonConfig& config, const calib::Cell& cell) {
+  std::vector<drivers::AxisLimit> limits;
   for (const calib::Joint& joint : cell.robot.joints) {
     if (!(joint.max_speed_rad_s > 0.0)) {
       throw drivers::ConfigError("robot file of " + cell.robot.name + ": joint " + joint.name +
@@ -129,11 +211,36 @@ drivers::RsiConfig rsi_config_for(const DaemonConfig& config, const calib::Cell&
     limit.max_speed_rad_s = joint.max_speed_rad_s * config.motion.speed_fraction;
     limit.max_acceleration_rad_s2 = config.motion.acceleration_rad_s2;
     limit.max_jerk_rad_s3 = config.motion.jerk_rad_s3;
-    rsi.limits.push_back(limit);
+    limits.push_back(limit);
   }
+  return limits;
+}
+
+}  // namespace
+
+drivers::RsiConfig rsi_config_for(const DaemonConfig& config, const calib::Cell& cell) {
+  drivers::RsiConfig rsi = config.rsi;
+  rsi.limits = axis_limits(config, cell);
   rsi.correction_limit_deg.assign(cell.robot.joints.size(), config.rsi.correction_limit_deg.at(0));
   rsi.validate();
   return rsi;
+}
+
+drivers::EkiConfig eki_config_for(const DaemonConfig& config, const calib::Cell& cell) {
+  drivers::EkiConfig eki = config.eki;
+  const std::size_t axes = 6 + static_cast<std::size_t>(config.controller.external_axes);
+  if (cell.robot.joints.size() != axes) {
+    throw drivers::ConfigError(
+        "robot file of " + cell.robot.name + ": " + std::to_string(cell.robot.joints.size()) +
+        " joints; the controller's EKI channel has " + std::to_string(axes) +
+        " axes (six, and [controller] external_axes)");
+  }
+  eki.limits = axis_limits(config, cell);
+  for (const calib::Joint& joint : cell.robot.joints) {
+    eki.full_speed_rad_s.push_back(joint.max_speed_rad_s);
+  }
+  eki.validate();
+  return eki;
 }
 
 }  // namespace cellcal::daemon

@@ -10,11 +10,15 @@
 #include "calib/model/robot.h"
 #include "daemon/session/touch_policy.h"
 #include "drivers/contact/serial_port.h"
+#include "drivers/kuka/eki_config.h"
+#include "drivers/kuka/krl_files.h"
 #include "drivers/kuka/rsi_config.h"
 
 namespace cellcal::daemon {
 
-enum class BackendKind { kRsi, kMock };
+enum class BackendKind { kRsi, kEki, kMock };
+/// How the controller is spoken to.
+enum class WireKind { kRsi, kEki };
 
 struct MotionConfig {
   double speed_fraction = 0.2;  ///< of the robot file's axis speeds
@@ -24,6 +28,7 @@ struct MotionConfig {
 
 /// The emulated cell: what it is really like, and how its controller behaves.
 struct MockConfig {
+  WireKind wire = WireKind::kRsi;
   std::uint64_t seed = 1;
   double geometry_scale = 1.0;
   double deflection = -1.0;
@@ -40,10 +45,15 @@ struct DaemonConfig {
   MotionConfig motion;
   TouchPolicy touch;
   drivers::RsiConfig rsi;  ///< without what depends on the robot file: see rsi_config_for()
+  drivers::EkiConfig eki;  ///< likewise: see eki_config_for()
+  drivers::EkiFilesConfig controller;  ///< what is installed on it, for EKI
   bool realtime = true;
   drivers::SerialPortOptions contact;
   MockConfig mock;
 };
+
+/// The backend's wire, or the one that is emulated.
+WireKind wire_of(const DaemonConfig& config);
 
 /// Throws calib::FileError naming file, line and key; drivers::ConfigError.
 DaemonConfig load_config(const std::filesystem::path& path);
@@ -52,5 +62,6 @@ DaemonConfig parse_config(std::string_view text, const std::string& name);
 /// The link's configuration with the axis limits of this cell's robot at the configured speed.
 /// Throws drivers::ConfigError where the robot file lacks a limit.
 drivers::RsiConfig rsi_config_for(const DaemonConfig& config, const calib::Cell& cell);
+drivers::EkiConfig eki_config_for(const DaemonConfig& config, const calib::Cell& cell);
 
 }  // namespace cellcal::daemon

@@ -52,6 +52,18 @@ void tell_status(const Status& status) {
   sd_notify(0, ("STATUS=" + words).c_str());
 }
 
+std::unique_ptr<Backend> make_backend(const DaemonConfig& config, const calib::Cell& cell) {
+  switch (config.backend) {
+    case BackendKind::kRsi:
+      return make_rsi_backend(config, cell);
+    case BackendKind::kEki:
+      return make_eki_backend(config, cell);
+    case BackendKind::kMock:
+      break;
+  }
+  return make_mock_backend(config, cell);
+}
+
 }  // namespace
 
 void run_daemon(const DaemonConfig& config) {
@@ -64,9 +76,7 @@ void run_daemon(const DaemonConfig& config) {
   SessionService service({journal,
                           config.state_dir,
                           [&config](const calib::Cell& cell) {
-                            return config.backend == BackendKind::kRsi
-                                       ? make_rsi_backend(config, cell)
-                                       : make_mock_backend(config, cell);
+                            return make_backend(config, cell);
                           },
                           config.touch,
                           {}});

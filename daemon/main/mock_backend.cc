@@ -4,36 +4,64 @@
 
 #include "daemon/main/backends.h"
 #include "daemon/main/virtual_cell.h"
+#include "daemon/main/virtual_eki_cell.h"
+#include "drivers/kuka/krl_files.h"
 
 namespace cellcal::daemon {
 
 namespace {
 
-VirtualCellOptions options_for(const DaemonConfig& config, const calib::Cell& cell) {
+sim::TruthOptions truth_for(const DaemonConfig& config) {
+  sim::TruthOptions truth;
+  truth.seed = config.mock.seed;
+  truth.geometry_scale = config.mock.geometry_scale;
+  truth.deflection = config.mock.deflection;
+  truth.gear_arcsec = config.mock.gear_arcsec;
+  return truth;
+}
+
+/// What the emulated controllers of both wires have in common.
+template <class Controller>
+void set_arm(Controller& controller, const DaemonConfig& config, const calib::Cell& cell) {
+  controller.start_rad = config.mock.start_rad;
+  controller.start_rad.resize(cell.robot.joints.size(), 0.0);
+  controller.cycle_ms = config.mock.cycle_ms;
+  controller.lag_s = config.mock.lag_s;
+  controller.noise_sigma_deg = config.mock.joint_noise_deg;
+  controller.seed = config.mock.seed;
+  for (const calib::Joint& joint : cell.robot.joints) {
+    controller.max_speed_rad_s.push_back(joint.max_speed_rad_s);
+  }
+}
+
+VirtualCellOptions rsi_options(const DaemonConfig& config, const calib::Cell& cell) {
   VirtualCellOptions options;
-  options.truth.seed = config.mock.seed;
-  options.truth.geometry_scale = config.mock.geometry_scale;
-  options.truth.deflection = config.mock.deflection;
-  options.truth.gear_arcsec = config.mock.gear_arcsec;
-  options.controller.start_rad = config.mock.start_rad;
-  options.controller.start_rad.resize(cell.robot.joints.size(), 0.0);
-  options.controller.cycle_ms = config.mock.cycle_ms;
-  options.controller.lag_s = config.mock.lag_s;
-  options.controller.noise_sigma_deg = config.mock.joint_noise_deg;
-  options.controller.seed = config.mock.seed;
+  options.truth = truth_for(config);
+  set_arm(options.controller, config, cell);
   options.controller.clamp_deg = config.rsi.correction_limit_deg.at(0);
   options.controller.monitor_deg = config.rsi.correction_limit_deg.at(0);
-  for (const calib::Joint& joint : cell.robot.joints) {
-    options.controller.max_speed_rad_s.push_back(joint.max_speed_rad_s);
-  }
   options.rsi = rsi_config_for(config, cell);
   return options;
 }
 
+VirtualEkiCellOptions eki_options(const DaemonConfig& config, const calib::Cell& cell) {
+  VirtualEkiCellOptions options;
+  options.truth = truth_for(config);
+  set_arm(options.controller, config, cell);
+  // EKI's programs look at their interrupts every 12 ms whatever RSI's cycle would be.
+  options.controller.cycle_ms = 4;
+  options.controller.dead_man_ms = config.controller.dead_man_ms;
+  options.controller.max_acceleration_rad_s2 = config.motion.acceleration_rad_s2;
+  options.controller.channel_xml = drivers::eki_files(config.controller).at("CellcalEki.xml");
+  options.eki = eki_config_for(config, cell);
+  return options;
+}
+
+template <class VirtualCell>
 class MockBackend final : public Backend {
  public:
-  MockBackend(const DaemonConfig& config, const calib::Cell& cell)
-      : cell_(cell, options_for(config, cell)) {}
+  template <class Options>
+  MockBackend(const calib::Cell& cell, Options options) : cell_(cell, std::move(options)) {}
 
   drivers::Robot& robot() override { return cell_.robot(); }
   drivers::ContactSensor& contact() override { return cell_.contact(); }
@@ -53,7 +81,10 @@ class MockBackend final : public Backend {
 }  // namespace
 
 std::unique_ptr<Backend> make_mock_backend(const DaemonConfig& config, const calib::Cell& cell) {
-  return std::make_unique<MockBackend>(config, cell);
+  if (wire_of(config) == WireKind::kEki) {
+    return std::make_unique<MockBackend<VirtualEkiCell>>(cell, eki_options(config, cell));
+  }
+  return std::make_unique<MockBackend<VirtualCell>>(cell, rsi_options(config, cell));
 }
 
 }  // namespace cellcal::daemon

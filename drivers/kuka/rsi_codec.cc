@@ -1,69 +1,14 @@
 #include "drivers/kuka/rsi_codec.h"
 
 #include <algorithm>
-#include <charconv>
-#include <cmath>
+
+#include "drivers/kuka/wire_text.h"
 
 namespace cellcal::drivers {
 namespace {
 
-constexpr std::size_t kAxesPerElement = 6;
-
-// Appends to a fixed buffer; once something does not fit, the whole text counts as not made.
-class Writer {
- public:
-  explicit Writer(std::span<char> buffer)
-      : begin_(buffer.data()), at_(begin_), end_(begin_ + buffer.size()) {}
-
-  Writer& put(std::string_view text) {
-    if (static_cast<std::size_t>(end_ - at_) < text.size()) {
-      full_ = true;
-      return *this;
-    }
-    text.copy(at_, text.size());
-    at_ += text.size();
-    return *this;
-  }
-
-  Writer& put(double value, int decimals) {
-    // No "-0.0000": some readers take the sign for a movement.
-    if (std::abs(value) < 0.5 * std::pow(10.0, -decimals)) value = 0.0;
-    return number(std::to_chars(at_, end_, value, std::chars_format::fixed, decimals));
-  }
-
-  Writer& put(std::uint64_t value) { return number(std::to_chars(at_, end_, value)); }
-
-  /// <NAME L1="..." L2="..."/>
-  Writer& element(std::string_view name, char letter, std::span<const double> values,
-                  int decimals) {
-    put("<").put(name);
-    for (std::size_t i = 0; i < values.size(); ++i) {
-      const char attribute[] = {' ', letter, static_cast<char>('1' + i), '=', '"'};
-      put({attribute, sizeof attribute}).put(values[i], decimals).put("\"");
-    }
-    return put("/>");
-  }
-
-  std::string_view text() const {
-    if (full_) return {};
-    return {begin_, static_cast<std::size_t>(at_ - begin_)};
-  }
-
- private:
-  Writer& number(std::to_chars_result result) {
-    if (result.ec != std::errc()) {
-      full_ = true;
-    } else {
-      at_ = result.ptr;
-    }
-    return *this;
-  }
-
-  char* begin_;
-  char* at_;
-  char* end_;
-  bool full_ = false;
-};
+using wire::kAxesPerElement;
+using wire::Writer;
 
 }  // namespace
 

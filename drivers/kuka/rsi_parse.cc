@@ -1,62 +1,25 @@
 #include <algorithm>
 #include <charconv>
-#include <cmath>
 #include <cstring>
 #include <pugixml.hpp>
 
 #include "drivers/kuka/rsi_codec.h"
+#include "drivers/kuka/wire_text.h"
 #include "drivers/kuka/xml_arena.h"
 
 namespace cellcal::drivers {
 namespace {
 
+using wire::count_decimals;
+using wire::kAxesPerElement;
+using wire::lower;
+using wire::parse_number;
+using wire::same_name;
+using wire::trim;
+
 // "<a>b" costs pugixml two nodes of 64 bytes for four bytes of text, and nothing costs more: 32
 // bytes of memory per byte of datagram, and half of that again for page remainders.
 constexpr std::size_t kArenaBytes = kMaxRsiDatagram * 48;
-constexpr std::size_t kAxesPerElement = 6;
-
-char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
-
-bool same_name(std::string_view a, std::string_view b) {
-  if (a.size() != b.size()) return false;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    if (lower(a[i]) != lower(b[i])) return false;
-  }
-  return true;
-}
-
-std::string_view trim(std::string_view text) {
-  constexpr std::string_view kSpace = " \t\r\n";
-  const auto first = text.find_first_not_of(kSpace);
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(kSpace) - first + 1);
-}
-
-bool parse_number(std::string_view text, double& value) {
-  text = trim(text);
-  if (!text.empty() && text.front() == '+') text.remove_prefix(1);
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  return error == std::errc() && end == text.data() + text.size() && std::isfinite(value);
-}
-
-// Digits behind the point that carry a resolution: 1.25E-3 has five.
-int count_decimals(std::string_view text) {
-  text = trim(text);
-  const auto exponent_at = text.find_first_of("eE");
-  int exponent = 0;
-  if (exponent_at != std::string_view::npos) {
-    std::string_view digits = text.substr(exponent_at + 1);
-    if (!digits.empty() && digits.front() == '+') digits.remove_prefix(1);
-    std::from_chars(digits.data(), digits.data() + digits.size(), exponent);
-    text = text.substr(0, exponent_at);
-  }
-  const auto point = text.find('.');
-  const int behind =
-      point == std::string_view::npos ? 0 : static_cast<int>(text.size() - point - 1);
-  constexpr int kLargestExponent = 400;  // beyond a double's; keeps the difference an int
-  return std::max(0, behind - std::clamp(exponent, -kLargestExponent, kLargestExponent));
-}
-
 WireError parse_ipoc(std::string_view text, Ipoc& ipoc) {
   const std::string_view digits = trim(text);
   std::uint64_t value = 0;

@@ -66,7 +66,7 @@ INSTANTIATE_TEST_SUITE_P(
     ::testing::Values(Wrong{"backend = \"rsi\"\n", "format"},
                       Wrong{"format = \"cellcal.daemon/2\"\nbackend = \"rsi\"\n", "format"},
                       Wrong{"format = \"cellcal.daemon/1\"\n", "backend"},
-                      Wrong{"format = \"cellcal.daemon/1\"\nbackend = \"eki\"\n", "backend"},
+                      Wrong{"format = \"cellcal.daemon/1\"\nbackend = \"s7\"\n", "backend"},
                       Wrong{"format = \"cellcal.daemon/1\"\nbackend = \"rsi\"\n", "contact"},
                       Wrong{kMock + "colour = 1\n", "colour"},
                       Wrong{kMock + "state_dir = \"here\"\n", "state_dir"},

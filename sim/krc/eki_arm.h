@@ -1,0 +1,44 @@
+#pragma once
+// An arm that the controller moves by itself: straight lines in joint space with a trapezoidal
+// speed, brake ramps, and a lag between setpoint and arm.
+//
+// Model: LIN is a straight line in joint space, too. Over a search of 25 mm the real path leaves it
+// by micrometres, and what counts is where it is latched. After a stop the arm rests where its ramp
+// ended.
+
+#include <vector>
+
+#include "drivers/time.h"
+
+namespace cellcal::sim {
+
+class EkiArm {
+ public:
+  EkiArm(std::vector<double> start_rad, double lag_s);
+
+  /// Speed and acceleration of the line's fraction [1/s, 1/s^2]. Only at rest.
+  void go(const std::vector<double>& target_rad, double speed, double acceleration);
+  /// Ramp to rest on the same line, `factor` times as hard as it accelerates.
+  void brake(double factor);
+  /// 0 to 1 of the line's speed; 0 holds it, and it goes on when raised again.
+  void scale(double factor) { scale_ = factor; }
+  bool at_rest() const { return !moving_; }
+  bool arrived() const { return !moving_ && fraction_ >= 1.0; }
+
+  /// The next setpoint, in force from `now` for `dt_s`.
+  void tick(drivers::TimePoint now, double dt_s);
+  /// From the last tick up to the next.
+  std::vector<double> actual_at(drivers::TimePoint t) const;
+  const std::vector<double>& setpoint() const { return setpoint_; }
+  void place(const std::vector<double>& pose_rad);
+
+ private:
+  double lag_s_;
+  std::vector<double> from_, to_, setpoint_, actual_;
+  double fraction_ = 1.0, speed_ = 0.0;
+  double full_speed_ = 0.0, acceleration_ = 0.0, scale_ = 1.0;
+  bool moving_ = false, braking_ = false, ticked_ = false;
+  drivers::TimePoint tick_at_{};
+};
+
+}  // namespace cellcal::sim

@@ -1,0 +1,83 @@
+#pragma once
+// KUKA's EthernetKRL option as KRL sees it: one channel, described by the same XML file that is
+// installed on the controller. TCP server, one client, a queue per element, and the habits that
+// surprise: an overflow closes the connection, and queues keep what an earlier client left.
+//
+// Names are matched in any case and elements may come in any order, more than a real controller
+// forgives. Sans I/O: connections and bytes come from outside.
+
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "drivers/kuka/eki_framer.h"
+
+namespace cellcal::sim {
+
+enum class EkiElementType { kBool, kInt, kReal, kString };
+
+struct EkiChannelConfig {
+  std::uint16_t port = 54600;
+  std::size_t limit = 16;          ///< BUFFERING/@Limit: values that wait per element
+  std::size_t bytes = 16384;       ///< BUFFSIZE/@Limit: of one telegram
+  bool survives_reset = false;     ///< ENVIRONMENT is Submit or System
+  std::optional<int> alive_flag;   ///< ALIVE/@Set_Flag
+  std::vector<std::pair<std::string, EkiElementType>> receive;  ///< "RobotCommand/Axis/@A1"
+  std::vector<std::string> send;                                ///< in the file's order
+
+  /// Throws std::invalid_argument naming what is missing or unknown in the file.
+  static EkiChannelConfig parse(std::string_view xml);
+};
+
+class EkiChannel {
+ public:
+  explicit EkiChannel(EkiChannelConfig config);
+
+  // ---- KRL's side
+  void open() { open_ = true; }
+  void close();
+  /// EKI_Clear: empties all queues and closes.
+  void clear();
+  std::size_t waiting(std::string_view path) const;
+  /// EKI_GetReal, EKI_GetInt: oldest value, taken out.
+  std::optional<double> get(std::string_view path);
+  void set(std::string_view path, std::string text);
+  /// EKI_Send(channel, root): all elements of that root that the file names.
+  void send(std::string_view root);
+
+  // ---- network's side
+  /// A client asks. False: refused, because nobody listens or somebody is there already.
+  bool connect();
+  void disconnect();
+  bool connected() const { return connected_; }
+  void receive(std::string_view bytes);
+  /// Bytes for the client since the last call.
+  std::string take_output();
+
+  const EkiChannelConfig& config() const { return config_; }
+  /// EKI's message log, newest last.
+  const std::vector<std::string>& messages() const { return messages_; }
+
+ private:
+  struct Queue {
+    EkiElementType type = EkiElementType::kReal;
+    std::deque<double> values;
+  };
+  void take(std::string_view document);
+  void overflow(const std::string& what);
+  void drop_client();
+
+  EkiChannelConfig config_;
+  drivers::EkiFramer framer_;
+  bool open_ = false, connected_ = false;
+  std::map<std::string, Queue, std::less<>> queues_;        // by path in lower case
+  std::map<std::string, std::string, std::less<>> values_;  // to be sent, likewise
+  std::string output_;
+  std::vector<std::string> messages_;
+};
+
+}  // namespace cellcal::sim
