@@ -70,13 +70,10 @@ struct EkiController::Impl {
       throw std::invalid_argument("emulated EKI controller: max_speed_rad_s needs one per axis");
     }
     latch = config.start_rad;
-    target = config.start_rad;
     channel.open();
   }
 
   // ---- the submit program ----------------------------------------------------------------------
-
-  std::optional<double> take(const char* path) { return channel.get(path); }
 
   struct Telegram {
     std::uint32_t session = 0, seq = 0, id = 0;
@@ -203,26 +200,31 @@ struct EkiController::Impl {
     if (now >= reopen_at) channel.open();
   }
 
+  std::vector<double> noisy(std::vector<double> rad) {
+    std::normal_distribution<double> noise(0.0, config.noise_sigma_deg * kRadPerDeg);
+    if (config.noise_sigma_deg > 0.0) {
+      for (double& value : rad) value += noise(random);
+    }
+    return rad;
+  }
+
   void send_state(TimePoint now) {
     const auto put = [&](const char* path, std::uint64_t value) {
       channel.set(path, std::to_string(value));
     };
     const auto flag = [&](const char* path, bool value) { put(path, value ? 1 : 0); };
-    std::normal_distribution<double> noise(0.0, 1.0);
-    const std::vector<double> at = arm.actual_at(now);
+    const std::vector<double> at = noisy(arm.actual_at(now));
     for (std::size_t i = 0; i < axes; ++i) {
-      double deg = at[i] * kDegPerRad;
-      if (config.noise_sigma_deg > 0.0) deg += config.noise_sigma_deg * noise(random);
-      channel.set(axis_path("RobotState", "Axis", "Ext", i), real(deg));
+      channel.set(axis_path("RobotState", "Axis", "Ext", i), real(at[i] * kDegPerRad));
       channel.set(axis_path("RobotState", "Latch", "LatchExt", i), real(latch[i] * kDegPerRad));
     }
     put("RobotState/@Session", session);
     put("RobotState/@Heard", heard);
-    put("RobotState/@Time", static_cast<std::uint64_t>(
-                                std::chrono::duration_cast<std::chrono::milliseconds>(
-                                    now.time_since_epoch())
-                                    .count()) &
-                                0x7FFFFFFFU);
+    const auto ms =
+        std::chrono::duration_cast<std::chrono::milliseconds>(now.time_since_epoch()).count();
+    constexpr std::uint64_t kLargestInt = 0x7FFFFFFF;
+    put("RobotState/@Time",
+        static_cast<std::uint64_t>(ms - ms % std::max(1, config.timer_ms)) & kLargestInt);
     const EkiProgress progress = busy()               ? EkiProgress::kMoving
                                  : reported_id != 0   ? EkiProgress::kDone
                                                       : EkiProgress::kIdle;
@@ -354,7 +356,7 @@ struct EkiController::Impl {
       const auto [at, closed] = edges.front();
       edges.pop_front();
       if (closed && !input_level && !input_edge) {
-        input_edge = config.latches_setpoint ? arm.setpoint() : arm.actual_at(at);
+        input_edge = noisy(config.latches_setpoint ? arm.setpoint() : arm.actual_at(at));
       }
       input_level = closed;
     }
@@ -381,7 +383,7 @@ struct EkiController::Impl {
   bool ordered = false, guarded = false, stop_flag = false;
   EkiOutcome stop_reason = EkiOutcome::kStop, braking_for = EkiOutcome::kStop;
   double line_speed = 0.0, line_travel = 0.0;
-  std::vector<double> latch, target;
+  std::vector<double> latch;
   std::uint32_t latch_id = 0;
 
   // inputs and the operator
@@ -404,9 +406,14 @@ Duration EkiController::cycle() const { return std::chrono::milliseconds(impl_->
 
 void EkiController::input(TimePoint t, bool closed) {
   if (input_broken_) return;
-  const auto delay = std::chrono::duration_cast<Duration>(
-      std::chrono::duration<double>(impl_->config.input_delay_s));
-  impl_->edges.emplace_back(t + delay, closed);
+  // Through the filter, and then to the next look at it.
+  const double since_epoch = std::chrono::duration<double>(t.time_since_epoch()).count();
+  const double filtered = since_epoch + impl_->config.input_delay_s;
+  const double sample = impl_->config.input_sample_s;
+  const double seen = sample > 0.0 ? std::ceil(filtered / sample) * sample : filtered;
+  impl_->edges.emplace_back(t + std::chrono::duration_cast<Duration>(
+                                    std::chrono::duration<double>(seen - since_epoch)),
+                            closed);
 }
 
 bool EkiController::connect() { return impl_->channel.connect(); }

@@ -31,10 +31,12 @@ struct EkiControllerConfig {
   int state_ms = 20;               ///< the submit program's loop
   int dead_man_ms = 250;           ///< as the program has it
   int reopen_ms = 100;             ///< the port after a client has gone
-  double input_delay_s = 0.0;      ///< filter of the digital input
+  double input_delay_s = 0.001;    ///< filter of the digital input ...
+  double input_sample_s = 0.002;   ///< ... and how often it is looked at
   bool latches_setpoint = false;   ///< $AXIS_INT is the setpoint instead of the arm
+  int timer_ms = 12;               ///< steps of $TIMER, which stamps the states
   double brake_factor = 2.0;       ///< BRAKE against the programmed acceleration
-  double noise_sigma_deg = 0.0;    ///< of the reported $AXIS_ACT_MEAS alone
+  double noise_sigma_deg = 0.0;    ///< of $AXIS_ACT_MEAS and $AXIS_INT alone
   std::uint64_t seed = 1;
   std::vector<double> soft_min_rad, soft_max_rad;  ///< software limit switches; empty: none
   bool clears_on_reconnect = true;  ///< the program's EKI_Clear; false: stale queues stay

@@ -5,13 +5,13 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <deque>
 #include <functional>
 #include <numbers>
 #include <string>
 
 #include "drivers/kuka/rsi_core.h"
 #include "sim/krc/controller.h"
+#include "tests/drivers/kuka/scripted_guard.h"
 
 namespace cellcal::drivers {
 
@@ -27,38 +27,6 @@ inline RsiConfig rig_config() {
   config.correction_limit_deg.assign(6, 90.0);
   return config;
 }
-
-/// What the test says the sensor says.
-class ScriptedGuard final : public ContactGuard {
- public:
-  ContactSnapshot snapshot(TimePoint) override { return now_; }
-  std::optional<ContactEvent> take_event() override {
-    if (events_.empty()) return std::nullopt;
-    const ContactEvent oldest = events_.front();
-    events_.pop_front();
-    return oldest;
-  }
-
-  void arm(std::uint16_t id) {
-    now_.armed = true;
-    now_.arm_id = id;
-  }
-  void disarm() { now_.armed = false; }
-  void set_alive(bool alive) { now_.alive = alive; }
-  void touch(bool touching) { now_.in_contact = touching; }
-  /// The sensor's one-shot arming ends with its trip.
-  void trip(std::uint16_t id, TimePoint edge) {
-    now_.armed = false;
-    push(ContactEventKind::kTrip, id, edge);
-  }
-  void push(ContactEventKind kind, std::uint16_t id, TimePoint edge, int bounces = 0) {
-    events_.push_back({kind, id, edge, 20e-6, bounces});
-  }
-
- private:
-  ContactSnapshot now_{.alive = true};
-  std::deque<ContactEvent> events_;
-};
 
 class Rig {
  public:

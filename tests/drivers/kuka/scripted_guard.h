@@ -1,0 +1,44 @@
+#pragma once
+// A contact sensor that says what the test says.
+
+#include <cstdint>
+#include <deque>
+#include <optional>
+
+#include "drivers/contact.h"
+
+namespace cellcal::drivers {
+
+/// What the test says the sensor says.
+class ScriptedGuard final : public ContactGuard {
+ public:
+  ContactSnapshot snapshot(TimePoint) override { return now_; }
+  std::optional<ContactEvent> take_event() override {
+    if (events_.empty()) return std::nullopt;
+    const ContactEvent oldest = events_.front();
+    events_.pop_front();
+    return oldest;
+  }
+
+  void arm(std::uint16_t id) {
+    now_.armed = true;
+    now_.arm_id = id;
+  }
+  void disarm() { now_.armed = false; }
+  void set_alive(bool alive) { now_.alive = alive; }
+  void touch(bool touching) { now_.in_contact = touching; }
+  /// The sensor's one-shot arming ends with its trip.
+  void trip(std::uint16_t id, TimePoint edge) {
+    now_.armed = false;
+    push(ContactEventKind::kTrip, id, edge);
+  }
+  void push(ContactEventKind kind, std::uint16_t id, TimePoint edge, int bounces = 0) {
+    events_.push_back({kind, id, edge, 20e-6, bounces});
+  }
+
+ private:
+  ContactSnapshot now_{.alive = true};
+  std::deque<ContactEvent> events_;
+};
+
+}  // namespace cellcal::drivers
