@@ -1,0 +1,279 @@
+// The emulated controller with its EKI programs, spoken to by hand.
+
+#include "sim/krc/eki_controller.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <stdexcept>
+
+#include "drivers/kuka/eki_codec.h"
+#include "drivers/kuka/krl_files.h"
+
+namespace cellcal::sim {
+namespace {
+
+using namespace std::chrono_literals;
+using drivers::EkiOutcome;
+using drivers::EkiProgress;
+constexpr double kDeg = std::numbers::pi / 180.0;
+
+EkiControllerConfig usual() {
+  EkiControllerConfig config;
+  config.channel_xml = drivers::eki_files({}).at("CellcalEki.xml");
+  config.max_speed_rad_s.assign(6, 200 * kDeg);
+  config.max_acceleration_rad_s2 = 400 * kDeg;
+  return config;
+}
+
+class EkiKrc : public ::testing::Test {
+ protected:
+  void make(const EkiControllerConfig& config = usual()) {
+    krc = std::make_unique<EkiController>(config);
+    krc->start_program();
+    run(40ms);
+    ASSERT_TRUE(krc->connect());
+    tell(1);
+    run(40ms);
+    ASSERT_EQ(state.session, 5u);
+  }
+  void tick() {
+    now += krc->cycle();
+    krc->tick(now);
+    if (after_tick) after_tick();
+    drivers::EkiFramer framer;
+    for (const char c : krc->take_output()) {
+      if (framer.push(c) != drivers::EkiFramer::Event::kDocument) continue;
+      ++states;
+      ASSERT_EQ(parser.parse_state(framer.document(), state), drivers::EkiError::kNone)
+          << framer.document();
+    }
+  }
+  void run(drivers::Duration duration, bool beats = true) {
+    for (const auto end = now + duration; now < end;) {
+      tick();
+      if (beats && krc->connected() && now - last_told > 40ms) tell(2);
+    }
+  }
+  void run_to_rest() {
+    for (int i = 0; i < 10000; ++i) {
+      tick();
+      if (krc->connected() && now - last_told > 40ms) tell(2);
+      if (state.progress == EkiProgress::kDone && state.move_id == id) return;
+    }
+    ADD_FAILURE() << "no end";
+  }
+  void tell(int type, const std::string& axes = "<Axis A1=\"0\" A2=\"-90\" A3=\"90\" A4=\"0\" "
+                                                "A5=\"90\" A6=\"0\"/>",
+            const std::string& move = "Guard=\"0\" Path=\"1\" Percent=\"50\" Duration=\"0\"") {
+    if (type == 3) ++id;
+    krc->receive("<RobotCommand Session=\"5\" Seq=\"" + std::to_string(++seq) + "\" Type=\"" +
+                 std::to_string(type) + "\" Id=\"" + std::to_string(id) + "\">" + axes + "<Move " +
+                 move + "/></RobotCommand>");
+    last_told = now;
+  }
+  void go(double a1_deg,
+          const std::string& move = "Guard=\"0\" Path=\"1\" Percent=\"50\" Duration=\"0\"") {
+    tell(3,
+         "<Axis A1=\"" + std::to_string(a1_deg) +
+             "\" A2=\"-90\" A3=\"90\" A4=\"0\" A5=\"90\" A6=\"0\"/>",
+         move);
+  }
+  double a1_deg() const { return krc->actual_rad_at(now)[0] / kDeg; }
+
+  std::unique_ptr<EkiController> krc;
+  drivers::EkiParser parser;
+  drivers::EkiState state;
+  drivers::TimePoint now{1000s}, last_told{};
+  std::function<void()> after_tick;
+  std::uint32_t seq = 0, id = 0;
+  int states = 0;
+};
+
+TEST_F(EkiKrc, SendsFiftyStatesASecond) {
+  make();
+  states = 0;
+  run(2s);
+  EXPECT_EQ(states, 100);
+}
+
+TEST_F(EkiKrc, MovesAtThePercentItIsToldAndRampsAtBothEnds) {
+  make();
+  double fastest = 0.0, steepest = 0.0, speed = 0.0, last = krc->setpoint_rad()[0] / kDeg;
+  after_tick = [&] {
+    const double at = krc->setpoint_rad()[0] / kDeg;
+    const double here = (at - last) / 0.004;
+    steepest = std::max(steepest, std::abs(here - speed) / 0.004);
+    speed = here;
+    fastest = std::max(fastest, speed);
+    last = at;
+  };
+  go(90);
+  run_to_rest();
+  EXPECT_EQ(state.outcome, EkiOutcome::kArrived);
+  run(200ms);  // the arm behind its setpoint
+  EXPECT_NEAR(a1_deg(), 90.0, 0.02);
+  EXPECT_NEAR(fastest, 100.0, 0.1);
+  EXPECT_LE(steepest, 401.0 * 2) << "the last step may be shorter than a cycle";
+}
+
+TEST_F(EkiKrc, LinTakesTheDurationItIsTold) {
+  make();
+  const drivers::TimePoint begun = now;
+  go(2, "Guard=\"0\" Path=\"2\" Percent=\"1\" Duration=\"2.0\"");
+  run_to_rest();
+  EXPECT_NEAR(std::chrono::duration<double>(now - begun).count(), 2.0, 0.1);
+}
+
+TEST_F(EkiKrc, StopsAtItsInputWithARampAndLatchesWhereTheInputCame) {
+  EkiControllerConfig config = usual();
+  config.input_delay_s = config.input_sample_s = 0.0;
+  make(config);
+  double at_edge = 0.0;
+  after_tick = [&] {
+    if (at_edge == 0.0 && a1_deg() > 30.0) {
+      const drivers::TimePoint edge = now + 1ms;
+      at_edge = krc->actual_rad_at(edge)[0] / kDeg;
+      krc->input(edge, true);
+    }
+  };
+  go(90, "Guard=\"1\" Path=\"1\" Percent=\"50\" Duration=\"0\"");
+  run_to_rest();
+  EXPECT_EQ(state.outcome, EkiOutcome::kInput);
+  EXPECT_EQ(state.latch_id, id);
+  EXPECT_NEAR(state.latch_deg[0], at_edge, 1e-5);
+  run(200ms);
+  // 100 deg/s, at most 12 ms to the interrupt, 20 ms of lag, a ramp of 800 deg/s^2.
+  const double ramp = 100.0 * 100.0 / (2 * 800.0);
+  EXPECT_GT(a1_deg() - at_edge, ramp - 0.5);
+  EXPECT_LT(a1_deg() - at_edge, ramp + 100.0 * 0.040);
+}
+
+TEST_F(EkiKrc, RefusesAGuardedMoveWhoseInputIsOn) {
+  make();
+  krc->input(now, true);
+  run(40ms);
+  go(10, "Guard=\"1\" Path=\"1\" Percent=\"50\" Duration=\"0\"");
+  run_to_rest();
+  EXPECT_EQ(state.outcome, EkiOutcome::kInputAtStart);
+  EXPECT_EQ(krc->moves(), 0u);
+}
+
+TEST_F(EkiKrc, StopsWhenItHearsNothing) {
+  make();
+  go(170);
+  run(200ms);
+  ASSERT_TRUE(krc->moving());
+  run(1500ms, false);
+  EXPECT_FALSE(krc->moving());
+  EXPECT_EQ(state.outcome, EkiOutcome::kDeadMan);
+  EXPECT_LT(a1_deg(), 90.0);
+}
+
+TEST_F(EkiKrc, ObeysTheSessionOfTheNewestHelloAlone) {
+  make();
+  krc->receive("<RobotCommand Session=\"4\" Seq=\"1\" Type=\"3\" Id=\"9\"><Axis A1=\"9\" A2=\"-90\" "
+               "A3=\"90\" A4=\"0\" A5=\"90\" A6=\"0\"/><Move Guard=\"0\" Path=\"1\" Percent=\"50\" "
+               "Duration=\"0\"/></RobotCommand>");
+  run(200ms);
+  EXPECT_EQ(krc->moves(), 0u);
+  EXPECT_EQ(state.move_id, 0u);
+}
+
+TEST_F(EkiKrc, TakesEachMoveOnce) {
+  make();
+  go(5);
+  run_to_rest();
+  --id;
+  go(50);  // the same id again
+  run(500ms);
+  EXPECT_EQ(krc->moves(), 1u);
+  EXPECT_NEAR(a1_deg(), 5.0, 0.02);
+}
+
+TEST_F(EkiKrc, ATelegramWithAMissingElementIsCountedAndMovesNothing) {
+  make();
+  krc->receive("<RobotCommand Session=\"5\" Seq=\"99\" Type=\"3\" Id=\"1\"><Axis A1=\"9\"/>"
+               "</RobotCommand>");
+  run(100ms);
+  EXPECT_EQ(state.bad, 1u);
+  EXPECT_EQ(krc->moves(), 0u);
+  go(5);
+  run_to_rest();
+  EXPECT_EQ(state.outcome, EkiOutcome::kArrived) << "the queues are in step again";
+}
+
+TEST_F(EkiKrc, T1IsSlow) {
+  make();
+  krc->mode(drivers::EkiMode::kT1);
+  krc->start_program();
+  double fastest = 0.0, last = a1_deg();
+  after_tick = [&] {
+    fastest = std::max(fastest, std::abs(a1_deg() - last) / 0.004);
+    last = a1_deg();
+  };
+  go(20);
+  run_to_rest();
+  EXPECT_EQ(state.outcome, EkiOutcome::kArrived);
+  EXPECT_LT(fastest, 15.0);
+}
+
+TEST_F(EkiKrc, AnEmergencyStopEndsTheProgramForGood) {
+  make();
+  go(170);
+  run(300ms);
+  krc->emergency_stop(true);
+  run(500ms);
+  EXPECT_FALSE(krc->moving());
+  EXPECT_EQ(state.outcome, EkiOutcome::kAborted);
+  EXPECT_FALSE(state.ready);
+  const double rest = a1_deg();
+  krc->emergency_stop(false);
+  krc->start_program();
+  run(1s);
+  EXPECT_TRUE(state.ready);
+  EXPECT_NEAR(a1_deg(), rest, 1e-3);
+}
+
+TEST_F(EkiKrc, OpensItsPortAgainAfterAClientHasGone) {
+  make();
+  krc->disconnect();
+  EXPECT_TRUE(krc->connect()) << "the program has not noticed yet";
+  krc->disconnect();
+  run(20ms);
+  EXPECT_FALSE(krc->connect());
+  run(200ms);
+  EXPECT_TRUE(krc->connect());
+  EXPECT_EQ(krc->session(), 0u);
+}
+
+TEST_F(EkiKrc, GivesTheSameBitsForTheSameSeed) {
+  EkiControllerConfig config = usual();
+  config.noise_sigma_deg = 0.001;
+  std::string text[2];
+  for (std::string& one : text) {
+    EkiController fresh(config);
+    fresh.start_program();
+    fresh.connect();
+    for (int i = 0; i < 100; ++i) {
+      fresh.tick(drivers::TimePoint{1000s} + i * 4ms);
+      one += fresh.take_output();
+    }
+  }
+  EXPECT_FALSE(text[0].empty());
+  EXPECT_EQ(text[0], text[1]);
+}
+
+TEST(EkiKrcConfig, ThatMakesNoSenseIsRefused) {
+  EkiControllerConfig config = usual();
+  config.state_ms = 21;
+  EXPECT_THROW(EkiController{config}, std::invalid_argument);
+  config = usual();
+  config.channel_xml = "<ETHERNETKRL/>";
+  EXPECT_THROW(EkiController{config}, std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace cellcal::sim
