@@ -28,6 +28,13 @@ struct PlanCommand {
 };
 int plan(const PlanCommand& command);
 
+/// What an integrator copies onto the controller, from the daemon's configuration.
+struct KukaFilesCommand {
+  std::filesystem::path config = "/etc/cellcal/cellcald.toml", output;
+  bool json = false;
+};
+int kuka_files(const KukaFilesCommand& command);
+
 /// To the file, wholly or not at all, or to standard output where no file is named.
 void put(const std::string& text, const std::filesystem::path& output);
 

@@ -5,10 +5,14 @@
 #include <CLI/CLI.hpp>
 #include <csignal>
 #include <cstdio>
+#include <fstream>
+#include <iterator>
+#include <stdexcept>
 
 #include "calib/files/files.h"
 #include "sim/cell/contact_watch.h"
 #include "sim/emulator/options.h"
+#include "sim/krc/eki_server.h"
 #include "sim/krc/krc_udp.h"
 #include "sim/mcu/mcu_pty.h"
 
@@ -16,23 +20,49 @@ namespace {
 
 using namespace cellcal;
 
-int run(const sim::EmulatorOptions& options) {
-  const calib::Cell cell = calib::load_cell(options.cell);
-  const sim::PhysicalCell physical(sim::draw_truth(cell, options.truth));
+/// Returns when the process is asked to end.
+void wait_for_signal() {
+  sigset_t signals;
+  sigemptyset(&signals);
+  sigaddset(&signals, SIGTERM);
+  sigaddset(&signals, SIGINT);
+  int caught = 0;
+  sigwait(&signals, &caught);
+}
+
+/// What both wires share: the physical cell, the contact sensor, and what has been seen at the end.
+struct Cell {
+  explicit Cell(const sim::EmulatorOptions& o, const calib::Cell& cell)
+      : options(o), physical(sim::draw_truth(cell, o.truth)), sensor(pty_options(o)) {
+    sensor.set_faults(o.sensor_faults);
+  }
+
+  static sim::McuPtyOptions pty_options(const sim::EmulatorOptions& o) {
+    sim::McuPtyOptions pty;
+    pty.mcu.baud = o.baud;
+    pty.symlink = o.device_link;
+    pty.mcu.drift_ppm = o.mcu_drift_ppm;
+    return pty;
+  }
+  std::string device() const {
+    return options.device_link.empty() ? sensor.path() : options.device_link;
+  }
+
+  const sim::EmulatorOptions& options;
+  sim::PhysicalCell physical;
+  sim::McuPty sensor;
+};
+
+int run_rsi(const sim::EmulatorOptions& options, const calib::Cell& cell) {
+  Cell emulated(options, cell);
   sim::ControllerConfig controller = options.controller;
   for (const calib::Joint& joint : cell.robot.joints)
     controller.max_speed_rad_s.push_back(joint.max_speed_rad_s);
   if (controller.start_rad.size() != cell.robot.joints.size())
     controller.start_rad.assign(cell.robot.joints.size(), 0.0);
-
-  sim::McuPtyOptions pty;
-  pty.mcu.baud = options.baud;
-  pty.symlink = options.device_link;
-  pty.mcu.drift_ppm = options.mcu_drift_ppm;
-  sim::McuPty sensor(pty);
-  sensor.set_faults(options.sensor_faults);
-  sim::ContactWatch watch(physical,
-                          [&](drivers::TimePoint t, bool closed) { sensor.edge(t, closed); });
+  sim::ContactWatch watch(emulated.physical, [&](drivers::TimePoint t, bool closed) {
+    emulated.sensor.edge(t, closed);
+  });
   sim::KrcUdpOptions udp;
   udp.pc_address = options.pc_address;
   udp.pc_port = options.pc_port;
@@ -44,16 +74,9 @@ int run(const sim::EmulatorOptions& options) {
   });
   krc.start();
   fmt::print("emulator: {} axes, controller sends to {}:{}, contact sensor on {}\n",
-             cell.robot.joints.size(), options.pc_address, options.pc_port,
-             options.device_link.empty() ? sensor.path() : options.device_link);
+             cell.robot.joints.size(), options.pc_address, options.pc_port, emulated.device());
   std::fflush(stdout);
-
-  sigset_t signals;
-  sigemptyset(&signals);
-  sigaddset(&signals, SIGTERM);
-  sigaddset(&signals, SIGINT);
-  int caught = 0;
-  sigwait(&signals, &caught);
+  wait_for_signal();
   krc.stop();
   std::uint64_t packets = 0, late = 0;
   std::string message;
@@ -70,6 +93,55 @@ int run(const sim::EmulatorOptions& options) {
   return watch.crashes() == 0 ? 0 : 1;
 }
 
+int run_eki(const sim::EmulatorOptions& options, const calib::Cell& cell) {
+  if (options.eki_xml.empty())
+    throw std::invalid_argument(
+        "--wire eki needs --eki-xml: the channel file that 'cellcal kuka-files' writes");
+  std::ifstream file(options.eki_xml, std::ios::binary);
+  sim::EkiControllerConfig controller;
+  controller.channel_xml.assign(std::istreambuf_iterator<char>(file), {});
+  controller.start_rad = options.controller.start_rad;
+  if (controller.start_rad.size() != cell.robot.joints.size())
+    controller.start_rad.assign(cell.robot.joints.size(), 0.0);
+  for (const calib::Joint& joint : cell.robot.joints)
+    controller.max_speed_rad_s.push_back(joint.max_speed_rad_s);
+  controller.lag_s = options.controller.lag_s;
+  controller.noise_sigma_deg = options.controller.noise_sigma_deg;
+  controller.seed = options.controller.seed;
+
+  Cell emulated(options, cell);
+  sim::EkiController* running = nullptr;
+  sim::ContactWatch watch(emulated.physical, [&](drivers::TimePoint t, bool closed) {
+    emulated.sensor.edge(t, closed);
+    running->input(t, closed);
+  });
+  sim::EkiServerOptions tcp;
+  if (!options.listen.empty()) tcp.address = options.listen;
+  tcp.realtime = true;
+  sim::EkiServer krc(controller, tcp, [&](sim::EkiController& c, drivers::TimePoint now) {
+    running = &c;
+    if (!options.no_spheres)
+      watch.look(now, now + c.cycle(), [&](drivers::TimePoint t) { return c.actual_rad_at(t); });
+  });
+  krc.start();
+  fmt::print("emulator: {} axes, controller listens on {}:{}, contact sensor on {}\n",
+             cell.robot.joints.size(), tcp.address, krc.port(), emulated.device());
+  std::fflush(stdout);
+  wait_for_signal();
+  krc.stop();
+  std::uint64_t moves = 0;
+  krc.with([&](sim::EkiController& c) { moves = c.moves(); });
+  fmt::print(
+      "emulator: {} moves, {} clients refused, deepest {:.3f} mm, {} crashes of the shaft\n", moves,
+      krc.refused_clients(), watch.deepest_m() * 1e3, watch.crashes());
+  return watch.crashes() == 0 ? 0 : 1;
+}
+
+int run(const sim::EmulatorOptions& options) {
+  const calib::Cell cell = calib::load_cell(options.cell);
+  return options.wire == "eki" ? run_eki(options, cell) : run_rsi(options, cell);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -82,7 +154,7 @@ int main(int argc, char** argv) {
   try {
     sim::EmulatorOptions options;
     CLI::App app(
-        "The emulated cell on real wires: a KUKA controller over RSI/UDP and a contact "
+        "The emulated cell on real wires: a KUKA controller over RSI/UDP or EKI/TCP and a contact "
         "sensor on a pseudo-terminal.\nExample: cellcal-emulator --cell cell.toml "
         "--pc 127.0.0.1:49152 --device-link /tmp/contact");
     sim::add_options(app, options);

@@ -39,6 +39,16 @@ void add_options(CLI::App& app, EmulatorOptions& options) {
          },
          "Where the daemon listens for RSI, ADDRESS:PORT")
       ->default_str("127.0.0.1:49152");
+  app.add_option("--wire", options.wire, "What the controller speaks")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"rsi", "eki"}));
+  CLI::Option* xml =
+      app.add_option("--eki-xml", options.eki_xml,
+                     "EKI channel file as 'cellcal kuka-files' writes it: elements, limits and port")
+          ->check(CLI::ExistingFile);
+  app.add_option("--listen", options.listen, "Address to listen on for EKI")
+      ->default_str("127.0.0.1")
+      ->needs(xml);
   app.add_option("--device-link", options.device_link,
                  "Symbolic link to the sensor's pseudo-terminal");
   app.add_option("--baud", options.baud, "Of the sensor's line")->capture_default_str();

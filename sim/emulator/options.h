@@ -19,7 +19,10 @@ namespace cellcal::sim {
 struct EmulatorOptions {
   std::filesystem::path cell;
   TruthOptions truth;
+  std::string wire = "rsi";  ///< or "eki"
   ControllerConfig controller;
+  std::filesystem::path eki_xml;  ///< channel file of the emulated controller
+  std::string listen;             ///< address for EKI; empty: 127.0.0.1
   std::string pc_address = "127.0.0.1";
   std::uint16_t pc_port = 49152;
   std::string device_link;
