@@ -33,10 +33,10 @@ void read_motion(const TomlTable& table, DaemonConfig& config) {
   const TouchPolicy policy;
   const bool by_flag =
       wire_of(config) == WireKind::kEki && config.eki.stop == drivers::EkiStop::kFlag;
-  const double fast = table.number_or(
-      "fast_search_mm_s", by_flag ? kFlagFastMmS : policy.fast_m_s / kMm, {0.5, 50.0});
-  const double slow = table.number_or(
-      "slow_search_mm_s", by_flag ? kFlagSlowMmS : policy.slow_m_s / kMm, {0.1, 10.0});
+  const double fast = table.number_or("fast_search_mm_s",
+                                      by_flag ? kFlagFastMmS : policy.fast_m_s / kMm, {0.5, 50.0});
+  const double slow = table.number_or("slow_search_mm_s",
+                                      by_flag ? kFlagSlowMmS : policy.slow_m_s / kMm, {0.1, 10.0});
   if (by_flag && fast > kFlagSearchMmS) {
     table.fail("fast_search_mm_s",
                "must be at most 2.5 with eki stop = \"flag\": the stop takes 50 to 70 ms");
@@ -230,10 +230,10 @@ drivers::EkiConfig eki_config_for(const DaemonConfig& config, const calib::Cell&
   drivers::EkiConfig eki = config.eki;
   const std::size_t axes = 6 + static_cast<std::size_t>(config.controller.external_axes);
   if (cell.robot.joints.size() != axes) {
-    throw drivers::ConfigError(
-        "robot file of " + cell.robot.name + ": " + std::to_string(cell.robot.joints.size()) +
-        " joints; the controller's EKI channel has " + std::to_string(axes) +
-        " axes (six, and [controller] external_axes)");
+    throw drivers::ConfigError("robot file of " + cell.robot.name + ": " +
+                               std::to_string(cell.robot.joints.size()) +
+                               " joints; the controller's EKI channel has " + std::to_string(axes) +
+                               " axes (six, and [controller] external_axes)");
   }
   eki.limits = axis_limits(config, cell);
   for (const calib::Joint& joint : cell.robot.joints) {

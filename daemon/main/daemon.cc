@@ -75,9 +75,7 @@ void run_daemon(const DaemonConfig& config) {
   Journal journal(config.state_dir / "journal.db");
   SessionService service({journal,
                           config.state_dir,
-                          [&config](const calib::Cell& cell) {
-                            return make_backend(config, cell);
-                          },
+                          [&config](const calib::Cell& cell) { return make_backend(config, cell); },
                           config.touch,
                           {}});
   Api api(service, journal);

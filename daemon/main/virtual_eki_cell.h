@@ -1,6 +1,6 @@
 #pragma once
-// As virtual_cell.h, with a controller that runs the EKI programs: the unchanged adapter's core, the
-// emulated controller with the generated channel file, microcontroller and physical cell in one
+// As virtual_cell.h, with a controller that runs the EKI programs: the unchanged adapter's core,
+// the emulated controller with the generated channel file, microcontroller and physical cell in one
 // thread. The contact reaches the controller's input as well, as it is wired on a real cell.
 
 #include "calib/identify/calibration.h"

@@ -27,23 +27,26 @@ std::string eki_words(const CoreResult& r, const std::string& axis) {
     case Cause::kControllerNotReady:
       return "the controller's program is not ready to move: see the link's words";
     case Cause::kCommandNotTaken:
-      return fmt::format("the controller did not take the move within {:.2f} s; the link was cut "
-                         "so that it cannot begin later{}",
-                         r.a, kReference);
+      return fmt::format(
+          "the controller did not take the move within {:.2f} s; the link was cut "
+          "so that it cannot begin later{}",
+          r.a, kReference);
     case Cause::kLinkClosed:
       return fmt::format("the controller closed the connection{}", kReference);
     case Cause::kSessionTaken:
-      return fmt::format("the controller obeys another session ({:.0f}) now: two computers on one "
-                         "controller?{}",
-                         r.a, kReference);
+      return fmt::format(
+          "the controller obeys another session ({:.0f}) now: two computers on one "
+          "controller?{}",
+          r.a, kReference);
     case Cause::kDeadMan:
       return "the controller missed this computer's beats and stopped: check the network and the "
              "load of this computer";
     case Cause::kProgramAborted:
-      return fmt::format("the controller's program was ended or stopped in the middle of the move "
-                         "(fault {:.0f}): see the pendant, select and start it again, then "
-                         "reference anew",
-                         r.a);
+      return fmt::format(
+          "the controller's program was ended or stopped in the middle of the move "
+          "(fault {:.0f}): see the pendant, select and start it again, then "
+          "reference anew",
+          r.a);
     case Cause::kInputAtStart:
       return "the controller's contact input is on before the search: retreat, or look for a short "
              "circuit or a swapped input";
@@ -51,9 +54,10 @@ std::string eki_words(const CoreResult& r, const std::string& axis) {
       return "the contact sensor tripped and the controller's contact input did not: check the "
              "wire to the input and its number; the arm was stopped over the network";
     case Cause::kInputAlone:
-      return fmt::format("the controller's contact input stopped the arm and the contact sensor "
-                         "saw nothing within {:.0f} ms: check the wires of both",
-                         1e3 * r.a);
+      return fmt::format(
+          "the controller's contact input stopped the arm and the contact sensor "
+          "saw nothing within {:.0f} ms: check the wires of both",
+          1e3 * r.a);
     case Cause::kOutsideSoftLimits:
       return "the controller refused the target: outside of its software limit switches";
     case Cause::kNotFeasible:
@@ -61,17 +65,20 @@ std::string eki_words(const CoreResult& r, const std::string& axis) {
     case Cause::kLatchMissing:
       return "the controller stopped by its input and sent no latched angles of this move";
     case Cause::kLatchAstray:
-      return fmt::format("{} was latched at {:.4f} deg and was measured at {:.4f} deg at the "
-                         "contact: wrong latch_delay_ms, or angles of another contact",
-                         axis, r.a, r.b);
+      return fmt::format(
+          "{} was latched at {:.4f} deg and was measured at {:.4f} deg at the "
+          "contact: wrong latch_delay_ms, or angles of another contact",
+          axis, r.a, r.b);
     case Cause::kTooFastForFlag:
-      return fmt::format("{} would search at {:.4f} deg/s; without a contact input on the "
-                         "controller {:.4f} deg/s is the limit: search slower",
-                         axis, r.a, r.b);
+      return fmt::format(
+          "{} would search at {:.4f} deg/s; without a contact input on the "
+          "controller {:.4f} deg/s is the limit: search slower",
+          axis, r.a, r.b);
     case Cause::kNotMoving:
-      return fmt::format("the arm has not moved for {:.1f} s (override {:.0f} %): drives off, "
-                         "start key released, or override 0",
-                         r.a, r.b);
+      return fmt::format(
+          "the arm has not moved for {:.1f} s (override {:.0f} %): drives off, "
+          "start key released, or override 0",
+          r.a, r.b);
     case Cause::kNotAtTarget:
       return fmt::format("{} was sent to {:.4f} deg and rests at {:.4f} deg; reference anew", axis,
                          r.a, r.b);

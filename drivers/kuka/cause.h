@@ -40,23 +40,23 @@ enum class Cause : std::uint8_t {
   kNotSettled,        ///< axis, a: still moving by [deg], b: seconds waited
   kStopAsked,
   // EKI alone
-  kNotConnected,       ///< a: seconds since the link was lost or opened
-  kControllerNotReady, ///< program not running, drives off, stopped: see the state's words
-  kCommandNotTaken,    ///< a: seconds waited
-  kLinkClosed,         ///< the controller closed the connection
-  kSessionTaken,       ///< a: the session that the controller obeys now
-  kDeadMan,            ///< the controller missed this computer's beats
-  kProgramAborted,     ///< a: fault number of the controller's program
-  kInputAtStart,       ///< the controller's contact input is on before the search
-  kInputMissed,        ///< the sensor tripped, the controller's input did not
-  kInputAlone,         ///< a: seconds waited for the sensor's word
+  kNotConnected,        ///< a: seconds since the link was lost or opened
+  kControllerNotReady,  ///< program not running, drives off, stopped: see the state's words
+  kCommandNotTaken,     ///< a: seconds waited
+  kLinkClosed,          ///< the controller closed the connection
+  kSessionTaken,        ///< a: the session that the controller obeys now
+  kDeadMan,             ///< the controller missed this computer's beats
+  kProgramAborted,      ///< a: fault number of the controller's program
+  kInputAtStart,        ///< the controller's contact input is on before the search
+  kInputMissed,         ///< the sensor tripped, the controller's input did not
+  kInputAlone,          ///< a: seconds waited for the sensor's word
   kOutsideSoftLimits,
   kNotFeasible,
   kLatchMissing,
-  kLatchAstray,        ///< axis, a: latched [deg], b: measured path at the contact [deg]
-  kTooFastForFlag,     ///< axis, a: speed [deg/s], b: limit [deg/s]
-  kNotMoving,          ///< axis, a: seconds without motion, b: override [%]
-  kNotAtTarget,        ///< axis, a: target [deg], b: actual [deg]
+  kLatchAstray,     ///< axis, a: latched [deg], b: measured path at the contact [deg]
+  kTooFastForFlag,  ///< axis, a: speed [deg/s], b: limit [deg/s]
+  kNotMoving,       ///< axis, a: seconds without motion, b: override [%]
+  kNotAtTarget,     ///< axis, a: target [deg], b: actual [deg]
 };
 
 struct CoreResult {

@@ -69,7 +69,7 @@ struct EkiCommand {
   std::uint32_t session = 0;  ///< 1..2^31-1
   std::uint32_t seq = 0;      ///< counts the telegrams of this connection, from 1
   EkiType type = EkiType::kBeat;
-  std::uint32_t id = 0;  ///< move, or newest move to stop
+  std::uint32_t id = 0;   ///< move, or newest move to stop
   AxisAngles target_deg;  ///< six axes, then external ones
   EkiGuard guard = EkiGuard::kNone;
   EkiPath path = EkiPath::kPtp;
@@ -92,7 +92,7 @@ struct EkiState {
   EkiMode mode = EkiMode::kUnknown;
   bool drives = true, stopped = false, input = false;
   int override_percent = 100;
-  int fault = 0;  ///< of the controller's own program; krl/README.md lists them
+  int fault = 0;          ///< of the controller's own program; krl/README.md lists them
   std::uint32_t bad = 0;  ///< telegrams that the controller could not read
 };
 

@@ -59,7 +59,8 @@ int EkiConfig::transit_percent() const {
 }
 
 void EkiConfig::validate() const {
-  if (address.empty()) throw ConfigError("eki: address is empty; the controller's IP belongs there");
+  if (address.empty())
+    throw ConfigError("eki: address is empty; the controller's IP belongs there");
   check_range("silence_s", silence_s, kShortestSilence, kLongestSilence);
   check_range("beat_s", beat_s, kShortestBeat, kLongestBeat);
   check_range("window", window, 2, kMostUnconfirmed);
@@ -73,8 +74,8 @@ void EkiConfig::validate() const {
         fmt::format("eki: {} axis limits; 1 to {} axes can be driven", limits.size(), kMaxAxes));
   }
   if (full_speed_rad_s.size() != limits.size()) {
-    throw ConfigError(fmt::format("eki: {} full speeds for {} axes", full_speed_rad_s.size(),
-                                  limits.size()));
+    throw ConfigError(
+        fmt::format("eki: {} full speeds for {} axes", full_speed_rad_s.size(), limits.size()));
   }
   for (std::size_t i = 0; i < limits.size(); ++i) check_axis(i, limits[i], full_speed_rad_s[i]);
 }

@@ -38,7 +38,7 @@ struct EkiConfig {
   /// contact to BRAKE, so at 1 deg/s and 1 m of reach the tip goes on for a millimetre.
   double flag_search_limit_deg_s = 1.0;
 
-  std::vector<AxisLimit> limits;         ///< one per axis; acceleration and jerk are the controller's
+  std::vector<AxisLimit> limits;  ///< one per axis; acceleration and jerk are the controller's
   std::vector<double> full_speed_rad_s;  ///< of each axis at 100 percent
   double follow_tolerance_deg = 0.05;    ///< a move that ends farther from its target has failed
 

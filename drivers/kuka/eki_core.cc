@@ -232,8 +232,8 @@ struct EkiCore::Impl {
     if (!mover.busy()) std::copy(actual.begin(), actual.end(), state.commanded_rad);
     const std::size_t last = std::min<std::size_t>(record.size(), 50) - 1;
     if (last > 0) {
-      state.cycle_s = seconds(record.newest().t_rx - record.newest(last).t_rx) /
-                      static_cast<double>(last);
+      state.cycle_s =
+          seconds(record.newest().t_rx - record.newest(last).t_rx) / static_cast<double>(last);
     }
   }
 
@@ -295,8 +295,8 @@ struct EkiCore::Impl {
   void finish(const CoreResult& result) {
     move_to_send = false;
     // Where the arm is, or who moves it, is no longer known for sure: somebody has to look.
-    const bool doubtful = result.outcome == MoveOutcome::kNotFollowing ||
-                          result.outcome == MoveOutcome::kRobotSilent;
+    const bool doubtful =
+        result.outcome == MoveOutcome::kNotFollowing || result.outcome == MoveOutcome::kRobotSilent;
     if (doubtful && state.link == RobotLink::kReady) state.link = RobotLink::kNotReferenced;
     if (results.size() == results.capacity()) results.erase(results.begin());
     results.push_back(result);
@@ -420,8 +420,8 @@ void EkiCore::end_session() {
 }
 
 bool EkiCore::ended() const {
-  return impl_->ending && (!impl_->state.connected || !impl_->greeted ||
-                           (impl_->bye_sent && impl_->out_size == 0));
+  return impl_->ending &&
+         (!impl_->state.connected || !impl_->greeted || (impl_->bye_sent && impl_->out_size == 0));
 }
 
 std::optional<CoreResult> EkiCore::take_result() {

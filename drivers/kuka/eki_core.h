@@ -3,9 +3,9 @@
 // out.
 //
 // Model: the controller's submit program takes telegrams and sends a state every 20 ms or so, its
-// robot program moves. Every state repeats what is known of the newest move, so nothing is lost with
-// one state. Each connection has a session of its own: what was commanded in another one is void on
-// both sides, so that neither a stale buffer nor a late telegram moves the arm.
+// robot program moves. Every state repeats what is known of the newest move, so nothing is lost
+// with one state. Each connection has a session of its own: what was commanded in another one is
+// void on both sides, so that neither a stale buffer nor a late telegram moves the arm.
 //
 // Not thread-safe. on_bytes() and on_tick() neither allocate, lock, log nor throw.
 

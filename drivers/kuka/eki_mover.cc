@@ -128,8 +128,7 @@ void EkiMover::choose_path(const AxisAngles& at_rad) {
     command_.path = EkiPath::kLin;
     command_.duration_s = shortest_s;
   } else {
-    command_.percent =
-        std::clamp(static_cast<int>(std::floor(100.0 * share)), 1, command_.percent);
+    command_.percent = std::clamp(static_cast<int>(std::floor(100.0 * share)), 1, command_.percent);
   }
 }
 
@@ -279,9 +278,8 @@ void EkiMover::take_done(const EkiState& state, TimePoint now) {
     case EkiOutcome::kAborted:
       return fail(MoveOutcome::kNotFollowing, Cause::kProgramAborted, state.fault);
     case EkiOutcome::kInputAtStart:
-      return searching()
-                 ? fail(MoveOutcome::kRefused, Cause::kInputAtStart)
-                 : fail(MoveOutcome::kUnexpectedContact, Cause::kTouchedOutsideSearch);
+      return searching() ? fail(MoveOutcome::kRefused, Cause::kInputAtStart)
+                         : fail(MoveOutcome::kUnexpectedContact, Cause::kTouchedOutsideSearch);
     case EkiOutcome::kArrived:
     case EkiOutcome::kInput:
     case EkiOutcome::kStop:
@@ -351,7 +349,8 @@ std::optional<CoreResult> EkiMover::settle(TimePoint now) {
   const bool at_rest = moved <= kSettledRad;
   if (!at_rest && now - settling_since_ < kSettleLimit) return std::nullopt;
   if (ends_well() && astray > config_.follow_tolerance_deg * kRadPerDeg) {
-    fail(MoveOutcome::kNotFollowing, Cause::kNotAtTarget, move_.target_rad[astray_axis] * kDegPerRad);
+    fail(MoveOutcome::kNotFollowing, Cause::kNotAtTarget,
+         move_.target_rad[astray_axis] * kDegPerRad);
     axis_ = astray_axis;
     b_ = late[astray_axis] * kDegPerRad;
   } else if (!at_rest && cause_ == Cause::kNone) {
@@ -389,7 +388,8 @@ bool EkiMover::latch_from_input(Latch& latch) {
     fail(MoveOutcome::kContactSilent, Cause::kLatchMissing);
     return false;
   }
-  const auto span = std::chrono::duration_cast<Duration>(std::chrono::duration<double>(kSpeedSpanS));
+  const auto span =
+      std::chrono::duration_cast<Duration>(std::chrono::duration<double>(kSpeedSpanS));
   const auto before = record_.actual_at(contact_->first_edge - span, kSecondsPerMs);
   for (std::size_t i = 0; i < latched_rad_->size(); ++i) {
     const double path = latch.contact_rad[i], latched = (*latched_rad_)[i];

@@ -98,8 +98,8 @@ RobotState to_robot_state(const EkiCoreState& s, const std::string& peer) {
   state.cycle_s = s.cycle_s;
   state.packets = s.states;
   if (s.link == RobotLink::kLost) {
-    add(state.words, fmt::format("link lost: {}; find the cause, then reference anew",
-                                 loss_words(s.loss)));
+    add(state.words,
+        fmt::format("link lost: {}; find the cause, then reference anew", loss_words(s.loss)));
   }
   if (s.link == RobotLink::kNotReferenced && s.rereference_pending &&
       s.trouble == EkiTrouble::kNone) {

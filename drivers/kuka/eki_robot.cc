@@ -145,18 +145,17 @@ struct EkiRobot::Impl : std::enable_shared_from_this<EkiRobot::Impl> {
   }
 
   void read(std::uint32_t turn) {
-    socket.async_read_some(
-        asio::buffer(received),
-        [self = shared_from_this(), turn](const error_code& error, std::size_t count) {
-          if (turn != self->connection) return;
-          const TimePoint at = std::chrono::steady_clock::now();
-          if (error) return self->drop(error.message(), at);
-          self->core->on_bytes({self->received.data(), count}, at);
-          self->publish();
-          if (self->core->wants_close()) return self->drop("", at);
-          self->flush();
-          self->read(turn);
-        });
+    socket.async_read_some(asio::buffer(received), [self = shared_from_this(), turn](
+                                                       const error_code& error, std::size_t count) {
+      if (turn != self->connection) return;
+      const TimePoint at = std::chrono::steady_clock::now();
+      if (error) return self->drop(error.message(), at);
+      self->core->on_bytes({self->received.data(), count}, at);
+      self->publish();
+      if (self->core->wants_close()) return self->drop("", at);
+      self->flush();
+      self->read(turn);
+    });
   }
 
   /// Hands over what the core has to say. What the socket does not take at once waits in the core.
@@ -167,17 +166,17 @@ struct EkiRobot::Impl : std::enable_shared_from_this<EkiRobot::Impl> {
     sending.assign(text.begin(), text.end());
     core->sent(text.size());
     writing = true;
-    asio::async_write(socket, asio::buffer(sending),
-                      [self = shared_from_this(), turn = connection](const error_code& error,
-                                                                     std::size_t) {
-                        if (turn != self->connection) return;
-                        self->writing = false;
-                        if (error) {
-                          self->drop(error.message(), std::chrono::steady_clock::now());
-                        } else {
-                          self->flush();
-                        }
-                      });
+    asio::async_write(
+        socket, asio::buffer(sending),
+        [self = shared_from_this(), turn = connection](const error_code& error, std::size_t) {
+          if (turn != self->connection) return;
+          self->writing = false;
+          if (error) {
+            self->drop(error.message(), std::chrono::steady_clock::now());
+          } else {
+            self->flush();
+          }
+        });
   }
 
   /// Whoever ended it: this connection is over. The next one is tried a little later.

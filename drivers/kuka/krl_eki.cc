@@ -22,8 +22,8 @@ constexpr const char* kAccCp = "0.5";
 
 void check(const char* key, int value, int low, int high) {
   if (value < low || value > high) {
-    throw ConfigError(fmt::format("controller files: {} = {} is outside {}..{}", key, value, low,
-                                  high));
+    throw ConfigError(
+        fmt::format("controller files: {} = {} is outside {}..{}", key, value, low, high));
   }
 }
 
@@ -73,8 +73,7 @@ krl::Places places_of(const EkiFilesConfig& c) {
       {"TIMER_DEAD", text(c.first_timer + 2)},
       {"STATE_MS", text(c.state_ms)},
       {"DEAD_MAN_MS", text(c.dead_man_ms)},
-      {"RECEIVE_AXES",
-       axes("      <ELEMENT Tag=\"RobotCommand/{1}/@{0}\" Type=\"REAL\"/>")},
+      {"RECEIVE_AXES", axes("      <ELEMENT Tag=\"RobotCommand/{1}/@{0}\" Type=\"REAL\"/>")},
       {"SEND_AXES", axes("      <ELEMENT Tag=\"RobotState/{1}/@{0}\"/>")},
       {"SEND_LATCH", axes("      <ELEMENT Tag=\"RobotState/{1}/@{0}\"/>", "Latch", "LatchExt")},
       {"GET_AXES", axes("    RET=EKI_GetReal(\"CellcalEki\",\"RobotCommand/{1}/@{0}\",AIM.{0})\n"
@@ -123,8 +122,8 @@ ControllerFiles eki_files(const EkiFilesConfig& config) {
   config.validate();
   const krl::Places places = places_of(config);
   ControllerFiles files;
-  for (const char* name : {"CellcalEki.xml", "cellcal_eki.src", "cellcal_eki.dat",
-                           "cellcal_sub.sub"}) {
+  for (const char* name :
+       {"CellcalEki.xml", "cellcal_eki.src", "cellcal_eki.dat", "cellcal_sub.sub"}) {
     files[name] = krl::fill(krl::template_text(std::string(name) + ".in"), places);
   }
   return files;

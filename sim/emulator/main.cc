@@ -131,9 +131,8 @@ int run_eki(const sim::EmulatorOptions& options, const calib::Cell& cell) {
   krc.stop();
   std::uint64_t moves = 0;
   krc.with([&](sim::EkiController& c) { moves = c.moves(); });
-  fmt::print(
-      "emulator: {} moves, {} clients refused, deepest {:.3f} mm, {} crashes of the shaft\n", moves,
-      krc.refused_clients(), watch.deepest_m() * 1e3, watch.crashes());
+  fmt::print("emulator: {} moves, {} clients refused, deepest {:.3f} mm, {} crashes of the shaft\n",
+             moves, krc.refused_clients(), watch.deepest_m() * 1e3, watch.crashes());
   return watch.crashes() == 0 ? 0 : 1;
 }
 

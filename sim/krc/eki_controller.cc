@@ -34,9 +34,9 @@ constexpr double kSafetyFactor = 4.0;
 std::string real(double value) {
   // KRL's REAL is a 32-bit float; EKI writes six decimals.
   std::array<char, 64> buffer{};
-  const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(),
-                                 static_cast<double>(static_cast<float>(value)),
-                                 std::chars_format::fixed, 6);
+  const auto end =
+      std::to_chars(buffer.data(), buffer.data() + buffer.size(),
+                    static_cast<double>(static_cast<float>(value)), std::chars_format::fixed, 6);
   return {buffer.data(), end.ptr};
 }
 
@@ -225,9 +225,9 @@ struct EkiController::Impl {
     constexpr std::uint64_t kLargestInt = 0x7FFFFFFF;
     put("RobotState/@Time",
         static_cast<std::uint64_t>(ms - ms % std::max(1, config.timer_ms)) & kLargestInt);
-    const EkiProgress progress = busy()               ? EkiProgress::kMoving
-                                 : reported_id != 0   ? EkiProgress::kDone
-                                                      : EkiProgress::kIdle;
+    const EkiProgress progress = busy()             ? EkiProgress::kMoving
+                                 : reported_id != 0 ? EkiProgress::kDone
+                                                    : EkiProgress::kIdle;
     put("RobotState/Move/@Id", reported_id);
     put("RobotState/Move/@State", static_cast<std::uint64_t>(progress));
     put("RobotState/Move/@Outcome", static_cast<std::uint64_t>(outcome));
@@ -259,8 +259,10 @@ struct EkiController::Impl {
 
   bool outside_soft_limits() const {
     for (std::size_t i = 0; i < axes; ++i) {
-      if (i < config.soft_min_rad.size() && order.target_rad[i] < config.soft_min_rad[i]) return true;
-      if (i < config.soft_max_rad.size() && order.target_rad[i] > config.soft_max_rad[i]) return true;
+      if (i < config.soft_min_rad.size() && order.target_rad[i] < config.soft_min_rad[i])
+        return true;
+      if (i < config.soft_max_rad.size() && order.target_rad[i] > config.soft_max_rad[i])
+        return true;
     }
     return false;
   }
@@ -281,8 +283,8 @@ struct EkiController::Impl {
       const double share = std::abs(order.target_rad[i] - arm.setpoint()[i]);
       travel = std::max(travel, share);
       if (share <= 0.0) continue;
-      speed = std::min(speed, config.max_speed_rad_s[i] / share *
-                                  (lin ? 1.0 : order.percent / 100.0));
+      speed =
+          std::min(speed, config.max_speed_rad_s[i] / share * (lin ? 1.0 : order.percent / 100.0));
       acceleration = std::min(acceleration, config.max_acceleration_rad_s2 / share);
     }
     if (travel <= 0.0) return finish(EkiOutcome::kArrived);
@@ -411,9 +413,9 @@ void EkiController::input(TimePoint t, bool closed) {
   const double filtered = since_epoch + impl_->config.input_delay_s;
   const double sample = impl_->config.input_sample_s;
   const double seen = sample > 0.0 ? std::ceil(filtered / sample) * sample : filtered;
-  impl_->edges.emplace_back(t + std::chrono::duration_cast<Duration>(
-                                    std::chrono::duration<double>(seen - since_epoch)),
-                            closed);
+  impl_->edges.emplace_back(
+      t + std::chrono::duration_cast<Duration>(std::chrono::duration<double>(seen - since_epoch)),
+      closed);
 }
 
 bool EkiController::connect() { return impl_->channel.connect(); }

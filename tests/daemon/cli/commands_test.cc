@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "tests/daemon/cli/process.h"
 
 namespace cellcal::daemon::testing {
@@ -27,9 +29,13 @@ TEST_P(every_command, refuses_options_that_it_does_not_know) {
 }
 
 INSTANTIATE_TEST_SUITE_P(cli, every_command,
-                         ::testing::Values("identify", "predict", "plan", "run", "status", "watch",
-                                           "abort", "history", "show", "report"),
-                         [](const auto& one) { return std::string(one.param); });
+                         ::testing::Values("identify", "predict", "plan", "kuka-files", "run",
+                                           "status", "watch", "abort", "history", "show", "report"),
+                         [](const auto& one) {
+                           std::string name = one.param;
+                           std::replace(name.begin(), name.end(), '-', '_');
+                           return name;
+                         });
 
 TEST(cellcal, is_used_wrongly_without_a_command_or_with_one_that_does_not_exist) {
   EXPECT_EQ(run_program({CELLCAL}).status, 2);

@@ -79,10 +79,54 @@ INSTANTIATE_TEST_SUITE_P(
                       Wrong{kMock + "[motion]\njerk = 9\n", "jerk"},
                       Wrong{kMock + "[rsi]\nport = 70000\n", "port"},
                       Wrong{kMock + "[rsi]\nport = \"x\"\n", "port"},
+                      Wrong{"format = \"cellcal.daemon/1\"\nbackend = \"eki\"\n", "contact"},
+                      Wrong{kMock + "[mock]\nwire = \"profinet\"\n", "wire"},
+                      Wrong{kMock + "[eki]\nstop = \"both\"\n", "stop"},
+                      Wrong{kMock + "[eki]\nport = 0\n", "port"},
+                      Wrong{kMock + "[eki]\nsilence_ms = 20\n", "silence_ms"},
+                      Wrong{kMock + "[eki]\nlatch_delay_ms = nan\n", "latch_delay_ms"},
+                      Wrong{kMock + "[eki]\ninput = 4\n", "input"},
+                      Wrong{kMock + "[controller]\ninput = 0\n", "input"},
+                      Wrong{kMock + "[controller]\nexternal_axes = 7\n", "external_axes"},
+                      Wrong{kMock + "[controller]\nstop_flag = 901\n", "stop_flag"},
+                      Wrong{kMock + "[controller]\nport = 1\n", "port"},
+                      Wrong{kMock + "[mock]\nwire = \"eki\"\n[eki]\nstop = \"flag\"\n"
+                                    "[motion]\nfast_search_mm_s = 5\n",
+                            "fast_search_mm_s"},
                       Wrong{kMock + "[contact]\nbaud = 9601\n", "baud"},
                       Wrong{kMock + "[mock]\ncycle_ms = 8\n", "cycle_ms"},
                       Wrong{kMock + "[mock]\nstart_deg = [1, inf]\n", "start_deg"},
                       Wrong{kMock + "[[", "d.toml"}));
+
+const std::string kEki =
+    "format = \"cellcal.daemon/1\"\nbackend = \"eki\"\n[contact]\ndevice = \"/dev/ttyUSB0\"\n";
+
+TEST(an_eki_configuration, is_read_in_its_units_and_reaches_the_controllers_files) {
+  const DaemonConfig config =
+      parse_config(kEki +
+                       "[eki]\naddress = \"10.0.0.7\"\nport = 54601\nsilence_ms = 300\n"
+                       "latch_delay_ms = -4\nlatch_jitter_ms = 3\nrealtime = false\n"
+                       "[controller]\ninput = 17\nload = 2\n",
+                   "d.toml");
+  EXPECT_EQ(config.backend, BackendKind::kEki);
+  EXPECT_EQ(wire_of(config), WireKind::kEki);
+  EXPECT_EQ(config.eki.stop, drivers::EkiStop::kInput);
+  EXPECT_DOUBLE_EQ(config.eki.silence_s, 0.3);
+  EXPECT_DOUBLE_EQ(config.eki.latch_delay_s, -0.004);
+  EXPECT_DOUBLE_EQ(config.eki.latch_jitter_s, 0.003);
+  EXPECT_FALSE(config.realtime);
+  EXPECT_EQ(config.controller.address, "10.0.0.7");
+  EXPECT_EQ(config.controller.port, 54601);
+  EXPECT_EQ(config.controller.input, 17);
+  EXPECT_EQ(config.controller.load, 2);
+  EXPECT_DOUBLE_EQ(config.touch.fast_m_s, 0.010);
+}
+
+TEST(an_eki_configuration, without_a_contact_input_searches_slowly) {
+  const DaemonConfig config = parse_config(kEki + "[eki]\nstop = \"flag\"\n", "d.toml");
+  EXPECT_DOUBLE_EQ(config.touch.fast_m_s, 0.0025);
+  EXPECT_DOUBLE_EQ(config.touch.slow_m_s, 0.001);
+}
 
 calib::Cell cell_of_one_joint() {
   calib::Cell cell;
@@ -110,6 +154,22 @@ TEST(axis_limits, that_the_robot_file_lacks_are_an_error_and_not_a_guess) {
   calib::Cell cell = cell_of_one_joint();
   cell.robot.joints[0].max_speed_rad_s = 0.0;
   EXPECT_THROW(rsi_config_for(parse_config(kRsi, "d.toml"), cell), drivers::ConfigError);
+}
+
+TEST(axis_limits, over_eki_come_with_the_full_speeds_and_for_the_channels_axes) {
+  calib::Cell cell = cell_of_one_joint();
+  const DaemonConfig config = parse_config(kEki + "[motion]\nspeed_percent = 10\n", "d.toml");
+  EXPECT_THROW(eki_config_for(config, cell), drivers::ConfigError) << "one axis, channel of six";
+  cell.robot.joints.assign(6, cell.robot.joints.front());
+  const drivers::EkiConfig eki = eki_config_for(config, cell);
+  EXPECT_EQ(eki.limits.size(), 6u);
+  EXPECT_NEAR(eki.limits[0].max_speed_rad_s, 0.3, 1e-12);
+  EXPECT_EQ(eki.full_speed_rad_s, std::vector<double>(6, 3.0));
+  EXPECT_EQ(eki.transit_percent(), 10);
+  cell.robot.joints.assign(7, cell.robot.joints.front());
+  EXPECT_EQ(eki_config_for(parse_config(kEki + "[controller]\nexternal_axes = 1\n", "d.toml"), cell)
+                .limits.size(),
+            7u);
 }
 
 }  // namespace

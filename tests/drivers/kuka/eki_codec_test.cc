@@ -53,11 +53,12 @@ TEST(EkiParser, ReadsAState) {
 
 TEST(EkiParser, ToleratesOtherOrderCaseElementsAndMore) {
   EkiState state;
-  ASSERT_EQ(parse("<robotstate><Extra a=\"1\"/><STATUS ready=\"1\"/><move><id>4</id><state>1</state>"
-                  "<outcome>0</outcome></move><session>7</session><HEARD> 3 </HEARD>"
-                  "<AXIS a2=\"2\" a1=\"+1.25\" A3=\"3\"/></robotstate>",
-                  state),
-            EkiError::kNone);
+  ASSERT_EQ(
+      parse("<robotstate><Extra a=\"1\"/><STATUS ready=\"1\"/><move><id>4</id><state>1</state>"
+            "<outcome>0</outcome></move><session>7</session><HEARD> 3 </HEARD>"
+            "<AXIS a2=\"2\" a1=\"+1.25\" A3=\"3\"/></robotstate>",
+            state),
+      EkiError::kNone);
   EXPECT_EQ(state.axes_deg, (AxisAngles{1.25, 2, 3}));
   EXPECT_EQ(state.move_id, 4u);
   EXPECT_EQ(state.heard, 3u);

@@ -146,9 +146,10 @@ TEST(EkiLink, StatesOfAnotherSessionAreNotBelieved) {
   rig.reference();
   rig.begin(MoveKind::kTransit, rig.moved_by(0, 50));
   rig.run(300ms);
-  rig.krc.receive("<RobotCommand Session=\"77\" Seq=\"1\" Type=\"1\" Id=\"0\"><Axis A1=\"0\" A2=\"0\" "
-                  "A3=\"0\" A4=\"0\" A5=\"0\" A6=\"0\"/><Move Guard=\"0\" Path=\"1\" Percent=\"1\" "
-                  "Duration=\"0\"/></RobotCommand>");
+  rig.krc.receive(
+      "<RobotCommand Session=\"77\" Seq=\"1\" Type=\"1\" Id=\"0\"><Axis A1=\"0\" A2=\"0\" "
+      "A3=\"0\" A4=\"0\" A5=\"0\" A6=\"0\"/><Move Guard=\"0\" Path=\"1\" Percent=\"1\" "
+      "Duration=\"0\"/></RobotCommand>");
   const MoveResult result = rig.finish();
   EXPECT_EQ(result.outcome, MoveOutcome::kRobotSilent);
   EXPECT_NE(result.detail.find("another session (77)"), std::string::npos) << result.detail;

@@ -1,4 +1,5 @@
-// Guarded moves: who stops the arm, whose angles are believed, and what must never count as a touch.
+// Guarded moves: who stops the arm, whose angles are believed, and what must never count as a
+// touch.
 
 #include "tests/drivers/kuka/eki_rig.h"
 

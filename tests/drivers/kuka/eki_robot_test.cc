@@ -57,7 +57,9 @@ class EkiSockets : public ::testing::Test {
   }
   void TearDown() override { robot.reset(); }
 
-  void make_robot() { robot = std::make_unique<EkiRobot>(io.context(), loopback(krc.port()), &guard); }
+  void make_robot() {
+    robot = std::make_unique<EkiRobot>(io.context(), loopback(krc.port()), &guard);
+  }
   void make_ready() {
     make_robot();
     robot->open();
@@ -154,9 +156,8 @@ TEST_F(EkiSockets, NobodyThereIsNamedWithWhatToCheck) {
   krc.stop();
   EkiRobot alone(io.context(), loopback(1), nullptr);
   alone.open();
-  EXPECT_TRUE(eventually([&] {
-    return alone.state().words.find("The last try ended with") != std::string::npos;
-  }));
+  EXPECT_TRUE(eventually(
+      [&] { return alone.state().words.find("The last try ended with") != std::string::npos; }));
   EXPECT_NE(alone.state().words.find("127.0.0.1:1"), std::string::npos) << alone.state().words;
 }
 

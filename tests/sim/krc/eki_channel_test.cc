@@ -74,8 +74,9 @@ TEST_F(Channel, QueuesEachElementOfTelegramsThatArriveInPieces) {
 }
 
 TEST_F(Channel, TakesTelegramsInOtherOrderCaseAndWithMoreInThem) {
-  channel.receive("<?xml version=\"1.0\"?><robotcommand more=\"1\"><move GUARD=\"1\" duration=\"2.5\">"
-                  "<path>2</path></move><New/><axis a1=\"7\"/><seq>9</seq></robotcommand>");
+  channel.receive(
+      "<?xml version=\"1.0\"?><robotcommand more=\"1\"><move GUARD=\"1\" duration=\"2.5\">"
+      "<path>2</path></move><New/><axis a1=\"7\"/><seq>9</seq></robotcommand>");
   EXPECT_EQ(channel.get("RobotCommand/@Seq"), 9.0);
   EXPECT_EQ(channel.get("RobotCommand/Move/@Path"), 2.0);
   EXPECT_EQ(channel.get("RobotCommand/Move/@Duration"), 2.5);

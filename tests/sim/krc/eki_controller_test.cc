@@ -65,8 +65,10 @@ class EkiKrc : public ::testing::Test {
     }
     ADD_FAILURE() << "no end";
   }
-  void tell(int type, const std::string& axes = "<Axis A1=\"0\" A2=\"-90\" A3=\"90\" A4=\"0\" "
-                                                "A5=\"90\" A6=\"0\"/>",
+  void tell(int type,
+            const std::string& axes =
+                "<Axis A1=\"0\" A2=\"-90\" A3=\"90\" A4=\"0\" "
+                "A5=\"90\" A6=\"0\"/>",
             const std::string& move = "Guard=\"0\" Path=\"1\" Percent=\"50\" Duration=\"0\"") {
     if (type == 3) ++id;
     krc->receive("<RobotCommand Session=\"5\" Seq=\"" + std::to_string(++seq) + "\" Type=\"" +
@@ -174,9 +176,10 @@ TEST_F(EkiKrc, StopsWhenItHearsNothing) {
 
 TEST_F(EkiKrc, ObeysTheSessionOfTheNewestHelloAlone) {
   make();
-  krc->receive("<RobotCommand Session=\"4\" Seq=\"1\" Type=\"3\" Id=\"9\"><Axis A1=\"9\" A2=\"-90\" "
-               "A3=\"90\" A4=\"0\" A5=\"90\" A6=\"0\"/><Move Guard=\"0\" Path=\"1\" Percent=\"50\" "
-               "Duration=\"0\"/></RobotCommand>");
+  krc->receive(
+      "<RobotCommand Session=\"4\" Seq=\"1\" Type=\"3\" Id=\"9\"><Axis A1=\"9\" A2=\"-90\" "
+      "A3=\"90\" A4=\"0\" A5=\"90\" A6=\"0\"/><Move Guard=\"0\" Path=\"1\" Percent=\"50\" "
+      "Duration=\"0\"/></RobotCommand>");
   run(200ms);
   EXPECT_EQ(krc->moves(), 0u);
   EXPECT_EQ(state.move_id, 0u);
@@ -195,8 +198,9 @@ TEST_F(EkiKrc, TakesEachMoveOnce) {
 
 TEST_F(EkiKrc, ATelegramWithAMissingElementIsCountedAndMovesNothing) {
   make();
-  krc->receive("<RobotCommand Session=\"5\" Seq=\"99\" Type=\"3\" Id=\"1\"><Axis A1=\"9\"/>"
-               "</RobotCommand>");
+  krc->receive(
+      "<RobotCommand Session=\"5\" Seq=\"99\" Type=\"3\" Id=\"1\"><Axis A1=\"9\"/>"
+      "</RobotCommand>");
   run(100ms);
   EXPECT_EQ(state.bad, 1u);
   EXPECT_EQ(krc->moves(), 0u);

@@ -1,0 +1,62 @@
+// Whole calibrations over EKI: the daemon as a process, its emulated cell on virtual time.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "daemon_fixture.h"
+
+namespace cellcal::daemon::testing {
+namespace {
+
+const std::string kCell = CELLCAL_DEMO_CELL;
+
+std::string over_eki(const std::string& stop) {
+  return "[motion]\nspeed_percent = 80\nacceleration_deg_s2 = 600\n[eki]\nstop = \"" + stop +
+         "\"\n[mock]\nwire = \"eki\"\nseed = 12\ndeflection = 0.002\njoint_noise_deg = 0.001\n";
+}
+
+class a_session_over_eki : public ::testing::TestWithParam<const char*> {};
+
+TEST_P(a_session_over_eki, ends_in_a_published_result) {
+  DaemonFixture fixture(over_eki(GetParam()));
+  fixture.start();
+  const Outcome outcome =
+      fixture.cellcal({"run", "--cell", kCell, "--touches", "32", "--check", "8", "--seed", "12"});
+  ASSERT_EQ(outcome.status, 0) << outcome.out << outcome.err << fixture.log();
+  const auto results = fixture.dir.path() / "state/sessions/1";
+  const auto json = nlohmann::json::parse(content(results / "calibration.json"));
+  EXPECT_TRUE(json.at("verdict").at("publish").get<bool>());
+  const std::string csv = content(results / "touches.csv");
+  EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 41) << csv;
+}
+
+INSTANTIATE_TEST_SUITE_P(stops, a_session_over_eki, ::testing::Values("input", "flag"),
+                         [](const auto& one) { return std::string(one.param); });
+
+TEST(a_session_over_eki_twice, gives_the_same_bits_for_the_same_seed) {
+  std::string touches[2];
+  for (std::string& one : touches) {
+    DaemonFixture fixture(over_eki("input"));
+    fixture.start();
+    fixture.cellcal({"run", "--cell", kCell, "--touches", "8", "--check", "2"});
+    one = content(fixture.dir.path() / "state/sessions/1/touches.csv");
+  }
+  EXPECT_FALSE(touches[0].empty());
+  EXPECT_EQ(touches[0], touches[1]);
+}
+
+TEST(an_aborted_session_over_eki, can_be_gone_on_with) {
+  DaemonFixture fixture(over_eki("input"));
+  fixture.start();
+  http_request(fixture.socket(), "POST", "/v1/run",
+               nlohmann::json{{"cell", kCell}, {"touches", 12}, {"check", 4}}.dump());
+  fixture.wait_for_touches(2);
+  const Outcome aborted = fixture.cellcal({"abort"});
+  EXPECT_EQ(aborted.status, 0) << aborted.err;
+  const Outcome outcome = fixture.cellcal({"run", "--resume"});
+  EXPECT_TRUE(outcome.status == 0 || outcome.status == 3) << outcome.err;
+}
+
+}  // namespace
+}  // namespace cellcal::daemon::testing

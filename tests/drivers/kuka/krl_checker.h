@@ -1,0 +1,20 @@
+#pragma once
+// What can be said about a KRL file without a controller: line ends, characters, names, nesting,
+// declarations first. Not a compiler.
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace cellcal::drivers::krl {
+
+/// Complaints, each with its line; empty: none.
+std::vector<std::string> check_krl(std::string_view text);
+
+/// Lines without comments, blanks at both ends and line ends; strings are kept.
+std::vector<std::string> code_lines(std::string_view text);
+
+/// Identifiers outside of strings and comments, in upper case.
+std::vector<std::string> identifiers(std::string_view text);
+
+}  // namespace cellcal::drivers::krl

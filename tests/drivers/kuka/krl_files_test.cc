@@ -1,0 +1,256 @@
+// The controller files: no controller reads them here, so everything that can be looked at is.
+
+#include "drivers/kuka/krl_files.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <functional>
+#include <map>
+#include <pugixml.hpp>
+#include <regex>
+#include <set>
+
+#include "drivers/error.h"
+#include "drivers/kuka/krl_template.h"
+#include "sim/krc/eki_channel.h"
+#include "tests/drivers/kuka/krl_checker.h"
+
+namespace cellcal::drivers {
+namespace {
+
+using krl::check_krl;
+using krl::code_lines;
+
+EkiFilesConfig two_external() {
+  EkiFilesConfig config;
+  config.address = "10.0.0.7";
+  config.port = 54601;
+  config.external_axes = 2;
+  config.input = 17;
+  config.tool = 3;
+  config.base = 4;
+  config.load = 5;
+  return config;
+}
+
+std::string all(const ControllerFiles& files) {
+  std::string text;
+  for (const auto& [name, one] : files) text += one;
+  return text;
+}
+
+std::size_t line_of(const std::vector<std::string>& lines, const std::string& begin,
+                    std::size_t from = 0) {
+  for (std::size_t i = from; i < lines.size(); ++i) {
+    if (lines[i].rfind(begin, 0) == 0) return i;
+  }
+  ADD_FAILURE() << "no line begins with " << begin;
+  return lines.size();
+}
+
+/// Lines of one sub-program.
+std::vector<std::string> body(const std::string& text, const std::string& head) {
+  const std::vector<std::string> lines = code_lines(text);
+  const std::size_t from = line_of(lines, head);
+  const std::size_t to = std::min(line_of(lines, "END", from), lines.size());
+  std::size_t end = from;
+  while (end < lines.size() && lines[end] != "END" && lines[end] != "ENDFCT") ++end;
+  EXPECT_LE(to, end + 1);
+  return {lines.begin() + static_cast<std::ptrdiff_t>(std::min(from, lines.size())),
+          lines.begin() + static_cast<std::ptrdiff_t>(std::min(end, lines.size()))};
+}
+
+TEST(KrlChecker, SeesWhatIsWrong) {
+  const std::pair<const char*, const char*> cases[] = {
+      {"CR LF", "DEF A ( )\nEND\n"},
+      {"has no end", "DEF A ( )\r\nIF X THEN\r\nEND\r\n"},
+      {"without LOOP", "DEF A ( )\r\nENDLOOP\r\nEND\r\n"},
+      {"IF without THEN", "DEF A ( )\r\nIF X\r\nENDIF\r\nEND\r\n"},
+      {";FOLD has no end", "DEF A ( )\r\n;FOLD x\r\nEND\r\n"},
+      {"longer than 24", "DEF A234567890123456789012345 ( )\r\nEND\r\n"},
+      {"brackets", "DEF A ( )\r\nX=(1\r\nEND\r\n"},
+      {"quote", "DEF A ( )\r\nX=\"a\r\nEND\r\n"},
+      {"declaration", "DEF A ( )\r\nX=1\r\nDECL INT X\r\nEND\r\n"},
+      {"ASCII", "DEF A ( )\r\n;\xe4\r\nEND\r\n"},
+      {"CASE", "DEF A ( )\r\nCASE 1\r\nEND\r\n"},
+  };
+  for (const auto& [word, text] : cases) {
+    const auto complaints = check_krl(text);
+    EXPECT_TRUE(std::any_of(complaints.begin(), complaints.end(), [&](const std::string& one) {
+      return one.find(word) != std::string::npos;
+    })) << word;
+  }
+  EXPECT_TRUE(
+      check_krl("DEF A ( )\r\n;FOLD \"\r\nIF X==\"IF\" THEN\r\nENDIF\r\n;ENDFOLD\r\nEND\r\n")
+          .empty());
+}
+
+TEST(EkiFiles, AreSoundKrl) {
+  for (const EkiFilesConfig& config : {EkiFilesConfig(), two_external()}) {
+    const ControllerFiles files = eki_files(config);
+    EXPECT_EQ(files.size(), 4u);
+    for (const auto& [name, text] : files) {
+      EXPECT_LE(name.substr(0, name.find('.')).size(), 24u);
+      EXPECT_EQ(text.substr(text.size() - 2), "\r\n");
+      EXPECT_FALSE(std::regex_search(text, std::regex("@[A-Z_]+@"))) << name;
+      if (name.ends_with(".xml")) continue;
+      for (const std::string& complaint : check_krl(text))
+        ADD_FAILURE() << name << ": " << complaint;
+    }
+  }
+}
+
+TEST(EkiFiles, HoldAChannelFileThatTheEmulatorLoads) {
+  for (const EkiFilesConfig& config : {EkiFilesConfig(), two_external()}) {
+    const std::string xml = eki_files(config).at("CellcalEki.xml");
+    pugi::xml_document document;
+    ASSERT_TRUE(document.load_buffer(xml.data(), xml.size()));
+    const sim::EkiChannelConfig channel = sim::EkiChannelConfig::parse(xml);
+    EXPECT_EQ(channel.port, config.port);
+    EXPECT_EQ(channel.alive_flag, config.alive_flag);
+    EXPECT_EQ(channel.receive.size(), 14u + static_cast<std::size_t>(config.external_axes));
+    EXPECT_NE(xml.find("<IP>" + config.address + "</IP>"), std::string::npos);
+  }
+}
+
+TEST(EkiFiles, ReadAndWriteEveryElementOnceWithItsType) {
+  const ControllerFiles files = eki_files(two_external());
+  const sim::EkiChannelConfig channel = sim::EkiChannelConfig::parse(files.at("CellcalEki.xml"));
+  const std::string& sub = files.at("cellcal_sub.sub");
+  std::map<std::string, std::vector<std::string>> calls;  // path: functions
+  const std::regex call("EKI_(Get|Set)(Int|Real)\\(\"CellcalEki\",\"([^\"]+)\"");
+  for (std::sregex_iterator it(sub.begin(), sub.end(), call), end; it != end; ++it) {
+    calls[(*it)[3]].push_back((*it)[1].str() + (*it)[2].str());
+  }
+  for (const auto& [path, type] : channel.receive) {
+    const bool real = type == sim::EkiElementType::kReal;
+    EXPECT_EQ(calls[path], std::vector<std::string>{real ? "GetReal" : "GetInt"}) << path;
+    calls.erase(path);
+  }
+  for (const std::string& path : channel.send) {
+    const std::vector<std::string>& found = calls[path];
+    // Move/@Id is set in the two arms of an IF.
+    EXPECT_EQ(found.size(), path == "RobotState/Move/@Id" ? 2u : 1u) << path;
+    const bool angle =
+        path.find("/@A") != std::string::npos || path.find("/@E") != std::string::npos;
+    for (const std::string& one : found) EXPECT_EQ(one, angle ? "SetReal" : "SetInt") << path;
+    calls.erase(path);
+  }
+  for (const auto& [path, functions] : calls)
+    ADD_FAILURE() << path << " is not in the channel file";
+}
+
+TEST(EkiFiles, DeclareEveryGlobalOnceAndDefineEverySubprogramThatIsCalled) {
+  const ControllerFiles files = eki_files({});
+  std::multiset<std::string> declared, defined;
+  for (const auto& [name, text] : files) {
+    for (const std::string& line : code_lines(text)) {
+      std::smatch match;
+      if (std::regex_search(line, match, std::regex("^DECL GLOBAL \\w+ (CC_\\w+)"))) {
+        declared.insert(match[1]);
+      }
+      if (std::regex_search(line, match, std::regex("^(?:DEF|DEFFCT \\w+) (\\w+) \\("))) {
+        defined.insert(match[1]);
+      }
+    }
+  }
+  std::set<std::string> used;
+  for (const auto& [name, text] : files) {
+    if (name.ends_with(".xml")) continue;
+    for (const std::string& word : krl::identifiers(text)) {
+      if (word.rfind("CC_", 0) == 0) used.insert(word);
+    }
+  }
+  for (const std::string& name : used) {
+    EXPECT_EQ(declared.count(name) + defined.count(name), 1u) << name;
+  }
+  for (const std::string& name : declared) EXPECT_EQ(used.count(name), 1u) << name;
+}
+
+TEST(EkiFiles, TestTheInputBeforeTheInterruptIsOnAndOnceMoreBehindIt) {
+  const std::string source = eki_files({}).at("cellcal_eki.src");
+  const std::vector<std::string> move = body(source, "DEF CC_MOVE");
+  const std::size_t first = line_of(move, "IF $IN[1]==TRUE");
+  const std::size_t on = line_of(move, "INTERRUPT ON 20");
+  const std::size_t second = line_of(move, "IF $IN[1]==TRUE", first + 1);
+  const std::size_t ptp = line_of(move, "PTP CC_TARGET"), lin = line_of(move, "LIN GOAL");
+  EXPECT_LT(first, on);
+  EXPECT_LT(on, second);
+  EXPECT_LT(second, std::min(ptp, lin));
+  EXPECT_LT(line_of(move, "INTERRUPT ON 21"), std::min(ptp, lin));
+}
+
+TEST(EkiFiles, LatchBeforeTheyResumeAndDeclareInterruptsAboveTheMotion) {
+  const std::string source = eki_files({}).at("cellcal_eki.src");
+  const std::vector<std::string> main = body(source, "DEF CELLCAL_EKI");
+  // BAS (#INITMOV) sets an advance run of 3, and RESUME needs none.
+  EXPECT_LT(line_of(main, "BAS (#INITMOV,0)"), line_of(main, "$ADVANCE=0"));
+  EXPECT_LT(line_of(main, "INTERRUPT DECL 20 WHEN $IN[1]==TRUE DO CC_ON_INPUT"),
+            line_of(main, "CC_MOVE ( )"));
+  EXPECT_LT(line_of(main, "INTERRUPT DECL 21 WHEN $FLAG[902]==TRUE DO CC_ON_FLAG"),
+            line_of(main, "CC_MOVE ( )"));
+  EXPECT_LT(line_of(main, "PTP $AXIS_ACT_MEAS"), line_of(main, "LOOP"));
+  for (const std::string& line : main) EXPECT_NE(line.rfind("LIN", 0), 0u) << line;
+  const std::vector<std::string> isr = body(source, "DEF CC_ON_INPUT");
+  EXPECT_LT(line_of(isr, "BRAKE"), line_of(isr, "CC_LATCH=$AXIS_INT"));
+  EXPECT_LT(line_of(isr, "CC_LATCH=$AXIS_INT"), line_of(isr, "RESUME"));
+  line_of(body(source, "DEF CC_ON_FLAG"), "BRAKE");
+}
+
+TEST(EkiFiles, NeverMoveByIncrementsNorFromTheSubmitProgram) {
+  const ControllerFiles files = eki_files({});
+  for (const std::string& word : krl::identifiers(all({{"src", files.at("cellcal_eki.src")}}))) {
+    EXPECT_TRUE(word.find("_REL") == std::string::npos) << word;
+  }
+  for (const std::string& word : krl::identifiers(files.at("cellcal_sub.sub"))) {
+    EXPECT_TRUE(word != "PTP" && word != "LIN" && word != "CIRC" && word != "SPTP") << word;
+  }
+}
+
+TEST(EkiFiles, TakeTheNumbersOfTheConfiguration) {
+  const std::string source = eki_files(two_external()).at("cellcal_eki.src");
+  for (const char* part : {"$TOOL=TOOL_DATA[3]", "$BASE=BASE_DATA[4]", "$LOAD=LOAD_DATA[5]",
+                           "WHEN $IN[17]==TRUE", "CC_TARGET.E2<=$SOFTP_END[8]"}) {
+    EXPECT_NE(source.find(part), std::string::npos) << part;
+  }
+  EXPECT_NE(eki_files({}).at("cellcal_eki.src").find("$TOOL=$NULLFRAME"), std::string::npos);
+}
+
+TEST(EkiFiles, AreRefusedByTheKeyThatIsWrong) {
+  const std::pair<const char*, std::function<void(EkiFilesConfig&)>> cases[] = {
+      {"address", [](EkiFilesConfig& c) { c.address = "krc"; }},
+      {"address", [](EkiFilesConfig& c) { c.address = ""; }},
+      {"address", [](EkiFilesConfig& c) { c.address = "</IP>"; }},
+      {"port", [](EkiFilesConfig& c) { c.port = 0; }},
+      {"external_axes", [](EkiFilesConfig& c) { c.external_axes = 7; }},
+      {"input", [](EkiFilesConfig& c) { c.input = 0; }},
+      {"tool", [](EkiFilesConfig& c) { c.tool = -1; }},
+      {"load", [](EkiFilesConfig& c) { c.load = 1000; }},
+      {"acceleration_percent", [](EkiFilesConfig& c) { c.acceleration_percent = 0; }},
+      {"stop_flag", [](EkiFilesConfig& c) { c.stop_flag = c.alive_flag; }},
+      {"first_timer", [](EkiFilesConfig& c) { c.first_timer = 63; }},
+      {"first_interrupt", [](EkiFilesConfig& c) { c.first_interrupt = 1; }},
+      {"dead_man_ms", [](EkiFilesConfig& c) { c.dead_man_ms = 5000; }},
+  };
+  for (const auto& [key, spoil] : cases) {
+    EkiFilesConfig config;
+    spoil(config);
+    try {
+      eki_files(config);
+      ADD_FAILURE() << key << " was accepted";
+    } catch (const ConfigError& error) {
+      EXPECT_NE(std::string(error.what()).find(key), std::string::npos) << error.what();
+    }
+  }
+}
+
+TEST(KrlTemplate, FillsPlacesAndDropsLinesThatAreFilledWithNothing) {
+  EXPECT_EQ(krl::fill("a @B@ /@A1 @Bb\n@EMPTY@\nc\n", {{"B", "x"}, {"EMPTY", ""}}),
+            "a x /@A1 @Bb\r\nc\r\n");
+  EXPECT_EQ(krl::fill("@B@\n", {{"B", "1\n2"}}), "1\r\n2\r\n");
+  EXPECT_THROW(krl::fill("@NO@\n", {}), std::logic_error);
+}
+
+}  // namespace
+}  // namespace cellcal::drivers
