@@ -25,6 +25,11 @@ struct TouchPolicy {
   int max_readings = 5;
   /// Trips that turned out to be noise, per touch, before the touch is given up.
   int max_revoked = 5;
+  /// Touches chosen one by one that could not be made (no contact, readings that disagree, noise)
+  /// are replaced by others. So many one after the other are no accident any more ...
+  int max_failed_in_a_row = 2;
+  /// ... nor are so many in all.
+  int max_failed = 8;
 };
 
 /// How long a phase may take before silence counts as failure.
