@@ -57,7 +57,7 @@ void aim(const Known& known, const Candidate& candidate, const JointVector& from
       touch.transit.size() > 1 ? touch.transit[touch.transit.size() - 2] : from;
   if (pool.clearance().clear(before, *standoff, margin))
     touch.transit.back() = *standoff;
-  else if (pool.clearance().clear(touch.standoff, *standoff, margin))
+  else if (pool.clearance().clear_search(touch.standoff, *standoff, candidate.target, margin))
     touch.transit.push_back(*standoff);
   else
     return;

@@ -256,8 +256,8 @@ struct Online::Impl {
   double seconds(std::size_t c, const JointVector& from) const {
     const Candidate& to = pool.candidates()[c];
     const bool same = last && pool.candidates()[*last].target == to.target;
-    constexpr double kTouchS = 2.9, kSameSphereS = 0.3, kOtherSphereS = 0.8;
-    return kTouchS + (same ? kSameSphereS : kOtherSphereS) +
+    constexpr double kSearchM = 0.004, kRetreatS = 0.45, kSameSphereS = 0.3, kOtherSphereS = 0.8;
+    return touch_s(kSearchM, pace) + kRetreatS + (same ? kSameSphereS : kOtherSphereS) +
            move_s(cell.robot, from, to.standoff, pace);
   }
 

@@ -85,9 +85,10 @@ void search(State& state, const Event& event, Actions& actions, double speed_m_s
         search_patience(state, duration_s));
 }
 
-void back_off_from(State& state, const Event& event, Actions& actions, double along_m) {
-  state.search_from_m = std::max(0.0, along_m - state.policy.back_off_m);
-  const double duration_s = state.policy.back_off_m / state.policy.fast_m_s;
+void back_off_from(State& state, const Event& event, Actions& actions, double along_m,
+                   double back_m) {
+  state.search_from_m = std::max(0.0, along_m - back_m);
+  const double duration_s = back_m / state.policy.fast_m_s;
   begin(state, event, actions, MoveKind::kRetreat, at_travel(state.planned(), state.search_from_m),
         duration_s, search_patience(state, duration_s));
 }
@@ -272,20 +273,21 @@ void search_slow(State& state, const Event& event, Actions& actions) {
 void keep_first_and_back_off(State& state, const Event& event, Actions& actions) {
   state.first = reading_of(state, event, false);
   record_reading(state, *state.first, actions);
-  back_off_from(state, event, actions, state.first->along_m);
+  back_off_from(state, event, actions, state.first->along_m, state.policy.back_off_m);
 }
 
 void keep_reading_and_back_off(State& state, const Event& event, Actions& actions) {
   const Reading reading = reading_of(state, event, true);
   record_reading(state, reading, actions);
   state.slow.push_back(reading);
-  back_off_from(state, event, actions, reading.along_m);
+  back_off_from(state, event, actions, reading.along_m, state.policy.slow_back_off_m);
 }
 
 void back_off_from_noise(State& state, const Event& event, Actions& actions) {
   ++state.revoked;
   ++state.total_revoked;
-  back_off_from(state, event, actions, travel_m(state.planned(), event.at_rad));
+  back_off_from(state, event, actions, travel_m(state.planned(), event.at_rad),
+                state.policy.back_off_m);
 }
 
 void record_touch(State& state, const Event& event, Actions& actions) {
