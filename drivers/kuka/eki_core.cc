@@ -1,13 +1,13 @@
 #include "drivers/kuka/eki_core.h"
 
 #include <algorithm>
-#include <array>
 #include <boost/container/static_vector.hpp>
 #include <cmath>
 #include <numbers>
 #include <string>
 
 #include "drivers/kuka/eki_mover.h"
+#include "drivers/kuka/eki_outbox.h"
 #include "drivers/kuka/move_check.h"
 #include "drivers/kuka/position_record.h"
 
@@ -16,8 +16,6 @@ namespace {
 
 constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 
-// Stops may go beyond the window by as much.
-constexpr std::uint32_t kStopReserve = 3;
 // A hello is repeated until it is obeyed, and the connection given up where it never is.
 constexpr std::chrono::milliseconds kHelloPeriod{500};
 constexpr std::chrono::seconds kHelloLimit{5};
@@ -29,7 +27,6 @@ constexpr std::uint64_t kStatesToJudge = 10;
 constexpr std::size_t kReferenceWindow = 5;
 constexpr double kReferenceStillRad = 0.002 * kRadPerDeg;
 constexpr std::size_t kResultDepth = 16;
-constexpr std::size_t kOutput = 16 * kEkiTelegram;
 
 double seconds(Duration d) { return std::chrono::duration<double>(d).count(); }
 Duration duration(double s) {
@@ -58,9 +55,8 @@ struct EkiCore::Impl {
     state.session = session;
     state.other_session = 0;
     state.decimals_seen = 0;
-    seq = heard = 0;
+    outbox.begin(session);
     next_id = 0;
-    out_size = 0;
     close = greeted = bye_sent = too_few_axes = false;
     states_here = 0;
     connected_at = last_rx = last_progress = now;
@@ -71,7 +67,7 @@ struct EkiCore::Impl {
     if (linked()) lose(EkiLoss::kClosed, Cause::kLinkClosed, 0.0);
     if (state.link == RobotLink::kNotReferenced) state.link = RobotLink::kLost;
     state.connected = false;
-    out_size = 0;
+    outbox.drop();
     close = false;
   }
 
@@ -89,20 +85,11 @@ struct EkiCore::Impl {
 
   // ---- telegrams -------------------------------------------------------------------------------
 
-  std::uint32_t outstanding() const { return seq - heard; }
-
-  bool send(EkiCommand command, TimePoint now, bool urgent = false) {
-    const auto window = static_cast<std::uint32_t>(config.window) + (urgent ? kStopReserve : 0);
-    if (!state.connected || close || outstanding() >= window) return false;
-    command.session = state.session;
-    command.seq = seq + 1;
-    command.target_deg.resize(axes(), 0.0);
-    const std::string_view text =
-        format_command(command, std::span(out).subspan(out_size, out.size() - out_size));
-    if (text.empty()) return false;
-    out_size += text.size();
-    if (outstanding() == 0) last_progress = now;
-    ++seq;
+  bool send(const EkiCommand& command, TimePoint now, bool urgent = false) {
+    if (!state.connected || close) return false;
+    const bool idle = outbox.unconfirmed() == 0;
+    if (!outbox.send(command, axes(), config.window, urgent)) return false;
+    if (idle) last_progress = now;
     last_sent = now;
     return true;
   }
@@ -180,13 +167,11 @@ struct EkiCore::Impl {
     ++state.states;
     last_rx = t_rx;
     if (frame.session != state.session) return on_other_session();
+    const std::uint32_t unconfirmed = outbox.unconfirmed();
     // A count that this connection has not reached is another connection's, left in a buffer.
-    if (frame.heard > seq || frame.heard < heard) {
-      return note_bad(EkiError::kBadNumber, document);
-    }
+    if (!outbox.confirm(frame.heard)) return note_bad(EkiError::kBadNumber, document);
     state.other_session = 0;
-    if (frame.heard > heard) last_progress = t_rx;
-    heard = frame.heard;
+    if (outbox.unconfirmed() < unconfirmed) last_progress = t_rx;
     ++states_here;
     if (!greeted) {
       greeted = true;
@@ -342,7 +327,7 @@ struct EkiCore::Impl {
       return state.other_session != 0 ? EkiTrouble::kOtherSession : EkiTrouble::kNotHeard;
     }
     if (coarse()) return EkiTrouble::kCoarse;
-    if (outstanding() > 0 && now - last_progress > duration(config.silence_s)) {
+    if (outbox.unconfirmed() > 0 && now - last_progress > duration(config.silence_s)) {
       return EkiTrouble::kUnread;
     }
     return state.ready ? EkiTrouble::kNone : EkiTrouble::kNotReady;
@@ -365,11 +350,10 @@ struct EkiCore::Impl {
     int decimals_seen = 0;
   };
   State state;
-  std::array<char, kOutput> out{};
-  std::size_t out_size = 0;
+  EkiOutbox outbox;
 
   TimePoint connected_at{}, last_rx{}, last_sent{}, last_hello{}, last_progress{};
-  std::uint32_t seq = 0, heard = 0, next_id = 0;
+  std::uint32_t next_id = 0;
   std::uint64_t states_here = 0;
   bool heard_time = false, greeted = false, close = false, too_few_axes = false;
   bool rereference_asked = false, move_to_send = false;
@@ -395,15 +379,8 @@ void EkiCore::on_bytes(std::string_view bytes, TimePoint t_rx) {
 }
 void EkiCore::on_tick(TimePoint now) { impl_->on_tick(now); }
 
-std::string_view EkiCore::output() const { return {impl_->out.data(), impl_->out_size}; }
-
-void EkiCore::sent(std::size_t count) {
-  count = std::min(count, impl_->out_size);
-  std::copy(impl_->out.begin() + static_cast<std::ptrdiff_t>(count),
-            impl_->out.begin() + static_cast<std::ptrdiff_t>(impl_->out_size), impl_->out.begin());
-  impl_->out_size -= count;
-}
-
+std::string_view EkiCore::output() const { return impl_->outbox.output(); }
+void EkiCore::sent(std::size_t count) { impl_->outbox.sent(count); }
 bool EkiCore::wants_close() const { return impl_->close; }
 void EkiCore::begin(const Move& move) { impl_->begin(move); }
 void EkiCore::stop() { impl_->stop(); }
@@ -420,8 +397,8 @@ void EkiCore::end_session() {
 }
 
 bool EkiCore::ended() const {
-  return impl_->ending &&
-         (!impl_->state.connected || !impl_->greeted || (impl_->bye_sent && impl_->out_size == 0));
+  return impl_->ending && (!impl_->state.connected || !impl_->greeted ||
+                           (impl_->bye_sent && impl_->outbox.output().empty()));
 }
 
 std::optional<CoreResult> EkiCore::take_result() {

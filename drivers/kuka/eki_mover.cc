@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "drivers/kuka/eki_latch.h"
+
 namespace cellcal::drivers {
 namespace {
 
@@ -27,14 +29,6 @@ constexpr double kLongestLinRad = 10.0 * kRadPerDeg;
 constexpr std::size_t kSettleWindow = 5;
 constexpr double kSettledRad = 0.001 * kRadPerDeg;
 constexpr std::chrono::milliseconds kSettleLimit{2000};
-
-// A latch is believed within this of the measured path at the sensor's time stamp: states are
-// interpolated over 20 ms of motion and of braking, and stamps are up to 12 ms old.
-constexpr double kLatchWindowS = 0.06;
-constexpr double kLatchSlackRad = 0.02 * kRadPerDeg;
-// Over which the search's speed is taken from the record.
-constexpr double kSpeedSpanS = 0.1;
-constexpr double kSecondsPerMs = 1e-3;
 
 double seconds(Duration d) { return std::chrono::duration<double>(d).count(); }
 
@@ -366,46 +360,13 @@ std::optional<CoreResult> EkiMover::settle(TimePoint now) {
 }
 
 void EkiMover::fill_latch(const AxisAngles& settled_rad, TimePoint now) {
-  const auto path = record_.actual_at(contact_->first_edge, kSecondsPerMs);
-  if (!path) {
-    // A time stamp outside of what was recorded cannot be this contact's.
-    return fail(MoveOutcome::kContactSilent, Cause::kStampOutside,
-                seconds(now - contact_->first_edge));
-  }
-  Latch latch;
-  latch.contact_rad = *path;
-  latch.settled_rad = settled_rad;
-  latch.contact_time = contact_->first_edge;
-  latch.time_sigma_s = std::hypot(contact_->time_sigma_s, config_.flag_sigma_s);
-  latch.reaction_s = seconds(done_at_ - contact_->first_edge);
-  latch.bounces = contact_->bounces;
-  if (config_.stop == EkiStop::kInput && !latch_from_input(latch)) return;
-  latch_ = latch;
-}
-
-bool EkiMover::latch_from_input(Latch& latch) {
-  if (!latched_rad_) {
-    fail(MoveOutcome::kContactSilent, Cause::kLatchMissing);
-    return false;
-  }
-  const auto span =
-      std::chrono::duration_cast<Duration>(std::chrono::duration<double>(kSpeedSpanS));
-  const auto before = record_.actual_at(contact_->first_edge - span, kSecondsPerMs);
-  for (std::size_t i = 0; i < latched_rad_->size(); ++i) {
-    const double path = latch.contact_rad[i], latched = (*latched_rad_)[i];
-    const double speed = before ? (path - (*before)[i]) / kSpeedSpanS : 0.0;
-    const double allowed =
-        kLatchSlackRad + std::abs(speed) * (kLatchWindowS + std::abs(config_.latch_delay_s));
-    if (std::abs(latched - path) > allowed) {
-      fail(MoveOutcome::kContactSilent, Cause::kLatchAstray, latched * kDegPerRad);
-      axis_ = static_cast<std::uint8_t>(i);
-      b_ = path * kDegPerRad;
-      return false;
-    }
-    latch.contact_rad[i] = latched - speed * config_.latch_delay_s;
-  }
-  latch.time_sigma_s = config_.latch_jitter_s;
-  return true;
+  const EkiLatchResult made =
+      latch_of({*contact_, latched_rad_, settled_rad, done_at_}, config_, record_, now);
+  latch_ = made.latch;
+  if (latch_) return;
+  fail(MoveOutcome::kContactSilent, made.cause, made.a);
+  axis_ = made.axis;
+  b_ = made.b;
 }
 
 }  // namespace cellcal::drivers

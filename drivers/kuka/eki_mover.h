@@ -69,7 +69,6 @@ class EkiMover {
   void begin_settling();
   std::optional<CoreResult> settle(TimePoint now);
   void fill_latch(const AxisAngles& settled_rad, TimePoint now);
-  bool latch_from_input(Latch& latch);
   CoreResult result(const AxisAngles& at_rad);
 
   const EkiConfig& config_;
