@@ -1,5 +1,5 @@
-"""cellcald and cellcal as processes, against the emulated cell on real wires: RSI over UDP on
-loopback, the contact sensor on a pseudo-terminal. Programs and cell come from the environment."""
+"""cellcald and cellcal as processes, against the emulated cell on real wires: RSI over UDP or EKI over
+TCP on loopback, the contact sensor on a pseudo-terminal. Programs and cell come from the environment."""
 
 import json
 import os
@@ -181,6 +181,34 @@ class Wires(unittest.TestCase):
         self.assertLess(float(mean), 0.03, truth)
         self.assertLess(float(worst), 0.1, truth)
         self.assertEqual(self.client("report", "1").returncode, 0)
+        emulator.terminate()
+        self.assertIn("0 crashes", emulator.communicate(timeout=20)[0])
+
+    def test_calibrates_over_eki(self):
+        config = f"{self.dir}/cellcald.toml"
+        with socket.socket() as s:
+            s.bind(("127.0.0.1", 0))
+            port = s.getsockname()[1]
+        with open(config) as f:
+            text = f.read().replace('backend = "rsi"', 'backend = "eki"')
+        # A shared machine may stall; on a cell silence_ms stays at 250.
+        with open(config, "w") as f:
+            f.write(text + f'[eki]\naddress = "127.0.0.1"\nport = {port}\nsilence_ms = 1000\n')
+        # The controller gets the file that the integrator would get.
+        made = subprocess.run([os.environ["CELLCAL"], "kuka-files", "--config", config,
+                               "-o", f"{self.dir}/krc"], capture_output=True, text=True, timeout=60)
+        self.assertEqual(made.returncode, 0, made.stderr)
+        emulator = self.emulator("--wire", "eki", "--eki-xml", f"{self.dir}/krc/CellcalEki.xml")
+        self.daemon()
+        outcome = self.run_session(touches=2, check=1)
+        self.assertEqual(outcome.returncode, 3, outcome.stderr + self.log())
+        self.assertEqual(self.touches_on_disk(), 3)
+        truth = subprocess.run(
+            [os.environ["TRUTH"], "--cell", CELL, "--seed", "1", "--deflection", "0.002",
+             "--touches", f"{self.dir}/state/sessions/1/touches.csv"],
+            capture_output=True, text=True, timeout=60, check=True).stdout
+        worst = re.search(r"max ([0-9.]+) \(3 touches\)", truth).group(1)
+        self.assertLess(float(worst), 0.1, truth)
         emulator.terminate()
         self.assertIn("0 crashes", emulator.communicate(timeout=20)[0])
 

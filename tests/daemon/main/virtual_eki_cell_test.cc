@@ -1,0 +1,119 @@
+// Adapter, contact sensor's own core, emulated controller and microcontroller together: whoever
+// falls silent, the arm stops.
+
+#include "daemon/main/virtual_eki_cell.h"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <numbers>
+
+#include "calib/files/files.h"
+#include "daemon/main/config.h"
+#include "drivers/kuka/krl_files.h"
+
+namespace cellcal::daemon {
+namespace {
+
+using namespace std::chrono_literals;
+using drivers::MoveOutcome;
+constexpr double kDeg = std::numbers::pi / 180.0;
+
+class an_eki_cell : public ::testing::TestWithParam<drivers::EkiStop> {
+ protected:
+  void SetUp() override {
+    const calib::Cell demo = calib::load_cell(CELLCAL_DEMO_CELL);
+    DaemonConfig config = parse_config(
+        "format = \"cellcal.daemon/1\"\nbackend = \"mock\"\n[mock]\nwire = \"eki\"\n", "d.toml");
+    config.eki.stop = GetParam();
+    VirtualEkiCellOptions options;
+    options.controller.channel_xml = drivers::eki_files(config.controller).at("CellcalEki.xml");
+    options.controller.start_rad = config.mock.start_rad;
+    options.eki = eki_config_for(config, demo);
+    cell = std::make_unique<VirtualEkiCell>(demo, options);
+    cell->robot().open();
+    cell->contact().open();
+    ASSERT_TRUE(until([&] {
+      return cell->robot().state().link == drivers::RobotLink::kNotReferenced &&
+             cell->contact().status().link == drivers::ContactLink::kReady;
+    })) << cell->robot().state().words
+        << cell->contact().status().words;
+    cell->robot().rereference();
+    ASSERT_TRUE(until([&] { return cell->robot().state().link == drivers::RobotLink::kReady; }));
+  }
+
+  bool until(const std::function<bool()>& done, drivers::Duration limit = 15s) {
+    for (const auto end = cell->now() + limit; cell->now() < end;) {
+      cell->sleep_until(cell->now() + 1ms);
+      if (done()) return true;
+    }
+    return false;
+  }
+  /// A1 at 0.5 deg/s through free space, a second of it.
+  void search() {
+    cell->contact().arm(1, 30s);
+    std::optional<drivers::ArmResult> armed;
+    ASSERT_TRUE(until([&] { return (armed = cell->contact().poll_arm()).has_value(); }));
+    ASSERT_TRUE(armed->armed) << armed->why_not;
+    drivers::Move move{1, drivers::MoveKind::kSearch, cell->robot().state().actual_rad, 10.0, 1};
+    move.target_rad[0] += 5 * kDeg;
+    cell->robot().begin(move);
+    until([] { return false; }, 1s);
+    ASSERT_TRUE(cell->controller().moving());
+    at_fault_deg = a1_deg();
+  }
+  drivers::MoveResult result() {
+    std::optional<drivers::MoveResult> one;
+    EXPECT_TRUE(until([&] { return (one = cell->robot().poll()).has_value(); }));
+    return one.value_or(drivers::MoveResult{});
+  }
+  double a1_deg() const { return cell->controller().actual_rad_at(cell->now())[0] / kDeg; }
+
+  std::unique_ptr<VirtualEkiCell> cell;
+  double at_fault_deg = 0.0;
+};
+
+TEST_P(an_eki_cell, stops_when_the_contact_sensor_falls_silent) {
+  search();
+  sim::McuFaults faults;
+  faults.silent = true;
+  cell->mcu().set_faults(faults, cell->now());
+  const drivers::MoveResult stopped = result();
+  EXPECT_EQ(stopped.outcome, MoveOutcome::kContactSilent) << stopped.detail;
+  // 25 ms of heartbeat limit, up to 40 ms to the interrupt, the ramp: within 0.1 s.
+  EXPECT_LT(a1_deg() - at_fault_deg, 0.05);
+  EXPECT_FALSE(cell->controller().moving());
+}
+
+TEST_P(an_eki_cell, stops_when_the_contact_sensor_restarts) {
+  search();
+  cell->mcu().reset(cell->now());
+  const drivers::MoveResult stopped = result();
+  EXPECT_EQ(stopped.outcome, MoveOutcome::kContactSilent) << stopped.detail;
+  EXPECT_LT(a1_deg() - at_fault_deg, 0.05);
+}
+
+TEST_P(an_eki_cell, does_not_count_a_wire_that_broke_as_a_touch_that_the_controller_saw) {
+  search();
+  sim::McuFaults faults;
+  faults.wire_broken = true;  // reads as contact at the sensor, and nothing at the controller
+  cell->mcu().set_faults(faults, cell->now());
+  const drivers::MoveResult stopped = result();
+  if (GetParam() == drivers::EkiStop::kInput) {
+    EXPECT_EQ(stopped.outcome, MoveOutcome::kContactSilent) << stopped.detail;
+    EXPECT_NE(stopped.detail.find("input did not"), std::string::npos) << stopped.detail;
+  } else {
+    // The sensor alone cannot tell it from a touch; the next arming's self-test does.
+    EXPECT_EQ(stopped.outcome, MoveOutcome::kContact) << stopped.detail;
+  }
+  EXPECT_LT(a1_deg() - at_fault_deg, 0.06);
+}
+
+INSTANTIATE_TEST_SUITE_P(stops, an_eki_cell,
+                         ::testing::Values(drivers::EkiStop::kInput, drivers::EkiStop::kFlag),
+                         [](const auto& one) {
+                           return one.param == drivers::EkiStop::kInput ? "input" : "flag";
+                         });
+
+}  // namespace
+}  // namespace cellcal::daemon
