@@ -63,11 +63,13 @@ const char* to_string(MoveOutcome outcome);
 
 /// Where the arm was at the instant of contact.
 struct Latch {
-  AxisAngles contact_rad;        ///< interpolated at the sensor's time stamp of the first edge
+  /// Interpolated at the sensor's time stamp of the first edge, or latched by the controller's own
+  /// interrupt.
+  AxisAngles contact_rad;
   AxisAngles settled_rad;        ///< at rest after the stop
   TimePoint contact_time{};      ///< first edge, host clock
-  double time_sigma_s = 0.0;     ///< of the clock map
-  double reaction_s = 0.0;       ///< first edge to the first frozen reply
+  double time_sigma_s = 0.0;     ///< 1 sigma of the instant that contact_rad belongs to
+  double reaction_s = 0.0;       ///< first edge to the first frozen reply, or to the word of a stop
   int bounces = 0;
 };
 
@@ -91,9 +93,9 @@ struct RobotState {
   AxisAngles actual_rad;
   AxisAngles commanded_rad;
   bool moving = false;
-  double cycle_s = 0.0;              ///< learnt from the controller
+  double cycle_s = 0.0;              ///< learnt from the controller: from packet to packet
   std::uint64_t packets = 0;
-  std::uint64_t late = 0;            ///< late replies that the controller has counted
+  std::uint64_t late = 0;            ///< late replies that the controller has counted, if it does
   std::string words;                 ///< for people: what is wrong and what to check
 };
 
@@ -108,7 +110,8 @@ class Robot {
   virtual void rereference() = 0;
   /// Begins a move; one at a time. Its result appears in poll(), also when it is refused.
   virtual void begin(const Move& move) = 0;
-  /// Brings the arm to rest: at searching speed in the very next reply, above it on a ramp.
+  /// Brings the arm to rest, as fast as the link can: at searching speed in the very next reply,
+  /// above it, or where the controller moves by itself, on a ramp.
   virtual void stop() = 0;
   /// The result of a move, once.
   virtual std::optional<MoveResult> poll() = 0;

@@ -62,7 +62,7 @@ void read_rsi(const TomlTable& table, DaemonConfig& config) {
   rsi.late_replies_limit =
       static_cast<int>(table.integer_or("late_replies_limit", rsi.late_replies_limit, 1, 10000));
   // One figure for all axes here; rsi_config_for() gives each its own.
-  const double usual = config.backend == BackendKind::kRsi ? kUsualCorrection : kAnyCorrection;
+  const double usual = config.backend == BackendKind::kMock ? kAnyCorrection : kUsualCorrection;
   rsi.correction_limit_deg = {table.number_or("correction_limit_deg", usual, {0.1, 360.0})};
   const bool realtime = table.boolean_or("realtime", true);
   if (wire_of(config) == WireKind::kRsi) config.realtime = realtime;

@@ -52,6 +52,18 @@ void tell_status(const Status& status) {
   sd_notify(0, ("STATUS=" + words).c_str());
 }
 
+const char* name_of(BackendKind backend) {
+  switch (backend) {
+    case BackendKind::kRsi:
+      return "rsi";
+    case BackendKind::kEki:
+      return "eki";
+    case BackendKind::kMock:
+      break;
+  }
+  return "mock";
+}
+
 std::unique_ptr<Backend> make_backend(const DaemonConfig& config, const calib::Cell& cell) {
   switch (config.backend) {
     case BackendKind::kRsi:
@@ -96,7 +108,7 @@ void run_daemon(const DaemonConfig& config) {
   });
   const Watchdog watchdog(context);
   spdlog::info("cellcald {} listens on {}, backend {}", calib::software_version(),
-               config.socket.string(), config.backend == BackendKind::kRsi ? "rsi" : "mock");
+               config.socket.string(), name_of(config.backend));
   sd_notify(0, "READY=1\nSTATUS=idle");
   context.run();
   spdlog::info("stopped");

@@ -150,11 +150,16 @@ void EkiPrograms::stop_motion() {
 }
 
 void EkiPrograms::watch_dead_man(TimePoint now) {
-  if (session == 0) return;
-  if (now - heard_at <= std::chrono::milliseconds(config.dead_man_ms)) return;
-  if (busy() && !stop_flag) {
+  const bool silent = now - heard_at > std::chrono::milliseconds(config.dead_man_ms);
+  if (session != 0 && silent && busy() && !stop_flag) {
     stop_flag = true;
     stop_reason = EkiOutcome::kDeadMan;
+  }
+  const bool manual = mode == EkiMode::kT1 || mode == EkiMode::kT2;
+  if (busy() && stop_flag && manual && !start_held) {
+    // No interrupt is looked at before the motion goes on: the program is cancelled instead.
+    program_runs = false;
+    abort_motion();
   }
 }
 

@@ -181,6 +181,22 @@ TEST(EkiMove, InT1IsSlowAndHoldsWhenTheStartKeyIsReleased) {
   EXPECT_EQ(rig.finish().outcome, MoveOutcome::kArrived);
 }
 
+TEST(EkiMove, HeldByTheStartKeyForTooLongDoesNotGoOnWhenItIsPressedAgain) {
+  EkiRig rig;
+  rig.krc.mode(EkiMode::kT1);
+  rig.krc.start_program();
+  rig.make_ready();
+  rig.begin(MoveKind::kTransit, rig.moved_by(0, 20));
+  rig.run(500ms);
+  rig.krc.start_key(false);
+  EXPECT_EQ(rig.finish().outcome, MoveOutcome::kNotFollowing);
+  const double held = rig.true_deg();
+  rig.krc.start_key(true);
+  rig.run(2s);
+  EXPECT_NEAR(rig.true_deg(), held, 0.01);
+  EXPECT_NE(rig.words().find("select CELLCAL_EKI"), std::string::npos) << rig.words();
+}
+
 TEST(EkiMove, ReportsWhatTheControllerRefuses) {
   sim::EkiControllerConfig controller = eki_controller();
   controller.soft_max_rad.assign(6, 2.0);

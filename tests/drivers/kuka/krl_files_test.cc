@@ -181,6 +181,24 @@ TEST(EkiFiles, TestTheInputBeforeTheInterruptIsOnAndOnceMoreBehindIt) {
   EXPECT_LT(line_of(move, "INTERRUPT ON 21"), std::min(ptp, lin));
 }
 
+TEST(EkiFiles, LeaveTheSubprogramWithItsInterruptsOff) {
+  // At the main level RESUME would be an error, and stop the program.
+  const std::string source = eki_files({}).at("cellcal_eki.src");
+  const std::vector<std::string> move = body(source, "DEF CC_MOVE");
+  int ways_out = 0;
+  for (std::size_t i = line_of(move, "INTERRUPT ON"); i < move.size(); ++i) {
+    if (move[i] != "RETURN" && move[i] != "CC_OUT=1") continue;
+    ++ways_out;
+    EXPECT_TRUE(move[i - 1] == "CC_GUARDS_OFF ( )" || move[i - 2] == "CC_GUARDS_OFF ( )") << i;
+  }
+  EXPECT_EQ(ways_out, 3);
+  for (const char* isr : {"DEF CC_ON_INPUT", "DEF CC_ON_FLAG"}) {
+    const std::vector<std::string> lines = body(source, isr);
+    EXPECT_LT(line_of(lines, "BRAKE"), line_of(lines, "CC_GUARDS_OFF ( )"));
+    EXPECT_LT(line_of(lines, "CC_GUARDS_OFF ( )"), line_of(lines, "RESUME"));
+  }
+}
+
 TEST(EkiFiles, LatchBeforeTheyResumeAndDeclareInterruptsAboveTheMotion) {
   const std::string source = eki_files({}).at("cellcal_eki.src");
   const std::vector<std::string> main = body(source, "DEF CELLCAL_EKI");
