@@ -15,15 +15,35 @@ namespace {
 /// Where a technician puts it on a KRC4.
 std::string place_of(const std::string& name) {
   if (name == "CellcalEki.xml") return R"(C:\KRC\ROBOTER\Config\User\Common\EthernetKRL)";
+  if (name.ends_with(".xml") || name.ends_with(".rsix")) {
+    return R"(C:\KRC\ROBOTER\Config\User\Common\SensorInterface)";
+  }
   if (name.ends_with(".sub")) return R"(KRC:\R1\System)";
   return R"(KRC:\R1\Program)";
+}
+
+/// What else of the controller they use.
+std::string resources(const DaemonConfig& config, bool eki) {
+  if (!eki) {
+    return fmt::format(
+        "flag {}, corrections of at most {} deg, TCP/IP address {} of this computer: check them\n",
+        config.rsi_files.flag, config.rsi_files.correction_limit_deg, config.rsi_files.pc_address);
+  }
+  const drivers::EkiFilesConfig& c = config.controller;
+  return fmt::format(
+      "contact input $IN[{}], flags {} and {}, timers {} to {}, interrupts {} and {}: make sure "
+      "that nobody else uses them\n",
+      c.input, c.alive_flag, c.stop_flag, c.first_timer, c.first_timer + 2, c.first_interrupt,
+      c.first_interrupt + 1);
 }
 
 }  // namespace
 
 int kuka_files(const KukaFilesCommand& command) {
   const DaemonConfig config = load_config(command.config);
-  const drivers::ControllerFiles files = drivers::eki_files(config.controller);
+  const bool eki = command.wire.empty() ? wire_of(config) == WireKind::kEki : command.wire == "eki";
+  const drivers::ControllerFiles files =
+      eki ? drivers::eki_files(config.controller) : drivers::rsi_files(config.rsi_files);
   std::filesystem::create_directories(command.output);
   nlohmann::json list = nlohmann::json::array();
   for (const auto& [name, text] : files) {
@@ -39,12 +59,7 @@ int kuka_files(const KukaFilesCommand& command) {
     words += fmt::format("{:<40} {}\n", one["file"].get<std::string>(),
                          one["goes_to"].get<std::string>());
   }
-  words += fmt::format(
-      "contact input $IN[{}], flags {} and {}, timers {} to {}, interrupts {} and {}: make sure "
-      "that nobody else uses them\n",
-      config.controller.input, config.controller.alive_flag, config.controller.stop_flag,
-      config.controller.first_timer, config.controller.first_timer + 2,
-      config.controller.first_interrupt, config.controller.first_interrupt + 1);
+  words += resources(config, eki);
   put(words, {});
   return kSuccess;
 }

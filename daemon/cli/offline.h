@@ -31,6 +31,7 @@ int plan(const PlanCommand& command);
 /// What an integrator copies onto the controller, from the daemon's configuration.
 struct KukaFilesCommand {
   std::filesystem::path config = "/etc/cellcal/cellcald.toml", output;
+  std::string wire;  ///< "rsi", "eki", or empty: the configuration's
   bool json = false;
 };
 int kuka_files(const KukaFilesCommand& command);

@@ -71,14 +71,17 @@ void add_plan(CLI::App& app, int& status) {
 void add_kuka_files(CLI::App& app, int& status) {
   auto given = std::make_shared<KukaFilesCommand>();
   CLI::App* command =
-      app.add_subcommand("kuka-files", "The files that a KUKA controller needs for EKI");
+      app.add_subcommand("kuka-files", "The files that a KUKA controller needs for RSI or EKI");
   command->footer(
-      "Made from [eki] and [controller] of the daemon's configuration. drivers/kuka/krl/README.md\n"
-      "says how they are installed and what to check before the first motion.\n"
+      "Made from [rsi] or [eki], and [controller], of the daemon's configuration.\n"
+      "drivers/kuka/krl/README.md says how they are installed and what to check before the first\n"
+      "motion.\n"
       "Example: cellcal kuka-files --config cellcald.toml -o krc");
   command->add_option("--config", given->config, "The daemon's configuration")
       ->capture_default_str();
   command->add_option("-o,--output", given->output, "Folder that they go to")->required();
+  command->add_option("--wire", given->wire, "rsi or eki; default: the configuration's backend")
+      ->check(CLI::IsMember({"rsi", "eki"}));
   command->add_flag("--json", given->json, "What was written, and where it goes, as JSON");
   command->callback([given, &status] { status = kuka_files(*given); });
 }

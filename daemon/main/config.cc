@@ -113,7 +113,26 @@ void read_controller(const TomlTable& table, DaemonConfig& config) {
   if (files.alive_flag == files.stop_flag) {
     table.fail("stop_flag", "must not be alive_flag, too: they need one each");
   }
+  drivers::RsiFilesConfig& rsi = config.rsi_files;
+  rsi.pc_address = table.string_or("pc_address", "");
+  rsi.rsi_version = integer_or(table, "rsi_version", rsi.rsi_version, 3, 4);
+  rsi.timeout_cycles = integer_or(table, "timeout_cycles", rsi.timeout_cycles, 1, 1000);
+  rsi.tool = files.tool;
+  rsi.base = files.base;
+  rsi.load = files.load;
+  rsi.flag = files.alive_flag;
   table.refuse_unknown();
+}
+
+/// What both sides of RSI have to agree on.
+void share_with_rsi_files(DaemonConfig& config) {
+  drivers::RsiFilesConfig& files = config.rsi_files;
+  files.port = config.rsi.port;
+  files.sentype = config.rsi.sentype;
+  files.axis_tag = config.rsi.axis_tag;
+  files.stop_tag = config.rsi.stop_tag;
+  files.correction_limit_deg = config.rsi.correction_limit_deg.at(0);
+  if (files.pc_address.empty()) files.pc_address = config.rsi.bind_address;
 }
 
 void read_contact(const TomlTable& table, DaemonConfig& config) {
@@ -169,6 +188,7 @@ DaemonConfig read(const TomlTable& table) {
   read_controller(table.table_or_empty("controller"), config);
   read_motion(table.table_or_empty("motion"), config);
   read_rsi(table.table_or_empty("rsi"), config);
+  share_with_rsi_files(config);
   read_contact(config.backend == BackendKind::kMock ? table.table_or_empty("contact")
                                                     : table.table("contact"),
                config);

@@ -47,6 +47,7 @@ struct DaemonConfig {
   drivers::RsiConfig rsi;  ///< without what depends on the robot file: see rsi_config_for()
   drivers::EkiConfig eki;  ///< likewise: see eki_config_for()
   drivers::EkiFilesConfig controller;  ///< what is installed on it, for EKI
+  drivers::RsiFilesConfig rsi_files;   ///< likewise for RSI; its address may be empty
   bool realtime = true;
   drivers::SerialPortOptions contact;
   MockConfig mock;

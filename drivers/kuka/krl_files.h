@@ -27,10 +27,29 @@ struct EkiFilesConfig {
   void validate() const;
 };
 
+/// What RSI's files need to know. Tags and limits have to be those of RsiConfig.
+struct RsiFilesConfig {
+  std::string pc_address;  ///< this computer's, in the controller's RSI subnet (not 192.168.0.x)
+  std::uint16_t port = 49152;
+  int rsi_version = 4;  ///< 3: KSS 8.2 to 8.4; 4: KSS 8.5 and on
+  std::string sentype = "ImFree", axis_tag = "AK", stop_tag = "Stop";
+  double correction_limit_deg = 90.0;  ///< of AXISCORR, which clamps in silence, and its monitor
+  int timeout_cycles = 100;            ///< late replies until KSS29002
+  int flag = 901;                      ///< $FLAG, TRUE while the connection is interrupted
+  int tool = 0, base = 0, load = 0;    ///< as EkiFilesConfig
+
+  /// Throws ConfigError naming the key, the value and what to do.
+  void validate() const;
+};
+
 /// File name to text: CRLF, Latin-1, KRL names of at most 24 characters.
 using ControllerFiles = std::map<std::string, std::string>;
 
 /// CellcalEki.xml, cellcal_eki.src, cellcal_eki.dat, cellcal_sub.sub. Throws ConfigError.
 ControllerFiles eki_files(const EkiFilesConfig& config);
+
+/// cellcal_rsi.src, cellcal_rsi_ethernet.xml, and the context: cellcal_rsi.rsi.xml for RSI 3,
+/// cellcal_rsi.rsix for RSI 4. Six axes. Throws ConfigError.
+ControllerFiles rsi_files(const RsiFilesConfig& config);
 
 }  // namespace cellcal::drivers

@@ -61,6 +61,26 @@ TEST_F(kuka_files, tells_programs_the_same_as_json) {
   }
 }
 
+TEST_F(kuka_files, writes_rsis_set_where_it_is_asked_for) {
+  configure("[rsi]\nsentype = \"Cellcal\"\nbind = \"10.0.0.5\"\n[controller]\nrsi_version = 3\n");
+  const Outcome outcome = make({"--wire", "rsi"});
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_NE(outcome.out.find("SensorInterface"), std::string::npos) << outcome.out;
+  const std::filesystem::path folder = dir.path() / "krc/new";
+  const std::string channel = content(folder / "cellcal_rsi_ethernet.xml");
+  EXPECT_NE(channel.find("<SENTYPE>Cellcal</SENTYPE>"), std::string::npos);
+  EXPECT_NE(channel.find("<IP_NUMBER>10.0.0.5</IP_NUMBER>"), std::string::npos);
+  EXPECT_TRUE(std::filesystem::exists(folder / "cellcal_rsi.rsi.xml"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "CellcalEki.xml"));
+}
+
+TEST_F(kuka_files, of_rsi_need_an_address_that_the_controller_can_send_to) {
+  configure("");
+  const Outcome outcome = make({"--wire", "rsi"});
+  EXPECT_EQ(outcome.status, 1);
+  EXPECT_NE(outcome.err.find("pc_address"), std::string::npos) << outcome.err;
+}
+
 TEST_F(kuka_files, fails_by_file_and_key_and_writes_nothing) {
   configure("[controller]\ninput = 0\n");
   const Outcome outcome = make();
