@@ -137,9 +137,11 @@ TEST_F(EkiSockets, SaysGoodbyeAndCanBeOpenedAgain) {
   EXPECT_THROW(robot->open(), DriverError);
   robot->close();
   ASSERT_TRUE(eventually([&] { return !robot->is_open(); }));
-  bool obeys_nobody = false;
-  krc.with([&](sim::EkiController& c) { obeys_nobody = c.session() == 0; });
-  EXPECT_TRUE(obeys_nobody);
+  EXPECT_TRUE(eventually([&] {
+    bool obeys_nobody = false;
+    krc.with([&](sim::EkiController& c) { obeys_nobody = c.session() == 0; });
+    return obeys_nobody;
+  }));
   EXPECT_NE(robot->state().words.find("closed"), std::string::npos);
   robot->begin({1, MoveKind::kTransit, AxisAngles(6, 0.0), 0.0, 0});
   EXPECT_EQ(await_result().outcome, MoveOutcome::kRefused);
