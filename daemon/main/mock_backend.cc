@@ -17,6 +17,7 @@ sim::TruthOptions truth_for(const DaemonConfig& config) {
   truth.geometry_scale = config.mock.geometry_scale;
   truth.deflection = config.mock.deflection;
   truth.gear_arcsec = config.mock.gear_arcsec;
+  truth.placement_m = config.mock.placement_m;
   return truth;
 }
 
