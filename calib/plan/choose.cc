@@ -1,28 +1,19 @@
 #include "calib/plan/choose.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <optional>
 
-#include "calib/identify/level.h"
-#include "calib/identify/problem.h"
 #include "calib/identify/region.h"
-#include "calib/identify/solve.h"
 #include "calib/model/random.h"
 #include "calib/plan/design.h"
+#include "calib/plan/design_problem.h"
 
 namespace cellcal::calib {
 
 namespace {
 
-constexpr int kPoses = 200;
-constexpr double kLimitMarginRad = 0.05;
-/// Of the compliance that is assumed where the file states none: what most arms have.
-constexpr double kUsualCompliance = 0.3;
-/// Centres without a prior: a metre, in prior units, is no information.
-constexpr double kNoPriorWeight = 1e-2;
 /// Smallest eigenvalue of a sphere's sum of d d' over its touches, d the unit direction of a touch,
 /// for its centre to be held from all sides (the verdict withholds results below a tenth of it).
 constexpr double kSpread = 0.5;
@@ -65,43 +56,19 @@ class Held {
 /// Candidates, the sets they belong to, and which of them may be picked.
 class Choosing {
  public:
-  Choosing(const Cell& stated, const std::vector<Candidate>& candidates,
+  Choosing(const Cell& cell, const std::vector<Candidate>& candidates,
            const ChooseOptions& options)
       : options_(options),
         candidates_(candidates),
-        // With what the geometry lacks: touches are chosen for the arm as it will be judged.
-        cell_(at_level(stated, {gives(stated) ? 1.0 : kUsualCompliance, 1.0, 0.0})),
-        arm_(cell_.robot, cell_.tool),
-        held_(cell_.targets.size()),
+        held_(cell.targets.size()),
         possible_(candidates.size()),
         random_(options.seed) {
-    std::vector<Touch> touches;
-    for (const Candidate& c : candidates) {
-      Touch touch;
-      touch.joint_rad = c.contact;
-      touch.target = cell_.targets[c.target].id;
-      touches.push_back(std::move(touch));
-    }
-    std::vector<TargetPlace> places;
-    for (const Target& target : cell_.targets) places.emplace_back(target.centre_m);
-    const Problem problem(cell_, arm_, touches, places);
-    const int n = problem.size();
-    Linearisation rows =
-        linearise(problem, Eigen::VectorXd::Zero(n), std::vector<bool>(touches.size(), true));
-    Eigen::MatrixXd information = Eigen::MatrixXd::Zero(n, n);
-    for (int i = 0; i < n; ++i)
-      information(i, i) = std::pow(
-          std::max(problem.unknowns()[static_cast<std::size_t>(i)].prior_weight, kNoPriorWeight),
-          2);
-    const auto lengths = rows.jacobian.bottomRows(rows.jacobian.rows() - rows.length_row);
-    information += lengths.transpose() * lengths;
-    moves_ = moves(problem);
-    design_.emplace(rows.jacobian.topRows(rows.length_row),
-                    information.llt().solve(Eigen::MatrixXd::Identity(n, n)), moves_);
-    for (std::size_t c = 0; c < candidates.size(); ++c)
-      direction_.push_back(
-          (arm_.nominal_tip_m(candidates[c].contact) - cell_.targets[candidates[c].target].centre_m)
-              .stableNormalized());
+    for (std::size_t t = 0; t < cell.targets.size(); ++t)
+      if (cell.targets[t].kind == TargetKind::kSphere) spheres_.push_back(t);
+    DesignProblem problem = design_problem(cell, candidates, options.interest);
+    moves_ = std::move(problem.moves_m);
+    direction_ = std::move(problem.direction);
+    design_.emplace(std::move(problem.rows), std::move(problem.covariance_u), moves_);
   }
 
   Choice run() {
@@ -122,37 +89,6 @@ class Choosing {
   }
 
  private:
-  static bool gives(const Cell& cell) {
-    return std::any_of(cell.robot.joints.begin(), cell.robot.joints.end(),
-                       [](const Joint& joint) { return joint.compliance_sigma_rad_per_nm > 0.0; });
-  }
-
-  Eigen::MatrixXd moves(const Problem& problem) const {
-    Eigen::VectorXd scale(arm_.size());
-    for (int i = 0; i < arm_.size(); ++i)
-      scale[i] = problem.unknowns()[static_cast<std::size_t>(i)].scale;
-    std::vector<JointVector> touches;
-    std::vector<Eigen::Vector3d> centres;
-    for (const Candidate& c : candidates_) touches.push_back(c.contact);
-    for (const std::size_t t : touched_targets()) centres.push_back(cell_.targets[t].centre_m);
-    const auto poses =
-        interest_postures(options_.interest, arm_, touches, centres, kLimitMarginRad, kPoses);
-    if (options_.interest.kind != Interest::Kind::kTool)
-      return aligned_moves(arm_, poses, nullptr, scale);
-    // Of the tip against the flange: no motion of the base is in it.
-    Eigen::MatrixXd result(3 * static_cast<Eigen::Index>(poses.size()), arm_.size());
-    Eigen::Matrix3Xd jacobian(3, arm_.size());
-    for (std::size_t k = 0; k < poses.size(); ++k) {
-      arm_.position(arm_.prepare(poses[k]), nullptr, jacobian);
-      result.middleRows<3>(3 * static_cast<Eigen::Index>(k)) = jacobian * scale.asDiagonal();
-    }
-    for (int i = 0; i < arm_.size(); ++i)
-      if (const int joint = arm_.parameters()[static_cast<std::size_t>(i)].joint;
-          joint >= 0 && joint + 1 < arm_.joint_count())
-        result.col(i).setZero();
-    return result;
-  }
-
   bool possible(std::size_t c) {
     if (!possible_[c]) possible_[c] = options_.possible == nullptr || options_.possible(c);
     return *possible_[c];
@@ -172,7 +108,7 @@ class Choosing {
   std::optional<std::size_t> next(int left) {
     while (true) {
       int owed = 0, few = 0;
-      for (const std::size_t t : touched_targets()) {
+      for (const std::size_t t : spheres_) {
         owed += held_[t].owed(options_.least_per_target);
         few += std::max(0, options_.least_per_target - held_[t].count());
       }
@@ -266,17 +202,9 @@ class Choosing {
     return 1.0 - variance() / before;
   }
 
-  std::vector<std::size_t> touched_targets() const {
-    std::vector<std::size_t> targets;
-    for (std::size_t t = 0; t < cell_.targets.size(); ++t)
-      if (cell_.targets[t].kind == TargetKind::kSphere) targets.push_back(t);
-    return targets;
-  }
-
   ChooseOptions options_;
   const std::vector<Candidate>& candidates_;
-  Cell cell_;
-  ArmModel arm_;
+  std::vector<std::size_t> spheres_;
   std::vector<Held> held_;
   std::vector<std::optional<bool>> possible_;
   Random random_;
