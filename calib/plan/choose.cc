@@ -56,8 +56,7 @@ class Held {
 /// Candidates, the sets they belong to, and which of them may be picked.
 class Choosing {
  public:
-  Choosing(const Cell& cell, const std::vector<Candidate>& candidates,
-           const ChooseOptions& options)
+  Choosing(const Cell& cell, const std::vector<Candidate>& candidates, const ChooseOptions& options)
       : options_(options),
         candidates_(candidates),
         held_(cell.targets.size()),
@@ -177,25 +176,27 @@ class Choosing {
     const double before = variance();
     for (std::size_t& pick : picked_) {
       const std::size_t own = candidates_[pick].target;
-      design_->drop(static_cast<Eigen::Index>(pick));
-      held_[own].remove(direction_[pick]);
-      const bool bound = held_[own].owed(options_.least_per_target) > 0;
+      const Eigen::VectorXd gains = design_->gains_without(static_cast<Eigen::Index>(pick));
+      const auto gain = [&](std::size_t c) { return gains[static_cast<Eigen::Index>(c)]; };
+      Held rest = held_[own];
+      rest.remove(direction_[pick]);
+      const bool bound = rest.owed(options_.least_per_target) > 0;
       std::size_t best = pick;
       while (true) {
         best = pick;
         for (std::size_t c = 0; c < candidates_.size(); ++c)
-          if (open(c) && !(bound && candidates_[c].target != own) &&
-              design_->gain(static_cast<Eigen::Index>(c)) >
-                  design_->gain(static_cast<Eigen::Index>(best)))
-            best = c;
-        if (possible(best)) break;
+          if (gain(c) > gain(best) && open(c) && !(bound && candidates_[c].target != own)) best = c;
+        if (best == pick || possible(best)) break;
       }
-      if (bound && best != pick) {  // its sphere must stay held from all sides
-        Held with = held_[own];
+      if (best == pick) continue;
+      if (bound) {  // its sphere must stay held from all sides
+        Held with = rest;
         with.add(direction_[best]);
-        if (with.owed(options_.least_per_target) > 0) best = pick;
+        if (with.owed(options_.least_per_target) > 0) continue;
       }
+      design_->drop(static_cast<Eigen::Index>(pick));
       design_->take(static_cast<Eigen::Index>(best));
+      held_[own] = rest;
       held_[candidates_[best].target].add(direction_[best]);
       pick = best;
     }

@@ -67,8 +67,7 @@ DesignProblem design_problem(const Cell& stated, const std::vector<Candidate>& c
     touch.joint_rad = c.contact;
     touch.target = target.id;
     touches.push_back(std::move(touch));
-    design.direction.push_back(
-        (arm.nominal_tip_m(c.contact) - target.centre_m).stableNormalized());
+    design.direction.push_back((arm.nominal_tip_m(c.contact) - target.centre_m).stableNormalized());
   }
   std::vector<TargetPlace> places;
   for (const Target& target : cell.targets) places.emplace_back(target.centre_m);

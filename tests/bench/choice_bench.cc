@@ -63,14 +63,12 @@ std::vector<Candidate> candidates_of(const Cell& cell, const ArmModel& arm, int 
 std::vector<std::size_t> naive(const DesignProblem& problem, int picks, std::vector<double>& took) {
   const RowMajor& rows = problem.rows;
   const Eigen::Index n = rows.cols(), arm = problem.moves_m.cols();
-  Eigen::MatrixXd information =
-      problem.covariance_u.llt().solve(Eigen::MatrixXd::Identity(n, n));
+  Eigen::MatrixXd information = problem.covariance_u.llt().solve(Eigen::MatrixXd::Identity(n, n));
   const Eigen::MatrixXd weight = problem.moves_m.transpose() * problem.moves_m;
   std::vector<std::size_t> picked;
   for (int k = 0; k < picks; ++k) {
     const auto start = Clock::now();
-    const Eigen::MatrixXd covariance =
-        information.llt().solve(Eigen::MatrixXd::Identity(n, n));
+    const Eigen::MatrixXd covariance = information.llt().solve(Eigen::MatrixXd::Identity(n, n));
     const Eigen::MatrixXd through = covariance * rows.transpose();
     const Eigen::MatrixXd weighed = weight * through.topRows(arm);
     double best = -1.0;
@@ -78,8 +76,8 @@ std::vector<std::size_t> naive(const DesignProblem& problem, int picks, std::vec
     for (Eigen::Index c = 0; c < rows.rows(); ++c) {
       if (std::find(picked.begin(), picked.end(), static_cast<std::size_t>(c)) != picked.end())
         continue;
-      const double gain = through.col(c).head(arm).dot(weighed.col(c)) /
-                          (1.0 + rows.row(c).dot(through.col(c)));
+      const double gain =
+          through.col(c).head(arm).dot(weighed.col(c)) / (1.0 + rows.row(c).dot(through.col(c)));
       if (gain > best) {
         best = gain;
         pick = c;
@@ -141,7 +139,7 @@ int main(int argc, char** argv) {
   const double naive_s = pick_s * picks;
   fmt::print("{} of {} candidates, {} unknowns, {} cells, one core\n", picks, candidates, unknowns,
              cells);
-  fmt::print("{:44s} median {:7.3f} s   worst {:7.3f} s\n", "greedy and two rounds of exchange",
+  fmt::print("{:44s} median {:7.3f} s   worst {:7.3f} s\n", "greedy, then exchanges",
              whole.quantile(0.5) / 1e6, whole.worst() / 1e6);
   fmt::print("{:44s} median {:7.3f} s   worst {:7.3f} s\n", "greedy alone",
              greedy.quantile(0.5) / 1e6, greedy.worst() / 1e6);
