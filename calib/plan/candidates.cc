@@ -21,8 +21,6 @@ constexpr double kConeRad = 0.70;
 constexpr int kOrientations = 10;  // tries per direction
 /// Orientations and configurations that one direction contributes at most.
 constexpr int kPerDirection = 2;
-/// Wrists that could turn further are kept within one turn: the cables thank for it.
-constexpr double kWristRad = 3.0;
 
 /// Point `i` of `n` of a Fibonacci lattice over the sphere, z along `up`.
 Vector3d lattice(int i, int n, double shift) {
@@ -43,7 +41,7 @@ std::optional<Candidate> try_touch(const ArmModel& arm, const Clearance& clearan
     pose.translation() = centre + (radius + outside) * normal;
     return pose;
   };
-  for (std::size_t i = 3; i < contact.size(); ++i)
+  for (std::size_t i = kFirstWristJoint; i < contact.size(); ++i)
     if (std::abs(contact[i]) > kWristRad) return std::nullopt;
   const auto standoff =
       inverse(arm, pose_at(options.standoff_m), contact, options.limit_margin_rad);

@@ -25,6 +25,10 @@ std::vector<Candidate> find_candidates(const Cell& cell, const ArmModel& arm,
                                        const Clearance& clearance, const PlanOptions& options,
                                        int per_target);
 
+/// Wrists that could turn further are kept within one turn: the cables thank for it.
+inline constexpr double kWristRad = 3.0;
+inline constexpr std::size_t kFirstWristJoint = 3;
+
 /// Turns that bring the tip to rest this far outside the nominal surface may come this close to it.
 inline constexpr double kTipMarginM = 0.007;
 

@@ -14,7 +14,7 @@ struct ChooseOptions {
   int least_per_target = 5;  ///< every sphere gets at least this many
   Criterion criterion = Criterion::kI;
   Interest interest;  ///< where accuracy matters
-  int exchanges = 6;  ///< rounds at most in which each touch may be exchanged for a better one
+  int exchanges = 2;  ///< rounds at most in which each touch may be exchanged for a better one
   unsigned seed = 1;  ///< of a random choice
   /// Asked of a candidate before it is picked, at most once: whether it can be made. Null: all can.
   std::function<bool(std::size_t)> possible;

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calib/model/inverse.h"
+#include "calib/model/configurations.h"
 #include "calib/model/random.h"
 #include "calib/plan/candidates.h"
 #include "calib/plan/choose.h"
@@ -19,9 +19,14 @@ namespace cellcal::calib {
 
 namespace {
 
-/// Of a sphere: what the choice can choose from. With three times as many, 50 touches of four
-/// spheres leave 4 % less error; with a third of them 7 % more.
-constexpr int kCandidates = 500;
+/// What the choice can choose from. With three times as many, 50 touches of four spheres leave 4 %
+/// less error; with a third of them 7 % more.
+constexpr int kCandidatesPerTouch = 36;
+constexpr int kMostCandidates = 500;  // of a sphere
+/// Where an arm's configurations have to be searched for, each costs a hundred times as much.
+constexpr int kCandidatesPerTouchBySearch = 12;
+/// Rounds of exchange; they end where another would bring next to nothing.
+constexpr int kExchanges = 6;
 /// Fewer directions do not span a sphere safely; and half of all touches are shared out evenly,
 /// since the choice knows only the errors that the model has.
 constexpr int kLeastPerSphere = 5;
@@ -103,7 +108,12 @@ Plan make_plan(const Cell& cell, const PlanOptions& options, const JointVector& 
   const int total = options.fit_touches + options.check_touches;
   if (options.fit_touches < 1 || options.check_touches < 0)
     throw PlanError("a plan needs at least one fit touch");
-  Pool pool(cell, options, kCandidates);
+  const ArmModel arm = planning_arm(cell);
+  const int per_touch = Configurations(arm, options.limit_margin_rad).closed_form()
+                            ? kCandidatesPerTouch
+                            : kCandidatesPerTouchBySearch;
+  Pool pool(cell, options,
+            std::clamp(per_touch * total / std::max(1, spheres), 40, kMostCandidates));
   const std::vector<Candidate>& candidates = pool.candidates();
   if (static_cast<int>(candidates.size()) < total)
     throw PlanError(fmt::format(
@@ -118,9 +128,17 @@ Plan make_plan(const Cell& cell, const PlanOptions& options, const JointVector& 
   how.least_per_target = least;
   how.criterion = options.criterion;
   how.interest = options.interest;
+  how.exchanges = kExchanges;
   how.seed = options.seed;
   how.possible = [&](std::size_t i) { return pool.connected(i); };
-  const Choice choice = choose(cell, candidates, how);
+  Choice choice = choose(cell, candidates, how);
+  // Where simple ways lead to too few touches, others are looked for.
+  std::vector<int> made(cell.targets.size(), 0);
+  for (const std::size_t i : choice.picked) ++made[candidates[i].target];
+  bool harder = false;
+  for (std::size_t t = 0; t < made.size(); ++t)
+    if (made[t] < least) harder = pool.try_harder(t) || harder;
+  if (harder) choice = choose(cell, candidates, how);
   if (static_cast<int>(choice.picked.size()) < options.fit_touches)
     throw PlanError(
         fmt::format("only {} of {} touches can be reached by a clear way; move the spheres nearer "
@@ -169,7 +187,7 @@ Plan resume_plan(const Cell& cell, const Plan& plan, std::size_t next, const Joi
   if (next >= plan.touches.size()) return plan;
   const ArmModel arm = planning_arm(cell);
   const Clearance clearance(cell, arm);
-  const Router router(cell, arm, clearance, resting_posture(cell.robot, clearance), 0.0);
+  Router router(cell, arm, clearance, resting_posture(cell.robot, clearance), 0.0);
   Plan result = plan;
   PlannedTouch& touch = result.touches[next];
   JointVector at = from;
@@ -196,6 +214,7 @@ Plan resume_plan(const Cell& cell, const Plan& plan, std::size_t next, const Joi
   to.standoff = touch.standoff;
   to.clear = touch.clear;
   to.orientation = arm.nominal_tcp(touch.standoff).linear();
+  router.mark_hard(to.target);
   if (!router.connect(to))
     throw PlanError(fmt::format(
         "sphere {}: no clear way to the next touch of this plan: {}; the cell has changed",

@@ -134,22 +134,35 @@ Pool::Pool(const Cell& cell, const PlanOptions& options, int per_sphere)
     throw PlanError(fmt::format("where the arm rests between touches {}; move it", *what));
   for (std::size_t t = 0; t < cell.targets.size(); ++t) {
     if (cell.targets[t].kind != TargetKind::kSphere) continue;
-    bool any = false;
-    const Candidate* first = nullptr;
-    for (std::size_t i = 0; i < candidates_.size() && !any; ++i)
-      if (candidates_[i].target == t) {
-        any = connected(i);
-        if (first == nullptr) first = &candidates_[i];
-      }
-    if (!any)
-      throw PlanError(fmt::format(
-          "sphere {} can be reached, but no clear way leads from the resting posture to it and "
-          "back: on the way to its touch from direction {} {}; move the sphere or what is in the "
-          "way",
-          cell.targets[t].id, direction_words(first->normal),
-          clearance_.hit(middle_, first->standoff, kTipMarginM)
-              .value_or("a joint is at its limit")));
+    if (any_connected(t)) continue;
+    try_harder(t);
+    if (any_connected(t)) continue;
+    const Candidate* first = &*std::find_if(candidates_.begin(), candidates_.end(),
+                                            [&](const Candidate& c) { return c.target == t; });
+    throw PlanError(fmt::format(
+        "sphere {} can be reached, but no clear way leads from the resting posture to it and "
+        "back: on the way to its touch from direction {} {}; move the sphere or what is in the "
+        "way",
+        cell.targets[t].id, direction_words(first->normal),
+        clearance_.hit(middle_, first->standoff, kTipMarginM).value_or("a joint is at its limit")));
   }
+}
+
+bool Pool::any_connected(std::size_t target) {
+  for (std::size_t i = 0; i < candidates_.size(); ++i)
+    if (candidates_[i].target == target && connected(i)) return true;
+  return false;
+}
+
+bool Pool::try_harder(std::size_t target) {
+  router_.mark_hard(target);
+  bool any = false;
+  for (std::size_t i = 0; i < candidates_.size(); ++i)
+    if (candidates_[i].target == target && connected_[i] == 0) {
+      connected_[i] = -1;
+      any = true;
+    }
+  return any;
 }
 
 bool Pool::connected(std::size_t candidate) {

@@ -34,8 +34,13 @@ class Pool {
   /// Whether clear ways lead from the resting posture to the candidate and back. Sought when first
   /// asked for.
   bool connected(std::size_t candidate);
+  /// From now on ways to candidates of this target that had none are sampled (detour.h); false
+  /// where there are none. Done without being asked for a sphere that no simple way leads to.
+  bool try_harder(std::size_t target);
 
  private:
+  bool any_connected(std::size_t target);
+
   const Cell& cell_;
   ArmModel arm_;
   Clearance clearance_;
