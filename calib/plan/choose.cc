@@ -5,6 +5,7 @@
 #include <cmath>
 #include <optional>
 
+#include "calib/identify/bound.h"
 #include "calib/identify/region.h"
 #include "calib/model/random.h"
 #include "calib/plan/design.h"
@@ -61,13 +62,11 @@ class Choosing {
         candidates_(candidates),
         held_(cell.targets.size()),
         possible_(candidates.size()),
-        random_(options.seed) {
+        random_(options.seed),
+        problem_(design_problem(cell, candidates, options.interest)) {
     for (std::size_t t = 0; t < cell.targets.size(); ++t)
       if (cell.targets[t].kind == TargetKind::kSphere) spheres_.push_back(t);
-    DesignProblem problem = design_problem(cell, candidates, options.interest);
-    moves_ = std::move(problem.moves_m);
-    direction_ = std::move(problem.direction);
-    design_.emplace(std::move(problem.rows), std::move(problem.covariance_u), moves_);
+    design_.emplace(std::move(problem_.rows), std::move(problem_.covariance_u), problem_.moves_m);
   }
 
   Choice run() {
@@ -81,9 +80,15 @@ class Choosing {
         if (exchange() < kWorthIt) break;
     Choice choice;
     choice.picked = picked_;
-    const Eigen::Index arm = moves_.cols();
-    choice.predicted_m3_m =
-        predicted_mean_error_m(moves_, design_->covariance_u().topLeftCorner(arm, arm));
+    const Eigen::Index arm = problem_.moves_m.cols();
+    const Eigen::MatrixXd left = design_->covariance_u().topLeftCorner(arm, arm);
+    choice.predicted_m3_m = predicted_mean_error_m(problem_.moves_m, left);
+    if (options_.interest.kind != Interest::Kind::kTool) {
+      const auto scale = problem_.scale.asDiagonal();
+      const PositionBound bound(*problem_.arm, Eigen::VectorXd::Zero(arm), scale * left * scale,
+                                0.0);
+      choice.predicted_u95_m = bound.mean_u95_m(problem_.postures);
+    }
     return choice;
   }
 
@@ -98,7 +103,7 @@ class Choosing {
 
   void take(std::size_t c) {
     design_->take(static_cast<Eigen::Index>(c));
-    held_[candidates_[c].target].add(direction_[c]);
+    held_[candidates_[c].target].add(problem_.direction[c]);
     picked_.push_back(c);
   }
 
@@ -121,7 +126,7 @@ class Choosing {
           continue;
         double worth = this->worth(c);
         if (only_owed && own.count() >= options_.least_per_target - kForSpread)
-          worth *= own.in_worst(direction_[c]);
+          worth *= own.in_worst(problem_.direction[c]);
         if (worth > best) {
           best = worth;
           pick = c;
@@ -159,7 +164,8 @@ class Choosing {
       double posture = 0.0;
       for (std::size_t i = 0; i < candidates_[c].contact.size(); ++i)
         posture += std::pow(candidates_[c].contact[i] - candidates_[other].contact[i], 2);
-      const double turned = std::acos(std::clamp(direction_[c].dot(direction_[other]), -1.0, 1.0));
+      const double turned =
+          std::acos(std::clamp(problem_.direction[c].dot(problem_.direction[other]), -1.0, 1.0));
       nearest = std::min(nearest, turned + kPostureWeight * std::sqrt(posture));
     }
     constexpr double kTurn = 100.0;  // above any distance
@@ -170,8 +176,10 @@ class Choosing {
   /// the variance that this took away.
   double exchange() {
     const auto variance = [&] {
-      const Eigen::Index arm = moves_.cols();
-      return (moves_ * design_->covariance_u().topLeftCorner(arm, arm)).cwiseProduct(moves_).sum();
+      const Eigen::Index arm = problem_.moves_m.cols();
+      return (problem_.moves_m * design_->covariance_u().topLeftCorner(arm, arm))
+          .cwiseProduct(problem_.moves_m)
+          .sum();
     };
     const double before = variance();
     for (std::size_t& pick : picked_) {
@@ -179,7 +187,7 @@ class Choosing {
       const Eigen::VectorXd gains = design_->gains_without(static_cast<Eigen::Index>(pick));
       const auto gain = [&](std::size_t c) { return gains[static_cast<Eigen::Index>(c)]; };
       Held rest = held_[own];
-      rest.remove(direction_[pick]);
+      rest.remove(problem_.direction[pick]);
       const bool bound = rest.owed(options_.least_per_target) > 0;
       std::size_t best = pick;
       while (true) {
@@ -191,13 +199,13 @@ class Choosing {
       if (best == pick) continue;
       if (bound) {  // its sphere must stay held from all sides
         Held with = rest;
-        with.add(direction_[best]);
+        with.add(problem_.direction[best]);
         if (with.owed(options_.least_per_target) > 0) continue;
       }
       design_->drop(static_cast<Eigen::Index>(pick));
       design_->take(static_cast<Eigen::Index>(best));
       held_[own] = rest;
-      held_[candidates_[best].target].add(direction_[best]);
+      held_[candidates_[best].target].add(problem_.direction[best]);
       pick = best;
     }
     return 1.0 - variance() / before;
@@ -209,9 +217,8 @@ class Choosing {
   std::vector<Held> held_;
   std::vector<std::optional<bool>> possible_;
   Random random_;
-  Eigen::MatrixXd moves_;
+  DesignProblem problem_;  ///< rows and covariance are the design's
   std::optional<Design> design_;
-  std::vector<Eigen::Vector3d> direction_;
   std::vector<std::size_t> picked_;
 };
 

@@ -25,18 +25,9 @@ bool gives(const Cell& cell) {
                      [](const Joint& joint) { return joint.compliance_sigma_rad_per_nm > 0.0; });
 }
 
-Eigen::MatrixXd moves(const Problem& problem, const std::vector<Candidate>& candidates,
-                      const Interest& interest) {
-  const ArmModel& arm = problem.arm();
-  Eigen::VectorXd scale(arm.size());
-  for (int i = 0; i < arm.size(); ++i)
-    scale[i] = problem.unknowns()[static_cast<std::size_t>(i)].scale;
-  std::vector<JointVector> touches;
-  std::vector<Eigen::Vector3d> centres;
-  for (const Candidate& c : candidates) touches.push_back(c.contact);
-  for (const TargetBlock& block : problem.blocks())
-    centres.push_back(problem.cell().targets[block.target].centre_m);
-  const auto poses = interest_postures(interest, arm, touches, centres, kLimitMarginRad, kPoses);
+/// How the tips of the postures move.
+Eigen::MatrixXd moves(const ArmModel& arm, const std::vector<JointVector>& poses,
+                      const Eigen::VectorXd& scale, const Interest& interest) {
   if (interest.kind != Interest::Kind::kTool) return aligned_moves(arm, poses, nullptr, scale);
   // Of the tip against the flange: no motion of the base is in it.
   Eigen::MatrixXd result(3 * static_cast<Eigen::Index>(poses.size()), arm.size());
@@ -52,14 +43,25 @@ Eigen::MatrixXd moves(const Problem& problem, const std::vector<Candidate>& cand
   return result;
 }
 
+std::vector<JointVector> postures(const Problem& problem, const std::vector<Candidate>& candidates,
+                                  const Interest& interest) {
+  std::vector<JointVector> touches;
+  std::vector<Eigen::Vector3d> centres;
+  for (const Candidate& c : candidates) touches.push_back(c.contact);
+  for (const TargetBlock& block : problem.blocks())
+    centres.push_back(problem.cell().targets[block.target].centre_m);
+  return interest_postures(interest, problem.arm(), touches, centres, kLimitMarginRad, kPoses);
+}
+
 }  // namespace
 
 DesignProblem design_problem(const Cell& stated, const std::vector<Candidate>& candidates,
                              const Interest& interest) {
   // With what the geometry lacks: touches are chosen for the arm as it will be judged.
   const Cell cell = at_level(stated, {gives(stated) ? 1.0 : kUsualCompliance, 1.0, 0.0});
-  const ArmModel arm(cell.robot, cell.tool);
   DesignProblem design;
+  design.arm = std::make_shared<const ArmModel>(cell.robot, cell.tool);
+  const ArmModel& arm = *design.arm;
   std::vector<Touch> touches;
   for (const Candidate& c : candidates) {
     const Target& target = cell.targets[c.target];
@@ -83,7 +85,11 @@ DesignProblem design_problem(const Cell& stated, const std::vector<Candidate>& c
   information += lengths.transpose() * lengths;
   design.rows = rows.jacobian.topRows(rows.length_row);
   design.covariance_u = information.llt().solve(Eigen::MatrixXd::Identity(n, n));
-  design.moves_m = moves(problem, candidates, interest);
+  design.scale.resize(arm.size());
+  for (int i = 0; i < arm.size(); ++i)
+    design.scale[i] = problem.unknowns()[static_cast<std::size_t>(i)].scale;
+  design.postures = postures(problem, candidates, interest);
+  design.moves_m = moves(arm, design.postures, design.scale, interest);
   return design;
 }
 

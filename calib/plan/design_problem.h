@@ -4,9 +4,11 @@
 // priors, so that touches are chosen for the arm as it will be judged.
 
 #include <Eigen/Core>
+#include <memory>
 #include <vector>
 
 #include "calib/identify/information.h"
+#include "calib/model/kinematics.h"
 #include "calib/plan/candidates.h"
 #include "calib/plan/interest.h"
 
@@ -17,6 +19,9 @@ struct DesignProblem {
   RowMajor rows;                 ///< whitened derivatives, candidates x unknowns
   Eigen::MatrixXd covariance_u;  ///< priors and certified lengths
   Eigen::MatrixXd moves_m;       ///< 3 poses x arm's unknowns (region.h), the first ones of all
+  std::vector<JointVector> postures;       ///< those poses
+  Eigen::VectorXd scale;                   ///< SI value of each of the arm's unknowns' 1
+  std::shared_ptr<const ArmModel> arm;     ///< with all that is unknown of it
   std::vector<Eigen::Vector3d> direction;  ///< in which a candidate touches, base frame, unit
 };
 

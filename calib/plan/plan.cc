@@ -178,6 +178,7 @@ Plan make_plan(const Cell& cell, const PlanOptions& options, const JointVector& 
         fmt::format("the arm stands too close to something to start: {}; jog it free", *what));
   Plan plan = visit(cell, options, pool.clearance(), pool.router(), std::move(todo), start);
   plan.predicted_m3_m = choice.predicted_m3_m;
+  plan.predicted_u95_m = choice.predicted_u95_m;
   for (const Target& target : cell.targets)
     if (target.kind != TargetKind::kSphere) plan.left_out.push_back(target.id);
   return plan;
