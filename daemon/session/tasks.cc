@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <memory>
+#include <optional>
 #include <set>
 #include <stdexcept>
 
@@ -10,6 +12,7 @@
 #include "calib/files/files.h"
 #include "calib/identify/identify.h"
 #include "calib/model/kinematics.h"
+#include "calib/plan/duration.h"
 #include "calib/plan/plan.h"
 #include "daemon/report/report.h"
 #include "daemon/session/atomic_file.h"
@@ -82,7 +85,8 @@ std::string finished_time(const std::vector<calib::Touch>& touches, const std::s
 }
 
 void write_results(const TaskInputs& inputs, calib::Calibration calibration,
-                   const std::vector<calib::Touch>& touches) {
+                   const std::vector<calib::Touch>& touches,
+                   const std::optional<calib::Plan>& plan) {
   const std::string csv = calib::format_touches(touches, inputs.cell.robot);
   calibration.inputs = {{"cell", inputs.files.cell_name, calib::sha256(inputs.files.cell_text)},
                         {"robot", inputs.files.robot_name, calib::sha256(inputs.files.robot_text)},
@@ -98,6 +102,8 @@ void write_results(const TaskInputs& inputs, calib::Calibration calibration,
   report.cell_name = std::filesystem::path(inputs.files.cell_name).filename().string();
   report.software = calib::software_version();
   report.truth = inputs.truth(calibration);
+  report.plan = plan;
+  if (plan) report.planned_s = calib::duration_s(*plan, inputs.cell.robot, {});
 
   std::filesystem::create_directories(inputs.results_dir);
   write_atomically(inputs.results_dir / "touches.csv", csv);
@@ -126,11 +132,14 @@ std::string plan_hash(const calib::Plan& plan) {
 
 Tasks make_tasks(TaskInputs given) {
   const auto inputs = std::make_shared<const TaskInputs>(std::move(given));
+  // For the report; planning and report are jobs of one worker.
+  const auto planned_first = std::make_shared<std::optional<calib::Plan>>();
   Tasks tasks;
-  tasks.plan = [inputs] {
+  tasks.plan = [inputs, planned_first] {
     Tasks::Planned planned{calib::make_plan(inputs->cell, inputs->options.plan), ""};
     check(planned.plan, inputs->cell.robot.joints.size());
     planned.hash = plan_hash(planned.plan);
+    *planned_first = planned.plan;
     return planned;
   };
   tasks.route = [inputs](const calib::Plan& plan, std::size_t next,
@@ -145,9 +154,9 @@ Tasks make_tasks(TaskInputs given) {
   tasks.identify = [inputs](const std::vector<calib::Touch>& touches) {
     return calib::identify(inputs->cell, touches);
   };
-  tasks.report = [inputs](const calib::Calibration& calibration,
-                          const std::vector<calib::Touch>& touches) {
-    write_results(*inputs, calibration, touches);
+  tasks.report = [inputs, planned_first](const calib::Calibration& calibration,
+                                         const std::vector<calib::Touch>& touches) {
+    write_results(*inputs, calibration, touches, *planned_first);
   };
   return tasks;
 }
