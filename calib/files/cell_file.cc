@@ -74,6 +74,13 @@ void read_normal(const TomlTable& t, Target& target) {
   target.normal.normalize();
 }
 
+void read_extent(const TomlTable& t, Target& target) {
+  if (!t.has("extent_mm")) return;
+  target.extent_m = t.number("extent_mm", {1.0, 1e4}) / kMmPerM;
+  if (!target.has_centre || !target.has_normal)
+    t.fail("extent_mm", "is about a place that is not stated; state centre_mm and normal, too");
+}
+
 Target read_target(const TomlTable& t) {
   Target target;
   target.id = t.string("id");
@@ -96,6 +103,7 @@ Target read_target(const TomlTable& t) {
     target.has_centre = true;
     target.centre_m = vector_m(t.numbers("centre_mm", 3, kLengthMm));
   }
+  if (target.kind == TargetKind::kPlane) read_extent(t, target);
   target.centre_sigma_m = t.number_or("centre_sigma_mm", 0.0, kSigmaMm) / kMmPerM;
   if (has_a_centre(target.kind)) read_stand(t, target);
   t.refuse_unknown();
@@ -245,6 +253,8 @@ std::string cell_to_toml(const Cell& cell, const std::string& robot_reference) {
     if (target.kind == TargetKind::kTracker) continue;
     if (target.has_centre) out += fmt::format("centre_mm = {}\n", vec_mm(target.centre_m));
     out += fmt::format("centre_sigma_mm = {}\n", toml_number(target.centre_sigma_m * kMmPerM));
+    if (target.extent_m > 0.0)
+      out += fmt::format("extent_mm = {}\n", toml_number(target.extent_m * kMmPerM));
     if (has_a_centre(target.kind)) out += stand_to_toml(target);
   }
   for (const CertifiedLength& length : cell.lengths)

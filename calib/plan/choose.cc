@@ -28,15 +28,17 @@ constexpr double kPostureWeight = 0.3;
 /// The directions in which a sphere was touched so far.
 class Held {
  public:
+  /// `round`: has to be touched from all sides. Planes are touched from one.
+  explicit Held(bool round) : round_(round) {}
   void add(const Eigen::Vector3d& direction) { change(direction, 1); }
   void remove(const Eigen::Vector3d& direction) { change(direction, -1); }
   int count() const { return count_; }
   /// Touches still to be made for a sphere that is to have `least`.
   int owed(int least) const {
-    return count_ < least ? least - count_ : least > 0 && least_ < kSpread ? 1 : 0;
+    return count_ < least ? least - count_ : least > 0 && round_ && least_ < kSpread ? 1 : 0;
   }
   double in_worst(const Eigen::Vector3d& direction) const {
-    return std::pow(worst_.dot(direction), 2);
+    return round_ ? std::pow(worst_.dot(direction), 2) : 1.0;
   }
 
  private:
@@ -48,6 +50,7 @@ class Held {
     count_ += sign;
   }
 
+  bool round_;
   Eigen::Matrix3d sum_ = Eigen::Matrix3d::Zero();
   Eigen::Vector3d worst_ = Eigen::Vector3d::UnitZ();
   double least_ = 0.0;
@@ -60,12 +63,15 @@ class Choosing {
   Choosing(const Cell& cell, const std::vector<Candidate>& candidates, const ChooseOptions& options)
       : options_(options),
         candidates_(candidates),
-        held_(cell.targets.size()),
         possible_(candidates.size()),
         random_(options.seed),
         problem_(design_problem(cell, candidates, options.interest)) {
-    for (std::size_t t = 0; t < cell.targets.size(); ++t)
-      if (cell.targets[t].kind == TargetKind::kSphere) spheres_.push_back(t);
+    for (std::size_t t = 0; t < cell.targets.size(); ++t) {
+      if (std::any_of(candidates.begin(), candidates.end(),
+                      [t](const Candidate& c) { return c.target == t; }))
+        targets_.push_back(t);
+      held_.emplace_back(cell.targets[t].kind == TargetKind::kSphere);
+    }
     design_.emplace(std::move(problem_.rows), std::move(problem_.covariance_u), problem_.moves_m);
   }
 
@@ -103,7 +109,7 @@ class Choosing {
 
   void take(std::size_t c) {
     design_->take(static_cast<Eigen::Index>(c));
-    held_[candidates_[c].target].add(problem_.direction[c]);
+    held_[candidates_[c].target].add(candidates_[c].normal);
     picked_.push_back(c);
   }
 
@@ -112,7 +118,7 @@ class Choosing {
   std::optional<std::size_t> next(int left) {
     while (true) {
       int owed = 0, few = 0;
-      for (const std::size_t t : spheres_) {
+      for (const std::size_t t : targets_) {
         owed += held_[t].owed(options_.least_per_target);
         few += std::max(0, options_.least_per_target - held_[t].count());
       }
@@ -126,7 +132,7 @@ class Choosing {
           continue;
         double worth = this->worth(c);
         if (only_owed && own.count() >= options_.least_per_target - kForSpread)
-          worth *= own.in_worst(problem_.direction[c]);
+          worth *= own.in_worst(candidates_[c].normal);
         if (worth > best) {
           best = worth;
           pick = c;
@@ -165,7 +171,7 @@ class Choosing {
       for (std::size_t i = 0; i < candidates_[c].contact.size(); ++i)
         posture += std::pow(candidates_[c].contact[i] - candidates_[other].contact[i], 2);
       const double turned =
-          std::acos(std::clamp(problem_.direction[c].dot(problem_.direction[other]), -1.0, 1.0));
+          std::acos(std::clamp(candidates_[c].normal.dot(candidates_[other].normal), -1.0, 1.0));
       nearest = std::min(nearest, turned + kPostureWeight * std::sqrt(posture));
     }
     constexpr double kTurn = 100.0;  // above any distance
@@ -187,7 +193,7 @@ class Choosing {
       const Eigen::VectorXd gains = design_->gains_without(static_cast<Eigen::Index>(pick));
       const auto gain = [&](std::size_t c) { return gains[static_cast<Eigen::Index>(c)]; };
       Held rest = held_[own];
-      rest.remove(problem_.direction[pick]);
+      rest.remove(candidates_[pick].normal);
       const bool bound = rest.owed(options_.least_per_target) > 0;
       std::size_t best = pick;
       while (true) {
@@ -199,13 +205,13 @@ class Choosing {
       if (best == pick) continue;
       if (bound) {  // its sphere must stay held from all sides
         Held with = rest;
-        with.add(problem_.direction[best]);
+        with.add(candidates_[best].normal);
         if (with.owed(options_.least_per_target) > 0) continue;
       }
       design_->drop(static_cast<Eigen::Index>(pick));
       design_->take(static_cast<Eigen::Index>(best));
       held_[own] = rest;
-      held_[candidates_[best].target].add(problem_.direction[best]);
+      held_[candidates_[best].target].add(candidates_[best].normal);
       pick = best;
     }
     return 1.0 - variance() / before;
@@ -213,7 +219,7 @@ class Choosing {
 
   ChooseOptions options_;
   const std::vector<Candidate>& candidates_;
-  std::vector<std::size_t> spheres_;
+  std::vector<std::size_t> targets_;  ///< that there are candidates of
   std::vector<Held> held_;
   std::vector<std::optional<bool>> possible_;
   Random random_;

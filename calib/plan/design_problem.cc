@@ -69,10 +69,14 @@ DesignProblem design_problem(const Cell& stated, const std::vector<Candidate>& c
     touch.joint_rad = c.contact;
     touch.target = target.id;
     touches.push_back(std::move(touch));
-    design.direction.push_back((arm.nominal_tip_m(c.contact) - target.centre_m).stableNormalized());
   }
   std::vector<TargetPlace> places;
-  for (const Target& target : cell.targets) places.emplace_back(target.centre_m);
+  for (const Target& target : cell.targets) {
+    places.emplace_back(target.centre_m);
+    if (target.kind != TargetKind::kPlane) continue;
+    const Eigen::Vector3d across = target.normal.unitOrthogonal();
+    places.back().axes << across, target.normal.cross(across), target.normal;
+  }
   const Problem problem(cell, arm, touches, places);
   const int n = problem.size();
   const Linearisation rows =

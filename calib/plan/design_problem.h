@@ -19,10 +19,9 @@ struct DesignProblem {
   RowMajor rows;                 ///< whitened derivatives, candidates x unknowns
   Eigen::MatrixXd covariance_u;  ///< priors and certified lengths
   Eigen::MatrixXd moves_m;       ///< 3 poses x arm's unknowns (region.h), the first ones of all
-  std::vector<JointVector> postures;       ///< those poses
-  Eigen::VectorXd scale;                   ///< SI value of each of the arm's unknowns' 1
-  std::shared_ptr<const ArmModel> arm;     ///< with all that is unknown of it
-  std::vector<Eigen::Vector3d> direction;  ///< in which a candidate touches, base frame, unit
+  std::vector<JointVector> postures;    ///< those poses
+  Eigen::VectorXd scale;                ///< SI value of each of the arm's unknowns' 1
+  std::shared_ptr<const ArmModel> arm;  ///< with all that is unknown of it
 };
 
 /// `candidates`: not empty, of targets that state their centres. Throws PlanError where the region

@@ -19,9 +19,9 @@ PlannedTouch to_planned(const Cell& cell, const Candidate& c, TouchSet set,
 
 class Pool {
  public:
-  /// About `per_sphere` candidates each. Throws PlanError where a sphere cannot be touched at all.
-  /// Refers to the cell.
-  Pool(const Cell& cell, const PlanOptions& options, int per_sphere);
+  /// About `per_target` candidates each. Throws PlanError where one of these targets cannot be
+  /// touched at all. Refers to the cell.
+  Pool(const Cell& cell, const PlanOptions& options, int per_target, Kinds kinds = Kinds::kSpheres);
   Pool(const Pool&) = delete;  // parts refer to each other
 
   const std::vector<Candidate>& candidates() const { return candidates_; }

@@ -19,6 +19,7 @@ using Eigen::Vector3d;
 
 constexpr double kStandDiameterM = 0.03;
 constexpr double kStandHeightM = 0.25;
+constexpr double kPlateM = 0.01;  // thickness of what a plane is the face of
 /// Of GJK on cylinders; at FCL's own 1e-6 their distances come out up to 1.4 mm too large, at this
 /// 0.1 um.
 constexpr double kGjkTolerance = 1e-10;
@@ -36,7 +37,8 @@ Eigen::Isometry3d frame_along(const Vector3d& axis, const Vector3d& middle) {
   return frame;
 }
 
-/// A tracker stands outside, a plane is no stand, and what has no place keeps nothing clear.
+/// A tracker stands outside, a plane is the face of a plate, and what has no place keeps nothing
+/// clear.
 bool stands_here(const Target& target) { return has_a_centre(target.kind) && target.has_centre; }
 
 std::shared_ptr<fcl::CollisionGeometryd> hierarchy(const Mesh& mesh) {
@@ -142,6 +144,16 @@ Surroundings::Surroundings(const Cell& cell) {
   const Vector3d up = up_of(cell.robot);
   for (std::size_t t = 0; t < cell.targets.size(); ++t) {
     const Target& target = cell.targets[t];
+    if (target.kind == TargetKind::kPlane && target.has_centre && target.has_normal &&
+        target.extent_m > 0.0) {
+      Thing plate;  // what is known of it: it is solid just behind its face
+      plate.words = "plane " + target.id;
+      plate.target = static_cast<int>(t);
+      plate.set_cylinder(
+          frame_along(target.normal, target.centre_m - kPlateM / 2.0 * target.normal),
+          target.extent_m, kPlateM);
+      things_.push_back(std::move(plate));
+    }
     if (!stands_here(target)) continue;
     Thing ball;
     ball.words = (target.kind == TargetKind::kSphere ? "sphere " : "target ") + target.id;

@@ -1,6 +1,6 @@
 #pragma once
-// What stands still in a cell: spheres, stands, obstacles, the floor. Distances of a capsule's axis
-// from each; of boxes, cylinders and meshes by FCL.
+// What stands still in a cell: spheres, stands, planes as far as they go, obstacles, the floor.
+// Distances of a capsule's axis from each; of boxes, cylinders and meshes by FCL.
 
 #include <memory>
 #include <string>

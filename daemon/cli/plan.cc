@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "calib/files/files.h"
+#include "calib/plan/candidates.h"
 #include "calib/plan/duration.h"
 #include "daemon/cli/exit_status.h"
 #include "daemon/cli/offline.h"
@@ -57,10 +58,12 @@ std::string json(const calib::Plan& plan, const calib::Robot& robot) {
          "\n";
 }
 
-std::string left_out_comment(const calib::Plan& plan) {
-  std::string names;
-  for (const std::string& id : plan.left_out) names += (names.empty() ? "" : ", ") + id;
-  return names.empty() ? names : "# only spheres are planned; left out: " + names + "\n";
+std::string left_out_comment(const calib::Plan& plan, const calib::Cell& cell) {
+  std::string lines;
+  for (const std::string& id : plan.left_out)
+    lines += "# left out: " + id + ", " +
+             calib::why_not_planned(cell.targets[cell.target_index(id)]) + "\n";
+  return lines;
 }
 
 }  // namespace
@@ -80,7 +83,7 @@ int plan(const PlanCommand& command) {
   }
   std::vector<calib::Touch> touches;
   for (const calib::PlannedTouch& planned : made.touches) touches.push_back(nominal_touch(planned));
-  put("# planned on nominal geometry, not measured\n" + left_out_comment(made) +
+  put("# planned on nominal geometry, not measured\n" + left_out_comment(made, cell) +
           fmt::format(
               "# predicted over the region ({}): mean error {:.3f} mm, u95 {:.3f} mm; robot time "
               "{:.1f} min at its own speeds\n",

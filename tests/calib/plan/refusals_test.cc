@@ -75,7 +75,7 @@ TEST(PlanRefusal, NeedsASphere) {
   EXPECT_NE(refusal(cell).find("no sphere"), std::string::npos);
 }
 
-TEST(PlanRefusal, LeavesOutWhatIsNoSphereAndSaysSo) {
+TEST(PlanRefusal, LeavesOutWhatNoTouchesCanBePlannedOfAndSaysSo) {
   Cell cell = demo_cell();
   cell.targets.push_back({});
   cell.targets.back().id = "P";
