@@ -12,8 +12,8 @@
 #include "calib/files/files.h"
 #include "calib/identify/identify.h"
 #include "calib/model/kinematics.h"
+#include "calib/plan/course.h"
 #include "calib/plan/duration.h"
-#include "calib/plan/plan.h"
 #include "daemon/report/report.h"
 #include "daemon/session/atomic_file.h"
 
@@ -130,18 +130,73 @@ std::string plan_hash(const calib::Plan& plan) {
   return calib::sha256(bytes);
 }
 
+namespace {
+
+/// Touches chosen one by one. Used by the worker alone, job after job.
+class Chooser {
+ public:
+  /// `chosen`: gets every touch as it is chosen.
+  Chooser(std::shared_ptr<const TaskInputs> inputs,
+          std::shared_ptr<std::optional<calib::Plan>> chosen)
+      : inputs_(std::move(inputs)), all_(std::move(chosen)) {}
+
+  Tasks::Planned begin() {
+    const calib::CourseOptions options{inputs_->options.plan, inputs_->options.goal};
+    course_.emplace(inputs_->cell, options, inputs_->made);
+    learnt_ = inputs_->made.size();
+    return {{}, "", course_->progress()};
+  }
+
+  Tasks::Chosen choose(const ChooseTouch& how, const std::vector<calib::Touch>& touches,
+                       const calib::JointVector& from) {
+    if (how.failed) course_->failed();
+    for (; learnt_ < touches.size(); ++learnt_) course_->touched(touches[learnt_]);
+    Tasks::Chosen chosen;
+    if (!*all_) {
+      all_->emplace();
+      (*all_)->start = from;
+    }
+    if (auto touch = course_->next(from, how.in_contact)) {
+      (*all_)->touches.push_back(*touch);
+      chosen.plan.touches.push_back(std::move(*touch));
+    } else {
+      chosen.plan.home = course_->way_home();
+    }
+    check(chosen.plan, inputs_->cell.robot.joints.size());
+    chosen.progress = course_->progress();
+    return chosen;
+  }
+
+ private:
+  std::shared_ptr<const TaskInputs> inputs_;
+  std::shared_ptr<std::optional<calib::Plan>> all_;
+  std::optional<calib::Course> course_;
+  std::size_t learnt_ = 0;
+};
+
+}  // namespace
+
 Tasks make_tasks(TaskInputs given) {
   const auto inputs = std::make_shared<const TaskInputs>(std::move(given));
   // For the report; planning and report are jobs of one worker.
   const auto planned_first = std::make_shared<std::optional<calib::Plan>>();
   Tasks tasks;
-  tasks.plan = [inputs, planned_first] {
-    Tasks::Planned planned{calib::make_plan(inputs->cell, inputs->options.plan), ""};
-    check(planned.plan, inputs->cell.robot.joints.size());
-    planned.hash = plan_hash(planned.plan);
-    *planned_first = planned.plan;
-    return planned;
-  };
+  if (inputs->options.one_by_one) {
+    const auto chooser = std::make_shared<Chooser>(inputs, planned_first);
+    tasks.plan = [chooser] { return chooser->begin(); };
+    tasks.choose = [chooser](const ChooseTouch& how, const std::vector<calib::Touch>& touches,
+                             const calib::JointVector& from) {
+      return chooser->choose(how, touches, from);
+    };
+  } else {
+    tasks.plan = [inputs, planned_first] {
+      Tasks::Planned planned{calib::make_plan(inputs->cell, inputs->options.plan), "", {}};
+      check(planned.plan, inputs->cell.robot.joints.size());
+      planned.hash = plan_hash(planned.plan);
+      *planned_first = planned.plan;
+      return planned;
+    };
+  }
   tasks.route = [inputs](const calib::Plan& plan, std::size_t next,
                          const calib::JointVector& from) {
     calib::Plan routed = calib::resume_plan(inputs->cell, plan, next, from);
