@@ -157,7 +157,9 @@ class Chooser {
       (*all_)->start = from;
     }
     if (auto touch = course_->next(from, how.in_contact)) {
-      (*all_)->touches.push_back(*touch);
+      auto& all = (*all_)->touches;  // one that was offered before is on another way now
+      if (!all.empty() && all.back().clear == touch->clear) all.pop_back();
+      all.push_back(*touch);
       chosen.plan.touches.push_back(std::move(*touch));
     } else {
       chosen.plan.home = course_->way_home();
