@@ -15,8 +15,9 @@ namespace cellcal::calib {
 
 namespace {
 
-/// Smallest eigenvalue of a sphere's sum of d d' over its touches, d the unit direction of a touch,
-/// for its centre to be held from all sides (the verdict withholds results below a tenth of it).
+/// Smallest eigenvalue of a target's sum of d d' over its touches, d the unit direction of a touch
+/// of a sphere, for its place to be held from all sides (the verdict withholds results below a
+/// tenth of it).
 constexpr double kSpread = 0.5;
 /// The last touches owed to a sphere go where it is held worst.
 constexpr int kForSpread = 2;
@@ -25,20 +26,19 @@ constexpr double kWorthIt = 1e-3;
 /// In an even choice a radian of posture counts as much as this of touch direction.
 constexpr double kPostureWeight = 0.3;
 
-/// The directions in which a sphere was touched so far.
+/// The directions in which a target was touched so far; of a plane (x, y, 1) of the place in its
+/// circle, which together hold tilts and shift.
 class Held {
  public:
-  /// `round`: has to be touched from all sides. Planes are touched from one.
-  explicit Held(bool round) : round_(round) {}
   void add(const Eigen::Vector3d& direction) { change(direction, 1); }
   void remove(const Eigen::Vector3d& direction) { change(direction, -1); }
   int count() const { return count_; }
   /// Touches still to be made for a sphere that is to have `least`.
   int owed(int least) const {
-    return count_ < least ? least - count_ : least > 0 && round_ && least_ < kSpread ? 1 : 0;
+    return count_ < least ? least - count_ : least > 0 && least_ < kSpread ? 1 : 0;
   }
   double in_worst(const Eigen::Vector3d& direction) const {
-    return round_ ? std::pow(worst_.dot(direction), 2) : 1.0;
+    return std::pow(worst_.dot(direction), 2);
   }
 
  private:
@@ -50,7 +50,6 @@ class Held {
     count_ += sign;
   }
 
-  bool round_;
   Eigen::Matrix3d sum_ = Eigen::Matrix3d::Zero();
   Eigen::Vector3d worst_ = Eigen::Vector3d::UnitZ();
   double least_ = 0.0;
@@ -63,6 +62,7 @@ class Choosing {
   Choosing(const Cell& cell, const std::vector<Candidate>& candidates, const ChooseOptions& options)
       : options_(options),
         candidates_(candidates),
+        held_(cell.targets.size()),
         possible_(candidates.size()),
         random_(options.seed),
         problem_(design_problem(cell, candidates, options.interest)) {
@@ -70,7 +70,16 @@ class Choosing {
       if (std::any_of(candidates.begin(), candidates.end(),
                       [t](const Candidate& c) { return c.target == t; }))
         targets_.push_back(t);
-      held_.emplace_back(cell.targets[t].kind == TargetKind::kSphere);
+    }
+    for (const Candidate& c : candidates) {
+      const Target& target = cell.targets[c.target];
+      tells_.push_back(c.normal);
+      if (target.kind != TargetKind::kPlane) continue;
+      // Where on the circle, and 1 for the shift along the normal.
+      const Eigen::Vector3d across = target.normal.unitOrthogonal();
+      const Eigen::Vector3d place =
+          (problem_.arm->nominal_tip_m(c.contact) - target.centre_m) / (target.extent_m / 2.0);
+      tells_.back() = {place.dot(across), place.dot(target.normal.cross(across)), 1.0};
     }
     design_.emplace(std::move(problem_.rows), std::move(problem_.covariance_u), problem_.moves_m);
   }
@@ -109,7 +118,7 @@ class Choosing {
 
   void take(std::size_t c) {
     design_->take(static_cast<Eigen::Index>(c));
-    held_[candidates_[c].target].add(candidates_[c].normal);
+    held_[candidates_[c].target].add(tells_[c]);
     picked_.push_back(c);
   }
 
@@ -132,7 +141,7 @@ class Choosing {
           continue;
         double worth = this->worth(c);
         if (only_owed && own.count() >= options_.least_per_target - kForSpread)
-          worth *= own.in_worst(candidates_[c].normal);
+          worth *= own.in_worst(tells_[c]);
         if (worth > best) {
           best = worth;
           pick = c;
@@ -171,7 +180,7 @@ class Choosing {
       for (std::size_t i = 0; i < candidates_[c].contact.size(); ++i)
         posture += std::pow(candidates_[c].contact[i] - candidates_[other].contact[i], 2);
       const double turned =
-          std::acos(std::clamp(candidates_[c].normal.dot(candidates_[other].normal), -1.0, 1.0));
+          std::acos(std::clamp(tells_[c].normalized().dot(tells_[other].normalized()), -1.0, 1.0));
       nearest = std::min(nearest, turned + kPostureWeight * std::sqrt(posture));
     }
     constexpr double kTurn = 100.0;  // above any distance
@@ -193,7 +202,7 @@ class Choosing {
       const Eigen::VectorXd gains = design_->gains_without(static_cast<Eigen::Index>(pick));
       const auto gain = [&](std::size_t c) { return gains[static_cast<Eigen::Index>(c)]; };
       Held rest = held_[own];
-      rest.remove(candidates_[pick].normal);
+      rest.remove(tells_[pick]);
       const bool bound = rest.owed(options_.least_per_target) > 0;
       std::size_t best = pick;
       while (true) {
@@ -205,13 +214,13 @@ class Choosing {
       if (best == pick) continue;
       if (bound) {  // its sphere must stay held from all sides
         Held with = rest;
-        with.add(candidates_[best].normal);
+        with.add(tells_[best]);
         if (with.owed(options_.least_per_target) > 0) continue;
       }
       design_->drop(static_cast<Eigen::Index>(pick));
       design_->take(static_cast<Eigen::Index>(best));
       held_[own] = rest;
-      held_[candidates_[best].target].add(candidates_[best].normal);
+      held_[candidates_[best].target].add(tells_[best]);
       pick = best;
     }
     return 1.0 - variance() / before;
@@ -220,6 +229,8 @@ class Choosing {
   ChooseOptions options_;
   const std::vector<Candidate>& candidates_;
   std::vector<std::size_t> targets_;  ///< that there are candidates of
+  /// What a touch says about where its target is: of a sphere the direction in which it is touched.
+  std::vector<Eigen::Vector3d> tells_;
   std::vector<Held> held_;
   std::vector<std::optional<bool>> possible_;
   Random random_;

@@ -26,6 +26,7 @@ using Values = ob::RealVectorStateSpace::StateType;
 
 /// Longest step of a tree in joint space: a sixth of a turn of one joint.
 constexpr double kStepRad = 1.0;
+constexpr double kLeastRangeRad = 1e-9;  // of a joint that is held: OMPL wants some
 /// Attempts to cut a corner, per waypoint.
 constexpr int kCuts = 40;
 
@@ -128,6 +129,7 @@ Detour find_detour(const Robot& robot, const Clearance& clearance, const JointVe
     const double most = i < kFirstWristJoint ? std::numeric_limits<double>::max() : kWristRad;
     bounds.low[i] = std::min(std::max(joint.min_rad + options.limit_margin_rad, -most), low);
     bounds.high[i] = std::max(std::min(joint.max_rad - options.limit_margin_rad, most), high);
+    bounds.high[i] = std::max(bounds.high[i], bounds.low[i] + kLeastRangeRad);
   }
   space->setBounds(bounds);
   space->setStateSamplerAllocator(

@@ -78,8 +78,6 @@ TEST(PlannedPlane, IsIdentifiedFromWhatWasPlanned) {
     touch.target = planned.target;
     touch.set = planned.set;
     const double share = planned.expected_m / planned.search_m;
-    const ArmModel arm = planning_arm(cell);
-    Eigen::Isometry3d pose = arm.nominal_tcp(planned.standoff);
     for (std::size_t i = 0; i < planned.standoff.size(); ++i)
       touch.joint_rad.push_back(planned.standoff[i] +
                                 share * (planned.end[i] - planned.standoff[i]));
