@@ -88,7 +88,7 @@ std::vector<JointVector> Router::detour(const JointVector& from, const JointVect
   return find_detour(cell_.robot, clearance_, from, to, options).way;
 }
 
-std::optional<std::vector<JointVector>> Router::sampled_way(const Candidate& to) {
+std::optional<std::vector<JointVector>> Router::sampled_way(const Candidate& to) const {
   Hard& hard = hard_[to.target];
   if (!hard.allowed) return std::nullopt;
   // Along a way to another touch of the same target, nearly to its end: what is left is short.
@@ -110,7 +110,7 @@ std::optional<std::vector<JointVector>> Router::sampled_way(const Candidate& to)
   return way;
 }
 
-bool Router::connect(Candidate& candidate) {
+bool Router::connect(Candidate& candidate) const {
   auto in = simple_way(rest_, nullptr, candidate);
   if (!in) in = sampled_way(candidate);
   if (!in) return false;

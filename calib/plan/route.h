@@ -27,7 +27,7 @@ class Router {
 
   /// Finds the candidate's ways from and to the resting posture; false where there is none. With
   /// them a way between any two candidates exists.
-  bool connect(Candidate& candidate);
+  bool connect(Candidate& candidate) const;
   /// Waypoints from `from` (not among them) to `to.standoff` (the last). `leaving`: the sphere that
   /// the arm leaves, if any. Empty where no way was found.
   std::optional<std::vector<JointVector>> to_standoff(const JointVector& from,
@@ -45,7 +45,7 @@ class Router {
   std::optional<std::vector<JointVector>> simple_way(const JointVector& from,
                                                      const Candidate* leaving,
                                                      const Candidate& to) const;
-  std::optional<std::vector<JointVector>> sampled_way(const Candidate& to);
+  std::optional<std::vector<JointVector>> sampled_way(const Candidate& to) const;
   std::vector<JointVector> detour(const JointVector& from, const JointVector& to,
                                   int most_steps) const;
 
@@ -59,7 +59,7 @@ class Router {
     int failed = 0;                               ///< in a row
     std::vector<std::vector<JointVector>> found;  ///< from the resting posture to stand-offs
   };
-  std::vector<Hard> hard_;  ///< per target
+  mutable std::vector<Hard> hard_;  ///< per target; what was sampled is kept for the next
 };
 
 }  // namespace cellcal::calib

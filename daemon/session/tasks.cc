@@ -141,7 +141,8 @@ class Chooser {
       : inputs_(std::move(inputs)), all_(std::move(chosen)) {}
 
   Tasks::Planned begin() {
-    const calib::CourseOptions options{inputs_->options.plan, inputs_->options.goal};
+    const calib::CourseOptions options{inputs_->options.plan, inputs_->options.goal,
+                                       inputs_->options.find};
     course_.emplace(inputs_->cell, options, inputs_->made);
     learnt_ = inputs_->made.size();
     return {{}, "", course_->progress()};
@@ -149,7 +150,7 @@ class Chooser {
 
   Tasks::Chosen choose(const ChooseTouch& how, const std::vector<calib::Touch>& touches,
                        const calib::JointVector& from) {
-    if (how.failed) course_->failed();
+    if (how.failed) course_->failed(*how.failed);
     for (; learnt_ < touches.size(); ++learnt_) course_->touched(touches[learnt_]);
     Tasks::Chosen chosen;
     if (!*all_) {
@@ -159,13 +160,14 @@ class Chooser {
     if (auto touch = course_->next(from, how.in_contact)) {
       auto& all = (*all_)->touches;  // one that was offered before is on another way now
       if (!all.empty() && all.back().clear == touch->clear) all.pop_back();
-      all.push_back(*touch);
+      if (!touch->may_miss) all.push_back(*touch);
       chosen.plan.touches.push_back(std::move(*touch));
     } else {
       chosen.plan.home = course_->way_home();
     }
     check(chosen.plan, inputs_->cell.robot.joints.size());
     chosen.progress = course_->progress();
+    chosen.stage = course_->stage();
     return chosen;
   }
 
