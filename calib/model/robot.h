@@ -87,6 +87,8 @@ struct Target {
   bool has_normal = false;      ///< planes: normal is stated
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< unit, base frame, to the side of the tips
   double normal_sigma_rad = 0.0;                      ///< 0: no prior, the touches decide
+  /// Planes: it may be touched inside a circle of this diameter about centre_m; 0: not stated.
+  double extent_m = 0.0;
   bool has_stand = true;          ///< a vertical post below it; of what has a centre
   double stand_diameter_m = 0.0;  ///< 0: assumed (plan)
   double stand_height_m = 0.0;    ///< from its lowest point down; 0: assumed (plan)
