@@ -18,8 +18,7 @@ constexpr milliseconds kKeepAliveLimit{CTP_KEEPALIVE_LIMIT_MS};
 constexpr milliseconds kRepeatMin{CTP_REPEAT_MIN_MS};
 constexpr std::chrono::seconds kSelfTestMaxAge{CTP_SELF_TEST_MAX_AGE_S};
 constexpr milliseconds kSelfTestPull{CTP_SELF_TEST_MS};
-/// An edge that is neither confirmed nor dismissed by then is noise.
-constexpr milliseconds kMaxConfirm{50};
+constexpr milliseconds kMaxConfirm{CTP_CONFIRM_MAX_MS};
 /// The real one keeps its events in a few hundred bytes.
 constexpr std::size_t kMaxEvents = 8;
 constexpr std::size_t kMaxNaks = 4;
@@ -307,7 +306,9 @@ void Microcontroller::on_hello(const ctp::Hello& hello) {
 
 void Microcontroller::on_config(const ctp::Config& config) {
   const bool good = config.confirm_samples > 0 && config.sample_us > 0 && config.heartbeat_ms > 0 &&
-                    config.open_mv > config.contact_mv && config.polarity <= CTP_CONTACT_IS_HIGH;
+                    config.open_mv > config.contact_mv && config.polarity <= CTP_CONTACT_IS_HIGH &&
+                    // or nothing would ever be confirmed
+                    config.confirm_samples * microseconds{config.sample_us} <= kMaxConfirm;
   if (!greeted_ || !good) {
     nak(CTP_CONFIG, greeted_ ? CTP_NAK_BAD_ARGUMENT : CTP_NAK_BAD_VERSION);
     return;
@@ -331,7 +332,7 @@ void Microcontroller::on_arm(const ctp::Arm& arm, TimePoint t) {
       reason = CTP_NAK_LOOP_BROKEN;
     } else if (self_test_until_) {
       reason = CTP_NAK_SELF_TEST_OLD;
-    } else if (seen_level_ || contact_) {
+    } else if (seen_level_ || contact_ || mv <= config_.contact_mv) {
       reason = CTP_NAK_IN_CONTACT;
     } else if (mv > config_.contact_mv && mv < config_.open_mv) {
       reason = CTP_NAK_VOLTAGE_UNDEFINED;
