@@ -4,8 +4,8 @@
  *   A0  PC0 ADC0  sense line's voltage
  *   A1  PC1 ADC1  feed's voltage, behind its resistor
  *   D7  PD7       test: pulls the sense line down through 100 ohms, or lifts it by the pin's pull-up
- *   D2  PD2       to ground: 250 000 baud        (read once, after a reset)
- *   D3  PD3       to ground: 115 200 baud
+ *   D4  PD4       to ground: 250 000 baud        (read once, after a reset)
+ *   D5  PD5       to ground: 115 200 baud
  *   D13 PB5       the board's lamp: contact
  *   D0, D1        serial line */
 #pragma once
@@ -20,7 +20,7 @@
 #error "timer 1 counts ticks of 0.5 us at 16 MHz only"
 #endif
 
-enum { SENSE_BIT = 0, LAMP_BIT = 5, TEST_BIT = 7, BAUD_250K_BIT = 2, BAUD_115K_BIT = 3 };
+enum { SENSE_BIT = 0, LAMP_BIT = 5, TEST_BIT = 7, BAUD_250K_BIT = 4, BAUD_115K_BIT = 5 };
 
 /* What the loop is fed with and the converter refers to, in mV. Both follow the same supply, so a
  * supply that is off shifts no band. */
@@ -38,10 +38,15 @@ uint32_t clock_now(void);
 uint32_t clock_now_in_interrupt(void);
 /* The oldest edge that was not taken yet. */
 bool clock_take_edge(uint32_t* t, bool* pin_high);
+/* There is one. */
+bool clock_has_edge(void);
 /* Once per turn of the main loop: catches up after an edge that the capture could not follow. */
 void clock_watch_pin(void);
-/* Sleeps until an interrupt, at most for so many ticks. */
+/* Sleeps until an interrupt, at most for so many ticks; not at all if there was one since stay_up().
+ * What has happened is never slept over: every interrupt that leaves something to do says so. */
 void clock_sleep(uint16_t ticks);
+static inline void stay_up(void) { GPIOR0 = 0; }
+static inline void wake_up(void) { GPIOR0 = 1; } /* in interrupts */
 
 static inline bool sense_pin(void) { return (PINB & (1u << SENSE_BIT)) != 0; }
 
@@ -55,6 +60,8 @@ bool uart_take(uint8_t* byte, uint32_t* t);
 bool uart_free(void);
 /* Sends bytes that stay where they are until uart_free(). */
 void uart_send(const uint8_t* bytes, uint8_t size);
+/* The same, with the first bit at `begin`: true if it is that time, to 2 us. */
+bool uart_send_at(const uint8_t* bytes, uint8_t size, uint32_t begin);
 
 /* analog.c: voltages --------------------------------------------------------------------------- */
 

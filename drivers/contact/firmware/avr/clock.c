@@ -8,7 +8,7 @@
 
 #include "board.h"
 
-enum { EDGES = 16, EDGES_MASK = EDGES - 1 };
+enum { EDGES = 32, EDGES_MASK = EDGES - 1 };
 #define HALF_TURN 0x8000u
 
 typedef struct {
@@ -56,6 +56,7 @@ static bool note(uint32_t t, bool high) {
   edges[edges_in].pin_high = high;
   edges_in = next;
   last_high = high;
+  wake_up();
   return true;
 }
 
@@ -82,6 +83,8 @@ ISR(TIMER1_CAPT_vect) {
   }
 }
 
+bool clock_has_edge(void) { return edges_in != edges_out; }
+
 bool clock_take_edge(uint32_t* t, bool* pin_high) {
   const uint8_t out = edges_out;
   if (out == edges_in) return false;
@@ -95,17 +98,17 @@ void clock_watch_pin(void) {
   ATOMIC_BLOCK(ATOMIC_RESTORESTATE) {
     const bool high = sense_pin();
     const bool stopped = (TIMSK1 & (1 << ICIE1)) == 0;
-    if (high == last_high && !stopped) {
+    const bool caught = !stopped && (TIFR1 & (1 << ICF1)) != 0; /* its interrupt comes at once */
+    if (!stopped && (high == last_high || caught)) {
       odd_turns = 0;
-    } else if ((TIFR1 & (1 << ICF1)) == 0 || stopped) {
+    } else if (edges_in == edges_out && (stopped || ++odd_turns >= 2)) {
       /* Twice, since the canceller is a little behind the pin. */
-      if (++odd_turns >= 2 && edges_in == edges_out) {
-        odd_turns = 0;
-        if (high != last_high) note(clock_now_in_interrupt(), high);
-        wait_for_other(high);
-        TIMSK1 |= (1 << ICIE1);
-      }
+      odd_turns = 0;
+      if (high != last_high) note(clock_now_in_interrupt(), high);
+      wait_for_other(high);
+      TIMSK1 |= (1 << ICIE1);
     }
+    if (odd_turns != 0) wake_up();
   }
 }
 
@@ -115,13 +118,12 @@ EMPTY_INTERRUPT(TIMER1_COMPA_vect)
 void clock_sleep(uint16_t ticks) {
   set_sleep_mode(SLEEP_MODE_IDLE);
   cli();
-  OCR1A = (uint16_t)(TCNT1 + ticks);
-  TIFR1 = (1 << OCF1A);
-  TIMSK1 |= (1 << OCIE1A);
-  /* What came meanwhile wakes at once: the instruction after sei() is always executed first. */
-  if (edges_in == edges_out) {
+  if (GPIOR0 == 0) {
+    OCR1A = (uint16_t)(TCNT1 + ticks);
+    TIFR1 = (1 << OCF1A);
+    TIMSK1 |= (1 << OCIE1A);
     sleep_enable();
-    sei();
+    sei(); /* the next instruction is executed before any interrupt: none can slip between */
     sleep_cpu();
     sleep_disable();
   }

@@ -4,6 +4,7 @@
 #include <avr/eeprom.h>
 #include <avr/interrupt.h>
 #include <avr/wdt.h>
+#include <string.h>
 
 #include "board.h"
 #include "drivers/contact/firmware/core/boot_record.h"
@@ -13,14 +14,17 @@ enum { FIRMWARE_MAJOR = 1, FIRMWARE_MINOR = 0, FIRMWARE_PATCH = 0 };
 
 /* From the choice of a PONG to its first bit: what it takes to build it, and the two bytes of the
  * frame before that may still be in the transmitter. */
-enum { BUILD_TICKS = 300, BYTES_IN_TRANSMITTER = 2 };
+enum { BUILD_TICKS = 400, BYTES_IN_TRANSMITTER = 2 };
+/* A rattle of a few us at a time is over by then. */
+enum { PING_GUARD_TICKS = 400 };
 /* Taken in one turn of the main loop, so that no flood delays a trip. */
-enum { BYTES_PER_TURN = 8, EDGES_PER_TURN = 16 };
+enum { BYTES_PER_TURN = 8, EDGES_PER_TURN = 32 };
 /* Not worth falling asleep for less; the voltages want a look at least so often. */
 enum { SHORTEST_SLEEP = 60, LONGEST_SLEEP = 400 };
 
 static sensor touch_sensor;
 static uint8_t wire[CTP_MAX_WIRE];
+static bool flooded; /* bytes were left for the next turn */
 
 /* Kept from before the C runtime clears memory: the cause of the reset, and what a boot loader that
  * cleared it has left in r2 (optiboot does). */
@@ -57,6 +61,9 @@ static uint32_t chip_id(void) {
 }
 
 static void apply(sensor_pull pull) {
+  static sensor_pull applied = SENSOR_RELEASED;
+  if (pull == applied) return;
+  applied = pull;
   switch (pull) {
     case SENSOR_PULLED_LOW:
       PORTD &= (uint8_t)~(1 << TEST_BIT);
@@ -93,6 +100,7 @@ static void start(void) {
   identity.reset_cause =
       reset_flags & (CTP_RESET_POWER | CTP_RESET_PIN | CTP_RESET_BROWN_OUT | CTP_RESET_WATCHDOG);
   identity.baud = uart_start();
+  identity.ping_guard = PING_GUARD_TICKS;
   identity.pong_lead =
       (uint16_t)(BUILD_TICKS + BYTES_IN_TRANSMITTER * CTP_BITS_PER_BYTE *
                                    ((CTP_TICKS_PER_S + identity.baud - 1) / identity.baud));
@@ -110,32 +118,65 @@ static void listen(void) {
   uint8_t byte;
   uint8_t taken;
   uint16_t sense_mv, feed_mv;
-  clock_watch_pin();
   for (taken = 0; taken < EDGES_PER_TURN && clock_take_edge(&t, &pin_high); ++taken) {
     sensor_on_edge(&touch_sensor, t, pin_high);
   }
+  clock_watch_pin();
   for (taken = 0; taken < BYTES_PER_TURN && uart_take(&byte, &t); ++taken) {
     sensor_on_byte(&touch_sensor, byte, t);
   }
+  flooded = taken == BYTES_PER_TURN;
   if (analog_take(&sense_mv, &feed_mv)) sensor_on_voltages(&touch_sensor, sense_mv, feed_mv);
 }
 
 static void speak(void) {
+  static uint8_t trip[CTP_MAX_WIRE];
+  static uint8_t trip_size;
+  const uint32_t now = clock_now();
   uint32_t begin;
   uint8_t size;
+  /* Nothing overtakes a trip: it is built while the frame before it is still being sent. */
+  if (touch_sensor.trip_due && trip_size == 0) {
+    trip_size = sensor_next_frame(&touch_sensor, now, trip, &begin);
+  }
   if (!uart_free()) return;
-  size = sensor_next_frame(&touch_sensor, clock_now(), wire, &begin);
+  if (trip_size != 0) {
+    memcpy(wire, trip, trip_size);
+    uart_send(wire, trip_size);
+    trip_size = 0;
+    return;
+  }
+  size = sensor_next_frame(&touch_sensor, now, wire, &begin);
   if (size == 0) return;
-  while ((int32_t)(begin - clock_now()) > 0) continue;
-  uart_send(wire, size);
+  if (begin == now) {
+    uart_send(wire, size);
+    return;
+  }
+  /* A PONG that is not sent at the time that it states is worse than none, and one that is waited
+   * for is not worth a trip's time. */
+  while (!clock_has_edge() && !uart_send_at(wire, size, begin)) {
+    if ((int32_t)(begin - clock_now()) < 0) return;
+  }
+}
+
+static void rest(void) {
+  uint32_t wait;
+  if (flooded) return;
+  wait = sensor_wait(&touch_sensor, clock_now(), uart_free());
+  if (wait >= SHORTEST_SLEEP) {
+    clock_sleep((uint16_t)(wait < LONGEST_SLEEP ? wait : LONGEST_SLEEP));
+  }
 }
 
 int main(void) {
+  uint32_t now;
   start();
   for (;;) {
     wdt_reset();
+    stay_up();
+    now = clock_now(); /* before the edges are taken: those up to now are there */
     listen();
-    sensor_run(&touch_sensor, clock_now(), sense_pin());
+    sensor_run(&touch_sensor, now);
     apply(sensor_drive(&touch_sensor));
     if (touch_sensor.touch.contact) {
       PORTB |= (1 << LAMP_BIT);
@@ -143,5 +184,6 @@ int main(void) {
       PORTB &= (uint8_t)~(1 << LAMP_BIT);
     }
     speak();
+    rest();
   }
 }

@@ -10,7 +10,9 @@ enum {
   BYTES = 128, /* more than two of the longest frames */
   BYTES_MASK = BYTES - 1,
   STAMPS = 16, /* ends of frames that wait */
-  STAMPS_MASK = STAMPS - 1
+  STAMPS_MASK = STAMPS - 1,
+  NEARLY_TICKS = 40, /* waited for with interrupts off: the receiver holds two bytes, 20 us */
+  LATEST_TICKS = 4
 };
 
 static uint8_t bytes[BYTES];
@@ -53,6 +55,7 @@ ISR(USART_RX_vect) {
   }
   bytes[bytes_in] = byte;
   bytes_in = next;
+  if (byte == 0) wake_up(); /* before it there is no frame */
 }
 
 bool uart_take(uint8_t* byte, uint32_t* t) {
@@ -72,7 +75,10 @@ ISR(USART_UDRE_vect) {
   const uint8_t* at = sending;
   UDR0 = *at;
   sending = at + 1;
-  if (--left == 0) UCSR0B &= (uint8_t)~(1 << UDRIE0);
+  if (--left == 0) {
+    UCSR0B &= (uint8_t)~(1 << UDRIE0);
+    wake_up();
+  }
 }
 
 bool uart_free(void) { return left == 0; }
@@ -81,4 +87,18 @@ void uart_send(const uint8_t* frame, uint8_t size) {
   sending = frame;
   left = size;
   UCSR0B |= (1 << UDRIE0);
+}
+
+bool uart_send_at(const uint8_t* frame, uint8_t size, uint32_t begin) {
+  bool sent = false;
+  ATOMIC_BLOCK(ATOMIC_RESTORESTATE) { /* or other interrupts would come between time and byte */
+    const int32_t early = (int32_t)(begin - clock_now_in_interrupt());
+    if (early <= NEARLY_TICKS && early >= -LATEST_TICKS) {
+      while ((int16_t)((uint16_t)begin - TCNT1) > 0) continue;
+      UDR0 = frame[0];
+      uart_send(frame + 1, (uint8_t)(size - 1));
+      sent = true;
+    }
+  }
+  return sent;
 }

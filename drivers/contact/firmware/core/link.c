@@ -80,7 +80,7 @@ typedef struct {
   uint16_t crc;
 } stuffer;
 
-static void stuff(stuffer* s, uint8_t byte) {
+static inline void stuff(stuffer* s, uint8_t byte) {
   if (byte == 0) {
     s->wire[s->code_at] = (uint8_t)(s->size - s->code_at);
     s->code_at = s->size++;
@@ -89,7 +89,7 @@ static void stuff(stuffer* s, uint8_t byte) {
   }
 }
 
-static void stuff_checked(stuffer* s, uint8_t byte) {
+static inline void stuff_checked(stuffer* s, uint8_t byte) {
   s->crc = ctp_crc16_step(s->crc, byte);
   stuff(s, byte);
 }

@@ -75,26 +75,34 @@ void sensor_level(sensor* s, uint32_t t, bool closed) {
   s->latched = true;
 }
 
-void sensor_on_edge(sensor* s, uint32_t t, bool pin_high) {
-  s->pin_high = pin_high;
-  sensor_level(s, t, sensor_closed(s, pin_high));
-}
-
-static void look(sensor* s, uint32_t now) {
-  const touch_outcome outcome = touch_sample(&s->touch, &s->rule, now, sensor_closed(s, s->pin_high));
+static void look(sensor* s) {
+  const uint32_t t = s->touch.sample;
+  const touch_outcome outcome = touch_sample(&s->touch, &s->rule);
+  bool level;
   if (outcome == TOUCH_UNDECIDED) return;
   s->status_due = true;
   if (outcome == TOUCH_CONFIRMED) {
     if (s->touch.contact) s->contact_arm_id = s->touch_arm_id;
-    sensor_raise(s, s->touch.target ? CTP_CONTACT : CTP_RELEASE, s->touch_arm_id, now);
+    sensor_raise(s, s->touch.target ? CTP_CONTACT : CTP_RELEASE, s->touch_arm_id, t);
     return;
   }
-  if (s->touch.target && s->touch_arm_id != 0) sensor_raise(s, CTP_REVOKED, s->touch_arm_id, now);
+  if (s->touch.target && s->touch_arm_id != 0) sensor_raise(s, CTP_REVOKED, s->touch_arm_id, t);
   /* Dismissed after a long rattle the input may stand at the other level: begin anew. */
-  if (s->touch.level != s->touch.contact) {
-    s->touch.level = s->touch.contact;
-    sensor_level(s, now, sensor_closed(s, s->pin_high));
-  }
+  level = s->touch.level;
+  s->touch.level = s->touch.contact;
+  sensor_level(s, t, level);
+}
+
+static void look_until(sensor* s, uint32_t t) {
+  while (s->touch.open && due(s->touch.sample, t)) look(s);
+}
+
+void sensor_on_edge(sensor* s, uint32_t t, bool pin_high) {
+  look_until(s, t); /* samples that were due before it */
+  s->last_edge = t;
+  s->edge_seen = true;
+  s->pin_high = pin_high;
+  sensor_level(s, t, sensor_closed(s, pin_high));
 }
 
 void sensor_on_voltages(sensor* s, uint16_t sense_mv, uint16_t feed_mv) {
@@ -103,9 +111,9 @@ void sensor_on_voltages(sensor* s, uint16_t sense_mv, uint16_t feed_mv) {
   if (s->test != TEST_NONE) sensor_measure_test(s);
 }
 
-void sensor_run(sensor* s, uint32_t now, bool pin_high) {
-  s->pin_high = pin_high;
-  if (s->touch.open && due(s->touch.sample, now)) look(s, now);
+void sensor_run(sensor* s, uint32_t now) {
+  look_until(s, now);
+  if (s->edge_seen && now - s->last_edge > CTP_IDLE_STATUS_MS * TICKS_PER_MS) s->edge_seen = false;
   if (s->test != TEST_NONE) sensor_run_test(s, now);
   sensor_age_test(s, now);
   if (s->arm_id != 0 && (due(s->arm_until, now) || due(s->alive_until, now))) {

@@ -37,7 +37,9 @@ typedef struct {
   uint32_t uid, boot_id, clock_hz;
   uint8_t reset_cause; /* CTP_RESET_... */
   uint32_t baud;
-  uint16_t pong_lead; /* ticks from the choice of a PONG to its first bit */
+  uint16_t pong_lead;  /* ticks from the choice of a PONG to its first bit */
+  uint16_t ping_guard; /* a PING so near to an edge, in ticks, is not answered: a bouncing line keeps
+                          interrupts busy, and its time would be wrong */
 } sensor_identity;
 
 /* What the test pin does to the sense line. */
@@ -81,6 +83,8 @@ typedef struct {
   /* the touch circuit */
   bool pin_high;
   uint16_t sense_mv, feed_mv;
+  uint32_t last_edge;
+  bool edge_seen; /* within the last minutes: last_edge holds */
   touch_state touch;
   uint16_t touch_arm_id;   /* arming of the change that is being confirmed */
   uint16_t contact_arm_id; /* arming that the present contact belongs to */
@@ -125,8 +129,8 @@ void sensor_on_edge(sensor* s, uint32_t t, bool pin_high);
 /* `t` is the end of the byte. */
 void sensor_on_byte(sensor* s, uint8_t byte, uint32_t t);
 void sensor_on_voltages(sensor* s, uint16_t sense_mv, uint16_t feed_mv);
-/* Does what is due. `pin_high` is the pin as it is now. */
-void sensor_run(sensor* s, uint32_t now, bool pin_high);
+/* Does what is due. Every edge up to `now` has been told. */
+void sensor_run(sensor* s, uint32_t now);
 sensor_pull sensor_drive(const sensor* s);
 
 /* The next frame to send, 0: none. Its first bit must begin at *start, which is `now` for all but

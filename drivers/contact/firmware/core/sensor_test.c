@@ -51,7 +51,7 @@ void sensor_measure_test(sensor* s) {
 }
 
 static void finish(sensor* s, uint32_t now) {
-  const bool pin = sensor_closed(s, s->pin_high);
+  const bool level = s->touch.level;
   s->test = TEST_NONE;
   s->tested_at = now;
   s->ever_tested = true;
@@ -62,7 +62,7 @@ static void finish(sensor* s, uint32_t now) {
   s->status_due = true;
   /* What happened meanwhile is taken as an edge of this moment. */
   s->touch.level = s->touch.contact;
-  sensor_level(s, now, pin);
+  sensor_level(s, now, level);
 }
 
 void sensor_run_test(sensor* s, uint32_t now) {

@@ -16,11 +16,10 @@ bool touch_edge(touch_state* touch, const touch_rule* rule, uint32_t t, bool clo
   return true;
 }
 
-touch_outcome touch_sample(touch_state* touch, const touch_rule* rule, uint32_t now, bool closed) {
+touch_outcome touch_sample(touch_state* touch, const touch_rule* rule) {
+  const uint32_t age = touch->sample - touch->first;
   touch->sample += rule->period;
-  /* Samples that were missed are not made up for: one moment is one sample. */
-  if ((int32_t)(touch->sample - now) <= 0) touch->sample = now + rule->period;
-  if (closed == touch->target) {
+  if (touch->level == touch->target) {
     ++touch->hits;
     touch->misses = 0;
   } else {
@@ -32,7 +31,7 @@ touch_outcome touch_sample(touch_state* touch, const touch_rule* rule, uint32_t 
     touch->contact = touch->target;
     return TOUCH_CONFIRMED;
   }
-  if (touch->misses >= rule->confirm_samples || now - touch->first > rule->longest) {
+  if (touch->misses >= rule->confirm_samples || age > rule->longest) {
     touch->open = false;
     return TOUCH_DISMISSED;
   }

@@ -1,5 +1,6 @@
 /* Debouncing, with a level and a time in ticks of 0.5 us. The first edge counts: whoever stops for
- * a touch does so at once; only whether it was one is found out by samples afterwards. */
+ * a touch does so at once; only whether it was one is found out by samples afterwards. The samples
+ * are of the edges' history, so that a program that is busy elsewhere decides just the same. */
 #pragma once
 
 #include <stdbool.h>
@@ -32,9 +33,10 @@ typedef enum { TOUCH_UNDECIDED, TOUCH_CONFIRMED, TOUCH_DISMISSED } touch_outcome
  * is does nothing. */
 bool touch_edge(touch_state* touch, const touch_rule* rule, uint32_t t, bool closed);
 
-/* Call when touch->open and touch->sample is due. A confirmed change is in touch->contact; first,
+/* Call when touch->open and touch->sample has come, before any edge after it: what counts is the
+ * level at that time, however late the call is. A confirmed change is in touch->contact; first,
  * target and bounces hold until the next edge. */
-touch_outcome touch_sample(touch_state* touch, const touch_rule* rule, uint32_t now, bool closed);
+touch_outcome touch_sample(touch_state* touch, const touch_rule* rule);
 
 #ifdef __cplusplus
 }

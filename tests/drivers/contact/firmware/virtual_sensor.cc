@@ -153,7 +153,7 @@ void VirtualSensor::advance(TimePoint t) {
 void VirtualSensor::run(TimePoint t) {
   if (faults_.silent) return;
   measure();
-  sensor_run(&sensor_, ticks(t), pin_high_);
+  sensor_run(&sensor_, ticks(t));
   measure();
   follow_pin(t);
 }
