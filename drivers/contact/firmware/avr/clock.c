@@ -5,11 +5,13 @@
 #include <avr/interrupt.h>
 #include <avr/sleep.h>
 #include <util/atomic.h>
+#include <util/delay.h>
 
 #include "board.h"
 
-enum { EDGES = 32, EDGES_MASK = EDGES - 1 };
+enum { EDGES = 32, EDGES_MASK = EDGES - 1, CHASES = 3 };
 #define HALF_TURN 0x8000u
+#define CANCELLER_US 0.5
 
 typedef struct {
   uint32_t t;
@@ -20,7 +22,6 @@ static volatile uint16_t turns; /* of the 16-bit counter */
 static edge edges[EDGES];
 static volatile uint8_t edges_in, edges_out;
 static volatile bool last_high; /* the level after the last edge */
-static uint8_t odd_turns;       /* of the main loop that saw the pin differ from it */
 
 void clock_start(void) {
   last_high = true;
@@ -71,16 +72,20 @@ static void wait_for_other(bool high) {
 }
 
 ISR(TIMER1_CAPT_vect) {
-  const bool high = (TCCR1B & (1 << ICES1)) != 0;
-  if (!note(extend(ICR1), high)) {
-    /* A line that chatters faster than the main loop can follow must not stop the main loop. */
-    TIMSK1 &= (uint8_t)~(1 << ICIE1);
-    return;
-  }
-  wait_for_other(high);
-  if (sense_pin() != high) { /* already gone back */
-    if (note(clock_now_in_interrupt(), !high)) wait_for_other(!high);
-  }
+  bool high = (TCCR1B & (1 << ICES1)) != 0;
+  uint32_t t = extend(ICR1);
+  uint8_t tries = CHASES;
+  do {
+    if (!note(t, high)) {
+      /* A line that chatters faster than the main loop can follow must not stop the main loop. */
+      TIMSK1 &= (uint8_t)~(1 << ICIE1);
+      return;
+    }
+    wait_for_other(high);
+    if (sense_pin() == high) return;
+    high = !high; /* it has already gone back, unseen */
+    t = clock_now_in_interrupt();
+  } while (--tries != 0);
 }
 
 bool clock_has_edge(void) { return edges_in != edges_out; }
@@ -96,19 +101,17 @@ bool clock_take_edge(uint32_t* t, bool* pin_high) {
 
 void clock_watch_pin(void) {
   ATOMIC_BLOCK(ATOMIC_RESTORESTATE) {
-    const bool high = sense_pin();
     const bool stopped = (TIMSK1 & (1 << ICIE1)) == 0;
-    const bool caught = !stopped && (TIFR1 & (1 << ICF1)) != 0; /* its interrupt comes at once */
-    if (!stopped && (high == last_high || caught)) {
-      odd_turns = 0;
-    } else if (edges_in == edges_out && (stopped || ++odd_turns >= 2)) {
-      /* Twice, since the canceller is a little behind the pin. */
-      odd_turns = 0;
-      if (high != last_high) note(clock_now_in_interrupt(), high);
-      wait_for_other(high);
-      TIMSK1 |= (1 << ICIE1);
+    if (stopped || sense_pin() != last_high) {
+      bool high;
+      _delay_us(CANCELLER_US); /* which is a little behind the pin */
+      high = sense_pin();
+      if (stopped || (high != last_high && (TIFR1 & (1 << ICF1)) == 0)) {
+        if (high != last_high) note(clock_now_in_interrupt(), high);
+        wait_for_other(high);
+        TIMSK1 |= (1 << ICIE1);
+      }
     }
-    if (odd_turns != 0) wake_up();
   }
 }
 

@@ -118,10 +118,12 @@ static void listen(void) {
   uint8_t byte;
   uint8_t taken;
   uint16_t sense_mv, feed_mv;
+  clock_watch_pin();
   for (taken = 0; taken < EDGES_PER_TURN && clock_take_edge(&t, &pin_high); ++taken) {
     sensor_on_edge(&touch_sensor, t, pin_high);
+    if (touch_sensor.trip_due) return; /* first things first: the bounces can wait */
+    clock_watch_pin();
   }
-  clock_watch_pin();
   for (taken = 0; taken < BYTES_PER_TURN && uart_take(&byte, &t); ++taken) {
     sensor_on_byte(&touch_sensor, byte, t);
   }
@@ -161,7 +163,7 @@ static void speak(void) {
 
 static void rest(void) {
   uint32_t wait;
-  if (flooded) return;
+  if (flooded || clock_has_edge()) return;
   wait = sensor_wait(&touch_sensor, clock_now(), uart_free());
   if (wait >= SHORTEST_SLEEP) {
     clock_sleep((uint16_t)(wait < LONGEST_SLEEP ? wait : LONGEST_SLEEP));
@@ -176,7 +178,7 @@ int main(void) {
     stay_up();
     now = clock_now(); /* before the edges are taken: those up to now are there */
     listen();
-    sensor_run(&touch_sensor, now);
+    if (!touch_sensor.trip_due) sensor_run(&touch_sensor, now);
     apply(sensor_drive(&touch_sensor));
     if (touch_sensor.touch.contact) {
       PORTB |= (1 << LAMP_BIT);

@@ -39,7 +39,6 @@ avr_uart_t* uart_of(avr_t* avr) {
   throw std::runtime_error("libsimavr's atmega328p has no UART");
 }
 
-avr_cycle_count_t wake(avr_t*, avr_cycle_count_t, void*) { return 0; }
 void no_sleep(avr_t*, avr_cycle_count_t) {}
 
 /// simavr 1.6 clears every flag of a timer when any of them is written, so that an overflow gets lost
@@ -180,6 +179,17 @@ std::uint64_t SimavrBoard::own_byte_cycles() const {
   return (divider + 1) * kClocksPerBit * CTP_BITS_PER_BYTE;
 }
 
+std::uint64_t SimavrBoard::next_stop() const {
+  std::uint64_t next = std::min(end_, avr_->cycle + kWakeCycles);
+  if (!actions_.empty()) next = std::min(next, actions_.begin()->first);
+  return std::max(next, avr_->cycle + 1);
+}
+
+std::uint64_t SimavrBoard::on_stop(avr_t*, std::uint64_t, void* context) {
+  auto& board = *static_cast<SimavrBoard*>(context);
+  return board.stop_ = board.next_stop();
+}
+
 void SimavrBoard::run_action() {
   const Action action = actions_.begin()->second;
   actions_.erase(actions_.begin());
@@ -192,23 +202,21 @@ void SimavrBoard::run_action() {
 }
 
 void SimavrBoard::advance(TimePoint t) {
-  const std::uint64_t end = cycle_of(t);
+  const std::uint64_t end = end_ = cycle_of(t);
   // The simulator takes eleven bits for a byte.
   uart_->cycles_per_byte = own_byte_cycles();
   while (avr_->cycle < end) {
     while (!actions_.empty() && actions_.begin()->first <= avr_->cycle) run_action();
-    const std::uint64_t next = actions_.empty() ? end : std::min(end, actions_.begin()->first);
-    if (avr_->cycle >= woken_at_ || next < woken_at_) {
-      const std::uint64_t in = std::clamp<std::uint64_t>(next - avr_->cycle, 1, kWakeCycles);
-      avr_cycle_timer_register(avr_, in, wake, this);
+    if (next_stop() < stop_) {
+      stop_ = next_stop();
+      avr_cycle_timer_register(avr_, stop_ - avr_->cycle, on_stop, this);
       avr_->run_cycle_count = 1;  // or it runs on to the timer that was next before
-      woken_at_ = avr_->cycle + in;
     }
     const int state = avr_run(avr_);
     if (state == cpu_Done || state == cpu_Crashed) throw std::runtime_error("the program crashed");
     if (was_reset_) {  // the outside is as it was
       was_reset_ = false;
-      woken_at_ = 0;
+      stop_ = kNever;
       set_straps();
       disturbed_ = true;
     }

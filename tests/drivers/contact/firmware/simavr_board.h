@@ -82,8 +82,13 @@ class SimavrBoard {
   void set_straps();
   void fill_memory();
   void run_action();
+  /// Where the simulator must not jump over, asleep or awake.
+  std::uint64_t next_stop() const;
+  static std::uint64_t on_stop(avr_t*, std::uint64_t when, void* board);
   /// What the program has set its UART to, which is nearly the baud rate.
   std::uint64_t own_byte_cycles() const;
+
+  static constexpr std::uint64_t kNever = ~std::uint64_t{0};
 
   struct Action {
     enum Kind { kTouch, kByte } kind = kTouch;
@@ -99,7 +104,7 @@ class SimavrBoard {
   bool pin_high_ = false, disturbed_ = false, was_reset_ = false;
   void (*core_reset_)(avr_t*) = nullptr;
   std::multimap<std::uint64_t, Action> actions_;
-  std::uint64_t rx_free_ = 0, tx_free_ = 0, woken_at_ = 0;
+  std::uint64_t rx_free_ = 0, tx_free_ = 0, end_ = 0, stop_ = kNever;
   std::uint32_t stack_from_ = 0;
   Bytes current_;
   std::deque<Bytes> output_;
