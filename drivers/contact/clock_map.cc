@@ -63,7 +63,8 @@ ClockMap::Sample ClockMap::add(TimePoint sent, TimePoint received, std::uint32_t
   p.y_s = seconds(sent - base_host_) + p.round_trip_s / 2.0 - p.x_s;
 
   if (valid_) {
-    const double allowed = std::max(0.0, p.excess_s) / 2.0 + kJumpSigmas * sigma_at_s(p.x_s) + kJumpSlackS;
+    const double allowed =
+        std::max(0.0, p.excess_s) / 2.0 + kJumpSigmas * sigma_at_s(p.x_s) + kJumpSlackS;
     if (std::abs(p.y_s - deviation_s(p.x_s)) > allowed) {
       if (++contradictions_ < kContradictionsAreJump) return Sample::kOutlier;
       reset();
@@ -148,8 +149,8 @@ void ClockMap::fit() {
       use[i] = use[i] && std::abs(points_[i].y_s - deviation_s(points_[i].x_s)) <= bound;
     }
   }
-  // An unknown split of the remaining excess: uniform within half of it on either side. Below zero it
-  // is a line that is faster than its baud rate, in one of the two directions.
+  // An unknown split of the remaining excess: uniform within half of it on either side. Below zero
+  // it is a line that is faster than its baud rate, in one of the two directions.
   systematic_s_ = std::abs(least) / (2.0 * std::sqrt(3.0));
   valid_ = true;
 }

@@ -140,6 +140,7 @@ enum {
                                    are seen under load */
   CTP_REPEAT_MIN_MS = 4,        /* events are repeated no faster than this */
   CTP_SELF_TEST_MS = 2,         /* from the request to its outcome */
+  CTP_SELF_TEST_PULL_US = 1500, /* of it the sense line is pulled; then it settles */
   CTP_SELF_TEST_MAX_AGE_S = 600,
   CTP_CONFIRM_MAX_MS = 50 /* an edge that is neither confirmed nor dismissed by then is noise */
 };

@@ -17,7 +17,8 @@ constexpr milliseconds kIdleStatus{CTP_IDLE_STATUS_MS};
 constexpr milliseconds kKeepAliveLimit{CTP_KEEPALIVE_LIMIT_MS};
 constexpr milliseconds kRepeatMin{CTP_REPEAT_MIN_MS};
 constexpr std::chrono::seconds kSelfTestMaxAge{CTP_SELF_TEST_MAX_AGE_S};
-constexpr milliseconds kSelfTestPull{CTP_SELF_TEST_MS};
+constexpr milliseconds kSelfTest{CTP_SELF_TEST_MS};
+constexpr microseconds kSelfTestPull{CTP_SELF_TEST_PULL_US};
 constexpr milliseconds kMaxConfirm{CTP_CONFIRM_MAX_MS};
 /// The real one keeps its events in a few hundred bytes.
 constexpr std::size_t kMaxEvents = 8;
@@ -65,7 +66,7 @@ Duration Microcontroller::repeat_time() const {
 bool Microcontroller::level() const {
   if (faults_.wire_broken) return true;
   if (faults_.stuck_open) return false;
-  return closed_ || self_test_until_.has_value();
+  return closed_ || pulled_until_.has_value();
 }
 
 std::uint16_t Microcontroller::sense_mv() const {
@@ -125,10 +126,10 @@ TimePoint Microcontroller::next_internal() const {
   if (faults_.silent) return t;
   if (candidate_) t = std::min(t, candidate_->next_sample);
   if (self_test_until_) t = std::min(t, *self_test_until_);
+  if (pulled_until_) t = std::min(t, *pulled_until_);
   if (armed()) t = std::min({t, arm_until_, keepalive_until_});
   TimePoint send = next_status_;
-  if (trip_ || status_due_ || ident_nonce_ || !naks_.empty()) send = tx_free_;
-  for (const PendingPong& pong : pongs_) send = std::min(send, pong.due);
+  if (trip_ || status_due_ || ident_nonce_ || !naks_.empty() || !pongs_.empty()) send = tx_free_;
   for (const PendingEvent& event : events_) send = std::min(send, event.due);
   return std::min(t, std::max(send, tx_free_));
 }
@@ -158,6 +159,10 @@ void Microcontroller::process(TimePoint t) {
 }
 
 void Microcontroller::check_deadlines(TimePoint t) {
+  if (pulled_until_ && *pulled_until_ <= t) {
+    pulled_until_.reset();
+    on_edge(t);
+  }
   if (self_test_until_ && *self_test_until_ <= t) finish_self_test(t);
   if (armed() && (arm_until_ <= t || keepalive_until_ <= t)) {
     disarm();
@@ -279,7 +284,7 @@ void Microcontroller::on_frame(const ctp::Frame& frame, TimePoint t) {
     }
     case CTP_PING:
       if (pongs_.size() < kMaxPongs) {
-        pongs_.push_back({ctp::read<ctp::Ping>(frame).nonce, ticks(t), t + options_.turnaround});
+        pongs_.push_back({ctp::read<ctp::Ping>(frame).nonce, ticks(t)});
       }
       break;
     case CTP_SELFTEST:
@@ -358,8 +363,9 @@ void Microcontroller::on_self_test(TimePoint t) {
     return;
   }
   self_test_saw_edge_ = false;
-  self_test_until_ = t + kSelfTestPull;
+  self_test_until_ = t + kSelfTest;
   if (!contact_) {
+    pulled_until_ = t + kSelfTestPull;
     self_test_ok_ = false;
     on_edge(t);
   }
@@ -431,8 +437,10 @@ void Microcontroller::transmit(TimePoint t) {
     naks_.pop_front();
     return;
   }
-  if (!pongs_.empty() && pongs_.front().due <= t) {
-    start_frame(ctp::Pong{pongs_.front().nonce, pongs_.front().t_rx, ticks(t)}, CTP_PONG, t);
+  if (!pongs_.empty()) {  // built for the instant at which it will begin
+    const TimePoint begin = t + options_.turnaround;
+    start_frame(ctp::Pong{pongs_.front().nonce, pongs_.front().t_rx, ticks(begin)}, CTP_PONG,
+                begin);
     pongs_.pop_front();
     return;
   }

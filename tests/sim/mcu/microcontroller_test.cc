@@ -1,4 +1,5 @@
-// The sensor by itself, driven with frames built by hand: the emulated one, and the firmware's core.
+// The sensor by itself, driven with frames built by hand: the emulated one, and the firmware's
+// core.
 
 #include <gtest/gtest.h>
 

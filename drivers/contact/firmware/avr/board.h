@@ -3,11 +3,9 @@
  *   D8  PB0 ICP1  sense line, stamped by timer 1's input capture
  *   A0  PC0 ADC0  sense line's voltage
  *   A1  PC1 ADC1  feed's voltage, behind its resistor
- *   D7  PD7       test: pulls the sense line down through 100 ohms, or lifts it by the pin's pull-up
- *   D4  PD4       to ground: 250 000 baud        (read once, after a reset)
- *   D5  PD5       to ground: 115 200 baud
- *   D13 PB5       the board's lamp: contact
- *   D0, D1        serial line */
+ *   D7  PD7       test: pulls the sense line down through 100 ohms, or lifts it by the pin's
+ * pull-up D4  PD4       to ground: 250 000 baud        (read once, after a reset) D5  PD5       to
+ * ground: 115 200 baud D13 PB5       the board's lamp: contact D0, D1        serial line */
 #pragma once
 
 #include <avr/io.h>
@@ -42,8 +40,9 @@ bool clock_take_edge(uint32_t* t, bool* pin_high);
 bool clock_has_edge(void);
 /* Once per turn of the main loop: catches up after an edge that the capture could not follow. */
 void clock_watch_pin(void);
-/* Sleeps until an interrupt, at most for so many ticks; not at all if there was one since stay_up().
- * What has happened is never slept over: every interrupt that leaves something to do says so. */
+/* Sleeps until an interrupt, at most for so many ticks; not at all if there was one since
+ * stay_up(). What has happened is never slept over: every interrupt that leaves something to do
+ * says so. */
 void clock_sleep(uint16_t ticks);
 static inline void stay_up(void) { GPIOR0 = 0; }
 static inline void wake_up(void) { GPIOR0 = 1; } /* in interrupts */

@@ -64,7 +64,7 @@ static bool note(uint32_t t, bool high) {
 /* Waits for the edge away from this level. */
 static void wait_for_other(bool high) {
   if (high) {
-    TCCR1B &= (uint8_t)~(1 << ICES1);
+    TCCR1B &= (uint8_t) ~(1 << ICES1);
   } else {
     TCCR1B |= (1 << ICES1);
   }
@@ -78,7 +78,7 @@ ISR(TIMER1_CAPT_vect) {
   do {
     if (!note(t, high)) {
       /* A line that chatters faster than the main loop can follow must not stop the main loop. */
-      TIMSK1 &= (uint8_t)~(1 << ICIE1);
+      TIMSK1 &= (uint8_t) ~(1 << ICIE1);
       return;
     }
     wait_for_other(high);

@@ -66,7 +66,7 @@ static void apply(sensor_pull pull) {
   applied = pull;
   switch (pull) {
     case SENSOR_PULLED_LOW:
-      PORTD &= (uint8_t)~(1 << TEST_BIT);
+      PORTD &= (uint8_t) ~(1 << TEST_BIT);
       DDRD |= (1 << TEST_BIT);
       break;
     case SENSOR_PULLED_HIGH:
@@ -74,12 +74,12 @@ static void apply(sensor_pull pull) {
       DDRD |= (1 << TEST_BIT);
       break;
     case SENSOR_LIFTED:
-      DDRD &= (uint8_t)~(1 << TEST_BIT);
+      DDRD &= (uint8_t) ~(1 << TEST_BIT);
       PORTD |= (1 << TEST_BIT);
       break;
     default:
-      DDRD &= (uint8_t)~(1 << TEST_BIT);
-      PORTD &= (uint8_t)~(1 << TEST_BIT);
+      DDRD &= (uint8_t) ~(1 << TEST_BIT);
+      PORTD &= (uint8_t) ~(1 << TEST_BIT);
       break;
   }
 }
@@ -183,7 +183,7 @@ int main(void) {
     if (touch_sensor.touch.contact) {
       PORTB |= (1 << LAMP_BIT);
     } else {
-      PORTB &= (uint8_t)~(1 << LAMP_BIT);
+      PORTB &= (uint8_t) ~(1 << LAMP_BIT);
     }
     speak();
     rest();

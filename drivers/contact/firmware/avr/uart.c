@@ -76,7 +76,7 @@ ISR(USART_UDRE_vect) {
   UDR0 = *at;
   sending = at + 1;
   if (--left == 0) {
-    UCSR0B &= (uint8_t)~(1 << UDRIE0);
+    UCSR0B &= (uint8_t) ~(1 << UDRIE0);
     wake_up();
   }
 }

@@ -4,9 +4,7 @@
 
 enum { kFromSensorBit = 0x80 };
 
-void link_reader_init(link_reader* reader) {
-  memset(reader, 0, sizeof(*reader));
-}
+void link_reader_init(link_reader* reader) { memset(reader, 0, sizeof(*reader)); }
 
 /* COBS in place: what is read is always ahead of what is written. Returns the size, 0: not COBS. */
 static uint8_t unstuff(uint8_t* bytes, uint8_t size) {

@@ -4,8 +4,12 @@
 
 #include "drivers/contact/firmware/core/sensor_parts.h"
 
-enum { kBitsPerEventAndAck = (CTP_EVENT_SIZE + CTP_ACK_SIZE + 2 * CTP_OVERHEAD) * CTP_BITS_PER_BYTE,
-       kBitsPerEvent = (CTP_EVENT_SIZE + CTP_OVERHEAD) * CTP_BITS_PER_BYTE };
+enum {
+  kBitsPerEventAndAck = (CTP_EVENT_SIZE + CTP_ACK_SIZE + 2 * CTP_OVERHEAD) * CTP_BITS_PER_BYTE,
+  kBitsPerEvent = (CTP_EVENT_SIZE + CTP_OVERHEAD) * CTP_BITS_PER_BYTE
+};
+
+enum { DEFAULT_OPEN_MV = 3500, DEFAULT_CONTACT_MV = 1000 };
 
 static uint32_t bit_ticks(uint32_t bits, uint32_t baud) {
   return (bits * (uint32_t)CTP_TICKS_PER_S + baud - 1) / baud;
@@ -16,14 +20,16 @@ void sensor_init(sensor* s, const sensor_identity* identity, uint32_t now) {
   memset(s, 0, sizeof(*s));
   s->identity = *identity;
   /* Three frames and a round trip: an ACK that is under way is waited for. */
-  repeat = bit_ticks(3u * kBitsPerEvent + kBitsPerEventAndAck, identity->baud) +
-           identity->pong_lead;
+  repeat =
+      bit_ticks(3u * kBitsPerEvent + kBitsPerEventAndAck, identity->baud) + identity->pong_lead;
   s->repeat = repeat > CTP_REPEAT_MIN_MS * TICKS_PER_MS ? repeat : CTP_REPEAT_MIN_MS * TICKS_PER_MS;
   link_reader_init(&s->reader);
-  s->config[CTP_CONFIG_POLARITY] = CTP_CONTACT_IS_LOW;
   s->config_crc = CTP_CONFIG_NONE;
   s->pin_high = true;
-  /* Until CONFIG comes, contact is debounced as most hosts want it. */
+  /* Until CONFIG comes, contact is what most hosts want it to be. */
+  s->config[CTP_CONFIG_POLARITY] = CTP_CONTACT_IS_LOW;
+  ctp_put_u16(s->config + CTP_CONFIG_OPEN_MV, DEFAULT_OPEN_MV);
+  ctp_put_u16(s->config + CTP_CONFIG_CONTACT_MV, DEFAULT_CONTACT_MV);
   s->rule.confirm_samples = 5;
   s->rule.period = 100 * TICKS_PER_US;
   s->rule.longest = CTP_CONFIRM_MAX_MS * TICKS_PER_MS;
@@ -53,7 +59,8 @@ void sensor_disarm(sensor* s) {
   s->arm_id = 0;
 }
 
-/* The touch circuit ------------------------------------------------------------------------------ */
+/* The touch circuit ------------------------------------------------------------------------------
+ */
 
 void sensor_level(sensor* s, uint32_t t, bool closed) {
   if (s->test != TEST_NONE) { /* its own edge, or one that is looked at when the test is over */
@@ -106,9 +113,9 @@ void sensor_on_edge(sensor* s, uint32_t t, bool pin_high) {
 }
 
 void sensor_on_voltages(sensor* s, uint16_t sense_mv, uint16_t feed_mv) {
-  s->sense_mv = sense_mv;
   s->feed_mv = feed_mv;
-  if (s->test != TEST_NONE) sensor_measure_test(s);
+  if (s->test != TEST_NONE) sensor_measure_test(s, sense_mv);
+  if (s->test != TEST_LIFT) s->sense_mv = sense_mv; /* lifted it says nothing about contact */
 }
 
 void sensor_run(sensor* s, uint32_t now) {

@@ -38,8 +38,8 @@ typedef struct {
   uint8_t reset_cause; /* CTP_RESET_... */
   uint32_t baud;
   uint16_t pong_lead;  /* ticks from the choice of a PONG to its first bit */
-  uint16_t ping_guard; /* a PING so near to an edge, in ticks, is not answered: a bouncing line keeps
-                          interrupts busy, and its time would be wrong */
+  uint16_t ping_guard; /* a PING so near to an edge, in ticks, is not answered: a bouncing line
+                          keeps interrupts busy, and its time would be wrong */
 } sensor_identity;
 
 /* What the test pin does to the sense line. */
@@ -96,11 +96,11 @@ typedef struct {
 
   /* self-test */
   sensor_test test;
-  uint32_t test_next;     /* when its present part ends */
+  uint32_t test_next; /* when its present part ends */
   uint32_t tested_at;
-  bool test_edge;         /* its own edge was seen */
-  bool test_measured;     /* a voltage was measured in this part */
-  bool test_whole;        /* so far the loop is whole */
+  bool test_edge;     /* its own edge was seen */
+  bool test_measured; /* what was measured last in this part speaks for a whole loop */
+  bool test_whole;    /* so far the loop is whole */
   bool loop_ok, self_test_ok, self_test_old, ever_tested;
 
   /* what waits to be sent */
@@ -140,7 +140,8 @@ uint8_t sensor_next_frame(sensor* s, uint32_t now, uint8_t* wire, uint32_t* star
 /* Ticks until sensor_run() or, if `line_free`, sensor_next_frame() next has something to do. */
 uint32_t sensor_wait(const sensor* s, uint32_t now, bool line_free);
 
-/* Text for a person, at most CTP_MAX_PAYLOAD characters that stay where they are; the newest wins. */
+/* Text for a person, at most CTP_MAX_PAYLOAD characters that stay where they are; the newest wins.
+ */
 void sensor_log(sensor* s, const char* text);
 
 #ifdef __cplusplus

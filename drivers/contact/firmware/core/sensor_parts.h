@@ -25,7 +25,8 @@ void sensor_level(sensor* s, uint32_t t, bool closed);
 
 void sensor_begin_test(sensor* s, uint32_t now);
 void sensor_run_test(sensor* s, uint32_t now);
-void sensor_measure_test(sensor* s);
+/* s->feed_mv is new, too. */
+void sensor_measure_test(sensor* s, uint16_t sense_mv);
 void sensor_age_test(sensor* s, uint32_t now);
 
 void sensor_on_frame(sensor* s, uint32_t t);

@@ -138,7 +138,8 @@ uint8_t sensor_next_frame(sensor* s, uint32_t now, uint8_t* wire, uint32_t* star
   return 0;
 }
 
-/* When to look again ----------------------------------------------------------------------------- */
+/* When to look again -----------------------------------------------------------------------------
+ */
 
 static void sooner(uint32_t* wait, uint32_t deadline, uint32_t now) {
   const uint32_t left = due(deadline, now) ? 0 : deadline - now;
@@ -159,7 +160,8 @@ uint32_t sensor_wait(const sensor* s, uint32_t now, bool line_free) {
       s->log != 0) {
     return 0;
   }
-  for (i = 0; i < s->event_count; ++i) sooner(&wait, s->events[i].sent ? s->events[i].due : now, now);
+  for (i = 0; i < s->event_count; ++i)
+    sooner(&wait, s->events[i].sent ? s->events[i].due : now, now);
   sooner(&wait, s->next_status, now);
   return wait;
 }

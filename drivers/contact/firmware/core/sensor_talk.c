@@ -90,7 +90,8 @@ static void on_ack(sensor* s, const uint8_t* p) {
 
 static void on_ping(sensor* s, const uint8_t* p, uint32_t t) {
   if (s->pong_count >= SENSOR_PONGS) return;
-  if (s->edge_seen && t + s->identity.ping_guard - s->last_edge < 2ul * s->identity.ping_guard) return;
+  if (s->edge_seen && t + s->identity.ping_guard - s->last_edge < 2ul * s->identity.ping_guard)
+    return;
   s->pongs[s->pong_count].nonce = ctp_get_u32(p + CTP_PING_NONCE);
   s->pongs[s->pong_count].t_rx = t;
   ++s->pong_count;

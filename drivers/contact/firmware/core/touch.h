@@ -20,10 +20,10 @@ typedef struct {
   bool contact; /* debounced */
   bool level;   /* after the last edge; true: closed */
   /* An edge that is being confirmed. */
-  bool open;        /* there is one */
-  bool target;      /* the level it went to */
-  uint32_t first;   /* when */
-  uint32_t sample;  /* when to look next */
+  bool open;       /* there is one */
+  bool target;     /* the level it went to */
+  uint32_t first;  /* when */
+  uint32_t sample; /* when to look next */
   uint8_t hits, misses, bounces;
 } touch_state;
 

@@ -37,8 +37,7 @@ class SimavrBench {
   }
   bool get_ready() {
     contact.open();
-    return run_until(
-        [this] { return contact.status().link == drivers::ContactLink::kReady; });
+    return run_until([this] { return contact.status().link == drivers::ContactLink::kReady; });
   }
   drivers::ArmResult arm(std::uint16_t id) {
     contact.arm(id, std::chrono::seconds{10});

@@ -41,8 +41,8 @@ avr_uart_t* uart_of(avr_t* avr) {
 
 void no_sleep(avr_t*, avr_cycle_count_t) {}
 
-/// simavr 1.6 clears every flag of a timer when any of them is written, so that an overflow gets lost
-/// when the program clears the capture flag. The real one clears those that are written as 1.
+/// simavr 1.6 clears every flag of a timer when any of them is written, so that an overflow gets
+/// lost when the program clears the capture flag. The real one clears those that are written as 1.
 void write_tifr1(avr_t* avr, avr_io_addr_t address, std::uint8_t value, void*) {
   for (int i = 0; i < avr->interrupts.vector_count; ++i) {
     avr_int_vector_t* vector = avr->interrupts.vector[i];
@@ -132,7 +132,8 @@ std::uint64_t SimavrBoard::cycle_of(TimePoint t) const {
   return static_cast<std::uint64_t>(std::ceil(std::max(0.0, s) * static_cast<double>(kHz)));
 }
 
-// What the board feels -----------------------------------------------------------------------------
+// What the board feels
+// -----------------------------------------------------------------------------
 
 void SimavrBoard::settle() {
   const bool out = (avr_->data[kDdrD] & (1 << kTestBit)) != 0;
@@ -246,7 +247,8 @@ void SimavrBoard::on_reset(avr_t* avr) {
   if (board.core_reset_ != nullptr) board.core_reset_(avr);
 }
 
-// What the board says -------------------------------------------------------------------------------
+// What the board says
+// -------------------------------------------------------------------------------
 
 void SimavrBoard::on_byte(avr_irq_t*, std::uint32_t value, void* context) {
   auto& board = *static_cast<SimavrBoard*>(context);

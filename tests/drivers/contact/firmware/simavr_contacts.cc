@@ -1,5 +1,5 @@
-// Contacts by the thousand: the firmware's image on a simulated ATmega328P and the driver's core, in
-// virtual time. Prints what it found, and fails if a contact was missed or a trip was false.
+// Contacts by the thousand: the firmware's image on a simulated ATmega328P and the driver's core,
+// in virtual time. Prints what it found, and fails if a contact was missed or a trip was false.
 //
 //   simavr_contacts [CONTACTS [BAUD [SEED]]]
 
@@ -54,8 +54,8 @@ class Series {
 
   int draw(int from, int to) { return std::uniform_int_distribution<int>(from, to)(random_); }
 
-  /// Settles at `closed` from t on, after some bounces: a rattle of some us each, or up to 2.5 ms of
-  /// slower ones. Returns when. (What stays away for five samples in a row is no bounce.)
+  /// Settles at `closed` from t on, after some bounces: a rattle of some us each, or up to 2.5 ms
+  /// of slower ones. Returns when. (What stays away for five samples in a row is no bounce.)
   TimePoint bounce(TimePoint t, bool closed) {
     bench_.board.touch(t, closed);
     const bool rattle = draw(0, 1) == 0;
@@ -112,8 +112,7 @@ class Series {
       latency_ms_.push_back(micro(sent.t - bench_.board.time_of(edge_cycle)) * 1e-3);
       // Clock cycles between the pin's change and the tick that was stamped: the same every time,
       // but for what the stamp loses.
-      const std::uint64_t stamp =
-          std::uint64_t{stamp_} * kCyclesPerTick;
+      const std::uint64_t stamp = std::uint64_t{stamp_} * kCyclesPerTick;
       const double behind_us = static_cast<double>(static_cast<std::int64_t>(
                                    (edge_cycle - stamp) % (kCyclesPerTick << 32))) /
                                kCyclesPerUs;
@@ -125,7 +124,8 @@ class Series {
     double mean = 0.0, square = 0.0;
     for (const double s : stamp_us_) mean += s / static_cast<double>(stamp_us_.size());
     for (const double s : stamp_us_) square += (s - mean) * (s - mean);
-    const double low = stamp_us_.empty() ? 0 : *std::min_element(stamp_us_.begin(), stamp_us_.end());
+    const double low =
+        stamp_us_.empty() ? 0 : *std::min_element(stamp_us_.begin(), stamp_us_.end());
     const ContactStatus s = bench_.contact.status();
     std::printf("contacts %d: missed %d, false trips %d, beyond %g sigma %d, armings refused %d\n",
                 contacts, missed_, false_trips_, kSigmas, wrong_, refused_);
@@ -134,9 +134,10 @@ class Series {
                 largest(stamp_us_) - low);
     std::printf("edge to TRIP complete: p50 %.2f ms, p99 %.2f ms, max %.2f ms\n",
                 quantile(latency_ms_, 0.5), quantile(latency_ms_, 0.99), largest(latency_ms_));
-    std::printf("time of contact on the host's clock: off by p50 %.1f us, max %.1f us; "
-                "stated sigma now %.1f us\n",
-                quantile(host_off_us_, 0.5), largest(host_off_us_), s.quality.clock_sigma_s * 1e6);
+    std::printf(
+        "time of contact on the host's clock: off by p50 %.1f us, max %.1f us; "
+        "stated sigma now %.1f us\n",
+        quantile(host_off_us_, 0.5), largest(host_off_us_), s.quality.clock_sigma_s * 1e6);
     std::printf("link: CRC errors %llu, gaps %llu, bounces %llu, memory never used %zu bytes\n",
                 static_cast<unsigned long long>(s.quality.crc_errors),
                 static_cast<unsigned long long>(s.quality.gaps),
@@ -151,7 +152,7 @@ class Series {
 
   SimavrBench bench_;
   std::mt19937 random_;
-  Duration patience_;  ///< for the last event to be confirmed, sent and acknowledged
+  Duration patience_;        ///< for the last event to be confirmed, sent and acknowledged
   std::uint32_t stamp_ = 0;  ///< of the last TRIP
   int missed_ = 0, false_trips_ = 0, wrong_ = 0, refused_ = 0;
   std::vector<double> latency_ms_, stamp_us_, host_off_us_;

@@ -32,7 +32,8 @@ using std::chrono::milliseconds;
 using std::chrono::seconds;
 using Steady = std::chrono::steady_clock;
 
-/// Runs the board at the pace of the machine's clock. Bytes that nobody reads are lost, as on a wire.
+/// Runs the board at the pace of the machine's clock. Bytes that nobody reads are lost, as on a
+/// wire.
 class RealTimeBoard {
  public:
   RealTimeBoard() : board_(CELLCAL_SENSOR_ELF, CTP_DEFAULT_BAUD, Steady::now()) {

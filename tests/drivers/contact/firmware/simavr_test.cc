@@ -42,8 +42,8 @@ TEST(SimavrSensor, ATouchGivesTripContactAndRelease) {
   EXPECT_EQ(bench.events[0].kind, ContactEventKind::kTrip);
   EXPECT_EQ(bench.events[1].kind, ContactEventKind::kContact);
   EXPECT_EQ(bench.events[1].arm_id, 7);
-  const double off_us = std::chrono::duration<double, std::micro>(bench.events[0].first_edge - touch)
-                            .count();
+  const double off_us =
+      std::chrono::duration<double, std::micro>(bench.events[0].first_edge - touch).count();
   EXPECT_LT(std::abs(off_us), 10.0);
   EXPECT_LT(std::abs(off_us) * 1e-6, 3.0 * bench.events[0].time_sigma_s);
   bench.board.touch(bench.now(), false);
@@ -80,15 +80,14 @@ TEST_P(SimavrLoop, TheSelfTestTellsABreakFromATouch) {
   EXPECT_EQ(s.loop_ok, !GetParam().told) << s.words;
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Wires, SimavrLoop,
-    testing::Values(Break{"Touch", false, false, true, false},
-                    Break{"FeedWire", true, false, false, true},
-                    Break{"SenseWire", false, true, false, true},
-                    Break{"BothWires", true, true, false, true},
-                    Break{"FeedWireWhileTouching", true, false, true, true},
-                    Break{"SenseWireWhileTouching", false, true, true, true}),
-    [](const auto& instance) { return std::string(instance.param.name); });
+INSTANTIATE_TEST_SUITE_P(Wires, SimavrLoop,
+                         testing::Values(Break{"Touch", false, false, true, false},
+                                         Break{"FeedWire", true, false, false, true},
+                                         Break{"SenseWire", false, true, false, true},
+                                         Break{"BothWires", true, true, false, true},
+                                         Break{"FeedWireWhileTouching", true, false, true, true},
+                                         Break{"SenseWireWhileTouching", false, true, true, true}),
+                         [](const auto& instance) { return std::string(instance.param.name); });
 
 TEST(SimavrSensor, AHungProgramIsRestartedByTheWatchdogAndSaysSo) {
   Bench bench;

@@ -34,8 +34,7 @@ void VirtualSensor::boot(std::uint8_t cause) {
   identity.clock_hz = kClockHz;
   identity.reset_cause = cause;
   identity.baud = static_cast<std::uint32_t>(options_.baud);
-  identity.pong_lead =
-      static_cast<std::uint16_t>(options_.turnaround.count() * CTP_TICKS_PER_US);
+  identity.pong_lead = static_cast<std::uint16_t>(options_.turnaround.count() * CTP_TICKS_PER_US);
   sensor_init(&sensor_, &identity, ticks(now_));
   pin_high_ = true;
   measure();
@@ -55,7 +54,8 @@ std::uint32_t VirtualSensor::ticks(TimePoint t) const {
 TimePoint VirtualSensor::when(std::uint32_t wait) const {
   if (wait == 0) return now_;
   const std::uint32_t target = ticks(now_) + wait;
-  const double ns = static_cast<double>(wait) * int{CTP_TICK_NS} / (1.0 + options_.drift_ppm * 1e-6);
+  const double ns =
+      static_cast<double>(wait) * int{CTP_TICK_NS} / (1.0 + options_.drift_ppm * 1e-6);
   TimePoint t = now_ + nanoseconds{static_cast<std::int64_t>(ns) - int{CTP_TICK_NS} - 1};
   while (static_cast<std::int32_t>(ticks(t) - target) < 0) t += nanoseconds{1};
   return t;
@@ -177,6 +177,7 @@ void VirtualSensor::process(TimePoint t) {
 }
 
 void VirtualSensor::transmit(TimePoint t) {
+  if (quiet_) sensor_log(&sensor_, nullptr);
   if (t < tx_free_) return;  // only at a frame boundary
   Output output;
   std::uint32_t start = 0;

@@ -1,7 +1,8 @@
 #pragma once
-// The firmware's core on a board in virtual time: a touch circuit, a clock that may drift, and a wire
-// on which every byte takes ten bit times. It answers to the same calls as sim::Microcontroller, so
-// that the same tests hold the emulated sensor and the firmware to the same promises.
+// The firmware's core on a board in virtual time: a touch circuit, a clock that may drift, and a
+// wire on which every byte takes ten bit times. It answers to the same calls as
+// sim::Microcontroller, so that the same tests hold the emulated sensor and the firmware to the
+// same promises.
 
 #include <cstdint>
 #include <deque>
@@ -40,6 +41,8 @@ class VirtualSensor {
   std::uint32_t ticks(TimePoint t) const;
   std::uint64_t repeats() const { return sensor_.repeats; }
   const sensor& core() const { return sensor_; }
+  /// No LOG from now on: the emulated sensor has none.
+  void be_quiet() { quiet_ = true; }
 
  private:
   struct Arrival {
@@ -60,12 +63,12 @@ class VirtualSensor {
 
   sim::McuOptions options_;
   sim::McuFaults faults_;
-  bool feed_broken_ = false, sense_broken_ = false;
+  bool feed_broken_ = false, sense_broken_ = false, quiet_ = false;
   TimePoint now_, booted_;
   std::uint32_t first_ticks_, boot_id_;
   sensor sensor_{};
-  bool closed_ = false;    ///< truth
-  bool pin_high_ = true;   ///< as the core last heard
+  bool closed_ = false;   ///< truth
+  bool pin_high_ = true;  ///< as the core last heard
 
   std::multimap<TimePoint, bool> edges_;  ///< equal times keep the order they came in
   std::deque<Arrival> arrivals_;
