@@ -270,7 +270,8 @@ TEST(FirmwareSensor, APingAmongBouncesIsNotAnswered) {
   std::uint32_t start = 0;
   while (sensor_next_frame(&s, 0, wire.data(), &start) > 0) continue;  // IDENT
   const auto answered = [&](std::uint32_t t) {
-    for (const std::uint8_t b : ctp::build(ctp::Ping{7}, 0).bytes()) sensor_on_byte(&s, b, t);
+    const ctp::WireBytes ping = ctp::build(ctp::Ping{7}, 0);
+    for (const std::uint8_t b : ping.bytes()) sensor_on_byte(&s, b, t);
     return sensor_next_frame(&s, t, wire.data(), &start) > 0;
   };
   sensor_on_edge(&s, 10'000, false);

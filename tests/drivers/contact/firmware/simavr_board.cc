@@ -14,6 +14,10 @@
 #include <stdexcept>
 #include <utility>
 
+/// The simulator frees little of what it allocates.
+extern "C" const char* __lsan_default_suppressions();
+extern "C" const char* __lsan_default_suppressions() { return "leak:libsimavr\n"; }
+
 namespace cellcal::test {
 
 namespace {
