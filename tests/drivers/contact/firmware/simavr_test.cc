@@ -107,6 +107,20 @@ TEST(SimavrSensor, AHungProgramIsRestartedByTheWatchdogAndSaysSo) {
   EXPECT_EQ(bench.contact.status().link, ContactLink::kFault) << "lost state holds";
 }
 
+TEST(SimavrSensor, PoweredOnInContactItGuardsTheWayOut) {
+  Bench bench;
+  bench.board.touch(bench.now(), true);
+  bench.run(milliseconds{20});
+  bench.contact.open();
+  ASSERT_TRUE(bench.run_until([&] { return bench.contact.status().can_guard_retreat; }))
+      << bench.contact.status().words;
+  EXPECT_TRUE(bench.contact.status().in_contact);
+  EXPECT_FALSE(bench.arm(1).armed);
+  bench.board.touch(bench.now(), false);
+  EXPECT_TRUE(bench.run_until([&] { return bench.contact.status().link == ContactLink::kReady; }));
+  EXPECT_TRUE(bench.arm(2).armed);
+}
+
 TEST(SimavrSensor, EveryResetHasAnotherBootId) {
   Bench bench;
   std::vector<std::uint32_t> ids;
