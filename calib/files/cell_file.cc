@@ -74,6 +74,21 @@ void read_normal(const TomlTable& t, Target& target) {
   target.normal.normalize();
 }
 
+/// Where to look for a sphere whose centre is not stated.
+void read_box(const TomlTable& t, Target& target) {
+  target.has_box = t.has("search_low_mm") || t.has("search_high_mm");
+  if (!target.has_box) return;
+  if (target.has_centre)
+    t.fail("search_low_mm", "is for a sphere whose place is not known; state it or centre_mm");
+  target.low_m = vector_m(t.numbers("search_low_mm", 3, kLengthMm));
+  target.high_m = vector_m(t.numbers("search_high_mm", 3, kLengthMm));
+  constexpr double kLargestM = 1.0;
+  const Eigen::Vector3d size = target.high_m - target.low_m;
+  if (!(size.minCoeff() >= 0.0) || size.maxCoeff() > kLargestM)
+    t.fail("search_high_mm",
+           "must be search_low_mm or above it in every axis, and less than 1 m from it");
+}
+
 Target read_target(const TomlTable& t) {
   Target target;
   target.id = t.string("id");
@@ -96,6 +111,7 @@ Target read_target(const TomlTable& t) {
     target.has_centre = true;
     target.centre_m = vector_m(t.numbers("centre_mm", 3, kLengthMm));
   }
+  if (target.kind == TargetKind::kSphere) read_box(t, target);
   target.centre_sigma_m = t.number_or("centre_sigma_mm", 0.0, kSigmaMm) / kMmPerM;
   if (has_a_centre(target.kind)) read_stand(t, target);
   t.refuse_unknown();
@@ -244,6 +260,9 @@ std::string cell_to_toml(const Cell& cell, const std::string& robot_reference) {
                          toml_number(target.normal_sigma_rad * kDegPerRad));
     if (target.kind == TargetKind::kTracker) continue;
     if (target.has_centre) out += fmt::format("centre_mm = {}\n", vec_mm(target.centre_m));
+    if (target.has_box)
+      out += fmt::format("search_low_mm = {}\nsearch_high_mm = {}\n", vec_mm(target.low_m),
+                         vec_mm(target.high_m));
     out += fmt::format("centre_sigma_mm = {}\n", toml_number(target.centre_sigma_m * kMmPerM));
     if (has_a_centre(target.kind)) out += stand_to_toml(target);
   }

@@ -81,6 +81,8 @@ struct Target {
   bool has_centre = false;  ///< centre_m is stated
   Eigen::Vector3d centre_m =
       Eigen::Vector3d::Zero();  ///< base frame, nominal; plane: a point on it
+  bool has_box = false;  ///< without a centre: it is somewhere between the two corners
+  Eigen::Vector3d low_m = Eigen::Vector3d::Zero(), high_m = Eigen::Vector3d::Zero();
   double centre_sigma_m = 0.0;  ///< 0: no prior, the touches decide; plane: along its normal
   bool has_normal = false;      ///< planes: normal is stated
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< unit, base frame, to the side of the tips

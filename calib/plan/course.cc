@@ -17,15 +17,34 @@ constexpr double kNearSphereM = 0.03;
 }  // namespace
 
 struct Course::Impl {
-  Impl(const Cell& stated, const CourseOptions& how, const std::vector<Touch>& made)
-      : cell(stated),
-        options(how),
-        arm(planning_arm(cell)),
-        clearance(cell, arm),
-        online(cell, how.plan, how.goal, {}, {}, made) {}
+  Impl(const Cell& stated, const CourseOptions& how, const std::vector<Touch>& touches)
+      : options(how),
+        arm(planning_arm(stated)),
+        finder(stated, how.plan, how.find, touches),
+        made(touches) {
+    progress.touches = static_cast<int>(made.size());
+    progress.touches_left = std::max(0, how.goal.most_touches - progress.touches);
+    progress.checks_left = how.plan.check_touches;
+    if (finder.done()) begin();
+  }
+
+  /// All spheres are found.
+  void begin() {
+    online.emplace(finder.located(), options.plan, options.goal, JointVector{}, Pace{}, made);
+  }
+
+  std::optional<PlannedTouch> next(const JointVector& from) {
+    if (!online) {
+      if (auto touch = finder.next(from)) return touch;
+      begin();
+    }
+    return online->next(from);
+  }
 
   /// Straight away from the sphere that the tip is at.
   JointVector way_out(const JointVector& from) const {
+    const Cell& cell = finder.located();
+    const Clearance clearance(cell, arm);
     const Eigen::Isometry3d pose = arm.nominal_tcp(from);
     double nearest_m = std::numeric_limits<double>::max(), radius_m = 0.0;
     std::size_t sphere = 0;
@@ -58,11 +77,12 @@ struct Course::Impl {
     return *out;
   }
 
-  Cell cell;
   CourseOptions options;
   ArmModel arm;
-  Clearance clearance;
-  Online online;
+  Finder finder;
+  std::vector<Touch> made;
+  std::optional<Online> online;
+  Progress progress;  ///< before there is one of online
 };
 
 Course::Course(const Cell& cell, const CourseOptions& options, const std::vector<Touch>& made)
@@ -73,16 +93,42 @@ Course& Course::operator=(Course&&) noexcept = default;
 
 std::optional<PlannedTouch> Course::next(const JointVector& from, bool in_contact) {
   Impl& me = *impl_;
-  if (!in_contact && me.clearance.clear(from, kTipMarginM)) return me.online.next(from);
+  const bool free = !in_contact && Clearance(me.finder.located(), me.arm).clear(from, kTipMarginM);
+  if (free) return me.next(from);
   const JointVector out = me.way_out(from);
-  auto touch = me.online.next(out);
+  auto touch = me.next(out);
   if (touch) touch->transit.insert(touch->transit.begin(), out);
   return touch;
 }
 
-void Course::touched(const Touch& touch) { impl_->online.touched(touch); }
-void Course::failed() { impl_->online.failed(); }
-std::vector<JointVector> Course::way_home() const { return impl_->online.way_home(); }
-const Progress& Course::progress() const { return impl_->online.progress(); }
+void Course::touched(const Touch& touch) {
+  Impl& me = *impl_;
+  if (me.online) return me.online->touched(touch);
+  me.made.push_back(touch);
+  ++me.progress.touches;
+  me.finder.touched(touch);
+}
+
+void Course::failed(NotMade how) {
+  Impl& me = *impl_;
+  if (me.online) return me.online->failed();
+  if (how == NotMade::kMissed)
+    me.finder.missed();
+  else
+    me.finder.failed();
+}
+
+std::vector<JointVector> Course::way_home() const {
+  return impl_->online ? impl_->online->way_home() : std::vector<JointVector>{};
+}
+
+const Progress& Course::progress() const {
+  return impl_->online ? impl_->online->progress() : impl_->progress;
+}
+
+std::string Course::stage() const {
+  if (!impl_->finder.done()) return impl_->finder.words();
+  return progress().fitted ? "checking" : "touching";
+}
 
 }  // namespace cellcal::calib

@@ -1,11 +1,13 @@
 #pragma once
 // The touches of a session that chooses as it goes: where each goes follows from what those before
-// it have shown.
+// it have shown. First the spheres are found whose places are not known (finder.h), then all are
+// touched until the goal is reached (online.h).
 
 #include <memory>
 #include <optional>
 #include <vector>
 
+#include "calib/plan/finder.h"
 #include "calib/plan/online.h"
 
 namespace cellcal::calib {
@@ -13,6 +15,13 @@ namespace cellcal::calib {
 struct CourseOptions {
   PlanOptions plan;
   Goal goal;
+  bool find = false;  ///< all spheres are found by touching first, not only those without a centre
+};
+
+/// What became of a touch that was offered and not made.
+enum class NotMade {
+  kMissed,  ///< no contact by the end of the search
+  kFailed   ///< it says nothing: noise, readings that disagree
 };
 
 class Course {
@@ -30,10 +39,12 @@ class Course {
   std::optional<PlannedTouch> next(const JointVector& from, bool in_contact);
   /// Throws IdentifyError where all touches together determine nothing.
   void touched(const Touch& touch);
-  void failed();
+  void failed(NotMade how);
   std::vector<JointVector> way_home() const;
 
   const Progress& progress() const;
+  /// What is being done: "S2 is being found: 1 touch, within 20 mm", "touching", "checking".
+  std::string stage() const;
 
  private:
   struct Impl;

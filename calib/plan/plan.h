@@ -29,6 +29,7 @@ struct PlannedTouch {
   JointVector clear;        ///< where the arm goes after the touch
   double search_m = 0.0;    ///< tip path from standoff to end
   double expected_m = 0.0;  ///< tip path from standoff to the nominal surface
+  bool may_miss = false;    ///< looks for a sphere: no contact by the end is an answer
 };
 
 struct Plan {

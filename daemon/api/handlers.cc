@@ -68,6 +68,7 @@ RunRequest run_request(const std::string& body) {
   if (object.contains("touches")) take(object, "touches", request.fit_touches.emplace());
   if (object.contains("goal_mm")) take(object, "goal_mm", request.goal_mm.emplace());
   take(object, "region", request.region);
+  take(object, "find", request.find);
   take(object, "check", request.check_touches);
   take(object, "seed", request.seed);
   take(object, "resume", request.resume);
@@ -105,6 +106,7 @@ std::string status_to_json(const Status& status) {
              {"goal_mm", or_null(status.goal_m, 1e3)},
              {"u95_mm", or_null(status.u95_m, 1e3)},
              {"mean_error_mm", or_null(status.mean_error_m, 1e3)},
+             {"stage", status.stage},
              {"why_ended", status.why_ended},
              {"time_left_s", or_null(status.time_left_s)},
              {"robot", status.robot_words},

@@ -68,7 +68,9 @@ std::optional<double> figure(const json& value, const char* key) {
 }
 
 Progress progress_of(const json& status) {
-  return {text(status, "phase"),
+  const std::string stage = text(status, "stage"), phase = text(status, "phase");
+  const bool finding = stage.find("being found") != std::string::npos;
+  return {finding ? phase + " (" + stage + ")" : phase,
           text(status, "target"),
           static_cast<std::size_t>(number(status, "touches")),
           static_cast<std::size_t>(number(status, "planned")),
@@ -169,6 +171,7 @@ int run(const Connection& daemon, const RunCommand& command) {
     if (command.touches) body["touches"] = *command.touches;
     if (command.goal_mm) body["goal_mm"] = *command.goal_mm;
     body["region"] = command.region;
+    body["find"] = command.find;
     body["check"] = command.check;
     body["seed"] = command.seed;
   }

@@ -19,6 +19,7 @@ struct RunCommand {
   int check = 10;
   std::optional<double> goal_mm;
   std::string region = "workspace";
+  bool find = false;
   unsigned seed = 1;
   bool resume = false;
 };

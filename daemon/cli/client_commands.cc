@@ -40,6 +40,8 @@ void add_run(CLI::App& app, int& status) {
       ->add_option("--touches", given->touches,
                    "Touches for the fit; with --goal: at most so many [40, with --goal 200]")
       ->check(CLI::Range(4, 2000));
+  command->add_flag("--find", given->find,
+                    "Find the spheres by touching first: their centres in the cell file are rough");
   command->add_option("--region", given->region, "Where accuracy matters, as in 'cellcal plan'")
       ->capture_default_str();
   command->add_option("--check", given->check, "Touches held out of the fit")

@@ -73,6 +73,7 @@ void read_mock(const TomlTable& table, MockConfig& mock) {
   mock.geometry_scale = table.number_or("geometry_scale", mock.geometry_scale, {0.0, 100.0});
   mock.deflection = table.number_or("deflection", mock.deflection, {-1.0, 1.0});
   mock.gear_arcsec = table.number_or("gear_arcsec", mock.gear_arcsec, {0.0, 1000.0});
+  mock.placement_m = table.number_or("placement_mm", mock.placement_m * 1e3, {0.0, 100.0}) * 1e-3;
   mock.joint_noise_deg = table.number_or("joint_noise_deg", mock.joint_noise_deg, {0.0, 1.0});
   mock.lag_s = table.number_or("lag_ms", mock.lag_s * 1e3, {0.0, 500.0}) * 1e-3;
   mock.cycle_ms = static_cast<int>(table.integer_or("cycle_ms", mock.cycle_ms, 4, 12));

@@ -28,6 +28,7 @@ struct MockConfig {
   double geometry_scale = 1.0;
   double deflection = -1.0;
   double gear_arcsec = 0.0;
+  double placement_m = 0.001;
   double joint_noise_deg = 0.0005;
   double lag_s = 0.02;
   int cycle_ms = 4;

@@ -15,6 +15,7 @@ VirtualCellOptions options_for(const DaemonConfig& config, const calib::Cell& ce
   options.truth.geometry_scale = config.mock.geometry_scale;
   options.truth.deflection = config.mock.deflection;
   options.truth.gear_arcsec = config.mock.gear_arcsec;
+  options.truth.placement_m = config.mock.placement_m;
   options.controller.start_rad = config.mock.start_rad;
   options.controller.start_rad.resize(cell.robot.joints.size(), 0.0);
   options.controller.cycle_ms = config.mock.cycle_ms;

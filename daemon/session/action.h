@@ -5,11 +5,13 @@
 #include <chrono>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <variant>
 
 #include "calib/files/touch.h"
 #include "calib/identify/calibration.h"
+#include "calib/plan/course.h"
 #include "daemon/session/failure.h"
 #include "drivers/robot.h"
 
@@ -34,8 +36,8 @@ struct FindRoute {
 };
 /// In a session that chooses as it goes. Answered by kRouted, too.
 struct ChooseTouch {
-  bool failed = false;      ///< the touch offered last could not be made
-  bool in_contact = false;  ///< the way begins at a sphere
+  std::optional<calib::NotMade> failed;  ///< the touch offered last could not be made
+  bool in_contact = false;               ///< the way begins at a sphere
 };
 struct Assess {};
 struct Identify {};

@@ -10,7 +10,7 @@
 #include <string>
 
 #include "calib/identify/calibration.h"
-#include "calib/plan/online.h"
+#include "calib/plan/course.h"
 #include "drivers/contact.h"
 #include "drivers/robot.h"
 
@@ -131,6 +131,7 @@ struct Event {
   std::uint16_t arm_id = 0;                 ///< kArmed, kArmRefused
   Links links;                              ///< kLinks
   std::shared_ptr<const calib::Plan> plan;  ///< kPlanned, kRouted
+  std::string stage;                        ///< kRouted: what the touch is for, in words
   std::string plan_hash;                    ///< kPlanned
   calib::Progress progress;  ///< kPlanned, kRouted, of a session that chooses as it goes
   std::shared_ptr<const calib::Calibration> calibration;  ///< kIdentified

@@ -35,6 +35,7 @@ void each_later_key(Options& options, Visitor visit) {
   visit("goal_u95_m", options.goal.u95_m);
   visit("goal_most_touches", options.goal.most_touches);
   visit("goal_worth_it", options.goal.worth_it);
+  visit("find", options.find);
   visit("slow_back_off_m", options.touch.slow_back_off_m);
   visit("max_failed_in_a_row", options.touch.max_failed_in_a_row);
   visit("max_failed", options.touch.max_failed);

@@ -15,6 +15,7 @@ struct SessionOptions {
   /// Touches are chosen one by one until the goal is reached; else `plan` is made beforehand.
   bool one_by_one = false;
   calib::Goal goal;
+  bool find = false;  ///< all spheres are found by touching first
   TouchPolicy touch;
 };
 

@@ -173,13 +173,14 @@ bool revocations_left(const State& state, const Event&) {
 }
 bool had_first_contact(const State& state, const Event&) { return state.first.has_value(); }
 bool has_failed(const State& state, const Event&) { return state.failure.has_value(); }
+bool may_miss(const State& state, const Event&) { return state.planned().may_miss; }
 bool may_be_replaced(const State& state, const Event&) {
   return state.one_by_one && state.failed_in_a_row < state.policy.max_failed_in_a_row &&
          state.failed_touches < state.policy.max_failed;
 }
 bool one_by_one(const State& state, const Event&) { return state.one_by_one; }
 bool one_by_one_after_failure(const State& state, const Event&) {
-  return state.one_by_one && state.touch_failed;
+  return state.one_by_one && state.touch_failed.has_value();
 }
 bool sensor_proven_after_failure(const State& state, const Event& event) {
   return one_by_one_after_failure(state, event) && sensor_proven(state, event);
@@ -198,6 +199,7 @@ void open_devices(State& state, const Event& event, Actions& actions) {
   state.plan = event.plan;
   state.plan_hash = event.plan_hash;
   state.progress = event.progress;
+  state.stage = event.stage;
   actions.emplace_back(RecordPlan{event.plan_hash, state.total()});
   actions.emplace_back(OpenDevices{});
   state.deadline = event.at + state.patience.connecting;
@@ -210,7 +212,7 @@ void rereference(State& state, const Event& event, Actions& actions) {
 
 void find_route(State& state, const Event& event, Actions& actions) {
   if (state.one_by_one)
-    actions.emplace_back(ChooseTouch{false, state.links.in_contact});
+    actions.emplace_back(ChooseTouch{std::nullopt, state.links.in_contact});
   else
     actions.emplace_back(FindRoute{state.done});
   state.deadline = event.at + state.patience.planning;
@@ -219,6 +221,7 @@ void find_route(State& state, const Event& event, Actions& actions) {
 void begin_freeing(State& state, const Event& event, Actions& actions) {
   state.plan = event.plan;
   state.progress = event.progress;
+  state.stage = event.stage;
   forget_touch(state);
   go_to_waypoint(state, event, actions, MoveKind::kRetreat);
 }
@@ -231,6 +234,7 @@ void prove_sensor(State& state, const Event& event, Actions& actions) {
 void begin_transit(State& state, const Event& event, Actions& actions) {
   state.plan = event.plan;
   state.progress = event.progress;
+  state.stage = event.stage;
   forget_touch(state);
   go_to_waypoint(state, event, actions, MoveKind::kTransit);
 }
@@ -307,11 +311,16 @@ void leave(State& state, const Event& event, Actions& actions) {
   state.failed_in_a_row = 0;
 }
 
-/// Out along the search line, as behind any touch.
-void give_touch_up(State& state, const Event& event, Actions& actions) {
+/// Out along the search line, as behind any touch. Where the sphere was sought, it is not.
+void leave_empty_place(State& state, const Event& event, Actions& actions) {
   begin(state, event, actions, MoveKind::kRetreat, axis_angles(state.planned().clear), 0.0,
         state.patience.waypoint);
-  state.touch_failed = true;
+  state.touch_failed = calib::NotMade::kMissed;
+}
+
+void give_touch_up(State& state, const Event& event, Actions& actions) {
+  leave_empty_place(state, event, actions);
+  if (event.kind != EventKind::kArrived) state.touch_failed = calib::NotMade::kFailed;
   ++state.failed_in_a_row;
   ++state.failed_touches;
 }
@@ -319,7 +328,7 @@ void give_touch_up(State& state, const Event& event, Actions& actions) {
 void choose_next(State& state, const Event& event, Actions& actions) {
   if (!state.touch_failed) actions.emplace_back(Assess{});
   actions.emplace_back(ChooseTouch{state.touch_failed, false});
-  state.touch_failed = false;
+  state.touch_failed.reset();
   forget_touch(state);
   state.deadline = event.at + state.patience.planning;
 }
@@ -327,6 +336,7 @@ void choose_next(State& state, const Event& event, Actions& actions) {
 void begin_way_home(State& state, const Event& event, Actions& actions) {
   state.plan = event.plan;
   state.progress = event.progress;
+  state.stage = event.stage;
   actions.emplace_back(RecordPlan{state.plan_hash, state.total()});
   begin(state, event, actions, MoveKind::kTransit, axis_angles(state.plan->home.front()), 0.0,
         state.patience.waypoint);
@@ -335,6 +345,7 @@ void begin_way_home(State& state, const Event& event, Actions& actions) {
 void end_touching(State& state, const Event& event, Actions& actions) {
   state.plan = event.plan;
   state.progress = event.progress;
+  state.stage = event.stage;
   actions.emplace_back(RecordPlan{state.plan_hash, state.total()});
   close_and_identify(state, event, actions);
 }
@@ -362,6 +373,7 @@ void identify_at_once(State& state, const Event& event, Actions& actions) {
   state.plan = event.plan;
   state.plan_hash = event.plan_hash;
   state.progress = event.progress;
+  state.stage = event.stage;
   close_and_identify(state, event, actions);
 }
 

@@ -180,6 +180,7 @@ struct Runner::Perform {
       answer.kind = EventKind::kRouted;
       answer.plan = std::make_shared<const calib::Plan>(std::move(chosen.plan));
       answer.progress = std::move(chosen.progress);
+      answer.stage = std::move(chosen.stage);
       return answer;
     });
   }

@@ -29,6 +29,7 @@ struct Tasks {
   struct Chosen {
     calib::Plan plan;  ///< the one touch, or none and the way home
     calib::Progress progress{};
+    std::string stage{};  ///< what the touch is for, in words
   };
   std::function<Planned()> plan;
   std::function<calib::Plan(const calib::Plan&, std::size_t next, const calib::JointVector& from)>

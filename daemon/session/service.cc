@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
+
 #include "calib/files/error.h"
 #include "calib/files/files.h"
 #include "daemon/session/inputs.h"
@@ -52,6 +54,12 @@ class JournalRecorder final : public Recorder {
   std::int64_t session_;
   Backend& backend_;
 };
+
+bool must_find(const calib::Cell& cell) {
+  return std::any_of(cell.targets.begin(), cell.targets.end(), [](const calib::Target& target) {
+    return target.kind == calib::TargetKind::kSphere && !target.has_centre;
+  });
+}
 
 void check(const RunRequest& request) {
   if (!request.resume && !request.cell.is_absolute()) {
@@ -123,9 +131,11 @@ std::unique_ptr<SessionService::Job> SessionService::prepare(const RunRequest& r
   } else {
     job->inputs = read_inputs(request.cell);
     job->options.plan.fit_touches = request.fit_touches.value_or(kPlannedTouches);
-    job->options.one_by_one = request.goal_mm.has_value();
+    job->options.find = request.find;
     job->options.goal.u95_m = request.goal_mm.value_or(0.0) * 1e-3;
-    job->options.goal.most_touches = request.fit_touches.value_or(kMostChosen);
+    job->options.goal.most_touches =
+        request.fit_touches.value_or(request.goal_mm ? kMostChosen : kPlannedTouches);
+    if (!request.goal_mm) job->options.goal.worth_it = 0.0;  // so many, whatever they bring
     job->options.region = request.region;
     try {
       job->options.plan.interest = calib::parse_interest(request.region);
@@ -137,6 +147,8 @@ std::unique_ptr<SessionService::Job> SessionService::prepare(const RunRequest& r
     job->options.touch = parts_.touch;
   }
   job->cell = cell_of(job->inputs);
+  if (!request.resume)
+    job->options.one_by_one = request.goal_mm || job->options.find || must_find(job->cell);
   // Not in the journal: what stands in the cell now is what must not be hit now.
   calib::load_meshes(job->cell, std::filesystem::path(job->inputs.cell_name).parent_path());
   if (job->cell.robot.joints.size() > drivers::kMaxAxes) {
@@ -252,7 +264,8 @@ void SessionService::publish(const State& state, Job& job) {
     if (state.in_hand() < state.plan->touches.size()) status.target = state.planned().target;
   }
   if (job.options.one_by_one) {
-    status.goal_m = job.options.goal.u95_m;
+    if (job.options.goal.u95_m > 0.0) status.goal_m = job.options.goal.u95_m;
+    status.stage = state.stage;
     if (state.progress.u95_m > 0.0) {
       status.u95_m = state.progress.u95_m;
       status.mean_error_m = state.progress.mean_m;

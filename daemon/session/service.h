@@ -40,6 +40,7 @@ struct RunRequest {
   /// u95 in mm, mean over the region: touches are chosen one by one until it is reached.
   std::optional<double> goal_mm;
   std::string region = "workspace";
+  bool find = false;  ///< spheres are found by touching first; those without a centre always are
   unsigned seed = 1;
   bool resume = false;
 };

@@ -7,7 +7,7 @@
 #include <optional>
 #include <vector>
 
-#include "calib/plan/online.h"
+#include "calib/plan/course.h"
 #include "daemon/session/action.h"
 #include "daemon/session/event.h"
 #include "daemon/session/failure.h"
@@ -36,7 +36,9 @@ struct State {
 
   // Of touches chosen one by one.
   calib::Progress progress;
-  bool touch_failed = false;  ///< the touch in hand could not be made; another replaces it
+  std::string stage;  ///< what the touch in hand is for, in words
+  std::optional<calib::NotMade>
+      touch_failed;  ///< the touch in hand could not be made; another replaces it
   int failed_in_a_row = 0, failed_touches = 0;
 
   // The touch that is being made.

@@ -132,7 +132,8 @@ class Chooser {
   explicit Chooser(std::shared_ptr<const TaskInputs> inputs) : inputs_(std::move(inputs)) {}
 
   Tasks::Planned begin() {
-    const calib::CourseOptions options{inputs_->options.plan, inputs_->options.goal};
+    const calib::CourseOptions options{inputs_->options.plan, inputs_->options.goal,
+                                       inputs_->options.find};
     course_.emplace(inputs_->cell, options, inputs_->made);
     learnt_ = inputs_->made.size();
     return {{}, "", course_->progress()};
@@ -140,7 +141,7 @@ class Chooser {
 
   Tasks::Chosen choose(const ChooseTouch& how, const std::vector<calib::Touch>& touches,
                        const calib::JointVector& from) {
-    if (how.failed) course_->failed();
+    if (how.failed) course_->failed(*how.failed);
     for (; learnt_ < touches.size(); ++learnt_) course_->touched(touches[learnt_]);
     Tasks::Chosen chosen;
     if (auto touch = course_->next(from, how.in_contact))
@@ -149,6 +150,7 @@ class Chooser {
       chosen.plan.home = course_->way_home();
     check(chosen.plan, inputs_->cell.robot.joints.size());
     chosen.progress = course_->progress();
+    chosen.stage = course_->stage();
     return chosen;
   }
 

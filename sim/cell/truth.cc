@@ -82,9 +82,21 @@ Eigen::Matrix3Xd taught_places(const Truth& truth, const calib::Cell& cell) {
   return places;
 }
 
+/// Spheres that are only known to be in a box stand somewhere in it.
+calib::Cell with_all_places(calib::Cell cell, std::uint64_t seed) {
+  calib::Random random(seed + 7919);  // none of the draws of the arm
+  for (calib::Target& target : cell.targets) {
+    if (target.has_centre || !target.has_box) continue;
+    for (int k = 0; k < 3; ++k)
+      target.centre_m[k] = random.uniform(target.low_m[k], target.high_m[k]);
+  }
+  return cell;
+}
+
 }  // namespace
 
-Truth draw_truth(const calib::Cell& cell, const TruthOptions& options) {
+Truth draw_truth(const calib::Cell& stated, const TruthOptions& options) {
+  const calib::Cell cell = with_all_places(stated, options.seed);
   Truth truth{true_arm(cell, options), {}, {}, {}};
   calib::Random random(options.seed);
   truth.errors.resize(truth.arm.size());

@@ -28,7 +28,8 @@ struct Truth {
 
 /// The cell file's centres are what an installer reads off the pendant with the tip at a sphere:
 /// true for the arm as it is, errors and all. So the artefact is put, as one rigid body, where the
-/// real arm reaches when it is sent to them. Throws std::runtime_error when it cannot reach one.
+/// real arm reaches when it is sent to them. A sphere without a centre stands anywhere in its box.
+/// Throws std::runtime_error when it cannot reach one.
 Truth draw_truth(const calib::Cell& cell, const TruthOptions& options);
 
 }  // namespace cellcal::sim

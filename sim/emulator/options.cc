@@ -16,6 +16,10 @@ void add_truth_options(CLI::App& app, EmulatorOptions& options) {
                  "Bending of the tool c_t [1/(N m^2)]; negative: drawn from its prior")
       ->capture_default_str()
       ->check(CLI::Range(-1.0, 1.0));
+  app.add_option_function<double>(
+         "--placement", [&options](double mm) { options.truth.placement_m = mm * 1e-3; },
+         "How far all spheres stand from where the cell file has them [mm], 1 sigma; default 1")
+      ->check(CLI::Range(0.0, 100.0));
   app.add_option("--gear-arcsec", options.truth.gear_arcsec,
                  "Transmission error, 1 sigma per harmonic")
       ->capture_default_str()

@@ -120,6 +120,42 @@ TEST(a_session_with_a_goal, that_was_killed_is_gone_on_with_to_the_same_goal) {
   EXPECT_EQ(fixture.status()["session"], 1);
 }
 
+TEST(a_session_that_finds, meets_spheres_that_stand_centimetres_from_where_they_are_said_to) {
+  DaemonFixture fixture("[mock]\nplacement_mm = 8\nseed = 2\n");
+  fixture.start();
+  const Outcome outcome =
+      fixture.cellcal({"run", "--cell", kCell, "--find", "--touches", "40", "--check", "4"});
+  ASSERT_EQ(outcome.status, 0) << outcome.err << fixture.log();
+  const nlohmann::json status = fixture.status();
+  EXPECT_EQ(status["touches"], 44);
+  EXPECT_TRUE(status["goal_mm"].is_null());
+  const std::string changes = http_request(fixture.socket(), "GET", "/v1/watch?since=0").body;
+  EXPECT_NE(changes.find("touching"), std::string::npos);
+}
+
+TEST(a_session, finds_a_sphere_that_is_somewhere_in_a_box) {
+  DaemonFixture fixture;
+  std::string cell = content(kCell);
+  const auto replace = [&](const std::string& from, const std::string& to,
+                           const std::string& with) {
+    const std::size_t begin = cell.find(from), end = cell.find(to, begin);
+    ASSERT_NE(end, std::string::npos) << from;
+    cell.replace(begin, end - begin, with);
+  };
+  replace("robot = \"", "kr5",
+          "robot = \"" + std::filesystem::path(kCell).parent_path().string() + "/");
+  replace("centre_mm = [1080", "centre_sigma",
+          "search_low_mm = [1050, -340, 310]\nsearch_high_mm = [1110, -300, 350]\n");
+  replace("[[length]]", "[touch]", "");  // not known either
+  const std::string file = fixture.dir / "cell.toml";
+  std::ofstream(file) << cell;
+  fixture.start();
+  const Outcome outcome =
+      fixture.cellcal({"run", "--cell", file, "--touches", "40", "--check", "4"});
+  EXPECT_TRUE(outcome.status == 0 || outcome.status == 3) << outcome.err << cell;
+  EXPECT_EQ(fixture.status()["touches"], 44);
+}
+
 TEST(a_goal, out_of_range_is_refused_before_anything_begins) {
   DaemonFixture fixture;
   fixture.start();

@@ -18,6 +18,7 @@ struct Offers {
   std::vector<ChooseTouch> asked{};
   std::vector<std::size_t> seen{};  ///< touches made, each time
   bool without_way_home = false;
+  bool may_miss = false;
 };
 
 struct Choosing : Session {
@@ -30,13 +31,13 @@ struct Choosing : Session {
       const calib::Plan line = line_plan(40);
       offers.asked.push_back(how);
       offers.seen.push_back(made.size());
-      offers.failed += how.failed ? 1 : 0;
+      offers.failed += how.failed.has_value() ? 1 : 0;
       Tasks::Chosen chosen;
       chosen.progress.touches_left = static_cast<int>(offers.wanted - made.size());
-      if (made.size() < offers.wanted)
-        chosen.plan.touches = {line.touches.at(offers.offered++)};
-      else if (!offers.without_way_home)
-        chosen.plan.home = line.home;
+      const bool more = made.size() < offers.wanted;
+      if (more) chosen.plan.touches = {line.touches.at(offers.offered++)};
+      for (calib::PlannedTouch& touch : chosen.plan.touches) touch.may_miss = offers.may_miss;
+      if (!more && !offers.without_way_home) chosen.plan.home = line.home;
       return chosen;
     };
   }
@@ -109,6 +110,27 @@ TEST(a_touch_chosen_one_by_one, that_meets_nothing_is_left_proven_and_replaced) 
   EXPECT_EQ(session.recorder.touches[0].index, 0u);
   EXPECT_EQ(retreats_to(session, 0.09), 1) << "out to the clear point of the touch that failed";
   EXPECT_GE(session.backend.world.self_tests, 1) << "the sensor may be what failed";
+}
+
+TEST(a_search_for_a_sphere, that_meets_nothing_is_an_answer_and_no_failure) {
+  Offers offers{.wanted = 1, .may_miss = true};
+  Script script;
+  for (int move = 3; move < 23; move += 4) script.outcome[move] = MoveOutcome::kArrived;
+  Choosing session(offers, script);
+  const State end = session.run();
+  EXPECT_EQ(end.phase, Phase::kDone) << (end.failure ? end.failure->detail : "");
+  EXPECT_EQ(offers.failed, 5);
+  EXPECT_EQ(end.failed_touches, 0);
+  EXPECT_EQ(offers.asked[1].failed, calib::NotMade::kMissed);
+  EXPECT_EQ(session.recorder.touches.size(), 1u);
+}
+
+TEST(a_search_for_a_sphere, that_lost_it_behind_the_first_contact_is_a_failed_touch) {
+  Offers offers{.wanted = 1, .may_miss = true};
+  Choosing session(offers, {.outcome = {{5, MoveOutcome::kArrived}}});
+  const State end = session.run();
+  EXPECT_EQ(end.phase, Phase::kDone) << (end.failure ? end.failure->detail : "");
+  EXPECT_EQ(end.failed_touches, 1);
 }
 
 TEST(a_touch_chosen_one_by_one, of_readings_that_disagree_is_replaced) {

@@ -1,0 +1,302 @@
+#include "calib/plan/finder.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+#include "calib/identify/start.h"
+#include "calib/model/inverse.h"
+#include "calib/plan/belief.h"
+#include "calib/plan/pool.h"
+#include "calib/plan/search_depth.h"
+
+namespace cellcal::calib {
+
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kFoundSigmaM = 0.0025, kOffM = 0.008;
+constexpr std::size_t kLeastHits = 4, kMostHits = 10;
+constexpr int kMostLines = 60;
+constexpr double kLeastShare = 0.03;  ///< a line that would hardly meet it is not worth its time
+
+constexpr double kStandoffM = 0.008, kClearM = 0.016;  ///< outside of all places
+constexpr int kPerAim = 24, kPerAimOnceMet = 60;
+constexpr int kMoreAims = 6;          ///< while its place across the line is open
+constexpr double kOpen = 0.5;         ///< of the radius
+constexpr std::size_t kLooked = 600;  ///< places that a line is judged by
+/// While nothing was met: a shaft that leans comes near to what the tip passes.
+constexpr double kMostTiltRad = 0.35;
+constexpr double kLargestRad = 0.35;  ///< of a joint along a line: more is a jump
+
+/// A place that is being sought.
+struct Sought {
+  std::size_t target;
+  double radius_m;  ///< of sphere and tip
+  Belief belief;
+  std::vector<Vector3d> tips{};
+  int lines = 0;
+  bool found = false;
+  Vector3d centre_m = Vector3d::Zero();
+  double sigma_m = 0.0;  ///< the largest
+};
+
+struct Line {
+  Candidate candidate;
+  Vector3d aim;
+  SearchDepth depth;
+  double outside_m = 0.0;  ///< of the aim's surface where all places end
+  double score = 0.0;
+};
+
+}  // namespace
+
+struct Finder::Impl {
+  Cell cell;  ///< as located
+  PlanOptions options;
+  ArmModel arm;
+  std::vector<Sought> sought;
+  std::optional<PlannedTouch> planned;
+  std::optional<Candidate> last;  ///< the arm stands at its clear point
+  Vector3d line_from = Vector3d::Zero(), line_to = Vector3d::Zero();
+
+  Impl(const Cell& stated, const PlanOptions& how, bool all, const std::vector<Touch>& made)
+      : cell(stated), options(how), arm(planning_arm(stated)) {
+    for (std::size_t t = 0; t < cell.targets.size(); ++t) {
+      Target& target = cell.targets[t];
+      if (target.kind != TargetKind::kSphere || (target.has_centre && !all)) continue;
+      if (!target.has_centre && !target.has_box)
+        throw PlanError(fmt::format(
+            "target {}: nothing says where to look for it; state centre_mm, or search_low_mm and "
+            "search_high_mm, in the cell file",
+            target.id));
+      const double radius = target.diameter_m / 2.0 + cell.tool.tip_radius_m;
+      sought.push_back({t, radius, Belief(target, radius, options.seed)});
+    }
+    for (const Touch& touch : made)
+      if (Sought* one = find(touch.target)) take(*one, std::nullopt, touch);
+    locate();
+  }
+
+  Sought* find(const std::string& id) {
+    for (Sought& one : sought)
+      if (cell.targets[one.target].id == id && !one.found) return &one;
+    return nullptr;
+  }
+  Sought* current() {
+    for (Sought& one : sought)
+      if (!one.found) return &one;
+    return nullptr;
+  }
+
+  void locate() {
+    for (const Sought& one : sought) {
+      Target& target = cell.targets[one.target];
+      target.has_centre = true;
+      target.centre_m = one.found ? one.centre_m : one.belief.mean();
+    }
+  }
+
+  void take(Sought& one, const std::optional<Vector3d>& from, const Touch& touch) {
+    const Vector3d tip = arm.nominal_tcp(touch.joint_rad).translation();
+    one.tips.push_back(tip);
+    one.belief.hit(from.value_or(tip), tip);
+    const std::vector<double> radii(one.tips.size(), one.radius_m);
+    // From where it is believed to be: tips on one side fit a sphere on the other side of them,
+    // too.
+    one.centre_m =
+        fit_centre_near(one.tips, radii, kArmSigmaM, one.belief.mean(), one.belief.prior_sigma_m());
+    Eigen::Matrix3d information =
+        Eigen::Matrix3d::Identity() / std::pow(one.belief.prior_sigma_m(), 2);
+    double off = 0.0;
+    for (const Vector3d& p : one.tips) {
+      const Vector3d row = (one.centre_m - p).normalized() / kArmSigmaM;
+      information += row * row.transpose();
+      off = std::max(off, std::abs((one.centre_m - p).norm() - one.radius_m));
+    }
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(information,
+                                                                Eigen::EigenvaluesOnly);
+    one.sigma_m = 1.0 / std::sqrt(solver.eigenvalues()[0]);
+    one.found = one.tips.size() >= kLeastHits && !one.belief.empty() &&
+                one.sigma_m <= kFoundSigmaM && off <= kOffM;
+    if (!one.found && one.tips.size() >= kMostHits && off <= kOffM)
+      throw PlanError(
+          fmt::format("sphere {} can be touched from too few sides: after {} touches its centre is "
+                      "known within "
+                      "{:.1f} mm; give the arm more room around it, or state centre_mm well and "
+                      "leave out --find",
+                      cell.targets[one.target].id, one.tips.size(), 2.0 * one.sigma_m * 1e3));
+    if (!one.found && one.tips.size() >= kMostHits)
+      throw PlanError(fmt::format(
+          "the touches of {} do not lie on a sphere of {:.1f} mm: one is {:.1f} mm off. Check its "
+          "diameter, and that nothing else stands where it is sought",
+          cell.targets[one.target].id, cell.targets[one.target].diameter_m * 1e3, off * 1e3));
+    locate();
+  }
+
+  /// All spheres where they are or may be, as spheres that hold all places.
+  Cell swollen(std::optional<std::size_t> without) const {
+    Cell result = cell;
+    for (const Sought& one : sought)
+      if (!one.found)
+        result.targets[one.target].diameter_m +=
+            2.0 * one.belief.reach_m(result.targets[one.target].centre_m);
+    if (without)
+      result.targets.erase(result.targets.begin() + static_cast<std::ptrdiff_t>(*without));
+    result.lengths.clear();
+    return result;
+  }
+
+  std::vector<Line> lines(Sought& one, const Clearance& clearance) const {
+    const Vector3d middle = one.belief.mean();
+    const Eigen::Matrix3d spread = one.belief.covariance();
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(spread, Eigen::EigenvaluesOnly);
+    const auto& all = one.belief.places();
+    std::vector<Vector3d> some;
+    const std::size_t step = std::max<std::size_t>(1, all.size() / kLooked);
+    for (std::size_t k = 0; k < all.size(); k += step) some.push_back(all[k]);
+    std::vector<Vector3d> aims{middle};
+    Random random(options.seed + static_cast<unsigned>(one.lines));
+    if (2.0 * std::sqrt(solver.eigenvalues()[2]) > kOpen * one.radius_m)
+      for (int k = 0; k < kMoreAims; ++k) aims.push_back(some[random.below(some.size())]);
+    const Vector3d shaft_in_tool =
+        cell.tool.tcp.linear().transpose() * cell.tool.tcp.translation().normalized();
+    std::vector<Line> result;
+    for (const Vector3d& aim : aims) {
+      Cell alone = cell;
+      alone.targets = {cell.targets[one.target]};
+      Target& target = alone.targets.front();
+      target.centre_m = aim;
+      const double outside = one.belief.reach_m(aim);
+      target.diameter_m += 2.0 * outside;
+      PlanOptions how = options;
+      how.standoff_m = kStandoffM;
+      how.clear_m = kClearM;
+      how.beyond_m = 1e-3;
+      how.seed = options.seed + static_cast<unsigned>(one.lines);
+      for (Candidate& c : find_candidates(alone, arm, clearance, how,
+                                          one.tips.empty() ? kPerAim : kPerAimOnceMet)) {
+        const Vector3d shaft = c.orientation * shaft_in_tool;
+        if (one.tips.empty() && shaft.dot(-c.normal) < std::cos(kMostTiltRad)) continue;
+        Line line;
+        line.depth = search_depth({aim, c.normal, shaft}, some,
+                                  cell.targets[one.target].diameter_m / 2.0, cell.tool);
+        if (line.depth.share < kLeastShare) continue;
+        line.score = line.depth.share;
+        if (!one.tips.empty()) line.score *= line.depth.share * c.normal.dot(spread * c.normal);
+        line.aim = aim;
+        line.outside_m = outside;
+        c.target = one.target;
+        line.candidate = std::move(c);
+        result.push_back(std::move(line));
+      }
+    }
+    std::stable_sort(result.begin(), result.end(),
+                     [](const Line& a, const Line& b) { return a.score > b.score; });
+    return result;
+  }
+
+  /// The whole search, where the arm can make it and nothing else is in its way.
+  std::optional<PlannedTouch> search(const Line& line, const Sought& one, const Clearance& others) {
+    const Candidate& c = line.candidate;
+    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+    pose.linear() = c.orientation;
+    pose.translation() = line.aim + line.depth.end_m * c.normal;
+    const auto end = inverse(arm, pose, c.standoff, options.limit_margin_rad);
+    if (!end) return std::nullopt;
+    for (std::size_t i = 0; i < end->size(); ++i)
+      if (std::abs((*end)[i] - c.clear[i]) > kLargestRad) return std::nullopt;
+    if (!others.clear(c.clear, *end, kTipMarginM)) return std::nullopt;
+    PlannedTouch touch;
+    touch.target = cell.targets[one.target].id;
+    touch.normal = c.normal;
+    touch.standoff = c.standoff;
+    touch.end = *end;
+    touch.clear = c.clear;
+    const double begin = one.radius_m + line.outside_m + kStandoffM;
+    touch.search_m = begin - line.depth.end_m;
+    touch.expected_m = std::min(touch.search_m, line.outside_m + kStandoffM);
+    touch.may_miss = true;
+    line_from = line.aim + begin * c.normal;
+    line_to = pose.translation();
+    return touch;
+  }
+
+  std::optional<PlannedTouch> offer(Sought& one, const JointVector& from) {
+    const std::string& id = cell.targets[one.target].id;
+    const auto not_found = [&](const std::string& why) {
+      return PlanError(fmt::format(
+          "sphere {} was not found after {} searches and {} touches: {}. Check where the cell file "
+          "says it is (centre_mm and centre_sigma_mm, or search_low_mm and search_high_mm) and its "
+          "diameter",
+          id, one.lines, one.tips.size(), why));
+    };
+    if (one.belief.empty()) throw not_found("it is in none of the places where it was sought");
+    if (one.lines >= kMostLines) throw not_found("no more are made");
+    const Cell around = swollen(std::nullopt), rest = swollen(one.target);
+    const Clearance clearance(around, arm), others(rest, arm);
+    const JointVector resting = resting_posture(cell.robot, clearance);
+    const Router router(around, arm, clearance, resting, options.limit_margin_rad);
+    if (last) router.connect(*last);  // what stands in the way is known better by now
+    bool any = false;
+    for (Line& line : lines(one, clearance)) {
+      auto touch = search(line, one, others);
+      if (!touch) continue;
+      any = true;
+      if (!router.connect(line.candidate)) continue;
+      auto way = router.to_standoff(from, last ? &*last : nullptr, line.candidate);
+      if (!way) continue;
+      touch->transit = std::move(*way);
+      ++one.lines;
+      last = std::move(line.candidate);
+      return touch;
+    }
+    throw not_found(any ? "no clear way leads to another search from where the arm is"
+                        : "the arm cannot make a search that would be likely to meet it");
+  }
+};
+
+Finder::Finder(const Cell& cell, const PlanOptions& options, bool all,
+               const std::vector<Touch>& made)
+    : impl_(new Impl(cell, options, all, made)) {}
+Finder::~Finder() = default;
+Finder::Finder(Finder&&) noexcept = default;
+Finder& Finder::operator=(Finder&&) noexcept = default;
+
+bool Finder::done() const { return impl_->current() == nullptr; }
+
+std::optional<PlannedTouch> Finder::next(const JointVector& from) {
+  Impl& me = *impl_;
+  Sought* one = me.current();
+  if (one == nullptr) return std::nullopt;
+  if (!me.planned) me.planned = me.offer(*one, from);
+  return me.planned;
+}
+
+void Finder::touched(const Touch& touch) {
+  impl_->planned.reset();
+  if (Sought* one = impl_->find(touch.target)) impl_->take(*one, impl_->line_from, touch);
+}
+
+void Finder::missed() {
+  impl_->planned.reset();
+  if (Sought* one = impl_->current()) one->belief.miss(impl_->line_from, impl_->line_to);
+  impl_->locate();
+}
+
+void Finder::failed() { impl_->planned.reset(); }
+
+const Cell& Finder::located() const { return impl_->cell; }
+
+std::string Finder::words() const {
+  const Sought* one = impl_->current();
+  if (one == nullptr) return {};
+  const double spread = std::sqrt(one->belief.covariance().trace());
+  return fmt::format("{} is being found: {} touches, within {:.0f} mm",
+                     impl_->cell.targets[one->target].id, one->tips.size(), 2.0 * spread * 1e3);
+}
+
+}  // namespace cellcal::calib

@@ -1,0 +1,298 @@
+// Spheres that stand elsewhere than the cell file says, or somewhere in a box.
+
+#include "calib/plan/finder.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "calib/model/random.h"
+#include "calib/plan/belief.h"
+#include "calib/plan/course.h"
+#include "calib/plan/search_depth.h"
+#include "tests/calib/identify/simulate.h"
+
+namespace cellcal::calib {
+namespace {
+
+using Eigen::Vector3d;
+using testing::demo_cell;
+
+/// Along the search line, what the true arm meets first, if anything: in steps, then halved.
+std::optional<Touch> search(const Cell& cell, const sim::Truth& truth, const PlannedTouch& line) {
+  const std::size_t target = cell.target_index(line.target);
+  const auto at = [&](double share) {
+    JointVector q(line.standoff.size());
+    for (std::size_t i = 0; i < q.size(); ++i)
+      q[i] = line.standoff[i] + share * (line.end[i] - line.standoff[i]);
+    return q;
+  };
+  const auto gap = [&](double share) {
+    const auto tip = truth.arm.position(truth.arm.prepare(at(share)), truth.errors.data());
+    return (tip - truth.centre_m[target]).norm() - truth.radius_m[target];
+  };
+  constexpr int kSteps = 400;
+  EXPECT_GT(gap(0.0), 0.0) << "the search begins inside the sphere";
+  for (int k = 1; k <= kSteps; ++k) {
+    double out = (k - 1.0) / kSteps, in = static_cast<double>(k) / kSteps;
+    if (gap(in) > 0.0) continue;
+    for (int halving = 0; halving < 40; ++halving) {
+      const double middle = (out + in) / 2.0;
+      (gap(middle) > 0.0 ? out : in) = middle;
+    }
+    Touch touch;
+    touch.target = line.target;
+    touch.joint_rad = at(out);
+    return touch;
+  }
+  return std::nullopt;
+}
+
+/// How near the tip, and the shaft behind it, come to the true spheres on a straight move; `meant`
+/// may be touched by the tip.
+struct Nearest {
+  double tip_m = 1.0, shaft_m = 1.0;
+};
+
+void look(const Cell& cell, const sim::Truth& truth, const JointVector& from, const JointVector& to,
+          std::optional<std::size_t> meant, Nearest& nearest) {
+  const ArmModel nominal(cell.robot, cell.tool);
+  constexpr int kSteps = 60;
+  for (int k = 0; k <= kSteps; ++k) {
+    JointVector q(from.size());
+    for (std::size_t i = 0; i < q.size(); ++i) q[i] = from[i] + (to[i] - from[i]) * k / kSteps;
+    const auto tip = truth.arm.position(truth.arm.prepare(q), truth.errors.data());
+    const Vector3d back = -(nominal.nominal_tcp(q).linear() * cell.tool.tcp.linear().transpose() *
+                            cell.tool.tcp.translation());
+    const double slim = cell.tool.slim_length_m / back.norm();
+    for (std::size_t t = 0; t < truth.centre_m.size(); ++t) {
+      const double radius = truth.radius_m[t];
+      if (t != meant)
+        nearest.tip_m = std::min(nearest.tip_m, (tip - truth.centre_m[t]).norm() - radius);
+      for (double share = slim; share < 1.0; share += 0.02)
+        nearest.shaft_m =
+            std::min(nearest.shaft_m, (tip + share * back - truth.centre_m[t]).norm() - radius -
+                                          cell.tool.radius_m);
+    }
+  }
+}
+
+struct Found {
+  Nearest nearest;
+  int touches = 0, misses = 0;
+  Cell cell;
+};
+
+/// `wrong`: how far from their truth all spheres stand in the cell file.
+Found drive(const Cell& cell, const sim::Truth& truth, bool all) {
+  Finder finder(cell, {}, all, {});
+  Found found;
+  JointVector at;
+  for (const JointVector& middle =
+           [&] {
+             JointVector q(cell.robot.joints.size(), 0.0);
+             q[1] = -1.2, q[2] = 1.6, q[4] = 1.0;
+             return q;
+           }();
+       const auto line = finder.next(at.empty() ? middle : at);) {
+    EXPECT_TRUE(line->may_miss);
+    EXPECT_EQ(line->transit.back(), line->standoff);
+    for (const JointVector& waypoint : line->transit) {
+      if (!at.empty()) look(cell, truth, at, waypoint, {}, found.nearest);
+      at = waypoint;
+    }
+    const std::size_t meant = cell.target_index(line->target);
+    at = line->clear;
+    if (const auto touch = search(cell, truth, *line)) {
+      ++found.touches;
+      look(cell, truth, line->standoff, touch->joint_rad, meant, found.nearest);
+      look(cell, truth, touch->joint_rad, line->clear, meant, found.nearest);
+      finder.touched(*touch);
+    } else {
+      ++found.misses;
+      look(cell, truth, line->standoff, line->end, meant, found.nearest);
+      look(cell, truth, line->end, line->clear, meant, found.nearest);
+      finder.missed();
+    }
+    if (found.touches + found.misses > 100) {
+      ADD_FAILURE() << "no end of it";
+      break;
+    }
+  }
+  EXPECT_TRUE(finder.done());
+  EXPECT_EQ(finder.words(), "");
+  found.cell = finder.located();
+  return found;
+}
+
+double worst_m(const Found& found, const sim::Truth& truth, std::size_t from = 0) {
+  double worst = 0.0;
+  for (std::size_t t = from; t < found.cell.targets.size(); ++t)
+    worst = std::max(worst, (found.cell.targets[t].centre_m - truth.centre_m[t]).norm());
+  return worst;
+}
+
+/// The cell file wrong by up to 10 mm.
+Cell rough(unsigned seed) {
+  Cell cell = demo_cell();
+  Random random(seed);
+  for (Target& target : cell.targets) {
+    Vector3d off(random.normal(), random.normal(), random.normal());
+    target.centre_m += random.uniform(0.004, 0.010) * off.normalized();
+    target.centre_sigma_m = 0.005;
+  }
+  return cell;
+}
+
+TEST(Finder, FindsSpheresWhoseCentresAreRoughWellEnoughToPlanOn) {
+  for (unsigned seed = 1; seed <= 8; ++seed) {
+    const sim::Truth truth = testing::plain_truth(demo_cell(), seed);
+    const Found found = drive(rough(seed), truth, true);
+    EXPECT_LE(worst_m(found, truth), 0.008) << "less than the stand-off of 12 mm";
+    EXPECT_LE(found.touches, 4 * 7);
+    EXPECT_LE(found.misses, 4 * 4);
+    EXPECT_GT(found.nearest.tip_m, 0.003) << "the tip met a sphere where it did not search";
+    EXPECT_GT(found.nearest.shaft_m, 0.0) << "the shaft met a sphere";
+  }
+}
+
+TEST(Finder, FindsASphereSomewhereInABox) {
+  Cell cell = demo_cell();
+  const sim::Truth truth = testing::plain_truth(cell, 2);
+  Target& target = cell.targets[0];
+  target.has_box = true;
+  target.low_m = truth.centre_m[0] - Vector3d(0.055, 0.01, 0.03);
+  target.high_m = truth.centre_m[0] + Vector3d(0.015, 0.06, 0.02);
+  target.has_centre = false;
+  target.centre_m.setZero();
+  cell.lengths.clear();
+  const Found found = drive(cell, truth, false);
+  EXPECT_GT(found.nearest.tip_m, 0.003);
+  EXPECT_GT(found.nearest.shaft_m, 0.0);
+  EXPECT_TRUE(found.cell.targets[0].has_centre);
+  EXPECT_LE((found.cell.targets[0].centre_m - truth.centre_m[0]).norm(), 0.008);
+}
+
+TEST(Finder, LeavesSpheresAloneWhoseCentresAreStated) {
+  EXPECT_TRUE(Finder(demo_cell(), {}, false, {}).done());
+  EXPECT_FALSE(Finder(demo_cell(), {}, true, {}).done());
+}
+
+TEST(Finder, SaysWhichSphereIsNotThere) {
+  const sim::Truth truth = testing::plain_truth(demo_cell(), 2);
+  Cell cell = demo_cell();
+  cell.targets[1].centre_m.y() += 0.12;
+  cell.targets[1].centre_sigma_m = 0.004;
+  try {
+    drive(cell, truth, true);
+    ADD_FAILURE() << "it was found";
+  } catch (const PlanError& error) {
+    EXPECT_NE(std::string(error.what()).find("sphere S2 was not found after"), std::string::npos)
+        << error.what();
+    EXPECT_NE(std::string(error.what()).find("search_low_mm"), std::string::npos);
+  }
+}
+
+TEST(Finder, RefusesASphereOfWhichNothingIsKnown) {
+  Cell cell = demo_cell();
+  cell.targets[0].has_centre = false;
+  EXPECT_THROW(Finder(cell, {}, false, {}), PlanError);
+}
+
+TEST(Finder, GoesOnWithTheTouchesOfASessionThatWasInterrupted) {
+  const sim::Truth truth = testing::plain_truth(demo_cell(), 1);
+  const Cell cell = rough(1);
+  Finder first(cell, {}, true, {});
+  std::vector<Touch> made;
+  JointVector at(6, 0.0);
+  at[1] = -1.2, at[2] = 1.6, at[4] = 1.0;
+  while (made.size() < 6) {
+    const auto line = first.next(at);
+    ASSERT_TRUE(line);
+    at = line->clear;
+    if (const auto touch = search(cell, truth, *line)) {
+      made.push_back(*touch);
+      first.touched(*touch);
+    } else {
+      first.missed();
+    }
+  }
+  Finder second(cell, {}, true, made);
+  EXPECT_NEAR((second.located().targets[0].centre_m - first.located().targets[0].centre_m).norm(),
+              0.0, 1e-3);
+  EXPECT_EQ(second.next(at)->target, first.next(at)->target);
+}
+
+TEST(Belief, KeepsTheTruthAndRulesOutWhatWasMissed) {
+  Target target;
+  target.has_centre = true;
+  target.centre_sigma_m = 0.01;
+  Belief belief(target, 0.03, 1);
+  EXPECT_NEAR(belief.mean().norm(), 0.0, 1e-3);
+  const double before = belief.covariance().trace();
+  // A sphere at (8, 0, 0) mm met from above.
+  const Vector3d centre(0.008, 0, 0);
+  belief.hit({0, 0, 0.1}, {0, 0, std::sqrt(0.03 * 0.03 - 0.008 * 0.008)});
+  belief.hit({0.1, 0, 0}, {0.038, 0, 0});
+  belief.hit({0, 0.1, 0}, {0, std::sqrt(0.03 * 0.03 - 0.008 * 0.008), 0});
+  EXPECT_LT((belief.mean() - centre).norm(), 0.004);
+  EXPECT_LT(belief.covariance().trace(), before / 10.0);
+  EXPECT_FALSE(belief.empty());
+  belief.miss({0.008, 0, 0.1}, {0.008, 0, 0});
+  EXPECT_TRUE(belief.empty()) << "a line through all of them met nothing";
+}
+
+TEST(SearchDepth, EndsBeforeTheShaftMeetsWhatTheTipHasPassed) {
+  Tool tool;
+  tool.radius_m = 0.02;
+  tool.slim_length_m = 0.05;
+  const SearchLine down{Vector3d::Zero(), Vector3d::UnitZ(), -Vector3d::UnitZ()};
+  // A sphere of 30 mm straight below is met; one 40 mm aside is passed, and the shaft, 20 mm wide,
+  // would meet it when the tip is 50 mm below that place.
+  const double radius = 0.03;
+  const auto depth =
+      search_depth(down, {Vector3d(0, 0, -0.02), Vector3d(0.04, 0, 0)}, radius, tool);
+  const double shaft = 0.02 + radius + 0.005;
+  EXPECT_NEAR(depth.end_m, std::sqrt(shaft * shaft - 0.04 * 0.04) - 0.05, 1e-12);
+  EXPECT_NEAR(depth.share, 0.5, 1e-12);
+  // Alone, the one straight below may be searched down to its middle.
+  EXPECT_NEAR(search_depth(down, {Vector3d::Zero()}, radius, tool).end_m, 0.0, 1e-12);
+}
+
+TEST(Course, FindsTheSpheresAndThenTouchesThemToTheGoal) {
+  const sim::Truth truth = testing::plain_truth(demo_cell(), 1);
+  const Cell cell = rough(1);
+  CourseOptions options;
+  options.plan.check_touches = 3;
+  options.goal = {.u95_m = 0.6e-3};
+  options.find = true;
+  Course course(cell, options, {});
+  JointVector at(6, 0.0);
+  at[1] = -1.2, at[2] = 1.6, at[4] = 1.0;
+  int found = 0, all = 0, checks = 0;
+  while (const auto line = course.next(at, false)) {
+    at = line->clear;
+    found += line->may_miss;
+    checks += line->set == TouchSet::kCheck;
+    auto touch = search(cell, truth, *line);
+    if (touch) {
+      ++all;
+      touch->set = line->set;
+      course.touched(*touch);
+    } else {
+      course.failed(NotMade::kMissed);
+    }
+    if (course.stage() != "touching" && course.stage() != "checking") {
+      EXPECT_NE(course.stage().find("is being found"), std::string::npos) << course.stage();
+    }
+  }
+  EXPECT_TRUE(course.progress().done);
+  EXPECT_LE(course.progress().u95_m, 0.6e-3);
+  EXPECT_GE(found, 16);
+  EXPECT_EQ(checks, 3);
+  EXPECT_EQ(course.progress().touches + checks, all);
+  EXPECT_FALSE(course.way_home().empty());
+}
+
+}  // namespace
+}  // namespace cellcal::calib
