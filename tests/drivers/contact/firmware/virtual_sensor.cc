@@ -56,7 +56,12 @@ TimePoint VirtualSensor::when(std::uint32_t wait) const {
   const std::uint32_t target = ticks(now_) + wait;
   const double ns =
       static_cast<double>(wait) * int{CTP_TICK_NS} / (1.0 + options_.drift_ppm * 1e-6);
-  TimePoint t = now_ + nanoseconds{static_cast<std::int64_t>(ns) - int{CTP_TICK_NS} - 1};
+  // The present tick has begun before now_: by how much, the count of whole ticks does not say.
+  const double since_ns = static_cast<double>(nanoseconds(now_ - booted_).count());
+  const double tick_ns = int{CTP_TICK_NS} / (1.0 + options_.drift_ppm * 1e-6);
+  const double begun_ns = since_ns - std::floor(since_ns / tick_ns) * tick_ns;
+  constexpr int kRoundingNs = 2;
+  TimePoint t = now_ + nanoseconds{static_cast<std::int64_t>(ns - begun_ns) - kRoundingNs};
   while (static_cast<std::int32_t>(ticks(t) - target) < 0) t += nanoseconds{1};
   return t;
 }
