@@ -36,6 +36,7 @@ Information::Information(Eigen::Index unknowns, bool all_digits)
     : all_digits_(all_digits), sum_(Eigen::MatrixXd::Zero(unknowns + 1, unknowns + 1)) {}
 
 void Information::add(const Eigen::Ref<const RowMajor>& rows) {
+  if (rows.rows() == 0) return;  // a product over nothing divides by its depth in Eigen 3.4
   if (!all_digits_) {
     sum_.selfadjointView<Eigen::Lower>().rankUpdate(rows.transpose());
     return;

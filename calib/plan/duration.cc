@@ -19,6 +19,15 @@ double move_s(const Robot& robot, const JointVector& from, const JointVector& to
   return slowest > 0.0 ? slowest + pace.build_up_s : 0.0;
 }
 
+double touch_s(double expected_m, const Pace& pace) {
+  double sum = expected_m / pace.fast_m_s + pace.overhead_s;
+  for (int k = 0; k < pace.readings; ++k) {
+    const double back_m = k == 0 ? pace.back_off_m : pace.slow_back_off_m;
+    sum += back_m / pace.slow_m_s + back_m / pace.fast_m_s + pace.overhead_s;
+  }
+  return sum;
+}
+
 double duration_s(const Plan& plan, const Robot& robot, const Pace& pace) {
   double sum = 0.0;
   const JointVector* at = &plan.start;
@@ -27,9 +36,7 @@ double duration_s(const Plan& plan, const Robot& robot, const Pace& pace) {
       sum += move_s(robot, *at, waypoint, pace);
       at = &waypoint;
     }
-    sum += touch.expected_m / pace.fast_m_s + pace.overhead_s;
-    sum += pace.readings *
-           (pace.back_off_m / pace.slow_m_s + pace.back_off_m / pace.fast_m_s + pace.overhead_s);
+    sum += touch_s(touch.expected_m, pace);
     sum += move_s(robot, touch.standoff, touch.clear, pace);
     at = &touch.clear;
   }

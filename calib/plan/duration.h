@@ -12,14 +12,18 @@ struct Pace {
   /// them; arms for some ten kilograms take about this.
   double ramp_s = 0.3, build_up_s = 0.1;
   double fast_m_s = 0.010, slow_m_s = 0.002;  ///< searches
-  double back_off_m = 0.0015;                 ///< before each slow search
-  int readings = 2;                           ///< slow searches per touch
-  double overhead_s = 0.25;                   ///< arming, settling and journalling, per search
+  double back_off_m = 0.0010,
+         slow_back_off_m = 0.0006;  ///< before the first slow search, the others
+  int readings = 2;                 ///< slow searches per touch
+  double overhead_s = 0.3;  ///< starting, stopping, settling, per search with what leads to it
 };
 
 /// Joint-space move from rest to rest: the slowest axis, its ramps limited in acceleration and
 /// jerk.
 double move_s(const Robot& robot, const JointVector& from, const JointVector& to, const Pace& pace);
+
+/// From the stand-off to the last contact.
+double touch_s(double expected_m, const Pace& pace);
 
 /// The whole plan: transits, searches to the expected surface, retreats, and home.
 double duration_s(const Plan& plan, const Robot& robot, const Pace& pace);

@@ -9,7 +9,8 @@
 #include "calib/identify/region.h"
 #include "calib/identify/running.h"
 #include "calib/identify/solve.h"
-#include "calib/model/inverse.h"
+#include "calib/model/random.h"
+#include "calib/plan/aim.h"
 #include "calib/plan/choose.h"
 #include "calib/plan/design.h"
 #include "calib/plan/order.h"
@@ -23,11 +24,6 @@ constexpr int kSeedPerSphere = 5;
 constexpr int kCandidatesPerSphere = 400;
 constexpr int kPostures = 150;
 constexpr int kAhead = 10;  ///< touches that have to be worth it together
-/// The search begins this many sigmas and a millimetre before the surface is expected: contact in
-/// its first millimetre counts as something else.
-constexpr double kStandoffSigmas = 6.0, kStandoffLeastM = 0.003, kStandoffExtraM = 0.001;
-/// Of the stand-off, that the tip keeps from every sphere on its way there.
-constexpr double kNearShare = 0.8;
 
 }  // namespace
 
@@ -40,6 +36,8 @@ struct Online::Impl {
   Pool pool;
   std::vector<bool> gone;          ///< per candidate: touched, failed, or without a way
   std::vector<std::size_t> seeds;  ///< still to be made, in order
+  Random random;
+  std::vector<std::size_t> checks;  ///< still to be made, once the fit touches are
   std::vector<Touch> touches;
   std::optional<RunningEstimate> running;
   Eigen::MatrixXd moves;  ///< of the region, at the estimate
@@ -50,14 +48,15 @@ struct Online::Impl {
   Progress progress;
 
   Impl(const Cell& stated, const PlanOptions& how, const Goal& wanted, JointVector from,
-       const Pace& at)
+       const Pace& at, const std::vector<Touch>& made)
       : cell(stated),
         options(how),
         goal(wanted),
         start(std::move(from)),
         pace(at),
         pool(cell, options, kCandidatesPerSphere),
-        gone(pool.candidates().size(), false) {
+        gone(pool.candidates().size(), false),
+        random(options.seed + 1) {
     if (start.empty()) start = pool.middle();
     if (const auto what = pool.clearance().hit(start, kTipMarginM))
       throw PlanError("the arm stands too close to something to start: " + *what + "; jog it free");
@@ -69,6 +68,22 @@ struct Online::Impl {
     seeds = choose(cell, pool.candidates(), first).picked;
     order_seeds();
     progress.touches_left = goal.most_touches;
+    progress.checks_left = options.check_touches;
+    for (const Touch& touch : made) {
+      if (touch.set == TouchSet::kFit)
+        touches.push_back(touch);
+      else
+        --progress.checks_left;
+    }
+    progress.touches = static_cast<int>(touches.size());
+    progress.touches_left -= progress.touches;
+    if (!touches.empty() && seeded()) begin();
+  }
+
+  int made(std::size_t target) const {
+    return static_cast<int>(std::count_if(touches.begin(), touches.end(), [&](const Touch& touch) {
+      return cell.target_index(touch.target) == target;
+    }));
   }
 
   /// Few, and all of them have to be made: in the order that costs least time.
@@ -91,24 +106,33 @@ struct Online::Impl {
 
   /// Sphere by sphere; a sphere that lost a seed to a failure gets another.
   bool seeded() const {
-    std::vector<int> made(cell.targets.size(), 0);
-    for (const Touch& touch : touches) ++made[cell.target_index(touch.target)];
-    for (std::size_t t = 0; t < made.size(); ++t)
-      if (cell.targets[t].kind == TargetKind::kSphere && made[t] < kSeedPerSphere) return false;
+    for (std::size_t t = 0; t < cell.targets.size(); ++t)
+      if (cell.targets[t].kind == TargetKind::kSphere && made(t) < kSeedPerSphere) return false;
     return true;
+  }
+
+  /// Every sphere has its first touches: from here on the estimate says where to go.
+  void begin() {
+    seeds.clear();
+    running.emplace(cell, touches);
+    look();
   }
 
   /// Takes a touch into the estimate, and says where that leads.
   void learn(const Touch& touch) {
+    if (touch.set == TouchSet::kCheck) {
+      --progress.checks_left;
+      progress.done = progress.checks_left == 0;
+      return;
+    }
     touches.push_back(touch);
     ++progress.touches;
-    if (!running) {
-      if (!seeded()) return;
-      running.emplace(cell, touches);
-    } else {
+    if (running) {
       running->add(touch);
+      look();
+    } else if (seeded()) {
+      begin();
     }
-    look();
   }
 
   /// Candidates and region as the estimate sees them.
@@ -155,9 +179,43 @@ struct Online::Impl {
   }
 
   void finish(std::string why) {
-    progress.done = true;
+    progress.fitted = true;
     progress.touches_left = 0;
     progress.why = std::move(why);
+    if (!running) progress.checks_left = 0;
+    for (int k = 0; k < progress.checks_left; ++k) draw_check(static_cast<std::size_t>(k));
+    progress.checks_left = static_cast<int>(checks.size());
+    progress.done = checks.empty();
+  }
+
+  /// One more check touch, of the sphere whose turn it is, or of the next that has one left.
+  void draw_check(std::size_t turn) {
+    const std::size_t targets = cell.targets.size();
+    for (std::size_t k = 0; k < targets; ++k) {
+      std::vector<std::size_t> free;
+      for (std::size_t c = 0; c < gone.size(); ++c)
+        if (!gone[c] && pool.candidates()[c].target == (turn + k) % targets) free.push_back(c);
+      while (!free.empty()) {
+        std::swap(free[random.below(free.size())], free.back());
+        const std::size_t c = free.back();
+        free.pop_back();
+        gone[c] = true;  // for the fit, and for another draw
+        if (!pool.connected(c)) continue;
+        checks.push_back(c);
+        return;
+      }
+    }
+  }
+
+  /// The check that is reached soonest.
+  std::optional<std::size_t> pick_check(const JointVector& from) {
+    if (checks.empty()) return std::nullopt;
+    const auto nearest = std::min_element(
+        checks.begin(), checks.end(),
+        [&](std::size_t a, std::size_t b) { return seconds(a, from) < seconds(b, from); });
+    const std::size_t c = *nearest;
+    checks.erase(nearest);
+    return c;
   }
 
   /// Whether to go on, and how long still: the best touches are taken one after the other as if
@@ -198,22 +256,28 @@ struct Online::Impl {
   double seconds(std::size_t c, const JointVector& from) const {
     const Candidate& to = pool.candidates()[c];
     const bool same = last && pool.candidates()[*last].target == to.target;
-    constexpr double kTouchS = 2.9, kSameSphereS = 0.3, kOtherSphereS = 0.8;
-    return kTouchS + (same ? kSameSphereS : kOtherSphereS) +
+    constexpr double kSearchM = 0.004, kRetreatS = 0.45, kSameSphereS = 0.3, kOtherSphereS = 0.8;
+    return touch_s(kSearchM, pace) + kRetreatS + (same ? kSameSphereS : kOtherSphereS) +
            move_s(cell.robot, from, to.standoff, pace);
+  }
+
+  void put_away() {
+    if (!offered) return;
+    gone[*offered] = true;
+    last = offered;
+    offered.reset();
+    planned.reset();
   }
 
   std::optional<std::size_t> pick(const JointVector& from) {
     while (!seeds.empty()) {
       const std::size_t c = seeds.front();
-      if (!gone[c]) return c;
+      if (!gone[c] && made(pool.candidates()[c].target) < kSeedPerSphere) return c;
       seeds.erase(seeds.begin());
     }
     if (!running) {  // a seed failed: any other touch of a sphere that has too few
-      std::vector<int> made(cell.targets.size(), 0);
-      for (const Touch& touch : touches) ++made[cell.target_index(touch.target)];
       for (std::size_t c = 0; c < gone.size(); ++c)
-        if (!gone[c] && made[pool.candidates()[c].target] < kSeedPerSphere && pool.connected(c))
+        if (!gone[c] && made(pool.candidates()[c].target) < kSeedPerSphere && pool.connected(c))
           return c;
       finish("spheres are left that could not be touched often enough to begin with");
       return std::nullopt;
@@ -233,66 +297,11 @@ struct Online::Impl {
       gone[*found] = true;
     }
   }
-
-  /// The search line with the arm as it is known: as short as that allows. The way to it then ends
-  /// nearer to the surface than where nothing is known.
-  void aim(std::size_t c, const JointVector& from, PlannedTouch& touch) const {
-    if (!running) return;
-    const Candidate& candidate = pool.candidates()[c];
-    const Problem& known = running->problem();
-    const ArmModel& arm = known.arm();
-    const Eigen::VectorXd x = running->x_si();
-    const double sigma =
-        cell.touch_sigma_m * std::sqrt(1.0 + design->unknown(static_cast<Eigen::Index>(c)));
-    const double reach =
-        std::clamp(kStandoffSigmas * sigma + kStandoffExtraM, kStandoffLeastM, options.standoff_m);
-    const auto& blocks = known.blocks();
-    const auto block = std::find_if(blocks.begin(), blocks.end(), [&](const TargetBlock& b) {
-      return b.target == candidate.target;
-    });
-    const Eigen::Vector3d centre = x.segment<3>(block->first);
-    const double radius = known.nominal_radius_m(cell.targets[candidate.target]) +
-                          (known.rho() >= 0 ? x[known.rho()] : 0.0);
-    const ArmErrors errors = arm.errors(x.data());
-    ArmChain chain;
-    const auto at = [&](double outside_m, const JointVector& seed) -> std::optional<JointVector> {
-      const Eigen::Vector3d wanted = centre + (radius + outside_m) * candidate.normal;
-      Eigen::Isometry3d command = Eigen::Isometry3d::Identity();
-      command.linear() = candidate.orientation;
-      command.translation() = wanted;
-      std::optional<JointVector> q = seed;
-      constexpr int kCorrections = 4;  // each leaves a thousandth
-      for (int k = 0; k < kCorrections; ++k) {
-        q = inverse(pool.arm(), command, *q, options.limit_margin_rad);
-        if (!q) return std::nullopt;
-        arm.walk(arm.prepare(*q), errors, chain);
-        command.translation() += wanted - chain.tip;
-      }
-      return q;
-    };
-    const auto standoff = at(reach, candidate.contact), end = at(-reach, candidate.contact);
-    if (!standoff || !end) return;
-    if (!pool.clearance().clear_search(candidate.clear, *end, candidate.target, kTipMarginM))
-      return;
-    const double margin = std::min(kTipMarginM, kNearShare * reach);
-    const JointVector before =
-        touch.transit.size() > 1 ? touch.transit[touch.transit.size() - 2] : from;
-    if (pool.clearance().clear(before, *standoff, margin))
-      touch.transit.back() = *standoff;
-    else if (pool.clearance().clear(touch.standoff, *standoff, margin))
-      touch.transit.push_back(*standoff);
-    else
-      return;
-    touch.standoff = *standoff;
-    touch.end = *end;
-    touch.search_m = 2.0 * reach;
-    touch.expected_m = reach;
-  }
 };
 
 Online::Online(const Cell& cell, const PlanOptions& options, const Goal& goal,
-               const JointVector& start, const Pace& pace)
-    : impl_(new Impl(cell, options, goal, start, pace)) {}
+               const JointVector& start, const Pace& pace, const std::vector<Touch>& made)
+    : impl_(new Impl(cell, options, goal, start, pace, made)) {}
 Online::~Online() = default;
 Online::Online(Online&&) noexcept = default;
 Online& Online::operator=(Online&&) noexcept = default;
@@ -302,21 +311,33 @@ std::optional<PlannedTouch> Online::next(const JointVector& where) {
   const JointVector& from = where.empty() ? me.start : where;
   if (me.planned) return me.planned;
   while (!me.progress.done) {
-    const auto c = me.pick(from);
+    const bool fitted = me.progress.fitted;
+    const auto c = fitted ? me.pick_check(from) : me.pick(from);
+    if (!c && fitted) {
+      me.progress.checks_left = 0;
+      me.progress.done = true;
+      break;
+    }
     if (!c) {
-      if (!me.progress.done) me.finish("every touch that the arm can make was made");
-      return std::nullopt;
+      if (!me.progress.fitted) me.finish("every touch that the arm can make was made");
+      continue;
     }
     const Candidate& to = me.pool.candidates()[*c];
-    PlannedTouch touch = to_planned(me.cell, to, TouchSet::kFit, me.options);
+    PlannedTouch touch =
+        to_planned(me.cell, to, fitted ? TouchSet::kCheck : TouchSet::kFit, me.options);
     const Candidate* leaving = me.last ? &me.pool.candidates()[*me.last] : nullptr;
     auto way = me.pool.router().to_standoff(from, leaving, to);
     if (!way) {
       me.gone[*c] = true;
+      if (fitted) me.draw_check(to.target);
       continue;
     }
     touch.transit = std::move(*way);
-    me.aim(*c, from, touch);
+    if (me.running) {
+      const double unknown = me.design->unknown(static_cast<Eigen::Index>(*c));
+      aim({me.pool, *me.running, me.options, me.cell.touch_sigma_m * std::sqrt(1.0 + unknown)}, to,
+          from, touch);
+    }
     me.offered = c;
     me.planned = std::move(touch);
     return me.planned;
@@ -325,17 +346,23 @@ std::optional<PlannedTouch> Online::next(const JointVector& where) {
 }
 
 void Online::touched(const Touch& touch) {
-  failed();  // is not offered again either
+  impl_->put_away();  // is not offered again either
   impl_->learn(touch);
 }
 
 void Online::failed() {
-  Impl& me = *impl_;
-  if (!me.offered) return;
-  me.gone[*me.offered] = true;
-  me.last = me.offered;
-  me.offered.reset();
-  me.planned.reset();
+  const auto offered = impl_->offered;
+  impl_->put_away();
+  if (offered && impl_->progress.fitted)
+    impl_->draw_check(impl_->pool.candidates()[*offered].target);
+}
+
+std::vector<JointVector> Online::way_home() const {
+  const Impl& me = *impl_;
+  if (!me.last) return {};
+  return me.pool.router()
+      .away(me.pool.candidates()[*me.last], me.start)
+      .value_or(std::vector<JointVector>{});
 }
 
 const Progress& Online::progress() const { return impl_->progress; }

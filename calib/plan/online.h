@@ -5,7 +5,8 @@
 // The first touches, five to a sphere, are chosen on nominal geometry, as a plan's are. From then
 // on every touch goes where it takes most from the mean position variance over the region per
 // second of robot time, and its search line is made with the arm as it is known by then, so that it
-// can be short. A touch that failed is not offered again.
+// can be short. A touch that failed is not offered again. Behind the last of them come the check
+// touches, drawn at random: they stand for all that the fit has not seen.
 
 #include <memory>
 #include <optional>
@@ -29,15 +30,20 @@ struct Progress {
   double mean_m = 0.0;  ///< mean 3-D error over the region, predicted
   int touches_left =
       0;  ///< to the goal, as far as can be foreseen; of a goal out of reach, to the end
-  bool done = false;
-  std::string why;  ///< in words, once done
+  int checks_left = 0;  ///< check touches still to be made
+  bool fitted = false;  ///< the last fit touch was made
+  std::string why;      ///< why it was the last one, in words
+  bool done = false;    ///< the check touches are made, too
 };
 
 class Online {
  public:
-  /// Throws PlanError as make_plan() does.
+  /// `start`: where the arm is, and where way_home() leads; empty: the resting posture. `made`:
+  /// touches that were made before, by a session that goes on. Of the options, `check_touches` says
+  /// how many checks there are; `fit_touches` says nothing. Throws PlanError as make_plan() does,
+  /// IdentifyError as touched() does.
   Online(const Cell& cell, const PlanOptions& options, const Goal& goal, const JointVector& start,
-         const Pace& pace = {});
+         const Pace& pace = {}, const std::vector<Touch>& made = {});
   ~Online();
   Online(Online&&) noexcept;
   Online& operator=(Online&&) noexcept;
@@ -50,8 +56,11 @@ class Online {
   void touched(const Touch& touch);
   /// It could not be made: not reached, contact where nothing is, readings that disagree.
   void failed();
+  /// From the clear point of the last touch offered; empty: none is clear, the arm stays there.
+  std::vector<JointVector> way_home() const;
 
   const Progress& progress() const;
+  /// Fit touches.
   const std::vector<Touch>& touches() const;
 
  private:

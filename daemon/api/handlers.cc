@@ -48,9 +48,10 @@ template <typename T>
 void take(json& object, const char* key, T& value) {
   const auto found = object.find(key);
   if (found == object.end()) return;
-  const bool fits = std::is_same_v<T, bool> ? found->is_boolean()
-                    : std::is_same_v<T, std::string>
-                        ? found->is_string()
+  const bool fits = std::is_same_v<T, bool>          ? found->is_boolean()
+                    : std::is_same_v<T, std::string> ? found->is_string()
+                    : std::is_same_v<T, double>
+                        ? found->is_number()
                         : found->is_number_unsigned() && found->template get<std::uint64_t>() <=
                                                              std::numeric_limits<int>::max();
   if (!fits) throw BadRequest(std::string("\"") + key + "\" has the wrong type or range");
@@ -64,7 +65,9 @@ RunRequest run_request(const std::string& body) {
   RunRequest request;
   std::string cell;
   take(object, "cell", cell);
-  take(object, "touches", request.fit_touches);
+  if (object.contains("touches")) take(object, "touches", request.fit_touches.emplace());
+  if (object.contains("goal_mm")) take(object, "goal_mm", request.goal_mm.emplace());
+  take(object, "region", request.region);
   take(object, "check", request.check_touches);
   take(object, "seed", request.seed);
   take(object, "resume", request.resume);
@@ -99,6 +102,10 @@ std::string status_to_json(const Status& status) {
              {"touches", status.done},
              {"planned", status.total},
              {"residual_mm", or_null(status.residual_m, 1e3)},
+             {"goal_mm", or_null(status.goal_m, 1e3)},
+             {"u95_mm", or_null(status.u95_m, 1e3)},
+             {"mean_error_mm", or_null(status.mean_error_m, 1e3)},
+             {"why_ended", status.why_ended},
              {"time_left_s", or_null(status.time_left_s)},
              {"robot", status.robot_words},
              {"contact", status.contact_words},

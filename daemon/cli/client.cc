@@ -73,7 +73,9 @@ Progress progress_of(const json& status) {
           static_cast<std::size_t>(number(status, "touches")),
           static_cast<std::size_t>(number(status, "planned")),
           figure(status, "residual_mm"),
-          figure(status, "time_left_s")};
+          figure(status, "time_left_s"),
+          figure(status, "u95_mm"),
+          figure(status, "goal_mm")};
 }
 
 bool is_running(const json& status) { return status.value("running", false); }
@@ -101,7 +103,10 @@ int conclude(const Connection& daemon, const json& status) {
     value["residuals"] = json::parse(calibration.body).value("residuals", json());
     put(value.dump() + "\n", {});
   } else {
-    put(result_words(result) + "report: " + text(status, "results") + "/report.html\n", {});
+    const std::string why = text(status, "why_ended");
+    put((why.empty() ? "" : "touching ended: " + why + "\n") + result_words(result) +
+            "report: " + text(status, "results") + "/report.html\n",
+        {});
   }
   return result.verdict.publish ? kSuccess : kNotPublishable;
 }
@@ -161,7 +166,9 @@ int run(const Connection& daemon, const RunCommand& command) {
   json body{{"resume", command.resume}};
   if (!command.cell.empty()) body["cell"] = std::filesystem::absolute(command.cell).string();
   if (!command.resume) {
-    body["touches"] = command.touches;
+    if (command.touches) body["touches"] = *command.touches;
+    if (command.goal_mm) body["goal_mm"] = *command.goal_mm;
+    body["region"] = command.region;
     body["check"] = command.check;
     body["seed"] = command.seed;
   }

@@ -15,7 +15,10 @@ struct Connection {
 
 struct RunCommand {
   std::filesystem::path cell;
-  int touches = 40, check = 10;
+  std::optional<int> touches;
+  int check = 10;
+  std::optional<double> goal_mm;
+  std::string region = "workspace";
   unsigned seed = 1;
   bool resume = false;
 };

@@ -27,11 +27,20 @@ void add_run(CLI::App& app, int& status) {
   command->footer(
       "Ctrl-C leaves the daemon at work; 'cellcal abort' stops the arm.\n"
       "Example: cellcal run --cell cell.toml --touches 40 --check 10\n"
+      "         cellcal run --cell cell.toml --goal 0.15\n"
       "         cellcal run --resume");
   auto daemon = add_connection(command);
   auto* cell = command->add_option("--cell", given->cell, "Cell file (TOML)");
-  command->add_option("--touches", given->touches, "Touches for the fit")
-      ->check(CLI::Range(4, 2000))
+  command
+      ->add_option("--goal", given->goal_mm,
+                   "u95 in mm, mean over the region: each touch is chosen by what those before it "
+                   "have shown, until this is reached or more touches no longer pay")
+      ->check(CLI::Range(0.01, 10.0));
+  command
+      ->add_option("--touches", given->touches,
+                   "Touches for the fit; with --goal: at most so many [40, with --goal 200]")
+      ->check(CLI::Range(4, 2000));
+  command->add_option("--region", given->region, "Where accuracy matters, as in 'cellcal plan'")
       ->capture_default_str();
   command->add_option("--check", given->check, "Touches held out of the fit")
       ->check(CLI::Range(0, 2000))

@@ -11,9 +11,11 @@ struct Progress {
   std::string phase, target;
   std::size_t done = 0, total = 0;
   std::optional<double> residual_mm, time_left_s;
+  std::optional<double> u95_mm{}, goal_mm{};  ///< of touches chosen one by one
 };
 
 /// "[######....] 12/50 S2 slow search  residual 0.034 mm  3 min 20 s left", at most `width` wide.
+/// With a goal "u95 0.231 to 0.150 mm" stands before the residual.
 std::string progress_line(const Progress& progress, std::size_t width);
 
 /// Rewrites one line on standard error while it lives, if that is a terminal; else does nothing.

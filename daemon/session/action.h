@@ -32,6 +32,11 @@ struct MakePlan {};
 struct FindRoute {
   std::size_t next = 0;  ///< index of the first touch still to be made
 };
+/// In a session that chooses as it goes. Answered by kRouted, too.
+struct ChooseTouch {
+  bool failed = false;      ///< the touch offered last could not be made
+  bool in_contact = false;  ///< the way begins at a sphere
+};
 struct Assess {};
 struct Identify {};
 struct WriteReport {
@@ -72,9 +77,9 @@ struct RecordEnd {
   std::string failure;  ///< describe(Failure), empty otherwise
 };
 
-using Action = std::variant<MakePlan, FindRoute, Assess, Identify, WriteReport, OpenDevices,
-                            Rereference, ArmSensor, SelfTest, BeginMove, StopArm, CloseDevices,
-                            RecordPlan, RecordReading, RecordTouch, RecordEnd>;
+using Action = std::variant<MakePlan, FindRoute, ChooseTouch, Assess, Identify, WriteReport,
+                            OpenDevices, Rereference, ArmSensor, SelfTest, BeginMove, StopArm,
+                            CloseDevices, RecordPlan, RecordReading, RecordTouch, RecordEnd>;
 
 /// Name of the action, for logs and tests.
 const char* name_of(const Action& action);

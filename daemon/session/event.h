@@ -10,7 +10,7 @@
 #include <string>
 
 #include "calib/identify/calibration.h"
-#include "calib/plan/plan.h"
+#include "calib/plan/online.h"
 #include "drivers/contact.h"
 #include "drivers/robot.h"
 
@@ -128,10 +128,11 @@ struct Event {
   std::uint32_t move_id = 0;  ///< results of a move
   drivers::AxisAngles at_rad;
   std::optional<drivers::Latch> latch;
-  std::uint16_t arm_id = 0;                               ///< kArmed, kArmRefused
-  Links links;                                            ///< kLinks
-  std::shared_ptr<const calib::Plan> plan;                ///< kPlanned, kRouted
-  std::string plan_hash;                                  ///< kPlanned
+  std::uint16_t arm_id = 0;                 ///< kArmed, kArmRefused
+  Links links;                              ///< kLinks
+  std::shared_ptr<const calib::Plan> plan;  ///< kPlanned, kRouted
+  std::string plan_hash;                    ///< kPlanned
+  calib::Progress progress;  ///< kPlanned, kRouted, of a session that chooses as it goes
   std::shared_ptr<const calib::Calibration> calibration;  ///< kIdentified
   std::optional<double> residual_m;                       ///< kAssessed
 };

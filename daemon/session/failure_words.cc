@@ -22,15 +22,16 @@ std::string where(const State& state) {
   const bool touching = kMovingPhases.has(state.phase) || kStandingPhases.has(state.phase);
   // Once it is on disk a touch counts as done, while the arm still leaves it.
   const bool leaving = state.phase == Phase::kRetreat && state.done > 0;
-  const std::size_t touch = leaving ? state.done - 1 : state.done;
-  if (!touching || !state.plan || touch >= state.plan->touches.size()) return "";
-  return fmt::format("touch {} of {} ({}): ", touch + 1, state.plan->touches.size(),
-                     state.plan->touches[touch].target);
+  const std::size_t touch = leaving && !state.touch_failed ? state.done - 1 : state.done;
+  const std::size_t row = state.one_by_one ? 0 : touch;
+  if (!touching || !state.plan || row >= state.plan->touches.size()) return "";
+  return fmt::format("touch {} of {}{} ({}): ", touch + 1, state.one_by_one ? "about " : "",
+                     state.total(), state.plan->touches[row].target);
 }
 
 std::string target(const State& state) {
-  return state.plan && state.done < state.plan->touches.size() ? state.planned().target
-                                                               : std::string("the target");
+  return state.plan && state.in_hand() < state.plan->touches.size() ? state.planned().target
+                                                                    : std::string("the target");
 }
 
 std::string or_else(const std::string& words, const char* fallback) {

@@ -36,6 +36,8 @@ const char* to_string(Phase phase) {
       return "recording";
     case Phase::kRetreat:
       return "retreat";
+    case Phase::kChoosing:
+      return "choosing";
     case Phase::kReturning:
       return "returning";
     case Phase::kIdentifying:
@@ -141,6 +143,7 @@ const char* name_of(const Action& action) {
   struct Names {
     const char* operator()(const MakePlan&) { return "make plan"; }
     const char* operator()(const FindRoute&) { return "find route"; }
+    const char* operator()(const ChooseTouch&) { return "choose touch"; }
     const char* operator()(const Assess&) { return "assess"; }
     const char* operator()(const Identify&) { return "identify"; }
     const char* operator()(const WriteReport&) { return "write report"; }

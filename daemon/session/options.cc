@@ -27,11 +27,26 @@ void each_key(Options& options, Visitor visit) {
   visit("max_revoked", options.touch.max_revoked);
 }
 
+/// Keys that sessions of earlier versions do not have.
+template <typename Options, typename Visitor>
+void each_later_key(Options& options, Visitor visit) {
+  visit("region", options.region);
+  visit("one_by_one", options.one_by_one);
+  visit("goal_u95_m", options.goal.u95_m);
+  visit("goal_most_touches", options.goal.most_touches);
+  visit("goal_worth_it", options.goal.worth_it);
+  visit("slow_back_off_m", options.touch.slow_back_off_m);
+  visit("max_failed_in_a_row", options.touch.max_failed_in_a_row);
+  visit("max_failed", options.touch.max_failed);
+}
+
 }  // namespace
 
 std::string options_to_json(const SessionOptions& options) {
   nlohmann::json json;
-  each_key(options, [&](const char* key, const auto& value) { json[key] = value; });
+  const auto put = [&](const char* key, const auto& value) { json[key] = value; };
+  each_key(options, put);
+  each_later_key(options, put);
   return json.dump();
 }
 
@@ -40,9 +55,13 @@ SessionOptions options_from_json(std::string_view text) {
   try {
     const nlohmann::json json = nlohmann::json::parse(text);
     each_key(options, [&](const char* key, auto& value) { json.at(key).get_to(value); });
+    each_later_key(options, [&](const char* key, auto& value) {
+      if (json.contains(key)) json.at(key).get_to(value);
+    });
   } catch (const nlohmann::json::exception& error) {
     throw std::runtime_error(std::string("stored session options: ") + error.what());
   }
+  options.plan.interest = calib::parse_interest(options.region);
   return options;
 }
 

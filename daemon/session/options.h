@@ -4,13 +4,17 @@
 #include <string>
 #include <string_view>
 
-#include "calib/plan/plan.h"
+#include "calib/plan/course.h"
 #include "daemon/session/touch_policy.h"
 
 namespace cellcal::daemon {
 
 struct SessionOptions {
   calib::PlanOptions plan;
+  std::string region = "workspace";  ///< as `cellcal plan --region` takes it
+  /// Touches are chosen one by one until the goal is reached; else `plan` is made beforehand.
+  bool one_by_one = false;
+  calib::Goal goal;
   TouchPolicy touch;
 };
 

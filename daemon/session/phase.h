@@ -23,6 +23,7 @@ enum class Phase : std::uint8_t {
   kSlowSearch,  ///< the one that counts
   kRecording,   ///< touch on its way to the disk, arm at rest at the contact
   kRetreat,     ///< to the clear point
+  kChoosing,    ///< worker chooses the next touch by what is known now
   kReturning,   ///< from the last clear point back to the plan's start
   kIdentifying,
   kReporting,
@@ -33,12 +34,12 @@ enum class Phase : std::uint8_t {
 };
 
 inline constexpr std::array kAllPhases{
-    Phase::kIdle,        Phase::kPlanning,   Phase::kConnecting, Phase::kReferencing,
-    Phase::kRouting,     Phase::kFreeing,    Phase::kProving,    Phase::kTransit,
-    Phase::kArmingFast,  Phase::kFastSearch, Phase::kBackingOff, Phase::kArmingSlow,
-    Phase::kSlowSearch,  Phase::kRecording,  Phase::kRetreat,    Phase::kReturning,
-    Phase::kIdentifying, Phase::kReporting,  Phase::kStopping,   Phase::kDone,
-    Phase::kAborted,     Phase::kFailed};
+    Phase::kIdle,       Phase::kPlanning,    Phase::kConnecting, Phase::kReferencing,
+    Phase::kRouting,    Phase::kFreeing,     Phase::kProving,    Phase::kTransit,
+    Phase::kArmingFast, Phase::kFastSearch,  Phase::kBackingOff, Phase::kArmingSlow,
+    Phase::kSlowSearch, Phase::kRecording,   Phase::kRetreat,    Phase::kChoosing,
+    Phase::kReturning,  Phase::kIdentifying, Phase::kReporting,  Phase::kStopping,
+    Phase::kDone,       Phase::kAborted,     Phase::kFailed};
 
 /// Lower-case identifier, e.g. "fast search".
 const char* to_string(Phase phase);
@@ -67,7 +68,8 @@ inline constexpr Phases kMovingPhases{Phase::kFreeing,    Phase::kTransit,    Ph
                                       Phase::kReturning};
 /// Devices are open and the arm stands still.
 inline constexpr Phases kStandingPhases{Phase::kReferencing, Phase::kRouting,    Phase::kProving,
-                                        Phase::kArmingFast,  Phase::kArmingSlow, Phase::kRecording};
+                                        Phase::kArmingFast,  Phase::kArmingSlow, Phase::kRecording,
+                                        Phase::kChoosing};
 /// No device is open.
 inline constexpr Phases kThinkingPhases{Phase::kPlanning, Phase::kIdentifying, Phase::kReporting};
 inline constexpr Phases kFinalPhases{Phase::kDone, Phase::kAborted, Phase::kFailed};

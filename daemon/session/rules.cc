@@ -85,9 +85,10 @@ void search(State& state, const Event& event, Actions& actions, double speed_m_s
         search_patience(state, duration_s));
 }
 
-void back_off_from(State& state, const Event& event, Actions& actions, double along_m) {
-  state.search_from_m = std::max(0.0, along_m - state.policy.back_off_m);
-  const double duration_s = state.policy.back_off_m / state.policy.fast_m_s;
+void back_off_from(State& state, const Event& event, Actions& actions, double along_m,
+                   double back_m) {
+  state.search_from_m = std::max(0.0, along_m - back_m);
+  const double duration_s = back_m / state.policy.fast_m_s;
   begin(state, event, actions, MoveKind::kRetreat, at_travel(state.planned(), state.search_from_m),
         duration_s, search_patience(state, duration_s));
 }
@@ -112,6 +113,7 @@ bool plan_differs(const State& state, const Event& event) {
   return !state.expected_hash.empty() && state.expected_hash != event.plan_hash;
 }
 bool nothing_left(const State& state, const Event& event) {
+  if (state.one_by_one) return event.progress.done;
   return event.plan && state.done >= event.plan->touches.size();
 }
 bool fresh_and_closed(const State& state, const Event& event) {
@@ -171,6 +173,21 @@ bool revocations_left(const State& state, const Event&) {
 }
 bool had_first_contact(const State& state, const Event&) { return state.first.has_value(); }
 bool has_failed(const State& state, const Event&) { return state.failure.has_value(); }
+bool may_be_replaced(const State& state, const Event&) {
+  return state.one_by_one && state.failed_in_a_row < state.policy.max_failed_in_a_row &&
+         state.failed_touches < state.policy.max_failed;
+}
+bool one_by_one(const State& state, const Event&) { return state.one_by_one; }
+bool one_by_one_after_failure(const State& state, const Event&) {
+  return state.one_by_one && state.touch_failed;
+}
+bool sensor_proven_after_failure(const State& state, const Event& event) {
+  return one_by_one_after_failure(state, event) && sensor_proven(state, event);
+}
+bool none_left(const State&, const Event& event) { return event.plan->touches.empty(); }
+bool none_left_at_home(const State& state, const Event& event) {
+  return none_left(state, event) && event.plan->home.empty();
+}
 
 void plan_touches(State& state, const Event& event, Actions& actions) {
   actions.emplace_back(MakePlan{});
@@ -180,7 +197,8 @@ void plan_touches(State& state, const Event& event, Actions& actions) {
 void open_devices(State& state, const Event& event, Actions& actions) {
   state.plan = event.plan;
   state.plan_hash = event.plan_hash;
-  actions.emplace_back(RecordPlan{event.plan_hash, event.plan->touches.size()});
+  state.progress = event.progress;
+  actions.emplace_back(RecordPlan{event.plan_hash, state.total()});
   actions.emplace_back(OpenDevices{});
   state.deadline = event.at + state.patience.connecting;
 }
@@ -191,12 +209,16 @@ void rereference(State& state, const Event& event, Actions& actions) {
 }
 
 void find_route(State& state, const Event& event, Actions& actions) {
-  actions.emplace_back(FindRoute{state.done});
+  if (state.one_by_one)
+    actions.emplace_back(ChooseTouch{false, state.links.in_contact});
+  else
+    actions.emplace_back(FindRoute{state.done});
   state.deadline = event.at + state.patience.planning;
 }
 
 void begin_freeing(State& state, const Event& event, Actions& actions) {
   state.plan = event.plan;
+  state.progress = event.progress;
   forget_touch(state);
   go_to_waypoint(state, event, actions, MoveKind::kRetreat);
 }
@@ -208,6 +230,7 @@ void prove_sensor(State& state, const Event& event, Actions& actions) {
 
 void begin_transit(State& state, const Event& event, Actions& actions) {
   state.plan = event.plan;
+  state.progress = event.progress;
   forget_touch(state);
   go_to_waypoint(state, event, actions, MoveKind::kTransit);
 }
@@ -250,20 +273,21 @@ void search_slow(State& state, const Event& event, Actions& actions) {
 void keep_first_and_back_off(State& state, const Event& event, Actions& actions) {
   state.first = reading_of(state, event, false);
   record_reading(state, *state.first, actions);
-  back_off_from(state, event, actions, state.first->along_m);
+  back_off_from(state, event, actions, state.first->along_m, state.policy.back_off_m);
 }
 
 void keep_reading_and_back_off(State& state, const Event& event, Actions& actions) {
   const Reading reading = reading_of(state, event, true);
   record_reading(state, reading, actions);
   state.slow.push_back(reading);
-  back_off_from(state, event, actions, reading.along_m);
+  back_off_from(state, event, actions, reading.along_m, state.policy.slow_back_off_m);
 }
 
 void back_off_from_noise(State& state, const Event& event, Actions& actions) {
   ++state.revoked;
   ++state.total_revoked;
-  back_off_from(state, event, actions, travel_m(state.planned(), event.at_rad));
+  back_off_from(state, event, actions, travel_m(state.planned(), event.at_rad),
+                state.policy.back_off_m);
 }
 
 void record_touch(State& state, const Event& event, Actions& actions) {
@@ -280,6 +304,39 @@ void leave(State& state, const Event& event, Actions& actions) {
   begin(state, event, actions, MoveKind::kRetreat, axis_angles(state.planned().clear), 0.0,
         state.patience.waypoint);
   ++state.done;
+  state.failed_in_a_row = 0;
+}
+
+/// Out along the search line, as behind any touch.
+void give_touch_up(State& state, const Event& event, Actions& actions) {
+  begin(state, event, actions, MoveKind::kRetreat, axis_angles(state.planned().clear), 0.0,
+        state.patience.waypoint);
+  state.touch_failed = true;
+  ++state.failed_in_a_row;
+  ++state.failed_touches;
+}
+
+void choose_next(State& state, const Event& event, Actions& actions) {
+  if (!state.touch_failed) actions.emplace_back(Assess{});
+  actions.emplace_back(ChooseTouch{state.touch_failed, false});
+  state.touch_failed = false;
+  forget_touch(state);
+  state.deadline = event.at + state.patience.planning;
+}
+
+void begin_way_home(State& state, const Event& event, Actions& actions) {
+  state.plan = event.plan;
+  state.progress = event.progress;
+  actions.emplace_back(RecordPlan{state.plan_hash, state.total()});
+  begin(state, event, actions, MoveKind::kTransit, axis_angles(state.plan->home.front()), 0.0,
+        state.patience.waypoint);
+}
+
+void end_touching(State& state, const Event& event, Actions& actions) {
+  state.plan = event.plan;
+  state.progress = event.progress;
+  actions.emplace_back(RecordPlan{state.plan_hash, state.total()});
+  close_and_identify(state, event, actions);
 }
 
 void next_touch(State& state, const Event& event, Actions& actions) {
@@ -304,6 +361,7 @@ void next_waypoint_home(State& state, const Event& event, Actions& actions) {
 void identify_at_once(State& state, const Event& event, Actions& actions) {
   state.plan = event.plan;
   state.plan_hash = event.plan_hash;
+  state.progress = event.progress;
   close_and_identify(state, event, actions);
 }
 

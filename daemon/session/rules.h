@@ -29,6 +29,12 @@ bool readings_left(const State&, const Event&);
 bool revocations_left(const State&, const Event&);
 bool had_first_contact(const State&, const Event&);
 bool has_failed(const State&, const Event&);
+bool may_be_replaced(const State&, const Event&);
+bool one_by_one(const State&, const Event&);
+bool one_by_one_after_failure(const State&, const Event&);
+bool sensor_proven_after_failure(const State&, const Event&);
+bool none_left(const State&, const Event&);
+bool none_left_at_home(const State&, const Event&);
 
 // Effects.
 void plan_touches(State&, const Event&, Actions&);
@@ -50,6 +56,10 @@ void keep_reading_and_back_off(State&, const Event&, Actions&);
 void back_off_from_noise(State&, const Event&, Actions&);
 void record_touch(State&, const Event&, Actions&);
 void leave(State&, const Event&, Actions&);
+void give_touch_up(State&, const Event&, Actions&);
+void choose_next(State&, const Event&, Actions&);
+void begin_way_home(State&, const Event&, Actions&);
+void end_touching(State&, const Event&, Actions&);
 void next_touch(State&, const Event&, Actions&);
 void go_home(State&, const Event&, Actions&);
 void next_waypoint_home(State&, const Event&, Actions&);

@@ -159,6 +159,7 @@ struct Runner::Perform {
       answer.kind = EventKind::kPlanned;
       answer.plan = std::make_shared<const calib::Plan>(std::move(planned.plan));
       answer.plan_hash = std::move(planned.hash);
+      answer.progress = std::move(planned.progress);
       return answer;
     });
   }
@@ -168,6 +169,17 @@ struct Runner::Perform {
       Event answer;
       answer.kind = EventKind::kRouted;
       answer.plan = std::make_shared<const calib::Plan>(route(*plan, next, from));
+      return answer;
+    });
+  }
+  void operator()(const ChooseTouch& action) const {
+    runner.work([choose = tasks.choose, action, touches = runner.touches_,
+                 from = joint_vector(backend.robot().state().commanded_rad)] {
+      Tasks::Chosen chosen = choose(action, touches, from);
+      Event answer;
+      answer.kind = EventKind::kRouted;
+      answer.plan = std::make_shared<const calib::Plan>(std::move(chosen.plan));
+      answer.progress = std::move(chosen.progress);
       return answer;
     });
   }

@@ -24,10 +24,19 @@ struct Tasks {
   struct Planned {
     calib::Plan plan;
     std::string hash;
+    calib::Progress progress{};  ///< of a session that chooses as it goes; its plan is empty
+  };
+  struct Chosen {
+    calib::Plan plan;  ///< the one touch, or none and the way home
+    calib::Progress progress{};
   };
   std::function<Planned()> plan;
   std::function<calib::Plan(const calib::Plan&, std::size_t next, const calib::JointVector& from)>
       route;
+  /// The next touch, by all that were made.
+  std::function<Chosen(const ChooseTouch&, const std::vector<calib::Touch>&,
+                       const calib::JointVector& from)>
+      choose;
   /// |residual| of the newest touch [m] under what is known so far.
   std::function<std::optional<double>(const std::vector<calib::Touch>&)> assess;
   std::function<calib::Calibration(const std::vector<calib::Touch>&)> identify;

@@ -1,5 +1,6 @@
 #include "daemon/session/service.h"
 
+#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 #include "calib/files/error.h"
@@ -17,6 +18,7 @@ constexpr std::size_t kHistory = 512;
 constexpr std::chrono::seconds kClosing{4};
 
 constexpr int kMostTouches = 2000;
+constexpr double kFinestGoalMm = 0.01, kCoarsestGoalMm = 10.0;
 
 class JournalRecorder final : public Recorder {
  public:
@@ -56,8 +58,14 @@ void check(const RunRequest& request) {
     throw RequestError("the cell file must be an absolute path, not \"" + request.cell.string() +
                        "\"");
   }
-  if (request.fit_touches < 4 || request.fit_touches > kMostTouches) {
-    throw RequestError("touches must be 4 to 2000, not " + std::to_string(request.fit_touches));
+  if (const int touches = request.fit_touches.value_or(kPlannedTouches);
+      touches < 4 || touches > kMostTouches) {
+    throw RequestError("touches must be 4 to 2000, not " + std::to_string(touches));
+  }
+  if (request.goal_mm &&
+      !(*request.goal_mm >= kFinestGoalMm && *request.goal_mm <= kCoarsestGoalMm)) {
+    throw RequestError(fmt::format("the goal must be {} to {} mm, not {}", kFinestGoalMm,
+                                   kCoarsestGoalMm, *request.goal_mm));
   }
   if (request.check_touches < 0 || request.check_touches > kMostTouches) {
     throw RequestError("check touches must be 0 to 2000, not " +
@@ -114,7 +122,16 @@ std::unique_ptr<SessionService::Job> SessionService::prepare(const RunRequest& r
     }
   } else {
     job->inputs = read_inputs(request.cell);
-    job->options.plan.fit_touches = request.fit_touches;
+    job->options.plan.fit_touches = request.fit_touches.value_or(kPlannedTouches);
+    job->options.one_by_one = request.goal_mm.has_value();
+    job->options.goal.u95_m = request.goal_mm.value_or(0.0) * 1e-3;
+    job->options.goal.most_touches = request.fit_touches.value_or(kMostChosen);
+    job->options.region = request.region;
+    try {
+      job->options.plan.interest = calib::parse_interest(request.region);
+    } catch (const calib::PlanError& wrong) {
+      throw RequestError(wrong.what());
+    }
     job->options.plan.check_touches = request.check_touches;
     job->options.plan.seed = request.seed;
     job->options.touch = parts_.touch;
@@ -172,6 +189,7 @@ void SessionService::run(Job& job) {
   State state;
   state.policy = job.options.touch;
   state.patience = parts_.patience;
+  state.one_by_one = job.options.one_by_one;
   state.resumed = job.resumed;
   state.done = job.touches.size();
   state.expected_hash = job.expected_hash;
@@ -180,6 +198,7 @@ void SessionService::run(Job& job) {
   task_inputs.cell = job.cell;
   task_inputs.files = job.inputs;
   task_inputs.options = job.options;
+  task_inputs.made = job.touches;
   task_inputs.session = job.session;
   task_inputs.started = job.started;
   task_inputs.results_dir = results_dir(job.session);
@@ -229,8 +248,16 @@ void SessionService::publish(const State& state, Job& job) {
   status.contact_words = state.links.contact_words;
   status.failure = state.failure;
   if (state.plan) {
-    status.total = state.plan->touches.size();
-    if (status.done < status.total) status.target = state.plan->touches[status.done].target;
+    status.total = std::max(state.total(), status.done);
+    if (state.in_hand() < state.plan->touches.size()) status.target = state.planned().target;
+  }
+  if (job.options.one_by_one) {
+    status.goal_m = job.options.goal.u95_m;
+    if (state.progress.u95_m > 0.0) {
+      status.u95_m = state.progress.u95_m;
+      status.mean_error_m = state.progress.mean_m;
+    }
+    status.why_ended = state.progress.why;
   }
   if (state.calibration) {
     status.publish = state.calibration->verdict.publish;

@@ -31,10 +31,15 @@ struct RequestError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+inline constexpr int kPlannedTouches = 40, kMostChosen = 200;
+
 struct RunRequest {
-  std::filesystem::path cell;  ///< absolute; empty only when resuming
-  int fit_touches = 40;
+  std::filesystem::path cell;      ///< absolute; empty only when resuming
+  std::optional<int> fit_touches;  ///< none: kPlannedTouches, or at most kMostChosen of a goal
   int check_touches = 10;
+  /// u95 in mm, mean over the region: touches are chosen one by one until it is reached.
+  std::optional<double> goal_mm;
+  std::string region = "workspace";
   unsigned seed = 1;
   bool resume = false;
 };

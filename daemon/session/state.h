@@ -1,12 +1,13 @@
 #pragma once
 // All that a session knows. A value: step() takes one and gives the next.
 
+#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <optional>
 #include <vector>
 
-#include "calib/plan/plan.h"
+#include "calib/plan/online.h"
 #include "daemon/session/action.h"
 #include "daemon/session/event.h"
 #include "daemon/session/failure.h"
@@ -21,14 +22,22 @@ struct State {
   // Fixed when the session starts.
   TouchPolicy policy;
   Patience patience;
+  bool one_by_one = false;    ///< touches are chosen as the session goes, not planned beforehand
   bool resumed = false;       ///< goes on with a journal's touches
   std::size_t done = 0;       ///< touches on disk; also the index of the next one
   std::string expected_hash;  ///< resumed: the plan's, as stored; empty: not compared
 
-  std::shared_ptr<const calib::Plan> plan;  ///< null before it was made
+  /// Null before it was made. Of touches chosen one by one it holds the one in hand, or none and
+  /// the way home.
+  std::shared_ptr<const calib::Plan> plan;
   std::string plan_hash;
   Links links;                       ///< as last seen
   std::optional<double> residual_m;  ///< of the newest touch, once assessed
+
+  // Of touches chosen one by one.
+  calib::Progress progress;
+  bool touch_failed = false;  ///< the touch in hand could not be made; another replaces it
+  int failed_in_a_row = 0, failed_touches = 0;
 
   // The touch that is being made.
   std::size_t waypoint = 0;      ///< of the transit, or of the way home
@@ -47,7 +56,16 @@ struct State {
   std::optional<Failure> failure;              ///< set in kStopping and kFailed
   std::shared_ptr<const calib::Calibration> calibration;
 
-  const calib::PlannedTouch& planned() const { return plan->touches.at(done); }
+  /// Index of the touch in hand.
+  std::size_t in_hand() const { return one_by_one ? 0 : done; }
+  const calib::PlannedTouch& planned() const { return plan->touches.at(in_hand()); }
+  /// Touches of the whole session, as far as it can be foreseen.
+  std::size_t total() const {
+    if (one_by_one)
+      return done + static_cast<std::size_t>(std::max(0, progress.touches_left)) +
+             static_cast<std::size_t>(std::max(0, progress.checks_left));
+    return plan ? plan->touches.size() : 0;
+  }
 };
 
 }  // namespace cellcal::daemon

@@ -17,6 +17,10 @@ struct Status {
   Phase phase = Phase::kIdle;
   std::string target;  ///< of the touch in hand
   std::size_t done = 0, total = 0;
+  /// Of touches chosen one by one: u95 that was asked for, and what the touches so far are foreseen
+  /// to give, means over the region.
+  std::optional<double> goal_m, u95_m, mean_error_m;
+  std::string why_ended;              ///< why no further touch was chosen
   std::optional<double> residual_m;   ///< of the newest touch; nothing before the first
   std::optional<double> time_left_s;  ///< touches and the way home; nothing before the first touch
   std::string robot_words, contact_words;

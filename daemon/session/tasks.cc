@@ -10,7 +10,7 @@
 #include "calib/files/files.h"
 #include "calib/identify/identify.h"
 #include "calib/model/kinematics.h"
-#include "calib/plan/plan.h"
+#include "calib/plan/course.h"
 #include "daemon/report/report.h"
 #include "daemon/session/atomic_file.h"
 
@@ -124,15 +124,60 @@ std::string plan_hash(const calib::Plan& plan) {
   return calib::sha256(bytes);
 }
 
+namespace {
+
+/// Touches chosen one by one. Used by the worker alone, job after job.
+class Chooser {
+ public:
+  explicit Chooser(std::shared_ptr<const TaskInputs> inputs) : inputs_(std::move(inputs)) {}
+
+  Tasks::Planned begin() {
+    const calib::CourseOptions options{inputs_->options.plan, inputs_->options.goal};
+    course_.emplace(inputs_->cell, options, inputs_->made);
+    learnt_ = inputs_->made.size();
+    return {{}, "", course_->progress()};
+  }
+
+  Tasks::Chosen choose(const ChooseTouch& how, const std::vector<calib::Touch>& touches,
+                       const calib::JointVector& from) {
+    if (how.failed) course_->failed();
+    for (; learnt_ < touches.size(); ++learnt_) course_->touched(touches[learnt_]);
+    Tasks::Chosen chosen;
+    if (auto touch = course_->next(from, how.in_contact))
+      chosen.plan.touches.push_back(std::move(*touch));
+    else
+      chosen.plan.home = course_->way_home();
+    check(chosen.plan, inputs_->cell.robot.joints.size());
+    chosen.progress = course_->progress();
+    return chosen;
+  }
+
+ private:
+  std::shared_ptr<const TaskInputs> inputs_;
+  std::optional<calib::Course> course_;
+  std::size_t learnt_ = 0;
+};
+
+}  // namespace
+
 Tasks make_tasks(TaskInputs given) {
   const auto inputs = std::make_shared<const TaskInputs>(std::move(given));
   Tasks tasks;
-  tasks.plan = [inputs] {
-    Tasks::Planned planned{calib::make_plan(inputs->cell, inputs->options.plan), ""};
-    check(planned.plan, inputs->cell.robot.joints.size());
-    planned.hash = plan_hash(planned.plan);
-    return planned;
-  };
+  if (inputs->options.one_by_one) {
+    const auto chooser = std::make_shared<Chooser>(inputs);
+    tasks.plan = [chooser] { return chooser->begin(); };
+    tasks.choose = [chooser](const ChooseTouch& how, const std::vector<calib::Touch>& touches,
+                             const calib::JointVector& from) {
+      return chooser->choose(how, touches, from);
+    };
+  } else {
+    tasks.plan = [inputs] {
+      Tasks::Planned planned{calib::make_plan(inputs->cell, inputs->options.plan), "", {}};
+      check(planned.plan, inputs->cell.robot.joints.size());
+      planned.hash = plan_hash(planned.plan);
+      return planned;
+    };
+  }
   tasks.route = [inputs](const calib::Plan& plan, std::size_t next,
                          const calib::JointVector& from) {
     calib::Plan routed = calib::resume_plan(inputs->cell, plan, next, from);

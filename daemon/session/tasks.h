@@ -18,6 +18,7 @@ struct TaskInputs {
   calib::Cell cell;
   SessionInputs files;
   SessionOptions options;
+  std::vector<calib::Touch> made;  ///< before the session was interrupted
   std::int64_t session = 0;
   std::string started;
   std::filesystem::path results_dir;

@@ -11,9 +11,12 @@ struct TouchPolicy {
   /// The search that counts (method, section 7: 1-2 mm/s). At 2 mm/s a stamp that is 1 ms wrong
   /// moves the touch by 2 um.
   double slow_m_s = 0.002;
-  /// Long enough to be out of contact (overtravel of the fast search, bending) and at constant
-  /// speed again, short enough to cost less than a second at 2 mm/s.
-  double back_off_m = 0.0015;
+  /// From the contact of the fast search: out of contact again (0.2 mm of overtravel, bending), and
+  /// at constant speed by the time of the next.
+  double back_off_m = 0.0010;
+  /// From that of a slow search, whose overtravel is below 0.1 mm. At 2 mm/s every millimetre costs
+  /// half a second of each touch.
+  double slow_back_off_m = 0.0006;
   /// Contact within this much travel from the stand-off is not the sphere: the tip would have been
   /// 11 mm early at the default stand-off of 12 mm. Jogged spheres, cables and chips are.
   double earliest_m = 0.001;
@@ -25,6 +28,11 @@ struct TouchPolicy {
   int max_readings = 5;
   /// Trips that turned out to be noise, per touch, before the touch is given up.
   int max_revoked = 5;
+  /// Touches chosen one by one that could not be made (no contact, readings that disagree, noise)
+  /// are replaced by others. So many one after the other are no accident any more ...
+  int max_failed_in_a_row = 2;
+  /// ... nor are so many in all.
+  int max_failed = 8;
 };
 
 /// How long a phase may take before silence counts as failure.

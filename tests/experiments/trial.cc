@@ -135,6 +135,7 @@ std::optional<OnlineOutcome> run_online(const calib::Robot& robot, const Trial& 
   const calib::Cell nominal = make_cell(robot, stage_of(trial), random);
   const World world(nominal, stage_of(trial), random);
   calib::PlanOptions options;
+  options.check_touches = 0;
   options.seed = static_cast<unsigned>(seed);
   std::optional<calib::Online> online;
   try {

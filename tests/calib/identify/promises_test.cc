@@ -41,6 +41,16 @@ TEST(Identify, GivesTheSameBitsForTheSameInput) {
   EXPECT_EQ(calibration_to_json(identify(demo_cell(), touches())), once);
 }
 
+TEST(Identify, TakesAnyNumberOfTouches) {
+  // Rows are gathered in blocks; the last may be full, or have nothing left to hold.
+  const auto many =
+      make_touches(demo_cell(), plain_truth(demo_cell(), 1), {.fit = 136, .check = 0}).touches;
+  for (std::size_t count = 120; count <= 134; ++count) {
+    const std::vector<Touch> some(many.begin(), many.begin() + static_cast<std::ptrdiff_t>(count));
+    EXPECT_EQ(identify(demo_cell(), some).residuals.size(), count);
+  }
+}
+
 TEST(Identify, CheckTouchesHaveNoInfluenceWhatever) {
   const Calibration with = identify(demo_cell(), touches());
   std::vector<Touch> moved = touches(), without;

@@ -78,6 +78,64 @@ TEST(a_killed_daemon, loses_no_touch_and_its_successor_finishes_the_session) {
   EXPECT_EQ(fixture.cellcal({"run", "--resume"}).status, 1) << "nothing is left to resume";
 }
 
+TEST(a_session_with_a_goal, ends_where_it_is_reached_and_shows_the_way_there) {
+  DaemonFixture fixture;
+  fixture.start();
+  const Outcome outcome =
+      fixture.cellcal({"run", "--cell", kCell, "--goal", "0.4", "--check", "4"});
+  ASSERT_EQ(outcome.status, 0) << outcome.err << fixture.log();
+  EXPECT_EQ(outcome.out.find("touching ended: the goal is reached: u95 0.3"), 0u) << outcome.out;
+  const nlohmann::json status = fixture.status();
+  EXPECT_EQ(status["goal_mm"], 0.4);
+  EXPECT_LE(status["u95_mm"], 0.4);
+  EXPECT_EQ(status["touches"], status["planned"]);
+  const std::string csv = content(fixture.dir.path() / "state/sessions/1/touches.csv");
+  EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), status["touches"].get<int>() + 1);
+  // On the way the prediction came down touch by touch.
+  double worst = 0.0;
+  const std::string changes = http_request(fixture.socket(), "GET", "/v1/watch?since=0").body;
+  std::istringstream lines(changes);
+  for (std::string line; std::getline(lines, line);) {
+    const auto change = nlohmann::json::parse(line);
+    if (change["u95_mm"].is_number()) worst = std::max(worst, change["u95_mm"].get<double>());
+  }
+  EXPECT_GT(worst, 0.45);
+  const nlohmann::json listed =
+      nlohmann::json::parse(http_request(fixture.socket(), "GET", "/v1/sessions").body);
+  EXPECT_EQ(listed[0]["planned"], status["touches"]);
+}
+
+TEST(a_session_with_a_goal, that_was_killed_is_gone_on_with_to_the_same_goal) {
+  DaemonFixture fixture;
+  fixture.start();
+  http_request(fixture.socket(), "POST", "/v1/run",
+               nlohmann::json{{"cell", kCell}, {"goal_mm", 0.4}, {"check", 4}}.dump());
+  fixture.wait_for_touches(10);
+  fixture.daemon->signal(SIGKILL);
+  fixture.daemon->wait();
+  fixture.start();
+  const Outcome outcome = fixture.cellcal({"run", "--resume"});
+  EXPECT_EQ(outcome.status, 0) << outcome.err << fixture.log();
+  EXPECT_EQ(outcome.out.find("touching ended: the goal is reached"), 0u) << outcome.out;
+  EXPECT_EQ(fixture.status()["session"], 1);
+}
+
+TEST(a_goal, out_of_range_is_refused_before_anything_begins) {
+  DaemonFixture fixture;
+  fixture.start();
+  const Response no = http_request(fixture.socket(), "POST", "/v1/run",
+                                   nlohmann::json{{"cell", kCell}, {"goal_mm", 0.0001}}.dump());
+  EXPECT_EQ(no.status, 422);
+  EXPECT_NE(no.body.find("the goal must be 0.01 to 10 mm"), std::string::npos) << no.body;
+  const Response odd = http_request(fixture.socket(), "POST", "/v1/run",
+                                    nlohmann::json{{"cell", kCell}, {"goal_mm", "small"}}.dump());
+  EXPECT_EQ(odd.status, 400);
+  const Response where =
+      http_request(fixture.socket(), "POST", "/v1/run",
+                   nlohmann::json{{"cell", kCell}, {"goal_mm", 0.3}, {"region", "moon"}}.dump());
+  EXPECT_EQ(where.status, 422);
+}
+
 TEST(an_aborted_session, keeps_its_touches_and_can_be_gone_on_with) {
   DaemonFixture fixture;
   fixture.start();

@@ -46,8 +46,9 @@ TEST(a_session, searches_at_the_speeds_of_its_policy_under_the_sensors_arming) {
   }
   ASSERT_EQ(searches.size(), 3u);
   EXPECT_NEAR(searches[0].cruise_s, 0.018 / 0.010, 1e-12);
-  // Backed off by 1.5 mm from the contact at 10 mm: 9.5 mm are left to the end.
-  EXPECT_NEAR(searches[1].cruise_s, 0.0095 / 0.002, 1e-9);
+  // Backed off by 1 mm from the contact at 10 mm, then by 0.6 mm: so much is left to the end.
+  EXPECT_NEAR(searches[1].cruise_s, 0.009 / 0.002, 1e-9);
+  EXPECT_NEAR(searches[2].cruise_s, 0.0086 / 0.002, 1e-9);
   EXPECT_NEAR(searches[1].target_rad[0], 0.118, 1e-12);
   for (std::size_t i = 0; i < searches.size(); ++i) EXPECT_EQ(searches[i].arm_id, i + 1);
 }
@@ -60,8 +61,8 @@ TEST(a_session, backs_off_along_the_search_line_and_leaves_to_the_clear_point) {
     if (move.kind == MoveKind::kRetreat) retreats.push_back(move.target_rad[0]);
   }
   ASSERT_EQ(retreats.size(), 3u);
-  EXPECT_NEAR(retreats[0], 0.1085, 1e-12);
-  EXPECT_NEAR(retreats[1], 0.1085, 1e-12);
+  EXPECT_NEAR(retreats[0], 0.109, 1e-12);
+  EXPECT_NEAR(retreats[1], 0.1094, 1e-12);
   EXPECT_NEAR(retreats[2], 0.09, 1e-12);
 }
 

@@ -10,8 +10,9 @@ namespace cellcal::daemon {
 namespace {
 
 /// A state in which every guard can look at what it wants.
-State state_in(Phase phase) {
+State state_in(Phase phase, bool one_by_one) {
   State state;
+  state.one_by_one = one_by_one;
   state.phase = phase;
   state.plan = std::make_shared<const calib::Plan>(testing::line_plan(3));
   state.move_id = 7;
@@ -47,11 +48,15 @@ std::string pair(Phase phase, EventKind kind) {
   return std::string(to_string(phase)) + " x " + to_string(kind);
 }
 
-TEST(session_table, has_an_answer_to_every_event_in_every_phase) {
+/// Whether touches are chosen one by one.
+class every_pair : public ::testing::TestWithParam<bool> {};
+INSTANTIATE_TEST_SUITE_P(of_phase_and_event, every_pair, ::testing::Bool());
+
+TEST_P(every_pair, has_an_answer_to_every_event_in_every_phase) {
   for (Phase phase : kAllPhases) {
     for (EventKind kind : kAllEvents) {
-      const Step next = step(state_in(phase), event_of_kind(kind));
-      const Transition* row = find_row(state_in(phase), event_of_kind(kind));
+      const Step next = step(state_in(phase, GetParam()), event_of_kind(kind));
+      const Transition* row = find_row(state_in(phase, GetParam()), event_of_kind(kind));
       if (row != nullptr) {
         EXPECT_EQ(next.state.phase, row->to.value_or(phase)) << pair(phase, kind);
         continue;
@@ -65,10 +70,10 @@ TEST(session_table, has_an_answer_to_every_event_in_every_phase) {
   }
 }
 
-TEST(session_table, begins_a_move_only_into_a_moving_phase_and_never_on_the_way_to_an_end) {
+TEST_P(every_pair, begins_a_move_only_into_a_moving_phase_and_never_on_the_way_to_an_end) {
   for (Phase phase : kAllPhases) {
     for (EventKind kind : kAllEvents) {
-      const Step next = step(state_in(phase), event_of_kind(kind));
+      const Step next = step(state_in(phase, GetParam()), event_of_kind(kind));
       const int moves = count<BeginMove>(next.actions);
       EXPECT_LE(moves, 1) << pair(phase, kind);
       EXPECT_TRUE(moves == 0 || kMovingPhases.has(next.state.phase)) << pair(phase, kind);
@@ -78,31 +83,31 @@ TEST(session_table, begins_a_move_only_into_a_moving_phase_and_never_on_the_way_
   }
 }
 
-TEST(session_table, gives_every_phase_that_waits_a_deadline) {
+TEST_P(every_pair, gives_every_phase_that_waits_a_deadline) {
   for (Phase phase : kAllPhases) {
     for (EventKind kind : kAllEvents) {
-      const State next = step(state_in(phase), event_of_kind(kind)).state;
+      const State next = step(state_in(phase, GetParam()), event_of_kind(kind)).state;
       if (next.phase == phase || next.phase == Phase::kIdle || is_final(next.phase)) continue;
       EXPECT_TRUE(next.deadline.has_value()) << pair(phase, kind);
     }
   }
 }
 
-TEST(session_table, answers_a_deadline_in_every_phase_that_can_have_one) {
+TEST_P(every_pair, answers_a_deadline_in_every_phase_that_can_have_one) {
   for (Phase phase : kAllPhases) {
     if (phase == Phase::kIdle || is_final(phase)) continue;
-    const Step next = step(state_in(phase), event_of_kind(EventKind::kDeadline));
+    const Step next = step(state_in(phase, GetParam()), event_of_kind(EventKind::kDeadline));
     EXPECT_NE(next.state.phase, phase) << to_string(phase);
     ASSERT_TRUE(next.state.failure.has_value()) << to_string(phase);
     EXPECT_NE(next.state.failure->kind, FailureKind::kUnexpectedEvent) << to_string(phase);
   }
 }
 
-TEST(session_table, closes_devices_and_records_the_end_whenever_a_session_ends_badly) {
+TEST_P(every_pair, closes_devices_and_records_the_end_whenever_a_session_ends_badly) {
   for (Phase phase : kAllPhases) {
     for (EventKind kind : kAllEvents) {
       if (is_final(phase)) continue;
-      const Step next = step(state_in(phase), event_of_kind(kind));
+      const Step next = step(state_in(phase, GetParam()), event_of_kind(kind));
       if (next.state.phase != Phase::kFailed && next.state.phase != Phase::kAborted) continue;
       EXPECT_EQ(count<CloseDevices>(next.actions), 1) << pair(phase, kind);
       ASSERT_EQ(count<RecordEnd>(next.actions), 1) << pair(phase, kind);
@@ -111,10 +116,10 @@ TEST(session_table, closes_devices_and_records_the_end_whenever_a_session_ends_b
   }
 }
 
-TEST(session_table, can_be_aborted_in_every_phase_of_a_session) {
+TEST_P(every_pair, can_be_aborted_in_every_phase_of_a_session) {
   for (Phase phase : kAllPhases) {
     if (!kActivePhases.has(phase)) continue;
-    const Step next = step(state_in(phase), event_of_kind(EventKind::kAbort));
+    const Step next = step(state_in(phase, GetParam()), event_of_kind(EventKind::kAbort));
     if (kMovingPhases.has(phase)) {
       EXPECT_EQ(next.state.phase, Phase::kStopping) << to_string(phase);
       EXPECT_EQ(count<StopArm>(next.actions), 1) << to_string(phase);
@@ -124,10 +129,10 @@ TEST(session_table, can_be_aborted_in_every_phase_of_a_session) {
   }
 }
 
-TEST(session_table, moves_nothing_after_a_failure) {
+TEST_P(every_pair, moves_nothing_after_a_failure) {
   for (EventKind kind : kAllEvents) {
     for (Phase phase : {Phase::kFailed, Phase::kAborted, Phase::kDone}) {
-      const Step next = step(state_in(phase), event_of_kind(kind));
+      const Step next = step(state_in(phase, GetParam()), event_of_kind(kind));
       EXPECT_TRUE(next.actions.empty()) << pair(phase, kind);
     }
   }
@@ -175,7 +180,7 @@ TEST(session_table, every_phase_can_be_reached_from_idle) {
   EXPECT_EQ(reached.size(), kAllPhases.size());
 }
 
-TEST(session_table, drops_results_of_earlier_moves_and_armings) {
+TEST_P(every_pair, drops_results_of_earlier_moves_and_armings) {
   for (Phase phase : kAllPhases) {
     for (EventKind kind : kAllEvents) {
       Event stale = event_of_kind(kind);
@@ -184,7 +189,7 @@ TEST(session_table, drops_results_of_earlier_moves_and_armings) {
       const bool can_be_stale =
           kMoveResults.has(kind) || kind == EventKind::kArmed || kind == EventKind::kArmRefused;
       if (!can_be_stale) continue;
-      const Step next = step(state_in(phase), stale);
+      const Step next = step(state_in(phase, GetParam()), stale);
       EXPECT_EQ(next.state.phase, phase) << pair(phase, kind);
       EXPECT_TRUE(next.actions.empty()) << pair(phase, kind);
     }

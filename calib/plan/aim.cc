@@ -1,0 +1,70 @@
+#include "calib/plan/aim.h"
+
+#include <algorithm>
+
+#include "calib/model/inverse.h"
+
+namespace cellcal::calib {
+
+namespace {
+
+/// The search begins this many sigmas and a millimetre before the surface is expected: contact in
+/// its first millimetre counts as something else.
+constexpr double kStandoffSigmas = 6.0, kStandoffLeastM = 0.003, kStandoffExtraM = 0.001;
+/// Of the stand-off, that the tip keeps from every sphere on its way there.
+constexpr double kNearShare = 0.8;
+
+}  // namespace
+
+void aim(const Known& known, const Candidate& candidate, const JointVector& from,
+         PlannedTouch& touch) {
+  const Pool& pool = known.pool;
+  const PlanOptions& options = known.options;
+  const Problem& problem = known.estimate.problem();
+  const ArmModel& arm = problem.arm();
+  const Eigen::VectorXd x = known.estimate.x_si();
+  const double reach = std::clamp(kStandoffSigmas * known.sigma_m + kStandoffExtraM,
+                                  kStandoffLeastM, options.standoff_m);
+  const auto& blocks = problem.blocks();
+  const auto block = std::find_if(blocks.begin(), blocks.end(), [&](const TargetBlock& b) {
+    return b.target == candidate.target;
+  });
+  const Eigen::Vector3d centre = x.segment<3>(block->first);
+  const double radius = problem.nominal_radius_m(problem.cell().targets[candidate.target]) +
+                        (problem.rho() >= 0 ? x[problem.rho()] : 0.0);
+  const ArmErrors errors = arm.errors(x.data());
+  ArmChain chain;
+  const auto at = [&](double outside_m, const JointVector& seed) -> std::optional<JointVector> {
+    const Eigen::Vector3d wanted = centre + (radius + outside_m) * candidate.normal;
+    Eigen::Isometry3d command = Eigen::Isometry3d::Identity();
+    command.linear() = candidate.orientation;
+    command.translation() = wanted;
+    std::optional<JointVector> q = seed;
+    constexpr int kCorrections = 4;  // each leaves a thousandth
+    for (int k = 0; k < kCorrections; ++k) {
+      q = inverse(pool.arm(), command, *q, options.limit_margin_rad);
+      if (!q) return std::nullopt;
+      arm.walk(arm.prepare(*q), errors, chain);
+      command.translation() += wanted - chain.tip;
+    }
+    return q;
+  };
+  const auto standoff = at(reach, candidate.contact), end = at(-reach, candidate.contact);
+  if (!standoff || !end) return;
+  if (!pool.clearance().clear_search(candidate.clear, *end, candidate.target, kTipMarginM)) return;
+  const double margin = std::min(kTipMarginM, kNearShare * reach);
+  const JointVector before =
+      touch.transit.size() > 1 ? touch.transit[touch.transit.size() - 2] : from;
+  if (pool.clearance().clear(before, *standoff, margin))
+    touch.transit.back() = *standoff;
+  else if (pool.clearance().clear_search(touch.standoff, *standoff, candidate.target, margin))
+    touch.transit.push_back(*standoff);
+  else
+    return;
+  touch.standoff = *standoff;
+  touch.end = *end;
+  touch.search_m = 2.0 * reach;
+  touch.expected_m = reach;
+}
+
+}  // namespace cellcal::calib

@@ -1,0 +1,22 @@
+#pragma once
+// The search line of a touch with the arm as the touches so far know it: shorter than on nominal
+// geometry, where an arm is off by millimetres.
+
+#include "calib/identify/running.h"
+#include "calib/plan/pool.h"
+
+namespace cellcal::calib {
+
+struct Known {
+  const Pool& pool;
+  const RunningEstimate& estimate;
+  const PlanOptions& options;
+  double sigma_m;  ///< of the place along the line where contact is expected
+};
+
+/// Shortens the touch's search, and with it the end of its transit, where what is known allows it
+/// and the shorter line is clear. `from`: where the transit begins.
+void aim(const Known& known, const Candidate& candidate, const JointVector& from,
+         PlannedTouch& touch);
+
+}  // namespace cellcal::calib
