@@ -39,7 +39,8 @@ struct Joint {
   double compliance_sigma_rad_per_nm = 0.0;  ///< prior of k_i; 0: joint taken as stiff
   double gear_ratio = 1.0;
   std::vector<int> harmonics;       ///< orders h of cos/sin(h q n)
-  double harmonic_sigma_rad = 0.0;  ///< prior of each amplitude
+  double harmonic_sigma_rad = 0.0;  ///< prior of each amplitude, of order 1
+  double harmonic_falloff = 0.0;    ///< that of order h is less by h to the power of this
   double radius_m = 0.0;            ///< of the capsule about this joint's link; 0: assumed (plan)
 };
 
