@@ -74,6 +74,13 @@ void read_normal(const TomlTable& t, Target& target) {
   target.normal.normalize();
 }
 
+void read_extent(const TomlTable& t, Target& target) {
+  if (!t.has("extent_mm")) return;
+  target.extent_m = t.number("extent_mm", {1.0, 1e4}) / kMmPerM;
+  if (!target.has_centre || !target.has_normal)
+    t.fail("extent_mm", "is about a place that is not stated; state centre_mm and normal, too");
+}
+
 /// Where to look for a sphere whose centre is not stated.
 void read_box(const TomlTable& t, Target& target) {
   target.has_box = t.has("search_low_mm") || t.has("search_high_mm");
@@ -111,6 +118,7 @@ Target read_target(const TomlTable& t) {
     target.has_centre = true;
     target.centre_m = vector_m(t.numbers("centre_mm", 3, kLengthMm));
   }
+  if (target.kind == TargetKind::kPlane) read_extent(t, target);
   if (target.kind == TargetKind::kSphere) read_box(t, target);
   target.centre_sigma_m = t.number_or("centre_sigma_mm", 0.0, kSigmaMm) / kMmPerM;
   if (has_a_centre(target.kind)) read_stand(t, target);
@@ -264,6 +272,8 @@ std::string cell_to_toml(const Cell& cell, const std::string& robot_reference) {
       out += fmt::format("search_low_mm = {}\nsearch_high_mm = {}\n", vec_mm(target.low_m),
                          vec_mm(target.high_m));
     out += fmt::format("centre_sigma_mm = {}\n", toml_number(target.centre_sigma_m * kMmPerM));
+    if (target.extent_m > 0.0)
+      out += fmt::format("extent_mm = {}\n", toml_number(target.extent_m * kMmPerM));
     if (has_a_centre(target.kind)) out += stand_to_toml(target);
   }
   for (const CertifiedLength& length : cell.lengths)

@@ -48,6 +48,38 @@ Eigen::MatrixXd root_of(const Eigen::MatrixXd& covariance) {
          (solver.eigenvectors() * roots.asDiagonal() * solver.eigenvectors().transpose());
 }
 
+/// Where a user may fix the base, and the motion of it that takes up each parameter there.
+struct Region {
+  std::vector<Eigen::Index> poses;
+  Eigen::MatrixXd taken_up;  ///< 6 x parameters
+};
+
+/// All poses, and of each axis the half with the smaller and that with the larger coordinates.
+std::vector<Region> regions_of(const Eigen::Matrix3Xd& tips) {
+  std::vector<Region> regions(1);
+  for (Eigen::Index k = 0; k < tips.cols(); ++k) regions[0].poses.push_back(k);
+  for (int axis = 0; axis < 3; ++axis) {
+    std::vector<Eigen::Index> order = regions[0].poses;
+    std::sort(order.begin(), order.end(),
+              [&](Eigen::Index a, Eigen::Index b) { return tips(axis, a) < tips(axis, b); });
+    const auto middle = order.begin() + static_cast<std::ptrdiff_t>(order.size() / 2);
+    regions.push_back({{order.begin(), middle}, {}});
+    regions.push_back({{middle, order.end()}, {}});
+  }
+  return regions;
+}
+
+/// Three rows of each.
+Eigen::MatrixXd rows_of(const Eigen::MatrixXd& all, const std::vector<Eigen::Index>& poses) {
+  Eigen::MatrixXd rows(3 * static_cast<Eigen::Index>(poses.size()), all.cols());
+  Eigen::Index row = 0;
+  for (const Eigen::Index k : poses) {
+    rows.middleRows<3>(row) = all.middleRows<3>(3 * k);
+    row += 3;
+  }
+  return rows;
+}
+
 }  // namespace
 
 PositionBound::PositionBound(const ArmModel& arm, const Eigen::VectorXd& x,
@@ -55,39 +87,54 @@ PositionBound::PositionBound(const ArmModel& arm, const Eigen::VectorXd& x,
     : arm_(arm), x_(x), covariance_(std::move(covariance)), ripple_rad_(ripple_rad) {
   const auto poses = workspace_poses(arm, kPoses, kRegionSeed);
   const auto count = static_cast<Eigen::Index>(poses.size());
-  constexpr Eigen::Index kEnough = 3;  // points that hold a rigid body
+  constexpr Eigen::Index kEnough = 6;  // a half still has the three points that hold a rigid body
   taken_up_ = Eigen::MatrixXd::Zero(6, arm.size());
   if (count < kEnough || covariance_.size() == 0) return;
   Eigen::MatrixXd moves(3 * count, arm.size()), rigid(3 * count, 6);
-  Eigen::Matrix3Xd jacobian(3, arm.size());
+  Eigen::Matrix3Xd jacobian(3, arm.size()), tips(3, count);
   for (Eigen::Index k = 0; k < count; ++k) {
-    const Eigen::Vector3d tip =
-        arm.position(arm.prepare(poses[static_cast<std::size_t>(k)]), x.data(), jacobian);
+    tips.col(k) = arm.position(arm.prepare(poses[static_cast<std::size_t>(k)]), x.data(), jacobian);
     moves.middleRows<3>(3 * k) = jacobian;
-    rigid.middleRows<3>(3 * k) = base_motion(tip);
+    rigid.middleRows<3>(3 * k) = base_motion(tips.col(k));
   }
-  taken_up_ = rigid.colPivHouseholderQr().solve(moves);
-  moves -= rigid * taken_up_;
+  const Eigen::MatrixXd root = root_of(covariance_);
+  const Eigen::MatrixXd spread = moves * root;
+  std::vector<Region> regions = regions_of(tips);
+  for (Region& region : regions) {
+    const Eigen::MatrixXd its_rigid = rows_of(rigid, region.poses);
+    region.taken_up = its_rigid.colPivHouseholderQr().solve(rows_of(moves, region.poses));
+    taken_up_ += region.taken_up / static_cast<double>(regions.size());
+  }
+  for (const Region& region : regions) {
+    const Eigen::MatrixXd off = (region.taken_up - taken_up_) * root;
+    base_covariance_ += off * off.transpose() / static_cast<double>(regions.size());
+  }
 
-  const Eigen::MatrixXd spread = moves * root_of(covariance_);
-  std::vector<Eigen::Index> seen;  // poses that the covariance moves at all
   std::vector<double> radius;
+  const Eigen::MatrixXd aligned = spread - rigid * (taken_up_ * root);
   for (Eigen::Index k = 0; k < count; ++k) {
-    const auto rows = spread.middleRows<3>(3 * k);
-    const double r = radius_95(rows * rows.transpose());
-    if (!(r > 0.0)) continue;
-    seen.push_back(k);
-    radius.push_back(r);
+    const auto rows = aligned.middleRows<3>(3 * k);
+    const auto base = rigid.middleRows<3>(3 * k);
+    radius.push_back(
+        radius_95(rows * rows.transpose() + base * base_covariance_ * base.transpose()));
   }
-  if (seen.empty()) return;
   Random random(kRegionSeed);
   Eigen::MatrixXd draw(spread.cols(), kArms);
   for (double& value : draw.reshaped()) value = random.normal();
   const Eigen::MatrixXd error = spread * draw;
-  std::vector<double> needed, ratio(seen.size());
+  std::vector<double> needed, ratio;
   for (Eigen::Index arm_drawn = 0; arm_drawn < kArms; ++arm_drawn) {
-    for (std::size_t i = 0; i < seen.size(); ++i)
-      ratio[i] = error.col(arm_drawn).segment<3>(3 * seen[i]).norm() / radius[i];
+    const Region& region = regions[static_cast<std::size_t>(arm_drawn) % regions.size()];
+    const Eigen::VectorXd base = region.taken_up * (root * draw.col(arm_drawn));
+    ratio.clear();
+    for (const Eigen::Index k : region.poses) {
+      const double r = radius[static_cast<std::size_t>(k)];
+      if (!(r > 0.0)) continue;  // the covariance does not move it at all
+      const Eigen::Vector3d off =
+          error.col(arm_drawn).segment<3>(3 * k) - rigid.middleRows<3>(3 * k) * base;
+      ratio.push_back(off.norm() / r);
+    }
+    if (ratio.empty()) return;
     needed.push_back(quantile(ratio, kShare));
   }
   widening_ = std::max(1.0, quantile(needed, kConfidence));
@@ -96,8 +143,9 @@ PositionBound::PositionBound(const ArmModel& arm, const Eigen::VectorXd& x,
 double PositionBound::u95_m(std::span<const double> joint_rad, const Eigen::Vector3d& tip,
                             const Eigen::Matrix3Xd& jacobian) const {
   if (covariance_.size() == 0) return 0.0;
-  const Eigen::Matrix3Xd j = jacobian - base_motion(tip) * taken_up_;
-  Eigen::Matrix3d c = j * covariance_ * j.transpose();
+  const Eigen::Matrix<double, 3, 6> base = base_motion(tip);
+  const Eigen::Matrix3Xd j = jacobian - base * taken_up_;
+  Eigen::Matrix3d c = j * covariance_ * j.transpose() + base * base_covariance_ * base.transpose();
   if (ripple_rad_ > 0.0) {  // stays at every pose, however many touches there were
     const Eigen::Matrix3Xd by_joint = arm_.nominal_jacobian(joint_rad).topRows<3>();
     c += ripple_rad_ * ripple_rad_ * by_joint * by_joint.transpose();

@@ -3,10 +3,13 @@
 //
 // u95 is a radius about the predicted position. It leaves aside where the base frame lies: that is
 // a convention of six numbers, which no touch in the cell can tell and which every user fixes anew
-// by measuring a base; so what a motion of the base could take up over the workspace is taken out.
+// by measuring a base; so what a motion of the base could take up is taken out. Where that base is
+// measured nobody knows: over the whole workspace, or over the left, right, near, far, low or high
+// half of it. What is left differs from one to the other, which counts as uncertainty, too; without
+// it an arm of unknown scale would be taken for exact in the middle of the workspace.
 // The errors of one arm go together: where the estimate is off, it is off at many poses at once.
-// So the radii are widened until, at 98 % confidence, they hold at 95 % of the workspace of the one
-// arm there is, and not merely at 95 % of all poses of all arms.
+// So the radii are widened until, at 98 % confidence, they hold at 95 % of the poses where the base
+// of the one arm there is was fixed, and not merely at 95 % of all poses of all arms.
 
 #include <Eigen/Core>
 
@@ -33,7 +36,10 @@ class PositionBound {
   Eigen::VectorXd x_;
   Eigen::MatrixXd covariance_;
   double ripple_rad_;
-  Eigen::MatrixXd taken_up_;  ///< 6 x parameters: the base motion that takes up each
+  /// 6 x parameters: the base motion that takes up each, in the mean over where a base is fixed.
+  Eigen::MatrixXd taken_up_;
+  /// How far that differs from where to where.
+  Eigen::Matrix<double, 6, 6> base_covariance_ = Eigen::Matrix<double, 6, 6>::Zero();
   double widening_ = 1.0;
 };
 

@@ -13,6 +13,9 @@ constexpr double kRadPerArcsec = std::numbers::pi / 180.0 / 3600.0;
 /// Gears of industrial arms are published with 10 to 60 arcsec per revolution; the low end, since
 /// the evidence may raise it.
 constexpr double kUsualTransmissionRad = 10.0 * kRadPerArcsec;
+/// Falling off as 1/h, the spectrum of a walk at random: the least that is assumed of a function of
+/// which nothing is known but its size. What is faster goes into the ripple.
+const std::vector<int> kUsualOrders = {1, 2, 3, 4};
 
 /// Sag at a joint whose compliance is not stated, 1 sigma at its largest load, and the least load
 /// that this counts for.
@@ -81,7 +84,8 @@ Cell at_level(const Cell& cell, const ModelLevel& level) {
   for (Joint& joint : result.robot.joints) {
     joint.compliance_sigma_rad_per_nm *= level.compliance;
     if (!named) {
-      joint.harmonics = {1, 2};
+      joint.harmonics = kUsualOrders;
+      joint.harmonic_falloff = 1.0;
       joint.gear_ratio = 1.0;
       joint.harmonic_sigma_rad = kUsualTransmissionRad;
     }

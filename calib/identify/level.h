@@ -7,7 +7,7 @@
 // joint noise. They are in every arm whether or not its file names them: they are the discrepancy
 // between a geometric model and a real arm, and leaving them out is what makes stated bounds too
 // small. What the file leaves open is assumed: masses by the links' lengths, compliance by the
-// load, harmonics of orders 1 and 2.
+// load, harmonics of orders 1 to 4, each the smaller the higher.
 
 #include <string>
 #include <vector>

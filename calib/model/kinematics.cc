@@ -109,10 +109,11 @@ ArmModel::ArmModel(const Robot& robot, const Tool& tool)
     if (joint.harmonic_sigma_rad <= 0.0) continue;
     for (int h : joint.harmonics) {
       const std::string order = std::to_string(h);
-      parameters_.push_back({ArmParameterKind::kCosine, i, h, 0, joint.harmonic_sigma_rad,
-                             joint.name + ".cos" + order, "arcsec", kArcsecPerRad});
-      parameters_.push_back({ArmParameterKind::kSine, i, h, 0, joint.harmonic_sigma_rad,
-                             joint.name + ".sin" + order, "arcsec", kArcsecPerRad});
+      const double sigma = joint.harmonic_sigma_rad / std::pow(h, joint.harmonic_falloff);
+      parameters_.push_back({ArmParameterKind::kCosine, i, h, 0, sigma, joint.name + ".cos" + order,
+                             "arcsec", kArcsecPerRad});
+      parameters_.push_back({ArmParameterKind::kSine, i, h, 0, sigma, joint.name + ".sin" + order,
+                             "arcsec", kArcsecPerRad});
     }
   }
   last_by_pose_ = size();

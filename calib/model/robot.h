@@ -39,7 +39,8 @@ struct Joint {
   double compliance_sigma_rad_per_nm = 0.0;  ///< prior of k_i; 0: joint taken as stiff
   double gear_ratio = 1.0;
   std::vector<int> harmonics;       ///< orders h of cos/sin(h q n)
-  double harmonic_sigma_rad = 0.0;  ///< prior of each amplitude
+  double harmonic_sigma_rad = 0.0;  ///< prior of each amplitude, of order 1
+  double harmonic_falloff = 0.0;    ///< that of order h is less by h to the power of this
   double radius_m = 0.0;            ///< of the capsule about this joint's link; 0: assumed (plan)
 };
 
@@ -87,6 +88,8 @@ struct Target {
   bool has_normal = false;      ///< planes: normal is stated
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< unit, base frame, to the side of the tips
   double normal_sigma_rad = 0.0;                      ///< 0: no prior, the touches decide
+  /// Planes: it may be touched inside a circle of this diameter about centre_m; 0: not stated.
+  double extent_m = 0.0;
   bool has_stand = true;          ///< a vertical post below it; of what has a centre
   double stand_diameter_m = 0.0;  ///< 0: assumed (plan)
   double stand_height_m = 0.0;    ///< from its lowest point down; 0: assumed (plan)

@@ -11,13 +11,10 @@ namespace {
 /// The search begins this many sigmas and a millimetre before the surface is expected: contact in
 /// its first millimetre counts as something else.
 constexpr double kStandoffSigmas = 6.0, kStandoffLeastM = 0.003, kStandoffExtraM = 0.001;
-/// Of the stand-off, that the tip keeps from every sphere on its way there.
-constexpr double kNearShare = 0.8;
 
 }  // namespace
 
-void aim(const Known& known, const Candidate& candidate, const JointVector& from,
-         PlannedTouch& touch) {
+void aim(const Known& known, const Candidate& candidate, PlannedTouch& touch) {
   const Pool& pool = known.pool;
   const PlanOptions& options = known.options;
   const Problem& problem = known.estimate.problem();
@@ -52,15 +49,11 @@ void aim(const Known& known, const Candidate& candidate, const JointVector& from
   const auto standoff = at(reach, candidate.contact), end = at(-reach, candidate.contact);
   if (!standoff || !end) return;
   if (!pool.clearance().clear_search(candidate.clear, *end, candidate.target, kTipMarginM)) return;
-  const double margin = std::min(kTipMarginM, kNearShare * reach);
-  const JointVector before =
-      touch.transit.size() > 1 ? touch.transit[touch.transit.size() - 2] : from;
-  if (pool.clearance().clear(before, *standoff, margin))
-    touch.transit.back() = *standoff;
-  else if (pool.clearance().clear_search(touch.standoff, *standoff, candidate.target, margin))
-    touch.transit.push_back(*standoff);
-  else
+  // First to the stand-off that an arm needs that is not known, then straight on: a way from far
+  // off that ends so near the surface would keep less from it than the nominal arm is wrong by.
+  if (!pool.clearance().clear_search(touch.standoff, *standoff, candidate.target, kTipMarginM))
     return;
+  touch.transit.push_back(*standoff);
   touch.standoff = *standoff;
   touch.end = *end;
   touch.search_m = 2.0 * reach;

@@ -14,9 +14,8 @@ struct Known {
   double sigma_m;  ///< of the place along the line where contact is expected
 };
 
-/// Shortens the touch's search, and with it the end of its transit, where what is known allows it
-/// and the shorter line is clear. `from`: where the transit begins.
-void aim(const Known& known, const Candidate& candidate, const JointVector& from,
-         PlannedTouch& touch);
+/// Shortens the touch's search where what is known allows it and the shorter line is clear: the
+/// transit goes on from the usual stand-off to one nearer to the surface.
+void aim(const Known& known, const Candidate& candidate, PlannedTouch& touch);
 
 }  // namespace cellcal::calib

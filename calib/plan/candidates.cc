@@ -21,29 +21,42 @@ constexpr double kConeRad = 0.70;
 constexpr int kOrientations = 10;  // tries per direction
 /// Orientations and configurations that one direction contributes at most.
 constexpr int kPerDirection = 2;
-/// Wrists that could turn further are kept within one turn: the cables thank for it.
-constexpr double kWristRad = 3.0;
+
+constexpr double kGoldenRad = std::numbers::pi * 0.7639320225002102;  // pi (3 - sqrt 5)
 
 /// Point `i` of `n` of a Fibonacci lattice over the sphere, z along `up`.
 Vector3d lattice(int i, int n, double shift) {
-  const double golden = std::numbers::pi * (3.0 - std::sqrt(5.0));
   const double z = 1.0 - 2.0 * (i + 0.5) / n;
   const double r = std::sqrt(1.0 - z * z);
-  return {r * std::cos(golden * i + shift), r * std::sin(golden * i + shift), z};
+  return {r * std::cos(kGoldenRad * i + shift), r * std::sin(kGoldenRad * i + shift), z};
+}
+
+/// Where a touch meets its target: the tip rests at `from` + `radius_m` `normal`.
+struct Spot {
+  Vector3d from, normal;
+  double radius_m;
+};
+
+/// Point `i` of `n` of Vogel's spiral, which fills the plane's circle evenly.
+Spot spot_on_plane(const Target& plane, const Tool& tool, int i, int n, double shift) {
+  const Vector3d across = plane.normal.unitOrthogonal();
+  const double r = plane.extent_m / 2.0 * std::sqrt((i + 0.5) / n);
+  return {plane.centre_m + r * (std::cos(kGoldenRad * i + shift) * across +
+                                std::sin(kGoldenRad * i + shift) * plane.normal.cross(across)),
+          plane.normal, tool.tip_radius_m};
 }
 
 /// The whole search line of a touch that begins in a given posture.
 std::optional<Candidate> try_touch(const ArmModel& arm, const Clearance& clearance,
-                                   const PlanOptions& options, const Vector3d& centre,
-                                   double radius, const Vector3d& normal,
+                                   const PlanOptions& options, const Spot& spot,
                                    const Eigen::Matrix3d& orientation, const JointVector& contact) {
   const auto pose_at = [&](double outside) {
     Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
     pose.linear() = orientation;
-    pose.translation() = centre + (radius + outside) * normal;
+    pose.translation() = spot.from + (spot.radius_m + outside) * spot.normal;
     return pose;
   };
-  for (std::size_t i = 3; i < contact.size(); ++i)
+  for (std::size_t i = kFirstWristJoint; i < contact.size(); ++i)
     if (std::abs(contact[i]) > kWristRad) return std::nullopt;
   const auto standoff =
       inverse(arm, pose_at(options.standoff_m), contact, options.limit_margin_rad);
@@ -57,7 +70,7 @@ std::optional<Candidate> try_touch(const ArmModel& arm, const Clearance& clearan
   if (!clearance.clear(*standoff, kTipMarginM) || !clearance.clear(*away, kTipMarginM))
     return std::nullopt;
   Candidate c;
-  c.normal = normal;
+  c.normal = spot.normal;
   c.contact = contact;
   c.standoff = *standoff;
   c.end = *end;
@@ -68,9 +81,33 @@ std::optional<Candidate> try_touch(const ArmModel& arm, const Clearance& clearan
 
 }  // namespace
 
+std::string why_not_planned(const Target& target) {
+  switch (target.kind) {
+    case TargetKind::kSphere:
+      return {};
+    case TargetKind::kPlane:
+      if (!target.has_centre || !target.has_normal)
+        return "a plane without centre_mm and normal: nobody knows where";
+      return target.extent_m > 0.0 ? "" : "a plane without extent_mm: nobody knows how far it goes";
+    case TargetKind::kPoint:
+      return "a point holds the tip only where it is seated by hand; a contact says no more than "
+             "that something was met";
+    case TargetKind::kWire:
+      return "a wire is hooked to the tool by hand";
+    case TargetKind::kTracker:
+      return "a tracker measures by itself";
+  }
+  return {};
+}
+
+bool is_planned(const Target& target, Kinds kinds) {
+  return (target.kind == TargetKind::kSphere || kinds == Kinds::kSpheresAndPlanes) &&
+         why_not_planned(target).empty();
+}
+
 std::vector<Candidate> find_candidates(const Cell& cell, const ArmModel& arm,
                                        const Clearance& clearance, const PlanOptions& options,
-                                       int per_target) {
+                                       int per_target, Kinds kinds) {
   std::vector<Candidate> result;
   Random random(options.seed);
   const Configurations configurations(arm, options.limit_margin_rad);
@@ -83,14 +120,20 @@ std::vector<Candidate> find_candidates(const Cell& cell, const ArmModel& arm,
   const Eigen::Matrix3d tool = cell.tool.tcp.linear();
   for (std::size_t t = 0; t < cell.targets.size(); ++t) {
     const Target& target = cell.targets[t];
-    if (target.kind != TargetKind::kSphere) continue;
+    if (!is_planned(target, kinds)) continue;
+    const bool plane = target.kind == TargetKind::kPlane;
     const double radius = target.diameter_m / 2.0 + cell.tool.tip_radius_m;
     const int directions = 2 * per_target;
     for (int i = 0, found = 0; i < directions && found < per_target; ++i) {
       // Far-off lattice points first, so that a short list still surrounds the sphere.
       const int k = (i * 7919) % directions;
-      const Vector3d normal = to_up * lattice(k, directions, random.uniform(0.0, 0.1));
-      if (std::asin(std::clamp(normal.dot(up), -1.0, 1.0)) < kLowestElevationRad) continue;
+      const double shift = random.uniform(0.0, 0.1);
+      const Spot spot = plane
+                            ? spot_on_plane(target, cell.tool, k, directions, shift)
+                            : Spot{target.centre_m, to_up * lattice(k, directions, shift), radius};
+      const Vector3d& normal = spot.normal;
+      if (!plane && std::asin(std::clamp(normal.dot(up), -1.0, 1.0)) < kLowestElevationRad)
+        continue;
       int own = 0;
       for (int attempt = 0; attempt < kOrientations && own < kPerDirection; ++attempt) {
         // Flange orientation: shaft along -normal, tilted within the cone, turned about itself.
@@ -104,13 +147,12 @@ std::vector<Candidate> find_candidates(const Cell& cell, const ArmModel& arm,
             Eigen::Quaterniond::FromTwoVectors(shaft, -normal).toRotationMatrix();
         Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
         pose.linear() = flange * tool;
-        pose.translation() = target.centre_m + radius * normal;
+        pose.translation() = spot.from + spot.radius_m * normal;
         // Any of the ways to reach it, and another one where the first is not free.
         std::vector<JointVector> ways = configurations.reach(pose);
         for (std::size_t left = ways.size(); left > 0; --left) {
           std::swap(ways[random.below(left)], ways[left - 1]);
-          auto candidate = try_touch(arm, clearance, options, target.centre_m, radius, normal,
-                                     pose.linear(), ways[left - 1]);
+          auto candidate = try_touch(arm, clearance, options, spot, pose.linear(), ways[left - 1]);
           if (!candidate) continue;
           candidate->target = t;
           result.push_back(std::move(*candidate));

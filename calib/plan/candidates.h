@@ -2,6 +2,7 @@
 // Touches that the arm can make: direction, tool orientation and arm configuration, with the joint
 // angles of the whole search line.
 
+#include <string>
 #include <vector>
 
 #include "calib/plan/clearance.h"
@@ -19,11 +20,24 @@ struct Candidate {
   std::vector<JointVector> to_rest;    ///< and from the clear point back
 };
 
-/// About `per_target` candidates for every sphere, spread over the reachable directions, tool
-/// orientations and configurations of the arm. The same for the same seed.
+enum class Kinds { kSpheres, kSpheresAndPlanes };
+
+/// Whether touches of the target can be planned: of spheres, and of planes whose file says where
+/// they are and how far about there they may be touched.
+bool is_planned(const Target& target, Kinds kinds);
+/// Why they cannot, in words behind the target's id; of those that can, nothing.
+std::string why_not_planned(const Target& target);
+
+/// About `per_target` candidates for every such target, spread over the reachable directions of a
+/// sphere or places of a plane, tool orientations and configurations of the arm. The same for the
+/// same seed.
 std::vector<Candidate> find_candidates(const Cell& cell, const ArmModel& arm,
                                        const Clearance& clearance, const PlanOptions& options,
-                                       int per_target);
+                                       int per_target, Kinds kinds = Kinds::kSpheres);
+
+/// Wrists that could turn further are kept within one turn: the cables thank for it.
+inline constexpr double kWristRad = 3.0;
+inline constexpr std::size_t kFirstWristJoint = 3;
 
 /// Turns that bring the tip to rest this far outside the nominal surface may come this close to it.
 inline constexpr double kTipMarginM = 0.007;

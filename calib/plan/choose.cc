@@ -1,30 +1,23 @@
 #include "calib/plan/choose.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <optional>
 
-#include "calib/identify/level.h"
-#include "calib/identify/problem.h"
+#include "calib/identify/bound.h"
 #include "calib/identify/region.h"
-#include "calib/identify/solve.h"
 #include "calib/model/random.h"
 #include "calib/plan/design.h"
+#include "calib/plan/design_problem.h"
 
 namespace cellcal::calib {
 
 namespace {
 
-constexpr int kPoses = 200;
-constexpr double kLimitMarginRad = 0.05;
-/// Of the compliance that is assumed where the file states none: what most arms have.
-constexpr double kUsualCompliance = 0.3;
-/// Centres without a prior: a metre, in prior units, is no information.
-constexpr double kNoPriorWeight = 1e-2;
-/// Smallest eigenvalue of a sphere's sum of d d' over its touches, d the unit direction of a touch,
-/// for its centre to be held from all sides (the verdict withholds results below a tenth of it).
+/// Smallest eigenvalue of a target's sum of d d' over its touches, d the unit direction of a touch
+/// of a sphere, for its place to be held from all sides (the verdict withholds results below a
+/// tenth of it).
 constexpr double kSpread = 0.5;
 /// The last touches owed to a sphere go where it is held worst.
 constexpr int kForSpread = 2;
@@ -33,7 +26,8 @@ constexpr double kWorthIt = 1e-3;
 /// In an even choice a radian of posture counts as much as this of touch direction.
 constexpr double kPostureWeight = 0.3;
 
-/// The directions in which a sphere was touched so far.
+/// The directions in which a target was touched so far; of a plane (x, y, 1) of the place in its
+/// circle, which together hold tilts and shift.
 class Held {
  public:
   void add(const Eigen::Vector3d& direction) { change(direction, 1); }
@@ -65,43 +59,29 @@ class Held {
 /// Candidates, the sets they belong to, and which of them may be picked.
 class Choosing {
  public:
-  Choosing(const Cell& stated, const std::vector<Candidate>& candidates,
-           const ChooseOptions& options)
+  Choosing(const Cell& cell, const std::vector<Candidate>& candidates, const ChooseOptions& options)
       : options_(options),
         candidates_(candidates),
-        // With what the geometry lacks: touches are chosen for the arm as it will be judged.
-        cell_(at_level(stated, {gives(stated) ? 1.0 : kUsualCompliance, 1.0, 0.0})),
-        arm_(cell_.robot, cell_.tool),
-        held_(cell_.targets.size()),
+        held_(cell.targets.size()),
         possible_(candidates.size()),
-        random_(options.seed) {
-    std::vector<Touch> touches;
-    for (const Candidate& c : candidates) {
-      Touch touch;
-      touch.joint_rad = c.contact;
-      touch.target = cell_.targets[c.target].id;
-      touches.push_back(std::move(touch));
+        random_(options.seed),
+        problem_(design_problem(cell, candidates, options.interest)) {
+    for (std::size_t t = 0; t < cell.targets.size(); ++t) {
+      if (std::any_of(candidates.begin(), candidates.end(),
+                      [t](const Candidate& c) { return c.target == t; }))
+        targets_.push_back(t);
     }
-    std::vector<TargetPlace> places;
-    for (const Target& target : cell_.targets) places.emplace_back(target.centre_m);
-    const Problem problem(cell_, arm_, touches, places);
-    const int n = problem.size();
-    Linearisation rows =
-        linearise(problem, Eigen::VectorXd::Zero(n), std::vector<bool>(touches.size(), true));
-    Eigen::MatrixXd information = Eigen::MatrixXd::Zero(n, n);
-    for (int i = 0; i < n; ++i)
-      information(i, i) = std::pow(
-          std::max(problem.unknowns()[static_cast<std::size_t>(i)].prior_weight, kNoPriorWeight),
-          2);
-    const auto lengths = rows.jacobian.bottomRows(rows.jacobian.rows() - rows.length_row);
-    information += lengths.transpose() * lengths;
-    moves_ = moves(problem);
-    design_.emplace(rows.jacobian.topRows(rows.length_row),
-                    information.llt().solve(Eigen::MatrixXd::Identity(n, n)), moves_);
-    for (std::size_t c = 0; c < candidates.size(); ++c)
-      direction_.push_back(
-          (arm_.nominal_tip_m(candidates[c].contact) - cell_.targets[candidates[c].target].centre_m)
-              .stableNormalized());
+    for (const Candidate& c : candidates) {
+      const Target& target = cell.targets[c.target];
+      tells_.push_back(c.normal);
+      if (target.kind != TargetKind::kPlane) continue;
+      // Where on the circle, and 1 for the shift along the normal.
+      const Eigen::Vector3d across = target.normal.unitOrthogonal();
+      const Eigen::Vector3d place =
+          (problem_.arm->nominal_tip_m(c.contact) - target.centre_m) / (target.extent_m / 2.0);
+      tells_.back() = {place.dot(across), place.dot(target.normal.cross(across)), 1.0};
+    }
+    design_.emplace(std::move(problem_.rows), std::move(problem_.covariance_u), problem_.moves_m);
   }
 
   Choice run() {
@@ -115,44 +95,19 @@ class Choosing {
         if (exchange() < kWorthIt) break;
     Choice choice;
     choice.picked = picked_;
-    const Eigen::Index arm = moves_.cols();
-    choice.predicted_m3_m =
-        predicted_mean_error_m(moves_, design_->covariance_u().topLeftCorner(arm, arm));
+    const Eigen::Index arm = problem_.moves_m.cols();
+    const Eigen::MatrixXd left = design_->covariance_u().topLeftCorner(arm, arm);
+    choice.predicted_m3_m = predicted_mean_error_m(problem_.moves_m, left);
+    if (options_.interest.kind != Interest::Kind::kTool) {
+      const auto scale = problem_.scale.asDiagonal();
+      const PositionBound bound(*problem_.arm, Eigen::VectorXd::Zero(arm), scale * left * scale,
+                                0.0);
+      choice.predicted_u95_m = bound.mean_u95_m(problem_.postures);
+    }
     return choice;
   }
 
  private:
-  static bool gives(const Cell& cell) {
-    return std::any_of(cell.robot.joints.begin(), cell.robot.joints.end(),
-                       [](const Joint& joint) { return joint.compliance_sigma_rad_per_nm > 0.0; });
-  }
-
-  Eigen::MatrixXd moves(const Problem& problem) const {
-    Eigen::VectorXd scale(arm_.size());
-    for (int i = 0; i < arm_.size(); ++i)
-      scale[i] = problem.unknowns()[static_cast<std::size_t>(i)].scale;
-    std::vector<JointVector> touches;
-    std::vector<Eigen::Vector3d> centres;
-    for (const Candidate& c : candidates_) touches.push_back(c.contact);
-    for (const std::size_t t : touched_targets()) centres.push_back(cell_.targets[t].centre_m);
-    const auto poses =
-        interest_postures(options_.interest, arm_, touches, centres, kLimitMarginRad, kPoses);
-    if (options_.interest.kind != Interest::Kind::kTool)
-      return aligned_moves(arm_, poses, nullptr, scale);
-    // Of the tip against the flange: no motion of the base is in it.
-    Eigen::MatrixXd result(3 * static_cast<Eigen::Index>(poses.size()), arm_.size());
-    Eigen::Matrix3Xd jacobian(3, arm_.size());
-    for (std::size_t k = 0; k < poses.size(); ++k) {
-      arm_.position(arm_.prepare(poses[k]), nullptr, jacobian);
-      result.middleRows<3>(3 * static_cast<Eigen::Index>(k)) = jacobian * scale.asDiagonal();
-    }
-    for (int i = 0; i < arm_.size(); ++i)
-      if (const int joint = arm_.parameters()[static_cast<std::size_t>(i)].joint;
-          joint >= 0 && joint + 1 < arm_.joint_count())
-        result.col(i).setZero();
-    return result;
-  }
-
   bool possible(std::size_t c) {
     if (!possible_[c]) possible_[c] = options_.possible == nullptr || options_.possible(c);
     return *possible_[c];
@@ -163,7 +118,7 @@ class Choosing {
 
   void take(std::size_t c) {
     design_->take(static_cast<Eigen::Index>(c));
-    held_[candidates_[c].target].add(direction_[c]);
+    held_[candidates_[c].target].add(tells_[c]);
     picked_.push_back(c);
   }
 
@@ -172,7 +127,7 @@ class Choosing {
   std::optional<std::size_t> next(int left) {
     while (true) {
       int owed = 0, few = 0;
-      for (const std::size_t t : touched_targets()) {
+      for (const std::size_t t : targets_) {
         owed += held_[t].owed(options_.least_per_target);
         few += std::max(0, options_.least_per_target - held_[t].count());
       }
@@ -186,7 +141,7 @@ class Choosing {
           continue;
         double worth = this->worth(c);
         if (only_owed && own.count() >= options_.least_per_target - kForSpread)
-          worth *= own.in_worst(direction_[c]);
+          worth *= own.in_worst(tells_[c]);
         if (worth > best) {
           best = worth;
           pick = c;
@@ -224,7 +179,8 @@ class Choosing {
       double posture = 0.0;
       for (std::size_t i = 0; i < candidates_[c].contact.size(); ++i)
         posture += std::pow(candidates_[c].contact[i] - candidates_[other].contact[i], 2);
-      const double turned = std::acos(std::clamp(direction_[c].dot(direction_[other]), -1.0, 1.0));
+      const double turned =
+          std::acos(std::clamp(tells_[c].normalized().dot(tells_[other].normalized()), -1.0, 1.0));
       nearest = std::min(nearest, turned + kPostureWeight * std::sqrt(posture));
     }
     constexpr double kTurn = 100.0;  // above any distance
@@ -235,54 +191,51 @@ class Choosing {
   /// the variance that this took away.
   double exchange() {
     const auto variance = [&] {
-      const Eigen::Index arm = moves_.cols();
-      return (moves_ * design_->covariance_u().topLeftCorner(arm, arm)).cwiseProduct(moves_).sum();
+      const Eigen::Index arm = problem_.moves_m.cols();
+      return (problem_.moves_m * design_->covariance_u().topLeftCorner(arm, arm))
+          .cwiseProduct(problem_.moves_m)
+          .sum();
     };
     const double before = variance();
     for (std::size_t& pick : picked_) {
       const std::size_t own = candidates_[pick].target;
-      design_->drop(static_cast<Eigen::Index>(pick));
-      held_[own].remove(direction_[pick]);
-      const bool bound = held_[own].owed(options_.least_per_target) > 0;
+      const Eigen::VectorXd gains = design_->gains_without(static_cast<Eigen::Index>(pick));
+      const auto gain = [&](std::size_t c) { return gains[static_cast<Eigen::Index>(c)]; };
+      Held rest = held_[own];
+      rest.remove(tells_[pick]);
+      const bool bound = rest.owed(options_.least_per_target) > 0;
       std::size_t best = pick;
       while (true) {
         best = pick;
         for (std::size_t c = 0; c < candidates_.size(); ++c)
-          if (open(c) && !(bound && candidates_[c].target != own) &&
-              design_->gain(static_cast<Eigen::Index>(c)) >
-                  design_->gain(static_cast<Eigen::Index>(best)))
-            best = c;
-        if (possible(best)) break;
+          if (gain(c) > gain(best) && open(c) && !(bound && candidates_[c].target != own)) best = c;
+        if (best == pick || possible(best)) break;
       }
-      if (bound && best != pick) {  // its sphere must stay held from all sides
-        Held with = held_[own];
-        with.add(direction_[best]);
-        if (with.owed(options_.least_per_target) > 0) best = pick;
+      if (best == pick) continue;
+      if (bound) {  // its sphere must stay held from all sides
+        Held with = rest;
+        with.add(tells_[best]);
+        if (with.owed(options_.least_per_target) > 0) continue;
       }
+      design_->drop(static_cast<Eigen::Index>(pick));
       design_->take(static_cast<Eigen::Index>(best));
-      held_[candidates_[best].target].add(direction_[best]);
+      held_[own] = rest;
+      held_[candidates_[best].target].add(tells_[best]);
       pick = best;
     }
     return 1.0 - variance() / before;
   }
 
-  std::vector<std::size_t> touched_targets() const {
-    std::vector<std::size_t> targets;
-    for (std::size_t t = 0; t < cell_.targets.size(); ++t)
-      if (cell_.targets[t].kind == TargetKind::kSphere) targets.push_back(t);
-    return targets;
-  }
-
   ChooseOptions options_;
   const std::vector<Candidate>& candidates_;
-  Cell cell_;
-  ArmModel arm_;
+  std::vector<std::size_t> targets_;  ///< that there are candidates of
+  /// What a touch says about where its target is: of a sphere the direction in which it is touched.
+  std::vector<Eigen::Vector3d> tells_;
   std::vector<Held> held_;
   std::vector<std::optional<bool>> possible_;
   Random random_;
-  Eigen::MatrixXd moves_;
+  DesignProblem problem_;  ///< rows and covariance are the design's
   std::optional<Design> design_;
-  std::vector<Eigen::Vector3d> direction_;
   std::vector<std::size_t> picked_;
 };
 

@@ -14,7 +14,7 @@ struct ChooseOptions {
   int least_per_target = 5;  ///< every sphere gets at least this many
   Criterion criterion = Criterion::kI;
   Interest interest;  ///< where accuracy matters
-  int exchanges = 2;  ///< rounds in which each touch may be exchanged for a better one
+  int exchanges = 2;  ///< rounds at most in which each touch may be exchanged for a better one
   unsigned seed = 1;  ///< of a random choice
   /// Asked of a candidate before it is picked, at most once: whether it can be made. Null: all can.
   std::function<bool(std::size_t)> possible;
@@ -23,6 +23,8 @@ struct ChooseOptions {
 struct Choice {
   std::vector<std::size_t> picked;  ///< indices into the candidates
   double predicted_m3_m = 0.0;      ///< mean 3-D error over the region after these touches
+  /// Mean over the region of the radius that holds it at 95 % (bound.h); 0 of the tool's region.
+  double predicted_u95_m = 0.0;
 };
 
 /// Fewer than `count` where no more are possible.

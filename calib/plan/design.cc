@@ -5,6 +5,13 @@
 
 namespace cellcal::calib {
 
+namespace {
+
+/// Of 1 - h: a touch that alone holds something leaves nothing there when it is taken out.
+constexpr double kLeast = 1e-12;
+
+}  // namespace
+
 Design::Design(RowMajor rows, Eigen::MatrixXd covariance_u, const Eigen::MatrixXd& moves_m)
     : rows_(std::move(rows)),
       covariance_(std::move(covariance_u)),
@@ -29,7 +36,17 @@ double Design::gain(Eigen::Index candidate) const {
 }
 
 double Design::loss(Eigen::Index candidate) const {
-  return square_[candidate] / std::max(1e-12, 1.0 - h_[candidate]);
+  return square_[candidate] / std::max(kLeast, 1.0 - h_[candidate]);
+}
+
+Eigen::VectorXd Design::gains_without(Eigen::Index candidate) const {
+  // As change() would leave them, from the products alone.
+  const double by = 1.0 / std::max(kLeast, 1.0 - h_[candidate]);
+  const Eigen::VectorXd with = rows_ * (covariance_ * rows_.row(candidate).transpose());
+  const Eigen::VectorXd dot = a_.transpose() * a_.col(candidate);
+  const Eigen::ArrayXd step = by * with.array();
+  return (square_.array() + 2.0 * step * dot.array() + square_[candidate] * step.square()) /
+         (1.0 + h_.array() + step * with.array());
 }
 
 void Design::take(Eigen::Index candidate) {

@@ -28,6 +28,9 @@ class Design {
   double gain(Eigen::Index candidate) const;
   /// What taking one out would add to it.
   double loss(Eigen::Index candidate) const;
+  /// gain() of every candidate if this one, which is in the set, were taken out; its own is what it
+  /// is worth now. The set stays as it is.
+  Eigen::VectorXd gains_without(Eigen::Index candidate) const;
   /// How much of what the candidate measures is unknown: g'S g, 1 is the touch's own sigma.
   double unknown(Eigen::Index candidate) const { return h_[candidate]; }
 

@@ -19,11 +19,13 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kFoundSigmaM = 0.0025, kOffM = 0.008;
-constexpr std::size_t kLeastHits = 4, kMostHits = 10;
+constexpr std::size_t kLeastHits = 6, kMostHits = 12;
 constexpr int kMostLines = 60;
 constexpr double kLeastShare = 0.03;  ///< a line that would hardly meet it is not worth its time
 
-constexpr double kStandoffM = 0.008, kClearM = 0.016;  ///< outside of all places
+/// What a nominal arm may be wrong by more than the belief allows for.
+constexpr double kWrongM = 0.005;
+constexpr double kStandoffM = 0.010, kClearM = 0.018;  ///< outside of all places and that
 constexpr int kPerAim = 24, kPerAimOnceMet = 60;
 constexpr int kMoreAims = 6;          ///< while its place across the line is open
 constexpr double kOpen = 0.5;         ///< of the radius
@@ -143,7 +145,7 @@ struct Finder::Impl {
     for (const Sought& one : sought)
       if (!one.found)
         result.targets[one.target].diameter_m +=
-            2.0 * one.belief.reach_m(result.targets[one.target].centre_m);
+            2.0 * (one.belief.reach_m(result.targets[one.target].centre_m) + kWrongM);
     if (without)
       result.targets.erase(result.targets.begin() + static_cast<std::ptrdiff_t>(*without));
     result.lengths.clear();
@@ -170,7 +172,7 @@ struct Finder::Impl {
       alone.targets = {cell.targets[one.target]};
       Target& target = alone.targets.front();
       target.centre_m = aim;
-      const double outside = one.belief.reach_m(aim);
+      const double outside = one.belief.reach_m(aim) + kWrongM;
       target.diameter_m += 2.0 * outside;
       PlanOptions how = options;
       how.standoff_m = kStandoffM;

@@ -8,8 +8,9 @@
 // once it was met, that tells most about its centre. What is met is measured as any touch, and
 // counts as one; a line that meets nothing rules places out.
 //
-// Found: at least four touches, the centre within kFoundSigmaM (1 sigma, any direction) if the
-// nominal arm is wrong by kArmSigmaM, and no touch off the fitted sphere by more than kOffM.
+// Found: at least six touches (the estimate begins with five of each sphere), the centre within
+// kFoundSigmaM (1 sigma, any direction) if the nominal arm is wrong by kArmSigmaM, and no touch off
+// the fitted sphere by more than kOffM.
 
 #include <memory>
 #include <optional>

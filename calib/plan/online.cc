@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <limits>
 
 #include "calib/identify/bound.h"
 #include "calib/identify/region.h"
@@ -36,6 +38,8 @@ struct Online::Impl {
   Pool pool;
   std::vector<bool> gone;          ///< per candidate: touched, failed, or without a way
   std::vector<std::size_t> seeds;  ///< still to be made, in order
+  int least = kSeedPerSphere;      ///< touches of each sphere before there is an estimate
+  int unsettled = 0;               ///< times that there was none
   Random random;
   std::vector<std::size_t> checks;  ///< still to be made, once the fit touches are
   std::vector<Touch> touches;
@@ -107,15 +111,30 @@ struct Online::Impl {
   /// Sphere by sphere; a sphere that lost a seed to a failure gets another.
   bool seeded() const {
     for (std::size_t t = 0; t < cell.targets.size(); ++t)
-      if (cell.targets[t].kind == TargetKind::kSphere && made(t) < kSeedPerSphere) return false;
+      if (cell.targets[t].kind == TargetKind::kSphere && made(t) < least) return false;
     return true;
   }
 
   /// Every sphere has its first touches: from here on the estimate says where to go.
   void begin() {
     seeds.clear();
-    running.emplace(cell, touches);
-    look();
+    settle([this] { running.emplace(cell, touches); });
+  }
+
+  /// Few touches of an arm far off may not lead to an estimate; with some more they do.
+  void settle(const std::function<void()>& estimate) {
+    try {
+      estimate();
+      look();
+    } catch (const IdentifyError&) {
+      constexpr int kMostTries = 10;
+      if (++unsettled > kMostTries) throw;
+      running.reset();
+      design.reset();
+      least = std::numeric_limits<int>::max();
+      for (std::size_t t = 0; t < cell.targets.size(); ++t)
+        if (cell.targets[t].kind == TargetKind::kSphere) least = std::min(least, made(t) + 1);
+    }
   }
 
   /// Takes a touch into the estimate, and says where that leads.
@@ -128,8 +147,7 @@ struct Online::Impl {
     touches.push_back(touch);
     ++progress.touches;
     if (running) {
-      running->add(touch);
-      look();
+      settle([&] { running->add(touch); });
     } else if (seeded()) {
       begin();
     }
@@ -272,13 +290,12 @@ struct Online::Impl {
   std::optional<std::size_t> pick(const JointVector& from) {
     while (!seeds.empty()) {
       const std::size_t c = seeds.front();
-      if (!gone[c] && made(pool.candidates()[c].target) < kSeedPerSphere) return c;
+      if (!gone[c] && made(pool.candidates()[c].target) < least) return c;
       seeds.erase(seeds.begin());
     }
     if (!running) {  // a seed failed: any other touch of a sphere that has too few
       for (std::size_t c = 0; c < gone.size(); ++c)
-        if (!gone[c] && made(pool.candidates()[c].target) < kSeedPerSphere && pool.connected(c))
-          return c;
+        if (!gone[c] && made(pool.candidates()[c].target) < least && pool.connected(c)) return c;
       finish("spheres are left that could not be touched often enough to begin with");
       return std::nullopt;
     }
@@ -336,7 +353,7 @@ std::optional<PlannedTouch> Online::next(const JointVector& where) {
     if (me.running) {
       const double unknown = me.design->unknown(static_cast<Eigen::Index>(*c));
       aim({me.pool, *me.running, me.options, me.cell.touch_sigma_m * std::sqrt(1.0 + unknown)}, to,
-          from, touch);
+          touch);
     }
     me.offered = c;
     me.planned = std::move(touch);

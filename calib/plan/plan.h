@@ -1,11 +1,12 @@
 #pragma once
 // Which touches to make, in which order, and how to get from one to the next, on nominal geometry.
 //
-// A touch on a sphere: the tip starts at the stand-off, searches along the inward normal to the
-// end of the search, and afterwards leaves to the clear point. All positions are joint angles;
-// the hardware layer knows nothing else. Every joint angle in a plan is inside the robot's limits
-// with margin, and nothing of arm and tool hits on any motion what the cell file names, or the arm
-// itself (clearance.h); the tip alone meets the sphere that it touches.
+// Touches are planned of spheres, and of planes that state centre, normal and extent; others are
+// made by hand (candidates.h). A touch: the tip starts at the stand-off, searches along the inward
+// normal to the end of the search, and afterwards leaves to the clear point. All positions are
+// joint angles; the hardware layer knows nothing else. Every joint angle in a plan is inside the
+// robot's limits with margin, and nothing of arm and tool hits on any motion what the cell file
+// names, or the arm itself (clearance.h); the tip alone meets the sphere that it touches.
 
 #include <Eigen/Core>
 #include <string>
@@ -36,8 +37,9 @@ struct Plan {
   JointVector start;  ///< where the arm must be (or is first moved to) before the first transit
   std::vector<PlannedTouch> touches;
   std::vector<JointVector> home;      ///< waypoints from the last clear point back to start
-  std::vector<std::string> left_out;  ///< ids of targets that are no spheres: none are planned
-  double predicted_m3_m = 0.0;  ///< mean 3-D error over the workspace that the plan should reach
+  std::vector<std::string> left_out;  ///< ids of targets of which no touches are planned
+  double predicted_m3_m = 0.0;        ///< mean 3-D error over the region that the plan should reach
+  double predicted_u95_m = 0.0;  ///< mean over it of the radius that holds it; 0: not predicted
 };
 
 /// How touches are chosen.

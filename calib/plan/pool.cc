@@ -27,6 +27,10 @@ void check_cell(const Cell& cell) {
         "from a file");
 }
 
+std::string words_of(const Target& target) {
+  return (target.kind == TargetKind::kPlane ? "plane " : "sphere ") + target.id;
+}
+
 /// For the constructor: before anything is computed.
 const Cell& checked(const Cell& cell) {
   check_cell(cell);
@@ -104,7 +108,7 @@ PlannedTouch to_planned(const Cell& cell, const Candidate& c, TouchSet set,
   return touch;
 }
 
-Pool::Pool(const Cell& cell, const PlanOptions& options, int per_sphere)
+Pool::Pool(const Cell& cell, const PlanOptions& options, int per_target, Kinds kinds)
     : cell_(checked(cell)),
       arm_(planning_arm(cell)),
       clearance_(cell, arm_),
@@ -113,43 +117,56 @@ Pool::Pool(const Cell& cell, const PlanOptions& options, int per_sphere)
       spheres_(static_cast<int>(
           std::count_if(cell.targets.begin(), cell.targets.end(),
                         [](const Target& t) { return t.kind == TargetKind::kSphere; }))),
-      candidates_(
-          searchable(find_candidates(cell, arm_, clearance_, options, per_sphere), clearance_)),
+      candidates_(searchable(find_candidates(cell, arm_, clearance_, options, per_target, kinds),
+                             clearance_)),
       connected_(candidates_.size(), -1) {
   // First of all: a sphere out of reach also upsets all that follows.
   for (std::size_t t = 0; t < cell.targets.size(); ++t) {
     const bool any = std::any_of(candidates_.begin(), candidates_.end(),
                                  [&](const Candidate& c) { return c.target == t; });
-    if (cell.targets[t].kind != TargetKind::kSphere || any) continue;
+    if (!is_planned(cell.targets[t], kinds) || any) continue;
     const std::string what = hindrance(cell, arm_, clearance_, options, t);
     if (what.empty())
-      throw PlanError(fmt::format(
-          "sphere {} cannot be reached from any direction inside the joint limits; check its "
-          "centre_mm or move it",
-          cell.targets[t].id));
-    throw PlanError(fmt::format("sphere {} cannot be touched: {}; move it or what is in the way",
-                                cell.targets[t].id, what));
+      throw PlanError(
+          fmt::format("{} cannot be reached from any direction inside the joint limits; check its "
+                      "centre_mm or move it",
+                      words_of(cell.targets[t])));
+    throw PlanError(fmt::format("{} cannot be touched: {}; move it or what is in the way",
+                                words_of(cell.targets[t]), what));
   }
   if (const auto what = clearance_.hit(middle_, kTipMarginM))
     throw PlanError(fmt::format("where the arm rests between touches {}; move it", *what));
   for (std::size_t t = 0; t < cell.targets.size(); ++t) {
-    if (cell.targets[t].kind != TargetKind::kSphere) continue;
-    bool any = false;
-    const Candidate* first = nullptr;
-    for (std::size_t i = 0; i < candidates_.size() && !any; ++i)
-      if (candidates_[i].target == t) {
-        any = connected(i);
-        if (first == nullptr) first = &candidates_[i];
-      }
-    if (!any)
-      throw PlanError(fmt::format(
-          "sphere {} can be reached, but no clear way leads from the resting posture to it and "
-          "back: on the way to its touch from direction {} {}; move the sphere or what is in the "
-          "way",
-          cell.targets[t].id, direction_words(first->normal),
-          clearance_.hit(middle_, first->standoff, kTipMarginM)
-              .value_or("a joint is at its limit")));
+    if (!is_planned(cell.targets[t], kinds)) continue;
+    if (any_connected(t)) continue;
+    try_harder(t);
+    if (any_connected(t)) continue;
+    const Candidate* first = &*std::find_if(candidates_.begin(), candidates_.end(),
+                                            [&](const Candidate& c) { return c.target == t; });
+    throw PlanError(fmt::format(
+        "{} can be reached, but no clear way leads from the resting posture to it and "
+        "back: on the way to its touch from direction {} {}; move it or what is in the "
+        "way",
+        words_of(cell.targets[t]), direction_words(first->normal),
+        clearance_.hit(middle_, first->standoff, kTipMarginM).value_or("a joint is at its limit")));
   }
+}
+
+bool Pool::any_connected(std::size_t target) {
+  for (std::size_t i = 0; i < candidates_.size(); ++i)
+    if (candidates_[i].target == target && connected(i)) return true;
+  return false;
+}
+
+bool Pool::try_harder(std::size_t target) {
+  router_.mark_hard(target);
+  bool any = false;
+  for (std::size_t i = 0; i < candidates_.size(); ++i)
+    if (candidates_[i].target == target && connected_[i] == 0) {
+      connected_[i] = -1;
+      any = true;
+    }
+  return any;
 }
 
 bool Pool::connected(std::size_t candidate) {

@@ -19,9 +19,9 @@ PlannedTouch to_planned(const Cell& cell, const Candidate& c, TouchSet set,
 
 class Pool {
  public:
-  /// About `per_sphere` candidates each. Throws PlanError where a sphere cannot be touched at all.
-  /// Refers to the cell.
-  Pool(const Cell& cell, const PlanOptions& options, int per_sphere);
+  /// About `per_target` candidates each. Throws PlanError where one of these targets cannot be
+  /// touched at all. Refers to the cell.
+  Pool(const Cell& cell, const PlanOptions& options, int per_target, Kinds kinds = Kinds::kSpheres);
   Pool(const Pool&) = delete;  // parts refer to each other
 
   const std::vector<Candidate>& candidates() const { return candidates_; }
@@ -34,8 +34,13 @@ class Pool {
   /// Whether clear ways lead from the resting posture to the candidate and back. Sought when first
   /// asked for.
   bool connected(std::size_t candidate);
+  /// From now on ways to candidates of this target that had none are sampled (detour.h); false
+  /// where there are none. Done without being asked for a sphere that no simple way leads to.
+  bool try_harder(std::size_t target);
 
  private:
+  bool any_connected(std::size_t target);
+
   const Cell& cell_;
   ArmModel arm_;
   Clearance clearance_;

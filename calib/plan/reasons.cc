@@ -41,7 +41,8 @@ std::string hindrance(const Cell& cell, const ArmModel& arm, const Clearance& cl
     std::string words;
   };
   std::map<std::string, Reason> reasons;
-  for (const Candidate& c : find_candidates(alone, arm, Clearance::blind(), options, kTried)) {
+  for (const Candidate& c :
+       find_candidates(alone, arm, Clearance::blind(), options, kTried, Kinds::kSpheresAndPlanes)) {
     const auto words = what_is_hit(clearance, c);
     if (!words) continue;
     Reason& reason = reasons[without_distance(*words)];

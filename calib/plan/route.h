@@ -1,6 +1,8 @@
 #pragma once
 // The way from one place to a stand-off: straight in joint space where that is clear, otherwise
-// over points above the spheres.
+// over points above the spheres, otherwise over the resting posture. Where a target is marked as
+// hard to reach, ways between it and the resting posture are sampled as a last resort (detour.h).
+// One that was found serves the target's other touches, too.
 
 #include <optional>
 
@@ -17,7 +19,11 @@ class Router {
         arm_(arm),
         clearance_(clearance),
         rest_(std::move(rest)),
-        margin_rad_(limit_margin_rad) {}
+        margin_rad_(limit_margin_rad),
+        hard_(cell.targets.size()) {}
+
+  /// From now on ways to this target may be sampled.
+  void mark_hard(std::size_t target) { hard_[target].allowed = true; }
 
   /// Finds the candidate's ways from and to the resting posture; false where there is none. With
   /// them a way between any two candidates exists.
@@ -36,12 +42,24 @@ class Router {
   std::optional<JointVector> above(const Candidate& candidate, double height_m,
                                    const JointVector& seed) const;
   bool clear_chain(const JointVector& from, const std::vector<JointVector>& chain) const;
+  std::optional<std::vector<JointVector>> simple_way(const JointVector& from,
+                                                     const Candidate* leaving,
+                                                     const Candidate& to) const;
+  std::optional<std::vector<JointVector>> sampled_way(const Candidate& to) const;
+  std::vector<JointVector> detour(const JointVector& from, const JointVector& to,
+                                  int most_steps) const;
 
   const Cell& cell_;
   const ArmModel& arm_;
   const Clearance& clearance_;
   JointVector rest_;
   double margin_rad_;
+  struct Hard {
+    bool allowed = false;
+    int failed = 0;                               ///< in a row
+    std::vector<std::vector<JointVector>> found;  ///< from the resting posture to stand-offs
+  };
+  mutable std::vector<Hard> hard_;  ///< per target; what was sampled is kept for the next
 };
 
 }  // namespace cellcal::calib

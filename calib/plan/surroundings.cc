@@ -19,6 +19,7 @@ using Eigen::Vector3d;
 
 constexpr double kStandDiameterM = 0.03;
 constexpr double kStandHeightM = 0.25;
+constexpr double kPlateM = 0.01;  // thickness of what a plane is the face of
 /// Of GJK on cylinders; at FCL's own 1e-6 their distances come out up to 1.4 mm too large, at this
 /// 0.1 um.
 constexpr double kGjkTolerance = 1e-10;
@@ -35,6 +36,10 @@ Eigen::Isometry3d frame_along(const Vector3d& axis, const Vector3d& middle) {
   frame.makeAffine();
   return frame;
 }
+
+/// A tracker stands outside, a plane is the face of a plate, and what has no place keeps nothing
+/// clear.
+bool stands_here(const Target& target) { return has_a_centre(target.kind) && target.has_centre; }
 
 std::shared_ptr<fcl::CollisionGeometryd> hierarchy(const Mesh& mesh) {
   auto model = std::make_shared<fcl::BVHModel<fcl::OBBRSSd>>();
@@ -113,33 +118,55 @@ Vector3d up_of(const Robot& robot) {
   return up.allFinite() && !up.isZero() ? up : Vector3d::UnitZ();
 }
 
-Surroundings::Surroundings(const Cell& cell) {
+std::vector<Post> posts_of(const Cell& cell) {
+  std::vector<Post> posts;
   const Vector3d up = up_of(cell.robot);
   for (std::size_t t = 0; t < cell.targets.size(); ++t) {
     const Target& target = cell.targets[t];
-    // A tracker stands outside, a plane is no stand, and what has no place keeps nothing clear.
-    if (!has_a_centre(target.kind) || !target.has_centre) continue;
-    const double radius = target.diameter_m / 2.0;
-    Thing ball;
-    ball.words = (target.kind == TargetKind::kSphere ? "sphere " : "target ") + target.id;
-    ball.target = static_cast<int>(t);
-    ball.axis = {target.centre_m, target.centre_m};
-    ball.radius_m = radius;
-    things_.push_back(ball);
-    if (!target.has_stand) continue;
+    if (!stands_here(target) || !target.has_stand) continue;
     // From the centre down; no thicker than the sphere, or nothing of it could be touched. It
     // stands on the floor where that is known.
+    const double radius = target.diameter_m / 2.0;
     double height = target.stand_height_m > 0.0 ? target.stand_height_m : kStandHeightM;
     const double over_floor = target.centre_m.dot(up) - radius - cell.floor_m.value_or(0.0);
     if (target.stand_height_m <= 0.0 && cell.floor_m && over_floor > 0.0) height = over_floor;
     double diameter = target.stand_diameter_m;
     if (diameter <= 0.0)
       diameter = radius > 0.0 ? std::min(kStandDiameterM, 2.0 * radius) : kStandDiameterM;
-    Thing stand;
-    stand.words = "the stand of " + target.id;
-    stand.target = static_cast<int>(t);
     const double length = height + radius;
-    stand.set_cylinder(frame_along(up, target.centre_m - length / 2.0 * up), diameter, length);
+    posts.push_back(
+        {t, frame_along(up, target.centre_m - length / 2.0 * up), diameter / 2.0, length});
+  }
+  return posts;
+}
+
+Surroundings::Surroundings(const Cell& cell) {
+  const Vector3d up = up_of(cell.robot);
+  for (std::size_t t = 0; t < cell.targets.size(); ++t) {
+    const Target& target = cell.targets[t];
+    if (target.kind == TargetKind::kPlane && target.has_centre && target.has_normal &&
+        target.extent_m > 0.0) {
+      Thing plate;  // what is known of it: it is solid just behind its face
+      plate.words = "plane " + target.id;
+      plate.target = static_cast<int>(t);
+      plate.set_cylinder(
+          frame_along(target.normal, target.centre_m - kPlateM / 2.0 * target.normal),
+          target.extent_m, kPlateM);
+      things_.push_back(std::move(plate));
+    }
+    if (!stands_here(target)) continue;
+    Thing ball;
+    ball.words = (target.kind == TargetKind::kSphere ? "sphere " : "target ") + target.id;
+    ball.target = static_cast<int>(t);
+    ball.axis = {target.centre_m, target.centre_m};
+    ball.radius_m = target.diameter_m / 2.0;
+    things_.push_back(ball);
+  }
+  for (const Post& post : posts_of(cell)) {
+    Thing stand;
+    stand.words = "the stand of " + cell.targets[post.target].id;
+    stand.target = static_cast<int>(post.target);
+    stand.set_cylinder(post.frame, 2.0 * post.radius_m, post.length_m);
     things_.push_back(std::move(stand));
   }
   for (const Obstacle& obstacle : cell.obstacles) {

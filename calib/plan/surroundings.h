@@ -1,6 +1,6 @@
 #pragma once
-// What stands still in a cell: spheres, stands, obstacles, the floor. Distances of a capsule's axis
-// from each; of boxes, cylinders and meshes by FCL.
+// What stands still in a cell: spheres, stands, planes as far as they go, obstacles, the floor.
+// Distances of a capsule's axis from each; of boxes, cylinders and meshes by FCL.
 
 #include <memory>
 #include <string>
@@ -13,6 +13,15 @@ namespace cellcal::calib {
 
 /// Upwards; along z where there is no gravity.
 Eigen::Vector3d up_of(const Robot& robot);
+
+/// The post that a target stands on: a cylinder about z of `frame`, which lies in its middle.
+struct Post {
+  std::size_t target = 0;
+  Eigen::Isometry3d frame = Eigen::Isometry3d::Identity();
+  double radius_m = 0.0, length_m = 0.0;
+};
+/// Of all targets that state where they are, and stand; as stated or assumed.
+std::vector<Post> posts_of(const Cell& cell);
 
 class Surroundings {
  public:

@@ -20,7 +20,7 @@ struct PredictCommand {
 int predict(const PredictCommand& command);
 
 struct PlanCommand {
-  std::filesystem::path cell, output;
+  std::filesystem::path cell, output, picture;
   int touches = 40, check = 0;
   std::string region = "workspace";
   unsigned seed = 1;

@@ -49,7 +49,8 @@ void add_plan(CLI::App& app, int& status) {
   CLI::App* command = app.add_subcommand("plan", "The touches to make, in order");
   command->footer(
       "Written in the touches' format, at nominal contact.\n"
-      "Example: cellcal plan --cell cell.toml --touches 40 --check 10 -o plan.csv");
+      "Example: cellcal plan --cell cell.toml --touches 40 --check 10 -o plan.csv --picture "
+      "plan.svg");
   command->add_option("--cell", given->cell, "Cell file (TOML)")->required();
   command->add_option("--touches", given->touches, "Touches for the fit")
       ->required()
@@ -62,6 +63,8 @@ void add_plan(CLI::App& app, int& status) {
                    "Where accuracy matters: workspace, targets (150 mm around them), tcp, or "
                    "box:X,Y,Z,X,Y,Z (mm, two corners)")
       ->capture_default_str();
+  command->add_option("--picture", given->picture,
+                      "Where a picture goes (SVG): arm, cell and touches, from above and the side");
   command->add_option("--seed", given->seed, "Same seed, same plan")->capture_default_str();
   command->add_option("-o,--output", given->output, "Where the plan goes (CSV); default: print");
   command->add_flag("--json", given->json, "Plan as JSON");

@@ -6,9 +6,11 @@
 #include <numbers>
 
 #include "calib/files/files.h"
+#include "calib/plan/candidates.h"
 #include "calib/plan/duration.h"
 #include "daemon/cli/exit_status.h"
 #include "daemon/cli/offline.h"
+#include "daemon/report/plan_picture.h"
 
 namespace cellcal::daemon {
 
@@ -50,15 +52,18 @@ std::string json(const calib::Plan& plan, const calib::Robot& robot) {
   return nlohmann::json{{"touches", list},
                         {"left_out", plan.left_out},
                         {"predicted_m3_mm", plan.predicted_m3_m * calib::kMmPerM},
+                        {"predicted_u95_mm", plan.predicted_u95_m * calib::kMmPerM},
                         {"robot_minutes", minutes(plan, robot)}}
              .dump(1) +
          "\n";
 }
 
-std::string left_out_comment(const calib::Plan& plan) {
-  std::string names;
-  for (const std::string& id : plan.left_out) names += (names.empty() ? "" : ", ") + id;
-  return names.empty() ? names : "# only spheres are planned; left out: " + names + "\n";
+std::string left_out_comment(const calib::Plan& plan, const calib::Cell& cell) {
+  std::string lines;
+  for (const std::string& id : plan.left_out)
+    lines += "# left out: " + id + ", " +
+             calib::why_not_planned(cell.targets[cell.target_index(id)]) + "\n";
+  return lines;
 }
 
 }  // namespace
@@ -71,17 +76,19 @@ int plan(const PlanCommand& command) {
   options.seed = command.seed;
   options.interest = calib::parse_interest(command.region);
   const calib::Plan made = calib::make_plan(cell, options);
+  if (!command.picture.empty()) put(plan_svg(cell, made), command.picture);
   if (command.json) {
     put(json(made, cell.robot), command.output);
     return kSuccess;
   }
   std::vector<calib::Touch> touches;
   for (const calib::PlannedTouch& planned : made.touches) touches.push_back(nominal_touch(planned));
-  put("# planned on nominal geometry, not measured\n" + left_out_comment(made) +
+  put("# planned on nominal geometry, not measured\n" + left_out_comment(made, cell) +
           fmt::format(
-              "# predicted mean error over the region ({}): {:.3f} mm; robot time {:.1f} min "
-              "at its own speeds\n",
-              command.region, made.predicted_m3_m * calib::kMmPerM, minutes(made, cell.robot)) +
+              "# predicted over the region ({}): mean error {:.3f} mm, u95 {:.3f} mm; robot time "
+              "{:.1f} min at its own speeds\n",
+              command.region, made.predicted_m3_m * calib::kMmPerM,
+              made.predicted_u95_m * calib::kMmPerM, minutes(made, cell.robot)) +
           calib::format_touches(touches, cell.robot),
       command.output);
   return kSuccess;

@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <string>
 #include <vector>
 
+#include "daemon/report/labels.h"
 #include "daemon/report/scale.h"
 #include "daemon/report/sections.h"
 #include "daemon/report/svg.h"
@@ -23,8 +23,6 @@ constexpr double kRight = 14.0;
 constexpr double kBottom = 40.0;
 constexpr double kMarginMm = 150.0;
 constexpr double kLeastRadius = 3.5;  // px, so that a small sphere stays visible
-constexpr double kLetterWidth = 8.0;  // px, for keeping labels apart
-constexpr double kLetterHeight = 13.0;
 constexpr std::size_t kLabelLength = 14;
 constexpr double kMmPerMetre = 1000.0;
 
@@ -32,13 +30,6 @@ struct Ball {
   std::string id;
   Eigen::Vector3d centre_mm;
   double radius_mm = 0.0;
-};
-
-struct Box {
-  double left, top, right, bottom;
-  bool overlaps(const Box& other) const {
-    return left < other.right && other.left < right && top < other.bottom && other.top < bottom;
-  }
 };
 
 // It looks on from outside the cell.
@@ -93,8 +84,7 @@ class PanelDrawing {
       const double radius = std::max(ball.radius_mm * px_per_mm_, kLeastRadius);
       const Point centre = at(ball.centre_mm);
       svg_.circle(centre, radius, "ball", ball.id);
-      taken_.push_back(
-          {centre.x - radius, centre.y - radius, centre.x + radius, centre.y + radius});
+      labels_.keep_free({centre.x - radius, centre.y - radius}, 2.0 * radius, 2.0 * radius);
     }
     for (const Ball& ball : balls_) draw_label(ball);
     return std::move(svg_).finish();
@@ -150,33 +140,14 @@ class PanelDrawing {
     svg_.text({origin.x, origin.y - kArrow - 4.0}, Anchor::kMiddle, "label",
               std::string(1, upward_.name));
     svg_.text({origin.x, origin.y + 20.0}, Anchor::kMiddle, "label", "base");
-    taken_.push_back(
-        {origin.x - 18.0, origin.y - kArrow - 14.0, origin.x + kArrow + 14.0, origin.y + 22.0});
+    labels_.keep_free({origin.x - 18.0, origin.y - kArrow - 14.0}, kArrow + 32.0, kArrow + 36.0);
   }
 
-  // The first of four places beside the ball where the label covers nothing; else the first.
   void draw_label(const Ball& ball) {
     const std::string words = shorten(ball.id, kLabelLength);
-    const double width = kLetterWidth * static_cast<double>(std::min(words.size(), kLabelLength));
-    const double gap = std::max(ball.radius_mm * px_per_mm_, kLeastRadius) + 5.0;
-    const Point centre = at(ball.centre_mm);
-    const std::array<Point, 4> corners{{{centre.x + gap, centre.y - 0.5 * kLetterHeight},
-                                        {centre.x - gap - width, centre.y - 0.5 * kLetterHeight},
-                                        {centre.x - 0.5 * width, centre.y - gap - kLetterHeight},
-                                        {centre.x - 0.5 * width, centre.y + gap}}};
-    Point chosen = corners[0];
-    for (const Point& corner : corners) {
-      const Box box{corner.x, corner.y, corner.x + width, corner.y + kLetterHeight};
-      const bool inside = box.left >= kLeft && box.right <= kPanelWidth && box.top >= kTop;
-      const bool is_free = std::none_of(taken_.begin(), taken_.end(),
-                                        [&box](const Box& other) { return box.overlaps(other); });
-      if (inside && is_free) {
-        chosen = corner;
-        break;
-      }
-    }
-    taken_.push_back({chosen.x, chosen.y, chosen.x + width, chosen.y + kLetterHeight});
-    svg_.text({chosen.x, chosen.y + 10.5}, Anchor::kStart, "label strong", words);
+    const double radius = std::max(ball.radius_mm * px_per_mm_, kLeastRadius);
+    svg_.text(labels_.beside(at(ball.centre_mm), radius, std::min(words.size(), kLabelLength)),
+              Anchor::kStart, "label strong", words);
   }
 
   Point at(const Eigen::Vector3d& mm_in_base) const {
@@ -194,7 +165,7 @@ class PanelDrawing {
   Svg svg_;
   Scale x_, y_;
   double px_per_mm_ = 1.0;
-  std::vector<Box> taken_;
+  Labels labels_{kLeft, kTop, kPanelWidth};
 };
 
 }  // namespace

@@ -4,6 +4,7 @@
 
 #include <string_view>
 
+#include "daemon/report/plan_picture.h"
 #include "daemon/report/sections.h"
 #include "daemon/report/text.h"
 #include "daemon/report/view.h"
@@ -53,7 +54,8 @@ std::string html_report(const ReportInput& input) {
       "<meta name=\"color-scheme\" content=\"light "
       "dark\">\n<title>{}</title>\n<style>\n{}</style>\n"
       "</head>\n<body>\n<main>\n",
-      report::escape(kContentPolicy), page_title(input), report::style_sheet());
+      report::escape(kContentPolicy), page_title(input),
+      std::string(report::style_sheet()) + report::plan_style());
   html += masthead(input);
   html += report::verdict_banner(view);
   html += report::summary(view);
@@ -62,6 +64,7 @@ std::string html_report(const ReportInput& input) {
   html += report::residual_chart(view);
   html += report::residual_histogram(view);
   html += report::cell_picture(view);
+  html += report::plan(view);
   html += report::sphere_maps(view);
   html += report::targets_table(view);
   html += report::model(view);

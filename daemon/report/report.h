@@ -2,12 +2,14 @@
 // The calibration report: one self-contained HTML file for the people who have to trust, use or
 // refuse a calibration. No script, no external resource; it reads the same in ten years.
 
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "calib/files/touch.h"
 #include "calib/identify/calibration.h"
+#include "calib/plan/plan.h"
 
 namespace cellcal::daemon {
 
@@ -21,8 +23,10 @@ struct ReportInput {
   std::string started;   ///< ISO 8601
   std::string finished;  ///< ISO 8601
   std::string cell_name;
-  std::string software;            ///< e.g. calib::software_version()
-  std::vector<std::string> notes;  ///< conditions in the operator's words, one line each
+  std::string software;             ///< e.g. calib::software_version()
+  std::vector<std::string> notes;   ///< conditions in the operator's words, one line each
+  std::optional<calib::Plan> plan;  ///< where the touches were planned
+  double planned_s = 0.0;           ///< robot time that it foresaw; 0: not known
   /// Simulated cells only: figure and value against the hidden truth, shown as such.
   std::vector<std::pair<std::string, std::string>> truth;
 };

@@ -16,6 +16,7 @@ std::string meaning(const View& view);
 std::string residual_chart(const View& view);
 std::string residual_histogram(const View& view);
 std::string cell_picture(const View& view);
+std::string plan(const View& view);
 std::string sphere_maps(const View& view);
 std::string targets_table(const View& view);
 std::string model(const View& view);

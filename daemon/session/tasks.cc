@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <memory>
+#include <optional>
 #include <set>
 #include <stdexcept>
 
@@ -11,6 +13,7 @@
 #include "calib/identify/identify.h"
 #include "calib/model/kinematics.h"
 #include "calib/plan/course.h"
+#include "calib/plan/duration.h"
 #include "daemon/report/report.h"
 #include "daemon/session/atomic_file.h"
 
@@ -82,7 +85,8 @@ std::string finished_time(const std::vector<calib::Touch>& touches, const std::s
 }
 
 void write_results(const TaskInputs& inputs, calib::Calibration calibration,
-                   const std::vector<calib::Touch>& touches) {
+                   const std::vector<calib::Touch>& touches,
+                   const std::optional<calib::Plan>& plan) {
   const std::string csv = calib::format_touches(touches, inputs.cell.robot);
   calibration.inputs = {{"cell", inputs.files.cell_name, calib::sha256(inputs.files.cell_text)},
                         {"robot", inputs.files.robot_name, calib::sha256(inputs.files.robot_text)},
@@ -98,6 +102,8 @@ void write_results(const TaskInputs& inputs, calib::Calibration calibration,
   report.cell_name = std::filesystem::path(inputs.files.cell_name).filename().string();
   report.software = calib::software_version();
   report.truth = inputs.truth(calibration);
+  report.plan = plan;
+  if (plan) report.planned_s = calib::duration_s(*plan, inputs.cell.robot, {});
 
   std::filesystem::create_directories(inputs.results_dir);
   write_atomically(inputs.results_dir / "touches.csv", csv);
@@ -129,7 +135,10 @@ namespace {
 /// Touches chosen one by one. Used by the worker alone, job after job.
 class Chooser {
  public:
-  explicit Chooser(std::shared_ptr<const TaskInputs> inputs) : inputs_(std::move(inputs)) {}
+  /// `chosen`: gets every touch as it is chosen.
+  Chooser(std::shared_ptr<const TaskInputs> inputs,
+          std::shared_ptr<std::optional<calib::Plan>> chosen)
+      : inputs_(std::move(inputs)), all_(std::move(chosen)) {}
 
   Tasks::Planned begin() {
     const calib::CourseOptions options{inputs_->options.plan, inputs_->options.goal,
@@ -144,10 +153,18 @@ class Chooser {
     if (how.failed) course_->failed(*how.failed);
     for (; learnt_ < touches.size(); ++learnt_) course_->touched(touches[learnt_]);
     Tasks::Chosen chosen;
-    if (auto touch = course_->next(from, how.in_contact))
+    if (!*all_) {
+      all_->emplace();
+      (*all_)->start = from;
+    }
+    if (auto touch = course_->next(from, how.in_contact)) {
+      auto& all = (*all_)->touches;  // one that was offered before is on another way now
+      if (!all.empty() && all.back().clear == touch->clear) all.pop_back();
+      if (!touch->may_miss) all.push_back(*touch);
       chosen.plan.touches.push_back(std::move(*touch));
-    else
+    } else {
       chosen.plan.home = course_->way_home();
+    }
     check(chosen.plan, inputs_->cell.robot.joints.size());
     chosen.progress = course_->progress();
     chosen.stage = course_->stage();
@@ -156,6 +173,7 @@ class Chooser {
 
  private:
   std::shared_ptr<const TaskInputs> inputs_;
+  std::shared_ptr<std::optional<calib::Plan>> all_;
   std::optional<calib::Course> course_;
   std::size_t learnt_ = 0;
 };
@@ -164,19 +182,22 @@ class Chooser {
 
 Tasks make_tasks(TaskInputs given) {
   const auto inputs = std::make_shared<const TaskInputs>(std::move(given));
+  // For the report; planning and report are jobs of one worker.
+  const auto planned_first = std::make_shared<std::optional<calib::Plan>>();
   Tasks tasks;
   if (inputs->options.one_by_one) {
-    const auto chooser = std::make_shared<Chooser>(inputs);
+    const auto chooser = std::make_shared<Chooser>(inputs, planned_first);
     tasks.plan = [chooser] { return chooser->begin(); };
     tasks.choose = [chooser](const ChooseTouch& how, const std::vector<calib::Touch>& touches,
                              const calib::JointVector& from) {
       return chooser->choose(how, touches, from);
     };
   } else {
-    tasks.plan = [inputs] {
+    tasks.plan = [inputs, planned_first] {
       Tasks::Planned planned{calib::make_plan(inputs->cell, inputs->options.plan), "", {}};
       check(planned.plan, inputs->cell.robot.joints.size());
       planned.hash = plan_hash(planned.plan);
+      *planned_first = planned.plan;
       return planned;
     };
   }
@@ -192,9 +213,9 @@ Tasks make_tasks(TaskInputs given) {
   tasks.identify = [inputs](const std::vector<calib::Touch>& touches) {
     return calib::identify(inputs->cell, touches);
   };
-  tasks.report = [inputs](const calib::Calibration& calibration,
-                          const std::vector<calib::Touch>& touches) {
-    write_results(*inputs, calibration, touches);
+  tasks.report = [inputs, planned_first](const calib::Calibration& calibration,
+                                         const std::vector<calib::Touch>& touches) {
+    write_results(*inputs, calibration, touches, *planned_first);
   };
   return tasks;
 }

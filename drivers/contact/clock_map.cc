@@ -22,6 +22,8 @@ constexpr double kJumpSigmas = 6.0;
 constexpr int kContradictionsAreJump = 3;
 /// No sensor holds a PING back for this long.
 constexpr double kMaxTurnaroundS = 1.0;
+/// No two crystals differ by more.
+constexpr double kMaxDrift = 1e-3;
 constexpr std::size_t kMinForFit = 3;
 
 double seconds(Duration d) { return std::chrono::duration<double>(d).count(); }
@@ -45,20 +47,24 @@ double ClockMap::x_of(std::uint32_t ticks) const {
 ClockMap::Sample ClockMap::add(TimePoint sent, TimePoint received, std::uint32_t t_rx,
                                std::uint32_t t_tx) {
   const double turnaround_s = static_cast<double>(t_tx - t_rx) * kTickS;
+  const double round_trip_s = seconds(received - sent);
   if (turnaround_s > kMaxTurnaroundS || received < sent) return Sample::kOutlier;
+  // Nothing is answered before it was asked, whatever the clocks' drift.
+  if (turnaround_s * (1.0 - kMaxDrift) > round_trip_s) return Sample::kOutlier;
   if (count_ == 0) {
     base_host_ = sent;
     last_ticks_ = t_rx;
     last_elapsed_ = 0;
   }
   Point p;
-  p.round_trip_s = seconds(received - sent);
-  p.excess_s = std::max(0.0, p.round_trip_s - turnaround_s - 2.0 * wire_s_);
+  p.round_trip_s = round_trip_s;
+  p.excess_s = round_trip_s - turnaround_s - 2.0 * wire_s_;
   p.x_s = x_of(t_rx) + turnaround_s / 2.0;
   p.y_s = seconds(sent - base_host_) + p.round_trip_s / 2.0 - p.x_s;
 
   if (valid_) {
-    const double allowed = p.excess_s / 2.0 + kJumpSigmas * sigma_at_s(p.x_s) + kJumpSlackS;
+    const double allowed =
+        std::max(0.0, p.excess_s) / 2.0 + kJumpSigmas * sigma_at_s(p.x_s) + kJumpSlackS;
     if (std::abs(p.y_s - deviation_s(p.x_s)) > allowed) {
       if (++contradictions_ < kContradictionsAreJump) return Sample::kOutlier;
       reset();
@@ -143,8 +149,9 @@ void ClockMap::fit() {
       use[i] = use[i] && std::abs(points_[i].y_s - deviation_s(points_[i].x_s)) <= bound;
     }
   }
-  // An unknown split of the remaining excess: uniform within half of it on either side.
-  systematic_s_ = least / (2.0 * std::sqrt(3.0));
+  // An unknown split of the remaining excess: uniform within half of it on either side. Below zero
+  // it is a line that is faster than its baud rate, in one of the two directions.
+  systematic_s_ = std::abs(least) / (2.0 * std::sqrt(3.0));
   valid_ = true;
 }
 

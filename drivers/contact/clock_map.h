@@ -7,8 +7,10 @@
 // itself cancels). What the round trip takes beyond wire and turnaround may lie on either side; a
 // sample is off by at most half that excess. Samples with a small excess are used and weighted, the
 // stated uncertainty contains the smallest excess as a systematic part.
-// Failure case: a constant one-sided delay (an adapter's latency timer) shifts the map by half of
-// it. It is within the stated uncertainty, and constant: the search speeds' slope absorbs it.
+// A sensor whose rate is only nearly the nominal one (115 200 baud from 16 MHz is 2 % fast) makes
+// the excess negative; it is stated in the same way. Failure case: a constant one-sided delay (an
+// adapter's latency timer) shifts the map by half of it. It is within the stated uncertainty, and
+// constant: the search speeds' slope absorbs it.
 
 #include <array>
 #include <cstddef>
@@ -52,7 +54,7 @@ class ClockMap {
   struct Point {
     double x_s = 0.0;       ///< sensor time since the base
     double y_s = 0.0;       ///< host time since the base, minus x_s
-    double excess_s = 0.0;  ///< round trip beyond wire and turnaround
+    double excess_s = 0.0;  ///< round trip beyond wire and turnaround; below zero: a faster line
     double round_trip_s = 0.0;
   };
 

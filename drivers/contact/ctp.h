@@ -139,8 +139,10 @@ enum {
                                    dead man (25 ms) must act first, and serial delays above 50 ms
                                    are seen under load */
   CTP_REPEAT_MIN_MS = 4,        /* events are repeated no faster than this */
-  CTP_SELF_TEST_MS = 2,         /* how long the sense line is pulled */
-  CTP_SELF_TEST_MAX_AGE_S = 600
+  CTP_SELF_TEST_MS = 2,         /* from the request to its outcome */
+  CTP_SELF_TEST_PULL_US = 1500, /* of it the sense line is pulled; then it settles */
+  CTP_SELF_TEST_MAX_AGE_S = 600,
+  CTP_CONFIRM_MAX_MS = 50 /* an edge that is neither confirmed nor dismissed by then is noise */
 };
 
 /* CRC-16/CCITT-FALSE (polynomial 0x1021, start 0xFFFF); check value of "123456789" is 0x29B1. */

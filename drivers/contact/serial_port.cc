@@ -29,7 +29,9 @@ std::unique_ptr<SerialPort> open_serial_port(const SerialPortOptions& options) {
   if (error) throw DriverError(cannot_open(options.device, error.value()));
   const std::string path = real.string();
   if (!std::filesystem::is_character_file(real)) throw DriverError(cannot_open(path, ENOTTY));
-  if (path.rfind(kPseudoTerminals, 0) == 0) return open_pseudo_terminal(path, options.baud);
+  if (path.rfind(kPseudoTerminals, 0) == 0 && !options.always_libserialport) {
+    return open_pseudo_terminal(path, options.baud);
+  }
   return open_real_port(path, options.baud);
 }
 

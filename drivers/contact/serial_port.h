@@ -11,6 +11,8 @@ namespace cellcal::drivers {
 struct SerialPortOptions {
   std::string device;  ///< a path; symlinks are followed
   int baud = 1'000'000;
+  /// Also a pseudo-terminal, which it then needs help with: for tests of the path of real devices.
+  bool always_libserialport = false;
 };
 
 /// An open, exclusive, raw, non-blocking port. Closing discards what was not sent.

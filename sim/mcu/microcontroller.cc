@@ -17,9 +17,9 @@ constexpr milliseconds kIdleStatus{CTP_IDLE_STATUS_MS};
 constexpr milliseconds kKeepAliveLimit{CTP_KEEPALIVE_LIMIT_MS};
 constexpr milliseconds kRepeatMin{CTP_REPEAT_MIN_MS};
 constexpr std::chrono::seconds kSelfTestMaxAge{CTP_SELF_TEST_MAX_AGE_S};
-constexpr milliseconds kSelfTestPull{CTP_SELF_TEST_MS};
-/// An edge that is neither confirmed nor dismissed by then is noise.
-constexpr milliseconds kMaxConfirm{50};
+constexpr milliseconds kSelfTest{CTP_SELF_TEST_MS};
+constexpr microseconds kSelfTestPull{CTP_SELF_TEST_PULL_US};
+constexpr milliseconds kMaxConfirm{CTP_CONFIRM_MAX_MS};
 /// The real one keeps its events in a few hundred bytes.
 constexpr std::size_t kMaxEvents = 8;
 constexpr std::size_t kMaxNaks = 4;
@@ -66,7 +66,7 @@ Duration Microcontroller::repeat_time() const {
 bool Microcontroller::level() const {
   if (faults_.wire_broken) return true;
   if (faults_.stuck_open) return false;
-  return closed_ || self_test_until_.has_value();
+  return closed_ || pulled_until_.has_value();
 }
 
 std::uint16_t Microcontroller::sense_mv() const {
@@ -126,10 +126,10 @@ TimePoint Microcontroller::next_internal() const {
   if (faults_.silent) return t;
   if (candidate_) t = std::min(t, candidate_->next_sample);
   if (self_test_until_) t = std::min(t, *self_test_until_);
+  if (pulled_until_) t = std::min(t, *pulled_until_);
   if (armed()) t = std::min({t, arm_until_, keepalive_until_});
   TimePoint send = next_status_;
-  if (trip_ || status_due_ || ident_nonce_ || !naks_.empty()) send = tx_free_;
-  for (const PendingPong& pong : pongs_) send = std::min(send, pong.due);
+  if (trip_ || status_due_ || ident_nonce_ || !naks_.empty() || !pongs_.empty()) send = tx_free_;
   for (const PendingEvent& event : events_) send = std::min(send, event.due);
   return std::min(t, std::max(send, tx_free_));
 }
@@ -159,6 +159,10 @@ void Microcontroller::process(TimePoint t) {
 }
 
 void Microcontroller::check_deadlines(TimePoint t) {
+  if (pulled_until_ && *pulled_until_ <= t) {
+    pulled_until_.reset();
+    on_edge(t);
+  }
   if (self_test_until_ && *self_test_until_ <= t) finish_self_test(t);
   if (armed() && (arm_until_ <= t || keepalive_until_ <= t)) {
     disarm();
@@ -280,7 +284,7 @@ void Microcontroller::on_frame(const ctp::Frame& frame, TimePoint t) {
     }
     case CTP_PING:
       if (pongs_.size() < kMaxPongs) {
-        pongs_.push_back({ctp::read<ctp::Ping>(frame).nonce, ticks(t), t + options_.turnaround});
+        pongs_.push_back({ctp::read<ctp::Ping>(frame).nonce, ticks(t)});
       }
       break;
     case CTP_SELFTEST:
@@ -307,7 +311,9 @@ void Microcontroller::on_hello(const ctp::Hello& hello) {
 
 void Microcontroller::on_config(const ctp::Config& config) {
   const bool good = config.confirm_samples > 0 && config.sample_us > 0 && config.heartbeat_ms > 0 &&
-                    config.open_mv > config.contact_mv && config.polarity <= CTP_CONTACT_IS_HIGH;
+                    config.open_mv > config.contact_mv && config.polarity <= CTP_CONTACT_IS_HIGH &&
+                    // or nothing would ever be confirmed
+                    config.confirm_samples * microseconds{config.sample_us} <= kMaxConfirm;
   if (!greeted_ || !good) {
     nak(CTP_CONFIG, greeted_ ? CTP_NAK_BAD_ARGUMENT : CTP_NAK_BAD_VERSION);
     return;
@@ -331,7 +337,7 @@ void Microcontroller::on_arm(const ctp::Arm& arm, TimePoint t) {
       reason = CTP_NAK_LOOP_BROKEN;
     } else if (self_test_until_) {
       reason = CTP_NAK_SELF_TEST_OLD;
-    } else if (seen_level_ || contact_) {
+    } else if (seen_level_ || contact_ || mv <= config_.contact_mv) {
       reason = CTP_NAK_IN_CONTACT;
     } else if (mv > config_.contact_mv && mv < config_.open_mv) {
       reason = CTP_NAK_VOLTAGE_UNDEFINED;
@@ -357,8 +363,9 @@ void Microcontroller::on_self_test(TimePoint t) {
     return;
   }
   self_test_saw_edge_ = false;
-  self_test_until_ = t + kSelfTestPull;
+  self_test_until_ = t + kSelfTest;
   if (!contact_) {
+    pulled_until_ = t + kSelfTestPull;
     self_test_ok_ = false;
     on_edge(t);
   }
@@ -430,8 +437,10 @@ void Microcontroller::transmit(TimePoint t) {
     naks_.pop_front();
     return;
   }
-  if (!pongs_.empty() && pongs_.front().due <= t) {
-    start_frame(ctp::Pong{pongs_.front().nonce, pongs_.front().t_rx, ticks(t)}, CTP_PONG, t);
+  if (!pongs_.empty()) {  // built for the instant at which it will begin
+    const TimePoint begin = t + options_.turnaround;
+    start_frame(ctp::Pong{pongs_.front().nonce, pongs_.front().t_rx, ticks(begin)}, CTP_PONG,
+                begin);
     pongs_.pop_front();
     return;
   }

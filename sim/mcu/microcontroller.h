@@ -28,14 +28,14 @@ struct McuOptions {
   std::uint8_t version = CTP_VERSION;
   std::array<std::uint8_t, 3> firmware{1, 0, 0};
   std::uint16_t open_mv = 4800, contact_mv = 60;  ///< what its input measures
-  std::chrono::microseconds turnaround{40};       ///< frame complete to the answer's first bit
+  std::chrono::microseconds turnaround{40};       ///< line free for a PONG to its first bit
 };
 
 /// What is wrong with it. All settable at any time.
 struct McuFaults {
-  bool wire_broken = false;               ///< reads as contact
-  bool stuck_open = false;                ///< the input never sees an edge
-  bool silent = false;                    ///< hangs: neither hears nor speaks
+  bool wire_broken = false;                              ///< reads as contact
+  bool stuck_open = false;                               ///< the input never sees an edge
+  bool silent = false;                                   ///< hangs: neither hears nor speaks
   std::optional<std::uint16_t> sense_mv = std::nullopt;  ///< measured instead of the true voltage
 };
 
@@ -144,7 +144,7 @@ class Microcontroller {
   std::uint16_t arm_id_ = 0, used_arm_id_ = 0;
   bool latched_ = false, loop_ok_ = false, self_test_ok_ = false;
   TimePoint arm_until_{}, keepalive_until_{}, self_test_at_{};
-  std::optional<TimePoint> self_test_until_;
+  std::optional<TimePoint> self_test_until_, pulled_until_;
   bool self_test_saw_edge_ = false;
 
   // output
@@ -156,7 +156,6 @@ class Microcontroller {
   std::uint16_t last_event_ = 0;
   struct PendingPong {
     std::uint32_t nonce = 0, t_rx = 0;
-    TimePoint due{};
   };
   std::deque<PendingPong> pongs_;
   std::deque<drivers::ctp::Nak> naks_;

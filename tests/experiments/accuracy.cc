@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 
 #include "calib/files/documents.h"
@@ -69,6 +70,7 @@ void run(const calib::Robot& robot, const Level& level, const Options& options) 
   show("M2 near targets [mm]", &Outcome::m2, &Outcome::m2_max);
   show("M3 workspace [mm]", &Outcome::m3, &Outcome::m3_max);
   std::vector<double> cover, cover_local, ratio;
+  double u95 = 0.0, square = 0.0;
   int published = 0;
   std::string reasons;
   for (const Outcome& o : all) {
@@ -79,7 +81,9 @@ void run(const calib::Robot& robot, const Level& level, const Options& options) 
     ++published;
     cover.push_back(o.m4);
     cover_local.push_back(o.m4_local);
-    ratio.push_back(o.ratio);
+    ratio.push_back(o.u95 / o.rms);
+    u95 += o.u95;
+    square += o.rms * o.rms;
   }
   const auto least = [](const std::vector<double>& v) {
     return v.empty() ? 0.0 : *std::min_element(v.begin(), v.end());
@@ -87,9 +91,9 @@ void run(const calib::Robot& robot, const Level& level, const Options& options) 
   fmt::print(
       "  published {}/{}; of these M4 median {:.1f} % worst {:.1f} % (near targets {:.1f} %, "
       "{:.1f} %); "
-      "u95/rms median {:.2f}\n",
+      "u95/rms median {:.2f}, over all arms {:.2f}\n",
       published, all.size(), 100 * median(cover), 100 * least(cover), 100 * median(cover_local),
-      100 * least(cover_local), median(ratio));
+      100 * least(cover_local), median(ratio), u95 / std::sqrt(square * std::max(published, 1)));
   fmt::print(
       "  effective radius off by [mm]: median {:.4f}, worst {:.4f}; predicted M3 median {:.3f}\n{}",
       median(column(&Outcome::rho_error, 1e3)),

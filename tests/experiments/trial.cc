@@ -73,10 +73,9 @@ Outcome judged(const World& world, const std::vector<calib::Touch>& touches) {
   for (const auto& t : c.targets)
     o.rho_error = std::max(o.rho_error, std::abs(t.effective_radius_m - 0.0307 - world.rho_m));
   const calib::ArmModel model(world.cell.robot, world.cell.tool);
-  double rms = 0, u95 = 0;
-  judge(world.arm, predictor, postures(model, 1000, 99), o.m3, o.m3_max, rms, o.m4, u95);
-  o.ratio = u95 / rms;
+  judge(world.arm, predictor, postures(model, 1000, 99), o.m3, o.m3_max, o.rms, o.m4, o.u95);
   o.predicted_m3 = c.predicted_m3_m;
+  double rms = 0, u95 = 0;
   std::vector<calib::JointVector> around;
   for (const auto& t : touches) around.push_back(t.joint_rad);
   judge(world.arm, predictor, calib::local_poses(model, around, world.centre_m, 0.15, 300, 98),

@@ -25,7 +25,8 @@ struct Trial {
 /// M1 to M4 of the method; m and shares.
 struct Outcome {
   double m1 = 0, m1_max = 0, m2 = 0, m2_max = 0, m3 = 0, m3_max = 0, m4 = 1, m4_local = 1;
-  double ratio = 0, rho_error = 0, predicted_m3 = 0;
+  double rms = 0, u95 = 0;  ///< over the postures of M3: of the error, and mean
+  double rho_error = 0, predicted_m3 = 0;
   double planned_m3 = 0, minutes = 0;  ///< what the plan predicted
   bool published = false;
   std::string why_not;

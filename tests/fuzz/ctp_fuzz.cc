@@ -1,6 +1,7 @@
 // Any bytes on the line, from either end: the reader, the host's side and the emulated sensor must
 // stay within their bounds and promises. Also replayed over ctp_corpus as an ordinary test.
 
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
@@ -8,6 +9,7 @@
 #include <span>
 
 #include "drivers/contact/contact_core.h"
+#include "drivers/contact/firmware/core/sensor.h"
 #include "sim/mcu/microcontroller.h"
 
 namespace {
@@ -76,6 +78,34 @@ void sensor_stays_sane(std::span<const std::uint8_t> bytes) {
   }
 }
 
+/// Every eighth byte is an edge and the time that passes, the others are the host's.
+void firmware_stays_sane(std::span<const std::uint8_t> bytes) {
+  sensor s{};
+  sensor_identity identity{};
+  identity.version = CTP_VERSION;
+  identity.baud = CTP_DEFAULT_BAUD;
+  std::uint32_t now = 0xFFFFFFFFu - CTP_TICKS_PER_S;  // wraps before long
+  sensor_init(&s, &identity, now);
+  std::array<std::uint8_t, CTP_MAX_WIRE> wire{};
+  for (std::size_t i = 0; i < bytes.size(); ++i) {
+    if (i % 8 == 0) {
+      now += 1u + 100u * bytes[i];
+      sensor_on_edge(&s, now, bytes[i] % 2 == 0);
+      sensor_on_voltages(&s, static_cast<std::uint16_t>(bytes[i] * 20), 5000);
+    } else {
+      sensor_on_byte(&s, bytes[i], now += 20);
+    }
+    sensor_run(&s, now);
+    std::uint32_t start = 0;
+    const std::size_t size = sensor_next_frame(&s, now, wire.data(), &start);
+    require(size <= wire.size() && (size == 0 || wire[size - 1] == 0), "the firmware's frame");
+    require(s.event_count <= SENSOR_EVENTS && s.nak_count <= SENSOR_NAKS &&
+                s.pong_count <= SENSOR_PONGS,
+            "the firmware's queues");
+    require(s.arm_id == 0 || s.self_test_ok, "armed without a self-test");
+  }
+}
+
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
@@ -84,5 +114,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   frames_build_back(bytes, ctp::Direction::kFromHost);
   host_stays_sane(bytes);
   sensor_stays_sane(bytes);
+  firmware_stays_sane(bytes);
   return 0;
 }

@@ -152,8 +152,9 @@ TEST(CellFile, ReadsAPlanesNormalAsADirectionAndATrackerWithoutAPlace) {
   };
   Target target = read(with(kCell, kWire,
                             "kind = \"plane\"\nnormal = [0, 3, -4]\nnormal_sigma_deg = 2\n"
-                            "centre_mm = [1, 2, 3]\ncentre_sigma_mm = 5"));
+                            "centre_mm = [1, 2, 3]\ncentre_sigma_mm = 5\nextent_mm = 120"));
   EXPECT_EQ(target.kind, TargetKind::kPlane);
+  EXPECT_DOUBLE_EQ(target.extent_m, 0.12);
   EXPECT_TRUE(target.has_normal);
   EXPECT_LT((target.normal - Eigen::Vector3d(0.0, 0.6, -0.8)).norm(), 1e-15);
   EXPECT_DOUBLE_EQ(target.normal_sigma_rad, 2.0 * kRadPerDeg);
@@ -177,6 +178,10 @@ TEST(CellFile, NamesLineAndKeyOfWhatAPlaneOrTrackerCannotHave) {
            {"kind = \"plane\"\nnormal = 1", "target[3].normal"},
            {"kind = \"plane\"\nnormal_sigma_deg = 2", "state normal"},
            {"kind = \"plane\"\nnormal_sigma_deg = -2", "target[3].normal_sigma_deg"},
+           {"kind = \"plane\"\nextent_mm = 0", "target[3].extent_mm"},
+           {"kind = \"plane\"\nextent_mm = nan", "target[3].extent_mm"},
+           {"kind = \"plane\"\nextent_mm = 100", "state centre_mm and normal"},
+           {"kind = \"wire\"\nextent_mm = 100", "unknown key"},
            {"kind = \"plane\"\ndiameter_mm = 2", "unknown key"},
            {"kind = \"wire\"\nnormal = [0, 0, 1]", "unknown key"},
            {"kind = \"tracker\"\nnormal = [0, 0, 1]", "unknown key"},

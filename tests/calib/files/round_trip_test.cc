@@ -114,6 +114,7 @@ void expect_near(const Cell& a, const Cell& b) {
     EXPECT_EQ(x.has_normal, y.has_normal);
     EXPECT_LT((x.normal - y.normal).norm(), kSame);
     EXPECT_NEAR(x.normal_sigma_rad, y.normal_sigma_rad, 1e-15);
+    EXPECT_NEAR(x.extent_m, y.extent_m, kSame);
     EXPECT_NEAR(x.diameter_m, y.diameter_m, kSame);
     EXPECT_NEAR(x.diameter_sigma_m, y.diameter_sigma_m, 1e-15);
     EXPECT_LT((x.centre_m - y.centre_m).norm(), kSame);
@@ -147,6 +148,7 @@ TEST(CellRoundTrip, KeepsEveryKindOfTarget) {
   cell.targets.back().has_normal = true;
   cell.targets.back().normal = Eigen::Vector3d(1.0, -2.0, 3.0).normalized();
   cell.targets.back().normal_sigma_rad = 0.01;
+  cell.targets.back().extent_m = 0.15;
   cell.targets.push_back({});
   cell.targets.back().id = "L";
   cell.targets.back().kind = TargetKind::kTracker;

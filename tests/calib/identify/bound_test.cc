@@ -99,6 +99,32 @@ TEST(Bound, OfAKneeThatIsNotKnownIsThereAndNoMoreThanItsLever) {
   }
 }
 
+TEST(Bound, OfAnArmOfUnknownScaleIsNowhereNextToNothing) {
+  // With the base fixed over the whole workspace its middle would not move at all.
+  const ArmModel arm(demo_cell().robot, demo_cell().tool);
+  constexpr double kScale = 1e-3;
+  Eigen::VectorXd growth = Eigen::VectorXd::Zero(arm.size());
+  for (int i = 0; i < arm.size(); ++i) {
+    const ArmParameter& parameter = arm.parameters()[static_cast<std::size_t>(i)];
+    if (parameter.joint < 0) continue;
+    const Joint& joint = arm.robot().joints[static_cast<std::size_t>(parameter.joint)];
+    if (parameter.kind == ArmParameterKind::kD) growth[i] = kScale * joint.d_m;
+    if (parameter.kind == ArmParameterKind::kA) growth[i] = kScale * joint.a_m;
+  }
+  const Eigen::VectorXd zero = Eigen::VectorXd::Zero(arm.size());
+  const PositionBound bound(arm, zero, growth * growth.transpose(), 0.0);
+  Eigen::Matrix3Xd jacobian(3, arm.size());
+  double least = 1.0, sum = 0.0;
+  const auto poses = workspace_poses(arm, 500, 7);
+  for (const auto& q : poses) {
+    const Eigen::Vector3d tip = arm.position(arm.prepare(q), zero.data(), jacobian);
+    const double u95_m = bound.u95_m(q, tip, jacobian);
+    least = std::min(least, u95_m);
+    sum += u95_m;
+  }
+  EXPECT_GT(least, 0.25 * sum / static_cast<double>(poses.size()));
+}
+
 TEST(Bound, WithoutCovarianceClaimsNothing) {
   const ArmModel arm(demo_cell().robot, demo_cell().tool);
   const PositionBound bound(arm, Eigen::VectorXd::Zero(arm.size()), {}, 0.0);

@@ -1,8 +1,10 @@
 // What each kind of target says about a tip, and its derivatives, against differences.
 
+#include <ceres/dynamic_numeric_diff_cost_function.h>
 #include <gtest/gtest.h>
 
 #include "calib/identify/problem.h"
+#include "calib/identify/solve.h"
 #include "tests/calib/model/random_arm.h"
 
 namespace cellcal::calib {
@@ -44,6 +46,9 @@ struct Drawn {
       place.middle_m = Vector3d(random.normal(), random.normal(), random.normal());
       places.push_back(place);
     }
+    for (const auto& [from, to] : {std::pair{0, 1}, {0, 3}, {1, 3}})  // of those that have a centre
+      cell.lengths.push_back(
+          {cell.targets[from].id, cell.targets[to].id, 1.0 + random.uniform(), 1e-5});
   }
   Cell cell;
   std::vector<Touch> touches;
@@ -98,6 +103,52 @@ TEST(KindJacobian, OfEveryKindAgreesWithDifferencesForAnyArm) {
       }
       for (int i = 0; i < block.size(); ++i)
         expect(block.first + i, by_target.data() + i, block.size(), 1.0);
+    }
+  }
+}
+
+/// All rows as the estimator sees them, in prior units and over their sigmas, lengths included.
+struct AllRows {
+  const Problem& problem;
+  const std::vector<bool>& use;
+  bool operator()(double const* const* u, double* residual) const {
+    const Linearisation rows =
+        linearise(problem, Eigen::Map<const Eigen::VectorXd>(u[0], problem.size()), use);
+    Eigen::Map<Eigen::VectorXd>(residual, rows.residual.size()) = rows.residual;
+    return true;
+  }
+};
+
+TEST(KindJacobian, OfAllRowsLengthsIncludedAgreesWithCeresAdaptiveDifferences) {
+  // As for the arm alone (model/jacobian_test): what ceres::GradientChecker does.
+  using Numeric = ceres::DynamicNumericDiffCostFunction<AllRows, ceres::RIDDERS>;
+  constexpr double kRelative = 1e-7;  // of the row's largest derivative
+  Random random(5);
+  for (int k = 0; k < kArms; ++k) {
+    const Drawn drawn(random);
+    const ArmModel arm(drawn.cell.robot, drawn.cell.tool);
+    const Problem problem(drawn.cell, arm, drawn.touches, drawn.places);
+    const std::vector<bool> use(drawn.touches.size(), true);
+    Eigen::VectorXd u(problem.size());
+    for (double& sigmas : u) sigmas = 10.0 * random.normal();
+    const Linearisation own = linearise(problem, u, use);
+    ASSERT_EQ(own.residual.size() - own.length_row, 3);
+
+    AllRows functor{problem, use};
+    Numeric numeric(&functor, ceres::DO_NOT_TAKE_OWNERSHIP);
+    numeric.AddParameterBlock(problem.size());
+    numeric.SetNumResiduals(static_cast<int>(own.residual.size()));
+    Eigen::VectorXd residual(own.residual.size());
+    RowMajor expected(own.jacobian.rows(), own.jacobian.cols());
+    const double* blocks[] = {u.data()};
+    double* jacobians[] = {expected.data()};
+    ASSERT_TRUE(numeric.Evaluate(blocks, residual.data(), jacobians));
+    for (Eigen::Index row = 0; row < own.jacobian.rows(); ++row) {
+      const double largest = own.jacobian.row(row).lpNorm<Eigen::Infinity>();
+      for (Eigen::Index i = 0; i < own.jacobian.cols(); ++i)
+        EXPECT_NEAR(own.jacobian(row, i), expected(row, i), kRelative * largest)
+            << "arm " << k << " row " << row << " unknown "
+            << problem.unknowns()[static_cast<std::size_t>(i)].name;
     }
   }
 }

@@ -37,9 +37,28 @@ Cell soft_cell() {
 TEST(Level, EveryArmHasGearsWhetherItsFileNamesThemOrNot) {
   const Cell cell = at_level(demo_cell(), ModelLevel{});
   EXPECT_EQ(count(demo_cell(), ArmParameterKind::kCosine), 0);
-  EXPECT_EQ(count(cell, ArmParameterKind::kCosine), 12);
-  EXPECT_EQ(count(cell, ArmParameterKind::kSine), 12);
+  EXPECT_EQ(count(cell, ArmParameterKind::kCosine), 24);  // four orders of six joints
+  EXPECT_EQ(count(cell, ArmParameterKind::kSine), 24);
   EXPECT_EQ(count(at_level(cell, {true, 0.0, 0.0}), ArmParameterKind::kCosine), 0);
+}
+
+TEST(Level, GearsThatAreAssumedFallOffWithTheirOrderAndTheFilesOwnDoNot) {
+  const auto sigmas = [](const Cell& cell) {
+    const ArmModel arm(cell.robot, cell.tool);
+    std::vector<double> arcsec;
+    for (const ArmParameter& parameter : arm.parameters())
+      if (parameter.kind == ArmParameterKind::kCosine && parameter.joint == 2)
+        arcsec.push_back(parameter.sigma / kArcsec);
+    return arcsec;
+  };
+  const std::vector<double> assumed = sigmas(at_level(demo_cell(), ModelLevel{}));
+  ASSERT_EQ(assumed.size(), 4U);
+  for (std::size_t k = 0; k < assumed.size(); ++k)
+    EXPECT_NEAR(assumed[k], 10.0 / static_cast<double>(k + 1), 1e-9);
+  Cell named = demo_cell();
+  named.robot.joints[2].harmonics = {1, 3};
+  named.robot.joints[2].harmonic_sigma_rad = 10.0 * kArcsec;
+  for (const double sigma : sigmas(at_level(named, ModelLevel{}))) EXPECT_NEAR(sigma, 10.0, 1e-9);
 }
 
 TEST(Level, TheFilesOwnGearsAreScaledAndNotReplaced) {

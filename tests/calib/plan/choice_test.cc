@@ -49,7 +49,10 @@ TEST(Design, GainsAndLossesAreWhatASetFromNothingWouldShow) {
     const double before = left_unknown(rows, set, moves);
     if (design.has(c)) {
       const double loss = design.loss(c);
+      const Eigen::VectorXd without = design.gains_without(c);
       design.drop(c);
+      for (Eigen::Index other = 0; other < design.size(); ++other)
+        EXPECT_NEAR(without[other], design.gain(other), 1e-8 * (1.0 + design.gain(other)));
       set.erase(std::find(set.begin(), set.end(), c));
       EXPECT_NEAR(left_unknown(rows, set, moves) - before, loss, 1e-8 * (before + loss));
     } else {

@@ -148,8 +148,8 @@ TEST(Finder, FindsSpheresWhoseCentresAreRoughWellEnoughToPlanOn) {
   for (unsigned seed = 1; seed <= 8; ++seed) {
     const sim::Truth truth = testing::plain_truth(demo_cell(), seed);
     const Found found = drive(rough(seed), truth, true);
-    EXPECT_LE(worst_m(found, truth), 0.008) << "less than the stand-off of 12 mm";
-    EXPECT_LE(found.touches, 4 * 7);
+    EXPECT_LE(worst_m(found, truth), 0.010) << "less than the stand-off of 12 mm";
+    EXPECT_LE(found.touches, 4 * 9);
     EXPECT_LE(found.misses, 4 * 4);
     EXPECT_GT(found.nearest.tip_m, 0.003) << "the tip met a sphere where it did not search";
     EXPECT_GT(found.nearest.shaft_m, 0.0) << "the shaft met a sphere";
@@ -170,7 +170,7 @@ TEST(Finder, FindsASphereSomewhereInABox) {
   EXPECT_GT(found.nearest.tip_m, 0.003);
   EXPECT_GT(found.nearest.shaft_m, 0.0);
   EXPECT_TRUE(found.cell.targets[0].has_centre);
-  EXPECT_LE((found.cell.targets[0].centre_m - truth.centre_m[0]).norm(), 0.008);
+  EXPECT_LE((found.cell.targets[0].centre_m - truth.centre_m[0]).norm(), 0.010);
 }
 
 TEST(Finder, LeavesSpheresAloneWhoseCentresAreStated) {
@@ -206,7 +206,7 @@ TEST(Finder, GoesOnWithTheTouchesOfASessionThatWasInterrupted) {
   std::vector<Touch> made;
   JointVector at(6, 0.0);
   at[1] = -1.2, at[2] = 1.6, at[4] = 1.0;
-  while (made.size() < 6) {
+  while (made.size() < 8) {
     const auto line = first.next(at);
     ASSERT_TRUE(line);
     at = line->clear;
@@ -288,7 +288,7 @@ TEST(Course, FindsTheSpheresAndThenTouchesThemToTheGoal) {
   }
   EXPECT_TRUE(course.progress().done);
   EXPECT_LE(course.progress().u95_m, 0.6e-3);
-  EXPECT_GE(found, 16);
+  EXPECT_GE(found, 24);
   EXPECT_EQ(checks, 3);
   EXPECT_EQ(course.progress().touches + checks, all);
   EXPECT_FALSE(course.way_home().empty());

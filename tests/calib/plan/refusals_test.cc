@@ -75,7 +75,7 @@ TEST(PlanRefusal, NeedsASphere) {
   EXPECT_NE(refusal(cell).find("no sphere"), std::string::npos);
 }
 
-TEST(PlanRefusal, LeavesOutWhatIsNoSphereAndSaysSo) {
+TEST(PlanRefusal, LeavesOutWhatNoTouchesCanBePlannedOfAndSaysSo) {
   Cell cell = demo_cell();
   cell.targets.push_back({});
   cell.targets.back().id = "P";
@@ -140,9 +140,12 @@ TEST(PlanRefusal, NamesWhatStandsWhereverTheArmCouldRest) {
 
 TEST(PlanRefusal, NamesWhatStandsBetweenTheArmAndASphere) {
   Cell cell = demo_cell();
-  // A wall between the resting posture and S4, which leaves room for the arm behind it.
+  // A wall between the resting posture and S4, which leaves room for the arm behind it, and an arm
+  // that cannot fold to turn past its edge.
   cell.targets[1].centre_m = {1.06, -0.05, 0.33};
   cell.obstacles = {box("fence", {1.15, 0.20, 0.5}, {1.4, 0.01, 4.0})};
+  cell.robot.joints[1].min_rad = -1.6;
+  cell.robot.joints[2].max_rad = 2.3;
   const std::string message = refusal(cell);
   EXPECT_NE(message.find("sphere S4"), std::string::npos) << message;
   EXPECT_NE(message.find("obstacle fence"), std::string::npos) << message;

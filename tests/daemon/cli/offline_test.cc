@@ -45,10 +45,11 @@ TEST(an_unknown_method, is_wrong_usage) {
 
 TEST(a_plan, is_a_touch_file_that_identify_reads_and_predict_continues_from) {
   const TemporaryDirectory dir;
-  const std::string plan = dir / "plan.csv";
-  const Outcome planned = run_program(
-      {CELLCAL, "plan", "--cell", kCell, "--touches", "16", "--check", "4", "-o", plan});
+  const std::string plan = dir / "plan.csv", picture = dir / "plan.svg";
+  const Outcome planned = run_program({CELLCAL, "plan", "--cell", kCell, "--touches", "16",
+                                       "--check", "4", "-o", plan, "--picture", picture});
   ASSERT_EQ(planned.status, 0) << planned.err;
+  EXPECT_NE(content(picture).find("16 touches for the fit, 4 held out"), std::string::npos);
   EXPECT_EQ(lines(content(plan)), 23u) << "two comments, header, twenty touches";
 
   // Nominal touches lie on nominal spheres, up to the tip: what is identified is small, and what

@@ -106,6 +106,25 @@ TEST(ClockMap, AConstantOneSidedDelayIsCoveredByTheUncertainty) {
   EXPECT_GT(2.0 * map.sigma_s(), kHeldS / 2);
 }
 
+TEST(ClockMap, ASensorThatSendsFasterThanItsBaudRateIsCoveredByTheUncertainty) {
+  for (const double faster_s : {5e-6, 32e-6}) {  // 115 200 baud from 16 MHz: 32 us in a PONG
+    ClockMap map(kWireS);
+    const Truth truth;
+    for (int i = 0; i < 40; ++i) truth.ping(map, 0.25 * i, 0, -faster_s);
+    ASSERT_TRUE(map.valid());
+    EXPECT_LT(std::abs(truth.error_us(map, 10.0)) * 1e-6, 2.0 * map.sigma_s());
+    EXPECT_LT(map.sigma_s(), faster_s);
+  }
+}
+
+TEST(ClockMap, AnAnswerThatTookLongerThanTheRoundTripIsNoSample) {
+  ClockMap map(kWireS);
+  const TimePoint t = kStart;
+  EXPECT_EQ(map.add(t, t + milliseconds{1}, 0, 4 * CTP_TICKS_PER_S / 1000),
+            ClockMap::Sample::kOutlier);
+  EXPECT_EQ(map.samples(), 0u);
+}
+
 TEST(ClockMap, ASingleContradictionIsAnOutlierThreeAreAJump) {
   ClockMap map(kWireS);
   const Truth truth{0.0, 1000};

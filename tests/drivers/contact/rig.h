@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "drivers/contact/contact_inline.h"
-#include "sim/mcu/mcu_line.h"
+#include "tests/drivers/contact/peer.h"
 
 namespace cellcal::drivers {
 
@@ -123,8 +123,8 @@ class Rig {
   }
 
   VirtualClock clock;
-  sim::Microcontroller mcu;
-  sim::McuLine mcu_line;
+  test::Peer mcu;
+  test::PeerLine mcu_line;
   DamagedLine line;
   ContactInline contact;
   std::vector<ContactEvent> events;

@@ -1,10 +1,11 @@
-// The emulated sensor by itself, driven with frames built by hand.
-
-#include "sim/mcu/microcontroller.h"
+// The sensor by itself, driven with frames built by hand: the emulated one, and the firmware's
+// core.
 
 #include <gtest/gtest.h>
 
 #include <vector>
+
+#include "tests/drivers/contact/peer.h"
 
 namespace cellcal::sim {
 namespace {
@@ -66,7 +67,7 @@ class Bench {
     }
   }
 
-  Microcontroller mcu;
+  test::Peer mcu;
   TimePoint now = kStart;
   ctp::FrameReader reader{ctp::Direction::kFromSensor};
   std::vector<Heard> heard;

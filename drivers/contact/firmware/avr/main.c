@@ -1,0 +1,191 @@
+/* Puts the portable sensor onto the board. */
+
+#include <avr/boot.h>
+#include <avr/eeprom.h>
+#include <avr/interrupt.h>
+#include <avr/wdt.h>
+#include <string.h>
+
+#include "board.h"
+#include "drivers/contact/firmware/core/boot_record.h"
+#include "drivers/contact/firmware/core/sensor.h"
+
+enum { FIRMWARE_MAJOR = 1, FIRMWARE_MINOR = 0, FIRMWARE_PATCH = 0 };
+
+/* From the choice of a PONG to its first bit: what it takes to build it, and the two bytes of the
+ * frame before that may still be in the transmitter. */
+enum { BUILD_TICKS = 400, BYTES_IN_TRANSMITTER = 2 };
+/* A rattle of a few us at a time is over by then. */
+enum { PING_GUARD_TICKS = 400 };
+/* Taken in one turn of the main loop, so that no flood delays a trip. */
+enum { BYTES_PER_TURN = 8, EDGES_PER_TURN = 32 };
+/* Not worth falling asleep for less; the voltages want a look at least so often. */
+enum { SHORTEST_SLEEP = 60, LONGEST_SLEEP = 400 };
+
+static sensor touch_sensor;
+static uint8_t wire[CTP_MAX_WIRE];
+static bool flooded; /* bytes were left for the next turn */
+
+/* Kept from before the C runtime clears memory: the cause of the reset, and what a boot loader that
+ * cleared it has left in r2 (optiboot does). */
+static uint8_t reset_flags __attribute__((section(".noinit")));
+
+void remember_reset(void) __attribute__((naked, used, section(".init3")));
+void remember_reset(void) {
+  uint8_t from_loader;
+  __asm__ volatile("mov %0, r2" : "=r"(from_loader));
+  reset_flags = MCUSR != 0 ? MCUSR : from_loader;
+  MCUSR = 0; /* or the watchdog could not be switched off */
+  wdt_disable();
+}
+
+static uint8_t read_byte(void* context, uint16_t at) {
+  (void)context;
+  return eeprom_read_byte((const uint8_t*)at);
+}
+
+static void write_byte(void* context, uint16_t at, uint8_t value) {
+  (void)context;
+  eeprom_update_byte((uint8_t*)at, value);
+  eeprom_busy_wait();
+  wdt_reset();
+}
+
+/* The chip's serial number, ten bytes of its signature row, folded (FNV-1a). */
+static uint32_t chip_id(void) {
+  enum { FIRST = 0x0E, LAST = 0x17 };
+  uint32_t id = 2166136261u;
+  uint8_t at;
+  for (at = FIRST; at <= LAST; ++at) id = (id ^ boot_signature_byte_get(at)) * 16777619u;
+  return id;
+}
+
+static void apply(sensor_pull pull) {
+  static sensor_pull applied = SENSOR_RELEASED;
+  if (pull == applied) return;
+  applied = pull;
+  switch (pull) {
+    case SENSOR_PULLED_LOW:
+      PORTD &= (uint8_t) ~(1 << TEST_BIT);
+      DDRD |= (1 << TEST_BIT);
+      break;
+    case SENSOR_PULLED_HIGH:
+      PORTD |= (1 << TEST_BIT);
+      DDRD |= (1 << TEST_BIT);
+      break;
+    case SENSOR_LIFTED:
+      DDRD &= (uint8_t) ~(1 << TEST_BIT);
+      PORTD |= (1 << TEST_BIT);
+      break;
+    default:
+      DDRD &= (uint8_t) ~(1 << TEST_BIT);
+      PORTD &= (uint8_t) ~(1 << TEST_BIT);
+      break;
+  }
+}
+
+static void start(void) {
+  const boot_memory memory = {read_byte, write_byte, 0};
+  sensor_identity identity;
+  bool stored;
+  wdt_enable(WDTO_60MS);
+  DDRB |= (1 << LAMP_BIT);
+  stored = boot_record_next(&memory, &identity.boot_id);
+  identity.version = CTP_VERSION;
+  identity.firmware[0] = FIRMWARE_MAJOR;
+  identity.firmware[1] = FIRMWARE_MINOR;
+  identity.firmware[2] = FIRMWARE_PATCH;
+  identity.uid = chip_id();
+  identity.clock_hz = F_CPU;
+  identity.reset_cause =
+      reset_flags & (CTP_RESET_POWER | CTP_RESET_PIN | CTP_RESET_BROWN_OUT | CTP_RESET_WATCHDOG);
+  identity.baud = uart_start();
+  identity.ping_guard = PING_GUARD_TICKS;
+  identity.pong_lead =
+      (uint16_t)(BUILD_TICKS + BYTES_IN_TRANSMITTER * CTP_BITS_PER_BYTE *
+                                   ((CTP_TICKS_PER_S + identity.baud - 1) / identity.baud));
+  analog_start();
+  clock_start();
+  sei();
+  sensor_init(&touch_sensor, &identity, clock_now());
+  if (!stored) sensor_log(&touch_sensor, "EEPROM worn out: the boot id may come again");
+}
+
+/* What the hardware has noted meanwhile. */
+static void listen(void) {
+  uint32_t t = 0;
+  bool pin_high;
+  uint8_t byte;
+  uint8_t taken;
+  uint16_t sense_mv, feed_mv;
+  clock_watch_pin();
+  for (taken = 0; taken < EDGES_PER_TURN && clock_take_edge(&t, &pin_high); ++taken) {
+    sensor_on_edge(&touch_sensor, t, pin_high);
+    if (touch_sensor.trip_due) return; /* first things first: the bounces can wait */
+    clock_watch_pin();
+  }
+  for (taken = 0; taken < BYTES_PER_TURN && uart_take(&byte, &t); ++taken) {
+    sensor_on_byte(&touch_sensor, byte, t);
+  }
+  flooded = taken == BYTES_PER_TURN;
+  if (analog_take(&sense_mv, &feed_mv)) sensor_on_voltages(&touch_sensor, sense_mv, feed_mv);
+}
+
+static void speak(void) {
+  static uint8_t trip[CTP_MAX_WIRE];
+  static uint8_t trip_size;
+  const uint32_t now = clock_now();
+  uint32_t begin;
+  uint8_t size;
+  /* Nothing overtakes a trip: it is built while the frame before it is still being sent. */
+  if (touch_sensor.trip_due && trip_size == 0) {
+    trip_size = sensor_next_frame(&touch_sensor, now, trip, &begin);
+  }
+  if (!uart_free()) return;
+  if (trip_size != 0) {
+    memcpy(wire, trip, trip_size);
+    uart_send(wire, trip_size);
+    trip_size = 0;
+    return;
+  }
+  size = sensor_next_frame(&touch_sensor, now, wire, &begin);
+  if (size == 0) return;
+  if (begin == now) {
+    uart_send(wire, size);
+    return;
+  }
+  /* A PONG that is not sent at the time that it states is worse than none, and one that is waited
+   * for is not worth a trip's time. */
+  while (!clock_has_edge() && !uart_send_at(wire, size, begin)) {
+    if ((int32_t)(begin - clock_now()) < 0) return;
+  }
+}
+
+static void rest(void) {
+  uint32_t wait;
+  if (flooded || clock_has_edge()) return;
+  wait = sensor_wait(&touch_sensor, clock_now(), uart_free());
+  if (wait >= SHORTEST_SLEEP) {
+    clock_sleep((uint16_t)(wait < LONGEST_SLEEP ? wait : LONGEST_SLEEP));
+  }
+}
+
+int main(void) {
+  uint32_t now;
+  start();
+  for (;;) {
+    wdt_reset();
+    stay_up();
+    now = clock_now(); /* before the edges are taken: those up to now are there */
+    listen();
+    if (!touch_sensor.trip_due) sensor_run(&touch_sensor, now);
+    apply(sensor_drive(&touch_sensor));
+    if (touch_sensor.touch.contact) {
+      PORTB |= (1 << LAMP_BIT);
+    } else {
+      PORTB &= (uint8_t) ~(1 << LAMP_BIT);
+    }
+    speak();
+    rest();
+  }
+}

@@ -1,0 +1,43 @@
+/* CTP/1 frames, the sensor's side: bytes to checked frames and back. No allocation, no input or
+ * output; the host's side is ../../ctp_codec, both read ../../ctp.h. */
+#pragma once
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#include "drivers/contact/ctp.h"
+
+/* Bytes to frames, one at a time. After anything odd it goes on at the next 0x00. */
+typedef struct {
+  uint8_t bytes[CTP_MAX_WIRE]; /* encoded while it fills, type to payload when a frame is there */
+  uint8_t size;
+  bool skipping;
+  bool heard; /* last_seq holds */
+  uint8_t last_seq;
+  /* What went by. `damaged`: wrong CRC, not COBS, too short, too long, of the wrong size. */
+  uint16_t frames, damaged, gaps, unknown_types;
+} link_reader;
+
+void link_reader_init(link_reader* reader);
+
+/* True: this byte completed a frame that belongs to this direction. Its type and payload hold until
+ * the next byte; the payload has the size that its type asks for. */
+bool link_feed(link_reader* reader, uint8_t byte);
+
+static inline uint8_t link_type(const link_reader* reader) { return reader->bytes[0]; }
+static inline const uint8_t* link_payload(const link_reader* reader) {
+  return reader->bytes + CTP_HEADER;
+}
+
+/* Writes a frame with its delimiter and returns its size. The payload, of at most CTP_MAX_PAYLOAD
+ * bytes, may not overlap `wire`, which holds CTP_MAX_WIRE. */
+uint8_t link_build(uint8_t type, uint8_t seq, const uint8_t* payload, uint8_t size, uint8_t* wire);
+
+#ifdef __cplusplus
+}
+#endif

@@ -1,0 +1,136 @@
+/* The sensor: its beginning, its time, and the touch circuit. */
+
+#include <string.h>
+
+#include "drivers/contact/firmware/core/sensor_parts.h"
+
+enum {
+  kBitsPerEventAndAck = (CTP_EVENT_SIZE + CTP_ACK_SIZE + 2 * CTP_OVERHEAD) * CTP_BITS_PER_BYTE,
+  kBitsPerEvent = (CTP_EVENT_SIZE + CTP_OVERHEAD) * CTP_BITS_PER_BYTE
+};
+
+enum { DEFAULT_OPEN_MV = 3500, DEFAULT_CONTACT_MV = 1000 };
+
+static uint32_t bit_ticks(uint32_t bits, uint32_t baud) {
+  return (bits * (uint32_t)CTP_TICKS_PER_S + baud - 1) / baud;
+}
+
+void sensor_init(sensor* s, const sensor_identity* identity, uint32_t now) {
+  uint32_t repeat;
+  memset(s, 0, sizeof(*s));
+  s->identity = *identity;
+  /* Three frames and a round trip: an ACK that is under way is waited for. */
+  repeat =
+      bit_ticks(3u * kBitsPerEvent + kBitsPerEventAndAck, identity->baud) + identity->pong_lead;
+  s->repeat = repeat > CTP_REPEAT_MIN_MS * TICKS_PER_MS ? repeat : CTP_REPEAT_MIN_MS * TICKS_PER_MS;
+  link_reader_init(&s->reader);
+  s->config_crc = CTP_CONFIG_NONE;
+  s->pin_high = true;
+  /* Until CONFIG comes, contact is what most hosts want it to be. */
+  s->config[CTP_CONFIG_POLARITY] = CTP_CONTACT_IS_LOW;
+  ctp_put_u16(s->config + CTP_CONFIG_OPEN_MV, DEFAULT_OPEN_MV);
+  ctp_put_u16(s->config + CTP_CONFIG_CONTACT_MV, DEFAULT_CONTACT_MV);
+  s->rule.confirm_samples = 5;
+  s->rule.period = 100 * TICKS_PER_US;
+  s->rule.longest = CTP_CONFIRM_MAX_MS * TICKS_PER_MS;
+  s->heartbeat = CTP_KEEPALIVE_MS * TICKS_PER_MS;
+  s->next_status = now + CTP_IDLE_STATUS_MS * TICKS_PER_MS;
+  s->ident_due = true;
+}
+
+bool sensor_near_contact(const sensor* s, uint16_t mv) {
+  return s->config[CTP_CONFIG_POLARITY] == CTP_CONTACT_IS_LOW
+             ? mv <= ctp_get_u16(s->config + CTP_CONFIG_CONTACT_MV)
+             : mv >= ctp_get_u16(s->config + CTP_CONFIG_OPEN_MV);
+}
+
+bool sensor_near_open(const sensor* s, uint16_t mv) {
+  return s->config[CTP_CONFIG_POLARITY] == CTP_CONTACT_IS_LOW
+             ? mv >= ctp_get_u16(s->config + CTP_CONFIG_OPEN_MV)
+             : mv <= ctp_get_u16(s->config + CTP_CONFIG_CONTACT_MV);
+}
+
+bool sensor_closed(const sensor* s, bool pin_high) {
+  return pin_high == (s->config[CTP_CONFIG_POLARITY] == CTP_CONTACT_IS_HIGH);
+}
+
+void sensor_disarm(sensor* s) {
+  if (s->arm_id != 0) s->used_arm_id = s->arm_id;
+  s->arm_id = 0;
+}
+
+/* The touch circuit ------------------------------------------------------------------------------
+ */
+
+void sensor_level(sensor* s, uint32_t t, bool closed) {
+  if (s->test != TEST_NONE) { /* its own edge, or one that is looked at when the test is over */
+    if (closed != s->touch.level) s->test_edge = true;
+    s->touch.level = closed;
+    return;
+  }
+  if (!touch_edge(&s->touch, &s->rule, t, closed)) return;
+  if (!closed) {
+    s->touch_arm_id = s->contact_arm_id;
+    return;
+  }
+  s->touch_arm_id = s->arm_id;
+  if (s->arm_id == 0) return;
+  ctp_put_u16(s->trip + CTP_TRIP_ARM_ID, s->arm_id);
+  ctp_put_u32(s->trip + CTP_TRIP_T, t);
+  s->trip_due = true;
+  sensor_disarm(s);
+  s->latched = true;
+}
+
+static void look(sensor* s) {
+  const uint32_t t = s->touch.sample;
+  const touch_outcome outcome = touch_sample(&s->touch, &s->rule);
+  bool level;
+  if (outcome == TOUCH_UNDECIDED) return;
+  s->status_due = true;
+  if (outcome == TOUCH_CONFIRMED) {
+    if (s->touch.contact) s->contact_arm_id = s->touch_arm_id;
+    sensor_raise(s, s->touch.target ? CTP_CONTACT : CTP_RELEASE, s->touch_arm_id, t);
+    return;
+  }
+  if (s->touch.target && s->touch_arm_id != 0) sensor_raise(s, CTP_REVOKED, s->touch_arm_id, t);
+  /* Dismissed after a long rattle the input may stand at the other level: begin anew. */
+  level = s->touch.level;
+  s->touch.level = s->touch.contact;
+  sensor_level(s, t, level);
+}
+
+static void look_until(sensor* s, uint32_t t) {
+  while (s->touch.open && due(s->touch.sample, t)) look(s);
+}
+
+void sensor_on_edge(sensor* s, uint32_t t, bool pin_high) {
+  look_until(s, t); /* samples that were due before it */
+  s->last_edge = t;
+  s->edge_seen = true;
+  s->pin_high = pin_high;
+  sensor_level(s, t, sensor_closed(s, pin_high));
+}
+
+void sensor_on_voltages(sensor* s, uint16_t sense_mv, uint16_t feed_mv) {
+  s->feed_mv = feed_mv;
+  if (s->test != TEST_NONE) sensor_measure_test(s, sense_mv);
+  if (s->test != TEST_LIFT) s->sense_mv = sense_mv; /* lifted it says nothing about contact */
+}
+
+void sensor_run(sensor* s, uint32_t now) {
+  look_until(s, now);
+  if (s->edge_seen && now - s->last_edge > CTP_IDLE_STATUS_MS * TICKS_PER_MS) s->edge_seen = false;
+  if (s->test != TEST_NONE) sensor_run_test(s, now);
+  sensor_age_test(s, now);
+  if (s->arm_id != 0 && (due(s->arm_until, now) || due(s->alive_until, now))) {
+    sensor_disarm(s);
+    s->status_due = true;
+  }
+}
+
+void sensor_on_byte(sensor* s, uint8_t byte, uint32_t t) {
+  if (link_feed(&s->reader, byte)) sensor_on_frame(s, t);
+}
+
+void sensor_log(sensor* s, const char* text) { s->log = text; }

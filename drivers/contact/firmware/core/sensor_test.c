@@ -1,0 +1,108 @@
+/* The self-test: the sensor makes an edge and must see it, and looks whether the loop carries
+ * current. What it takes:
+ *
+ *   open:       0 .. 1.5 ms pulled to the contact's side. The edge must be seen, and the feed must
+ *               go with it: it does only through both wires.
+ *   in contact: 0 .. 0.75 ms released: the touch must hold the feed down (else the feed wire is
+ *               broken), then lifted weakly: it must hold the sense line, too (else the sense wire
+ *               is broken). There is no edge to be seen: 'self-test ok' stays what it was.
+ *   both:       from 1.5 ms on released, and the outcome at 2 ms. A sense line that is open without
+ *               having been lifted is fed through both wires: a touch that has ended, no break. */
+
+#include "drivers/contact/firmware/core/sensor_parts.h"
+
+/* The board measures both voltages anew within each part, and while the line settles. */
+#define PULL_TICKS ((uint32_t)CTP_SELF_TEST_PULL_US * TICKS_PER_US)
+#define PART_TICKS (PULL_TICKS / 2)
+#define SETTLE_TICKS (CTP_SELF_TEST_MS * TICKS_PER_MS - PULL_TICKS)
+
+sensor_pull sensor_drive(const sensor* s) {
+  const bool low = s->config[CTP_CONFIG_POLARITY] == CTP_CONTACT_IS_LOW;
+  switch (s->test) {
+    case TEST_PULL:
+      return low ? SENSOR_PULLED_LOW : SENSOR_PULLED_HIGH;
+    case TEST_LIFT: /* the mirrored circuit would need a weak pull downwards, which no pin has */
+      return low ? SENSOR_LIFTED : SENSOR_RELEASED;
+    default:
+      return SENSOR_RELEASED;
+  }
+}
+
+static void enter(sensor* s, sensor_test part, uint32_t end) {
+  s->test = part;
+  s->test_next = end;
+  s->test_measured = false;
+}
+
+void sensor_begin_test(sensor* s, uint32_t now) {
+  s->test_edge = false;
+  s->test_whole = true;
+  s->status_due = true;
+  if (s->touch.contact) {
+    enter(s, TEST_LOOK, now + PART_TICKS);
+  } else {
+    s->self_test_ok = false;
+    enter(s, TEST_PULL, now + PULL_TICKS);
+  }
+}
+
+/* Each part begins with voltages that may have been measured before it; the last ones count. */
+void sensor_measure_test(sensor* s, uint16_t sense_mv) {
+  const bool fed = sensor_near_open(s, sense_mv);
+  const bool drained = sensor_near_contact(s, s->feed_mv);
+  switch (s->test) {
+    case TEST_PULL:
+      s->test_measured = drained;
+      break;
+    case TEST_LOOK:
+      s->test_measured = drained || fed;
+      break;
+    case TEST_LIFT:
+      /* Without a touch at this moment nothing can be told that the part before has not. */
+      s->test_measured = !drained || sensor_near_contact(s, sense_mv);
+      break;
+    default:
+      s->test_measured = s->touch.contact && fed;
+      break;
+  }
+}
+
+static void finish(sensor* s, uint32_t now) {
+  const bool level = s->touch.level;
+  s->test = TEST_NONE;
+  s->tested_at = now;
+  s->ever_tested = true;
+  s->self_test_old = false;
+  s->loop_ok = s->test_whole || s->test_measured;
+  if (!s->touch.contact) s->self_test_ok = s->loop_ok && s->test_edge;
+  if (!s->loop_ok) s->self_test_ok = false;
+  s->status_due = true;
+  /* What happened meanwhile is taken as an edge of this moment. */
+  s->touch.level = s->touch.contact;
+  sensor_level(s, now, level);
+}
+
+void sensor_run_test(sensor* s, uint32_t now) {
+  if (!due(s->test_next, now)) return;
+  switch (s->test) {
+    case TEST_LOOK:
+      s->test_whole = s->test_measured;
+      enter(s, TEST_LIFT, s->test_next + PART_TICKS);
+      break;
+    case TEST_PULL:
+    case TEST_LIFT:
+      s->test_whole = s->test_whole && s->test_measured;
+      enter(s, TEST_SETTLE, s->test_next + SETTLE_TICKS);
+      break;
+    default:
+      finish(s, now);
+      break;
+  }
+}
+
+void sensor_age_test(sensor* s, uint32_t now) {
+  /* Noted here, because the age itself would wrap. */
+  if (s->ever_tested && now - s->tested_at > CTP_SELF_TEST_MAX_AGE_S * (uint32_t)CTP_TICKS_PER_S) {
+    s->self_test_old = true;
+  }
+}

@@ -1,0 +1,147 @@
+// Touches of planes: on the face, inside its extent, along its normal, and nothing else near it.
+
+#include <gtest/gtest.h>
+
+#include "calib/files/files.h"
+#include "calib/identify/identify.h"
+#include "calib/plan/candidates.h"
+#include "calib/plan/pool.h"
+#include "tests/calib/plan/collisions.h"
+
+namespace cellcal::calib {
+namespace {
+
+/// The demo cell with a plate before the arm, tilted towards it.
+Cell with_plate() {
+  Cell cell = load_cell(CELLCAL_DEMO_CELL);
+  Target plate;
+  plate.id = "P";
+  plate.kind = TargetKind::kPlane;
+  plate.has_centre = plate.has_normal = true;
+  plate.centre_m = {0.95, 0.05, 0.25};
+  plate.centre_sigma_m = 0.005;
+  plate.normal = Eigen::Vector3d(-0.3, 0.1, 1.0).normalized();
+  plate.normal_sigma_rad = 0.02;
+  plate.extent_m = 0.2;
+  cell.tool.tip_radius_m = 0.003;
+  cell.targets.push_back(plate);
+  return cell;
+}
+
+const Plan& plan() {
+  static const Plan made = [] {
+    PlanOptions options;
+    options.fit_touches = 40;
+    options.check_touches = 10;
+    return make_plan(with_plate(), options);
+  }();
+  return made;
+}
+
+std::vector<const PlannedTouch*> of_plate(const Plan& made) {
+  std::vector<const PlannedTouch*> touches;
+  for (const PlannedTouch& touch : made.touches)
+    if (touch.target == "P") touches.push_back(&touch);
+  return touches;
+}
+
+TEST(PlannedPlane, IsTouchedOnItsFaceInsideItsExtentAlongItsNormal) {
+  const Cell cell = with_plate();
+  const Target& plate = cell.targets.back();
+  const ArmModel arm = planning_arm(cell);
+  const auto touches = of_plate(plan());
+  ASSERT_GE(touches.size(), 5U);
+  EXPECT_TRUE(plan().left_out.empty());
+  double furthest = 0.0;
+  for (const PlannedTouch* touch : touches) {
+    EXPECT_LT((touch->normal - plate.normal).norm(), 1e-12);
+    const auto outside = [&](const JointVector& q) {
+      return (arm.nominal_tip_m(q) - plate.centre_m).dot(plate.normal) - cell.tool.tip_radius_m;
+    };
+    EXPECT_NEAR(outside(touch->standoff), 0.012, 1e-8);
+    EXPECT_NEAR(outside(touch->end), -0.012, 1e-8);
+    EXPECT_NEAR(outside(touch->clear), 0.020, 1e-8);
+    const Eigen::Vector3d place = arm.nominal_tip_m(touch->standoff) - plate.centre_m;
+    const double off = (place - place.dot(plate.normal) * plate.normal).norm();
+    EXPECT_LE(off, plate.extent_m / 2.0 + 1e-8);
+    furthest = std::max(furthest, off);
+  }
+  EXPECT_GT(furthest, 0.05);  // apart, or its tilt is not known
+}
+
+TEST(PlannedPlane, IsIdentifiedFromWhatWasPlanned) {
+  // Nominal touches of a nominal arm: all that can be wrong is where they are.
+  const Cell cell = with_plate();
+  std::vector<Touch> touches;
+  for (const PlannedTouch& planned : plan().touches) {
+    Touch touch;
+    touch.target = planned.target;
+    touch.set = planned.set;
+    const double share = planned.expected_m / planned.search_m;
+    for (std::size_t i = 0; i < planned.standoff.size(); ++i)
+      touch.joint_rad.push_back(planned.standoff[i] +
+                                share * (planned.end[i] - planned.standoff[i]));
+    touches.push_back(std::move(touch));
+  }
+  const Calibration calibration = identify(cell, touches);
+  for (const std::string& reason : calibration.verdict.reasons)
+    EXPECT_EQ(reason.find("too few directions"), std::string::npos) << reason;
+  const TargetResult& found = calibration.targets.back();
+  ASSERT_EQ(found.id, "P");
+  EXPECT_LT((found.normal - cell.targets.back().normal).norm(), 1e-3);
+}
+
+TEST(PlannedPlane, IsNotRunIntoOnTheWayToOtherTouches) {
+  const Cell cell = with_plate();
+  const ArmModel arm = planning_arm(cell);
+  const Target& plate = cell.targets.back();
+  // By the independent check, with a thin cylinder in the plane's place.
+  Cell seen = cell;
+  Obstacle disc;
+  disc.id = "plate";
+  disc.shape = ObstacleShape::kCylinder;
+  disc.frame.linear() =
+      Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), plate.normal).toRotationMatrix();
+  disc.frame.translation() = plate.centre_m - 0.005 * plate.normal;
+  disc.diameter_m = plate.extent_m;
+  disc.height_m = 0.01;
+  seen.obstacles = {disc};
+  Plan others = plan();
+  for (std::size_t k = 0; k < others.touches.size(); ++k)
+    if (others.touches[k].target == "P") {  // its own search lines meet it: leave them out
+      others.touches[k].end = others.touches[k].standoff;
+      others.touches[k].clear = others.touches[k].standoff;
+      others.touches[k].transit.resize(others.touches[k].transit.size());
+    }
+  const testing::Approach approach = testing::Collisions(seen).of(others);
+  EXPECT_GT(approach.tip.gap_m, 0.0034) << approach.tip.words;
+  EXPECT_GT(approach.body.gap_m, 0.0024) << approach.body.words;
+}
+
+TEST(PlannedPlane, IsLeftOutWithTheReasonWhereItIsNotKnownHowFarItGoes) {
+  Cell cell = with_plate();
+  cell.targets.back().extent_m = 0.0;
+  PlanOptions options;
+  options.fit_touches = 20;
+  options.check_touches = 0;
+  EXPECT_EQ(make_plan(cell, options).left_out, std::vector<std::string>{"P"});
+  EXPECT_NE(why_not_planned(cell.targets.back()).find("extent_mm"), std::string::npos);
+  cell.targets.back().kind = TargetKind::kPoint;
+  EXPECT_NE(why_not_planned(cell.targets.back()).find("by hand"), std::string::npos);
+  EXPECT_EQ(make_plan(cell, options).left_out, std::vector<std::string>{"P"});
+  EXPECT_EQ(why_not_planned(cell.targets.front()), "");
+}
+
+TEST(PlannedPlane, OutOfReachIsNamedAsAPlane) {
+  Cell cell = with_plate();
+  cell.targets.back().centre_m = {4.0, 0.0, 0.2};
+  try {
+    (void)make_plan(cell, {});
+    ADD_FAILURE() << "was not refused";
+  } catch (const PlanError& error) {
+    EXPECT_NE(std::string(error.what()).find("plane P"), std::string::npos) << error.what();
+  }
+}
+
+}  // namespace
+}  // namespace cellcal::calib

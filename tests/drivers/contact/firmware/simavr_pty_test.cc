@@ -1,0 +1,182 @@
+// The firmware's image on a simulated ATmega328P in real time, on a pseudo-terminal, against the
+// unmodified SerialContact. Waits have generous limits, nothing is timed.
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <poll.h>
+#include <pty.h>
+#include <termios.h>
+#include <unistd.h>
+
+#include <array>
+#include <atomic>
+#include <boost/asio/executor_work_guard.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/post.hpp>
+#include <climits>
+#include <functional>
+#include <future>
+#include <mutex>
+#include <optional>
+#include <system_error>
+#include <thread>
+
+#include "drivers/contact/serial_contact.h"
+#include "simavr_board.h"
+
+namespace cellcal::test {
+namespace {
+
+using namespace drivers;  // NOLINT: a test's own file
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+using Steady = std::chrono::steady_clock;
+
+/// Runs the board at the pace of the machine's clock. Bytes that nobody reads are lost, as on a
+/// wire.
+class RealTimeBoard {
+ public:
+  RealTimeBoard() : board_(CELLCAL_SENSOR_ELF, CTP_DEFAULT_BAUD, Steady::now()) {
+    std::array<char, PATH_MAX> name{};
+    termios tio{};
+    ::cfmakeraw(&tio);
+    if (::openpty(&master_, &slave_, name.data(), &tio, nullptr) != 0) {
+      throw std::system_error(errno, std::generic_category(), "openpty");
+    }
+    ::fcntl(master_, F_SETFL, O_NONBLOCK);
+    path_ = name.data();
+    thread_ = std::thread([this] { live(); });
+  }
+  ~RealTimeBoard() {
+    stop_ = true;
+    thread_.join();
+    ::close(slave_);
+    ::close(master_);
+  }
+
+  const std::string& path() const { return path_; }
+  void touch(bool touching) {
+    const std::lock_guard lock(mutex_);
+    board_.touch(Steady::now(), touching);
+  }
+
+ private:
+  void live() {
+    while (!stop_) {
+      {
+        const std::lock_guard lock(mutex_);
+        turn();
+      }
+      pollfd fd{master_, POLLIN, 0};
+      constexpr timespec kTurn{0, 200'000};
+      ::ppoll(&fd, 1, &kTurn, nullptr);
+    }
+  }
+  void turn() {
+    std::array<std::uint8_t, 512> bytes{};
+    const auto now = Steady::now();
+    const ssize_t n = ::read(master_, bytes.data(), bytes.size());
+    if (n > 0) board_.receive({bytes.data(), static_cast<std::size_t>(n)}, now);
+    board_.advance(now);
+    while (const auto out = board_.next_output()) {
+      [[maybe_unused]] const auto written = ::write(master_, out->bytes.data(), out->bytes.size());
+    }
+  }
+
+  SimavrBoard board_;
+  int master_ = -1, slave_ = -1;
+  std::string path_;
+  std::mutex mutex_;
+  std::atomic<bool> stop_{false};
+  std::thread thread_;
+};
+
+bool wait_for(const std::function<bool()>& done) {
+  const auto end = Steady::now() + seconds{30};
+  while (!done()) {
+    if (Steady::now() > end) return false;
+    std::this_thread::sleep_for(milliseconds{1});
+  }
+  return true;
+}
+
+/// The robot's thread, which the sensor's guard is looked at on.
+class RobotThread {
+ public:
+  explicit RobotThread(const SerialContactOptions& options)
+      : guard_(boost::asio::make_work_guard(io_)), contact(io_, options) {
+    thread_ = std::thread([this] { io_.run(); });
+  }
+  ~RobotThread() {
+    contact.close();
+    io_.stop();
+    thread_.join();
+  }
+  std::optional<ContactEvent> next_event() {
+    std::promise<std::optional<ContactEvent>> event;
+    boost::asio::post(io_, [&] {
+      contact.guard().snapshot(Steady::now());
+      event.set_value(contact.guard().take_event());
+    });
+    return event.get_future().get();
+  }
+  std::optional<ContactEvent> wait_for_event() {
+    std::optional<ContactEvent> event;
+    wait_for([&] { return (event = next_event()).has_value(); });
+    return event;
+  }
+
+ private:
+  boost::asio::io_context io_;
+  boost::asio::executor_work_guard<boost::asio::io_context::executor_type> guard_;
+
+ public:
+  SerialContact contact;
+
+ private:
+  std::thread thread_;
+};
+
+TEST(SimavrPty, IsIdentifiedArmedAndTouchedThroughTheRealSerialDriver) {
+  RealTimeBoard board;
+  SerialContactOptions options;
+  options.port.device = board.path();
+  options.contact.max_clock_sigma_s = 0.02;  // a loaded test machine, not what is tested here
+  RobotThread robot(options);
+  robot.contact.open();
+  ASSERT_TRUE(wait_for([&] { return robot.contact.status().link == ContactLink::kReady; }))
+      << robot.contact.status().words;
+  // A machine that stops for more than 25 ms ends an arming: that is the dead man, not this.
+  constexpr std::uint16_t kTries = 10;
+  int touched = 0;
+  for (std::uint16_t id = 1; id <= kTries && touched < 2; ++id) {
+    std::optional<ArmResult> armed;
+    robot.contact.arm(id, seconds{60});
+    ASSERT_TRUE(wait_for([&] { return (armed = robot.contact.poll_arm()).has_value(); }));
+    if (!armed->armed) continue;
+    const TimePoint touch = Steady::now();
+    board.touch(true);
+    std::vector<ContactEvent> events;
+    while (events.empty() || events.back().kind != ContactEventKind::kContact) {
+      const auto event = robot.wait_for_event();
+      ASSERT_TRUE(event) << "a touch must be reported, armed or not";
+      events.push_back(*event);
+    }
+    board.touch(false);
+    const auto release = robot.wait_for_event();
+    ASSERT_TRUE(release);
+    EXPECT_EQ(release->kind, ContactEventKind::kRelease);
+    if (events.back().arm_id != id) continue;
+    ++touched;
+    ASSERT_EQ(events.size(), 2u);
+    EXPECT_EQ(events[0].kind, ContactEventKind::kTrip);
+    EXPECT_EQ(events[0].arm_id, id);
+    EXPECT_GE(events[1].first_edge, touch - milliseconds{50});
+    EXPECT_LE(events[1].first_edge, Steady::now() + milliseconds{50});
+  }
+  EXPECT_EQ(touched, 2);
+  EXPECT_EQ(robot.contact.status().quality.crc_errors, 0u);
+}
+
+}  // namespace
+}  // namespace cellcal::test
