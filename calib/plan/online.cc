@@ -15,6 +15,7 @@
 #include "calib/plan/aim.h"
 #include "calib/plan/choose.h"
 #include "calib/plan/design.h"
+#include "calib/plan/forecast.h"
 #include "calib/plan/order.h"
 #include "calib/plan/pool.h"
 
@@ -50,6 +51,7 @@ struct Online::Impl {
   std::optional<PlannedTouch> planned;
   std::optional<std::size_t> last;  ///< candidate that the arm stands at
   Progress progress;
+  std::vector<std::pair<int, double>> bounds;  ///< u95 [m] after so many touches
 
   Impl(const Cell& stated, const PlanOptions& how, const Goal& wanted, JointVector from,
        const Pace& at, const std::vector<Touch>& made)
@@ -188,6 +190,7 @@ struct Online::Impl {
     const PositionBound bound(arm, x, running->covariance_si().topLeftCorner(n, n),
                               running->ripple_rad());
     progress.u95_m = bound.mean_u95_m(postures);
+    bounds.emplace_back(progress.touches, progress.u95_m);
     judge();
   }
 
@@ -267,7 +270,7 @@ struct Online::Impl {
             "were asked for. Certified lengths, more spheres or other postures would help",
             100.0 * goal.worth_it, progress.u95_m * kMm, goal.u95_m * kMm));
     }
-    progress.touches_left = k;
+    progress.touches_left = std::min(k, touches_by_trend(bounds, goal.u95_m, most));
   }
 
   /// Where the arm comes from: for the time to a touch.

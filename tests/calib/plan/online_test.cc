@@ -8,6 +8,7 @@
 #include <set>
 
 #include "calib/model/random.h"
+#include "calib/plan/forecast.h"
 #include "tests/calib/identify/simulate.h"
 
 namespace cellcal::calib {
@@ -134,6 +135,17 @@ TEST(Online, OffersTheSameTouchUntilToldWhatBecameOfIt) {
   EXPECT_EQ(online.next({})->standoff, first->standoff);
   online.failed();
   EXPECT_NE(online.next({})->standoff, first->standoff);
+}
+
+TEST(Forecast, FollowsAPowerLawToItsEnd) {
+  std::vector<std::pair<int, double>> bounds;
+  for (int n = 20; n <= 50; ++n) bounds.emplace_back(n, 1e-3 / n);
+  EXPECT_EQ(touches_by_trend(bounds, 1e-3 / 80, 200), 30);
+  EXPECT_EQ(touches_by_trend(bounds, 1e-3 / 800, 200), 200);
+  EXPECT_EQ(touches_by_trend(bounds, 1e-3, 200), 1);
+  EXPECT_EQ(touches_by_trend({bounds.begin(), bounds.begin() + 7}, 1e-3 / 80, 200), 200);
+  for (auto& [n, u95] : bounds) u95 = 1e-3;
+  EXPECT_EQ(touches_by_trend(bounds, 1e-4, 200), 200) << "it stands still";
 }
 
 TEST(Online, SaysHowManyTouchesAreLeft) {
