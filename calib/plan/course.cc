@@ -63,6 +63,12 @@ struct Course::Impl {
           fmt::format("the arm does not stand at a sphere, and where it stands {}; jog it free and "
                       "resume",
                       clearance.hit(from, kTipMarginM).value_or("the tip is in contact")));
+    if (finder.seeking() == sphere)
+      throw PlanError(
+          fmt::format("the tip touches sphere {}, whose place is not known well enough yet to lead "
+                      "away from it; "
+                      "jog it free and resume",
+                      cell.targets[sphere].id));
     const Eigen::Vector3d& centre = cell.targets[sphere].centre_m;
     Eigen::Isometry3d outside = pose;
     outside.translation() =

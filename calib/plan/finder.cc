@@ -32,6 +32,10 @@ constexpr double kOpen = 0.5;         ///< of the radius
 constexpr std::size_t kLooked = 600;  ///< places that a line is judged by
 /// While nothing was met: a shaft that leans comes near to what the tip passes.
 constexpr double kMostTiltRad = 0.35;
+constexpr double kUsualStandM = 0.030;
+/// Moves are straight in joint space; the tip may leave its line by so much.
+constexpr double kBowM = 0.0015;
+constexpr int kHalvings = 4;
 constexpr double kLargestRad = 0.35;  ///< of a joint along a line: more is a jump
 
 /// A place that is being sought.
@@ -99,6 +103,7 @@ struct Finder::Impl {
       Target& target = cell.targets[one.target];
       target.has_centre = true;
       target.centre_m = one.found ? one.centre_m : one.belief.mean();
+      if (one.found) target.centre_sigma_m = 0.0;  // from touches that count for themselves
     }
   }
 
@@ -143,9 +148,14 @@ struct Finder::Impl {
   Cell swollen(std::optional<std::size_t> without) const {
     Cell result = cell;
     for (const Sought& one : sought)
-      if (!one.found)
-        result.targets[one.target].diameter_m +=
-            2.0 * (one.belief.reach_m(result.targets[one.target].centre_m) + kWrongM);
+      if (!one.found) {
+        Target& target = result.targets[one.target];
+        const double wider = 2.0 * (one.belief.reach_m(target.centre_m) + kWrongM);
+        if (target.stand_diameter_m <= 0.0)
+          target.stand_diameter_m = std::min(kUsualStandM, target.diameter_m);
+        target.stand_diameter_m += wider;
+        target.diameter_m += wider;
+      }
     if (without)
       result.targets.erase(result.targets.begin() + static_cast<std::ptrdiff_t>(*without));
     result.lengths.clear();
@@ -201,13 +211,34 @@ struct Finder::Impl {
     return result;
   }
 
+  /// How far the tip leaves the straight line between the ends of a move.
+  double bow_m(const JointVector& from, const JointVector& to) const {
+    const Vector3d a = arm.nominal_tcp(from).translation(), b = arm.nominal_tcp(to).translation();
+    double worst = 0.0;
+    for (const double share : {0.25, 0.5, 0.75}) {
+      JointVector q(from.size());
+      for (std::size_t i = 0; i < q.size(); ++i) q[i] = from[i] + share * (to[i] - from[i]);
+      const Vector3d off = arm.nominal_tcp(q).translation() - a;
+      const Vector3d along = (b - a).normalized();
+      worst = std::max(worst, (off - off.dot(along) * along).norm());
+    }
+    return worst;
+  }
+
   /// The whole search, where the arm can make it and nothing else is in its way.
   std::optional<PlannedTouch> search(const Line& line, const Sought& one, const Clearance& others) {
     const Candidate& c = line.candidate;
+    const double begin = one.radius_m + line.outside_m + kStandoffM;
     Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
     pose.linear() = c.orientation;
-    pose.translation() = line.aim + line.depth.end_m * c.normal;
-    const auto end = inverse(arm, pose, c.standoff, options.limit_margin_rad);
+    double end_m = line.depth.end_m;
+    std::optional<JointVector> end;
+    for (int k = 0; k <= kHalvings; ++k, end_m = (begin + end_m) / 2.0) {
+      pose.translation() = line.aim + end_m * c.normal;
+      end = inverse(arm, pose, c.standoff, options.limit_margin_rad);
+      if (end && bow_m(c.standoff, *end) <= kBowM) break;
+      end.reset();
+    }
     if (!end) return std::nullopt;
     for (std::size_t i = 0; i < end->size(); ++i)
       if (std::abs((*end)[i] - c.clear[i]) > kLargestRad) return std::nullopt;
@@ -218,8 +249,7 @@ struct Finder::Impl {
     touch.standoff = c.standoff;
     touch.end = *end;
     touch.clear = c.clear;
-    const double begin = one.radius_m + line.outside_m + kStandoffM;
-    touch.search_m = begin - line.depth.end_m;
+    touch.search_m = begin - end_m;
     touch.expected_m = std::min(touch.search_m, line.outside_m + kStandoffM);
     touch.may_miss = true;
     line_from = line.aim + begin * c.normal;
@@ -242,6 +272,26 @@ struct Finder::Impl {
     const Clearance clearance(around, arm), others(rest, arm);
     const JointVector resting = resting_posture(cell.robot, clearance);
     const Router router(around, arm, clearance, resting, options.limit_margin_rad);
+    // A sphere that turned out to be nearer than it was believed: further out, the way the arm
+    // came.
+    JointVector at = from;
+    std::vector<JointVector> out;
+    if (!clearance.clear(from, kTipMarginM)) {
+      if (last) {
+        Eigen::Isometry3d pose = arm.nominal_tcp(from);
+        const Vector3d here = pose.translation();
+        for (double further = 0.02; further < 0.2 && out.empty(); further *= 2.0) {
+          pose.translation() = here + further * last->normal;
+          const auto q = inverse(arm, pose, from, options.limit_margin_rad);
+          if (q && clearance.clear(*q, kTipMarginM) && others.clear(from, *q, kTipMarginM))
+            out.push_back(*q);
+        }
+      }
+      if (out.empty())
+        throw PlanError(fmt::format(
+            "the arm stands where sphere {} may be; jog it well away from there and resume", id));
+      at = out.front();
+    }
     if (last) router.connect(*last);  // what stands in the way is known better by now
     bool any = false;
     for (Line& line : lines(one, clearance)) {
@@ -249,9 +299,10 @@ struct Finder::Impl {
       if (!touch) continue;
       any = true;
       if (!router.connect(line.candidate)) continue;
-      auto way = router.to_standoff(from, last ? &*last : nullptr, line.candidate);
+      auto way = router.to_standoff(at, last ? &*last : nullptr, line.candidate);
       if (!way) continue;
-      touch->transit = std::move(*way);
+      touch->transit = out;
+      touch->transit.insert(touch->transit.end(), way->begin(), way->end());
       ++one.lines;
       last = std::move(line.candidate);
       return touch;
@@ -267,6 +318,11 @@ Finder::Finder(const Cell& cell, const PlanOptions& options, bool all,
 Finder::~Finder() = default;
 Finder::Finder(Finder&&) noexcept = default;
 Finder& Finder::operator=(Finder&&) noexcept = default;
+
+std::optional<std::size_t> Finder::seeking() const {
+  const Sought* one = impl_->current();
+  return one == nullptr ? std::nullopt : std::optional(one->target);
+}
 
 bool Finder::done() const { return impl_->current() == nullptr; }
 

@@ -44,6 +44,8 @@ class Finder {
 
   /// The cell with its spheres where they were found, or are believed to be.
   const Cell& located() const;
+  /// The sphere that is being found, index into the cell.
+  std::optional<std::size_t> seeking() const;
   /// "S2 is being found: 2 touches, within 8 mm"; empty once all are found.
   std::string words() const;
 

@@ -80,10 +80,24 @@ struct Online::Impl {
         touches.push_back(touch);
       else
         --progress.checks_left;
+      forget_like(touch);
     }
     progress.touches = static_cast<int>(touches.size());
     progress.touches_left -= progress.touches;
     if (!touches.empty() && seeded()) begin();
+  }
+
+  /// The candidate that was this touch, or would be much the same, is not offered again.
+  void forget_like(const Touch& touch) {
+    constexpr double kSameRad = 0.05;
+    const std::size_t target = cell.target_index(touch.target);
+    for (std::size_t c = 0; c < gone.size(); ++c) {
+      const Candidate& candidate = pool.candidates()[c];
+      double off = candidate.target == target ? 0.0 : kSameRad;
+      for (std::size_t i = 0; i < touch.joint_rad.size(); ++i)
+        off = std::max(off, std::abs(candidate.contact[i] - touch.joint_rad[i]));
+      if (off < kSameRad) gone[c] = true;
+    }
   }
 
   int made(std::size_t target) const {
@@ -248,8 +262,9 @@ struct Online::Impl {
                                 progress.u95_m * kMm, goal.u95_m * kMm));
     const int most = goal.most_touches - progress.touches;
     if (most <= 0)
-      return finish(fmt::format("{} touches were made; u95 {:.3f} mm, {:.3f} mm were asked for",
-                                progress.touches, progress.u95_m * kMm, goal.u95_m * kMm));
+      return finish(fmt::format(
+          "{} touches were made; u95 {:.3f} mm{}", progress.touches, progress.u95_m * kMm,
+          goal.u95_m > 0.0 ? fmt::format(", {:.3f} mm were asked for", goal.u95_m * kMm) : ""));
     const double before = variance();
     double left = before;
     Design ahead = *design;

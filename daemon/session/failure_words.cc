@@ -66,6 +66,9 @@ std::string what(FailureKind kind, const State& state, const Event& event) {
   const std::string& words = event.words;
   switch (kind) {
     case FailureKind::kPlan:
+      return or_else(words,
+                     "no touch can be reached from where the arm stands; jog it away from what "
+                     "is near and resume");
     case FailureKind::kDevice:
     case FailureKind::kIdentify:
     case FailureKind::kReport:

@@ -37,6 +37,7 @@ void each_later_key(Options& options, Visitor visit) {
   visit("goal_worth_it", options.goal.worth_it);
   visit("find", options.find);
   visit("slow_back_off_m", options.touch.slow_back_off_m);
+  visit("beyond_first_m", options.touch.beyond_first_m);
   visit("max_failed_in_a_row", options.touch.max_failed_in_a_row);
   visit("max_failed", options.touch.max_failed);
 }

@@ -35,8 +35,14 @@ std::chrono::milliseconds milliseconds(double seconds) {
   return std::chrono::milliseconds(static_cast<std::int64_t>(std::ceil(seconds * 1e3)));
 }
 
+/// A search behind a first contact ends soon after it: what was met once is not driven through.
+double search_end_m(const State& state) {
+  const double end_m = state.planned().search_m;
+  return state.first ? std::min(end_m, state.first->along_m + state.policy.beyond_first_m) : end_m;
+}
+
 double search_duration_s(const State& state, double speed_m_s) {
-  return std::max(0.0, state.planned().search_m - state.search_from_m) / speed_m_s;
+  return std::max(0.0, search_end_m(state) - state.search_from_m) / speed_m_s;
 }
 
 std::chrono::milliseconds search_patience(const State& state, double duration_s) {
@@ -81,8 +87,8 @@ void arm(State& state, const Event& event, Actions& actions, double speed_m_s) {
 
 void search(State& state, const Event& event, Actions& actions, double speed_m_s) {
   const double duration_s = search_duration_s(state, speed_m_s);
-  begin(state, event, actions, MoveKind::kSearch, axis_angles(state.planned().end), duration_s,
-        search_patience(state, duration_s));
+  begin(state, event, actions, MoveKind::kSearch, at_travel(state.planned(), search_end_m(state)),
+        duration_s, search_patience(state, duration_s));
 }
 
 void back_off_from(State& state, const Event& event, Actions& actions, double along_m,
@@ -136,11 +142,17 @@ bool links_ready(const State& state, const Event& event) {
   return links.ready() || (touching && !robot_lost(state, event));
 }
 bool in_contact(const State& state, const Event&) { return state.links.in_contact; }
+bool closed_since(const State& state, const Event&) {
+  return state.links.in_contact && !(state.resumed && state.routed_in_contact);
+}
 bool sensor_proven(const State&, const Event& event) {
   return event.links.ready() && !event.links.in_contact;
 }
+bool sensor_proven_freed(const State& state, const Event& event) {
+  return sensor_proven(state, event) && !state.touch_failed;
+}
 bool sensor_proven_at_standoff(const State& state, const Event& event) {
-  return sensor_proven(state, event) && !more_waypoints(state, event);
+  return sensor_proven_freed(state, event) && !more_waypoints(state, event);
 }
 bool referenced(const State&, const Event& event) {
   return event.links.robot == drivers::RobotLink::kReady;
@@ -183,9 +195,13 @@ bool one_by_one_after_failure(const State& state, const Event&) {
   return state.one_by_one && state.touch_failed.has_value();
 }
 bool sensor_proven_after_failure(const State& state, const Event& event) {
-  return one_by_one_after_failure(state, event) && sensor_proven(state, event);
+  return one_by_one_after_failure(state, event) && sensor_proven(state, event) &&
+         event.links.self_test_ok;
 }
 bool none_left(const State&, const Event& event) { return event.plan->touches.empty(); }
+bool nothing_chosen(const State& state, const Event& event) {
+  return state.one_by_one && none_left(state, event);
+}
 bool none_left_at_home(const State& state, const Event& event) {
   return none_left(state, event) && event.plan->home.empty();
 }
@@ -211,6 +227,7 @@ void rereference(State& state, const Event& event, Actions& actions) {
 }
 
 void find_route(State& state, const Event& event, Actions& actions) {
+  state.routed_in_contact = state.links.in_contact;
   if (state.one_by_one)
     actions.emplace_back(ChooseTouch{std::nullopt, state.links.in_contact});
   else
@@ -320,7 +337,9 @@ void leave_empty_place(State& state, const Event& event, Actions& actions) {
 
 void give_touch_up(State& state, const Event& event, Actions& actions) {
   leave_empty_place(state, event, actions);
-  if (event.kind != EventKind::kArrived) state.touch_failed = calib::NotMade::kFailed;
+  // Behind a first contact no contact does not say that there is nothing.
+  if (event.kind != EventKind::kArrived || state.first)
+    state.touch_failed = calib::NotMade::kFailed;
   ++state.failed_in_a_row;
   ++state.failed_touches;
 }

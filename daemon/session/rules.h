@@ -14,7 +14,9 @@ bool contact_faulty(const State&, const Event&);
 bool robot_lost(const State&, const Event&);
 bool links_ready(const State&, const Event&);
 bool in_contact(const State&, const Event&);
+bool closed_since(const State&, const Event&);
 bool sensor_proven(const State&, const Event&);
+bool sensor_proven_freed(const State&, const Event&);
 bool sensor_proven_at_standoff(const State&, const Event&);
 bool referenced(const State&, const Event&);
 bool more_waypoints(const State&, const Event&);
@@ -35,6 +37,7 @@ bool one_by_one(const State&, const Event&);
 bool one_by_one_after_failure(const State&, const Event&);
 bool sensor_proven_after_failure(const State&, const Event&);
 bool none_left(const State&, const Event&);
+bool nothing_chosen(const State&, const Event&);
 bool none_left_at_home(const State&, const Event&);
 
 // Effects.

@@ -80,7 +80,8 @@ std::optional<Event> Runner::happened() {
     state_.deadline.reset();
     return event(EventKind::kDeadline);
   }
-  return open_ ? links_changed() : std::nullopt;
+  const bool may_look = open_ && parts_.backend.clock().now() >= look_from_;
+  return may_look ? links_changed() : std::nullopt;
 }
 
 std::optional<Event> Runner::device_result() {
@@ -226,6 +227,8 @@ struct Runner::Perform {
   void operator()(const SelfTest&) const {
     backend.contact().self_test();
     runner.seen_.reset();
+    // The sensor's thread takes the order up within a few of these.
+    runner.look_from_ = backend.clock().now() + 10 * kPollPeriod;
   }
   void operator()(const BeginMove& action) const { backend.robot().begin(action.move); }
   void operator()(const StopArm&) const { backend.robot().stop(); }

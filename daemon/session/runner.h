@@ -101,6 +101,7 @@ class Runner {
   std::shared_ptr<Inbox> inbox_;
   std::optional<Links> seen_;  ///< none: devices closed, or a fresh look is wanted
   bool open_ = false;
+  drivers::TimePoint look_from_{};  ///< a status from before is an old one
   std::atomic<bool> abort_requested_{false};
 };
 

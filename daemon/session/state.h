@@ -31,6 +31,7 @@ struct State {
   /// the way home.
   std::shared_ptr<const calib::Plan> plan;
   std::string plan_hash;
+  bool routed_in_contact = false;    ///< when the way was asked for
   Links links;                       ///< as last seen
   std::optional<double> residual_m;  ///< of the newest touch, once assessed
 

@@ -17,6 +17,8 @@ struct TouchPolicy {
   /// From that of a slow search, whose overtravel is below 0.1 mm. At 2 mm/s every millimetre costs
   /// half a second of each touch.
   double slow_back_off_m = 0.0006;
+  /// A slow search ends so far behind the first contact.
+  double beyond_first_m = 0.003;
   /// Contact within this much travel from the stand-off is not the sphere: the tip would have been
   /// 11 mm early at the default stand-off of 12 mm. Jogged spheres, cables and chips are.
   double earliest_m = 0.001;

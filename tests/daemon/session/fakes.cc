@@ -18,6 +18,11 @@ constexpr double kBehindSurface = 0.008;
 constexpr double kOvertravel = 0.0002;
 constexpr std::chrono::milliseconds kTransitTime{500};
 
+/// Of the sphere that a search to here is for.
+double surface_before(double target_rad) {
+  return std::floor(target_rad / kTouchSpacing) * kTouchSpacing + kSearch - kBehindSurface;
+}
+
 }  // namespace
 
 void FakeRobot::open() {
@@ -85,7 +90,7 @@ std::optional<drivers::MoveResult> FakeRobot::poll() {
   if (result.outcome == MoveOutcome::kContact) {
     const auto late = w_.script.late_m.find(number);
     const double contact =
-        move.target_rad[0] - kBehindSurface + (late == w_.script.late_m.end() ? 0.0 : late->second);
+        surface_before(move.target_rad[0]) + (late == w_.script.late_m.end() ? 0.0 : late->second);
     w_.at_rad = contact + kOvertravel;
     drivers::Latch latch;
     latch.contact_rad = {contact};

@@ -131,6 +131,19 @@ TEST(a_search_for_a_sphere, that_lost_it_behind_the_first_contact_is_a_failed_to
   const State end = session.run();
   EXPECT_EQ(end.phase, Phase::kDone) << (end.failure ? end.failure->detail : "");
   EXPECT_EQ(end.failed_touches, 1);
+  ASSERT_GE(offers.asked.size(), 2u);
+  EXPECT_EQ(offers.asked[1].failed, calib::NotMade::kFailed)
+      << "it does not say that nothing is there";
+}
+
+TEST(a_session_of_chosen_touches, fails_by_name_where_nothing_can_be_chosen_to_begin_with) {
+  Offers offers{.wanted = 0};
+  Choosing session(offers);
+  const State end = session.run();
+  ASSERT_EQ(end.phase, Phase::kFailed);
+  EXPECT_EQ(end.failure->kind, FailureKind::kPlan);
+  EXPECT_NE(end.failure->detail.find("no touch can be reached"), std::string::npos)
+      << end.failure->detail;
 }
 
 TEST(a_touch_chosen_one_by_one, of_readings_that_disagree_is_replaced) {
@@ -181,6 +194,22 @@ TEST(a_session_of_chosen_touches, fails_where_nothing_can_be_chosen_and_holds_st
   EXPECT_EQ(end.failure->kind, FailureKind::kPlan);
   EXPECT_NE(end.failure->detail.find("no way out of here"), std::string::npos);
   EXPECT_EQ(session.recorder.touches.size(), 1u);
+}
+
+TEST(a_session_of_chosen_touches,
+     moves_no_further_after_a_failed_touch_before_the_sensor_is_proven) {
+  State state;
+  state.one_by_one = true;
+  state.phase = Phase::kProving;
+  state.plan = std::make_shared<const calib::Plan>(line_plan(1));
+  state.touch_failed = calib::NotMade::kMissed;
+  Event event;
+  event.kind = EventKind::kLinks;
+  event.links.robot = drivers::RobotLink::kReady;
+  event.links.contact = drivers::ContactLink::kReady;
+  EXPECT_EQ(step(state, event).state.phase, Phase::kProving);
+  event.links.self_test_ok = true;
+  EXPECT_EQ(step(state, event).state.phase, Phase::kChoosing);
 }
 
 TEST(a_session_of_chosen_touches, can_be_aborted_while_it_chooses) {
