@@ -169,6 +169,11 @@ std::string cause_words(const CoreResult& r) {
       return fmt::format("{} still moved by {:.4f} deg after {:.2f} s", axis, r.a, r.b);
     case Cause::kStopAsked:
       return "stopped on request";
+    case Cause::kTooCoarse:
+      return fmt::format(
+          "the angles come with {:.0f} decimals, as their first change shows: too coarse to "
+          "calibrate with; set the ETHERNET object's Precision to 4 or more",
+          r.a);
     default:
       return eki_words(r, axis);
   }

@@ -39,6 +39,7 @@ enum class Cause : std::uint8_t {
   kAxisNotFollowing,  ///< axis, a: commanded [deg], b: actual [deg]
   kNotSettled,        ///< axis, a: still moving by [deg], b: seconds waited
   kStopAsked,
+  kTooCoarse,  ///< a: decimals of the angles, seen when they changed for the first time
   // EKI alone
   kNotConnected,        ///< a: seconds since the link was lost or opened
   kControllerNotReady,  ///< program not running, drives off, stopped: see the state's words

@@ -43,6 +43,12 @@ AxisAngles take_axes(const AxisAngles& first_deg, const AxisAngles& external_deg
   return rad;
 }
 
+double most_difference(const AxisAngles& a, const AxisAngles& b) {
+  double most = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i) most = std::max(most, std::abs(a[i] - b[i]));
+  return most;
+}
+
 }  // namespace
 
 struct RsiCore::Impl {
@@ -77,17 +83,28 @@ struct RsiCore::Impl {
     ++state.packets;
     last_rx = t_rx;
     note_delay();
-    const AxisAngles actual = take_axes(frame.axes_deg, frame.external_deg, axes());
+    const AxisAngles actual = this->actual();
     std::copy(actual.begin(), actual.end(), state.actual_rad);
     state.ipoc = frame.ipoc.value;
     state.decimals = stream.decimals();
     state.cycle_s = stream.cycle_s();
     mover.listen(t_rx);
     // The same packet twice is answered twice, but is one cycle.
-    if (arrival == Arrival::kRepeat) return offset_known ? hold(t_rx) : std::string_view{};
+    if (arrival == Arrival::kRepeat && offset_known) return hold(t_rx);
+    if (arrival == Arrival::kRepeat) {
+      take_up_pending();
+      return {};
+    }
 
     record.push(t_rx, frame.ipoc.value, actual, offset_known ? commanded : actual);
-    if (!offset_known && !find_offset(actual, t_rx)) return {};
+    if (!offset_known && !find_offset(actual, t_rx)) {
+      take_up_pending();
+      return {};
+    }
+    if (state.link == RobotLink::kReady && coarse()) {
+      mover.halt(MoveOutcome::kNotFollowing, Cause::kTooCoarse, stream.decimals());
+      if (!mover.busy()) state.link = RobotLink::kNotReferenced;
+    }
     if (state.link == RobotLink::kNotReferenced) {
       follow_actual();
       try_reference();
@@ -147,6 +164,7 @@ struct RsiCore::Impl {
   void begin_session() {
     silence_before_s = state.waited_s;
     start_pose.clear();
+    setpoint_follows = false;
     stream.reset();
     record.clear();
     offset_known = false;
@@ -170,6 +188,7 @@ struct RsiCore::Impl {
       memory.t_rx = last_rx;
       memory.delay = last_delay;
       memory.delay_counts = delay_counts;
+      memory.setpoint_follows = setpoint_follows;
     }
     rereference_asked = false;
     offset_known = false;
@@ -177,16 +196,19 @@ struct RsiCore::Impl {
   }
 
   /// ASPos is the pose at RSI_ON: where it changes, a new session began, or the KRL program moves
-  /// the arm itself. Either way the correction means something else now.
+  /// the arm itself. Either way the correction means something else now. Some simulators add the
+  /// correction to ASPos too: then it is where the last replies have commanded it to be.
   bool start_pose_moved() {
     const AxisAngles setpoint =
         take_axes(frame.setpoint_axes_deg, frame.setpoint_external_deg, axes());
     if (setpoint.size() != axes()) return false;
     if (start_pose.empty()) start_pose = setpoint;
-    for (std::size_t i = 0; i < axes(); ++i) {
-      if (std::abs(setpoint[i] - start_pose[i]) > kSamePoseRad) return true;
-    }
-    return false;
+    const double moved = most_difference(setpoint, start_pose);
+    if (moved <= kSamePoseRad || setpoint_follows) return false;
+    setpoint_follows = offset_known && mover.busy() &&
+                       most_difference(setpoint, commanded) <= kSamePoseRad &&
+                       most_difference(setpoint, actual()) <= kSamePoseRad;
+    return !setpoint_follows;
   }
 
   bool find_offset(const AxisAngles& actual, TimePoint t_rx) {
@@ -196,7 +218,7 @@ struct RsiCore::Impl {
     evidence.actual_rad = actual;
     const AxisAngles setpoint =
         take_axes(frame.setpoint_axes_deg, frame.setpoint_external_deg, axes());
-    if (setpoint.size() == axes()) evidence.setpoint_rad = setpoint;
+    if (setpoint.size() == axes() && !memory.setpoint_follows) evidence.setpoint_rad = setpoint;
     evidence.delay = frame.delay;
     evidence.silence_before_s = silence_before_s;
     evidence.session_start = session_start;
@@ -233,9 +255,9 @@ struct RsiCore::Impl {
     state.link = RobotLink::kReady;
   }
 
-  bool fit_for_reference() const {
-    return stream.learnt() && stream.decimals() >= kFewestDecimals && !not_accepted();
-  }
+  bool fit_for_reference() const { return stream.learnt() && !coarse() && !not_accepted(); }
+
+  bool coarse() const { return stream.decimals() < kFewestDecimals && !stream.decimals_unproven(); }
 
   void note_delay() {
     if (!frame.delay) return;
@@ -315,6 +337,7 @@ struct RsiCore::Impl {
   // ---- small things ----------------------------------------------------------------------------
 
   std::size_t axes() const { return config.limits.size(); }
+  AxisAngles actual() const { return take_axes(frame.axes_deg, frame.external_deg, axes()); }
   bool linked() const {
     return state.link == RobotLink::kNotReferenced || state.link == RobotLink::kReady;
   }
@@ -360,7 +383,7 @@ struct RsiCore::Impl {
     if (not_accepted()) return Trouble::kNotAccepted;
     if (stream.odd_cycle()) return Trouble::kOddCycle;
     if (!stream.learnt()) return Trouble::kLearning;
-    if (stream.decimals() < kFewestDecimals) return Trouble::kCoarse;
+    if (coarse()) return Trouble::kCoarse;
     return Trouble::kNone;
   }
 
@@ -392,7 +415,8 @@ struct RsiCore::Impl {
   bool session_start = false;
   bool rereference_asked = false;
   bool too_few_axes = false;
-  AxisAngles start_pose;                                         // ASPos of this session
+  bool setpoint_follows = false;  // ASPos holds the correction, as with some simulators
+  AxisAngles start_pose;          // ASPos of this session
   AxisAngles sent = AxisAngles(config.limits.size(), 0.0);       // correction in the last reply
   AxisAngles base = AxisAngles(config.limits.size(), 0.0);       // pose at correction 0
   AxisAngles commanded = AxisAngles(config.limits.size(), 0.0);  // base + correction

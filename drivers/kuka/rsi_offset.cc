@@ -69,6 +69,9 @@ OffsetVerdict OffsetFinder::by_setpoint(const OffsetEvidence& evidence) {
 
 OffsetVerdict OffsetFinder::by_counters(const OffsetEvidence& evidence) {
   if (evidence.session_start) return decide(zero_);
+  // A peer that counts packets from 0 waits for the answer to its first one.
+  const bool first_packet = evidence.ipoc == 0 && evidence.delay.value_or(0) == 0;
+  if (first_packet) return decide(zero_);
   if (!memory_.known) {
     // No late reply although nobody else can have answered for many cycles: it has just begun.
     // Without the silence it may be a session that another process has answered until now.

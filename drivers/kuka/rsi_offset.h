@@ -24,7 +24,8 @@ struct OffsetMemory {
   double seconds_per_ipoc = 0.0;  ///< 0 if not known
   TimePoint t_rx{};
   std::optional<std::uint32_t> delay;
-  bool delay_counts = false;  ///< Delay was seen to grow: the controller wires it
+  bool delay_counts = false;      ///< Delay was seen to grow: the controller wires it
+  bool setpoint_follows = false;  ///< ASPos holds the correction too: it says nothing here
 };
 
 struct OffsetEvidence {

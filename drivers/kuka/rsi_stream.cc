@@ -10,7 +10,8 @@ namespace {
 constexpr int kLearnPackets = 25;
 // Arrivals within this fraction of IPOC's milliseconds: IPOC counts milliseconds.
 constexpr double kMillisecondTolerance = 0.15;
-constexpr double kShortestCycleS = 0.002, kLongestCycleS = 0.040;
+// 2..40 ms, and what a timer on a loaded machine makes of it.
+constexpr double kShortestCycleS = 0.0016, kLongestCycleS = 0.048;
 constexpr double kSecondsPerMillisecond = 0.001;
 // Before the cycle is known: five times the longest.
 constexpr double kSilenceWhileLearningS = 0.2;
@@ -48,6 +49,8 @@ Arrival RsiStream::push(const RobFrame& frame, TimePoint t_rx) {
   last_ipoc_ = ipoc;
   last_delay_ = frame.delay.value_or(0);
   decimals_ = std::max(decimals_, frame.decimals);
+  if (first_deg_.empty()) first_deg_ = frame.axes_deg;
+  changed_ = changed_ || frame.axes_deg != first_deg_;
   if (!learnt()) learn(t_rx, ipoc);
   return arrival;
 }
@@ -63,6 +66,7 @@ void RsiStream::learn(TimePoint t_rx, std::uint32_t ipoc) {
   const double measured_s = elapsed_s / cycles;
   const double by_ipoc_s = step_ * kSecondsPerMillisecond;
   const bool milliseconds = std::abs(measured_s - by_ipoc_s) <= kMillisecondTolerance * by_ipoc_s;
+  counts_milliseconds_ = milliseconds;
   const double cycle_s = milliseconds ? by_ipoc_s : measured_s;
   odd_cycle_ = cycle_s < kShortestCycleS || cycle_s > kLongestCycleS;
   if (odd_cycle_) {

@@ -4,6 +4,9 @@
 // IPOC counts milliseconds on real controllers (+4 or +12 per packet); some peers count packets.
 // So the step is taken from IPOC, its duration from the arrivals, and where both agree on
 // milliseconds the exact value is used.
+//
+// A peer that counts packets is no KUKA controller, and may print "-90.0" for an exact -90: how
+// fine its angles are shows only once they change.
 
 #include <cstdint>
 
@@ -28,12 +31,14 @@ class RsiStream {
   Arrival push(const RobFrame& frame, TimePoint t_rx);
 
   bool learnt() const { return cycle_s_ > 0.0; }
-  bool odd_cycle() const { return odd_cycle_; }  ///< measured outside 2..40 ms; learning again
+  bool odd_cycle() const { return odd_cycle_; }  ///< measured far outside 2..40 ms; learning again
   double cycle_s() const { return cycle_s_; }    ///< 0 until learnt
   double seconds_per_ipoc() const;
   std::uint32_t step() const { return step_; }  ///< of IPOC per packet, 0 if not known
   double silence_limit_s() const;
   int decimals() const { return decimals_; }
+  /// True until the angles of a peer that counts packets have changed for the first time.
+  bool decimals_unproven() const { return learnt() && !counts_milliseconds_ && !changed_; }
   std::uint64_t packets() const { return packets_; }
   std::uint64_t gaps() const { return gaps_; }  ///< packets missing between those that came
 
@@ -43,6 +48,8 @@ class RsiStream {
   int silence_cycles_;
   std::uint64_t packets_ = 0, gaps_ = 0;
   int decimals_ = -1;
+  bool counts_milliseconds_ = false, changed_ = false;
+  AxisAngles first_deg_;
   std::uint32_t last_ipoc_ = 0, step_ = 0;
   std::uint32_t last_delay_ = 0;
   TimePoint learn_from_{};
