@@ -13,6 +13,8 @@ constexpr double kMillisecondTolerance = 0.15;
 // 2..40 ms, and what a timer on a loaded machine makes of it.
 constexpr double kShortestCycleS = 0.0016, kLongestCycleS = 0.048;
 constexpr double kSecondsPerMillisecond = 0.001;
+// Faster peers are no controllers: their programs pause for as long as a controller's cycle takes.
+constexpr double kShortestSilentCycleS = 0.004;
 // Before the cycle is known: five times the longest.
 constexpr double kSilenceWhileLearningS = 0.2;
 // Largest first step of IPOC that can be one cycle; later ones are compared with the step.
@@ -25,7 +27,7 @@ double RsiStream::seconds_per_ipoc() const {
 }
 
 double RsiStream::silence_limit_s() const {
-  return learnt() ? silence_cycles_ * cycle_s_ : kSilenceWhileLearningS;
+  return learnt() ? silence_cycles_ * std::max(cycle_s_, kShortestSilentCycleS) : kSilenceWhileLearningS;
 }
 
 Arrival RsiStream::push(const RobFrame& frame, TimePoint t_rx) {

@@ -7,11 +7,15 @@
 #include <cstdio>
 #include <fstream>
 #include <iterator>
+#include <numbers>
+#include <optional>
 #include <stdexcept>
 
 #include "calib/files/files.h"
 #include "sim/cell/contact_watch.h"
+#include "sim/emulator/control.h"
 #include "sim/emulator/options.h"
+#include "sim/krc/cartesian_arm.h"
 #include "sim/krc/eki_server.h"
 #include "sim/krc/krc_udp.h"
 #include "sim/mcu/mcu_pty.h"
@@ -19,6 +23,8 @@
 namespace {
 
 using namespace cellcal;
+
+constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 
 /// Returns when the process is asked to end.
 void wait_for_signal() {
@@ -28,6 +34,15 @@ void wait_for_signal() {
   sigaddset(&signals, SIGINT);
   int caught = 0;
   sigwait(&signals, &caught);
+}
+
+/// Until then the operator is obeyed.
+template <typename Krc>
+void wait_for_operator(const sim::EmulatorOptions& options, Krc& krc) {
+  std::optional<sim::Control> control;
+  if (!options.control.empty())
+    control.emplace(options.control, [&](std::string_view line) { return sim::obey(krc, line); });
+  wait_for_signal();
 }
 
 /// What both wires share: the physical cell, the contact sensor, and what has been seen at the end.
@@ -56,10 +71,16 @@ struct Cell {
 int run_rsi(const sim::EmulatorOptions& options, const calib::Cell& cell) {
   Cell emulated(options, cell);
   sim::ControllerConfig controller = options.controller;
-  for (const calib::Joint& joint : cell.robot.joints)
+  for (const calib::Joint& joint : cell.robot.joints) {
     controller.max_speed_rad_s.push_back(joint.max_speed_rad_s);
+    controller.soft_min_rad.push_back(joint.min_rad);
+    controller.soft_max_rad.push_back(joint.max_rad);
+    if (options.max_acceleration_deg_s2 > 0.0)
+      controller.max_acceleration_rad_s2.push_back(options.max_acceleration_deg_s2 * kRadPerDeg);
+  }
   if (controller.start_rad.size() != cell.robot.joints.size())
     controller.start_rad.assign(cell.robot.joints.size(), 0.0);
+  controller.arm = sim::make_cartesian_arm(cell);
   sim::ContactWatch watch(emulated.physical, [&](drivers::TimePoint t, bool closed) {
     emulated.sensor.edge(t, closed);
   });
@@ -76,7 +97,7 @@ int run_rsi(const sim::EmulatorOptions& options, const calib::Cell& cell) {
   fmt::print("emulator: {} axes, controller sends to {}:{}, contact sensor on {}\n",
              cell.robot.joints.size(), options.pc_address, options.pc_port, emulated.device());
   std::fflush(stdout);
-  wait_for_signal();
+  wait_for_operator(options, krc);
   krc.stop();
   std::uint64_t packets = 0, late = 0;
   std::string message;
@@ -127,7 +148,7 @@ int run_eki(const sim::EmulatorOptions& options, const calib::Cell& cell) {
   fmt::print("emulator: {} axes, controller listens on {}:{}, contact sensor on {}\n",
              cell.robot.joints.size(), tcp.address, krc.port(), emulated.device());
   std::fflush(stdout);
-  wait_for_signal();
+  wait_for_operator(options, krc);
   krc.stop();
   std::uint64_t moves = 0;
   krc.with([&](sim::EkiController& c) { moves = c.moves(); });

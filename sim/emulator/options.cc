@@ -40,6 +40,7 @@ void add_options(CLI::App& app, EmulatorOptions& options) {
              throw CLI::ValidationError("--pc", "\"" + text + "\" is not ADDRESS:PORT");
            options.pc_address = text.substr(0, colon);
            options.pc_port = static_cast<std::uint16_t>(port);
+           options.pc_port_given = true;
          },
          "Where the daemon listens for RSI, ADDRESS:PORT")
       ->default_str("127.0.0.1:49152");
@@ -103,6 +104,7 @@ void add_options(CLI::App& app, EmulatorOptions& options) {
       ->check(CLI::IsMember({"wire-broken", "stuck-open", "silent", "no-spheres"}));
   app.add_option("--restart-after", options.restart_after_s,
                  "Seconds after which the emulated operator starts RSI again when it has stopped");
+  add_rsi_options(app, options);
 }
 
 }  // namespace cellcal::sim

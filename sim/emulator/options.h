@@ -25,6 +25,9 @@ struct EmulatorOptions {
   std::string listen;             ///< address for EKI; empty: 127.0.0.1
   std::string pc_address = "127.0.0.1";
   std::uint16_t pc_port = 49152;
+  bool pc_port_given = false;
+  double max_acceleration_deg_s2 = 0.0;  ///< of any axis within a cycle; 0: not watched
+  std::string control;                   ///< FIFO of the operator's commands; "-": standard input
   std::string device_link;
   int baud = 1'000'000;
   double mcu_drift_ppm = 30.0;
@@ -35,5 +38,7 @@ struct EmulatorOptions {
 
 void add_truth_options(CLI::App& app, EmulatorOptions& options);
 void add_options(CLI::App& app, EmulatorOptions& options);
+/// How the controller's RSI is configured, and its operator. Part of add_options.
+void add_rsi_options(CLI::App& app, EmulatorOptions& options);
 
 }  // namespace cellcal::sim

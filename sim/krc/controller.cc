@@ -7,20 +7,61 @@
 #include <random>
 #include <stdexcept>
 
-#include "drivers/kuka/rsi_codec.h"
-
 namespace cellcal::sim {
 namespace {
 
 constexpr double kDegPerRad = 180.0 / std::numbers::pi;
 constexpr double kRadPerDeg = std::numbers::pi / 180.0;
+constexpr double kT1MmS = 250.0;
+// 250 mm/s at the flange, as a share of an axis' full speed on an arm of 1.4 m.
+constexpr double kT1Share = 0.06;
 
 using drivers::kMaxAxes;
 
+std::string axis_name(std::size_t i) {
+  return i < 6 ? "A" + std::to_string(i + 1) : "E" + std::to_string(i - 5);
+}
+
+void check_size(const std::vector<double>& values, std::size_t axes, const char* key) {
+  if (values.empty() || values.size() == axes) return;
+  throw std::invalid_argument(std::string("emulated controller: ") + key +
+                              " needs one value per axis");
+}
+
 }  // namespace
 
+RsiChannelConfig ControllerConfig::effective_channel() const {
+  if (channel) return *channel;
+  RsiChannelConfig made;
+  made.sentype = sentype;
+  const bool external = start_rad.size() > 6;
+  const auto send = [&](const char* name, RsiSource source) {
+    made.send.push_back({name, source, {}});
+  };
+  send("RIst", RsiSource::kActualFrame);
+  if (send_cartesian_setpoint) send("RSol", RsiSource::kSetpointFrame);
+  send("AIPos", RsiSource::kActualAxes);
+  if (external) send("EIPos", RsiSource::kActualExternal);
+  if (send_setpoint) send("ASPos", RsiSource::kSetpointAxes);
+  if (send_setpoint && external) send("ESPos", RsiSource::kSetpointExternal);
+  if (send_delay) send("Delay", RsiSource::kDelay);
+  const auto receive = [&](const std::string& element, std::string_view names, RsiRole role) {
+    for (std::size_t i = 0; i < 6; ++i) {
+      const std::string name =
+          names.size() == 6 ? std::string{names[i]} : std::string(names) + std::to_string(i + 1);
+      made.receive.push_back({element, name, role, i, hold_on, true});
+    }
+  };
+  receive(axis_tag, "A", RsiRole::kAxis);
+  receive(external_axis_tag, "E", RsiRole::kExternal);
+  receive(cartesian_tag, "XYZABC", RsiRole::kCartesian);
+  if (!stop_tag.empty()) made.receive.push_back({stop_tag, "", RsiRole::kStop, 0, false, true});
+  return made;
+}
+
 struct Controller::Impl {
-  explicit Impl(ControllerConfig c) : config(std::move(c)), random(config.seed) {
+  explicit Impl(ControllerConfig c)
+      : config(std::move(c)), channel(config.effective_channel()), random(config.seed) {
     axes = config.start_rad.size();
     if (axes == 0 || axes > kMaxAxes) {
       throw std::invalid_argument("emulated controller: 1 to 12 axes");
@@ -28,25 +69,40 @@ struct Controller::Impl {
     if (config.cycle_ms <= 0 || !(config.lag_s > 0.0)) {
       throw std::invalid_argument("emulated controller: cycle_ms and lag_s must be positive");
     }
-    if (!config.max_speed_rad_s.empty() && config.max_speed_rad_s.size() != axes) {
-      throw std::invalid_argument("emulated controller: max_speed_rad_s needs one value per axis");
-    }
+    check_size(config.max_speed_rad_s, axes, "max_speed_rad_s");
+    check_size(config.max_acceleration_rad_s2, axes, "max_acceleration_rad_s2");
+    check_size(config.soft_min_rad, axes, "soft_min_rad");
+    check_size(config.soft_max_rad, axes, "soft_max_rad");
     if (config.ipoc_step == 0) config.ipoc_step = config.cycle_ms;
-    base = setpoint = actual = config.start_rad;
-    correction_deg.assign(axes, 0.0);
-    accepted_deg = correction_deg;
     ipoc = config.ipoc_start;
+    actual = config.start_rad;
+    begin_at_actual();
+  }
+
+  void begin_at_actual() {
+    base = setpoint = actual;
+    axis_deg.assign(axes, 0.0);
+    speed_rad_s.assign(axes, 0.0);
+    frame.fill(0.0);
+    inputs.assign(channel.receive.size(), 0.0);
   }
 
   void rsi_on() {
-    base = setpoint = actual;
-    correction_deg.assign(axes, 0.0);
-    accepted_deg = correction_deg;
+    begin_at_actual();
     late = late_in_a_row = packets = 0;
-    awaiting = answered = stop_seen = false;
+    awaiting = answered = stop_seen = stop_level = halted = false;
     first_frame = config.first_frame_only_ipoc;
     message.clear();
     phase = RsiPhase::kRunning;
+    if (e_stop) return end(RsiPhase::kFaulted, "EMERGENCY STOP is pressed");
+    if (!drives_on) return end(RsiPhase::kFaulted, "Drives are off");
+    if (manual() && !start_held) end(RsiPhase::kFaulted, "Start key is not held");
+  }
+
+  bool manual() const { return mode != OperatingMode::kAut; }
+
+  void stop_running(const char* why) {
+    if (phase == RsiPhase::kRunning) end(RsiPhase::kFaulted, why);
   }
 
   // Where the arm is at `t`, from `actual` at `tick_at` towards the setpoint in force.
@@ -58,9 +114,9 @@ struct Controller::Impl {
     return position;
   }
 
-  void end(RsiPhase why, std::string text) {
+  void end(RsiPhase why, std::string words) {
     phase = why;
-    message = std::move(text);
+    message = std::move(words);
     setpoint = actual;
   }
 
@@ -75,7 +131,11 @@ struct Controller::Impl {
     ++late;
     ++late_ever;
     ++late_in_a_row;
-    if (!config.hold_on) accepted_deg.assign(axes, 0.0);
+    for (std::size_t i = 0; i < inputs.size(); ++i) {
+      if (channel.receive[i].hold_on) continue;
+      inputs[i] = 0.0;
+      if (channel.receive[i].role == RsiRole::kStop) stop_level = false;
+    }
     const std::uint64_t counted = config.timeout_counts_total ? late : late_in_a_row;
     if (counted > static_cast<std::uint64_t>(config.timeout_cycles)) {
       end(RsiPhase::kFaulted,
@@ -83,26 +143,107 @@ struct Controller::Impl {
     }
   }
 
-  // The correction accepted last comes into force.
-  void apply() {
-    for (std::size_t i = 0; i < axes; ++i) {
-      if (std::abs(accepted_deg[i]) > config.monitor_deg) {
-        end(RsiPhase::kFaulted, "KSS29000 AXISCORRMON: Permissible overall correction exceeded, A" +
-                                    std::to_string(i + 1));
-        return;
+  // What the ETHERNET object puts out, through AXISCORR and POSCORR, which clamp in silence.
+  void correct() {
+    const bool relative = config.mode == RsiMode::kRelative;
+    for (std::size_t i = 0; i < inputs.size(); ++i) {
+      const RsiReceived& from = channel.receive[i];
+      const std::size_t axis = from.index + (from.role == RsiRole::kExternal ? 6 : 0);
+      const bool of_axis = from.role == RsiRole::kAxis || from.role == RsiRole::kExternal;
+      if (of_axis && axis < axes) {
+        const double whole = inputs[i] + (relative ? axis_deg[axis] : 0.0);
+        axis_deg[axis] = std::clamp(whole, -config.clamp_deg, config.clamp_deg);
+      } else if (from.role == RsiRole::kCartesian) {
+        const double limit = from.index < 3 ? config.clamp_mm : config.clamp_turn_deg;
+        const double whole = inputs[i] + (relative ? frame[from.index] : 0.0);
+        frame[from.index] = std::clamp(whole, -limit, limit);
       }
-      correction_deg[i] = std::clamp(accepted_deg[i], -config.clamp_deg, config.clamp_deg);
-      const double next = base[i] + correction_deg[i] * kRadPerDeg;
-      const double speed = std::abs(next - setpoint[i]) / (1e-3 * config.cycle_ms);
-      if (!config.max_speed_rad_s.empty() && speed > config.max_speed_rad_s[i]) {
-        end(RsiPhase::kFaulted, "Command velocity A" + std::to_string(i + 1));
-        return;
-      }
-      setpoint[i] = next;
     }
   }
 
-  std::string_view packet() {
+  std::string monitors() const {
+    for (std::size_t i = 0; i < axes; ++i) {
+      if (std::abs(axis_deg[i]) > config.monitor_deg)
+        return "KSS29000 AXISCORRMON: Permissible overall correction exceeded, " + axis_name(i);
+    }
+    const double shift = std::hypot(frame[0], frame[1], frame[2]);
+    const double turn = std::hypot(frame[3], frame[4], frame[5]);
+    if (shift > config.monitor_mm || turn > config.monitor_turn_deg)
+      return "KSS29000 POSCORRMON: Permissible overall correction exceeded";
+    return {};
+  }
+
+  std::optional<std::vector<double>> corrected() const {
+    const bool cartesian = std::any_of(frame.begin(), frame.end(), [](double v) { return v != 0; });
+    if (cartesian) {
+      if (!config.arm) return std::nullopt;
+      return config.arm->corrected(base, frame, config.cartesian_system, setpoint);
+    }
+    std::vector<double> next = base;
+    for (std::size_t i = 0; i < axes; ++i) next[i] += axis_deg[i] * kRadPerDeg;
+    return next;
+  }
+
+  // What the motion system refuses to do with the next setpoint; empty: nothing.
+  std::string objection(const std::vector<double>& next, const std::vector<double>& speed) const {
+    const double dt = 1e-3 * config.cycle_ms;
+    for (std::size_t i = 0; i < axes; ++i) {
+      if ((i < config.soft_min_rad.size() && next[i] < config.soft_min_rad[i]) ||
+          (i < config.soft_max_rad.size() && next[i] > config.soft_max_rad[i]))
+        return "Software limit switch " + axis_name(i);
+      if (i < config.max_speed_rad_s.size() && std::abs(speed[i]) > config.max_speed_rad_s[i])
+        return "Command velocity " + axis_name(i);
+      if (i < config.max_acceleration_rad_s2.size() &&
+          std::abs(speed[i] - speed_rad_s[i]) / dt > config.max_acceleration_rad_s2[i])
+        return "Command gear torque " + axis_name(i);
+      if (mode == OperatingMode::kT1 && !config.arm && !config.max_speed_rad_s.empty() &&
+          std::abs(speed[i]) > kT1Share * config.max_speed_rad_s[i])
+        return "T1: speed of " + axis_name(i) + " too high";
+    }
+    if (mode == OperatingMode::kT1 && config.arm) {
+      const KukaFrame from = config.arm->frame(setpoint), to = config.arm->frame(next);
+      if (std::hypot(to[0] - from[0], to[1] - from[1], to[2] - from[2]) / dt > kT1MmS)
+        return "T1: more than 250 mm/s at the TCP";
+    }
+    return {};
+  }
+
+  // The correction in force becomes the setpoint of this cycle.
+  void apply() {
+    correct();
+    if (halted) return;
+    std::string fault = monitors();
+    if (!fault.empty()) return end(RsiPhase::kFaulted, fault);
+    const auto next = corrected();
+    if (!next) {
+      return end(RsiPhase::kFaulted, config.arm ? "Work envelope exceeded"
+                                                : "POSCORR: no geometry of the arm is known");
+    }
+    std::vector<double> speed(axes);
+    for (std::size_t i = 0; i < axes; ++i)
+      speed[i] = ((*next)[i] - setpoint[i]) / (1e-3 * config.cycle_ms);
+    fault = objection(*next, speed);
+    if (!fault.empty()) return end(RsiPhase::kFaulted, fault);
+    setpoint = *next;
+    speed_rad_s = speed;
+  }
+
+  void take_stop() {
+    if (!stop_seen) return;
+    stop_seen = false;
+    if (config.stop_mode == RsiStop::kExitMoveCorr)
+      return end(RsiPhase::kEnded, "RSI_MOVECORR ended (STOP)");
+    message = "STOP object, mode " + std::to_string(static_cast<int>(config.stop_mode));
+    if (config.stop_mode == RsiStop::kInfo) return;
+    halted = true;
+    setpoint = actual;
+  }
+
+  std::string packet() {
+    if (first_frame) {
+      first_frame = false;
+      return format_first_packet(ipoc);
+    }
     std::array<double, kMaxAxes> actual_deg{}, base_deg{};
     std::normal_distribution<double> noise(0.0, 1.0);
     for (std::size_t i = 0; i < axes; ++i) {
@@ -110,18 +251,16 @@ struct Controller::Impl {
       if (config.noise_sigma_deg > 0.0) actual_deg[i] += config.noise_sigma_deg * noise(random);
       base_deg[i] = base[i] * kDegPerRad;
     }
-    drivers::RobFields fields;
-    fields.ipoc = ipoc;
-    fields.decimals = config.precision;
-    if (first_frame) {
-      fields.with_cartesian = false;
-    } else {
-      fields.axes_deg = std::span(actual_deg).first(axes);
-      if (config.send_setpoint) fields.setpoint_axes_deg = std::span(base_deg).first(axes);
-      if (config.send_delay) fields.delay = static_cast<std::uint32_t>(late);
+    RsiValues values;
+    values.ipoc = ipoc;
+    values.delay = late;
+    values.actual_deg = std::span(actual_deg).first(axes);
+    values.setpoint_deg = std::span(base_deg).first(axes);
+    if (config.arm) {
+      values.actual_frame = config.arm->frame(actual);
+      values.setpoint_frame = config.arm->frame(base);
     }
-    first_frame = false;
-    return drivers::format_rob(fields, buffer);
+    return format_packet(channel, values, config.precision);
   }
 
   std::string_view tick(drivers::TimePoint now) {
@@ -132,52 +271,50 @@ struct Controller::Impl {
     ipoc += static_cast<std::uint64_t>(config.ipoc_step);
     if (phase != RsiPhase::kRunning) return {};
     close_cycle();
-    if (phase == RsiPhase::kRunning && stop_seen)
-      end(RsiPhase::kEnded, "RSI_MOVECORR ended (STOP)");
+    if (phase == RsiPhase::kRunning) take_stop();
     if (phase == RsiPhase::kRunning) apply();
     if (phase != RsiPhase::kRunning) return {};
-    awaiting = true;
+    awaiting = !channel.only_send;
     answered = false;
     ++packets;
-    return packet();
+    text = packet();
+    return text;
   }
 
-  void receive(std::string_view reply) {
+  void receive(std::string_view bytes) {
     if (phase != RsiPhase::kRunning || !awaiting) return;
-    const drivers::SenNames names{config.sentype, config.axis_tag, "EK", config.stop_tag};
-    if (parser.parse_sen(reply, names, frame) != drivers::WireError::kNone) return;
+    const std::optional<RsiReply> reply = parse_reply(channel, bytes);
     // A wrong SENTYPE or IPOC is discarded without a word, as the real one does.
-    if (frame.type.view() != config.sentype || frame.ipoc.text.view() != std::to_string(ipoc)) {
-      return;
-    }
+    if (!reply || reply->type != channel.sentype || reply->ipoc != std::to_string(ipoc)) return;
     answered = true;
-    for (std::size_t i = 0; i < axes; ++i) {
-      const auto& source = i < 6 ? frame.axes_deg : frame.external_deg;
-      const std::size_t at_index = i < 6 ? i : i - 6;
-      if (at_index < source.size()) accepted_deg[i] = source[at_index];
-    }
-    if (frame.stop) {
+    for (std::size_t i = 0; i < inputs.size(); ++i) {
+      if (!reply->values[i]) continue;
+      inputs[i] = *reply->values[i];
+      if (channel.receive[i].role != RsiRole::kStop) continue;
       // STOP acts on the rising edge.
-      if (*frame.stop == 1 && !stop_level) stop_seen = true;
-      stop_level = *frame.stop == 1;
+      const bool level = inputs[i] != 0.0;
+      stop_seen = stop_seen || (level && !stop_level);
+      stop_level = level;
     }
   }
 
   ControllerConfig config;
+  RsiChannelConfig channel;
   std::size_t axes = 0;
   std::mt19937_64 random;
-  drivers::RsiParser parser;
-  drivers::SenFrame frame;
-  std::array<char, drivers::kRsiBuffer> buffer{};
+  std::string text;
 
   RsiPhase phase = RsiPhase::kBeforeRsiOn;
+  OperatingMode mode = OperatingMode::kAut;
   std::string message;
-  std::vector<double> base, setpoint, actual;
-  std::vector<double> correction_deg, accepted_deg;
+  std::vector<double> base, setpoint, actual, speed_rad_s;
+  std::vector<double> inputs;    // what the ETHERNET object puts out, one per received value
+  std::vector<double> axis_deg;  // corrections in force
+  KukaFrame frame{};
   drivers::TimePoint tick_at{};
-  bool ticked = false, blocked = false;
+  bool ticked = false, blocked = false, halted = false;
   bool awaiting = false, answered = false, stop_seen = false, stop_level = false;
-  bool first_frame = false;
+  bool first_frame = false, e_stop = false, drives_on = true, start_held = true;
   std::uint64_t ipoc = 0, late = 0, late_ever = 0, late_in_a_row = 0, packets = 0;
 };
 
@@ -191,7 +328,8 @@ void Controller::receive(std::string_view reply) { impl_->receive(reply); }
 
 std::vector<double> Controller::actual_rad_at(drivers::TimePoint t) const { return impl_->at(t); }
 std::vector<double> Controller::setpoint_rad() const { return impl_->setpoint; }
-std::vector<double> Controller::correction_deg() const { return impl_->correction_deg; }
+std::vector<double> Controller::correction_deg() const { return impl_->axis_deg; }
+const KukaFrame& Controller::cartesian_correction() const { return impl_->frame; }
 
 RsiPhase Controller::phase() const { return impl_->phase; }
 const std::string& Controller::message() const { return impl_->message; }
@@ -202,6 +340,28 @@ std::uint64_t Controller::ipoc() const { return impl_->ipoc; }
 drivers::Duration Controller::cycle() const {
   return std::chrono::milliseconds(impl_->config.cycle_ms);
 }
+
+void Controller::emergency_stop(bool pressed) {
+  impl_->e_stop = pressed;
+  if (pressed) impl_->stop_running("EMERGENCY STOP");
+}
+
+void Controller::drives(bool on) {
+  impl_->drives_on = on;
+  if (!on) impl_->stop_running("Drives off");
+}
+
+void Controller::mode(OperatingMode mode) {
+  if (mode != impl_->mode) impl_->stop_running("Operating mode changed");
+  impl_->mode = mode;
+}
+
+void Controller::start_key(bool held) {
+  impl_->start_held = held;
+  if (!held && impl_->manual()) impl_->stop_running("Start key released");
+}
+
+void Controller::cancel_program() { impl_->stop_running("Program cancelled"); }
 
 void Controller::block_drives(bool blocked) { impl_->blocked = blocked; }
 

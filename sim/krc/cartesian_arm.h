@@ -1,0 +1,35 @@
+#pragma once
+// What a controller knows of its arm's geometry: where the TCP is, and how to put it elsewhere.
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "sim/krc/rsi_channel.h"
+
+namespace cellcal::calib {
+struct Cell;
+}
+
+namespace cellcal::sim {
+
+/// POSCORR's RefCorrSys: what X Y Z A B C of a correction refer to.
+enum class CorrectionFrame { kBase, kTool };
+
+class CartesianArm {
+ public:
+  virtual ~CartesianArm() = default;
+  /// TCP in the base, axis angles in radians.
+  virtual KukaFrame frame(std::span<const double> axis_rad) const = 0;
+  /// Axis angles near `near_rad` that put the TCP where `correction` takes it from its pose at
+  /// `start_rad`; none: out of reach or outside the axes' limits.
+  virtual std::optional<std::vector<double>> corrected(
+      std::span<const double> start_rad, const KukaFrame& correction, CorrectionFrame system,
+      const std::vector<double>& near_rad) const = 0;
+};
+
+/// The nominal arm and tool of a cell; null unless it has six joints.
+std::shared_ptr<const CartesianArm> make_cartesian_arm(const calib::Cell& cell);
+
+}  // namespace cellcal::sim

@@ -1,0 +1,281 @@
+#include "sim/krc/rsi_channel.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <pugixml.hpp>
+#include <stdexcept>
+
+#include "drivers/kuka/wire_text.h"
+
+namespace cellcal::sim {
+namespace {
+
+namespace wire = drivers::wire;
+
+constexpr std::size_t kMostReply = 8192;
+constexpr std::string_view kFrameNames = "XYZABC";
+constexpr int kTechParameters = 10;
+
+[[noreturn]] void refuse(const std::string& why) {
+  throw std::invalid_argument("RSI ethernet file: " + why);
+}
+
+std::string lower(std::string_view text) {
+  std::string result(text);
+  std::transform(result.begin(), result.end(), result.begin(), wire::lower);
+  return result;
+}
+
+std::string attribute_of(const pugi::xml_node& node, const char* name) {
+  for (const pugi::xml_attribute& attribute : node.attributes()) {
+    if (wire::same_name(attribute.name(), name)) return attribute.value();
+  }
+  return {};
+}
+
+std::string constant_of(std::string_view tag, std::string_view type) {
+  if (type == "STRING") return "";
+  if (lower(tag).find("ovpro") != std::string::npos) return "100";
+  if (lower(tag).find("progstatus") != std::string::npos) return "3";
+  if (type == "DOUBLE") return "0.0";
+  if (type == "LONG" || type == "BOOL") return "0";
+  refuse("element " + std::string(tag) + ": TYPE \"" + std::string(type) +
+         "\" is not BOOL, LONG, DOUBLE or STRING");
+}
+
+/// DEF_Tech.C1 stands for C11 to C110.
+void add_tech(const std::string& set, RsiSent& element, const std::string& value) {
+  for (int i = 1; i <= kTechParameters; ++i)
+    element.constants.emplace_back(set + std::to_string(i), value);
+}
+
+void add_sent(const std::string& tag, const std::string& type, RsiChannelConfig& config) {
+  constexpr std::string_view kInternal = "DEF_";
+  const bool internal = tag.starts_with(kInternal);
+  const std::string path = internal ? tag.substr(kInternal.size()) : tag;
+  const std::size_t dot = path.find('.');
+  const std::string name = path.substr(0, dot);
+  if (internal && dot == std::string::npos) {
+    constexpr std::pair<std::string_view, RsiSource> kKnown[] = {
+        {"RIst", RsiSource::kActualFrame},     {"RSol", RsiSource::kSetpointFrame},
+        {"AIPos", RsiSource::kActualAxes},     {"ASPos", RsiSource::kSetpointAxes},
+        {"EIPos", RsiSource::kActualExternal}, {"ESPos", RsiSource::kSetpointExternal},
+        {"Delay", RsiSource::kDelay},
+    };
+    for (const auto& [known, source] : kKnown) {
+      if (known == name) {
+        config.send.push_back({name, source, {}});
+        return;
+      }
+    }
+    const bool currents = name == "MACur" || name == "MECur";
+    if (currents) {
+      RsiSent element{name, RsiSource::kConstant, {}};
+      for (int i = 1; i <= 6; ++i)
+        element.constants.emplace_back((name == "MACur" ? "A" : "E") + std::to_string(i), "0.0");
+      config.send.push_back(element);
+      return;
+    }
+  }
+  auto element = std::find_if(config.send.begin(), config.send.end(), [&](const RsiSent& sent) {
+    return sent.name == name && sent.source == RsiSource::kConstant && dot != std::string::npos;
+  });
+  if (element == config.send.end()) {
+    config.send.push_back({name, RsiSource::kConstant, {}});
+    element = config.send.end() - 1;
+  }
+  const std::string value = constant_of(tag, type);
+  if (internal && name == "Tech" && dot != std::string::npos) {
+    add_tech(path.substr(dot + 1), *element, value);
+  } else {
+    element->constants.emplace_back(dot == std::string::npos ? "" : path.substr(dot + 1), value);
+  }
+}
+
+void add_received(const std::string& tag, const std::string& type, bool hold_on,
+                  RsiChannelConfig& config) {
+  const std::size_t dot = tag.find('.');
+  RsiReceived value;
+  value.element = tag.substr(0, dot);
+  value.hold_on = hold_on;
+  value.number = type != "STRING";
+  if (dot == std::string::npos) {
+    if (type == "BOOL" && lower(tag).find("stop") != std::string::npos) value.role = RsiRole::kStop;
+  } else {
+    value.attribute = tag.substr(dot + 1);
+    const std::string& name = value.attribute;
+    const bool numbered = name.size() == 2 && name[1] >= '1' && name[1] <= '6';
+    if (numbered && (name[0] == 'A' || name[0] == 'E') && type == "DOUBLE") {
+      value.role = name[0] == 'A' ? RsiRole::kAxis : RsiRole::kExternal;
+      value.index = static_cast<std::size_t>(name[1] - '1');
+    } else if (name.size() == 1 && kFrameNames.find(name[0]) != std::string_view::npos) {
+      value.role = RsiRole::kCartesian;
+      value.index = kFrameNames.find(name[0]);
+    }
+  }
+  // DEF_EStr and DEF_Tech have no effect here and need not be there.
+  if (!tag.starts_with("DEF_") && tag != "FREE") config.receive.push_back(value);
+}
+
+class Text {
+ public:
+  Text& put(std::string_view more) {
+    text_ += more;
+    return *this;
+  }
+  Text& put(double value, int decimals) {
+    std::array<char, 400> buffer{};
+    const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value,
+                                   std::chars_format::fixed, decimals);
+    const std::string_view digits(buffer.data(), static_cast<std::size_t>(end.ptr - buffer.data()));
+    // No "-0.0000".
+    const bool zero = digits.find_first_of("123456789") == std::string_view::npos;
+    return put(zero && digits.starts_with('-') ? digits.substr(1) : digits);
+  }
+  Text& attribute(std::string_view name, double value, int decimals) {
+    return put(" ").put(name).put("=\"").put(value, decimals).put("\"");
+  }
+  std::string take() { return std::move(text_); }
+
+ private:
+  std::string text_;
+};
+
+void put_frame(Text& out, const KukaFrame& frame, int decimals) {
+  for (std::size_t i = 0; i < frame.size(); ++i)
+    out.attribute(kFrameNames.substr(i, 1), frame[i], decimals);
+}
+
+/// A controller has six of them, whatever the arm has.
+void put_axes(Text& out, char letter, std::span<const double> deg, std::size_t from, int decimals) {
+  for (std::size_t i = 0; i < 6; ++i) {
+    const double value = from + i < deg.size() ? deg[from + i] : 0.0;
+    out.attribute(std::string{letter} + static_cast<char>('1' + i), value, decimals);
+  }
+}
+
+void put_constants(Text& out, const RsiSent& sent) {
+  std::string_view text;
+  bool has_text = false;
+  out.put("<").put(sent.name);
+  for (const auto& [name, value] : sent.constants) {
+    if (name.empty()) {
+      has_text = true;
+      text = value;
+    } else {
+      out.put(" ").put(name).put("=\"").put(value).put("\"");
+    }
+  }
+  if (has_text) {
+    out.put(">").put(text).put("</").put(sent.name).put(">");
+  } else {
+    out.put("/>");
+  }
+}
+
+}  // namespace
+
+RsiChannelConfig RsiChannelConfig::parse(std::string_view xml) {
+  pugi::xml_document document;
+  const pugi::xml_parse_result result = document.load_buffer(xml.data(), xml.size());
+  if (!result) refuse(std::string("no XML: ") + result.description());
+  const pugi::xml_node root = document.child("ROOT");
+  const pugi::xml_node config = root.child("CONFIG");
+  if (!config) refuse("ROOT/CONFIG is missing");
+  RsiChannelConfig channel;
+  channel.port = static_cast<std::uint16_t>(config.child("PORT").text().as_uint());
+  if (channel.port == 0) refuse("CONFIG/PORT is missing");
+  channel.sentype = wire::trim(config.child_value("SENTYPE"));
+  if (channel.sentype.empty()) refuse("CONFIG/SENTYPE is missing");
+  channel.only_send = lower(wire::trim(config.child_value("ONLYSEND"))) == "true";
+  for (const auto& element : root.child("SEND").child("ELEMENTS").children("ELEMENT"))
+    add_sent(attribute_of(element, "TAG"), attribute_of(element, "TYPE"), channel);
+  for (const auto& element : root.child("RECEIVE").child("ELEMENTS").children("ELEMENT")) {
+    add_received(attribute_of(element, "TAG"), attribute_of(element, "TYPE"),
+                 attribute_of(element, "HOLDON") == "1", channel);
+  }
+  if (channel.send.empty()) refuse("SEND/ELEMENTS holds no ELEMENT");
+  return channel;
+}
+
+std::string format_packet(const RsiChannelConfig& channel, const RsiValues& v, int decimals) {
+  Text out;
+  out.put("<Rob Type=\"KUKA\">");
+  for (const RsiSent& sent : channel.send) {
+    if (sent.source == RsiSource::kConstant) {
+      put_constants(out, sent);
+      continue;
+    }
+    out.put("<").put(sent.name);
+    switch (sent.source) {
+      case RsiSource::kActualFrame:
+        put_frame(out, v.actual_frame, decimals);
+        break;
+      case RsiSource::kSetpointFrame:
+        put_frame(out, v.setpoint_frame, decimals);
+        break;
+      case RsiSource::kActualAxes:
+        put_axes(out, 'A', v.actual_deg, 0, decimals);
+        break;
+      case RsiSource::kSetpointAxes:
+        put_axes(out, 'A', v.setpoint_deg, 0, decimals);
+        break;
+      case RsiSource::kActualExternal:
+        put_axes(out, 'E', v.actual_deg, 6, decimals);
+        break;
+      case RsiSource::kSetpointExternal:
+        put_axes(out, 'E', v.setpoint_deg, 6, decimals);
+        break;
+      case RsiSource::kDelay:
+        out.put(" D=\"").put(std::to_string(v.delay)).put("\"");
+        break;
+      case RsiSource::kConstant:
+        break;
+    }
+    out.put("/>");
+  }
+  return out.put("<IPOC>").put(std::to_string(v.ipoc)).put("</IPOC></Rob>").take();
+}
+
+std::string format_first_packet(std::uint64_t ipoc) {
+  return "<Rob Type=\"KUKA\"><IPOC>" + std::to_string(ipoc) + "</IPOC></Rob>";
+}
+
+std::optional<RsiReply> parse_reply(const RsiChannelConfig& channel, std::string_view bytes) {
+  if (bytes.empty() || bytes.size() > kMostReply) return std::nullopt;
+  // Some senders close their text with a zero byte.
+  while (!bytes.empty() && bytes.back() == '\0') bytes.remove_suffix(1);
+  pugi::xml_document document;
+  if (!document.load_buffer(bytes.data(), bytes.size(), pugi::parse_default, pugi::encoding_utf8))
+    return std::nullopt;
+  const pugi::xml_node root = document.document_element();
+  if (root.name() != std::string_view("Sen") || !root.child("IPOC")) return std::nullopt;
+  RsiReply reply;
+  reply.type = root.attribute("Type").value();
+  reply.ipoc = wire::trim(root.child("IPOC").child_value());
+  reply.values.resize(channel.receive.size());
+  for (std::size_t i = 0; i < channel.receive.size(); ++i) {
+    const RsiReceived& wanted = channel.receive[i];
+    if (!wanted.number) continue;
+    const pugi::xml_node node = root.child(wanted.element.c_str());
+    if (!node) continue;
+    std::string_view text = node.child_value();
+    if (!wanted.attribute.empty()) {
+      const pugi::xml_attribute attribute = node.attribute(wanted.attribute.c_str());
+      if (!attribute) continue;
+      text = attribute.value();
+    }
+    double value = 0.0;
+    const std::string word = lower(wire::trim(text));
+    if (word == "true" || word == "false") {
+      value = word == "true" ? 1.0 : 0.0;
+    } else if (!wire::parse_number(text, value)) {
+      return std::nullopt;
+    }
+    reply.values[i] = value;
+  }
+  return reply;
+}
+
+}  // namespace cellcal::sim
