@@ -12,6 +12,7 @@
 #include <charconv>
 #include <cstdio>
 #include <cstring>
+#include <numbers>
 #include <stdexcept>
 #include <thread>
 
@@ -85,6 +86,9 @@ const char* to_words(RsiPhase phase) {
 std::string status(const Controller& c) {
   std::string text = fmt::format("{}, IPOC {}, {} late of {} packets", to_words(c.phase()),
                                  c.ipoc(), c.late(), c.packets());
+  text += ", setpoint [deg]";
+  for (const double rad : c.setpoint_rad())
+    text += fmt::format(" {:.4f}", rad * 180.0 / std::numbers::pi);
   if (!c.message().empty()) text += ", pendant: " + c.message();
   return text;
 }

@@ -10,6 +10,8 @@
 #include <numbers>
 #include <optional>
 #include <stdexcept>
+#include <string>
+#include <vector>
 
 #include "calib/files/files.h"
 #include "sim/cell/contact_watch.h"
@@ -17,6 +19,7 @@
 #include "sim/emulator/options.h"
 #include "sim/krc/cartesian_arm.h"
 #include "sim/krc/eki_server.h"
+#include "sim/krc/eki_stream_server.h"
 #include "sim/krc/krc_udp.h"
 #include "sim/mcu/mcu_pty.h"
 
@@ -68,6 +71,17 @@ struct Cell {
   sim::McuPty sensor;
 };
 
+std::string read_file(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+std::vector<double> start_of(const sim::EmulatorOptions& options, const calib::Cell& cell) {
+  std::vector<double> start_rad = options.controller.start_rad;
+  if (start_rad.size() != cell.robot.joints.size()) start_rad.assign(cell.robot.joints.size(), 0.0);
+  return start_rad;
+}
+
 int run_rsi(const sim::EmulatorOptions& options, const calib::Cell& cell) {
   Cell emulated(options, cell);
   sim::ControllerConfig controller = options.controller;
@@ -78,8 +92,7 @@ int run_rsi(const sim::EmulatorOptions& options, const calib::Cell& cell) {
     if (options.max_acceleration_deg_s2 > 0.0)
       controller.max_acceleration_rad_s2.push_back(options.max_acceleration_deg_s2 * kRadPerDeg);
   }
-  if (controller.start_rad.size() != cell.robot.joints.size())
-    controller.start_rad.assign(cell.robot.joints.size(), 0.0);
+  controller.start_rad = start_of(options, cell);
   controller.arm = sim::make_cartesian_arm(cell);
   sim::ContactWatch watch(emulated.physical, [&](drivers::TimePoint t, bool closed) {
     emulated.sensor.edge(t, closed);
@@ -114,16 +127,62 @@ int run_rsi(const sim::EmulatorOptions& options, const calib::Cell& cell) {
   return watch.crashes() == 0 ? 0 : 1;
 }
 
+/// Somebody else's channel files and clients.
+int run_eki_stream(const sim::EmulatorOptions& options, const calib::Cell& cell) {
+  if (!options.control.empty())
+    throw std::invalid_argument("--control has no effect on channel files of others: leave it out");
+  sim::EkiStreamConfig controller;
+  for (const std::string& path : options.eki_xml) controller.channel_xml.push_back(read_file(path));
+  controller.start_rad = start_of(options, cell);
+  for (const calib::Joint& joint : cell.robot.joints) {
+    controller.max_speed_rad_s.push_back(joint.max_speed_rad_s);
+    controller.min_rad.push_back(joint.min_rad);
+    controller.max_rad.push_back(joint.max_rad);
+  }
+  controller.lag_s = options.controller.lag_s;
+  controller.arm = sim::make_cartesian_arm(cell);
+
+  Cell emulated(options, cell);
+  sim::ContactWatch watch(emulated.physical, [&](drivers::TimePoint t, bool closed) {
+    emulated.sensor.edge(t, closed);
+  });
+  sim::EkiStreamServerOptions server;
+  if (!options.listen.empty()) server.address = options.listen;
+  server.realtime = true;
+  sim::EkiStreamServer krc(controller, server, [&](sim::EkiStream& c, drivers::TimePoint now) {
+    if (!options.no_spheres)
+      watch.look(now, now + c.cycle(), [&](drivers::TimePoint t) { return c.actual_rad_at(t); });
+  });
+  krc.start();
+  for (std::size_t i = 0; i < options.eki_xml.size(); ++i)
+    fmt::print("emulator: {} served on {}:{}\n", options.eki_xml[i], server.address, krc.port(i));
+  fmt::print("emulator: {} axes, contact sensor on {}\n", cell.robot.joints.size(),
+             emulated.device());
+  std::fflush(stdout);
+  wait_for_signal();
+  krc.stop();
+  std::uint64_t moves = 0;
+  std::string message;
+  krc.with([&](sim::EkiStream& c) {
+    moves = c.moves();
+    message = c.message();
+  });
+  fmt::print("emulator: {} moves, deepest {:.3f} mm, {} crashes of the shaft{}\n", moves,
+             watch.deepest_m() * 1e3, watch.crashes(),
+             message.empty() ? "" : ", last command left out: " + message);
+  return watch.crashes() == 0 ? 0 : 1;
+}
+
 int run_eki(const sim::EmulatorOptions& options, const calib::Cell& cell) {
   if (options.eki_xml.empty())
     throw std::invalid_argument(
         "--wire eki needs --eki-xml: the channel file that 'cellcal kuka-files' writes");
-  std::ifstream file(options.eki_xml, std::ios::binary);
+  const std::string xml = read_file(options.eki_xml.front());
+  if (options.eki_xml.size() > 1 || !sim::is_cellcal_channel(sim::EkiChannelConfig::parse(xml)))
+    return run_eki_stream(options, cell);
   sim::EkiControllerConfig controller;
-  controller.channel_xml.assign(std::istreambuf_iterator<char>(file), {});
-  controller.start_rad = options.controller.start_rad;
-  if (controller.start_rad.size() != cell.robot.joints.size())
-    controller.start_rad.assign(cell.robot.joints.size(), 0.0);
+  controller.channel_xml = xml;
+  controller.start_rad = start_of(options, cell);
   for (const calib::Joint& joint : cell.robot.joints)
     controller.max_speed_rad_s.push_back(joint.max_speed_rad_s);
   controller.lag_s = options.controller.lag_s;

@@ -48,9 +48,10 @@ void add_options(CLI::App& app, EmulatorOptions& options) {
       ->capture_default_str()
       ->check(CLI::IsMember({"rsi", "eki"}));
   CLI::Option* xml =
-      app.add_option(
-             "--eki-xml", options.eki_xml,
-             "EKI channel file as 'cellcal kuka-files' writes it: elements, limits and port")
+      app.add_option("--eki-xml", options.eki_xml,
+                     "EKI channel file as 'cellcal kuka-files' writes it: elements, limits and "
+                     "port. Or those "
+                     "of somebody else, one or two: served by the names of their elements")
           ->check(CLI::ExistingFile);
   app.add_option("--listen", options.listen, "Address to listen on for EKI")
       ->default_str("127.0.0.1")

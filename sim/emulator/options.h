@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "sim/cell/truth.h"
 #include "sim/krc/controller.h"
@@ -21,8 +22,8 @@ struct EmulatorOptions {
   TruthOptions truth;
   std::string wire = "rsi";  ///< or "eki"
   ControllerConfig controller;
-  std::filesystem::path eki_xml;  ///< channel file of the emulated controller
-  std::string listen;             ///< address for EKI; empty: 127.0.0.1
+  std::vector<std::string> eki_xml;  ///< channel files of the emulated controller
+  std::string listen;                ///< address for EKI; empty: 127.0.0.1
   std::string pc_address = "127.0.0.1";
   std::uint16_t pc_port = 49152;
   bool pc_port_given = false;

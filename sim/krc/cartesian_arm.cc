@@ -45,6 +45,11 @@ class ModelArm final : public CartesianArm {
     return to_frame(arm_.nominal_tcp(axis_rad));
   }
 
+  std::optional<std::vector<double>> axes(const KukaFrame& tcp,
+                                          const std::vector<double>& near_rad) const override {
+    return calib::inverse(arm_, to_pose(tcp), near_rad, 0.0);
+  }
+
   std::optional<std::vector<double>> corrected(std::span<const double> start_rad,
                                                const KukaFrame& correction, CorrectionFrame system,
                                                const std::vector<double>& near_rad) const override {

@@ -22,8 +22,12 @@ class CartesianArm {
   virtual ~CartesianArm() = default;
   /// TCP in the base, axis angles in radians.
   virtual KukaFrame frame(std::span<const double> axis_rad) const = 0;
-  /// Axis angles near `near_rad` that put the TCP where `correction` takes it from its pose at
-  /// `start_rad`; none: out of reach or outside the axes' limits.
+  /// Axis angles near `near_rad` that put the TCP there; none: out of reach or outside the axes'
+  /// limits.
+  virtual std::optional<std::vector<double>> axes(const KukaFrame& tcp,
+                                                  const std::vector<double>& near_rad) const = 0;
+  /// Likewise, where `correction` takes it from its pose at
+  /// `start_rad`.
   virtual std::optional<std::vector<double>> corrected(
       std::span<const double> start_rad, const KukaFrame& correction, CorrectionFrame system,
       const std::vector<double>& near_rad) const = 0;

@@ -94,8 +94,10 @@ EkiChannelConfig EkiChannelConfig::parse(std::string_view xml) {
       std::string_view("Client")) {
     refuse("EXTERNAL/TYPE is not Client: here the controller is the server");
   }
-  if (internal.child_value("PROTOCOL") != std::string_view("TCP")) refuse("PROTOCOL is not TCP");
   EkiChannelConfig config;
+  const std::string_view protocol = wire::trim(internal.child_value("PROTOCOL"));
+  config.udp = protocol == "UDP";
+  if (!config.udp && protocol != "TCP") refuse("PROTOCOL is neither TCP nor UDP");
   config.port = static_cast<std::uint16_t>(internal.child("PORT").text().as_uint());
   if (config.port == 0) refuse("INTERNAL/PORT is missing");
   config.limit = limit_of(internal.child("BUFFERING"), config.limit, kLargestLimit);
@@ -113,7 +115,7 @@ EkiChannelConfig EkiChannelConfig::parse(std::string_view xml) {
   for (const pugi::xml_node& element : root.child("SEND").child("XML").children("ELEMENT")) {
     config.send.emplace_back(element.attribute("Tag").value());
   }
-  if (config.receive.empty() || config.send.empty()) refuse("RECEIVE or SEND holds no ELEMENT");
+  if (config.receive.empty() && config.send.empty()) refuse("RECEIVE and SEND hold no ELEMENT");
   return config;
 }
 

@@ -24,6 +24,7 @@ struct EkiChannelConfig {
   std::uint16_t port = 54600;
   std::size_t limit = 16;         ///< BUFFERING/@Limit: values that wait per element
   std::size_t bytes = 16384;      ///< BUFFSIZE/@Limit: of one telegram
+  bool udp = false;               ///< PROTOCOL: a datagram is a telegram
   bool survives_reset = false;    ///< ENVIRONMENT is Submit or System
   std::optional<int> alive_flag;  ///< ALIVE/@Set_Flag
   std::vector<std::pair<std::string, EkiElementType>> receive;  ///< "RobotCommand/Axis/@A1"

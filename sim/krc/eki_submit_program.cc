@@ -42,6 +42,10 @@ EkiPrograms::EkiPrograms(EkiControllerConfig c)
       channel(EkiChannelConfig::parse(config.channel_xml)),
       arm(config.start_rad, config.lag_s),
       random(config.seed) {
+  if (channel.config().udp || channel.config().receive.empty() || channel.config().send.empty()) {
+    throw std::invalid_argument(
+        "EKI channel file: cellcal's programs need TCP, and elements to receive and to send");
+  }
   axes = config.start_rad.size();
   if (axes == 0 || axes > drivers::kMaxAxes) {
     throw std::invalid_argument("emulated EKI controller: 1 to 12 axes");

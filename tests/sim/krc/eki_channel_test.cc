@@ -47,7 +47,7 @@ TEST(EkiChannelFile, IsRefusedWithWhatIsWrong) {
       {"no XML", "<ETHERNETKRL>"},
       {"INTERNAL is missing", "<ETHERNETKRL/>"},
       {"server", replaced(xml, "<TYPE>Client</TYPE>", "<TYPE>Server</TYPE>")},
-      {"TCP", replaced(xml, "<PROTOCOL>TCP", "<PROTOCOL>UDP")},
+      {"TCP", replaced(xml, "<PROTOCOL>TCP", "<PROTOCOL>XDP")},
       {"PORT", replaced(xml, "<PORT>54600</PORT>", "")},
       {"BUFFERING", replaced(xml, "Limit=\"16\"", "Limit=\"513\"")},
       {"BUFFSIZE", replaced(xml, "Limit=\"16384\"", "Limit=\"0\"")},
