@@ -31,7 +31,7 @@ EkiElementType type_of(const std::string& tag, const std::string& type) {
   if (type == "INT") return EkiElementType::kInt;
   if (type == "BOOL") return EkiElementType::kBool;
   if (type == "STRING") return EkiElementType::kString;
-  refuse("element " + tag + ": Type \"" + type + "\" is not REAL, INT, BOOL or STRING");
+  refuse("element " + tag + ": Type \"" + type + "\" is not REAL, INT, BOOL, STRING or FRAME");
 }
 
 std::size_t limit_of(const pugi::xml_node& node, std::size_t usual, unsigned most) {
@@ -97,7 +97,8 @@ EkiChannelConfig EkiChannelConfig::parse(std::string_view xml) {
   EkiChannelConfig config;
   const std::string_view protocol = wire::trim(internal.child_value("PROTOCOL"));
   config.udp = protocol == "UDP";
-  if (!config.udp && protocol != "TCP") refuse("PROTOCOL is neither TCP nor UDP");
+  if (!config.udp && !protocol.empty() && protocol != "TCP")
+    refuse("PROTOCOL is neither TCP nor UDP");
   config.port = static_cast<std::uint16_t>(internal.child("PORT").text().as_uint());
   if (config.port == 0) refuse("INTERNAL/PORT is missing");
   config.limit = limit_of(internal.child("BUFFERING"), config.limit, kLargestLimit);
@@ -110,6 +111,11 @@ EkiChannelConfig EkiChannelConfig::parse(std::string_view xml) {
     const std::string tag = element.attribute("Tag").value();
     const pugi::xml_attribute type = element.attribute("Type");
     if (!type) continue;  // an event flag on a structure
+    if (type.value() == std::string_view("FRAME")) {
+      for (const char* name : {"/@X", "/@Y", "/@Z", "/@A", "/@B", "/@C"})
+        config.receive.emplace_back(tag + name, EkiElementType::kReal);
+      continue;
+    }
     config.receive.emplace_back(tag, type_of(tag, type.value()));
   }
   for (const pugi::xml_node& element : root.child("SEND").child("XML").children("ELEMENT")) {

@@ -76,6 +76,7 @@ struct EkiStream::Impl {
         const std::string name = place_of(path).name;
         const bool target = axis_of(name) || frame_index_of(name);
         if (wire::same_name(name, "Type")) type_path = lead = path;
+        if (axis_of(name)) usual_type = 1;
         if (target && lead.empty()) lead = path;
       }
       for (const std::string& path : channel.config().send) {
@@ -86,7 +87,8 @@ struct EkiStream::Impl {
     }
     EkiChannel channel;
     std::string lead;       ///< a value of it waits: a command waits; empty: takes none
-    std::string type_path;  ///< empty: every command is a PTP to angles
+    std::string type_path;  ///< empty: every command is of the usual type
+    int usual_type = 2;     ///< PTP to angles where the file has any, else to the TCP
     std::vector<std::string> roots;
     bool was_connected = false;
     TimePoint reopen_at{};
@@ -129,7 +131,7 @@ struct EkiStream::Impl {
   }
 
   void take(Served& s) {
-    int type = 1;
+    int type = s.usual_type;
     double velocity = 1.0;
     std::vector<std::optional<double>> axis_deg(axes);
     KukaFrame frame{};

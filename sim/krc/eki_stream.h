@@ -5,9 +5,9 @@
 //
 // Elements are known by their last names. Received: A1..A6, E1.. axis angles [deg]; X Y Z A B C the
 // TCP [mm, deg]; Type 1 PTP to angles, 2 PTP and 3 LIN to the TCP, 4 and 5 the same relative
-// (without a Type: 1); Velocity up to 1, or percent. Sent: angles and TCP likewise, under a name
-// with "vel" in percent of the axis' speed, "eff" or "torque" 0; S and T; Size, how many commands
-// wait. Others: 0.
+// (without a Type: 1, or 2 where there are no angles); Velocity up to 1, or percent. Sent: angles
+// and TCP likewise, under a name with "vel" in percent of the axis' speed, "eff" or "torque" 0; S
+// and T; Size, how many commands wait. Others: 0.
 //
 // Model: every axis runs to its target with its speed and acceleration, not in step with the
 // others; LIN is no line. Without a Type commands are blended (C_PTP): the next is taken 2 deg

@@ -181,6 +181,23 @@ TEST_F(Stream, TypedCommandsAreCarriedOutOneAfterTheOther) {
   EXPECT_NE(state.find("S=\"2\" T=\"2\""), std::string::npos) << state;
 }
 
+TEST_F(Stream, FrameWithoutATypeIsATargetOfTheTcp) {
+  std::string xml = file("TCP",
+                         "<ELEMENT Tag=\"Sensor/Key\" Type=\"STRING\"/>"
+                         "<ELEMENT Tag=\"Sensor/Frame\" Type=\"FRAME\"/>"
+                         "<ELEMENT Tag=\"Sensor\" Set_Flag=\"4\"/>",
+                         elements("Robot/Data/ActPos/@", kFrame, nullptr));
+  const std::string protocol = "<PROTOCOL>TCP</PROTOCOL>";
+  xml.erase(xml.find(protocol), protocol.size());  // TCP is what is usual
+  make({xml});
+  ASSERT_TRUE(krc->channel(0).connect());
+  krc->channel(0).receive(
+      "<Sensor><Key>go</Key><Frame X=\"250.0\" Y=\"0\" Z=\"0\" A=\"0\" B=\"0\" C=\"0\" "
+      "/></Sensor>");
+  to_rest();
+  EXPECT_NEAR(a(0) * kDeg, 0.25, 1e-6);
+}
+
 TEST_F(Stream, VelocityScalesAsAFractionOrInPercent) {
   double after[3];
   int at = 0;
