@@ -210,6 +210,27 @@ TEST(EkiLink, RefusesToBeReferencedOnCoarseAngles) {
   EXPECT_NE(rig.words().find("3 decimals"), std::string::npos) << rig.words();
 }
 
+TEST(EkiLink, StatesOfAnotherProgramAreNamedAndNothingIsDriven) {
+  EkiRig rig;
+  rig.run(40ms);
+  rig.mangle = [](const std::string& bytes) {
+    return bytes.empty() ? bytes
+                         : std::string(
+                               "<RobotState><Pos A1=\"0.0\" A2=\"-90.0\"></Pos>"
+                               "<RobotCommand Size=\"1\"></RobotCommand></RobotState>");
+  };
+  rig.connect();
+  rig.run(1s);
+  rig.core.rereference();
+  rig.run(1s);
+  EXPECT_NE(rig.link(), RobotLink::kReady);
+  EXPECT_NE(rig.words().find("CELLCAL_SUB"), std::string::npos) << rig.words();
+  EXPECT_NE(rig.words().find("element of the channel's SEND part is missing"), std::string::npos)
+      << rig.words();
+  EXPECT_EQ(rig.move(MoveKind::kTransit, rig.moved_by(0, 5)).outcome, MoveOutcome::kRefused);
+  EXPECT_NEAR(rig.true_deg(), 0.0, 1e-9);
+}
+
 TEST(EkiLink, SaysWhatTheControllerLacksToBeReady) {
   EkiRig rig;
   rig.krc.emergency_stop(true);
