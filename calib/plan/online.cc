@@ -23,7 +23,6 @@ namespace cellcal::calib {
 
 namespace {
 
-constexpr int kSeedPerSphere = 5;
 constexpr int kCandidatesPerSphere = 400;
 constexpr int kPostures = 150;
 constexpr int kAhead = 10;  ///< touches that have to be worth it together
@@ -39,7 +38,7 @@ struct Online::Impl {
   Pool pool;
   std::vector<bool> gone;          ///< per candidate: touched, failed, or without a way
   std::vector<std::size_t> seeds;  ///< still to be made, in order
-  int least = kSeedPerSphere;      ///< touches of each sphere before there is an estimate
+  int least = kFirstTouches;       ///< touches of each sphere before there is an estimate
   int unsettled = 0;               ///< times that there was none
   Random random;
   std::vector<std::size_t> checks;  ///< still to be made, once the fit touches are
@@ -67,8 +66,8 @@ struct Online::Impl {
     if (const auto what = pool.clearance().hit(start, kTipMarginM))
       throw PlanError("the arm stands too close to something to start: " + *what + "; jog it free");
     ChooseOptions first;
-    first.count = kSeedPerSphere * pool.spheres();
-    first.least_per_target = kSeedPerSphere;
+    first.count = kFirstTouches * pool.spheres();
+    first.least_per_target = kFirstTouches;
     first.interest = options.interest;
     first.possible = [this](std::size_t c) { return pool.connected(c); };
     seeds = choose(cell, pool.candidates(), first).picked;
@@ -362,11 +361,14 @@ std::optional<PlannedTouch> Online::next(const JointVector& where) {
         to_planned(me.cell, to, fitted ? TouchSet::kCheck : TouchSet::kFit, me.options);
     const Candidate* leaving = me.last ? &me.pool.candidates()[*me.last] : nullptr;
     auto way = me.pool.router().to_standoff(from, leaving, to);
-    if (!way) {
-      me.gone[*c] = true;
-      if (fitted) me.draw_check(to.target);
-      continue;
-    }
+    if (!way)  // not for want of a way to this touch: it is connected
+      throw PlanError(
+          fmt::format("no clear way leads away from where the arm stands: on the way to its "
+                      "resting posture {}; "
+                      "jog it free and resume",
+                      me.pool.clearance()
+                          .hit(from, me.pool.middle(), kTipMarginM)
+                          .value_or("it meets what stands around it")));
     touch.transit = std::move(*way);
     if (me.running) {
       const double unknown = me.design->unknown(static_cast<Eigen::Index>(*c));
