@@ -2,11 +2,11 @@
 // Touches chosen one by one, each by what the touches so far have left unknown, until the accuracy
 // asked for is reached or further touches no longer pay.
 //
-// The first touches, kFirstTouches of each sphere, are chosen on nominal geometry, as a plan's are.
-// From then on every touch goes where it takes most from the mean position variance over the region
-// per second of robot time, and its search line is made with the arm as it is known by then, so
-// that it can be short. A touch that failed is not offered again. Behind the last of them come the
-// check touches, drawn at random: they stand for all that the fit has not seen.
+// The first touches, kFirstTouches of each sphere and plane, are chosen on nominal geometry, as a
+// plan's are. From then on every touch goes where it takes most from the mean position variance
+// over the region per second of robot time, and its search line is made with the arm as it is known
+// by then, so that it can be short. A touch that failed is not offered again. Behind the last of
+// them come the check touches, drawn at random: they stand for all that the fit has not seen.
 
 #include <memory>
 #include <optional>
@@ -18,7 +18,7 @@
 
 namespace cellcal::calib {
 
-/// Of each sphere, before there is an estimate to go by.
+/// Of each sphere and plane, before there is an estimate to go by.
 inline constexpr int kFirstTouches = 5;
 
 struct Goal {

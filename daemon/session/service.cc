@@ -7,6 +7,7 @@
 
 #include "calib/files/error.h"
 #include "calib/files/files.h"
+#include "calib/plan/candidates.h"
 #include "daemon/session/inputs.h"
 #include "daemon/session/tasks.h"
 
@@ -148,14 +149,15 @@ std::unique_ptr<SessionService::Job> SessionService::prepare(const RunRequest& r
   }
   job->cell = cell_of(job->inputs);
   if (request.goal_mm && request.fit_touches) {
-    const auto spheres = std::count_if(
-        job->cell.targets.begin(), job->cell.targets.end(),
-        [](const calib::Target& target) { return target.kind == calib::TargetKind::kSphere; });
-    if (const auto least = spheres * calib::kFirstTouches; *request.fit_touches < least) {
+    const auto targets = std::count_if(
+        job->cell.targets.begin(), job->cell.targets.end(), [](const calib::Target& target) {
+          return calib::is_planned(target, calib::Kinds::kSpheresAndPlanes);
+        });
+    if (const auto least = targets * calib::kFirstTouches; *request.fit_touches < least) {
       throw RequestError(
-          fmt::format("touches chosen by a goal begin with {} of each sphere: of {} spheres at "
+          fmt::format("touches chosen by a goal begin with {} of each target: of {} targets at "
                       "least {}, not {}",
-                      calib::kFirstTouches, spheres, least, *request.fit_touches));
+                      calib::kFirstTouches, targets, least, *request.fit_touches));
     }
   }
   if (!request.resume)
