@@ -1,0 +1,111 @@
+#include "sim/emulator/options.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <fstream>
+
+namespace cellcal::sim {
+namespace {
+
+class Options : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    file = std::filesystem::temp_directory_path() / ("cellcal_rsi_" + std::to_string(::getpid()));
+    std::ofstream(file)
+        << "<ROOT><CONFIG><PORT>59152</PORT><SENTYPE>Somebody</SENTYPE></CONFIG><SEND><ELEMENTS>"
+           "<ELEMENT TAG=\"DEF_AIPos\" TYPE=\"DOUBLE\" "
+           "INDX=\"INTERNAL\"/></ELEMENTS></SEND></ROOT>";
+  }
+  void TearDown() override { std::filesystem::remove(file); }
+
+  EmulatorOptions parse(std::vector<std::string> words) {
+    EmulatorOptions options;
+    CLI::App app;
+    add_options(app, options);
+    words.insert(words.end(), {"--cell", file.string()});
+    std::reverse(words.begin(), words.end());
+    app.parse(words);
+    return options;
+  }
+
+  std::filesystem::path file;
+};
+
+TEST_F(Options, WithoutAnyTheControllerIsTheUsualOne) {
+  const EmulatorOptions options = parse({});
+  EXPECT_EQ(options.pc_port, 49152);
+  EXPECT_EQ(options.controller.precision, 4);
+  EXPECT_EQ(options.controller.mode, RsiMode::kAbsolute);
+  EXPECT_EQ(options.controller.stop_mode, RsiStop::kExitMoveCorr);
+  EXPECT_FALSE(options.controller.channel);
+}
+
+TEST_F(Options, SetTheControllersRsi) {
+  const ControllerConfig c = parse({"--precision",
+                                    "1",
+                                    "--mode",
+                                    "relative",
+                                    "--hold-on",
+                                    "0",
+                                    "--axis-tag",
+                                    "AKorr",
+                                    "--sentype",
+                                    "Me",
+                                    "--timeout-cycles",
+                                    "7",
+                                    "--stop-mode",
+                                    "1",
+                                    "--correction-frame",
+                                    "tool",
+                                    "--no-delay",
+                                    "--no-setpoint",
+                                    "--ipoc-step",
+                                    "1",
+                                    "--clamp-deg",
+                                    "5",
+                                    "--monitor-deg",
+                                    "6"})
+                                 .controller;
+  EXPECT_EQ(c.precision, 1);
+  EXPECT_EQ(c.mode, RsiMode::kRelative);
+  EXPECT_FALSE(c.hold_on);
+  EXPECT_EQ(c.axis_tag, "AKorr");
+  EXPECT_EQ(c.sentype, "Me");
+  EXPECT_EQ(c.timeout_cycles, 7);
+  EXPECT_EQ(c.stop_mode, RsiStop::kPathStop);
+  EXPECT_EQ(c.cartesian_system, CorrectionFrame::kTool);
+  EXPECT_FALSE(c.send_delay || c.send_setpoint);
+  EXPECT_EQ(c.ipoc_step, 1);
+  EXPECT_EQ(c.clamp_deg, 5.0);
+  EXPECT_EQ(c.monitor_deg, 6.0);
+}
+
+TEST_F(Options, Krc2HasItsCycleAndItsFirstPacket) {
+  const ControllerConfig c = parse({"--krc2"}).controller;
+  EXPECT_EQ(c.cycle_ms, 12);
+  EXPECT_TRUE(c.first_frame_only_ipoc);
+}
+
+TEST_F(Options, EthernetFileGivesNamesAndPort) {
+  const EmulatorOptions from_file = parse({"--rsi-xml", file.string()});
+  ASSERT_TRUE(from_file.controller.channel);
+  EXPECT_EQ(from_file.controller.channel->sentype, "Somebody");
+  EXPECT_EQ(from_file.pc_port, 59152);
+  EXPECT_EQ(parse({"--rsi-xml", file.string(), "--pc", "127.0.0.1:5000"}).pc_port, 5000);
+}
+
+TEST_F(Options, NonsenseIsRefused) {
+  for (const std::vector<std::string>& words : std::initializer_list<std::vector<std::string>>{
+           {"--mode", "sideways"},
+           {"--precision", "13"},
+           {"--stop-mode", "5"},
+           {"--rsi-xml", file.string(), "--sentype", "Me"},
+           {"--rsi-xml", "/nowhere"}})
+    EXPECT_THROW(parse(words), CLI::ParseError) << words[0];
+}
+
+}  // namespace
+}  // namespace cellcal::sim
