@@ -28,6 +28,8 @@ constexpr double kReferenceStillRad = 0.002 * kRadPerDeg;
 // ASPos repeats itself to the last digit; this allows for one decimal less than is accepted.
 constexpr double kSamePoseRad = 0.01 * kRadPerDeg;
 constexpr std::size_t kResultDepth = 16;
+// The same packet for longer than this is no copy that the network made.
+constexpr double kPeerWaitsS = 0.2;
 
 double seconds(Duration d) { return std::chrono::duration<double>(d).count(); }
 
@@ -72,6 +74,7 @@ struct RsiCore::Impl {
     if (error != WireError::kNone) return on_bad(error, bytes, t_rx);
     too_few_axes = false;
 
+    note_waiting(t_rx);
     if (state.link == RobotLink::kDown || state.link == RobotLink::kLost) begin_session();
     Arrival arrival = stream.push(frame, t_rx);
     if (arrival == Arrival::kRestart || (arrival == Arrival::kNext && start_pose_moved())) {
@@ -91,7 +94,7 @@ struct RsiCore::Impl {
     mover.listen(t_rx);
     // The same packet twice is answered twice, but is one cycle.
     if (arrival == Arrival::kRepeat && offset_known) return hold(t_rx);
-    if (arrival == Arrival::kRepeat) {
+    if (arrival == Arrival::kRepeat && !peer_waits(t_rx)) {
       take_up_pending();
       return {};
     }
@@ -189,6 +192,8 @@ struct RsiCore::Impl {
       memory.delay = last_delay;
       memory.delay_counts = delay_counts;
       memory.setpoint_follows = setpoint_follows;
+      memory.counts_packets = stream.counts_packets();
+      memory.actual_rad = record.newest().actual_rad;
     }
     rereference_asked = false;
     offset_known = false;
@@ -211,6 +216,16 @@ struct RsiCore::Impl {
     return !setpoint_follows;
   }
 
+  /// Some peers send the same packet until it is answered: their arm rests.
+  void note_waiting(TimePoint t_rx) {
+    const AxisAngles at = actual();
+    if (waiting_at == at && waiting_ipoc == frame.ipoc.value) return;
+    waiting_at = at;
+    waiting_ipoc = frame.ipoc.value;
+    waiting_since = t_rx;
+  }
+  bool peer_waits(TimePoint t_rx) const { return seconds(t_rx - waiting_since) >= kPeerWaitsS; }
+
   bool find_offset(const AxisAngles& actual, TimePoint t_rx) {
     OffsetEvidence evidence;
     evidence.t_rx = t_rx;
@@ -222,6 +237,7 @@ struct RsiCore::Impl {
     evidence.delay = frame.delay;
     evidence.silence_before_s = silence_before_s;
     evidence.session_start = session_start;
+    evidence.waits = peer_waits(t_rx);
     verdict = finder.look(evidence);
     if (verdict != OffsetVerdict::kKnown) return false;
     session_start = false;
@@ -416,7 +432,10 @@ struct RsiCore::Impl {
   bool rereference_asked = false;
   bool too_few_axes = false;
   bool setpoint_follows = false;  // ASPos holds the correction, as with some simulators
-  AxisAngles start_pose;          // ASPos of this session
+  AxisAngles waiting_at;          // the packet that came last, and since when it has been the same
+  std::uint32_t waiting_ipoc = 0;
+  TimePoint waiting_since{};
+  AxisAngles start_pose;                                         // ASPos of this session
   AxisAngles sent = AxisAngles(config.limits.size(), 0.0);       // correction in the last reply
   AxisAngles base = AxisAngles(config.limits.size(), 0.0);       // pose at correction 0
   AxisAngles commanded = AxisAngles(config.limits.size(), 0.0);  // base + correction

@@ -20,6 +20,8 @@ constexpr double kContinuityS = 0.05, kContinuityFraction = 0.01;
 constexpr double kListenedS = 0.2;
 // Delay of a running session may lag by one packet; a fresh one must stay clearly below.
 constexpr std::uint32_t kDelayLag = 1, kDelayClear = 3;
+// Packets that a peer which waits for replies may be ahead of the last one answered.
+constexpr std::int32_t kMostAhead = 4;
 
 double distance(const AxisAngles& a, const AxisAngles& b) {
   double most = a.size() == b.size() ? 0.0 : HUGE_VAL;
@@ -63,7 +65,7 @@ OffsetVerdict OffsetFinder::by_setpoint(const OffsetEvidence& evidence) {
   const bool still = distance(measured, last_measured_) <= kStillRad;
   still_packets_ = still ? still_packets_ + 1 : 0;
   last_measured_ = measured;
-  if (still_packets_ < kStillPackets) return OffsetVerdict::kWaitForRest;
+  if (still_packets_ < kStillPackets && !evidence.waits) return OffsetVerdict::kWaitForRest;
   return decide(from_zero <= kSameRad ? zero_ : measured);
 }
 
@@ -84,6 +86,11 @@ OffsetVerdict OffsetFinder::by_counters(const OffsetEvidence& evidence) {
   if (memory_.step == 0 || memory_.seconds_per_ipoc <= 0.0) return OffsetVerdict::kUnknown;
 
   const auto passed = static_cast<std::int32_t>(evidence.ipoc - memory_.ipoc);
+  // However long it took: where it stood, with the counter where it was, the session goes on.
+  if (memory_.counts_packets && passed >= 0 && passed <= kMostAhead &&
+      distance(evidence.actual_rad, memory_.actual_rad) <= kSameRad) {
+    return decide(memory_.sent_rad);
+  }
   const double elapsed_s = std::chrono::duration<double>(evidence.t_rx - memory_.t_rx).count();
   const double by_ipoc_s = passed * memory_.seconds_per_ipoc;
   if (std::abs(by_ipoc_s - elapsed_s) > kContinuityS + kContinuityFraction * elapsed_s) {

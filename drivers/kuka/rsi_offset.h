@@ -25,6 +25,8 @@ struct OffsetMemory {
   TimePoint t_rx{};
   std::optional<std::uint32_t> delay;
   bool delay_counts = false;      ///< Delay was seen to grow: the controller wires it
+  bool counts_packets = false;    ///< IPOC stands still while the peer waits for a reply
+  AxisAngles actual_rad;          ///< in the last packet
   bool setpoint_follows = false;  ///< ASPos holds the correction too: it says nothing here
 };
 
@@ -36,6 +38,7 @@ struct OffsetEvidence {
   std::optional<std::uint32_t> delay;
   double silence_before_s = 0.0;  ///< listened to, before this packet or this session's first
   bool session_start = false;     ///< RSI 2's first frame was seen
+  bool waits = false;             ///< the same packet for long: nothing moves before an answer
 };
 
 enum class OffsetVerdict { kKnown, kWaitForRest, kUnknown };

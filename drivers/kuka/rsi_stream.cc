@@ -27,7 +27,8 @@ double RsiStream::seconds_per_ipoc() const {
 }
 
 double RsiStream::silence_limit_s() const {
-  return learnt() ? silence_cycles_ * std::max(cycle_s_, kShortestSilentCycleS) : kSilenceWhileLearningS;
+  return learnt() ? silence_cycles_ * std::max(cycle_s_, kShortestSilentCycleS)
+                  : kSilenceWhileLearningS;
 }
 
 Arrival RsiStream::push(const RobFrame& frame, TimePoint t_rx) {

@@ -32,13 +32,14 @@ class RsiStream {
 
   bool learnt() const { return cycle_s_ > 0.0; }
   bool odd_cycle() const { return odd_cycle_; }  ///< measured far outside 2..40 ms; learning again
-  double cycle_s() const { return cycle_s_; }    ///< 0 until learnt
+  bool counts_packets() const { return learnt() && !counts_milliseconds_; }  ///< IPOC does
+  double cycle_s() const { return cycle_s_; }                                ///< 0 until learnt
   double seconds_per_ipoc() const;
   std::uint32_t step() const { return step_; }  ///< of IPOC per packet, 0 if not known
   double silence_limit_s() const;
   int decimals() const { return decimals_; }
   /// True until the angles of a peer that counts packets have changed for the first time.
-  bool decimals_unproven() const { return learnt() && !counts_milliseconds_ && !changed_; }
+  bool decimals_unproven() const { return counts_packets() && !changed_; }
   std::uint64_t packets() const { return packets_; }
   std::uint64_t gaps() const { return gaps_; }  ///< packets missing between those that came
 

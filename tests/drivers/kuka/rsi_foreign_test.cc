@@ -21,6 +21,7 @@ bool has(const std::string& text, const std::string& words) {
 struct Habits {
   double cycle_s = 0.004;
   unsigned first_ipoc = 0, ipoc_step = 1;
+  double retry_s = 0.04;          ///< until it sends an unanswered packet again
   bool waits_for_reply = true;    ///< the same packet again until it is answered
   bool capitals = true;           ///< TYPE=, and blanks before "/>"
   int fixed_decimals = -1;        ///< < 0: as few as the value needs, at least one, maybe "4e-06"
@@ -33,18 +34,31 @@ struct Habits {
 
 class ForeignPeer {
  public:
-  explicit ForeignPeer(Habits habits, RsiConfig config = rig_config())
-      : h(habits), core(std::move(config), &guard), ipoc(h.first_ipoc) {}
+  explicit ForeignPeer(Habits habits) : h(habits), ipoc(h.first_ipoc) { restart_adapter(); }
+
+  void restart_adapter() { adapter = std::make_unique<RsiCore>(rig_config(), &guard); }
+  /// Its program is started anew, with the arm where it always begins.
+  void restart() {
+    ipoc = h.first_ipoc;
+    actual_deg = start_deg;
+  }
+  /// Nothing happens for a while.
+  void pause(Duration duration) {
+    for (const TimePoint end = now + duration; now < end; now += 1ms) core().on_tick(now);
+  }
 
   void cycle() {
-    now += std::chrono::duration_cast<Duration>(std::chrono::duration<double>(h.cycle_s));
-    core.on_tick(now);
-    const std::string reply(core.on_datagram(packet(), now));
+    const double wait_s = answered || !h.waits_for_reply ? h.cycle_s : h.retry_s;
+    for (const TimePoint next =
+             now + std::chrono::duration_cast<Duration>(std::chrono::duration<double>(wait_s));
+         now < next; now = std::min(now + Duration(1ms), next))
+      core().on_tick(now);
+    core().on_tick(now);
+    const std::string reply(core().on_datagram(packet(), now));
     const SenNames names{"ImFree", "AK", "EK", "Stop"};
     SenFrame frame;
-    const bool answered = !reply.empty() &&
-                          parser.parse_sen(reply, names, frame) == WireError::kNone &&
-                          frame.ipoc.text.view() == std::to_string(ipoc);
+    answered = !reply.empty() && parser.parse_sen(reply, names, frame) == WireError::kNone &&
+               frame.ipoc.text.view() == std::to_string(ipoc);
     if (answered) {
       for (std::size_t i = 0; i < 6; ++i)
         actual_deg[i] = (h.adds_up ? actual_deg[i] : start_deg[i]) + frame.axes_deg[i];
@@ -62,26 +76,28 @@ class ForeignPeer {
     return false;
   }
   bool make_ready() {
-    run_until([&] { return core.core_state().cycle_s > 0.0; }, 100);
-    core.rereference();
-    return run_until([&] { return core.state().link == RobotLink::kReady; }, 200);
+    run_until([&] { return core().core_state().cycle_s > 0.0; }, 100);
+    core().rereference();
+    return run_until([&] { return core().state().link == RobotLink::kReady; }, 200);
   }
   MoveResult move(MoveKind kind, double a1_deg, double cruise_s = 0.0, std::uint16_t arm_id = 0) {
-    AxisAngles target = core.state().commanded_rad;
+    AxisAngles target = core().state().commanded_rad;
     target[0] += a1_deg * kDeg;
-    core.begin({++last_id, kind, target, cruise_s, arm_id});
+    core().begin({++last_id, kind, target, cruise_s, arm_id});
     std::optional<MoveResult> result;
-    EXPECT_TRUE(run_until([&] { return (result = core.poll()).has_value(); })) << words();
+    EXPECT_TRUE(run_until([&] { return (result = core().poll()).has_value(); })) << words();
     return result.value_or(MoveResult{});
   }
-  std::string words() const { return core.state().words; }
+  RsiCore& core() const { return *adapter; }
+  std::string words() const { return core().state().words; }
 
   Habits h;
   ScriptedGuard guard;
-  RsiCore core;
+  std::unique_ptr<RsiCore> adapter;
   unsigned ipoc;
   std::array<double, 6> start_deg{0, -90, 90, 0, 90, 0}, actual_deg = start_deg;
   int unanswered = 0;
+  bool answered = true;
 
  private:
   std::string number(double value) const {
@@ -150,6 +166,41 @@ TEST(RsiForeignPeer, WithoutSetpointMetInMidSessionIsNotAnsweredAndMovesAreRefus
   EXPECT_EQ(peer.actual_deg, peer.start_deg);
 }
 
+TEST(RsiForeignPeer, StartedAnewAfterItsArmHasMovedIsAnsweredAgain) {
+  // Nothing can be seen to rest where each packet waits for the answer to the one before.
+  for (const double retry_s : {0.04, 1.0}) {
+    ForeignPeer peer({.retry_s = retry_s});
+    expect_moves(peer);
+    EXPECT_EQ(peer.move(MoveKind::kTransit, 3.0).outcome, MoveOutcome::kArrived);
+    peer.pause(1s);
+    peer.restart();
+    expect_moves(peer);
+  }
+}
+
+TEST(RsiForeignPeer, HoldingACorrectionOfAnEarlierAdapterIsTakenOverWithoutAJump) {
+  for (const double retry_s : {0.04, 1.0}) {
+    ForeignPeer peer({.retry_s = retry_s});
+    ASSERT_TRUE(peer.make_ready());
+    EXPECT_EQ(peer.move(MoveKind::kTransit, 3.0).outcome, MoveOutcome::kArrived);
+    peer.restart_adapter();
+    ASSERT_TRUE(peer.make_ready()) << peer.words();
+    EXPECT_NEAR(peer.actual_deg[0], 3.0, 1e-4);
+    EXPECT_EQ(peer.move(MoveKind::kTransit, 1.0).outcome, MoveOutcome::kArrived);
+    EXPECT_NEAR(peer.actual_deg[0], 4.0, 1e-4);
+  }
+}
+
+TEST(RsiForeignPeer, WithoutSetpointAPauseOfItsDoesNotThrowTheArmBack) {
+  ForeignPeer peer({.setpoint = false});
+  ASSERT_TRUE(peer.make_ready());
+  EXPECT_EQ(peer.move(MoveKind::kTransit, 3.0).outcome, MoveOutcome::kArrived);
+  peer.pause(700ms);
+  ASSERT_TRUE(peer.make_ready()) << peer.words();
+  EXPECT_NEAR(peer.actual_deg[0], 3.0, 1e-4);
+  EXPECT_EQ(peer.move(MoveKind::kTransit, -3.0).outcome, MoveOutcome::kArrived);
+}
+
 TEST(RsiForeignPeer, CyclesAtTheEdgesOfTwoAndFortyMillisecondsAreTaken) {
   for (const double cycle_s : {0.00195, 0.002, 0.0401, 0.0405}) {
     ForeignPeer peer({.cycle_s = cycle_s, .waits_for_reply = false});
@@ -181,8 +232,8 @@ TEST(RsiForeignPeer, RoundingShowsWithTheFirstChangeAndStopsTheMove) {
   EXPECT_EQ(result.outcome, MoveOutcome::kNotFollowing);
   EXPECT_TRUE(has(result.detail, "1 decimals")) << result.detail;
   EXPECT_LT(peer.actual_deg[0], 1.0) << "braked from the first change on";
-  peer.core.rereference();
-  EXPECT_FALSE(peer.run_until([&] { return peer.core.state().link == RobotLink::kReady; }, 500));
+  peer.core().rereference();
+  EXPECT_FALSE(peer.run_until([&] { return peer.core().state().link == RobotLink::kReady; }, 500));
   EXPECT_TRUE(has(peer.words(), "Precision")) << peer.words();
 }
 
