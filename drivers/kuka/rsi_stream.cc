@@ -6,6 +6,8 @@
 namespace cellcal::drivers {
 namespace {
 
+// Of IPOC per packet, in milliseconds: #IPO_FAST.
+constexpr std::uint32_t kSmallestControllerStep = 4;
 // Packets over which the cycle is learnt: 0.1 s at 4 ms, long against a jitter of 0.5 ms.
 constexpr int kLearnPackets = 25;
 // Arrivals within this fraction of IPOC's milliseconds: IPOC counts milliseconds.
@@ -13,8 +15,9 @@ constexpr double kMillisecondTolerance = 0.15;
 // 2..40 ms, and what a timer on a loaded machine makes of it.
 constexpr double kShortestCycleS = 0.0016, kLongestCycleS = 0.048;
 constexpr double kSecondsPerMillisecond = 0.001;
-// Faster peers are no controllers: their programs pause for as long as a controller's cycle takes.
-constexpr double kShortestSilentCycleS = 0.004;
+// Peers that count packets are programs on a computer of many: they pause for longer than a
+// controller may, and their arms wait meanwhile.
+constexpr double kSilenceOfCountersS = 0.05;
 // Before the cycle is known: five times the longest.
 constexpr double kSilenceWhileLearningS = 0.2;
 // Largest first step of IPOC that can be one cycle; later ones are compared with the step.
@@ -27,8 +30,9 @@ double RsiStream::seconds_per_ipoc() const {
 }
 
 double RsiStream::silence_limit_s() const {
-  return learnt() ? silence_cycles_ * std::max(cycle_s_, kShortestSilentCycleS)
-                  : kSilenceWhileLearningS;
+  if (!learnt()) return kSilenceWhileLearningS;
+  const double limit_s = silence_cycles_ * cycle_s_;
+  return counts_packets() ? std::max(limit_s, kSilenceOfCountersS) : limit_s;
 }
 
 Arrival RsiStream::push(const RobFrame& frame, TimePoint t_rx) {
@@ -69,7 +73,8 @@ void RsiStream::learn(TimePoint t_rx, std::uint32_t ipoc) {
   const double measured_s = elapsed_s / cycles;
   const double by_ipoc_s = step_ * kSecondsPerMillisecond;
   const bool milliseconds = std::abs(measured_s - by_ipoc_s) <= kMillisecondTolerance * by_ipoc_s;
-  counts_milliseconds_ = milliseconds;
+  // A controller is never taken for a counter, however badly its packets arrive.
+  counts_milliseconds_ = milliseconds || step_ >= kSmallestControllerStep;
   const double cycle_s = milliseconds ? by_ipoc_s : measured_s;
   odd_cycle_ = cycle_s < kShortestCycleS || cycle_s > kLongestCycleS;
   if (odd_cycle_) {

@@ -201,6 +201,15 @@ TEST(RsiForeignPeer, WithoutSetpointAPauseOfItsDoesNotThrowTheArmBack) {
   EXPECT_EQ(peer.move(MoveKind::kTransit, -3.0).outcome, MoveOutcome::kArrived);
 }
 
+TEST(RsiForeignPeer, PausesAsProgramsDoAndIsNotLostByThat) {
+  ForeignPeer peer({.cycle_s = 0.0022});
+  ASSERT_TRUE(peer.make_ready());
+  peer.pause(40ms);
+  EXPECT_EQ(peer.core().state().link, RobotLink::kReady) << peer.words();
+  peer.pause(40ms);
+  EXPECT_EQ(peer.core().state().link, RobotLink::kLost);
+}
+
 TEST(RsiForeignPeer, CyclesAtTheEdgesOfTwoAndFortyMillisecondsAreTaken) {
   for (const double cycle_s : {0.00195, 0.002, 0.0401, 0.0405}) {
     ForeignPeer peer({.cycle_s = cycle_s, .waits_for_reply = false});
