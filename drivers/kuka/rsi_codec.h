@@ -65,11 +65,13 @@ struct RobFrame {
   bool has_ipoc = false;   ///< also after an error: then ipoc can still be answered
   bool only_ipoc = false;  ///< RSI 2 begins a session with such a frame
   Ipoc ipoc;
-  AxisAngles axes_deg;                 ///< AIPos A1.., with the correction
-  AxisAngles external_deg;             ///< EIPos E1..
-  AxisAngles setpoint_axes_deg;        ///< ASPos, without the correction; empty if not sent
-  AxisAngles setpoint_external_deg;    ///< ESPos
-  int decimals = 0;                    ///< most decimals of any AIPos value
+  AxisAngles axes_deg;               ///< AIPos A1.., with the correction
+  AxisAngles external_deg;           ///< EIPos E1..
+  AxisAngles setpoint_axes_deg;      ///< ASPos, without the correction; empty if not sent
+  AxisAngles setpoint_external_deg;  ///< ESPos
+  int decimals = 0;                  ///< most decimals of any AIPos value
+  /// Not a controller's text: that writes Type=, and no blank before "/>".
+  bool foreign_hand = false;
   std::optional<std::uint32_t> delay;  ///< late replies so far
 };
 

@@ -131,6 +131,7 @@ WireError RsiParser::parse_rob(std::string_view bytes, RobFrame& frame) {
     return error;
   }
   frame.has_ipoc = true;
+  frame.foreign_hand = root.attribute("TYPE") || bytes.find(" />") != std::string_view::npos;
   frame.only_ipoc = elements == 1;
   if (!actual.node) return WireError::kNoAxes;
   if (actual.twice || actual_external.twice || setpoint.twice || setpoint_external.twice ||

@@ -56,6 +56,7 @@ Arrival RsiStream::push(const RobFrame& frame, TimePoint t_rx) {
   last_ipoc_ = ipoc;
   last_delay_ = frame.delay.value_or(0);
   decimals_ = std::max(decimals_, frame.decimals);
+  foreign_hand_ = foreign_hand_ || frame.foreign_hand;
   if (first_deg_.empty()) first_deg_ = frame.axes_deg;
   changed_ = changed_ || frame.axes_deg != first_deg_;
   if (!learnt()) learn(t_rx, ipoc);

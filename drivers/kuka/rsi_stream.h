@@ -5,8 +5,8 @@
 // So the step is taken from IPOC, its duration from the arrivals, and where both agree on
 // milliseconds the exact value is used.
 //
-// A peer that counts packets is no KUKA controller, and may print "-90.0" for an exact -90: how
-// fine its angles are shows only once they change.
+// A peer that counts packets, or does not write as a controller does, may print "-90.0" for an
+// exact -90: how fine its angles are shows only once they change.
 
 #include <cstdint>
 
@@ -39,8 +39,10 @@ class RsiStream {
   /// The configured cycles; at least 50 ms where IPOC counts packets.
   double silence_limit_s() const;
   int decimals() const { return decimals_; }
-  /// True until the angles of a peer that counts packets have changed for the first time.
-  bool decimals_unproven() const { return counts_packets() && !changed_; }
+  /// True until the angles of a peer that is no controller have changed for the first time.
+  bool decimals_unproven() const {
+    return learnt() && (foreign_hand_ || !counts_milliseconds_) && !changed_;
+  }
   std::uint64_t packets() const { return packets_; }
   std::uint64_t gaps() const { return gaps_; }  ///< packets missing between those that came
 
@@ -50,7 +52,7 @@ class RsiStream {
   int silence_cycles_;
   std::uint64_t packets_ = 0, gaps_ = 0;
   int decimals_ = -1;
-  bool counts_milliseconds_ = false, changed_ = false;
+  bool counts_milliseconds_ = false, foreign_hand_ = false, changed_ = false;
   AxisAngles first_deg_;
   std::uint32_t last_ipoc_ = 0, step_ = 0;
   std::uint32_t last_delay_ = 0;

@@ -118,12 +118,13 @@ class ForeignPeer {
     return text + (h.capitals ? " />" : "/>");
   }
   std::string packet() const {
+    const std::string end = h.capitals ? " />" : "/>";
     std::string text = h.capitals ? "<Rob TYPE=\"KUKA\">" : "<Rob Type=\"KUKA\">";
-    text += "<RIst X=\"0.0\" Y=\"0.0\" Z=\"0.0\" A=\"0.0\" B=\"0.0\" C=\"0.0\" />";
+    text += "<RIst X=\"0.0\" Y=\"0.0\" Z=\"0.0\" A=\"0.0\" B=\"0.0\" C=\"0.0\"" + end;
     text += h.more;
     text += element("AIPos", actual_deg);
     if (h.setpoint) text += element("ASPos", h.setpoint_follows ? actual_deg : start_deg);
-    if (h.delay) text += "<Delay D=\"0\" />";
+    if (h.delay) text += "<Delay D=\"0\"" + end;
     return text + "<IPOC>" + std::to_string(ipoc) + "</IPOC></Rob>";
   }
 
@@ -246,8 +247,13 @@ TEST(RsiForeignPeer, RoundingShowsWithTheFirstChangeAndStopsTheMove) {
   EXPECT_TRUE(has(peer.words(), "Precision")) << peer.words();
 }
 
-TEST(RsiForeignPeer, RoundingOfAPeerThatCountsMillisecondsIsRefusedBeforeAnythingMoves) {
-  ForeignPeer peer({.first_ipoc = 123456, .ipoc_step = 4, .fixed_decimals = 2});
+TEST(RsiForeignPeer, CountsMillisecondsAndPrintsAsFewDecimalsAsItNeeds) {
+  ForeignPeer peer({.first_ipoc = 123456, .ipoc_step = 4, .waits_for_reply = false});
+  expect_moves(peer);
+}
+
+TEST(RsiForeignPeer, RoundingInAControllersTextIsRefusedBeforeAnythingMoves) {
+  ForeignPeer peer({.first_ipoc = 123456, .ipoc_step = 4, .capitals = false, .fixed_decimals = 2});
   EXPECT_FALSE(peer.make_ready());
   EXPECT_TRUE(has(peer.words(), "Precision")) << peer.words();
 }
