@@ -20,7 +20,7 @@ struct RsiConfig {
   std::string external_axis_tag = "EK";  ///< likewise, for the seventh axis and on
   std::string stop_tag = "Stop";         ///< RECEIVE tag wired to the STOP object; empty: none
   int decimals = 6;                      ///< of the corrections sent, 4..9
-  int silence_cycles = 3;                ///< cycles without a packet that mean 'lost'; see rsi_stream.h
+  int silence_cycles = 3;                ///< cycles without a packet that mean 'lost'
   int late_replies_limit = 3;            ///< counted by the controller within one move: stop
   CorrectionMode mode = CorrectionMode::kAbsolute;
   bool hold_on = true;                       ///< HOLDON of every correction element

@@ -15,6 +15,7 @@
 #include <numbers>
 #include <stdexcept>
 #include <thread>
+#include <vector>
 
 #include "sim/krc/eki_server.h"
 #include "sim/krc/krc_udp.h"

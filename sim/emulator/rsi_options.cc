@@ -17,7 +17,7 @@ void add_choice(CLI::App& app, const char* name, const char* text, Value& value,
   }
   app.add_option_function<std::string>(
          name,
-         [&value, choices, name](const std::string& given) {
+         [&value, choices](const std::string& given) {
            for (const auto& [word, choice] : choices) {
              if (word == given) value = choice;
            }
