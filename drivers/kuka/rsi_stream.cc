@@ -17,7 +17,7 @@ constexpr double kShortestCycleS = 0.0016, kLongestCycleS = 0.048;
 constexpr double kSecondsPerMillisecond = 0.001;
 // Peers that count packets are programs on a computer of many: they pause for longer than a
 // controller may, and their arms wait meanwhile.
-constexpr double kSilenceOfCountersS = 0.05;
+constexpr double kSilenceOfCountersS = 0.2;
 // Before the cycle is known: five times the longest.
 constexpr double kSilenceWhileLearningS = 0.2;
 // Largest first step of IPOC that can be one cycle; later ones are compared with the step.

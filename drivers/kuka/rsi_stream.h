@@ -36,7 +36,7 @@ class RsiStream {
   double cycle_s() const { return cycle_s_; }                                ///< 0 until learnt
   double seconds_per_ipoc() const;
   std::uint32_t step() const { return step_; }  ///< of IPOC per packet, 0 if not known
-  /// The configured cycles; at least 50 ms where IPOC counts packets.
+  /// The configured cycles; at least 0.2 s where IPOC counts packets.
   double silence_limit_s() const;
   int decimals() const { return decimals_; }
   /// True until the angles of a peer that is no controller have changed for the first time.

@@ -205,9 +205,9 @@ TEST(RsiForeignPeer, WithoutSetpointAPauseOfItsDoesNotThrowTheArmBack) {
 TEST(RsiForeignPeer, PausesAsProgramsDoAndIsNotLostByThat) {
   ForeignPeer peer({.cycle_s = 0.0022});
   ASSERT_TRUE(peer.make_ready());
-  peer.pause(40ms);
+  peer.pause(150ms);
   EXPECT_EQ(peer.core().state().link, RobotLink::kReady) << peer.words();
-  peer.pause(40ms);
+  peer.pause(100ms);
   EXPECT_EQ(peer.core().state().link, RobotLink::kLost);
 }
 
