@@ -110,6 +110,7 @@ void forget_touch(State& state) {
   state.first.reset();
   state.slow.clear();
   state.revoked = 0;
+  state.missed = false;
   state.self_tested = false;
 }
 
@@ -149,7 +150,7 @@ bool sensor_proven(const State&, const Event& event) {
   return event.links.ready() && !event.links.in_contact;
 }
 bool sensor_proven_freed(const State& state, const Event& event) {
-  return sensor_proven(state, event) && !state.touch_failed;
+  return sensor_proven(state, event) && !state.touch_failed && !state.missed;
 }
 bool sensor_proven_at_standoff(const State& state, const Event& event) {
   return sensor_proven_freed(state, event) && !more_waypoints(state, event);
@@ -197,6 +198,12 @@ bool one_by_one_after_failure(const State& state, const Event&) {
 bool sensor_proven_after_failure(const State& state, const Event& event) {
   return one_by_one_after_failure(state, event) && sensor_proven(state, event) &&
          event.links.self_test_ok;
+}
+bool sensor_proven_after_miss(const State& state, const Event& event) {
+  return state.missed && sensor_proven(state, event) && event.links.self_test_ok;
+}
+bool missed_what_was_met(const State& state, const Event& event) {
+  return sensor_proven_after_miss(state, event) && state.first.has_value();
 }
 bool none_left(const State&, const Event& event) { return event.plan->touches.empty(); }
 bool nothing_chosen(const State& state, const Event& event) {
@@ -246,6 +253,12 @@ void begin_freeing(State& state, const Event& event, Actions& actions) {
 void prove_sensor(State& state, const Event& event, Actions& actions) {
   actions.emplace_back(SelfTest{});
   state.deadline = event.at + state.patience.connecting;
+}
+
+/// A sensor that sees nothing any more says the same as one that has nothing to see.
+void doubt_sensor(State& state, const Event& event, Actions& actions) {
+  state.missed = true;
+  prove_sensor(state, event, actions);
 }
 
 void begin_transit(State& state, const Event& event, Actions& actions) {

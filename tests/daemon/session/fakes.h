@@ -37,6 +37,7 @@ struct Script {
   bool arming_unanswered = false;
   int robot_lost_at_arming = kNever;
   int sensor_fault_at_arming = kNever;
+  int sensor_fault_at_self_test = kNever;
   std::string open_robot_error{}, open_contact_error{};
   int begin_throws_at = kNever;
 };
@@ -51,6 +52,8 @@ struct World {
   bool in_contact = false, robot_lost = false, sensor_fault = false;
   bool moving = false, stop_asked = false;
   drivers::TimePoint ends{};
+  drivers::TimePoint
+      proven_from{};  ///< a self-test takes a moment, and nothing is proven meanwhile
   int armings = 0, stops = 0, self_tests = 0, opened = 0;
   std::optional<drivers::ArmResult> arm_answer;
 };
