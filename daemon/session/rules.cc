@@ -99,6 +99,13 @@ void back_off_from(State& state, const Event& event, Actions& actions, double al
         duration_s, search_patience(state, duration_s));
 }
 
+/// Where the way back begins: at the contact, and never ahead of where the arm came to rest,
+/// whatever the latch says. A wrong number must not lead farther in.
+double contact_m(const State& state, const Reading& reading) {
+  if (reading.settled_rad.empty()) return reading.along_m;
+  return std::min(reading.along_m, travel_m(state.planned(), reading.settled_rad));
+}
+
 void record_reading(const State& state, const Reading& reading, Actions& actions) {
   const int number = static_cast<int>(state.slow.size()) + (reading.slow ? 1 : 0);
   actions.emplace_back(RecordReading{state.done, number, reading});
@@ -307,14 +314,14 @@ void search_slow(State& state, const Event& event, Actions& actions) {
 void keep_first_and_back_off(State& state, const Event& event, Actions& actions) {
   state.first = reading_of(state, event, false);
   record_reading(state, *state.first, actions);
-  back_off_from(state, event, actions, state.first->along_m, state.policy.back_off_m);
+  back_off_from(state, event, actions, contact_m(state, *state.first), state.policy.back_off_m);
 }
 
 void keep_reading_and_back_off(State& state, const Event& event, Actions& actions) {
   const Reading reading = reading_of(state, event, true);
   record_reading(state, reading, actions);
   state.slow.push_back(reading);
-  back_off_from(state, event, actions, reading.along_m, state.policy.slow_back_off_m);
+  back_off_from(state, event, actions, contact_m(state, reading), state.policy.slow_back_off_m);
 }
 
 void back_off_from_noise(State& state, const Event& event, Actions& actions) {

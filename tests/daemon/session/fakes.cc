@@ -93,7 +93,8 @@ std::optional<drivers::MoveResult> FakeRobot::poll() {
         surface_before(move.target_rad[0]) + (late == w_.script.late_m.end() ? 0.0 : late->second);
     w_.at_rad = contact + kOvertravel;
     drivers::Latch latch;
-    latch.contact_rad = {contact};
+    const auto off = w_.script.latch_off_m.find(static_cast<int>(w_.moves.size()));
+    latch.contact_rad = {contact + (off == w_.script.latch_off_m.end() ? 0.0 : off->second)};
     latch.settled_rad = {w_.at_rad};
     latch.contact_time = w_.clock.now();
     result.latch = latch;

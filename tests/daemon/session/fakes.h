@@ -27,7 +27,8 @@ inline constexpr int kNever = 1 << 30;
 struct Script {
   std::map<int, drivers::MoveOutcome> outcome{};  ///< this move ends like this
   std::map<int, double> late_m{};                 ///< this search meets the surface later by this
-  int endless_from = kNever;                      ///< moves from this one on end only by stop()
+  std::map<int, double> latch_off_m{};  ///< the contact of this search is told so far ahead
+  int endless_from = kNever;            ///< moves from this one on end only by stop()
   bool ignores_stop = false;
   bool robot_never_ready = false;
   bool never_referenced = false;

@@ -53,6 +53,14 @@ TEST(a_touch, that_the_slow_search_does_not_find_again_is_no_matter_of_the_cell_
   EXPECT_NE(end.failure->detail.find("up to 3.0 mm behind it"), std::string::npos);
 }
 
+TEST(a_touch, whose_contact_is_told_wrongly_never_leads_the_arm_farther_in) {
+  Session session({.latch_off_m = {{3, 0.005}}}, 1);
+  session.run();
+  ASSERT_GE(session.backend.world.moves.size(), 4u);
+  // Met after 10 mm, at rest after 10.2 mm, told at 15 mm: back by a millimetre from the rest.
+  EXPECT_NEAR(session.backend.world.moves[3].target_rad[0], 0.1092, 1e-9);
+}
+
 TEST(a_touch, whose_readings_never_agree_is_given_up_with_all_of_them) {
   Session session({.late_m = {{5, 0.0}, {7, 0.0002}, {9, 0.0004}, {11, 0.0006}, {13, 0.0008}}}, 1);
   const State end = session.run();
