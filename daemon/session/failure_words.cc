@@ -112,6 +112,13 @@ std::string what(FailureKind kind, const State& state, const Event& event) {
           "the tip",
           joined(words, kResume));
     case FailureKind::kReadingsDisagree:
+      if (state.missed && state.first) {
+        return fmt::format(
+            "the fast search met something on {} after {:.3f} mm, and a slow one met nothing up to "
+            "{:.1f} mm behind it: a short of the moment, noise, or a loose sphere; look at the "
+            "sensor's cable and the tip",
+            target(state), state.first->along_m * kMmPerM, state.policy.beyond_first_m * kMmPerM);
+      }
       return fmt::format(
           "{} readings on {} do not agree within {:.3f} mm ({}); look for dirt, a "
           "loose sphere, a loose tool",

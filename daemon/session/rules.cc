@@ -99,6 +99,13 @@ void back_off_from(State& state, const Event& event, Actions& actions, double al
         duration_s, search_patience(state, duration_s));
 }
 
+/// Where the way back begins: at the contact, and never ahead of where the arm came to rest,
+/// whatever the latch says. A wrong number must not lead farther in.
+double contact_m(const State& state, const Reading& reading) {
+  if (reading.settled_rad.empty()) return reading.along_m;
+  return std::min(reading.along_m, travel_m(state.planned(), reading.settled_rad));
+}
+
 void record_reading(const State& state, const Reading& reading, Actions& actions) {
   const int number = static_cast<int>(state.slow.size()) + (reading.slow ? 1 : 0);
   actions.emplace_back(RecordReading{state.done, number, reading});
@@ -110,6 +117,7 @@ void forget_touch(State& state) {
   state.first.reset();
   state.slow.clear();
   state.revoked = 0;
+  state.missed = false;
   state.self_tested = false;
 }
 
@@ -149,7 +157,7 @@ bool sensor_proven(const State&, const Event& event) {
   return event.links.ready() && !event.links.in_contact;
 }
 bool sensor_proven_freed(const State& state, const Event& event) {
-  return sensor_proven(state, event) && !state.touch_failed;
+  return sensor_proven(state, event) && !state.touch_failed && !state.missed;
 }
 bool sensor_proven_at_standoff(const State& state, const Event& event) {
   return sensor_proven_freed(state, event) && !more_waypoints(state, event);
@@ -197,6 +205,12 @@ bool one_by_one_after_failure(const State& state, const Event&) {
 bool sensor_proven_after_failure(const State& state, const Event& event) {
   return one_by_one_after_failure(state, event) && sensor_proven(state, event) &&
          event.links.self_test_ok;
+}
+bool sensor_proven_after_miss(const State& state, const Event& event) {
+  return state.missed && sensor_proven(state, event) && event.links.self_test_ok;
+}
+bool missed_what_was_met(const State& state, const Event& event) {
+  return sensor_proven_after_miss(state, event) && state.first.has_value();
 }
 bool none_left(const State&, const Event& event) { return event.plan->touches.empty(); }
 bool nothing_chosen(const State& state, const Event& event) {
@@ -248,6 +262,12 @@ void prove_sensor(State& state, const Event& event, Actions& actions) {
   state.deadline = event.at + state.patience.connecting;
 }
 
+/// A sensor that sees nothing any more says the same as one that has nothing to see.
+void doubt_sensor(State& state, const Event& event, Actions& actions) {
+  state.missed = true;
+  prove_sensor(state, event, actions);
+}
+
 void begin_transit(State& state, const Event& event, Actions& actions) {
   state.plan = event.plan;
   state.progress = event.progress;
@@ -294,14 +314,14 @@ void search_slow(State& state, const Event& event, Actions& actions) {
 void keep_first_and_back_off(State& state, const Event& event, Actions& actions) {
   state.first = reading_of(state, event, false);
   record_reading(state, *state.first, actions);
-  back_off_from(state, event, actions, state.first->along_m, state.policy.back_off_m);
+  back_off_from(state, event, actions, contact_m(state, *state.first), state.policy.back_off_m);
 }
 
 void keep_reading_and_back_off(State& state, const Event& event, Actions& actions) {
   const Reading reading = reading_of(state, event, true);
   record_reading(state, reading, actions);
   state.slow.push_back(reading);
-  back_off_from(state, event, actions, reading.along_m, state.policy.slow_back_off_m);
+  back_off_from(state, event, actions, contact_m(state, reading), state.policy.slow_back_off_m);
 }
 
 void back_off_from_noise(State& state, const Event& event, Actions& actions) {

@@ -48,6 +48,7 @@ struct State {
   std::optional<Reading> first;  ///< contact of the fast search
   std::vector<Reading> slow;     ///< readings, in order
   int revoked = 0;
+  bool missed = false;       ///< end of travel without contact; the sensor proves itself first
   bool arm_pending = false;  ///< asked to be armed, no answer yet
   bool self_tested = false;  ///< the sensor was told to prove itself again for this arming
 

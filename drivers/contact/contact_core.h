@@ -102,6 +102,7 @@ class ContactCore : public ContactGuard {
   bool self_test_fresh(TimePoint now) const;
   void fail_test(ContactFault fault, TimePoint now);
   bool test_due(TimePoint now) const;
+  bool deaf(TimePoint now) const;
   std::uint32_t random();
 
   ContactOptions options_;

@@ -32,6 +32,8 @@ constexpr unsigned kFastPingMs = 10, kFastPingSpreadMs = 10;
 constexpr unsigned kPingMs = 150, kPingSpreadMs = 200;
 /// Without a sample for this long the map's drift is not watched any more.
 constexpr milliseconds kClockStale{3000};
+/// Two pings at their longest intervals without an answer.
+constexpr milliseconds kDeafAfter{2 * (kPingMs + kPingSpreadMs)};
 
 }  // namespace
 
@@ -249,13 +251,22 @@ bool ContactCore::test_due(TimePoint now) const {
   return !test_passed_ || now - test_passed_at_ > options_.self_test_renew;
 }
 
+/// Neither did it begin the test, which clears its flag, nor does it answer a ping.
+bool ContactCore::deaf(TimePoint now) const {
+  return !test_saw_clear_ || (ping_out_ && now - last_pong_ > kDeafAfter);
+}
+
 void ContactCore::tick_test(TimePoint now) {
   if (test_ == Test::kRunning && now - test_sent_ > kTestPatience + answer_time_) {
     if (++test_tries_ < kTestTries) {
       begin_test(now);
     } else {
       const bool loop_ok = status_ && (status_->flags & CTP_FLAG_LOOP_OK) != 0;
-      fail_test(loop_ok ? ContactFault::kSelfTestFailed : ContactFault::kLoopBroken, now);
+      if (deaf(now)) {
+        fail_test(ContactFault::kDeaf, now);
+      } else {
+        fail_test(loop_ok ? ContactFault::kSelfTestFailed : ContactFault::kLoopBroken, now);
+      }
     }
   }
   if (test_ == Test::kNone && test_due(now)) {

@@ -19,6 +19,7 @@ enum class ContactFault {
   kConfigRefused,   ///< does not accept its configuration
   kLoopBroken,      ///< a wire of the touch circuit is open
   kSelfTestFailed,  ///< does not see its own edge
+  kDeaf,            ///< is heard, and does nothing that it is told
   kSilent,          ///< no valid frame for kIdleLimit
   kClockJumped,     ///< its time stamps do not continue
 };

@@ -42,6 +42,10 @@ std::string fault_words(const ContactFacts& f) {
           "the contact sensor does not see its own test edge ({:.2f} V): its input is stuck, or a "
           "supply is shorted to the sense line. It cannot see a touch; check the input stage",
           f.sense_v);
+    case ContactFault::kDeaf:
+      return "the contact sensor is heard and does not hear: it takes up no command. Check the "
+             "line "
+             "from this computer to it (TX, its connector, earth)";
     case ContactFault::kSilent:
       return fmt::format(
           "the contact sensor fell silent ({:.1f} s without a valid frame): check cable and "
@@ -175,9 +179,9 @@ ContactStatus status_of(const ContactFacts& f) {
   ContactStatus s;
   s.link = link_of(f);
   s.in_contact = f.in_contact;
-  s.can_guard_retreat = s.link == ContactLink::kReady ||
-                        (f.step == ContactStep::kSelfTest && f.touching_at_self_test &&
-                         f.fault == ContactFault::kNone);
+  s.can_guard_retreat =
+      s.link == ContactLink::kReady || (f.step == ContactStep::kSelfTest &&
+                                        f.touching_at_self_test && f.fault == ContactFault::kNone);
   s.loop_ok = f.loop_ok;
   s.self_test_ok = f.self_test_ok;
   s.armed = f.armed;

@@ -59,6 +59,7 @@ struct EkiCore::Impl {
     next_id = 0;
     close = greeted = bye_sent = too_few_axes = false;
     states_here = 0;
+    last_time_ms = time_turns = 0;
     connected_at = last_rx = last_progress = now;
     hello(now);
   }
@@ -206,13 +207,23 @@ struct EkiCore::Impl {
     state.decimals_seen = std::max(state.decimals_seen, frame.decimals);
   }
 
+  /// $TIMER is KRL's INT: it counts 31 bits and begins again, after 25 days. The record has 32.
+  std::uint32_t unwrapped(std::uint32_t time_ms) {
+    constexpr std::uint32_t kTurn = 0x80000000u, kHalf = 0x40000000u;
+    if (time_ms < kTurn && last_time_ms > time_ms && last_time_ms - time_ms > kHalf) {
+      time_turns += kTurn;
+    }
+    last_time_ms = time_ms;
+    return time_ms + time_turns;
+  }
+
   void record_position(TimePoint t_rx) {
     AxisAngles actual;
     for (std::size_t i = 0; i < axes(); ++i) actual.push_back(frame.axes_deg[i] * kRadPerDeg);
     // Without the controller's clock the arrival has to do.
     const auto arrival = static_cast<std::uint32_t>(
         std::chrono::duration_cast<std::chrono::milliseconds>(t_rx - connected_at).count());
-    record.push(t_rx, frame.time_ms.value_or(arrival), actual, actual);
+    record.push(t_rx, frame.time_ms ? unwrapped(*frame.time_ms) : arrival, actual, actual);
     std::copy(actual.begin(), actual.end(), state.actual_rad);
     if (!mover.busy()) std::copy(actual.begin(), actual.end(), state.commanded_rad);
     const std::size_t last = std::min<std::size_t>(record.size(), 50) - 1;
@@ -354,6 +365,7 @@ struct EkiCore::Impl {
 
   TimePoint connected_at{}, last_rx{}, last_sent{}, last_hello{}, last_progress{};
   std::uint32_t next_id = 0;
+  std::uint32_t last_time_ms = 0, time_turns = 0;
   std::uint64_t states_here = 0;
   bool heard_time = false, greeted = false, close = false, too_few_axes = false;
   bool rereference_asked = false, move_to_send = false;

@@ -149,6 +149,8 @@ void Mover::watch_following(const MoverCycle& cycle) {
     const PositionRecord::Range range = record_.commanded_range_rad(i, window);
     const double actual = newest.actual_rad[i];
     if (actual < range.min - tolerance_rad || actual > range.max + tolerance_rad) {
+      // Replies that are not heard any more look the same; what stopped it first is the cause.
+      if (!ends_well()) return freeze(Phase::kSettling, outcome_, cause_, a_);
       // Whatever the arm does, more of the same command does not help: hold.
       freeze(Phase::kSettling, MoveOutcome::kNotFollowing, Cause::kAxisNotFollowing,
              newest.commanded_rad[i] * kDegPerRad);
@@ -236,6 +238,22 @@ void Mover::fill_latch(const MoverCycle& cycle, const AxisAngles& settled_rad) {
     outcome_ = MoveOutcome::kContactSilent;
     cause_ = Cause::kStampOutside;
     a_ = seconds(cycle.now - contact_->first_edge);
+    return;
+  }
+  // A number beside everything that was commanded around the contact is a wrong one, and the way
+  // back would be reckoned from it.
+  const double span_s = config_.follow_window_s + seconds(cycle.now - contact_->first_edge);
+  const auto window = static_cast<std::size_t>(std::ceil(span_s / cycle.cycle_s)) + 1;
+  const double tolerance_rad = config_.follow_tolerance_deg * kRadPerDeg;
+  for (std::size_t i = 0; i < at_contact->size(); ++i) {
+    const PositionRecord::Range range = record_.commanded_range_rad(i, window);
+    const double actual = (*at_contact)[i];
+    if (actual >= range.min - tolerance_rad && actual <= range.max + tolerance_rad) continue;
+    outcome_ = MoveOutcome::kNotFollowing;
+    cause_ = Cause::kAxisNotFollowing;
+    axis_ = static_cast<std::uint8_t>(i);
+    a_ = range.max * kDegPerRad;
+    b_ = actual * kDegPerRad;
     return;
   }
   Latch latch;

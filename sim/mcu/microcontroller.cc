@@ -32,7 +32,7 @@ constexpr std::uint16_t kBrokenMv = 0;  // pulled down, no current
 Microcontroller::Microcontroller(const McuOptions& options, TimePoint power_on)
     : options_(options),
       now_(power_on),
-      booted_(power_on),
+      clock_from_(power_on),
       first_ticks_(options.first_ticks),
       boot_id_(options.boot_id),
       rx_free_(power_on),
@@ -44,7 +44,7 @@ Microcontroller::Microcontroller(const McuOptions& options, TimePoint power_on)
 void Microcontroller::announce(std::uint32_t nonce) { ident_nonce_ = nonce; }
 
 std::uint32_t Microcontroller::ticks(TimePoint t) const {
-  const double ns = static_cast<double>(nanoseconds(t - booted_).count());
+  const double ns = static_cast<double>(nanoseconds(t - clock_from_).count());
   const double count = std::floor(ns / int{CTP_TICK_NS} * (1.0 + options_.drift_ppm * 1e-6));
   return first_ticks_ + static_cast<std::uint32_t>(static_cast<std::int64_t>(count));
 }
@@ -89,6 +89,13 @@ void Microcontroller::set_faults(const McuFaults& faults, TimePoint t) {
   advance(t);
   faults_ = faults;
   on_edge(t);
+}
+
+void Microcontroller::set_drift(double ppm, TimePoint t) {
+  advance(t);
+  first_ticks_ = ticks(t);
+  clock_from_ = t;
+  options_.drift_ppm = ppm;
 }
 
 void Microcontroller::reset(TimePoint t, std::uint8_t cause) {

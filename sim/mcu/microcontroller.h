@@ -62,6 +62,8 @@ class Microcontroller {
 
   void set_faults(const McuFaults& faults, TimePoint t);
   const McuFaults& faults() const { return faults_; }
+  /// Its clock runs so much faster than nominal from t on, without a jump.
+  void set_drift(double ppm, TimePoint t);
   /// Restarts at t: new boot id, clock from zero, no configuration, not armed.
   void reset(TimePoint t, std::uint8_t cause = CTP_RESET_PIN);
 
@@ -120,7 +122,7 @@ class Microcontroller {
 
   McuOptions options_;
   McuFaults faults_;
-  TimePoint now_, booted_;
+  TimePoint now_, clock_from_;  ///< of the clock: boot, or its last change of speed
   std::uint32_t first_ticks_, boot_id_;
   std::uint8_t reset_cause_ = CTP_RESET_POWER;
 

@@ -93,7 +93,8 @@ std::optional<drivers::MoveResult> FakeRobot::poll() {
         surface_before(move.target_rad[0]) + (late == w_.script.late_m.end() ? 0.0 : late->second);
     w_.at_rad = contact + kOvertravel;
     drivers::Latch latch;
-    latch.contact_rad = {contact};
+    const auto off = w_.script.latch_off_m.find(static_cast<int>(w_.moves.size()));
+    latch.contact_rad = {contact + (off == w_.script.latch_off_m.end() ? 0.0 : off->second)};
     latch.settled_rad = {w_.at_rad};
     latch.contact_time = w_.clock.now();
     result.latch = latch;
@@ -120,7 +121,7 @@ drivers::ContactStatus FakeContact::status() const {
   // As the real one: no self-test, hence not ready, before contact has been open once.
   const bool proven =
       !(w_.script.contact_closed && w_.in_contact) && !w_.script.contact_never_ready;
-  status.self_test_ok = proven;
+  status.self_test_ok = proven && w_.clock.now() >= w_.proven_from;
   status.can_guard_retreat = !w_.script.contact_never_ready;
   status.link = proven ? drivers::ContactLink::kReady : drivers::ContactLink::kIdentifying;
   if (w_.script.contact_never_ready) status.words = "no IDENT from /dev/ttyUSB0";
@@ -147,7 +148,11 @@ std::optional<drivers::ArmResult> FakeContact::poll_arm() {
   return std::exchange(w_.arm_answer, std::nullopt);
 }
 
-void FakeContact::self_test() { ++w_.self_tests; }
+void FakeContact::self_test() {
+  ++w_.self_tests;
+  w_.proven_from = w_.clock.now() + std::chrono::milliseconds(30);
+  if (w_.self_tests >= w_.script.sensor_fault_at_self_test) w_.sensor_fault = true;
+}
 
 void FakeContact::close() { w_.contact_open = false; }
 

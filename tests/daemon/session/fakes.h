@@ -27,7 +27,8 @@ inline constexpr int kNever = 1 << 30;
 struct Script {
   std::map<int, drivers::MoveOutcome> outcome{};  ///< this move ends like this
   std::map<int, double> late_m{};                 ///< this search meets the surface later by this
-  int endless_from = kNever;                      ///< moves from this one on end only by stop()
+  std::map<int, double> latch_off_m{};  ///< the contact of this search is told so far ahead
+  int endless_from = kNever;            ///< moves from this one on end only by stop()
   bool ignores_stop = false;
   bool robot_never_ready = false;
   bool never_referenced = false;
@@ -37,6 +38,7 @@ struct Script {
   bool arming_unanswered = false;
   int robot_lost_at_arming = kNever;
   int sensor_fault_at_arming = kNever;
+  int sensor_fault_at_self_test = kNever;
   std::string open_robot_error{}, open_contact_error{};
   int begin_throws_at = kNever;
 };
@@ -51,6 +53,8 @@ struct World {
   bool in_contact = false, robot_lost = false, sensor_fault = false;
   bool moving = false, stop_asked = false;
   drivers::TimePoint ends{};
+  drivers::TimePoint
+      proven_from{};  ///< a self-test takes a moment, and nothing is proven meanwhile
   int armings = 0, stops = 0, self_tests = 0, opened = 0;
   std::optional<drivers::ArmResult> arm_answer;
 };

@@ -30,6 +30,37 @@ TEST(a_touch, that_never_comes_names_the_target_and_the_cell_file) {
   EXPECT_NE(end.failure->detail.find("check centre"), std::string::npos);
 }
 
+TEST(a_touch, that_never_comes_is_believed_only_of_a_sensor_that_proves_itself) {
+  Session well({.outcome = {{3, MoveOutcome::kArrived}}});
+  EXPECT_EQ(well.run().failure->kind, FailureKind::kNoContact);
+  EXPECT_EQ(well.backend.world.self_tests, 1);
+
+  // Its input died behind the arming: it saw nothing because it sees nothing.
+  Session blind({.outcome = {{3, MoveOutcome::kArrived}}, .sensor_fault_at_self_test = 1});
+  const State end = blind.run();
+  ASSERT_EQ(end.phase, Phase::kFailed);
+  EXPECT_EQ(end.failure->kind, FailureKind::kContactFault) << end.failure->detail;
+  EXPECT_EQ(blind.backend.world.moves.size(), 3u) << "the arm must hold still";
+}
+
+TEST(a_touch, that_the_slow_search_does_not_find_again_is_no_matter_of_the_cell_file) {
+  Session session({.outcome = {{5, MoveOutcome::kArrived}}}, 1);
+  const State end = session.run();
+  ASSERT_EQ(end.phase, Phase::kFailed);
+  EXPECT_EQ(end.failure->kind, FailureKind::kReadingsDisagree);
+  EXPECT_NE(end.failure->detail.find("met something on S1 after 10.000 mm"), std::string::npos)
+      << end.failure->detail;
+  EXPECT_NE(end.failure->detail.find("up to 3.0 mm behind it"), std::string::npos);
+}
+
+TEST(a_touch, whose_contact_is_told_wrongly_never_leads_the_arm_farther_in) {
+  Session session({.latch_off_m = {{3, 0.005}}}, 1);
+  session.run();
+  ASSERT_GE(session.backend.world.moves.size(), 4u);
+  // Met after 10 mm, at rest after 10.2 mm, told at 15 mm: back by a millimetre from the rest.
+  EXPECT_NEAR(session.backend.world.moves[3].target_rad[0], 0.1092, 1e-9);
+}
+
 TEST(a_touch, whose_readings_never_agree_is_given_up_with_all_of_them) {
   Session session({.late_m = {{5, 0.0}, {7, 0.0002}, {9, 0.0004}, {11, 0.0006}, {13, 0.0008}}}, 1);
   const State end = session.run();

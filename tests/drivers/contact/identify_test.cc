@@ -113,6 +113,19 @@ TEST(ContactIdentify, FindsAnInputThatIsStuckOpen) {
   EXPECT_FALSE(rig.contact.status().self_test_ok);
 }
 
+TEST(ContactIdentify, SaysThatTheSensorDoesNotHearWhereNoCommandReachesIt) {
+  Rig rig;
+  ASSERT_TRUE(rig.get_ready());
+  rig.line.to_sensor = [](std::vector<std::uint8_t>) { return std::vector<std::uint8_t>{}; };
+  rig.contact.self_test();
+  rig.run(seconds{2});
+  EXPECT_EQ(rig.contact.status().link, ContactLink::kFault);
+  EXPECT_NE(rig.contact.status().words.find("is heard and does not hear"), std::string::npos)
+      << rig.contact.status().words;
+  rig.line.to_sensor = nullptr;
+  EXPECT_TRUE(rig.run_until([&] { return rig.contact.status().self_test_ok; }));
+}
+
 TEST(ContactIdentify, DoesNotTakeALostSelfTestRequestForAPassedOne) {
   Rig rig;
   ASSERT_TRUE(rig.get_ready());

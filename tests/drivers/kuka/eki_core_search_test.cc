@@ -61,6 +61,20 @@ TEST(EkiSearch, ByFlagInterpolatesTheRecordedPathAndSaysHowSureItIs) {
   EXPECT_LT(rig.true_deg() - rig.touched_deg, 0.1 * speed_deg_s);
 }
 
+TEST(EkiSearch, GoesOnWhereTheControllersTimerBeginsAnew) {
+  for (const auto before_search : {500ms, 1500ms, 2500ms}) {  // before, at and behind the contact
+    EkiRig rig(eki_controller(), by_flag());
+    const TimePoint anew{std::chrono::milliseconds(std::int64_t{1} << 31)};
+    rig.now = anew - 5s;
+    prepare(rig);
+    rig.wired_to_input = false;
+    rig.run(anew - before_search - rig.now);
+    const MoveResult result = rig.search(3.0, 6.0);
+    ASSERT_EQ(result.outcome, MoveOutcome::kContact) << result.detail;
+    EXPECT_NEAR(result.latch->contact_rad[0] / kEkiDeg, rig.touched_deg, 0.015);
+  }
+}
+
 TEST(EkiSearch, ByFlagIsRefusedWhereItWouldGoOnTooFar) {
   EkiRig rig(eki_controller(), by_flag());
   prepare(rig);

@@ -214,6 +214,17 @@ TEST(RsiMove, LongestUsualLagIsNotMistakenForAnArmThatDoesNotFollow) {
   EXPECT_EQ(rig.move(MoveKind::kTransit, rig.moved_by(0, -80)).outcome, MoveOutcome::kArrived);
 }
 
+TEST(RsiMove, RepliesThatAreNotHeardAnyMoreAreNamedAndNotTheArmThatStaysBehind) {
+  Rig rig;
+  rig.make_ready();
+  rig.begin(MoveKind::kTransit, rig.moved_by(0, 30));
+  rig.run(300ms);
+  rig.to_krc = false;
+  const MoveResult result = rig.finish();
+  EXPECT_EQ(result.outcome, MoveOutcome::kRobotSilent) << result.detail;
+  EXPECT_TRUE(says(result, "late replies")) << result.detail;
+}
+
 TEST(RsiMove, MissedPacketsAreNeverCaughtUp) {
   RsiConfig config = rig_config();
   config.silence_cycles = 6;

@@ -84,6 +84,25 @@ TEST_F(Search, LatchDoesNotMindNetworkJitter) {
   EXPECT_NEAR(result.latch->contact_rad[0], truth, 1.5e-4 * kDeg);
 }
 
+TEST_F(Search, AnAngleBesideEverythingCommandedIsNoContactPosition) {
+  search();
+  const TimePoint edge = rig.now + 1500us;
+  // The packet behind the contact comes with one digit changed: A1 is a degree beside.
+  rig.before_core = [&] {
+    const std::size_t a1 = rig.packet.find("<AIPos A1=\"");
+    ASSERT_NE(a1, std::string::npos);
+    rig.packet.insert(a1 + std::string_view("<AIPos A1=\"").size(), "1");
+    rig.before_core = nullptr;
+  };
+  rig.guard.trip(kArm, edge);
+  rig.cycle();
+  rig.guard.push(ContactEventKind::kContact, kArm, edge, 0);
+  rig.guard.touch(true);
+  const MoveResult result = rig.finish();
+  EXPECT_EQ(result.outcome, MoveOutcome::kNotFollowing) << result.detail;
+  EXPECT_FALSE(result.latch);
+}
+
 TEST_F(Search, TripThatWasNoiseIsRevoked) {
   search();
   const AxisAngles before = rig.commanded();

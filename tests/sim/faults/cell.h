@@ -1,0 +1,165 @@
+#pragma once
+// The emulated cell with a faulty line on each of its wires: the unchanged adapters' cores, the
+// emulated controller, microcontroller and physical cell, in one thread and in virtual time. Time
+// passes only in sleep_until(); the same seed gives the same bits.
+//
+// Beyond daemon/main's virtual cells: messages arrive when the lines say so, actions can be booked
+// for an instant, the adapters can be made anew on the living cell, and the truth is written down:
+// where the arm really was at each edge of the contact, and when it last moved.
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <vector>
+
+#include "daemon/main/config.h"
+#include "daemon/session/backend.h"
+#include "drivers/contact/contact_inline.h"
+#include "sim/cell/contact_watch.h"
+#include "sim/cell/truth.h"
+#include "sim/lines/serial_line.h"
+#include "sim/mcu/mcu_line.h"
+
+namespace cellcal::faults {
+
+using drivers::Duration;
+using drivers::TimePoint;
+
+/// Between cellcal's computer and the controller.
+enum class Wire { kRsi, kEkiInput, kEkiFlag };
+const char* to_string(Wire wire);
+
+/// What differs from cell to cell before power on.
+struct CellOptions {
+  Wire wire = Wire::kRsi;
+  std::uint64_t seed = 1;
+  std::uint64_t ipoc_start = 1'000'000;  ///< RSI's counter
+  /// The clock's at power on. EKI's $TIMER counts its milliseconds, and has 31 bits.
+  TimePoint power_on{std::chrono::hours(1)};
+  std::uint32_t mcu_ticks = 0;  ///< of the microcontroller's clock at power on
+  double mcu_drift_ppm = 0.0;
+  double krc_drift_ppm = 0.0;  ///< the controller's clock against this computer's
+};
+
+/// A change of the touch circuit, as it truly was.
+struct Edge {
+  TimePoint t{};
+  bool closed = false;
+  std::vector<double> joint_rad;  ///< of the arm at that instant
+};
+
+class FaultyCell : public drivers::Clock {
+ public:
+  FaultyCell(const calib::Cell& cell, const CellOptions& options);
+
+  TimePoint now() const override { return now_; }
+  TimePoint power_on() const { return options_.power_on; }
+  /// Throws std::runtime_error behind the last instant that a run may reach.
+  void sleep_until(TimePoint t) override;
+  void live(Duration d) { sleep_until(now_ + d); }
+  void end_by(TimePoint t) { end_by_ = t; }
+
+  virtual drivers::Robot& robot() = 0;
+  drivers::ContactSensor& contact() { return *contact_; }
+  /// Adapters as a daemon makes them for its next session; the cell lives on.
+  void new_adapters();
+
+  // ---- faults
+  /// At t, or at once when t is over.
+  void at(TimePoint t, std::function<void()> act) { actions_.emplace(t, std::move(act)); }
+  virtual sim::Line& to_pc() = 0;   ///< controller to PC
+  virtual sim::Line& to_krc() = 0;  ///< PC to controller
+  sim::SerialLine& serial() { return serial_; }
+  sim::Microcontroller& mcu() { return mcu_; }
+  /// Each change of the circuit from now on: `count` times there and back, `apart` from each other.
+  void bounce(int count, Duration apart);
+  /// What the sensor and the input see comes so much later than it truly is (for tests of the
+  /// judgement: nothing that a driver could notice).
+  void delay_edges(Duration late) { edges_late_ = late; }
+  /// The arm is moved by another hand than the adapter's (likewise).
+  void shake() { shaken_ = true; }
+  /// Noise: pulses against the true level, from now on.
+  void chatter(int count, Duration pulse, Duration apart);
+  /// A short circuit: closed whatever the tip does.
+  void short_circuit(bool on);
+  /// The controller's clock runs so much faster than this computer's from now on.
+  void krc_drift(double ppm) { krc_drift_ppm_ = ppm; }
+  /// The controller is without power for as long as this holds; the brakes close.
+  virtual void power_off(bool off) = 0;
+  virtual void block_drives(bool blocked) = 0;
+  virtual void operator_stops() = 0;  ///< at the pendant
+  virtual void robot_fault() = 0;     ///< the program ends with a message
+  /// A second machine where only one may be, from now on.
+  virtual void second_on_port(bool on) = 0;
+  virtual void input_wire(bool broken) = 0;
+  /// All lines and devices as an operator leaves them who has read the message.
+  void repair();
+
+  // ---- truth
+  const sim::PhysicalCell& physical() const { return physical_; }
+  const std::vector<Edge>& edges() const { return edges_; }
+  virtual std::vector<double> position_rad() const = 0;
+  TimePoint last_motion() const { return last_motion_; }
+  double deepest_m() const { return watch_.deepest_m(); }
+  int crashes() const { return watch_.crashes(); }
+
+ protected:
+  virtual std::vector<double> true_rad_at(TimePoint t) const = 0;
+  virtual void tick(TimePoint t) = 0;  ///< one cycle of the controller
+  virtual Duration cycle() const = 0;
+  virtual void pc_tick() = 0;
+  virtual TimePoint next_message() const = 0;
+  virtual void take_messages() = 0;
+  virtual void make_robot() = 0;
+  virtual void repair_controller() = 0;
+  virtual void input(bool closed) = 0;  ///< the controller's, at now
+
+  void run_contact() { contact_->run_until(now_); }
+
+  const CellOptions options_;
+  TimePoint now_;
+  std::unique_ptr<drivers::ContactInline> contact_;
+
+ private:
+  void level(TimePoint t, bool closed);
+  void look(TimePoint from, TimePoint to);
+  void run_one(TimePoint t);
+  TimePoint next_event() const;
+
+  TimePoint next_cycle_, next_pc_tick_;
+  TimePoint end_by_ = TimePoint::max();
+  sim::PhysicalCell physical_;
+  sim::Microcontroller mcu_;
+  sim::McuLine line_;
+  sim::SerialLine serial_;
+  sim::ContactWatch watch_;
+  std::multimap<TimePoint, std::function<void()>> actions_;
+  std::vector<Edge> edges_;
+  std::vector<double> last_position_;
+  TimePoint last_motion_;
+  bool shorted_ = false;
+  double krc_drift_ppm_;
+  Duration edges_late_{};
+  bool shaken_ = false;
+  int bounces_ = 0;
+  Duration bounce_apart_{};
+};
+
+/// As the daemon's mock backend would configure it, with the demo's cell.
+std::unique_ptr<FaultyCell> make_cell(const calib::Cell& cell, const CellOptions& options);
+
+/// The cell as a session's backend.
+class CellBackend final : public daemon::Backend {
+ public:
+  explicit CellBackend(FaultyCell& cell) : cell_(cell) {}
+  drivers::Robot& robot() override { return cell_.robot(); }
+  drivers::ContactSensor& contact() override { return cell_.contact(); }
+  drivers::Clock& clock() override { return cell_; }
+  bool virtual_time() const override { return true; }
+  std::string utc_now() override;
+
+ private:
+  FaultyCell& cell_;
+};
+
+}  // namespace cellcal::faults

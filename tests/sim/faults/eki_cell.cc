@@ -1,0 +1,173 @@
+// The cell over EKI.
+
+#include "cells.h"
+#include "drivers/kuka/eki_robot.h"
+#include "drivers/kuka/krl_files.h"
+#include "sim/krc/eki_controller.h"
+
+namespace cellcal::faults {
+namespace {
+
+// One way over a switch and TCP.
+constexpr std::chrono::microseconds kOneWay{150};
+// Between two attempts to connect, as the adapter's shell makes them.
+constexpr std::chrono::milliseconds kRetry{500};
+
+sim::EkiControllerConfig controller_config(const daemon::DaemonConfig& config,
+                                           const calib::Cell& cell, const CellOptions& options) {
+  sim::EkiControllerConfig controller;
+  controller.start_rad = config.mock.start_rad;
+  controller.start_rad.resize(cell.robot.joints.size(), 0.0);
+  controller.dead_man_ms = config.controller.dead_man_ms;
+  controller.max_acceleration_rad_s2 = config.motion.acceleration_rad_s2;
+  controller.channel_xml = drivers::eki_files(config.controller).at("CellcalEki.xml");
+  for (const calib::Joint& joint : cell.robot.joints) {
+    controller.max_speed_rad_s.push_back(joint.max_speed_rad_s);
+  }
+  controller.seed = options.seed;
+  return controller;
+}
+
+class EkiCell final : public FaultyCell {
+ public:
+  EkiCell(const calib::Cell& cell, const CellOptions& options, const daemon::DaemonConfig& config)
+      : FaultyCell(cell, options),
+        eki_(daemon::eki_config_for(config, cell)),
+        controller_(controller_config(config, cell, options)),
+        to_pc_(sim::LineKind::kStream, kOneWay, options.seed * 37 + 1),
+        to_krc_(sim::LineKind::kStream, kOneWay, options.seed * 37 + 2) {
+    controller_.start_program();
+    new_adapters();
+  }
+
+  drivers::Robot& robot() override { return *robot_; }
+  sim::Line& to_pc() override { return to_pc_; }
+  sim::Line& to_krc() override { return to_krc_; }
+  void block_drives(bool blocked) override { controller_.drives(!blocked); }
+  void operator_stops() override { controller_.emergency_stop(true); }
+  void robot_fault() override { controller_.cancel_program(); }
+  /// The drives' brakes stop the arm, the programs forget, the connection dies without a word.
+  void power_off(bool off) override {
+    if (off) controller_.drives(false);
+    if (!off && off_) controller_.disconnect();
+    off_ = off;
+  }
+  /// Another client: the controller's port takes one alone.
+  void second_on_port(bool on) override {
+    if (on) {
+      other_holds_ = controller_.connect();
+    } else if (other_holds_) {
+      controller_.disconnect();
+      other_holds_ = false;
+    }
+  }
+  void input_wire(bool broken) override { controller_.input_broken(broken); }
+  std::vector<double> position_rad() const override { return true_rad_at(now()); }
+
+ protected:
+  std::vector<double> true_rad_at(TimePoint t) const override {
+    return controller_.actual_rad_at(t);
+  }
+  Duration cycle() const override { return controller_.cycle(); }
+  void tick(TimePoint t) override {
+    controller_.tick(t);
+    const std::string said = controller_.take_output();
+    if (!other_holds_ && !off_) to_pc_.send(said, t);
+  }
+  TimePoint next_message() const override { return std::min(to_pc_.next(), to_krc_.next()); }
+  void take_messages() override {
+    while (const auto bytes = to_pc_.take(now_)) {
+      if (linked_) robot_->on_bytes(bytes->bytes, now_);
+    }
+    while (const auto bytes = to_krc_.take(now_)) {
+      if (!off_ && !other_holds_) controller_.receive(bytes->bytes);
+    }
+  }
+  bool cut() const { return to_pc_.is_cut(now_) || to_krc_.is_cut(now_); }
+  void drop_link() {
+    linked_ = false;
+    to_pc_.restart();
+    to_krc_.restart();
+    robot_->on_closed(now_);
+    next_try_ = now_ + kRetry;
+  }
+  void pc_tick() override {
+    const bool torn = (to_pc_.ended() && now_ >= *to_pc_.ended()) ||
+                      (to_krc_.ended() && now_ >= *to_krc_.ended());
+    if (half_open_ && !cut()) {  // it learns now that the client has gone
+      half_open_ = false;
+      controller_.disconnect();
+    }
+    if (linked_ && robot_->wants_close()) {
+      if (cut()) {
+        half_open_ = true;
+      } else {
+        controller_.disconnect();
+      }
+      drop_link();
+    } else if (linked_ && torn) {
+      controller_.disconnect();
+      drop_link();
+    } else if (linked_ && !controller_.connected() && !cut() && !off_) {
+      drop_link();  // the controller closed it
+    } else if (!linked_ && robot_->wants_connection() && !cut() && !off_ && now_ >= next_try_) {
+      next_try_ = now_ + kRetry;
+      if (controller_.connect()) {
+        linked_ = true;
+        robot_->on_connected(now_);
+      }
+    }
+    robot_->on_tick(now_);
+    if (linked_) to_krc_.send(robot_->output(), now_);
+    robot_->sent(robot_->output().size());
+  }
+  /// The process that held the connection is gone, and the connection with it.
+  void make_robot() override {
+    if (linked_) controller_.disconnect();
+    linked_ = false;
+    to_pc_.restart();
+    to_krc_.restart();
+    robot_ = std::make_unique<drivers::EkiRobotInline>(eki_, &contact_->guard());
+    next_try_ = now_;
+  }
+  void input(bool closed) override { controller_.input(now_, closed); }
+
+  void repair_controller() override {
+    power_off(false);
+    second_on_port(false);
+    controller_.emergency_stop(false);
+    controller_.drives(true);
+    controller_.input_broken(false);
+    controller_.start_program();
+  }
+
+ private:
+  drivers::EkiConfig eki_;
+  sim::EkiController controller_;
+  sim::Line to_pc_, to_krc_;
+  std::unique_ptr<drivers::EkiRobotInline> robot_;
+  TimePoint next_try_{};
+  bool linked_ = false, half_open_ = false, other_holds_ = false, off_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<FaultyCell> make_eki_cell(const calib::Cell& cell, const CellOptions& options,
+                                          const daemon::DaemonConfig& config) {
+  return std::make_unique<EkiCell>(cell, options, config);
+}
+
+std::unique_ptr<FaultyCell> make_cell(const calib::Cell& cell, const CellOptions& options) {
+  const bool rsi = options.wire == Wire::kRsi;
+  const char* stop = options.wire == Wire::kEkiFlag ? "flag" : "input";
+  const std::string text = std::string("format = \"cellcal.daemon/1\"\nbackend = \"mock\"\n") +
+                           "[motion]\nspeed_percent = 80\nacceleration_deg_s2 = 600\n"
+                           "jerk_deg_s3 = 8000\n" +
+                           (rsi ? "[rsi]\ncorrection_limit_deg = 360\n"
+                                : std::string("[eki]\nstop = \"") + stop + "\"\n") +
+                           "[mock]\nwire = \"" + (rsi ? "rsi" : "eki") + "\"\n";
+  const daemon::DaemonConfig config = daemon::parse_config(text, "faults.toml");
+  return rsi ? make_rsi_cell(cell, options, config) : make_eki_cell(cell, options, config);
+}
+
+}  // namespace cellcal::faults

@@ -1,0 +1,208 @@
+// The fault matrix as a table.
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdlib>
+#include <set>
+
+#include "matrix.h"
+
+namespace cellcal::faults {
+namespace {
+
+struct Options {
+  std::string cell_file, wire, fault, phase;
+  std::uint64_t seed = 1;
+  bool verbose = false;
+};
+
+struct Count {
+  int measured = 0, named = 0, violations = 0, not_applicable = 0;
+  void operator+=(const Count& other) {
+    measured += other.measured;
+    named += other.named;
+    violations += other.violations;
+    not_applicable += other.not_applicable;
+  }
+  int runs() const { return measured + named + violations; }
+  std::string text() const {
+    if (runs() == 0) return not_applicable > 0 ? "-" : "";
+    std::string text = fmt::format("{}/{}", measured, named);
+    if (violations > 0) text += fmt::format(" !{}", violations);
+    return text;
+  }
+};
+
+/// Journals of the runs: a disk's patience is not what is looked at.
+class Folder {
+ public:
+  Folder() {
+    const char* own = std::getenv("TMPDIR");
+    const std::filesystem::path memory = "/dev/shm";
+    std::string name = ((own == nullptr && std::filesystem::is_directory(memory))
+                            ? memory
+                            : std::filesystem::temp_directory_path()) /
+                       "cellcal-faults-XXXXXX";
+    if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("cannot create " + name);
+    path_ = name;
+  }
+  ~Folder() {
+    std::error_code nothing_to_be_done;
+    std::filesystem::remove_all(path_, nothing_to_be_done);
+  }
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+class Table {
+ public:
+  explicit Table(const Options& options)
+      : options_(options), matrix_(options.cell_file, folder_.path(), options.seed) {}
+
+  Count run(Wire wire);
+  double worst_m() const { return worst_m_; }
+
+ private:
+  void one(Wire wire, const Fault& fault, const Stretch& stretch, std::uint64_t number);
+  void print(Wire wire) const;
+
+  const Options& options_;
+  Folder folder_;
+  Matrix matrix_;
+  std::map<std::string, std::map<TouchPhase, Count>> cells_;
+  std::map<std::string, int> reasons_, names_;
+  double worst_m_ = 0.0, worst_rest_s_ = 0.0;
+};
+
+void Table::one(Wire wire, const Fault& fault, const Stretch& stretch, std::uint64_t number) {
+  Count& count = cells_[fault.name][stretch.phase];
+  if (const char* reason = fault.why_not ? fault.why_not(stretch.phase) : nullptr) {
+    ++count.not_applicable;
+    ++reasons_[fault.name + ": " + reason];
+    return;
+  }
+  const Verdict verdict = matrix_.run(wire, fault, stretch, number);
+  worst_m_ = std::max(worst_m_, verdict.worst_m);
+  worst_rest_s_ = std::max(worst_rest_s_, verdict.rest_s);
+  if (verdict.outcome == Outcome::kMeasured) ++count.measured;
+  if (verdict.outcome == Outcome::kNamed) ++count.named;
+  if (verdict.outcome == Outcome::kViolation) ++count.violations;
+  if (verdict.outcome == Outcome::kNamed) ++names_[verdict.name];
+  const std::string which =
+      fmt::format("{} {}, {} ({}), {}{}{}", to_string(wire), fault.name, fault.variant, fault.where,
+                  to_string(stretch.phase), *stretch.which ? " " : "", stretch.which);
+  for (const std::string& what : verdict.violations) {
+    fmt::print("VIOLATION {}: {}{}\n", which, what,
+               verdict.words.empty() ? "" : " | " + verdict.name + ": " + verdict.words);
+  }
+  if (!options_.verbose || !verdict.violations.empty()) return;
+  if (verdict.outcome == Outcome::kMeasured) {
+    fmt::print("{}: measured, {:.1f} um from the truth\n", which, verdict.worst_m * 1e6);
+  } else {
+    fmt::print("{}: {}, at rest after {:.2f} s: {}\n", which, verdict.name, verdict.rest_s,
+               verdict.words);
+  }
+}
+
+void Table::print(Wire wire) const {
+  fmt::print("\n{}: touches measured right / errors named\n{:<20}", to_string(wire), "");
+  for (const TouchPhase phase : kTouchPhases) fmt::print("{:>10}", to_string(phase));
+  fmt::print("\n");
+  for (const std::string& name : fault_names()) {
+    const auto row = cells_.find(name);
+    if (row == cells_.end()) continue;
+    fmt::print("{:<20}", name);
+    for (const TouchPhase phase : kTouchPhases) {
+      const auto cell = row->second.find(phase);
+      fmt::print("{:>10}", cell == row->second.end() ? "" : cell->second.text());
+    }
+    fmt::print("\n");
+  }
+}
+
+Count Table::run(Wire wire) {
+  cells_.clear();
+  reasons_.clear();
+  names_.clear();
+  worst_m_ = worst_rest_s_ = 0.0;
+  std::uint64_t number = 0;
+  for (const Fault& fault : faults_of(wire)) {
+    for (const Stretch& stretch : matrix_.reference(wire).stretches) {
+      ++number;  // also of what is left out, so that a part is run as in the whole
+      if (!options_.fault.empty() && fault.name != options_.fault) continue;
+      if (!options_.phase.empty() && to_string(stretch.phase) != options_.phase) continue;
+      one(wire, fault, stretch, number);
+    }
+  }
+  print(wire);
+  Count all;
+  int cells = 0;
+  for (const auto& [name, row] : cells_) {
+    for (const auto& [phase, count] : row) {
+      all += count;
+      ++cells;
+    }
+  }
+  fmt::print(
+      "\n{}: {} cells, {} runs: {} measured right (worst {:.1f} um from the truth), {} named "
+      "errors "
+      "(at rest after {:.2f} s at the most), {} violations; {} combinations make no sense\n",
+      to_string(wire), cells, all.runs(), all.measured, worst_m_ * 1e6, all.named, worst_rest_s_,
+      all.violations, all.not_applicable);
+  for (const auto& [name, count] : names_) fmt::print("  {:>5} {}\n", count, name);
+  for (const auto& [reason, count] : reasons_) fmt::print("  {:>5} left out: {}\n", count, reason);
+  return all;
+}
+
+int run(const Options& options) {
+  Table table(options);
+  Count all;
+  for (const Wire wire : {Wire::kRsi, Wire::kEkiInput, Wire::kEkiFlag}) {
+    if (options.wire.empty() || options.wire == to_string(wire)) all += table.run(wire);
+  }
+  if (options.wire.empty()) {
+    fmt::print(
+        "\nall wires: {} runs: {} measured right, {} named errors, {} violations; {} combinations "
+        "make no sense\n",
+        all.runs(), all.measured, all.named, all.violations, all.not_applicable);
+  }
+  if (all.runs() + all.not_applicable == 0) {
+    fmt::print(stderr, "faults: nothing fits --fault and --phase\n");
+    return 2;
+  }
+  return all.violations == 0 ? 0 : 1;
+}
+
+}  // namespace
+}  // namespace cellcal::faults
+
+int main(int argc, char** argv) {
+  using namespace cellcal::faults;
+  Options options;
+  CLI::App app{"Every fault in every phase of a touch, in virtual time."};
+  std::vector<std::string> phases;
+  for (const TouchPhase phase : kTouchPhases) phases.emplace_back(to_string(phase));
+  app.add_option("--cell", options.cell_file, "cell file")->required();
+  app.add_option("--wire", options.wire, "one wire alone")
+      ->check(CLI::IsMember({"rsi", "eki", "eki-flag"}));
+  app.add_option("--fault", options.fault, "one row alone")->check(CLI::IsMember(fault_names()));
+  app.add_option("--phase", options.phase, "one column alone")->check(CLI::IsMember(phases));
+  app.add_option("--seed", options.seed, "of truth, instants and lines (1)");
+  app.add_flag("--verbose", options.verbose, "a line for every run, with the error's words");
+  try {
+    app.parse(argc, argv);
+    return run(options);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 2;
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "faults: {}\n", error.what());
+    return 1;
+  }
+}

@@ -1,0 +1,117 @@
+// The cell over RSI.
+
+#include <limits>
+
+#include "cells.h"
+#include "drivers/kuka/rsi_robot.h"
+#include "sim/krc/controller.h"
+
+namespace cellcal::faults {
+namespace {
+
+// One way over a direct cable and through the adapter: half of what idle machines measure.
+constexpr std::chrono::microseconds kOneWay{40};
+
+sim::ControllerConfig controller_config(const daemon::DaemonConfig& config, const calib::Cell& cell,
+                                        const CellOptions& options) {
+  sim::ControllerConfig controller;
+  controller.start_rad = config.mock.start_rad;
+  controller.start_rad.resize(cell.robot.joints.size(), 0.0);
+  controller.clamp_deg = controller.monitor_deg = config.rsi.correction_limit_deg.at(0);
+  for (const calib::Joint& joint : cell.robot.joints) {
+    controller.max_speed_rad_s.push_back(joint.max_speed_rad_s);
+  }
+  controller.seed = options.seed;
+  controller.ipoc_start = options.ipoc_start;
+  return controller;
+}
+
+class RsiCell final : public FaultyCell {
+ public:
+  RsiCell(const calib::Cell& cell, const CellOptions& options, const daemon::DaemonConfig& config)
+      : FaultyCell(cell, options),
+        config_(config),
+        rsi_(daemon::rsi_config_for(config, cell)),
+        controller_(controller_config(config, cell, options)),
+        to_pc_(sim::LineKind::kDatagrams, kOneWay, options.seed * 31 + 1),
+        to_krc_(sim::LineKind::kDatagrams, kOneWay, options.seed * 31 + 2) {
+    controller_.rsi_on();
+    sim::ControllerConfig other = controller_config(config, cell, options);
+    other.start_rad[0] += 0.5;
+    other.ipoc_start = 77'000'123;
+    other.timeout_cycles = std::numeric_limits<int>::max();  // it goes on without an answer
+    second_ = std::make_unique<sim::Controller>(other);
+    second_->rsi_on();
+    new_adapters();
+  }
+
+  drivers::Robot& robot() override { return *robot_; }
+  sim::Line& to_pc() override { return to_pc_; }
+  sim::Line& to_krc() override { return to_krc_; }
+  void block_drives(bool blocked) override { controller_.block_drives(blocked); }
+  /// RSI goes on; the drives are off and the brakes closed.
+  void operator_stops() override { block_drives(true); }
+  void robot_fault() override { power_off(true); }
+  void power_off(bool off) override {
+    off_ = off;
+    block_drives(off);
+  }
+  void second_on_port(bool on) override { second_speaks_ = on; }
+  void input_wire(bool) override {}
+  std::vector<double> position_rad() const override { return true_rad_at(now()); }
+
+ protected:
+  std::vector<double> true_rad_at(TimePoint t) const override {
+    return controller_.actual_rad_at(t);
+  }
+  Duration cycle() const override { return controller_.cycle(); }
+  void tick(TimePoint t) override {
+    const std::string_view packet = controller_.tick(t);
+    if (!off_) to_pc_.send(packet, t);
+    const std::string_view strange = second_->tick(t);
+    if (second_speaks_) to_pc_.send(strange, t + std::chrono::milliseconds(1));
+  }
+  TimePoint next_message() const override { return std::min(to_pc_.next(), to_krc_.next()); }
+  void take_messages() override {
+    while (const auto packet = to_pc_.take(now_)) {
+      to_krc_.send(robot_->on_datagram(packet->bytes, now_), now_);
+    }
+    while (const auto reply = to_krc_.take(now_)) {
+      if (!off_) controller_.receive(reply->bytes);
+      second_->receive(reply->bytes);
+    }
+  }
+  void pc_tick() override { robot_->on_tick(now_); }
+  void make_robot() override {
+    robot_ = std::make_unique<drivers::RsiRobotInline>(rsi_, &contact_->guard());
+  }
+  void input(bool) override {}
+
+  void repair_controller() override {
+    const bool was_off = off_;
+    power_off(false);
+    second_speaks_ = false;
+    block_drives(false);
+    // What rests on a message at the pendant is begun anew.
+    if (was_off || controller_.phase() != sim::RsiPhase::kRunning) controller_.rsi_on();
+  }
+
+ private:
+  daemon::DaemonConfig config_;
+  drivers::RsiConfig rsi_;
+  sim::Controller controller_;
+  std::unique_ptr<sim::Controller> second_;
+  sim::Line to_pc_, to_krc_;
+  std::unique_ptr<drivers::RsiRobotInline> robot_;
+  bool off_ = false;
+  bool second_speaks_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<FaultyCell> make_rsi_cell(const calib::Cell& cell, const CellOptions& options,
+                                          const daemon::DaemonConfig& config) {
+  return std::make_unique<RsiCell>(cell, options, config);
+}
+
+}  // namespace cellcal::faults

@@ -1,0 +1,88 @@
+#include "session.h"
+
+#include "daemon/session/inputs.h"
+#include "daemon/session/tasks.h"
+
+namespace cellcal::faults {
+namespace {
+
+class JournalRecorder final : public daemon::Recorder {
+ public:
+  JournalRecorder(daemon::Journal& journal, std::int64_t session, daemon::Backend& backend)
+      : journal_(journal), session_(session), backend_(backend) {}
+  void record(const daemon::RecordPlan& plan) override { journal_.record(session_, plan); }
+  void record(const daemon::RecordReading& reading) override { journal_.record(session_, reading); }
+  void record(const daemon::RecordTouch& touch) override { journal_.record(session_, touch); }
+  void record(const daemon::RecordEnd& end) override {
+    journal_.record(session_, end, backend_.utc_now());
+  }
+  void note(const std::string& utc, const std::string& words) override {
+    journal_.note(session_, utc, words);
+  }
+
+ private:
+  daemon::Journal& journal_;
+  std::int64_t session_;
+  daemon::Backend& backend_;
+};
+
+daemon::Tasks tasks_of(const Job& job) {
+  daemon::Tasks tasks;
+  tasks.plan = [&job] { return daemon::Tasks::Planned{job.plan, job.plan_hash, {}}; };
+  tasks.route = [&job](const calib::Plan& plan, std::size_t next, const calib::JointVector& from) {
+    // Planned from where the emulated arm stands at power on: then the way is the plan's own.
+    if (next == 0 && from == plan.start) return plan;
+    return calib::resume_plan(job.cell, plan, next, from);
+  };
+  tasks.assess = [](const std::vector<calib::Touch>&) { return std::nullopt; };
+  tasks.identify = [](const std::vector<calib::Touch>&) { return calib::Calibration{}; };
+  tasks.report = [](const calib::Calibration&, const std::vector<calib::Touch>&) {};
+  return tasks;
+}
+
+}  // namespace
+
+Job make_job(const std::filesystem::path& cell_file) {
+  Job job;
+  job.inputs = daemon::read_inputs(cell_file);
+  job.cell = daemon::cell_of(job.inputs);
+  calib::PlanOptions options;
+  options.fit_touches = 2;
+  options.check_touches = 0;
+  job.plan = calib::make_plan(job.cell, options);
+  job.plan_hash = daemon::plan_hash(job.plan);
+  return job;
+}
+
+Ending run_session(FaultyCell& cell, const Job& job, daemon::Journal& journal, std::int64_t session,
+                   bool resumed, const std::function<void(daemon::Runner&)>& on_begin) {
+  CellBackend backend(cell);
+  JournalRecorder recorder(journal, session, backend);
+  daemon::InlineWorker worker;
+  daemon::State state;
+  std::vector<calib::Touch> touches;
+  if (resumed) {
+    touches = journal.touches(session);
+    state.resumed = true;
+    state.done = touches.size();
+    state.expected_hash = journal.session(session)->plan_hash;
+  }
+  Ending ending;
+  const auto note = [&](const daemon::State& now) {
+    const bool planned = now.plan && now.in_hand() < now.plan->touches.size();
+    const bool last = planned && now.waypoint + 1 >= now.planned().transit.size();
+    ending.marks.push_back({cell.now(), now.phase, now.done, last});
+    ending.state = now;
+  };
+  daemon::Runner runner({backend, recorder, worker, tasks_of(job), note}, state, touches);
+  if (on_begin) on_begin(runner);
+  try {
+    ending.state = runner.run();
+  } catch (const std::runtime_error& error) {
+    ending.hung = error.what();
+  }
+  ending.t = cell.now();
+  return ending;
+}
+
+}  // namespace cellcal::faults

@@ -1,0 +1,46 @@
+#pragma once
+// A session of two touches with the daemon's own rules, runner and journal, on the faulty cell.
+// Identification and report are left out: what is judged here ends with the touches on disk.
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "calib/plan/plan.h"
+#include "cell.h"
+#include "daemon/journal/journal.h"
+#include "daemon/session/runner.h"
+
+namespace cellcal::faults {
+
+/// The demo's cell and two touches on it.
+struct Job {
+  calib::Cell cell;
+  daemon::SessionInputs inputs;
+  calib::Plan plan;
+  std::string plan_hash;
+};
+Job make_job(const std::filesystem::path& cell_file);
+
+/// What the session did when, as it said itself.
+struct Mark {
+  TimePoint t{};
+  daemon::Phase phase = daemon::Phase::kIdle;
+  std::size_t done = 0;   ///< touches on disk
+  bool last_leg = false;  ///< of a transit
+};
+
+struct Ending {
+  daemon::State state;
+  std::string hung;  ///< not empty: the session did not come to an end
+  TimePoint t{};
+  std::vector<Mark> marks;
+};
+
+/// Runs a session in the journal to its end: a new one, or what `state` says of one begun before.
+/// `on_begin` gets the runner before anything happens.
+Ending run_session(FaultyCell& cell, const Job& job, daemon::Journal& journal, std::int64_t session,
+                   bool resumed, const std::function<void(daemon::Runner&)>& on_begin = {});
+
+}  // namespace cellcal::faults
