@@ -1,7 +1,6 @@
 #include "drivers/kuka/eki_core.h"
 
 #include <algorithm>
-#include <boost/container/static_vector.hpp>
 #include <cmath>
 #include <numbers>
 #include <string>
@@ -9,7 +8,9 @@
 #include "drivers/kuka/eki_mover.h"
 #include "drivers/kuka/eki_outbox.h"
 #include "drivers/kuka/move_check.h"
+#include "drivers/kuka/move_desk.h"
 #include "drivers/kuka/position_record.h"
+#include "drivers/kuka/wire_text.h"
 
 namespace cellcal::drivers {
 namespace {
@@ -25,8 +26,6 @@ constexpr int kFewestDecimals = 3;
 constexpr std::uint64_t kStatesToJudge = 10;
 // The reference is where the arm rests: the means of two windows agree.
 constexpr std::size_t kReferenceWindow = 5;
-constexpr double kReferenceStillRad = 0.002 * kRadPerDeg;
-constexpr std::size_t kResultDepth = 16;
 
 double seconds(Duration d) { return std::chrono::duration<double>(d).count(); }
 Duration duration(double s) {
@@ -74,8 +73,7 @@ struct EkiCore::Impl {
   /// The controller's dead man and its own view of the connection stop the arm.
   void lose(EkiLoss loss, Cause cause, double a) {
     if (mover.busy()) finish(mover.abandon(cause, a));
-    if (pending) refuse(*pending, {cause, 0, a, 0.0});
-    pending.reset();
+    if (const auto move = desk.take_waiting()) refuse(*move, {cause, 0, a, 0.0});
     rereference_asked = false;
     greeted = false;
     state.loss = loss;
@@ -151,11 +149,7 @@ struct EkiCore::Impl {
   void note_bad(EkiError error, std::string_view bytes) {
     ++state.bad_documents;
     state.last_error = error;
-    const std::size_t shown = std::min(bytes.size(), sizeof state.last_bad - 1);
-    for (std::size_t i = 0; i < shown; ++i) {
-      state.last_bad[i] = bytes[i] >= ' ' && bytes[i] <= '~' ? bytes[i] : '.';
-    }
-    state.last_bad[shown] = '\0';
+    wire::show(bytes, state.last_bad);
   }
 
   void on_document(std::string_view document, TimePoint t_rx) {
@@ -229,12 +223,7 @@ struct EkiCore::Impl {
   void try_reference() {
     if (!rereference_asked || !frame.ready || coarse() || mover.busy()) return;
     if (frame.progress == EkiProgress::kMoving || states_here < kStatesToJudge) return;
-    if (record.size() < 2 * kReferenceWindow) return;
-    const AxisAngles late = record.mean_actual_rad(0, kReferenceWindow);
-    const AxisAngles early = record.mean_actual_rad(kReferenceWindow, kReferenceWindow);
-    for (std::size_t i = 0; i < axes(); ++i) {
-      if (std::abs(late[i] - early[i]) > kReferenceStillRad) return;
-    }
+    if (!record.rests(kReferenceWindow)) return;
     rereference_asked = false;
     state.link = RobotLink::kReady;
   }
@@ -242,39 +231,30 @@ struct EkiCore::Impl {
   // ---- moves -----------------------------------------------------------------------------------
 
   void begin(const Move& move) {
-    if (pending || mover.busy()) {
+    if (desk.waiting() || mover.busy()) {
       refuse(move, {Cause::kBusy, 0, 0.0, 0.0});
     } else {
-      pending = move;
+      desk.wait(move);
     }
   }
 
   AxisAngles actual() const { return {state.actual_rad, state.actual_rad + axes()}; }
 
-  void take_up_pending(TimePoint now) {
-    if (!pending) return;
-    const Move move = *pending;
-    pending.reset();
-    if (ending) return refuse(move, {Cause::kClosing, 0, 0.0, 0.0});
-    if (!linked()) return refuse(move, {Cause::kNotConnected, 0, state.waited_s, 0.0});
-    if (!state.ready) return refuse(move, {Cause::kControllerNotReady, 0, 0.0, 0.0});
-    if (state.link != RobotLink::kReady) return refuse(move, {Cause::kNotReferenced, 0, 0.0, 0.0});
-    if (const auto objection = object_to(move, config.limits)) return refuse(move, *objection);
-    if (const auto refusal = mover.start(move, actual(), now)) return finish(*refusal);
+  void take_up_waiting(TimePoint now) {
+    const auto move = desk.take_waiting();
+    if (!move) return;
+    if (ending) return refuse(*move, {Cause::kClosing, 0, 0.0, 0.0});
+    if (!linked()) return refuse(*move, {Cause::kNotConnected, 0, state.waited_s, 0.0});
+    if (!state.ready) return refuse(*move, {Cause::kControllerNotReady, 0, 0.0, 0.0});
+    if (state.link != RobotLink::kReady) return refuse(*move, {Cause::kNotReferenced, 0, 0.0, 0.0});
+    if (const auto objection = object_to(*move, config.limits)) return refuse(*move, *objection);
+    if (const auto refusal = mover.start(*move, actual(), now)) return finish(*refusal);
     move_to_send = true;
-    std::copy(move.target_rad.begin(), move.target_rad.end(), state.commanded_rad);
+    std::copy(move->target_rad.begin(), move->target_rad.end(), state.commanded_rad);
   }
 
   void refuse(const Move& move, const Objection& why, MoveOutcome outcome = MoveOutcome::kRefused) {
-    CoreResult refusal;
-    refusal.id = move.id;
-    refusal.outcome = outcome;
-    refusal.cause = why.cause;
-    refusal.axis = why.axis;
-    refusal.a = why.a;
-    refusal.b = why.b;
-    refusal.at_rad = actual();
-    finish(refusal);
+    finish(refusal_of(move, why, actual(), outcome));
   }
 
   void finish(const CoreResult& result) {
@@ -283,14 +263,12 @@ struct EkiCore::Impl {
     const bool doubtful =
         result.outcome == MoveOutcome::kNotFollowing || result.outcome == MoveOutcome::kRobotSilent;
     if (doubtful && state.link == RobotLink::kReady) state.link = RobotLink::kNotReferenced;
-    if (results.size() == results.capacity()) results.erase(results.begin());
-    results.push_back(result);
+    desk.add(result);
   }
 
   void stop() {
-    if (pending) {
-      refuse(*pending, {Cause::kStopAsked, 0, 0.0, 0.0}, MoveOutcome::kStopped);
-      pending.reset();
+    if (const auto move = desk.take_waiting()) {
+      refuse(*move, {Cause::kStopAsked, 0, 0.0, 0.0}, MoveOutcome::kStopped);
     }
     mover.halt(MoveOutcome::kStopped, Cause::kStopAsked);
   }
@@ -314,7 +292,7 @@ struct EkiCore::Impl {
       // It could still begin later: without the connection it cannot.
       if (cut) lose(EkiLoss::kNotTaken, done->cause, done->a);
     }
-    take_up_pending(now);
+    take_up_waiting(now);
     send_due(now);
     refresh(now);
   }
@@ -358,8 +336,7 @@ struct EkiCore::Impl {
   bool heard_time = false, greeted = false, close = false, too_few_axes = false;
   bool rereference_asked = false, move_to_send = false;
   bool ending = false, bye_sent = false;
-  std::optional<Move> pending;
-  boost::container::static_vector<CoreResult, kResultDepth> results;
+  MoveDesk desk;
 };
 
 EkiCore::EkiCore(EkiConfig config, ContactGuard* guard)
@@ -401,13 +378,7 @@ bool EkiCore::ended() const {
                            (impl_->bye_sent && impl_->outbox.output().empty()));
 }
 
-std::optional<CoreResult> EkiCore::take_result() {
-  auto& results = impl_->results;
-  if (results.empty()) return std::nullopt;
-  const CoreResult oldest = results.front();
-  results.erase(results.begin());
-  return oldest;
-}
+std::optional<CoreResult> EkiCore::take_result() { return impl_->desk.take_result(); }
 
 const EkiCoreState& EkiCore::core_state() const { return impl_->state; }
 

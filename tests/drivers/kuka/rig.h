@@ -47,7 +47,7 @@ class Rig {
     } else {
       core.on_tick(now);
     }
-    if (!reply.empty() && to_krc) krc.receive(reply);
+    if (!reply.empty() && to_krc) krc.receive(to_krc_as(reply));
     if (after_cycle) after_cycle();
   }
   void run(Duration duration) {
@@ -107,6 +107,8 @@ class Rig {
   std::string packet, reply;
   bool to_pc = true, to_krc = true;
   std::function<void()> before_core, after_cycle;
+  /// What the controller's wire makes of a reply.
+  std::function<std::string(const std::string&)> to_krc_as = [](const std::string& r) { return r; };
   std::function<Duration()> network_delay = [] { return Duration(100us); };
   std::uint32_t last_id = 0;
 };
