@@ -6,7 +6,7 @@
 #include <string>
 
 #include "drivers/kuka/eki_mover.h"
-#include "drivers/kuka/eki_outbox.h"
+#include "drivers/kuka/eki_talk.h"
 #include "drivers/kuka/move_check.h"
 #include "drivers/kuka/move_desk.h"
 #include "drivers/kuka/position_record.h"
@@ -18,7 +18,6 @@ namespace {
 constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 
 // A hello is repeated until it is obeyed, and the connection given up where it never is.
-constexpr std::chrono::milliseconds kHelloPeriod{500};
 constexpr std::chrono::seconds kHelloLimit{5};
 // Angles with fewer decimals are a hundredth of a degree or worse: 0.2 mm at 1.4 m. A float that
 // happens to be round has few; ten states in a row do not.
@@ -28,9 +27,6 @@ constexpr std::uint64_t kStatesToJudge = 10;
 constexpr std::size_t kReferenceWindow = 5;
 
 double seconds(Duration d) { return std::chrono::duration<double>(d).count(); }
-Duration duration(double s) {
-  return std::chrono::duration_cast<Duration>(std::chrono::duration<double>(s));
-}
 
 }  // namespace
 
@@ -54,19 +50,18 @@ struct EkiCore::Impl {
     state.session = session;
     state.other_session = 0;
     state.decimals_seen = 0;
-    outbox.begin(session);
     next_id = 0;
     close = greeted = bye_sent = too_few_axes = false;
     states_here = 0;
-    connected_at = last_rx = last_progress = now;
-    hello(now);
+    connected_at = last_rx = now;
+    talk.begin(session, now);
   }
 
   void on_closed() {
     if (linked()) lose(EkiLoss::kClosed, Cause::kLinkClosed, 0.0);
     if (state.link == RobotLink::kNotReferenced) state.link = RobotLink::kLost;
     state.connected = false;
-    outbox.drop();
+    talk.drop();
     close = false;
   }
 
@@ -83,37 +78,20 @@ struct EkiCore::Impl {
 
   // ---- telegrams -------------------------------------------------------------------------------
 
-  bool send(const EkiCommand& command, TimePoint now, bool urgent = false) {
-    if (!state.connected || close) return false;
-    const bool idle = outbox.unconfirmed() == 0;
-    if (!outbox.send(command, axes(), config.window, urgent)) return false;
-    if (idle) last_progress = now;
-    last_sent = now;
-    return true;
-  }
-
-  void hello(TimePoint now) {
-    EkiCommand command;
-    command.type = EkiType::kHello;
-    send(command, now);
-    last_hello = now;
-  }
-
   void send_due(TimePoint now) {
     if (!state.connected || close) return;
-    if (!greeted && now - last_hello >= kHelloPeriod) hello(now);
-    if (!greeted) return;
+    if (!greeted) return talk.repeat_hello(now);
     if (mover.wants_stop() && move_to_send) return finish(mover.cancel());
     if (mover.wants_stop()) {
       EkiCommand stop;
       stop.type = EkiType::kStop;
       stop.id = next_id;
-      if (send(stop, now, true)) mover.stop_sent(now);
+      if (talk.send(stop, now, true)) mover.stop_sent(now);
     }
     if (move_to_send) {
       EkiCommand command = mover.command();
       command.id = next_id + 1;
-      if (send(command, now)) {
+      if (talk.send(command, now)) {
         mover.sent(++next_id);
         move_to_send = false;
       }
@@ -122,9 +100,9 @@ struct EkiCore::Impl {
       EkiCommand bye;
       bye.type = EkiType::kBye;
       bye.id = next_id;
-      bye_sent = send(bye, now, true);
+      bye_sent = talk.send(bye, now, true);
     }
-    if (!bye_sent && now - last_sent >= duration(config.beat_s)) send({}, now);
+    if (!bye_sent) talk.beat(now);
   }
 
   // ---- states ----------------------------------------------------------------------------------
@@ -161,11 +139,9 @@ struct EkiCore::Impl {
     ++state.states;
     last_rx = t_rx;
     if (frame.session != state.session) return on_other_session();
-    const std::uint32_t unconfirmed = outbox.unconfirmed();
     // A count that this connection has not reached is another connection's, left in a buffer.
-    if (!outbox.confirm(frame.heard)) return note_bad(EkiError::kBadNumber, document);
+    if (!talk.confirm(frame.heard, t_rx)) return note_bad(EkiError::kBadNumber, document);
     state.other_session = 0;
-    if (outbox.unconfirmed() < unconfirmed) last_progress = t_rx;
     ++states_here;
     if (!greeted) {
       greeted = true;
@@ -305,9 +281,7 @@ struct EkiCore::Impl {
       return state.other_session != 0 ? EkiTrouble::kOtherSession : EkiTrouble::kNotHeard;
     }
     if (coarse()) return EkiTrouble::kCoarse;
-    if (outbox.unconfirmed() > 0 && now - last_progress > duration(config.silence_s)) {
-      return EkiTrouble::kUnread;
-    }
+    if (talk.unread(now)) return EkiTrouble::kUnread;
     return state.ready ? EkiTrouble::kNone : EkiTrouble::kNotReady;
   }
 
@@ -328,9 +302,9 @@ struct EkiCore::Impl {
     int decimals_seen = 0;
   };
   State state;
-  EkiOutbox outbox;
+  EkiTalk talk{config};
 
-  TimePoint connected_at{}, last_rx{}, last_sent{}, last_hello{}, last_progress{};
+  TimePoint connected_at{}, last_rx{};
   std::uint32_t next_id = 0;
   std::uint64_t states_here = 0;
   bool heard_time = false, greeted = false, close = false, too_few_axes = false;
@@ -356,8 +330,8 @@ void EkiCore::on_bytes(std::string_view bytes, TimePoint t_rx) {
 }
 void EkiCore::on_tick(TimePoint now) { impl_->on_tick(now); }
 
-std::string_view EkiCore::output() const { return impl_->outbox.output(); }
-void EkiCore::sent(std::size_t count) { impl_->outbox.sent(count); }
+std::string_view EkiCore::output() const { return impl_->talk.output(); }
+void EkiCore::sent(std::size_t count) { impl_->talk.sent(count); }
 bool EkiCore::wants_close() const { return impl_->close; }
 void EkiCore::begin(const Move& move) { impl_->begin(move); }
 void EkiCore::stop() { impl_->stop(); }
@@ -375,7 +349,7 @@ void EkiCore::end_session() {
 
 bool EkiCore::ended() const {
   return impl_->ending && (!impl_->state.connected || !impl_->greeted ||
-                           (impl_->bye_sent && impl_->outbox.output().empty()));
+                           (impl_->bye_sent && impl_->talk.output().empty()));
 }
 
 std::optional<CoreResult> EkiCore::take_result() { return impl_->desk.take_result(); }

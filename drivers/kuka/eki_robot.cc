@@ -8,7 +8,6 @@
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>
-#include <boost/asio/write.hpp>
 #include <mutex>
 #include <random>
 
@@ -68,7 +67,7 @@ struct EkiRobot::Impl : std::enable_shared_from_this<EkiRobot::Impl> {
     shell.start(number);
     peer = endpoint;
     core = std::move(started);
-    ending = connecting = writing = false;
+    ending = connecting = false;
     next_try = std::chrono::steady_clock::now();
     timer.expires_at(next_try);
     keep_ticking(timer, [self = shared_from_this(), number] {
@@ -87,7 +86,7 @@ struct EkiRobot::Impl : std::enable_shared_from_this<EkiRobot::Impl> {
     if (core->wants_close() && socket.is_open()) drop("", now);
     flush();
     shell.publish(*core);
-    if (ending && (core->ended() || now >= close_by) && !writing) shut();
+    if (ending && (core->ended() || now >= close_by)) shut();
   }
 
   void connect(TimePoint now) {
@@ -104,9 +103,12 @@ struct EkiRobot::Impl : std::enable_shared_from_this<EkiRobot::Impl> {
       if (failure) return self->drop(failure.message(), at);
       error_code ignored_on_purpose;  // without it telegrams wait a little longer
       self->socket.set_option(tcp::no_delay(true), ignored_on_purpose);
+      error_code refused;  // otherwise a full buffer would hold this thread up
+      self->socket.non_blocking(true, refused);
+      if (refused) return self->drop(refused.message(), at);
       self->core->on_connected(draw_session(), at);
       self->flush();
-      self->read(turn);
+      if (turn == self->connection) self->read(turn);
     });
   }
 
@@ -120,35 +122,28 @@ struct EkiRobot::Impl : std::enable_shared_from_this<EkiRobot::Impl> {
       self->shell.publish(*self->core);
       if (self->core->wants_close()) return self->drop("", at);
       self->flush();
-      self->read(turn);
+      if (turn == self->connection) self->read(turn);
     });
   }
 
-  /// Hands over what the core has to say. What the socket does not take at once waits in the core.
+  /// Hands over what the core has to say. What the socket does not take at once waits in the core
+  /// for the next tick: no buffer in between, and nothing to allocate.
   void flush() {
-    if (writing || connecting || !socket.is_open()) return;
-    const std::string_view text = core->output();
-    if (text.empty()) return;
-    sending.assign(text.begin(), text.end());
-    core->sent(text.size());
-    writing = true;
-    asio::async_write(
-        socket, asio::buffer(sending),
-        [self = shared_from_this(), turn = connection](const error_code& error, std::size_t) {
-          if (turn != self->connection) return;
-          self->writing = false;
-          if (error) {
-            self->drop(error.message(), std::chrono::steady_clock::now());
-          } else {
-            self->flush();
-          }
-        });
+    if (connecting || !socket.is_open()) return;
+    while (!core->output().empty()) {
+      const std::string_view text = core->output();
+      error_code error;
+      const std::size_t taken = socket.write_some(asio::buffer(text.data(), text.size()), error);
+      if (error == asio::error::would_block || error == asio::error::try_again) return;
+      if (error) return drop(error.message(), std::chrono::steady_clock::now());
+      core->sent(taken);
+    }
   }
 
   /// Whoever ended it: this connection is over. The next one is tried a little later.
   void drop(const std::string& why, TimePoint now) {
     ++connection;
-    connecting = writing = false;
+    connecting = false;
     error_code ignored_on_purpose;  // it is over either way
     socket.close(ignored_on_purpose);
     core->on_closed(now);
@@ -186,10 +181,9 @@ struct EkiRobot::Impl : std::enable_shared_from_this<EkiRobot::Impl> {
 
   tcp::endpoint peer;
   std::uint32_t connection = 0;
-  bool ending = false, connecting = false, writing = false;
+  bool ending = false, connecting = false;
   TimePoint next_try{}, connect_by{}, close_by{};
   std::array<char, kRead> received{};
-  std::string sending;
 
   RobotShell<EkiCore> shell;
   mutable std::mutex why_mutex;  // only when a connection ends, never on the cycle

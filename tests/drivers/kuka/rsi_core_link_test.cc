@@ -253,6 +253,20 @@ TEST(RsiLink, RepeatedAndOvertakenPacketsDoNotAdvanceTheArm) {
   EXPECT_EQ(rig.finish().outcome, MoveOutcome::kArrived);
 }
 
+TEST(RsiLink, PacketsThatAreMissingAreCounted) {
+  Rig rig;
+  rig.make_ready();
+  EXPECT_EQ(rig.core.core_state().gaps, 0U);
+  for (int i = 0; i < 3; ++i) {
+    rig.to_pc = false;
+    rig.cycle();
+    rig.to_pc = true;
+    rig.run(40ms);
+  }
+  EXPECT_EQ(rig.core.core_state().gaps, 3U);
+  EXPECT_EQ(rig.core.state().link, RobotLink::kReady);
+}
+
 TEST(RsiLink, FirstFrameOfRsi2IsAnswered) {
   sim::ControllerConfig krc;
   krc.first_frame_only_ipoc = true;
