@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "drivers/error.h"
+#include "drivers/kuka/wire_text.h"
 
 namespace cellcal::drivers {
 namespace {
@@ -62,6 +63,12 @@ void check_mode(CorrectionMode mode, bool hold_on) {
 void RsiConfig::validate() const {
   check_name("sentype", sentype, false);
   check_name("axis_tag", axis_tag, false);
+  if (wire::same_name(axis_tag, "RKorr")) {
+    throw ConfigError(
+        "rsi: axis_tag = \"RKorr\" names corrections in space (POSCORR), which are not driven: "
+        "wire "
+        "AXISCORR in the context instead, and name its RECEIVE tag (\"AK\")");
+  }
   check_name("external_axis_tag", external_axis_tag, false);
   check_name("stop_tag", stop_tag, true);
   if (decimals < kMinDecimals || decimals > kMaxDecimals) {

@@ -42,6 +42,7 @@ TEST(RsiConfig, EachBadValueIsNamed) {
       {"sentype", [](RsiConfig& c) { c.sentype = "Im Free"; }},
       {"sentype", [](RsiConfig& c) { c.sentype = "\"/><Stop>1</Stop>"; }},
       {"axis_tag", [](RsiConfig& c) { c.axis_tag = ""; }},
+      {"POSCORR", [](RsiConfig& c) { c.axis_tag = "RKORR"; }},
       {"stop_tag", [](RsiConfig& c) { c.stop_tag = std::string(33, 'x'); }},
       {"decimals", [](RsiConfig& c) { c.decimals = 3; }},
       {"silence_cycles", [](RsiConfig& c) { c.silence_cycles = 1; }},

@@ -93,7 +93,8 @@ TEST(RsiLink, NoPacketAtAllBringsTheChecklist) {
   const RobotState state = rig.core.state();
   EXPECT_EQ(state.link, RobotLink::kDown);
   EXPECT_TRUE(has(state.words, "no packet in 5.0 s")) << state.words;
-  for (const char* hint : {"49152", "RSI", "PORT", "cable", "firewall"}) {
+  for (const char* hint :
+       {"49152", "RSI", "PORT", "cable", "firewall", "other program", "hardware address"}) {
     EXPECT_TRUE(has(state.words, hint)) << hint;
   }
   const MoveResult result = rig.move(MoveKind::kTransit, rig.commanded());
