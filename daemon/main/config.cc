@@ -57,6 +57,23 @@ void read_rsi(const TomlTable& table, DaemonConfig& config) {
   rsi.axis_tag = table.string_or("axis_tag", rsi.axis_tag);
   rsi.external_axis_tag = table.string_or("external_axis_tag", rsi.external_axis_tag);
   rsi.stop_tag = table.string_or("stop_tag", rsi.stop_tag);
+  if (table.has("mode") && table.word("mode", {"absolute", "relative"}) == "relative") {
+    rsi.mode = drivers::CorrectionMode::kRelative;
+  }
+  const bool hold_on = rsi.mode == drivers::CorrectionMode::kAbsolute;
+  rsi.hold_on = table.boolean_or("hold_on", hold_on);
+  if (rsi.hold_on != hold_on) {
+    table.fail("hold_on", hold_on ? "must be true with mode = \"absolute\": one late reply would "
+                                    "throw the arm back to where the session began"
+                                  : "must be false with mode = \"relative\": every late reply "
+                                    "would repeat the last step");
+  }
+  if (!hold_on && config.backend == BackendKind::kMock) {
+    table.fail("mode",
+               "must be \"absolute\" with backend = \"mock\": so is the emulated controller");
+  }
+  rsi.longest_lag_s =
+      table.number_or("longest_lag_ms", rsi.longest_lag_s / kMs, {10.0, 500.0}) * kMs;
   rsi.silence_cycles =
       static_cast<int>(table.integer_or("silence_cycles", rsi.silence_cycles, 2, 1000));
   rsi.late_replies_limit =
@@ -131,6 +148,7 @@ void share_with_rsi_files(DaemonConfig& config) {
   files.sentype = config.rsi.sentype;
   files.axis_tag = config.rsi.axis_tag;
   files.stop_tag = config.rsi.stop_tag;
+  files.mode = config.rsi.mode;
   files.correction_limit_deg = config.rsi.correction_limit_deg.at(0);
   if (files.pc_address.empty()) files.pc_address = config.rsi.bind_address;
 }

@@ -1,19 +1,11 @@
 #pragma once
-// The emulated cell in this process, in virtual time: the unchanged adapters' cores, the emulated
-// controller, the emulated microcontroller and the physical cell in one thread. Time passes only in
-// sleep_until(), so the same seed gives the same bits. Only daemon/main may know both sides.
+// The emulated cell whose controller speaks RSI.
 
-#include <memory>
-#include <string>
+#include <string_view>
 
-#include "calib/identify/calibration.h"
-#include "drivers/contact/contact_inline.h"
+#include "daemon/main/virtual_cell_on.h"
 #include "drivers/kuka/rsi_robot.h"
-#include "drivers/time.h"
-#include "sim/cell/contact_watch.h"
-#include "sim/cell/truth.h"
 #include "sim/krc/controller.h"
-#include "sim/mcu/mcu_line.h"
 
 namespace cellcal::daemon {
 
@@ -25,37 +17,25 @@ struct VirtualCellOptions {
   drivers::ContactOptions contact;
 };
 
-class VirtualCell final : public drivers::Clock {
- public:
-  VirtualCell(const calib::Cell& cell, VirtualCellOptions options);
+struct RsiWire {
+  using Options = VirtualCellOptions;
+  using Controller = sim::Controller;
+  using Robot = drivers::RsiRobotInline;
 
-  drivers::TimePoint now() const override { return now_; }
-  void sleep_until(drivers::TimePoint t) override;
+  /// Controller to PC and back on a direct cable, and the adapter's own time: what idle machines
+  /// measure (50-100 us).
+  static constexpr drivers::Duration kNetworkTime = std::chrono::microseconds(80);
 
-  drivers::Robot& robot() { return robot_; }
-  drivers::ContactSensor& contact() { return contact_; }
-  sim::Controller& controller() { return controller_; }
-  sim::Microcontroller& mcu() { return mcu_; }
-  const sim::ContactWatch& watch() const { return watch_; }
-  const sim::Truth& truth() const { return physical_.truth(); }
-  /// Since power on.
-  drivers::Duration elapsed() const { return now_ - kPowerOn; }
-
- private:
-  /// Any fixed instant; late enough that nothing computes a time before the epoch.
-  static constexpr drivers::TimePoint kPowerOn{std::chrono::hours(1)};
-
-  void cycle();
-
-  drivers::TimePoint now_ = kPowerOn;
-  drivers::TimePoint next_cycle_ = kPowerOn;
-  sim::PhysicalCell physical_;
-  sim::Controller controller_;
-  sim::Microcontroller mcu_;
-  sim::McuLine line_;
-  drivers::ContactInline contact_;
-  drivers::RsiRobotInline robot_;
-  sim::ContactWatch watch_;
+  static drivers::RsiConfig robot_config(Options options) { return std::move(options.rsi); }
+  static void power_on(Controller& controller) { controller.rsi_on(); }
+  static void edge(Controller&, drivers::TimePoint, bool) {}  // no wire from sensor to controller
+  static std::string_view tick(Controller& controller, drivers::TimePoint t) {
+    return controller.tick(t);
+  }
+  static void exchange(Controller& controller, Robot& robot, std::string_view packet,
+                       drivers::TimePoint now);
 };
+
+using VirtualCell = VirtualCellOn<RsiWire>;
 
 }  // namespace cellcal::daemon

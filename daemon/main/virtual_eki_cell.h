@@ -1,16 +1,10 @@
 #pragma once
-// As virtual_cell.h, with a controller that runs the EKI programs: the unchanged adapter's core,
-// the emulated controller with the generated channel file, microcontroller and physical cell in one
-// thread. The contact reaches the controller's input as well, as it is wired on a real cell.
+// The emulated cell whose controller runs the EKI programs, with the generated channel file. The
+// contact reaches the controller's input as well, as it is wired on a real cell.
 
-#include "calib/identify/calibration.h"
-#include "drivers/contact/contact_inline.h"
+#include "daemon/main/virtual_cell_on.h"
 #include "drivers/kuka/eki_robot.h"
-#include "drivers/time.h"
-#include "sim/cell/contact_watch.h"
-#include "sim/cell/truth.h"
 #include "sim/krc/eki_controller.h"
-#include "sim/mcu/mcu_line.h"
 
 namespace cellcal::daemon {
 
@@ -22,38 +16,28 @@ struct VirtualEkiCellOptions {
   drivers::ContactOptions contact;
 };
 
-class VirtualEkiCell final : public drivers::Clock {
- public:
-  VirtualEkiCell(const calib::Cell& cell, VirtualEkiCellOptions options);
+struct EkiWire {
+  using Options = VirtualEkiCellOptions;
+  using Controller = sim::EkiController;
+  using Robot = drivers::EkiRobotInline;
+  struct Nothing {};
 
-  drivers::TimePoint now() const override { return now_; }
-  void sleep_until(drivers::TimePoint t) override;
+  /// Controller to PC over a switch, TCP and the adapter's own time.
+  static constexpr drivers::Duration kNetworkTime = std::chrono::microseconds(300);
 
-  drivers::Robot& robot() { return robot_; }
-  drivers::ContactSensor& contact() { return contact_; }
-  sim::EkiController& controller() { return controller_; }
-  sim::Microcontroller& mcu() { return mcu_; }
-  const sim::ContactWatch& watch() const { return watch_; }
-  const sim::Truth& truth() const { return physical_.truth(); }
-  /// Since power on.
-  drivers::Duration elapsed() const { return now_ - kPowerOn; }
-
- private:
-  /// Any fixed instant; late enough that nothing computes a time before the epoch.
-  static constexpr drivers::TimePoint kPowerOn{std::chrono::hours(1)};
-
-  void cycle();
-  void exchange();
-
-  drivers::TimePoint now_ = kPowerOn;
-  drivers::TimePoint next_cycle_ = kPowerOn;
-  sim::PhysicalCell physical_;
-  sim::EkiController controller_;
-  sim::Microcontroller mcu_;
-  sim::McuLine line_;
-  drivers::ContactInline contact_;
-  drivers::EkiRobotInline robot_;
-  sim::ContactWatch watch_;
+  static drivers::EkiConfig robot_config(Options options) { return std::move(options.eki); }
+  static void power_on(Controller& controller) { controller.start_program(); }
+  static void edge(Controller& controller, drivers::TimePoint t, bool closed) {
+    controller.input(t, closed);
+  }
+  /// Its bytes wait in the controller.
+  static Nothing tick(Controller& controller, drivers::TimePoint t) {
+    controller.tick(t);
+    return {};
+  }
+  static void exchange(Controller& controller, Robot& robot, Nothing, drivers::TimePoint now);
 };
+
+using VirtualEkiCell = VirtualCellOn<EkiWire>;
 
 }  // namespace cellcal::daemon

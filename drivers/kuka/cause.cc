@@ -160,6 +160,18 @@ std::string cause_words(const CoreResult& r) {
           "the controller counted {:.0f} late replies during this move (IPOC {}): "
           "check the load of this computer, real-time priority, and the network",
           r.a, r.ipoc);
+    case Cause::kIncrementLost:
+      return fmt::format(
+          "the controller did not take {:.0f} replies of this move (IPOC {}), and increments that "
+          "are lost are never caught up: the arm is not where it was commanded to; reference anew, "
+          "and check the load of this computer and the network",
+          r.a, r.ipoc);
+    case Cause::kAxisStands:
+      return fmt::format(
+          "{} stands at {:.4f} deg while it is commanded on, to {:.4f} deg: the correction is "
+          "clamped in silence by AXISCORR (its limits must be those of correction_limit_deg or "
+          "more), the drives are off, or the arm is blocked; reference anew",
+          axis, r.b, r.a);
     case Cause::kAxisNotFollowing:
       return fmt::format(
           "{} was commanded to {:.4f} deg and is at {:.4f} deg: drives off, or the "

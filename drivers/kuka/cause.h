@@ -36,7 +36,9 @@ enum class Cause : std::uint8_t {
   kSilence,  ///< a: seconds
   kSessionRestarted,
   kLateReplies,       ///< a: how many during this move
+  kIncrementLost,     ///< a: how many during this move
   kAxisNotFollowing,  ///< axis, a: commanded [deg], b: actual [deg]
+  kAxisStands,        ///< likewise: it does not move at all while its command goes on
   kNotSettled,        ///< axis, a: still moving by [deg], b: seconds waited
   kStopAsked,
   kTooCoarse,  ///< a: decimals of the angles, seen when they changed for the first time

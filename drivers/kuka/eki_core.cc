@@ -1,15 +1,16 @@
 #include "drivers/kuka/eki_core.h"
 
 #include <algorithm>
-#include <boost/container/static_vector.hpp>
 #include <cmath>
 #include <numbers>
 #include <string>
 
 #include "drivers/kuka/eki_mover.h"
-#include "drivers/kuka/eki_outbox.h"
+#include "drivers/kuka/eki_talk.h"
 #include "drivers/kuka/move_check.h"
+#include "drivers/kuka/move_desk.h"
 #include "drivers/kuka/position_record.h"
+#include "drivers/kuka/wire_text.h"
 
 namespace cellcal::drivers {
 namespace {
@@ -17,7 +18,6 @@ namespace {
 constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 
 // A hello is repeated until it is obeyed, and the connection given up where it never is.
-constexpr std::chrono::milliseconds kHelloPeriod{500};
 constexpr std::chrono::seconds kHelloLimit{5};
 // Angles with fewer decimals are a hundredth of a degree or worse: 0.2 mm at 1.4 m. A float that
 // happens to be round has few; ten states in a row do not.
@@ -25,13 +25,8 @@ constexpr int kFewestDecimals = 3;
 constexpr std::uint64_t kStatesToJudge = 10;
 // The reference is where the arm rests: the means of two windows agree.
 constexpr std::size_t kReferenceWindow = 5;
-constexpr double kReferenceStillRad = 0.002 * kRadPerDeg;
-constexpr std::size_t kResultDepth = 16;
 
 double seconds(Duration d) { return std::chrono::duration<double>(d).count(); }
-Duration duration(double s) {
-  return std::chrono::duration_cast<Duration>(std::chrono::duration<double>(s));
-}
 
 }  // namespace
 
@@ -55,28 +50,26 @@ struct EkiCore::Impl {
     state.session = session;
     state.other_session = 0;
     state.decimals_seen = 0;
-    outbox.begin(session);
     next_id = 0;
     close = greeted = bye_sent = too_few_axes = false;
     states_here = 0;
     last_time_ms = time_turns = 0;
-    connected_at = last_rx = last_progress = now;
-    hello(now);
+    connected_at = last_rx = now;
+    talk.begin(session, now);
   }
 
   void on_closed() {
     if (linked()) lose(EkiLoss::kClosed, Cause::kLinkClosed, 0.0);
     if (state.link == RobotLink::kNotReferenced) state.link = RobotLink::kLost;
     state.connected = false;
-    outbox.drop();
+    talk.drop();
     close = false;
   }
 
   /// The controller's dead man and its own view of the connection stop the arm.
   void lose(EkiLoss loss, Cause cause, double a) {
     if (mover.busy()) finish(mover.abandon(cause, a));
-    if (pending) refuse(*pending, {cause, 0, a, 0.0});
-    pending.reset();
+    if (const auto move = desk.take_waiting()) refuse(*move, {cause, 0, a, 0.0});
     rereference_asked = false;
     greeted = false;
     state.loss = loss;
@@ -86,37 +79,20 @@ struct EkiCore::Impl {
 
   // ---- telegrams -------------------------------------------------------------------------------
 
-  bool send(const EkiCommand& command, TimePoint now, bool urgent = false) {
-    if (!state.connected || close) return false;
-    const bool idle = outbox.unconfirmed() == 0;
-    if (!outbox.send(command, axes(), config.window, urgent)) return false;
-    if (idle) last_progress = now;
-    last_sent = now;
-    return true;
-  }
-
-  void hello(TimePoint now) {
-    EkiCommand command;
-    command.type = EkiType::kHello;
-    send(command, now);
-    last_hello = now;
-  }
-
   void send_due(TimePoint now) {
     if (!state.connected || close) return;
-    if (!greeted && now - last_hello >= kHelloPeriod) hello(now);
-    if (!greeted) return;
+    if (!greeted) return talk.repeat_hello(now);
     if (mover.wants_stop() && move_to_send) return finish(mover.cancel());
     if (mover.wants_stop()) {
       EkiCommand stop;
       stop.type = EkiType::kStop;
       stop.id = next_id;
-      if (send(stop, now, true)) mover.stop_sent(now);
+      if (talk.send(stop, now, true)) mover.stop_sent(now);
     }
     if (move_to_send) {
       EkiCommand command = mover.command();
       command.id = next_id + 1;
-      if (send(command, now)) {
+      if (talk.send(command, now)) {
         mover.sent(++next_id);
         move_to_send = false;
       }
@@ -125,9 +101,9 @@ struct EkiCore::Impl {
       EkiCommand bye;
       bye.type = EkiType::kBye;
       bye.id = next_id;
-      bye_sent = send(bye, now, true);
+      bye_sent = talk.send(bye, now, true);
     }
-    if (!bye_sent && now - last_sent >= duration(config.beat_s)) send({}, now);
+    if (!bye_sent) talk.beat(now);
   }
 
   // ---- states ----------------------------------------------------------------------------------
@@ -152,11 +128,7 @@ struct EkiCore::Impl {
   void note_bad(EkiError error, std::string_view bytes) {
     ++state.bad_documents;
     state.last_error = error;
-    const std::size_t shown = std::min(bytes.size(), sizeof state.last_bad - 1);
-    for (std::size_t i = 0; i < shown; ++i) {
-      state.last_bad[i] = bytes[i] >= ' ' && bytes[i] <= '~' ? bytes[i] : '.';
-    }
-    state.last_bad[shown] = '\0';
+    wire::show(bytes, state.last_bad);
   }
 
   void on_document(std::string_view document, TimePoint t_rx) {
@@ -168,11 +140,9 @@ struct EkiCore::Impl {
     ++state.states;
     last_rx = t_rx;
     if (frame.session != state.session) return on_other_session();
-    const std::uint32_t unconfirmed = outbox.unconfirmed();
     // A count that this connection has not reached is another connection's, left in a buffer.
-    if (!outbox.confirm(frame.heard)) return note_bad(EkiError::kBadNumber, document);
+    if (!talk.confirm(frame.heard, t_rx)) return note_bad(EkiError::kBadNumber, document);
     state.other_session = 0;
-    if (outbox.unconfirmed() < unconfirmed) last_progress = t_rx;
     ++states_here;
     if (!greeted) {
       greeted = true;
@@ -240,12 +210,7 @@ struct EkiCore::Impl {
   void try_reference() {
     if (!rereference_asked || !frame.ready || coarse() || mover.busy()) return;
     if (frame.progress == EkiProgress::kMoving || states_here < kStatesToJudge) return;
-    if (record.size() < 2 * kReferenceWindow) return;
-    const AxisAngles late = record.mean_actual_rad(0, kReferenceWindow);
-    const AxisAngles early = record.mean_actual_rad(kReferenceWindow, kReferenceWindow);
-    for (std::size_t i = 0; i < axes(); ++i) {
-      if (std::abs(late[i] - early[i]) > kReferenceStillRad) return;
-    }
+    if (!record.rests(kReferenceWindow)) return;
     rereference_asked = false;
     state.link = RobotLink::kReady;
   }
@@ -253,39 +218,30 @@ struct EkiCore::Impl {
   // ---- moves -----------------------------------------------------------------------------------
 
   void begin(const Move& move) {
-    if (pending || mover.busy()) {
+    if (desk.waiting() || mover.busy()) {
       refuse(move, {Cause::kBusy, 0, 0.0, 0.0});
     } else {
-      pending = move;
+      desk.wait(move);
     }
   }
 
   AxisAngles actual() const { return {state.actual_rad, state.actual_rad + axes()}; }
 
-  void take_up_pending(TimePoint now) {
-    if (!pending) return;
-    const Move move = *pending;
-    pending.reset();
-    if (ending) return refuse(move, {Cause::kClosing, 0, 0.0, 0.0});
-    if (!linked()) return refuse(move, {Cause::kNotConnected, 0, state.waited_s, 0.0});
-    if (!state.ready) return refuse(move, {Cause::kControllerNotReady, 0, 0.0, 0.0});
-    if (state.link != RobotLink::kReady) return refuse(move, {Cause::kNotReferenced, 0, 0.0, 0.0});
-    if (const auto objection = object_to(move, config.limits)) return refuse(move, *objection);
-    if (const auto refusal = mover.start(move, actual(), now)) return finish(*refusal);
+  void take_up_waiting(TimePoint now) {
+    const auto move = desk.take_waiting();
+    if (!move) return;
+    if (ending) return refuse(*move, {Cause::kClosing, 0, 0.0, 0.0});
+    if (!linked()) return refuse(*move, {Cause::kNotConnected, 0, state.waited_s, 0.0});
+    if (!state.ready) return refuse(*move, {Cause::kControllerNotReady, 0, 0.0, 0.0});
+    if (state.link != RobotLink::kReady) return refuse(*move, {Cause::kNotReferenced, 0, 0.0, 0.0});
+    if (const auto objection = object_to(*move, config.limits)) return refuse(*move, *objection);
+    if (const auto refusal = mover.start(*move, actual(), now)) return finish(*refusal);
     move_to_send = true;
-    std::copy(move.target_rad.begin(), move.target_rad.end(), state.commanded_rad);
+    std::copy(move->target_rad.begin(), move->target_rad.end(), state.commanded_rad);
   }
 
   void refuse(const Move& move, const Objection& why, MoveOutcome outcome = MoveOutcome::kRefused) {
-    CoreResult refusal;
-    refusal.id = move.id;
-    refusal.outcome = outcome;
-    refusal.cause = why.cause;
-    refusal.axis = why.axis;
-    refusal.a = why.a;
-    refusal.b = why.b;
-    refusal.at_rad = actual();
-    finish(refusal);
+    finish(refusal_of(move, why, actual(), outcome));
   }
 
   void finish(const CoreResult& result) {
@@ -294,14 +250,12 @@ struct EkiCore::Impl {
     const bool doubtful =
         result.outcome == MoveOutcome::kNotFollowing || result.outcome == MoveOutcome::kRobotSilent;
     if (doubtful && state.link == RobotLink::kReady) state.link = RobotLink::kNotReferenced;
-    if (results.size() == results.capacity()) results.erase(results.begin());
-    results.push_back(result);
+    desk.add(result);
   }
 
   void stop() {
-    if (pending) {
-      refuse(*pending, {Cause::kStopAsked, 0, 0.0, 0.0}, MoveOutcome::kStopped);
-      pending.reset();
+    if (const auto move = desk.take_waiting()) {
+      refuse(*move, {Cause::kStopAsked, 0, 0.0, 0.0}, MoveOutcome::kStopped);
     }
     mover.halt(MoveOutcome::kStopped, Cause::kStopAsked);
   }
@@ -325,7 +279,7 @@ struct EkiCore::Impl {
       // It could still begin later: without the connection it cannot.
       if (cut) lose(EkiLoss::kNotTaken, done->cause, done->a);
     }
-    take_up_pending(now);
+    take_up_waiting(now);
     send_due(now);
     refresh(now);
   }
@@ -338,9 +292,7 @@ struct EkiCore::Impl {
       return state.other_session != 0 ? EkiTrouble::kOtherSession : EkiTrouble::kNotHeard;
     }
     if (coarse()) return EkiTrouble::kCoarse;
-    if (outbox.unconfirmed() > 0 && now - last_progress > duration(config.silence_s)) {
-      return EkiTrouble::kUnread;
-    }
+    if (talk.unread(now)) return EkiTrouble::kUnread;
     return state.ready ? EkiTrouble::kNone : EkiTrouble::kNotReady;
   }
 
@@ -361,17 +313,16 @@ struct EkiCore::Impl {
     int decimals_seen = 0;
   };
   State state;
-  EkiOutbox outbox;
+  EkiTalk talk{config};
 
-  TimePoint connected_at{}, last_rx{}, last_sent{}, last_hello{}, last_progress{};
+  TimePoint connected_at{}, last_rx{};
   std::uint32_t next_id = 0;
   std::uint32_t last_time_ms = 0, time_turns = 0;
   std::uint64_t states_here = 0;
   bool heard_time = false, greeted = false, close = false, too_few_axes = false;
   bool rereference_asked = false, move_to_send = false;
   bool ending = false, bye_sent = false;
-  std::optional<Move> pending;
-  boost::container::static_vector<CoreResult, kResultDepth> results;
+  MoveDesk desk;
 };
 
 EkiCore::EkiCore(EkiConfig config, ContactGuard* guard)
@@ -391,8 +342,8 @@ void EkiCore::on_bytes(std::string_view bytes, TimePoint t_rx) {
 }
 void EkiCore::on_tick(TimePoint now) { impl_->on_tick(now); }
 
-std::string_view EkiCore::output() const { return impl_->outbox.output(); }
-void EkiCore::sent(std::size_t count) { impl_->outbox.sent(count); }
+std::string_view EkiCore::output() const { return impl_->talk.output(); }
+void EkiCore::sent(std::size_t count) { impl_->talk.sent(count); }
 bool EkiCore::wants_close() const { return impl_->close; }
 void EkiCore::begin(const Move& move) { impl_->begin(move); }
 void EkiCore::stop() { impl_->stop(); }
@@ -410,16 +361,10 @@ void EkiCore::end_session() {
 
 bool EkiCore::ended() const {
   return impl_->ending && (!impl_->state.connected || !impl_->greeted ||
-                           (impl_->bye_sent && impl_->outbox.output().empty()));
+                           (impl_->bye_sent && impl_->talk.output().empty()));
 }
 
-std::optional<CoreResult> EkiCore::take_result() {
-  auto& results = impl_->results;
-  if (results.empty()) return std::nullopt;
-  const CoreResult oldest = results.front();
-  results.erase(results.begin());
-  return oldest;
-}
+std::optional<CoreResult> EkiCore::take_result() { return impl_->desk.take_result(); }
 
 const EkiCoreState& EkiCore::core_state() const { return impl_->state; }
 

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "drivers/kuka/eki_latch.h"
+#include "drivers/kuka/move_desk.h"
 
 namespace cellcal::drivers {
 namespace {
@@ -32,14 +33,6 @@ constexpr std::chrono::milliseconds kSettleLimit{2000};
 
 double seconds(Duration d) { return std::chrono::duration<double>(d).count(); }
 
-double longest(const AxisAngles& from, const AxisAngles& to) {
-  double most = 0.0;
-  for (std::size_t i = 0; i < from.size() && i < to.size(); ++i) {
-    most = std::max(most, std::abs(to[i] - from[i]));
-  }
-  return most;
-}
-
 }  // namespace
 
 EkiMover::EkiMover(const EkiConfig& config, ContactGuard* guard, const PositionRecord& record)
@@ -50,38 +43,25 @@ void EkiMover::listen(TimePoint now) {
   ear_.listen(now, guarded ? std::optional(move_.arm_id) : std::nullopt);
 }
 
-std::optional<CoreResult> EkiMover::too_fast(const Move& move, const AxisAngles& at_rad) const {
+std::optional<Objection> EkiMover::too_fast(const Move& move, const AxisAngles& at_rad) const {
   if (move.kind != MoveKind::kSearch || config_.stop != EkiStop::kFlag) return std::nullopt;
   for (std::size_t i = 0; i < at_rad.size(); ++i) {
     const double speed = move.cruise_s > 0.0
                              ? std::abs(move.target_rad[i] - at_rad[i]) / move.cruise_s * kDegPerRad
                              : config_.limits[i].max_speed_rad_s * kDegPerRad;
     if (speed <= config_.flag_search_limit_deg_s) continue;
-    CoreResult refusal;
-    refusal.cause = Cause::kTooFastForFlag;
-    refusal.axis = static_cast<std::uint8_t>(i);
-    refusal.a = speed;
-    refusal.b = config_.flag_search_limit_deg_s;
-    return refusal;
+    return Objection{Cause::kTooFastForFlag, static_cast<std::uint8_t>(i), speed,
+                     config_.flag_search_limit_deg_s};
   }
   return std::nullopt;
 }
 
 std::optional<CoreResult> EkiMover::start(const Move& move, const AxisAngles& at_rad,
                                           TimePoint now) {
-  std::optional<CoreResult> refusal = too_fast(move, at_rad);
   if (const auto why = ear_.refusal(move)) {
-    refusal = CoreResult{};
-    refusal->outcome = why->outcome;
-    refusal->cause = why->cause;
-    refusal->a = why->a;
-    refusal->b = why->b;
+    return refusal_of(move, {why->cause, 0, why->a, why->b}, at_rad, why->outcome);
   }
-  if (refusal) {
-    refusal->id = move.id;
-    refusal->at_rad = at_rad;
-    return refusal;
-  }
+  if (const auto why = too_fast(move, at_rad)) return refusal_of(move, *why, at_rad);
   ear_.begin();
   move_ = move;
   phase_ = Phase::kAsked;
@@ -111,7 +91,8 @@ void EkiMover::choose_path(const AxisAngles& at_rad) {
   command_.guard = at_input ? EkiGuard::kInput : EkiGuard::kNone;
   command_.percent = config_.transit_percent();
   if (move_.cruise_s <= 0.0) return;
-  const bool straight = searching() || longest(at_rad, move_.target_rad) <= kLongestLinRad;
+  const bool straight =
+      searching() || farthest_axis(at_rad, move_.target_rad).rad <= kLongestLinRad;
   double shortest_s = move_.cruise_s, share = 0.0;
   for (std::size_t i = 0; i < at_rad.size(); ++i) {
     const double travel = std::abs(move_.target_rad[i] - at_rad[i]);
@@ -215,7 +196,7 @@ std::optional<CoreResult> EkiMover::on_tick(TimePoint now) {
 
 void EkiMover::watch_motion(const EkiState& state, TimePoint now) {
   const AxisAngles& actual = record_.newest().actual_rad;
-  if (still_rad_.size() != actual.size() || longest(still_rad_, actual) > kStallRad) {
+  if (still_rad_.size() != actual.size() || farthest_axis(still_rad_, actual).rad > kStallRad) {
     still_rad_ = actual;
     still_since_ = now;
   } else if (now - still_since_ > kStallLimit && ends_well()) {
@@ -328,28 +309,18 @@ std::optional<CoreResult> EkiMover::settle(TimePoint now) {
   if (settling_states_ < 2 * kSettleWindow) return std::nullopt;
   const AxisAngles late = record_.mean_actual_rad(0, kSettleWindow);
   const AxisAngles early = record_.mean_actual_rad(kSettleWindow, kSettleWindow);
-  double moved = 0.0, astray = 0.0;
-  std::uint8_t moved_axis = 0, astray_axis = 0;
-  for (std::size_t i = 0; i < late.size(); ++i) {
-    if (std::abs(late[i] - early[i]) > moved) {
-      moved = std::abs(late[i] - early[i]);
-      moved_axis = static_cast<std::uint8_t>(i);
-    }
-    if (std::abs(late[i] - move_.target_rad[i]) > astray) {
-      astray = std::abs(late[i] - move_.target_rad[i]);
-      astray_axis = static_cast<std::uint8_t>(i);
-    }
-  }
-  const bool at_rest = moved <= kSettledRad;
+  const AxisDistance moved = farthest_axis(late, early);
+  const AxisDistance astray = farthest_axis(late, move_.target_rad);
+  const bool at_rest = moved.rad <= kSettledRad;
   if (!at_rest && now - settling_since_ < kSettleLimit) return std::nullopt;
-  if (ends_well() && astray > config_.follow_tolerance_deg * kRadPerDeg) {
+  if (ends_well() && astray.rad > config_.follow_tolerance_deg * kRadPerDeg) {
     fail(MoveOutcome::kNotFollowing, Cause::kNotAtTarget,
-         move_.target_rad[astray_axis] * kDegPerRad);
-    axis_ = astray_axis;
-    b_ = late[astray_axis] * kDegPerRad;
+         move_.target_rad[astray.axis] * kDegPerRad);
+    axis_ = astray.axis;
+    b_ = late[astray.axis] * kDegPerRad;
   } else if (!at_rest && cause_ == Cause::kNone) {
-    fail(outcome_, Cause::kNotSettled, moved * kDegPerRad);
-    axis_ = moved_axis;
+    fail(outcome_, Cause::kNotSettled, moved.rad * kDegPerRad);
+    axis_ = moved.axis;
     b_ = seconds(now - settling_since_);
   }
   if (outcome_ == MoveOutcome::kContact) fill_latch(late, now);

@@ -16,6 +16,7 @@
 #include "drivers/kuka/cause.h"
 #include "drivers/kuka/eki_codec.h"
 #include "drivers/kuka/eki_config.h"
+#include "drivers/kuka/move_check.h"
 #include "drivers/kuka/position_record.h"
 #include "drivers/kuka/sensor_ear.h"
 
@@ -59,7 +60,7 @@ class EkiMover {
   bool under_way() const { return phase_ == Phase::kAsked || phase_ == Phase::kMoving; }
   void fail(MoveOutcome outcome, Cause cause, double a = 0.0);
   void choose_path(const AxisAngles& at_rad);
-  std::optional<CoreResult> too_fast(const Move& move, const AxisAngles& at_rad) const;
+  std::optional<Objection> too_fast(const Move& move, const AxisAngles& at_rad) const;
   void watch_search(TimePoint now);
   void watch_other(TimePoint now);
   void watch_motion(const EkiState& state, TimePoint now);

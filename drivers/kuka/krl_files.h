@@ -6,6 +6,8 @@
 #include <map>
 #include <string>
 
+#include "drivers/kuka/rsi_config.h"
+
 namespace cellcal::drivers {
 
 /// What EKI's files need to know. Numbers are those of the controller.
@@ -33,6 +35,7 @@ struct RsiFilesConfig {
   std::uint16_t port = 49152;
   int rsi_version = 4;  ///< 3: KSS 8.2 to 8.4; 4: KSS 8.5 and on
   std::string sentype = "ImFree", axis_tag = "AK", stop_tag = "Stop";
+  CorrectionMode mode = CorrectionMode::kAbsolute;  ///< of RSI_ON; HOLDON of the axes follows it
   double correction_limit_deg = 90.0;  ///< of AXISCORR, which clamps in silence, and its monitor
   int timeout_cycles = 100;            ///< late replies until KSS29002
   int flag = 901;                      ///< $FLAG, TRUE while the connection is interrupted

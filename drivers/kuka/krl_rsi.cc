@@ -52,14 +52,19 @@ krl::Places places_of(const RsiFilesConfig& c) {
   const auto number_or = [](const char* array, int number, const char* otherwise) {
     return number == 0 ? std::string(otherwise) : fmt::format("{}[{}]", array, number);
   };
+  const bool absolute = c.mode == CorrectionMode::kAbsolute;
+  const std::string hold_on = absolute ? "1" : "0";
   return {
       {"VERSION", krl::release()},
+      {"RSI_MODE", absolute ? "#ABSOLUTE" : "#RELATIVE"},
+      {"HOLD_ON", hold_on},
+      {"LATE_REPLY", absolute ? "makes the arm hold" : "is a step that is lost, not one repeated"},
       {"PC_ADDRESS", c.pc_address},
       {"RSI_PORT", fmt::to_string(c.port)},
       {"SENTYPE", c.sentype},
       {"STOP_TAG", c.stop_tag},
       {"RSI_AXES", per_axis("      <ELEMENT TAG=\"" + c.axis_tag +
-                                ".A{0}\" TYPE=\"DOUBLE\" INDX=\"{0}\" HOLDON=\"1\"/>",
+                                ".A{0}\" TYPE=\"DOUBLE\" INDX=\"{0}\" HOLDON=\"" + hold_on + "\"/>",
                             1)},
       {"RSI_TIMEOUT", fmt::to_string(c.timeout_cycles)},
       {"ALIVE_FLAG", fmt::to_string(c.flag)},

@@ -117,4 +117,15 @@ void LineMove::brake_at(double t_s) {
   braked_ = true;
 }
 
+void LineMove::brake_within(double t_s, double longest_s) {
+  constexpr double kHarder = 1.2;
+  const ScalarState state = profile_.at(t_s);
+  brake_at(t_s);
+  for (ScalarLimits limits = limits_; braked_ && duration_s() > longest_s;) {
+    limits.acceleration *= kHarder;
+    limits.jerk *= kHarder;
+    profile_ = ScalarProfile::brake(state, limits);
+  }
+}
+
 }  // namespace cellcal::drivers

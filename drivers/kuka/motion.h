@@ -61,6 +61,8 @@ class LineMove {
   double fastest_axis_rad_s(double t_s) const;
   /// From t on: stop on the same line as soon as the limits allow. Time starts at 0 again.
   void brake_at(double t_s);
+  /// Likewise within `longest_s`, beyond the limits if it must be.
+  void brake_within(double t_s, double longest_s);
 
  private:
   AxisAngles from_rad_, to_rad_;

@@ -1,13 +1,28 @@
 #include "drivers/kuka/position_record.h"
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 
 namespace cellcal::drivers {
 namespace {
 
+// Below what an arm at rest shows of its encoders, above what a moving one does not.
+constexpr double kRestRad = 0.002 * std::numbers::pi / 180.0;
+
 double seconds(Duration d) { return std::chrono::duration<double>(d).count(); }
 
 }  // namespace
+
+AxisDistance farthest_axis(const AxisAngles& a, const AxisAngles& b) {
+  AxisDistance most;
+  for (std::size_t i = 0; i < a.size() && i < b.size(); ++i) {
+    if (const double apart = std::abs(a[i] - b[i]); apart > most.rad) {
+      most = {static_cast<std::uint8_t>(i), apart};
+    }
+  }
+  return most;
+}
 
 PositionRecord::PositionRecord() : samples_(std::make_unique<Sample[]>(kDepth)) {}
 
@@ -35,6 +50,11 @@ AxisAngles PositionRecord::mean_actual_rad(std::size_t back, std::size_t count) 
     mean[axis] = sum / static_cast<double>(count);
   }
   return mean;
+}
+
+bool PositionRecord::rests(std::size_t window) const {
+  if (size_ < 2 * window) return false;
+  return farthest_axis(mean_actual_rad(0, window), mean_actual_rad(window, window)).rad <= kRestRad;
 }
 
 PositionRecord::Range PositionRecord::commanded_range_rad(std::size_t axis,

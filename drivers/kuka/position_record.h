@@ -15,6 +15,13 @@
 
 namespace cellcal::drivers {
 
+/// The axis on which two poses differ most, and by how much [rad].
+struct AxisDistance {
+  std::uint8_t axis = 0;
+  double rad = 0.0;
+};
+AxisDistance farthest_axis(const AxisAngles& a, const AxisAngles& b);
+
 class PositionRecord {
  public:
   static constexpr std::size_t kDepth = 512;  // 2 s at 4 ms: verdict of a trip, and settling
@@ -40,6 +47,9 @@ class PositionRecord {
 
   /// Mean AIPos of `count` packets, the newest of them `back` before the newest of all.
   AxisAngles mean_actual_rad(std::size_t back, std::size_t count) const;
+  /// The arm rests: its mean over the newest `window` packets is that over the `window` before
+  /// them, within 0.002 deg. False while there are fewer packets.
+  bool rests(std::size_t window) const;
   struct Range {
     double min = 0.0, max = 0.0;
   };

@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "drivers/error.h"
+#include "drivers/kuka/wire_text.h"
 
 namespace cellcal::drivers {
 namespace {
@@ -15,6 +16,8 @@ constexpr int kMinDecimals = 4, kMaxDecimals = 9;
 // 0.2 s at 4 ms: nobody stops and starts RSI within it, so such a silence hides no new session.
 constexpr int kMaxSilenceCycles = 50;
 constexpr std::size_t kMaxName = 32;
+// The record of positions holds 2 s at 4 ms; windows and lag have to fit in, at 2 ms as well.
+constexpr double kLongestWindowS = 0.5;
 
 // A name that may stand as an XML element, or as SENTYPE, without any escaping.
 void check_name(const char* key, std::string_view name, bool may_be_empty) {
@@ -49,13 +52,9 @@ void check_mode(CorrectionMode mode, bool hold_on) {
   }
   if (mode == CorrectionMode::kRelative && hold_on) {
     throw ConfigError(
-        "rsi: mode RELATIVE with HOLDON=1: every late reply would repeat the last step; use "
+        "rsi: mode RELATIVE with HOLDON=1: every late reply would repeat the last step; set "
+        "HOLDON=\"0\" on every correction element of the controller's ethernet XML, or use "
         "RSI_ON(#ABSOLUTE) with HOLDON=\"1\"");
-  }
-  if (mode == CorrectionMode::kRelative) {
-    throw ConfigError(
-        "rsi: mode RELATIVE is not driven by this adapter; use RSI_ON(#ABSOLUTE) with "
-        "HOLDON=\"1\"");
   }
 }
 
@@ -64,6 +63,12 @@ void check_mode(CorrectionMode mode, bool hold_on) {
 void RsiConfig::validate() const {
   check_name("sentype", sentype, false);
   check_name("axis_tag", axis_tag, false);
+  if (wire::same_name(axis_tag, "RKorr")) {
+    throw ConfigError(
+        "rsi: axis_tag = \"RKorr\" names corrections in space (POSCORR), which are not driven: "
+        "wire "
+        "AXISCORR in the context instead, and name its RECEIVE tag (\"AK\")");
+  }
   check_name("external_axis_tag", external_axis_tag, false);
   check_name("stop_tag", stop_tag, true);
   if (decimals < kMinDecimals || decimals > kMaxDecimals) {
@@ -102,6 +107,11 @@ void RsiConfig::validate() const {
   }
   check_positive("follow_tolerance_deg", follow_tolerance_deg);
   check_positive("follow_window_s", follow_window_s);
+  check_positive("longest_lag_s", longest_lag_s);
+  if (follow_window_s > kLongestWindowS || longest_lag_s > kLongestWindowS) {
+    throw ConfigError(fmt::format("rsi: follow_window_s = {} or longest_lag_s = {} is above {} s",
+                                  follow_window_s, longest_lag_s, kLongestWindowS));
+  }
 }
 
 }  // namespace cellcal::drivers

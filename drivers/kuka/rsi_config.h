@@ -9,8 +9,11 @@
 
 namespace cellcal::drivers {
 
-/// RSI_ON(#ABSOLUTE | #RELATIVE) in the KRL program.
-enum class CorrectionMode { kAbsolute, kRelative };
+/// RSI_ON(#ABSOLUTE | #RELATIVE) in the KRL program, and what belongs to it.
+enum class CorrectionMode {
+  kAbsolute,  ///< with HOLDON=1: a late reply makes the arm hold
+  kRelative,  ///< with HOLDON=0: increments; a late reply is a step that is lost. Needs DEF_Delay
+};
 
 struct RsiConfig {
   std::string bind_address = "0.0.0.0";  ///< the PC's address in the controller's subnet
@@ -28,7 +31,11 @@ struct RsiConfig {
   std::vector<double> correction_limit_deg;  ///< one per axis: at most AXISCORR's and the monitor's
   /// An arm farther than this from everything commanded within follow_window_s does not follow.
   double follow_tolerance_deg = 0.05;
-  double follow_window_s = 0.2;  ///< longest lag of setpoint to AIPos that is still normal
+  double follow_window_s = 0.2;
+  /// Longest lag from setpoint to AIPos that is still normal: 10 to 40 ms on a KRC4, 120 on a KRC2.
+  /// Stands for how early after the start of a move an arm that does not move can be told from one
+  /// that has not yet begun to.
+  double longest_lag_s = 0.12;
 
   /// Throws ConfigError naming the key, the value and what to do.
   void validate() const;

@@ -2,62 +2,41 @@
 
 #include <algorithm>
 #include <array>
-#include <boost/container/static_vector.hpp>
 #include <cmath>
 #include <numbers>
 
-#include "drivers/kuka/move_check.h"
+#include "drivers/kuka/move_desk.h"
 #include "drivers/kuka/position_record.h"
+#include "drivers/kuka/rsi_delay.h"
+#include "drivers/kuka/rsi_footing.h"
 #include "drivers/kuka/rsi_mover.h"
-#include "drivers/kuka/rsi_offset.h"
 #include "drivers/kuka/rsi_stream.h"
+#include "drivers/kuka/wire_text.h"
 
 namespace cellcal::drivers {
 namespace {
 
-constexpr double kDegPerRad = 180.0 / std::numbers::pi;
 constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 
 // AIPos with fewer decimals is a hundredth of a degree or worse: 0.2 mm at 1.4 m.
 constexpr int kFewestDecimals = 3;
-// If all of this many replies and more count as late, they are refused, not late.
-constexpr std::uint64_t kRefusedReplies = 10;
+// If all of this many replies and more count as late, they are refused, not late. Controllers give
+// up after ten as they come: what was refused until then is still said when the link is lost.
+constexpr std::uint64_t kRefusedReplies = 10, kRefusedWhenLost = 4;
 // The reference is the mean of AIPos over two windows that agree: the arm rests.
 constexpr std::size_t kReferenceWindow = 12;
 constexpr double kReferenceStillRad = 0.002 * kRadPerDeg;
-// ASPos repeats itself to the last digit; this allows for one decimal less than is accepted.
-constexpr double kSamePoseRad = 0.01 * kRadPerDeg;
-constexpr std::size_t kResultDepth = 16;
 // The same packet for longer than this is no copy that the network made.
 constexpr double kPeerWaitsS = 0.2;
 
 double seconds(Duration d) { return std::chrono::duration<double>(d).count(); }
 
-AxisAngles take_axes(const AxisAngles& first_deg, const AxisAngles& external_deg,
-                     std::size_t count) {
-  AxisAngles rad;
-  for (std::size_t i = 0; i < first_deg.size() && rad.size() < count; ++i) {
-    rad.push_back(first_deg[i] * kRadPerDeg);
-  }
-  for (std::size_t i = 0; i < external_deg.size() && rad.size() < count; ++i) {
-    rad.push_back(external_deg[i] * kRadPerDeg);
-  }
-  return rad;
-}
-
-double most_difference(const AxisAngles& a, const AxisAngles& b) {
-  double most = 0.0;
-  for (std::size_t i = 0; i < a.size(); ++i) most = std::max(most, std::abs(a[i] - b[i]));
-  return most;
-}
-
 }  // namespace
 
 struct RsiCore::Impl {
   Impl(RsiConfig c, ContactGuard* guard)
-      : config((c.validate(), std::move(c))), mover(config, guard, record) {
+      : config((c.validate(), std::move(c))), mover(config, guard, record), footing(config) {
     state.axes = static_cast<std::uint8_t>(config.limits.size());
-    finder.begin(memory);
   }
 
   // ---- one packet ------------------------------------------------------------------------------
@@ -66,18 +45,19 @@ struct RsiCore::Impl {
     note_time(t_rx);
     check_silence();
     WireError error = parser.parse_rob(bytes, frame);
-    if (error == WireError::kNone &&
-        take_axes(frame.axes_deg, frame.external_deg, axes()).size() < axes()) {
-      too_few_axes = true;
-      error = WireError::kNoAxes;
+    AxisAngles actual;
+    if (error == WireError::kNone) {
+      actual = axes_of(frame.axes_deg, frame.external_deg, axes());
+      too_few_axes = actual.size() < axes();
+      if (too_few_axes) error = WireError::kNoAxes;
     }
     if (error != WireError::kNone) return on_bad(error, bytes, t_rx);
-    too_few_axes = false;
 
-    note_waiting(t_rx);
-    if (state.link == RobotLink::kDown || state.link == RobotLink::kLost) begin_session();
+    note_waiting(actual, t_rx);
+    if (!linked()) begin_session();
     Arrival arrival = stream.push(frame, t_rx);
-    if (arrival == Arrival::kRestart || (arrival == Arrival::kNext && start_pose_moved())) {
+    if (arrival == Arrival::kRestart ||
+        (arrival == Arrival::kNext && footing.start_pose_moved(frame, actual, mover.busy()))) {
       lose(Cause::kSessionRestarted, 0.0);
       begin_session();
       arrival = stream.push(frame, t_rx);
@@ -86,266 +66,194 @@ struct RsiCore::Impl {
     ++state.packets;
     last_rx = t_rx;
     note_delay();
-    const AxisAngles actual = this->actual();
     std::copy(actual.begin(), actual.end(), state.actual_rad);
     state.ipoc = frame.ipoc.value;
     state.decimals = stream.decimals();
     state.cycle_s = stream.cycle_s();
     mover.listen(t_rx);
     // The same packet twice is answered twice, but is one cycle.
-    if (arrival == Arrival::kRepeat && offset_known) return hold(t_rx);
-    if (arrival == Arrival::kRepeat && !peer_waits(t_rx)) {
-      take_up_pending();
-      return {};
-    }
+    if (arrival == Arrival::kRepeat && footing.known()) return hold(t_rx);
+    if (arrival == Arrival::kRepeat && !peer_waits(t_rx)) return unknown_offset_reply();
 
-    record.push(t_rx, frame.ipoc.value, actual, offset_known ? commanded : actual);
-    if (!offset_known && !find_offset(actual, t_rx)) {
-      take_up_pending();
-      return {};
-    }
+    record.push(t_rx, frame.ipoc.value, actual, footing.known() ? footing.commanded_rad() : actual);
+    if (!footing.known() && !footing.find(frame, actual, t_rx, peer_waits(t_rx)))
+      return unknown_offset_reply();
     if (state.link == RobotLink::kReady && coarse()) {
       mover.halt(MoveOutcome::kNotFollowing, Cause::kTooCoarse, stream.decimals());
       if (!mover.busy()) state.link = RobotLink::kNotReferenced;
     }
     if (state.link == RobotLink::kNotReferenced) {
-      follow_actual();
+      footing.stand_at(actual);
       try_reference();
     }
-    take_up_pending();
-    if (const auto done = mover.step(mover_cycle(t_rx, true), commanded)) finish(*done);
-    record.set_commanded(commanded);
-    return reply();
+    take_up_waiting();
+    if (const auto done = mover.step(mover_cycle(t_rx, true), footing.commanded_rad())) {
+      finish(*done);
+    }
+    record.set_commanded(footing.commanded_rad());
+    return reply(footing.next_deg(stream.cycle_s()));
   }
 
   std::string_view on_bad(WireError error, std::string_view bytes, TimePoint t_rx) {
     ++state.bad_packets;
     state.last_error = error;
-    const std::size_t shown = std::min(bytes.size(), sizeof state.last_bad - 1);
-    for (std::size_t i = 0; i < shown; ++i) {
-      state.last_bad[i] = bytes[i] >= ' ' && bytes[i] <= '~' ? bytes[i] : '.';
-    }
-    state.last_bad[shown] = '\0';
+    wire::show(bytes, state.last_bad);
     if (!frame.has_ipoc) return {};
     if (frame.only_ipoc && !linked()) {
       // RSI 2 opens a session so; its correction is 0, and it wants an answer.
-      session_start = true;
+      footing.session_starts();
       const std::array<double, kMaxAxes> zeros{};
       return format_sen(names(), std::span(zeros).first(axes()), config.decimals, stop_value(),
                         frame.ipoc.text.view(), buffer);
     }
-    if (!offset_known || !linked()) return {};
+    if (!linked()) return {};
+    if (!footing.known()) return unknown_offset_reply();
     // The sensor is heard, whatever the packet was like; the move does not advance.
     mover.listen(t_rx);
     return hold(t_rx);
   }
 
   std::string_view hold(TimePoint t_rx) {
-    if (const auto done = mover.step(mover_cycle(t_rx, false), commanded)) finish(*done);
-    return reply();
+    if (const auto done = mover.step(mover_cycle(t_rx, false), footing.commanded_rad())) {
+      finish(*done);
+    }
+    const bool answered_before = answered && *answered == frame.ipoc.value;
+    return reply(answered_before ? footing.again_deg() : footing.hold_deg());
   }
 
-  std::string_view reply() {
-    std::array<double, kMaxAxes> correction_deg{};
-    for (std::size_t i = 0; i < axes(); ++i) {
-      correction_deg[i] = (commanded[i] - base[i]) * kDegPerRad;
-    }
+  /// A wrong correction is a jump of the arm; no increment never is.
+  std::string_view unknown_offset_reply() {
+    take_up_waiting();  // to be refused: whoever asked for a move learns of it
+    return footing.may_hold_unknown() ? reply(footing.hold_deg()) : std::string_view{};
+  }
+
+  std::string_view reply(std::span<const double> values_deg) {
     const std::optional<int> stop = stop_value();
-    const std::string_view text = format_sen(names(), std::span(correction_deg).first(axes()),
-                                             config.decimals, stop, frame.ipoc.text.view(), buffer);
+    const std::string_view text =
+        format_sen(names(), values_deg, config.decimals, stop, frame.ipoc.text.view(), buffer);
     if (text.empty()) return text;
     ++state.replies;
-    ++session_replies;
+    if (delay.replies() == 0) delay.begin_answers(frame.delay);
+    delay.replied();
+    answered = frame.ipoc.value;
+    stop_low_sent = stop_low_sent || (stop && *stop == 0);
     stop_sent = stop_sent || (stop && *stop == 1);
-    memory.known = true;
-    for (std::size_t i = 0; i < axes(); ++i) sent[i] = commanded[i] - base[i];
     return text;
   }
 
   // ---- session ---------------------------------------------------------------------------------
 
   void begin_session() {
-    silence_before_s = state.waited_s;
-    start_pose.clear();
-    setpoint_follows = false;
     stream.reset();
     record.clear();
-    offset_known = false;
-    rereference_asked = false;
-    first_delay.reset();
-    session_replies = 0;
-    finder.begin(memory);
+    delay.begin_session();
+    footing.begin_session(state.waited_s);
+    answered.reset();
+    rereference_asked = stop_low_sent = state.refused_when_lost = false;
     state.link = RobotLink::kNotReferenced;
   }
 
   /// Packets have stopped, or are another session's.
   void lose(Cause cause, double a) {
     if (mover.busy()) finish(mover.abandon(cause, a));
-    if (pending) refuse(*pending, {cause, 0, a, 0.0});
-    pending.reset();
-    if (memory.known && offset_known) {
-      memory.sent_rad = sent;
-      memory.ipoc = state.ipoc;
-      memory.step = stream.step();
-      memory.seconds_per_ipoc = stream.seconds_per_ipoc();
-      memory.t_rx = last_rx;
-      memory.delay = last_delay;
-      memory.delay_counts = delay_counts;
-      memory.setpoint_follows = setpoint_follows;
-      memory.counts_packets = stream.counts_packets();
-      memory.actual_rad = record.newest().actual_rad;
-    }
+    if (const auto move = desk.take_waiting()) refuse(*move, {cause, 0, a, 0.0});
+    OffsetMemory link;
+    link.ipoc = state.ipoc;
+    link.step = stream.step();
+    link.seconds_per_ipoc = stream.seconds_per_ipoc();
+    link.t_rx = last_rx;
+    link.delay = delay.last();
+    link.delay_counts = delay.counts();
+    link.counts_packets = stream.counts_packets();
+    if (record.size() > 0) link.actual_rad = record.newest().actual_rad;
+    footing.remember(link);
     rereference_asked = false;
-    offset_known = false;
+    state.refused_when_lost = delay.refused(kRefusedWhenLost);
     state.link = RobotLink::kLost;
   }
 
-  /// ASPos is the pose at RSI_ON: where it changes, a new session began, or the KRL program moves
-  /// the arm itself. Either way the correction means something else now. Some simulators add the
-  /// correction to ASPos too: then it is where the last replies have commanded it to be.
-  bool start_pose_moved() {
-    const AxisAngles setpoint =
-        take_axes(frame.setpoint_axes_deg, frame.setpoint_external_deg, axes());
-    if (setpoint.size() != axes()) return false;
-    if (start_pose.empty()) start_pose = setpoint;
-    const double moved = most_difference(setpoint, start_pose);
-    if (moved <= kSamePoseRad || setpoint_follows) return false;
-    setpoint_follows = offset_known && mover.busy() &&
-                       most_difference(setpoint, commanded) <= kSamePoseRad &&
-                       most_difference(setpoint, actual()) <= kSamePoseRad;
-    return !setpoint_follows;
-  }
-
   /// Some peers send the same packet until it is answered: their arm rests.
-  void note_waiting(TimePoint t_rx) {
-    const AxisAngles at = actual();
-    if (waiting_at == at && waiting_ipoc == frame.ipoc.value) return;
-    waiting_at = at;
+  void note_waiting(const AxisAngles& actual, TimePoint t_rx) {
+    if (waiting_at == actual && waiting_ipoc == frame.ipoc.value) return;
+    waiting_at = actual;
     waiting_ipoc = frame.ipoc.value;
     waiting_since = t_rx;
   }
   bool peer_waits(TimePoint t_rx) const { return seconds(t_rx - waiting_since) >= kPeerWaitsS; }
 
-  bool find_offset(const AxisAngles& actual, TimePoint t_rx) {
-    OffsetEvidence evidence;
-    evidence.t_rx = t_rx;
-    evidence.ipoc = frame.ipoc.value;
-    evidence.actual_rad = actual;
-    const AxisAngles setpoint =
-        take_axes(frame.setpoint_axes_deg, frame.setpoint_external_deg, axes());
-    if (setpoint.size() == axes() && !memory.setpoint_follows) evidence.setpoint_rad = setpoint;
-    evidence.delay = frame.delay;
-    evidence.silence_before_s = silence_before_s;
-    evidence.session_start = session_start;
-    evidence.waits = peer_waits(t_rx);
-    verdict = finder.look(evidence);
-    if (verdict != OffsetVerdict::kKnown) return false;
-    session_start = false;
-    offset_known = true;
-    sent = finder.offset_rad();
-    first_delay = frame.delay;
-    follow_actual();
-    return true;
-  }
-
-  /// Not referenced: what is commanded is where the arm is, and the correction stays what it is.
-  void follow_actual() {
-    set_base(record.newest().actual_rad);
-    record.set_commanded(commanded);
-  }
-
-  void set_base(const AxisAngles& at_rad) {
-    commanded = base = at_rad;
-    for (std::size_t i = 0; i < axes(); ++i) base[i] -= sent[i];
-  }
-
   void try_reference() {
-    if (!rereference_asked || !fit_for_reference() || record.size() < 2 * kReferenceWindow) return;
-    const AxisAngles late = record.mean_actual_rad(0, kReferenceWindow);
-    const AxisAngles early = record.mean_actual_rad(kReferenceWindow, kReferenceWindow);
-    for (std::size_t i = 0; i < axes(); ++i) {
-      if (std::abs(late[i] - early[i]) > kReferenceStillRad) return;
-    }
-    set_base(late);
+    if (!rereference_asked || !fit_for_reference() || !record.rests(kReferenceWindow)) return;
+    footing.stand_at(record.mean_actual_rad(0, kReferenceWindow));
     rereference_asked = false;
     state.link = RobotLink::kReady;
   }
 
-  bool fit_for_reference() const { return stream.learnt() && !coarse() && !not_accepted(); }
-
+  bool fit_for_reference() const {
+    return stream.learnt() && !coarse() && !not_accepted() && !lacks_delay();
+  }
   bool coarse() const { return stream.decimals() < kFewestDecimals && !stream.decimals_unproven(); }
+  bool not_accepted() const { return delay.refused(kRefusedReplies); }
+  /// Without Delay nobody knows that an increment was lost.
+  bool lacks_delay() const { return relative() && footing.known() && !delay.last(); }
+  bool relative() const { return config.mode == CorrectionMode::kRelative; }
 
   void note_delay() {
-    if (!frame.delay) return;
-    if (last_delay && *frame.delay > *last_delay) {
-      const std::uint32_t more = *frame.delay - *last_delay;
-      delay_counts = true;
-      state.late += more;
-      if (mover.busy()) {
-        state.late_while_moving += more;
-        if (state.late_while_moving >= static_cast<std::uint32_t>(config.late_replies_limit)) {
-          mover.halt(MoveOutcome::kRobotSilent, Cause::kLateReplies, state.late_while_moving);
-        }
-      }
+    const std::uint32_t more = delay.note(frame.delay);
+    state.late += more;
+    if (more == 0 || !mover.busy()) return;
+    state.late_while_moving += more;
+    if (relative()) {
+      // The arm is not where the ledger has it, and never gets there by itself.
+      increments_lost = true;
+      mover.halt(MoveOutcome::kRobotSilent, Cause::kIncrementLost, state.late_while_moving);
+    } else if (state.late_while_moving >= static_cast<std::uint32_t>(config.late_replies_limit)) {
+      mover.halt(MoveOutcome::kRobotSilent, Cause::kLateReplies, state.late_while_moving);
     }
-    last_delay = frame.delay;
-  }
-
-  bool not_accepted() const {
-    return session_replies >= kRefusedReplies && first_delay && last_delay &&
-           *last_delay >= *first_delay &&
-           *last_delay - *first_delay + 2 >= session_replies;  // two are on their way
   }
 
   // ---- moves -----------------------------------------------------------------------------------
 
   void begin(const Move& move) {
-    if (pending || mover.busy()) {
+    if (desk.waiting() || mover.busy()) {
       refuse(move, {Cause::kBusy, 0, 0.0, 0.0});
     } else {
-      pending = move;
+      desk.wait(move);
     }
   }
 
-  void take_up_pending() {
-    if (!pending) return;
-    const Move move = *pending;
-    pending.reset();
-    if (ending) return refuse(move, {Cause::kClosing, 0, 0.0, 0.0});
-    if (!linked()) return refuse(move, {Cause::kNoPackets, 0, state.waited_s, 0.0});
-    if (not_accepted()) return refuse(move, {Cause::kNotAccepted, 0, 0.0, 0.0});
-    if (state.link != RobotLink::kReady) return refuse(move, {Cause::kNotReferenced, 0, 0.0, 0.0});
-    if (const auto objection = object_to(move, config, base)) return refuse(move, *objection);
+  void take_up_waiting() {
+    const auto move = desk.take_waiting();
+    if (!move) return;
+    if (ending) return refuse(*move, {Cause::kClosing, 0, 0.0, 0.0});
+    if (!linked()) return refuse(*move, {Cause::kNoPackets, 0, state.waited_s, 0.0});
+    if (not_accepted()) return refuse(*move, {Cause::kNotAccepted, 0, 0.0, 0.0});
+    if (state.link != RobotLink::kReady) return refuse(*move, {Cause::kNotReferenced, 0, 0.0, 0.0});
+    if (const auto objection = object_to(*move, config, footing.base_rad())) {
+      return refuse(*move, *objection);
+    }
     state.late_while_moving = 0;
-    if (const auto refusal = mover.start(move, commanded)) finish(*refusal);
+    if (const auto refusal = mover.start(*move, footing.commanded_rad())) finish(*refusal);
   }
 
   void refuse(const Move& move, const Objection& why, MoveOutcome outcome = MoveOutcome::kRefused) {
-    CoreResult refusal;
-    refusal.id = move.id;
-    refusal.outcome = outcome;
-    refusal.cause = why.cause;
-    refusal.axis = why.axis;
-    refusal.a = why.a;
-    refusal.b = why.b;
-    refusal.at_rad = commanded;
-    finish(refusal);
+    finish(refusal_of(move, why, footing.commanded_rad(), outcome));
   }
 
   void finish(CoreResult result) {
     result.ipoc = state.ipoc;
     // The pose is no longer what was commanded: somebody has to look before it moves again.
-    if (result.outcome == MoveOutcome::kNotFollowing && state.link == RobotLink::kReady) {
+    const bool lost_increments = increments_lost && !mover.busy();
+    if ((result.outcome == MoveOutcome::kNotFollowing || lost_increments) &&
+        state.link == RobotLink::kReady) {
       state.link = RobotLink::kNotReferenced;
     }
-    if (results.size() == results.capacity()) results.erase(results.begin());
-    results.push_back(result);
+    if (lost_increments) increments_lost = false;
+    desk.add(result);
   }
 
   void stop() {
-    if (pending) {
-      refuse(*pending, {Cause::kStopAsked, 0, 0.0, 0.0}, MoveOutcome::kStopped);
-      pending.reset();
+    if (const auto move = desk.take_waiting()) {
+      refuse(*move, {Cause::kStopAsked, 0, 0.0, 0.0}, MoveOutcome::kStopped);
     }
     mover.halt(MoveOutcome::kStopped, Cause::kStopAsked);
   }
@@ -353,16 +261,16 @@ struct RsiCore::Impl {
   // ---- small things ----------------------------------------------------------------------------
 
   std::size_t axes() const { return config.limits.size(); }
-  AxisAngles actual() const { return take_axes(frame.axes_deg, frame.external_deg, axes()); }
   bool linked() const {
     return state.link == RobotLink::kNotReferenced || state.link == RobotLink::kReady;
   }
   SenNames names() const {
     return {config.sentype, config.axis_tag, config.external_axis_tag, config.stop_tag};
   }
+  /// The STOP object acts on a rising edge: the controller has to see it low first.
   std::optional<int> stop_value() const {
     if (config.stop_tag.empty()) return std::nullopt;
-    return ending && !mover.busy() ? 1 : 0;
+    return ending && stop_low_sent && !mover.busy() ? 1 : 0;
   }
   MoverCycle mover_cycle(TimePoint now, bool advance) const {
     return {now, stream.cycle_s(), stream.seconds_per_ipoc(), advance};
@@ -385,21 +293,22 @@ struct RsiCore::Impl {
   void on_tick(TimePoint now) {
     note_time(now);
     check_silence();
-    if (!linked()) take_up_pending();
+    if (!linked()) take_up_waiting();
     refresh();
   }
 
   Trouble trouble() const {
     if (too_few_axes) return Trouble::kTooFewAxes;
-    if (!linked()) return Trouble::kNone;
-    if (!offset_known) {
-      return verdict == OffsetVerdict::kWaitForRest ? Trouble::kWaitingForRest
-                                                    : Trouble::kUnknownOffset;
-    }
+    if (!linked()) return state.refused_when_lost ? Trouble::kNotAccepted : Trouble::kNone;
     if (not_accepted()) return Trouble::kNotAccepted;
+    if (!footing.known()) {
+      if (footing.waits_for_rest()) return Trouble::kWaitingForRest;
+      return relative() ? Trouble::kUnknownSum : Trouble::kUnknownOffset;
+    }
     if (stream.odd_cycle()) return Trouble::kOddCycle;
     if (!stream.learnt()) return Trouble::kLearning;
     if (coarse()) return Trouble::kCoarse;
+    if (lacks_delay()) return Trouble::kNoDelay;
     return Trouble::kNone;
   }
 
@@ -408,6 +317,7 @@ struct RsiCore::Impl {
     state.moving = mover.busy();
     state.rereference_pending = rereference_asked;
     state.gaps = stream.gaps();
+    const AxisAngles& commanded = footing.commanded_rad();
     std::copy(commanded.begin(), commanded.end(), state.commanded_rad);
   }
 
@@ -416,37 +326,24 @@ struct RsiCore::Impl {
   RsiStream stream{config.silence_cycles};
   PositionRecord record;
   Mover mover;
-  OffsetFinder finder;
-  OffsetMemory memory;
-  OffsetVerdict verdict = OffsetVerdict::kUnknown;
+  RsiFooting footing;
+  DelayWatch delay;
+  MoveDesk desk;
 
   RobFrame frame;
   std::array<char, kRsiBuffer> buffer{};
   CoreState state;
   bool heard_time = false;
   TimePoint last_rx{};
-  double silence_before_s = 0.0;
-
-  bool offset_known = false;
-  bool session_start = false;
-  bool rereference_asked = false;
-  bool too_few_axes = false;
-  bool setpoint_follows = false;  // ASPos holds the correction, as with some simulators
-  AxisAngles waiting_at;          // the packet that came last, and since when it has been the same
+  std::optional<std::uint32_t> answered;  // IPOC of the last reply
+  AxisAngles waiting_at;  // the packet that came last, and since when it has been the same
   std::uint32_t waiting_ipoc = 0;
   TimePoint waiting_since{};
-  AxisAngles start_pose;                                         // ASPos of this session
-  AxisAngles sent = AxisAngles(config.limits.size(), 0.0);       // correction in the last reply
-  AxisAngles base = AxisAngles(config.limits.size(), 0.0);       // pose at correction 0
-  AxisAngles commanded = AxisAngles(config.limits.size(), 0.0);  // base + correction
 
-  std::optional<std::uint32_t> last_delay, first_delay;
-  bool delay_counts = false;
-  std::uint64_t session_replies = 0;
-
-  std::optional<Move> pending;
-  bool ending = false, stop_sent = false;
-  boost::container::static_vector<CoreResult, kResultDepth> results;
+  bool rereference_asked = false;
+  bool too_few_axes = false;
+  bool increments_lost = false;  // relative: a reply of this move was not taken
+  bool ending = false, stop_low_sent = false, stop_sent = false;
 };
 
 RsiCore::RsiCore(RsiConfig config, ContactGuard* guard)
@@ -475,14 +372,7 @@ void RsiCore::end_session() {
 }
 
 bool RsiCore::end_sent() const { return impl_->stop_sent; }
-
-std::optional<CoreResult> RsiCore::take_result() {
-  auto& results = impl_->results;
-  if (results.empty()) return std::nullopt;
-  const CoreResult oldest = results.front();
-  results.erase(results.begin());
-  return oldest;
-}
+std::optional<CoreResult> RsiCore::take_result() { return impl_->desk.take_result(); }
 
 std::optional<MoveResult> RsiCore::poll() {
   const auto result = take_result();

@@ -4,6 +4,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "drivers/kuka/follow_watch.h"
+#include "drivers/kuka/move_desk.h"
+
 namespace cellcal::drivers {
 namespace {
 
@@ -36,19 +39,14 @@ void Mover::listen(TimePoint now) {
 
 std::optional<CoreResult> Mover::start(const Move& move, const AxisAngles& commanded_rad) {
   if (const auto why = ear_.refusal(move)) {
-    CoreResult refusal;
-    refusal.id = move.id;
-    refusal.outcome = why->outcome;
-    refusal.cause = why->cause;
-    refusal.a = why->a;
-    refusal.b = why->b;
-    refusal.at_rad = commanded_rad;
-    return refusal;
+    return refusal_of(move, {why->cause, 0, why->a, why->b}, commanded_rad, why->outcome);
   }
   ear_.begin();
   move_ = move;
   line_ = LineMove(commanded_rad, move.target_rad, config_.limits, move.cruise_s);
   t_s_ = 0.0;
+  in_motion_ = true;
+  braking_ = false;
   phase_ = Phase::kTravelling;
   outcome_ = MoveOutcome::kArrived;
   cause_ = Cause::kNone;
@@ -61,24 +59,34 @@ std::optional<CoreResult> Mover::start(const Move& move, const AxisAngles& comma
   return std::nullopt;
 }
 
-void Mover::freeze(Phase next, MoveOutcome outcome, Cause cause, double a) {
+void Mover::end_travel(Phase next, MoveOutcome outcome, Cause cause, double a) {
   phase_ = next;
   outcome_ = outcome;
   cause_ = cause;
   a_ = a;
   settling_s_ = 0.0;
   settling_cycles_ = 0;
+  brake();
+}
+
+void Mover::brake() {
+  if (!in_motion_ || braking_) return;
+  if (line_.fastest_axis_rad_s(t_s_) <= kProbingSpeedRadS) {
+    in_motion_ = false;
+    return;
+  }
+  if (searching()) {
+    line_.brake_within(t_s_, std::max(kSearchRampS, 3 * cycle_s_));
+  } else {
+    line_.brake_at(t_s_);
+  }
+  braking_ = true;
+  t_s_ = 0.0;
 }
 
 void Mover::halt(MoveOutcome outcome, Cause cause, double a) {
   if (phase_ == Phase::kIdle || phase_ == Phase::kVerdict || !ends_well()) return;
-  const bool fast = phase_ == Phase::kTravelling &&
-                    line_.fastest_axis_rad_s(t_s_) > kProbingSpeedRadS && !searching();
-  freeze(fast ? Phase::kBraking : Phase::kSettling, outcome, cause, a);
-  if (fast) {
-    line_.brake_at(t_s_);
-    t_s_ = 0.0;
-  }
+  end_travel(Phase::kSettling, outcome, cause, a);
 }
 
 CoreResult Mover::abandon(Cause cause, double a) {
@@ -107,26 +115,26 @@ CoreResult Mover::result(const AxisAngles& commanded_rad) {
 void Mover::watch_search(TimePoint now) {
   const ContactSnapshot& sensor = ear_.heard().snapshot;
   if (ear_.heard().trip || ear_.heard().contact || ear_.heard().revoked || sensor.in_contact) {
-    freeze(Phase::kVerdict, MoveOutcome::kContact, Cause::kNone);
-    frozen_at_ = now;
+    end_travel(Phase::kVerdict, MoveOutcome::kContact, Cause::kNone);
+    stopped_at_ = now;
   } else if (!sensor.alive) {
-    freeze(Phase::kSettling, MoveOutcome::kContactSilent, Cause::kSensorDead);
+    end_travel(Phase::kSettling, MoveOutcome::kContactSilent, Cause::kSensorDead);
   } else if (!sensor.armed || sensor.arm_id != move_.arm_id) {
-    freeze(Phase::kSettling, MoveOutcome::kContactSilent, Cause::kArmExpired);
+    end_travel(Phase::kSettling, MoveOutcome::kContactSilent, Cause::kArmExpired);
   }
 }
 
 void Mover::await_verdict(TimePoint now) {
   if (ear_.heard().contact) {
     contact_ = ear_.heard().contact;
-    freeze(Phase::kSettling, MoveOutcome::kContact, Cause::kNone);
+    end_travel(Phase::kSettling, MoveOutcome::kContact, Cause::kNone);
   } else if (ear_.heard().revoked) {
-    freeze(Phase::kSettling, MoveOutcome::kRevoked, Cause::kNone);
+    end_travel(Phase::kSettling, MoveOutcome::kRevoked, Cause::kNone);
   } else if (!ear_.heard().snapshot.alive) {
-    freeze(Phase::kSettling, MoveOutcome::kContactSilent, Cause::kSensorDead);
-  } else if (now - frozen_at_ > kVerdictLimit) {
-    freeze(Phase::kSettling, MoveOutcome::kContactSilent, Cause::kTripUnconfirmed,
-           seconds(now - frozen_at_));
+    end_travel(Phase::kSettling, MoveOutcome::kContactSilent, Cause::kSensorDead);
+  } else if (now - stopped_at_ > kVerdictLimit) {
+    end_travel(Phase::kSettling, MoveOutcome::kContactSilent, Cause::kTripUnconfirmed,
+               seconds(now - stopped_at_));
   }
 }
 
@@ -140,28 +148,23 @@ void Mover::watch_other(TimePoint now) {
 }
 
 void Mover::watch_following(const MoverCycle& cycle) {
-  if (phase_ != Phase::kTravelling && phase_ != Phase::kBraking) return;
-  const auto window =
-      static_cast<std::size_t>(std::ceil(config_.follow_window_s / cycle.cycle_s)) + 1;
-  const double tolerance_rad = config_.follow_tolerance_deg * kRadPerDeg;
-  const PositionRecord::Sample& newest = record_.newest();
-  for (std::size_t i = 0; i < newest.actual_rad.size(); ++i) {
-    const PositionRecord::Range range = record_.commanded_range_rad(i, window);
-    const double actual = newest.actual_rad[i];
-    if (actual < range.min - tolerance_rad || actual > range.max + tolerance_rad) {
-      // Replies that are not heard any more look the same; what stopped it first is the cause.
-      if (!ends_well()) return freeze(Phase::kSettling, outcome_, cause_, a_);
-      // Whatever the arm does, more of the same command does not help: hold.
-      freeze(Phase::kSettling, MoveOutcome::kNotFollowing, Cause::kAxisNotFollowing,
-             newest.commanded_rad[i] * kDegPerRad);
-      axis_ = static_cast<std::uint8_t>(i);
-      b_ = actual * kDegPerRad;
-      return;
-    }
+  // After a contact there is something in the way, and not following is no news.
+  if (phase_ == Phase::kVerdict || outcome_ == MoveOutcome::kContact ||
+      outcome_ == MoveOutcome::kNotFollowing) {
+    return;
+  }
+  if (const auto fault = follow_fault(record_, config_, cycle.cycle_s)) {
+    // Replies that are not heard any more look the same; what stopped it first is the cause.
+    if (!ends_well()) return end_travel(Phase::kSettling, outcome_, cause_, a_);
+    // Whatever the arm does, more of the same command does not help.
+    end_travel(Phase::kSettling, MoveOutcome::kNotFollowing, fault->cause, fault->a);
+    axis_ = fault->axis;
+    b_ = fault->b;
   }
 }
 
 std::optional<CoreResult> Mover::step(const MoverCycle& cycle, AxisAngles& commanded_rad) {
+  cycle_s_ = cycle.cycle_s;
   if (!busy()) return std::nullopt;
   if (searching()) {
     if (ends_well() && phase_ != Phase::kVerdict) watch_search(cycle.now);
@@ -170,15 +173,12 @@ std::optional<CoreResult> Mover::step(const MoverCycle& cycle, AxisAngles& comma
     watch_other(cycle.now);
   }
   if (!cycle.advance) return std::nullopt;
-  watch_following(cycle);
-  if (phase_ == Phase::kTravelling || phase_ == Phase::kBraking) {
+  if (in_motion_) watch_following(cycle);
+  if (in_motion_) {
     t_s_ += cycle.cycle_s;
     commanded_rad = line_.at(t_s_);
-    if (t_s_ >= line_.duration_s()) {
-      settling_s_ = 0.0;
-      settling_cycles_ = 0;
-      phase_ = Phase::kSettling;
-    }
+    in_motion_ = t_s_ < line_.duration_s();
+    if (!in_motion_ && phase_ == Phase::kTravelling) phase_ = Phase::kSettling;
     return std::nullopt;
   }
   if (phase_ == Phase::kSettling) return settle(cycle, commanded_rad);
@@ -193,33 +193,23 @@ std::optional<CoreResult> Mover::settle(const MoverCycle& cycle, const AxisAngle
   const auto count = static_cast<std::size_t>(window);
   const AxisAngles late = record_.mean_actual_rad(0, count);
   const AxisAngles early = record_.mean_actual_rad(count, count);
-  double moved = 0.0, astray = 0.0;
-  std::uint8_t moved_axis = 0, astray_axis = 0;
-  for (std::size_t i = 0; i < late.size(); ++i) {
-    if (std::abs(late[i] - early[i]) > moved) {
-      moved = std::abs(late[i] - early[i]);
-      moved_axis = static_cast<std::uint8_t>(i);
-    }
-    if (std::abs(late[i] - commanded_rad[i]) > astray) {
-      astray = std::abs(late[i] - commanded_rad[i]);
-      astray_axis = static_cast<std::uint8_t>(i);
-    }
-  }
-  const bool at_rest = moved <= kSettledRad;
-  const bool followed = astray <= config_.follow_tolerance_deg * kRadPerDeg;
+  const AxisDistance moved = farthest_axis(late, early);
+  const AxisDistance astray = farthest_axis(late, commanded_rad);
+  const bool at_rest = moved.rad <= kSettledRad;
+  const bool followed = astray.rad <= config_.follow_tolerance_deg * kRadPerDeg;
   const bool time_is_up = settling_s_ >= kSettleLimitS;
   // What arrived must be where it was commanded to; for what was stopped rest is enough.
   if (!time_is_up && !(at_rest && (followed || !ends_well()))) return std::nullopt;
   if (ends_well() && !followed) {
     outcome_ = MoveOutcome::kNotFollowing;
     cause_ = Cause::kAxisNotFollowing;
-    axis_ = astray_axis;
-    a_ = commanded_rad[astray_axis] * kDegPerRad;
-    b_ = late[astray_axis] * kDegPerRad;
+    axis_ = astray.axis;
+    a_ = commanded_rad[astray.axis] * kDegPerRad;
+    b_ = late[astray.axis] * kDegPerRad;
   } else if (!at_rest && cause_ == Cause::kNone) {
     cause_ = Cause::kNotSettled;
-    axis_ = moved_axis;
-    a_ = moved * kDegPerRad;
+    axis_ = moved.axis;
+    a_ = moved.rad * kDegPerRad;
     b_ = settling_s_;
   }
   if (outcome_ == MoveOutcome::kContact) fill_latch(cycle, late);
@@ -261,7 +251,7 @@ void Mover::fill_latch(const MoverCycle& cycle, const AxisAngles& settled_rad) {
   latch.settled_rad = settled_rad;
   latch.contact_time = contact_->first_edge;
   latch.time_sigma_s = contact_->time_sigma_s;
-  latch.reaction_s = seconds(frozen_at_ - contact_->first_edge);
+  latch.reaction_s = seconds(stopped_at_ - contact_->first_edge);
   latch.bounces = contact_->bounces;
   latch_ = latch;
 }

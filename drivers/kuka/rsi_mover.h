@@ -3,11 +3,12 @@
 //
 //   travelling --end--> settling --rest--> result
 //       |  trip (search)
-//       +--> verdict (frozen) --contact, revoked, silence of the sensor--> settling
-//       +--> braking (other stops at speed) --> settling
+//       +--> verdict (stopped) --contact, revoked, silence of the sensor--> settling
+//       +--> settling (other stops)
 //
-// A search freezes in the reply that is being made; every other stop does so up to probing speed,
-// and brakes on the same line with the jerk limit above it.
+// Every stop takes effect in the reply that is being made. Up to probing speed it is a freeze.
+// Above it the arm brakes on the same line: a search within a few cycles, whatever the limits;
+// other moves as soon as their jerk limit allows.
 
 #include <cstdint>
 #include <optional>
@@ -24,6 +25,9 @@ namespace cellcal::drivers {
 /// Up to this speed of the fastest axis a stop is a freeze: 40 mm/s at 1.2 m of reach, a step in
 /// velocity that the servos take without a word (0.008 deg per cycle of 4 ms).
 inline constexpr double kProbingSpeedRadS = 0.035;
+/// A search that is faster than that comes to rest within this time or three cycles, whichever is
+/// longer: half a degree per second of speed presses 0.005 deg further than a freeze.
+inline constexpr double kSearchRampS = 0.020;
 
 struct MoverCycle {
   TimePoint now{};
@@ -50,11 +54,12 @@ class Mover {
   CoreResult abandon(Cause cause, double a);
 
  private:
-  enum class Phase { kIdle, kTravelling, kBraking, kVerdict, kSettling };
+  enum class Phase { kIdle, kTravelling, kVerdict, kSettling };
 
   bool ends_well() const { return outcome_ == MoveOutcome::kArrived; }
   bool searching() const { return move_.kind == MoveKind::kSearch; }
-  void freeze(Phase next, MoveOutcome outcome, Cause cause, double a = 0.0);
+  void end_travel(Phase next, MoveOutcome outcome, Cause cause, double a = 0.0);
+  void brake();
   void watch_search(TimePoint now);
   void watch_other(TimePoint now);
   void await_verdict(TimePoint now);
@@ -71,11 +76,13 @@ class Mover {
   Move move_;
   LineMove line_;
   double t_s_ = 0.0;
+  bool in_motion_ = false, braking_ = false;  ///< on the line
+  double cycle_s_ = 0.0;
   MoveOutcome outcome_ = MoveOutcome::kArrived;
   Cause cause_ = Cause::kNone;
   std::uint8_t axis_ = 0;
   double a_ = 0.0, b_ = 0.0;
-  TimePoint frozen_at_{};
+  TimePoint stopped_at_{};
   double settling_s_ = 0.0;
   int settling_cycles_ = 0;
   std::optional<ContactEvent> contact_;

@@ -30,11 +30,18 @@ std::string trouble_words(const CoreState& s, const ReportNames& names) {
              "guess would make the arm jump; let RSI time out and start it anew on the pendant, "
              "and "
              "wire DEF_ASPos and DEF_Delay into the ethernet XML";
+    case Trouble::kUnknownSum:
+      return "the correction that the controller holds cannot be known, so neither can what is "
+             "left of it: start RSI anew on the pendant, or wire DEF_ASPos into the ethernet XML";
+    case Trouble::kNoDelay:
+      return "mode RELATIVE without Delay: an increment that is lost would not be noticed; wire "
+             "DEF_Delay into the ethernet XML";
     case Trouble::kNotAccepted:
       return fmt::format(
-          "the controller counts every reply as late: SENTYPE or IPOC is not "
-          "accepted; this side sends SENTYPE \"{}\"",
-          names.sentype);
+          "SENTYPE or IPOC is not accepted: the controller counts every reply as late (Delay grows "
+          "with each of {}); this side sends SENTYPE \"{}\" and the IPOC that came, so compare "
+          "SENTYPE in the ethernet XML",
+          s.replies, names.sentype);
   }
   return "unknown trouble";
 }
@@ -43,8 +50,9 @@ std::string link_words(const CoreState& s, const ReportNames& names) {
   if (s.link == RobotLink::kDown) {
     return fmt::format(
         "no packet in {:.1f} s on {}: check that RSI runs on the pendant, IP_NUMBER and PORT of "
-        "the ethernet XML, the cable and the subnet (not 192.168.0.x), the firewall, and that no "
-        "other program listens",
+        "the ethernet XML, the cable and the subnet (not 192.168.0.x), the firewall, that no other "
+        "program listens, and, where this computer or its network card is new, a cold start of the "
+        "controller (it keeps the old hardware address)",
         s.waited_s, names.listening);
   }
   if (s.link == RobotLink::kLost) {
@@ -76,6 +84,11 @@ RobotState to_robot_state(const CoreState& s, const ReportNames& names) {
   state.late = s.late;
   add(state.words, link_words(s, names));
   add(state.words, trouble_words(s, names));
+  if (s.late > 0) {
+    add(state.words, fmt::format("{} of {} replies came late: check the load of this computer, "
+                                 "real-time priority, and the network",
+                                 s.late, s.replies));
+  }
   if (s.bad_packets > 0) {
     add(state.words, fmt::format("{} damaged packets, the last: {}, \"{}\"", s.bad_packets,
                                  to_string(s.last_error), s.last_bad));

@@ -20,6 +20,8 @@ enum class Trouble : std::uint8_t {
   kTooFewAxes,
   kWaitingForRest,  ///< correction not known while the arm moves
   kUnknownOffset,   ///< correction that the controller holds cannot be known: no reply
+  kUnknownSum,      ///< likewise, relative: replies hold the arm, and no reference is taken
+  kNoDelay,         ///< relative without Delay: lost increments would not be noticed
   kNotAccepted,     ///< Delay grows with every reply
 };
 
@@ -29,6 +31,7 @@ struct CoreState {
   Trouble trouble = Trouble::kNone;
   bool moving = false;
   bool rereference_pending = false;
+  bool refused_when_lost = false;  ///< the session that was lost had taken none of the replies
   std::uint8_t axes = 0;
   WireError last_error = WireError::kNone;
   double actual_rad[kMaxAxes] = {};

@@ -8,12 +8,9 @@
 #include <boost/asio/ip/udp.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>
-#include <boost/lockfree/spsc_queue.hpp>
-#include <deque>
-#include <future>
 
 #include "drivers/error.h"
-#include "drivers/kuka/seqlock.h"
+#include "drivers/kuka/robot_shell.h"
 
 namespace cellcal::drivers {
 namespace {
@@ -22,25 +19,9 @@ namespace asio = boost::asio;
 using asio::ip::udp;
 using boost::system::error_code;
 
-// Silence has to be seen within a cycle of 4 ms, and commands be heard without packets.
-constexpr std::chrono::milliseconds kTick{2};
 // Datagrams looked at in one go; a flood must not keep the tick from running.
 constexpr int kDrainLimit = 64;
 constexpr std::chrono::seconds kCloseLimit{2};
-constexpr std::size_t kQueueDepth = 64;
-
-struct Command {
-  enum class Kind { kBegin, kStop, kRereference } kind = Kind::kStop;
-  std::uint32_t session = 0;  // a command left over from a closed link must not reach the next
-  Move move;
-};
-
-MoveResult refused(const Move& move, const char* why) {
-  MoveResult result;
-  result.id = move.id;
-  result.detail = why;
-  return result;
-}
 
 }  // namespace
 
@@ -53,7 +34,7 @@ struct RsiRobot::Impl : std::enable_shared_from_this<RsiRobot::Impl> {
   // ---- session's thread ------------------------------------------------------------------------
 
   void open() {
-    if (is_open.load()) {
+    if (shell.is_open()) {
       throw DriverError(fmt::format("RSI on UDP {}:{} is open, or still being closed",
                                     config.bind_address, config.port));
     }
@@ -77,52 +58,41 @@ struct RsiRobot::Impl : std::enable_shared_from_this<RsiRobot::Impl> {
     bound_port = fresh.local_endpoint().port();
     listening = fmt::format("UDP {}:{}", config.bind_address, bound_port.load());
     auto fresh_core = std::make_unique<RsiCore>(config, guard);
-    snapshot.store(fresh_core->core_state());
-    ++asked_session;
-    is_open = true;
-    asio::post(context, [self = shared_from_this(), number = asked_session,
-                         opened = std::move(fresh), started = std::move(fresh_core)]() mutable {
+    const std::uint32_t number = shell.open(fresh_core->core_state());
+    asio::post(context, [self = shared_from_this(), number, opened = std::move(fresh),
+                         started = std::move(fresh_core)]() mutable {
       self->start(number, std::move(opened), std::move(started));
     });
-  }
-
-  void send(const Command& command) {
-    if (!commands.push(command)) stop_anyway = true;  // never lose a stop
   }
 
   // ---- I/O thread ------------------------------------------------------------------------------
 
   void start(std::uint32_t number, udp::socket opened, std::unique_ptr<RsiCore> started) {
-    session = number;
+    shell.start(number);
     socket = std::move(opened);
     core = std::move(started);
     peer = udp::endpoint();
     locked = ending = false;
     wait_for_packet();
     timer.expires_at(std::chrono::steady_clock::now());
-    wait_for_tick();
-  }
-
-  bool is_current(std::uint32_t number) const { return number == session && socket.is_open(); }
-
-  void wait_for_packet() {
-    socket.async_wait(udp::socket::wait_read,
-                      [self = shared_from_this(), number = session](const error_code& error) {
-                        if (error || !self->is_current(number)) return;
-                        self->drain();
-                        self->wait_for_packet();
-                      });
-  }
-
-  void wait_for_tick() {
-    timer.async_wait([self = shared_from_this(), number = session](const error_code& error) {
-      if (error || !self->is_current(number)) return;
+    keep_ticking(timer, [self = shared_from_this(), number] {
+      if (!self->is_current(number)) return false;
       self->drain();
       self->tick();
-      if (!self->socket.is_open()) return;
-      // From now, not from the last expiry: ticks that were missed are not made up for.
-      self->timer.expires_after(kTick);
-      self->wait_for_tick();
+      return self->socket.is_open();
+    });
+  }
+
+  bool is_current(std::uint32_t number) const {
+    return shell.is_current(number) && socket.is_open();
+  }
+
+  void wait_for_packet() {
+    socket.async_wait(udp::socket::wait_read, [self = shared_from_this(),
+                                               number = shell.opening()](const error_code& error) {
+      if (error || !self->is_current(number)) return;
+      self->drain();
+      self->wait_for_packet();
     });
   }
 
@@ -163,7 +133,7 @@ struct RsiRobot::Impl : std::enable_shared_from_this<RsiRobot::Impl> {
       t_rx = now;
     }
     if (size == 0) return;
-    obey();
+    shell.obey(*core);
     const std::string_view reply = core->on_datagram({newest.data(), size}, t_rx);
     if (!reply.empty()) {
       error_code error;
@@ -179,46 +149,19 @@ struct RsiRobot::Impl : std::enable_shared_from_this<RsiRobot::Impl> {
       peer = newest_from;
       locked = true;
     }
-    publish();
+    shell.publish(*core);
   }
 
   void tick() {
-    obey();
+    shell.obey(*core);
     const TimePoint now = std::chrono::steady_clock::now();
     core->on_tick(now);
-    publish();
+    shell.publish(*core);
     if (ending) {
       const bool silent = !linked();
       const bool nothing_to_send = config.stop_tag.empty() && !core->core_state().moving;
       if (silent || nothing_to_send || now > close_by) shut();
     }
-  }
-
-  void obey() {
-    commands.consume_all([this](const Command& command) {
-      if (command.session != session) return;
-      switch (command.kind) {
-        case Command::Kind::kBegin:
-          core->begin(command.move);
-          break;
-        case Command::Kind::kStop:
-          core->stop();
-          break;
-        case Command::Kind::kRereference:
-          core->rereference();
-          break;
-      }
-    });
-    if (stop_anyway.exchange(false)) core->stop();
-  }
-
-  void publish() {
-    while (results.write_available() > 0) {
-      const auto result = core->take_result();
-      if (!result) break;
-      results.push(*result);
-    }
-    snapshot.store(core->core_state());
   }
 
   void end() {
@@ -233,7 +176,7 @@ struct RsiRobot::Impl : std::enable_shared_from_this<RsiRobot::Impl> {
     timer.cancel(ignored_on_purpose);
     socket.close(ignored_on_purpose);
     bound_port = 0;
-    is_open = false;
+    shell.closed();
   }
 
   asio::io_context& context;
@@ -244,7 +187,6 @@ struct RsiRobot::Impl : std::enable_shared_from_this<RsiRobot::Impl> {
   std::unique_ptr<RsiCore> core;
 
   udp::endpoint peer, newest_from;
-  std::uint32_t session = 0;
   bool locked = false;
   bool ending = false;
   TimePoint close_by{};
@@ -257,52 +199,32 @@ struct RsiRobot::Impl : std::enable_shared_from_this<RsiRobot::Impl> {
   };
   Buffer newest, spare;
 
-  boost::lockfree::spsc_queue<Command, boost::lockfree::capacity<kQueueDepth>> commands;
-  boost::lockfree::spsc_queue<CoreResult, boost::lockfree::capacity<kQueueDepth>> results;
-  std::atomic<bool> stop_anyway{false};
-  Seqlock<CoreState> snapshot;
+  RobotShell<RsiCore> shell;
   ReplyHistogram times;
   std::atomic<std::uint64_t> foreign{0}, unsent{0};
   std::atomic<std::uint32_t> foreign_from{0};
-  std::atomic<bool> is_open{false};
   std::atomic<std::uint16_t> bound_port{0};
 
-  // Session's thread alone.
-  std::uint32_t asked_session = 0;
-  std::string listening;
-  std::deque<MoveResult> refusals;
+  std::string listening;  // session's thread alone
 };
 
 RsiRobot::RsiRobot(asio::io_context& context, RsiConfig config, ContactGuard* guard)
     : impl_(std::make_shared<Impl>(context, std::move(config), guard)) {}
 
 RsiRobot::~RsiRobot() {
-  if (!impl_->is_open.load()) return;
-  const auto done = std::make_shared<std::promise<void>>();
-  const auto closed = done->get_future();
-  asio::post(impl_->context, [impl = impl_, done] {
-    impl->shut();
-    done->set_value();
-  });
-  // A stopped context runs no handler any more: then nothing else uses the robot either.
-  constexpr std::chrono::milliseconds kLook{5};
-  while (closed.wait_for(kLook) != std::future_status::ready) {
-    if (!impl_->context.stopped()) continue;
-    impl_->shut();
-    break;
-  }
+  if (impl_->shell.is_open()) shut_and_wait(impl_->context, impl_);
 }
 
 void RsiRobot::open() { impl_->open(); }
 
 RobotState RsiRobot::state() const {
-  if (!impl_->is_open.load()) {
+  if (!impl_->shell.is_open()) {
     RobotState state;
     state.words = "the link to the controller is closed";
     return state;
   }
   RobotState state =
-      to_robot_state(impl_->snapshot.load(), {impl_->listening, impl_->config.sentype});
+      to_robot_state(impl_->shell.state(), {impl_->listening, impl_->config.sentype});
   const auto add = [&](const std::string& words) {
     if (!state.words.empty()) state.words += ". ";
     state.words += words;
@@ -318,38 +240,17 @@ RobotState RsiRobot::state() const {
   return state;
 }
 
-void RsiRobot::rereference() {
-  if (impl_->is_open.load()) impl_->send({Command::Kind::kRereference, impl_->asked_session, {}});
-}
-
-void RsiRobot::begin(const Move& move) {
-  if (!impl_->is_open.load()) {
-    impl_->refusals.push_back(refused(move, "the link to the controller is closed"));
-  } else if (!impl_->commands.push({Command::Kind::kBegin, impl_->asked_session, move})) {
-    impl_->refusals.push_back(refused(move, "too many moves at once: one at a time"));
-  }
-}
-
-void RsiRobot::stop() {
-  if (impl_->is_open.load()) impl_->send({Command::Kind::kStop, impl_->asked_session, {}});
-}
-
-std::optional<MoveResult> RsiRobot::poll() {
-  if (!impl_->refusals.empty()) {
-    MoveResult oldest = std::move(impl_->refusals.front());
-    impl_->refusals.pop_front();
-    return oldest;
-  }
-  CoreResult result;
-  if (!impl_->results.pop(result)) return std::nullopt;
-  return to_move_result(result);
-}
+void RsiRobot::rereference() { impl_->shell.rereference(); }
+void RsiRobot::begin(const Move& move) { impl_->shell.begin(move); }
+void RsiRobot::stop() { impl_->shell.stop(); }
+std::optional<MoveResult> RsiRobot::poll() { return impl_->shell.poll(); }
 
 void RsiRobot::close() {
-  if (!impl_->is_open.load()) return;
+  if (!impl_->shell.is_open()) return;
   asio::post(impl_->context, [impl = impl_] { impl->end(); });
 }
 
+bool RsiRobot::is_open() const { return impl_->shell.is_open(); }
 std::uint16_t RsiRobot::port() const { return impl_->bound_port.load(); }
 const ReplyHistogram& RsiRobot::reply_times() const { return impl_->times; }
 std::uint64_t RsiRobot::foreign_packets() const { return impl_->foreign.load(); }

@@ -39,6 +39,7 @@ class RsiRobot final : public Robot {
   /// Rest, Stop, then replies until the controller is silent (at most 2 s); returns at once.
   void close() override;
 
+  bool is_open() const;        ///< until the close has ended
   std::uint16_t port() const;  ///< bound port, 0 while closed
   /// Datagram taken from the socket to reply handed back to it. Any thread.
   const ReplyHistogram& reply_times() const;

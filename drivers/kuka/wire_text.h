@@ -22,6 +22,16 @@ inline bool same_name(std::string_view a, std::string_view b) {
   return true;
 }
 
+/// How damaged input begins, for people: printable characters, the others as dots.
+template <std::size_t N>
+void show(std::string_view bytes, char (&text)[N]) {
+  const std::size_t shown = std::min(bytes.size(), N - 1);
+  for (std::size_t i = 0; i < shown; ++i) {
+    text[i] = bytes[i] >= ' ' && bytes[i] <= '~' ? bytes[i] : '.';
+  }
+  text[shown] = '\0';
+}
+
 inline std::string_view trim(std::string_view text) {
   constexpr std::string_view kSpace = " \t\r\n";
   const auto first = text.find_first_not_of(kSpace);

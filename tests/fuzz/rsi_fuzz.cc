@@ -23,8 +23,10 @@ void require_finite(const AxisAngles& values) {
   for (const double value : values) require(std::isfinite(value), "a value that is not finite");
 }
 
-RsiConfig config() {
+RsiConfig config(CorrectionMode mode) {
   RsiConfig c;
+  c.mode = mode;
+  c.hold_on = mode == CorrectionMode::kAbsolute;
   c.limits.assign(6, {-3.0, 3.0, 1.0, 5.0, 50.0});
   c.correction_limit_deg.assign(6, 10.0);
   return c;
@@ -44,19 +46,24 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   SenFrame sen;
   if (parser.parse_sen(bytes, {}, sen) == WireError::kNone) require_finite(sen.axes_deg);
 
-  // Twice: as the first packet, and within a session.
-  RsiCore core(config(), nullptr);
-  const TimePoint t{std::chrono::seconds(1)};
-  core.on_tick(t);
-  const std::string_view first = core.on_datagram(bytes, t + std::chrono::seconds(1));
-  if (!first.empty()) {
-    SenFrame reply;
-    require(parser.parse_sen(first, {}, reply) == WireError::kNone, "a reply that is no <Sen>");
-    require_finite(reply.axes_deg);
-    require(reply.ipoc.text.view() == rob.ipoc.text.view(), "another IPOC");
+  for (const CorrectionMode mode : {CorrectionMode::kAbsolute, CorrectionMode::kRelative}) {
+    // Twice: as the first packet, and within a session.
+    RsiCore core(config(mode), nullptr);
+    const TimePoint t{std::chrono::seconds(1)};
+    core.on_tick(t);
+    for (const auto later : {std::chrono::milliseconds(1000), std::chrono::milliseconds(1004)}) {
+      const std::string_view answer = core.on_datagram(bytes, t + later);
+      if (answer.empty()) continue;
+      SenFrame reply;
+      require(parser.parse_sen(answer, {}, reply) == WireError::kNone, "a reply that is no <Sen>");
+      require_finite(reply.axes_deg);
+      require(reply.ipoc.text.view() == rob.ipoc.text.view(), "another IPOC");
+      for (const double increment : reply.axes_deg) {
+        require(mode == CorrectionMode::kAbsolute || increment == 0.0, "an increment unasked for");
+      }
+    }
+    core.on_tick(t + std::chrono::seconds(3));
+    require(core.state().link != RobotLink::kReady, "ready without a reference");
   }
-  core.on_datagram(bytes, t + std::chrono::milliseconds(1004));
-  core.on_tick(t + std::chrono::seconds(3));
-  require(core.state().link != RobotLink::kReady, "ready without a reference");
   return 0;
 }

@@ -48,6 +48,18 @@ TEST(a_configuration, is_read_in_its_units) {
   ASSERT_EQ(config.mock.start_rad.size(), 1u);
 }
 
+TEST(a_configuration, of_mode_relative_reaches_adapter_and_controllers_files) {
+  const DaemonConfig usual = parse_config(kRsi, "d.toml");
+  EXPECT_EQ(usual.rsi.mode, drivers::CorrectionMode::kAbsolute);
+  EXPECT_TRUE(usual.rsi.hold_on);
+  const DaemonConfig config =
+      parse_config(kRsi + "[rsi]\nmode = \"relative\"\nlongest_lag_ms = 40\n", "d.toml");
+  EXPECT_EQ(config.rsi.mode, drivers::CorrectionMode::kRelative);
+  EXPECT_FALSE(config.rsi.hold_on);
+  EXPECT_EQ(config.rsi_files.mode, drivers::CorrectionMode::kRelative);
+  EXPECT_DOUBLE_EQ(config.rsi.longest_lag_s, 0.04);
+}
+
 struct Wrong {
   std::string text;
   const char* key;
@@ -79,6 +91,11 @@ INSTANTIATE_TEST_SUITE_P(
                       Wrong{kMock + "[motion]\njerk = 9\n", "jerk"},
                       Wrong{kMock + "[rsi]\nport = 70000\n", "port"},
                       Wrong{kMock + "[rsi]\nport = \"x\"\n", "port"},
+                      Wrong{kRsi + "[rsi]\nmode = \"both\"\n", "mode"},
+                      Wrong{kRsi + "[rsi]\nhold_on = false\n", "hold_on"},
+                      Wrong{kRsi + "[rsi]\nmode = \"relative\"\nhold_on = true\n", "hold_on"},
+                      Wrong{kMock + "[rsi]\nmode = \"relative\"\n", "mode"},
+                      Wrong{kRsi + "[rsi]\nlongest_lag_ms = 5\n", "longest_lag_ms"},
                       Wrong{"format = \"cellcal.daemon/1\"\nbackend = \"eki\"\n", "contact"},
                       Wrong{kMock + "[mock]\nwire = \"profinet\"\n", "wire"},
                       Wrong{kMock + "[eki]\nstop = \"both\"\n", "stop"},

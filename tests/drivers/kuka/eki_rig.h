@@ -12,11 +12,9 @@
 #include "drivers/kuka/eki_core.h"
 #include "drivers/kuka/krl_files.h"
 #include "sim/krc/eki_controller.h"
-#include "tests/drivers/kuka/scripted_guard.h"
+#include "tests/drivers/kuka/virtual_rig.h"
 
 namespace cellcal::drivers {
-
-using namespace std::chrono_literals;
 
 inline constexpr double kEkiDeg = std::numbers::pi / 180.0;
 
@@ -36,7 +34,7 @@ inline sim::EkiControllerConfig eki_controller() {
   return config;
 }
 
-class EkiRig {
+class EkiRig : public VirtualRig<EkiRig> {
  public:
   explicit EkiRig(sim::EkiControllerConfig controller = eki_controller(),
                   EkiConfig config = eki_config(), bool with_guard = true)
@@ -61,17 +59,6 @@ class EkiRig {
       krc.receive(bytes);
     }
   }
-  void run(Duration duration) {
-    for (const TimePoint end = now + duration; now < end;) cycle();
-  }
-  bool run_until(const std::function<bool()>& done, Duration limit = 30s) {
-    for (const TimePoint end = now + limit; now < end;) {
-      cycle();
-      if (done()) return true;
-    }
-    return false;
-  }
-
   bool connect() {
     if (!krc.connect()) return false;
     connected = true;
@@ -104,38 +91,19 @@ class EkiRig {
   }
   double true_deg(std::size_t axis = 0) const { return krc.actual_rad_at(now)[axis] / kEkiDeg; }
 
-  void begin(MoveKind kind, const AxisAngles& target, double cruise_s = 0.0,
-             std::uint16_t armed_as = 0) {
-    core.begin({++last_id, kind, target, cruise_s, armed_as});
-  }
-  MoveResult finish(Duration limit = 30s) {
-    std::optional<MoveResult> result;
-    EXPECT_TRUE(run_until([&] { return (result = core.poll()).has_value(); }, limit))
-        << "no result";
-    if (!result) return {};
-    EXPECT_EQ(result->id, last_id);
-    return *result;
-  }
-  MoveResult move(MoveKind kind, const AxisAngles& target, double cruise_s = 0.0,
-                  std::uint16_t armed_as = 0) {
-    begin(kind, target, cruise_s, armed_as);
-    return finish();
-  }
   /// An armed search along A1 by `deg` in `cruise_s`.
   MoveResult search(double deg, double cruise_s) {
     guard.arm(++arm_id);
     return move(MoveKind::kSearch, moved_by(0, deg), cruise_s, arm_id);
   }
 
-  TimePoint now{1000s};
-  ScriptedGuard guard;
   sim::EkiController krc;
   EkiCore core;
   std::string written;  ///< everything that the adapter sent
   bool cable = true, connected = false;
   std::function<std::string(std::string)> mangle = [](std::string bytes) { return bytes; };
   std::function<void()> before_tick;
-  std::uint32_t last_id = 0, session = 100;
+  std::uint32_t session = 100;
   std::uint16_t arm_id = 0;
 
   // The wall, what of it reaches whom, and what the sensor makes of it.

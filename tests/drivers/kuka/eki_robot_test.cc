@@ -13,26 +13,15 @@
 #include "drivers/error.h"
 #include "drivers/io_thread.h"
 #include "sim/krc/eki_server.h"
+#include "tests/drivers/kuka/allocation_count.h"
 #include "tests/drivers/kuka/eki_rig.h"
+#include "tests/drivers/kuka/patience.h"
 
 namespace cellcal::drivers {
 namespace {
 
 namespace asio = boost::asio;
 using asio::ip::tcp;
-
-// Long enough for any machine; a failure alone waits for it.
-constexpr std::chrono::seconds kPatience{20};
-
-template <typename Condition>
-bool eventually(Condition condition) {
-  const auto end = std::chrono::steady_clock::now() + kPatience;
-  while (!condition()) {
-    if (std::chrono::steady_clock::now() > end) return false;
-    std::this_thread::sleep_for(1ms);
-  }
-  return true;
-}
 
 EkiConfig loopback(std::uint16_t port) {
   EkiConfig config = eki_config();
@@ -97,6 +86,20 @@ TEST_F(EkiSockets, MovesTheEmulatedController) {
   const MoveResult result = await_result();
   EXPECT_EQ(result.outcome, MoveOutcome::kArrived) << result.detail;
   EXPECT_NEAR(result.at_rad[0], target[0], 1e-5);
+}
+
+TEST_F(EkiSockets, TheCycleOnItsSocketDoesNotAllocate) {
+  make_ready();
+  // Handlers and buffers have found their sizes with the first move.
+  robot->begin({1, MoveKind::kTransit, moved_by(2), 0.0, 0});
+  EXPECT_EQ(await_result().outcome, MoveOutcome::kArrived);
+  const std::uint64_t first = robot->state().packets;
+  const long before = asked_on(io.context(), allocations_of_this_thread);
+  robot->begin({2, MoveKind::kTransit, moved_by(-2), 0.0, 0});
+  EXPECT_EQ(await_result().outcome, MoveOutcome::kArrived);
+  const long after = asked_on(io.context(), allocations_of_this_thread);
+  EXPECT_GT(robot->state().packets, first + 10);
+  EXPECT_LE(after - before, 1) << "the question itself";
 }
 
 TEST_F(EkiSockets, StopsWhenAsked) {

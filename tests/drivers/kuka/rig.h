@@ -11,11 +11,9 @@
 
 #include "drivers/kuka/rsi_core.h"
 #include "sim/krc/controller.h"
-#include "tests/drivers/kuka/scripted_guard.h"
+#include "tests/drivers/kuka/virtual_rig.h"
 
 namespace cellcal::drivers {
-
-using namespace std::chrono_literals;
 
 inline constexpr double kDeg = std::numbers::pi / 180.0;
 
@@ -28,7 +26,7 @@ inline RsiConfig rig_config() {
   return config;
 }
 
-class Rig {
+class Rig : public VirtualRig<Rig> {
  public:
   explicit Rig(sim::ControllerConfig krc_config = {}, RsiConfig config = rig_config(),
                bool with_guard = true)
@@ -47,18 +45,8 @@ class Rig {
     } else {
       core.on_tick(now);
     }
-    if (!reply.empty() && to_krc) krc.receive(reply);
+    if (!reply.empty() && to_krc) krc.receive(to_krc_as(reply));
     if (after_cycle) after_cycle();
-  }
-  void run(Duration duration) {
-    for (const TimePoint end = now + duration; now < end;) cycle();
-  }
-  bool run_until(const std::function<bool()>& done, Duration limit = 30s) {
-    for (const TimePoint end = now + limit; now < end;) {
-      cycle();
-      if (done()) return true;
-    }
-    return false;
   }
 
   /// RSI_ON, first packets, reference.
@@ -76,39 +64,15 @@ class Rig {
     target[axis] += deg * kDeg;
     return target;
   }
-  void begin(MoveKind kind, const AxisAngles& target, double cruise_s = 0.0,
-             std::uint16_t arm_id = 0) {
-    core.begin({++last_id, kind, target, cruise_s, arm_id});
-  }
-  /// Runs until the move has ended.
-  MoveResult finish(Duration limit = 30s) {
-    std::optional<MoveResult> result;
-    const bool ended = run_until(
-        [&] {
-          result = core.poll();
-          return result.has_value();
-        },
-        limit);
-    EXPECT_TRUE(ended) << "no result";
-    if (!result) return {};
-    EXPECT_EQ(result->id, last_id);
-    return *result;
-  }
-  MoveResult move(MoveKind kind, const AxisAngles& target, double cruise_s = 0.0,
-                  std::uint16_t arm_id = 0) {
-    begin(kind, target, cruise_s, arm_id);
-    return finish();
-  }
 
-  TimePoint now{1000s};
-  ScriptedGuard guard;
   sim::Controller krc;
   RsiCore core;
   std::string packet, reply;
   bool to_pc = true, to_krc = true;
   std::function<void()> before_core, after_cycle;
+  /// What the controller's wire makes of a reply.
+  std::function<std::string(const std::string&)> to_krc_as = [](const std::string& r) { return r; };
   std::function<Duration()> network_delay = [] { return Duration(100us); };
-  std::uint32_t last_id = 0;
 };
 
 }  // namespace cellcal::drivers

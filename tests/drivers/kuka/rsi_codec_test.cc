@@ -2,7 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+#include <clocale>
+#include <locale>
 #include <string>
+
+#include "drivers/kuka/wire_text.h"
 
 namespace cellcal::drivers {
 namespace {
@@ -143,6 +148,29 @@ TEST(RsiSen, WhatDoesNotFitIsNotSentAtAll) {
   std::array<char, 100> small{};
   const double correction[6] = {};
   EXPECT_TRUE(format_sen({}, correction, 6, 0, "1", small).empty());
+}
+
+TEST(RsiSen, NumbersHaveAPointWhateverTheLocale) {
+  struct Comma : std::numpunct<char> {
+    char do_decimal_point() const override { return ','; }
+    char do_thousands_sep() const override { return '.'; }
+    std::string do_grouping() const override { return "\3"; }
+  };
+  const std::locale before = std::locale::global(std::locale(std::locale(), new Comma));
+  for (const char* name : {"de_DE.UTF-8", "fr_FR.UTF-8"}) std::setlocale(LC_NUMERIC, name);
+  std::array<char, kRsiBuffer> buffer{};
+  const double correction[] = {1234.5, -0.25};
+  const std::string text(format_sen({}, correction, 6, 0, "4", buffer));
+  double read = 0.0;
+  const bool understood = wire::parse_number("1234.5", read);
+  double comma = 0.0;
+  const bool misread = wire::parse_number("1234,5", comma);
+  std::locale::global(before);
+  std::setlocale(LC_NUMERIC, "C");
+  EXPECT_NE(text.find("A1=\"1234.500000\" A2=\"-0.250000\""), std::string::npos) << text;
+  EXPECT_TRUE(understood);
+  EXPECT_EQ(read, 1234.5);
+  EXPECT_FALSE(misread);
 }
 
 TEST(RsiSen, ReplySurvivesTheWay) {

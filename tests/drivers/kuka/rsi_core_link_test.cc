@@ -1,5 +1,6 @@
 #include "drivers/error.h"
 #include "tests/drivers/kuka/allocation_count.h"
+#include "tests/drivers/kuka/increment_sum.h"
 #include "tests/drivers/kuka/rig.h"
 
 namespace cellcal::drivers {
@@ -92,7 +93,8 @@ TEST(RsiLink, NoPacketAtAllBringsTheChecklist) {
   const RobotState state = rig.core.state();
   EXPECT_EQ(state.link, RobotLink::kDown);
   EXPECT_TRUE(has(state.words, "no packet in 5.0 s")) << state.words;
-  for (const char* hint : {"49152", "RSI", "PORT", "cable", "firewall"}) {
+  for (const char* hint :
+       {"49152", "RSI", "PORT", "cable", "firewall", "other program", "hardware address"}) {
     EXPECT_TRUE(has(state.words, hint)) << hint;
   }
   const MoveResult result = rig.move(MoveKind::kTransit, rig.commanded());
@@ -111,6 +113,56 @@ TEST(RsiLink, WrongSentypeIsDiagnosed) {
   rig.core.rereference();
   rig.run(100ms);
   EXPECT_EQ(rig.move(MoveKind::kTransit, rig.moved_by(0, 1)).outcome, MoveOutcome::kRefused);
+}
+
+TEST(RsiLink, RepliesThatWereRefusedAreStillNamedOnceTheControllerGaveUp) {
+  for (const int timeout_cycles : {5, 10}) {  // KUKA's default is 10
+    sim::ControllerConfig krc;
+    krc.timeout_cycles = timeout_cycles;
+    RsiConfig config = rig_config();
+    config.sentype = "KROSHU";
+    Rig rig(krc, config);
+    rig.krc.rsi_on();
+    rig.run(3s);
+    ASSERT_EQ(rig.krc.phase(), sim::RsiPhase::kFaulted);
+    const RobotState state = rig.core.state();
+    EXPECT_EQ(state.link, RobotLink::kLost);
+    EXPECT_TRUE(has(state.words, "SENTYPE or IPOC is not accepted")) << state.words;
+    EXPECT_TRUE(has(state.words, "KROSHU")) << state.words;
+  }
+}
+
+TEST(RsiLink, ASessionThatWasAcceptedIsNotSaidToBeRefusedWhenItIsLost) {
+  Rig rig;
+  rig.krc.rsi_on();
+  rig.run(100ms);
+  rig.to_krc = false;
+  rig.run(3s);
+  EXPECT_EQ(rig.core.state().link, RobotLink::kLost);
+  EXPECT_FALSE(has(rig.core.state().words, "SENTYPE")) << rig.core.state().words;
+}
+
+TEST(RsiLink, WhatCameInsteadOfPacketsIsShown) {
+  Rig rig;
+  rig.run(2s);
+  rig.core.on_datagram("GET / HTTP/1.1\r\n", rig.now);
+  rig.core.on_tick(rig.now);
+  const RobotState state = rig.core.state();
+  EXPECT_EQ(state.link, RobotLink::kDown);
+  EXPECT_TRUE(has(state.words, "no packet in 2.0 s")) << state.words;
+  EXPECT_TRUE(has(state.words, "GET / HTTP/1.1..")) << state.words;
+}
+
+TEST(RsiLink, LateRepliesAreWarnedOf) {
+  Rig rig;
+  rig.make_ready();
+  EXPECT_FALSE(has(rig.core.state().words, "late"));
+  rig.to_krc = false;
+  rig.cycle();
+  rig.to_krc = true;
+  rig.run(50ms);
+  EXPECT_EQ(rig.core.state().link, RobotLink::kReady);
+  EXPECT_TRUE(has(rig.core.state().words, "came late")) << rig.core.state().words;
 }
 
 TEST(RsiLink, SilenceEndsTheMoveAndNothingMovesAfterItUntilReferenced) {
@@ -202,6 +254,20 @@ TEST(RsiLink, RepeatedAndOvertakenPacketsDoNotAdvanceTheArm) {
   EXPECT_EQ(rig.finish().outcome, MoveOutcome::kArrived);
 }
 
+TEST(RsiLink, PacketsThatAreMissingAreCounted) {
+  Rig rig;
+  rig.make_ready();
+  EXPECT_EQ(rig.core.core_state().gaps, 0U);
+  for (int i = 0; i < 3; ++i) {
+    rig.to_pc = false;
+    rig.cycle();
+    rig.to_pc = true;
+    rig.run(40ms);
+  }
+  EXPECT_EQ(rig.core.core_state().gaps, 3U);
+  EXPECT_EQ(rig.core.state().link, RobotLink::kReady);
+}
+
 TEST(RsiLink, FirstFrameOfRsi2IsAnswered) {
   sim::ControllerConfig krc;
   krc.first_frame_only_ipoc = true;
@@ -234,14 +300,59 @@ TEST(RsiLink, EndOfTheSessionStopsTheControllersProgram) {
   EXPECT_EQ(rig.move(MoveKind::kTransit, rig.moved_by(0, 1)).outcome, MoveOutcome::kRefused);
 }
 
+TEST(RsiLink, StopIsSeenLowBeforeItRises) {
+  Rig rig;
+  rig.core.end_session();  // before the first packet
+  rig.krc.rsi_on();
+  rig.cycle();
+  EXPECT_TRUE(has(rig.reply, "<Stop>0</Stop>")) << rig.reply;
+  rig.cycle();
+  EXPECT_TRUE(has(rig.reply, "<Stop>1</Stop>")) << rig.reply;
+  ASSERT_TRUE(rig.run_until([&] { return rig.krc.phase() == sim::RsiPhase::kEnded; }, 1s));
+}
+
+TEST(RsiLink, EndOfTheSessionInATransitBrakesRestsAndThenRaisesStopOnce) {
+  Rig rig;
+  rig.make_ready();
+  rig.begin(MoveKind::kTransit, rig.moved_by(0, 40));
+  rig.run(300ms);
+  rig.core.end_session();
+  double speed = 0.0, last = rig.krc.setpoint_rad()[0];
+  int rises = 0, unanswered = 0;
+  bool high = false;
+  rig.after_cycle = [&] {
+    speed = (rig.krc.setpoint_rad()[0] - last) / 0.004;
+    last = rig.krc.setpoint_rad()[0];
+    unanswered += !rig.packet.empty() && rig.reply.empty();
+    const bool now_high = has(rig.reply, "<Stop>1</Stop>");
+    if (now_high && !high) {
+      ++rises;
+      EXPECT_EQ(speed, 0.0) << "at rest";
+    }
+    high = now_high || (high && rig.reply.empty());
+  };
+  ASSERT_TRUE(rig.run_until([&] { return rig.krc.phase() == sim::RsiPhase::kEnded; }, 3s));
+  EXPECT_EQ(rises, 1);
+  EXPECT_EQ(unanswered, 0) << "replies until the controller is silent";
+}
+
 TEST(RsiLink, BadConfigurationIsRefusedAtOnce) {
   RsiConfig config = rig_config();
   config.hold_on = false;
   EXPECT_THROW(RsiCore(config, nullptr), ConfigError);
 }
 
-TEST(RsiLink, CycleDoesNotAllocate) {
-  Rig rig;
+class RsiCycle : public ::testing::TestWithParam<CorrectionMode> {};
+
+TEST_P(RsiCycle, DoesNotAllocate) {
+  RsiConfig config = rig_config();
+  config.mode = GetParam();
+  config.hold_on = GetParam() == CorrectionMode::kAbsolute;
+  Rig rig({}, config);
+  IncrementSum sum;
+  if (GetParam() == CorrectionMode::kRelative) {
+    rig.to_krc_as = [&](const std::string& text) { return sum.absolute(text, rig.krc.ipoc()); };
+  }
   rig.make_ready();
   rig.guard.arm(1);
   rig.begin(MoveKind::kSearch, rig.moved_by(0, 0.2), 1.0, 1);
@@ -257,7 +368,7 @@ TEST(RsiLink, CycleDoesNotAllocate) {
     const std::string_view reply = rig.core.on_datagram({packet.data(), size}, rig.now);
     const auto result = rig.core.take_result();
     during += allocation_count() - before;
-    rig.krc.receive(reply);
+    rig.krc.receive(rig.to_krc_as(std::string(reply)));
     if (result) break;
     if (cycles % 50 == 49) {  // damaged ones as well
       before = allocation_count();
@@ -268,6 +379,12 @@ TEST(RsiLink, CycleDoesNotAllocate) {
   EXPECT_GT(cycles, 250);
   EXPECT_EQ(during, 0);
 }
+
+INSTANTIATE_TEST_SUITE_P(, RsiCycle,
+                         ::testing::Values(CorrectionMode::kAbsolute, CorrectionMode::kRelative),
+                         [](const auto& mode) {
+                           return mode.param == CorrectionMode::kAbsolute ? "Absolute" : "Relative";
+                         });
 
 }  // namespace
 }  // namespace cellcal::drivers

@@ -212,16 +212,67 @@ TEST_F(Search, StopInASearchFreezes) {
   EXPECT_EQ(result.at_rad, before);
 }
 
-TEST_F(Search, FastSearchFreezesAllTheSame) {
+TEST_F(Search, AtProbingSpeedEveryStopIsAFreeze) {
   rig.make_ready();
   rig.guard.arm(kArm);
-  rig.begin(MoveKind::kSearch, rig.moved_by(0, 30), 3.0, kArm);  // 10 deg/s
+  rig.begin(MoveKind::kSearch, rig.moved_by(0, 6), 3.0, kArm);  // 2 deg/s, the limit
   rig.run(1s);
   const AxisAngles before = rig.commanded();
-  const TimePoint edge = rig.now;
-  rig.guard.trip(kArm, edge);
-  rig.guard.push(ContactEventKind::kContact, kArm, edge);
+  rig.guard.trip(kArm, rig.now);
+  rig.guard.push(ContactEventKind::kContact, kArm, rig.now);
   EXPECT_EQ(rig.finish().at_rad, before);
+}
+
+/// Setpoints of A1 [rad] from now to the end of the move.
+std::vector<double> follow_a1(Rig& rig, MoveResult& result) {
+  std::vector<double> at{rig.krc.setpoint_rad()[0]};
+  rig.after_cycle = [&] { at.push_back(rig.krc.setpoint_rad()[0]); };
+  result = rig.finish();
+  rig.after_cycle = {};
+  return at;
+}
+
+TEST_F(Search, AboveItTheRampBeginsInTheVeryReplyAndEndsWithinAFewCycles) {
+  for (const int stop : {0, 1, 2}) {
+    Rig fast;
+    fast.make_ready();
+    fast.guard.arm(kArm);
+    fast.begin(MoveKind::kSearch, fast.moved_by(0, 30), 3.0, kArm);  // 10 deg/s
+    fast.run(1s);
+    const AxisAngles before = fast.commanded();
+    const TimePoint edge = fast.now - 300us;
+    const double truth = fast.krc.actual_rad_at(fast.now)[0] - 10 * kDeg * 300e-6;
+    if (stop == 0) fast.guard.trip(kArm, edge);
+    if (stop == 0) fast.guard.push(ContactEventKind::kContact, kArm, edge);
+    if (stop == 1) fast.guard.set_alive(false);
+    if (stop == 2) fast.core.stop();
+    MoveResult result;
+    const std::vector<double> at = follow_a1(fast, result);
+    // The command in force when the trip comes was the last full step.
+    const double full = 10 * kDeg * 0.004;
+    std::size_t steps = 0;
+    double last = full + 2e-6 * kDeg;
+    for (std::size_t i = 2; i < at.size(); ++i) {
+      const double step = at[i] - at[i - 1];
+      EXPECT_LE(step, last) << "slower from reply to reply";
+      EXPECT_GE(step, -1e-9);
+      steps += step > 1e-7 * kDeg;
+      last = step + 2e-6 * kDeg;
+    }
+    EXPECT_GE(steps, 2U) << "no step in speed";
+    EXPECT_LE(steps, 5U) << "20 ms";
+    EXPECT_LT(at[2] - at[1], full) << "the very reply";
+    EXPECT_LE(result.at_rad[0] - before[0], 0.5 * 10 * kDeg * 0.020 + 1e-6);
+    if (stop == 0) {
+      ASSERT_EQ(result.outcome, MoveOutcome::kContact) << result.detail;
+      EXPECT_NEAR(result.latch->contact_rad[0], truth, 10 * kDeg * 150e-6) << "not the ramp's end";
+      EXPECT_NEAR(result.latch->settled_rad[0], result.at_rad[0], 1e-3 * kDeg);
+    } else if (stop == 1) {
+      EXPECT_EQ(result.outcome, MoveOutcome::kContactSilent);
+    } else {
+      EXPECT_EQ(result.outcome, MoveOutcome::kStopped);
+    }
+  }
 }
 
 TEST_F(Search, TimeStampOutsideOfTheRecordIsNotAContact) {

@@ -14,6 +14,8 @@
 #include "drivers/error.h"
 #include "drivers/io_thread.h"
 #include "sim/krc/krc_udp.h"
+#include "tests/drivers/kuka/allocation_count.h"
+#include "tests/drivers/kuka/patience.h"
 #include "tests/drivers/kuka/rig.h"
 
 namespace cellcal::drivers {
@@ -21,19 +23,6 @@ namespace {
 
 namespace asio = boost::asio;
 using asio::ip::udp;
-
-// Long enough for any machine; a failure alone waits for it.
-constexpr std::chrono::seconds kPatience{20};
-
-template <typename Condition>
-bool eventually(Condition condition) {
-  const auto end = std::chrono::steady_clock::now() + kPatience;
-  while (!condition()) {
-    if (std::chrono::steady_clock::now() > end) return false;
-    std::this_thread::sleep_for(1ms);
-  }
-  return true;
-}
 
 RsiConfig loopback() {
   RsiConfig config = rig_config();
@@ -209,6 +198,33 @@ TEST_F(RsiOverUdp, OversizedDatagramsAreCountedAsDamaged) {
   EXPECT_TRUE(eventually([&] {
     return robot.state().words.find("more than 8192 bytes") != std::string::npos;
   })) << robot.state().words;
+}
+
+TEST_F(RsiOverUdp, PacketsOfAllSixtyFourChannelsAreRead) {
+  RsiRobot robot(io.context(), loopback(), nullptr);
+  robot.open();
+  Peer krc(robot);
+  std::string more;
+  for (int i = 0; i < 64; ++i) more += "<Tech" + std::to_string(i) + " C1=\"0.123456789012\"/>";
+  std::string large = packet(1000);
+  large.insert(large.find("<Delay"), more);
+  EXPECT_GT(large.size(), 2000U);
+  krc.send(large);
+  EXPECT_NE(krc.await().find("<IPOC>1000</IPOC>"), std::string::npos);
+}
+
+TEST_F(RsiOverUdp, TheCycleOnItsSocketDoesNotAllocate) {
+  RsiRobot robot(io.context(), loopback(), nullptr);
+  robot.open();
+  sim::KrcUdp krc(patient(), to(robot));
+  krc.start();
+  ASSERT_TRUE(make_ready(robot)) << robot.state().words;
+  const std::uint64_t first = robot.reply_times().count();
+  const long before = asked_on(io.context(), allocations_of_this_thread);
+  EXPECT_EQ(move(robot, 5).outcome, MoveOutcome::kArrived);
+  const long after = asked_on(io.context(), allocations_of_this_thread);
+  EXPECT_GT(robot.reply_times().count(), first + 50);
+  EXPECT_LE(after - before, 1) << "the question itself";
 }
 
 TEST_F(RsiOverUdp, CablePulledAndPluggedInNeedsAReference) {

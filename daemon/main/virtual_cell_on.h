@@ -1,0 +1,86 @@
+#pragma once
+// The emulated cell in this process, in virtual time: the unchanged adapter's core, the emulated
+// controller, the emulated microcontroller and the physical cell in one thread. Time passes only in
+// sleep_until(), so the same seed gives the same bits. Only daemon/main may know both sides.
+//
+// `Wire` is how controller and adapter speak: virtual_cell.h (RSI), virtual_eki_cell.h (EKI).
+
+#include <chrono>
+#include <utility>
+
+#include "calib/identify/calibration.h"
+#include "drivers/contact/contact_inline.h"
+#include "drivers/robot.h"
+#include "drivers/time.h"
+#include "sim/cell/contact_watch.h"
+#include "sim/cell/truth.h"
+#include "sim/mcu/mcu_line.h"
+
+namespace cellcal::daemon {
+
+template <class Wire>
+class VirtualCellOn final : public drivers::Clock {
+ public:
+  using Options = typename Wire::Options;
+
+  VirtualCellOn(const calib::Cell& cell, Options options)
+      : physical_(sim::draw_truth(cell, options.truth)),
+        controller_(options.controller),
+        mcu_(options.mcu, kPowerOn),
+        line_(mcu_),
+        contact_(options.contact, *this, line_),
+        robot_(Wire::robot_config(std::move(options)), &contact_.guard()),
+        watch_(physical_, [this](drivers::TimePoint t, bool closed) {
+          mcu_.edge(t, closed);
+          Wire::edge(controller_, t, closed);
+        }) {
+    Wire::power_on(controller_);
+  }
+
+  drivers::TimePoint now() const override { return now_; }
+  void sleep_until(drivers::TimePoint t) override {
+    while (next_cycle_ + Wire::kNetworkTime <= t) cycle();
+    if (t > now_) {
+      contact_.run_until(t);
+      now_ = t;
+    }
+  }
+
+  drivers::Robot& robot() { return robot_; }
+  drivers::ContactSensor& contact() { return contact_; }
+  typename Wire::Controller& controller() { return controller_; }
+  sim::Microcontroller& mcu() { return mcu_; }
+  const sim::ContactWatch& watch() const { return watch_; }
+  const sim::Truth& truth() const { return physical_.truth(); }
+  /// Since power on.
+  drivers::Duration elapsed() const { return now_ - kPowerOn; }
+
+ private:
+  /// Any fixed instant; late enough that nothing computes a time before the epoch.
+  static constexpr drivers::TimePoint kPowerOn{std::chrono::hours(1)};
+
+  void cycle() {
+    const drivers::TimePoint tick = next_cycle_;
+    next_cycle_ += controller_.cycle();
+    contact_.run_until(tick);
+    now_ = tick;
+    const auto packet = Wire::tick(controller_, tick);
+    watch_.look(tick, next_cycle_,
+                [this](drivers::TimePoint t) { return controller_.actual_rad_at(t); });
+    now_ = tick + Wire::kNetworkTime;
+    contact_.run_until(now_);
+    Wire::exchange(controller_, robot_, packet, now_);
+  }
+
+  drivers::TimePoint now_ = kPowerOn;
+  drivers::TimePoint next_cycle_ = kPowerOn;
+  sim::PhysicalCell physical_;
+  typename Wire::Controller controller_;
+  sim::Microcontroller mcu_;
+  sim::McuLine line_;
+  drivers::ContactInline contact_;
+  typename Wire::Robot robot_;
+  sim::ContactWatch watch_;
+};
+
+}  // namespace cellcal::daemon

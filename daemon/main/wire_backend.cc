@@ -1,0 +1,85 @@
+#include <spdlog/spdlog.h>
+
+#include <chrono>
+
+#include "daemon/main/backends.h"
+#include "drivers/contact/serial_contact.h"
+#include "drivers/io_thread.h"
+#include "drivers/kuka/eki_robot.h"
+#include "drivers/kuka/rsi_robot.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+/// close() of both robots goes on talking to the controller, so that it ends its session instead of
+/// finding out by itself: for at most 2 s over RSI, 3 s over EKI.
+constexpr std::chrono::milliseconds kLongestFarewell{3500};
+
+drivers::SerialContactOptions contact_options(const DaemonConfig& config) {
+  drivers::SerialContactOptions options;
+  options.port = config.contact;
+  return options;
+}
+
+/// What a link has to say of itself when it ends.
+void log_end(const drivers::RsiRobot& robot) {
+  if (robot.foreign_packets() > 0) {
+    spdlog::warn("{} RSI packets from foreign addresses were ignored", robot.foreign_packets());
+  }
+  const drivers::ReplyHistogram& times = robot.reply_times();
+  if (times.count() > 0) {
+    spdlog::info(
+        "{} RSI replies, from packet to reply: half within {:.3f} ms, 99.9 % within {:.3f} ms",
+        times.count(), 1e3 * times.quantile_s(0.5), 1e3 * times.quantile_s(0.999));
+  }
+}
+void log_end(const drivers::EkiRobot&) {}
+
+/// A KUKA controller over one of its wires, and a contact sensor on a serial port.
+template <typename Robot>
+class WireBackend final : public Backend {
+ public:
+  template <typename RobotConfig>
+  WireBackend(const DaemonConfig& config, RobotConfig robot)
+      : io_(drivers::IoThreadOptions{.realtime = config.realtime}),
+        contact_(io_.context(), contact_options(config)),
+        robot_(io_.context(), std::move(robot), &contact_.guard()) {
+    io_.start();
+  }
+
+  ~WireBackend() override {
+    robot_.close();
+    contact_.close();
+    drivers::Clock& steady = clock();
+    const drivers::TimePoint end = steady.now() + kLongestFarewell;
+    while (robot_.is_open() && steady.now() < end) {
+      steady.sleep_until(steady.now() + std::chrono::milliseconds(5));
+    }
+    if (robot_.is_open()) spdlog::warn("the session with the controller did not end in time");
+    log_end(robot_);
+  }
+
+  drivers::Robot& robot() override { return robot_; }
+  drivers::ContactSensor& contact() override { return contact_; }
+  drivers::Clock& clock() override { return drivers::steady_clock(); }
+  std::string utc_now() override { return wall_clock_utc(); }
+
+ private:
+  // In this order: what lives on the context goes before it.
+  drivers::IoThread io_;
+  drivers::SerialContact contact_;
+  Robot robot_;
+};
+
+}  // namespace
+
+std::unique_ptr<Backend> make_rsi_backend(const DaemonConfig& config, const calib::Cell& cell) {
+  return std::make_unique<WireBackend<drivers::RsiRobot>>(config, rsi_config_for(config, cell));
+}
+
+std::unique_ptr<Backend> make_eki_backend(const DaemonConfig& config, const calib::Cell& cell) {
+  return std::make_unique<WireBackend<drivers::EkiRobot>>(config, eki_config_for(config, cell));
+}
+
+}  // namespace cellcal::daemon

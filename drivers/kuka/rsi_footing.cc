@@ -1,0 +1,130 @@
+#include "drivers/kuka/rsi_footing.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace cellcal::drivers {
+namespace {
+
+constexpr double kRadPerDeg = std::numbers::pi / 180.0;
+
+// ASPos repeats itself to the last digit; this allows for one decimal less than is accepted.
+constexpr double kSamePoseRad = 0.01 * kRadPerDeg;
+// A correction of less is none, as in rsi_offset.
+constexpr double kNoCorrectionRad = 0.02 * kRadPerDeg;
+
+double most_difference(const AxisAngles& a, const AxisAngles& b) {
+  double most = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i) most = std::max(most, std::abs(a[i] - b[i]));
+  return most;
+}
+
+}  // namespace
+
+AxisAngles axes_of(const AxisAngles& axes_deg, const AxisAngles& external_deg, std::size_t count) {
+  AxisAngles rad;
+  for (std::size_t i = 0; i < axes_deg.size() && rad.size() < count; ++i) {
+    rad.push_back(axes_deg[i] * kRadPerDeg);
+  }
+  for (std::size_t i = 0; i < external_deg.size() && rad.size() < count; ++i) {
+    rad.push_back(external_deg[i] * kRadPerDeg);
+  }
+  return rad;
+}
+
+RsiFooting::RsiFooting(const RsiConfig& config)
+    : config_(config),
+      ledger_(config.mode, config.decimals, config.limits.size()),
+      base_(config.limits.size(), 0.0),
+      commanded_(base_) {
+  finder_.begin(memory_);
+}
+
+void RsiFooting::begin_session(double silence_before_s) {
+  silence_before_s_ = silence_before_s;
+  start_pose_.clear();
+  known_ = setpoint_follows_ = false;
+  finder_.begin(memory_);
+}
+
+void RsiFooting::remember(const OffsetMemory& link) {
+  if (known_) {
+    memory_ = link;
+    memory_.known = true;
+    memory_.sent_rad = ledger_.held_rad();
+    memory_.setpoint_follows = setpoint_follows_;
+  }
+  known_ = false;
+}
+
+bool RsiFooting::start_pose_moved(const RobFrame& frame, const AxisAngles& actual_rad,
+                                  bool moving) {
+  const AxisAngles setpoint = axes_of(frame.setpoint_axes_deg, frame.setpoint_external_deg, axes());
+  if (setpoint.size() != axes()) return false;
+  if (start_pose_.empty()) start_pose_ = setpoint;
+  if (setpoint_follows_ || most_difference(setpoint, start_pose_) <= kSamePoseRad) return false;
+  setpoint_follows_ = known_ && moving && most_difference(setpoint, commanded_) <= kSamePoseRad &&
+                      most_difference(setpoint, actual_rad) <= kSamePoseRad;
+  return !setpoint_follows_;
+}
+
+bool RsiFooting::find(const RobFrame& frame, const AxisAngles& actual_rad, TimePoint t_rx,
+                      bool waits) {
+  OffsetEvidence evidence;
+  evidence.t_rx = t_rx;
+  evidence.ipoc = frame.ipoc.value;
+  evidence.actual_rad = actual_rad;
+  const AxisAngles setpoint = axes_of(frame.setpoint_axes_deg, frame.setpoint_external_deg, axes());
+  if (setpoint.size() == axes() && !memory_.setpoint_follows) {
+    evidence.setpoint_rad = setpoint;
+    if (start_pose_.empty()) start_pose_ = setpoint;
+  }
+  evidence.delay = frame.delay;
+  evidence.silence_before_s = silence_before_s_;
+  evidence.session_start = session_start_;
+  evidence.waits = waits;
+  verdict_ = finder_.look(evidence);
+  if (verdict_ != OffsetVerdict::kKnown) return false;
+  if (config_.mode == CorrectionMode::kRelative && evidence.setpoint_rad.empty()) {
+    // What a running session holds is the sum of what it took, and some of it may have been lost:
+    // only ASPos tells. A session that has just begun holds nothing.
+    for (const double offset : finder_.offset_rad()) {
+      if (std::abs(offset) > kNoCorrectionRad) verdict_ = OffsetVerdict::kUnknown;
+    }
+    if (verdict_ != OffsetVerdict::kKnown) return false;
+  }
+  session_start_ = false;
+  known_ = true;
+  ledger_.set(finder_.offset_rad());
+  base_ = actual_rad;
+  for (std::size_t i = 0; i < axes(); ++i) base_[i] -= ledger_.held_rad()[i];
+  if (config_.mode == CorrectionMode::kRelative && !start_pose_.empty()) base_ = start_pose_;
+  stand_at(actual_rad);
+  return true;
+}
+
+void RsiFooting::stand_at(const AxisAngles& at_rad) {
+  commanded_ = at_rad;
+  if (config_.mode == CorrectionMode::kAbsolute) {
+    // What was sent last is what is held; where the arm rests with it shifts the zero.
+    base_ = at_rad;
+    for (std::size_t i = 0; i < axes(); ++i) base_[i] -= ledger_.held_rad()[i];
+    return;
+  }
+  // An increment may have been lost: what is held is what the arm shows, from a zero that stays.
+  AxisAngles held = at_rad;
+  for (std::size_t i = 0; i < axes(); ++i) held[i] -= base_[i];
+  ledger_.set(held);
+}
+
+std::span<const double> RsiFooting::next_deg(double cycle_s) {
+  AxisAngles wanted = commanded_, step = commanded_;
+  for (std::size_t i = 0; i < axes(); ++i) {
+    wanted[i] -= base_[i];
+    step[i] = config_.limits[i].max_speed_rad_s * cycle_s;
+  }
+  return ledger_.next_deg(wanted, step);
+}
+
+}  // namespace cellcal::drivers

@@ -1,0 +1,34 @@
+#pragma once
+// Waiting for what must come, on a machine that other programs may load.
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/post.hpp>
+#include <chrono>
+#include <future>
+#include <thread>
+
+namespace cellcal::drivers {
+
+/// Long enough for any machine; a failure alone waits for it.
+inline constexpr std::chrono::seconds kPatience{20};
+
+template <typename Condition>
+bool eventually(Condition condition) {
+  const auto end = std::chrono::steady_clock::now() + kPatience;
+  while (!condition()) {
+    if (std::chrono::steady_clock::now() > end) return false;
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  return true;
+}
+
+/// What `ask` says on the context's thread.
+template <typename Ask>
+auto asked_on(boost::asio::io_context& context, Ask ask) {
+  std::promise<decltype(ask())> answer;
+  auto answered = answer.get_future();
+  boost::asio::post(context, [&] { answer.set_value(ask()); });
+  return answered.get();
+}
+
+}  // namespace cellcal::drivers
