@@ -6,6 +6,7 @@
 #include <numbers>
 #include <string>
 
+#include "drivers/kuka/arrival_spread.h"
 #include "drivers/kuka/eki_mover.h"
 #include "drivers/kuka/eki_outbox.h"
 #include "drivers/kuka/move_check.h"
@@ -51,6 +52,7 @@ struct EkiCore::Impl {
   void on_connected(std::uint32_t session, TimePoint now) {
     framer.reset();
     record.clear();
+    spread.reset();
     state.connected = true;
     state.session = session;
     state.other_session = 0;
@@ -166,6 +168,7 @@ struct EkiCore::Impl {
     if (too_few_axes) return note_bad(EkiError::kNoAxes, document);
     ++state.states;
     last_rx = t_rx;
+    spread.add(t_rx);
     if (frame.session != state.session) return on_other_session();
     const std::uint32_t unconfirmed = outbox.unconfirmed();
     // A count that this connection has not reached is another connection's, left in a buffer.
@@ -337,6 +340,8 @@ struct EkiCore::Impl {
     state.trouble = trouble(now);
     state.moving = mover.busy();
     state.rereference_pending = rereference_asked;
+    state.jitter_s = spread.sigma_s();
+    state.longest_gap_s = spread.longest_s();
   }
 
   EkiConfig config;
@@ -346,10 +351,9 @@ struct EkiCore::Impl {
   PositionRecord record;
   EkiMover mover;
 
-  struct State : EkiCoreState {
-    int decimals_seen = 0;
-  };
-  State state;
+  ArrivalSpread spread;
+
+  EkiCoreState state;
   EkiOutbox outbox;
 
   TimePoint connected_at{}, last_rx{}, last_sent{}, last_hello{}, last_progress{};

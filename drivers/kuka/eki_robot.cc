@@ -335,5 +335,6 @@ void EkiRobot::close() {
 }
 
 bool EkiRobot::is_open() const { return impl_->is_open.load(); }
+EkiCoreState EkiRobot::core_state() const { return impl_->snapshot.load(); }
 
 }  // namespace cellcal::drivers

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "drivers/kuka/arrival_spread.h"
 #include "drivers/kuka/move_check.h"
 #include "drivers/kuka/position_record.h"
 #include "drivers/kuka/rsi_mover.h"
@@ -76,6 +77,9 @@ struct RsiCore::Impl {
     if (arrival == Arrival::kStale) return {};
     ++state.packets;
     last_rx = t_rx;
+    spread.add(t_rx);
+    state.sends_setpoint = !frame.setpoint_axes_deg.empty();
+    state.sends_delay = frame.delay.has_value();
     note_delay();
     const AxisAngles actual = take_axes(frame.axes_deg, frame.external_deg, axes());
     std::copy(actual.begin(), actual.end(), state.actual_rad);
@@ -148,6 +152,7 @@ struct RsiCore::Impl {
     silence_before_s = state.waited_s;
     start_pose.clear();
     stream.reset();
+    spread.reset();
     record.clear();
     offset_known = false;
     rereference_asked = false;
@@ -369,12 +374,16 @@ struct RsiCore::Impl {
     state.moving = mover.busy();
     state.rereference_pending = rereference_asked;
     state.gaps = stream.gaps();
+    state.ipoc_step = stream.step();
+    state.jitter_s = spread.sigma_s();
+    state.longest_gap_s = spread.longest_s();
     std::copy(commanded.begin(), commanded.end(), state.commanded_rad);
   }
 
   RsiConfig config;
   RsiParser parser;
   RsiStream stream{config.silence_cycles};
+  ArrivalSpread spread;
   PositionRecord record;
   Mover mover;
   OffsetFinder finder;

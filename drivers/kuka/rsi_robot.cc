@@ -75,6 +75,7 @@ struct RsiRobot::Impl : std::enable_shared_from_this<RsiRobot::Impl> {
           config.bind_address, config.port, error.message()));
     }
     bound_port = fresh.local_endpoint().port();
+    peer_v4 = 0;
     listening = fmt::format("UDP {}:{}", config.bind_address, bound_port.load());
     auto fresh_core = std::make_unique<RsiCore>(config, guard);
     snapshot.store(fresh_core->core_state());
@@ -178,6 +179,7 @@ struct RsiRobot::Impl : std::enable_shared_from_this<RsiRobot::Impl> {
     if (linked() && (!locked || peer != newest_from)) {
       peer = newest_from;
       locked = true;
+      if (peer.address().is_v4()) peer_v4.store(peer.address().to_v4().to_uint());
     }
     publish();
   }
@@ -263,7 +265,7 @@ struct RsiRobot::Impl : std::enable_shared_from_this<RsiRobot::Impl> {
   Seqlock<CoreState> snapshot;
   ReplyHistogram times;
   std::atomic<std::uint64_t> foreign{0}, unsent{0};
-  std::atomic<std::uint32_t> foreign_from{0};
+  std::atomic<std::uint32_t> foreign_from{0}, peer_v4{0};
   std::atomic<bool> is_open{false};
   std::atomic<std::uint16_t> bound_port{0};
 
@@ -303,6 +305,10 @@ RobotState RsiRobot::state() const {
   }
   RobotState state =
       to_robot_state(impl_->snapshot.load(), {impl_->listening, impl_->config.sentype});
+  state.quality.reply_p50_s = impl_->times.quantile_s(0.5);
+  state.quality.reply_p99_s = impl_->times.quantile_s(0.99);
+  state.quality.reply_p999_s = impl_->times.quantile_s(0.999);
+  state.quality.reply_max_s = impl_->times.max_s();
   const auto add = [&](const std::string& words) {
     if (!state.words.empty()) state.words += ". ";
     state.words += words;
@@ -353,5 +359,11 @@ void RsiRobot::close() {
 std::uint16_t RsiRobot::port() const { return impl_->bound_port.load(); }
 const ReplyHistogram& RsiRobot::reply_times() const { return impl_->times; }
 std::uint64_t RsiRobot::foreign_packets() const { return impl_->foreign.load(); }
+CoreState RsiRobot::core_state() const { return impl_->snapshot.load(); }
+
+std::string RsiRobot::sender() const {
+  const std::uint32_t address = impl_->peer_v4.load();
+  return address == 0 ? std::string() : asio::ip::address_v4(address).to_string();
+}
 
 }  // namespace cellcal::drivers

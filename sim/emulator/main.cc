@@ -12,6 +12,7 @@
 #include "calib/files/files.h"
 #include "sim/cell/contact_watch.h"
 #include "sim/emulator/options.h"
+#include "sim/emulator/rsi_files.h"
 #include "sim/krc/eki_server.h"
 #include "sim/krc/krc_udp.h"
 #include "sim/mcu/mcu_pty.h"
@@ -158,6 +159,8 @@ int main(int argc, char** argv) {
         "--pc 127.0.0.1:49152 --device-link /tmp/contact");
     sim::add_options(app, options);
     CLI11_PARSE(app, argc, argv);
+    if (!options.rsi_xml.empty())
+      sim::load_rsi_files(options.rsi_xml, options.rsi_context, options);
     return run(options);
   } catch (const std::exception& e) {
     std::fprintf(stderr, "cellcal-emulator: %s\n", e.what());

@@ -51,6 +51,17 @@ void add_options(CLI::App& app, EmulatorOptions& options) {
              "--eki-xml", options.eki_xml,
              "EKI channel file as 'cellcal kuka-files' writes it: elements, limits and port")
           ->check(CLI::ExistingFile);
+  CLI::Option* channel =
+      app.add_option("--rsi-xml", options.rsi_xml,
+                     "RSI's ethernet XML as 'cellcal kuka-files' writes it: address and port (in "
+                     "place of --pc), SENTYPE, tags, HOLDON, what is sent")
+          ->check(CLI::ExistingFile);
+  app.add_option(
+         "--rsi-context", options.rsi_context,
+         "RSI's context beside it (.rsi.xml or .rsix): Precision, Timeout, limits (in place "
+         "of --clamp-deg)")
+      ->check(CLI::ExistingFile)
+      ->needs(channel);
   app.add_option("--listen", options.listen, "Address to listen on for EKI")
       ->default_str("127.0.0.1")
       ->needs(xml);

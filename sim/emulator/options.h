@@ -22,6 +22,7 @@ struct EmulatorOptions {
   std::string wire = "rsi";  ///< or "eki"
   ControllerConfig controller;
   std::filesystem::path eki_xml;  ///< channel file of the emulated controller
+  std::filesystem::path rsi_xml, rsi_context;  ///< likewise for RSI; empty: --pc and the rest
   std::string listen;             ///< address for EKI; empty: 127.0.0.1
   std::string pc_address = "127.0.0.1";
   std::uint16_t pc_port = 49152;
