@@ -21,7 +21,7 @@ enum class ContactLink {
   kDown,         ///< port not open, or nothing heard
   kIdentifying,  ///< HELLO sent, waiting for IDENT, clock map and self-test
   kReady,
-  kFault,        ///< refused version, loop broken, self-test failed, lost state, silent; see words
+  kFault,  ///< refused version, loop broken, self-test failed, lost state, silent; see words
 };
 
 /// Link quality, for the status page and the log.

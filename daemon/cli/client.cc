@@ -11,10 +11,10 @@
 #include "calib/files/calibration_json.h"
 #include "daemon/api/http.h"
 #include "daemon/cli/exit_status.h"
-#include "daemon/cli/link_words.h"
 #include "daemon/cli/offline.h"
 #include "daemon/cli/progress.h"
 #include "daemon/cli/tables.h"
+#include "daemon/doctor/link_words.h"
 
 namespace cellcal::daemon {
 

@@ -365,7 +365,8 @@ ContactSnapshot ContactCore::snapshot(TimePoint now) {
   s.in_contact = in_contact_;
   const Duration limit = s.armed ? Duration{kHeartbeatLimit} : Duration{kIdleLimit};
   // In contact no self-test can pass; the level of an examined loop still guards the way out.
-  const bool leaving = step_ == ContactStep::kSelfTest && touching_ && fault_ == ContactFault::kNone;
+  const bool leaving =
+      step_ == ContactStep::kSelfTest && touching_ && fault_ == ContactFault::kNone;
   s.alive = (step_ == ContactStep::kReady || leaving) && now - last_frame_ <= limit;
   return s;
 }

@@ -175,9 +175,9 @@ ContactStatus status_of(const ContactFacts& f) {
   ContactStatus s;
   s.link = link_of(f);
   s.in_contact = f.in_contact;
-  s.can_guard_retreat = s.link == ContactLink::kReady ||
-                        (f.step == ContactStep::kSelfTest && f.touching_at_self_test &&
-                         f.fault == ContactFault::kNone);
+  s.can_guard_retreat =
+      s.link == ContactLink::kReady || (f.step == ContactStep::kSelfTest &&
+                                        f.touching_at_self_test && f.fault == ContactFault::kNone);
   s.loop_ok = f.loop_ok;
   s.self_test_ok = f.self_test_ok;
   s.armed = f.armed;

@@ -1,4 +1,4 @@
-#include "daemon/cli/link_words.h"
+#include "daemon/doctor/link_words.h"
 
 #include <fmt/format.h>
 
