@@ -106,7 +106,8 @@ class ContactSensor {
   virtual void arm(std::uint16_t arm_id, std::chrono::milliseconds lifetime) = 0;
   virtual std::optional<ArmResult> poll_arm() = 0;
   virtual void disarm() = 0;
-  /// Makes the sensor prove itself; the outcome shows in status().
+  /// Makes the sensor prove itself; the outcome shows in status(), whose self_test_ok is false
+  /// from this call until then.
   virtual void self_test() = 0;
   virtual void close() = 0;
 };

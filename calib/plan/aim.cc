@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "calib/identify/target_place.h"
 #include "calib/model/inverse.h"
 
 namespace cellcal::calib {
@@ -26,13 +27,21 @@ void aim(const Known& known, const Candidate& candidate, PlannedTouch& touch) {
   const auto block = std::find_if(blocks.begin(), blocks.end(), [&](const TargetBlock& b) {
     return b.target == candidate.target;
   });
-  const Eigen::Vector3d centre = x.segment<3>(block->first);
-  const double radius = problem.nominal_radius_m(problem.cell().targets[candidate.target]) +
-                        (problem.rho() >= 0 ? x[problem.rho()] : 0.0);
+  const Target& target = problem.cell().targets[candidate.target];
+  const double radius =
+      problem.nominal_radius_m(target) + (problem.rho() >= 0 ? x[problem.rho()] : 0.0);
+  const TargetResult known_place =
+      result_at(target, problem.place(*block), x.data() + block->first);
+  Eigen::Vector3d centre = known_place.centre_m, normal = candidate.normal;
+  if (target.kind == TargetKind::kPlane) {  // the place on it that the candidate goes to
+    normal = known_place.normal;
+    const Eigen::Vector3d there = pool.arm().nominal_tip_m(candidate.contact);
+    centre = there - (normal.dot(there) - known_place.distance_m) * normal;
+  }
   const ArmErrors errors = arm.errors(x.data());
   ArmChain chain;
   const auto at = [&](double outside_m, const JointVector& seed) -> std::optional<JointVector> {
-    const Eigen::Vector3d wanted = centre + (radius + outside_m) * candidate.normal;
+    const Eigen::Vector3d wanted = centre + (radius + outside_m) * normal;
     Eigen::Isometry3d command = Eigen::Isometry3d::Identity();
     command.linear() = candidate.orientation;
     command.translation() = wanted;

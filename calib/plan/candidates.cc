@@ -125,6 +125,7 @@ std::vector<Candidate> find_candidates(const Cell& cell, const ArmModel& arm,
     const double radius = target.diameter_m / 2.0 + cell.tool.tip_radius_m;
     const int directions = 2 * per_target;
     for (int i = 0, found = 0; i < directions && found < per_target; ++i) {
+      check_wanted(options.stop);
       // Far-off lattice points first, so that a short list still surrounds the sphere.
       const int k = (i * 7919) % directions;
       const double shift = random.uniform(0.0, 0.1);

@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <limits>
+#include <utility>
 
 #include "calib/model/inverse.h"
 #include "calib/plan/pool.h"
@@ -11,8 +13,8 @@ namespace cellcal::calib {
 
 namespace {
 
-/// A tip further from every nominal sphere touches something else.
-constexpr double kNearSphereM = 0.03;
+/// A tip further from every nominal surface touches something else.
+constexpr double kNearM = 0.03;
 
 }  // namespace
 
@@ -41,45 +43,57 @@ struct Course::Impl {
     return online->next(from);
   }
 
-  /// Straight away from the sphere that the tip is at.
+  /// How far the tip is off the target's surface, and the surface's outward normal there.
+  static std::pair<double, Eigen::Vector3d> surface(const Cell& cell, const Target& target,
+                                                    const Eigen::Vector3d& tip) {
+    const Eigen::Vector3d from_centre = tip - target.centre_m;
+    if (target.kind == TargetKind::kSphere)
+      return {from_centre.norm() - target.diameter_m / 2.0 - cell.tool.tip_radius_m,
+              from_centre.normalized()};
+    const double above = target.normal.dot(from_centre);
+    const double aside =
+        std::max(0.0, (from_centre - above * target.normal).norm() - target.extent_m / 2.0);
+    const double off = above - cell.tool.tip_radius_m;
+    return {aside > 0.0 ? std::hypot(off, aside) : off, target.normal};
+  }
+
+  /// Straight away from the sphere or plane that the tip is at.
   JointVector way_out(const JointVector& from) const {
     const Cell& cell = finder.located();
     const Clearance clearance(cell, arm);
     const Eigen::Isometry3d pose = arm.nominal_tcp(from);
-    double nearest_m = std::numeric_limits<double>::max(), radius_m = 0.0;
-    std::size_t sphere = 0;
+    double nearest_m = std::numeric_limits<double>::max();
+    Eigen::Vector3d outwards = Eigen::Vector3d::UnitZ();
+    std::size_t nearest = 0;
     for (std::size_t t = 0; t < cell.targets.size(); ++t) {
       const Target& target = cell.targets[t];
-      if (target.kind != TargetKind::kSphere || !target.has_centre) continue;
-      const double radius = target.diameter_m / 2.0 + cell.tool.tip_radius_m;
-      const double gap = std::abs((pose.translation() - target.centre_m).norm() - radius);
-      if (gap >= nearest_m) continue;
-      nearest_m = gap;
-      radius_m = radius;
-      sphere = t;
+      if (!is_planned(target, Kinds::kSpheresAndPlanes) || !target.has_centre) continue;
+      const auto [off_m, normal] = surface(cell, target, pose.translation());
+      if (std::abs(off_m) >= std::abs(nearest_m)) continue;
+      nearest_m = off_m;
+      outwards = normal;
+      nearest = t;
     }
-    if (nearest_m > kNearSphereM)
+    if (std::abs(nearest_m) > kNearM)
       throw PlanError(
-          fmt::format("the arm does not stand at a sphere, and where it stands {}; jog it free and "
+          fmt::format("the arm does not stand at a target, and where it stands {}; jog it free and "
                       "resume",
                       clearance.hit(from, kTipMarginM).value_or("the tip is in contact")));
-    if (finder.seeking() == sphere)
+    if (finder.seeking() == nearest)
       throw PlanError(
           fmt::format("the tip touches sphere {}, whose place is not known well enough yet to lead "
                       "away from it; "
                       "jog it free and resume",
-                      cell.targets[sphere].id));
-    const Eigen::Vector3d& centre = cell.targets[sphere].centre_m;
+                      cell.targets[nearest].id));
     Eigen::Isometry3d outside = pose;
-    outside.translation() =
-        centre + (radius_m + options.plan.clear_m) * (pose.translation() - centre).normalized();
+    outside.translation() += (options.plan.clear_m - nearest_m) * outwards;
     const auto out = inverse(arm, outside, from, 0.0);
-    if (!out || !clearance.clear_search(from, *out, sphere, kTipMarginM))
+    if (!out || !clearance.clear_search(from, *out, nearest, kTipMarginM))
       throw PlanError(
-          fmt::format("no clear way leads from sphere {}, where the tip is, straight outwards; jog "
+          fmt::format("no clear way leads from target {}, where the tip is, straight outwards; jog "
                       "the arm free "
                       "and resume",
-                      cell.targets[sphere].id));
+                      cell.targets[nearest].id));
     return *out;
   }
 

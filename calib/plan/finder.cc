@@ -295,6 +295,7 @@ struct Finder::Impl {
     if (last) router.connect(*last);  // what stands in the way is known better by now
     bool any = false;
     for (Line& line : lines(one, clearance)) {
+      check_wanted(options.stop);
       auto touch = search(line, one, others);
       if (!touch) continue;
       any = true;

@@ -23,9 +23,9 @@ namespace cellcal::calib {
 
 namespace {
 
-constexpr int kSeedPerSphere = 5;
-constexpr int kCandidatesPerSphere = 400;
+constexpr int kCandidatesPerTarget = 400;
 constexpr int kPostures = 150;
+constexpr Kinds kKinds = Kinds::kSpheresAndPlanes;
 constexpr int kAhead = 10;  ///< touches that have to be worth it together
 
 }  // namespace
@@ -39,7 +39,7 @@ struct Online::Impl {
   Pool pool;
   std::vector<bool> gone;          ///< per candidate: touched, failed, or without a way
   std::vector<std::size_t> seeds;  ///< still to be made, in order
-  int least = kSeedPerSphere;      ///< touches of each sphere before there is an estimate
+  int least = kFirstTouches;       ///< touches of each sphere before there is an estimate
   int unsettled = 0;               ///< times that there was none
   Random random;
   std::vector<std::size_t> checks;  ///< still to be made, once the fit touches are
@@ -60,15 +60,17 @@ struct Online::Impl {
         goal(wanted),
         start(std::move(from)),
         pace(at),
-        pool(cell, options, kCandidatesPerSphere),
+        pool(cell, options, kCandidatesPerTarget, kKinds),
         gone(pool.candidates().size(), false),
         random(options.seed + 1) {
     if (start.empty()) start = pool.middle();
     if (const auto what = pool.clearance().hit(start, kTipMarginM))
       throw PlanError("the arm stands too close to something to start: " + *what + "; jog it free");
     ChooseOptions first;
-    first.count = kSeedPerSphere * pool.spheres();
-    first.least_per_target = kSeedPerSphere;
+    first.count = kFirstTouches * static_cast<int>(std::count_if(
+                                      cell.targets.begin(), cell.targets.end(),
+                                      [](const Target& t) { return is_planned(t, kKinds); }));
+    first.least_per_target = kFirstTouches;
     first.interest = options.interest;
     first.possible = [this](std::size_t c) { return pool.connected(c); };
     seeds = choose(cell, pool.candidates(), first).picked;
@@ -124,14 +126,14 @@ struct Online::Impl {
     seeds = std::move(ordered);
   }
 
-  /// Sphere by sphere; a sphere that lost a seed to a failure gets another.
+  /// Target by target; one that lost a seed to a failure gets another.
   bool seeded() const {
     for (std::size_t t = 0; t < cell.targets.size(); ++t)
-      if (cell.targets[t].kind == TargetKind::kSphere && made(t) < least) return false;
+      if (is_planned(cell.targets[t], kKinds) && made(t) < least) return false;
     return true;
   }
 
-  /// Every sphere has its first touches: from here on the estimate says where to go.
+  /// Every target has its first touches: from here on the estimate says where to go.
   void begin() {
     seeds.clear();
     settle([this] { running.emplace(cell, touches); });
@@ -149,7 +151,7 @@ struct Online::Impl {
       design.reset();
       least = std::numeric_limits<int>::max();
       for (std::size_t t = 0; t < cell.targets.size(); ++t)
-        if (cell.targets[t].kind == TargetKind::kSphere) least = std::min(least, made(t) + 1);
+        if (is_planned(cell.targets[t], kKinds)) least = std::min(least, made(t) + 1);
     }
   }
 
@@ -223,7 +225,7 @@ struct Online::Impl {
     progress.done = checks.empty();
   }
 
-  /// One more check touch, of the sphere whose turn it is, or of the next that has one left.
+  /// One more check touch, of the target whose turn it is, or of the next that has one left.
   void draw_check(std::size_t turn) {
     const std::size_t targets = cell.targets.size();
     for (std::size_t k = 0; k < targets; ++k) {
@@ -311,10 +313,10 @@ struct Online::Impl {
       if (!gone[c] && made(pool.candidates()[c].target) < least) return c;
       seeds.erase(seeds.begin());
     }
-    if (!running) {  // a seed failed: any other touch of a sphere that has too few
+    if (!running) {  // a seed failed: any other touch of a target that has too few
       for (std::size_t c = 0; c < gone.size(); ++c)
         if (!gone[c] && made(pool.candidates()[c].target) < least && pool.connected(c)) return c;
-      finish("spheres are left that could not be touched often enough to begin with");
+      finish("targets are left that could not be touched often enough to begin with");
       return std::nullopt;
     }
     while (true) {
@@ -362,11 +364,14 @@ std::optional<PlannedTouch> Online::next(const JointVector& where) {
         to_planned(me.cell, to, fitted ? TouchSet::kCheck : TouchSet::kFit, me.options);
     const Candidate* leaving = me.last ? &me.pool.candidates()[*me.last] : nullptr;
     auto way = me.pool.router().to_standoff(from, leaving, to);
-    if (!way) {
-      me.gone[*c] = true;
-      if (fitted) me.draw_check(to.target);
-      continue;
-    }
+    if (!way)  // not for want of a way to this touch: it is connected
+      throw PlanError(
+          fmt::format("no clear way leads away from where the arm stands: on the way to its "
+                      "resting posture {}; "
+                      "jog it free and resume",
+                      me.pool.clearance()
+                          .hit(from, me.pool.middle(), kTipMarginM)
+                          .value_or("it meets what stands around it")));
     touch.transit = std::move(*way);
     if (me.running) {
       const double unknown = me.design->unknown(static_cast<Eigen::Index>(*c));

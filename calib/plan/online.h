@@ -2,11 +2,11 @@
 // Touches chosen one by one, each by what the touches so far have left unknown, until the accuracy
 // asked for is reached or further touches no longer pay.
 //
-// The first touches, five to a sphere, are chosen on nominal geometry, as a plan's are. From then
-// on every touch goes where it takes most from the mean position variance over the region per
-// second of robot time, and its search line is made with the arm as it is known by then, so that it
-// can be short. A touch that failed is not offered again. Behind the last of them come the check
-// touches, drawn at random: they stand for all that the fit has not seen.
+// The first touches, kFirstTouches of each sphere and plane, are chosen on nominal geometry, as a
+// plan's are. From then on every touch goes where it takes most from the mean position variance
+// over the region per second of robot time, and its search line is made with the arm as it is known
+// by then, so that it can be short. A touch that failed is not offered again. Behind the last of
+// them come the check touches, drawn at random: they stand for all that the fit has not seen.
 
 #include <memory>
 #include <optional>
@@ -17,6 +17,9 @@
 #include "calib/plan/plan.h"
 
 namespace cellcal::calib {
+
+/// Of each sphere and plane, before there is an estimate to go by.
+inline constexpr int kFirstTouches = 5;
 
 struct Goal {
   double u95_m = 0.15e-3;  ///< mean over the region of the radius that holds the position error
@@ -49,7 +52,8 @@ class Online {
   Online& operator=(Online&&) noexcept;
 
   /// The next touch with its way from `from` (empty: the start); empty once done. Offered again
-  /// until touched() or failed() is called.
+  /// until touched() or failed() is called. Throws PlanError where no clear way leads away from
+  /// `from`, and once the options' `stop` asks for it.
   std::optional<PlannedTouch> next(const JointVector& from);
   /// The touch that next() offered, as it was measured. Throws IdentifyError where all touches
   /// together determine nothing.

@@ -9,6 +9,7 @@
 // names, or the arm itself (clearance.h); the tip alone meets the sphere that it touches.
 
 #include <Eigen/Core>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -60,7 +61,11 @@ struct PlanOptions {
   double limit_margin_rad = 0.05;
   Criterion criterion = Criterion::kI;
   Interest interest;
+  std::stop_token stop{};  ///< once asked for, whatever plans with these throws PlanError soon
 };
+
+/// Throws PlanError where `stop` was asked for.
+void check_wanted(const std::stop_token& stop);
 
 /// Throws PlanError. `from` is where the arm is now; empty: the plan's own start.
 Plan make_plan(const Cell& cell, const PlanOptions& options, const JointVector& from = {});

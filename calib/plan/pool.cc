@@ -45,6 +45,10 @@ std::vector<Candidate> searchable(std::vector<Candidate> candidates, const Clear
 
 }  // namespace
 
+void check_wanted(const std::stop_token& stop) {
+  if (stop.stop_requested()) throw PlanError("planning was called off");
+}
+
 ArmModel planning_arm(const Cell& cell) {
   Robot robot = cell.robot;
   for (Joint& joint : robot.joints) {
@@ -119,7 +123,8 @@ Pool::Pool(const Cell& cell, const PlanOptions& options, int per_target, Kinds k
                         [](const Target& t) { return t.kind == TargetKind::kSphere; }))),
       candidates_(searchable(find_candidates(cell, arm_, clearance_, options, per_target, kinds),
                              clearance_)),
-      connected_(candidates_.size(), -1) {
+      connected_(candidates_.size(), -1),
+      stop_(options.stop) {
   // First of all: a sphere out of reach also upsets all that follows.
   for (std::size_t t = 0; t < cell.targets.size(); ++t) {
     const bool any = std::any_of(candidates_.begin(), candidates_.end(),
@@ -170,6 +175,7 @@ bool Pool::try_harder(std::size_t target) {
 }
 
 bool Pool::connected(std::size_t candidate) {
+  check_wanted(stop_);
   signed char& known = connected_[candidate];
   if (known < 0) known = router_.connect(candidates_[candidate]) ? 1 : 0;
   return known == 1;

@@ -21,6 +21,7 @@ class Pool {
  public:
   /// About `per_target` candidates each. Throws PlanError where one of these targets cannot be
   /// touched at all. Refers to the cell.
+  /// Stops with PlanError, here or in connected(), once `options.stop` asks for it.
   Pool(const Cell& cell, const PlanOptions& options, int per_target, Kinds kinds = Kinds::kSpheres);
   Pool(const Pool&) = delete;  // parts refer to each other
 
@@ -49,6 +50,7 @@ class Pool {
   int spheres_ = 0;
   std::vector<Candidate> candidates_;
   std::vector<signed char> connected_;  ///< -1: not asked yet
+  std::stop_token stop_;
 };
 
 }  // namespace cellcal::calib

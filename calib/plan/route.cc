@@ -74,9 +74,9 @@ std::optional<std::vector<JointVector>> Router::to_standoff(const JointVector& f
     return joined(leaving->to_rest, to.from_rest);
   if (clearance_.clear(from, rest_, kTipMarginM)) return joined({rest_}, to.from_rest);
   if (!clearance_.clear(from, kTipMarginM)) return std::nullopt;
-  auto back = detour(from, rest_, kSteps);
-  if (back.empty()) return std::nullopt;
-  return joined(std::move(back), to.from_rest);
+  if (!back_ || back_->from != from) back_ = Back{from, detour(from, rest_, kSteps)};
+  if (back_->way.empty()) return std::nullopt;
+  return joined(back_->way, to.from_rest);
 }
 
 std::vector<JointVector> Router::detour(const JointVector& from, const JointVector& to,

@@ -29,7 +29,8 @@ class Router {
   /// them a way between any two candidates exists.
   bool connect(Candidate& candidate) const;
   /// Waypoints from `from` (not among them) to `to.standoff` (the last). `leaving`: the sphere that
-  /// the arm leaves, if any. Empty where no way was found.
+  /// the arm leaves, if any. Empty where no way was found: to a candidate that is connected only
+  /// where none leads from `from` to the resting posture.
   std::optional<std::vector<JointVector>> to_standoff(const JointVector& from,
                                                       const Candidate* leaving,
                                                       const Candidate& to) const;
@@ -59,6 +60,12 @@ class Router {
     int failed = 0;                               ///< in a row
     std::vector<std::vector<JointVector>> found;  ///< from the resting posture to stand-offs
   };
+  struct Back {
+    JointVector from;
+    std::vector<JointVector> way;  ///< to the resting posture; empty: none was found
+  };
+  /// The last that was sampled: whoever asks for many candidates asks from one place.
+  mutable std::optional<Back> back_;
   mutable std::vector<Hard> hard_;  ///< per target; what was sampled is kept for the next
 };
 

@@ -38,7 +38,8 @@ void add_run(CLI::App& app, int& status) {
       ->check(CLI::Range(0.01, 10.0));
   command
       ->add_option("--touches", given->touches,
-                   "Touches for the fit; with --goal: at most so many [40, with --goal 200]")
+                   "Touches for the fit; with --goal: at most so many, and at least 5 per target "
+                   "[40, with --goal 200]")
       ->check(CLI::Range(4, 2000));
   command->add_flag("--find", given->find,
                     "Find the spheres by touching first: their centres in the cell file are rough");

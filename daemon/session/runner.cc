@@ -54,13 +54,23 @@ Event Runner::event(EventKind kind, std::string words) {
 }
 
 State Runner::run() {
+  try {
+    run_to_end();
+  } catch (const std::exception& error) {
+    give_up(error.what());
+  } catch (...) {
+    give_up("something that is no exception was thrown");
+  }
+  return state_;
+}
+
+void Runner::run_to_end() {
   feed(event(EventKind::kRun));
   while (!is_final(state_.phase)) {
     if (gather()) continue;
     drivers::Clock& clock = parts_.backend.clock();
     clock.sleep_until(clock.now() + kPollPeriod);
   }
-  return state_;
 }
 
 /// Feeds at most one event, so that an abort never waits behind another; true when there was one.
@@ -82,8 +92,7 @@ std::optional<Event> Runner::happened() {
     state_.deadline.reset();
     return event(EventKind::kDeadline);
   }
-  const bool may_look = open_ && parts_.backend.clock().now() >= look_from_;
-  return may_look ? links_changed() : std::nullopt;
+  return open_ ? links_changed() : std::nullopt;
 }
 
 std::optional<Event> Runner::device_result() {
@@ -233,8 +242,6 @@ struct Runner::Perform {
   void operator()(const SelfTest&) const {
     backend.contact().self_test();
     runner.seen_.reset();
-    // The sensor's thread takes the order up within a few of these.
-    runner.look_from_ = backend.clock().now() + 10 * kPollPeriod;
   }
   void operator()(const BeginMove& action) const { backend.robot().begin(action.move); }
   void operator()(const StopArm&) const { backend.robot().stop(); }
@@ -267,6 +274,22 @@ struct Runner::Perform {
   }
   void operator()(const RecordEnd& action) const { runner.parts_.recorder.record(action); }
 };
+
+void Runner::give_up(const std::string& words) {
+  const Perform perform{*this};
+  if (open_) perform.attempt("stopping the arm", [&] { parts_.backend.robot().stop(); });
+  perform(CloseDevices{});
+  state_.failure =
+      Failure{FailureKind::kUnexpectedEvent, "while '" + std::string(to_string(state_.phase)) +
+                                                 "': " + words + "; please report this"};
+  state_.phase = Phase::kFailed;
+  perform.attempt("recording the end", [&] {
+    parts_.recorder.record(RecordEnd{Ending::kFailed, describe(*state_.failure)});
+  });
+  perform.attempt("telling of the end", [&] {
+    if (parts_.on_change) parts_.on_change(state_);
+  });
+}
 
 void Runner::perform_all(const Actions& actions) {
   for (const Action& action : actions) {

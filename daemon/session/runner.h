@@ -76,7 +76,8 @@ class Runner {
   Runner(const Runner&) = delete;
   Runner& operator=(const Runner&) = delete;
 
-  /// Runs the session to its end; returns the final state.
+  /// Runs the session to its end; returns the final state. Throws nothing: whatever is thrown
+  /// here that is no action's own failure stops the arm, closes the devices and fails the session.
   State run();
   /// From any thread.
   void request_abort() { abort_requested_ = true; }
@@ -87,6 +88,8 @@ class Runner {
   struct Inbox;
   struct Perform;
 
+  void run_to_end();
+  void give_up(const std::string& words);
   bool gather();
   std::optional<Event> happened();
   std::optional<Event> device_result();
@@ -103,7 +106,6 @@ class Runner {
   std::shared_ptr<Inbox> inbox_;
   std::optional<Links> seen_;  ///< none: devices closed, or a fresh look is wanted
   bool open_ = false;
-  drivers::TimePoint look_from_{};  ///< a status from before is an old one
   drivers::TimePoint next_report_{};
   std::atomic<bool> abort_requested_{false};
 };

@@ -7,6 +7,7 @@
 
 #include "calib/files/error.h"
 #include "calib/files/files.h"
+#include "calib/plan/candidates.h"
 #include "daemon/session/inputs.h"
 #include "daemon/session/tasks.h"
 
@@ -147,6 +148,18 @@ std::unique_ptr<SessionService::Job> SessionService::prepare(const RunRequest& r
     job->options.touch = parts_.touch;
   }
   job->cell = cell_of(job->inputs);
+  if (request.goal_mm && request.fit_touches) {
+    const auto targets = std::count_if(
+        job->cell.targets.begin(), job->cell.targets.end(), [](const calib::Target& target) {
+          return calib::is_planned(target, calib::Kinds::kSpheresAndPlanes);
+        });
+    if (const auto least = targets * calib::kFirstTouches; *request.fit_touches < least) {
+      throw RequestError(
+          fmt::format("touches chosen by a goal begin with {} of each target: of {} targets at "
+                      "least {}, not {}",
+                      calib::kFirstTouches, targets, least, *request.fit_touches));
+    }
+  }
   if (!request.resume)
     job->options.one_by_one = request.goal_mm || job->options.find || must_find(job->cell);
   // Not in the journal: what stands in the cell now is what must not be hit now.
@@ -198,6 +211,24 @@ std::int64_t SessionService::start(const RunRequest& request) {
 }
 
 void SessionService::run(Job& job) {
+  try {
+    carry_out(job);
+  } catch (const std::exception& error) {
+    // Before the runner had it: no device was opened.
+    State failed;
+    failed.phase = Phase::kFailed;
+    failed.failure = Failure{FailureKind::kUnexpectedEvent, error.what()};
+    spdlog::critical("session {} could not be run: {}", job.session, error.what());
+    publish(failed, job);
+  }
+  job.backend.reset();
+  if (const auto links = status().links) keep_links({false, links->robot, links->contact});
+  const std::lock_guard lock(mutex_);
+  busy_ = false;
+  idle_.notify_all();
+}
+
+void SessionService::carry_out(Job& job) {
   State state;
   state.policy = job.options.touch;
   state.patience = parts_.patience;
@@ -209,7 +240,9 @@ void SessionService::run(Job& job) {
   TaskInputs task_inputs;
   task_inputs.cell = job.cell;
   task_inputs.files = job.inputs;
+  std::stop_source planning;
   task_inputs.options = job.options;
+  task_inputs.options.plan.stop = planning.get_token();
   task_inputs.made = job.touches;
   task_inputs.session = job.session;
   task_inputs.started = job.started;
@@ -246,12 +279,8 @@ void SessionService::run(Job& job) {
     const std::lock_guard lock(mutex_);
     runner_ = nullptr;
   }
+  planning.request_stop();  // of a job that the session did not wait for
   worker.reset();
-  job.backend.reset();
-  if (const auto links = status().links) keep_links({false, links->robot, links->contact});
-  const std::lock_guard lock(mutex_);
-  busy_ = false;
-  idle_.notify_all();
 }
 
 void SessionService::publish(const State& state, Job& job) {

@@ -79,6 +79,7 @@ class SessionService {
   struct Job;
   std::unique_ptr<Job> prepare(const RunRequest& request);
   void run(Job& job);
+  void carry_out(Job& job);
   void publish(const State& state, Job& job);
   void keep_links(LinkReport report);
 

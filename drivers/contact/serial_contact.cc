@@ -55,6 +55,7 @@ struct Published {
   Port port = Port::kClosed;
   int error = 0;  ///< errno that the port was lost with; 0: end of file
   std::uint64_t unsent = 0;
+  std::uint64_t tests_begun = 0;  ///< orders to prove itself that were passed on
   TimePoint at{};
 };
 
@@ -132,6 +133,8 @@ class SerialContact::Impl : public ContactGuard, public std::enable_shared_from_
   void command(const Command& c) {
     const bool queued = opened_ && commands_.push(c);
     if (queued) {
+      // Until the io thread has taken the order, the pass of an earlier test is no answer to it.
+      if (c.kind == Command::Kind::kSelfTest) ++tests_asked_;
       wake();
     } else if (c.kind == Command::Kind::kArm) {
       ArmAnswer answer;
@@ -159,6 +162,7 @@ class SerialContact::Impl : public ContactGuard, public std::enable_shared_from_
     const Published p = published_.read();
     if (!opened_) return status_of(ContactFacts{});
     ContactStatus s = status_of(p.facts);
+    if (p.tests_begun < tests_asked_) s.self_test_ok = false;
     const TimePoint now = Steady::now();
     if (now - std::max(p.at, opened_at_) > kIoThreadStuck) {
       s.link = ContactLink::kFault;
@@ -342,6 +346,7 @@ class SerialContact::Impl : public ContactGuard, public std::enable_shared_from_
     p.port = port_state_;
     p.error = error_;
     p.unsent = unsent_;
+    p.tests_begun = tests_begun_;
     p.at = now;
     published_.write(p);
     schedule(now);
@@ -386,6 +391,7 @@ class SerialContact::Impl : public ContactGuard, public std::enable_shared_from_
           break;
         case Command::Kind::kSelfTest:
           core_.self_test(now);
+          ++tests_begun_;
           break;
       }
     }
@@ -401,6 +407,7 @@ class SerialContact::Impl : public ContactGuard, public std::enable_shared_from_
   std::optional<ArmAnswer> unsent_answer_;
 
   // between threads
+  std::atomic<std::uint64_t> tests_asked_{0};
   std::atomic<int> epoch_{0};  ///< counts open() and close(): what is older is not adopted
   boost::lockfree::spsc_queue<Command, boost::lockfree::capacity<kCommands>> commands_;
   boost::lockfree::spsc_queue<ArmAnswer, boost::lockfree::capacity<kAnswers>> answers_;
@@ -421,6 +428,7 @@ class SerialContact::Impl : public ContactGuard, public std::enable_shared_from_
   Port port_state_ = Port::kClosed;
   int error_ = 0;
   std::uint64_t unsent_ = 0;
+  std::uint64_t tests_begun_ = 0;
 
   std::optional<PortKeeper> keeper_;  ///< last, so that its thread ends first
 };

@@ -1,6 +1,7 @@
 #include "sim/cell/physical_cell.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 namespace cellcal::sim {
@@ -17,6 +18,19 @@ double distance(const Eigen::Vector3d& p, const Eigen::Vector3d& a, const Eigen:
   return (p - a - t * ab).norm();
 }
 
+/// Solid this far behind its face; a tip that is deeper comes from the other side.
+constexpr double kPlateM = 0.03;
+
+/// Distance of a point from the plate, negative inside it.
+double outside_m(const TrueFace& face, const Eigen::Vector3d& p) {
+  const double above = face.normal.dot(p - face.middle_m);
+  const double aside =
+      (p - face.middle_m - above * face.normal).norm() - face.reach_m;  // beyond its rim
+  const double beyond = std::max(above, -kPlateM - above);
+  if (aside <= 0.0 || beyond <= 0.0) return std::max(aside, beyond);
+  return std::hypot(aside, beyond);
+}
+
 }  // namespace
 
 Eigen::Vector3d PhysicalCell::tip_m(std::span<const double> joint_rad) const {
@@ -29,6 +43,8 @@ double PhysicalCell::gap_m(std::span<const double> joint_rad) const {
   for (std::size_t i = 0; i < truth_.centre_m.size(); ++i)
     if (truth_.radius_m[i] > 0.0)
       gap = std::min(gap, (tip - truth_.centre_m[i]).norm() - truth_.radius_m[i]);
+  for (const TrueFace& face : truth_.faces)
+    gap = std::min(gap, outside_m(face, tip) - face.tip_radius_m);
   return gap;
 }
 
@@ -44,6 +60,10 @@ double PhysicalCell::shaft_depth_m(std::span<const double> joint_rad) const {
     if (truth_.radius_m[i] > 0.0)
       depth = std::max(
           depth, truth_.radius_m[i] + kNeckRadiusM - distance(truth_.centre_m[i], neck, flange));
+  // A straight shaft is nearest to a plate that it does not pass through at one of its ends.
+  for (const TrueFace& face : truth_.faces)
+    for (const Eigen::Vector3d& end : {neck, flange})
+      depth = std::max(depth, kNeckRadiusM - outside_m(face, end));
   return depth;
 }
 

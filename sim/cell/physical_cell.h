@@ -14,9 +14,10 @@ class PhysicalCell {
 
   /// True TCP [m, true base frame] for the arm's true axis angles [rad].
   Eigen::Vector3d tip_m(std::span<const double> joint_rad) const;
-  /// Distance of the tip from the nearest sphere's surface [m]; the circuit is closed at <= 0.
+  /// Distance of the tip from the nearest sphere's or plate's surface [m]; the circuit is closed
+  /// at <= 0.
   double gap_m(std::span<const double> joint_rad) const;
-  /// Depth of the tool's shaft inside a sphere [m], 0 when clear: a crash.
+  /// Depth of the tool's shaft inside a sphere or plate [m], 0 when clear: a crash.
   double shaft_depth_m(std::span<const double> joint_rad) const;
   const Truth& truth() const { return truth_; }
 

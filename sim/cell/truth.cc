@@ -97,7 +97,7 @@ calib::Cell with_all_places(calib::Cell cell, std::uint64_t seed) {
 
 Truth draw_truth(const calib::Cell& stated, const TruthOptions& options) {
   const calib::Cell cell = with_all_places(stated, options.seed);
-  Truth truth{true_arm(cell, options), {}, {}, {}};
+  Truth truth{true_arm(cell, options), {}, {}, {}, {}};
   calib::Random random(options.seed);
   truth.errors.resize(truth.arm.size());
   for (int i = 0; i < truth.arm.size(); ++i) {
@@ -145,6 +145,9 @@ Truth draw_truth(const calib::Cell& stated, const TruthOptions& options) {
                                  ? (target.diameter_m + target.diameter_sigma_m * draw) / 2.0 +
                                        cell.tool.tip_radius_m
                                  : 0.0);
+    if (target.kind == calib::TargetKind::kPlane && target.extent_m > 0.0)
+      truth.faces.push_back({truth.centre_m.back(), place.linear() * target.normal,
+                             target.extent_m / 2.0, cell.tool.tip_radius_m});
   }
   return truth;
 }

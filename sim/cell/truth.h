@@ -19,11 +19,19 @@ struct TruthOptions {
   double placement_rad = 0.001;
 };
 
+/// The face of a plate: the cell's planes whose extent is stated.
+struct TrueFace {
+  Eigen::Vector3d middle_m, normal;  ///< true base frame, to the side of the tips
+  double reach_m = 0.0;              ///< radius of the plate
+  double tip_radius_m = 0.0;
+};
+
 struct Truth {
   calib::ArmModel arm;                    ///< with gears added where asked for
   Eigen::VectorXd errors;                 ///< true values of arm.parameters()
   std::vector<Eigen::Vector3d> centre_m;  ///< per target of the cell, true base frame
   std::vector<double> radius_m;  ///< true radius of each sphere plus tip; 0 for other kinds
+  std::vector<TrueFace> faces{};
 };
 
 /// The cell file's centres are what an installer reads off the pendant with the tip at a sphere:

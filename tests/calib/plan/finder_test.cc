@@ -4,11 +4,13 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "calib/model/random.h"
 #include "calib/plan/belief.h"
 #include "calib/plan/course.h"
+#include "calib/plan/pool.h"
 #include "calib/plan/search_depth.h"
 #include "tests/calib/identify/simulate.h"
 
@@ -268,6 +270,39 @@ TEST(SearchDepth, EndsBeforeTheShaftMeetsWhatTheTipHasPassed) {
   EXPECT_NEAR(depth.share, 0.5, 1e-12);
   // Alone, the one straight below may be searched down to its middle.
   EXPECT_NEAR(search_depth(down, {Vector3d::Zero()}, radius, tool).end_m, 0.0, 1e-12);
+}
+
+TEST(Course, LeadsOutOfThePlateThatTheTipTouches) {
+  Cell cell = demo_cell();
+  cell.tool.tip_radius_m = 0.003;
+  Target plate;
+  plate.id = "P";
+  plate.kind = TargetKind::kPlane;
+  plate.has_centre = plate.has_normal = true;
+  plate.centre_m = {0.95, 0.05, 0.25};
+  plate.normal = Eigen::Vector3d(-0.3, 0.1, 1.0).normalized();
+  plate.normal_sigma_rad = 0.02;
+  plate.extent_m = 0.2;
+  cell.targets.push_back(plate);
+  CourseOptions options;
+  const ArmModel arm = planning_arm(cell);
+  const Plan plan = make_plan(cell, options.plan);
+  const auto touch = std::find_if(plan.touches.begin(), plan.touches.end(),
+                                  [](const PlannedTouch& t) { return t.target == "P"; });
+  ASSERT_NE(touch, plan.touches.end());
+  const auto above = [&](const JointVector& q) {
+    return (arm.nominal_tip_m(q) - plate.centre_m).dot(plate.normal) - cell.tool.tip_radius_m;
+  };
+  Course course(cell, options, {});
+  // Inside the nominal plate by a little, as an arm that is off may be.
+  JointVector at = touch->standoff;
+  const double share = 0.52;
+  for (std::size_t i = 0; i < at.size(); ++i) at[i] += share * (touch->end[i] - touch->standoff[i]);
+  EXPECT_LT(above(at), 0.0);
+  const auto next = course.next(at, true);
+  ASSERT_TRUE(next);
+  ASSERT_GE(next->transit.size(), 2U);
+  EXPECT_NEAR(above(next->transit.front()), options.plan.clear_m, 1e-6);
 }
 
 TEST(Course, FindsTheSpheresAndThenTouchesThemToTheGoal) {

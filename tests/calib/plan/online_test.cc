@@ -9,6 +9,7 @@
 
 #include "calib/model/random.h"
 #include "calib/plan/forecast.h"
+#include "calib/plan/pool.h"
 #include "tests/calib/identify/simulate.h"
 
 namespace cellcal::calib {
@@ -170,6 +171,38 @@ TEST(Online, SaysHowManyTouchesAreLeft) {
   const auto rest = static_cast<int>(left.size() - half);
   EXPECT_GT(left[half], rest / 3);
   EXPECT_LT(left[half], 3 * rest);
+}
+
+TEST(Online, IsCalledOff) {
+  std::stop_source off;
+  PlanOptions options = small();
+  options.stop = off.get_token();
+  Online online(demo_cell(), options, {}, {});
+  off.request_stop();
+  EXPECT_THROW(Online(demo_cell(), options, {}, {}), PlanError);
+}
+
+TEST(Online, SaysThatTheArmIsEnclosedInsteadOfTryingEveryTouch) {
+  // A wall beside the arm, which cannot fold to turn past its edge.
+  Cell cell = testing::one_sphere_cell();
+  cell.robot.joints[1].min_rad = -1.6;
+  cell.robot.joints[2].max_rad = 2.3;
+  Obstacle fence;
+  fence.id = "fence";
+  fence.frame.translation() = Eigen::Vector3d(1.15, 0.45, 0.5);
+  fence.size_m = {1.4, 0.01, 4.0};
+  cell.obstacles = {fence};
+  Online online(cell, small(), {}, {});
+  ASSERT_TRUE(online.next({}));
+  JointVector outside = middle_posture(cell.robot);
+  outside[0] = -1.6;  // KUKA's first joint turns clockwise
+  Online from_there(cell, small(), {}, {});
+  try {
+    from_there.next(outside);
+    FAIL() << "a way was found";
+  } catch (const PlanError& error) {
+    EXPECT_NE(std::string(error.what()).find("jog it free"), std::string::npos) << error.what();
+  }
 }
 
 }  // namespace

@@ -156,6 +156,39 @@ TEST(a_session, finds_a_sphere_that_is_somewhere_in_a_box) {
   EXPECT_EQ(fixture.status()["touches"], 44);
 }
 
+class a_session_with_a_plate : public ::testing::TestWithParam<std::vector<std::string>> {};
+
+TEST_P(a_session_with_a_plate, touches_its_face_as_it_does_the_spheres) {
+  DaemonFixture fixture;
+  std::string cell = content(kCell);
+  const std::string robot = "robot = \"";
+  cell.insert(cell.find(robot) + robot.size(),
+              std::filesystem::path(kCell).parent_path().string() + "/");
+  cell.insert(cell.find("[[length]]"),
+              "[[target]]\nid = \"P\"\nkind = \"plane\"\ncentre_mm = [950, 50, 250]\n"
+              "normal = [-0.3, 0.1, 0.95]\ncentre_sigma_mm = 5\nnormal_sigma_deg = 1\n"
+              "extent_mm = 200\n\n");
+  const std::string file = fixture.dir / "cell.toml";
+  std::ofstream(file) << cell;
+  fixture.start();
+  std::vector<std::string> arguments{"run", "--cell", file, "--check", "5"};
+  arguments.insert(arguments.end(), GetParam().begin(), GetParam().end());
+  const Outcome outcome = fixture.cellcal(arguments);
+  EXPECT_EQ(outcome.status, 0) << outcome.err << outcome.out;
+  const std::string csv = content(fixture.dir.path() / "state/sessions/1/touches.csv");
+  int of_plate = 0;
+  for (std::size_t at = csv.find(",P,"); at != std::string::npos; at = csv.find(",P,", at + 1))
+    ++of_plate;
+  EXPECT_GE(of_plate, 5) << csv;
+}
+
+INSTANTIATE_TEST_SUITE_P(plans, a_session_with_a_plate,
+                         ::testing::Values(std::vector<std::string>{"--touches", "40"},
+                                           std::vector<std::string>{"--goal", "0.4"}),
+                         [](const auto& which) {
+                           return std::string(which.index == 0 ? "made_before" : "one_by_one");
+                         });
+
 TEST(a_goal, out_of_range_is_refused_before_anything_begins) {
   DaemonFixture fixture;
   fixture.start();

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <stdexcept>
+
 #include "fakes.h"
 
 namespace cellcal::daemon::testing {
@@ -198,6 +200,24 @@ TEST(a_failing_worker, ends_the_session_with_its_words) {
 TEST(a_failure, reads_as_one_line_whatever_a_device_says) {
   const Failure failure{FailureKind::kDevice, "two\nlines\x1b[2J"};
   EXPECT_EQ(describe(failure), "device: two lines [2J");
+}
+
+TEST(a_session, that_meets_an_exception_of_nobodys_stops_the_arm_and_ends_failed) {
+  Session session;
+  Runner runner({session.backend, session.recorder, session.worker, session.tasks,
+                 [](const State& state) {
+                   if (state.phase == Phase::kSlowSearch) throw std::runtime_error("out of paper");
+                 }},
+                session.start, {});
+  const State end = runner.run();
+  EXPECT_EQ(end.phase, Phase::kFailed);
+  ASSERT_TRUE(end.failure);
+  EXPECT_NE(end.failure->detail.find("out of paper"), std::string::npos) << end.failure->detail;
+  EXPECT_GE(session.backend.world.stops, 1);
+  EXPECT_FALSE(session.backend.world.robot_open);
+  EXPECT_FALSE(session.backend.world.contact_open);
+  ASSERT_EQ(session.recorder.ends.size(), 1u);
+  EXPECT_EQ(session.recorder.ends[0].ending, Ending::kFailed);
 }
 
 }  // namespace

@@ -8,9 +8,12 @@
 
 #include <atomic>
 #include <boost/asio/executor_work_guard.hpp>
+#include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <cstdlib>
 #include <filesystem>
+#include <future>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <thread>
@@ -71,6 +74,19 @@ class RobotThread {
   }
   bool ready() {
     return wait_for([this] { return contact.status().link == ContactLink::kReady; });
+  }
+  /// The I/O thread does nothing until the returned promise is kept.
+  std::promise<void> hold() {
+    std::promise<void> go, held;
+    auto until = std::make_shared<std::future<void>>(go.get_future());
+    auto holds = held.get_future();
+    auto said = std::make_shared<std::promise<void>>(std::move(held));
+    boost::asio::post(io, [until, said] {
+      said->set_value();
+      until->wait();
+    });
+    holds.wait();
+    return go;
   }
   ArmResult arm(std::uint16_t id) {
     contact.arm(id, seconds{30});
@@ -203,6 +219,21 @@ TEST(SerialContact, IdentifiesArmsAndReportsATouchWithItsTime) {
   EXPECT_LT(std::abs(off_s), 6.0 * contact->time_sigma_s) << "sigma " << contact->time_sigma_s;
   EXPECT_TRUE(robot.snapshot().in_contact);
   EXPECT_FALSE(robot.snapshot().armed);
+}
+
+TEST(SerialContact, APassFromBeforeIsNoAnswerToASelfTest) {
+  sim::McuPty pty({});
+  RobotThread robot(options_for(pty.path()));
+  robot.contact.open();
+  ASSERT_TRUE(robot.ready()) << robot.contact.status().words;
+  ASSERT_TRUE(robot.contact.status().self_test_ok);
+  std::promise<void> go = robot.hold();
+  robot.contact.self_test();
+  const bool ok_meanwhile = robot.contact.status().self_test_ok;
+  go.set_value();
+  EXPECT_FALSE(ok_meanwhile);
+  EXPECT_TRUE(wait_for([&] { return robot.contact.status().self_test_ok; }))
+      << robot.contact.status().words;
 }
 
 TEST(SerialContact, ArmingWithoutAPortIsRefusedWithTheReason) {

@@ -67,6 +67,22 @@ TEST(PhysicalCell, TakesTheNearestOfSeveralSpheresAndNoOtherTargets) {
   EXPECT_NEAR(PhysicalCell(truth).gap_m(std::vector{0.0}), 0.08, 1e-14);
 }
 
+TEST(PhysicalCell, FeelsAPlateOnItsFaceAndBesideItsRim) {
+  Truth truth = lever().truth();  // the tip swings from (1, 0, 0) to +y
+  truth.radius_m.assign(1, 0.0);
+  // Its face looks to -y at y = 0.5, and its tips are balls of 2 mm.
+  truth.faces.push_back({{1.0, 0.5, 0.0}, {0.0, -1.0, 0.0}, 0.2, 0.002});
+  const PhysicalCell cell(truth);
+  EXPECT_NEAR(cell.gap_m(std::vector{0.0}), 0.498, 1e-12);
+  const double at = std::asin(0.498);
+  EXPECT_NEAR(cell.gap_m(std::vector{at}), 0.0, 1e-12);
+  EXPECT_LT(cell.gap_m(std::vector{at + 0.01}), 0.0);
+  // A smaller one, of which the swing passes the rim at 34 mm.
+  truth.faces[0].reach_m = 0.1;
+  EXPECT_NEAR(PhysicalCell(truth).gap_m(std::vector{std::asin(0.5)}),
+              1.0 - std::cos(std::asin(0.5)) - 0.1 - 0.002, 1e-12);
+}
+
 TEST(ContactWatch, FindsBothEdgesToAHundredNanoseconds) {
   const PhysicalCell cell = lever();
   std::vector<Edge> edges;
