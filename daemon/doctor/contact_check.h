@@ -12,7 +12,6 @@ struct ContactSeen {
   drivers::ContactStatus newest;
   std::uint16_t wanted_config_crc = 0;
   double observed_s = 0.0;
-  bool closed_meanwhile = false;  ///< the circuit closed while it was looked at
 };
 
 /// Who it is, its configuration, circuit, self-test and clock: once it is ready, or has had its

@@ -3,6 +3,8 @@
 
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "calib/model/robot.h"
 #include "daemon/doctor/finding.h"
@@ -24,6 +26,8 @@ struct RsiSeen {
   double first_packet_s = 0.0, observed_s = 0.0, waited_s = 0.0;
   std::string sender;
   std::uint64_t foreign = 0;
+  /// How many replies took at most so many milliseconds: the histogram, coarsely.
+  std::vector<std::pair<double, std::uint64_t>> replies_within;
   std::string last_words;  ///< newest words of the adapter
   std::string listening;   ///< "UDP 10.0.0.5:49152"
 };

@@ -164,9 +164,16 @@ void judge_times(const RsiSeen& seen, Findings& findings) {
   const std::string check = "rsi reply times";
   const drivers::RobotQuality& q = seen.state.quality;
   if (q.replies == 0) return findings.skip(check, "no replies were sent");
-  const std::string figures = fmt::format(
-      "of {}: p50 {:.2f}, p99 {:.2f}, p99.9 {:.2f}, longest {:.2f} ms", q.replies,
-      q.reply_p50_s * 1e3, q.reply_p99_s * 1e3, q.reply_p999_s * 1e3, q.reply_max_s * 1e3);
+  std::string histogram;
+  for (const auto& [ms, count] : seen.replies_within) {
+    if (count == 0) continue;
+    histogram += fmt::format("; {} within {} ms", count, ms);
+    if (count >= q.replies) break;
+  }
+  const std::string figures =
+      fmt::format("of {}: p50 {:.2f}, p99 {:.2f}, p99.9 {:.2f}, longest {:.2f} ms{}", q.replies,
+                  q.reply_p50_s * 1e3, q.reply_p99_s * 1e3, q.reply_p999_s * 1e3,
+                  q.reply_max_s * 1e3, histogram);
   if (q.reply_p99_s > kPoorReplyShare * seen.newest.cycle_s) {
     findings.fail(check, figures, "this computer is too busy for RSI: see 'real time'");
   } else if (q.reply_p999_s > kGoodReplyS) {

@@ -21,6 +21,7 @@ namespace cellcal::daemon {
 namespace {
 
 using Steady = std::chrono::steady_clock;
+using namespace std::chrono_literals;
 
 constexpr std::chrono::milliseconds kLook{5};
 /// A board's bootloader takes 2 s, the driver's clock map and self-test another.
@@ -88,7 +89,7 @@ class Wires {
   bool open_rsi(drivers::RsiRobot& robot);
   RsiSeen watch(drivers::RsiRobot& robot);
   EkiSeen watch(drivers::EkiRobot& robot);
-  void judge_line(double observed_s);
+  void judge_line();
 
   const DoctorRequest& request_;
   const DaemonConfig& config_;
@@ -100,6 +101,7 @@ class Wires {
   drivers::SerialContact contact_;
   ContactSeen contact_seen_;
   bool contact_open_ = false, contact_good_ = false;
+  Steady::time_point contact_opened_{};
 };
 
 // ---- contact sensor ----------------------------------------------------------------------------
@@ -136,15 +138,12 @@ bool Wires::open_contact() {
   return true;
 }
 
-void Wires::look_at_contact() {
-  drivers::ContactStatus& newest = contact_seen_.newest;
-  newest = contact_.status();
-  contact_seen_.closed_meanwhile = contact_seen_.closed_meanwhile || newest.in_contact;
-}
+void Wires::look_at_contact() { contact_seen_.newest = contact_.status(); }
 
 void Wires::contact(const std::optional<ProcessRights>& daemon) {
   judge_access(daemon);
   contact_open_ = open_contact();
+  contact_opened_ = Steady::now();
   if (!contact_open_) {
     for (const char* check : {"contact sensor", "contact configuration", "contact circuit",
                               "contact self-test", "contact clock"}) {
@@ -167,10 +166,10 @@ void Wires::contact(const std::optional<ProcessRights>& daemon) {
   contact_good_ = judge_contact(contact_seen_, findings_);
 }
 
-void Wires::judge_line(double observed_s) {
+void Wires::judge_line() {
   if (!contact_open_) return findings_.skip("contact line", "the port is not open");
   look_at_contact();
-  contact_seen_.observed_s = observed_s;
+  contact_seen_.observed_s = since(contact_opened_);
   judge_contact_line(contact_seen_, findings_);
   const drivers::ContactStatus& s = contact_seen_.newest;
   if (contact_good_ && s.link != drivers::ContactLink::kReady) {
@@ -244,6 +243,9 @@ RsiSeen Wires::watch(drivers::RsiRobot& robot) {
   }
   seen.observed_s = up ? since(*up) : 0.0;
   seen.sender = robot.sender();
+  for (const auto limit : {100us, 250us, 500us, 1000us, 2000us}) {
+    seen.replies_within.emplace_back(limit.count() * 1e-3, robot.reply_times().within(limit));
+  }
   seen.foreign = robot.foreign_packets();
   return seen;
 }
@@ -252,14 +254,14 @@ void Wires::rsi() {
   drivers::RsiRobot robot(io_.context(), rsi_config_for(config_, arm_), &contact_.guard());
   if (!open_rsi(robot)) {
     findings_.skip("rsi packets", "the port is not open");
-    return judge_line(0.0);
+    return judge_line();
   }
   request_.hint(
       fmt::format("start CELLCAL_RSI on the pendant now (T1, start key held): waiting for "
                   "its packets for up to {:.0f} s",
                   request_.wait_s));
   const RsiSeen seen = watch(robot);
-  judge_line(seen.waited_s);
+  judge_line();
   judge_rsi(seen, {config_.rsi.sentype, config_.rsi.late_replies_limit}, findings_);
   if (!seen.up) return robot.close();
   judge_angles("rsi joint angles", seen.state.actual_rad, robot_, findings_);
@@ -328,7 +330,7 @@ void Wires::eki() {
   } catch (const drivers::DriverError& error) {
     seen.last_words = error.what();
   }
-  judge_line(seen.waited_s);
+  judge_line();
   judge_eki(seen, {config_.eki.stop == drivers::EkiStop::kInput, config_.controller.input},
             findings_);
   if (seen.up) judge_angles("eki joint angles", seen.state.actual_rad, robot_, findings_);

@@ -5,31 +5,15 @@
 
 #include "drivers/error.h"
 #include "drivers/kuka/krl_objections.h"
+#include "drivers/kuka/krl_rsi_set.h"
 #include "drivers/kuka/wire_text.h"
 
 namespace cellcal::drivers {
 namespace {
 
+using krl::RsiSet;
+
 constexpr int kAxes = 6;
-constexpr int kFewestDecimals = 4;  // 1e-4 deg: 2.5 um at 1.4 m
-// What the objects take where their parameters do not stand in the context.
-constexpr double kUsualPrecision = 1, kUsualTimeout = 10, kUsualClampDeg = 5, kUsualMonitorDeg = 6;
-constexpr int kExitMoveCorr = 4;
-constexpr double kRounding = 1e-9;
-
-struct Set {
-  const RsiFilesConfig& config;
-  CorrectionMode mode;
-  krl::Objections& objections;
-  const RsiChannelFile& channel;
-
-  const RsiElement* received(const std::string& tag) const {
-    for (const RsiElement& one : channel.receive) {
-      if (one.tag == tag) return &one;
-    }
-    return nullptr;
-  }
-};
 
 const char* name_of(CorrectionMode mode) {
   return mode == CorrectionMode::kAbsolute ? "ABSOLUTE" : "RELATIVE";
@@ -37,7 +21,7 @@ const char* name_of(CorrectionMode mode) {
 
 // ---- ethernet XML ------------------------------------------------------------------------------
 
-void check_config(const Set& set) {
+void check_config(const RsiSet& set) {
   const RsiChannelFile& file = set.channel;
   const RsiFilesConfig& c = set.config;
   const bool known = !c.pc_address.empty() && c.pc_address != "0.0.0.0";
@@ -72,7 +56,7 @@ void check_config(const Set& set) {
   }
 }
 
-void check_sent(const Set& set) {
+void check_sent(const RsiSet& set) {
   for (const char* tag : {"DEF_AIPos", "DEF_ASPos", "DEF_Delay"}) {
     const auto found =
         std::find_if(set.channel.send.begin(), set.channel.send.end(),
@@ -89,7 +73,7 @@ void check_sent(const Set& set) {
   }
 }
 
-void check_hold(const Set& set, const RsiElement& one) {
+void check_hold(const RsiSet& set, const RsiElement& one) {
   const bool wanted = set.mode == CorrectionMode::kAbsolute;
   if (one.hold_on.value_or(!wanted) == wanted) return;
   set.objections.refuse(set.channel.name, one.line,
@@ -101,7 +85,7 @@ void check_hold(const Set& set, const RsiElement& one) {
                         wanted ? 1 : 0);
 }
 
-void check_received(const Set& set) {
+void check_received(const RsiSet& set) {
   for (int i = 1; i <= kAxes; ++i) {
     const std::string tag = fmt::format("{}.A{}", set.config.axis_tag, i);
     const RsiElement* one = set.received(tag);
@@ -128,164 +112,6 @@ void check_received(const Set& set) {
         set.channel.name, stop->line,
         "{} must have TYPE=\"BOOL\", a channel number as its INDX and HOLDON=\"0\"", stop->tag);
   }
-}
-
-// ---- context -----------------------------------------------------------------------------------
-
-struct Value {
-  double value = 0.0;
-  int line = 0;
-};
-
-Value value_of(const Set& set, const RsiContextFile& file, const RsiObject& object,
-               const std::string& name, double usual) {
-  const RsiParameter* found = object.parameter(name);
-  if (found == nullptr) return {usual, object.line};
-  Value value{usual, found->line};
-  if (!wire::parse_number(found->value, value.value)) {
-    set.objections.refuse(file.name, found->line, "{} of {} is no number", name, object.id);
-  }
-  return value;
-}
-
-/// The object's input has to come from the channel that the ethernet XML gives the element.
-void check_wire(const Set& set, const RsiContextFile& file, const RsiObject& object, int input,
-                const std::string& ethernet, const std::string& tag) {
-  const RsiElement* element = set.received(tag);
-  if (element == nullptr || element->index == 0) return;  // said already
-  const RsiInput* found = object.input(input);
-  if (found == nullptr) {
-    set.objections.refuse(file.name, object.line, "{}: input {} is not wired; {} belongs there",
-                          object.id, input, tag);
-  } else if (found->from != ethernet || found->from_index != element->index) {
-    set.objections.refuse(file.name, found->line,
-                          "{}: input {} comes from {} output {}; {} is channel {} of {} (INDX in "
-                          "line {}), so it must "
-                          "come from {} output {}",
-                          object.id, input, found->from, found->from_index, tag, element->index,
-                          ethernet, element->line, ethernet, element->index);
-  }
-}
-
-void check_ethernet(const Set& set, const RsiContextFile& file, const RsiObject& ethernet) {
-  const Value precision = value_of(set, file, ethernet, "Precision", kUsualPrecision);
-  if (precision.value < kFewestDecimals) {
-    set.objections.refuse(file.name, precision.line,
-                          "Precision is {}: AIPos would come with {} decimals, too coarse to "
-                          "calibrate with; 4 or more belongs there",
-                          precision.value, precision.value);
-  }
-  const Value timeout = value_of(set, file, ethernet, "Timeout", kUsualTimeout);
-  if (timeout.value != set.config.timeout_cycles) {
-    set.objections.warn(file.name, timeout.line, "Timeout is {}, [controller] timeout_cycles is {}",
-                        timeout.value, set.config.timeout_cycles);
-  }
-}
-
-void check_limits(const Set& set, const RsiContextFile& file, const RsiObject& corrector) {
-  const double limit = set.config.correction_limit_deg;
-  for (int i = 1; i <= kAxes; ++i) {
-    const Value low =
-        value_of(set, file, corrector, fmt::format("LowerLimA{}", i), -kUsualClampDeg);
-    const Value high =
-        value_of(set, file, corrector, fmt::format("UpperLimA{}", i), kUsualClampDeg);
-    for (const auto& [what, have] : {std::pair{"LowerLimA", low}, std::pair{"UpperLimA", high}}) {
-      const double reach = what[0] == 'L' ? -have.value : have.value;
-      if (reach >= limit - kRounding) continue;
-      set.objections.refuse(
-          file.name, have.line,
-          "{}{} of {} is {} deg, [rsi] correction_limit_deg is {}: moves would be "
-          "clamped there without a word. Raise the one or lower the other",
-          what, i, corrector.id, have.value, limit);
-    }
-  }
-}
-
-void check_monitor(const Set& set, const RsiContextFile& file, const RsiObject* monitor) {
-  const double limit = set.config.correction_limit_deg;
-  if (monitor == nullptr) {
-    if (limit > kUsualMonitorDeg) {
-      set.objections.refuse(file.name, 0,
-                            "there is no AXISCORRMON: it then stops at {} deg, [rsi] "
-                            "correction_limit_deg is {}",
-                            kUsualMonitorDeg, limit);
-    }
-    return;
-  }
-  for (int i = 1; i <= kAxes; ++i) {
-    const Value most = value_of(set, file, *monitor, fmt::format("MaxA{}", i), kUsualMonitorDeg);
-    if (most.value >= limit - kRounding) continue;
-    set.objections.refuse(
-        file.name, most.line,
-        "MaxA{} of {} is {} deg, [rsi] correction_limit_deg is {}: RSI would stop "
-        "with KSS29000. Raise the one or lower the other",
-        i, monitor->id, most.value, limit);
-  }
-}
-
-void check_stop(const Set& set, const RsiContextFile& file, const RsiObject* stop,
-                const std::string& ethernet) {
-  if (stop == nullptr) {
-    set.objections.refuse(file.name, 0,
-                          "there is no STOP object: no session could end but by a "
-                          "fault");
-    return;
-  }
-  check_wire(set, file, *stop, 1, ethernet, set.config.stop_tag);
-  const Value mode = value_of(set, file, *stop, "Mode", 0);
-  const RsiParameter* words = stop->parameter("Mode");
-  const bool by_name = words != nullptr && words->value == "ExitMoveCorr";
-  if (!by_name && mode.value != kExitMoveCorr) {
-    set.objections.refuse(
-        file.name, mode.line,
-        "Mode of {} is {}, and must be 4 (ExitMoveCorr): another one does not end "
-        "RSI_MOVECORR",
-        stop->id, mode.value);
-  }
-  const RsiParameter* channel = stop->parameter("Channel");
-  if (channel != nullptr && file.rsi_version == 3) {
-    set.objections.refuse(file.name, channel->line,
-                          "{} has a Channel: with it RSI 3 ignores all corrections without a word; "
-                          "remove it",
-                          stop->id);
-  }
-}
-
-void check_spelling(const Set& set, const RsiContextFile& file) {
-  for (const auto& [three, four] :
-       {std::pair{"ETHERNET", "Ethernet"}, std::pair{"AXISCORR", "AxisCorr"},
-        std::pair{"AXISCORRMON", "AxisCorrMon"}, std::pair{"STOP", "Stop"}}) {
-    for (const RsiObject& one : file.objects) {
-      const char* right = file.rsi_version == 3 ? three : four;
-      if (!wire::same_name(one.type, three) || one.type == right) continue;
-      set.objections.refuse(file.name, one.line, "the ObjType \"{}\" is spelled \"{}\" in RSI {}",
-                            one.type, right, file.rsi_version);
-    }
-  }
-}
-
-void check_context(const Set& set, const RsiContextFile& file) {
-  check_spelling(set, file);
-  const RsiObject* ethernet = file.only("ETHERNET");
-  const RsiObject* corrector = file.only("AXISCORR");
-  if (const RsiObject* cartesian = file.only("POSCORR"); cartesian != nullptr) {
-    set.objections.refuse(file.name, cartesian->line,
-                          "{} corrects beside AXISCORR: what then counts is not known; remove it",
-                          cartesian->id);
-  }
-  if (ethernet == nullptr || corrector == nullptr) {
-    set.objections.refuse(file.name, 0, "there is no {} object",
-                          ethernet == nullptr ? "ETHERNET" : "AXISCORR");
-    return;
-  }
-  check_ethernet(set, file, *ethernet);
-  for (int i = 1; i <= kAxes; ++i) {
-    check_wire(set, file, *corrector, i, ethernet->id,
-               fmt::format("{}.A{}", set.config.axis_tag, i));
-  }
-  check_limits(set, file, *corrector);
-  check_monitor(set, file, file.only("AXISCORRMON"));
-  check_stop(set, file, file.only("STOP"), ethernet->id);
 }
 
 // ---- RSI 3's model beside the context ----------------------------------------------------------
@@ -422,11 +248,11 @@ std::vector<FileObjection> verify_rsi_files(const ControllerFiles& files,
     const auto channels = krl::of_kind(files, ControllerFileKind::kRsiChannel);
     if (const krl::Candidate* found = find_channel(channels, context, objections)) {
       const RsiChannelFile channel = read_rsi_channel(*found->text, found->name);
-      const Set set{config, mode, objections, channel};
+      const RsiSet set{config, mode, objections, channel};
       check_config(set);
       check_sent(set);
       check_received(set);
-      if (context) check_context(set, *context);
+      if (context) krl::check_context(set, *context);
     }
     if (context && context->rsi_version == 3) check_unit(files, *context, objections);
   } catch (const ConfigError& error) {
