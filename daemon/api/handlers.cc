@@ -9,6 +9,7 @@
 #include "calib/files/calibration_json.h"
 #include "calib/files/error.h"
 #include "calib/files/files.h"
+#include "daemon/session/delay_watch.h"
 #include "daemon/session/inputs.h"
 #include "drivers/error.h"
 
@@ -244,6 +245,14 @@ Response Api::session(const std::string& rest) {
   if (slash != std::string::npos) return result(*id, rest.substr(slash + 1));
   json value = to_json(*record);
   value["events"] = journal_.events(*id);
+  value["contact_delay"] = nullptr;
+  if (const auto delay = delay_of(journal_, *id)) {
+    value["contact_delay"] = {{"ms", 1e3 * delay->delay_s},
+                              {"sigma_ms", 1e3 * delay->sigma_s},
+                              {"touches", delay->touches},
+                              {"words", in_words(*delay)},
+                              {"warning", complaint(*delay, delay_before(journal_, *id))}};
+  }
   value["results"] = service_.results_dir(*id).string();
   return {200, "application/json", dump(value)};
 }

@@ -253,6 +253,10 @@ int show(const Connection& daemon, std::int64_t session) {
         result_words(calib::calibration_from_json(calibration.body, "the daemon's calibration"));
     words += "results: " + text(value, "results") + "\n";
   }
+  if (const json delay = value.value("contact_delay", json()); delay.is_object()) {
+    words += "latch behind the contact: " + text(delay, "words") + "\n";
+    if (!text(delay, "warning").empty()) words += "warning: " + text(delay, "warning") + "\n";
+  }
   for (const json& event : value.value("events", json::array())) {
     if (event.is_string()) words += "  " + event.get<std::string>() + "\n";
   }

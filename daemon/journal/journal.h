@@ -11,6 +11,7 @@
 
 #include "calib/files/touch.h"
 #include "daemon/session/action.h"
+#include "daemon/session/contact_delay.h"
 
 namespace cellcal::daemon {
 
@@ -69,6 +70,8 @@ class Journal {
   std::vector<calib::Touch> touches(std::int64_t session);
   std::vector<std::string> events(std::int64_t session);
   int reading_count(std::int64_t session);
+  /// Of the touches that were recorded, their contacts at both speeds.
+  std::vector<FastAndSlow> contacts(std::int64_t session);
 
  private:
   struct Impl;

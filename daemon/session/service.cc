@@ -8,6 +8,7 @@
 #include "calib/files/error.h"
 #include "calib/files/files.h"
 #include "calib/plan/candidates.h"
+#include "daemon/session/delay_watch.h"
 #include "daemon/session/inputs.h"
 #include "daemon/session/tasks.h"
 
@@ -279,6 +280,7 @@ void SessionService::carry_out(Job& job) {
     const std::lock_guard lock(mutex_);
     runner_ = nullptr;
   }
+  watch_delay(parts_.journal, job.session, job.backend->utc_now());
   planning.request_stop();  // of a job that the session did not wait for
   worker.reset();
 }

@@ -70,6 +70,10 @@ struct CellPeer::Impl {
     controller.rsi_on();
     next_packet = Steady::now() + controller.cycle();
     while (!stopping.load()) {
+      if (silent_from && stage == Stage::kAwaitingSpeed && Steady::now() >= *silent_from) {
+        stage = Stage::kSilent;
+        mcu.set_faults({.silent = true}, Steady::now());
+      }
       speak_as_sensor();
       if (echo_at && Steady::now() >= *echo_at) ask_echo();
       if (Steady::now() >= packet_due()) send_packet();
@@ -88,6 +92,7 @@ struct CellPeer::Impl {
       const bool ours = trip && stage == Stage::kEdgeSet;
       if (ours && gap) prepare_packet();  // so that nothing but the gap lies between the two
       const TimePoint now = Steady::now();
+      if (stage != Stage::kSilent) last_frame_at = now;
       // Frames that do not fit are lost, as on a real line.
       [[maybe_unused]] const auto written =
           ::write(sensor.master(), output->frame.data.data(), output->frame.size);
@@ -141,13 +146,24 @@ struct CellPeer::Impl {
       seen_frozen = false;
       contact = {};
     }
+    if (silence_asked.exchange(false)) {
+      stage = Stage::kAwaitingSpeed;
+      going_silent = true;
+    }
     if (release_asked.exchange(false)) {
       stage = Stage::kIdle;
       gap.reset();
+      going_silent = false;
+      silent_from.reset();
+      mcu.set_faults({}, now);
       mcu.edge(std::max(now, edge_at) + microseconds{1}, false);
     }
     if (echo_asked.exchange(false)) echo_at = now + kEchoEarliest + share() * kEchoSpread;
     if (stage != Stage::kAwaitingSpeed || steady_cycles < kSteadyCycles) return;
+    if (going_silent) {
+      if (!silent_from) silent_from = now + share() * controller.cycle();
+      return;
+    }
     stage = Stage::kEdgeSet;
     edge_at = gap ? next_packet - *gap - trip_on_the_wire() : now + share() * controller.cycle();
     mcu.edge(edge_at, true);
@@ -172,6 +188,7 @@ struct CellPeer::Impl {
 
   void wait() {
     TimePoint until = std::min(packet_due(), mcu.next_event());
+    if (silent_from && stage == Stage::kAwaitingSpeed) until = std::min(until, *silent_from);
     if (echo_at) until = std::min(until, *echo_at);
     const timespec timeout = to_timespec(until - Steady::now());
     std::array<pollfd, 3> ends{
@@ -206,6 +223,11 @@ struct CellPeer::Impl {
     const bool frozen = reply.axes_deg == last_deg;
     last_deg = reply.axes_deg;
     steady_cycles = frozen ? 0 : steady_cycles + 1;
+    if (stage == Stage::kSilent && frozen) {
+      silence.to_frozen = now - last_frame_at;
+      stage = Stage::kIdle;
+      silence_ready = true;
+    }
     if (stage != Stage::kWritten) return;
     if (frozen && !seen_frozen) {
       seen_frozen = true;
@@ -246,7 +268,10 @@ struct CellPeer::Impl {
   TimePoint echo_sent{};
 
   // the contact that is being made
-  enum class Stage { kIdle, kAwaitingSpeed, kEdgeSet, kWritten } stage = Stage::kIdle;
+  enum class Stage { kIdle, kAwaitingSpeed, kEdgeSet, kWritten, kSilent } stage = Stage::kIdle;
+  bool going_silent = false;
+  std::optional<TimePoint> silent_from;
+  TimePoint last_frame_at{};
   std::optional<Duration> gap;
   TimePoint edge_at{}, byte_at{};
   std::optional<std::uint32_t> first_ipoc;
@@ -255,8 +280,10 @@ struct CellPeer::Impl {
   // between the threads: what belongs to a flag is written before it is set
   std::optional<Duration> gap_asked;
   Contact contact;
+  Silence silence;
   Duration echo{};
   std::atomic<bool> touch_asked{false}, release_asked{false}, echo_asked{false};
+  std::atomic<bool> silence_asked{false}, silence_ready{false};
   std::atomic<bool> contact_ready{false}, echo_ready{false};
   std::atomic<bool> stopping{false}, granted{false};
   std::atomic<std::uint64_t> late{0}, stalls{0}, packets{0};
@@ -290,6 +317,16 @@ void CellPeer::touch(std::optional<Duration> gap) {
 std::optional<Contact> CellPeer::take_contact() {
   if (!impl_->contact_ready.exchange(false)) return std::nullopt;
   return impl_->contact;
+}
+
+void CellPeer::fall_silent() {
+  impl_->silence_ready = false;
+  impl_->silence_asked = true;
+}
+
+std::optional<Silence> CellPeer::take_silence() {
+  if (!impl_->silence_ready.exchange(false)) return std::nullopt;
+  return impl_->silence;
 }
 
 void CellPeer::release() {

@@ -26,6 +26,11 @@ struct Contact {
   drivers::Duration packet_to_frozen{};  ///< packet of that reply sent -> that reply seen
 };
 
+/// A sensor that fell silent during a search.
+struct Silence {
+  drivers::Duration to_frozen{};  ///< its last frame written -> first frozen reply seen
+};
+
 /// Since start().
 struct PeerCounts {
   std::uint64_t packets = 0;
@@ -55,6 +60,10 @@ class CellPeer {
   void touch(std::optional<drivers::Duration> gap);
   /// The contact's times, once they are complete; touch() is over then.
   std::optional<Contact> take_contact();
+  /// The sensor says nothing any more as soon as the arm moves at constant speed, from any time of
+  /// the cycle on, until release().
+  void fall_silent();
+  std::optional<Silence> take_silence();
   /// Ends a touch() that came to nothing, and opens the touch circuit.
   void release();
 

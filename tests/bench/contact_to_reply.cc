@@ -14,6 +14,7 @@
 #include <CLI/CLI.hpp>
 #include <array>
 #include <atomic>
+#include <functional>
 #include <map>
 #include <numbers>
 #include <thread>
@@ -21,6 +22,7 @@
 #include "drivers/contact/serial_contact.h"
 #include "drivers/io_thread.h"
 #include "drivers/kuka/rsi_robot.h"
+#include "tests/bench/burners.h"
 #include "tests/bench/cell_peer.h"
 #include "tests/bench/loopback.h"
 #include "tests/bench/times.h"
@@ -40,7 +42,7 @@ constexpr milliseconds kArmLifetime{20'000};
 constexpr int kEchoPollMs = 100;
 
 struct Options {
-  int trials = 500, gap_trials = 60;
+  int trials = 500, gap_trials = 60, silences = 100, burners = 0;
   std::vector<int> gaps_us = {0, 50, 100, 200, 500};
   double speed_mrad_s = 2.0;  // 2 mm/s at 1 m of reach
   PeerOptions peer;
@@ -138,8 +140,37 @@ class Session {
     return ready ? std::string() : "not referenced: " + robot_.state().words;
   }
 
+  /// One search during which the sensor falls silent.
+  std::optional<Silence> lose_heartbeat() {
+    const auto result = search_with([this] { peer_.fall_silent(); });
+    if (!result) return std::nullopt;
+    const std::optional<Silence> silence = peer_.take_silence();
+    peer_.release();
+    if (result->outcome != MoveOutcome::kContactSilent) {
+      return spoiled(std::string(to_string(result->outcome)) + ": " + result->detail);
+    }
+    return silence ? silence : spoiled("silence, but no frozen reply was seen");
+  }
+
   /// One search that ends in contact. Empty: spoiled, and why is counted.
   std::optional<Contact> search(std::optional<Duration> gap) {
+    const auto result = search_with([&] { peer_.touch(gap); });
+    if (!result) return std::nullopt;
+    const std::optional<Contact> contact = peer_.take_contact();
+    peer_.release();
+    eventually([&] { return !contact_.status().in_contact; });
+    if (result->outcome != MoveOutcome::kContact) {
+      return spoiled(std::string(to_string(result->outcome)) + ": " + result->detail);
+    }
+    return contact ? contact : spoiled("contact, but no frozen reply was seen");
+  }
+
+  const std::map<std::string, int>& spoilt() const { return spoilt_; }
+  bool realtime() const { return options_.peer.realtime && io_.warnings().empty(); }
+
+ private:
+  /// Empty: it could not be begun, or never ended.
+  std::optional<MoveResult> search_with(const std::function<void()>& what_happens) {
     const std::string trouble = wait_until_ready();
     if (!trouble.empty()) return spoiled(trouble);
     contact_.arm(++arm_id_, kArmLifetime);
@@ -152,24 +183,17 @@ class Session {
     Move move{++move_id_, MoveKind::kSearch, robot_.state().commanded_rad,
               kTravelRad / (1e-3 * options_.speed_mrad_s), arm_id_};
     move.target_rad[0] += forth_ ? kTravelRad : -kTravelRad;
-    peer_.touch(gap);
+    what_happens();
     robot_.begin(move);
     std::optional<MoveResult> result;
     eventually([&] { return (result = robot_.poll()).has_value(); });
-    const std::optional<Contact> contact = peer_.take_contact();
-    peer_.release();
-    eventually([&] { return !contact_.status().in_contact; });
-    if (!result) return spoiled("no result of the move");
-    if (result->outcome != MoveOutcome::kContact) {
-      return spoiled(std::string(to_string(result->outcome)) + ": " + result->detail);
+    if (!result) {
+      peer_.release();
+      return spoiled("no result of the move");
     }
-    return contact ? contact : spoiled("contact, but no frozen reply was seen");
+    return result;
   }
 
-  const std::map<std::string, int>& spoilt() const { return spoilt_; }
-  bool realtime() const { return options_.peer.realtime && io_.warnings().empty(); }
-
- private:
   std::nullopt_t spoiled(const std::string& why) {
     ++spoilt_[why];
     return std::nullopt;
@@ -204,11 +228,12 @@ struct Figures {
   }
 };
 
-void print(Figures& any, std::map<int, Figures>& gaps, Times& echo) {
+void print(Figures& any, std::map<int, Figures>& gaps, Times& echo, Times& silences) {
   fmt::print("{:<48} {}\n", "us", Times::columns());
   fmt::print("{:<48} {}\n", "byte at any time of the cycle -> frozen reply", any.to_frozen.row());
   fmt::print("{:<48} {}\n", "  of that, packet out -> frozen reply in", any.packet_to_frozen.row());
   fmt::print("{:<48} {}\n", "bare echo: bytes into terminal -> datagram", echo.row());
+  fmt::print("{:<48} {}\n", "sensor's last frame -> frozen reply", silences.row());
   fmt::print("first packet after the byte answered by a frozen reply: {}", any.share());
   if (!any.missed_us.empty()) {
     std::sort(any.missed_us.begin(), any.missed_us.end());
@@ -231,7 +256,8 @@ int run(const Options& options) {
   CellPeer peer(options.peer);
   Figures any;
   std::map<int, Figures> gaps;
-  Times echo;
+  Times echo, silences;
+  const Burners load(options.burners);
   bool realtime = false;
   PeerCounts counts;
   {
@@ -252,10 +278,13 @@ int run(const Options& options) {
       eventually([&] { return (answer = peer.take_echo()).has_value(); });
       if (answer) echo.add(*answer);
     }
+    for (int i = 0; i < options.silences; ++i)
+      if (const auto silence = session.lose_heartbeat()) silences.add(silence->to_frozen);
     realtime = session.realtime() && peer.realtime();
     fmt::print(
-        "contact byte in -> frozen reply out, {} searches at {:.1f} mrad/s, cycle {} ms, {}\n",
-        order.size(), options.speed_mrad_s, options.peer.cycle_ms,
+        "contact byte in -> frozen reply out, {} searches at {:.1f} mrad/s, cycle {} ms, {} "
+        "burners, {}\n",
+        order.size(), options.speed_mrad_s, options.peer.cycle_ms, options.burners,
         realtime ? "SCHED_FIFO" : "normal priority");
     counts = peer.counts();
     counts = {counts.packets - before.packets, counts.late - before.late,
@@ -265,7 +294,7 @@ int run(const Options& options) {
     }
   }
   peer.stop();
-  print(any, gaps, echo);
+  print(any, gaps, echo, silences);
   fmt::print(
       "packets {}, of them not answered before the next: {}, sent 1 ms late by the machine: {}\n",
       counts.packets, counts.late, counts.stalls);
@@ -286,6 +315,10 @@ int main(int argc, char** argv) {
   app.add_option("--gaps-us", options.gaps_us, "Packet follows the byte by this")
       ->delimiter(',')
       ->check(CLI::Range(0, 3000));
+  app.add_option("--silences", options.silences, "Searches during which the sensor falls silent")
+      ->check(CLI::Range(0, 1'000'000));
+  app.add_option("--burners", options.burners, "Threads of normal priority that use processors up")
+      ->check(CLI::Range(0, 64));
   app.add_option("--speed-mrad-s", options.speed_mrad_s, "Of the searching axis")
       ->check(CLI::Range(0.1, 30.0));
   app.add_option("--cycle-ms", options.peer.cycle_ms, "4 or 12")->check(CLI::IsMember({4, 12}));

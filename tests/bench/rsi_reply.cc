@@ -14,6 +14,7 @@
 
 #include "drivers/io_thread.h"
 #include "drivers/kuka/rsi_robot.h"
+#include "tests/bench/burners.h"
 #include "tests/bench/loopback.h"
 #include "tests/bench/times.h"
 
@@ -97,10 +98,12 @@ std::string packet(std::uint64_t ipoc) {
 
 int main(int argc, char** argv) {
   CLI::App app("RSI packet in to reply out, beside a bare echo");
-  int count = 2500, cycle_us = 4000;
+  int count = 2500, cycle_us = 4000, burners = 0;
   bool realtime = false;
   app.add_option("--count", count, "packets")->check(CLI::Range(1, 10'000'000));
   app.add_option("--cycle-us", cycle_us, "cycle")->check(CLI::Range(500, 100'000));
+  app.add_option("--burners", burners, "threads of normal priority that use the processors up")
+      ->check(CLI::Range(0, 64));
   app.add_flag("--realtime", realtime, "SCHED_FIFO and locked memory for both");
   CLI11_PARSE(app, argc, argv);
 
@@ -118,6 +121,7 @@ int main(int argc, char** argv) {
   Peer to_robot(robot.port()), to_echo(echo.port());
 
   const bool granted = realtime && ask_for_realtime(kHardwarePriority) && io.warnings().empty();
+  const Burners load(burners);
   Replies adapter, bare;
   auto next = SteadyClock::now();
   for (int i = 0; i < count; ++i) {
@@ -127,8 +131,8 @@ int main(int argc, char** argv) {
     to_robot.ask(text, adapter);
     to_echo.ask(text, bare);
   }
-  fmt::print("RSI packet in -> reply out, {} packets, cycle {} us, {}\n", count, cycle_us,
-             granted ? "SCHED_FIFO" : "normal priority");
+  fmt::print("RSI packet in -> reply out, {} packets, cycle {} us, {} burners, {}\n", count,
+             cycle_us, burners, granted ? "SCHED_FIFO" : "normal priority");
   fmt::print("{:<32} {} {:>6}\n", "us", Times::columns(), "lost");
   adapter.print("RsiRobot, seen by the controller");
   bare.print("bare UDP echo");

@@ -56,6 +56,36 @@ TEST(a_journal, gives_a_touch_back_bit_for_bit) {
   EXPECT_EQ(again.touches(id)[0], touch());
 }
 
+TEST(a_journal, gives_the_contacts_of_each_touch_at_both_speeds) {
+  const TemporaryDirectory dir;
+  Journal journal(dir / "j.db");
+  const std::int64_t id = journal.begin(inputs(), "t0");
+  const auto read = [&](std::size_t touch, bool slow, double along_m) {
+    RecordReading record;
+    record.touch = touch;
+    record.reading.slow = slow;
+    record.reading.along_m = along_m;
+    journal.record(id, record);
+  };
+  read(0, false, 0.0125);
+  read(0, true, 0.0120);
+  read(0, true, 0.0122);
+  journal.record(id, RecordTouch{0, touch()});
+  read(1, false, 0.5);  // given up, and begun anew
+  read(1, true, 0.6);
+  read(1, false, 0.013);
+  read(1, true, 0.012);
+  journal.record(id, RecordTouch{1, touch()});
+  read(2, false, 0.7);  // never recorded
+  read(2, true, 0.7);
+  const auto contacts = journal.contacts(id);
+  ASSERT_EQ(contacts.size(), 2u);
+  EXPECT_DOUBLE_EQ(contacts[0].fast_m, 0.0125);
+  EXPECT_DOUBLE_EQ(contacts[0].slow_m, 0.0121);
+  EXPECT_DOUBLE_EQ(contacts[1].fast_m, 0.013);
+  EXPECT_DOUBLE_EQ(contacts[1].slow_m, 0.012);
+}
+
 TEST(a_journal, refuses_the_same_touch_twice) {
   const TemporaryDirectory dir;
   Journal journal(dir / "j.db");

@@ -32,7 +32,11 @@ TEST(a_daemon, calibrates_the_emulated_cell_and_leaves_its_results) {
   EXPECT_EQ(json.at("inputs").at("files").size(), 3u);
 
   EXPECT_NE(fixture.cellcal({"history"}).out.find("done"), std::string::npos);
-  EXPECT_EQ(fixture.cellcal({"show", "1"}).status, 0);
+  const Outcome shown = fixture.cellcal({"show", "1"});
+  EXPECT_EQ(shown.status, 0);
+  // The emulated wires cost a tenth of a millisecond.
+  EXPECT_NE(shown.out.find("latch behind the contact: -0."), std::string::npos) << shown.out;
+  EXPECT_EQ(shown.out.find("warning"), std::string::npos) << shown.out;
   EXPECT_EQ(fixture.cellcal({"show", "2"}).status, 1);
   const std::string copy = fixture.dir / "copy.html";
   EXPECT_EQ(fixture.cellcal({"report", "-o", copy}).status, 0);

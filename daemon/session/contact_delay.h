@@ -1,0 +1,41 @@
+#pragma once
+// How late the latched angles are behind the contact, from touches of one point at two speeds.
+//
+// A latch that is late by t reads a contact v t too deep. Every touch is searched for fast first
+// and then slowly, along one line, so each says
+//
+//   t = (depth of the fast contact - mean depth of the slow ones) / (v_fast - v_slow)
+//
+// A constant delay moves all touches outwards alike and is taken for a larger sphere (the
+// effective radius): 2 um for each millisecond at 2 mm/s. What is watched is that it stays.
+
+#include <optional>
+#include <span>
+#include <string>
+
+namespace cellcal::daemon {
+
+/// Contacts of one touch: tip travel from the stand-off [m].
+struct FastAndSlow {
+  double fast_m = 0.0;
+  double slow_m = 0.0;  ///< mean of the readings
+};
+
+struct ContactDelay {
+  double delay_s = 0.0;  ///< positive: angles of an instant behind the contact
+  double sigma_s = 0.0;  ///< 1 sigma of it
+  int touches = 0;
+};
+
+/// The middle of the touches, with its uncertainty from their scatter; so one touch that slipped
+/// changes nothing. Empty with fewer than five touches, or where the speeds hardly differ.
+std::optional<ContactDelay> contact_delay(std::span<const FastAndSlow> touches, double fast_m_s,
+                                          double slow_m_s);
+
+/// "0.14 +- 0.02 ms (40 touches)".
+std::string in_words(const ContactDelay& delay);
+
+/// What is wrong with `now`, by itself and after `before` (an earlier session); empty: nothing.
+std::string complaint(const ContactDelay& now, const std::optional<ContactDelay>& before);
+
+}  // namespace cellcal::daemon
