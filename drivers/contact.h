@@ -5,6 +5,7 @@
 // Threads: the calls of the first group are the session's. snapshot() and the events are for the
 // robot's cycle and run on the thread that owns both; they neither block nor allocate.
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -20,7 +21,7 @@ enum class ContactLink {
   kDown,         ///< port not open, or nothing heard
   kIdentifying,  ///< HELLO sent, waiting for IDENT, clock map and self-test
   kReady,
-  kFault,        ///< refused version, loop broken, self-test failed, lost state, silent; see words
+  kFault,  ///< refused version, loop broken, self-test failed, lost state, silent; see words
 };
 
 /// Link quality, for the status page and the log.
@@ -29,8 +30,18 @@ struct ContactQuality {
   double clock_sigma_s = 0.0;
   double clock_drift_ppm = 0.0;
   double heartbeat_jitter_s = 0.0;
+  std::uint64_t frames = 0;  ///< sound ones
   std::uint64_t crc_errors = 0, gaps = 0, unknown_types = 0, bounces = 0;
   double contact_voltage_v = 0.0;
+};
+
+/// Who the sensor says it is. All zero before it has answered.
+struct ContactIdentity {
+  int protocol = 0;  ///< CTP's major version
+  std::array<std::uint8_t, 3> firmware{};
+  std::uint32_t uid = 0;
+  std::uint32_t boot_id = 0;     ///< another one after each of its restarts
+  std::uint16_t config_crc = 0;  ///< of the configuration that it runs with
 };
 
 struct ContactStatus {
@@ -42,8 +53,12 @@ struct ContactStatus {
   bool loop_ok = false;
   bool self_test_ok = false;
   bool armed = false;
-  std::string words;  ///< for people: what is wrong and what to do
+  std::string words;    ///< for people: what is wrong and what to do
+  std::string warning;  ///< of the port, with the fix; also in the words
   ContactQuality quality;
+  ContactIdentity identity;
+  double sense_voltage_v = 0.0;  ///< newest
+  double clock_limit_s = 0.0;    ///< clock_sigma_s above which nothing is armed
 };
 
 /// What arm() led to.

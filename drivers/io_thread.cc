@@ -86,6 +86,7 @@ void IoThread::start() {
     }
   });
   settled.get_future().wait();
+  if (impl_->options.quiet) return;
   for (const std::string& warning : impl_->warnings) spdlog::warn("{}", warning);
 }
 

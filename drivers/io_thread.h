@@ -19,6 +19,7 @@ namespace cellcal::drivers {
 struct IoThreadOptions {
   bool realtime = true;           ///< ask for SCHED_FIFO and locked memory
   int priority = 60;              ///< SCHED_FIFO 1..99; above the kernel's threaded interrupts (50)
+  bool quiet = false;             ///< warnings() alone tell what was not had; nothing is logged
   std::string name = "robot-io";  ///< at most 15 characters, as top and ps show it
 };
 

@@ -88,6 +88,17 @@ enum class RobotLink {
   kLost,           ///< packets stopped
 };
 
+/// Link quality, for the status page and the log. 0 where a link has no such figure.
+struct RobotQuality {
+  double jitter_s = 0.0;       ///< 1 sigma of the times from packet to packet
+  double longest_gap_s = 0.0;  ///< longest of them
+  std::uint64_t gaps = 0;      ///< packets missing by the controller's own count
+  std::uint64_t bad_packets = 0;
+  std::uint64_t replies = 0;
+  /// From a packet's arrival to its reply.
+  double reply_p50_s = 0.0, reply_p99_s = 0.0, reply_p999_s = 0.0, reply_max_s = 0.0;
+};
+
 struct RobotState {
   RobotLink link = RobotLink::kDown;
   AxisAngles actual_rad;
@@ -97,6 +108,7 @@ struct RobotState {
   std::uint64_t packets = 0;
   std::uint64_t late = 0;            ///< late replies that the controller has counted, if it does
   std::string words;                 ///< for people: what is wrong and what to check
+  RobotQuality quality;
 };
 
 class Robot {

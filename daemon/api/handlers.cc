@@ -1,10 +1,12 @@
 #include "daemon/api/handlers.h"
 
+#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 #include <charconv>
 #include <nlohmann/json.hpp>
 
+#include "calib/files/calibration_json.h"
 #include "calib/files/error.h"
 #include "calib/files/files.h"
 #include "daemon/session/delay_watch.h"
@@ -93,6 +95,59 @@ json or_null(const std::optional<T>& value, double factor = 1.0) {
   return *value;
 }
 
+std::string hex(std::uint32_t value, int digits) { return fmt::format("{:0{}x}", value, digits); }
+
+json to_json(const drivers::RobotState& robot) {
+  const drivers::RobotQuality& q = robot.quality;
+  return {{"cycle_ms", robot.cycle_s * 1e3},
+          {"jitter_ms", q.jitter_s * 1e3},
+          {"longest_gap_ms", q.longest_gap_s * 1e3},
+          {"packets", robot.packets},
+          {"gaps", q.gaps},
+          {"bad_packets", q.bad_packets},
+          {"late", robot.late},
+          {"replies", q.replies},
+          {"reply_ms",
+           {{"p50", q.reply_p50_s * 1e3},
+            {"p99", q.reply_p99_s * 1e3},
+            {"p999", q.reply_p999_s * 1e3},
+            {"max", q.reply_max_s * 1e3}}}};
+}
+
+json to_json(const drivers::ContactStatus& contact) {
+  const drivers::ContactQuality& q = contact.quality;
+  const drivers::ContactIdentity& id = contact.identity;
+  return {{"protocol", id.protocol},
+          {"firmware", fmt::format("{}.{}.{}", id.firmware[0], id.firmware[1], id.firmware[2])},
+          {"uid", hex(id.uid, 8)},
+          {"boot_id", id.boot_id},
+          {"config_crc", hex(id.config_crc, 4)},
+          {"in_contact", contact.in_contact},
+          {"loop_ok", contact.loop_ok},
+          {"self_test_ok", contact.self_test_ok},
+          {"frames", q.frames},
+          {"crc_errors", q.crc_errors},
+          {"gaps", q.gaps},
+          {"unknown_types", q.unknown_types},
+          {"bounces", q.bounces},
+          {"round_trip_ms",
+           {{"min", q.round_trip_min_s * 1e3},
+            {"p50", q.round_trip_p50_s * 1e3},
+            {"p99", q.round_trip_p99_s * 1e3}}},
+          {"clock_sigma_us", q.clock_sigma_s * 1e6},
+          {"clock_drift_ppm", q.clock_drift_ppm},
+          {"heartbeat_jitter_ms", q.heartbeat_jitter_s * 1e3},
+          {"sense_v", contact.sense_voltage_v},
+          {"contact_v", q.contact_voltage_v}};
+}
+
+json to_json(const std::shared_ptr<const LinkReport>& links) {
+  if (!links) return nullptr;
+  return {{"open", links->open},
+          {"robot", to_json(links->robot)},
+          {"contact", to_json(links->contact)}};
+}
+
 }  // namespace
 
 std::string status_to_json(const Status& status) {
@@ -115,6 +170,8 @@ std::string status_to_json(const Status& status) {
              {"publish", or_null(status.publish)},
              {"reasons", status.reasons},
              {"results", status.results_dir},
+             {"links", to_json(status.links)},
+             {"version", calib::software_version()},
              {"failure", nullptr}};
   if (status.failure) {
     value["failure"] = {{"kind", to_string(status.failure->kind)},

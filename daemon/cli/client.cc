@@ -14,6 +14,7 @@
 #include "daemon/cli/offline.h"
 #include "daemon/cli/progress.h"
 #include "daemon/cli/tables.h"
+#include "daemon/doctor/link_words.h"
 
 namespace cellcal::daemon {
 
@@ -150,6 +151,7 @@ std::string status_words(const json& status) {
   if (!text(status, "robot").empty()) words += "robot: " + text(status, "robot") + "\n";
   if (!text(status, "contact").empty())
     words += "contact sensor: " + text(status, "contact") + "\n";
+  words += link_words(status.value("links", json()));
   if (!failure_words(status).empty()) words += failure_words(status) + "\n";
   if (!text(status, "results").empty()) words += "results: " + text(status, "results") + "\n";
   return words;

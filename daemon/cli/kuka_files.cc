@@ -4,8 +4,11 @@
 
 #include "daemon/cli/exit_status.h"
 #include "daemon/cli/offline.h"
+#include "daemon/doctor/machine.h"
+#include "daemon/doctor/parts.h"
 #include "daemon/main/config.h"
 #include "daemon/session/atomic_file.h"
+#include "drivers/error.h"
 #include "drivers/kuka/krl_files.h"
 
 namespace cellcal::daemon {
@@ -15,7 +18,8 @@ namespace {
 /// Where a technician puts it on a KRC4.
 std::string place_of(const std::string& name) {
   if (name == "CellcalEki.xml") return R"(C:\KRC\ROBOTER\Config\User\Common\EthernetKRL)";
-  if (name.ends_with(".xml") || name.ends_with(".rsix")) {
+  if (name.ends_with(".xml") || name.ends_with(".rsix") || name.ends_with(".rsi") ||
+      name.ends_with(".diagram")) {
     return R"(C:\KRC\ROBOTER\Config\User\Common\SensorInterface)";
   }
   if (name.ends_with(".sub")) return R"(KRC:\R1\System)";
@@ -37,11 +41,54 @@ std::string resources(const DaemonConfig& config, bool eki) {
       c.first_interrupt + 1);
 }
 
+/// Exit status 1, with the first refusal as the reason, where a file must not be used.
+int verify(const KukaFilesCommand& command, const DaemonConfig& config, bool eki) {
+  const auto objections =
+      verify_folder(config, eki ? WireKind::kEki : WireKind::kRsi, command.verify);
+  nlohmann::json list = nlohmann::json::array();
+  std::string words, first;
+  std::size_t refused = 0;
+  for (const drivers::FileObjection& one : objections) {
+    list.push_back(
+        {{"file", one.file}, {"line", one.line}, {"words", one.words}, {"refused", one.refused}});
+    words += fmt::format("{:<8} {}\n", one.refused ? "FAILED" : "warning", to_string(one));
+    if (one.refused && first.empty()) first = to_string(one);
+    refused += one.refused ? 1 : 0;
+  }
+  if (objections.empty()) {
+    words = fmt::format("ok       {} fits {}\n", command.verify.string(), command.config.string());
+  }
+  put(command.json ? nlohmann::json{{"fits", refused == 0}, {"objections", list}}.dump(
+                         1, ' ', false, nlohmann::json::error_handler_t::replace) +
+                         "\n"
+                   : words,
+      {});
+  if (refused == 0) return kSuccess;
+  throw std::runtime_error(refused == 1 ? first
+                                        : fmt::format("{} (and {} more)", first, refused - 1));
+}
+
+/// Says where the address belongs, with those that this computer has.
+void require_address(const DaemonConfig& config, const std::filesystem::path& file) {
+  const std::string& address = config.rsi_files.pc_address;
+  if (!address.empty() && address != "0.0.0.0") return;
+  std::string list;
+  for (const std::string& one : own_addresses()) list += (list.empty() ? "" : ", ") + one;
+  throw drivers::ConfigError(fmt::format(
+      "{}: the controller has to be told which address of this computer it sends to, and bind = "
+      "\"{}\" of [rsi] means all of them. Below [controller] write pc_address = \"A.B.C.D\", the "
+      "one "
+      "in the controller's RSI subnet; this computer has {}",
+      file.string(), config.rsi.bind_address, list));
+}
+
 }  // namespace
 
 int kuka_files(const KukaFilesCommand& command) {
   const DaemonConfig config = load_config(command.config);
   const bool eki = command.wire.empty() ? wire_of(config) == WireKind::kEki : command.wire == "eki";
+  if (!command.verify.empty()) return verify(command, config, eki);
+  if (!eki) require_address(config, command.config);
   const drivers::ControllerFiles files =
       eki ? drivers::eki_files(config.controller) : drivers::rsi_files(config.rsi_files);
   std::filesystem::create_directories(command.output);

@@ -31,10 +31,19 @@ int plan(const PlanCommand& command);
 /// What an integrator copies onto the controller, from the daemon's configuration.
 struct KukaFilesCommand {
   std::filesystem::path config = "/etc/cellcal/cellcald.toml", output;
-  std::string wire;  ///< "rsi", "eki", or empty: the configuration's
+  std::filesystem::path verify;  ///< folder to look at in place of writing
+  std::string wire;              ///< "rsi", "eki", or empty: the configuration's
   bool json = false;
 };
 int kuka_files(const KukaFilesCommand& command);
+
+/// What is in the way of the first motion, without moving.
+struct DoctorCommand {
+  std::filesystem::path config = "/etc/cellcal/cellcald.toml", cell, files;
+  double wait_s = 20.0, observe_s = 10.0;
+  bool json = false;
+};
+int doctor(const DoctorCommand& command);
 
 /// To the file, wholly or not at all, or to standard output where no file is named.
 void put(const std::string& text, const std::filesystem::path& output);

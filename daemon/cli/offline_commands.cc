@@ -79,14 +79,52 @@ void add_kuka_files(CLI::App& app, int& status) {
       "Made from [rsi] or [eki], and [controller], of the daemon's configuration.\n"
       "drivers/kuka/krl/README.md says how they are installed and what to check before the first\n"
       "motion.\n"
-      "Example: cellcal kuka-files --config cellcald.toml -o krc");
+      "Example: cellcal kuka-files --config cellcald.toml -o krc\n"
+      "         cellcal kuka-files --config cellcald.toml --verify backup/SensorInterface");
   command->add_option("--config", given->config, "The daemon's configuration")
       ->capture_default_str();
-  command->add_option("-o,--output", given->output, "Folder that they go to")->required();
+  CLI::Option* output = command->add_option("-o,--output", given->output, "Folder that they go to");
+  command
+      ->add_option("--verify", given->verify,
+                   "Write nothing; compare the files in this folder, as installed or edited, with "
+                   "the configuration, and say what is wrong with them")
+      ->excludes(output);
   command->add_option("--wire", given->wire, "rsi or eki; default: the configuration's backend")
       ->check(CLI::IsMember({"rsi", "eki"}));
   command->add_flag("--json", given->json, "What was written, and where it goes, as JSON");
-  command->callback([given, &status] { status = kuka_files(*given); });
+  command->callback([given, &status] {
+    if (given->output.empty() && given->verify.empty()) {
+      throw CLI::RequiredError("--output (or --verify)");
+    }
+    status = kuka_files(*given);
+  });
+}
+
+void add_doctor(CLI::App& app, int& status) {
+  auto given = std::make_shared<DoctorCommand>();
+  CLI::App* command = app.add_subcommand(
+      "doctor", "Look at everything between this computer and the cell, without moving the arm");
+  command->footer(
+      "Configuration, files, daemon, real-time rights, contact sensor, and the controller's link,\n"
+      "in this order; each line says ok, warning, FAILED or skipped, and what to do. Over RSI it\n"
+      "answers with zero corrections and ends the session with Stop; over EKI it commands "
+      "nothing.\n"
+      "While a session runs, the daemon's own figures are shown instead.\n"
+      "Exit status 0: nothing FAILED; there may be warnings. 1: something FAILED.\n"
+      "Example: cellcal doctor --config /etc/cellcal/cellcald.toml --cell cell.toml");
+  command->add_option("--config", given->config, "The daemon's configuration")
+      ->capture_default_str();
+  command->add_option("--cell", given->cell, "Cell file (TOML): robot, axis limits");
+  command->add_option("--files", given->files,
+                      "Folder with the controller's files, as in 'kuka-files --verify'");
+  command->add_option("--wait", given->wait_s, "Seconds to wait for the controller's first packet")
+      ->check(CLI::Range(0.5, 600.0))
+      ->capture_default_str();
+  command->add_option("--for", given->observe_s, "Seconds to observe the links for")
+      ->check(CLI::Range(1.0, 3600.0))
+      ->capture_default_str();
+  command->add_flag("--json", given->json, "Findings as JSON");
+  command->callback([given, &status] { status = doctor(*given); });
 }
 
 }  // namespace
@@ -96,6 +134,7 @@ void add_offline_commands(CLI::App& app, int& status) {
   add_predict(app, status);
   add_plan(app, status);
   add_kuka_files(app, status);
+  add_doctor(app, status);
 }
 
 }  // namespace cellcal::daemon

@@ -2,6 +2,8 @@
 
 #include <spdlog/spdlog.h>
 
+#include <stdexcept>
+
 #include "daemon/session/options.h"
 
 namespace cellcal::daemon {
@@ -9,7 +11,12 @@ namespace cellcal::daemon {
 std::optional<ContactDelay> delay_of(Journal& journal, std::int64_t session) {
   const std::optional<SessionRecord> record = journal.session(session);
   if (!record) return std::nullopt;
-  const TouchPolicy policy = options_from_json(record->inputs.options).touch;
+  TouchPolicy policy;
+  try {
+    policy = options_from_json(record->inputs.options).touch;
+  } catch (const std::runtime_error&) {
+    return std::nullopt;  // of another version: its speeds are not known
+  }
   return contact_delay(journal.contacts(session), policy.fast_m_s, policy.slow_m_s);
 }
 

@@ -9,6 +9,8 @@ namespace cellcal::daemon {
 namespace {
 
 constexpr std::chrono::milliseconds kPollPeriod{1};
+/// Of link quality: what a person or a page looks at.
+constexpr std::chrono::milliseconds kReportPeriod{200};
 
 bool same(const Links& a, const Links& b) {
   return a.robot == b.robot && a.contact == b.contact && a.in_contact == b.in_contact &&
@@ -112,6 +114,10 @@ std::optional<Event> Runner::device_result() {
 std::optional<Event> Runner::links_changed() {
   const drivers::RobotState robot = parts_.backend.robot().state();
   const drivers::ContactStatus contact = parts_.backend.contact().status();
+  if (const drivers::TimePoint now = parts_.backend.clock().now(); now >= next_report_) {
+    next_report_ = now + kReportPeriod;
+    if (parts_.on_look) parts_.on_look(robot, contact);
+  }
   const Links links{robot.link,           robot.actual_rad,   robot.words,
                     contact.link,         contact.in_contact, contact.can_guard_retreat,
                     contact.self_test_ok, contact.words};

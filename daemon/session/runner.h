@@ -64,6 +64,8 @@ struct RunnerParts {
   Tasks tasks;
   /// Called after each step that changed something.
   std::function<void(const State&)> on_change;
+  /// Called a few times a second while the devices are open, whether anything changed or not.
+  std::function<void(const drivers::RobotState&, const drivers::ContactStatus&)> on_look = {};
 };
 
 class Runner {
@@ -104,6 +106,7 @@ class Runner {
   std::shared_ptr<Inbox> inbox_;
   std::optional<Links> seen_;  ///< none: devices closed, or a fresh look is wanted
   bool open_ = false;
+  drivers::TimePoint next_report_{};
   std::atomic<bool> abort_requested_{false};
 };
 

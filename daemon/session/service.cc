@@ -223,6 +223,7 @@ void SessionService::run(Job& job) {
     publish(failed, job);
   }
   job.backend.reset();
+  if (const auto links = status().links) keep_links({false, links->robot, links->contact});
   const std::lock_guard lock(mutex_);
   busy_ = false;
   idle_.notify_all();
@@ -264,7 +265,10 @@ void SessionService::carry_out(Job& job) {
     worker = std::make_unique<ThreadWorker>();
   }
   Runner runner({*job.backend, recorder, *worker, make_tasks(std::move(task_inputs)),
-                 [this, &job](const State& now) { publish(now, job); }},
+                 [this, &job](const State& now) { publish(now, job); },
+                 [this](const drivers::RobotState& robot, const drivers::ContactStatus& contact) {
+                   keep_links({true, robot, contact});
+                 }},
                 std::move(state), job.touches);
   {
     const std::lock_guard lock(mutex_);
@@ -332,11 +336,18 @@ void SessionService::publish(const State& state, Job& job) {
   {
     const std::lock_guard lock(mutex_);
     status.seq = history_.back().seq + 1;
+    status.links = links_;
     history_.push_back(std::move(status));
     if (history_.size() > kHistory) history_.pop_front();
     notify = notify_;
   }
   if (notify) notify();
+}
+
+void SessionService::keep_links(LinkReport report) {
+  auto kept = std::make_shared<const LinkReport>(std::move(report));
+  const std::lock_guard lock(mutex_);
+  links_ = std::move(kept);
 }
 
 bool SessionService::abort() {
@@ -352,7 +363,9 @@ bool SessionService::abort() {
 
 Status SessionService::status() const {
   const std::lock_guard lock(mutex_);
-  return history_.back();
+  Status newest = history_.back();
+  newest.links = links_;
+  return newest;
 }
 
 std::vector<Status> SessionService::since(std::uint64_t seq) const {

@@ -81,12 +81,14 @@ class SessionService {
   void run(Job& job);
   void carry_out(Job& job);
   void publish(const State& state, Job& job);
+  void keep_links(LinkReport report);
 
   ServiceParts parts_;
   mutable std::mutex mutex_;
   std::condition_variable idle_;
   std::deque<Status> history_;  ///< newest last; never empty
   std::function<void()> notify_;
+  std::shared_ptr<const LinkReport> links_;  ///< newest
   Runner* runner_ = nullptr;
   bool busy_ = false, ending_ = false, abort_early_ = false;
   std::thread thread_;

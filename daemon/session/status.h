@@ -2,14 +2,24 @@
 // What a person or a program sees of the daemon at one moment.
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "daemon/session/failure.h"
 #include "daemon/session/phase.h"
+#include "drivers/contact.h"
+#include "drivers/robot.h"
 
 namespace cellcal::daemon {
+
+/// How good the links of a session are, as the devices saw it last.
+struct LinkReport {
+  bool open = false;  ///< the session holds its devices; false: as they were at its end
+  drivers::RobotState robot;
+  drivers::ContactStatus contact;
+};
 
 struct Status {
   std::uint64_t seq = 0;     ///< counts up with every change
@@ -29,6 +39,9 @@ struct Status {
   std::optional<bool> publish;  ///< verdict, once identified
   std::vector<std::string> reasons;
   std::string results_dir;  ///< once written
+  /// Nothing before the first session has opened its devices. Newer than `seq` in service.status():
+  /// figures that move all the time are no change that watchers are told of.
+  std::shared_ptr<const LinkReport> links;
 };
 
 }  // namespace cellcal::daemon

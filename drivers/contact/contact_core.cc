@@ -339,6 +339,7 @@ ContactFacts ContactCore::facts(TimePoint now) const {
   if (status_) {
     f.sense_v = status_->sense_mv * 1e-3;
     f.sensor_errors = status_->errors;
+    f.config_crc = status_->config_crc;
   }
   ContactQuality& q = f.quality;
   q.round_trip_min_s = clock_.round_trip_min_s();
@@ -348,6 +349,7 @@ ContactFacts ContactCore::facts(TimePoint now) const {
   q.clock_drift_ppm = clock_.drift_ppm();
   q.heartbeat_jitter_s = std::sqrt(delay_var_s2_);
   const ctp::WireCounters& wire = reader_.counters();
+  q.frames = wire.frames;
   q.crc_errors = wire.crc_errors + wire.malformed + wire.oversize;
   q.gaps = wire.gaps;
   q.unknown_types = wire.unknown_types;
@@ -363,7 +365,8 @@ ContactSnapshot ContactCore::snapshot(TimePoint now) {
   s.in_contact = in_contact_;
   const Duration limit = s.armed ? Duration{kHeartbeatLimit} : Duration{kIdleLimit};
   // In contact no self-test can pass; the level of an examined loop still guards the way out.
-  const bool leaving = step_ == ContactStep::kSelfTest && touching_ && fault_ == ContactFault::kNone;
+  const bool leaving =
+      step_ == ContactStep::kSelfTest && touching_ && fault_ == ContactFault::kNone;
   s.alive = (step_ == ContactStep::kReady || leaving) && now - last_frame_ <= limit;
   return s;
 }

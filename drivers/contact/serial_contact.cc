@@ -177,6 +177,7 @@ class SerialContact::Impl : public ContactGuard, public std::enable_shared_from_
       s.words = "the contact sensor's port is being taken over";
     }
     const std::string warned = warning();
+    s.warning = warned;
     if (!warned.empty()) s.words += (s.words.empty() ? "warning: " : "; warning: ") + warned;
     if (p.unsent > 0) {
       s.words += fmt::format("{}{} frames to the contact sensor could not be sent",

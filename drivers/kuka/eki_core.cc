@@ -5,6 +5,7 @@
 #include <numbers>
 #include <string>
 
+#include "drivers/kuka/arrival_spread.h"
 #include "drivers/kuka/eki_mover.h"
 #include "drivers/kuka/eki_talk.h"
 #include "drivers/kuka/move_check.h"
@@ -46,6 +47,7 @@ struct EkiCore::Impl {
   void on_connected(std::uint32_t session, TimePoint now) {
     framer.reset();
     record.clear();
+    spread.reset();
     state.connected = true;
     state.session = session;
     state.other_session = 0;
@@ -139,6 +141,7 @@ struct EkiCore::Impl {
     if (too_few_axes) return note_bad(EkiError::kNoAxes, document);
     ++state.states;
     last_rx = t_rx;
+    spread.add(t_rx);
     if (frame.session != state.session) return on_other_session();
     // A count that this connection has not reached is another connection's, left in a buffer.
     if (!talk.confirm(frame.heard, t_rx)) return note_bad(EkiError::kBadNumber, document);
@@ -300,6 +303,8 @@ struct EkiCore::Impl {
     state.trouble = trouble(now);
     state.moving = mover.busy();
     state.rereference_pending = rereference_asked;
+    state.jitter_s = spread.sigma_s();
+    state.longest_gap_s = spread.longest_s();
   }
 
   EkiConfig config;
@@ -309,10 +314,9 @@ struct EkiCore::Impl {
   PositionRecord record;
   EkiMover mover;
 
-  struct State : EkiCoreState {
-    int decimals_seen = 0;
-  };
-  State state;
+  ArrivalSpread spread;
+
+  EkiCoreState state;
   EkiTalk talk{config};
 
   TimePoint connected_at{}, last_rx{};

@@ -97,6 +97,9 @@ RobotState to_robot_state(const EkiCoreState& s, const std::string& peer) {
   state.moving = s.moving;
   state.cycle_s = s.cycle_s;
   state.packets = s.states;
+  state.quality.jitter_s = s.jitter_s;
+  state.quality.longest_gap_s = s.longest_gap_s;
+  state.quality.bad_packets = s.bad_documents;
   if (s.link == RobotLink::kLost) {
     add(state.words,
         fmt::format("link lost: {}; find the cause, then reference anew", loss_words(s.loss)));

@@ -46,6 +46,8 @@ struct EkiCoreState {
   EkiMode mode = EkiMode::kUnknown;
   EkiError last_error = EkiError::kNone;
   std::int32_t override_percent = 100, fault = 0;
+  std::int32_t decimals_seen = 0;              ///< most of any angle on this connection
+  double jitter_s = 0.0, longest_gap_s = 0.0;  ///< of this connection's states
   double actual_rad[kMaxAxes] = {};
   double commanded_rad[kMaxAxes] = {};
   double cycle_s = 0.0;

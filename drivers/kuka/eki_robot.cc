@@ -225,5 +225,6 @@ void EkiRobot::close() {
 }
 
 bool EkiRobot::is_open() const { return impl_->shell.is_open(); }
+EkiCoreState EkiRobot::core_state() const { return impl_->shell.state(); }
 
 }  // namespace cellcal::drivers

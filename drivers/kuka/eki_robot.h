@@ -42,6 +42,8 @@ class EkiRobot final : public Robot {
   void close() override;
 
   bool is_open() const;  ///< until the close has ended
+  /// What state() is made of: for figures that only EKI has.
+  EkiCoreState core_state() const;
 
  private:
   struct Impl;

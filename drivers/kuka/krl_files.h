@@ -51,8 +51,8 @@ using ControllerFiles = std::map<std::string, std::string>;
 /// CellcalEki.xml, cellcal_eki.src, cellcal_eki.dat, cellcal_sub.sub. Throws ConfigError.
 ControllerFiles eki_files(const EkiFilesConfig& config);
 
-/// cellcal_rsi.src, cellcal_rsi_ethernet.xml, and the context: cellcal_rsi.rsi.xml for RSI 3,
-/// cellcal_rsi.rsix for RSI 4. Six axes. Throws ConfigError.
+/// cellcal_rsi.src, cellcal_rsi_ethernet.xml, and the context: cellcal_rsi.rsi.xml, .rsi and
+/// .rsi.diagram for RSI 3, cellcal_rsi.rsix for RSI 4. Six axes. Throws ConfigError.
 ControllerFiles rsi_files(const RsiFilesConfig& config);
 
 }  // namespace cellcal::drivers

@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <string_view>
+#include <vector>
 
 #include "drivers/error.h"
 #include "drivers/kuka/krl_files.h"
+#include "drivers/kuka/krl_rsi_drawing.h"
 #include "drivers/kuka/krl_template.h"
 
 namespace cellcal::drivers {
@@ -23,6 +25,12 @@ std::string per_axis(std::string_view form, int first) {
   return text;
 }
 
+/// Whole: what is rounded down would clamp before the adapter does.
+std::string degrees(double value) {
+  const std::string text = fmt::to_string(value);
+  return text.find('.') == std::string::npos ? text + ".0" : text;
+}
+
 /// RSI 3 numbers from 1 and leaves six numbers to the external axes, RSI 4 counts on from 0.
 std::string limits(const char* form, double limit_deg, int lower_from, int upper_from) {
   std::string text;
@@ -30,7 +38,8 @@ std::string limits(const char* form, double limit_deg, int lower_from, int upper
     for (int i = 0; i < kAxes; ++i) {
       if (!text.empty()) text += '\n';
       text += fmt::format(fmt::runtime(form), upper ? "UpperLimA" : "LowerLimA", i + 1,
-                          (upper ? upper_from : lower_from) + i, upper ? limit_deg : -limit_deg);
+                          (upper ? upper_from : lower_from) + i,
+                          degrees(upper ? limit_deg : -limit_deg));
     }
   }
   return text;
@@ -40,15 +49,24 @@ std::string monitor(const char* form, double limit_deg, int from) {
   std::string text;
   for (int i = 0; i < kAxes; ++i) {
     if (i > 0) text += '\n';
-    text += fmt::format(fmt::runtime(form), "MaxA", i + 1, from + i, limit_deg);
+    text += fmt::format(fmt::runtime(form), "MaxA", i + 1, from + i, degrees(limit_deg));
+  }
+  // External axes are not driven: what the object has by itself.
+  for (int i = 0; i < kAxes; ++i) {
+    text += '\n' + fmt::format(fmt::runtime(form), "MaxE", i + 1, from + kAxes + i, "6.0");
   }
   return text;
 }
 
 krl::Places places_of(const RsiFilesConfig& c) {
-  const char* const kRsi3 = "      <Parameter Name=\"{}{}\" ParamID=\"{}\" ParamValue=\"{:.1f}\"/>";
-  const char* const kRsi4 =
-      "        <Parameter Name=\"{}{}\" ParamId=\"{}\" ParamValue=\"{:.1f}\"/>";
+  const char* const kRsi3 = "      <Parameter Name=\"{}{}\" ParamID=\"{}\" ParamValue=\"{}\"/>";
+  const char* const kRsi4 = "        <Parameter Name=\"{}{}\" ParamId=\"{}\" ParamValue=\"{}\"/>";
+  const char* const kModel =
+      "        <rSIParameter name=\"{0}{1}\" value=\"{3}\" paramType=\"System.Double\" "
+      "minVal=\"-2147483648\" maxVal=\"2147483647\" isEnum=\"false\" index=\"{2}\" />";
+  const char* const kModelMonitor =
+      "        <rSIParameter name=\"{0}{1}\" value=\"{3}\" paramType=\"System.Double\" "
+      "minVal=\"0\" maxVal=\"2147483647\" isEnum=\"false\" index=\"{2}\" />";
   const auto number_or = [](const char* array, int number, const char* otherwise) {
     return number == 0 ? std::string(otherwise) : fmt::format("{}[{}]", array, number);
   };
@@ -77,6 +95,17 @@ krl::Places places_of(const RsiFilesConfig& c) {
       {"RSI4_LIMITS", limits(kRsi4, c.correction_limit_deg, 0, 6)},
       {"RSI3_MONITOR", monitor(kRsi3, c.correction_limit_deg, 1)},
       {"RSI4_MONITOR", monitor(kRsi4, c.correction_limit_deg, 0)},
+      {"MODEL_CHANNELS", per_axis("        <rSIOutPort name=\"Out{0}\" />", 1) +
+                             "\n        <rSIOutPort name=\"Out7\" />"},
+      {"MODEL_INPUTS",
+       per_axis("        <rSIInPort name=\"CorrA{0}\" mandatory=\"false\">\n          <source>\n"
+                "            <rSIOutPortMoniker name=\"//ETHERNET1/Out{0}\" />\n"
+                "          </source>\n        </rSIInPort>",
+                1)},
+      {"MODEL_AXES", per_axis("        <rSIOutPort name=\"A{0}\" />", 1)},
+      {"MODEL_EXTERNAL", per_axis("        <rSIOutPort name=\"E{0}\" />", 1)},
+      {"MODEL_LIMITS", limits(kModel, c.correction_limit_deg, 1, 13)},
+      {"MODEL_MONITOR", monitor(kModelMonitor, c.correction_limit_deg, 1)},
       {"TOOL_VALUE", number_or("TOOL_DATA", c.tool, "$NULLFRAME")},
       {"BASE_VALUE", number_or("BASE_DATA", c.base, "$NULLFRAME")},
       {"LOAD_VALUE",
@@ -113,10 +142,24 @@ void RsiFilesConfig::validate() const {
     dots += c == '.';
     digits = digits && (c == '.' || (c >= '0' && c <= '9'));
   }
-  if (!digits || dots != 3 || pc_address == "0.0.0.0") {
+  if (pc_address.empty() || pc_address == "0.0.0.0") {
+    throw ConfigError(
+        "controller files: pc_address is not stated, and bind of [rsi] is \"0.0.0.0\", which means "
+        "'every address of this computer': the controller needs the one that it is to send to. "
+        "Write "
+        "pc_address = \"A.B.C.D\" below [controller] of the daemon's configuration, with this "
+        "computer's address in the controller's RSI subnet ('ip -4 address' lists them)");
+  }
+  if (!digits || dots != 3) {
     throw ConfigError(fmt::format(
         "controller files: pc_address = \"{}\" is not the IPv4 address of this computer in the "
         "controller's RSI subnet",
+        pc_address));
+  }
+  if (pc_address.starts_with("192.168.0.") || pc_address.starts_with("192.0.1.")) {
+    throw ConfigError(fmt::format(
+        "controller files: pc_address = \"{}\" is in a subnet that the controller keeps for itself "
+        "(192.168.0.x, 192.0.1.x): give RSI's interface and this computer another one",
         pc_address));
   }
   if (rsi_version != 3 && rsi_version != 4) {
@@ -140,9 +183,15 @@ ControllerFiles rsi_files(const RsiFilesConfig& config) {
   config.validate();
   const krl::Places places = places_of(config);
   ControllerFiles files;
-  for (const char* name : {"cellcal_rsi.src", "cellcal_rsi_ethernet.xml",
-                           config.rsi_version == 3 ? "cellcal_rsi.rsi.xml" : "cellcal_rsi.rsix"}) {
-    files[name] = krl::fill(krl::template_text(std::string(name) + ".in"), places);
+  std::vector<std::string> names{"cellcal_rsi.src", "cellcal_rsi_ethernet.xml"};
+  if (config.rsi_version == 3) {
+    names.insert(names.end(), {"cellcal_rsi.rsi", "cellcal_rsi.rsi.xml"});
+    files["cellcal_rsi.rsi.diagram"] = krl::fill(krl::rsi3_diagram(), {});
+  } else {
+    names.emplace_back("cellcal_rsi.rsix");
+  }
+  for (const std::string& name : names) {
+    files[name] = krl::fill(krl::template_text(name + ".in"), places);
   }
   return files;
 }

@@ -1,6 +1,7 @@
 #pragma once
 // How long replies take, counted in buckets of one microsecond. One writer, any readers, no lock.
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <chrono>
@@ -26,6 +27,15 @@ class ReplyHistogram {
   /// Largest time seen [s].
   double max_s() const {
     return 1e-6 * static_cast<double>(max_us_.load(std::memory_order_relaxed));
+  }
+
+  /// Replies that took at most so long.
+  std::uint64_t within(std::chrono::microseconds time) const {
+    const auto last =
+        std::min(static_cast<std::size_t>(std::max<std::int64_t>(time.count(), 0)), kBuckets);
+    std::uint64_t seen = 0;
+    for (std::size_t us = 0; us < last; ++us) seen += counts_[us].load(std::memory_order_relaxed);
+    return seen;
   }
 
   /// Time that the fraction p (0..1) of all replies does not exceed [s]; 0 without replies.

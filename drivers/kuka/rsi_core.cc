@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "drivers/kuka/arrival_spread.h"
 #include "drivers/kuka/move_desk.h"
 #include "drivers/kuka/position_record.h"
 #include "drivers/kuka/rsi_delay.h"
@@ -65,6 +66,9 @@ struct RsiCore::Impl {
     if (arrival == Arrival::kStale) return {};
     ++state.packets;
     last_rx = t_rx;
+    spread.add(t_rx);
+    state.sends_setpoint = !frame.setpoint_axes_deg.empty();
+    state.sends_delay = frame.delay.has_value();
     note_delay();
     std::copy(actual.begin(), actual.end(), state.actual_rad);
     state.ipoc = frame.ipoc.value;
@@ -145,6 +149,7 @@ struct RsiCore::Impl {
 
   void begin_session() {
     stream.reset();
+    spread.reset();
     record.clear();
     delay.begin_session();
     footing.begin_session(state.waited_s);
@@ -317,6 +322,9 @@ struct RsiCore::Impl {
     state.moving = mover.busy();
     state.rereference_pending = rereference_asked;
     state.gaps = stream.gaps();
+    state.ipoc_step = stream.step();
+    state.jitter_s = spread.sigma_s();
+    state.longest_gap_s = spread.longest_s();
     const AxisAngles& commanded = footing.commanded_rad();
     std::copy(commanded.begin(), commanded.end(), state.commanded_rad);
   }
@@ -324,6 +332,7 @@ struct RsiCore::Impl {
   RsiConfig config;
   RsiParser parser;
   RsiStream stream{config.silence_cycles};
+  ArrivalSpread spread;
   PositionRecord record;
   Mover mover;
   RsiFooting footing;

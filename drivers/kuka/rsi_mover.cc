@@ -90,9 +90,11 @@ void Mover::halt(MoveOutcome outcome, Cause cause, double a) {
 }
 
 CoreResult Mover::abandon(Cause cause, double a) {
-  outcome_ = MoveOutcome::kRobotSilent;
-  cause_ = cause;
-  a_ = a;
+  if (outcome_ != MoveOutcome::kRobotSilent) {  // else it was brought to rest for a like reason
+    outcome_ = MoveOutcome::kRobotSilent;
+    cause_ = cause;
+    a_ = a;
+  }
   contact_.reset();
   return result(record_.size() > 0 ? record_.newest().commanded_rad : AxisAngles{});
 }

@@ -82,6 +82,11 @@ RobotState to_robot_state(const CoreState& s, const ReportNames& names) {
   state.cycle_s = s.cycle_s;
   state.packets = s.packets;
   state.late = s.late;
+  state.quality.jitter_s = s.jitter_s;
+  state.quality.longest_gap_s = s.longest_gap_s;
+  state.quality.gaps = s.gaps;
+  state.quality.bad_packets = s.bad_packets;
+  state.quality.replies = s.replies;
   add(state.words, link_words(s, names));
   add(state.words, trouble_words(s, names));
   if (s.late > 0) {

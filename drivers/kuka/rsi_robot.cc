@@ -56,6 +56,7 @@ struct RsiRobot::Impl : std::enable_shared_from_this<RsiRobot::Impl> {
           config.bind_address, config.port, error.message()));
     }
     bound_port = fresh.local_endpoint().port();
+    peer_v4 = 0;
     listening = fmt::format("UDP {}:{}", config.bind_address, bound_port.load());
     auto fresh_core = std::make_unique<RsiCore>(config, guard);
     const std::uint32_t number = shell.open(fresh_core->core_state());
@@ -148,6 +149,7 @@ struct RsiRobot::Impl : std::enable_shared_from_this<RsiRobot::Impl> {
     if (linked() && (!locked || peer != newest_from)) {
       peer = newest_from;
       locked = true;
+      if (peer.address().is_v4()) peer_v4.store(peer.address().to_v4().to_uint());
     }
     shell.publish(*core);
   }
@@ -202,7 +204,7 @@ struct RsiRobot::Impl : std::enable_shared_from_this<RsiRobot::Impl> {
   RobotShell<RsiCore> shell;
   ReplyHistogram times;
   std::atomic<std::uint64_t> foreign{0}, unsent{0};
-  std::atomic<std::uint32_t> foreign_from{0};
+  std::atomic<std::uint32_t> foreign_from{0}, peer_v4{0};
   std::atomic<std::uint16_t> bound_port{0};
 
   std::string listening;  // session's thread alone
@@ -225,6 +227,10 @@ RobotState RsiRobot::state() const {
   }
   RobotState state =
       to_robot_state(impl_->shell.state(), {impl_->listening, impl_->config.sentype});
+  state.quality.reply_p50_s = impl_->times.quantile_s(0.5);
+  state.quality.reply_p99_s = impl_->times.quantile_s(0.99);
+  state.quality.reply_p999_s = impl_->times.quantile_s(0.999);
+  state.quality.reply_max_s = impl_->times.max_s();
   const auto add = [&](const std::string& words) {
     if (!state.words.empty()) state.words += ". ";
     state.words += words;
@@ -254,5 +260,11 @@ bool RsiRobot::is_open() const { return impl_->shell.is_open(); }
 std::uint16_t RsiRobot::port() const { return impl_->bound_port.load(); }
 const ReplyHistogram& RsiRobot::reply_times() const { return impl_->times; }
 std::uint64_t RsiRobot::foreign_packets() const { return impl_->foreign.load(); }
+CoreState RsiRobot::core_state() const { return impl_->shell.state(); }
+
+std::string RsiRobot::sender() const {
+  const std::uint32_t address = impl_->peer_v4.load();
+  return address == 0 ? std::string() : asio::ip::address_v4(address).to_string();
+}
 
 }  // namespace cellcal::drivers

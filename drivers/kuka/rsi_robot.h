@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <string>
 #include <string_view>
 
 #include "drivers/contact.h"
@@ -44,6 +45,10 @@ class RsiRobot final : public Robot {
   /// Datagram taken from the socket to reply handed back to it. Any thread.
   const ReplyHistogram& reply_times() const;
   std::uint64_t foreign_packets() const;  ///< from other addresses than the first: ignored
+  /// What state() is made of: for figures that only RSI has.
+  CoreState core_state() const;
+  /// Address of the controller that is listened to; empty before its first packet.
+  std::string sender() const;
 
  private:
   struct Impl;

@@ -17,6 +17,7 @@
 #include "sim/cell/contact_watch.h"
 #include "sim/emulator/control.h"
 #include "sim/emulator/options.h"
+#include "sim/emulator/rsi_context.h"
 #include "sim/krc/cartesian_arm.h"
 #include "sim/krc/eki_server.h"
 #include "sim/krc/eki_stream_server.h"
@@ -238,6 +239,7 @@ int main(int argc, char** argv) {
         "--pc 127.0.0.1:49152 --device-link /tmp/contact");
     sim::add_options(app, options);
     CLI11_PARSE(app, argc, argv);
+    if (!options.rsi_context.empty()) sim::load_rsi_context(options);
     return run(options);
   } catch (const std::exception& e) {
     std::fprintf(stderr, "cellcal-emulator: %s\n", e.what());

@@ -24,6 +24,8 @@ struct EmulatorOptions {
   ControllerConfig controller;
   std::vector<std::string> eki_xml;  ///< channel files of the emulated controller
   std::string listen;                ///< address for EKI; empty: 127.0.0.1
+  std::string rsi_xml;               ///< RSI's ethernet file; empty: the options say it all
+  std::string rsi_context;           ///< its context (.rsi.xml, .rsix); empty: likewise
   std::string pc_address = "127.0.0.1";
   std::uint16_t pc_port = 49152;
   bool pc_port_given = false;

@@ -42,6 +42,7 @@ void load_channel(const std::string& path, EmulatorOptions& options) {
   } catch (const std::invalid_argument& e) {
     throw CLI::ValidationError("--rsi-xml", path + ": " + e.what());
   }
+  options.rsi_xml = path;
   if (!options.pc_port_given) options.pc_port = options.controller.channel->port;
 }
 
@@ -96,6 +97,11 @@ void add_rsi_options(CLI::App& app, EmulatorOptions& options) {
              "HOLDON, "
              "and the port if --pc is not given")
           ->check(CLI::ExistingFile);
+  app.add_option("--rsi-context", options.rsi_context,
+                 "RSI's context beside it (.rsi.xml or .rsix): Precision, Timeout, limits; packets "
+                 "then go to the file's address, too")
+      ->check(CLI::ExistingFile)
+      ->needs(file);
   add_names(app, controller, file);
   add_choice<RsiMode>(app, "--mode", "Argument of RSI_ON", controller.mode,
                       {{"absolute", RsiMode::kAbsolute}, {"relative", RsiMode::kRelative}});

@@ -41,6 +41,38 @@ TEST_F(an_api, is_idle_at_first) {
   EXPECT_EQ(status["running"], false);
   EXPECT_TRUE(status["residual_mm"].is_null());
   EXPECT_TRUE(status["failure"].is_null());
+  EXPECT_TRUE(status["links"].is_null());
+  EXPECT_FALSE(status["version"].get<std::string>().empty());
+}
+
+TEST(a_status, holds_the_quality_of_both_links_in_the_units_that_its_keys_name) {
+  LinkReport report;
+  report.open = true;
+  report.robot.cycle_s = 0.004;
+  report.robot.late = 2;
+  report.robot.quality.jitter_s = 0.0003;
+  report.robot.quality.reply_p99_s = 0.0001;
+  report.contact.identity = {1, {1, 2, 3}, 0xABC, 42, 0x2ad3};
+  report.contact.quality.frames = 100;
+  report.contact.quality.clock_sigma_s = 20e-6;
+  report.contact.quality.round_trip_min_s = 0.0005;
+  Status status;
+  status.links = std::make_shared<const LinkReport>(report);
+  const json links = json::parse(status_to_json(status)).at("links");
+  EXPECT_EQ(links.at("open"), true);
+  const json& robot = links.at("robot");
+  EXPECT_DOUBLE_EQ(robot.at("cycle_ms"), 4.0);
+  EXPECT_EQ(robot.at("late"), 2);
+  EXPECT_DOUBLE_EQ(robot.at("jitter_ms"), 0.3);
+  EXPECT_DOUBLE_EQ(robot.at("reply_ms").at("p99"), 0.1);
+  const json& contact = links.at("contact");
+  EXPECT_EQ(contact.at("firmware"), "1.2.3");
+  EXPECT_EQ(contact.at("uid"), "00000abc");
+  EXPECT_EQ(contact.at("boot_id"), 42);
+  EXPECT_EQ(contact.at("config_crc"), "2ad3");
+  EXPECT_EQ(contact.at("frames"), 100);
+  EXPECT_DOUBLE_EQ(contact.at("clock_sigma_us"), 20.0);
+  EXPECT_DOUBLE_EQ(contact.at("round_trip_ms").at("min"), 0.5);
 }
 
 TEST_F(an_api, knows_its_resources_and_their_methods) {

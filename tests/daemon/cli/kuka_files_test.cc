@@ -1,7 +1,8 @@
-// 'cellcal kuka-files' as a process.
+// 'cellcal kuka-files' and 'cellcal doctor' as processes.
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -78,7 +79,82 @@ TEST_F(kuka_files, of_rsi_need_an_address_that_the_controller_can_send_to) {
   configure("");
   const Outcome outcome = make({"--wire", "rsi"});
   EXPECT_EQ(outcome.status, 1);
-  EXPECT_NE(outcome.err.find("pc_address"), std::string::npos) << outcome.err;
+  // What to write, where, and which addresses there are.
+  for (const char* word : {"d.toml", "[controller]", "pc_address = \"A.B.C.D\"", "127.0.0.1"}) {
+    EXPECT_NE(outcome.err.find(word), std::string::npos) << outcome.err;
+  }
+  EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+}
+
+TEST_F(kuka_files, of_rsi_3_are_one_unit_of_three_and_what_belongs_to_it) {
+  configure("[rsi]\nbind = \"10.0.0.5\"\n[controller]\nrsi_version = 3\n");
+  const Outcome outcome = make({"--wire", "rsi", "--json"});
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  for (const char* name : {"cellcal_rsi.rsi", "cellcal_rsi.rsi.xml", "cellcal_rsi.rsi.diagram"}) {
+    EXPECT_TRUE(std::filesystem::exists(dir.path() / "krc/new" / name)) << name;
+  }
+  const auto json = nlohmann::json::parse(outcome.out);
+  for (const auto& one : json.at("files")) {
+    const std::string file = one.at("file"), place = one.at("goes_to");
+    EXPECT_EQ(place.find("SensorInterface") == std::string::npos, file.ends_with(".src")) << file;
+  }
+}
+
+TEST_F(kuka_files, that_were_made_pass_and_that_were_edited_are_refused_by_line) {
+  configure("[rsi]\nbind = \"10.0.0.5\"\n");
+  ASSERT_EQ(make({"--wire", "rsi"}).status, 0);
+  const std::vector<std::string> verify{CELLCAL,  "kuka-files", "--config", dir / "d.toml",
+                                        "--wire", "rsi",        "--verify", dir / "krc/new"};
+  const Outcome sound = run_program(verify);
+  EXPECT_EQ(sound.status, 0) << sound.out << sound.err;
+  EXPECT_EQ(sound.out.rfind("ok", 0), 0u) << sound.out;
+  configure("[rsi]\nbind = \"10.0.0.5\"\nsentype = \"Other\"\nport = 50000\n");
+  const Outcome other = run_program(verify);
+  EXPECT_EQ(other.status, 1);
+  EXPECT_NE(other.err.find("cellcal_rsi_ethernet.xml:7: PORT is 49152"), std::string::npos)
+      << other.err;
+  EXPECT_NE(other.err.find("and 1 more"), std::string::npos) << other.err;
+  EXPECT_NE(other.out.find("SENTYPE is \"ImFree\""), std::string::npos) << other.out;
+  std::vector<std::string> as_json = verify;
+  as_json.emplace_back("--json");
+  const auto json = nlohmann::json::parse(run_program(as_json).out);
+  EXPECT_EQ(json.at("fits"), false);
+  EXPECT_EQ(json.at("objections").size(), 2u);
+}
+
+TEST_F(kuka_files, need_a_folder_to_go_to_or_one_to_look_at) {
+  configure("");
+  const Outcome neither = run_program({CELLCAL, "kuka-files", "--config", dir / "d.toml"});
+  EXPECT_EQ(neither.status, 2);
+  EXPECT_NE(neither.err.find("--verify"), std::string::npos) << neither.err;
+  EXPECT_EQ(make({"--verify", dir.path().string()}).status, 2);
+}
+
+TEST_F(kuka_files, that_are_not_there_are_named) {
+  configure("");
+  const Outcome none =
+      run_program({CELLCAL, "kuka-files", "--config", dir / "d.toml", "--verify", dir / "nowhere"});
+  EXPECT_EQ(none.status, 1);
+  EXPECT_NE(none.err.find("nowhere"), std::string::npos) << none.err;
+}
+
+TEST(doctor, prints_a_line_for_each_check_and_fails_with_one_reason) {
+  const TemporaryDirectory dir;
+  std::ofstream(dir / "d.toml") << "format = \"cellcal.daemon/1\"\nbackend = \"mock\"\nsocket = \""
+                                << (dir / "s").string() << "\"\n";
+  const Outcome green = run_program({CELLCAL, "doctor", "--config", dir / "d.toml"});
+  EXPECT_EQ(green.status, 0) << green.err;
+  EXPECT_EQ(green.out.rfind("ok       configuration", 0), 0u) << green.out;
+  EXPECT_NE(green.out.find("read the warnings"), std::string::npos) << green.out;
+  EXPECT_TRUE(green.err.empty()) << green.err;
+  const Outcome red =
+      run_program({CELLCAL, "doctor", "--config", dir / "d.toml", "--cell", dir / "none.toml"});
+  EXPECT_EQ(red.status, 1);
+  EXPECT_EQ(red.err, "cellcal doctor: cell file failed\n");
+  EXPECT_NE(red.out.find("FAILED   cell file"), std::string::npos) << red.out;
+  EXPECT_EQ(run_program({CELLCAL, "doctor", "--for", "0"}).status, 2);
+  EXPECT_NE(run_program({CELLCAL, "doctor", "--help"}).out.find("Example: cellcal doctor"),
+            std::string::npos);
 }
 
 TEST_F(kuka_files, fails_by_file_and_key_and_writes_nothing) {

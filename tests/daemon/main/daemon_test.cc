@@ -209,6 +209,30 @@ TEST(a_goal, out_of_range_is_refused_before_anything_begins) {
   EXPECT_EQ(where.status, 422);
 }
 
+TEST(a_session, leaves_the_quality_of_its_links_in_the_status) {
+  DaemonFixture fixture;
+  fixture.start();
+  EXPECT_TRUE(fixture.status()["links"].is_null());
+  const Outcome outcome = fixture.cellcal(run("6", "0"));
+  EXPECT_TRUE(outcome.status == 0 || outcome.status == 3) << outcome.err;
+  nlohmann::json links = fixture.status()["links"];
+  // The session lets go of its devices a moment after it has said that it is done.
+  for (int i = 0; links["open"] == true && i < 1000; ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    links = fixture.status()["links"];
+  }
+  EXPECT_EQ(links["open"], false);
+  EXPECT_EQ(links["robot"]["cycle_ms"], 4.0);
+  EXPECT_GT(links["robot"]["packets"], 1000);
+  EXPECT_EQ(links["robot"]["late"], 0);
+  EXPECT_GT(links["contact"]["frames"], 1000);
+  EXPECT_EQ(links["contact"]["crc_errors"], 0);
+  EXPECT_EQ(links["contact"]["firmware"], "1.0.0");
+  const std::string words = fixture.cellcal({"status"}).out;
+  EXPECT_NE(words.find("robot link: cycle 4.00 ms"), std::string::npos) << words;
+  EXPECT_NE(words.find("contact link: firmware 1.0.0"), std::string::npos) << words;
+}
+
 TEST(an_aborted_session, keeps_its_touches_and_can_be_gone_on_with) {
   DaemonFixture fixture;
   fixture.start();

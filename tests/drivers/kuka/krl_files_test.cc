@@ -275,7 +275,7 @@ RsiFilesConfig some_pc(int version) {
 TEST(RsiFiles, AreSoundKrlAndXml) {
   for (const int version : {3, 4}) {
     const ControllerFiles files = rsi_files(some_pc(version));
-    EXPECT_EQ(files.size(), 3u);
+    EXPECT_EQ(files.size(), version == 3 ? 5u : 3u);
     for (const auto& [name, text] : files) {
       EXPECT_EQ(text.substr(text.size() - 2), "\r\n");
       EXPECT_FALSE(std::regex_search(text, std::regex("@[A-Z0-9_]+@"))) << name;
@@ -367,6 +367,8 @@ TEST(RsiFiles, AreRefusedByTheKeyThatIsWrong) {
       {"pc_address", [](RsiFilesConfig& c) { c.pc_address = "0.0.0.0"; }},
       {"pc_address", [](RsiFilesConfig& c) { c.pc_address = ""; }},
       {"pc_address", [](RsiFilesConfig& c) { c.pc_address = "pc.local"; }},
+      {"192.168.0.x", [](RsiFilesConfig& c) { c.pc_address = "192.168.0.7"; }},
+      {"[controller]", [](RsiFilesConfig& c) { c.pc_address = "0.0.0.0"; }},
       {"rsi_version", [](RsiFilesConfig& c) { c.rsi_version = 2; }},
       {"sentype", [](RsiFilesConfig& c) { c.sentype = "<a>"; }},
       {"stop_tag", [](RsiFilesConfig& c) { c.stop_tag = ""; }},

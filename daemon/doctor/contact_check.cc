@@ -1,0 +1,133 @@
+#include "daemon/doctor/contact_check.h"
+
+#include <fmt/format.h>
+
+namespace cellcal::daemon {
+
+namespace {
+
+// A latch that is known to 0.1 ms is 0.2 um at 2 mm/s; beyond, the line is worth a look.
+constexpr double kGoodClockS = 100e-6;
+// One frame in fifty damaged: repeats no longer hide it.
+constexpr double kBadLine = 0.02;
+constexpr double kSlowRoundTripS = 0.008;
+constexpr const char* kReadme = "drivers/contact/README.md";
+
+std::string firmware(const drivers::ContactIdentity& id) {
+  return fmt::format("{}.{}.{}", id.firmware[0], id.firmware[1], id.firmware[2]);
+}
+
+void judge_circuit(const drivers::ContactStatus& s, Findings& findings) {
+  const std::string check = "contact circuit";
+  if (!s.loop_ok) {
+    findings.fail(check, s.words.empty() ? "the touch circuit is broken" : s.words,
+                  "look for an open feed or sense wire between sensor and tool; the sensor's "
+                  "self-test repeats by itself");
+  } else if (s.in_contact) {
+    findings.fail(check,
+                  fmt::format("closed ({:.2f} V): the tool touches something", s.sense_voltage_v),
+                  "move the tool free; look for spatter, a short, or a wire that is broken");
+  } else {
+    findings.ok(check, fmt::format("open, {:.2f} V", s.sense_voltage_v));
+  }
+}
+
+void judge_self_test(const drivers::ContactStatus& s, Findings& findings) {
+  const std::string check = "contact self-test";
+  if (s.self_test_ok) {
+    findings.ok(check, "passed: the sensor sees its own test edge");
+  } else if (!s.loop_ok || s.in_contact) {
+    findings.skip(check, "it cannot pass before the circuit is sound and open");
+  } else {
+    findings.fail(check, s.words.empty() ? "not passed" : s.words,
+                  "a sensor that does not see its own edge cannot see a touch: check its input "
+                  "stage");
+  }
+}
+
+void judge_clock(const drivers::ContactStatus& s, Findings& findings) {
+  const std::string check = "contact clock";
+  const drivers::ContactQuality& q = s.quality;
+  const std::string figures =
+      fmt::format("known to {:.1f} us (limit {:.0f}), drift {:.1f} ppm", q.clock_sigma_s * 1e6,
+                  s.clock_limit_s * 1e6, q.clock_drift_ppm);
+  if (!(q.clock_sigma_s > 0.0)) {
+    findings.fail(check, "no clock map: too few answers to its pings", "see the line's findings");
+  } else if (q.clock_sigma_s > s.clock_limit_s) {
+    findings.fail(check, figures,
+                  "shorten the adapter's latency timer (udev rule in systemd/), or "
+                  "take load off this machine");
+  } else if (q.clock_sigma_s > kGoodClockS) {
+    findings.warn(check, figures,
+                  "good enough; a shorter latency timer of the adapter makes it "
+                  "better");
+  } else {
+    findings.ok(check, figures);
+  }
+}
+
+}  // namespace
+
+bool judge_contact(const ContactSeen& seen, Findings& findings) {
+  const drivers::ContactStatus& s = seen.newest;
+  const drivers::ContactIdentity& id = s.identity;
+  if (id.protocol == 0 || s.words.find("speaks protocol") != std::string::npos) {
+    findings.fail(
+        "contact sensor", s.words.empty() ? "it has not answered" : s.words,
+        fmt::format("supply, USB cable, firmware and baud rate, in this order; {} has the "
+                    "wiring",
+                    kReadme));
+    for (const char* check :
+         {"contact configuration", "contact circuit", "contact self-test", "contact clock"}) {
+      findings.skip(check, "the sensor does not answer");
+    }
+    return false;
+  }
+  findings.ok("contact sensor", fmt::format("CTP/{}, firmware {}, uid {:08x}, boot id {}",
+                                            id.protocol, firmware(id), id.uid, id.boot_id));
+  if (id.config_crc == seen.wanted_config_crc) {
+    findings.ok("contact configuration", fmt::format("taken, CRC {:04x}", id.config_crc));
+  } else {
+    findings.fail("contact configuration",
+                  fmt::format("CRC {:04x}, sent was {:04x}", id.config_crc, seen.wanted_config_crc),
+                  s.words.empty() ? "unplug the sensor and plug it in again" : s.words);
+  }
+  judge_circuit(s, findings);
+  judge_self_test(s, findings);
+  judge_clock(s, findings);
+  const bool ready = s.link == drivers::ContactLink::kReady;
+  if (!ready && findings.green()) findings.fail("contact link", s.words, "wait, and look again");
+  return ready && s.self_test_ok && !s.in_contact;
+}
+
+void judge_contact_line(const ContactSeen& seen, Findings& findings) {
+  const std::string check = "contact line";
+  const drivers::ContactQuality& q = seen.newest.quality;
+  const std::uint64_t bad = q.crc_errors + q.gaps;
+  const double rate =
+      q.frames + bad == 0 ? 0.0 : static_cast<double>(bad) / static_cast<double>(q.frames + bad);
+  const std::string figures = fmt::format(
+      "{} frames in {:.0f} s, {} damaged, {} missing; round trip {:.2f} ms, p99 {:.2f}; heartbeat "
+      "jitter {:.2f} ms",
+      q.frames, seen.observed_s, q.crc_errors, q.gaps, q.round_trip_p50_s * 1e3,
+      q.round_trip_p99_s * 1e3, q.heartbeat_jitter_s * 1e3);
+  if (q.frames == 0) {
+    findings.fail(check, "not one sound frame", "check baud rate, cable and supply");
+  } else if (rate > kBadLine) {
+    findings.fail(check, figures,
+                  "a shorter or screened cable, away from the arm's motor leads; "
+                  "a slower baud rate on both sides");
+  } else if (bad > 0) {
+    findings.warn(check, figures,
+                  "repeats hide single losses; look at cable and earth before "
+                  "there are more");
+  } else if (q.round_trip_p50_s > kSlowRoundTripS) {
+    findings.warn(check, figures,
+                  "the adapter collects bytes: install the udev rule in systemd/ "
+                  "(latency timer of 1 ms)");
+  } else {
+    findings.ok(check, figures);
+  }
+}
+
+}  // namespace cellcal::daemon

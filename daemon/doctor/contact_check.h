@@ -1,0 +1,23 @@
+#pragma once
+// What can be said of the contact sensor from what was seen of it. Pure: no port, no time.
+
+#include <string>
+
+#include "daemon/doctor/finding.h"
+#include "drivers/contact.h"
+
+namespace cellcal::daemon {
+
+struct ContactSeen {
+  drivers::ContactStatus newest;
+  std::uint16_t wanted_config_crc = 0;
+  double observed_s = 0.0;
+};
+
+/// Who it is, its configuration, circuit, self-test and clock: once it is ready, or has had its
+/// time. True: it can be relied on.
+bool judge_contact(const ContactSeen& seen, Findings& findings);
+/// The line, after it was observed for a while.
+void judge_contact_line(const ContactSeen& seen, Findings& findings);
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,139 @@
+// The daemon, its rights, and the links of a session that it runs.
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "calib/files/calibration_json.h"
+#include "daemon/api/http.h"
+#include "daemon/doctor/link_words.h"
+#include "daemon/doctor/parts.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+using nlohmann::json;
+
+std::string text(const json& value, const char* key) {
+  const auto found = value.find(key);
+  return found != value.end() && found->is_string() ? found->get<std::string>() : "";
+}
+
+double figure(const json& value, const char* key) {
+  const auto found = value.find(key);
+  return found != value.end() && found->is_number() ? found->get<double>() : 0.0;
+}
+
+std::string trimmed(std::string words) {
+  while (!words.empty() && words.back() == '\n') words.pop_back();
+  return words;
+}
+
+/// `words`: what the device itself complains of. `losses`: how many of its messages went wrong.
+void judge_link(const std::string& check, const std::string& words, const std::string& figures,
+                double losses, Findings& findings) {
+  if (!words.empty()) {
+    findings.fail(check, words, "the session's own words; 'cellcal watch' follows it");
+  } else if (losses > 0.0) {
+    findings.warn(check, figures, "losses: end the session, then 'cellcal doctor' looks closer");
+  } else {
+    findings.ok(check, figures);
+  }
+}
+
+}  // namespace
+
+std::optional<DaemonSeen> look_at_daemon(const DaemonConfig& config, Findings& findings) {
+  const std::string check = "daemon";
+  DaemonSeen seen;
+  try {
+    seen.status = http_request(config.socket, "GET", "/v1/status").body;
+  } catch (const SocketError& error) {
+    const std::string words = error.what();
+    if (words.find("no permission") != std::string::npos) {
+      findings.fail(check, words, "sudo adduser \"$USER\" cellcal, then log in again");
+    } else {
+      findings.warn(check,
+                    fmt::format("does not run ({}): ports and device are looked at directly",
+                                config.socket.string()),
+                    "for a session: sudo systemctl start cellcald");
+    }
+    return std::nullopt;
+  }
+  const json status = json::parse(seen.status, nullptr, false);
+  if (!status.is_object()) {
+    findings.fail(check, fmt::format("what answers on {} is no cellcald", config.socket.string()),
+                  "name another socket in the configuration");
+    return std::nullopt;
+  }
+  seen.running = status.value("running", json(false)) == true;
+  if (const auto process = process_behind(config.socket)) seen.rights = rights_of_process(*process);
+  const std::string version = text(status, "version"), own = calib::software_version();
+  std::string words = seen.running
+                          ? fmt::format(
+                                "runs session {:.0f} ({}), which holds port and device: "
+                                "its own figures follow",
+                                figure(status, "session"), text(status, "phase"))
+                          : std::string("answers, and is idle: it holds no port and no device");
+  if (version != own) {
+    findings.warn(check, fmt::format("{}; it is version {}, this is {}", words, version, own),
+                  "restart it: sudo systemctl restart cellcald");
+  } else {
+    findings.ok(check, words);
+  }
+  return seen;
+}
+
+void judge_links_of(const std::string& status_text, Findings& findings) {
+  const json status = json::parse(status_text, nullptr, false);
+  const json links = status.is_object() ? status.value("links", json()) : json();
+  if (!links.is_object()) {
+    findings.skip("robot link", "the session has not opened its devices yet");
+    findings.skip("contact link", "the session has not opened its devices yet");
+    return;
+  }
+  const json robot = links.value("robot", json::object());
+  const json contact = links.value("contact", json::object());
+  judge_link("robot link", text(status, "robot"), trimmed(link_words({{"robot", robot}})),
+             figure(robot, "late") + figure(robot, "gaps") + figure(robot, "bad_packets"),
+             findings);
+  judge_link("contact link", text(status, "contact"), trimmed(link_words({{"contact", contact}})),
+             figure(contact, "crc_errors") + figure(contact, "gaps"), findings);
+}
+
+void judge_realtime(const DaemonConfig& config, const std::optional<ProcessRights>& daemon,
+                    const std::vector<std::string>& own_warnings, Findings& findings) {
+  const std::string check = "real time";
+  if (!config.realtime) {
+    findings.warn(check, "switched off by realtime = false",
+                  "leave it on for a cell: a busy computer otherwise replies too late");
+    return;
+  }
+  const std::optional<ProcessRights> rights = daemon ? daemon : rights_of_unit();
+  if (!rights) {
+    if (own_warnings.empty()) {
+      findings.ok(check, "this process has it; no daemon runs, and no service is installed");
+      return;
+    }
+    std::string words;
+    for (const std::string& one : own_warnings) words += (words.empty() ? "" : "; ") + one;
+    findings.warn(check,
+                  "no daemon runs, no service is installed, and this process has not: " + words,
+                  "install systemd/cellcald.service, which grants it");
+    return;
+  }
+  std::string lacks;
+  if (!rights->realtime) lacks += "SCHED_FIFO (LimitRTPRIO=60)";
+  if (!rights->locked_memory) {
+    lacks += fmt::format("{}locked memory (LimitMEMLOCK=infinity)", lacks.empty() ? "" : ", ");
+  }
+  if (lacks.empty()) {
+    findings.ok(check, rights->who + " may use SCHED_FIFO and lock its memory");
+  } else {
+    findings.warn(check, fmt::format("{} lacks {}", rights->who, lacks),
+                  "start it as the service of systemd/cellcald.service, or grant these");
+  }
+}
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,57 @@
+#include "daemon/doctor/doctor.h"
+
+#include <fmt/format.h>
+
+#include "daemon/doctor/parts.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+const char* name_of(BackendKind backend) {
+  switch (backend) {
+    case BackendKind::kRsi:
+      return "rsi";
+    case BackendKind::kEki:
+      return "eki";
+    case BackendKind::kMock:
+      break;
+  }
+  return "mock";
+}
+
+std::optional<DaemonConfig> look_at_config(const DoctorRequest& request, Findings& findings) {
+  try {
+    DaemonConfig config = load_config(request.config);
+    findings.ok("configuration",
+                fmt::format("{}, backend {}", request.config.string(), name_of(config.backend)));
+    return config;
+  } catch (const std::exception& error) {
+    findings.fail("configuration", error.what(),
+                  "daemon/main/README.md has all keys; 'cellcald --check' looks at the file alone");
+    return std::nullopt;
+  }
+}
+
+}  // namespace
+
+void examine(const DoctorRequest& request, Findings& findings) {
+  const std::optional<DaemonConfig> config = look_at_config(request, findings);
+  if (!config) return;
+  const std::optional<calib::Cell> cell = look_at_cell(request, *config, findings);
+  look_at_files(request, *config, findings);
+  const std::optional<DaemonSeen> daemon = look_at_daemon(*config, findings);
+  const std::optional<ProcessRights> rights = daemon ? daemon->rights : std::nullopt;
+  if (daemon && daemon->running) {
+    // Its session holds port and device. Taking them away would stop it.
+    judge_realtime(*config, rights, {}, findings);
+    judge_links_of(daemon->status, findings);
+  } else if (config->backend == BackendKind::kMock) {
+    findings.warn("wires", "backend mock: an emulated cell inside the daemon, nothing to look at",
+                  "backend = \"rsi\" or \"eki\" for a real cell");
+  } else {
+    look_at_wires(request, *config, cell, rights, findings);
+  }
+}
+
+}  // namespace cellcal::daemon

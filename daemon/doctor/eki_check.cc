@@ -1,0 +1,163 @@
+#include <fmt/format.h>
+
+#include "daemon/doctor/robot_check.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+// The programs send every 20 ms, or every loop of a busy submit interpreter.
+constexpr double kSlowStatesS = 0.060;
+constexpr int kFewestDecimals = 3;
+
+const char* mode_of(drivers::EkiMode mode) {
+  switch (mode) {
+    case drivers::EkiMode::kT1:
+      return "T1";
+    case drivers::EkiMode::kT2:
+      return "T2";
+    case drivers::EkiMode::kAut:
+      return "AUT";
+    case drivers::EkiMode::kExt:
+      return "EXT";
+    case drivers::EkiMode::kUnknown:
+      break;
+  }
+  return "unknown";
+}
+
+bool judge_connection(const EkiSeen& seen, Findings& findings) {
+  if (!seen.connected) {
+    findings.fail(
+        "eki connection", seen.last_words,
+        "in this order: (1) 'ping' the controller's KLI address; (2) is CELLCAL_SUB "
+        "running (Configuration, Submit interpreter), and was the controller cold-started "
+        "after CellcalEki.xml was copied; (3) address and port in CellcalEki.xml and in "
+        "[eki]; (4) end every other client: the controller takes one");
+    return false;
+  }
+  findings.ok("eki connection", "to " + seen.peer);
+  return true;
+}
+
+bool judge_states(const EkiSeen& seen, Findings& findings) {
+  const drivers::EkiCoreState& s = seen.newest;
+  const std::string check = "eki states";
+  if (!seen.up || s.states == 0) {
+    findings.fail(check, seen.last_words,
+                  "does CELLCAL_SUB run, and do CellcalEki.xml and the programs come from one run "
+                  "of 'cellcal kuka-files'?");
+    return false;
+  }
+  const std::string figures =
+      fmt::format("{} in {:.0f} s, every {:.1f} ms, jitter {:.1f}, longest {:.0f} ms", s.states,
+                  seen.observed_s, s.cycle_s * 1e3, s.jitter_s * 1e3, s.longest_gap_s * 1e3);
+  if (seen.lost) {
+    findings.fail(check, figures + "; the link was lost: " + seen.last_words,
+                  "look at the cable and at the pendant's messages");
+  } else if (s.cycle_s > kSlowStatesS) {
+    findings.warn(check, figures, "the submit interpreter is slow: what else runs in it?");
+  } else {
+    findings.ok(check, figures);
+  }
+  return true;
+}
+
+void judge_elements(const EkiSeen& seen, Findings& findings) {
+  const drivers::EkiCoreState& s = seen.newest;
+  const std::string advice =
+      "channel file and programs have to come from one run of 'cellcal kuka-files'; 'cellcal "
+      "kuka-files --verify DIR' compares them";
+  if (s.bad_documents > 0) {
+    findings.fail("eki elements",
+                  fmt::format("{} states were damaged or incomplete: {}, \"{}\"", s.bad_documents,
+                              to_string(s.last_error), s.last_bad),
+                  advice);
+  } else if (s.unread_by_controller > 0) {
+    findings.fail("eki elements",
+                  fmt::format("the controller could not read {} telegrams", s.unread_by_controller),
+                  advice);
+  } else if (s.trouble == drivers::EkiTrouble::kUnread ||
+             s.trouble == drivers::EkiTrouble::kOtherSession) {
+    findings.fail("eki elements", seen.last_words, advice);
+  } else {
+    findings.ok("eki elements", "all there, both ways");
+  }
+}
+
+void judge_decimals(const EkiSeen& seen, Findings& findings) {
+  const int decimals = seen.newest.decimals_seen;
+  if (decimals < kFewestDecimals) {
+    findings.fail("eki decimals", fmt::format("angles come with {}: too coarse", decimals),
+                  "the programs send $AXIS_ACT_MEAS as REAL: install them as they were made");
+  } else {
+    findings.ok("eki decimals", fmt::format("angles come with {}", decimals));
+  }
+}
+
+void judge_readiness(const EkiSeen& seen, Findings& findings) {
+  const drivers::EkiCoreState& s = seen.newest;
+  const std::string check = "eki readiness";
+  std::string figures = fmt::format("mode {}, override {} %, drives {}", mode_of(s.mode),
+                                    s.override_percent, s.drives ? "on" : "off");
+  if (s.stopped) figures += ", a stop is active";
+  if (s.fault != 0) {
+    findings.fail(check, fmt::format("{}, fault {} of CELLCAL_EKI", figures, s.fault),
+                  "reset CELLCAL_EKI and start it again; the pendant says what it stopped at");
+  } else if (!s.ready) {
+    findings.warn(check, figures + ": not ready to move",
+                  "for a session: release emergency stops, acknowledge messages, drives on, select "
+                  "CELLCAL_EKI and start it (in T1 hold the start key)");
+  } else {
+    findings.ok(check, figures + ", program runs");
+  }
+}
+
+void judge_input(const EkiSeen& seen, const EkiExpected& expected, Findings& findings) {
+  const std::string check = "eki contact input";
+  const std::string input = fmt::format("$IN[{}]", expected.input);
+  if (!expected.by_input) {
+    return findings.ok(check, "not used: [eki] stop = \"flag\"");
+  }
+  if (seen.input_on_while_open) {
+    findings.fail(check, input + " is on although the contact circuit is open",
+                  "wrong input number, or inverted: it must be on while the tool touches, and only "
+                  "then");
+  } else if (seen.contact_changed && !seen.input_changed) {
+    findings.fail(check, "the sensor saw a contact, and " + input + " did not change",
+                  "the wire from the sensor's output to the controller's input, or [controller] "
+                  "input");
+  } else if (seen.input_changed && seen.contact_changed) {
+    findings.ok(check, input + " changed with the contact: wired right");
+  } else if (seen.input_changed) {
+    findings.fail(check, input + " changed although the sensor saw no contact",
+                  "something else is wired to it");
+  } else if (seen.newest.input) {
+    findings.warn(check, input + " is on, and the contact is closed or not known",
+                  "open the contact, and look again");
+  } else {
+    findings.warn(
+        check, input + " is off, as it should be; whether it is wired was not seen",
+        "once: 'cellcal doctor --for 30', and meanwhile touch the tool with a wire from a "
+        "sphere's stand");
+  }
+}
+
+}  // namespace
+
+void judge_eki(const EkiSeen& seen, const EkiExpected& expected, Findings& findings) {
+  const bool fine = judge_connection(seen, findings) && judge_states(seen, findings);
+  if (!fine) {
+    for (const char* check :
+         {"eki elements", "eki decimals", "eki readiness", "eki contact input"}) {
+      findings.skip(check, "no states");
+    }
+    return;
+  }
+  judge_elements(seen, findings);
+  judge_decimals(seen, findings);
+  judge_readiness(seen, findings);
+  judge_input(seen, expected, findings);
+}
+
+}  // namespace cellcal::daemon

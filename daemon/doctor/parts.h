@@ -1,0 +1,45 @@
+#pragma once
+// The doctor's examinations, in their order. Each says itself what it found.
+
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "calib/model/robot.h"
+#include "daemon/doctor/doctor.h"
+#include "daemon/doctor/machine.h"
+#include "daemon/main/config.h"
+#include "drivers/kuka/krl_verify.h"
+
+namespace cellcal::daemon {
+
+/// Cell and robot file, and whether the wire can drive that robot. Nothing: not given, or unusable.
+std::optional<calib::Cell> look_at_cell(const DoctorRequest& request, const DaemonConfig& config,
+                                        Findings& findings);
+
+/// What can be said against the controller's files in a folder, for the wire.
+std::vector<drivers::FileObjection> verify_folder(const DaemonConfig& config, WireKind wire,
+                                                  const std::filesystem::path& folder);
+void look_at_files(const DoctorRequest& request, const DaemonConfig& config, Findings& findings);
+
+/// The daemon on its socket. Nothing: it does not answer.
+struct DaemonSeen {
+  std::string status;    ///< JSON of GET /v1/status
+  bool running = false;  ///< a session holds the ports
+  std::optional<ProcessRights> rights;
+};
+std::optional<DaemonSeen> look_at_daemon(const DaemonConfig& config, Findings& findings);
+/// The links of a session that is under way, by the daemon's own figures.
+void judge_links_of(const std::string& status, Findings& findings);
+
+/// Real-time rights: the daemon's where it runs, else the unit's, else this process'.
+void judge_realtime(const DaemonConfig& config, const std::optional<ProcessRights>& daemon,
+                    const std::vector<std::string>& own_warnings, Findings& findings);
+
+/// Sensor and controller on their wires. Opens both, moves nothing, closes both.
+void look_at_wires(const DoctorRequest& request, const DaemonConfig& config,
+                   const std::optional<calib::Cell>& cell,
+                   const std::optional<ProcessRights>& daemon, Findings& findings);
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,255 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "daemon/doctor/robot_check.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+constexpr int kGoodDecimals = 4, kFewestDecimals = 3;
+// A KRC4 itself is measured at 0.3 to 0.5 ms.
+constexpr double kGoodJitterS = 0.001;
+// Goals of the reply path; beyond half a cycle the network has no time left.
+constexpr double kGoodReplyS = 0.001, kPoorReplyShare = 0.5;
+constexpr double kMsTolerance = 1e-6;
+
+const char* const kChecklist =
+    "in this order: (1) is the program CELLCAL_RSI started on the pendant, and does it show an RSI "
+    "fault (KSS29002: reset it, start it again while doctor waits; the computer has to listen "
+    "before "
+    "RSI_ON); (2) IP_NUMBER and PORT of the ethernet XML are this computer's, and the controller "
+    "was "
+    "cold-started after a change; (3) the controller's RSI network has its own subnet (not "
+    "192.168.0.x), and the cable is in it; (4) a firewall of this computer drops UDP ('nft list "
+    "ruleset'); (5) no other program (TestServer, another cellcald) holds the port on the computer "
+    "that IP_NUMBER names";
+
+bool is_refused(const RsiSeen& seen) {
+  const drivers::CoreState& s = seen.newest;
+  // A controller with a short Timeout falls silent before the adapter is sure.
+  constexpr std::uint64_t kFew = 5, kOnTheirWay = 2;
+  const bool all_late = s.replies >= kFew && s.late + kOnTheirWay >= s.replies;
+  return seen.refused || (seen.lost && all_late);
+}
+
+void judge_packets(const RsiSeen& seen, Findings& findings) {
+  const std::string check = "rsi packets";
+  const drivers::CoreState& s = seen.newest;
+  if (!seen.up && s.bad_packets > 0) {
+    findings.fail(check,
+                  fmt::format("{} datagrams came to {}, and none of them is RSI's: {}, \"{}\"",
+                              s.bad_packets, seen.listening, to_string(s.last_error), s.last_bad),
+                  "find out who sends them; DEF_AIPos has to stand in the ethernet XML");
+  } else if (!seen.up) {
+    findings.fail(check, fmt::format("none in {:.0f} s on {}", seen.waited_s, seen.listening),
+                  kChecklist);
+  } else if (seen.lost && !is_refused(seen)) {
+    findings.fail(check, fmt::format("{} came, then they stopped after IPOC {}", s.packets, s.ipoc),
+                  "read the pendant: KSS29002 is a time-out (late replies, see below), KSS29000 a "
+                  "correction limit; reset CELLCAL_RSI and start it again");
+  } else if (s.bad_packets > 0) {
+    findings.warn(
+        check,
+        fmt::format("{} came, {} damaged: {}", s.packets, s.bad_packets, to_string(s.last_error)),
+        "look at network cards and cables between controller and computer");
+  } else {
+    findings.ok(check, fmt::format("{} in {:.0f} s, the first after {:.1f} s, {} missing",
+                                   s.packets, seen.observed_s, seen.first_packet_s, s.gaps));
+  }
+}
+
+void judge_sender(const RsiSeen& seen, Findings& findings) {
+  if (seen.foreign > 0) {
+    findings.fail("rsi sender",
+                  fmt::format("{}, and {} packets from another address", seen.sender, seen.foreign),
+                  "two controllers send to one port: give each its own");
+  } else {
+    findings.ok("rsi sender", seen.sender);
+  }
+}
+
+void judge_cycle(const RsiSeen& seen, Findings& findings) {
+  const std::string check = "rsi cycle";
+  const drivers::CoreState& s = seen.newest;
+  if (!(s.cycle_s > 0.0)) {
+    findings.fail(check,
+                  s.trouble == drivers::Trouble::kOddCycle ? "packets come outside of 2 to 40 ms"
+                                                           : "too few packets to learn it",
+                  "RSI_ON with #IPO_FAST (4 ms) or #IPO (12 ms)");
+    return;
+  }
+  const double ms = s.cycle_s * 1e3;
+  const std::string figures =
+      fmt::format("{:.2f} ms, jitter {:.2f} ms, longest {:.1f} ms, IPOC step {}", ms,
+                  s.jitter_s * 1e3, s.longest_gap_s * 1e3, s.ipoc_step);
+  const bool usual = std::abs(ms - 4.0) < 0.1 || std::abs(ms - 12.0) < 0.1;
+  const bool milliseconds = std::abs(s.ipoc_step - ms) < 0.1 + kMsTolerance;
+  if (!usual || !milliseconds) {
+    findings.warn(check, figures,
+                  "a KUKA controller has 4 or 12 ms and an IPOC in milliseconds: is "
+                  "this one, and do all its packets arrive?");
+  } else if (s.jitter_s > kGoodJitterS) {
+    findings.warn(check, figures,
+                  "a cable of its own between controller and computer, and nothing "
+                  "else that keeps this computer busy; see 'real time'");
+  } else {
+    findings.ok(check, figures);
+  }
+}
+
+void judge_decimals(const RsiSeen& seen, Findings& findings) {
+  const std::string check = "rsi decimals";
+  const int decimals = seen.newest.decimals;
+  const std::string advice =
+      "set Precision of the ETHERNET object to 4 or more (its default is 1), as 'cellcal "
+      "kuka-files' has it, and create the context anew";
+  if (decimals < kFewestDecimals) {
+    findings.fail(
+        check, fmt::format("AIPos comes with {} decimals: too coarse to calibrate with", decimals),
+        advice);
+  } else if (decimals < kGoodDecimals) {
+    findings.warn(check, fmt::format("AIPos comes with {} decimals", decimals), advice);
+  } else {
+    findings.ok(check, fmt::format("AIPos comes with {}", decimals));
+  }
+}
+
+void judge_elements(const RsiSeen& seen, Findings& findings) {
+  const drivers::CoreState& s = seen.newest;
+  std::string missing;
+  if (!s.sends_setpoint) missing += "ASPos";
+  if (!s.sends_delay) missing += missing.empty() ? "Delay" : " and Delay";
+  if (missing.empty()) {
+    findings.ok("rsi elements", "AIPos, ASPos, Delay");
+  } else {
+    findings.fail("rsi elements", missing + " is not sent",
+                  "wire DEF_ASPos and DEF_Delay into SEND of the ethernet XML: without them a "
+                  "restarted session and refused replies cannot be told");
+  }
+}
+
+void judge_replies(const RsiSeen& seen, const RsiExpected& expected, Findings& findings) {
+  const std::string check = "rsi replies";
+  const drivers::CoreState& s = seen.newest;
+  const std::uint64_t late = s.late - std::min(s.late, seen.late_at_start);
+  if (is_refused(seen)) {
+    findings.fail(
+        check,
+        fmt::format("not accepted: of {} replies the controller counts {} as late", s.replies,
+                    s.late),
+        fmt::format("SENTYPE or IPOC: this side sends SENTYPE \"{}\"; the ethernet XML on "
+                    "the controller has to say the same, letter by letter, and the "
+                    "controller discards all others without a word",
+                    expected.sentype));
+  } else if (!seen.answered) {
+    findings.fail(check, seen.last_words.empty() ? "none were sent" : seen.last_words,
+                  "let RSI time out, reset CELLCAL_RSI and start it again while doctor waits");
+  } else if (late >= static_cast<std::uint64_t>(expected.late_limit)) {
+    findings.fail(check, fmt::format("{} of {} came too late for the controller", late, s.replies),
+                  "a move would be stopped: see 'real time' and 'rsi reply times', and the switch "
+                  "between controller and computer");
+  } else if (late > 0) {
+    findings.warn(check, fmt::format("{} of {} came too late for the controller", late, s.replies),
+                  "see 'real time' and 'rsi reply times'");
+  } else {
+    findings.ok(check, fmt::format("{}, all accepted in time", s.replies));
+  }
+}
+
+void judge_times(const RsiSeen& seen, Findings& findings) {
+  const std::string check = "rsi reply times";
+  const drivers::RobotQuality& q = seen.state.quality;
+  if (q.replies == 0) return findings.skip(check, "no replies were sent");
+  std::string histogram;
+  for (const auto& [ms, count] : seen.replies_within) {
+    if (count == 0) continue;
+    histogram += fmt::format("; {} within {} ms", count, ms);
+    if (count >= q.replies) break;
+  }
+  const std::string figures =
+      fmt::format("of {}: p50 {:.2f}, p99 {:.2f}, p99.9 {:.2f}, longest {:.2f} ms{}", q.replies,
+                  q.reply_p50_s * 1e3, q.reply_p99_s * 1e3, q.reply_p999_s * 1e3,
+                  q.reply_max_s * 1e3, histogram);
+  if (q.reply_p99_s > kPoorReplyShare * seen.newest.cycle_s) {
+    findings.fail(check, figures, "this computer is too busy for RSI: see 'real time'");
+  } else if (q.reply_p999_s > kGoodReplyS) {
+    findings.warn(check, figures,
+                  "grant real-time priority (see 'real time'), and stop other work "
+                  "on this computer");
+  } else {
+    findings.ok(check, figures);
+  }
+}
+
+}  // namespace
+
+void judge_rsi(const RsiSeen& seen, const RsiExpected& expected, Findings& findings) {
+  judge_packets(seen, findings);
+  if (!seen.up) {
+    for (const char* check : {"rsi sender", "rsi cycle", "rsi decimals", "rsi elements",
+                              "rsi replies", "rsi reply times"}) {
+      findings.skip(check, "no packets");
+    }
+    return;
+  }
+  judge_sender(seen, findings);
+  judge_cycle(seen, findings);
+  judge_decimals(seen, findings);
+  judge_elements(seen, findings);
+  judge_replies(seen, expected, findings);
+  judge_times(seen, findings);
+}
+
+void judge_rsi_end(std::optional<double> ended_after_s, Findings& findings) {
+  const std::string check = "rsi stop";
+  if (!ended_after_s) {
+    findings.warn(check, "the controller went on sending for 2 s after Stop",
+                  "the STOP object is not wired to the Stop element (Mode 4, rising edge), or "
+                  "stop_tag is not its name; a session then ends with a fault on the pendant");
+  } else {
+    findings.ok(check,
+                fmt::format("the controller ended RSI {:.2f} s after Stop; start CELLCAL_RSI again "
+                            "for the next session",
+                            *ended_after_s));
+  }
+}
+
+void judge_angles(const std::string& check, const drivers::AxisAngles& actual_rad,
+                  const calib::Robot* robot, Findings& findings) {
+  constexpr double kDeg = 180.0 / std::numbers::pi;
+  constexpr double kNearDeg = 1.0;
+  std::string shown;
+  for (const double angle : actual_rad) {
+    shown += fmt::format("{}{:.3f}", shown.empty() ? "" : ", ", angle * kDeg);
+  }
+  if (robot == nullptr) return findings.skip(check, shown + " deg; no --cell, so no limits");
+  if (robot->joints.size() != actual_rad.size()) {
+    return findings.fail(check,
+                         fmt::format("{} angles come, the robot file has {} joints",
+                                     actual_rad.size(), robot->joints.size()),
+                         "take the robot file of this arm");
+  }
+  std::string outside, near;
+  for (std::size_t i = 0; i < actual_rad.size(); ++i) {
+    const calib::Joint& joint = robot->joints[i];
+    const double room =
+        std::min(actual_rad[i] - joint.min_rad, joint.max_rad - actual_rad[i]) * kDeg;
+    std::string& list = room < 0.0 ? outside : near;
+    if (room < kNearDeg) list += fmt::format("{}{}", list.empty() ? "" : ", ", joint.name);
+  }
+  if (!outside.empty()) {
+    findings.fail(check, fmt::format("{} deg: {} outside the robot file's limits", shown, outside),
+                  "another robot file, or a turn axis that stands a turn away: jog it back");
+  } else if (!near.empty()) {
+    findings.warn(check, fmt::format("{} deg: {} within 1 deg of a limit", shown, near),
+                  "jog the arm to a posture in its middle");
+  } else {
+    findings.ok(check, shown + " deg, within the robot file's limits");
+  }
+}
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,361 @@
+// Sensor and controller on their wires, through the adapters that sessions use.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <thread>
+
+#include "daemon/doctor/contact_check.h"
+#include "daemon/doctor/parts.h"
+#include "daemon/doctor/robot_check.h"
+#include "drivers/contact/ctp_codec.h"
+#include "drivers/contact/serial_contact.h"
+#include "drivers/error.h"
+#include "drivers/io_thread.h"
+#include "drivers/kuka/eki_robot.h"
+#include "drivers/kuka/rsi_robot.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+using Steady = std::chrono::steady_clock;
+using namespace std::chrono_literals;
+
+constexpr std::chrono::milliseconds kLook{5};
+/// A board's bootloader takes 2 s, the driver's clock map and self-test another.
+constexpr double kContactPatienceS = 8.0;
+/// A fault that stands this long is no passing state.
+constexpr double kFaultPatienceS = 2.0;
+/// What is refused or lost is known by then; nothing new comes.
+constexpr double kEnoughS = 1.0;
+/// Replies behind which late ones are ours, and no longer those of before we answered.
+constexpr std::uint64_t kSettled = 10;
+constexpr double kRsiFarewellS = 2.0, kEkiFarewellS = 3.5;
+
+double since(Steady::time_point t) {
+  return std::chrono::duration<double>(Steady::now() - t).count();
+}
+
+/// Six axes without limits, where no robot file is given: nothing is moved, nothing to be limited.
+calib::Cell any_arm(const DaemonConfig& config) {
+  const int external = wire_of(config) == WireKind::kEki ? config.controller.external_axes : 0;
+  calib::Cell cell;
+  cell.robot.name = "any arm";
+  for (int i = 0; i < 6 + external; ++i) {
+    calib::Joint joint;
+    joint.name = fmt::format("{}{}", i < 6 ? 'A' : 'E', i % 6 + 1);
+    joint.min_rad = -7.0;
+    joint.max_rad = 7.0;
+    joint.max_speed_rad_s = 1.0;
+    cell.robot.joints.push_back(joint);
+  }
+  return cell;
+}
+
+class Wires {
+ public:
+  Wires(const DoctorRequest& request, const DaemonConfig& config,
+        const std::optional<calib::Cell>& cell, Findings& findings)
+      : request_(request),
+        config_(config),
+        robot_(cell ? &cell->robot : nullptr),
+        arm_(cell ? *cell : any_arm(config)),
+        findings_(findings),
+        io_(drivers::IoThreadOptions{.realtime = config.realtime, .quiet = true}),
+        contact_(io_.context(), contact_options(config)) {
+    io_.start();
+    contact_seen_.wanted_config_crc = drivers::ctp::config_crc(drivers::ContactOptions().wire);
+  }
+  ~Wires() { contact_.close(); }
+  Wires(const Wires&) = delete;
+  Wires& operator=(const Wires&) = delete;
+
+  const std::vector<std::string>& warnings() const { return io_.warnings(); }
+  void contact(const std::optional<ProcessRights>& daemon);
+  void rsi();
+  void eki();
+
+ private:
+  static drivers::SerialContactOptions contact_options(const DaemonConfig& config) {
+    drivers::SerialContactOptions options;
+    options.port = config.contact;
+    return options;
+  }
+  void judge_access(const std::optional<ProcessRights>& daemon);
+  bool open_contact();
+  void look_at_contact();
+  bool open_rsi(drivers::RsiRobot& robot);
+  RsiSeen watch(drivers::RsiRobot& robot);
+  EkiSeen watch(drivers::EkiRobot& robot);
+  void judge_line();
+
+  const DoctorRequest& request_;
+  const DaemonConfig& config_;
+  const calib::Robot* robot_;
+  calib::Cell arm_;
+  Findings& findings_;
+  // In this order: what lives on the context goes before it.
+  drivers::IoThread io_;
+  drivers::SerialContact contact_;
+  ContactSeen contact_seen_;
+  bool contact_open_ = false, contact_good_ = false;
+  Steady::time_point contact_opened_{};
+};
+
+// ---- contact sensor ----------------------------------------------------------------------------
+
+/// Doctor may be allowed what the daemon is not.
+void Wires::judge_access(const std::optional<ProcessRights>& daemon) {
+  const std::optional<ProcessRights> rights = daemon ? daemon : rights_of_unit();
+  if (!rights || may_use(*rights, config_.contact.device).value_or(true)) return;
+  findings_.fail(
+      "contact access", fmt::format("{} may not use {}", rights->who, config_.contact.device),
+      fmt::format("the device belongs to group {}: SupplementaryGroups={} in the unit, or "
+                  "the udev rule in systemd/",
+                  group_of(config_.contact.device), group_of(config_.contact.device)));
+}
+
+bool Wires::open_contact() {
+  try {
+    contact_.open();
+  } catch (const std::exception& error) {
+    findings_.fail(
+        "contact port", error.what(),
+        "plug the sensor in, or correct [contact] device; the udev rule in systemd/ makes "
+        "/dev/cellcal-contact");
+    return false;
+  }
+  const std::string warning = contact_.status().warning;
+  const std::string found =
+      fmt::format("{} at {} baud, exclusively", config_.contact.device, config_.contact.baud);
+  if (warning.empty()) {
+    findings_.ok("contact port", found);
+  } else {
+    findings_.warn("contact port", found, warning);
+  }
+  return true;
+}
+
+void Wires::look_at_contact() { contact_seen_.newest = contact_.status(); }
+
+void Wires::contact(const std::optional<ProcessRights>& daemon) {
+  judge_access(daemon);
+  contact_open_ = open_contact();
+  contact_opened_ = Steady::now();
+  if (!contact_open_) {
+    for (const char* check : {"contact sensor", "contact configuration", "contact circuit",
+                              "contact self-test", "contact clock"}) {
+      findings_.skip(check, "the port is not open");
+    }
+    return;
+  }
+  const Steady::time_point begun = Steady::now();
+  std::optional<Steady::time_point> faulty;
+  while (since(begun) < kContactPatienceS) {
+    look_at_contact();
+    const drivers::ContactStatus& s = contact_seen_.newest;
+    if (s.link == drivers::ContactLink::kReady) break;
+    const bool stuck = s.link == drivers::ContactLink::kFault || s.in_contact;
+    if (!stuck) faulty.reset();
+    if (stuck && !faulty) faulty = Steady::now();
+    if (faulty && since(*faulty) > kFaultPatienceS) break;
+    std::this_thread::sleep_for(kLook);
+  }
+  contact_good_ = judge_contact(contact_seen_, findings_);
+}
+
+void Wires::judge_line() {
+  if (!contact_open_) return findings_.skip("contact line", "the port is not open");
+  look_at_contact();
+  contact_seen_.observed_s = since(contact_opened_);
+  judge_contact_line(contact_seen_, findings_);
+  const drivers::ContactStatus& s = contact_seen_.newest;
+  if (contact_good_ && s.link != drivers::ContactLink::kReady) {
+    findings_.fail("contact link", s.words, "it was ready and is no longer: supply, cable, plugs");
+  }
+}
+
+// ---- RSI ---------------------------------------------------------------------------------------
+
+bool Wires::open_rsi(drivers::RsiRobot& robot) {
+  const std::string check = "rsi port";
+  const std::string& address = config_.rsi_files.pc_address;
+  const std::vector<std::string> own = own_addresses();
+  std::string list;
+  for (const std::string& one : own) list += (list.empty() ? "" : ", ") + one;
+  try {
+    robot.open();
+  } catch (const std::exception& error) {
+    const auto holder = holder_of_udp_port(config_.rsi.port);
+    findings_.fail(check, error.what(),
+                   holder ? fmt::format("end {}, or give one of them another port", *holder)
+                          : fmt::format("bind must be one of this computer's addresses: {}", list));
+    return false;
+  }
+  const std::string found = fmt::format("UDP {}:{}", config_.rsi.bind_address, config_.rsi.port);
+  const bool stated = !address.empty() && address != "0.0.0.0";
+  if (stated && std::find(own.begin(), own.end(), address) == own.end()) {
+    findings_.fail(check,
+                   fmt::format("{}; but the controller's files send to {}, which is not this "
+                               "computer's",
+                               found, address),
+                   fmt::format("[controller] pc_address must be one of {}", list));
+  } else {
+    findings_.ok(check, found);
+  }
+  return true;
+}
+
+RsiSeen Wires::watch(drivers::RsiRobot& robot) {
+  RsiSeen seen;
+  seen.listening = fmt::format("UDP {}:{}", config_.rsi.bind_address, config_.rsi.port);
+  const Steady::time_point begun = Steady::now();
+  std::optional<Steady::time_point> up, settled, over;
+  while (true) {
+    look_at_contact();
+    const drivers::CoreState core = robot.core_state();
+    const drivers::RobotState state = robot.state();
+    if (!state.words.empty()) seen.last_words = state.words;
+    if (core.packets > 0 && !up) {
+      up = Steady::now();
+      seen.first_packet_s = since(begun);
+    }
+    if (up || core.bad_packets > 0) {
+      seen.newest = core;
+      seen.state = state;
+    }
+    seen.up = up.has_value();
+    seen.answered = seen.answered || core.replies > 0;
+    seen.refused = seen.refused || core.trouble == drivers::Trouble::kNotAccepted;
+    seen.lost = seen.lost || core.link == drivers::RobotLink::kLost;
+    if (core.replies >= kSettled && !settled) {
+      settled = Steady::now();
+      seen.late_at_start = core.late;
+    }
+    seen.waited_s = since(begun);
+    if (!up && seen.waited_s >= request_.wait_s) break;
+    if (up && since(*up) >= request_.observe_s) break;
+    if ((seen.refused || seen.lost) && !over) over = Steady::now();
+    if (over && since(*over) >= kEnoughS) break;
+    std::this_thread::sleep_for(kLook);
+  }
+  seen.observed_s = up ? since(*up) : 0.0;
+  seen.sender = robot.sender();
+  for (const auto limit : {100us, 250us, 500us, 1000us, 2000us}) {
+    seen.replies_within.emplace_back(limit.count() * 1e-3, robot.reply_times().within(limit));
+  }
+  seen.foreign = robot.foreign_packets();
+  return seen;
+}
+
+void Wires::rsi() {
+  drivers::RsiRobot robot(io_.context(), rsi_config_for(config_, arm_), &contact_.guard());
+  if (!open_rsi(robot)) {
+    findings_.skip("rsi packets", "the port is not open");
+    return judge_line();
+  }
+  request_.hint(
+      fmt::format("start CELLCAL_RSI on the pendant now (T1, start key held): waiting for "
+                  "its packets for up to {:.0f} s",
+                  request_.wait_s));
+  const RsiSeen seen = watch(robot);
+  judge_line();
+  judge_rsi(seen, {config_.rsi.sentype, config_.rsi.late_replies_limit}, findings_);
+  if (!seen.up) return robot.close();
+  judge_angles("rsi joint angles", seen.state.actual_rad, robot_, findings_);
+  const Steady::time_point asked = Steady::now();
+  robot.close();
+  while (robot.port() != 0 && since(asked) < kRsiFarewellS + kEnoughS) {
+    std::this_thread::sleep_for(kLook);
+  }
+  const double after_s = since(asked);
+  if (seen.lost || seen.refused || config_.rsi.stop_tag.empty()) {
+    findings_.skip("rsi stop", "no session was there to be ended");
+  } else {
+    judge_rsi_end(after_s < kRsiFarewellS ? std::optional(after_s) : std::nullopt, findings_);
+  }
+}
+
+// ---- EKI ---------------------------------------------------------------------------------------
+
+EkiSeen Wires::watch(drivers::EkiRobot& robot) {
+  EkiSeen seen;
+  seen.peer = fmt::format("{}:{}", config_.eki.address, config_.eki.port);
+  const Steady::time_point begun = Steady::now();
+  std::optional<Steady::time_point> up;
+  std::optional<bool> first_input, first_contact;
+  bool always_on_while_open = true;
+  while (true) {
+    look_at_contact();
+    const drivers::EkiCoreState core = robot.core_state();
+    const drivers::RobotState state = robot.state();
+    const bool linked = core.link == drivers::RobotLink::kNotReferenced;
+    if (!state.words.empty()) seen.last_words = state.words;
+    seen.connected = seen.connected || core.connected;
+    if (linked && !up) up = Steady::now();
+    if (linked || !up) {
+      seen.newest = core;
+      seen.state = state;
+    }
+    seen.up = up.has_value();
+    seen.lost = seen.lost || (up && !linked);
+    if (linked) {
+      const bool closed = contact_seen_.newest.in_contact;
+      if (!first_input) first_input = core.input;
+      if (!first_contact) first_contact = closed;
+      seen.input_changed = seen.input_changed || core.input != *first_input;
+      seen.contact_changed = seen.contact_changed || closed != *first_contact;
+      always_on_while_open = always_on_while_open && contact_good_ && core.input && !closed;
+    }
+    seen.waited_s = since(begun);
+    if (!up && seen.waited_s >= request_.wait_s) break;
+    if (up && since(*up) >= request_.observe_s) break;
+    std::this_thread::sleep_for(kLook);
+  }
+  seen.observed_s = up ? since(*up) : 0.0;
+  seen.input_on_while_open = seen.up && always_on_while_open;
+  return seen;
+}
+
+void Wires::eki() {
+  drivers::EkiRobot robot(io_.context(), eki_config_for(config_, arm_), &contact_.guard());
+  EkiSeen seen;
+  try {
+    robot.open();
+    request_.hint(fmt::format("connecting to the controller at {}:{} for up to {:.0f} s",
+                              config_.eki.address, config_.eki.port, request_.wait_s));
+    seen = watch(robot);
+  } catch (const drivers::DriverError& error) {
+    seen.last_words = error.what();
+  }
+  judge_line();
+  judge_eki(seen, {config_.eki.stop == drivers::EkiStop::kInput, config_.controller.input},
+            findings_);
+  if (seen.up) judge_angles("eki joint angles", seen.state.actual_rad, robot_, findings_);
+  const Steady::time_point asked = Steady::now();
+  robot.close();
+  while (robot.is_open() && since(asked) < kEkiFarewellS) std::this_thread::sleep_for(kLook);
+}
+
+}  // namespace
+
+void look_at_wires(const DoctorRequest& request, const DaemonConfig& config,
+                   const std::optional<calib::Cell>& cell,
+                   const std::optional<ProcessRights>& daemon, Findings& findings) {
+  try {
+    Wires wires(request, config, cell, findings);
+    judge_realtime(config, daemon, wires.warnings(), findings);
+    wires.contact(daemon);
+    if (wire_of(config) == WireKind::kRsi) {
+      wires.rsi();
+    } else {
+      wires.eki();
+    }
+  } catch (const std::exception& error) {
+    findings.fail("wires", error.what(), "correct the configuration");
+  }
+}
+
+}  // namespace cellcal::daemon

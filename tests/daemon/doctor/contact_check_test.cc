@@ -1,0 +1,104 @@
+#include "daemon/doctor/contact_check.h"
+
+#include "tests/daemon/doctor/outcome_of.h"
+
+namespace cellcal::daemon::testing {
+namespace {
+
+ContactSeen sound() {
+  ContactSeen seen;
+  drivers::ContactStatus& s = seen.newest;
+  s.link = drivers::ContactLink::kReady;
+  s.loop_ok = s.self_test_ok = true;
+  s.sense_voltage_v = 4.8;
+  s.clock_limit_s = 500e-6;
+  s.identity = {1, {1, 2, 3}, 7, 42, 0x1234};
+  s.quality.clock_sigma_s = 20e-6;
+  s.quality.frames = 200;
+  s.quality.round_trip_p50_s = 0.0005;
+  seen.wanted_config_crc = 0x1234;
+  seen.observed_s = 10.0;
+  return seen;
+}
+
+Findings judged(const ContactSeen& seen, bool* good = nullptr) {
+  Findings findings;
+  const bool result = judge_contact(seen, findings);
+  if (good != nullptr) *good = result;
+  judge_contact_line(seen, findings);
+  expect_advice(findings);
+  return findings;
+}
+
+TEST(a_contact_sensor, that_is_sound_is_all_ok) {
+  bool good = false;
+  const Findings findings = judged(sound(), &good);
+  EXPECT_TRUE(good);
+  EXPECT_EQ(findings.count(Outcome::kOk), findings.all().size());
+  EXPECT_NE(finding_of(findings, "contact sensor").found.find("firmware 1.2.3"), std::string::npos);
+}
+
+TEST(a_contact_sensor, that_does_not_answer_leaves_the_rest_unlooked_at) {
+  ContactSeen seen = sound();
+  seen.newest = {};
+  seen.newest.words = "nothing heard";
+  bool good = true;
+  const Findings findings = judged(seen, &good);
+  EXPECT_FALSE(good);
+  EXPECT_EQ(outcome_of(findings, "contact sensor"), Outcome::kFailed);
+  EXPECT_EQ(outcome_of(findings, "contact clock"), Outcome::kSkipped);
+  EXPECT_EQ(outcome_of(findings, "contact line"), Outcome::kFailed);
+}
+
+TEST(a_contact_sensor, that_is_in_contact_or_broken_fails_by_its_circuit) {
+  ContactSeen closed = sound();
+  closed.newest.in_contact = true;
+  closed.newest.self_test_ok = false;
+  bool good = true;
+  const Findings touching = judged(closed, &good);
+  EXPECT_FALSE(good);
+  EXPECT_NE(finding_of(touching, "contact circuit").found.find("touches"), std::string::npos);
+  EXPECT_EQ(outcome_of(touching, "contact self-test"), Outcome::kSkipped);
+  ContactSeen broken = sound();
+  broken.newest.loop_ok = broken.newest.self_test_ok = false;
+  broken.newest.link = drivers::ContactLink::kFault;
+  broken.newest.words = "a wire is broken";
+  EXPECT_EQ(finding_of(judged(broken), "contact circuit").found, "a wire is broken");
+}
+
+TEST(a_contact_sensor, that_misses_its_own_edge_fails_by_its_self_test) {
+  ContactSeen seen = sound();
+  seen.newest.self_test_ok = false;
+  seen.newest.link = drivers::ContactLink::kFault;
+  EXPECT_EQ(outcome_of(judged(seen), "contact self-test"), Outcome::kFailed);
+}
+
+TEST(a_contact_sensor, with_another_configuration_fails) {
+  ContactSeen seen = sound();
+  seen.wanted_config_crc = 0x4321;
+  EXPECT_EQ(outcome_of(judged(seen), "contact configuration"), Outcome::kFailed);
+}
+
+TEST(a_contact_sensor, is_judged_by_how_well_its_clock_is_known) {
+  ContactSeen seen = sound();
+  seen.newest.quality.clock_sigma_s = 200e-6;
+  EXPECT_EQ(outcome_of(judged(seen), "contact clock"), Outcome::kWarning);
+  seen.newest.quality.clock_sigma_s = 600e-6;
+  EXPECT_EQ(outcome_of(judged(seen), "contact clock"), Outcome::kFailed);
+  seen.newest.quality.clock_sigma_s = 0.0;
+  EXPECT_EQ(outcome_of(judged(seen), "contact clock"), Outcome::kFailed);
+}
+
+TEST(a_contact_line, is_judged_by_its_damaged_frames_and_its_round_trip) {
+  ContactSeen seen = sound();
+  seen.newest.quality.crc_errors = 1;
+  EXPECT_EQ(outcome_of(judged(seen), "contact line"), Outcome::kWarning);
+  seen.newest.quality.gaps = 20;
+  EXPECT_EQ(outcome_of(judged(seen), "contact line"), Outcome::kFailed);
+  seen = sound();
+  seen.newest.quality.round_trip_p50_s = 0.016;
+  EXPECT_EQ(outcome_of(judged(seen), "contact line"), Outcome::kWarning);
+}
+
+}  // namespace
+}  // namespace cellcal::daemon::testing

@@ -1,0 +1,83 @@
+#include <nlohmann/json.hpp>
+
+#include "daemon/doctor/link_words.h"
+#include "daemon/doctor/parts.h"
+#include "tests/daemon/doctor/outcome_of.h"
+
+namespace cellcal::daemon::testing {
+namespace {
+
+using nlohmann::json;
+
+json status() {
+  return {{"robot", ""},
+          {"contact", ""},
+          {"links",
+           {{"open", true},
+            {"robot",
+             {{"cycle_ms", 4.0},
+              {"packets", 100},
+              {"replies", 100},
+              {"late", 0},
+              {"reply_ms", {{"p50", 0.03}, {"p99", 0.1}, {"max", 0.2}}}}},
+            {"contact", {{"frames", 50}, {"firmware", "1.0.0"}, {"boot_id", 7}}}}}};
+}
+
+Findings judged(const json& value) {
+  Findings findings;
+  judge_links_of(value.dump(), findings);
+  return findings;
+}
+
+TEST(links_of_a_session, that_are_sound_are_shown) {
+  const Findings findings = judged(status());
+  EXPECT_EQ(findings.count(Outcome::kOk), 2u);
+  EXPECT_NE(finding_of(findings, "robot link").found.find("cycle 4.00 ms"), std::string::npos);
+  EXPECT_NE(finding_of(findings, "contact link").found.find("boot id 7"), std::string::npos);
+}
+
+TEST(links_of_a_session, fail_by_their_own_words_and_warn_of_losses) {
+  json value = status();
+  value["robot"] = "packets stopped";
+  value["links"]["contact"]["crc_errors"] = 1;
+  const Findings findings = judged(value);
+  EXPECT_EQ(finding_of(findings, "robot link").found, "packets stopped");
+  EXPECT_EQ(outcome_of(findings, "robot link"), Outcome::kFailed);
+  EXPECT_EQ(outcome_of(findings, "contact link"), Outcome::kWarning);
+}
+
+TEST(links_of_a_session, that_has_opened_nothing_or_of_another_version_are_skipped) {
+  json value = status();
+  value["links"] = nullptr;
+  EXPECT_EQ(judged(value).count(Outcome::kSkipped), 2u);
+  EXPECT_EQ(judged(json{{"phase", "idle"}}).count(Outcome::kSkipped), 2u);
+  EXPECT_EQ(judged(json("no object")).count(Outcome::kSkipped), 2u);
+}
+
+TEST(link_words, leave_out_what_is_not_there) {
+  EXPECT_EQ(link_words(nullptr), "");
+  EXPECT_EQ(link_words({{"robot", nullptr}, {"contact", 3}}), "");
+  const std::string eki = link_words({{"robot", {{"cycle_ms", 20.0}, {"packets", 5}}}});
+  EXPECT_NE(eki.find("cycle 20.00 ms"), std::string::npos) << eki;
+  EXPECT_EQ(eki.find("replies"), std::string::npos) << eki;
+}
+
+TEST(real_time, is_judged_by_the_daemon_that_runs) {
+  DaemonConfig config;
+  ProcessRights rights;
+  rights.who = "cellcald (process 7)";
+  const auto outcome = [&] {
+    Findings findings;
+    judge_realtime(config, rights, {"a warning of this process"}, findings);
+    return finding_of(findings, "real time");
+  };
+  EXPECT_NE(outcome().found.find("lacks SCHED_FIFO"), std::string::npos);
+  EXPECT_NE(outcome().found.find("locked memory"), std::string::npos);
+  rights.realtime = rights.locked_memory = true;
+  EXPECT_EQ(outcome().outcome, Outcome::kOk);
+  config.realtime = false;
+  EXPECT_EQ(outcome().outcome, Outcome::kWarning);
+}
+
+}  // namespace
+}  // namespace cellcal::daemon::testing

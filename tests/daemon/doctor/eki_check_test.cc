@@ -1,0 +1,89 @@
+#include "daemon/doctor/robot_check.h"
+#include "tests/daemon/doctor/outcome_of.h"
+
+namespace cellcal::daemon::testing {
+namespace {
+
+EkiSeen sound() {
+  EkiSeen seen;
+  seen.connected = seen.up = true;
+  seen.observed_s = 10.0;
+  seen.peer = "172.31.1.147:54600";
+  drivers::EkiCoreState& s = seen.newest;
+  s.states = 500;
+  s.cycle_s = 0.02;
+  s.decimals_seen = 5;
+  s.ready = s.drives = true;
+  s.mode = drivers::EkiMode::kT1;
+  s.trouble = drivers::EkiTrouble::kNone;
+  return seen;
+}
+
+Findings judged(const EkiSeen& seen, EkiExpected expected = {true, 17}) {
+  Findings findings;
+  judge_eki(seen, expected, findings);
+  expect_advice(findings);
+  return findings;
+}
+
+TEST(an_eki_link, that_is_sound_has_nothing_failed) {
+  const Findings findings = judged(sound());
+  EXPECT_TRUE(findings.green());
+  EXPECT_EQ(findings.count(Outcome::kWarning), 1u);  // whether the input is wired was not seen
+  EXPECT_EQ(judged(sound(), {false, 17}).count(Outcome::kWarning), 0u);
+}
+
+TEST(an_eki_link, that_is_not_there_gets_the_checklist) {
+  EkiSeen seen;
+  seen.last_words = "no connection";
+  const Findings findings = judged(seen);
+  EXPECT_NE(finding_of(findings, "eki connection").advice.find("CELLCAL_SUB"), std::string::npos);
+  EXPECT_EQ(findings.count(Outcome::kSkipped), 4u);
+}
+
+TEST(an_eki_link, without_states_or_obeying_another_fails_by_its_own_words) {
+  EkiSeen seen = sound();
+  seen.up = false;
+  seen.last_words = "the controller obeys session 5";
+  EXPECT_EQ(finding_of(judged(seen), "eki states").found, seen.last_words);
+}
+
+TEST(an_eki_link, is_judged_by_elements_decimals_and_readiness) {
+  EkiSeen seen = sound();
+  seen.newest.bad_documents = 1;
+  seen.newest.last_error = drivers::EkiError::kMissing;
+  EXPECT_EQ(outcome_of(judged(seen), "eki elements"), Outcome::kFailed);
+  seen = sound();
+  seen.newest.unread_by_controller = 2;
+  EXPECT_EQ(outcome_of(judged(seen), "eki elements"), Outcome::kFailed);
+  seen = sound();
+  seen.newest.decimals_seen = 2;
+  EXPECT_EQ(outcome_of(judged(seen), "eki decimals"), Outcome::kFailed);
+  seen.newest.ready = false;
+  EXPECT_EQ(outcome_of(judged(seen), "eki readiness"), Outcome::kWarning);
+  seen.newest.fault = 3;
+  EXPECT_EQ(outcome_of(judged(seen), "eki readiness"), Outcome::kFailed);
+  seen.newest.cycle_s = 0.1;
+  EXPECT_EQ(outcome_of(judged(seen), "eki states"), Outcome::kWarning);
+  seen.lost = true;
+  EXPECT_EQ(outcome_of(judged(seen), "eki states"), Outcome::kFailed);
+}
+
+TEST(a_contact_input, is_proven_by_changing_with_the_contact_alone) {
+  const auto outcome = [](bool input, bool contact, bool on) {
+    EkiSeen seen = sound();
+    seen.input_changed = input;
+    seen.contact_changed = contact;
+    seen.input_on_while_open = on;
+    seen.newest.input = on;
+    return outcome_of(judged(seen), "eki contact input");
+  };
+  EXPECT_EQ(outcome(true, true, false), Outcome::kOk);
+  EXPECT_EQ(outcome(false, true, false), Outcome::kFailed);
+  EXPECT_EQ(outcome(true, false, false), Outcome::kFailed);
+  EXPECT_EQ(outcome(false, false, true), Outcome::kFailed);
+  EXPECT_EQ(outcome(false, false, false), Outcome::kWarning);
+}
+
+}  // namespace
+}  // namespace cellcal::daemon::testing

@@ -1,0 +1,85 @@
+// The whole examination over loopback, with a controller that can be asked what was done to it.
+
+#include <fstream>
+#include <thread>
+
+#include "daemon/doctor/doctor.h"
+#include "sim/krc/krc_udp.h"
+#include "tests/daemon/doctor/outcome_of.h"
+#include "tests/daemon/journal/temporary_directory.h"
+
+namespace cellcal::daemon::testing {
+namespace {
+
+struct an_examination : public ::testing::Test {
+  void configure(const std::string& text) {
+    std::ofstream(dir / "d.toml") << "format = \"cellcal.daemon/1\"\nsocket = \""
+                                  << (dir / "s").string() << "\"\n"
+                                  << text;
+  }
+  DoctorRequest request() const {
+    DoctorRequest one;
+    one.config = dir / "d.toml";
+    one.cell = CELLCAL_DEMO_CELL;
+    one.wait_s = 20.0;
+    one.observe_s = 1.0;
+    return one;
+  }
+  TemporaryDirectory dir;
+};
+
+TEST_F(an_examination, of_a_wrong_configuration_names_it_and_ends_there) {
+  configure("backend = \"rsi\"\ncolour = 1\n");
+  Findings findings;
+  examine(request(), findings);
+  ASSERT_EQ(findings.all().size(), 1u);
+  EXPECT_NE(findings.all().front().found.find("d.toml"), std::string::npos);
+  EXPECT_FALSE(findings.green());
+}
+
+TEST_F(an_examination, of_a_wrong_cell_goes_on_without_it) {
+  configure("backend = \"mock\"\n");
+  DoctorRequest one = request();
+  one.cell = dir / "none.toml";
+  Findings findings;
+  examine(one, findings);
+  EXPECT_EQ(outcome_of(findings, "cell file"), Outcome::kFailed);
+  EXPECT_EQ(outcome_of(findings, "daemon"), Outcome::kWarning);
+  EXPECT_EQ(outcome_of(findings, "wires"), Outcome::kWarning);
+}
+
+TEST_F(an_examination, tells_a_kr_5_apart_by_where_its_flange_is) {
+  configure("backend = \"mock\"\n");
+  Findings findings;
+  examine(request(), findings);
+  const Finding geometry = finding_of(findings, "robot geometry");
+  EXPECT_EQ(geometry.outcome, Outcome::kWarning);
+  EXPECT_NE(geometry.found.find("X 800.0, Z 960.0"), std::string::npos) << geometry.found;
+}
+
+TEST_F(an_examination, over_rsi_never_asks_for_a_correction) {
+  const std::uint16_t port = 49900 + static_cast<std::uint16_t>(::getpid() % 100);
+  configure("backend = \"rsi\"\n[rsi]\nbind = \"127.0.0.1\"\nport = " + std::to_string(port) +
+            "\nrealtime = false\nsilence_cycles = 50\n[contact]\ndevice = \"" +
+            (dir / "none").string() + "\"\n");
+  sim::ControllerConfig controller;
+  controller.timeout_cycles = 1000;
+  sim::KrcUdpOptions udp;
+  udp.pc_port = port;
+  udp.restart_after_s = 0.1;
+  double largest_deg = 0.0;
+  sim::KrcUdp krc(controller, udp, [&](sim::Controller& c, drivers::TimePoint) {
+    for (const double deg : c.correction_deg()) largest_deg = std::max(largest_deg, std::abs(deg));
+  });
+  krc.start();
+  Findings findings;
+  examine(request(), findings);
+  krc.stop();
+  EXPECT_EQ(outcome_of(findings, "contact port"), Outcome::kFailed);
+  EXPECT_EQ(outcome_of(findings, "rsi decimals"), Outcome::kOk);
+  EXPECT_NE(outcome_of(findings, "rsi replies"), Outcome::kSkipped);
+  EXPECT_EQ(largest_deg, 0.0);
+}
+
+}  // namespace
+}  // namespace cellcal::daemon::testing

@@ -1,0 +1,159 @@
+#include <numbers>
+
+#include "daemon/doctor/robot_check.h"
+#include "tests/daemon/doctor/outcome_of.h"
+
+namespace cellcal::daemon::testing {
+namespace {
+
+RsiSeen sound() {
+  RsiSeen seen;
+  seen.up = seen.answered = true;
+  seen.observed_s = 10.0;
+  seen.sender = "10.0.0.2";
+  seen.listening = "UDP 10.0.0.5:49152";
+  drivers::CoreState& s = seen.newest;
+  s.link = drivers::RobotLink::kNotReferenced;
+  s.packets = s.replies = 2500;
+  s.cycle_s = 0.004;
+  s.jitter_s = 0.0003;
+  s.ipoc_step = 4;
+  s.decimals = 5;
+  s.sends_setpoint = s.sends_delay = true;
+  seen.state.quality.replies = 2500;
+  seen.state.quality.reply_p99_s = 0.0001;
+  seen.state.quality.reply_p999_s = 0.0004;
+  return seen;
+}
+
+Findings judged(const RsiSeen& seen) {
+  Findings findings;
+  judge_rsi(seen, {"ImFree", 3}, findings);
+  expect_advice(findings);
+  return findings;
+}
+
+TEST(an_rsi_link, that_is_sound_is_all_ok) {
+  const Findings findings = judged(sound());
+  EXPECT_EQ(findings.count(Outcome::kOk), findings.all().size());
+  EXPECT_EQ(findings.all().size(), 7u);
+}
+
+TEST(an_rsi_link, without_packets_gets_the_checklist_and_nothing_else) {
+  RsiSeen seen;
+  seen.listening = "UDP 10.0.0.5:49152";
+  const Findings findings = judged(seen);
+  EXPECT_NE(finding_of(findings, "rsi packets").advice.find("listen before RSI_ON"),
+            std::string::npos);
+  EXPECT_EQ(findings.count(Outcome::kFailed), 1u);
+  EXPECT_EQ(findings.count(Outcome::kSkipped), 6u);
+}
+
+TEST(an_rsi_link, on_which_something_else_comes_says_what) {
+  RsiSeen seen;
+  seen.newest.bad_packets = 4;
+  seen.newest.last_error = drivers::WireError::kNotXml;
+  std::string_view("hello").copy(seen.newest.last_bad, 5);
+  EXPECT_NE(finding_of(judged(seen), "rsi packets").found.find("\"hello\""), std::string::npos);
+}
+
+TEST(an_rsi_link, whose_replies_are_refused_is_told_by_sentype_not_by_silence) {
+  RsiSeen seen = sound();
+  seen.refused = true;
+  EXPECT_NE(finding_of(judged(seen), "rsi replies").advice.find("\"ImFree\""), std::string::npos);
+  // With a short Timeout the controller falls silent before the adapter is sure.
+  seen = sound();
+  seen.lost = true;
+  seen.newest.packets = 11;
+  seen.newest.replies = 10;
+  seen.newest.late = 9;
+  const Findings findings = judged(seen);
+  EXPECT_EQ(outcome_of(findings, "rsi replies"), Outcome::kFailed);
+  EXPECT_EQ(outcome_of(findings, "rsi packets"), Outcome::kOk);
+}
+
+TEST(an_rsi_link, that_stopped_for_another_reason_says_so) {
+  RsiSeen seen = sound();
+  seen.lost = true;
+  EXPECT_NE(finding_of(judged(seen), "rsi packets").found.find("stopped"), std::string::npos);
+}
+
+TEST(an_rsi_link, is_judged_by_its_late_replies_since_it_answers) {
+  RsiSeen seen = sound();
+  seen.newest.late = 7;
+  seen.late_at_start = 7;
+  EXPECT_EQ(outcome_of(judged(seen), "rsi replies"), Outcome::kOk);
+  seen.late_at_start = 6;
+  EXPECT_EQ(outcome_of(judged(seen), "rsi replies"), Outcome::kWarning);
+  seen.late_at_start = 4;
+  EXPECT_EQ(outcome_of(judged(seen), "rsi replies"), Outcome::kFailed);
+}
+
+TEST(an_rsi_link, that_is_not_answered_says_why) {
+  RsiSeen seen = sound();
+  seen.answered = false;
+  seen.last_words = "not answering: which correction";
+  EXPECT_EQ(finding_of(judged(seen), "rsi replies").found, seen.last_words);
+}
+
+TEST(an_rsi_link, is_judged_by_decimals_and_elements) {
+  RsiSeen seen = sound();
+  seen.newest.decimals = 1;
+  EXPECT_EQ(outcome_of(judged(seen), "rsi decimals"), Outcome::kFailed);
+  seen.newest.decimals = 3;
+  EXPECT_EQ(outcome_of(judged(seen), "rsi decimals"), Outcome::kWarning);
+  seen.newest.sends_delay = false;
+  EXPECT_EQ(finding_of(judged(seen), "rsi elements").found, "Delay is not sent");
+  seen.newest.sends_setpoint = false;
+  EXPECT_EQ(finding_of(judged(seen), "rsi elements").found, "ASPos and Delay is not sent");
+}
+
+TEST(an_rsi_link, is_judged_by_cycle_sender_and_reply_times) {
+  RsiSeen seen = sound();
+  seen.newest.ipoc_step = 1;
+  EXPECT_EQ(outcome_of(judged(seen), "rsi cycle"), Outcome::kWarning);
+  seen = sound();
+  seen.newest.jitter_s = 0.002;
+  EXPECT_EQ(outcome_of(judged(seen), "rsi cycle"), Outcome::kWarning);
+  seen.newest.cycle_s = 0.0;
+  EXPECT_EQ(outcome_of(judged(seen), "rsi cycle"), Outcome::kFailed);
+  seen = sound();
+  seen.foreign = 3;
+  EXPECT_EQ(outcome_of(judged(seen), "rsi sender"), Outcome::kFailed);
+  seen.state.quality.reply_p999_s = 0.0015;
+  EXPECT_EQ(outcome_of(judged(seen), "rsi reply times"), Outcome::kWarning);
+  seen.state.quality.reply_p99_s = 0.003;
+  EXPECT_EQ(outcome_of(judged(seen), "rsi reply times"), Outcome::kFailed);
+}
+
+TEST(joint_angles, are_compared_with_the_robot_files_limits) {
+  calib::Robot robot;
+  for (const char* name : {"A1", "A2"}) {
+    calib::Joint joint;
+    joint.name = name;
+    joint.min_rad = -1.0;
+    joint.max_rad = 1.0;
+    robot.joints.push_back(joint);
+  }
+  const auto outcome = [&](drivers::AxisAngles at, const calib::Robot* known) {
+    Findings findings;
+    judge_angles("angles", at, known, findings);
+    return outcome_of(findings, "angles");
+  };
+  EXPECT_EQ(outcome({0.0, 0.5}, &robot), Outcome::kOk);
+  EXPECT_EQ(outcome({0.0, 1.0 - 0.01}, &robot), Outcome::kWarning);
+  EXPECT_EQ(outcome({0.0, 1.1}, &robot), Outcome::kFailed);
+  EXPECT_EQ(outcome({0.0}, &robot), Outcome::kFailed);
+  EXPECT_EQ(outcome({0.0, 5.0}, nullptr), Outcome::kSkipped);
+}
+
+TEST(the_end_of_rsi, is_seen_or_warned_of) {
+  Findings findings;
+  judge_rsi_end(0.02, findings);
+  judge_rsi_end(std::nullopt, findings);
+  EXPECT_EQ(findings.all().front().outcome, Outcome::kOk);
+  EXPECT_EQ(findings.all().back().outcome, Outcome::kWarning);
+}
+
+}  // namespace
+}  // namespace cellcal::daemon::testing

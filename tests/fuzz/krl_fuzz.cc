@@ -1,0 +1,77 @@
+// Whatever stands in a controller's file, reading it ends in values or in an error that names the
+// file, and judging a folder that holds it ends in objections.
+
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+#include <string_view>
+
+#include "drivers/error.h"
+#include "drivers/kuka/krl_read.h"
+#include "drivers/kuka/krl_verify.h"
+
+namespace {
+
+using namespace cellcal::drivers;
+
+void require(bool condition, const char* what) {
+  if (condition) return;
+  std::fprintf(stderr, "krl_fuzz: %s\n", what);
+  std::abort();
+}
+
+template <typename Read>
+void read(Read reader, std::string_view text) {
+  try {
+    reader(text, "fuzz.xml");
+  } catch (const ConfigError& error) {
+    require(std::string_view(error.what()).substr(0, 8) == "fuzz.xml", "an error without its file");
+  }
+}
+
+RsiFilesConfig config(int version) {
+  RsiFilesConfig c;
+  c.pc_address = "10.0.0.5";
+  c.rsi_version = version;
+  return c;
+}
+
+ControllerFileKind kind(const std::string& text, const std::string& name) {
+  try {
+    return kind_of(text, name);
+  } catch (const ConfigError&) {
+    return ControllerFileKind::kUnknown;  // to be met in place of the first file
+  }
+}
+
+/// In place of the file of its kind in each sound set.
+void judge(const std::string& text) {
+  static const ControllerFiles sets[] = {rsi_files(config(3)), rsi_files(config(4)), eki_files({})};
+  const ControllerFileKind own = kind(text, "fuzz.xml");
+  for (int set = 0; set < 3; ++set) {
+    ControllerFiles files = sets[set];
+    std::string* place = &files.begin()->second;
+    for (auto& [name, sound] : files) {
+      if (own != ControllerFileKind::kUnknown && kind(sound, name) == own) place = &sound;
+    }
+    *place = text;
+    const auto objections =
+        set < 2 ? verify_rsi_files(files, config(set + 3), CorrectionMode::kAbsolute)
+                : verify_eki_files(files, {});
+    for (const FileObjection& one : objections) require(!to_string(one).empty(), "no words");
+  }
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const std::string text(reinterpret_cast<const char*>(data), size);
+  read([](std::string_view t, const char* n) { read_rsi_channel(t, n); }, text);
+  read([](std::string_view t, const char* n) { read_rsi_context(t, n).only("STOP"); }, text);
+  read([](std::string_view t, const char* n) { read_rsi_model(t, n); }, text);
+  read([](std::string_view t, const char* n) { read_eki_channel(t, n); }, text);
+  read([](std::string_view t, const char* n) { kind_of(t, n); }, text);
+  judge(text);
+  return 0;
+}
