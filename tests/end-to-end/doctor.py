@@ -164,7 +164,8 @@ class Doctor(Wires):
         self.rsi_controller("--fault", "silent")
         answer = self.doctor()
         self.is_red(answer, "contact sensor", "nothing heard from the contact sensor", "baud rate")
-        self.assertEqual(self.found(answer, "rsi replies")["outcome"], "ok")
+        # A busy machine may be late with one: a warning.
+        self.assertNotEqual(self.found(answer, "rsi replies")["outcome"], "FAILED")
 
     def test_a_missing_sensor_is_named(self):
         self.make_files()
