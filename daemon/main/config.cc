@@ -68,10 +68,6 @@ void read_rsi(const TomlTable& table, DaemonConfig& config) {
                                   : "must be false with mode = \"relative\": every late reply "
                                     "would repeat the last step");
   }
-  if (!hold_on && config.backend == BackendKind::kMock) {
-    table.fail("mode",
-               "must be \"absolute\" with backend = \"mock\": so is the emulated controller");
-  }
   rsi.longest_lag_s =
       table.number_or("longest_lag_ms", rsi.longest_lag_s / kMs, {10.0, 500.0}) * kMs;
   rsi.silence_cycles =

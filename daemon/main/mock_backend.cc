@@ -42,6 +42,13 @@ VirtualCellOptions rsi_options(const DaemonConfig& config, const calib::Cell& ce
   options.controller.clamp_deg = config.rsi.correction_limit_deg.at(0);
   options.controller.monitor_deg = config.rsi.correction_limit_deg.at(0);
   options.rsi = rsi_config_for(config, cell);
+  const bool relative = options.rsi.mode == drivers::CorrectionMode::kRelative;
+  options.controller.mode = relative ? sim::RsiMode::kRelative : sim::RsiMode::kAbsolute;
+  options.controller.hold_on = options.rsi.hold_on;
+  options.controller.sentype = options.rsi.sentype;
+  options.controller.axis_tag = options.rsi.axis_tag;
+  options.controller.external_axis_tag = options.rsi.external_axis_tag;
+  options.controller.stop_tag = options.rsi.stop_tag;
   return options;
 }
 

@@ -120,8 +120,8 @@ int main(int argc, char** argv) {
   Echo echo(realtime);
   Peer to_robot(robot.port()), to_echo(echo.port());
 
+  const Burners load(burners);  // before this thread has a priority that they would inherit
   const bool granted = realtime && ask_for_realtime(kHardwarePriority) && io.warnings().empty();
-  const Burners load(burners);
   Replies adapter, bare;
   auto next = SteadyClock::now();
   for (int i = 0; i < count; ++i) {

@@ -94,7 +94,6 @@ INSTANTIATE_TEST_SUITE_P(
                       Wrong{kRsi + "[rsi]\nmode = \"both\"\n", "mode"},
                       Wrong{kRsi + "[rsi]\nhold_on = false\n", "hold_on"},
                       Wrong{kRsi + "[rsi]\nmode = \"relative\"\nhold_on = true\n", "hold_on"},
-                      Wrong{kMock + "[rsi]\nmode = \"relative\"\n", "mode"},
                       Wrong{kRsi + "[rsi]\nlongest_lag_ms = 5\n", "longest_lag_ms"},
                       Wrong{"format = \"cellcal.daemon/1\"\nbackend = \"eki\"\n", "contact"},
                       Wrong{kMock + "[mock]\nwire = \"profinet\"\n", "wire"},

@@ -58,6 +58,35 @@ TEST(a_virtual_session, gives_the_same_bits_for_the_same_seed) {
   EXPECT_EQ(calibrations[0], calibrations[1]);
 }
 
+TEST(a_virtual_session, by_increments_measures_what_one_by_offsets_does) {
+  std::string touches[2];
+  for (const bool relative : {false, true}) {
+    DaemonFixture fixture(relative ? "[rsi]\nmode = \"relative\"\n[mock]\nseed = 3\n"
+                                   : "[mock]\nseed = 3\n");
+    fixture.start();
+    const Outcome outcome = fixture.cellcal(run("12", "4"));
+    EXPECT_TRUE(outcome.status == 0 || outcome.status == 3) << outcome.err << fixture.log();
+    touches[relative ? 1 : 0] = content(fixture.dir.path() / "state/sessions/1/touches.csv");
+  }
+  // The same searches: angles of contact agree to the controller's decimals and the phase of its
+  // cycle, 0.01 deg is far beyond both.
+  std::istringstream by_offsets(touches[0]), by_increments(touches[1]);
+  std::string a, b;
+  int rows = 0;
+  while (std::getline(by_offsets, a) && std::getline(by_increments, b)) {
+    if (!std::isdigit(static_cast<unsigned char>(a[0])) && a[0] != '-') continue;
+    ++rows;
+    std::istringstream first(a), second(b);
+    for (int joint = 0; joint < 6; ++joint) {
+      std::string x, y;
+      std::getline(first, x, ',');
+      std::getline(second, y, ',');
+      EXPECT_NEAR(std::stod(x), std::stod(y), 0.01) << a << "\n" << b;
+    }
+  }
+  EXPECT_EQ(rows, 16);
+}
+
 TEST(a_killed_daemon, loses_no_touch_and_its_successor_finishes_the_session) {
   DaemonFixture fixture;
   fixture.start();

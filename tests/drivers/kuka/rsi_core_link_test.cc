@@ -1,6 +1,5 @@
 #include "drivers/error.h"
 #include "tests/drivers/kuka/allocation_count.h"
-#include "tests/drivers/kuka/increment_sum.h"
 #include "tests/drivers/kuka/rig.h"
 
 namespace cellcal::drivers {
@@ -348,11 +347,10 @@ TEST_P(RsiCycle, DoesNotAllocate) {
   RsiConfig config = rig_config();
   config.mode = GetParam();
   config.hold_on = GetParam() == CorrectionMode::kAbsolute;
-  Rig rig({}, config);
-  IncrementSum sum;
-  if (GetParam() == CorrectionMode::kRelative) {
-    rig.to_krc_as = [&](const std::string& text) { return sum.absolute(text, rig.krc.ipoc()); };
-  }
+  sim::ControllerConfig krc;
+  krc.hold_on = config.hold_on;
+  if (GetParam() == CorrectionMode::kRelative) krc.mode = sim::RsiMode::kRelative;
+  Rig rig(krc, config);
   rig.make_ready();
   rig.guard.arm(1);
   rig.begin(MoveKind::kSearch, rig.moved_by(0, 0.2), 1.0, 1);

@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "drivers/kuka/rsi_ledger.h"
-#include "tests/drivers/kuka/increment_sum.h"
 #include "tests/drivers/kuka/rig.h"
 
 namespace cellcal::drivers {
@@ -23,25 +22,38 @@ bool has(const std::string& text, const std::string& words) {
   return text.find(words) != std::string::npos;
 }
 
+/// The emulated controller as RSI_ON(#RELATIVE) has it.
+sim::ControllerConfig relative(sim::ControllerConfig config) {
+  config.mode = sim::RsiMode::kRelative;
+  config.hold_on = false;
+  return config;
+}
+
 class RelativeRig : public Rig {
  public:
   explicit RelativeRig(sim::ControllerConfig krc_config = {}, RsiConfig config = relative_config())
-      : Rig(std::move(krc_config), std::move(config)) {
-    to_krc_as = [this](const std::string& text) {
-      const std::string absolute = sum.absolute(text, krc.ipoc());
-      for (const double increment : sum.increments_deg) {
-        largest_deg = std::max(largest_deg, std::abs(increment));
-      }
-      return absolute;
-    };
+      : Rig(relative(std::move(krc_config)), std::move(config)) {
+    to_krc_as = [this](const std::string& text) { return heard(text); };
+  }
+  /// Notes the increments of a reply on its way.
+  const std::string& heard(const std::string& text) {
+    if (parser_.parse_sen(text, {}, frame_) != WireError::kNone) return text;
+    increments_deg.assign(frame_.axes_deg.begin(), frame_.axes_deg.end());
+    for (const double increment : increments_deg)
+      largest_deg = std::max(largest_deg, std::abs(increment));
+    return text;
   }
   bool still() const {
-    return std::all_of(sum.increments_deg.begin(), sum.increments_deg.end(),
+    return std::all_of(increments_deg.begin(), increments_deg.end(),
                        [](double deg) { return deg == 0.0; });
   }
 
-  IncrementSum sum;
-  double largest_deg = 0.0;  ///< of all increments so far
+  std::vector<double> increments_deg = std::vector<double>(6, 0.0);  ///< of the newest reply
+  double largest_deg = 0.0;                                          ///< of all so far
+
+ private:
+  RsiParser parser_;
+  SenFrame frame_;
 };
 
 TEST(RsiRelative, ArrivesByIncrementsOfAtMostOneCyclesTravel) {
@@ -62,7 +74,7 @@ TEST(RsiRelative, ArrivesByIncrementsOfAtMostOneCyclesTravel) {
   }
   rig.run(1s);
   EXPECT_EQ(rig.move(MoveKind::kTransit, rig.moved_by(0, -40)).outcome, MoveOutcome::kArrived);
-  EXPECT_NEAR(rig.sum.sum_deg[0], 0.0, 2 * kUnitDeg);
+  EXPECT_NEAR(rig.krc.correction_deg()[0], 0.0, 2 * kUnitDeg);
 }
 
 TEST(RsiRelative, WhatIsRoundedAwayIsSentWithTheNextReply) {
@@ -73,7 +85,7 @@ TEST(RsiRelative, WhatIsRoundedAwayIsSentWithTheNextReply) {
   // 0.03 deg/s are 0.00012 deg per cycle: one or two units each.
   const MoveResult result = rig.move(MoveKind::kTransit, rig.moved_by(0, 0.3), 10.0);
   EXPECT_EQ(result.outcome, MoveOutcome::kArrived) << result.detail;
-  EXPECT_NEAR(rig.sum.sum_deg[0], 0.3, 1.01e-4);
+  EXPECT_NEAR(rig.krc.correction_deg()[0], 0.3, 1.01e-4);
 }
 
 TEST(RsiRelative, AReplyThatIsLostEndsTheMoveByNameAndIsNeverCaughtUp) {
@@ -94,10 +106,10 @@ TEST(RsiRelative, AReplyThatIsLostEndsTheMoveByNameAndIsNeverCaughtUp) {
     EXPECT_EQ(rig.move(MoveKind::kTransit, rig.moved_by(0, 1)).outcome, MoveOutcome::kRefused);
 
     // The reference comes from where the arm is seen, not from what was sent.
-    const std::vector<double> held = rig.sum.sum_deg;
+    const std::vector<double> held = rig.krc.correction_deg();
     rig.core.rereference();
     ASSERT_TRUE(rig.run_until([&] { return rig.core.state().link == RobotLink::kReady; }, 2s));
-    EXPECT_EQ(rig.sum.sum_deg, held) << "a reference moves nothing";
+    EXPECT_EQ(rig.krc.correction_deg(), held) << "a reference moves nothing";
     EXPECT_NEAR(rig.commanded()[0], rig.krc.actual_rad_at(rig.now)[0], 2e-4 * kDeg);
     const AxisAngles target = rig.moved_by(0, -3);
     EXPECT_EQ(rig.move(MoveKind::kTransit, target).outcome, MoveOutcome::kArrived);
@@ -143,10 +155,9 @@ TEST(RsiRelative, PacketsThatWereMissedAreAnsweredByOneIncrement) {
   rig.to_pc = false;
   for (int i = 0; i < 10; ++i) rig.cycle();
   rig.to_pc = true;
-  const double before = rig.sum.sum_deg[0];
   rig.cycle();
-  EXPECT_GT(rig.sum.sum_deg[0], before);
-  EXPECT_LE(rig.sum.sum_deg[0] - before, 100 * 0.004 + 2 * kUnitDeg);
+  EXPECT_GT(rig.increments_deg[0], 0.0);
+  EXPECT_LE(rig.increments_deg[0], 100 * 0.004 + 2 * kUnitDeg);
 }
 
 TEST(RsiRelative, TheSamePacketTwiceIsAnsweredAlikeAndCountedOnce) {
@@ -204,8 +215,8 @@ TEST(RsiRelative, StopAtSpeedBrakesOnTheLineWithinTheLimits) {
   rig.make_ready();
   rig.begin(MoveKind::kTransit, rig.moved_by(0, 60));
   rig.run(400ms);
-  std::vector<double> increments{rig.sum.increments_deg[0]};
-  rig.after_cycle = [&] { increments.push_back(rig.sum.increments_deg[0]); };
+  std::vector<double> increments{rig.increments_deg[0]};
+  rig.after_cycle = [&] { increments.push_back(rig.increments_deg[0]); };
   rig.core.stop();
   EXPECT_EQ(rig.finish().outcome, MoveOutcome::kStopped);
   for (std::size_t i = 1; i < increments.size(); ++i) {
@@ -277,7 +288,7 @@ TEST(RsiRelative, ARunningSessionIsHeldWithZerosAndItsSumIsReadFromAspos) {
     rig.make_ready();
     ASSERT_EQ(rig.move(MoveKind::kTransit, rig.moved_by(0, 15)).outcome, MoveOutcome::kArrived);
     // Another process takes over.
-    const std::vector<double> held = rig.sum.sum_deg;
+    const std::vector<double> held = rig.krc.correction_deg();
     RsiCore fresh(config, &rig.guard);
     std::optional<MoveResult> result;
     const auto run = [&](int cycles) {
@@ -287,14 +298,14 @@ TEST(RsiRelative, ARunningSessionIsHeldWithZerosAndItsSumIsReadFromAspos) {
         fresh.on_tick(rig.now);
         const std::string reply(fresh.on_datagram(packet, rig.now + 100us));
         ASSERT_FALSE(reply.empty()) << "always answered: increments of zero move nothing";
-        rig.krc.receive(rig.sum.absolute(reply, rig.krc.ipoc()));
+        rig.krc.receive(rig.heard(std::string(reply)));
         result = fresh.poll();
       }
     };
     run(100);
     fresh.rereference();
     run(100);
-    EXPECT_EQ(rig.sum.sum_deg, held);
+    EXPECT_EQ(rig.krc.correction_deg(), held);
     EXPECT_EQ(rig.krc.late(), 0U);
     if (!setpoint) {
       EXPECT_EQ(fresh.state().link, RobotLink::kNotReferenced);
@@ -322,11 +333,11 @@ TEST(RsiRelative, AfterSilenceNothingMovesUntilReferenced) {
   rig.to_pc = false;
   EXPECT_EQ(rig.finish().outcome, MoveOutcome::kRobotSilent);
   rig.run(500ms);
-  const std::vector<double> before = rig.sum.sum_deg;
+  const std::vector<double> before = rig.krc.correction_deg();
   rig.to_pc = true;
   rig.run(1s);
   EXPECT_EQ(rig.core.state().link, RobotLink::kNotReferenced);
-  EXPECT_EQ(rig.sum.sum_deg, before);
+  EXPECT_EQ(rig.krc.correction_deg(), before);
   rig.core.rereference();
   rig.run(500ms);
   EXPECT_EQ(rig.move(MoveKind::kTransit, rig.moved_by(0, 1)).outcome, MoveOutcome::kArrived);
