@@ -14,6 +14,8 @@ constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 // deg) and from the wire's coarsest rounding (0.001 deg) is taken; slow axes need a longer one.
 constexpr double kWindowsS[] = {0.06, 0.12, 0.24};
 constexpr double kLeastTravelRad = 0.004 * kRadPerDeg;
+// So many packets make a mean that quiet; fewer of a longer cycle need more travel.
+constexpr double kQuietPackets = 3.0;
 constexpr double kStandsShare = 0.25;
 
 std::size_t packets(double duration_s, double cycle_s) {
@@ -61,7 +63,8 @@ bool stands(const PositionRecord& record, const RsiConfig& config, std::size_t a
     // The means reach back by `count` packets more.
     if (record.size() <= window + lag + count) return false;
     const double commanded = least_commanded(record, axis, window, lag + count);
-    if (std::abs(commanded) < kLeastTravelRad) continue;
+    const double louder = std::sqrt(std::max(1.0, kQuietPackets / static_cast<double>(count)));
+    if (std::abs(commanded) < louder * kLeastTravelRad) continue;
     const double moved =
         mean_actual(record, axis, 0, count) - mean_actual(record, axis, window, count);
     return moved / commanded < kStandsShare;
