@@ -160,6 +160,9 @@ std::string cause_words(const CoreResult& r) {
           "the controller counted {:.0f} late replies during this move (IPOC {}): "
           "check the load of this computer, real-time priority, and the network",
           r.a, r.ipoc);
+    case Cause::kDelayGone:
+      return "the controller sends no Delay any more: an increment that is lost would not be "
+             "noticed; wire DEF_Delay into the ethernet XML";
     case Cause::kIncrementLost:
       return fmt::format(
           "the controller did not take {:.0f} replies of this move (IPOC {}), and increments that "

@@ -37,6 +37,7 @@ enum class Cause : std::uint8_t {
   kSessionRestarted,
   kLateReplies,       ///< a: how many during this move
   kIncrementLost,     ///< a: how many during this move
+  kDelayGone,         ///< mode RELATIVE: nobody would notice that an increment is lost
   kAxisNotFollowing,  ///< axis, a: commanded [deg], b: actual [deg]
   kAxisStands,        ///< likewise: it does not move at all while its command goes on
   kNotSettled,        ///< axis, a: still moving by [deg], b: seconds waited

@@ -124,6 +124,12 @@ void EkiMover::stop_sent(TimePoint now) {
   stop_sent_at_ = now;
 }
 
+CoreResult EkiMover::cancel() {
+  // A touch asks for the stop without a word on the outcome: that is the verdict's, had it begun.
+  if (ends_well()) fail(MoveOutcome::kRefused, Cause::kTrippedAtStart);
+  return result(record_.newest().actual_rad);
+}
+
 CoreResult EkiMover::abandon(Cause cause, double a) {
   fail(MoveOutcome::kRobotSilent, cause, a);
   latch_.reset();
@@ -156,6 +162,7 @@ void EkiMover::watch_search(TimePoint now) {
   }
   const bool touched = heard.trip || heard.contact || heard.revoked || heard.snapshot.in_contact;
   if (touched && !touched_at_) touched_at_ = now;
+  if (phase_ == Phase::kSettling && ends_well()) return watch_arrived(now);
   if (!under_way() || !ends_well()) return;
   if (!heard.snapshot.alive) {
     halt(MoveOutcome::kContactSilent, Cause::kSensorDead);
@@ -165,6 +172,19 @@ void EkiMover::watch_search(TimePoint now) {
     if (at_once || now - *touched_at_ > kInputGrace) stop_wanted_ = true;
   } else if (!heard.snapshot.armed || heard.snapshot.arm_id != move_.arm_id) {
     halt(MoveOutcome::kContactSilent, Cause::kArmExpired);
+  }
+}
+
+/// The controller has arrived, and the sensor's word may be behind it.
+void EkiMover::watch_arrived(TimePoint now) {
+  const ContactSnapshot& sensor = ear_.heard().snapshot;
+  if (touched_at_) {
+    done_at_ = now;
+    phase_ = Phase::kVerdict;
+  } else if (!sensor.alive) {
+    fail(MoveOutcome::kContactSilent, Cause::kSensorDead);
+  } else if (!sensor.armed || sensor.arm_id != move_.arm_id) {
+    fail(MoveOutcome::kContactSilent, Cause::kArmExpired);
   }
 }
 

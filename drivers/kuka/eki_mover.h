@@ -47,7 +47,7 @@ class EkiMover {
   /// To rest, with this outcome. Without effect on a move that is being stopped already.
   void halt(MoveOutcome outcome, Cause cause, double a = 0.0);
   /// The move was halted before it was sent.
-  CoreResult cancel() { return result(record_.newest().actual_rad); }
+  CoreResult cancel();
   /// The move is over here; the controller stops it by itself.
   CoreResult abandon(Cause cause, double a);
 
@@ -62,6 +62,7 @@ class EkiMover {
   void choose_path(const AxisAngles& at_rad);
   std::optional<Objection> too_fast(const Move& move, const AxisAngles& at_rad) const;
   void watch_search(TimePoint now);
+  void watch_arrived(TimePoint now);
   void watch_other(TimePoint now);
   void watch_motion(const EkiState& state, TimePoint now);
   void take_done(const EkiState& state, TimePoint now);

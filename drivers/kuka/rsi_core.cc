@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
-#include <numbers>
 
 #include "drivers/kuka/arrival_spread.h"
 #include "drivers/kuka/move_desk.h"
@@ -11,13 +9,12 @@
 #include "drivers/kuka/rsi_delay.h"
 #include "drivers/kuka/rsi_footing.h"
 #include "drivers/kuka/rsi_mover.h"
+#include "drivers/kuka/rsi_repeats.h"
 #include "drivers/kuka/rsi_stream.h"
 #include "drivers/kuka/wire_text.h"
 
 namespace cellcal::drivers {
 namespace {
-
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 
 // AIPos with fewer decimals is a hundredth of a degree or worse: 0.2 mm at 1.4 m.
 constexpr int kFewestDecimals = 3;
@@ -26,7 +23,6 @@ constexpr int kFewestDecimals = 3;
 constexpr std::uint64_t kRefusedReplies = 10, kRefusedWhenLost = 4;
 // The reference is the mean of AIPos over two windows that agree: the arm rests.
 constexpr std::size_t kReferenceWindow = 12;
-constexpr double kReferenceStillRad = 0.002 * kRadPerDeg;
 // The same packet for longer than this is no copy that the network made.
 constexpr double kPeerWaitsS = 0.2;
 
@@ -54,7 +50,7 @@ struct RsiCore::Impl {
     }
     if (error != WireError::kNone) return on_bad(error, bytes, t_rx);
 
-    note_waiting(actual, t_rx);
+    repeats.note(frame.ipoc.value, actual, t_rx);
     if (!linked()) begin_session();
     Arrival arrival = stream.push(frame, t_rx);
     if (arrival == Arrival::kRestart ||
@@ -69,29 +65,26 @@ struct RsiCore::Impl {
     spread.add(t_rx);
     state.sends_setpoint = !frame.setpoint_axes_deg.empty();
     state.sends_delay = frame.delay.has_value();
-    note_delay();
+    const bool heard = note_delay() == 0 || relative();
     std::copy(actual.begin(), actual.end(), state.actual_rad);
     state.ipoc = frame.ipoc.value;
     state.decimals = stream.decimals();
     state.cycle_s = stream.cycle_s();
     mover.listen(t_rx);
     // The same packet twice is answered twice, but is one cycle.
-    if (arrival == Arrival::kRepeat && footing.known()) return hold(t_rx);
+    if (arrival == Arrival::kRepeat && footing.known()) return hold_again(t_rx);
     if (arrival == Arrival::kRepeat && !peer_waits(t_rx)) return unknown_offset_reply();
 
     record.push(t_rx, frame.ipoc.value, actual, footing.known() ? footing.commanded_rad() : actual);
     if (!footing.known() && !footing.find(frame, actual, t_rx, peer_waits(t_rx)))
       return unknown_offset_reply();
-    if (state.link == RobotLink::kReady && coarse()) {
-      mover.halt(MoveOutcome::kNotFollowing, Cause::kTooCoarse, stream.decimals());
-      if (!mover.busy()) state.link = RobotLink::kNotReferenced;
-    }
+    if (state.link == RobotLink::kReady && (coarse() || lacks_delay())) doubt();
     if (state.link == RobotLink::kNotReferenced) {
       footing.stand_at(actual);
       try_reference();
     }
     take_up_waiting();
-    if (const auto done = mover.step(mover_cycle(t_rx, true), footing.commanded_rad())) {
+    if (const auto done = mover.step(mover_cycle(t_rx, true, heard), footing.commanded_rad())) {
       finish(*done);
     }
     record.set_commanded(footing.commanded_rad());
@@ -118,11 +111,19 @@ struct RsiCore::Impl {
   }
 
   std::string_view hold(TimePoint t_rx) {
-    if (const auto done = mover.step(mover_cycle(t_rx, false), footing.commanded_rad())) {
+    if (const auto done = mover.step(mover_cycle(t_rx, false, true), footing.commanded_rad())) {
       finish(*done);
     }
     const bool answered_before = answered && *answered == frame.ipoc.value;
     return reply(answered_before ? footing.again_deg() : footing.hold_deg());
+  }
+
+  /// Nobody knows where the arm is while the same packet comes over and over.
+  std::string_view hold_again(TimePoint t_rx) {
+    const std::string_view text = hold(t_rx);
+    const bool over = repeats.same_s(t_rx) > std::max(kPeerWaitsS, stream.silence_limit_s());
+    if (over && (mover.busy() || desk.waiting())) lose(Cause::kSilence, repeats.same_s(t_rx));
+    return text;
   }
 
   /// A wrong correction is a jump of the arm; no increment never is.
@@ -177,14 +178,7 @@ struct RsiCore::Impl {
     state.link = RobotLink::kLost;
   }
 
-  /// Some peers send the same packet until it is answered: their arm rests.
-  void note_waiting(const AxisAngles& actual, TimePoint t_rx) {
-    if (waiting_at == actual && waiting_ipoc == frame.ipoc.value) return;
-    waiting_at = actual;
-    waiting_ipoc = frame.ipoc.value;
-    waiting_since = t_rx;
-  }
-  bool peer_waits(TimePoint t_rx) const { return seconds(t_rx - waiting_since) >= kPeerWaitsS; }
+  bool peer_waits(TimePoint t_rx) const { return repeats.same_s(t_rx) >= kPeerWaitsS; }
 
   void try_reference() {
     if (!rereference_asked || !fit_for_reference() || !record.rests(kReferenceWindow)) return;
@@ -199,13 +193,22 @@ struct RsiCore::Impl {
   bool coarse() const { return stream.decimals() < kFewestDecimals && !stream.decimals_unproven(); }
   bool not_accepted() const { return delay.refused(kRefusedReplies); }
   /// Without Delay nobody knows that an increment was lost.
-  bool lacks_delay() const { return relative() && footing.known() && !delay.last(); }
+  bool lacks_delay() const { return relative() && footing.known() && !state.sends_delay; }
   bool relative() const { return config.mode == CorrectionMode::kRelative; }
 
-  void note_delay() {
+  /// What the packets say has become too little to move by.
+  void doubt() {
+    if (coarse()) mover.halt(MoveOutcome::kNotFollowing, Cause::kTooCoarse, stream.decimals());
+    if (lacks_delay()) mover.halt(MoveOutcome::kRobotSilent, Cause::kDelayGone);
+    increments_lost = mover.busy();  // or may be: referenced anew either way
+    if (!mover.busy()) state.link = RobotLink::kNotReferenced;
+  }
+
+  /// How many more replies came late.
+  std::uint32_t note_delay() {
     const std::uint32_t more = delay.note(frame.delay);
     state.late += more;
-    if (more == 0 || !mover.busy()) return;
+    if (more == 0 || !mover.busy()) return more;
     state.late_while_moving += more;
     if (relative()) {
       // The arm is not where the ledger has it, and never gets there by itself.
@@ -214,6 +217,7 @@ struct RsiCore::Impl {
     } else if (state.late_while_moving >= static_cast<std::uint32_t>(config.late_replies_limit)) {
       mover.halt(MoveOutcome::kRobotSilent, Cause::kLateReplies, state.late_while_moving);
     }
+    return more;
   }
 
   // ---- moves -----------------------------------------------------------------------------------
@@ -246,13 +250,13 @@ struct RsiCore::Impl {
 
   void finish(CoreResult result) {
     result.ipoc = state.ipoc;
-    // The pose is no longer what was commanded: somebody has to look before it moves again.
+    // The pose is not what was commanded: somebody has to look before it moves again.
     const bool lost_increments = increments_lost && !mover.busy();
     if ((result.outcome == MoveOutcome::kNotFollowing || lost_increments) &&
         state.link == RobotLink::kReady) {
       state.link = RobotLink::kNotReferenced;
     }
-    if (lost_increments) increments_lost = false;
+    increments_lost = increments_lost && mover.busy();
     desk.add(result);
   }
 
@@ -277,8 +281,8 @@ struct RsiCore::Impl {
     if (config.stop_tag.empty()) return std::nullopt;
     return ending && stop_low_sent && !mover.busy() ? 1 : 0;
   }
-  MoverCycle mover_cycle(TimePoint now, bool advance) const {
-    return {now, stream.cycle_s(), stream.seconds_per_ipoc(), advance};
+  MoverCycle mover_cycle(TimePoint now, bool advance, bool heard) const {
+    return {now, stream.cycle_s(), stream.seconds_per_ipoc(), advance, heard};
   }
 
   void note_time(TimePoint now) {
@@ -337,6 +341,7 @@ struct RsiCore::Impl {
   Mover mover;
   RsiFooting footing;
   DelayWatch delay;
+  RepeatWatch repeats;
   MoveDesk desk;
 
   RobFrame frame;
@@ -345,12 +350,7 @@ struct RsiCore::Impl {
   bool heard_time = false;
   TimePoint last_rx{};
   std::optional<std::uint32_t> answered;  // IPOC of the last reply
-  AxisAngles waiting_at;  // the packet that came last, and since when it has been the same
-  std::uint32_t waiting_ipoc = 0;
-  TimePoint waiting_since{};
-
-  bool rereference_asked = false;
-  bool too_few_axes = false;
+  bool rereference_asked = false, too_few_axes = false;
   bool increments_lost = false;  // relative: a reply of this move was not taken
   bool ending = false, stop_low_sent = false, stop_sent = false;
 };

@@ -44,7 +44,7 @@ RsiFooting::RsiFooting(const RsiConfig& config)
 void RsiFooting::begin_session(double silence_before_s) {
   silence_before_s_ = silence_before_s;
   start_pose_.clear();
-  known_ = setpoint_follows_ = false;
+  known_ = setpoint_follows_ = setpoint_apart_ = false;
   finder_.begin(memory_);
 }
 
@@ -63,8 +63,16 @@ bool RsiFooting::start_pose_moved(const RobFrame& frame, const AxisAngles& actua
   const AxisAngles setpoint = axes_of(frame.setpoint_axes_deg, frame.setpoint_external_deg, axes());
   if (setpoint.size() != axes()) return false;
   if (start_pose_.empty()) start_pose_ = setpoint;
-  if (setpoint_follows_ || most_difference(setpoint, start_pose_) <= kSamePoseRad) return false;
-  setpoint_follows_ = known_ && moving && most_difference(setpoint, commanded_) <= kSamePoseRad &&
+  if (setpoint_follows_) return false;
+  if (most_difference(setpoint, start_pose_) <= kSamePoseRad) {
+    // The arm has left it and it stays: it holds no correction, and where it jumps after the arm a
+    // new session began there.
+    const double apart = most_difference(setpoint, actual_rad);
+    setpoint_apart_ = setpoint_apart_ || apart > kNoCorrectionRad;
+    return false;
+  }
+  setpoint_follows_ = known_ && moving && !setpoint_apart_ &&
+                      most_difference(setpoint, commanded_) <= kSamePoseRad &&
                       most_difference(setpoint, actual_rad) <= kSamePoseRad;
   return !setpoint_follows_;
 }

@@ -65,6 +65,7 @@ class RsiFooting {
   OffsetVerdict verdict_ = OffsetVerdict::kUnknown;
   bool known_ = false, session_start_ = false;
   bool setpoint_follows_ = false;  ///< ASPos holds the correction, as with some simulators
+  bool setpoint_apart_ = false;    ///< it was seen not to
   double silence_before_s_ = 0.0;
   AxisAngles start_pose_;        // ASPos of this session; empty if it is not sent
   AxisAngles base_, commanded_;  // pose at correction 0, and with the correction wanted

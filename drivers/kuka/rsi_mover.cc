@@ -19,6 +19,8 @@ constexpr double kSettleWindowS = 0.048;
 constexpr int kSettleFewest = 4;
 constexpr double kSettledRad = 0.0005 * kRadPerDeg;
 constexpr double kSettleLimitS = 1.0;
+// After so many replies in a row that came late the arm stands, and no ramp is left to run.
+constexpr int kStandsUnheard = 3;
 
 double seconds(Duration d) { return std::chrono::duration<double>(d).count(); }
 
@@ -55,7 +57,7 @@ std::optional<CoreResult> Mover::start(const Move& move, const AxisAngles& comma
   contact_.reset();
   latch_.reset();
   settling_s_ = 0.0;
-  settling_cycles_ = 0;
+  settling_cycles_ = unheard_cycles_ = 0;
   return std::nullopt;
 }
 
@@ -175,7 +177,12 @@ std::optional<CoreResult> Mover::step(const MoverCycle& cycle, AxisAngles& comma
     watch_other(cycle.now);
   }
   if (!cycle.advance) return std::nullopt;
+  unheard_cycles_ = cycle.heard ? 0 : unheard_cycles_ + 1;
   if (in_motion_) watch_following(cycle);
+  if (in_motion_ && !cycle.heard) {
+    if (braking_ && unheard_cycles_ >= kStandsUnheard) in_motion_ = false;
+    return std::nullopt;
+  }
   if (in_motion_) {
     t_s_ += cycle.cycle_s;
     commanded_rad = line_.at(t_s_);

@@ -34,6 +34,9 @@ struct MoverCycle {
   double cycle_s = 0.0;
   double seconds_per_ipoc = 0.0;
   bool advance = true;  ///< false: this packet was damaged, hold what was sent
+  /// False (ABSOLUTE): the controller counted a reply as late. The arm stands at the one before,
+  /// and all that is commanded meanwhile it would do in one cycle.
+  bool heard = true;
 };
 
 class Mover {
@@ -77,6 +80,7 @@ class Mover {
   LineMove line_;
   double t_s_ = 0.0;
   bool in_motion_ = false, braking_ = false;  ///< on the line
+  int unheard_cycles_ = 0;                    ///< in a row
   double cycle_s_ = 0.0;
   MoveOutcome outcome_ = MoveOutcome::kArrived;
   Cause cause_ = Cause::kNone;

@@ -250,5 +250,59 @@ TEST(EkiSearch, ALinkThatBreaksIsNeverNoContact) {
   EXPECT_LT(rig.true_deg(), 1.6) << "the wall stopped it, or the dead man";
 }
 
+TEST(EkiSearch, ATripThatIsHeardAfterTheArmHasArrivedIsStillHeard) {
+  for (const bool flag : {false, true}) {
+    EkiRig rig(eki_controller(), flag ? by_flag() : eki_config());
+    rig.make_ready();
+    rig.guard.arm(++rig.arm_id);
+    rig.begin(MoveKind::kSearch, rig.moved_by(0, 1), 2.0, rig.arm_id);
+    ASSERT_TRUE(rig.run_until([&] { return rig.krc.moving(); }, 1s));
+    ASSERT_TRUE(rig.run_until([&] { return !rig.krc.moving(); }, 5s));
+    rig.run(40ms);  // its state has come, and the adapter looks for rest
+    rig.guard.trip(rig.arm_id, rig.now - 60ms);
+    rig.run(8ms);
+    rig.guard.push(ContactEventKind::kContact, rig.arm_id, rig.now - 68ms);
+    const MoveResult result = rig.finish();
+    EXPECT_EQ(result.outcome, flag ? MoveOutcome::kContact : MoveOutcome::kContactSilent)
+        << result.detail;
+  }
+}
+
+TEST(EkiSearch, ASensorThatFallsSilentAfterTheArmHasArrivedHasSeenNothing) {
+  for (const bool dead : {false, true}) {
+    EkiRig rig;
+    rig.make_ready();
+    rig.guard.arm(++rig.arm_id);
+    rig.begin(MoveKind::kSearch, rig.moved_by(0, 1), 2.0, rig.arm_id);
+    ASSERT_TRUE(rig.run_until([&] { return rig.krc.moving(); }, 1s));
+    ASSERT_TRUE(rig.run_until([&] { return !rig.krc.moving(); }, 5s));
+    rig.run(40ms);
+    if (dead) {
+      rig.guard.set_alive(false);
+    } else {
+      rig.guard.disarm();
+    }
+    EXPECT_EQ(rig.finish().outcome, MoveOutcome::kContactSilent);
+  }
+}
+
+TEST(EkiSearch, ATripBeforeItsTelegramIsOutIsNoArrival) {
+  EkiConfig config = by_flag();
+  config.window = 2;
+  EkiRig rig(eki_controller(), config);
+  rig.make_ready();
+  rig.cable = false;  // nothing is confirmed
+  rig.run(120ms);     // beats fill the window
+  rig.guard.arm(++rig.arm_id);
+  rig.begin(MoveKind::kSearch, rig.moved_by(0, 1), 2.0, rig.arm_id);
+  rig.cycle();
+  ASSERT_TRUE(rig.core.state().moving);
+  rig.guard.trip(rig.arm_id, rig.now);
+  const MoveResult result = rig.finish();
+  EXPECT_EQ(result.outcome, MoveOutcome::kRefused) << result.detail;
+  EXPECT_TRUE(result.detail.find("tripped") != std::string::npos) << result.detail;
+  EXPECT_EQ(rig.krc.moves(), 0u);
+}
+
 }  // namespace
 }  // namespace cellcal::drivers

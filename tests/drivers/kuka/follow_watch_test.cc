@@ -18,6 +18,7 @@ struct Arm {
   double dead_time_s = 0.02, lag_s = 0.0, cycle_s = 0.004, noise_deg = 0.0005;
   double resolution_deg = 0.0001;
   std::optional<double> stands_at_s;  ///< after the beginning of the move
+  unsigned seed = 7;
 };
 
 /// One move of A1 by `travel_deg` in `cruise_s`; when it is named, and as what.
@@ -31,7 +32,7 @@ std::optional<Named> watch(const Arm& arm, double travel_deg, double cruise_s) {
   config.limits = {limit};
   const LineMove line({0.0}, {travel_deg * kDeg}, config.limits, cruise_s);
   PositionRecord record;
-  std::mt19937 random(7);
+  std::mt19937 random(arm.seed);
   std::normal_distribution<double> noise(0.0, arm.noise_deg);
   double position = 0.0;
   constexpr double kRestBefore = 0.4;
@@ -63,6 +64,20 @@ TEST(FollowWatch, AnArmThatLagsIsNeverTakenForOneThatStands) {
                 << cycle_s << " " << dead_time_s << " " << lag_s << " " << travel_deg;
           }
         }
+      }
+    }
+  }
+}
+
+TEST(FollowWatch, NoiseOfManySlowSearchesAccusesNoArm) {
+  // Speeds at which the command is just far enough for one of the windows.
+  for (const double cycle_s : {0.004, 0.012, 0.04}) {
+    for (const double speed_deg_s : {0.018, 0.035, 0.05, 0.068, 0.075, 0.085, 0.1, 0.12}) {
+      for (unsigned seed = 1; seed <= 50; ++seed) {
+        Arm arm{0.04, 0.0, cycle_s, 0.0005, 0.0001, {}};
+        arm.seed = seed;
+        EXPECT_FALSE(watch(arm, 10.0 * speed_deg_s, 10.0))
+            << cycle_s << " s, " << speed_deg_s << " deg/s, " << seed;
       }
     }
   }

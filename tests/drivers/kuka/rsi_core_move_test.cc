@@ -293,6 +293,63 @@ TEST(RsiMove, RepliesThatAreNotHeardAnyMoreAreNamedAndNotTheArmThatStaysBehind) 
   EXPECT_TRUE(says(result, "late replies")) << result.detail;
 }
 
+TEST(RsiMove, RepliesThatAreHeardAgainDoNotThrowTheArmAhead) {
+  for (const int unheard : {1, 2, 4, 20, 80}) {
+    for (const bool search : {false, true}) {
+      Rig rig;
+      rig.make_ready();
+      rig.guard.arm(7);
+      rig.begin(search ? MoveKind::kSearch : MoveKind::kTransit, rig.moved_by(0, 60), 0.0, 7);
+      rig.run(400ms);  // at full speed
+      double largest = 0.0;
+      std::vector<double> before = rig.krc.setpoint_rad();
+      rig.after_cycle = [&] {
+        largest = std::max(largest, std::abs(rig.krc.setpoint_rad()[0] - before[0]));
+        before = rig.krc.setpoint_rad();
+      };
+      rig.to_krc = false;
+      for (int i = 0; i < unheard; ++i) rig.cycle();
+      rig.to_krc = true;
+      const MoveResult result = rig.finish();
+      EXPECT_EQ(result.outcome, unheard < 3 ? MoveOutcome::kArrived : MoveOutcome::kRobotSilent)
+          << result.detail;
+      rig.run(8ms);
+      EXPECT_LE(largest, 100 * kDeg * 0.004 + 2 * kWire) << unheard;
+      EXPECT_NEAR(result.at_rad[0], rig.krc.setpoint_rad()[0], 2e-4 * kDeg);
+    }
+  }
+}
+
+TEST(RsiMove, EndsWhereTheSamePacketComesOverAndOver) {
+  Rig rig;
+  rig.make_ready();
+  rig.begin(MoveKind::kTransit, rig.moved_by(0, 40));
+  rig.run(300ms);
+  const auto repeat = [&] {
+    const TimePoint end = rig.now + 500ms;
+    std::optional<MoveResult> result;
+    while (rig.now < end && !result) {
+      rig.now += 4ms;
+      rig.core.on_datagram(rig.packet, rig.now);
+      rig.core.on_tick(rig.now);
+      result = rig.core.poll();
+    }
+    return result;
+  };
+  const auto moving = repeat();
+  ASSERT_TRUE(moving) << "the arm is not known to move on";
+  EXPECT_EQ(moving->outcome, MoveOutcome::kRobotSilent);
+  EXPECT_NE(rig.core.state().link, RobotLink::kReady);
+  EXPECT_EQ(rig.move(MoveKind::kTransit, rig.moved_by(0, 1)).outcome, MoveOutcome::kRefused);
+  rig.core.rereference();
+  ASSERT_TRUE(rig.run_until([&] { return rig.core.state().link == RobotLink::kReady; }, 2s))
+      << rig.core.state().words;
+  rig.begin(MoveKind::kTransit, rig.moved_by(0, 1));
+  const auto waiting = repeat();
+  ASSERT_TRUE(waiting) << "one that has not begun has a result, too";
+  EXPECT_EQ(waiting->outcome, MoveOutcome::kRefused);
+}
+
 TEST(RsiMove, MissedPacketsAreNeverCaughtUp) {
   RsiConfig config = rig_config();
   config.silence_cycles = 6;

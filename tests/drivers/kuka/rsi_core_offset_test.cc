@@ -188,5 +188,26 @@ TEST(RsiOffset, RestartThatOnlyDelayOrAsposBetraysIsNoticed) {
   }
 }
 
+TEST(RsiOffset, RestartWhileAMoveSettlesIsNotTakenForASetpointThatFollows) {
+  // A new session where the arm stands: its ASPos is where the last replies have commanded the arm
+  // to be, and its correction is 0.
+  Takeover takeover;
+  AxisAngles target = takeover.core->state().commanded_rad;
+  target[0] += 5 * kDeg;
+  takeover.core->begin({5, MoveKind::kTransit, target, 0.0, 0});
+  while (takeover.core->state().commanded_rad != target) takeover.run(4ms);
+  takeover.run(88ms);
+  ASSERT_TRUE(takeover.core->state().moving) << "at rest, and not yet settled";
+  ASSERT_EQ(takeover.krc.late(), 0U);
+  takeover.krc.rsi_on();
+  takeover.held_deg = 0.0;
+  takeover.watch();
+  takeover.run(500ms);
+  EXPECT_EQ(takeover.worst_jump_deg, 0.0);
+  EXPECT_EQ(takeover.core->state().link, RobotLink::kNotReferenced);
+  EXPECT_EQ(takeover.core->poll()->outcome, MoveOutcome::kRobotSilent);
+  EXPECT_TRUE(takeover.usable());
+}
+
 }  // namespace
 }  // namespace cellcal::drivers

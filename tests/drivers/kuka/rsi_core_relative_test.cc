@@ -248,6 +248,35 @@ TEST(RsiRelative, WithoutDelayItIsNotDriven) {
   EXPECT_EQ(rig.krc.late(), 0U) << "answered all the same";
 }
 
+TEST(RsiRelative, WhereDelayIsSentNoLongerItIsNotDrivenOn) {
+  for (const bool anew : {false, true}) {
+    RelativeRig rig;
+    rig.make_ready();
+    rig.begin(MoveKind::kTransit, rig.moved_by(0, 30));
+    rig.run(300ms);
+    if (anew) {
+      ASSERT_EQ(rig.finish().outcome, MoveOutcome::kArrived);
+    }
+    rig.before_core = [&] {
+      const auto at = rig.packet.find("<Delay ");
+      if (at != std::string::npos) rig.packet.erase(at, rig.packet.find("/>", at) + 2 - at);
+    };
+    if (anew) {
+      rig.krc.rsi_on();
+      rig.run(300ms);
+    } else {
+      const MoveResult result = rig.finish();
+      EXPECT_EQ(result.outcome, MoveOutcome::kRobotSilent) << result.detail;
+      EXPECT_TRUE(has(result.detail, "Delay")) << result.detail;
+    }
+    EXPECT_EQ(rig.core.state().link, RobotLink::kNotReferenced);
+    rig.core.rereference();
+    rig.run(500ms);
+    EXPECT_EQ(rig.core.state().link, RobotLink::kNotReferenced);
+    EXPECT_TRUE(has(rig.core.state().words, "DEF_Delay")) << rig.core.state().words;
+  }
+}
+
 TEST(RsiRelative, ARunningSessionIsHeldWithZerosAndItsSumIsReadFromAspos) {
   RsiConfig config = relative_config();
   config.correction_limit_deg[0] = 20.0;
