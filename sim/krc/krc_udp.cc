@@ -2,10 +2,7 @@
 
 #include <arpa/inet.h>
 #include <fcntl.h>
-#include <pthread.h>
-#include <sched.h>
 #include <sys/socket.h>
-#include <time.h>
 #include <unistd.h>
 
 #include <array>
@@ -17,26 +14,12 @@
 
 #include "drivers/error.h"
 #include "drivers/kuka/rsi_codec.h"
+#include "sim/krc/hard_clock.h"
 
 namespace cellcal::sim {
-namespace {
 
 using drivers::Duration;
 using drivers::TimePoint;
-
-// The emulator's clock goes before the robot's I/O thread (60): it stands for hardware.
-constexpr int kPriority = 70;
-
-// std::chrono::steady_clock is CLOCK_MONOTONIC here, so its time points serve as they are.
-void sleep_until(TimePoint t) {
-  const auto ns =
-      std::chrono::duration_cast<std::chrono::nanoseconds>(t.time_since_epoch()).count();
-  const timespec until{ns / 1'000'000'000, ns % 1'000'000'000};
-  while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr) == EINTR) {
-  }
-}
-
-}  // namespace
 
 struct KrcUdp::Impl {
   Impl(ControllerConfig config, KrcUdpOptions o, CycleHook hook)
@@ -58,11 +41,7 @@ struct KrcUdp::Impl {
   }
 
   void run() {
-    if (options.realtime) {
-      sched_param param{};
-      param.sched_priority = kPriority;
-      realtime_granted = pthread_setschedparam(pthread_self(), SCHED_FIFO, &param) == 0;
-    }
+    if (options.realtime) realtime_granted = run_as_hardware();
     TimePoint next = std::chrono::steady_clock::now();
     while (!stopping.load()) {
       next += controller.cycle();

@@ -1,0 +1,27 @@
+#include "sim/krc/hard_clock.h"
+
+#include <pthread.h>
+#include <sched.h>
+#include <time.h>
+
+#include <cerrno>
+
+namespace cellcal::sim {
+
+bool run_as_hardware() {
+  constexpr int kPriority = 70;  // the robot's I/O thread has 60
+  sched_param param{};
+  param.sched_priority = kPriority;
+  return pthread_setschedparam(pthread_self(), SCHED_FIFO, &param) == 0;
+}
+
+// std::chrono::steady_clock is CLOCK_MONOTONIC here, so its time points serve as they are.
+void sleep_until(drivers::TimePoint t) {
+  const auto ns =
+      std::chrono::duration_cast<std::chrono::nanoseconds>(t.time_since_epoch()).count();
+  const timespec until{ns / 1'000'000'000, ns % 1'000'000'000};
+  while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr) == EINTR) {
+  }
+}
+
+}  // namespace cellcal::sim
