@@ -74,10 +74,10 @@ struct EkiStream::Impl {
     explicit Served(const std::string& xml) : channel(EkiChannelConfig::parse(xml)) {
       for (const auto& [path, type] : channel.config().receive) {
         const std::string name = place_of(path).name;
-        const bool target = axis_of(name) || frame_index_of(name);
+        const bool of_target = axis_of(name) || frame_index_of(name);
         if (wire::same_name(name, "Type")) type_path = lead = path;
         if (axis_of(name)) usual_type = 1;
-        if (target && lead.empty()) lead = path;
+        if (of_target && lead.empty()) lead = path;
       }
       for (const std::string& path : channel.config().send) {
         const std::string root = path.substr(0, path.find('/'));
