@@ -58,6 +58,7 @@ struct Cell {
 
   static sim::McuPtyOptions pty_options(const sim::EmulatorOptions& o) {
     sim::McuPtyOptions pty;
+    pty.realtime = true;
     pty.mcu.baud = o.baud;
     pty.symlink = o.device_link;
     pty.mcu.drift_ppm = o.mcu_drift_ppm;

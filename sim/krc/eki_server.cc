@@ -4,8 +4,8 @@
 #include <mutex>
 #include <thread>
 
+#include "sim/hard_clock.h"
 #include "sim/krc/eki_socket.h"
-#include "sim/krc/hard_clock.h"
 
 namespace cellcal::sim {
 

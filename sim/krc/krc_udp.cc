@@ -14,7 +14,7 @@
 
 #include "drivers/error.h"
 #include "drivers/kuka/rsi_codec.h"
-#include "sim/krc/hard_clock.h"
+#include "sim/hard_clock.h"
 
 namespace cellcal::sim {
 

@@ -18,6 +18,8 @@
 #include <system_error>
 #include <thread>
 
+#include "sim/hard_clock.h"
+
 namespace cellcal::sim {
 
 namespace {
@@ -62,7 +64,7 @@ timespec to_timespec(Duration d) {
 class McuPty::Impl {
  public:
   explicit Impl(const McuPtyOptions& options)
-      : symlink_(options.symlink), mcu_(options.mcu, Clock::now()) {
+      : realtime_(options.realtime), symlink_(options.symlink), mcu_(options.mcu, Clock::now()) {
     open_terminal();
     wake_.reset(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK));
     if (wake_.get() < 0) fail("eventfd");
@@ -128,6 +130,7 @@ class McuPty::Impl {
 
   void run() {
     ::prctl(PR_SET_TIMERSLACK, kTimerSlackNs);
+    if (realtime_) run_as_hardware();
     while (!stop_) {
       read_host();
       TimePoint next;
@@ -179,6 +182,7 @@ class McuPty::Impl {
     [[maybe_unused]] const auto got = ::read(wake_.get(), &drained, sizeof(drained));
   }
 
+  const bool realtime_;
   std::string path_, symlink_;
   Fd master_, wake_;
   mutable std::mutex mutex_;

@@ -13,6 +13,7 @@ struct McuPtyOptions {
   McuOptions mcu;
   std::string
       symlink;  ///< a second name for the terminal, replaced if it is a symlink; may be empty
+  bool realtime = false;  ///< SCHED_FIFO, if permitted: a microcontroller has its own processor
 };
 
 /// Construction opens the terminal and starts the thread; throws std::system_error. Destruction

@@ -1,4 +1,4 @@
-#include "sim/krc/hard_clock.h"
+#include "sim/hard_clock.h"
 
 #include <pthread.h>
 #include <sched.h>
