@@ -162,6 +162,14 @@ struct Finder::Impl {
     return result;
   }
 
+  SearchStand stand_of(const Target& target) const {
+    const double thick = target.stand_diameter_m > 0.0 ? target.stand_diameter_m
+                                                       : std::min(kUsualStandM, target.diameter_m);
+    const Vector3d up = -cell.robot.gravity_m_s2.normalized();
+    if (!target.has_stand || !up.allFinite()) return {Vector3d::UnitZ(), 0.0};
+    return {up, thick / 2.0};
+  }
+
   std::vector<Line> lines(Sought& one, const Clearance& clearance) const {
     const Vector3d middle = one.belief.mean();
     const Eigen::Matrix3d spread = one.belief.covariance();
@@ -176,6 +184,7 @@ struct Finder::Impl {
       for (int k = 0; k < kMoreAims; ++k) aims.push_back(some[random.below(some.size())]);
     const Vector3d shaft_in_tool =
         cell.tool.tcp.linear().transpose() * cell.tool.tcp.translation().normalized();
+    const SearchStand stand = stand_of(cell.targets[one.target]);
     std::vector<Line> result;
     for (const Vector3d& aim : aims) {
       Cell alone = cell;
@@ -195,7 +204,7 @@ struct Finder::Impl {
         if (one.tips.empty() && shaft.dot(-c.normal) < std::cos(kMostTiltRad)) continue;
         Line line;
         line.depth = search_depth({aim, c.normal, shaft}, some,
-                                  cell.targets[one.target].diameter_m / 2.0, cell.tool);
+                                  cell.targets[one.target].diameter_m / 2.0, stand, cell.tool);
         if (line.depth.share < kLeastShare) continue;
         line.score = line.depth.share;
         if (!one.tips.empty()) line.score *= line.depth.share * c.normal.dot(spread * c.normal);
