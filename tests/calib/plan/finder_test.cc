@@ -342,6 +342,65 @@ TEST(Course, LeadsOutOfThePlateThatTheTipTouches) {
   EXPECT_NEAR(above(next->transit.front()), options.plan.clear_m, 1e-6);
 }
 
+TEST(Course, ThatWasInterruptedInContactWhileItFindsLeadsOutByItself) {
+  const sim::Truth truth = testing::plain_truth(demo_cell(), 3);
+  const Cell cell = rough(3);
+  CourseOptions options;
+  options.find = true;
+  Finder finder(cell, options.plan, true, {});
+  const ArmModel& real = truth.arm;
+  std::vector<Touch> made;
+  JointVector at(6, 0.0);
+  at[1] = -1.2, at[2] = 1.6, at[4] = 1.0;
+  int led_out = 0, contacts = 0;
+  for (int k = 0; k < 16; ++k) {
+    const auto line = finder.next(at);
+    if (!line) break;
+    at = line->clear;
+    const auto touch = search(cell, truth, *line);
+    if (!touch) {
+      finder.missed();
+      continue;
+    }
+    ++contacts;
+    // Before the touch was on record, and after.
+    for (const bool known : {false, true}) {
+      std::vector<Touch> before = made;
+      if (known) before.push_back(*touch);
+      Course again(cell, options, before);
+      std::optional<PlannedTouch> next;
+      try {
+        next = again.next(touch->joint_rad, true);
+      } catch (const PlanError& e) {
+        std::printf("%s\n", e.what());
+        continue;
+      }
+      ASSERT_TRUE(next);
+      ++led_out;
+      const JointVector& out = next->transit.front();
+      const std::size_t target = cell.target_index(touch->target);
+      double gap = 0.0;
+      constexpr int kSteps = 20;
+      for (int s = 1; s <= kSteps; ++s) {
+        JointVector q(out.size());
+        for (std::size_t i = 0; i < q.size(); ++i)
+          q[i] = touch->joint_rad[i] + (out[i] - touch->joint_rad[i]) * s / kSteps;
+        const double now =
+            (real.position(real.prepare(q), truth.errors.data()) - truth.centre_m[target]).norm() -
+            truth.radius_m[target];
+        EXPECT_GT(now, gap - 1e-5) << k << " " << s;
+        gap = now;
+      }
+      EXPECT_GT(gap, 0.008);
+    }
+    made.push_back(*touch);
+    finder.touched(*touch);
+  }
+  std::printf("%d of %d left by themselves\n", led_out, 2 * contacts);
+  EXPECT_GE(contacts, 8);
+  EXPECT_GE(led_out, 2 * contacts - 2);
+}
+
 TEST(Course, FindsTheSpheresAndThenTouchesThemToTheGoal) {
   const sim::Truth truth = testing::plain_truth(demo_cell(), 1);
   const Cell cell = rough(1);
