@@ -156,6 +156,7 @@ Plan make_plan(const Cell& cell, const PlanOptions& options, const JointVector& 
   if (options.criterion == Criterion::kI) {
     Random random(options.seed + 2);
     for (const double by_rad : kLookAroundRad) {
+      choice.picked = pool.forget(spread, std::move(choice.picked));
       pool.vary(choice.picked, std::min(kMostAround, kAroundEach * options.fit_touches), by_rad,
                 random);
       how.start = choice.picked;

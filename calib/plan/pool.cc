@@ -194,4 +194,22 @@ void Pool::vary(const std::vector<std::size_t>& like, int count, double by_rad, 
   connected_.resize(candidates_.size(), -1);
 }
 
+std::vector<std::size_t> Pool::forget(std::size_t first, std::vector<std::size_t> kept) {
+  std::vector<std::size_t> order;
+  for (const std::size_t k : kept)
+    if (k >= first) order.push_back(k);
+  std::sort(order.begin(), order.end());
+  std::size_t next = first;
+  for (const std::size_t k : order) {  // never behind where it was
+    if (k != next) {
+      candidates_[next] = std::move(candidates_[k]);
+      connected_[next] = connected_[k];
+    }
+    std::replace(kept.begin(), kept.end(), k, next++);
+  }
+  candidates_.resize(next);
+  connected_.resize(next);
+  return kept;
+}
+
 }  // namespace cellcal::calib

@@ -62,6 +62,27 @@ TEST(Around, ACandidateAreOthersOfItsTargetWithinTheConeAndTheLimits) {
   EXPECT_TRUE(of_both[0] && of_both[1]);
 }
 
+TEST(Around, WhatIsForgottenLeavesTheRestAsItWas) {
+  Pool pool(demo_cell(), {}, 40);
+  const std::size_t spread = pool.candidates().size();
+  Random random(2);
+  pool.vary({0, 1, 2}, 90, 0.2, random);
+  const std::vector<std::size_t> kept{spread + 9, 4, spread + 2, spread};
+  std::vector<JointVector> before;
+  std::vector<bool> connected;
+  for (const std::size_t k : kept) {
+    before.push_back(pool.candidates()[k].contact);
+    connected.push_back(pool.connected(k));
+  }
+  const std::vector<std::size_t> now = pool.forget(spread, kept);
+  EXPECT_EQ(pool.candidates().size(), spread + 3);
+  EXPECT_EQ(now, (std::vector<std::size_t>{spread + 2, 4, spread + 1, spread}));
+  for (std::size_t i = 0; i < now.size(); ++i) {
+    EXPECT_EQ(pool.candidates()[now[i]].contact, before[i]);
+    EXPECT_EQ(pool.connected(now[i]), connected[i]);
+  }
+}
+
 TEST(Around, WhatWasPickedBetterTouchesAreFound) {
   PlanOptions options;
   options.fit_touches = 40;
