@@ -1,0 +1,148 @@
+#include "drivers/kuka/rsi_space.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "drivers/kuka/arm_geometry.h"
+#include "drivers/kuka/position_record.h"
+
+namespace cellcal::drivers {
+namespace {
+
+using Eigen::AngleAxisd;
+using Eigen::Isometry3d;
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+constexpr double kDegPerRad = 180.0 / std::numbers::pi;
+constexpr double kRadPerDeg = std::numbers::pi / 180.0;
+constexpr double kMmPerM = 1e3;
+constexpr std::size_t kAxes = 6;
+
+// A line is looked at so densely; the stretch beside a singularity that kMostGain closes is wider.
+constexpr double kStepRad = 1.0 * kRadPerDeg;
+// Differences for the inverse: 1e-6 of them is lost, and a tenth would do.
+constexpr double kDifferenceRad = 1e-6;
+
+KukaFrame to_frame(const Vector3d& shift_m, const Matrix3d& turn) {
+  const Vector3d mm = shift_m * kMmPerM;
+  const double a = std::atan2(turn(1, 0), turn(0, 0));
+  const double b = std::atan2(-turn(2, 0), std::hypot(turn(0, 0), turn(1, 0)));
+  const double c = std::atan2(turn(2, 1), turn(2, 2));
+  return {mm.x(), mm.y(), mm.z(), a * kDegPerRad, b * kDegPerRad, c * kDegPerRad};
+}
+
+Matrix3d to_turn(const KukaFrame& frame) {
+  return (AngleAxisd(frame[3] * kRadPerDeg, Vector3d::UnitZ()) *
+          AngleAxisd(frame[4] * kRadPerDeg, Vector3d::UnitY()) *
+          AngleAxisd(frame[5] * kRadPerDeg, Vector3d::UnitX()))
+      .toRotationMatrix();
+}
+
+Isometry3d tcp_at(const SpaceCorrection& config, const AxisAngles& axis_rad) {
+  return config.geometry->tcp({axis_rad.data(), axis_rad.size()});
+}
+
+// Controllers may count the turn as one angle or sum up A, B and C: the larger one [deg].
+double turn_of(const KukaFrame& frame) {
+  const double angle = AngleAxisd(to_turn(frame)).angle() * kDegPerRad;
+  return std::max(angle, std::hypot(frame[3], frame[4], frame[5]));
+}
+
+Isometry3d unpack(const std::array<double, 12>& packed) {
+  Isometry3d pose = Isometry3d::Identity();
+  pose.matrix().topRows<3>() = Eigen::Map<const Eigen::Matrix<double, 3, 4>>(packed.data());
+  return pose;
+}
+
+}  // namespace
+
+void SpaceCorrector::begin(const AxisAngles& start_rad) {
+  if (!config_.on) return;
+  start_rad_ = start_rad;
+  Eigen::Map<Eigen::Matrix<double, 3, 4>>(start_.data()) =
+      tcp_at(config_, start_rad).matrix().topRows<3>();
+}
+
+KukaFrame SpaceCorrector::between(const AxisAngles& axis_rad) const {
+  const Isometry3d from = unpack(start_), to = tcp_at(config_, axis_rad);
+  const Vector3d shift = to.translation() - from.translation();
+  if (config_.frame == CorrectionFrame::kTool) {
+    return to_frame(from.linear().transpose() * shift, from.linear().transpose() * to.linear());
+  }
+  return to_frame(shift, to.linear() * from.linear().transpose());
+}
+
+std::optional<KukaFrame> SpaceCorrector::rkorr(std::span<const double> correction_deg) const {
+  if (correction_deg.size() != kAxes || start_rad_.size() != kAxes) return std::nullopt;
+  AxisAngles axes = start_rad_;
+  for (std::size_t i = 0; i < kAxes; ++i) axes[i] += correction_deg[i] * kRadPerDeg;
+  const KukaFrame frame = between(axes);
+  for (const double value : frame) {
+    if (!std::isfinite(value)) return std::nullopt;
+  }
+  return frame;
+}
+
+// The axis that has to turn most for a little of the TCP's way, and how much [rad per m or rad].
+Objection SpaceCorrector::gain_at(const AxisAngles& axis_rad) const {
+  const Isometry3d here = tcp_at(config_, axis_rad);
+  Eigen::Matrix<double, 6, 6> jacobian;
+  for (std::size_t i = 0; i < kAxes; ++i) {
+    AxisAngles beside = axis_rad;
+    beside[i] += kDifferenceRad;
+    const Isometry3d there = tcp_at(config_, beside);
+    const Matrix3d turn = there.linear() * here.linear().transpose();
+    const auto column = static_cast<Eigen::Index>(i);
+    jacobian.col(column).head<3>() = there.translation() - here.translation();
+    jacobian.col(column).tail<3>() << turn(2, 1), turn(0, 2), turn(1, 0);
+  }
+  jacobian /= kDifferenceRad;
+  const Eigen::Matrix<double, 6, 6> inverse = jacobian.partialPivLu().inverse();
+  Objection most{Cause::kNearSingular, 0, 0.0, kMostGain};
+  for (std::size_t i = 0; i < kAxes; ++i) {
+    const double gain = inverse.row(static_cast<Eigen::Index>(i)).norm();
+    if (gain <= most.a) continue;  // not a number where the arm is exactly singular
+    most.axis = static_cast<std::uint8_t>(i);
+    most.a = std::isfinite(gain) ? gain : HUGE_VAL;
+  }
+  return most;
+}
+
+std::optional<Objection> SpaceCorrector::object_to(const AxisAngles& from_rad,
+                                                   const AxisAngles& to_rad) const {
+  if (!config_.on) return std::nullopt;
+  const double far = farthest_axis(from_rad, to_rad).rad;
+  const int steps = std::max(1, static_cast<int>(std::ceil(far / kStepRad)));
+  for (int step = 1; step <= steps; ++step) {
+    const double share = static_cast<double>(step) / steps;
+    AxisAngles axes = start_rad_;
+    for (std::size_t i = 0; i < kAxes; ++i)
+      axes[i] += from_rad[i] + share * (to_rad[i] - from_rad[i]);
+    const KukaFrame frame = between(axes);
+    const double shift = std::hypot(frame[0], frame[1], frame[2]), turn = turn_of(frame);
+    if (!(shift <= config_.limit_mm))
+      return Objection{Cause::kShiftLimit, 0, shift, config_.limit_mm};
+    if (!(turn <= config_.turn_limit_deg))
+      return Objection{Cause::kTurnLimit, 0, turn, config_.turn_limit_deg};
+    if (std::abs(frame[3]) > kMostAC || std::abs(frame[4]) > kMostB || std::abs(frame[5]) > kMostAC)
+      return Objection{Cause::kAnglesJump, 0, turn, frame[4]};
+    if (const Objection gain = gain_at(axes); gain.a > kMostGain) return gain;
+  }
+  return std::nullopt;
+}
+
+TcpApart SpaceCorrector::apart(const RobFrame& frame, const AxisAngles& actual_rad) const {
+  if (!config_.on || !config_.compare_tcp || !frame.tcp || actual_rad.size() != kAxes) return {};
+  const KukaFrame& said = *frame.tcp;
+  // Peers that have no geometry send zeros.
+  if (std::all_of(said.begin(), said.end(), [](double v) { return v == 0.0; })) return {};
+  const Isometry3d here = tcp_at(config_, actual_rad);
+  const Vector3d there = Vector3d(said[0], said[1], said[2]) / kMmPerM;
+  const Matrix3d turn = here.linear().transpose() * to_turn(said);
+  return {(there - here.translation()).norm() * kMmPerM, AngleAxisd(turn).angle() * kDegPerRad};
+}
+
+}  // namespace cellcal::drivers
