@@ -121,8 +121,8 @@ std::string cause_words(const CoreResult& r) {
     case Cause::kCorrectionLimit:
       return fmt::format(
           "{}: correction {:.4f} deg is beyond the limit of +-{:.4f} deg: begin the session nearer "
-          "to the target, or widen AXISCORR, AXISCORRMON and correction_limit_deg",
-          axis, r.a, r.b);
+          "to the target, or widen {}AXISCORRMON and correction_limit_deg",
+          axis, r.a, r.b, r.in_space ? "" : "AXISCORR, ");
     case Cause::kShiftLimit:
       return fmt::format(
           "correction in space: shift {:.2f} mm is beyond the limit of {:.2f} mm: begin the "
