@@ -134,11 +134,11 @@ std::string cause_words(const CoreResult& r) {
           "session with the tool nearer to the target's orientation, or widen MaxRotAngle of "
           "POSCORR and POSCORRMON and correction_turn_limit_deg",
           r.a, r.b);
-    case Cause::kAnglesJump:
+    case Cause::kAnglesLost:
       return fmt::format(
-          "correction in space: a turn of {:.2f} deg with B = {:.2f} deg comes near to where A, B "
-          "and C jump: begin the session with the tool nearer to the target's orientation, or use "
-          "axis corrections (AXISCORR, correction = \"axes\")",
+          "correction in space: B would be {:.2f} deg (limit {:.0f}), and near 90 deg A and C "
+          "race: begin the session with the tool nearer to the target's orientation, or use axis "
+          "corrections (AXISCORR, correction = \"axes\")",
           r.a, r.b);
     case Cause::kNearSingular:
       return fmt::format(

@@ -45,11 +45,7 @@ Isometry3d tcp_at(const SpaceCorrection& config, const AxisAngles& axis_rad) {
   return config.geometry->tcp({axis_rad.data(), axis_rad.size()});
 }
 
-// Controllers may count the turn as one angle or sum up A, B and C: the larger one [deg].
-double turn_of(const KukaFrame& frame) {
-  const double angle = AngleAxisd(to_turn(frame)).angle() * kDegPerRad;
-  return std::max(angle, std::hypot(frame[3], frame[4], frame[5]));
-}
+double turn_of(const KukaFrame& frame) { return AngleAxisd(to_turn(frame)).angle() * kDegPerRad; }
 
 Isometry3d unpack(const std::array<double, 12>& packed) {
   Isometry3d pose = Isometry3d::Identity();
@@ -127,8 +123,8 @@ std::optional<Objection> SpaceCorrector::object_to(const AxisAngles& from_rad,
       return Objection{Cause::kShiftLimit, 0, shift, config_.limit_mm};
     if (!(turn <= config_.turn_limit_deg))
       return Objection{Cause::kTurnLimit, 0, turn, config_.turn_limit_deg};
-    if (std::abs(frame[3]) > kMostAC || std::abs(frame[4]) > kMostB || std::abs(frame[5]) > kMostAC)
-      return Objection{Cause::kAnglesJump, 0, turn, frame[4]};
+    if (std::abs(frame[4]) > kMostBDeg)
+      return Objection{Cause::kAnglesLost, 0, frame[4], kMostBDeg};
     if (const Objection gain = gain_at(axes); gain.a > kMostGain) return gain;
   }
   return std::nullopt;

@@ -24,8 +24,10 @@ namespace cellcal::drivers {
 /// At most so many radians of any axis for a metre or a radian of the TCP. A wrist reaches it 3.8
 /// deg beside A5 = 0, where the wire's last decimal (1e-6 deg) is 1.5e-5 deg of an axis.
 inline constexpr double kMostGain = 15.0;
-/// A and C jump at 180 deg, and at B = 90 deg: a correction stays clear of both [deg].
-inline constexpr double kMostAC = 175.0, kMostB = 85.0;
+/// At B = 90 deg A and C are lost, and race beside it: a correction stays clear of that. No turn of
+/// less than 90 deg comes near it, nor to where A or C go from 180 to -180 deg; beyond 90 deg they
+/// may, and to a controller that composes them both are one turn.
+inline constexpr double kMostBDeg = 85.0;
 
 class SpaceCorrector {
  public:
@@ -38,8 +40,8 @@ class SpaceCorrector {
   /// [deg]. Empty: no finite numbers.
   std::optional<KukaFrame> rkorr(std::span<const double> correction_deg) const;
 
-  /// Along the line from one axis correction to another [rad]: limits of shift and turn, angles
-  /// that jump, singularities. The beginning is where the arm stands and is not objected to.
+  /// Along the line from one axis correction to another [rad]: limits of shift and turn, B near
+  /// 90 deg, singularities. The beginning is where the arm stands and is not objected to.
   std::optional<Objection> object_to(const AxisAngles& from_rad, const AxisAngles& to_rad) const;
 
   /// RIst against the geometry at the axes that came with it. Zero: nothing to compare.

@@ -180,14 +180,14 @@ TEST(RsiSpace, ALineToTheStretchedArmIsRefused) {
   EXPECT_TRUE(says(result, "would turn") && says(result, "stretched arm")) << result.detail;
 }
 
-TEST(RsiSpace, ATurnWhereItsAnglesJumpIsRefused) {
+TEST(RsiSpace, ATurnWhereItsAnglesAreLostIsRefused) {
   RsiConfig config = space_config(CorrectionFrame::kBase);
   config.space.turn_limit_deg = 179.0;
   // All three turn about the root's y: B alone, up to 90 deg.
   config.limits[1].max_rad = 185 * kDeg;
   const MoveResult far = refused(config, {0, 30, 30, 0, 30, 0});
   EXPECT_EQ(far.outcome, MoveOutcome::kRefused);
-  EXPECT_TRUE(says(far, "jump")) << far.detail;
+  EXPECT_TRUE(says(far, "B would be")) << far.detail;
 }
 
 TEST(RsiSpace, AnArmThatBeginsInASingularityIsRefusedAndLeftThere) {
@@ -198,6 +198,24 @@ TEST(RsiSpace, AnArmThatBeginsInASingularityIsRefusedAndLeftThere) {
   const MoveResult result = rig.move(MoveKind::kTransit, rig.moved_by(4, 2.0));
   EXPECT_EQ(result.outcome, MoveOutcome::kRefused);
   EXPECT_TRUE(says(result, "begin the session elsewhere")) << result.detail;
+}
+
+TEST(RsiSpace, AngleAMayPassHalfARevolution) {
+  sim::ControllerConfig krc = space_krc();
+  RsiConfig config = space_config();
+  config.space.turn_limit_deg = 180.0;
+  config.correction_limit_deg.assign(6, 360.0);
+  config.space.limit_mm = 3000.0;
+  krc.clamp_mm = krc.monitor_mm = 3000.0;
+  Rig rig(krc, config);
+  rig.make_ready();
+  const MoveResult result = rig.move(MoveKind::kTransit, rig.moved_by(0, 170.0));
+  ASSERT_EQ(result.outcome, MoveOutcome::kArrived) << result.detail;
+  EXPECT_LT(rig.krc.cartesian_correction()[3], -169.0);
+  // A6 lies upside down beside A1: so far that the turn passes 180 deg and comes back.
+  const MoveResult beyond = rig.move(MoveKind::kTransit, rig.moved_by(5, -20.0));
+  ASSERT_EQ(beyond.outcome, MoveOutcome::kArrived) << beyond.detail;
+  EXPECT_GT(rig.krc.cartesian_correction()[3], 169.0);
 }
 
 // ---- controllers that see it otherwise ---------------------------------------------------------
