@@ -1,6 +1,7 @@
 // Corrections in space through a session: contact, stops, silence, takeovers. The promises are
 // those of axis corrections.
 
+#include "drivers/error.h"
 #include "tests/drivers/kuka/allocation_count.h"
 #include "tests/drivers/kuka/space_rig.h"
 
@@ -236,6 +237,38 @@ TEST(RsiSpaceOffset, FirstFrameOfRsi2IsAnsweredInSpace) {
                            "B=\"0.000000\" C=\"0.000000\"/>"),
             std::string::npos)
       << rig.reply;
+}
+
+TEST(RsiSpaceConfig, WhatCannotBeDrivenIsRefusedByName) {
+  const auto complaint = [](const std::function<void(RsiConfig&)>& spoil) -> std::string {
+    RsiConfig config = space_config();
+    spoil(config);
+    try {
+      config.validate();
+    } catch (const ConfigError& error) {
+      return error.what();
+    }
+    return {};
+  };
+  EXPECT_EQ(complaint([](RsiConfig&) {}), "");
+  const std::pair<const char*, std::function<void(RsiConfig&)>> cases[] = {
+      {"RELATIVE",
+       [](RsiConfig& c) {
+         c.mode = CorrectionMode::kRelative;
+         c.hold_on = false;
+       }},
+      {"7 axes",
+       [](RsiConfig& c) {
+         c.limits.push_back(c.limits.front());
+         c.correction_limit_deg.push_back(10.0);
+       }},
+      {"geometry", [](RsiConfig& c) { c.space.geometry = nullptr; }},
+      {"cart_tag", [](RsiConfig& c) { c.space.tag = "R Korr"; }},
+      {"correction_limit_mm", [](RsiConfig& c) { c.space.limit_mm = 0.0; }},
+      {"correction_turn_limit_deg", [](RsiConfig& c) { c.space.turn_limit_deg = NAN; }},
+  };
+  for (const auto& [words, spoil] : cases)
+    EXPECT_NE(complaint(spoil).find(words), std::string::npos) << complaint(spoil);
 }
 
 TEST(RsiSpaceCycle, DoesNotAllocate) {
