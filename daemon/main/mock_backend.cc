@@ -84,12 +84,14 @@ template <class VirtualCell>
 class MockBackend final : public Backend {
  public:
   template <class Options>
-  MockBackend(const calib::Cell& cell, Options options) : cell_(cell, std::move(options)) {}
+  MockBackend(const calib::Cell& cell, Options options, calib::Passable passable = {})
+      : cell_(cell, std::move(options)), passable_(std::move(passable)) {}
 
   drivers::Robot& robot() override { return cell_.robot(); }
   drivers::ContactSensor& contact() override { return cell_.contact(); }
   drivers::Clock& clock() override { return cell_; }
   bool virtual_time() const override { return true; }
+  calib::Passable passable() override { return passable_; }
   /// Counts from a fixed day, so that the same seed gives the same files.
   std::string utc_now() override {
     const auto ms = std::chrono::duration_cast<std::chrono::milliseconds>(cell_.elapsed()).count();
@@ -99,6 +101,7 @@ class MockBackend final : public Backend {
 
  private:
   VirtualCell cell_;
+  calib::Passable passable_;
 };
 
 }  // namespace
@@ -107,7 +110,9 @@ std::unique_ptr<Backend> make_mock_backend(const DaemonConfig& config, const cal
   if (wire_of(config) == WireKind::kEki) {
     return std::make_unique<MockBackend<VirtualEkiCell>>(cell, eki_options(config, cell));
   }
-  return std::make_unique<MockBackend<VirtualCell>>(cell, rsi_options(config, cell));
+  VirtualCellOptions options = rsi_options(config, cell);
+  calib::Passable passable = passable_in_space(options.rsi.space);
+  return std::make_unique<MockBackend<VirtualCell>>(cell, std::move(options), std::move(passable));
 }
 
 }  // namespace cellcal::daemon

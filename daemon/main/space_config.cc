@@ -4,6 +4,7 @@
 
 #include "calib/model/nominal_arm.h"
 #include "drivers/error.h"
+#include "drivers/kuka/rsi_space.h"
 
 namespace cellcal::daemon {
 namespace {
@@ -68,6 +69,14 @@ std::shared_ptr<const drivers::ArmGeometry> controller_arm(const DaemonConfig& c
                                "use correction = \"axes\"");
   }
   return std::make_shared<NominalGeometry>(cell.robot, controller_tcp(config, cell));
+}
+
+calib::Passable passable_in_space(const drivers::SpaceCorrection& space) {
+  if (!space.on) return {};
+  return [arm = space.geometry](const calib::JointVector& from, const calib::JointVector& to) {
+    return drivers::clear_of_singularities(*arm, {from.begin(), from.end()},
+                                           {to.begin(), to.end()});
+  };
 }
 
 }  // namespace cellcal::daemon

@@ -24,4 +24,7 @@ Eigen::Isometry3d controller_tcp(const DaemonConfig& config, const calib::Cell& 
 std::shared_ptr<const drivers::ArmGeometry> controller_arm(const DaemonConfig& config,
                                                            const calib::Cell& cell);
 
+/// What corrections in space cannot lead the arm through; null where corrections are of axes.
+calib::Passable passable_in_space(const drivers::SpaceCorrection& space);
+
 }  // namespace cellcal::daemon

@@ -134,12 +134,6 @@ std::string cause_words(const CoreResult& r) {
           "session with the tool nearer to the target's orientation, or widen MaxRotAngle of "
           "POSCORR and POSCORRMON and correction_turn_limit_deg",
           r.a, r.b);
-    case Cause::kAnglesLost:
-      return fmt::format(
-          "correction in space: B would be {:.2f} deg (limit {:.0f}), and near 90 deg A and C "
-          "race: begin the session with the tool nearer to the target's orientation, or use axis "
-          "corrections (AXISCORR, correction = \"axes\")",
-          r.a, r.b);
     case Cause::kNearSingular:
       return fmt::format(
           "correction in space: {} would turn {:.0f} times as far as the TCP on this line (limit "

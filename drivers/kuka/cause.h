@@ -23,7 +23,6 @@ enum class Cause : std::uint8_t {
   kCorrectionLimit,  ///< axis, a: correction [deg], b: limit [deg]
   kShiftLimit,       ///< corrections in space. a: shift [mm], b: limit [mm]
   kTurnLimit,        ///< a: turn [deg], b: limit [deg]
-  kAnglesLost,       ///< a: angle B [deg], b: limit [deg]
   kNearSingular,     ///< axis, a: its way over the TCP's, b: limit
   kBadCruise,        ///< a: seconds
   kNotAccepted,      ///< the controller counts every reply as late

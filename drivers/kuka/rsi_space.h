@@ -8,6 +8,10 @@
 // Tool: the frame of the TCP at RSI_ON. Fails safe where that does not hold: the arm then leaves
 // what is commanded, and the follow watch stops it.
 //
+// No turn of less than 90 deg comes near to where A or C go from 180 to -180 deg, or B to 90 deg,
+// beside which A and C race. Beyond 90 deg they may; to a controller that composes them it is one
+// turn.
+//
 // Near a singularity a small step in space is a large one of axes, so a move may only pass where
 // the arm's inverse stays small (kMostGain).
 
@@ -24,10 +28,9 @@ namespace cellcal::drivers {
 /// At most so many radians of any axis for a metre or a radian of the TCP. A wrist reaches it 3.8
 /// deg beside A5 = 0, where the wire's last decimal (1e-6 deg) is 1.5e-5 deg of an axis.
 inline constexpr double kMostGain = 15.0;
-/// At B = 90 deg A and C are lost, and race beside it: a correction stays clear of that. No turn of
-/// less than 90 deg comes near it, nor to where A or C go from 180 to -180 deg; beyond 90 deg they
-/// may, and to a controller that composes them both are one turn.
-inline constexpr double kMostBDeg = 85.0;
+/// What object_to() says of singularities, for those who plan moves before there is a session.
+bool clear_of_singularities(const ArmGeometry& arm, const AxisAngles& from_rad,
+                            const AxisAngles& to_rad);
 
 class SpaceCorrector {
  public:
@@ -40,16 +43,15 @@ class SpaceCorrector {
   /// [deg]. Empty: no finite numbers.
   std::optional<KukaFrame> rkorr(std::span<const double> correction_deg) const;
 
-  /// Along the line from one axis correction to another [rad]: limits of shift and turn, B near
-  /// 90 deg, singularities. The beginning is where the arm stands and is not objected to.
+  /// Along the line from one axis correction to another [rad]: limits of shift and turn,
+  /// singularities. The beginning is where the arm stands and is not objected to.
   std::optional<Objection> object_to(const AxisAngles& from_rad, const AxisAngles& to_rad) const;
 
   /// RIst against the geometry at the axes that came with it. Zero: nothing to compare.
   TcpApart apart(const RobFrame& frame, const AxisAngles& actual_rad) const;
 
  private:
-  KukaFrame between(const AxisAngles& axis_rad) const;
-  Objection gain_at(const AxisAngles& axis_rad) const;
+  KukaFrame frame_at(const AxisAngles& axis_rad) const;
 
   const SpaceCorrection& config_;
   AxisAngles start_rad_;

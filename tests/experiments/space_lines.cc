@@ -33,8 +33,6 @@ const char* words(drivers::Cause cause) {
       return "shift";
     case drivers::Cause::kTurnLimit:
       return "turn";
-    case drivers::Cause::kAnglesJump:
-      return "A, B, C jump";
     case drivers::Cause::kNearSingular:
       return "singular";
     default:
@@ -45,12 +43,12 @@ const char* words(drivers::Cause cause) {
 struct Options {
   int plans = 10, touches = 50;
   double turn_deg = 180.0, shift_mm = 5000.0;
-  bool tool_frame = false;
+  bool tool_frame = false, aware = false;
   std::vector<double> start_deg{0, -90, 90, 0, 90, 0};
 };
 
 void run(const Options& options) {
-  const calib::Cell cell = calib::load_cell(CELLCAL_DEMO_CELL);
+  calib::Cell cell = calib::load_cell(CELLCAL_DEMO_CELL);
   daemon::DaemonConfig config;
   config.controller.tool = 1;
   drivers::SpaceCorrection space;
@@ -72,6 +70,7 @@ void run(const Options& options) {
     how.fit_touches = options.touches;
     how.check_touches = 0;
     how.seed = static_cast<unsigned>(seed);
+    cell.passable = options.aware ? daemon::passable_in_space(space) : calib::Passable();
     const calib::Plan plan = calib::make_plan(cell, how);
     drivers::AxisAngles at = axes(plan.start);
     for (const calib::PlannedTouch& touch : plan.touches) {
@@ -112,6 +111,7 @@ int main(int argc, char** argv) {
   app.add_option("--turn-deg", options.turn_deg, "Limit of the turn")->capture_default_str();
   app.add_option("--shift-mm", options.shift_mm, "Limit of the shift")->capture_default_str();
   app.add_flag("--tool-frame", options.tool_frame, "RefCorrSys Tool instead of Base");
+  app.add_flag("--aware", options.aware, "Plans keep clear of singularities, as the daemon has it");
   app.add_option("--start-deg", options.start_deg, "Where the session begins")->expected(6);
   CLI11_PARSE(app, argc, argv);
   run(options);

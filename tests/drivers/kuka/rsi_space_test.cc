@@ -180,16 +180,6 @@ TEST(RsiSpace, ALineToTheStretchedArmIsRefused) {
   EXPECT_TRUE(says(result, "would turn") && says(result, "stretched arm")) << result.detail;
 }
 
-TEST(RsiSpace, ATurnWhereItsAnglesAreLostIsRefused) {
-  RsiConfig config = space_config(CorrectionFrame::kBase);
-  config.space.turn_limit_deg = 179.0;
-  // All three turn about the root's y: B alone, up to 90 deg.
-  config.limits[1].max_rad = 185 * kDeg;
-  const MoveResult far = refused(config, {0, 30, 30, 0, 30, 0});
-  EXPECT_EQ(far.outcome, MoveOutcome::kRefused);
-  EXPECT_TRUE(says(far, "B would be")) << far.detail;
-}
-
 TEST(RsiSpace, AnArmThatBeginsInASingularityIsRefusedAndLeftThere) {
   sim::ControllerConfig krc = space_krc();
   krc.start_rad[4] = 0.0;
@@ -216,6 +206,30 @@ TEST(RsiSpace, AngleAMayPassHalfARevolution) {
   const MoveResult beyond = rig.move(MoveKind::kTransit, rig.moved_by(5, -20.0));
   ASSERT_EQ(beyond.outcome, MoveOutcome::kArrived) << beyond.detail;
   EXPECT_GT(rig.krc.cartesian_correction()[3], 169.0);
+}
+
+TEST(RsiSpace, AngleBMayPassARightAngleInBothSenses) {
+  RsiConfig config = space_config();
+  config.space.turn_limit_deg = 180.0;
+  Rig rig(space_krc(), config);
+  rig.make_ready();
+  // All three turn about the root's y: B alone, which is at 90 deg exactly in the middle.
+  AxisAngles target = rig.commanded();
+  const AxisAngles home = target;
+  for (const std::size_t i : {1, 2, 4}) target[i] += 33 * kDeg;
+  double most_b = 0.0, off = 0.0;
+  AxisAngles before = rig.commanded();
+  rig.after_cycle = [&] {
+    most_b = std::max(most_b, std::abs(rig.krc.cartesian_correction()[4]));
+    off = std::max(off, farthest_deg(rig.krc.setpoint_rad(), before));
+    before = rig.commanded();
+  };
+  for (const AxisAngles& to : {target, home}) {
+    const MoveResult result = rig.move(MoveKind::kTransit, to);
+    ASSERT_EQ(result.outcome, MoveOutcome::kArrived) << result.detail;
+  }
+  EXPECT_GT(most_b, 89.0);
+  EXPECT_LT(off, 1e-3) << "deg";
 }
 
 // ---- controllers that see it otherwise ---------------------------------------------------------
