@@ -125,8 +125,7 @@ Calibration identify_as_stated(const Cell& cell, const std::vector<Touch>& touch
           "target {} has check touches but no fit touch; its centre is unknown. Make some of its "
           "touches fit touches, or leave it out",
           touches[i].target));
-  const Repeats repeats = find_repeats(problem);
-  if (repeats.touches > 0) problem.set_repeats(repeats.times, repeats.used_m);
+  const Repeats repeats = weigh_repeats(problem);
   std::vector<ModelLevel> levels = usual_levels();
   if (options.level) levels = {{1.0, 1.0, options.level->ripple_rad}};
   const Estimate e = estimate(problem, options, std::move(levels));

@@ -27,6 +27,9 @@ constexpr std::size_t kLooks = 3;
 /// So many touches of one target left out are no gross errors any more: it may have moved so far
 /// that all from there on were. Fewer cannot speak for a move; gross errors would find one.
 constexpr std::size_t kManyLeftOut = 3;
+/// And where: two rates have to be likelier than one by this much (e^10). Five of 67 do if they are
+/// the last ones; three of the last five and one before do not.
+constexpr double kNoChance = 10.0;
 /// What is looked for, 1 sigma in each direction. What a touch or two leave open is not filled with
 /// moves of centimetres, which nobody would overlook.
 constexpr double kUsualMoveM = 1e-3;
@@ -104,8 +107,9 @@ Split loudest_split(const Problem& problem, const Estimate& e, const std::vector
 }
 
 /// Where touches begin or cease to be left out: the split for which two rates explain best which
-/// ones are.
-std::size_t split_of_left_out(const std::vector<std::size_t>& own, const std::vector<bool>& use) {
+/// ones are; none where gross errors that fall together by chance would do.
+std::optional<std::size_t> split_of_left_out(const std::vector<std::size_t>& own,
+                                             const std::vector<bool>& use) {
   const auto log_likelihood = [](double out, double of) {
     const double in = of - out;
     return (out > 0.0 ? out * std::log(out / of) : 0.0) + (in > 0.0 ? in * std::log(in / of) : 0.0);
@@ -126,7 +130,8 @@ std::size_t split_of_left_out(const std::vector<std::size_t>& own, const std::ve
     }
     before += use[own[k]] ? 0.0 : 1.0;
   }
-  return best;
+  const double at_random = log_likelihood(all, static_cast<double>(own.size()));
+  return most - at_random > kNoChance ? std::optional(best) : std::nullopt;
 }
 
 /// Whether more of a target's touches are left out than gross errors would be: then it does not
@@ -215,8 +220,9 @@ std::vector<MovedTarget> suspected_moves(const Problem& problem, const Estimate&
         suspects.push_back(suspect);
       }
     }
-    if (own.size() - used.size() >= kManyLeftOut) {
-      suspect.after_touch = own[split_of_left_out(own, e.use) - 1];
+    if (own.size() - used.size() < kManyLeftOut) continue;
+    if (const auto split = split_of_left_out(own, e.use)) {
+      suspect.after_touch = own[*split - 1];
       suspect.many_left_out = true;
       // Before all others: what is left out is far off.
       constexpr double kFarOff = 1e6;

@@ -40,7 +40,12 @@ TargetPlace stated_place(const Target& target, TargetPlace start) {
 
 Problem::Problem(const Cell& cell, const ArmModel& arm, std::span<const Touch> touches,
                  const std::vector<TargetPlace>& places, double ripple_rad)
-    : cell_(cell), arm_(arm), touches_(touches), places_(places), nominal_(arm.errors(nullptr)) {
+    : cell_(cell),
+      arm_(arm),
+      touches_(touches),
+      places_(places),
+      nominal_(arm.errors(nullptr)),
+      usual_sigma_m_(cell.touch_sigma_m) {
   for (const ArmParameter& parameter : arm.parameters())
     unknowns_.push_back(
         {parameter.name, parameter.unit, parameter.to_unit, 0.0, 0.0, parameter.sigma, 0.0, 1.0});
@@ -74,7 +79,7 @@ void Problem::extend(std::span<const Touch> touches) {
     if (block_of_target_[cell_.target_index(touches[i].target)] < 0)
       throw IdentifyError("target " + touches[i].target + " was not touched before");
     weigh(i);
-    sigma_m_.push_back(std::hypot(own_sigma_m_[i], ripple_rad_ * lever_m_[i]));
+    sigma_m_.push_back(std::hypot(own_sigma_m_[i], ripple_rad_ * joint_lever_m(i)));
   }
 }
 
@@ -96,7 +101,8 @@ void Problem::weigh(std::size_t i) {
   // Three components see all three directions; each gets a third of the square.
   lever_m_.push_back(rows(i) == 3 ? by_joint.norm() / std::sqrt(3.0)
                                   : (normal.transpose() * by_joint).norm());
-  own_sigma_m_.push_back(touch.sigma_m > 0.0 ? touch.sigma_m : cell_.touch_sigma_m);
+  own_sigma_m_.push_back(touch.sigma_m > 0.0 ? touch.sigma_m : usual_sigma_m_);
+  times_.push_back(1);
 }
 
 void Problem::add_target(std::size_t t) {
@@ -146,11 +152,11 @@ void Problem::add_lengths() {
   }
 }
 
-void Problem::set_repeats(const std::vector<int>& times, double sigma_m) {
-  for (std::size_t i = 0; i < times.size(); ++i) {
-    lever_m_[i] *= std::sqrt(times[i]);
+void Problem::set_repeats(std::vector<int> times, double sigma_m) {
+  times_ = std::move(times);
+  for (std::size_t i = 0; i < times_.size(); ++i)
     if (!(touches_[i].sigma_m > 0.0)) own_sigma_m_[i] = sigma_m;
-  }
+  usual_sigma_m_ = sigma_m;
   set_ripple(ripple_rad_);
 }
 
@@ -158,7 +164,7 @@ void Problem::set_ripple(double ripple_rad) {
   ripple_rad_ = ripple_rad;
   sigma_m_.resize(own_sigma_m_.size());
   for (std::size_t i = 0; i < sigma_m_.size(); ++i)
-    sigma_m_[i] = std::hypot(own_sigma_m_[i], ripple_rad * lever_m_[i]);
+    sigma_m_[i] = std::hypot(own_sigma_m_[i], ripple_rad * joint_lever_m(i));
 }
 
 int Problem::rows(std::size_t touch) const {

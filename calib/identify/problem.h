@@ -5,6 +5,7 @@
 // the numbers that the solver and the decompositions see are pure, and 1 means 'one sigma'.
 
 #include <Eigen/Core>
+#include <cmath>
 #include <span>
 #include <string>
 #include <vector>
@@ -83,11 +84,13 @@ class Problem {
   void set_ripple(double ripple_rad);
   /// Touches that were made `times` times at one place share its ripple: their mean has one, so
   /// each counts as if its own were larger by the root of `times`. Those that state no sigma of
-  /// their own get `sigma_m`. Once, before anything is solved.
-  void set_repeats(const std::vector<int>& times, double sigma_m);
+  /// their own get `sigma_m`, and so do those that come later. Replaces what was set before.
+  void set_repeats(std::vector<int> times, double sigma_m);
   /// What one radian of independent noise in every joint does to the residual, root of squares;
   /// of repeats times the root of their number.
-  double joint_lever_m(std::size_t touch) const { return lever_m_[touch]; }
+  double joint_lever_m(std::size_t touch) const {
+    return lever_m_[touch] * std::sqrt(times_[touch]);
+  }
   /// R + tip of a sphere, tip of a plane, without rho and without the sphere's own deviation.
   double nominal_radius_m(const Target& target) const;
 
@@ -115,6 +118,8 @@ class Problem {
   std::vector<int> block_of_;
   std::vector<std::size_t> target_of_;
   std::vector<double> own_sigma_m_, sigma_m_, lever_m_;
+  std::vector<int> times_;  ///< touches at the place of each, itself included
+  double usual_sigma_m_;    ///< of touches that state none
   std::vector<Length> lengths_;
   std::vector<int> block_of_target_;
   double ripple_rad_ = 0.0;

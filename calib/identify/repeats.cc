@@ -121,4 +121,17 @@ Repeats find_repeats(const Problem& problem) {
   return result;
 }
 
+Repeats weigh_repeats(Problem& problem) {
+  Repeats repeats = find_repeats(problem);
+  if (repeats.touches > 0) problem.set_repeats(repeats.times, repeats.used_m);
+  return repeats;
+}
+
+bool repeats_another(std::span<const Touch> touches) {
+  return touches.back().set == TouchSet::kFit &&
+         std::any_of(touches.begin(), touches.end() - 1, [&](const Touch& other) {
+           return other.set == TouchSet::kFit && same_place(other, touches.back());
+         });
+}
+
 }  // namespace cellcal::calib

@@ -3,6 +3,7 @@
 // else. The arm's errors, whatever they are, are the same for all of them and cancel; so do the
 // gears' ripple and wobble, which is why their mean is no better than one ripple.
 
+#include <span>
 #include <vector>
 
 #include "calib/identify/problem.h"
@@ -20,5 +21,9 @@ struct Repeats {
 /// Among the fit touches. Nothing is taken from touches that state their own sigma, nor from rows
 /// that are the same to the last digit, which somebody copied.
 Repeats find_repeats(const Problem& problem);
+/// Weighs them so.
+Repeats weigh_repeats(Problem& problem);
+/// Whether the last touch was made at the place of an earlier one.
+bool repeats_another(std::span<const Touch> touches);
 
 }  // namespace cellcal::calib

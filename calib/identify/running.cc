@@ -6,6 +6,7 @@
 #include "calib/files/error.h"
 #include "calib/identify/estimate.h"
 #include "calib/identify/level.h"
+#include "calib/identify/repeats.h"
 
 namespace cellcal::calib {
 
@@ -58,6 +59,7 @@ struct RunningEstimate::Impl {
         throw IdentifyError(
             "target " + touches[i].target +
             " has no fit touch; make some of its touches fit touches, or leave it out");
+    weigh_repeats(*problem);
     e = estimate(*problem, options, levels());
     begin_sums();
   }
@@ -131,8 +133,11 @@ RunningEstimate::Taken RunningEstimate::add(const Touch& touch) {
     me.e.posterior.covariance_u = std::move(mean.covariance_u);
   }
   ++me.since;
+  // Its place's touches all weigh less now, and all may have another noise.
+  const bool repeated = repeats_another(me.touches);
+  if (repeated) weigh_repeats(*me.problem);
   const double moved = (me.e.u - me.at).lpNorm<Eigen::Infinity>();
-  if (moved > kFar || me.since >= std::max(kTouchesBetween, me.touches.size() / 10)) {
+  if (repeated || moved > kFar || me.since >= std::max(kTouchesBetween, me.touches.size() / 10)) {
     me.anew();
     taken.anew = true;
     taken.outlier = !me.e.use.back();

@@ -3,7 +3,8 @@
 // from, and what is shown meanwhile. The same mathematics as identify(), near the point where all
 // touches were last linearised: there a touch is a change of rank one of what is known, and the
 // mean over the model levels follows from that. Where the estimate has moved too far from the
-// point, or after every tenth touch or so, all touches are linearised and judged anew.
+// point, after every tenth touch or so, and after one that repeats another (repeats.h), all touches
+// are linearised and judged anew.
 //
 // At the end identify() says what holds; it starts from nothing and agrees to a small part of the
 // uncertainty.

@@ -98,6 +98,25 @@ TEST(MovedTarget, IsNotMadeOfGrossErrors) {
   }
 }
 
+TEST(MovedTarget, IsNotMadeOfGrossErrorsThatFallTogether) {
+  for (unsigned seed = 31; seed <= 36; ++seed) {
+    Making making;
+    making.fit = 200;
+    making.seed = seed;
+    auto touches = make_touches(demo_cell(), plain_truth(demo_cell(), seed), making).touches;
+    std::vector<std::size_t> own;
+    for (std::size_t i = 0; i < touches.size(); ++i)
+      if (touches[i].set == TouchSet::kFit && touches[i].target == "S2") own.push_back(i);
+    // Three of the last five, all to one side, and one long before.
+    const std::size_t last = own.size();
+    double gross_rad = 0.8e-3;  // a millimetre at a metre, and more
+    for (const std::size_t k : {last - 1, last - 3, last - 5, last / 2})
+      touches[own[k]].joint_rad[0] += gross_rad += 0.2e-3;
+    const Calibration c = identify(demo_cell(), touches);
+    EXPECT_TRUE(c.moved.empty()) << seed << " " << reasons_of(c);
+  }
+}
+
 TEST(MovedTarget, IsFoundByTimeWhateverTheOrderOfTheRows) {
   auto touches = knocked(1, {0.15e-3, -0.12e-3, 0.08e-3}, 3);
   for (std::size_t i = 0; i < touches.size(); ++i)

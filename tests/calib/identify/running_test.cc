@@ -66,6 +66,30 @@ TEST(Running, TouchesTakenOneByOneSayWhatAllAtOnceSay) {
   }
 }
 
+TEST(Running, RepeatsWeighAsTheyDoAllAtOnce) {
+  // Two places, five times each.
+  std::vector<Touch> all = touches_of(3, 60);
+  for (int times = 0; times < 4; ++times)
+    for (const std::size_t place : {50, 55}) {
+      Touch again = all[place];
+      again.joint_rad[0] += 1e-5 * (times + 1);
+      again.joint_rad[1] -= 2e-5 * (times - 1);
+      all.push_back(std::move(again));
+    }
+  RunningEstimate running(demo_cell(), {all.begin(), all.begin() + 55});
+  for (std::size_t i = 55; i < all.size(); ++i) running.add(all[i]);
+  const Problem& p = running.problem();
+  const RunningEstimate without(demo_cell(), {all.begin(), all.begin() + 60});
+  EXPECT_NEAR(p.joint_lever_m(49), without.problem().joint_lever_m(49), 1e-2);
+  EXPECT_NEAR(p.joint_lever_m(50), std::sqrt(5.0) * without.problem().joint_lever_m(50), 2e-2);
+  // What the file states and what the repeats scatter by, as in identify(), where starts differ.
+  const Calibration whole = identify(demo_cell(), all);
+  EXPECT_NEAR(p.own_sigma_m(0), whole.repeats.used_m, 1e-3 * whole.repeats.used_m);
+  EXPECT_LT(p.own_sigma_m(0), 0.9 * demo_cell().touch_sigma_m);
+  const Moved m = moved(running, whole);
+  EXPECT_LT(m.difference_m, 0.1 * m.sigma_m);
+}
+
 TEST(Running, EveryHonestTouchMakesItSurer) {
   const std::vector<Touch> all = touches_of(5, 52);
   RunningEstimate running(demo_cell(), {all.begin(), all.begin() + 45});
