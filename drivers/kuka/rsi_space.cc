@@ -76,8 +76,9 @@ Objection gain_at(const ArmGeometry& arm, const AxisAngles& axis_rad) {
 }
 
 int steps_of(const AxisAngles& from_rad, const AxisAngles& to_rad) {
-  const double far = farthest_axis(from_rad, to_rad).rad;
-  return std::max(1, static_cast<int>(std::ceil(far / kStepRad)));
+  constexpr double kMostSteps = 720.0;  // two revolutions: angles of a damaged packet may be any
+  const double steps = std::ceil(farthest_axis(from_rad, to_rad).rad / kStepRad);
+  return static_cast<int>(std::clamp(steps, 1.0, kMostSteps));
 }
 
 /// `zero` and the share of the way from `from` to `to`.
