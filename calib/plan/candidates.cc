@@ -105,24 +105,54 @@ bool is_planned(const Target& target, Kinds kinds) {
          why_not_planned(target).empty();
 }
 
+namespace {
+
+/// Against gravity; where there is none, z.
+Vector3d upwards(const Robot& robot) {
+  const Vector3d up = -robot.gravity_m_s2.normalized();
+  return up.allFinite() ? up : Vector3d::UnitZ();
+}
+
+/// From the flange to the TCP, flange frame.
+Vector3d shaft_of(const Tool& tool) {
+  constexpr double kNoLengthM = 1e-6;
+  return tool.tcp.translation().norm() > kNoLengthM ? tool.tcp.translation().normalized()
+                                                    : Vector3d::UnitZ();
+}
+
+double contact_radius_m(const Target& target, const Tool& tool) {
+  return target.diameter_m / 2.0 + tool.tip_radius_m;
+}
+
+bool above_the_stand(const Vector3d& normal, const Vector3d& up) {
+  return std::asin(std::clamp(normal.dot(up), -1.0, 1.0)) >= kLowestElevationRad;
+}
+
+/// About an axis at random, by an angle of this rms.
+Eigen::AngleAxisd turn_of(double rms_rad, Random& random) {
+  Vector3d turn;
+  for (double& component : turn) component = rms_rad / std::sqrt(3.0) * random.normal();
+  const double angle = turn.norm();
+  return {angle, angle > 0.0 ? Vector3d(turn / angle) : Vector3d::UnitX()};
+}
+
+}  // namespace
+
 std::vector<Candidate> find_candidates(const Cell& cell, const ArmModel& arm,
                                        const Clearance& clearance, const PlanOptions& options,
                                        int per_target, Kinds kinds) {
   std::vector<Candidate> result;
   Random random(options.seed);
   const Configurations configurations(arm, options.limit_margin_rad);
-  Vector3d up = -cell.robot.gravity_m_s2.normalized();
-  if (!up.allFinite()) up = Vector3d::UnitZ();
+  const Vector3d up = upwards(cell.robot);
   const Eigen::Quaterniond to_up = Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), up);
-  const Vector3d shaft = cell.tool.tcp.translation().norm() > 1e-6
-                             ? cell.tool.tcp.translation().normalized()
-                             : Vector3d::UnitZ();  // flange frame
+  const Vector3d shaft = shaft_of(cell.tool);
   const Eigen::Matrix3d tool = cell.tool.tcp.linear();
   for (std::size_t t = 0; t < cell.targets.size(); ++t) {
     const Target& target = cell.targets[t];
     if (!is_planned(target, kinds)) continue;
     const bool plane = target.kind == TargetKind::kPlane;
-    const double radius = target.diameter_m / 2.0 + cell.tool.tip_radius_m;
+    const double radius = contact_radius_m(target, cell.tool);
     const int directions = 2 * per_target;
     for (int i = 0, found = 0; i < directions && found < per_target; ++i) {
       check_wanted(options.stop);
@@ -133,8 +163,7 @@ std::vector<Candidate> find_candidates(const Cell& cell, const ArmModel& arm,
                             ? spot_on_plane(target, cell.tool, k, directions, shift)
                             : Spot{target.centre_m, to_up * lattice(k, directions, shift), radius};
       const Vector3d& normal = spot.normal;
-      if (!plane && std::asin(std::clamp(normal.dot(up), -1.0, 1.0)) < kLowestElevationRad)
-        continue;
+      if (!plane && !above_the_stand(normal, up)) continue;
       int own = 0;
       for (int attempt = 0; attempt < kOrientations && own < kPerDirection; ++attempt) {
         // Flange orientation: shaft along -normal, tilted within the cone, turned about itself.
@@ -163,6 +192,41 @@ std::vector<Candidate> find_candidates(const Cell& cell, const ArmModel& arm,
         }
       }
     }
+  }
+  return result;
+}
+
+std::vector<Candidate> vary(const Cell& cell, const ArmModel& arm, const Clearance& clearance,
+                            const PlanOptions& options, const Candidate& like, int count,
+                            double by_rad, Random& random) {
+  const Target& target = cell.targets[like.target];
+  const bool plane = target.kind == TargetKind::kPlane;
+  const Vector3d up = upwards(cell.robot);
+  const Vector3d shaft = cell.tool.tcp.linear().transpose() * shaft_of(cell.tool);  // TCP's frame
+  const double cone = std::cos(kConeRad);
+  std::vector<Candidate> result;
+  for (int k = 0; k < count; ++k) {
+    Spot spot{target.centre_m, like.normal, contact_radius_m(target, cell.tool)};
+    const Eigen::AngleAxisd across = turn_of(by_rad, random);
+    if (plane) {
+      spot.radius_m = cell.tool.tip_radius_m;
+      const Vector3d step = by_rad * target.extent_m / 2.0 * across.axis().cross(like.normal);
+      spot.from = arm.nominal_tip_m(like.contact) - spot.radius_m * like.normal + step;
+      if ((spot.from - target.centre_m).norm() > target.extent_m / 2.0) continue;
+    } else {
+      spot.normal = across * like.normal;
+      if (!above_the_stand(spot.normal, up)) continue;
+    }
+    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+    pose.linear() = turn_of(by_rad, random) * like.orientation;
+    pose.translation() = spot.from + spot.radius_m * spot.normal;
+    if ((pose.linear() * shaft).dot(-spot.normal) < cone) continue;
+    const auto contact = inverse(arm, pose, like.contact, options.limit_margin_rad);
+    if (!contact) continue;
+    auto candidate = try_touch(arm, clearance, options, spot, pose.linear(), *contact);
+    if (!candidate) continue;
+    candidate->target = like.target;
+    result.push_back(std::move(*candidate));
   }
   return result;
 }

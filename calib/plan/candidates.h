@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "calib/model/random.h"
 #include "calib/plan/clearance.h"
 #include "calib/plan/plan.h"
 
@@ -34,6 +35,13 @@ std::string why_not_planned(const Target& target);
 std::vector<Candidate> find_candidates(const Cell& cell, const ArmModel& arm,
                                        const Clearance& clearance, const PlanOptions& options,
                                        int per_target, Kinds kinds = Kinds::kSpheres);
+
+/// Up to `count` touches like this one: its direction (its place, on a plane) and its tool
+/// orientation turned by about `by_rad` in random directions, the arm in the same configuration.
+/// Within the same cone, elevations, extents, limits and clearances as those of find_candidates.
+std::vector<Candidate> vary(const Cell& cell, const ArmModel& arm, const Clearance& clearance,
+                            const PlanOptions& options, const Candidate& like, int count,
+                            double by_rad, Random& random);
 
 /// Wrists that could turn further are kept within one turn: the cables thank for it.
 inline constexpr double kWristRad = 3.0;

@@ -85,7 +85,8 @@ class Choosing {
   }
 
   Choice run() {
-    for (int k = 0; k < options_.count; ++k) {
+    for (const std::size_t c : options_.start) take(c);
+    for (int k = static_cast<int>(picked_.size()); k < options_.count; ++k) {
       const auto pick = next(options_.count - k);
       if (!pick) break;
       take(*pick);

@@ -81,9 +81,8 @@ struct Course::Impl {
                       clearance.hit(from, kTipMarginM).value_or("the tip is in contact")));
     if (finder.seeking() == nearest)
       throw PlanError(
-          fmt::format("the tip touches sphere {}, whose place is not known well enough yet to lead "
-                      "away from it; "
-                      "jog it free and resume",
+          fmt::format("the arm stands where sphere {} may be, and its place is not known well "
+                      "enough yet to lead away from it; jog it free and resume",
                       cell.targets[nearest].id));
     Eigen::Isometry3d outside = pose;
     outside.translation() += (options.plan.clear_m - nearest_m) * outwards;
@@ -114,7 +113,7 @@ Course& Course::operator=(Course&&) noexcept = default;
 std::optional<PlannedTouch> Course::next(const JointVector& from, bool in_contact) {
   Impl& me = *impl_;
   const bool free = !in_contact && Clearance(me.finder.located(), me.arm).clear(from, kTipMarginM);
-  if (free) return me.next(from);
+  if (free || me.finder.leads_out(from)) return me.next(from);
   const JointVector out = me.way_out(from);
   auto touch = me.next(out);
   if (touch) touch->transit.insert(touch->transit.begin(), out);

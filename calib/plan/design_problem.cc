@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "calib/identify/level.h"
 #include "calib/identify/problem.h"
@@ -17,6 +18,8 @@ constexpr int kPoses = 200;
 constexpr double kLimitMarginRad = 0.05;
 /// Of the compliance that is assumed where the file states none: what most arms have.
 constexpr double kUsualCompliance = 0.3;
+/// What the evidence leaves possible after some tens of touches, in the mean.
+constexpr double kUsualRippleRad = 5.0 * std::numbers::pi / 180.0 / 3600.0;
 /// Centres without a prior: a metre, in prior units, is no information.
 constexpr double kNoPriorWeight = 1e-2;
 
@@ -77,7 +80,7 @@ DesignProblem design_problem(const Cell& stated, const std::vector<Candidate>& c
     const Eigen::Vector3d across = target.normal.unitOrthogonal();
     places.back().axes << across, target.normal.cross(across), target.normal;
   }
-  const Problem problem(cell, arm, touches, places);
+  const Problem problem(cell, arm, touches, places, kUsualRippleRad);
   const int n = problem.size();
   const Linearisation rows =
       linearise(problem, Eigen::VectorXd::Zero(n), std::vector<bool>(touches.size(), true));

@@ -162,6 +162,14 @@ struct Finder::Impl {
     return result;
   }
 
+  SearchStand stand_of(const Target& target) const {
+    const double thick = target.stand_diameter_m > 0.0 ? target.stand_diameter_m
+                                                       : std::min(kUsualStandM, target.diameter_m);
+    const Vector3d up = -cell.robot.gravity_m_s2.normalized();
+    if (!target.has_stand || !up.allFinite()) return {Vector3d::UnitZ(), 0.0};
+    return {up, thick / 2.0};
+  }
+
   std::vector<Line> lines(Sought& one, const Clearance& clearance) const {
     const Vector3d middle = one.belief.mean();
     const Eigen::Matrix3d spread = one.belief.covariance();
@@ -176,6 +184,7 @@ struct Finder::Impl {
       for (int k = 0; k < kMoreAims; ++k) aims.push_back(some[random.below(some.size())]);
     const Vector3d shaft_in_tool =
         cell.tool.tcp.linear().transpose() * cell.tool.tcp.translation().normalized();
+    const SearchStand stand = stand_of(cell.targets[one.target]);
     std::vector<Line> result;
     for (const Vector3d& aim : aims) {
       Cell alone = cell;
@@ -195,7 +204,7 @@ struct Finder::Impl {
         if (one.tips.empty() && shaft.dot(-c.normal) < std::cos(kMostTiltRad)) continue;
         Line line;
         line.depth = search_depth({aim, c.normal, shaft}, some,
-                                  cell.targets[one.target].diameter_m / 2.0, cell.tool);
+                                  cell.targets[one.target].diameter_m / 2.0, stand, cell.tool);
         if (line.depth.share < kLeastShare) continue;
         line.score = line.depth.share;
         if (!one.tips.empty()) line.score *= line.depth.share * c.normal.dot(spread * c.normal);
@@ -257,6 +266,37 @@ struct Finder::Impl {
     return touch;
   }
 
+  /// Straight out of where a sphere may be, or is in contact: the way the arm came, or in a
+  /// direction in which neither tip nor shaft comes nearer to any of its places.
+  std::optional<JointVector> way_out(const Sought& one, const JointVector& from,
+                                     const Clearance& clearance, const Clearance& others) const {
+    const Eigen::Isometry3d here = arm.nominal_tcp(from);
+    const Vector3d tip = here.translation();
+    const Vector3d shaft = here.linear() * (cell.tool.tcp.linear().transpose() *
+                                            cell.tool.tcp.translation().normalized());
+    const Vector3d flange = tip - cell.tool.tcp.translation().norm() * shaft;
+    const auto leads_away = [&](const Vector3d& direction) {
+      return std::all_of(
+          one.belief.places().begin(), one.belief.places().end(), [&](const Vector3d& place) {
+            return (tip - place).dot(direction) >= 0.0 && (flange - place).dot(direction) >= 0.0;
+          });
+    };
+    std::vector<Vector3d> directions;
+    if (last) directions.push_back(last->normal);
+    for (const Vector3d& direction :
+         {Vector3d((tip - one.belief.mean()).stableNormalized()), Vector3d(-shaft)})
+      if (leads_away(direction)) directions.push_back(direction);
+    constexpr double kFirstM = 0.02, kLastM = 0.2;
+    for (const Vector3d& direction : directions)
+      for (double further = kFirstM; further < kLastM; further *= 2.0) {
+        Eigen::Isometry3d pose = here;
+        pose.translation() = tip + further * direction;
+        auto q = inverse(arm, pose, from, options.limit_margin_rad);
+        if (q && clearance.clear(*q, kTipMarginM) && others.clear(from, *q, kTipMarginM)) return q;
+      }
+    return std::nullopt;
+  }
+
   std::optional<PlannedTouch> offer(Sought& one, const JointVector& from) {
     const std::string& id = cell.targets[one.target].id;
     const auto not_found = [&](const std::string& why) {
@@ -272,25 +312,15 @@ struct Finder::Impl {
     const Clearance clearance(around, arm), others(rest, arm);
     const JointVector resting = resting_posture(cell.robot, clearance);
     const Router router(around, arm, clearance, resting, options.limit_margin_rad);
-    // A sphere that turned out to be nearer than it was believed: further out, the way the arm
-    // came.
     JointVector at = from;
     std::vector<JointVector> out;
     if (!clearance.clear(from, kTipMarginM)) {
-      if (last) {
-        Eigen::Isometry3d pose = arm.nominal_tcp(from);
-        const Vector3d here = pose.translation();
-        for (double further = 0.02; further < 0.2 && out.empty(); further *= 2.0) {
-          pose.translation() = here + further * last->normal;
-          const auto q = inverse(arm, pose, from, options.limit_margin_rad);
-          if (q && clearance.clear(*q, kTipMarginM) && others.clear(from, *q, kTipMarginM))
-            out.push_back(*q);
-        }
-      }
-      if (out.empty())
+      const auto outside = way_out(one, from, clearance, others);
+      if (!outside)
         throw PlanError(fmt::format(
             "the arm stands where sphere {} may be; jog it well away from there and resume", id));
-      at = out.front();
+      out.push_back(*outside);
+      at = *outside;
     }
     if (last) router.connect(*last);  // what stands in the way is known better by now
     bool any = false;
@@ -347,6 +377,14 @@ void Finder::missed() {
 }
 
 void Finder::failed() { impl_->planned.reset(); }
+
+bool Finder::leads_out(const JointVector& from) const {
+  const Sought* one = impl_->current();
+  if (one == nullptr) return false;
+  const Cell around = impl_->swollen(std::nullopt), rest = impl_->swollen(one->target);
+  const Clearance clearance(around, impl_->arm), others(rest, impl_->arm);
+  return impl_->way_out(*one, from, clearance, others).has_value();
+}
 
 const Cell& Finder::located() const { return impl_->cell; }
 

@@ -42,6 +42,9 @@ class Finder {
   /// The line could not be searched; it says nothing.
   void failed();
 
+  /// Whether next() leads straight out of where the sphere that is sought may be, or is in contact.
+  bool leads_out(const JointVector& from) const;
+
   /// The cell with its spheres where they were found, or are believed to be.
   const Cell& located() const;
   /// The sphere that is being found, index into the cell.

@@ -7,16 +7,13 @@
 #include <functional>
 #include <limits>
 
-#include "calib/identify/bound.h"
-#include "calib/identify/region.h"
 #include "calib/identify/running.h"
-#include "calib/identify/solve.h"
 #include "calib/model/random.h"
 #include "calib/plan/aim.h"
 #include "calib/plan/choose.h"
-#include "calib/plan/design.h"
 #include "calib/plan/forecast.h"
 #include "calib/plan/order.h"
+#include "calib/plan/outlook.h"
 #include "calib/plan/pool.h"
 
 namespace cellcal::calib {
@@ -24,9 +21,12 @@ namespace cellcal::calib {
 namespace {
 
 constexpr int kCandidatesPerTarget = 400;
-constexpr int kPostures = 150;
 constexpr Kinds kKinds = Kinds::kSpheresAndPlanes;
 constexpr int kAhead = 10;  ///< touches that have to be worth it together
+/// Before each choice, candidates like the one that was best by then, turned by one of these.
+constexpr double kLookAroundRad[] = {0.3, 0.12};
+constexpr int kAround = 24;
+constexpr std::size_t kMostAround = 3000;  ///< of all that are added
 
 }  // namespace
 
@@ -37,6 +37,7 @@ struct Online::Impl {
   JointVector start;
   Pace pace;
   Pool pool;
+  std::size_t spread;              ///< candidates in the beginning, all over the targets
   std::vector<bool> gone;          ///< per candidate: touched, failed, or without a way
   std::vector<std::size_t> seeds;  ///< still to be made, in order
   int least = kFirstTouches;       ///< touches of each sphere before there is an estimate
@@ -61,7 +62,8 @@ struct Online::Impl {
         start(std::move(from)),
         pace(at),
         pool(cell, options, kCandidatesPerTarget, kKinds),
-        gone(pool.candidates().size(), false),
+        spread(pool.candidates().size()),
+        gone(spread, false),
         random(options.seed + 1) {
     if (start.empty()) start = pool.middle();
     if (const auto what = pool.clearance().hit(start, kTipMarginM))
@@ -171,41 +173,25 @@ struct Online::Impl {
     }
   }
 
+  /// More candidates like the best.
+  void look_around() {
+    if (!design || pool.candidates().size() > spread + kMostAround) return;
+    const JointVector& from = last ? pool.candidates()[*last].clear : start;
+    const auto best = most_worth(from);
+    if (!best) return;
+    for (const double by_rad : kLookAroundRad)
+      pool.vary({*best}, kAround / static_cast<int>(std::size(kLookAroundRad)), by_rad, random);
+    gone.resize(pool.candidates().size(), false);
+  }
+
   /// Candidates and region as the estimate sees them.
   void look() {
-    const Problem& known = running->problem();
-    const ArmModel& arm = known.arm();
-    std::vector<TargetPlace> places(cell.targets.size());
-    for (const TargetBlock& block : known.blocks()) places[block.target] = known.place(block);
-    std::vector<Touch> rows;  // one for each candidate
-    std::vector<JointVector> contacts;
-    std::vector<Eigen::Vector3d> centres;
-    for (std::size_t c = 0; c < pool.candidates().size(); ++c) {
-      const Candidate& candidate = pool.candidates()[c];
-      contacts.push_back(candidate.contact);
-      Touch touch;
-      touch.joint_rad = candidate.contact;
-      touch.target = cell.targets[candidate.target].id;
-      rows.push_back(std::move(touch));
-    }
-    for (const TargetBlock& block : known.blocks())
-      centres.push_back(cell.targets[block.target].centre_m);
-    const Problem seen(known.cell(), arm, rows, places, running->ripple_rad());
-    const Linearisation linear =
-        linearise(seen, running->u(), std::vector<bool>(rows.size(), true));
-    const Eigen::VectorXd x = running->x_si();
-    Eigen::VectorXd scale(arm.size());
-    for (int i = 0; i < arm.size(); ++i)
-      scale[i] = known.unknowns()[static_cast<std::size_t>(i)].scale;
-    const auto postures = interest_postures(options.interest, arm, contacts, centres,
-                                            options.limit_margin_rad, kPostures);
-    moves = aligned_moves(arm, postures, x.data(), scale);
-    design.emplace(linear.jacobian.topRows(linear.length_row), running->covariance_u(), moves);
-    const Eigen::Index n = arm.size();
-    progress.mean_m = predicted_mean_error_m(moves, running->covariance_u().topLeftCorner(n, n));
-    const PositionBound bound(arm, x, running->covariance_si().topLeftCorner(n, n),
-                              running->ripple_rad());
-    progress.u95_m = bound.mean_u95_m(postures);
+    look_around();
+    Outlook seen = outlook(cell, pool, options, *running);
+    design = std::move(seen.design);
+    moves = std::move(seen.moves);
+    progress.mean_m = seen.mean_m;
+    progress.u95_m = seen.u95_m;
     bounds.emplace_back(progress.touches, progress.u95_m);
     judge();
   }
@@ -230,7 +216,7 @@ struct Online::Impl {
     const std::size_t targets = cell.targets.size();
     for (std::size_t k = 0; k < targets; ++k) {
       std::vector<std::size_t> free;
-      for (std::size_t c = 0; c < gone.size(); ++c)
+      for (std::size_t c = 0; c < spread; ++c)
         if (!gone[c] && pool.candidates()[c].target == (turn + k) % targets) free.push_back(c);
       while (!free.empty()) {
         std::swap(free[random.below(free.size())], free.back());
@@ -299,6 +285,21 @@ struct Online::Impl {
            move_s(cell.robot, from, to.standoff, pace);
   }
 
+  /// The candidate that takes most off the error per second.
+  std::optional<std::size_t> most_worth(const JointVector& from) const {
+    double best = 0.0;
+    std::optional<std::size_t> found;
+    for (Eigen::Index r = 0; r < design->size(); ++r) {
+      const auto c = static_cast<std::size_t>(r);
+      if (gone[c]) continue;
+      if (const double worth = design->gain(r) / seconds(c, from); worth > best) {
+        best = worth;
+        found = c;
+      }
+    }
+    return found;
+  }
+
   void put_away() {
     if (!offered) return;
     gone[*offered] = true;
@@ -320,16 +321,7 @@ struct Online::Impl {
       return std::nullopt;
     }
     while (true) {
-      double best = 0.0;
-      std::optional<std::size_t> found;
-      for (Eigen::Index r = 0; r < design->size(); ++r) {
-        const auto c = static_cast<std::size_t>(r);
-        if (gone[c]) continue;
-        if (const double worth = design->gain(r) / seconds(c, from); worth > best) {
-          best = worth;
-          found = c;
-        }
-      }
+      const auto found = most_worth(from);
       if (!found || pool.connected(*found)) return found;
       gone[*found] = true;
     }

@@ -27,6 +27,13 @@ constexpr int kMostCandidates = 500;  // of a sphere
 constexpr int kCandidatesPerTouchBySearch = 12;
 /// Rounds of exchange; they end where another would bring next to nothing.
 constexpr int kExchanges = 6;
+/// Then each choice is looked around: so many candidates like those picked are added, by these
+/// turns one after the other, and exchanged for, until that brings too little. At 30 touches it
+/// takes a fourth off the error that is foreseen, at 50 an eighth, at 100 a twelfth.
+constexpr double kLookAroundRad[] = {0.5, 0.35, 0.25, 0.17, 0.1, 0.05};
+constexpr int kAroundEach = 60;
+constexpr int kMostAround = 2000;
+constexpr double kAroundIsWorth = 0.01;  // share of the error
 /// Fewer directions do not span a sphere safely; and half of all touches are shared out evenly,
 /// since the choice knows only the errors that the model has.
 constexpr int kLeastPerSphere = 5;
@@ -145,6 +152,19 @@ Plan make_plan(const Cell& cell, const PlanOptions& options, const JointVector& 
                     "to the middle "
                     "of the workspace or ask for fewer touches",
                     choice.picked.size(), options.fit_touches));
+  const std::size_t spread = candidates.size();  // those that are spread out over all targets
+  if (options.criterion == Criterion::kI) {
+    Random random(options.seed + 2);
+    for (const double by_rad : kLookAroundRad) {
+      choice.picked = pool.forget(spread, std::move(choice.picked));
+      pool.vary(choice.picked, std::min(kMostAround, kAroundEach * options.fit_touches), by_rad,
+                random);
+      how.start = choice.picked;
+      const double before_m = choice.predicted_m3_m;
+      choice = choose(cell, candidates, how);
+      if (choice.predicted_m3_m > (1.0 - kAroundIsWorth) * before_m) break;
+    }
+  }
   std::vector<bool> taken(candidates.size(), false);
   std::vector<bool> fitted(cell.targets.size(), false);
   std::vector<Chosen> todo;
@@ -158,7 +178,7 @@ Plan make_plan(const Cell& cell, const PlanOptions& options, const JointVector& 
   for (int k = 0; k < options.check_touches; ++k) {
     std::vector<std::size_t> free;  // target by target, and only where a fit touch is
     for (int turn = 0; turn < targets && free.empty(); ++turn)
-      for (std::size_t i = 0; i < candidates.size(); ++i)
+      for (std::size_t i = 0; i < spread; ++i)
         if (!taken[i] && fitted[candidates[i].target] &&
             static_cast<int>(candidates[i].target) % targets == (k + turn) % targets)
           free.push_back(i);

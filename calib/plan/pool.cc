@@ -124,7 +124,7 @@ Pool::Pool(const Cell& cell, const PlanOptions& options, int per_target, Kinds k
       candidates_(searchable(find_candidates(cell, arm_, clearance_, options, per_target, kinds),
                              clearance_)),
       connected_(candidates_.size(), -1),
-      stop_(options.stop) {
+      options_(options) {
   // First of all: a sphere out of reach also upsets all that follows.
   for (std::size_t t = 0; t < cell.targets.size(); ++t) {
     const bool any = std::any_of(candidates_.begin(), candidates_.end(),
@@ -175,10 +175,41 @@ bool Pool::try_harder(std::size_t target) {
 }
 
 bool Pool::connected(std::size_t candidate) {
-  check_wanted(stop_);
+  check_wanted(options_.stop);
   signed char& known = connected_[candidate];
   if (known < 0) known = router_.connect(candidates_[candidate]) ? 1 : 0;
   return known == 1;
+}
+
+void Pool::vary(const std::vector<std::size_t>& like, int count, double by_rad, Random& random) {
+  const int each = count / std::max<int>(1, static_cast<int>(like.size()));
+  for (const std::size_t k : like) {
+    check_wanted(options_.stop);
+    // A copy: the candidates grow meanwhile.
+    const Candidate one = candidates_[k];
+    for (Candidate& c : searchable(
+             calib::vary(cell_, arm_, clearance_, options_, one, each, by_rad, random), clearance_))
+      candidates_.push_back(std::move(c));
+  }
+  connected_.resize(candidates_.size(), -1);
+}
+
+std::vector<std::size_t> Pool::forget(std::size_t first, std::vector<std::size_t> kept) {
+  std::vector<std::size_t> order;
+  for (const std::size_t k : kept)
+    if (k >= first) order.push_back(k);
+  std::sort(order.begin(), order.end());
+  std::size_t next = first;
+  for (const std::size_t k : order) {  // never behind where it was
+    if (k != next) {
+      candidates_[next] = std::move(candidates_[k]);
+      connected_[next] = connected_[k];
+    }
+    std::replace(kept.begin(), kept.end(), k, next++);
+  }
+  candidates_.resize(next);
+  connected_.resize(next);
+  return kept;
 }
 
 }  // namespace cellcal::calib

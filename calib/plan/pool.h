@@ -35,6 +35,10 @@ class Pool {
   /// Whether clear ways lead from the resting posture to the candidate and back. Sought when first
   /// asked for.
   bool connected(std::size_t candidate);
+  /// Adds candidates like these (candidates.h, vary), about `count` in all; behind those there are.
+  void vary(const std::vector<std::size_t>& like, int count, double by_rad, Random& random);
+  /// Forgets all candidates from `first` on but `kept`; returns where those are now.
+  std::vector<std::size_t> forget(std::size_t first, std::vector<std::size_t> kept);
   /// From now on ways to candidates of this target that had none are sampled (detour.h); false
   /// where there are none. Done without being asked for a sphere that no simple way leads to.
   bool try_harder(std::size_t target);
@@ -50,7 +54,7 @@ class Pool {
   int spheres_ = 0;
   std::vector<Candidate> candidates_;
   std::vector<signed char> connected_;  ///< -1: not asked yet
-  std::stop_token stop_;
+  PlanOptions options_;
 };
 
 }  // namespace cellcal::calib

@@ -9,13 +9,40 @@ namespace cellcal::calib {
 namespace {
 
 constexpr double kShaftMarginM = 0.005;
+constexpr double kTipMarginM = 0.004;  ///< from stands: what is met there would count as the sphere
 /// A tip that only grazes may slide off.
 constexpr double kGrazing = 0.9;
+
+constexpr double kNever = -std::numeric_limits<double>::max();
+
+/// Where a point that comes along the line from far outside is first within `radius_m` of the stand
+/// of a sphere: along the normal, from where it passes `off` beside that sphere's centre.
+double at_stand(const Eigen::Vector3d& off, const Eigen::Vector3d& normal,
+                const Eigen::Vector3d& up, double radius_m) {
+  // off + t normal, seen from above: |h + t n| = radius.
+  const Eigen::Vector3d h = off - off.dot(up) * up, n = normal - normal.dot(up) * up;
+  const double a = n.squaredNorm(), b = h.dot(n), c = h.squaredNorm() - radius_m * radius_m;
+  constexpr double kUpright = 1e-9;
+  double first = std::numeric_limits<double>::max(), last = kNever;
+  if (a > kUpright) {
+    if (b * b <= a * c) return kNever;
+    const double root = std::sqrt(b * b - a * c);
+    first = (-b + root) / a;
+    last = (-b - root) / a;
+  } else if (c > 0.0) {
+    return kNever;
+  }
+  // And no higher than the centre.
+  const double height = off.dot(up), climb = normal.dot(up);
+  if (climb > kUpright) first = std::min(first, -height / climb);
+  if (height + first * climb > kUpright) return kNever;
+  return first > last ? first : kNever;
+}
 
 }  // namespace
 
 SearchDepth search_depth(const SearchLine& line, const std::vector<Eigen::Vector3d>& places,
-                         double radius_m, const Tool& tool) {
+                         double radius_m, const SearchStand& stand, const Tool& tool) {
   const double tip_radius = radius_m + tool.tip_radius_m;
   const double shaft_radius = radius_m + tool.radius_m + kShaftMarginM;
   // The shaft's end moves along the same direction, behind the tip and, where the tool is tilted,
@@ -23,7 +50,6 @@ SearchDepth search_depth(const SearchLine& line, const std::vector<Eigen::Vector
   const Eigen::Vector3d behind = -tool.slim_length_m * line.shaft;
   const double above = behind.dot(line.normal);
   const Eigen::Vector3d beside = behind - above * line.normal;
-  constexpr double kNever = -std::numeric_limits<double>::max();
   SearchDepth depth;
   depth.end_m = kNever;
   double lowest = std::numeric_limits<double>::max();
@@ -43,6 +69,15 @@ SearchDepth search_depth(const SearchLine& line, const std::vector<Eigen::Vector
             ? height + std::sqrt(shaft_radius * shaft_radius - shaft * shaft) - above
             : kNever;
     if (shaft_at > tip_at) depth.end_m = std::max(depth.end_m, shaft_at);
+    if (stand.radius_m > 0.0) {
+      const double tip_stands =
+          at_stand(-off, line.normal, stand.up,
+                   stand.radius_m + std::max(tool.slim_radius_m, tool.tip_radius_m) + kTipMarginM);
+      const double shaft_stands = at_stand(behind - off, line.normal, stand.up,
+                                           stand.radius_m + tool.radius_m + kShaftMarginM);
+      const double stands = std::max(tip_stands, shaft_stands);
+      if (stands > tip_at) depth.end_m = std::max(depth.end_m, stands);
+    }
     met.push_back(tip_at);
   }
   depth.end_m = std::max(depth.end_m, lowest);

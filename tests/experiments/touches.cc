@@ -47,24 +47,27 @@ int main(int argc, char** argv) {
         "Predicted and true accuracy by number of touches and by how they were chosen.\n"
         "Example: touches --robots 20 --spheres 4 --touches 30,100");
     int robots = 10;
-    std::vector<int> spheres = {1, 2, 4}, counts = {30, 40, 50, 75, 100, 150, 200};
+    std::vector<int> spheres = {1, 2, 4}, counts = {25, 30, 40, 50, 75, 100, 150, 200};
+    double outliers = experiments::Trial{}.outlier_share;
     std::string arm = CELLCAL_EXPERIMENT_ROBOT;
     app.add_option("--robots", robots, "Per line")
         ->capture_default_str()
         ->check(CLI::Range(1, 1000));
     app.add_option("--spheres", spheres, "")->delimiter(',')->check(CLI::Range(1, 6));
     app.add_option("--touches", counts, "")->delimiter(',')->check(CLI::Range(10, 1000));
+    app.add_option("--outliers", outliers, "Share of the fit touches that are grossly wrong")
+        ->capture_default_str()
+        ->check(CLI::Range(0.0, 0.5));
     app.add_option("--robot", arm, "Robot file")->capture_default_str();
     CLI11_PARSE(app, argc, argv);
     const calib::Robot robot = calib::load_robot(arm);
     fmt::print(
         "medians over {} robots, mm; M3 over the workspace, M2 within 150 mm of the spheres; gears "
-        "10 "
-        "arcsec, touch noise 0.03 mm\n"
+        "10 arcsec, touch noise 0.03 mm, {:.0f} % outliers\n"
         "spheres touches  chosen      planned M3  identified M3   true M2 mean/max   true M3 "
         "mean/max"
         "   robot min\n",
-        robots);
+        robots, 100.0 * outliers);
     for (const int count_spheres : spheres) {
       std::map<Criterion, std::map<int, double>> m3_of, identified_of;
       for (const int count : counts)
@@ -75,6 +78,7 @@ int main(int argc, char** argv) {
           trial.fit = count;
           trial.check = 8;
           trial.criterion = way.criterion;
+          trial.outlier_share = outliers;
           std::map<std::string, std::vector<double>> v;
           int made = 0;
           for (std::uint64_t k = 0; made < robots && k < 200; ++k) {

@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
+#include "calib/files/error.h"
 #include "calib/identify/identify.h"
 #include "calib/identify/predict.h"
 #include "calib/identify/region.h"
@@ -62,8 +64,22 @@ std::vector<calib::JointVector> postures(const calib::ArmModel& arm, int count, 
   return poses;
 }
 
+Outcome without_estimate(const std::string& why) {
+  Outcome o;
+  constexpr double kNone = std::numeric_limits<double>::infinity();
+  o.m1 = o.m1_max = o.m2 = o.m2_max = o.m3 = o.m3_max = o.rms = o.rho_error = o.predicted_m3 =
+      kNone;
+  o.why_not = why;
+  return o;
+}
+
 Outcome judged(const World& world, const std::vector<calib::Touch>& touches) {
-  const calib::Calibration c = calib::identify(world.cell, touches);
+  calib::Calibration c;
+  try {
+    c = calib::identify(world.cell, touches);
+  } catch (const calib::IdentifyError& e) {
+    return without_estimate(e.what());
+  }
   const calib::Predictor predictor(c);
   Outcome o;
   o.m1 = c.check.mean_m;
@@ -90,6 +106,7 @@ Stage stage_of(const Trial& trial) {
   stage.lengths = trial.lengths;
   stage.truth.gears = trial.gears;
   stage.truth.gear_arcsec = trial.gear_arcsec;
+  stage.outlier_share = trial.outlier_share;
   if (!trial.ideal) return stage;
   stage.noise_m = stage.rho_sigma_m = stage.outlier_share = 0.0;
   stage.truth.gears = Gears::kNone;

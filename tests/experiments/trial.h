@@ -20,6 +20,7 @@ struct Trial {
   Gears gears = Gears::kHarmonics;
   double gear_arcsec = 10.0;
   calib::Criterion criterion = calib::Criterion::kI;
+  double outlier_share = 0.02;  ///< of the fit touches
 };
 
 /// M1 to M4 of the method; m and shares.
@@ -32,7 +33,8 @@ struct Outcome {
   std::string why_not;
 };
 
-/// Empty where the cell that was drawn cannot be served.
+/// Empty where the cell that was drawn cannot be served. Where the touches give no estimate all
+/// errors are infinite and `why_not` says so.
 std::optional<Outcome> run(const calib::Robot& robot, const Trial& trial, std::uint64_t seed);
 
 /// Touches chosen one by one until the goal is reached.

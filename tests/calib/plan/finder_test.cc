@@ -255,6 +255,8 @@ TEST(Belief, KeepsTheTruthAndRulesOutWhatWasMissed) {
   EXPECT_TRUE(belief.empty()) << "a line through all of them met nothing";
 }
 
+const SearchStand kNoStand{Eigen::Vector3d::UnitZ(), 0.0};
+
 TEST(SearchDepth, EndsBeforeTheShaftMeetsWhatTheTipHasPassed) {
   Tool tool;
   tool.radius_m = 0.02;
@@ -264,12 +266,47 @@ TEST(SearchDepth, EndsBeforeTheShaftMeetsWhatTheTipHasPassed) {
   // would meet it when the tip is 50 mm below that place.
   const double radius = 0.03;
   const auto depth =
-      search_depth(down, {Vector3d(0, 0, -0.02), Vector3d(0.04, 0, 0)}, radius, tool);
+      search_depth(down, {Vector3d(0, 0, -0.02), Vector3d(0.04, 0, 0)}, radius, kNoStand, tool);
   const double shaft = 0.02 + radius + 0.005;
   EXPECT_NEAR(depth.end_m, std::sqrt(shaft * shaft - 0.04 * 0.04) - 0.05, 1e-12);
   EXPECT_NEAR(depth.share, 0.5, 1e-12);
   // Alone, the one straight below may be searched down to its middle.
-  EXPECT_NEAR(search_depth(down, {Vector3d::Zero()}, radius, tool).end_m, 0.0, 1e-12);
+  EXPECT_NEAR(search_depth(down, {Vector3d::Zero()}, radius, kNoStand, tool).end_m, 0.0, 1e-12);
+}
+
+TEST(SearchDepth, EndsBeforeTipOrShaftMeetTheStandOfASphereThatIsPassed) {
+  Tool tool;
+  tool.radius_m = 0.02;
+  tool.slim_length_m = 0.05;
+  tool.slim_radius_m = 0.004;
+  const double radius = 0.03;
+  const SearchStand stand{Vector3d::UnitZ(), 0.012};
+  // Level, 40 mm below the centre: the tip would run into the post.
+  const SearchLine level{{0, 0, -0.04}, Vector3d::UnitX(), -Vector3d::UnitX()};
+  const std::vector<Vector3d> place{Vector3d::Zero()};
+  EXPECT_NEAR(search_depth(level, place, radius, stand, tool).end_m, 0.012 + 0.004 + 0.004, 1e-12);
+  EXPECT_NEAR(search_depth(level, place, radius, kNoStand, tool).end_m, 0.0, 1e-12);
+  // Beside the post by 25 mm, for another place further on: the tip passes, the shaft, 50 mm behind
+  // it, would not.
+  const SearchLine beside{{0, 0.025, -0.08}, Vector3d::UnitX(), -Vector3d::UnitX()};
+  const std::vector<Vector3d> two{Vector3d::Zero(), Vector3d(-0.1, 0.3, 0.0)};
+  const double shaft = 0.012 + 0.02 + 0.005;
+  EXPECT_NEAR(search_depth(beside, two, radius, stand, tool).end_m,
+              std::sqrt(shaft * shaft - 0.025 * 0.025) - 0.05, 1e-12);
+  EXPECT_NEAR(search_depth(beside, two, radius, kNoStand, tool).end_m, -0.1, 1e-12);
+  // The sphere itself is met before its stand: nothing changes.
+  const SearchLine middle{Vector3d::Zero(), Vector3d::UnitX(), -Vector3d::UnitX()};
+  EXPECT_EQ(search_depth(middle, place, radius, stand, tool).end_m,
+            search_depth(middle, place, radius, kNoStand, tool).end_m);
+  // Coming down beside the sphere it stays out of what is below.
+  const SearchLine aslant{{0.034, 0, 0}, Vector3d(1, 0, 3).normalized(), -Vector3d::UnitZ()};
+  const SearchDepth depth = search_depth(aslant, place, radius, stand, tool);
+  const Vector3d tip = aslant.aim_m + depth.end_m * aslant.normal;
+  EXPECT_TRUE(tip.head<2>().norm() > 0.0199 || tip.z() > 0.0) << tip.transpose();
+  // A post that leans with the cell: upside down from the ceiling.
+  const SearchLine above{{0, 0, 0.04}, Vector3d::UnitX(), -Vector3d::UnitX()};
+  EXPECT_NEAR(search_depth(above, place, radius, {-Vector3d::UnitZ(), 0.012}, tool).end_m, 0.02,
+              1e-12);
 }
 
 TEST(Course, LeadsOutOfThePlateThatTheTipTouches) {
@@ -303,6 +340,65 @@ TEST(Course, LeadsOutOfThePlateThatTheTipTouches) {
   ASSERT_TRUE(next);
   ASSERT_GE(next->transit.size(), 2U);
   EXPECT_NEAR(above(next->transit.front()), options.plan.clear_m, 1e-6);
+}
+
+TEST(Course, ThatWasInterruptedInContactWhileItFindsLeadsOutByItself) {
+  const sim::Truth truth = testing::plain_truth(demo_cell(), 3);
+  const Cell cell = rough(3);
+  CourseOptions options;
+  options.find = true;
+  Finder finder(cell, options.plan, true, {});
+  const ArmModel& real = truth.arm;
+  std::vector<Touch> made;
+  JointVector at(6, 0.0);
+  at[1] = -1.2, at[2] = 1.6, at[4] = 1.0;
+  int led_out = 0, contacts = 0;
+  for (int k = 0; k < 16; ++k) {
+    const auto line = finder.next(at);
+    if (!line) break;
+    at = line->clear;
+    const auto touch = search(cell, truth, *line);
+    if (!touch) {
+      finder.missed();
+      continue;
+    }
+    ++contacts;
+    // Before the touch was on record, and after.
+    for (const bool known : {false, true}) {
+      std::vector<Touch> before = made;
+      if (known) before.push_back(*touch);
+      Course again(cell, options, before);
+      std::optional<PlannedTouch> next;
+      try {
+        next = again.next(touch->joint_rad, true);
+      } catch (const PlanError& e) {
+        std::printf("%s\n", e.what());
+        continue;
+      }
+      ASSERT_TRUE(next);
+      ++led_out;
+      const JointVector& out = next->transit.front();
+      const std::size_t target = cell.target_index(touch->target);
+      double gap = 0.0;
+      constexpr int kSteps = 20;
+      for (int s = 1; s <= kSteps; ++s) {
+        JointVector q(out.size());
+        for (std::size_t i = 0; i < q.size(); ++i)
+          q[i] = touch->joint_rad[i] + (out[i] - touch->joint_rad[i]) * s / kSteps;
+        const double now =
+            (real.position(real.prepare(q), truth.errors.data()) - truth.centre_m[target]).norm() -
+            truth.radius_m[target];
+        EXPECT_GT(now, gap - 1e-5) << k << " " << s;
+        gap = now;
+      }
+      EXPECT_GT(gap, 0.008);
+    }
+    made.push_back(*touch);
+    finder.touched(*touch);
+  }
+  std::printf("%d of %d left by themselves\n", led_out, 2 * contacts);
+  EXPECT_GE(contacts, 8);
+  EXPECT_GE(led_out, 2 * contacts - 2);
 }
 
 TEST(Course, FindsTheSpheresAndThenTouchesThemToTheGoal) {
