@@ -9,10 +9,13 @@
 
 #include <Eigen/Geometry>
 #include <array>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
+
+#include "calib/model/joint_vector.h"
 
 namespace cellcal::calib {
 
@@ -82,7 +85,7 @@ struct Target {
   bool has_centre = false;  ///< centre_m is stated
   Eigen::Vector3d centre_m =
       Eigen::Vector3d::Zero();  ///< base frame, nominal; plane: a point on it
-  bool has_box = false;  ///< without a centre: it is somewhere between the two corners
+  bool has_box = false;         ///< without a centre: it is somewhere between the two corners
   Eigen::Vector3d low_m = Eigen::Vector3d::Zero(), high_m = Eigen::Vector3d::Zero();
   double centre_sigma_m = 0.0;  ///< 0: no prior, the touches decide; plane: along its normal
   bool has_normal = false;      ///< planes: normal is stated
@@ -121,6 +124,9 @@ struct CertifiedLength {
   double sigma_m = 0.0;
 };
 
+/// Whether the arm can be led from one posture to another.
+using Passable = std::function<bool(const JointVector& from, const JointVector& to)>;
+
 struct Cell {
   Robot robot;
   Tool tool;
@@ -130,6 +136,11 @@ struct Cell {
   std::optional<double> floor_m;       ///< height against gravity that nothing goes below
   double touch_sigma_m = 0.0;          ///< 1 sigma of one touch
   double radius_offset_sigma_m = 0.0;  ///< prior of rho, one for the cell; 0: known to be zero
+
+  /// Whether the arm can be led from one posture straight in joint space to the other, were there
+  /// nothing to hit; null: always. No file says it: whoever drives the arm knows what its wire
+  /// cannot carry. Any thread.
+  Passable passable;
 
   /// Index of the target with this id; throws std::out_of_range naming the id.
   std::size_t target_index(const std::string& id) const;

@@ -30,6 +30,8 @@ constexpr double kKept = 0.8;
 constexpr int kPostures = 64;  // that decide which links are neighbours
 constexpr unsigned kSeed = 1;
 
+const char* const kImpassable = "the arm cannot be led that way, near a singularity";
+
 constexpr double kFar = std::numeric_limits<double>::max();
 
 struct Mode {
@@ -68,7 +70,11 @@ struct Finding {
 
 struct Clearance::Impl {
   Impl(const Cell& cell, const ArmModel& arm)
-      : bodies(arm), things(cell), up(up_of(cell.robot)), hand(cell.robot.joints.size() - 1) {
+      : bodies(arm),
+        things(cell),
+        up(up_of(cell.robot)),
+        hand(cell.robot.joints.size() - 1),
+        passable(cell.passable) {
     if (!cell.floor_m)
       for (const Target& target : cell.targets)
         if (has_a_centre(target.kind) && target.has_centre)
@@ -135,6 +141,10 @@ struct Clearance::Impl {
     return is_clear;
   }
 
+  bool passes(const JointVector& from, const JointVector& to) const {
+    return !passable || passable(from, to);
+  }
+
   bool look_along(const JointVector& from, const JointVector& to, const Mode& mode,
                   Finding* worst) const {
     struct Piece {
@@ -179,6 +189,7 @@ struct Clearance::Impl {
   Surroundings things;
   Eigen::Vector3d up;
   std::size_t hand;  ///< the body of the last link
+  Passable passable;
   double lowest_m = kFar;
   std::vector<Pair> pairs;
 
@@ -243,23 +254,27 @@ Clearance::Clearance(Clearance&&) noexcept = default;
 Clearance::~Clearance() = default;
 
 bool Clearance::clear(const JointVector& q, double tip_margin_m) const {
-  return impl_ == nullptr || impl_->look(q, {tip_margin_m, -1}, nullptr, nullptr);
+  return impl_ == nullptr ||
+         (impl_->look(q, {tip_margin_m, -1}, nullptr, nullptr) && impl_->passes(q, q));
 }
 
 bool Clearance::clear(const JointVector& from, const JointVector& to, double tip_margin_m) const {
-  return impl_ == nullptr || impl_->look_along(from, to, {tip_margin_m, -1}, nullptr);
+  return impl_ == nullptr ||
+         (impl_->look_along(from, to, {tip_margin_m, -1}, nullptr) && impl_->passes(from, to));
 }
 
 bool Clearance::clear_search(const JointVector& from, const JointVector& to, std::size_t target,
                              double tip_margin_m) const {
   return impl_ == nullptr ||
-         impl_->look_along(from, to, {tip_margin_m, static_cast<int>(target)}, nullptr);
+         (impl_->look_along(from, to, {tip_margin_m, static_cast<int>(target)}, nullptr) &&
+          impl_->passes(from, to));
 }
 
 std::optional<std::string> Clearance::hit(const JointVector& q, double tip_margin_m) const {
   if (impl_ == nullptr) return std::nullopt;
   Finding worst;
   const bool is_clear = impl_->look(q, {tip_margin_m, -1}, nullptr, &worst);
+  if (is_clear && !impl_->passes(q, q)) return kImpassable;
   return impl_->words(worst, is_clear);
 }
 
@@ -268,6 +283,7 @@ std::optional<std::string> Clearance::hit(const JointVector& from, const JointVe
   if (impl_ == nullptr) return std::nullopt;
   Finding worst;
   const bool is_clear = impl_->look_along(from, to, {tip_margin_m, -1}, &worst);
+  if (is_clear && !impl_->passes(from, to)) return kImpassable;
   return impl_->words(worst, is_clear);
 }
 
@@ -277,6 +293,7 @@ std::optional<std::string> Clearance::hit_search(const JointVector& from, const 
   Finding worst;
   const bool is_clear =
       impl_->look_along(from, to, {tip_margin_m, static_cast<int>(target)}, &worst);
+  if (is_clear && !impl_->passes(from, to)) return kImpassable;
   return impl_->words(worst, is_clear);
 }
 

@@ -14,6 +14,8 @@
 // anywhere else its distance is then at least (d0 + d1 - D) / 2. A piece is done when D <= d0 + d1
 // - 1.6 m, and halved otherwise: so on the whole move every body keeps at least 0.8 of its margin,
 // and nothing, however thin, is passed unseen.
+//
+// Postures and moves that the cell says cannot be led through (Cell::passable) count as hits.
 
 #include <memory>
 #include <optional>

@@ -35,6 +35,7 @@ struct RsiSeen {
 struct RsiExpected {
   std::string sentype;
   int late_limit = 3;
+  bool in_space = false;  ///< [rsi] correction = "space"
 };
 
 void judge_rsi(const RsiSeen& seen, const RsiExpected& expected, Findings& findings);

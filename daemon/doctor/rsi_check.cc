@@ -132,6 +132,27 @@ void judge_elements(const RsiSeen& seen, Findings& findings) {
   }
 }
 
+/// Corrections in space go wrong by as much as controller and files see the TCP apart.
+void judge_tcp(const RsiSeen& seen, Findings& findings) {
+  const std::string check = "rsi tool";
+  const drivers::TcpApart& apart = seen.newest.tcp_apart;
+  const std::string figures = fmt::format(
+      "the controller's TCP (RIst) is {:.2f} mm and {:.3f} deg beside that of robot and "
+      "cell file",
+      apart.mm, apart.deg);
+  if (apart.much()) {
+    findings.fail(check, figures,
+                  "compare $TOOL with [controller] tool (0: the flange) and the cell file's tool, "
+                  "the robot file with the arm's type, and $BASE and $ROBROOT, which must be zero");
+  } else if (apart.mm > 0.0 || apart.deg > 0.0) {
+    findings.ok(check, figures);
+  } else {
+    findings.warn(check, "not compared: RIst is not sent, or [controller] base is not 0",
+                  "wire DEF_RIst into SEND of the ethernet XML, with $BASE=$NULLFRAME: otherwise a "
+                  "wrong tool or robot file shows only when the arm leaves its line");
+  }
+}
+
 void judge_replies(const RsiSeen& seen, const RsiExpected& expected, Findings& findings) {
   const std::string check = "rsi replies";
   const drivers::CoreState& s = seen.newest;
@@ -194,12 +215,14 @@ void judge_rsi(const RsiSeen& seen, const RsiExpected& expected, Findings& findi
                               "rsi replies", "rsi reply times"}) {
       findings.skip(check, "no packets");
     }
+    if (expected.in_space) findings.skip("rsi tool", "no packets");
     return;
   }
   judge_sender(seen, findings);
   judge_cycle(seen, findings);
   judge_decimals(seen, findings);
   judge_elements(seen, findings);
+  if (expected.in_space) judge_tcp(seen, findings);
   judge_replies(seen, expected, findings);
   judge_times(seen, findings);
 }

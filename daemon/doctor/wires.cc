@@ -262,7 +262,8 @@ void Wires::rsi() {
                   request_.wait_s));
   const RsiSeen seen = watch(robot);
   judge_line();
-  judge_rsi(seen, {config_.rsi.sentype, config_.rsi.late_replies_limit}, findings_);
+  judge_rsi(seen, {config_.rsi.sentype, config_.rsi.late_replies_limit, config_.rsi.space.on},
+            findings_);
   if (!seen.up) return robot.close();
   judge_angles("rsi joint angles", seen.state.actual_rad, robot_, findings_);
   const Steady::time_point asked = Steady::now();

@@ -3,6 +3,7 @@
 #include <numbers>
 
 #include "calib/files/toml_table.h"
+#include "daemon/main/space_config.h"
 #include "drivers/error.h"
 
 namespace cellcal::daemon {
@@ -68,6 +69,7 @@ void read_rsi(const TomlTable& table, DaemonConfig& config) {
                                   : "must be false with mode = \"relative\": every late reply "
                                     "would repeat the last step");
   }
+  read_space(table, config);
   rsi.longest_lag_s =
       table.number_or("longest_lag_ms", rsi.longest_lag_s / kMs, {10.0, 500.0}) * kMs;
   rsi.silence_cycles =
@@ -145,6 +147,7 @@ void share_with_rsi_files(DaemonConfig& config) {
   files.axis_tag = config.rsi.axis_tag;
   files.stop_tag = config.rsi.stop_tag;
   files.mode = config.rsi.mode;
+  files.space = config.rsi.space;
   files.correction_limit_deg = config.rsi.correction_limit_deg.at(0);
   if (files.pc_address.empty()) files.pc_address = config.rsi.bind_address;
 }
@@ -257,6 +260,7 @@ drivers::RsiConfig rsi_config_for(const DaemonConfig& config, const calib::Cell&
   drivers::RsiConfig rsi = config.rsi;
   rsi.limits = axis_limits(config, cell);
   rsi.correction_limit_deg.assign(cell.robot.joints.size(), config.rsi.correction_limit_deg.at(0));
+  if (rsi.space.on) rsi.space.geometry = controller_arm(config, cell);
   rsi.validate();
   return rsi;
 }

@@ -3,6 +3,7 @@
 #include <numbers>
 
 #include "daemon/main/backends.h"
+#include "daemon/main/space_config.h"
 #include "daemon/main/virtual_cell.h"
 #include "daemon/main/virtual_eki_cell.h"
 #include "drivers/kuka/krl_files.h"
@@ -35,6 +36,19 @@ void set_arm(Controller& controller, const DaemonConfig& config, const calib::Ce
   }
 }
 
+/// POSCORR as the configuration has it, and the controller's own idea of its arm.
+void set_space(sim::ControllerConfig& controller, const drivers::SpaceCorrection& space,
+               const DaemonConfig& config, const calib::Cell& cell) {
+  const bool tool = space.frame == drivers::CorrectionFrame::kTool;
+  controller.cartesian_system = tool ? sim::CorrectionFrame::kTool : sim::CorrectionFrame::kBase;
+  controller.cartesian_tag = space.tag;
+  controller.clamp_mm = controller.monitor_mm = space.limit_mm;
+  controller.clamp_turn_deg = controller.monitor_turn_deg = space.turn_limit_deg;
+  calib::Cell as_the_controller_has_it = cell;
+  as_the_controller_has_it.tool.tcp = controller_tcp(config, cell);
+  controller.arm = sim::make_cartesian_arm(as_the_controller_has_it);
+}
+
 VirtualCellOptions rsi_options(const DaemonConfig& config, const calib::Cell& cell) {
   VirtualCellOptions options;
   options.truth = truth_for(config);
@@ -49,6 +63,7 @@ VirtualCellOptions rsi_options(const DaemonConfig& config, const calib::Cell& ce
   options.controller.axis_tag = options.rsi.axis_tag;
   options.controller.external_axis_tag = options.rsi.external_axis_tag;
   options.controller.stop_tag = options.rsi.stop_tag;
+  if (options.rsi.space.on) set_space(options.controller, options.rsi.space, config, cell);
   return options;
 }
 
@@ -69,12 +84,14 @@ template <class VirtualCell>
 class MockBackend final : public Backend {
  public:
   template <class Options>
-  MockBackend(const calib::Cell& cell, Options options) : cell_(cell, std::move(options)) {}
+  MockBackend(const calib::Cell& cell, Options options, calib::Passable passable = {})
+      : cell_(cell, std::move(options)), passable_(std::move(passable)) {}
 
   drivers::Robot& robot() override { return cell_.robot(); }
   drivers::ContactSensor& contact() override { return cell_.contact(); }
   drivers::Clock& clock() override { return cell_; }
   bool virtual_time() const override { return true; }
+  calib::Passable passable() override { return passable_; }
   /// Counts from a fixed day, so that the same seed gives the same files.
   std::string utc_now() override {
     const auto ms = std::chrono::duration_cast<std::chrono::milliseconds>(cell_.elapsed()).count();
@@ -84,6 +101,7 @@ class MockBackend final : public Backend {
 
  private:
   VirtualCell cell_;
+  calib::Passable passable_;
 };
 
 }  // namespace
@@ -92,7 +110,9 @@ std::unique_ptr<Backend> make_mock_backend(const DaemonConfig& config, const cal
   if (wire_of(config) == WireKind::kEki) {
     return std::make_unique<MockBackend<VirtualEkiCell>>(cell, eki_options(config, cell));
   }
-  return std::make_unique<MockBackend<VirtualCell>>(cell, rsi_options(config, cell));
+  VirtualCellOptions options = rsi_options(config, cell);
+  calib::Passable passable = passable_in_space(options.rsi.space);
+  return std::make_unique<MockBackend<VirtualCell>>(cell, std::move(options), std::move(passable));
 }
 
 }  // namespace cellcal::daemon

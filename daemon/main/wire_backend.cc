@@ -3,6 +3,7 @@
 #include <chrono>
 
 #include "daemon/main/backends.h"
+#include "daemon/main/space_config.h"
 #include "drivers/contact/serial_contact.h"
 #include "drivers/io_thread.h"
 #include "drivers/kuka/eki_robot.h"
@@ -41,8 +42,9 @@ template <typename Robot>
 class WireBackend final : public Backend {
  public:
   template <typename RobotConfig>
-  WireBackend(const DaemonConfig& config, RobotConfig robot)
-      : io_(drivers::IoThreadOptions{.realtime = config.realtime}),
+  WireBackend(const DaemonConfig& config, RobotConfig robot, calib::Passable passable = {})
+      : passable_(std::move(passable)),
+        io_(drivers::IoThreadOptions{.realtime = config.realtime}),
         contact_(io_.context(), contact_options(config)),
         robot_(io_.context(), std::move(robot), &contact_.guard()) {
     io_.start();
@@ -64,8 +66,10 @@ class WireBackend final : public Backend {
   drivers::ContactSensor& contact() override { return contact_; }
   drivers::Clock& clock() override { return drivers::steady_clock(); }
   std::string utc_now() override { return wall_clock_utc(); }
+  calib::Passable passable() override { return passable_; }
 
  private:
+  calib::Passable passable_;
   // In this order: what lives on the context goes before it.
   drivers::IoThread io_;
   drivers::SerialContact contact_;
@@ -75,7 +79,10 @@ class WireBackend final : public Backend {
 }  // namespace
 
 std::unique_ptr<Backend> make_rsi_backend(const DaemonConfig& config, const calib::Cell& cell) {
-  return std::make_unique<WireBackend<drivers::RsiRobot>>(config, rsi_config_for(config, cell));
+  drivers::RsiConfig rsi = rsi_config_for(config, cell);
+  calib::Passable passable = passable_in_space(rsi.space);
+  return std::make_unique<WireBackend<drivers::RsiRobot>>(config, std::move(rsi),
+                                                          std::move(passable));
 }
 
 std::unique_ptr<Backend> make_eki_backend(const DaemonConfig& config, const calib::Cell& cell) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "calib/identify/calibration.h"
+#include "calib/model/robot.h"
 #include "drivers/contact.h"
 #include "drivers/robot.h"
 #include "drivers/time.h"
@@ -23,6 +24,9 @@ class Backend {
   /// True: time passes only in clock().sleep_until(). The worker then runs inline, so that the
   /// same seed gives the same bits.
   virtual bool virtual_time() const { return false; }
+  /// Whether this wire can lead the arm from one posture straight in joint space to the other,
+  /// whatever stands in the way; null: always. Outlives the backend; any thread.
+  virtual calib::Passable passable() { return {}; }
   /// Wall time, ISO 8601 UTC; on virtual time a function of the clock alone.
   virtual std::string utc_now() = 0;
   /// Simulated cells only: figures of this result against the hidden truth, for the report.

@@ -240,6 +240,7 @@ void SessionService::carry_out(Job& job) {
 
   TaskInputs task_inputs;
   task_inputs.cell = job.cell;
+  task_inputs.cell.passable = job.backend->passable();
   task_inputs.files = job.inputs;
   std::stop_source planning;
   task_inputs.options = job.options;

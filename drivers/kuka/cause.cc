@@ -18,6 +18,13 @@ const char* const kReconnect =
 const char* const kReference =
     "; find the cause, start the program again if the pendant asks for it, then reference anew";
 
+// What an arm does not follow by, where RKorr carries it.
+const char* const kSpaceChecks =
+    "; corrections are in space: check that RefCorrSys of POSCORR is correction_frame, that $TOOL "
+    "is that of [controller] tool and of the cell file, that $BASE is $NULLFRAME, the robot file, "
+    "and that the limits of POSCORR are those of correction_limit_mm and correction_turn_limit_deg "
+    "or more; reference anew";
+
 std::string eki_words(const CoreResult& r, const std::string& axis) {
   switch (r.cause) {
     case Cause::kNotConnected:
@@ -114,7 +121,25 @@ std::string cause_words(const CoreResult& r) {
     case Cause::kCorrectionLimit:
       return fmt::format(
           "{}: correction {:.4f} deg is beyond the limit of +-{:.4f} deg: begin the session nearer "
-          "to the target, or widen AXISCORR, AXISCORRMON and correction_limit_deg",
+          "to the target, or widen {}AXISCORRMON and correction_limit_deg",
+          axis, r.a, r.b, r.in_space ? "" : "AXISCORR, ");
+    case Cause::kShiftLimit:
+      return fmt::format(
+          "correction in space: shift {:.2f} mm is beyond the limit of {:.2f} mm: begin the "
+          "session nearer to the target, or widen POSCORR, POSCORRMON and correction_limit_mm",
+          r.a, r.b);
+    case Cause::kTurnLimit:
+      return fmt::format(
+          "correction in space: turn {:.2f} deg is beyond the limit of {:.2f} deg: begin the "
+          "session with the tool nearer to the target's orientation, or widen MaxRotAngle of "
+          "POSCORR and POSCORRMON and correction_turn_limit_deg",
+          r.a, r.b);
+    case Cause::kNearSingular:
+      return fmt::format(
+          "correction in space: {} would turn {:.0f} times as far as the TCP on this line (limit "
+          "{:.0f}): a wrist with A4 and A6 in line, a stretched arm, or a wrist above A1; go "
+          "round it, begin the session elsewhere, or use axis corrections (AXISCORR, correction = "
+          "\"axes\")",
           axis, r.a, r.b);
     case Cause::kBadCruise:
       return fmt::format("cruise time {} s is not a duration", r.a);
@@ -170,12 +195,24 @@ std::string cause_words(const CoreResult& r) {
           "and check the load of this computer and the network",
           r.a, r.ipoc);
     case Cause::kAxisStands:
+      if (r.in_space) {
+        return fmt::format(
+            "{} stands at {:.4f} deg while it is commanded on, to {:.4f} deg: the "
+            "drives are off, the arm is blocked, or POSCORR clamps in silence{}",
+            axis, r.b, r.a, kSpaceChecks);
+      }
       return fmt::format(
           "{} stands at {:.4f} deg while it is commanded on, to {:.4f} deg: the correction is "
           "clamped in silence by AXISCORR (its limits must be those of correction_limit_deg or "
           "more), the drives are off, or the arm is blocked; reference anew",
           axis, r.b, r.a);
     case Cause::kAxisNotFollowing:
+      if (r.in_space) {
+        return fmt::format(
+            "{} was commanded to {:.4f} deg and is at {:.4f} deg: drives off, or "
+            "the controller makes something else of the correction{}",
+            axis, r.a, r.b, kSpaceChecks);
+      }
       return fmt::format(
           "{} was commanded to {:.4f} deg and is at {:.4f} deg: drives off, or the "
           "correction is clamped by AXISCORR; reference anew",

@@ -21,6 +21,9 @@ enum class Cause : std::uint8_t {
   kBelowLimit,       ///< axis, a: target [deg], b: limit [deg]
   kAboveLimit,       ///< axis, a: target [deg], b: limit [deg]
   kCorrectionLimit,  ///< axis, a: correction [deg], b: limit [deg]
+  kShiftLimit,       ///< corrections in space. a: shift [mm], b: limit [mm]
+  kTurnLimit,        ///< a: turn [deg], b: limit [deg]
+  kNearSingular,     ///< axis, a: its way over the TCP's, b: limit
   kBadCruise,        ///< a: seconds
   kNotAccepted,      ///< the controller counts every reply as late
   kNoSensor,
@@ -70,6 +73,7 @@ struct CoreResult {
   std::uint8_t axis = 0;
   double a = 0.0, b = 0.0;
   std::uint32_t ipoc = 0;  ///< of the last packet
+  bool in_space = false;   ///< by corrections in space
   AxisAngles at_rad;
   std::optional<Latch> latch;
 };

@@ -37,6 +37,7 @@ struct RsiFilesConfig {
   std::string sentype = "ImFree", axis_tag = "AK", stop_tag = "Stop";
   CorrectionMode mode = CorrectionMode::kAbsolute;  ///< of RSI_ON; HOLDON of the axes follows it
   double correction_limit_deg = 90.0;  ///< of AXISCORR, which clamps in silence, and its monitor
+  SpaceCorrection space;               ///< on: POSCORR instead, with its tag, frame and limits
   int timeout_cycles = 100;            ///< late replies until KSS29002
   int flag = 901;                      ///< $FLAG, TRUE while the connection is interrupted
   int tool = 0, base = 0, load = 0;    ///< as EkiFilesConfig

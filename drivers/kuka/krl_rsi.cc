@@ -9,37 +9,48 @@
 #include "drivers/kuka/krl_files.h"
 #include "drivers/kuka/krl_rsi_drawing.h"
 #include "drivers/kuka/krl_template.h"
+#include "drivers/kuka/wire_text.h"
 
 namespace cellcal::drivers {
 namespace {
 
 constexpr int kAxes = 6;
 
-/// One line per axis, {0} from 1 to 6, {1} its place in a list that begins at `first`.
-std::string per_axis(std::string_view form, int first) {
+/// The six values of a correction: "A1" to "A6", or "X" to "C" in space.
+std::string name_of(const RsiFilesConfig& c, int i) {
+  return c.space.on ? std::string(wire::kFrameNames.substr(static_cast<std::size_t>(i), 1))
+                    : fmt::format("A{}", i + 1);
+}
+
+/// One line per value, {0} from 1 to 6, {1} its place in a list that begins at `first`, {2} its
+/// name.
+std::string per_value(const RsiFilesConfig& c, std::string_view form, int first) {
   std::string text;
   for (int i = 0; i < kAxes; ++i) {
     if (i > 0) text += '\n';
-    text += fmt::format(fmt::runtime(form), i + 1, first + i);
+    text += fmt::format(fmt::runtime(form), i + 1, first + i, name_of(c, i));
   }
   return text;
 }
 
 /// Whole: what is rounded down would clamp before the adapter does.
-std::string degrees(double value) {
+std::string decimal(double value) {
   const std::string text = fmt::to_string(value);
   return text.find('.') == std::string::npos ? text + ".0" : text;
 }
 
-/// RSI 3 numbers from 1 and leaves six numbers to the external axes, RSI 4 counts on from 0.
-std::string limits(const char* form, double limit_deg, int lower_from, int upper_from) {
+/// RSI 3 numbers from 1 and leaves six numbers to the external axes, RSI 4 counts on from 0. Only
+/// the shift has limits of its own in space.
+std::string limits(const RsiFilesConfig& c, const char* form, int from) {
+  const double limit = c.space.on ? c.space.limit_mm : c.correction_limit_deg;
+  const int count = c.space.on ? 3 : kAxes;
+  const int upper_from = from + (c.space.on ? 3 : from == 1 ? 2 * kAxes : kAxes);
   std::string text;
   for (const bool upper : {false, true}) {
-    for (int i = 0; i < kAxes; ++i) {
+    for (int i = 0; i < count; ++i) {
       if (!text.empty()) text += '\n';
-      text += fmt::format(fmt::runtime(form), upper ? "UpperLimA" : "LowerLimA", i + 1,
-                          (upper ? upper_from : lower_from) + i,
-                          degrees(upper ? limit_deg : -limit_deg));
+      text += fmt::format(fmt::runtime(form), upper ? "UpperLim" : "LowerLim", name_of(c, i),
+                          (upper ? upper_from : from) + i, decimal(upper ? limit : -limit));
     }
   }
   return text;
@@ -49,13 +60,35 @@ std::string monitor(const char* form, double limit_deg, int from) {
   std::string text;
   for (int i = 0; i < kAxes; ++i) {
     if (i > 0) text += '\n';
-    text += fmt::format(fmt::runtime(form), "MaxA", i + 1, from + i, degrees(limit_deg));
+    text += fmt::format(fmt::runtime(form), "MaxA", i + 1, from + i, decimal(limit_deg));
   }
   // External axes are not driven: what the object has by itself.
   for (int i = 0; i < kAxes; ++i) {
     text += '\n' + fmt::format(fmt::runtime(form), "MaxE", i + 1, from + kAxes + i, "6.0");
   }
   return text;
+}
+
+/// The template of a part, ready to stand in a whole one.
+std::string part(const std::string& name, const krl::Places& places) {
+  std::string text = krl::fill(krl::template_text(name), places);
+  std::erase(text, '\r');
+  if (!text.empty()) text.pop_back();
+  return text;
+}
+
+void add_correction(const RsiFilesConfig& c, krl::Places& places) {
+  constexpr std::pair<const char*, const char*> kFrames[] = {
+      {"1", "Base"}, {"2", "RobRoot"}, {"3", "Tool"}};
+  const auto& [number, name] = kFrames[static_cast<std::size_t>(c.space.frame)];
+  places["FRAME_NUMBER"] = number;
+  places["FRAME_NAME"] = name;
+  places["SHIFT_LIMIT"] = decimal(c.space.limit_mm);
+  places["TURN_LIMIT"] = decimal(c.space.turn_limit_deg);
+  const std::string kind = c.space.on ? "space" : "axes";
+  places["RSI3_CORRECTION"] = part(kind + ".rsi.xml.in", places);
+  places["RSI4_CORRECTION"] = part(kind + ".rsix.in", places);
+  places["MODEL_CORRECTION"] = part(kind + ".rsi.in", places);
 }
 
 krl::Places places_of(const RsiFilesConfig& c) {
@@ -72,7 +105,7 @@ krl::Places places_of(const RsiFilesConfig& c) {
   };
   const bool absolute = c.mode == CorrectionMode::kAbsolute;
   const std::string hold_on = absolute ? "1" : "0";
-  return {
+  krl::Places places{
       {"VERSION", krl::release()},
       {"RSI_MODE", absolute ? "#ABSOLUTE" : "#RELATIVE"},
       {"HOLD_ON", hold_on},
@@ -81,30 +114,33 @@ krl::Places places_of(const RsiFilesConfig& c) {
       {"RSI_PORT", fmt::to_string(c.port)},
       {"SENTYPE", c.sentype},
       {"STOP_TAG", c.stop_tag},
-      {"RSI_AXES", per_axis("      <ELEMENT TAG=\"" + c.axis_tag +
-                                ".A{0}\" TYPE=\"DOUBLE\" INDX=\"{0}\" HOLDON=\"" + hold_on + "\"/>",
-                            1)},
+      {"RSI_AXES", per_value(c,
+                             "      <ELEMENT TAG=\"" + (c.space.on ? c.space.tag : c.axis_tag) +
+                                 ".{2}\" TYPE=\"DOUBLE\" INDX=\"{0}\" HOLDON=\"" + hold_on + "\"/>",
+                             1)},
       {"RSI_TIMEOUT", fmt::to_string(c.timeout_cycles)},
       {"ALIVE_FLAG", fmt::to_string(c.flag)},
       {"RSI_CONTEXT", c.rsi_version == 3 ? "cellcal_rsi.rsi" : "cellcal_rsi"},
       {"RSI3_INPUTS",
-       per_axis("      <Input InIdx=\"{0}\" OutObjID=\"ETHERNET1\" OutIdx=\"{0}\"/>", 1)},
+       per_value(c, "      <Input InIdx=\"{0}\" OutObjID=\"ETHERNET1\" OutIdx=\"{0}\"/>", 1)},
       {"RSI4_INPUTS",
-       per_axis("        <Input InIdx=\"{1}\" OutObjId=\"Ethernet_1\" OutIdx=\"{1}\"/>", 0)},
-      {"RSI3_LIMITS", limits(kRsi3, c.correction_limit_deg, 1, 13)},
-      {"RSI4_LIMITS", limits(kRsi4, c.correction_limit_deg, 0, 6)},
+       per_value(c, "        <Input InIdx=\"{1}\" OutObjId=\"Ethernet_1\" OutIdx=\"{1}\"/>", 0)},
+      {"RSI3_LIMITS", limits(c, kRsi3, 1)},
+      {"RSI4_LIMITS", limits(c, kRsi4, 0)},
       {"RSI3_MONITOR", monitor(kRsi3, c.correction_limit_deg, 1)},
       {"RSI4_MONITOR", monitor(kRsi4, c.correction_limit_deg, 0)},
-      {"MODEL_CHANNELS", per_axis("        <rSIOutPort name=\"Out{0}\" />", 1) +
+      {"MODEL_CHANNELS", per_value(c, "        <rSIOutPort name=\"Out{0}\" />", 1) +
                              "\n        <rSIOutPort name=\"Out7\" />"},
       {"MODEL_INPUTS",
-       per_axis("        <rSIInPort name=\"CorrA{0}\" mandatory=\"false\">\n          <source>\n"
-                "            <rSIOutPortMoniker name=\"//ETHERNET1/Out{0}\" />\n"
-                "          </source>\n        </rSIInPort>",
-                1)},
-      {"MODEL_AXES", per_axis("        <rSIOutPort name=\"A{0}\" />", 1)},
-      {"MODEL_EXTERNAL", per_axis("        <rSIOutPort name=\"E{0}\" />", 1)},
-      {"MODEL_LIMITS", limits(kModel, c.correction_limit_deg, 1, 13)},
+       per_value(c,
+                 "        <rSIInPort name=\"Corr{2}\" mandatory=\"false\">\n          <source>\n"
+                 "            <rSIOutPortMoniker name=\"//ETHERNET1/Out{0}\" />\n"
+                 "          </source>\n        </rSIInPort>",
+                 1)},
+      {"MODEL_AXES", per_value(c, "        <rSIOutPort name=\"A{0}\" />", 1)},
+      {"MODEL_FRAME", per_value(c, "        <rSIOutPort name=\"{2}\" />", 1)},
+      {"MODEL_EXTERNAL", per_value(c, "        <rSIOutPort name=\"E{0}\" />", 1)},
+      {"MODEL_LIMITS", limits(c, kModel, 1)},
       {"MODEL_MONITOR", monitor(kModelMonitor, c.correction_limit_deg, 1)},
       {"TOOL_VALUE", number_or("TOOL_DATA", c.tool, "$NULLFRAME")},
       {"BASE_VALUE", number_or("BASE_DATA", c.base, "$NULLFRAME")},
@@ -112,6 +148,8 @@ krl::Places places_of(const RsiFilesConfig& c) {
        number_or("LOAD_DATA", c.load,
                  "{M -1.0,CM {X 0.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0},J {X 0.0,Y 0.0,Z 0.0}}")},
   };
+  add_correction(c, places);
+  return places;
 }
 
 void check_name(const char* key, const std::string& name) {
@@ -170,6 +208,16 @@ void RsiFilesConfig::validate() const {
   check_name("sentype", sentype);
   check_name("axis_tag", axis_tag);
   check_name("stop_tag", stop_tag);
+  if (space.on) {
+    check_name("cart_tag", space.tag);
+    check_number("correction_limit_mm", space.limit_mm, 1.0, 5000.0);
+    check_number("correction_turn_limit_deg", space.turn_limit_deg, 0.1, 180.0);
+    if (mode == CorrectionMode::kRelative) {
+      throw ConfigError(
+          "controller files: correction = \"space\" with mode RELATIVE is not driven: use "
+          "mode = \"absolute\"");
+    }
+  }
   check_number("port", port, 1, 65535);
   check_number("timeout_cycles", timeout_cycles, 1, 1000);
   check_number("flag", flag, 1, 999);
@@ -186,7 +234,7 @@ ControllerFiles rsi_files(const RsiFilesConfig& config) {
   std::vector<std::string> names{"cellcal_rsi.src", "cellcal_rsi_ethernet.xml"};
   if (config.rsi_version == 3) {
     names.insert(names.end(), {"cellcal_rsi.rsi", "cellcal_rsi.rsi.xml"});
-    files["cellcal_rsi.rsi.diagram"] = krl::fill(krl::rsi3_diagram(), {});
+    files["cellcal_rsi.rsi.diagram"] = krl::fill(krl::rsi3_diagram(config.space.on), {});
   } else {
     names.emplace_back("cellcal_rsi.rsix");
   }

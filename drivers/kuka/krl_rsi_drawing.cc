@@ -6,6 +6,8 @@
 #include <map>
 #include <vector>
 
+#include "drivers/kuka/wire_text.h"
+
 namespace cellcal::drivers::krl {
 namespace {
 
@@ -26,27 +28,44 @@ std::vector<std::string> names(const char* front, int count) {
   return result;
 }
 
-std::vector<Shape> shapes() {
-  std::vector<std::string> with_status = names("A", 6), all = names("A", 6);
+/// Of a frame.
+std::vector<std::string> frame_names(const std::string& front) {
+  std::vector<std::string> result;
+  for (const char letter : wire::kFrameNames) result.push_back(front + letter);
+  return result;
+}
+
+std::vector<Shape> shapes(bool space) {
+  std::vector<std::string> values = space ? frame_names("") : names("A", 6);
+  std::vector<std::string> with_status = values, all = names("A", 6);
   with_status.insert(with_status.begin(), "Stat");
   for (const std::string& external : names("E", 6)) all.push_back(external);
-  return {{"ETHERNET1", {"In1"}, names("Out", 7)},
-          {"AXISCORR1", names("CorrA", 6), with_status},
-          {"AXISCORRMON1", {}, all},
-          {"STOP1", {"In1"}, {}}};
+  std::vector<Shape> result{{"ETHERNET1", {"In1"}, names("Out", 7)}};
+  if (space) {
+    result.push_back({"POSCORR1", frame_names("Corr"), with_status});
+    result.push_back({"POSCORRMON1", {}, values});
+  } else {
+    result.push_back({"AXISCORR1", names("CorrA", 6), with_status});
+  }
+  result.push_back({"AXISCORRMON1", {}, all});
+  result.push_back({"STOP1", {"In1"}, {}});
+  return result;
 }
 
 class Drawing {
  public:
-  std::string text() {
+  std::string text(bool space) {
     std::string body;
     double left = kLeft;
-    for (const Shape& shape : shapes()) {
+    const std::vector<Shape> all = shapes(space);
+    for (const Shape& shape : all) {
       body += draw(shape, left);
       left += kColumn;
     }
-    for (int i = 1; i <= 6; ++i) body += connect("AXISCORR1/CorrA", i, i);
-    body += connect("STOP1/In", 1, 7);
+    const Shape& corrector = all[1];
+    for (std::size_t i = 0; i < corrector.in.size(); ++i)
+      body += connect(fmt::format("{}/{}", corrector.object, corrector.in[i]), i + 1);
+    body += connect("STOP1/In1", corrector.in.size() + 1);
     return fmt::format(
         "<?xml version=\"1.0\" encoding=\"utf-8\"?>\n"
         "<rSIObjectDiagram dslVersion=\"1.0.0.0\" absoluteBounds=\"0, 0, 15.875, 8.5\" "
@@ -102,8 +121,8 @@ class Drawing {
                       next_id(), left + 0.015, kTop + 0.51, kWide - 0.03, high - 0.6);
   }
 
-  std::string connect(const char* to, int input, int output) {
-    const Port& in = ports_.at(fmt::format("{}{}", to, input));
+  std::string connect(const std::string& to, std::size_t output) {
+    const Port& in = ports_.at(to);
     const Port& out = ports_.at(fmt::format("ETHERNET1/Out{}", output));
     return fmt::format(
         "    <rSISignalConnector edgePoints=\"[({} : {}); ({} : {})]\" fixedFrom=\"Caller\" "
@@ -120,6 +139,6 @@ class Drawing {
 
 }  // namespace
 
-std::string rsi3_diagram() { return Drawing().text(); }
+std::string rsi3_diagram(bool space) { return Drawing().text(space); }
 
 }  // namespace cellcal::drivers::krl

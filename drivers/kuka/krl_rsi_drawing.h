@@ -6,7 +6,7 @@
 
 namespace cellcal::drivers::krl {
 
-/// cellcal_rsi.rsi.diagram, lines ended by '\n'.
-std::string rsi3_diagram();
+/// cellcal_rsi.rsi.diagram, lines ended by '\n'. `space`: with POSCORR instead of AXISCORR.
+std::string rsi3_diagram(bool space);
 
 }  // namespace cellcal::drivers::krl

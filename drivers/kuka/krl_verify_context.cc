@@ -13,50 +13,15 @@ constexpr double kUsualPrecision = 1, kUsualTimeout = 10, kUsualClampDeg = 5, kU
 constexpr int kExitMoveCorr = 4;
 constexpr double kRounding = 1e-9;
 
-struct Value {
-  double value = 0.0;
-  int line = 0;
-};
-
-Value value_of(const RsiSet& set, const RsiContextFile& file, const RsiObject& object,
-               const std::string& name, double usual) {
-  const RsiParameter* found = object.parameter(name);
-  if (found == nullptr) return {usual, object.line};
-  Value value{usual, found->line};
-  if (!wire::parse_number(found->value, value.value)) {
-    set.objections.refuse(file.name, found->line, "{} of {} is no number", name, object.id);
-  }
-  return value;
-}
-
-/// The object's input has to come from the channel that the ethernet XML gives the element.
-void check_wire(const RsiSet& set, const RsiContextFile& file, const RsiObject& object, int input,
-                const std::string& ethernet, const std::string& tag) {
-  const RsiElement* element = set.received(tag);
-  if (element == nullptr || element->index == 0) return;  // said already
-  const RsiInput* found = object.input(input);
-  if (found == nullptr) {
-    set.objections.refuse(file.name, object.line, "{}: input {} is not wired; {} belongs there",
-                          object.id, input, tag);
-  } else if (found->from != ethernet || found->from_index != element->index) {
-    set.objections.refuse(file.name, found->line,
-                          "{}: input {} comes from {} output {}; {} is channel {} of {} (INDX in "
-                          "line {}), so it must "
-                          "come from {} output {}",
-                          object.id, input, found->from, found->from_index, tag, element->index,
-                          ethernet, element->line, ethernet, element->index);
-  }
-}
-
 void check_ethernet(const RsiSet& set, const RsiContextFile& file, const RsiObject& ethernet) {
-  const Value precision = value_of(set, file, ethernet, "Precision", kUsualPrecision);
+  const ParameterValue precision = value_of(set, file, ethernet, "Precision", kUsualPrecision);
   if (precision.value < kFewestDecimals) {
     set.objections.refuse(file.name, precision.line,
                           "Precision is {}: AIPos would come with {} decimals, too coarse to "
                           "calibrate with; 4 or more belongs there",
                           precision.value, precision.value);
   }
-  const Value timeout = value_of(set, file, ethernet, "Timeout", kUsualTimeout);
+  const ParameterValue timeout = value_of(set, file, ethernet, "Timeout", kUsualTimeout);
   if (timeout.value != set.config.timeout_cycles) {
     set.objections.warn(file.name, timeout.line, "Timeout is {}, [controller] timeout_cycles is {}",
                         timeout.value, set.config.timeout_cycles);
@@ -66,9 +31,9 @@ void check_ethernet(const RsiSet& set, const RsiContextFile& file, const RsiObje
 void check_limits(const RsiSet& set, const RsiContextFile& file, const RsiObject& corrector) {
   const double limit = set.config.correction_limit_deg;
   for (int i = 1; i <= kAxes; ++i) {
-    const Value low =
+    const ParameterValue low =
         value_of(set, file, corrector, fmt::format("LowerLimA{}", i), -kUsualClampDeg);
-    const Value high =
+    const ParameterValue high =
         value_of(set, file, corrector, fmt::format("UpperLimA{}", i), kUsualClampDeg);
     for (const auto& [what, have] : {std::pair{"LowerLimA", low}, std::pair{"UpperLimA", high}}) {
       const double reach = what[0] == 'L' ? -have.value : have.value;
@@ -85,7 +50,12 @@ void check_limits(const RsiSet& set, const RsiContextFile& file, const RsiObject
 void check_monitor(const RsiSet& set, const RsiContextFile& file, const RsiObject* monitor) {
   const double limit = set.config.correction_limit_deg;
   if (monitor == nullptr) {
-    if (limit > kUsualMonitorDeg) {
+    if (set.config.space.on) {
+      set.objections.warn(file.name, 0,
+                          "there is no AXISCORRMON: should it count corrections in space as well, "
+                          "it stops at {} deg",
+                          kUsualMonitorDeg);
+    } else if (limit > kUsualMonitorDeg) {
       set.objections.refuse(file.name, 0,
                             "there is no AXISCORRMON: it then stops at {} deg, [rsi] "
                             "correction_limit_deg is {}",
@@ -94,7 +64,8 @@ void check_monitor(const RsiSet& set, const RsiContextFile& file, const RsiObjec
     return;
   }
   for (int i = 1; i <= kAxes; ++i) {
-    const Value most = value_of(set, file, *monitor, fmt::format("MaxA{}", i), kUsualMonitorDeg);
+    const ParameterValue most =
+        value_of(set, file, *monitor, fmt::format("MaxA{}", i), kUsualMonitorDeg);
     if (most.value >= limit - kRounding) continue;
     set.objections.refuse(
         file.name, most.line,
@@ -115,8 +86,8 @@ void check_stop(const RsiSet& set, const RsiContextFile& file, const RsiObject* 
   check_wire(set, file, *stop, 1, ethernet, set.config.stop_tag);
   const RsiParameter* named = stop->parameter("Mode");
   const bool by_name = named != nullptr && named->value == "ExitMoveCorr";
-  const Value mode =
-      by_name ? Value{kExitMoveCorr, named->line} : value_of(set, file, *stop, "Mode", 0);
+  const ParameterValue mode =
+      by_name ? ParameterValue{kExitMoveCorr, named->line} : value_of(set, file, *stop, "Mode", 0);
   if (mode.value != kExitMoveCorr) {
     set.objections.refuse(
         file.name, mode.line,
@@ -136,7 +107,8 @@ void check_stop(const RsiSet& set, const RsiContextFile& file, const RsiObject* 
 void check_spelling(const RsiSet& set, const RsiContextFile& file) {
   for (const auto& [three, four] :
        {std::pair{"ETHERNET", "Ethernet"}, std::pair{"AXISCORR", "AxisCorr"},
-        std::pair{"AXISCORRMON", "AxisCorrMon"}, std::pair{"STOP", "Stop"}}) {
+        std::pair{"AXISCORRMON", "AxisCorrMon"}, std::pair{"POSCORR", "PosCorr"},
+        std::pair{"POSCORRMON", "PosCorrMon"}, std::pair{"STOP", "Stop"}}) {
     for (const RsiObject& one : file.objects) {
       const char* right = file.rsi_version == 3 ? three : four;
       if (!wire::same_name(one.type, three) || one.type == right) continue;
@@ -148,26 +120,66 @@ void check_spelling(const RsiSet& set, const RsiContextFile& file) {
 
 }  // namespace
 
+ParameterValue value_of(const RsiSet& set, const RsiContextFile& file, const RsiObject& object,
+                        const std::string& name, double usual) {
+  const RsiParameter* found = object.parameter(name);
+  if (found == nullptr) return {usual, object.line};
+  ParameterValue value{usual, found->line};
+  if (!wire::parse_number(found->value, value.value)) {
+    set.objections.refuse(file.name, found->line, "{} of {} is no number", name, object.id);
+  }
+  return value;
+}
+
+void check_wire(const RsiSet& set, const RsiContextFile& file, const RsiObject& object, int input,
+                const std::string& ethernet, const std::string& tag) {
+  const RsiElement* element = set.received(tag);
+  if (element == nullptr || element->index == 0) return;  // said already
+  const RsiInput* found = object.input(input);
+  if (found == nullptr) {
+    set.objections.refuse(file.name, object.line, "{}: input {} is not wired; {} belongs there",
+                          object.id, input, tag);
+  } else if (found->from != ethernet || found->from_index != element->index) {
+    set.objections.refuse(file.name, found->line,
+                          "{}: input {} comes from {} output {}; {} is channel {} of {} (INDX in "
+                          "line {}), so it must "
+                          "come from {} output {}",
+                          object.id, input, found->from, found->from_index, tag, element->index,
+                          ethernet, element->line, ethernet, element->index);
+  }
+}
+
 void check_context(const RsiSet& set, const RsiContextFile& file) {
   check_spelling(set, file);
   const RsiObject* ethernet = file.only("ETHERNET");
-  const RsiObject* corrector = file.only("AXISCORR");
-  if (const RsiObject* cartesian = file.only("POSCORR"); cartesian != nullptr) {
-    set.objections.refuse(file.name, cartesian->line,
-                          "{} corrects beside AXISCORR: what then counts is not known; remove it",
-                          cartesian->id);
+  const bool space = set.config.space.on;
+  const char* const wanted = space ? "POSCORR" : "AXISCORR";
+  const char* const other = space ? "AXISCORR" : "POSCORR";
+  const RsiObject* corrector = file.only(wanted);
+  if (const RsiObject* beside = file.only(other); beside != nullptr) {
+    if (corrector != nullptr) {
+      set.objections.refuse(file.name, beside->line,
+                            "{} corrects beside {}: what then counts is not known; remove it",
+                            beside->id, wanted);
+    } else {
+      set.objections.refuse(file.name, beside->line,
+                            "{} corrects, and [rsi] correction is \"{}\": set it to \"{}\", or "
+                            "wire {} instead",
+                            beside->id, space ? "space" : "axes", space ? "axes" : "space", wanted);
+    }
   }
   if (ethernet == nullptr || corrector == nullptr) {
     set.objections.refuse(file.name, 0, "there is no {} object",
-                          ethernet == nullptr ? "ETHERNET" : "AXISCORR");
+                          ethernet == nullptr ? "ETHERNET" : wanted);
     return;
   }
   check_ethernet(set, file, *ethernet);
-  for (int i = 1; i <= kAxes; ++i) {
-    check_wire(set, file, *corrector, i, ethernet->id,
-               fmt::format("{}.A{}", set.config.axis_tag, i));
+  for (int i = 1; i <= kAxes; ++i) check_wire(set, file, *corrector, i, ethernet->id, set.tag(i));
+  if (space) {
+    check_space(set, file, *corrector);
+  } else {
+    check_limits(set, file, *corrector);
   }
-  check_limits(set, file, *corrector);
   check_monitor(set, file, file.only("AXISCORRMON"));
   check_stop(set, file, file.only("STOP"), ethernet->id);
 }

@@ -57,6 +57,14 @@ void check_config(const RsiSet& set) {
 }
 
 void check_sent(const RsiSet& set) {
+  const bool says_tcp =
+      std::any_of(set.channel.send.begin(), set.channel.send.end(),
+                  [](const RsiElement& one) { return wire::same_name(one.tag, "DEF_RIst"); });
+  if (set.config.space.on && !says_tcp) {
+    set.objections.warn(set.channel.name, 0,
+                        "SEND: DEF_RIst is missing: a wrong $TOOL or $BASE would not be noticed "
+                        "before the arm moves");
+  }
   for (const char* tag : {"DEF_AIPos", "DEF_ASPos", "DEF_Delay"}) {
     const auto found =
         std::find_if(set.channel.send.begin(), set.channel.send.end(),
@@ -87,11 +95,12 @@ void check_hold(const RsiSet& set, const RsiElement& one) {
 
 void check_received(const RsiSet& set) {
   for (int i = 1; i <= kAxes; ++i) {
-    const std::string tag = fmt::format("{}.A{}", set.config.axis_tag, i);
+    const std::string tag = set.tag(i);
     const RsiElement* one = set.received(tag);
     if (one == nullptr) {
-      set.objections.refuse(set.channel.name, 0, "RECEIVE: {} is missing ([rsi] axis_tag = \"{}\")",
-                            tag, set.config.axis_tag);
+      set.objections.refuse(set.channel.name, 0, "RECEIVE: {} is missing ([rsi] {} = \"{}\")", tag,
+                            set.config.space.on ? "cart_tag" : "axis_tag",
+                            set.config.space.on ? set.config.space.tag : set.config.axis_tag);
       continue;
     }
     if (one->index == 0 || !wire::same_name(one->type, "DOUBLE")) {
@@ -170,6 +179,7 @@ void check_program(const ControllerFiles& files, const RsiFilesConfig& config, C
   bool on = false;
   for (const auto& [name, text] : files) {
     if (!name.ends_with(".src") && !name.ends_with(".SRC")) continue;
+    if (config.space.on) krl::check_frames(name, text, config, objections);
     for (const auto& [line, number] : krl::statements(text)) {
       const std::size_t at = line.find("RSI_ON(");
       if (at != std::string::npos) {

@@ -38,15 +38,19 @@ const char* to_string(WireError error) {
   return "unknown";
 }
 
-std::string_view format_sen(const SenNames& names, std::span<const double> correction_deg,
-                            int decimals, std::optional<int> stop, std::string_view ipoc,
+std::string_view format_sen(const SenNames& names, std::span<const double> correction, int decimals,
+                            std::optional<int> stop, std::string_view ipoc,
                             std::span<char> buffer) {
-  const std::size_t axes = std::min(correction_deg.size(), kAxesPerElement);
+  const std::size_t axes = std::min(correction.size(), kAxesPerElement);
   Writer out(buffer);
   out.put("<Sen Type=\"").put(names.type).put("\">");
-  out.element(names.axis_tag, 'A', correction_deg.first(axes), decimals);
-  if (correction_deg.size() > axes) {
-    out.element(names.external_axis_tag, 'E', correction_deg.subspan(axes), decimals);
+  if (!names.space_tag.empty()) {
+    out.frame(names.space_tag, correction.first(axes), decimals);
+  } else {
+    out.element(names.axis_tag, 'A', correction.first(axes), decimals);
+    if (correction.size() > axes) {
+      out.element(names.external_axis_tag, 'E', correction.subspan(axes), decimals);
+    }
   }
   if (stop && !names.stop_tag.empty()) {
     out.put("<").put(names.stop_tag).put(*stop != 0 ? ">1</" : ">0</").put(names.stop_tag);
@@ -60,11 +64,7 @@ std::string_view format_rob(const RobFields& fields, std::span<char> buffer) {
   Writer out(buffer);
   out.put("<Rob Type=\"KUKA\">");
   if (fields.with_cartesian) {
-    out.put("<RIst");
-    for (const std::string_view name : {"X", "Y", "Z", "A", "B", "C"}) {
-      out.put(" ").put(name).put("=\"").put(0.0, fields.decimals).put("\"");
-    }
-    out.put("/>");
+    out.frame("RIst", KukaFrame{}, fields.decimals);
   }
   const auto element = [&](std::string_view axes_name, std::string_view external_name,
                            std::span<const double> values) {

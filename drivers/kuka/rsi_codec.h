@@ -60,6 +60,9 @@ struct Ipoc {
   std::uint32_t value = 0;
 };
 
+/// X Y Z [mm], A B C [deg].
+using KukaFrame = std::array<double, 6>;
+
 /// <Rob>, controller to PC.
 struct RobFrame {
   bool has_ipoc = false;   ///< also after an error: then ipoc can still be answered
@@ -73,6 +76,7 @@ struct RobFrame {
   /// Not a controller's text: that writes Type=, and no blank before "/>".
   bool foreign_hand = false;
   std::optional<std::uint32_t> delay;  ///< late replies so far
+  std::optional<KukaFrame> tcp;        ///< RIst, with the correction; none unless all six are there
 };
 
 /// <Sen>, PC to controller.
@@ -80,6 +84,7 @@ struct SenFrame {
   FixedText<40> type;
   AxisAngles axes_deg;
   AxisAngles external_deg;
+  std::optional<KukaFrame> space;
   std::optional<int> stop;
   Ipoc ipoc;
 };
@@ -90,6 +95,7 @@ struct SenNames {
   std::string_view axis_tag = "AK";
   std::string_view external_axis_tag = "EK";
   std::string_view stop_tag = "Stop";  ///< empty: none
+  std::string_view space_tag = {};     ///< of X Y Z A B C; empty: corrections are those of axes
 };
 
 /// Reads datagrams in memory of its own. One per thread of use.
@@ -109,10 +115,10 @@ class RsiParser {
   std::unique_ptr<Memory> memory_;
 };
 
-/// Reply into `buffer`. Empty if it does not fit. `correction_deg`: six axes, then external ones.
-std::string_view format_sen(const SenNames& names, std::span<const double> correction_deg,
-                            int decimals, std::optional<int> stop, std::string_view ipoc,
-                            std::span<char> buffer);
+/// Reply into `buffer`. Empty if it does not fit. `correction`: six axes, then external ones
+/// [deg]; with a space_tag X Y Z [mm] and A B C [deg] instead.
+std::string_view format_sen(const SenNames& names, std::span<const double> correction, int decimals,
+                            std::optional<int> stop, std::string_view ipoc, std::span<char> buffer);
 
 struct RobFields {
   std::span<const double> axes_deg;

@@ -58,6 +58,29 @@ void check_mode(CorrectionMode mode, bool hold_on) {
   }
 }
 
+void check_space(const RsiConfig& config) {
+  const SpaceCorrection& space = config.space;
+  if (!space.on) return;
+  check_name("cart_tag", space.tag, false);
+  if (config.mode == CorrectionMode::kRelative) {
+    throw ConfigError(
+        "rsi: correction = \"space\" with mode RELATIVE: turns that are added up cycle by cycle "
+        "depend on their order, and nothing would tell what they came to; use RSI_ON(#ABSOLUTE) "
+        "with HOLDON=\"1\"");
+  }
+  if (config.limits.size() != wire::kAxesPerElement) {
+    throw ConfigError(
+        fmt::format("rsi: correction = \"space\" with {} axes: six can be driven so, and no "
+                    "external ones; use correction = \"axes\"",
+                    config.limits.size()));
+  }
+  if (space.geometry == nullptr) {
+    throw ConfigError("rsi: correction = \"space\" without the arm's geometry");
+  }
+  check_positive("correction_limit_mm", space.limit_mm);
+  check_positive("correction_turn_limit_deg", space.turn_limit_deg);
+}
+
 }  // namespace
 
 void RsiConfig::validate() const {
@@ -65,9 +88,8 @@ void RsiConfig::validate() const {
   check_name("axis_tag", axis_tag, false);
   if (wire::same_name(axis_tag, "RKorr")) {
     throw ConfigError(
-        "rsi: axis_tag = \"RKorr\" names corrections in space (POSCORR), which are not driven: "
-        "wire "
-        "AXISCORR in the context instead, and name its RECEIVE tag (\"AK\")");
+        "rsi: axis_tag = \"RKorr\" names corrections in space (POSCORR): set correction = "
+        "\"space\" for them, or wire AXISCORR in the context and name its RECEIVE tag (\"AK\")");
   }
   check_name("external_axis_tag", external_axis_tag, false);
   check_name("stop_tag", stop_tag, true);
@@ -105,6 +127,7 @@ void RsiConfig::validate() const {
     check_positive(fmt::format("axis {}: jerk limit", i + 1), limit.max_jerk_rad_s3);
     check_positive(fmt::format("axis {}: correction limit", i + 1), correction_limit_deg[i]);
   }
+  check_space(*this);
   check_positive("follow_tolerance_deg", follow_tolerance_deg);
   check_positive("follow_window_s", follow_window_s);
   check_positive("longest_lag_s", longest_lag_s);

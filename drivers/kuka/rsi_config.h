@@ -2,6 +2,7 @@
 // What a cell sets about its RSI link. The names in quotes are those of the controller's files.
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -13,6 +14,27 @@ namespace cellcal::drivers {
 enum class CorrectionMode {
   kAbsolute,  ///< with HOLDON=1: a late reply makes the arm hold
   kRelative,  ///< with HOLDON=0: increments; a late reply is a step that is lost. Needs DEF_Delay
+};
+
+class ArmGeometry;
+
+/// POSCORR's RefCorrSys, as far as it can be driven: what X Y Z A B C of a correction refer to.
+enum class CorrectionFrame {
+  kBase,     ///< $BASE, which has to be $NULLFRAME, with the robot's root parallel to the world
+  kRobRoot,  ///< the robot's root, whatever $BASE is
+  kTool,     ///< the TCP at RSI_ON
+};
+
+/// Corrections in space (POSCORR) instead of those of axes; rsi_space.h has the model.
+struct SpaceCorrection {
+  bool on = false;
+  std::string tag = "RKorr";  ///< RECEIVE tag of X Y Z A B C
+  CorrectionFrame frame = CorrectionFrame::kBase;
+  double limit_mm = 500.0;       ///< of the whole shift: at most POSCORR's and POSCORRMON's
+  double turn_limit_deg = 90.0;  ///< of the whole turn: at most MaxRotAngle of both
+  /// RIst, where it is sent, has to agree with the geometry; false where $BASE is not $NULLFRAME.
+  bool compare_tcp = true;
+  std::shared_ptr<const ArmGeometry> geometry;  ///< of the nominal arm with the controller's tool
 };
 
 struct RsiConfig {
@@ -29,6 +51,7 @@ struct RsiConfig {
   bool hold_on = true;                       ///< HOLDON of every correction element
   std::vector<AxisLimit> limits;             ///< one per axis
   std::vector<double> correction_limit_deg;  ///< one per axis: at most AXISCORR's and the monitor's
+  SpaceCorrection space;
   /// An arm farther than this from everything commanded within follow_window_s does not follow.
   double follow_tolerance_deg = 0.05;
   double follow_window_s = 0.2;

@@ -42,9 +42,8 @@ struct RsiCore::Impl {
     note_time(t_rx);
     check_silence();
     WireError error = parser.parse_rob(bytes, frame);
-    AxisAngles actual;
+    const AxisAngles actual = axes_of(frame.axes_deg, frame.external_deg, axes());
     if (error == WireError::kNone) {
-      actual = axes_of(frame.axes_deg, frame.external_deg, axes());
       too_few_axes = actual.size() < axes();
       if (too_few_axes) error = WireError::kNoAxes;
     }
@@ -81,6 +80,7 @@ struct RsiCore::Impl {
     if (state.link == RobotLink::kReady && (coarse() || lacks_delay())) doubt();
     if (state.link == RobotLink::kNotReferenced) {
       footing.stand_at(actual);
+      state.tcp_apart = footing.tcp_apart(frame, actual);
       try_reference();
     }
     take_up_waiting();
@@ -88,7 +88,7 @@ struct RsiCore::Impl {
       finish(*done);
     }
     record.set_commanded(footing.commanded_rad());
-    return reply(footing.next_deg(stream.cycle_s()));
+    return reply(footing.next(stream.cycle_s()));
   }
 
   std::string_view on_bad(WireError error, std::string_view bytes, TimePoint t_rx) {
@@ -100,8 +100,7 @@ struct RsiCore::Impl {
       // RSI 2 opens a session so; its correction is 0, and it wants an answer.
       footing.session_starts();
       const std::array<double, kMaxAxes> zeros{};
-      return format_sen(names(), std::span(zeros).first(axes()), config.decimals, stop_value(),
-                        frame.ipoc.text.view(), buffer);
+      return written(std::span(zeros).first(axes()));
     }
     if (!linked()) return {};
     if (!footing.known()) return unknown_offset_reply();
@@ -114,8 +113,7 @@ struct RsiCore::Impl {
     if (const auto done = mover.step(mover_cycle(t_rx, false, true), footing.commanded_rad())) {
       finish(*done);
     }
-    const bool answered_before = answered && *answered == frame.ipoc.value;
-    return reply(answered_before ? footing.again_deg() : footing.hold_deg());
+    return reply(answered && *answered == frame.ipoc.value ? footing.again() : footing.hold());
   }
 
   /// Nobody knows where the arm is while the same packet comes over and over.
@@ -129,13 +127,12 @@ struct RsiCore::Impl {
   /// A wrong correction is a jump of the arm; no increment never is.
   std::string_view unknown_offset_reply() {
     take_up_waiting();  // to be refused: whoever asked for a move learns of it
-    return footing.may_hold_unknown() ? reply(footing.hold_deg()) : std::string_view{};
+    return footing.may_hold_unknown() ? reply(footing.hold()) : std::string_view{};
   }
 
-  std::string_view reply(std::span<const double> values_deg) {
+  std::string_view reply(std::span<const double> values) {
     const std::optional<int> stop = stop_value();
-    const std::string_view text =
-        format_sen(names(), values_deg, config.decimals, stop, frame.ipoc.text.view(), buffer);
+    const std::string_view text = values.empty() ? std::string_view() : written(values);
     if (text.empty()) return text;
     ++state.replies;
     if (delay.replies() == 0) delay.begin_answers(frame.delay);
@@ -188,7 +185,8 @@ struct RsiCore::Impl {
   }
 
   bool fit_for_reference() const {
-    return stream.learnt() && !coarse() && !not_accepted() && !lacks_delay();
+    return stream.learnt() && !coarse() && !not_accepted() && !lacks_delay() &&
+           !state.tcp_apart.much();
   }
   bool coarse() const { return stream.decimals() < kFewestDecimals && !stream.decimals_unproven(); }
   bool not_accepted() const { return delay.refused(kRefusedReplies); }
@@ -237,9 +235,7 @@ struct RsiCore::Impl {
     if (!linked()) return refuse(*move, {Cause::kNoPackets, 0, state.waited_s, 0.0});
     if (not_accepted()) return refuse(*move, {Cause::kNotAccepted, 0, 0.0, 0.0});
     if (state.link != RobotLink::kReady) return refuse(*move, {Cause::kNotReferenced, 0, 0.0, 0.0});
-    if (const auto objection = object_to(*move, config, footing.base_rad())) {
-      return refuse(*move, *objection);
-    }
+    if (const auto objection = footing.object_to(*move)) return refuse(*move, *objection);
     state.late_while_moving = 0;
     if (const auto refusal = mover.start(*move, footing.commanded_rad())) finish(*refusal);
   }
@@ -250,6 +246,7 @@ struct RsiCore::Impl {
 
   void finish(CoreResult result) {
     result.ipoc = state.ipoc;
+    result.in_space = config.space.on;
     // The pose is not what was commanded: somebody has to look before it moves again.
     const bool lost_increments = increments_lost && !mover.busy();
     if ((result.outcome == MoveOutcome::kNotFollowing || lost_increments) &&
@@ -273,8 +270,11 @@ struct RsiCore::Impl {
   bool linked() const {
     return state.link == RobotLink::kNotReferenced || state.link == RobotLink::kReady;
   }
-  SenNames names() const {
-    return {config.sentype, config.axis_tag, config.external_axis_tag, config.stop_tag};
+  std::string_view written(std::span<const double> values) {
+    const std::string_view space_tag = config.space.on ? config.space.tag : std::string_view();
+    return format_sen(
+        {config.sentype, config.axis_tag, config.external_axis_tag, config.stop_tag, space_tag},
+        values, config.decimals, stop_value(), frame.ipoc.text.view(), buffer);
   }
   /// The STOP object acts on a rising edge: the controller has to see it low first.
   std::optional<int> stop_value() const {
@@ -318,6 +318,7 @@ struct RsiCore::Impl {
     if (!stream.learnt()) return Trouble::kLearning;
     if (coarse()) return Trouble::kCoarse;
     if (lacks_delay()) return Trouble::kNoDelay;
+    if (state.tcp_apart.much()) return Trouble::kTcpDiffers;
     return Trouble::kNone;
   }
 
@@ -347,12 +348,11 @@ struct RsiCore::Impl {
   RobFrame frame;
   std::array<char, kRsiBuffer> buffer{};
   CoreState state;
-  bool heard_time = false;
   TimePoint last_rx{};
   std::optional<std::uint32_t> answered;  // IPOC of the last reply
   bool rereference_asked = false, too_few_axes = false;
   bool increments_lost = false;  // relative: a reply of this move was not taken
-  bool ending = false, stop_low_sent = false, stop_sent = false;
+  bool heard_time = false, ending = false, stop_low_sent = false, stop_sent = false;
 };
 
 RsiCore::RsiCore(RsiConfig config, ContactGuard* guard)

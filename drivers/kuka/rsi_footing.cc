@@ -37,7 +37,8 @@ RsiFooting::RsiFooting(const RsiConfig& config)
     : config_(config),
       ledger_(config.mode, config.decimals, config.limits.size()),
       base_(config.limits.size(), 0.0),
-      commanded_(base_) {
+      commanded_(base_),
+      space_(config.space) {
   finder_.begin(memory_);
 }
 
@@ -108,8 +109,18 @@ bool RsiFooting::find(const RobFrame& frame, const AxisAngles& actual_rad, TimeP
   base_ = actual_rad;
   for (std::size_t i = 0; i < axes(); ++i) base_[i] -= ledger_.held_rad()[i];
   if (config_.mode == CorrectionMode::kRelative && !start_pose_.empty()) base_ = start_pose_;
+  find_start(actual_rad);
   stand_at(actual_rad);
   return true;
+}
+
+void RsiFooting::find_start(const AxisAngles& actual_rad) {
+  if (!start_pose_.empty() && !memory_.setpoint_follows) {
+    start_ = start_pose_;
+  } else if (start_.empty() || most_difference(base_, actual_rad) <= kNoCorrectionRad) {
+    start_ = base_;
+  }  // else a session that goes on, and ASPos does not tell: it has the start that it had
+  space_.begin(start_);
 }
 
 void RsiFooting::stand_at(const AxisAngles& at_rad) {
@@ -121,18 +132,32 @@ void RsiFooting::stand_at(const AxisAngles& at_rad) {
     return;
   }
   // An increment may have been lost: what is held is what the arm shows, from a zero that stays.
-  AxisAngles held = at_rad;
-  for (std::size_t i = 0; i < axes(); ++i) held[i] -= base_[i];
-  ledger_.set(held);
+  ledger_.set(correction_rad(at_rad));
 }
 
-std::span<const double> RsiFooting::next_deg(double cycle_s) {
-  AxisAngles wanted = commanded_, step = commanded_;
-  for (std::size_t i = 0; i < axes(); ++i) {
-    wanted[i] -= base_[i];
-    step[i] = config_.limits[i].max_speed_rad_s * cycle_s;
-  }
-  return ledger_.next_deg(wanted, step);
+AxisAngles RsiFooting::correction_rad(const AxisAngles& axes_rad) const {
+  AxisAngles correction = axes_rad;
+  for (std::size_t i = 0; i < axes(); ++i) correction[i] -= base_[i];
+  return correction;
+}
+
+std::optional<Objection> RsiFooting::object_to(const Move& move) const {
+  if (const auto objection = drivers::object_to(move, config_, base_)) return objection;
+  return space_.object_to(correction_rad(commanded_), correction_rad(move.target_rad));
+}
+
+std::span<const double> RsiFooting::on_wire(std::span<const double> axes_deg) {
+  if (!config_.space.on) return axes_deg;
+  const auto rkorr = space_.rkorr(axes_deg);
+  if (!rkorr) return {};
+  rkorr_ = *rkorr;
+  return rkorr_;
+}
+
+std::span<const double> RsiFooting::next(double cycle_s) {
+  AxisAngles step = commanded_;
+  for (std::size_t i = 0; i < axes(); ++i) step[i] = config_.limits[i].max_speed_rad_s * cycle_s;
+  return on_wire(ledger_.next_deg(correction_rad(commanded_), step));
 }
 
 }  // namespace cellcal::drivers

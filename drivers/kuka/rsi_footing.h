@@ -10,6 +10,7 @@
 #include "drivers/kuka/rsi_config.h"
 #include "drivers/kuka/rsi_ledger.h"
 #include "drivers/kuka/rsi_offset.h"
+#include "drivers/kuka/rsi_space.h"
 
 namespace cellcal::drivers {
 
@@ -48,15 +49,27 @@ class RsiFooting {
   const AxisAngles& commanded_rad() const { return commanded_; }
   const AxisAngles& base_rad() const { return base_; }  ///< pose at correction 0
 
-  /// What the reply has to say [deg]. `cycle_s` bounds the increment of one reply.
-  std::span<const double> next_deg(double cycle_s);
-  std::span<const double> again_deg() const { return ledger_.again_deg(); }
-  std::span<const double> hold_deg() { return ledger_.hold_deg(); }
+  /// What can be said against a move from here. Where corrections are in space, its whole line is
+  /// looked at.
+  std::optional<Objection> object_to(const Move& move) const;
+  /// In space: how far RIst is from where the geometry has the TCP.
+  TcpApart tcp_apart(const RobFrame& frame, const AxisAngles& actual_rad) const {
+    return space_.apart(frame, actual_rad);
+  }
+
+  /// What the reply has to say: per axis [deg], or in space X Y Z [mm] and A B C [deg]. `cycle_s`
+  /// bounds the increment of one reply. Empty: nothing that could be said.
+  std::span<const double> next(double cycle_s);
+  std::span<const double> again() { return on_wire(ledger_.again_deg()); }
+  std::span<const double> hold() { return on_wire(ledger_.hold_deg()); }
   /// Increments of zero move nothing, whatever the controller holds.
   bool may_hold_unknown() const { return config_.mode == CorrectionMode::kRelative; }
 
  private:
   std::size_t axes() const { return config_.limits.size(); }
+  void find_start(const AxisAngles& actual_rad);
+  AxisAngles correction_rad(const AxisAngles& axes_rad) const;
+  std::span<const double> on_wire(std::span<const double> axes_deg);
 
   const RsiConfig& config_;
   CorrectionLedger ledger_;
@@ -69,6 +82,11 @@ class RsiFooting {
   double silence_before_s_ = 0.0;
   AxisAngles start_pose_;        // ASPos of this session; empty if it is not sent
   AxisAngles base_, commanded_;  // pose at correction 0, and with the correction wanted
+  // The axes at RSI_ON. Unlike base_ they do not take up what servos leave over: corrections in
+  // space depend on them by more than their difference.
+  AxisAngles start_;
+  SpaceCorrector space_;
+  KukaFrame rkorr_{};
 };
 
 }  // namespace cellcal::drivers

@@ -56,6 +56,23 @@ WireError parse_axes(const pugi::xml_node& element, char letter, AxisAngles& val
   return WireError::kNone;
 }
 
+// All six of X Y Z A B C, or nothing.
+WireError parse_frame(const pugi::xml_node& element, std::optional<KukaFrame>& frame) {
+  KukaFrame values{};
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const char* text = nullptr;
+    for (const pugi::xml_attribute& attribute : element.attributes()) {
+      if (!same_name(attribute.name(), wire::kFrameNames.substr(i, 1))) continue;
+      if (text != nullptr) return WireError::kDuplicate;
+      text = attribute.value();
+    }
+    if (text == nullptr) return WireError::kNone;
+    if (!parse_number(text, values[i])) return WireError::kBadNumber;
+  }
+  frame = values;
+  return WireError::kNone;
+}
+
 // One element that may occur once.
 struct Seen {
   pugi::xml_node node;
@@ -111,7 +128,7 @@ WireError RsiParser::parse_rob(std::string_view bytes, RobFrame& frame) {
   const pugi::xml_node root = document.document_element();
   if (!same_name(root.name(), "Rob")) return WireError::kWrongRoot;
 
-  Seen ipoc, actual, actual_external, setpoint, setpoint_external, delay;
+  Seen ipoc, actual, actual_external, setpoint, setpoint_external, delay, tcp;
   int elements = 0;
   for (const pugi::xml_node& child : root.children()) {
     const std::string_view name = child.name();
@@ -123,6 +140,7 @@ WireError RsiParser::parse_rob(std::string_view bytes, RobFrame& frame) {
     if (same_name(name, "ASPos")) setpoint.note(child);
     if (same_name(name, "ESPos")) setpoint_external.note(child);
     if (same_name(name, "Delay")) delay.note(child);
+    if (same_name(name, "RIst")) tcp.note(child);
   }
   if (!ipoc.node) return WireError::kNoIpoc;
   if (ipoc.twice) return WireError::kDuplicate;
@@ -144,6 +162,8 @@ WireError RsiParser::parse_rob(std::string_view bytes, RobFrame& frame) {
       parse_axes(setpoint.node, 'A', frame.setpoint_axes_deg),
       parse_axes(setpoint_external.node, 'E', frame.setpoint_external_deg),
   };
+  // Nobody moves by RIst: where it is odd it counts as not sent, and the packet as sound.
+  if (tcp.twice || parse_frame(tcp.node, frame.tcp) != WireError::kNone) frame.tcp.reset();
   for (const WireError error : errors) {
     if (error != WireError::kNone) return error;
   }
@@ -171,17 +191,19 @@ WireError RsiParser::parse_sen(std::string_view bytes, const SenNames& names, Se
   if (!same_name(root.name(), "Sen")) return WireError::kWrongRoot;
   if (!frame.type.assign(root.attribute("Type").value())) return WireError::kWrongRoot;
 
-  Seen ipoc, axes, external, stop;
+  Seen ipoc, axes, external, space, stop;
   for (const pugi::xml_node& child : root.children()) {
     const std::string_view name = child.name();
     // Exact names here: the controller's configuration is case-sensitive.
     if (name == "IPOC") ipoc.note(child);
     if (name == names.axis_tag) axes.note(child);
     if (name == names.external_axis_tag) external.note(child);
+    if (!names.space_tag.empty() && name == names.space_tag) space.note(child);
     if (!names.stop_tag.empty() && name == names.stop_tag) stop.note(child);
   }
   if (!ipoc.node) return WireError::kNoIpoc;
-  if (ipoc.twice || axes.twice || external.twice || stop.twice) return WireError::kDuplicate;
+  if (ipoc.twice || axes.twice || external.twice || space.twice || stop.twice)
+    return WireError::kDuplicate;
   if (const WireError error = parse_ipoc(ipoc.node.child_value(), frame.ipoc);
       error != WireError::kNone) {
     return error;
@@ -192,6 +214,9 @@ WireError RsiParser::parse_sen(std::string_view bytes, const SenNames& names, Se
   }
   if (const WireError error = parse_axes(external.node, 'E', frame.external_deg);
       error != WireError::kNone) {
+    return error;
+  }
+  if (const WireError error = parse_frame(space.node, frame.space); error != WireError::kNone) {
     return error;
   }
   if (stop.node) {

@@ -36,6 +36,14 @@ std::string trouble_words(const CoreState& s, const ReportNames& names) {
     case Trouble::kNoDelay:
       return "mode RELATIVE without Delay: an increment that is lost would not be noticed; wire "
              "DEF_Delay into the ethernet XML";
+    case Trouble::kTcpDiffers:
+      return fmt::format(
+          "the controller has its TCP (RIst) {:.2f} mm and {:.3f} deg beside where the cell's "
+          "nominal arm puts it, and corrections in space would go wrong by that: compare $TOOL "
+          "with [controller] tool (0: the flange) and the cell file's tool, the robot file with "
+          "the arm's type, and $BASE and $ROBROOT, which must be zero (or take DEF_RIst out of "
+          "the ethernet XML where $ROBROOT only shifts)",
+          s.tcp_apart.mm, s.tcp_apart.deg);
     case Trouble::kNotAccepted:
       return fmt::format(
           "SENTYPE or IPOC is not accepted: the controller counts every reply as late (Delay grows "

@@ -23,6 +23,15 @@ enum class Trouble : std::uint8_t {
   kUnknownSum,      ///< likewise, relative: replies hold the arm, and no reference is taken
   kNoDelay,         ///< relative without Delay: lost increments would not be noticed
   kNotAccepted,     ///< Delay grows with every reply
+  kTcpDiffers,      ///< in space: RIst is not where the geometry has the TCP
+};
+
+/// In space: RIst against the geometry at the same axes; 0: not compared.
+struct TcpApart {
+  double mm = 0.0, deg = 0.0;
+  /// More than rounding and noise: another tool, base or arm. A tool that is wrong by so little
+  /// takes the arm astray by as little times the turn.
+  bool much() const { return !(mm <= 0.5 && deg <= 0.05); }
 };
 
 /// Plain values, so that a snapshot can be copied word by word.
@@ -45,6 +54,7 @@ struct CoreState {
   bool sends_setpoint = false, sends_delay = false;  ///< ASPos and Delay were in the newest packet
   double jitter_s = 0.0, longest_gap_s = 0.0;        ///< of this session's arrivals
   std::uint32_t ipoc = 0;
+  TcpApart tcp_apart;
   char last_bad[48] = {};  ///< how the last bad datagram began, printable characters only
 };
 

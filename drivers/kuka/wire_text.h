@@ -11,6 +11,8 @@
 namespace cellcal::drivers::wire {
 
 inline constexpr std::size_t kAxesPerElement = 6;
+/// Attributes of a place and its orientation.
+inline constexpr std::string_view kFrameNames = "XYZABC";
 
 inline char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
 
@@ -95,6 +97,15 @@ class Writer {
     for (std::size_t i = 0; i < values.size(); ++i) {
       const char attribute[] = {' ', letter, static_cast<char>('1' + i), '=', '"'};
       put({attribute, sizeof attribute}).put(values[i], decimals).put("\"");
+    }
+    return put("/>");
+  }
+
+  /// <NAME X="..." ... C="..."/>: as many as there are values.
+  Writer& frame(std::string_view name, std::span<const double> values, int decimals) {
+    put("<").put(name);
+    for (std::size_t i = 0; i < std::min(values.size(), kFrameNames.size()); ++i) {
+      put(" ").put(kFrameNames.substr(i, 1)).put("=\"").put(values[i], decimals).put("\"");
     }
     return put("/>");
   }

@@ -22,9 +22,10 @@ using drivers::RsiContextFile;
 using drivers::RsiElement;
 using drivers::RsiObject;
 
-constexpr int kAxes = 6;
+constexpr std::size_t kAxes = 6;
 // What the objects take where their parameters do not stand in the context.
 constexpr double kUsualPrecision = 1, kUsualTimeout = 10, kUsualClampDeg = 5, kUsualMonitorDeg = 6;
+constexpr double kUsualClampMm = 5;
 
 std::string content(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
@@ -33,21 +34,32 @@ std::string content(const std::filesystem::path& path) {
   return text;
 }
 
-/// The channels of the axes A1 to A6, in order.
-std::vector<int> axis_channels(const RsiChannelFile& file) {
+/// What AXISCORR or POSCORR takes, in order.
+std::string value_name(bool space, std::size_t i) {
+  return space ? "." + std::string(drivers::wire::kFrameNames.substr(i, 1))
+               : ".A" + std::to_string(i + 1);
+}
+
+/// The channels of the axes A1 to A6, or of X to C, in order.
+std::vector<int> value_channels(const RsiChannelFile& file, bool space) {
   std::vector<int> channels;
   for (const RsiElement& one : file.receive) {
-    const std::size_t dot = one.tag.find(".A");
-    if (dot == std::string::npos) continue;
-    const std::string next = ".A" + std::to_string(static_cast<int>(channels.size()) + 1);
-    if (one.tag.substr(dot) != next) {
-      throw std::invalid_argument(fmt::format("{}:{}: {}: axes in another order are not emulated",
-                                              file.name, one.line, one.tag));
+    const std::size_t dot = one.tag.find('.');
+    if (dot == std::string::npos || one.index == 0) continue;
+    const std::string value = one.tag.substr(dot);
+    const bool meant = space ? value.size() == 2 : value.starts_with(".A") && value.size() == 3;
+    if (!meant) continue;
+    if (channels.size() < kAxes && value == value_name(space, channels.size())) {
+      channels.push_back(one.index);
+      continue;
     }
-    channels.push_back(one.index);
+    throw std::invalid_argument(fmt::format("{}:{}: {}: values in another order are not emulated",
+                                            file.name, one.line, one.tag));
   }
   if (channels.size() != kAxes) {
-    throw std::invalid_argument(file.name + ": RECEIVE holds no six axes TAG.A1 to TAG.A6");
+    throw std::invalid_argument(file.name + (space
+                                                 ? ": RECEIVE holds no TAG.X to TAG.C"
+                                                 : ": RECEIVE holds no six axes TAG.A1 to TAG.A6"));
   }
   return channels;
 }
@@ -73,12 +85,52 @@ void check_index(const RsiChannelFile& channel, const RsiContextFile& context,
       context.name, input.line, input.from, input.from_index, channel.name));
 }
 
+void take_axis_limits(const RsiContextFile& context, const RsiObject& corrector,
+                      ControllerConfig& controller) {
+  controller.clamp_deg = controller.monitor_deg = std::numeric_limits<double>::infinity();
+  const RsiObject* monitor = context.only("AXISCORRMON");
+  for (std::size_t i = 1; i <= kAxes; ++i) {
+    const double low = number(corrector, fmt::format("LowerLimA{}", i), -kUsualClampDeg);
+    const double high = number(corrector, fmt::format("UpperLimA{}", i), kUsualClampDeg);
+    controller.clamp_deg = std::min({controller.clamp_deg, -low, high});
+    controller.monitor_deg =
+        std::min(controller.monitor_deg,
+                 monitor == nullptr ? kUsualMonitorDeg
+                                    : number(*monitor, fmt::format("MaxA{}", i), kUsualMonitorDeg));
+  }
+}
+
+void take_space_limits(const RsiContextFile& context, const RsiObject& corrector,
+                       ControllerConfig& controller) {
+  controller.clamp_mm = std::numeric_limits<double>::infinity();
+  for (const char axis : {'X', 'Y', 'Z'}) {
+    const double low = number(corrector, fmt::format("LowerLim{}", axis), -kUsualClampMm);
+    const double high = number(corrector, fmt::format("UpperLim{}", axis), kUsualClampMm);
+    controller.clamp_mm = std::min({controller.clamp_mm, -low, high});
+  }
+  controller.clamp_turn_deg = number(corrector, "MaxRotAngle", kUsualClampDeg);
+  const int frame = static_cast<int>(number(corrector, "RefCorrSys", 1));
+  constexpr int kTool = 3;
+  if (frame < 0 || frame > kTool) {
+    throw std::invalid_argument(
+        fmt::format("{}: RefCorrSys {} is not emulated", context.name, frame));
+  }
+  controller.cartesian_system = frame == kTool ? CorrectionFrame::kTool : CorrectionFrame::kBase;
+  const RsiObject* monitor = context.only("POSCORRMON");
+  controller.monitor_mm =
+      monitor == nullptr ? kUsualMonitorDeg : number(*monitor, "MaxTrans", kUsualMonitorDeg);
+  controller.monitor_turn_deg =
+      monitor == nullptr ? kUsualMonitorDeg : number(*monitor, "MaxRotAngle", kUsualMonitorDeg);
+}
+
 void take_context(const RsiContextFile& context, const RsiChannelFile& channel,
-                  const std::vector<int>& axes, ControllerConfig& controller) {
+                  ControllerConfig& controller) {
   const RsiObject* ethernet = context.only("ETHERNET");
   const RsiObject* corrector = context.only("AXISCORR");
+  const bool space = corrector == nullptr && context.only("POSCORR") != nullptr;
+  if (space) corrector = context.only("POSCORR");
   if (ethernet == nullptr || corrector == nullptr) {
-    throw std::invalid_argument(context.name + ": no ETHERNET or no AXISCORR object");
+    throw std::invalid_argument(context.name + ": no ETHERNET, or neither AXISCORR nor POSCORR");
   }
   const drivers::RsiParameter* named = ethernet->parameter("ConfigFile");
   if (named == nullptr || !drivers::wire::same_name(named->value, channel.name)) {
@@ -87,24 +139,23 @@ void take_context(const RsiContextFile& context, const RsiChannelFile& channel,
   }
   controller.precision = static_cast<int>(number(*ethernet, "Precision", kUsualPrecision));
   controller.timeout_cycles = static_cast<int>(number(*ethernet, "Timeout", kUsualTimeout));
-  controller.clamp_deg = controller.monitor_deg = std::numeric_limits<double>::infinity();
-  const RsiObject* monitor = context.only("AXISCORRMON");
-  for (int i = 1; i <= kAxes; ++i) {
-    const drivers::RsiInput* input = corrector->input(i);
-    if (input == nullptr) throw std::invalid_argument(context.name + ": AXISCORR is not wired");
-    check_index(channel, context, *input);
-    if (input->from_index != axes[static_cast<std::size_t>(i) - 1]) {
-      throw std::invalid_argument(
-          fmt::format("{}:{}: AXISCORR input {} takes another axis' channel, which is not emulated",
-                      context.name, input->line, i));
+  const std::vector<int> channels = value_channels(channel, space);
+  for (std::size_t i = 0; i < kAxes; ++i) {
+    const drivers::RsiInput* input = corrector->input(static_cast<int>(i) + 1);
+    if (input == nullptr) {
+      throw std::invalid_argument(fmt::format("{}: {} is not wired", context.name, corrector->id));
     }
-    const double low = number(*corrector, fmt::format("LowerLimA{}", i), -kUsualClampDeg);
-    const double high = number(*corrector, fmt::format("UpperLimA{}", i), kUsualClampDeg);
-    controller.clamp_deg = std::min({controller.clamp_deg, -low, high});
-    controller.monitor_deg =
-        std::min(controller.monitor_deg,
-                 monitor == nullptr ? kUsualMonitorDeg
-                                    : number(*monitor, fmt::format("MaxA{}", i), kUsualMonitorDeg));
+    check_index(channel, context, *input);
+    if (input->from_index != channels[i]) {
+      throw std::invalid_argument(
+          fmt::format("{}:{}: {} input {} takes another value's channel, which is not emulated",
+                      context.name, input->line, corrector->id, i + 1));
+    }
+  }
+  if (space) {
+    take_space_limits(context, *corrector, controller);
+  } else {
+    take_axis_limits(context, *corrector, controller);
   }
   if (const RsiObject* stop = context.only("STOP"); stop != nullptr && stop->input(1) != nullptr) {
     check_index(channel, context, *stop->input(1));
@@ -122,7 +173,7 @@ void load_rsi_context(EmulatorOptions& options) {
     options.pc_port = static_cast<std::uint16_t>(channel.port.value);
   }
   take_context(drivers::read_rsi_context(content(context_path), context_path.filename().string()),
-               channel, axis_channels(channel), options.controller);
+               channel, options.controller);
 }
 
 }  // namespace cellcal::sim

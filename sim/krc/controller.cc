@@ -28,6 +28,14 @@ void check_size(const std::vector<double>& values, std::size_t axes, const char*
                               " needs one value per axis");
 }
 
+/// The one angle that A, B and C come to: that of Rz(A) Ry(B) Rx(C), by its quaternion.
+double turn_deg(const KukaFrame& frame) {
+  const auto half = [&](std::size_t i) { return frame[i] * kRadPerDeg / 2.0; };
+  const double w = std::cos(half(3)) * std::cos(half(4)) * std::cos(half(5)) +
+                   std::sin(half(3)) * std::sin(half(4)) * std::sin(half(5));
+  return 2.0 * std::acos(std::clamp(std::abs(w), 0.0, 1.0)) * kDegPerRad;
+}
+
 }  // namespace
 
 RsiChannelConfig ControllerConfig::effective_channel() const {
@@ -146,6 +154,7 @@ struct Controller::Impl {
   // What the ETHERNET object puts out, through AXISCORR and POSCORR, which clamp in silence.
   void correct() {
     const bool relative = config.mode == RsiMode::kRelative;
+    KukaFrame wanted = frame;
     for (std::size_t i = 0; i < inputs.size(); ++i) {
       const RsiReceived& from = channel.receive[i];
       const std::size_t axis = from.index + (from.role == RsiRole::kExternal ? 6 : 0);
@@ -154,11 +163,14 @@ struct Controller::Impl {
         const double whole = inputs[i] + (relative ? axis_deg[axis] : 0.0);
         axis_deg[axis] = std::clamp(whole, -config.clamp_deg, config.clamp_deg);
       } else if (from.role == RsiRole::kCartesian) {
-        const double limit = from.index < 3 ? config.clamp_mm : config.clamp_turn_deg;
-        const double whole = inputs[i] + (relative ? frame[from.index] : 0.0);
-        frame[from.index] = std::clamp(whole, -limit, limit);
+        const double whole = inputs[i] + (relative ? wanted[from.index] : 0.0);
+        const double limit = from.index < 3 ? config.clamp_mm : HUGE_VAL;
+        wanted[from.index] = std::clamp(whole, -limit, limit);
       }
     }
+    // MaxRotAngle is of the whole turn: what is beyond it stays where it was.
+    const bool beyond = turn_deg(wanted) > config.clamp_turn_deg;
+    std::copy_n(wanted.begin(), beyond ? 3 : wanted.size(), frame.begin());
   }
 
   std::string monitors() const {
@@ -167,8 +179,7 @@ struct Controller::Impl {
         return "KSS29000 AXISCORRMON: Permissible overall correction exceeded, " + axis_name(i);
     }
     const double shift = std::hypot(frame[0], frame[1], frame[2]);
-    const double turn = std::hypot(frame[3], frame[4], frame[5]);
-    if (shift > config.monitor_mm || turn > config.monitor_turn_deg)
+    if (shift > config.monitor_mm || turn_deg(frame) > config.monitor_turn_deg)
       return "KSS29000 POSCORRMON: Permissible overall correction exceeded";
     return {};
   }

@@ -22,6 +22,7 @@
 #include "calib/files/files.h"
 #include "calib/model/random.h"
 #include "calib/plan/plan.h"
+#include "daemon/main/space_config.h"
 #include "daemon/main/virtual_cell.h"
 #include "drivers/contact/serial_contact.h"
 #include "drivers/io_thread.h"
@@ -49,6 +50,7 @@ struct Setting {
   double speed_m_s = 0.002;
   double lag_s = 0.02;
   int baud = CTP_DEFAULT_BAUD;
+  bool space = false;
 };
 
 struct Errors {
@@ -190,7 +192,13 @@ sim::TruthOptions no_errors() {
   return truth;
 }
 
-RsiConfig rsi_config(const calib::Cell& cell) {
+daemon::DaemonConfig with_tool() {
+  daemon::DaemonConfig config;
+  config.controller.tool = 1;
+  return config;
+}
+
+RsiConfig rsi_config(const calib::Cell& cell, bool space) {
   RsiConfig config;
   config.bind_address = "127.0.0.1";
   config.port = 0;
@@ -200,13 +208,18 @@ RsiConfig rsi_config(const calib::Cell& cell) {
   // A shared machine may stall for tens of milliseconds.
   config.silence_cycles = 50;
   config.late_replies_limit = 50;
+  config.space.on = space;
+  config.space.limit_mm = 1000.0;
+  if (space) config.space.geometry = daemon::controller_arm(with_tool(), cell);
   return config;
 }
 
-sim::ControllerConfig controller_config(const Line& line, const Setting& setting) {
+sim::ControllerConfig controller_config(const calib::Cell& cell, const Line& line,
+                                        const Setting& setting) {
   sim::ControllerConfig config;
   config.start_rad = line.touch.standoff;
   config.lag_s = setting.lag_s;
+  if (setting.space) config.arm = sim::make_cartesian_arm(cell);
   return config;
 }
 
@@ -215,11 +228,11 @@ Errors on_virtual_wires(const calib::Cell& cell, const Line& line, const Setting
                         int searches, unsigned seed) {
   daemon::VirtualCellOptions options;
   options.truth = no_errors();
-  options.controller = controller_config(line, setting);
+  options.controller = controller_config(cell, line, setting);
   options.mcu.baud = setting.baud;
   options.mcu.drift_ppm = 30.0;
   options.contact.baud = setting.baud;
-  options.rsi = rsi_config(cell);
+  options.rsi = rsi_config(cell, setting.space);
   daemon::VirtualCell virtual_cell(cell, options);
   const sim::PhysicalCell truth(virtual_cell.truth());
   virtual_cell.contact().open();
@@ -240,7 +253,7 @@ Errors on_real_wires(const calib::Cell& cell, const Line& line, const Setting& s
   SerialContactOptions serial;
   serial.port = {sensor.path(), setting.baud};
   SerialContact contact(io.context(), serial);
-  RsiRobot robot(io.context(), rsi_config(cell), &contact.guard());
+  RsiRobot robot(io.context(), rsi_config(cell, setting.space), &contact.guard());
   io.start();
   contact.open();
   robot.open();
@@ -248,9 +261,10 @@ Errors on_real_wires(const calib::Cell& cell, const Line& line, const Setting& s
   sim::KrcUdpOptions udp;
   udp.pc_port = robot.port();
   udp.realtime = true;
-  sim::KrcUdp krc(controller_config(line, setting), udp, [&](sim::Controller& c, TimePoint now) {
-    watch.look(now, now + c.cycle(), [&](TimePoint t) { return c.actual_rad_at(t); });
-  });
+  sim::KrcUdp krc(
+      controller_config(cell, line, setting), udp, [&](sim::Controller& c, TimePoint now) {
+        watch.look(now, now + c.cycle(), [&](TimePoint t) { return c.actual_rad_at(t); });
+      });
   krc.start();
   Rig rig{robot, contact, steady_clock(), truth};
   Errors errors = measure(rig, line, setting.speed_m_s, searches, seed);
@@ -285,6 +299,7 @@ struct Options {
   std::vector<int> bauds{115'200, 1'000'000};
   int searches = 100, real_searches = 15;
   unsigned seed = 1;
+  bool space = false;
 };
 
 void run(const Options& options) {
@@ -310,7 +325,7 @@ void run(const Options& options) {
   for (const int baud : options.bauds)
     for (const double lag : options.lags_ms)
       for (const double speed : options.speeds_mm_s) {
-        const Setting setting{speed * 1e-3, lag * 1e-3, baud};
+        const Setting setting{speed * 1e-3, lag * 1e-3, baud, options.space};
         const Line line{plan.touches[next++ % plan.touches.size()]};
         const auto seed = options.seed + static_cast<unsigned>(next);
         const Errors exact = on_virtual_wires(cell, line, setting, options.searches, seed);
@@ -347,6 +362,7 @@ int main(int argc, char** argv) {
   app.add_option("--searches", options.searches, "Per row, virtual")->check(CLI::Range(2, 100'000));
   app.add_option("--real-searches", options.real_searches, "Per row, on real wires; 0: none")
       ->check(CLI::Range(0, 100'000));
+  app.add_flag("--space", options.space, "By corrections in space (RKorr)");
   app.add_option("--seed", options.seed, "Of lines and starts");
   CLI11_PARSE(app, argc, argv);
   try {

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <cstdlib>
 
+#include "drivers/kuka/arm_geometry.h"
 #include "drivers/kuka/rsi_codec.h"
 #include "drivers/kuka/rsi_core.h"
 
@@ -32,6 +33,41 @@ RsiConfig config(CorrectionMode mode) {
   return c;
 }
 
+/// Some arm.
+class Chain final : public ArmGeometry {
+ public:
+  Eigen::Isometry3d tcp(std::span<const double> axis_rad) const noexcept override {
+    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+    for (std::size_t i = 0; i < axis_rad.size(); ++i) {
+      pose.rotate(Eigen::AngleAxisd(axis_rad[i], Eigen::Vector3d::Unit(i % 3)));
+      pose.translate(Eigen::Vector3d(0.3, 0.0, 0.1));
+    }
+    return pose;
+  }
+};
+
+// In space the adapter says RKorr, finite or not at all, and moves nothing by itself.
+void run_in_space(RsiParser& parser, std::string_view bytes) {
+  RsiConfig c = config(CorrectionMode::kAbsolute);
+  c.space.on = true;
+  c.space.geometry = std::make_shared<Chain>();
+  RsiCore core(c, nullptr);
+  const TimePoint t{std::chrono::seconds(1)};
+  core.on_tick(t);
+  for (const auto later : {std::chrono::milliseconds(1000), std::chrono::milliseconds(1004)}) {
+    const std::string_view answer = core.on_datagram(bytes, t + later);
+    if (answer.empty()) continue;
+    SenNames names;
+    names.space_tag = "RKorr";
+    SenFrame reply;
+    require(parser.parse_sen(answer, names, reply) == WireError::kNone, "a reply that is no <Sen>");
+    require(reply.space.has_value() && reply.axes_deg.empty(), "a reply without RKorr");
+    for (const double value : *reply.space) require(std::isfinite(value), "RKorr is not finite");
+  }
+  core.on_tick(t + std::chrono::seconds(3));
+  require(core.state().link != RobotLink::kReady, "ready without a reference");
+}
+
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
@@ -46,6 +82,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   SenFrame sen;
   if (parser.parse_sen(bytes, {}, sen) == WireError::kNone) require_finite(sen.axes_deg);
 
+  run_in_space(parser, bytes);
   for (const CorrectionMode mode : {CorrectionMode::kAbsolute, CorrectionMode::kRelative}) {
     // Twice: as the first packet, and within a session.
     RsiCore core(config(mode), nullptr);

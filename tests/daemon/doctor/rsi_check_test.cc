@@ -39,6 +39,23 @@ TEST(an_rsi_link, that_is_sound_is_all_ok) {
   EXPECT_EQ(findings.all().size(), 7u);
 }
 
+TEST(an_rsi_link, for_corrections_in_space_is_told_where_the_controller_has_its_tool) {
+  const auto of = [](double mm, double deg) {
+    RsiSeen seen = sound();
+    seen.newest.tcp_apart = {mm, deg};
+    Findings findings;
+    judge_rsi(seen, {"ImFree", 3, true}, findings);
+    expect_advice(findings);
+    return finding_of(findings, "rsi tool");
+  };
+  EXPECT_EQ(of(0.0, 0.0).outcome, Outcome::kWarning) << "not compared";
+  EXPECT_EQ(of(0.003, 0.0001).outcome, Outcome::kOk);
+  const Finding wrong = of(417.2, 38.0);
+  EXPECT_EQ(wrong.outcome, Outcome::kFailed);
+  EXPECT_NE(wrong.found.find("417.20 mm"), std::string::npos) << wrong.found;
+  EXPECT_NE(wrong.advice.find("$TOOL"), std::string::npos);
+}
+
 TEST(an_rsi_link, without_packets_gets_the_checklist_and_nothing_else) {
   RsiSeen seen;
   seen.listening = "UDP 10.0.0.5:49152";

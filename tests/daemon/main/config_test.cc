@@ -4,6 +4,7 @@
 
 #include "calib/files/error.h"
 #include "drivers/error.h"
+#include "drivers/kuka/arm_geometry.h"
 
 namespace cellcal::daemon {
 namespace {
@@ -60,6 +61,47 @@ TEST(a_configuration, of_mode_relative_reaches_adapter_and_controllers_files) {
   EXPECT_DOUBLE_EQ(config.rsi.longest_lag_s, 0.04);
 }
 
+TEST(a_configuration, of_corrections_in_space_reaches_adapter_and_controllers_files) {
+  const DaemonConfig usual = parse_config(kRsi, "d.toml");
+  EXPECT_FALSE(usual.rsi.space.on);
+  EXPECT_FALSE(usual.rsi_files.space.on);
+  const DaemonConfig config = parse_config(
+      kRsi +
+          "[rsi]\ncorrection = \"space\"\ncart_tag = \"Kart\"\ncorrection_frame = \"tool\"\n"
+          "correction_limit_mm = 300\ncorrection_turn_limit_deg = 60\n[controller]\nbase = 3\n",
+      "d.toml");
+  for (const drivers::SpaceCorrection& space : {config.rsi.space, config.rsi_files.space}) {
+    EXPECT_TRUE(space.on);
+    EXPECT_EQ(space.tag, "Kart");
+    EXPECT_EQ(space.frame, drivers::CorrectionFrame::kTool);
+    EXPECT_DOUBLE_EQ(space.limit_mm, 300.0);
+    EXPECT_DOUBLE_EQ(space.turn_limit_deg, 60.0);
+    EXPECT_FALSE(space.compare_tcp) << "RIst is seen from BASE_DATA[3]";
+  }
+}
+
+TEST(corrections_in_space, are_of_the_flange_or_of_the_cells_tool_as_the_controller_has_it) {
+  calib::Cell cell;
+  cell.robot.joints.resize(6);
+  for (calib::Joint& joint : cell.robot.joints) {
+    joint.min_rad = -3.0;
+    joint.max_rad = 3.0;
+    joint.max_speed_rad_s = 2.0;
+  }
+  cell.tool.tcp.translation() = Eigen::Vector3d(0.1, 0.2, 0.3);
+  const std::vector<double> zero(6, 0.0);
+  const std::string text = kRsi + "[rsi]\ncorrection = \"space\"\n";
+  const auto at = [&](const std::string& more) {
+    return rsi_config_for(parse_config(text + more, "d.toml"), cell)
+        .space.geometry->tcp(zero)
+        .translation();
+  };
+  EXPECT_LT(at("").norm(), 1e-12);
+  EXPECT_LT((at("[controller]\ntool = 5\n") - cell.tool.tcp.translation()).norm(), 1e-12);
+  cell.robot.joints.pop_back();
+  EXPECT_THROW(rsi_config_for(parse_config(text, "d.toml"), cell), drivers::ConfigError);
+}
+
 struct Wrong {
   std::string text;
   const char* key;
@@ -75,44 +117,49 @@ TEST_P(a_wrong_configuration, is_refused_by_file_and_key) {
 
 INSTANTIATE_TEST_SUITE_P(
     config, a_wrong_configuration,
-    ::testing::Values(Wrong{"backend = \"rsi\"\n", "format"},
-                      Wrong{"format = \"cellcal.daemon/2\"\nbackend = \"rsi\"\n", "format"},
-                      Wrong{"format = \"cellcal.daemon/1\"\n", "backend"},
-                      Wrong{"format = \"cellcal.daemon/1\"\nbackend = \"s7\"\n", "backend"},
-                      Wrong{"format = \"cellcal.daemon/1\"\nbackend = \"rsi\"\n", "contact"},
-                      Wrong{kMock + "colour = 1\n", "colour"},
-                      Wrong{kMock + "state_dir = \"here\"\n", "state_dir"},
-                      Wrong{kMock + "socket = \"here\"\n", "socket"},
-                      Wrong{kMock + "[motion]\nspeed_percent = 0\n", "speed_percent"},
-                      Wrong{kMock + "[motion]\nspeed_percent = 101\n", "speed_percent"},
-                      Wrong{kMock + "[motion]\nspeed_percent = nan\n", "speed_percent"},
-                      Wrong{kMock + "[motion]\nslow_search_mm_s = 9\nfast_search_mm_s = 5\n",
-                            "slow_search_mm_s"},
-                      Wrong{kMock + "[motion]\njerk = 9\n", "jerk"},
-                      Wrong{kMock + "[rsi]\nport = 70000\n", "port"},
-                      Wrong{kMock + "[rsi]\nport = \"x\"\n", "port"},
-                      Wrong{kRsi + "[rsi]\nmode = \"both\"\n", "mode"},
-                      Wrong{kRsi + "[rsi]\nhold_on = false\n", "hold_on"},
-                      Wrong{kRsi + "[rsi]\nmode = \"relative\"\nhold_on = true\n", "hold_on"},
-                      Wrong{kRsi + "[rsi]\nlongest_lag_ms = 5\n", "longest_lag_ms"},
-                      Wrong{"format = \"cellcal.daemon/1\"\nbackend = \"eki\"\n", "contact"},
-                      Wrong{kMock + "[mock]\nwire = \"profinet\"\n", "wire"},
-                      Wrong{kMock + "[eki]\nstop = \"both\"\n", "stop"},
-                      Wrong{kMock + "[eki]\nport = 0\n", "port"},
-                      Wrong{kMock + "[eki]\nsilence_ms = 20\n", "silence_ms"},
-                      Wrong{kMock + "[eki]\nlatch_delay_ms = nan\n", "latch_delay_ms"},
-                      Wrong{kMock + "[eki]\ninput = 4\n", "input"},
-                      Wrong{kMock + "[controller]\ninput = 0\n", "input"},
-                      Wrong{kMock + "[controller]\nexternal_axes = 7\n", "external_axes"},
-                      Wrong{kMock + "[controller]\nstop_flag = 901\n", "stop_flag"},
-                      Wrong{kMock + "[controller]\nport = 1\n", "port"},
-                      Wrong{kMock + "[mock]\nwire = \"eki\"\n[eki]\nstop = \"flag\"\n"
-                                    "[motion]\nfast_search_mm_s = 5\n",
-                            "fast_search_mm_s"},
-                      Wrong{kMock + "[contact]\nbaud = 9601\n", "baud"},
-                      Wrong{kMock + "[mock]\ncycle_ms = 8\n", "cycle_ms"},
-                      Wrong{kMock + "[mock]\nstart_deg = [1, inf]\n", "start_deg"},
-                      Wrong{kMock + "[[", "d.toml"}));
+    ::testing::Values(
+        Wrong{"backend = \"rsi\"\n", "format"},
+        Wrong{"format = \"cellcal.daemon/2\"\nbackend = \"rsi\"\n", "format"},
+        Wrong{"format = \"cellcal.daemon/1\"\n", "backend"},
+        Wrong{"format = \"cellcal.daemon/1\"\nbackend = \"s7\"\n", "backend"},
+        Wrong{"format = \"cellcal.daemon/1\"\nbackend = \"rsi\"\n", "contact"},
+        Wrong{kMock + "colour = 1\n", "colour"},
+        Wrong{kMock + "state_dir = \"here\"\n", "state_dir"},
+        Wrong{kMock + "socket = \"here\"\n", "socket"},
+        Wrong{kMock + "[motion]\nspeed_percent = 0\n", "speed_percent"},
+        Wrong{kMock + "[motion]\nspeed_percent = 101\n", "speed_percent"},
+        Wrong{kMock + "[motion]\nspeed_percent = nan\n", "speed_percent"},
+        Wrong{kMock + "[motion]\nslow_search_mm_s = 9\nfast_search_mm_s = 5\n", "slow_search_mm_s"},
+        Wrong{kMock + "[motion]\njerk = 9\n", "jerk"},
+        Wrong{kMock + "[rsi]\nport = 70000\n", "port"},
+        Wrong{kMock + "[rsi]\nport = \"x\"\n", "port"},
+        Wrong{kRsi + "[rsi]\nmode = \"both\"\n", "mode"},
+        Wrong{kRsi + "[rsi]\nhold_on = false\n", "hold_on"},
+        Wrong{kRsi + "[rsi]\nmode = \"relative\"\nhold_on = true\n", "hold_on"},
+        Wrong{kRsi + "[rsi]\nlongest_lag_ms = 5\n", "longest_lag_ms"},
+        Wrong{kRsi + "[rsi]\ncorrection = \"joint\"\n", "correction"},
+        Wrong{kRsi + "[rsi]\ncorrection = \"space\"\nmode = \"relative\"\n", "correction"},
+        Wrong{kRsi + "[rsi]\ncorrection_frame = \"world\"\n", "correction_frame"},
+        Wrong{kRsi + "[rsi]\ncorrection = \"space\"\n[controller]\nbase = 1\n", "correction_frame"},
+        Wrong{kRsi + "[rsi]\ncorrection_turn_limit_deg = 181\n", "correction_turn_limit_deg"},
+        Wrong{"format = \"cellcal.daemon/1\"\nbackend = \"eki\"\n", "contact"},
+        Wrong{kMock + "[mock]\nwire = \"profinet\"\n", "wire"},
+        Wrong{kMock + "[eki]\nstop = \"both\"\n", "stop"},
+        Wrong{kMock + "[eki]\nport = 0\n", "port"},
+        Wrong{kMock + "[eki]\nsilence_ms = 20\n", "silence_ms"},
+        Wrong{kMock + "[eki]\nlatch_delay_ms = nan\n", "latch_delay_ms"},
+        Wrong{kMock + "[eki]\ninput = 4\n", "input"},
+        Wrong{kMock + "[controller]\ninput = 0\n", "input"},
+        Wrong{kMock + "[controller]\nexternal_axes = 7\n", "external_axes"},
+        Wrong{kMock + "[controller]\nstop_flag = 901\n", "stop_flag"},
+        Wrong{kMock + "[controller]\nport = 1\n", "port"},
+        Wrong{kMock + "[mock]\nwire = \"eki\"\n[eki]\nstop = \"flag\"\n"
+                      "[motion]\nfast_search_mm_s = 5\n",
+              "fast_search_mm_s"},
+        Wrong{kMock + "[contact]\nbaud = 9601\n", "baud"},
+        Wrong{kMock + "[mock]\ncycle_ms = 8\n", "cycle_ms"},
+        Wrong{kMock + "[mock]\nstart_deg = [1, inf]\n", "start_deg"},
+        Wrong{kMock + "[[", "d.toml"}));
 
 const std::string kEki =
     "format = \"cellcal.daemon/1\"\nbackend = \"eki\"\n[contact]\ndevice = \"/dev/ttyUSB0\"\n";

@@ -87,6 +87,27 @@ TEST(a_virtual_session, by_increments_measures_what_one_by_offsets_does) {
   EXPECT_EQ(rows, 16);
 }
 
+TEST(a_virtual_session, by_corrections_in_space_is_published_in_either_frame) {
+  for (const char* frame : {"base", "tool"}) {
+    DaemonFixture fixture("[rsi]\ncorrection = \"space\"\ncorrection_frame = \"" +
+                          std::string(frame) + "\"\n[controller]\ntool = 1\n[mock]\nseed = 3\n");
+    fixture.start();
+    const Outcome outcome = fixture.cellcal(run("32", "8"));
+    EXPECT_EQ(outcome.status, 0) << frame << ": " << outcome.err << fixture.log();
+    EXPECT_NE(outcome.out.find("verdict: publishable"), std::string::npos) << outcome.out;
+  }
+}
+
+TEST(a_virtual_session, ends_by_name_where_corrections_in_space_reach_their_limit) {
+  DaemonFixture fixture(
+      "[rsi]\ncorrection = \"space\"\ncorrection_turn_limit_deg = 20\n[mock]\nseed = 3\n");
+  fixture.start();
+  const Outcome outcome = fixture.cellcal(run("12", "4"));
+  EXPECT_EQ(outcome.status, 1);
+  EXPECT_NE(outcome.err.find("limit of 20.00 deg"), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("correction_turn_limit_deg"), std::string::npos) << outcome.err;
+}
+
 TEST(a_killed_daemon, loses_no_touch_and_its_successor_finishes_the_session) {
   DaemonFixture fixture;
   fixture.start();

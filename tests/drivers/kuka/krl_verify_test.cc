@@ -11,37 +11,10 @@
 
 #include "drivers/error.h"
 #include "drivers/kuka/krl_read.h"
+#include "tests/drivers/kuka/krl_verdict.h"
 
 namespace cellcal::drivers {
 namespace {
-
-RsiFilesConfig rsi_config(int version = 4) {
-  RsiFilesConfig config;
-  config.pc_address = "10.0.0.5";
-  config.rsi_version = version;
-  return config;
-}
-
-std::string all(const std::vector<FileObjection>& objections) {
-  std::string text;
-  for (const FileObjection& one : objections) {
-    text += (one.refused ? "refused " : "warned ") + to_string(one) + "\n";
-  }
-  return text;
-}
-
-void replace(ControllerFiles& files, const std::string& name, const std::string& from,
-             const std::string& to) {
-  std::string& text = files.at(name);
-  const std::size_t at = text.find(from);
-  ASSERT_NE(at, std::string::npos) << name << " does not hold " << from;
-  text.replace(at, from.size(), to);
-}
-
-std::string verdict(const ControllerFiles& files, const RsiFilesConfig& config,
-                    CorrectionMode mode = CorrectionMode::kAbsolute) {
-  return all(verify_rsi_files(files, config, mode));
-}
 
 TEST(RsiSet, FitsAsItWasMade) {
   for (const int version : {3, 4}) {
@@ -82,11 +55,6 @@ TEST(RsiSet, IsCountedFromOneInBothReleases) {
     EXPECT_EQ(file->only("STOP")->input(1)->from_index, 7);
   }
 }
-
-struct Spoiled {
-  const char *file, *from, *to, *words;
-  int version = 4;
-};
 
 TEST(RsiSet, IsRefusedByFileLineAndWords) {
   constexpr const char* kChannel = "cellcal_rsi_ethernet.xml";

@@ -10,34 +10,13 @@
 #include "calib/model/robot.h"
 #include "sim/krc/cartesian_arm.h"
 #include "sim/krc/controller.h"
+#include "tests/sim/krc/arm_cell.h"
 
 namespace cellcal::sim {
 namespace {
 
 using namespace std::chrono_literals;
 constexpr double kDeg = std::numbers::pi / 180.0;
-
-/// KR 5 arc's geometry, without any of its errors.
-calib::Cell arm_cell() {
-  calib::Cell cell;
-  const double d[6] = {0.4, 0, 0, 0.62, 0, 0.115}, a[6] = {0.18, 0.6, 0.12, 0, 0, 0};
-  const double alpha[6] = {-90, 0, -90, 90, -90, 0}, offset[6] = {0, 0, -90, 0, 0, 180};
-  const int sign[6] = {-1, 1, 1, -1, 1, -1};
-  for (int i = 0; i < 6; ++i) {
-    calib::Joint joint;
-    joint.name = "A" + std::to_string(i + 1);
-    joint.sign = sign[i];
-    joint.offset_rad = offset[i] * kDeg;
-    joint.d_m = d[i];
-    joint.a_m = a[i];
-    joint.alpha_rad = alpha[i] * kDeg;
-    joint.min_rad = -185 * kDeg;
-    joint.max_rad = 185 * kDeg;
-    joint.max_speed_rad_s = 154 * kDeg;
-    cell.robot.joints.push_back(joint);
-  }
-  return cell;
-}
 
 class Modes : public ::testing::Test {
  protected:

@@ -1,0 +1,95 @@
+// The emulated controller takes from cellcal's own files what a real one would.
+
+#include "sim/emulator/rsi_context.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "drivers/kuka/krl_files.h"
+
+namespace cellcal::sim {
+namespace {
+
+class InstalledFiles : public ::testing::TestWithParam<int> {
+ protected:
+  void SetUp() override {
+    folder = std::filesystem::temp_directory_path() / ("cellcal_files_" + std::to_string(getpid()));
+    std::filesystem::create_directories(folder);
+  }
+  void TearDown() override { std::filesystem::remove_all(folder); }
+
+  ControllerConfig loaded(drivers::RsiFilesConfig config, const std::string& from = "",
+                          const std::string& to = "") {
+    config.pc_address = "10.0.0.5";
+    config.rsi_version = GetParam();
+    const std::string context = GetParam() == 3 ? "cellcal_rsi.rsi.xml" : "cellcal_rsi.rsix";
+    for (auto [name, text] : drivers::rsi_files(config)) {
+      if (name == context && !from.empty()) {
+        const std::size_t at = text.find(from);
+        EXPECT_NE(at, std::string::npos) << from;
+        text.replace(at, from.size(), to);
+      }
+      std::ofstream(folder / name, std::ios::binary) << text;
+    }
+    EmulatorOptions options;
+    options.rsi_xml = folder / "cellcal_rsi_ethernet.xml";
+    options.rsi_context = folder / context;
+    load_rsi_context(options);
+    return options.controller;
+  }
+
+  std::filesystem::path folder;
+};
+
+TEST_P(InstalledFiles, OfAxisCorrectionsGiveTheirLimits) {
+  drivers::RsiFilesConfig config;
+  config.correction_limit_deg = 45.0;
+  const ControllerConfig controller = loaded(config);
+  EXPECT_EQ(controller.clamp_deg, 45.0);
+  EXPECT_EQ(controller.monitor_deg, 45.0);
+  EXPECT_EQ(controller.precision, 5);
+}
+
+TEST_P(InstalledFiles, OfCorrectionsInSpaceGiveTheirFrameAndLimits) {
+  drivers::RsiFilesConfig config;
+  config.space.on = true;
+  config.space.frame = drivers::CorrectionFrame::kTool;
+  config.space.limit_mm = 321.5;
+  config.space.turn_limit_deg = 75.0;
+  const ControllerConfig controller = loaded(config);
+  EXPECT_EQ(controller.cartesian_system, CorrectionFrame::kTool);
+  EXPECT_EQ(controller.clamp_mm, 321.5);
+  EXPECT_EQ(controller.monitor_mm, 321.5);
+  EXPECT_EQ(controller.clamp_turn_deg, 75.0);
+  EXPECT_EQ(controller.monitor_turn_deg, 75.0);
+  config.space.frame = drivers::CorrectionFrame::kRobRoot;
+  EXPECT_EQ(loaded(config).cartesian_system, CorrectionFrame::kBase);
+}
+
+TEST_P(InstalledFiles, WithoutAMonitorStopAtWhatItHasByItself) {
+  drivers::RsiFilesConfig config;
+  config.space.on = true;
+  const ControllerConfig controller = GetParam() == 3
+                                          ? loaded(config, "\"POSCORRMON\"", "\"OTHER\"")
+                                          : loaded(config, "\"PosCorrMon\"", "\"Other\"");
+  EXPECT_EQ(controller.monitor_mm, 6.0);
+  EXPECT_EQ(controller.monitor_turn_deg, 6.0);
+}
+
+TEST_P(InstalledFiles, WiredCrosswiseAreNotEmulated) {
+  drivers::RsiFilesConfig config;
+  config.space.on = true;
+  const std::string from = GetParam() == 3 ? "InIdx=\"2\" OutObjID=\"ETHERNET1\" OutIdx=\"2\""
+                                           : "InIdx=\"1\" OutObjId=\"Ethernet_1\" OutIdx=\"1\"";
+  const std::string to = GetParam() == 3 ? "InIdx=\"2\" OutObjID=\"ETHERNET1\" OutIdx=\"3\""
+                                         : "InIdx=\"1\" OutObjId=\"Ethernet_1\" OutIdx=\"2\"";
+  EXPECT_THROW(loaded(config, from, to), std::invalid_argument);
+}
+
+INSTANTIATE_TEST_SUITE_P(Rsi, InstalledFiles, ::testing::Values(3, 4));
+
+}  // namespace
+}  // namespace cellcal::sim
