@@ -241,12 +241,11 @@ Plan resume_plan(const Cell& cell, const Plan& plan, std::size_t next, const Joi
         "{}: no clear way to the next touch of this plan: {}; the cell has changed", touch.target,
         clearance.hit(resting_posture(cell.robot, clearance), touch.standoff, kTipMarginM)
             .value_or(kAround)));
-  Candidate leaving = to;
-  if (next > 0) {
-    leaving.target = cell.target_index(plan.touches[next - 1].target);
-    leaving.clear = plan.touches[next - 1].clear;
-    leaving.orientation = arm.nominal_tcp(leaving.clear).linear();
-  }
+  const PlannedTouch& before = plan.touches[next > 0 ? next - 1 : next];
+  Candidate leaving;  // its way to the resting posture is not known: not the one of `to`
+  leaving.target = cell.target_index(before.target);
+  leaving.clear = before.clear;
+  leaving.orientation = arm.nominal_tcp(leaving.clear).linear();
   const auto rest = router.to_standoff(at, &leaving, to);
   if (!rest)
     throw PlanError(fmt::format(

@@ -70,7 +70,9 @@ std::optional<std::vector<JointVector>> Router::to_standoff(const JointVector& f
   if (auto way = simple_way(from, leaving, to)) return way;
   if (to.from_rest.empty()) return std::nullopt;
   // Over the resting posture: long, but known to be clear.
-  if (leaving != nullptr && !leaving->to_rest.empty())
+  // Its first move is known to be clear from the clear point alone; the arm may stand beside that.
+  if (leaving != nullptr && !leaving->to_rest.empty() &&
+      clearance_.clear(from, leaving->to_rest.front(), kTipMarginM))
     return joined(leaving->to_rest, to.from_rest);
   if (clearance_.clear(from, rest_, kTipMarginM)) return joined({rest_}, to.from_rest);
   if (!clearance_.clear(from, kTipMarginM)) return std::nullopt;
