@@ -275,14 +275,24 @@ struct Finder::Impl {
     const Vector3d shaft = here.linear() * (cell.tool.tcp.linear().transpose() *
                                             cell.tool.tcp.translation().normalized());
     const Vector3d flange = tip - cell.tool.tcp.translation().norm() * shaft;
+    // Clearly outwards of every place, for tip and flange; and not down along its stand.
+    constexpr double kOutwards = 0.2;  // cosine
+    const SearchStand stand = stand_of(cell.targets[one.target]);
     const auto leads_away = [&](const Vector3d& direction) {
-      return std::all_of(
-          one.belief.places().begin(), one.belief.places().end(), [&](const Vector3d& place) {
-            return (tip - place).dot(direction) >= 0.0 && (flange - place).dot(direction) >= 0.0;
-          });
+      if (stand.radius_m > 0.0 && direction.dot(stand.up) < 0.0) return false;
+      return std::all_of(one.belief.places().begin(), one.belief.places().end(),
+                         [&](const Vector3d& place) {
+                           const Vector3d to_tip = tip - place, to_flange = flange - place;
+                           return to_tip.dot(direction) >= kOutwards * to_tip.norm() &&
+                                  to_flange.dot(direction) >= 0.0;
+                         });
     };
     std::vector<Vector3d> directions;
-    if (last) directions.push_back(last->normal);
+    if (last && last->target == one.target) {  // on its line: the way it came
+      const Vector3d off = tip - arm.nominal_tcp(last->clear).translation();
+      if ((off - off.dot(last->normal) * last->normal).norm() <= 2.0 * kBowM)
+        directions.push_back(last->normal);
+    }
     for (const Vector3d& direction :
          {Vector3d((tip - one.belief.mean()).stableNormalized()), Vector3d(-shaft)})
       if (leads_away(direction)) directions.push_back(direction);
@@ -292,7 +302,9 @@ struct Finder::Impl {
         Eigen::Isometry3d pose = here;
         pose.translation() = tip + further * direction;
         auto q = inverse(arm, pose, from, options.limit_margin_rad);
-        if (q && clearance.clear(*q, kTipMarginM) && others.clear(from, *q, kTipMarginM)) return q;
+        if (q && bow_m(from, *q) <= kBowM && clearance.clear(*q, kTipMarginM) &&
+            others.clear(from, *q, kTipMarginM))
+          return q;
       }
     return std::nullopt;
   }
@@ -383,6 +395,7 @@ bool Finder::leads_out(const JointVector& from) const {
   if (one == nullptr) return false;
   const Cell around = impl_->swollen(std::nullopt), rest = impl_->swollen(one->target);
   const Clearance clearance(around, impl_->arm), others(rest, impl_->arm);
+  if (clearance.clear(from, kTipMarginM)) return false;  // in contact with something else
   return impl_->way_out(*one, from, clearance, others).has_value();
 }
 

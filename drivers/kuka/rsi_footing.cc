@@ -13,6 +13,9 @@ constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 constexpr double kSamePoseRad = 0.01 * kRadPerDeg;
 // A correction of less is none, as in rsi_offset.
 constexpr double kNoCorrectionRad = 0.02 * kRadPerDeg;
+// Where the arm stands so near to what was sent last, that is what the controller holds: servos, or
+// a controller that makes a little else of it.
+constexpr double kSameFrameRad = 0.05 * kRadPerDeg;
 
 double most_difference(const AxisAngles& a, const AxisAngles& b) {
   double most = 0.0;
@@ -103,14 +106,30 @@ bool RsiFooting::find(const RobFrame& frame, const AxisAngles& actual_rad, TimeP
     }
     if (verdict_ != OffsetVerdict::kKnown) return false;
   }
+  AxisAngles held = finder_.offset_rad();
+  if (config_.space.on && !hold_in_space(held)) {
+    verdict_ = OffsetVerdict::kUnknown;
+    return false;
+  }
   session_start_ = false;
   known_ = true;
-  ledger_.set(finder_.offset_rad());
+  ledger_.set(held);
   base_ = actual_rad;
   for (std::size_t i = 0; i < axes(); ++i) base_[i] -= ledger_.held_rad()[i];
   if (config_.mode == CorrectionMode::kRelative && !start_pose_.empty()) base_ = start_pose_;
   find_start(actual_rad);
   stand_at(actual_rad);
+  return true;
+}
+
+bool RsiFooting::hold_in_space(AxisAngles& held_rad) const {
+  const AxisAngles zero(axes(), 0.0);
+  if (most_difference(held_rad, zero) <= kNoCorrectionRad) return true;
+  const bool same_session = memory_.known && !start_.empty() &&
+                            (start_pose_.empty() || memory_.setpoint_follows ||
+                             most_difference(start_pose_, start_) <= kSamePoseRad);
+  if (!same_session || most_difference(held_rad, memory_.sent_rad) > kSameFrameRad) return false;
+  held_rad = memory_.sent_rad;
   return true;
 }
 

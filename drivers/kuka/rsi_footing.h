@@ -68,6 +68,10 @@ class RsiFooting {
  private:
   std::size_t axes() const { return config_.limits.size(); }
   void find_start(const AxisAngles& actual_rad);
+  /// In space the angles that a running session shows do not say which frame it was sent: another
+  /// geometry than the controller's makes another frame of them, and a reply with that one moves
+  /// the arm. True where nothing is held, or what this adapter sent last, which `held_rad` then is.
+  bool hold_in_space(AxisAngles& held_rad) const;
   AxisAngles correction_rad(const AxisAngles& axes_rad) const;
   std::span<const double> on_wire(std::span<const double> axes_deg);
 

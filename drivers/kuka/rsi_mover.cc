@@ -77,7 +77,10 @@ void Mover::brake() {
     in_motion_ = false;
     return;
   }
-  if (searching()) {
+  // What leads the arm astray in space is a controller that composes otherwise: each degree that is
+  // still commanded leads it further.
+  const bool astray = config_.space.on && outcome_ == MoveOutcome::kNotFollowing;
+  if (searching() || astray) {
     line_.brake_within(t_s_, std::max(kSearchRampS, 3 * cycle_s_));
   } else {
     line_.brake_at(t_s_);

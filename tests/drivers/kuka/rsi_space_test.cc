@@ -314,6 +314,30 @@ TEST_P(RsiSpaceMisled, StopsByNameAfterASmallDeviationAndRecordsNoTouch) {
   EXPECT_EQ(rig.core.state().link, RobotLink::kNotReferenced);
 }
 
+/// A transit goes on until the arm is seen astray; then it is stopped at once, however fast it was.
+TEST_P(RsiSpaceMisled, StopsAFastTransitWithinAShortRamp) {
+  sim::ControllerConfig krc = space_krc();
+  GetParam().controller(krc);
+  RsiConfig config = space_config();
+  config.space.compare_tcp = false;
+  Rig rig(krc, config);
+  rig.make_ready();
+  AxisAngles target = rig.commanded();
+  const double by_deg[] = {8, -3, 4, 12, -10, 15};
+  for (std::size_t i = 0; i < 6; ++i) target[i] += by_deg[i] * kDeg;
+  double off = 0.0;
+  AxisAngles before = rig.commanded();
+  rig.after_cycle = [&] {
+    off = std::max(off, farthest_deg(rig.krc.setpoint_rad(), before));
+    before = rig.commanded();
+  };
+  const MoveResult result = rig.move(MoveKind::kTransit, target, 0.0, 0);
+  EXPECT_EQ(result.outcome, MoveOutcome::kNotFollowing) << result.detail;
+  EXPECT_EQ(rig.core.state().link, RobotLink::kNotReferenced);
+  std::printf("%s: astray by %.2f deg at most\n", GetParam().name, off);
+  EXPECT_LT(off, 1.5) << "deg";
+}
+
 INSTANTIATE_TEST_SUITE_P(
     , RsiSpaceMisled,
     ::testing::Values(
