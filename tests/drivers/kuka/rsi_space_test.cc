@@ -287,10 +287,15 @@ struct Misled {
 };
 class RsiSpaceMisled : public ::testing::TestWithParam<Misled> {};
 
-/// Ends the move by name once the arm has left its line by hardly more than the tolerance.
-TEST_P(RsiSpaceMisled, StopsByNameAfterASmallDeviationAndRecordsNoTouch) {
+/// Moves all axes and says how the move ended and by how much the arm was astray at most [deg].
+struct Astray {
+  MoveResult result;
+  double off_deg = 0.0;
+  RobotLink link = RobotLink::kReady;
+};
+Astray misled(const Misled& how, MoveKind kind, double cruise_s, int search) {
   sim::ControllerConfig krc = space_krc();
-  GetParam().controller(krc);
+  how.controller(krc);
   RsiConfig config = space_config();
   config.space.compare_tcp = false;  // as where RIst is not wired
   Rig rig(krc, config);
@@ -299,43 +304,36 @@ TEST_P(RsiSpaceMisled, StopsByNameAfterASmallDeviationAndRecordsNoTouch) {
   AxisAngles target = rig.commanded();
   const double by_deg[] = {8, -3, 4, 12, -10, 15};
   for (std::size_t i = 0; i < 6; ++i) target[i] += by_deg[i] * kDeg;
-  double off = 0.0;
+  Astray astray;
   AxisAngles before = rig.commanded();
   rig.after_cycle = [&] {
-    off = std::max(off, farthest_deg(rig.krc.setpoint_rad(), before));
+    astray.off_deg = std::max(astray.off_deg, farthest_deg(rig.krc.setpoint_rad(), before));
     before = rig.commanded();
   };
-  const MoveResult result = rig.move(MoveKind::kSearch, target, 20.0, 7);
+  astray.result = rig.move(kind, target, cruise_s, search);
+  astray.link = rig.core.state().link;
+  return astray;
+}
+
+/// Ends the move by name once the arm has left its line by hardly more than the tolerance.
+TEST_P(RsiSpaceMisled, StopsByNameAfterASmallDeviationAndRecordsNoTouch) {
+  const Astray astray = misled(GetParam(), MoveKind::kSearch, 20.0, 7);
+  const MoveResult& result = astray.result;
   EXPECT_EQ(result.outcome, MoveOutcome::kNotFollowing) << result.detail;
   EXPECT_FALSE(result.latch);
   for (const char* word : {"RefCorrSys", "correction_frame", "[controller] tool"})
     EXPECT_TRUE(says(result, word)) << result.detail;
-  EXPECT_LT(off, 0.12) << "deg";
-  EXPECT_EQ(rig.core.state().link, RobotLink::kNotReferenced);
+  EXPECT_LT(astray.off_deg, 0.12);
+  EXPECT_EQ(astray.link, RobotLink::kNotReferenced);
 }
 
 /// A transit goes on until the arm is seen astray; then it is stopped at once, however fast it was.
 TEST_P(RsiSpaceMisled, StopsAFastTransitWithinAShortRamp) {
-  sim::ControllerConfig krc = space_krc();
-  GetParam().controller(krc);
-  RsiConfig config = space_config();
-  config.space.compare_tcp = false;
-  Rig rig(krc, config);
-  rig.make_ready();
-  AxisAngles target = rig.commanded();
-  const double by_deg[] = {8, -3, 4, 12, -10, 15};
-  for (std::size_t i = 0; i < 6; ++i) target[i] += by_deg[i] * kDeg;
-  double off = 0.0;
-  AxisAngles before = rig.commanded();
-  rig.after_cycle = [&] {
-    off = std::max(off, farthest_deg(rig.krc.setpoint_rad(), before));
-    before = rig.commanded();
-  };
-  const MoveResult result = rig.move(MoveKind::kTransit, target, 0.0, 0);
-  EXPECT_EQ(result.outcome, MoveOutcome::kNotFollowing) << result.detail;
-  EXPECT_EQ(rig.core.state().link, RobotLink::kNotReferenced);
-  std::printf("%s: astray by %.2f deg at most\n", GetParam().name, off);
-  EXPECT_LT(off, 1.5) << "deg";
+  const Astray astray = misled(GetParam(), MoveKind::kTransit, 0.0, 0);
+  EXPECT_EQ(astray.result.outcome, MoveOutcome::kNotFollowing) << astray.result.detail;
+  EXPECT_EQ(astray.link, RobotLink::kNotReferenced);
+  std::printf("%s: astray by %.2f deg at most\n", GetParam().name, astray.off_deg);
+  EXPECT_LT(astray.off_deg, 1.5);
 }
 
 INSTANTIATE_TEST_SUITE_P(
