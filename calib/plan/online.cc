@@ -43,6 +43,7 @@ struct Online::Impl {
   int least = kFirstTouches;       ///< touches of each sphere before there is an estimate
   int unsettled = 0;               ///< times that there was none
   Random random;
+  std::vector<std::size_t> failed;  ///< candidates that could not be touched
   std::vector<std::size_t> checks;  ///< still to be made, once the fit touches are
   std::vector<Touch> touches;
   std::optional<RunningEstimate> running;
@@ -84,24 +85,30 @@ struct Online::Impl {
         touches.push_back(touch);
       else
         --progress.checks_left;
-      forget_like(touch);
+      constexpr double kSameRad = 0.05;
+      forget_like(cell.target_index(touch.target), touch.joint_rad, kSameRad);
     }
     progress.touches = static_cast<int>(touches.size());
     progress.touches_left -= progress.touches;
     if (!touches.empty() && seeded()) begin();
   }
 
-  /// The candidate that was this touch, or would be much the same, is not offered again.
-  void forget_like(const Touch& touch) {
-    constexpr double kSameRad = 0.05;
-    const std::size_t target = cell.target_index(touch.target);
+  /// Candidates of the target with no axis further from this contact are not offered again.
+  void forget_like(std::size_t target, const JointVector& contact, double within_rad) {
     for (std::size_t c = 0; c < gone.size(); ++c) {
       const Candidate& candidate = pool.candidates()[c];
-      double off = candidate.target == target ? 0.0 : kSameRad;
-      for (std::size_t i = 0; i < touch.joint_rad.size(); ++i)
-        off = std::max(off, std::abs(candidate.contact[i] - touch.joint_rad[i]));
-      if (off < kSameRad) gone[c] = true;
+      double off = candidate.target == target ? 0.0 : within_rad;
+      for (std::size_t i = 0; i < contact.size(); ++i)
+        off = std::max(off, std::abs(candidate.contact[i] - contact[i]));
+      if (off < within_rad) gone[c] = true;
     }
+  }
+
+  /// What was in the way of one touch is in the way of those beside it, too.
+  void forget_failed() {
+    constexpr double kBesideRad = 0.15;
+    for (const std::size_t c : failed)
+      forget_like(pool.candidates()[c].target, pool.candidates()[c].contact, kBesideRad);
   }
 
   int made(std::size_t target) const {
@@ -182,6 +189,7 @@ struct Online::Impl {
     for (const double by_rad : kLookAroundRad)
       pool.vary({*best}, kAround / static_cast<int>(std::size(kLookAroundRad)), by_rad, random);
     gone.resize(pool.candidates().size(), false);
+    forget_failed();
   }
 
   /// Candidates and region as the estimate sees them.
@@ -385,6 +393,10 @@ void Online::touched(const Touch& touch) {
 void Online::failed() {
   const auto offered = impl_->offered;
   impl_->put_away();
+  if (offered) {
+    impl_->failed.push_back(*offered);
+    impl_->forget_failed();
+  }
   if (offered && impl_->progress.fitted)
     impl_->draw_check(impl_->pool.candidates()[*offered].target);
 }

@@ -28,8 +28,8 @@ constexpr int kCandidatesPerTouchBySearch = 12;
 /// Rounds of exchange; they end where another would bring next to nothing.
 constexpr int kExchanges = 6;
 /// Then each choice is looked around: so many candidates like those picked are added, by these
-/// turns one after the other, and exchanged for, until that brings too little. At 30 touches it
-/// takes a fourth off the error that is foreseen, at 50 an eighth, at 100 a twelfth.
+/// turns one after the other, and exchanged for, until that brings too little. At 30 touches of four
+/// spheres it takes a fifth off the error that is foreseen, at 50 an eighth.
 constexpr double kLookAroundRad[] = {0.5, 0.35, 0.25, 0.17, 0.1, 0.05};
 constexpr int kAroundEach = 60;
 constexpr int kMostAround = 2000;

@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <functional>
 #include <set>
 
@@ -113,6 +115,26 @@ TEST(Online, DoesNotOfferAgainWhatFailed) {
   std::set<std::pair<std::string, JointVector>> clear;
   for (const PlannedTouch& touch : driven.touches)
     EXPECT_TRUE(clear.emplace(touch.target, touch.clear).second);
+}
+
+TEST(Online, DoesNotOfferWhatIsMuchLikeATouchThatFailed) {
+  // What was in the way of the one is in the way of the other.
+  const auto fails = [](int k) { return k > 20 && k % 2 == 0; };
+  const Driven driven = drive(demo_cell(), {.u95_m = 0.25e-3}, fails);
+  constexpr double kBesideRad = 0.14;  // at the stand-off instead of the contact
+  int pairs = 0;
+  for (std::size_t k = 0; k < driven.touches.size(); ++k)
+    for (std::size_t later = k + 1; later < driven.touches.size() && fails(static_cast<int>(k));
+         ++later) {
+      const PlannedTouch &failed = driven.touches[k], &other = driven.touches[later];
+      if (other.target != failed.target) continue;
+      ++pairs;
+      double off = 0.0;
+      for (std::size_t i = 0; i < failed.standoff.size(); ++i)
+        off = std::max(off, std::abs(failed.standoff[i] - other.standoff[i]));
+      EXPECT_GT(off, kBesideRad) << k << " " << later;
+    }
+  EXPECT_GT(pairs, 100);
 }
 
 TEST(Online, EndsWhereFurtherTouchesNoLongerPay) {
