@@ -85,46 +85,66 @@ std::vector<bool> fit_touches(const Problem& problem) {
   return fit;
 }
 
-/// The fit touches that agree with the estimate; judges those left out by it, too.
-std::vector<bool> honest_touches(const Problem& problem, const IdentifyOptions& options,
-                                 Estimate& e) {
-  const std::vector<bool> fit = fit_touches(problem);
-  const std::vector<double> t = studentised(problem, e.u, fit, e.use, e.posterior);
+/// Sets e.gate; per touch how far it is off, in what it is expected to be.
+std::vector<double> judge(const Problem& problem, const IdentifyOptions& options,
+                          const std::vector<bool>& fit, Estimate& e) {
+  std::vector<double> t = studentised(problem, e.u, fit, e.use, e.posterior);
   std::vector<double> used;
   for (std::size_t i = 0; i < t.size(); ++i)
     if (fit[i]) used.push_back(t[i]);
   // More scatter than stated widens the gate instead of throwing good touches away.
   constexpr double kMadToSigma = 1.4826;
   e.gate = options.outlier_sigma * std::max(1.0, kMadToSigma * median(used));
-  std::vector<bool> honest = fit;
+  return t;
+}
+
+/// The fit touches that agree with the estimate; those left out by it, too.
+std::vector<bool> honest_touches(const Problem& problem, const IdentifyOptions& options,
+                                 Estimate& e) {
+  std::vector<bool> honest = fit_touches(problem);
+  const std::vector<double> t = judge(problem, options, honest, e);
   for (std::size_t i = 0; i < t.size(); ++i)
-    if (fit[i] && t[i] > e.gate) honest[i] = false;
+    if (t[i] > e.gate) honest[i] = false;
   return honest;
 }
 
-/// Names outliers until nothing changes. A touch on the edge may go in and out by turns; where a
-/// set comes up again, it takes twice as much to be put out from there on.
+/// Names outliers until nothing changes. A touch that has its place nearly to itself may look wrong
+/// while it is used and right while it is not; when it comes back for the second time, it is
+/// settled for good by what the others say of it. In doubt it stays out: a gross error that is let
+/// in does more harm than an honest touch that is missing.
 class Naming {
  public:
-  explicit Naming(IdentifyOptions options) : options_(std::move(options)) {}
+  Naming(const Problem& problem, const IdentifyOptions& options)
+      : options_(options),
+        fit_(fit_touches(problem)),
+        came_back_(fit_.size(), false),
+        settled_(fit_.size(), false) {}
 
   /// Whether e.use changed.
   bool changed(const Problem& problem, Estimate& e) {
     if (!options_.reject_outliers) return false;
-    std::vector<bool> next = honest_touches(problem, options_, e);
-    if (next == e.use) return false;
-    if (std::find(tried_.begin(), tried_.end(), next) != tried_.end()) {
-      options_.outlier_sigma *= 2.0;
-      tried_.clear();
+    constexpr double kInDoubt = 0.5;  // of the gate
+    const std::vector<double> t = judge(problem, options_, fit_, e);
+    bool any = false;
+    for (std::size_t i = 0; i < t.size(); ++i) {
+      if (!fit_[i] || settled_[i]) continue;
+      bool honest = t[i] <= e.gate;
+      if (honest && !e.use[i]) {
+        if (came_back_[i]) {
+          settled_[i] = true;
+          honest = t[i] <= kInDoubt * e.gate;
+        }
+        came_back_[i] = true;
+      }
+      any |= honest != e.use[i];
+      e.use[i] = honest;
     }
-    tried_.push_back(e.use);
-    e.use = std::move(next);
-    return true;
+    return any;
   }
 
  private:
-  IdentifyOptions options_;
-  std::vector<std::vector<bool>> tried_;
+  const IdentifyOptions& options_;
+  std::vector<bool> fit_, came_back_, settled_;
 };
 
 /// A share of many touches that is enough to come near the solution, spread over each target's.
@@ -206,7 +226,7 @@ void approach_slowly(const Problem& problem, const IdentifyOptions& options, Est
 /// Solves and names outliers in turn until the set of touches in use no longer changes. Touches
 /// once thrown out may come back.
 void settle(const Problem& problem, const IdentifyOptions& options, Estimate& e) {
-  Naming naming(options);
+  Naming naming(problem, options);
   for (int round = 0; round < kOutlierRounds; ++round) {
     SolveOptions plain{e.use, 0.0, options.max_iterations, 0.0};
     // Noise-free touches are solved to the end here; for others the step over the levels follows.
@@ -238,7 +258,7 @@ void refine(Problem& problem, const IdentifyOptions& options, std::vector<ModelL
   constexpr double kAstray = 1.0;  // such a step in the end is no estimate at all
   constexpr double kNoSay = 1e-4;
   LevelMean first;
-  Naming naming(options);
+  Naming naming(problem, options);
   for (int round = 0;; ++round) {
     LevelMean mean = mean_over_levels(problem, e.u, e.posterior.linear, levels);
     const double step = (mean.u - e.u).lpNorm<Eigen::Infinity>();

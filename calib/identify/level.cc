@@ -30,8 +30,7 @@ bool stated(const Robot& robot, double Joint::*field) {
                      [&](const Joint& j) { return j.*field > 0.0; });
 }
 
-/// Masses in proportion to the links' lengths, each in the middle between its joints or half a
-/// link from there.
+/// Masses in proportion to the links' lengths, each somewhere between its joints.
 void assume_masses(Robot& robot) {
   double heaviest = 0.0;
   for (std::size_t i = 1; i < robot.joints.size(); ++i) {
@@ -41,7 +40,8 @@ void assume_masses(Robot& robot) {
                                   Eigen::AngleAxisd(joint.beta_rad, Eigen::Vector3d::UnitY()))
                                      .toRotationMatrix();
     joint.com_m = turn.transpose() * Eigen::Vector3d(-joint.a_m, 0.0, -joint.d_m) / 2.0;
-    joint.moment_sigma_kg_m = joint.mass_kg * joint.com_m.norm();
+    // The centre may lie anywhere between its joints: uniform, sigma 1/sqrt(12) of the link.
+    joint.moment_sigma_kg_m = joint.mass_kg * joint.com_m.norm() * std::numbers::inv_sqrt3;
     heaviest = std::max(heaviest, joint.moment_sigma_kg_m);
   }
   constexpr double kOfTheHeaviest = 0.1;  // less does not show

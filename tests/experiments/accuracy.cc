@@ -38,6 +38,7 @@ struct Options {
   Trial trial;
   std::string level, arm;
   std::uint64_t seed = 1;
+  bool each = false;
 };
 
 void run(const calib::Robot& robot, const Level& level, const Options& options) {
@@ -49,7 +50,13 @@ void run(const calib::Robot& robot, const Level& level, const Options& options) 
   trial.ideal = level.ideal;
   std::vector<Outcome> all;
   for (std::uint64_t k = 0; static_cast<int>(all.size()) < options.robots && k < 200; ++k)
-    if (const auto o = experiments::run(robot, trial, options.seed * 1000 + k)) all.push_back(*o);
+    if (const auto o = experiments::run(robot, trial, options.seed * 1000 + k)) {
+      all.push_back(*o);
+      if (options.each)
+        fmt::print("  arm {}: M1 {:.3f} M2 {:.3f} M3 {:.3f} mm, M4 {:.1f} %, u95/rms {:.2f}{}\n", k,
+                   1e3 * o->m1, 1e3 * o->m2, 1e3 * o->m3, 100.0 * o->m4, o->u95 / o->rms,
+                   o->published ? "" : ", withheld");
+    }
   if (all.empty()) {
     fmt::print("{}: no cell could be planned\n", level.name);
     return;
@@ -111,6 +118,7 @@ int main(int argc, char** argv) {
   try {
     Options options;
     std::string gears = "harmonics", touches = "planned";
+    bool masses_unstated = false;
     options.arm = CELLCAL_EXPERIMENT_ROBOT;
     CLI::App app(
         "Accuracy over random robots, beside the targets of the method (section 9).\n"
@@ -126,15 +134,25 @@ int main(int argc, char** argv) {
     app.add_option("--touches", touches, "planned or random")
         ->capture_default_str()
         ->check(CLI::IsMember({"planned", "random"}));
+    app.add_flag("--masses-unstated", masses_unstated,
+                 "Links' masses and compliance stand in no file");
+    app.add_flag("--outliers-dropped", options.trial.outliers_dropped,
+                 "Gross touches are taken away before the estimate: what could be had at best");
+    app.add_flag("--each", options.each, "A line for every robot");
     app.add_option("--level", options.level, "Only this one")
         ->check(CLI::IsMember({"L0", "L1", "L2", "L3"}));
     app.add_option("--robot", options.arm, "Robot file")->capture_default_str();
+    app.add_option("--outliers", options.trial.outlier_share,
+                   "Share of the fit touches, 0.2 to 3 mm off")
+        ->capture_default_str()
+        ->check(CLI::Range(0.0, 0.5));
     app.add_option("--seed", options.seed, "")->capture_default_str();
     CLI11_PARSE(app, argc, argv);
     options.trial.gears = gears == "none"       ? Gears::kNone
                           : gears == "spectrum" ? Gears::kSpectrum
                                                 : Gears::kHarmonics;
     if (touches == "random") options.trial.criterion = calib::Criterion::kRandom;
+    options.trial.masses_stated = !masses_unstated;
     const calib::Robot robot = calib::load_robot(options.arm);
     for (const Level& level : kLevels) {
       if (!options.level.empty() && options.level != level.name) continue;

@@ -107,6 +107,8 @@ Stage stage_of(const Trial& trial) {
   stage.truth.gears = trial.gears;
   stage.truth.gear_arcsec = trial.gear_arcsec;
   stage.outlier_share = trial.outlier_share;
+  stage.masses_stated = trial.masses_stated;
+  stage.outliers_dropped = trial.outliers_dropped;
   if (!trial.ideal) return stage;
   stage.noise_m = stage.rho_sigma_m = stage.outlier_share = 0.0;
   stage.truth.gears = Gears::kNone;
@@ -128,7 +130,7 @@ std::optional<Outcome> run(const calib::Robot& robot, const Trial& trial, std::u
   plan_options.seed = static_cast<unsigned>(seed);
   calib::Plan plan;
   try {
-    plan = calib::make_plan(nominal, plan_options);
+    plan = calib::make_plan(as_filed(nominal, stage_of(trial)), plan_options);
   } catch (const calib::PlanError&) {
     return std::nullopt;  // a cell that cannot be served; another is drawn
   }

@@ -20,7 +20,9 @@ struct Trial {
   Gears gears = Gears::kHarmonics;
   double gear_arcsec = 10.0;
   calib::Criterion criterion = calib::Criterion::kI;
-  double outlier_share = 0.02;  ///< of the fit touches
+  double outlier_share = 0.02;    ///< of the fit touches
+  bool outliers_dropped = false;  ///< before the estimate: what could be had at best
+  bool masses_stated = true;      ///< in the robot file
 };
 
 /// M1 to M4 of the method; m and shares.

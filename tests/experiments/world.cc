@@ -61,8 +61,18 @@ calib::Cell make_cell(const calib::Robot& robot, const Stage& stage, calib::Rand
   return cell;
 }
 
+calib::Cell as_filed(calib::Cell cell, const Stage& stage) {
+  if (stage.masses_stated) return cell;
+  for (calib::Joint& joint : cell.robot.joints) {
+    joint.mass_kg = 0.0;
+    joint.com_m.setZero();
+    joint.compliance_sigma_rad_per_nm = 0.0;
+  }
+  return cell;
+}
+
 World::World(const calib::Cell& nominal, const Stage& stage, calib::Random& random)
-    : cell(nominal), arm(nominal, stage.truth, random), stage_(stage) {
+    : cell(as_filed(nominal, stage)), arm(nominal, stage.truth, random), stage_(stage) {
   const Eigen::Vector3d shift(random.normal() * 1e-3, random.normal() * 1e-3,
                               random.normal() * 1e-3);
   for (const calib::Target& t : nominal.targets) centre_m.push_back(t.centre_m + shift);
@@ -82,8 +92,10 @@ std::optional<calib::Touch> World::touch(const calib::PlannedTouch& planned, dou
   t.set = planned.set;
   double radius = cell.targets[target].diameter_m / 2.0 + rho_m;
   radius += stage_.noise_m * random.normal();
-  if (t.set == calib::TouchSet::kFit && random.uniform() < stage_.outlier_share)
+  if (t.set == calib::TouchSet::kFit && random.uniform() < stage_.outlier_share) {
     radius += (random.uniform() < 0.7 ? 1.0 : -1.0) * random.uniform(0.2e-3, 3e-3);
+    if (stage_.outliers_dropped) return std::nullopt;
+  }
   const auto q = meet(arm, planned, centre_m[target] + moved_m, radius, warm, beyond);
   if (!q) return std::nullopt;
   t.joint_rad = *q;

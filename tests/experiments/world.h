@@ -20,11 +20,16 @@ struct Stage {
   bool lengths = true;             ///< certified distances between all spheres
   double rho_sigma_m = 0.3e-3;     ///< effective radius; 0: no prior either
   double outlier_share = 0.02;     ///< of the fit touches, off by 0.2 to 3 mm
+  bool outliers_dropped = false;   ///< instead of being reported
+  bool masses_stated = true;       ///< of the links, and how far the joints give, in the robot file
   TruthSettings truth;
 };
 
 /// Up to six spheres around the front of the arm, each cell a little different.
 calib::Cell make_cell(const calib::Robot& robot, const Stage& stage, calib::Random& random);
+
+/// What of it the files say.
+calib::Cell as_filed(calib::Cell cell, const Stage& stage);
 
 struct World {
   World(const calib::Cell& nominal, const Stage& stage, calib::Random& random);
