@@ -80,6 +80,7 @@ Trial attempt(const Cell& cell, const std::vector<Touch>& touches) {
 struct Cause {
   double misfit;
   std::string words;
+  bool moved = false;  ///< a target, and nothing else
 };
 
 /// What was touched is elsewhere on a plane or before a tracker each time; how they stand is not.
@@ -210,37 +211,40 @@ class Search {
         std::vector<Touch> renamed = touches_;
         for (std::size_t i = own[split]; i < renamed.size(); ++i)
           if (renamed[i].target == target.id) renamed[i].target = later.id;
-        weigh(changed, renamed, [&](const Calibration& c) {
-          TargetResult before, after;
-          for (const TargetResult& t : c.targets) {
-            if (t.id == target.id) before = t;
-            if (t.id == later.id) after = t;
-          }
-          return fmt::format(
-              "{} seems to have moved by {:.2f} mm at about touch {}; fix it, and touch again",
-              target.id, moved_by_m(before, after) * kMmPerM, own[split] * stride_ + 1);
-        });
+        weigh(
+            changed, renamed,
+            [&](const Calibration& c) {
+              TargetResult before, after;
+              for (const TargetResult& t : c.targets) {
+                if (t.id == target.id) before = t;
+                if (t.id == later.id) after = t;
+              }
+              return fmt::format(
+                  "{} seems to have moved by {:.2f} mm at about touch {}; fix it, and touch again",
+                  target.id, moved_by_m(before, after) * kMmPerM, own[split] * stride_ + 1);
+            },
+            true);
       }
     }
   }
 
-  std::vector<std::string> best() {
+  std::vector<Cause> best() {
     std::stable_sort(causes_.begin(), causes_.end(),
                      [](const Cause& a, const Cause& b) { return a.misfit < b.misfit; });
-    std::vector<std::string> words;
+    std::vector<Cause> named;
     for (const Cause& cause : causes_)
       // A second one is worth naming where it explains the touches about as well.
-      if (words.size() < kNamed && cause.misfit < 1.2 * causes_.front().misfit)
-        words.push_back(cause.words);
-    return words;
+      if (named.size() < kNamed && cause.misfit < 1.2 * causes_.front().misfit)
+        named.push_back(cause);
+    return named;
   }
 
  private:
   void weigh(const Cell& cell, const std::vector<Touch>& touches,
-             const std::function<std::string(const Calibration&)>& words) {
+             const std::function<std::string(const Calibration&)>& words, bool moved = false) {
     const Trial trial = attempt(cell, touches);
     if (trial.found && trial.misfit < kSense && trial.misfit < kExplained * stated_.misfit)
-      causes_.push_back({trial.misfit, words(*trial.found)});
+      causes_.push_back({trial.misfit, words(*trial.found), moved});
   }
 
   const Cell& cell_;
@@ -250,9 +254,7 @@ class Search {
   std::vector<Cause> causes_;
 };
 
-}  // namespace
-
-std::vector<std::string> likely_causes(const Cell& cell, const std::vector<Touch>& touches) {
+std::vector<Cause> causes_of(const Cell& cell, const std::vector<Touch>& touches) {
   Search search(cell, touches);
   if (!search.needed()) return {};
   search.radians();
@@ -264,18 +266,30 @@ std::vector<std::string> likely_causes(const Cell& cell, const std::vector<Touch
   return search.best();
 }
 
+}  // namespace
+
+std::vector<std::string> likely_causes(const Cell& cell, const std::vector<Touch>& touches) {
+  std::vector<std::string> words;
+  for (Cause& cause : causes_of(cell, touches)) words.push_back(std::move(cause.words));
+  return words;
+}
+
 Calibration identify(const Cell& cell, const std::vector<Touch>& touches,
                      const IdentifyOptions& options) {
   try {
     Calibration calibration = identify_as_stated(cell, touches, options);
-    std::vector<std::string> causes;
-    if (!calibration.verdict.publish) causes = likely_causes(cell, touches);
-    for (const std::string& cause : causes)
-      calibration.verdict.reasons.push_back("likely cause: " + cause);
-    if (causes.empty())
+    std::vector<Cause> causes;
+    if (!calibration.verdict.publish) causes = causes_of(cell, touches);
+    // Another mistake moves targets, too.
+    const bool moved =
+        std::all_of(causes.begin(), causes.end(), [](const Cause& c) { return c.moved; });
+    if (moved)
       confirm_moves(cell, touches, options, calibration);
     else
-      calibration.moved.clear();  // another mistake moves targets, too
+      calibration.moved.clear();
+    if (calibration.moved.empty())
+      for (const Cause& cause : causes)
+        calibration.verdict.reasons.push_back("likely cause: " + cause.words);
     return calibration;
   } catch (const IdentifyError& error) {
     const auto causes = likely_causes(cell, touches);

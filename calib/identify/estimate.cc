@@ -40,37 +40,41 @@ void find_posterior(const Problem& problem, Estimate& e) {
   set_covariance(mean_over_levels(problem, e.u, e.posterior.linear, own).covariance_u, e.posterior);
 }
 
-/// |r| / sigma with the touch's own pull on the fit taken out (studentised), for used touches;
-/// with the fit's uncertainty added, for the others.
-std::vector<double> studentised(const Problem& problem, const Eigen::VectorXd& u,
-                                const std::vector<bool>& fit, const std::vector<bool>& use,
-                                const Posterior& posterior) {
+/// How far a touch is off, in what it is expected to be: |r| / sigma with its own pull on the fit
+/// taken out (studentised), for used touches; with the fit's uncertainty added, for the others.
+struct Off {
+  double sigmas = 0.0;
+  /// Of one left out: how far it would hold its own place, j S j' / (1 + j S j'). Near 1 nobody
+  /// else tells of it, and that it is not off says nothing.
+  double own = 0.0;
+};
+std::vector<Off> studentised(const Problem& problem, const Eigen::VectorXd& u,
+                             const std::vector<bool>& fit, const std::vector<bool>& use,
+                             const Posterior& posterior) {
   const std::size_t count = problem.touches().size();
-  std::vector<double> t(count, 0.0);
+  std::vector<Off> off(count);
   for (const auto& [touch, row] : posterior.linear.touch_row) {
-    const int rows = problem.rows(touch);
-    double worst = 0.0;
-    for (int k = 0; k < rows; ++k) {
+    for (int k = row; k < row + problem.rows(touch); ++k) {
       constexpr double kLeast =
           1e-6;  // a touch that alone decides something says nothing of itself
-      const double free = 1.0 - posterior.leverage[row + k];
+      const double free = 1.0 - posterior.leverage[k];
       if (free > kLeast)
-        worst = std::max(worst, std::abs(posterior.linear.residual[row + k]) / std::sqrt(free));
+        off[touch].sigmas =
+            std::max(off[touch].sigmas, std::abs(posterior.linear.residual[k]) / std::sqrt(free));
     }
-    t[touch] = worst;
   }
   std::vector<bool> others(count, false);
   for (std::size_t i = 0; i < count; ++i) others[i] = fit[i] && !use[i];
   const Linearisation outside = linearise(problem, u, others);
   const Eigen::VectorXd predicted = spread(outside.jacobian, posterior.covariance_u);
   for (const auto& [touch, row] : outside.touch_row) {
-    double worst = 0.0;
-    for (int k = 0; k < problem.rows(touch); ++k)
-      worst = std::max(worst,
-                       std::abs(outside.residual[row + k]) / std::sqrt(1.0 + predicted[row + k]));
-    t[touch] = worst;
+    for (int k = row; k < row + problem.rows(touch); ++k) {
+      off[touch].sigmas = std::max(off[touch].sigmas,
+                                   std::abs(outside.residual[k]) / std::sqrt(1.0 + predicted[k]));
+      off[touch].own = std::max(off[touch].own, predicted[k] / (1.0 + predicted[k]));
+    }
   }
-  return t;
+  return off;
 }
 
 double median(std::vector<double> values) {
@@ -85,33 +89,40 @@ std::vector<bool> fit_touches(const Problem& problem) {
   return fit;
 }
 
-/// Sets e.gate; per touch how far it is off, in what it is expected to be.
-std::vector<double> judge(const Problem& problem, const IdentifyOptions& options,
-                          const std::vector<bool>& fit, Estimate& e) {
-  std::vector<double> t = studentised(problem, e.u, fit, e.use, e.posterior);
-  std::vector<double> used;
-  for (std::size_t i = 0; i < t.size(); ++i)
-    if (fit[i]) used.push_back(t[i]);
+/// Sets e.gate.
+std::vector<Off> judge(const Problem& problem, const IdentifyOptions& options,
+                       const std::vector<bool>& fit, Estimate& e) {
+  std::vector<Off> off = studentised(problem, e.u, fit, e.use, e.posterior);
+  // Of one normal number, and of the worst of three, half are nearer than this.
+  constexpr double kMedianOfOne = 0.6745, kMedianOfThree = 1.2645;
+  std::vector<double> scatter;
+  for (std::size_t i = 0; i < off.size(); ++i)
+    if (fit[i])
+      scatter.push_back(off[i].sigmas / (problem.rows(i) == 3 ? kMedianOfThree : kMedianOfOne));
   // More scatter than stated widens the gate instead of throwing good touches away.
-  constexpr double kMadToSigma = 1.4826;
-  e.gate = options.outlier_sigma * std::max(1.0, kMadToSigma * median(used));
-  return t;
+  e.gate = options.outlier_sigma * std::max(1.0, median(scatter));
+  return off;
 }
 
 /// The fit touches that agree with the estimate; those left out by it, too.
 std::vector<bool> honest_touches(const Problem& problem, const IdentifyOptions& options,
                                  Estimate& e) {
   std::vector<bool> honest = fit_touches(problem);
-  const std::vector<double> t = judge(problem, options, honest, e);
-  for (std::size_t i = 0; i < t.size(); ++i)
-    if (t[i] > e.gate) honest[i] = false;
+  const std::vector<Off> off = judge(problem, options, honest, e);
+  for (std::size_t i = 0; i < off.size(); ++i)
+    if (off[i].sigmas > e.gate) honest[i] = false;
   return honest;
 }
 
-/// Names outliers until nothing changes. A touch that has its place nearly to itself may look wrong
-/// while it is used and right while it is not; when it comes back for the second time, it is
-/// settled for good by what the others say of it. In doubt it stays out: a gross error that is let
-/// in does more harm than an honest touch that is missing.
+/// Names outliers until nothing changes.
+///
+/// Of touches of one target that nobody else tells about one comes back at a time, and the others
+/// are judged by it: together they would come back whatever they say.
+///
+/// A touch that has its place nearly to itself may look wrong while it is used and right while it
+/// is not; when it comes back for the second time, it is settled for good by what the others say of
+/// it. In doubt it stays out: a gross error that is let in does more harm than an honest touch that
+/// is missing.
 class Naming {
  public:
   Naming(const Problem& problem, const IdentifyOptions& options)
@@ -120,21 +131,25 @@ class Naming {
         came_back_(fit_.size(), false),
         settled_(fit_.size(), false) {}
 
-  /// Whether e.use changed.
-  bool changed(const Problem& problem, Estimate& e) {
+  /// Whether e.use changed. `near`: the estimate is near enough for its word to be the last.
+  bool changed(const Problem& problem, Estimate& e, bool near) {
     if (!options_.reject_outliers) return false;
     constexpr double kInDoubt = 0.5;  // of the gate
-    const std::vector<double> t = judge(problem, options_, fit_, e);
+    constexpr double kUntold = 0.9;   // of its place is its own
+    const std::vector<Off> off = judge(problem, options_, fit_, e);
+    const std::vector<std::size_t> first = first_of_untold(problem, e, off, kUntold);
     bool any = false;
-    for (std::size_t i = 0; i < t.size(); ++i) {
+    for (std::size_t i = 0; i < off.size(); ++i) {
       if (!fit_[i] || settled_[i]) continue;
-      bool honest = t[i] <= e.gate;
+      bool honest = off[i].sigmas <= e.gate;
       if (honest && !e.use[i]) {
-        if (came_back_[i]) {
+        if (off[i].own > kUntold && first[static_cast<std::size_t>(problem.block_of(i))] != i)
+          continue;
+        if (near && came_back_[i]) {
           settled_[i] = true;
-          honest = t[i] <= kInDoubt * e.gate;
+          honest = off[i].sigmas <= kInDoubt * e.gate;
         }
-        came_back_[i] = true;
+        came_back_[i] = came_back_[i] || near;
       }
       any |= honest != e.use[i];
       e.use[i] = honest;
@@ -143,6 +158,18 @@ class Naming {
   }
 
  private:
+  /// Of each target the least off of those left out that nobody else tells about.
+  std::vector<std::size_t> first_of_untold(const Problem& problem, const Estimate& e,
+                                           const std::vector<Off>& off, double untold) const {
+    std::vector<std::size_t> first(problem.blocks().size(), off.size());
+    for (std::size_t i = 0; i < off.size(); ++i) {
+      if (!fit_[i] || settled_[i] || e.use[i] || off[i].own <= untold) continue;
+      std::size_t& least = first[static_cast<std::size_t>(problem.block_of(i))];
+      if (least == off.size() || off[i].sigmas < off[least].sigmas) least = i;
+    }
+    return first;
+  }
+
   const IdentifyOptions& options_;
   std::vector<bool> fit_, came_back_, settled_;
 };
@@ -243,7 +270,7 @@ void settle(const Problem& problem, const IdentifyOptions& options, Estimate& e)
       return;
     }
     find_posterior(problem, e);
-    if (!naming.changed(problem, e)) return;
+    if (!naming.changed(problem, e, true)) return;
   }
 }
 
@@ -256,7 +283,10 @@ void refine(Problem& problem, const IdentifyOptions& options, std::vector<ModelL
   // milliradians, and the next term of the expansion is smaller by that.
   constexpr double kStep = 1e-2;
   constexpr double kAstray = 1.0;  // such a step in the end is no estimate at all
+  // An estimate that still moves further says nothing for good of a touch, if it ever settles.
+  constexpr double kNear = 5.0;
   constexpr double kNoSay = 1e-4;
+  const std::vector<ModelLevel> every = levels;
   LevelMean first;
   Naming naming(problem, options);
   for (int round = 0;; ++round) {
@@ -268,7 +298,8 @@ void refine(Problem& problem, const IdentifyOptions& options, std::vector<ModelL
     set_covariance(mean.covariance_u, e.posterior);
     const bool last = round == kOutlierRounds;
     if (last && !(step < kAstray)) fail_to_converge(kOutlierRounds);
-    const bool changed = !last && naming.changed(problem, e);
+    const bool changed =
+        !last && naming.changed(problem, e, step < kNear || round > kOutlierRounds / 2);
     if ((!changed && step < kStep) || last) {
       std::vector<LevelEvidence> shown = std::move(mean.levels);
       for (const LevelEvidence& l : first.levels)
@@ -282,9 +313,11 @@ void refine(Problem& problem, const IdentifyOptions& options, std::vector<ModelL
       e.levels = std::move(mean);
       return;
     }
-    if (changed) {
+    if (changed) {  // an outlier more or less changes who has a say
       linearise(problem, e.u, e.use, e.posterior.linear);
-    } else if (first.levels.empty()) {  // an outlier more or less would change who has a say
+      if (!first.levels.empty()) levels = every;
+      first = {};
+    } else if (first.levels.empty() && step < kAstray) {
       levels.clear();
       for (const LevelEvidence& l : mean.levels)
         if (l.probability > kNoSay) levels.push_back(l.level);

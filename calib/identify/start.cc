@@ -4,12 +4,14 @@
 #include <Eigen/QR>
 #include <Eigen/SVD>
 #include <algorithm>
+#include <cmath>
 
 namespace cellcal::calib {
 
 namespace {
 
-constexpr int kIterations = 20;
+constexpr int kIterations = 50;
+constexpr double kNominalOffM = 2e-3;  // what a nominal arm is wrong by
 constexpr double kSettledM = 1e-9;  // where an estimate starts from
 /// Smallest over largest singular value of the centred points: below it they lie in a plane.
 constexpr double kFlat = 0.02;
@@ -65,8 +67,11 @@ SphereFit fit_centre(const std::vector<Eigen::Vector3d>& points_m,
     for (Eigen::Index i = 0; i < n; ++i) {
       const Eigen::Vector3d d = points_m[static_cast<std::size_t>(i)] - centre;
       const double length = std::max(d.norm(), 1e-12);
-      r[i] = length - radius_m[static_cast<std::size_t>(i)];
-      j.row(i) = -d.transpose() / length;
+      const double off = length - radius_m[static_cast<std::size_t>(i)];
+      // Gross errors pull no more than by their side.
+      const double weight = 1.0 / std::sqrt(std::hypot(1.0, off / kNominalOffM));
+      r[i] = weight * off;
+      j.row(i) = -weight * d.transpose() / length;
     }
     const Eigen::Vector3d step = j.colPivHouseholderQr().solve(-r);
     if (!step.allFinite()) break;

@@ -5,6 +5,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "calib/identify/solve.h"
 
@@ -18,6 +19,14 @@ constexpr double kChi2Limit = 4.0;
 constexpr double kOutlierShare = 0.10;
 /// Held-out touches may be worse than the calibration predicts for them, but not by this much.
 constexpr double kCheckRatio = 2.0;
+/// Of one target's: with so many left out the others say too little of its place.
+constexpr double kOutlierShareOfTarget = 0.20;
+/// Of the geometry's directions: with less the result is the tolerances, not the touches.
+constexpr double kToldShare = 0.5;
+/// A certified length that the rest contradicts by so many of its sigmas is another length.
+constexpr double kFarLength = 6.0;
+/// A joint or tool does not give against its load; noise may say so by this many sigmas.
+constexpr double kAgainstLoad = 5.0;
 /// An arm this many tolerances off its drawing is another arm: real ones stay within five
 /// (real-data tests), a wrong row of the robot file makes twenty and more and can still be
 /// explained away.
@@ -30,8 +39,11 @@ constexpr double kFarRadius = 5.0;
 constexpr double kPlaceSigmaM = 0.3e-3;
 /// At this distance, where a target turns: the region that counts as near it.
 constexpr double kPlaceLeverM = 0.150;
-/// A tracker measures lengths itself, and so does a wire. Their touches hold the scale where, with a
-/// perfect arm, they would hold it to this; a tracker's from at least this many places.
+/// Certified lengths hold the scale where all of them, each alone sigma over length, hold it to
+/// this.
+constexpr double kLengthScaleSigma = 5e-4;
+/// A tracker measures lengths itself, and so does a wire. Their touches hold the scale where, with
+/// a perfect arm, they would hold it to this; a tracker's from at least this many places.
 constexpr double kScaleSigma = 1e-4;
 constexpr int kScalePlaces = 4;
 
@@ -127,15 +139,71 @@ double check_against_prediction(const Problem& problem, const Calibration& c) {
 
 }  // namespace
 
-Verdict judge(const Problem& problem, const Calibration& c) {
-  Verdict verdict;
+/// What is against the touches in use of each target: too many were left out.
+void judge_outliers(const Problem& problem, const Calibration& c,
+                    std::vector<std::string>& blocking) {
   const auto touches = problem.touches();
-  int fit = 0, outliers = 0;
+  std::vector<int> fit(problem.blocks().size(), 0), outliers = fit;
   for (const TouchResidual& r : c.residuals) {
     if (touches[r.touch].set != TouchSet::kFit) continue;
-    ++fit;
-    if (r.outlier) ++outliers;
+    const auto block = static_cast<std::size_t>(problem.block_of(r.touch));
+    ++fit[block];
+    if (r.outlier) ++outliers[block];
   }
+  const int all = std::accumulate(fit.begin(), fit.end(), 0),
+            out = std::accumulate(outliers.begin(), outliers.end(), 0);
+  if (out > kOutlierShare * all) {
+    blocking.push_back(
+        fmt::format("outliers: {} of {} fit touches are not what their target allows", out, all));
+    return;
+  }
+  for (std::size_t b = 0; b < fit.size(); ++b)
+    if (outliers[b] > 0 && outliers[b] >= kOutlierShareOfTarget * fit[b])
+      blocking.push_back(fmt::format(
+          "outliers: {} of {} fit touches of {} are not what it allows, and the others say too "
+          "little of where it is; clean it and touch it again",
+          outliers[b], fit[b], problem.cell().targets[problem.blocks()[b].target].id));
+}
+
+/// Certified lengths that the result contradicts.
+void judge_lengths(const Problem& problem, const Eigen::VectorXd& x,
+                   std::vector<std::string>& blocking) {
+  for (const Problem::Length& length : problem.lengths()) {
+    const TargetBlock &a = problem.blocks()[static_cast<std::size_t>(length.block_a)],
+                      &b = problem.blocks()[static_cast<std::size_t>(length.block_b)];
+    const double off_m = (x.segment<3>(a.first) - x.segment<3>(b.first)).norm() - length.length_m;
+    if (std::abs(off_m) > kFarLength * length.sigma_m)
+      blocking.push_back(fmt::format(
+          "certified length: {} and {} lie {:+.3f} mm from the {:.3f} mm that are certified, "
+          "{:.0f} times its sigma; check it and that neither was moved",
+          problem.cell().targets[a.target].id, problem.cell().targets[b.target].id, off_m * 1e3,
+          length.length_m * 1e3, std::abs(off_m) / length.sigma_m));
+  }
+}
+
+/// Loads that bend the arm the wrong way.
+void judge_loads(const Problem& problem, const Calibration& c, std::vector<std::string>& blocking) {
+  for (int p = 0; p < problem.arm_size(); ++p) {
+    const ArmParameterKind kind = problem.arm().parameters()[p].kind;
+    if (kind != ArmParameterKind::kCompliance && kind != ArmParameterKind::kDeflection) continue;
+    const ParameterResult& found = c.parameters[static_cast<std::size_t>(p)];
+    if (found.sigma > 0.0 && found.nominal + found.correction < -kAgainstLoad * found.sigma)
+      blocking.push_back(fmt::format(
+          "against gravity: {} is negative by {:.0f} of its sigmas, as if the load pushed up; "
+          "check gravity and base in robot and cell file",
+          found.name, -(found.nominal + found.correction) / found.sigma));
+  }
+}
+
+bool lengths_hold_scale(const Problem& problem) {
+  double information = 0.0;
+  for (const Problem::Length& length : problem.lengths())
+    information += std::pow(length.length_m / length.sigma_m, 2);
+  return information * kLengthScaleSigma * kLengthScaleSigma >= 1.0;
+}
+
+Verdict judge(const Problem& problem, const Calibration& c) {
+  Verdict verdict;
   std::vector<std::string> blocking;
   if (c.chi2_per_dof > kChi2Limit)
     blocking.push_back(fmt::format(
@@ -145,9 +213,12 @@ Verdict judge(const Problem& problem, const Calibration& c) {
                                            : "the cell file states",
         c.touch_noise_m * 1e3,
         (c.repeats.used_m > 0.0 ? c.repeats.used_m : problem.cell().touch_sigma_m) * 1e3));
-  if (outliers > kOutlierShare * fit)
+  judge_outliers(problem, c, blocking);
+  if (c.observability.told < kToldShare * c.observability.directions)
     blocking.push_back(fmt::format(
-        "outliers: {} of {} fit touches are not what their target allows", outliers, fit));
+        "rank: the touches tell {} of the {} directions of the geometry better than the "
+        "tolerances do; make more, in postures more unlike",
+        c.observability.told, c.observability.directions));
   Eigen::VectorXd x(problem.size());
   for (int i = 0; i < problem.size(); ++i) {
     const ParameterResult& found = c.parameters[static_cast<std::size_t>(i)];
@@ -174,6 +245,8 @@ Verdict judge(const Problem& problem, const Calibration& c) {
     blocking.push_back(fmt::format("too few directions: {} was touched {} times {}", target.id,
                                    used.size(), what));
   }
+  judge_lengths(problem, x, blocking);
+  judge_loads(problem, c, blocking);
   if (problem.rho() >= 0) {
     const double off_m = c.parameters[static_cast<std::size_t>(problem.rho())].correction;
     const double sigma_m = problem.unknowns()[problem.rho()].scale;
@@ -203,16 +276,21 @@ Verdict judge(const Problem& problem, const Calibration& c) {
                     c.check.rms_m * 1e3, ratio));
 
   verdict.publish = blocking.empty();
-  verdict.workspace = !problem.lengths().empty() || !rule.empty();
+  const bool lengths_hold = lengths_hold_scale(problem);
+  verdict.workspace = lengths_hold || !rule.empty();
   verdict.reasons = std::move(blocking);
   if (!rule.empty()) verdict.reasons.push_back("scope: " + rule + " the scale");
-  if (!problem.lengths().empty())
+  if (lengths_hold)
     verdict.reasons.push_back(
         fmt::format("scope: {} certified length{} the scale, touched at both ends",
                     problem.lengths().size(), problem.lengths().size() == 1 ? " holds" : "s hold"));
   if (!verdict.workspace)
     verdict.reasons.push_back(
-        "scope: no certified length was touched, so only the target's size holds the scale; the "
+        std::string(problem.lengths().empty()
+                        ? "scope: no certified length was touched, so only "
+                        : "scope: the certified lengths are not certain enough (all together worse "
+                          "than 0.5 mm per metre), so only ") +
+        "the target's size holds the scale; the "
         "result claims nothing away from the targets. Touch a second sphere at a certified "
         "distance");
   if (c.check.count == 0)

@@ -174,6 +174,7 @@ int run(const Connection& daemon, const RunCommand& command) {
     if (command.goal_mm) body["goal_mm"] = *command.goal_mm;
     body["region"] = command.region;
     body["find"] = command.find;
+    body["accept_change"] = command.accept_change;
     body["check"] = command.check;
     body["seed"] = command.seed;
   }

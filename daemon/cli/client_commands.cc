@@ -43,6 +43,10 @@ void add_run(CLI::App& app, int& status) {
       ->check(CLI::Range(4, 2000));
   command->add_flag("--find", given->find,
                     "Find the spheres by touching first: their centres in the cell file are rough");
+  command->add_flag(
+      "--accept-change", given->accept_change,
+      "The arm was repaired, hit or mastered anew since its last calibration: publish "
+      "though it changed");
   command->add_option("--region", given->region, "Where accuracy matters, as in 'cellcal plan'")
       ->capture_default_str();
   command->add_option("--check", given->check, "Touches held out of the fit")

@@ -4,6 +4,7 @@
 
 #include "calib/files/calibration_json.h"
 #include "calib/files/files.h"
+#include "calib/identify/change.h"
 #include "calib/identify/paper.h"
 #include "daemon/cli/exit_status.h"
 #include "daemon/cli/offline.h"
@@ -38,6 +39,11 @@ int identify(const IdentifyCommand& command) {
   calibration.inputs = {input("cell", command.cell),
                         input("robot", calib::robot_file_of(command.cell)),
                         input("touches", command.touches)};
+  if (!command.last.empty()) {
+    calib::judge_change(calib::load_calibration(command.last), command.last.filename().string(),
+                        command.accept_change, touches, calibration);
+    calibration.inputs.push_back(input("last", command.last));
+  }
   const std::string json = calib::calibration_to_json(calibration);
   if (!command.output.empty()) put(json, command.output);
   put(command.json ? json : result_words(calibration), {});

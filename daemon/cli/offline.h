@@ -8,6 +8,8 @@ namespace cellcal::daemon {
 
 struct IdentifyCommand {
   std::filesystem::path cell, touches, output;
+  std::filesystem::path last;  ///< calibration to compare with; empty: none
+  bool accept_change = false;
   std::string method = "map";
   bool json = false;
 };

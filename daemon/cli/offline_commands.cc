@@ -18,6 +18,14 @@ void add_identify(CLI::App& app, int& status) {
   command->add_option("--cell", given->cell, "Cell file (TOML)")->required();
   command->add_option("--touches", given->touches, "Touches (CSV)")->required();
   command->add_option("-o,--output", given->output, "Where the calibration goes (JSON)");
+  command->add_option(
+      "--last", given->last,
+      "Calibration of this arm to compare with (JSON): withheld where it changed by "
+      "more than three times what both state");
+  command
+      ->add_flag("--accept-change", given->accept_change,
+                 "The arm was repaired, hit or mastered anew since then")
+      ->needs("--last");
   command
       ->add_option("--method", given->method,
                    "map: this project's estimator; paper: the seed paper's, for comparison")

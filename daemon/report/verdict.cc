@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <iterator>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -12,10 +14,10 @@
 namespace cellcal::daemon::report {
 namespace {
 
-// Reasons open with what they are about ("chi^2: ...", "scope: ..."). These two are never why a
-// result is refused.
+// Reasons open with what they are about ("chi^2: ...", "scope: ..."). These are never why a result
+// is refused.
 constexpr std::string_view kScope = "scope: ";
-constexpr std::string_view kNoCheck = "no check touches: ";
+constexpr std::string_view kNotes[] = {"no check touches: ", "since the last one: "};
 
 struct Reasons {
   std::string scope;  // without its opening
@@ -28,7 +30,9 @@ Reasons sorted_reasons(const calib::Verdict& verdict) {
     if (reasons.scope.empty() && reason.starts_with(kScope)) {
       reasons.scope = reason.substr(kScope.size());
     } else {
-      const bool note = verdict.publish || reason.starts_with(kNoCheck);
+      const bool note =
+          verdict.publish || std::any_of(std::begin(kNotes), std::end(kNotes),
+                                         [&](auto opening) { return reason.starts_with(opening); });
       (note ? reasons.other : reasons.against).push_back(reason);
     }
   }

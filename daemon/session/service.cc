@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "calib/files/calibration_json.h"
 #include "calib/files/error.h"
 #include "calib/files/files.h"
 #include "calib/plan/candidates.h"
@@ -20,6 +21,26 @@ namespace {
 constexpr std::size_t kHistory = 512;
 /// A robot's link is closed within 2 s; a session asked for meanwhile waits for it.
 constexpr std::chrono::seconds kClosing{4};
+
+/// The newest of this cell file that was published. Empty where there is none.
+std::optional<LastCalibration> last_calibration(Journal& journal, const std::string& cell_name) {
+  for (const SessionRecord& session : journal.sessions()) {
+    if (session.state != "done" || session.inputs.cell_name != cell_name) continue;
+    const auto whole = journal.session(session.id);
+    if (!whole || whole->calibration.empty()) continue;
+    constexpr std::size_t kDate = 10;  // YYYY-MM-DD
+    LastCalibration last{
+        fmt::format("session {} of {}", session.id, session.ended.substr(0, kDate)), {}};
+    try {
+      last.calibration = calib::calibration_from_json(whole->calibration, last.words);
+    } catch (const calib::FileError& error) {
+      spdlog::warn("not compared with {}: {}", last.words, error.what());
+      continue;
+    }
+    if (last.calibration.verdict.publish) return last;
+  }
+  return {};
+}
 
 constexpr int kMostTouches = 2000;
 constexpr double kFinestGoalMm = 0.01, kCoarsestGoalMm = 10.0;
@@ -125,6 +146,7 @@ std::unique_ptr<SessionService::Job> SessionService::prepare(const RunRequest& r
     job->expected_hash = record->plan_hash;
     job->touches = parts_.journal.touches(record->id);
     job->resumed = true;
+    job->options.accept_change |= request.accept_change;
     if (!request.cell.empty() && read_inputs(request.cell).cell_text != record->inputs.cell_text) {
       throw RequestError("the cell file has changed since session " + std::to_string(record->id) +
                          " began; resume without --cell to go on with the stored one, or start a "
@@ -134,6 +156,7 @@ std::unique_ptr<SessionService::Job> SessionService::prepare(const RunRequest& r
     job->inputs = read_inputs(request.cell);
     job->options.plan.fit_touches = request.fit_touches.value_or(kPlannedTouches);
     job->options.find = request.find;
+    job->options.accept_change = request.accept_change;
     job->options.goal.u95_m = request.goal_mm.value_or(0.0) * 1e-3;
     job->options.goal.most_touches =
         request.fit_touches.value_or(request.goal_mm ? kMostChosen : kPlannedTouches);
@@ -246,6 +269,7 @@ void SessionService::carry_out(Job& job) {
   task_inputs.options = job.options;
   task_inputs.options.plan.stop = planning.get_token();
   task_inputs.made = job.touches;
+  task_inputs.last = last_calibration(parts_.journal, job.inputs.cell_name);
   task_inputs.session = job.session;
   task_inputs.started = job.started;
   task_inputs.results_dir = results_dir(job.session);

@@ -41,6 +41,7 @@ struct RunRequest {
   std::optional<double> goal_mm;
   std::string region = "workspace";
   bool find = false;  ///< spheres are found by touching first; those without a centre always are
+  bool accept_change = false;  ///< publish though the arm changed since its last calibration
   unsigned seed = 1;
   bool resume = false;
 };

@@ -10,6 +10,7 @@
 
 #include "calib/files/calibration_json.h"
 #include "calib/files/files.h"
+#include "calib/identify/change.h"
 #include "calib/identify/identify.h"
 #include "calib/model/kinematics.h"
 #include "calib/plan/course.h"
@@ -211,7 +212,11 @@ Tasks make_tasks(TaskInputs given) {
     return newest_residual(inputs->cell, touches);
   };
   tasks.identify = [inputs](const std::vector<calib::Touch>& touches) {
-    return calib::identify(inputs->cell, touches);
+    calib::Calibration calibration = calib::identify(inputs->cell, touches);
+    if (inputs->last)
+      calib::judge_change(inputs->last->calibration, inputs->last->words,
+                          inputs->options.accept_change, touches, calibration);
+    return calibration;
   };
   tasks.report = [inputs, planned_first](const calib::Calibration& calibration,
                                          const std::vector<calib::Touch>& touches) {

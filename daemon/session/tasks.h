@@ -4,21 +4,30 @@
 
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "calib/identify/calibration.h"
 #include "daemon/journal/journal.h"
 #include "daemon/session/options.h"
 #include "daemon/session/runner.h"
 
 namespace cellcal::daemon {
 
+/// The newest published one of the same cell file.
+struct LastCalibration {
+  std::string words;  ///< which one
+  calib::Calibration calibration;
+};
+
 struct TaskInputs {
   calib::Cell cell;
   SessionInputs files;
   SessionOptions options;
   std::vector<calib::Touch> made;  ///< before the session was interrupted
+  std::optional<LastCalibration> last;
   std::int64_t session = 0;
   std::string started;
   std::filesystem::path results_dir;

@@ -91,7 +91,7 @@ TEST(Diagnosis, ATargetThatMovedOnTheWayIsNamedWithHowFar) {
   const auto after = make_touches(cell, later, {.fit = 80}).touches;
   std::vector<Touch> both(before.begin(), before.begin() + 40);
   both.insert(both.end(), after.begin() + 40, after.end());
-  expect_told(cell, both, "S2 seems to have moved by");
+  expect_told(cell, both, "moved target: S2 moved by 4.97");
 }
 
 }  // namespace

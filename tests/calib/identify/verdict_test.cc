@@ -1,0 +1,109 @@
+// What a verdict withholds a result for, reason by reason.
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "calib/identify/identify.h"
+#include "tests/calib/identify/simulate.h"
+
+namespace cellcal::calib {
+namespace {
+
+using testing::demo_cell;
+using testing::make_touches;
+using testing::one_sphere_cell;
+using testing::plain_truth;
+
+std::string words_of(const Calibration& c) {
+  return fmt::format("{}", fmt::join(c.verdict.reasons, "\n"));
+}
+
+std::vector<Touch> touches_of(const Cell& cell, int fit, unsigned seed) {
+  return make_touches(cell, plain_truth(cell, seed), {.fit = fit, .seed = seed}).touches;
+}
+
+/// The demo cell's touches with only ten of its last sphere, whose centre nobody states.
+struct FewOfOne {
+  Cell cell = demo_cell();
+  std::vector<Touch> touches;
+  std::vector<std::size_t> of_it;
+
+  explicit FewOfOne(unsigned seed) {
+    Target& last = cell.targets.back();
+    last.has_centre = false;
+    const std::string id = last.id;
+    for (const Touch& touch : touches_of(demo_cell(), 120, seed)) {
+      if (touch.target == id && of_it.size() == 10) continue;
+      if (touch.target == id) of_it.push_back(touches.size());
+      touches.push_back(touch);
+    }
+    std::erase_if(cell.lengths, [&](const CertifiedLength& length) {
+      return length.from == id || length.to == id;
+    });
+  }
+};
+
+TEST(GrossErrors, AmongFewTouchesOfATargetAreNamedAndTheTargetIsAskedForAgain) {
+  for (unsigned seed = 1; seed <= 5; ++seed) {
+    FewOfOne few(seed);
+    for (const std::size_t k : {1, 4}) few.touches[few.of_it[k]].joint_rad[0] += 0.02;  // centimetres
+    const Calibration c = identify(few.cell, few.touches);
+    std::vector<std::size_t> named;
+    for (const Outlier& outlier : c.outliers) named.push_back(outlier.touch);
+    EXPECT_EQ(named, (std::vector<std::size_t>{few.of_it[1], few.of_it[4]})) << seed;
+    EXPECT_FALSE(c.verdict.publish);
+    EXPECT_NE(words_of(c).find("2 of 10 fit touches of " + few.cell.targets.back().id),
+              std::string::npos)
+        << words_of(c);
+  }
+}
+
+TEST(Verdict, OfAHandfulOfTouchesIsWithheldForRank) {
+  const Calibration c = identify(one_sphere_cell(), touches_of(one_sphere_cell(), 6, 1));
+  EXPECT_FALSE(c.verdict.publish);
+  EXPECT_NE(words_of(c).find("rank: the touches tell "), std::string::npos) << words_of(c);
+}
+
+TEST(Verdict, NamesACertifiedLengthThatTheTouchesContradict) {
+  Cell cell = demo_cell();
+  const auto touches = touches_of(cell, 100, 2);
+  ASSERT_TRUE(identify(cell, touches).verdict.publish);
+  CertifiedLength twice = cell.lengths.front();
+  twice.length_m += 0.5e-3;
+  cell.lengths.push_back(twice);
+  const Calibration c = identify(cell, touches);
+  EXPECT_FALSE(c.verdict.publish);
+  EXPECT_NE(words_of(c).find("certified length: " + twice.from + " and " + twice.to),
+            std::string::npos)
+      << words_of(c);
+}
+
+TEST(Verdict, ClaimsTheWorkspaceOnlyOfLengthsThatAreCertain) {
+  Cell cell = demo_cell();
+  const auto touches = touches_of(cell, 100, 3);
+  EXPECT_TRUE(identify(cell, touches).verdict.workspace);
+  for (CertifiedLength& length : cell.lengths) length.sigma_m = 5e-3;
+  const Calibration c = identify(cell, touches);
+  EXPECT_FALSE(c.verdict.workspace);
+  EXPECT_NE(words_of(c).find("not certain enough"), std::string::npos) << words_of(c);
+}
+
+TEST(Verdict, NamesASignOfGravityThatIsWrong) {
+  Cell cell = demo_cell();
+  const sim::Truth truth = plain_truth(cell, 4);
+  const auto touches = make_touches(cell, truth, {.fit = 120, .seed = 4}).touches;
+  const Calibration right = identify(cell, touches);
+  cell.robot.gravity_m_s2 *= -1.0;
+  const Calibration c = identify(cell, touches);
+  const double bending = std::abs(testing::true_value(truth, "tool.c_t"));
+  EXPECT_TRUE(right.verdict.publish) << words_of(right);
+  if (bending < 1e-3) GTEST_SKIP() << "this arm's tool hardly bends";
+  EXPECT_FALSE(c.verdict.publish);
+  EXPECT_NE(words_of(c).find("against gravity: tool.c_t"), std::string::npos) << words_of(c);
+}
+
+}  // namespace
+}  // namespace cellcal::calib
