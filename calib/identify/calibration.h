@@ -41,7 +41,7 @@ struct TargetResult {
   std::string id;
   /// Base frame; of a plane and a tracker the middle of what was touched.
   Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();
-  double effective_radius_m = 0.0;  ///< sphere: R + r_tip + rho; plane: r_tip + rho; others: 0
+  double effective_radius_m = 0.0;  ///< sphere: R + r_tip + rho + dR; plane: r_tip + rho; others: 0
   TargetKind kind = TargetKind::kSphere;
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();  ///< plane: unit, base frame, to the tips' side
   double distance_m = 0.0;                           ///< plane: of it from the base's origin

@@ -1,6 +1,7 @@
 #pragma once
 // Directions in parameter space that no touch can tell, found numerically from everything that was
-// measured (touches, certified lengths, diameters, tip) without the tolerances:
+// measured (touches, certified lengths, diameters, tip) without the tolerances, transmission and
+// loads aside:
 // - frame directions, which no touch anywhere could tell: they move the arm and the targets as one
 //   body, or nothing at all. A choice of frame, not an error.
 // - weak directions, which these touches do not tell but others would: there the tolerances decide,

@@ -14,11 +14,12 @@
 namespace cellcal::calib {
 
 struct IdentifyOptions {
-  /// Touches further than this many sigma from the robust fit are named outliers and left out.
+  /// Touches further off than this many sigma, studentised, are named outliers and left out; more
+  /// where all scatter more than stated.
   double outlier_sigma = 4.0;
   bool reject_outliers = true;
   int max_iterations = 100;
-  /// Set: this model level; otherwise the touches' evidence chooses.
+  /// Set: this model level; otherwise the mean over all, weighed by the touches' evidence.
   std::optional<ModelLevel> level;
 };
 

@@ -16,8 +16,8 @@ namespace cellcal::calib {
 namespace {
 
 /// Smallest eigenvalue of a target's sum of d d' over its touches, d the unit direction of a touch
-/// of a sphere, for its place to be held from all sides (the verdict withholds results below a
-/// tenth of it).
+/// of a sphere, for its place to be held from all sides (the verdict withholds results only far
+/// below that).
 constexpr double kSpread = 0.5;
 /// The last touches owed to a sphere go where it is held worst.
 constexpr int kForSpread = 2;
