@@ -102,6 +102,7 @@ Target read_target(const TomlTable& t) {
   if (target.id.empty() || target.id.find_first_of(",\"\r\n#") != std::string::npos ||
       target.id.front() == ' ' || target.id.back() == ' ')
     t.fail("id", "must not be empty or hold commas, quotes or '#': it stands in a CSV");
+  if (target.id == "tool") t.fail("id", "must not be \"tool\": the tool's parameters are named so");
   const std::string word = t.word("kind", {"sphere", "wire", "plane", "point", "tracker"});
   for (const KindName& entry : kKinds)
     if (entry.word == word) target.kind = entry.kind;

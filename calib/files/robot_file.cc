@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <set>
 
 #include "calib/files/documents.h"
@@ -71,6 +72,9 @@ Joint read_joint(const TomlTable& t, double length_m, double angle_rad) {
   if (t.has("harmonics")) {
     for (double h : t.numbers("harmonics", 0, {1.0, 1000.0})) {
       if (h != static_cast<int>(h)) t.fail("harmonics", "must hold whole numbers");
+      if (std::find(joint.harmonics.begin(), joint.harmonics.end(), static_cast<int>(h)) !=
+          joint.harmonics.end())
+        t.fail("harmonics", "must not hold an order twice");
       joint.harmonics.push_back(static_cast<int>(h));
     }
     constexpr std::size_t kMaxHarmonics = 16;

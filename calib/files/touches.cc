@@ -56,6 +56,7 @@ std::vector<std::string> joint_names(const Robot& robot) {
 
 /// A tracker looks across a hall, not farther.
 constexpr double kFarthestReadingM = 1e3;
+constexpr double kLeastSigmaM = 1e-12, kMostSigmaM = 1.0;  // as in the cell file
 constexpr const char* kReading[] = {"x_mm", "y_mm", "z_mm"};
 
 bool has_reading(const Touch& touch) {
@@ -97,11 +98,14 @@ std::vector<Touch> parse_touches(std::string_view text, const std::string& name,
     }
     if (sigma >= 0 && !table.text(sigma).empty()) {
       touch.sigma_m = table.number(sigma) / kMmPerM;
-      if (touch.sigma_m <= 0.0) table.fail(sigma, "must be greater than 0");
+      if (touch.sigma_m < kLeastSigmaM || touch.sigma_m > kMostSigmaM)
+        table.fail(sigma, "must be between 1e-9 and 1000 mm");
     }
     if (radius >= 0 && !table.text(radius).empty()) {
       touch.radius_m = table.number(radius) / kMmPerM;
-      if (touch.radius_m <= 0.0) table.fail(radius, "must be greater than 0");
+      if (touch.radius_m <= 0.0 || touch.radius_m > kFarthestReadingM)
+        table.fail(radius, fmt::format("must be above 0 and at most {:.0f} mm",
+                                       kFarthestReadingM * kMmPerM));
     }
     if (kind == TargetKind::kWire && touch.radius_m <= 0.0)
       throw FileError(name + ":" + std::to_string(table.line()) +

@@ -42,11 +42,12 @@ std::vector<JointVector> poses_of(const Calibration& now, std::span<const Touch>
   if (workspace) return workspace_poses(arm, kPoses, kSeed);
   constexpr double kNearM = 0.150;
   std::vector<JointVector> around;
-  for (const Touch& touch : touches) around.push_back(touch.joint_rad);
-  std::vector<Eigen::Vector3d> centres_m;
-  for (const TargetResult& target : now.targets) centres_m.push_back(target.centre_m);
-  if (around.empty() || centres_m.empty()) return {};
-  return local_poses(arm, around, centres_m, kNearM, kPoses, kSeed);
+  std::vector<Eigen::Vector3d> touched_m;
+  for (const Touch& touch : touches) {
+    around.push_back(touch.joint_rad);
+    touched_m.push_back(arm.nominal_tip_m(touch.joint_rad));
+  }
+  return local_poses(arm, around, touched_m, kNearM, kPoses, kSeed);
 }
 
 }  // namespace

@@ -18,7 +18,8 @@ struct Change {
                             ///< the sum of squares
 };
 
-/// Over the narrower of the two scopes; near the targets of `now`, in postures like its `touches`.
+/// Over the narrower of the two scopes; 'near the targets' is near the places and postures of
+/// `touches`, which `now` is of.
 /// Empty where they cannot be compared: of another nominal arm or tool, or with too few poses.
 std::optional<Change> change_since(const Calibration& last, const Calibration& now,
                                    std::span<const Touch> touches);

@@ -75,7 +75,7 @@ std::vector<JointVector> poses_near_targets(const Problem& problem,
   for (const Touch& touch : problem.touches()) around.push_back(touch.joint_rad);
   std::vector<Eigen::Vector3d> centres;
   for (const TargetResult& target : targets) {
-    if (has_a_centre(target.kind)) {
+    if (has_a_centre(target.kind) && target.kind != TargetKind::kWire) {
       centres.push_back(target.centre_m);
       continue;
     }

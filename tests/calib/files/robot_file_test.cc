@@ -117,6 +117,7 @@ TEST(RobotFile, NamesLineAndKeyOfAWrongType) {
            {"errors = [\"theta\", \"d\", \"a\", \"alpha\"]", "errors = [1]", "errors"},
            {"harmonics = [1, 2]", "harmonics = 2", "harmonics"},
            {"harmonics = [1, 2]", "harmonics = [1.5]", "harmonics"},
+           {"harmonics = [1, 2]", "harmonics = [2, 2]", "harmonics"},
            {"com_mm = [10.0, -20.0, 30.5]", "com_mm = [10.0, -20.0, 30.5, 1.0]", "com_mm"},
            {"abc_deg = [10.0, 20.0, 30.0]", "abc_deg = {a = 1}", "base.abc_deg"}})
     expect_named(broken);

@@ -85,7 +85,11 @@ TEST(Touches, NamesTheLineAndColumnOfEverythingElseThatIsWrong) {
   expect_words(touches_refusal("A1,A2,target,set\n1,2,S1,Fit\n"),
                {"touches.csv:2: set", "fit or check"});
   expect_words(touches_refusal("A1,A2,target,sigma_mm\n1,2,S1,0\n"),
-               {"touches.csv:2: sigma_mm", "greater than 0"});
+               {"touches.csv:2: sigma_mm", "between 1e-9 and 1000 mm"});
+  expect_words(touches_refusal("A1,A2,target,sigma_mm\n1,2,S1,1e-200\n"),
+               {"touches.csv:2: sigma_mm", "between 1e-9 and 1000 mm"});
+  expect_words(touches_refusal("A1,A2,target,radius_mm\n1,2,S1,1e300\n"),
+               {"touches.csv:2: radius_mm", "at most 1000000 mm"});
   expect_words(touches_refusal("A1,A2,target,sigma_mm\n1,2,S1,-0.1\n"),
                {"touches.csv:2: sigma_mm"});
   expect_words(touches_refusal("A1,A2,target,radius_mm\n1,2,W,-5\n"), {"touches.csv:2: radius_mm"});
