@@ -74,6 +74,7 @@ std::optional<Change> change_since(const Calibration& last, const Calibration& n
     change.mean_m += apart.segment<3>(3 * i).norm() / static_cast<double>(n);
   change.expected_m = change.workspace ? std::hypot(last.predicted_m3_m, now.predicted_m3_m)
                                        : std::hypot(last.predicted_m2_m, now.predicted_m2_m);
+  if (!(change.expected_m > 0.0)) return {};
   return change;
 }
 
@@ -82,8 +83,8 @@ void judge_change(const Calibration& last, const std::string& which, bool accept
   const auto change = change_since(last, now, touches);
   if (!change) {
     now.verdict.reasons.push_back(
-        fmt::format("since the last one: {} is of another nominal arm or tool and says nothing of "
-                    "what changed",
+        fmt::format("since the last one: not compared with {}, which is of another nominal arm or "
+                    "tool, or one of both foresees no error here",
                     which));
     return;
   }
@@ -96,7 +97,7 @@ void judge_change(const Calibration& last, const std::string& which, bool accept
     return;
   }
   const std::string much = fmt::format("{}, {:.1f} times what both together state", apart,
-                                       change->mean_m / std::max(change->expected_m, 1e-12));
+                                       change->mean_m / change->expected_m);
   if (accepted) {
     now.verdict.reasons.push_back("since the last one: " + much + "; accepted");
     return;

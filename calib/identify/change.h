@@ -20,7 +20,8 @@ struct Change {
 
 /// Over the narrower of the two scopes; 'near the targets' is near the places and postures of
 /// `touches`, which `now` is of.
-/// Empty where they cannot be compared: of another nominal arm or tool, or with too few poses.
+/// Empty where they cannot be compared: of another nominal arm or tool, or with too few poses; or
+/// where neither foresees an error there.
 std::optional<Change> change_since(const Calibration& last, const Calibration& now,
                                    std::span<const Touch> touches);
 

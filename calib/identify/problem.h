@@ -1,7 +1,8 @@
 #pragma once
 // The least-squares problem: which unknowns there are, what each touch and each certified length
 // says about them, and with what weight. Everything is in prior units: an unknown u is
-// (x - origin) / scale with its prior sigma as scale (a target's place: 10 mm, 10 mrad), and a residual is divided by its sigma. So
+// (x - origin) / scale with its prior sigma as scale (a target's place: 10 mm, 10 mrad), and a
+// residual is divided by its sigma. So
 // the numbers that the solver and the decompositions see are pure, and 1 means 'one sigma'.
 
 #include <Eigen/Core>

@@ -39,8 +39,7 @@ constexpr double kFarRadius = 5.0;
 constexpr double kPlaceSigmaM = 0.3e-3;
 /// At this distance, where a target turns: the region that counts as near it.
 constexpr double kPlaceLeverM = 0.150;
-/// Certified lengths hold the scale where all of them, each alone sigma over length, hold it to
-/// this.
+/// Certified lengths hold the scale where sigma over length of all together is no more than this.
 constexpr double kLengthScaleSigma = 5e-4;
 /// A tracker measures lengths itself, and so does a wire. Their touches hold the scale where, with
 /// a perfect arm, they would hold it to this; a tracker's from at least this many places.
