@@ -226,16 +226,25 @@ Cell read_cell(const TomlTable& document, Robot robot) {
   return cell;
 }
 
-std::filesystem::path robot_file_of(const std::filesystem::path& cell_file) {
-  const TomlTable document = TomlTable::load(cell_file);
+CellText read_cell_text(const std::filesystem::path& path) {
+  CellText text;
+  text.cell_name = path.string();
+  text.cell_text = read_file(path, kMostTomlBytes);
+  const TomlTable document = TomlTable::parse(text.cell_text, text.cell_name);
   document.word("format", {kFormat});
-  return find_robot(document.string("robot"), cell_file, document);
+  const std::filesystem::path robot = find_robot(document.string("robot"), path, document);
+  text.robot_name = robot.string();
+  text.robot_text = read_file(robot, kMostTomlBytes);
+  return text;
+}
+
+Cell parse_cell(const CellText& text) {
+  Robot robot = read_robot(TomlTable::parse(text.robot_text, text.robot_name));
+  return read_cell(TomlTable::parse(text.cell_text, text.cell_name), std::move(robot));
 }
 
 Cell load_cell(const std::filesystem::path& path) {
-  const TomlTable document = TomlTable::load(path);
-  document.word("format", {kFormat});
-  Cell cell = read_cell(document, load_robot(find_robot(document.string("robot"), path, document)));
+  Cell cell = parse_cell(read_cell_text(path));
   load_meshes(cell, path.parent_path());
   return cell;
 }

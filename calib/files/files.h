@@ -26,8 +26,15 @@ Cell load_cell(const std::filesystem::path& path);
 /// calibration or a journal has none until then; only plans need them.
 void load_meshes(Cell& cell, const std::filesystem::path& folder);
 
-/// The robot file that this cell file names, found as load_cell finds it.
-std::filesystem::path robot_file_of(const std::filesystem::path& cell_file);
+/// A cell file and the robot file that it names, found as load_cell finds it. Each is read once:
+/// what is hashed or kept is what was understood.
+struct CellText {
+  std::string cell_name, cell_text;  ///< path as given, and content
+  std::string robot_name, robot_text;
+};
+CellText read_cell_text(const std::filesystem::path& path);
+/// The cell, without its obstacles' meshes.
+Cell parse_cell(const CellText& text);
 
 /// Where the shipped robots lie: $CELLCAL_ROBOTS, or the build's source tree, or
 /// /usr/share/cellcal/robots.

@@ -85,8 +85,7 @@ TomlTable TomlAccess::table(toml::table document, const std::string& name) {
 }
 
 TomlTable TomlTable::load(const std::filesystem::path& path) {
-  constexpr std::size_t kMaxBytes = 4u << 20;  // far beyond any cell; refuses a mistaken file
-  return parse(read_file(path, kMaxBytes), path.string());
+  return parse(read_file(path, kMostTomlBytes), path.string());
 }
 
 void TomlTable::fail(std::string_view key, const std::string& what) const {

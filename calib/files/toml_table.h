@@ -22,6 +22,9 @@ inline constexpr Range kAnyNumber{-1e12, 1e12};
 inline constexpr Range kNotNegative{0.0, 1e12};
 inline constexpr Range kPositive{1e-12, 1e12};
 
+/// Far beyond any of our files: refuses a mistaken one.
+inline constexpr std::size_t kMostTomlBytes = 4u << 20;
+
 /// One table of a document. Copies share the document.
 class TomlTable {
  public:

@@ -205,7 +205,7 @@ class Search {
         if (split < kLeastEachSide || own.size() - split < kLeastEachSide) continue;
         Cell changed = cell_;
         Target later = target;
-        later.id += " later";
+        later.id = id_after_move(cell_, target.id);
         later.centre_sigma_m = 0.0;  // the touches say where
         changed.targets.push_back(later);
         std::vector<Touch> renamed = touches_;

@@ -153,7 +153,7 @@ MovedTarget measured(const Cell& cell, const std::vector<Touch>& touches,
                      const IdentifyOptions& options, const Calibration& as_one, MovedTarget moved) {
   Cell as_two = cell;
   Target later = cell.targets[cell.target_index(moved.target)];
-  later.id += " later";
+  later.id = id_after_move(cell, moved.target);
   later.has_centre = true;
   for (const TargetResult& t : as_one.targets)
     if (t.id == moved.target) later.centre_m = t.centre_m;
@@ -236,6 +236,14 @@ std::vector<MovedTarget> suspected_moves(const Problem& problem, const Estimate&
                    });
   if (suspects.size() > kLooks) suspects.resize(kLooks);
   return suspects;
+}
+
+std::string id_after_move(const Cell& cell, const std::string& id) {
+  std::string later = id;
+  do later += " later";
+  while (std::any_of(cell.targets.begin(), cell.targets.end(),
+                     [&](const Target& target) { return target.id == later; }));
+  return later;
 }
 
 void confirm_moves(const Cell& cell, const std::vector<Touch>& touches,

@@ -4,6 +4,7 @@
 // nothing else tells; so each target's touches before and after are compared, in the order in which
 // they were made. Spheres, wires and points; planes and trackers have no centre to compare.
 
+#include <string>
 #include <vector>
 
 #include "calib/identify/calibration.h"
@@ -17,6 +18,9 @@ namespace cellcal::calib {
 /// linearisation, without solving anew. No more than reasons to look closer.
 std::vector<MovedTarget> suspected_moves(const Problem& problem, const Estimate& estimate,
                                          double chi2_per_dof);
+
+/// An id for the same target after its move, which none of the cell's has.
+std::string id_after_move(const Cell& cell, const std::string& id);
 
 /// Looks closer at the suspects in `calibration.moved`: identifies again with the target taken as
 /// two, before and after. Where these lie apart by more than both leave open, `calibration.moved`

@@ -19,8 +19,9 @@ std::vector<JointVector> workspace_poses(const ArmModel& arm, int count, unsigne
   constexpr double kFloorM = 0.05;
   constexpr double kFirstRad = 1.05, kWristRad = 2.97;
   constexpr double kMiddle = 0.75;
+  const Eigen::Isometry3d to_foot = arm.robot().base_fixed.inverse();
   Random random(seed);
-  std::vector<JointVector> poses;
+  std::vector<JointVector> poses, below;
   for (int attempt = 0; attempt < 100 * count && static_cast<int>(poses.size()) < count;
        ++attempt) {
     JointVector q;
@@ -32,8 +33,13 @@ std::vector<JointVector> workspace_poses(const ArmModel& arm, int count, unsigne
                    high = std::min(middle + half, kWristRad);
       q.push_back(low < high ? random.uniform(low, high) : middle);
     }
-    if (arm.nominal_tip_m(q).z() > kFloorM) poses.push_back(std::move(q));
+    const bool above = (to_foot * arm.nominal_tip_m(q)).z() > kFloorM;
+    if (above || static_cast<int>(below.size()) < count)
+      (above ? poses : below).push_back(std::move(q));
   }
+  // An arm that hardly reaches above its own foot works below it.
+  for (std::size_t k = 0; k < below.size() && static_cast<int>(poses.size()) < count; ++k)
+    poses.push_back(std::move(below[k]));
   return poses;
 }
 

@@ -11,7 +11,8 @@ namespace cellcal::calib {
 
 /// Random poses of the region in front of the arm where cells are: the first axis within 60 deg of
 /// its middle, the others in the middle 75 % of their range but within 170 deg of zero, the tip
-/// 50 mm above the base plane. `count` of them, the same for the same seed.
+/// 50 mm above the arm's own foot, wherever [base] puts it and whichever way up; also below it for
+/// an arm that hardly reaches above. `count` of them, the same for the same seed.
 std::vector<JointVector> workspace_poses(const ArmModel& arm, int count, unsigned seed);
 
 /// Poses near the given ones whose tip is within `half_m` (a cube) of one of the centres.

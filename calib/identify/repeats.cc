@@ -36,6 +36,12 @@ bool same_place(const Touch& a, const Touch& b) {
   return a.target == b.target;
 }
 
+/// To the last digit, in all that was read: somebody copied it.
+bool same_reading(const Touch& a, const Touch& b) {
+  return a.joint_rad == b.joint_rad && a.radius_m == b.radius_m &&
+         std::equal(a.tracker_m, a.tracker_m + 3, b.tracker_m);
+}
+
 /// Groups of two and more, each around its first touch in order of the first axis.
 std::vector<std::vector<std::size_t>> groups_of(std::span<const Touch> touches) {
   std::vector<std::size_t> order;
@@ -79,7 +85,7 @@ Repeats find_repeats(const Problem& problem) {
     for (const std::size_t i : group)
       if (!(touches[i].sigma_m > 0.0) &&
           std::none_of(measured.begin(), measured.end(), [&](std::size_t other) {
-            return touches[other].joint_rad == touches[i].joint_rad;
+            return same_reading(touches[other], touches[i]);
           }))
         measured.push_back(i);
     if (measured.size() < 2) continue;

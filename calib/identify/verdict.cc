@@ -21,6 +21,8 @@ constexpr double kOutlierShare = 0.10;
 constexpr double kCheckRatio = 2.0;
 /// Of one target's: with so many left out the others say too little of its place.
 constexpr double kOutlierShareOfTarget = 0.20;
+/// One touch left out is the usual case where so many remain, and what the outliers are for.
+constexpr int kEnoughBesideOne = 4;
 /// Of the geometry's directions: with less the result is the tolerances, not the touches.
 constexpr double kToldShare = 0.5;
 /// A certified length that the rest contradicts by so many of its sigmas is another length.
@@ -157,7 +159,8 @@ void judge_outliers(const Problem& problem, const Calibration& c,
     return;
   }
   for (std::size_t b = 0; b < fit.size(); ++b)
-    if (outliers[b] > 0 && outliers[b] >= kOutlierShareOfTarget * fit[b])
+    if (outliers[b] > 0 && outliers[b] >= kOutlierShareOfTarget * fit[b] &&
+        (outliers[b] > 1 || fit[b] - 1 < kEnoughBesideOne))
       blocking.push_back(fmt::format(
           "outliers: {} of {} fit touches of {} are not what it allows, and the others say too "
           "little of where it is; clean it and touch it again",

@@ -26,7 +26,7 @@ constexpr double kNearM = 0.05;
 /// Pieces of a move so short that no point moves further are not halved again, whatever the margin.
 constexpr double kShortM = 0.0005;
 /// Of every margin, on the whole of a move.
-constexpr double kKept = 0.8;
+constexpr double kKept = 0.9;
 constexpr int kPostures = 64;  // that decide which links are neighbours
 constexpr unsigned kSeed = 1;
 

@@ -25,7 +25,7 @@ constexpr double kLeastShare = 0.03;  ///< a line that would hardly meet it is n
 
 /// What a nominal arm may be wrong by more than the belief allows for.
 constexpr double kWrongM = 0.005;
-constexpr double kStandoffM = 0.010, kClearM = 0.018;  ///< outside of all places and that
+constexpr double kStandoffM = 0.012, kClearM = 0.018;  ///< outside of all places and that
 constexpr int kPerAim = 24, kPerAimOnceMet = 60;
 constexpr int kMoreAims = 6;          ///< while its place across the line is open
 constexpr double kOpen = 0.5;         ///< of the radius

@@ -15,8 +15,8 @@ namespace cellcal::daemon {
 
 namespace {
 
-calib::InputFile input(const char* role, const std::filesystem::path& path) {
-  return {role, path.string(), calib::sha256(calib::read_file(path))};
+calib::InputFile input(const char* role, const std::string& name, const std::string& text) {
+  return {role, name, calib::sha256(text)};
 }
 
 }  // namespace
@@ -32,17 +32,22 @@ void put(const std::string& text, const std::filesystem::path& output) {
 }
 
 int identify(const IdentifyCommand& command) {
-  const calib::Cell cell = calib::load_cell(command.cell);
-  const std::vector<calib::Touch> touches = calib::load_touches(command.touches, cell);
+  const calib::CellText files = calib::read_cell_text(command.cell);
+  const calib::Cell cell = calib::parse_cell(files);
+  const std::string csv = calib::read_file(command.touches);
+  const std::vector<calib::Touch> touches =
+      calib::parse_touches(csv, command.touches.string(), cell);
   calib::Calibration calibration = command.method == "paper" ? calib::identify_paper(cell, touches)
                                                              : calib::identify(cell, touches);
-  calibration.inputs = {input("cell", command.cell),
-                        input("robot", calib::robot_file_of(command.cell)),
-                        input("touches", command.touches)};
+  calibration.inputs = {input("cell", files.cell_name, files.cell_text),
+                        input("robot", files.robot_name, files.robot_text),
+                        input("touches", command.touches.string(), csv)};
   if (!command.last.empty()) {
-    calib::judge_change(calib::load_calibration(command.last), command.last.filename().string(),
-                        command.accept_change, touches, calibration);
-    calibration.inputs.push_back(input("last", command.last));
+    const std::string last = calib::read_file(command.last);
+    calib::judge_change(calib::calibration_from_json(last, command.last.string()),
+                        command.last.filename().string(), command.accept_change, touches,
+                        calibration);
+    calibration.inputs.push_back(input("last", command.last.string(), last));
   }
   const std::string json = calib::calibration_to_json(calibration);
   if (!command.output.empty()) put(json, command.output);

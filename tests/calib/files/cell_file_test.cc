@@ -231,7 +231,10 @@ TEST_F(CellOnDisk, FindsItsRobotBesideItself) {
   write("two.toml", kRobot);
   const auto path = write("cell.toml", kCell);
   EXPECT_EQ(load_cell(path).robot.name, "Two axes");
-  EXPECT_EQ(robot_file_of(path), folder_ / "two.toml");
+  const CellText text = read_cell_text(path);
+  EXPECT_EQ(text.robot_name, folder_ / "two.toml");
+  EXPECT_EQ(text.robot_text, kRobot);
+  EXPECT_EQ(text.cell_text, kCell);
 }
 
 TEST_F(CellOnDisk, FindsShippedRobotsByNameWithOrWithoutEnding) {

@@ -82,6 +82,23 @@ TEST(MovedTarget, OfHalfAMillimetreIsNamedThoughSomeOfItsTouchesAreLeftOut) {
   }
 }
 
+TEST(MovedTarget, IsNamedWhateverOtherTargetsAreCalled) {
+  constexpr unsigned kSeed = 11;
+  constexpr std::size_t kTarget = 3;
+  auto touches = knocked(kTarget, {0.3e-3, 0.3e-3, -0.25e-3}, kSeed);
+  Cell cell = demo_cell();
+  const std::string id = cell.targets[kTarget].id, other = cell.targets[0].id;
+  cell.targets[0].id = id + " later";
+  for (CertifiedLength& length : cell.lengths)
+    for (std::string* end : {&length.from, &length.to})
+      if (*end == other) *end = cell.targets[0].id;
+  for (Touch& touch : touches)
+    if (touch.target == other) touch.target = cell.targets[0].id;
+  const Calibration c = identify(cell, touches);
+  ASSERT_EQ(c.moved.size(), 1u) << reasons_of(c);
+  EXPECT_EQ(c.moved[0].target, id);
+}
+
 TEST(MovedTarget, IsNotSeenWhereNothingMoved) {
   for (unsigned seed = 21; seed <= 40; ++seed) {
     const auto touches = knocked(0, Eigen::Vector3d::Zero(), seed);

@@ -9,6 +9,7 @@
 #include "calib/identify/identify.h"
 #include "calib/identify/start.h"
 #include "calib/model/random.h"
+#include "sim/experiments/constraints/stage.h"
 #include "tests/calib/identify/simulate.h"
 
 namespace cellcal::calib {
@@ -80,6 +81,29 @@ TEST(Repeats, ThatStateTheirOwnNoiseOrAreCopiesMeasureNothing) {
   EXPECT_EQ(of(touches).touches, 60);
   EXPECT_EQ(of(touches).degrees_of_freedom, 0.0);
   EXPECT_EQ(of(repeated(30, 3, 0.0)).degrees_of_freedom, 0.0);
+}
+
+TEST(Repeats, OfAParkedArmMeasureTheNoiseOfItsTracker) {
+  Cell cell = demo_cell();
+  cell.lengths.clear();
+  Target tracker;
+  tracker.id = "T";
+  tracker.kind = TargetKind::kTracker;
+  cell.targets = {tracker};
+  const sim::constraints::Stage stage = sim::constraints::set_up(cell, {.seed = 3});
+  Random random(3);
+  std::vector<Touch> touches;
+  for (const Touch& place : sim::constraints::touch(stage, {.fit = 20, .noise_m = 0.0, .seed = 3}))
+    for (int k = 0; k < 4; ++k) {
+      touches.push_back(place);
+      for (double& reading : touches.back().tracker_m) reading += 9e-5 * random.normal();
+    }
+  const ArmModel arm(cell.robot, cell.tool);
+  const auto places = starting_places(stage.cell, arm, touches);
+  const Repeats repeats = find_repeats(Problem(stage.cell, arm, touches, places));
+  EXPECT_EQ(repeats.touches, 80);
+  EXPECT_EQ(repeats.degrees_of_freedom, 180.0);
+  EXPECT_NEAR(repeats.scatter_m / 9e-5, 1.0, 0.2);
 }
 
 TEST(Repeats, GrossErrorsAmongThemDoNotCountAsNoise) {

@@ -46,6 +46,28 @@ struct FewOfOne {
   }
 };
 
+TEST(Verdict, OneTouchLeftOutWithholdsOnlyWhereHardlyAnyOthersOfItsTargetAreLeft) {
+  const Cell& cell = demo_cell();
+  const std::string id = cell.targets.back().id;
+  for (const int own : {4, 5}) {
+    std::vector<Touch> touches;
+    int count = 0;
+    for (const Touch& touch : make_touches(cell, plain_truth(cell, 3),
+                                           {.fit = 80, .check = 10, .seed = 3}).touches) {
+      if (touch.target == id && touch.set == TouchSet::kFit && ++count > own) continue;
+      touches.push_back(touch);
+      if (count == 2 && touch.target == id && touch.set == TouchSet::kFit)
+        touches.back().joint_rad[0] += 0.02;  // centimetres
+    }
+    const Calibration c = identify(cell, touches);
+    EXPECT_EQ(c.outliers.size(), 1u);
+    EXPECT_EQ(c.verdict.publish, own == 5) << words_of(c);
+    EXPECT_EQ(words_of(c).find("outliers: 1 of 4 fit touches of " + id) != std::string::npos,
+              own == 4)
+        << words_of(c);
+  }
+}
+
 TEST(GrossErrors, AmongFewTouchesOfATargetAreNamedAndTheTargetIsAskedForAgain) {
   for (unsigned seed = 1; seed <= 5; ++seed) {
     FewOfOne few(seed);
