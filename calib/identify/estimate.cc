@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "calib/files/error.h"
+#include "calib/identify/parallel.h"
 
 namespace cellcal::calib {
 
@@ -20,11 +21,15 @@ constexpr double kFirstFloorM = 1e-3;
 /// j S j' of every row.
 Eigen::VectorXd spread(const RowMajor& j, const Eigen::MatrixXd& covariance) {
   Eigen::VectorXd result(j.rows());
-  constexpr Eigen::Index kRows = 128;  // stays in the cache
-  for (Eigen::Index first = 0; first < j.rows(); first += kRows) {
-    const auto rows = j.middleRows(first, std::min(kRows, j.rows() - first));
-    result.segment(first, rows.rows()) = (rows * covariance).cwiseProduct(rows).rowwise().sum();
-  }
+  const auto count = static_cast<std::size_t>(j.rows());
+  by_parts(count, [&](std::size_t, std::size_t begin, std::size_t behind) {
+    constexpr Eigen::Index kRows = 128;  // stays in the cache
+    const auto end = static_cast<Eigen::Index>(behind);
+    for (auto first = static_cast<Eigen::Index>(begin); first < end; first += kRows) {
+      const auto rows = j.middleRows(first, std::min(kRows, end - first));
+      result.segment(first, rows.rows()) = (rows * covariance).cwiseProduct(rows).rowwise().sum();
+    }
+  });
   return result;
 }
 
@@ -252,7 +257,7 @@ void approach_slowly(const Problem& problem, const IdentifyOptions& options, Est
 }
 
 /// Solves and names outliers in turn until the set of touches in use no longer changes. Touches
-/// once thrown out may come back.
+/// once thrown out may come back. Linearised there when it ends.
 void settle(const Problem& problem, const IdentifyOptions& options, Estimate& e) {
   Naming naming(problem, options);
   for (int round = 0; round < kOutlierRounds; ++round) {
@@ -273,6 +278,7 @@ void settle(const Problem& problem, const IdentifyOptions& options, Estimate& e)
     find_posterior(problem, e);
     if (!naming.changed(problem, e, true)) return;
   }
+  linearise(problem, e.u, e.use, e.posterior.linear);
 }
 
 }  // namespace
@@ -332,10 +338,12 @@ Estimate estimate(Problem& problem, const IdentifyOptions& options,
   Estimate e;
   e.use = fit_touches(problem);
   e.u = Eigen::VectorXd::Zero(problem.size());
-  if (!approach(problem, options, e)) settle(problem, options, e);
+  const bool there = approach(problem, options, e);
+  if (!there) settle(problem, options, e);
   // Of many touches a share says which levels have no say; all touches would say it more clearly.
   std::vector<bool> some = enough_of(problem, e.use);
-  if (some != e.use) {
+  const bool share = some != e.use;
+  if (share) {
     constexpr double kNoSay = 1e-9;
     std::vector<bool> all = std::move(e.use);
     e.use = std::move(some);
@@ -350,7 +358,7 @@ Estimate estimate(Problem& problem, const IdentifyOptions& options,
     });
     e.use = std::move(all);
   }
-  linearise(problem, e.u, e.use, e.posterior.linear);
+  if (there || share) linearise(problem, e.u, e.use, e.posterior.linear);
   refine(problem, options, std::move(levels), e);
   return e;
 }

@@ -75,8 +75,8 @@ LevelSums::LevelSums(const Problem& problem, const Eigen::VectorXd& u, const Lin
       continue;
     impl_->gathered.push_back(
         {level.ripple_rad, Eigen::MatrixXd::Zero(n, n), Eigen::VectorXd::Zero(n)});
-    gather(problem, at, impl_->groups, impl_->gathered.back());
   }
+  add(problem, at);
 }
 
 LevelSums::~LevelSums() = default;

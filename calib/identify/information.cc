@@ -48,6 +48,13 @@ void Information::add(const Eigen::Ref<const RowMajor>& rows) {
   sum_ = stacked.topRows(n).triangularView<Eigen::Upper>();
 }
 
+void Information::add(const Information& other) {
+  if (all_digits_)
+    add(RowMajor(other.sum_));
+  else
+    sum_ += other.sum_;
+}
+
 void Information::add_alone(const Eigen::VectorXd& weight, const Eigen::VectorXd& residual) {
   const Eigen::Index n = weight.size();
   if (all_digits_) {

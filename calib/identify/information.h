@@ -18,6 +18,8 @@ class Information {
 
   /// Rows [J r]: one column per unknown and the residual behind them.
   void add(const Eigen::Ref<const RowMajor>& rows);
+  /// All that another of as many unknowns has, gathered likewise.
+  void add(const Information& other);
   /// A row for each unknown alone, such as its prior: weight * step + residual.
   void add_alone(const Eigen::VectorXd& weight, const Eigen::VectorXd& residual);
 

@@ -1,6 +1,10 @@
 #include "calib/identify/level_family.h"
 
+#include <algorithm>
 #include <cmath>
+#include <vector>
+
+#include "calib/identify/parallel.h"
 
 namespace cellcal::calib {
 
@@ -57,20 +61,38 @@ void gather(const Problem& problem, const Linearisation& at, const Groups& group
     g.log_weight += 2.0 * problem.rows(touch) * std::log(own / sigma);
   }
   const Eigen::Index n = problem.size();
-  Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(n, n);
-  Eigen::VectorXd gradient = Eigen::VectorXd::Zero(n);
-  // By blocks that stay in the cache, however many touches there are.
-  constexpr Eigen::Index kRows = 128;
-  RowMajor rows;
-  Eigen::VectorXd residual;
-  for (Eigen::Index first = 0; first < at.residual.size(); first += kRows) {
-    const Eigen::Index count = std::min(kRows, at.residual.size() - first);
-    const auto w = weight.segment(first, count);
-    rows = w.asDiagonal() * at.jacobian.middleRows(first, count);
-    residual = w.cwiseProduct(at.residual.segment(first, count));
-    gram.selfadjointView<Eigen::Lower>().rankUpdate(rows.transpose());
-    gradient.noalias() += rows.transpose() * residual;
-    g.square += residual.squaredNorm();
+  struct Sum {
+    Eigen::MatrixXd gram;
+    Eigen::VectorXd gradient;
+    double square = 0.0;
+  };
+  const auto row_count = static_cast<std::size_t>(at.residual.size());
+  std::vector<Sum> sums(parts_of(row_count),
+                        {Eigen::MatrixXd::Zero(n, n), Eigen::VectorXd::Zero(n)});
+  by_parts(row_count, [&](std::size_t part, std::size_t begin, std::size_t behind) {
+    Sum& sum = sums[part];
+    // By blocks that stay in the cache, however many touches there are.
+    constexpr Eigen::Index kRows = 128;
+    const auto end = static_cast<Eigen::Index>(behind);
+    RowMajor rows;
+    Eigen::VectorXd residual;
+    for (auto first = static_cast<Eigen::Index>(begin); first < end; first += kRows) {
+      const Eigen::Index count = std::min(kRows, end - first);
+      const auto w = weight.segment(first, count);
+      rows = w.asDiagonal() * at.jacobian.middleRows(first, count);
+      residual = w.cwiseProduct(at.residual.segment(first, count));
+      sum.gram.selfadjointView<Eigen::Lower>().rankUpdate(rows.transpose());
+      sum.gradient.noalias() += rows.transpose() * residual;
+      sum.square += residual.squaredNorm();
+    }
+  });
+  Eigen::MatrixXd gram = std::move(sums[0].gram);
+  Eigen::VectorXd gradient = std::move(sums[0].gradient);
+  g.square += sums[0].square;
+  for (std::size_t part = 1; part < sums.size(); ++part) {
+    gram += sums[part].gram;
+    gradient += sums[part].gradient;
+    g.square += sums[part].square;
   }
   gram.triangularView<Eigen::StrictlyUpper>() = gram.transpose();
   g.gram += gram(groups.order, groups.order);

@@ -5,6 +5,7 @@
 #include "calib/files/error.h"
 #include "calib/files/files.h"
 #include "calib/files/units.h"
+#include "calib/identify/parallel.h"
 
 namespace cellcal::calib {
 
@@ -68,27 +69,41 @@ Problem::Problem(const Cell& cell, const ArmModel& arm, std::span<const Touch> t
     block_of_target_[t] = static_cast<int>(blocks_.size());
     add_target(t);
   }
-  for (std::size_t i = 0; i < touches.size(); ++i) weigh(i);
+  weigh_from(0);
   set_ripple(ripple_rad);
   add_lengths();
 }
 
 void Problem::extend(std::span<const Touch> touches) {
-  touches_ = touches;
-  for (std::size_t i = poses_.size(); i < touches.size(); ++i) {
+  for (std::size_t i = poses_.size(); i < touches.size(); ++i)
     if (block_of_target_[cell_.target_index(touches[i].target)] < 0)
       throw IdentifyError("target " + touches[i].target + " was not touched before");
-    weigh(i);
+  touches_ = touches;
+  const std::size_t first = poses_.size();
+  weigh_from(first);
+  for (std::size_t i = first; i < touches.size(); ++i)
     sigma_m_.push_back(std::hypot(own_sigma_m_[i], ripple_rad_ * joint_lever_m(i)));
-  }
+}
+
+void Problem::weigh_from(std::size_t first) {
+  const std::size_t count = touches_.size();
+  target_of_.resize(count);
+  block_of_.resize(count);
+  poses_.resize(count);
+  lever_m_.resize(count);
+  own_sigma_m_.resize(count);
+  times_.resize(count, 1);
+  by_parts(count - first, [&](std::size_t, std::size_t begin, std::size_t behind) {
+    for (std::size_t i = first + begin; i < first + behind; ++i) weigh(i);
+  });
 }
 
 /// What of a touch does not depend on the unknowns.
 void Problem::weigh(std::size_t i) {
   const Touch& touch = touches_[i];
-  target_of_.push_back(cell_.target_index(touch.target));
-  block_of_.push_back(block_of_target_[target_of_.back()]);
-  poses_.push_back(arm_.prepare(touch.joint_rad));
+  target_of_[i] = cell_.target_index(touch.target);
+  block_of_[i] = block_of_target_[target_of_[i]];
+  poses_[i] = arm_.prepare(touch.joint_rad);
   ArmChain chain;
   arm_.walk(poses_[i], nominal_, chain);
   Eigen::Matrix3Xd by_joint(3, arm_.joint_count());
@@ -99,10 +114,9 @@ void Problem::weigh(std::size_t i) {
                                      ? Eigen::Vector3d(place.axes.col(2))
                                      : (chain.tip - place.centre_m).stableNormalized();
   // Three components see all three directions; each gets a third of the square.
-  lever_m_.push_back(rows(i) == 3 ? by_joint.norm() / std::sqrt(3.0)
-                                  : (normal.transpose() * by_joint).norm());
-  own_sigma_m_.push_back(touch.sigma_m > 0.0 ? touch.sigma_m : usual_sigma_m_);
-  times_.push_back(1);
+  lever_m_[i] = rows(i) == 3 ? by_joint.norm() / std::sqrt(3.0)
+                             : (normal.transpose() * by_joint).norm();
+  own_sigma_m_[i] = touch.sigma_m > 0.0 ? touch.sigma_m : usual_sigma_m_;
 }
 
 void Problem::add_target(std::size_t t) {

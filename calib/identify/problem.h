@@ -129,6 +129,7 @@ class Problem {
   void add_target(std::size_t target);
   void add_lengths();
   void weigh(std::size_t touch);
+  void weigh_from(std::size_t first);
 };
 
 }  // namespace cellcal::calib

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "calib/identify/parallel.h"
 #include "calib/identify/start.h"
 
 namespace cellcal::calib {
@@ -76,23 +77,26 @@ void fill_residuals(const Problem& problem, const Eigen::VectorXd& x_si,
     nominal_x.segment(problem.blocks()[b].first, problem.blocks()[b].place) =
         place_seen_by_nominal_arm(problem, static_cast<int>(b), outlier);
   const Problem::At nominal = problem.at(nominal_x.data()), found = problem.at(x_si.data());
-  for (std::size_t i = 0; i < touches.size(); ++i) {
-    const int rows = problem.rows(i);
-    TouchResidual entry;
-    entry.touch = i;
-    entry.outlier = outlier[i];
-    double r[3];
-    problem.residual_m(i, nominal, r, nullptr, nullptr);
-    entry.before_m = rows == 1 ? r[0] : Eigen::Map<Eigen::Vector3d>(r).norm();
-    problem.residual_m(i, found, r, nullptr, nullptr, &entry.direction);
-    entry.after_m = rows == 1 ? r[0] : Eigen::Map<Eigen::Vector3d>(r).norm();
-    entry.whitened = entry.after_m / problem.sigma_m(i);
-    if (!outlier[i]) {
-      const bool fit = touches[i].set == TouchSet::kFit;
-      add(fit ? calibration.before : calibration.check_before, entry.before_m);
-      add(fit ? calibration.after : calibration.check, entry.after_m);
+  calibration.residuals.resize(touches.size());
+  by_parts(touches.size(), [&](std::size_t, std::size_t first, std::size_t behind) {
+    for (std::size_t i = first; i < behind; ++i) {
+      const int rows = problem.rows(i);
+      TouchResidual& entry = calibration.residuals[i];
+      entry.touch = i;
+      entry.outlier = outlier[i];
+      double r[3];
+      problem.residual_m(i, nominal, r, nullptr, nullptr);
+      entry.before_m = rows == 1 ? r[0] : Eigen::Map<Eigen::Vector3d>(r).norm();
+      problem.residual_m(i, found, r, nullptr, nullptr, &entry.direction);
+      entry.after_m = rows == 1 ? r[0] : Eigen::Map<Eigen::Vector3d>(r).norm();
+      entry.whitened = entry.after_m / problem.sigma_m(i);
     }
-    calibration.residuals.push_back(entry);
+  });
+  for (const TouchResidual& entry : calibration.residuals) {
+    if (entry.outlier) continue;
+    const bool fit = touches[entry.touch].set == TouchSet::kFit;
+    add(fit ? calibration.before : calibration.check_before, entry.before_m);
+    add(fit ? calibration.after : calibration.check, entry.after_m);
   }
   for (ResidualSummary* summary :
        {&calibration.before, &calibration.after, &calibration.check_before, &calibration.check})

@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
 
 #include "calib/files/error.h"
+#include "calib/identify/parallel.h"
 
 namespace cellcal::calib {
 
@@ -94,10 +96,10 @@ class Objective final : public ceres::CostFunction {
   Objective(const Problem& problem, const SolveOptions& options, bool all_digits)
       : problem_(problem),
         use_(options.use),
-        rows_(problem, options.sigma_floor_m),
         cauchy_(options.cauchy_sigma),
-        all_digits_(all_digits),
-        block_(kRows, problem.size() + 1) {
+        all_digits_(all_digits) {
+    while (parts_.size() < parts_of(use_.size()))
+      parts_.emplace_back(problem, options.sigma_floor_m);
     set_num_residuals(problem.size() + 1);
     mutable_parameter_block_sizes()->push_back(problem.size());
   }
@@ -120,18 +122,38 @@ class Objective final : public ceres::CostFunction {
   /// All rows at u. `reweighted`: the robust loss as a weight of residual and derivative, as for a
   /// step taken without looking back; otherwise as a change of the residual, whose square it is.
   Information gather(const double* u, bool reweighted) const {
-    rows_.at(u);
+    at(u);
     Information information(problem_.size(), all_digits_);
     Eigen::VectorXd weight(problem_.size());
     for (int i = 0; i < problem_.size(); ++i) weight[i] = problem_.unknowns()[i].prior_weight;
     information.add_alone(weight, prior_residual(u));
-    add_touches(information, reweighted);
+    if (parts_.size() == 1) {
+      add_touches(information, parts_[0], 0, use_.size(), reweighted);
+    } else {
+      std::vector<Information> sums(parts_.size(), Information(problem_.size(), all_digits_));
+      by_parts(use_.size(), [&](std::size_t part, std::size_t first, std::size_t behind) {
+        add_touches(sums[part], parts_[part], first, behind, reweighted);
+      });
+      for (const Information& sum : sums) information.add(sum);
+    }
     add_lengths(information);
     return information;
   }
 
  private:
   static constexpr Eigen::Index kRows = 128;  // at a time; stays in the cache
+
+  /// Each part of the touches has its own work space.
+  struct Part {
+    Part(const Problem& problem, double sigma_floor_m)
+        : rows(problem, sigma_floor_m), block(kRows, problem.size() + 1) {}
+    Rows rows;
+    RowMajor block;
+  };
+
+  void at(const double* u) const {
+    for (Part& part : parts_) part.rows.at(u);
+  }
 
   Eigen::VectorXd prior_residual(const double* u) const {
     Eigen::VectorXd off(problem_.size());
@@ -143,36 +165,42 @@ class Objective final : public ceres::CostFunction {
   }
 
   double sum_of_squares(const double* u) const {
-    rows_.at(u);
-    double sum = prior_residual(u).squaredNorm(), r[3];
-    for (std::size_t i = 0; i < use_.size(); ++i) {
-      if (!use_[i]) continue;
-      const int rows = rows_.touch(i, r, nullptr, 0);
-      for (int k = 0; k < rows; ++k) sum += square(r[k]);
-    }
+    at(u);
+    std::vector<double> sums(parts_.size(), 0.0);
+    by_parts(use_.size(), [&](std::size_t part, std::size_t first, std::size_t behind) {
+      double r[3];
+      for (std::size_t i = first; i < behind; ++i) {
+        if (!use_[i]) continue;
+        const int rows = parts_[part].rows.touch(i, r, nullptr, 0);
+        for (int k = 0; k < rows; ++k) sums[part] += square(r[k]);
+      }
+    });
+    double sum = prior_residual(u).squaredNorm(), r[1];
+    for (const double part : sums) sum += part;
     for (const Problem::Length& length : problem_.lengths()) {
-      rows_.length(length, r, nullptr);
+      parts_[0].rows.length(length, r, nullptr);
       sum += r[0] * r[0];
     }
     return sum;
   }
 
-  void add_touches(Information& information, bool reweighted) const {
+  void add_touches(Information& information, Part& part, std::size_t first, std::size_t behind,
+                   bool reweighted) const {
     const Eigen::Index n = problem_.size();
     Eigen::Index row = 0;
     double r[3];
-    for (std::size_t i = 0; i < use_.size(); ++i) {
+    for (std::size_t i = first; i < behind; ++i) {
       if (!use_[i]) continue;
-      const int rows = rows_.touch(i, r, block_.row(row).data(), n + 1);
+      const int rows = part.rows.touch(i, r, part.block.row(row).data(), n + 1);
       for (int k = 0; k < rows; ++k, ++row) {
-        block_(row, n) = r[k];
-        if (cauchy_ > 0.0) robustify(row, reweighted);
+        part.block(row, n) = r[k];
+        if (cauchy_ > 0.0) robustify(part.block.row(row), reweighted);
       }
       if (row + 3 <= kRows) continue;
-      information.add(block_.topRows(row));
+      information.add(part.block.topRows(row));
       row = 0;
     }
-    information.add(block_.topRows(row));
+    information.add(part.block.topRows(row));
   }
 
   void add_lengths(Information& information) const {
@@ -180,8 +208,8 @@ class Objective final : public ceres::CostFunction {
     if (count == 0) return;
     RowMajor rows = RowMajor::Zero(count, problem_.size() + 1);
     for (Eigen::Index k = 0; k < count; ++k)
-      rows_.length(problem_.lengths()[static_cast<std::size_t>(k)], &rows(k, problem_.size()),
-                   rows.row(k).data());
+      parts_[0].rows.length(problem_.lengths()[static_cast<std::size_t>(k)],
+                            &rows(k, problem_.size()), rows.row(k).data());
     information.add(rows);
   }
 
@@ -193,26 +221,26 @@ class Objective final : public ceres::CostFunction {
 
   /// The same as a change of the residual: f(r) = c sqrt(log(1 + r^2/c^2)), so that the sum of f^2
   /// is the robust cost. Smooth at 0, where f(r) -> r.
-  void robustify(Eigen::Index row, bool reweighted) const {
-    double& r = block_(row, problem_.size());
+  void robustify(RowMajor::RowXpr row, bool reweighted) const {
+    const Eigen::Index n = problem_.size();
+    double& r = row[n];
     const double s = std::pow(r / cauchy_, 2);
     if (s < kSmooth) return;
     if (reweighted) {
-      block_.row(row) /= std::sqrt(1.0 + s);
+      row /= std::sqrt(1.0 + s);
       return;
     }
     const double f = std::copysign(cauchy_ * std::sqrt(std::log1p(s)), r);
-    block_.row(row).head(problem_.size()) *= r / (f * (1.0 + s));
+    row.head(n) *= r / (f * (1.0 + s));
     r = f;
   }
   static constexpr double kSmooth = 1e-12;
 
   const Problem& problem_;
   const std::vector<bool>& use_;
-  mutable Rows rows_;
   double cauchy_;
   bool all_digits_;
-  mutable RowMajor block_;
+  mutable std::deque<Part> parts_;
 };
 
 }  // namespace
@@ -251,7 +279,7 @@ SolveResult solve(const Problem& problem, const Eigen::VectorXd& start,
   o.jacobi_scaling = false;
   o.initial_trust_region_radius = 1e8;  // errors are small: nearly Gauss-Newton from the start
   o.logging_type = ceres::SILENT;
-  o.num_threads = 1;  // same bits every time
+  o.num_threads = 1;  // the objective's parts have the threads, and the same bits every time
   ceres::Solver::Summary summary;
   ceres::Solve(o, &solver_problem, &summary);
   result.iterations = static_cast<int>(summary.iterations.size());
@@ -279,19 +307,27 @@ void linearise(const Problem& problem, const Eigen::VectorXd& u, const std::vect
   result.jacobian.resize(count, problem.size());
   result.residual.resize(count);
   result.touch_row.clear();
-  Rows rows(problem);
-  rows.at(u.data());
   int row = 0;
-  const auto j = [&] { return result.jacobian.data() + row * result.jacobian.cols(); };
   for (std::size_t i = 0; i < use.size(); ++i) {
     if (!use[i]) continue;
     result.touch_row.emplace_back(i, row);
-    row += rows.touch(i, result.residual.data() + row, j(), problem.size());
+    row += problem.rows(i);
   }
+  by_parts(result.touch_row.size(), [&](std::size_t, std::size_t first, std::size_t behind) {
+    Rows rows(problem);
+    rows.at(u.data());
+    for (std::size_t k = first; k < behind; ++k) {
+      const auto& [touch, at] = result.touch_row[k];
+      rows.touch(touch, result.residual.data() + at, result.jacobian.row(at).data(),
+                 problem.size());
+    }
+  });
   result.length_row = row;
   result.jacobian.bottomRows(count - row).setZero();
+  Rows rows(problem);
+  rows.at(u.data());
   for (const Problem::Length& length : problem.lengths()) {
-    rows.length(length, result.residual.data() + row, j());
+    rows.length(length, result.residual.data() + row, result.jacobian.row(row).data());
     ++row;
   }
 }
