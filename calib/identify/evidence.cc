@@ -29,6 +29,9 @@ constexpr Prior kRipple[] = {{0.0, 0.3},
 constexpr Prior kCompliance[] = {{0.0, 0.1}, {0.3, 0.5}, {1.0, 0.4}};
 /// A level this much less likely than the best (e^-9) has no say.
 constexpr double kHopeless = 9.0;
+/// Of levels less probable than this only how far they are off counts: what their own covariance
+/// would add is less than a thousandth.
+constexpr double kFaint = 1e-3;
 
 double log_prior(const ModelLevel& level) {
   double sum = 0.0;
@@ -140,11 +143,14 @@ LevelMean LevelSums::mean() const {
   result.transmission = std::sqrt(result.transmission);
   // Within the levels, and between them.
   Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(size, size);
+  double sum_heard = 0.0;
+  for (std::size_t k = 0; k < solutions.size(); ++k)
+    if (result.levels[k].probability > kFaint) sum_heard += result.levels[k].probability;
   for (const Family& family : families) {
     std::vector<std::pair<const Step*, double>> heard;
     for (std::size_t k = 0; k < solutions.size(); ++k)
-      if (solved[k].family == &family)
-        heard.emplace_back(&solved[k].step, result.levels[k].probability);
+      if (solved[k].family == &family && result.levels[k].probability > kFaint)
+        heard.emplace_back(&solved[k].step, result.levels[k].probability / sum_heard);
     if (!heard.empty()) family.add_covariance(heard, covariance);
   }
   for (std::size_t k = 0; k < solutions.size(); ++k) {

@@ -72,7 +72,7 @@ struct RunningEstimate::Impl {
 
   /// Of the levels that have a say.
   void begin_sums() {
-    constexpr double kNoSay = 1e-4;
+    constexpr double kNoSay = 1e-3;
     std::vector<ModelLevel> heard;
     for (const LevelEvidence& l : e.levels.levels)
       if (l.probability > kNoSay) heard.push_back(l.level);
