@@ -1,6 +1,7 @@
 #include "calib/identify/start.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <Eigen/QR>
 #include <Eigen/SVD>
 #include <algorithm>
@@ -12,7 +13,7 @@ namespace {
 
 constexpr int kIterations = 50;
 constexpr double kNominalOffM = 2e-3;  // what a nominal arm is wrong by
-constexpr double kSettledM = 1e-9;  // where an estimate starts from
+constexpr double kSettledM = 1e-8;  // where an estimate starts from
 /// Smallest over largest singular value of the centred points: below it they lie in a plane.
 constexpr double kFlat = 0.02;
 /// Of points on a plane the thickness is what the nominal arm is wrong by; more of the width than
@@ -35,6 +36,32 @@ Eigen::JacobiSVD<Eigen::MatrixXd> spread_of(const std::vector<Eigen::Vector3d>& 
   return Eigen::JacobiSVD<Eigen::MatrixXd>(centred, Eigen::ComputeFullU);
 }
 
+/// Gauss-Newton steps to where the points' distances are the radii, each weighed by how far it is
+/// off, and `prior` [1/m^2] pulls towards `place_m`. From `centre_m`, which it returns where they
+/// lead nowhere.
+template <class Weight>
+Eigen::Vector3d settle(const std::vector<Eigen::Vector3d>& points_m,
+                       const std::vector<double>& radius_m, Eigen::Vector3d centre_m,
+                       const Weight& weight, double prior, const Eigen::Vector3d& place_m) {
+  Eigen::Vector3d centre = centre_m;
+  for (int k = 0; k < kIterations; ++k) {
+    Eigen::Matrix3d information = prior * Eigen::Matrix3d::Identity();
+    Eigen::Vector3d right = prior * (place_m - centre);
+    for (std::size_t i = 0; i < points_m.size(); ++i) {
+      const Eigen::Vector3d d = points_m[i] - centre;
+      const double length = std::max(d.norm(), 1e-12), off = length - radius_m[i];
+      const Eigen::Vector3d j = -d / length, weighted = weight(off) * j;
+      information += weighted * j.transpose();
+      right -= off * weighted;
+    }
+    const Eigen::Vector3d step = information.ldlt().solve(right);
+    if (!step.allFinite()) break;
+    centre += step;
+    if (step.norm() < kSettledM) break;
+  }
+  return centre.allFinite() ? centre : centre_m;
+}
+
 }  // namespace
 
 SphereFit fit_centre(const std::vector<Eigen::Vector3d>& points_m,
@@ -47,62 +74,33 @@ SphereFit fit_centre(const std::vector<Eigen::Vector3d>& points_m,
   if (n < 4) return fit;
 
   // |p - c|^2 = r^2, centred on the mean: 2 p.c + (r0^2 - |c|^2) = |p|^2 + r0^2 - r^2
-  Eigen::MatrixX3d centred(n, 3);
   Eigen::MatrixX4d a(n, 4);
   Eigen::VectorXd b(n);
+  Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
   for (Eigen::Index i = 0; i < n; ++i) {
     const Eigen::Vector3d p = points_m[static_cast<std::size_t>(i)] - mean;
-    centred.row(i) = p.transpose();
+    scatter += p * p.transpose();
     a.row(i) << 2.0 * p.transpose(), 1.0;
     const double r = radius_m[static_cast<std::size_t>(i)], r0 = radius_m.front();
     b[i] = p.squaredNorm() + r0 * r0 - r * r;
   }
-  const Eigen::Vector3d spread = Eigen::JacobiSVD<Eigen::MatrixX3d>(centred).singularValues();
-  if (spread[2] < kFlat * spread[0]) return fit;
+  const Eigen::Vector3d square =
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(scatter, Eigen::EigenvaluesOnly).eigenvalues();
+  if (!(square[0] >= kFlat * kFlat * square[2])) return fit;
   fit.determined = true;
-  Eigen::Vector3d centre = mean + a.colPivHouseholderQr().solve(b).head<3>();
-  for (int k = 0; k < kIterations; ++k) {
-    Eigen::MatrixX3d j(n, 3);
-    Eigen::VectorXd r(n);
-    for (Eigen::Index i = 0; i < n; ++i) {
-      const Eigen::Vector3d d = points_m[static_cast<std::size_t>(i)] - centre;
-      const double length = std::max(d.norm(), 1e-12);
-      const double off = length - radius_m[static_cast<std::size_t>(i)];
-      // Gross errors pull no more than by their side.
-      const double weight = 1.0 / std::sqrt(std::hypot(1.0, off / kNominalOffM));
-      r[i] = weight * off;
-      j.row(i) = -weight * d.transpose() / length;
-    }
-    const Eigen::Vector3d step = j.colPivHouseholderQr().solve(-r);
-    if (!step.allFinite()) break;
-    centre += step;
-    if (step.norm() < kSettledM) break;
-  }
-  if (centre.allFinite()) fit.centre_m = centre;
+  // Gross errors pull no more than by their side.
+  const auto weight = [](double off_m) { return 1.0 / std::hypot(1.0, off_m / kNominalOffM); };
+  fit.centre_m = settle(points_m, radius_m, mean + a.colPivHouseholderQr().solve(b).head<3>(),
+                        weight, 0.0, mean);
   return fit;
 }
 
 Eigen::Vector3d fit_centre_near(const std::vector<Eigen::Vector3d>& points_m,
                                 const std::vector<double>& radius_m, double point_sigma_m,
                                 const Eigen::Vector3d& place_m, double place_sigma_m) {
-  Eigen::Vector3d centre = place_m;
   const double prior = place_sigma_m > 0.0 ? 1.0 / (place_sigma_m * place_sigma_m) : 1e-12;
   const double weight = 1.0 / (point_sigma_m * point_sigma_m);
-  for (int k = 0; k < kIterations; ++k) {
-    Eigen::Matrix3d information = prior * Eigen::Matrix3d::Identity();
-    Eigen::Vector3d right = prior * (place_m - centre);
-    for (std::size_t i = 0; i < points_m.size(); ++i) {
-      const Eigen::Vector3d d = points_m[i] - centre;
-      const double length = std::max(d.norm(), 1e-12);
-      const Eigen::Vector3d j = -d / length;
-      information += weight * j * j.transpose();
-      right -= weight * (length - radius_m[i]) * j;
-    }
-    const Eigen::Vector3d step = information.ldlt().solve(right);
-    centre += step;
-    if (step.norm() < kSettledM) break;
-  }
-  return centre;
+  return settle(points_m, radius_m, place_m, [&](double) { return weight; }, prior, place_m);
 }
 
 PlaneFit fit_plane(const std::vector<Eigen::Vector3d>& points_m) {
