@@ -29,9 +29,9 @@ constexpr Prior kRipple[] = {{0.0, 0.3},
 constexpr Prior kCompliance[] = {{0.0, 0.1}, {0.3, 0.5}, {1.0, 0.4}};
 /// A level this much less likely than the best (e^-9) has no say.
 constexpr double kHopeless = 9.0;
-/// Of levels less probable than this only how far they are off counts: what their own covariance
-/// would add is less than a thousandth.
-constexpr double kFaint = 1e-3;
+/// The likeliest levels that hold so much between them bring their covariances; of the rest only
+/// counts how far they are off.
+constexpr double kHeard = 0.999;
 
 double log_prior(const ModelLevel& level) {
   double sum = 0.0;
@@ -124,38 +124,45 @@ LevelMean LevelSums::mean() const {
     return a.step.log_evidence > b.step.log_evidence;
   });
   const double best = solved.front().step.log_evidence;
-  double sum = 0.0;
-  for (const Solved& s : solved) sum += std::exp(s.step.log_evidence - best);
+  double sum = 0.0, sum_with_say = 0.0;
+  for (const Solved& s : solved) {
+    const double likelihood = std::exp(s.step.log_evidence - best);
+    sum += likelihood;
+    if (best - s.step.log_evidence <= kHopeless) sum_with_say += likelihood;
+  }
 
   LevelMean result;
   Eigen::VectorXd mean = Eigen::VectorXd::Zero(size);
   std::vector<Eigen::VectorXd> solutions;  // of the levels that have a say
+  std::vector<double> weight;              // of each
+  std::size_t heard = 0;
+  double sum_heard = 0.0;
   for (const Solved& s : solved) {
-    const double p = std::exp(s.step.log_evidence - best) / sum;
-    result.levels.push_back({s.step.level, s.step.log_evidence, p});
+    const double likelihood = std::exp(s.step.log_evidence - best);
+    result.levels.push_back({s.step.level, s.step.log_evidence, likelihood / sum});
     if (best - s.step.log_evidence > kHopeless) continue;
+    weight.push_back(likelihood / sum_with_say);
     solutions.push_back(s.family->solution(s.step));
-    mean += p * solutions.back();
-    result.ripple_rad += p * std::pow(s.step.level.ripple_rad, 2);
-    result.transmission += p * std::pow(s.step.level.transmission, 2);
+    mean += weight.back() * solutions.back();
+    if (sum_heard > kHeard) continue;
+    ++heard;
+    sum_heard += weight.back();
+    result.ripple_rad += weight.back() * std::pow(s.step.level.ripple_rad, 2);
+    result.transmission += weight.back() * std::pow(s.step.level.transmission, 2);
   }
-  result.ripple_rad = std::sqrt(result.ripple_rad);
-  result.transmission = std::sqrt(result.transmission);
+  result.ripple_rad = std::sqrt(result.ripple_rad / sum_heard);
+  result.transmission = std::sqrt(result.transmission / sum_heard);
   // Within the levels, and between them.
   Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(size, size);
-  double sum_heard = 0.0;
-  for (std::size_t k = 0; k < solutions.size(); ++k)
-    if (result.levels[k].probability > kFaint) sum_heard += result.levels[k].probability;
   for (const Family& family : families) {
-    std::vector<std::pair<const Step*, double>> heard;
-    for (std::size_t k = 0; k < solutions.size(); ++k)
-      if (solved[k].family == &family && result.levels[k].probability > kFaint)
-        heard.emplace_back(&solved[k].step, result.levels[k].probability / sum_heard);
-    if (!heard.empty()) family.add_covariance(heard, covariance);
+    std::vector<std::pair<const Step*, double>> own;
+    for (std::size_t k = 0; k < heard; ++k)
+      if (solved[k].family == &family) own.emplace_back(&solved[k].step, weight[k] / sum_heard);
+    if (!own.empty()) family.add_covariance(own, covariance);
   }
   for (std::size_t k = 0; k < solutions.size(); ++k) {
     const Eigen::VectorXd off = solutions[k] - mean;
-    covariance.noalias() += (result.levels[k].probability * off) * off.transpose();
+    covariance.noalias() += (weight[k] * off) * off.transpose();
   }
   result.u.resize(size);
   result.u(groups.order) = mean;

@@ -1,5 +1,7 @@
 #include "calib/identify/parallel.h"
 
+#include <sched.h>
+
 #include <algorithm>
 #include <atomic>
 #include <exception>
@@ -10,10 +12,17 @@
 
 namespace cellcal::calib {
 
+std::size_t threads_for(std::size_t count) {
+  constexpr std::size_t kMost = 8;
+  cpu_set_t ours;
+  std::size_t processors = 1;  // on a machine with more of them than the set can name, too
+  if (sched_getaffinity(0, sizeof ours, &ours) == 0)
+    processors = static_cast<std::size_t>(CPU_COUNT(&ours));
+  return std::clamp(processors, std::size_t{1}, std::min(std::max(count, std::size_t{1}), kMost));
+}
+
 void in_parallel(std::size_t count, const std::function<void(std::size_t)>& task) {
-  constexpr std::size_t kMostThreads = 8;
-  const std::size_t threads =
-      std::min({count, std::size_t{std::max(1u, std::thread::hardware_concurrency())}, kMostThreads});
+  const std::size_t threads = threads_for(count);
   if (threads <= 1) {
     for (std::size_t i = 0; i < count; ++i) task(i);
     return;

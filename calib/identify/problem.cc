@@ -75,27 +75,38 @@ Problem::Problem(const Cell& cell, const ArmModel& arm, std::span<const Touch> t
 }
 
 void Problem::extend(std::span<const Touch> touches) {
-  for (std::size_t i = poses_.size(); i < touches.size(); ++i)
+  const std::size_t before = poses_.size();
+  touches_ = touches.first(before);  // its place may be another, whatever comes of the others
+  for (std::size_t i = before; i < touches.size(); ++i)
     if (block_of_target_[cell_.target_index(touches[i].target)] < 0)
       throw IdentifyError("target " + touches[i].target + " was not touched before");
   touches_ = touches;
-  const std::size_t first = poses_.size();
-  weigh_from(first);
-  for (std::size_t i = first; i < touches.size(); ++i)
-    sigma_m_.push_back(std::hypot(own_sigma_m_[i], ripple_rad_ * joint_lever_m(i)));
+  try {
+    weigh_from(before);
+  } catch (...) {
+    resize(before);
+    touches_ = touches.first(before);
+    throw;
+  }
+  for (std::size_t i = before; i < touches.size(); ++i)
+    sigma_m_[i] = std::hypot(own_sigma_m_[i], ripple_rad_ * joint_lever_m(i));
 }
 
 void Problem::weigh_from(std::size_t first) {
-  const std::size_t count = touches_.size();
+  resize(touches_.size());
+  by_parts(touches_.size() - first, [&](std::size_t, std::size_t begin, std::size_t behind) {
+    for (std::size_t i = first + begin; i < first + behind; ++i) weigh(i);
+  });
+}
+
+void Problem::resize(std::size_t count) {
   target_of_.resize(count);
   block_of_.resize(count);
   poses_.resize(count);
   lever_m_.resize(count);
   own_sigma_m_.resize(count);
   times_.resize(count, 1);
-  by_parts(count - first, [&](std::size_t, std::size_t begin, std::size_t behind) {
-    for (std::size_t i = first + begin; i < first + behind; ++i) weigh(i);
-  });
+  sigma_m_.resize(count);
 }
 
 /// What of a touch does not depend on the unknowns.
@@ -114,8 +125,8 @@ void Problem::weigh(std::size_t i) {
                                      ? Eigen::Vector3d(place.axes.col(2))
                                      : (chain.tip - place.centre_m).stableNormalized();
   // Three components see all three directions; each gets a third of the square.
-  lever_m_[i] = rows(i) == 3 ? by_joint.norm() / std::sqrt(3.0)
-                             : (normal.transpose() * by_joint).norm();
+  lever_m_[i] =
+      rows(i) == 3 ? by_joint.norm() / std::sqrt(3.0) : (normal.transpose() * by_joint).norm();
   own_sigma_m_[i] = touch.sigma_m > 0.0 ? touch.sigma_m : usual_sigma_m_;
 }
 

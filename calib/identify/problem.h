@@ -130,6 +130,7 @@ class Problem {
   void add_lengths();
   void weigh(std::size_t touch);
   void weigh_from(std::size_t first);
+  void resize(std::size_t count);
 };
 
 }  // namespace cellcal::calib

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 #include <numeric>
+#include <set>
 
 namespace cellcal::calib {
 
@@ -36,10 +37,12 @@ bool same_place(const Touch& a, const Touch& b) {
   return a.target == b.target;
 }
 
-/// To the last digit, in all that was read: somebody copied it.
-bool same_reading(const Touch& a, const Touch& b) {
-  return a.joint_rad == b.joint_rad && a.radius_m == b.radius_m &&
-         std::equal(a.tracker_m, a.tracker_m + 3, b.tracker_m);
+/// All that was read of a touch. The same to the last digit: somebody copied it.
+std::vector<double> reading(const Touch& touch) {
+  std::vector<double> all = touch.joint_rad;
+  all.push_back(touch.radius_m);
+  all.insert(all.end(), touch.tracker_m, touch.tracker_m + 3);
+  return all;
 }
 
 /// Groups of two and more, each around its first touch in order of the first axis.
@@ -82,11 +85,9 @@ Repeats find_repeats(const Problem& problem) {
     for (const std::size_t i : group) result.times[i] = static_cast<int>(group.size());
     result.touches += static_cast<int>(group.size());
     std::vector<std::size_t> measured;
+    std::set<std::vector<double>> seen;
     for (const std::size_t i : group)
-      if (!(touches[i].sigma_m > 0.0) &&
-          std::none_of(measured.begin(), measured.end(), [&](std::size_t other) {
-            return same_reading(touches[other], touches[i]);
-          }))
+      if (!(touches[i].sigma_m > 0.0) && seen.insert(reading(touches[i])).second)
         measured.push_back(i);
     if (measured.size() < 2) continue;
     const int rows = problem.rows(group.front());

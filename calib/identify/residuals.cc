@@ -9,9 +9,6 @@ namespace cellcal::calib {
 
 namespace {
 
-/// What an uncalibrated arm is wrong by.
-constexpr double kNominalErrorM = 1e-3;
-
 void add(ResidualSummary& summary, double residual_m) {
   const double size = std::abs(residual_m);
   ++summary.count;
@@ -56,12 +53,9 @@ Eigen::VectorXd place_seen_by_nominal_arm(const Problem& problem, int block,
   } else if (target.kind == TargetKind::kPoint) {
     place.centre_m.setZero();
     for (const auto& p : points) place.centre_m += p / static_cast<double>(points.size());
-  } else if (target.has_centre && target.centre_sigma_m > 0.0) {
-    place.centre_m =
-        fit_centre_near(points, radii, kNominalErrorM, target.centre_m, target.centre_sigma_m);
   } else {
-    place.centre_m =
-        fit_centre(points, radii, target.has_centre ? &target.centre_m : nullptr).centre_m;
+    const CentreHints hints{target.has_centre ? &target.centre_m : nullptr, target.centre_sigma_m};
+    place.centre_m = fit_centre(points, radii, hints).centre_m;
   }
   return unknowns_at(target.kind, start, place);
 }

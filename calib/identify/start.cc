@@ -6,13 +6,14 @@
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace cellcal::calib {
 
 namespace {
 
 constexpr int kIterations = 50;
-constexpr double kNominalOffM = 2e-3;  // what a nominal arm is wrong by
+constexpr double kAstrayM = 100.0;  // so long a step leads nowhere
 constexpr double kSettledM = 1e-8;  // where an estimate starts from
 /// Smallest over largest singular value of the centred points: below it they lie in a plane.
 constexpr double kFlat = 0.02;
@@ -36,42 +37,70 @@ Eigen::JacobiSVD<Eigen::MatrixXd> spread_of(const std::vector<Eigen::Vector3d>& 
   return Eigen::JacobiSVD<Eigen::MatrixXd>(centred, Eigen::ComputeFullU);
 }
 
-/// Gauss-Newton steps to where the points' distances are the radii, each weighed by how far it is
-/// off, and `prior` [1/m^2] pulls towards `place_m`. From `centre_m`, which it returns where they
-/// lead nowhere.
-template <class Weight>
-Eigen::Vector3d settle(const std::vector<Eigen::Vector3d>& points_m,
-                       const std::vector<double>& radius_m, Eigen::Vector3d centre_m,
-                       const Weight& weight, double prior, const Eigen::Vector3d& place_m) {
-  Eigen::Vector3d centre = centre_m;
-  for (int k = 0; k < kIterations; ++k) {
-    Eigen::Matrix3d information = prior * Eigen::Matrix3d::Identity();
-    Eigen::Vector3d right = prior * (place_m - centre);
-    for (std::size_t i = 0; i < points_m.size(); ++i) {
-      const Eigen::Vector3d d = points_m[i] - centre;
-      const double length = std::max(d.norm(), 1e-12), off = length - radius_m[i];
-      const Eigen::Vector3d j = -d / length, weighted = weight(off) * j;
-      information += weighted * j.transpose();
-      right -= off * weighted;
-    }
-    const Eigen::Vector3d step = information.ldlt().solve(right);
-    if (!step.allFinite()) break;
-    centre += step;
-    if (step.norm() < kSettledM) break;
+/// Of a sphere's centre: half the square of what is off, in sigmas.
+class CentreCost {
+ public:
+  CentreCost(const std::vector<Eigen::Vector3d>& points_m, const std::vector<double>& radius_m,
+             const CentreHints& hints, double point_sigma_m)
+      : points_m_(points_m),
+        radius_m_(radius_m),
+        outwards_(hints.outwards),
+        mean_m_(mean_of(points_m)),
+        weight_(1.0 / (point_sigma_m * point_sigma_m)) {
+    if (hints.stated_m == nullptr || !(hints.stated_sigma_m > 0.0)) return;
+    stated_m_ = *hints.stated_m;
+    prior_ = 1.0 / (hints.stated_sigma_m * hints.stated_sigma_m);
   }
-  return centre.allFinite() ? centre : centre_m;
-}
+
+  double operator()(const Eigen::Vector3d& centre_m) const {
+    double sum = prior_ * (centre_m - stated_m_).squaredNorm();
+    for (std::size_t i = 0; i < points_m_.size(); ++i) {
+      const double off = ((points_m_[i] - centre_m).norm() - radius_m_[i]) / kNominalOffM;
+      sum += 2.0 * weight_ * kNominalOffM * kNominalOffM * (std::hypot(1.0, off) - 1.0);
+    }
+    constexpr double kWrongSide = 25.0;  // five sigma
+    return sum + (outwards_.dot(mean_m_ - centre_m) < 0.0 ? kWrongSide : 0.0);
+  }
+
+  /// Gauss-Newton steps from `begin_m`, which is returned where they lead nowhere.
+  Eigen::Vector3d settled(const Eigen::Vector3d& begin_m) const {
+    Eigen::Vector3d centre = begin_m;
+    for (int k = 0; k < kIterations; ++k) {
+      Eigen::Matrix3d information = prior_ * Eigen::Matrix3d::Identity();
+      Eigen::Vector3d right = prior_ * (stated_m_ - centre);
+      for (std::size_t i = 0; i < points_m_.size(); ++i) {
+        const Eigen::Vector3d d = points_m_[i] - centre;
+        const double length = std::max(d.norm(), 1e-12), off = length - radius_m_[i];
+        const Eigen::Vector3d j = -d / length;
+        const Eigen::Vector3d weighted = weight_ / std::hypot(1.0, off / kNominalOffM) * j;
+        information += weighted * j.transpose();
+        right -= off * weighted;
+      }
+      const Eigen::Vector3d step = information.ldlt().solve(right);
+      if (!(step.norm() < kAstrayM)) return begin_m;
+      centre += step;
+      if (step.norm() < kSettledM) break;
+    }
+    return centre;
+  }
+
+ private:
+  const std::vector<Eigen::Vector3d>& points_m_;
+  const std::vector<double>& radius_m_;
+  Eigen::Vector3d outwards_, mean_m_, stated_m_ = Eigen::Vector3d::Zero();
+  double weight_, prior_ = 0.0;
+};
 
 }  // namespace
 
 SphereFit fit_centre(const std::vector<Eigen::Vector3d>& points_m,
-                     const std::vector<double>& radius_m, const Eigen::Vector3d* guess) {
+                     const std::vector<double>& radius_m, const CentreHints& hints,
+                     double point_sigma_m) {
   SphereFit fit;
   const auto n = static_cast<Eigen::Index>(points_m.size());
-  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-  for (const auto& p : points_m) mean += p / static_cast<double>(n);
-  fit.centre_m = guess != nullptr ? *guess : mean;
-  if (n < 4) return fit;
+  const Eigen::Vector3d mean = mean_of(points_m);
+  fit.centre_m = hints.stated_m != nullptr ? *hints.stated_m : mean;
+  if (n == 0) return fit;
 
   // |p - c|^2 = r^2, centred on the mean: 2 p.c + (r0^2 - |c|^2) = |p|^2 + r0^2 - r^2
   Eigen::MatrixX4d a(n, 4);
@@ -84,23 +113,28 @@ SphereFit fit_centre(const std::vector<Eigen::Vector3d>& points_m,
     const double r = radius_m[static_cast<std::size_t>(i)], r0 = radius_m.front();
     b[i] = p.squaredNorm() + r0 * r0 - r * r;
   }
-  const Eigen::Vector3d square =
-      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(scatter, Eigen::EigenvaluesOnly).eigenvalues();
-  if (!(square[0] >= kFlat * kFlat * square[2])) return fit;
-  fit.determined = true;
-  // Gross errors pull no more than by their side.
-  const auto weight = [](double off_m) { return 1.0 / std::hypot(1.0, off_m / kNominalOffM); };
-  fit.centre_m = settle(points_m, radius_m, mean + a.colPivHouseholderQr().solve(b).head<3>(),
-                        weight, 0.0, mean);
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(scatter);
+  const Eigen::Vector3d square = axes.eigenvalues();
+  fit.determined = n >= 4 && square[2] > 0.0 && square[0] >= kFlat * kFlat * square[2];
+  std::vector<Eigen::Vector3d> begins;
+  if (hints.stated_m != nullptr && (fit.determined || hints.stated_sigma_m > 0.0))
+    begins.push_back(*hints.stated_m);
+  if (fit.determined) {
+    const Eigen::Vector3d linear = mean + a.colPivHouseholderQr().solve(b).head<3>();
+    const Eigen::Vector3d across = axes.eigenvectors().col(0);
+    begins.push_back(linear);
+    begins.push_back(linear - 2.0 * across.dot(linear - mean) * across);
+  }
+  const CentreCost cost(points_m, radius_m, hints, point_sigma_m);
+  double least = std::numeric_limits<double>::max();
+  for (const Eigen::Vector3d& begin : begins) {
+    const Eigen::Vector3d centre = cost.settled(begin);
+    const double its = cost(centre);
+    if (!(its < least)) continue;
+    least = its;
+    fit.centre_m = centre;
+  }
   return fit;
-}
-
-Eigen::Vector3d fit_centre_near(const std::vector<Eigen::Vector3d>& points_m,
-                                const std::vector<double>& radius_m, double point_sigma_m,
-                                const Eigen::Vector3d& place_m, double place_sigma_m) {
-  const double prior = place_sigma_m > 0.0 ? 1.0 / (place_sigma_m * place_sigma_m) : 1e-12;
-  const double weight = 1.0 / (point_sigma_m * point_sigma_m);
-  return settle(points_m, radius_m, place_m, [&](double) { return weight; }, prior, place_m);
 }
 
 PlaneFit fit_plane(const std::vector<Eigen::Vector3d>& points_m) {

@@ -9,21 +9,29 @@ namespace cellcal::calib {
 
 struct SphereFit {
   Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();
-  bool determined = false;  ///< the points span a sphere; otherwise centre_m is their mean
+  bool determined = false;  ///< the points span a sphere; otherwise, unstated, it is their mean
 };
 
-/// Centre of the sphere with radius `radius_m[i]` about each point: linear fit (differences of
-/// |p|^2), then Gauss-Newton on the distances. Points that lie in a plane or fewer than four do
-/// not determine it. `guess`: a stated centre, used where they do not.
-SphereFit fit_centre(const std::vector<Eigen::Vector3d>& points_m,
-                     const std::vector<double>& radius_m, const Eigen::Vector3d* guess);
+/// What is known of a sphere's or wire's place beside the points.
+struct CentreHints {
+  const Eigen::Vector3d* stated_m = nullptr;
+  double stated_sigma_m = 0.0;  ///< 0: no more than where to begin
+  /// To the side that the tool comes from: the centre lies on the other. 0: unknown.
+  Eigen::Vector3d outwards = Eigen::Vector3d::Zero();
+};
 
-/// The same with the stated place as a prior (1 sigma, 0: none) and points that are each wrong by
-/// about `point_sigma_m`: where the points hardly hold the centre, it stays where it was said to
-/// be.
-Eigen::Vector3d fit_centre_near(const std::vector<Eigen::Vector3d>& points_m,
-                                const std::vector<double>& radius_m, double point_sigma_m,
-                                const Eigen::Vector3d& place_m, double place_sigma_m);
+/// What a nominal arm is wrong by, and points with it.
+inline constexpr double kNominalOffM = 2e-3;
+
+/// Centre of the sphere with radius `radius_m[i]` about each point. Points on one side of a sphere
+/// fit one on the other side of them nearly as well, and a few hardly hold it at all: so
+/// Gauss-Newton begins at the linear fit (differences of |p|^2), behind the points as in a mirror,
+/// and where it is stated to be, and what the hints and points that are wrong by `point_sigma_m`
+/// make the likeliest is taken. Gross errors pull by their side alone. Points that lie in a plane
+/// or fewer than four do not determine it: it stays near where it was stated.
+SphereFit fit_centre(const std::vector<Eigen::Vector3d>& points_m,
+                     const std::vector<double>& radius_m, const CentreHints& hints = {},
+                     double point_sigma_m = kNominalOffM);
 
 struct PlaneFit {
   Eigen::Vector3d middle_m = Eigen::Vector3d::Zero();  ///< mean of the points, on the plane

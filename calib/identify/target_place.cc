@@ -217,8 +217,10 @@ std::vector<TargetPlace> starting_places(const Cell& cell, const ArmModel& arm,
       for (const Vector3d& p : seen.tips_m)
         places[t].centre_m += p / static_cast<double>(seen.tips_m.size());
     } else {
-      const SphereFit fit =
-          fit_centre(seen.tips_m, seen.radii_m, target.has_centre ? &target.centre_m : nullptr);
+      CentreHints hints{target.has_centre ? &target.centre_m : nullptr, target.centre_sigma_m};
+      if (target.kind == TargetKind::kSphere)
+        for (const Vector3d& tool : seen.tool) hints.outwards += tool;
+      const SphereFit fit = fit_centre(seen.tips_m, seen.radii_m, hints);
       if (!fit.determined && !target.has_centre)
         throw IdentifyError(fmt::format(
             "target {}: {} fit touches do not span a sphere; touch it from more sides, or state "

@@ -25,8 +25,6 @@ constexpr double kBelowTargetsM = 0.10;  // hand and wrist stay above the lowest
 constexpr double kNearM = 0.05;
 /// Pieces of a move so short that no point moves further are not halved again, whatever the margin.
 constexpr double kShortM = 0.0005;
-/// Of every margin, on the whole of a move.
-constexpr double kKept = 0.9;
 constexpr int kPostures = 64;  // that decide which links are neighbours
 constexpr unsigned kSeed = 1;
 
@@ -168,7 +166,7 @@ struct Clearance::Impl {
       for (std::size_t k = 0; k < path.size() && done; ++k) {
         const double moved = path[k] * (piece.end - piece.begin);
         done = moved <= std::max(kShortM, piece.slack0[k] + piece.slack1[k] +
-                                              2.0 * (1.0 - kKept) * margin[k]);
+                                              2.0 * (1.0 - kMarginKept) * margin[k]);
       }
       if (done) continue;
       const double middle = (piece.begin + piece.end) / 2.0;

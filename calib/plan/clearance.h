@@ -12,8 +12,8 @@
 // body's distance d0 is known, from the other end d1, both at least the margin m. No point of the
 // body moves further along the piece than D, its levers times the turns of the joints. Half-way or
 // anywhere else its distance is then at least (d0 + d1 - D) / 2. A piece is done when D <= d0 + d1
-// - 1.8 m, and halved otherwise: so on the whole move every body keeps at least 0.9 of its margin,
-// and nothing, however thin, is passed unseen.
+// - 1.84 m, and halved otherwise: so on the whole move every body keeps at least 0.92 of its
+// margin, and nothing, however thin, is passed unseen.
 //
 // Postures and moves that the cell says cannot be led through (Cell::passable) count as hits.
 
@@ -25,6 +25,9 @@
 #include "calib/model/kinematics.h"
 
 namespace cellcal::calib {
+
+/// Of every margin, on the whole of a move.
+inline constexpr double kMarginKept = 0.92;
 
 class Clearance {
  public:

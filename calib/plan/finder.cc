@@ -25,7 +25,7 @@ constexpr double kLeastShare = 0.03;  ///< a line that would hardly meet it is n
 
 /// What a nominal arm may be wrong by more than the belief allows for.
 constexpr double kWrongM = 0.005;
-constexpr double kStandoffM = 0.012, kClearM = 0.018;  ///< outside of all places and that
+constexpr double kStandoffM = 0.014, kClearM = 0.022;  ///< outside of all places and that
 constexpr int kPerAim = 24, kPerAimOnceMet = 60;
 constexpr int kMoreAims = 6;          ///< while its place across the line is open
 constexpr double kOpen = 0.5;         ///< of the radius
@@ -112,10 +112,9 @@ struct Finder::Impl {
     one.tips.push_back(tip);
     one.belief.hit(from.value_or(tip), tip);
     const std::vector<double> radii(one.tips.size(), one.radius_m);
-    // From where it is believed to be: tips on one side fit a sphere on the other side of them,
-    // too.
+    const Vector3d believed = one.belief.mean();
     one.centre_m =
-        fit_centre_near(one.tips, radii, kArmSigmaM, one.belief.mean(), one.belief.prior_sigma_m());
+        fit_centre(one.tips, radii, {&believed, one.belief.prior_sigma_m()}, kArmSigmaM).centre_m;
     Eigen::Matrix3d information =
         Eigen::Matrix3d::Identity() / std::pow(one.belief.prior_sigma_m(), 2);
     double off = 0.0;

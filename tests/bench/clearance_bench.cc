@@ -9,6 +9,7 @@
 
 #include "calib/files/files.h"
 #include "calib/model/random.h"
+#include "calib/plan/candidates.h"
 #include "calib/plan/clearance.h"
 #include "calib/plan/plan.h"
 #include "tests/bench/capsule_check.h"
@@ -18,7 +19,6 @@ namespace {
 using namespace cellcal::calib;  // NOLINT: a benchmark's own file
 
 constexpr int kBatches = 21;  // the median of them stands
-constexpr double kTipMarginM = 0.007;
 
 template <typename Work>
 double microseconds(int calls, const Work& work) {

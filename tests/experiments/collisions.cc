@@ -7,6 +7,8 @@
 #include <chrono>
 #include <map>
 
+#include "calib/plan/candidates.h"
+#include "calib/plan/clearance.h"
 #include "tests/calib/plan/random_cell.h"
 
 namespace {
@@ -15,8 +17,8 @@ using namespace cellcal::calib;  // NOLINT: an experiment's own file
 using testing::Approach;
 using testing::Nearest;
 
-/// Margins of the planner: half of them is promised on the way, all of them at its stops.
-constexpr double kTipM = 0.007 / 2, kBodyM = 0.02 / 2;
+/// What the planner promises on the way; at its stops it keeps the whole of its margins.
+constexpr double kTipM = kMarginKept * kTipMarginM, kBodyM = kMarginKept * 0.02;
 
 /// A refusal with its figures and names taken out, so that like ones can be counted.
 std::string kind_of(const std::string& refusal) {

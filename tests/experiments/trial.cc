@@ -53,13 +53,14 @@ std::vector<calib::JointVector> postures(const calib::ArmModel& arm, int count, 
   constexpr double kHighDeg[] = {60.0, -10.0, 145.0, 170.0, 110.0, 170.0};
   constexpr double kFloorM = 0.05;
   if (arm.joint_count() != 6) return calib::workspace_poses(arm, count, seed);
+  const Eigen::Isometry3d to_foot = arm.robot().base_fixed.inverse();
   calib::Random random(seed);
   std::vector<calib::JointVector> poses;
   while (static_cast<int>(poses.size()) < count) {
     calib::JointVector q(6);
     for (std::size_t i = 0; i < q.size(); ++i)
       q[i] = random.uniform(kLowDeg[i], kHighDeg[i]) * std::numbers::pi / 180.0;
-    if (arm.nominal_tip_m(q).z() > kFloorM) poses.push_back(std::move(q));
+    if ((to_foot * arm.nominal_tip_m(q)).z() > kFloorM) poses.push_back(std::move(q));
   }
   return poses;
 }

@@ -45,7 +45,7 @@ std::vector<double> convergence(const Task& task) {
     if (use.back()) nominal.push_back(arm.nominal_tcp(touch.joint_rad).translation());
   }
   const calib::SphereFit start =
-      calib::fit_centre(nominal, std::vector<double>(nominal.size(), task.radius_m), nullptr);
+      calib::fit_centre(nominal, std::vector<double>(nominal.size(), task.radius_m));
   const calib::Problem problem(task.cell, arm, task.touches, {start.centre_m});
   const Eigen::VectorXd zero = Eigen::VectorXd::Zero(problem.size());
   std::vector<double> mean_m{mean_residual_m(problem, zero, use)};

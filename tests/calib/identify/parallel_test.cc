@@ -30,6 +30,12 @@ TEST(Parallel, DoesEachPartOnceAndLeavesNoTouchOut) {
   }
 }
 
+TEST(Parallel, StartsNoMoreThreadsThanThereAreTasksOrEight) {
+  EXPECT_EQ(threads_for(0), 1u);
+  EXPECT_EQ(threads_for(1), 1u);
+  EXPECT_LE(threads_for(1000), 8u);
+}
+
 TEST(Parallel, ThrowsOnWhatATaskThrew) {
   const auto run = [] {
     in_parallel(100, [](std::size_t i) {
@@ -62,6 +68,7 @@ TEST(Parallel, IdentificationHasTheSameBitsOnAnyNumberOfProcessors) {
   const Calibration shared = identify(cell, touches);
   const Calibration alone = [&] {
     const OnOneProcessor one;
+    EXPECT_EQ(threads_for(100), 1u);
     return identify(cell, touches);
   }();
   ASSERT_EQ(shared.parameters.size(), alone.parameters.size());

@@ -10,6 +10,7 @@
 #include "calib/files/files.h"
 #include "calib/model/random.h"
 #include "calib/plan/bodies.h"
+#include "calib/plan/candidates.h"
 #include "tests/calib/plan/collisions.h"
 
 namespace cellcal::calib {
@@ -19,7 +20,7 @@ using testing::Approach;
 using testing::Collisions;
 using testing::Nearest;
 
-constexpr double kTipMarginM = 0.007, kBodyMarginM = 0.02;
+constexpr double kBodyMarginM = 0.02;
 /// Points on an axis are up to 2 mm apart.
 constexpr double kPointsM = 0.0015;
 
@@ -177,9 +178,9 @@ TEST(Clearance, OfMovesLeavesHalfTheMarginEverywhereOnTheWay) {
     ++free;
     EXPECT_FALSE(clearance.hit(from, to, kTipMarginM));
     const Approach approach = collisions.along(from, to);
-    EXPECT_GT(approach.tip.gap_m, kTipMarginM / 2 - 1e-9) << approach.tip.words;
-    EXPECT_GT(approach.body.gap_m, kBodyMarginM / 2 - 1e-9) << approach.body.words;
-    EXPECT_GT(approach.self.gap_m, kBodyMarginM / 2 - 1e-9) << approach.self.words;
+    EXPECT_GT(approach.tip.gap_m, kMarginKept * kTipMarginM - 1e-9) << approach.tip.words;
+    EXPECT_GT(approach.body.gap_m, kMarginKept * kBodyMarginM - 1e-9) << approach.body.words;
+    EXPECT_GT(approach.self.gap_m, kMarginKept * kBodyMarginM - 1e-9) << approach.self.words;
   }
   EXPECT_GT(blocked_between, 10);
 }

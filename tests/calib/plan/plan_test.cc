@@ -8,6 +8,8 @@
 #include <map>
 
 #include "calib/files/files.h"
+#include "calib/plan/candidates.h"
+#include "calib/plan/clearance.h"
 #include "tests/calib/plan/ways.h"
 
 namespace cellcal::calib {
@@ -23,8 +25,8 @@ const Cell& demo_cell() {
   return cell;
 }
 
-/// What the tip may come near to on a way. The planner's own margin is 7 mm.
-constexpr double kNearestM = 0.005;
+/// What the tip may come near to on a way.
+constexpr double kNearestM = kMarginKept * kTipMarginM - 1e-9;
 
 PlanOptions small() {
   PlanOptions options;

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "calib/files/files.h"
+#include "calib/plan/candidates.h"
 #include "calib/plan/clearance.h"
 #include "calib/plan/plan.h"
 #include "tests/calib/plan/ways.h"
@@ -125,7 +126,7 @@ TEST(PlanRefusal, IsNotNeededWhereTheArmCanRestBesideWhatIsInTheWay) {
   cell.obstacles = {box("lamp", tip, {0.02, 0.02, 0.02})};
   const Plan made = make_plan(cell, small());
   EXPECT_NE(made.start, plan().start);
-  EXPECT_TRUE(Clearance(cell, nominal_arm(cell)).clear(made.start, 0.007));
+  EXPECT_TRUE(Clearance(cell, nominal_arm(cell)).clear(made.start, kTipMarginM));
 }
 
 TEST(PlanRefusal, NamesWhatStandsWhereverTheArmCouldRest) {
