@@ -16,15 +16,15 @@ constexpr double kApartM = 0.3 * kArmSigmaM;
 /// Inside the radius by more than this is not believed to have been missed.
 constexpr double kSureM = 2.0 * kArmSigmaM;
 
-double distance_m(const Vector3d& point, const Vector3d& from, const Vector3d& to) {
+}  // namespace
+
+double Belief::distance_m(const Vector3d& point, const Vector3d& from, const Vector3d& to) {
   const Vector3d line = to - from;
   const double length2 = line.squaredNorm();
   const double share =
       length2 > 0.0 ? std::clamp((point - from).dot(line) / length2, 0.0, 1.0) : 0.0;
   return (point - from - share * line).norm();
 }
-
-}  // namespace
 
 Belief::Belief(const Target& target, double radius_m, unsigned seed)
     : radius_m_(radius_m), random_(seed) {

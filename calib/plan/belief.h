@@ -27,6 +27,10 @@ class Belief {
   /// It came to `to` and met nothing.
   void miss(const Eigen::Vector3d& from, const Eigen::Vector3d& to);
 
+  /// Of a point from the line between two others.
+  static double distance_m(const Eigen::Vector3d& point, const Eigen::Vector3d& from,
+                           const Eigen::Vector3d& to);
+
   /// No place is left that agrees with all lines.
   bool empty() const { return places_.empty(); }
   /// Possible centres, all as likely. Some thousand.

@@ -36,6 +36,8 @@ constexpr double kUsualStandM = 0.030;
 /// Moves are straight in joint space; the tip may leave its line by so much.
 constexpr double kBowM = 0.0015;
 constexpr int kHalvings = 4;
+/// Of the radius: a sphere that the line comes so near to is met.
+constexpr double kMetShare = 0.9;
 constexpr double kLargestRad = 0.35;  ///< of a joint along a line: more is a jump
 
 /// A place that is being sought.
@@ -233,8 +235,12 @@ struct Finder::Impl {
     return worst;
   }
 
-  /// The whole search, where the arm can make it and nothing else is in its way.
-  std::optional<PlannedTouch> search(const Line& line, const Sought& one, const Clearance& others) {
+  /// The whole search, where the arm can make it and nothing else is in its way. Where it cannot
+  /// be led to the line's end it ends earlier, if at least `least` of the places that the line
+  /// would meet are met by then: a line that stays short of the sphere tells nothing, and would be
+  /// chosen for ever.
+  std::optional<PlannedTouch> search(const Line& line, const Sought& one, const Clearance& others,
+                                     double least) {
     const Candidate& c = line.candidate;
     const double begin = one.radius_m + line.outside_m + kStandoffM;
     Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
@@ -248,6 +254,15 @@ struct Finder::Impl {
       end.reset();
     }
     if (!end) return std::nullopt;
+    if (end_m > line.depth.end_m) {
+      const auto& places = one.belief.places();
+      const Vector3d from = line.aim + begin * c.normal, to = pose.translation();
+      const auto met = std::count_if(places.begin(), places.end(), [&](const Vector3d& place) {
+        return Belief::distance_m(place, from, to) < kMetShare * one.radius_m;
+      });
+      const double share = static_cast<double>(met) / static_cast<double>(places.size());
+      if (share < std::max(kLeastShare, least * line.depth.share)) return std::nullopt;
+    }
     for (std::size_t i = 0; i < end->size(); ++i)
       if (std::abs((*end)[i] - c.clear[i]) > kLargestRad) return std::nullopt;
     if (!others.clear(c.clear, *end, kTipMarginM)) return std::nullopt;
@@ -335,20 +350,22 @@ struct Finder::Impl {
     }
     if (last) router.connect(*last);  // what stands in the way is known better by now
     bool any = false;
-    for (Line& line : lines(one, clearance)) {
-      check_wanted(options.stop);
-      auto touch = search(line, one, others);
-      if (!touch) continue;
-      any = true;
-      if (!router.connect(line.candidate)) continue;
-      auto way = router.to_standoff(at, last ? &*last : nullptr, line.candidate);
-      if (!way) continue;
-      touch->transit = out;
-      touch->transit.insert(touch->transit.end(), way->begin(), way->end());
-      ++one.lines;
-      last = std::move(line.candidate);
-      return touch;
-    }
+    std::vector<Line> possible = lines(one, clearance);
+    for (const double least : {0.8, 0.0})
+      for (Line& line : possible) {
+        check_wanted(options.stop);
+        auto touch = search(line, one, others, least);
+        if (!touch) continue;
+        any = true;
+        if (!router.connect(line.candidate)) continue;
+        auto way = router.to_standoff(at, last ? &*last : nullptr, line.candidate);
+        if (!way) continue;
+        touch->transit = out;
+        touch->transit.insert(touch->transit.end(), way->begin(), way->end());
+        ++one.lines;
+        last = std::move(line.candidate);
+        return touch;
+      }
     throw not_found(any ? "no clear way leads to another search from where the arm is"
                         : "the arm cannot make a search that would be likely to meet it");
   }

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 #include "calib/model/random.h"
 #include "calib/plan/belief.h"
@@ -184,6 +185,23 @@ TEST(Finder, FindsASphereSomewhereInABox) {
   EXPECT_GT(found.nearest.shaft_m, 0.0);
   EXPECT_TRUE(found.cell.targets[0].has_centre);
   expect_planned_touches_meet(found, truth);
+}
+
+TEST(Finder, MakesNoSearchesThatStayShortOfTheSphere) {
+  Cell cell = demo_cell();
+  Target& target = cell.targets[0];
+  target.has_box = true;
+  target.low_m = Vector3d(1.05, -0.34, 0.31);
+  target.high_m = Vector3d(1.11, -0.30, 0.35);
+  target.has_centre = false;
+  target.centre_m.setZero();
+  cell.lengths.clear();
+  int misses = 0;
+  constexpr int kArms = 8;
+  for (unsigned seed = 1; seed <= kArms; ++seed)
+    misses += drive(cell, testing::plain_truth(demo_cell(), seed), false).misses;
+  std::printf("%.1f searches met nothing\n", static_cast<double>(misses) / kArms);
+  EXPECT_LE(misses, kArms);
 }
 
 TEST(Finder, LeavesSpheresAloneWhoseCentresAreStated) {
