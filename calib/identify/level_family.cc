@@ -122,7 +122,8 @@ Eliminated::Eliminated(const Groups& groups, const Gathered& gathered) : g(gathe
   factor.compute(information);
   if (factor.info() != Eigen::Success) return;
   coupling = g.gram.topRightCorner(p, others);
-  factor.matrixL().solveInPlace(coupling);
+  if (coupling.size() > 0)  // Eigen refers to the first element, be there one or not
+    factor.matrixL().solveInPlace(coupling);
   reduced = g.gram.bottomRightCorner(others, others);
   reduced.diagonal() *= kHair;
   reduced.noalias() -= coupling.transpose() * coupling;
@@ -149,7 +150,7 @@ Family::Family(const Groups& groups, const Eliminated& plain, const Eigen::Vecto
   coupling_.topRows(p) = plain.coupling.rightCols(t);
   auto borne = coupling_.bottomRows(c);
   borne = plain.reduced.topRightCorner(groups.compliance, t).topRows(c);
-  factor.matrixL().solveInPlace(borne);
+  if (borne.size() > 0) factor.matrixL().solveInPlace(borne);
   reduced_ = plain.reduced.bottomRightCorner(t, t);
   reduced_.noalias() -= borne.transpose() * borne;
   log_det_ = 2.0 * lower_.diagonal().array().log().sum();
@@ -171,14 +172,14 @@ Step Family::solve(const ModelLevel& level) {
     const Eigen::VectorXd off = u_.tail(t) - groups_.mean.tail(t);
     Eigen::MatrixXd reduced = reduced_;
     reduced.diagonal() += kHair * precision;
-    s.reduced.compute(reduced);
-    if (s.reduced.info() != Eigen::Success) return s;
+    s.reduced.emplace(reduced);
+    if (s.reduced->info() != Eigen::Success) return s;
     const Eigen::VectorXd pull = right.transmission - precision.cwiseProduct(off);
-    s.transmission = s.reduced.solve(pull);
+    s.transmission = s.reduced->solve(pull);
     s.rest.noalias() -= coupling_ * s.transmission;
     square += precision.dot(off.cwiseAbs2());
     gain += pull.dot(s.transmission);
-    log_dets += log_det(s.reduced);
+    log_dets += log_det(*s.reduced);
     log_precision += precision.array().log().sum();
   }
   s.log_evidence = 0.5 * (g_.log_weight - (square - gain) - log_dets + log_precision);
@@ -203,7 +204,7 @@ void Family::add_covariance(const std::vector<std::pair<const Step*, double>>& s
     weight += w;
     if (step->transmission.size() > 0)
       inner.selfadjointView<Eigen::Lower>().rankUpdate(
-          inverse_of_lower(step->reduced.matrixLLT()).transpose(), w);
+          inverse_of_lower(step->reduced->matrixLLT()).transpose(), w);
   }
   inner.triangularView<Eigen::StrictlyUpper>() = inner.transpose();
   const Eigen::MatrixXd root = inverse_of_lower(lower_);

@@ -4,6 +4,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -40,9 +41,10 @@ struct Step {
   ModelLevel level;
   bool solved = false;
   double log_evidence = 0.0;
-  Eigen::VectorXd rest;                 ///< L^-1 of the right side, transmission taken out
-  Eigen::VectorXd transmission;         ///< step; empty where the level has none
-  Eigen::LLT<Eigen::MatrixXd> reduced;  ///< information on transmission, the rest integrated out
+  Eigen::VectorXd rest;          ///< L^-1 of the right side, transmission taken out
+  Eigen::VectorXd transmission;  ///< step; empty where the level has none
+  /// Information on transmission, the rest integrated out; none without transmission.
+  std::optional<Eigen::LLT<Eigen::MatrixXd>> reduced;
 };
 
 /// What all levels of one ripple share beyond that: the plain unknowns eliminated (Schur

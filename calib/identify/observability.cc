@@ -89,7 +89,7 @@ Observability observability(const Problem& problem, const Linearisation& linear,
   }
   Eigen::MatrixXd coupling = gram.bottomLeftCorner(nuisances, geometry);
   const Eigen::LLT<Eigen::MatrixXd> factor(nuisance);
-  factor.matrixL().solveInPlace(coupling);
+  if (coupling.size() > 0) factor.matrixL().solveInPlace(coupling);
   Eigen::MatrixXd left = gram.topLeftCorner(geometry, geometry).selfadjointView<Eigen::Lower>();
   left.noalias() -= coupling.transpose() * coupling;
 
