@@ -17,6 +17,8 @@ constexpr double kAstrayM = 100.0;  // so long a step leads nowhere
 constexpr double kSettledM = 1e-8;  // where an estimate starts from
 /// Smallest over largest singular value of the centred points: below it they lie in a plane.
 constexpr double kFlat = 0.02;
+/// Above it they lie about the centre (half a sphere: 0.5), and there is one place only.
+constexpr double kAround = 0.4;
 /// Of points on a plane the thickness is what the nominal arm is wrong by; more of the width than
 /// this, and they are on no plane.
 constexpr double kThick = 0.5;
@@ -56,7 +58,7 @@ class CentreCost {
     double sum = prior_ * (centre_m - stated_m_).squaredNorm();
     for (std::size_t i = 0; i < points_m_.size(); ++i) {
       const double off = ((points_m_[i] - centre_m).norm() - radius_m_[i]) / kNominalOffM;
-      sum += 2.0 * weight_ * kNominalOffM * kNominalOffM * (std::hypot(1.0, off) - 1.0);
+      sum += 2.0 * weight_ * kNominalOffM * kNominalOffM * (std::sqrt(1.0 + off * off) - 1.0);
     }
     constexpr double kWrongSide = 25.0;  // five sigma
     return sum + (outwards_.dot(mean_m_ - centre_m) < 0.0 ? kWrongSide : 0.0);
@@ -72,7 +74,8 @@ class CentreCost {
         const Eigen::Vector3d d = points_m_[i] - centre;
         const double length = std::max(d.norm(), 1e-12), off = length - radius_m_[i];
         const Eigen::Vector3d j = -d / length;
-        const Eigen::Vector3d weighted = weight_ / std::hypot(1.0, off / kNominalOffM) * j;
+        const Eigen::Vector3d weighted =
+            weight_ / std::sqrt(1.0 + std::pow(off / kNominalOffM, 2)) * j;
         information += weighted * j.transpose();
         right -= off * weighted;
       }
@@ -116,14 +119,15 @@ SphereFit fit_centre(const std::vector<Eigen::Vector3d>& points_m,
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(scatter);
   const Eigen::Vector3d square = axes.eigenvalues();
   fit.determined = n >= 4 && square[2] > 0.0 && square[0] >= kFlat * kFlat * square[2];
+  const bool around = fit.determined && square[0] >= kAround * kAround * square[2];
   std::vector<Eigen::Vector3d> begins;
-  if (hints.stated_m != nullptr && (fit.determined || hints.stated_sigma_m > 0.0))
+  if (hints.stated_m != nullptr && !around && (fit.determined || hints.stated_sigma_m > 0.0))
     begins.push_back(*hints.stated_m);
   if (fit.determined) {
     const Eigen::Vector3d linear = mean + a.colPivHouseholderQr().solve(b).head<3>();
     const Eigen::Vector3d across = axes.eigenvectors().col(0);
     begins.push_back(linear);
-    begins.push_back(linear - 2.0 * across.dot(linear - mean) * across);
+    if (!around) begins.push_back(linear - 2.0 * across.dot(linear - mean) * across);
   }
   const CentreCost cost(points_m, radius_m, hints, point_sigma_m);
   double least = std::numeric_limits<double>::max();
