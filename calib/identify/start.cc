@@ -39,7 +39,8 @@ Eigen::JacobiSVD<Eigen::MatrixXd> spread_of(const std::vector<Eigen::Vector3d>& 
   return Eigen::JacobiSVD<Eigen::MatrixXd>(centred, Eigen::ComputeFullU);
 }
 
-/// Of a sphere's centre: half the square of what is off, in sigmas.
+/// Of a sphere's centre: the sum of the squares of what is off, in sigmas; by its side alone beyond
+/// kNominalOffM.
 class CentreCost {
  public:
   CentreCost(const std::vector<Eigen::Vector3d>& points_m, const std::vector<double>& radius_m,
