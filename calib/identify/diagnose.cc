@@ -50,6 +50,36 @@ double stated_sigma(const ArmModel& arm, const Cell& cell, const std::string& na
   return 0.0;
 }
 
+/// Between the centres that were found; nothing where one was not touched.
+std::optional<double> found_length_m(const Calibration& found, const CertifiedLength& length) {
+  const TargetResult *from = nullptr, *to = nullptr;
+  for (const TargetResult& target : found.targets) {
+    if (target.id == length.from) from = &target;
+    if (target.id == length.to) to = &target;
+  }
+  if (from == nullptr || to == nullptr) return std::nullopt;
+  return (from->centre_m - to->centre_m).norm();
+}
+
+/// How well a calibration knows it, 1 sigma.
+double length_sigma_m(const Calibration& found, const CertifiedLength& length) {
+  Eigen::Vector3d along = Eigen::Vector3d::Zero();
+  for (const TargetResult& target : found.targets) {
+    if (target.id == length.to) along += target.centre_m;
+    if (target.id == length.from) along -= target.centre_m;
+  }
+  along.normalize();
+  Eigen::VectorXd by = Eigen::VectorXd::Zero(found.covariance.cols());
+  for (std::size_t p = 0; p < found.parameters.size(); ++p)
+    for (int axis = 0; axis < 3; ++axis) {
+      const std::string place = std::string(".") + "xyz"[axis];
+      const auto k = static_cast<Eigen::Index>(p);
+      if (found.parameters[p].name == length.to + place) by[k] = along[axis];
+      if (found.parameters[p].name == length.from + place) by[k] = -along[axis];
+    }
+  return std::sqrt(std::max(0.0, by.dot(found.covariance * by)));
+}
+
 Trial attempt(const Cell& cell, const std::vector<Touch>& touches) {
   Trial trial;
   const Cell levelled = at_level(cell, ModelLevel{});
@@ -73,6 +103,9 @@ Trial attempt(const Cell& cell, const std::vector<Touch>& touches) {
   for (const ParameterResult& p : trial.found->parameters)
     if (const double sigma = stated_sigma(arm, cell, p.name); sigma > 0.0)
       sum += std::pow(p.correction / sigma, 2);
+  for (const CertifiedLength& length : cell.lengths)
+    if (const auto found_m = found_length_m(*trial.found, length))
+      sum += std::pow((*found_m - length.length_m) / length.sigma_m, 2);
   trial.misfit = sum / count;
   return trial;
 }
@@ -193,6 +226,39 @@ class Search {
     }
   }
 
+  void lengths() {
+    constexpr double kContradicts = 4.0;  // sigmas
+    for (std::size_t k = 0; k < cell_.lengths.size(); ++k) {
+      const CertifiedLength& length = cell_.lengths[k];
+      Cell changed = cell_;
+      changed.lengths.erase(changed.lengths.begin() + static_cast<std::ptrdiff_t>(k));
+      const Trial trial = attempt(changed, touches_);
+      if (!trial.found) continue;
+      const auto found_m = found_length_m(*trial.found, length);
+      if (!found_m) continue;
+      const double sigma_m = std::hypot(length.sigma_m, length_sigma_m(*trial.found, length));
+      if (!(std::abs(*found_m - length.length_m) > kContradicts * sigma_m)) continue;
+      consider(trial, fmt::format("without the certified length of {} and {} the touches make "
+                                  "sense, and they lie {:.2f} +- {:.2f} mm apart instead of the "
+                                  "{:.3f} mm of the cell file; check it",
+                                  length.from, length.to, *found_m * kMmPerM, sigma_m * kMmPerM,
+                                  length.length_m * kMmPerM));
+    }
+    std::size_t tried = 0;
+    for (std::size_t a = 0; a < cell_.lengths.size(); ++a)
+      for (std::size_t b = a + 1; b < cell_.lengths.size() && tried < kMostPairs; ++b, ++tried) {
+        Cell changed = cell_;
+        std::swap(changed.lengths[a].length_m, changed.lengths[b].length_m);
+        const CertifiedLength &one = cell_.lengths[a], &other = cell_.lengths[b];
+        weigh(changed, touches_, [&](const Calibration&) {
+          return fmt::format(
+              "with the certified lengths of {}-{} and {}-{} exchanged the touches make sense; "
+              "check which is which",
+              one.from, one.to, other.from, other.to);
+        });
+      }
+  }
+
   /// From one of its touches on, a target stands elsewhere.
   void moved() {
     constexpr int kLeastEachSide = 4;
@@ -243,8 +309,12 @@ class Search {
   void weigh(const Cell& cell, const std::vector<Touch>& touches,
              const std::function<std::string(const Calibration&)>& words, bool moved = false) {
     const Trial trial = attempt(cell, touches);
-    if (trial.found && trial.misfit < kSense && trial.misfit < kExplained * stated_.misfit)
-      causes_.push_back({trial.misfit, words(*trial.found), moved});
+    if (trial.found) consider(trial, words(*trial.found), moved);
+  }
+
+  void consider(const Trial& trial, std::string words, bool moved = false) {
+    if (trial.misfit < kSense && trial.misfit < kExplained * stated_.misfit)
+      causes_.push_back({trial.misfit, std::move(words), moved});
   }
 
   const Cell& cell_;
@@ -262,6 +332,7 @@ std::vector<Cause> causes_of(const Cell& cell, const std::vector<Touch>& touches
   search.swapped();
   search.tool();
   search.radius();
+  search.lengths();
   search.moved();
   return search.best();
 }

@@ -2,6 +2,7 @@
 
 #include "calib/identify/diagnose.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <numbers>
@@ -78,6 +79,33 @@ TEST(Diagnosis, AnotherDiameterIsNamed) {
   Cell cell = demo_cell();
   for (Target& target : cell.targets) target.diameter_m += 0.006;
   expect_told(cell, touches(), "diameter");
+}
+
+TEST(Diagnosis, AWrongCertifiedLengthIsNamedWithWhatItShouldBe) {
+  for (const double off_m : {1.5e-3, -0.054, 0.7}) {
+    SCOPED_TRACE(off_m);
+    Cell cell = demo_cell();
+    ASSERT_GE(cell.lengths.size(), 2u);
+    CertifiedLength& wrong = cell.lengths[1];
+    const std::string words = "without the certified length of " + wrong.from + " and " + wrong.to +
+                              " the touches make sense, and they lie " +
+                              fmt::format("{:.1f}", wrong.length_m * 1e3);
+    wrong.length_m += off_m;
+    expect_told(cell, touches(), words);
+  }
+}
+
+TEST(Diagnosis, TwoCertifiedLengthsThatWereExchangedAreNamed) {
+  Cell cell = demo_cell();
+  std::swap(cell.lengths[0].length_m, cell.lengths[4].length_m);
+  expect_told(cell, touches(), "with the certified lengths of S1-S2 and S2-S4 exchanged");
+}
+
+TEST(Diagnosis, ALoneLengthThatContradictsTheArmIsNamed) {
+  Cell cell = demo_cell();
+  cell.lengths.resize(1);
+  cell.lengths[0].length_m += 0.03;
+  expect_told(cell, touches(), "without the certified length of " + cell.lengths[0].from);
 }
 
 TEST(Diagnosis, ATargetThatMovedOnTheWayIsNamedWithHowFar) {
