@@ -167,6 +167,43 @@ class Search {
     }
   }
 
+  /// An axis that lost its mastering.
+  void zeros() {
+    constexpr double kAnyZeroRad = 0.1;
+    for (std::size_t i = 1; i < cell_.robot.joints.size(); ++i) {  // the first one's is the frame's
+      const Joint& joint = cell_.robot.joints[i];
+      Cell loose = cell_;
+      loose.robot.joints[i].tolerance_angle_rad = kAnyZeroRad;
+      const Trial trial = attempt(loose, touches_);
+      if (!trial.found) continue;
+      double off_rad = 0.0;
+      for (const ParameterResult& p : trial.found->parameters)
+        if (p.name == joint.name + ".theta") off_rad = joint.sign * p.correction;
+      if (!(std::abs(off_rad) > 2.0 * joint.tolerance_angle_rad)) continue;
+      std::vector<Touch> changed = touches_;
+      for (Touch& touch : changed) touch.joint_rad[i] += off_rad;
+      weigh(cell_, changed, [&](const Calibration&) {
+        return fmt::format(
+            "with {:+.2f} deg added to all angles of {} the touches make sense; has it lost its "
+            "mastering?",
+            off_rad * 180.0 / std::numbers::pi, joint.name);
+      });
+    }
+  }
+
+  void exchanged() {
+    for (std::size_t a = 0; a < cell_.robot.joints.size(); ++a)
+      for (std::size_t b = a + 1; b < cell_.robot.joints.size(); ++b) {
+        std::vector<Touch> changed = touches_;
+        for (Touch& touch : changed) std::swap(touch.joint_rad[a], touch.joint_rad[b]);
+        weigh(cell_, changed, [&](const Calibration&) {
+          return fmt::format(
+              "with the angles of {} and {} exchanged the touches make sense; check the columns",
+              cell_.robot.joints[a].name, cell_.robot.joints[b].name);
+        });
+      }
+  }
+
   void swapped() {
     std::size_t tried = 0;
     for (std::size_t a = 0; a < cell_.targets.size(); ++a)
@@ -183,6 +220,19 @@ class Search {
   }
 
   void tool() {
+    constexpr double kTinyM = 5e-3;
+    if (const double reach_m = cell_.tool.tcp.translation().norm();
+        reach_m > 0.0 && reach_m < kTinyM) {
+      Cell larger = cell_;
+      larger.tool.tcp.translation() *= kMmPerM;
+      if (larger.tool.length_m < kTinyM) larger.tool.length_m *= kMmPerM;
+      weigh(larger, touches_, [&](const Calibration&) {
+        return fmt::format(
+            "the tool is {:.3f} mm long, and read as metres the touches make sense; give it in "
+            "millimetres",
+            reach_m * kMmPerM);
+      });
+    }
     Cell changed = cell_;
     changed.tool.tcp_sigma_m.setConstant(kAnyToolM);
     weigh(changed, touches_, [&](const Calibration& c) {
@@ -329,6 +379,8 @@ std::vector<Cause> causes_of(const Cell& cell, const std::vector<Touch>& touches
   if (!search.needed()) return {};
   search.radians();
   search.signs();
+  search.zeros();
+  search.exchanged();
   search.swapped();
   search.tool();
   search.radius();

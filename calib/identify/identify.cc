@@ -21,9 +21,8 @@ namespace cellcal::calib {
 
 namespace {
 
-/// Enough for a mean: other draws of as many differ by 3 %.
-constexpr int kWorkspacePoses = 60;
-constexpr int kLocalPoses = 60;
+/// Enough to see which directions of the frame move the tip.
+constexpr int kFramePoses = 60;
 constexpr double kLocalHalfM = 0.150;
 constexpr unsigned kRegionSeed = 20240924;
 
@@ -70,7 +69,7 @@ void fill_parameters(const Problem& problem, const Estimate& e, const FrameDirec
 }
 
 std::vector<JointVector> poses_near_targets(const Problem& problem,
-                                            const std::vector<TargetResult>& targets) {
+                                            const std::vector<TargetResult>& targets, int count) {
   std::vector<JointVector> around;
   for (const Touch& touch : problem.touches()) around.push_back(touch.joint_rad);
   std::vector<Eigen::Vector3d> centres;
@@ -83,7 +82,7 @@ std::vector<JointVector> poses_near_targets(const Problem& problem,
       if (problem.touches()[i].target == target.id)
         centres.push_back(problem.arm().position(problem.pose(i), nullptr));
   }
-  return local_poses(problem.arm(), around, centres, kLocalHalfM, kLocalPoses, kRegionSeed);
+  return local_poses(problem.arm(), around, centres, kLocalHalfM, count, kRegionSeed);
 }
 
 std::string level_reason(const Cell& cell, const ModelLevel& level, const LevelMean& mean,
@@ -157,8 +156,8 @@ Calibration identify_as_stated(const Cell& cell, const std::vector<Touch>& touch
   Eigen::VectorXd scale(arm.size());
   for (int i = 0; i < arm.size(); ++i) scale[i] = problem.unknowns()[i].scale;
   const Eigen::VectorXd x = problem.to_si(e.u);
-  const auto workspace = workspace_poses(arm, kWorkspacePoses, kRegionSeed);
-  const Eigen::MatrixXd moves = aligned_moves(arm, workspace, x.data(), scale);
+  const Eigen::MatrixXd moves =
+      aligned_moves(arm, workspace_poses(arm, kFramePoses, kRegionSeed), x.data(), scale);
   const FrameDirections frame = find_frame_directions(problem, e.posterior.linear, moves);
   calibration.unidentifiable = frame.words;
   calibration.observability = observability(problem, e.posterior.linear, frame.basis_u);
@@ -166,11 +165,13 @@ Calibration identify_as_stated(const Cell& cell, const std::vector<Touch>& touch
                   calibration);
   const Eigen::MatrixXd arm_covariance =
       inflation * e.posterior.covariance_u.topLeftCorner(arm.size(), arm.size());
-  calibration.predicted_m3_m = predicted_mean_error_m(moves, arm_covariance);
-  const auto local = poses_near_targets(problem, calibration.targets);
-  if (local.size() >= 3)
-    calibration.predicted_m2_m =
-        predicted_mean_error_m(aligned_moves(arm, local, x.data(), scale), arm_covariance);
+  const auto predicted_m = [&](const std::vector<JointVector>& poses) {
+    return predicted_mean_error_m(aligned_moves(arm, poses, x.data(), scale), arm_covariance,
+                                  ripple_variance_m2(arm, poses, calibration.level.ripple_rad));
+  };
+  calibration.predicted_m3_m = predicted_m(workspace_poses(arm, options.region_poses, kRegionSeed));
+  const auto local = poses_near_targets(problem, calibration.targets, options.region_poses);
+  if (local.size() >= 3) calibration.predicted_m2_m = predicted_m(local);
 
   std::vector<bool> outlier(touches.size(), false);
   for (std::size_t i = 0; i < touches.size(); ++i)

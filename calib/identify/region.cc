@@ -100,7 +100,19 @@ Eigen::MatrixXd aligned_moves(const ArmModel& arm, const std::vector<JointVector
   return moves;
 }
 
-double predicted_mean_error_m(const Eigen::MatrixXd& moves, const Eigen::MatrixXd& covariance_u) {
+Eigen::VectorXd ripple_variance_m2(const ArmModel& arm, const std::vector<JointVector>& poses,
+                                   double ripple_rad) {
+  Eigen::VectorXd variance = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(poses.size()));
+  if (!(ripple_rad > 0.0)) return variance;
+  for (Eigen::Index k = 0; k < variance.size(); ++k)
+    variance[k] =
+        arm.nominal_jacobian(poses[static_cast<std::size_t>(k)]).topRows<3>().squaredNorm() *
+        ripple_rad * ripple_rad;
+  return variance;
+}
+
+double predicted_mean_error_m(const Eigen::MatrixXd& moves, const Eigen::MatrixXd& covariance_u,
+                              const Eigen::VectorXd& stays_m2) {
   const Eigen::Index count = moves.rows() / 3;
   if (count == 0) return 0.0;
   // Variance of each coordinate, three to a tip.
@@ -110,7 +122,7 @@ double predicted_mean_error_m(const Eigen::MatrixXd& moves, const Eigen::MatrixX
     variance += through.col(c).cwiseProduct(moves.col(c));
   double sum = 0.0;
   for (Eigen::Index k = 0; k < count; ++k)
-    sum += std::sqrt(std::max(0.0, variance.segment<3>(3 * k).sum()));
+    sum += std::sqrt(std::max(0.0, variance.segment<3>(3 * k).sum()) + stays_m2[k]);
   return kMeanOverRms * sum / static_cast<double>(count);
 }
 

@@ -28,8 +28,14 @@ Eigen::Matrix<double, 3, 6> base_motion(const Eigen::Vector3d& point_m);
 Eigen::MatrixXd aligned_moves(const ArmModel& arm, const std::vector<JointVector>& poses,
                               const double* x_si, const Eigen::VectorXd& scale);
 
+/// Variance of the tip [m^2, summed over x, y, z] at each pose where every joint is off by
+/// `ripple_rad`, 1 sigma: what stays, however much is known of the arm.
+Eigen::VectorXd ripple_variance_m2(const ArmModel& arm, const std::vector<JointVector>& poses,
+                                   double ripple_rad);
+
 /// Mean 3-D position error [m] that `covariance_u` (arm parameters, prior units) predicts over the
-/// poses of aligned_moves(). 0 for an empty set.
-double predicted_mean_error_m(const Eigen::MatrixXd& moves, const Eigen::MatrixXd& covariance_u);
+/// poses of aligned_moves(), with the variance that stays at each. 0 for an empty set.
+double predicted_mean_error_m(const Eigen::MatrixXd& moves, const Eigen::MatrixXd& covariance_u,
+                              const Eigen::VectorXd& stays_m2);
 
 }  // namespace cellcal::calib

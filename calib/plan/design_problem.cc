@@ -95,6 +95,7 @@ DesignProblem design_problem(const Cell& stated, const std::vector<Candidate>& c
   design.scale.resize(arm.size());
   for (int i = 0; i < arm.size(); ++i)
     design.scale[i] = problem.unknowns()[static_cast<std::size_t>(i)].scale;
+  design.ripple_rad = interest.kind == Interest::Kind::kTool ? 0.0 : kUsualRippleRad;
   design.postures = postures(problem, candidates, interest);
   design.moves_m = moves(arm, design.postures, design.scale, interest);
   return design;

@@ -20,6 +20,7 @@ struct DesignProblem {
   Eigen::MatrixXd covariance_u;  ///< priors and certified lengths
   Eigen::MatrixXd moves_m;       ///< 3 poses x arm's unknowns (region.h), the first ones of all
   std::vector<JointVector> postures;    ///< those poses
+  double ripple_rad;                    ///< of every joint, foreseen; 0 where only a tool matters
   Eigen::VectorXd scale;                ///< SI value of each of the arm's unknowns' 1
   std::shared_ptr<const ArmModel> arm;  ///< with all that is unknown of it
 };

@@ -41,7 +41,9 @@ Outlook outlook(const Cell& cell, const Pool& pool, const PlanOptions& options,
                                           options.limit_margin_rad, kPostures);
   Eigen::MatrixXd moves = aligned_moves(arm, postures, x.data(), scale);
   const Eigen::Index n = arm.size();
-  const double mean_m = predicted_mean_error_m(moves, running.covariance_u().topLeftCorner(n, n));
+  const double mean_m =
+      predicted_mean_error_m(moves, running.covariance_u().topLeftCorner(n, n),
+                             ripple_variance_m2(arm, postures, running.ripple_rad()));
   const PositionBound bound(arm, x, running.covariance_si().topLeftCorner(n, n),
                             running.ripple_rad());
   Design design(linear.jacobian.topRows(linear.length_row), running.covariance_u(), moves);

@@ -212,7 +212,8 @@ Tasks make_tasks(TaskInputs given) {
     return newest_residual(inputs->cell, touches);
   };
   tasks.identify = [inputs](const std::vector<calib::Touch>& touches) {
-    calib::Calibration calibration = calib::identify(inputs->cell, touches);
+    calib::Calibration calibration =
+        calib::identify(inputs->cell, touches, {.region_poses = calib::kStatedPoses});
     if (inputs->last)
       calib::judge_change(inputs->last->calibration, inputs->last->words,
                           inputs->options.accept_change, touches, calibration);

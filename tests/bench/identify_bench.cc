@@ -91,12 +91,14 @@ void measure_parts(const Cell& cell, const std::vector<Touch>& touches, const Ca
           [&] { (void)mean_over_levels(problem, u, linearise(problem, u, use), usual_levels()); });
   measure(parts.predicted, [&] {
     constexpr int kPoses = 300;
+    constexpr double kRippleRad = 2.4e-5;  // 5 arcsec
     Eigen::VectorXd scale(arm.size());
     for (int i = 0; i < arm.size(); ++i) scale[i] = problem.unknowns()[i].scale;
     const Eigen::VectorXd at = problem.to_si(u);
-    const Eigen::MatrixXd moves =
-        aligned_moves(arm, workspace_poses(arm, kPoses, 1), at.data(), scale);
-    (void)predicted_mean_error_m(moves, covariance.topLeftCorner(arm.size(), arm.size()));
+    const auto poses = workspace_poses(arm, kPoses, 1);
+    const Eigen::MatrixXd moves = aligned_moves(arm, poses, at.data(), scale);
+    (void)predicted_mean_error_m(moves, covariance.topLeftCorner(arm.size(), arm.size()),
+                                 ripple_variance_m2(arm, poses, kRippleRad));
   });
   const Eigen::VectorXd x = problem.to_si(u);
   Eigen::Matrix3Xd jacobian(3, arm.size());

@@ -62,6 +62,34 @@ TEST(Diagnosis, AnglesInRadiansAreNamed) {
   expect_told(demo_cell(), wrong, "read as radians");
 }
 
+TEST(Diagnosis, AnAxisThatLostItsMasteringIsNamedWithHowMuchIsMissing) {
+  for (const std::size_t joint : {1u, 2u, 4u}) {
+    SCOPED_TRACE(joint);
+    std::vector<Touch> wrong = touches();
+    for (Touch& touch : wrong) touch.joint_rad[joint] += 2.0 * std::numbers::pi / 180.0;
+    const std::string all = told(demo_cell(), wrong);
+    const std::size_t at = all.find("likely cause: with -");
+    ASSERT_NE(at, std::string::npos) << all;
+    EXPECT_NEAR(std::stod(all.substr(all.find('-', at))), -2.0, 0.05) << all;
+    EXPECT_NE(all.find("deg added to all angles of " + demo_cell().robot.joints[joint].name, at),
+              std::string::npos)
+        << all;
+  }
+}
+
+TEST(Diagnosis, ColumnsOfTwoAxesThatWereExchangedAreNamed) {
+  std::vector<Touch> wrong = touches();
+  for (Touch& touch : wrong) std::swap(touch.joint_rad[3], touch.joint_rad[5]);
+  expect_told(demo_cell(), wrong, "with the angles of A4 and A6 exchanged");
+}
+
+TEST(Diagnosis, AToolInMetresIsNamed) {
+  Cell cell = demo_cell();
+  cell.tool.tcp.translation() /= 1000.0;
+  cell.tool.length_m /= 1000.0;  // the file has it from the tip unless it says otherwise
+  expect_told(cell, touches(), "give it in millimetres");
+}
+
 TEST(Diagnosis, TwoTargetsThatWereSwappedAreNamed) {
   std::vector<Touch> wrong = touches();
   for (Touch& touch : wrong)

@@ -1,4 +1,5 @@
-// The poses that stand for the workspace follow the arm, not the frame that it is told in.
+// The poses that stand for the workspace follow the arm, not the frame that it is told in; and what
+// is foreseen there holds what gears leave, however much is known of the arm.
 
 #include "calib/identify/region.h"
 
@@ -6,6 +7,8 @@
 
 #include <numbers>
 
+#include "calib/identify/identify.h"
+#include "calib/model/random.h"
 #include "tests/calib/identify/simulate.h"
 
 namespace cellcal::calib {
@@ -36,6 +39,41 @@ TEST(Region, OfAnArmThatHardlyReachesAboveItsFootIsBelowIt) {
   const auto poses = workspace_poses(arm, 50, 7);
   ASSERT_EQ(poses.size(), 50u);
   for (const JointVector& q : poses) EXPECT_LT(arm.nominal_tip_m(q).z(), 0.0);
+}
+
+TEST(Region, MeanErrorOfAnArmThatIsKnownIsWhatItsJointsAreOff) {
+  const Cell& cell = testing::demo_cell();
+  const ArmModel arm(cell.robot, cell.tool);
+  const auto poses = workspace_poses(arm, 300, 7);
+  constexpr double kRippleRad = 2.4e-5;
+  const Eigen::VectorXd scale = Eigen::VectorXd::Ones(arm.size()), x = 0.0 * scale;
+  const double foreseen = predicted_mean_error_m(aligned_moves(arm, poses, x.data(), scale),
+                                                 Eigen::MatrixXd::Zero(arm.size(), arm.size()),
+                                                 ripple_variance_m2(arm, poses, kRippleRad));
+  Random random(1);
+  double sum = 0.0;
+  constexpr int kTimes = 20;
+  for (int k = 0; k < kTimes; ++k)
+    for (const JointVector& q : poses) {
+      JointVector off = q;
+      for (double& angle : off) angle += kRippleRad * random.normal();
+      sum += (arm.nominal_tip_m(off) - arm.nominal_tip_m(q)).norm();
+    }
+  const double seen = sum / static_cast<double>(kTimes * poses.size());
+  EXPECT_NEAR(foreseen, seen, 0.1 * seen);  // no direction is quite like another
+}
+
+TEST(Region, ManyPosesAndFewForeseeTheSameErrorButForTheDraw) {
+  const Cell& cell = testing::demo_cell();
+  sim::TruthOptions truth;
+  truth.gear_arcsec = 10.0;
+  const auto made = testing::make_touches(cell, sim::draw_truth(cell, truth), {.fit = 60});
+  const Calibration few = identify(cell, made.touches);
+  const Calibration many = identify(cell, made.touches, {.region_poses = kStatedPoses});
+  EXPECT_NEAR(few.predicted_m3_m, many.predicted_m3_m, 0.15 * many.predicted_m3_m);
+  EXPECT_NEAR(few.predicted_m2_m, many.predicted_m2_m, 0.15 * many.predicted_m2_m);
+  EXPECT_NE(few.predicted_m3_m, many.predicted_m3_m);
+  EXPECT_EQ(few.unidentifiable.size(), many.unidentifiable.size());
 }
 
 }  // namespace

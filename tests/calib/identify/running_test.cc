@@ -58,10 +58,12 @@ TEST(Running, TouchesTakenOneByOneSayWhatAllAtOnceSay) {
     const Eigen::VectorXd x = running.x_si();
     const Eigen::MatrixXd moves = aligned_moves(
         running.problem().arm(), workspace_poses(running.problem().arm(), 50, 3), x.data(), one);
-    const double expected =
-        predicted_mean_error_m(moves, whole.covariance.topLeftCorner(arm, arm) / inflation);
-    EXPECT_NEAR(predicted_mean_error_m(moves, running.covariance_si().topLeftCorner(arm, arm)),
-                expected, 0.05 * expected);
+    const auto predicted = [&](const Eigen::MatrixXd& covariance) {
+      return predicted_mean_error_m(moves, covariance.topLeftCorner(arm, arm),
+                                    Eigen::VectorXd::Zero(moves.rows() / 3));
+    };
+    const double expected = predicted(whole.covariance / inflation);
+    EXPECT_NEAR(predicted(running.covariance_si()), expected, 0.05 * expected);
     for (const Outlier& outlier : whole.outliers) EXPECT_FALSE(running.in_use()[outlier.touch]);
   }
 }
