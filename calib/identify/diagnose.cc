@@ -113,7 +113,7 @@ Trial attempt(const Cell& cell, const std::vector<Touch>& touches) {
 struct Cause {
   double misfit;
   std::string words;
-  bool moved = false;  ///< a target, and nothing else
+  std::optional<MovedTarget> moved;  ///< a target, and nothing else
 };
 
 /// What was touched is elsewhere on a plane or before a tracker each time; how they stand is not.
@@ -327,6 +327,10 @@ class Search {
         std::vector<Touch> renamed = touches_;
         for (std::size_t i = own[split]; i < renamed.size(); ++i)
           if (renamed[i].target == target.id) renamed[i].target = later.id;
+        MovedTarget suspect;
+        suspect.target = target.id;
+        suspect.after_touch = own[split - 1] * stride_;
+        suspect.many_left_out = true;  // or the touches would make sense as they are
         weigh(
             changed, renamed,
             [&](const Calibration& c) {
@@ -339,7 +343,7 @@ class Search {
                   "{} seems to have moved by {:.2f} mm at about touch {}; fix it, and touch again",
                   target.id, moved_by_m(before, after) * kMmPerM, own[split] * stride_ + 1);
             },
-            true);
+            suspect);
       }
     }
   }
@@ -357,12 +361,14 @@ class Search {
 
  private:
   void weigh(const Cell& cell, const std::vector<Touch>& touches,
-             const std::function<std::string(const Calibration&)>& words, bool moved = false) {
+             const std::function<std::string(const Calibration&)>& words,
+             const std::optional<MovedTarget>& moved = {}) {
     const Trial trial = attempt(cell, touches);
     if (trial.found) consider(trial, words(*trial.found), moved);
   }
 
-  void consider(const Trial& trial, std::string words, bool moved = false) {
+  void consider(const Trial& trial, std::string words,
+                const std::optional<MovedTarget>& moved = {}) {
     if (trial.misfit < kSense && trial.misfit < kExplained * stated_.misfit)
       causes_.push_back({trial.misfit, std::move(words), moved});
   }
@@ -404,8 +410,16 @@ Calibration identify(const Cell& cell, const std::vector<Touch>& touches,
     std::vector<Cause> causes;
     if (!calibration.verdict.publish) causes = causes_of(cell, touches);
     // Another mistake moves targets, too.
-    const bool moved =
-        std::all_of(causes.begin(), causes.end(), [](const Cause& c) { return c.moved; });
+    const bool moved = std::all_of(causes.begin(), causes.end(),
+                                   [](const Cause& c) { return c.moved.has_value(); });
+    for (const Cause& cause : causes) {
+      if (!moved || !has_a_centre(cell.targets[cell.target_index(cause.moved->target)].kind))
+        continue;
+      const bool suspected =
+          std::any_of(calibration.moved.begin(), calibration.moved.end(),
+                      [&](const MovedTarget& m) { return m.target == cause.moved->target; });
+      if (!suspected) calibration.moved.push_back(*cause.moved);
+    }
     if (moved)
       confirm_moves(cell, touches, options, calibration);
     else

@@ -19,12 +19,12 @@ struct Prior {
 };
 /// Smooth transmission error relative to the usual: a factor of two either way is common.
 constexpr Prior kTransmission[] = {{0.0, 0.05}, {0.5, 0.25}, {1.0, 0.40}, {2.0, 0.20}, {4.0, 0.10}};
-/// In steps of two, so that one is near whatever there is: between 5 and 15 arcsec a ripple of 9
-/// was taken for 5, and bounds were too small.
-constexpr Prior kRipple[] = {{0.0, 0.3},
-                             {5.0 * kRadPerArcsec, 0.4},
-                             {10.0 * kRadPerArcsec, 0.2},
-                             {20.0 * kRadPerArcsec, 0.1}};
+/// In steps small enough that one is near whatever there is: between 5 and 15 arcsec a ripple of 9
+/// was taken for 5, between 0 and 5 one of 2.5 for none, and bounds were too small.
+constexpr Prior kRipple[] = {{0.0, 0.25},
+                             {2.5 * kRadPerArcsec, 0.35},
+                             {6.0 * kRadPerArcsec, 0.25},
+                             {15.0 * kRadPerArcsec, 0.15}};
 /// The robot file's is the largest that one would expect; a third of it is as usual.
 constexpr Prior kCompliance[] = {{0.0, 0.1}, {0.3, 0.5}, {1.0, 0.4}};
 /// A level this much less likely than the best (e^-9) has no say.

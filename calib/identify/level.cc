@@ -102,7 +102,7 @@ std::string words(const Cell& cell, const ModelLevel& level) {
     text += fmt::format(", transmission {:.0f} arcsec",
                         largest_transmission_rad(at_level(cell, level)) / kRadPerArcsec);
   if (level.ripple_rad > 0.0)
-    text += fmt::format(", ripple {:.0f} arcsec", level.ripple_rad / kRadPerArcsec);
+    text += fmt::format(", ripple {:.3g} arcsec", level.ripple_rad / kRadPerArcsec);
   return text;
 }
 

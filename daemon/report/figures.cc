@@ -132,7 +132,9 @@ std::string predicted_words(const View& view) {
       "base. They hold as far as the model does: backlash, temperature or a tool that moved since "
       "are not in them{}. To measure accuracy, use an instrument of its own, for example a laser "
       "tracker.</p>\n",
-      std::isfinite(ripple_rad) && ripple_rad > 0.0 ? ", nor is the ripple of the gears" : "");
+      std::isfinite(ripple_rad) && ripple_rad > 0.0
+          ? "; the ripple of the gears is, as chance at every joint"
+          : "");
 }
 
 std::string truth_block(const View& view) {

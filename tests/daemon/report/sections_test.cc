@@ -130,10 +130,11 @@ TEST(Meaning, CountsOnlyCertifiedLengthsOfWhichBothEndsWereTouched) {
   EXPECT_TRUE(says(section_of(html_report(input), "meaning"), "it cannot see scale"));
 }
 
-TEST(Meaning, LeavesRippleOutOfThePredictionInWords) {
+TEST(Meaning, SaysThatThePredictionHoldsRipple) {
   ReportInput input = made_up_session();
   input.calibration.level.ripple_rad = 2e-5;
-  EXPECT_TRUE(says(section_of(html_report(input), "meaning"), "nor is the ripple of the gears"));
+  EXPECT_TRUE(says(section_of(html_report(input), "meaning"),
+                   "the ripple of the gears is, as chance at every joint"));
   input.calibration.level.ripple_rad = 0.0;
   EXPECT_FALSE(says(section_of(html_report(input), "meaning"), "ripple"));
 }
