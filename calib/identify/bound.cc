@@ -16,6 +16,9 @@ constexpr int kPoses = 200;
 constexpr unsigned kRegionSeed = 20240924;
 constexpr int kArms = 400;  ///< drawn from the covariance
 constexpr double kShare = 0.95, kConfidence = 0.98;
+/// Variance of the ripple away from the touches, in that among them. What is the same at all of
+/// them, such as play that the load closes to one side, they do not tell from the geometry.
+constexpr double kElsewhere = 2.0;
 
 /// Radius that holds 95 % of a 3-D Gaussian with covariance c: the weighted sum of squares is
 /// matched to a scaled chi^2 (Satterthwaite), its quantile taken by Wilson and Hilferty.
@@ -148,7 +151,8 @@ double PositionBound::u95_m(std::span<const double> joint_rad, const Eigen::Vect
   Eigen::Matrix3d c = j * covariance_ * j.transpose() + base * base_covariance_ * base.transpose();
   if (ripple_rad_ > 0.0) {  // stays at every pose, however many touches there were
     const Eigen::Matrix3Xd by_joint = arm_.nominal_jacobian(joint_rad).topRows<3>();
-    c += ripple_rad_ * ripple_rad_ * by_joint * by_joint.transpose();
+    const double variance = kElsewhere * ripple_rad_ * ripple_rad_;
+    c += variance * by_joint * by_joint.transpose();
   }
   return widening_ * radius_95(c);
 }

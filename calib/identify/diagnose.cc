@@ -395,6 +395,11 @@ std::vector<Cause> causes_of(const Cell& cell, const std::vector<Touch>& touches
   return search.best();
 }
 
+bool moved_alone(const std::vector<Cause>& causes) {
+  return std::all_of(causes.begin(), causes.end(),
+                     [](const Cause& c) { return c.moved.has_value(); });
+}
+
 }  // namespace
 
 std::vector<std::string> likely_causes(const Cell& cell, const std::vector<Touch>& touches) {
@@ -410,8 +415,7 @@ Calibration identify(const Cell& cell, const std::vector<Touch>& touches,
     std::vector<Cause> causes;
     if (!calibration.verdict.publish) causes = causes_of(cell, touches);
     // Another mistake moves targets, too.
-    const bool moved = std::all_of(causes.begin(), causes.end(),
-                                   [](const Cause& c) { return c.moved.has_value(); });
+    const bool moved = moved_alone(causes);
     for (const Cause& cause : causes) {
       if (!moved || !has_a_centre(cell.targets[cell.target_index(cause.moved->target)].kind))
         continue;
@@ -424,7 +428,12 @@ Calibration identify(const Cell& cell, const std::vector<Touch>& touches,
       confirm_moves(cell, touches, options, calibration);
     else
       calibration.moved.clear();
-    if (calibration.moved.empty())
+    // What looks like a move, and would have been let through without it, may be another mistake.
+    if (!calibration.moved.empty() && causes.empty()) {
+      causes = causes_of(cell, touches);
+      if (!causes.empty() && causes.front().moved) causes.clear();
+    }
+    if (calibration.moved.empty() || !moved_alone(causes))
       for (const Cause& cause : causes)
         calibration.verdict.reasons.push_back("likely cause: " + cause.words);
     return calibration;

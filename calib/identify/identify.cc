@@ -156,8 +156,11 @@ Calibration identify_as_stated(const Cell& cell, const std::vector<Touch>& touch
   Eigen::VectorXd scale(arm.size());
   for (int i = 0; i < arm.size(); ++i) scale[i] = problem.unknowns()[i].scale;
   const Eigen::VectorXd x = problem.to_si(e.u);
-  const Eigen::MatrixXd moves =
-      aligned_moves(arm, workspace_poses(arm, kFramePoses, kRegionSeed), x.data(), scale);
+  const auto moves_of = [&](const std::vector<JointVector>& poses) {
+    return aligned_moves(arm, poses, x.data(), scale);
+  };
+  auto workspace = workspace_poses(arm, kFramePoses, kRegionSeed);
+  Eigen::MatrixXd moves = moves_of(workspace);
   const FrameDirections frame = find_frame_directions(problem, e.posterior.linear, moves);
   calibration.unidentifiable = frame.words;
   calibration.observability = observability(problem, e.posterior.linear, frame.basis_u);
@@ -165,13 +168,18 @@ Calibration identify_as_stated(const Cell& cell, const std::vector<Touch>& touch
                   calibration);
   const Eigen::MatrixXd arm_covariance =
       inflation * e.posterior.covariance_u.topLeftCorner(arm.size(), arm.size());
-  const auto predicted_m = [&](const std::vector<JointVector>& poses) {
-    return predicted_mean_error_m(aligned_moves(arm, poses, x.data(), scale), arm_covariance,
+  const auto predicted_m = [&](const std::vector<JointVector>& poses,
+                               const Eigen::MatrixXd& their_moves) {
+    return predicted_mean_error_m(their_moves, arm_covariance,
                                   ripple_variance_m2(arm, poses, calibration.level.ripple_rad));
   };
-  calibration.predicted_m3_m = predicted_m(workspace_poses(arm, options.region_poses, kRegionSeed));
+  if (options.region_poses != kFramePoses) {
+    workspace = workspace_poses(arm, options.region_poses, kRegionSeed);
+    moves = moves_of(workspace);
+  }
+  calibration.predicted_m3_m = predicted_m(workspace, moves);
   const auto local = poses_near_targets(problem, calibration.targets, options.region_poses);
-  if (local.size() >= 3) calibration.predicted_m2_m = predicted_m(local);
+  if (local.size() >= 3) calibration.predicted_m2_m = predicted_m(local, moves_of(local));
 
   std::vector<bool> outlier(touches.size(), false);
   for (std::size_t i = 0; i < touches.size(); ++i)

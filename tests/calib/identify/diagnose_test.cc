@@ -77,6 +77,15 @@ TEST(Diagnosis, AnAxisThatLostItsMasteringIsNamedWithHowMuchIsMissing) {
   }
 }
 
+TEST(Diagnosis, LostMasteringIsNamedThoughALoneSphereLooksAsIfItHadMoved) {
+  Cell cell = demo_cell();
+  cell.targets.resize(1);
+  cell.lengths.clear();
+  auto wrong = make_touches(cell, testing::plain_truth(cell, 5), {.fit = 50, .check = 10}).touches;
+  for (Touch& touch : wrong) touch.joint_rad[1] += 2.0 * std::numbers::pi / 180.0;
+  expect_told(cell, wrong, "deg added to all angles of A2");
+}
+
 TEST(Diagnosis, ColumnsOfTwoAxesThatWereExchangedAreNamed) {
   std::vector<Touch> wrong = touches();
   for (Touch& touch : wrong) std::swap(touch.joint_rad[3], touch.joint_rad[5]);
