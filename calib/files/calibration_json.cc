@@ -214,6 +214,12 @@ std::string calibration_to_json(const Calibration& c) {
                                {"residual_mm", o.residual_m * kMmPerM},
                                {"reason", o.reason},
                                {"leverage", o.leverage}});
+  out["lengths"] = ordered::array();
+  for (const LengthResult& l : c.lengths)
+    out["lengths"].push_back({{"between", {l.from, l.to}},
+                              {"certified_mm", l.certified_m * kMmPerM},
+                              {"by_others_mm", l.by_others_m * kMmPerM},
+                              {"by_others_sigma_mm", l.sigma_m * kMmPerM}});
   out["moved"] = ordered::array();
   for (const MovedTarget& m : c.moved)
     out["moved"].push_back({{"target", m.target},

@@ -97,6 +97,13 @@ struct MovedTarget {
   bool many_left_out = false;
 };
 
+/// A certified length, and what all but it says of it.
+struct LengthResult {
+  std::string from, to;
+  double certified_m = 0.0, certified_sigma_m = 0.0;
+  double by_others_m = 0.0, sigma_m = 0.0;  ///< 1 sigma, without that of the certificate
+};
+
 /// How well the touches tell the geometry, targets eliminated and frame directions taken out;
 /// observability.h says of what and why. All numbers are finite; those of directions that the
 /// touches do not see at all are left out of the indices, and `rank` says how many count.
@@ -134,6 +141,7 @@ struct Calibration {
   std::vector<LevelEvidence> levels;  ///< that were considered, best first
   std::vector<ParameterResult> parameters;
   std::vector<TargetResult> targets;
+  std::vector<LengthResult> lengths;  ///< of which both ends were touched
   ResidualSummary before, after, check_before, check;
   std::vector<TouchResidual> residuals;
   std::vector<UnidentifiableDirection> unidentifiable;

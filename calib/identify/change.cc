@@ -72,8 +72,7 @@ std::optional<Change> change_since(const Calibration& last, const Calibration& n
   apart -= base * base.colPivHouseholderQr().solve(apart);
   for (Eigen::Index i = 0; i < n; ++i)
     change.mean_m += apart.segment<3>(3 * i).norm() / static_cast<double>(n);
-  change.expected_m = change.workspace ? std::hypot(last.predicted_m3_m, now.predicted_m3_m)
-                                       : std::hypot(last.predicted_m2_m, now.predicted_m2_m);
+  change.expected_m = std::hypot(before.mean_error_m(poses), after.mean_error_m(poses));
   if (!(change.expected_m > 0.0)) return {};
   return change;
 }

@@ -14,8 +14,9 @@ namespace cellcal::calib {
 struct Change {
   bool workspace = false;   ///< over the workspace; else near the targets
   double mean_m = 0.0;      ///< of the distance between the two tips of a pose
-  double expected_m = 0.0;  ///< mean error of the one and of the other as they state it, as root of
-                            ///< the sum of squares
+  /// Mean error of the one and of the other there, as their covariances foresee it (the ripple of
+  /// the gears is the same in both); root of the sum of squares.
+  double expected_m = 0.0;
 };
 
 /// Over the narrower of the two scopes; 'near the targets' is near the places and postures of

@@ -11,6 +11,7 @@
 
 #include "calib/files/error.h"
 #include "calib/identify/identify.h"
+#include "calib/identify/lengths.h"
 #include "calib/identify/level.h"
 #include "calib/identify/moved.h"
 #include "calib/model/kinematics.h"
@@ -23,6 +24,11 @@ constexpr double kMmPerM = 1000.0;
 /// Squared sigmas per touch, of touches and tolerances together, below which all makes sense: 1 and
 /// at most one more for each of the unknowns, some of which the touches do not reach.
 constexpr double kSense = 2.5;
+/// Nor is a tolerance or a certified length off by more, squared sigmas: among many touches one
+/// would not show.
+constexpr double kFarStated = 36.0;
+/// What a cause takes away at least, squared sigmas; chance and a few more unknowns take less.
+constexpr double kWorthNaming = 25.0;
 /// A touch is wrong by no more than this, however far it is off.
 constexpr double kMostSigmas = 5.0;
 /// A cause has to explain all but this part of the misfit.
@@ -31,13 +37,20 @@ constexpr std::size_t kNamed = 2;
 constexpr std::size_t kMostPairs = 28;
 /// A mistake of set-up shows in so many touches; more would only take longer.
 constexpr std::size_t kMostTouches = 1000;
-constexpr double kAnyToolM = 0.1, kAnyRadiusM = 0.01;
+constexpr double kAnyToolM = 0.3, kAnyRadiusM = 0.01;
 
-/// What the best arm leaves unexplained: squared sigmas per fit touch, of touches and of what the
-/// files state; and that arm.
+/// What the best arm leaves unexplained: squared sigmas, of touches and of what the files state;
+/// and that arm.
 struct Trial {
-  double misfit = std::numeric_limits<double>::infinity();
+  double sum = std::numeric_limits<double>::infinity();
+  int touches = 1;
+  double worst = 0.0;  ///< of what the files state, one tolerance or certified length
   std::optional<Calibration> found;
+
+  double misfit() const { return sum / touches; }
+  /// Beyond one for each touch.
+  double excess() const { return sum - touches; }
+  bool makes_sense() const { return misfit() < kSense && worst < kFarStated; }
 };
 
 /// How far the files let a parameter be off, 1 sigma; 0 where they say nothing.
@@ -48,36 +61,6 @@ double stated_sigma(const ArmModel& arm, const Cell& cell, const std::string& na
   for (const Target& target : cell.targets)
     if (name == target.id + ".radius") return target.diameter_sigma_m / 2.0;
   return 0.0;
-}
-
-/// Between the centres that were found; nothing where one was not touched.
-std::optional<double> found_length_m(const Calibration& found, const CertifiedLength& length) {
-  const TargetResult *from = nullptr, *to = nullptr;
-  for (const TargetResult& target : found.targets) {
-    if (target.id == length.from) from = &target;
-    if (target.id == length.to) to = &target;
-  }
-  if (from == nullptr || to == nullptr) return std::nullopt;
-  return (from->centre_m - to->centre_m).norm();
-}
-
-/// How well a calibration knows it, 1 sigma.
-double length_sigma_m(const Calibration& found, const CertifiedLength& length) {
-  Eigen::Vector3d along = Eigen::Vector3d::Zero();
-  for (const TargetResult& target : found.targets) {
-    if (target.id == length.to) along += target.centre_m;
-    if (target.id == length.from) along -= target.centre_m;
-  }
-  along.normalize();
-  Eigen::VectorXd by = Eigen::VectorXd::Zero(found.covariance.cols());
-  for (std::size_t p = 0; p < found.parameters.size(); ++p)
-    for (int axis = 0; axis < 3; ++axis) {
-      const std::string place = std::string(".") + "xyz"[axis];
-      const auto k = static_cast<Eigen::Index>(p);
-      if (found.parameters[p].name == length.to + place) by[k] = along[axis];
-      if (found.parameters[p].name == length.from + place) by[k] = -along[axis];
-    }
-  return std::sqrt(std::max(0.0, by.dot(found.covariance * by)));
 }
 
 Trial attempt(const Cell& cell, const std::vector<Touch>& touches) {
@@ -91,22 +74,23 @@ Trial attempt(const Cell& cell, const std::vector<Touch>& touches) {
   } catch (const IdentifyError&) {
     return trial;
   }
-  int count = 0;
-  double sum = 0.0;
+  trial.sum = 0.0;
+  trial.touches = 0;
   for (const TouchResidual& r : trial.found->residuals) {
     const Touch& touch = touches[r.touch];
     if (touch.set != TouchSet::kFit) continue;
     const double sigma = touch.sigma_m > 0.0 ? touch.sigma_m : cell.touch_sigma_m;
-    sum += std::pow(std::min(std::abs(r.after_m) / sigma, kMostSigmas), 2);
-    ++count;
+    trial.sum += std::pow(std::min(std::abs(r.after_m) / sigma, kMostSigmas), 2);
+    ++trial.touches;
   }
+  const auto add_stated = [&](double sigmas) {
+    trial.sum += sigmas * sigmas;
+    trial.worst = std::max(trial.worst, sigmas * sigmas);
+  };
   for (const ParameterResult& p : trial.found->parameters)
     if (const double sigma = stated_sigma(arm, cell, p.name); sigma > 0.0)
-      sum += std::pow(p.correction / sigma, 2);
-  for (const CertifiedLength& length : cell.lengths)
-    if (const auto found_m = found_length_m(*trial.found, length))
-      sum += std::pow((*found_m - length.length_m) / length.sigma_m, 2);
-  trial.misfit = sum / count;
+      add_stated(p.correction / sigma);
+  for (const LengthResult& length : trial.found->lengths) add_stated(contradiction(length));
   return trial;
 }
 
@@ -125,6 +109,35 @@ double moved_by_m(const TargetResult& before, const TargetResult& after) {
   return (after.centre_m - before.centre_m).norm();
 }
 
+bool same(const CertifiedLength& a, const CertifiedLength& b) {
+  return a.from == b.from && a.to == b.to && a.length_m == b.length_m;
+}
+bool is_of(const LengthResult& result, const CertifiedLength& length) {
+  return result.from == length.from && result.to == length.to &&
+         result.certified_m == length.length_m;
+}
+
+/// Lengths that say nothing: what all else says of them is still worked out.
+Cell silenced(Cell cell, const std::function<bool(const CertifiedLength&)>& which) {
+  constexpr double kAnyLengthM = 10.0;
+  for (CertifiedLength& length : cell.lengths)
+    if (which(length)) length.sigma_m = kAnyLengthM;
+  return cell;
+}
+
+/// `found`: without that length.
+std::string without_length(const CertifiedLength& wrong, const Calibration& found) {
+  std::string apart = "nothing tells of it";
+  for (const LengthResult& l : found.lengths)
+    if (is_of(l, wrong))
+      apart = fmt::format("they lie {:.2f} +- {:.2f} mm apart instead of {:.3f} mm",
+                          l.by_others_m * kMmPerM, l.sigma_m * kMmPerM, wrong.length_m * kMmPerM);
+  return fmt::format(
+      "without the certified length of {} and {} everything makes sense, and {}; check it, and "
+      "whether one of them was moved since it was measured",
+      wrong.from, wrong.to, apart);
+}
+
 class Search {
  public:
   Search(const Cell& cell, const std::vector<Touch>& touches)
@@ -133,7 +146,7 @@ class Search {
     stated_ = attempt(cell, touches_);
   }
 
-  bool needed() const { return stated_.misfit > kSense; }
+  bool needed() const { return !stated_.makes_sense(); }
 
   void radians() {
     constexpr double kTurnDeg = 360.0 * std::numbers::pi / 180.0;  // read as degrees: below 6.3
@@ -170,30 +183,37 @@ class Search {
   /// An axis that lost its mastering.
   void zeros() {
     constexpr double kAnyZeroRad = 0.1;
-    for (std::size_t i = 1; i < cell_.robot.joints.size(); ++i) {  // the first one's is the frame's
+    for (std::size_t i = 0; i < cell_.robot.joints.size(); ++i) {
       const Joint& joint = cell_.robot.joints[i];
+      const auto off_rad = [&](const Calibration& c) {
+        for (const ParameterResult& p : c.parameters)
+          if (p.name == joint.name + ".theta")
+            return std::remainder(joint.sign * p.correction, 2.0 * std::numbers::pi);
+        return 0.0;
+      };
       Cell loose = cell_;
+      loose.robot.joints[i].errors = {JointError::kTheta};  // or another angle takes its share
       loose.robot.joints[i].tolerance_angle_rad = kAnyZeroRad;
       const Trial trial = attempt(loose, touches_);
       if (!trial.found) continue;
-      double off_rad = 0.0;
-      for (const ParameterResult& p : trial.found->parameters)
-        if (p.name == joint.name + ".theta") off_rad = joint.sign * p.correction;
-      if (!(std::abs(off_rad) > 2.0 * joint.tolerance_angle_rad)) continue;
+      const double about_rad = off_rad(*trial.found);
+      if (!(std::abs(about_rad) > 2.0 * joint.tolerance_angle_rad)) continue;
       std::vector<Touch> changed = touches_;
-      for (Touch& touch : changed) touch.joint_rad[i] += off_rad;
-      weigh(cell_, changed, [&](const Calibration&) {
+      for (Touch& touch : changed) touch.joint_rad[i] += about_rad;
+      weigh(cell_, changed, [&](const Calibration& c) {
         return fmt::format(
             "with {:+.2f} deg added to all angles of {} the touches make sense; has it lost its "
             "mastering?",
-            off_rad * 180.0 / std::numbers::pi, joint.name);
+            (about_rad + off_rad(c)) * 180.0 / std::numbers::pi, joint.name);
       });
     }
   }
 
   void exchanged() {
+    std::size_t tried = 0;
     for (std::size_t a = 0; a < cell_.robot.joints.size(); ++a)
-      for (std::size_t b = a + 1; b < cell_.robot.joints.size(); ++b) {
+      for (std::size_t b = a + 1; b < cell_.robot.joints.size() && tried < kMostPairs;
+           ++b, ++tried) {
         std::vector<Touch> changed = touches_;
         for (Touch& touch : changed) std::swap(touch.joint_rad[a], touch.joint_rad[b]);
         weigh(cell_, changed, [&](const Calibration&) {
@@ -226,6 +246,7 @@ class Search {
       Cell larger = cell_;
       larger.tool.tcp.translation() *= kMmPerM;
       if (larger.tool.length_m < kTinyM) larger.tool.length_m *= kMmPerM;
+      if (larger.tool.com_m.norm() < kTinyM) larger.tool.com_m *= kMmPerM;
       weigh(larger, touches_, [&](const Calibration&) {
         return fmt::format(
             "the tool is {:.3f} mm long, and read as metres the touches make sense; give it in "
@@ -242,9 +263,9 @@ class Search {
           if (p.name == std::string("tool.") + "xyz"[axis]) off[axis] = p.correction * kMmPerM;
       return fmt::format(
           "with the tool's tip moved by about ({:.1f}, {:.1f}, {:.1f}) mm on the flange the "
-          "touches "
-          "make sense; is it the tool of the cell file?",
-          off.x(), off.y(), off.z());
+          "touches make sense; is it the tool of the cell file{}?",
+          off.x(), off.y(), off.z(),
+          is_turn(off / kMmPerM) ? ", and has the last axis its mastering" : "");
     });
   }
 
@@ -277,22 +298,11 @@ class Search {
   }
 
   void lengths() {
-    constexpr double kContradicts = 4.0;  // sigmas
-    for (std::size_t k = 0; k < cell_.lengths.size(); ++k) {
-      const CertifiedLength& length = cell_.lengths[k];
-      Cell changed = cell_;
-      changed.lengths.erase(changed.lengths.begin() + static_cast<std::ptrdiff_t>(k));
-      const Trial trial = attempt(changed, touches_);
-      if (!trial.found) continue;
-      const auto found_m = found_length_m(*trial.found, length);
-      if (!found_m) continue;
-      const double sigma_m = std::hypot(length.sigma_m, length_sigma_m(*trial.found, length));
-      if (!(std::abs(*found_m - length.length_m) > kContradicts * sigma_m)) continue;
-      consider(trial, fmt::format("without the certified length of {} and {} the touches make "
-                                  "sense, and they lie {:.2f} +- {:.2f} mm apart instead of the "
-                                  "{:.3f} mm of the cell file; check it",
-                                  length.from, length.to, *found_m * kMmPerM, sigma_m * kMmPerM,
-                                  length.length_m * kMmPerM));
+    for (std::size_t k = 0; k < std::min(kMostPairs, cell_.lengths.size()); ++k) {
+      const CertifiedLength& wrong = cell_.lengths[k];
+      const Cell changed =
+          silenced(cell_, [&](const CertifiedLength& l) { return same(l, wrong); });
+      weigh(changed, touches_, [&](const Calibration& c) { return without_length(wrong, c); });
     }
     std::size_t tried = 0;
     for (std::size_t a = 0; a < cell_.lengths.size(); ++a)
@@ -314,7 +324,7 @@ class Search {
     constexpr int kLeastEachSide = 4;
     for (const Target& target : cell_.targets) {
       std::vector<std::size_t> own;
-      for (std::size_t i = 0; i < touches_.size(); ++i)
+      for (const std::size_t i : in_order(touches_))
         if (touches_[i].target == target.id && touches_[i].set == TouchSet::kFit) own.push_back(i);
       for (const int quarter : {1, 2, 3}) {
         const std::size_t split = own.size() * static_cast<std::size_t>(quarter) / 4;
@@ -325,8 +335,11 @@ class Search {
         later.centre_sigma_m = 0.0;  // the touches say where
         changed.targets.push_back(later);
         std::vector<Touch> renamed = touches_;
-        for (std::size_t i = own[split]; i < renamed.size(); ++i)
-          if (renamed[i].target == target.id) renamed[i].target = later.id;
+        bool passed = false;
+        for (const std::size_t i : in_order(touches_)) {
+          passed = passed || i == own[split];
+          if (passed && renamed[i].target == target.id) renamed[i].target = later.id;
+        }
         MovedTarget suspect;
         suspect.target = target.id;
         suspect.after_touch = own[split - 1] * stride_;
@@ -360,6 +373,15 @@ class Search {
   }
 
  private:
+  /// Whether turning the tool about the last axis, the flange's z, moves its tip so.
+  bool is_turn(const Eigen::Vector3d& off_m) const {
+    constexpr double kLike = 0.2;
+    const Eigen::Vector2d tip = cell_.tool.tcp.translation().head<2>();
+    const Eigen::Vector2d turned = tip + off_m.head<2>();
+    return std::abs(turned.norm() - tip.norm()) < kLike * off_m.norm() &&
+           std::abs(off_m.z()) < kLike * off_m.norm();
+  }
+
   void weigh(const Cell& cell, const std::vector<Touch>& touches,
              const std::function<std::string(const Calibration&)>& words,
              const std::optional<MovedTarget>& moved = {}) {
@@ -369,8 +391,9 @@ class Search {
 
   void consider(const Trial& trial, std::string words,
                 const std::optional<MovedTarget>& moved = {}) {
-    if (trial.misfit < kSense && trial.misfit < kExplained * stated_.misfit)
-      causes_.push_back({trial.misfit, std::move(words), moved});
+    if (trial.makes_sense() && trial.excess() < kExplained * stated_.excess() &&
+        trial.sum < stated_.sum - kWorthNaming)
+      causes_.push_back({trial.misfit(), std::move(words), moved});
   }
 
   const Cell& cell_;
@@ -400,6 +423,47 @@ bool moved_alone(const std::vector<Cause>& causes) {
                      [](const Cause& c) { return c.moved.has_value(); });
 }
 
+/// The calibration without these lengths, if all makes sense then.
+std::optional<Calibration> sensible_without(
+    const Cell& cell, const std::vector<Touch>& touches, const IdentifyOptions& options,
+    const std::function<bool(const CertifiedLength&)>& which) {
+  const Cell changed = silenced(cell, which);
+  try {
+    Calibration without = identify_as_stated(changed, touches, options);
+    confirm_moves(changed, touches, options, without);
+    if (without.moved.empty() && without.verdict.publish) return without;
+  } catch (const IdentifyError&) {
+  }
+  return std::nullopt;
+}
+
+/// Where a certified length is contradicted: which one it is, or which target stands elsewhere than
+/// when its lengths were measured. Empty where that alone does not mend it.
+std::string wrong_length(const Cell& cell, const std::vector<Touch>& touches,
+                         const IdentifyOptions& options, const Calibration& calibration) {
+  const LengthResult* worst = worst_contradicted(calibration.lengths);
+  if (worst == nullptr) return {};
+  for (const CertifiedLength& wrong : cell.lengths) {
+    if (!is_of(*worst, wrong)) continue;
+    const auto which = [&](const CertifiedLength& l) { return same(l, wrong); };
+    if (const auto without = sensible_without(cell, touches, options, which))
+      return without_length(wrong, *without);
+    break;
+  }
+  for (const std::string& end : {worst->from, worst->to}) {
+    const auto of_end = [&](const CertifiedLength& l) { return l.from == end || l.to == end; };
+    const auto own = std::count_if(cell.lengths.begin(), cell.lengths.end(), of_end);
+    // With none left anything would make sense.
+    if (own < 2 || own == static_cast<std::ptrdiff_t>(cell.lengths.size())) continue;
+    if (sensible_without(cell, touches, options, of_end))
+      return fmt::format(
+          "without the {} certified lengths of {} everything makes sense; does it stand where it "
+          "stood when they were measured?",
+          own, end);
+  }
+  return {};
+}
+
 }  // namespace
 
 std::vector<std::string> likely_causes(const Cell& cell, const std::vector<Touch>& touches) {
@@ -412,6 +476,12 @@ Calibration identify(const Cell& cell, const std::vector<Touch>& touches,
                      const IdentifyOptions& options) {
   try {
     Calibration calibration = identify_as_stated(cell, touches, options);
+    if (const std::string words = wrong_length(cell, touches, options, calibration);
+        !words.empty()) {
+      calibration.moved.clear();  // a wrong length pulls spheres about
+      calibration.verdict.reasons.push_back("likely cause: " + words);
+      return calibration;
+    }
     std::vector<Cause> causes;
     if (!calibration.verdict.publish) causes = causes_of(cell, touches);
     // Another mistake moves targets, too.

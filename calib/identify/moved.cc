@@ -36,20 +36,6 @@ constexpr double kUsualMoveM = 1e-3;
 
 using ThreeRows = Eigen::Matrix<double, 3, Eigen::Dynamic>;
 
-/// Touches in the order in which they were made: by time where all have one, else as given.
-std::vector<std::size_t> in_order(std::span<const Touch> touches) {
-  std::vector<std::size_t> order(touches.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  const bool timed = std::all_of(touches.begin(), touches.end(), [&](const Touch& t) {
-    return !t.time.empty() && t.time.size() == touches.front().time.size();
-  });
-  if (timed)
-    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-      return touches[a].time < touches[b].time;
-    });
-  return order;
-}
-
 /// What some rows say about a shift d of their target, all other unknowns left free: with G its
 /// columns, information G'G - G'J S J'G and pull G'r.
 struct Said {
@@ -192,6 +178,19 @@ MovedTarget measured(const Cell& cell, const std::vector<Touch>& touches,
 }
 
 }  // namespace
+
+std::vector<std::size_t> in_order(std::span<const Touch> touches) {
+  std::vector<std::size_t> order(touches.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  const bool timed = std::all_of(touches.begin(), touches.end(), [&](const Touch& t) {
+    return !t.time.empty() && t.time.size() == touches.front().time.size();
+  });
+  if (timed)
+    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+      return touches[a].time < touches[b].time;
+    });
+  return order;
+}
 
 std::vector<MovedTarget> suspected_moves(const Problem& problem, const Estimate& e,
                                          double chi2_per_dof) {

@@ -4,6 +4,7 @@
 // nothing else tells; so each target's touches before and after are compared, in the order in which
 // they were made. Spheres, wires and points; planes and trackers have no centre to compare.
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,9 @@ namespace cellcal::calib {
 /// linearisation, without solving anew. No more than reasons to look closer.
 std::vector<MovedTarget> suspected_moves(const Problem& problem, const Estimate& estimate,
                                          double chi2_per_dof);
+
+/// Touches in the order in which they were made: by time where all have one, else as given.
+std::vector<std::size_t> in_order(std::span<const Touch> touches);
 
 /// An id for the same target after its move, which none of the cell's has.
 std::string id_after_move(const Cell& cell, const std::string& id);

@@ -3,6 +3,7 @@
 #include <map>
 
 #include "calib/identify/bound.h"
+#include "calib/identify/region.h"
 #include "calib/model/kinematics.h"
 
 namespace cellcal::calib {
@@ -10,12 +11,14 @@ namespace cellcal::calib {
 struct Predictor::Impl {
   ArmModel arm;
   Eigen::VectorXd x;
+  Eigen::MatrixXd sigma;  ///< covariance of the arm's parameters, SI
   PositionBound bound;
 
   Impl(const Calibration& c, const Cell& levelled)
       : arm(levelled.robot, levelled.tool),
         x(values(arm, c)),
-        bound(arm, x, covariance(arm, c), c.level.ripple_rad) {}
+        sigma(covariance(arm, c)),
+        bound(arm, x, sigma, c.level.ripple_rad) {}
 
   /// Per parameter of the arm its index in the calibration, -1 where it is not.
   static std::vector<Eigen::Index> places(const ArmModel& arm, const Calibration& c) {
@@ -65,6 +68,13 @@ Prediction Predictor::calibrated(std::span<const double> joint_rad) const {
   const Eigen::Vector3d tip = impl_->arm.position(pose, impl_->x.data(), jacobian);
   result.u95_m = impl_->bound.u95_m(joint_rad, tip, jacobian);
   return result;
+}
+
+double Predictor::mean_error_m(const std::vector<JointVector>& poses) const {
+  if (impl_->sigma.size() == 0) return 0.0;
+  const Eigen::VectorXd si = Eigen::VectorXd::Ones(impl_->arm.size());
+  return predicted_mean_error_m(aligned_moves(impl_->arm, poses, impl_->x.data(), si), impl_->sigma,
+                                Eigen::VectorXd::Zero(static_cast<Eigen::Index>(poses.size())));
 }
 
 Eigen::Isometry3d Predictor::nominal(std::span<const double> joint_rad) const {

@@ -4,8 +4,10 @@
 #include <Eigen/Geometry>
 #include <memory>
 #include <span>
+#include <vector>
 
 #include "calib/identify/calibration.h"
+#include "calib/model/joint_vector.h"
 
 namespace cellcal::calib {
 
@@ -25,6 +27,9 @@ class Predictor {
   Predictor(Predictor&&) noexcept;
 
   Prediction calibrated(std::span<const double> joint_rad) const;
+  /// Mean 3-D error over at least 3 poses that the covariance foresees, a motion of the base taken
+  /// out; what gears do beside the model is not in it. 0 without covariance.
+  double mean_error_m(const std::vector<JointVector>& poses) const;
   Eigen::Isometry3d nominal(std::span<const double> joint_rad) const;
 
  private:

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "calib/identify/lengths.h"
 #include "calib/identify/solve.h"
 
 namespace cellcal::calib {
@@ -25,8 +26,6 @@ constexpr double kOutlierShareOfTarget = 0.20;
 constexpr int kEnoughBesideOne = 4;
 /// Of the geometry's directions: with less the result is the tolerances, not the touches.
 constexpr double kToldShare = 0.5;
-/// A certified length that the rest contradicts by so many of its sigmas is another length.
-constexpr double kFarLength = 6.0;
 /// A joint or tool does not give against its load; noise may say so by this many sigmas.
 constexpr double kAgainstLoad = 5.0;
 /// An arm this many tolerances off its drawing is another arm: real ones stay within five
@@ -167,20 +166,19 @@ void judge_outliers(const Problem& problem, const Calibration& c,
           outliers[b], fit[b], problem.cell().targets[problem.blocks()[b].target].id));
 }
 
-/// Certified lengths that the result contradicts.
-void judge_lengths(const Problem& problem, const Eigen::VectorXd& x,
-                   std::vector<std::string>& blocking) {
-  for (const Problem::Length& length : problem.lengths()) {
-    const TargetBlock &a = problem.blocks()[static_cast<std::size_t>(length.block_a)],
-                      &b = problem.blocks()[static_cast<std::size_t>(length.block_b)];
-    const double off_m = (x.segment<3>(a.first) - x.segment<3>(b.first)).norm() - length.length_m;
-    if (std::abs(off_m) > kFarLength * length.sigma_m)
-      blocking.push_back(fmt::format(
-          "certified length: {} and {} lie {:+.3f} mm from the {:.3f} mm that are certified, "
-          "{:.0f} times its sigma; check it and that neither was moved",
-          problem.cell().targets[a.target].id, problem.cell().targets[b.target].id, off_m * 1e3,
-          length.length_m * 1e3, std::abs(off_m) / length.sigma_m));
-  }
+/// The certified length that all else contradicts most: one that is wrong pulls at the others.
+void judge_lengths(const Calibration& c, std::vector<std::string>& blocking) {
+  const LengthResult* worst = worst_contradicted(c.lengths);
+  if (worst == nullptr) return;
+  const auto others = std::count_if(c.lengths.begin(), c.lengths.end(), is_contradicted) - 1;
+  blocking.push_back(fmt::format(
+      "certified length: by all else {} and {} lie {:.3f} +- {:.3f} mm apart instead of {:.3f} mm, "
+      "{:.0f} times what both leave open{}; check it and that neither was moved",
+      worst->from, worst->to, worst->by_others_m * 1e3, worst->sigma_m * 1e3,
+      worst->certified_m * 1e3, contradiction(*worst),
+      others > 0
+          ? fmt::format(" ({} more {} contradicted, by less)", others, others == 1 ? "is" : "are")
+          : ""));
 }
 
 /// Loads that bend the arm the wrong way.
@@ -247,7 +245,7 @@ Verdict judge(const Problem& problem, const Calibration& c) {
     blocking.push_back(fmt::format("too few directions: {} was touched {} times {}", target.id,
                                    used.size(), what));
   }
-  judge_lengths(problem, x, blocking);
+  judge_lengths(c, blocking);
   judge_loads(problem, c, blocking);
   if (problem.rho() >= 0) {
     const double off_m = c.parameters[static_cast<std::size_t>(problem.rho())].correction;

@@ -160,9 +160,9 @@ Plan make_plan(const Cell& cell, const PlanOptions& options, const JointVector& 
       pool.vary(choice.picked, std::min(kMostAround, kAroundEach * options.fit_touches), by_rad,
                 random);
       how.start = choice.picked;
-      const double before_m = choice.predicted_m3_m;
+      const double before_m = choice.untold_m;
       choice = choose(cell, candidates, how);
-      if (choice.predicted_m3_m > (1.0 - kAroundIsWorth) * before_m) break;
+      if (choice.untold_m > (1.0 - kAroundIsWorth) * before_m) break;
     }
   }
   std::vector<bool> taken(candidates.size(), false);

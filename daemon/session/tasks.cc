@@ -70,7 +70,8 @@ std::optional<double> newest_residual(const calib::Cell& cell,
     // How well the others predict it: a fit that holds the newest touch bends towards it.
     std::vector<calib::Touch> held_out = touches;
     held_out.back().set = calib::TouchSet::kCheck;
-    const calib::Calibration provisional = calib::identify(part_of(cell, touches), held_out);
+    const calib::Calibration provisional =
+        calib::identify_as_stated(part_of(cell, touches), held_out);
     for (const calib::TouchResidual& residual : provisional.residuals) {
       if (residual.touch + 1 == touches.size()) return std::abs(residual.after_m);
     }

@@ -79,7 +79,8 @@ TEST(Change, ThatNothingIsForeseenOfIsNotJudged) {
   Calibrated last = calibrated(demo_cell(), 1, 101);
   Calibrated now = calibrated(demo_cell(), 51, 201);
   ASSERT_TRUE(change_since(last.calibration, now.calibration, now.touches));
-  last.calibration.predicted_m3_m = now.calibration.predicted_m3_m = 0.0;
+  last.calibration.covariance.setZero();
+  now.calibration.covariance.setZero();
   EXPECT_FALSE(change_since(last.calibration, now.calibration, now.touches));
   judge_change(last.calibration, "session 7", false, now.touches, now.calibration);
   EXPECT_TRUE(now.calibration.verdict.publish) << words_of(now.calibration);

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "calib/identify/identify.h"
+#include "calib/identify/lengths.h"
 #include "tests/calib/identify/simulate.h"
 
 namespace cellcal::calib {
@@ -52,8 +53,8 @@ TEST(Verdict, OneTouchLeftOutWithholdsOnlyWhereHardlyAnyOthersOfItsTargetAreLeft
   for (const int own : {4, 5}) {
     std::vector<Touch> touches;
     int count = 0;
-    for (const Touch& touch : make_touches(cell, plain_truth(cell, 3),
-                                           {.fit = 80, .check = 10, .seed = 3}).touches) {
+    for (const Touch& touch :
+         make_touches(cell, plain_truth(cell, 3), {.fit = 80, .check = 10, .seed = 3}).touches) {
       if (touch.target == id && touch.set == TouchSet::kFit && ++count > own) continue;
       touches.push_back(touch);
       if (count == 2 && touch.target == id && touch.set == TouchSet::kFit)
@@ -71,7 +72,8 @@ TEST(Verdict, OneTouchLeftOutWithholdsOnlyWhereHardlyAnyOthersOfItsTargetAreLeft
 TEST(GrossErrors, AmongFewTouchesOfATargetAreNamedAndTheTargetIsAskedForAgain) {
   for (unsigned seed = 1; seed <= 5; ++seed) {
     FewOfOne few(seed);
-    for (const std::size_t k : {1, 4}) few.touches[few.of_it[k]].joint_rad[0] += 0.02;  // centimetres
+    for (const std::size_t k : {1, 4})
+      few.touches[few.of_it[k]].joint_rad[0] += 0.02;  // centimetres
     const Calibration c = identify(few.cell, few.touches);
     std::vector<std::size_t> named;
     for (const Outlier& outlier : c.outliers) named.push_back(outlier.touch);
@@ -98,9 +100,31 @@ TEST(Verdict, NamesACertifiedLengthThatTheTouchesContradict) {
   cell.lengths.push_back(twice);
   const Calibration c = identify(cell, touches);
   EXPECT_FALSE(c.verdict.publish);
-  EXPECT_NE(words_of(c).find("certified length: " + twice.from + " and " + twice.to),
+  EXPECT_NE(words_of(c).find("certified length: by all else " + twice.from + " and " + twice.to),
             std::string::npos)
       << words_of(c);
+  EXPECT_NE(words_of(c).find("mm apart instead of 700.786 mm; check it"), std::string::npos)
+      << "the second of the two that cannot both be right is the wrong one\n"
+      << words_of(c);
+}
+
+TEST(Verdict, LengthsThatAreRightAreNotContradicted) {
+  double most = 0.0;
+  int lengths = 0;
+  for (unsigned seed = 1; seed <= 30; ++seed) {
+    sim::TruthOptions truth;
+    truth.seed = seed;
+    truth.gear_arcsec = 20.0;
+    const auto made =
+        make_touches(demo_cell(), sim::draw_truth(demo_cell(), truth), {.fit = 80, .seed = seed});
+    for (const LengthResult& length : identify(demo_cell(), made.touches).lengths) {
+      most = std::max(most, contradiction(length));
+      ++lengths;
+    }
+  }
+  EXPECT_EQ(lengths, 180);
+  EXPECT_LT(most, 4.0);
+  EXPECT_GT(most, 1.5) << "sigmas that are too large would hide what is wrong";
 }
 
 TEST(Verdict, ClaimsTheWorkspaceOnlyOfLengthsThatAreCertain) {

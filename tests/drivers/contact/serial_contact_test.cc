@@ -295,8 +295,10 @@ TEST(SerialContact, SilenceOnAnOpenPortIsAFault) {
   sim::McuFaults mute;
   mute.silent = true;
   pty.set_faults(mute);
-  ASSERT_TRUE(wait_for([&] { return robot.contact.status().link == ContactLink::kFault; }));
-  EXPECT_FALSE(robot.snapshot().alive);
+  // Both: on a busy machine a sensor that is heard may be late, too, and recover.
+  ASSERT_TRUE(wait_for([&] {
+    return robot.contact.status().link == ContactLink::kFault && !robot.snapshot().alive;
+  }));
   pty.set_faults({});
   EXPECT_TRUE(robot.ready());
 }

@@ -1,0 +1,63 @@
+#include "calib/identify/lengths.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+namespace cellcal::calib {
+
+std::vector<LengthResult> lengths_by_others(const Problem& problem, const Estimate& e,
+                                            double inflation) {
+  std::vector<LengthResult> results;
+  if (problem.lengths().empty()) return results;
+  // At the one level of the problem, not the mean of all: a lone length is held so hard that what
+  // levels differ by would pass for what the others say.
+  constexpr double kFlat = 1e-8, kHair = 1.0 + 1e-12;
+  const Linearisation& linear = e.posterior.linear;
+  Eigen::MatrixXd information(problem.size(), problem.size());
+  information.noalias() = linear.jacobian.transpose() * linear.jacobian;
+  for (int i = 0; i < problem.size(); ++i)
+    information(i, i) = kHair * (information(i, i) +
+                                 std::max(kFlat, std::pow(problem.unknowns()[i].prior_weight, 2)));
+  const Eigen::LLT<Eigen::MatrixXd> factor(information);
+  if (factor.info() != Eigen::Success) return results;
+  int row = linear.length_row;
+  for (const Problem::Length& length : problem.lengths()) {
+    const Eigen::VectorXd by = linear.jacobian.row(row).transpose();
+    const double residual = linear.residual[row++];  // whitened: found less certified, in sigmas
+    // With all rows the length has the variance h; without its own, s (Sherman and Morrison).
+    const double h = by.dot(factor.solve(by));
+    constexpr double kLeast = 1e-9;  // nothing else tells of it: any length would do
+    if (!(1.0 - h > kLeast)) continue;
+    const double s = h / (1.0 - h);
+    LengthResult result;
+    result.from = problem.cell().targets[problem.blocks()[length.block_a].target].id;
+    result.to = problem.cell().targets[problem.blocks()[length.block_b].target].id;
+    result.certified_m = length.length_m;
+    result.certified_sigma_m = length.sigma_m;
+    result.by_others_m = length.length_m + residual * (1.0 + s) * length.sigma_m;
+    result.sigma_m = std::sqrt(inflation * s) * length.sigma_m;
+    results.push_back(std::move(result));
+  }
+  return results;
+}
+
+double contradiction(const LengthResult& length) {
+  return std::abs(length.by_others_m - length.certified_m) /
+         std::hypot(length.sigma_m, length.certified_sigma_m);
+}
+
+bool is_contradicted(const LengthResult& length) {
+  constexpr double kContradicted = 5.0;
+  return contradiction(length) > kContradicted;
+}
+
+const LengthResult* worst_contradicted(const std::vector<LengthResult>& lengths) {
+  const auto worst = std::max_element(lengths.begin(), lengths.end(),
+                                      [](const LengthResult& a, const LengthResult& b) {
+                                        return contradiction(a) < contradiction(b);
+                                      });
+  return worst != lengths.end() && is_contradicted(*worst) ? &*worst : nullptr;
+}
+
+}  // namespace cellcal::calib
