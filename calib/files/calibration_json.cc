@@ -68,6 +68,17 @@ Eigen::Vector3d read_vector_mm(const Reader& r) {
   return Eigen::Vector3d(mm[0], mm[1], mm[2]) / kMmPerM;
 }
 
+LengthResult read_length(const Reader& item) {
+  const std::vector<Reader> between = item.at("between").items();
+  if (between.size() != 2) item.at("between").fail("must name two targets");
+  return {between[0].text(),
+          between[1].text(),
+          item.at("certified_mm").not_negative() / kMmPerM,
+          item.at("certified_sigma_mm").not_negative() / kMmPerM,
+          item.at("by_others_mm").number() / kMmPerM,
+          item.at("by_others_sigma_mm").not_negative() / kMmPerM};
+}
+
 TargetResult read_target(const Reader& r, const Cell& cell) {
   TargetResult t;
   t.id = r.at("id").text();
@@ -218,6 +229,7 @@ std::string calibration_to_json(const Calibration& c) {
   for (const LengthResult& l : c.lengths)
     out["lengths"].push_back({{"between", {l.from, l.to}},
                               {"certified_mm", l.certified_m * kMmPerM},
+                              {"certified_sigma_mm", l.certified_sigma_m * kMmPerM},
                               {"by_others_mm", l.by_others_m * kMmPerM},
                               {"by_others_sigma_mm", l.sigma_m * kMmPerM}});
   out["moved"] = ordered::array();
@@ -305,6 +317,8 @@ Calibration calibration_from_json(std::string_view text, const std::string& name
   }
   for (const Reader& item : root.at("targets").items())
     c.targets.push_back(read_target(item, c.cell));
+  if (root.has("lengths"))
+    for (const Reader& item : root.at("lengths").items()) c.lengths.push_back(read_length(item));
   const Reader residuals = root.at("residuals");
   c.before = read_summary(residuals.at("before"));
   c.after = read_summary(residuals.at("after"));

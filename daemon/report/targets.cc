@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "calib/files/units.h"
+#include "calib/identify/lengths.h"
 #include "daemon/report/sections.h"
 #include "daemon/report/text.h"
 
@@ -16,6 +17,7 @@ namespace {
 
 constexpr std::string_view kNothing = "\xE2\x80\x93";
 constexpr int kCoarseDecimals = 2;  // of a residual in sigma
+constexpr double kSameM = 1e-9;     // what a file's digits leave of a length
 
 struct PerTarget {
   int count = 0;
@@ -103,30 +105,31 @@ std::string lengths_table(const View& view) {
   }
   std::string rows;
   for (const calib::CertifiedLength& length : lengths) {
-    const calib::TargetResult* from = view.target_result(length.from);
-    const calib::TargetResult* to = view.target_result(length.to);
-    std::string found(kNothing);
-    std::string difference(kNothing);
-    std::string in_sigma(kNothing);
-    if (from && to) {
-      const double distance = (from->centre_m - to->centre_m).norm();
-      found = mm(distance);
-      difference = signed_mm(distance - length.length_m);
-      if (length.sigma_m > 0.0) {
-        in_sigma = signed_fixed((distance - length.length_m) / length.sigma_m, kCoarseDecimals);
-      }
+    std::string by_others(kNothing), sigma(kNothing), difference(kNothing), in_sigma(kNothing);
+    for (const calib::LengthResult& found : view.result.lengths) {
+      if (found.from != length.from || found.to != length.to ||
+          std::abs(found.certified_m - length.length_m) > kSameM)
+        continue;
+      by_others = mm(found.by_others_m);
+      sigma = mm(found.sigma_m);
+      difference = signed_mm(found.by_others_m - found.certified_m);
+      if (found.sigma_m > 0.0 || found.certified_sigma_m > 0.0)
+        in_sigma = fixed(calib::contradiction(found), kCoarseDecimals);
     }
     rows += fmt::format(
         "<tr><th scope=\"row\">{} to {}</th><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td>"
-        "</tr>\n",
-        escape(length.from), escape(length.to), mm(length.length_m), mm(length.sigma_m), found,
-        difference, in_sigma);
+        "<td>{}</td></tr>\n",
+        escape(length.from), escape(length.to), mm(length.length_m), mm(length.sigma_m), by_others,
+        sigma, difference, in_sigma);
   }
   return fmt::format(
       "<h3>Certified lengths, mm</h3>\n<div class=\"scroll\"><table class=\"numbers\">\n<thead><tr>"
       "<th scope=\"col\">between</th><th scope=\"col\">certified</th><th scope=\"col\">&sigma;</th>"
-      "<th scope=\"col\">found</th><th scope=\"col\">difference</th><th scope=\"col\">in &sigma;"
-      "</th></tr></thead>\n<tbody>\n{}</tbody>\n</table></div>\n",
+      "<th scope=\"col\">by all else</th><th scope=\"col\">&sigma;</th>"
+      "<th scope=\"col\">difference</th><th scope=\"col\">in &sigma; of both</th></tr></thead>\n"
+      "<tbody>\n{}</tbody>\n</table></div>\n<p class=\"note\">By all else: what the touches, the "
+      "tolerances and the other lengths make of it, its own certificate left out. More than "
+      "five&nbsp;&sigma; apart, one of them is wrong.</p>\n",
       rows);
 }
 

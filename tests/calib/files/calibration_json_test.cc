@@ -171,6 +171,28 @@ TEST(CalibrationJson, KeepsWhichTargetMovedAndByHowMuch) {
                {"moved[0].sigma_mm"});
 }
 
+TEST(CalibrationJson, KeepsWhatAllElseSaysOfCertifiedLengths) {
+  ASSERT_EQ(result().lengths.size(), result().cell.lengths.size());
+  const Calibration back = read_back();
+  ASSERT_EQ(back.lengths.size(), result().lengths.size());
+  for (std::size_t k = 0; k < back.lengths.size(); ++k) {
+    const LengthResult &a = result().lengths[k], &b = back.lengths[k];
+    EXPECT_EQ(a.from, b.from);
+    EXPECT_EQ(a.to, b.to);
+    EXPECT_NEAR(a.certified_m, b.certified_m, 1e-12);
+    EXPECT_NEAR(a.certified_sigma_m, b.certified_sigma_m, 1e-15);
+    EXPECT_NEAR(a.by_others_m, b.by_others_m, 1e-12);
+    EXPECT_NEAR(a.sigma_m, b.sigma_m, 1e-15);
+  }
+  json document = json::parse(written());
+  document["lengths"][0]["between"] = {"S1"};
+  expect_words(refusal([&] { (void)calibration_from_json(document.dump(), "cal.json"); }),
+               {"lengths[0].between", "two targets"});
+  document = json::parse(written());
+  document.erase("lengths");  // written before there were any
+  EXPECT_TRUE(calibration_from_json(document.dump(), "cal.json").lengths.empty());
+}
+
 TEST(CalibrationJson, KeepsWhatRepeatedTouchesMeasured) {
   const auto noise = json::parse(written())["touch_noise"];
   EXPECT_NEAR(noise["stated_mm"].get<double>(), 0.03, 1e-12);

@@ -145,6 +145,9 @@ void add_targets(Calibration& result, const SessionShape& shape, Noise& noise) {
     const double found = (result.targets[i].centre_m - result.targets[0].centre_m).norm();
     result.cell.lengths.push_back(
         {result.targets[0].id, result.targets[i].id, found + 4e-6 * noise.normal(), 5e-6});
+    const calib::CertifiedLength& length = result.cell.lengths.back();
+    result.lengths.push_back({length.from, length.to, length.length_m, length.sigma_m,
+                              length.length_m + 1e-5 * noise.normal(), 1.2e-5});
   }
 }
 

@@ -274,14 +274,18 @@ TEST(CellPicture, ShowsEveryTargetFromAboveAndFromTheSide) {
 
 TEST(Targets, ShowEffectiveRadiusAgainstNominalAndTheCertifiedLengths) {
   ReportInput input = made_up_session({.spheres = 2});
-  input.calibration.targets[0].centre_m = {1.0, 0.0, 0.0};
-  input.calibration.targets[1].centre_m = {1.0, 0.5, 0.0};
   input.calibration.cell.lengths[0].length_m = 0.49999;
+  input.calibration.lengths[0].certified_m = 0.49999;
+  input.calibration.lengths[0].by_others_m = 0.50003;
+  input.calibration.lengths[0].sigma_m = 1.2e-5;
   const std::string targets = section_of(html_report(input), "targets");
   EXPECT_TRUE(says(targets, "<td>30.913</td><td>+0.213</td>"));
   EXPECT_TRUE(says(targets,
-                   "<td>499.990</td><td>0.005</td><td>500.000</td><td>+0.010</td>"
-                   "<td>+2.00</td>"));
+                   "<td>499.990</td><td>0.005</td><td>500.030</td><td>0.012</td><td>+0.040</td>"
+                   "<td>3.08</td>"));
+  input.calibration.lengths.clear();  // written before there were any
+  EXPECT_TRUE(says(section_of(html_report(input), "targets"),
+                   "<td>499.990</td><td>0.005</td><td>\xE2\x80\x93</td>"));
 }
 
 TEST(Targets, CountTheTipAsPartOfTheNominalRadius) {
