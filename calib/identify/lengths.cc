@@ -11,20 +11,28 @@ std::vector<LengthResult> lengths_by_others(const Problem& problem, const Estima
   std::vector<LengthResult> results;
   if (problem.lengths().empty()) return results;
   // At the one level of the problem, not the mean of all: a lone length is held so hard that what
-  // levels differ by would pass for what the others say.
-  constexpr double kFlat = 1e-8, kHair = 1.0 + 1e-12;
+  // levels differ by would pass for what the others say. And with wider tolerances: an arm that
+  // exceeds them is told so elsewhere, and makes no length wrong.
+  constexpr double kFlat = 1e-8, kHair = 1.0 + 1e-12, kWider = 2.0;
   const Linearisation& linear = e.posterior.linear;
   Eigen::MatrixXd information(problem.size(), problem.size());
   information.noalias() = linear.jacobian.transpose() * linear.jacobian;
-  for (int i = 0; i < problem.size(); ++i)
-    information(i, i) = kHair * (information(i, i) +
-                                 std::max(kFlat, std::pow(problem.unknowns()[i].prior_weight, 2)));
+  Eigen::VectorXd gradient = linear.jacobian.transpose() * linear.residual;
+  for (int i = 0; i < problem.size(); ++i) {
+    const Unknown& unknown = problem.unknowns()[i];
+    const double weight = unknown.prior_weight / (i < problem.arm_size() ? kWider : 1.0);
+    const double prior = std::max(kFlat, weight * weight);
+    gradient[i] += prior * (e.u[i] - unknown.prior_mean_u);
+    information(i, i) = kHair * (information(i, i) + prior);
+  }
   const Eigen::LLT<Eigen::MatrixXd> factor(information);
   if (factor.info() != Eigen::Success) return results;
+  const Eigen::VectorXd step = -factor.solve(gradient);
   int row = linear.length_row;
   for (const Problem::Length& length : problem.lengths()) {
     const Eigen::VectorXd by = linear.jacobian.row(row).transpose();
-    const double residual = linear.residual[row++];  // whitened: found less certified, in sigmas
+    // Whitened: found less certified, in sigmas.
+    const double residual = linear.residual[row++] + by.dot(step);
     // With all rows the length has the variance h; without its own, s (Sherman and Morrison).
     const double h = by.dot(factor.solve(by));
     constexpr double kLeast = 1e-9;  // nothing else tells of it: any length would do
