@@ -4,7 +4,28 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calib/identify/parallel.h"
+
 namespace cellcal::calib {
+
+namespace {
+
+/// J'J, its lower triangle.
+Eigen::MatrixXd lower_gram(const RowMajor& j) {
+  const auto count = static_cast<std::size_t>(j.rows());
+  std::vector<Eigen::MatrixXd> sums(parts_of(count), Eigen::MatrixXd::Zero(j.cols(), j.cols()));
+  by_parts(count, [&](std::size_t part, std::size_t begin, std::size_t behind) {
+    constexpr Eigen::Index kRows = 128;  // stays in the cache
+    const auto end = static_cast<Eigen::Index>(behind);
+    for (auto first = static_cast<Eigen::Index>(begin); first < end; first += kRows)
+      sums[part].selfadjointView<Eigen::Lower>().rankUpdate(
+          j.middleRows(first, std::min(kRows, end - first)).transpose());
+  });
+  for (std::size_t part = 1; part < sums.size(); ++part) sums[0] += sums[part];
+  return std::move(sums[0]);
+}
+
+}  // namespace
 
 std::vector<LengthResult> lengths_by_others(const Problem& problem, const Estimate& e,
                                             double inflation) {
@@ -15,8 +36,7 @@ std::vector<LengthResult> lengths_by_others(const Problem& problem, const Estima
   // exceeds them is told so elsewhere, and makes no length wrong.
   constexpr double kFlat = 1e-8, kHair = 1.0 + 1e-12, kWider = 2.0;
   const Linearisation& linear = e.posterior.linear;
-  Eigen::MatrixXd information(problem.size(), problem.size());
-  information.noalias() = linear.jacobian.transpose() * linear.jacobian;
+  Eigen::MatrixXd information = lower_gram(linear.jacobian);
   Eigen::VectorXd gradient = linear.jacobian.transpose() * linear.residual;
   for (int i = 0; i < problem.size(); ++i) {
     const Unknown& unknown = problem.unknowns()[i];
