@@ -109,8 +109,8 @@ double moved_by_m(const TargetResult& before, const TargetResult& after) {
   return (after.centre_m - before.centre_m).norm();
 }
 
-bool same(const CertifiedLength& a, const CertifiedLength& b) {
-  return a.from == b.from && a.to == b.to && a.length_m == b.length_m;
+bool same_ends(const CertifiedLength& a, const CertifiedLength& b) {
+  return (a.from == b.from && a.to == b.to) || (a.from == b.to && a.to == b.from);
 }
 bool is_of(const LengthResult& result, const CertifiedLength& length) {
   return result.from == length.from && result.to == length.to &&
@@ -300,8 +300,12 @@ class Search {
   void lengths() {
     for (std::size_t k = 0; k < std::min(kMostPairs, cell_.lengths.size()); ++k) {
       const CertifiedLength& wrong = cell_.lengths[k];
+      const auto here = cell_.lengths.begin() + static_cast<std::ptrdiff_t>(k);
+      if (std::any_of(cell_.lengths.begin(), here,
+                      [&](const CertifiedLength& l) { return same_ends(l, wrong); }))
+        continue;
       const Cell changed =
-          silenced(cell_, [&](const CertifiedLength& l) { return same(l, wrong); });
+          silenced(cell_, [&](const CertifiedLength& l) { return same_ends(l, wrong); });
       weigh(changed, touches_, [&](const Calibration& c) { return without_length(wrong, c); });
     }
     std::size_t tried = 0;
@@ -445,7 +449,7 @@ std::string wrong_length(const Cell& cell, const std::vector<Touch>& touches,
   if (worst == nullptr) return {};
   for (const CertifiedLength& wrong : cell.lengths) {
     if (!is_of(*worst, wrong)) continue;
-    const auto which = [&](const CertifiedLength& l) { return same(l, wrong); };
+    const auto which = [&](const CertifiedLength& l) { return same_ends(l, wrong); };
     if (const auto without = sensible_without(cell, touches, options, which))
       return without_length(wrong, *without);
     break;
@@ -461,7 +465,30 @@ std::string wrong_length(const Cell& cell, const std::vector<Touch>& touches,
           "stood when they were measured?",
           own, end);
   }
+  if (sensible_without(cell, touches, options, [](const CertifiedLength&) { return true; }))
+    return "without any certified length everything makes sense; more than one of them is wrong, "
+           "or several targets stand elsewhere than when they were measured";
   return {};
+}
+
+/// Of a move that was confirmed while certified lengths held the targets: wrong ones pull targets
+/// about, too, and a target that moved contradicts right ones. It moved if it does without them.
+void tell_from_lengths(const Cell& cell, const std::vector<Touch>& touches,
+                       const IdentifyOptions& options, Calibration& calibration) {
+  if (calibration.lengths.empty()) return;
+  auto& reasons = calibration.verdict.reasons;
+  const Cell changed = silenced(cell, [](const CertifiedLength&) { return true; });
+  Calibration without = identify_as_stated(changed, touches, options);
+  confirm_moves(changed, touches, options, without);
+  if (!without.moved.empty()) {
+    calibration.lengths.clear();  // from where it stood or from where it stands, nobody knows
+    std::erase_if(reasons, [](const std::string& r) { return r.starts_with("certified length:"); });
+    return;
+  }
+  const std::string moved = "moved target: ";
+  if (reasons.front().starts_with(moved))
+    reasons.front() = "moved target, or wrong certified lengths (without them nothing moved): " +
+                      reasons.front().substr(moved.size()) + ", or mend the lengths";
 }
 
 }  // namespace
@@ -498,6 +525,7 @@ Calibration identify(const Cell& cell, const std::vector<Touch>& touches,
       confirm_moves(cell, touches, options, calibration);
     else
       calibration.moved.clear();
+    if (!calibration.moved.empty()) tell_from_lengths(cell, touches, options, calibration);
     // What looks like a move, and would have been let through without it, may be another mistake.
     if (!calibration.moved.empty() && causes.empty()) {
       causes = causes_of(cell, touches);

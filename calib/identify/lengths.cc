@@ -11,7 +11,7 @@ namespace cellcal::calib {
 namespace {
 
 /// J'J, its lower triangle.
-Eigen::MatrixXd lower_gram(const RowMajor& j) {
+Eigen::MatrixXd lower_gram(const Eigen::Ref<const RowMajor>& j) {
   const auto count = static_cast<std::size_t>(j.rows());
   std::vector<Eigen::MatrixXd> sums(parts_of(count), Eigen::MatrixXd::Zero(j.cols(), j.cols()));
   by_parts(count, [&](std::size_t part, std::size_t begin, std::size_t behind) {
@@ -27,17 +27,19 @@ Eigen::MatrixXd lower_gram(const RowMajor& j) {
 
 }  // namespace
 
-std::vector<LengthResult> lengths_by_others(const Problem& problem, const Estimate& e,
-                                            double inflation) {
+std::vector<LengthResult> lengths_by_others(const Problem& problem, const Estimate& e, double chi2,
+                                            double dof) {
   std::vector<LengthResult> results;
-  if (problem.lengths().empty()) return results;
-  // At the one level of the problem, not the mean of all: a lone length is held so hard that what
-  // levels differ by would pass for what the others say. And with wider tolerances: an arm that
-  // exceeds them is told so elsewhere, and makes no length wrong.
+  const auto& lengths = problem.lengths();
+  if (lengths.empty()) return results;
+  // At the fullest level, not the mean of all: a lone length is held so hard that what levels
+  // differ by would pass for what the others say. And with wider tolerances: an arm that exceeds
+  // them is told so elsewhere, and makes no length wrong.
   constexpr double kFlat = 1e-8, kHair = 1.0 + 1e-12, kWider = 2.0;
   const Linearisation& linear = e.posterior.linear;
-  Eigen::MatrixXd information = lower_gram(linear.jacobian);
-  Eigen::VectorXd gradient = linear.jacobian.transpose() * linear.residual;
+  const auto touched = linear.jacobian.topRows(linear.length_row);
+  Eigen::MatrixXd information = lower_gram(touched);
+  Eigen::VectorXd gradient = touched.transpose() * linear.residual.head(linear.length_row);
   for (int i = 0; i < problem.size(); ++i) {
     const Unknown& unknown = problem.unknowns()[i];
     const double weight = unknown.prior_weight / (i < problem.arm_size() ? kWider : 1.0);
@@ -45,26 +47,38 @@ std::vector<LengthResult> lengths_by_others(const Problem& problem, const Estima
     gradient[i] += prior * (e.u[i] - unknown.prior_mean_u);
     information(i, i) = kHair * (information(i, i) + prior);
   }
-  const Eigen::LLT<Eigen::MatrixXd> factor(information);
-  if (factor.info() != Eigen::Success) return results;
-  const Eigen::VectorXd step = -factor.solve(gradient);
-  int row = linear.length_row;
-  for (const Problem::Length& length : problem.lengths()) {
-    const Eigen::VectorXd by = linear.jacobian.row(row).transpose();
-    // Whitened: found less certified, in sigmas.
-    const double residual = linear.residual[row++] + by.dot(step);
-    // With all rows the length has the variance h; without its own, s (Sherman and Morrison).
-    const double h = by.dot(factor.solve(by));
-    constexpr double kLeast = 1e-9;  // nothing else tells of it: any length would do
-    if (!(1.0 - h > kLeast)) continue;
-    const double s = h / (1.0 - h);
+  const auto row = [&](std::size_t k) { return linear.length_row + static_cast<Eigen::Index>(k); };
+  const auto same_ends = [&](std::size_t a, std::size_t b) {
+    return std::minmax(lengths[a].block_a, lengths[a].block_b) ==
+           std::minmax(lengths[b].block_a, lengths[b].block_b);
+  };
+  for (std::size_t k = 0; k < lengths.size(); ++k) {
+    // All but what is said of these two ends. Summed up anew: taken away again, a length that is
+    // certified to next to nothing would leave rounding only.
+    Eigen::MatrixXd others = information;
+    Eigen::VectorXd pull = gradient;
+    for (std::size_t l = 0; l < lengths.size(); ++l) {
+      if (same_ends(k, l)) continue;
+      const auto by = linear.jacobian.row(row(l));
+      others.selfadjointView<Eigen::Lower>().rankUpdate(by.transpose());
+      pull += linear.residual[row(l)] * by.transpose();
+    }
+    const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> factor(others);
+    if (factor.info() != Eigen::Success) continue;
+    const Eigen::VectorXd by = linear.jacobian.row(row(k)).transpose();
+    const Eigen::VectorXd reached = factor.solve(by);
+    const double sigma_m = lengths[k].sigma_m, variance = by.dot(reached);  // in its own sigma^2
+    const double off = linear.residual[row(k)] - reached.dot(pull);         // in its own sigma
+    // Scatter beyond what is stated widens, but not the scatter that this length itself makes.
+    const double squared = off * off / (1.0 + variance);
+    const double inflation = std::max(1.0, (chi2 - squared) / std::max(1.0, dof - 1.0));
     LengthResult result;
-    result.from = problem.cell().targets[problem.blocks()[length.block_a].target].id;
-    result.to = problem.cell().targets[problem.blocks()[length.block_b].target].id;
-    result.certified_m = length.length_m;
-    result.certified_sigma_m = length.sigma_m;
-    result.by_others_m = length.length_m + residual * (1.0 + s) * length.sigma_m;
-    result.sigma_m = std::sqrt(inflation * s) * length.sigma_m;
+    result.from = problem.cell().targets[problem.blocks()[lengths[k].block_a].target].id;
+    result.to = problem.cell().targets[problem.blocks()[lengths[k].block_b].target].id;
+    result.certified_m = lengths[k].length_m;
+    result.certified_sigma_m = sigma_m;
+    result.by_others_m = lengths[k].length_m + off * sigma_m;
+    result.sigma_m = std::sqrt(inflation * variance) * sigma_m;
     results.push_back(std::move(result));
   }
   return results;

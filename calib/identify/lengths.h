@@ -11,16 +11,15 @@
 
 namespace cellcal::calib {
 
-/// Of all lengths whose both ends were touched, in the order of the cell file. From the
-/// linearisation, without solving anew. `inflation`: of variances, where touches scatter more than
-/// stated.
+/// Of all lengths whose both ends were touched, in the order of the cell file; lengths between the
+/// same two ends are left out together. From the linearisation. `chi2`, `dof`: of the touches;
+/// where they scatter more than stated the others say less.
 std::vector<LengthResult> lengths_by_others(const Problem& problem, const Estimate& estimate,
-                                            double inflation);
+                                            double chi2, double dof);
 
 /// By how many sigmas of both the others contradict a length.
 double contradiction(const LengthResult& length);
-/// Further than chance and what the model lacks: over arms with gears of every form in
-/// tests/experiments none of some thousand lengths was contradicted by more than 3 sigmas.
+/// By more than five sigmas: further than chance and what the model lacks.
 bool is_contradicted(const LengthResult& length);
 /// The most contradicted one; null where none is.
 const LengthResult* worst_contradicted(const std::vector<LengthResult>& lengths);

@@ -162,6 +162,22 @@ TEST(Diagnosis, ATargetThatStandsElsewhereThanWhenItsLengthsWereMeasuredIsNamed)
   expect_told(cell, touches(), "without the 3 certified lengths of S2 everything makes sense");
 }
 
+TEST(Diagnosis, TwoWrongLengthsAreNotTakenForATargetThatMoved) {
+  for (const auto& [a, b] : {std::pair{0u, 5u}, std::pair{0u, 3u}}) {
+    SCOPED_TRACE(b);
+    Cell cell = demo_cell();
+    cell.lengths[a].length_m += 0.5e-3;
+    cell.lengths[b].length_m += 0.5e-3;
+    const std::string all = told(cell, touches());
+    EXPECT_EQ(all.find("moved target:"), std::string::npos) << all;
+    EXPECT_EQ(all.find("seems to have moved"), std::string::npos) << all;
+    EXPECT_TRUE(all.find("certified length: ") != std::string::npos ||
+                all.find("or wrong certified lengths (without them nothing moved)") !=
+                    std::string::npos)
+        << all;
+  }
+}
+
 TEST(Diagnosis, TwoCertifiedLengthsThatWereExchangedAreNamed) {
   Cell cell = demo_cell();
   std::swap(cell.lengths[0].length_m, cell.lengths[4].length_m);

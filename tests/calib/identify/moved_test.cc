@@ -79,6 +79,8 @@ TEST(MovedTarget, OfHalfAMillimetreIsNamedThoughSomeOfItsTouchesAreLeftOut) {
     ASSERT_EQ(c.moved.size(), 1u) << reasons_of(c);
     EXPECT_EQ(c.moved[0].target, demo_cell().targets[target].id);
     EXPECT_NEAR(c.moved[0].shift_m.norm(), 0.49e-3, 0.08e-3);
+    for (const char* lengths : {"certified length:", "wrong certified"})  // they are right
+      EXPECT_EQ(reasons_of(c).find(lengths), std::string::npos) << reasons_of(c);
   }
 }
 

@@ -109,7 +109,7 @@ TEST(Verdict, NamesACertifiedLengthThatTheTouchesContradict) {
 }
 
 TEST(Verdict, LengthsThatAreRightAreNotContradicted) {
-  double most = 0.0;
+  double most = 0.0, squares = 0.0;
   int lengths = 0;
   for (unsigned seed = 1; seed <= 30; ++seed) {
     sim::TruthOptions truth;
@@ -119,12 +119,54 @@ TEST(Verdict, LengthsThatAreRightAreNotContradicted) {
         make_touches(demo_cell(), sim::draw_truth(demo_cell(), truth), {.fit = 80, .seed = seed});
     for (const LengthResult& length : identify(demo_cell(), made.touches).lengths) {
       most = std::max(most, contradiction(length));
+      squares += std::pow(contradiction(length), 2);
       ++lengths;
     }
   }
   EXPECT_EQ(lengths, 180);
   EXPECT_LT(most, 4.0);
-  EXPECT_GT(most, 1.5) << "sigmas that are too large would hide what is wrong";
+  EXPECT_LT(std::sqrt(squares / lengths), 1.1);
+  EXPECT_GT(std::sqrt(squares / lengths), 0.5) << "sigmas that are too large hide what is wrong";
+}
+
+TEST(Verdict, ALengthDoesNotConfirmItself) {
+  // Twice, the second time from the other end; among all, and these two alone.
+  for (const bool alone : {false, true}) {
+    SCOPED_TRACE(alone);
+    Cell cell = demo_cell();
+    const auto touches = touches_of(cell, 100, 2);
+    if (alone) cell.lengths.resize(1);
+    CertifiedLength& first = cell.lengths.front();
+    first.length_m += alone ? 0.02 : 0.5e-3;
+    CertifiedLength again = first;
+    std::swap(again.from, again.to);
+    cell.lengths.push_back(again);
+    const Calibration c = identify(cell, touches);
+    EXPECT_FALSE(c.verdict.publish);
+    EXPECT_NE(words_of(c).find("without the certified length of S"), std::string::npos)
+        << words_of(c);
+  }
+}
+
+TEST(Verdict, ALengthIsNotBelievedForBeingCertifiedToNothing) {
+  Cell cell = demo_cell();
+  const auto touches = touches_of(cell, 100, 2);
+  cell.lengths.resize(1);
+  cell.lengths[0].length_m += 0.02;
+  cell.lengths[0].sigma_m = 1e-9;
+  const Calibration c = identify(cell, touches);
+  ASSERT_EQ(c.lengths.size(), 1u);
+  EXPECT_FALSE(c.verdict.publish) << words_of(c);
+}
+
+TEST(Verdict, AWrongLengthDoesNotHideInTheScatterThatItMakes) {
+  Cell cell = demo_cell();
+  const auto touches = touches_of(cell, 48, 2);
+  ASSERT_TRUE(identify(cell, touches).verdict.publish);
+  cell.lengths[0].length_m += 1e-3;
+  const Calibration c = identify(cell, touches);
+  EXPECT_FALSE(c.verdict.publish);
+  EXPECT_NE(words_of(c).find("certified length: by all else "), std::string::npos) << words_of(c);
 }
 
 TEST(Verdict, ClaimsTheWorkspaceOnlyOfLengthsThatAreCertain) {
