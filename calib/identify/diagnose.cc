@@ -479,6 +479,8 @@ void tell_from_lengths(const Cell& cell, const std::vector<Touch>& touches,
   auto& reasons = calibration.verdict.reasons;
   const Cell changed = silenced(cell, [](const CertifiedLength&) { return true; });
   Calibration without = identify_as_stated(changed, touches, options);
+  without.moved = calibration.moved;
+  for (MovedTarget& target : without.moved) target.many_left_out = true;  // other ones may be, here
   confirm_moves(changed, touches, options, without);
   if (!without.moved.empty()) {
     calibration.lengths.clear();  // from where it stood or from where it stands, nobody knows
