@@ -478,14 +478,19 @@ void tell_from_lengths(const Cell& cell, const std::vector<Touch>& touches,
   if (calibration.lengths.empty()) return;
   auto& reasons = calibration.verdict.reasons;
   const Cell changed = silenced(cell, [](const CertifiedLength&) { return true; });
-  Calibration without = identify_as_stated(changed, touches, options);
-  without.moved = calibration.moved;
-  for (MovedTarget& target : without.moved) target.many_left_out = true;  // other ones may be, here
-  confirm_moves(changed, touches, options, without);
-  if (!without.moved.empty()) {
-    calibration.lengths.clear();  // from where it stood or from where it stands, nobody knows
-    std::erase_if(reasons, [](const std::string& r) { return r.starts_with("certified length:"); });
-    return;
+  try {
+    Calibration without = identify_as_stated(changed, touches, options);
+    without.moved = calibration.moved;
+    for (MovedTarget& target : without.moved)
+      target.many_left_out = true;  // other touches may be, here
+    confirm_moves(changed, touches, options, without);
+    if (!without.moved.empty()) {
+      calibration.lengths.clear();  // from where it stood or from where it stands, nobody knows
+      std::erase_if(reasons,
+                    [](const std::string& r) { return r.starts_with("certified length:"); });
+      return;
+    }
+  } catch (const IdentifyError&) {  // the touches alone determine nothing
   }
   const std::string moved = "moved target: ";
   if (reasons.front().starts_with(moved))
