@@ -390,14 +390,9 @@ class Search {
              const std::function<std::string(const Calibration&)>& words,
              const std::optional<MovedTarget>& moved = {}) {
     const Trial trial = attempt(cell, touches);
-    if (trial.found) consider(trial, words(*trial.found), moved);
-  }
-
-  void consider(const Trial& trial, std::string words,
-                const std::optional<MovedTarget>& moved = {}) {
     if (trial.makes_sense() && trial.excess() < kExplained * stated_.excess() &&
         trial.sum < stated_.sum - kWorthNaming)
-      causes_.push_back({trial.misfit(), std::move(words), moved});
+      causes_.push_back({trial.misfit(), words(*trial.found), moved});
   }
 
   const Cell& cell_;
@@ -490,7 +485,8 @@ void tell_from_lengths(const Cell& cell, const std::vector<Touch>& touches,
                     [](const std::string& r) { return r.starts_with("certified length:"); });
       return;
     }
-  } catch (const IdentifyError&) {  // the touches alone determine nothing
+  } catch (const IdentifyError&) {
+    return;  // the touches alone determine nothing, and so do not speak against it
   }
   const std::string moved = "moved target: ";
   if (reasons.front().starts_with(moved))
