@@ -24,6 +24,11 @@ namespace ob = ompl::base;
 namespace og = ompl::geometric;
 using Values = ob::RealVectorStateSpace::StateType;
 
+// What Eigen allocates here OMPL frees, and the other way round.
+static_assert(EIGEN_MALLOC_ALREADY_ALIGNED == 1,
+              "Eigen would align memory otherwise than the OMPL of the distribution was built with; "
+              "build without -march and -mavx");
+
 /// Longest step of a tree in joint space: a sixth of a turn of one joint.
 constexpr double kStepRad = 1.0;
 constexpr double kLeastRangeRad = 1e-9;  // of a joint that is held: OMPL wants some
