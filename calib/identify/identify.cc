@@ -187,7 +187,7 @@ Calibration identify_as_stated(const Cell& cell, const std::vector<Touch>& touch
     outlier[i] = touches[i].set == TouchSet::kFit && !e.use[i];
   fill_residuals(problem, problem.to_si(e.u), outlier, calibration);
   calibration.lengths = lengths_by_others(problem, e, sum, dof);
-  calibration.outliers = named_outliers(problem, e, calibration.residuals);
+  calibration.outliers = named_outliers(problem, e, calibration);
   calibration.moved = suspected_moves(problem, e, calibration.chi2_per_dof);
   calibration.verdict = judge(problem, calibration);
   return calibration;

@@ -36,11 +36,43 @@ std::vector<double> leverages(const Problem& problem, const Estimate& e,
 
 }  // namespace
 
+std::optional<std::string> lies_on(const Problem& problem, const Calibration& calibration,
+                                   const TouchResidual& residual) {
+  constexpr double kOffItsOwnM = 10e-3;
+  constexpr double kOnAnotherM = 1e-3;
+  if (std::abs(residual.after_m) < kOffItsOwnM) return std::nullopt;
+  Eigen::VectorXd x(problem.arm_size());
+  for (int i = 0; i < problem.arm_size(); ++i) {
+    const ParameterResult& p = calibration.parameters[static_cast<std::size_t>(i)];
+    x[i] = p.nominal + p.correction;
+  }
+  const Eigen::Vector3d tip_m =
+      problem.arm().position(problem.pose(residual.touch), x.data());
+  for (const TargetResult& target : calibration.targets) {
+    if (target.id == problem.touches()[residual.touch].target) continue;
+    double off_m = 0.0;
+    switch (target.kind) {
+      case TargetKind::kSphere:
+      case TargetKind::kPoint:
+        off_m = (tip_m - target.centre_m).norm() - target.effective_radius_m;
+        break;
+      case TargetKind::kPlane:
+        off_m = (tip_m - target.centre_m).dot(target.normal) - target.effective_radius_m;
+        break;
+      case TargetKind::kWire:
+      case TargetKind::kTracker:
+        continue;  // what was read there is not known
+    }
+    if (std::abs(off_m) < kOnAnotherM) return target.id;
+  }
+  return std::nullopt;
+}
+
 std::vector<Outlier> named_outliers(const Problem& problem, const Estimate& estimate,
-                                    const std::vector<TouchResidual>& residuals) {
-  const std::vector<double> leverage = leverages(problem, estimate, residuals);
+                                    const Calibration& calibration) {
+  const std::vector<double> leverage = leverages(problem, estimate, calibration.residuals);
   std::vector<Outlier> outliers;
-  for (const TouchResidual& r : residuals) {
+  for (const TouchResidual& r : calibration.residuals) {
     if (!r.outlier) continue;
     Outlier outlier{
         r.touch, r.after_m,
@@ -50,7 +82,9 @@ std::vector<Outlier> named_outliers(const Problem& problem, const Estimate& esti
                     : r.after_m > 0            ? " (tip outside: contact seen before the surface)"
                                                : " (tip inside: contact seen too late)"),
         leverage[r.touch]};
-    if (outlier.leverage > kHoldsItself)
+    if (const auto other = lies_on(problem, calibration, r))
+      outlier.reason += fmt::format("; it lies on {}: correct its target", *other);
+    else if (outlier.leverage > kHoldsItself)
       outlier.reason += fmt::format(
           "; it would have held its own place at {:.0f} %: hardly anything else tells about it, "
           "touch there again",

@@ -2,6 +2,8 @@
 // The fit touches that were left out, each named with how far it is off, to which side, and how
 // much else tells about it.
 
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "calib/identify/calibration.h"
@@ -10,9 +12,14 @@
 
 namespace cellcal::calib {
 
-/// In order of the touches. `residuals`: under the estimate, those left out marked
-/// (Calibration::residuals).
+/// The target on whose surface a touch lies instead, where it is centimetres off its own; then it
+/// carries the wrong name. Spheres, planes and points are looked at.
+std::optional<std::string> lies_on(const Problem& problem, const Calibration& calibration,
+                                   const TouchResidual& residual);
+
+/// In order of the touches. `calibration`: its residuals, under the estimate and with those left out
+/// marked, and its targets.
 std::vector<Outlier> named_outliers(const Problem& problem, const Estimate& estimate,
-                                    const std::vector<TouchResidual>& residuals);
+                                    const Calibration& calibration);
 
 }  // namespace cellcal::calib

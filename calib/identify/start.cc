@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
+#include <utility>
 
 namespace cellcal::calib {
 
@@ -96,6 +98,23 @@ class CentreCost {
 };
 
 }  // namespace
+
+std::vector<std::size_t> of_one_target(std::size_t count, const Together& together) {
+  constexpr std::size_t kAsked = 64;  // of many touches, so that time stays linear in them
+  const std::size_t every = std::max<std::size_t>(1, count / kAsked);
+  std::vector<std::size_t> most;
+  for (std::size_t one = 0; one < count && most.size() < count; one += every) {
+    std::vector<std::size_t> its;
+    for (std::size_t i = 0; i < count; ++i)
+      if (i == one || together(one, i)) its.push_back(i);
+    if (its.size() > most.size()) most = std::move(its);
+  }
+  if (2 * most.size() <= count) {
+    most.resize(count);
+    std::iota(most.begin(), most.end(), std::size_t{0});
+  }
+  return most;
+}
 
 SphereFit fit_centre(const std::vector<Eigen::Vector3d>& points_m,
                      const std::vector<double>& radius_m, const CentreHints& hints,

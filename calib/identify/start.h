@@ -3,6 +3,8 @@
 // sphere against which the nominal model is judged.
 
 #include <Eigen/Geometry>
+#include <cstddef>
+#include <functional>
 #include <vector>
 
 namespace cellcal::calib {
@@ -19,6 +21,14 @@ struct CentreHints {
   /// To the side that the tool comes from: the centre lies on the other. 0: unknown.
   Eigen::Vector3d outwards = Eigen::Vector3d::Zero();
 };
+
+/// Whether two touches can be of the same target.
+using Together = std::function<bool(std::size_t, std::size_t)>;
+
+/// Of `count` touches those that can be of the same target as one of them, which has the most of
+/// the kind: touches that carry another target's name lie apart and would draw the start away. All,
+/// where no more than half lie together: then it is not a few labels that are wrong.
+std::vector<std::size_t> of_one_target(std::size_t count, const Together& together);
 
 /// What a nominal arm is wrong by, and points with it.
 inline constexpr double kNominalOffM = 2e-3;

@@ -78,6 +78,34 @@ Seen see(const Cell& cell, const ArmModel& arm, const Target& target,
   return seen;
 }
 
+template <typename T>
+std::vector<T> at(const std::vector<T>& all, const std::vector<std::size_t>& which) {
+  std::vector<T> some;
+  for (const std::size_t i : which) some.push_back(all[i]);
+  return some;
+}
+
+/// Without those that lie too far from the others, by what the target allows and a nominal arm is
+/// wrong by at worst. Of a plane that tells nothing.
+Seen without_strays(const Target& target, const Seen& seen) {
+  constexpr double kNominalApartM = 30e-3;
+  if (target.kind == TargetKind::kPlane) return seen;
+  const auto which = of_one_target(seen.tips_m.size(), [&](std::size_t a, std::size_t b) {
+    const double apart = (seen.tips_m[a] - seen.tips_m[b]).norm();
+    double least = 0.0, most = 0.0;
+    if (target.kind == TargetKind::kTracker) {
+      least = most = (seen.readings_m[a] - seen.readings_m[b]).norm();
+    } else if (target.kind != TargetKind::kPoint) {
+      most = seen.radii_m[a] + seen.radii_m[b];
+      if (target.kind == TargetKind::kWire) least = std::abs(seen.radii_m[a] - seen.radii_m[b]);
+    }
+    // What is no number is refused by those who read it.
+    return !(apart < least - kNominalApartM) && !(apart > most + kNominalApartM);
+  });
+  return {at(seen.tips_m, which), at(seen.readings_m, which), at(seen.tool, which),
+          at(seen.radii_m, which)};
+}
+
 /// The normal's sign with which the tool stands on the plane's outer side.
 double side_of(const Cell& cell, const Target& target, const Seen& seen, const Vector3d& normal) {
   double least = 1.0, most = -1.0;
@@ -207,7 +235,7 @@ std::vector<TargetPlace> starting_places(const Cell& cell, const ArmModel& arm,
   std::vector<TargetPlace> places(cell.targets.size());
   for (std::size_t t = 0; t < cell.targets.size(); ++t) {
     const Target& target = cell.targets[t];
-    const Seen seen = see(cell, arm, target, touches);
+    const Seen seen = without_strays(target, see(cell, arm, target, touches));
     if (seen.tips_m.empty()) continue;
     if (target.kind == TargetKind::kPlane) {
       places[t] = place_plane(cell, target, seen);

@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "calib/identify/lengths.h"
+#include "calib/identify/outliers.h"
 #include "calib/identify/solve.h"
 
 namespace cellcal::calib {
@@ -269,11 +270,18 @@ Verdict judge(const Problem& problem, const Calibration& c) {
           "robot file, and is the arm mastered? If both are so, state a larger tolerance",
           found.name, found.correction * found.to_unit, found.unit, tolerances));
   }
-  if (const double ratio = check_against_prediction(problem, c); ratio > kCheckRatio)
+  if (const double ratio = check_against_prediction(problem, c); ratio > kCheckRatio) {
     blocking.push_back(
         fmt::format("check touches: held-out touches leave {:.3f} mm rms, {:.1f} times what the "
                     "calibration predicts for them",
                     c.check.rms_m * 1e3, ratio));
+    for (const TouchResidual& r : c.residuals) {
+      if (problem.touches()[r.touch].set != TouchSet::kCheck) continue;
+      if (const auto other = lies_on(problem, c, r))
+        blocking.back() += fmt::format("; touch {} of {} lies on {}: correct its target",
+                                       r.touch + 1, problem.touches()[r.touch].target, *other);
+    }
+  }
 
   verdict.publish = blocking.empty();
   const bool lengths_hold = lengths_hold_scale(problem);

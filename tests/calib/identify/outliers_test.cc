@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 #include <set>
 
@@ -73,6 +74,52 @@ TEST(Outliers, AreNamedWithTheirSizeAndTheirSide) {
     EXPECT_NE(outlier.reason.find(outlier.residual_m > 0 ? "outside" : "inside"), std::string::npos)
         << outlier.reason;
   }
+}
+
+/// Touches `every`th that are of other targets than the first carry its name.
+std::vector<std::size_t> mislabel(std::vector<Touch>& touches, TouchSet set, std::size_t every,
+                                  int most) {
+  std::vector<std::size_t> wrong;
+  for (std::size_t i = 0; i < touches.size() && static_cast<int>(wrong.size()) < most; i += every) {
+    if (touches[i].set != set || touches[i].target == demo_cell().targets.front().id) continue;
+    touches[i].target = demo_cell().targets.front().id;
+    wrong.push_back(i);
+  }
+  return wrong;
+}
+
+TEST(Outliers, WithAnothersNameAreToldWhereTheyLieAndHarmNothing) {
+  for (unsigned seed = 1; seed <= 6; ++seed) {
+    const sim::Truth truth = plain_truth(demo_cell(), seed);
+    auto made = make_touches(demo_cell(), truth, {.fit = 100, .seed = seed});
+    const std::vector<Touch> right = made.touches;
+    const auto wrong = mislabel(made.touches, TouchSet::kFit, 7, 5);
+    ASSERT_EQ(wrong.size(), 5u);
+    Cell cell = demo_cell();  // nobody says where the targets stand
+    for (Target& target : cell.targets) target.has_centre = false;
+    const Calibration result = identify(cell, made.touches);
+    EXPECT_TRUE(result.verdict.publish) << seed << ": " << result.verdict.reasons.front();
+    for (const std::size_t i : wrong) {
+      const auto named = std::find_if(result.outliers.begin(), result.outliers.end(),
+                                      [&](const Outlier& o) { return o.touch == i; });
+      ASSERT_NE(named, result.outliers.end()) << seed << ": touch " << i;
+      EXPECT_NE(named->reason.find("it lies on " + right[i].target), std::string::npos)
+          << named->reason;
+    }
+  }
+}
+
+TEST(Outliers, AmongTheCheckTouchesWithAnothersNameAreToldWhereTheyLie) {
+  const sim::Truth truth = plain_truth(demo_cell(), 1);
+  auto made = make_touches(demo_cell(), truth, {.fit = 100, .check = 20, .seed = 1});
+  const std::vector<Touch> right = made.touches;
+  const auto wrong = mislabel(made.touches, TouchSet::kCheck, 1, 1);
+  ASSERT_EQ(wrong.size(), 1u);
+  const Calibration result = identify(demo_cell(), made.touches);
+  EXPECT_FALSE(result.verdict.publish);
+  EXPECT_NE(result.verdict.reasons.front().find("lies on " + right[wrong[0]].target),
+            std::string::npos)
+      << result.verdict.reasons.front();
 }
 
 TEST(Outliers, AreLeftOutOfTheResidualsAndMarked) {
