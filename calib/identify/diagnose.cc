@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "calib/files/error.h"
+#include "calib/identify/dimensions.h"
 #include "calib/identify/identify.h"
 #include "calib/identify/lengths.h"
 #include "calib/identify/level.h"
@@ -33,10 +34,12 @@ constexpr double kWorthNaming = 25.0;
 constexpr double kMostSigmas = 5.0;
 /// A cause has to explain all but this part of the misfit.
 constexpr double kExplained = 0.5;
-constexpr std::size_t kNamed = 2;
+constexpr std::size_t kNamed = 3;
 constexpr std::size_t kMostPairs = 28;
 /// A mistake of set-up shows in so many touches; more would only take longer.
 constexpr std::size_t kMostTouches = 1000;
+/// So much nearer to the touches than stated another dimension has to bring the nominal arm.
+constexpr double kNearer = 1.0 / 3.0;
 constexpr double kAnyToolM = 0.3, kAnyRadiusM = 0.01;
 
 /// What the best arm leaves unexplained: squared sigmas, of touches and of what the files state;
@@ -144,6 +147,7 @@ class Search {
       : cell_(cell), stride_(touches.size() / kMostTouches + 1) {
     for (std::size_t i = 0; i < touches.size(); i += stride_) touches_.push_back(touches[i]);
     stated_ = attempt(cell, touches_);
+    nominal_off_m_ = nominal_off_m(cell, touches_);
   }
 
   bool needed() const { return !stated_.makes_sense(); }
@@ -255,18 +259,80 @@ class Search {
       });
     }
     Cell changed = cell_;
+    if (!(bring_tool_nearest(changed, touches_) < kNearer * nominal_off_m_)) changed = cell_;
     changed.tool.tcp_sigma_m.setConstant(kAnyToolM);
+    const Eigen::Vector3d brought =
+        changed.tool.tcp.translation() - cell_.tool.tcp.translation();
     weigh(changed, touches_, [&](const Calibration& c) {
-      Eigen::Vector3d off = Eigen::Vector3d::Zero();
+      Eigen::Vector3d off = brought * kMmPerM;
       for (const ParameterResult& p : c.parameters)
         for (int axis = 0; axis < 3; ++axis)
-          if (p.name == std::string("tool.") + "xyz"[axis]) off[axis] = p.correction * kMmPerM;
+          if (p.name == std::string("tool.") + "xyz"[axis]) off[axis] += p.correction * kMmPerM;
       return fmt::format(
           "with the tool's tip moved by about ({:.1f}, {:.1f}, {:.1f}) mm on the flange the "
           "touches make sense; is it the tool of the cell file{}?",
           off.x(), off.y(), off.z(),
           is_turn(off / kMmPerM) ? ", and has the last axis its mastering" : "");
     });
+  }
+
+  /// A length that is not what the robot file says, by centimetres.
+  void dimensions() {
+    constexpr double kAnyLengthM = 0.05;
+    constexpr std::size_t kMost = 4;
+    struct Found {
+      Dimension dimension;
+      Nearest nearest;
+    };
+    std::vector<Found> found;
+    for (const Dimension& dimension : dimensions_of(cell_.robot))
+      found.push_back({dimension, nearest(cell_, touches_, dimension)});
+    std::stable_sort(found.begin(), found.end(), [](const Found& a, const Found& b) {
+      return a.nearest.off_m < b.nearest.off_m;
+    });
+    for (std::size_t k = 0; k < std::min(kMost, found.size()); ++k) {
+      const auto& [dimension, nearest] = found[k];
+      if (!(nearest.off_m < kNearer * nominal_off_m_)) return;
+      const Joint& joint = cell_.robot.joints[dimension.joint];
+      const bool is_d = dimension.of == Dimension::Of::kD;
+      const auto off_m = [&](const Calibration& c) {
+        for (const ParameterResult& p : c.parameters)
+          if (p.name == joint.name + (is_d ? ".d" : ".a")) return p.correction;
+        return 0.0;
+      };
+      Cell changed = cell_;
+      double& value = dimension.in(changed);
+      value += nearest.add_m;
+      Cell loose = changed;
+      loose.robot.joints[dimension.joint].tolerance_length_m = kAnyLengthM;
+      const Trial trial = attempt(loose, touches_);
+      if (!trial.found) continue;
+      value += off_m(*trial.found);
+      const double about_m = value;
+      Cell stated = cell_;
+      weigh(changed, touches_, [&](const Calibration& c) {
+        return fmt::format(
+            "with {}_mm of {} {:.1f} instead of {:.1f} the touches make sense; check it in the "
+            "robot file{}",
+            is_d ? 'd' : 'a', joint.name, (about_m + off_m(c)) * kMmPerM,
+            dimension.in(stated) * kMmPerM,
+            dimension.joint + 1 == cell_.robot.joints.size() ? ", and the tool's length" : "");
+      });
+    }
+  }
+
+  void other_robot() {
+    constexpr std::size_t kMost = 3;
+    const std::vector<OtherArm> arms = other_arms(cell_, touches_);
+    for (std::size_t k = 0; k < std::min(kMost, arms.size()); ++k) {
+      if (!(arms[k].off_m < kNearer * nominal_off_m_)) return;
+      weigh(arms[k].cell, touches_, [&](const Calibration&) {
+        return fmt::format(
+            "with the robot file {} ({}) the touches make sense, and not with that of {}; which "
+            "arm is it?",
+            arms[k].file, arms[k].cell.robot.name, cell_.robot.name);
+      });
+    }
   }
 
   void radius() {
@@ -370,7 +436,7 @@ class Search {
                      [](const Cause& a, const Cause& b) { return a.misfit < b.misfit; });
     std::vector<Cause> named;
     for (const Cause& cause : causes_)
-      // A second one is worth naming where it explains the touches about as well.
+      // Another one is worth naming where it explains the touches about as well.
       if (named.size() < kNamed && cause.misfit < 1.2 * causes_.front().misfit)
         named.push_back(cause);
     return named;
@@ -399,6 +465,7 @@ class Search {
   std::size_t stride_;
   std::vector<Touch> touches_;  ///< every stride-th
   Trial stated_;
+  double nominal_off_m_ = 0.0;
   std::vector<Cause> causes_;
 };
 
@@ -411,6 +478,8 @@ std::vector<Cause> causes_of(const Cell& cell, const std::vector<Touch>& touches
   search.exchanged();
   search.swapped();
   search.tool();
+  search.dimensions();
+  search.other_robot();
   search.radius();
   search.lengths();
   search.moved();
@@ -541,7 +610,8 @@ Calibration identify(const Cell& cell, const std::vector<Touch>& touches,
   } catch (const IdentifyError& error) {
     const auto causes = likely_causes(cell, touches);
     if (causes.empty()) throw;
-    throw IdentifyError(std::string(error.what()) + "; likely cause: " + causes.front());
+    throw IdentifyError(
+        fmt::format("{}; likely cause: {}", error.what(), fmt::join(causes, "; or ")));
   }
 }
 

@@ -14,8 +14,9 @@ namespace cellcal::calib {
 /// Likely causes, likeliest first; empty where none of the usual mistakes explains the touches, or
 /// nothing needs to be explained. Tries: angles in radians, an axis that turns the other way or has
 /// lost its mastering, two axes' columns exchanged, two targets' ids swapped, another tool or one in
-/// metres, another diameter or tip, a certified length that is wrong or another's, a target that
-/// moved on the way. Takes some hundred identifications at worst.
+/// metres, one length of the robot file, the file of another of the shipped robots, another diameter
+/// or tip, a certified length that is wrong or another's, a target that moved on the way. Takes some
+/// hundred identifications at worst.
 std::vector<std::string> likely_causes(const Cell& cell, const std::vector<Touch>& touches);
 
 }  // namespace cellcal::calib

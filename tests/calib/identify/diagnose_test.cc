@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "calib/files/error.h"
+#include "calib/files/files.h"
 #include "calib/identify/identify.h"
 #include "tests/calib/identify/simulate.h"
 
@@ -113,6 +114,28 @@ TEST(Diagnosis, AnotherToolIsNamedWithHowFarItsTipIsOff) {
   Cell cell = demo_cell();
   cell.tool.tcp.translation() += Eigen::Vector3d(0.012, -0.008, 0.020);
   expect_told(cell, touches(), "with the tool's tip moved by about");
+}
+
+TEST(Diagnosis, ALengthOfTheRobotFileThatIsWrongByCentimetresIsNamedWithWhatItShouldBe) {
+  const auto told_mm = [](const Cell& cell, const std::string& before) {
+    const std::string all = told(cell, touches());
+    const std::size_t at = all.find(before);
+    EXPECT_NE(at, std::string::npos) << all;
+    return at == std::string::npos ? 0.0 : std::stod(all.substr(at + before.size()));
+  };
+  // 35 mm more behind the wrist puts the tips beyond the spheres' middles, whose far sides they fit.
+  Cell longer = demo_cell();
+  longer.robot.joints[5].d_m += 0.035;
+  EXPECT_NEAR(told_mm(longer, "with d_mm of A6 "), demo_cell().robot.joints[5].d_m * 1e3, 3.0);
+  Cell wider = demo_cell();
+  wider.robot.joints[1].a_m += 0.1;
+  EXPECT_NEAR(told_mm(wider, "with a_mm of A2 "), demo_cell().robot.joints[1].a_m * 1e3, 3.0);
+}
+
+TEST(Diagnosis, TheFileOfAnotherRobotIsNamedWithTheOneThatFits) {
+  Cell cell = demo_cell();
+  cell.robot = load_robot(robots_directories().front() / "kr16_r1610_2.toml");
+  expect_told(cell, touches(), "with the robot file kr5_");
 }
 
 TEST(Diagnosis, AnotherDiameterIsNamed) {
