@@ -113,8 +113,8 @@ Calibration identify_as_stated(const Cell& cell, const std::vector<Touch>& touch
     for (const double angle : touches[i].joint_rad)
       if (!std::isfinite(angle))
         throw IdentifyError(
-            fmt::format("touch {} of {} has a joint angle that is not a number; leave it out",
-                        i + 1, touches.size()));
+            fmt::format("{} of {} has a joint angle that is not a number; leave it out",
+                        touch_words(i, touches[i]), touches.size()));
 
   // The fullest level first: outliers are judged by a model that can explain all that an arm does,
   // and the evidence of every simpler level follows from its linearisation.

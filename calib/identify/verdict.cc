@@ -1,6 +1,7 @@
 #include "calib/identify/verdict.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
@@ -266,6 +267,29 @@ std::string unchecked_scale(const Calibration& c) {
       best.from, best.to, best.certified_m * 1e3, least_seen_error_m(best) * 1e3);
 }
 
+/// Targets of the cell file without a touch; empty where there are none.
+std::string untouched_targets(const Problem& problem) {
+  const auto& targets = problem.cell().targets;
+  std::vector<std::string> names;
+  for (std::size_t t = 0; t < targets.size(); ++t)
+    if (std::none_of(problem.blocks().begin(), problem.blocks().end(),
+                     [&](const TargetBlock& block) { return block.target == t; }))
+      names.push_back(targets[t].id);
+  if (names.empty()) return {};
+  const auto& lengths = problem.cell().lengths;
+  const auto idle =
+      std::count_if(lengths.begin(), lengths.end(), [&](const CertifiedLength& length) {
+        return std::any_of(names.begin(), names.end(), [&](const std::string& name) {
+          return name == length.from || name == length.to;
+        });
+      });
+  std::string words = fmt::format("not touched: {} of the cell file", fmt::join(names, ", "));
+  if (idle > 0)
+    words += fmt::format("; {} certified length{} there and hold{} nothing", idle,
+                         idle == 1 ? " ends" : "s end", idle == 1 ? "s" : "");
+  return words;
+}
+
 Verdict judge(const Problem& problem, const Calibration& c) {
   Verdict verdict;
   std::vector<std::string> blocking;
@@ -361,6 +385,8 @@ Verdict judge(const Problem& problem, const Calibration& c) {
         "the target's size holds the scale; the "
         "result claims nothing away from the targets. Touch a second sphere at a certified "
         "distance");
+  if (std::string words = untouched_targets(problem); !words.empty())
+    verdict.reasons.push_back(std::move(words));
   if (c.check.count == 0)
     verdict.reasons.push_back("no check touches: the residuals are of the fit itself");
   return verdict;

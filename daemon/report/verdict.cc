@@ -18,7 +18,7 @@ namespace {
 // is refused.
 constexpr std::string_view kScope = "scope: ";
 constexpr std::string_view kNotes[] = {
-    "no check touches: ", "since the last one: ", "unchecked scale: "};
+    "no check touches: ", "since the last one: ", "unchecked scale: ", "not touched: "};
 
 struct Reasons {
   std::string scope;  // without its opening

@@ -219,6 +219,18 @@ TEST(Verdict, ClaimsTheWorkspaceOnlyOfLengthsThatAreCertain) {
   EXPECT_NE(words_of(c).find("not certain enough"), std::string::npos) << words_of(c);
 }
 
+TEST(Verdict, NamesTargetsThatWereNotTouched) {
+  const Cell& cell = demo_cell();
+  auto touches = touches_of(cell, 120, 3);
+  EXPECT_EQ(words_of(identify(cell, touches)).find("not touched"), std::string::npos);
+  std::erase_if(touches, [](const Touch& touch) { return touch.target == "S4"; });
+  const Calibration c = identify(cell, touches);
+  EXPECT_TRUE(c.verdict.publish) << words_of(c);
+  EXPECT_NE(words_of(c).find("not touched: S4 of the cell file; 3 certified lengths end there"),
+            std::string::npos)
+      << words_of(c);
+}
+
 TEST(Verdict, NamesASignOfGravityThatIsWrong) {
   Cell cell = demo_cell();
   const sim::Truth truth = plain_truth(cell, 4);
