@@ -29,6 +29,25 @@ void split(std::string_view line, std::vector<std::string_view>& fields) {
   }
 }
 
+bool is_digits(std::string_view text) {
+  return !text.empty() && text.find_first_not_of("0123456789") == std::string_view::npos;
+}
+
+/// Why a row has not as many fields as there are columns.
+std::string guess_why(const std::vector<std::string_view>& fields, std::size_t columns) {
+  if (fields.size() < columns)
+    return "is the file cut off, or something other than commas between the fields?";
+  std::size_t fractions = 0;  // digits behind a whole number
+  for (std::size_t i = 1; i < fields.size(); ++i) {
+    std::string_view whole = fields[i - 1];
+    if (whole.starts_with('-') || whole.starts_with('+')) whole.remove_prefix(1);
+    if (is_digits(whole) && is_digits(fields[i])) ++fractions;
+  }
+  return fractions >= fields.size() - columns
+             ? "are there decimal commas, or a field too many? The decimal mark is '.'"
+             : "one field per column is needed";
+}
+
 }  // namespace
 
 CsvTable::CsvTable(std::string_view text, std::string name) : rest_(text), name_(std::move(name)) {
@@ -65,7 +84,11 @@ void CsvTable::refuse_unknown(const std::vector<std::string>& known) const {
     std::string list;
     for (const std::string& name : known) list += (list.empty() ? "" : ", ") + name;
     throw FileError(name_ + ":" + std::to_string(header_line_) + ": unknown column \"" +
-                    shown(column) + "\"; known here are: " + list);
+                    shown(column) + "\"; " +
+                    (column.find_first_of(";\t") != std::string::npos
+                         ? "fields are separated by commas, and the decimal mark is '.'; "
+                         : "") +
+                    "known here are: " + list);
   }
 }
 
@@ -97,7 +120,7 @@ bool CsvTable::next() {
   if (fields_.size() != columns_.size())
     throw FileError(name_ + ":" + std::to_string(line_) + ": " + std::to_string(fields_.size()) +
                     " fields, but the header has " + std::to_string(columns_.size()) +
-                    " columns; is the file cut off?");
+                    " columns; " + guess_why(fields_, columns_.size()));
   return true;
 }
 
@@ -113,9 +136,11 @@ double CsvTable::number(int column) const {
   return value;
 }
 
-void CsvTable::fail(int column, const std::string& what) const {
-  throw FileError(name_ + ":" + std::to_string(line_) + ": " +
-                  shown(columns_[static_cast<std::size_t>(column)]) + ": " + what);
+FileError CsvTable::error(int column, const std::string& what) const {
+  return FileError(name_ + ":" + std::to_string(line_) + ": " +
+                   shown(columns_[static_cast<std::size_t>(column)]) + ": " + what);
 }
+
+void CsvTable::fail(int column, const std::string& what) const { throw error(column, what); }
 
 }  // namespace cellcal::calib

@@ -29,6 +29,8 @@ class CsvTable {
   std::string_view text(int column) const { return fields_[static_cast<std::size_t>(column)]; }
   /// Finite number; whole field.
   double number(int column) const;
+  /// What is wrong with this row's column.
+  FileError error(int column, const std::string& what) const;
   [[noreturn]] void fail(int column, const std::string& what) const;
 
  private:

@@ -22,8 +22,8 @@ Robot load_robot(const std::filesystem::path& path);
 /// file, or the name of a shipped robot (see robots_directory()), and with its obstacles' meshes.
 Cell load_cell(const std::filesystem::path& path);
 
-/// Reads the STL files of mesh obstacles, which lie relative to `folder`. A cell that comes out of a
-/// calibration or a journal has none until then; only plans need them.
+/// Reads the STL files of mesh obstacles, which lie relative to `folder`. A cell that comes out of
+/// a calibration or a journal has none until then; only plans need them.
 void load_meshes(Cell& cell, const std::filesystem::path& folder);
 
 /// A cell file and the robot file that it names, found as load_cell finds it. Each is read once:
@@ -46,8 +46,14 @@ std::vector<Touch> load_touches(const std::filesystem::path& path, const Cell& c
 std::vector<Touch> parse_touches(std::string_view text, const std::string& name, const Cell& cell);
 std::string format_touches(const std::vector<Touch>& touches, const Robot& robot);
 
-/// Joint columns only (rad), for predict: any angle. Columns beside the joints are refused.
-std::vector<std::vector<double>> load_joints(const std::filesystem::path& path, const Robot& robot);
+/// Rows of joint angles.
+struct JointRows {
+  std::vector<std::vector<double>> joint_rad;
+  /// Row by row the first angle that no touch could have had: it is far outside its joint's limits.
+  std::vector<std::string> beyond_limits;
+};
+/// Joint columns only, for predict: any angle. Columns beside the joints are refused.
+JointRows load_joints(const std::filesystem::path& path, const Robot& robot);
 
 /// Whole file as text, refusing directories, missing files and more than `max_bytes`.
 std::string read_file(const std::filesystem::path& path, std::size_t max_bytes = 256u << 20);

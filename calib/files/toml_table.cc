@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <toml++/toml.h>
 
+#include <algorithm>
 #include <cmath>
 #include <set>
 
@@ -57,6 +58,44 @@ std::string kind_of(const toml::node& node) {
 
 std::string show(double value) { return fmt::format("{:g}", value); }
 
+std::string lower_case(std::string_view text) {
+  std::string lower(text);
+  std::transform(lower.begin(), lower.end(), lower.begin(), [](char c) {
+    return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  });
+  return lower;
+}
+
+/// Without the unit that keys end in.
+std::string_view without_unit(std::string_view key) {
+  for (const std::string_view unit : {"_mm", "_cm", "_m", "_um", "_deg", "_rad", "_kg", "_g", "_s"})
+    if (key.size() > unit.size() && key.ends_with(unit))
+      return key.substr(0, key.size() - unit.size());
+  return key;
+}
+
+/// One letter wrong, missing or too many, or two exchanged.
+bool one_slip_apart(std::string_view a, std::string_view b) {
+  if (a.size() < b.size()) std::swap(a, b);
+  if (a.size() > b.size() + 1) return false;
+  const auto at =
+      static_cast<std::size_t>(std::mismatch(b.begin(), b.end(), a.begin()).first - b.begin());
+  if (a.size() > b.size()) return a.substr(at + 1) == b.substr(at);
+  if (at + 1 < a.size() && a[at] == b[at + 1] && a[at + 1] == b[at] &&
+      a.substr(at + 2) == b.substr(at + 2))
+    return true;
+  return at == a.size() || a.substr(at + 1) == b.substr(at + 1);
+}
+
+/// As one writes another key by mistake: with another unit or none, in capitals, or by a slip. Of
+/// short ones a slip makes another key.
+bool is_much_like(std::string_view key, std::string_view other) {
+  constexpr std::size_t kLongEnough = 5;
+  const std::string a = lower_case(key), b = lower_case(other);
+  return without_unit(a) == without_unit(b) ||
+         (std::min(a.size(), b.size()) >= kLongEnough && one_slip_apart(a, b));
+}
+
 constexpr std::size_t kShownKey = 80;  // a key with the path of its tables
 constexpr std::size_t kShownDescription = 300;
 
@@ -97,11 +136,24 @@ void TomlTable::fail(std::string_view key, const std::string& what) const {
   throw FileError(place + shown(node_->full(key), kShownKey) + ": " + what);
 }
 
+void TomlTable::missing(std::string_view key, const std::string& wanted) const {
+  std::string words = "missing; " + wanted + " is needed here";
+  for (const auto& [other, value] : *node_->table) {
+    if (node_->asked.contains(other.str()) || !is_much_like(key, other.str())) continue;
+    words += "; was \"" + shown(other.str()) + "\"";
+    if (const auto line = value.source().begin.line; line != 0)
+      words += " in line " + std::to_string(line);
+    words += " meant to be it?";
+    break;
+  }
+  fail(key, words);
+}
+
 bool TomlTable::has(std::string_view key) const { return node_->find(key) != nullptr; }
 
 double TomlTable::number(std::string_view key, Range range) const {
   const toml::node* node = node_->find(key);
-  if (!node) fail(key, "missing; a number is needed here");
+  if (!node) missing(key, "a number");
   const auto value = node->value<double>();
   if (!value || !node->is_number()) fail(key, "must be a number, but is " + kind_of(*node));
   if (!std::isfinite(*value)) fail(key, "must be finite");
@@ -117,7 +169,7 @@ double TomlTable::number_or(std::string_view key, double fallback, Range range) 
 
 long TomlTable::integer(std::string_view key, long min, long max) const {
   const toml::node* node = node_->find(key);
-  if (!node) fail(key, "missing; an integer is needed here");
+  if (!node) missing(key, "an integer");
   if (!node->is_integer()) fail(key, "must be an integer, but is " + kind_of(*node));
   const long value = static_cast<long>(*node->value<int64_t>());
   if (value < min || value > max)
@@ -139,7 +191,7 @@ bool TomlTable::boolean_or(std::string_view key, bool fallback) const {
 
 std::string TomlTable::string(std::string_view key) const {
   const toml::node* node = node_->find(key);
-  if (!node) fail(key, "missing; a string is needed here");
+  if (!node) missing(key, "a string");
   if (!node->is_string()) fail(key, "must be a string, but is " + kind_of(*node));
   auto value = *node->value<std::string>();
   if (value.find('\0') != std::string::npos) fail(key, "must not hold a NUL character");
@@ -165,7 +217,7 @@ std::vector<double> TomlTable::numbers(std::string_view key, std::size_t count, 
   const toml::node* node = node_->find(key);
   const std::string wanted =
       count == 0 ? "an array of numbers" : "an array of " + std::to_string(count) + " numbers";
-  if (!node) fail(key, "missing; " + wanted + " is needed here");
+  if (!node) missing(key, wanted);
   const toml::array* array = node->as_array();
   if (!array) fail(key, "must be " + wanted + ", but is " + kind_of(*node));
   if (count != 0 && array->size() != count)
@@ -190,7 +242,7 @@ std::vector<double> TomlTable::numbers_or(std::string_view key, const std::vecto
 
 std::vector<std::string> TomlTable::strings(std::string_view key) const {
   const toml::node* node = node_->find(key);
-  if (!node) fail(key, "missing; an array of strings is needed here");
+  if (!node) missing(key, "an array of strings");
   const toml::array* array = node->as_array();
   if (!array) fail(key, "must be an array of strings, but is " + kind_of(*node));
   std::vector<std::string> values;

@@ -61,6 +61,9 @@ class TomlTable {
   [[noreturn]] void fail(std::string_view key, const std::string& what) const;
 
  private:
+  /// Fails for a key that is not there, and names one that may have been meant to be it.
+  [[noreturn]] void missing(std::string_view key, const std::string& wanted) const;
+
   friend struct TomlAccess;  // makes tables from documents that did not come from a file
   struct Node;
   explicit TomlTable(std::shared_ptr<Node> node) : node_(std::move(node)) {}

@@ -2,6 +2,7 @@
 // The touch: the one struct in which a measurement travels from the session through the journal
 // to the estimator, the report and the CSV. Nothing else represents a touch.
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -27,5 +28,8 @@ struct Touch {
 
   bool operator==(const Touch&) const = default;
 };
+
+/// "touch 12", counted from 1, and where it came out of a file "touch 12 (line 14)".
+std::string touch_words(std::size_t index, const Touch& touch);
 
 }  // namespace cellcal::calib

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <optional>
 
 #include "calib/files/csv.h"
 #include "calib/files/files.h"
@@ -29,23 +30,31 @@ std::vector<int> joint_columns(const CsvTable& table, const Robot& robot, const 
   return columns;
 }
 
-std::vector<double> read_joints(const CsvTable& table, const Robot& robot,
-                                const std::vector<int>& columns, bool within_limits) {
+std::vector<double> read_joints(const CsvTable& table, const std::vector<int>& columns) {
   std::vector<double> angles(columns.size());
   for (std::size_t i = 0; i < columns.size(); ++i) {
-    const Joint& joint = robot.joints[i];
     angles[i] = table.number(columns[i]) * kRadPerDeg;
     if (std::abs(angles[i]) > kAnyAngleRad)
       table.fail(columns[i], fmt::format("{} deg is out of range", shown(table.text(columns[i]))));
-    if (within_limits &&
-        (angles[i] < joint.min_rad - kLimitSlackRad || angles[i] > joint.max_rad + kLimitSlackRad))
-      table.fail(columns[i],
-                 fmt::format("{} deg is outside the joint's limits {:.6g} to {:.6g} deg in the "
-                             "robot file",
-                             shown(table.text(columns[i])), joint.min_rad * kDegPerRad,
-                             joint.max_rad * kDegPerRad));
   }
   return angles;
+}
+
+/// The first angle that is outside its joint's limits, put into words as an error of its column.
+std::optional<FileError> beyond_limits(const CsvTable& table, const Robot& robot,
+                                       const std::vector<int>& columns,
+                                       const std::vector<double>& angles) {
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    const Joint& joint = robot.joints[i];
+    if (angles[i] < joint.min_rad - kLimitSlackRad || angles[i] > joint.max_rad + kLimitSlackRad)
+      return table.error(
+          columns[i],
+          fmt::format("{} deg is outside the joint's limits {:.6g} to {:.6g} deg in the "
+                      "robot file",
+                      shown(table.text(columns[i])), joint.min_rad * kDegPerRad,
+                      joint.max_rad * kDegPerRad));
+  }
+  return std::nullopt;
 }
 
 std::vector<std::string> joint_names(const Robot& robot) {
@@ -88,7 +97,8 @@ std::vector<Touch> parse_touches(std::string_view text, const std::string& name,
     if (touches.size() == kMaxRows) throw FileError(name + ": more than 2000000 touches");
     Touch touch;
     touch.line = table.line();
-    touch.joint_rad = read_joints(table, cell.robot, joints, true);
+    touch.joint_rad = read_joints(table, joints);
+    if (const auto error = beyond_limits(table, cell.robot, joints, touch.joint_rad)) throw *error;
     touch.target = table.text(target);
     TargetKind kind;
     try {
@@ -137,6 +147,11 @@ std::vector<Touch> load_touches(const std::filesystem::path& path, const Cell& c
   return parse_touches(read_file(path), path.string(), cell);
 }
 
+std::string touch_words(std::size_t index, const Touch& touch) {
+  return fmt::format("touch {}{}", index + 1,
+                     touch.line > 0 ? fmt::format(" (line {})", touch.line) : "");
+}
+
 std::string format_touches(const std::vector<Touch>& touches, const Robot& robot) {
   bool sigmas = false, radii = false, readings = false, times = false;
   for (const Touch& touch : touches) {
@@ -168,16 +183,18 @@ std::string format_touches(const std::vector<Touch>& touches, const Robot& robot
   return out;
 }
 
-std::vector<std::vector<double>> load_joints(const std::filesystem::path& path,
-                                             const Robot& robot) {
+JointRows load_joints(const std::filesystem::path& path, const Robot& robot) {
   const std::string text = read_file(path);
   CsvTable table(text, path.string());
   table.refuse_unknown(joint_names(robot));
   const auto columns = joint_columns(table, robot, path.string());
-  std::vector<std::vector<double>> rows;
+  JointRows rows;
   while (table.next()) {
-    if (rows.size() == kMaxRows) throw FileError(path.string() + ": more than 2000000 rows");
-    rows.push_back(read_joints(table, robot, columns, false));
+    if (rows.joint_rad.size() == kMaxRows)
+      throw FileError(path.string() + ": more than 2000000 rows");
+    rows.joint_rad.push_back(read_joints(table, columns));
+    if (const auto error = beyond_limits(table, robot, columns, rows.joint_rad.back()))
+      rows.beyond_limits.emplace_back(error->what());
   }
   return rows;
 }

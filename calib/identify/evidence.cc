@@ -149,9 +149,11 @@ LevelMean LevelSums::mean() const {
     sum_heard += weight.back();
     result.ripple_rad += weight.back() * std::pow(s.step.level.ripple_rad, 2);
     result.transmission += weight.back() * std::pow(s.step.level.transmission, 2);
+    result.compliance += weight.back() * std::pow(s.step.level.compliance, 2);
   }
   result.ripple_rad = std::sqrt(result.ripple_rad / sum_heard);
   result.transmission = std::sqrt(result.transmission / sum_heard);
+  result.compliance = std::sqrt(result.compliance / sum_heard);
   // Within the levels, and between them.
   Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(size, size);
   for (const Family& family : families) {

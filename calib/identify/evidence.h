@@ -24,6 +24,7 @@ struct LevelMean {
   Eigen::MatrixXd covariance_u;
   double ripple_rad = 0.0;            ///< root of the mean square over the levels
   double transmission = 0.0;          ///< the same
+  double compliance = 0.0;            ///< the same
   std::vector<LevelEvidence> levels;  ///< best first
 };
 

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "calib/identify/information.h"
+#include "calib/identify/region.h"
 
 namespace cellcal::calib {
 
@@ -15,14 +16,14 @@ namespace {
 /// touch sigmas: whatever is said about it, the tolerances say it.
 constexpr double kNoInformation = 0.3;
 /// A frame direction moves nothing that anyone could measure: less than this, rms over the
-/// workspace. (The last link's fourth combination is not exactly null: it tilts the tool and with
-/// it its bending, by a fraction of a micrometre.)
+/// workspace, were the tool stiff. (The last link's fourth combination tilts the tool and with it
+/// its bending: by a fraction of a micrometre, but by more the softer the tool is.)
 constexpr double kUnmeasurableM = 1e-6;
 /// What every direction is seen by, at least: far below the others.
 constexpr double kFlat = 1e-3;
 /// At most this many weak directions are put into words.
 constexpr std::size_t kWeakNamed = 3;
-/// Shares below this are not worth naming.
+/// Shares below this, in the metres that each moves, are not worth naming.
 constexpr double kNamed = 0.05;
 
 /// Reduced echelon form by columns with full pivoting: the same space in sparse vectors, each of
@@ -54,20 +55,41 @@ std::string list(const std::vector<std::string>& names) {
   return text;
 }
 
-std::string words_for(const Problem& problem, const Eigen::VectorXd& direction) {
+/// How far a prior sigma of each unknown alone moves the tip (rms over the workspace) or its target
+/// [m]. Sigmas do not compare: a target's counts the same on a large arm as on one that moves it
+/// half as far.
+Eigen::VectorXd reach_of(const Problem& problem, const Eigen::MatrixXd& tip_moves_m,
+                         const std::vector<JointVector>& workspace) {
+  const auto tips = static_cast<double>(std::max<std::size_t>(1, workspace.size()));
+  double lever = 0.0;  // of a target that turns: where the tips are
+  for (const JointVector& pose : workspace)
+    lever += problem.arm().nominal_tip_m(pose).squaredNorm() / tips;
+  lever = std::sqrt(lever);
+  Eigen::VectorXd reach(problem.size());
+  for (int i = 0; i < problem.size(); ++i) {
+    const Unknown& unknown = problem.unknowns()[i];
+    reach[i] = i < problem.arm_size() ? tip_moves_m.col(i).norm() / std::sqrt(tips)
+                                      : unknown.scale * (unknown.unit == "deg" ? lever : 1.0);
+  }
+  return reach;
+}
+
+/// `moves_m`: how far each unknown's share in the direction moves tip or target.
+std::string words_for(const Problem& problem, const Eigen::VectorXd& moves_m) {
   const auto& joints = problem.cell().robot.joints;
   const auto& parameters = problem.arm().parameters();
   std::vector<int> arm_named;
   bool targets_move = false;
   for (int i = 0; i < problem.size(); ++i) {
-    if (std::abs(direction[i]) < kNamed * direction.cwiseAbs().maxCoeff()) continue;
+    if (moves_m[i] < kNamed * moves_m.maxCoeff()) continue;
     if (i < problem.arm_size())
       arm_named.push_back(i);
     else
       targets_move = true;
   }
   const auto& first = joints.front().name;
-  if (targets_move && arm_named.size() == 1 && parameters[arm_named[0]].joint == 0) {
+  // Whether or not the targets show it: a plane across the base axis turns into itself.
+  if (arm_named.size() == 1 && parameters[arm_named[0]].joint == 0) {
     if (parameters[arm_named[0]].kind == ArmParameterKind::kTheta)
       return "turning the zero of " + first +
              " is the same as turning all targets about the base "
@@ -84,8 +106,7 @@ std::string words_for(const Problem& problem, const Eigen::VectorXd& direction) 
                          });
   std::vector<std::string> names;
   for (int i = 0; i < problem.size(); ++i)
-    if (std::abs(direction[i]) >= kNamed * direction.cwiseAbs().maxCoeff())
-      names.push_back(problem.unknowns()[i].name);
+    if (moves_m[i] >= kNamed * moves_m.maxCoeff()) names.push_back(problem.unknowns()[i].name);
   constexpr std::size_t kMaxNames = 8;
   if (names.size() > kMaxNames) {
     const std::string more = std::to_string(names.size() - kMaxNames) + " more";
@@ -100,7 +121,8 @@ std::string words_for(const Problem& problem, const Eigen::VectorXd& direction) 
 }
 
 /// In words: what the weak direction is made of, and what would resolve it.
-std::string weak_words(const Problem& problem, const Eigen::VectorXd& direction) {
+std::string weak_words(const Problem& problem, const Eigen::VectorXd& direction,
+                       const Eigen::VectorXd& reach_m) {
   std::vector<int> order(problem.arm_size());
   for (int i = 0; i < problem.arm_size(); ++i) order[i] = i;
   std::sort(order.begin(), order.end(),
@@ -121,11 +143,17 @@ std::string weak_words(const Problem& problem, const Eigen::VectorXd& direction)
   for (const int i : order)
     if (names.size() < kNames && std::abs(direction[i]) > kNamed * std::abs(direction[order[0]]))
       names.push_back(problem.arm().parameters()[i].name);
+  // As the compliance of a joint that hardly bears a load.
+  if (names.size() == 1 && reach_m[order[0]] < kUnmeasurableM)
+    return names[0] +
+           " moves the tip by less than a micrometre, so that no touch tells it and nothing "
+           "depends on it; the tolerances decide";
   double arm_length = 0.0;
   for (const Joint& joint : problem.cell().robot.joints)
     arm_length += joint.d_m * joint.d_m + joint.a_m * joint.a_m;
   const bool is_scale = lengths > 0.7 * all && std::abs(scale) > 0.5 * std::sqrt(arm_length * all);
-  std::string text = "these touches do not tell " + list(names) + " apart; the tolerances decide";
+  const std::string text = "these touches do not tell " + list(names) +
+                           (names.size() == 1 ? "" : " apart") + "; the tolerances decide";
   if (is_scale && problem.lengths().empty())
     return text + ". All lengths grow together here: touch a second sphere at a certified distance";
   return text + ". Touches in other postures would resolve it";
@@ -173,8 +201,17 @@ UnidentifiableDirection described(const Problem& problem, const Eigen::VectorXd&
 }  // namespace
 
 FrameDirections find_frame_directions(const Problem& problem, const Linearisation& linear,
-                                      const Eigen::MatrixXd& workspace_moves_m) {
+                                      const std::vector<JointVector>& workspace,
+                                      const Eigen::VectorXd& x_si) {
   const int n = problem.size();
+  const int arm_size = problem.arm_size();
+  Eigen::VectorXd stiff = x_si.head(arm_size), scale(arm_size);
+  for (int i = 0; i < arm_size; ++i) {
+    scale[i] = problem.unknowns()[i].scale;
+    if (problem.arm().parameters()[i].kind == ArmParameterKind::kDeflection) stiff[i] = 0.0;
+  }
+  const Eigen::MatrixXd workspace_moves_m =
+      aligned_moves(problem.arm(), workspace, stiff.data(), scale);
   // Frames are a matter of geometry. Transmission errors are left out of the search: over a joint's
   // range a constant and a slow wave are much alike, which is no choice of frame. So are loads:
   // many are moments that no joint bears.
@@ -227,6 +264,16 @@ FrameDirections find_frame_directions(const Problem& problem, const Linearisatio
     if (const int i = sought[static_cast<std::size_t>(k)]; i < workspace_moves_m.cols())
       moves.col(k) = workspace_moves_m.col(i) / (kUnmeasurableM * std::sqrt(tips));
   measured.add(moves);
+  // What hardly bears a load moves no tip either, however it gives. That is no frame.
+  Eigen::VectorXd gives = Eigen::VectorXd::Zero(width);
+  for (Eigen::Index k = 0; k < width; ++k) {
+    const int i = sought[static_cast<std::size_t>(k)];
+    if (i >= arm_size) continue;
+    const ArmParameterKind kind = problem.arm().parameters()[i].kind;
+    if (kind == ArmParameterKind::kCompliance || kind == ArmParameterKind::kDeflection)
+      gives[k] = 1.0;
+  }
+  measured.add_alone(gives, Eigen::VectorXd::Zero(width));
   constexpr double kNowhere = 0.5;
   constexpr int kIterations = 2;
   const Eigen::MatrixXd triangle = measured.triangle().topLeftCorner(width, width);
@@ -243,11 +290,15 @@ FrameDirections find_frame_directions(const Problem& problem, const Linearisatio
   Eigen::Index nowhere = 0;  // eigenvalues rise
   while (nowhere < nearly.cols() && solver.eigenvalues()[nowhere] < kNowhere * kNowhere) ++nowhere;
   result.basis_u = spread(nearly * solver.eigenvectors().leftCols(nowhere));
+  const Eigen::VectorXd reach_m =
+      reach_of(problem, tip_moves(problem.arm(), workspace, stiff.data(), scale), workspace);
   const Eigen::Index frame = result.basis_u.cols();
   if (frame > 0) {
-    const Eigen::MatrixXd sparse = sparse_basis(result.basis_u, problem.arm_size());
+    const Eigen::MatrixXd sparse = sparse_basis(result.basis_u, arm_size);
     for (Eigen::Index c = 0; c < frame; ++c)
-      result.words.push_back(described(problem, sparse.col(c), words_for(problem, sparse.col(c))));
+      result.words.push_back(
+          described(problem, sparse.col(c),
+                    words_for(problem, reach_m.cwiseProduct(sparse.col(c).cwiseAbs()))));
   }
   // What the touches do not see, frame aside: weakest first.
   std::size_t named = 0;
@@ -257,7 +308,7 @@ FrameDirections find_frame_directions(const Problem& problem, const Linearisatio
     if (v.norm() < 0.5) continue;
     if (++named > kWeakNamed) continue;
     v.normalize();
-    result.words.push_back(described(problem, v, weak_words(problem, v)));
+    result.words.push_back(described(problem, v, weak_words(problem, v, reach_m)));
   }
   if (named > kWeakNamed)
     result.words.back().words +=

@@ -13,6 +13,7 @@
 #include "calib/identify/calibration.h"
 #include "calib/identify/problem.h"
 #include "calib/identify/solve.h"
+#include "calib/model/joint_vector.h"
 
 namespace cellcal::calib {
 
@@ -21,9 +22,9 @@ struct FrameDirections {
   std::vector<UnidentifiableDirection> words;  ///< frame directions first, then weak ones
 };
 
-/// `workspace_moves_m`: tip motions over the workspace per prior sigma of the arm's parameters,
-/// what a motion of the base could do taken out (region.h).
+/// `workspace`: poses of it (region.h). `x_si`: the arm's parameters at the estimate.
 FrameDirections find_frame_directions(const Problem& problem, const Linearisation& linear,
-                                      const Eigen::MatrixXd& workspace_moves_m);
+                                      const std::vector<JointVector>& workspace,
+                                      const Eigen::VectorXd& x_si);
 
 }  // namespace cellcal::calib

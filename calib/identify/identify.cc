@@ -28,7 +28,7 @@ constexpr double kLocalHalfM = 0.150;
 constexpr unsigned kRegionSeed = 20240924;
 
 void fill_parameters(const Problem& problem, const Estimate& e, const FrameDirections& frame,
-                     double inflation, double transmission, Calibration& calibration) {
+                     double inflation, Calibration& calibration) {
   const Eigen::VectorXd x = problem.to_si(e.u);
   const int n = problem.size();
   Eigen::VectorXd scale(n);
@@ -49,8 +49,11 @@ void fill_parameters(const Problem& problem, const Estimate& e, const FrameDirec
     double prior_u = unknown.prior_weight > 0.0 ? 1.0 / unknown.prior_weight : 1e9;
     if (i < problem.arm_size()) {
       const ArmParameterKind kind = problem.arm().parameters()[i].kind;
+      // Of the levels, each as far as it is believed.
       if (kind == ArmParameterKind::kCosine || kind == ArmParameterKind::kSine)
-        prior_u *= transmission;  // of the levels, each as far as it is believed
+        prior_u *= e.levels.transmission;
+      if (kind == ArmParameterKind::kCompliance || kind == ArmParameterKind::kLoad)
+        prior_u *= e.levels.compliance;
     }
     if (of_frame * std::min(1.0, prior_u * prior_u) > 0.5 * variance_u)
       p.decided_by = DecidedBy::kFrame;
@@ -110,8 +113,8 @@ Calibration identify_as_stated(const Cell& cell, const std::vector<Touch>& touch
     for (const double angle : touches[i].joint_rad)
       if (!std::isfinite(angle))
         throw IdentifyError(
-            fmt::format("touch {} of {} has a joint angle that is not a number; leave it out",
-                        i + 1, touches.size()));
+            fmt::format("{} of {} has a joint angle that is not a number; leave it out",
+                        touch_words(i, touches[i]), touches.size()));
 
   // The fullest level first: outliers are judged by a model that can explain all that an arm does,
   // and the evidence of every simpler level follows from its linearisation.
@@ -162,11 +165,10 @@ Calibration identify_as_stated(const Cell& cell, const std::vector<Touch>& touch
   };
   auto workspace = workspace_poses(arm, kFramePoses, kRegionSeed);
   Eigen::MatrixXd moves = moves_of(workspace);
-  const FrameDirections frame = find_frame_directions(problem, e.posterior.linear, moves);
+  const FrameDirections frame = find_frame_directions(problem, e.posterior.linear, workspace, x);
   calibration.unidentifiable = frame.words;
   calibration.observability = observability(problem, e.posterior.linear, frame.basis_u);
-  fill_parameters(problem, e, frame, inflation, options.level ? 1.0 : mean.transmission,
-                  calibration);
+  fill_parameters(problem, e, frame, inflation, calibration);
   const Eigen::MatrixXd arm_covariance =
       inflation * e.posterior.covariance_u.topLeftCorner(arm.size(), arm.size());
   const auto predicted_m = [&](const std::vector<JointVector>& poses,

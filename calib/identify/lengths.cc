@@ -10,6 +10,9 @@ namespace cellcal::calib {
 
 namespace {
 
+/// Sigmas of both that contradict a length.
+constexpr double kContradicted = 5.0;
+
 /// J'J, its lower triangle.
 Eigen::MatrixXd lower_gram(const Eigen::Ref<const RowMajor>& j) {
   const auto count = static_cast<std::size_t>(j.rows());
@@ -48,7 +51,7 @@ std::vector<LengthResult> lengths_by_others(const Problem& problem, const Estima
     information(i, i) = kHair * (information(i, i) + prior);
   }
   const auto row = [&](std::size_t k) { return linear.length_row + static_cast<Eigen::Index>(k); };
-  const auto same_ends = [&](std::size_t a, std::size_t b) {
+  const auto same_blocks = [&](std::size_t a, std::size_t b) {
     return std::minmax(lengths[a].block_a, lengths[a].block_b) ==
            std::minmax(lengths[b].block_a, lengths[b].block_b);
   };
@@ -58,7 +61,7 @@ std::vector<LengthResult> lengths_by_others(const Problem& problem, const Estima
     Eigen::MatrixXd others = information;
     Eigen::VectorXd pull = gradient;
     for (std::size_t l = 0; l < lengths.size(); ++l) {
-      if (same_ends(k, l)) continue;
+      if (same_blocks(k, l)) continue;
       const auto by = linear.jacobian.row(row(l));
       others.selfadjointView<Eigen::Lower>().rankUpdate(by.transpose());
       pull += linear.residual[row(l)] * by.transpose();
@@ -89,9 +92,14 @@ double contradiction(const LengthResult& length) {
          std::hypot(length.sigma_m, length.certified_sigma_m);
 }
 
-bool is_contradicted(const LengthResult& length) {
-  constexpr double kContradicted = 5.0;
-  return contradiction(length) > kContradicted;
+bool is_contradicted(const LengthResult& length) { return contradiction(length) > kContradicted; }
+
+double least_seen_error_m(const LengthResult& length) {
+  return kContradicted * std::hypot(length.sigma_m, length.certified_sigma_m);
+}
+
+bool same_ends(const LengthResult& a, const LengthResult& b) {
+  return std::minmax(a.from, a.to) == std::minmax(b.from, b.to);
 }
 
 const LengthResult* worst_contradicted(const std::vector<LengthResult>& lengths) {

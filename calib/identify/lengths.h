@@ -21,6 +21,10 @@ std::vector<LengthResult> lengths_by_others(const Problem& problem, const Estima
 double contradiction(const LengthResult& length);
 /// By more than five sigmas: further than chance and what the model lacks.
 bool is_contradicted(const LengthResult& length);
+/// The least error of a length that the others would contradict [m].
+double least_seen_error_m(const LengthResult& length);
+/// Between the same two targets, whichever is named first.
+bool same_ends(const LengthResult& a, const LengthResult& b);
 /// The most contradicted one; null where none is.
 const LengthResult* worst_contradicted(const std::vector<LengthResult>& lengths);
 

@@ -267,9 +267,9 @@ void confirm_moves(const Cell& cell, const std::vector<Touch>& touches,
   reasons.insert(
       reasons.begin(),
       fmt::format("moved target: {} moved by {:.2f} +- {:.2f} mm ({:+.2f}, {:+.2f}, {:+.2f}) after "
-                  "touch {}; clamp it, and repeat from there",
+                  "{}; clamp it, and repeat from there",
                   worst->target, mm.norm(), worst->sigma_m * 1e3, mm.x(), mm.y(), mm.z(),
-                  worst->after_touch + 1));
+                  touch_words(worst->after_touch, touches[worst->after_touch])));
 }
 
 }  // namespace cellcal::calib

@@ -74,8 +74,16 @@ Eigen::Matrix<double, 3, 6> base_motion(const Eigen::Vector3d& p) {
   return motion;
 }
 
-Eigen::MatrixXd aligned_moves(const ArmModel& arm, const std::vector<JointVector>& poses,
-                              const double* x_si, const Eigen::VectorXd& scale) {
+namespace {
+
+/// Where the tips are, and tip_moves().
+struct TipMoves {
+  Eigen::Matrix3Xd tips;
+  Eigen::MatrixXd moves;
+};
+
+TipMoves tips_and_moves(const ArmModel& arm, const std::vector<JointVector>& poses,
+                        const double* x_si, const Eigen::VectorXd& scale) {
   const auto count = static_cast<Eigen::Index>(poses.size());
   const int n = arm.size();
   Eigen::MatrixXd moves(3 * count, n);
@@ -90,6 +98,20 @@ Eigen::MatrixXd aligned_moves(const ArmModel& arm, const std::vector<JointVector
     moves.middleRows<3>(3 * k) = jacobian;
   }
   moves *= scale.head(n).asDiagonal();
+  return {std::move(tips), std::move(moves)};
+}
+
+}  // namespace
+
+Eigen::MatrixXd tip_moves(const ArmModel& arm, const std::vector<JointVector>& poses,
+                          const double* x_si, const Eigen::VectorXd& scale) {
+  return tips_and_moves(arm, poses, x_si, scale).moves;
+}
+
+Eigen::MatrixXd aligned_moves(const ArmModel& arm, const std::vector<JointVector>& poses,
+                              const double* x_si, const Eigen::VectorXd& scale) {
+  auto [tips, moves] = tips_and_moves(arm, poses, x_si, scale);
+  const Eigen::Index count = tips.cols();
   // A base turning about the middle of the tips: the same motions, and well conditioned.
   tips.colwise() -= tips.rowwise().mean().eval();
   Eigen::Matrix<double, Eigen::Dynamic, 6> rigid(3 * count, 6);

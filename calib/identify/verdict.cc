@@ -1,6 +1,7 @@
 #include "calib/identify/verdict.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
@@ -167,10 +168,30 @@ void judge_outliers(const Problem& problem, const Calibration& c,
           outliers[b], fit[b], problem.cell().targets[problem.blocks()[b].target].id));
 }
 
+/// Two certificates of one length; all else is too uncertain to say which of them is wrong.
+void judge_certified_twice(const Calibration& c, std::vector<std::string>& blocking) {
+  for (std::size_t a = 0; a < c.lengths.size(); ++a)
+    for (std::size_t b = a + 1; b < c.lengths.size(); ++b) {
+      const LengthResult &one = c.lengths[a], &other = c.lengths[b];
+      // As if the other certificate were all that is said of the one.
+      LengthResult by_other = one;
+      by_other.by_others_m = other.certified_m;
+      by_other.sigma_m = other.certified_sigma_m;
+      if (!same_ends(one, other) || !is_contradicted(by_other)) continue;
+      blocking.push_back(fmt::format(
+          "certified length: {} and {} are certified as {:.3f} mm and as {:.3f} mm apart, which "
+          "cannot both be right; leave the wrong one out",
+          one.from, one.to, one.certified_m * 1e3, other.certified_m * 1e3));
+    }
+}
+
 /// The certified length that all else contradicts most: one that is wrong pulls at the others.
 void judge_lengths(const Calibration& c, std::vector<std::string>& blocking) {
   const LengthResult* worst = worst_contradicted(c.lengths);
-  if (worst == nullptr) return;
+  if (worst == nullptr) {
+    judge_certified_twice(c, blocking);
+    return;
+  }
   const auto others = std::count_if(c.lengths.begin(), c.lengths.end(), is_contradicted) - 1;
   blocking.push_back(fmt::format(
       "certified length: by all else {} and {} lie {:.3f} +- {:.3f} mm apart instead of {:.3f} mm, "
@@ -196,11 +217,78 @@ void judge_loads(const Problem& problem, const Calibration& c, std::vector<std::
   }
 }
 
-bool lengths_hold_scale(const Problem& problem) {
+/// Each of the lengths once, the most certain of those between the same two ends.
+std::vector<Problem::Length> different_lengths(const Problem& problem) {
+  std::vector<Problem::Length> different;
+  for (const Problem::Length& length : problem.lengths()) {
+    const auto known =
+        std::find_if(different.begin(), different.end(), [&](const Problem::Length& other) {
+          return std::minmax(length.block_a, length.block_b) ==
+                 std::minmax(other.block_a, other.block_b);
+        });
+    if (known == different.end())
+      different.push_back(length);
+    else if (length.sigma_m < known->sigma_m)
+      *known = length;
+  }
+  return different;
+}
+
+bool hold_scale(const std::vector<Problem::Length>& lengths) {
   double information = 0.0;
-  for (const Problem::Length& length : problem.lengths())
+  for (const Problem::Length& length : lengths)
     information += std::pow(length.length_m / length.sigma_m, 2);
   return information * kLengthScaleSigma * kLengthScaleSigma >= 1.0;
+}
+
+/// Others than its certificate say how long it is, so well that they would hold the scale
+/// themselves; or it was measured twice. A certificate that is written down twice does not count.
+bool is_checked(const Calibration& c, const LengthResult& length) {
+  return length.sigma_m < kLengthScaleSigma * length.certified_m ||
+         std::any_of(c.lengths.begin(), c.lengths.end(), [&](const LengthResult& other) {
+           return same_ends(length, other) && other.certified_m != length.certified_m;
+         });
+}
+
+/// Where all hangs on one certificate; empty where it does not.
+std::string unchecked_scale(const Calibration& c) {
+  if (c.lengths.empty() || std::any_of(c.lengths.begin(), c.lengths.end(),
+                                       [&](const LengthResult& l) { return is_checked(c, l); }))
+    return {};
+  const LengthResult& best = *std::min_element(
+      c.lengths.begin(), c.lengths.end(), [](const LengthResult& a, const LengthResult& b) {
+        return least_seen_error_m(a) < least_seen_error_m(b);
+      });
+  return fmt::format(
+      "unchecked scale: nothing but its certificate says that {} and {} lie {:.3f} mm apart; wrong "
+      "by less than {:.1f} mm it would not be noticed, and all lengths of the arm would be wrong "
+      "in "
+      "proportion. Certify a second length between touched targets, or have this one measured "
+      "again",
+      best.from, best.to, best.certified_m * 1e3, least_seen_error_m(best) * 1e3);
+}
+
+/// Targets of the cell file without a touch; empty where there are none.
+std::string untouched_targets(const Problem& problem) {
+  const auto& targets = problem.cell().targets;
+  std::vector<std::string> names;
+  for (std::size_t t = 0; t < targets.size(); ++t)
+    if (std::none_of(problem.blocks().begin(), problem.blocks().end(),
+                     [&](const TargetBlock& block) { return block.target == t; }))
+      names.push_back(targets[t].id);
+  if (names.empty()) return {};
+  const auto& lengths = problem.cell().lengths;
+  const auto idle =
+      std::count_if(lengths.begin(), lengths.end(), [&](const CertifiedLength& length) {
+        return std::any_of(names.begin(), names.end(), [&](const std::string& name) {
+          return name == length.from || name == length.to;
+        });
+      });
+  std::string words = fmt::format("not touched: {} of the cell file", fmt::join(names, ", "));
+  if (idle > 0)
+    words += fmt::format("; {} certified length{} there and hold{} nothing", idle,
+                         idle == 1 ? " ends" : "s end", idle == 1 ? "s" : "");
+  return words;
 }
 
 Verdict judge(const Problem& problem, const Calibration& c) {
@@ -284,14 +372,18 @@ Verdict judge(const Problem& problem, const Calibration& c) {
   }
 
   verdict.publish = blocking.empty();
-  const bool lengths_hold = lengths_hold_scale(problem);
+  const auto lengths = different_lengths(problem);
+  const bool lengths_hold = hold_scale(lengths);
   verdict.workspace = lengths_hold || !rule.empty();
   verdict.reasons = std::move(blocking);
   if (!rule.empty()) verdict.reasons.push_back("scope: " + rule + " the scale");
-  if (lengths_hold)
+  if (lengths_hold) {
     verdict.reasons.push_back(
-        fmt::format("scope: {} certified length{} the scale, touched at both ends",
-                    problem.lengths().size(), problem.lengths().size() == 1 ? " holds" : "s hold"));
+        fmt::format("scope: {} certified length{} the scale, touched at both ends", lengths.size(),
+                    lengths.size() == 1 ? " holds" : "s hold"));
+    if (std::string words = unchecked_scale(c); !words.empty())
+      verdict.reasons.push_back(std::move(words));
+  }
   if (!verdict.workspace)
     verdict.reasons.push_back(
         std::string(problem.lengths().empty()
@@ -301,6 +393,8 @@ Verdict judge(const Problem& problem, const Calibration& c) {
         "the target's size holds the scale; the "
         "result claims nothing away from the targets. Touch a second sphere at a certified "
         "distance");
+  if (std::string words = untouched_targets(problem); !words.empty())
+    verdict.reasons.push_back(std::move(words));
   if (c.check.count == 0)
     verdict.reasons.push_back("no check touches: the residuals are of the fit itself");
   return verdict;

@@ -53,7 +53,7 @@ int identify(const IdentifyCommand& command) {
   }
   const std::string json = calib::calibration_to_json(calibration);
   if (!command.output.empty()) put(json, command.output);
-  put(command.json ? json : result_words(calibration), {});
+  put(command.json ? json : result_words(calibration, touches), {});
   return calibration.verdict.publish ? kSuccess : kNotPublishable;
 }
 

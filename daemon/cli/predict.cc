@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "calib/files/calibration_json.h"
@@ -19,11 +21,22 @@ struct Row {
   double u95_mm = 0.0;
 };
 
+/// No touch was made there, and no arm gets there; what is predicted is right all the same.
+void warn_beyond_limits(const std::vector<std::string>& rows) {
+  constexpr std::size_t kShown = 5;
+  for (std::size_t i = 0; i < std::min(kShown, rows.size()); ++i)
+    fmt::print(stderr, "warning: {}; predicted nevertheless\n", rows[i]);
+  if (rows.size() > kShown)
+    fmt::print(stderr, "warning: {} more such rows\n", rows.size() - kShown);
+}
+
 std::vector<Row> rows_of(const PredictCommand& command) {
   const calib::Calibration calibration = calib::load_calibration(command.calibration);
   const calib::Predictor predictor(calibration);
   std::vector<Row> rows;
-  for (const auto& joints : calib::load_joints(command.joints, calibration.cell.robot)) {
+  const calib::JointRows asked = calib::load_joints(command.joints, calibration.cell.robot);
+  warn_beyond_limits(asked.beyond_limits);
+  for (const auto& joints : asked.joint_rad) {
     if (command.nominal) {
       rows.push_back({calib::to_frame(predictor.nominal(joints)), 0.0});
     } else {

@@ -51,7 +51,8 @@ std::string correlation_words(const calib::Calibration& calibration) {
 
 }  // namespace
 
-std::string result_words(const calib::Calibration& calibration) {
+std::string result_words(const calib::Calibration& calibration,
+                         std::span<const calib::Touch> touches) {
   std::string text = fmt::format("{:<14} {:>7} {:>9} {:>9} {:>9}\n", "residual", "touches",
                                  "mean mm", "max mm", "rms mm");
   text += line("fit before", calibration.before);
@@ -77,8 +78,12 @@ std::string result_words(const calib::Calibration& calibration) {
   text += observability_words(calibration.observability);
   text += correlation_words(calibration);
   for (const calib::Outlier& outlier : calibration.outliers) {
-    text += fmt::format("outlier: touch {} ({:+.3f} mm): {}\n", outlier.touch + 1,
-                        outlier.residual_m * kMm, outlier.reason);
+    const calib::Touch unknown;
+    text += fmt::format(
+        "outlier: {} ({:+.3f} mm): {}\n",
+        calib::touch_words(outlier.touch,
+                           outlier.touch < touches.size() ? touches[outlier.touch] : unknown),
+        outlier.residual_m * kMm, outlier.reason);
   }
   return text + verdict_words(calibration.verdict);
 }

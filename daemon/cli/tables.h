@@ -1,14 +1,18 @@
 #pragma once
 // What a person reads of a result.
 
+#include <span>
 #include <string>
 
+#include "calib/files/touch.h"
 #include "calib/identify/calibration.h"
 
 namespace cellcal::daemon {
 
 /// Before, after and check residuals, predicted accuracy, chi^2, observability, what goes together,
-/// outliers, and the verdict with its scope and reasons. Ends with a line break.
-std::string result_words(const calib::Calibration& calibration);
+/// outliers, and the verdict with its scope and reasons. Ends with a line break. `touches`: those
+/// of the calibration, where they are known, so that outliers can be found in their file.
+std::string result_words(const calib::Calibration& calibration,
+                         std::span<const calib::Touch> touches = {});
 
 }  // namespace cellcal::daemon

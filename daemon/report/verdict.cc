@@ -17,7 +17,8 @@ namespace {
 // Reasons open with what they are about ("chi^2: ...", "scope: ..."). These are never why a result
 // is refused.
 constexpr std::string_view kScope = "scope: ";
-constexpr std::string_view kNotes[] = {"no check touches: ", "since the last one: "};
+constexpr std::string_view kNotes[] = {
+    "no check touches: ", "since the last one: ", "unchecked scale: ", "not touched: "};
 
 struct Reasons {
   std::string scope;  // without its opening

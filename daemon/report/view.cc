@@ -97,11 +97,11 @@ bool View::any_point() const {
 }
 
 std::size_t View::touched_lengths() const {
-  const auto& lengths = result.cell.lengths;
-  return static_cast<std::size_t>(
-      std::count_if(lengths.begin(), lengths.end(), [this](const calib::CertifiedLength& length) {
-        return target_result(length.from) && target_result(length.to);
-      }));
+  std::set<std::pair<std::string, std::string>> ends;  // of each length once
+  for (const calib::CertifiedLength& length : result.cell.lengths)
+    if (target_result(length.from) && target_result(length.to))
+      ends.insert(std::minmax(length.from, length.to));
+  return ends.size();
 }
 
 bool belongs_to(std::string_view parameter, std::string_view owner) {

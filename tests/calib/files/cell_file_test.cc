@@ -145,6 +145,18 @@ TEST(CellFile, NamesAnUnknownKeyInEveryTable) {
                  {"cell.toml:", broken.key, "unknown key"});
 }
 
+TEST(CellFile, NamesTheKeyThatAMissingOneMayHaveBeenWrittenAs) {
+  for (const char* now : {"diameter", "diameter_cm", "Diameter_mm", "diamter_mm", "daimeter_mm"}) {
+    SCOPED_TRACE(now);
+    const std::string text = with(kCell, "diameter_mm = 61.4", std::string(now) + " = 61.4");
+    expect_words(cell_refusal(text),
+                 {"target[1].diameter_mm: missing",
+                  "\"" + std::string(now) + "\" in line " + std::to_string(line_of(text, now))});
+  }
+  // A key that is another one's own is no slip.
+  EXPECT_EQ(cell_refusal(with(kCell, "diameter_mm = 61.4", "")).find("meant"), std::string::npos);
+}
+
 constexpr const char* kWire = "kind = \"wire\"\ncentre_sigma_mm = 5.0";
 
 TEST(CellFile, ReadsAPlanesNormalAsADirectionAndATrackerWithoutAPlace) {

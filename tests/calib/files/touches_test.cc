@@ -137,6 +137,24 @@ TEST(Touches, NamesTheLineOfATruncatedRowAndGuessesWhy) {
   expect_words(touches_refusal("A1,A2,target\n1,2,S1\n1,2"),
                {"touches.csv:3:", "2 fields", "3 columns", "cut off"});
   expect_words(touches_refusal("A1,A2,target\n1,2,S1,fit\n"), {"touches.csv:2:", "4 fields"});
+  expect_words(touches_refusal("A1,A2,target\n1,-2.5,S1,fit\n"),
+               {"touches.csv:2:", "4 fields", "one field per column"});
+}
+
+TEST(Touches, OfASpreadsheetThatWritesSemicolonsOrDecimalCommasAreToldApart) {
+  expect_words(touches_refusal("A1;A2;target\n1,5;2,5;S1\n"),
+               {"touches.csv:1:", "separated by commas"});
+  expect_words(touches_refusal("A1\tA2\ttarget\n1\t2\tS1\n"),
+               {"touches.csv:1:", "separated by commas"});
+  expect_words(touches_refusal("A1,A2,target\n1,2,S1\n1,5,-2,25,S1\n"),
+               {"touches.csv:3:", "5 fields", "decimal commas", "'.'"});
+  expect_words(touches_refusal("A1,A2,target\n1,-2,25,S1\n"),
+               {"touches.csv:2:", "4 fields", "decimal commas"});
+}
+
+TEST(Touches, AreNamedByNumberAndByTheLineThatTheyCameFrom) {
+  EXPECT_EQ(touch_words(1, parse(kTouches)[1]), "touch 2 (line 4)");
+  EXPECT_EQ(touch_words(11, Touch{}), "touch 12");
 }
 
 TEST(Touches, EveryTruncationIsReadOrRefusedAndNeverGuessed) {
@@ -187,7 +205,7 @@ TEST(Touches, KeepsMessagesShort) {
 class Joints : public ::testing::Test {
  protected:
   void TearDown() override { std::filesystem::remove(path_); }
-  std::vector<std::vector<double>> read(const std::string& text) {
+  JointRows read(const std::string& text) {
     std::ofstream(path_, std::ios::binary) << text;
     return load_joints(path_, testing::robot());
   }
@@ -199,10 +217,12 @@ class Joints : public ::testing::Test {
 };
 
 TEST_F(Joints, AreReadInTheRobotsOrderBeyondItsLimitsToo) {
-  const auto rows = read("A2,A1\n1,2\n300,-300\n");
+  const auto [rows, beyond] = read("A2,A1\n1,2\n300,-300\n");
   ASSERT_EQ(rows.size(), 2u);
   EXPECT_EQ(rows[0], (std::vector<double>{2 * kRadPerDeg, 1 * kRadPerDeg}));
   EXPECT_EQ(rows[1], (std::vector<double>{-300 * kRadPerDeg, 300 * kRadPerDeg}));
+  ASSERT_EQ(beyond.size(), 1u);
+  expect_words(beyond[0], {"csv:3: A1: -300 deg is outside", "-155 to 155 deg"});
 }
 
 TEST_F(Joints, RefusesOtherColumnsNonsenseAndDirectories) {

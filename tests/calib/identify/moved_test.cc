@@ -60,6 +60,10 @@ TEST(MovedTarget, OfTwoTenthsIsNamedWithSizeSideAndTouchThoughAllElseIsWell) {
     // To within two touches of that sphere, which is every fourth.
     EXPECT_NEAR(static_cast<double>(moved.after_touch), kMovedAt, 8.0) << seed;
     EXPECT_FALSE(c.verdict.publish);
+    EXPECT_NE(c.verdict.reasons[0].find(touch_words(moved.after_touch, touches[moved.after_touch]) +
+                                        "; clamp it"),
+              std::string::npos)
+        << c.verdict.reasons[0];
     EXPECT_EQ(c.verdict.reasons[0].find("moved target: " + moved.target + " moved by 0."), 0u)
         << reasons_of(c);
     EXPECT_NE(reasons_of(c).find("clamp it, and repeat from there"), std::string::npos);

@@ -2,6 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "calib/files/files.h"
 #include "calib/identify/identify.h"
 #include "tests/calib/identify/simulate.h"
 
@@ -39,14 +44,47 @@ std::string all_reasons(const Calibration& result) {
   return text;
 }
 
+/// From the first axis to the flange, stretched out.
+double reach_of(const Robot& robot) {
+  double sum = robot.joints.front().a_m;
+  for (std::size_t i = 1; i < robot.joints.size(); ++i)
+    sum += std::hypot(robot.joints[i].d_m, robot.joints[i].a_m);
+  return sum;
+}
+
+/// A cell of another arm: tool, places and lengths as large to it as the cell's are to its own, or
+/// a little less.
+Cell with_arm(Cell cell, const std::string& file) {
+  const Robot robot = load_robot(CELLCAL_ROBOTS_FOLDER "/" + file);
+  const double size = 0.8 * reach_of(robot) / reach_of(cell.robot);
+  const double shoulder_m = robot.joints.front().d_m,
+               its_shoulder_m = cell.robot.joints.front().d_m;
+  cell.robot = robot;
+  cell.tool.tcp.translation() *= size;
+  cell.tool.com_m *= size;
+  cell.tool.length_m *= size;
+  cell.tool.mass_kg *= std::min(1.0, std::pow(size, 3));
+  for (Target& target : cell.targets) {
+    target.centre_m.z() -= its_shoulder_m;
+    target.centre_m *= size;
+    target.centre_m.z() += shoulder_m;
+  }
+  for (CertifiedLength& length : cell.lengths) length.length_m *= size;
+  return cell;
+}
+
 /// The three directions that no number of free spheres can tell, and no fourth.
 void expect_the_three(const Calibration& result) {
+  const std::string first = result.cell.robot.joints.front().name,
+                    last = result.cell.robot.joints.back().name;
   EXPECT_EQ(result.frame_basis.cols(), 3);
-  EXPECT_TRUE(some_words(result, {"turning", "zero of A1", "all targets", "convention"}))
+  EXPECT_TRUE(
+      some_words(result, {"turning", ("zero of " + first).c_str(), "all targets", "convention"}))
       << all_words(result);
-  EXPECT_TRUE(some_words(result, {"raising", "A1.d", "all targets", "convention"}))
+  EXPECT_TRUE(some_words(result, {"raising", (first + ".d").c_str(), "all targets", "convention"}))
       << all_words(result);
-  EXPECT_TRUE(some_words(result, {"last axis", "A6", "convention"})) << all_words(result);
+  EXPECT_TRUE(some_words(result, {("last axis " + last + ".").c_str(), "convention"}))
+      << all_words(result);
   int conventions = 0;
   for (const UnidentifiableDirection& direction : result.unidentifiable)
     conventions += direction.words.find("convention") != std::string::npos;
@@ -61,6 +99,37 @@ TEST(Scope, OneSphereNamesExactlyTheThreeFrameDirections) {
 TEST(Scope, FourSpheresNameExactlyTheSameThree) {
   for (unsigned seed = 1; seed <= 5; ++seed)
     expect_the_three(of(demo_cell(), {.fit = 100, .seed = seed}));
+}
+
+TEST(Scope, ArmsOfEverySizeNameTheSameThree) {
+  for (const char* file : {"kr3_r540.toml", "kr4_r600.toml", "kr6_r700_2.toml", "kr7_r900_3.toml",
+                           "kr560_r3100_2.toml"}) {
+    SCOPED_TRACE(file);
+    expect_the_three(of(with_arm(one_sphere_cell(), file), {.fit = 60}));
+    expect_the_three(of(with_arm(demo_cell(), file), {.fit = 100}));
+  }
+}
+
+TEST(Scope, AToolThatBendsByCentimetresNamesTheSameThree) {
+  Cell cell = demo_cell();
+  const sim::Truth stiff = plain_truth(cell, 1);
+  sim::Truth soft = stiff;
+  for (int p = 0; p < soft.arm.size(); ++p)
+    if (soft.arm.parameters()[static_cast<std::size_t>(p)].name == "tool.c_t")
+      soft.errors[p] = 0.05;
+  expect_the_three(identify(cell, make_touches(cell, soft, {.fit = 100}).touches));
+}
+
+TEST(Scope, AComplianceThatMovesNothingIsNoMatterOfFrame) {
+  const Calibration result = of(with_arm(one_sphere_cell(), "kr3_r540.toml"), {.fit = 60});
+  EXPECT_TRUE(some_words(result, {"A6.compliance moves the tip by less than a micrometre"}))
+      << all_words(result);
+  EXPECT_FALSE(some_words(result, {"A6.compliance", "convention"})) << all_words(result);
+  for (const ParameterResult& p : result.parameters) {
+    if (p.name == "A6.compliance") {
+      EXPECT_EQ(p.decided_by, DecidedBy::kPrior);
+    }
+  }
 }
 
 TEST(Scope, FrameDirectionsMoveNoTouch) {

@@ -159,6 +159,46 @@ TEST(Verdict, ALengthIsNotBelievedForBeingCertifiedToNothing) {
   EXPECT_FALSE(c.verdict.publish) << words_of(c);
 }
 
+TEST(Verdict, SaysThatNothingChecksALoneLength) {
+  Cell cell = demo_cell();
+  const auto touches = touches_of(cell, 100, 2);
+  const std::string unchecked = "unchecked scale: nothing but its certificate says that ";
+  EXPECT_EQ(words_of(identify(cell, touches)).find(unchecked), std::string::npos);
+  cell.lengths.resize(2);
+  EXPECT_EQ(words_of(identify(cell, touches)).find(unchecked), std::string::npos);
+  cell.lengths.resize(1);
+  cell.lengths[0].length_m += 0.5e-3;
+  for (const bool written_twice : {false, true}) {
+    SCOPED_TRACE(written_twice);
+    if (written_twice) cell.lengths.push_back(cell.lengths[0]);
+    const Calibration c = identify(cell, touches);
+    EXPECT_TRUE(c.verdict.publish) << words_of(c);
+    EXPECT_NE(words_of(c).find(unchecked + cell.lengths[0].from + " and " + cell.lengths[0].to),
+              std::string::npos)
+        << words_of(c);
+    EXPECT_NE(words_of(c).find("Certify a second length"), std::string::npos) << words_of(c);
+    EXPECT_NE(words_of(c).find("scope: 1 certified length holds"), std::string::npos)
+        << words_of(c);
+  }
+}
+
+TEST(Verdict, ALengthThatWasMeasuredTwiceIsChecked) {
+  Cell cell = demo_cell();
+  const auto touches = touches_of(cell, 100, 2);
+  cell.lengths.resize(1);
+  CertifiedLength again = cell.lengths[0];
+  std::swap(again.from, again.to);
+  again.length_m += again.sigma_m;
+  cell.lengths.push_back(again);
+  const Calibration right = identify(cell, touches);
+  EXPECT_TRUE(right.verdict.publish) << words_of(right);
+  EXPECT_EQ(words_of(right).find("unchecked scale"), std::string::npos) << words_of(right);
+  cell.lengths[1].length_m += 0.5e-3;
+  const Calibration wrong = identify(cell, touches);
+  EXPECT_FALSE(wrong.verdict.publish);
+  EXPECT_NE(words_of(wrong).find("cannot both be right"), std::string::npos) << words_of(wrong);
+}
+
 TEST(Verdict, AWrongLengthDoesNotHideInTheScatterThatItMakes) {
   Cell cell = demo_cell();
   const auto touches = touches_of(cell, 48, 2);
@@ -177,6 +217,18 @@ TEST(Verdict, ClaimsTheWorkspaceOnlyOfLengthsThatAreCertain) {
   const Calibration c = identify(cell, touches);
   EXPECT_FALSE(c.verdict.workspace);
   EXPECT_NE(words_of(c).find("not certain enough"), std::string::npos) << words_of(c);
+}
+
+TEST(Verdict, NamesTargetsThatWereNotTouched) {
+  const Cell& cell = demo_cell();
+  auto touches = touches_of(cell, 120, 3);
+  EXPECT_EQ(words_of(identify(cell, touches)).find("not touched"), std::string::npos);
+  std::erase_if(touches, [](const Touch& touch) { return touch.target == "S4"; });
+  const Calibration c = identify(cell, touches);
+  EXPECT_TRUE(c.verdict.publish) << words_of(c);
+  EXPECT_NE(words_of(c).find("not touched: S4 of the cell file; 3 certified lengths end there"),
+            std::string::npos)
+      << words_of(c);
 }
 
 TEST(Verdict, NamesASignOfGravityThatIsWrong) {

@@ -21,6 +21,10 @@ TEST(the_result, shows_before_after_check_and_the_verdict_with_scope_and_reasons
       << words;
   EXPECT_NE(words.find("check after       none\n"), std::string::npos) << words;
   EXPECT_NE(words.find("outlier: touch 5 (+0.500 mm): 5 sigma\n"), std::string::npos) << words;
+  std::vector<calib::Touch> touches(5);
+  touches[4].line = 7;
+  EXPECT_NE(result_words(calibration, touches).find("outlier: touch 5 (line 7) (+0.500 mm)"),
+            std::string::npos);
   EXPECT_NE(words.find("verdict: NOT publishable, scope: workspace\n  - too few directions\n"),
             std::string::npos)
       << words;
