@@ -366,8 +366,9 @@ Verdict judge(const Problem& problem, const Calibration& c) {
     for (const TouchResidual& r : c.residuals) {
       if (problem.touches()[r.touch].set != TouchSet::kCheck) continue;
       if (const auto other = lies_on(problem, c, r))
-        blocking.back() += fmt::format("; touch {} of {} lies on {}: correct its target",
-                                       r.touch + 1, problem.touches()[r.touch].target, *other);
+        blocking.back() += fmt::format("; {} of {} lies on {}: correct its target",
+                                       touch_words(r.touch, problem.touches()[r.touch]),
+                                       problem.touches()[r.touch].target, *other);
     }
   }
 
