@@ -261,8 +261,7 @@ class Search {
     Cell changed = cell_;
     if (!(bring_tool_nearest(changed, touches_) < kNearer * nominal_off_m_)) changed = cell_;
     changed.tool.tcp_sigma_m.setConstant(kAnyToolM);
-    const Eigen::Vector3d brought =
-        changed.tool.tcp.translation() - cell_.tool.tcp.translation();
+    const Eigen::Vector3d brought = changed.tool.tcp.translation() - cell_.tool.tcp.translation();
     weigh(changed, touches_, [&](const Calibration& c) {
       Eigen::Vector3d off = brought * kMmPerM;
       for (const ParameterResult& p : c.parameters)
@@ -315,7 +314,7 @@ class Search {
             "with {}_mm of {} {:.1f} instead of {:.1f} the touches make sense; check it in the "
             "robot file{}",
             is_d ? 'd' : 'a', joint.name, (about_m + off_m(c)) * kMmPerM,
-            dimension.in(stated) * kMmPerM,
+            dimension.in(stated)*kMmPerM,
             dimension.joint + 1 == cell_.robot.joints.size() ? ", and the tool's length" : "");
       });
     }

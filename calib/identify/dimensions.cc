@@ -94,8 +94,7 @@ double bring_tool_nearest(Cell& cell, const std::vector<Touch>& touches) {
   double off_m = nominal_off_m(cell, touches);
   for (int round = 0; round < kRounds; ++round) {
     const double before_m = off_m;
-    for (const auto axis :
-         {Dimension::Of::kToolZ, Dimension::Of::kToolX, Dimension::Of::kToolY}) {
+    for (const auto axis : {Dimension::Of::kToolZ, Dimension::Of::kToolX, Dimension::Of::kToolY}) {
       const Dimension dimension{axis};
       const Nearest best = nearest(cell, touches, dimension);
       dimension.in(cell) += best.add_m;

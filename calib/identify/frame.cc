@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "calib/identify/information.h"
-#include "calib/identify/region.h"
 
 namespace cellcal::calib {
 
@@ -58,18 +57,15 @@ std::string list(const std::vector<std::string>& names) {
 /// How far a prior sigma of each unknown alone moves the tip (rms over the workspace) or its target
 /// [m]. Sigmas do not compare: a target's counts the same on a large arm as on one that moves it
 /// half as far.
-Eigen::VectorXd reach_of(const Problem& problem, const Eigen::MatrixXd& tip_moves_m,
-                         const std::vector<JointVector>& workspace) {
-  const auto tips = static_cast<double>(std::max<std::size_t>(1, workspace.size()));
-  double lever = 0.0;  // of a target that turns: where the tips are
-  for (const JointVector& pose : workspace)
-    lever += problem.arm().nominal_tip_m(pose).squaredNorm() / tips;
-  lever = std::sqrt(lever);
+Eigen::VectorXd reach_of(const Problem& problem, const TipMoves& stiff) {
+  const double root_of_tips = std::sqrt(static_cast<double>(stiff.tips_m.cols()));
+  const double lever_m =
+      stiff.tips_m.norm() / root_of_tips;  // of a target that turns: where the tips are
   Eigen::VectorXd reach(problem.size());
   for (int i = 0; i < problem.size(); ++i) {
     const Unknown& unknown = problem.unknowns()[i];
-    reach[i] = i < problem.arm_size() ? tip_moves_m.col(i).norm() / std::sqrt(tips)
-                                      : unknown.scale * (unknown.unit == "deg" ? lever : 1.0);
+    reach[i] = i < problem.arm_size() ? stiff.moves_m.col(i).norm() / root_of_tips
+                                      : unknown.scale * (unknown.unit == "deg" ? lever_m : 1.0);
   }
   return reach;
 }
@@ -201,17 +197,9 @@ UnidentifiableDirection described(const Problem& problem, const Eigen::VectorXd&
 }  // namespace
 
 FrameDirections find_frame_directions(const Problem& problem, const Linearisation& linear,
-                                      const std::vector<JointVector>& workspace,
-                                      const Eigen::VectorXd& x_si) {
+                                      const TipMoves& stiff, const Eigen::MatrixXd& moves_m) {
   const int n = problem.size();
   const int arm_size = problem.arm_size();
-  Eigen::VectorXd stiff = x_si.head(arm_size), scale(arm_size);
-  for (int i = 0; i < arm_size; ++i) {
-    scale[i] = problem.unknowns()[i].scale;
-    if (problem.arm().parameters()[i].kind == ArmParameterKind::kDeflection) stiff[i] = 0.0;
-  }
-  const Eigen::MatrixXd workspace_moves_m =
-      aligned_moves(problem.arm(), workspace, stiff.data(), scale);
   // Frames are a matter of geometry. Transmission errors are left out of the search: over a joint's
   // range a constant and a slow wave are much alike, which is no choice of frame. So are loads:
   // many are moments that no joint bears.
@@ -258,11 +246,11 @@ FrameDirections find_frame_directions(const Problem& problem, const Linearisatio
   // What touches do not show is a matter of frame if no tip of the workspace shows it either, as if
   // each were measured to kUnmeasurableM. Those directions lie near the touches' weak ones: two
   // inverse iterations from there leave nothing of the others.
-  const auto tips = static_cast<double>(std::max<Eigen::Index>(1, workspace_moves_m.rows() / 3));
-  RowMajor moves = RowMajor::Zero(workspace_moves_m.rows(), width + 1);
+  const auto tips = static_cast<double>(std::max<Eigen::Index>(1, moves_m.rows() / 3));
+  RowMajor moves = RowMajor::Zero(moves_m.rows(), width + 1);
   for (Eigen::Index k = 0; k < width; ++k)
-    if (const int i = sought[static_cast<std::size_t>(k)]; i < workspace_moves_m.cols())
-      moves.col(k) = workspace_moves_m.col(i) / (kUnmeasurableM * std::sqrt(tips));
+    if (const int i = sought[static_cast<std::size_t>(k)]; i < moves_m.cols())
+      moves.col(k) = moves_m.col(i) / (kUnmeasurableM * std::sqrt(tips));
   measured.add(moves);
   // What hardly bears a load moves no tip either, however it gives. That is no frame.
   Eigen::VectorXd gives = Eigen::VectorXd::Zero(width);
@@ -290,8 +278,7 @@ FrameDirections find_frame_directions(const Problem& problem, const Linearisatio
   Eigen::Index nowhere = 0;  // eigenvalues rise
   while (nowhere < nearly.cols() && solver.eigenvalues()[nowhere] < kNowhere * kNowhere) ++nowhere;
   result.basis_u = spread(nearly * solver.eigenvectors().leftCols(nowhere));
-  const Eigen::VectorXd reach_m =
-      reach_of(problem, tip_moves(problem.arm(), workspace, stiff.data(), scale), workspace);
+  const Eigen::VectorXd reach_m = reach_of(problem, stiff);
   const Eigen::Index frame = result.basis_u.cols();
   if (frame > 0) {
     const Eigen::MatrixXd sparse = sparse_basis(result.basis_u, arm_size);

@@ -12,8 +12,8 @@
 
 #include "calib/identify/calibration.h"
 #include "calib/identify/problem.h"
+#include "calib/identify/region.h"
 #include "calib/identify/solve.h"
-#include "calib/model/joint_vector.h"
 
 namespace cellcal::calib {
 
@@ -22,9 +22,9 @@ struct FrameDirections {
   std::vector<UnidentifiableDirection> words;  ///< frame directions first, then weak ones
 };
 
-/// `workspace`: poses of it (region.h). `x_si`: the arm's parameters at the estimate.
+/// `stiff`: over the workspace (region.h), with a tool that does not bend; `moves_m`:
+/// aligned(stiff).
 FrameDirections find_frame_directions(const Problem& problem, const Linearisation& linear,
-                                      const std::vector<JointVector>& workspace,
-                                      const Eigen::VectorXd& x_si);
+                                      const TipMoves& stiff, const Eigen::MatrixXd& moves_m);
 
 }  // namespace cellcal::calib

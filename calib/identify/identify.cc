@@ -164,8 +164,13 @@ Calibration identify_as_stated(const Cell& cell, const std::vector<Touch>& touch
     return aligned_moves(arm, poses, x.data(), scale);
   };
   auto workspace = workspace_poses(arm, kFramePoses, kRegionSeed);
-  Eigen::MatrixXd moves = moves_of(workspace);
-  const FrameDirections frame = find_frame_directions(problem, e.posterior.linear, workspace, x);
+  Eigen::VectorXd stiff_x = x;
+  for (int i = 0; i < arm.size(); ++i)
+    if (arm.parameters()[static_cast<std::size_t>(i)].kind == ArmParameterKind::kDeflection)
+      stiff_x[i] = 0.0;
+  const TipMoves stiff = tip_moves(arm, workspace, stiff_x.data(), scale);
+  Eigen::MatrixXd moves = aligned(stiff);  // a tool that bends changes them by thousandths
+  const FrameDirections frame = find_frame_directions(problem, e.posterior.linear, stiff, moves);
   calibration.unidentifiable = frame.words;
   calibration.observability = observability(problem, e.posterior.linear, frame.basis_u);
   fill_parameters(problem, e, frame, inflation, calibration);

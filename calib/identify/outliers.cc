@@ -46,8 +46,7 @@ std::optional<std::string> lies_on(const Problem& problem, const Calibration& ca
     const ParameterResult& p = calibration.parameters[static_cast<std::size_t>(i)];
     x[i] = p.nominal + p.correction;
   }
-  const Eigen::Vector3d tip_m =
-      problem.arm().position(problem.pose(residual.touch), x.data());
+  const Eigen::Vector3d tip_m = problem.arm().position(problem.pose(residual.touch), x.data());
   for (const TargetResult& target : calibration.targets) {
     if (target.id == problem.touches()[residual.touch].target) continue;
     double off_m = 0.0;

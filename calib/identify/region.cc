@@ -74,52 +74,39 @@ Eigen::Matrix<double, 3, 6> base_motion(const Eigen::Vector3d& p) {
   return motion;
 }
 
-namespace {
-
-/// Where the tips are, and tip_moves().
-struct TipMoves {
-  Eigen::Matrix3Xd tips;
-  Eigen::MatrixXd moves;
-};
-
-TipMoves tips_and_moves(const ArmModel& arm, const std::vector<JointVector>& poses,
-                        const double* x_si, const Eigen::VectorXd& scale) {
+TipMoves tip_moves(const ArmModel& arm, const std::vector<JointVector>& poses, const double* x_si,
+                   const Eigen::VectorXd& scale) {
   const auto count = static_cast<Eigen::Index>(poses.size());
   const int n = arm.size();
-  Eigen::MatrixXd moves(3 * count, n);
-  Eigen::Matrix3Xd tips(3, count), jacobian(3, n);
+  TipMoves at{Eigen::Matrix3Xd(3, count), Eigen::MatrixXd(3 * count, n)};
+  Eigen::Matrix3Xd jacobian(3, n);
   const ArmErrors errors = arm.errors(x_si);
   ArmChain chain;
   for (Eigen::Index k = 0; k < count; ++k) {
     const PreparedPose pose = arm.prepare(poses[static_cast<std::size_t>(k)]);
     arm.walk(pose, errors, chain);
     arm.derivative(pose, errors, chain, jacobian);
-    tips.col(k) = chain.tip;
-    moves.middleRows<3>(3 * k) = jacobian;
+    at.tips_m.col(k) = chain.tip;
+    at.moves_m.middleRows<3>(3 * k) = jacobian;
   }
-  moves *= scale.head(n).asDiagonal();
-  return {std::move(tips), std::move(moves)};
+  at.moves_m *= scale.head(n).asDiagonal();
+  return at;
 }
 
-}  // namespace
-
-Eigen::MatrixXd tip_moves(const ArmModel& arm, const std::vector<JointVector>& poses,
-                          const double* x_si, const Eigen::VectorXd& scale) {
-  return tips_and_moves(arm, poses, x_si, scale).moves;
+Eigen::MatrixXd aligned(const TipMoves& at) {
+  const Eigen::Index count = at.tips_m.cols();
+  // A base turning about the middle of the tips: the same motions, and well conditioned.
+  const Eigen::Matrix3Xd tips_m = at.tips_m.colwise() - at.tips_m.rowwise().mean().eval();
+  Eigen::Matrix<double, Eigen::Dynamic, 6> rigid(3 * count, 6);
+  for (Eigen::Index k = 0; k < count; ++k) rigid.middleRows<3>(3 * k) = base_motion(tips_m.col(k));
+  const Eigen::Matrix<double, 6, 6> square = rigid.transpose() * rigid;
+  const Eigen::Matrix<double, 6, Eigen::Dynamic> pulled = rigid.transpose() * at.moves_m;
+  return at.moves_m - rigid * square.completeOrthogonalDecomposition().solve(pulled);
 }
 
 Eigen::MatrixXd aligned_moves(const ArmModel& arm, const std::vector<JointVector>& poses,
                               const double* x_si, const Eigen::VectorXd& scale) {
-  auto [tips, moves] = tips_and_moves(arm, poses, x_si, scale);
-  const Eigen::Index count = tips.cols();
-  // A base turning about the middle of the tips: the same motions, and well conditioned.
-  tips.colwise() -= tips.rowwise().mean().eval();
-  Eigen::Matrix<double, Eigen::Dynamic, 6> rigid(3 * count, 6);
-  for (Eigen::Index k = 0; k < count; ++k) rigid.middleRows<3>(3 * k) = base_motion(tips.col(k));
-  const Eigen::Matrix<double, 6, 6> square = rigid.transpose() * rigid;
-  const Eigen::Matrix<double, 6, Eigen::Dynamic> pulled = rigid.transpose() * moves;
-  moves.noalias() -= rigid * square.completeOrthogonalDecomposition().solve(pulled);
-  return moves;
+  return aligned(tip_moves(arm, poses, x_si, scale));
 }
 
 Eigen::VectorXd ripple_variance_m2(const ArmModel& arm, const std::vector<JointVector>& poses,

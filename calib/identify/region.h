@@ -23,12 +23,17 @@ std::vector<JointVector> local_poses(const ArmModel& arm, const std::vector<Join
 /// How a point moves with a motion of the base, per metre and radian about its origin.
 Eigen::Matrix<double, 3, 6> base_motion(const Eigen::Vector3d& point_m);
 
-/// How the tips move per prior sigma of each arm parameter, 3 rows a pose [m].
-Eigen::MatrixXd tip_moves(const ArmModel& arm, const std::vector<JointVector>& poses,
-                          const double* x_si, const Eigen::VectorXd& scale);
+/// Tips, and how they move per prior sigma of each arm parameter, 3 rows a pose [m].
+struct TipMoves {
+  Eigen::Matrix3Xd tips_m;
+  Eigen::MatrixXd moves_m;
+};
+TipMoves tip_moves(const ArmModel& arm, const std::vector<JointVector>& poses, const double* x_si,
+                   const Eigen::VectorXd& scale);
 
-/// How the tips move per prior sigma of each arm parameter, 3 rows a pose [m], with what a motion
-/// of the base could do taken out (6-DoF alignment). Needs at least 3 poses.
+/// The moves, with what a motion of the base could do taken out (6-DoF alignment). Needs at least 3
+/// poses.
+Eigen::MatrixXd aligned(const TipMoves& at);
 Eigen::MatrixXd aligned_moves(const ArmModel& arm, const std::vector<JointVector>& poses,
                               const double* x_si, const Eigen::VectorXd& scale);
 

@@ -123,7 +123,8 @@ TEST(Diagnosis, ALengthOfTheRobotFileThatIsWrongByCentimetresIsNamedWithWhatItSh
     EXPECT_NE(at, std::string::npos) << all;
     return at == std::string::npos ? 0.0 : std::stod(all.substr(at + before.size()));
   };
-  // 35 mm more behind the wrist puts the tips beyond the spheres' middles, whose far sides they fit.
+  // 35 mm more behind the wrist puts the tips beyond the spheres' middles, whose far sides they
+  // fit.
   Cell longer = demo_cell();
   longer.robot.joints[5].d_m += 0.035;
   EXPECT_NEAR(told_mm(longer, "with d_mm of A6 "), demo_cell().robot.joints[5].d_m * 1e3, 3.0);
