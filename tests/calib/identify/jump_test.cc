@@ -122,6 +122,17 @@ TEST(Jump, IsNotSeenWhereNothingDid) {
   }
 }
 
+TEST(Jump, OfManyTouchesIsSaidByAShareOfThem) {
+  const sim::Truth truth = plain_truth(demo_cell(), 3);
+  auto touches = make_touches(demo_cell(), truth, {.fit = 2500, .seed = 3}).touches;
+  for (std::size_t i = 1500; i < touches.size(); ++i)
+    touches[i].joint_rad[3] -= 0.1 * kRadPerDegree;
+  const Calibration c = identify(demo_cell(), touches);
+  ASSERT_EQ(c.jumped.size(), 1u) << reasons_of(c);
+  EXPECT_EQ(c.jumped[0].name, "A4");
+  EXPECT_NEAR(static_cast<double>(c.jumped[0].after_touch), 1499.0, 15.0);
+}
+
 TEST(Jump, OfAllTouchesIsNone) {
   // Mastered anew before the session: an error of the arm like any other.
   auto touches = slipped(3, 0.0, 5);
