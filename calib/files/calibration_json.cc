@@ -239,6 +239,21 @@ std::string calibration_to_json(const Calibration& c) {
                             {"shift_mm", vector_mm(m.shift_m)},
                             {"sigma_mm", m.sigma_m * kMmPerM},
                             {"squared_sigmas", m.squared_sigmas}});
+  out["jumped"] = ordered::array();
+  for (const Jump& j : c.jumped) {
+    const bool joint = j.what == Jump::What::kJoint;
+    ordered item{{"what", to_string(j.what)}, {"name", j.name}, {"after_touch", j.after_touch}};
+    if (joint) {
+      item["angle_deg"] = j.angle_rad * kDegPerRad;
+      item["sigma_deg"] = j.sigma * kDegPerRad;
+    } else {
+      item["shift_mm"] = vector_mm(j.shift_m);
+      item["sigma_mm"] = j.sigma * kMmPerM;
+    }
+    item["squared_sigmas"] = j.squared_sigmas;
+    item["log_odds"] = j.log_odds;
+    out["jumped"].push_back(std::move(item));
+  }
   // In the parameters' own units, in their order; the frame as columns of one step each.
   const auto matrix = [&](const Eigen::MatrixXd& m, bool both) {
     ordered rows = ordered::array();
@@ -372,6 +387,29 @@ Calibration calibration_from_json(std::string_view text, const std::string& name
       c.moved.back().shift_m = read_vector_mm(item.at("shift_mm"));
       c.moved.back().sigma_m = item.at("sigma_mm").not_negative() / kMmPerM;
       c.moved.back().squared_sigmas = item.at("squared_sigmas").not_negative();
+    }
+  }
+  if (root.has("jumped")) {
+    for (const Reader& item : root.at("jumped").items()) {
+      Jump j;
+      const std::string what = item.at("what").text();
+      if (what != "joint" && what != "tool" && what != "target")
+        item.at("what").fail("must be \"joint\", \"tool\" or \"target\"");
+      j.what = what == "joint"  ? Jump::What::kJoint
+               : what == "tool" ? Jump::What::kTool
+                                : Jump::What::kTarget;
+      j.name = item.at("name").text();
+      j.after_touch = item.at("after_touch").whole();
+      if (j.what == Jump::What::kJoint) {
+        j.angle_rad = item.at("angle_deg").number() / kDegPerRad;
+        j.sigma = item.at("sigma_deg").not_negative() / kDegPerRad;
+      } else {
+        j.shift_m = read_vector_mm(item.at("shift_mm"));
+        j.sigma = item.at("sigma_mm").not_negative() / kMmPerM;
+      }
+      j.squared_sigmas = item.at("squared_sigmas").not_negative();
+      j.log_odds = item.at("log_odds").number();
+      c.jumped.push_back(std::move(j));
     }
   }
   const auto n = static_cast<Eigen::Index>(c.parameters.size());

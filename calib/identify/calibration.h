@@ -97,6 +97,32 @@ struct MovedTarget {
   bool many_left_out = false;
 };
 
+/// A joint's zero, the tool's tip or a target that jumped in the middle of the session.
+struct Jump {
+  enum class What { kJoint, kTool, kTarget };
+  What what = What::kJoint;
+  std::string name;                                   ///< the joint's, the target's; "tool"
+  std::size_t after_touch = 0;                        ///< the last one before
+  double angle_rad = 0.0;                             ///< joint: as its controller counts
+  Eigen::Vector3d shift_m = Eigen::Vector3d::Zero();  ///< tool: flange frame; target: base frame
+  double sigma = 0.0;                                 ///< of the angle, or of the shift along it
+  double squared_sigmas = 0.0;                        ///< one degree of freedom, or three
+  double log_odds = 0.0;  ///< against that nothing changed, natural logarithm
+  bool mends = false;     ///< with it undone nothing else is wrong
+};
+
+constexpr const char* to_string(Jump::What what) {
+  switch (what) {
+    case Jump::What::kJoint:
+      return "joint";
+    case Jump::What::kTool:
+      return "tool";
+    case Jump::What::kTarget:
+      return "target";
+  }
+  return "";
+}
+
 /// A certified length, and what all but it says of it.
 struct LengthResult {
   std::string from, to;
@@ -158,6 +184,9 @@ struct Calibration {
   std::vector<Outlier> outliers;
   /// One at most; of identify_as_stated(), which does not look closer, suspects without a shift.
   std::vector<MovedTarget> moved;
+  /// What jumped; several where the touches do not tell which. Of identify_as_stated(), which does
+  /// not look closer, a suspect without a size.
+  std::vector<Jump> jumped;
   Eigen::MatrixXd covariance;  ///< of `parameters`, SI; frame directions included
   /// Orthonormal-in-prior-units basis of the frame directions, one column each, SI.
   Eigen::MatrixXd frame_basis;

@@ -12,6 +12,7 @@
 #include "calib/files/error.h"
 #include "calib/identify/dimensions.h"
 #include "calib/identify/identify.h"
+#include "calib/identify/jump.h"
 #include "calib/identify/lengths.h"
 #include "calib/identify/level.h"
 #include "calib/identify/moved.h"
@@ -562,6 +563,46 @@ void tell_from_lengths(const Cell& cell, const std::vector<Touch>& touches,
                       reasons.front().substr(moved.size()) + ", or mend the lengths";
 }
 
+/// Where one jump in the middle of the session explains all: says so. A target's is confirmed as
+/// a move.
+bool told_of_jump(const Cell& cell, const std::vector<Touch>& touches,
+                  const IdentifyOptions& options, Calibration& calibration) {
+  if (calibration.verdict.publish && calibration.jumped.empty() && calibration.moved.empty())
+    return false;
+  constexpr double kUnlikely = -5.0;  // log odds
+  const std::vector<Jump> all = jumps_by_odds(cell, touches, options, calibration);
+  std::erase_if(calibration.moved, [&](const MovedTarget& moved) {
+    return std::any_of(all.begin(), all.end(), [&](const Jump& jump) {
+      return jump.name == moved.target && jump.log_odds < kUnlikely;
+    });
+  });
+  const std::vector<Jump> jumps = believed(all);
+  calibration.jumped.clear();
+  if (jumps.empty() || !jumps.front().mends) return false;
+  if (jumps.size() > 1 || jumps.front().what != Jump::What::kTarget) {
+    calibration.moved.clear();
+    calibration.jumped = jumps;
+    tell_of_jumps(cell, touches, options, calibration);
+    return true;
+  }
+  const std::vector<MovedTarget> suspects = calibration.moved;
+  MovedTarget moved;
+  moved.target = jumps.front().name;
+  moved.after_touch = jumps.front().after_touch;
+  moved.shift_m = jumps.front().shift_m;
+  moved.many_left_out = true;  // those behind it, or before, are honest
+  calibration.moved = {moved};
+  confirm_moves(cell, touches, options, calibration);
+  if (calibration.moved.empty()) {
+    calibration.moved = suspects;
+    return false;
+  }
+  tell_from_lengths(cell, touches, options, calibration);
+  std::erase_if(calibration.verdict.reasons,
+                [](const std::string& r) { return r.starts_with("outliers:"); });
+  return true;
+}
+
 }  // namespace
 
 std::vector<std::string> likely_causes(const Cell& cell, const std::vector<Touch>& touches) {
@@ -580,6 +621,7 @@ Calibration identify(const Cell& cell, const std::vector<Touch>& touches,
       calibration.verdict.reasons.push_back("likely cause: " + words);
       return calibration;
     }
+    if (told_of_jump(cell, touches, options, calibration)) return calibration;
     std::vector<Cause> causes;
     if (!calibration.verdict.publish) causes = causes_of(cell, touches);
     // Another mistake moves targets, too.

@@ -7,6 +7,7 @@
 
 #include "calib/identify/estimate.h"
 #include "calib/identify/frame.h"
+#include "calib/identify/jump.h"
 #include "calib/identify/lengths.h"
 #include "calib/identify/moved.h"
 #include "calib/identify/observability.h"
@@ -196,6 +197,7 @@ Calibration identify_as_stated(const Cell& cell, const std::vector<Touch>& touch
   calibration.lengths = lengths_by_others(problem, e, sum, dof);
   calibration.outliers = named_outliers(problem, e, calibration);
   calibration.moved = suspected_moves(problem, e, calibration.chi2_per_dof);
+  calibration.jumped = suspected_jump(problem, e, calibration.chi2_per_dof);
   calibration.verdict = judge(problem, calibration);
   return calibration;
 }

@@ -4,6 +4,7 @@
 // nothing else tells; so each target's touches before and after are compared, in the order in which
 // they were made. Spheres, wires and points; planes and trackers have no centre to compare.
 
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -25,6 +26,17 @@ std::vector<std::size_t> in_order(std::span<const Touch> touches);
 
 /// An id for the same target after its move, which none of the cell's has.
 std::string id_after_move(const Cell& cell, const std::string& id);
+
+/// A session in which a target stands elsewhere behind one of its touches, as one of two targets:
+/// the later one within `sigma_m` of `centre_m`, or anywhere.
+struct TwoPlaces {
+  Cell cell;
+  std::vector<Touch> touches;
+  std::string later;  ///< its id
+};
+TwoPlaces as_two(const Cell& cell, const std::vector<Touch>& touches, const std::string& target,
+                 std::size_t after_touch, const std::optional<Eigen::Vector3d>& centre_m = {},
+                 double sigma_m = 0.0);
 
 /// Looks closer at the suspects in `calibration.moved`: identifies again with the target taken as
 /// two, before and after. Where these lie apart by more than both leave open, `calibration.moved`

@@ -229,7 +229,7 @@ TEST(Diagnosis, ATargetThatMovedOnTheWayIsNamedWithHowFar) {
   const auto after = make_touches(cell, later, {.fit = 80}).touches;
   std::vector<Touch> both(before.begin(), before.begin() + 40);
   both.insert(both.end(), after.begin() + 40, after.end());
-  expect_told(cell, both, "moved target: S2 moved by 4.97");
+  expect_told(cell, both, "moved target: S2 moved by 4.98");
 }
 
 }  // namespace
