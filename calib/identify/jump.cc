@@ -8,23 +8,16 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <numeric>
 #include <optional>
 
 #include "calib/files/error.h"
+#include "calib/identify/jump_sequence.h"
 #include "calib/identify/moved.h"
-#include "calib/identify/repeats.h"
-#include "calib/identify/target_place.h"
-#include "calib/model/kinematics.h"
 
 namespace cellcal::calib {
 
 namespace {
 
-constexpr double kDegPerRad = 180.0 / std::numbers::pi;
-/// What is looked for, 1 sigma: of a joint's zero; of tool and target in each direction.
-constexpr double kUsualSlipRad = 0.1 / kDegPerRad;
-constexpr double kUsualKnockM = 1e-3;
 /// Squared sigmas of a jump that are worth a closer look.
 constexpr double kSuspect = 12.0;
 /// So many places of the session are tried at first; a jump between two is seen by both.
@@ -33,51 +26,14 @@ constexpr std::size_t kPlaces = 15;
 constexpr double kWorthTrying = 9.0;
 /// Of more touches a share says what jumped as well, and all would take longer only.
 constexpr std::size_t kMostTouches = 1000;
-/// Touches on either side of a jump, at least.
-constexpr std::size_t kLeastEachSide = 5;
-/// Beyond this many sigmas a touch is left out, in the estimate too.
-constexpr double kGate = 4.0;
 /// What leaving a touch out costs in log evidence: as much as a touch at the gate.
-constexpr double kLeftOut = kGate * kGate / 2.0;
+constexpr double kLeftOut = kJumpGate * kJumpGate / 2.0;
 /// By which log evidence a jump has to beat that nothing changed, and to beat another jump.
 constexpr double kBelieved = 6.0;
 constexpr double kClear = 5.0;
 /// Squared sigmas of its size, found with it undone: what is likelier with any jump at all, however
 /// large, is something else (a target's touches that bear another's name).
 constexpr double kSized = 16.0;
-
-/// Columns by which a touch's whitened rows follow jumps: of each joint's zero, then of the tool's
-/// tip along the flange's axes. SI.
-using JumpRows = Eigen::Matrix<double, 3, Eigen::Dynamic>;
-
-int jump_columns(const Problem& problem) { return problem.arm().joint_count() + 3; }
-
-void by_jumps(const Problem& problem, const Problem::At& at, std::size_t touch, JumpRows& rows) {
-  double residual[3];
-  Eigen::Vector3d direction;
-  problem.residual_m(touch, at, residual, nullptr, nullptr, &direction);
-  ArmChain chain;
-  problem.arm().walk(problem.pose(touch), at.arm, chain);
-  const int joints = problem.arm().joint_count(), count = problem.rows(touch);
-  for (int k = 0; k < count; ++k) {
-    const Eigen::Vector3d n = (count == 1 ? direction : Eigen::Vector3d(Eigen::Vector3d::Unit(k))) /
-                              problem.sigma_m(touch);
-    for (int i = 0; i < joints; ++i) {
-      const auto& link = chain.link[static_cast<std::size_t>(i)];
-      const int sign = problem.arm().robot().joints[static_cast<std::size_t>(i)].sign;
-      rows(k, i) = sign * n.dot(link.z.cross(chain.tip - link.z_origin));
-    }
-    rows.row(k).tail<3>() = n.transpose() * chain.flange;
-  }
-}
-
-/// Information and pull of a jump of some columns, everything else left free; what is looked for
-/// included.
-double squared_sigmas(Eigen::MatrixXd information, const Eigen::VectorXd& pull, double usual) {
-  information.diagonal().array() += 1.0 / (usual * usual);
-  const Eigen::LDLT<Eigen::MatrixXd> factor(information);
-  return factor.isPositive() ? pull.dot(factor.solve(pull)) : 0.0;
-}
 
 }  // namespace
 
@@ -146,268 +102,6 @@ std::vector<Jump> suspected_jump(const Problem& problem, const Estimate& e, doub
 
 namespace {
 
-/// One that may have jumped, and its columns.
-struct Suspect {
-  Jump::What what = Jump::What::kJoint;
-  std::string name;
-  std::size_t index = 0;  ///< of the joint or target
-  Eigen::Index first = 0;
-  Eigen::Index size = 1;
-  double usual = 0.0;
-  int unknown = -1;  ///< of a target: its first
-};
-
-/// The jump of one suspect: by `size`, from touch `behind` of the sequence on.
-struct Found {
-  std::size_t behind = 0;
-  Eigen::VectorXd size;
-  Eigen::MatrixXd information;  ///< of it, all else left free
-  double squared_sigmas = 0.0;
-};
-
-/// All fit touches in their order, linearised where a calibration of them ended.
-class Sequence {
- public:
-  Sequence(const Cell& cell, const std::vector<Touch>& touches, const Calibration& c)
-      : levelled_(at_level(cell, ModelLevel{})),
-        arm_(levelled_.robot, levelled_.tool),
-        problem_(levelled_, arm_, touches, starting_places(levelled_, arm_, touches)) {
-    weigh_repeats(problem_);
-    problem_.set_ripple(c.level.ripple_rad);
-    const int n = problem_.size();
-    Eigen::VectorXd x(n), u(n);
-    for (int i = 0; i < n; ++i) {
-      const ParameterResult& p = c.parameters[static_cast<std::size_t>(i)];
-      const Unknown& unknown = problem_.unknowns()[static_cast<std::size_t>(i)];
-      x[i] = p.nominal + p.correction;
-      u[i] = (x[i] - unknown.origin) / unknown.scale;
-    }
-    std::vector<bool> fit(touches.size());
-    for (std::size_t i = 0; i < fit.size(); ++i) fit[i] = touches[i].set == TouchSet::kFit;
-    linear_ = linearise(problem_, u, fit);
-    set_prior(c, u);
-    fill_columns(x);
-    for (const std::size_t i : in_order(touches))
-      if (fit[i]) order_.push_back(i);
-    row_.resize(touches.size(), -1);
-    for (const auto& [touch, row] : linear_.touch_row) row_[touch] = row;
-  }
-
-  const Problem& problem() const { return problem_; }
-  const std::vector<std::size_t>& order() const { return order_; }
-  const std::vector<Suspect>& suspects() const { return suspects_; }
-
-  /// Where and by how much it jumped, if it did: touches far off count for nothing in the end, but
-  /// which they are is left open at first, and so is where the jump was.
-  std::optional<Found> robust(const Suspect& suspect) const {
-    constexpr double kStep = 3.0;
-    constexpr int kRoundsAtGate = 3;
-    Eigen::VectorXd residual = linear_.residual;
-    double width = std::max(kGate, residual.head(linear_.length_row).lpNorm<Eigen::Infinity>());
-    std::optional<Found> found;
-    for (int at_gate = 0; at_gate < kRoundsAtGate;) {
-      const double gate = kGate * std::max(1.0, scatter(residual));
-      if (width <= gate) ++at_gate;
-      width = std::max(width, gate);
-      const Eigen::VectorXd weight = weights(residual, width);
-      found = best_place(suspect, weight, {}, residual);
-      if (!found) return {};
-      width /= kStep;
-    }
-    return found;
-  }
-
-  /// A further jump at a place that is known already, of touches that are within the gate.
-  std::optional<Found> at(const Suspect& suspect, std::size_t behind) const {
-    Eigen::VectorXd residual = linear_.residual;
-    const double gate = kGate * std::max(1.0, scatter(residual));
-    return best_place(suspect, weights(residual, gate), behind, residual);
-  }
-
-  /// Where the jump, which these touches have undone from `behind` on, is placed best.
-  std::size_t placed(const Suspect& suspect, const Found& found) const {
-    std::vector<double> jumped(order_.size()), not_jumped = jumped;
-    for (std::size_t k = 0; k < order_.size(); ++k) {
-      const int row = row_[order_[k]], rows = problem_.rows(order_[k]);
-      const Eigen::VectorXd is = linear_.residual.segment(row, rows);
-      const Eigen::VectorXd by =
-          by_jump_.block(row, suspect.first, rows, suspect.size) * found.size;
-      const auto cost = [&](const Eigen::VectorXd& r) {
-        return std::min(r.squaredNorm(), kGate * kGate);
-      };
-      jumped[k] = cost(k >= found.behind ? is : Eigen::VectorXd(is + by));
-      not_jumped[k] = cost(k >= found.behind ? Eigen::VectorXd(is - by) : is);
-    }
-    double sum = std::accumulate(jumped.begin(), jumped.end(), 0.0), least = sum;
-    std::size_t best = found.behind;
-    double at_found = 0.0;
-    std::vector<double> total(order_.size());
-    for (std::size_t k = 0; k < order_.size(); ++k) {
-      total[k] = sum;
-      sum += not_jumped[k] - jumped[k];
-    }
-    at_found = least = total[found.behind];
-    for (std::size_t k = kLeastEachSide; k + kLeastEachSide <= order_.size(); ++k)
-      if (total[k] < least) {
-        least = total[k];
-        best = k;
-      }
-    return least < at_found ? best : found.behind;
-  }
-
- private:
-  void set_prior(const Calibration& c, const Eigen::VectorXd& u) {
-    constexpr double kLeastTransmission = 0.3;
-    const double transmission = std::max(kLeastTransmission, c.level.transmission);
-    const int n = problem_.size();
-    information_ = Eigen::MatrixXd::Zero(n, n);
-    gradient_ = Eigen::VectorXd::Zero(n);
-    for (int i = 0; i < n; ++i) {
-      const Unknown& unknown = problem_.unknowns()[static_cast<std::size_t>(i)];
-      double weight = unknown.prior_weight;
-      if (i < problem_.arm_size()) {
-        const ArmParameterKind kind = arm_.parameters()[static_cast<std::size_t>(i)].kind;
-        if (kind == ArmParameterKind::kCosine || kind == ArmParameterKind::kSine)
-          weight /= transmission;
-      }
-      information_(i, i) = weight * weight;
-      gradient_[i] = weight * weight * (u[i] - unknown.prior_mean_u);
-    }
-    const Eigen::Index lengths = linear_.jacobian.rows() - linear_.length_row;
-    information_.noalias() +=
-        linear_.jacobian.bottomRows(lengths).transpose() * linear_.jacobian.bottomRows(lengths);
-    gradient_.noalias() +=
-        linear_.jacobian.bottomRows(lengths).transpose() * linear_.residual.tail(lengths);
-  }
-
-  void fill_columns(const Eigen::VectorXd& x) {
-    const int own = jump_columns(problem_), joints = own - 3;
-    for (int i = 0; i < joints; ++i)
-      suspects_.push_back({Jump::What::kJoint,
-                           arm_.robot().joints[static_cast<std::size_t>(i)].name,
-                           static_cast<std::size_t>(i), i, 1, kUsualSlipRad});
-    suspects_.push_back({Jump::What::kTool, "tool", 0, joints, 3, kUsualKnockM});
-    Eigen::Index columns = own;
-    for (const TargetBlock& block : problem_.blocks()) {
-      const Target& target = levelled_.targets[block.target];
-      if (!has_a_centre(target.kind)) continue;
-      suspects_.push_back(
-          {Jump::What::kTarget, target.id, block.target, columns, 3, kUsualKnockM, block.first});
-      columns += 3;
-    }
-    by_jump_ = Eigen::MatrixXd::Zero(linear_.length_row, columns);
-    const Problem::At at = problem_.at(x.data());
-    JumpRows g(3, own);
-    for (const auto& [touch, row] : linear_.touch_row) {
-      const int rows = problem_.rows(touch);
-      by_jumps(problem_, at, touch, g);
-      by_jump_.block(row, 0, rows, own) = g.topRows(rows);
-    }
-    for (const Suspect& s : suspects_)
-      if (s.what == Jump::What::kTarget)
-        by_jump_.middleCols(s.first, 3) =
-            linear_.jacobian.block(0, s.unknown, linear_.length_row, 3) /
-            problem_.unknowns()[static_cast<std::size_t>(s.unknown)].scale;
-  }
-
-  /// Median of |r| in what it is of normal ones.
-  double scatter(const Eigen::VectorXd& residual) const {
-    constexpr double kMedian = 0.6745;
-    std::vector<double> size(residual.data(), residual.data() + linear_.length_row);
-    for (double& r : size) r = std::abs(r);
-    const auto middle = size.begin() + static_cast<std::ptrdiff_t>(size.size() / 2);
-    std::nth_element(size.begin(), middle, size.end());
-    return *middle / kMedian;
-  }
-
-  /// Geman and McClure's: full for honest touches, none for gross ones.
-  Eigen::VectorXd weights(const Eigen::VectorXd& residual, double width) const {
-    Eigen::VectorXd result(linear_.length_row);
-    const double square = width * width;
-    for (const auto& [touch, row] : linear_.touch_row) {
-      const int rows = problem_.rows(touch);
-      const double off = residual.segment(row, rows).lpNorm<Eigen::Infinity>();
-      result.segment(row, rows).setConstant(std::pow(square / (square + off * off), 2));
-    }
-    return result;
-  }
-
-  /// With each touch weighed so: the place where the jump takes most away, or `only` that, and what
-  /// is left of the residuals then.
-  std::optional<Found> best_place(const Suspect& suspect, const Eigen::VectorXd& weight,
-                                  std::optional<std::size_t> only,
-                                  Eigen::VectorXd& residual) const {
-    const Eigen::Index rows = linear_.length_row, d = suspect.size;
-    const auto j = linear_.jacobian.topRows(rows);
-    const auto r = linear_.residual.head(rows);
-    const RowMajor weighed = weight.cwiseSqrt().asDiagonal() * j;
-    Eigen::MatrixXd information = information_;
-    information.selfadjointView<Eigen::Lower>().rankUpdate(weighed.transpose());
-    const Eigen::LLT<Eigen::MatrixXd> factor(information);
-    if (factor.info() != Eigen::Success) return {};
-    const Eigen::VectorXd gradient =
-        gradient_ + j.transpose() * weight.cwiseProduct(Eigen::VectorXd(r));
-    const Eigen::VectorXd step = -factor.solve(gradient);
-    const Eigen::VectorXd left = r + j * step;
-    const auto g = by_jump_.middleCols(suspect.first, d);
-    // Of every touch what it says of a jump, and with L the information's factor L^-1 of what goes
-    // with that.
-    const Eigen::MatrixXd lower = factor.matrixL().solve(Eigen::MatrixXd(j.transpose()));
-    Eigen::MatrixXd square = Eigen::MatrixXd::Zero(d, d),
-                    by_all = Eigen::MatrixXd::Zero(lower.rows(), d);
-    Eigen::VectorXd pull = Eigen::VectorXd::Zero(d);
-    Found best;
-    Eigen::MatrixXd best_by_all;
-    std::size_t own = 0, all = 0;
-    const auto involved = [&](std::size_t touch) {
-      return suspect.what != Jump::What::kTarget ||
-             levelled_.targets[suspect.index].id == problem_.touches()[touch].target;
-    };
-    for (const std::size_t touch : order_) all += involved(touch) ? 1 : 0;
-    for (std::size_t k = order_.size(); k-- > 0;) {
-      const std::size_t touch = order_[k];
-      if (!involved(touch)) continue;
-      ++own;
-      for (Eigen::Index i = row_[touch]; i < row_[touch] + problem_.rows(touch); ++i) {
-        const Eigen::VectorXd column = g.row(i).transpose();
-        square.noalias() += weight[i] * column * column.transpose();
-        by_all.noalias() += weight[i] * lower.col(i) * column.transpose();
-        pull.noalias() -= weight[i] * left[i] * column;
-      }
-      if (only ? k != *only : own < kLeastEachSide || all - own < kLeastEachSide) continue;
-      Eigen::MatrixXd free = square - by_all.transpose() * by_all;
-      const double said = squared_sigmas(free, pull, suspect.usual);
-      if (!only && said <= best.squared_sigmas) continue;
-      best.behind = k;
-      best.squared_sigmas = said;
-      best.information = free;
-      free.diagonal().array() += 1.0 / (suspect.usual * suspect.usual);
-      best.size = free.ldlt().solve(pull);
-      best_by_all = by_all;
-    }
-    if (best.size.size() == 0) return {};
-    const Eigen::VectorXd moved =
-        step - factor.matrixU().solve(Eigen::VectorXd(best_by_all * best.size));
-    residual.head(rows) = r + j * moved;
-    for (std::size_t k = best.behind; k < order_.size(); ++k) {
-      const int row = row_[order_[k]], count = problem_.rows(order_[k]);
-      residual.segment(row, count) += g.middleRows(row, count) * best.size;
-    }
-    return best;
-  }
-
-  Cell levelled_;
-  ArmModel arm_;
-  Problem problem_;
-  Linearisation linear_;
-  Eigen::MatrixXd information_;  ///< of priors and certified lengths
-  Eigen::VectorXd gradient_;
-  Eigen::MatrixXd by_jump_;
-  std::vector<Suspect> suspects_;
-  std::vector<std::size_t> order_;
-  std::vector<int> row_;
-};
-
 /// How likely the touches are, whatever level, arm and places; each one that was left out costs as
 /// much as one at the gate. Natural logarithm.
 double log_evidence(const Calibration& c) {
@@ -427,7 +121,8 @@ double surprise(const Eigen::VectorXd& size, double usual) {
 
 /// The same touches by an arm that did not jump: a joint turned by as much, or, for the tool, the
 /// joints at which the tip would have been there.
-void undo(const ArmModel& arm, const Suspect& suspect, const Eigen::VectorXd& size, Touch& touch) {
+void undo(const ArmModel& arm, const JumpSuspect& suspect, const Eigen::VectorXd& size,
+          Touch& touch) {
   if (suspect.what == Jump::What::kJoint) {
     touch.joint_rad[suspect.index] += size[0];
     return;
@@ -474,9 +169,9 @@ class Search {
 
   /// Of one that is known.
   double log_odds(const Jump& known) const {
-    for (const Suspect& suspect : stated_.suspects()) {
+    for (const JumpSuspect& suspect : stated_.suspects()) {
       if (suspect.what != known.what || suspect.name != known.name) continue;
-      Found found;
+      FoundJump found;
       while (found.behind + 1 < stated_.order().size() &&
              stated_.order()[found.behind] != known.after_touch)
         ++found.behind;
@@ -497,7 +192,7 @@ class Search {
     std::vector<Jump> jumps;
     double scatter = 1.0;
     double best = -std::numeric_limits<double>::infinity();
-    for (const Suspect& suspect : stated_.suspects()) {
+    for (const JumpSuspect& suspect : stated_.suspects()) {
       const auto found = stated_.robust(suspect);
       if (!found || found->squared_sigmas < kWorthTrying) continue;
       std::optional<Jump> jump;
@@ -523,7 +218,7 @@ class Search {
   }
 
  private:
-  std::vector<Touch> with_undone(const Suspect& suspect, const Found& found) const {
+  std::vector<Touch> with_undone(const JumpSuspect& suspect, const FoundJump& found) const {
     std::vector<Touch> touches = touches_;
     bool passed = false;
     for (const std::size_t i : in_order_) {
@@ -533,13 +228,13 @@ class Search {
     return touches;
   }
 
-  std::optional<Jump> undone(const Suspect& suspect, Found found, double& chi2) const {
+  std::optional<Jump> undone(const JumpSuspect& suspect, FoundJump found, double& chi2) const {
     constexpr int kRounds = 3;
     std::optional<Jump> jump;
     for (int round = 0; round < kRounds; ++round) {
       const std::vector<Touch> touches = with_undone(suspect, found);
       const Calibration c = identify_as_stated(cell_, touches, options_);
-      const Sequence sequence(cell_, touches, c);
+      const JumpSequence sequence(cell_, touches, c);
       const auto further = sequence.at(suspect, found.behind);
       if (!further) return {};
       const auto d = static_cast<Eigen::Index>(suspect.size);
@@ -568,7 +263,8 @@ class Search {
     return jump;
   }
 
-  std::optional<Jump> moved(const Suspect& suspect, const Found& found, double& chi2) const {
+  std::optional<Jump> moved(const JumpSuspect& suspect, const FoundJump& found,
+                            double& chi2) const {
     // Its last touch before.
     std::size_t last = found.behind;
     while (last > 0 && touches_[stated_.order()[last - 1]].target != suspect.name) --last;
@@ -601,7 +297,7 @@ class Search {
   const Cell& cell_;
   const std::vector<Touch>& touches_;
   const IdentifyOptions& options_;
-  Sequence stated_;
+  JumpSequence stated_;
   double log_evidence_;
   std::vector<std::size_t> in_order_;
 };
@@ -640,6 +336,8 @@ std::vector<Jump> believed(std::vector<Jump> jumps) {
 
 namespace {
 
+constexpr double kDegPerRad = 180.0 / std::numbers::pi;
+
 std::string sized(const Jump& jump) {
   if (jump.what == Jump::What::kJoint)
     return fmt::format("{:+.3f} +- {:.3f} deg", jump.angle_rad * kDegPerRad,
@@ -661,12 +359,12 @@ std::string subject(const Jump& jump) {
   return "";
 }
 
-std::string words_of_one(const Cell& cell, const Jump& jump, std::size_t touches) {
+std::string words_of_one(const Cell& cell, const Jump& jump, const std::vector<Touch>& touches) {
   if (jump.what == Jump::What::kTool)
     return fmt::format(
-        "knocked tool: its tip seems to have moved by {} on the flange after touch {} (of {}); "
+        "knocked tool: its tip seems to have moved by {} on the flange after {} (of {}); "
         "check its fastening and calibrate again",
-        sized(jump), jump.after_touch + 1, touches);
+        sized(jump), touch_words(jump.after_touch, touches[jump.after_touch]), touches.size());
   // The same to all touches as that joint.
   const char* or_else = "";
   if (jump.name == cell.robot.joints.front().name)
@@ -674,20 +372,22 @@ std::string words_of_one(const Cell& cell, const Jump& jump, std::size_t touches
   else if (jump.name == cell.robot.joints.back().name)
     or_else = " (or the tool turned on the flange by as much)";
   return fmt::format(
-      "slipped joint: the zero of {} seems to have jumped by {} after touch {} (of {}){}; look for "
+      "slipped joint: the zero of {} seems to have jumped by {} after {} (of {}){}; look for "
       "a slipping belt, coupling or brake, master the joint and calibrate again",
-      jump.name, sized(jump), jump.after_touch + 1, touches, or_else);
+      jump.name, sized(jump), touch_words(jump.after_touch, touches[jump.after_touch]),
+      touches.size(), or_else);
 }
 
-std::string words_of_several(const std::vector<Jump>& jumps, std::size_t touches) {
+std::string words_of_several(const std::vector<Jump>& jumps, const std::vector<Touch>& touches) {
   std::string candidates;
   for (const Jump& jump : jumps)
-    candidates += fmt::format("{}{} by {} after touch {}", candidates.empty() ? "" : ", or ",
-                              subject(jump), sized(jump), jump.after_touch + 1);
+    candidates +=
+        fmt::format("{}{} by {} after {}", candidates.empty() ? "" : ", or ", subject(jump),
+                    sized(jump), touch_words(jump.after_touch, touches[jump.after_touch]));
   return fmt::format(
       "something moved in the middle of the session (of {} touches), and they do not tell for "
       "certain what: {}; check these and calibrate again",
-      touches, candidates);
+      touches.size(), candidates);
 }
 
 /// Whether it jumped, as far as touches tell without certified lengths: wrong ones pull at the arm.
@@ -710,8 +410,8 @@ void tell_of_jumps(const Cell& cell, const std::vector<Touch>& touches,
                    const IdentifyOptions& options, Calibration& calibration) {
   const std::vector<Jump>& jumps = calibration.jumped;
   if (jumps.empty()) return;
-  std::string reason = jumps.size() == 1 ? words_of_one(cell, jumps.front(), touches.size())
-                                         : words_of_several(jumps, touches.size());
+  std::string reason = jumps.size() == 1 ? words_of_one(cell, jumps.front(), touches)
+                                         : words_of_several(jumps, touches);
   if (!cell.lengths.empty() && !without_lengths(cell, touches, options, jumps.front()))
     reason += "; or mend the certified lengths, without which nothing jumped";
   calibration.verdict.publish = false;
