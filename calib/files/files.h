@@ -49,8 +49,10 @@ std::string format_touches(const std::vector<Touch>& touches, const Robot& robot
 /// Rows of joint angles.
 struct JointRows {
   std::vector<std::vector<double>> joint_rad;
-  /// Row by row the first angle that no touch could have had: it is far outside its joint's limits.
-  std::vector<std::string> beyond_limits;
+  /// Rows with an angle that no touch could have had, far outside its joint's limits; of the first
+  /// few which angle it is.
+  std::size_t beyond_limits = 0;
+  std::vector<std::string> beyond_limits_words;
 };
 /// Joint columns only, for predict: any angle. Columns beside the joints are refused.
 JointRows load_joints(const std::filesystem::path& path, const Robot& robot);

@@ -193,8 +193,10 @@ JointRows load_joints(const std::filesystem::path& path, const Robot& robot) {
     if (rows.joint_rad.size() == kMaxRows)
       throw FileError(path.string() + ": more than 2000000 rows");
     rows.joint_rad.push_back(read_joints(table, columns));
-    if (const auto error = beyond_limits(table, robot, columns, rows.joint_rad.back()))
-      rows.beyond_limits.emplace_back(error->what());
+    const auto error = beyond_limits(table, robot, columns, rows.joint_rad.back());
+    if (!error) continue;
+    constexpr std::size_t kInWords = 5;
+    if (++rows.beyond_limits <= kInWords) rows.beyond_limits_words.emplace_back(error->what());
   }
   return rows;
 }

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
@@ -22,12 +21,12 @@ struct Row {
 };
 
 /// No touch was made there, and no arm gets there; what is predicted is right all the same.
-void warn_beyond_limits(const std::vector<std::string>& rows) {
-  constexpr std::size_t kShown = 5;
-  for (std::size_t i = 0; i < std::min(kShown, rows.size()); ++i)
-    fmt::print(stderr, "warning: {}; predicted nevertheless\n", rows[i]);
-  if (rows.size() > kShown)
-    fmt::print(stderr, "warning: {} more such rows\n", rows.size() - kShown);
+void warn_beyond_limits(const calib::JointRows& asked) {
+  for (const std::string& row : asked.beyond_limits_words)
+    fmt::print(stderr, "warning: {}; predicted nevertheless\n", row);
+  if (asked.beyond_limits > asked.beyond_limits_words.size())
+    fmt::print(stderr, "warning: {} more such rows\n",
+               asked.beyond_limits - asked.beyond_limits_words.size());
 }
 
 std::vector<Row> rows_of(const PredictCommand& command) {
@@ -35,7 +34,7 @@ std::vector<Row> rows_of(const PredictCommand& command) {
   const calib::Predictor predictor(calibration);
   std::vector<Row> rows;
   const calib::JointRows asked = calib::load_joints(command.joints, calibration.cell.robot);
-  warn_beyond_limits(asked.beyond_limits);
+  warn_beyond_limits(asked);
   for (const auto& joints : asked.joint_rad) {
     if (command.nominal) {
       rows.push_back({calib::to_frame(predictor.nominal(joints)), 0.0});

@@ -217,12 +217,22 @@ class Joints : public ::testing::Test {
 };
 
 TEST_F(Joints, AreReadInTheRobotsOrderBeyondItsLimitsToo) {
-  const auto [rows, beyond] = read("A2,A1\n1,2\n300,-300\n");
+  const auto [rows, beyond, words] = read("A2,A1\n1,2\n300,-300\n");
   ASSERT_EQ(rows.size(), 2u);
   EXPECT_EQ(rows[0], (std::vector<double>{2 * kRadPerDeg, 1 * kRadPerDeg}));
   EXPECT_EQ(rows[1], (std::vector<double>{-300 * kRadPerDeg, 300 * kRadPerDeg}));
-  ASSERT_EQ(beyond.size(), 1u);
-  expect_words(beyond[0], {"csv:3: A1: -300 deg is outside", "-155 to 155 deg"});
+  EXPECT_EQ(beyond, 1u);
+  ASSERT_EQ(words.size(), 1u);
+  expect_words(words[0], {"csv:3: A1: -300 deg is outside", "-155 to 155 deg"});
+}
+
+TEST_F(Joints, ManyBeyondTheirLimitsAreCountedAndAFewPutIntoWords) {
+  std::string text = "A2,A1\n";
+  for (int row = 0; row < 1000; ++row) text += "300,-300\n";
+  const JointRows rows = read(text);
+  EXPECT_EQ(rows.joint_rad.size(), 1000u);
+  EXPECT_EQ(rows.beyond_limits, 1000u);
+  EXPECT_EQ(rows.beyond_limits_words.size(), 5u);
 }
 
 TEST_F(Joints, RefusesOtherColumnsNonsenseAndDirectories) {
