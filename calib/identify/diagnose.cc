@@ -145,8 +145,8 @@ std::string without_length(const CertifiedLength& wrong, const Calibration& foun
 class Search {
  public:
   Search(const Cell& cell, const std::vector<Touch>& touches)
-      : cell_(cell), stride_(touches.size() / kMostTouches + 1) {
-    for (std::size_t i = 0; i < touches.size(); i += stride_) touches_.push_back(touches[i]);
+      : cell_(cell), share_(share_of(touches, kMostTouches)) {
+    for (const std::size_t i : share_) touches_.push_back(touches[i]);
     stated_ = attempt(cell, touches_);
     nominal_off_m_ = nominal_off_m(cell, touches_);
   }
@@ -412,7 +412,7 @@ class Search {
         }
         MovedTarget suspect;
         suspect.target = target.id;
-        suspect.after_touch = own[split - 1] * stride_;
+        suspect.after_touch = share_[own[split - 1]];
         suspect.many_left_out = true;  // or the touches would make sense as they are
         weigh(
             changed, renamed,
@@ -424,7 +424,7 @@ class Search {
               }
               return fmt::format(
                   "{} seems to have moved by {:.2f} mm at about touch {}; fix it, and touch again",
-                  target.id, moved_by_m(before, after) * kMmPerM, own[split] * stride_ + 1);
+                  target.id, moved_by_m(before, after) * kMmPerM, share_[own[split]] + 1);
             },
             suspect);
       }
@@ -462,8 +462,8 @@ class Search {
   }
 
   const Cell& cell_;
-  std::size_t stride_;
-  std::vector<Touch> touches_;  ///< every stride-th
+  std::vector<std::size_t> share_;  ///< of the touches, those that are asked
+  std::vector<Touch> touches_;      ///< these
   Trial stated_;
   double nominal_off_m_ = 0.0;
   std::vector<Cause> causes_;
@@ -567,18 +567,23 @@ void tell_from_lengths(const Cell& cell, const std::vector<Touch>& touches,
 /// a move.
 bool told_of_jump(const Cell& cell, const std::vector<Touch>& touches,
                   const IdentifyOptions& options, Calibration& calibration) {
+  // A level that was asked for may lack what the arm does, and that looks like jumps.
+  if (options.level) return false;
   if (calibration.verdict.publish && calibration.jumped.empty() && calibration.moved.empty())
     return false;
   constexpr double kUnlikely = -5.0;  // log odds
   const std::vector<Jump> all = jumps_by_odds(cell, touches, options, calibration);
   std::erase_if(calibration.moved, [&](const MovedTarget& moved) {
     return std::any_of(all.begin(), all.end(), [&](const Jump& jump) {
-      return jump.name == moved.target && jump.log_odds < kUnlikely;
+      return jump.what == Jump::What::kTarget && jump.name == moved.target &&
+             jump.log_odds < kUnlikely;
     });
   });
   const std::vector<Jump> jumps = believed(all);
   calibration.jumped.clear();
-  if (jumps.empty() || !jumps.front().mends) return false;
+  if (jumps.empty()) return false;
+  // Something else is wrong, too, and is told instead; but nothing is let through for that.
+  if (!jumps.front().mends && !calibration.verdict.publish) return false;
   if (jumps.size() > 1 || jumps.front().what != Jump::What::kTarget) {
     calibration.moved.clear();
     calibration.jumped = jumps;

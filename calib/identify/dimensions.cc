@@ -33,7 +33,8 @@ double nominal_off_m(const Cell& cell, const std::vector<Touch>& touches) {
       if (touches[i].set != TouchSet::kFit) continue;
       double r[3] = {};
       problem.residual_m(i, at, r, nullptr, nullptr);
-      off_m.push_back(Eigen::Map<Eigen::VectorXd>(r, problem.rows(i)).norm());
+      const double off = Eigen::Map<Eigen::VectorXd>(r, problem.rows(i)).norm();
+      if (std::isfinite(off)) off_m.push_back(off);
     }
   } catch (const IdentifyError&) {
     off_m.clear();
@@ -109,7 +110,9 @@ std::vector<OtherArm> other_arms(const Cell& cell, const std::vector<Touch>& tou
   std::vector<OtherArm> arms;
   for (const std::filesystem::path& folder : robots_directories()) {
     std::error_code none;
-    for (const auto& entry : std::filesystem::directory_iterator(folder, none)) {
+    for (std::filesystem::directory_iterator at(folder, none), end; !none && at != end;
+         at.increment(none)) {
+      const auto& entry = *at;
       if (entry.path().extension() != ".toml") continue;
       OtherArm arm{entry.path().stem().string(), cell};
       try {

@@ -7,12 +7,14 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <numbers>
 #include <optional>
 
 #include "calib/files/error.h"
 #include "calib/identify/jump_sequence.h"
 #include "calib/identify/moved.h"
+#include "calib/identify/verdict.h"
 
 namespace cellcal::calib {
 
@@ -104,11 +106,21 @@ namespace {
 
 /// How likely the touches are, whatever level, arm and places; each one that was left out costs as
 /// much as one at the gate. Natural logarithm.
-double log_evidence(const Calibration& c) {
+double log_evidence(const Cell& cell, const std::vector<Touch>& touches, const Calibration& c) {
+  // Levels are compared for given noise. That of repeats is measured anew with each jump undone.
+  double of_noise = 0.0;
+  if (c.repeats.used_m > 0.0)
+    for (const Touch& touch : touches) {
+      if (touch.set != TouchSet::kFit || touch.sigma_m > 0.0) continue;
+      const TargetKind kind = cell.targets[cell.target_index(touch.target)].kind;
+      const int rows = kind == TargetKind::kPoint || kind == TargetKind::kTracker ? 3 : 1;
+      of_noise += rows * std::log(c.repeats.used_m / cell.touch_sigma_m);
+    }
+
   double best = -std::numeric_limits<double>::infinity(), sum = 0.0;
   for (const LevelEvidence& l : c.levels) best = std::max(best, l.log_evidence);
   for (const LevelEvidence& l : c.levels) sum += std::exp(l.log_evidence - best);
-  return best + std::log(sum) - kLeftOut * static_cast<double>(c.outliers.size());
+  return best + std::log(sum) - of_noise - kLeftOut * static_cast<double>(c.outliers.size());
 }
 
 /// By which the density of a jump is below that of a small one: heavy tails (Student's t, three
@@ -149,9 +161,7 @@ bool mended(const Calibration& c) {
   constexpr double kMostLeftOut = 0.1;
   if (static_cast<double>(c.outliers.size()) > kMostLeftOut * c.before.count) return false;
   return std::all_of(c.verdict.reasons.begin(), c.verdict.reasons.end(), [](const std::string& r) {
-    for (const char* harmless : {"scope:", "no check touches:", "check touches:", "outliers:"})
-      if (r.starts_with(harmless)) return true;
-    return false;
+    return is_note(r) || r.starts_with("check touches:") || r.starts_with("outliers:");
   });
 }
 
@@ -164,8 +174,11 @@ class Search {
         touches_(touches),
         options_(options),
         stated_(cell, touches, calibration),
-        log_evidence_(log_evidence(calibration)),
-        in_order_(in_order(touches)) {}
+        log_evidence_(log_evidence(cell, touches, calibration)),
+        in_order_(in_order(touches)) {
+    for (const Outlier& o : calibration.outliers) ++left_out_[touches[o.touch].target];
+    for (const MovedTarget& m : calibration.moved) left_out_[m.target] += touches.size();
+  }
 
   /// Of one that is known.
   double log_odds(const Jump& known) const {
@@ -175,7 +188,7 @@ class Search {
       while (found.behind + 1 < stated_.order().size() &&
              stated_.order()[found.behind] != known.after_touch)
         ++found.behind;
-      ++found.behind;
+      if (++found.behind >= stated_.order().size()) return 0.0;
       if (known.what == Jump::What::kJoint)
         found.size = Eigen::VectorXd::Constant(1, known.angle_rad);
       else
@@ -193,6 +206,7 @@ class Search {
     double scatter = 1.0;
     double best = -std::numeric_limits<double>::infinity();
     for (const JumpSuspect& suspect : stated_.suspects()) {
+      if (suspect.what == Jump::What::kTarget && !worth_a_look(suspect.name)) continue;
       const auto found = stated_.robust(suspect);
       if (!found || found->squared_sigmas < kWorthTrying) continue;
       std::optional<Jump> jump;
@@ -218,6 +232,18 @@ class Search {
   }
 
  private:
+  /// Of many targets those that are suspected already, or of which most touches are left out.
+  bool worth_a_look(const std::string& target) const {
+    constexpr std::size_t kMostTargets = 8;
+    if (cell_.targets.size() <= kMostTargets) return true;
+    const auto own = left_out_.find(target);
+    if (own == left_out_.end()) return false;
+    const auto louder = std::count_if(left_out_.begin(), left_out_.end(), [&](const auto& other) {
+      return other.second > own->second;
+    });
+    return louder < static_cast<std::ptrdiff_t>(kMostTargets);
+  }
+
   std::vector<Touch> with_undone(const JumpSuspect& suspect, const FoundJump& found) const {
     std::vector<Touch> touches = touches_;
     bool passed = false;
@@ -246,10 +272,13 @@ class Search {
       jump->what = suspect.what;
       jump->name = suspect.name;
       jump->after_touch = stated_.order()[found.behind - 1];
-      jump->log_odds = log_evidence(c) - log_evidence_ - 0.5 * std::log(usual.determinant()) -
-                       surprise(size, suspect.usual);
+      jump->log_odds = log_evidence(cell_, touches, c) - log_evidence_ -
+                       0.5 * std::log(usual.determinant()) - surprise(size, suspect.usual);
       jump->mends = mended(c);
-      const Eigen::MatrixXd covariance = further->information.inverse() * chi2;
+      const Eigen::MatrixXd covariance =  // with what is looked for: a direction may go unseen
+          (further->information + Eigen::MatrixXd::Identity(d, d) / (suspect.usual * suspect.usual))
+              .inverse() *
+          chi2;
       jump->squared_sigmas = size.dot(further->information * size) / chi2;
       jump->sigma = std::sqrt(size.dot(covariance * size)) / size.norm();
       if (suspect.what == Jump::What::kJoint)
@@ -287,7 +316,8 @@ class Search {
     const Calibration c = identify_as_stated(two.cell, two.touches, options_);
     jump.shift_m = place(c, two.later) - place(c, suspect.name);
     chi2 = std::max(1.0, c.chi2_per_dof);
-    jump.log_odds = log_evidence(c) - log_evidence_ - surprise(jump.shift_m, suspect.usual);
+    jump.log_odds = log_evidence(two.cell, two.touches, c) - log_evidence_ -
+                    surprise(jump.shift_m, suspect.usual);
     jump.squared_sigmas = found.squared_sigmas / chi2;
     jump.sigma = found.size.norm() / std::sqrt(jump.squared_sigmas);
     jump.mends = mended(c);
@@ -300,22 +330,23 @@ class Search {
   JumpSequence stated_;
   double log_evidence_;
   std::vector<std::size_t> in_order_;
+  std::map<std::string, std::size_t> left_out_;  ///< touches, by target
 };
 
 }  // namespace
 
 std::vector<Jump> jumps_by_odds(const Cell& cell, const std::vector<Touch>& touches,
                                 const IdentifyOptions& options, const Calibration& calibration) {
-  const std::size_t stride = touches.size() / kMostTouches + 1;
   std::vector<Jump> jumps;
   try {
-    if (stride == 1) {
+    if (touches.size() <= kMostTouches) {
       jumps = Search(cell, touches, options, calibration).all();
     } else {
+      const std::vector<std::size_t> which = share_of(touches, kMostTouches);
       std::vector<Touch> share;
-      for (std::size_t i = 0; i < touches.size(); i += stride) share.push_back(touches[i]);
+      for (const std::size_t i : which) share.push_back(touches[i]);
       jumps = Search(cell, share, options, identify_as_stated(cell, share, options)).all();
-      for (Jump& jump : jumps) jump.after_touch *= stride;
+      for (Jump& jump : jumps) jump.after_touch = which[jump.after_touch];
     }
   } catch (const IdentifyError&) {
     return {};  // the share says too little
@@ -362,7 +393,7 @@ std::string subject(const Jump& jump) {
 std::string words_of_one(const Cell& cell, const Jump& jump, const std::vector<Touch>& touches) {
   if (jump.what == Jump::What::kTool)
     return fmt::format(
-        "knocked tool: its tip seems to have moved by {} on the flange after {} (of {}); "
+        "knocked tool: its tip seems to have moved by {} on the flange after about {} (of {}); "
         "check its fastening and calibrate again",
         sized(jump), touch_words(jump.after_touch, touches[jump.after_touch]), touches.size());
   // The same to all touches as that joint.
@@ -372,7 +403,7 @@ std::string words_of_one(const Cell& cell, const Jump& jump, const std::vector<T
   else if (jump.name == cell.robot.joints.back().name)
     or_else = " (or the tool turned on the flange by as much)";
   return fmt::format(
-      "slipped joint: the zero of {} seems to have jumped by {} after {} (of {}){}; look for "
+      "slipped joint: the zero of {} seems to have jumped by {} after about {} (of {}){}; look for "
       "a slipping belt, coupling or brake, master the joint and calibrate again",
       jump.name, sized(jump), touch_words(jump.after_touch, touches[jump.after_touch]),
       touches.size(), or_else);
@@ -382,7 +413,7 @@ std::string words_of_several(const std::vector<Jump>& jumps, const std::vector<T
   std::string candidates;
   for (const Jump& jump : jumps)
     candidates +=
-        fmt::format("{}{} by {} after {}", candidates.empty() ? "" : ", or ", subject(jump),
+        fmt::format("{}{} by {} after about {}", candidates.empty() ? "" : ", or ", subject(jump),
                     sized(jump), touch_words(jump.after_touch, touches[jump.after_touch]));
   return fmt::format(
       "something moved in the middle of the session (of {} touches), and they do not tell for "

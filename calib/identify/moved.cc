@@ -5,9 +5,11 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numeric>
 #include <optional>
 #include <span>
+#include <utility>
 
 #include "calib/files/error.h"
 
@@ -231,6 +233,16 @@ std::vector<MovedTarget> suspected_moves(const Problem& problem, const Estimate&
                    });
   if (suspects.size() > kLooks) suspects.resize(kLooks);
   return suspects;
+}
+
+std::vector<std::size_t> share_of(std::span<const Touch> touches, std::size_t most) {
+  const std::size_t every = (touches.size() + most - 1) / most;
+  std::map<std::pair<std::string, TouchSet>, std::size_t> seen;
+  std::vector<std::size_t> share;
+  for (const std::size_t i : in_order(touches))
+    if (seen[{touches[i].target, touches[i].set}]++ % every == 0) share.push_back(i);
+  std::sort(share.begin(), share.end());
+  return share;
 }
 
 std::string id_after_move(const Cell& cell, const std::string& id) {

@@ -24,6 +24,10 @@ std::vector<MovedTarget> suspected_moves(const Problem& problem, const Estimate&
 /// Touches in the order in which they were made: by time where all have one, else as given.
 std::vector<std::size_t> in_order(std::span<const Touch> touches);
 
+/// Of more than `most` touches a share in their order, of each target's fit and check touches
+/// alike; indices, rising.
+std::vector<std::size_t> share_of(std::span<const Touch> touches, std::size_t most);
+
 /// An id for the same target after its move, which none of the cell's has.
 std::string id_after_move(const Cell& cell, const std::string& id);
 

@@ -291,6 +291,13 @@ std::string untouched_targets(const Problem& problem) {
   return words;
 }
 
+bool is_note(std::string_view reason) {
+  for (const std::string_view opening : {"scope: ", "no check touches: ", "since the last one: ",
+                                         "unchecked scale: ", "not touched: "})
+    if (reason.starts_with(opening)) return true;
+  return false;
+}
+
 Verdict judge(const Problem& problem, const Calibration& c) {
   Verdict verdict;
   std::vector<std::string> blocking;
@@ -363,13 +370,17 @@ Verdict judge(const Problem& problem, const Calibration& c) {
         fmt::format("check touches: held-out touches leave {:.3f} mm rms, {:.1f} times what the "
                     "calibration predicts for them",
                     c.check.rms_m * 1e3, ratio));
+    constexpr int kInWords = 3;
+    int elsewhere = 0;
     for (const TouchResidual& r : c.residuals) {
       if (problem.touches()[r.touch].set != TouchSet::kCheck) continue;
-      if (const auto other = lies_on(problem, c, r))
+      const auto other = lies_on(problem, c, r);
+      if (other && ++elsewhere <= kInWords)
         blocking.back() += fmt::format("; {} of {} lies on {}: correct its target",
                                        touch_words(r.touch, problem.touches()[r.touch]),
                                        problem.touches()[r.touch].target, *other);
     }
+    if (elsewhere > kInWords) blocking.back() += fmt::format("; and {} more", elsewhere - kInWords);
   }
 
   verdict.publish = blocking.empty();

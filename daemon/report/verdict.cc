@@ -1,5 +1,7 @@
 // The first thing on the page: may the result be used, where, and why.
 
+#include "calib/identify/verdict.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -17,8 +19,6 @@ namespace {
 // Reasons open with what they are about ("chi^2: ...", "scope: ..."). These are never why a result
 // is refused.
 constexpr std::string_view kScope = "scope: ";
-constexpr std::string_view kNotes[] = {
-    "no check touches: ", "since the last one: ", "unchecked scale: ", "not touched: "};
 
 struct Reasons {
   std::string scope;  // without its opening
@@ -31,9 +31,7 @@ Reasons sorted_reasons(const calib::Verdict& verdict) {
     if (reasons.scope.empty() && reason.starts_with(kScope)) {
       reasons.scope = reason.substr(kScope.size());
     } else {
-      const bool note =
-          verdict.publish || std::any_of(std::begin(kNotes), std::end(kNotes),
-                                         [&](auto opening) { return reason.starts_with(opening); });
+      const bool note = verdict.publish || calib::is_note(reason);
       (note ? reasons.other : reasons.against).push_back(reason);
     }
   }

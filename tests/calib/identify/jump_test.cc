@@ -11,6 +11,7 @@
 
 #include "calib/files/calibration_json.h"
 #include "calib/identify/identify.h"
+#include "calib/model/random.h"
 #include "tests/calib/identify/simulate.h"
 
 namespace cellcal::calib {
@@ -81,6 +82,37 @@ TEST(Jump, OfAJointsZeroIsNamedWithSizeAndTouchAndNotToldAsATargetThatMoved) {
         << reasons_of(c);
     EXPECT_NE(reasons_of(c).find("master the joint"), std::string::npos);
   }
+}
+
+void expect_slip_of_a3(const Calibration& c, double slip_deg) {
+  EXPECT_FALSE(c.verdict.publish);
+  ASSERT_EQ(c.jumped.size(), 1u) << reasons_of(c);
+  EXPECT_EQ(c.jumped[0].name, demo_cell().robot.joints[2].name) << reasons_of(c);
+  EXPECT_NEAR(c.jumped[0].angle_rad / kRadPerDegree, slip_deg, 0.01);
+}
+
+TEST(Jump, IsNamedBesideNotesThatAreNoObjections) {
+  Cell cell = demo_cell();
+  cell.lengths.resize(1);
+  expect_slip_of_a3(identify(cell, slipped(2, 0.05, 3)), 0.05);
+  cell = demo_cell();
+  cell.targets.push_back(cell.targets.front());
+  cell.targets.back().id = "never touched";
+  expect_slip_of_a3(identify(cell, slipped(2, 0.05, 3)), 0.05);
+}
+
+TEST(Jump, BetweenTwoVisitsOfTheSamePlacesIsNotTakenForNoise) {
+  constexpr double kSlipDeg = 0.05, kScatterRad = 1e-5;
+  auto touches =
+      make_touches(demo_cell(), plain_truth(demo_cell(), 3), {.fit = 80, .seed = 3}).touches;
+  Random random(3);
+  for (std::size_t i = 0; i < 80; ++i) {
+    Touch again = touches[i];
+    for (double& q : again.joint_rad) q += kScatterRad * random.normal();
+    again.joint_rad[2] -= kSlipDeg * kRadPerDegree;
+    touches.push_back(again);
+  }
+  expect_slip_of_a3(identify(demo_cell(), touches), kSlipDeg);
 }
 
 TEST(Jump, OfTheToolIsNamedWithItsSideOnTheFlange) {

@@ -6,6 +6,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <map>
+#include <string>
+#include <utility>
 
 #include "calib/identify/identify.h"
 #include "tests/calib/identify/simulate.h"
@@ -162,6 +165,26 @@ TEST(MovedTarget, IsOnlySuspectedWhereNobodyLooksCloser) {
   EXPECT_EQ(c.moved[0].target, "S3");
   EXPECT_EQ(c.moved[0].shift_m.norm(), 0.0);
   EXPECT_TRUE(c.verdict.publish);
+}
+
+TEST(ShareOf, ManyTouchesHoldsOfEachTargetFitAndCheckTouchesAlike) {
+  std::vector<Touch> touches(4500);
+  for (std::size_t i = 0; i < touches.size(); ++i) {
+    touches[i].target = std::string("S") + "1234"[i % 4];
+    touches[i].set = i % 5 == 0 ? TouchSet::kCheck : TouchSet::kFit;
+  }
+  std::map<std::pair<std::string, TouchSet>, int> held;
+  const std::vector<std::size_t> share = share_of(touches, 1000);
+  EXPECT_TRUE(std::is_sorted(share.begin(), share.end()));
+  for (const std::size_t i : share) ++held[{touches[i].target, touches[i].set}];
+  EXPECT_EQ(held.size(), 8u);
+  for (const auto& [which, count] : held)
+    EXPECT_NEAR(count, which.second == TouchSet::kFit ? 180 : 45, 1) << which.first;
+}
+
+TEST(ShareOf, FewTouchesIsAllOfThem) {
+  EXPECT_EQ(share_of(std::vector<Touch>(1000), 1000).size(), 1000u);
+  EXPECT_TRUE(share_of({}, 1000).empty());
 }
 
 }  // namespace
