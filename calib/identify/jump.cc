@@ -13,6 +13,7 @@
 
 #include "calib/files/error.h"
 #include "calib/identify/jump_sequence.h"
+#include "calib/identify/lengths.h"
 #include "calib/identify/moved.h"
 #include "calib/identify/verdict.h"
 
@@ -422,14 +423,13 @@ std::string words_of_several(const std::vector<Jump>& jumps, const std::vector<T
 }
 
 /// Whether it jumped, as far as touches tell without certified lengths: wrong ones pull at the arm.
-bool without_lengths(Cell cell, const std::vector<Touch>& touches, const IdentifyOptions& options,
-                     const Jump& jump) {
+bool without_lengths(const Cell& cell, const std::vector<Touch>& touches,
+                     const IdentifyOptions& options, const Jump& jump) {
   if (touches.size() > kMostTouches) return true;  // they say enough of themselves
-  constexpr double kAnyLengthM = 10.0;
-  for (CertifiedLength& length : cell.lengths) length.sigma_m = kAnyLengthM;
+  const Cell changed = silenced(cell, [](const CertifiedLength&) { return true; });
   try {
-    const Calibration c = identify_as_stated(cell, touches, options);
-    return Search(cell, touches, options, c).log_odds(jump) > 0.0;
+    const Calibration c = identify_as_stated(changed, touches, options);
+    return Search(changed, touches, options, c).log_odds(jump) > 0.0;
   } catch (const IdentifyError&) {
     return true;  // the touches alone determine nothing, and so do not speak against it
   }

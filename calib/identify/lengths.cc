@@ -1,5 +1,7 @@
 #include "calib/identify/lengths.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
@@ -108,6 +110,35 @@ const LengthResult* worst_contradicted(const std::vector<LengthResult>& lengths)
                                         return contradiction(a) < contradiction(b);
                                       });
   return worst != lengths.end() && is_contradicted(*worst) ? &*worst : nullptr;
+}
+
+bool same_ends(const CertifiedLength& a, const CertifiedLength& b) {
+  return (a.from == b.from && a.to == b.to) || (a.from == b.to && a.to == b.from);
+}
+
+bool is_of(const LengthResult& result, const CertifiedLength& length) {
+  return result.from == length.from && result.to == length.to &&
+         result.certified_m == length.length_m;
+}
+
+Cell silenced(Cell cell, const std::function<bool(const CertifiedLength&)>& which) {
+  constexpr double kAnyLengthM = 10.0;
+  for (CertifiedLength& length : cell.lengths)
+    if (which(length)) length.sigma_m = kAnyLengthM;
+  return cell;
+}
+
+std::string without_length(const CertifiedLength& wrong, const Calibration& found) {
+  constexpr double kMmPerM = 1000.0;
+  std::string apart = "nothing tells of it";
+  for (const LengthResult& l : found.lengths)
+    if (is_of(l, wrong))
+      apart = fmt::format("they lie {:.2f} +- {:.2f} mm apart instead of {:.3f} mm",
+                          l.by_others_m * kMmPerM, l.sigma_m * kMmPerM, wrong.length_m * kMmPerM);
+  return fmt::format(
+      "without the certified length of {} and {} everything makes sense, and {}; check it, and "
+      "whether one of them was moved since it was measured",
+      wrong.from, wrong.to, apart);
 }
 
 }  // namespace cellcal::calib

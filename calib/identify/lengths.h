@@ -3,6 +3,8 @@
 // left out. A length that is certified to microns is held whatever the touches say, so that its own
 // residual tells nothing; what the others foresee does (Baarda's data snooping).
 
+#include <functional>
+#include <string>
 #include <vector>
 
 #include "calib/identify/calibration.h"
@@ -27,5 +29,12 @@ double least_seen_error_m(const LengthResult& length);
 bool same_ends(const LengthResult& a, const LengthResult& b);
 /// The most contradicted one; null where none is.
 const LengthResult* worst_contradicted(const std::vector<LengthResult>& lengths);
+
+bool same_ends(const CertifiedLength& a, const CertifiedLength& b);
+bool is_of(const LengthResult& result, const CertifiedLength& length);
+/// With lengths that say nothing: what all else says of them is still worked out.
+Cell silenced(Cell cell, const std::function<bool(const CertifiedLength&)>& which);
+/// That without `wrong` all makes sense, and what `found`, which is without it, makes of it.
+std::string without_length(const CertifiedLength& wrong, const Calibration& found);
 
 }  // namespace cellcal::calib

@@ -1,0 +1,455 @@
+#include "calib/identify/causes.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <numbers>
+#include <optional>
+
+#include "calib/files/error.h"
+#include "calib/identify/dimensions.h"
+#include "calib/identify/identify.h"
+#include "calib/identify/lengths.h"
+#include "calib/identify/level.h"
+#include "calib/identify/moved.h"
+#include "calib/model/kinematics.h"
+
+namespace cellcal::calib {
+
+namespace {
+
+constexpr double kMmPerM = 1000.0;
+/// Squared sigmas per touch, of touches and tolerances together, below which all makes sense: 1 and
+/// at most one more for each of the unknowns, some of which the touches do not reach.
+constexpr double kSense = 2.5;
+/// Nor is a tolerance or a certified length off by more, squared sigmas: among many touches one
+/// would not show.
+constexpr double kFarStated = 36.0;
+/// What a cause takes away at least, squared sigmas; chance and a few more unknowns take less.
+constexpr double kWorthNaming = 25.0;
+/// A touch is wrong by no more than this, however far it is off.
+constexpr double kMostSigmas = 5.0;
+/// A cause has to explain all but this part of the misfit.
+constexpr double kExplained = 0.5;
+constexpr std::size_t kNamed = 3;
+constexpr std::size_t kMostPairs = 28;
+/// A mistake of set-up shows in so many touches; more would only take longer.
+constexpr std::size_t kMostTouches = 1000;
+/// So much nearer to the touches than stated another dimension has to bring the nominal arm.
+constexpr double kNearer = 1.0 / 3.0;
+constexpr double kAnyToolM = 0.3, kAnyRadiusM = 0.01;
+
+/// What the best arm leaves unexplained: squared sigmas, of touches and of what the files state;
+/// and that arm.
+struct Trial {
+  double sum = std::numeric_limits<double>::infinity();
+  int touches = 1;
+  double worst = 0.0;  ///< of what the files state, one tolerance or certified length
+  std::optional<Calibration> found;
+
+  double misfit() const { return sum / touches; }
+  /// Beyond one for each touch.
+  double excess() const { return sum - touches; }
+  bool makes_sense() const { return misfit() < kSense && worst < kFarStated; }
+};
+
+/// How far the files let a parameter be off, 1 sigma; 0 where they say nothing.
+double stated_sigma(const ArmModel& arm, const Cell& cell, const std::string& name) {
+  for (const ArmParameter& parameter : arm.parameters())
+    if (parameter.name == name) return parameter.sigma;
+  if (name == "touch.rho") return cell.radius_offset_sigma_m;
+  for (const Target& target : cell.targets)
+    if (name == target.id + ".radius") return target.diameter_sigma_m / 2.0;
+  return 0.0;
+}
+
+Trial attempt(const Cell& cell, const std::vector<Touch>& touches) {
+  Trial trial;
+  const Cell levelled = at_level(cell, ModelLevel{});
+  const ArmModel arm(levelled.robot, levelled.tool);
+  try {
+    IdentifyOptions options;
+    options.level = ModelLevel{};  // the fullest; which one it is does not matter here
+    trial.found = identify_as_stated(cell, touches, options);
+  } catch (const IdentifyError&) {
+    return trial;
+  }
+  trial.sum = 0.0;
+  trial.touches = 0;
+  for (const TouchResidual& r : trial.found->residuals) {
+    const Touch& touch = touches[r.touch];
+    if (touch.set != TouchSet::kFit) continue;
+    const double sigma = touch.sigma_m > 0.0 ? touch.sigma_m : cell.touch_sigma_m;
+    trial.sum += std::pow(std::min(std::abs(r.after_m) / sigma, kMostSigmas), 2);
+    ++trial.touches;
+  }
+  const auto add_stated = [&](double sigmas) {
+    trial.sum += sigmas * sigmas;
+    trial.worst = std::max(trial.worst, sigmas * sigmas);
+  };
+  for (const ParameterResult& p : trial.found->parameters)
+    if (const double sigma = stated_sigma(arm, cell, p.name); sigma > 0.0)
+      add_stated(p.correction / sigma);
+  for (const LengthResult& length : trial.found->lengths) add_stated(contradiction(length));
+  return trial;
+}
+
+/// What was touched is elsewhere on a plane or before a tracker each time; how they stand is not.
+double moved_by_m(const TargetResult& before, const TargetResult& after) {
+  if (before.kind == TargetKind::kPlane)
+    return std::abs(after.normal.dot(before.centre_m) - after.distance_m);
+  if (before.kind == TargetKind::kTracker)
+    return (after.frame * (before.frame.inverse() * before.centre_m) - before.centre_m).norm();
+  return (after.centre_m - before.centre_m).norm();
+}
+
+class Search {
+ public:
+  Search(const Cell& cell, const std::vector<Touch>& touches)
+      : cell_(cell), share_(share_of(touches, kMostTouches)) {
+    for (const std::size_t i : share_) touches_.push_back(touches[i]);
+    stated_ = attempt(cell, touches_);
+    nominal_off_m_ = nominal_off_m(cell, touches_);
+  }
+
+  bool needed() const { return !stated_.makes_sense(); }
+
+  void radians() {
+    constexpr double kTurnDeg = 360.0 * std::numbers::pi / 180.0;  // read as degrees: below 6.3
+    constexpr double kDegPerRad = 180.0 / std::numbers::pi;
+    double largest = 0.0;
+    for (const Touch& touch : touches_)
+      for (const double q : touch.joint_rad) largest = std::max(largest, std::abs(q) * kDegPerRad);
+    if (largest > kTurnDeg) return;
+    std::vector<Touch> changed = touches_;
+    for (Touch& touch : changed)
+      for (double& q : touch.joint_rad) q *= kDegPerRad;
+    weigh(cell_, changed, [&](const Calibration&) {
+      return fmt::format(
+          "no joint angle is above {:.1f} deg, and read as radians the touches make sense; give "
+          "them "
+          "in degrees",
+          largest);
+    });
+  }
+
+  void signs() {
+    for (std::size_t i = 0; i < cell_.robot.joints.size(); ++i) {
+      std::vector<Touch> changed = touches_;
+      for (Touch& touch : changed) touch.joint_rad[i] = -touch.joint_rad[i];
+      weigh(cell_, changed, [&](const Calibration&) {
+        return fmt::format(
+            "with {} turning the other way the touches make sense; check its sign in the robot "
+            "file",
+            cell_.robot.joints[i].name);
+      });
+    }
+  }
+
+  /// An axis that lost its mastering.
+  void zeros() {
+    constexpr double kAnyZeroRad = 0.1;
+    for (std::size_t i = 0; i < cell_.robot.joints.size(); ++i) {
+      const Joint& joint = cell_.robot.joints[i];
+      const auto off_rad = [&](const Calibration& c) {
+        for (const ParameterResult& p : c.parameters)
+          if (p.name == joint.name + ".theta")
+            return std::remainder(joint.sign * p.correction, 2.0 * std::numbers::pi);
+        return 0.0;
+      };
+      Cell loose = cell_;
+      loose.robot.joints[i].errors = {JointError::kTheta};  // or another angle takes its share
+      loose.robot.joints[i].tolerance_angle_rad = kAnyZeroRad;
+      const Trial trial = attempt(loose, touches_);
+      if (!trial.found) continue;
+      const double about_rad = off_rad(*trial.found);
+      if (!(std::abs(about_rad) > 2.0 * joint.tolerance_angle_rad)) continue;
+      std::vector<Touch> changed = touches_;
+      for (Touch& touch : changed) touch.joint_rad[i] += about_rad;
+      weigh(cell_, changed, [&](const Calibration& c) {
+        return fmt::format(
+            "with {:+.2f} deg added to all angles of {} the touches make sense; has it lost its "
+            "mastering?",
+            (about_rad + off_rad(c)) * 180.0 / std::numbers::pi, joint.name);
+      });
+    }
+  }
+
+  void exchanged() {
+    std::size_t tried = 0;
+    for (std::size_t a = 0; a < cell_.robot.joints.size(); ++a)
+      for (std::size_t b = a + 1; b < cell_.robot.joints.size() && tried < kMostPairs;
+           ++b, ++tried) {
+        std::vector<Touch> changed = touches_;
+        for (Touch& touch : changed) std::swap(touch.joint_rad[a], touch.joint_rad[b]);
+        weigh(cell_, changed, [&](const Calibration&) {
+          return fmt::format(
+              "with the angles of {} and {} exchanged the touches make sense; check the columns",
+              cell_.robot.joints[a].name, cell_.robot.joints[b].name);
+        });
+      }
+  }
+
+  void swapped() {
+    std::size_t tried = 0;
+    for (std::size_t a = 0; a < cell_.targets.size(); ++a)
+      for (std::size_t b = a + 1; b < cell_.targets.size() && tried < kMostPairs; ++b, ++tried) {
+        const std::string &one = cell_.targets[a].id, &other = cell_.targets[b].id;
+        std::vector<Touch> changed = touches_;
+        for (Touch& touch : changed)
+          touch.target = touch.target == one ? other : touch.target == other ? one : touch.target;
+        weigh(cell_, changed, [&](const Calibration&) {
+          return fmt::format("with {} and {} swapped the touches make sense; check which is which",
+                             one, other);
+        });
+      }
+  }
+
+  void tool() {
+    constexpr double kTinyM = 5e-3;
+    if (const double reach_m = cell_.tool.tcp.translation().norm();
+        reach_m > 0.0 && reach_m < kTinyM) {
+      Cell larger = cell_;
+      larger.tool.tcp.translation() *= kMmPerM;
+      if (larger.tool.length_m < kTinyM) larger.tool.length_m *= kMmPerM;
+      if (larger.tool.com_m.norm() < kTinyM) larger.tool.com_m *= kMmPerM;
+      weigh(larger, touches_, [&](const Calibration&) {
+        return fmt::format(
+            "the tool is {:.3f} mm long, and read as metres the touches make sense; give it in "
+            "millimetres",
+            reach_m * kMmPerM);
+      });
+    }
+    Cell changed = cell_;
+    if (!(bring_tool_nearest(changed, touches_) < kNearer * nominal_off_m_)) changed = cell_;
+    changed.tool.tcp_sigma_m.setConstant(kAnyToolM);
+    const Eigen::Vector3d brought = changed.tool.tcp.translation() - cell_.tool.tcp.translation();
+    weigh(changed, touches_, [&](const Calibration& c) {
+      Eigen::Vector3d off = brought * kMmPerM;
+      for (const ParameterResult& p : c.parameters)
+        for (int axis = 0; axis < 3; ++axis)
+          if (p.name == std::string("tool.") + "xyz"[axis]) off[axis] += p.correction * kMmPerM;
+      return fmt::format(
+          "with the tool's tip moved by about ({:.1f}, {:.1f}, {:.1f}) mm on the flange the "
+          "touches make sense; is it the tool of the cell file{}?",
+          off.x(), off.y(), off.z(),
+          is_turn(off / kMmPerM) ? ", and has the last axis its mastering" : "");
+    });
+  }
+
+  /// A length that is not what the robot file says, by centimetres.
+  void dimensions() {
+    constexpr double kAnyLengthM = 0.05;
+    constexpr std::size_t kMost = 4;
+    struct Found {
+      Dimension dimension;
+      Nearest nearest;
+    };
+    std::vector<Found> found;
+    for (const Dimension& dimension : dimensions_of(cell_.robot))
+      found.push_back({dimension, nearest(cell_, touches_, dimension)});
+    std::stable_sort(found.begin(), found.end(), [](const Found& a, const Found& b) {
+      return a.nearest.off_m < b.nearest.off_m;
+    });
+    for (std::size_t k = 0; k < std::min(kMost, found.size()); ++k) {
+      const auto& [dimension, nearest] = found[k];
+      if (!(nearest.off_m < kNearer * nominal_off_m_)) return;
+      const Joint& joint = cell_.robot.joints[dimension.joint];
+      const bool is_d = dimension.of == Dimension::Of::kD;
+      const auto off_m = [&](const Calibration& c) {
+        for (const ParameterResult& p : c.parameters)
+          if (p.name == joint.name + (is_d ? ".d" : ".a")) return p.correction;
+        return 0.0;
+      };
+      Cell changed = cell_;
+      double& value = dimension.in(changed);
+      value += nearest.add_m;
+      Cell loose = changed;
+      loose.robot.joints[dimension.joint].tolerance_length_m = kAnyLengthM;
+      const Trial trial = attempt(loose, touches_);
+      if (!trial.found) continue;
+      value += off_m(*trial.found);
+      const double about_m = value;
+      Cell stated = cell_;
+      weigh(changed, touches_, [&](const Calibration& c) {
+        return fmt::format(
+            "with {}_mm of {} {:.1f} instead of {:.1f} the touches make sense; check it in the "
+            "robot file{}",
+            is_d ? 'd' : 'a', joint.name, (about_m + off_m(c)) * kMmPerM,
+            dimension.in(stated)*kMmPerM,
+            dimension.joint + 1 == cell_.robot.joints.size() ? ", and the tool's length" : "");
+      });
+    }
+  }
+
+  void other_robot() {
+    constexpr std::size_t kMost = 3;
+    const std::vector<OtherArm> arms = other_arms(cell_, touches_);
+    for (std::size_t k = 0; k < std::min(kMost, arms.size()); ++k) {
+      if (!(arms[k].off_m < kNearer * nominal_off_m_)) return;
+      weigh(arms[k].cell, touches_, [&](const Calibration&) {
+        return fmt::format(
+            "with the robot file {} ({}) the touches make sense, and not with that of {}; which "
+            "arm is it?",
+            arms[k].file, arms[k].cell.robot.name, cell_.robot.name);
+      });
+    }
+  }
+
+  void radius() {
+    Cell changed = cell_;
+    changed.radius_offset_sigma_m = kAnyRadiusM;
+    weigh(changed, touches_, [&](const Calibration& c) {
+      double rho = 0.0;
+      for (const ParameterResult& p : c.parameters)
+        if (p.name == "touch.rho") rho = p.correction * kMmPerM;
+      return fmt::format(
+          "with diameters {:+.2f} mm off what the cell file states the touches make sense; check "
+          "diameter_mm and tip_radius_mm",
+          2.0 * rho);
+    });
+    for (std::size_t t = 0; t < cell_.targets.size(); ++t) {
+      if (cell_.targets[t].kind != TargetKind::kSphere) continue;
+      changed = cell_;
+      changed.targets[t].diameter_sigma_m = 2.0 * kAnyRadiusM;
+      weigh(changed, touches_, [&](const Calibration& c) {
+        double radius = 0.0;
+        for (const ParameterResult& p : c.parameters)
+          if (p.name == cell_.targets[t].id + ".radius") radius = p.correction * kMmPerM;
+        return fmt::format(
+            "with the diameter of {} {:+.2f} mm off what the cell file states the touches make "
+            "sense; check its diameter_mm",
+            cell_.targets[t].id, 2.0 * radius);
+      });
+    }
+  }
+
+  void lengths() {
+    for (std::size_t k = 0; k < std::min(kMostPairs, cell_.lengths.size()); ++k) {
+      const CertifiedLength& wrong = cell_.lengths[k];
+      const auto here = cell_.lengths.begin() + static_cast<std::ptrdiff_t>(k);
+      if (std::any_of(cell_.lengths.begin(), here,
+                      [&](const CertifiedLength& l) { return same_ends(l, wrong); }))
+        continue;
+      const Cell changed =
+          silenced(cell_, [&](const CertifiedLength& l) { return same_ends(l, wrong); });
+      weigh(changed, touches_, [&](const Calibration& c) { return without_length(wrong, c); });
+    }
+    std::size_t tried = 0;
+    for (std::size_t a = 0; a < cell_.lengths.size(); ++a)
+      for (std::size_t b = a + 1; b < cell_.lengths.size() && tried < kMostPairs; ++b, ++tried) {
+        Cell changed = cell_;
+        std::swap(changed.lengths[a].length_m, changed.lengths[b].length_m);
+        const CertifiedLength &one = cell_.lengths[a], &other = cell_.lengths[b];
+        weigh(changed, touches_, [&](const Calibration&) {
+          return fmt::format(
+              "with the certified lengths of {}-{} and {}-{} exchanged the touches make sense; "
+              "check which is which",
+              one.from, one.to, other.from, other.to);
+        });
+      }
+  }
+
+  /// From one of its touches on, a target stands elsewhere.
+  void moved() {
+    constexpr int kLeastEachSide = 4;
+    for (const Target& target : cell_.targets) {
+      std::vector<std::size_t> own;
+      for (const std::size_t i : in_order(touches_))
+        if (touches_[i].target == target.id && touches_[i].set == TouchSet::kFit) own.push_back(i);
+      for (const int quarter : {1, 2, 3}) {
+        const std::size_t split = own.size() * static_cast<std::size_t>(quarter) / 4;
+        if (split < kLeastEachSide || own.size() - split < kLeastEachSide) continue;
+        Cell changed = cell_;
+        Target later = target;
+        later.id = id_after_move(cell_, target.id);
+        later.centre_sigma_m = 0.0;  // the touches say where
+        changed.targets.push_back(later);
+        std::vector<Touch> renamed = touches_;
+        bool passed = false;
+        for (const std::size_t i : in_order(touches_)) {
+          passed = passed || i == own[split];
+          if (passed && renamed[i].target == target.id) renamed[i].target = later.id;
+        }
+        MovedTarget suspect;
+        suspect.target = target.id;
+        suspect.after_touch = share_[own[split - 1]];
+        suspect.many_left_out = true;  // or the touches would make sense as they are
+        weigh(
+            changed, renamed,
+            [&](const Calibration& c) {
+              TargetResult before, after;
+              for (const TargetResult& t : c.targets) {
+                if (t.id == target.id) before = t;
+                if (t.id == later.id) after = t;
+              }
+              return fmt::format(
+                  "{} seems to have moved by {:.2f} mm at about touch {}; fix it, and touch again",
+                  target.id, moved_by_m(before, after) * kMmPerM, share_[own[split]] + 1);
+            },
+            suspect);
+      }
+    }
+  }
+
+  std::vector<Cause> best() {
+    std::stable_sort(causes_.begin(), causes_.end(),
+                     [](const Cause& a, const Cause& b) { return a.misfit < b.misfit; });
+    std::vector<Cause> named;
+    for (const Cause& cause : causes_)
+      // Another one is worth naming where it explains the touches about as well.
+      if (named.size() < kNamed && cause.misfit < 1.2 * causes_.front().misfit)
+        named.push_back(cause);
+    return named;
+  }
+
+ private:
+  /// Whether turning the tool about the last axis, the flange's z, moves its tip so.
+  bool is_turn(const Eigen::Vector3d& off_m) const {
+    constexpr double kLike = 0.2;
+    const Eigen::Vector2d tip = cell_.tool.tcp.translation().head<2>();
+    const Eigen::Vector2d turned = tip + off_m.head<2>();
+    return std::abs(turned.norm() - tip.norm()) < kLike * off_m.norm() &&
+           std::abs(off_m.z()) < kLike * off_m.norm();
+  }
+
+  void weigh(const Cell& cell, const std::vector<Touch>& touches,
+             const std::function<std::string(const Calibration&)>& words,
+             const std::optional<MovedTarget>& moved = {}) {
+    const Trial trial = attempt(cell, touches);
+    if (trial.makes_sense() && trial.excess() < kExplained * stated_.excess() &&
+        trial.sum < stated_.sum - kWorthNaming)
+      causes_.push_back({trial.misfit(), words(*trial.found), moved});
+  }
+
+  const Cell& cell_;
+  std::vector<std::size_t> share_;  ///< of the touches, those that are asked
+  std::vector<Touch> touches_;      ///< these
+  Trial stated_;
+  double nominal_off_m_ = 0.0;
+  std::vector<Cause> causes_;
+};
+
+}  // namespace
+
+std::vector<Cause> causes_of(const Cell& cell, const std::vector<Touch>& touches) {
+  Search search(cell, touches);
+  if (!search.needed()) return {};
+  search.radians();
+  search.signs();
+  search.zeros();
+  search.exchanged();
+  search.swapped();
+  search.tool();
+  search.dimensions();
+  search.other_robot();
+  search.radius();
+  search.lengths();
+  search.moved();
+  return search.best();
+}
+
+}  // namespace cellcal::calib

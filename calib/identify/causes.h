@@ -1,0 +1,24 @@
+#pragma once
+// The mistakes that are made again and again when a cell is set up, tried one by one: if the
+// touches suddenly make sense with it mended, that is the likely cause (diagnose.h).
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "calib/files/touch.h"
+#include "calib/identify/calibration.h"
+#include "calib/model/robot.h"
+
+namespace cellcal::calib {
+
+struct Cause {
+  double misfit;
+  std::string words;
+  std::optional<MovedTarget> moved;  ///< a target, and nothing else
+};
+
+/// The likeliest first; those that explain the touches about as well as that.
+std::vector<Cause> causes_of(const Cell& cell, const std::vector<Touch>& touches);
+
+}  // namespace cellcal::calib
