@@ -29,6 +29,7 @@ constexpr std::size_t kPlaces = 15;
 constexpr double kWorthTrying = 9.0;
 /// Of more touches a share says what jumped as well, and all would take longer only.
 constexpr std::size_t kMostTouches = 1000;
+constexpr std::size_t kMostSuspecting = 4000;
 /// What leaving a touch out costs in log evidence: as much as a touch at the gate.
 constexpr double kLeftOut = kJumpGate * kJumpGate / 2.0;
 /// By which log evidence a jump has to beat that nothing changed, and to beat another jump.
@@ -43,6 +44,12 @@ constexpr double kSized = 16.0;
 std::vector<Jump> suspected_jump(const Problem& problem, const Estimate& e, double chi2_per_dof) {
   std::vector<int> row_of(problem.touches().size(), -1);
   for (const auto& [touch, row] : e.posterior.linear.touch_row) row_of[touch] = row;
+  if (e.posterior.linear.touch_row.size() > kMostSuspecting) {
+    std::vector<int> of_share(row_of.size(), -1);
+    for (const std::size_t i : share_of(problem.touches(), kMostSuspecting))
+      of_share[i] = row_of[i];
+    row_of = std::move(of_share);
+  }
   std::vector<std::size_t> order = in_order(problem.touches());
   std::erase_if(order, [&](std::size_t i) { return row_of[i] < 0; });
   if (order.size() < 2 * kLeastEachSide) return {};
@@ -219,6 +226,8 @@ class Search {
         continue;  // too little on one side to tell
       }
       if (!jump) continue;
+      if (suspect.what != Jump::What::kTarget && jump->log_odds > kBelieved)
+        jump->log_odds -= std::max(0.0, log_odds_of_always(suspect, *jump));
       if (jump->log_odds > best) {
         best = jump->log_odds;
         scatter = std::max(1.0, chi2);
@@ -247,12 +256,28 @@ class Search {
 
   std::vector<Touch> with_undone(const JumpSuspect& suspect, const FoundJump& found) const {
     std::vector<Touch> touches = touches_;
-    bool passed = false;
+    bool passed = found.behind == 0;
     for (const std::size_t i : in_order_) {
       passed = passed || i == stated_.order()[found.behind];
       if (passed) undo(stated_.problem().arm(), suspect, found.size, touches[i]);
     }
     return touches;
+  }
+
+  /// That it was so all along: an arm mastered wrongly, or another tool. What is far off then fits as
+  /// well with a jump after the first few touches, which are given up.
+  double log_odds_of_always(const JumpSuspect& suspect, const Jump& jump) const {
+    FoundJump always;
+    always.size = jump.shift_m;
+    if (suspect.what == Jump::What::kJoint)
+      always.size = Eigen::VectorXd::Constant(1, jump.angle_rad);
+    const std::vector<Touch> touches = with_undone(suspect, always);
+    try {
+      return log_evidence(cell_, touches, identify_as_stated(cell_, touches, options_)) -
+             log_evidence_ - surprise(always.size, suspect.usual);
+    } catch (const IdentifyError&) {
+      return 0.0;
+    }
   }
 
   std::optional<Jump> undone(const JumpSuspect& suspect, FoundJump found, double& chi2) const {

@@ -81,6 +81,24 @@ TEST(Diagnosis, AnAxisThatLostItsMasteringIsNamedWithHowMuchIsMissing) {
   }
 }
 
+TEST(Diagnosis, WhatWasWrongAllAlongIsNotToldAsAJumpAfterTheFirstTouches) {
+  for (const std::size_t joint : {std::size_t{3}, std::size_t{4}})
+    for (const double off_deg : {-5.0, 5.0}) {
+      SCOPED_TRACE(joint);
+      std::vector<Touch> wrong = touches();
+      for (Touch& touch : wrong) touch.joint_rad[joint] += off_deg * std::numbers::pi / 180.0;
+      const std::string all = told(demo_cell(), wrong);
+      EXPECT_EQ(all.find("jumped"), std::string::npos) << all;
+      EXPECT_NE(all.find("deg added to all angles of"), std::string::npos) << all;
+    }
+  Cell cell = demo_cell();
+  cell.tool.tcp.translation() =
+      Eigen::AngleAxisd(1.0, Eigen::Vector3d::UnitZ()) * cell.tool.tcp.translation();
+  const std::string all = told(cell, touches());
+  EXPECT_EQ(all.find("knocked tool"), std::string::npos) << all;
+  EXPECT_NE(all.find("likely cause"), std::string::npos) << all;
+}
+
 TEST(Diagnosis, LostMasteringIsNamedThoughALoneSphereLooksAsIfItHadMoved) {
   Cell cell = demo_cell();
   cell.targets.resize(1);
