@@ -1,6 +1,7 @@
 #include "calib/identify/causes.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -11,7 +12,9 @@
 
 #include "calib/files/error.h"
 #include "calib/identify/dimensions.h"
+#include "calib/identify/drawing.h"
 #include "calib/identify/identify.h"
+#include "calib/identify/labels.h"
 #include "calib/identify/lengths.h"
 #include "calib/identify/level.h"
 #include "calib/identify/moved.h"
@@ -40,6 +43,8 @@ constexpr std::size_t kMostPairs = 28;
 constexpr std::size_t kMostTouches = 1000;
 /// So much nearer to the touches than stated another dimension has to bring the nominal arm.
 constexpr double kNearer = 1.0 / 3.0;
+/// So many fields of a robot file are named one by one.
+constexpr std::size_t kFewDifferences = 6;
 constexpr double kAnyToolM = 0.3, kAnyRadiusM = 0.01;
 
 /// What the best arm leaves unexplained: squared sigmas, of touches and of what the files state;
@@ -140,6 +145,7 @@ class Search {
     for (std::size_t i = 0; i < cell_.robot.joints.size(); ++i) {
       std::vector<Touch> changed = touches_;
       for (Touch& touch : changed) touch.joint_rad[i] = -touch.joint_rad[i];
+      if (!nearer(cell_, changed)) continue;
       weigh(cell_, changed, [&](const Calibration&) {
         return fmt::format(
             "with {} turning the other way the touches make sense; check its sign in the robot "
@@ -185,6 +191,7 @@ class Search {
            ++b, ++tried) {
         std::vector<Touch> changed = touches_;
         for (Touch& touch : changed) std::swap(touch.joint_rad[a], touch.joint_rad[b]);
+        if (!nearer(cell_, changed)) continue;
         weigh(cell_, changed, [&](const Calibration&) {
           return fmt::format(
               "with the angles of {} and {} exchanged the touches make sense; check the columns",
@@ -208,6 +215,15 @@ class Search {
       }
   }
 
+  /// Names that went round among three targets or more.
+  void mixed_up() {
+    const auto names = better_names(cell_, touches_);
+    if (!names || names->changed() < 3) return;  // two are swapped()
+    weigh(cell_, names->given_to(cell_, touches_), [&](const Calibration&) {
+      return names->words(cell_) + " all makes sense; check which is which";
+    });
+  }
+
   void tool() {
     constexpr double kTinyM = 5e-3;
     if (const double reach_m = cell_.tool.tcp.translation().norm();
@@ -223,21 +239,21 @@ class Search {
             reach_m * kMmPerM);
       });
     }
-    Cell changed = cell_;
-    if (!(bring_tool_nearest(changed, touches_) < kNearer * nominal_off_m_)) changed = cell_;
-    changed.tool.tcp_sigma_m.setConstant(kAnyToolM);
-    const Eigen::Vector3d brought = changed.tool.tcp.translation() - cell_.tool.tcp.translation();
-    weigh(changed, touches_, [&](const Calibration& c) {
-      Eigen::Vector3d off = brought * kMmPerM;
-      for (const ParameterResult& p : c.parameters)
-        for (int axis = 0; axis < 3; ++axis)
-          if (p.name == std::string("tool.") + "xyz"[axis]) off[axis] += p.correction * kMmPerM;
-      return fmt::format(
-          "with the tool's tip moved by about ({:.1f}, {:.1f}, {:.1f}) mm on the flange the "
-          "touches make sense; is it the tool of the cell file{}?",
-          off.x(), off.y(), off.z(),
-          is_turn(off / kMmPerM) ? ", and has the last axis its mastering" : "");
-    });
+    Cell nearest = cell_;
+    if (!(bring_tool_nearest(nearest, touches_) < kNearer * nominal_off_m_)) {
+      weigh_tool(Eigen::Vector3d::Zero());
+      return;
+    }
+    const Eigen::Vector3d brought =
+        nearest.tool.tcp.translation() - cell_.tool.tcp.translation();
+    weigh_tool(brought);
+    // A tip beyond the spheres' middles fits their far sides nearly as well.
+    for (const Target& target : cell_.targets) {
+      if (target.kind != TargetKind::kSphere) continue;
+      for (const double side : {-1.0, 1.0})
+        weigh_tool(brought + side * target.diameter_m * Eigen::Vector3d::UnitZ());
+      break;
+    }
   }
 
   /// A length that is not what the robot file says, by centimetres.
@@ -291,10 +307,27 @@ class Search {
     for (std::size_t k = 0; k < std::min(kMost, arms.size()); ++k) {
       if (!(arms[k].off_m < kNearer * nominal_off_m_)) return;
       weigh(arms[k].cell, touches_, [&](const Calibration&) {
+        const std::vector<std::string> differ = differences(cell_.robot, arms[k].cell.robot);
         return fmt::format(
-            "with the robot file {} ({}) the touches make sense, and not with that of {}; which "
-            "arm is it?",
-            arms[k].file, arms[k].cell.robot.name, cell_.robot.name);
+            "with the robot file {} ({}) the touches make sense, and not with that of {}; {}",
+            arms[k].file, arms[k].cell.robot.name, cell_.robot.name,
+            differ.size() > kFewDifferences
+                ? "which arm is it?"
+                : fmt::format("it has {}; check these", fmt::join(differ, ", ")));
+      });
+    }
+  }
+
+  void drawing() {
+    constexpr std::size_t kMost = 3;
+    const std::vector<OtherDrawing> drawings = other_drawings(cell_, touches_);
+    for (std::size_t k = 0; k < std::min(kMost, drawings.size()); ++k) {
+      if (!(drawings[k].off_m < kNearer * nominal_off_m_)) return;
+      Cell changed = cell_;
+      changed.robot = drawings[k].robot;
+      weigh(changed, touches_, [&](const Calibration&) {
+        return fmt::format("with {} the touches make sense; check the robot file",
+                           fmt::join(differences(cell_.robot, drawings[k].robot), ", "));
       });
     }
   }
@@ -403,6 +436,11 @@ class Search {
       // Another one is worth naming where it explains the touches about as well.
       if (named.size() < kNamed && cause.misfit < 1.2 * causes_.front().misfit)
         named.push_back(cause);
+    if (named.empty())
+      if (const std::string words = scattered_words(cell_, touches_); !words.empty())
+        named.push_back({stated_.misfit(),
+                         words + "; check the target column, and that each row's angles are its own",
+                         {}});
     return named;
   }
 
@@ -416,13 +454,42 @@ class Search {
            std::abs(off_m.z()) < kLike * off_m.norm();
   }
 
+  /// Whether the nominal arm comes much nearer to the touches so: quickly asked, before an estimate.
+  bool nearer(const Cell& cell, const std::vector<Touch>& touches) const {
+    return nominal_off_m(cell, touches) < kNearer * nominal_off_m_;
+  }
+
+  /// With the tool's tip about there, from where it is stated.
+  void weigh_tool(const Eigen::Vector3d& brought) {
+    Cell changed = cell_;
+    changed.tool.tcp.translation() += brought;
+    if (cell_.tool.length_m == cell_.tool.tcp.translation().norm())  // as long as it reaches
+      changed.tool.length_m = changed.tool.tcp.translation().norm();
+    changed.tool.tcp_sigma_m.setConstant(kAnyToolM);
+    weigh(changed, touches_, [&](const Calibration& c) {
+      Eigen::Vector3d off = brought * kMmPerM;
+      for (const ParameterResult& p : c.parameters)
+        for (int axis = 0; axis < 3; ++axis)
+          if (p.name == std::string("tool.") + "xyz"[axis]) off[axis] += p.correction * kMmPerM;
+      return fmt::format(
+          "with the tool's tip moved by about ({:.1f}, {:.1f}, {:.1f}) mm on the flange the "
+          "touches make sense; is it the tool of the cell file{}?",
+          off.x(), off.y(), off.z(),
+          is_turn(off / kMmPerM) ? ", and has the last axis its mastering" : "");
+    });
+  }
+
   void weigh(const Cell& cell, const std::vector<Touch>& touches,
              const std::function<std::string(const Calibration&)>& words,
              const std::optional<MovedTarget>& moved = {}) {
     const Trial trial = attempt(cell, touches);
-    if (trial.makes_sense() && trial.excess() < kExplained * stated_.excess() &&
-        trial.sum < stated_.sum - kWorthNaming)
-      causes_.push_back({trial.misfit(), words(*trial.found), moved});
+    if (!trial.makes_sense() || !(trial.excess() < kExplained * stated_.excess()) ||
+        !(trial.sum < stated_.sum - kWorthNaming))
+      return;
+    Cause cause{trial.misfit(), words(*trial.found), moved};
+    if (std::none_of(causes_.begin(), causes_.end(),
+                     [&](const Cause& other) { return other.words == cause.words; }))
+      causes_.push_back(std::move(cause));
   }
 
   const Cell& cell_;
@@ -443,9 +510,11 @@ std::vector<Cause> causes_of(const Cell& cell, const std::vector<Touch>& touches
   search.zeros();
   search.exchanged();
   search.swapped();
+  search.mixed_up();
   search.tool();
   search.dimensions();
   search.other_robot();
+  search.drawing();
   search.radius();
   search.lengths();
   search.moved();

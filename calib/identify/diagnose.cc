@@ -11,6 +11,7 @@
 #include "calib/identify/causes.h"
 #include "calib/identify/identify.h"
 #include "calib/identify/jump.h"
+#include "calib/identify/labels.h"
 #include "calib/identify/lengths.h"
 #include "calib/identify/moved.h"
 
@@ -23,18 +24,23 @@ bool moved_alone(const std::vector<Cause>& causes) {
                      [](const Cause& c) { return c.moved.has_value(); });
 }
 
+/// The calibration, if all makes sense.
+std::optional<Calibration> sensible(const Cell& cell, const std::vector<Touch>& touches,
+                                    const IdentifyOptions& options) {
+  try {
+    Calibration calibration = identify_as_stated(cell, touches, options);
+    confirm_moves(cell, touches, options, calibration);
+    if (calibration.moved.empty() && calibration.verdict.publish) return calibration;
+  } catch (const IdentifyError&) {
+  }
+  return std::nullopt;
+}
+
 /// The calibration without these lengths, if all makes sense then.
 std::optional<Calibration> sensible_without(
     const Cell& cell, const std::vector<Touch>& touches, const IdentifyOptions& options,
     const std::function<bool(const CertifiedLength&)>& which) {
-  const Cell changed = silenced(cell, which);
-  try {
-    Calibration without = identify_as_stated(changed, touches, options);
-    confirm_moves(changed, touches, options, without);
-    if (without.moved.empty() && without.verdict.publish) return without;
-  } catch (const IdentifyError&) {
-  }
-  return std::nullopt;
+  return sensible(silenced(cell, which), touches, options);
 }
 
 /// Where a certified length is contradicted: which one it is, or which target stands elsewhere than
@@ -61,6 +67,9 @@ std::string wrong_length(const Cell& cell, const std::vector<Touch>& touches,
           "stood when they were measured?",
           own, end);
   }
+  if (const auto names = better_names(cell, touches))
+    if (sensible(cell, names->given_to(cell, touches), options))
+      return names->words(cell) + " all makes sense; check which is which";
   if (sensible_without(cell, touches, options, [](const CertifiedLength&) { return true; }))
     return "without any certified length everything makes sense; more than one of them is wrong, "
            "or several targets stand elsewhere than when they were measured";

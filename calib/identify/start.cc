@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <utility>
 
 namespace cellcal::calib {
@@ -108,10 +107,6 @@ std::vector<std::size_t> of_one_target(std::size_t count, const Together& togeth
     for (std::size_t i = 0; i < count; ++i)
       if (i == one || together(one, i)) its.push_back(i);
     if (its.size() > most.size()) most = std::move(its);
-  }
-  if (2 * most.size() <= count) {
-    most.resize(count);
-    std::iota(most.begin(), most.end(), std::size_t{0});
   }
   return most;
 }

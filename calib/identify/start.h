@@ -26,8 +26,7 @@ struct CentreHints {
 using Together = std::function<bool(std::size_t, std::size_t)>;
 
 /// Of `count` touches those that can be of the same target as one of them, which has the most of
-/// the kind: touches that carry another target's name lie apart and would draw the start away. All,
-/// where no more than half lie together: then it is not a few labels that are wrong.
+/// the kind: touches that carry another target's name lie apart and would draw the start away.
 std::vector<std::size_t> of_one_target(std::size_t count, const Together& together);
 
 /// What a nominal arm is wrong by, and points with it.

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "calib/files/error.h"
@@ -85,23 +86,31 @@ std::vector<T> at(const std::vector<T>& all, const std::vector<std::size_t>& whi
   return some;
 }
 
-/// Without those that lie too far from the others, by what the target allows and a nominal arm is
-/// wrong by at worst. Of a plane that tells nothing.
-Seen without_strays(const Target& target, const Seen& seen) {
+/// Those that lie no farther apart than the target allows and a nominal arm is wrong by at worst.
+/// Of a plane that tells nothing.
+std::vector<std::size_t> together(const Target& target, const Seen& seen) {
   constexpr double kNominalApartM = 30e-3;
-  if (target.kind == TargetKind::kPlane) return seen;
-  const auto which = of_one_target(seen.tips_m.size(), [&](std::size_t a, std::size_t b) {
+  return of_one_target(seen.tips_m.size(), [&](std::size_t a, std::size_t b) {
     const double apart = (seen.tips_m[a] - seen.tips_m[b]).norm();
-    double least = 0.0, most = 0.0;
+    double least = 0.0, most = std::numeric_limits<double>::infinity();
     if (target.kind == TargetKind::kTracker) {
       least = most = (seen.readings_m[a] - seen.readings_m[b]).norm();
-    } else if (target.kind != TargetKind::kPoint) {
+    } else if (target.kind == TargetKind::kPoint) {
+      most = 0.0;
+    } else if (target.kind != TargetKind::kPlane) {
       most = seen.radii_m[a] + seen.radii_m[b];
       if (target.kind == TargetKind::kWire) least = std::abs(seen.radii_m[a] - seen.radii_m[b]);
     }
     // What is no number is refused by those who read it.
     return !(apart < least - kNominalApartM) && !(apart > most + kNominalApartM);
   });
+}
+
+/// Without those that lie too far from the others. All, where no more than half lie together: then
+/// it is not a few labels that are wrong.
+Seen without_strays(const Target& target, const Seen& seen) {
+  const std::vector<std::size_t> which = together(target, seen);
+  if (2 * which.size() <= seen.tips_m.size()) return seen;
   return {at(seen.tips_m, which), at(seen.readings_m, which), at(seen.tool, which),
           at(seen.radii_m, which)};
 }
@@ -258,6 +267,13 @@ std::vector<TargetPlace> starting_places(const Cell& cell, const ArmModel& arm,
     }
   }
   return places;
+}
+
+LieTogether lie_together(const Cell& cell, const ArmModel& arm, const std::string& target,
+                         const std::vector<Touch>& touches) {
+  const Target& its = cell.targets[cell.target_index(target)];
+  const Seen seen = see(cell, arm, its, touches);
+  return {together(its, seen).size(), seen.tips_m.size()};
 }
 
 TargetPlace plane_through(const std::vector<Vector3d>& tips_m, double tip_radius_m,

@@ -52,6 +52,14 @@ TargetResult result_at(const Target& target, const TargetPlace& start, const dou
 std::vector<TargetPlace> starting_places(const Cell& cell, const ArmModel& arm,
                                          const std::vector<Touch>& touches);
 
+/// Of a target's fit touches, seen with the nominal arm: how many lie no farther apart than one
+/// target's do.
+struct LieTogether {
+  std::size_t most = 0, of = 0;
+};
+LieTogether lie_together(const Cell& cell, const ArmModel& arm, const std::string& target,
+                         const std::vector<Touch>& touches);
+
 /// A plane through these tips, whose ball of `tip_radius_m` touches it, to the side of `start`; as
 /// `start` where they do not span one.
 TargetPlace plane_through(const std::vector<Eigen::Vector3d>& tips_m, double tip_radius_m,

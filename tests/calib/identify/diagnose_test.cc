@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <numbers>
+#include <random>
 
 #include "calib/files/error.h"
 #include "calib/files/files.h"
@@ -155,6 +156,75 @@ TEST(Diagnosis, TheFileOfAnotherRobotIsNamedWithTheOneThatFits) {
   Cell cell = demo_cell();
   cell.robot = load_robot(robots_directories().front() / "kr16_r1610_2.toml");
   expect_told(cell, touches(), "with the robot file kr5_");
+}
+
+TEST(Diagnosis, FieldsOfTheRobotFileThatTurnItsAxesAboutAreNamed) {
+  constexpr double kQuarter = std::numbers::pi / 2.0;
+  Cell turned = demo_cell();
+  for (const std::size_t joint : {std::size_t{0}, std::size_t{3}})
+    turned.robot.joints[joint].sign = -turned.robot.joints[joint].sign;
+  expect_told(turned, touches(),
+              "with sign of A1 -1 instead of 1, sign of A4 -1 instead of 1 the touches make sense");
+  Cell zeros = demo_cell();
+  zeros.robot.joints[1].offset_rad -= kQuarter;
+  zeros.robot.joints[2].offset_rad += kQuarter;
+  expect_told(zeros, touches(),
+              "with offset_deg of A2 0 instead of -90, offset_deg of A3 -90 instead of 0 the "
+              "touches make sense");
+  Cell twist = demo_cell();
+  twist.robot.joints[3].alpha_rad = -twist.robot.joints[3].alpha_rad;
+  expect_told(twist, touches(), "with alpha_deg of A4 90 instead of -90 the touches make sense");
+}
+
+TEST(Diagnosis, FieldsInWhichTheShippedFileDiffersAreNamed) {
+  Cell metres = demo_cell();
+  for (Joint& joint : metres.robot.joints) {
+    joint.a_m *= 1e-3;
+    joint.d_m *= 1e-3;
+  }
+  expect_told(metres, touches(), "it has d_mm of A1 400 instead of 0.4");
+}
+
+TEST(Diagnosis, AToolThatIsNotStatedIsNamed) {
+  Cell cell = demo_cell();
+  cell.tool.tcp.translation().setZero();
+  cell.tool.length_m = 0.0;
+  const std::string all = told(cell, touches());
+  const std::string before = "with the tool's tip moved by about (";
+  const std::size_t at = all.find(before);
+  ASSERT_NE(at, std::string::npos) << all;
+  EXPECT_NEAR(std::stod(all.substr(at + before.size())),
+              demo_cell().tool.tcp.translation().x() * 1e3, 3.0)
+      << all;
+}
+
+TEST(Diagnosis, NamesThatWentRoundAmongThreeTargetsAreNamed) {
+  std::vector<Touch> wrong = touches();
+  for (Touch& touch : wrong)
+    touch.target = touch.target == "S1"   ? "S2"
+                   : touch.target == "S2" ? "S3"
+                   : touch.target == "S3" ? "S1"
+                                          : touch.target;
+  expect_told(demo_cell(), wrong,
+              "with the touches of S1 taken for S3's, of S2 for S1's, of S3 for S2's all makes "
+              "sense");
+  wrong = touches();
+  for (Touch& touch : wrong)
+    touch.target = touch.target == "S1"   ? "S2"
+                   : touch.target == "S2" ? "S1"
+                   : touch.target == "S3" ? "S4"
+                                          : "S3";
+  expect_told(demo_cell(), wrong, "of S3 for S4's, of S4 for S3's all makes sense");
+}
+
+TEST(Diagnosis, TouchesUnderNamesAtRandomAreSeenToLieAllOver) {
+  std::vector<Touch> wrong = touches();
+  std::vector<std::string> names;
+  for (const Touch& touch : wrong) names.push_back(touch.target);
+  std::mt19937 random(1);
+  for (std::size_t i = names.size(); i-- > 1;) std::swap(names[i], names[random() % (i + 1)]);
+  for (std::size_t i = 0; i < wrong.size(); ++i) wrong[i].target = names[i];
+  expect_told(demo_cell(), wrong, "lie together; check the target column");
 }
 
 TEST(Diagnosis, AnotherDiameterIsNamed) {

@@ -219,6 +219,30 @@ TEST(Verdict, ClaimsTheWorkspaceOnlyOfLengthsThatAreCertain) {
   EXPECT_NE(words_of(c).find("not certain enough"), std::string::npos) << words_of(c);
 }
 
+TEST(Verdict, TouchesThatAreOthersAgainToTheLastDigitAreNotCountedTwice) {
+  const Cell& cell = demo_cell();
+  const auto once = touches_of(cell, 100, 3);
+  auto twice = once;
+  twice.insert(twice.end(), once.begin(), once.end());
+  const Calibration c = identify(cell, twice);
+  EXPECT_FALSE(c.verdict.publish);
+  EXPECT_NE(words_of(c).find("copies: 100 of 200 touches are others again to the last digit, as no "
+                             "arm makes them (touch 101 is touch 1)"),
+            std::string::npos)
+      << words_of(c);
+  // Measured again, and by chance once to the same digits.
+  auto again = once;
+  again.push_back(once.front());
+  EXPECT_TRUE(identify(cell, again).verdict.publish);
+  // So is a touch that is held out of the fit, and in it.
+  auto held_out = once;
+  for (std::size_t i = 0; i < 20; ++i) {
+    held_out.push_back(once[i]);
+    held_out.back().set = TouchSet::kCheck;
+  }
+  EXPECT_NE(words_of(identify(cell, held_out)).find("copies: 20 of 120"), std::string::npos);
+}
+
 TEST(Verdict, NamesTargetsThatWereNotTouched) {
   const Cell& cell = demo_cell();
   auto touches = touches_of(cell, 120, 3);

@@ -1,0 +1,33 @@
+#pragma once
+// Touches under the wrong target's name. A few of them fall out as outliers that lie on another
+// target (outliers.h); where all of a target's do, or nearly all touches are mixed up, it shows in
+// where the nominal arm sees them.
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "calib/files/touch.h"
+#include "calib/model/robot.h"
+
+namespace cellcal::calib {
+
+/// Whole targets whose names have been mixed up: for each of the cell's the one that its touches
+/// are really of.
+struct Names {
+  std::vector<std::size_t> of;
+  std::size_t changed() const;
+  std::vector<Touch> given_to(const Cell& cell, std::vector<Touch> touches) const;
+  /// "with the touches of S1 taken for S2's, of S2 for S3's, of S3 for S1's"
+  std::string words(const Cell& cell) const;
+};
+/// Those that bring certified lengths and stated centres nearest to where the nominal arm sees
+/// them, by far; none where the names are as good as others.
+std::optional<Names> better_names(const Cell& cell, const std::vector<Touch>& touches);
+
+/// "no more than 9 of the 25 touches of S1 lie together": the target whose touches are the most
+/// mixed up, where fewer than half lie together; empty where all do.
+std::string scattered_words(const Cell& cell, const std::vector<Touch>& touches);
+
+}  // namespace cellcal::calib
