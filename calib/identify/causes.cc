@@ -38,10 +38,11 @@ constexpr double kMostSigmas = 5.0;
 /// A cause has to explain all but this part of the misfit.
 constexpr double kExplained = 0.5;
 constexpr std::size_t kNamed = 3;
+constexpr double kSameMisfit = 1e-3;
 constexpr std::size_t kMostPairs = 28;
 /// A mistake of set-up shows in so many touches; more would only take longer.
 constexpr std::size_t kMostTouches = 1000;
-/// So much nearer to the touches than stated another dimension has to bring the nominal arm.
+/// So much nearer to the touches than stated another drawing or tool has to bring the nominal arm.
 constexpr double kNearer = 1.0 / 3.0;
 /// So many fields of a robot file are named one by one.
 constexpr std::size_t kFewDifferences = 6;
@@ -145,7 +146,7 @@ class Search {
     for (std::size_t i = 0; i < cell_.robot.joints.size(); ++i) {
       std::vector<Touch> changed = touches_;
       for (Touch& touch : changed) touch.joint_rad[i] = -touch.joint_rad[i];
-      if (!nearer(cell_, changed)) continue;
+      if (farther(cell_, changed)) continue;
       weigh(cell_, changed, [&](const Calibration&) {
         return fmt::format(
             "with {} turning the other way the touches make sense; check its sign in the robot "
@@ -191,7 +192,7 @@ class Search {
            ++b, ++tried) {
         std::vector<Touch> changed = touches_;
         for (Touch& touch : changed) std::swap(touch.joint_rad[a], touch.joint_rad[b]);
-        if (!nearer(cell_, changed)) continue;
+        if (farther(cell_, changed)) continue;
         weigh(cell_, changed, [&](const Calibration&) {
           return fmt::format(
               "with the angles of {} and {} exchanged the touches make sense; check the columns",
@@ -244,8 +245,7 @@ class Search {
       weigh_tool(Eigen::Vector3d::Zero());
       return;
     }
-    const Eigen::Vector3d brought =
-        nearest.tool.tcp.translation() - cell_.tool.tcp.translation();
+    const Eigen::Vector3d brought = nearest.tool.tcp.translation() - cell_.tool.tcp.translation();
     weigh_tool(brought);
     // A tip beyond the spheres' middles fits their far sides nearly as well.
     for (const Target& target : cell_.targets) {
@@ -325,10 +325,13 @@ class Search {
       if (!(drawings[k].off_m < kNearer * nominal_off_m_)) return;
       Cell changed = cell_;
       changed.robot = drawings[k].robot;
-      weigh(changed, touches_, [&](const Calibration&) {
-        return fmt::format("with {} the touches make sense; check the robot file",
-                           fmt::join(differences(cell_.robot, drawings[k].robot), ", "));
-      });
+      weigh(
+          changed, touches_,
+          [&](const Calibration&) {
+            return fmt::format("with {} the touches make sense; check the robot file",
+                               fmt::join(differences(cell_.robot, drawings[k].robot), ", "));
+          },
+          {}, static_cast<std::size_t>(drawings[k].changes));
     }
   }
 
@@ -432,15 +435,18 @@ class Search {
     std::stable_sort(causes_.begin(), causes_.end(),
                      [](const Cause& a, const Cause& b) { return a.misfit < b.misfit; });
     std::vector<Cause> named;
-    for (const Cause& cause : causes_)
-      // Another one is worth naming where it explains the touches about as well.
-      if (named.size() < kNamed && cause.misfit < 1.2 * causes_.front().misfit)
+    for (const Cause& cause : causes_) {
+      // Another one is worth naming where it explains the touches about as well,
+      if (named.size() == kNamed || cause.misfit > 1.2 * causes_.front().misfit) break;
+      // and is not the same in other words: joints' conventions can be had in several ways.
+      const auto same = [&](const Cause& other) {
+        return std::abs(other.misfit - cause.misfit) < kSameMisfit;
+      };
+      if (std::none_of(causes_.begin(), causes_.end(), [&](const Cause& other) {
+            return same(other) && other.changes < cause.changes;
+          }))
         named.push_back(cause);
-    if (named.empty())
-      if (const std::string words = scattered_words(cell_, touches_); !words.empty())
-        named.push_back({stated_.misfit(),
-                         words + "; check the target column, and that each row's angles are its own",
-                         {}});
+    }
     return named;
   }
 
@@ -454,9 +460,11 @@ class Search {
            std::abs(off_m.z()) < kLike * off_m.norm();
   }
 
-  /// Whether the nominal arm comes much nearer to the touches so: quickly asked, before an estimate.
-  bool nearer(const Cell& cell, const std::vector<Touch>& touches) const {
-    return nominal_off_m(cell, touches) < kNearer * nominal_off_m_;
+  /// Whether the nominal arm is farther from the touches so, beyond doubt: quickly asked, before an
+  /// estimate.
+  bool farther(const Cell& cell, const std::vector<Touch>& touches) const {
+    constexpr double kDoubt = 1.5;
+    return nominal_off_m(cell, touches) > kDoubt * nominal_off_m_;
   }
 
   /// With the tool's tip about there, from where it is stated.
@@ -481,12 +489,12 @@ class Search {
 
   void weigh(const Cell& cell, const std::vector<Touch>& touches,
              const std::function<std::string(const Calibration&)>& words,
-             const std::optional<MovedTarget>& moved = {}) {
+             const std::optional<MovedTarget>& moved = {}, std::size_t changes = 1) {
     const Trial trial = attempt(cell, touches);
     if (!trial.makes_sense() || !(trial.excess() < kExplained * stated_.excess()) ||
         !(trial.sum < stated_.sum - kWorthNaming))
       return;
-    Cause cause{trial.misfit(), words(*trial.found), moved};
+    Cause cause{trial.misfit(), words(*trial.found), moved, changes};
     if (std::none_of(causes_.begin(), causes_.end(),
                      [&](const Cause& other) { return other.words == cause.words; }))
       causes_.push_back(std::move(cause));

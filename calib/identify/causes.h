@@ -15,7 +15,8 @@ namespace cellcal::calib {
 struct Cause {
   double misfit;
   std::string words;
-  std::optional<MovedTarget> moved;  ///< a target, and nothing else
+  std::optional<MovedTarget> moved = {};  ///< a target, and nothing else
+  std::size_t changes = 1;                ///< made at once
 };
 
 /// The likeliest first; those that explain the touches about as well as that.

@@ -56,6 +56,9 @@ std::string wrong_length(const Cell& cell, const std::vector<Touch>& touches,
       return without_length(wrong, *without);
     break;
   }
+  if (const auto names = better_names(cell, touches))
+    if (sensible(cell, names->given_to(cell, touches), options))
+      return names->words(cell) + " all makes sense; check which is which";
   for (const std::string& end : {worst->from, worst->to}) {
     const auto of_end = [&](const CertifiedLength& l) { return l.from == end || l.to == end; };
     const auto own = std::count_if(cell.lengths.begin(), cell.lengths.end(), of_end);
@@ -67,9 +70,6 @@ std::string wrong_length(const Cell& cell, const std::vector<Touch>& touches,
           "stood when they were measured?",
           own, end);
   }
-  if (const auto names = better_names(cell, touches))
-    if (sensible(cell, names->given_to(cell, touches), options))
-      return names->words(cell) + " all makes sense; check which is which";
   if (sensible_without(cell, touches, options, [](const CertifiedLength&) { return true; }))
     return "without any certified length everything makes sense; more than one of them is wrong, "
            "or several targets stand elsewhere than when they were measured";
@@ -154,6 +154,9 @@ bool told_of_jump(const Cell& cell, const std::vector<Touch>& touches,
 std::vector<std::string> likely_causes(const Cell& cell, const std::vector<Touch>& touches) {
   std::vector<std::string> words;
   for (Cause& cause : causes_of(cell, touches)) words.push_back(std::move(cause.words));
+  if (words.empty())
+    if (std::string scattered = scattered_words(cell, touches); !scattered.empty())
+      words.push_back(std::move(scattered));
   return words;
 }
 
@@ -193,6 +196,9 @@ Calibration identify(const Cell& cell, const std::vector<Touch>& touches,
     if (calibration.moved.empty() || !moved_alone(causes))
       for (const Cause& cause : causes)
         calibration.verdict.reasons.push_back("likely cause: " + cause.words);
+    if (!calibration.verdict.publish && calibration.moved.empty() && causes.empty())
+      if (const std::string words = scattered_words(cell, touches); !words.empty())
+        calibration.verdict.reasons.push_back("likely cause: " + words);
     return calibration;
   } catch (const IdentifyError& error) {
     const auto causes = likely_causes(cell, touches);

@@ -18,10 +18,12 @@ std::vector<std::string> differences(const Robot& stated, const Robot& other);
 
 struct OtherDrawing {
   Robot robot;
+  int changes = 0;
   double off_m = 0.0;  ///< of the nominal arm from the touches, as of nominal_off_m()
 };
 /// The arm with two axes or more that turn the other way, with one or two zeros a quarter or half a
-/// turn off, with one or two twists of the other sign; nearest to the touches first.
+/// turn off, with one or two twists of the other sign; nearest to the touches first. Without those
+/// that come no nearer than one with fewer changes of the same kind.
 std::vector<OtherDrawing> other_drawings(const Cell& cell, const std::vector<Touch>& touches);
 
 }  // namespace cellcal::calib

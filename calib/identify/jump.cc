@@ -44,14 +44,14 @@ constexpr double kSized = 16.0;
 std::vector<Jump> suspected_jump(const Problem& problem, const Estimate& e, double chi2_per_dof) {
   std::vector<int> row_of(problem.touches().size(), -1);
   for (const auto& [touch, row] : e.posterior.linear.touch_row) row_of[touch] = row;
-  if (e.posterior.linear.touch_row.size() > kMostSuspecting) {
-    std::vector<int> of_share(row_of.size(), -1);
-    for (const std::size_t i : share_of(problem.touches(), kMostSuspecting))
-      of_share[i] = row_of[i];
-    row_of = std::move(of_share);
-  }
   std::vector<std::size_t> order = in_order(problem.touches());
   std::erase_if(order, [&](std::size_t i) { return row_of[i] < 0; });
+  if (const std::size_t every = (order.size() + kMostSuspecting - 1) / kMostSuspecting; every > 1) {
+    std::vector<std::size_t> seen(problem.blocks().size(), 0);
+    std::erase_if(order, [&](std::size_t i) {
+      return seen[static_cast<std::size_t>(problem.block_of(i))]++ % every != 0;
+    });
+  }
   if (order.size() < 2 * kLeastEachSide) return {};
   const std::size_t places = std::min(kPlaces, order.size() - 2 * kLeastEachSide + 1);
   const auto place = [&](std::size_t k) {  // first touch behind it
@@ -211,7 +211,7 @@ class Search {
 
   std::vector<Jump> all() const {
     std::vector<Jump> jumps;
-    double scatter = 1.0;
+    double scatter = 1.0, always = 0.0;
     double best = -std::numeric_limits<double>::infinity();
     for (const JumpSuspect& suspect : stated_.suspects()) {
       if (suspect.what == Jump::What::kTarget && !worth_a_look(suspect.name)) continue;
@@ -227,7 +227,7 @@ class Search {
       }
       if (!jump) continue;
       if (suspect.what != Jump::What::kTarget && jump->log_odds > kBelieved)
-        jump->log_odds -= std::max(0.0, log_odds_of_always(suspect, *jump));
+        always = std::max(always, log_odds_of_always(suspect, *jump));
       if (jump->log_odds > best) {
         best = jump->log_odds;
         scatter = std::max(1.0, chi2);
@@ -236,8 +236,8 @@ class Search {
     }
     // Touches that scatter more than stated say less.
     for (Jump& jump : jumps)
-      jump.log_odds =
-          jump.log_odds / scatter - std::log(static_cast<double>(stated_.order().size()));
+      jump.log_odds = (jump.log_odds - always) / scatter -
+                      std::log(static_cast<double>(stated_.order().size()));
     return jumps;
   }
 
@@ -264,8 +264,8 @@ class Search {
     return touches;
   }
 
-  /// That it was so all along: an arm mastered wrongly, or another tool. What is far off then fits as
-  /// well with a jump after the first few touches, which are given up.
+  /// That it was so all along: an arm mastered wrongly, or another tool. What is far off then fits
+  /// as well with a jump after the first few touches, which are given up.
   double log_odds_of_always(const JumpSuspect& suspect, const Jump& jump) const {
     FoundJump always;
     always.size = jump.shift_m;

@@ -5,7 +5,6 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
 
 #include "calib/files/error.h"
@@ -18,13 +17,14 @@ namespace {
 
 /// Of more targets not all orders are tried: 5040 are a matter of milliseconds.
 constexpr std::size_t kMostTargets = 7;
+/// To which the nominal arm tells two orders apart, mean of all lengths and centres.
+constexpr double kNominalCentreM = 1e-3;
 /// So much nearer other names have to bring the targets.
 constexpr double kNearer = 1.0 / 3.0;
 
 bool touched(const std::vector<Touch>& touches, const std::string& target) {
-  return std::any_of(touches.begin(), touches.end(), [&](const Touch& t) {
-    return t.target == target && t.set == TouchSet::kFit;
-  });
+  return std::any_of(touches.begin(), touches.end(),
+                     [&](const Touch& t) { return t.target == target && t.set == TouchSet::kFit; });
 }
 
 }  // namespace
@@ -86,14 +86,24 @@ std::optional<Names> better_names(const Cell& cell, const std::vector<Touch>& to
     return count == 0 ? 0.0 : sum / count;
   };
   const double as_named_m = off_m(which);
-  std::vector<std::size_t> names = which, best = which;
+  std::vector<std::size_t> names = which;
   double least_m = as_named_m;
   while (std::next_permutation(names.begin(), names.end()))
-    if (const double its_m = off_m(names); its_m < least_m) {
-      least_m = its_m;
-      best = names;
-    }
+    least_m = std::min(least_m, off_m(names));
   if (!(least_m < kNearer * as_named_m)) return {};
+  std::vector<std::size_t> best;
+  std::size_t fewest = which.size() + 1, alike = 0;
+  do {
+    if (off_m(names) > least_m + kNominalCentreM) continue;
+    std::size_t changed = 0;
+    for (std::size_t k = 0; k < which.size(); ++k) changed += names[k] == which[k] ? 0 : 1;
+    if (changed == 0) return {};
+    if (changed > fewest) continue;
+    alike = changed == fewest ? alike + 1 : 1;
+    fewest = changed;
+    best = names;
+  } while (std::next_permutation(names.begin(), names.end()));
+  if (alike != 1) return {};
   Names result{std::vector<std::size_t>(cell.targets.size())};
   std::iota(result.of.begin(), result.of.end(), std::size_t{0});
   for (std::size_t k = 0; k < which.size(); ++k) result.of[which[k]] = best[k];
@@ -103,16 +113,20 @@ std::optional<Names> better_names(const Cell& cell, const std::vector<Touch>& to
 std::string scattered_words(const Cell& cell, const std::vector<Touch>& touches) {
   const ArmModel arm(cell.robot, cell.tool);
   std::string words;
-  double least = 0.5;
+  int others = -1;
   for (const Target& target : cell.targets) {
     const LieTogether lie = lie_together(cell, arm, target.id, touches);
-    const double share = lie.of == 0 ? 1.0 : static_cast<double>(lie.most) / lie.of;
-    if (share > least) continue;
-    least = share;
-    words = fmt::format("no more than {} of the {} touches of {} lie together", lie.most, lie.of,
-                        target.id);
+    if (2 * lie.most > lie.of || lie.of == 0) continue;
+    if (others++ < 0)
+      words = fmt::format("the touches of {} lie all over, no more than {} of {} together",
+                          target.id, lie.most, lie.of);
   }
-  return words;
+  if (words.empty()) return words;
+  if (others > 0)
+    words += fmt::format(" (and so do those of {} other target{})", others, others == 1 ? "" : "s");
+  return words +
+         "; check the target column, the order of the angles' columns and the robot file, "
+         "and whether it was moved";
 }
 
 }  // namespace cellcal::calib

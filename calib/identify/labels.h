@@ -23,11 +23,13 @@ struct Names {
   std::string words(const Cell& cell) const;
 };
 /// Those that bring certified lengths and stated centres nearest to where the nominal arm sees
-/// them, by far; none where the names are as good as others.
+/// them, by far; of those that do about as well the one that changes the fewest. None where there
+/// is no such one, or where the names are as good as others. Of three to seven targets that have a
+/// centre and touches that tell it.
 std::optional<Names> better_names(const Cell& cell, const std::vector<Touch>& touches);
 
-/// "no more than 9 of the 25 touches of S1 lie together": the target whose touches are the most
-/// mixed up, where fewer than half lie together; empty where all do.
+/// What to say of targets whose touches the nominal arm sees farther apart than one target's lie,
+/// no more than half of them together; empty where there are none.
 std::string scattered_words(const Cell& cell, const std::vector<Touch>& touches);
 
 }  // namespace cellcal::calib

@@ -6,6 +6,8 @@
 #include <numeric>
 #include <set>
 
+#include "calib/identify/copies.h"
+
 namespace cellcal::calib {
 
 namespace {
@@ -35,14 +37,6 @@ bool same_place(const Touch& a, const Touch& b) {
   for (std::size_t k = 0; k < a.joint_rad.size(); ++k)
     if (std::abs(a.joint_rad[k] - b.joint_rad[k]) > kSamePlaceRad) return false;
   return a.target == b.target;
-}
-
-/// All that was read of a touch. The same to the last digit: somebody copied it.
-std::vector<double> reading(const Touch& touch) {
-  std::vector<double> all = touch.joint_rad;
-  all.push_back(touch.radius_m);
-  all.insert(all.end(), touch.tracker_m, touch.tracker_m + 3);
-  return all;
 }
 
 /// Groups of two and more, each around its first touch in order of the first axis.
@@ -85,7 +79,7 @@ Repeats find_repeats(const Problem& problem) {
     for (const std::size_t i : group) result.times[i] = static_cast<int>(group.size());
     result.touches += static_cast<int>(group.size());
     std::vector<std::size_t> measured;
-    std::set<std::vector<double>> seen;
+    std::set<decltype(reading(touches.front()))> seen;
     for (const std::size_t i : group)
       if (!(touches[i].sigma_m > 0.0) && seen.insert(reading(touches[i])).second)
         measured.push_back(i);

@@ -7,9 +7,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <span>
-#include <tuple>
 
+#include "calib/identify/copies.h"
 #include "calib/identify/lengths.h"
 #include "calib/identify/outliers.h"
 #include "calib/identify/solve.h"
@@ -270,34 +269,6 @@ std::string unchecked_scale(const Calibration& c) {
       best.from, best.to, best.certified_m * 1e3, least_seen_error_m(best) * 1e3);
 }
 
-/// Touches that are others again to the last digit, as no arm makes them: a file that was read or
-/// pasted twice counts each as if it had been measured twice. Empty where there are hardly any.
-std::string copies(std::span<const Touch> touches) {
-  constexpr double kShare = 0.05;
-  const auto measured = [&](std::size_t i) {
-    const Touch& t = touches[i];
-    return std::tie(t.joint_rad, t.target, t.radius_m, t.tracker_m[0], t.tracker_m[1],
-                    t.tracker_m[2]);
-  };
-  std::vector<std::size_t> order(touches.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::size_t a, std::size_t b) { return measured(a) < measured(b); });
-  std::size_t count = 0, copy = 0, original = 0;
-  for (std::size_t k = 1; k < order.size(); ++k) {
-    if (measured(order[k - 1]) != measured(order[k])) continue;
-    if (count++ > 0 && order[k] > copy) continue;
-    copy = order[k];  // the first of them
-    original = order[k - 1];
-  }
-  if (static_cast<double>(count) <= kShare * static_cast<double>(touches.size())) return {};
-  return fmt::format(
-      "copies: {} of {} touches are others again to the last digit, as no arm makes them ({} is "
-      "{}), and would count twice; leave them out",
-      count, touches.size(), touch_words(copy, touches[copy]),
-      touch_words(original, touches[original]));
-}
-
 /// Targets of the cell file without a touch; empty where there are none.
 std::string untouched_targets(const Problem& problem) {
   const auto& targets = problem.cell().targets;
@@ -339,7 +310,7 @@ Verdict judge(const Problem& problem, const Calibration& c) {
                                            : "the cell file states",
         c.touch_noise_m * 1e3,
         (c.repeats.used_m > 0.0 ? c.repeats.used_m : problem.cell().touch_sigma_m) * 1e3));
-  if (std::string words = copies(problem.touches()); !words.empty())
+  if (std::string words = copies_words(problem.touches()); !words.empty())
     blocking.push_back(std::move(words));
   judge_outliers(problem, c, blocking);
   if (c.observability.told < kToldShare * c.observability.directions)

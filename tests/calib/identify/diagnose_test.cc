@@ -176,6 +176,25 @@ TEST(Diagnosis, FieldsOfTheRobotFileThatTurnItsAxesAboutAreNamed) {
   expect_told(twist, touches(), "with alpha_deg of A4 90 instead of -90 the touches make sense");
 }
 
+TEST(Diagnosis, WhatChangesNothingIsNotNamedBesideTheFieldThatIsWrong) {
+  Cell cell = demo_cell();  // without stated centres the first axis' zero is anybody's
+  for (Target& target : cell.targets) target.has_centre = false;
+  cell.robot.joints[2].offset_rad += std::numbers::pi / 2.0;
+  const std::string all = told(cell, touches());
+  EXPECT_NE(all.find("with offset_deg of A3 -90 instead of 0 the touches make sense"),
+            std::string::npos)
+      << all;
+  EXPECT_EQ(all.find("of A1"), std::string::npos) << all;
+}
+
+TEST(Diagnosis, TheSignOfAnAxisNearTheTipIsNamedThoughTheNominalArmIsHardlyFartherOff) {
+  Cell cell = demo_cell();
+  cell.tool.tcp.translation() = Eigen::Vector3d(2e-3, 0.0, 0.3);
+  auto wrong = make_touches(cell, testing::plain_truth(cell, 5), {.fit = 80, .check = 16}).touches;
+  for (Touch& touch : wrong) touch.joint_rad[5] = -touch.joint_rad[5];
+  expect_told(cell, wrong, "with A6 turning the other way the touches make sense");
+}
+
 TEST(Diagnosis, FieldsInWhichTheShippedFileDiffersAreNamed) {
   Cell metres = demo_cell();
   for (Joint& joint : metres.robot.joints) {
@@ -217,6 +236,24 @@ TEST(Diagnosis, NamesThatWentRoundAmongThreeTargetsAreNamed) {
   expect_told(demo_cell(), wrong, "of S3 for S4's, of S4 for S3's all makes sense");
 }
 
+TEST(Diagnosis, ASwapIsNotToldAsATargetThatStandsElsewhere) {
+  Cell cell = demo_cell();
+  cell.targets.resize(3);
+  for (Target& target : cell.targets) target.has_centre = false;
+  std::erase_if(cell.lengths,
+                [](const CertifiedLength& l) { return l.from == "S4" || l.to == "S4"; });
+  ASSERT_EQ(cell.lengths.size(), 3u);
+  auto wrong = make_touches(cell, testing::plain_truth(cell, 5), {.fit = 80, .check = 16}).touches;
+  for (Touch& touch : wrong)
+    touch.target = touch.target == "S1" ? "S2" : touch.target == "S2" ? "S1" : touch.target;
+  const std::string all = told(cell, wrong);
+  EXPECT_TRUE(all.find("with S1 and S2 swapped") != std::string::npos ||
+              all.find("with the touches of S1 taken for S2's, of S2 for S1's") !=
+                  std::string::npos)
+      << all;
+  EXPECT_EQ(all.find("does it stand where it stood"), std::string::npos) << all;
+}
+
 TEST(Diagnosis, TouchesUnderNamesAtRandomAreSeenToLieAllOver) {
   std::vector<Touch> wrong = touches();
   std::vector<std::string> names;
@@ -224,7 +261,7 @@ TEST(Diagnosis, TouchesUnderNamesAtRandomAreSeenToLieAllOver) {
   std::mt19937 random(1);
   for (std::size_t i = names.size(); i-- > 1;) std::swap(names[i], names[random() % (i + 1)]);
   for (std::size_t i = 0; i < wrong.size(); ++i) wrong[i].target = names[i];
-  expect_told(demo_cell(), wrong, "lie together; check the target column");
+  expect_told(demo_cell(), wrong, "3 other targets); check the target column");
 }
 
 TEST(Diagnosis, AnotherDiameterIsNamed) {

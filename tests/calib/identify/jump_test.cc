@@ -91,6 +91,19 @@ void expect_slip_of_a3(const Calibration& c, double slip_deg) {
   EXPECT_NEAR(c.jumped[0].angle_rad / kRadPerDegree, slip_deg, 0.01);
 }
 
+TEST(Jump, OfADegreeSoonAfterTheBeginningIsTheJointsThatSlipped) {
+  // Another joint's jump explains much of it, and so does this joint's error all along.
+  for (const std::size_t joint : {std::size_t{1}, std::size_t{2}, std::size_t{4}}) {
+    const sim::Truth truth = plain_truth(demo_cell(), 5);
+    auto touches = make_touches(demo_cell(), truth, {.fit = 80, .check = 16, .seed = 5}).touches;
+    for (std::size_t i = 29; i < touches.size(); ++i) touches[i].joint_rad[joint] -= kRadPerDegree;
+    const Calibration c = identify(demo_cell(), touches);
+    ASSERT_EQ(c.jumped.size(), 1u) << reasons_of(c);
+    EXPECT_EQ(c.jumped[0].name, demo_cell().robot.joints[joint].name) << reasons_of(c);
+    EXPECT_NEAR(c.jumped[0].angle_rad / kRadPerDegree, 1.0, 0.02);
+  }
+}
+
 TEST(Jump, IsNamedBesideNotesThatAreNoObjections) {
   Cell cell = demo_cell();
   cell.lengths.resize(1);

@@ -5,6 +5,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
+#include <random>
 
 #include "calib/identify/identify.h"
 #include "calib/identify/lengths.h"
@@ -226,15 +228,31 @@ TEST(Verdict, TouchesThatAreOthersAgainToTheLastDigitAreNotCountedTwice) {
   twice.insert(twice.end(), once.begin(), once.end());
   const Calibration c = identify(cell, twice);
   EXPECT_FALSE(c.verdict.publish);
-  EXPECT_NE(words_of(c).find("copies: 100 of 200 touches are others again to the last digit, as no "
-                             "arm makes them (touch 101 is touch 1)"),
+  EXPECT_NE(words_of(c).find("copies: 100 of 200 touches are others again to the last digit (touch "
+                             "101 is touch 1)"),
             std::string::npos)
       << words_of(c);
   // Measured again, and by chance once to the same digits.
   auto again = once;
   again.push_back(once.front());
   EXPECT_TRUE(identify(cell, again).verdict.publish);
-  // So is a touch that is held out of the fit, and in it.
+  // Nor is it a copy where places were touched again and angles rounded to hundredths.
+  constexpr double kStepRad = 0.01 * std::numbers::pi / 180.0;
+  auto rounded = once;
+  std::mt19937 random(1);
+  std::normal_distribution<double> search(0.0, 0.2 * kStepRad);
+  for (int lap = 1; lap < 3; ++lap)
+    for (Touch touch : once) {
+      for (double& angle : touch.joint_rad) angle += search(random);
+      rounded.push_back(touch);
+    }
+  for (Touch& touch : rounded)
+    for (double& angle : touch.joint_rad) angle = std::round(angle / kStepRad) * kStepRad;
+  EXPECT_EQ(words_of(identify(cell, rounded)).find("copies"), std::string::npos);
+  // Unless all of them come in the same order again.
+  std::copy_n(rounded.begin(), 100, rounded.begin() + 100);
+  EXPECT_NE(words_of(identify(cell, rounded)).find("copies"), std::string::npos);
+  // Copies are no test of the fit either.
   auto held_out = once;
   for (std::size_t i = 0; i < 20; ++i) {
     held_out.push_back(once[i]);
