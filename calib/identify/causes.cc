@@ -38,7 +38,7 @@ constexpr double kMostSigmas = 5.0;
 /// A cause has to explain all but this part of the misfit.
 constexpr double kExplained = 0.5;
 constexpr std::size_t kNamed = 3;
-constexpr double kSameMisfit = 1e-3;
+constexpr double kSameMisfit = 0.02;
 constexpr std::size_t kMostPairs = 28;
 /// A mistake of set-up shows in so many touches; more would only take longer.
 constexpr std::size_t kMostTouches = 1000;
