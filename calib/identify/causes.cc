@@ -6,17 +6,14 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <limits>
 #include <numbers>
 #include <optional>
 
-#include "calib/files/error.h"
+#include "calib/identify/attempt.h"
 #include "calib/identify/dimensions.h"
 #include "calib/identify/drawing.h"
-#include "calib/identify/identify.h"
 #include "calib/identify/labels.h"
 #include "calib/identify/lengths.h"
-#include "calib/identify/level.h"
 #include "calib/identify/moved.h"
 #include "calib/model/kinematics.h"
 
@@ -25,16 +22,8 @@ namespace cellcal::calib {
 namespace {
 
 constexpr double kMmPerM = 1000.0;
-/// Squared sigmas per touch, of touches and tolerances together, below which all makes sense: 1 and
-/// at most one more for each of the unknowns, some of which the touches do not reach.
-constexpr double kSense = 2.5;
-/// Nor is a tolerance or a certified length off by more, squared sigmas: among many touches one
-/// would not show.
-constexpr double kFarStated = 36.0;
 /// What a cause takes away at least, squared sigmas; chance and a few more unknowns take less.
 constexpr double kWorthNaming = 25.0;
-/// A touch is wrong by no more than this, however far it is off.
-constexpr double kMostSigmas = 5.0;
 /// A cause has to explain all but this part of the misfit.
 constexpr double kExplained = 0.5;
 constexpr std::size_t kNamed = 3;
@@ -47,61 +36,6 @@ constexpr double kNearer = 1.0 / 3.0;
 /// So many fields of a robot file are named one by one.
 constexpr std::size_t kFewDifferences = 6;
 constexpr double kAnyToolM = 0.3, kAnyRadiusM = 0.01;
-
-/// What the best arm leaves unexplained: squared sigmas, of touches and of what the files state;
-/// and that arm.
-struct Trial {
-  double sum = std::numeric_limits<double>::infinity();
-  int touches = 1;
-  double worst = 0.0;  ///< of what the files state, one tolerance or certified length
-  std::optional<Calibration> found;
-
-  double misfit() const { return sum / touches; }
-  /// Beyond one for each touch.
-  double excess() const { return sum - touches; }
-  bool makes_sense() const { return misfit() < kSense && worst < kFarStated; }
-};
-
-/// How far the files let a parameter be off, 1 sigma; 0 where they say nothing.
-double stated_sigma(const ArmModel& arm, const Cell& cell, const std::string& name) {
-  for (const ArmParameter& parameter : arm.parameters())
-    if (parameter.name == name) return parameter.sigma;
-  if (name == "touch.rho") return cell.radius_offset_sigma_m;
-  for (const Target& target : cell.targets)
-    if (name == target.id + ".radius") return target.diameter_sigma_m / 2.0;
-  return 0.0;
-}
-
-Trial attempt(const Cell& cell, const std::vector<Touch>& touches) {
-  Trial trial;
-  const Cell levelled = at_level(cell, ModelLevel{});
-  const ArmModel arm(levelled.robot, levelled.tool);
-  try {
-    IdentifyOptions options;
-    options.level = ModelLevel{};  // the fullest; which one it is does not matter here
-    trial.found = identify_as_stated(cell, touches, options);
-  } catch (const IdentifyError&) {
-    return trial;
-  }
-  trial.sum = 0.0;
-  trial.touches = 0;
-  for (const TouchResidual& r : trial.found->residuals) {
-    const Touch& touch = touches[r.touch];
-    if (touch.set != TouchSet::kFit) continue;
-    const double sigma = touch.sigma_m > 0.0 ? touch.sigma_m : cell.touch_sigma_m;
-    trial.sum += std::pow(std::min(std::abs(r.after_m) / sigma, kMostSigmas), 2);
-    ++trial.touches;
-  }
-  const auto add_stated = [&](double sigmas) {
-    trial.sum += sigmas * sigmas;
-    trial.worst = std::max(trial.worst, sigmas * sigmas);
-  };
-  for (const ParameterResult& p : trial.found->parameters)
-    if (const double sigma = stated_sigma(arm, cell, p.name); sigma > 0.0)
-      add_stated(p.correction / sigma);
-  for (const LengthResult& length : trial.found->lengths) add_stated(contradiction(length));
-  return trial;
-}
 
 /// What was touched is elsewhere on a plane or before a tracker each time; how they stand is not.
 double moved_by_m(const TargetResult& before, const TargetResult& after) {
@@ -309,8 +243,10 @@ class Search {
       weigh(arms[k].cell, touches_, [&](const Calibration&) {
         const std::vector<std::string> differ = differences(cell_.robot, arms[k].cell.robot);
         return fmt::format(
-            "with the robot file {} ({}) the touches make sense, and not with that of {}; {}",
-            arms[k].file, arms[k].cell.robot.name, cell_.robot.name,
+            "with the robot file {} ({}) the touches make sense, and not with {}; {}", arms[k].file,
+            arms[k].cell.robot.name,
+            arms[k].cell.robot.name == cell_.robot.name ? "the cell's own of that name"
+                                                        : "that of " + cell_.robot.name,
             differ.size() > kFewDifferences
                 ? "which arm is it?"
                 : fmt::format("it has {}; check these", fmt::join(differ, ", ")));
@@ -387,6 +323,99 @@ class Search {
               one.from, one.to, other.from, other.to);
         });
       }
+  }
+
+  /// Readings of trackers and wires in other units, or of a left-handed tracker.
+  void readings() {
+    constexpr double kMmPerInch = 25.4;
+    for (const Target& target : cell_.targets) {
+      const bool tracker = target.kind == TargetKind::kTracker;
+      if (!tracker && target.kind != TargetKind::kWire) continue;
+      const auto changed = [&](double factor, double x_factor) {
+        std::vector<Touch> touches = touches_;
+        for (Touch& touch : touches) {
+          if (touch.target != target.id) continue;
+          touch.radius_m *= factor;
+          for (double& m : touch.tracker_m) m *= factor;
+          touch.tracker_m[0] *= x_factor;
+        }
+        return touches;
+      };
+      const auto try_unit = [&](double factor, const char* unit) {
+        const auto touches = changed(factor, 1.0);
+        if (!(nominal_off_m(cell_, touches) < kNearer * nominal_off_m_)) return;
+        weigh(cell_, touches, [&](const Calibration&) {
+          return fmt::format(
+              "with the readings of {} taken as {} the touches make sense; give them in "
+              "millimetres",
+              target.id, unit);
+        });
+      };
+      try_unit(kMmPerM, "metres");
+      try_unit(1.0 / kMmPerM, "micrometres");
+      try_unit(kMmPerInch, "inches");
+      if (tracker)
+        weigh(cell_, changed(1.0, -1.0), [&](const Calibration&) {
+          return fmt::format(
+              "with one axis of the readings of {} turned about the touches make sense; has one of "
+              "its columns the wrong sign, or are two of them exchanged?",
+              target.id);
+        });
+    }
+  }
+
+  /// An arm that hangs or stands otherwise than its file says.
+  void gravity() {
+    const double g = cell_.robot.gravity_m_s2.norm();
+    for (int axis = 0; axis < 3; ++axis)
+      for (const double sign : {-1.0, 1.0}) {
+        Cell changed = cell_;
+        changed.robot.gravity_m_s2 = sign * g * Eigen::Vector3d::Unit(axis);
+        if ((changed.robot.gravity_m_s2 - cell_.robot.gravity_m_s2).norm() < 0.1 * g) continue;
+        weigh(changed, touches_, [&](const Calibration& c) -> std::string {
+          // The other way round joints and tool would give against their load.
+          if (std::any_of(c.verdict.reasons.begin(), c.verdict.reasons.end(),
+                          [](const std::string& r) { return r.starts_with("against gravity:"); }))
+            return {};
+          return fmt::format(
+              "with gravity along {}{} of the base the touches make sense; check how the arm is "
+              "mounted, and gravity in the robot or cell file",
+              sign < 0.0 ? '-' : '+', "xyz"[axis]);
+        });
+      }
+  }
+
+  void centres() {
+    const auto centre_of = [](const Calibration& c, const std::string& id) {
+      for (const TargetResult& t : c.targets)
+        if (t.id == id) return t.centre_m;
+      return Eigen::Vector3d(Eigen::Vector3d::Zero());
+    };
+    Cell all = cell_;
+    std::size_t held = 0;
+    for (std::size_t t = 0; t < cell_.targets.size(); ++t) {
+      const Target& target = cell_.targets[t];
+      if (!target.has_centre || !(target.centre_sigma_m > 0.0)) continue;
+      ++held;
+      all.targets[t].centre_sigma_m = 0.0;
+      Cell changed = cell_;
+      changed.targets[t].centre_sigma_m = 0.0;  // where to begin, no more
+      weigh(changed, touches_, [&](const Calibration& c) {
+        return fmt::format(
+            "with {} {:.1f} mm from where the cell file states it the touches make sense; check "
+            "its "
+            "centre_mm, or state a larger centre_sigma_mm",
+            target.id, (centre_of(c, target.id) - target.centre_m).norm() * kMmPerM);
+      });
+    }
+    if (held < 2) return;
+    weigh(
+        all, touches_,
+        [&](const Calibration&) {
+          return "with no centre held where the cell file states it the touches make sense; check "
+                 "centre_mm (of the arm's base frame?), or state a larger centre_sigma_mm";
+        },
+        {}, held);
   }
 
   /// From one of its touches on, a target stands elsewhere.
@@ -487,6 +516,7 @@ class Search {
     });
   }
 
+  /// `words`: empty where it is no cause after all.
   void weigh(const Cell& cell, const std::vector<Touch>& touches,
              const std::function<std::string(const Calibration&)>& words,
              const std::optional<MovedTarget>& moved = {}, std::size_t changes = 1) {
@@ -495,7 +525,8 @@ class Search {
         !(trial.sum < stated_.sum - kWorthNaming))
       return;
     Cause cause{trial.misfit(), words(*trial.found), moved, changes};
-    if (std::none_of(causes_.begin(), causes_.end(),
+    if (!cause.words.empty() &&
+        std::none_of(causes_.begin(), causes_.end(),
                      [&](const Cause& other) { return other.words == cause.words; }))
       causes_.push_back(std::move(cause));
   }
@@ -525,6 +556,9 @@ std::vector<Cause> causes_of(const Cell& cell, const std::vector<Touch>& touches
   search.drawing();
   search.radius();
   search.lengths();
+  search.readings();
+  search.gravity();
+  search.centres();
   search.moved();
   return search.best();
 }

@@ -59,6 +59,11 @@ std::string wrong_length(const Cell& cell, const std::vector<Touch>& touches,
   if (const auto names = better_names(cell, touches))
     if (sensible(cell, names->given_to(cell, touches), options))
       return names->words(cell) + " all makes sense; check which is which";
+  Cell unheld = cell;
+  for (Target& target : unheld.targets) target.centre_sigma_m = 0.0;
+  if (sensible(unheld, touches, options))
+    return "with no centre held where the cell file states it everything makes sense; check "
+           "centre_mm, or state a larger centre_sigma_mm";
   for (const std::string& end : {worst->from, worst->to}) {
     const auto of_end = [&](const CertifiedLength& l) { return l.from == end || l.to == end; };
     const auto own = std::count_if(cell.lengths.begin(), cell.lengths.end(), of_end);

@@ -23,6 +23,10 @@ constexpr double kChi2Limit = 4.0;
 constexpr double kOutlierShare = 0.10;
 /// Held-out touches may be worse than the calibration predicts for them, but not by this much.
 constexpr double kCheckRatio = 2.0;
+/// Of the check touches, too, a few are gross errors: one in so many where there are enough,
+/// further off than so many times what is predicted for them.
+constexpr std::size_t kEnoughChecks = 8, kOneGrossOf = 10;
+constexpr double kGrossCheck = 6.0;
 /// Of one target's: with so many left out the others say too little of its place.
 constexpr double kOutlierShareOfTarget = 0.20;
 /// One touch left out is the usual case where so many remain, and what the outliers are for.
@@ -35,6 +39,8 @@ constexpr double kAgainstLoad = 5.0;
 /// (real-data tests), a wrong row of the robot file makes twenty and more and can still be
 /// explained away.
 constexpr double kFarFromDrawing = 8.0;
+/// All lengths of an arm together: chance does not take them so many sigmas off.
+constexpr double kFarScale = 5.0;
 /// The effective radius may be off by what its prior says, and a little luck.
 constexpr double kFarRadius = 5.0;
 /// With a perfect arm a target's touches would hold its place to sigma / sqrt(n lambda), lambda the
@@ -111,17 +117,46 @@ bool tracker_holds_scale(const Problem& problem, const std::vector<std::size_t>&
   return information * kScaleSigma * kScaleSigma > 1.0;
 }
 
-/// Held-out residuals over their predicted sigmas, rms: of the touch and of what the fit leaves
-/// open there. 0 without check touches or covariance.
-double check_against_prediction(const Problem& problem, const Calibration& c) {
-  if (c.covariance.rows() != problem.size()) return 0.0;
+/// How much longer than drawn the arm is, all lengths together, and what their tolerances alone
+/// leave open of that; relative.
+struct ArmScale {
+  double off = 0.0, sigma = 0.0;
+};
+ArmScale arm_scale(const Problem& problem, const Calibration& c) {
+  double information = 0.0, pull = 0.0;
+  for (int p = 0; p < problem.arm_size(); ++p) {
+    const ArmParameterKind kind = problem.arm().parameters()[p].kind;
+    if (kind != ArmParameterKind::kD && kind != ArmParameterKind::kA) continue;
+    const Joint& joint =
+        problem.arm().robot().joints[static_cast<std::size_t>(problem.arm().parameters()[p].joint)];
+    const double drawn_m = kind == ArmParameterKind::kD ? joint.d_m : joint.a_m;
+    const double square = std::pow(problem.unknowns()[p].scale, 2);
+    information += drawn_m * drawn_m / square;
+    pull += drawn_m * c.parameters[static_cast<std::size_t>(p)].correction / square;
+  }
+  if (!(information > 0.0)) return {};
+  return {pull / information, 1.0 / std::sqrt(information)};
+}
+
+/// Held-out residuals over their predicted sigmas, of the touch and of what the fit leaves open
+/// there: rms, without the few that are gross errors.
+struct CheckResult {
+  double ratio = 0.0;  ///< 0 without check touches or covariance
+  std::vector<std::size_t> gross;
+};
+CheckResult check_against_prediction(const Problem& problem, const Calibration& c) {
+  if (c.covariance.rows() != problem.size()) return {};
   Eigen::VectorXd x(problem.size());
   for (int i = 0; i < problem.size(); ++i)
     x[i] = c.parameters[static_cast<std::size_t>(i)].nominal +
            c.parameters[static_cast<std::size_t>(i)].correction;
   const Problem::At at = problem.at(x.data());
-  double sum = 0.0;
-  int count = 0;
+  struct One {
+    std::size_t touch;
+    double square;
+    int rows;
+  };
+  std::vector<One> all;
   for (std::size_t t = 0; t < problem.touches().size(); ++t) {
     if (problem.touches()[t].set != TouchSet::kCheck || problem.block_of(t) < 0) continue;
     const TargetBlock& block = problem.blocks()[problem.block_of(t)];
@@ -134,10 +169,27 @@ double check_against_prediction(const Problem& problem, const Calibration& c) {
     j.middleCols(block.first, block.size()) = by_target;
     const Eigen::VectorXd variance = (j * c.covariance).cwiseProduct(j).rowwise().sum().array() +
                                      std::pow(problem.sigma_m(t), 2);
-    sum += residual.cwiseAbs2().cwiseQuotient(variance).sum();
-    count += rows;
+    all.push_back({t, residual.cwiseAbs2().cwiseQuotient(variance).sum(), rows});
   }
-  return count == 0 ? 0.0 : std::sqrt(sum / count);
+  CheckResult result;
+  const auto is_gross = [](const One& one) {
+    return one.square > kGrossCheck * kGrossCheck * one.rows;
+  };
+  const auto gross = static_cast<std::size_t>(std::count_if(all.begin(), all.end(), is_gross));
+  const bool few =
+      all.size() >= kEnoughChecks && gross <= std::max<std::size_t>(1, all.size() / kOneGrossOf);
+  double sum = 0.0;
+  int rows = 0;
+  for (const One& one : all) {
+    if (few && is_gross(one)) {
+      result.gross.push_back(one.touch);
+      continue;
+    }
+    sum += one.square;
+    rows += one.rows;
+  }
+  if (rows > 0) result.ratio = std::sqrt(sum / rows);
+  return result;
 }
 
 }  // namespace
@@ -197,7 +249,7 @@ void judge_lengths(const Calibration& c, std::vector<std::string>& blocking) {
   blocking.push_back(fmt::format(
       "certified length: by all else {} and {} lie {:.3f} +- {:.3f} mm apart instead of {:.3f} mm, "
       "{:.0f} times what both leave open{}; check it and that neither was moved",
-      worst->from, worst->to, worst->by_others_m * 1e3, worst->sigma_m * 1e3,
+      worst->from, worst->to, std::max(0.0, worst->by_others_m) * 1e3, worst->sigma_m * 1e3,
       worst->certified_m * 1e3, contradiction(*worst),
       others > 0
           ? fmt::format(" ({} more {} contradicted, by less)", others, others == 1 ? "is" : "are")
@@ -216,6 +268,42 @@ void judge_loads(const Problem& problem, const Calibration& c, std::vector<std::
           "check gravity and base in robot and cell file",
           found.name, -(found.nominal + found.correction) / found.sigma));
   }
+}
+
+/// Errors beyond what the tolerances let one expect: each, and of all lengths together.
+void judge_drawing(const Problem& problem, const Calibration& c,
+                   std::vector<std::string>& blocking) {
+  constexpr std::size_t kInWords = 3;
+  constexpr double kAnotherArm = 50.0;
+  std::vector<std::pair<double, std::string>> far;
+  for (int p = 0; p < problem.arm_size(); ++p) {
+    const ArmParameterKind kind = problem.arm().parameters()[p].kind;
+    if (kind > ArmParameterKind::kBeta && kind != ArmParameterKind::kTcp) continue;
+    const ParameterResult& found = c.parameters[static_cast<std::size_t>(p)];
+    const double tolerances = std::abs(found.correction) / problem.unknowns()[p].scale;
+    if (tolerances > kFarFromDrawing)
+      far.emplace_back(tolerances,
+                       fmt::format("{} is off by {:.3g} {}, {:.0f} times its tolerance", found.name,
+                                   found.correction * found.to_unit, found.unit, tolerances));
+  }
+  if (!far.empty()) {
+    std::stable_sort(far.begin(), far.end(),
+                     [](const auto& a, const auto& b) { return a.first > b.first; });
+    std::string words = "far from the drawing: ";
+    for (std::size_t k = 0; k < std::min(kInWords, far.size()); ++k)
+      words += (k == 0 ? "" : ", ") + far[k].second;
+    if (far.size() > kInWords) words += fmt::format(", and {} more", far.size() - kInWords);
+    words += "; is it the right robot file, and is the arm mastered?";
+    if (far.front().first < kAnotherArm) words += " If both are so, state a larger tolerance";
+    blocking.push_back(std::move(words));
+  }
+  const ArmScale scale = arm_scale(problem, c);
+  if (far.empty() && scale.sigma > 0.0 && std::abs(scale.off) > kFarScale * scale.sigma)
+    blocking.push_back(fmt::format(
+        "scale: all lengths of the arm together are {:+.2f} % off the drawing, {:.0f} times what "
+        "their tolerances leave open; check what holds the scale: certified lengths, readings of "
+        "trackers and wires, diameters",
+        100.0 * scale.off, std::abs(scale.off) / scale.sigma));
 }
 
 /// Each of the lengths once, the most certain of those between the same two ends.
@@ -292,9 +380,30 @@ std::string untouched_targets(const Problem& problem) {
   return words;
 }
 
+/// Targets that the touches put far from where the cell file states them; empty where none is.
+std::string far_centres(const Problem& problem, const Calibration& c) {
+  constexpr double kFarCentre = 5.0;
+  std::vector<std::string> far;
+  for (const TargetResult& found : c.targets) {
+    const Target& target = problem.cell().targets[problem.cell().target_index(found.id)];
+    if (!has_a_centre(target.kind) || !target.has_centre || !(target.centre_sigma_m > 0.0))
+      continue;
+    const double off_m = (found.centre_m - target.centre_m).norm();
+    if (off_m > kFarCentre * target.centre_sigma_m)
+      far.push_back(fmt::format("{} by {:.1f} mm, {:.0f} times its centre_sigma_mm", target.id,
+                                off_m * 1e3, off_m / target.centre_sigma_m));
+  }
+  if (far.empty()) return {};
+  return fmt::format(
+      "stated centre: not where the cell file states it is {}; check centre_mm, of the arm's base "
+      "frame",
+      fmt::join(far, ", "));
+}
+
 bool is_note(std::string_view reason) {
-  for (const std::string_view opening : {"scope: ", "no check touches: ", "since the last one: ",
-                                         "unchecked scale: ", "not touched: "})
+  for (const std::string_view opening :
+       {"scope: ", "no check touches: ", "since the last one: ", "unchecked scale: ",
+        "not touched: ", "gross check touches: ", "stated centre: "})
     if (reason.starts_with(opening)) return true;
   return false;
 }
@@ -334,6 +443,10 @@ Verdict judge(const Problem& problem, const Calibration& c) {
     if (target.kind == TargetKind::kWire && wire_holds_scale(problem, used))
       rule = "the lengths of " + target.id + " hold";
     if (least_information(problem, x, block, used) * kPlaceSigmaM * kPlaceSigmaM > 1.0) continue;
+    if (used.empty()) {
+      blocking.push_back("too few directions: all touches of " + target.id + " were left out");
+      continue;
+    }
     const char* what =
         target.kind == TargetKind::kPlane
             ? "at places too near each other or in a line; touch it farther apart in "
@@ -341,8 +454,8 @@ Verdict judge(const Problem& problem, const Calibration& c) {
         : target.kind == TargetKind::kTracker
             ? "at places too near each other or in a line; measure farther apart"
             : "in directions too much alike; touch it from more sides";
-    blocking.push_back(fmt::format("too few directions: {} was touched {} times {}", target.id,
-                                   used.size(), what));
+    blocking.push_back(fmt::format("too few directions: {} was touched {} time{} {}", target.id,
+                                   used.size(), used.size() == 1 ? "" : "s", what));
   }
   judge_lengths(c, blocking);
   judge_loads(problem, c, blocking);
@@ -356,23 +469,13 @@ Verdict judge(const Problem& problem, const Calibration& c) {
           "put it, {:.0f} times radius_offset_sigma_mm; check diameter_mm and tip_radius_mm",
           off_m * 1e3, std::abs(off_m) / sigma_m));
   }
-  for (int p = 0; p < problem.arm_size(); ++p) {
-    const ArmParameterKind kind = problem.arm().parameters()[p].kind;
-    if (kind > ArmParameterKind::kBeta && kind != ArmParameterKind::kTcp) continue;
-    const ParameterResult& found = c.parameters[static_cast<std::size_t>(p)];
-    const double tolerances = std::abs(found.correction) / problem.unknowns()[p].scale;
-    if (tolerances > kFarFromDrawing)
-      blocking.push_back(fmt::format(
-          "far from the drawing: {} is off by {:.3g} {}, {:.0f} times its tolerance; is it the "
-          "right "
-          "robot file, and is the arm mastered? If both are so, state a larger tolerance",
-          found.name, found.correction * found.to_unit, found.unit, tolerances));
-  }
-  if (const double ratio = check_against_prediction(problem, c); ratio > kCheckRatio) {
+  judge_drawing(problem, c, blocking);
+  const CheckResult check = check_against_prediction(problem, c);
+  if (check.ratio > kCheckRatio) {
     blocking.push_back(
         fmt::format("check touches: held-out touches leave {:.3f} mm rms, {:.1f} times what the "
                     "calibration predicts for them",
-                    c.check.rms_m * 1e3, ratio));
+                    c.check.rms_m * 1e3, check.ratio));
     constexpr int kInWords = 3;
     int elsewhere = 0;
     for (const TouchResidual& r : c.residuals) {
@@ -392,6 +495,13 @@ Verdict judge(const Problem& problem, const Calibration& c) {
   verdict.workspace = lengths_hold || !rule.empty();
   verdict.reasons = std::move(blocking);
   if (!rule.empty()) verdict.reasons.push_back("scope: " + rule + " the scale");
+  if (const ArmScale scale = arm_scale(problem, c);
+      !rule.empty() && lengths.empty() && scale.sigma > 0.0)
+    verdict.reasons.push_back(fmt::format(
+        "unchecked scale: nothing but these readings says how long everything is; wrong by less "
+        "than {:.2f} % it would not be noticed, and all lengths of the arm would be wrong in "
+        "proportion. Certify a length between touched targets",
+        100.0 * kFarScale * scale.sigma));
   if (lengths_hold) {
     verdict.reasons.push_back(
         fmt::format("scope: {} certified length{} the scale, touched at both ends", lengths.size(),
@@ -410,6 +520,21 @@ Verdict judge(const Problem& problem, const Calibration& c) {
         "distance");
   if (std::string words = untouched_targets(problem); !words.empty())
     verdict.reasons.push_back(std::move(words));
+  if (std::string words = far_centres(problem, c); !words.empty())
+    verdict.reasons.push_back(std::move(words));
+  if (!check.gross.empty()) {
+    std::vector<std::string> named;
+    for (const TouchResidual& r : c.residuals) {
+      if (std::find(check.gross.begin(), check.gross.end(), r.touch) == check.gross.end()) continue;
+      const Touch& touch = problem.touches()[r.touch];
+      const auto other = lies_on(problem, c, r);
+      named.push_back(fmt::format("{} of {} is {:.2f} mm off{}", touch_words(r.touch, touch),
+                                  touch.target, std::abs(r.after_m) * 1e3,
+                                  other ? " and lies on " + *other + ": correct its target" : ""));
+    }
+    verdict.reasons.push_back(
+        fmt::format("gross check touches: {}; judged without", fmt::join(named, ", ")));
+  }
   if (c.check.count == 0)
     verdict.reasons.push_back("no check touches: the residuals are of the fit itself");
   return verdict;

@@ -204,6 +204,29 @@ TEST(Diagnosis, FieldsInWhichTheShippedFileDiffersAreNamed) {
   expect_told(metres, touches(), "it has d_mm of A1 400 instead of 0.4");
 }
 
+TEST(Diagnosis, AnArmOnTheWallWhoseFileSaysFloorIsNamed) {
+  Cell wall = demo_cell();
+  wall.robot.gravity_m_s2 = {9.81, 0.0, 0.0};
+  const auto hanging =
+      make_touches(wall, testing::plain_truth(wall, 5), {.fit = 80, .check = 16}).touches;
+  expect_told(demo_cell(), hanging, "with gravity along +x of the base the touches make sense");
+}
+
+TEST(Diagnosis, AStatedCentreThatIsHeldTooFirmlyIsNamed) {
+  Cell cell = demo_cell();
+  for (Target& target : cell.targets) target.centre_sigma_m = 1e-4;
+  const auto made = touches();
+  // Where the touches say, but for one.
+  const Calibration right = identify(demo_cell(), made);
+  for (const TargetResult& t : right.targets)
+    cell.targets[cell.target_index(t.id)].centre_m = t.centre_m;
+  cell.targets[1].centre_m.y() += 50e-3;
+  const std::string all = told(cell, made);
+  EXPECT_NE(all.find("likely cause: with no centre held where the cell file states it"),
+            std::string::npos)
+      << all;
+}
+
 TEST(Diagnosis, AToolThatIsNotStatedIsNamed) {
   Cell cell = demo_cell();
   cell.tool.tcp.translation().setZero();

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "calib/files/calibration_json.h"
+#include "calib/files/error.h"
 #include "calib/files/files.h"
 #include "calib/identify/identify.h"
 #include "calib/identify/predict.h"
@@ -155,6 +156,50 @@ TEST(Kinds, FindWhereTheyStand) {
   EXPECT_NEAR(p.effective_radius_m, 1.5 * kMm + rho, 0.1 * kMm);
   EXPECT_EQ(t.effective_radius_m, 0.0);
   EXPECT_NEAR(result.chi2_per_dof, 1.0, 0.4);
+}
+
+TEST(Kinds, MistakesOfATrackersReadingsAreNamed) {
+  const Stage stage = sim::constraints::set_up(tracker_alone(), {.seed = 5});
+  const auto right = sim::constraints::touch(stage, {.fit = 60, .seed = 5});
+  const auto told = [&](const std::vector<Touch>& touches) -> std::string {
+    try {
+      const Calibration c = identify(stage.cell, touches);
+      return c.verdict.publish ? "published" : all_reasons(c);
+    } catch (const IdentifyError& error) {
+      return error.what();
+    }
+  };
+  auto metres = right;
+  auto left_handed = right;
+  for (std::size_t i = 0; i < right.size(); ++i) {
+    for (double& m : metres[i].tracker_m) m *= 1e-3;
+    std::swap(left_handed[i].tracker_m[1], left_handed[i].tracker_m[2]);
+  }
+  EXPECT_NE(told(metres).find("readings of T taken as metres"), std::string::npos) << told(metres);
+  EXPECT_NE(told(left_handed).find("with one axis of the readings of T turned about"),
+            std::string::npos)
+      << told(left_handed);
+  auto mastered = right;
+  for (Touch& touch : mastered) touch.joint_rad[3] += 0.01;
+  EXPECT_NE(told(mastered).find("deg added to all angles of A4"), std::string::npos)
+      << told(mastered);
+}
+
+TEST(Kinds, TheScaleOfATrackerIsCheckedByTheArmsTolerancesAndThatIsSaid) {
+  const Stage stage = sim::constraints::set_up(tracker_alone(), {.seed = 5});
+  auto touches = sim::constraints::touch(stage, {.fit = 60, .seed = 5});
+  Calibration result = identify(stage.cell, touches);
+  EXPECT_TRUE(result.verdict.publish);
+  EXPECT_NE(all_reasons(result).find("unchecked scale: nothing but these readings"),
+            std::string::npos)
+      << all_reasons(result);
+  for (Touch& touch : touches)
+    for (double& m : touch.tracker_m) m *= 1.008;
+  result = identify(stage.cell, touches);
+  EXPECT_FALSE(result.verdict.publish);
+  EXPECT_NE(all_reasons(result).find("scale: all lengths of the arm together are +0."),
+            std::string::npos)
+      << all_reasons(result);
 }
 
 TEST(Kinds, HoldTheScaleWithATrackerAndNotWithPlanes) {

@@ -261,6 +261,18 @@ TEST(Verdict, TouchesThatAreOthersAgainToTheLastDigitAreNotCountedTwice) {
   EXPECT_NE(words_of(identify(cell, held_out)).find("copies: 20 of 120"), std::string::npos);
 }
 
+TEST(Verdict, SaysThatATargetStandsElsewhereThanStated) {
+  Cell cell = demo_cell();
+  const auto touches = touches_of(cell, 100, 3);
+  cell.targets[1].centre_m.x() += 0.1;
+  cell.targets[1].centre_sigma_m = 0.01;
+  const Calibration c = identify(cell, touches);
+  EXPECT_NE(words_of(c).find("stated centre: not where the cell file states it is S2 by "),
+            std::string::npos)
+      << words_of(c);
+  EXPECT_EQ(words_of(c).find("S1 by"), std::string::npos) << words_of(c);
+}
+
 TEST(Verdict, NamesTargetsThatWereNotTouched) {
   const Cell& cell = demo_cell();
   auto touches = touches_of(cell, 120, 3);
