@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <initializer_list>
 #include <numbers>
 #include <optional>
 
@@ -328,40 +329,40 @@ class Search {
   /// Readings of trackers and wires in other units, or of a left-handed tracker.
   void readings() {
     constexpr double kMmPerInch = 25.4;
-    for (const Target& target : cell_.targets) {
-      const bool tracker = target.kind == TargetKind::kTracker;
-      if (!tracker && target.kind != TargetKind::kWire) continue;
-      const auto changed = [&](double factor, double x_factor) {
-        std::vector<Touch> touches = touches_;
-        for (Touch& touch : touches) {
-          if (touch.target != target.id) continue;
-          touch.radius_m *= factor;
-          for (double& m : touch.tracker_m) m *= factor;
-          touch.tracker_m[0] *= x_factor;
-        }
-        return touches;
-      };
-      const auto try_unit = [&](double factor, const char* unit) {
-        const auto touches = changed(factor, 1.0);
-        if (!(nominal_off_m(cell_, touches) < kNearer * nominal_off_m_)) return;
-        weigh(cell_, touches, [&](const Calibration&) {
-          return fmt::format(
-              "with the readings of {} taken as {} the touches make sense; give them in "
-              "millimetres",
-              target.id, unit);
-        });
-      };
-      try_unit(kMmPerM, "metres");
-      try_unit(1.0 / kMmPerM, "micrometres");
-      try_unit(kMmPerInch, "inches");
-      if (tracker)
-        weigh(cell_, changed(1.0, -1.0), [&](const Calibration&) {
-          return fmt::format(
-              "with one axis of the readings of {} turned about the touches make sense; has one of "
-              "its columns the wrong sign, or are two of them exchanged?",
-              target.id);
-        });
-    }
+    const auto ids_of = [&](std::initializer_list<TargetKind> kinds) {
+      std::vector<std::string> ids;
+      for (const Target& target : cell_.targets)
+        if (std::find(kinds.begin(), kinds.end(), target.kind) != kinds.end())
+          ids.push_back(target.id);
+      return ids;
+    };
+    const auto unit = [&](double factor, const char* name) {
+      const auto ids = ids_of({TargetKind::kTracker, TargetKind::kWire});
+      std::vector<Touch> changed = touches_;
+      for (Touch& touch : changed) {  // of others they mean nothing
+        touch.radius_m *= factor;
+        for (double& m : touch.tracker_m) m *= factor;
+      }
+      if (ids.empty() || farther(cell_, changed)) return;
+      weigh(cell_, changed, [&](const Calibration&) {
+        return fmt::format(
+            "with the readings of {} taken as {} the touches make sense; give them in millimetres",
+            fmt::join(ids, ", "), name);
+      });
+    };
+    unit(kMmPerM, "metres");
+    unit(1.0 / kMmPerM, "micrometres");
+    unit(kMmPerInch, "inches");
+    const auto trackers = ids_of({TargetKind::kTracker});
+    if (trackers.empty()) return;
+    std::vector<Touch> changed = touches_;
+    for (Touch& touch : changed) touch.tracker_m[0] = -touch.tracker_m[0];
+    weigh(cell_, changed, [&](const Calibration&) {
+      return fmt::format(
+          "with one axis of the readings of {} turned about the touches make sense; has one of the "
+          "columns the wrong sign, or are two of them exchanged?",
+          fmt::join(trackers, ", "));
+    });
   }
 
   /// An arm that hangs or stands otherwise than its file says.
