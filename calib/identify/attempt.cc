@@ -82,13 +82,6 @@ Trial attempt(const Cell& cell, const std::vector<Touch>& touches) {
       trial.sum += std::pow(p.correction / sigma, 2);
   }
   for (const LengthResult& length : trial.found->lengths) add_stated(contradiction(length));
-  for (const TargetResult& t : trial.found->targets) {
-    const Target& target = cell.targets[cell.target_index(t.id)];
-    if (!has_a_centre(target.kind) || !target.has_centre || !(target.centre_sigma_m > 0.0))
-      continue;
-    for (int axis = 0; axis < 3; ++axis)
-      add_stated((t.centre_m[axis] - target.centre_m[axis]) / target.centre_sigma_m);
-  }
   return trial;
 }
 

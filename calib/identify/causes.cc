@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <initializer_list>
 #include <numbers>
 #include <optional>
 
@@ -29,7 +28,7 @@ constexpr double kWorthNaming = 25.0;
 constexpr double kExplained = 0.5;
 constexpr std::size_t kNamed = 3;
 constexpr double kSameMisfit = 0.02;
-constexpr std::size_t kMostPairs = 28;
+constexpr std::size_t kMostPairs = 28, kMostTargets = 12;
 /// A mistake of set-up shows in so many touches; more would only take longer.
 constexpr std::size_t kMostTouches = 1000;
 /// So much nearer to the touches than stated another drawing or tool has to bring the nominal arm.
@@ -329,45 +328,62 @@ class Search {
   /// Readings of trackers and wires in other units, or of a left-handed tracker.
   void readings() {
     constexpr double kMmPerInch = 25.4;
-    const auto ids_of = [&](std::initializer_list<TargetKind> kinds) {
-      std::vector<std::string> ids;
-      for (const Target& target : cell_.targets)
-        if (std::find(kinds.begin(), kinds.end(), target.kind) != kinds.end())
-          ids.push_back(target.id);
-      return ids;
-    };
-    const auto unit = [&](double factor, const char* name) {
-      const auto ids = ids_of({TargetKind::kTracker, TargetKind::kWire});
-      std::vector<Touch> changed = touches_;
-      for (Touch& touch : changed) {  // of others they mean nothing
+    std::vector<std::string> trackers, wires;
+    for (const Target& target : cell_.targets) {
+      if (target.kind == TargetKind::kTracker) trackers.push_back(target.id);
+      if (target.kind == TargetKind::kWire) wires.push_back(target.id);
+    }
+    std::vector<std::vector<std::string>> sets;
+    for (const auto& all : {trackers, wires}) {
+      if (!all.empty()) sets.push_back(all);
+      if (all.size() > 1 && all.size() <= kMostTargets)
+        for (const std::string& id : all) sets.push_back({id});
+    }
+    if (!trackers.empty() && !wires.empty()) {
+      sets.push_back(trackers);
+      sets.back().insert(sets.back().end(), wires.begin(), wires.end());
+    }
+    const auto changed = [&](const std::vector<std::string>& ids, double factor, double x_factor) {
+      std::vector<Touch> touches = touches_;
+      for (Touch& touch : touches) {
+        if (std::find(ids.begin(), ids.end(), touch.target) == ids.end()) continue;
         touch.radius_m *= factor;
         for (double& m : touch.tracker_m) m *= factor;
+        touch.tracker_m[0] *= x_factor;
       }
-      if (ids.empty() || farther(cell_, changed)) return;
-      weigh(cell_, changed, [&](const Calibration&) {
-        return fmt::format(
-            "with the readings of {} taken as {} the touches make sense; give them in millimetres",
-            fmt::join(ids, ", "), name);
-      });
+      return touches;
     };
-    unit(kMmPerM, "metres");
-    unit(1.0 / kMmPerM, "micrometres");
-    unit(kMmPerInch, "inches");
-    const auto trackers = ids_of({TargetKind::kTracker});
-    if (trackers.empty()) return;
-    std::vector<Touch> changed = touches_;
-    for (Touch& touch : changed) touch.tracker_m[0] = -touch.tracker_m[0];
-    weigh(cell_, changed, [&](const Calibration&) {
-      return fmt::format(
-          "with one axis of the readings of {} turned about the touches make sense; has one of the "
-          "columns the wrong sign, or are two of them exchanged?",
-          fmt::join(trackers, ", "));
-    });
+    struct Unit {
+      double factor;
+      const char* name;
+    };
+    for (const auto& ids : sets)
+      for (const Unit& unit : {Unit{kMmPerM, "metres"}, Unit{1.0 / kMmPerM, "micrometres"},
+                               Unit{kMmPerInch, "inches"}}) {
+        const std::vector<Touch> touches = changed(ids, unit.factor, 1.0);
+        if (farther(cell_, touches)) continue;
+        weigh(cell_, touches, [&](const Calibration&) {
+          return fmt::format(
+              "with the readings of {} taken as {} the touches make sense; give them in "
+              "millimetres",
+              fmt::join(ids, ", "), unit.name);
+        });
+      }
+    for (const auto& ids : sets) {
+      if (cell_.targets[cell_.target_index(ids.front())].kind != TargetKind::kTracker) continue;
+      weigh(cell_, changed(ids, 1.0, -1.0), [&](const Calibration&) {
+        return fmt::format(
+            "with one axis of the readings of {} turned about the touches make sense; has one of "
+            "the columns the wrong sign, or are two of them exchanged?",
+            fmt::join(ids, ", "));
+      });
+    }
   }
 
   /// An arm that hangs or stands otherwise than its file says.
   void gravity() {
     const double g = cell_.robot.gravity_m_s2.norm();
+    if (g == 0.0) return;
     for (int axis = 0; axis < 3; ++axis)
       for (const double sign : {-1.0, 1.0}) {
         Cell changed = cell_;
@@ -380,7 +396,7 @@ class Search {
             return {};
           return fmt::format(
               "with gravity along {}{} of the base the touches make sense; check how the arm is "
-              "mounted, and gravity in the robot or cell file",
+              "mounted, and gravity in the robot file",
               sign < 0.0 ? '-' : '+', "xyz"[axis]);
         });
       }
@@ -396,9 +412,10 @@ class Search {
     std::size_t held = 0;
     for (std::size_t t = 0; t < cell_.targets.size(); ++t) {
       const Target& target = cell_.targets[t];
-      if (!target.has_centre || !(target.centre_sigma_m > 0.0)) continue;
-      ++held;
+      if (!has_a_centre(target.kind) || !target.has_centre || !(target.centre_sigma_m > 0.0))
+        continue;
       all.targets[t].centre_sigma_m = 0.0;
+      if (++held > kMostTargets) continue;
       Cell changed = cell_;
       changed.targets[t].centre_sigma_m = 0.0;  // where to begin, no more
       weigh(changed, touches_, [&](const Calibration& c) {

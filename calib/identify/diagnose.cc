@@ -43,6 +43,32 @@ std::optional<Calibration> sensible_without(
   return sensible(silenced(cell, which), touches, options);
 }
 
+/// The stated centre that is wrong, if all makes sense where it is no more than where to begin.
+std::string held_centre(const Cell& cell, const std::vector<Touch>& touches,
+                        const IdentifyOptions& options) {
+  constexpr std::size_t kMostTargets = 12;
+  Cell none = cell;
+  std::size_t held = 0;
+  for (std::size_t t = 0; t < cell.targets.size(); ++t) {
+    const Target& target = cell.targets[t];
+    if (!has_a_centre(target.kind) || !target.has_centre || !(target.centre_sigma_m > 0.0))
+      continue;
+    none.targets[t].centre_sigma_m = 0.0;
+    if (++held > kMostTargets) continue;
+    Cell changed = cell;
+    changed.targets[t].centre_sigma_m = 0.0;
+    if (sensible(changed, touches, options))
+      return fmt::format(
+          "with {} not held where the cell file states it everything makes sense; check its "
+          "centre_mm, or state a larger centre_sigma_mm",
+          target.id);
+  }
+  if (held > 1 && sensible(none, touches, options))
+    return "with no centre held where the cell file states it everything makes sense; check "
+           "centre_mm, or state a larger centre_sigma_mm";
+  return {};
+}
+
 /// Where a certified length is contradicted: which one it is, or which target stands elsewhere than
 /// when its lengths were measured. Empty where that alone does not mend it.
 std::string wrong_length(const Cell& cell, const std::vector<Touch>& touches,
@@ -59,11 +85,7 @@ std::string wrong_length(const Cell& cell, const std::vector<Touch>& touches,
   if (const auto names = better_names(cell, touches))
     if (sensible(cell, names->given_to(cell, touches), options))
       return names->words(cell) + " all makes sense; check which is which";
-  Cell unheld = cell;
-  for (Target& target : unheld.targets) target.centre_sigma_m = 0.0;
-  if (sensible(unheld, touches, options))
-    return "with no centre held where the cell file states it everything makes sense; check "
-           "centre_mm, or state a larger centre_sigma_mm";
+  if (const std::string words = held_centre(cell, touches, options); !words.empty()) return words;
   for (const std::string& end : {worst->from, worst->to}) {
     const auto of_end = [&](const CertifiedLength& l) { return l.from == end || l.to == end; };
     const auto own = std::count_if(cell.lengths.begin(), cell.lengths.end(), of_end);

@@ -193,6 +193,7 @@ Calibration identify_as_stated(const Cell& cell, const std::vector<Touch>& touch
   std::vector<bool> outlier(touches.size(), false);
   for (std::size_t i = 0; i < touches.size(); ++i)
     outlier[i] = touches[i].set == TouchSet::kFit && !e.use[i];
+  for (const std::size_t i : gross_check_touches(problem, calibration)) outlier[i] = true;
   fill_residuals(problem, problem.to_si(e.u), outlier, calibration);
   calibration.lengths = lengths_by_others(problem, e, sum, dof);
   calibration.outliers = named_outliers(problem, e, calibration);

@@ -72,7 +72,7 @@ std::vector<Outlier> named_outliers(const Problem& problem, const Estimate& esti
   const std::vector<double> leverage = leverages(problem, estimate, calibration.residuals);
   std::vector<Outlier> outliers;
   for (const TouchResidual& r : calibration.residuals) {
-    if (!r.outlier) continue;
+    if (!r.outlier || problem.touches()[r.touch].set != TouchSet::kFit) continue;
     Outlier outlier{
         r.touch, r.after_m,
         fmt::format("{:+.3f} mm off {}, {:.0f} times the touch noise{}", r.after_m * 1e3,

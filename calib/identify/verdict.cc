@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <span>
 
 #include "calib/identify/copies.h"
 #include "calib/identify/lengths.h"
@@ -41,6 +42,8 @@ constexpr double kAgainstLoad = 5.0;
 constexpr double kFarFromDrawing = 8.0;
 /// All lengths of an arm together: chance does not take them so many sigmas off.
 constexpr double kFarScale = 5.0;
+/// The arm itself may be off the other way, sigmas.
+constexpr double kLuck = 2.0;
 /// The effective radius may be off by what its prior says, and a little luck.
 constexpr double kFarRadius = 5.0;
 /// With a perfect arm a target's touches would hold its place to sigma / sqrt(n lambda), lambda the
@@ -122,11 +125,12 @@ bool tracker_holds_scale(const Problem& problem, const std::vector<std::size_t>&
 struct ArmScale {
   double off = 0.0, sigma = 0.0;
 };
-ArmScale arm_scale(const Problem& problem, const Calibration& c) {
+/// `but`: a parameter that is left out.
+ArmScale arm_scale(const Problem& problem, const Calibration& c, int but = -1) {
   double information = 0.0, pull = 0.0;
   for (int p = 0; p < problem.arm_size(); ++p) {
     const ArmParameterKind kind = problem.arm().parameters()[p].kind;
-    if (kind != ArmParameterKind::kD && kind != ArmParameterKind::kA) continue;
+    if ((kind != ArmParameterKind::kD && kind != ArmParameterKind::kA) || p == but) continue;
     const Joint& joint =
         problem.arm().robot().joints[static_cast<std::size_t>(problem.arm().parameters()[p].joint)];
     const double drawn_m = kind == ArmParameterKind::kD ? joint.d_m : joint.a_m;
@@ -138,25 +142,22 @@ ArmScale arm_scale(const Problem& problem, const Calibration& c) {
   return {pull / information, 1.0 / std::sqrt(information)};
 }
 
-/// Held-out residuals over their predicted sigmas, of the touch and of what the fit leaves open
-/// there: rms, without the few that are gross errors.
-struct CheckResult {
-  double ratio = 0.0;  ///< 0 without check touches or covariance
-  std::vector<std::size_t> gross;
+/// A held-out touch: the square of its residual over its predicted sigmas, of the touch and of what
+/// the fit leaves open there.
+struct HeldOut {
+  std::size_t touch;
+  double square;
+  int rows;
 };
-CheckResult check_against_prediction(const Problem& problem, const Calibration& c) {
+/// None without covariance.
+std::vector<HeldOut> held_out(const Problem& problem, const Calibration& c) {
   if (c.covariance.rows() != problem.size()) return {};
   Eigen::VectorXd x(problem.size());
   for (int i = 0; i < problem.size(); ++i)
     x[i] = c.parameters[static_cast<std::size_t>(i)].nominal +
            c.parameters[static_cast<std::size_t>(i)].correction;
   const Problem::At at = problem.at(x.data());
-  struct One {
-    std::size_t touch;
-    double square;
-    int rows;
-  };
-  std::vector<One> all;
+  std::vector<HeldOut> all;
   for (std::size_t t = 0; t < problem.touches().size(); ++t) {
     if (problem.touches()[t].set != TouchSet::kCheck || problem.block_of(t) < 0) continue;
     const TargetBlock& block = problem.blocks()[problem.block_of(t)];
@@ -171,25 +172,18 @@ CheckResult check_against_prediction(const Problem& problem, const Calibration& 
                                      std::pow(problem.sigma_m(t), 2);
     all.push_back({t, residual.cwiseAbs2().cwiseQuotient(variance).sum(), rows});
   }
-  CheckResult result;
-  const auto is_gross = [](const One& one) {
-    return one.square > kGrossCheck * kGrossCheck * one.rows;
-  };
-  const auto gross = static_cast<std::size_t>(std::count_if(all.begin(), all.end(), is_gross));
-  const bool few =
-      all.size() >= kEnoughChecks && gross <= std::max<std::size_t>(1, all.size() / kOneGrossOf);
+  return all;
+}
+
+/// Root of the mean square; 0 of none.
+double rms_of(std::span<const HeldOut> touches) {
   double sum = 0.0;
   int rows = 0;
-  for (const One& one : all) {
-    if (few && is_gross(one)) {
-      result.gross.push_back(one.touch);
-      continue;
-    }
+  for (const HeldOut& one : touches) {
     sum += one.square;
     rows += one.rows;
   }
-  if (rows > 0) result.ratio = std::sqrt(sum / rows);
-  return result;
+  return rows == 0 ? 0.0 : std::sqrt(sum / rows);
 }
 
 }  // namespace
@@ -270,6 +264,17 @@ void judge_loads(const Problem& problem, const Calibration& c, std::vector<std::
   }
 }
 
+/// Whether it is not one length alone.
+bool is_of_all_lengths(const Problem& problem, const Calibration& c, const ArmScale& scale) {
+  constexpr double kFarWithoutOne = 2.0;
+  for (int p = 0; p < problem.arm_size(); ++p) {
+    const ArmScale others = arm_scale(problem, c, p);
+    if (!(others.off * scale.off > 0.0) || !(std::abs(others.off) > kFarWithoutOne * others.sigma))
+      return false;
+  }
+  return true;
+}
+
 /// Errors beyond what the tolerances let one expect: each, and of all lengths together.
 void judge_drawing(const Problem& problem, const Calibration& c,
                    std::vector<std::string>& blocking) {
@@ -298,7 +303,8 @@ void judge_drawing(const Problem& problem, const Calibration& c,
     blocking.push_back(std::move(words));
   }
   const ArmScale scale = arm_scale(problem, c);
-  if (far.empty() && scale.sigma > 0.0 && std::abs(scale.off) > kFarScale * scale.sigma)
+  if (far.empty() && scale.sigma > 0.0 && std::abs(scale.off) > kFarScale * scale.sigma &&
+      is_of_all_lengths(problem, c, scale))
     blocking.push_back(fmt::format(
         "scale: all lengths of the arm together are {:+.2f} % off the drawing, {:.0f} times what "
         "their tolerances leave open; check what holds the scale: certified lengths, readings of "
@@ -380,24 +386,38 @@ std::string untouched_targets(const Problem& problem) {
   return words;
 }
 
+/// The first three, and how many more there are.
+std::string first_few(std::span<const std::string> words) {
+  constexpr std::size_t kInWords = 3;
+  std::string all =
+      fmt::format("{}", fmt::join(words.first(std::min(kInWords, words.size())), ", "));
+  if (words.size() > kInWords) all += fmt::format(", and {} more", words.size() - kInWords);
+  return all;
+}
+
 /// Targets that the touches put far from where the cell file states them; empty where none is.
 std::string far_centres(const Problem& problem, const Calibration& c) {
   constexpr double kFarCentre = 5.0;
-  std::vector<std::string> far;
+  std::vector<std::pair<double, std::string>> by_size;
   for (const TargetResult& found : c.targets) {
     const Target& target = problem.cell().targets[problem.cell().target_index(found.id)];
     if (!has_a_centre(target.kind) || !target.has_centre || !(target.centre_sigma_m > 0.0))
       continue;
     const double off_m = (found.centre_m - target.centre_m).norm();
     if (off_m > kFarCentre * target.centre_sigma_m)
-      far.push_back(fmt::format("{} by {:.1f} mm, {:.0f} times its centre_sigma_mm", target.id,
-                                off_m * 1e3, off_m / target.centre_sigma_m));
+      by_size.emplace_back(-off_m / target.centre_sigma_m,
+                           fmt::format("{} by {:.1f} mm, {:.0f} times its centre_sigma_mm",
+                                       target.id, off_m * 1e3, off_m / target.centre_sigma_m));
   }
-  if (far.empty()) return {};
+  if (by_size.empty()) return {};
+  std::stable_sort(by_size.begin(), by_size.end(),
+                   [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::vector<std::string> far;
+  for (auto& [size, words] : by_size) far.push_back(std::move(words));
   return fmt::format(
       "stated centre: not where the cell file states it is {}; check centre_mm, of the arm's base "
       "frame",
-      fmt::join(far, ", "));
+      first_few(far));
 }
 
 bool is_note(std::string_view reason) {
@@ -406,6 +426,23 @@ bool is_note(std::string_view reason) {
         "not touched: ", "gross check touches: ", "stated centre: "})
     if (reason.starts_with(opening)) return true;
   return false;
+}
+
+std::vector<std::size_t> gross_check_touches(const Problem& problem, const Calibration& c) {
+  std::vector<HeldOut> all = held_out(problem, c);
+  if (all.size() < kEnoughChecks) return {};
+  std::stable_sort(all.begin(), all.end(), [](const HeldOut& a, const HeldOut& b) {
+    return a.square / a.rows > b.square / b.rows;
+  });
+  const std::size_t most = std::max<std::size_t>(1, all.size() / kOneGrossOf);
+  std::size_t aside = 0;
+  while (rms_of(std::span(all).subspan(aside)) > kCheckRatio) {
+    if (aside == most || all[aside].square < kGrossCheck * kGrossCheck * all[aside].rows) return {};
+    ++aside;
+  }
+  std::vector<std::size_t> touches;
+  for (std::size_t k = 0; k < aside; ++k) touches.push_back(all[k].touch);
+  return touches;
 }
 
 Verdict judge(const Problem& problem, const Calibration& c) {
@@ -433,14 +470,15 @@ Verdict judge(const Problem& problem, const Calibration& c) {
     x[i] = found.nominal + found.correction;
   }
   std::string rule;  // what holds the scale beside certified lengths
+  int trackers = 0, wires = 0;
   for (std::size_t b = 0; b < problem.blocks().size(); ++b) {
     const TargetBlock& block = problem.blocks()[b];
     const Target& target = problem.cell().targets[block.target];
     if (target.kind == TargetKind::kPoint) continue;  // one touch tells all three directions
     const auto used = used_touches(problem, c, static_cast<int>(b));
-    if (target.kind == TargetKind::kTracker && tracker_holds_scale(problem, used))
+    if (target.kind == TargetKind::kTracker && tracker_holds_scale(problem, used) && ++trackers > 0)
       rule = "the places that " + target.id + " measured hold";
-    if (target.kind == TargetKind::kWire && wire_holds_scale(problem, used))
+    if (target.kind == TargetKind::kWire && wire_holds_scale(problem, used) && ++wires > 0)
       rule = "the lengths of " + target.id + " hold";
     if (least_information(problem, x, block, used) * kPlaceSigmaM * kPlaceSigmaM > 1.0) continue;
     if (used.empty()) {
@@ -470,16 +508,17 @@ Verdict judge(const Problem& problem, const Calibration& c) {
           off_m * 1e3, std::abs(off_m) / sigma_m));
   }
   judge_drawing(problem, c, blocking);
-  const CheckResult check = check_against_prediction(problem, c);
-  if (check.ratio > kCheckRatio) {
+  std::vector<HeldOut> checks = held_out(problem, c);
+  std::erase_if(checks, [&](const HeldOut& one) { return c.residuals[one.touch].outlier; });
+  if (const double ratio = rms_of(checks); ratio > kCheckRatio) {
     blocking.push_back(
         fmt::format("check touches: held-out touches leave {:.3f} mm rms, {:.1f} times what the "
                     "calibration predicts for them",
-                    c.check.rms_m * 1e3, check.ratio));
+                    c.check.rms_m * 1e3, ratio));
     constexpr int kInWords = 3;
     int elsewhere = 0;
     for (const TouchResidual& r : c.residuals) {
-      if (problem.touches()[r.touch].set != TouchSet::kCheck) continue;
+      if (problem.touches()[r.touch].set != TouchSet::kCheck || r.outlier) continue;
       const auto other = lies_on(problem, c, r);
       if (other && ++elsewhere <= kInWords)
         blocking.back() += fmt::format("; {} of {} lies on {}: correct its target",
@@ -495,13 +534,15 @@ Verdict judge(const Problem& problem, const Calibration& c) {
   verdict.workspace = lengths_hold || !rule.empty();
   verdict.reasons = std::move(blocking);
   if (!rule.empty()) verdict.reasons.push_back("scope: " + rule + " the scale");
-  if (const ArmScale scale = arm_scale(problem, c);
-      !rule.empty() && lengths.empty() && scale.sigma > 0.0)
+  // Wires are of one instrument, and have their scale in common.
+  const bool alone =
+      !rule.empty() && !lengths_hold && trackers <= 1 && (trackers == 0 || wires == 0);
+  if (const ArmScale scale = arm_scale(problem, c); alone && scale.sigma > 0.0)
     verdict.reasons.push_back(fmt::format(
         "unchecked scale: nothing but these readings says how long everything is; wrong by less "
         "than {:.2f} % it would not be noticed, and all lengths of the arm would be wrong in "
         "proportion. Certify a length between touched targets",
-        100.0 * kFarScale * scale.sigma));
+        100.0 * (kFarScale + kLuck) * scale.sigma));
   if (lengths_hold) {
     verdict.reasons.push_back(
         fmt::format("scope: {} certified length{} the scale, touched at both ends", lengths.size(),
@@ -522,19 +563,17 @@ Verdict judge(const Problem& problem, const Calibration& c) {
     verdict.reasons.push_back(std::move(words));
   if (std::string words = far_centres(problem, c); !words.empty())
     verdict.reasons.push_back(std::move(words));
-  if (!check.gross.empty()) {
-    std::vector<std::string> named;
-    for (const TouchResidual& r : c.residuals) {
-      if (std::find(check.gross.begin(), check.gross.end(), r.touch) == check.gross.end()) continue;
-      const Touch& touch = problem.touches()[r.touch];
-      const auto other = lies_on(problem, c, r);
-      named.push_back(fmt::format("{} of {} is {:.2f} mm off{}", touch_words(r.touch, touch),
-                                  touch.target, std::abs(r.after_m) * 1e3,
-                                  other ? " and lies on " + *other + ": correct its target" : ""));
-    }
-    verdict.reasons.push_back(
-        fmt::format("gross check touches: {}; judged without", fmt::join(named, ", ")));
+  std::vector<std::string> gross;
+  for (const TouchResidual& r : c.residuals) {
+    const Touch& touch = problem.touches()[r.touch];
+    if (touch.set != TouchSet::kCheck || !r.outlier) continue;
+    const auto other = lies_on(problem, c, r);
+    gross.push_back(fmt::format("{} of {} is {:.2f} mm off{}", touch_words(r.touch, touch),
+                                touch.target, std::abs(r.after_m) * 1e3,
+                                other ? " and lies on " + *other + ": correct its target" : ""));
   }
+  if (!gross.empty())
+    verdict.reasons.push_back("gross check touches: " + first_few(gross) + "; judged without");
   if (c.check.count == 0)
     verdict.reasons.push_back("no check touches: the residuals are of the fit itself");
   return verdict;

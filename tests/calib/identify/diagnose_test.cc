@@ -222,7 +222,7 @@ TEST(Diagnosis, AStatedCentreThatIsHeldTooFirmlyIsNamed) {
     cell.targets[cell.target_index(t.id)].centre_m = t.centre_m;
   cell.targets[1].centre_m.y() += 50e-3;
   const std::string all = told(cell, made);
-  EXPECT_NE(all.find("likely cause: with no centre held where the cell file states it"),
+  EXPECT_NE(all.find("likely cause: with S2 not held where the cell file states it"),
             std::string::npos)
       << all;
 }

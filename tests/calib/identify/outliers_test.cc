@@ -140,6 +140,11 @@ TEST(Outliers, OneCheckTouchAMillimetreOffIsNamedAndWithholdsNothingButThreeDo) 
     const Calibration result = identify(demo_cell(), touches);
     const std::string all = fmt::format("{}", fmt::join(result.verdict.reasons, "\n"));
     EXPECT_EQ(result.verdict.publish, ++off == 1) << all;
+    if (off == 1) {
+      EXPECT_EQ(result.check.count, 15);
+      EXPECT_LT(result.check.max_m, 0.5e-3);
+      EXPECT_TRUE(result.outliers.empty());
+    }
     EXPECT_EQ(all.find(fmt::format("gross check touches: touch {} of {}", i + 1,
                                    touches[i].target)) != std::string::npos,
               off == 1)
