@@ -24,10 +24,10 @@ constexpr double kChi2Limit = 4.0;
 constexpr double kOutlierShare = 0.10;
 /// Held-out touches may be worse than the calibration predicts for them, but not by this much.
 constexpr double kCheckRatio = 2.0;
-/// Of the check touches, too, a few are gross errors: one in so many where there are enough,
-/// further off than so many times what is predicted for them.
+/// Of the check touches, too, a few are gross errors: one, or one in so many, where there are
+/// enough, further off than so many times what is predicted for them.
 constexpr std::size_t kEnoughChecks = 8, kOneGrossOf = 10;
-constexpr double kGrossCheck = 6.0;
+constexpr double kGrossCheck = 4.0;
 /// Of one target's: with so many left out the others say too little of its place.
 constexpr double kOutlierShareOfTarget = 0.20;
 /// One touch left out is the usual case where so many remain, and what the outliers are for.
@@ -275,10 +275,21 @@ bool is_of_all_lengths(const Problem& problem, const Calibration& c, const ArmSc
   return true;
 }
 
+/// The first three of them, sorted by how far they are off, and how many more there are.
+std::string farthest_words(std::vector<std::pair<double, std::string>> off) {
+  constexpr std::size_t kInWords = 3;
+  std::stable_sort(off.begin(), off.end(),
+                   [](const auto& a, const auto& b) { return a.first > b.first; });
+  std::string words;
+  for (std::size_t k = 0; k < std::min(kInWords, off.size()); ++k)
+    words += (k == 0 ? "" : ", ") + off[k].second;
+  if (off.size() > kInWords) words += fmt::format(", and {} more", off.size() - kInWords);
+  return words;
+}
+
 /// Errors beyond what the tolerances let one expect: each, and of all lengths together.
 void judge_drawing(const Problem& problem, const Calibration& c,
                    std::vector<std::string>& blocking) {
-  constexpr std::size_t kInWords = 3;
   constexpr double kAnotherArm = 50.0;
   std::vector<std::pair<double, std::string>> far;
   for (int p = 0; p < problem.arm_size(); ++p) {
@@ -291,19 +302,16 @@ void judge_drawing(const Problem& problem, const Calibration& c,
                        fmt::format("{} is off by {:.3g} {}, {:.0f} times its tolerance", found.name,
                                    found.correction * found.to_unit, found.unit, tolerances));
   }
-  if (!far.empty()) {
-    std::stable_sort(far.begin(), far.end(),
-                     [](const auto& a, const auto& b) { return a.first > b.first; });
-    std::string words = "far from the drawing: ";
-    for (std::size_t k = 0; k < std::min(kInWords, far.size()); ++k)
-      words += (k == 0 ? "" : ", ") + far[k].second;
-    if (far.size() > kInWords) words += fmt::format(", and {} more", far.size() - kInWords);
+  const bool any_far = !far.empty();
+  if (any_far) {
+    const double farthest = std::max_element(far.begin(), far.end())->first;
+    std::string words = "far from the drawing: " + farthest_words(std::move(far));
     words += "; is it the right robot file, and is the arm mastered?";
-    if (far.front().first < kAnotherArm) words += " If both are so, state a larger tolerance";
+    if (farthest < kAnotherArm) words += " If both are so, state a larger tolerance";
     blocking.push_back(std::move(words));
   }
   const ArmScale scale = arm_scale(problem, c);
-  if (far.empty() && scale.sigma > 0.0 && std::abs(scale.off) > kFarScale * scale.sigma &&
+  if (!any_far && scale.sigma > 0.0 && std::abs(scale.off) > kFarScale * scale.sigma &&
       is_of_all_lengths(problem, c, scale))
     blocking.push_back(fmt::format(
         "scale: all lengths of the arm together are {:+.2f} % off the drawing, {:.0f} times what "
@@ -386,38 +394,25 @@ std::string untouched_targets(const Problem& problem) {
   return words;
 }
 
-/// The first three, and how many more there are.
-std::string first_few(std::span<const std::string> words) {
-  constexpr std::size_t kInWords = 3;
-  std::string all =
-      fmt::format("{}", fmt::join(words.first(std::min(kInWords, words.size())), ", "));
-  if (words.size() > kInWords) all += fmt::format(", and {} more", words.size() - kInWords);
-  return all;
-}
-
 /// Targets that the touches put far from where the cell file states them; empty where none is.
 std::string far_centres(const Problem& problem, const Calibration& c) {
   constexpr double kFarCentre = 5.0;
-  std::vector<std::pair<double, std::string>> by_size;
+  std::vector<std::pair<double, std::string>> far;
   for (const TargetResult& found : c.targets) {
     const Target& target = problem.cell().targets[problem.cell().target_index(found.id)];
     if (!has_a_centre(target.kind) || !target.has_centre || !(target.centre_sigma_m > 0.0))
       continue;
     const double off_m = (found.centre_m - target.centre_m).norm();
     if (off_m > kFarCentre * target.centre_sigma_m)
-      by_size.emplace_back(-off_m / target.centre_sigma_m,
-                           fmt::format("{} by {:.1f} mm, {:.0f} times its centre_sigma_mm",
-                                       target.id, off_m * 1e3, off_m / target.centre_sigma_m));
+      far.emplace_back(off_m / target.centre_sigma_m,
+                       fmt::format("{} by {:.1f} mm, {:.0f} times its centre_sigma_mm", target.id,
+                                   off_m * 1e3, off_m / target.centre_sigma_m));
   }
-  if (by_size.empty()) return {};
-  std::stable_sort(by_size.begin(), by_size.end(),
-                   [](const auto& a, const auto& b) { return a.first < b.first; });
-  std::vector<std::string> far;
-  for (auto& [size, words] : by_size) far.push_back(std::move(words));
+  if (far.empty()) return {};
   return fmt::format(
       "stated centre: not where the cell file states it is {}; check centre_mm, of the arm's base "
       "frame",
-      first_few(far));
+      farthest_words(std::move(far)));
 }
 
 bool is_note(std::string_view reason) {
@@ -476,10 +471,14 @@ Verdict judge(const Problem& problem, const Calibration& c) {
     const Target& target = problem.cell().targets[block.target];
     if (target.kind == TargetKind::kPoint) continue;  // one touch tells all three directions
     const auto used = used_touches(problem, c, static_cast<int>(b));
-    if (target.kind == TargetKind::kTracker && tracker_holds_scale(problem, used) && ++trackers > 0)
+    if (target.kind == TargetKind::kTracker && tracker_holds_scale(problem, used)) {
       rule = "the places that " + target.id + " measured hold";
-    if (target.kind == TargetKind::kWire && wire_holds_scale(problem, used) && ++wires > 0)
+      ++trackers;
+    }
+    if (target.kind == TargetKind::kWire && wire_holds_scale(problem, used)) {
       rule = "the lengths of " + target.id + " hold";
+      ++wires;
+    }
     if (least_information(problem, x, block, used) * kPlaceSigmaM * kPlaceSigmaM > 1.0) continue;
     if (used.empty()) {
       blocking.push_back("too few directions: all touches of " + target.id + " were left out");
@@ -563,17 +562,19 @@ Verdict judge(const Problem& problem, const Calibration& c) {
     verdict.reasons.push_back(std::move(words));
   if (std::string words = far_centres(problem, c); !words.empty())
     verdict.reasons.push_back(std::move(words));
-  std::vector<std::string> gross;
+  std::vector<std::pair<double, std::string>> gross;
   for (const TouchResidual& r : c.residuals) {
     const Touch& touch = problem.touches()[r.touch];
     if (touch.set != TouchSet::kCheck || !r.outlier) continue;
     const auto other = lies_on(problem, c, r);
-    gross.push_back(fmt::format("{} of {} is {:.2f} mm off{}", touch_words(r.touch, touch),
-                                touch.target, std::abs(r.after_m) * 1e3,
-                                other ? " and lies on " + *other + ": correct its target" : ""));
+    gross.emplace_back(std::abs(r.whitened),
+                       fmt::format("{} of {} is {:.2f} mm off{}", touch_words(r.touch, touch),
+                                   touch.target, std::abs(r.after_m) * 1e3,
+                                   other ? " and lies on " + *other + ": correct its target" : ""));
   }
   if (!gross.empty())
-    verdict.reasons.push_back("gross check touches: " + first_few(gross) + "; judged without");
+    verdict.reasons.push_back("gross check touches: " + farthest_words(std::move(gross)) +
+                              "; judged without");
   if (c.check.count == 0)
     verdict.reasons.push_back("no check touches: the residuals are of the fit itself");
   return verdict;

@@ -152,6 +152,24 @@ TEST(Outliers, OneCheckTouchAMillimetreOffIsNamedAndWithholdsNothingButThreeDo) 
   }
 }
 
+TEST(Outliers, AWorseCheckTouchDoesNotLetThroughWhatAMilderOneWithholds) {
+  const sim::Truth truth = plain_truth(demo_cell(), 1);
+  const auto right = make_touches(demo_cell(), truth, {.fit = 100, .check = 8, .seed = 1}).touches;
+  const auto one = static_cast<std::size_t>(
+      std::find_if(right.begin(), right.end(),
+                   [](const Touch& t) { return t.set == TouchSet::kCheck; }) -
+      right.begin());
+  int named = 0;
+  for (double turn_rad = 1e-4; turn_rad < 1e-2; turn_rad *= 1.15) {
+    auto touches = right;
+    touches[one].joint_rad[1] += turn_rad;
+    const Calibration result = identify(demo_cell(), touches);
+    EXPECT_TRUE(result.verdict.publish) << turn_rad << ": " << result.verdict.reasons.front();
+    named += result.check.count == 7;
+  }
+  EXPECT_GT(named, 10);
+}
+
 TEST(Outliers, AreLeftOutOfTheResidualsAndMarked) {
   const sim::Truth truth = plain_truth(demo_cell(), 1);
   const auto made =
