@@ -15,6 +15,7 @@
 #include "calib/identify/labels.h"
 #include "calib/identify/lengths.h"
 #include "calib/identify/moved.h"
+#include "calib/identify/target_place.h"
 #include "calib/model/kinematics.h"
 
 namespace cellcal::calib {
@@ -412,8 +413,7 @@ class Search {
     std::size_t held = 0;
     for (std::size_t t = 0; t < cell_.targets.size(); ++t) {
       const Target& target = cell_.targets[t];
-      if (!has_a_centre(target.kind) || !target.has_centre || !(target.centre_sigma_m > 0.0))
-        continue;
+      if (!centre_is_held(target)) continue;
       all.targets[t].centre_sigma_m = 0.0;
       if (++held > kMostTargets) continue;
       Cell changed = cell_;

@@ -14,6 +14,7 @@
 #include "calib/identify/labels.h"
 #include "calib/identify/lengths.h"
 #include "calib/identify/moved.h"
+#include "calib/identify/target_place.h"
 
 namespace cellcal::calib {
 
@@ -51,8 +52,7 @@ std::string held_centre(const Cell& cell, const std::vector<Touch>& touches,
   std::size_t held = 0;
   for (std::size_t t = 0; t < cell.targets.size(); ++t) {
     const Target& target = cell.targets[t];
-    if (!has_a_centre(target.kind) || !target.has_centre || !(target.centre_sigma_m > 0.0))
-      continue;
+    if (!centre_is_held(target)) continue;
     none.targets[t].centre_sigma_m = 0.0;
     if (++held > kMostTargets) continue;
     Cell changed = cell;

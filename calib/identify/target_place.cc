@@ -239,6 +239,10 @@ TargetResult result_at(const Target& target, const TargetPlace& start, const dou
   return result;
 }
 
+bool centre_is_held(const Target& target) {
+  return has_a_centre(target.kind) && target.has_centre && target.centre_sigma_m > 0.0;
+}
+
 std::vector<TargetPlace> starting_places(const Cell& cell, const ArmModel& arm,
                                          const std::vector<Touch>& touches) {
   std::vector<TargetPlace> places(cell.targets.size());

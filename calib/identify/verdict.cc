@@ -13,6 +13,7 @@
 #include "calib/identify/lengths.h"
 #include "calib/identify/outliers.h"
 #include "calib/identify/solve.h"
+#include "calib/identify/target_place.h"
 
 namespace cellcal::calib {
 
@@ -400,8 +401,7 @@ std::string far_centres(const Problem& problem, const Calibration& c) {
   std::vector<std::pair<double, std::string>> far;
   for (const TargetResult& found : c.targets) {
     const Target& target = problem.cell().targets[problem.cell().target_index(found.id)];
-    if (!has_a_centre(target.kind) || !target.has_centre || !(target.centre_sigma_m > 0.0))
-      continue;
+    if (!centre_is_held(target)) continue;
     const double off_m = (found.centre_m - target.centre_m).norm();
     if (off_m > kFarCentre * target.centre_sigma_m)
       far.emplace_back(off_m / target.centre_sigma_m,
