@@ -213,7 +213,10 @@ class Doctor(Wires):
         self.assertIsNone(client.poll(), self.log())
         answer = self.doctor()
         self.assertRegex(self.found(answer, "daemon")["found"], "runs session 1")
-        self.assertRegex(self.found(answer, "robot link")["found"], r"cycle 4\.00 ms")
+        # On a machine that stalls now and then, the doctor says so instead; how fast this one is
+        # is not what is tested.
+        self.assertRegex(self.found(answer, "robot link")["found"],
+                         r"cycle 4\.00 ms|^\d+ of \d+ replies came late")
         self.assertRegex(self.found(answer, "contact link")["found"], "firmware 1.0.0")
         self.assertFalse([one for one in answer["checks"] if one["check"] == "rsi port"])
         links = self.status()["links"]
