@@ -11,6 +11,7 @@
 #include "calib/files/shown.h"
 #include "calib/files/units.h"
 #include "calib/identify/correlation.h"
+#include "calib/identify/stated.h"
 
 namespace cellcal::calib {
 
@@ -171,12 +172,13 @@ std::string calibration_to_json(const Calibration& c) {
   }
   out["parameters"] = ordered::array();
   for (const ParameterResult& p : c.parameters) {
-    out["parameters"].push_back({{"name", p.name},
-                                 {"unit", p.unit},
-                                 {"nominal", p.nominal * p.to_unit},
-                                 {"correction", p.correction * p.to_unit},
-                                 {"sigma", p.sigma * p.to_unit},
-                                 {"decided_by", to_string(p.decided_by)}});
+    out["parameters"].push_back(
+        {{"name", p.name},
+         {"unit", p.unit},
+         {"nominal", (stated_value(c.cell, p.name) + p.nominal) * p.to_unit},
+         {"correction", p.correction * p.to_unit},
+         {"sigma", p.sigma * p.to_unit},
+         {"decided_by", to_string(p.decided_by)}});
   }
   out["targets"] = ordered::array();
   for (const TargetResult& t : c.targets) out["targets"].push_back(target_json(t));
@@ -317,7 +319,9 @@ Calibration calibration_from_json(std::string_view text, const std::string& name
       p.to_unit = 206264.80624709636;
     else if (p.unit != "1/(N m^2)" && p.unit != "rad/(N m)" && p.unit != "kg m rad/(N m)")
       item.at("unit").fail("\"" + shown(p.unit) + "\" is not known");
-    p.nominal = item.at("nominal").number() / p.to_unit;
+    const double nominal = item.at("nominal").number() / p.to_unit;
+    // What the drawing states is in the cell already; earlier versions wrote 0 here.
+    if (stated_value(c.cell, p.name) == 0.0) p.nominal = nominal;
     p.correction = item.at("correction").number() / p.to_unit;
     p.sigma = item.at("sigma").not_negative() / p.to_unit;
     if (!names.insert(p.name).second)

@@ -132,7 +132,7 @@ double CsvTable::number(int column) const {
   const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value);
   if (error != std::errc() || end != field.data() + field.size() || field.empty())
     fail(column, "\"" + shown(text(column)) + "\" is not a number (decimal mark is '.')");
-  if (!std::isfinite(value)) fail(column, "must be finite");
+  if (!std::isfinite(value)) fail(column, "must be a finite number");
   return value;
 }
 

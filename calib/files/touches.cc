@@ -35,7 +35,8 @@ std::vector<double> read_joints(const CsvTable& table, const std::vector<int>& c
   for (std::size_t i = 0; i < columns.size(); ++i) {
     angles[i] = table.number(columns[i]) * kRadPerDeg;
     if (std::abs(angles[i]) > kAnyAngleRad)
-      table.fail(columns[i], fmt::format("{} deg is out of range", shown(table.text(columns[i]))));
+      table.fail(columns[i], fmt::format("{} deg is out of range; angles are in degrees",
+                                         shown(table.text(columns[i]))));
   }
   return angles;
 }
@@ -50,7 +51,7 @@ std::optional<FileError> beyond_limits(const CsvTable& table, const Robot& robot
       return table.error(
           columns[i],
           fmt::format("{} deg is outside the joint's limits {:.6g} to {:.6g} deg in the "
-                      "robot file",
+                      "robot file; is it this arm's file, and are the columns the right joints'?",
                       shown(table.text(columns[i])), joint.min_rad * kDegPerRad,
                       joint.max_rad * kDegPerRad));
   }

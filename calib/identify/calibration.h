@@ -130,6 +130,13 @@ struct LengthResult {
   double by_others_m = 0.0, sigma_m = 0.0;  ///< 1 sigma, without that of the certificate
 };
 
+/// A sphere's radius or a wire's readings, and what all else says of them.
+struct SizeResult {
+  std::string target;
+  /// How much larger the radius, or how much longer every reading, had to be; 1 sigma of that.
+  double off_m = 0.0, sigma_m = 0.0;
+};
+
 /// How well the touches tell the geometry, targets eliminated and frame directions taken out;
 /// observability.h says of what and why. All numbers are finite; those of directions that the
 /// touches do not see at all are left out of the indices, and `rank` says how many count.
@@ -168,6 +175,7 @@ struct Calibration {
   std::vector<ParameterResult> parameters;
   std::vector<TargetResult> targets;
   std::vector<LengthResult> lengths;  ///< of which both ends were touched
+  std::vector<SizeResult> sizes;      ///< of spheres and wires; not written to files
   ResidualSummary before, after, check_before, check;
   std::vector<TouchResidual> residuals;
   std::vector<UnidentifiableDirection> unidentifiable;

@@ -383,8 +383,8 @@ class Search {
 
   /// An arm that hangs or stands otherwise than its file says.
   void gravity() {
-    const double g = cell_.robot.gravity_m_s2.norm();
-    if (g == 0.0) return;
+    constexpr double kEarth = 9.81;
+    const double stated = cell_.robot.gravity_m_s2.norm(), g = stated > 0.0 ? stated : kEarth;
     for (int axis = 0; axis < 3; ++axis)
       for (const double sign : {-1.0, 1.0}) {
         Cell changed = cell_;

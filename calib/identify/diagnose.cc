@@ -4,16 +4,21 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <functional>
+#include <limits>
 #include <optional>
 
 #include "calib/files/error.h"
+#include "calib/identify/attempt.h"
 #include "calib/identify/causes.h"
 #include "calib/identify/identify.h"
 #include "calib/identify/jump.h"
 #include "calib/identify/labels.h"
 #include "calib/identify/lengths.h"
 #include "calib/identify/moved.h"
+#include "calib/identify/outliers.h"
+#include "calib/identify/sizes.h"
 #include "calib/identify/target_place.h"
 
 namespace cellcal::calib {
@@ -69,8 +74,7 @@ std::string held_centre(const Cell& cell, const std::vector<Touch>& touches,
   return {};
 }
 
-/// Where a certified length is contradicted: which one it is, or which target stands elsewhere than
-/// when its lengths were measured. Empty where that alone does not mend it.
+/// The certified length that all else contradicts most, where all makes sense without it; or empty.
 std::string wrong_length(const Cell& cell, const std::vector<Touch>& touches,
                          const IdentifyOptions& options, const Calibration& calibration) {
   const LengthResult* worst = worst_contradicted(calibration.lengths);
@@ -82,6 +86,15 @@ std::string wrong_length(const Cell& cell, const std::vector<Touch>& touches,
       return without_length(wrong, *without);
     break;
   }
+  return {};
+}
+
+/// Where certified lengths are contradicted, and no one alone is to blame: which targets stand
+/// elsewhere than when they were measured. Empty where that does not mend it either.
+std::string wrong_places(const Cell& cell, const std::vector<Touch>& touches,
+                         const IdentifyOptions& options, const Calibration& calibration) {
+  const LengthResult* worst = worst_contradicted(calibration.lengths);
+  if (worst == nullptr) return {};
   if (const auto names = better_names(cell, touches))
     if (sensible(cell, names->given_to(cell, touches), options))
       return names->words(cell) + " all makes sense; check which is which";
@@ -100,6 +113,111 @@ std::string wrong_length(const Cell& cell, const std::vector<Touch>& touches,
   if (sensible_without(cell, touches, options, [](const CertifiedLength&) { return true; }))
     return "without any certified length everything makes sense; more than one of them is wrong, "
            "or several targets stand elsewhere than when they were measured";
+  return {};
+}
+
+/// What a size has to be for everything to make sense, if there is one.
+std::optional<SizeResult> mended_size(const Cell& cell, const std::vector<Touch>& touches,
+                                      const IdentifyOptions& options, SizeResult size) {
+  constexpr int kSteps = 4;  // the first one is with the outliers that the wrong size made
+  try {
+    for (int step = 0; step < kSteps; ++step) {
+      const PutRight right = put_right(cell, touches, size);
+      if (right.cell.targets[cell.target_index(size.target)].diameter_m < 0.0) return std::nullopt;
+      const Calibration found = identify_as_stated(right.cell, right.touches, options);
+      const auto own =
+          std::find_if(found.sizes.begin(), found.sizes.end(),
+                       [&](const SizeResult& other) { return other.target == size.target; });
+      if (own == found.sizes.end()) return std::nullopt;
+      size.off_m += own->off_m;
+      size.sigma_m = own->sigma_m;
+      if (contradiction(*own) < 1.0) break;
+    }
+  } catch (const IdentifyError&) {
+    return std::nullopt;
+  }
+  const PutRight right = put_right(cell, touches, size);
+  return sensible(right.cell, right.touches, options) ? std::optional(size) : std::nullopt;
+}
+
+/// Sizes that all else contradicts, most first; and of spheres whose touches were left out for the
+/// most part, and so say nothing, those that let them in again.
+std::vector<SizeResult> suspected_sizes(const Cell& cell, const std::vector<Touch>& touches,
+                                        const IdentifyOptions& options,
+                                        const Calibration& calibration) {
+  constexpr double kAboutAsMuch = 0.7, kAnyDiameterM = 0.02;
+  constexpr std::size_t kMost = 3;
+  std::vector<SizeResult> suspects;
+  for (const Target& target : cell.targets) {
+    if (target.kind != TargetKind::kSphere || suspects.size() == kMost) continue;
+    const FitTouches own = fit_touches_of(target.id, touches, calibration);
+    if (2 * own.left_out <= own.all) continue;
+    Cell loose = cell;
+    loose.targets[cell.target_index(target.id)].diameter_sigma_m = kAnyDiameterM;
+    try {
+      for (const ParameterResult& p : identify_as_stated(loose, touches, options).parameters)
+        if (p.name == target.id + ".radius") suspects.push_back({target.id, p.correction, p.sigma});
+    } catch (const IdentifyError&) {
+    }
+  }
+  if (!suspects.empty()) return suspects;  // the others' sizes are without them
+  if (const SizeResult* worst = worst_contradicted(calibration.sizes)) {
+    suspects = calibration.sizes;
+    std::erase_if(suspects, [&](const SizeResult& size) {
+      return contradiction(size) < kAboutAsMuch * contradiction(*worst);
+    });
+    std::stable_sort(suspects.begin(), suspects.end(),
+                     [](const SizeResult& a, const SizeResult& b) {
+                       return contradiction(a) > contradiction(b);
+                     });
+    suspects.resize(std::min(kMost, suspects.size()));
+  }
+  return suspects;
+}
+
+/// Where a diameter or a wire's zero is contradicted: which one it is; several where the touches
+/// do not tell. Empty where none alone mends it.
+std::string wrong_size(const Cell& cell, const std::vector<Touch>& touches,
+                       const IdentifyOptions& options, const Calibration& calibration) {
+  constexpr double kLikely = 10.0;  // squared sigmas behind the likeliest: e^-5
+  struct Mended {
+    std::string words;
+    double misfit;
+  };
+  std::vector<Mended> all;
+  int spheres = 0;
+  double least = std::numeric_limits<double>::infinity();
+  for (const SizeResult& size : suspected_sizes(cell, touches, options, calibration)) {
+    const auto mended = mended_size(cell, touches, options, size);
+    if (!mended) continue;
+    const PutRight right = put_right(cell, touches, *mended);
+    all.push_back({size_words(cell, *mended), attempt(right.cell, right.touches).sum});
+    if (cell.targets[cell.target_index(size.target)].kind == TargetKind::kSphere) ++spheres;
+    least = std::min(least, all.back().misfit);
+  }
+  std::vector<std::string> words;
+  for (const Mended& one : all)
+    if (one.misfit < least + kLikely) words.push_back(one.words);
+  if (words.empty()) return {};
+  return fmt::format("with {} everything makes sense; check {}", fmt::join(words, ", or with "),
+                     spheres == 0 ? "where the wire reads zero"
+                     : cell.lengths.empty()
+                         ? "diameter_mm, and that it is clean"
+                         : "diameter_mm, that it is clean, and its certified lengths");
+}
+
+/// Where a certified length or a size is contradicted: what is wrong. The one of them that all else
+/// contradicts most, or another; empty where nothing alone mends it.
+std::string wrong_measure(const Cell& cell, const std::vector<Touch>& touches,
+                          const IdentifyOptions& options, const Calibration& calibration) {
+  const LengthResult* length = worst_contradicted(calibration.lengths);
+  const SizeResult* size = worst_contradicted(calibration.sizes);
+  std::array in_turn{wrong_length, wrong_size, wrong_places};
+  if (length != nullptr && size != nullptr && contradiction(*size) > contradiction(*length))
+    std::swap(in_turn[0], in_turn[1]);
+  for (const auto& wrong : in_turn)
+    if (std::string words = wrong(cell, touches, options, calibration); !words.empty())
+      return words;
   return {};
 }
 
@@ -131,13 +249,27 @@ void tell_from_lengths(const Cell& cell, const std::vector<Touch>& touches,
                       reasons.front().substr(moved.size()) + ", or mend the lengths";
 }
 
+/// Whether so many touches were left out that something may have moved or jumped, though gross
+/// errors may do it, too.
+bool many_left_out(const Cell& cell, const std::vector<Touch>& touches, const Calibration& c) {
+  FitTouches all;
+  for (const Target& target : cell.targets) {
+    const FitTouches own = fit_touches_of(target.id, touches, c);
+    if (own.left_out > 1 && 5 * own.left_out >= own.all) return true;
+    all.all += own.all;
+    all.left_out += own.left_out;
+  }
+  return 10 * all.left_out > all.all;
+}
+
 /// Where one jump in the middle of the session explains all: says so. A target's is confirmed as
 /// a move.
 bool told_of_jump(const Cell& cell, const std::vector<Touch>& touches,
                   const IdentifyOptions& options, Calibration& calibration) {
   // A level that was asked for may lack what the arm does, and that looks like jumps.
   if (options.level) return false;
-  if (calibration.verdict.publish && calibration.jumped.empty() && calibration.moved.empty())
+  if (calibration.verdict.publish && calibration.jumped.empty() && calibration.moved.empty() &&
+      !many_left_out(cell, touches, calibration))
     return false;
   constexpr double kUnlikely = -5.0;  // log odds
   const std::vector<Jump> all = jumps_by_odds(cell, touches, options, calibration);
@@ -176,6 +308,13 @@ bool told_of_jump(const Cell& cell, const std::vector<Touch>& touches,
   return true;
 }
 
+/// Before all else: what a user is to look at first.
+void tell(const std::vector<std::string>& causes, Calibration& calibration) {
+  auto& reasons = calibration.verdict.reasons;
+  auto at = reasons.begin();
+  for (const std::string& cause : causes) at = reasons.insert(at, "likely cause: " + cause) + 1;
+}
+
 }  // namespace
 
 std::vector<std::string> likely_causes(const Cell& cell, const std::vector<Touch>& touches) {
@@ -189,12 +328,13 @@ std::vector<std::string> likely_causes(const Cell& cell, const std::vector<Touch
 
 Calibration identify(const Cell& cell, const std::vector<Touch>& touches,
                      const IdentifyOptions& options) {
+  require_sound(cell, touches);
   try {
     Calibration calibration = identify_as_stated(cell, touches, options);
-    if (const std::string words = wrong_length(cell, touches, options, calibration);
+    if (const std::string words = wrong_measure(cell, touches, options, calibration);
         !words.empty()) {
       calibration.moved.clear();  // a wrong length pulls spheres about
-      calibration.verdict.reasons.push_back("likely cause: " + words);
+      tell({words}, calibration);
       return calibration;
     }
     if (told_of_jump(cell, touches, options, calibration)) return calibration;
@@ -220,18 +360,19 @@ Calibration identify(const Cell& cell, const std::vector<Touch>& touches,
       causes = causes_of(cell, touches);
       if (!causes.empty() && causes.front().moved) causes.clear();
     }
-    if (calibration.moved.empty() || !moved_alone(causes))
-      for (const Cause& cause : causes)
-        calibration.verdict.reasons.push_back("likely cause: " + cause.words);
+    if (calibration.moved.empty() || !moved_alone(causes)) {
+      std::vector<std::string> words;
+      for (const Cause& cause : causes) words.push_back(cause.words);
+      tell(words, calibration);
+    }
     if (!calibration.verdict.publish && calibration.moved.empty() && causes.empty())
       if (const std::string words = scattered_words(cell, touches); !words.empty())
-        calibration.verdict.reasons.push_back("likely cause: " + words);
+        tell({words}, calibration);
     return calibration;
   } catch (const IdentifyError& error) {
-    const auto causes = likely_causes(cell, touches);
-    if (causes.empty()) throw;
-    throw IdentifyError(
-        fmt::format("{}; likely cause: {}", error.what(), fmt::join(causes, "; or ")));
+    Calibration nominal = not_identified(cell, touches, options, error.what());
+    tell(likely_causes(cell, touches), nominal);
+    return nominal;
   }
 }
 

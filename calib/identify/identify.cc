@@ -11,11 +11,13 @@
 #include "calib/identify/lengths.h"
 #include "calib/identify/moved.h"
 #include "calib/identify/observability.h"
+#include "calib/identify/others.h"
 #include "calib/identify/outliers.h"
 #include "calib/identify/problem.h"
 #include "calib/identify/region.h"
 #include "calib/identify/repeats.h"
 #include "calib/identify/residuals.h"
+#include "calib/identify/sizes.h"
 #include "calib/identify/target_place.h"
 #include "calib/identify/verdict.h"
 
@@ -105,30 +107,75 @@ std::string level_reason(const Cell& cell, const ModelLevel& level, const LevelM
 
 }  // namespace
 
-Calibration identify_as_stated(const Cell& cell, const std::vector<Touch>& touches,
-                               const IdentifyOptions& options) {
-  const bool any_fit = std::any_of(touches.begin(), touches.end(),
-                                   [](const Touch& t) { return t.set == TouchSet::kFit; });
-  if (!any_fit) throw IdentifyError("there are no fit touches; nothing to identify from");
-  for (std::size_t i = 0; i < touches.size(); ++i)
+void require_sound(const Cell& cell, const std::vector<Touch>& touches) {
+  std::vector<bool> fitted(cell.targets.size(), false);
+  for (std::size_t i = 0; i < touches.size(); ++i) {
+    if (touches[i].set == TouchSet::kFit) fitted[cell.target_index(touches[i].target)] = true;
     for (const double angle : touches[i].joint_rad)
       if (!std::isfinite(angle))
         throw IdentifyError(
             fmt::format("{} of {} has a joint angle that is not a number; leave it out",
                         touch_words(i, touches[i]), touches.size()));
+  }
+  if (std::none_of(fitted.begin(), fitted.end(), [](bool any) { return any; }))
+    throw IdentifyError("there are no fit touches; nothing to identify from");
+  for (const Touch& touch : touches)
+    if (!fitted[cell.target_index(touch.target)])
+      throw IdentifyError(fmt::format(
+          "target {} has check touches but no fit touch; its centre is unknown. Make some of its "
+          "touches fit touches, or leave it out",
+          touch.target));
+}
 
+Calibration not_identified(const Cell& cell, const std::vector<Touch>& touches,
+                           const IdentifyOptions& options, const std::string& why) {
+  constexpr double kAnywhere = 100.0;  // of what has no prior, in its scales
+  const Cell levelled = at_level(cell, options.level.value_or(ModelLevel{}));
+  const ArmModel arm(levelled.robot, levelled.tool);
+  const Problem problem(levelled, arm, touches, rough_places(cell, arm, touches));
+  Estimate e;
+  e.u = Eigen::VectorXd::Zero(problem.size());
+  e.posterior.covariance_u = Eigen::MatrixXd::Zero(problem.size(), problem.size());
+  for (int i = 0; i < problem.size(); ++i) {
+    const double weight = problem.unknowns()[i].prior_weight;
+    e.posterior.covariance_u(i, i) = std::pow(weight > 0.0 ? 1.0 / weight : kAnywhere, 2);
+  }
+  e.levels.transmission = e.levels.compliance = 1.0;
+
+  Calibration calibration;
+  calibration.cell = cell;
+  calibration.level = options.level.value_or(ModelLevel{});
+  calibration.level_reason = "nothing was identified; the nominal arm";
+  const FrameDirections no_frame{Eigen::MatrixXd(problem.size(), 0), {}};
+  fill_parameters(problem, e, no_frame, 1.0, calibration);
+  for (ParameterResult& p : calibration.parameters) p.decided_by = DecidedBy::kPrior;
+  Eigen::VectorXd scale(arm.size());
+  for (int i = 0; i < arm.size(); ++i) scale[i] = problem.unknowns()[i].scale;
+  const Eigen::VectorXd x = problem.to_si(e.u);
+  const Eigen::MatrixXd covariance = e.posterior.covariance_u.topLeftCorner(arm.size(), arm.size());
+  const auto predicted_m = [&](const std::vector<JointVector>& poses) {
+    return poses.size() < 3
+               ? 0.0
+               : predicted_mean_error_m(aligned_moves(arm, poses, x.data(), scale), covariance,
+                                        ripple_variance_m2(arm, poses, 0.0));
+  };
+  calibration.predicted_m3_m = predicted_m(workspace_poses(arm, kFramePoses, kRegionSeed));
+  calibration.predicted_m2_m =
+      predicted_m(poses_near_targets(problem, calibration.targets, kFramePoses));
+  fill_residuals(problem, x, std::vector<bool>(touches.size(), false), calibration);
+  calibration.verdict.reasons = {"not identified: " + why};
+  return calibration;
+}
+
+Calibration identify_as_stated(const Cell& cell, const std::vector<Touch>& touches,
+                               const IdentifyOptions& options) {
+  require_sound(cell, touches);
   // The fullest level first: outliers are judged by a model that can explain all that an arm does,
   // and the evidence of every simpler level follows from its linearisation.
   const Cell levelled = at_level(cell, options.level.value_or(ModelLevel{}));
   const ArmModel arm(levelled.robot, levelled.tool);
   const auto places = starting_places(cell, arm, touches);
   Problem problem(levelled, arm, touches, places);
-  for (std::size_t i = 0; i < touches.size(); ++i)
-    if (problem.block_of(i) < 0)
-      throw IdentifyError(fmt::format(
-          "target {} has check touches but no fit touch; its centre is unknown. Make some of its "
-          "touches fit touches, or leave it out",
-          touches[i].target));
   const Repeats repeats = weigh_repeats(problem);
   std::vector<ModelLevel> levels = usual_levels();
   if (options.level) levels = {{1.0, 1.0, options.level->ripple_rad}};
@@ -195,7 +242,9 @@ Calibration identify_as_stated(const Cell& cell, const std::vector<Touch>& touch
     outlier[i] = touches[i].set == TouchSet::kFit && !e.use[i];
   for (const std::size_t i : gross_check_touches(problem, calibration)) outlier[i] = true;
   fill_residuals(problem, problem.to_si(e.u), outlier, calibration);
-  calibration.lengths = lengths_by_others(problem, e, sum, dof);
+  const Others others = touches_and_tolerances(problem, e);
+  calibration.lengths = lengths_by_others(problem, e, others, sum, dof);
+  calibration.sizes = sizes_by_others(problem, e, others, calibration.chi2_per_dof);
   calibration.outliers = named_outliers(problem, e, calibration);
   calibration.moved = suspected_moves(problem, e, calibration.chi2_per_dof);
   // A level that was asked for may lack what the arm does, and that looks like jumps.

@@ -29,14 +29,24 @@ struct IdentifyOptions {
   int region_poses = 60;
 };
 
-/// Throws IdentifyError when the touches cannot determine a calibration at all. A result that can
-/// be computed but must not be used has verdict.publish == false. Either says which of the usual
-/// mistakes is the likely cause, where one explains it (diagnose.h).
+/// A result that must not be used has verdict.publish == false, and says which of the usual
+/// mistakes is the likely cause, where one explains it (diagnose.h). Where the touches lead to no
+/// calibration at all it is the nominal arm, withheld as 'not identified'. Throws IdentifyError
+/// where there is nothing to identify, or nothing to identify from.
 Calibration identify(const Cell& cell, const std::vector<Touch>& touches,
                      const IdentifyOptions& options = {});
 
-/// The same without looking for causes.
+/// The same without looking for causes; throws IdentifyError also where the touches lead to no
+/// calibration.
 Calibration identify_as_stated(const Cell& cell, const std::vector<Touch>& touches,
                                const IdentifyOptions& options = {});
+
+/// The nominal arm, withheld for the reason `why`. Throws IdentifyError where identify() does.
+Calibration not_identified(const Cell& cell, const std::vector<Touch>& touches,
+                           const IdentifyOptions& options, const std::string& why);
+
+/// Throws IdentifyError where there are no fit touches, or a check touch's target has none, or an
+/// angle is not a number.
+void require_sound(const Cell& cell, const std::vector<Touch>& touches);
 
 }  // namespace cellcal::calib

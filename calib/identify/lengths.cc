@@ -6,8 +6,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calib/identify/parallel.h"
-
 namespace cellcal::calib {
 
 namespace {
@@ -15,43 +13,14 @@ namespace {
 /// Sigmas of both that contradict a length.
 constexpr double kContradicted = 5.0;
 
-/// J'J, its lower triangle.
-Eigen::MatrixXd lower_gram(const Eigen::Ref<const RowMajor>& j) {
-  const auto count = static_cast<std::size_t>(j.rows());
-  std::vector<Eigen::MatrixXd> sums(parts_of(count), Eigen::MatrixXd::Zero(j.cols(), j.cols()));
-  by_parts(count, [&](std::size_t part, std::size_t begin, std::size_t behind) {
-    constexpr Eigen::Index kRows = 128;  // stays in the cache
-    const auto end = static_cast<Eigen::Index>(behind);
-    for (auto first = static_cast<Eigen::Index>(begin); first < end; first += kRows)
-      sums[part].selfadjointView<Eigen::Lower>().rankUpdate(
-          j.middleRows(first, std::min(kRows, end - first)).transpose());
-  });
-  for (std::size_t part = 1; part < sums.size(); ++part) sums[0] += sums[part];
-  return std::move(sums[0]);
-}
-
 }  // namespace
 
-std::vector<LengthResult> lengths_by_others(const Problem& problem, const Estimate& e, double chi2,
-                                            double dof) {
+std::vector<LengthResult> lengths_by_others(const Problem& problem, const Estimate& e,
+                                            const Others& touches, double chi2, double dof) {
   std::vector<LengthResult> results;
   const auto& lengths = problem.lengths();
   if (lengths.empty()) return results;
-  // At the fullest level, not the mean of all: a lone length is held so hard that what levels
-  // differ by would pass for what the others say. And with wider tolerances: an arm that exceeds
-  // them is told so elsewhere, and makes no length wrong.
-  constexpr double kFlat = 1e-8, kHair = 1.0 + 1e-12, kWider = 2.0;
   const Linearisation& linear = e.posterior.linear;
-  const auto touched = linear.jacobian.topRows(linear.length_row);
-  Eigen::MatrixXd information = lower_gram(touched);
-  Eigen::VectorXd gradient = touched.transpose() * linear.residual.head(linear.length_row);
-  for (int i = 0; i < problem.size(); ++i) {
-    const Unknown& unknown = problem.unknowns()[i];
-    const double weight = unknown.prior_weight / (i < problem.arm_size() ? kWider : 1.0);
-    const double prior = std::max(kFlat, weight * weight);
-    gradient[i] += prior * (e.u[i] - unknown.prior_mean_u);
-    information(i, i) = kHair * (information(i, i) + prior);
-  }
   const auto row = [&](std::size_t k) { return linear.length_row + static_cast<Eigen::Index>(k); };
   const auto same_blocks = [&](std::size_t a, std::size_t b) {
     return std::minmax(lengths[a].block_a, lengths[a].block_b) ==
@@ -60,8 +29,8 @@ std::vector<LengthResult> lengths_by_others(const Problem& problem, const Estima
   for (std::size_t k = 0; k < lengths.size(); ++k) {
     // All but what is said of these two ends. Summed up anew: taken away again, a length that is
     // certified to next to nothing would leave rounding only.
-    Eigen::MatrixXd others = information;
-    Eigen::VectorXd pull = gradient;
+    Eigen::MatrixXd others = touches.information;
+    Eigen::VectorXd pull = touches.pull;
     for (std::size_t l = 0; l < lengths.size(); ++l) {
       if (same_blocks(k, l)) continue;
       const auto by = linear.jacobian.row(row(l));

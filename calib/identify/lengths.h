@@ -9,6 +9,7 @@
 
 #include "calib/identify/calibration.h"
 #include "calib/identify/estimate.h"
+#include "calib/identify/others.h"
 #include "calib/identify/problem.h"
 
 namespace cellcal::calib {
@@ -17,7 +18,7 @@ namespace cellcal::calib {
 /// same two ends are left out together. From the linearisation. `chi2`, `dof`: of the touches;
 /// where they scatter more than stated the others say less.
 std::vector<LengthResult> lengths_by_others(const Problem& problem, const Estimate& estimate,
-                                            double chi2, double dof);
+                                            const Others& touches, double chi2, double dof);
 
 /// By how many sigmas of both the others contradict a length.
 double contradiction(const LengthResult& length);

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "calib/files/error.h"
+#include "calib/identify/outliers.h"
 
 namespace cellcal::calib {
 
@@ -35,6 +36,9 @@ constexpr double kNoChance = 10.0;
 /// What is looked for, 1 sigma in each direction. What a touch or two leave open is not filled with
 /// moves of centimetres, which nobody would overlook.
 constexpr double kUsualMoveM = 1e-3;
+/// An arm that warms up grows by 25e-6 of what it reaches, and its play is not the same all day;
+/// each makes targets seem to creep by about this, in each direction.
+constexpr double kCreepM = 0.02e-3;
 
 using ThreeRows = Eigen::Matrix<double, 3, Eigen::Dynamic>;
 
@@ -128,13 +132,8 @@ std::optional<std::size_t> split_of_left_out(const std::vector<std::size_t>& own
 bool disagree(const Calibration& c, const std::vector<Touch>& touches, const std::string& target,
               bool known) {
   const double most = known ? 0.4 : 0.2;
-  int all = 0, out = 0;
-  for (const TouchResidual& r : c.residuals) {
-    if (touches[r.touch].target != target || touches[r.touch].set != TouchSet::kFit) continue;
-    ++all;
-    out += r.outlier ? 1 : 0;
-  }
-  return out > most * all;
+  const FitTouches own = fit_touches_of(target, touches, c);
+  return own.left_out > most * own.all;
 }
 
 /// Identifies with the target taken as two and says by how much they lie apart; 0 where that does
@@ -168,7 +167,8 @@ MovedTarget measured(const Cell& cell, const std::vector<Touch>& touches,
       shift[axis] +=
           (is_later ? 1.0 : -1.0) * (two.parameters[p].nominal + two.parameters[p].correction);
     }
-  const Eigen::Matrix3d covariance = by * two.covariance * by.transpose();
+  const Eigen::Matrix3d covariance =
+      by * two.covariance * by.transpose() + kCreepM * kCreepM * Eigen::Matrix3d::Identity();
   moved.shift_m = shift;
   moved.sigma_m = std::sqrt(shift.dot(covariance * shift)) / shift.norm();
   moved.squared_sigmas = shift.dot(covariance.ldlt().solve(shift));

@@ -67,6 +67,17 @@ std::optional<std::string> lies_on(const Problem& problem, const Calibration& ca
   return std::nullopt;
 }
 
+FitTouches fit_touches_of(const std::string& target, std::span<const Touch> touches,
+                          const Calibration& calibration) {
+  FitTouches own;
+  for (const TouchResidual& r : calibration.residuals) {
+    if (touches[r.touch].target != target || touches[r.touch].set != TouchSet::kFit) continue;
+    ++own.all;
+    own.left_out += r.outlier ? 1 : 0;
+  }
+  return own;
+}
+
 std::vector<Outlier> named_outliers(const Problem& problem, const Estimate& estimate,
                                     const Calibration& calibration) {
   const std::vector<double> leverage = leverages(problem, estimate, calibration.residuals);

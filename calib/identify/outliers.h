@@ -3,6 +3,7 @@
 // much else tells about it.
 
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -17,8 +18,15 @@ namespace cellcal::calib {
 std::optional<std::string> lies_on(const Problem& problem, const Calibration& calibration,
                                    const TouchResidual& residual);
 
-/// In order of the touches. `calibration`: its residuals, under the estimate and with those left out
-/// marked, and its targets.
+/// A target's fit touches.
+struct FitTouches {
+  int all = 0, left_out = 0;
+};
+FitTouches fit_touches_of(const std::string& target, std::span<const Touch> touches,
+                          const Calibration& calibration);
+
+/// In order of the touches. `calibration`: its residuals, under the estimate and with those left
+/// out marked, and its targets.
 std::vector<Outlier> named_outliers(const Problem& problem, const Estimate& estimate,
                                     const Calibration& calibration);
 

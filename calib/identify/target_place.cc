@@ -19,8 +19,8 @@ using Eigen::Vector3d;
 
 /// Farther off than this the stated normal is of another plane, or of another frame.
 constexpr double kNormalCosine = 0.866;  // 30 deg
-/// The sine of the angle between tool and plane from which on the tool is seen to be on one side.
-constexpr double kClearSide = 0.01;
+/// Mean sine of the angle between tool and plane from which on the tool is seen to be on one side.
+constexpr double kClearSide = 0.05;
 
 Matrix3d cross(const Vector3d& v) {
   Matrix3d m;
@@ -115,18 +115,15 @@ Seen without_strays(const Target& target, const Seen& seen) {
           at(seen.radii_m, which)};
 }
 
-/// The normal's sign with which the tool stands on the plane's outer side.
+/// The normal's sign with which the tool stands on the plane's outer side, by most touches: of one
+/// that lies nearly along the plane the line from tip to flange says little.
 double side_of(const Cell& cell, const Target& target, const Seen& seen, const Vector3d& normal) {
-  double least = 1.0, most = -1.0;
-  for (const Vector3d& tool : seen.tool) {
-    least = std::min(least, normal.dot(tool));
-    most = std::max(most, normal.dot(tool));
-  }
-  if (least > kClearSide) return 1.0;
-  if (most < -kClearSide) return -1.0;
+  double mean = 0.0;
+  for (const Vector3d& tool : seen.tool)
+    mean += normal.dot(tool) / static_cast<double>(seen.tool.size());
   // A tip without extent touches the same plane from either side.
-  if (cell.tool.tip_radius_m == 0.0 && cell.radius_offset_sigma_m == 0.0)
-    return least + most < 0.0 ? -1.0 : 1.0;
+  const bool any_side = cell.tool.tip_radius_m == 0.0 && cell.radius_offset_sigma_m == 0.0;
+  if (std::abs(mean) > kClearSide || any_side) return mean < 0.0 ? -1.0 : 1.0;
   throw IdentifyError(fmt::format(
       "target {}: the tool lies along the plane, so the touches do not tell from which side it was "
       "touched; state its normal in the cell file, pointing to the side of the tool",
@@ -173,6 +170,28 @@ TargetPlace place_tracker(const Target& target, const Seen& seen) {
   place.axes = fit.frame.linear();
   place.middle_m = fit.middle_m;
   return place;
+}
+
+Vector3d mean_of(const std::vector<Vector3d>& points) {
+  Vector3d mean = Vector3d::Zero();
+  for (const Vector3d& p : points) mean += p / static_cast<double>(points.size());
+  return mean;
+}
+
+TargetPlace place_of(const Cell& cell, const Target& target, const Seen& seen) {
+  if (target.kind == TargetKind::kPlane) return place_plane(cell, target, seen);
+  if (target.kind == TargetKind::kTracker) return place_tracker(target, seen);
+  if (target.kind == TargetKind::kPoint) return mean_of(seen.tips_m);
+  CentreHints hints{target.has_centre ? &target.centre_m : nullptr, target.centre_sigma_m};
+  if (target.kind == TargetKind::kSphere)
+    for (const Vector3d& tool : seen.tool) hints.outwards += tool;
+  const SphereFit fit = fit_centre(seen.tips_m, seen.radii_m, hints);
+  if (!fit.determined && !target.has_centre)
+    throw IdentifyError(fmt::format(
+        "target {}: {} fit touches do not span a sphere; touch it from more sides, or state "
+        "centre_mm in the cell file",
+        target.id, seen.tips_m.size()));
+  return fit.centre_m;
 }
 
 }  // namespace
@@ -249,25 +268,27 @@ std::vector<TargetPlace> starting_places(const Cell& cell, const ArmModel& arm,
   for (std::size_t t = 0; t < cell.targets.size(); ++t) {
     const Target& target = cell.targets[t];
     const Seen seen = without_strays(target, see(cell, arm, target, touches));
+    if (!seen.tips_m.empty()) places[t] = place_of(cell, target, seen);
+  }
+  return places;
+}
+
+std::vector<TargetPlace> rough_places(const Cell& cell, const ArmModel& arm,
+                                      const std::vector<Touch>& touches) {
+  std::vector<TargetPlace> places(cell.targets.size());
+  for (std::size_t t = 0; t < cell.targets.size(); ++t) {
+    const Target& target = cell.targets[t];
+    const Seen seen = see(cell, arm, target, touches);
     if (seen.tips_m.empty()) continue;
-    if (target.kind == TargetKind::kPlane) {
-      places[t] = place_plane(cell, target, seen);
-    } else if (target.kind == TargetKind::kTracker) {
-      places[t] = place_tracker(target, seen);
-    } else if (target.kind == TargetKind::kPoint) {
-      for (const Vector3d& p : seen.tips_m)
-        places[t].centre_m += p / static_cast<double>(seen.tips_m.size());
-    } else {
-      CentreHints hints{target.has_centre ? &target.centre_m : nullptr, target.centre_sigma_m};
-      if (target.kind == TargetKind::kSphere)
-        for (const Vector3d& tool : seen.tool) hints.outwards += tool;
-      const SphereFit fit = fit_centre(seen.tips_m, seen.radii_m, hints);
-      if (!fit.determined && !target.has_centre)
-        throw IdentifyError(fmt::format(
-            "target {}: {} fit touches do not span a sphere; touch it from more sides, or state "
-            "centre_mm in the cell file",
-            target.id, seen.tips_m.size()));
-      places[t].centre_m = fit.centre_m;
+    try {
+      places[t] = place_of(cell, target, seen);
+    } catch (const IdentifyError&) {
+      places[t].centre_m = mean_of(seen.tips_m);
+      places[t].middle_m = mean_of(seen.readings_m);
+      if (target.kind == TargetKind::kPlane)
+        places[t].axes = axes_about(target.has_normal ? target.normal : -mean_of(seen.tool));
+      else if (target.has_centre)
+        places[t].centre_m = target.centre_m;
     }
   }
   return places;

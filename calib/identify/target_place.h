@@ -47,13 +47,18 @@ Eigen::Vector3d tracked_m(const TargetPlace& start, const double* unknowns,
 /// Fills centre, normal and distance, or frame.
 TargetResult result_at(const Target& target, const TargetPlace& start, const double* unknowns);
 
-/// Whether the cell file holds the target's centre where it states it, and does not only begin there.
+/// Whether the cell file holds the target's centre where it states it, and does not only begin
+/// there.
 bool centre_is_held(const Target& target);
 
 /// Where each target is by its fit touches, seen with the nominal arm; of targets without any,
 /// nothing. Throws IdentifyError naming the target and what to do where they do not say.
 std::vector<TargetPlace> starting_places(const Cell& cell, const ArmModel& arm,
                                          const std::vector<Touch>& touches);
+
+/// The same where they say too little: of such a target where it is stated or touched, about.
+std::vector<TargetPlace> rough_places(const Cell& cell, const ArmModel& arm,
+                                      const std::vector<Touch>& touches);
 
 /// Of a target's fit touches, seen with the nominal arm: how many lie no farther apart than one
 /// target's do.

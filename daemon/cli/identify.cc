@@ -1,6 +1,8 @@
 #include "calib/identify/identify.h"
 
 #include <cstdio>
+#include <fstream>
+#include <stdexcept>
 
 #include "calib/files/calibration_json.h"
 #include "calib/files/files.h"
@@ -23,7 +25,16 @@ calib::InputFile input(const char* role, const std::string& name, const std::str
 
 void put(const std::string& text, const std::filesystem::path& output) {
   if (!output.empty()) {
-    write_atomically(output, text);
+    // A link stays one, and a pipe or device is written to.
+    const auto file =
+        std::filesystem::is_symlink(output) ? std::filesystem::weakly_canonical(output) : output;
+    if (!std::filesystem::exists(file) || std::filesystem::is_regular_file(file)) {
+      write_atomically(file, text);
+      return;
+    }
+    std::ofstream stream(file, std::ios::binary);
+    if (!(stream << text << std::flush))
+      throw std::runtime_error(output.string() + ": cannot be written");
     return;
   }
   if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0) {

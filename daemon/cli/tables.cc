@@ -77,6 +77,8 @@ std::string result_words(const calib::Calibration& calibration,
         calibration.repeats.used_m * kMm);
   text += observability_words(calibration.observability);
   text += correlation_words(calibration);
+  for (const calib::UnidentifiableDirection& direction : calibration.unidentifiable)
+    text += "not told by the touches: " + direction.words + "\n";
   for (const calib::Outlier& outlier : calibration.outliers) {
     const calib::Touch unknown;
     text += fmt::format(

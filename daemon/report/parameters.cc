@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "calib/identify/stated.h"
 #include "daemon/report/scale.h"
 #include "daemon/report/sections.h"
 #include "daemon/report/svg.h"
@@ -92,24 +93,8 @@ std::string_view meaning_of(std::string_view name) {
   return {};
 }
 
-// The estimator's unknowns of the arm are deviations; people want to see what from. SI.
 double nominal_of(const View& view, const ParameterResult& parameter) {
-  const std::string_view name = parameter.name;
-  const std::string_view last = name.substr(name.rfind('.') + 1);
-  for (const calib::Joint& joint : view.result.cell.robot.joints) {
-    if (!belongs_to(name, joint.name)) continue;
-    if (last == "theta") return joint.offset_rad;
-    if (last == "d") return joint.d_m;
-    if (last == "a") return joint.a_m;
-    if (last == "alpha") return joint.alpha_rad;
-    if (last == "beta") return joint.beta_rad;
-    return parameter.nominal;
-  }
-  const Eigen::Vector3d tip = view.result.cell.tool.tcp.translation();
-  if (name == "tool.x") return tip.x();
-  if (name == "tool.y") return tip.y();
-  if (name == "tool.z") return tip.z();
-  return parameter.nominal;
+  return calib::stated_value(view.result.cell, parameter.name) + parameter.nominal;
 }
 
 std::string in_unit(double value, const ParameterResult& parameter, bool with_sign,

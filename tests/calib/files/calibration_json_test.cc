@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "calib/identify/correlation.h"
@@ -134,6 +135,27 @@ TEST(CalibrationJson, HoldsTheKeysThatOthersRelyOn) {
   EXPECT_EQ(document["verdict"]["scope"], "workspace");
   EXPECT_NEAR(document["targets"][0]["effective_radius_mm"].get<double>(), 30.7, 1.0);
   EXPECT_NEAR(document["targets"][0]["centre_mm"][2].get<double>(), 330.0, 50.0);
+}
+
+TEST(CalibrationJson, SaysWhatTheFilesStateOfEachParameter) {
+  json document = json::parse(written());
+  const auto nominal = [&](const std::string& name) -> double {
+    for (const auto& p : document.at("parameters"))
+      if (p.at("name") == name) return p.at("nominal");
+    return std::nan("");
+  };
+  const auto& joints = result().cell.robot.joints;
+  EXPECT_NEAR(nominal("A4.d"), joints[3].d_m * 1e3, 1e-9);
+  EXPECT_GT(nominal("A4.d"), 100.0);
+  EXPECT_NEAR(nominal("A3.alpha"), joints[2].alpha_rad * 180.0 / M_PI, 1e-9);
+  EXPECT_NEAR(nominal("A3.theta"), joints[2].offset_rad * 180.0 / M_PI, 1e-9);
+  EXPECT_NEAR(nominal("tool.z"), result().cell.tool.tcp.translation().z() * 1e3, 1e-9);
+  // Calibrations of earlier versions have 0 there, and mean the same.
+  for (auto& p : document["parameters"])
+    if (!p["name"].get<std::string>().starts_with("S")) p["nominal"] = 0.0;
+  const JointVector q = {0.1, -1.2, 1.3, 0.4, 0.5, 0.6};
+  EXPECT_EQ(Predictor(calibration_from_json(document.dump(), "old")).calibrated(q).tcp.matrix(),
+            Predictor(read_back()).calibrated(q).tcp.matrix());
 }
 
 TEST(CalibrationJson, NamesThePairsThatGoTogetherAndTheyComeBackFromTheCovariance) {

@@ -204,6 +204,13 @@ TEST(RobotFile, RefusesAnotherFormatAndSaysWhichItReads) {
   expect_words(robot_refusal(with(kRobot, "robot/1", "cell/1")), {"robot.toml:1: format"});
 }
 
+TEST(RobotFile, RefusesLengthsInMetres) {
+  std::string metres = with(kRobot, "d_mm = 400.0", "d_mm = 0.4");
+  metres = with(metres, "a_mm = 180", "a_mm = 0.18");
+  metres = with(metres, "a_mm = 600.0", "a_mm = 0.6");
+  expect_words(robot_refusal(metres), {"1.18 mm", "in millimetres, not in metres"});
+}
+
 TEST(RobotFile, NeedsOneToThirtyTwoJoints) {
   const std::string head = std::string(kRobot).substr(0, std::string(kRobot).find("[[joint]]"));
   expect_words(robot_refusal(head), {"robot.toml:", "has 0"});

@@ -28,7 +28,8 @@ const std::vector<Touch>& touches() {
 
 std::string refusal(const Cell& cell, const std::vector<Touch>& some) {
   try {
-    (void)identify(cell, some);
+    for (const std::string& reason : identify(cell, some).verdict.reasons)
+      if (reason.starts_with("not identified: ")) return reason;
   } catch (const IdentifyError& error) {
     return error.what();
   }
@@ -120,6 +121,30 @@ TEST(Identify, ATargetWithCheckTouchesOnlyIsNamed) {
   for (Touch& touch : some)
     if (touch.target == "S3") touch.set = TouchSet::kCheck;
   EXPECT_NE(refusal(demo_cell(), some).find("target S3"), std::string::npos);
+}
+
+TEST(Identify, TouchesThatLeadNowhereLeaveTheNominalArmAndWhatItsTolerancesLeaveOpen) {
+  Cell cell = demo_cell();
+  cell.robot.joints[1].sign *= -1;  // and the estimate does not converge
+  const Calibration c = identify(cell, touches());
+  EXPECT_FALSE(c.verdict.publish);
+  ASSERT_GE(c.verdict.reasons.size(), 2u);
+  EXPECT_TRUE(c.verdict.reasons[0].starts_with("likely cause: with A2 turning the other way"))
+      << c.verdict.reasons[0];
+  EXPECT_TRUE(c.verdict.reasons.back().starts_with("not identified: ")) << c.verdict.reasons.back();
+  for (const ParameterResult& p : c.parameters) {
+    EXPECT_EQ(p.decided_by, DecidedBy::kPrior);
+    if (p.name.starts_with("A")) {
+      EXPECT_EQ(p.correction, 0.0) << p.name;
+    }
+  }
+  EXPECT_GT(c.predicted_m3_m, 0.5e-3);
+  const Calibration back = calibration_from_json(calibration_to_json(c), "c.json");
+  const JointVector& q = touches()[0].joint_rad;
+  const Predictor predictor(back);
+  EXPECT_TRUE(predictor.calibrated(q).tcp.translation().isApprox(predictor.nominal(q).translation(),
+                                                                 1e-12));
+  EXPECT_GT(predictor.calibrated(q).u95_m, 1e-3);
 }
 
 TEST(Identify, ATargetThatWasNotTouchedIsLeftOut) {

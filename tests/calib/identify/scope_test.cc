@@ -208,7 +208,7 @@ TEST(Verdict, BlocksASphereTouchedAtOneSpotOnly) {
 }
 
 TEST(Verdict, BlocksAResultWithTooManyOutliers) {
-  const Calibration result = of(demo_cell(), {.fit = 100, .outlier_share = 0.2});
+  const Calibration result = of(demo_cell(), {.fit = 100, .outlier_share = 0.3});
   EXPECT_FALSE(result.verdict.publish);
   EXPECT_NE(all_reasons(result).find("outliers"), std::string::npos) << all_reasons(result);
 }

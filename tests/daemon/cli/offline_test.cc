@@ -1,10 +1,13 @@
 // identify, predict and plan as subprocesses, on the demonstration's cell.
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
+#include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
+#include <thread>
 
 #include "tests/daemon/cli/process.h"
 #include "tests/daemon/journal/temporary_directory.h"
@@ -95,6 +98,42 @@ TEST(a_result_that_must_not_be_published, is_written_and_ends_with_status_3) {
   EXPECT_EQ(outcome.status, 3) << outcome.err;
   EXPECT_FALSE(nlohmann::json::parse(outcome.out).at("verdict").at("publish").get<bool>());
   EXPECT_EQ(outcome.out, content(calibration));
+}
+
+TEST(an_output, that_is_a_link_or_a_pipe_stays_one) {
+  const TemporaryDirectory dir;
+  std::ofstream(dir / "real.csv") << "old";
+  std::filesystem::create_symlink("real.csv", dir / "link.csv");
+  const auto plan = [&](const std::string& output) {
+    return run_program({CELLCAL, "plan", "--cell", kCell, "--touches", "4", "-o", output}).status;
+  };
+  EXPECT_EQ(plan(dir / "link.csv"), 0);
+  EXPECT_TRUE(std::filesystem::is_symlink(dir / "link.csv"));
+  EXPECT_GT(lines(content(dir / "real.csv")), 4u);
+
+  ASSERT_EQ(::mkfifo((dir / "pipe").c_str(), 0600), 0);
+  std::string read;
+  std::thread reader([&] { read = content(dir / "pipe"); });
+  EXPECT_EQ(plan(dir / "pipe"), 0);
+  reader.join();
+  EXPECT_TRUE(std::filesystem::is_fifo(dir / "pipe"));
+  EXPECT_EQ(read, content(dir / "real.csv"));
+}
+
+TEST(touches_that_lead_to_no_calibration, are_told_with_the_cause_in_a_result_with_status_3) {
+  const TemporaryDirectory dir;
+  const std::string plan = dir / "plan.csv", calibration = dir / "c.json";
+  ASSERT_EQ(run_program({CELLCAL, "plan", "--cell", kCell, "--touches", "40", "-o", plan}).status,
+            0);
+  // Another axis in the first column.
+  std::string text = content(plan);
+  text.replace(text.find("A1,A2,A3,A4,A5,A6"), 17, "A2,A1,A3,A4,A5,A6");
+  std::ofstream(dir / "wrong.csv") << text;
+  const Outcome outcome = run_program(
+      {CELLCAL, "identify", "--cell", kCell, "--touches", dir / "wrong.csv", "-o", calibration});
+  EXPECT_EQ(outcome.status, 3) << outcome.err;
+  EXPECT_NE(outcome.out.find("  - likely cause: "), std::string::npos) << outcome.out;
+  EXPECT_FALSE(nlohmann::json::parse(content(calibration)).at("verdict").at("publish").get<bool>());
 }
 
 TEST(an_output_that_cannot_be_written, is_a_failed_job) {

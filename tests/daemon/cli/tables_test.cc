@@ -30,6 +30,15 @@ TEST(the_result, shows_before_after_check_and_the_verdict_with_scope_and_reasons
       << words;
 }
 
+TEST(the_result, says_in_words_what_the_touches_cannot_tell) {
+  calib::Calibration calibration;
+  EXPECT_EQ(result_words(calibration).find("not told"), std::string::npos);
+  calibration.unidentifiable = {{"turning the zero of A1; fixed by convention", {}}};
+  EXPECT_NE(result_words(calibration)
+                .find("not told by the touches: turning the zero of A1; fixed by convention\n"),
+            std::string::npos);
+}
+
 TEST(the_result, says_in_one_line_how_well_the_touches_tell_the_geometry) {
   calib::Calibration calibration;
   EXPECT_EQ(result_words(calibration).find("observability"), std::string::npos);

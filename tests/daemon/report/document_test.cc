@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "calib/identify/identify.h"
 #include "daemon/report/report.h"
 #include "tests/daemon/report/fixture.h"
 #include "tests/daemon/report/html_checker.h"
@@ -52,6 +53,16 @@ INSTANTIATE_TEST_SUITE_P(
                       SessionShape{.spheres = 8, .fit = 340, .check = 60, .outliers = 9},
                       SessionShape{.spheres = 0, .outliers = 0}, SessionShape{.joints = 0},
                       SessionShape{.spheres = 40, .fit = 80, .joints = 1}));
+
+TEST(Document, OfAnArmThatWasNotIdentifiedIsSoundAndSaysWhy) {
+  ReportInput session = made_up_session();
+  session.calibration = calib::not_identified(session.calibration.cell, session.touches, {},
+                                              "the estimate did not converge");
+  const std::string html = html_report(session);
+  EXPECT_EQ(joined(complaints(html)), "");
+  EXPECT_NE(html.find("Not publishable"), std::string::npos);
+  EXPECT_NE(html.find("not identified: the estimate did not converge"), std::string::npos);
+}
 
 TEST(Document, OfNothingAtAllIsSoundAndRefuses) {
   const std::string html = html_report(ReportInput{});

@@ -1,0 +1,40 @@
+#pragma once
+// What the touches of a sphere or the readings of a wire have in common beyond what the model gives
+// them: a diameter that is not what the cell file states, an encoder that was zeroed elsewhere. The
+// estimate bends the arm and moves the target for a few tenths of a millimetre, chi^2 hardly rises,
+// and nothing else tells.
+
+#include <string>
+#include <vector>
+
+#include "calib/files/touch.h"
+#include "calib/identify/calibration.h"
+#include "calib/identify/estimate.h"
+#include "calib/identify/others.h"
+#include "calib/identify/problem.h"
+
+namespace cellcal::calib {
+
+/// Of each sphere and wire with touches in use, in the order of the problem's blocks: how much
+/// larger its radius, or longer its readings, had to be by all touches, certified lengths and
+/// tolerances. From the linearisation, without solving anew. `chi2_per_dof`: where touches scatter
+/// more than stated they say less.
+std::vector<SizeResult> sizes_by_others(const Problem& problem, const Estimate& estimate,
+                                        const Others& touches, double chi2_per_dof);
+
+/// By how many sigmas it is not what the cell file states.
+double contradiction(const SizeResult& size);
+/// The most contradicted one of those beyond chance and what the model lacks; null where none is.
+const SizeResult* worst_contradicted(const std::vector<SizeResult>& sizes);
+
+/// The session with that size put right.
+struct PutRight {
+  Cell cell;
+  std::vector<Touch> touches;
+};
+PutRight put_right(const Cell& cell, const std::vector<Touch>& touches, const SizeResult& size);
+
+/// "the diameter of S2 61.80 +- 0.02 mm instead of 61.400 mm"
+std::string size_words(const Cell& cell, const SizeResult& size);
+
+}  // namespace cellcal::calib
