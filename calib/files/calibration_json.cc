@@ -322,6 +322,9 @@ Calibration calibration_from_json(std::string_view text, const std::string& name
     const double nominal = item.at("nominal").number() / p.to_unit;
     // What the drawing states is in the cell already; earlier versions wrote 0 here.
     if (stated_value(c.cell, p.name) == 0.0) p.nominal = nominal;
+    constexpr double kMostInUnit = 1e6;  // a kilometre, many turns
+    if (!(std::abs(item.at("correction").number()) <= kMostInUnit))
+      item.at("correction").fail("is out of range, -1e6 to 1e6");
     p.correction = item.at("correction").number() / p.to_unit;
     p.sigma = item.at("sigma").not_negative() / p.to_unit;
     if (!names.insert(p.name).second)

@@ -323,6 +323,18 @@ TEST(CalibrationJson, NamesThePlaceOfAWrongValue) {
   }
 }
 
+TEST(CalibrationJson, RefusesACorrectionThatIsNone) {
+  json document = json::parse(written());
+  document["parameters"][0]["correction"] = 1e308;
+  try {
+    (void)calibration_from_json(document.dump(), "cal.json");
+    FAIL() << "was read";
+  } catch (const FileError& error) {
+    EXPECT_NE(std::string(error.what()).find("correction"), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find("out of range"), std::string::npos) << error.what();
+  }
+}
+
 TEST(CalibrationJson, NamesWhatAPlaneOrTrackerLacks) {
   json document = json::parse(written());
   document["cell"].erase("length");
