@@ -120,16 +120,18 @@ Robot read_robot(const TomlTable& document) {
     if (!names.insert(robot.joints.back().name).second)
       table.fail("name", "\"" + shown(robot.joints.back().name) + "\" stands twice");
   }
-  constexpr double kTinyArmM = 0.02;
-  double reach_m = 0.0;
-  for (const Joint& joint : robot.joints) reach_m += std::abs(joint.d_m) + std::abs(joint.a_m);
-  if (reach_m > 0.0 && reach_m < kTinyArmM)
-    document.fail("",
-                  fmt::format("d_mm and a_mm of all joints together are {:.3g} mm; give them in "
-                              "millimetres, not in metres",
-                              reach_m * kMmPerM));
   robot.base_fixed = read_frame(document.table_or_empty("base"));
   robot.flange_fixed = read_frame(document.table_or_empty("flange"));
+  constexpr double kTinyArmM = 0.02;
+  double reach_m = robot.base_fixed.translation().norm() + robot.flange_fixed.translation().norm();
+  for (const Joint& joint : robot.joints) reach_m += std::abs(joint.d_m) + std::abs(joint.a_m);
+  if (robot.joints.size() > 2 && reach_m > 0.0 && reach_m < kTinyArmM)
+    document.fail(
+        "joint",
+        fmt::format(
+            "d_mm and a_mm of all, [base] and [flange] are {:.3g} mm together; give them in "
+            "millimetres, not in metres",
+            reach_m * kMmPerM));
   document.refuse_unknown();
   return robot;
 }

@@ -132,7 +132,7 @@ struct LengthResult {
 
 /// A sphere's radius or a wire's readings, and what all else says of them.
 struct SizeResult {
-  std::string target;
+  std::string target;  ///< empty: all wires
   /// How much larger the radius, or how much longer every reading, had to be; 1 sigma of that.
   double off_m = 0.0, sigma_m = 0.0;
 };

@@ -79,6 +79,9 @@ std::optional<Change> change_since(const Calibration& last, const Calibration& n
 
 void judge_change(const Calibration& last, const std::string& which, bool accepted,
                   std::span<const Touch> touches, Calibration& now) {
+  if (std::any_of(now.verdict.reasons.begin(), now.verdict.reasons.end(),
+                  [](const std::string& r) { return r.starts_with("not identified: "); }))
+    return;  // it is the nominal arm
   const auto change = change_since(last, now, touches);
   if (!change) {
     now.verdict.reasons.push_back(

@@ -123,7 +123,9 @@ std::optional<SizeResult> mended_size(const Cell& cell, const std::vector<Touch>
   try {
     for (int step = 0; step < kSteps; ++step) {
       const PutRight right = put_right(cell, touches, size);
-      if (right.cell.targets[cell.target_index(size.target)].diameter_m < 0.0) return std::nullopt;
+      if (is_of_sphere(cell, size) &&
+          right.cell.targets[cell.target_index(size.target)].diameter_m < 0.0)
+        return std::nullopt;
       const Calibration found = identify_as_stated(right.cell, right.touches, options);
       const auto own =
           std::find_if(found.sizes.begin(), found.sizes.end(),
@@ -140,8 +142,21 @@ std::optional<SizeResult> mended_size(const Cell& cell, const std::vector<Touch>
   return sensible(right.cell, right.touches, options) ? std::optional(size) : std::nullopt;
 }
 
-/// Sizes that all else contradicts, most first; and of spheres whose touches were left out for the
-/// most part, and so say nothing, those that let them in again.
+/// Of all fit touches of a wire, those that were left out, too.
+double median_residual_m(const Calibration& c, const std::vector<Touch>& touches,
+                         const std::string& target) {
+  std::vector<double> all;
+  for (const TouchResidual& r : c.residuals)
+    if (touches[r.touch].target == target && touches[r.touch].set == TouchSet::kFit)
+      all.push_back(r.after_m);
+  if (all.empty()) return 0.0;
+  std::nth_element(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2),
+                   all.end());
+  return all[all.size() / 2];
+}
+
+/// Sizes that all else contradicts, most first; and before them, of targets whose touches were left
+/// out for the most part and so say nothing, those that let them in again.
 std::vector<SizeResult> suspected_sizes(const Cell& cell, const std::vector<Touch>& touches,
                                         const IdentifyOptions& options,
                                         const Calibration& calibration) {
@@ -149,9 +164,12 @@ std::vector<SizeResult> suspected_sizes(const Cell& cell, const std::vector<Touc
   constexpr std::size_t kMost = 3;
   std::vector<SizeResult> suspects;
   for (const Target& target : cell.targets) {
-    if (target.kind != TargetKind::kSphere || suspects.size() == kMost) continue;
+    if (suspects.size() == kMost) break;
     const FitTouches own = fit_touches_of(target.id, touches, calibration);
     if (2 * own.left_out <= own.all) continue;
+    if (target.kind == TargetKind::kWire)
+      suspects.push_back({target.id, median_residual_m(calibration, touches, target.id), 0.0});
+    if (target.kind != TargetKind::kSphere) continue;
     Cell loose = cell;
     loose.targets[cell.target_index(target.id)].diameter_sigma_m = kAnyDiameterM;
     try {
@@ -160,17 +178,19 @@ std::vector<SizeResult> suspected_sizes(const Cell& cell, const std::vector<Touc
     } catch (const IdentifyError&) {
     }
   }
-  if (!suspects.empty()) return suspects;  // the others' sizes are without them
   if (const SizeResult* worst = worst_contradicted(calibration.sizes)) {
-    suspects = calibration.sizes;
-    std::erase_if(suspects, [&](const SizeResult& size) {
-      return contradiction(size) < kAboutAsMuch * contradiction(*worst);
+    std::vector<SizeResult> contradicted = calibration.sizes;
+    std::erase_if(contradicted, [&](const SizeResult& size) {
+      return contradiction(size) < kAboutAsMuch * contradiction(*worst) ||
+             std::any_of(suspects.begin(), suspects.end(),
+                         [&](const SizeResult& one) { return one.target == size.target; });
     });
-    std::stable_sort(suspects.begin(), suspects.end(),
-                     [](const SizeResult& a, const SizeResult& b) {
-                       return contradiction(a) > contradiction(b);
+    std::stable_sort(contradicted.begin(), contradicted.end(),
+                     [](const SizeResult& x, const SizeResult& y) {
+                       return contradiction(x) > contradiction(y);
                      });
-    suspects.resize(std::min(kMost, suspects.size()));
+    contradicted.resize(std::min(kMost, contradicted.size()));
+    suspects.insert(suspects.end(), contradicted.begin(), contradicted.end());
   }
   return suspects;
 }
@@ -192,7 +212,7 @@ std::string wrong_size(const Cell& cell, const std::vector<Touch>& touches,
     if (!mended) continue;
     const PutRight right = put_right(cell, touches, *mended);
     all.push_back({size_words(cell, *mended), attempt(right.cell, right.touches).sum});
-    if (cell.targets[cell.target_index(size.target)].kind == TargetKind::kSphere) ++spheres;
+    if (is_of_sphere(cell, size)) ++spheres;
     least = std::min(least, all.back().misfit);
   }
   std::vector<std::string> words;

@@ -155,13 +155,13 @@ Calibration not_identified(const Cell& cell, const std::vector<Touch>& touches,
   const Eigen::MatrixXd covariance = e.posterior.covariance_u.topLeftCorner(arm.size(), arm.size());
   const auto predicted_m = [&](const std::vector<JointVector>& poses) {
     return poses.size() < 3
-               ? 0.0
+               ? calibration.predicted_m3_m
                : predicted_mean_error_m(aligned_moves(arm, poses, x.data(), scale), covariance,
                                         ripple_variance_m2(arm, poses, 0.0));
   };
-  calibration.predicted_m3_m = predicted_m(workspace_poses(arm, kFramePoses, kRegionSeed));
+  calibration.predicted_m3_m = predicted_m(workspace_poses(arm, options.region_poses, kRegionSeed));
   calibration.predicted_m2_m =
-      predicted_m(poses_near_targets(problem, calibration.targets, kFramePoses));
+      predicted_m(poses_near_targets(problem, calibration.targets, options.region_poses));
   fill_residuals(problem, x, std::vector<bool>(touches.size(), false), calibration);
   calibration.verdict.reasons = {"not identified: " + why};
   return calibration;
@@ -235,7 +235,8 @@ Calibration identify_as_stated(const Cell& cell, const std::vector<Touch>& touch
   }
   calibration.predicted_m3_m = predicted_m(workspace, moves);
   const auto local = poses_near_targets(problem, calibration.targets, options.region_poses);
-  if (local.size() >= 3) calibration.predicted_m2_m = predicted_m(local, moves_of(local));
+  calibration.predicted_m2_m =
+      local.size() >= 3 ? predicted_m(local, moves_of(local)) : calibration.predicted_m3_m;
 
   std::vector<bool> outlier(touches.size(), false);
   for (std::size_t i = 0; i < touches.size(); ++i)
@@ -244,7 +245,7 @@ Calibration identify_as_stated(const Cell& cell, const std::vector<Touch>& touch
   fill_residuals(problem, problem.to_si(e.u), outlier, calibration);
   const Others others = touches_and_tolerances(problem, e);
   calibration.lengths = lengths_by_others(problem, e, others, sum, dof);
-  calibration.sizes = sizes_by_others(problem, e, others, calibration.chi2_per_dof);
+  calibration.sizes = sizes_by_others(problem, e, others, sum, dof);
   calibration.outliers = named_outliers(problem, e, calibration);
   calibration.moved = suspected_moves(problem, e, calibration.chi2_per_dof);
   // A level that was asked for may lack what the arm does, and that looks like jumps.

@@ -19,29 +19,38 @@ constexpr double kCommonSigma = 1.0 / 3.0;
 /// A size that the others tell no better than this is not told.
 constexpr double kUntoldM = 1e-3;
 
+/// What the touches of a target, or of several, say of a size of theirs.
+struct Said {
+  double square = 0.0, pull = 0.0;  ///< a'a and a'r, a what a size of one metre more does
+  Eigen::VectorXd by_all;           ///< J'a
+  double sigma_m = 0.0;             ///< of one touch, summed
+  int touches = 0;
+
+  void add(const Problem& problem, const Linearisation& linear, std::size_t touch, int row) {
+    if (touches++ == 0) by_all = Eigen::VectorXd::Zero(problem.size());
+    const double a = 1.0 / problem.sigma_m(touch);
+    square += a * a;
+    pull += a * linear.residual[row];
+    by_all.noalias() += a * linear.jacobian.row(row).transpose();
+    sigma_m += problem.own_sigma_m(touch);
+  }
+};
+
 }  // namespace
 
 std::vector<SizeResult> sizes_by_others(const Problem& problem, const Estimate& e,
-                                        const Others& touches, double chi2_per_dof) {
-  struct Said {
-    double square = 0.0, pull = 0.0;  ///< a'a and a'r, a what a size of one metre more does
-    Eigen::VectorXd by_all;           ///< J'a
-    double sigma_m = 0.0;             ///< of one touch
-    int touches = 0;
-  };
+                                        const Others& touches, double chi2, double dof) {
   std::vector<Said> said(problem.blocks().size());
+  Said wires;
+  int count_of_wires = 0;
   const Linearisation& linear = e.posterior.linear;
   for (const auto& [touch, row] : linear.touch_row) {
     const auto block = static_cast<std::size_t>(problem.block_of(touch));
     const TargetKind kind = problem.cell().targets[problem.blocks()[block].target].kind;
     if (kind != TargetKind::kSphere && kind != TargetKind::kWire) continue;
-    Said& own = said[block];
-    if (own.touches++ == 0) own.by_all = Eigen::VectorXd::Zero(problem.size());
-    const double a = 1.0 / problem.sigma_m(touch);
-    own.square += a * a;
-    own.pull += a * linear.residual[row];
-    own.by_all.noalias() += a * linear.jacobian.row(row).transpose();
-    own.sigma_m += problem.own_sigma_m(touch);
+    if (kind == TargetKind::kWire && said[block].touches == 0) ++count_of_wires;
+    for (Said* own : {&said[block], kind == TargetKind::kWire ? &wires : nullptr})
+      if (own != nullptr) own->add(problem, linear, touch, row);
   }
   Others all = touches;
   for (Eigen::Index row = linear.length_row; row < linear.jacobian.rows(); ++row) {
@@ -51,21 +60,25 @@ std::vector<SizeResult> sizes_by_others(const Problem& problem, const Estimate& 
   }
   const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> factor(all.information);
   if (factor.info() != Eigen::Success) return {};
-  const double inflation = std::max(1.0, chi2_per_dof);
   std::vector<SizeResult> sizes;
-  for (std::size_t b = 0; b < said.size(); ++b) {
-    const Said& own = said[b];
-    if (own.touches == 0) continue;
+  const auto ask = [&](const Said& own, const std::string& target) {
     const Eigen::VectorXd reached = factor.solve(own.by_all);
     const double information = own.square - own.by_all.dot(reached);
-    if (!(information > 0.0)) continue;
+    if (!(information > 0.0)) return;
     SizeResult size;
-    size.target = problem.cell().targets[problem.blocks()[b].target].id;
+    size.target = target;
     size.off_m = (own.pull - reached.dot(all.pull)) / information;
-    size.sigma_m =
-        std::hypot(std::sqrt(inflation / information), kCommonSigma * own.sigma_m / own.touches);
+    // Scatter beyond what is stated widens, but not the scatter that this size itself makes.
+    const double inflation =
+        std::max(1.0, (chi2 - size.off_m * size.off_m * information) / std::max(1.0, dof - 1.0));
+    const double common_m =
+        kCommonSigma * std::max(problem.cell().touch_sigma_m, own.sigma_m / own.touches);
+    size.sigma_m = std::hypot(std::sqrt(inflation / information), common_m);
     if (size.sigma_m < kUntoldM) sizes.push_back(std::move(size));
-  }
+  };
+  for (std::size_t b = 0; b < said.size(); ++b)
+    if (said[b].touches > 0) ask(said[b], problem.cell().targets[problem.blocks()[b].target].id);
+  if (count_of_wires > 1) ask(wires, {});
   return sizes;
 }
 
@@ -80,24 +93,33 @@ const SizeResult* worst_contradicted(const std::vector<SizeResult>& sizes) {
 
 PutRight put_right(const Cell& cell, const std::vector<Touch>& touches, const SizeResult& size) {
   PutRight right{cell, touches};
-  Target& target = right.cell.targets[cell.target_index(size.target)];
-  if (target.kind == TargetKind::kSphere) {
-    target.diameter_m += 2.0 * size.off_m;
+  if (is_of_sphere(cell, size)) {
+    right.cell.targets[cell.target_index(size.target)].diameter_m += 2.0 * size.off_m;
     return right;
   }
   for (Touch& touch : right.touches)
-    if (touch.target == size.target) touch.radius_m += size.off_m;
+    if (size.target.empty()
+            ? cell.targets[cell.target_index(touch.target)].kind == TargetKind::kWire
+            : touch.target == size.target)
+      touch.radius_m += size.off_m;
   return right;
 }
 
+bool is_of_sphere(const Cell& cell, const SizeResult& size) {
+  return !size.target.empty() &&
+         cell.targets[cell.target_index(size.target)].kind == TargetKind::kSphere;
+}
+
 std::string size_words(const Cell& cell, const SizeResult& size) {
-  const Target& target = cell.targets[cell.target_index(size.target)];
-  if (target.kind == TargetKind::kSphere)
+  if (is_of_sphere(cell, size)) {
+    const Target& target = cell.targets[cell.target_index(size.target)];
     return fmt::format("the diameter of {} {:.2f} +- {:.2f} mm instead of {:.3f} mm", size.target,
                        (target.diameter_m + 2.0 * size.off_m) * kMmPerM,
                        2.0 * size.sigma_m * kMmPerM, target.diameter_m * kMmPerM);
-  return fmt::format("all readings of {} {:+.2f} +- {:.2f} mm longer", size.target,
-                     size.off_m * kMmPerM, size.sigma_m * kMmPerM);
+  }
+  return fmt::format("all readings of {} {:+.2f} +- {:.2f} mm longer",
+                     size.target.empty() ? "all wires" : size.target, size.off_m * kMmPerM,
+                     size.sigma_m * kMmPerM);
 }
 
 }  // namespace cellcal::calib

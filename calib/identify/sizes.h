@@ -17,10 +17,11 @@ namespace cellcal::calib {
 
 /// Of each sphere and wire with touches in use, in the order of the problem's blocks: how much
 /// larger its radius, or longer its readings, had to be by all touches, certified lengths and
-/// tolerances. From the linearisation, without solving anew. `chi2_per_dof`: where touches scatter
+/// tolerances; and of all wires together, where there are several, which are of one instrument.
+/// From the linearisation, without solving anew. `chi2`, `dof`: of the touches; where they scatter
 /// more than stated they say less.
 std::vector<SizeResult> sizes_by_others(const Problem& problem, const Estimate& estimate,
-                                        const Others& touches, double chi2_per_dof);
+                                        const Others& touches, double chi2, double dof);
 
 /// By how many sigmas it is not what the cell file states.
 double contradiction(const SizeResult& size);
@@ -33,6 +34,8 @@ struct PutRight {
   std::vector<Touch> touches;
 };
 PutRight put_right(const Cell& cell, const std::vector<Touch>& touches, const SizeResult& size);
+
+bool is_of_sphere(const Cell& cell, const SizeResult& size);
 
 /// "the diameter of S2 61.80 +- 0.02 mm instead of 61.400 mm"
 std::string size_words(const Cell& cell, const SizeResult& size);

@@ -285,10 +285,14 @@ std::vector<TargetPlace> rough_places(const Cell& cell, const ArmModel& arm,
     } catch (const IdentifyError&) {
       places[t].centre_m = mean_of(seen.tips_m);
       places[t].middle_m = mean_of(seen.readings_m);
-      if (target.kind == TargetKind::kPlane)
-        places[t].axes = axes_about(target.has_normal ? target.normal : -mean_of(seen.tool));
-      else if (target.has_centre)
+      if (target.kind == TargetKind::kPlane) {
+        Vector3d normal = target.has_normal ? target.normal : fit_plane(seen.tips_m).normal;
+        if (!target.has_normal && normal.dot(mean_of(seen.tool)) < 0.0) normal = -normal;
+        places[t].axes = axes_about(normal);
+        places[t].centre_m -= cell.tool.tip_radius_m * normal;
+      } else if (target.has_centre) {
         places[t].centre_m = target.centre_m;
+      }
     }
   }
   return places;

@@ -36,6 +36,8 @@ constexpr double kGrossCheck = 4.0;
 /// enough of them; then so many are still chance.
 constexpr double kOutlierShareOfTarget = 0.20, kOutlierShareOfMany = 1.0 / 3.0;
 constexpr int kEnoughOthers = 15;
+/// And the others are as stated: chi^2 per degree of freedom.
+constexpr double kAsStated = 1.5;
 /// One touch left out is the usual case where so many remain, and what the outliers are for.
 constexpr int kEnoughBesideOne = 4;
 /// Of the geometry's directions: with less the result is the tolerances, not the touches.
@@ -181,8 +183,9 @@ void judge_outliers(const Problem& problem, const Calibration& c,
     return;
   }
   for (std::size_t b = 0; b < fit.size(); ++b) {
-    const double most =
-        fit[b] - outliers[b] < kEnoughOthers ? kOutlierShareOfTarget : kOutlierShareOfMany;
+    const double most = fit[b] - outliers[b] < kEnoughOthers || c.chi2_per_dof > kAsStated
+                            ? kOutlierShareOfTarget
+                            : kOutlierShareOfMany;
     if (outliers[b] > 0 && outliers[b] >= most * fit[b] &&
         (outliers[b] > 1 || fit[b] - 1 < kEnoughBesideOne))
       blocking.push_back(fmt::format(
@@ -229,7 +232,11 @@ void judge_lengths(const Calibration& c, std::vector<std::string>& blocking) {
 
 /// The sphere's diameter, or the wire's zero, that all else contradicts most.
 void judge_sizes(const Calibration& c, std::vector<std::string>& blocking) {
-  if (const SizeResult* worst = worst_contradicted(c.sizes))
+  const SizeResult* worst = worst_contradicted(c.sizes);
+  // What was touched from one side, or in a plane, moves for its size to second order.
+  if (worst != nullptr && std::none_of(blocking.begin(), blocking.end(), [&](const std::string& r) {
+        return r.starts_with("too few directions: " + worst->target + " ");
+      }))
     blocking.push_back(
         fmt::format("size: all else would have {}, {:.0f} times what both leave open; check it, "
                     "and that the target is clean",

@@ -21,20 +21,30 @@ calib::InputFile input(const char* role, const std::string& name, const std::str
   return {role, name, calib::sha256(text)};
 }
 
+/// A link stays one, and a pipe or device is written to.
+void write_output(const std::filesystem::path& output, const std::string& text) {
+  namespace fs = std::filesystem;
+  const std::string& name = output.native();
+  std::error_code ignored;
+  const fs::file_status status = fs::status(output, ignored);
+  if (name.starts_with("/dev/") || name.starts_with("/proc/") ||
+      (fs::exists(status) && !fs::is_regular_file(status))) {
+    std::ofstream stream(output, std::ios::binary);
+    if (!(stream << text << std::flush)) throw std::runtime_error(name + ": cannot be written");
+    return;
+  }
+  constexpr int kMostLinks = 40;
+  fs::path file = output;
+  for (int k = 0; k < kMostLinks && fs::is_symlink(file); ++k)
+    file = file.parent_path() / fs::read_symlink(file);
+  write_atomically(file, text);
+}
+
 }  // namespace
 
 void put(const std::string& text, const std::filesystem::path& output) {
   if (!output.empty()) {
-    // A link stays one, and a pipe or device is written to.
-    const auto file =
-        std::filesystem::is_symlink(output) ? std::filesystem::weakly_canonical(output) : output;
-    if (!std::filesystem::exists(file) || std::filesystem::is_regular_file(file)) {
-      write_atomically(file, text);
-      return;
-    }
-    std::ofstream stream(file, std::ios::binary);
-    if (!(stream << text << std::flush))
-      throw std::runtime_error(output.string() + ": cannot be written");
+    write_output(output, text);
     return;
   }
   if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0) {

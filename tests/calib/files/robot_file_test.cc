@@ -208,7 +208,12 @@ TEST(RobotFile, RefusesLengthsInMetres) {
   std::string metres = with(kRobot, "d_mm = 400.0", "d_mm = 0.4");
   metres = with(metres, "a_mm = 180", "a_mm = 0.18");
   metres = with(metres, "a_mm = 600.0", "a_mm = 0.6");
-  expect_words(robot_refusal(metres), {"1.18 mm", "in millimetres, not in metres"});
+  metres = with(metres, "xyz_mm = [1.0, 2.0, 3.0]", "xyz_mm = [0, 0, 0]");
+  metres = with(metres, "xyz_mm = [0.0, 0.0, 80.0]", "xyz_mm = [0, 0, 0.08]");
+  metres = with(metres, "[base]",
+                "[[joint]]\nname = \"A3\"\nd_mm = 0.0\na_mm = 0.04\nalpha_deg = 0.0\n"
+                "errors = []\nmin_deg = -180.0\nmax_deg = 65.0\nmax_speed_deg_s = 154.0\n\n[base]");
+  expect_words(robot_refusal(metres), {"joint: ", "1.3 mm", "in millimetres, not in metres"});
 }
 
 TEST(RobotFile, NeedsOneToThirtyTwoJoints) {

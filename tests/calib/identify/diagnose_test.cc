@@ -287,6 +287,14 @@ TEST(Diagnosis, TouchesUnderNamesAtRandomAreSeenToLieAllOver) {
   expect_told(demo_cell(), wrong, "3 other targets); check the target column");
 }
 
+TEST(Diagnosis, ARobotFileWithoutGravityIsNamed) {
+  Cell heavy = demo_cell();
+  heavy.tool.deflection_sigma = 0.01;
+  const auto made = make_touches(heavy, testing::plain_truth(heavy, 2), {.fit = 200}).touches;
+  heavy.robot.gravity_m_s2.setZero();
+  expect_told(heavy, made, "with gravity along -z of the base the touches make sense");
+}
+
 TEST(Diagnosis, AnotherDiameterIsNamed) {
   Cell cell = demo_cell();
   for (Target& target : cell.targets) target.diameter_m += 0.006;

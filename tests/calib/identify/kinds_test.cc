@@ -281,6 +281,28 @@ TEST(Kinds, SeeThePlanesSideThoughTheToolLayNearlyAlongItAtSomeTouches) {
   EXPECT_GT(identify(silent(stage.cell), touches).targets[0].normal.z(), 0.99);
 }
 
+TEST(Kinds, OfAnyThatTellTooLittleLeaveAResultThatReadsBack) {
+  for (const TargetKind kind : {TargetKind::kSphere, TargetKind::kWire, TargetKind::kPlane,
+                                TargetKind::kPoint, TargetKind::kTracker})
+    for (const bool tool : {true, false}) {
+      Cell cell = bare_cell();
+      if (!tool) cell.tool.tcp.translation().setZero();
+      cell.targets = {target_of("T", kind, {0.9, 0.1, 0.5})};
+      cell.targets[0].has_centre = false;
+      Touch touch;
+      touch.target = "T";
+      touch.joint_rad = {0.1, -1.2, 1.3, 0.4, 0.5, 0.6};
+      touch.radius_m = 0.3;
+      std::vector<Touch> two(2, touch);
+      two[1].joint_rad[1] += 0.1;
+      const Calibration c = not_identified(cell, two, {}, "too little");
+      EXPECT_NO_THROW((void)calibration_from_json(calibration_to_json(c), "c.json"))
+          << static_cast<int>(kind);
+      EXPECT_GT(c.predicted_m2_m, 0.0);
+      EXPECT_FALSE(identify(cell, two).verdict.publish);
+    }
+}
+
 TEST(Kinds, RefuseAPlaneTouchedInALineOrStatedElsewhere) {
   Cell cell = bare_cell();
   cell.targets = {plane("P1", {1.0, 0.0, 0.4}, {0, 0, 1})};

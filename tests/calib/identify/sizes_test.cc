@@ -96,6 +96,37 @@ TEST(Sizes, AWireThatWasZeroedElsewhereIsNamedWithByHowMuch) {
   EXPECT_NEAR(number_behind("with all readings of S2 ", cause), -0.6, 0.1) << cause;
 }
 
+TEST(Sizes, TheMoreADiameterOrAZeroIsOffTheLessItPasses) {
+  const Cell of_wires = wires();
+  const sim::Truth truth = plain_truth(demo_cell(), 5), truth_of_wires = plain_truth(of_wires, 3);
+  for (const int of_each : {15, 25})
+    for (const double off_m : {-1e-3, 1.5e-3, 2.5e-3, 4e-3, -8e-3, 30e-3}) {
+      SCOPED_TRACE(of_each);
+      SCOPED_TRACE(off_m);
+      Cell cell = demo_cell();
+      cell.targets[0].diameter_m += off_m;
+      const Calibration sphere =
+          identify(cell, make_touches(demo_cell(), truth, {.fit = 4 * of_each}).touches);
+      EXPECT_FALSE(sphere.verdict.publish);
+      EXPECT_NE(likely_cause(sphere).find("S1"), std::string::npos)
+          << sphere.verdict.reasons.front();
+      auto made = make_touches(of_wires, truth_of_wires, {.fit = 6 * of_each}).touches;
+      for (Touch& touch : made)
+        if (touch.target == "S2") touch.radius_m += off_m;
+      EXPECT_FALSE(identify(of_wires, made).verdict.publish);
+    }
+}
+
+TEST(Sizes, WiresThatAreAllOffAlikeAreToldTogether) {
+  const Cell cell = wires();
+  auto made = make_touches(cell, plain_truth(cell, 3), {.fit = 160, .check = 16}).touches;
+  for (Touch& touch : made) touch.radius_m += 0.4e-3;
+  const Calibration c = identify(cell, made);
+  EXPECT_FALSE(c.verdict.publish);
+  EXPECT_NEAR(number_behind("with all readings of all wires ", likely_cause(c)), -0.4, 0.1)
+      << likely_cause(c);
+}
+
 TEST(Sizes, AWrongCertifiedLengthIsNotTakenForADiameter) {
   for (const double off_m : {-1e-3, 0.5e-3, 3e-3}) {
     SCOPED_TRACE(off_m);

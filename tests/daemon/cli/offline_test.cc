@@ -110,6 +110,13 @@ TEST(an_output, that_is_a_link_or_a_pipe_stays_one) {
   EXPECT_EQ(plan(dir / "link.csv"), 0);
   EXPECT_TRUE(std::filesystem::is_symlink(dir / "link.csv"));
   EXPECT_GT(lines(content(dir / "real.csv")), 4u);
+  std::filesystem::create_symlink("later.csv", dir / "dangling.csv");
+  EXPECT_EQ(plan(dir / "dangling.csv"), 0);
+  EXPECT_TRUE(std::filesystem::is_symlink(dir / "dangling.csv"));
+  EXPECT_EQ(content(dir / "later.csv"), content(dir / "real.csv"));
+  EXPECT_EQ(run_program({CELLCAL, "plan", "--cell", kCell, "--touches", "4", "-o", "/dev/stdout"})
+                .out.find(content(dir / "real.csv")),
+            0u);
 
   ASSERT_EQ(::mkfifo((dir / "pipe").c_str(), 0600), 0);
   std::string read;
@@ -125,9 +132,10 @@ TEST(touches_that_lead_to_no_calibration, are_told_with_the_cause_in_a_result_wi
   const std::string plan = dir / "plan.csv", calibration = dir / "c.json";
   ASSERT_EQ(run_program({CELLCAL, "plan", "--cell", kCell, "--touches", "40", "-o", plan}).status,
             0);
-  // Another axis in the first column.
   std::string text = content(plan);
-  text.replace(text.find("A1,A2,A3,A4,A5,A6"), 17, "A2,A1,A3,A4,A5,A6");
+  for (const auto& [from, to] : {std::pair{",S1,", ",S0,"}, {",S3,", ",S1,"}, {",S0,", ",S3,"}})
+    for (std::size_t at = text.find(from); at != std::string::npos; at = text.find(from, at))
+      text.replace(at, 4, to);
   std::ofstream(dir / "wrong.csv") << text;
   const Outcome outcome = run_program(
       {CELLCAL, "identify", "--cell", kCell, "--touches", dir / "wrong.csv", "-o", calibration});
