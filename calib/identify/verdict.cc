@@ -477,7 +477,7 @@ Verdict judge(const Problem& problem, const Calibration& c) {
     // What all certificates have in common only the arm's tolerances contradict.
     if (const ArmScale scale = arm_scale(problem, c);
         lengths.size() > 1 && rule.empty() && scale.sigma > 0.0)
-      words += fmt::format("; wrong by one factor, of less than {:.2f} %, they would all pass",
+      words += fmt::format("; an error that all of them share would be noticed from {:.2f} % on",
                            100.0 * scale.unseen());
     verdict.reasons.push_back(std::move(words));
     if (std::string unchecked = unchecked_scale(c); !unchecked.empty())

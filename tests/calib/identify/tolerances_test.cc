@@ -78,7 +78,9 @@ TEST(Tolerances, LengthsWrongByOneFactorAreTakenForTheScaleTheyHold) {
             std::string::npos);
   // Right ones are said to hang together.
   const std::string scope = reason(identify(demo_cell(), touches()), "scope: ");
-  EXPECT_NE(scope.find("wrong by one factor, of less than 0."), std::string::npos) << scope;
+  EXPECT_NE(scope.find("an error that all of them share would be noticed from 0."),
+            std::string::npos)
+      << scope;
 }
 
 TEST(Tolerances, ATenthOfGrossErrorsWithholdsNothing) {
