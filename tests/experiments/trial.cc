@@ -4,10 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 
-#include "calib/files/error.h"
 #include "calib/identify/identify.h"
 #include "calib/identify/predict.h"
 #include "calib/identify/region.h"
@@ -65,22 +63,8 @@ std::vector<calib::JointVector> postures(const calib::ArmModel& arm, int count, 
   return poses;
 }
 
-Outcome without_estimate(const std::string& why) {
-  Outcome o;
-  constexpr double kNone = std::numeric_limits<double>::infinity();
-  o.m1 = o.m1_max = o.m2 = o.m2_max = o.m3 = o.m3_max = o.rms = o.rho_error = o.predicted_m3 =
-      kNone;
-  o.why_not = why;
-  return o;
-}
-
 Outcome judged(const World& world, const std::vector<calib::Touch>& touches) {
-  calib::Calibration c;
-  try {
-    c = calib::identify(world.cell, touches);
-  } catch (const calib::IdentifyError& e) {
-    return without_estimate(e.what());
-  }
+  const calib::Calibration c = calib::identify(world.cell, touches);
   const calib::Predictor predictor(c);
   Outcome o;
   o.m1 = c.check.mean_m;
