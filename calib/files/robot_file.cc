@@ -60,7 +60,8 @@ Joint read_joint(const TomlTable& t, double length_m, double angle_rad) {
   joint.min_rad = t.number("min_deg", kAngleDeg) * kRadPerDeg;
   joint.max_rad = t.number("max_deg", kAngleDeg) * kRadPerDeg;
   if (joint.min_rad >= joint.max_rad) t.fail("min_deg", "must be less than max_deg");
-  joint.max_speed_rad_s = t.number("max_speed_deg_s", {1e-3, 1e5}) * kRadPerDeg;
+  if (t.has("max_speed_deg_s"))
+    joint.max_speed_rad_s = t.number("max_speed_deg_s", {1e-3, 1e5}) * kRadPerDeg;
   joint.tolerance_length_m =
       t.number_or("tolerance_length_mm", length_m * kMmPerM, kToleranceMm) / kMmPerM;
   joint.tolerance_angle_rad =
@@ -153,13 +154,13 @@ std::string robot_to_toml(const Robot& robot) {
         if (value == error) errors += fmt::format("{}\"{}\"", errors.empty() ? "" : ", ", word);
     out += fmt::format(
         "\n[[joint]]\nname = {}\nsign = {}\noffset_deg = {}\nd_mm = {}\na_mm = {}\n"
-        "alpha_deg = {}\nbeta_deg = {}\nerrors = [{}]\nmin_deg = {}\nmax_deg = {}\n"
-        "max_speed_deg_s = {}\n",
+        "alpha_deg = {}\nbeta_deg = {}\nerrors = [{}]\nmin_deg = {}\nmax_deg = {}\n",
         toml_string(j.name), j.sign, toml_number(j.offset_rad * kDegPerRad),
         toml_number(j.d_m * kMmPerM), toml_number(j.a_m * kMmPerM),
         toml_number(j.alpha_rad * kDegPerRad), toml_number(j.beta_rad * kDegPerRad), errors,
-        toml_number(j.min_rad * kDegPerRad), toml_number(j.max_rad * kDegPerRad),
-        toml_number(j.max_speed_rad_s * kDegPerRad));
+        toml_number(j.min_rad * kDegPerRad), toml_number(j.max_rad * kDegPerRad));
+    if (j.max_speed_rad_s > 0.0)
+      out += fmt::format("max_speed_deg_s = {}\n", toml_number(j.max_speed_rad_s * kDegPerRad));
     if (j.tolerance_length_m != robot.joints.front().tolerance_length_m)
       out += fmt::format("tolerance_length_mm = {}\n", toml_number(j.tolerance_length_m * kMmPerM));
     if (j.tolerance_angle_rad != robot.joints.front().tolerance_angle_rad)

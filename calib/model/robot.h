@@ -33,7 +33,7 @@ struct Joint {
   std::vector<JointError> errors;
   double min_rad = 0.0;
   double max_rad = 0.0;
-  double max_speed_rad_s = 0.0;
+  double max_speed_rad_s = 0.0;      ///< 0: not stated; motion needs it, an estimate does not
   double tolerance_length_m = 0.0;   ///< prior 1 sigma of d and a errors
   double tolerance_angle_rad = 0.0;  ///< prior 1 sigma of theta, alpha and beta errors
   double mass_kg = 0.0;              ///< of the link that this joint moves

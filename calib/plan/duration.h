@@ -18,6 +18,10 @@ struct Pace {
   double overhead_s = 0.3;  ///< starting, stopping, settling, per search with what leads to it
 };
 
+/// Throws PlanError naming the first joint whose speed the robot file does not state: without it
+/// nobody knows how fast the arm may be moved, nor how long a plan takes.
+void require_speeds(const Robot& robot);
+
 /// Joint-space move from rest to rest: the slowest axis, its ramps limited in acceleration and
 /// jerk.
 double move_s(const Robot& robot, const JointVector& from, const JointVector& to, const Pace& pace);

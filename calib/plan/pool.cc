@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "calib/plan/duration.h"
 #include "calib/plan/reasons.h"
 
 namespace cellcal::calib {
@@ -50,6 +51,7 @@ void check_wanted(const std::stop_token& stop) {
 }
 
 ArmModel planning_arm(const Cell& cell) {
+  require_speeds(cell.robot);
   Robot robot = cell.robot;
   for (Joint& joint : robot.joints) {
     joint.errors.clear();

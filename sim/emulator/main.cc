@@ -220,6 +220,10 @@ int run_eki(const sim::EmulatorOptions& options, const calib::Cell& cell) {
 
 int run(const sim::EmulatorOptions& options) {
   const calib::Cell cell = calib::load_cell(options.cell);
+  for (const calib::Joint& joint : cell.robot.joints)
+    if (!(joint.max_speed_rad_s > 0.0))
+      throw std::invalid_argument("robot file of " + cell.robot.name + ": joint " + joint.name +
+                                  " has no max_speed_deg_s; an arm that moves needs it");
   return options.wire == "eki" ? run_eki(options, cell) : run_rsi(options, cell);
 }
 

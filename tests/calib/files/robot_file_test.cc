@@ -74,10 +74,19 @@ TEST(RobotFile, NeedsEveryKeyThatHasNoDefault) {
        {"format = \"cellcal.robot/1\"", "name = \"Two axes\"", "gravity = [0.0, 0.1, -9.8]",
         "length_mm = 0.7", "angle_deg = 0.035", "name = \"A1\"", "d_mm = 400.0", "a_mm = 180",
         "alpha_deg = -90.0", "errors = [\"theta\", \"d\", \"a\", \"alpha\"]", "min_deg = -155.0",
-        "max_deg = 155.0", "max_speed_deg_s = 154.0"}) {
+        "max_deg = 155.0"}) {
     const std::string key(line, std::string_view(line).find(' '));
     expect_words(robot_refusal(without(kRobot, line)), {"robot.toml:", key, "missing"});
   }
+}
+
+TEST(RobotFile, AxisSpeedsAreForMotionAndNeedNotBeStated) {
+  const Robot robot =
+      read_robot(TomlTable::parse(without(kRobot, "max_speed_deg_s = 154.0"), "robot.toml"));
+  EXPECT_EQ(robot.joints[0].max_speed_rad_s, 0.0);
+  EXPECT_GT(robot.joints[1].max_speed_rad_s, 0.0);
+  const std::string written = robot_to_toml(robot);
+  EXPECT_EQ(robot_to_toml(read_robot(TomlTable::parse(written, "again.toml"))), written);
 }
 
 TEST(RobotFile, AMissingKeyOfAJointIsNamedWithTheJointsNumberAndLine) {

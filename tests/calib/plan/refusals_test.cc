@@ -91,6 +91,15 @@ TEST(PlanRefusal, LeavesOutWhatNoTouchesCanBePlannedOfAndSaysSo) {
   EXPECT_TRUE(plan().left_out.empty());
 }
 
+TEST(PlanRefusal, NamesTheJointWhoseSpeedTheRobotFileDoesNotState) {
+  Cell cell = demo_cell();
+  cell.robot.joints[3].max_speed_rad_s = 0.0;
+  for (const std::string& words :
+       {refusal(cell), refusal([&] { (void)resume_plan(cell, plan(), 0, plan().start); })}) {
+    EXPECT_NE(words.find("joint A4 has no max_speed_deg_s"), std::string::npos) << words;
+  }
+}
+
 TEST(PlanRefusal, NeedsAFitTouchAndNoNegativeChecks) {
   PlanOptions options = small();
   options.fit_touches = 0;
