@@ -7,6 +7,7 @@
 #include "calib/files/documents.h"
 #include "calib/files/files.h"
 #include "calib/files/shown.h"
+#include "calib/files/touch_columns.h"
 #include "calib/files/units.h"
 
 namespace cellcal::calib {
@@ -41,6 +42,9 @@ Joint read_joint(const TomlTable& t, double length_m, double angle_rad) {
   joint.name = t.string("name");
   if (joint.name.empty() || joint.name.find_first_of(", \t\r\n\"#") != std::string::npos)
     t.fail("name", "must be a word without spaces, commas or quotes: it names a CSV column");
+  if (std::find(std::begin(kTouchColumns), std::end(kTouchColumns), joint.name) !=
+      std::end(kTouchColumns))
+    t.fail("name", "must not be \"" + joint.name + "\": a column of touches is named so");
   joint.sign = static_cast<int>(t.integer_or("sign", 1, -1, 1));
   if (joint.sign == 0) t.fail("sign", "must be 1 or -1");
   joint.offset_rad = t.number_or("offset_deg", 0.0, kAngleDeg) * kRadPerDeg;
@@ -104,7 +108,7 @@ Robot read_robot(const TomlTable& document) {
   document.word("format", {kFormat});
   Robot robot;
   robot.name = document.string("name");
-  robot.source = document.string_or("source", "");
+  robot.source = document.text_or("source", "");
   const auto gravity = document.numbers("gravity", 3, {-100.0, 100.0});
   robot.gravity_m_s2 = Eigen::Vector3d(gravity[0], gravity[1], gravity[2]);
   const TomlTable tolerance = document.table("tolerance");

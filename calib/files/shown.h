@@ -5,6 +5,17 @@
 
 namespace cellcal::calib {
 
+/// Whether a control character is in it, ASCII's or (in UTF-8) one of U+0080 to U+009F.
+inline bool has_control(std::string_view text) {
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const auto byte = static_cast<unsigned char>(text[i]);
+    if (byte < 0x20 || byte == 0x7f) return true;
+    if (byte == 0xc2 && i + 1 < text.size() && static_cast<unsigned char>(text[i + 1]) < 0xa0)
+      return true;
+  }
+  return false;
+}
+
 /// Foreign text as it may stand in a message: bounded, and without control characters, which could
 /// steer the terminal or forge a line of a log.
 inline std::string shown(std::string_view text, std::size_t most = 40) {

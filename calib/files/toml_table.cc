@@ -98,6 +98,8 @@ bool is_much_like(std::string_view key, std::string_view other) {
 
 constexpr std::size_t kShownKey = 80;  // a key with the path of its tables
 constexpr std::size_t kShownDescription = 300;
+constexpr const char* kNoControl =
+    "must not hold control characters (line ends, tabs, escapes): tables, messages and logs name it";
 
 }  // namespace
 
@@ -194,12 +196,23 @@ std::string TomlTable::string(std::string_view key) const {
   if (!node) missing(key, "a string");
   if (!node->is_string()) fail(key, "must be a string, but is " + kind_of(*node));
   auto value = *node->value<std::string>();
-  if (value.find('\0') != std::string::npos) fail(key, "must not hold a NUL character");
+  if (has_control(value)) fail(key, kNoControl);
   return value;
 }
 
 std::string TomlTable::string_or(std::string_view key, std::string_view fallback) const {
   return node_->find(key) ? string(key) : std::string(fallback);
+}
+
+std::string TomlTable::text_or(std::string_view key, std::string_view fallback) const {
+  const toml::node* node = node_->find(key);
+  if (!node) return std::string(fallback);
+  if (!node->is_string()) fail(key, "must be a string, but is " + kind_of(*node));
+  auto value = *node->value<std::string>();
+  std::string line = value;
+  std::erase_if(line, [](char c) { return c == '\n' || c == '\r' || c == '\t'; });
+  if (has_control(line)) fail(key, "must not hold control characters other than line ends and tabs");
+  return value;
 }
 
 std::string TomlTable::word(std::string_view key,
@@ -249,6 +262,7 @@ std::vector<std::string> TomlTable::strings(std::string_view key) const {
   for (const toml::node& item : *array) {
     if (!item.is_string()) fail(key, "must hold strings only, but holds " + kind_of(item));
     values.push_back(*item.value<std::string>());
+    if (has_control(values.back())) fail(key, kNoControl);
   }
   return values;
 }

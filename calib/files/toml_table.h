@@ -37,8 +37,11 @@ class TomlTable {
   long integer(std::string_view key, long min, long max) const;
   long integer_or(std::string_view key, long fallback, long min, long max) const;
   bool boolean_or(std::string_view key, bool fallback) const;
+  /// Without control characters: ids and paths stand in tables, messages and logs.
   std::string string(std::string_view key) const;
   std::string string_or(std::string_view key, std::string_view fallback) const;
+  /// Free text, which may have lines and tabs.
+  std::string text_or(std::string_view key, std::string_view fallback) const;
   /// One of the given words.
   std::string word(std::string_view key, std::initializer_list<std::string_view> allowed) const;
   /// Array of exactly `count` numbers (0: any count).

@@ -6,6 +6,7 @@
 #include "calib/files/csv.h"
 #include "calib/files/files.h"
 #include "calib/files/shown.h"
+#include "calib/files/touch_columns.h"
 #include "calib/files/units.h"
 
 namespace cellcal::calib {
@@ -80,9 +81,7 @@ constexpr std::size_t kMaxRows = 2'000'000;
 std::vector<Touch> parse_touches(std::string_view text, const std::string& name, const Cell& cell) {
   CsvTable table(text, name);
   auto known = joint_names(cell.robot);
-  for (const char* column :
-       {"target", "sigma_mm", "radius_mm", "x_mm", "y_mm", "z_mm", "set", "time"})
-    known.emplace_back(column);
+  for (const std::string_view column : kTouchColumns) known.emplace_back(column);
   table.refuse_unknown(known);
   const auto joints = joint_columns(table, cell.robot, name);
   const int target = table.find("target");

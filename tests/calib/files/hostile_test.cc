@@ -63,6 +63,59 @@ TEST(HostileToml, MessagesStayShortAndPrintable) {
   }
 }
 
+TEST(HostileToml, ControlCharactersInIdsAndPathsAreRefusedWithTheirKey) {
+  for (const std::string& bad :
+       {"\"S\\u0001\""s, "\"S\\n1\""s, "\"S1\\t\""s, "\"S\\u001b[2J\""s, "\"S\\u007f\""s,
+        "\"S\\u009b2J\""s, "\"\"\"S\n1\"\"\""s}) {
+    SCOPED_TRACE(bad);
+    expect_words(cell_refusal(with(kCell, "id = \"S1\"", "id = " + bad)),
+                 {"cell.toml:", "id", "control characters"});
+    expect_words(cell_refusal(with(kCell, "\"two.toml\"", bad)), {"cell.toml:2", "robot"});
+    expect_words(cell_refusal(with(kCell, "[\"S1\", \"S2\"]", "[" + bad + ", \"S2\"]")),
+                 {"cell.toml:", "between", "control characters"});
+    expect_words(robot_refusal(with(kRobot, "name = \"A1\"", "name = " + bad)),
+                 {"robot.toml:", "name", "control characters"});
+    expect_words(robot_refusal(with(kRobot, "name = \"Two axes\"", "name = " + bad)),
+                 {"robot.toml:2", "name", "control characters"});
+  }
+}
+
+TEST(HostileToml, AnIdThatACellFileTakesComesBackFromATableOfTouches) {
+  // Every byte that an id may hold, one at a time, in front, behind and between.
+  for (int byte = 1; byte < 0x80; ++byte)
+    for (const std::string& id : {"S"s + static_cast<char>(byte), static_cast<char>(byte) + "S"s,
+                                  "S"s + static_cast<char>(byte) + "1"}) {
+      Cell cell;
+      try {
+        cell = read_cell(TomlTable::parse(with(with(kCell, "[\"S1\", ", "[" + toml_string(id) + ", "),
+                                               "id = \"S1\"", "id = " + toml_string(id)),
+                                          "cell.toml"),
+                         testing::robot());
+      } catch (const FileError&) {
+        continue;
+      }
+      Touch touch;
+      touch.joint_rad = {0.1, 0.2};
+      touch.target = id;
+      const auto back = parse_touches(format_touches({touch}, cell.robot), "touches.csv", cell);
+      ASSERT_EQ(back.size(), 1u) << byte;
+      EXPECT_EQ(back[0].target, id) << byte;
+    }
+}
+
+TEST(HostileToml, ARobotsSourceMayHaveLinesAndNoEscapes) {
+  const std::string lines = with(kRobot, "\"made up\"", "\"\"\"of a table\n\tof another\"\"\"");
+  EXPECT_EQ(read_robot(TomlTable::parse(lines, "robot.toml")).source, "of a table\n\tof another");
+  expect_words(robot_refusal(with(kRobot, "\"made up\"", "\"\\u001b[2J\"")),
+               {"robot.toml:3", "source", "control characters"});
+}
+
+TEST(HostileToml, AJointIsNotNamedLikeAColumnOfTouches) {
+  for (const char* column : {"target", "set", "time", "x_mm", "sigma_mm"})
+    expect_words(robot_refusal(with(kRobot, "name = \"A1\"", "name = \""s + column + "\"")),
+                 {"robot.toml:", "joint[1].name", column});
+}
+
 TEST(HostileToml, ByteOrderMarksWindowsLineEndsAndCommentsAreHarmless) {
   std::string windows;
   for (const char c : std::string(kRobot)) windows += c == '\n' ? "\r\n" : std::string(1, c);

@@ -1,0 +1,11 @@
+#pragma once
+// The columns of a table of touches beside those of the joints.
+
+#include <string_view>
+
+namespace cellcal::calib {
+
+inline constexpr std::string_view kTouchColumns[] = {"target", "sigma_mm", "radius_mm", "x_mm",
+                                                     "y_mm",   "z_mm",     "set",       "time"};
+
+}  // namespace cellcal::calib
