@@ -7,6 +7,8 @@
 #include <cstring>
 #include <stdexcept>
 #include <string>
+#include <system_error>
+#include <utility>
 
 namespace cellcal::daemon {
 
@@ -45,6 +47,27 @@ class File {
   int fd_;
 };
 
+/// Takes away what was begun, unless it became the file.
+class Unfinished {
+ public:
+  explicit Unfinished(std::filesystem::path path) : path_(std::move(path)) {}
+  ~Unfinished() {
+    std::error_code ignored;  // what went wrong before is what is told
+    if (!finished_) std::filesystem::remove(path_, ignored);
+  }
+  Unfinished(const Unfinished&) = delete;
+  Unfinished& operator=(const Unfinished&) = delete;
+
+  void becomes(const std::filesystem::path& path) {
+    std::filesystem::rename(path_, path);
+    finished_ = true;
+  }
+
+ private:
+  std::filesystem::path path_;
+  bool finished_ = false;
+};
+
 }  // namespace
 
 void write_atomically(const std::filesystem::path& path, std::string_view text) {
@@ -52,10 +75,11 @@ void write_atomically(const std::filesystem::path& path, std::string_view text) 
   temporary += ".part";
   {
     File file(temporary, O_WRONLY | O_CREAT | O_TRUNC);
+    Unfinished begun(temporary);  // from here on it is ours
     file.write_all(text);
     file.sync();
+    begun.becomes(path);
   }
-  std::filesystem::rename(temporary, path);
   const std::filesystem::path parent = path.parent_path();
   File(parent.empty() ? "." : parent, O_RDONLY | O_DIRECTORY).sync();
 }
