@@ -111,6 +111,11 @@ Robot read_robot(const TomlTable& document) {
   robot.source = document.text_or("source", "");
   const auto gravity = document.numbers("gravity", 3, {-100.0, 100.0});
   robot.gravity_m_s2 = Eigen::Vector3d(gravity[0], gravity[1], gravity[2]);
+  constexpr double kLeastGravity = 0.1;  // less is on no planet, and points nowhere
+  if (const double size = robot.gravity_m_s2.norm(); size > 0.0 && size < kLeastGravity)
+    document.fail("gravity", fmt::format("is {:g} m/s^2 long; state it as [0.0, 0.0, -9.81], or as "
+                                         "[0.0, 0.0, 0.0] where there is none",
+                                         size));
   const TomlTable tolerance = document.table("tolerance");
   const double length_m = tolerance.number("length_mm", kToleranceMm) / kMmPerM;
   const double angle_rad = tolerance.number("angle_deg", kToleranceDeg) * kRadPerDeg;

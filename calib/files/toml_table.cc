@@ -58,6 +58,13 @@ std::string kind_of(const toml::node& node) {
 
 std::string show(double value) { return fmt::format("{:g}", value); }
 
+/// Zero for what nothing of ours is ever as small as. Its powers would be denormal numbers, with
+/// which a processor reckons a hundred times slower.
+double without_dust(double value) {
+  constexpr double kDust = 1e-30;
+  return std::abs(value) < kDust ? 0.0 : value;
+}
+
 std::string lower_case(std::string_view text) {
   std::string lower(text);
   std::transform(lower.begin(), lower.end(), lower.begin(), [](char c) {
@@ -159,10 +166,11 @@ double TomlTable::number(std::string_view key, Range range) const {
   const auto value = node->value<double>();
   if (!value || !node->is_number()) fail(key, "must be a number, but is " + kind_of(*node));
   if (!std::isfinite(*value)) fail(key, "must be finite");
-  if (*value < range.min || *value > range.max)
+  const double number = without_dust(*value);
+  if (number < range.min || number > range.max)
     fail(key, show(*value) + " is out of range, allowed are " + show(range.min) + " to " +
                   show(range.max));
-  return *value;
+  return number;
 }
 
 double TomlTable::number_or(std::string_view key, double fallback, Range range) const {
@@ -238,7 +246,7 @@ std::vector<double> TomlTable::numbers(std::string_view key, std::size_t count, 
   std::vector<double> values;
   for (const toml::node& item : *array) {
     if (!item.is_number()) fail(key, "must hold numbers only, but holds " + kind_of(item));
-    const double value = *item.value<double>();
+    const double value = without_dust(*item.value<double>());
     if (!std::isfinite(value)) fail(key, "must be finite");
     if (value < range.min || value > range.max)
       fail(key, show(value) + " is out of range, allowed are " + show(range.min) + " to " +

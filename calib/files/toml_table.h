@@ -1,6 +1,7 @@
 #pragma once
 // Strict reading of TOML: every key is asked for by name, in its range, and what was not asked for
 // is an error. Messages read "FILE:LINE: KEY: what is wrong; what to do". Throws FileError.
+// Numbers smaller than 1e-30 are read as 0.
 
 #include <cstddef>
 #include <filesystem>

@@ -89,6 +89,23 @@ TEST(RobotFile, AxisSpeedsAreForMotionAndNeedNotBeStated) {
   EXPECT_EQ(robot_to_toml(read_robot(TomlTable::parse(written, "again.toml"))), written);
 }
 
+TEST(RobotFile, GravityIsOfAPlanetOrNone) {
+  const std::string_view line = "gravity = [0.0, 0.1, -9.8]";
+  for (const char* weak : {"[0.0, 0.0, -1e-20]", "[1e-3, 0.0, 0.05]", "[0.0, 0.0, -0.00981]"})
+    expect_words(robot_refusal(with(kRobot, line, std::string("gravity = ") + weak)),
+                 {"robot.toml:4", "gravity", "9.81"});
+  // Denormal numbers would cost minutes; what is so small is nothing.
+  for (const char* none : {"[0, 0, 0]", "[0.0, 0.0, 1e-308]", "[-4e-320, 1e-31, 0.0]"})
+    EXPECT_EQ(read_robot(TomlTable::parse(with(kRobot, line, std::string("gravity = ") + none),
+                                          "robot.toml"))
+                  .gravity_m_s2,
+              Eigen::Vector3d::Zero())
+        << none;
+  const Robot dusty = read_robot(
+      TomlTable::parse(with(kRobot, "mass_kg = 20.5", "mass_kg = 1e-308"), "robot.toml"));
+  EXPECT_EQ(dusty.joints[0].mass_kg, 0.0);
+}
+
 TEST(RobotFile, AMissingKeyOfAJointIsNamedWithTheJointsNumberAndLine) {
   const std::string text = without(kRobot, "max_deg = 65.0");
   const int header = line_of(text, "[[joint]]\nname = \"A2\"");
