@@ -22,9 +22,12 @@ Robot load_robot(const std::filesystem::path& path);
 /// file, or the name of a shipped robot (see robots_directory()), and with its obstacles' meshes.
 Cell load_cell(const std::filesystem::path& path);
 
-/// Reads the STL files of mesh obstacles, which lie relative to `folder`. A cell that comes out of
-/// a calibration or a journal has none until then; only plans need them.
-void load_meshes(Cell& cell, const std::filesystem::path& folder);
+/// More triangles than this are refused in the meshes of one cell; each costs a plan 0.7 kB.
+inline constexpr std::size_t kMostTrianglesOfCell = 1'000'000;
+/// Reads the STL files of mesh obstacles, which lie relative to `folder`, each once. A cell that
+/// comes out of a calibration or a journal has none until then; only plans need them.
+void load_meshes(Cell& cell, const std::filesystem::path& folder,
+                 std::size_t most_triangles = kMostTrianglesOfCell);
 
 /// A cell file and the robot file that it names, found as load_cell finds it. Each is read once:
 /// what is hashed or kept is what was understood.

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <map>
 #include <set>
 
 #include "calib/files/documents.h"
@@ -110,14 +111,26 @@ std::string stand_to_toml(const Target& target) {
   return out;
 }
 
-void load_meshes(Cell& cell, const std::filesystem::path& folder) {
+void load_meshes(Cell& cell, const std::filesystem::path& folder, std::size_t most_triangles) {
+  std::map<std::string, std::shared_ptr<const Mesh>> read;
+  std::size_t triangles = 0;
   for (Obstacle& obstacle : cell.obstacles) {
     if (obstacle.shape != ObstacleShape::kMesh) continue;
-    try {
-      obstacle.mesh = std::make_shared<const Mesh>(load_stl(folder / obstacle.mesh_file));
-    } catch (const FileError& error) {
-      throw FileError("obstacle " + obstacle.id + ": " + error.what());
+    std::shared_ptr<const Mesh>& mesh = read[obstacle.mesh_file];
+    if (mesh == nullptr) {
+      try {
+        mesh = std::make_shared<const Mesh>(load_stl(folder / obstacle.mesh_file));
+      } catch (const FileError& error) {
+        throw FileError("obstacle " + obstacle.id + ": " + error.what());
+      }
+      triangles += mesh->triangles.size();
+      if (triangles > most_triangles)
+        throw FileError(fmt::format(
+            "obstacle {}: with {} the meshes of this cell have {} triangles, more than {}; export "
+            "them coarser, or put boxes in their place",
+            obstacle.id, shown(obstacle.mesh_file), triangles, most_triangles));
     }
+    obstacle.mesh = mesh;
   }
 }
 

@@ -8,6 +8,9 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <functional>
+#include <unordered_map>
+#include <utility>
 
 #include "calib/files/files.h"
 #include "calib/files/shown.h"
@@ -23,13 +26,36 @@ constexpr std::size_t kHeader = 84, kRecord = 50, kNormal = 12;
 constexpr double kFurthestMm = 1e5;
 constexpr double kLeastAreaMm2 = 1e-9;
 
-void add(Mesh& mesh, const std::array<Vector3d, 3>& mm) {
-  const double twice = (mm[1] - mm[0]).cross(mm[2] - mm[0]).norm();
-  if (!(twice > 2.0 * kLeastAreaMm2)) return;
-  const int first = static_cast<int>(mesh.vertices_m.size());
-  for (const Vector3d& vertex : mm) mesh.vertices_m.push_back(vertex / kMmPerM);
-  mesh.triangles.push_back({first, first + 1, first + 2});
-}
+/// Puts a mesh together; corners that triangles have in common are kept once.
+class Builder {
+ public:
+  void add(const std::array<Vector3d, 3>& mm) {
+    const double twice = (mm[1] - mm[0]).cross(mm[2] - mm[0]).norm();
+    if (!(twice > 2.0 * kLeastAreaMm2)) return;
+    mesh_.triangles.push_back({index(mm[0]), index(mm[1]), index(mm[2])});
+  }
+  Mesh take() { return std::move(mesh_); }
+
+ private:
+  struct Hash {
+    std::size_t operator()(const std::array<double, 3>& mm) const {
+      std::size_t sum = 0;
+      constexpr std::size_t kMix = 0x9e3779b97f4a7c15;  // 2^64 over the golden ratio
+      for (const double x : mm) sum = (sum ^ std::hash<double>()(x)) * kMix;
+      return sum;
+    }
+  };
+
+  int index(const Vector3d& mm) {
+    const auto [found, is_new] = index_.try_emplace({mm.x(), mm.y(), mm.z()},
+                                                    static_cast<int>(mesh_.vertices_m.size()));
+    if (is_new) mesh_.vertices_m.push_back(mm / kMmPerM);
+    return found->second;
+  }
+
+  Mesh mesh_;
+  std::unordered_map<std::array<double, 3>, int, Hash> index_;
+};
 
 bool in_range(double mm) { return std::isfinite(mm) && std::abs(mm) <= kFurthestMm; }
 
@@ -42,8 +68,7 @@ std::uint32_t number_at(std::string_view bytes, std::size_t at) {
 
 Mesh read_binary(std::string_view bytes, const std::string& name) {
   const std::size_t count = number_at(bytes, kHeader - 4);
-  Mesh mesh;
-  mesh.vertices_m.reserve(3 * count);
+  Builder mesh;
   for (std::size_t i = 0; i < count; ++i) {
     std::array<Vector3d, 3> mm;
     for (std::size_t k = 0; k < 9; ++k) {
@@ -55,9 +80,9 @@ Mesh read_binary(std::string_view bytes, const std::string& name) {
                         name, at, i + 1));
       mm[k / 3][static_cast<Eigen::Index>(k % 3)] = value;
     }
-    add(mesh, mm);
+    mesh.add(mm);
   }
-  return mesh;
+  return mesh.take();
 }
 
 /// Words of a text, with the line that each stands in.
@@ -124,7 +149,7 @@ class Words {
 
 Mesh read_ascii(std::string_view text, const std::string& name) {
   Words words(text, name);
-  Mesh mesh;
+  Builder mesh;
   std::size_t count = 0;
   while (!words.ended()) {
     words.expect("solid");
@@ -151,10 +176,10 @@ Mesh read_ascii(std::string_view text, const std::string& name) {
       }
       words.expect("endloop");
       words.expect("endfacet");
-      add(mesh, mm);
+      mesh.add(mm);
     }
   }
-  return mesh;
+  return mesh.take();
 }
 
 }  // namespace

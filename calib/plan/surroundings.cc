@@ -8,6 +8,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <mutex>
 
 #include "calib/files/error.h"
 
@@ -41,7 +43,9 @@ Eigen::Isometry3d frame_along(const Vector3d& axis, const Vector3d& middle) {
 /// clear.
 bool stands_here(const Target& target) { return has_a_centre(target.kind) && target.has_centre; }
 
-std::shared_ptr<fcl::CollisionGeometryd> hierarchy(const Mesh& mesh) {
+using Hierarchy = std::shared_ptr<const fcl::CollisionGeometryd>;
+
+Hierarchy build(const Mesh& mesh) {
   auto model = std::make_shared<fcl::BVHModel<fcl::OBBRSSd>>();
   std::vector<fcl::Triangle> triangles;
   triangles.reserve(mesh.triangles.size());
@@ -52,6 +56,21 @@ std::shared_ptr<fcl::CollisionGeometryd> hierarchy(const Mesh& mesh) {
   model->addSubModel(mesh.vertices_m, triangles);
   model->endModel();
   return model;
+}
+
+/// One for all who have this mesh, as long as any of them is there: obstacles of one file, and the
+/// surroundings that a session makes anew again and again.
+Hierarchy hierarchy(const std::shared_ptr<const Mesh>& mesh) {
+  static std::mutex mutex;
+  static std::map<std::weak_ptr<const Mesh>, std::weak_ptr<const fcl::CollisionGeometryd>,
+                  std::owner_less<>>
+      known;
+  const std::lock_guard lock(mutex);
+  std::erase_if(known, [](const auto& entry) { return entry.second.expired(); });
+  auto& entry = known[mesh];
+  Hierarchy found = entry.lock();
+  if (found == nullptr) entry = found = build(*mesh);
+  return found;
 }
 
 }  // namespace
@@ -67,7 +86,7 @@ struct Surroundings::Thing {
   Vector3d low = Vector3d::Zero(), high = Vector3d::Zero();  // corners in its frame: box, mesh
   Vector3d up = Vector3d::UnitZ();                           // floor
   double height_m = 0.0;
-  std::shared_ptr<fcl::CollisionGeometryd> geometry;
+  Hierarchy geometry;
 
   void set_frame(const Eigen::Isometry3d& at) {
     frame = at;
@@ -104,7 +123,7 @@ struct Surroundings::Thing {
           low = low.cwiseMin(vertex);
           high = high.cwiseMax(vertex);
         }
-        geometry = hierarchy(*obstacle.mesh);
+        geometry = hierarchy(obstacle.mesh);
         break;
     }
   }

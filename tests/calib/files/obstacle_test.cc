@@ -230,6 +230,36 @@ TEST_F(MeshOnDisk, IsReadBesideTheCellFile) {
   EXPECT_LT((cell.obstacles[0].mesh->vertices_m[1] - Eigen::Vector3d(0.1, 0, 0)).norm(), 1e-15);
 }
 
+/// Obstacle `id` of the mesh `file`.
+std::string fixture(const std::string& id, const std::string& file) {
+  return with(with(kMesh, "\"fixture\"", "\"" + id + "\""), "\"fixture.stl\"",
+              "\"" + file + "\"");
+}
+
+TEST_F(MeshOnDisk, IsReadOnceForAllObstaclesThatNameIt) {
+  write("fixture.stl", kTetrahedron);
+  std::string many;
+  for (int i = 0; i < 200; ++i) many += fixture("f" + std::to_string(i), "fixture.stl");
+  const Cell cell = load_cell(write("many.toml", cell_with(many)));
+  ASSERT_EQ(cell.obstacles.size(), 200u);
+  for (const Obstacle& obstacle : cell.obstacles)
+    EXPECT_EQ(obstacle.mesh, cell.obstacles[0].mesh) << obstacle.id;
+}
+
+TEST_F(MeshOnDisk, AllOfACellTogetherAreBounded) {
+  write("a.stl", kTetrahedron);
+  write("b.stl", kTetrahedron);
+  write("c.stl", kTetrahedron);
+  const std::string text =
+      cell_with(fixture("first", "a.stl") + fixture("again", "a.stl") + fixture("second", "b.stl") +
+                fixture("third", "c.stl"));
+  Cell cell = read(text);
+  expect_words(refusal([&] { load_meshes(cell, folder_, 2); }),
+               {"obstacle third", "c.stl", "3 triangles", "more than 2"});
+  EXPECT_NO_THROW(load_meshes(cell, folder_, 3));
+  EXPECT_LE(kMostTrianglesOfCell, 1'000'000u) << "a plan needs some 0.7 kB for each";
+}
+
 TEST_F(MeshOnDisk, ThatIsMissingOrBrokenIsRefusedWithObstacleAndFile) {
   expect_words(refusal([&] { (void)load_cell(cell_); }),
                {"obstacle fixture", "fixture.stl", "no such file"});
