@@ -8,6 +8,7 @@
 #include "calib/files/obstacle_file.h"
 #include "calib/files/shown.h"
 #include "calib/files/units.h"
+#include "calib/model/kinematics.h"
 
 namespace cellcal::calib {
 
@@ -96,13 +97,45 @@ void read_box(const TomlTable& t, Target& target) {
            "must be search_low_mm or above it in every axis, and less than 1 m from it");
 }
 
+/// What a row of touches can name.
+std::string read_id(const TomlTable& t) {
+  const std::string id = t.string("id");
+  if (id.empty() || id.find_first_of(",\"\r\n#") != std::string::npos || id.front() == ' ' ||
+      id.back() == ' ')
+    t.fail("id", "must not be empty or hold commas, quotes or '#': it stands in a CSV");
+  if (id == "tool") t.fail("id", "must not be \"tool\": the tool's parameters are named so");
+  return id;
+}
+
+/// [tool], or as many [[tool]] as are on the flange, each with an id.
+void read_tools(const TomlTable& document, Cell& cell) {
+  if (!document.is_list("tool")) {
+    cell.tool = read_tool(document.table("tool"));
+    return;
+  }
+  const std::vector<TomlTable> tables = document.tables("tool");
+  if (tables.empty() || tables.size() > kMaxTools)
+    document.fail("tool", fmt::format("a flange carries 1 to {} [[tool]] tables, but there are {}",
+                                      kMaxTools, tables.size()));
+  std::set<std::string> taken{"touch"};
+  for (const Joint& joint : cell.robot.joints) taken.insert(joint.name);
+  for (const TomlTable& table : tables) {
+    const std::string id = read_id(table);
+    if (!taken.insert(id).second)
+      table.fail("id", "\"" + shown(id) +
+                           "\" names other parameters: another tool's, a joint's or the touch's");
+    Tool tool = read_tool(table);
+    tool.id = id;
+    if (&table == &tables.front())
+      cell.tool = std::move(tool);
+    else
+      cell.other_tools.push_back(std::move(tool));
+  }
+}
+
 Target read_target(const TomlTable& t) {
   Target target;
-  target.id = t.string("id");
-  if (target.id.empty() || target.id.find_first_of(",\"\r\n#") != std::string::npos ||
-      target.id.front() == ' ' || target.id.back() == ' ')
-    t.fail("id", "must not be empty or hold commas, quotes or '#': it stands in a CSV");
-  if (target.id == "tool") t.fail("id", "must not be \"tool\": the tool's parameters are named so");
+  target.id = read_id(t);
   const std::string word = t.word("kind", {"sphere", "wire", "plane", "point", "tracker"});
   for (const KindName& entry : kKinds)
     if (entry.word == word) target.kind = entry.kind;
@@ -143,6 +176,21 @@ std::string body_of(const Tool& tool) {
   add("tip_length_mm", tool.slim_length_m, usual.slim_length_m, kMmPerM);
   add("tip_diameter_mm", tool.slim_radius_m, usual.slim_radius_m, 2.0 * kMmPerM);
   return out;
+}
+
+std::string tool_to_toml(const Tool& tool) {
+  const FrameMmDeg tcp = to_frame(tool.tcp);
+  const std::string head =
+      tool.id.empty() ? "[tool]\n" : fmt::format("[[tool]]\nid = {}\n", toml_string(tool.id));
+  return fmt::format(
+      "\n{}xyz_mm = [{}, {}, {}]\nabc_deg = [{}, {}, {}]\n"
+      "xyz_sigma_mm = {}\nmass_kg = {}\ncom_mm = {}\nlength_mm = {}\ntip_radius_mm = {}\n"
+      "deflection_sigma = {}\n{}",
+      head, toml_number(tcp.xyz_mm[0]), toml_number(tcp.xyz_mm[1]), toml_number(tcp.xyz_mm[2]),
+      toml_number(tcp.abc_deg[0]), toml_number(tcp.abc_deg[1]), toml_number(tcp.abc_deg[2]),
+      vec_mm(tool.tcp_sigma_m), toml_number(tool.mass_kg), vec_mm(tool.com_m),
+      toml_number(tool.length_m * kMmPerM), toml_number(tool.tip_radius_m * kMmPerM),
+      toml_number(tool.deflection_sigma), body_of(tool));
 }
 
 std::filesystem::path find_robot(const std::string& name, const std::filesystem::path& cell_file,
@@ -186,14 +234,19 @@ Cell read_cell(const TomlTable& document, Robot robot) {
   document.string("robot");
   Cell cell;
   cell.robot = std::move(robot);
-  cell.tool = read_tool(document.table("tool"));
+  read_tools(document, cell);
   const auto targets = document.tables("target");
   if (targets.empty() || targets.size() > kMaxTargets)
     document.fail(
         "", "a cell needs 1 to 1000 [[target]] tables, but has " + std::to_string(targets.size()));
-  std::set<std::string> ids;
+  std::set<std::string> ids, tools;
+  if (!cell.tool.id.empty()) tools.insert(cell.tool.id);
+  for (const Tool& tool : cell.other_tools) tools.insert(tool.id);
   for (const TomlTable& table : targets) {
     cell.targets.push_back(read_target(table));
+    if (tools.contains(cell.targets.back().id))
+      table.fail("id",
+                 "\"" + shown(cell.targets.back().id) + "\" is a tool; parameters are named so");
     if (!ids.insert(cell.targets.back().id).second)
       table.fail("id", "\"" + shown(cell.targets.back().id) + "\" stands twice");
   }
@@ -221,6 +274,8 @@ Cell read_cell(const TomlTable& document, Robot robot) {
   const TomlTable touch = document.table("touch");
   cell.touch_sigma_m = touch.number("sigma_mm", {1e-9, 1e3}) / kMmPerM;
   cell.radius_offset_sigma_m = touch.number_or("radius_offset_sigma_mm", 0.0, kSigmaMm) / kMmPerM;
+  if (touch.has("turn_sigma_deg"))
+    cell.turn_sigma_rad = touch.number("turn_sigma_deg", {1e-6, 90.0}) * kRadPerDeg;
   touch.refuse_unknown();
   document.refuse_unknown();
   return cell;
@@ -250,18 +305,11 @@ Cell load_cell(const std::filesystem::path& path) {
 }
 
 std::string cell_to_toml(const Cell& cell, const std::string& robot_reference) {
-  const FrameMmDeg tcp = to_frame(cell.tool.tcp);
   std::string out = fmt::format(
-      "format = \"{}\"\nrobot = {}\n{}\n[tool]\nxyz_mm = [{}, {}, {}]\nabc_deg = [{}, {}, {}]\n"
-      "xyz_sigma_mm = {}\nmass_kg = {}\ncom_mm = {}\nlength_mm = {}\ntip_radius_mm = {}\n"
-      "deflection_sigma = {}\n{}",
-      kFormat, toml_string(robot_reference),
-      cell.floor_m ? fmt::format("floor_mm = {}\n", toml_number(*cell.floor_m * kMmPerM)) : "",
-      toml_number(tcp.xyz_mm[0]), toml_number(tcp.xyz_mm[1]), toml_number(tcp.xyz_mm[2]),
-      toml_number(tcp.abc_deg[0]), toml_number(tcp.abc_deg[1]), toml_number(tcp.abc_deg[2]),
-      vec_mm(cell.tool.tcp_sigma_m), toml_number(cell.tool.mass_kg), vec_mm(cell.tool.com_m),
-      toml_number(cell.tool.length_m * kMmPerM), toml_number(cell.tool.tip_radius_m * kMmPerM),
-      toml_number(cell.tool.deflection_sigma), body_of(cell.tool));
+      "format = \"{}\"\nrobot = {}\n{}", kFormat, toml_string(robot_reference),
+      cell.floor_m ? fmt::format("floor_mm = {}\n", toml_number(*cell.floor_m * kMmPerM)) : "");
+  out += tool_to_toml(cell.tool);
+  for (const Tool& tool : cell.other_tools) out += tool_to_toml(tool);
   for (const Target& target : cell.targets) {
     std::string_view word;
     for (const KindName& entry : kKinds)
@@ -294,7 +342,10 @@ std::string cell_to_toml(const Cell& cell, const std::string& robot_reference) {
   return out + obstacles_to_toml(cell.obstacles) +
          fmt::format("\n[touch]\nsigma_mm = {}\nradius_offset_sigma_mm = {}\n",
                      toml_number(cell.touch_sigma_m * kMmPerM),
-                     toml_number(cell.radius_offset_sigma_m * kMmPerM));
+                     toml_number(cell.radius_offset_sigma_m * kMmPerM)) +
+         (cell.turn_sigma_rad > 0.0
+              ? fmt::format("turn_sigma_deg = {}\n", toml_number(cell.turn_sigma_rad * kDegPerRad))
+              : "");
 }
 
 }  // namespace cellcal::calib

@@ -106,7 +106,8 @@ bool is_much_like(std::string_view key, std::string_view other) {
 constexpr std::size_t kShownKey = 80;  // a key with the path of its tables
 constexpr std::size_t kShownDescription = 300;
 constexpr const char* kNoControl =
-    "must not hold control characters (line ends, tabs, escapes): tables, messages and logs name it";
+    "must not hold control characters (line ends, tabs, escapes): tables, messages and logs name "
+    "it";
 
 }  // namespace
 
@@ -219,7 +220,8 @@ std::string TomlTable::text_or(std::string_view key, std::string_view fallback) 
   auto value = *node->value<std::string>();
   std::string line = value;
   std::erase_if(line, [](char c) { return c == '\n' || c == '\r' || c == '\t'; });
-  if (has_control(line)) fail(key, "must not hold control characters other than line ends and tabs");
+  if (has_control(line))
+    fail(key, "must not hold control characters other than line ends and tabs");
   return value;
 }
 
@@ -300,6 +302,11 @@ TomlTable TomlTable::table_or_empty(std::string_view key) const {
   child->file = node_->file;
   child->path = node_->full(key);
   return TomlTable(std::move(child));
+}
+
+bool TomlTable::is_list(std::string_view key) const {
+  const toml::node* node = node_->find(key);
+  return node != nullptr && node->is_array();
 }
 
 std::vector<TomlTable> TomlTable::tables(std::string_view key) const {

@@ -56,6 +56,8 @@ class TomlTable {
   /// Sub-table; table_or_empty gives one without keys where it is absent.
   TomlTable table(std::string_view key) const;
   TomlTable table_or_empty(std::string_view key) const;
+  /// Whether it is written as [[key]].
+  bool is_list(std::string_view key) const;
   /// [[key]]; empty where absent.
   std::vector<TomlTable> tables(std::string_view key) const;
 

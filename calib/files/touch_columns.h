@@ -5,7 +5,8 @@
 
 namespace cellcal::calib {
 
-inline constexpr std::string_view kTouchColumns[] = {"target", "sigma_mm", "radius_mm", "x_mm",
-                                                     "y_mm",   "z_mm",     "set",       "time"};
+inline constexpr std::string_view kTouchColumns[] = {
+    "target", "sigma_mm", "radius_mm",      "x_mm", "y_mm", "z_mm", "a_deg",
+    "b_deg",  "c_deg",    "turn_sigma_deg", "set",  "time", "tool", "temperature_c"};
 
 }  // namespace cellcal::calib

@@ -1,10 +1,14 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <functional>
 #include <optional>
 
 #include "calib/files/csv.h"
 #include "calib/files/files.h"
+#include "calib/files/iso_time.h"
 #include "calib/files/shown.h"
 #include "calib/files/touch_columns.h"
 #include "calib/files/units.h"
@@ -67,14 +71,144 @@ std::vector<std::string> joint_names(const Robot& robot) {
 
 /// A tracker looks across a hall, not farther.
 constexpr double kFarthestReadingM = 1e3;
-constexpr double kLeastSigmaM = 1e-12, kMostSigmaM = 1.0;  // as in the cell file
+constexpr double kLeastSigmaMm = 1e-9, kMostSigmaMm = 1e3;  // as in the cell file
 constexpr const char* kReading[] = {"x_mm", "y_mm", "z_mm"};
+constexpr const char* kTurns[] = {"a_deg", "b_deg", "c_deg"};
 
 bool has_reading(const Touch& touch) {
   return touch.tracker_m[0] != 0.0 || touch.tracker_m[1] != 0.0 || touch.tracker_m[2] != 0.0;
 }
 
 constexpr std::size_t kMaxRows = 2'000'000;
+constexpr double kColdestC = -100.0, kHottestC = 200.0;
+constexpr double kLeastTurnDeg = 1e-6, kMostTurnDeg = 90.0;
+
+/// The columns beside the joints', and how a row of them is read.
+class Columns {
+ public:
+  Columns(const CsvTable& table, const std::string& name)
+      : table_(table),
+        name_(name),
+        target_(table.find("target")),
+        tool_(table.find("tool")),
+        sigma_(table.find("sigma_mm")),
+        radius_(table.find("radius_mm")),
+        set_(table.find("set")),
+        time_(table.find("time")),
+        turn_sigma_(table.find("turn_sigma_deg")),
+        temperature_(table.find("temperature_c")) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      xyz_[k] = table.find(kReading[k]);
+      abc_[k] = table.find(kTurns[k]);
+    }
+    if (target_ < 0)
+      throw FileError(name + ":" + std::to_string(table.header_line()) +
+                      ": no column \"target\"; it says which target each row touched");
+  }
+
+  void read(const Cell& cell, Touch& touch) const {
+    touch.target = table_.text(target_);
+    TargetKind kind;
+    try {
+      kind = cell.targets[cell.target_index(touch.target)].kind;
+    } catch (const std::out_of_range&) {
+      table_.fail(target_, "there is no target \"" + shown(touch.target) + "\" in the cell file");
+    }
+    read_tool(cell, touch);
+    if (stated(sigma_)) touch.sigma_m = within(sigma_, kLeastSigmaMm, kMostSigmaMm, "mm") / kMmPerM;
+    if (stated(radius_)) {
+      touch.radius_m = table_.number(radius_) / kMmPerM;
+      if (touch.radius_m <= 0.0 || touch.radius_m > kFarthestReadingM)
+        table_.fail(radius_, fmt::format("must be above 0 and at most {:.0f} mm",
+                                         kFarthestReadingM * kMmPerM));
+    }
+    if (kind == TargetKind::kWire && touch.radius_m <= 0.0)
+      missing("radius_mm", "a touch of kind wire needs its length");
+    read_place(kind, touch);
+    read_turns(cell, kind, touch);
+    if (set_ >= 0) {
+      const std::string_view word = table_.text(set_);
+      if (word == "check")
+        touch.set = TouchSet::kCheck;
+      else if (word != "fit" && !word.empty())
+        table_.fail(set_, "must be fit or check");
+    }
+    if (stated(time_)) {
+      touch.time = table_.text(time_);
+      if (!seconds_of(touch.time))
+        table_.fail(time_, "\"" + shown(touch.time) +
+                               "\" is no time of ISO 8601, such as 2024-09-24T10:00:00Z");
+    }
+    if (stated(temperature_))
+      touch.temperature_c = within(temperature_, kColdestC, kHottestC, "degrees Celsius");
+  }
+
+ private:
+  bool stated(int column) const { return column >= 0 && !table_.text(column).empty(); }
+
+  double within(int column, double least, double most, const char* unit) const {
+    const double value = table_.number(column);
+    if (value < least || value > most)
+      table_.fail(column, fmt::format("must be between {:g} and {:g} {}", least, most, unit));
+    return value;
+  }
+
+  [[noreturn]] void missing(const char* column, const char* why) const {
+    throw FileError(name_ + ":" + std::to_string(table_.line()) + ": " + column + ": missing; " +
+                    why);
+  }
+
+  void read_tool(const Cell& cell, Touch& touch) const {
+    if (!stated(tool_)) return;
+    const std::string_view id = table_.text(tool_);
+    if (id == cell.tool.name()) return;  // the first is named by nothing
+    for (const Tool& tool : cell.other_tools)
+      if (tool.id == id) {
+        touch.tool = id;
+        return;
+      }
+    table_.fail(tool_, "there is no tool \"" + shown(id) + "\" in the cell file");
+  }
+
+  void read_place(TargetKind kind, Touch& touch) const {
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (stated(xyz_[k])) {
+        touch.tracker_m[k] = table_.number(xyz_[k]) / kMmPerM;
+        if (std::abs(touch.tracker_m[k]) > kFarthestReadingM)
+          table_.fail(xyz_[k], "is out of range, -1e6 to 1e6");
+      } else if (kind == TargetKind::kTracker) {
+        missing(kReading[k], "a touch of kind tracker needs its reading x_mm, y_mm, z_mm");
+      }
+    }
+  }
+
+  /// All three, or none.
+  void read_turns(const Cell& cell, TargetKind kind, Touch& touch) const {
+    if (stated(turn_sigma_))
+      touch.turn_sigma_rad = within(turn_sigma_, kLeastTurnDeg, kMostTurnDeg, "deg") * kRadPerDeg;
+    if (!stated(abc_[0]) && !stated(abc_[1]) && !stated(abc_[2])) return;
+    if (kind != TargetKind::kTracker)
+      table_.fail(stated(abc_[0])   ? abc_[0]
+                  : stated(abc_[1]) ? abc_[1]
+                                    : abc_[2],
+                  "only a target of kind tracker has turns; leave it empty");
+    std::array<double, 3> abc{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (!stated(abc_[k])) missing(kTurns[k], "a_deg, b_deg and c_deg are stated together");
+      abc[k] = table_.number(abc_[k]) * kRadPerDeg;
+      if (std::abs(abc[k]) > kAnyAngleRad) table_.fail(abc_[k], "is out of range, -3600 to 3600");
+    }
+    if (touch.turn_sigma_rad == 0.0 && cell.turn_sigma_rad == 0.0)
+      missing("turn_sigma_deg",
+              "what are its turns worth? State it here, or for all in [touch] of the cell file");
+    touch.tracker_abc_rad = abc;
+  }
+
+  const CsvTable& table_;
+  const std::string& name_;
+  int target_, tool_, sigma_, radius_, set_, time_, turn_sigma_, temperature_;
+  std::array<int, 3> xyz_{}, abc_{};
+};
 
 }  // namespace
 
@@ -84,14 +218,7 @@ std::vector<Touch> parse_touches(std::string_view text, const std::string& name,
   for (const std::string_view column : kTouchColumns) known.emplace_back(column);
   table.refuse_unknown(known);
   const auto joints = joint_columns(table, cell.robot, name);
-  const int target = table.find("target");
-  if (target < 0)
-    throw FileError(name + ":" + std::to_string(table.header_line()) +
-                    ": no column \"target\"; it says which target each row touched");
-  const int sigma = table.find("sigma_mm"), radius = table.find("radius_mm");
-  const int set = table.find("set"), time = table.find("time");
-  const int xyz[3] = {table.find("x_mm"), table.find("y_mm"), table.find("z_mm")};
-
+  const Columns columns(table, name);
   std::vector<Touch> touches;
   while (table.next()) {
     if (touches.size() == kMaxRows) throw FileError(name + ": more than 2000000 touches");
@@ -99,45 +226,7 @@ std::vector<Touch> parse_touches(std::string_view text, const std::string& name,
     touch.line = table.line();
     touch.joint_rad = read_joints(table, joints);
     if (const auto error = beyond_limits(table, cell.robot, joints, touch.joint_rad)) throw *error;
-    touch.target = table.text(target);
-    TargetKind kind;
-    try {
-      kind = cell.targets[cell.target_index(touch.target)].kind;
-    } catch (const std::out_of_range&) {
-      table.fail(target, "there is no target \"" + shown(touch.target) + "\" in the cell file");
-    }
-    if (sigma >= 0 && !table.text(sigma).empty()) {
-      touch.sigma_m = table.number(sigma) / kMmPerM;
-      if (touch.sigma_m < kLeastSigmaM || touch.sigma_m > kMostSigmaM)
-        table.fail(sigma, "must be between 1e-9 and 1000 mm");
-    }
-    if (radius >= 0 && !table.text(radius).empty()) {
-      touch.radius_m = table.number(radius) / kMmPerM;
-      if (touch.radius_m <= 0.0 || touch.radius_m > kFarthestReadingM)
-        table.fail(radius, fmt::format("must be above 0 and at most {:.0f} mm",
-                                       kFarthestReadingM * kMmPerM));
-    }
-    if (kind == TargetKind::kWire && touch.radius_m <= 0.0)
-      throw FileError(name + ":" + std::to_string(table.line()) +
-                      ": radius_mm: missing; a touch of kind wire needs its length");
-    for (int k = 0; k < 3; ++k) {
-      if (xyz[k] >= 0 && !table.text(xyz[k]).empty()) {
-        touch.tracker_m[k] = table.number(xyz[k]) / kMmPerM;
-        if (std::abs(touch.tracker_m[k]) > kFarthestReadingM)
-          table.fail(xyz[k], "is out of range, -1e6 to 1e6");
-      } else if (kind == TargetKind::kTracker) {
-        throw FileError(name + ":" + std::to_string(table.line()) + ": " + kReading[k] +
-                        ": missing; a touch of kind tracker needs its reading x_mm, y_mm, z_mm");
-      }
-    }
-    if (set >= 0) {
-      const std::string_view word = table.text(set);
-      if (word == "check")
-        touch.set = TouchSet::kCheck;
-      else if (word != "fit" && !word.empty())
-        table.fail(set, "must be fit or check");
-    }
-    if (time >= 0) touch.time = table.text(time);
+    columns.read(cell, touch);
     touches.push_back(std::move(touch));
   }
   return touches;
@@ -152,32 +241,67 @@ std::string touch_words(std::size_t index, const Touch& touch) {
                      touch.line > 0 ? fmt::format(" (line {})", touch.line) : "");
 }
 
+namespace {
+
+/// A column that is written where any touch has something in it.
+struct Written {
+  const char* head;
+  std::function<bool(const Touch&)> has;
+  std::function<std::string(const Touch&)> field;
+};
+
+const std::vector<Written>& written_columns() {
+  static const std::vector<Written> kColumns = {
+      {"tool", [](const Touch& t) { return !t.tool.empty(); },
+       [](const Touch& t) { return t.tool; }},
+      {"sigma_mm", [](const Touch& t) { return t.sigma_m > 0.0; },
+       [](const Touch& t) { return fmt::format("{:.6g}", t.sigma_m * kMmPerM); }},
+      {"radius_mm", [](const Touch& t) { return t.radius_m > 0.0; },
+       [](const Touch& t) { return fmt::format("{:.9g}", t.radius_m * kMmPerM); }},
+      {"x_mm,y_mm,z_mm", has_reading,
+       [](const Touch& t) {
+         return fmt::format("{:.9g},{:.9g},{:.9g}", t.tracker_m[0] * kMmPerM,
+                            t.tracker_m[1] * kMmPerM, t.tracker_m[2] * kMmPerM);
+       }},
+      {"a_deg,b_deg,c_deg", [](const Touch& t) { return t.tracker_abc_rad.has_value(); },
+       [](const Touch& t) {
+         const auto& abc = *t.tracker_abc_rad;
+         return fmt::format("{:.9f},{:.9f},{:.9f}", abc[0] * kDegPerRad, abc[1] * kDegPerRad,
+                            abc[2] * kDegPerRad);
+       }},
+      {"turn_sigma_deg", [](const Touch& t) { return t.turn_sigma_rad > 0.0; },
+       [](const Touch& t) { return fmt::format("{:.6g}", t.turn_sigma_rad * kDegPerRad); }},
+      {"temperature_c", [](const Touch& t) { return t.temperature_c.has_value(); },
+       [](const Touch& t) { return fmt::format("{:.6g}", *t.temperature_c); }},
+      {"time", [](const Touch& t) { return !t.time.empty(); },
+       [](const Touch& t) { return t.time; }}};
+  return kColumns;
+}
+
+/// Commas where a touch has nothing; of a reading zeros: a tracker's own origin is one.
+std::string empty_fields(const Written& column) {
+  const std::string_view head(column.head);
+  if (head.starts_with("x_mm")) return "0,0,0";
+  return std::string(static_cast<std::size_t>(std::count(head.begin(), head.end(), ',')), ',');
+}
+
+}  // namespace
+
 std::string format_touches(const std::vector<Touch>& touches, const Robot& robot) {
-  bool sigmas = false, radii = false, readings = false, times = false;
-  for (const Touch& touch : touches) {
-    sigmas = sigmas || touch.sigma_m > 0.0;
-    radii = radii || touch.radius_m > 0.0;
-    readings = readings || has_reading(touch);
-    times = times || !touch.time.empty();
-  }
+  std::vector<const Written*> columns;
+  for (const Written& column : written_columns())
+    if (std::any_of(touches.begin(), touches.end(), column.has)) columns.push_back(&column);
   std::string out;
   for (const Joint& joint : robot.joints) out += joint.name + ",";
   out += "target,set";
-  if (sigmas) out += ",sigma_mm";
-  if (radii) out += ",radius_mm";
-  if (readings) out += ",x_mm,y_mm,z_mm";
-  if (times) out += ",time";
+  for (const Written* column : columns) out += std::string(",") + column->head;
   out += "\n";
   for (const Touch& touch : touches) {
     // Nine decimals of a degree are 2e-8 mm at 1.4 m: nothing is lost.
     for (const double angle : touch.joint_rad) out += fmt::format("{:.9f},", angle * kDegPerRad);
     out += touch.target + (touch.set == TouchSet::kCheck ? ",check" : ",fit");
-    if (sigmas) out += touch.sigma_m > 0.0 ? fmt::format(",{:.6g}", touch.sigma_m * kMmPerM) : ",";
-    if (radii) out += touch.radius_m > 0.0 ? fmt::format(",{:.9g}", touch.radius_m * kMmPerM) : ",";
-    // Zeros, too: a tracker's own origin is a reading.
-    if (readings)
-      for (const double m : touch.tracker_m) out += fmt::format(",{:.9g}", m * kMmPerM);
-    if (times) out += "," + touch.time;
+    for (const Written* column : columns)
+      out += "," + (column->has(touch) ? column->field(touch) : empty_fields(*column));
     out += "\n";
   }
   return out;

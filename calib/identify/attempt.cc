@@ -28,7 +28,8 @@ constexpr double kMostSigmas = 3.5;
 double stated_sigma(const ArmModel& arm, const Cell& cell, const std::string& name) {
   for (const ArmParameter& parameter : arm.parameters())
     if (parameter.name == name) return parameter.sigma;
-  if (name == "touch.rho") return cell.radius_offset_sigma_m;
+  for (int tool = 0; tool < arm.tool_count(); ++tool)
+    if (name == rho_name(cell, tool)) return cell.radius_offset_sigma_m;
   for (const Target& target : cell.targets)
     if (name == target.id + ".radius") return target.diameter_sigma_m / 2.0;
   return 0.0;
@@ -49,8 +50,8 @@ bool Trial::makes_sense() const { return misfit() < kSense && worst < kFarStated
 
 Trial attempt(const Cell& cell, const std::vector<Touch>& touches) {
   Trial trial;
-  const Cell levelled = at_level(cell, ModelLevel{});
-  const ArmModel arm(levelled.robot, levelled.tool);
+  const Cell levelled = at_level(cell, ModelLevel{}, touches);
+  const ArmModel arm(levelled);
   try {
     IdentifyOptions options;
     options.level = ModelLevel{};  // the fullest; which one it is does not matter here

@@ -41,7 +41,9 @@ struct TargetResult {
   std::string id;
   /// Base frame; of a plane and a tracker the middle of what was touched.
   Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();
-  double effective_radius_m = 0.0;  ///< sphere: R + r_tip + rho + dR; plane: r_tip + rho; others: 0
+  /// Sphere: R + r_tip + rho + dR; plane: r_tip + rho; others: 0. Of the first tool that touched
+  /// it.
+  double effective_radius_m = 0.0;
   TargetKind kind = TargetKind::kSphere;
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();  ///< plane: unit, base frame, to the tips' side
   double distance_m = 0.0;                           ///< plane: of it from the base's origin
@@ -56,6 +58,7 @@ struct ResidualSummary {
 
 /// One touch under the result, for the report. `before` is with nominal robot and stiff tool and
 /// the best sphere for it; `after` with the calibrated one. Signed along the constraint.
+/// Of a check touch whose target has no place the numbers are NaN.
 struct TouchResidual {
   std::size_t touch = 0;  ///< index into the touches given
   double before_m = 0.0, after_m = 0.0;
@@ -162,6 +165,27 @@ struct Verdict {
   std::vector<std::string> reasons;
 };
 
+/// A held-out touch: the square of its residual over its predicted sigmas, of the touch and of what
+/// the fit leaves open there, and for how many rows it stands.
+struct HeldOut {
+  std::size_t touch = 0;
+  double square = 0.0;
+  double rows = 0.0;
+};
+
+struct UnseenTarget {
+  std::string target;
+  std::size_t touches = 0;
+  double degrees_of_freedom = 0.0;  ///< of its rows, what the place left
+  double rms_m = 0.0;
+  std::string why_not;  ///< it is not judged; empty: it is
+};
+
+struct UnseenChecks {
+  std::vector<UnseenTarget> targets;
+  std::vector<HeldOut> held_out;  ///< of those that are judged
+};
+
 struct InputFile {
   std::string role, name, sha256;
 };
@@ -178,6 +202,7 @@ struct Calibration {
   std::vector<SizeResult> sizes;      ///< of spheres and wires; not written to files
   ResidualSummary before, after, check_before, check;
   std::vector<TouchResidual> residuals;
+  UnseenChecks unseen;  ///< of targets that no fit touch is of (unseen.h); not written to files
   std::vector<UnidentifiableDirection> unidentifiable;
   Observability observability;                        ///< rows 0: not worked out
   double predicted_m2_m = 0.0, predicted_m3_m = 0.0;  ///< mean 3-D error, from the covariance

@@ -278,7 +278,7 @@ class Search {
     weigh(changed, touches_, [&](const Calibration& c) {
       double rho = 0.0;
       for (const ParameterResult& p : c.parameters)
-        if (p.name == "touch.rho") rho = p.correction * kMmPerM;
+        if (p.name == rho_name(cell_, 0)) rho = p.correction * kMmPerM;
       return fmt::format(
           "with diameters {:+.2f} mm off what the cell file states the touches make sense; check "
           "diameter_mm and tip_radius_mm",
@@ -525,7 +525,7 @@ class Search {
       Eigen::Vector3d off = brought * kMmPerM;
       for (const ParameterResult& p : c.parameters)
         for (int axis = 0; axis < 3; ++axis)
-          if (p.name == std::string("tool.") + "xyz"[axis]) off[axis] += p.correction * kMmPerM;
+          if (p.name == cell_.tool.name() + "." + "xyz"[axis]) off[axis] += p.correction * kMmPerM;
       return fmt::format(
           "with the tool's tip moved by about ({:.1f}, {:.1f}, {:.1f}) mm on the flange the "
           "touches make sense; is it the tool of the cell file{}?",

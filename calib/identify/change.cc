@@ -38,14 +38,14 @@ bool same_nominal(const Cell& a, const Cell& b) {
 
 std::vector<JointVector> poses_of(const Calibration& now, std::span<const Touch> touches,
                                   bool workspace) {
-  const ArmModel arm(now.cell.robot, now.cell.tool);
+  const ArmModel arm(now.cell);
   if (workspace) return workspace_poses(arm, kPoses, kSeed);
   constexpr double kNearM = 0.150;
   std::vector<JointVector> around;
   std::vector<Eigen::Vector3d> touched_m;
   for (const Touch& touch : touches) {
     around.push_back(touch.joint_rad);
-    touched_m.push_back(arm.nominal_tip_m(touch.joint_rad));
+    touched_m.push_back(arm.nominal_tip_m(touch.joint_rad, arm.tool_index(touch.tool)));
   }
   return local_poses(arm, around, touched_m, kNearM, kPoses, kSeed);
 }

@@ -13,7 +13,7 @@ namespace cellcal::calib {
 /// All that was read of a touch. Refers to it.
 inline auto reading(const Touch& touch) {
   return std::tie(touch.joint_rad, touch.radius_m, touch.tracker_m[0], touch.tracker_m[1],
-                  touch.tracker_m[2]);
+                  touch.tracker_m[2], touch.tracker_abc_rad);
 }
 
 /// What to say of touches that read the same as others of their target, to the last digit; empty

@@ -25,15 +25,15 @@ constexpr double kFineM = 5e-3;     // the nominal arm is wrong by millimetres i
 double nominal_off_m(const Cell& cell, const std::vector<Touch>& touches) {
   std::vector<double> off_m;
   try {
-    const ArmModel arm(cell.robot, cell.tool);
+    const ArmModel arm(cell);
     const Problem problem(cell, arm, touches, starting_places(cell, arm, touches));
     const Eigen::VectorXd x = problem.to_si(Eigen::VectorXd::Zero(problem.size()));
     const Problem::At at = problem.at(x.data());
     for (std::size_t i = 0; i < touches.size(); ++i) {
       if (touches[i].set != TouchSet::kFit) continue;
-      double r[3] = {};
+      double r[Problem::kMostRows] = {};
       problem.residual_m(i, at, r, nullptr, nullptr);
-      const double off = Eigen::Map<Eigen::VectorXd>(r, problem.rows(i)).norm();
+      const double off = Eigen::Map<Eigen::VectorXd>(r, problem.place_rows(i)).norm();
       if (std::isfinite(off)) off_m.push_back(off);
     }
   } catch (const IdentifyError&) {

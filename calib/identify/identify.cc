@@ -30,6 +30,16 @@ constexpr int kFramePoses = 60;
 constexpr double kLocalHalfM = 0.150;
 constexpr unsigned kRegionSeed = 20240924;
 
+/// The first of the cell's tools that touched it.
+int first_tool(const Problem& problem, const TargetBlock& block) {
+  int first = problem.arm().tool_count() - 1;
+  for (std::size_t i = 0; i < problem.touches().size() && first > 0; ++i)
+    if (problem.block_of(i) >= 0 &&
+        problem.blocks()[static_cast<std::size_t>(problem.block_of(i))].target == block.target)
+      first = std::min(first, problem.tool_of(i));
+  return first;
+}
+
 void fill_parameters(const Problem& problem, const Estimate& e, const FrameDirections& frame,
                      double inflation, Calibration& calibration) {
   const Eigen::VectorXd x = problem.to_si(e.u);
@@ -67,9 +77,10 @@ void fill_parameters(const Problem& problem, const Estimate& e, const FrameDirec
   for (const TargetBlock& block : problem.blocks()) {
     const Target& target = problem.cell().targets[block.target];
     TargetResult result = result_at(target, problem.place(block), x.data() + block.first);
+    const int tool = first_tool(problem, block);
     if (target.kind == TargetKind::kSphere || target.kind == TargetKind::kPlane)
-      result.effective_radius_m = problem.nominal_radius_m(target) +
-                                  (problem.rho() >= 0 ? x[problem.rho()] : 0.0) +
+      result.effective_radius_m = problem.nominal_radius_m(target, tool) +
+                                  (problem.rho(tool) >= 0 ? x[problem.rho(tool)] : 0.0) +
                                   (block.has_radius ? x[block.first + block.place] : 0.0);
     calibration.targets.push_back(result);
   }
@@ -119,19 +130,13 @@ void require_sound(const Cell& cell, const std::vector<Touch>& touches) {
   }
   if (std::none_of(fitted.begin(), fitted.end(), [](bool any) { return any; }))
     throw IdentifyError("there are no fit touches; nothing to identify from");
-  for (const Touch& touch : touches)
-    if (!fitted[cell.target_index(touch.target)])
-      throw IdentifyError(fmt::format(
-          "target {} has check touches but no fit touch; its centre is unknown. Make some of its "
-          "touches fit touches, or leave it out",
-          touch.target));
 }
 
 Calibration not_identified(const Cell& cell, const std::vector<Touch>& touches,
                            const IdentifyOptions& options, const std::string& why) {
   constexpr double kAnywhere = 100.0;  // of what has no prior, in its scales
-  const Cell levelled = at_level(cell, options.level.value_or(ModelLevel{}));
-  const ArmModel arm(levelled.robot, levelled.tool);
+  const Cell levelled = at_level(cell, options.level.value_or(ModelLevel{}), touches);
+  const ArmModel arm(levelled);
   const Problem problem(levelled, arm, touches, rough_places(cell, arm, touches));
   Estimate e;
   e.u = Eigen::VectorXd::Zero(problem.size());
@@ -172,8 +177,8 @@ Calibration identify_as_stated(const Cell& cell, const std::vector<Touch>& touch
   require_sound(cell, touches);
   // The fullest level first: outliers are judged by a model that can explain all that an arm does,
   // and the evidence of every simpler level follows from its linearisation.
-  const Cell levelled = at_level(cell, options.level.value_or(ModelLevel{}));
-  const ArmModel arm(levelled.robot, levelled.tool);
+  const Cell levelled = at_level(cell, options.level.value_or(ModelLevel{}), touches);
+  const ArmModel arm(levelled);
   const auto places = starting_places(cell, arm, touches);
   Problem problem(levelled, arm, touches, places);
   const Repeats repeats = weigh_repeats(problem);
@@ -188,18 +193,20 @@ Calibration identify_as_stated(const Cell& cell, const std::vector<Touch>& touch
   calibration.levels = mean.levels;
   if (options.level) calibration.levels.front().level = *options.level;
   calibration.level_reason = level_reason(cell, calibration.level, mean, options.level.has_value());
-  double sum = 0.0, held = 0.0, noise = 0.0;
+  double sum = 0.0, held = 0.0, noise = 0.0, of_places = 0.0;
   for (const auto& [touch, row] : e.posterior.linear.touch_row)
     for (int k = 0; k < problem.rows(touch); ++k) {
       sum += std::pow(e.posterior.linear.residual[row + k], 2);
-      noise += std::pow(e.posterior.linear.residual[row + k] * problem.sigma_m(touch), 2);
       held += 1.0 - e.posterior.leverage[row + k];
+      if (k >= problem.place_rows(touch)) continue;  // turns are no distance
+      noise += std::pow(e.posterior.linear.residual[row + k] * problem.sigma_m(touch), 2);
+      of_places += 1.0 - e.posterior.leverage[row + k];
     }
   const double dof = std::max(held, 1.0);
   calibration.chi2 = sum;
   calibration.degrees_of_freedom = dof;
   calibration.chi2_per_dof = sum / dof;
-  calibration.touch_noise_m = std::sqrt(noise / dof);
+  calibration.touch_noise_m = std::sqrt(noise / std::max(of_places, 1.0));
   calibration.repeats = {repeats.touches, repeats.scatter_m, repeats.degrees_of_freedom,
                          repeats.used_m};
   // Scatter beyond the stated noise is not explained away: it widens every bound.

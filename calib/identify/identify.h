@@ -45,8 +45,7 @@ Calibration identify_as_stated(const Cell& cell, const std::vector<Touch>& touch
 Calibration not_identified(const Cell& cell, const std::vector<Touch>& touches,
                            const IdentifyOptions& options, const std::string& why);
 
-/// Throws IdentifyError where there are no fit touches, or a check touch's target has none, or an
-/// angle is not a number.
+/// Throws IdentifyError where there are no fit touches, or an angle is not a number.
 void require_sound(const Cell& cell, const std::vector<Touch>& touches);
 
 }  // namespace cellcal::calib

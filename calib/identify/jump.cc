@@ -69,7 +69,7 @@ std::vector<Jump> suspected_jump(const Problem& problem, const Estimate& e, doub
   const Eigen::VectorXd x = problem.to_si(e.u);
   const Problem::At at = problem.at(x.data());
   const Linearisation& linear = e.posterior.linear;
-  JumpRows g(3, columns);
+  JumpRows g(Problem::kMostRows, columns);
   std::size_t next = places;
   for (std::size_t k = order.size(); k-- > 0 && next > 0;) {
     const int row = row_of[order[k]], rows = problem.rows(order[k]);
@@ -147,9 +147,11 @@ void undo(const ArmModel& arm, const JumpSuspect& suspect, const Eigen::VectorXd
     touch.joint_rad[suspect.index] += size[0];
     return;
   }
-  const Eigen::Isometry3d flange = arm.nominal_tcp(touch.joint_rad) * arm.tool().tcp.inverse();
+  const int tool = arm.tool_index(touch.tool);
+  const Eigen::Isometry3d flange =
+      arm.nominal_tcp(touch.joint_rad, tool) * arm.tool(tool).tcp.inverse();
   const Eigen::Vector3d there =
-      arm.nominal_tip_m(touch.joint_rad) + flange.linear() * Eigen::Vector3d(size);
+      arm.nominal_tip_m(touch.joint_rad, tool) + flange.linear() * Eigen::Vector3d(size);
   constexpr int kSteps = 3;
   constexpr double kDamping = 1e-4;  // [m^2], of posture in which the tip hardly moves one way
   for (int step = 0; step < kSteps; ++step) {
@@ -157,7 +159,7 @@ void undo(const ArmModel& arm, const JumpSuspect& suspect, const Eigen::VectorXd
     const Eigen::Matrix3d square =
         by * by.transpose() + kDamping * kDamping * Eigen::Matrix3d::Identity();
     const Eigen::VectorXd turn =
-        by.transpose() * square.ldlt().solve(there - arm.nominal_tip_m(touch.joint_rad));
+        by.transpose() * square.ldlt().solve(there - arm.nominal_tip_m(touch.joint_rad, tool));
     for (std::size_t i = 0; i < touch.joint_rad.size(); ++i)
       touch.joint_rad[i] += turn[static_cast<Eigen::Index>(i)];
   }

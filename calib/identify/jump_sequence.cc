@@ -15,13 +15,20 @@ namespace cellcal::calib {
 int jump_columns(const Problem& problem) { return problem.arm().joint_count() + 3; }
 
 void by_jumps(const Problem& problem, const Problem::At& at, std::size_t touch, JumpRows& rows) {
-  double residual[3];
+  double residual[Problem::kMostRows];
   Eigen::Vector3d direction;
   problem.residual_m(touch, at, residual, nullptr, nullptr, &direction);
   ArmChain chain;
   problem.arm().walk(problem.pose(touch), at.arm, chain);
   const int joints = problem.arm().joint_count(), count = problem.rows(touch);
-  for (int k = 0; k < count; ++k) {
+  for (int k = 3; k < count; ++k) {  // turns: a joint's axis, and nothing of a tip that is knocked
+    const double lever = problem.turn_lever_m(touch) / problem.sigma_m(touch);
+    for (int i = 0; i < joints; ++i)
+      rows(k, i) = problem.arm().robot().joints[static_cast<std::size_t>(i)].sign * lever *
+                   chain.link[static_cast<std::size_t>(i)].z[k - 3];
+    rows.row(k).tail<3>().setZero();
+  }
+  for (int k = 0; k < problem.place_rows(touch); ++k) {
     const Eigen::Vector3d n = (count == 1 ? direction : Eigen::Vector3d(Eigen::Vector3d::Unit(k))) /
                               problem.sigma_m(touch);
     for (int i = 0; i < joints; ++i) {
@@ -41,8 +48,8 @@ double squared_sigmas(Eigen::MatrixXd information, const Eigen::VectorXd& pull, 
 
 JumpSequence::JumpSequence(const Cell& cell, const std::vector<Touch>& touches,
                            const Calibration& c)
-    : levelled_(at_level(cell, ModelLevel{})),
-      arm_(levelled_.robot, levelled_.tool),
+    : levelled_(at_level(cell, ModelLevel{}, touches)),
+      arm_(levelled_),
       problem_(levelled_, arm_, touches, starting_places(levelled_, arm_, touches)) {
   weigh_repeats(problem_);
   problem_.set_ripple(c.level.ripple_rad);
@@ -158,7 +165,7 @@ void JumpSequence::fill_columns(const Eigen::VectorXd& x) {
   }
   by_jump_ = Eigen::MatrixXd::Zero(linear_.length_row, columns);
   const Problem::At at = problem_.at(x.data());
-  JumpRows g(3, own);
+  JumpRows g(Problem::kMostRows, own);
   for (const auto& [touch, row] : linear_.touch_row) {
     const int rows = problem_.rows(touch);
     by_jumps(problem_, at, touch, g);

@@ -25,7 +25,7 @@ inline constexpr std::size_t kLeastEachSide = 5;
 
 /// Columns by which a touch's whitened rows follow jumps: of each joint's zero, then of the tool's
 /// tip along the flange's axes. SI.
-using JumpRows = Eigen::Matrix<double, 3, Eigen::Dynamic>;
+using JumpRows = Eigen::Matrix<double, Problem::kMostRows, Eigen::Dynamic>;
 int jump_columns(const Problem& problem);
 void by_jumps(const Problem& problem, const Problem::At& at, std::size_t touch, JumpRows& rows);
 

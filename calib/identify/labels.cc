@@ -61,7 +61,7 @@ std::optional<Names> better_names(const Cell& cell, const std::vector<Touch>& to
   for (Target& target : unstated.targets) target.has_centre = false;
   std::vector<TargetPlace> seen;
   try {
-    seen = starting_places(unstated, ArmModel(cell.robot, cell.tool), touches);
+    seen = starting_places(unstated, ArmModel(cell), touches);
   } catch (const IdentifyError&) {
     return {};
   }
@@ -111,7 +111,7 @@ std::optional<Names> better_names(const Cell& cell, const std::vector<Touch>& to
 }
 
 std::string scattered_words(const Cell& cell, const std::vector<Touch>& touches) {
-  const ArmModel arm(cell.robot, cell.tool);
+  const ArmModel arm(cell);
   std::string words;
   int others = -1;
   for (const Target& target : cell.targets) {

@@ -50,11 +50,15 @@ void assume_masses(Robot& robot) {
 }
 
 /// Every joint but one that turns about the vertical; each by the load it can come to bear.
-void assume_compliance(Robot& robot, const Tool& tool) {
+void assume_compliance(Robot& robot, const Cell& cell) {
   const Eigen::Vector3d axis = robot.base_fixed.linear().col(2);
   const bool upright = axis.cross(robot.gravity_m_s2).norm() < 0.01 * robot.gravity_m_s2.norm();
   // From the tip inwards: everything that hangs on a joint, the arm stretched out.
-  double mass = tool.mass_kg, moment = tool.mass_kg * tool.com_m.norm();
+  double mass = cell.tool.mass_kg, moment = cell.tool.mass_kg * cell.tool.com_m.norm();
+  for (const Tool& tool : cell.other_tools) {
+    mass += tool.mass_kg;
+    moment += tool.mass_kg * tool.com_m.norm();
+  }
   for (std::size_t i = robot.joints.size(); i-- > 0;) {
     Joint& joint = robot.joints[i];
     const double length = std::hypot(joint.a_m, joint.d_m);
@@ -74,12 +78,24 @@ double largest_transmission_rad(const Cell& cell) {
 
 }  // namespace
 
+Cell at_level(const Cell& cell, const ModelLevel& level, std::span<const Touch> touches) {
+  Cell result = at_level(cell, level);
+  for (Tool& tool : result.other_tools)
+    if (std::none_of(touches.begin(), touches.end(), [&](const Touch& touch) {
+          return touch.set == TouchSet::kFit && touch.tool == tool.id;
+        })) {
+      tool.tcp_sigma_m.setZero();
+      tool.deflection_sigma = 0.0;
+    }
+  return result;
+}
+
 Cell at_level(const Cell& cell, const ModelLevel& level) {
   Cell result = cell;
   const bool named = largest_transmission_rad(cell) > 0.0;
   if (level.compliance > 0.0 && !stated(cell.robot, &Joint::compliance_sigma_rad_per_nm)) {
     if (!stated(cell.robot, &Joint::mass_kg)) assume_masses(result.robot);
-    assume_compliance(result.robot, cell.tool);
+    assume_compliance(result.robot, cell);
   }
   for (Joint& joint : result.robot.joints) {
     joint.compliance_sigma_rad_per_nm *= level.compliance;
@@ -96,7 +112,10 @@ Cell at_level(const Cell& cell, const ModelLevel& level) {
 
 std::string words(const Cell& cell, const ModelLevel& level) {
   std::string text = "geometry";
-  if (cell.tool.deflection_sigma > 0.0) text += ", tool bending";
+  if (cell.tool.deflection_sigma > 0.0 ||
+      std::any_of(cell.other_tools.begin(), cell.other_tools.end(),
+                  [](const Tool& tool) { return tool.deflection_sigma > 0.0; }))
+    text += ", tool bending";
   if (level.compliance > 0.0) text += ", joint compliance";
   if (level.transmission > 0.0)
     text += fmt::format(", transmission {:.0f} arcsec",

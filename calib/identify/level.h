@@ -9,9 +9,11 @@
 // small. What the file leaves open is assumed: masses by the links' lengths, compliance by the
 // load, harmonics of orders 1 to 4, each the smaller the higher.
 
+#include <span>
 #include <string>
 #include <vector>
 
+#include "calib/files/touch.h"
 #include "calib/model/robot.h"
 
 namespace cellcal::calib {
@@ -35,6 +37,9 @@ struct LevelEvidence {
 
 /// The cell with the priors of this level; the files' own where the level leaves them alone.
 Cell at_level(const Cell& cell, const ModelLevel& level);
+/// The same for an estimate from these touches: tools beside the first that none of them is of stay
+/// as they are stated.
+Cell at_level(const Cell& cell, const ModelLevel& level, std::span<const Touch> touches);
 
 /// "geometry, tool bending, joint compliance, transmission 10 arcsec, ripple 5 arcsec"
 std::string words(const Cell& cell, const ModelLevel& level);

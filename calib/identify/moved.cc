@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "calib/files/error.h"
+#include "calib/files/iso_time.h"
 #include "calib/identify/outliers.h"
 
 namespace cellcal::calib {
@@ -126,14 +127,14 @@ std::optional<std::size_t> split_of_left_out(const std::vector<std::size_t>& own
   return most - at_random > kNoChance ? std::optional(best) : std::nullopt;
 }
 
-/// Whether more of a target's touches are left out than gross errors would be: then it does not
-/// stand where the others say either. Of a move that is known from the evidence of all touches, a
-/// few may be on the wrong side.
+/// Whether a target has no fit touch, or more of them are left out than gross errors would be: then
+/// it does not stand where the others say either. Of a move that is known from the evidence of all
+/// touches, a few may be on the wrong side.
 bool disagree(const Calibration& c, const std::vector<Touch>& touches, const std::string& target,
               bool known) {
   const double most = known ? 0.4 : 0.2;
   const FitTouches own = fit_touches_of(target, touches, c);
-  return own.left_out > most * own.all;
+  return own.all == 0 || own.left_out > most * own.all;
 }
 
 /// Identifies with the target taken as two and says by how much they lie apart; 0 where that does
@@ -180,13 +181,14 @@ MovedTarget measured(const Cell& cell, const std::vector<Touch>& touches,
 std::vector<std::size_t> in_order(std::span<const Touch> touches) {
   std::vector<std::size_t> order(touches.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
-  const bool timed = std::all_of(touches.begin(), touches.end(), [&](const Touch& t) {
-    return !t.time.empty() && t.time.size() == touches.front().time.size();
-  });
-  if (timed)
-    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-      return touches[a].time < touches[b].time;
-    });
+  std::vector<double> seconds;
+  for (const Touch& touch : touches) {
+    const auto time = seconds_of(touch.time);
+    if (!time) return order;
+    seconds.push_back(*time);
+  }
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return seconds[a] < seconds[b]; });
   return order;
 }
 

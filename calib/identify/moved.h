@@ -21,7 +21,8 @@ namespace cellcal::calib {
 std::vector<MovedTarget> suspected_moves(const Problem& problem, const Estimate& estimate,
                                          double chi2_per_dof);
 
-/// Touches in the order in which they were made: by time where all have one, else as given.
+/// Touches in the order in which they were made: by time where all have one (and as given where it
+/// is the same), else as given.
 std::vector<std::size_t> in_order(std::span<const Touch> touches);
 
 /// Of more than `most` touches a share in their order, of each target's fit and check touches

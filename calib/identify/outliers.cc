@@ -88,7 +88,7 @@ std::vector<Outlier> named_outliers(const Problem& problem, const Estimate& esti
         r.touch, r.after_m,
         fmt::format("{:+.3f} mm off {}, {:.0f} times the touch noise{}", r.after_m * 1e3,
                     problem.touches()[r.touch].target, std::abs(r.whitened),
-                    problem.rows(r.touch) == 3 ? ""  // a distance, to no side
+                    problem.rows(r.touch) >= 3 ? ""  // a distance, to no side
                     : r.after_m > 0            ? " (tip outside: contact seen before the surface)"
                                                : " (tip inside: contact seen too late)"),
         leverage[r.touch]};

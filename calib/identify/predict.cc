@@ -15,7 +15,7 @@ struct Predictor::Impl {
   PositionBound bound;
 
   Impl(const Calibration& c, const Cell& levelled)
-      : arm(levelled.robot, levelled.tool),
+      : arm(levelled),
         x(values(arm, c)),
         sigma(covariance(arm, c)),
         bound(arm, x, sigma, c.level.ripple_rad) {}

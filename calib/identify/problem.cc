@@ -1,11 +1,13 @@
 #include "calib/identify/problem.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "calib/files/error.h"
 #include "calib/files/files.h"
 #include "calib/files/units.h"
 #include "calib/identify/parallel.h"
+#include "calib/model/turn.h"
 
 namespace cellcal::calib {
 
@@ -50,11 +52,7 @@ Problem::Problem(const Cell& cell, const ArmModel& arm, std::span<const Touch> t
   for (const ArmParameter& parameter : arm.parameters())
     unknowns_.push_back(
         {parameter.name, parameter.unit, parameter.to_unit, 0.0, 0.0, parameter.sigma, 0.0, 1.0});
-  if (cell.radius_offset_sigma_m > 0.0) {
-    rho_ = static_cast<int>(unknowns_.size());
-    unknowns_.push_back(
-        {"touch.rho", "mm", 1000.0, 0.0, 0.0, cell.radius_offset_sigma_m, 0.0, 1.0, true});
-  }
+  add_rho();
   shared_size_ = static_cast<int>(unknowns_.size());
   if (arm.size() == 0)
     throw IdentifyError(
@@ -72,6 +70,33 @@ Problem::Problem(const Cell& cell, const ArmModel& arm, std::span<const Touch> t
   weigh_from(0);
   set_ripple(ripple_rad);
   add_lengths();
+}
+
+std::string rho_name(const Cell& cell, int tool) {
+  return (cell.tool.id.empty()
+              ? "touch"
+              : (tool == 0 ? cell.tool : cell.other_tools[static_cast<std::size_t>(tool) - 1]).id) +
+         ".rho";
+}
+
+/// One per tip: where the circuit closes is a matter of each. The first's is there always;
+/// another's where it touched what it matters to.
+void Problem::add_rho() {
+  rho_.assign(static_cast<std::size_t>(arm_.tool_count()), -1);
+  if (!(cell_.radius_offset_sigma_m > 0.0)) return;
+  std::vector<bool> touched(rho_.size(), false);
+  touched.front() = true;
+  if (touched.size() > 1)
+    for (const Touch& touch : touches_)
+      if (touch.set == TouchSet::kFit &&
+          takes_rho(cell_.targets[cell_.target_index(touch.target)].kind))
+        touched[static_cast<std::size_t>(arm_.tool_index(touch.tool))] = true;
+  for (std::size_t tool = 0; tool < touched.size(); ++tool) {
+    if (!touched[tool]) continue;
+    rho_[tool] = static_cast<int>(unknowns_.size());
+    unknowns_.push_back({rho_name(cell_, static_cast<int>(tool)), "mm", kMmPerM, 0.0, 0.0,
+                         cell_.radius_offset_sigma_m, 0.0, 1.0, true});
+  }
 }
 
 void Problem::extend(std::span<const Touch> touches) {
@@ -114,7 +139,7 @@ void Problem::weigh(std::size_t i) {
   const Touch& touch = touches_[i];
   target_of_[i] = cell_.target_index(touch.target);
   block_of_[i] = block_of_target_[target_of_[i]];
-  poses_[i] = arm_.prepare(touch.joint_rad);
+  poses_[i] = arm_.prepare(touch.joint_rad, arm_.tool_index(touch.tool));
   ArmChain chain;
   arm_.walk(poses_[i], nominal_, chain);
   Eigen::Matrix3Xd by_joint(3, arm_.joint_count());
@@ -126,14 +151,18 @@ void Problem::weigh(std::size_t i) {
                                      : (chain.tip - place.centre_m).stableNormalized();
   // Three components see all three directions; each gets a third of the square.
   lever_m_[i] =
-      rows(i) == 3 ? by_joint.norm() / std::sqrt(3.0) : (normal.transpose() * by_joint).norm();
+      rows(i) >= 3 ? by_joint.norm() / std::sqrt(3.0) : (normal.transpose() * by_joint).norm();
   own_sigma_m_[i] = touch.sigma_m > 0.0 ? touch.sigma_m : usual_sigma_m_;
 }
 
 void Problem::add_target(std::size_t t) {
   const Target& target = cell_.targets[t];
+  const bool poses = std::any_of(touches_.begin(), touches_.end(), [&](const Touch& touch) {
+    return touch.tracker_abc_rad && touch.set == TouchSet::kFit && touch.target == target.id;
+  });
   const TargetBlock block{t, static_cast<int>(unknowns_.size()), place_size(target.kind),
-                          target.kind == TargetKind::kSphere && target.diameter_sigma_m > 0.0};
+                          target.kind == TargetKind::kSphere && target.diameter_sigma_m > 0.0,
+                          target.kind == TargetKind::kTracker && poses};
   const TargetPlace& start = places_[t];
   const Eigen::VectorXd origin = unknowns_at(target.kind, start, start);
   const Eigen::VectorXd stated = unknowns_at(target.kind, start, stated_place(target, start));
@@ -162,6 +191,12 @@ void Problem::add_target(std::size_t t) {
   if (block.has_radius)
     unknowns_.push_back({target.id + ".radius", "mm", kMmPerM, 0.0, 0.0,
                          target.diameter_sigma_m / 2.0, 0.0, 1.0, true});
+  constexpr const char* kTurnNames[] = {".probe_rx", ".probe_ry", ".probe_rz"};
+  // The touches tell it; where all of them were left out it stays.
+  constexpr double kWildTurnRad = 1.0;
+  for (int k = 0; block.has_turns && k < 3; ++k)
+    unknowns_.push_back({target.id + kTurnNames[k], "deg", kDegPerRad, 0.0, 0.0, kTurnScaleRad, 0.0,
+                         kTurnScaleRad / kWildTurnRad});
   blocks_.push_back(block);
 }
 
@@ -194,17 +229,30 @@ void Problem::set_ripple(double ripple_rad) {
 
 int Problem::rows(std::size_t touch) const {
   const TargetKind kind = cell_.targets[target_of_[touch]].kind;
-  return kind == TargetKind::kPoint || kind == TargetKind::kTracker ? 3 : 1;
+  if (kind == TargetKind::kPoint) return 3;
+  if (kind != TargetKind::kTracker) return 1;
+  const bool turns = touches_[touch].tracker_abc_rad && block_of_[touch] >= 0 &&
+                     blocks_[static_cast<std::size_t>(block_of_[touch])].has_turns;
+  return turns ? 6 : 3;
 }
 
-double Problem::nominal_radius_m(const Target& target) const {
-  return target.kind == TargetKind::kSphere  ? target.diameter_m / 2.0 + cell_.tool.tip_radius_m
-         : target.kind == TargetKind::kPlane ? cell_.tool.tip_radius_m
+double Problem::turn_lever_m(std::size_t touch) const {
+  const double own = touches_[touch].turn_sigma_rad;
+  return own_sigma_m_[touch] / (own > 0.0 ? own : cell_.turn_sigma_rad);
+}
+
+double Problem::nominal_radius_m(const Target& target, int tool) const {
+  const double tip_m = arm_.tool(tool).tip_radius_m;
+  return target.kind == TargetKind::kSphere  ? target.diameter_m / 2.0 + tip_m
+         : target.kind == TargetKind::kPlane ? tip_m
                                              : 0.0;
 }
 
 Problem::At Problem::at(const double* x_si) const {
-  return {x_si, arm_.errors(x_si), rho_ >= 0 ? x_si[rho_] : 0.0};
+  At at{x_si, arm_.errors(x_si), {}};
+  for (std::size_t tool = 0; tool < rho_.size(); ++tool)
+    at.rho_m[tool] = rho_[tool] >= 0 ? x_si[rho_[tool]] : 0.0;
+  return at;
 }
 
 void Problem::residual_m(std::size_t touch, const At& at, double* residual, double* by_shared,
@@ -216,7 +264,7 @@ void Problem::residual_m(std::size_t touch, const At& at, double* residual, doub
   const Eigen::Vector3d& tip = chain.tip;
   const TargetPlace& place = places_[target_of_[touch]];
 
-  if (rows(touch) == 3) {  // point: p(q) - c;  tracker: p(q) - T m
+  if (rows(touch) >= 3) {  // point: p(q) - c;  tracker: p(q) - T m
     const bool tracker = what.kind == TargetKind::kTracker;
     Eigen::Matrix<double, 3, 6> by_place;
     const Eigen::Vector3d offset =
@@ -229,14 +277,22 @@ void Problem::residual_m(std::size_t touch, const At& at, double* residual, doub
     for (int axis = 0; by_shared != nullptr && axis < 3; ++axis) {
       double* row = by_shared + axis * shared_size_;
       arm_.derivative_along(Eigen::Vector3d::Unit(axis), poses_[touch], at.arm, chain, row);
-      if (rho_ >= 0) row[rho_] = 0.0;
+      std::fill(row + arm_.size(), row + shared_size_, 0.0);
     }
-    if (by_target != nullptr && tracker)
-      Eigen::Map<RowMajor>(by_target, 3, 6) = -by_place;
-    else if (by_target != nullptr)
+    if (by_target != nullptr && tracker) {
+      const int own = blocks_[static_cast<std::size_t>(block_of_[touch])].size();
+      Eigen::Map<RowMajor> by(by_target, 3, own);
+      by.setZero();
+      by.leftCols<6>() = -by_place;
+    } else if (by_target != nullptr)
       Eigen::Map<RowMajor>(by_target, 3, 3) = -Eigen::Matrix3d::Identity();
+    if (rows(touch) == 6)
+      turn_residual(touch, at, chain, residual + 3,
+                    by_shared != nullptr ? by_shared + 3 * shared_size_ : nullptr,
+                    by_target != nullptr ? by_target + 3 * TargetBlock::kMost : nullptr);
     return;
   }
+  const int tool = tool_of(touch);
   // sphere: |p - c| - (R + r_tip + rho + dR);  wire: |p - c| - L;  plane: n.p - h - (r_tip + rho)
   Eigen::Vector3d normal;
   Eigen::RowVector3d by_place;
@@ -252,18 +308,50 @@ void Problem::residual_m(std::size_t touch, const At& at, double* residual, doub
   if (direction != nullptr) *direction = normal;
   const bool has_radius = what.kind == TargetKind::kSphere && what.diameter_sigma_m > 0.0;
   double radius =
-      what.kind == TargetKind::kWire ? touches_[touch].radius_m : nominal_radius_m(what);
-  const bool with_rho = takes_rho(what.kind) && rho_ >= 0;
-  if (with_rho) radius += at.rho_m;
+      what.kind == TargetKind::kWire ? touches_[touch].radius_m : nominal_radius_m(what, tool);
+  const bool with_rho = takes_rho(what.kind) && rho(tool) >= 0;
+  if (with_rho) radius += at.rho_m[static_cast<std::size_t>(tool)];
   if (has_radius) radius += target[3];
   *residual = distance - radius;
   if (by_shared != nullptr) {
     arm_.derivative_along(normal, poses_[touch], at.arm, chain, by_shared);
-    if (rho_ >= 0) by_shared[rho_] = with_rho ? -1.0 : 0.0;
+    std::fill(by_shared + arm_.size(), by_shared + shared_size_, 0.0);
+    if (with_rho) by_shared[rho(tool)] = -1.0;
   }
   if (by_target != nullptr) {
     Eigen::Map<Eigen::RowVector3d>{by_target} = by_place;
     if (has_radius) by_target[3] = -1.0;
+  }
+}
+
+/// The turn, in the base frame, that leads from where the tracker saw the probe to where the arm
+/// has it.
+void Problem::turn_residual(std::size_t touch, const At& at, const ArmChain& chain,
+                            double* residual, double* by_shared, double* by_target) const {
+  const TargetPlace& place = places_[target_of_[touch]];
+  const double* own = at.x + blocks_[static_cast<std::size_t>(block_of_[touch])].first;
+  const Eigen::Map<const Eigen::Vector3d> frame(own + 3), mount(own + 6);
+  const Eigen::Matrix3d tool = arm_.rotation(poses_[touch], at.arm, chain);
+  const Eigen::Matrix3d held = tool * turn(mount) * place.probe;
+  const Eigen::Matrix3d seen = turn(frame) * place.axes * probe_turn(touches_[touch]);
+  const Eigen::Matrix3d apart = held * seen.transpose();
+  const Eigen::Vector3d off = turn_vector(apart);
+  const double lever = turn_lever_m(touch);
+  Eigen::Map<Eigen::Vector3d>{residual} = lever * off;
+  if (by_shared == nullptr && by_target == nullptr) return;
+  const Eigen::Matrix3d by_turn = lever * turn_vector_derivative(off);
+  if (by_shared != nullptr) {
+    Eigen::Matrix3Xd by_arm(3, arm_.size());
+    arm_.turn_derivative(poses_[touch], at.arm, chain, by_arm);
+    Eigen::Map<RowMajor> by(by_shared, 3, shared_size_);
+    by.leftCols(arm_.size()) = by_turn * by_arm;
+    by.rightCols(shared_size_ - arm_.size()).setZero();
+  }
+  if (by_target != nullptr) {
+    Eigen::Map<RowMajor> by(by_target, 3, TargetBlock::kMost);
+    by.leftCols<3>().setZero();
+    by.middleCols<3>(3) = -by_turn * apart * turn_derivative(frame);
+    by.rightCols<3>() = by_turn * tool * turn_derivative(mount);
   }
 }
 

@@ -6,6 +6,8 @@
 // the numbers that the solver and the decompositions see are pure, and 1 means 'one sigma'.
 
 #include <Eigen/Core>
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <span>
 #include <string>
@@ -29,16 +31,20 @@ struct Unknown {
   bool held_by_geometry = false;  ///< its prior is a measurement (diameter, tip), not a tolerance
 };
 
-/// Where a target's own unknowns lie: its place (target_place.h), and the deviation of a sphere's
-/// radius.
+/// Where a target's own unknowns lie: its place (target_place.h), the deviation of a sphere's
+/// radius, and how the probe of a tracker of poses is turned on the tool.
 struct TargetBlock {
-  static constexpr int kMost = 6;
+  static constexpr int kMost = 9;
   std::size_t target = 0;   ///< index into the cell
   int first = 0;            ///< index of the first in the unknowns
   int place = 3;            ///< how many say where it is
   bool has_radius = false;  ///< one more, the last
-  int size() const { return has_radius ? place + 1 : place; }
+  bool has_turns = false;   ///< three more, the last
+  int size() const { return place + (has_radius ? 1 : 0) + (has_turns ? 3 : 0); }
 };
+
+/// As files and screens name a tool's effective radius.
+std::string rho_name(const Cell& cell, int tool);
 
 /// Throws IdentifyError. Holds references to cell and touches.
 class Problem {
@@ -57,19 +63,25 @@ class Problem {
   int arm_size() const { return arm_.size(); }
   /// Unknowns that every touch sees: the arm's and rho; they come first.
   int shared_size() const { return shared_size_; }
-  int rho() const { return rho_; }  ///< index, -1 where it is known
+  /// Index of a tool's effective radius, -1 where it is known.
+  int rho(int tool = 0) const { return rho_[static_cast<std::size_t>(tool)]; }
   const std::vector<TargetBlock>& blocks() const { return blocks_; }
   /// Block of a touch's target, -1 where the target has no fit touch.
   int block_of(std::size_t touch) const { return block_of_[touch]; }
   /// From which a target's own unknowns count.
   const TargetPlace& place(const TargetBlock& block) const { return places_[block.target]; }
 
-  int rows(std::size_t touch) const;  ///< 1, or 3 for a point or a tracker
+  static constexpr int kMostRows = 6;
+  /// 1, or 3 for a point or a tracker; 6 where a tracker measured a pose: behind the place its
+  /// turns, in metres by turn_lever_m().
+  int rows(std::size_t touch) const;
+  /// Those that are a distance.
+  int place_rows(std::size_t touch) const { return std::min(rows(touch), 3); }
   /// Unknowns at which residuals are taken; refers to x.
   struct At {
     const double* x;
     ArmErrors arm;
-    double rho_m;
+    std::array<double, kMaxTools> rho_m;
   };
   At at(const double* x_si) const;
   /// Residual of a touch in metres. `by_shared` (rows x shared_size) and `by_target` (rows x block
@@ -79,6 +91,9 @@ class Problem {
                   double* by_target, Eigen::Vector3d* direction = nullptr) const;
   /// Touch noise with the joints' ripple in it.
   double sigma_m(std::size_t touch) const { return sigma_m_[touch]; }
+  /// Metres per radian that make a turn's sigma the touch's: one sigma serves all rows, and ripple
+  /// widens turns as it widens the place.
+  double turn_lever_m(std::size_t touch) const;
   /// Touch noise alone.
   double own_sigma_m(std::size_t touch) const { return own_sigma_m_[touch]; }
   /// Another ripple from here on.
@@ -93,7 +108,9 @@ class Problem {
     return lever_m_[touch] * std::sqrt(times_[touch]);
   }
   /// R + tip of a sphere, tip of a plane, without rho and without the sphere's own deviation.
-  double nominal_radius_m(const Target& target) const;
+  double nominal_radius_m(const Target& target, int tool) const;
+  /// Index of the tool whose tip it was.
+  int tool_of(std::size_t touch) const { return poses_[touch].tool; }
 
   struct Length {
     int block_a, block_b;
@@ -125,7 +142,10 @@ class Problem {
   std::vector<int> block_of_target_;
   double ripple_rad_ = 0.0;
   int shared_size_ = 0;
-  int rho_ = -1;
+  std::vector<int> rho_;  ///< per tool
+  void add_rho();
+  void turn_residual(std::size_t touch, const At& at, const ArmChain& chain, double* residual,
+                     double* by_shared, double* by_target) const;
   void add_target(std::size_t target);
   void add_lengths();
   void weigh(std::size_t touch);

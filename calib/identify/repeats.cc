@@ -36,7 +36,7 @@ double median(std::vector<double> values) {
 bool same_place(const Touch& a, const Touch& b) {
   for (std::size_t k = 0; k < a.joint_rad.size(); ++k)
     if (std::abs(a.joint_rad[k] - b.joint_rad[k]) > kSamePlaceRad) return false;
-  return a.target == b.target;
+  return a.target == b.target && a.tool == b.tool;
 }
 
 /// Groups of two and more, each around its first touch in order of the first axis.
@@ -84,10 +84,10 @@ Repeats find_repeats(const Problem& problem) {
       if (!(touches[i].sigma_m > 0.0) && seen.insert(reading(touches[i])).second)
         measured.push_back(i);
     if (measured.size() < 2) continue;
-    const int rows = problem.rows(group.front());
+    const int rows = problem.place_rows(group.front());
     for (int k = 0; k < rows; ++k) columns.emplace_back();
     for (const std::size_t i : measured) {
-      double r[3];
+      double r[Problem::kMostRows];
       problem.residual_m(i, at, r, nullptr, nullptr);
       for (int k = 0; k < rows; ++k)
         columns[columns.size() - static_cast<std::size_t>(rows - k)].push_back(r[k]);

@@ -1,9 +1,12 @@
 #include "calib/identify/residuals.h"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "calib/identify/parallel.h"
 #include "calib/identify/start.h"
+#include "calib/identify/unseen.h"
 
 namespace cellcal::calib {
 
@@ -23,7 +26,8 @@ void finish(ResidualSummary& summary) {
   summary.rms_m = std::sqrt(summary.rms_m / summary.count);
 }
 
-/// Of the block's own unknowns, without a sphere's radius.
+}  // namespace
+
 Eigen::VectorXd place_seen_by_nominal_arm(const Problem& problem, int block,
                                           const std::vector<bool>& outlier) {
   const TargetBlock& own = problem.blocks()[static_cast<std::size_t>(block)];
@@ -37,12 +41,18 @@ Eigen::VectorXd place_seen_by_nominal_arm(const Problem& problem, int block,
     points.push_back(problem.arm().position(problem.pose(i), nullptr));
     readings.emplace_back(touches[i].tracker_m[0], touches[i].tracker_m[1],
                           touches[i].tracker_m[2]);
-    radii.push_back(target.kind == TargetKind::kWire ? touches[i].radius_m
-                                                     : problem.nominal_radius_m(target));
+    radii.push_back(target.kind == TargetKind::kWire
+                        ? touches[i].radius_m
+                        : problem.nominal_radius_m(target, problem.tool_of(i)));
   }
   TargetPlace place = start;
   if (target.kind == TargetKind::kPlane) {
-    place = plane_through(points, problem.nominal_radius_m(target), start);
+    double tip_m = 0.0;
+    for (const double r : radii) tip_m = std::max(tip_m, r);
+    // A smaller ball's centre would have stood as much farther off, had it been as large.
+    for (std::size_t i = 0; i < points.size(); ++i)
+      if (radii[i] < tip_m) points[i] += (tip_m - radii[i]) * start.axes.col(2);
+    place = plane_through(points, tip_m, start);
   } else if (target.kind == TargetKind::kTracker) {
     const FrameFit fit = fit_frame(readings, points);
     if (fit.determined) {
@@ -60,8 +70,6 @@ Eigen::VectorXd place_seen_by_nominal_arm(const Problem& problem, int block,
   return unknowns_at(target.kind, start, place);
 }
 
-}  // namespace
-
 void fill_residuals(const Problem& problem, const Eigen::VectorXd& x_si,
                     const std::vector<bool>& outlier, Calibration& calibration) {
   const auto touches = problem.touches();
@@ -74,11 +82,16 @@ void fill_residuals(const Problem& problem, const Eigen::VectorXd& x_si,
   calibration.residuals.resize(touches.size());
   by_parts(touches.size(), [&](std::size_t, std::size_t first, std::size_t behind) {
     for (std::size_t i = first; i < behind; ++i) {
-      const int rows = problem.rows(i);
+      const int rows = problem.place_rows(i);
       TouchResidual& entry = calibration.residuals[i];
       entry.touch = i;
       entry.outlier = outlier[i];
-      double r[3];
+      if (problem.block_of(i) < 0) {
+        constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+        entry.before_m = entry.after_m = entry.whitened = kUnknown;
+        continue;
+      }
+      double r[Problem::kMostRows];
       problem.residual_m(i, nominal, r, nullptr, nullptr);
       entry.before_m = rows == 1 ? r[0] : Eigen::Map<Eigen::Vector3d>(r).norm();
       problem.residual_m(i, found, r, nullptr, nullptr, &entry.direction);
@@ -86,8 +99,9 @@ void fill_residuals(const Problem& problem, const Eigen::VectorXd& x_si,
       entry.whitened = entry.after_m / problem.sigma_m(i);
     }
   });
+  calibration.unseen = judge_unseen(problem, x_si, calibration);
   for (const TouchResidual& entry : calibration.residuals) {
-    if (entry.outlier) continue;
+    if (entry.outlier || std::isnan(entry.after_m)) continue;
     const bool fit = touches[entry.touch].set == TouchSet::kFit;
     add(fit ? calibration.before : calibration.check_before, entry.before_m);
     add(fit ? calibration.after : calibration.check, entry.after_m);

@@ -6,9 +6,13 @@
 
 namespace cellcal::calib {
 
+/// Of the block's own unknowns, without a sphere's radius: where the nominal arm's tips put it.
+Eigen::VectorXd place_seen_by_nominal_arm(const Problem& problem, int block,
+                                          const std::vector<bool>& outlier);
+
 /// Fills residuals, before, after, check_before and check of the calibration. `outlier` per touch;
 /// outliers are in no summary. Before: the nominal arm with a stiff tool, and the sphere that fits
-/// its fit touches best.
+/// its fit touches best. Check touches of targets without any are judged apart (unseen.h).
 void fill_residuals(const Problem& problem, const Eigen::VectorXd& x_si,
                     const std::vector<bool>& outlier, Calibration& calibration);
 

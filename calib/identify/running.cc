@@ -42,8 +42,8 @@ struct RunningEstimate::Impl {
   Impl(Cell stated, std::vector<Touch> first, IdentifyOptions how)
       : cell(std::move(stated)),
         options(std::move(how)),
-        levelled(at_level(cell, options.level.value_or(ModelLevel{}))),
-        arm(levelled.robot, levelled.tool),
+        levelled(at_level(cell, options.level.value_or(ModelLevel{}), first)),
+        arm(levelled),
         touches(std::move(first)) {}
 
   std::vector<ModelLevel> levels() const {

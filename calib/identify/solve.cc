@@ -22,7 +22,7 @@ class Rows {
         floor_m_(sigma_floor_m),
         x_(static_cast<std::size_t>(problem.size())),
         scale_(problem.size()),
-        by_shared_(static_cast<std::size_t>(3 * problem.shared_size())) {
+        by_shared_(static_cast<std::size_t>(Problem::kMostRows * problem.shared_size())) {
     for (int i = 0; i < problem.size(); ++i) scale_[i] = problem.unknowns()[i].scale;
   }
 
@@ -85,7 +85,7 @@ class Rows {
   Eigen::VectorXd scale_;
   std::vector<double> by_shared_;
   Problem::At at_{};
-  double by_target_[3 * TargetBlock::kMost] = {};
+  double by_target_[Problem::kMostRows * TargetBlock::kMost] = {};
 };
 
 /// The sum of squares over touches, lengths and priors, as Ceres sees it: reduced to one row per
@@ -168,7 +168,7 @@ class Objective final : public ceres::CostFunction {
     at(u);
     std::vector<double> sums(parts_.size(), 0.0);
     by_parts(use_.size(), [&](std::size_t part, std::size_t first, std::size_t behind) {
-      double r[3];
+      double r[Problem::kMostRows];
       for (std::size_t i = first; i < behind; ++i) {
         if (!use_[i]) continue;
         const int rows = parts_[part].rows.touch(i, r, nullptr, 0);
@@ -188,7 +188,7 @@ class Objective final : public ceres::CostFunction {
                    bool reweighted) const {
     const Eigen::Index n = problem_.size();
     Eigen::Index row = 0;
-    double r[3];
+    double r[Problem::kMostRows];
     for (std::size_t i = first; i < behind; ++i) {
       if (!use_[i]) continue;
       const int rows = part.rows.touch(i, r, part.block.row(row).data(), n + 1);
@@ -196,7 +196,7 @@ class Objective final : public ceres::CostFunction {
         part.block(row, n) = r[k];
         if (cauchy_ > 0.0) robustify(part.block.row(row), reweighted);
       }
-      if (row + 3 <= kRows) continue;
+      if (row + Problem::kMostRows <= kRows) continue;
       information.add(part.block.topRows(row));
       row = 0;
     }

@@ -15,10 +15,13 @@ double stated_value(const Cell& cell, std::string_view parameter) {
     if (what == "beta") return joint.beta_rad;
     return 0.0;
   }
-  const Eigen::Vector3d tip = cell.tool.tcp.translation();
-  if (owner == "tool" && what == "x") return tip.x();
-  if (owner == "tool" && what == "y") return tip.y();
-  if (owner == "tool" && what == "z") return tip.z();
+  const auto along = [&](const Tool& tool) {
+    const Eigen::Vector3d tip = tool.tcp.translation();
+    return what == "x" ? tip.x() : what == "y" ? tip.y() : what == "z" ? tip.z() : 0.0;
+  };
+  if (owner == cell.tool.name()) return along(cell.tool);
+  for (const Tool& tool : cell.other_tools)
+    if (owner == tool.name()) return along(tool);
   return 0.0;
 }
 

@@ -2,13 +2,17 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <numeric>
 
 #include "calib/files/error.h"
+#include "calib/files/units.h"
 #include "calib/identify/start.h"
+#include "calib/model/turn.h"
 
 namespace cellcal::calib {
 
@@ -21,30 +25,6 @@ using Eigen::Vector3d;
 constexpr double kNormalCosine = 0.866;  // 30 deg
 /// Mean sine of the angle between tool and plane from which on the tool is seen to be on one side.
 constexpr double kClearSide = 0.05;
-
-Matrix3d cross(const Vector3d& v) {
-  Matrix3d m;
-  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return m;
-}
-
-Matrix3d turn(const Vector3d& w) {
-  const double angle = w.norm();
-  return angle > 0.0 ? Eigen::AngleAxisd(angle, w / angle).toRotationMatrix()
-                     : Matrix3d::Identity().eval();
-}
-
-/// How the rotation turn(w) turns on, in the base frame, with w: its left Jacobian.
-Matrix3d turn_derivative(const Vector3d& w) {
-  const double angle2 = w.squaredNorm(), angle = std::sqrt(angle2);
-  const Matrix3d k = cross(w);
-  // Below this the series' next terms are under rounding.
-  constexpr double kSmall = 1e-4;
-  const double a = angle < kSmall ? 0.5 - angle2 / 24.0 : (1.0 - std::cos(angle)) / angle2;
-  const double b =
-      angle < kSmall ? 1.0 / 6.0 - angle2 / 120.0 : (angle - std::sin(angle)) / (angle2 * angle);
-  return Matrix3d::Identity() + a * k + b * k * k;
-}
 
 /// Two directions across the unit vector n, and n.
 Matrix3d axes_about(const Vector3d& n) {
@@ -60,21 +40,30 @@ struct Seen {
   std::vector<Vector3d> tips_m, readings_m;
   std::vector<Vector3d> tool;  ///< from the tip to the flange, unit
   std::vector<double> radii_m;
+  std::vector<double> tip_radii_m;    ///< of the tools
+  std::vector<Matrix3d> tool_turns;   ///< of the tool's frame, where the probe's was read, too
+  std::vector<Matrix3d> probe_turns;  ///< in the tracker's frame; of the same touches
 };
 
-Seen see(const Cell& cell, const ArmModel& arm, const Target& target,
-         const std::vector<Touch>& touches) {
+Seen see(const ArmModel& arm, const Target& target, const std::vector<Touch>& touches) {
   Seen seen;
   for (const Touch& touch : touches) {
     if (touch.target != target.id || touch.set != TouchSet::kFit) continue;
-    const Eigen::Isometry3d tcp = arm.nominal_tcp(touch.joint_rad);
+    const int index = arm.tool_index(touch.tool);
+    const Tool& tool = arm.tool(index);
+    const Eigen::Isometry3d tcp = arm.nominal_tcp(touch.joint_rad, index);
     seen.tips_m.push_back(tcp.translation());
     seen.readings_m.emplace_back(touch.tracker_m[0], touch.tracker_m[1], touch.tracker_m[2]);
     seen.radii_m.push_back(target.kind == TargetKind::kWire
                                ? touch.radius_m
-                               : target.diameter_m / 2.0 + cell.tool.tip_radius_m);
+                               : target.diameter_m / 2.0 + tool.tip_radius_m);
+    seen.tip_radii_m.push_back(tool.tip_radius_m);
+    if (touch.tracker_abc_rad) {
+      seen.tool_turns.push_back(tcp.linear());
+      seen.probe_turns.push_back(probe_turn(touch));
+    }
     seen.tool.push_back(
-        ((tcp * cell.tool.tcp.inverse()).translation() - tcp.translation()).stableNormalized());
+        ((tcp * tool.tcp.inverse()).translation() - tcp.translation()).stableNormalized());
   }
   return seen;
 }
@@ -111,8 +100,17 @@ std::vector<std::size_t> together(const Target& target, const Seen& seen) {
 Seen without_strays(const Target& target, const Seen& seen) {
   const std::vector<std::size_t> which = together(target, seen);
   if (2 * which.size() <= seen.tips_m.size()) return seen;
-  return {at(seen.tips_m, which), at(seen.readings_m, which), at(seen.tool, which),
-          at(seen.radii_m, which)};
+  return {at(seen.tips_m, which),  at(seen.readings_m, which),  at(seen.tool, which),
+          at(seen.radii_m, which), at(seen.tip_radii_m, which), seen.tool_turns,
+          seen.probe_turns};
+}
+
+/// Of all touches; the mean where they are of several tools.
+double common_tip_radius_m(const Seen& seen) {
+  const std::vector<double>& all = seen.tip_radii_m;
+  if (std::all_of(all.begin(), all.end(), [&](double r) { return r == all.front(); }))
+    return all.empty() ? 0.0 : all.front();
+  return std::accumulate(all.begin(), all.end(), 0.0) / static_cast<double>(all.size());
 }
 
 /// The normal's sign with which the tool stands on the plane's outer side, by most touches: of one
@@ -122,7 +120,7 @@ double side_of(const Cell& cell, const Target& target, const Seen& seen, const V
   for (const Vector3d& tool : seen.tool)
     mean += normal.dot(tool) / static_cast<double>(seen.tool.size());
   // A tip without extent touches the same plane from either side.
-  const bool any_side = cell.tool.tip_radius_m == 0.0 && cell.radius_offset_sigma_m == 0.0;
+  const bool any_side = common_tip_radius_m(seen) == 0.0 && cell.radius_offset_sigma_m == 0.0;
   if (std::abs(mean) > kClearSide || any_side) return mean < 0.0 ? -1.0 : 1.0;
   throw IdentifyError(fmt::format(
       "target {}: the tool lies along the plane, so the touches do not tell from which side it was "
@@ -150,9 +148,21 @@ TargetPlace place_plane(const Cell& cell, const Target& target, const Seen& seen
   } else {
     normal *= side_of(cell, target, seen, normal);
   }
-  TargetPlace place(fit.middle_m - cell.tool.tip_radius_m * normal);
+  TargetPlace place(fit.middle_m - common_tip_radius_m(seen) * normal);
   place.axes = axes_about(normal);
   return place;
+}
+
+/// How the probe sits on the tool, the tracker's frame standing so: the mean over all touches.
+Matrix3d probe_on_tool(const Matrix3d& axes, const Seen& seen) {
+  Matrix3d sum = Matrix3d::Zero();
+  for (std::size_t i = 0; i < seen.tool_turns.size(); ++i)
+    sum += seen.tool_turns[i].transpose() * axes * seen.probe_turns[i];
+  if (sum.isZero(0.0) || !sum.allFinite()) return Matrix3d::Identity();
+  const Eigen::JacobiSVD<Matrix3d> svd(sum, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  Matrix3d proper = Matrix3d::Identity();
+  proper(2, 2) = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0.0 ? -1.0 : 1.0;
+  return svd.matrixU() * proper * svd.matrixV().transpose();
 }
 
 TargetPlace place_tracker(const Target& target, const Seen& seen) {
@@ -169,6 +179,7 @@ TargetPlace place_tracker(const Target& target, const Seen& seen) {
   TargetPlace place(fit.frame * fit.middle_m);
   place.axes = fit.frame.linear();
   place.middle_m = fit.middle_m;
+  place.probe = probe_on_tool(place.axes, seen);
   return place;
 }
 
@@ -196,6 +207,12 @@ TargetPlace place_of(const Cell& cell, const Target& target, const Seen& seen) {
 
 }  // namespace
 
+Matrix3d probe_turn(const Touch& touch) {
+  FrameMmDeg frame;
+  for (std::size_t k = 0; k < 3; ++k) frame.abc_deg[k] = (*touch.tracker_abc_rad)[k] * kDegPerRad;
+  return to_isometry(frame).linear();
+}
+
 int place_size(TargetKind kind) { return kind == TargetKind::kTracker ? 6 : 3; }
 
 Eigen::VectorXd unknowns_at(TargetKind kind, const TargetPlace& start, const TargetPlace& place) {
@@ -205,10 +222,9 @@ Eigen::VectorXd unknowns_at(TargetKind kind, const TargetPlace& start, const Tar
                     place.axes.col(2).dot(place.centre_m - start.centre_m));
   }
   if (kind == TargetKind::kTracker) {
-    const Eigen::AngleAxisd turned(Matrix3d(place.axes * start.axes.transpose()));
     Eigen::VectorXd x(6);
     x << place.centre_m + place.axes * (start.middle_m - place.middle_m),
-        turned.angle() * turned.axis();
+        turn_vector(place.axes * start.axes.transpose());
     return x;
   }
   return place.centre_m;
@@ -235,7 +251,7 @@ Vector3d tracked_m(const TargetPlace& start, const double* unknowns, const Vecto
   const Vector3d turned = turn(w) * (start.axes * (reading_m - start.middle_m));
   if (by_unknowns != nullptr) {
     by_unknowns->leftCols<3>().setIdentity();
-    by_unknowns->rightCols<3>() = -cross(turned) * turn_derivative(w);
+    by_unknowns->rightCols<3>() = -cross_matrix(turned) * turn_derivative(w);
   }
   return centre + turned;
 }
@@ -267,7 +283,7 @@ std::vector<TargetPlace> starting_places(const Cell& cell, const ArmModel& arm,
   std::vector<TargetPlace> places(cell.targets.size());
   for (std::size_t t = 0; t < cell.targets.size(); ++t) {
     const Target& target = cell.targets[t];
-    const Seen seen = without_strays(target, see(cell, arm, target, touches));
+    const Seen seen = without_strays(target, see(arm, target, touches));
     if (!seen.tips_m.empty()) places[t] = place_of(cell, target, seen);
   }
   return places;
@@ -278,7 +294,7 @@ std::vector<TargetPlace> rough_places(const Cell& cell, const ArmModel& arm,
   std::vector<TargetPlace> places(cell.targets.size());
   for (std::size_t t = 0; t < cell.targets.size(); ++t) {
     const Target& target = cell.targets[t];
-    const Seen seen = see(cell, arm, target, touches);
+    const Seen seen = see(arm, target, touches);
     if (seen.tips_m.empty()) continue;
     try {
       places[t] = place_of(cell, target, seen);
@@ -289,7 +305,7 @@ std::vector<TargetPlace> rough_places(const Cell& cell, const ArmModel& arm,
         Vector3d normal = target.has_normal ? target.normal : fit_plane(seen.tips_m).normal;
         if (!target.has_normal && normal.dot(mean_of(seen.tool)) < 0.0) normal = -normal;
         places[t].axes = axes_about(normal);
-        places[t].centre_m -= cell.tool.tip_radius_m * normal;
+        places[t].centre_m -= common_tip_radius_m(seen) * normal;
       } else if (target.has_centre) {
         places[t].centre_m = target.centre_m;
       }
@@ -301,7 +317,7 @@ std::vector<TargetPlace> rough_places(const Cell& cell, const ArmModel& arm,
 LieTogether lie_together(const Cell& cell, const ArmModel& arm, const std::string& target,
                          const std::vector<Touch>& touches) {
   const Target& its = cell.targets[cell.target_index(target)];
-  const Seen seen = see(cell, arm, its, touches);
+  const Seen seen = see(arm, its, touches);
   return {together(its, seen).size(), seen.tips_m.size()};
 }
 

@@ -24,9 +24,14 @@ struct TargetPlace {
   /// frame.
   Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();
   Eigen::Vector3d middle_m = Eigen::Vector3d::Zero();  ///< tracker: in its own frame
+  /// Tracker of poses: how the probe sits on the tool, the probe's frame in the tool's.
+  Eigen::Matrix3d probe = Eigen::Matrix3d::Identity();
 };
 
-/// Unknowns of a target, a sphere's radius aside: 3, or 6 for a tracker.
+/// The probe's frame in the tracker's, of a touch that has its turns.
+Eigen::Matrix3d probe_turn(const Touch& touch);
+
+/// Unknowns of a target, a sphere's radius and how a probe sits aside: 3, or 6 for a tracker.
 int place_size(TargetKind kind);
 
 /// Values of the unknowns counted from `start` [m, rad] that put the target at `place`; a tracker's

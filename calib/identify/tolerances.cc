@@ -56,9 +56,17 @@ BeyondTolerance beyond_tolerance(const Problem& problem, const Calibration& c, d
 
 /// Where the tip meets its targets elsewhere than the files say; empty within `most` sigmas.
 std::string radius_words(const Problem& problem, const Calibration& c, double most) {
-  if (problem.rho() < 0) return {};
-  const double off_m = c.parameters[static_cast<std::size_t>(problem.rho())].correction;
-  const double sigma_m = problem.unknowns()[problem.rho()].scale;
+  int worst = -1;
+  for (int tool = 0; tool < problem.arm().tool_count(); ++tool) {
+    const int rho = problem.rho(tool);
+    if (rho >= 0 &&
+        (worst < 0 || std::abs(c.parameters[static_cast<std::size_t>(rho)].correction) >
+                          std::abs(c.parameters[static_cast<std::size_t>(worst)].correction)))
+      worst = rho;
+  }
+  if (worst < 0) return {};
+  const double off_m = c.parameters[static_cast<std::size_t>(worst)].correction;
+  const double sigma_m = problem.unknowns()[static_cast<std::size_t>(worst)].scale;
   if (!(std::abs(off_m) > most * sigma_m)) return {};
   return fmt::format(
       "the tip meets its targets {:+.2f} mm from where diameter and tip radius put it, {:.1f} "

@@ -15,6 +15,7 @@
 #include "calib/identify/sizes.h"
 #include "calib/identify/solve.h"
 #include "calib/identify/target_place.h"
+#include "calib/identify/temperature.h"
 #include "calib/identify/tolerances.h"
 
 namespace cellcal::calib {
@@ -76,11 +77,12 @@ double least_information(const Problem& problem, const Eigen::VectorXd& x, const
   if (kind == TargetKind::kTracker) lever.tail<3>().setConstant(kPlaceLeverM);
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(block.place, block.place);
   const Problem::At at = problem.at(x.data());
-  double r[3], by_target[3 * TargetBlock::kMost];
+  double r[Problem::kMostRows], by_target[Problem::kMostRows * TargetBlock::kMost];
   for (const std::size_t i : touches) {
     problem.residual_m(i, at, r, nullptr, by_target);
     const Eigen::MatrixXd j =
-        Eigen::Map<const RowMajor>(by_target, problem.rows(i), block.size()).leftCols(block.place) *
+        Eigen::Map<const RowMajor>(by_target, problem.place_rows(i), block.size())
+            .leftCols(block.place) *
         lever.cwiseInverse().asDiagonal();
     information += j.transpose() * j / std::pow(problem.sigma_m(i), 2);
   }
@@ -118,13 +120,6 @@ bool tracker_holds_scale(const Problem& problem, const std::vector<std::size_t>&
   return information * kScaleSigma * kScaleSigma > 1.0;
 }
 
-/// A held-out touch: the square of its residual over its predicted sigmas, of the touch and of what
-/// the fit leaves open there.
-struct HeldOut {
-  std::size_t touch;
-  double square;
-  int rows;
-};
 /// None without covariance.
 std::vector<HeldOut> held_out(const Problem& problem, const Calibration& c) {
   if (c.covariance.rows() != problem.size()) return {};
@@ -146,20 +141,20 @@ std::vector<HeldOut> held_out(const Problem& problem, const Calibration& c) {
     j.middleCols(block.first, block.size()) = by_target;
     const Eigen::VectorXd variance = (j * c.covariance).cwiseProduct(j).rowwise().sum().array() +
                                      std::pow(problem.sigma_m(t), 2);
-    all.push_back({t, residual.cwiseAbs2().cwiseQuotient(variance).sum(), rows});
+    all.push_back(
+        {t, residual.cwiseAbs2().cwiseQuotient(variance).sum(), static_cast<double>(rows)});
   }
   return all;
 }
 
 /// Root of the mean square; 0 of none.
 double rms_of(std::span<const HeldOut> touches) {
-  double sum = 0.0;
-  int rows = 0;
+  double sum = 0.0, rows = 0.0;
   for (const HeldOut& one : touches) {
     sum += one.square;
     rows += one.rows;
   }
-  return rows == 0 ? 0.0 : std::sqrt(sum / rows);
+  return rows == 0.0 ? 0.0 : std::sqrt(sum / rows);
 }
 
 }  // namespace
@@ -314,7 +309,9 @@ std::string untouched_targets(const Problem& problem) {
   std::vector<std::string> names;
   for (std::size_t t = 0; t < targets.size(); ++t)
     if (std::none_of(problem.blocks().begin(), problem.blocks().end(),
-                     [&](const TargetBlock& block) { return block.target == t; }))
+                     [&](const TargetBlock& block) { return block.target == t; }) &&
+        std::none_of(problem.touches().begin(), problem.touches().end(),
+                     [&](const Touch& touch) { return touch.target == targets[t].id; }))
       names.push_back(targets[t].id);
   if (names.empty()) return {};
   const auto& lengths = problem.cell().lengths;
@@ -355,7 +352,7 @@ bool is_note(std::string_view reason) {
   for (const std::string_view opening :
        {"scope: ", "no check touches: ", "since the last one: ", "unchecked scale: ",
         "not touched: ", "gross check touches: ", "stated centre: ", "beyond tolerance: ",
-        "radius offset: "})
+        "radius offset: ", "unseen place: ", "not judged: ", "temperature: "})
     if (reason.starts_with(opening)) return true;
   return false;
 }
@@ -438,6 +435,7 @@ Verdict judge(const Problem& problem, const Calibration& c) {
   judge_drawing(problem, c, blocking);
   std::vector<HeldOut> checks = held_out(problem, c);
   std::erase_if(checks, [&](const HeldOut& one) { return c.residuals[one.touch].outlier; });
+  checks.insert(checks.end(), c.unseen.held_out.begin(), c.unseen.held_out.end());
   if (const double ratio = rms_of(checks); ratio > kCheckRatio) {
     blocking.push_back(
         fmt::format("check touches: held-out touches leave {:.3f} mm rms, {:.1f} times what the "
@@ -446,7 +444,8 @@ Verdict judge(const Problem& problem, const Calibration& c) {
     constexpr int kInWords = 3;
     int elsewhere = 0;
     for (const TouchResidual& r : c.residuals) {
-      if (problem.touches()[r.touch].set != TouchSet::kCheck || r.outlier) continue;
+      if (problem.touches()[r.touch].set != TouchSet::kCheck || r.outlier || std::isnan(r.after_m))
+        continue;
       const auto other = lies_on(problem, c, r);
       if (other && ++elsewhere <= kInWords)
         blocking.back() += fmt::format("; {} of {} lies on {}: correct its target",
@@ -510,6 +509,17 @@ Verdict judge(const Problem& problem, const Calibration& c) {
   if (!gross.empty())
     verdict.reasons.push_back("gross check touches: " + farthest_words(std::move(gross)) +
                               "; judged without");
+  if (std::string words = temperature_words(problem.touches()); !words.empty())
+    verdict.reasons.push_back(std::move(words));
+  for (const UnseenTarget& unseen : c.unseen.targets)
+    verdict.reasons.push_back(
+        unseen.why_not.empty()
+            ? fmt::format(
+                  "unseen place: {}, that no fit touch is of: {} check touches leave {:.3f} "
+                  "mm rms about the place that fits them ({:.1f} degrees of freedom)",
+                  unseen.target, unseen.touches, unseen.rms_m * 1e3, unseen.degrees_of_freedom)
+            : fmt::format("not judged: {}, that no fit touch is of: {}", unseen.target,
+                          unseen.why_not));
   if (c.check.count == 0)
     verdict.reasons.push_back("no check touches: the residuals are of the fit itself");
   return verdict;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "calib/model/kinematics.h"
+#include "calib/model/turn.h"
 
 namespace cellcal::calib {
 
@@ -49,7 +50,8 @@ Direction direction(double angle) {
 ArmErrors ArmModel::errors(const double* x) const {
   ArmErrors e;
   e.x = x;
-  e.tcp_m = tool_.tcp.translation();
+  for (int k = 0; k < tool_count(); ++k)
+    e.tool[static_cast<std::size_t>(k)] = {tool(k).tcp.translation(), 0.0, 0.0};
   std::array<double, kMaxJoints> alpha, beta;
   for (int i = 0; i < joint_count(); ++i) {
     const Joint& joint = robot_.joints[i];
@@ -78,10 +80,13 @@ ArmErrors ArmModel::errors(const double* x) const {
         beta[parameter.joint] += x[p];
         break;
       case ArmParameterKind::kDeflection:
-        e.bend_m_per_accel = x[p] * stiff_;
+        e.tool[parameter.tool].bend_m_per_accel = x[p] * stiff_[parameter.tool];
+        e.tool[parameter.tool].turn_rad_per_accel = x[p] * tool(parameter.tool).mass_kg *
+                                                    tool(parameter.tool).length_m *
+                                                    tool(parameter.tool).length_m / 2.0;
         break;
       case ArmParameterKind::kTcp:
-        e.tcp_m[parameter.axis] += x[p];
+        e.tool[parameter.tool].tcp_m[parameter.axis] += x[p];
         break;
       case ArmParameterKind::kCompliance:
       case ArmParameterKind::kLoad:
@@ -134,8 +139,9 @@ void ArmModel::walk(const PreparedPose& pose, const ArmErrors& errors, ArmChain&
   walk_links(pose, errors, chain);
   const Vector3d z = chain.flange.col(2);
   const Vector3d& g = robot_.gravity_m_s2;
-  chain.rigid_tip = chain.flange_origin + chain.flange * errors.tcp_m;
-  chain.tip = chain.rigid_tip + errors.bend_m_per_accel * (g - g.dot(z) * z);
+  const ArmErrors::OfTool& tool = errors.tool[pose.tool];
+  chain.rigid_tip = chain.flange_origin + chain.flange * tool.tcp_m;
+  chain.tip = chain.rigid_tip + tool.bend_m_per_accel * (g - g.dot(z) * z);
 }
 
 void ArmModel::derivative_along(const Vector3d& n, const PreparedPose& pose,
@@ -143,7 +149,7 @@ void ArmModel::derivative_along(const Vector3d& n, const PreparedPose& pose,
                                 std::ptrdiff_t stride) const {
   const Vector3d z = chain.flange.col(2);
   const Vector3d& g = robot_.gravity_m_s2;
-  const double bend = errors.bend_m_per_accel;
+  const double bend = errors.tool[pose.tool].bend_m_per_accel;
   // A turn about w through o carries the rigid tip t along and swings the flange's z, and with it
   // the direction in which the tool bends, b (g - (g.z) z):
   //   dp = w x (t - o) - b [ g.(w x z) z + (g.z) w x z ]
@@ -180,10 +186,16 @@ void ArmModel::derivative_along(const Vector3d& n, const PreparedPose& pose,
   }
   for (int p = first_by_pose_; p < last_by_pose_; ++p)
     derivative[p * stride] = pose.factor[p] * by_theta[parameters_[p].joint];
-  for (int p = last_by_pose_; p < size(); ++p)
-    derivative[p * stride] = parameters_[p].kind == ArmParameterKind::kDeflection
-                                 ? stiff_ * (g.dot(n) - g.dot(z) * z.dot(n))
-                                 : chain.flange.col(parameters_[p].axis).dot(n);
+  for (int p = last_by_pose_; p < size(); ++p) {
+    const ArmParameter& parameter = parameters_[p];
+    double& out = derivative[p * stride];
+    if (parameter.tool != pose.tool)
+      out = 0.0;
+    else if (parameter.kind == ArmParameterKind::kDeflection)
+      out = stiff_[parameter.tool] * (g.dot(n) - g.dot(z) * z.dot(n));
+    else
+      out = chain.flange.col(parameter.axis).dot(n);
+  }
 }
 
 void ArmModel::derivative(const PreparedPose& pose, const ArmErrors& errors, const ArmChain& chain,
@@ -191,6 +203,58 @@ void ArmModel::derivative(const PreparedPose& pose, const ArmErrors& errors, con
   for (int axis = 0; axis < 3; ++axis)
     derivative_along(Vector3d::Unit(axis), pose, errors, chain, jacobian.data() + axis,
                      jacobian.outerStride());
+}
+
+Matrix3d ArmModel::rotation(const PreparedPose& pose, const ArmErrors& errors,
+                            const ArmChain& chain) const {
+  const Vector3d bend = errors.tool[pose.tool].turn_rad_per_accel *
+                        Vector3d(chain.flange.col(2)).cross(robot_.gravity_m_s2);
+  return turn(bend) * chain.flange * tool(pose.tool).tcp.linear();
+}
+
+void ArmModel::turn_derivative(const PreparedPose& pose, const ArmErrors& errors,
+                               const ArmChain& chain, Eigen::Ref<Eigen::Matrix3Xd> jacobian) const {
+  const Vector3d z = chain.flange.col(2);
+  const Vector3d& g = robot_.gravity_m_s2;
+  const double per_accel = errors.tool[pose.tool].turn_rad_per_accel;
+  const Vector3d bend = per_accel * z.cross(g);
+  const Matrix3d bent = turn(bend), by_bend = calib::turn_derivative(bend);
+  // A turn w of the flange is carried on by the bent tool, and changes how it hangs.
+  const auto carried = [&](const Vector3d& w) {
+    return Vector3d(bent * w + per_accel * (by_bend * w.cross(z).cross(g)));
+  };
+  for (int p = 0; p < size(); ++p) {
+    const ArmParameter& parameter = parameters_[p];
+    switch (parameter.kind) {
+      case ArmParameterKind::kTheta:
+        jacobian.col(p) = carried(chain.link[parameter.joint].z);
+        break;
+      case ArmParameterKind::kAlpha:
+        jacobian.col(p) = carried(chain.link[parameter.joint].x);
+        break;
+      case ArmParameterKind::kBeta:
+        jacobian.col(p) = carried(chain.link[parameter.joint].y);
+        break;
+      case ArmParameterKind::kCompliance:
+      case ArmParameterKind::kLoad:
+      case ArmParameterKind::kCosine:
+      case ArmParameterKind::kSine:
+        jacobian.col(p) = carried(pose.factor[p] * chain.link[parameter.joint].z);
+        break;
+      case ArmParameterKind::kDeflection: {
+        const Tool& own = tool(parameter.tool);
+        const double per_unit =
+            parameter.tool == pose.tool ? own.mass_kg * own.length_m * own.length_m / 2.0 : 0.0;
+        jacobian.col(p) = per_unit * (by_bend * z.cross(g));
+        break;
+      }
+      case ArmParameterKind::kD:
+      case ArmParameterKind::kA:
+      case ArmParameterKind::kTcp:
+        jacobian.col(p).setZero();
+        break;
+    }
+  }
 }
 
 }  // namespace cellcal::calib

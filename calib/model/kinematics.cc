@@ -64,10 +64,12 @@ bool is_length(JointError error) { return error == JointError::kD || error == Jo
 
 }  // namespace
 
-ArmModel::ArmModel(const Robot& robot, const Tool& tool)
-    : robot_(robot),
-      tool_(tool),
-      stiff_(tool.mass_kg * tool.length_m * tool.length_m * tool.length_m / 3.0) {
+ArmModel::ArmModel(const Robot& robot, const Tool& tool, const std::vector<Tool>& others)
+    : robot_(robot), tools_{tool} {
+  tools_.insert(tools_.end(), others.begin(), others.end());
+  if (tools_.size() > kMaxTools)
+    throw std::invalid_argument("ArmModel: " + std::to_string(tools_.size()) +
+                                " tools on one flange; at most " + std::to_string(kMaxTools));
   if (robot.joints.empty() || robot.joints.size() > kMaxJoints)
     throw std::invalid_argument("ArmModel: a robot needs 1 to " + std::to_string(kMaxJoints) +
                                 " joints, but has " + std::to_string(robot.joints.size()));
@@ -117,26 +119,41 @@ ArmModel::ArmModel(const Robot& robot, const Tool& tool)
     }
   }
   last_by_pose_ = size();
-  if (tool_.deflection_sigma > 0.0) {
-    deflection_index_ = size();
-    parameters_.push_back({ArmParameterKind::kDeflection, -1, 0, 0, tool_.deflection_sigma,
-                           "tool.c_t", "1/(N m^2)", 1.0});
-  }
-  constexpr std::array kAxisName = {"tool.x", "tool.y", "tool.z"};
-  for (int axis = 0; axis < 3; ++axis)
-    if (tool_.tcp_sigma_m[axis] > 0.0)
-      parameters_.push_back({ArmParameterKind::kTcp, -1, 0, axis, tool_.tcp_sigma_m[axis],
-                             kAxisName[axis], "mm", 1000.0});
+  for (int k = 0; k < tool_count(); ++k) add_tool_parameters(k);
   none_ = errors(nullptr);
 }
 
+void ArmModel::add_tool_parameters(int index) {
+  const Tool& tool = tools_[static_cast<std::size_t>(index)];
+  stiff_.push_back(tool.mass_kg * tool.length_m * tool.length_m * tool.length_m / 3.0);
+  const std::string name = tool.name();
+  if (tool.deflection_sigma > 0.0) {
+    parameters_.push_back({ArmParameterKind::kDeflection, -1, 0, 0, tool.deflection_sigma,
+                           name + ".c_t", "1/(N m^2)", 1.0, -1, index});
+  }
+  constexpr std::array kAxisName = {".x", ".y", ".z"};
+  for (int axis = 0; axis < 3; ++axis)
+    if (tool.tcp_sigma_m[axis] > 0.0)
+      parameters_.push_back({ArmParameterKind::kTcp, -1, 0, axis, tool.tcp_sigma_m[axis],
+                             name + kAxisName[static_cast<std::size_t>(axis)], "mm", 1000.0, -1,
+                             index});
+}
+
+int ArmModel::tool_index(std::string_view id) const {
+  if (id.empty()) return 0;
+  for (int k = 0; k < tool_count(); ++k)
+    if (tool(k).id == id) return k;
+  throw std::out_of_range("no tool \"" + std::string(id) + "\" on the flange");
+}
+
 /// Without what depends on the pose in other ways than by its directions.
-PreparedPose ArmModel::turned(std::span<const double> joint_rad) const {
+PreparedPose ArmModel::turned(std::span<const double> joint_rad, int tool) const {
   if (joint_rad.size() != robot_.joints.size())
     throw std::invalid_argument("ArmModel::prepare: " + std::to_string(joint_rad.size()) +
                                 " joint angles for a robot of " +
                                 std::to_string(robot_.joints.size()) + " joints");
   PreparedPose pose;
+  pose.tool = tool;
   pose.direction.resize(2, joint_count());
   for (int i = 0; i < joint_count(); ++i) {
     const double theta = robot_.joints[i].sign * joint_rad[i] + robot_.joints[i].offset_rad;
@@ -145,8 +162,8 @@ PreparedPose ArmModel::turned(std::span<const double> joint_rad) const {
   return pose;
 }
 
-PreparedPose ArmModel::prepare(std::span<const double> joint_rad) const {
-  PreparedPose pose = turned(joint_rad);
+PreparedPose ArmModel::prepare(std::span<const double> joint_rad, int tool) const {
+  PreparedPose pose = turned(joint_rad, tool);
   pose.factor = Eigen::VectorXd::Zero(size());
   Eigen::VectorXd torque;
   ArmChain chain;
@@ -196,8 +213,12 @@ PreparedPose ArmModel::prepare(std::span<const double> joint_rad) const {
 
 Eigen::VectorXd ArmModel::gravity_torque_nm(const ArmChain& chain) const {
   // From the flange inwards: the mass that hangs on joint i is its link's and all further ones'.
-  Vector3d moment_sum = tool_.mass_kg * (chain.flange_origin + chain.flange * tool_.com_m);
-  double mass_sum = tool_.mass_kg;
+  Vector3d moment_sum = Vector3d::Zero();
+  double mass_sum = 0.0;
+  for (const Tool& tool : tools_) {
+    moment_sum += tool.mass_kg * (chain.flange_origin + chain.flange * tool.com_m);
+    mass_sum += tool.mass_kg;
+  }
   Eigen::VectorXd torque(joint_count());
   for (int i = joint_count() - 1; i >= 0; --i) {
     const Joint& joint = robot_.joints[i];
@@ -238,39 +259,32 @@ ArmShape ArmModel::shape(const PreparedPose& pose, const double* x) const {
   shape.flange.linear() = chain.flange;
   shape.flange.translation() = chain.flange_origin;
   shape.flange.makeAffine();
-  const double c_t = x != nullptr && deflection_index_ >= 0 ? x[deflection_index_] : 0.0;
-  const Vector3d z = chain.flange.col(2);
-  const Vector3d turn =
-      c_t * tool_.mass_kg * tool_.length_m * tool_.length_m / 2.0 * z.cross(robot_.gravity_m_s2);
-  const Matrix3d swing = turn.norm() > 0.0
-                             ? Eigen::AngleAxisd(turn.norm(), turn.normalized()).toRotationMatrix()
-                             : Matrix3d::Identity();
-  shape.tcp.linear() = swing * chain.flange * tool_.tcp.linear();
+  shape.tcp.linear() = rotation(pose, at, chain);
   shape.tcp.translation() = chain.tip;
   shape.tcp.makeAffine();
   return shape;
 }
 
-Eigen::Isometry3d ArmModel::nominal_tcp(std::span<const double> joint_rad) const {
+Eigen::Isometry3d ArmModel::nominal_tcp(std::span<const double> joint_rad, int index) const {
   ArmChain chain;
-  walk(turned(joint_rad), none_, chain);
+  walk(turned(joint_rad, index), none_, chain);
   Eigen::Isometry3d tcp;
-  tcp.linear() = chain.flange * tool_.tcp.linear();
+  tcp.linear() = chain.flange * tool(index).tcp.linear();
   tcp.translation() = chain.tip;
   tcp.makeAffine();
   return tcp;
 }
 
-Vector3d ArmModel::nominal_tip_m(std::span<const double> joint_rad) const {
+Vector3d ArmModel::nominal_tip_m(std::span<const double> joint_rad, int index) const {
   ArmChain chain;
-  walk(turned(joint_rad), none_, chain);
+  walk(turned(joint_rad, index), none_, chain);
   return chain.tip;
 }
 
 Eigen::Matrix<double, 6, Eigen::Dynamic> ArmModel::nominal_jacobian(
     std::span<const double> joint_rad) const {
   ArmChain chain;
-  walk(turned(joint_rad), none_, chain);
+  walk(turned(joint_rad, 0), none_, chain);
   Eigen::Matrix<double, 6, Eigen::Dynamic> jacobian(6, joint_count());
   for (int i = 0; i < joint_count(); ++i) {
     const Vector3d axis = robot_.joints[i].sign * chain.link[i].z;

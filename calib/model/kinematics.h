@@ -18,6 +18,7 @@
 #include <array>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "calib/model/robot.h"
@@ -48,15 +49,19 @@ struct ArmParameter {
   std::string unit;    ///< of the value times to_unit
   double to_unit = 1.0;
   int link = -1;  ///< kLoad: the joint whose link it is
+  int tool = 0;   ///< kDeflection, kTcp: whose
 };
 
 /// A robot of more joints is refused; bounds the stack.
 constexpr int kMaxJoints = 32;
+/// More tips and reflectors on one flange are refused.
+constexpr int kMaxTools = 8;
 
 /// What depends on the axis angles alone and not on the errors; computed once per touch.
 struct PreparedPose {
   Eigen::Matrix2Xd direction;  ///< per joint: cosine and sine of the nominal theta
   Eigen::VectorXd factor;      ///< per parameter: dtheta/dx for compliance, load, harmonics; else 0
+  int tool = 0;                ///< whose tip it is about
 };
 
 /// What depends on the errors alone and not on the axis angles; computed once for many poses.
@@ -67,10 +72,14 @@ struct ArmErrors {
     double cos_alpha, sin_alpha, cos_beta, sin_beta;
     bool has_beta;
   };
+  struct OfTool {
+    Eigen::Vector3d tcp_m;            ///< in the flange's frame, before it bends
+    double bend_m_per_accel = 0.0;    ///< c_t m l^3/3: tip's displacement over acceleration across
+    double turn_rad_per_accel = 0.0;  ///< c_t m l^2/2: tip's rotation over it
+  };
   std::array<OfJoint, kMaxJoints> joint;
-  const double* x;                ///< null: all zero
-  Eigen::Vector3d tcp_m;          ///< in the flange's frame, before it bends
-  double bend_m_per_accel = 0.0;  ///< c_t m l^3/3: tip's displacement over acceleration across
+  std::array<OfTool, kMaxTools> tool;
+  const double* x;  ///< null: all zero
 };
 
 /// The arm in one pose under errors: axes and origins along the chain, base frame.
@@ -95,19 +104,25 @@ struct ArmShape {
   Eigen::Isometry3d tcp;
 };
 
-/// Robot with tool and the list of its possible errors. Immutable; safe to share among threads.
+/// Robot with what is on its flange, and the list of its possible errors. Several tools hang there
+/// at once: the joints bear them all, and each bends by itself. Immutable; safe to share among
+/// threads.
 class ArmModel {
  public:
-  ArmModel(const Robot& robot, const Tool& tool);
+  ArmModel(const Robot& robot, const Tool& tool, const std::vector<Tool>& others = {});
+  explicit ArmModel(const Cell& cell) : ArmModel(cell.robot, cell.tool, cell.other_tools) {}
 
   const std::vector<ArmParameter>& parameters() const { return parameters_; }
   int size() const { return static_cast<int>(parameters_.size()); }
   int joint_count() const { return static_cast<int>(robot_.joints.size()); }
   const Robot& robot() const { return robot_; }
-  const Tool& tool() const { return tool_; }
+  int tool_count() const { return static_cast<int>(tools_.size()); }
+  const Tool& tool(int index = 0) const { return tools_[static_cast<std::size_t>(index)]; }
+  /// Of the tool with this id, empty for the first; throws std::out_of_range naming it.
+  int tool_index(std::string_view id) const;
 
   /// Throws std::invalid_argument when the number of angles is not the robot's.
-  PreparedPose prepare(std::span<const double> joint_rad) const;
+  PreparedPose prepare(std::span<const double> joint_rad, int tool = 0) const;
 
   /// x: size() values, SI; null: all zero.
   ArmErrors errors(const double* x) const;
@@ -120,6 +135,13 @@ class ArmModel {
   void derivative(const PreparedPose& pose, const ArmErrors& errors, const ArmChain& chain,
                   Eigen::Ref<Eigen::Matrix3Xd> jacobian) const;
 
+  /// The TCP's frame in the base's.
+  Eigen::Matrix3d rotation(const PreparedPose& pose, const ArmErrors& errors,
+                           const ArmChain& chain) const;
+  /// How that turns on, in the base frame: 3 x size() [rad per parameter].
+  void turn_derivative(const PreparedPose& pose, const ArmErrors& errors, const ArmChain& chain,
+                       Eigen::Ref<Eigen::Matrix3Xd> jacobian) const;
+
   /// TCP position [m, base frame] at errors x (size() values; null: all zero).
   Eigen::Vector3d position(const PreparedPose& pose, const double* x) const;
   /// Same with its derivative.
@@ -128,27 +150,27 @@ class ArmModel {
   ArmShape shape(const PreparedPose& pose, const double* x) const;
 
   /// TCP pose of the nominal arm with a stiff tool.
-  Eigen::Isometry3d nominal_tcp(std::span<const double> joint_rad) const;
+  Eigen::Isometry3d nominal_tcp(std::span<const double> joint_rad, int tool = 0) const;
   /// Its position alone.
-  Eigen::Vector3d nominal_tip_m(std::span<const double> joint_rad) const;
-  /// Geometric Jacobian of the nominal TCP, 6 x joints (linear above angular), per controller
-  /// axis angle, base frame.
+  Eigen::Vector3d nominal_tip_m(std::span<const double> joint_rad, int tool = 0) const;
+  /// Geometric Jacobian of the first tool's nominal TCP, 6 x joints (linear above angular), per
+  /// controller axis angle, base frame.
   Eigen::Matrix<double, 6, Eigen::Dynamic> nominal_jacobian(
       std::span<const double> joint_rad) const;
 
  private:
-  PreparedPose turned(std::span<const double> joint_rad) const;
+  PreparedPose turned(std::span<const double> joint_rad, int tool) const;
+  void add_tool_parameters(int index);
   void walk_links(const PreparedPose& pose, const ArmErrors& errors, ArmChain& chain) const;
   Eigen::VectorXd gravity_torque_nm(const ArmChain& chain) const;
 
   Robot robot_;
-  Tool tool_;
+  std::vector<Tool> tools_;
   std::vector<ArmParameter> parameters_;
   int first_by_pose_ = 0,
-      last_by_pose_ = 0;  ///< parameters that turn a joint by what the pose says
-  int deflection_index_ = -1;
-  double stiff_ = 0.0;  ///< m l^3/3 of the tool
-  ArmErrors none_;      ///< of the nominal arm
+      last_by_pose_ = 0;       ///< parameters that turn a joint by what the pose says
+  std::vector<double> stiff_;  ///< m l^3/3 of each tool
+  ArmErrors none_;             ///< of the nominal arm
 };
 
 }  // namespace cellcal::calib

@@ -57,6 +57,9 @@ struct Robot {
 };
 
 struct Tool {
+  std::string id;  ///< empty: the cell has one, which needs none
+  /// As its parameters and messages name it.
+  std::string name() const { return id.empty() ? "tool" : id; }
   Eigen::Isometry3d tcp = Eigen::Isometry3d::Identity();  ///< flange to TCP
   Eigen::Vector3d tcp_sigma_m = Eigen::Vector3d::Zero();  ///< 0: known, > 0: estimated
   double mass_kg = 0.0;
@@ -129,12 +132,14 @@ using Passable = std::function<bool(const JointVector& from, const JointVector& 
 
 struct Cell {
   Robot robot;
-  Tool tool;
+  Tool tool;                      ///< the first, which sessions touch with and figures are about
+  std::vector<Tool> other_tools;  ///< tips and reflectors that are on the flange beside it
   std::vector<Target> targets;
   std::vector<CertifiedLength> lengths;
   std::vector<Obstacle> obstacles;
   std::optional<double> floor_m;       ///< height against gravity that nothing goes below
   double touch_sigma_m = 0.0;          ///< 1 sigma of one touch
+  double turn_sigma_rad = 0.0;         ///< of a tracker's turns, about each axis; 0: not stated
   double radius_offset_sigma_m = 0.0;  ///< prior of rho, one for the cell; 0: known to be zero
 
   /// Whether the arm can be led from one posture straight in joint space to the other, were there

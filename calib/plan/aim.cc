@@ -29,7 +29,7 @@ void aim(const Known& known, const Candidate& candidate, PlannedTouch& touch) {
   });
   const Target& target = problem.cell().targets[candidate.target];
   const double radius =
-      problem.nominal_radius_m(target) + (problem.rho() >= 0 ? x[problem.rho()] : 0.0);
+      problem.nominal_radius_m(target, 0) + (problem.rho() >= 0 ? x[problem.rho()] : 0.0);
   const TargetResult known_place =
       result_at(target, problem.place(*block), x.data() + block->first);
   Eigen::Vector3d centre = known_place.centre_m, normal = candidate.normal;

@@ -81,6 +81,17 @@ Bodies::Bodies(const ArmModel& arm) : arm_(arm), nominal_(arm.errors(nullptr)) {
   list_.push_back({"the tool's slim end", last, tool.slim_radius_m, true, true, {}});
   has_ball_ = tool.tip_radius_m > tool.slim_radius_m;
   if (has_ball_) list_.push_back({"the ball of the tip", last, tool.tip_radius_m, true, true, {}});
+  // What sits beside it touches nothing and keeps clear of all.
+  for (int k = 1; k < arm.tool_count(); ++k) {
+    const Tool& other = arm.tool(k);
+    list_.push_back({"the shaft of " + other.id, last, other.radius_m, false, true, {}});
+    list_.push_back({"the end of " + other.id,
+                     last,
+                     std::max(other.slim_radius_m, other.tip_radius_m),
+                     false,
+                     true,
+                     {}});
+  }
 
   // How far the axis' points are from each joint's axis at most: the links in between stretched
   // out. What sits on the last link keeps its place there.
@@ -125,6 +136,14 @@ void Bodies::place(const JointVector& q, std::vector<Segment>& axes) const {
   if (has_shaft_) axes.push_back({flange, neck});
   axes.push_back({neck, tip + back_m_ * back});
   if (has_ball_) axes.push_back({tip, tip});
+  for (int k = 1; k < arm_.tool_count(); ++k) {
+    const Tool& other = arm_.tool(k);
+    const Vector3d to_tip = chain.flange * other.tcp.translation();
+    const double shaft = std::max(0.0, to_tip.norm() - other.slim_length_m);
+    const Vector3d joint = flange + shaft * to_tip.stableNormalized();
+    axes.push_back({flange, joint});
+    axes.push_back({joint, flange + to_tip});
+  }
 }
 
 }  // namespace cellcal::calib

@@ -1,7 +1,7 @@
 #pragma once
 // The arm and its tool as capsules on the nominal geometry. A body's axis is the straight line from
 // its joint to the next one; the tool's shaft goes straight from the flange to where its slim end
-// begins, and the slim end to the TCP.
+// begins, and the slim end to the TCP. Other tools on the flange are two bodies each.
 
 #include <Eigen/Core>
 #include <string>

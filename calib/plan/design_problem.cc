@@ -61,9 +61,10 @@ std::vector<JointVector> postures(const Problem& problem, const std::vector<Cand
 DesignProblem design_problem(const Cell& stated, const std::vector<Candidate>& candidates,
                              const Interest& interest) {
   // With what the geometry lacks: touches are chosen for the arm as it will be judged.
-  const Cell cell = at_level(stated, {gives(stated) ? 1.0 : kUsualCompliance, 1.0, 0.0});
+  const Cell cell = at_level(stated, {gives(stated) ? 1.0 : kUsualCompliance, 1.0, 0.0},
+                             {});  // of the first tool
   DesignProblem design;
-  design.arm = std::make_shared<const ArmModel>(cell.robot, cell.tool);
+  design.arm = std::make_shared<const ArmModel>(cell);
   const ArmModel& arm = *design.arm;
   std::vector<Touch> touches;
   for (const Candidate& c : candidates) {

@@ -58,10 +58,14 @@ ArmModel planning_arm(const Cell& cell) {
     joint.compliance_sigma_rad_per_nm = 0.0;
     joint.harmonics.clear();
   }
-  Tool tool = cell.tool;
-  tool.deflection_sigma = 0.0;
-  tool.tcp_sigma_m.setZero();
-  return {robot, tool};
+  const auto known = [](Tool tool) {
+    tool.deflection_sigma = 0.0;
+    tool.tcp_sigma_m.setZero();
+    return tool;
+  };
+  std::vector<Tool> others;
+  for (const Tool& tool : cell.other_tools) others.push_back(known(tool));
+  return {robot, known(cell.tool), others};
 }
 
 JointVector middle_posture(const Robot& robot) {

@@ -3,8 +3,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "daemon/report/sections.h"
 #include "daemon/report/text.h"
@@ -51,16 +53,21 @@ std::string robot_rows(const View& view) {
                           fixed(g.y(), kGravityDecimals), fixed(g.z(), kGravityDecimals)));
 }
 
-std::string tool_rows(const View& view) {
-  const calib::Cell& cell = view.result.cell;
-  const calib::Tool& tool = cell.tool;
-  return pair("TCP from flange, mm", vector_mm(tool.tcp.translation())) +
+std::string one_tool(const calib::Tool& tool) {
+  return (tool.id.empty() ? std::string() : pair("Tool", escape(tool.id))) +
+         pair("TCP from flange, mm", vector_mm(tool.tcp.translation())) +
          pair("TCP &sigma;, mm", tool.tcp_sigma_m.isZero() ? std::string("taken as known")
                                                            : vector_mm(tool.tcp_sigma_m)) +
          pair("Tool mass, kg", fixed(tool.mass_kg, kMassDecimals)) +
          pair("Tool length, mm", mm(tool.length_m, 1)) +
-         pair("Tip radius, mm", mm(tool.tip_radius_m)) +
-         pair("Touch &sigma;, mm", mm(cell.touch_sigma_m)) +
+         pair("Tip radius, mm", mm(tool.tip_radius_m));
+}
+
+std::string tool_rows(const View& view) {
+  const calib::Cell& cell = view.result.cell;
+  std::string rows = one_tool(cell.tool);
+  for (const calib::Tool& tool : cell.other_tools) rows += one_tool(tool);
+  return rows + pair("Touch &sigma;, mm", mm(cell.touch_sigma_m)) +
          pair("Radius offset &sigma;, mm", mm(cell.radius_offset_sigma_m));
 }
 
@@ -117,7 +124,32 @@ std::string notes_list(const View& view) {
   return items.empty() ? items : fmt::format("<h3>Notes</h3>\n<ul>\n{}</ul>\n", items);
 }
 
-std::string touch_row(const calib::Touch& touch, std::size_t number, std::size_t joints) {
+/// What few sessions have, and then a column of its own.
+struct Extra {
+  const char* head;
+  bool (*has)(const calib::Touch&);
+  std::string (*words)(const calib::Touch&);
+};
+constexpr Extra kExtras[] = {
+    {"tool", [](const calib::Touch& t) { return !t.tool.empty(); },
+     [](const calib::Touch& t) { return escape(t.tool); }},
+    {"&deg;C", [](const calib::Touch& t) { return t.temperature_c.has_value(); },
+     [](const calib::Touch& t) { return ascii_fixed(*t.temperature_c, 1); }}};
+
+/// Those that any touch has.
+std::vector<const Extra*> extras_of(const std::vector<calib::Touch>& touches) {
+  std::vector<const Extra*> used;
+  for (const Extra& extra : kExtras)
+    if (std::any_of(touches.begin(), touches.end(), extra.has)) used.push_back(&extra);
+  return used;
+}
+
+std::string touch_row(const calib::Touch& touch, std::size_t number, std::size_t joints,
+                      const std::vector<const Extra*>& extras) {
+  std::string more;
+  for (const Extra* extra : extras)
+    more += fmt::format("<td class=\"word\">{}</td>",
+                        extra->has(touch) ? extra->words(touch) : std::string());
   std::string cells;
   for (std::size_t i = 0; i < joints; ++i) {
     cells += fmt::format("<td>{}</td>",
@@ -128,14 +160,14 @@ std::string touch_row(const calib::Touch& touch, std::size_t number, std::size_t
   const bool known = touch.readings > 0;
   return fmt::format(
       "<tr><th scope=\"row\">{}</th>{}<td class=\"word\">{}</td><td class=\"word\">{}</td>"
-      "<td>{}</td><td>{}</td><td>{}</td><td>{}</td><td class=\"word\">{}</td></tr>\n",
+      "<td>{}</td><td>{}</td><td>{}</td><td>{}</td>{}<td class=\"word\">{}</td></tr>\n",
       number, cells, escape(touch.target), touch.set == calib::TouchSet::kCheck ? "check" : "fit",
       touch.sigma_m > 0.0 ? ascii_fixed(touch.sigma_m * kMmPerMetre, kMmDecimals) : std::string(),
       known ? fmt::format("{}", touch.readings) : std::string(),
       known ? ascii_fixed(touch.spread_m * kMmPerMetre, kMmDecimals) : std::string(),
       touch.speed_m_s > 0.0 ? ascii_fixed(touch.speed_m_s * kMmPerMetre, kSpeedDecimals)
                             : std::string(),
-      escape(touch.time));
+      more, escape(touch.time));
 }
 
 }  // namespace
@@ -158,9 +190,13 @@ std::string raw_touches(const View& view) {
   for (const calib::Joint& joint : joints) {
     head += fmt::format("<th scope=\"col\">{}, deg</th>", escape(joint.name));
   }
+  const auto extras = extras_of(touches);
+  std::string more;
+  for (const Extra* extra : extras)
+    more += fmt::format("<th scope=\"col\" class=\"word\">{}</th>", extra->head);
   std::string rows;
   for (std::size_t i = 0; i < touches.size(); ++i) {
-    rows += touch_row(touches[i], i + 1, joints.size());
+    rows += touch_row(touches[i], i + 1, joints.size(), extras);
   }
   return fmt::format(
       "<details>\n<summary>Raw touches ({0}); open before printing to have them on "
@@ -168,11 +204,12 @@ std::string raw_touches(const View& view) {
       "<th scope=\"col\">no.</th>{1}<th scope=\"col\" class=\"word\">target</th>"
       "<th scope=\"col\" class=\"word\">set</th><th scope=\"col\">&sigma;, mm</th>"
       "<th scope=\"col\">readings</th><th scope=\"col\">spread, mm</th>"
-      "<th scope=\"col\">speed, mm/s</th><th scope=\"col\" class=\"word\">time</th></tr></thead>\n"
+      "<th scope=\"col\">speed, mm/s</th>{3}<th scope=\"col\" "
+      "class=\"word\">time</th></tr></thead>\n"
       "<tbody>\n{2}</tbody>\n</table></div>\n</details>\n<p class=\"on-paper\">Raw touches ({0}): "
       "in the "
       "electronic file of this report.</p>\n",
-      touches.size(), head, rows);
+      touches.size(), head, rows, more);
 }
 
 }  // namespace cellcal::daemon::report

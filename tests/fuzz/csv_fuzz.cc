@@ -34,6 +34,9 @@ Cell make_cell() {
   cell.targets[1].kind = TargetKind::kWire;
   cell.targets[2].id = "L";
   cell.targets[2].kind = TargetKind::kTracker;
+  cell.tool.id = "T1";
+  cell.other_tools.resize(1);
+  cell.other_tools[0].id = "T2";
   return cell;
 }
 
@@ -53,13 +56,22 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       require(std::isfinite(angle) && std::abs(angle) < 3.2, "angles are within the limits");
     require(std::isfinite(touch.sigma_m) && touch.sigma_m >= 0.0, "sigma");
     require(std::isfinite(touch.radius_m) && touch.radius_m >= 0.0, "radius");
+    require(touch.tool.empty() || touch.tool == "T2", "a tool of the cell");
+    require(!touch.temperature_c || std::abs(*touch.temperature_c) <= 200.0, "temperature");
+    require(std::isfinite(touch.turn_sigma_rad) && touch.turn_sigma_rad >= 0.0, "sigma of turns");
+    if (touch.tracker_abc_rad) {
+      require(touch.target == "L" && touch.turn_sigma_rad > 0.0, "turns are a tracker's");
+      for (const double angle : *touch.tracker_abc_rad) require(std::abs(angle) < 63.0, "turns");
+    }
     for (const double m : touch.tracker_m) require(std::abs(m) <= 1e3, "readings");
   }
   const auto again = parse_touches(format_touches(touches, kCell.robot), "again.csv", kCell);
   require(again.size() == touches.size(), "what was read can be written and read");
   for (std::size_t i = 0; i < again.size(); ++i) {
     require(again[i].target == touches[i].target && again[i].set == touches[i].set &&
-                again[i].time == touches[i].time,
+                again[i].time == touches[i].time && again[i].tool == touches[i].tool &&
+                again[i].temperature_c.has_value() == touches[i].temperature_c.has_value() &&
+                again[i].tracker_abc_rad.has_value() == touches[i].tracker_abc_rad.has_value(),
             "words survive");
     for (std::size_t j = 0; j < 2; ++j)
       require(std::abs(again[i].joint_rad[j] - touches[i].joint_rad[j]) < 1e-10,

@@ -58,6 +58,8 @@ void as_cell(std::string_view text) {
   require(
       again.targets.size() == cell.targets.size() && again.lengths.size() == cell.lengths.size(),
       "a cell that was read can be written and read");
+  require(again.other_tools.size() == cell.other_tools.size() && again.tool.id == cell.tool.id,
+          "tools survive");
   require(again.obstacles.size() == cell.obstacles.size() &&
               again.floor_m.has_value() == cell.floor_m.has_value(),
           "what stands in the way survives");

@@ -13,8 +13,9 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr int kArms = 100;
-constexpr TargetKind kKinds[] = {TargetKind::kSphere, TargetKind::kWire, TargetKind::kPlane,
-                                 TargetKind::kPoint, TargetKind::kTracker};
+constexpr TargetKind kKinds[] = {
+    TargetKind::kSphere, TargetKind::kWire,    TargetKind::kPlane,
+    TargetKind::kPoint,  TargetKind::kTracker, TargetKind::kTracker};  // the last measures poses
 
 /// One touch of each kind by an arm that nobody builds.
 struct Drawn {
@@ -24,6 +25,7 @@ struct Drawn {
     cell.tool = drawn.tool;
     cell.tool.tip_radius_m = 2e-3;
     cell.touch_sigma_m = 1e-5;
+    cell.turn_sigma_rad = 1e-4;
     cell.radius_offset_sigma_m = 3e-4;
     for (std::size_t k = 0; k < std::size(kKinds); ++k) {
       Target target;
@@ -46,6 +48,12 @@ struct Drawn {
       place.middle_m = Vector3d(random.normal(), random.normal(), random.normal());
       places.push_back(place);
     }
+    Touch& posed = touches.back();
+    posed.tracker_abc_rad = {random.uniform(-3.0, 3.0), random.uniform(-3.0, 3.0),
+                             random.uniform(-3.0, 3.0)};
+    // Seen about where the arm has it: beyond half a turn it would be another turn.
+    places.back().probe = ArmModel(cell).nominal_tcp(posed.joint_rad).linear().transpose() *
+                          places.back().axes * probe_turn(posed);
     for (const auto& [from, to] : {std::pair{0, 1}, {0, 3}, {1, 3}})  // of those that have a centre
       cell.lengths.push_back(
           {cell.targets[from].id, cell.targets[to].id, 1.0 + random.uniform(), 1e-5});
@@ -55,13 +63,15 @@ struct Drawn {
   std::vector<TargetPlace> places;
 };
 
+using Rows = Eigen::Matrix<double, Problem::kMostRows, 1>;
+
 /// Fourth-order central difference of the residual by x[p].
-Vector3d difference(const Problem& problem, std::size_t touch, const Eigen::VectorXd& x, int p,
-                    double step) {
+Rows difference(const Problem& problem, std::size_t touch, const Eigen::VectorXd& x, int p,
+                double step) {
   const auto at = [&](double steps) {
     Eigen::VectorXd moved = x;
     moved[p] += steps * step;
-    Vector3d r = Vector3d::Zero();
+    Rows r = Rows::Zero();
     problem.residual_m(touch, problem.at(moved.data()), r.data(), nullptr, nullptr);
     return r;
   };
@@ -70,6 +80,7 @@ Vector3d difference(const Problem& problem, std::size_t touch, const Eigen::Vect
 
 TEST(KindJacobian, OfEveryKindAgreesWithDifferencesForAnyArm) {
   Random random(1);
+  int posed = 0, looked_at = 0;
   for (int k = 0; k < kArms; ++k) {
     const Drawn drawn(random);
     const ArmModel arm(drawn.cell.robot, drawn.cell.tool);
@@ -88,10 +99,17 @@ TEST(KindJacobian, OfEveryKindAgreesWithDifferencesForAnyArm) {
       const int rows = problem.rows(t);
       std::vector<double> by_shared(static_cast<std::size_t>(rows * problem.shared_size()));
       std::vector<double> by_target(static_cast<std::size_t>(rows * block.size()));
-      double r[3];
+      double r[Problem::kMostRows];
       problem.residual_m(t, problem.at(x.data()), r, by_shared.data(), by_target.data());
+      if (rows == Problem::kMostRows) {
+        constexpr double kNearHalfATurnRad = 2.8;  // beyond it jumps to the other side
+        ++posed;
+        if (Eigen::Map<Vector3d>(r + 3).norm() > kNearHalfATurnRad * problem.turn_lever_m(t))
+          continue;
+        ++looked_at;
+      }
       const auto expect = [&](int unknown, const double* column, int stride, double factor) {
-        const Vector3d expected = difference(problem, t, x, unknown, 1e-3 / factor);
+        const Rows expected = difference(problem, t, x, unknown, 1e-3 / factor);
         for (int row = 0; row < rows; ++row)
           EXPECT_NEAR(column[row * stride], expected[row], 1e-8 * factor)
               << problem.unknowns()[static_cast<std::size_t>(unknown)].name;
@@ -105,6 +123,8 @@ TEST(KindJacobian, OfEveryKindAgreesWithDifferencesForAnyArm) {
         expect(block.first + i, by_target.data() + i, block.size(), 1.0);
     }
   }
+  EXPECT_EQ(posed, kArms);
+  EXPECT_GT(looked_at, kArms / 2);
 }
 
 /// All rows as the estimator sees them, in prior units and over their sigmas, lengths included.

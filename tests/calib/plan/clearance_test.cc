@@ -285,6 +285,30 @@ TEST(Clearance, KeepsTheHandOffTheArmItself) {
   EXPECT_GT(folded, 20);
 }
 
+TEST(Clearance, KeepsOtherToolsOnTheFlangeClearToo) {
+  Cell cell = demo();
+  cell.targets.clear();
+  cell.tool.id = "torch";
+  Tool reflector = cell.tool;
+  reflector.id = "P2";
+  reflector.tcp.translation() = Eigen::Vector3d(0.35, 0.0, 0.05);
+  reflector.tip_radius_m = 0.019;
+  cell.other_tools = {reflector};
+  const JointVector q = {0.0, -1.2, 1.6, 0.0, 1.0, 0.0};
+  const ArmModel arm(cell);
+  cell.obstacles = {box("cabinet", arm.nominal_tip_m(q, 1), {0.05, 0.05, 0.05})};
+  const Clearance with(cell, arm);
+  const auto words = with.hit(q, kTipMarginM);
+  ASSERT_TRUE(words);
+  EXPECT_EQ(*words, "the end of P2 runs into obstacle cabinet");
+  EXPECT_FALSE(with.clear(q, kTipMarginM));
+
+  cell.other_tools.clear();
+  const ArmModel bare(cell);
+  EXPECT_TRUE(Clearance(cell, bare).clear(q, kTipMarginM))
+      << *Clearance(cell, bare).hit(q, kTipMarginM);
+}
+
 TEST(Clearance, AMeshThatWasNotReadIsRefused) {
   Cell cell = demo();
   cell.obstacles.push_back(box("fixture", {0, 0, 5}, {1, 1, 1}));

@@ -345,6 +345,22 @@ TEST(RawTouches, HoldEveryTouchWithNumbersThatCanBeCopiedIntoACsv) {
   EXPECT_EQ(occurrences(details, "<th scope=\"row\">"), input.touches.size());
 }
 
+TEST(RawTouches, ShowToolAndTemperatureWhereAnyTouchStatesThem) {
+  ReportInput input = made_up_session();
+  const std::string plain = section_of(html_report(input), "traceability");
+  EXPECT_FALSE(says(plain, "<th scope=\"col\" class=\"word\">tool</th>"));
+  input.touches[3].tool = "P<2";
+  input.touches[4].temperature_c = 21.25;
+  input.calibration.cell.tool.id = "P1";
+  input.calibration.cell.other_tools.push_back(input.calibration.cell.tool);
+  input.calibration.cell.other_tools[0].id = "P<2";
+  const std::string html = section_of(html_report(input), "traceability");
+  EXPECT_TRUE(says(html, "<th scope=\"col\" class=\"word\">tool</th>"));
+  EXPECT_TRUE(says(html, "<td class=\"word\">P&lt;2</td>"));
+  EXPECT_TRUE(says(html, "<td class=\"word\">21.2</td>"));
+  EXPECT_EQ(occurrences(html, "TCP from flange, mm"), 2U);
+}
+
 TEST(RawTouches, WithTooFewAnglesShowDashes) {
   ReportInput input = made_up_session();
   input.touches[0].joint_rad.resize(2);

@@ -1,0 +1,232 @@
+// Several tips and reflectors on one flange: each touch names its own, and each is found.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "calib/identify/identify.h"
+#include "calib/identify/problem.h"
+#include "calib/identify/region.h"
+#include "calib/model/random.h"
+#include "tests/calib/identify/simulate.h"
+
+namespace cellcal::calib {
+namespace {
+
+using Eigen::Vector3d;
+using testing::demo_cell;
+using testing::make_touches;
+using testing::Making;
+using testing::plain_truth;
+
+constexpr double kMm = 1e-3;
+
+const ParameterResult& parameter(const Calibration& c, const std::string& name) {
+  const auto found = std::find_if(c.parameters.begin(), c.parameters.end(),
+                                  [&](const ParameterResult& p) { return p.name == name; });
+  if (found == c.parameters.end()) throw std::runtime_error("no parameter " + name);
+  return *found;
+}
+
+bool has_parameter(const Calibration& c, const std::string& name) {
+  return std::any_of(c.parameters.begin(), c.parameters.end(),
+                     [&](const ParameterResult& p) { return p.name == name; });
+}
+
+std::string reasons_of(const Calibration& c) {
+  std::string all;
+  for (const std::string& reason : c.verdict.reasons) all += reason + "\n";
+  return all;
+}
+
+/// A plate that weighs nothing, `off_m` from the first tool's tip.
+Tool beside(const Tool& first, const std::string& id, const Vector3d& off_m, double sigma_m) {
+  Tool tool = first;
+  tool.id = id;
+  tool.tcp.translation() += off_m;
+  tool.mass_kg = tool.deflection_sigma = 0.0;
+  tool.tcp_sigma_m.setConstant(sigma_m);
+  return tool;
+}
+
+/// Three reflectors seen by one tracker; those beside the first are 1 mm from where they are
+/// stated.
+struct Reflectors {
+  explicit Reflectors(int count, unsigned seed = 1) {
+    cell = demo_cell();
+    cell.targets.clear();
+    cell.lengths.clear();
+    Target tracker;
+    tracker.id = "L";
+    tracker.kind = TargetKind::kTracker;
+    cell.targets.push_back(tracker);
+    cell.radius_offset_sigma_m = 0.0;
+    cell.tool.id = "P1";
+    cell.other_tools = {beside(cell.tool, "P2", {0.12, 0.0, -0.03}, 2 * kMm),
+                        beside(cell.tool, "P3", {-0.02, 0.11, -0.06}, 2 * kMm)};
+    const ArmModel arm(cell);
+    Random random(seed);
+    x = Eigen::VectorXd::Zero(arm.size());
+    for (int p = 0; p < arm.size(); ++p) {
+      const ArmParameter& one = arm.parameters()[static_cast<std::size_t>(p)];
+      const double draw = std::clamp(random.normal(), -2.0, 2.0);
+      x[p] = one.kind == ArmParameterKind::kTcp          ? 0.5 * one.sigma * draw
+             : one.kind == ArmParameterKind::kDeflection ? one.sigma * std::abs(draw)
+                                                         : one.sigma * draw;
+    }
+    Eigen::Isometry3d tracker_in_base = Eigen::Isometry3d::Identity();
+    tracker_in_base.translate(Vector3d(3.0, -1.0, 0.5));
+    tracker_in_base.rotate(Eigen::AngleAxisd(2.0, Vector3d(0.1, -0.2, 1.0).normalized()));
+    const auto poses = workspace_poses(arm, count, seed + 7);
+    for (std::size_t i = 0; i < poses.size(); ++i) {
+      const int tool = static_cast<int>(i % 3);
+      Vector3d p = arm.position(arm.prepare(poses[i], tool), x.data());
+      for (int k = 0; k < 3; ++k) p[k] += 0.02 * kMm * random.normal();
+      const Vector3d m = tracker_in_base.inverse() * p;
+      Touch touch;
+      touch.joint_rad = poses[i];
+      touch.target = "L";
+      touch.tool = tool == 0 ? "" : arm.tool(tool).id;
+      touch.sigma_m = 0.02 * kMm;
+      touch.set = i % 7 == 0 ? TouchSet::kCheck : TouchSet::kFit;
+      for (int k = 0; k < 3; ++k) touch.tracker_m[k] = m[k];
+      touches.push_back(touch);
+    }
+  }
+
+  double truth(const std::string& name) const {
+    const ArmModel arm(cell);
+    for (int p = 0; p < arm.size(); ++p)
+      if (arm.parameters()[static_cast<std::size_t>(p)].name == name) return x[p];
+    throw std::runtime_error("no parameter " + name);
+  }
+
+  Cell cell;
+  Eigen::VectorXd x;
+  std::vector<Touch> touches;
+};
+
+TEST(Tools, OfSeveralReflectorsOnOneFlangeEachIsFound) {
+  const Reflectors made(90);
+  const Calibration c = identify(made.cell, made.touches);
+  EXPECT_TRUE(c.verdict.publish) << reasons_of(c);
+  for (const char* name : {"P2.x", "P2.y", "P2.z", "P3.x", "P3.y", "P3.z"}) {
+    const ParameterResult& p = parameter(c, name);
+    EXPECT_LT(std::abs(p.correction - made.truth(name)), 4.0 * p.sigma) << name;
+    EXPECT_LT(p.sigma, 0.1 * kMm) << name;
+    EXPECT_EQ(p.decided_by, DecidedBy::kData) << name;
+  }
+  EXPECT_FALSE(has_parameter(c, "P1.x")) << "it is stated to be known";
+  EXPECT_TRUE(has_parameter(c, "P1.c_t"));
+  EXPECT_LT(c.check.rms_m, 0.1 * kMm);
+}
+
+TEST(Tools, ATouchThatNamesTheWrongOneIsAnOutlier) {
+  Reflectors made(90);
+  ASSERT_EQ(made.touches[31].tool, "P2");
+  ASSERT_EQ(made.touches[31].set, TouchSet::kFit);
+  made.touches[31].tool = "P3";
+  const Calibration c = identify(made.cell, made.touches);
+  ASSERT_EQ(c.outliers.size(), 1u) << reasons_of(c);
+  EXPECT_EQ(c.outliers[0].touch, 31u);
+}
+
+TEST(Tools, OneThatNoFitTouchIsOfStaysAsItIsStated) {
+  Reflectors made(90);
+  std::erase_if(made.touches, [](const Touch& touch) { return touch.tool == "P3"; });
+  const Calibration c = identify(made.cell, made.touches);
+  EXPECT_TRUE(c.verdict.publish) << reasons_of(c);
+  EXPECT_TRUE(has_parameter(c, "P2.x"));
+  EXPECT_FALSE(has_parameter(c, "P3.x"));
+}
+
+TEST(Tools, TheNameOfAToolThatIsNotThereIsAnError) {
+  Reflectors made(30);
+  made.touches[3].tool = "P9";
+  EXPECT_THROW((void)identify(made.cell, made.touches), std::out_of_range);
+}
+
+TEST(Tools, EveryTipHasItsOwnEffectiveRadius) {
+  constexpr unsigned kSeed = 3;
+  const Vector3d off(0.8 * kMm, -0.5 * kMm, 0.4 * kMm);
+  Cell cell = demo_cell();
+  cell.tool.id = "T1";
+  cell.other_tools = {beside(cell.tool, "T2", {0.05, -0.02, 0.01}, 2 * kMm)};
+  cell.other_tools[0].tip_radius_m = 3 * kMm;
+
+  const sim::Truth first = plain_truth(demo_cell(), kSeed);
+  Cell with_second = demo_cell();  // the same arm holding the second tip
+  with_second.tool = cell.other_tools[0];
+  with_second.tool.tcp.translation() += off;
+  with_second.tool.tcp_sigma_m.setZero();
+  sim::Truth second = plain_truth(with_second, kSeed);
+  for (int p = 0; p < second.arm.size(); ++p) ASSERT_EQ(second.errors[p], first.errors[p]);
+  second.centre_m = first.centre_m;
+  second.radius_m = first.radius_m;
+  for (double& r : second.radius_m) r += 3 * kMm;
+
+  Making making;
+  making.fit = 60;
+  making.check = 8;
+  making.noise_m = 0.02 * kMm;
+  making.rho_m = 0.05 * kMm;
+  std::vector<Touch> touches = make_touches(demo_cell(), first, making).touches;
+  making.rho_m = 0.30 * kMm;
+  making.seed = 2;
+  for (Touch touch : make_touches(with_second, second, making).touches) {
+    touch.tool = "T2";
+    touches.push_back(touch);
+  }
+  const Calibration c = identify(cell, touches);
+  EXPECT_TRUE(c.verdict.publish) << reasons_of(c);
+  const auto near = [&](const std::string& name, double truth) {
+    const ParameterResult& p = parameter(c, name);
+    EXPECT_LT(std::abs(p.correction - truth), 4.0 * p.sigma) << name << ": " << p.correction;
+    EXPECT_LT(p.sigma, 0.08 * kMm) << name;
+  };
+  near("T1.rho", 0.05 * kMm);
+  near("T2.rho", 0.30 * kMm);
+  near("T2.x", off.x());
+  near("T2.y", off.y());
+  near("T2.z", off.z());
+  for (const TargetResult& target : c.targets)  // of the first tool that touched it
+    EXPECT_NEAR(target.effective_radius_m, 30.7 * kMm + parameter(c, "T1.rho").correction,
+                0.01 * kMm);
+}
+
+TEST(Tools, InAListOfOneIsTheSameArmAsATableAlone) {
+  Cell listed = demo_cell();
+  listed.tool.id = "torch";
+  Making making;
+  making.fit = 40;
+  making.check = 8;
+  const auto touches = make_touches(demo_cell(), plain_truth(demo_cell(), 5), making).touches;
+  const Calibration alone = identify(demo_cell(), touches), c = identify(listed, touches);
+  ASSERT_EQ(c.parameters.size(), alone.parameters.size());
+  for (std::size_t i = 0; i < c.parameters.size(); ++i)
+    EXPECT_EQ(c.parameters[i].correction, alone.parameters[i].correction) << c.parameters[i].name;
+  EXPECT_EQ(c.parameters.size(), alone.parameters.size());
+  EXPECT_TRUE(has_parameter(alone, "touch.rho") && has_parameter(alone, "tool.c_t"));
+  EXPECT_TRUE(has_parameter(c, "torch.rho") && has_parameter(c, "torch.c_t"));
+}
+
+TEST(Tools, ThatHangOnTheFlangeTogetherLoadTheJointsTogether) {
+  Cell cell = demo_cell();
+  for (Joint& joint : cell.robot.joints) joint.compliance_sigma_rad_per_nm = 1e-5;
+  const std::vector<double> q = {0.1, -1.0, 1.2, 0.2, 0.5, 0.3};
+  const ArmModel one(cell);
+  Tool half = cell.tool;
+  half.mass_kg /= 2.0;
+  const ArmModel halves(cell.robot, half, {half});
+  const PreparedPose a = one.prepare(q), b = halves.prepare(q, 1);
+  for (int p = 0; p < one.size(); ++p)
+    if (one.parameters()[static_cast<std::size_t>(p)].kind == ArmParameterKind::kCompliance) {
+      EXPECT_NE(a.factor[p], 0.0);
+      EXPECT_NEAR(a.factor[p], b.factor[p], 1e-12 * std::abs(a.factor[p]));
+    }
+}
+
+}  // namespace
+}  // namespace cellcal::calib
