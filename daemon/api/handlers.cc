@@ -9,6 +9,7 @@
 #include "calib/files/calibration_json.h"
 #include "calib/files/error.h"
 #include "calib/files/files.h"
+#include "calib/files/shown.h"
 #include "daemon/session/delay_watch.h"
 #include "daemon/session/inputs.h"
 #include "drivers/error.h"
@@ -78,6 +79,7 @@ RunRequest run_request(const std::string& body) {
   take(object, "resume", request.resume);
   if (!object.empty()) throw BadRequest("unknown key \"" + object.begin().key() + "\"");
   if (cell.empty() && !request.resume) throw BadRequest("\"cell\" is missing");
+  if (calib::has_control(cell)) throw BadRequest("\"cell\" must not hold control characters");
   request.cell = cell;
   return request;
 }

@@ -88,6 +88,7 @@ TEST_F(an_api, refuses_run_requests_that_are_wrong_in_themselves) {
        {"", "{", "[]", "7", "null", "{\"cell\": 3}", "{}", "{\"cell\": \"/x\", \"colour\": 1}",
         "{\"cell\": \"/x\", \"touches\": \"many\"}", "{\"cell\": \"/x\", \"touches\": -4}",
         "{\"cell\": \"/x\", \"touches\": 4.5}", "{\"cell\": \"/x\", \"touches\": 1e300}",
+        "{\"cell\": \"/x\\n/y\"}", "{\"cell\": \"/x\\u001b[2J\"}",
         "{\"cell\": \"/x\", \"touches\": 99999999999}", "{\"cell\": \"/x\", \"resume\": 1}"}) {
     const Response response = ask("POST", "/v1/run", body);
     EXPECT_EQ(response.status, 400) << body;
