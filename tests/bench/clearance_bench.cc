@@ -2,6 +2,7 @@
 // began with (spheres and stands only). Prints microseconds per call; gates nothing.
 
 #include <fmt/format.h>
+#include <malloc.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -105,6 +106,37 @@ Cell furnished(Cell cell) {
   return cell;
 }
 
+/// What a mesh of many triangles costs whoever looks at it first, and the next one.
+void measure_mesh(const Cell& cell, const ArmModel& arm) {
+  constexpr int kAcross = 500;  // squares of a wavy sheet, two triangles each
+  auto sheet = std::make_shared<Mesh>();
+  for (int i = 0; i <= kAcross; ++i)
+    for (int k = 0; k <= kAcross; ++k)
+      sheet->vertices_m.emplace_back(5.0 + 1e-3 * i, 1e-3 * k, 0.05 * std::sin(0.1 * i + 0.07 * k));
+  for (int i = 0; i < kAcross; ++i)
+    for (int k = 0; k < kAcross; ++k) {
+      const int at = i * (kAcross + 1) + k, next = at + kAcross + 1;
+      sheet->triangles.push_back({at, next, at + 1});
+      sheet->triangles.push_back({at + 1, next, next + 1});
+    }
+  Cell with = cell;
+  with.obstacles.push_back(obstacle(ObstacleShape::kMesh, "sheet", {0.0, 0.0, 0.0}));
+  with.obstacles.back().mesh = sheet;
+  std::vector<Clearance> kept;
+  for (const char* who : {"first", "next"}) {
+    const auto bytes = ::mallinfo2();
+    const auto start = std::chrono::steady_clock::now();
+    kept.emplace_back(with, arm);
+    const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
+    const auto now = ::mallinfo2();
+    fmt::print("mesh of {} triangles, {} look: {:.3f} s, {:.2f} kB per triangle\n",
+               sheet->triangles.size(), who, took.count(),
+               1e-3 *
+                   static_cast<double>(now.uordblks + now.hblkhd - bytes.uordblks - bytes.hblkhd) /
+                   static_cast<double>(sheet->triangles.size()));
+  }
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -136,4 +168,5 @@ int main(int argc, char** argv) {
   row("spheres and stands, before", CapsuleCheck(cell, arm));
   row("demo cell", Clearance(cell, arm));
   row("with obstacles and a mesh", Clearance(full, arm));
+  measure_mesh(cell, arm);
 }
