@@ -37,7 +37,7 @@ struct Poses {
     cell.lengths.clear();
     cell.radius_offset_sigma_m = 0.0;
     cell.touch_sigma_m = 0.02 * kMm;
-    cell.turn_sigma_rad = 0.005 * kRadPerDeg;
+    cell.turn_sigma_rad = 0.002 * kRadPerDeg;
     Target tracker;
     tracker.id = "L";
     tracker.kind = TargetKind::kTracker;

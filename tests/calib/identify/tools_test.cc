@@ -115,7 +115,7 @@ TEST(Tools, OfSeveralReflectorsOnOneFlangeEachIsFound) {
   for (const char* name : {"P2.x", "P2.y", "P2.z", "P3.x", "P3.y", "P3.z"}) {
     const ParameterResult& p = parameter(c, name);
     EXPECT_LT(std::abs(p.correction - made.truth(name)), 4.0 * p.sigma) << name;
-    EXPECT_LT(p.sigma, 0.1 * kMm) << name;
+    EXPECT_LT(p.sigma, 0.2 * kMm) << name;
     EXPECT_EQ(p.decided_by, DecidedBy::kData) << name;
   }
   EXPECT_FALSE(has_parameter(c, "P1.x")) << "it is stated to be known";
@@ -161,6 +161,7 @@ TEST(Tools, EveryTipHasItsOwnEffectiveRadius) {
   with_second.tool = cell.other_tools[0];
   with_second.tool.tcp.translation() += off;
   with_second.tool.tcp_sigma_m.setZero();
+  with_second.tool.mass_kg = cell.tool.mass_kg;  // the joints bear the first one still
   sim::Truth second = plain_truth(with_second, kSeed);
   for (int p = 0; p < second.arm.size(); ++p) ASSERT_EQ(second.errors[p], first.errors[p]);
   second.centre_m = first.centre_m;
@@ -184,7 +185,7 @@ TEST(Tools, EveryTipHasItsOwnEffectiveRadius) {
   const auto near = [&](const std::string& name, double truth) {
     const ParameterResult& p = parameter(c, name);
     EXPECT_LT(std::abs(p.correction - truth), 4.0 * p.sigma) << name << ": " << p.correction;
-    EXPECT_LT(p.sigma, 0.08 * kMm) << name;
+    EXPECT_LT(p.sigma, 0.15 * kMm) << name;
   };
   near("T1.rho", 0.05 * kMm);
   near("T2.rho", 0.30 * kMm);
