@@ -238,6 +238,8 @@ Calibration identify_paper(const Cell& cell, const std::vector<Touch>& touches,
       throw IdentifyError("a touch has " + std::to_string(touch.joint_rad.size()) +
                           " joint angles, the robot " + std::to_string(cell.robot.joints.size()) +
                           " joints");
+    if (!touch.tool.empty())
+      throw IdentifyError("the paper's estimator knows one tool, but a touch is of " + touch.tool);
     all.push_back(linearise(model, touch.joint_rad));
     (touch.set == TouchSet::kFit ? fit : check).push_back(all.back());
   }

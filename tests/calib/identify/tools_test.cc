@@ -7,6 +7,7 @@
 #include <string>
 
 #include "calib/identify/identify.h"
+#include "calib/identify/paper.h"
 #include "calib/identify/problem.h"
 #include "calib/identify/region.h"
 #include "calib/model/random.h"
@@ -146,6 +147,18 @@ TEST(Tools, TheNameOfAToolThatIsNotThereIsAnError) {
   Reflectors made(30);
   made.touches[3].tool = "P9";
   EXPECT_THROW((void)identify(made.cell, made.touches), std::out_of_range);
+}
+
+TEST(Tools, ThePapersEstimatorKnowsOne) {
+  Cell cell = testing::one_sphere_cell();
+  cell.tool.id = "T1";
+  cell.other_tools = {beside(cell.tool, "T2", {0.05, -0.02, 0.01}, 0.0)};
+  Making making;
+  making.fit = 40;
+  auto touches = make_touches(cell, plain_truth(cell, 1), making).touches;
+  EXPECT_NO_THROW((void)identify_paper(cell, touches));
+  touches[5].tool = "T2";
+  EXPECT_THROW((void)identify_paper(cell, touches), IdentifyError);
 }
 
 TEST(Tools, EveryTipHasItsOwnEffectiveRadius) {
