@@ -71,7 +71,6 @@ std::vector<std::string> joint_names(const Robot& robot) {
 
 /// A tracker looks across a hall, not farther.
 constexpr double kFarthestReadingM = 1e3;
-constexpr double kLeastSigmaMm = 1e-9, kMostSigmaMm = 1e3;  // as in the cell file
 constexpr const char* kReading[] = {"x_mm", "y_mm", "z_mm"};
 constexpr const char* kTurns[] = {"a_deg", "b_deg", "c_deg"};
 
@@ -80,8 +79,6 @@ bool has_reading(const Touch& touch) {
 }
 
 constexpr std::size_t kMaxRows = 2'000'000;
-constexpr double kColdestC = -100.0, kHottestC = 200.0;
-constexpr double kLeastTurnDeg = 1e-6, kMostTurnDeg = 90.0;
 
 /// The columns beside the joints', and how a row of them is read.
 class Columns {
@@ -115,7 +112,7 @@ class Columns {
       table_.fail(target_, "there is no target \"" + shown(touch.target) + "\" in the cell file");
     }
     read_tool(cell, touch);
-    if (stated(sigma_)) touch.sigma_m = within(sigma_, kLeastSigmaMm, kMostSigmaMm, "mm") / kMmPerM;
+    if (stated(sigma_)) touch.sigma_m = within(sigma_, 1e-9, 1e3, "1e-9 and 1000 mm") / kMmPerM;
     if (stated(radius_)) {
       touch.radius_m = table_.number(radius_) / kMmPerM;
       if (touch.radius_m <= 0.0 || touch.radius_m > kFarthestReadingM)
@@ -140,16 +137,15 @@ class Columns {
                                "\" is no time of ISO 8601, such as 2024-09-24T10:00:00Z");
     }
     if (stated(temperature_))
-      touch.temperature_c = within(temperature_, kColdestC, kHottestC, "degrees Celsius");
+      touch.temperature_c = within(temperature_, -100.0, 200.0, "-100 and 200 degrees Celsius");
   }
 
  private:
   bool stated(int column) const { return column >= 0 && !table_.text(column).empty(); }
 
-  double within(int column, double least, double most, const char* unit) const {
+  double within(int column, double least, double most, const char* words) const {
     const double value = table_.number(column);
-    if (value < least || value > most)
-      table_.fail(column, fmt::format("must be between {:g} and {:g} {}", least, most, unit));
+    if (value < least || value > most) table_.fail(column, std::string("must be between ") + words);
     return value;
   }
 
@@ -185,7 +181,7 @@ class Columns {
   /// All three, or none.
   void read_turns(const Cell& cell, TargetKind kind, Touch& touch) const {
     if (stated(turn_sigma_))
-      touch.turn_sigma_rad = within(turn_sigma_, kLeastTurnDeg, kMostTurnDeg, "deg") * kRadPerDeg;
+      touch.turn_sigma_rad = within(turn_sigma_, 1e-6, 90.0, "1e-6 and 90 deg") * kRadPerDeg;
     if (!stated(abc_[0]) && !stated(abc_[1]) && !stated(abc_[2])) return;
     if (kind != TargetKind::kTracker)
       table_.fail(stated(abc_[0])   ? abc_[0]

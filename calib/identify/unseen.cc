@@ -18,8 +18,9 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-/// Rows that have to be left over, or the place would explain anything.
-constexpr double kLeastFree = 2.0;
+/// Rows that have to be left over, or the place would explain anything: five touches of a sphere
+/// leave two, less what they say of its diameter.
+constexpr double kLeastFree = 1.5;
 
 /// The check touches of one target, as a problem of their own in which its place alone is unknown.
 class Sighting {
