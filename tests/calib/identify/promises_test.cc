@@ -116,11 +116,15 @@ TEST(Identify, WithoutFitTouchesIsAnError) {
   EXPECT_NE(refusal(demo_cell(), checks).find("no fit touches"), std::string::npos);
 }
 
-TEST(Identify, ATargetWithCheckTouchesOnlyIsNamed) {
+TEST(Identify, ATargetWithCheckTouchesOnlyIsNamedAndItsPlaceIsTheirs) {
   std::vector<Touch> some = touches();
   for (Touch& touch : some)
     if (touch.target == "S3") touch.set = TouchSet::kCheck;
-  EXPECT_NE(refusal(demo_cell(), some).find("target S3"), std::string::npos);
+  const Calibration c = identify(demo_cell(), some);
+  ASSERT_EQ(c.unseen.targets.size(), 1u);
+  EXPECT_EQ(c.unseen.targets[0].target, "S3");
+  EXPECT_TRUE(std::none_of(c.targets.begin(), c.targets.end(),
+                           [](const TargetResult& target) { return target.id == "S3"; }));
 }
 
 TEST(Identify, TouchesThatLeadNowhereLeaveTheNominalArmAndWhatItsTolerancesLeaveOpen) {
