@@ -221,6 +221,7 @@ std::string calibration_to_json(const Calibration& c) {
   out["verdict"] = {{"publish", c.verdict.publish},
                     {"scope", c.verdict.workspace ? "workspace" : "near targets"},
                     {"reasons", c.verdict.reasons}};
+  if (c.verdict.too_few) out["verdict"]["too_few_touches"] = true;
   out["outliers"] = ordered::array();
   for (const Outlier& o : c.outliers)
     out["outliers"].push_back({{"touch", o.touch},
@@ -379,6 +380,7 @@ Calibration calibration_from_json(std::string_view text, const std::string& name
   if (scope != "workspace" && scope != "near targets")
     verdict.at("scope").fail("must be \"workspace\" or \"near targets\"");
   c.verdict.workspace = scope == "workspace";
+  c.verdict.too_few = verdict.has("too_few_touches") && verdict.at("too_few_touches").flag();
   for (const Reader& reason : verdict.at("reasons").items())
     c.verdict.reasons.push_back(reason.text());
   for (const Reader& item : root.at("outliers").items()) {

@@ -29,6 +29,13 @@ void split(std::string_view line, std::vector<std::string_view>& fields) {
   }
 }
 
+bool is_number(std::string_view text) {
+  if (text.starts_with('+')) text.remove_prefix(1);
+  double value = 0.0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return error == std::errc() && end == text.data() + text.size() && std::isfinite(value);
+}
+
 bool is_digits(std::string_view text) {
   return !text.empty() && text.find_first_not_of("0123456789") == std::string_view::npos;
 }
@@ -59,6 +66,12 @@ CsvTable::CsvTable(std::string_view text, std::string name) : rest_(text), name_
   split(line, fields_);
   if (fields_.size() > kMaxColumns)
     throw FileError(name_ + ":" + std::to_string(line_) + ": more than 256 columns");
+  const auto numbers = static_cast<std::size_t>(std::count_if(
+      fields_.begin(), fields_.end(), [](std::string_view f) { return is_number(f); }));
+  if (2 * numbers >= fields_.size())
+    throw FileError(name_ + ":" + std::to_string(line_) +
+                    ": the header row is missing: these are numbers, and the first row must name "
+                    "the columns, as in A1,A2,A3,A4,A5,A6,target");
   for (const std::string_view field : fields_) {
     const std::string column(field);
     if (column.empty())

@@ -25,6 +25,10 @@ struct TomlTable::Node {
     asked.emplace(key);
     return table->get(key);
   }
+  /// "; was "diametre_mm" in line 7 meant to be it?", of what was not asked for and is like `key`;
+  /// empty where nothing is.
+  std::string meant_by(std::string_view key,
+                       bool (*is_like)(std::string_view, std::string_view)) const;
   std::string full(std::string_view key) const {
     return path.empty() ? std::string(key) : path + (key.empty() ? "" : ".") + std::string(key);
   }
@@ -103,13 +107,91 @@ bool is_much_like(std::string_view key, std::string_view other) {
          (std::min(a.size(), b.size()) >= kLongEnough && one_slip_apart(a, b));
 }
 
+/// Of the names of tables, which are short and few, a slip is a slip.
+bool is_table_much_like(std::string_view name, std::string_view other) {
+  constexpr std::size_t kLongEnough = 4;
+  return std::min(name.size(), other.size()) >= kLongEnough &&
+         one_slip_apart(lower_case(name), lower_case(other));
+}
+
 constexpr std::size_t kShownKey = 80;  // a key with the path of its tables
 constexpr std::size_t kShownDescription = 300;
 constexpr const char* kNoControl =
     "must not hold control characters (line ends, tabs, escapes): tables, messages and logs name "
     "it";
 
+/// The line of that number, from 1; empty behind the last.
+std::string_view line_of(std::string_view text, std::size_t number) {
+  for (; number > 1; --number) {
+    const std::size_t end = text.find('\n');
+    if (end == std::string_view::npos) return {};
+    text.remove_prefix(end + 1);
+  }
+  return text.substr(0, text.find('\n'));
+}
+
+/// The line without the texts in quotes, and without its comment; nothing where a quote stays open.
+std::optional<std::string> without_texts(std::string_view line) {
+  // Texts of several lines: not looked into.
+  if (line.find("\"\"\"") != std::string_view::npos || line.find("'''") != std::string_view::npos)
+    return "";
+  std::string rest;
+  char open = '\0';
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    const char c = line[i];
+    if (open == '"' && c == '\\') {
+      ++i;
+    } else if (open != '\0') {
+      if (c == open) open = '\0';
+    } else if (c == '"' || c == '\'') {
+      open = c;
+    } else if (c == '#') {
+      break;
+    } else {
+      rest += c;
+    }
+  }
+  return open == '\0' ? std::optional(rest) : std::nullopt;
+}
+
+bool is_digit(char c) { return c >= '0' && c <= '9'; }
+
+/// Digits, a comma, digits, behind "=" and outside of an array.
+bool has_decimal_comma(std::string_view line) {
+  const std::size_t value = line.find('=');
+  if (value == std::string_view::npos || line.find('[', value) != std::string_view::npos)
+    return false;
+  for (std::size_t i = value + 1; i + 2 < line.size(); ++i)
+    if (is_digit(line[i]) && line[i + 1] == ',' && is_digit(line[i + 2])) return true;
+  return false;
+}
+
+/// What is usually behind an error of the grammar; what the parser says, where it is neither.
+std::string usual_slip(std::string_view text, std::size_t line, std::string_view description) {
+  // A text that is not ended is noticed at the end of its line, or at the begin of the next.
+  for (const std::size_t number : {line, line - 1}) {
+    if (number == 0 || without_texts(line_of(text, number))) continue;
+    const std::string at = number == line ? "" : " (line " + std::to_string(number) + ")";
+    return "a quote is missing" + at + ": a text begins and ends with \" on one line";
+  }
+  if (has_decimal_comma(without_texts(line_of(text, line)).value_or("")))
+    return "a decimal comma; the decimal mark is '.': 38.1, not 38,1";
+  return "not valid TOML: " + shown(std::string(description), kShownDescription);
+}
+
 }  // namespace
+
+std::string TomlTable::Node::meant_by(std::string_view key,
+                                      bool (*is_like)(std::string_view, std::string_view)) const {
+  for (const auto& [other, value] : *table) {
+    if (asked.contains(other.str()) || !is_like(key, other.str())) continue;
+    std::string words = "; was \"" + shown(other.str()) + "\"";
+    if (const auto line = value.source().begin.line; line != 0)
+      words += " in line " + std::to_string(line);
+    return words + " meant to be it?";
+  }
+  return {};
+}
 
 TomlTable TomlTable::parse(std::string_view text, const std::string& file_name) {
   refuse_deep_toml(text, file_name);
@@ -117,8 +199,9 @@ TomlTable TomlTable::parse(std::string_view text, const std::string& file_name) 
   try {
     node->document = std::make_shared<const toml::table>(toml::parse(text, file_name));
   } catch (const toml::parse_error& e) {
-    throw FileError(file_name + ":" + std::to_string(e.source().begin.line) +
-                    ": not valid TOML: " + shown(e.description(), kShownDescription));
+    const std::size_t line = e.source().begin.line;
+    throw FileError(file_name + ":" + std::to_string(line) + ": " +
+                    usual_slip(text, line, e.description()));
   }
   node->table = node->document.get();
   node->file = file_name;
@@ -147,16 +230,7 @@ void TomlTable::fail(std::string_view key, const std::string& what) const {
 }
 
 void TomlTable::missing(std::string_view key, const std::string& wanted) const {
-  std::string words = "missing; " + wanted + " is needed here";
-  for (const auto& [other, value] : *node_->table) {
-    if (node_->asked.contains(other.str()) || !is_much_like(key, other.str())) continue;
-    words += "; was \"" + shown(other.str()) + "\"";
-    if (const auto line = value.source().begin.line; line != 0)
-      words += " in line " + std::to_string(line);
-    words += " meant to be it?";
-    break;
-  }
-  fail(key, words);
+  fail(key, "missing; " + wanted + " is needed here" + node_->meant_by(key, is_much_like));
 }
 
 bool TomlTable::has(std::string_view key) const { return node_->find(key) != nullptr; }
@@ -244,7 +318,8 @@ std::vector<double> TomlTable::numbers(std::string_view key, std::size_t count, 
   const toml::array* array = node->as_array();
   if (!array) fail(key, "must be " + wanted + ", but is " + kind_of(*node));
   if (count != 0 && array->size() != count)
-    fail(key, "must be " + wanted + ", but has " + std::to_string(array->size()));
+    fail(key, "must be " + wanted + ", but has " + std::to_string(array->size()) +
+                  (array->size() > count ? "; the decimal mark is '.', commas separate" : ""));
   std::vector<double> values;
   for (const toml::node& item : *array) {
     if (!item.is_number()) fail(key, "must hold numbers only, but holds " + kind_of(item));
@@ -284,7 +359,9 @@ std::vector<std::string> TomlTable::strings_or(std::string_view key,
 
 TomlTable TomlTable::table(std::string_view key) const {
   const toml::node* node = node_->find(key);
-  if (!node) fail("", "the table [" + shown(node_->full(key), kShownKey) + "] is missing");
+  if (!node)
+    fail("", "the table [" + shown(node_->full(key), kShownKey) + "] is missing" +
+                 node_->meant_by(key, is_table_much_like));
   if (!node->is_table()) fail(key, "must be a table, but is " + kind_of(*node));
   auto child = std::make_shared<Node>();
   child->document = node_->document;
@@ -331,9 +408,13 @@ std::vector<TomlTable> TomlTable::tables(std::string_view key) const {
 void TomlTable::refuse_unknown() const {
   for (const auto& [key, value] : *node_->table) {
     if (node_->asked.contains(key.str())) continue;
-    std::string known;
-    for (const auto& name : node_->asked) known += (known.empty() ? "" : ", ") + name;
-    fail(key.str(), "unknown key; known here are: " + known);
+    std::string known, meant;
+    for (const auto& name : node_->asked) {
+      known += (known.empty() ? "" : ", ") + name;
+      const bool like = is_much_like(name, key.str()) || is_table_much_like(name, key.str());
+      if (like && meant.empty() && !has(name)) meant = " (was \"" + name + "\" meant?)";
+    }
+    fail(key.str(), "unknown key" + meant + "; known here are: " + known);
   }
 }
 

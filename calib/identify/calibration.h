@@ -163,6 +163,9 @@ struct Verdict {
   bool publish = false;
   bool workspace = false;  ///< scope: workspace, otherwise near targets
   std::vector<std::string> reasons;
+  /// Withheld for want of touches alone: as after a first session of a few, which is made to see
+  /// that the cell works.
+  bool too_few = false;
 };
 
 /// A held-out touch: the square of its residual over its predicted sigmas, of the touch and of what

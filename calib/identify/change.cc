@@ -104,7 +104,7 @@ void judge_change(const Calibration& last, const std::string& which, bool accept
     now.verdict.reasons.push_back("since the last one: " + much + "; accepted");
     return;
   }
-  now.verdict.publish = false;
+  now.verdict.publish = now.verdict.too_few = false;
   now.verdict.reasons.insert(
       now.verdict.reasons.begin(),
       "changed since the last one: " + much +

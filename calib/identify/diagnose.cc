@@ -357,6 +357,8 @@ Calibration identify(const Cell& cell, const std::vector<Touch>& touches,
       tell({words}, calibration);
       return calibration;
     }
+    // Of so few, whatever was tried would explain all.
+    if (calibration.verdict.too_few) return calibration;
     if (told_of_jump(cell, touches, options, calibration)) return calibration;
     std::vector<Cause> causes;
     if (!calibration.verdict.publish) causes = causes_of(cell, touches);

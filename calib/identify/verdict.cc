@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <optional>
 #include <span>
 
 #include "calib/identify/copies.h"
@@ -43,6 +44,10 @@ constexpr double kAsStated = 1.5;
 constexpr int kEnoughBesideOne = 4;
 /// Of the geometry's directions: with less the result is the tolerances, not the touches.
 constexpr double kToldShare = 0.5;
+/// A session that has made fewer of each target has only begun.
+constexpr std::size_t kBegunPerTarget = 5;
+/// That suffice for most cells; what a first session says to go on with.
+constexpr int kUsualTouches = 40, kUsualChecks = 10;
 /// A joint or tool does not give against its load; noise may say so by this many sigmas.
 constexpr double kAgainstLoad = 5.0;
 /// With a perfect arm a target's touches would hold its place to sigma / sqrt(n lambda), lambda the
@@ -374,8 +379,49 @@ std::vector<std::size_t> gross_check_touches(const Problem& problem, const Calib
   return touches;
 }
 
+/// How far from its stated place a nominal tip met its target; none where that is not stated.
+std::optional<double> met_off_m(const Problem& problem, const Touch& touch) {
+  const Cell& cell = problem.cell();
+  const Target& target = cell.targets[cell.target_index(touch.target)];
+  const bool plane = target.kind == TargetKind::kPlane && target.has_normal;
+  if (!target.has_centre || (!plane && target.kind != TargetKind::kSphere)) return std::nullopt;
+  const Eigen::Vector3d from_centre =
+      problem.arm().nominal_tip_m(touch.joint_rad) - target.centre_m;
+  const double surface =
+      plane ? from_centre.dot(target.normal) : from_centre.norm() - target.diameter_m / 2.0;
+  return std::abs(surface - cell.tool.tip_radius_m);
+}
+
+/// A first session: fewer touches than a calibration begins with.
+bool has_only_begun(const Problem& problem) {
+  const auto fit = std::count_if(problem.touches().begin(), problem.touches().end(),
+                                 [](const Touch& touch) { return touch.set == TouchSet::kFit; });
+  return static_cast<std::size_t>(fit) < kBegunPerTarget * problem.blocks().size();
+}
+
+/// What a first session has shown.
+std::string begun_words(const Problem& problem) {
+  int met = 0;
+  double farthest_m = 0.0;
+  for (const Touch& touch : problem.touches())
+    if (const auto off = met_off_m(problem, touch)) {
+      ++met;
+      farthest_m = std::max(farthest_m, *off);
+    }
+  const std::size_t all = problem.touches().size();
+  return fmt::format(
+      "too few touches: the cell works, {} of {} touches {}. Now calibrate with {} touches and {} "
+      "to check",
+      met > 0 ? static_cast<std::size_t>(met) : all, all,
+      met > 0 ? fmt::format("within {:.1f} mm of where the cell file has their targets",
+                            farthest_m * 1e3)
+              : "made",
+      kUsualTouches, kUsualChecks);
+}
+
 Verdict judge(const Problem& problem, const Calibration& c) {
   Verdict verdict;
+  std::size_t wanting = 0;  // of what blocks, how much more touches would mend
   std::vector<std::string> blocking;
   if (c.chi2_per_dof > kChi2Limit)
     blocking.push_back(fmt::format(
@@ -388,11 +434,13 @@ Verdict judge(const Problem& problem, const Calibration& c) {
   if (std::string words = copies_words(problem.touches()); !words.empty())
     blocking.push_back(std::move(words));
   judge_outliers(problem, c, blocking);
-  if (c.observability.told < kToldShare * c.observability.directions)
+  if (c.observability.told < kToldShare * c.observability.directions) {
+    ++wanting;
     blocking.push_back(fmt::format(
         "rank: the touches tell {} of the {} directions of the geometry better than the "
         "tolerances do; make more, in postures more unlike",
         c.observability.told, c.observability.directions));
+  }
   Eigen::VectorXd x(problem.size());
   for (int i = 0; i < problem.size(); ++i) {
     const ParameterResult& found = c.parameters[static_cast<std::size_t>(i)];
@@ -425,6 +473,7 @@ Verdict judge(const Problem& problem, const Calibration& c) {
         : target.kind == TargetKind::kTracker
             ? "at places too near each other or in a line; measure farther apart"
             : "in directions too much alike; touch it from more sides";
+    ++wanting;
     blocking.push_back(fmt::format("too few directions: {} was touched {} time{} {}", target.id,
                                    used.size(), used.size() == 1 ? "" : "s", what));
   }
@@ -455,6 +504,13 @@ Verdict judge(const Problem& problem, const Calibration& c) {
     if (elsewhere > kInWords) blocking.back() += fmt::format("; and {} more", elsewhere - kInWords);
   }
 
+  if (wanting > 0 && wanting == blocking.size() && has_only_begun(problem)) {
+    verdict.too_few = true;
+    verdict.reasons.push_back(begun_words(problem));
+    if (std::string words = untouched_targets(problem); !words.empty())
+      verdict.reasons.push_back(std::move(words));
+    return verdict;
+  }
   verdict.publish = blocking.empty();
   const auto lengths = different_lengths(problem);
   const bool lengths_hold = hold_scale(lengths);

@@ -11,10 +11,13 @@ using Eigen::Vector3d;
 
 constexpr int kPlaces = 4000;
 constexpr double kUsualSigmaM = 0.010;
+constexpr double kCut = 3.0;  ///< sigmas
 /// Places that were drawn more than once are put apart by this: less than what the arm is wrong by.
 constexpr double kApartM = 0.3 * kArmSigmaM;
 /// Inside the radius by more than this is not believed to have been missed.
 constexpr double kSureM = 2.0 * kArmSigmaM;
+/// Where the nominal arm sees the sphere may lie outside of where it was said to be by this.
+constexpr double kSeenElsewhereM = 3.0 * kArmSigmaM;
 
 }  // namespace
 
@@ -29,10 +32,10 @@ double Belief::distance_m(const Vector3d& point, const Vector3d& from, const Vec
 Belief::Belief(const Target& target, double radius_m, unsigned seed)
     : radius_m_(radius_m), random_(seed) {
   places_.reserve(kPlaces);
+  has_box_ = !target.has_centre;
   if (target.has_centre) {
     prior_mean_ = target.centre_m;
     prior_sigma_m_ = target.centre_sigma_m > 0.0 ? target.centre_sigma_m : kUsualSigmaM;
-    constexpr double kCut = 3.0;
     while (places_.size() < kPlaces) {
       Vector3d draw;
       for (double& component : draw) component = random_.normal();
@@ -41,6 +44,7 @@ Belief::Belief(const Target& target, double radius_m, unsigned seed)
     return;
   }
   prior_mean_ = (target.low_m + target.high_m) / 2.0;
+  half_box_m_ = (target.high_m - target.low_m) / 2.0;
   prior_sigma_m_ = (target.high_m - target.low_m).norm() / 2.0;
   while (places_.size() < kPlaces) {
     Vector3d place;
@@ -64,11 +68,20 @@ void Belief::hit(const Vector3d& from, const Vector3d& tip) {
 }
 
 void Belief::miss(const Vector3d& from, const Vector3d& to) {
+  missed_.push_back({from, to});
   std::erase_if(places_, [&](const Vector3d& place) {
     return distance_m(place, from, to) < radius_m_ - kSureM;
   });
   if (!places_.empty() && places_.size() < kPlaces / 2)
     draw_again(std::vector<double>(places_.size(), 1.0));
+}
+
+bool Belief::is_possible(const Vector3d& place) const {
+  for (const auto& [from, to] : missed_)
+    if (distance_m(place, from, to) < radius_m_ - kSureM) return false;
+  const Vector3d off = place - prior_mean_;
+  if (has_box_) return ((off.cwiseAbs() - half_box_m_).array() <= kSeenElsewhereM).all();
+  return off.norm() <= kCut * prior_sigma_m_ + kSeenElsewhereM;
 }
 
 /// As many as in the beginning, by weight, evenly along the sum of weights.
@@ -86,7 +99,8 @@ void Belief::draw_again(const std::vector<double>& weight) {
     for (passed += weight[k]; at < passed && drawn.size() < kPlaces; at += sum / kPlaces) {
       Vector3d apart;
       for (double& component : apart) component = kApartM * random_.normal();
-      drawn.push_back(places_[k] + apart);
+      // Put apart again and again, they would wander to where it cannot be.
+      drawn.push_back(is_possible(places_[k] + apart) ? Vector3d(places_[k] + apart) : places_[k]);
     }
   }
   places_ = std::move(drawn);

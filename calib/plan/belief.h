@@ -6,6 +6,7 @@
 // nominal here, and wrong by about kArmSigmaM; distances are believed no better than that.
 
 #include <Eigen/Core>
+#include <utility>
 #include <vector>
 
 #include "calib/model/random.h"
@@ -44,12 +45,17 @@ class Belief {
 
  private:
   void draw_again(const std::vector<double>& weight);
+  /// Where it was said to be, and on no line that met nothing.
+  bool is_possible(const Eigen::Vector3d& place) const;
 
   double radius_m_;
   Random random_;
   Eigen::Vector3d prior_mean_ = Eigen::Vector3d::Zero();
   double prior_sigma_m_ = 0.0;
+  bool has_box_ = false;
+  Eigen::Vector3d half_box_m_ = Eigen::Vector3d::Zero();
   std::vector<Eigen::Vector3d> places_;
+  std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>> missed_;
 };
 
 }  // namespace cellcal::calib

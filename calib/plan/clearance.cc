@@ -28,7 +28,9 @@ constexpr double kShortM = 0.0005;
 constexpr int kPostures = 64;  // that decide which links are neighbours
 constexpr unsigned kSeed = 1;
 
-const char* const kImpassable = "the arm cannot be led that way, near a singularity";
+const char* const kImpassable =
+    "the arm cannot be led that way, near a singularity or beyond what its controller allows from "
+    "where it began";
 
 constexpr double kFar = std::numeric_limits<double>::max();
 

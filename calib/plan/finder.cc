@@ -5,6 +5,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "calib/identify/start.h"
 #include "calib/model/inverse.h"
@@ -20,14 +21,20 @@ using Eigen::Vector3d;
 
 constexpr double kFoundSigmaM = 0.0025, kOffM = 0.008;
 constexpr std::size_t kLeastHits = 6, kMostHits = 12;
-constexpr int kMostLines = 60;
-constexpr double kLeastShare = 0.03;  ///< a line that would hardly meet it is not worth its time
+constexpr int kMostLines = 80;
+/// A line that would hardly meet it is not worth its time; where no other can be made, it is. The
+/// wider the belief, the less of it a single line meets, and the fewer lines lead round it: with so
+/// many times the effort, doubled each time, others are looked for before a sphere is given up.
+constexpr double kLeastShare[] = {0.03, 0.02, 0.01, 0.005};
+constexpr int kEfforts = std::size(kLeastShare);
 
 /// What a nominal arm may be wrong by more than the belief allows for.
 constexpr double kWrongM = 0.005;
 constexpr double kStandoffM = 0.014, kClearM = 0.022;  ///< outside of all places and that
-constexpr int kPerAim = 24, kPerAimOnceMet = 60;
-constexpr int kMoreAims = 6;          ///< while its place across the line is open
+constexpr int kPerAim = 60;
+/// Aims beside the middle, while its place across the line is open: so many per radius that it is
+/// open by (2 sigma), of which a single line rules little out.
+constexpr double kMoreAims = 8.0;
 constexpr double kOpen = 0.5;         ///< of the radius
 constexpr std::size_t kLooked = 600;  ///< places that a line is judged by
 /// While nothing was met: a shaft that leans comes near to what the tip passes.
@@ -35,7 +42,8 @@ constexpr double kMostTiltRad = 0.35;
 constexpr double kUsualStandM = 0.030;
 /// Moves are straight in joint space; the tip may leave its line by so much.
 constexpr double kBowM = 0.0015;
-constexpr int kHalvings = 4;
+constexpr int kShortenings = 8;
+constexpr double kShorter = 0.2;  ///< of what is left of the line, each time
 /// Of the radius: a sphere that the line comes so near to is met.
 constexpr double kMetShare = 0.9;
 constexpr double kLargestRad = 0.35;  ///< of a joint along a line: more is a jump
@@ -56,7 +64,6 @@ struct Line {
   Candidate candidate;
   Vector3d aim;
   SearchDepth depth;
-  double outside_m = 0.0;  ///< of the aim's surface where all places end
   double score = 0.0;
 };
 
@@ -145,13 +152,28 @@ struct Finder::Impl {
     locate();
   }
 
+  /// The sphere, wherever it may be, lies inside of a ball: its own radius and `beyond_m`.
+  struct Ball {
+    Vector3d centre_m;
+    double beyond_m;
+  };
+  Ball ball_of(const Sought& one) const {
+    // What is left of a wide belief lies to one side, and its mean with it.
+    const Vector3d mean = one.belief.mean(), &prior = one.belief.prior_mean();
+    const double around_mean = one.belief.reach_m(mean), around_prior = one.belief.reach_m(prior);
+    return around_prior < around_mean ? Ball{prior, around_prior + kWrongM}
+                                      : Ball{mean, around_mean + kWrongM};
+  }
+
   /// All spheres where they are or may be, as spheres that hold all places.
   Cell swollen(std::optional<std::size_t> without) const {
     Cell result = cell;
     for (const Sought& one : sought)
       if (!one.found) {
         Target& target = result.targets[one.target];
-        const double wider = 2.0 * (one.belief.reach_m(target.centre_m) + kWrongM);
+        const Ball ball = ball_of(one);
+        target.centre_m = ball.centre_m;
+        const double wider = 2.0 * ball.beyond_m;
         if (target.stand_diameter_m <= 0.0)
           target.stand_diameter_m = std::min(kUsualStandM, target.diameter_m);
         target.stand_diameter_m += wider;
@@ -171,7 +193,8 @@ struct Finder::Impl {
     return {up, thick / 2.0};
   }
 
-  std::vector<Line> lines(Sought& one, const Clearance& clearance) const {
+  /// `effort`: 0, and more where the lines of less lead nowhere.
+  std::vector<Line> lines(Sought& one, int effort) const {
     const Vector3d middle = one.belief.mean();
     const Eigen::Matrix3d spread = one.belief.covariance();
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(spread, Eigen::EigenvaluesOnly);
@@ -180,9 +203,12 @@ struct Finder::Impl {
     const std::size_t step = std::max<std::size_t>(1, all.size() / kLooked);
     for (std::size_t k = 0; k < all.size(); k += step) some.push_back(all[k]);
     std::vector<Vector3d> aims{middle};
-    Random random(options.seed + static_cast<unsigned>(one.lines));
-    if (2.0 * std::sqrt(solver.eigenvalues()[2]) > kOpen * one.radius_m)
-      for (int k = 0; k < kMoreAims; ++k) aims.push_back(some[random.below(some.size())]);
+    const unsigned seed = options.seed + static_cast<unsigned>(one.lines + effort * kMostLines);
+    Random random(seed);
+    const double open = 2.0 * std::sqrt(solver.eigenvalues()[2]) / one.radius_m;
+    if (open > kOpen)
+      for (int k = 0; k < static_cast<int>(kMoreAims * std::max(1.0, open)) * (1 + effort); ++k)
+        aims.push_back(some[random.below(some.size())]);
     const Vector3d shaft_in_tool =
         cell.tool.tcp.linear().transpose() * cell.tool.tcp.translation().normalized();
     const SearchStand stand = stand_of(cell.targets[one.target]);
@@ -192,25 +218,19 @@ struct Finder::Impl {
       alone.targets = {cell.targets[one.target]};
       Target& target = alone.targets.front();
       target.centre_m = aim;
-      const double outside = one.belief.reach_m(aim) + kWrongM;
-      target.diameter_m += 2.0 * outside;
       PlanOptions how = options;
-      how.standoff_m = kStandoffM;
-      how.clear_m = kClearM;
-      how.beyond_m = 1e-3;
-      how.seed = options.seed + static_cast<unsigned>(one.lines);
-      for (Candidate& c : find_candidates(alone, arm, clearance, how,
-                                          one.tips.empty() ? kPerAim : kPerAimOnceMet)) {
+      how.standoff_m = how.beyond_m = how.clear_m = 1e-3;  // where lines begin is found by search()
+      how.seed = seed;
+      for (Candidate& c : find_candidates(alone, arm, Clearance::blind(), how, kPerAim << effort)) {
         const Vector3d shaft = c.orientation * shaft_in_tool;
         if (one.tips.empty() && shaft.dot(-c.normal) < std::cos(kMostTiltRad)) continue;
         Line line;
         line.depth = search_depth({aim, c.normal, shaft}, some,
                                   cell.targets[one.target].diameter_m / 2.0, stand, cell.tool);
-        if (line.depth.share < kLeastShare) continue;
+        if (line.depth.share < kLeastShare[effort]) continue;
         line.score = line.depth.share;
         if (!one.tips.empty()) line.score *= line.depth.share * c.normal.dot(spread * c.normal);
         line.aim = aim;
-        line.outside_m = outside;
         c.target = one.target;
         line.candidate = std::move(c);
         result.push_back(std::move(line));
@@ -235,33 +255,56 @@ struct Finder::Impl {
     return worst;
   }
 
+  /// Where the line leaves a ball that the aim lies in: from the aim, along the normal.
+  static double leaves_m(const Line& line, const Vector3d& centre_m, double radius_m) {
+    const Vector3d off = line.aim - centre_m;
+    const double along = off.dot(line.candidate.normal);
+    return -along +
+           std::sqrt(std::max(0.0, radius_m * radius_m - off.squaredNorm() + along * along));
+  }
+
+  /// The posture with the tip at so much outside of the aim, near another one.
+  std::optional<JointVector> on_line(const Line& line, double outside_m,
+                                     const JointVector& near) const {
+    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+    pose.linear() = line.candidate.orientation;
+    pose.translation() = line.aim + outside_m * line.candidate.normal;
+    return inverse(arm, pose, near, options.limit_margin_rad);
+  }
+
   /// The whole search, where the arm can make it and nothing else is in its way. Where it cannot
   /// be led to the line's end it ends earlier, if at least `least` of the places that the line
   /// would meet are met by then: a line that stays short of the sphere tells nothing, and would be
   /// chosen for ever.
-  std::optional<PlannedTouch> search(const Line& line, const Sought& one, const Clearance& others,
-                                     double least) {
-    const Candidate& c = line.candidate;
-    const double begin = one.radius_m + line.outside_m + kStandoffM;
-    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-    pose.linear() = c.orientation;
+  std::optional<PlannedTouch> search(Line& line, const Sought& one, const Clearance& clearance,
+                                     const Clearance& others, double least, int effort) {
+    Candidate& c = line.candidate;
+    const Ball ball = ball_of(one);
+    const double outside = one.radius_m + ball.beyond_m;
+    const double begin = leaves_m(line, ball.centre_m, outside + kStandoffM);
+    const auto standoff = on_line(line, begin, c.contact);
+    const auto clear = on_line(line, leaves_m(line, ball.centre_m, outside + kClearM), c.contact);
+    if (!standoff || !clear || !clearance.clear(*standoff, kTipMarginM) ||
+        !clearance.clear(*clear, kTipMarginM))
+      return std::nullopt;
+    c.standoff = *standoff;
+    c.clear = *clear;
     double end_m = line.depth.end_m;
     std::optional<JointVector> end;
-    for (int k = 0; k <= kHalvings; ++k, end_m = (begin + end_m) / 2.0) {
-      pose.translation() = line.aim + end_m * c.normal;
-      end = inverse(arm, pose, c.standoff, options.limit_margin_rad);
+    for (int k = 0; k <= kShortenings; ++k, end_m += kShorter * (begin - end_m)) {
+      end = on_line(line, end_m, c.standoff);
       if (end && bow_m(c.standoff, *end) <= kBowM) break;
       end.reset();
     }
     if (!end) return std::nullopt;
+    const Vector3d from = line.aim + begin * c.normal, to = line.aim + end_m * c.normal;
     if (end_m > line.depth.end_m) {
       const auto& places = one.belief.places();
-      const Vector3d from = line.aim + begin * c.normal, to = pose.translation();
       const auto met = std::count_if(places.begin(), places.end(), [&](const Vector3d& place) {
         return Belief::distance_m(place, from, to) < kMetShare * one.radius_m;
       });
       const double share = static_cast<double>(met) / static_cast<double>(places.size());
-      if (share < std::max(kLeastShare, least * line.depth.share)) return std::nullopt;
+      if (share < std::max(kLeastShare[effort], least * line.depth.share)) return std::nullopt;
     }
     for (std::size_t i = 0; i < end->size(); ++i)
       if (std::abs((*end)[i] - c.clear[i]) > kLargestRad) return std::nullopt;
@@ -273,10 +316,10 @@ struct Finder::Impl {
     touch.end = *end;
     touch.clear = c.clear;
     touch.search_m = begin - end_m;
-    touch.expected_m = std::min(touch.search_m, line.outside_m + kStandoffM);
+    touch.expected_m = std::min(touch.search_m, begin - one.radius_m);
     touch.may_miss = true;
-    line_from = line.aim + begin * c.normal;
-    line_to = pose.translation();
+    line_from = from;
+    line_to = to;
     return touch;
   }
 
@@ -325,19 +368,21 @@ struct Finder::Impl {
 
   std::optional<PlannedTouch> offer(Sought& one, const JointVector& from) {
     const std::string& id = cell.targets[one.target].id;
-    const auto not_found = [&](const std::string& why) {
-      return PlanError(fmt::format(
-          "sphere {} was not found after {} searches and {} touches: {}. Check where the cell file "
-          "says it is (centre_mm and centre_sigma_mm, or search_low_mm and search_high_mm) and its "
-          "diameter",
-          id, one.lines, one.tips.size(), why));
+    const auto not_found = [&](const std::string& why, const std::string& advice) {
+      return PlanError(
+          fmt::format("sphere {} was not found after {} searches and {} touches: {}. {}", id,
+                      one.lines, one.tips.size(), why, advice));
     };
-    if (one.belief.empty()) throw not_found("it is in none of the places where it was sought");
-    if (one.lines >= kMostLines) throw not_found("no more are made");
+    const std::string check_place =
+        "Check where the cell file says it is (centre_mm and centre_sigma_mm, or search_low_mm and "
+        "search_high_mm) and its diameter";
+    if (one.belief.empty())
+      throw not_found("it is in none of the places where it was sought", check_place);
+    if (one.lines >= kMostLines) throw not_found("no more are made", check_place);
     const Cell around = swollen(std::nullopt), rest = swollen(one.target);
     const Clearance clearance(around, arm), others(rest, arm);
     const JointVector resting = resting_posture(cell.robot, clearance);
-    const Router router(around, arm, clearance, resting, options.limit_margin_rad);
+    Router router(around, arm, clearance, resting, options.limit_margin_rad);
     JointVector at = from;
     std::vector<JointVector> out;
     if (!clearance.clear(from, kTipMarginM)) {
@@ -350,24 +395,32 @@ struct Finder::Impl {
     }
     if (last) router.connect(*last);  // what stands in the way is known better by now
     bool any = false;
-    std::vector<Line> possible = lines(one, clearance);
-    for (const double least : {0.8, 0.0})
-      for (Line& line : possible) {
-        check_wanted(options.stop);
-        auto touch = search(line, one, others, least);
-        if (!touch) continue;
-        any = true;
-        if (!router.connect(line.candidate)) continue;
-        auto way = router.to_standoff(at, last ? &*last : nullptr, line.candidate);
-        if (!way) continue;
-        touch->transit = out;
-        touch->transit.insert(touch->transit.end(), way->begin(), way->end());
-        ++one.lines;
-        last = std::move(line.candidate);
-        return touch;
-      }
+    for (int effort = 0; effort < kEfforts; ++effort) {
+      if (effort > 0) router.mark_hard(one.target);
+      std::vector<Line> possible = lines(one, effort);
+      for (const double least : {0.8, 0.0})
+        for (Line& line : possible) {
+          check_wanted(options.stop);
+          auto touch = search(line, one, clearance, others, least, effort);
+          if (!touch) continue;
+          any = true;
+          if (!router.connect(line.candidate)) continue;
+          auto way = router.to_standoff(at, last ? &*last : nullptr, line.candidate);
+          if (!way) continue;
+          touch->transit = out;
+          touch->transit.insert(touch->transit.end(), way->begin(), way->end());
+          ++one.lines;
+          last = std::move(line.candidate);
+          return touch;
+        }
+    }
+    const std::string room = fmt::format(
+        "It may be anywhere within {:.0f} mm: measure its place better, or give the arm more room "
+        "around it",
+        one.belief.reach_m(one.belief.mean()) * 1e3);
     throw not_found(any ? "no clear way leads to another search from where the arm is"
-                        : "the arm cannot make a search that would be likely to meet it");
+                        : "the arm cannot make a search that might meet it",
+                    room);
   }
 };
 

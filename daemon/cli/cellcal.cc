@@ -1,10 +1,15 @@
 // cellcal: the offline tool and the daemon's client.
 
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
 #include <csignal>
 #include <cstdio>
+#include <optional>
+#include <string>
 
 #include "calib/files/calibration_json.h"
+#include "calib/files/shown.h"
 #include "daemon/cli/commands.h"
 #include "daemon/cli/exit_status.h"
 
@@ -14,6 +19,19 @@ namespace {
 std::string command_of(const CLI::App& app) {
   const auto named = app.get_subcommands();
   return named.empty() ? "cellcal" : "cellcal " + named.front()->get_name();
+}
+
+/// The first argument, where it looks like a command and is none. CLI11 would only say that one is
+/// missing.
+std::optional<std::string> unknown_command(const CLI::App& app, int argc, char** argv) {
+  if (argc < 2 || argv[1][0] == '-') return std::nullopt;
+  std::string names;
+  for (const CLI::App* command : app.get_subcommands({})) {
+    if (command->get_name() == argv[1]) return std::nullopt;
+    names += (names.empty() ? "" : ", ") + command->get_name();
+  }
+  return fmt::format("there is no command \"{}\"; there are {}", cellcal::calib::shown(argv[1]),
+                     names);
 }
 
 }  // namespace
@@ -28,6 +46,10 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   add_client_commands(app, status);
   add_offline_commands(app, status);
+  if (const auto words = unknown_command(app, argc, argv)) {
+    fmt::print(stderr, "cellcal: {}\nsee 'cellcal --help'\n", *words);
+    return kWrongUsage;
+  }
   try {
     app.parse(argc, argv);
     return status;

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 namespace cellcal::daemon {
 
@@ -18,6 +19,7 @@ int identify(const IdentifyCommand& command);
 struct PredictCommand {
   std::filesystem::path calibration, joints, output;
   bool nominal = false, json = false;
+  bool withheld = false;  ///< also where the verdict withholds the calibration
 };
 int predict(const PredictCommand& command);
 
@@ -25,6 +27,7 @@ struct PlanCommand {
   std::filesystem::path cell, output, picture;
   int touches = 40, check = 0;
   std::string region = "workspace";
+  std::vector<double> from_deg;  ///< where the arm stands; empty: not known
   unsigned seed = 1;
   bool json = false;
 };

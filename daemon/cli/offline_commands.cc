@@ -40,6 +40,7 @@ void add_predict(CLI::App& app, int& status) {
   CLI::App* command =
       app.add_subcommand("predict", "Where the TCP really is at given joint angles");
   command->footer(
+      "Exit status 3: the calibration was withheld; nothing is predicted without --withheld.\n"
       "u95_mm is the radius that holds the position error, at 98 % confidence and at 95 % of the\n"
       "workspace; where the base frame lies is left aside. The nominal model has none, and its\n"
       "output no such column.\n"
@@ -47,6 +48,8 @@ void add_predict(CLI::App& app, int& status) {
   command->add_option("--calibration", given->calibration, "Calibration (JSON)")->required();
   command->add_option("--joints", given->joints, "Joint angles (CSV, deg)")->required();
   command->add_flag("--nominal", given->nominal, "With the nominal robot and a stiff tool");
+  command->add_flag("--withheld", given->withheld,
+                    "Also of a calibration that was withheld: to look at, not to use");
   command->add_option("-o,--output", given->output, "Where the poses go (CSV); default: print");
   command->add_flag("--json", given->json, "Poses as JSON");
   command->callback([given, &status] { status = predict(*given); });
@@ -56,7 +59,8 @@ void add_plan(CLI::App& app, int& status) {
   auto given = std::make_shared<PlanCommand>();
   CLI::App* command = app.add_subcommand("plan", "The touches to make, in order");
   command->footer(
-      "Written in the touches' format, at nominal contact.\n"
+      "Written in the touches' format, at nominal contact. Says how far the axes go: over RSI,\n"
+      "[rsi] correction_limit_deg must be more. Refuses a cell file that contradicts itself.\n"
       "Example: cellcal plan --cell cell.toml --touches 40 --check 10 -o plan.csv --picture "
       "plan.svg");
   command->add_option("--cell", given->cell, "Cell file (TOML)")->required();
@@ -71,6 +75,11 @@ void add_plan(CLI::App& app, int& status) {
                    "Where accuracy matters: workspace, targets (150 mm around them), tcp, or "
                    "box:X,Y,Z,X,Y,Z (mm, two corners)")
       ->capture_default_str();
+  command
+      ->add_option("--from", given->from_deg,
+                   "Where the arm stands when the session begins, A1,A2,... in degrees; default: "
+                   "where the plan would have it")
+      ->delimiter(',');
   command->add_option("--picture", given->picture,
                       "Where a picture goes (SVG): arm, cell and touches, from above and the side");
   command->add_option("--seed", given->seed, "Same seed, same plan")->capture_default_str();

@@ -2,15 +2,20 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cstdio>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <stdexcept>
 
 #include "calib/files/files.h"
 #include "calib/plan/candidates.h"
+#include "calib/plan/cell_check.h"
 #include "calib/plan/duration.h"
 #include "daemon/cli/exit_status.h"
 #include "daemon/cli/offline.h"
 #include "daemon/report/plan_picture.h"
+#include "daemon/session/correction_limit.h"
 
 namespace cellcal::daemon {
 
@@ -34,7 +39,44 @@ double minutes(const calib::Plan& plan, const calib::Robot& robot) {
   return calib::duration_s(plan, robot, {}) / 60.0;
 }
 
-std::string json(const calib::Plan& plan, const calib::Robot& robot) {
+/// Where the arm stands, or where the plan would have it.
+calib::JointVector begin_of(const PlanCommand& command, const calib::Robot& robot) {
+  constexpr double kRad = std::numbers::pi / 180.0;
+  calib::JointVector begin;
+  for (const double deg : command.from_deg) begin.push_back(deg * kRad);
+  if (!begin.empty() && begin.size() != robot.joints.size())
+    throw std::runtime_error(fmt::format("--from: {} angles, but {} has {} joints", begin.size(),
+                                         robot.name, robot.joints.size()));
+  for (std::size_t i = 0; i < begin.size(); ++i)
+    if (begin[i] < robot.joints[i].min_rad || begin[i] > robot.joints[i].max_rad)
+      throw std::runtime_error(fmt::format("--from: {} = {:g} deg is outside of its limits",
+                                           robot.joints[i].name, command.from_deg[i]));
+  return begin;
+}
+
+std::string foreseen_words(const std::string& region, const calib::Plan& plan,
+                           const calib::Robot& robot) {
+  return fmt::format(
+      "predicted over the region ({}): mean error {:.3f} mm, u95 {:.3f} mm; robot time {:.1f} min "
+      "at its own speeds",
+      region, plan.predicted_m3_m * calib::kMmPerM, plan.predicted_u95_m * calib::kMmPerM,
+      minutes(plan, robot));
+}
+
+std::string travel_words(const LimitNeeded& needed, const calib::Plan& plan,
+                         const calib::Robot& robot) {
+  constexpr double kDeg = 180.0 / std::numbers::pi;
+  std::string begin;
+  for (std::size_t i = 0; i < robot.joints.size(); ++i)
+    begin += fmt::format("{}{:.0f}", i == 0 ? "" : ",", plan.start[i] * kDeg);
+  return fmt::format(
+      "{} goes farthest, {:.1f} deg from {}: over RSI correction_limit_deg {:.0f} or more; {:.0f} "
+      "wherever on the way a session begins or is resumed",
+      needed.axis, needed.turn_deg, begin, needed.limit_deg,
+      std::min(needed.anywhere_deg, kWidestLimitDeg));
+}
+
+std::string json(const calib::Plan& plan, const calib::Robot& robot, const LimitNeeded& needed) {
   constexpr double kDeg = 180.0 / std::numbers::pi;
   nlohmann::json list = nlohmann::json::array();
   for (const calib::PlannedTouch& planned : plan.touches) {
@@ -53,6 +95,9 @@ std::string json(const calib::Plan& plan, const calib::Robot& robot) {
                         {"left_out", plan.left_out},
                         {"predicted_m3_mm", plan.predicted_m3_m * calib::kMmPerM},
                         {"predicted_u95_mm", plan.predicted_u95_m * calib::kMmPerM},
+                        {"farthest_turn_deg", needed.turn_deg},
+                        {"correction_limit_deg", needed.limit_deg},
+                        {"correction_limit_anywhere_deg", needed.anywhere_deg},
                         {"robot_minutes", minutes(plan, robot)}}
              .dump(1) +
          "\n";
@@ -70,27 +115,31 @@ std::string left_out_comment(const calib::Plan& plan, const calib::Cell& cell) {
 
 int plan(const PlanCommand& command) {
   const calib::Cell cell = calib::load_cell(command.cell);
+  for (const std::string& warning : calib::refuse_faulty(cell))
+    fmt::print(stderr, "warning: {}\n", warning);
   calib::PlanOptions options;
   options.fit_touches = command.touches;
   options.check_touches = command.check;
   options.seed = command.seed;
   options.interest = calib::parse_interest(command.region);
-  const calib::Plan made = calib::make_plan(cell, options);
+  const calib::Plan made = calib::make_plan(cell, options, begin_of(command, cell.robot));
+  const LimitNeeded needed = limit_needed(made, cell.robot, made.start);
   if (!command.picture.empty()) put(plan_svg(cell, made), command.picture);
   if (command.json) {
-    put(json(made, cell.robot), command.output);
+    put(json(made, cell.robot, needed), command.output);
     return kSuccess;
   }
   std::vector<calib::Touch> touches;
   for (const calib::PlannedTouch& planned : made.touches) touches.push_back(nominal_touch(planned));
-  put("# planned on nominal geometry, not measured\n" + left_out_comment(made, cell) +
-          fmt::format(
-              "# predicted over the region ({}): mean error {:.3f} mm, u95 {:.3f} mm; robot time "
-              "{:.1f} min at its own speeds\n",
-              command.region, made.predicted_m3_m * calib::kMmPerM,
-              made.predicted_u95_m * calib::kMmPerM, minutes(made, cell.robot)) +
-          calib::format_touches(touches, cell.robot),
+  const std::string foreseen = foreseen_words(command.region, made, cell.robot);
+  const std::string travel = travel_words(needed, made, cell.robot);
+  put("# planned on nominal geometry, not measured\n" + left_out_comment(made, cell) + "# " +
+          foreseen + "\n# " + travel + "\n" + calib::format_touches(touches, cell.robot),
       command.output);
+  if (!command.output.empty())
+    put(fmt::format("{}: {} touches written\n{}\n{}\n", command.output.string(),
+                    made.touches.size(), foreseen, travel),
+        {});
   return kSuccess;
 }
 

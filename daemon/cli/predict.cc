@@ -29,8 +29,16 @@ void warn_beyond_limits(const calib::JointRows& asked) {
                asked.beyond_limits - asked.beyond_limits_words.size());
 }
 
-std::vector<Row> rows_of(const PredictCommand& command) {
-  const calib::Calibration calibration = calib::load_calibration(command.calibration);
+std::string refusal_words(const PredictCommand& command, const calib::Verdict& verdict) {
+  std::string words = fmt::format(
+      "cellcal predict: {}: this calibration was withheld and must not be used; touch again, or "
+      "look at what it would say with --withheld\n",
+      command.calibration.string());
+  for (const std::string& reason : verdict.reasons) words += "  - " + reason + "\n";
+  return words;
+}
+
+std::vector<Row> rows_of(const PredictCommand& command, const calib::Calibration& calibration) {
   const calib::Predictor predictor(calibration);
   std::vector<Row> rows;
   const calib::JointRows asked = calib::load_joints(command.joints, calibration.cell.robot);
@@ -78,7 +86,13 @@ std::string json(const std::vector<Row>& rows, bool nominal) {
 }  // namespace
 
 int predict(const PredictCommand& command) {
-  const std::vector<Row> rows = rows_of(command);
+  const calib::Calibration calibration = calib::load_calibration(command.calibration);
+  // The nominal arm is no result; it stands in a withheld file as in any other.
+  if (!calibration.verdict.publish && !command.withheld && !command.nominal) {
+    fmt::print(stderr, "{}", refusal_words(command, calibration.verdict));
+    return kNotPublishable;
+  }
+  const std::vector<Row> rows = rows_of(command, calibration);
   put(command.json ? json(rows, command.nominal) : csv(rows, command.nominal), command.output);
   return kSuccess;
 }

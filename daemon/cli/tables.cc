@@ -19,6 +19,11 @@ std::string line(const char* name, const calib::ResidualSummary& summary) {
 }
 
 std::string verdict_words(const calib::Verdict& verdict) {
+  if (verdict.too_few) {
+    std::string text = "verdict: too few touches to calibrate, and nothing else is wrong\n";
+    for (const std::string& reason : verdict.reasons) text += "  - " + reason + "\n";
+    return text;
+  }
   std::string text = verdict.publish ? "verdict: publishable" : "verdict: NOT publishable";
   text += verdict.workspace ? ", scope: workspace\n" : ", scope: near targets\n";
   for (const std::string& reason : verdict.reasons) text += "  - " + reason + "\n";
@@ -53,12 +58,16 @@ std::string correlation_words(const calib::Calibration& calibration) {
 
 std::string result_words(const calib::Calibration& calibration,
                          std::span<const calib::Touch> touches) {
+  const bool too_few = calibration.verdict.too_few;
+  // The residuals of a fit to a touch or two of each target are next to nothing whatever is true.
+  if (too_few && calibration.check.count == 0) return verdict_words(calibration.verdict);
   std::string text = fmt::format("{:<14} {:>7} {:>9} {:>9} {:>9}\n", "residual", "touches",
                                  "mean mm", "max mm", "rms mm");
   text += line("fit before", calibration.before);
   text += line("fit after", calibration.after);
   text += line("check before", calibration.check_before);
   text += line("check after", calibration.check);
+  if (too_few) return text + verdict_words(calibration.verdict);
   if (calibration.predicted_m3_m > 0.0) {
     text += fmt::format(
         "predicted mean error of a position: {:.3f} mm near the targets, {:.3f} mm over the "

@@ -2,11 +2,15 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <numbers>
 
 #include "calib/files/files.h"
 #include "calib/model/kinematics.h"
+#include "calib/plan/cell_check.h"
+#include "calib/plan/plan.h"
 #include "daemon/doctor/parts.h"
+#include "daemon/session/correction_limit.h"
 #include "drivers/kuka/krl_read.h"
 
 namespace cellcal::daemon {
@@ -37,6 +41,62 @@ void look_at_geometry(const calib::Robot& robot, Findings& findings) {
   }
 }
 
+/// What the file says against itself, before anything is touched.
+void look_at_contradictions(const calib::Cell& cell, Findings& findings) {
+  const std::string check = "cell itself";
+  const std::vector<calib::CellFault> faults = calib::faults_of(cell);
+  for (const calib::CellFault& fault : faults) {
+    if (fault.refused) {
+      findings.fail(check, found_words(fault), advice_words(fault));
+    } else {
+      findings.warn(check, found_words(fault), advice_words(fault));
+    }
+  }
+  if (faults.empty())
+    findings.ok(check, "centres, certified lengths, obstacles and reach do not contradict");
+}
+
+bool any_to_be_found(const calib::Cell& cell) {
+  return std::any_of(cell.targets.begin(), cell.targets.end(), [](const calib::Target& target) {
+    return target.kind == calib::TargetKind::kSphere && !target.has_centre;
+  });
+}
+
+/// The plan that a session would make, and how far it takes the axes.
+void look_at_plan(const DaemonConfig& config, const calib::Cell& cell, Findings& findings) {
+  const std::string check = "plan";
+  if (any_to_be_found(cell))
+    return findings.skip(check, "spheres without centre_mm are found first, touch by touch");
+  try {
+    calib::PlanOptions options;
+    const bool known = config.backend == BackendKind::kMock &&
+                       config.mock.start_rad.size() == cell.robot.joints.size();
+    const calib::Plan plan =
+        calib::make_plan(cell, options, known ? config.mock.start_rad : calib::JointVector{});
+    const std::string foreseen =
+        fmt::format("{} touches, mean error {:.3f} mm foreseen", plan.touches.size(),
+                    plan.predicted_m3_m * calib::kMmPerM);
+    if (wire_of(config) != WireKind::kRsi) return findings.ok(check, foreseen);
+    const LimitNeeded needed = limit_needed(plan, cell.robot, plan.start);
+    const double limit = config.rsi.correction_limit_deg.at(0);
+    const std::string found =
+        fmt::format("{}; {} moves within {:.0f} deg, correction_limit_deg is {:g}", foreseen,
+                    needed.widest_axis, needed.range_deg, limit);
+    // From the middle of its range an axis goes half of it.
+    if (limit < needed.range_deg / 2.0 || (known && limit < needed.turn_deg)) {
+      findings.fail(check, found, widen_words(needed));
+    } else if (limit < std::min(needed.range_deg, kWidestLimitDeg)) {
+      findings.warn(check, found,
+                    "enough only where the arm stands well when CELLCAL_RSI is started: " +
+                        widen_words(needed));
+    } else {
+      findings.ok(check, found);
+    }
+  } catch (const calib::PlanError& error) {
+    findings.fail(check, error.what(), "'cellcal plan --picture' draws the cell");
+  }
+}
+
 }  // namespace
 
 std::optional<calib::Cell> look_at_cell(const DoctorRequest& request, const DaemonConfig& config,
@@ -55,6 +115,8 @@ std::optional<calib::Cell> look_at_cell(const DoctorRequest& request, const Daem
     findings.ok("cell file", fmt::format("{}, {} targets, {} joints", request.cell.string(),
                                          cell.targets.size(), cell.robot.joints.size()));
     look_at_geometry(cell.robot, findings);
+    look_at_contradictions(cell, findings);
+    look_at_plan(config, cell, findings);
     return cell;
   } catch (const std::exception& error) {
     findings.fail("cell file", error.what(),

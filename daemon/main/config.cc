@@ -222,6 +222,10 @@ DaemonConfig parse_config(std::string_view text, const std::string& name) {
 
 DaemonConfig load_config(const std::filesystem::path& path) { return read(TomlTable::load(path)); }
 
+double correction_limit_rad(const DaemonConfig& config) {
+  return config.rsi.correction_limit_deg.at(0) * kRad;
+}
+
 WireKind wire_of(const DaemonConfig& config) {
   switch (config.backend) {
     case BackendKind::kRsi:

@@ -61,6 +61,9 @@ WireKind wire_of(const DaemonConfig& config);
 DaemonConfig load_config(const std::filesystem::path& path);
 DaemonConfig parse_config(std::string_view text, const std::string& name);
 
+/// How far any axis may go from where it stands at RSI_ON.
+double correction_limit_rad(const DaemonConfig& config);
+
 /// The link's configuration with the axis limits of this cell's robot at the configured speed.
 /// Throws drivers::ConfigError where the robot file lacks a limit.
 drivers::RsiConfig rsi_config_for(const DaemonConfig& config, const calib::Cell& cell);

@@ -84,14 +84,18 @@ template <class VirtualCell>
 class MockBackend final : public Backend {
  public:
   template <class Options>
-  MockBackend(const calib::Cell& cell, Options options, calib::Passable passable = {})
-      : cell_(cell, std::move(options)), passable_(std::move(passable)) {}
+  MockBackend(const calib::Cell& cell, Options options, calib::Passable passable = {},
+              std::optional<double> axis_reach_rad = {})
+      : cell_(cell, std::move(options)),
+        passable_(std::move(passable)),
+        axis_reach_rad_(axis_reach_rad) {}
 
   drivers::Robot& robot() override { return cell_.robot(); }
   drivers::ContactSensor& contact() override { return cell_.contact(); }
   drivers::Clock& clock() override { return cell_; }
   bool virtual_time() const override { return true; }
   calib::Passable passable() override { return passable_; }
+  std::optional<double> axis_reach_rad() override { return axis_reach_rad_; }
   /// Counts from a fixed day, so that the same seed gives the same files.
   std::string utc_now() override {
     const auto ms = std::chrono::duration_cast<std::chrono::milliseconds>(cell_.elapsed()).count();
@@ -102,6 +106,7 @@ class MockBackend final : public Backend {
  private:
   VirtualCell cell_;
   calib::Passable passable_;
+  std::optional<double> axis_reach_rad_;
 };
 
 }  // namespace
@@ -112,7 +117,8 @@ std::unique_ptr<Backend> make_mock_backend(const DaemonConfig& config, const cal
   }
   VirtualCellOptions options = rsi_options(config, cell);
   calib::Passable passable = passable_in_space(options.rsi.space);
-  return std::make_unique<MockBackend<VirtualCell>>(cell, std::move(options), std::move(passable));
+  return std::make_unique<MockBackend<VirtualCell>>(cell, std::move(options), std::move(passable),
+                                                    correction_limit_rad(config));
 }
 
 }  // namespace cellcal::daemon

@@ -42,8 +42,10 @@ template <typename Robot>
 class WireBackend final : public Backend {
  public:
   template <typename RobotConfig>
-  WireBackend(const DaemonConfig& config, RobotConfig robot, calib::Passable passable = {})
+  WireBackend(const DaemonConfig& config, RobotConfig robot, calib::Passable passable = {},
+              std::optional<double> axis_reach_rad = {})
       : passable_(std::move(passable)),
+        axis_reach_rad_(axis_reach_rad),
         io_(drivers::IoThreadOptions{.realtime = config.realtime}),
         contact_(io_.context(), contact_options(config)),
         robot_(io_.context(), std::move(robot), &contact_.guard()) {
@@ -67,9 +69,11 @@ class WireBackend final : public Backend {
   drivers::Clock& clock() override { return drivers::steady_clock(); }
   std::string utc_now() override { return wall_clock_utc(); }
   calib::Passable passable() override { return passable_; }
+  std::optional<double> axis_reach_rad() override { return axis_reach_rad_; }
 
  private:
   calib::Passable passable_;
+  std::optional<double> axis_reach_rad_;
   // In this order: what lives on the context goes before it.
   drivers::IoThread io_;
   drivers::SerialContact contact_;
@@ -81,8 +85,8 @@ class WireBackend final : public Backend {
 std::unique_ptr<Backend> make_rsi_backend(const DaemonConfig& config, const calib::Cell& cell) {
   drivers::RsiConfig rsi = rsi_config_for(config, cell);
   calib::Passable passable = passable_in_space(rsi.space);
-  return std::make_unique<WireBackend<drivers::RsiRobot>>(config, std::move(rsi),
-                                                          std::move(passable));
+  return std::make_unique<WireBackend<drivers::RsiRobot>>(
+      config, std::move(rsi), std::move(passable), correction_limit_rad(config));
 }
 
 std::unique_ptr<Backend> make_eki_backend(const DaemonConfig& config, const calib::Cell& cell) {

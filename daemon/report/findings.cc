@@ -75,6 +75,10 @@ std::string observability_words(const calib::Observability& o) {
 
 std::string unidentifiable(const View& view) {
   const auto& directions = view.result.unidentifiable;
+  if (view.result.verdict.too_few) {
+    return section("unidentifiable", "What the touches cannot tell",
+                   "<p>Nearly all: they were too few to calibrate with.</p>\n");
+  }
   if (directions.empty()) {
     return section("unidentifiable", "What the touches cannot tell",
                    "<p>No direction was reported that the touches leave undecided.</p>\n" +

@@ -45,6 +45,10 @@ std::string sentence(std::string text) {
 
 std::string scope_words(const View& view, const Reasons& reasons) {
   const calib::Verdict& verdict = view.result.verdict;
+  if (verdict.too_few) {
+    return "This was a first session: nothing speaks against the cell. The figures below say next "
+           "to nothing about the arm, and must not be put into service.";
+  }
   if (!verdict.publish) {
     return "This result must not be put into service. It may be read for diagnosis; the figures "
            "below describe it as it is.";
@@ -72,6 +76,7 @@ std::string scope_words(const View& view, const Reasons& reasons) {
 }
 
 std::string_view headline(const calib::Verdict& verdict) {
+  if (verdict.too_few) return "The cell works; too few touches to calibrate";
   if (!verdict.publish) return "Not publishable";
   return verdict.workspace ? "Publishable for the workspace" : "Publishable near the targets";
 }
@@ -138,7 +143,7 @@ std::string accuracy_sentence(const View& view) {
 std::string verdict_banner(const View& view) {
   const calib::Verdict& verdict = view.result.verdict;
   const Reasons reasons = sorted_reasons(verdict);
-  std::string words = list("Why not", reasons.against);
+  std::string words = list(verdict.too_few ? "What it has shown" : "Why not", reasons.against);
   if (!verdict.publish && reasons.against.empty()) {
     words = "<p class=\"because\">No reason was recorded.</p>\n";
   }
@@ -149,7 +154,10 @@ std::string verdict_banner(const View& view) {
   return fmt::format(
       "<div id=\"verdict\" class=\"verdict {}\">\n<span class=\"glyph\" aria-hidden=\"true\">{}"
       "</span>\n<div>\n<p class=\"headline\">{}</p>\n<p class=\"scope\">{}</p>\n{}</div>\n</div>\n",
-      verdict.publish ? "yes" : "no", verdict.publish ? "&#10003;" : "&#10005;", headline(verdict),
+      verdict.publish   ? "yes"
+      : verdict.too_few ? "few"
+                        : "no",
+      verdict.publish || verdict.too_few ? "&#10003;" : "&#10005;", headline(verdict),
       scope_words(view, reasons), words);
 }
 

@@ -2,6 +2,7 @@
 // The seam between a session and what it drives: real hardware, emulated wires, or a cell in the
 // same process. One per session; destroying it lets go of everything that it holds.
 
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -27,6 +28,9 @@ class Backend {
   /// Whether this wire can lead the arm from one posture straight in joint space to the other,
   /// whatever stands in the way; null: always. Outlives the backend; any thread.
   virtual calib::Passable passable() { return {}; }
+  /// How far any axis may go from where the arm stands when its link is opened; none: as far as its
+  /// limits.
+  virtual std::optional<double> axis_reach_rad() { return {}; }
   /// Wall time, ISO 8601 UTC; on virtual time a function of the clock alone.
   virtual std::string utc_now() = 0;
   /// Simulated cells only: figures of this result against the hidden truth, for the report.

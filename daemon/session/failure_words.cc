@@ -105,7 +105,7 @@ std::string what(FailureKind kind, const State& state, const Event& event) {
               kMmPerM,
           target(state));
     case FailureKind::kUnexpectedContact:
-      return joined("contact outside of a search", joined(words, "jog the arm free"));
+      return joined(or_else(words, "contact outside of a search"), "jog the arm free");
     case FailureKind::kStillInContact:
       return joined(
           "contact did not open on the way back: spatter at the tip, or a short; clean "

@@ -9,6 +9,7 @@
 #include "calib/files/error.h"
 #include "calib/files/files.h"
 #include "calib/plan/candidates.h"
+#include "calib/plan/cell_check.h"
 #include "daemon/session/delay_watch.h"
 #include "daemon/session/inputs.h"
 #include "daemon/session/tasks.h"
@@ -82,6 +83,15 @@ bool must_find(const calib::Cell& cell) {
   return std::any_of(cell.targets.begin(), cell.targets.end(), [](const calib::Target& target) {
     return target.kind == calib::TargetKind::kSphere && !target.has_centre;
   });
+}
+
+/// Before anything is opened, planned or moved.
+void look_at_cell(const calib::Cell& cell) {
+  try {
+    for (const std::string& warning : calib::refuse_faulty(cell)) spdlog::warn("{}", warning);
+  } catch (const calib::PlanError& wrong) {
+    throw RequestError(wrong.what());
+  }
 }
 
 void check(const RunRequest& request) {
@@ -188,6 +198,7 @@ std::unique_ptr<SessionService::Job> SessionService::prepare(const RunRequest& r
     job->options.one_by_one = request.goal_mm || job->options.find || must_find(job->cell);
   // Not in the journal: what stands in the cell now is what must not be hit now.
   calib::load_meshes(job->cell, std::filesystem::path(job->inputs.cell_name).parent_path());
+  if (!request.resume) look_at_cell(job->cell);
   if (job->cell.robot.joints.size() > drivers::kMaxAxes) {
     throw RequestError("the robot file has " + std::to_string(job->cell.robot.joints.size()) +
                        " joints, the drivers move at most " + std::to_string(drivers::kMaxAxes));
@@ -264,6 +275,7 @@ void SessionService::carry_out(Job& job) {
   TaskInputs task_inputs;
   task_inputs.cell = job.cell;
   task_inputs.cell.passable = job.backend->passable();
+  task_inputs.axis_reach_rad = job.backend->axis_reach_rad();
   task_inputs.files = job.inputs;
   std::stop_source planning;
   task_inputs.options = job.options;

@@ -1,9 +1,12 @@
 #include "daemon/session/tasks.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <memory>
+#include <numbers>
 #include <optional>
 #include <set>
 #include <stdexcept>
@@ -17,6 +20,7 @@
 #include "calib/plan/duration.h"
 #include "daemon/report/report.h"
 #include "daemon/session/atomic_file.h"
+#include "daemon/session/correction_limit.h"
 
 namespace cellcal::daemon {
 
@@ -143,15 +147,47 @@ class Chooser {
       : inputs_(std::move(inputs)), all_(std::move(chosen)) {}
 
   Tasks::Planned begin() {
+    calib::Cell cell = inputs_->cell;
+    if (inputs_->axis_reach_rad) cell.passable = within_reach(cell.passable);
     const calib::CourseOptions options{inputs_->options.plan, inputs_->options.goal,
                                        inputs_->options.find};
-    course_.emplace(inputs_->cell, options, inputs_->made);
+    course_.emplace(cell, options, inputs_->made);
     learnt_ = inputs_->made.size();
     return {{}, "", course_->progress()};
   }
 
   Tasks::Chosen choose(const ChooseTouch& how, const std::vector<calib::Touch>& touches,
                        const calib::JointVector& from) {
+    if (begin_->empty()) *begin_ = from;
+    try {
+      return choose_from(how, touches, from);
+    } catch (const calib::PlanError& error) {
+      if (!inputs_->axis_reach_rad || *inputs_->axis_reach_rad > kAnyTurnRad) throw;
+      throw calib::PlanError(fmt::format(
+          "{}. Besides: correction_limit_deg of [rsi] keeps every axis within {:.0f} deg of where "
+          "the session began; a wider one leaves more room",
+          error.what(), *inputs_->axis_reach_rad * kDegPerRad));
+    }
+  }
+
+ private:
+  static constexpr double kAnyTurnRad = 6.2, kInsideRad = 0.005;
+  static constexpr double kDegPerRad = 180.0 / std::numbers::pi;
+
+  /// No posture farther from where the session began, once that is known, than the controller
+  /// allows.
+  calib::Passable within_reach(calib::Passable also) const {
+    return [begin = begin_, reach = *inputs_->axis_reach_rad - kInsideRad, also = std::move(also)](
+               const calib::JointVector& from, const calib::JointVector& to) {
+      for (std::size_t i = 0; i < begin->size(); ++i)
+        if (std::abs(from[i] - (*begin)[i]) > reach || std::abs(to[i] - (*begin)[i]) > reach)
+          return false;
+      return !also || also(from, to);
+    };
+  }
+
+  Tasks::Chosen choose_from(const ChooseTouch& how, const std::vector<calib::Touch>& touches,
+                            const calib::JointVector& from) {
     if (how.failed) course_->failed(*how.failed);
     for (; learnt_ < touches.size(); ++learnt_) course_->touched(touches[learnt_]);
     Tasks::Chosen chosen;
@@ -173,12 +209,22 @@ class Chooser {
     return chosen;
   }
 
- private:
   std::shared_ptr<const TaskInputs> inputs_;
+  /// Where the arm stood when the first touch was asked for; empty before.
+  std::shared_ptr<calib::JointVector> begin_ = std::make_shared<calib::JointVector>();
   std::shared_ptr<std::optional<calib::Plan>> all_;
   std::optional<calib::Course> course_;
   std::size_t learnt_ = 0;
 };
+
+/// Before the first move: the driver would refuse the first one that goes too far, in mid-session.
+void refuse_beyond_reach(const TaskInputs& inputs, const calib::Plan& plan, std::size_t next,
+                         const calib::JointVector& from) {
+  if (!inputs.axis_reach_rad) return;
+  const LimitNeeded needed = limit_needed(plan, inputs.cell.robot, from, next);
+  const double limit_deg = *inputs.axis_reach_rad * 180.0 / std::numbers::pi;
+  if (needed.turn_deg > limit_deg) throw calib::PlanError(beyond_limit_words(needed, limit_deg));
+}
 
 }  // namespace
 
@@ -207,6 +253,7 @@ Tasks make_tasks(TaskInputs given) {
                          const calib::JointVector& from) {
     calib::Plan routed = calib::resume_plan(inputs->cell, plan, next, from);
     check(routed, inputs->cell.robot.joints.size());
+    refuse_beyond_reach(*inputs, routed, next, from);
     return routed;
   };
   tasks.assess = [inputs](const std::vector<calib::Touch>& touches) {

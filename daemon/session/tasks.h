@@ -28,6 +28,7 @@ struct TaskInputs {
   SessionOptions options;
   std::vector<calib::Touch> made;  ///< before the session was interrupted
   std::optional<LastCalibration> last;
+  std::optional<double> axis_reach_rad;  ///< as the backend's
   std::int64_t session = 0;
   std::string started;
   std::filesystem::path results_dir;

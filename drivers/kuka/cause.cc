@@ -121,7 +121,9 @@ std::string cause_words(const CoreResult& r) {
     case Cause::kCorrectionLimit:
       return fmt::format(
           "{}: correction {:.4f} deg is beyond the limit of +-{:.4f} deg: begin the session nearer "
-          "to the target, or widen {}AXISCORRMON and correction_limit_deg",
+          "to the target, or widen correction_limit_deg, make the controller's files anew "
+          "(kuka-files: "
+          "{}AXISCORRMON), copy them there, cold start",
           axis, r.a, r.b, r.in_space ? "" : "AXISCORR, ");
     case Cause::kShiftLimit:
       return fmt::format(

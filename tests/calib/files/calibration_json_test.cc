@@ -108,6 +108,11 @@ TEST(CalibrationJson, KeepsTargetsResidualsOutliersVerdictAndInputs) {
     EXPECT_EQ(back.outliers[i].leverage, result().outliers[i].leverage);
   }
   EXPECT_EQ(back.verdict.publish, result().verdict.publish);
+  EXPECT_FALSE(back.verdict.too_few);
+  Calibration begun = result();
+  begun.verdict.publish = false;
+  begun.verdict.too_few = true;
+  EXPECT_TRUE(calibration_from_json(calibration_to_json(begun), "c.json").verdict.too_few);
   EXPECT_EQ(back.verdict.workspace, result().verdict.workspace);
   EXPECT_EQ(back.verdict.reasons, result().verdict.reasons);
   ASSERT_EQ(back.unidentifiable.size(), result().unidentifiable.size());

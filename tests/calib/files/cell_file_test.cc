@@ -157,6 +157,37 @@ TEST(CellFile, NamesTheKeyThatAMissingOneMayHaveBeenWrittenAs) {
   EXPECT_EQ(cell_refusal(with(kCell, "diameter_mm = 61.4", "")).find("meant"), std::string::npos);
 }
 
+TEST(CellFile, SuggestsTheTableThatAMissingOneMayHaveBeenWrittenAs) {
+  expect_words(cell_refusal(with(kCell, "[touch]", "[toch]")),
+               {"the table [touch] is missing", "\"toch\" in line"});
+  expect_words(cell_refusal(with(kCell, "[tool]", "[tol]")), {"the table [tool] is missing"});
+  expect_words(cell_refusal(with(kCell, "[[length]]", "[[lenght]]")),
+               {"lenght", "unknown key (was \"length\" meant?)"});
+  expect_words(cell_refusal(with(kCell, "tip_radius_mm", "tip_radus_mm")),
+               {"tool.tip_radus_mm", "was \"tip_radius_mm\" meant?"});
+}
+
+TEST(CellFile, NamesAMissingQuoteAndADecimalCommaAsWhatTheyAre) {
+  for (const char* now : {"id = \"S1", "id = S1\"", "id = 'S1  # the first"}) {
+    SCOPED_TRACE(now);
+    const std::string text = with(kCell, "id = \"S1\"", now);
+    expect_words(cell_refusal(text), {"a quote is missing"});
+    const std::string line = std::to_string(line_of(text, now));
+    EXPECT_NE(cell_refusal(text).find(line), std::string::npos) << cell_refusal(text);
+  }
+  const std::string comma = with(kCell, "diameter_mm = 61.4", "diameter_mm = 38,1");
+  expect_words(cell_refusal(comma),
+               {"cell.toml:" + std::to_string(line_of(comma, "38,1")), "decimal comma", "'.'"});
+  expect_words(cell_refusal(with(kCell, "[1340.0, 240.0, 350.0]", "[1340,5, 240.0, 350.0]")),
+               {"3 numbers, but has 4", "decimal mark is '.'"});
+  // A comma in a comment or a text is none; and what is neither is said as the parser has it.
+  expect_words(cell_refusal(with(kCell, "diameter_mm = 61.4", "diameter_mm = = 61.4  # 38,1")),
+               {"not valid TOML"});
+  EXPECT_EQ(cell_refusal(with(kCell, "mass_kg = 1.535", "mass_kg = 1.5x5  # \"1,5\" kg"))
+                .find("decimal comma"),
+            std::string::npos);
+}
+
 constexpr const char* kWire = "kind = \"wire\"\ncentre_sigma_mm = 5.0";
 
 TEST(CellFile, ReadsAPlanesNormalAsADirectionAndATrackerWithoutAPlace) {

@@ -257,7 +257,7 @@ TEST(RobotFile, NeedsOneToThirtyTwoJoints) {
 
 TEST(RobotFile, BrokenTomlIsNamedWithItsLine) {
   expect_words(robot_refusal(with(kRobot, "length_mm = 0.7", "length_mm = 0,7")),
-               {"robot.toml:7:", "not valid TOML"});
+               {"robot.toml:7:", "a decimal comma"});
   expect_words(robot_refusal("format = \"cellcal.robot/1"), {"robot.toml:1:"});
 }
 

@@ -127,6 +127,8 @@ TEST(Touches, NamesAMissingOrUnknownOrDoubledColumnAndTheHeadersLine) {
                {"touches.csv:1:", "\"A3\"", "known here are"});
   expect_words(touches_refusal("A1,A2,A1,target\n1,2,3,S1\n"), {"touches.csv:1:", "twice"});
   expect_words(touches_refusal("A1,,A2,target\n"), {"touches.csv:1:", "no name"});
+  for (const char* rows : {"0,0,S1\n", "12.5,-3,S1\n", "-1e1,+2,S1,fit\n"})
+    expect_words(touches_refusal(rows), {"touches.csv:1:", "header row is missing", "A1,A2"});
   const std::string comments = "# one\n# two\n";
   expect_words(touches_refusal(comments + "A1,A2,taget\n1,2,S1\n"), {"touches.csv:3:", "taget"});
   expect_words(touches_refusal(comments + "A1,target\n1,S1\n"), {"touches.csv:3:", "\"A2\""});

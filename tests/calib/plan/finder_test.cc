@@ -7,7 +7,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 
+#include "calib/files/files.h"
 #include "calib/model/random.h"
 #include "calib/plan/belief.h"
 #include "calib/plan/course.h"
@@ -169,6 +171,76 @@ TEST(Finder, FindsSpheresWhoseCentresAreRoughWellEnoughToPlanOn) {
     EXPECT_GT(found.nearest.shaft_m, 0.0) << "the shaft met a sphere";
   }
 }
+
+/// The cell file wrong by as much as its sigma says, in every direction.
+Cell honestly_rough(const Cell& cell, double sigma_m, unsigned seed) {
+  Cell off = cell;
+  Random random(seed);
+  for (Target& target : off.targets) {
+    Vector3d draw;
+    do {  // one in 15 lies beyond: that is not what is looked at here
+      draw = Vector3d(random.normal(), random.normal(), random.normal());
+    } while (draw.norm() > 2.7);
+    target.centre_m += sigma_m * draw;
+    target.centre_sigma_m = sigma_m;
+  }
+  return off;
+}
+
+/// A KR 10 R1100 on a table, with a slender tool and four spheres of 38.1 mm.
+const Cell& small_cell() {
+  static const Cell small = [] {
+    Cell cell = demo_cell();
+    cell.robot = load_robot(std::filesystem::path(CELLCAL_ROBOTS_FOLDER) / "kr10_r1100_2.toml");
+    cell.lengths.clear();
+    cell.tool.tcp = Eigen::Isometry3d::Identity();
+    cell.tool.tcp.translation() = Vector3d(0.0, 0.0, 0.16);
+    cell.tool.length_m = 0.16;
+    cell.tool.tip_radius_m = 0.002;
+    cell.tool.radius_m = 0.02;
+    cell.tool.slim_length_m = 0.08;
+    cell.tool.slim_radius_m = 0.003;
+    const Vector3d centres[] = {
+        {0.62, -0.30, 0.20}, {0.60, 0.32, 0.22}, {0.40, -0.52, 0.38}, {0.45, 0.50, 0.44}};
+    for (std::size_t t = 0; t < 4; ++t) {
+      cell.targets[t].diameter_m = 0.0381;
+      cell.targets[t].centre_m = centres[t];
+      cell.targets[t].stand_diameter_m = 0.012;
+    }
+    Obstacle table;
+    table.id = "table";
+    table.frame.translation() = Vector3d(0.5, 0.0, -0.03);
+    table.size_m = Vector3d(1.2, 1.6, 0.06);
+    cell.obstacles = {table};
+    cell.floor_m = -0.7;
+    return cell;
+  }();
+  return small;
+}
+
+class finding : public ::testing::TestWithParam<int> {};
+
+TEST_P(finding, needs_no_better_centres_than_their_sigma_says) {
+  const double sigma_m = GetParam() * 1e-3;
+  for (const Cell* cell : {&demo_cell(), &small_cell()})
+    for (unsigned seed = 1; seed <= 3; ++seed) {
+      SCOPED_TRACE(cell->robot.name + ", seed " + std::to_string(seed));
+      const sim::Truth truth = testing::plain_truth(*cell, seed);
+      Found found;
+      try {
+        found = drive(honestly_rough(*cell, sigma_m, seed), truth, true);
+      } catch (const PlanError& error) {
+        ADD_FAILURE() << error.what();
+        continue;
+      }
+      std::printf("%s, sigma %d mm: %d touches, %d misses\n", cell->robot.name.c_str(), GetParam(),
+                  found.touches, found.misses);
+      EXPECT_GT(found.nearest.tip_m, 0.003) << "the tip met a sphere where it did not search";
+      EXPECT_GT(found.nearest.shaft_m, 0.0) << "the shaft met a sphere";
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(With, finding, ::testing::Values(5, 10, 15, 20));
 
 TEST(Finder, FindsASphereSomewhereInABox) {
   Cell cell = demo_cell();

@@ -53,7 +53,11 @@ TEST(a_plan, is_a_touch_file_that_identify_reads_and_predict_continues_from) {
                                        "--check", "4", "-o", plan, "--picture", picture});
   ASSERT_EQ(planned.status, 0) << planned.err;
   EXPECT_NE(content(picture).find("16 touches for the fit, 4 held out"), std::string::npos);
-  EXPECT_EQ(lines(content(plan)), 23u) << "two comments, header, twenty touches";
+  EXPECT_EQ(lines(content(plan)), 24u) << "three comments, header, twenty touches";
+  EXPECT_EQ(planned.out.find(plan + ": 20 touches written\n"), 0u) << planned.out;
+  EXPECT_NE(planned.out.find("mean error "), std::string::npos) << planned.out;
+  EXPECT_NE(planned.out.find("robot time "), std::string::npos) << planned.out;
+  EXPECT_NE(planned.out.find("correction_limit_deg"), std::string::npos) << planned.out;
 
   // Nominal touches lie on nominal spheres, up to the tip: what is identified is small, and what
   // is not publishable is written all the same.
@@ -68,15 +72,15 @@ TEST(a_plan, is_a_touch_file_that_identify_reads_and_predict_continues_from) {
   EXPECT_EQ(json.at("verdict").at("publish").get<bool>(), identified.status == 0);
 
   std::ofstream(dir / "joints.csv") << "A1,A2,A3,A4,A5,A6\n0,-90,90,0,0,0\n10,-80,80,20,30,40\n";
-  const Outcome predicted = run_program(
-      {CELLCAL, "predict", "--calibration", calibration, "--joints", dir / "joints.csv"});
+  const Outcome predicted = run_program({CELLCAL, "predict", "--calibration", calibration,
+                                         "--joints", dir / "joints.csv", "--withheld"});
   ASSERT_EQ(predicted.status, 0) << predicted.err;
   EXPECT_EQ(predicted.out.find("x_mm,y_mm,z_mm,a_deg,b_deg,c_deg,u95_mm\n"), 0u);
   EXPECT_EQ(lines(predicted.out), 3u);
   EXPECT_EQ(predicted.err, "");
   std::ofstream(dir / "beyond.csv") << "A1,A2,A3,A4,A5,A6\n0,-90,90,0,0,0\n200,-80,80,20,30,40\n";
-  const Outcome beyond = run_program(
-      {CELLCAL, "predict", "--calibration", calibration, "--joints", dir / "beyond.csv"});
+  const Outcome beyond = run_program({CELLCAL, "predict", "--calibration", calibration, "--joints",
+                                      dir / "beyond.csv", "--withheld"});
   EXPECT_EQ(beyond.status, 0);
   EXPECT_EQ(lines(beyond.out), 3u);
   EXPECT_NE(beyond.err.find("beyond.csv:3: A1: 200 deg is outside the joint's limits"),
@@ -98,6 +102,80 @@ TEST(a_result_that_must_not_be_published, is_written_and_ends_with_status_3) {
   EXPECT_EQ(outcome.status, 3) << outcome.err;
   EXPECT_FALSE(nlohmann::json::parse(outcome.out).at("verdict").at("publish").get<bool>());
   EXPECT_EQ(outcome.out, content(calibration));
+
+  // Nor is it predicted with, unless that is asked for; the nominal arm is no result.
+  std::ofstream(dir / "joints.csv") << "A1,A2,A3,A4,A5,A6\n0,-90,90,0,0,0\n";
+  std::vector<std::string> predict{CELLCAL,     "predict",    "--calibration",
+                                   calibration, "--joints",   dir / "joints.csv",
+                                   "-o",        dir / "p.csv"};
+  const Outcome refused = run_program(predict);
+  EXPECT_EQ(refused.status, 3);
+  EXPECT_EQ(refused.err.find("cellcal predict: " + calibration + ": this calibration was withheld"),
+            0u)
+      << refused.err;
+  EXPECT_NE(refused.err.find("--withheld"), std::string::npos);
+  EXPECT_EQ(refused.out, "");
+  EXPECT_FALSE(std::filesystem::exists(dir / "p.csv"));
+  for (const char* flag : {"--withheld", "--nominal"}) {
+    predict.resize(8);
+    predict.push_back(flag);
+    EXPECT_EQ(run_program(predict).status, 0) << flag;
+    EXPECT_TRUE(std::filesystem::remove(dir / "p.csv")) << flag;
+  }
+}
+
+TEST(a_first_session, ends_in_what_it_has_shown_and_not_in_what_it_lacks) {
+  const TemporaryDirectory dir;
+  const std::string plan = dir / "plan.csv";
+  ASSERT_EQ(run_program({CELLCAL, "plan", "--cell", kCell, "--touches", "4", "-o", plan}).status,
+            0);
+  const Outcome outcome =
+      run_program({CELLCAL, "identify", "--cell", kCell, "--touches", plan, "-o", dir / "c.json"});
+  EXPECT_EQ(outcome.status, 3);
+  EXPECT_NE(outcome.out.find("the cell works, 4 of 4 touches within 0."), std::string::npos)
+      << outcome.out;
+  EXPECT_NE(outcome.out.find("Now calibrate with 40 touches"), std::string::npos) << outcome.out;
+  EXPECT_LE(lines(outcome.out), 4u) << outcome.out;
+  const auto json = nlohmann::json::parse(content(dir / "c.json"));
+  EXPECT_TRUE(json.at("verdict").at("too_few_touches").get<bool>());
+}
+
+TEST(a_plan, of_a_cell_file_that_contradicts_itself_is_refused) {
+  const TemporaryDirectory dir;
+  std::string text = content(kCell);
+  text.replace(text.find("kr5_worn.toml"), 13,
+               std::filesystem::path(kCell).replace_filename("kr5_worn.toml").string());
+  text.replace(text.find("mm = 1128.051"), 13, "mm = 11280.51");
+  std::ofstream(dir / "cell.toml") << text;
+  const Outcome outcome =
+      run_program({CELLCAL, "plan", "--cell", dir / "cell.toml", "--touches", "8"});
+  EXPECT_EQ(outcome.status, 1);
+  EXPECT_NE(outcome.err.find("S2-S3: 11280.510 mm stated, 1128.1"), std::string::npos)
+      << outcome.err;
+  EXPECT_NE(outcome.err.find("decimal point"), std::string::npos) << outcome.err;
+}
+
+TEST(a_plan, says_how_far_the_axes_go_from_where_the_arm_stands) {
+  const auto limit = [](const std::string& from) {
+    const Outcome outcome =
+        run_program({CELLCAL, "plan", "--cell", kCell, "--touches", "8", "--from", from, "--json"});
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    const auto json = nlohmann::json::parse(outcome.out);
+    EXPECT_GT(json.at("correction_limit_deg"), json.at("farthest_turn_deg"));
+    return json.at("correction_limit_deg").get<double>();
+  };
+  EXPECT_GT(limit("0,-90,90,0,60,170"), limit("0,-90,90,0,60,0"));
+  const Outcome beyond =
+      run_program({CELLCAL, "plan", "--cell", kCell, "--touches", "8", "--from", "400,0,0,0,0,0"});
+  EXPECT_EQ(beyond.status, 1);
+  EXPECT_NE(beyond.err.find("A1 = 400 deg"), std::string::npos) << beyond.err;
+}
+
+TEST(an_unknown_command, is_named) {
+  const Outcome outcome = run_program({CELLCAL, "correct", "--poses", "p.csv"});
+  EXPECT_EQ(outcome.status, 2);
+  EXPECT_EQ(outcome.err.find("cellcal: there is no command \"correct\"; there are run, "), 0u)
+      << outcome.err;
 }
 
 TEST(an_output, that_is_a_link_or_a_pipe_stays_one) {

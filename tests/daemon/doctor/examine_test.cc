@@ -57,6 +57,50 @@ TEST_F(an_examination, tells_a_kr_5_apart_by_where_its_flange_is) {
   EXPECT_NE(geometry.found.find("X 800.0, Z 960.0"), std::string::npos) << geometry.found;
 }
 
+TEST_F(an_examination, foresees_how_far_the_axes_go_in_a_session) {
+  configure("backend = \"mock\"\n");
+  Findings wide;
+  examine(request(), wide);
+  EXPECT_EQ(outcome_of(wide, "cell itself"), Outcome::kOk);
+  EXPECT_EQ(outcome_of(wide, "plan"), Outcome::kOk) << finding_of(wide, "plan").found;
+  configure("backend = \"mock\"\n[rsi]\ncorrection_limit_deg = 40\n");
+  Findings narrow;
+  examine(request(), narrow);
+  const Finding plan = finding_of(narrow, "plan");
+  EXPECT_EQ(plan.outcome, Outcome::kFailed);
+  EXPECT_NE(plan.found.find("correction_limit_deg is 40"), std::string::npos) << plan.found;
+  for (const char* words : {"set correction_limit_deg = ", "kuka-files", "cold start"})
+    EXPECT_NE(plan.advice.find(words), std::string::npos) << plan.advice;
+}
+
+TEST_F(an_examination, says_where_a_cell_file_contradicts_itself) {
+  configure("backend = \"mock\"\n");
+  std::ifstream demo(CELLCAL_DEMO_CELL);
+  std::string cell{std::istreambuf_iterator<char>(demo), {}};
+  const std::string robot = "robot = \"";
+  cell.insert(cell.find(robot) + robot.size(),
+              std::filesystem::path(CELLCAL_DEMO_CELL).parent_path().string() + "/");
+  cell.replace(cell.find("1128.051"), 8, "112.8051");
+  cell +=
+      "\n[[obstacle]]\nid = \"table\"\nshape = \"box\"\nsize_mm = [200, 200, 200]\n"
+      "xyz_mm = [1060, 380, 330]\n";
+  DoctorRequest one = request();
+  one.cell = dir / "cell.toml";
+  std::ofstream(one.cell) << cell;
+  Findings findings;
+  examine(one, findings);
+  std::string found;
+  for (const Finding& finding : findings.all())
+    if (finding.check == "cell itself") {
+      EXPECT_EQ(finding.outcome, Outcome::kFailed);
+      found += finding.found + "\n";
+    }
+  EXPECT_NE(found.find("S2-S3: 112.805 mm stated"), std::string::npos) << found;
+  EXPECT_NE(found.find("sphere S2: "), std::string::npos) << found;
+  EXPECT_NE(found.find("deep in obstacle table"), std::string::npos) << found;
+  expect_advice(findings);
+}
+
 TEST_F(an_examination, over_rsi_never_asks_for_a_correction) {
   const std::uint16_t port = 49900 + static_cast<std::uint16_t>(::getpid() % 100);
   configure("backend = \"rsi\"\n[rsi]\nbind = \"127.0.0.1\"\nport = " + std::to_string(port) +

@@ -108,6 +108,56 @@ TEST(a_virtual_session, ends_by_name_where_corrections_in_space_reach_their_limi
   EXPECT_NE(outcome.err.find("correction_turn_limit_deg"), std::string::npos) << outcome.err;
 }
 
+TEST(a_session, that_would_go_beyond_the_correction_limit_is_refused_before_the_first_motion) {
+  const auto with_limit = [](const std::string& limit, const std::vector<std::string>& arguments,
+                             nlohmann::json& status) {
+    DaemonFixture fixture("[rsi]\ncorrection_limit_deg = " + limit + "\n[mock]\nseed = 3\n");
+    fixture.start();
+    const Outcome outcome = fixture.cellcal(arguments);
+    status = fixture.status();
+    return outcome;
+  };
+  nlohmann::json status;
+  const Outcome refused = with_limit("40", run("8", "0"), status);
+  EXPECT_EQ(refused.status, 1);
+  for (const char* words : {"correction_limit_deg is 40", "nothing has moved", "kuka-files",
+                            "AXISCORRMON", "cold start"})
+    EXPECT_NE(refused.err.find(words), std::string::npos) << refused.err;
+  EXPECT_EQ(refused.err.find("move-refused"), std::string::npos) << refused.err;
+  EXPECT_EQ(status["touches"], 0);
+  // With the one that it says, it runs.
+  const std::string set = "set correction_limit_deg = ";
+  const std::size_t at = refused.err.find(set);
+  ASSERT_NE(at, std::string::npos) << refused.err;
+  const std::string limit = std::to_string(std::stoi(refused.err.substr(at + set.size())));
+  const Outcome ran = with_limit(limit, run("8", "0"), status);
+  EXPECT_EQ(ran.status, 3) << limit << ": " << ran.err;
+  EXPECT_EQ(status["touches"], 8);
+  EXPECT_NE(ran.out.find("the cell works, 8 of 8 touches"), std::string::npos) << ran.out;
+  // Touches that are chosen one by one are chosen inside it.
+  const Outcome inside =
+      with_limit("120", {"run", "--cell", kCell, "--goal", "0.6", "--check", "2"}, status);
+  EXPECT_TRUE(inside.status == 0 || inside.status == 3) << inside.err;
+}
+
+TEST(a_session, of_a_cell_file_that_contradicts_itself_does_not_begin) {
+  DaemonFixture fixture;
+  std::string cell = content(kCell);
+  const std::string robot = "robot = \"";
+  cell.insert(cell.find(robot) + robot.size(),
+              std::filesystem::path(kCell).parent_path().string() + "/");
+  cell.replace(cell.find("410.3"), 5, "0.4103");
+  cell.replace(cell.find("59.9, 50.5"), 10, "0.05, 0.05");
+  const std::string file = fixture.dir / "cell.toml";
+  std::ofstream(file) << cell;
+  fixture.start();
+  const Outcome outcome = fixture.cellcal({"run", "--cell", file, "--touches", "8"});
+  EXPECT_EQ(outcome.status, 1);
+  EXPECT_NE(outcome.err.find("tool: the tip lies 0.416 mm from the flange"), std::string::npos)
+      << outcome.err;
+  EXPECT_EQ(fixture.cellcal({"history"}).out, "no sessions yet\n");
+}
+
 TEST(a_killed_daemon, loses_no_touch_and_its_successor_finishes_the_session) {
   DaemonFixture fixture;
   fixture.start();

@@ -34,6 +34,18 @@ TEST(Verdict, WithoutCertifiedLengthClaimsNothingBeyondTheTargets) {
   EXPECT_TRUE(says(section_of(html, "meaning"), "it cannot see scale"));
 }
 
+TEST(Verdict, OfAFirstSessionSaysThatTheCellWorksAndNotWhatSoFewTouchesLack) {
+  ReportInput input = made_up_session();
+  input.calibration.verdict = {false, false, {"too few touches: 4 of 4 within 1.0 mm"}, true};
+  input.calibration.unidentifiable = {{"all lengths in common", {}}};
+  const std::string html = html_report(input);
+  EXPECT_TRUE(says(html, "The cell works; too few touches to calibrate"));
+  EXPECT_TRUE(says(html, "4 of 4 within 1.0 mm"));
+  EXPECT_TRUE(says(html, "must not be put into service"));
+  EXPECT_FALSE(says(html, "Not publishable"));
+  EXPECT_FALSE(says(html, "all lengths in common"));
+}
+
 TEST(Verdict, ThatRefusesGivesEveryReason) {
   ReportInput input = made_up_session();
   input.calibration.verdict = {false, true, {"chi2 is 6.3", "rank 24 of 25"}};

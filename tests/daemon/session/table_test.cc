@@ -196,6 +196,19 @@ TEST_P(every_pair, drops_results_of_earlier_moves_and_armings) {
   }
 }
 
+TEST(a_failure_in_words, says_once_what_the_driver_has_said) {
+  Event touched = event_of_kind(EventKind::kUnexpectedContact);
+  touched.words = "contact outside of a search: look for an obstacle in the path";
+  const State end = step(state_in(Phase::kTransit, false), touched).state;
+  ASSERT_TRUE(end.failure);
+  const std::string& words = end.failure->detail;
+  const std::string said = "contact outside of a search";
+  const std::size_t first = words.find(said);
+  ASSERT_NE(first, std::string::npos) << words;
+  EXPECT_EQ(words.find(said, first + 1), std::string::npos) << words;
+  EXPECT_NE(words.find("obstacle in the path"), std::string::npos) << words;
+}
+
 TEST(session_table, names_every_phase_event_and_failure_differently) {
   std::set<std::string> phases, events;
   for (Phase phase : kAllPhases) phases.insert(to_string(phase));

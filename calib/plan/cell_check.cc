@@ -1,0 +1,262 @@
+#include "calib/plan/cell_check.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "calib/plan/candidates.h"
+#include "calib/plan/pool.h"
+#include "calib/plan/surroundings.h"
+
+namespace cellcal::calib {
+
+namespace {
+
+using Kind = CellFaultKind;
+
+/// So many sigmas are a mistake, not bad luck.
+constexpr double kMistake = 4.0;
+/// 1 sigma of a centre whose file states none: as a tape measure gives it.
+constexpr double kUsualCentreM = 0.010;
+/// A touch finds its sphere as far off as this; what is off by less is told by the touches.
+constexpr double kTouchedAllTheSameM = 0.010;
+constexpr double kOverlapM = 1e-3;
+/// What is shorter was meant in metres.
+constexpr double kShortestToolM = 0.005, kNearestCentreM = 0.020, kThinnestSphereM = 0.001;
+constexpr double kFinestTouchM = 0.5e-6, kCoarsestTouchM = 2e-3;
+/// A power of ten, or both radii, explain what is off within this share.
+constexpr double kExplained = 0.05;
+constexpr int kReachTried = 60;  // touches looked for; far fewer are planned from
+
+double sigma_of(const Target& target) {
+  return target.centre_sigma_m > 0.0 ? target.centre_sigma_m : kUsualCentreM;
+}
+
+/// A certified length beside its centres.
+struct Compared {
+  const CertifiedLength* length;
+  std::size_t from, to;
+  double centres_m = 0.0, sigma_m = 0.0;
+
+  double off_m() const { return std::abs(centres_m - length->length_m); }
+  bool fits() const { return off_m() <= kMistake * sigma_m; }
+};
+
+std::vector<Compared> compare(const Cell& cell) {
+  std::vector<Compared> all;
+  for (const CertifiedLength& length : cell.lengths) {
+    Compared one{&length, cell.target_index(length.from), cell.target_index(length.to)};
+    const Target &a = cell.targets[one.from], &b = cell.targets[one.to];
+    if (!a.has_centre || !b.has_centre) continue;
+    one.centres_m = (a.centre_m - b.centre_m).norm();
+    one.sigma_m = std::hypot(std::hypot(sigma_of(a), sigma_of(b)), length.sigma_m);
+    all.push_back(one);
+  }
+  return all;
+}
+
+bool all_fit(const std::vector<Compared>& all) {
+  return std::all_of(all.begin(), all.end(), [](const Compared& one) { return one.fits(); });
+}
+
+/// Two targets whose centres, exchanged, make all lengths fit.
+std::optional<std::pair<std::size_t, std::size_t>> exchanged(const Cell& cell) {
+  Cell other = cell;
+  for (std::size_t i = 0; i < cell.targets.size(); ++i)
+    for (std::size_t k = i + 1; k < cell.targets.size(); ++k) {
+      if (!cell.targets[i].has_centre || !cell.targets[k].has_centre) continue;
+      std::swap(other.targets[i].centre_m, other.targets[k].centre_m);
+      if (all_fit(compare(other))) return std::pair(i, k);
+      std::swap(other.targets[i].centre_m, other.targets[k].centre_m);
+    }
+  return std::nullopt;
+}
+
+/// The one target that all lengths that do not fit have in common: two or more. (A length across
+/// the way that its centre is off by may fit all the same.)
+std::optional<std::size_t> only_end(const std::vector<Compared>& all, std::size_t targets) {
+  for (std::size_t t = 0; t < targets; ++t) {
+    int here = 0;
+    const bool explains = std::all_of(all.begin(), all.end(), [&](const Compared& one) {
+      const bool ends_here = one.from == t || one.to == t;
+      here += ends_here && !one.fits();
+      return ends_here || one.fits();
+    });
+    if (explains && here >= 2) return t;
+  }
+  return std::nullopt;
+}
+
+CellFault length_fault(const Cell& cell, const Compared& one) {
+  CellFault fault;
+  fault.kind = Kind::kLength;
+  fault.refused = one.off_m() > kTouchedAllTheSameM;
+  fault.ids = {one.length->from, one.length->to};
+  fault.a_m = one.length->length_m;
+  fault.b_m = one.centres_m;
+  fault.sigma_m = one.sigma_m;
+  const double radii = (cell.targets[one.from].diameter_m + cell.targets[one.to].diameter_m) / 2.0;
+  if (radii > 0.0 && std::abs(one.off_m() - radii) < kExplained * radii)
+    fault.kind = Kind::kSurfaces;
+  for (const double factor : {10.0, 100.0, 1000.0, 0.1, 0.01, 0.001})
+    if (std::abs(one.length->length_m / factor - one.centres_m) < kExplained * one.centres_m) {
+      fault.kind = Kind::kDecimalPoint;
+      fault.c_m = one.length->length_m / factor;
+    }
+  return fault;
+}
+
+void compare_lengths(const Cell& cell, std::vector<CellFault>& faults) {
+  const std::vector<Compared> all = compare(cell);
+  if (all_fit(all)) return;
+  const auto wrong = std::count_if(all.begin(), all.end(), [](auto& one) { return !one.fits(); });
+  if (wrong > 1) {
+    if (const auto pair = exchanged(cell)) {
+      faults.push_back({Kind::kCentresExchanged,
+                        true,
+                        {cell.targets[pair->first].id, cell.targets[pair->second].id}});
+      return;
+    }
+    if (const auto target = only_end(all, cell.targets.size())) {
+      CellFault fault{Kind::kCentre, false, {cell.targets[*target].id}};
+      for (const Compared& one : all)
+        if (!one.fits() && one.off_m() > fault.a_m) {
+          fault.a_m = one.off_m();
+          fault.sigma_m = one.sigma_m;
+        }
+      fault.refused = fault.a_m > kTouchedAllTheSameM;
+      faults.push_back(fault);
+      return;
+    }
+  }
+  for (const Compared& one : all)
+    if (!one.fits()) faults.push_back(length_fault(cell, one));
+}
+
+/// Also where no centres are stated.
+void compare_lengths_with_each_other(const Cell& cell, std::vector<CellFault>& faults) {
+  const auto between = [&](const std::string& a, const std::string& b) -> const CertifiedLength* {
+    for (const CertifiedLength& length : cell.lengths)
+      if ((length.from == a && length.to == b) || (length.from == b && length.to == a))
+        return &length;
+    return nullptr;
+  };
+  for (const CertifiedLength& length : cell.lengths) {
+    const double radii = (cell.targets[cell.target_index(length.from)].diameter_m +
+                          cell.targets[cell.target_index(length.to)].diameter_m) /
+                         2.0;
+    if (length.length_m < radii)
+      faults.push_back(
+          {Kind::kLengthTooShort, true, {length.from, length.to}, length.length_m, radii});
+    for (const Target& third : cell.targets) {
+      const CertifiedLength* one = between(length.from, third.id);
+      const CertifiedLength* other = between(length.to, third.id);
+      if (one == nullptr || other == nullptr) continue;
+      const double both = one->length_m + other->length_m;
+      const double sigma = std::hypot(std::hypot(one->sigma_m, other->sigma_m), length.sigma_m);
+      if (length.length_m <= both + kMistake * sigma) continue;
+      faults.push_back(
+          {Kind::kTriangle, true, {length.from, length.to, third.id}, length.length_m, both});
+      return;  // one wrong length makes many triangles wrong
+    }
+  }
+}
+
+void look_at_overlaps(const Cell& cell, std::vector<CellFault>& faults) {
+  const auto is_there = [](const Target& target) {
+    return target.kind == TargetKind::kSphere && target.has_centre;
+  };
+  for (std::size_t i = 0; i < cell.targets.size(); ++i)
+    for (std::size_t k = i + 1; k < cell.targets.size(); ++k) {
+      const Target &a = cell.targets[i], &b = cell.targets[k];
+      if (!is_there(a) || !is_there(b)) continue;
+      const double apart = (a.centre_m - b.centre_m).norm();
+      const double radii = (a.diameter_m + b.diameter_m) / 2.0;
+      if (apart > radii - kOverlapM) continue;
+      const double sigma = std::hypot(sigma_of(a), sigma_of(b));
+      const bool refused = apart < kOverlapM || apart + kMistake * sigma < radii;
+      faults.push_back({Kind::kOverlap, refused, {a.id, b.id}, apart, radii, 0.0, sigma});
+    }
+}
+
+void look_inside(const Cell& cell, std::vector<CellFault>& faults) {
+  Cell rest = cell;
+  rest.targets.clear();
+  const Surroundings things(rest);
+  for (const Target& target : cell.targets) {
+    if (target.kind != TargetKind::kSphere || !target.has_centre) continue;
+    const double radius = target.diameter_m / 2.0;
+    const Segment centre{target.centre_m, target.centre_m};
+    for (std::size_t i = 0; i < things.size(); ++i) {
+      const double deep = radius - std::max(0.0, things.distance_m(i, centre, radius));
+      if (deep <= kOverlapM) continue;
+      const double sigma = sigma_of(target);
+      const bool refused = deep >= radius || deep > kMistake * sigma;
+      faults.push_back(
+          {Kind::kInside, refused, {target.id, things.words(i)}, deep, 0.0, 0.0, sigma});
+    }
+  }
+}
+
+/// Postures that the joint limits allow, whatever stands in the way: the plan looks at that.
+void look_at_reach(const Cell& cell, std::vector<CellFault>& faults) {
+  const ArmModel arm = planning_arm(cell);
+  for (std::size_t t = 0; t < cell.targets.size(); ++t) {
+    const Target& target = cell.targets[t];
+    if (!is_planned(target, Kinds::kSpheresAndPlanes) || !target.has_centre) continue;
+    const double from_base = target.centre_m.norm();
+    if (from_base < kNearestCentreM) {
+      faults.push_back({Kind::kCentreInMetres, true, {target.id}, from_base});
+      continue;
+    }
+    Cell alone = cell;
+    alone.targets = {target};
+    alone.lengths.clear();
+    if (find_candidates(alone, arm, Clearance::blind(), {}, kReachTried, Kinds::kSpheresAndPlanes)
+            .empty())
+      faults.push_back({Kind::kOutOfReach, true, {target.id}, from_base});
+  }
+}
+
+/// True where the tool is as long as tools are; otherwise nothing can be said of the reach.
+bool look_at_units(const Cell& cell, std::vector<CellFault>& faults) {
+  const double tool = cell.tool.tcp.translation().norm();
+  const bool sound = tool <= 0.0 || tool >= kShortestToolM;
+  if (!sound) faults.push_back({Kind::kToolInMetres, true, {}, tool});
+  for (const Target& target : cell.targets)
+    if (target.kind == TargetKind::kSphere && target.diameter_m < kThinnestSphereM)
+      faults.push_back({Kind::kDiameterInMetres, true, {target.id}, target.diameter_m});
+  if (cell.touch_sigma_m < kFinestTouchM || cell.touch_sigma_m > kCoarsestTouchM)
+    faults.push_back({Kind::kTouchSigma, false, {}, cell.touch_sigma_m});
+  return sound;
+}
+
+}  // namespace
+
+std::vector<CellFault> faults_of(const Cell& cell) {
+  std::vector<CellFault> faults;
+  const bool tool_is_sound = look_at_units(cell, faults);
+  compare_lengths(cell, faults);
+  if (faults.empty()) compare_lengths_with_each_other(cell, faults);
+  look_at_overlaps(cell, faults);
+  look_inside(cell, faults);
+  if (tool_is_sound) look_at_reach(cell, faults);
+  std::stable_partition(faults.begin(), faults.end(), [](const CellFault& f) { return f.refused; });
+  return faults;
+}
+
+std::vector<std::string> refuse_faulty(const Cell& cell) {
+  std::vector<std::string> warnings;
+  std::string refusal;
+  for (const CellFault& fault : faults_of(cell)) {
+    std::string words = found_words(fault) + ". " + advice_words(fault);
+    if (!fault.refused) {
+      warnings.push_back(std::move(words));
+    } else {
+      refusal += (refusal.empty() ? "" : "; ") + words;
+    }
+  }
+  if (!refusal.empty()) throw PlanError("the cell file cannot be right: " + refusal);
+  return warnings;
+}
+
+}  // namespace cellcal::calib

@@ -1,0 +1,106 @@
+// What each fault of a cell file says: the number first, then what to do.
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "calib/plan/cell_check.h"
+
+namespace cellcal::calib {
+
+namespace {
+
+using Kind = CellFaultKind;
+
+double mm(double metres) { return metres * 1e3; }
+
+std::string length_words(const CellFault& f) {
+  return fmt::format(
+      "certified length {}-{}: {:.3f} mm stated, {:.1f} +- {:.1f} mm between the stated centres "
+      "({:.0f} sigma)",
+      f.ids[0], f.ids[1], mm(f.a_m), mm(f.b_m), mm(f.sigma_m), std::abs(f.a_m - f.b_m) / f.sigma_m);
+}
+
+}  // namespace
+
+std::string found_words(const CellFault& f) {
+  switch (f.kind) {
+    case Kind::kLength:
+    case Kind::kSurfaces:
+    case Kind::kDecimalPoint:
+      return length_words(f);
+    case Kind::kCentresExchanged:
+      return fmt::format(
+          "the centres of {} and {} are exchanged: the other way round they fit all "
+          "certified lengths",
+          f.ids[0], f.ids[1]);
+    case Kind::kCentre:
+      return fmt::format(
+          "centre of {}: up to {:.1f} mm off certified lengths that end there ({:.0f} "
+          "sigma), and all others fit",
+          f.ids[0], mm(f.a_m), f.a_m / f.sigma_m);
+    case Kind::kLengthTooShort:
+      return fmt::format("certified length {}-{}: {:.3f} mm, less than the {:.1f} mm of both radii",
+                         f.ids[0], f.ids[1], mm(f.a_m), mm(f.b_m));
+    case Kind::kTriangle:
+      return fmt::format(
+          "certified length {0}-{1}: {3:.3f} mm, longer than {0}-{2} and {2}-{1} "
+          "together ({4:.3f} mm)",
+          f.ids[0], f.ids[1], f.ids[2], mm(f.a_m), mm(f.b_m));
+    case Kind::kOverlap:
+      return fmt::format("spheres {} and {}: {:.1f} mm between centres, {:.1f} mm of both radii",
+                         f.ids[0], f.ids[1], mm(f.a_m), mm(f.b_m));
+    case Kind::kInside:
+      return fmt::format("sphere {}: {:.1f} mm deep in {}", f.ids[0], mm(f.a_m), f.ids[1]);
+    case Kind::kOutOfReach:
+      return fmt::format(
+          "target {}: {:.0f} mm from the base's origin, and no posture inside the "
+          "joint limits touches it",
+          f.ids[0], mm(f.a_m));
+    case Kind::kCentreInMetres:
+      return fmt::format("target {}: {:.3f} mm from the base's origin", f.ids[0], mm(f.a_m));
+    case Kind::kToolInMetres:
+      return fmt::format("tool: the tip lies {:.3f} mm from the flange", mm(f.a_m));
+    case Kind::kDiameterInMetres:
+      return fmt::format("sphere {}: {:.4f} mm of diameter", f.ids[0], mm(f.a_m));
+    case Kind::kTouchSigma:
+      return fmt::format("touch: sigma_mm = {:g}", mm(f.a_m));
+  }
+  return {};
+}
+
+std::string advice_words(const CellFault& f) {
+  switch (f.kind) {
+    case Kind::kLength:
+      return "Compare the certificate and both centre_mm, in the robot's base frame";
+    case Kind::kSurfaces:
+      return "The difference is both radii: a certified length lies between centres, not surfaces";
+    case Kind::kDecimalPoint:
+      return fmt::format("Look at the decimal point: {:.3f} mm would fit", mm(f.c_m));
+    case Kind::kCentresExchanged:
+      return "Exchange their centre_mm, or their ids";
+    case Kind::kCentre:
+      return "Measure its centre_mm again, in the robot's base frame";
+    case Kind::kLengthTooShort:
+      return "A certified length lies between centres; look at unit and decimal point";
+    case Kind::kTriangle:
+      return "One of the three is wrong: compare the certificate";
+    case Kind::kOverlap:
+      return "Correct one centre_mm";
+    case Kind::kInside:
+      return "Correct its centre_mm, or place and size of what it is in";
+    case Kind::kOutOfReach:
+      return "Correct its centre_mm, place it nearer, or look at robot and [tool]";
+    case Kind::kCentreInMetres:
+      return "Is centre_mm in metres? It is in millimetres, in the robot's base frame";
+    case Kind::kToolInMetres:
+      return "Is xyz_mm of [tool] in metres? It is in millimetres";
+    case Kind::kDiameterInMetres:
+      return "Is diameter_mm in metres? It is in millimetres";
+    case Kind::kTouchSigma:
+      return "Is it in millimetres? Touches repeat to some hundredths: 0.03 is usual";
+  }
+  return {};
+}
+
+}  // namespace cellcal::calib

@@ -1,0 +1,193 @@
+// What a cell file says against itself, of a sound cell with one thing wrong.
+
+#include "calib/plan/cell_check.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "calib/plan/axis_travel.h"
+#include "calib/plan/pool.h"
+#include "tests/calib/identify/simulate.h"
+
+namespace cellcal::calib {
+namespace {
+
+using Eigen::Vector3d;
+using testing::demo_cell;
+using Kind = CellFaultKind;
+
+std::string all_words(const std::vector<CellFault>& faults) {
+  std::string words;
+  for (const CellFault& fault : faults)
+    words += found_words(fault) + " -> " + advice_words(fault) + "\n";
+  return words;
+}
+
+/// The one fault of a cell; fails the test where there are others.
+CellFault only_fault(const Cell& cell, Kind kind) {
+  const auto faults = faults_of(cell);
+  EXPECT_EQ(faults.size(), 1u) << all_words(faults);
+  if (faults.empty()) return {};
+  EXPECT_EQ(faults.front().kind, kind) << all_words(faults);
+  return faults.front();
+}
+
+void expect_words(const CellFault& fault, std::initializer_list<std::string> words) {
+  const std::string all = all_words({fault});
+  for (const std::string& word : words) EXPECT_NE(all.find(word), std::string::npos) << all;
+}
+
+Obstacle box(const Vector3d& centre_m, const Vector3d& size_m) {
+  Obstacle table;
+  table.id = "table";
+  table.frame.translation() = centre_m;
+  table.size_m = size_m;
+  return table;
+}
+
+TEST(CellCheck, FindsNothingInASoundCell) {
+  EXPECT_EQ(all_words(faults_of(demo_cell())), "");
+  EXPECT_TRUE(refuse_faulty(demo_cell()).empty());
+  Cell honest = demo_cell();  // centres as far off as they say
+  honest.targets[0].centre_m += Vector3d(0.02, -0.02, 0.01);
+  for (Target& target : honest.targets) target.centre_sigma_m = 0.02;
+  EXPECT_EQ(all_words(faults_of(honest)), "");
+}
+
+TEST(CellCheck, NamesACertifiedLengthWithItsDecimalPointInTheWrongPlace) {
+  for (const double factor : {10.0, 100.0, 0.1, 0.001}) {
+    Cell cell = demo_cell();
+    cell.lengths[1].length_m *= factor;
+    const CellFault fault = only_fault(cell, Kind::kDecimalPoint);
+    EXPECT_TRUE(fault.refused);
+    EXPECT_NEAR(fault.c_m, 0.616198, 1e-9);
+    expect_words(fault, {"S1-S3", "616.198 mm would fit"});
+  }
+}
+
+TEST(CellCheck, NamesTwoCentresThatAreExchanged) {
+  Cell cell = demo_cell();
+  std::swap(cell.targets[1].centre_m, cell.targets[2].centre_m);
+  expect_words(only_fault(cell, Kind::kCentresExchanged), {"S2 and S3", "Exchange"});
+}
+
+TEST(CellCheck, NamesTheCentreThatTheLengthsAtItDoNotFit) {
+  Cell cell = demo_cell();
+  cell.targets[3].centre_m += Vector3d(-0.1, -0.1, 0.1);
+  for (Target& target : cell.targets) target.centre_sigma_m = 0.002;
+  const CellFault fault = only_fault(cell, Kind::kCentre);
+  EXPECT_TRUE(fault.refused);
+  expect_words(fault, {"centre of S4"});
+  // What touches find all the same is to be looked at.
+  cell.targets[3].centre_m = demo_cell().targets[3].centre_m + Vector3d(0, 0, 0.008);
+  for (Target& target : cell.targets) target.centre_sigma_m = 0.0005;
+  EXPECT_FALSE(only_fault(cell, Kind::kCentre).refused);
+}
+
+TEST(CellCheck, SaysWhereALengthWasTakenBetweenSurfaces) {
+  Cell cell = demo_cell();
+  for (Target& target : cell.targets) target.centre_sigma_m = 0.001;
+  cell.lengths[4].length_m -= cell.targets[1].diameter_m;
+  expect_words(only_fault(cell, Kind::kSurfaces), {"S2-S4", "between centres, not surfaces"});
+}
+
+TEST(CellCheck, NamesLengthsThatCannotBeWithoutAnyCentre) {
+  Cell cell = demo_cell();
+  for (Target& target : cell.targets) target.has_centre = false;
+  EXPECT_EQ(all_words(faults_of(cell)), "");
+  cell.lengths[0].length_m = 5.02239;
+  EXPECT_TRUE(only_fault(cell, Kind::kTriangle).refused);
+  cell.lengths[0].length_m = 0.050;
+  EXPECT_GE(faults_of(cell).size(), 1u);
+  EXPECT_EQ(faults_of(cell).front().kind, Kind::kLengthTooShort);
+}
+
+TEST(CellCheck, NamesSpheresInEachOtherInATableAndInTheFloor) {
+  Cell cell = demo_cell();
+  cell.lengths.clear();
+  cell.targets[1].centre_m = cell.targets[0].centre_m + Vector3d(0.0, 0.02, 0.0);
+  EXPECT_FALSE(only_fault(cell, Kind::kOverlap).refused);  // their centres may be off by as much
+  for (Target& target : cell.targets) target.centre_sigma_m = 0.001;
+  EXPECT_TRUE(only_fault(cell, Kind::kOverlap).refused);
+
+  cell = demo_cell();
+  cell.obstacles = {box({1.08, -0.32, 0.2}, {0.4, 0.3, 0.2})};  // its top at the sphere's lowest
+  EXPECT_EQ(all_words(faults_of(cell)), "");
+  cell.obstacles[0].frame.translation().z() += 0.005;
+  const CellFault sunk = only_fault(cell, Kind::kInside);
+  EXPECT_FALSE(sunk.refused);
+  expect_words(sunk, {"sphere S1: 5.7 mm deep in obstacle table"});
+  cell.obstacles[0].frame.translation().z() += 0.1;
+  EXPECT_TRUE(only_fault(cell, Kind::kInside).refused);
+
+  cell = demo_cell();
+  cell.floor_m = 0.5;
+  const auto faults = faults_of(cell);
+  ASSERT_EQ(faults.size(), 2u) << all_words(faults);
+  expect_words(faults[0], {"sphere S1", "in the floor"});
+}
+
+TEST(CellCheck, NamesATargetOutOfReachAndOneInMetres) {
+  Cell cell = demo_cell();
+  cell.lengths.clear();
+  cell.targets[2].centre_m = {2.4, 0.0, 0.5};
+  expect_words(only_fault(cell, Kind::kOutOfReach), {"S3: 2452 mm"});
+  cell.targets[2].centre_m = {0.00064, -0.00062, 0.00064};
+  expect_words(only_fault(cell, Kind::kCentreInMetres), {"S3", "in metres"});
+}
+
+TEST(CellCheck, NamesAToolOrADiameterInMetresAndATouchTooGoodToBeTrue) {
+  Cell cell = demo_cell();
+  cell.tool.tcp.translation() *= 1e-3;
+  expect_words(only_fault(cell, Kind::kToolInMetres), {"0.418 mm from the flange", "metres"});
+  cell = demo_cell();
+  cell.targets[0].diameter_m *= 1e-3;
+  EXPECT_EQ(faults_of(cell).front().kind, Kind::kDiameterInMetres);
+  cell = demo_cell();
+  cell.touch_sigma_m = 3e-8;
+  EXPECT_FALSE(only_fault(cell, Kind::kTouchSigma).refused);
+  EXPECT_EQ(refuse_faulty(cell).size(), 1u);
+}
+
+TEST(CellCheck, RefusesWithAllThatIsWrong) {
+  Cell cell = demo_cell();
+  cell.lengths[1].length_m *= 10.0;
+  cell.tool.tcp.translation() *= 1e-3;
+  try {
+    (void)refuse_faulty(cell);
+    ADD_FAILURE() << "it was taken";
+  } catch (const PlanError& error) {
+    const std::string words = error.what();
+    EXPECT_NE(words.find("S1-S3"), std::string::npos) << words;
+    EXPECT_NE(words.find("tool: "), std::string::npos) << words;
+  }
+}
+
+TEST(AxisTravel, IsThatOfEveryWaypointFromWhereTheArmStands) {
+  Plan plan;
+  PlannedTouch first, second;
+  first.transit = {{0.5, -1.0}};
+  first.standoff = {0.6, -1.0};
+  first.end = {0.7, -1.1};
+  first.clear = {0.6, -0.9};
+  second = first;
+  second.transit = {{-2.0, 0.1}};
+  plan.touches = {first, second};
+  plan.home = {{0.0, 0.4}};
+  const JointVector begin{0.2, 0.0};
+  const AxisTravel all = axis_travel(plan, begin);
+  EXPECT_EQ(all.low_rad, (JointVector{-2.0, -1.1}));
+  EXPECT_EQ(all.high_rad, (JointVector{0.7, 0.4}));
+  EXPECT_EQ(all.from(begin).axis, 0u);
+  EXPECT_DOUBLE_EQ(all.from(begin).angle_rad, 2.2);
+  EXPECT_DOUBLE_EQ(all.from_anywhere().angle_rad, 2.7);
+  // What was made already does not count.
+  plan.touches[0].transit = {{-3.0, 0.0}};
+  EXPECT_DOUBLE_EQ(axis_travel(plan, begin, 1).low_rad[0], -2.0);
+  // A way home alone.
+  EXPECT_EQ(axis_travel(plan, begin, 2).from(begin).axis, 1u);
+}
+
+}  // namespace
+}  // namespace cellcal::calib
