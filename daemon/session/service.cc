@@ -282,14 +282,16 @@ void SessionService::carry_out(Job& job) {
   };
 
   JournalRecorder recorder(parts_.journal, job.session, *job.backend);
-  // The worker goes first: its jobs use what stands above.
-  std::unique_ptr<Worker> worker;
+  // The workers go first: their jobs use what stands above.
+  std::unique_ptr<Worker> worker, disk;
   if (job.backend->virtual_time()) {
     worker = std::make_unique<InlineWorker>();
+    disk = std::make_unique<InlineWorker>();
   } else {
     worker = std::make_unique<ThreadWorker>();
+    disk = std::make_unique<ThreadWorker>(ThreadWorker::Priority::kNormal);
   }
-  Runner runner({*job.backend, recorder, *worker, make_tasks(std::move(task_inputs)),
+  Runner runner({*job.backend, recorder, *worker, *disk, make_tasks(std::move(task_inputs)),
                  [this, &job](const State& now) { publish(now, job); },
                  [this](const drivers::RobotState& robot, const drivers::ContactStatus& contact) {
                    keep_links({true, robot, contact});

@@ -43,7 +43,8 @@ TEST(a_session_with_a_worker_thread, ends_as_one_with_an_inline_worker_does) {
   State patient;
   patient.patience.planning = patient.patience.identifying = patient.patience.reporting =
       std::chrono::hours(100000);
-  Runner runner({session.backend, session.recorder, worker, session.tasks, {}}, patient, {});
+  Runner runner({session.backend, session.recorder, worker, session.worker, session.tasks, {}},
+                patient, {});
   EXPECT_EQ(runner.run().phase, Phase::kDone);
   EXPECT_EQ(session.recorder.touches.size(), 3u);
 }
@@ -58,7 +59,8 @@ TEST(an_abort_of_a_planning_session, does_not_wait_for_the_plan) {
   ThreadWorker worker;
   State patient;
   patient.patience.planning = std::chrono::hours(100000);
-  Runner runner({session.backend, session.recorder, worker, session.tasks, {}}, patient, {});
+  Runner runner({session.backend, session.recorder, worker, session.worker, session.tasks, {}},
+                patient, {});
   runner.request_abort();
   EXPECT_EQ(runner.run().phase, Phase::kAborted);
   release.set_value();
