@@ -74,8 +74,8 @@ struct RecordTouch {
   std::size_t index = 0;
   calib::Touch touch;
 };
-/// Answered by kJournalSound once all that was asked for before is on disk, and the journal is still
-/// the file that it was written to.
+/// Answered by kJournalSound once all that was asked for before is on disk, and the journal is
+/// still the file that it was written to.
 struct CheckJournal {
   std::uint32_t move_id = 0;  ///< that waits for it
 };
@@ -85,9 +85,10 @@ struct RecordEnd {
   std::string failure;  ///< describe(Failure), empty otherwise
 };
 
-using Action = std::variant<MakePlan, FindRoute, ChooseTouch, Assess, Identify, WriteReport,
-                            OpenDevices, Rereference, ArmSensor, SelfTest, BeginMove, StopArm,
-                            CloseDevices, RecordPlan, RecordReading, RecordTouch, CheckJournal, RecordEnd>;
+using Action =
+    std::variant<MakePlan, FindRoute, ChooseTouch, Assess, Identify, WriteReport, OpenDevices,
+                 Rereference, ArmSensor, SelfTest, BeginMove, StopArm, CloseDevices, RecordPlan,
+                 RecordReading, RecordTouch, CheckJournal, RecordEnd>;
 
 /// Name of the action, for logs and tests.
 const char* name_of(const Action& action);

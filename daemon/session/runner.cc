@@ -1,6 +1,7 @@
 #include "daemon/session/runner.h"
 
 #include <exception>
+#include <utility>
 
 #include "daemon/session/search_line.h"
 
@@ -81,6 +82,13 @@ State Runner::run() {
   }
   await_disk();
   return state_;
+}
+
+bool Runner::alive() {
+  if (parts_.backend.virtual_time()) return true;
+  const std::uint64_t turns = turns_;
+  const bool devices = parts_.backend.devices_alive();
+  return std::exchange(turns_seen_, turns) != turns && devices;
 }
 
 void Runner::run_to_end() {

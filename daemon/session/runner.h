@@ -3,9 +3,9 @@
 //
 // One loop: take what happened (requests, results of moves and armings, status changes, the
 // workers' answers, the phase's deadline), step, perform; when nothing happened, sleep for a
-// millisecond of the session's clock. Everything but request_abort() and turns() runs on one thread,
-// which waits for nothing: what thinks and what writes are jobs of workers. Behind the end of the
-// session the loop goes on until all that was recorded is on disk, or known not to be.
+// millisecond of the session's clock. Everything but request_abort() and alive() runs on one
+// thread, which waits for nothing: what thinks and what writes are jobs of workers. Behind the end
+// of the session the loop goes on until all that was recorded is on disk, or known not to be.
 
 #include <atomic>
 #include <cstdint>
@@ -87,8 +87,9 @@ class Runner {
   State run();
   /// From any thread.
   void request_abort() { abort_requested_ = true; }
-  /// Counts up while the loop turns. From any thread.
-  std::uint64_t turns() const { return turns_; }
+  /// Whether the loop and the devices' threads have gone on since the last call. On virtual time
+  /// always: there the loop does the worker's jobs itself. From one thread, any.
+  bool alive();
 
   const std::vector<calib::Touch>& touches() const { return touches_; }
 
@@ -120,7 +121,8 @@ class Runner {
   drivers::TimePoint next_report_{};
   std::optional<calib::Touch> on_its_way_;  ///< to the disk
   std::atomic<bool> abort_requested_{false};
-  std::atomic<std::uint64_t> turns_{0};
+  std::atomic<std::uint64_t> turns_{1};
+  std::uint64_t turns_seen_ = 0;
 };
 
 }  // namespace cellcal::daemon

@@ -6,7 +6,8 @@
 // The rows of transition_table() are tried in order; the first whose phases hold the state's phase,
 // whose event is the event's kind, and whose guard is true, is taken. Before the table: links and
 // residuals are noted in the state, and results of moves and armings that carry another id than the
-// newest are stale and change nothing; so is the journal's word on a move that is held no longer. After the table: an event that no row lists fails safe.
+// newest are stale and change nothing; so is the journal's word on a move that is held no longer.
+// After the table: an event that no row lists fails safe.
 
 #include <optional>
 #include <span>

@@ -59,9 +59,9 @@ struct State {
   bool arm_pending = false;  ///< asked to be armed, no answer yet
   bool self_tested = false;  ///< the sensor was told to prove itself again for this arming
 
-  std::uint32_t move_id = 0;  ///< of the newest move; results of others are stale
+  std::uint32_t move_id = 0;     ///< of the newest move; results of others are stale
   std::optional<HeldMove> held;  ///< the newest move, until it has begun
-  std::uint16_t arm_id = 0;   ///< of the newest arming
+  std::uint16_t arm_id = 0;      ///< of the newest arming
   std::uint64_t total_revoked = 0;
 
   std::optional<drivers::TimePoint> deadline;  ///< of this phase
