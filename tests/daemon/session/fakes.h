@@ -166,7 +166,7 @@ struct Session {
   Tasks tasks;
   State start;
   std::vector<calib::Touch> done;
-  std::vector<Phase> phases;  ///< each change
+  std::vector<Phase> phases;                         ///< each change
   std::function<void(const State&, Runner&)> watch;  ///< after each step
 };
 

@@ -99,8 +99,7 @@ TEST_P(every_pair, begins_a_move_only_when_the_journal_says_that_all_before_it_i
       for (const bool held : {false, true}) {
         const State state = state_in(phase, GetParam());
         const Step next = step(held ? holding(state) : state, event_of_kind(kind));
-        const bool released =
-            held && kMovingPhases.has(phase) && kind == EventKind::kJournalSound;
+        const bool released = held && kMovingPhases.has(phase) && kind == EventKind::kJournalSound;
         EXPECT_EQ(count<BeginMove>(next.actions), released ? 1 : 0) << pair(phase, kind);
         EXPECT_TRUE(!released || (next.state.phase == phase && !next.state.held));
       }
@@ -238,9 +237,8 @@ TEST_P(every_pair, drops_results_of_earlier_moves_and_armings) {
       Event stale = event_of_kind(kind);
       stale.move_id = 6;
       stale.arm_id = 2;
-      const bool can_be_stale =
-          kMoveResults.has(kind) || kind == EventKind::kArmed ||
-          kind == EventKind::kArmRefused || kind == EventKind::kJournalSound;
+      const bool can_be_stale = kMoveResults.has(kind) || kind == EventKind::kArmed ||
+                                kind == EventKind::kArmRefused || kind == EventKind::kJournalSound;
       if (!can_be_stale) continue;
       const Step next = step(state_in(phase, GetParam()), stale);
       EXPECT_EQ(next.state.phase, phase) << pair(phase, kind);
