@@ -175,7 +175,14 @@ std::string status_to_json(const Status& status) {
              {"results", status.results_dir},
              {"links", to_json(status.links)},
              {"version", calib::software_version()},
+             {"interrupted", nullptr},
              {"failure", nullptr}};
+  if (status.interrupted) {
+    value["interrupted"] = {{"session", status.interrupted->session},
+                            {"touches", status.interrupted->touches},
+                            {"planned", status.interrupted->planned},
+                            {"started", status.interrupted->started}};
+  }
   if (status.failure) {
     value["failure"] = {{"kind", to_string(status.failure->kind)},
                         {"detail", status.failure->detail}};
@@ -220,6 +227,10 @@ std::optional<Response> Api::answer(const Request& request, bool give_up) try {
 } catch (const std::exception& failed) {
   spdlog::error("{} {}: {}", request.method, request.path, failed.what());
   return error(500, failed.what());
+}
+
+bool Api::is_slow(const Request& request) {
+  return request.path == kRunPath || request.path.rfind(kSessionsPath, 0) == 0;
 }
 
 Response Api::run(const Request& request) {

@@ -16,6 +16,10 @@ class Api {
   /// Nothing: there is no answer yet; ask again when the service has changed, or say give_up.
   std::optional<Response> answer(const Request& request, bool give_up = true);
 
+  /// It may wait for the disk or for long work. Those that are not wait for nothing: status, watch
+  /// and abort are answered whatever the others do.
+  static bool is_slow(const Request& request);
+
  private:
   Response run(const Request& request);
   Response abort();

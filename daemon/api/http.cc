@@ -2,6 +2,7 @@
 
 #include <sys/stat.h>
 
+#include <algorithm>
 #include <boost/asio/bind_executor.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/local/stream_protocol.hpp>
@@ -9,7 +10,11 @@
 #include <boost/asio/steady_timer.hpp>
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
-#include <set>
+#include <condition_variable>
+#include <deque>
+#include <list>
+#include <mutex>
+#include <thread>
 
 namespace cellcal::daemon {
 
@@ -26,7 +31,9 @@ constexpr std::uint32_t kMostHeader = 8 * 1024;
 /// Reports and calibrations of hundreds of touches are a few megabytes.
 constexpr std::uint64_t kMostAnswer = 256u << 20;
 constexpr std::size_t kMostConnections = 64;
-constexpr std::chrono::seconds kSilence{30};
+/// From the connection, or the answer before, until the request is there as a whole.
+constexpr std::chrono::seconds kLongestRequest{5};
+constexpr std::chrono::seconds kLongestAnswer{30};
 /// A waiting answer is given by then, so that a client can tell a quiet daemon from a dead one.
 constexpr std::chrono::seconds kLongestWait{20};
 constexpr mode_t kSocketMode = 0660;
@@ -62,21 +69,77 @@ void make_way(asio::io_context& context, const std::filesystem::path& socket) {
 
 class Connection;
 
+/// One thread for requests that take their time.
+class Clerk {
+ public:
+  Clerk() : thread_([this] { run(); }) {}
+  ~Clerk() { stop(); }
+  Clerk(const Clerk&) = delete;
+  Clerk& operator=(const Clerk&) = delete;
+
+  /// False: too many wait already.
+  bool post(std::function<void()> job) {
+    {
+      const std::lock_guard lock(mutex_);
+      if (jobs_.size() >= kMostConnections) return false;
+      jobs_.push_back(std::move(job));
+    }
+    wake_.notify_one();
+    return true;
+  }
+  /// Finishes the job in hand and drops the others.
+  void stop() {
+    {
+      const std::lock_guard lock(mutex_);
+      ending_ = true;
+    }
+    wake_.notify_one();
+    if (thread_.joinable()) thread_.join();
+  }
+
+ private:
+  void run() {
+    std::unique_lock lock(mutex_);
+    while (true) {
+      wake_.wait(lock, [this] { return ending_ || !jobs_.empty(); });
+      if (ending_) return;
+      const std::function<void()> job = std::move(jobs_.front());
+      jobs_.pop_front();
+      lock.unlock();
+      job();
+      lock.lock();
+    }
+  }
+
+  std::mutex mutex_;
+  std::condition_variable wake_;
+  std::deque<std::function<void()>> jobs_;
+  bool ending_ = false;
+  std::thread thread_;
+};
+
 }  // namespace
 
 struct HttpServer::Impl : std::enable_shared_from_this<HttpServer::Impl> {
-  Impl(asio::io_context& io, std::filesystem::path path, Handler handle)
-      : context(io), socket(std::move(path)), handler(std::move(handle)), acceptor(io) {}
+  Impl(asio::io_context& io, std::filesystem::path path, Handler handle, Slow is_slow)
+      : context(io),
+        socket(std::move(path)),
+        handler(std::move(handle)),
+        slow(std::move(is_slow)),
+        acceptor(io) {}
 
   void listen();
   void accept();
+  void make_room();
 
   asio::io_context& context;
   std::filesystem::path socket;
   Handler handler;
+  Slow slow;
   Local::acceptor acceptor;
-  std::set<std::shared_ptr<Connection>> connections;
+  std::list<std::shared_ptr<Connection>> connections;  ///< the oldest first
   bool stopped = false;
+  Clerk clerk;
 };
 
 namespace {
@@ -87,11 +150,16 @@ class Connection : public std::enable_shared_from_this<Connection> {
   Connection(Local::socket socket, std::weak_ptr<HttpServer::Impl> server)
       : stream_(std::move(socket)), timer_(stream_.get_executor()), server_(std::move(server)) {}
 
+  /// What it waits for, the least to be missed first.
+  enum class Waits { kForRequest, kForChange, kForClerk, kForReader };
+  Waits waits() const { return waits_; }
+
   void read() {
+    waits_ = Waits::kForRequest;
     parser_.emplace();
     parser_->body_limit(kMostBody);
     parser_->header_limit(kMostHeader);
-    stream_.expires_after(kSilence);
+    stream_.expires_after(kLongestRequest);
     http::async_read(
         stream_, buffer_, *parser_,
         [self = shared_from_this()](beast::error_code code, std::size_t) { self->on_read(code); });
@@ -100,12 +168,11 @@ class Connection : public std::enable_shared_from_this<Connection> {
   /// Gives the answer if there is one by now.
   void ask(bool give_up) {
     const auto server = server_.lock();
-    if (!waiting_ || !server) return;
+    if (waits_ != Waits::kForChange || !server) return;
     std::optional<Response> answer = server->handler(request_, give_up);
     if (!answer && !give_up) return;
-    waiting_ = false;
     timer_.cancel();
-    write(answer ? *answer : Response{500, "application/json", "{\"error\":\"no answer\"}"}, keep_);
+    write(std::move(answer), keep_);
   }
 
   void close() {
@@ -114,7 +181,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     beast::error_code ignored;  // the peer may be gone already
     stream_.socket().shutdown(Local::socket::shutdown_both, ignored);
     stream_.close();
-    if (const auto server = server_.lock()) server->connections.erase(self);
+    if (const auto server = server_.lock()) server->connections.remove(self);
   }
 
  private:
@@ -135,7 +202,9 @@ class Connection : public std::enable_shared_from_this<Connection> {
     request_ = parse_target(std::string(message.method_string()), std::string(message.target()),
                             std::move(message.body()));
     stream_.expires_never();
-    waiting_ = true;
+    const auto server = server_.lock();
+    if (server && server->slow && server->slow(request_)) return ask_clerk(*server);
+    waits_ = Waits::kForChange;
     timer_.expires_after(kLongestWait);
     timer_.async_wait([self = shared_from_this()](beast::error_code cancelled) {
       if (!cancelled) self->ask(true);
@@ -143,11 +212,25 @@ class Connection : public std::enable_shared_from_this<Connection> {
     ask(false);
   }
 
-  void refuse(int status, const std::string& words) {
-    write({status, "application/json", "{\"error\":\"" + words + "\"}"}, false);
+  void ask_clerk(HttpServer::Impl& server) {
+    waits_ = Waits::kForClerk;
+    const bool taken = server.clerk.post([self = shared_from_this(), &server] {
+      auto answer = server.handler(self->request_, true);
+      asio::post(server.context, [self, answer = std::move(answer)]() mutable {
+        if (self->stream_.socket().is_open()) self->write(std::move(answer), self->keep_);
+      });
+    });
+    if (!taken) refuse(503, "too many requests wait; try again, status and abort are answered");
   }
 
-  void write(Response response, bool keep) {
+  void refuse(int status, const std::string& words) {
+    write(Response{status, "application/json", "{\"error\":\"" + words + "\"}"}, false);
+  }
+
+  void write(std::optional<Response> given, bool keep) {
+    waits_ = Waits::kForReader;
+    Response response =
+        given ? std::move(*given) : Response{500, "application/json", "{\"error\":\"no answer\"}"};
     answer_ = http::response<http::string_body>(static_cast<http::status>(response.status), 11);
     answer_.set(http::field::server, "cellcald");
     answer_.set(http::field::content_type, response.type);
@@ -155,7 +238,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     answer_.body() = std::move(response.body);
     answer_.keep_alive(keep);
     answer_.prepare_payload();
-    stream_.expires_after(kSilence);
+    stream_.expires_after(kLongestAnswer);
     http::async_write(stream_, answer_,
                       [self = shared_from_this(), keep](beast::error_code code, std::size_t) {
                         if (code || !keep) return self->close();
@@ -170,7 +253,8 @@ class Connection : public std::enable_shared_from_this<Connection> {
   std::optional<http::request_parser<http::string_body>> parser_;
   http::response<http::string_body> answer_;
   Request request_;
-  bool waiting_ = false, keep_ = false;
+  Waits waits_ = Waits::kForRequest;
+  bool keep_ = false;
 };
 
 }  // namespace
@@ -190,12 +274,24 @@ void HttpServer::Impl::listen() {
   }
 }
 
+/// There is always room for one more, who may want to stop the arm: of those that wait for what is
+/// least to be missed the oldest has to go.
+void HttpServer::Impl::make_room() {
+  if (connections.size() < kMostConnections) return;
+  const auto least =
+      std::min_element(connections.begin(), connections.end(),
+                       [](const auto& a, const auto& b) { return a->waits() < b->waits(); });
+  const std::shared_ptr<Connection> gone = *least;
+  gone->close();
+}
+
 void HttpServer::Impl::accept() {
   acceptor.async_accept([self = shared_from_this()](beast::error_code code, Local::socket peer) {
     if (self->stopped || code == asio::error::operation_aborted) return;
-    if (!code && self->connections.size() < kMostConnections) {
+    if (!code) {
+      self->make_room();
       auto connection = std::make_shared<Connection>(std::move(peer), self);
-      self->connections.insert(connection);
+      self->connections.push_back(connection);
       connection->read();
     }
     if (!code) return self->accept();
@@ -208,8 +304,8 @@ void HttpServer::Impl::accept() {
 }
 
 HttpServer::HttpServer(asio::io_context& context, const std::filesystem::path& socket,
-                       Handler handler)
-    : impl_(std::make_shared<Impl>(context, socket, std::move(handler))) {
+                       Handler handler, Slow slow)
+    : impl_(std::make_shared<Impl>(context, socket, std::move(handler), std::move(slow))) {
   impl_->listen();
   impl_->accept();
 }
@@ -232,6 +328,7 @@ void HttpServer::stop() {
   impl_->acceptor.close(ignored);
   const auto connections = impl_->connections;
   for (const auto& connection : connections) connection->close();
+  impl_->clerk.stop();
   std::error_code gone;  // removed by someone else: what was wanted
   std::filesystem::remove(impl_->socket, gone);
 }

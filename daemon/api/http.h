@@ -24,21 +24,23 @@ struct SocketError : std::runtime_error {
 class HttpServer {
  public:
   /// `give_up`: an answer is due now. Otherwise none may be given; it is then asked again after
-  /// poke(), and at the latest when the wait is over. Called on the context's thread; a slow one
-  /// keeps the others waiting.
+  /// poke(), and at the latest when the wait is over.
   using Handler = std::function<std::optional<Response>(const Request&, bool give_up)>;
+  using Slow = std::function<bool(const Request&)>;
 
+  /// The handler is called on the context's thread, and must keep it for no time; for requests that
+  /// are `slow` on a thread of the server's own, one after the other. It is called by both at once.
   /// Throws SocketError. Replaces a socket file that nobody listens on.
-  HttpServer(boost::asio::io_context& context, const std::filesystem::path& socket,
-             Handler handler);
+  HttpServer(boost::asio::io_context& context, const std::filesystem::path& socket, Handler handler,
+             Slow slow = {});
   ~HttpServer();
   HttpServer(const HttpServer&) = delete;
   HttpServer& operator=(const HttpServer&) = delete;
 
   /// Asks again for all answers that wait. From any thread.
   void poke();
-  /// Answers that wait are given, connections closed, the socket file removed. On the context's
-  /// thread.
+  /// Connections are closed, the slow request in hand is waited for, the socket file removed. On
+  /// the context's thread.
   void stop();
 
   struct Impl;

@@ -145,6 +145,13 @@ int follow(const Connection& daemon, std::int64_t session) {
 
 std::string status_words(const json& status) {
   const std::int64_t session = number(status, "session");
+  if (const json left = status.value("interrupted", json()); session == 0 && left.is_object()) {
+    return fmt::format(
+        "idle; session {} of {} was interrupted after touch {} of {}: 'cellcal run --resume' goes "
+        "on with it\n",
+        number(left, "session"), text(left, "started"), number(left, "touches"),
+        number(left, "planned"));
+  }
   if (session == 0) return "idle: no session since the daemon started\n";
   std::string words = fmt::format("session {}: {}\n", session, text(status, "phase"));
   if (number(status, "planned") > 0) words += progress_line(progress_of(status), 1000) + "\n";

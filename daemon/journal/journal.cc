@@ -1,12 +1,17 @@
 #include "daemon/journal/journal.h"
 
+#include <atomic>
 #include <bit>
 #include <cstring>
 #include <functional>
 #include <mutex>
 #include <span>
 
-#include "daemon/journal/schema.h"
+#include "daemon/journal/chain.h"
+#include "daemon/journal/file_watch.h"
+#include "daemon/journal/head_file.h"
+#include "daemon/journal/lock_file.h"
+#include "daemon/journal/prepare.h"
 #include "daemon/journal/sqlite.h"
 
 namespace cellcal::daemon {
@@ -41,43 +46,6 @@ const char* word_for(Ending ending) {
       return "failed";
   }
   return "failed";
-}
-
-/// Settings before anything is written; refuses what is not a journal of this version.
-void prepare(Database& database) {
-  // The journal belongs to one daemon; holding the lock is what refuses a second one.
-  database.execute("PRAGMA busy_timeout = 1000; PRAGMA locking_mode = EXCLUSIVE");
-  const std::int64_t tables = database.integer("SELECT count(*) FROM sqlite_schema");
-  const std::int64_t application = database.integer("PRAGMA application_id");
-  const std::int64_t version = database.integer("PRAGMA user_version");
-  if (tables > 0 && application != kApplicationId) {
-    throw JournalError("journal " + database.name() +
-                       ": this is the database of another program; name another state directory");
-  }
-  if (version > kSchemaVersion) {
-    throw JournalError("journal " + database.name() + ": written by a newer cellcald (schema " +
-                       std::to_string(version) + ", this one knows " +
-                       std::to_string(kSchemaVersion) + "); install that version again");
-  }
-  const std::string mode = database.text("PRAGMA journal_mode = WAL");
-  if (mode != "wal") {
-    throw JournalError("journal " + database.name() + ": no write-ahead log on this file system (" +
-                       mode + "); put the state directory on a local disk");
-  }
-  database.execute("PRAGMA synchronous = FULL; PRAGMA foreign_keys = ON");
-  if (tables == 0) {
-    Transaction transaction(database);
-    database.execute(kSchema);
-    database.execute(("PRAGMA application_id = " + std::to_string(kApplicationId)).c_str());
-    database.execute(("PRAGMA user_version = " + std::to_string(kSchemaVersion)).c_str());
-    transaction.commit();
-  }
-  const std::string check = database.text("PRAGMA quick_check(1)");
-  if (check != "ok") {
-    throw JournalError("journal " + database.name() + ": damaged (" + check +
-                       "); move it aside (its -wal and -shm files too) and keep it, the daemon "
-                       "begins a new one");
-  }
 }
 
 constexpr const char* kSelectSession =
@@ -125,46 +93,119 @@ calib::Touch touch_from(Statement& row) {
 }  // namespace
 
 struct Journal::Impl {
-  explicit Impl(const std::filesystem::path& path) : database(path) {}
+  explicit Impl(const std::filesystem::path& path)
+      : lock(with(path, ".lock"), path),
+        head(with(path, ".head"), path),
+        database(path),
+        chain(database, head),
+        remarks(prepare(database, head, chain)),
+        files(path, all(path)) {}
 
   struct Note {
     std::int64_t session;
     std::string utc, words;
   };
 
-  /// One transaction: the notes that wait, then what `act` writes.
-  void write(const std::function<void()>& act) {
-    const std::lock_guard lock(mutex);
-    Transaction transaction(database);
-    for (const Note& one : notes) {
-      Statement insert(database, "INSERT INTO event (session, time, words) VALUES (?,?,?)");
-      insert.bind(1, one.session).bind(2, std::string_view(one.utc));
-      insert.bind(3, std::string_view(one.words)).step();
-    }
-    act();
-    transaction.commit();
-    notes.clear();
+  static std::filesystem::path with(std::filesystem::path path, const char* suffix) {
+    return path += suffix;
   }
+  static std::vector<std::filesystem::path> all(const std::filesystem::path& path) {
+    return {path, with(path, "-wal"), with(path, ".lock"), with(path, ".head")};
+  }
+
+  /// One transaction: the notes that wait, then what `act` writes. On disk, in the files that
+  /// others see, when it returns.
+  void write(const std::function<void()>& act) {
+    const std::lock_guard guard(mutex);
+    files.look();
+    const std::vector<Note> waiting = waiting_notes();
+    try {
+      Transaction transaction(database);
+      for (const Note& note : waiting) add(note);
+      act();
+      transaction.commit();
+    } catch (...) {
+      chain.rolled_back();
+      throw;
+    }
+    {
+      const std::lock_guard short_guard(notes_mutex);
+      notes.erase(notes.begin(), notes.begin() + static_cast<std::ptrdiff_t>(waiting.size()));
+    }
+    chain.committed();
+    files.look();
+  }
+
+  void add(const Note& note) {
+    Statement insert(database, "INSERT INTO event (session, time, words) VALUES (?,?,?)");
+    insert.bind(1, note.session).bind(2, std::string_view(note.utc));
+    insert.bind(3, std::string_view(note.words)).step();
+    added(note.session, "event");
+  }
+
+  std::vector<Note> waiting_notes() {
+    const std::lock_guard guard(notes_mutex);
+    return notes;
+  }
+
+  /// The row that was inserted last.
+  void added(std::int64_t session, const char* table) {
+    chain.add(session, table, database.last_row_id());
+  }
+  void changed(std::int64_t session) { chain.add(session, "session", session); }
 
   void set_state(std::int64_t session, std::string_view state, std::string_view ended,
                  std::string_view failure) {
     Statement update(database, "UPDATE session SET state=?, ended=?, failure=? WHERE id=?");
     update.bind(1, state).bind(2, ended).bind(3, failure).bind(4, session).step();
+    changed(session);
   }
 
-  std::mutex mutex;
+  /// What the state means now: a session that nobody runs any more does not run, whether or not
+  /// its end could be recorded.
+  void judge(SessionRecord& record) {
+    if (record.state == "running" && record.id != running) record.state = "interrupted";
+    if (!chain.is_whole(record.id)) record.state = "damaged";
+  }
+
+  std::mutex mutex;        ///< held while the disk is waited for
+  std::mutex notes_mutex;  ///< never
+  LockFile lock;
+  HeadFile head;
   Database database;
+  Chain chain;
+  std::vector<std::string> remarks;
+  FileWatch files;
   std::vector<Note> notes;
+  std::atomic<std::int64_t> running{0};
 };
 
 Journal::Journal(const std::filesystem::path& path) : impl_(std::make_unique<Impl>(path)) {
-  prepare(impl_->database);
-  impl_->write([&] {
-    impl_->database.execute("UPDATE session SET state='interrupted' WHERE state='running'");
-  });
+  try {
+    if (const std::int64_t newest = impl_->chain.newest_session()) impl_->chain.verify(newest);
+  } catch (const JournalError& damaged) {
+    impl_->remarks.emplace_back(damaged.what());
+  }
 }
 
-Journal::~Journal() = default;
+Journal::~Journal() {
+  try {
+    if (!impl_->waiting_notes().empty()) impl_->write([] {});
+  } catch (const JournalError&) {
+    // The last words of a session's log; its rows are on disk, and there is nobody left to tell.
+  }
+}
+
+const std::vector<std::string>& Journal::remarks() const { return impl_->remarks; }
+
+std::vector<std::filesystem::path> Journal::files() const {
+  return Impl::all(impl_->database.name());
+}
+
+void Journal::check() {
+  const std::lock_guard lock(impl_->mutex);
+  impl_->files.look();
+}
 
 std::int64_t Journal::begin(const SessionInputs& inputs, const std::string& utc) {
   std::int64_t id = 0;
@@ -178,12 +219,15 @@ std::int64_t Journal::begin(const SessionInputs& inputs, const std::string& utc)
     insert.bind(5, std::string_view(inputs.robot_text));
     insert.bind(6, std::string_view(inputs.options)).step();
     id = impl_->database.last_row_id();
+    impl_->changed(id);
   });
+  impl_->running = id;
   return id;
 }
 
 void Journal::resume(std::int64_t session, const std::string& utc) {
   impl_->write([&] { impl_->set_state(session, "running", "", ""); });
+  impl_->running = session;
   note(session, utc, "resumed");
 }
 
@@ -192,6 +236,7 @@ void Journal::record(std::int64_t session, const RecordPlan& plan) {
     Statement update(impl_->database, "UPDATE session SET plan_hash=?, planned=? WHERE id=?");
     update.bind(1, std::string_view(plan.hash));
     update.bind(2, static_cast<std::int64_t>(plan.touches)).bind(3, session).step();
+    impl_->changed(session);
   });
 }
 
@@ -210,6 +255,7 @@ void Journal::record(std::int64_t session, const RecordReading& record) {
     insert.bind(7, reading.along_m).bind(8, reading.time_sigma_s).bind(9, reading.reaction_s);
     insert.bind(10, static_cast<std::int64_t>(reading.bounces));
     insert.bind(11, std::string_view(reading.utc)).step();
+    impl_->added(session, "reading");
   });
 }
 
@@ -228,10 +274,12 @@ void Journal::record(std::int64_t session, const RecordTouch& record) {
     insert.bind_blob(10, blob(touch.settled_joint_rad));
     insert.bind(11, static_cast<std::int64_t>(touch.readings));
     insert.bind(12, touch.spread_m).bind(13, touch.speed_m_s).step();
+    impl_->added(session, "touch");
   });
 }
 
 void Journal::record(std::int64_t session, const RecordEnd& end, const std::string& utc) {
+  impl_->running = 0;  // also where that cannot be recorded
   impl_->write([&] { impl_->set_state(session, word_for(end.ending), utc, end.failure); });
 }
 
@@ -239,11 +287,12 @@ void Journal::store_calibration(std::int64_t session, const std::string& json) {
   impl_->write([&] {
     Statement update(impl_->database, "UPDATE session SET calibration=? WHERE id=?");
     update.bind(1, std::string_view(json)).bind(2, session).step();
+    impl_->changed(session);
   });
 }
 
 void Journal::note(std::int64_t session, const std::string& utc, const std::string& words) {
-  const std::lock_guard lock(impl_->mutex);
+  const std::lock_guard lock(impl_->notes_mutex);
   impl_->notes.push_back({session, utc, words});
 }
 
@@ -251,16 +300,34 @@ std::vector<SessionRecord> Journal::sessions() {
   const std::lock_guard lock(impl_->mutex);
   Statement select(impl_->database, (std::string(kSelectSession) + "ORDER BY id DESC").c_str());
   std::vector<SessionRecord> records;
-  while (select.step()) records.push_back(session_from(select, false));
+  std::int64_t next = impl_->chain.newest_session();
+  const auto missing_down_to = [&](std::int64_t id) {
+    for (; next > id; --next) {
+      records.emplace_back();
+      records.back().id = next;
+      records.back().state = "damaged";
+    }
+  };
+  while (select.step()) {
+    SessionRecord record = session_from(select, false);
+    missing_down_to(record.id);
+    impl_->judge(record);
+    records.push_back(std::move(record));
+    --next;
+  }
+  missing_down_to(0);
   return records;
 }
 
 std::optional<SessionRecord> Journal::session(std::int64_t id) {
   const std::lock_guard lock(impl_->mutex);
+  impl_->chain.verify(id);
   Statement select(impl_->database, (std::string(kSelectSession) + "WHERE id=?").c_str());
   select.bind(1, id);
   if (!select.step()) return std::nullopt;
-  return session_from(select, true);
+  SessionRecord record = session_from(select, true);
+  impl_->judge(record);
+  return record;
 }
 
 std::optional<SessionRecord> Journal::newest_resumable() {
@@ -272,6 +339,7 @@ std::optional<SessionRecord> Journal::newest_resumable() {
 
 std::vector<calib::Touch> Journal::touches(std::int64_t session) {
   const std::lock_guard lock(impl_->mutex);
+  impl_->chain.verify(session);
   Statement select(impl_->database,
                    "SELECT joint_rad, target, held_out, sigma_m, radius_m, tracker_m, time, "
                    "settled_rad, readings, spread_m, speed_m_s FROM touch WHERE session=? "
@@ -284,12 +352,13 @@ std::vector<calib::Touch> Journal::touches(std::int64_t session) {
 
 std::vector<std::string> Journal::events(std::int64_t session) {
   const std::lock_guard lock(impl_->mutex);
+  impl_->chain.verify(session);
   Statement select(impl_->database,
                    "SELECT time || ' ' || words FROM event WHERE session=? ORDER BY rowid");
   select.bind(1, session);
   std::vector<std::string> events;
   while (select.step()) events.push_back(select.text(0));
-  for (const auto& waiting : impl_->notes) {
+  for (const auto& waiting : impl_->waiting_notes()) {
     if (waiting.session == session) events.push_back(waiting.utc + " " + waiting.words);
   }
   return events;
@@ -297,6 +366,7 @@ std::vector<std::string> Journal::events(std::int64_t session) {
 
 int Journal::reading_count(std::int64_t session) {
   const std::lock_guard lock(impl_->mutex);
+  impl_->chain.verify(session);
   Statement select(impl_->database, "SELECT count(*) FROM reading WHERE session=?");
   select.bind(1, session);
   return select.step() ? static_cast<int>(select.integer(0)) : 0;
@@ -304,6 +374,7 @@ int Journal::reading_count(std::int64_t session) {
 
 std::vector<FastAndSlow> Journal::contacts(std::int64_t session) {
   const std::lock_guard lock(impl_->mutex);
+  impl_->chain.verify(session);
   // A touch that was begun anew (after a retry, by a resumed session) counts from its last fast
   // contact on.
   Statement select(impl_->database,

@@ -30,7 +30,8 @@ struct SessionInputs {
 struct SessionRecord {
   std::int64_t id = 0;
   std::string started, ended;  ///< ISO 8601 UTC; `ended` is empty while it runs
-  std::string state;           ///< running, interrupted, aborted, failed, done
+  /// running, interrupted, aborted, failed, done; damaged: the row is not as it was written.
+  std::string state;
   SessionInputs inputs;
   std::string plan_hash;
   int planned = 0;  ///< touches of the plan; 0 before it was made
@@ -44,24 +45,33 @@ struct SessionRecord {
 
 class Journal {
  public:
-  /// Opens or creates the file and marks sessions that a crash left running as interrupted. Throws
-  /// JournalError.
+  /// Opens or creates the file; takes one of an earlier version over. Throws JournalError where
+  /// another process has it, and where it is no journal or a damaged one.
   explicit Journal(const std::filesystem::path& path);
   ~Journal();
   Journal(const Journal&) = delete;
   Journal& operator=(const Journal&) = delete;
+
+  /// What is to be said of the file though it was taken.
+  const std::vector<std::string>& remarks() const;
+  /// The file and those that belong to it. None of them is anybody's input.
+  std::vector<std::filesystem::path> files() const;
+  /// Throws JournalError where the files that are written to are no longer those that others see.
+  void check();
 
   std::int64_t begin(const SessionInputs& inputs, const std::string& utc);
   /// Makes an unfinished session the running one again.
   void resume(std::int64_t session, const std::string& utc);
   void record(std::int64_t session, const RecordPlan& plan);
   void record(std::int64_t session, const RecordReading& reading);
-  /// Returns when the touch is on disk.
   void record(std::int64_t session, const RecordTouch& touch);
   void record(std::int64_t session, const RecordEnd& end, const std::string& utc);
   void store_calibration(std::int64_t session, const std::string& json);
-  /// Written with the next row of this journal.
+  /// Written with the next row of this journal. Never waits for the disk.
   void note(std::int64_t session, const std::string& utc, const std::string& words);
+
+  // What is read of one session was compared with its checksums; JournalError where it is not what
+  // was written.
 
   /// Newest first, without the texts of the inputs and the calibration.
   std::vector<SessionRecord> sessions();

@@ -4,7 +4,9 @@
 namespace cellcal::daemon {
 
 /// PRAGMA user_version.
-inline constexpr int kSchemaVersion = 1;
+inline constexpr int kSchemaVersion = 2;
+/// The only earlier one: the same tables without `chain`.
+inline constexpr int kSchemaWithoutChain = 1;
 /// PRAGMA application_id, "ccal": tells a journal from any other SQLite file.
 inline constexpr int kApplicationId = 0x6363616c;
 
@@ -60,6 +62,18 @@ CREATE TABLE event (
 ) STRICT;
 CREATE INDEX event_of_session ON event (session);
 CREATE INDEX reading_of_session ON reading (session);
+)sql";
+
+inline constexpr const char* kChainSchema = R"sql(
+CREATE TABLE chain (
+  number  INTEGER PRIMARY KEY,   -- 1, 2, 3, without a gap
+  session INTEGER NOT NULL,
+  kind    TEXT NOT NULL,         -- the row's table; "journal": the first entry
+  row     INTEGER NOT NULL,      -- its rowid
+  digest  TEXT NOT NULL,         -- SHA-256 of the row
+  sum     TEXT NOT NULL          -- SHA-256 of the entry before and of this one
+) STRICT;
+CREATE INDEX chain_of_session ON chain (session, kind);
 )sql";
 
 }  // namespace cellcal::daemon

@@ -11,7 +11,7 @@ namespace {
 const char* advice(int code) {
   switch (code & 0xff) {
     case SQLITE_FULL:
-      return "the disk is full; make room";
+      return "the disk is full; make room (what was recorded before is safe)";
     case SQLITE_IOERR:
       return "the disk does not answer as it should; check it before going on";
     case SQLITE_READONLY:
@@ -66,6 +66,10 @@ std::string Database::text(const char* sql) {
   return statement.step() ? statement.text(0) : std::string();
 }
 
+void Database::keep_log_on_close(bool keep) {
+  sqlite3_db_config(handle_, SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, keep ? 1 : 0, nullptr);
+}
+
 std::int64_t Database::last_row_id() const { return sqlite3_last_insert_rowid(handle_); }
 
 Statement::Statement(Database& database, const char* sql) : database_(database) {
@@ -117,6 +121,30 @@ std::string Statement::text(int column) {
   return bytes == nullptr
              ? std::string()
              : std::string(static_cast<const char*>(bytes), static_cast<std::size_t>(size));
+}
+
+std::string Statement::bytes() {
+  std::string all;
+  const auto put = [&all](char type, const void* bytes, std::size_t size) {
+    const std::uint64_t length = size;
+    all += type;
+    all.append(reinterpret_cast<const char*>(&length), sizeof length);
+    if (size > 0) all.append(static_cast<const char*>(bytes), size);
+  };
+  for (int column = 0; column < sqlite3_column_count(handle_); ++column) {
+    if (sqlite3_column_type(handle_, column) == SQLITE_INTEGER) {
+      const std::int64_t value = integer(column);
+      put('i', &value, sizeof value);
+    } else if (sqlite3_column_type(handle_, column) == SQLITE_FLOAT) {
+      const double value = number(column);
+      put('f', &value, sizeof value);
+    } else {
+      const std::string value = text(column);
+      put(sqlite3_column_type(handle_, column) == SQLITE_TEXT ? 't' : 'b', value.data(),
+          value.size());
+    }
+  }
+  return all;
 }
 
 Transaction::Transaction(Database& database) : database_(database) {

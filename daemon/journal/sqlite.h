@@ -25,6 +25,8 @@ class Database {
   std::int64_t integer(const char* sql);
   std::string text(const char* sql);
   std::int64_t last_row_id() const;
+  /// What stands in the write-ahead log stays there when this is closed (false: the usual).
+  void keep_log_on_close(bool keep);
   [[noreturn]] void fail(int code) const;
 
   const std::string& name() const { return name_; }
@@ -54,6 +56,8 @@ class Statement {
   std::int64_t integer(int column);
   double number(int column);
   std::string text(int column);  ///< text or blob; empty where NULL
+  /// The whole row as bytes, types and lengths in them: two rows that differ give different bytes.
+  std::string bytes();
 
  private:
   void check(int code);

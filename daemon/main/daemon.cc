@@ -20,10 +20,12 @@ namespace {
 
 namespace asio = boost::asio;
 
-/// Tells systemd that this thread is alive, twice as often as it asks for.
+/// Tells systemd, twice as often as it asks for, that the threads are alive that hold the arm: this
+/// one, which takes an abort, the session's and the devices'. One that hangs is not told of.
 class Watchdog {
  public:
-  explicit Watchdog(asio::io_context& context) : timer_(context) {
+  Watchdog(asio::io_context& context, SessionService& service)
+      : timer_(context), service_(service) {
     std::uint64_t limit_us = 0;
     if (sd_watchdog_enabled(0, &limit_us) <= 0) return;
     period_ = std::chrono::microseconds(limit_us / 2);
@@ -32,7 +34,11 @@ class Watchdog {
 
  private:
   void tick() {
-    sd_notify(0, "WATCHDOG=1");
+    if (service_.alive()) {
+      sd_notify(0, "WATCHDOG=1");
+    } else {
+      spdlog::critical("the session's thread or that of its devices hangs");
+    }
     timer_.expires_after(period_);
     timer_.async_wait([this](boost::system::error_code cancelled) {
       if (!cancelled) tick();
@@ -40,8 +46,19 @@ class Watchdog {
   }
 
   asio::steady_timer timer_;
+  SessionService& service_;
   std::chrono::microseconds period_{0};
 };
+
+/// SIGUSR1 is 'cellcal abort' without a connection.
+void abort_at_signal(asio::signal_set& signal, SessionService& service) {
+  signal.async_wait([&](boost::system::error_code cancelled, int) {
+    if (cancelled) return;
+    const bool running = service.abort();
+    spdlog::info("signal SIGUSR1: {}", running ? "aborting the session" : "nothing to abort");
+    abort_at_signal(signal, service);
+  });
+}
 
 void tell_status(const Status& status) {
   std::string words = to_string(status.phase);
@@ -79,21 +96,25 @@ std::unique_ptr<Backend> make_backend(const DaemonConfig& config, const calib::C
 }  // namespace
 
 void run_daemon(const DaemonConfig& config) {
-  std::signal(SIGPIPE, SIG_IGN);  // a client that went away is an error code, not an end
+  // A client that went away, and a file that may not grow, are error codes, not ends.
+  std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);
   asio::io_context context;
-  asio::signal_set signals(context, SIGTERM, SIGINT);
+  asio::signal_set signals(context, SIGTERM, SIGINT), abort_signal(context, SIGUSR1);
 
   std::filesystem::create_directories(config.state_dir);
   Journal journal(config.state_dir / "journal.db");
+  for (const std::string& remark : journal.remarks()) spdlog::warn("{}", remark);
   SessionService service({journal,
                           config.state_dir,
                           [&config](const calib::Cell& cell) { return make_backend(config, cell); },
                           config.touch,
                           {}});
   Api api(service, journal);
-  HttpServer server(context, config.socket, [&api](const Request& request, bool give_up) {
-    return api.answer(request, give_up);
-  });
+  HttpServer server(
+      context, config.socket,
+      [&api](const Request& request, bool give_up) { return api.answer(request, give_up); },
+      Api::is_slow);
   service.on_change([&] {
     server.poke();
     tell_status(service.status());
@@ -106,7 +127,8 @@ void run_daemon(const DaemonConfig& config) {
     server.stop();
     context.stop();
   });
-  const Watchdog watchdog(context);
+  abort_at_signal(abort_signal, service);
+  const Watchdog watchdog(context, service);
   spdlog::info("cellcald {} listens on {}, backend {}", calib::software_version(),
                config.socket.string(), name_of(config.backend));
   sd_notify(0, "READY=1\nSTATUS=idle");

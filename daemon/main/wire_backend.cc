@@ -1,6 +1,11 @@
 #include <spdlog/spdlog.h>
 
+#include <atomic>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/post.hpp>
 #include <chrono>
+#include <cstdint>
+#include <utility>
 
 #include "daemon/main/backends.h"
 #include "daemon/main/space_config.h"
@@ -70,10 +75,19 @@ class WireBackend final : public Backend {
   std::string utc_now() override { return wall_clock_utc(); }
   calib::Passable passable() override { return passable_; }
   std::optional<double> axis_reach_rad() override { return axis_reach_rad_; }
+  /// Every call asks the devices' thread to count; it has counted by the next.
+  bool devices_alive() override {
+    const std::uint64_t now = counted_;
+    const bool counted = std::exchange(counted_seen_, now) != now;
+    boost::asio::post(io_.context(), [this] { ++counted_; });
+    return counted;
+  }
 
  private:
   calib::Passable passable_;
   std::optional<double> axis_reach_rad_;
+  std::atomic<std::uint64_t> counted_{1};
+  std::uint64_t counted_seen_ = 0;
   // In this order: what lives on the context goes before it.
   drivers::IoThread io_;
   drivers::SerialContact contact_;

@@ -59,7 +59,8 @@ struct BeginMove {
 struct StopArm {};
 struct CloseDevices {};  ///< disarms too; where nothing is open it does nothing
 
-// For the journal. RecordTouch is answered by kRecorded; all by kJournalFailed where they fail.
+// For the journal, in order, while the session goes on. RecordTouch and RecordEnd are answered by
+// kRecorded, all by kJournalFailed where they fail.
 struct RecordPlan {
   std::string hash;
   std::size_t touches = 0;
@@ -73,15 +74,21 @@ struct RecordTouch {
   std::size_t index = 0;
   calib::Touch touch;
 };
+/// Answered by kJournalSound once all that was asked for before is on disk, and the journal is
+/// still the file that it was written to.
+struct CheckJournal {
+  std::uint32_t move_id = 0;  ///< that waits for it
+};
 enum class Ending { kDone, kAborted, kFailed };
 struct RecordEnd {
   Ending ending = Ending::kDone;
   std::string failure;  ///< describe(Failure), empty otherwise
 };
 
-using Action = std::variant<MakePlan, FindRoute, ChooseTouch, Assess, Identify, WriteReport,
-                            OpenDevices, Rereference, ArmSensor, SelfTest, BeginMove, StopArm,
-                            CloseDevices, RecordPlan, RecordReading, RecordTouch, RecordEnd>;
+using Action =
+    std::variant<MakePlan, FindRoute, ChooseTouch, Assess, Identify, WriteReport, OpenDevices,
+                 Rereference, ArmSensor, SelfTest, BeginMove, StopArm, CloseDevices, RecordPlan,
+                 RecordReading, RecordTouch, CheckJournal, RecordEnd>;
 
 /// Name of the action, for logs and tests.
 const char* name_of(const Action& action);

@@ -25,6 +25,9 @@ class Backend {
   /// True: time passes only in clock().sleep_until(). The worker then runs inline, so that the
   /// same seed gives the same bits.
   virtual bool virtual_time() const { return false; }
+  /// Whether the threads that drive the devices have gone on since the last call. From one thread,
+  /// any.
+  virtual bool devices_alive() { return true; }
   /// Whether this wire can lead the arm from one posture straight in joint space to the other,
   /// whatever stands in the way; null: always. Outlives the backend; any thread.
   virtual calib::Passable passable() { return {}; }

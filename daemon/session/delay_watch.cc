@@ -25,7 +25,11 @@ std::optional<ContactDelay> delay_before(Journal& journal, std::int64_t session)
   if (!record) return std::nullopt;
   for (const SessionRecord& earlier : journal.sessions()) {
     if (earlier.id >= session || earlier.inputs.robot_name != record->inputs.robot_name) continue;
-    if (const auto delay = delay_of(journal, earlier.id)) return delay;
+    try {
+      if (const auto delay = delay_of(journal, earlier.id)) return delay;
+    } catch (const JournalError& damaged) {
+      spdlog::warn("not compared with session {}: {}", earlier.id, damaged.what());
+    }
   }
   return std::nullopt;
 }

@@ -45,6 +45,7 @@ enum class EventKind : std::uint8_t {
   kNotFollowing,
   // From the disk and the clock.
   kRecorded,
+  kJournalSound,  ///< all that was recorded before this move is on disk
   kJournalFailed,
   kDeadline,
 };
@@ -72,6 +73,7 @@ inline constexpr std::array kAllEvents{EventKind::kRun,
                                        EventKind::kRefused,
                                        EventKind::kNotFollowing,
                                        EventKind::kRecorded,
+                                       EventKind::kJournalSound,
                                        EventKind::kJournalFailed,
                                        EventKind::kDeadline};
 
@@ -125,7 +127,7 @@ struct Event {
   std::string utc;          ///< wall time, ISO 8601
   std::string words;        ///< the driver's, worker's or journal's reason
 
-  std::uint32_t move_id = 0;  ///< results of a move
+  std::uint32_t move_id = 0;  ///< results of a move, kJournalSound
   drivers::AxisAngles at_rad;
   std::optional<drivers::Latch> latch;
   std::uint16_t arm_id = 0;                 ///< kArmed, kArmRefused

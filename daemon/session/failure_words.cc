@@ -150,7 +150,10 @@ std::string what(FailureKind kind, const State& state, const Event& event) {
           "stop, and look at the arm",
           link_words(state.links));
     case FailureKind::kJournal:
-      return joined(words, "make room or mend the disk, the touches before this one are safe");
+      return or_else(
+          words,
+          "the disk that holds the journal does not answer; look at the disk, then go on "
+          "with 'cellcal run --resume'");
     case FailureKind::kUnexpectedEvent:
       return joined(fmt::format("'{}' must not happen while '{}'", to_string(event.kind),
                                 to_string(state.phase)),

@@ -104,6 +104,8 @@ const char* to_string(EventKind kind) {
       return "not following";
     case EventKind::kRecorded:
       return "recorded";
+    case EventKind::kJournalSound:
+      return "journal sound";
     case EventKind::kJournalFailed:
       return "journal failed";
     case EventKind::kDeadline:
@@ -157,6 +159,7 @@ const char* name_of(const Action& action) {
     const char* operator()(const RecordPlan&) { return "record plan"; }
     const char* operator()(const RecordReading&) { return "record reading"; }
     const char* operator()(const RecordTouch&) { return "record touch"; }
+    const char* operator()(const CheckJournal&) { return "check journal"; }
     const char* operator()(const RecordEnd&) { return "record end"; }
   };
   return std::visit(Names{}, action);

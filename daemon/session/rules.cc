@@ -49,16 +49,18 @@ std::chrono::milliseconds search_patience(const State& state, double duration_s)
   return milliseconds(duration_s * state.patience.search_factor) + state.patience.search_slack;
 }
 
+/// Every move waits for the disk, whatever was recorded before it: no exception can be forgotten.
 void begin(State& state, const Event& event, Actions& actions, MoveKind kind,
            drivers::AxisAngles target, double cruise_s, std::chrono::milliseconds patience) {
-  BeginMove action;
-  action.move.id = ++state.move_id;
-  action.move.kind = kind;
-  action.move.target_rad = std::move(target);
-  action.move.cruise_s = cruise_s;
-  if (kind == MoveKind::kSearch) action.move.arm_id = state.arm_id;
-  actions.emplace_back(std::move(action));
-  state.deadline = event.at + patience;
+  HeldMove& held = state.held.emplace();
+  held.patience = patience;
+  held.move.id = ++state.move_id;
+  held.move.kind = kind;
+  held.move.target_rad = std::move(target);
+  held.move.cruise_s = cruise_s;
+  if (kind == MoveKind::kSearch) held.move.arm_id = state.arm_id;
+  actions.emplace_back(CheckJournal{held.move.id});
+  state.deadline = event.at + state.patience.recording;
 }
 
 /// The transit ends at the stand-off; one without waypoints leads there directly.
@@ -218,6 +220,14 @@ bool nothing_chosen(const State& state, const Event& event) {
 }
 bool none_left_at_home(const State& state, const Event& event) {
   return none_left(state, event) && event.plan->home.empty();
+}
+
+bool move_held(const State& state, const Event&) { return state.held.has_value(); }
+bool held_and_robot_lost(const State& state, const Event& event) {
+  return move_held(state, event) && robot_lost(state, event);
+}
+bool held_and_contact_faulty(const State& state, const Event& event) {
+  return move_held(state, event) && contact_faulty(state, event);
 }
 
 void plan_touches(State& state, const Event& event, Actions& actions) {
@@ -428,8 +438,15 @@ void write_report(State& state, const Event& event, Actions& actions) {
   state.deadline = event.at + state.patience.reporting;
 }
 
-void end_well(State&, const Event&, Actions& actions) {
+void record_good_end(State& state, const Event& event, Actions& actions) {
   actions.emplace_back(RecordEnd{Ending::kDone, ""});
+  state.deadline = event.at + state.patience.recording;
+}
+
+void release_move(State& state, const Event& event, Actions& actions) {
+  actions.emplace_back(BeginMove{std::move(state.held->move)});
+  state.deadline = event.at + state.held->patience;
+  state.held.reset();
 }
 
 void stop(State& state, const Event& event, Actions& actions) {

@@ -41,6 +41,9 @@ bool missed_what_was_met(const State&, const Event&);
 bool none_left(const State&, const Event&);
 bool nothing_chosen(const State&, const Event&);
 bool none_left_at_home(const State&, const Event&);
+bool move_held(const State&, const Event&);
+bool held_and_robot_lost(const State&, const Event&);
+bool held_and_contact_faulty(const State&, const Event&);
 
 // Effects.
 void plan_touches(State&, const Event&, Actions&);
@@ -74,7 +77,8 @@ void next_waypoint_home(State&, const Event&, Actions&);
 void identify_at_once(State&, const Event&, Actions&);
 void close_and_identify(State&, const Event&, Actions&);
 void write_report(State&, const Event&, Actions&);
-void end_well(State&, const Event&, Actions&);
+void record_good_end(State&, const Event&, Actions&);
+void release_move(State&, const Event&, Actions&);
 void stop(State&, const Event&, Actions&);
 void close_and_end(State&, const Event&, Actions&);
 void end_aborted(State&, const Event&, Actions&);

@@ -1,6 +1,7 @@
 #include "daemon/session/runner.h"
 
 #include <exception>
+#include <utility>
 
 #include "daemon/session/search_line.h"
 
@@ -24,10 +25,28 @@ bool same(const Links& a, const Links& b) {
 struct Runner::Inbox {
   std::mutex mutex;
   std::deque<Event> events;
+  int commits = 0;  ///< under way
 
   void put(Event event) {
     const std::lock_guard lock(mutex);
     events.push_back(std::move(event));
+  }
+  void begin_commit() {
+    const std::lock_guard lock(mutex);
+    ++commits;
+  }
+  void end_commit(std::optional<Event> answer) {
+    const std::lock_guard lock(mutex);
+    if (answer) events.push_back(std::move(*answer));
+    --commits;
+  }
+  bool committing() {
+    const std::lock_guard lock(mutex);
+    return commits > 0;
+  }
+  bool settled() {
+    const std::lock_guard lock(mutex);
+    return commits == 0 && events.empty();
   }
   std::optional<Event> take() {
     const std::lock_guard lock(mutex);
@@ -61,16 +80,31 @@ State Runner::run() {
   } catch (...) {
     give_up("something that is no exception was thrown");
   }
+  await_disk();
   return state_;
+}
+
+bool Runner::alive() {
+  if (parts_.backend.virtual_time()) return true;
+  const std::uint64_t turns = turns_;
+  const bool devices = parts_.backend.devices_alive();
+  return std::exchange(turns_seen_, turns) != turns && devices;
 }
 
 void Runner::run_to_end() {
   feed(event(EventKind::kRun));
-  while (!is_final(state_.phase)) {
+  while (!is_final(state_.phase) || !inbox_->settled()) {
+    ++turns_;
     if (gather()) continue;
     drivers::Clock& clock = parts_.backend.clock();
     clock.sleep_until(clock.now() + kPollPeriod);
   }
+}
+
+/// Jobs of the disk's worker use the recorder, which goes with the session.
+void Runner::await_disk() {
+  drivers::Clock& clock = parts_.backend.clock();
+  for (; inbox_->committing(); ++turns_) clock.sleep_until(clock.now() + kPollPeriod);
 }
 
 /// Feeds at most one event, so that an abort never waits behind another; true when there was one.
@@ -131,6 +165,10 @@ std::optional<Event> Runner::links_changed() {
 void Runner::feed(Event event) {
   event.at = parts_.backend.clock().now();
   event.utc = parts_.backend.utc_now();
+  if (event.kind == EventKind::kRecorded && on_its_way_) {
+    touches_.push_back(std::move(*on_its_way_));
+    on_its_way_.reset();
+  }
   const Phase before = state_.phase;
   Step next = step(std::move(state_), event);
   state_ = std::move(next.state);
@@ -144,7 +182,23 @@ void Runner::note_step(Phase before, const Event& event) {
                       to_string(event.kind);
   if (!event.words.empty()) words += ": " + event.words;
   if (state_.failure && state_.phase == Phase::kFailed) words += " | " + describe(*state_.failure);
-  parts_.recorder.note(event.utc, words);
+  commit([utc = event.utc, words](Recorder& recorder) { recorder.note(utc, words); });
+}
+
+void Runner::commit(std::function<void(Recorder&)> job, std::optional<Event> answer,
+                    const char* what) {
+  inbox_->begin_commit();
+  parts_.disk.post([inbox = inbox_, &recorder = parts_.recorder, job = std::move(job),
+                    answer = std::move(answer), what]() mutable {
+    try {
+      job(recorder);
+    } catch (const std::exception& error) {
+      answer = Event{};
+      answer->kind = EventKind::kJournalFailed;
+      answer->words = what == nullptr ? error.what() : std::string(what) + ": " + error.what();
+    }
+    inbox->end_commit(std::move(answer));
+  });
 }
 
 void Runner::work(std::function<Event()> job) {
@@ -161,7 +215,7 @@ void Runner::work(std::function<Event()> job) {
   });
 }
 
-/// Performs one action. Device errors and journal errors are thrown as what they become.
+/// Performs one action. Errors of devices are thrown.
 struct Runner::Perform {
   Runner& runner;
   State& state = runner.state_;
@@ -259,20 +313,30 @@ struct Runner::Perform {
     try {
       act();
     } catch (const std::exception& error) {
-      runner.parts_.recorder.note(backend.utc_now(), std::string(what) + ": " + error.what());
+      runner.commit([utc = backend.utc_now(), words = std::string(what) + ": " + error.what()](
+                        Recorder& recorder) { recorder.note(utc, words); });
     }
   }
 
-  void operator()(const RecordPlan& action) const { runner.parts_.recorder.record(action); }
-  void operator()(const RecordReading& action) const { runner.parts_.recorder.record(action); }
-  void operator()(const RecordTouch& action) const {
-    runner.parts_.recorder.record(action);
-    runner.touches_.push_back(action.touch);
-    Event answer;
-    answer.kind = EventKind::kRecorded;
-    runner.inbox_->put(answer);
+  template <class Record>
+  void record(const Record& action, std::optional<Event> answer = {}) const {
+    runner.commit([action](Recorder& recorder) { recorder.record(action); }, std::move(answer),
+                  name_of(action));
   }
-  void operator()(const RecordEnd& action) const { runner.parts_.recorder.record(action); }
+  void operator()(const RecordPlan& action) const { record(action); }
+  void operator()(const RecordReading& action) const { record(action); }
+  void operator()(const RecordTouch& action) const {
+    runner.on_its_way_ = action.touch;
+    record(action, runner.event(EventKind::kRecorded));
+  }
+  void operator()(const CheckJournal& action) const {
+    Event sound = runner.event(EventKind::kJournalSound);
+    sound.move_id = action.move_id;
+    runner.commit([](Recorder& recorder) { recorder.check(); }, std::move(sound));
+  }
+  void operator()(const RecordEnd& action) const {
+    record(action, runner.event(EventKind::kRecorded));
+  }
 };
 
 void Runner::give_up(const std::string& words) {
@@ -283,9 +347,7 @@ void Runner::give_up(const std::string& words) {
       Failure{FailureKind::kUnexpectedEvent, "while '" + std::string(to_string(state_.phase)) +
                                                  "': " + words + "; please report this"};
   state_.phase = Phase::kFailed;
-  perform.attempt("recording the end", [&] {
-    parts_.recorder.record(RecordEnd{Ending::kFailed, describe(*state_.failure)});
-  });
+  perform(RecordEnd{Ending::kFailed, describe(*state_.failure)});
   perform.attempt("telling of the end", [&] {
     if (parts_.on_change) parts_.on_change(state_);
   });
@@ -293,17 +355,11 @@ void Runner::give_up(const std::string& words) {
 
 void Runner::perform_all(const Actions& actions) {
   for (const Action& action : actions) {
-    const bool recording = std::holds_alternative<RecordPlan>(action) ||
-                           std::holds_alternative<RecordReading>(action) ||
-                           std::holds_alternative<RecordTouch>(action) ||
-                           std::holds_alternative<RecordEnd>(action);
     try {
       std::visit(Perform{*this}, action);
     } catch (const std::exception& error) {
-      // What follows in this step rests on what failed (the move behind the record): drop it.
-      Event failed = event(recording ? EventKind::kJournalFailed : EventKind::kDeviceFailed,
-                           std::string(name_of(action)) + ": " + error.what());
-      feed(std::move(failed));
+      // What follows in this step rests on what failed: drop it.
+      feed(event(EventKind::kDeviceFailed, std::string(name_of(action)) + ": " + error.what()));
       return;
     }
   }

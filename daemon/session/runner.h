@@ -2,10 +2,13 @@
 // Performs what step() wants done and feeds back what comes of it. Decides nothing.
 //
 // One loop: take what happened (requests, results of moves and armings, status changes, the
-// worker's answers, the phase's deadline), step, perform; when nothing happened, sleep for a
-// millisecond of the session's clock. Everything but request_abort() runs on one thread.
+// workers' answers, the phase's deadline), step, perform; when nothing happened, sleep for a
+// millisecond of the session's clock. Everything but request_abort() and alive() runs on one
+// thread, which waits for nothing: what thinks and what writes are jobs of workers. Behind the end
+// of the session the loop goes on until all that was recorded is on disk, or known not to be.
 
 #include <atomic>
+#include <cstdint>
 #include <deque>
 #include <functional>
 #include <memory>
@@ -44,15 +47,17 @@ struct Tasks {
   std::function<void(const calib::Calibration&, const std::vector<calib::Touch>&)> report;
 };
 
-/// Where a session's evidence goes. Throws when it cannot be put on disk.
+/// Where a session's evidence goes; called on the disk's worker. Throws when it cannot be put on
+/// disk; returns when it is there.
 class Recorder {
  public:
   virtual ~Recorder() = default;
   virtual void record(const RecordPlan& plan) = 0;
   virtual void record(const RecordReading& reading) = 0;
-  /// Returns when the touch is on disk.
   virtual void record(const RecordTouch& touch) = 0;
   virtual void record(const RecordEnd& end) = 0;
+  /// Throws where what was recorded is no longer where it belongs.
+  virtual void check() {}
   /// One line of the session's log; a failure to write it is not the session's.
   virtual void note(const std::string& utc, const std::string& words) = 0;
 };
@@ -60,7 +65,8 @@ class Recorder {
 struct RunnerParts {
   Backend& backend;
   Recorder& recorder;
-  Worker& worker;
+  Worker& worker;  ///< thinks
+  Worker& disk;    ///< records; waits for the disk
   Tasks tasks;
   /// Called after each step that changed something.
   std::function<void(const State&)> on_change;
@@ -81,6 +87,9 @@ class Runner {
   State run();
   /// From any thread.
   void request_abort() { abort_requested_ = true; }
+  /// Whether the loop and the devices' threads have gone on since the last call. On virtual time
+  /// always: there the loop does the worker's jobs itself. From one thread, any.
+  bool alive();
 
   const std::vector<calib::Touch>& touches() const { return touches_; }
 
@@ -89,6 +98,7 @@ class Runner {
   struct Perform;
 
   void run_to_end();
+  void await_disk();
   void give_up(const std::string& words);
   bool gather();
   std::optional<Event> happened();
@@ -99,6 +109,8 @@ class Runner {
   void note_step(Phase before, const Event& event);
   Event event(EventKind kind, std::string words = "");
   void work(std::function<Event()> job);
+  void commit(std::function<void(Recorder&)> job, std::optional<Event> answer = {},
+              const char* what = nullptr);
 
   RunnerParts parts_;
   State state_;
@@ -107,7 +119,10 @@ class Runner {
   std::optional<Links> seen_;  ///< none: devices closed, or a fresh look is wanted
   bool open_ = false;
   drivers::TimePoint next_report_{};
+  std::optional<calib::Touch> on_its_way_;  ///< to the disk
   std::atomic<bool> abort_requested_{false};
+  std::atomic<std::uint64_t> turns_{1};
+  std::uint64_t turns_seen_ = 0;
 };
 
 }  // namespace cellcal::daemon

@@ -27,20 +27,32 @@ constexpr std::chrono::seconds kClosing{4};
 std::optional<LastCalibration> last_calibration(Journal& journal, const std::string& cell_name) {
   for (const SessionRecord& session : journal.sessions()) {
     if (session.state != "done" || session.inputs.cell_name != cell_name) continue;
-    const auto whole = journal.session(session.id);
-    if (!whole || whole->calibration.empty()) continue;
     constexpr std::size_t kDate = 10;  // YYYY-MM-DD
     LastCalibration last{
         fmt::format("session {} of {}", session.id, session.ended.substr(0, kDate)), {}};
     try {
+      const auto whole = journal.session(session.id);
+      if (!whole || whole->calibration.empty()) continue;
       last.calibration = calib::calibration_from_json(whole->calibration, last.words);
-    } catch (const calib::FileError& error) {
+    } catch (const std::runtime_error& error) {  // of another version, or damaged
       spdlog::warn("not compared with {}: {}", last.words, error.what());
       continue;
     }
     if (last.calibration.verdict.publish) return last;
   }
   return {};
+}
+
+/// The newest, where the daemon that ran it went away in its midst.
+std::optional<InterruptedSession> interrupted_session(Journal& journal) {
+  try {
+    const auto record = journal.newest_resumable();
+    if (!record || record->state != "interrupted") return std::nullopt;
+    return InterruptedSession{record->id, record->touches, record->planned, record->started};
+  } catch (const JournalError& damaged) {
+    spdlog::warn("the newest session cannot be gone on with: {}", damaged.what());
+    return std::nullopt;
+  }
 }
 
 constexpr int kMostTouches = 2000;
@@ -68,6 +80,7 @@ class JournalRecorder final : public Recorder {
                    end.ending == Ending::kDone ? "is done" : "was aborted");
     }
   }
+  void check() override { journal_.check(); }
   void note(const std::string& utc, const std::string& words) override {
     journal_.note(session_, utc, words);
     spdlog::debug("session {}: {}", session_, words);
@@ -136,7 +149,9 @@ struct SessionService::Job {
 };
 
 SessionService::SessionService(ServiceParts parts) : parts_(std::move(parts)) {
+  for (const auto& file : parts_.journal.files()) no_inputs_.emplace_back(file);
   history_.emplace_back();
+  history_.back().interrupted = interrupted_session(parts_.journal);
 }
 
 SessionService::~SessionService() { shutdown(); }
@@ -212,16 +227,28 @@ std::int64_t SessionService::start(const RunRequest& request) {
     std::unique_lock lock(mutex_);
     const bool closing = is_final(history_.back().phase);
     if (busy_ && closing) idle_.wait_for(lock, kClosing, [this] { return !busy_; });
-    if (busy_ || ending_) {
-      throw BusyError("session " + std::to_string(history_.back().session) +
-                      " is under way; see 'cellcal status', end it with 'cellcal abort'");
+    if (ending_) throw BusyError("the daemon is being stopped; start it again");
+    if (busy_ && starting_) throw BusyError("a session is being prepared; see 'cellcal status'");
+    if (busy_) {
+      const std::string session = "session " + std::to_string(history_.back().session);
+      throw BusyError(closing && is_final(history_.back().phase)
+                          ? session +
+                                " has ended, but the disk has not taken its end yet or a "
+                                "link is still being closed; look at the disk, try again"
+                          : session +
+                                " is under way; see 'cellcal status', end it with "
+                                "'cellcal abort'");
     }
-    busy_ = true;
+    busy_ = starting_ = true;
     abort_early_ = false;
   }
   try {
     if (thread_.joinable()) thread_.join();
     std::unique_ptr<Job> job = prepare(request);
+    {
+      const std::lock_guard lock(mutex_);
+      if (ending_) throw BusyError("the daemon is being stopped; start it again");
+    }
     const std::string now = job->backend->utc_now();
     if (job->resumed) {
       parts_.journal.resume(job->session, now);
@@ -236,11 +263,15 @@ std::int64_t SessionService::start(const RunRequest& request) {
     State first;
     first.phase = Phase::kPlanning;
     publish(first, *job);
+    const std::lock_guard lock(mutex_);
     thread_ = std::thread([this, job = std::move(job)] { run(*job); });
+    starting_ = false;
+    idle_.notify_all();
     return session;
   } catch (...) {
     const std::lock_guard lock(mutex_);
-    busy_ = false;
+    busy_ = starting_ = false;
+    idle_.notify_all();
     throw;
   }
 }
@@ -294,14 +325,16 @@ void SessionService::carry_out(Job& job) {
   };
 
   JournalRecorder recorder(parts_.journal, job.session, *job.backend);
-  // The worker goes first: its jobs use what stands above.
-  std::unique_ptr<Worker> worker;
+  // The workers go first: their jobs use what stands above.
+  std::unique_ptr<Worker> worker, disk;
   if (job.backend->virtual_time()) {
     worker = std::make_unique<InlineWorker>();
+    disk = std::make_unique<InlineWorker>();
   } else {
     worker = std::make_unique<ThreadWorker>();
+    disk = std::make_unique<ThreadWorker>(ThreadWorker::Priority::kNormal);
   }
-  Runner runner({*job.backend, recorder, *worker, make_tasks(std::move(task_inputs)),
+  Runner runner({*job.backend, recorder, *worker, *disk, make_tasks(std::move(task_inputs)),
                  [this, &job](const State& now) { publish(now, job); },
                  [this](const drivers::RobotState& robot, const drivers::ContactStatus& contact) {
                    keep_links({true, robot, contact});
@@ -389,6 +422,7 @@ void SessionService::keep_links(LinkReport report) {
 
 bool SessionService::abort() {
   const std::lock_guard lock(mutex_);
+  if (starting_) return abort_early_ = true;
   if (!busy_ || is_final(history_.back().phase)) return false;
   if (runner_ != nullptr) {
     runner_->request_abort();
@@ -414,6 +448,11 @@ std::vector<Status> SessionService::since(std::uint64_t seq) const {
   return newer;
 }
 
+bool SessionService::alive() {
+  const std::lock_guard lock(mutex_);
+  return runner_ == nullptr || runner_->alive();
+}
+
 void SessionService::on_change(std::function<void()> notify) {
   const std::lock_guard lock(mutex_);
   notify_ = std::move(notify);
@@ -421,8 +460,9 @@ void SessionService::on_change(std::function<void()> notify) {
 
 void SessionService::shutdown() {
   {
-    const std::lock_guard lock(mutex_);
+    std::unique_lock lock(mutex_);
     ending_ = true;
+    idle_.wait(lock, [this] { return !starting_; });
   }
   abort();
   if (thread_.joinable()) thread_.join();

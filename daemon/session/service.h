@@ -13,6 +13,7 @@
 #include <thread>
 #include <vector>
 
+#include "calib/files/withheld.h"
 #include "daemon/journal/journal.h"
 #include "daemon/session/backend.h"
 #include "daemon/session/options.h"
@@ -64,11 +65,15 @@ class SessionService {
   /// Begins a session; returns its number. Throws BusyError, RequestError, JournalError,
   /// calib::FileError, drivers::ConfigError, drivers::DriverError.
   std::int64_t start(const RunRequest& request);
-  /// False: nothing to abort.
+  // These four wait for nothing: neither for the disk nor for a session that is being prepared.
+  /// False: nothing to abort. A session that is being prepared ends when it has begun.
   bool abort();
   Status status() const;
   /// Statuses newer than `seq`, oldest first; the oldest are dropped after a while.
   std::vector<Status> since(std::uint64_t seq) const;
+  /// Whether the session's thread and those of its devices have gone on since the last call.
+  bool alive();
+
   /// Stops the arm, ends the session, waits for it.
   void shutdown();
   /// Called from the session's thread after each change.
@@ -85,13 +90,14 @@ class SessionService {
   void keep_links(LinkReport report);
 
   ServiceParts parts_;
+  std::deque<calib::Withheld> no_inputs_;  ///< the journal's files
   mutable std::mutex mutex_;
   std::condition_variable idle_;
   std::deque<Status> history_;  ///< newest last; never empty
   std::function<void()> notify_;
   std::shared_ptr<const LinkReport> links_;  ///< newest
   Runner* runner_ = nullptr;
-  bool busy_ = false, ending_ = false, abort_early_ = false;
+  bool busy_ = false, starting_ = false, ending_ = false, abort_early_ = false;
   std::thread thread_;
 };
 

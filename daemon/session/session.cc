@@ -29,6 +29,8 @@ void fail_safe(State& state, const Event& event, Actions& actions) {
 
 bool is_stale(const State& state, const Event& event) {
   if (kMoveResults.has(event.kind)) return event.move_id != state.move_id;
+  if (event.kind == EventKind::kJournalSound)
+    return !state.held || event.move_id != state.held->move.id;
   const bool arming = event.kind == EventKind::kArmed || event.kind == EventKind::kArmRefused;
   return arming && event.arm_id != state.arm_id;
 }

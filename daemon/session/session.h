@@ -6,7 +6,8 @@
 // The rows of transition_table() are tried in order; the first whose phases hold the state's phase,
 // whose event is the event's kind, and whose guard is true, is taken. Before the table: links and
 // residuals are noted in the state, and results of moves and armings that carry another id than the
-// newest are stale and change nothing. After the table: an event that no row lists fails safe.
+// newest are stale and change nothing; so is the journal's word on a move that is held no longer.
+// After the table: an event that no row lists fails safe.
 
 #include <optional>
 #include <span>
@@ -47,7 +48,8 @@ struct Transition {
 
 std::span<const Transition> transition_table();
 
-/// Result of another move or arming than the newest: changes nothing.
+/// Result of another move or arming than the newest, or for a move that is not held: changes
+/// nothing.
 bool is_stale(const State& state, const Event& event);
 
 /// The row that step() takes for an event that is not stale; null where it fails safe.

@@ -2,6 +2,7 @@
 // All that a session knows. A value: step() takes one and gives the next.
 
 #include <algorithm>
+#include <chrono>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -15,6 +16,12 @@
 #include "daemon/session/touch_policy.h"
 
 namespace cellcal::daemon {
+
+/// A move that was decided upon. It begins when all that was recorded before it is on disk.
+struct HeldMove {
+  drivers::Move move;
+  std::chrono::milliseconds patience{0};  ///< with the move itself
+};
 
 struct State {
   Phase phase = Phase::kIdle;
@@ -52,8 +59,9 @@ struct State {
   bool arm_pending = false;  ///< asked to be armed, no answer yet
   bool self_tested = false;  ///< the sensor was told to prove itself again for this arming
 
-  std::uint32_t move_id = 0;  ///< of the newest move; results of others are stale
-  std::uint16_t arm_id = 0;   ///< of the newest arming
+  std::uint32_t move_id = 0;     ///< of the newest move; results of others are stale
+  std::optional<HeldMove> held;  ///< the newest move, until it has begun
+  std::uint16_t arm_id = 0;      ///< of the newest arming
   std::uint64_t total_revoked = 0;
 
   std::optional<drivers::TimePoint> deadline;  ///< of this phase

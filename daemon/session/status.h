@@ -21,6 +21,13 @@ struct LinkReport {
   drivers::ContactStatus contact;
 };
 
+/// What the daemon before this one left in its midst, killed or powered off.
+struct InterruptedSession {
+  std::int64_t session = 0;
+  int touches = 0, planned = 0;
+  std::string started;
+};
+
 struct Status {
   std::uint64_t seq = 0;     ///< counts up with every change
   std::int64_t session = 0;  ///< 0: none since the daemon started
@@ -38,7 +45,8 @@ struct Status {
   std::optional<Failure> failure;
   std::optional<bool> publish;  ///< verdict, once identified
   std::vector<std::string> reasons;
-  std::string results_dir;  ///< once written
+  std::string results_dir;                        ///< once written
+  std::optional<InterruptedSession> interrupted;  ///< until a session begins
   /// Nothing before the first session has opened its devices. Newer than `seq` in service.status():
   /// figures that move all the time are no change that watchers are told of.
   std::shared_ptr<const LinkReport> links;

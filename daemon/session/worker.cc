@@ -7,7 +7,22 @@
 
 namespace cellcal::daemon {
 
-ThreadWorker::ThreadWorker() : thread_([this] { run(); }) {}
+namespace {
+
+void stand_back() {
+  // Linux never refuses SCHED_IDLE to a thread of normal priority; elsewhere the job is done at
+  // normal priority, which is slower for others and wrong for nobody.
+  sched_param lowest{};
+  pthread_setschedparam(pthread_self(), SCHED_IDLE, &lowest);
+}
+
+}  // namespace
+
+ThreadWorker::ThreadWorker(Priority priority)
+    : thread_([this, priority] {
+        if (priority == Priority::kLowest) stand_back();
+        run();
+      }) {}
 
 ThreadWorker::~ThreadWorker() {
   {
@@ -27,10 +42,6 @@ void ThreadWorker::post(std::function<void()> job) {
 }
 
 void ThreadWorker::run() {
-  // Linux never refuses SCHED_IDLE to a thread of normal priority; elsewhere the job is done at
-  // normal priority, which is slower for others and wrong for nobody.
-  sched_param lowest{};
-  pthread_setschedparam(pthread_self(), SCHED_IDLE, &lowest);
   std::unique_lock lock(mutex_);
   while (true) {
     wake_.wait(lock, [this] { return ending_ || !jobs_.empty(); });

@@ -1,6 +1,6 @@
 #pragma once
-// Where the thinking is done: planning, identification, report. They take up to seconds, and the
-// session's thread must go on watching the arm meanwhile.
+// Where the thinking is done: planning, identification, report; and where the disk is waited for.
+// Both take up to seconds, and the session's thread must go on watching the arm meanwhile.
 
 #include <condition_variable>
 #include <deque>
@@ -23,11 +23,12 @@ class InlineWorker final : public Worker {
   void post(std::function<void()> job) override { job(); }
 };
 
-/// On the machine's clock: one thread of lowest priority, so that solving never takes the core from
-/// the robot's cycle. Destruction waits for the job in hand and drops the others.
+/// On the machine's clock: one thread. Destruction waits for the job in hand and drops the others.
 class ThreadWorker final : public Worker {
  public:
-  ThreadWorker();
+  /// Of lowest priority, solving never takes the core from the robot's cycle.
+  enum class Priority { kLowest, kNormal };
+  explicit ThreadWorker(Priority priority = Priority::kLowest);
   ~ThreadWorker() override;
   ThreadWorker(const ThreadWorker&) = delete;
   ThreadWorker& operator=(const ThreadWorker&) = delete;

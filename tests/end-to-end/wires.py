@@ -124,10 +124,11 @@ class Wires(unittest.TestCase):
         wait_for(lambda: os.path.exists(f"{self.dir}/contact"), "emulated sensor")
         return process
 
-    def daemon(self):
+    def daemon(self, environment=None):
         with open(f"{self.dir}/cellcald.log", "a") as log:
             process = subprocess.Popen(
-                [os.environ["CELLCALD"], "--config", f"{self.dir}/cellcald.toml"], stderr=log)
+                [os.environ["CELLCALD"], "--config", f"{self.dir}/cellcald.toml"], stderr=log,
+                env={**os.environ, **(environment or {})})
         self.started.append(process)
         wait_for(lambda: self.client("status").returncode == 0, "daemon")
         return process
@@ -240,6 +241,33 @@ class Wires(unittest.TestCase):
         self.assertEqual(client.returncode, 1, output)
         self.assertIn("abort", output)
         self.assertFalse(self.client("status").returncode)
+
+    def test_abort_ends_a_session_whose_disk_stalls_though_others_hold_all_connections(self):
+        stall = f"{self.dir}/stall"
+        self.emulator()
+        self.daemon({"LD_PRELOAD": os.environ["STALLING_DISK"], "STALL_WHILE": stall})
+        client = self.begin_session(6, 0)
+        wait_for(lambda: self.status()["touches"] >= 1, "one touch")
+        idle = []
+        for _ in range(500):
+            idle.append(socket.socket(socket.AF_UNIX))
+            idle[-1].connect(f"{self.dir}/cellcald.sock")
+        open(stall, "w").close()
+        wait_for(lambda: os.path.exists(stall + ".met"), "a commit that waits for the disk")
+        self.assertTrue(self.status()["running"])
+        self.assertEqual(self.client("abort").returncode, 0)
+        # The disk has not answered yet: nothing of this waited for it.
+        status = self.status()
+        self.assertEqual(status["phase"], "aborted", status)
+        output = client.communicate(timeout=30)[0]
+        self.assertIn("abort", output)
+        os.remove(stall)
+        for one in idle:
+            one.close()
+        wait_for(lambda: json.loads(self.client("history", "--json").stdout)[0]["state"]
+                 == "aborted", "the end on disk")
+        self.assertGreaterEqual(
+            json.loads(self.client("history", "--json").stdout)[0]["touches"], 1)
 
     def test_a_missing_device_is_named(self):
         self.daemon()

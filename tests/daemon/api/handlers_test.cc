@@ -4,8 +4,10 @@
 
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <thread>
 
 #include "drivers/error.h"
+#include "tests/daemon/journal/stalling_disk.h"
 #include "tests/daemon/journal/temporary_directory.h"
 
 namespace cellcal::daemon {
@@ -32,6 +34,55 @@ struct an_api : ::testing::Test {
                           {}}};
   Api api{service, journal};
 };
+
+TEST_F(an_api, answers_status_and_abort_while_the_journal_waits_for_a_stalled_disk) {
+  testing::StallingDisk disk;
+  Journal stalled(dir / "stalled.db");
+  SessionService idle{{stalled, dir.path(), {}, {}, {}}};
+  Api answering(idle, stalled);
+  disk.stall();
+  std::thread writer([&] { stalled.begin({"c", "c", "r", "r", "{}"}, "t"); });
+  disk.wait_until_stalled();
+  const auto answer = [&](const char* method, const char* target) {
+    const Request request = parse_target(method, target, "");
+    EXPECT_FALSE(Api::is_slow(request)) << target;
+    return answering.answer(request)->status;
+  };
+  EXPECT_EQ(answer("GET", "/v1/status"), 200);
+  EXPECT_EQ(answer("GET", "/v1/watch"), 200);
+  EXPECT_EQ(answer("POST", "/v1/abort"), 409) << "nothing is under way";
+  for (const char* target : {"/v1/run", "/v1/sessions", "/v1/sessions/1/touches.csv"}) {
+    EXPECT_TRUE(Api::is_slow(parse_target("GET", target, ""))) << target;
+  }
+  disk.release();
+  writer.join();
+}
+
+TEST_F(an_api, tells_of_the_session_that_a_killed_daemon_left) {
+  {
+    Journal left(dir / "left.db");
+    const std::int64_t id = left.begin({"c", "c", "r", "r", "{}"}, "2026-01-01T00:00:00.000Z");
+    left.record(id, RecordPlan{"h", 12});
+    left.record(id, RecordTouch{0, {}});
+  }
+  Journal found(dir / "left.db");
+  SessionService after{{found, dir.path(), {}, {}, {}}};
+  const json status = json::parse(status_to_json(after.status()));
+  EXPECT_EQ(status["phase"], "idle");
+  EXPECT_EQ(status["interrupted"]["session"], 1);
+  EXPECT_EQ(status["interrupted"]["touches"], 1);
+  EXPECT_EQ(status["interrupted"]["planned"], 12);
+  EXPECT_EQ(status["interrupted"]["started"], "2026-01-01T00:00:00.000Z");
+  EXPECT_TRUE(json::parse(status_to_json(service.status()))["interrupted"].is_null());
+}
+
+TEST_F(an_api, opens_none_of_the_journals_files_as_a_cell_file) {
+  for (const auto& file : journal.files()) {
+    const Response no = ask("POST", "/v1/run", json{{"cell", file.string()}}.dump());
+    EXPECT_EQ(no.status, 422);
+    EXPECT_NE(error(no).find("is the journal of this daemon"), std::string::npos) << error(no);
+  }
+}
 
 TEST_F(an_api, is_idle_at_first) {
   const Response response = ask("GET", "/v1/status");

@@ -14,7 +14,10 @@
 #include <boost/asio/post.hpp>
 #include <cstring>
 #include <fstream>
+#include <future>
 #include <thread>
+#include <utility>
+#include <vector>
 
 #include "tests/daemon/journal/temporary_directory.h"
 
@@ -23,18 +26,22 @@ namespace {
 
 using testing::TemporaryDirectory;
 
-/// Echoes the path; "/later" has no answer before `ready`.
+/// Echoes the path; "/later" has no answer before `ready`, "/slow" is slow and has none before
+/// `released`.
 class Served {
  public:
   explicit Served(const std::filesystem::path& path) : socket(path) {
     server = std::make_unique<HttpServer>(
-        context, socket, [this](const Request& request, bool give_up) -> std::optional<Response> {
+        context, socket,
+        [this](const Request& request, bool give_up) -> std::optional<Response> {
           ++asked;
+          if (request.path == "/slow") gate.wait();
           if (request.path == "/later" && !ready && !give_up) return std::nullopt;
           return Response{
               200, "text/plain",
               request.method + " " + request.path + " " + std::to_string(request.body.size())};
-        });
+        },
+        [](const Request& request) { return request.path == "/slow"; });
     thread = std::thread([this] { context.run(); });
   }
   ~Served() {
@@ -51,6 +58,8 @@ class Served {
   std::filesystem::path socket;
   std::atomic<int> asked{0};
   std::atomic<bool> ready{false};
+  std::promise<void> released;
+  std::shared_future<void> gate = released.get_future().share();
   std::unique_ptr<HttpServer> server;
   std::thread thread;
 };
@@ -199,6 +208,83 @@ TEST(a_server, gives_an_answer_that_had_to_wait) {
   served.ready = true;
   served.server->poke();
   client.join();
+}
+
+/// Connected, and silent.
+class Idle {
+ public:
+  explicit Idle(const std::filesystem::path& socket, const std::string& bytes = "")
+      : fd_(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    std::strncpy(address.sun_path, socket.c_str(), sizeof address.sun_path - 1);
+    connected_ = ::connect(fd_, reinterpret_cast<sockaddr*>(&address), sizeof address) == 0;
+    if (!bytes.empty()) connected_ &= ::send(fd_, bytes.data(), bytes.size(), MSG_NOSIGNAL) > 0;
+  }
+  ~Idle() { ::close(fd_); }
+  Idle(Idle&& other) noexcept : fd_(std::exchange(other.fd_, -1)), connected_(other.connected_) {}
+  bool connected() const { return connected_; }
+
+ private:
+  int fd_;
+  bool connected_ = false;
+};
+
+TEST(a_server, has_room_for_one_more_whoever_holds_its_connections) {
+  const TemporaryDirectory dir;
+  const Served served(dir / "s");
+  // Silent ones, ones in the middle of a request, and ones that wait for a change.
+  for (const std::string& bytes : {std::string(), std::string("POST /v1/abort HTTP/1.1\r\nX: "),
+                                   std::string("GET /later HTTP/1.1\r\n\r\n")}) {
+    std::vector<Idle> idle;
+    for (int i = 0; i < 400; ++i) {
+      idle.emplace_back(dir / "s", bytes);
+      ASSERT_TRUE(idle.back().connected()) << i;
+    }
+    EXPECT_EQ(http_request(dir / "s", "POST", "/v1/abort").body, "POST /v1/abort 0") << bytes;
+  }
+}
+
+TEST(a_server, ends_silent_connections_before_those_that_wait_for_an_answer) {
+  const TemporaryDirectory dir;
+  Served served(dir / "s");
+  std::thread client(
+      [&] { EXPECT_EQ(http_request(dir / "s", "GET", "/later").body, "GET /later 0"); });
+  while (served.asked == 0) std::this_thread::yield();
+  std::vector<Idle> idle;
+  for (int i = 0; i < 200; ++i) idle.emplace_back(dir / "s");
+  EXPECT_EQ(http_request(dir / "s", "GET", "/now").status, 200);
+  served.ready = true;
+  served.server->poke();
+  client.join();
+}
+
+TEST(a_server, answers_others_while_a_slow_request_waits) {
+  const TemporaryDirectory dir;
+  Served served(dir / "s");
+  std::atomic<bool> answered{false};
+  std::thread client([&] {
+    EXPECT_EQ(http_request(dir / "s", "GET", "/slow").body, "GET /slow 0");
+    answered = true;
+  });
+  while (served.asked == 0) std::this_thread::yield();
+  EXPECT_EQ(http_request(dir / "s", "POST", "/v1/abort").status, 200);
+  EXPECT_FALSE(answered);
+  served.released.set_value();
+  client.join();
+}
+
+TEST(a_server, whose_slow_requests_pile_up_says_so_and_answers_the_others) {
+  const TemporaryDirectory dir;
+  Served served(dir / "s");
+  std::vector<Idle> waiting;
+  for (int i = 0; i < 400; ++i) {
+    waiting.emplace_back(dir / "s", "GET /slow HTTP/1.1\r\n\r\n");
+  }
+  while (served.asked == 0) std::this_thread::yield();
+  EXPECT_EQ(http_request(dir / "s", "GET", "/slow").status, 503);
+  EXPECT_EQ(http_request(dir / "s", "POST", "/v1/abort").status, 200);
+  served.released.set_value();
 }
 
 TEST(a_server, serves_many_clients_one_after_the_other) {

@@ -25,6 +25,7 @@ class Background {
   Background(const Background&) = delete;
   Background& operator=(const Background&) = delete;
 
+  pid_t pid() const { return pid_; }
   void signal(int number) const;
   /// Exit status, or 128 + signal.
   int wait();

@@ -56,5 +56,30 @@ TEST(a_full_disk, is_a_named_error_and_leaves_the_earlier_touches_whole) {
   journal.record(journal.sessions()[0].id, RecordTouch{written, touch});
 }
 
+TEST(a_session, whose_end_the_full_disk_did_not_take_can_be_gone_on_with) {
+  const testing::TemporaryDirectory dir;
+  Journal journal(dir / "j.db");
+  const std::int64_t id = journal.begin({"c", std::string(5000, 'c'), "r", "r", "{}"}, "t0");
+  calib::Touch touch;
+  touch.target = "S1";
+  journal.record(id, RecordTouch{0, touch});
+  {
+    const FileSizeLimit limit(1024);
+    EXPECT_THROW(journal.record(id, RecordTouch{1, touch}), JournalError);
+    EXPECT_THROW(journal.record(id, RecordEnd{Ending::kFailed, "journal: full"}, "t1"),
+                 JournalError);
+  }
+  const auto record = journal.newest_resumable();
+  ASSERT_TRUE(record) << "what is there decides, not what was written last";
+  EXPECT_EQ(record->id, id);
+  EXPECT_EQ(record->state, "interrupted");
+  EXPECT_EQ(record->touches, 1);
+  journal.resume(id, "t2");
+  EXPECT_EQ(journal.sessions()[0].state, "running");
+  journal.record(id, RecordTouch{1, touch});
+  journal.record(id, RecordEnd{Ending::kDone, ""}, "t3");
+  EXPECT_EQ(journal.sessions()[0].state, "done");
+}
+
 }  // namespace
 }  // namespace cellcal::daemon

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 
@@ -173,6 +175,9 @@ TEST(a_killed_daemon, loses_no_touch_and_its_successor_finishes_the_session) {
       nlohmann::json::parse(http_request(fixture.socket(), "GET", "/v1/sessions").body);
   ASSERT_EQ(sessions.size(), 1u);
   EXPECT_EQ(sessions[0]["state"], "interrupted");
+  const std::string words = fixture.cellcal({"status"}).out;
+  EXPECT_EQ(words.find("idle; session 1 of 2000-01-01"), 0u) << words;
+  EXPECT_NE(words.find(" of 16: 'cellcal run --resume' goes on"), std::string::npos) << words;
   EXPECT_GE(sessions[0]["touches"], before);
   const Outcome outcome = fixture.cellcal({"run", "--resume"});
   EXPECT_TRUE(outcome.status == 0 || outcome.status == 3) << outcome.err;
@@ -348,6 +353,81 @@ TEST(an_aborted_session, keeps_its_touches_and_can_be_gone_on_with) {
   EXPECT_EQ(fixture.cellcal({"abort"}).status, 1);
   const Outcome outcome = fixture.cellcal({"run", "--resume"});
   EXPECT_TRUE(outcome.status == 0 || outcome.status == 3) << outcome.err;
+}
+
+TEST(an_idle_daemon, is_not_deafened_by_a_pipe_as_cell_file) {
+  DaemonFixture fixture;
+  fixture.start();
+  const std::string pipe = fixture.dir / "cell.toml";
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  const Response no =
+      http_request(fixture.socket(), "POST", "/v1/run", nlohmann::json{{"cell", pipe}}.dump());
+  EXPECT_EQ(no.status, 422);
+  EXPECT_NE(no.body.find("is a pipe; name a file"), std::string::npos) << no.body;
+  EXPECT_EQ(fixture.status()["phase"], "idle");
+}
+
+TEST(a_daemon, that_was_given_its_journal_as_cell_file_keeps_a_second_one_out) {
+  DaemonFixture fixture;
+  fixture.start();
+  const std::string journal = fixture.dir.path() / "state/journal.db";
+  EXPECT_EQ(
+      http_request(fixture.socket(), "POST", "/v1/run", nlohmann::json{{"cell", journal}}.dump())
+          .status,
+      422);
+  std::ofstream(fixture.dir / "second.toml")
+      << "format = \"cellcal.daemon/1\"\nbackend = \"mock\"\nstate_dir = \""
+      << (fixture.dir / "state").string() << "\"\nsocket = \"" << (fixture.dir / "s2").string()
+      << "\"\n";
+  const Outcome second = run_program({CELLCALD, "--config", fixture.dir / "second.toml"});
+  EXPECT_NE(second.status, 0);
+  EXPECT_NE(second.err.find("second cellcald"), std::string::npos) << second.err;
+}
+
+TEST(a_session, whose_journal_is_removed_ends_by_name_before_the_next_touch) {
+  DaemonFixture fixture;
+  fixture.start();
+  http_request(fixture.socket(), "POST", "/v1/run",
+               nlohmann::json{{"cell", kCell}, {"touches", 60}, {"check", 4}}.dump());
+  fixture.wait_for_touches(2);
+  std::filesystem::remove(fixture.dir.path() / "state/journal.db");
+  const Outcome watched = fixture.cellcal({"watch"});
+  EXPECT_EQ(watched.status, 1);
+  EXPECT_NE(watched.err.find("journal: "), std::string::npos) << watched.err;
+  EXPECT_NE(watched.err.find("journal.db is gone"), std::string::npos) << watched.err;
+  EXPECT_NE(watched.err.find("restart cellcald"), std::string::npos) << watched.err;
+}
+
+TEST(a_session, whose_end_the_full_disk_did_not_take_is_gone_on_with) {
+  DaemonFixture fixture;
+  fixture.start();
+  http_request(fixture.socket(), "POST", "/v1/run",
+               nlohmann::json{{"cell", kCell}, {"touches", 40}, {"check", 4}}.dump());
+  fixture.wait_for_touches(2);
+  rlimit before{};
+  ASSERT_EQ(::prlimit(fixture.daemon->pid(), RLIMIT_FSIZE, nullptr, &before), 0);
+  rlimit full = before;
+  full.rlim_cur = 4096;
+  ASSERT_EQ(::prlimit(fixture.daemon->pid(), RLIMIT_FSIZE, &full, nullptr), 0);
+  const Outcome watched = fixture.cellcal({"watch"});
+  EXPECT_EQ(watched.status, 1);
+  EXPECT_NE(watched.err.find("journal: "), std::string::npos) << watched.err;
+  ASSERT_EQ(::prlimit(fixture.daemon->pid(), RLIMIT_FSIZE, &before, nullptr), 0);
+  const Outcome outcome = fixture.cellcal({"run", "--resume"});
+  EXPECT_TRUE(outcome.status == 0 || outcome.status == 3) << outcome.err << fixture.log();
+  EXPECT_EQ(fixture.status()["session"], 1);
+}
+
+TEST(a_signal, aborts_the_session_without_a_connection) {
+  DaemonFixture fixture;
+  fixture.start();
+  http_request(fixture.socket(), "POST", "/v1/run",
+               nlohmann::json{{"cell", kCell}, {"touches", 60}, {"check", 4}}.dump());
+  fixture.wait_for_touches(1);
+  fixture.daemon->signal(SIGUSR1);
+  const Outcome watched = fixture.cellcal({"watch"});
+  EXPECT_NE(watched.err.find("was aborted"), std::string::npos) << watched.err;
+  EXPECT_EQ(fixture.status()["phase"], "aborted");
 }
 
 TEST(a_terminated_daemon, ends_its_session_and_itself_with_status_0) {

@@ -224,10 +224,12 @@ State Session::run() { return run_and_abort_in(Phase::kIdle); }
 State Session::run_and_abort_in(Phase abort_in) {
   start.done = done.size();
   Runner* running = nullptr;
-  Runner runner({backend, recorder, worker, tasks,
+  Runner runner({backend, recorder, worker, disk, tasks,
                  [&](const State& state) {
                    if (state.phase != phases.back()) phases.push_back(state.phase);
-                   if (state.phase == abort_in) running->request_abort();
+                   // A move that is held yet has nothing to be stopped.
+                   if (state.phase == abort_in && !state.held) running->request_abort();
+                   if (watch) watch(state, *running);
                  }},
                 start, done);
   running = &runner;

@@ -2,6 +2,7 @@
 // A cell of numbers on virtual time: one joint whose angle [rad] is the tip's travel [m], a sphere
 // 8 mm before the end of each search, a sensor, and what can go wrong with them.
 
+#include <deque>
 #include <map>
 #include <memory>
 #include <optional>
@@ -126,6 +127,26 @@ class FakeRecorder final : public Recorder {
   void count();
 };
 
+/// A disk that stalls: from the job on that `stalls_at` names (from 1), jobs wait for release().
+class HeldWorker final : public Worker {
+ public:
+  void post(std::function<void()> job) override {
+    if (++posted < stalls_at) return job();
+    waiting.push_back(std::move(job));
+  }
+  void release() {
+    stalls_at = kNever;
+    while (!waiting.empty()) {
+      const auto job = std::move(waiting.front());
+      waiting.pop_front();
+      job();
+    }
+  }
+
+  int stalls_at = kNever, posted = 0;
+  std::deque<std::function<void()>> waiting;
+};
+
 /// A plan of so many touches on the one joint, with two waypoints before each and two home.
 calib::Plan line_plan(std::size_t touches);
 Tasks line_tasks(std::size_t touches);
@@ -141,10 +162,12 @@ struct Session {
   FakeBackend backend;
   FakeRecorder recorder;
   InlineWorker worker;
+  HeldWorker disk;  ///< holds nothing unless told to
   Tasks tasks;
   State start;
   std::vector<calib::Touch> done;
-  std::vector<Phase> phases;  ///< each change
+  std::vector<Phase> phases;                         ///< each change
+  std::function<void(const State&, Runner&)> watch;  ///< after each step
 };
 
 }  // namespace cellcal::daemon::testing

@@ -91,7 +91,8 @@ TEST(a_session, has_each_touch_on_disk_before_the_next_move) {
     Session& s;
     int touches = 0;
   } watching(session);
-  Runner runner({session.backend, watching, session.worker, session.tasks, {}}, {}, {});
+  Runner runner({session.backend, watching, session.worker, session.worker, session.tasks, {}}, {},
+                {});
   EXPECT_EQ(runner.run().phase, Phase::kDone);
   EXPECT_EQ(watching.touches, 3);
 }

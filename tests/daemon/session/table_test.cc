@@ -20,11 +20,19 @@ State state_in(Phase phase, bool one_by_one) {
   return state;
 }
 
+/// One in which the newest move has not begun yet.
+State holding(State state) {
+  state.held = HeldMove{{}, std::chrono::seconds(1)};
+  state.held->move.id = ++state.move_id;
+  return state;
+}
+
 Event event_of_kind(EventKind kind) {
   Event event;
   event.kind = kind;
   event.move_id = 7;
   event.arm_id = 3;
+  if (kind == EventKind::kJournalSound) event.move_id = 8;
   event.words = "evidence";
   event.plan = std::make_shared<const calib::Plan>(testing::line_plan(3));
   event.calibration = std::make_shared<const calib::Calibration>();
@@ -55,6 +63,7 @@ INSTANTIATE_TEST_SUITE_P(of_phase_and_event, every_pair, ::testing::Bool());
 TEST_P(every_pair, has_an_answer_to_every_event_in_every_phase) {
   for (Phase phase : kAllPhases) {
     for (EventKind kind : kAllEvents) {
+      if (kind == EventKind::kJournalSound) continue;  // nothing is held: dropped, see below
       const Step next = step(state_in(phase, GetParam()), event_of_kind(kind));
       const Transition* row = find_row(state_in(phase, GetParam()), event_of_kind(kind));
       if (row != nullptr) {
@@ -70,16 +79,58 @@ TEST_P(every_pair, has_an_answer_to_every_event_in_every_phase) {
   }
 }
 
-TEST_P(every_pair, begins_a_move_only_into_a_moving_phase_and_never_on_the_way_to_an_end) {
+TEST_P(every_pair, decides_on_a_move_only_into_a_moving_phase_and_never_on_the_way_to_an_end) {
   for (Phase phase : kAllPhases) {
     for (EventKind kind : kAllEvents) {
       const Step next = step(state_in(phase, GetParam()), event_of_kind(kind));
-      const int moves = count<BeginMove>(next.actions);
+      const int moves = count<CheckJournal>(next.actions);
       EXPECT_LE(moves, 1) << pair(phase, kind);
       EXPECT_TRUE(moves == 0 || kMovingPhases.has(next.state.phase)) << pair(phase, kind);
+      EXPECT_EQ(next.state.held.has_value(), moves == 1) << pair(phase, kind);
       const bool entered = kMovingPhases.has(next.state.phase) && next.state.phase != phase;
       EXPECT_TRUE(!entered || moves == 1) << pair(phase, kind);
     }
+  }
+}
+
+TEST_P(every_pair, begins_a_move_only_when_the_journal_says_that_all_before_it_is_on_disk) {
+  for (Phase phase : kAllPhases) {
+    for (EventKind kind : kAllEvents) {
+      for (const bool held : {false, true}) {
+        const State state = state_in(phase, GetParam());
+        const Step next = step(held ? holding(state) : state, event_of_kind(kind));
+        const bool released = held && kMovingPhases.has(phase) && kind == EventKind::kJournalSound;
+        EXPECT_EQ(count<BeginMove>(next.actions), released ? 1 : 0) << pair(phase, kind);
+        EXPECT_TRUE(!released || (next.state.phase == phase && !next.state.held));
+      }
+    }
+  }
+}
+
+TEST_P(every_pair, ends_a_move_that_has_not_begun_without_a_stop) {
+  Event lost = event_of_kind(EventKind::kLinks), faulty = lost;
+  lost.links.robot = drivers::RobotLink::kLost;
+  faulty.links.contact = drivers::ContactLink::kFault;
+  const std::pair<Event, std::optional<FailureKind>> kCases[] = {
+      {event_of_kind(EventKind::kAbort), std::nullopt},
+      {event_of_kind(EventKind::kDeadline), FailureKind::kJournal},
+      {event_of_kind(EventKind::kJournalFailed), FailureKind::kJournal},
+      {lost, FailureKind::kRobotSilent},
+      {faulty, FailureKind::kContactFault}};
+  for (Phase phase : kAllPhases) {
+    if (!kMovingPhases.has(phase)) continue;
+    for (const auto& [event, failure] : kCases) {
+      const Step next = step(holding(state_in(phase, GetParam())), event);
+      EXPECT_EQ(next.state.phase, failure ? Phase::kFailed : Phase::kAborted)
+          << pair(phase, event.kind);
+      ASSERT_EQ(next.state.failure.has_value(), failure.has_value()) << pair(phase, event.kind);
+      EXPECT_TRUE(!failure || next.state.failure->kind == *failure) << pair(phase, event.kind);
+      EXPECT_EQ(count<BeginMove>(next.actions) + count<StopArm>(next.actions), 0);
+      EXPECT_EQ(count<CloseDevices>(next.actions), 1) << pair(phase, event.kind);
+    }
+    const Step moving = step(state_in(phase, GetParam()), event_of_kind(EventKind::kJournalFailed));
+    EXPECT_EQ(moving.state.phase, Phase::kStopping) << to_string(phase);
+    EXPECT_EQ(count<StopArm>(moving.actions), 1) << to_string(phase);
   }
 }
 
@@ -186,8 +237,8 @@ TEST_P(every_pair, drops_results_of_earlier_moves_and_armings) {
       Event stale = event_of_kind(kind);
       stale.move_id = 6;
       stale.arm_id = 2;
-      const bool can_be_stale =
-          kMoveResults.has(kind) || kind == EventKind::kArmed || kind == EventKind::kArmRefused;
+      const bool can_be_stale = kMoveResults.has(kind) || kind == EventKind::kArmed ||
+                                kind == EventKind::kArmRefused || kind == EventKind::kJournalSound;
       if (!can_be_stale) continue;
       const Step next = step(state_in(phase, GetParam()), stale);
       EXPECT_EQ(next.state.phase, phase) << pair(phase, kind);

@@ -2,7 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <future>
+#include <thread>
+#include <utility>
 #include <vector>
 
 #include "fakes.h"
@@ -43,9 +46,106 @@ TEST(a_session_with_a_worker_thread, ends_as_one_with_an_inline_worker_does) {
   State patient;
   patient.patience.planning = patient.patience.identifying = patient.patience.reporting =
       std::chrono::hours(100000);
-  Runner runner({session.backend, session.recorder, worker, session.tasks, {}}, patient, {});
+  Runner runner({session.backend, session.recorder, worker, session.worker, session.tasks, {}},
+                patient, {});
   EXPECT_EQ(runner.run().phase, Phase::kDone);
   EXPECT_EQ(session.recorder.touches.size(), 3u);
+}
+
+/// A disk that answers when it is told to.
+struct StalledRecorder final : Recorder {
+  void record(const RecordPlan&) override {}
+  void record(const RecordReading&) override {}
+  void record(const RecordTouch&) override {
+    stalled.set_value();
+    answers.get_future().wait();
+    on_disk = true;
+  }
+  void record(const RecordEnd&) override {}
+  void note(const std::string&, const std::string&) override {}
+
+  std::promise<void> stalled, answers;
+  std::atomic<bool> on_disk{false};
+};
+
+TEST(an_abort_of_a_session_whose_touch_waits_for_the_disk, does_not_wait_for_it) {
+  testing::Session session({}, 1);
+  StalledRecorder recorder;
+  ThreadWorker disk(ThreadWorker::Priority::kNormal);
+  // The virtual clock runs far ahead of the thread: patience has to be long.
+  State patient;
+  patient.patience.recording = std::chrono::hours(100000);
+  bool aborted_before_the_disk_answered = false;
+  Runner* running = nullptr;
+  Runner runner({session.backend, recorder, session.worker, disk, session.tasks,
+                 [&](const State& state) {
+                   if (state.phase == Phase::kRecording) {
+                     recorder.stalled.get_future().wait();
+                     running->request_abort();
+                   }
+                   if (!is_final(state.phase) || aborted_before_the_disk_answered) return;
+                   aborted_before_the_disk_answered = !recorder.on_disk;
+                   EXPECT_FALSE(session.backend.world.robot_open);
+                   recorder.answers.set_value();
+                 }},
+                patient, {});
+  running = &runner;
+  EXPECT_EQ(runner.run().phase, Phase::kAborted);
+  EXPECT_TRUE(aborted_before_the_disk_answered);
+  EXPECT_TRUE(recorder.on_disk) << "the session waits for its end's record, the arm at rest";
+}
+
+/// A robot whose driver hangs in the first look at a move.
+class HangingBackend final : public Backend {
+ public:
+  drivers::Robot& robot() override {
+    if (hangs) {
+      if (!std::exchange(told, true)) hanging.set_value();
+      go_on.get_future().wait();
+      hangs = false;
+    }
+    return fake.robot();
+  }
+  drivers::ContactSensor& contact() override { return fake.contact(); }
+  drivers::Clock& clock() override { return fake.clock(); }
+  std::string utc_now() override { return fake.utc_now(); }
+  bool devices_alive() override { return devices; }
+
+  testing::FakeBackend fake;
+  bool hangs = false, told = false;
+  std::atomic<bool> devices{true};
+  std::promise<void> hanging, go_on;
+};
+
+TEST(a_runner, whose_loop_or_devices_hang_is_not_alive) {
+  HangingBackend backend;
+  testing::Session session({}, 1);
+  Runner* running = nullptr;
+  Runner runner({backend, session.recorder, session.worker, session.worker, session.tasks,
+                 [&](const State& state) {
+                   if (state.phase == Phase::kConnecting) backend.hangs = true;
+                   if (state.phase == Phase::kTransit) running->request_abort();
+                 }},
+                {}, {});
+  running = &runner;
+  EXPECT_TRUE(runner.alive()) << "before it begins";
+  std::thread loop([&] { runner.run(); });
+  backend.hanging.get_future().wait();
+  EXPECT_TRUE(runner.alive()) << "it has turned until now";
+  EXPECT_FALSE(runner.alive()) << "and does no longer";
+  backend.go_on.set_value();
+  loop.join();
+  EXPECT_TRUE(runner.alive());
+  EXPECT_FALSE(runner.alive());
+}
+
+TEST(a_runner, whose_devices_hang_is_not_alive) {
+  HangingBackend backend;
+  testing::Session session({}, 1);
+  Runner runner({backend, session.recorder, session.worker, session.worker, session.tasks, {}}, {},
+                {});
+  backend.devices = false;
+  EXPECT_FALSE(runner.alive());
 }
 
 TEST(an_abort_of_a_planning_session, does_not_wait_for_the_plan) {
@@ -58,7 +158,8 @@ TEST(an_abort_of_a_planning_session, does_not_wait_for_the_plan) {
   ThreadWorker worker;
   State patient;
   patient.patience.planning = std::chrono::hours(100000);
-  Runner runner({session.backend, session.recorder, worker, session.tasks, {}}, patient, {});
+  Runner runner({session.backend, session.recorder, worker, session.worker, session.tasks, {}},
+                patient, {});
   runner.request_abort();
   EXPECT_EQ(runner.run().phase, Phase::kAborted);
   release.set_value();

@@ -74,7 +74,7 @@ Ending run_session(FaultyCell& cell, const Job& job, daemon::Journal& journal, s
     ending.marks.push_back({cell.now(), now.phase, now.done, last});
     ending.state = now;
   };
-  daemon::Runner runner({backend, recorder, worker, tasks_of(job), note}, state, touches);
+  daemon::Runner runner({backend, recorder, worker, worker, tasks_of(job), note}, state, touches);
   if (on_begin) on_begin(runner);
   try {
     ending.state = runner.run();

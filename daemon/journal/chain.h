@@ -1,0 +1,58 @@
+#pragma once
+// Checksums of all rows, chained: a row that was changed, left out or lost shows.
+//
+// Every row that is written, and every change of a session's row, adds an entry: the row's SHA-256,
+// and the SHA-256 of the entry before and of this one. Entries are numbered without a gap. The
+// newest one's sum stands in a file beside the journal as well, so that a lost tail shows too. That
+// file is written behind the commit: after a crash the journal may be ahead of it, never behind.
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "daemon/journal/head_file.h"
+#include "daemon/journal/sqlite.h"
+
+namespace cellcal::daemon {
+
+/// Whose rows have entries; the name is the table's.
+inline constexpr const char* kChainedTables[] = {"session", "touch", "reading", "event"};
+
+class Chain {
+ public:
+  Chain(Database& database, HeadFile& head) : database_(database), head_(head) {}
+
+  /// Of a journal that was just made. Within its transaction.
+  void begin();
+  /// Takes all rows that are there as they are; how many. Within the migration's transaction.
+  std::int64_t take_all();
+  /// Walks all entries and compares their end with the head; goes on behind them. Returns what is
+  /// to be said without refusing the journal. Throws JournalError where entries were changed or
+  /// lost.
+  std::vector<std::string> open();
+
+  /// The row with this rowid is as it is to stay. Within its transaction.
+  void add(std::int64_t session, const char* table, std::int64_t row);
+  /// The transaction is on disk, or was rolled back.
+  void committed();
+  void rolled_back() { newest_ = on_disk_; }
+  void write_head() { head_.write(on_disk_); }
+
+  /// Throws JournalError where a row of this session is not as it was written, or one is missing.
+  void verify(std::int64_t session);
+  /// The same of the session's own row alone.
+  bool is_whole(std::int64_t session);
+  /// Of all sessions that there have been.
+  std::int64_t newest_session();
+
+ private:
+  void append(std::int64_t session, const std::string& table, std::int64_t row,
+              const std::string& digest);
+  [[noreturn]] void fail(const std::string& words) const;
+
+  Database& database_;
+  HeadFile& head_;
+  Head newest_, on_disk_;
+};
+
+}  // namespace cellcal::daemon

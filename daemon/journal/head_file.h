@@ -1,0 +1,38 @@
+#pragma once
+// How far the journal had come, kept outside of it: a tail that the disk lost shows.
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+namespace cellcal::daemon {
+
+struct Head {
+  std::int64_t entries = 0;  ///< of the chain
+  std::string sum;           ///< of the last one
+};
+
+/// Two lines of fixed length, written in turn: one of them is whole whenever the power fails.
+class HeadFile {
+ public:
+  /// Opens or creates the file. Throws JournalError, which names `journal`.
+  HeadFile(std::filesystem::path path, std::filesystem::path journal);
+  ~HeadFile();
+  HeadFile(const HeadFile&) = delete;
+  HeadFile& operator=(const HeadFile&) = delete;
+
+  /// The newer line; nothing from an empty file. Throws JournalError where no line is whole.
+  std::optional<Head> read();
+  /// Returns when it is on disk. Throws JournalError.
+  void write(const Head& head);
+
+ private:
+  [[noreturn]] void fail(const std::string& words) const;
+
+  std::filesystem::path path_, journal_;
+  int descriptor_ = -1;
+  int next_line_ = 0;
+};
+
+}  // namespace cellcal::daemon
