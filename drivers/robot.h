@@ -61,15 +61,24 @@ enum class MoveOutcome {
 
 const char* to_string(MoveOutcome outcome);
 
+/// What made the link to the controller fail a move or lose its reference, as far as somebody has
+/// to tell such causes apart. Words are in MoveResult::detail and RobotState::words.
+enum class Interruption : std::uint8_t {
+  kNone,
+  kLateReplies,     ///< the controller runs on, and has counted replies that came late
+  kPacketsStopped,  ///< none for some cycles; RobotState::session says whether it was a pause
+  kOther,           ///< program ended or stopped, connection closed, another session began
+};
+
 /// Where the arm was at the instant of contact.
 struct Latch {
   /// Interpolated at the sensor's time stamp of the first edge, or latched by the controller's own
   /// interrupt.
   AxisAngles contact_rad;
-  AxisAngles settled_rad;        ///< at rest after the stop
-  TimePoint contact_time{};      ///< first edge, host clock
-  double time_sigma_s = 0.0;     ///< 1 sigma of the instant that contact_rad belongs to
-  double reaction_s = 0.0;       ///< first edge to the first frozen reply, or to the word of a stop
+  AxisAngles settled_rad;     ///< at rest after the stop
+  TimePoint contact_time{};   ///< first edge, host clock
+  double time_sigma_s = 0.0;  ///< 1 sigma of the instant that contact_rad belongs to
+  double reaction_s = 0.0;    ///< first edge to the first frozen reply, or to the word of a stop
   int bounces = 0;
 };
 
@@ -77,7 +86,8 @@ struct MoveResult {
   std::uint32_t id = 0;
   MoveOutcome outcome = MoveOutcome::kRefused;
   std::string detail;  ///< what happened, where, and what to do next; empty on success
-  AxisAngles at_rad;   ///< commanded position, arm at rest
+  Interruption interruption = Interruption::kNone;  ///< kRobotSilent, kRefused
+  AxisAngles at_rad;                                ///< commanded position, arm at rest
   std::optional<Latch> latch;
 };
 
@@ -85,7 +95,7 @@ enum class RobotLink {
   kDown,           ///< no packet yet
   kNotReferenced,  ///< packets arrive; nothing moves before rereference()
   kReady,
-  kLost,           ///< packets stopped
+  kLost,  ///< packets stopped
 };
 
 /// Link quality, for the status page and the log. 0 where a link has no such figure.
@@ -104,10 +114,17 @@ struct RobotState {
   AxisAngles actual_rad;
   AxisAngles commanded_rad;
   bool moving = false;
-  double cycle_s = 0.0;              ///< learnt from the controller: from packet to packet
+  double cycle_s = 0.0;  ///< learnt from the controller: from packet to packet
   std::uint64_t packets = 0;
-  std::uint64_t late = 0;            ///< late replies that the controller has counted, if it does
-  std::string words;                 ///< for people: what is wrong and what to check
+  std::uint64_t late = 0;  ///< late replies that the controller has counted, if it does
+  /// Why the link is not ready any more; kNone while it is, and before it was.
+  Interruption interruption = Interruption::kNone;
+  std::uint32_t interruptions = 0;  ///< how often it was not
+  /// The controller's session: another number where it is not proven to be the one before.
+  std::uint32_t session = 0;
+  bool needs_operator = false;  ///< the link is up; drives or program have to be started
+  bool unsettled = false;       ///< the link is up, and not yet fit for rereference()
+  std::string words;            ///< for people: what is wrong and what to check
   RobotQuality quality;
 };
 

@@ -236,7 +236,7 @@ std::string cause_words(const CoreResult& r) {
 }  // namespace
 
 MoveResult to_move_result(const CoreResult& r) {
-  return {r.id, r.outcome, cause_words(r), r.at_rad, r.latch};
+  return {r.id, r.outcome, cause_words(r), r.interruption, r.at_rad, r.latch};
 }
 
 }  // namespace cellcal::drivers

@@ -72,8 +72,9 @@ struct CoreResult {
   Cause cause = Cause::kNone;
   std::uint8_t axis = 0;
   double a = 0.0, b = 0.0;
-  std::uint32_t ipoc = 0;  ///< of the last packet
-  bool in_space = false;   ///< by corrections in space
+  std::uint32_t ipoc = 0;                           ///< of the last packet
+  Interruption interruption = Interruption::kNone;  ///< of the link, where it is why
+  bool in_space = false;                            ///< by corrections in space
   AxisAngles at_rad;
   std::optional<Latch> latch;
 };

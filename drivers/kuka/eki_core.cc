@@ -247,8 +247,10 @@ struct EkiCore::Impl {
     finish(refusal_of(move, why, actual(), outcome));
   }
 
-  void finish(const CoreResult& result) {
+  void finish(CoreResult result) {
     move_to_send = false;
+    // The dead man has stopped the controller's program by then: no pause is harmless.
+    if (result.outcome == MoveOutcome::kRobotSilent) result.interruption = Interruption::kOther;
     // Where the arm is, or who moves it, is no longer known for sure: somebody has to look.
     const bool doubtful =
         result.outcome == MoveOutcome::kNotFollowing || result.outcome == MoveOutcome::kRobotSilent;

@@ -95,6 +95,9 @@ RobotState to_robot_state(const EkiCoreState& s, const std::string& peer) {
   state.actual_rad.assign(s.actual_rad, s.actual_rad + s.axes);
   state.commanded_rad.assign(s.commanded_rad, s.commanded_rad + s.axes);
   state.moving = s.moving;
+  if (s.link == RobotLink::kLost) state.interruption = Interruption::kOther;
+  state.session = s.session;
+  state.needs_operator = s.link == RobotLink::kNotReferenced && !s.ready;
   state.cycle_s = s.cycle_s;
   state.packets = s.states;
   state.quality.jitter_s = s.jitter_s;

@@ -13,27 +13,14 @@ namespace cellcal::drivers {
 namespace {
 
 constexpr int kMinDecimals = 4, kMaxDecimals = 9;
-// 0.2 s at 4 ms: nobody stops and starts RSI within it, so such a silence hides no new session.
-constexpr int kMaxSilenceCycles = 50;
-constexpr std::size_t kMaxName = 32;
 // The record of positions holds 2 s at 4 ms; windows and lag have to fit in, at 2 ms as well.
 constexpr double kLongestWindowS = 0.5;
 
-// A name that may stand as an XML element, or as SENTYPE, without any escaping.
 void check_name(const char* key, std::string_view name, bool may_be_empty) {
-  const auto is_letter = [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_';
-  };
-  const bool fine =
-      name.empty() ? may_be_empty
-                   : name.size() <= kMaxName && is_letter(name.front()) &&
-                         std::all_of(name.begin(), name.end(), [&](char c) {
-                           return is_letter(c) || (c >= '0' && c <= '9') || c == '-' || c == '.';
-                         });
-  if (!fine) {
+  if (!is_tag(name) && !(may_be_empty && name.empty())) {
     throw ConfigError(fmt::format(
         "rsi: {} = \"{}\" is not a name: 1 to {} letters, digits, '_', '-', '.', a letter first",
-        key, name, kMaxName));
+        key, name, kLongestTag));
   }
 }
 
@@ -83,6 +70,16 @@ void check_space(const RsiConfig& config) {
 
 }  // namespace
 
+bool is_tag(std::string_view name) {
+  const auto is_letter = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_';
+  };
+  return !name.empty() && name.size() <= kLongestTag && is_letter(name.front()) &&
+         std::all_of(name.begin(), name.end(), [&](char c) {
+           return is_letter(c) || (c >= '0' && c <= '9') || c == '-' || c == '.';
+         });
+}
+
 void RsiConfig::validate() const {
   check_name("sentype", sentype, false);
   check_name("axis_tag", axis_tag, false);
@@ -97,9 +94,9 @@ void RsiConfig::validate() const {
     throw ConfigError(
         fmt::format("rsi: decimals = {} is outside {}..{}", decimals, kMinDecimals, kMaxDecimals));
   }
-  if (silence_cycles < 2 || silence_cycles > kMaxSilenceCycles) {
+  if (silence_cycles < 2 || silence_cycles > kMostSilenceCycles) {
     throw ConfigError(fmt::format("rsi: silence_cycles = {} is outside 2..{}", silence_cycles,
-                                  kMaxSilenceCycles));
+                                  kMostSilenceCycles));
   }
   if (late_replies_limit < 1) {
     throw ConfigError(

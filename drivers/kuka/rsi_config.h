@@ -4,11 +4,19 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "drivers/robot.h"
 
 namespace cellcal::drivers {
+
+/// 0.2 s at 4 ms: nobody stops and starts RSI within it, so such a silence hides no new session.
+inline constexpr int kMostSilenceCycles = 50;
+inline constexpr std::size_t kLongestTag = 32;
+/// May stand as an XML element, or as SENTYPE, without any escaping: 1 to kLongestTag letters,
+/// digits, '_', '-', '.', a letter or '_' first.
+bool is_tag(std::string_view name);
 
 /// RSI_ON(#ABSOLUTE | #RELATIVE) in the KRL program, and what belongs to it.
 enum class CorrectionMode {

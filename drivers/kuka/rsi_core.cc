@@ -9,6 +9,7 @@
 #include "drivers/kuka/rsi_delay.h"
 #include "drivers/kuka/rsi_footing.h"
 #include "drivers/kuka/rsi_mover.h"
+#include "drivers/kuka/rsi_pause.h"
 #include "drivers/kuka/rsi_repeats.h"
 #include "drivers/kuka/rsi_stream.h"
 #include "drivers/kuka/wire_text.h"
@@ -50,11 +51,15 @@ struct RsiCore::Impl {
     if (error != WireError::kNone) return on_bad(error, bytes, t_rx);
 
     repeats.note(frame.ipoc.value, actual, t_rx);
-    if (!linked()) begin_session();
+    if (!linked()) {
+      if (!pause.is_over(frame.ipoc.value, frame.delay, t_rx)) begin_other_session();
+      begin_session();
+    }
     Arrival arrival = stream.push(frame, t_rx);
     if (arrival == Arrival::kRestart ||
         (arrival == Arrival::kNext && footing.start_pose_moved(frame, actual, mover.busy()))) {
       lose(Cause::kSessionRestarted, 0.0);
+      begin_other_session();
       begin_session();
       arrival = stream.push(frame, t_rx);
     }
@@ -156,8 +161,23 @@ struct RsiCore::Impl {
     state.link = RobotLink::kNotReferenced;
   }
 
+  /// The controller's, not proven to be the one before.
+  void begin_other_session() {
+    ++state.session;
+    if (state.interruption != Interruption::kNone) state.interruption = Interruption::kOther;
+  }
+
+  void interrupt(Interruption by) {
+    state.interruption = by;
+    ++state.interruptions;
+  }
+
   /// Packets have stopped, or are another session's.
   void lose(Cause cause, double a) {
+    const bool silent = cause == Cause::kSilence;
+    interrupt(silent ? Interruption::kPacketsStopped : Interruption::kOther);
+    pause.forget();
+    if (silent) pause.begin(state.ipoc, stream.seconds_per_ipoc(), delay.last(), last_rx);
     if (mover.busy()) finish(mover.abandon(cause, a));
     if (const auto move = desk.take_waiting()) refuse(*move, {cause, 0, a, 0.0});
     OffsetMemory link;
@@ -181,6 +201,7 @@ struct RsiCore::Impl {
     if (!rereference_asked || !fit_for_reference() || !record.rests(kReferenceWindow)) return;
     footing.stand_at(record.mean_actual_rad(0, kReferenceWindow));
     rereference_asked = false;
+    state.interruption = Interruption::kNone;
     state.link = RobotLink::kReady;
   }
 
@@ -247,6 +268,8 @@ struct RsiCore::Impl {
   void finish(CoreResult result) {
     result.ipoc = state.ipoc;
     result.in_space = config.space.on;
+    if (result.outcome != MoveOutcome::kArrived)
+      result.interruption = interruption_by(result.cause);
     // The pose is not what was commanded: somebody has to look before it moves again.
     const bool lost_increments = increments_lost && !mover.busy();
     if ((result.outcome == MoveOutcome::kNotFollowing || lost_increments) &&
@@ -255,6 +278,26 @@ struct RsiCore::Impl {
     }
     increments_lost = increments_lost && mover.busy();
     desk.add(result);
+  }
+
+  /// What has to do with the link; a move that is not referenced is so since the link was lost.
+  Interruption interruption_by(Cause cause) {
+    switch (cause) {
+      case Cause::kLateReplies:
+      case Cause::kIncrementLost:
+        interrupt(Interruption::kLateReplies);
+        return state.interruption;
+      case Cause::kSilence:
+      case Cause::kNoPackets:
+      case Cause::kSessionRestarted:
+      case Cause::kNotReferenced:
+        return state.interruption;
+      case Cause::kDelayGone:
+      case Cause::kNotAccepted:
+        return Interruption::kOther;
+      default:
+        return Interruption::kNone;
+    }
   }
 
   void stop() {
@@ -343,6 +386,7 @@ struct RsiCore::Impl {
   RsiFooting footing;
   DelayWatch delay;
   RepeatWatch repeats;
+  PauseWatch pause;
   MoveDesk desk;
 
   RobFrame frame;

@@ -87,6 +87,11 @@ RobotState to_robot_state(const CoreState& s, const ReportNames& names) {
   state.actual_rad.assign(s.actual_rad, s.actual_rad + s.axes);
   state.commanded_rad.assign(s.commanded_rad, s.commanded_rad + s.axes);
   state.moving = s.moving;
+  state.interruption = s.interruption;
+  state.interruptions = s.interruptions;
+  state.session = s.session;
+  const bool linked = s.link == RobotLink::kNotReferenced || s.link == RobotLink::kReady;
+  state.unsettled = linked && s.trouble != Trouble::kNone;
   state.cycle_s = s.cycle_s;
   state.packets = s.packets;
   state.late = s.late;

@@ -54,6 +54,9 @@ struct CoreState {
   bool sends_setpoint = false, sends_delay = false;  ///< ASPos and Delay were in the newest packet
   double jitter_s = 0.0, longest_gap_s = 0.0;        ///< of this session's arrivals
   std::uint32_t ipoc = 0;
+  Interruption interruption = Interruption::kNone;  ///< since the last reference
+  std::uint32_t interruptions = 0;
+  std::uint32_t session = 0;  ///< counts up with each that is not proven to be the one before
   TcpApart tcp_apart;
   char last_bad[48] = {};  ///< how the last bad datagram began, printable characters only
 };
