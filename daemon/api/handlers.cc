@@ -9,9 +9,9 @@
 #include "calib/files/calibration_json.h"
 #include "calib/files/error.h"
 #include "calib/files/files.h"
-#include "calib/files/shown.h"
 #include "daemon/session/delay_watch.h"
 #include "daemon/session/inputs.h"
+#include "daemon/session/printable.h"
 #include "drivers/error.h"
 
 namespace cellcal::daemon {
@@ -79,7 +79,8 @@ RunRequest run_request(const std::string& body) {
   take(object, "resume", request.resume);
   if (!object.empty()) throw BadRequest("unknown key \"" + object.begin().key() + "\"");
   if (cell.empty() && !request.resume) throw BadRequest("\"cell\" is missing");
-  if (calib::has_control(cell)) throw BadRequest("\"cell\" must not hold control characters");
+  if (printable(cell) != cell || printable(request.region) != request.region)
+    throw BadRequest("\"cell\" and \"region\" must not hold control characters");
   request.cell = cell;
   return request;
 }
@@ -144,6 +145,14 @@ json to_json(const drivers::ContactStatus& contact) {
           {"contact_v", q.contact_voltage_v}};
 }
 
+json to_json(const std::optional<Waiting>& waiting) {
+  if (!waiting) return nullptr;
+  return {{"robot", waiting->robot},
+          {"contact", waiting->contact},
+          {"left_s", waiting->left_s},
+          {"start", waiting->start}};
+}
+
 json to_json(const std::shared_ptr<const LinkReport>& links) {
   if (!links) return nullptr;
   return {{"open", links->open},
@@ -168,6 +177,8 @@ std::string status_to_json(const Status& status) {
              {"stage", status.stage},
              {"why_ended", status.why_ended},
              {"time_left_s", or_null(status.time_left_s)},
+             {"waiting", to_json(status.waiting)},
+             {"interruptions", status.interruptions},
              {"robot", status.robot_words},
              {"contact", status.contact_words},
              {"publish", or_null(status.publish)},

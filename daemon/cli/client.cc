@@ -68,7 +68,31 @@ std::optional<double> figure(const json& value, const char* key) {
   return found->get<double>();
 }
 
+/// "the robot controller", "the contact sensor", both; "" where nothing is waited for.
+std::string waited_for(const json& status) {
+  const json waiting = status.value("waiting", json());
+  if (!waiting.is_object()) return "";
+  const bool robot = waiting.value("robot", false), contact = waiting.value("contact", false);
+  if (robot && contact) return "the robot controller and the contact sensor";
+  return robot ? "the robot controller" : contact ? "the contact sensor" : "";
+}
+
+/// What the operator has to do, where the controller is waited for; else what the sensor says.
+std::string what_to_do(const json& status) {
+  const json waiting = status.value("waiting", json());
+  if (!waiting.is_object()) return "";
+  const std::string start = waiting.value("robot", false) ? text(waiting, "start") : "";
+  const std::string sensor = waiting.value("contact", false) ? text(status, "contact") : "";
+  return start.empty() ? sensor : start;
+}
+
 Progress progress_of(const json& status) {
+  if (const std::string what = waited_for(status); !what.empty()) {
+    Progress progress{"waiting for " + what, "", 0, 0, {}, figure(status["waiting"], "left_s")};
+    progress.done = static_cast<std::size_t>(number(status, "touches"));
+    progress.total = static_cast<std::size_t>(number(status, "planned"));
+    return progress;
+  }
   const std::string stage = text(status, "stage"), phase = text(status, "phase");
   const bool finding = stage.find("being found") != std::string::npos;
   return {finding ? phase + " (" + stage + ")" : phase,
@@ -114,14 +138,38 @@ int conclude(const Connection& daemon, const json& status) {
   return result.verdict.publish ? kSuccess : kNotPublishable;
 }
 
+/// What Ctrl-C does while nothing has moved yet.
+enum class BeforeMotion { kCtrlCEnds, kCtrlCDetaches };
+
+/// Nothing has moved, nor can move before both links are up.
+bool before_motion(const json& status) {
+  const std::string phase = text(status, "phase");
+  return phase == "planning" || phase == "connecting";
+}
+
+/// Ends a session of which nothing has moved; what moves meanwhile is stopped.
+int end_session(const Connection& daemon, std::int64_t session) {
+  http_request(daemon.socket, "POST", "/v1/abort");  // 409: it has ended by itself
+  json status = get(daemon, "/v1/status");
+  while (is_running(status) && number(status, "session") == session) {
+    std::this_thread::sleep_for(kLook);
+    status = get(daemon, "/v1/status");
+  }
+  if (text(status, "phase") != "aborted") return conclude(daemon, status);
+  std::fprintf(stderr, "session %lld was ended before anything moved\n",
+               static_cast<long long>(session));
+  return kJobFailed;
+}
+
 /// Until the session ends, or Ctrl-C.
-int follow(const Connection& daemon, std::int64_t session) {
+int follow(const Connection& daemon, std::int64_t session, BeforeMotion ctrl_c) {
   struct sigaction interrupt {};
   interrupt.sa_handler = on_interrupt;
   ::sigaction(SIGINT, &interrupt, nullptr);
   ProgressDisplay display;
+  json status;
   while (g_detached == 0) {
-    const json status = get(daemon, "/v1/status");
+    status = get(daemon, "/v1/status");
     if (number(status, "session") != session) {
       throw std::runtime_error(fmt::format(
           "the daemon no longer runs session {}: it was restarted, or another session began; see "
@@ -132,10 +180,19 @@ int follow(const Connection& daemon, std::int64_t session) {
       display.clear();
       return conclude(daemon, status);
     }
+    if (const std::string what = waited_for(status); !what.empty()) {
+      const bool ends = ctrl_c == BeforeMotion::kCtrlCEnds;
+      display.say("waiting for " + what + ": " + what_to_do(status) +
+                  (ends ? "; Ctrl-C ends the session" : ""));
+    }
     display.show(progress_of(status));
     std::this_thread::sleep_for(kLook);
   }
   display.clear();
+  // Before the first look nobody was told yet that it moves.
+  if (ctrl_c == BeforeMotion::kCtrlCEnds && (status.is_null() || before_motion(status))) {
+    return end_session(daemon, session);
+  }
   std::fprintf(stderr,
                "detached; session %lld goes on: 'cellcal watch' follows it, 'cellcal abort' stops "
                "the arm\n",
@@ -155,6 +212,12 @@ std::string status_words(const json& status) {
   if (session == 0) return "idle: no session since the daemon started\n";
   std::string words = fmt::format("session {}: {}\n", session, text(status, "phase"));
   if (number(status, "planned") > 0) words += progress_line(progress_of(status), 1000) + "\n";
+  if (const std::string what = waited_for(status); !what.empty()) {
+    words += "waiting for " + what + ": " + what_to_do(status) + "\n";
+  }
+  if (const std::int64_t count = number(status, "interruptions"); count > 0) {
+    words += fmt::format("interruptions: {}, resumed by itself\n", count);
+  }
   if (!text(status, "robot").empty()) words += "robot: " + text(status, "robot") + "\n";
   if (!text(status, "contact").empty())
     words += "contact sensor: " + text(status, "contact") + "\n";
@@ -186,7 +249,7 @@ int run(const Connection& daemon, const RunCommand& command) {
     body["seed"] = command.seed;
   }
   const json answer = parse(ask(daemon, "POST", "/v1/run", body.dump()));
-  return follow(daemon, number(answer, "session"));
+  return follow(daemon, number(answer, "session"), BeforeMotion::kCtrlCEnds);
 }
 
 int show_status(const Connection& daemon) {
@@ -198,7 +261,7 @@ int show_status(const Connection& daemon) {
 int watch(const Connection& daemon) {
   const json status = get(daemon, "/v1/status");
   if (!is_running(status) && number(status, "session") == 0) return show_status(daemon);
-  if (!daemon.json) return follow(daemon, number(status, "session"));
+  if (!daemon.json) return follow(daemon, number(status, "session"), BeforeMotion::kCtrlCDetaches);
   // A stream for machines: every change, one object per line.
   std::int64_t since = number(status, "seq") - 1;
   while (true) {

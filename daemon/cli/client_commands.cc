@@ -25,7 +25,8 @@ void add_run(CLI::App& app, int& status) {
   auto given = std::make_shared<RunCommand>();
   CLI::App* command = app.add_subcommand("run", "Calibrate the cell: touch, identify, report");
   command->footer(
-      "Ctrl-C leaves the daemon at work; 'cellcal abort' stops the arm.\n"
+      "Ctrl-C leaves the daemon at work, and ends the session as long as nothing has moved; "
+      "'cellcal abort' stops the arm.\n"
       "Example: cellcal run --cell cell.toml --touches 40 --check 10\n"
       "         cellcal run --cell cell.toml --goal 0.15\n"
       "         cellcal run --resume");

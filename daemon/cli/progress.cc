@@ -57,6 +57,13 @@ void ProgressDisplay::show(const Progress& progress) {
   shown_ = true;
 }
 
+void ProgressDisplay::say(const std::string& line) {
+  if (!terminal_ || line == said_) return;
+  clear();
+  std::fprintf(stderr, "%s\n", line.c_str());
+  said_ = line;
+}
+
 void ProgressDisplay::clear() {
   if (!shown_) return;
   std::fputs("\r\033[K", stderr);

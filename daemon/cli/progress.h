@@ -27,11 +27,14 @@ class ProgressDisplay {
   ProgressDisplay& operator=(const ProgressDisplay&) = delete;
 
   void show(const Progress& progress);
+  /// One line that stays, above the one that is rewritten; the same again is not repeated.
+  void say(const std::string& line);
   void clear();
 
  private:
   bool terminal_;
   bool shown_ = false;
+  std::string said_;
 };
 
 }  // namespace cellcal::daemon

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include "daemon/doctor/robot_check.h"
+#include "daemon/main/pendant.h"
 
 namespace cellcal::daemon {
 
@@ -106,8 +107,7 @@ void judge_readiness(const EkiSeen& seen, Findings& findings) {
                   "reset CELLCAL_EKI and start it again; the pendant says what it stopped at");
   } else if (!s.ready) {
     findings.warn(check, figures + ": not ready to move",
-                  "for a session: release emergency stops, acknowledge messages, drives on, select "
-                  "CELLCAL_EKI and start it (in T1 hold the start key)");
+                  fmt::format("for a session {}", what_to_start(WireKind::kEki)));
   } else {
     findings.ok(check, figures + ", program runs");
   }

@@ -9,6 +9,7 @@
 #include "daemon/doctor/contact_check.h"
 #include "daemon/doctor/parts.h"
 #include "daemon/doctor/robot_check.h"
+#include "daemon/main/pendant.h"
 #include "drivers/contact/ctp_codec.h"
 #include "drivers/contact/serial_contact.h"
 #include "drivers/error.h"
@@ -256,10 +257,8 @@ void Wires::rsi() {
     findings_.skip("rsi packets", "the port is not open");
     return judge_line();
   }
-  request_.hint(
-      fmt::format("start CELLCAL_RSI on the pendant now (T1, start key held): waiting for "
-                  "its packets for up to {:.0f} s",
-                  request_.wait_s));
+  request_.hint(fmt::format("{}; waiting for its packets for up to {:.0f} s",
+                            what_to_start(WireKind::kRsi), request_.wait_s));
   const RsiSeen seen = watch(robot);
   judge_line();
   judge_rsi(seen, {config_.rsi.sentype, config_.rsi.late_replies_limit, config_.rsi.space.on},

@@ -1,4 +1,5 @@
-// cellcald: the daemon. Exit status 0 ended by a signal, 1 could not start, 2 wrong usage.
+// cellcald: the daemon. Exit status 0 ended by a signal, 1 could not start, 2 wrong usage or
+// configuration: what does not get better by trying again.
 
 #include <spdlog/spdlog.h>
 
@@ -8,8 +9,10 @@
 #include "calib/files/calibration_json.h"
 #include "daemon/main/daemon.h"
 #include "daemon/main/log.h"
+#include "daemon/session/printable.h"
 
 int main(int argc, char** argv) {
+  using cellcal::daemon::DaemonConfig;
   constexpr int kFailed = 1, kUsage = 2;
   std::string config_file = "/etc/cellcal/cellcald.toml";
   bool check = false, verbose = false;
@@ -25,17 +28,26 @@ int main(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : kUsage;
   }
+  const auto complain = [](const std::exception& error) {
+    std::fprintf(stderr, "cellcald: %s\n", cellcal::daemon::printable(error.what()).c_str());
+  };
+  DaemonConfig config;
   try {
-    const cellcal::daemon::DaemonConfig config = cellcal::daemon::load_config(config_file);
-    if (check) {
-      std::printf("%s: valid\n", config_file.c_str());
-      return 0;
-    }
+    config = cellcal::daemon::load_config(config_file);
+  } catch (const std::exception& error) {
+    complain(error);
+    return kUsage;
+  }
+  if (check) {
+    std::printf("%s: valid\n", config_file.c_str());
+    return 0;
+  }
+  try {
     cellcal::daemon::set_up_log(verbose);
     cellcal::daemon::run_daemon(config);
     return 0;
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "cellcald: %s\n", error.what());
+    complain(error);
     return kFailed;
   }
 }

@@ -1,8 +1,13 @@
 #include "daemon/main/config.h"
 
+#include <sys/un.h>
+
+#include <chrono>
+#include <cmath>
 #include <numbers>
 
 #include "calib/files/toml_table.h"
+#include "daemon/main/config_values.h"
 #include "daemon/main/space_config.h"
 #include "drivers/error.h"
 
@@ -22,6 +27,10 @@ constexpr double kMs = 1e-3;
 /// 2.5 mm/s is 0.2 mm on: as far as a search at 10 mm/s goes on over RSI.
 constexpr double kFlagSearchMmS = 2.5;
 constexpr double kFlagFastMmS = 2.5, kFlagSlowMmS = 1.0;
+/// KUKA's own inputs, not wired to anything.
+constexpr int kAlwaysTrue = 1025, kAlwaysFalse = 1026;
+/// So many states fit into the silence that means a lost link.
+constexpr int kStatesOfSilence = 4;
 constexpr const char* kDefaultState = "/var/lib/cellcal";
 constexpr const char* kDefaultSocket = "/run/cellcal/cellcald.sock";
 
@@ -50,14 +59,22 @@ void read_motion(const TomlTable& table, DaemonConfig& config) {
   table.refuse_unknown();
 }
 
+void read_session(const TomlTable& table, DaemonConfig& config) {
+  const double usual = std::chrono::duration<double>(config.patience.connecting).count();
+  const double wait_s = table.number_or("connect_wait_s", usual, {1.0, 3600.0});
+  config.patience.connecting = std::chrono::milliseconds(std::llround(wait_s * 1e3));
+  config.retries = static_cast<int>(table.integer_or("retries", 0, 0, 100));
+  table.refuse_unknown();
+}
+
 void read_rsi(const TomlTable& table, DaemonConfig& config) {
   drivers::RsiConfig& rsi = config.rsi;
-  rsi.bind_address = table.string_or("bind", rsi.bind_address);
+  rsi.bind_address = read_address(table, "bind", rsi.bind_address, Addresses::kOwn);
   rsi.port = static_cast<std::uint16_t>(table.integer_or("port", rsi.port, 1, 65535));
-  rsi.sentype = table.string_or("sentype", rsi.sentype);
-  rsi.axis_tag = table.string_or("axis_tag", rsi.axis_tag);
-  rsi.external_axis_tag = table.string_or("external_axis_tag", rsi.external_axis_tag);
-  rsi.stop_tag = table.string_or("stop_tag", rsi.stop_tag);
+  rsi.sentype = read_name(table, "sentype", rsi.sentype);
+  rsi.axis_tag = read_name(table, "axis_tag", rsi.axis_tag);
+  rsi.external_axis_tag = read_name(table, "external_axis_tag", rsi.external_axis_tag);
+  rsi.stop_tag = read_name(table, "stop_tag", rsi.stop_tag, Emptiness::kMeansNone);
   if (table.has("mode") && table.word("mode", {"absolute", "relative"}) == "relative") {
     rsi.mode = drivers::CorrectionMode::kRelative;
   }
@@ -70,12 +87,18 @@ void read_rsi(const TomlTable& table, DaemonConfig& config) {
                                     "would repeat the last step");
   }
   read_space(table, config);
+  refuse_equal_tags(table, rsi);
   rsi.longest_lag_s =
       table.number_or("longest_lag_ms", rsi.longest_lag_s / kMs, {10.0, 500.0}) * kMs;
-  rsi.silence_cycles =
-      static_cast<int>(table.integer_or("silence_cycles", rsi.silence_cycles, 2, 1000));
+  rsi.silence_cycles = static_cast<int>(
+      table.integer_or("silence_cycles", rsi.silence_cycles, 2, drivers::kMostSilenceCycles));
   rsi.late_replies_limit =
       static_cast<int>(table.integer_or("late_replies_limit", rsi.late_replies_limit, 1, 10000));
+  if (const int most = config.rsi_files.timeout_cycles; rsi.late_replies_limit >= most) {
+    table.fail("late_replies_limit", "must be below timeout_cycles of [controller], " +
+                                         std::to_string(most) +
+                                         ": the controller would end RSI first");
+  }
   // One figure for all axes here; rsi_config_for() gives each its own.
   const double usual = config.backend == BackendKind::kMock ? kAnyCorrection : kUsualCorrection;
   rsi.correction_limit_deg = {table.number_or("correction_limit_deg", usual, {0.1, 360.0})};
@@ -90,7 +113,7 @@ int integer_or(const TomlTable& table, const char* key, int usual, int low, int 
 
 void read_eki(const TomlTable& table, DaemonConfig& config) {
   drivers::EkiConfig& eki = config.eki;
-  eki.address = table.string_or("address", eki.address);
+  eki.address = read_address(table, "address", eki.address, Addresses::kControllers);
   eki.port = static_cast<std::uint16_t>(table.integer_or("port", eki.port, 1, 65535));
   if (table.has("stop")) {
     eki.stop = table.word("stop", {"input", "flag"}) == "input" ? drivers::EkiStop::kInput
@@ -114,6 +137,11 @@ void read_controller(const TomlTable& table, DaemonConfig& config) {
   files.port = config.eki.port;
   files.external_axes = integer_or(table, "external_axes", files.external_axes, 0, 6);
   files.input = integer_or(table, "input", files.input, 1, 8192);
+  if (files.input == kAlwaysTrue || files.input == kAlwaysFalse) {
+    table.fail("input",
+               "must not be 1025 or 1026: $IN[1025] is always TRUE, $IN[1026] always "
+               "FALSE; the number of the input that the sensor is wired to belongs here");
+  }
   files.tool = integer_or(table, "tool", files.tool, 0, 128);
   files.base = integer_or(table, "base", files.base, 0, 128);
   files.load = integer_or(table, "load", files.load, 0, 128);
@@ -122,14 +150,21 @@ void read_controller(const TomlTable& table, DaemonConfig& config) {
   files.alive_flag = integer_or(table, "alive_flag", files.alive_flag, 1, 1024);
   files.stop_flag = integer_or(table, "stop_flag", files.stop_flag, 1, 1024);
   files.first_timer = integer_or(table, "first_timer", files.first_timer, 1, 62);
-  files.first_interrupt = integer_or(table, "first_interrupt", files.first_interrupt, 4, 80);
+  files.first_interrupt = integer_or(table, "first_interrupt", files.first_interrupt, 4, 79);
   files.state_ms = integer_or(table, "state_ms", files.state_ms, 12, 100);
   files.dead_man_ms = integer_or(table, "dead_man_ms", files.dead_man_ms, 100, 1000);
+  if (config.eki.silence_s < kStatesOfSilence * files.state_ms * kMs) {
+    table.fail("state_ms", "must be at most a quarter of silence_ms of [eki], " +
+                               std::to_string(std::lround(config.eki.silence_s / kMs)) +
+                               " ms: a state or two that come late would be a lost link");
+  }
   if (files.alive_flag == files.stop_flag) {
     table.fail("stop_flag", "must not be alive_flag, too: they need one each");
   }
   drivers::RsiFilesConfig& rsi = config.rsi_files;
-  rsi.pc_address = table.string_or("pc_address", "");
+  if (table.has("pc_address")) {
+    rsi.pc_address = read_address(table, "pc_address", "", Addresses::kThisComputers);
+  }
   rsi.rsi_version = integer_or(table, "rsi_version", rsi.rsi_version, 3, 4);
   rsi.timeout_cycles = integer_or(table, "timeout_cycles", rsi.timeout_cycles, 1, 1000);
   rsi.tool = files.tool;
@@ -153,8 +188,8 @@ void share_with_rsi_files(DaemonConfig& config) {
 }
 
 void read_contact(const TomlTable& table, DaemonConfig& config) {
-  config.contact.device =
-      config.backend == BackendKind::kMock ? table.string_or("device", "") : table.string("device");
+  const bool needed = config.backend != BackendKind::kMock;
+  if (needed || table.has("device")) config.contact.device = read_path(table, "device");
   config.contact.baud = static_cast<int>(table.integer_or("baud", 1'000'000, 9600, 4'000'000));
   for (int allowed : {1'000'000, 250'000, 115'200}) {
     if (config.contact.baud == allowed) {
@@ -186,12 +221,6 @@ void read_mock(const TomlTable& table, MockConfig& mock) {
   table.refuse_unknown();
 }
 
-std::filesystem::path absolute(const TomlTable& table, const char* key, const char* fallback) {
-  std::filesystem::path path = table.string_or(key, fallback);
-  if (!path.is_absolute()) table.fail(key, "must be an absolute path");
-  return path;
-}
-
 DaemonConfig read(const TomlTable& table) {
   DaemonConfig config;
   table.word("format", {kFormat});
@@ -199,11 +228,17 @@ DaemonConfig read(const TomlTable& table) {
   config.backend = backend == "rsi"   ? BackendKind::kRsi
                    : backend == "eki" ? BackendKind::kEki
                                       : BackendKind::kMock;
-  config.state_dir = absolute(table, "state_dir", kDefaultState);
-  config.socket = absolute(table, "socket", kDefaultSocket);
+  config.state_dir = table.has("state_dir") ? read_path(table, "state_dir") : kDefaultState;
+  config.socket = table.has("socket") ? read_path(table, "socket") : kDefaultSocket;
+  if (config.socket.string().size() >= sizeof(sockaddr_un::sun_path)) {
+    table.fail("socket", "must have at most " + std::to_string(sizeof(sockaddr_un::sun_path) - 1) +
+                             " characters, not " + std::to_string(config.socket.string().size()) +
+                             ": a Unix socket has no room for more");
+  }
   read_mock(table.table_or_empty("mock"), config.mock);
   read_eki(table.table_or_empty("eki"), config);
   read_controller(table.table_or_empty("controller"), config);
+  read_session(table.table_or_empty("session"), config);
   read_motion(table.table_or_empty("motion"), config);
   read_rsi(table.table_or_empty("rsi"), config);
   share_with_rsi_files(config);
@@ -211,6 +246,7 @@ DaemonConfig read(const TomlTable& table) {
                                                     : table.table("contact"),
                config);
   table.refuse_unknown();
+  refuse_what_a_session_would(table, config);
   return config;
 }
 

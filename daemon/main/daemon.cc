@@ -69,6 +69,17 @@ void tell_status(const Status& status) {
   sd_notify(0, ("STATUS=" + words).c_str());
 }
 
+/// A terminal that is closed, or a habit: no reason to leave an arm where it is.
+void shrug_off(asio::signal_set& hang_ups) {
+  hang_ups.async_wait([&hang_ups](boost::system::error_code cancelled, int) {
+    if (cancelled) return;
+    spdlog::warn(
+        "SIGHUP: the configuration is read at the start alone; 'systemctl restart cellcald' takes "
+        "a changed one, once no session is under way");
+    shrug_off(hang_ups);
+  });
+}
+
 const char* name_of(BackendKind backend) {
   switch (backend) {
     case BackendKind::kRsi:
@@ -100,16 +111,15 @@ void run_daemon(const DaemonConfig& config) {
   std::signal(SIGPIPE, SIG_IGN);
   std::signal(SIGXFSZ, SIG_IGN);
   asio::io_context context;
-  asio::signal_set signals(context, SIGTERM, SIGINT), abort_signal(context, SIGUSR1);
+  asio::signal_set signals(context, SIGTERM, SIGINT), abort_signal(context, SIGUSR1),
+      hang_ups(context, SIGHUP);
 
   std::filesystem::create_directories(config.state_dir);
   Journal journal(config.state_dir / "journal.db");
   for (const std::string& remark : journal.remarks()) spdlog::warn("{}", remark);
-  SessionService service({journal,
-                          config.state_dir,
+  SessionService service({journal, config.state_dir,
                           [&config](const calib::Cell& cell) { return make_backend(config, cell); },
-                          config.touch,
-                          {}});
+                          config.touch, config.patience, config.retries});
   Api api(service, journal);
   HttpServer server(
       context, config.socket,
@@ -127,6 +137,7 @@ void run_daemon(const DaemonConfig& config) {
     server.stop();
     context.stop();
   });
+  shrug_off(hang_ups);
   abort_at_signal(abort_signal, service);
   const Watchdog watchdog(context, service);
   spdlog::info("cellcald {} listens on {}, backend {}", calib::software_version(),

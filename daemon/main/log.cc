@@ -5,7 +5,8 @@
 #include <spdlog/spdlog.h>
 
 #include <cstdlib>
-#include <string_view>
+
+#include "daemon/session/printable.h"
 
 namespace cellcal::daemon {
 
@@ -27,20 +28,13 @@ class JournalPriority final : public spdlog::custom_flag_formatter {
   }
 };
 
-/// The message on one line of its own, whatever foreign words are in it: line ends as " / ", other
-/// control characters as '?', so that no id or path forges a line or steers a terminal.
+/// The message in one line, whatever of others' words is in it.
 class OneLine final : public spdlog::custom_flag_formatter {
  public:
   void format(const spdlog::details::log_msg& message, const std::tm&,
               spdlog::memory_buf_t& out) override {
-    constexpr std::string_view kBetween = " / ";
-    for (const char c : message.payload) {
-      if (c == '\n') {
-        out.append(kBetween.begin(), kBetween.end());
-      } else {
-        out.push_back(static_cast<unsigned char>(c) < 0x20 || c == 0x7f ? '?' : c);
-      }
-    }
+    const std::string line = printable({message.payload.data(), message.payload.size()});
+    out.append(line.data(), line.data() + line.size());
   }
   std::unique_ptr<custom_flag_formatter> clone() const override {
     return spdlog::details::make_unique<OneLine>();
@@ -52,11 +46,10 @@ class OneLine final : public spdlog::custom_flag_formatter {
 void set_up_log(bool verbose) {
   auto logger = spdlog::stderr_logger_mt("cellcald");
   auto formatter = std::make_unique<spdlog::pattern_formatter>();
-  formatter->add_flag<OneLine>('*');
   if (std::getenv("JOURNAL_STREAM") != nullptr) {
-    formatter->add_flag<JournalPriority>('$').set_pattern("%$%*");
+    formatter->add_flag<JournalPriority>('*').add_flag<OneLine>('~').set_pattern("%*%~");
   } else {
-    formatter->set_pattern("%Y-%m-%d %H:%M:%S.%e %l: %*");
+    formatter->add_flag<OneLine>('~').set_pattern("%Y-%m-%d %H:%M:%S.%e %l: %~");
   }
   logger->set_formatter(std::move(formatter));
   logger->set_level(verbose ? spdlog::level::debug : spdlog::level::info);

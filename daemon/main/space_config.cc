@@ -3,6 +3,7 @@
 #include <string>
 
 #include "calib/model/nominal_arm.h"
+#include "daemon/main/config_values.h"
 #include "drivers/error.h"
 #include "drivers/kuka/rsi_space.h"
 
@@ -36,7 +37,7 @@ void read_space(const calib::TomlTable& rsi, DaemonConfig& config) {
              "must be \"axes\" with mode = \"relative\": what turns add up to depends "
              "on their order, and nothing would tell it");
   }
-  space.tag = rsi.string_or("cart_tag", space.tag);
+  space.tag = read_name(rsi, "cart_tag", space.tag);
   if (rsi.has("correction_frame")) {
     const std::string frame = rsi.word("correction_frame", {"base", "robroot", "tool"});
     space.frame = frame == "base"      ? CorrectionFrame::kBase

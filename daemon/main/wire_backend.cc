@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "daemon/main/backends.h"
+#include "daemon/main/pendant.h"
 #include "daemon/main/space_config.h"
 #include "drivers/contact/serial_contact.h"
 #include "drivers/io_thread.h"
@@ -49,7 +50,8 @@ class WireBackend final : public Backend {
   template <typename RobotConfig>
   WireBackend(const DaemonConfig& config, RobotConfig robot, calib::Passable passable = {},
               std::optional<double> axis_reach_rad = {})
-      : passable_(std::move(passable)),
+      : wire_(wire_of(config)),
+        passable_(std::move(passable)),
         axis_reach_rad_(axis_reach_rad),
         io_(drivers::IoThreadOptions{.realtime = config.realtime}),
         contact_(io_.context(), contact_options(config)),
@@ -73,6 +75,7 @@ class WireBackend final : public Backend {
   drivers::ContactSensor& contact() override { return contact_; }
   drivers::Clock& clock() override { return drivers::steady_clock(); }
   std::string utc_now() override { return wall_clock_utc(); }
+  std::string how_to_start() const override { return what_to_start(wire_); }
   calib::Passable passable() override { return passable_; }
   std::optional<double> axis_reach_rad() override { return axis_reach_rad_; }
   /// Every call asks the devices' thread to count; it has counted by the next.
@@ -84,6 +87,7 @@ class WireBackend final : public Backend {
   }
 
  private:
+  WireKind wire_;
   calib::Passable passable_;
   std::optional<double> axis_reach_rad_;
   std::atomic<std::uint64_t> counted_{1};

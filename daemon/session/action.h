@@ -33,11 +33,13 @@ struct Reading {
 struct MakePlan {};
 struct FindRoute {
   std::size_t next = 0;  ///< index of the first touch still to be made
+  std::uint32_t route_id = 0;
 };
 /// In a session that chooses as it goes. Answered by kRouted, too.
 struct ChooseTouch {
   std::optional<calib::NotMade> failed;  ///< the touch offered last could not be made
   bool in_contact = false;               ///< the way begins at a sphere
+  std::uint32_t route_id = 0;
 };
 struct Assess {};
 struct Identify {};
@@ -52,6 +54,7 @@ struct ArmSensor {
   std::uint16_t arm_id = 0;
   std::chrono::milliseconds lifetime{0};
 };
+struct Disarm {};
 struct SelfTest {};
 struct BeginMove {
   drivers::Move move;
@@ -79,16 +82,21 @@ struct RecordTouch {
 struct CheckJournal {
   std::uint32_t move_id = 0;  ///< that waits for it
 };
+/// A line of the session's log; its loss is no failure.
+struct RecordInterruption {
+  int number = 0, most = 0;
+  std::string failure;  ///< describe(Failure): what it would have ended with
+};
 enum class Ending { kDone, kAborted, kFailed };
 struct RecordEnd {
   Ending ending = Ending::kDone;
   std::string failure;  ///< describe(Failure), empty otherwise
 };
 
-using Action =
-    std::variant<MakePlan, FindRoute, ChooseTouch, Assess, Identify, WriteReport, OpenDevices,
-                 Rereference, ArmSensor, SelfTest, BeginMove, StopArm, CloseDevices, RecordPlan,
-                 RecordReading, RecordTouch, CheckJournal, RecordEnd>;
+using Action = std::variant<MakePlan, FindRoute, ChooseTouch, Assess, Identify, WriteReport,
+                            OpenDevices, Rereference, ArmSensor, Disarm, SelfTest, BeginMove,
+                            StopArm, CloseDevices, RecordPlan, RecordReading, RecordTouch,
+                            CheckJournal, RecordInterruption, RecordEnd>;
 
 /// Name of the action, for logs and tests.
 const char* name_of(const Action& action);

@@ -28,6 +28,8 @@ class Backend {
   /// Whether the threads that drive the devices have gone on since the last call. From one thread,
   /// any.
   virtual bool devices_alive() { return true; }
+  /// What the operator starts on the pendant for a session; for messages.
+  virtual std::string how_to_start() const { return ""; }
   /// Whether this wire can lead the arm from one posture straight in joint space to the other,
   /// whatever stands in the way; null: always. Outlives the backend; any thread.
   virtual calib::Passable passable() { return {}; }

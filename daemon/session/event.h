@@ -108,6 +108,11 @@ inline constexpr Events kMoveResults{EventKind::kArrived,           EventKind::k
 struct Links {
   drivers::RobotLink robot = drivers::RobotLink::kDown;
   drivers::AxisAngles actual_rad;
+  drivers::Interruption interruption = drivers::Interruption::kNone;  ///< of the robot's link
+  std::uint32_t interruptions = 0;                                    ///< how often so far
+  std::uint32_t robot_session = 0;                                    ///< the controller's
+  std::uint64_t late = 0;  ///< late replies, as the controller counts them
+  bool needs_operator = false, unsettled = false;
   std::string robot_words;
   drivers::ContactLink contact = drivers::ContactLink::kDown;
   bool in_contact = false;
@@ -115,9 +120,11 @@ struct Links {
   bool self_test_ok = false;
   std::string contact_words;
 
-  bool ready() const {
+  bool ready() const { return robot_up() && contact == drivers::ContactLink::kReady; }
+  /// Packets come, and the controller is ready to be moved.
+  bool robot_up() const {
     return robot != drivers::RobotLink::kDown && robot != drivers::RobotLink::kLost &&
-           contact == drivers::ContactLink::kReady;
+           !needs_operator;
   }
 };
 
@@ -129,8 +136,10 @@ struct Event {
 
   std::uint32_t move_id = 0;  ///< results of a move, kJournalSound
   drivers::AxisAngles at_rad;
+  drivers::Interruption interruption = drivers::Interruption::kNone;
   std::optional<drivers::Latch> latch;
   std::uint16_t arm_id = 0;                 ///< kArmed, kArmRefused
+  std::uint32_t route_id = 0;               ///< kRouted, kWorkFailed: of the question; 0: of none
   Links links;                              ///< kLinks
   std::shared_ptr<const calib::Plan> plan;  ///< kPlanned, kRouted
   std::string stage;                        ///< kRouted: what the touch is for, in words

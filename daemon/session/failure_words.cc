@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "daemon/session/interruption.h"
 #include "daemon/session/rules.h"
 #include "daemon/session/search_line.h"
 
@@ -60,7 +61,61 @@ std::string readings_words(const State& state, const Event& event) {
   return words + fmt::format("{:.3f} mm", last * kMmPerM);
 }
 
+double seconds(std::chrono::milliseconds t) { return std::chrono::duration<double>(t).count(); }
+
+/// What was waited for and did not come, with what the operator starts.
+std::string not_ready_words(const State& state) {
+  if (state.phase != Phase::kConnecting) return link_words(state.links);
+  const Missing which = missing(state);
+  std::string text;
+  if (which.robot) {
+    text = "robot: " + or_else(state.links.robot_words, "not ready");
+    text = joined(text, state.how_to_start);
+  }
+  if (which.contact) {
+    text = joined(text, "contact sensor: " + or_else(state.links.contact_words, "not ready"));
+  }
+  return joined(text, fmt::format("waited {:.0f} s ([session] connect_wait_s)",
+                                  seconds(state.patience.connecting)));
+}
+
+/// What stops packets, or an arm, without a word of the controller: most likely first.
+constexpr const char* kWhatStopsPackets =
+    "look, most likely first, at the emergency stop, the enabling switch and the start key (T1), "
+    "the program and its message on the pendant, the cable, the controller's power";
+constexpr const char* kWhatStopsAnArm =
+    "look, most likely first, at the emergency stop, the enabling switch (T1), the drives, what "
+    "may be in the arm's way, the limits of the correction";
+
 constexpr const char* kResume = "then go on with 'cellcal run --resume'";
+
+/// What the evidence says of a robot that fell silent; the driver's own words behind it.
+std::string silent_words(const State& state, const Event& event) {
+  using drivers::Interruption;
+  const bool at_rest = event.kind == EventKind::kLinks;
+  const Interruption by = at_rest ? event.links.interruption : event.interruption;
+  const std::string words = event.words.empty() ? state.links.robot_words : event.words;
+  std::string text;
+  switch (by) {
+    case Interruption::kLateReplies:
+      text = joined("replies of this computer came too late for the controller", words);
+      break;
+    case Interruption::kPacketsStopped:
+      text = joined(joined("packets from the robot controller stopped", words), kWhatStopsPackets);
+      break;
+    case Interruption::kOther:
+    case Interruption::kNone:
+      text = joined(joined("the robot controller does not go on", words), kWhatStopsPackets);
+      break;
+  }
+  if (state.retries > 0 && state.interruptions >= state.retries &&
+      is_harmless(FailureKind::kRobotSilent, by)) {
+    text = joined(text, fmt::format("interruptions that it went on from by itself: {}, no more are "
+                                    "allowed ([session] retries)",
+                                    state.interruptions));
+  }
+  return joined(text, kResume);
+}
 
 std::string what(FailureKind kind, const State& state, const Event& event) {
   const std::string& words = event.words;
@@ -77,7 +132,7 @@ std::string what(FailureKind kind, const State& state, const Event& event) {
       return "the stored cell and options give another plan than the one that the session was "
              "begun with (the software has changed); start a new session";
     case FailureKind::kLinkNotReady:
-      return joined(link_words(state.links), kResume);
+      return joined(not_ready_words(state), kResume);
     case FailureKind::kContactFault:
       return joined("the contact sensor cannot be trusted",
                     joined(event.links.contact_words, "see 'cellcal status'"));
@@ -133,13 +188,11 @@ std::string what(FailureKind kind, const State& state, const Event& event) {
       return joined("the contact sensor fell silent, the arm was stopped",
                     joined(joined(words, state.links.contact_words), kResume));
     case FailureKind::kRobotSilent:
-      return joined("no packets from the robot controller",
-                    joined(joined(words, state.links.robot_words), kResume));
+      return silent_words(state, event);
     case FailureKind::kMoveRefused:
       return joined("the move was not begun", words);
     case FailureKind::kNotFollowing:
-      return joined("the arm does not follow: drives off, protective stop, or correction clamped",
-                    joined(words, kResume));
+      return joined(joined("the arm does not follow", words), joined(kWhatStopsAnArm, kResume));
     case FailureKind::kStoppedElsewhere:
       return joined("the move was stopped, but not by this session", words);
     case FailureKind::kTimeout:
@@ -163,6 +216,24 @@ std::string what(FailureKind kind, const State& state, const Event& event) {
 }
 
 }  // namespace
+
+std::string setback_words(Setback why, const State& state) {
+  switch (why) {
+    case Setback::kNotBack:
+      return joined(fmt::format("not all links were back within {:.0f} s",
+                                seconds(state.patience.recovering)),
+                    link_words(state.links));
+    case Setback::kOtherSession:
+      return "the controller has begun another session, so its program was stopped meanwhile";
+    case Setback::kAgain:
+      return joined(
+          fmt::format("the links were not sound for {:.0f} s", seconds(state.patience.watching)),
+          link_words(state.links));
+    case Setback::kMoved:
+      return "the arm is not where it was left: somebody may have moved it";
+  }
+  return "";
+}
 
 std::string failure_detail(FailureKind kind, const State& state, const Event& event) {
   return where(state) + what(kind, state, event);

@@ -1,5 +1,6 @@
 // The words of phases, events, actions and failures.
 
+#include "daemon/session/printable.h"
 #include "daemon/session/session.h"
 
 namespace cellcal::daemon {
@@ -44,6 +45,10 @@ const char* to_string(Phase phase) {
       return "identifying";
     case Phase::kReporting:
       return "reporting";
+    case Phase::kRecovering:
+      return "recovering";
+    case Phase::kWatching:
+      return "watching the links";
     case Phase::kStopping:
       return "stopping";
     case Phase::kDone:
@@ -152,6 +157,7 @@ const char* name_of(const Action& action) {
     const char* operator()(const OpenDevices&) { return "open devices"; }
     const char* operator()(const Rereference&) { return "rereference"; }
     const char* operator()(const ArmSensor&) { return "arm sensor"; }
+    const char* operator()(const Disarm&) { return "disarm"; }
     const char* operator()(const SelfTest&) { return "self-test"; }
     const char* operator()(const BeginMove&) { return "begin move"; }
     const char* operator()(const StopArm&) { return "stop arm"; }
@@ -160,6 +166,7 @@ const char* name_of(const Action& action) {
     const char* operator()(const RecordReading&) { return "record reading"; }
     const char* operator()(const RecordTouch&) { return "record touch"; }
     const char* operator()(const CheckJournal&) { return "check journal"; }
+    const char* operator()(const RecordInterruption&) { return "record interruption"; }
     const char* operator()(const RecordEnd&) { return "record end"; }
   };
   return std::visit(Names{}, action);
@@ -220,11 +227,7 @@ const char* to_string(FailureKind kind) {
 }
 
 std::string describe(const Failure& failure) {
-  std::string text = std::string(to_string(failure.kind)) + ": " + failure.detail;
-  for (char& c : text) {
-    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = ' ';
-  }
-  return text;
+  return printable(std::string(to_string(failure.kind)) + ": " + failure.detail);
 }
 
 }  // namespace cellcal::daemon

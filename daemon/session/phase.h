@@ -27,7 +27,9 @@ enum class Phase : std::uint8_t {
   kReturning,   ///< from the last clear point back to the plan's start
   kIdentifying,
   kReporting,
-  kStopping,  ///< stop commanded, waiting for the arm's rest
+  kRecovering,  ///< harmlessly interrupted, arm at rest: waits until both links are back
+  kWatching,    ///< they are: watched for a while, the sensor proves itself; nothing moves yet
+  kStopping,    ///< stop commanded, waiting for the arm's rest
   kDone,
   kAborted,
   kFailed,
@@ -38,8 +40,9 @@ inline constexpr std::array kAllPhases{
     Phase::kRouting,    Phase::kFreeing,     Phase::kProving,    Phase::kTransit,
     Phase::kArmingFast, Phase::kFastSearch,  Phase::kBackingOff, Phase::kArmingSlow,
     Phase::kSlowSearch, Phase::kRecording,   Phase::kRetreat,    Phase::kChoosing,
-    Phase::kReturning,  Phase::kIdentifying, Phase::kReporting,  Phase::kStopping,
-    Phase::kDone,       Phase::kAborted,     Phase::kFailed};
+    Phase::kReturning,  Phase::kIdentifying, Phase::kReporting,  Phase::kRecovering,
+    Phase::kWatching,   Phase::kStopping,    Phase::kDone,       Phase::kAborted,
+    Phase::kFailed};
 
 /// Lower-case identifier, e.g. "fast search".
 const char* to_string(Phase phase);
@@ -70,12 +73,14 @@ inline constexpr Phases kMovingPhases{Phase::kFreeing,    Phase::kTransit,    Ph
 inline constexpr Phases kStandingPhases{Phase::kReferencing, Phase::kRouting,    Phase::kProving,
                                         Phase::kArmingFast,  Phase::kArmingSlow, Phase::kRecording,
                                         Phase::kChoosing};
+/// Devices are open, the arm stands still, and a link may be down.
+inline constexpr Phases kAwaitingPhases{Phase::kConnecting, Phase::kRecovering, Phase::kWatching};
 /// No device is open.
 inline constexpr Phases kThinkingPhases{Phase::kPlanning, Phase::kIdentifying, Phase::kReporting};
 inline constexpr Phases kFinalPhases{Phase::kDone, Phase::kAborted, Phase::kFailed};
 /// A session is under way.
 inline constexpr Phases kActivePhases =
-    kMovingPhases | kStandingPhases | kThinkingPhases | Phases{Phase::kConnecting};
+    kMovingPhases | kStandingPhases | kThinkingPhases | kAwaitingPhases;
 
 inline bool is_final(Phase phase) { return kFinalPhases.has(phase); }
 

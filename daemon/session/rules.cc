@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "daemon/session/interruption.h"
 #include "daemon/session/search_line.h"
 
 namespace cellcal::daemon::rules {
@@ -123,7 +124,23 @@ void forget_touch(State& state) {
   state.self_tested = false;
 }
 
+/// A sensor in contact cannot pass its self-test before the arm has left; it is alive all the same.
+bool contact_up(const State& state, const Links& links) {
+  const bool touching = state.resumed && links.in_contact && links.can_guard_retreat;
+  return links.contact == drivers::ContactLink::kReady || touching;
+}
+
+/// All touches are made, and nothing is left to move for but the way home.
+bool behind_last(const State& state) {
+  const bool all = !state.one_by_one && state.done >= state.plan->touches.size();
+  return all || state.phase == Phase::kReturning;
+}
+
 }  // namespace
+
+Missing missing(const State& state) {
+  return {!state.links.robot_up(), !contact_up(state, state.links)};
+}
 
 bool plan_differs(const State& state, const Event& event) {
   return !state.expected_hash.empty() && state.expected_hash != event.plan_hash;
@@ -145,15 +162,56 @@ bool robot_lost(const State&, const Event& event) {
          event.links.robot == drivers::RobotLink::kDown;
 }
 bool links_ready(const State& state, const Event& event) {
-  const Links& links = event.links;
-  // A sensor in contact cannot pass its self-test before the arm has left; it is alive all the
-  // same.
-  const bool touching = state.resumed && links.in_contact && links.can_guard_retreat;
-  return links.ready() || (touching && !robot_lost(state, event));
+  return event.links.robot_up() && contact_up(state, event.links);
 }
 bool in_contact(const State& state, const Event&) { return state.links.in_contact; }
 bool closed_since(const State& state, const Event&) {
   return state.links.in_contact && !(state.resumed && state.routed_in_contact);
+}
+bool interrupted(const State& state, const Event& event) {
+  return state.interruptions < state.retries &&
+         is_harmless(FailureKind::kRobotSilent, event.interruption);
+}
+bool interrupted_behind_last(const State& state, const Event& event) {
+  return interrupted(state, event) && behind_last(state);
+}
+bool paused(const State& state, const Event& event) {
+  const Links& links = event.links;
+  return links.robot != drivers::RobotLink::kReady && state.interruptions < state.retries &&
+         is_harmless(FailureKind::kRobotSilent, links.interruption);
+}
+bool paused_again(const State& state, const Event& event) {
+  return event.links.interruptions != state.interruptions_before && paused(state, event);
+}
+bool pause_noted(const State& state, const Event&) { return state.pause_noted; }
+bool both_back(const State& state, const Event& event) {
+  return links_ready(state, event) && !event.links.unsettled;
+}
+bool other_session(const State& state, const Event& event) {
+  return event.links.robot != drivers::RobotLink::kLost &&
+         event.links.robot_session != state.left_session;
+}
+bool touched_meanwhile(const State& state, const Event& event) {
+  return event.links.in_contact && !state.resumed;
+}
+bool both_proven(const State& state, const Event&) {
+  const Links& links = state.links;
+  const bool sound =
+      links.late == state.late_before && links.interruptions == state.interruptions_before;
+  return links.robot_up() && contact_up(state, links) && sound &&
+         (links.self_test_ok || links.in_contact);
+}
+bool not_where_left(const State& state, const Event& event) {
+  if (!referenced(state, event) || !state.interrupted) return false;
+  const drivers::AxisAngles& at = event.links.actual_rad;
+  if (at.size() != state.left_rad.size()) return true;
+  for (std::size_t i = 0; i < at.size(); ++i) {
+    if (!(std::abs(at[i] - state.left_rad[i]) <= kLeftThereRad)) return true;
+  }
+  return false;
+}
+bool none_left_behind_interruption(const State& state, const Event& event) {
+  return state.interruptions > 0 && nothing_chosen(state, event);
 }
 bool sensor_proven(const State&, const Event& event) {
   return event.links.ready() && !event.links.in_contact;
@@ -226,6 +284,12 @@ bool move_held(const State& state, const Event&) { return state.held.has_value()
 bool held_and_robot_lost(const State& state, const Event& event) {
   return move_held(state, event) && robot_lost(state, event);
 }
+bool held_and_paused(const State& state, const Event& event) {
+  return move_held(state, event) && paused(state, event);
+}
+bool held_and_paused_behind_last(const State& state, const Event& event) {
+  return held_and_paused(state, event) && behind_last(state);
+}
 bool held_and_contact_faulty(const State& state, const Event& event) {
   return move_held(state, event) && contact_faulty(state, event);
 }
@@ -247,15 +311,19 @@ void open_devices(State& state, const Event& event, Actions& actions) {
 
 void rereference(State& state, const Event& event, Actions& actions) {
   actions.emplace_back(Rereference{});
+  state.interruptions_before = state.links.interruptions;
   state.deadline = event.at + state.patience.referencing;
 }
 
 void find_route(State& state, const Event& event, Actions& actions) {
   state.routed_in_contact = state.links.in_contact;
+  ++state.route_id;
   if (state.one_by_one)
-    actions.emplace_back(ChooseTouch{std::nullopt, state.links.in_contact});
+    actions.emplace_back(ChooseTouch{state.touch_failed, state.links.in_contact, state.route_id});
   else
-    actions.emplace_back(FindRoute{state.done});
+    actions.emplace_back(FindRoute{state.done, state.route_id});
+  state.touch_failed.reset();
+  state.interrupted.reset();
   state.deadline = event.at + state.patience.planning;
 }
 
@@ -269,7 +337,7 @@ void begin_freeing(State& state, const Event& event, Actions& actions) {
 
 void prove_sensor(State& state, const Event& event, Actions& actions) {
   actions.emplace_back(SelfTest{});
-  state.deadline = event.at + state.patience.connecting;
+  state.deadline = event.at + state.patience.proving;
 }
 
 /// A sensor that sees nothing any more says the same as one that has nothing to see.
@@ -376,10 +444,66 @@ void give_touch_up(State& state, const Event& event, Actions& actions) {
 
 void choose_next(State& state, const Event& event, Actions& actions) {
   if (!state.touch_failed) actions.emplace_back(Assess{});
-  actions.emplace_back(ChooseTouch{state.touch_failed, false});
+  actions.emplace_back(ChooseTouch{state.touch_failed, false, ++state.route_id});
   state.touch_failed.reset();
   forget_touch(state);
   state.deadline = event.at + state.patience.planning;
+}
+
+void count_interruption(State& state, const Event& event) {
+  state.interrupted =
+      Failure{FailureKind::kRobotSilent, failure_detail(FailureKind::kRobotSilent, state, event)};
+  ++state.interruptions;
+}
+
+void interrupt(State& state, const Event& event, Actions& actions) {
+  // Where the tip may have met what it was searching, its contact is no surprise; elsewhere it is.
+  constexpr Phases kAtTheSphere{Phase::kFreeing,    Phase::kFastSearch, Phase::kBackingOff,
+                                Phase::kSlowSearch, Phase::kRecording,  Phase::kRetreat};
+  constexpr Phases kBeforeTheFirstMove{Phase::kReferencing, Phase::kRouting, Phase::kWatching};
+  const bool at_rest = event.kind == EventKind::kLinks;
+  if (!kBeforeTheFirstMove.has(state.phase)) state.resumed = kAtTheSphere.has(state.phase);
+  if (!state.pause_noted) note_pause(state, event, actions);
+  if (!at_rest && event.kind != EventKind::kRecorded) state.left_rad = event.at_rad;
+  state.pause_noted = false;
+  // What was asked for before is answered no more, and begins no more.
+  state.held.reset();
+  ++state.move_id;
+  if (++state.arm_id == 0) state.arm_id = 1;
+  ++state.route_id;
+  actions.emplace_back(
+      RecordInterruption{state.interruptions, state.retries, describe(*state.interrupted)});
+  actions.emplace_back(Disarm{});
+  state.deadline = event.at + state.patience.recovering;
+}
+
+/// With a touch on its way to the disk: it is counted first.
+void note_pause(State& state, const Event& event, Actions&) {
+  count_interruption(state, event);
+  state.pause_noted = true;
+  state.left_session = state.links.robot_session;
+  state.left_rad = state.links.actual_rad;
+}
+
+void interrupt_behind_touch(State& state, const Event& event, Actions& actions) {
+  interrupt(state, event, actions);
+  ++state.done;
+  state.failed_in_a_row = 0;
+}
+
+void watch_links(State& state, const Event& event, Actions& actions) {
+  state.late_before = event.links.late;
+  state.interruptions_before = event.links.interruptions;
+  if (!event.links.in_contact) actions.emplace_back(SelfTest{});
+  state.deadline = event.at + state.patience.watching;
+}
+
+void identify_behind_interruption(State& state, const Event& event, Actions& actions) {
+  state.held.reset();
+  count_interruption(state, event);
+  actions.emplace_back(
+      RecordInterruption{state.interruptions, state.retries, describe(*state.interrupted)});
+  close_and_identify(state, event, actions);
 }
 
 void begin_way_home(State& state, const Event& event, Actions& actions) {
@@ -469,6 +593,13 @@ void fail(FailureKind kind, State& state, const Event& event, Actions& actions) 
 void fail_and_stop(FailureKind kind, State& state, const Event& event, Actions& actions) {
   state.failure = Failure{kind, failure_detail(kind, state, event)};
   stop(state, event, actions);
+}
+
+void fail_interrupted(Setback why, State& state, const Event& event, Actions& actions) {
+  state.failure = state.interrupted.value_or(Failure{FailureKind::kRobotSilent, ""});
+  state.failure->detail += "; not gone on with by itself: " + setback_words(why, state);
+  actions.emplace_back(StopArm{});
+  end_failed(state, event, actions);
 }
 
 void end_failed(State& state, const Event&, Actions& actions) {

@@ -6,6 +6,20 @@
 
 namespace cellcal::daemon::rules {
 
+/// Which link is not up.
+struct Missing {
+  bool robot = false, contact = false;
+};
+Missing missing(const State&);
+
+/// Why a session does not go on by itself after a harmless interruption.
+enum class Setback {
+  kNotBack,       ///< a link has not come back in time
+  kOtherSession,  ///< another session of the controller
+  kAgain,         ///< links not sound for as long as they were watched
+  kMoved,         ///< the arm is elsewhere
+};
+
 // Guards.
 bool plan_differs(const State&, const Event&);
 bool nothing_left(const State&, const Event&);
@@ -43,7 +57,20 @@ bool nothing_chosen(const State&, const Event&);
 bool none_left_at_home(const State&, const Event&);
 bool move_held(const State&, const Event&);
 bool held_and_robot_lost(const State&, const Event&);
+bool held_and_paused(const State&, const Event&);
+bool held_and_paused_behind_last(const State&, const Event&);
 bool held_and_contact_faulty(const State&, const Event&);
+bool interrupted(const State&, const Event&);
+bool interrupted_behind_last(const State&, const Event&);
+bool paused(const State&, const Event&);
+bool paused_again(const State&, const Event&);
+bool pause_noted(const State&, const Event&);
+bool both_back(const State&, const Event&);
+bool other_session(const State&, const Event&);
+bool touched_meanwhile(const State&, const Event&);
+bool both_proven(const State&, const Event&);
+bool not_where_left(const State&, const Event&);
+bool none_left_behind_interruption(const State&, const Event&);
 
 // Effects.
 void plan_touches(State&, const Event&, Actions&);
@@ -69,6 +96,11 @@ void leave(State&, const Event&, Actions&);
 void leave_empty_place(State&, const Event&, Actions&);
 void give_touch_up(State&, const Event&, Actions&);
 void choose_next(State&, const Event&, Actions&);
+void interrupt(State&, const Event&, Actions&);
+void note_pause(State&, const Event&, Actions&);
+void interrupt_behind_touch(State&, const Event&, Actions&);
+void watch_links(State&, const Event&, Actions&);
+void identify_behind_interruption(State&, const Event&, Actions&);
 void begin_way_home(State&, const Event&, Actions&);
 void end_touching(State&, const Event&, Actions&);
 void next_touch(State&, const Event&, Actions&);
@@ -95,6 +127,12 @@ template <FailureKind kind>
 void fail_and_stop(State& state, const Event& event, Actions& actions) {
   fail_and_stop(kind, state, event, actions);
 }
+/// Ends a session that was interrupted and cannot go on by itself.
+void fail_interrupted(Setback why, State&, const Event&, Actions&);
+template <Setback why>
+void fail_interrupted(State& state, const Event& event, Actions& actions) {
+  fail_interrupted(why, state, event, actions);
+}
 /// Ends a session whose failure is already named.
 void end_failed(State&, const Event&, Actions&);
 /// The end could not be put on disk; nothing is left to be done but to say so.
@@ -102,5 +140,6 @@ void note_journal_failure(State&, const Event&, Actions&);
 
 /// What failed, where, and what to do next, in words.
 std::string failure_detail(FailureKind kind, const State& state, const Event& event);
+std::string setback_words(Setback why, const State& state);
 
 }  // namespace cellcal::daemon::rules

@@ -16,6 +16,9 @@ constexpr std::chrono::milliseconds kReportPeriod{200};
 bool same(const Links& a, const Links& b) {
   return a.robot == b.robot && a.contact == b.contact && a.in_contact == b.in_contact &&
          a.self_test_ok == b.self_test_ok && a.can_guard_retreat == b.can_guard_retreat &&
+         a.interruption == b.interruption && a.interruptions == b.interruptions &&
+         a.robot_session == b.robot_session && a.late == b.late &&
+         a.needs_operator == b.needs_operator && a.unsettled == b.unsettled &&
          a.robot_words == b.robot_words && a.contact_words == b.contact_words;
 }
 
@@ -135,6 +138,7 @@ std::optional<Event> Runner::device_result() {
     one.move_id = result->id;
     one.at_rad = result->at_rad;
     one.latch = result->latch;
+    one.interruption = result->interruption;
     return one;
   }
   if (auto answer = parts_.backend.contact().poll_arm()) {
@@ -152,7 +156,9 @@ std::optional<Event> Runner::links_changed() {
     next_report_ = now + kReportPeriod;
     if (parts_.on_look) parts_.on_look(robot, contact);
   }
-  const Links links{robot.link,           robot.actual_rad,   robot.words,
+  const Links links{robot.link,           robot.actual_rad,   robot.interruption,
+                    robot.interruptions,  robot.session,      robot.late,
+                    robot.needs_operator, robot.unsettled,    robot.words,
                     contact.link,         contact.in_contact, contact.can_guard_retreat,
                     contact.self_test_ok, contact.words};
   if (seen_ && same(*seen_, links)) return std::nullopt;
@@ -172,7 +178,10 @@ void Runner::feed(Event event) {
   const Phase before = state_.phase;
   Step next = step(std::move(state_), event);
   state_ = std::move(next.state);
-  if (before != state_.phase) note_step(before, event);
+  if (before != state_.phase) {
+    note_step(before, event);
+    if (kAwaitingPhases.has(state_.phase)) seen_.reset();  // what waits for links looks at once
+  }
   perform_all(next.actions);
   if (parts_.on_change) parts_.on_change(state_);
 }
@@ -201,8 +210,8 @@ void Runner::commit(std::function<void(Recorder&)> job, std::optional<Event> ans
   });
 }
 
-void Runner::work(std::function<Event()> job) {
-  parts_.worker.post([inbox = inbox_, job = std::move(job)] {
+void Runner::work(std::function<Event()> job, std::uint32_t route_id) {
+  parts_.worker.post([inbox = inbox_, job = std::move(job), route_id] {
     Event answer;
     try {
       answer = job();
@@ -211,6 +220,7 @@ void Runner::work(std::function<Event()> job) {
       answer.kind = EventKind::kWorkFailed;
       answer.words = error.what();
     }
+    answer.route_id = route_id;
     inbox->put(std::move(answer));
   });
 }
@@ -234,25 +244,29 @@ struct Runner::Perform {
     });
   }
   void operator()(const FindRoute& action) const {
-    runner.work([route = tasks.route, plan = state.plan, next = action.next,
-                 from = joint_vector(backend.robot().state().commanded_rad)] {
-      Event answer;
-      answer.kind = EventKind::kRouted;
-      answer.plan = std::make_shared<const calib::Plan>(route(*plan, next, from));
-      return answer;
-    });
+    runner.work(
+        [route = tasks.route, plan = state.plan, next = action.next,
+         from = joint_vector(backend.robot().state().commanded_rad)] {
+          Event answer;
+          answer.kind = EventKind::kRouted;
+          answer.plan = std::make_shared<const calib::Plan>(route(*plan, next, from));
+          return answer;
+        },
+        action.route_id);
   }
   void operator()(const ChooseTouch& action) const {
-    runner.work([choose = tasks.choose, action, touches = runner.touches_,
-                 from = joint_vector(backend.robot().state().commanded_rad)] {
-      Tasks::Chosen chosen = choose(action, touches, from);
-      Event answer;
-      answer.kind = EventKind::kRouted;
-      answer.plan = std::make_shared<const calib::Plan>(std::move(chosen.plan));
-      answer.progress = std::move(chosen.progress);
-      answer.stage = std::move(chosen.stage);
-      return answer;
-    });
+    runner.work(
+        [choose = tasks.choose, action, touches = runner.touches_,
+         from = joint_vector(backend.robot().state().commanded_rad)] {
+          Tasks::Chosen chosen = choose(action, touches, from);
+          Event answer;
+          answer.kind = EventKind::kRouted;
+          answer.plan = std::make_shared<const calib::Plan>(std::move(chosen.plan));
+          answer.progress = std::move(chosen.progress);
+          answer.stage = std::move(chosen.stage);
+          return answer;
+        },
+        action.route_id);
   }
   void operator()(const Assess&) const {
     runner.work([assess = tasks.assess, touches = runner.touches_] {
@@ -293,6 +307,7 @@ struct Runner::Perform {
   void operator()(const ArmSensor& action) const {
     backend.contact().arm(action.arm_id, action.lifetime);
   }
+  void operator()(const Disarm&) const { backend.contact().disarm(); }
   void operator()(const SelfTest&) const {
     backend.contact().self_test();
     runner.seen_.reset();
@@ -336,6 +351,13 @@ struct Runner::Perform {
   }
   void operator()(const RecordEnd& action) const {
     record(action, runner.event(EventKind::kRecorded));
+  }
+  void operator()(const RecordInterruption& action) const {
+    std::string words = "interruption " + std::to_string(action.number) + " of at most " +
+                        std::to_string(action.most) + ", going on by itself: " + action.failure;
+    runner.commit([utc = backend.utc_now(), words = std::move(words)](Recorder& recorder) {
+      recorder.note(utc, words);
+    });
   }
 };
 

@@ -108,7 +108,7 @@ class Runner {
   void perform_all(const Actions& actions);
   void note_step(Phase before, const Event& event);
   Event event(EventKind kind, std::string words = "");
-  void work(std::function<Event()> job);
+  void work(std::function<Event()> job, std::uint32_t route_id = 0);
   void commit(std::function<void(Recorder&)> job, std::optional<Event> answer = {},
               const char* what = nullptr);
 

@@ -12,6 +12,7 @@
 #include "calib/plan/cell_check.h"
 #include "daemon/session/delay_watch.h"
 #include "daemon/session/inputs.h"
+#include "daemon/session/rules.h"
 #include "daemon/session/tasks.h"
 
 namespace cellcal::daemon {
@@ -298,6 +299,8 @@ void SessionService::carry_out(Job& job) {
   State state;
   state.policy = job.options.touch;
   state.patience = parts_.patience;
+  state.retries = parts_.retries;
+  state.how_to_start = job.backend->how_to_start();
   state.one_by_one = job.options.one_by_one;
   state.resumed = job.resumed;
   state.done = job.touches.size();
@@ -320,6 +323,7 @@ void SessionService::carry_out(Job& job) {
   task_inputs.store = [this, &job](const std::string& json) {
     parts_.journal.store_calibration(job.session, json);
   };
+  task_inputs.interruptions = [this] { return status().interruptions; };
   task_inputs.truth = [&job](const calib::Calibration& calibration) {
     return job.backend->truth(calibration);
   };
@@ -364,6 +368,14 @@ void SessionService::publish(const State& state, Job& job) {
   status.robot_words = state.links.robot_words;
   status.contact_words = state.links.contact_words;
   status.failure = state.failure;
+  status.interruptions = state.interruptions;
+  if (state.phase == Phase::kConnecting && state.deadline) {
+    const rules::Missing missing = rules::missing(state);
+    const double left_s =
+        std::chrono::duration<double>(*state.deadline - job.backend->clock().now()).count();
+    status.waiting =
+        Waiting{missing.robot, missing.contact, std::max(0.0, left_s), state.how_to_start};
+  }
   if (state.plan) {
     status.total = std::max(state.total(), status.done);
     if (state.in_hand() < state.plan->touches.size()) status.target = state.planned().target;
@@ -407,6 +419,7 @@ void SessionService::publish(const State& state, Job& job) {
     const std::lock_guard lock(mutex_);
     status.seq = history_.back().seq + 1;
     status.links = links_;
+    published_ = std::chrono::steady_clock::now();
     history_.push_back(std::move(status));
     if (history_.size() > kHistory) history_.pop_front();
     notify = notify_;
@@ -436,6 +449,10 @@ Status SessionService::status() const {
   const std::lock_guard lock(mutex_);
   Status newest = history_.back();
   newest.links = links_;
+  if (newest.waiting) {
+    const std::chrono::duration<double> since = std::chrono::steady_clock::now() - published_;
+    newest.waiting->left_s = std::max(0.0, newest.waiting->left_s - since.count());
+  }
   return newest;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 // One session at a time: its thread, its journal entry, its files, and what others see of it.
 
+#include <chrono>
 #include <condition_variable>
 #include <cstdint>
 #include <deque>
@@ -53,6 +54,7 @@ struct ServiceParts {
   std::function<std::unique_ptr<Backend>(const calib::Cell&)> make_backend;
   TouchPolicy touch;
   Patience patience;
+  int retries = 0;  ///< harmless interruptions after which a session goes on by itself
 };
 
 class SessionService {
@@ -93,7 +95,8 @@ class SessionService {
   std::deque<calib::Withheld> no_inputs_;  ///< the journal's files
   mutable std::mutex mutex_;
   std::condition_variable idle_;
-  std::deque<Status> history_;  ///< newest last; never empty
+  std::deque<Status> history_;                         ///< newest last; never empty
+  std::chrono::steady_clock::time_point published_{};  ///< the newest
   std::function<void()> notify_;
   std::shared_ptr<const LinkReport> links_;  ///< newest
   Runner* runner_ = nullptr;

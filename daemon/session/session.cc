@@ -32,7 +32,9 @@ bool is_stale(const State& state, const Event& event) {
   if (event.kind == EventKind::kJournalSound)
     return !state.held || event.move_id != state.held->move.id;
   const bool arming = event.kind == EventKind::kArmed || event.kind == EventKind::kArmRefused;
-  return arming && event.arm_id != state.arm_id;
+  if (arming) return event.arm_id != state.arm_id;
+  const bool answer = event.kind == EventKind::kRouted || event.kind == EventKind::kWorkFailed;
+  return answer && event.route_id != 0 && event.route_id != state.route_id;
 }
 
 const Transition* find_row(const State& state, const Event& event) {

@@ -29,8 +29,12 @@ struct State {
   // Fixed when the session starts.
   TouchPolicy policy;
   Patience patience;
-  bool one_by_one = false;    ///< touches are chosen as the session goes, not planned beforehand
-  bool resumed = false;       ///< goes on with a journal's touches
+  bool one_by_one = false;  ///< touches are chosen as the session goes, not planned beforehand
+  /// Goes on with a journal's touches, or by itself from where a contact may be closed: then, and
+  /// only then, its first move may lead out of one.
+  bool resumed = false;
+  int retries = 0;            ///< harmless interruptions after which it goes on by itself
+  std::string how_to_start;   ///< what the operator starts on the pendant; for messages
   std::size_t done = 0;       ///< touches on disk; also the index of the next one
   std::string expected_hash;  ///< resumed: the plan's, as stored; empty: not compared
 
@@ -62,7 +66,17 @@ struct State {
   std::uint32_t move_id = 0;     ///< of the newest move; results of others are stale
   std::optional<HeldMove> held;  ///< the newest move, until it has begun
   std::uint16_t arm_id = 0;      ///< of the newest arming
+  std::uint32_t route_id = 0;    ///< of the newest question for a way or a touch
   std::uint64_t total_revoked = 0;
+
+  // Harmless interruptions (interruption.h).
+  int interruptions = 0;                   ///< so far; those after which it went on or tries to
+  std::optional<Failure> interrupted;      ///< the newest: what it ends with where it cannot go on
+  drivers::AxisAngles left_rad;            ///< where the arm came to rest in it
+  std::uint32_t left_session = 0;          ///< the controller's, in which it happened
+  std::uint64_t late_before = 0;           ///< late replies when the watch began
+  std::uint32_t interruptions_before = 0;  ///< of the robot's link, likewise
+  bool pause_noted = false;                ///< while a touch was on its way to the disk
 
   std::optional<drivers::TimePoint> deadline;  ///< of this phase
   std::optional<Failure> failure;              ///< set in kStopping and kFailed

@@ -28,6 +28,13 @@ struct InterruptedSession {
   std::string started;
 };
 
+/// What a session waits for before its first move.
+struct Waiting {
+  bool robot = false, contact = false;  ///< the link that is missing
+  double left_s = 0.0;                  ///< of the patience
+  std::string start;                    ///< what the operator starts on the pendant
+};
+
 struct Status {
   std::uint64_t seq = 0;     ///< counts up with every change
   std::int64_t session = 0;  ///< 0: none since the daemon started
@@ -41,6 +48,8 @@ struct Status {
   std::string why_ended;              ///< why no further touch was chosen
   std::optional<double> residual_m;   ///< of the newest touch; nothing before the first
   std::optional<double> time_left_s;  ///< touches and the way home; nothing before the first touch
+  std::optional<Waiting> waiting;     ///< while connecting; newer than `seq` in service.status()
+  int interruptions = 0;              ///< harmless ones, after which it goes on by itself
   std::string robot_words, contact_words;
   std::optional<Failure> failure;
   std::optional<bool> publish;  ///< verdict, once identified

@@ -17,6 +17,8 @@ using F = FailureKind;
 constexpr Phases kArming{kArmingFast, kArmingSlow};
 constexpr Phases kSearching{kFastSearch, kSlowSearch};
 constexpr Phases kNotUnderWay = kFinalPhases | Phases{kIdle};
+constexpr Phases kPausing{kRouting, kProving, kArmingFast, kArmingSlow, kChoosing};
+constexpr Phases kInterrupted{kRecovering, kWatching};
 constexpr std::optional<Phase> kStay = std::nullopt;
 
 // clang-format off
@@ -32,8 +34,10 @@ Transition{kConnecting,    E::kLinks,        fresh_and_closed, "contact closed, 
 Transition{kConnecting,    E::kLinks,        contact_faulty, "sensor faulty",            kFailed,      fail<F::kContactFault>, "loop broken, self-test failed, wrong version"},
 Transition{kConnecting,    E::kLinks,        links_ready, "both ready",                  kReferencing, rereference, "take the arm's actual position as the starting point"},
 Transition{kConnecting,    E::kDeadline,     nullptr, "",                                kFailed,      fail<F::kLinkNotReady>, "say which link and why"},
+Transition{kReferencing,   E::kLinks,        not_where_left, "not where the arm was left", kFailed,  fail_interrupted<Setback::kMoved>, "somebody has moved it"},
 Transition{kReferencing,   E::kLinks,        referenced, "robot ready",                  kRouting,     find_route, "look for a clear way to the next touch"},
 Transition{kReferencing,   E::kDeadline,     nullptr, "",                                kFailed,      fail<F::kLinkNotReady>, "say why"},
+Transition{kRouting,       E::kRouted,       none_left_behind_interruption, "none left, interrupted", kIdentifying, end_touching, "the arm stays where it is; close the devices; identify"},
 Transition{kRouting,       E::kRouted,       nothing_chosen, "no touch can be made",     kFailed,      fail<F::kPlan>, "nothing can be reached from here"},
 Transition{kRouting,       E::kRouted,       closed_since, "contact closed meanwhile", kFailed,      fail<F::kContactClosed>, "the way begins free of contact"},
 Transition{kRouting,       E::kRouted,       in_contact, "contact closed (resumed)",     kFreeing,     begin_freeing, "first waypoint, out of contact"},
@@ -69,6 +73,9 @@ Transition{kSlowSearch,    E::kContact,      readings_agree, "enough readings ag
 Transition{kSlowSearch,    E::kContact,      readings_left, "readings left",             kBackingOff,  keep_reading_and_back_off, "keep the reading, back off, read again"},
 Transition{kSlowSearch,    E::kContact,      may_be_replaced, "another may replace it",  kRetreat,     give_touch_up, "readings do not repeat: leave to the clear point"},
 Transition{kSlowSearch,    E::kContact,      nullptr, "",                                kFailed,      fail<F::kReadingsDisagree>, "readings do not repeat"},
+Transition{kRecording,     E::kLinks,        pause_noted, "interrupted meanwhile",       kStay,        nullptr, "the touch goes to the disk first"},
+Transition{kRecording,     E::kLinks,        paused, "harmless, and retries left",       kStay,        note_pause, "the touch goes to the disk first"},
+Transition{kRecording,     E::kRecorded,     pause_noted, "interrupted meanwhile",       kRecovering,  interrupt_behind_touch, "at rest: wait for the link"},
 Transition{kRecording,     E::kRecorded,     nullptr, "",                                kRetreat,     leave, "leave to the clear point"},
 Transition{kRetreat,       E::kArrived,      one_by_one_after_failure, "the touch failed", kProving,   prove_sensor, "the sensor proves itself before it is trusted again"},
 Transition{kRetreat,       E::kArrived,      one_by_one, "touches chosen one by one",    kChoosing,    choose_next, "assess the touch; choose the next by what is known now"},
@@ -87,6 +94,21 @@ Transition{kIdentifying,   E::kWorkFailed,   nullptr, "",                       
 Transition{kReporting,     E::kReported,     nullptr, "",                                kStay,        record_good_end, "record the end"},
 Transition{kReporting,     E::kRecorded,     nullptr, "",                                kDone,        nullptr, "the end is on disk"},
 Transition{kReporting,     E::kWorkFailed,   nullptr, "",                                kFailed,      fail<F::kReport>, "the touches stay in the journal"},
+// harmless interruptions (interruption.h), where the cell's owner lets sessions go on by themselves
+Transition{kMovingPhases,  Events(E::kRobotSilent, E::kRefused), interrupted_behind_last, "harmless, all touches made", kIdentifying, identify_behind_interruption, "the arm stays where it is; close the devices; identify"},
+Transition{kMovingPhases,  Events(E::kRobotSilent, E::kRefused), interrupted, "harmless, and retries left", kRecovering, interrupt, "at rest: wait for the link"},
+Transition{kMovingPhases,  E::kLinks,        held_and_paused_behind_last, "not begun, all touches made", kIdentifying, identify_behind_interruption, "the arm stays where it is; close the devices; identify"},
+Transition{kMovingPhases,  E::kLinks,        held_and_paused, "not begun, harmless",     kRecovering,  interrupt, "at rest: wait for the link"},
+Transition{kPausing,       E::kLinks,        paused, "harmless, and retries left",       kRecovering,  interrupt, "at rest: wait for the link"},
+Transition{Phases(kReferencing, kWatching), E::kLinks, paused_again, "harmless, and retries left", kRecovering, interrupt, "at rest: wait for the link"},
+Transition{kInterrupted,   E::kLinks,        other_session, "another session",           kFailed,      fail_interrupted<Setback::kOtherSession>, "the controller has stopped meanwhile"},
+Transition{kInterrupted,   E::kLinks,        contact_faulty, "sensor faulty or lost",    kFailed,      fail<F::kContactFault>, "sensor's words"},
+Transition{kInterrupted,   E::kLinks,        touched_meanwhile, "contact where none was made", kFailed, fail<F::kUnexpectedContact>, "contact outside a search"},
+Transition{kRecovering,    E::kLinks,        both_back, "both back",                     kWatching,    watch_links, "watch them; the sensor proves itself"},
+Transition{kRecovering,    E::kDeadline,     nullptr, "",                                kFailed,      fail_interrupted<Setback::kNotBack>, "somebody has to look"},
+Transition{kWatching,      E::kLinks,        robot_lost, "robot lost",                   kFailed,      fail_interrupted<Setback::kAgain>, "not sound"},
+Transition{kWatching,      E::kDeadline,     both_proven, "both proven",                 kReferencing, rereference, "take the arm's actual position as the starting point"},
+Transition{kWatching,      E::kDeadline,     nullptr, "",                                kFailed,      fail_interrupted<Setback::kAgain>, "not sound"},
 // a move waits until all that was recorded before it is on disk; the arm rests meanwhile
 Transition{kMovingPhases,  E::kJournalSound, nullptr, "",                                kStay,        release_move, "all is on disk: begin the move"},
 Transition{kMovingPhases,  E::kAbort,        move_held, "move not begun",                kAborted,     close_and_end, "close the devices; record the end"},
@@ -110,11 +132,11 @@ Transition{kStandingPhases, E::kLinks,       robot_lost, "robot lost",          
 Transition{kStandingPhases, E::kLinks,       contact_faulty, "sensor faulty or lost",    kFailed,      fail<F::kContactFault>, "sensor's words"},
 Transition{kStandingPhases | kThinkingPhases, E::kDeadline, nullptr, "",                 kFailed,      fail<F::kTimeout>, "longer than plausible"},
 Transition{kActivePhases,  E::kJournalFailed, nullptr, "",                               kFailed,      fail<F::kJournal>, "not on disk: hold still"},
-Transition{kStandingPhases, E::kDeviceFailed, nullptr, "",                               kFailed,      fail<F::kDevice>, "a device refused a call"},
+Transition{kStandingPhases | kInterrupted, E::kDeviceFailed, nullptr, "",                               kFailed,      fail<F::kDevice>, "a device refused a call"},
 Transition{kMovingPhases,  E::kDeviceFailed, nullptr, "",                                kStopping,    fail_and_stop<F::kDevice>, "stop; a device refused a call"},
 // stopping and aborting
 Transition{kMovingPhases,  E::kAbort,        nullptr, "",                                kStopping,    stop, "stop the arm"},
-Transition{kStandingPhases | kThinkingPhases | Phases{kConnecting}, E::kAbort, nullptr, "", kAborted,  close_and_end, "close the devices; record the end"},
+Transition{kStandingPhases | kThinkingPhases | kAwaitingPhases, E::kAbort, nullptr, "", kAborted,  close_and_end, "close the devices; record the end"},
 Transition{kStopping,      kMoveResults,     has_failed, "because of a failure",         kFailed,      end_failed, "at rest: close the devices; record the end"},
 Transition{kStopping,      kMoveResults,     nullptr, "",                                kAborted,     close_and_end, "at rest: close the devices; record the end"},
 Transition{kStopping,      E::kDeadline,     nullptr, "",                                kFailed,      fail<F::kStopUnconfirmed>, "no sign of rest"},

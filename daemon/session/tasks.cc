@@ -107,6 +107,10 @@ void write_results(const TaskInputs& inputs, calib::Calibration calibration,
   report.finished = finished_time(touches, inputs.utc_now());
   report.cell_name = std::filesystem::path(inputs.files.cell_name).filename().string();
   report.software = calib::software_version();
+  if (const int count = inputs.interruptions ? inputs.interruptions() : 0; count > 0) {
+    report.notes.push_back("interruptions of the robot's link: " + std::to_string(count) +
+                           ", resumed by itself; the touch in hand was made anew each time");
+  }
   report.truth = inputs.truth(calibration);
   report.plan = plan;
   if (plan) report.planned_s = calib::duration_s(*plan, inputs.cell.robot, {});

@@ -35,6 +35,8 @@ struct TaskInputs {
   std::function<std::string()> utc_now;
   /// Puts the calibration into the journal.
   std::function<void(const std::string& json)> store;
+  /// Harmless ones after which the session went on by itself; null: none.
+  std::function<int()> interruptions;
   std::function<std::vector<std::pair<std::string, std::string>>(const calib::Calibration&)> truth;
 };
 

@@ -40,8 +40,10 @@ struct TouchPolicy {
 /// How long a phase may take before silence counts as failure.
 struct Patience {
   std::chrono::milliseconds planning{std::chrono::minutes(5)};
-  /// Controller's interpreter started by hand, sensor identified and self-tested.
-  std::chrono::milliseconds connecting{std::chrono::seconds(15)};
+  /// Until both links are up: somebody walks to the pendant, selects the program and starts it.
+  std::chrono::milliseconds connecting{std::chrono::minutes(5)};
+  /// Sensor self-tested, and identified anew where it has to be.
+  std::chrono::milliseconds proving{std::chrono::seconds(15)};
   std::chrono::milliseconds referencing{std::chrono::seconds(2)};
   /// One exchange over the serial line takes milliseconds.
   std::chrono::milliseconds arming{std::chrono::seconds(2)};
@@ -51,6 +53,11 @@ struct Patience {
   double search_factor = 3.0;
   std::chrono::milliseconds search_slack{std::chrono::seconds(10)};
   std::chrono::milliseconds recording{std::chrono::seconds(10)};
+  /// Until both links are back after a harmless interruption. A controller whose session goes on is
+  /// back within half a second; the sensor's circuit settles meanwhile.
+  std::chrono::milliseconds recovering{std::chrono::seconds(3)};
+  /// So long both are then watched: 500 cycles of 4 ms without another gap or late reply.
+  std::chrono::milliseconds watching{std::chrono::seconds(2)};
   std::chrono::milliseconds stopping{std::chrono::seconds(5)};
   std::chrono::milliseconds identifying{std::chrono::minutes(5)};
   std::chrono::milliseconds reporting{std::chrono::minutes(1)};

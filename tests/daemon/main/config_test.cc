@@ -159,7 +159,65 @@ INSTANTIATE_TEST_SUITE_P(
         Wrong{kMock + "[contact]\nbaud = 9601\n", "baud"},
         Wrong{kMock + "[mock]\ncycle_ms = 8\n", "cycle_ms"},
         Wrong{kMock + "[mock]\nstart_deg = [1, inf]\n", "start_deg"},
-        Wrong{kMock + "[[", "d.toml"}));
+        Wrong{kMock + "[rsi]\nsilence_cycles = 500\n",
+              "d.toml:4: rsi.silence_cycles: 500 is out of range, allowed are 2 to 50"},
+        Wrong{kMock + "[rsi]\naxis_tag = \"<A>\"\n",
+              "d.toml:4: rsi.axis_tag: \"<A>\" is not a name: allowed are 1 to 32 letters"},
+        Wrong{kMock + "[rsi]\nsentype = \"\"\n", "d.toml:4: rsi.sentype: \"\" is not a name"},
+        Wrong{kMock + "[rsi]\nexternal_axis_tag = \"1E\"\n", "d.toml:4: rsi.external_axis_tag"},
+        Wrong{kMock + "[rsi]\nstop_tag = \"a b\"\n", "d.toml:4: rsi.stop_tag"},
+        Wrong{kMock + "[rsi]\ncart_tag = \"\"\n", "d.toml:4: rsi.cart_tag"},
+        Wrong{kMock + "[rsi]\naxis_tag = \"RKorr\"\n", "corrections in space (POSCORR)"},
+        Wrong{kMock + "[rsi]\nstop_tag = \"ak\"\n",
+              "d.toml:4: rsi.stop_tag: \"ak\" is axis_tag, too"},
+        Wrong{kMock + "[rsi]\nexternal_axis_tag = \"Stop\"\n",
+              "rsi.stop_tag: \"Stop\" is external_axis_tag, too"},
+        Wrong{kMock + "[rsi]\naxis_tag = \"IPOC\"\n",
+              "d.toml:4: rsi.axis_tag: \"IPOC\" is an element of every telegram"},
+        Wrong{kMock + "[rsi]\nbind = \"not-an-ip\"\n",
+              "d.toml:4: rsi.bind: \"not-an-ip\" is no IPv4 address"},
+        Wrong{kMock + "[rsi]\nbind = \"10.0.0.256\"\n", "ip -4 address"},
+        Wrong{kMock + "[rsi]\nbind = \"224.0.0.1\"\n", "rsi.bind"},
+        Wrong{
+            kMock + "[rsi]\nlate_replies_limit = 100\n",
+            "d.toml:4: rsi.late_replies_limit: must be below timeout_cycles of [controller], 100"},
+        Wrong{kMock + "[eki]\naddress = \"\"\n", "d.toml:4: eki.address"},
+        Wrong{kMock + "[eki]\naddress = \"0.0.0.0\"\n", "the controller's in its KLI network"},
+        Wrong{kMock + "[eki]\naddress = \"robot\"\n", "d.toml:4: eki.address"},
+        Wrong{kMock + "[eki]\nsilence_ms = 100\n[controller]\nstate_ms = 50\n",
+              "d.toml:6: controller.state_ms: must be at most a quarter of silence_ms"},
+        Wrong{kMock + "[controller]\npc_address = \"PC\"\n", "d.toml:4: controller.pc_address"},
+        Wrong{kMock + "[controller]\ninput = 1025\n", "$IN[1025] is always TRUE"},
+        Wrong{kMock + "[controller]\ninput = 1026\n", "controller.input"},
+        Wrong{kMock + "[controller]\nfirst_interrupt = 80\n", "controller.first_interrupt"},
+        Wrong{kMock + "[contact]\ndevice = \"ttyUSB0\"\n", "d.toml:4: contact.device"},
+        Wrong{kMock + "[contact]\ndevice = \"\"\n", "absolute path"},
+        Wrong{kMock + "[contact]\ndevice = \"/dev/a\\nb\"\n", "control characters"},
+        Wrong{kMock + "socket = \"/" + std::string(200, 's') + "\"\n",
+              "d.toml:3: socket: must have at most 107 characters, not 201"},
+        Wrong{kMock + "state_dir = \"/a\\u001b[2J\"\n", "d.toml:3: state_dir"},
+        Wrong{kMock + "[session]\nconnect_wait_s = 0\n",
+              "d.toml:4: session.connect_wait_s: 0 is out of range, allowed are 1 to 3600"},
+        Wrong{kMock + "[session]\nretries = -1\n", "d.toml:4: session.retries"},
+        Wrong{kMock + "[session]\nretries = 101\n", "allowed are 0 to 100"},
+        Wrong{kMock + "[session]\nretry = 1\n", "session.retry"}, Wrong{kMock + "[[", "d.toml"}));
+
+TEST(a_configuration, of_the_session_says_how_long_it_waits_and_how_often_it_goes_on) {
+  const DaemonConfig usual = parse_config(kRsi, "d.toml");
+  EXPECT_EQ(usual.patience.connecting, std::chrono::minutes(5));
+  EXPECT_EQ(usual.retries, 0) << "nothing moves by itself unless the cell's owner says so";
+  const DaemonConfig config =
+      parse_config(kRsi + "[session]\nconnect_wait_s = 90\nretries = 3\n", "d.toml");
+  EXPECT_EQ(config.patience.connecting, std::chrono::seconds(90));
+  EXPECT_EQ(config.retries, 3);
+}
+
+TEST(a_configuration, may_have_no_stop_tag_and_any_address_of_this_computer) {
+  const DaemonConfig config =
+      parse_config(kRsi + "[rsi]\nbind = \"0.0.0.0\"\nstop_tag = \"\"\n", "d.toml");
+  EXPECT_EQ(config.rsi.stop_tag, "");
+  EXPECT_EQ(config.rsi.bind_address, "0.0.0.0");
+}
 
 const std::string kEki =
     "format = \"cellcal.daemon/1\"\nbackend = \"eki\"\n[contact]\ndevice = \"/dev/ttyUSB0\"\n";

@@ -468,7 +468,7 @@ TEST(cellcald, validates_a_configuration_and_ends) {
   EXPECT_EQ(run_program({CELLCALD, "--config", fixture.dir / "d.toml", "--check"}).status, 0);
   std::ofstream(fixture.dir / "bad.toml") << "format = \"cellcal.daemon/1\"\ncolour = 1\n";
   const Outcome bad = run_program({CELLCALD, "--config", fixture.dir / "bad.toml", "--check"});
-  EXPECT_EQ(bad.status, 1);
+  EXPECT_EQ(bad.status, 2);
   EXPECT_NE(bad.err.find("bad.toml"), std::string::npos);
   EXPECT_EQ(run_program({CELLCALD, "--configure"}).status, 2);
   EXPECT_NE(run_program({CELLCALD, "--help"}).out.find("Example: cellcald"), std::string::npos);

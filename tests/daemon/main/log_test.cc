@@ -1,27 +1,43 @@
-// The log, as whoever reads it meets it.
+// Whatever others' words hold, a message is one line of the log and steers no terminal.
+
+#include "daemon/main/log.h"
 
 #include <gtest/gtest.h>
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <cstdlib>
+#include <string>
 
-#include "daemon/main/log.h"
+#include "daemon/session/printable.h"
 
 namespace cellcal::daemon {
 namespace {
 
-TEST(log, keeps_a_message_on_one_line_whatever_foreign_words_are_in_it) {
-  ::unsetenv("JOURNAL_STREAM");
+TEST(the_log, cannot_be_forged_by_what_it_tells_of) {
+  const auto before = spdlog::default_logger();
   ::testing::internal::CaptureStderr();
   set_up_log(false);
-  spdlog::error("{}: no such file", "/tmp/a\n<3>2030-01-01 error: forged\x1b[2J");
+  spdlog::info("cell {}",
+               "/a\n<3>session 7 is done\r\x1b[2J\x7f\xC2\x9B"
+               "31m.toml");
   spdlog::default_logger()->flush();
-  const std::string logged = ::testing::internal::GetCapturedStderr();
-  EXPECT_EQ(std::count(logged.begin(), logged.end(), '\n'), 1) << logged;
-  EXPECT_NE(logged.find("/tmp/a / <3>2030-01-01 error: forged?[2J: no such file"),
-            std::string::npos)
-      << logged;
+  const std::string written = ::testing::internal::GetCapturedStderr();
+  spdlog::drop("cellcald");
+  spdlog::set_default_logger(before);
+  ASSERT_FALSE(written.empty());
+  EXPECT_EQ(written.back(), '\n');
+  EXPECT_EQ(std::count(written.begin(), written.end(), '\n'), 1) << written;
+  for (const char bad : {'\r', '\x1b', '\x7f'}) {
+    EXPECT_EQ(written.find(bad), std::string::npos) << written;
+  }
+  EXPECT_EQ(written.find("\xC2\x9B"), std::string::npos) << written;
+  EXPECT_NE(written.find("cell /a <3>session 7 is done"), std::string::npos) << written;
+}
+
+TEST(printable_text, leaves_words_of_all_languages_alone) {
+  const std::string words = "K\xC3\xBChlung 0.05 \xC2\xB1 0.01 \xC2\xB5m, \xE2\x80\x93";
+  EXPECT_EQ(printable(words), words);
+  EXPECT_EQ(printable("\xC2"), "\xC2");
 }
 
 }  // namespace

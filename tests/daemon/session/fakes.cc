@@ -23,6 +23,22 @@ double surface_before(double target_rad) {
   return std::floor(target_rad / kTouchSpacing) * kTouchSpacing + kSearch - kBehindSurface;
 }
 
+/// Late replies leave the link up; without packets it is down for a while, and not referenced.
+void interrupt(World& w, drivers::Interruption by) {
+  w.interrupted_by = by;
+  ++w.interruptions;
+  if (by == drivers::Interruption::kLateReplies) {
+    w.late += 3;
+    return;
+  }
+  w.referenced = false;
+  w.down_until = w.script.never_back
+                     ? drivers::TimePoint::max()
+                     : w.clock.now() + std::chrono::milliseconds(w.script.lost_for_ms);
+  if (w.script.other_session) ++w.session;
+  w.at_rad += w.script.moved_meanwhile_rad;
+}
+
 }  // namespace
 
 void FakeRobot::open() {
@@ -43,11 +59,23 @@ drivers::RobotState FakeRobot::state() const {
     state.link = drivers::RobotLink::kDown;
     state.words = "no packet on port 49152";
   }
-  if (w_.robot_lost) state.link = drivers::RobotLink::kLost;
+  if (w_.robot_lost || w_.clock.now() < w_.down_until) state.link = drivers::RobotLink::kLost;
+  state.interruption = w_.interrupted_by;
+  state.interruptions = w_.interruptions;
+  state.session = w_.session;
+  state.late = w_.late;
+  if (w_.script.late_again && w_.interruptions > 0) {
+    state.late += static_cast<std::uint64_t>(w_.clock.now().time_since_epoch() /
+                                             std::chrono::milliseconds(300));
+  }
   return state;
 }
 
-void FakeRobot::rereference() { w_.referenced = !w_.script.never_referenced; }
+void FakeRobot::rereference() {
+  ++w_.references;
+  w_.referenced = !w_.script.never_referenced;
+  w_.interrupted_by = drivers::Interruption::kNone;
+}
 
 void FakeRobot::begin(const drivers::Move& move) {
   w_.moves.push_back(move);
@@ -101,6 +129,10 @@ std::optional<drivers::MoveResult> FakeRobot::poll() {
     w_.in_contact = true;
   }
   result.at_rad = {w_.at_rad};
+  if (const auto by = w_.script.interruption.find(number); by != w_.script.interruption.end()) {
+    result.interruption = by->second;
+    interrupt(w_, by->second);
+  }
   return result;
 }
 
@@ -135,6 +167,10 @@ drivers::ContactStatus FakeContact::status() const {
 void FakeContact::arm(std::uint16_t arm_id, std::chrono::milliseconds) {
   ++w_.armings;
   if (w_.armings >= w_.script.robot_lost_at_arming) w_.robot_lost = true;
+  if (w_.armings == w_.script.pause_at_arming) {
+    interrupt(w_, drivers::Interruption::kPacketsStopped);
+    return;
+  }
   if (w_.armings >= w_.script.sensor_fault_at_arming) w_.sensor_fault = true;
   if (w_.script.arming_unanswered || w_.robot_lost || w_.sensor_fault) return;
   drivers::ArmResult answer;
@@ -147,6 +183,8 @@ void FakeContact::arm(std::uint16_t arm_id, std::chrono::milliseconds) {
 std::optional<drivers::ArmResult> FakeContact::poll_arm() {
   return std::exchange(w_.arm_answer, std::nullopt);
 }
+
+void FakeContact::disarm() { ++w_.disarmings; }
 
 void FakeContact::self_test() {
   ++w_.self_tests;
@@ -226,7 +264,10 @@ State Session::run_and_abort_in(Phase abort_in) {
   Runner* running = nullptr;
   Runner runner({backend, recorder, worker, disk, tasks,
                  [&](const State& state) {
-                   if (state.phase != phases.back()) phases.push_back(state.phase);
+                   if (state.phase != phases.back()) {
+                     phases.push_back(state.phase);
+                     if (on_phase) on_phase(state.phase);
+                   }
                    // A move that is held yet has nothing to be stopped.
                    if (state.phase == abort_in && !state.held) running->request_abort();
                    if (watch) watch(state, *running);

@@ -42,6 +42,13 @@ struct Script {
   int sensor_fault_at_self_test = kNever;
   std::string open_robot_error{}, open_contact_error{};
   int begin_throws_at = kNever;
+  std::map<int, drivers::Interruption> interruption{};  ///< why this move was silent
+  int lost_for_ms = 0;           ///< behind a silence the link is down so long, and then not ready
+  int pause_at_arming = kNever;  ///< the link pauses for lost_for_ms, the arm at rest
+  bool other_session = false;    ///< the controller began anew meanwhile
+  bool late_again = false;       ///< late replies go on while the links are watched
+  double moved_meanwhile_rad = 0.0;  ///< by another hand
+  bool never_back = false;
 };
 
 /// What the fakes share.
@@ -56,7 +63,11 @@ struct World {
   drivers::TimePoint ends{};
   drivers::TimePoint
       proven_from{};  ///< a self-test takes a moment, and nothing is proven meanwhile
-  int armings = 0, stops = 0, self_tests = 0, opened = 0;
+  int armings = 0, stops = 0, self_tests = 0, opened = 0, references = 0, disarmings = 0;
+  drivers::Interruption interrupted_by = drivers::Interruption::kNone;
+  std::uint32_t interruptions = 0, session = 1;
+  std::uint64_t late = 0;
+  drivers::TimePoint down_until{};
   std::optional<drivers::ArmResult> arm_answer;
 };
 
@@ -83,7 +94,7 @@ class FakeContact final : public drivers::ContactSensor {
   drivers::ContactStatus status() const override;
   void arm(std::uint16_t arm_id, std::chrono::milliseconds lifetime) override;
   std::optional<drivers::ArmResult> poll_arm() override;
-  void disarm() override {}
+  void disarm() override;
   void self_test() override;
   void close() override;
 
@@ -168,6 +179,7 @@ struct Session {
   std::vector<calib::Touch> done;
   std::vector<Phase> phases;                         ///< each change
   std::function<void(const State&, Runner&)> watch;  ///< after each step
+  std::function<void(Phase)> on_phase;
 };
 
 }  // namespace cellcal::daemon::testing

@@ -11,8 +11,15 @@ TEST_P(an_abort, leaves_the_arm_at_rest_and_the_touches_on_disk) {
   const Phase phase = GetParam();
   Script script;
   script.contact_closed = phase == Phase::kFreeing || phase == Phase::kProving;
+  const bool interrupted = phase == Phase::kRecovering || phase == Phase::kWatching;
+  if (interrupted) {
+    script.outcome[2] = drivers::MoveOutcome::kRobotSilent;
+    script.interruption[2] = drivers::Interruption::kPacketsStopped;
+    script.lost_for_ms = 16;
+  }
   Session session(script);
   session.start.resumed = script.contact_closed;
+  session.start.retries = interrupted ? 1 : 0;
   const State end = session.run_and_abort_in(phase);
   EXPECT_EQ(end.phase, Phase::kAborted) << to_string(end.phase);
   EXPECT_FALSE(end.failure.has_value());

@@ -9,10 +9,18 @@
 namespace cellcal::daemon {
 namespace {
 
+struct Param {
+  bool one_by_one = false;  ///< touches are chosen so
+  int retries = 0;
+  /// What the events of the robot's link say.
+  drivers::Interruption interruption = drivers::Interruption::kNone;
+};
+
 /// A state in which every guard can look at what it wants.
-State state_in(Phase phase, bool one_by_one) {
+State state_in(Phase phase, const Param& param) {
   State state;
-  state.one_by_one = one_by_one;
+  state.one_by_one = param.one_by_one;
+  state.retries = param.retries;
   state.phase = phase;
   state.plan = std::make_shared<const calib::Plan>(testing::line_plan(3));
   state.move_id = 7;
@@ -27,16 +35,19 @@ State holding(State state) {
   return state;
 }
 
-Event event_of_kind(EventKind kind) {
+Event event_of_kind(EventKind kind, const Param& param = {}) {
   Event event;
   event.kind = kind;
+  event.interruption = event.links.interruption = param.interruption;
   event.move_id = 7;
   event.arm_id = 3;
   if (kind == EventKind::kJournalSound) event.move_id = 8;
   event.words = "evidence";
   event.plan = std::make_shared<const calib::Plan>(testing::line_plan(3));
   event.calibration = std::make_shared<const calib::Calibration>();
-  event.links.robot = drivers::RobotLink::kReady;
+  const bool ready = param.interruption == drivers::Interruption::kNone;
+  event.links.robot = ready ? drivers::RobotLink::kReady : drivers::RobotLink::kLost;
+  event.links.interruptions = ready ? 0 : 1;
   event.links.contact = drivers::ContactLink::kReady;
   event.at_rad = {0.11};
   drivers::Latch latch;
@@ -56,16 +67,22 @@ std::string pair(Phase phase, EventKind kind) {
   return std::string(to_string(phase)) + " x " + to_string(kind);
 }
 
-/// Whether touches are chosen one by one.
-class every_pair : public ::testing::TestWithParam<bool> {};
-INSTANTIATE_TEST_SUITE_P(of_phase_and_event, every_pair, ::testing::Bool());
+class every_pair : public ::testing::TestWithParam<Param> {};
+INSTANTIATE_TEST_SUITE_P(of_phase_and_event, every_pair,
+                         ::testing::Values(Param{false}, Param{true},
+                                           Param{false, 1, drivers::Interruption::kPacketsStopped},
+                                           Param{true, 1, drivers::Interruption::kPacketsStopped},
+                                           Param{false, 1, drivers::Interruption::kLateReplies},
+                                           Param{true, 0, drivers::Interruption::kPacketsStopped},
+                                           Param{false, 1, drivers::Interruption::kOther}));
 
 TEST_P(every_pair, has_an_answer_to_every_event_in_every_phase) {
   for (Phase phase : kAllPhases) {
     for (EventKind kind : kAllEvents) {
       if (kind == EventKind::kJournalSound) continue;  // nothing is held: dropped, see below
-      const Step next = step(state_in(phase, GetParam()), event_of_kind(kind));
-      const Transition* row = find_row(state_in(phase, GetParam()), event_of_kind(kind));
+      const Step next = step(state_in(phase, GetParam()), event_of_kind(kind, GetParam()));
+      const Transition* row =
+          find_row(state_in(phase, GetParam()), event_of_kind(kind, GetParam()));
       if (row != nullptr) {
         EXPECT_EQ(next.state.phase, row->to.value_or(phase)) << pair(phase, kind);
         continue;
@@ -82,7 +99,7 @@ TEST_P(every_pair, has_an_answer_to_every_event_in_every_phase) {
 TEST_P(every_pair, decides_on_a_move_only_into_a_moving_phase_and_never_on_the_way_to_an_end) {
   for (Phase phase : kAllPhases) {
     for (EventKind kind : kAllEvents) {
-      const Step next = step(state_in(phase, GetParam()), event_of_kind(kind));
+      const Step next = step(state_in(phase, GetParam()), event_of_kind(kind, GetParam()));
       const int moves = count<CheckJournal>(next.actions);
       EXPECT_LE(moves, 1) << pair(phase, kind);
       EXPECT_TRUE(moves == 0 || kMovingPhases.has(next.state.phase)) << pair(phase, kind);
@@ -137,7 +154,7 @@ TEST_P(every_pair, ends_a_move_that_has_not_begun_without_a_stop) {
 TEST_P(every_pair, gives_every_phase_that_waits_a_deadline) {
   for (Phase phase : kAllPhases) {
     for (EventKind kind : kAllEvents) {
-      const State next = step(state_in(phase, GetParam()), event_of_kind(kind)).state;
+      const State next = step(state_in(phase, GetParam()), event_of_kind(kind, GetParam())).state;
       if (next.phase == phase || next.phase == Phase::kIdle || is_final(next.phase)) continue;
       EXPECT_TRUE(next.deadline.has_value()) << pair(phase, kind);
     }
@@ -147,7 +164,8 @@ TEST_P(every_pair, gives_every_phase_that_waits_a_deadline) {
 TEST_P(every_pair, answers_a_deadline_in_every_phase_that_can_have_one) {
   for (Phase phase : kAllPhases) {
     if (phase == Phase::kIdle || is_final(phase)) continue;
-    const Step next = step(state_in(phase, GetParam()), event_of_kind(EventKind::kDeadline));
+    const Step next =
+        step(state_in(phase, GetParam()), event_of_kind(EventKind::kDeadline, GetParam()));
     EXPECT_NE(next.state.phase, phase) << to_string(phase);
     ASSERT_TRUE(next.state.failure.has_value()) << to_string(phase);
     EXPECT_NE(next.state.failure->kind, FailureKind::kUnexpectedEvent) << to_string(phase);
@@ -158,7 +176,7 @@ TEST_P(every_pair, closes_devices_and_records_the_end_whenever_a_session_ends_ba
   for (Phase phase : kAllPhases) {
     for (EventKind kind : kAllEvents) {
       if (is_final(phase)) continue;
-      const Step next = step(state_in(phase, GetParam()), event_of_kind(kind));
+      const Step next = step(state_in(phase, GetParam()), event_of_kind(kind, GetParam()));
       if (next.state.phase != Phase::kFailed && next.state.phase != Phase::kAborted) continue;
       EXPECT_EQ(count<CloseDevices>(next.actions), 1) << pair(phase, kind);
       ASSERT_EQ(count<RecordEnd>(next.actions), 1) << pair(phase, kind);
@@ -170,7 +188,8 @@ TEST_P(every_pair, closes_devices_and_records_the_end_whenever_a_session_ends_ba
 TEST_P(every_pair, can_be_aborted_in_every_phase_of_a_session) {
   for (Phase phase : kAllPhases) {
     if (!kActivePhases.has(phase)) continue;
-    const Step next = step(state_in(phase, GetParam()), event_of_kind(EventKind::kAbort));
+    const Step next =
+        step(state_in(phase, GetParam()), event_of_kind(EventKind::kAbort, GetParam()));
     if (kMovingPhases.has(phase)) {
       EXPECT_EQ(next.state.phase, Phase::kStopping) << to_string(phase);
       EXPECT_EQ(count<StopArm>(next.actions), 1) << to_string(phase);
@@ -183,7 +202,7 @@ TEST_P(every_pair, can_be_aborted_in_every_phase_of_a_session) {
 TEST_P(every_pair, moves_nothing_after_a_failure) {
   for (EventKind kind : kAllEvents) {
     for (Phase phase : {Phase::kFailed, Phase::kAborted, Phase::kDone}) {
-      const Step next = step(state_in(phase, GetParam()), event_of_kind(kind));
+      const Step next = step(state_in(phase, GetParam()), event_of_kind(kind, GetParam()));
       EXPECT_TRUE(next.actions.empty()) << pair(phase, kind);
     }
   }
@@ -234,7 +253,7 @@ TEST(session_table, every_phase_can_be_reached_from_idle) {
 TEST_P(every_pair, drops_results_of_earlier_moves_and_armings) {
   for (Phase phase : kAllPhases) {
     for (EventKind kind : kAllEvents) {
-      Event stale = event_of_kind(kind);
+      Event stale = event_of_kind(kind, GetParam());
       stale.move_id = 6;
       stale.arm_id = 2;
       const bool can_be_stale = kMoveResults.has(kind) || kind == EventKind::kArmed ||
@@ -258,6 +277,49 @@ TEST(a_failure_in_words, says_once_what_the_driver_has_said) {
   ASSERT_NE(first, std::string::npos) << words;
   EXPECT_EQ(words.find(said, first + 1), std::string::npos) << words;
   EXPECT_NE(words.find("obstacle in the path"), std::string::npos) << words;
+}
+
+TEST_P(every_pair, moves_nothing_behind_an_interruption_before_a_new_reference) {
+  for (Phase phase : {Phase::kRecovering, Phase::kWatching, Phase::kReferencing}) {
+    for (EventKind kind : kAllEvents) {
+      const Step next = step(state_in(phase, GetParam()), event_of_kind(kind, GetParam()));
+      EXPECT_EQ(count<BeginMove>(next.actions) + count<CheckJournal>(next.actions), 0)
+          << pair(phase, kind);
+      const bool on = !is_final(next.state.phase) && next.state.phase != phase;
+      if (phase == Phase::kReferencing || !on) continue;
+      EXPECT_TRUE(next.state.phase == Phase::kWatching || next.state.phase == Phase::kRecovering ||
+                  count<Rereference>(next.actions) == 1)
+          << pair(phase, kind);
+    }
+  }
+}
+
+TEST_P(every_pair, goes_on_by_itself_only_where_it_may_and_from_what_is_harmless) {
+  const bool may = GetParam().retries > 0 &&
+                   (GetParam().interruption == drivers::Interruption::kPacketsStopped ||
+                    GetParam().interruption == drivers::Interruption::kLateReplies);
+  for (Phase phase : kAllPhases) {
+    for (EventKind kind : kAllEvents) {
+      const Step next = step(state_in(phase, GetParam()), event_of_kind(kind, GetParam()));
+      if (next.state.interruptions == 0) continue;
+      EXPECT_TRUE(may) << pair(phase, kind);
+      EXPECT_TRUE(kind == EventKind::kRobotSilent || kind == EventKind::kRefused ||
+                  kind == EventKind::kLinks)
+          << pair(phase, kind);
+    }
+  }
+}
+
+TEST(session_table, drops_answers_to_questions_that_were_asked_anew) {
+  State state = state_in(Phase::kRouting, {});
+  state.route_id = 2;
+  for (const EventKind kind : {EventKind::kRouted, EventKind::kWorkFailed}) {
+    Event old = event_of_kind(kind);
+    old.route_id = 1;
+    EXPECT_EQ(step(state, old).state.phase, Phase::kRouting) << to_string(kind);
+    old.route_id = 2;
+    EXPECT_NE(step(state, old).state.phase, Phase::kRouting) << to_string(kind);
+  }
 }
 
 TEST(session_table, names_every_phase_event_and_failure_differently) {

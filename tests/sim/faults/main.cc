@@ -16,6 +16,7 @@ namespace {
 struct Options {
   std::string cell_file, wire, fault, phase;
   std::uint64_t seed = 1;
+  int retries = 0;
   bool verbose = false;
 };
 
@@ -64,12 +65,18 @@ class Folder {
 class Table {
  public:
   explicit Table(const Options& options)
-      : options_(options), matrix_(options.cell_file, folder_.path(), options.seed) {}
+      : options_(options),
+        matrix_(options.cell_file, folder_.path(), options.seed, expectation(options.retries)) {}
 
   Count run(Wire wire);
   double worst_m() const { return worst_m_; }
 
  private:
+  static Expectation expectation(int retries) {
+    Expectation usual;
+    usual.retries = retries;
+    return usual;
+  }
   void one(Wire wire, const Fault& fault, const Stretch& stretch, std::uint64_t number);
   void print(Wire wire) const;
 
@@ -79,6 +86,7 @@ class Table {
   std::map<std::string, std::map<TouchPhase, Count>> cells_;
   std::map<std::string, int> reasons_, names_;
   double worst_m_ = 0.0, worst_rest_s_ = 0.0;
+  int by_itself_ = 0;  ///< sessions that came to their end behind interruptions
 };
 
 void Table::one(Wire wire, const Fault& fault, const Stretch& stretch, std::uint64_t number) {
@@ -92,6 +100,7 @@ void Table::one(Wire wire, const Fault& fault, const Stretch& stretch, std::uint
   worst_m_ = std::max(worst_m_, verdict.worst_m);
   worst_rest_s_ = std::max(worst_rest_s_, verdict.rest_s);
   if (verdict.outcome == Outcome::kMeasured) ++count.measured;
+  if (verdict.outcome == Outcome::kMeasured && verdict.interruptions > 0) ++by_itself_;
   if (verdict.outcome == Outcome::kNamed) ++count.named;
   if (verdict.outcome == Outcome::kViolation) ++count.violations;
   if (verdict.outcome == Outcome::kNamed) ++names_[verdict.name];
@@ -132,6 +141,7 @@ Count Table::run(Wire wire) {
   reasons_.clear();
   names_.clear();
   worst_m_ = worst_rest_s_ = 0.0;
+  by_itself_ = 0;
   std::uint64_t number = 0;
   for (const Fault& fault : faults_of(wire)) {
     for (const Stretch& stretch : matrix_.reference(wire).stretches) {
@@ -156,6 +166,10 @@ Count Table::run(Wire wire) {
       "(at rest after {:.2f} s at the most), {} violations; {} combinations make no sense\n",
       to_string(wire), cells, all.runs(), all.measured, worst_m_ * 1e6, all.named, worst_rest_s_,
       all.violations, all.not_applicable);
+  if (options_.retries > 0) {
+    fmt::print("  {:>5} of those measured right were interrupted and went on by themselves\n",
+               by_itself_);
+  }
   for (const auto& [name, count] : names_) fmt::print("  {:>5} {}\n", count, name);
   for (const auto& [reason, count] : reasons_) fmt::print("  {:>5} left out: {}\n", count, reason);
   return all;
@@ -195,6 +209,9 @@ int main(int argc, char** argv) {
   app.add_option("--fault", options.fault, "one row alone")->check(CLI::IsMember(fault_names()));
   app.add_option("--phase", options.phase, "one column alone")->check(CLI::IsMember(phases));
   app.add_option("--seed", options.seed, "of truth, instants and lines (1)");
+  app.add_option("--retries", options.retries,
+                 "harmless interruptions after which a session goes on by itself (0)")
+      ->check(CLI::Range(0, 100));
   app.add_flag("--verbose", options.verbose, "a line for every run, with the error's words");
   try {
     app.parse(argc, argv);

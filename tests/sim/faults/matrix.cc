@@ -339,9 +339,13 @@ Verdict Matrix::run(Wire wire, const Fault& fault, const Stretch& stretch, std::
   {
     daemon::Journal journal(run.file);
     run.session = journal.begin(job_.inputs, "2000-01-01T00:00:00.000Z");
-    run.ending = run_session(*cell, job_, journal, run.session, false, [&](daemon::Runner& runner) {
-      if (fault.book) fault.book({*cell, run.at, &runner});
-    });
+    run.ending = run_session(
+        *cell, job_, journal, run.session, false,
+        [&](daemon::Runner& runner) {
+          if (fault.book) fault.book({*cell, run.at, &runner});
+        },
+        expectation_.retries);
+    run.verdict.interruptions = run.ending.state.interruptions;
     run.touches = journal.touches(run.session);
   }
   if (expectation_.check_phase) {

@@ -42,6 +42,7 @@ struct Verdict {
   std::string name;                     ///< of the error
   std::string words;                    ///< of the error
   std::vector<std::string> violations;  ///< what was promised and not kept
+  int interruptions = 0;                ///< harmless ones, as the session counted them
   double worst_m = 0.0;                 ///< distance of a touch from the truth
   double rest_s = 0.0;                  ///< error or, where something was severed, fault to rest
 };
@@ -58,6 +59,8 @@ struct Expectation {
   double ramp_s = 0.75, search_ramp_s = 0.2;
   /// The instant of the fault is looked up in the session's own record.
   bool check_phase = true;
+  /// The session may go on by itself from so many harmless interruptions.
+  int retries = 0;
 };
 
 class Matrix {

@@ -55,11 +55,14 @@ Job make_job(const std::filesystem::path& cell_file) {
 }
 
 Ending run_session(FaultyCell& cell, const Job& job, daemon::Journal& journal, std::int64_t session,
-                   bool resumed, const std::function<void(daemon::Runner&)>& on_begin) {
+                   bool resumed, const std::function<void(daemon::Runner&)>& on_begin,
+                   int retries) {
   CellBackend backend(cell);
   JournalRecorder recorder(journal, session, backend);
   daemon::InlineWorker worker;
   daemon::State state;
+  state.patience.connecting = std::chrono::seconds(15);  // nobody walks to this pendant
+  state.retries = retries;
   std::vector<calib::Touch> touches;
   if (resumed) {
     touches = journal.touches(session);

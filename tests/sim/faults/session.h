@@ -39,8 +39,9 @@ struct Ending {
 };
 
 /// Runs a session in the journal to its end: a new one, or what `state` says of one begun before.
-/// `on_begin` gets the runner before anything happens.
+/// `on_begin` gets the runner before anything happens; `retries` as [session] retries.
 Ending run_session(FaultyCell& cell, const Job& job, daemon::Journal& journal, std::int64_t session,
-                   bool resumed, const std::function<void(daemon::Runner&)>& on_begin = {});
+                   bool resumed, const std::function<void(daemon::Runner&)>& on_begin = {},
+                   int retries = 0);
 
 }  // namespace cellcal::faults

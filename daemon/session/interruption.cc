@@ -1,0 +1,57 @@
+#include "daemon/session/interruption.h"
+
+#include <algorithm>
+#include <array>
+
+namespace cellcal::daemon {
+
+namespace {
+
+using drivers::Interruption;
+using F = FailureKind;
+constexpr std::nullopt_t kAny = std::nullopt;
+
+// clang-format off
+constexpr std::array kTable{
+Harm{F::kRobotSilent,       Interruption::kLateReplies,    true,  "the controller runs on and holds the arm; this computer was late"},
+Harm{F::kRobotSilent,       Interruption::kPacketsStopped, true,  "the arm holds without replies; harmless only where the same session goes on"},
+Harm{F::kRobotSilent,       Interruption::kOther,          false, "program ended or stopped, connection closed, a dead man that has acted: somebody did that, or has to look"},
+Harm{F::kRobotSilent,       Interruption::kNone,           false, "no cause is known"},
+Harm{F::kNotFollowing,      kAny, false, "emergency stop, enabling switch, drives off, collision: somebody may be in the cell"},
+Harm{F::kMoveRefused,       kAny, false, "the same move would be refused again"},
+Harm{F::kStoppedElsewhere,  kAny, false, "another hand has stopped it"},
+Harm{F::kUnexpectedContact, kAny, false, "the arm has met something that nobody planned"},
+Harm{F::kStillInContact,    kAny, false, "the arm may be stuck"},
+Harm{F::kContactTooEarly,   kAny, false, "something stands where nothing was planned"},
+Harm{F::kContactClosed,     kAny, false, "the tip touches something, or the line is shorted"},
+Harm{F::kContactSilent,     kAny, false, "without the sensor the arm is blind"},
+Harm{F::kContactFault,      kAny, false, "without the sensor the arm is blind"},
+Harm{F::kArmRefused,        kAny, false, "the sensor has been asked twice already"},
+Harm{F::kNoContact,         kAny, false, "the sphere is not there, or the circuit is dead"},
+Harm{F::kReadingsDisagree,  kAny, false, "dirt, a loose sphere or a loose tool stay"},
+Harm{F::kTooManyRevoked,    kAny, false, "it has been tried again already"},
+Harm{F::kDevice,            kAny, false, "a port or address is lost"},
+Harm{F::kLinkNotReady,      kAny, false, "waiting has been tried"},
+Harm{F::kTimeout,           kAny, false, "nobody knows why it takes so long"},
+Harm{F::kStopUnconfirmed,   kAny, false, "nobody knows whether the arm rests"},
+Harm{F::kJournal,           kAny, false, "nothing moves that cannot be recorded"},
+Harm{F::kPlan,              kAny, false, "there is no way"},
+Harm{F::kPlanChanged,       kAny, false, "it would be another session"},
+Harm{F::kIdentify,          kAny, false, "the same touches give the same answer"},
+Harm{F::kReport,            kAny, false, "the touches are safe; the disk is not"},
+Harm{F::kUnexpectedEvent,   kAny, false, "nobody thought of it"},
+};
+// clang-format on
+
+}  // namespace
+
+std::span<const Harm> harm_table() { return kTable; }
+
+bool is_harmless(FailureKind failure, Interruption by) {
+  const auto row = std::find_if(kTable.begin(), kTable.end(), [&](const Harm& harm) {
+    return harm.failure == failure && (!harm.by || *harm.by == by);
+  });
+  return row != kTable.end() && row->harmless;
+}
+
+}  // namespace cellcal::daemon

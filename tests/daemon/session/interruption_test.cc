@@ -1,0 +1,251 @@
+// Harmless interruptions: the session goes on by itself where its owner allows it and all is proven
+// again, and in no other case.
+
+#include "daemon/session/interruption.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <set>
+
+#include "fakes.h"
+
+namespace cellcal::daemon::testing {
+namespace {
+
+using drivers::Interruption;
+using drivers::MoveOutcome;
+
+/// These moves, counted from 1, fall silent.
+Script silent_at(std::initializer_list<int> moves, Interruption by, int lost_for_ms = 16) {
+  Script script;
+  for (const int move : moves) {
+    script.outcome[move] = MoveOutcome::kRobotSilent;
+    script.interruption[move] = by;
+  }
+  script.lost_for_ms = lost_for_ms;
+  return script;
+}
+
+std::string words_of(const State& end) {
+  return end.failure ? describe(*end.failure) : "no failure";
+}
+
+int how_often(const Session& session, Phase phase) {
+  return static_cast<int>(std::count(session.phases.begin(), session.phases.end(), phase));
+}
+
+class a_harmless_interruption : public ::testing::TestWithParam<Interruption> {};
+INSTANTIATE_TEST_SUITE_P(of_the_robot, a_harmless_interruption,
+                         ::testing::Values(Interruption::kLateReplies,
+                                           Interruption::kPacketsStopped),
+                         [](const auto& one) {
+                           return one.param == Interruption::kLateReplies ? "late_replies"
+                                                                          : "a_pause";
+                         });
+
+TEST_P(a_harmless_interruption, of_any_move_is_gone_on_from_where_the_owner_allows_it) {
+  std::size_t moves = 0;
+  {
+    Session without({}, 2);
+    ASSERT_EQ(without.run().phase, Phase::kDone);
+    moves = without.backend.world.moves.size();
+  }
+  for (int move = 1; move <= static_cast<int>(moves); ++move) {
+    Session session(silent_at({move}, GetParam()), 2);
+    session.start.retries = 1;
+    const State end = session.run();
+    ASSERT_EQ(end.phase, Phase::kDone) << move << ": " << words_of(end);
+    EXPECT_EQ(end.interruptions, 1) << move;
+    EXPECT_EQ(session.recorder.touches.size(), 2u) << move;
+    EXPECT_EQ(session.done.size(), 2u) << move;
+    const bool told = std::any_of(
+        session.recorder.notes.begin(), session.recorder.notes.end(), [](const std::string& note) {
+          return note.find("interruption 1 of at most 1, going on by itself: robot-silent") == 0;
+        });
+    EXPECT_TRUE(told) << move;
+    // The touch that is on disk is not made again, and nothing moved before a new reference.
+    if (how_often(session, Phase::kRecovering) == 0) continue;
+    EXPECT_EQ(session.backend.world.references, 2) << move;
+    EXPECT_GE(session.backend.world.self_tests, 1) << move;
+    EXPECT_EQ(session.backend.world.disarmings, 2) << move << ": of the interruption and the end";
+  }
+}
+
+TEST_P(a_harmless_interruption, ends_the_session_where_nobody_allowed_it) {
+  Session session(silent_at({3}, GetParam()), 2);
+  const State end = session.run();
+  EXPECT_EQ(end.phase, Phase::kFailed);
+  EXPECT_EQ(end.failure->kind, FailureKind::kRobotSilent);
+  EXPECT_EQ(end.interruptions, 0);
+  EXPECT_EQ(session.backend.world.moves.size(), 3u);
+}
+
+TEST_P(a_harmless_interruption, is_gone_on_from_as_often_as_was_allowed_and_no_oftener) {
+  Session session(silent_at({2, 5, 8}, GetParam()), 2);
+  session.start.retries = 2;
+  const State end = session.run();
+  ASSERT_EQ(end.phase, Phase::kFailed);
+  EXPECT_EQ(end.interruptions, 2);
+  EXPECT_EQ(session.backend.world.moves.size(), 8u);
+  EXPECT_NE(
+      words_of(end).find("went on from by itself: 2, no more are allowed ([session] retries)"),
+      std::string::npos)
+      << words_of(end);
+}
+
+TEST_P(a_harmless_interruption, moves_nothing_while_the_links_prove_themselves) {
+  Session session(silent_at({2}, GetParam()), 2);
+  session.start.retries = 1;
+  const drivers::TimePoint begun = session.backend.world.clock.now();
+  ASSERT_EQ(session.run().phase, Phase::kDone);
+  EXPECT_EQ(how_often(session, Phase::kWatching), 1);
+  // The way is looked for anew, and the touch in hand begins anew.
+  EXPECT_EQ(how_often(session, Phase::kRouting), 2);
+  EXPECT_GE(session.backend.world.clock.now() - begun, session.start.patience.watching);
+}
+
+struct Setback {
+  const char* name;
+  Script more;
+  FailureKind kind;
+  const char* words;
+};
+
+Script with(Script script, Interruption by) {
+  script.outcome[2] = MoveOutcome::kRobotSilent;  // in transit
+  script.interruption[2] = by;
+  return script;
+}
+
+class an_interruption : public ::testing::TestWithParam<Setback> {};
+
+TEST_P(an_interruption, behind_which_not_all_is_proven_ends_the_session_by_name) {
+  Session session(with(GetParam().more, Interruption::kPacketsStopped), 2);
+  session.start.retries = 5;
+  const State end = session.run();
+  ASSERT_EQ(end.phase, Phase::kFailed);
+  EXPECT_EQ(end.failure->kind, GetParam().kind) << words_of(end);
+  EXPECT_NE(words_of(end).find(GetParam().words), std::string::npos) << words_of(end);
+  EXPECT_EQ(session.backend.world.moves.size(), 2u) << "nothing moves behind it";
+  EXPECT_FALSE(session.backend.world.robot_open);
+  ASSERT_EQ(session.recorder.ends.size(), 1u);
+}
+
+INSTANTIATE_TEST_SUITE_P(session, an_interruption,
+                         ::testing::Values(Setback{"link_stays_down",
+                                                   {.never_back = true},
+                                                   FailureKind::kRobotSilent,
+                                                   "not all links were back"},
+                                           Setback{"link_comes_too_late",
+                                                   {.lost_for_ms = 5000},
+                                                   FailureKind::kRobotSilent,
+                                                   "not all links were back"},
+                                           Setback{"other_session",
+                                                   {.lost_for_ms = 16, .other_session = true},
+                                                   FailureKind::kRobotSilent,
+                                                   "begun another session"},
+                                           Setback{"late_again",
+                                                   {.lost_for_ms = 16, .late_again = true},
+                                                   FailureKind::kRobotSilent,
+                                                   "not sound for 2 s"},
+                                           Setback{"arm_moved",
+                                                   {.lost_for_ms = 16, .moved_meanwhile_rad = 0.02},
+                                                   FailureKind::kRobotSilent,
+                                                   "not where it was left"},
+                                           Setback{
+                                               "sensor_fails_its_test",
+                                               {.sensor_fault_at_self_test = 1, .lost_for_ms = 16},
+                                               FailureKind::kContactFault,
+                                               "sense line broken"}),
+                         [](const auto& one) { return std::string(one.param.name); });
+
+TEST(an_interruption_at_rest, is_gone_on_from_likewise) {
+  for (int arming = 1; arming <= 6; ++arming) {
+    Session session({.lost_for_ms = 16, .pause_at_arming = arming}, 2);
+    session.start.retries = 1;
+    const State end = session.run();
+    ASSERT_EQ(end.phase, Phase::kDone) << arming << ": " << words_of(end);
+    EXPECT_EQ(end.interruptions, 1) << arming;
+    EXPECT_EQ(session.backend.world.references, 2) << arming;
+  }
+}
+
+TEST(an_interruption_at_the_sphere, leads_out_of_the_contact_first) {
+  // The back-off of the first contact: the tip still touches.
+  Session session(silent_at({4}, Interruption::kPacketsStopped), 1);
+  session.start.retries = 1;
+  ASSERT_EQ(session.run().phase, Phase::kDone);
+  EXPECT_EQ(how_often(session, Phase::kFreeing), 1);
+  EXPECT_EQ(session.backend.world.moves.at(4).kind, drivers::MoveKind::kRetreat);
+}
+
+TEST(an_interruption_of_a_transit, with_the_contact_closed_behind_it_moves_nothing) {
+  Session session(silent_at({2}, Interruption::kPacketsStopped), 2);
+  session.start.retries = 3;
+  session.start.resumed = true;  // of old: says nothing of a contact that closes now
+  session.tasks.plan = [&session] { return Tasks::Planned{line_plan(2), "hash of 2"}; };
+  session.on_phase = [&session](Phase phase) {
+    if (phase == Phase::kRecovering) session.backend.world.in_contact = true;
+  };
+  const State end = session.run();
+  ASSERT_EQ(end.phase, Phase::kFailed);
+  EXPECT_EQ(end.failure->kind, FailureKind::kUnexpectedContact) << words_of(end);
+  EXPECT_EQ(session.backend.world.moves.size(), 2u);
+}
+
+TEST(an_interruption_on_the_way_home, leaves_the_arm_where_it_is_and_identifies) {
+  Session session(silent_at({17}, Interruption::kPacketsStopped), 2);
+  session.start.retries = 1;
+  const State end = session.run();
+  EXPECT_EQ(end.phase, Phase::kDone) << words_of(end);
+  EXPECT_EQ(end.calibration->after.count, 2);
+}
+
+TEST(an_interruption, can_be_aborted_while_the_links_prove_themselves) {
+  for (const Phase phase : {Phase::kRecovering, Phase::kWatching}) {
+    Session session(silent_at({2}, Interruption::kPacketsStopped), 2);
+    session.start.retries = 1;
+    EXPECT_EQ(session.run_and_abort_in(phase).phase, Phase::kAborted) << to_string(phase);
+    EXPECT_EQ(session.backend.world.moves.size(), 2u);
+    EXPECT_FALSE(session.backend.world.robot_open);
+  }
+}
+
+class no_other_failure : public ::testing::TestWithParam<MoveOutcome> {};
+INSTANTIATE_TEST_SUITE_P(of_a_move, no_other_failure,
+                         ::testing::Values(MoveOutcome::kStopped, MoveOutcome::kUnexpectedContact,
+                                           MoveOutcome::kStillInContact,
+                                           MoveOutcome::kContactSilent, MoveOutcome::kRobotSilent,
+                                           MoveOutcome::kRefused, MoveOutcome::kNotFollowing));
+
+TEST_P(no_other_failure, is_ever_gone_on_from) {
+  for (const Interruption by : {Interruption::kNone, Interruption::kOther}) {
+    Session session({.outcome = {{2, GetParam()}}, .interruption = {{2, by}}}, 2);
+    session.start.retries = 100;
+    EXPECT_EQ(session.run().phase, Phase::kFailed);
+    EXPECT_EQ(session.backend.world.moves.size(), 2u);
+  }
+}
+
+TEST(the_harm_table, knows_every_failure_and_gives_a_reason) {
+  std::set<FailureKind> known;
+  for (const Harm& harm : harm_table()) {
+    known.insert(harm.failure);
+    EXPECT_STRNE(harm.reason, "");
+    EXPECT_TRUE(!harm.harmless || harm.failure == FailureKind::kRobotSilent) << harm.reason;
+  }
+  for (int kind = 0; std::string(to_string(static_cast<FailureKind>(kind))) != "unknown-failure";
+       ++kind) {
+    EXPECT_TRUE(known.contains(static_cast<FailureKind>(kind)))
+        << to_string(static_cast<FailureKind>(kind));
+  }
+  EXPECT_TRUE(is_harmless(FailureKind::kRobotSilent, Interruption::kLateReplies));
+  EXPECT_TRUE(is_harmless(FailureKind::kRobotSilent, Interruption::kPacketsStopped));
+  EXPECT_FALSE(is_harmless(FailureKind::kRobotSilent, Interruption::kOther));
+  EXPECT_FALSE(is_harmless(FailureKind::kRobotSilent, Interruption::kNone));
+  EXPECT_FALSE(is_harmless(FailureKind::kNotFollowing, Interruption::kPacketsStopped));
+}
+
+}  // namespace
+}  // namespace cellcal::daemon::testing

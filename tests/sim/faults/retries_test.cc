@@ -1,0 +1,172 @@
+// Sessions that may go on by themselves, on the emulated cell: from what is harmless, and from
+// nothing else. The matrix judges each touch by the truth, and the arm by when it last moved.
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+
+#include "matrix.h"
+
+namespace cellcal::faults {
+namespace {
+
+using std::chrono::milliseconds;
+
+class sessions_that_may_go_on : public ::testing::Test {
+ protected:
+  sessions_that_may_go_on() : folder_(make_folder()) {}
+  ~sessions_that_may_go_on() override {
+    std::error_code nothing_to_be_done;
+    std::filesystem::remove_all(folder_, nothing_to_be_done);
+  }
+
+  Matrix matrix(int retries) const {
+    Expectation expectation;
+    expectation.retries = retries;
+    return Matrix(CELLCAL_DEMO_CELL, folder_, 1, expectation);
+  }
+  static const Stretch& stretch(const Reference& reference, TouchPhase phase) {
+    for (const Stretch& one : reference.stretches) {
+      if (one.phase == phase) return one;
+    }
+    throw std::logic_error("no such stretch");
+  }
+  static Fault book(std::function<void(const Victim&)> act) {
+    Fault fault{"drop", "test", "test"};
+    fault.book = std::move(act);
+    return fault;
+  }
+  /// So many pauses of 20 ms without a packet, far enough apart to be met one by one.
+  static Fault pauses(int count) {
+    return book([count](const Victim& victim) {
+      for (int i = 0; i < count; ++i) {
+        const TimePoint at = victim.at + i * milliseconds(4500);
+        victim.cell.to_pc().add({sim::TroubleKind::kDrop, at, at + milliseconds(20)});
+      }
+    });
+  }
+  static Fault late_replies() {
+    return book([](const Victim& victim) {
+      victim.cell.to_krc().add(
+          {sim::TroubleKind::kDrop, victim.at, victim.at + milliseconds(1500), 1.0, 4});
+    });
+  }
+
+ private:
+  static std::string make_folder() {
+    std::string name = std::filesystem::temp_directory_path() / "cellcal-retries-XXXXXX";
+    if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("cannot create " + name);
+    return name;
+  }
+  std::filesystem::path folder_;
+};
+
+constexpr TouchPhase kMoving[] = {TouchPhase::kTransit, TouchPhase::kApproach, TouchPhase::kSearch,
+                                  TouchPhase::kLatch, TouchPhase::kRetreat};
+
+std::string shown(const Verdict& verdict) {
+  return verdict.name + ": " + verdict.words + ::testing::PrintToString(verdict.violations);
+}
+
+TEST_F(sessions_that_may_go_on, finish_in_one_go_behind_20_ms_without_a_packet) {
+  Matrix one = matrix(2);
+  for (const TouchPhase phase : kMoving) {
+    const Verdict verdict =
+        one.run(Wire::kRsi, pauses(1), stretch(one.reference(Wire::kRsi), phase), 1);
+    EXPECT_EQ(verdict.outcome, Outcome::kMeasured) << to_string(phase) << ": " << shown(verdict);
+    EXPECT_EQ(verdict.interruptions, 1) << to_string(phase);
+  }
+}
+
+TEST_F(sessions_that_may_go_on, end_as_ever_where_nobody_allowed_it) {
+  Matrix one = matrix(0);
+  for (const Fault& fault : {pauses(1), late_replies()}) {
+    const Verdict verdict =
+        one.run(Wire::kRsi, fault, stretch(one.reference(Wire::kRsi), TouchPhase::kTransit), 1);
+    EXPECT_EQ(verdict.outcome, Outcome::kNamed) << shown(verdict);
+    EXPECT_EQ(verdict.name, "robot-silent");
+    EXPECT_EQ(verdict.interruptions, 0);
+  }
+}
+
+TEST_F(sessions_that_may_go_on, finish_in_one_go_behind_late_replies) {
+  Matrix one = matrix(2);
+  for (const TouchPhase phase : {TouchPhase::kTransit, TouchPhase::kSearch}) {
+    const Verdict verdict =
+        one.run(Wire::kRsi, late_replies(), stretch(one.reference(Wire::kRsi), phase), 1);
+    EXPECT_EQ(verdict.outcome, Outcome::kMeasured) << to_string(phase) << ": " << shown(verdict);
+    EXPECT_EQ(verdict.interruptions, 1) << to_string(phase);
+  }
+}
+
+TEST_F(sessions_that_may_go_on, end_at_the_interruption_behind_the_last_that_was_allowed) {
+  Matrix one = matrix(2);
+  const Verdict verdict =
+      one.run(Wire::kRsi, pauses(3), stretch(one.reference(Wire::kRsi), TouchPhase::kTransit), 1);
+  EXPECT_EQ(verdict.outcome, Outcome::kNamed) << shown(verdict);
+  EXPECT_EQ(verdict.name, "robot-silent");
+  EXPECT_EQ(verdict.interruptions, 2);
+  EXPECT_NE(verdict.words.find("no more are allowed ([session] retries)"), std::string::npos)
+      << verdict.words;
+}
+
+TEST_F(sessions_that_may_go_on, never_go_on_from_what_somebody_has_to_look_at) {
+  struct Case {
+    const char* what;
+    Silent by;
+    int tries;  ///< at most: what looks like a pause is waited for, and nothing comes of it
+    std::function<void(FaultyCell&)> act;
+  };
+  const Case cases[] = {
+      {"emergency stop", Silent::kRobot, 0, [](FaultyCell& cell) { cell.operator_stops(); }},
+      {"emergency stop, and a pause with it", Silent::kRobot, 2,
+       [](FaultyCell& cell) {
+         cell.operator_stops();
+         cell.to_pc().add({sim::TroubleKind::kDrop, cell.now(), cell.now() + milliseconds(20)});
+       }},
+      {"power off", Silent::kRobot, 1, [](FaultyCell& cell) { cell.power_off(true); }},
+      {"cable pulled", Silent::kRobot, 1,
+       [](FaultyCell& cell) {
+         cell.to_pc().add({sim::TroubleKind::kCut, cell.now(), TimePoint::max()});
+         cell.to_krc().add({sim::TroubleKind::kCut, cell.now(), TimePoint::max()});
+       }},
+      {"cable pulled for a second", Silent::kRobot, 1,
+       [](FaultyCell& cell) {
+         const TimePoint end = cell.now() + milliseconds(1000);
+         cell.to_pc().add({sim::TroubleKind::kCut, cell.now(), end});
+         cell.to_krc().add({sim::TroubleKind::kCut, cell.now(), end});
+       }},
+      {"short circuit", Silent::kHand, 0, [](FaultyCell& cell) { cell.short_circuit(true); }},
+      {"sensor's cable", Silent::kSensor, 0,
+       [](FaultyCell& cell) {
+         cell.serial().to_host().add({sim::TroubleKind::kCut, cell.now(), TimePoint::max()});
+       }},
+      {"stopped by another hand", Silent::kHand, 0, [](FaultyCell& cell) { cell.robot().stop(); }},
+  };
+  Matrix one = matrix(100);
+  for (const Case& what : cases) {
+    Fault fault = book([&](const Victim& victim) {
+      victim.cell.at(victim.at, [&cell = victim.cell, &what] { what.act(cell); });
+    });
+    fault.silences = what.by;
+    const Verdict verdict =
+        one.run(Wire::kRsi, fault, stretch(one.reference(Wire::kRsi), TouchPhase::kTransit), 1);
+    EXPECT_EQ(verdict.outcome, Outcome::kNamed) << what.what << ": " << shown(verdict);
+    EXPECT_LE(verdict.interruptions, what.tries) << what.what << ": " << shown(verdict);
+  }
+}
+
+TEST_F(sessions_that_may_go_on, over_eki_end_as_ever) {
+  Matrix one = matrix(100);
+  const Fault cut = book([](const Victim& victim) {
+    for (sim::Line* line : {&victim.cell.to_pc(), &victim.cell.to_krc()})
+      line->add({sim::TroubleKind::kCut, victim.at, victim.at + milliseconds(400)});
+  });
+  const Verdict verdict = one.run(Wire::kEkiInput, cut,
+                                  stretch(one.reference(Wire::kEkiInput), TouchPhase::kTransit), 1);
+  EXPECT_EQ(verdict.outcome, Outcome::kNamed) << shown(verdict);
+  EXPECT_EQ(verdict.interruptions, 0);
+}
+
+}  // namespace
+}  // namespace cellcal::faults
