@@ -42,7 +42,8 @@ struct Patience {
   std::chrono::milliseconds planning{std::chrono::minutes(5)};
   /// Controller's interpreter started by hand, sensor identified and self-tested.
   std::chrono::milliseconds connecting{std::chrono::seconds(15)};
-  std::chrono::milliseconds referencing{std::chrono::seconds(2)};
+  /// Peers that wait for replies repeat themselves once in a second, then the cycle is learnt.
+  std::chrono::milliseconds referencing{std::chrono::seconds(5)};
   /// One exchange over the serial line takes milliseconds.
   std::chrono::milliseconds arming{std::chrono::seconds(2)};
   /// One waypoint at the speed limits, also at 3 % override.
