@@ -5,12 +5,12 @@
 #include <numbers>
 
 #include "daemon/doctor/robot_check.h"
+#include "drivers/kuka/rsi_fitness.h"
 
 namespace cellcal::daemon {
 
 namespace {
 
-constexpr int kGoodDecimals = 4, kFewestDecimals = 3;
 // A KRC4 itself is measured at 0.3 to 0.5 ms.
 constexpr double kGoodJitterS = 0.001;
 // Goals of the reply path; beyond half a cycle the network has no time left.
@@ -107,14 +107,25 @@ void judge_decimals(const RsiSeen& seen, Findings& findings) {
   const std::string advice =
       "set Precision of the ETHERNET object to 4 or more (its default is 1), as 'cellcal "
       "kuka-files' has it, and create the context anew";
-  if (decimals < kFewestDecimals) {
-    findings.fail(
-        check, fmt::format("AIPos comes with {} decimals: too coarse to calibrate with", decimals),
-        advice);
-  } else if (decimals < kGoodDecimals) {
-    findings.warn(check, fmt::format("AIPos comes with {} decimals", decimals), advice);
-  } else {
-    findings.ok(check, fmt::format("AIPos comes with {}", decimals));
+  switch (drivers::fitness_of_decimals(seen.newest)) {
+    case drivers::Fitness::kUnfit:
+      return findings.fail(
+          check,
+          fmt::format("AIPos comes with {} decimals: too coarse to calibrate with", decimals),
+          advice);
+    case drivers::Fitness::kUnproven:
+      return findings.warn(
+          check,
+          fmt::format("AIPos comes with {} decimals from a peer that is no KUKA controller; at "
+                      "rest they may be exact",
+                      decimals),
+          "the first move shows how fine they are, and a session stops there if they are too "
+          "coarse; is this a controller, " +
+              advice);
+    case drivers::Fitness::kUsable:
+      return findings.warn(check, fmt::format("AIPos comes with {} decimals", decimals), advice);
+    case drivers::Fitness::kGood:
+      return findings.ok(check, fmt::format("AIPos comes with {}", decimals));
   }
 }
 
@@ -123,12 +134,23 @@ void judge_elements(const RsiSeen& seen, Findings& findings) {
   std::string missing;
   if (!s.sends_setpoint) missing += "ASPos";
   if (!s.sends_delay) missing += missing.empty() ? "Delay" : " and Delay";
-  if (missing.empty()) {
-    findings.ok("rsi elements", "AIPos, ASPos, Delay");
-  } else {
-    findings.fail("rsi elements", missing + " is not sent",
-                  "wire DEF_ASPos and DEF_Delay into SEND of the ethernet XML: without them a "
-                  "restarted session and refused replies cannot be told");
+  const std::string check = "rsi elements", found = missing + " is not sent";
+  const std::string wire = "wire DEF_ASPos and DEF_Delay into SEND of the ethernet XML: ";
+  switch (drivers::fitness_of_elements(s)) {
+    case drivers::Fitness::kUnfit:
+      return findings.fail(check, found,
+                           wire +
+                               "mode RELATIVE does not run without Delay, since nobody would "
+                               "notice that an increment is lost");
+    case drivers::Fitness::kUnproven:
+    case drivers::Fitness::kUsable:
+      return findings.warn(check, found,
+                           wire +
+                               "without them a restarted session and refused replies cannot be "
+                               "told, and a session that is met while it runs may not be "
+                               "answered");
+    case drivers::Fitness::kGood:
+      return findings.ok(check, "AIPos, ASPos, Delay");
   }
 }
 

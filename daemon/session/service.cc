@@ -364,7 +364,7 @@ void SessionService::publish(const State& state, Job& job) {
   status.session = job.session;
   status.phase = state.phase;
   status.done = std::max(state.done, job.touches.size());
-  status.residual_m = state.residual_m;
+  status.residual_m = state.calibration ? state.calibration->after.mean_m : state.residual_m;
   status.robot_words = state.links.robot_words;
   status.contact_words = state.links.contact_words;
   status.failure = state.failure;

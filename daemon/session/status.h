@@ -44,9 +44,10 @@ struct Status {
   /// Of touches chosen one by one: u95 that was asked for, and what the touches so far are foreseen
   /// to give, means over the region.
   std::optional<double> goal_m, u95_m, mean_error_m;
-  std::string stage;                  ///< what the touch in hand is for, in words
-  std::string why_ended;              ///< why no further touch was chosen
-  std::optional<double> residual_m;   ///< of the newest touch; nothing before the first
+  std::string stage;      ///< what the touch in hand is for, in words
+  std::string why_ended;  ///< why no further touch was chosen
+  /// Of the newest touch, nothing before the first; once identified, the fit's mean.
+  std::optional<double> residual_m;
   std::optional<double> time_left_s;  ///< touches and the way home; nothing before the first touch
   std::optional<Waiting> waiting;     ///< while connecting; newer than `seq` in service.status()
   int interruptions = 0;              ///< harmless ones, after which it goes on by itself

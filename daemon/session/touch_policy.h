@@ -44,7 +44,8 @@ struct Patience {
   std::chrono::milliseconds connecting{std::chrono::minutes(5)};
   /// Sensor self-tested, and identified anew where it has to be.
   std::chrono::milliseconds proving{std::chrono::seconds(15)};
-  std::chrono::milliseconds referencing{std::chrono::seconds(2)};
+  /// Peers that wait for replies repeat themselves once in a second, then the cycle is learnt.
+  std::chrono::milliseconds referencing{std::chrono::seconds(5)};
   /// One exchange over the serial line takes milliseconds.
   std::chrono::milliseconds arming{std::chrono::seconds(2)};
   /// One waypoint at the speed limits, also at 3 % override.

@@ -2,7 +2,7 @@
 // The last two seconds of the link: when each packet came, where the arm was, what was commanded;
 // and from it, where the arm was at an instant of the host's clock.
 //
-// Model: AIPos is the position at the instant of IPOC, IPOC runs evenly, and a packet arrives with
+// Model of actual_at() (ipoc_clock.h knows when it holds over RSI): AIPos is the position at the instant of IPOC, IPOC runs evenly, and a packet arrives with
 // a delay that is never negative and small at least once in the record. So the earliest arrival
 // fixes the clock map and late ones do not move it. What remains is that smallest delay (the same
 // for all touches) and the drift of two quartz clocks over the record (100 ppm: 0.2 ms).

@@ -7,6 +7,7 @@
 #include "drivers/kuka/move_desk.h"
 #include "drivers/kuka/position_record.h"
 #include "drivers/kuka/rsi_delay.h"
+#include "drivers/kuka/rsi_fitness.h"
 #include "drivers/kuka/rsi_footing.h"
 #include "drivers/kuka/rsi_mover.h"
 #include "drivers/kuka/rsi_pause.h"
@@ -17,8 +18,6 @@
 namespace cellcal::drivers {
 namespace {
 
-// AIPos with fewer decimals is a hundredth of a degree or worse: 0.2 mm at 1.4 m.
-constexpr int kFewestDecimals = 3;
 // If all of this many replies and more count as late, they are refused, not late. Controllers give
 // up after ten as they come: what was refused until then is still said when the link is lost.
 constexpr std::uint64_t kRefusedReplies = 10, kRefusedWhenLost = 4;
@@ -26,6 +25,11 @@ constexpr std::uint64_t kRefusedReplies = 10, kRefusedWhenLost = 4;
 constexpr std::size_t kReferenceWindow = 12;
 // The same packet for longer than this is no copy that the network made.
 constexpr double kPeerWaitsS = 0.2;
+// Until it is answered a peer that waits for replies may repeat itself only so often: its silence
+// is ours. Simulators take a second.
+constexpr double kPeerPatienceS = 2.5;
+// Ticks and packets farther apart than this: it was this thread that heard nothing.
+constexpr double kHeldUpS = 0.02;
 
 double seconds(Duration d) { return std::chrono::duration<double>(d).count(); }
 
@@ -35,6 +39,7 @@ struct RsiCore::Impl {
   Impl(RsiConfig c, ContactGuard* guard)
       : config((c.validate(), std::move(c))), mover(config, guard, record), footing(config) {
     state.axes = static_cast<std::uint8_t>(config.limits.size());
+    state.relative = relative();
   }
 
   // ---- one packet ------------------------------------------------------------------------------
@@ -65,7 +70,10 @@ struct RsiCore::Impl {
     }
     if (arrival == Arrival::kStale) return {};
     ++state.packets;
+    // Nothing of a controller comes so late within a session.
+    waited_unanswered = unanswered && state.waited_s >= kPeerWaitsS;
     last_rx = t_rx;
+    held_up_s = 0.0;
     spread.add(t_rx);
     state.sends_setpoint = !frame.setpoint_axes_deg.empty();
     state.sends_delay = frame.delay.has_value();
@@ -73,6 +81,7 @@ struct RsiCore::Impl {
     std::copy(actual.begin(), actual.end(), state.actual_rad);
     state.ipoc = frame.ipoc.value;
     state.decimals = stream.decimals();
+    state.decimals_unproven = stream.decimals_unproven();
     state.cycle_s = stream.cycle_s();
     mover.listen(t_rx);
     // The same packet twice is answered twice, but is one cycle.
@@ -132,6 +141,7 @@ struct RsiCore::Impl {
   /// A wrong correction is a jump of the arm; no increment never is.
   std::string_view unknown_offset_reply() {
     take_up_waiting();  // to be refused: whoever asked for a move learns of it
+    unanswered = true;
     return footing.may_hold_unknown() ? reply(footing.hold()) : std::string_view{};
   }
 
@@ -140,6 +150,7 @@ struct RsiCore::Impl {
     const std::string_view text = values.empty() ? std::string_view() : written(values);
     if (text.empty()) return text;
     ++state.replies;
+    unanswered = false;
     if (delay.replies() == 0) delay.begin_answers(frame.delay);
     delay.replied();
     answered = frame.ipoc.value;
@@ -157,6 +168,7 @@ struct RsiCore::Impl {
     delay.begin_session();
     footing.begin_session(state.waited_s);
     answered.reset();
+    unanswered = waited_unanswered = false;
     rereference_asked = stop_low_sent = state.refused_when_lost = false;
     state.link = RobotLink::kNotReferenced;
   }
@@ -195,7 +207,11 @@ struct RsiCore::Impl {
     state.link = RobotLink::kLost;
   }
 
-  bool peer_waits(TimePoint t_rx) const { return repeats.same_s(t_rx) >= kPeerWaitsS; }
+  bool peer_waits(TimePoint t_rx) const {
+    return waited_unanswered || repeats.same_s(t_rx) >= kPeerWaitsS;
+  }
+  /// Nothing says yet that this peer sends whether it is answered or not.
+  bool may_wait_for_us() const { return !footing.known() && !stream.counts_milliseconds(); }
 
   void try_reference() {
     if (!rereference_asked || !fit_for_reference() || !record.rests(kReferenceWindow)) return;
@@ -209,10 +225,11 @@ struct RsiCore::Impl {
     return stream.learnt() && !coarse() && !not_accepted() && !lacks_delay() &&
            !state.tcp_apart.much();
   }
-  bool coarse() const { return stream.decimals() < kFewestDecimals && !stream.decimals_unproven(); }
+  bool coarse() const { return fitness_of_decimals(state) == Fitness::kUnfit; }
   bool not_accepted() const { return delay.refused(kRefusedReplies); }
-  /// Without Delay nobody knows that an increment was lost.
-  bool lacks_delay() const { return relative() && footing.known() && !state.sends_delay; }
+  bool lacks_delay() const {
+    return footing.known() && fitness_of_elements(state) == Fitness::kUnfit;
+  }
   bool relative() const { return config.mode == CorrectionMode::kRelative; }
 
   /// What the packets say has become too little to move by.
@@ -223,9 +240,10 @@ struct RsiCore::Impl {
     if (!mover.busy()) state.link = RobotLink::kNotReferenced;
   }
 
-  /// How many more replies came late.
+  /// How many more replies came late. Before the first one there was none that could.
   std::uint32_t note_delay() {
     const std::uint32_t more = delay.note(frame.delay);
+    if (delay.replies() == 0) return 0;
     state.late += more;
     if (more == 0 || !mover.busy()) return more;
     state.late_while_moving += more;
@@ -325,21 +343,29 @@ struct RsiCore::Impl {
     return ending && stop_low_sent && !mover.busy() ? 1 : 0;
   }
   MoverCycle mover_cycle(TimePoint now, bool advance, bool heard) const {
-    return {now, stream.cycle_s(), stream.seconds_per_ipoc(), advance, heard};
+    const IpocClock clock{stream.seconds_per_ipoc(), stream.counts_milliseconds()};
+    return {now, stream.cycle_s(), clock, advance, heard};
   }
 
   void note_time(TimePoint now) {
     if (!heard_time) {
       heard_time = true;
-      last_rx = now;
+      last_rx = looked = now;
     }
+    if (const double since_look_s = seconds(now - looked); since_look_s > kHeldUpS) {
+      held_up_s += since_look_s;
+    }
+    looked = now;
     state.waited_s = seconds(now - last_rx);
   }
 
   void check_silence() {
-    if (linked() && state.waited_s > stream.silence_limit_s()) {
-      lose(Cause::kSilence, state.waited_s);
-    }
+    if (!linked()) return;
+    // An arm whose peer counts packets has waited as well while this thread was held up.
+    const double own_s = stream.counts_packets() ? std::min(held_up_s, kPeerPatienceS) : 0.0;
+    const double limit_s =
+        std::max(stream.silence_limit_s(), may_wait_for_us() ? kPeerPatienceS : 0.0);
+    if (state.waited_s - own_s > limit_s) lose(Cause::kSilence, state.waited_s);
   }
 
   void on_tick(TimePoint now) {
@@ -392,10 +418,13 @@ struct RsiCore::Impl {
   RobFrame frame;
   std::array<char, kRsiBuffer> buffer{};
   CoreState state;
-  TimePoint last_rx{};
+  TimePoint last_rx{}, looked{};
+  double held_up_s = 0.0;                 // since the last packet
   std::optional<std::uint32_t> answered;  // IPOC of the last reply
   bool rereference_asked = false, too_few_axes = false;
-  bool increments_lost = false;  // relative: a reply of this move was not taken
+  bool increments_lost = false;    // relative: a reply of this move was not taken
+  bool unanswered = false;         // the newest packet
+  bool waited_unanswered = false;  // it came only after the one before had waited for an answer
   bool heard_time = false, ending = false, stop_low_sent = false, stop_sent = false;
 };
 

@@ -96,6 +96,7 @@ bool RsiFooting::find(const RobFrame& frame, const AxisAngles& actual_rad, TimeP
   evidence.silence_before_s = silence_before_s_;
   evidence.session_start = session_start_;
   evidence.waits = waits;
+  evidence.answered = may_hold_unknown();
   verdict_ = finder_.look(evidence);
   if (verdict_ != OffsetVerdict::kKnown) return false;
   if (config_.mode == CorrectionMode::kRelative && evidence.setpoint_rad.empty()) {

@@ -233,8 +233,7 @@ std::optional<CoreResult> Mover::settle(const MoverCycle& cycle, const AxisAngle
 }
 
 void Mover::fill_latch(const MoverCycle& cycle, const AxisAngles& settled_rad) {
-  const std::optional<AxisAngles> at_contact =
-      record_.actual_at(contact_->first_edge, cycle.seconds_per_ipoc);
+  const auto at_contact = angles_at(record_, contact_->first_edge, cycle.clock);
   if (!at_contact) {
     // A time stamp outside of what was recorded cannot be this contact's.
     outcome_ = MoveOutcome::kContactSilent;
@@ -247,9 +246,9 @@ void Mover::fill_latch(const MoverCycle& cycle, const AxisAngles& settled_rad) {
   const double span_s = config_.follow_window_s + seconds(cycle.now - contact_->first_edge);
   const auto window = static_cast<std::size_t>(std::ceil(span_s / cycle.cycle_s)) + 1;
   const double tolerance_rad = config_.follow_tolerance_deg * kRadPerDeg;
-  for (std::size_t i = 0; i < at_contact->size(); ++i) {
+  for (std::size_t i = 0; i < at_contact->actual_rad.size(); ++i) {
     const PositionRecord::Range range = record_.commanded_range_rad(i, window);
-    const double actual = (*at_contact)[i];
+    const double actual = at_contact->actual_rad[i];
     if (actual >= range.min - tolerance_rad && actual <= range.max + tolerance_rad) continue;
     outcome_ = MoveOutcome::kNotFollowing;
     cause_ = Cause::kAxisNotFollowing;
@@ -259,10 +258,10 @@ void Mover::fill_latch(const MoverCycle& cycle, const AxisAngles& settled_rad) {
     return;
   }
   Latch latch;
-  latch.contact_rad = *at_contact;
+  latch.contact_rad = at_contact->actual_rad;
   latch.settled_rad = settled_rad;
   latch.contact_time = contact_->first_edge;
-  latch.time_sigma_s = contact_->time_sigma_s;
+  latch.time_sigma_s = std::hypot(contact_->time_sigma_s, at_contact->time_sigma_s);
   latch.reaction_s = seconds(stopped_at_ - contact_->first_edge);
   latch.bounces = contact_->bounces;
   latch_ = latch;

@@ -14,6 +14,7 @@
 #include <optional>
 
 #include "drivers/contact.h"
+#include "drivers/kuka/ipoc_clock.h"
 #include "drivers/kuka/motion.h"
 #include "drivers/kuka/position_record.h"
 #include "drivers/kuka/rsi_config.h"
@@ -32,7 +33,7 @@ inline constexpr double kSearchRampS = 0.020;
 struct MoverCycle {
   TimePoint now{};
   double cycle_s = 0.0;
-  double seconds_per_ipoc = 0.0;
+  IpocClock clock;
   bool advance = true;  ///< false: this packet was damaged, hold what was sent
   /// False (ABSOLUTE): the controller counted a reply as late. The arm stands at the one before,
   /// and all that is commanded meanwhile it would do in one cycle.

@@ -69,18 +69,30 @@ OffsetVerdict OffsetFinder::by_setpoint(const OffsetEvidence& evidence) {
   return decide(from_zero <= kSameRad ? zero_ : measured);
 }
 
+/// No late reply at first, although nobody else can have answered for many cycles. Without the
+/// silence it may be a session that another process has answered until now; and the silence says
+/// something only of a peer that does not wait for replies: the packets behind the first one come
+/// without any, and each is counted. Where zeros are sent meanwhile (relative) that cannot be seen,
+/// and nothing jumps.
+bool OffsetFinder::just_begun(const OffsetEvidence& evidence) {
+  if (!evidence.delay || evidence.waits || evidence.silence_before_s < kListenedS) return false;
+  if (evidence.answered) return *evidence.delay == 0;
+  if (!first_delay_) {
+    first_delay_ = evidence.delay;
+    first_rx_ = evidence.t_rx;
+    return false;
+  }
+  const double since_s = std::chrono::duration<double>(evidence.t_rx - first_rx_).count();
+  return *first_delay_ == 0 && *evidence.delay > 0 && since_s < kListenedS;
+}
+
 OffsetVerdict OffsetFinder::by_counters(const OffsetEvidence& evidence) {
   if (evidence.session_start) return decide(zero_);
   // A peer that counts packets from 0 waits for the answer to its first one.
   const bool first_packet = evidence.ipoc == 0 && evidence.delay.value_or(0) == 0;
   if (first_packet) return decide(zero_);
   if (!memory_.known) {
-    // No late reply although nobody else can have answered for many cycles: it has just begun.
-    // Without the silence it may be a session that another process has answered until now.
-    if (evidence.delay && *evidence.delay == 0 && evidence.silence_before_s >= kListenedS) {
-      return decide(zero_);
-    }
-    return OffsetVerdict::kUnknown;
+    return just_begun(evidence) ? decide(zero_) : OffsetVerdict::kUnknown;
   }
   if (distance(memory_.sent_rad, zero_) <= kSameRad) return decide(memory_.sent_rad);
   if (memory_.step == 0 || memory_.seconds_per_ipoc <= 0.0) return OffsetVerdict::kUnknown;

@@ -5,7 +5,9 @@
 //
 // Evidence, strongest first: AIPos - ASPos is the correction itself; an IPOC that did not go on is
 // another session; Delay counts every cycle that was not answered, so a running session shows all
-// of them and a fresh one only its own. Where the evidence does not decide: no reply at all, and
+// of them and a fresh one only its own. Silence before the first packet tells a fresh session only
+// where packets come whether they are answered or not: a peer that waits for replies is silent
+// because nobody answered it. Where the evidence does not decide: no reply at all, and
 // the controller's time-out keeps the arm still.
 
 #include <cstdint>
@@ -38,6 +40,7 @@ struct OffsetEvidence {
   std::optional<std::uint32_t> delay;
   double silence_before_s = 0.0;  ///< listened to, before this packet or this session's first
   bool session_start = false;     ///< RSI 2's first frame was seen
+  bool answered = false;          ///< with increments of zero, while nothing is known
   bool waits = false;             ///< the same packet for long: nothing moves before an answer
 };
 
@@ -54,6 +57,7 @@ class OffsetFinder {
  private:
   OffsetVerdict by_setpoint(const OffsetEvidence& evidence);
   OffsetVerdict by_counters(const OffsetEvidence& evidence);
+  bool just_begun(const OffsetEvidence& evidence);
   OffsetVerdict decide(const AxisAngles& offset_rad);
 
   OffsetMemory memory_;
@@ -62,6 +66,7 @@ class OffsetFinder {
   AxisAngles last_measured_;
   int still_packets_ = 0;
   std::optional<std::uint32_t> first_delay_;
+  TimePoint first_rx_{};
 };
 
 }  // namespace cellcal::drivers

@@ -50,7 +50,9 @@ struct CoreState {
   std::uint64_t packets = 0, replies = 0, late = 0, gaps = 0, bad_packets = 0;
   std::uint32_t late_while_moving = 0;
   std::int32_t decimals = -1;
-  std::uint32_t ipoc_step = 0;                       ///< per packet, 0 if not known
+  bool decimals_unproven = false;  ///< so few may be exact: the angles have not changed yet
+  bool relative = false;           ///< corrections are increments
+  std::uint32_t ipoc_step = 0;     ///< per packet, 0 if not known
   bool sends_setpoint = false, sends_delay = false;  ///< ASPos and Delay were in the newest packet
   double jitter_s = 0.0, longest_gap_s = 0.0;        ///< of this session's arrivals
   std::uint32_t ipoc = 0;

@@ -114,17 +114,17 @@ int run_rsi(const sim::EmulatorOptions& options, const calib::Cell& cell) {
   std::fflush(stdout);
   wait_for_operator(options, krc);
   krc.stop();
-  std::uint64_t packets = 0, late = 0;
+  std::uint64_t taken = 0, late = 0;
   std::string message;
   krc.with([&](sim::Controller& c) {
-    packets = c.packets();
+    taken = c.taken_ever();
     late = c.late_ever();
     message = c.message();
   });
   fmt::print(
-      "emulator: {} packets in the last RSI session, {} late replies in all, deepest {:.3f} mm, "
+      "emulator: {} replies taken over RSI, {} were late, deepest {:.3f} mm, "
       "{} crashes of the shaft{}\n",
-      packets, late, watch.deepest_m() * 1e3, watch.crashes(),
+      taken, late, watch.deepest_m() * 1e3, watch.crashes(),
       message.empty() ? "" : ", pendant: " + message);
   return watch.crashes() == 0 ? 0 : 1;
 }

@@ -103,8 +103,10 @@ void add_options(CLI::App& app, EmulatorOptions& options) {
          "sees "
          "one) or silent; or no-spheres are there")
       ->check(CLI::IsMember({"wire-broken", "stuck-open", "silent", "no-spheres"}));
-  app.add_option("--restart-after", options.restart_after_s,
-                 "Seconds after which the emulated operator starts RSI again when it has stopped");
+  app.add_option(
+      "--restart-after", options.restart_after_s,
+      "Seconds after which the emulated operator starts RSI again when it has stopped, by a "
+      "fault or by STOP at the end of a session");
   add_rsi_options(app, options);
 }
 

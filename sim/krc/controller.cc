@@ -97,7 +97,7 @@ struct Controller::Impl {
 
   void rsi_on() {
     begin_at_actual();
-    late = late_in_a_row = packets = 0;
+    late = late_in_a_row = packets = taken = 0;
     awaiting = answered = stop_seen = stop_level = halted = false;
     first_frame = config.first_frame_only_ipoc;
     message.clear();
@@ -134,10 +134,12 @@ struct Controller::Impl {
     awaiting = false;
     if (answered) {
       late_in_a_row = 0;
+      ++taken;
+      ++taken_ever;
       return;
     }
     ++late;
-    ++late_ever;
+    if (taken > 0) ++late_ever;
     ++late_in_a_row;
     for (std::size_t i = 0; i < inputs.size(); ++i) {
       if (channel.receive[i].hold_on) continue;
@@ -327,6 +329,7 @@ struct Controller::Impl {
   bool awaiting = false, answered = false, stop_seen = false, stop_level = false;
   bool first_frame = false, e_stop = false, drives_on = true, start_held = true;
   std::uint64_t ipoc = 0, late = 0, late_ever = 0, late_in_a_row = 0, packets = 0;
+  std::uint64_t taken = 0, taken_ever = 0;
 };
 
 Controller::Controller(ControllerConfig config)
@@ -346,6 +349,7 @@ RsiPhase Controller::phase() const { return impl_->phase; }
 const std::string& Controller::message() const { return impl_->message; }
 std::uint64_t Controller::late() const { return impl_->late; }
 std::uint64_t Controller::late_ever() const { return impl_->late_ever; }
+std::uint64_t Controller::taken_ever() const { return impl_->taken_ever; }
 std::uint64_t Controller::packets() const { return impl_->packets; }
 std::uint64_t Controller::ipoc() const { return impl_->ipoc; }
 drivers::Duration Controller::cycle() const {

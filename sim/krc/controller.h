@@ -103,8 +103,10 @@ class Controller {
   RsiPhase phase() const;
   const std::string& message() const;  ///< pendant's text after a fault or an end; else empty
   std::uint64_t late() const;          ///< replies late or not accepted, in this session: Delay
+  /// Likewise since power on, of sessions that were answered at all.
   std::uint64_t late_ever() const;
-  std::uint64_t packets() const;  ///< sent, in this session
+  std::uint64_t taken_ever() const;  ///< replies taken since power on
+  std::uint64_t packets() const;     ///< sent, in this session
   std::uint64_t ipoc() const;
   drivers::Duration cycle() const;
 

@@ -64,8 +64,14 @@ std::string real(double value) {
 }  // namespace
 
 bool is_cellcal_channel(const EkiChannelConfig& channel) {
-  return std::any_of(channel.receive.begin(), channel.receive.end(), [](const auto& element) {
-    return wire::same_name(element.first, "RobotCommand/@Seq");
+  // All of them: others number their commands as well, and their Type="2" is no beat of ours.
+  constexpr std::string_view kOurs[] = {
+      "RobotCommand/@Session",      "RobotCommand/@Seq",          "RobotCommand/@Type",
+      "RobotCommand/@Id",           "RobotCommand/Move/@Guard",   "RobotCommand/Move/@Path",
+      "RobotCommand/Move/@Percent", "RobotCommand/Move/@Duration"};
+  return std::all_of(std::begin(kOurs), std::end(kOurs), [&](std::string_view ours) {
+    return std::any_of(channel.receive.begin(), channel.receive.end(),
+                       [&](const auto& element) { return wire::same_name(element.first, ours); });
   });
 }
 
@@ -76,6 +82,8 @@ struct EkiStream::Impl {
         const std::string name = place_of(path).name;
         const bool of_target = axis_of(name) || frame_index_of(name);
         if (wire::same_name(name, "Type")) type_path = lead = path;
+        known_cart = known_cart || wire::same_name(path, "RobotCommand/Cart/@X");
+        known_axis = known_axis || wire::same_name(path, "RobotCommand/Axis/@A1");
         if (axis_of(name)) usual_type = 1;
         if (of_target && lead.empty()) lead = path;
       }
@@ -88,7 +96,14 @@ struct EkiStream::Impl {
     EkiChannel channel;
     std::string lead;       ///< a value of it waits: a command waits; empty: takes none
     std::string type_path;  ///< empty: every command is of the usual type
-    int usual_type = 2;     ///< PTP to angles where the file has any, else to the TCP
+    bool known_axis = false, known_cart = false;
+    /// The codes 1 to 5 are those of one program, known by the names of its elements. Anybody
+    /// else's Type may mean anything.
+    bool knows_types() const {
+      return type_path.empty() ||
+             (known_axis && known_cart && wire::same_name(type_path, "RobotCommand/Type"));
+    }
+    int usual_type = 2;  ///< PTP to angles where the file has any, else to the TCP
     std::vector<std::string> roots;
     bool was_connected = false;
     TimePoint reopen_at{};
@@ -145,6 +160,10 @@ struct EkiStream::Impl {
       if (wire::same_name(name, "Velocity")) velocity = *value > 1.0 ? *value / 100.0 : *value;
     }
     message.clear();
+    if (!s.knows_types()) {
+      message = s.type_path + " is not a Type whose codes are known here: nothing is moved by it";
+      return;
+    }
     const auto next = target_of(type, axis_deg, frame);
     if (!next) return;
     for (std::size_t i = 0; i < axes; ++i) {

@@ -4,8 +4,10 @@
 // commands are taken one after the other.
 //
 // Elements are known by their last names. Received: A1..A6, E1.. axis angles [deg]; X Y Z A B C the
-// TCP [mm, deg]; Type 1 PTP to angles, 2 PTP and 3 LIN to the TCP, 4 and 5 the same relative
-// (without a Type: 1, or 2 where there are no angles); Velocity up to 1, or percent. Sent: angles
+// TCP [mm, deg]; RobotCommand/Type, beside RobotCommand/Axis and RobotCommand/Cart: 1 PTP to angles,
+// 2 PTP and 3 LIN to the TCP, 4 and 5 the same relative (without a Type: 1, or 2 where there are no
+// angles). A Type under any other name is somebody else's, its codes are not known, and nothing is
+// moved by such commands. Velocity up to 1, or percent. Sent: angles
 // and TCP likewise, under a name with "vel" in percent of the axis' speed, "eff" or "torque" 0; S
 // and T; Size, how many commands wait. Others: 0.
 //

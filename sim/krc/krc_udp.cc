@@ -75,12 +75,14 @@ struct KrcUdp::Impl {
 
   // The operator resets the program and starts it again.
   void operate(TimePoint now) {
-    if (controller.phase() != RsiPhase::kFaulted || !options.restart_after_s) {
-      faulted_at.reset();
+    const bool stopped =
+        controller.phase() == RsiPhase::kFaulted || controller.phase() == RsiPhase::kEnded;
+    if (!stopped || !options.restart_after_s) {
+      stopped_at.reset();
       return;
     }
-    if (!faulted_at) faulted_at = now;
-    if (std::chrono::duration<double>(now - *faulted_at).count() >= *options.restart_after_s) {
+    if (!stopped_at) stopped_at = now;
+    if (std::chrono::duration<double>(now - *stopped_at).count() >= *options.restart_after_s) {
       controller.rsi_on();
     }
   }
@@ -91,7 +93,7 @@ struct KrcUdp::Impl {
   Controller controller;
   int socket = -1;
   std::array<char, drivers::kMaxRsiDatagram> buffer{};
-  std::optional<TimePoint> faulted_at;
+  std::optional<TimePoint> stopped_at;
   std::atomic<bool> stopping{false}, unplugged{false}, realtime_granted{false};
   std::atomic<std::uint64_t> overrun{0};
   std::thread thread;

@@ -14,7 +14,8 @@ namespace cellcal::sim {
 struct KrcUdpOptions {
   std::string pc_address = "127.0.0.1";
   std::uint16_t pc_port = 49152;
-  /// The operator: seconds after a fault stop until RSI is started again; none: never.
+  /// The operator: seconds after RSI has stopped, by a fault or by STOP, until the program is
+  /// started again; none: never.
   std::optional<double> restart_after_s;
   bool realtime = false;  ///< SCHED_FIFO for the clock, if permitted
 };

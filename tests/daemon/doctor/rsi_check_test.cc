@@ -119,10 +119,16 @@ TEST(an_rsi_link, is_judged_by_decimals_and_elements) {
   EXPECT_EQ(outcome_of(judged(seen), "rsi decimals"), Outcome::kFailed);
   seen.newest.decimals = 3;
   EXPECT_EQ(outcome_of(judged(seen), "rsi decimals"), Outcome::kWarning);
+  seen.newest.decimals = 1;
+  seen.newest.decimals_unproven = true;
+  EXPECT_EQ(outcome_of(judged(seen), "rsi decimals"), Outcome::kWarning) << "a session takes it";
   seen.newest.sends_delay = false;
   EXPECT_EQ(finding_of(judged(seen), "rsi elements").found, "Delay is not sent");
   seen.newest.sends_setpoint = false;
   EXPECT_EQ(finding_of(judged(seen), "rsi elements").found, "ASPos and Delay is not sent");
+  EXPECT_EQ(outcome_of(judged(seen), "rsi elements"), Outcome::kWarning) << "a session takes it";
+  seen.newest.relative = true;
+  EXPECT_EQ(outcome_of(judged(seen), "rsi elements"), Outcome::kFailed) << "a session refuses it";
 }
 
 TEST(an_rsi_link, is_judged_by_cycle_sender_and_reply_times) {

@@ -27,6 +27,9 @@ TEST_P(a_session_over_eki, ends_in_a_published_result) {
   const auto results = fixture.dir.path() / "state/sessions/1";
   const auto json = nlohmann::json::parse(content(results / "calibration.json"));
   EXPECT_TRUE(json.at("verdict").at("publish").get<bool>());
+  EXPECT_NEAR(fixture.status().at("residual_mm").get<double>(),
+              json.at("residuals").at("after").at("mean_mm").get<double>(), 1e-4)
+      << "after the end the fit's, not the newest touch's before it";
   const std::string csv = content(results / "touches.csv");
   EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 41) << csv;
 }

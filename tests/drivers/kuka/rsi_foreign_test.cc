@@ -3,11 +3,11 @@
 
 #include <gtest/gtest.h>
 
-#include <charconv>
 #include <cmath>
 #include <string>
 
 #include "drivers/kuka/rsi_codec.h"
+#include "tests/drivers/kuka/foreign_packet.h"
 #include "tests/drivers/kuka/rig.h"
 
 namespace cellcal::drivers {
@@ -95,37 +95,16 @@ class ForeignPeer {
   ScriptedGuard guard;
   std::unique_ptr<RsiCore> adapter;
   unsigned ipoc;
-  std::array<double, 6> start_deg{0, -90, 90, 0, 90, 0}, actual_deg = start_deg;
+  SixAngles start_deg{0, -90, 90, 0, 90, 0}, actual_deg = start_deg;
   int unanswered = 0;
   bool answered = true;
 
  private:
-  std::string number(double value) const {
-    std::array<char, 400> buffer{};
-    char* const last = buffer.data() + buffer.size();
-    const auto end =
-        h.fixed_decimals >= 0
-            ? std::to_chars(buffer.data(), last, value, std::chars_format::fixed, h.fixed_decimals)
-            : std::to_chars(buffer.data(), last, value);
-    std::string text(buffer.data(), end.ptr);
-    if (h.fixed_decimals < 0 && text.find_first_of(".e") == std::string::npos) text += ".0";
-    return text;
-  }
-  std::string element(const char* name, const std::array<double, 6>& deg) const {
-    std::string text = std::string("<") + name;
-    for (std::size_t i = 0; i < 6; ++i)
-      text += " A" + std::to_string(i + 1) + "=\"" + number(deg[i]) + "\"";
-    return text + (h.capitals ? " />" : "/>");
-  }
   std::string packet() const {
-    const std::string end = h.capitals ? " />" : "/>";
-    std::string text = h.capitals ? "<Rob TYPE=\"KUKA\">" : "<Rob Type=\"KUKA\">";
-    text += "<RIst X=\"0.0\" Y=\"0.0\" Z=\"0.0\" A=\"0.0\" B=\"0.0\" C=\"0.0\"" + end;
-    text += h.more;
-    text += element("AIPos", actual_deg);
-    if (h.setpoint) text += element("ASPos", h.setpoint_follows ? actual_deg : start_deg);
-    if (h.delay) text += "<Delay D=\"0\"" + end;
-    return text + "<IPOC>" + std::to_string(ipoc) + "</IPOC></Rob>";
+    ForeignPacket text{actual_deg, {}, {}, ipoc, h.capitals, h.fixed_decimals, h.more};
+    if (h.setpoint) text.setpoint_deg = h.setpoint_follows ? actual_deg : start_deg;
+    if (h.delay) text.delay = 0;
+    return text_of(text);
   }
 
   RsiParser parser;

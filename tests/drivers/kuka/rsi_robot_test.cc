@@ -261,7 +261,7 @@ TEST_F(RsiOverUdp, RestartedProgramWorksOnceTheOperatorHasRestartedRsi) {
   sim::KrcUdpOptions options = to(*robot);
   options.restart_after_s = 0.3;
   sim::KrcUdp krc(controller, options);
-  // Without ASPos a session counts as fresh only if there was silence before it.
+  // Without ASPos a session counts as fresh only if there was silence before it, and Delay counts.
   std::this_thread::sleep_for(400ms);
   krc.start();
   ASSERT_TRUE(make_ready(*robot)) << robot->state().words;
@@ -276,6 +276,26 @@ TEST_F(RsiOverUdp, RestartedProgramWorksOnceTheOperatorHasRestartedRsi) {
   })) << robot->state().words;
   EXPECT_NEAR(robot->state().actual_rad[0], 3 * kDeg, 0.05 * kDeg);
   EXPECT_EQ(move(*robot, -3).outcome, MoveOutcome::kArrived);
+}
+
+TEST_F(RsiOverUdp, AProgramThatTheOperatorStartsAgainBehindStopServesTheNextSession) {
+  RsiConfig config = loopback();
+  std::unique_ptr<sim::KrcUdp> krc;
+  for (int session = 0; session < 2; ++session) {
+    RsiRobot robot(io.context(), config, nullptr);
+    robot.open();
+    config.port = robot.port();
+    if (!krc) {
+      sim::KrcUdpOptions options = to(robot);
+      options.restart_after_s = 0.3;  // longer than the silence that ends a session here
+      krc = std::make_unique<sim::KrcUdp>(patient(), options);
+      krc->start();
+    }
+    ASSERT_TRUE(make_ready(robot)) << session << ": " << robot.state().words;
+    EXPECT_EQ(move(robot, 1).outcome, MoveOutcome::kArrived);
+    robot.close();
+    ASSERT_TRUE(eventually([&] { return robot.port() == 0; }));
+  }
 }
 
 TEST_F(RsiOverUdp, MayBeOpenedAgainAfterClose) {

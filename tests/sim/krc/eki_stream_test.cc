@@ -198,6 +198,33 @@ TEST_F(Stream, FrameWithoutATypeIsATargetOfTheTcp) {
   EXPECT_NEAR(a(0) * kDeg, 0.25, 1e-6);
 }
 
+TEST_F(Stream, ATypeOfAnotherNameMovesNothing) {
+  // Codes of others: there 2 is a stop, a tool change, a speed, and here it would be a PTP to 0.
+  const std::string frame = elements("RobotCommand/Cart/@", kFrame, "REAL");
+  const std::string axes = elements("RobotCommand/Axis/@", kAxes, "REAL");
+  const std::string at = " A1=\"10\" A2=\"-90\" A3=\"90\" A4=\"0\" A5=\"90\" A6=\"0\"";
+  const struct {
+    std::string receive, telegram;
+  } others[] = {
+      {"<ELEMENT Tag=\"RobotCommand/@Type\" Type=\"INT\"/>" + axes + frame,
+       "<RobotCommand Type=\"2\"><Axis" + at + "/><Cart " + kNowhere + "/></RobotCommand>"},
+      {"<ELEMENT Tag=\"Ext/Msg/@Type\" Type=\"INT\"/>" + elements("Ext/Pos/@", kFrame, "REAL"),
+       "<Ext><Msg Type=\"2\"/><Pos " + kNowhere + "/></Ext>"},
+      {"<ELEMENT Tag=\"RobotCommand/Type\" Type=\"INT\"/>" +
+           elements("RobotCommand/Target/@", kAxes, "REAL"),
+       "<RobotCommand><Type>1</Type><Target" + at + "/></RobotCommand>"},
+  };
+  for (const auto& other : others) {
+    make({file("TCP", other.receive, "")});
+    ASSERT_TRUE(krc->channel(0).connect());
+    krc->channel(0).receive(other.telegram);
+    to_rest();
+    EXPECT_EQ(krc->moves(), 0u) << other.telegram;
+    EXPECT_NEAR(a(0), 0.0, 1e-9);
+    EXPECT_NE(krc->message().find("Type"), std::string::npos) << krc->message();
+  }
+}
+
 TEST_F(Stream, VelocityScalesAsAFractionOrInPercent) {
   double after[3];
   int at = 0;
@@ -253,6 +280,13 @@ TEST(EkiStreamFile, TellsCellcalsOwnFromOthers) {
   EXPECT_TRUE(
       is_cellcal_channel(EkiChannelConfig::parse(drivers::eki_files({}).at("CellcalEki.xml"))));
   EXPECT_FALSE(is_cellcal_channel(EkiChannelConfig::parse(streaming())));
+  EXPECT_FALSE(is_cellcal_channel(
+      EkiChannelConfig::parse(file("TCP",
+                                   "<ELEMENT Tag=\"RobotCommand/@Seq\" Type=\"INT\"/>"
+                                   "<ELEMENT Tag=\"RobotCommand/@Type\" Type=\"INT\"/>" +
+                                       elements("RobotCommand/Axis/@", kAxes, "REAL"),
+                                   ""))))
+      << "numbered commands of others are not ours";
   EkiStreamConfig config;
   EXPECT_THROW(EkiStream{config}, std::invalid_argument);
   config.channel_xml = {file("TCP", "", "")};
