@@ -1,6 +1,6 @@
 #pragma once
-// From a packet's way out of the emulated controller to its reply's way in, by the kernel's own time
-// stamps: what a real controller would see, whatever this process was doing meanwhile.
+// From a packet's way out of the emulated controller to its reply's way in, by the kernel's own
+// time stamps: what a real controller would see, whatever this process was doing meanwhile.
 
 #include <sys/types.h>
 
