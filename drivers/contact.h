@@ -24,12 +24,42 @@ enum class ContactLink {
   kFault,  ///< refused version, loop broken, self-test failed, lost state, silent; see words
 };
 
+/// Why the sensor cannot be relied on.
+enum class ContactFault {
+  kNone,
+  kVersion,         ///< speaks another protocol version
+  kLostState,       ///< restarted while in use; holds until it is acknowledged
+  kConfigRefused,   ///< does not accept its configuration
+  kLoopBroken,      ///< a wire of the touch circuit is open
+  kSelfTestFailed,  ///< does not see its own edge
+  kDeaf,            ///< is heard, and does nothing that it is told
+  kSilent,          ///< no valid frame for the idle limit
+  kClockJumped,     ///< its time stamps do not continue
+  kDeliveredLate,   ///< it spoke in time, and this computer delivered its bytes late
+  kBaud,            ///< bytes come, and none is a frame: the two sides' baud rates differ
+};
+
+/// How the last arming ended.
+enum class ArmEnd {
+  kNone,
+  kDisarmed,
+  kTripped,
+  kExpired,
+  kSilence,  ///< no heartbeat within kHeartbeatLimit, and not known (yet) whose fault it was
+  kSensorDisarmed,
+  kLinkLost,
+  kDeliveredLate,  ///< the heartbeats were sent in time, and this computer delivered them late
+};
+
 /// Link quality, for the status page and the log.
 struct ContactQuality {
   double round_trip_min_s = 0.0, round_trip_p50_s = 0.0, round_trip_p99_s = 0.0;
   double clock_sigma_s = 0.0;
   double clock_drift_ppm = 0.0;
   double heartbeat_jitter_s = 0.0;
+  /// From the end of a heartbeat on the wire, by the sensor's own stamp, to the thread that reads
+  /// the port: this computer's share. Of the last 256 heartbeats; worst since the port was opened.
+  double late_p50_s = 0.0, late_max_s = 0.0, late_worst_s = 0.0;
   std::uint64_t frames = 0;  ///< sound ones
   std::uint64_t crc_errors = 0, gaps = 0, unknown_types = 0, bounces = 0;
   double contact_voltage_v = 0.0;
@@ -59,6 +89,8 @@ struct ContactStatus {
   ContactIdentity identity;
   double sense_voltage_v = 0.0;  ///< newest
   double clock_limit_s = 0.0;    ///< clock_sigma_s above which nothing is armed
+  ContactFault fault = ContactFault::kNone;
+  ArmEnd last_arm_end = ArmEnd::kNone;
 };
 
 /// What arm() led to.
@@ -74,6 +106,10 @@ struct ContactSnapshot {
   bool in_contact = false;  ///< level, debounced by the sensor
   bool armed = false;
   std::uint16_t arm_id = 0;  ///< of the arming that is in force
+  ArmEnd last_end = ArmEnd::kNone;
+  /// Behind a silence, once the sensor's stamps show that it was this computer's: how late its
+  /// bytes came [s], and how late they may. 0: not so, or not known yet.
+  double delivered_late_s = 0.0, late_limit_s = 0.0;
 };
 
 enum class ContactEventKind { kTrip, kContact, kRevoked, kRelease };

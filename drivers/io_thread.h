@@ -1,6 +1,7 @@
 #pragma once
-// One io_context on one thread: it owns the robot's socket and the contact sensor's port, so that
-// a contact reaches the next reply without crossing threads.
+// One io_context on one thread: it owns the robot's socket and all of the contact sensor's
+// protocol. The sensor's bytes come to it by a queue (contact/port_pump.h): reading a port can
+// sleep.
 //
 // Real time where the machine permits it: SCHED_FIFO keeps the reply below 1 ms while other
 // processes burn the processors, locked memory keeps page faults off the cycle. Where it is not
@@ -18,10 +19,14 @@ namespace cellcal::drivers {
 
 struct IoThreadOptions {
   bool realtime = true;           ///< ask for SCHED_FIFO and locked memory
-  int priority = 60;              ///< SCHED_FIFO 1..99; above the kernel's threaded interrupts (50)
+  int priority = 59;              ///< SCHED_FIFO 1..99; above the kernel's threaded interrupts (50)
   bool quiet = false;             ///< warnings() alone tell what was not had; nothing is logged
   std::string name = "robot-io";  ///< at most 15 characters, as top and ps show it
 };
+
+/// Of the threads that carry the contact sensor's bytes (contact/port_pump.h): just above the
+/// robot's. The highest that is asked for, and what the service's unit grants (LimitRTPRIO).
+inline constexpr int kPortPriority = IoThreadOptions{}.priority + 1;
 
 class IoThread {
  public:

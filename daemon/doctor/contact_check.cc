@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <chrono>
+
 namespace cellcal::daemon {
 
 namespace {
@@ -11,6 +13,9 @@ constexpr double kGoodClockS = 100e-6;
 // One frame in fifty damaged: repeats no longer hide it.
 constexpr double kBadLine = 0.02;
 constexpr double kSlowRoundTripS = 0.008;
+constexpr double kLateLimitS = std::chrono::duration<double>(drivers::kHeartbeatLimit).count();
+// Two and a half times as much stops a search; an idle computer stays below a hundredth of it.
+constexpr double kLateS = 0.4 * kLateLimitS;
 constexpr const char* kReadme = "drivers/contact/README.md";
 
 std::string firmware(const drivers::ContactIdentity& id) {
@@ -19,7 +24,10 @@ std::string firmware(const drivers::ContactIdentity& id) {
 
 void judge_circuit(const drivers::ContactStatus& s, Findings& findings) {
   const std::string check = "contact circuit";
-  if (!s.loop_ok) {
+  const bool looked_at = s.loop_ok || s.fault == drivers::ContactFault::kLoopBroken;
+  if (!looked_at) {
+    findings.skip(check, "the sensor has not come as far as to look at its wires");
+  } else if (!s.loop_ok) {
     findings.fail(check, s.words.empty() ? "the touch circuit is broken" : s.words,
                   "look for an open feed or sense wire between sensor and tool; the sensor's "
                   "self-test repeats by itself");
@@ -66,17 +74,34 @@ void judge_clock(const drivers::ContactStatus& s, Findings& findings) {
   }
 }
 
+void judge_baud(const ContactSeen& seen, Findings& findings) {
+  if (!seen.answers_at) {
+    findings.fail(
+        "contact sensor", seen.newest.words,
+        "set [contact] baud to the sensor's; where no rate fits, look at cable and earth");
+    return;
+  }
+  findings.fail("contact sensor",
+                fmt::format("it answers at {} baud, and this computer is set to {}",
+                            *seen.answers_at, seen.baud),
+                fmt::format("set baud = {} under [contact]", *seen.answers_at));
+}
+
 }  // namespace
 
 bool judge_contact(const ContactSeen& seen, Findings& findings) {
   const drivers::ContactStatus& s = seen.newest;
   const drivers::ContactIdentity& id = s.identity;
-  if (id.protocol == 0 || s.words.find("speaks protocol") != std::string::npos) {
-    findings.fail(
-        "contact sensor", s.words.empty() ? "it has not answered" : s.words,
-        fmt::format("supply, USB cable, firmware and baud rate, in this order; {} has the "
-                    "wiring",
-                    kReadme));
+  if (id.protocol == 0 || s.fault == drivers::ContactFault::kVersion) {
+    if (s.fault == drivers::ContactFault::kBaud) {
+      judge_baud(seen, findings);
+    } else {
+      findings.fail(
+          "contact sensor", s.words.empty() ? "it has not answered" : s.words,
+          fmt::format("supply, USB cable, firmware and baud rate, in this order; {} has the "
+                      "wiring",
+                      kReadme));
+    }
     for (const char* check :
          {"contact configuration", "contact circuit", "contact self-test", "contact clock"}) {
       findings.skip(check, "the sensor does not answer");
@@ -112,7 +137,10 @@ void judge_contact_line(const ContactSeen& seen, Findings& findings) {
       q.frames, seen.observed_s, q.crc_errors, q.gaps, q.round_trip_p50_s * 1e3,
       q.round_trip_p99_s * 1e3, q.heartbeat_jitter_s * 1e3);
   if (q.frames == 0) {
-    findings.fail(check, "not one sound frame", "check baud rate, cable and supply");
+    findings.fail(check, "not one sound frame",
+                  seen.newest.fault == drivers::ContactFault::kBaud
+                      ? "as above: both sides need the same baud rate"
+                      : "check baud rate, cable and supply");
   } else if (rate > kBadLine) {
     findings.fail(check, figures,
                   "a shorter or screened cable, away from the arm's motor leads; "
@@ -125,6 +153,28 @@ void judge_contact_line(const ContactSeen& seen, Findings& findings) {
     findings.warn(check, figures,
                   "the adapter collects bytes: install the udev rule in systemd/ "
                   "(latency timer of 1 ms)");
+  } else {
+    findings.ok(check, figures);
+  }
+}
+
+void judge_contact_delivery(const ContactSeen& seen, Findings& findings) {
+  const std::string check = "contact delivery";
+  const drivers::ContactQuality& q = seen.newest.quality;
+  if (!(q.late_worst_s > 0.0)) {
+    findings.skip(check, "no clock map yet that would tell how late the sensor's bytes are");
+    return;
+  }
+  const std::string figures = fmt::format(
+      "this computer delivered the sensor's heartbeats {:.2f} ms late (median), {:.1f} ms at worst "
+      "(limit {:.0f})",
+      q.late_p50_s * 1e3, q.late_worst_s * 1e3, kLateLimitS * 1e3);
+  const std::string advice = fmt::format(
+      "stop other work on this computer, or set a core aside: {} says what helps", kReadme);
+  if (q.late_worst_s > kLateLimitS) {
+    findings.fail(check, figures, advice);
+  } else if (q.late_worst_s > kLateS) {
+    findings.warn(check, figures, advice);
   } else {
     findings.ok(check, figures);
   }

@@ -1,6 +1,7 @@
 #pragma once
 // What can be said of the contact sensor from what was seen of it. Pure: no port, no time.
 
+#include <optional>
 #include <string>
 
 #include "daemon/doctor/finding.h"
@@ -12,6 +13,8 @@ struct ContactSeen {
   drivers::ContactStatus newest;
   std::uint16_t wanted_config_crc = 0;
   double observed_s = 0.0;
+  int baud = 0;                   ///< of this side
+  std::optional<int> answers_at;  ///< the baud rate that the sensor was found at, if looked for
 };
 
 /// Who it is, its configuration, circuit, self-test and clock: once it is ready, or has had its
@@ -19,5 +22,7 @@ struct ContactSeen {
 bool judge_contact(const ContactSeen& seen, Findings& findings);
 /// The line, after it was observed for a while.
 void judge_contact_line(const ContactSeen& seen, Findings& findings);
+/// How late this computer delivered the sensor's bytes meanwhile.
+void judge_contact_delivery(const ContactSeen& seen, Findings& findings);
 
 }  // namespace cellcal::daemon

@@ -32,14 +32,17 @@ std::string robot_words(const json& robot) {
 
 std::string contact_words(const json& contact) {
   const json trip = contact.value("round_trip_ms", json::object());
+  const json late = contact.value("late_ms", json::object());
   const json firmware = contact.value("firmware", json());
   return fmt::format(
       "contact link: firmware {}, boot id {:.0f}; {:.0f} frames, {:.0f} damaged, {:.0f} missing; "
-      "round trip {:.2f} ms, p99 {:.2f}; clock known to {:.1f} us, drift {:.1f} ppm\n",
+      "round trip {:.2f} ms, p99 {:.2f}; clock known to {:.1f} us, drift {:.1f} ppm; "
+      "delivered by this computer within {:.2f} ms (median), {:.1f} at worst (limit {:.0f})\n",
       firmware.is_string() ? firmware.get<std::string>() : "unknown", figure(contact, "boot_id"),
       figure(contact, "frames"), figure(contact, "crc_errors"), figure(contact, "gaps"),
       figure(trip, "p50"), figure(trip, "p99"), figure(contact, "clock_sigma_us"),
-      figure(contact, "clock_drift_ppm"));
+      figure(contact, "clock_drift_ppm"), figure(late, "p50"), figure(late, "worst"),
+      figure(late, "limit"));
 }
 
 }  // namespace

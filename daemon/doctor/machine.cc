@@ -152,7 +152,7 @@ std::optional<ProcessRights> rights_of_process(pid_t process) {
   const auto can = [&](unsigned bit) { return (capabilities >> bit & 1U) != 0; };
   int priority = 0;
   std::istringstream(value_of(limits, "Max realtime priority")) >> priority;
-  rights.realtime = can(kCapSysNice) || priority >= drivers::IoThreadOptions().priority;
+  rights.realtime = can(kCapSysNice) || priority >= drivers::kPortPriority;
   std::string locked;
   std::istringstream(value_of(limits, "Max locked memory")) >> locked;
   rights.locked_memory = can(kCapIpcLock) || locked == "unlimited";
@@ -184,7 +184,7 @@ ProcessRights rights_in_unit(const std::string& text) {
   const std::string priority = value_of(text, "LimitRTPRIO=");
   int granted = 0;
   std::istringstream(priority) >> granted;
-  rights.realtime = priority == "infinity" || granted >= drivers::IoThreadOptions().priority;
+  rights.realtime = priority == "infinity" || granted >= drivers::kPortPriority;
   rights.locked_memory = value_of(text, "LimitMEMLOCK=") == "infinity";
   std::istringstream names(value_of(text, "Group=") + " " + value_of(text, "SupplementaryGroups="));
   for (std::string name; names >> name;) {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <thread>
 
@@ -29,6 +30,10 @@ constexpr std::chrono::milliseconds kLook{5};
 constexpr double kContactPatienceS = 8.0;
 /// A fault that stands this long is no passing state.
 constexpr double kFaultPatienceS = 2.0;
+/// A HELLO is sent five times in this, and a sensor of that rate answers the first.
+constexpr double kBaudPatienceS = 1.0;
+/// What the firmware can be set to (drivers/contact/firmware/README.md).
+constexpr std::array kSensorRates{1'000'000, 250'000, 115'200};
 /// What is refused or lost is known by then; nothing new comes.
 constexpr double kEnoughS = 1.0;
 /// Replies behind which late ones are ours, and no longer those of before we answered.
@@ -82,10 +87,12 @@ class Wires {
   static drivers::SerialContactOptions contact_options(const DaemonConfig& config) {
     drivers::SerialContactOptions options;
     options.port = config.contact;
+    if (!config.realtime) options.priority = 0;
     return options;
   }
   void judge_access(const std::optional<ProcessRights>& daemon);
   bool open_contact();
+  void look_for_baud();
   void look_at_contact();
   bool open_rsi(drivers::RsiRobot& robot);
   RsiSeen watch(drivers::RsiRobot& robot);
@@ -164,14 +171,42 @@ void Wires::contact(const std::optional<ProcessRights>& daemon) {
     if (faulty && since(*faulty) > kFaultPatienceS) break;
     std::this_thread::sleep_for(kLook);
   }
+  if (contact_seen_.newest.fault == drivers::ContactFault::kBaud) look_for_baud();
   contact_good_ = judge_contact(contact_seen_, findings_);
 }
 
+/// Bytes came, and no frame: asks at the other rates that the firmware knows.
+void Wires::look_for_baud() {
+  contact_seen_.baud = config_.contact.baud;
+  for (const int baud : kSensorRates) {
+    if (baud == config_.contact.baud || contact_seen_.answers_at) continue;
+    contact_.close();
+    drivers::SerialContactOptions options = contact_options(config_);
+    options.port.baud = baud;
+    drivers::SerialContact other(io_.context(), options);
+    try {
+      other.open();
+    } catch (const drivers::DriverError&) {
+      continue;  // a rate that this adapter does not have is not the sensor's
+    }
+    const Steady::time_point begun = Steady::now();
+    while (since(begun) < kBaudPatienceS && !contact_seen_.answers_at) {
+      if (other.status().identity.protocol != 0) contact_seen_.answers_at = baud;
+      std::this_thread::sleep_for(kLook);
+    }
+  }
+  contact_open_ = open_contact();
+}
+
 void Wires::judge_line() {
-  if (!contact_open_) return findings_.skip("contact line", "the port is not open");
+  if (!contact_open_) {
+    findings_.skip("contact line", "the port is not open");
+    return findings_.skip("contact delivery", "the port is not open");
+  }
   look_at_contact();
   contact_seen_.observed_s = since(contact_opened_);
   judge_contact_line(contact_seen_, findings_);
+  judge_contact_delivery(contact_seen_, findings_);
   const drivers::ContactStatus& s = contact_seen_.newest;
   if (contact_good_ && s.link != drivers::ContactLink::kReady) {
     findings_.fail("contact link", s.words, "it was ready and is no longer: supply, cable, plugs");

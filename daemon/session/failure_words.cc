@@ -185,7 +185,7 @@ std::string what(FailureKind kind, const State& state, const Event& event) {
           "cable, earth and shield",
           state.revoked + 1, target(state));
     case FailureKind::kContactSilent:
-      return joined("the contact sensor fell silent, the arm was stopped",
+      return joined("the contact sensor was not heard in time, the arm was stopped",
                     joined(joined(words, state.links.contact_words), kResume));
     case FailureKind::kRobotSilent:
       return silent_words(state, event);

@@ -24,7 +24,17 @@ constexpr double kJitterGain = 0.02;
 constexpr int kAnswerFrames = 8;
 constexpr int kLongestFrame = CTP_MAX_WIRE;
 constexpr int kPingFrame = int{CTP_PING_SIZE} + int{CTP_OVERHEAD};
+constexpr int kStatusFrame = int{CTP_STATUS_SIZE} + int{CTP_OVERHEAD};
 constexpr milliseconds kAnswerFloor{20};
+/// No computer holds bytes back for longer; a stamp so far behind is of another clock.
+constexpr double kLatestPlausibleS = 10.0;
+/// A lateness counts as one by what the clock map's uncertainty does not explain,
+constexpr double kLateSigmas = 3.0;
+/// and explains a silence only if it makes up this part of it: a sensor may be late as well.
+constexpr double kLateShare = 1.0 / 3.0;
+/// A sensor of the same baud rate is understood long before: it speaks ten times a second.
+constexpr milliseconds kGarbagePatience{1500};
+constexpr std::uint64_t kGarbageBytes = 12;
 
 double seconds(Duration d) { return std::chrono::duration<double>(d).count(); }
 
@@ -44,7 +54,9 @@ ContactCore::ContactCore(const ContactOptions& options, ByteSink sink)
       config_crc_(ctp::config_crc(options.wire)),
       answer_time_(kAnswerFloor +
                    from_seconds(kAnswerFrames * wire_seconds(options.baud, kLongestFrame))),
-      clock_(wire_seconds(options.baud, kPingFrame)) {}
+      clock_(wire_seconds(options.baud, kPingFrame)),
+      clock_before_(clock_),
+      status_wire_s_(wire_seconds(options.baud, kStatusFrame)) {}
 
 std::uint32_t ContactCore::random() {  // xorshift32 (Marsaglia 2003): only has to be irregular
   random_ ^= random_ << 13;
@@ -59,6 +71,10 @@ void ContactCore::connect(TimePoint now) {
   ident_.reset();
   was_ready_ = heard_ = false;
   fault_ = ContactFault::kNone;
+  bytes_ = late_count_ = 0;
+  late_worst_s_ = 0.0;
+  settle_delivery();
+  clock_before_.reset();
   last_frame_ = now;
   random_ = static_cast<std::uint32_t>(now.time_since_epoch().count()) | 1u;
   // Whatever half frame the sensor has from before ends here.
@@ -109,6 +125,7 @@ void ContactCore::lose_state(TimePoint now) {
 
 void ContactCore::on_bytes(std::span<const std::uint8_t> bytes, TimePoint t_rx) {
   if (step_ == ContactStep::kClosed) return;
+  bytes_ += bytes.size();
   for (const std::uint8_t byte : bytes) {
     if (const ctp::Frame* frame = reader_.feed(byte)) on_frame(*frame, t_rx);
   }
@@ -174,7 +191,49 @@ void ContactCore::on_ident(const ctp::Ident& ident, TimePoint now) {
   enter(ContactStep::kConfig, now);
 }
 
+/// Whose silence it was is not known yet: late bytes still come, and bear the time of their
+/// sending.
+void ContactCore::give_up_waiting(Duration limit, TimePoint now) {
+  if (given_up_at_) return;
+  given_up_at_ = now;
+  given_up_limit_ = limit;
+  clock_before_ = clock_;
+}
+
+void ContactCore::settle_delivery() {
+  given_up_at_.reset();
+  delivered_late_s_ = 0.0;
+}
+
+void ContactCore::note_delivery(std::uint32_t ticks, TimePoint now) {
+  const ClockMap& map = given_up_at_ ? clock_before_ : clock_;
+  if (!map.valid()) return;
+  const TimePoint sent = map.to_host(ticks) + from_seconds(status_wire_s_);
+  const double late = std::max(0.0, seconds(now - sent));
+  if (late > kLatestPlausibleS) return;
+  late_s_[late_count_++ % kLateKept] = static_cast<float>(late);
+  late_worst_s_ = std::max(late_worst_s_, late);
+  if (given_up_at_) {
+    const double limit = seconds(given_up_limit_);
+    if (sent < *given_up_at_ && late > kLateShare * limit) {
+      delivered_late_s_ = late;
+      if (last_end_ == ArmEnd::kSilence) last_end_ = ArmEnd::kDeliveredLate;
+      if (fault_ == ContactFault::kSilent) fault_ = ContactFault::kDeliveredLate;
+      late_limit_s_ = limit;
+    }
+    given_up_at_.reset();
+  } else if (arming_ == Arming::kArmed &&
+             late - kLateSigmas * map.sigma_s(ticks) > seconds(kHeartbeatLimit)) {
+    // What is heard is old, however regularly it comes: a trip would be as late.
+    delivered_late_s_ = late;
+    late_limit_s_ = seconds(kHeartbeatLimit);
+    end_arming(ArmEnd::kDeliveredLate, now);
+    begin_disarm(now);
+  }
+}
+
 void ContactCore::on_status(const ctp::Status& status, TimePoint now) {
+  note_delivery(status.t, now);
   if (step_ == ContactStep::kConfig && status.config_crc == config_crc_) {
     enter(ContactStep::kClock, now);
   }
@@ -294,11 +353,18 @@ void ContactCore::on_tick(TimePoint now) {
 void ContactCore::on_tick_but_ping(TimePoint now) {
   if (step_ == ContactStep::kClosed) return;
   if (arming_ == Arming::kArmed && now - last_frame_ > kHeartbeatLimit) {
+    give_up_waiting(kHeartbeatLimit, now);
     end_arming(ArmEnd::kSilence, now);
     begin_disarm(now);
   }
   if (step_ > ContactStep::kHello && now - last_frame_ > kIdleLimit) {
+    give_up_waiting(kIdleLimit, now);
     identify_again(ContactFault::kSilent, now);
+  }
+  const bool understood = heard_ || fault_ != ContactFault::kNone;
+  if (step_ == ContactStep::kHello && !understood && bytes_ >= kGarbageBytes &&
+      now - step_since_ > kGarbagePatience) {
+    fault_ = ContactFault::kBaud;
   }
   const bool held = fault_ == ContactFault::kLostState;
   if (step_ == ContactStep::kHello && !held && now >= next_send_) {
@@ -335,6 +401,10 @@ ContactFacts ContactCore::facts(TimePoint now) const {
   f.waiting_s = seconds(now - step_since_);
   f.silent_s = seconds(now - last_frame_);
   f.clock_limit_s = options_.max_clock_sigma_s;
+  f.delivered_late_s = delivered_late_s_;
+  f.late_limit_s = late_limit_s_;
+  f.baud = options_.baud;
+  f.bytes = bytes_;
   f.lost_events = lost_events_;
   if (status_) {
     f.sense_v = status_->sense_mv * 1e-3;
@@ -348,6 +418,15 @@ ContactFacts ContactCore::facts(TimePoint now) const {
   q.clock_sigma_s = clock_.valid() ? clock_.sigma_s() : 0.0;
   q.clock_drift_ppm = clock_.drift_ppm();
   q.heartbeat_jitter_s = std::sqrt(delay_var_s2_);
+  if (const std::size_t kept = std::min(late_count_, kLateKept); kept > 0) {
+    std::array<float, kLateKept> late = late_s_;
+    const auto first = late.begin(), end = first + static_cast<std::ptrdiff_t>(kept);
+    const auto middle = first + static_cast<std::ptrdiff_t>(kept / 2);
+    std::nth_element(first, middle, end);
+    q.late_p50_s = *middle;
+    q.late_max_s = *std::max_element(middle, end);
+    q.late_worst_s = late_worst_s_;
+  }
   const ctp::WireCounters& wire = reader_.counters();
   q.frames = wire.frames;
   q.crc_errors = wire.crc_errors + wire.malformed + wire.oversize;
@@ -363,6 +442,9 @@ ContactSnapshot ContactCore::snapshot(TimePoint now) {
   s.armed = arming_ == Arming::kArmed;
   s.arm_id = s.armed ? request_.arm_id : std::uint16_t{0};
   s.in_contact = in_contact_;
+  s.last_end = last_end_;
+  s.delivered_late_s = delivered_late_s_;
+  s.late_limit_s = late_limit_s_;
   const Duration limit = s.armed ? Duration{kHeartbeatLimit} : Duration{kIdleLimit};
   // In contact no self-test can pass; the level of an examined loop still guards the way out.
   const bool leaving =

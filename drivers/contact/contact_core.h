@@ -2,6 +2,7 @@
 // The host side of CTP/1: bytes and time in, bytes and events out. Owns no port, clock or thread;
 // after construction nothing allocates, locks, logs or throws.
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -72,6 +73,9 @@ class ContactCore : public ContactGuard {
   void on_frame(const ctp::Frame& frame, TimePoint t_rx);
   void on_ident(const ctp::Ident& ident, TimePoint now);
   void on_status(const ctp::Status& status, TimePoint now);
+  void note_delivery(std::uint32_t ticks, TimePoint now);
+  void give_up_waiting(Duration limit, TimePoint now);
+  void settle_delivery();
   void on_status_arming(bool armed_flag, bool latched, TimePoint now);
   void on_status_test(const ctp::Status& status, TimePoint now);
   void on_trip(const ctp::Trip& trip, TimePoint now);
@@ -123,6 +127,7 @@ class ContactCore : public ContactGuard {
 
   // what was heard
   bool heard_ = false;
+  std::uint64_t bytes_ = 0;
   TimePoint last_frame_{};
   std::optional<ctp::Status> status_;
   TimePoint contact_since_{};
@@ -130,6 +135,8 @@ class ContactCore : public ContactGuard {
 
   // clock
   ClockMap clock_;
+  /// As it was when the sensor fell silent: it tells whether what comes after was sent in time.
+  ClockMap clock_before_;
   TimePoint next_ping_{}, ping_sent_{}, last_pong_{};
   std::uint32_t ping_nonce_ = 0;
   bool ping_out_ = false;
@@ -156,6 +163,16 @@ class ContactCore : public ContactGuard {
   std::uint64_t lost_events_ = 0, bounces_ = 0;
   double contact_v_ = 0.0;
   double delay_mean_s_ = 0.0, delay_var_s2_ = 0.0;  ///< of heartbeats against their stamps
+
+  // this computer's share of the heartbeats' way
+  static constexpr std::size_t kLateKept = 256;
+  double status_wire_s_;
+  std::array<float, kLateKept> late_s_{};
+  std::size_t late_count_ = 0;  ///< since the port was opened
+  double late_worst_s_ = 0.0;
+  std::optional<TimePoint> given_up_at_;  ///< behind a silence, until a stamp tells whose it was
+  Duration given_up_limit_{0};
+  double delivered_late_s_ = 0.0, late_limit_s_ = 0.0;
 };
 
 }  // namespace cellcal::drivers

@@ -136,6 +136,7 @@ void ContactCore::on_status_arming(bool armed_flag, bool latched, TimePoint now)
       next_keepalive_ = now;
       expires_ = now + request_.lifetime + kLifetimeGrace;
       last_end_ = ArmEnd::kNone;
+      settle_delivery();
       answer(ArmRefusal::kNone, request_.arm_id, now);
       break;
     case Arming::kArmed:
@@ -302,6 +303,7 @@ void ContactCore::on_status_test(const ctp::Status& status, TimePoint now) {
     if (step_ == ContactStep::kSelfTest) {
       fault_ = ContactFault::kNone;
       was_ready_ = true;
+      settle_delivery();
       enter(ContactStep::kReady, now);
     }
     return;

@@ -12,18 +12,6 @@ namespace cellcal::drivers {
 /// How far the identification has come. In this order, from the start after every loss.
 enum class ContactStep { kClosed, kHello, kConfig, kClock, kSelfTest, kReady };
 
-enum class ContactFault {
-  kNone,
-  kVersion,         ///< speaks another protocol version
-  kLostState,       ///< restarted while in use; holds until it is acknowledged
-  kConfigRefused,   ///< does not accept its configuration
-  kLoopBroken,      ///< a wire of the touch circuit is open
-  kSelfTestFailed,  ///< does not see its own edge
-  kDeaf,            ///< is heard, and does nothing that it is told
-  kSilent,          ///< no valid frame for kIdleLimit
-  kClockJumped,     ///< its time stamps do not continue
-};
-
 /// Why an arming was refused.
 enum class ArmRefusal {
   kNone,
@@ -43,9 +31,6 @@ enum class ArmRefusal {
   kUnknownReason,  ///< a NAK whose reason this driver does not know
 };
 
-/// How the last arming ended.
-enum class ArmEnd { kNone, kDisarmed, kTripped, kExpired, kSilence, kSensorDisarmed, kLinkLost };
-
 struct ContactFacts {
   ContactStep step = ContactStep::kClosed;
   ContactFault fault = ContactFault::kNone;
@@ -62,6 +47,10 @@ struct ContactFacts {
   double silent_s = 0.0;   ///< since the last valid frame
   double sense_v = 0.0;
   double clock_limit_s = 0.0;
+  double delivered_late_s = 0.0;    ///< as in ContactSnapshot
+  double late_limit_s = 0.0;        ///< what it is measured by
+  int baud = 0;                     ///< of this side
+  std::uint64_t bytes = 0;          ///< received since the port was opened
   std::uint64_t lost_events = 0;    ///< nobody took them in time
   std::uint64_t sensor_errors = 0;  ///< damaged frames that the sensor counted
   ContactQuality quality;

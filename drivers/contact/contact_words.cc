@@ -15,6 +15,19 @@ std::string firmware_of(const ContactFacts& f) {
   return fmt::format("{}.{}.{}", f.firmware[0], f.firmware[1], f.firmware[2]);
 }
 
+/// What the firmware can be told (drivers/contact/firmware/README.md).
+constexpr const char* kSensorRates =
+    "1000000; 250000 with D4 to ground, 115200 with D5 to ground at its reset";
+
+std::string late_words(const ContactFacts& f) {
+  return fmt::format(
+      "the contact sensor's bytes came {:.0f} ms late on this computer (limit {:.0f} ms), which "
+      "the "
+      "sensor had sent in time: stop other work on this computer, or set a core aside "
+      "(drivers/contact/README.md)",
+      f.delivered_late_s * 1e3, f.late_limit_s * 1e3);
+}
+
 std::string fault_words(const ContactFacts& f) {
   switch (f.fault) {
     case ContactFault::kNone:
@@ -51,6 +64,13 @@ std::string fault_words(const ContactFacts& f) {
           "the contact sensor fell silent ({:.1f} s without a valid frame): check cable and "
           "supply; it is being identified again",
           f.silent_s);
+    case ContactFault::kDeliveredLate:
+      return late_words(f) + "; it is being identified again";
+    case ContactFault::kBaud:
+      return fmt::format(
+          "{} bytes came from the contact sensor, and not one frame at {} baud: the sensor's line "
+          "runs at another rate. Set [contact] baud to the sensor's ({})",
+          f.bytes, f.baud, kSensorRates);
     case ContactFault::kClockJumped:
       return "the contact sensor's clock jumped: its time stamps do not continue; it is being "
              "identified again";
@@ -67,8 +87,8 @@ std::string step_words(const ContactFacts& f) {
       if (!f.heard) {
         return fmt::format(
             "nothing heard from the contact sensor for {:.0f} s: is it powered, is its firmware "
-            "flashed, does the baud rate fit?",
-            f.waiting_s);
+            "flashed, does the baud rate fit ({} here)?",
+            f.waiting_s, f.baud);
       }
       return fmt::format("the contact sensor has not answered HELLO for {:.0f} s", f.waiting_s);
     case ContactStep::kConfig:
@@ -144,8 +164,10 @@ std::string refusal_words(const ArmAnswer& a) {
   return {};
 }
 
-std::string end_words(ArmEnd end) {
-  switch (end) {
+std::string end_words(const ContactFacts& f) {
+  switch (f.last_arm_end) {
+    case ArmEnd::kDeliveredLate:
+      return "the last arming ended: " + late_words(f);
     case ArmEnd::kSilence:
       return "the last arming ended because no heartbeat came within 25 ms";
     case ArmEnd::kExpired:
@@ -168,9 +190,13 @@ ContactLink link_of(const ContactFacts& f) {
 }
 
 std::string words_of(const ContactFacts& f) {
+  const bool again = f.step > ContactStep::kClosed && f.step < ContactStep::kSelfTest;
+  if (again && f.fault == ContactFault::kNone && f.delivered_late_s > 0.0) {
+    return late_words(f) + "; it is being identified again";
+  }
   if (f.step == ContactStep::kClosed || f.fault == ContactFault::kNone) {
     const std::string words = step_words(f);
-    return words.empty() ? end_words(f.last_arm_end) : words;
+    return words.empty() ? end_words(f) : words;
   }
   return fault_words(f);
 }
@@ -190,6 +216,8 @@ ContactStatus status_of(const ContactFacts& f) {
   s.identity = {f.version, f.firmware, f.uid, f.boot_id, f.config_crc};
   s.sense_voltage_v = f.sense_v;
   s.clock_limit_s = f.clock_limit_s;
+  s.fault = f.fault;
+  s.last_arm_end = f.last_arm_end;
   return s;
 }
 

@@ -14,6 +14,7 @@
 #include <fstream>
 #include <utility>
 
+#include "drivers/contact/line_rate.h"
 #include "drivers/contact/port_errors.h"
 #include "drivers/contact/port_lock.h"
 
@@ -110,11 +111,13 @@ class RealPort : public SerialPort {
 
 class PseudoTerminal : public SerialPort {
  public:
-  explicit PseudoTerminal(const std::string& path) : path_(path), lock_(path) {
+  PseudoTerminal(const std::string& path, int baud) : path_(path), lock_(path) {
     fd_ = ::open(path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
     if (fd_ < 0) throw DriverError(cannot_open(path, errno));
     try {
       make_exclusive_and_raw(fd_, path_);
+      // It has no line; but its other end may be an emulated sensor, which has.
+      set_line_rate(fd_, baud);
     } catch (...) {
       ::close(fd_);
       throw;
@@ -168,8 +171,8 @@ std::unique_ptr<SerialPort> open_real_port(const std::string& path, int baud) {
   return std::make_unique<RealPort>(path, baud);
 }
 
-std::unique_ptr<SerialPort> open_pseudo_terminal(const std::string& path, int) {
-  return std::make_unique<PseudoTerminal>(path);  // a pseudo-terminal has no baud rate
+std::unique_ptr<SerialPort> open_pseudo_terminal(const std::string& path, int baud) {
+  return std::make_unique<PseudoTerminal>(path, baud);
 }
 
 }  // namespace cellcal::drivers

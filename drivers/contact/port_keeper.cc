@@ -5,15 +5,11 @@
 
 namespace cellcal::drivers {
 
-PortKeeper::PortKeeper(SerialPortOptions options, std::chrono::milliseconds first,
-                       std::chrono::milliseconds longest, Opened opened)
-    : options_(std::move(options)),
-      first_(first),
-      longest_(longest),
-      opened_(std::move(opened)),
-      thread_([this] { run(); }) {}
+PortKeeper::PortKeeper(PortKeeperOptions options, PortQueues& queues)
+    : options_(std::move(options)), queues_(queues), thread_([this] { run(); }) {}
 
 PortKeeper::~PortKeeper() {
+  close();
   {
     const std::lock_guard lock(mutex_);
     stop_ = true;
@@ -22,29 +18,9 @@ PortKeeper::~PortKeeper() {
   thread_.join();
 }
 
-void PortKeeper::dispose(std::unique_ptr<SerialPort> port) {
-  {
-    const std::lock_guard lock(mutex_);
-    to_close_.push_back(std::move(port));
-  }
-  changed_.notify_all();
-}
-
-void PortKeeper::reopen(std::unique_ptr<SerialPort> port) {
-  {
-    const std::lock_guard lock(mutex_);
-    to_close_.push_back(std::move(port));
-    wanted_ = true;
-    last_error_.clear();
-  }
-  changed_.notify_all();
-}
-
-void PortKeeper::give_up() {
-  std::unique_lock lock(mutex_);
-  wanted_ = false;
-  changed_.notify_all();
-  changed_.wait(lock, [this] { return !busy_ && to_close_.empty(); });
+std::uint32_t PortKeeper::next_opening() const {
+  const std::lock_guard lock(mutex_);
+  return openings_ + 1;
 }
 
 std::string PortKeeper::last_error() const {
@@ -52,47 +28,83 @@ std::string PortKeeper::last_error() const {
   return last_error_;
 }
 
+std::string PortKeeper::warning() const {
+  const std::lock_guard lock(mutex_);
+  return warning_;
+}
+
+/// Without the mutex: it takes its time.
+std::unique_ptr<PortPump> PortKeeper::open_now() {
+  std::unique_ptr<SerialPort> port = open_serial_port(options_.port);
+  PortPumpOptions options{0, options_.priority};
+  {
+    const std::lock_guard lock(mutex_);
+    options.opening = ++openings_;
+    warning_ = port->warning();
+    lost_ = false;
+  }
+  return std::make_unique<PortPump>(std::move(port), options, queues_, [this] {
+    {
+      const std::lock_guard lock(mutex_);
+      lost_ = true;
+      last_error_.clear();
+    }
+    changed_.notify_all();
+  });
+}
+
+void PortKeeper::open() {
+  std::unique_ptr<PortPump> pump = open_now();
+  {
+    const std::lock_guard lock(mutex_);
+    pump_ = std::move(pump);
+    wanted_ = true;
+    last_error_.clear();
+  }
+  changed_.notify_all();
+}
+
+void PortKeeper::close() {
+  std::unique_ptr<PortPump> closing;
+  {
+    std::unique_lock lock(mutex_);
+    wanted_ = false;
+    changed_.notify_all();
+    changed_.wait(lock, [this] { return !busy_; });
+    closing = std::move(pump_);
+  }
+  // Without the mutex: its end waits for a thread that may just be telling that the port is lost.
+  closing.reset();
+}
+
 void PortKeeper::run() {
   std::unique_lock lock(mutex_);
-  auto pause = first_;
   while (true) {
-    changed_.wait(lock, [this] { return stop_ || wanted_ || !to_close_.empty(); });
-    if (!to_close_.empty()) {
-      auto closing = std::exchange(to_close_, {});
-      busy_ = true;
-      lock.unlock();
-      closing.clear();
-      lock.lock();
-      busy_ = false;
-      changed_.notify_all();
-      pause = first_;
-      continue;
-    }
+    changed_.wait(lock, [this] { return stop_ || (wanted_ && lost_); });
     if (stop_) return;
-    // A device that has just gone is not back at once, and may come back half.
-    const bool disturbed =
-        changed_.wait_for(lock, pause, [this] { return stop_ || !wanted_ || !to_close_.empty(); });
-    if (disturbed) continue;
     busy_ = true;
+    std::unique_ptr<PortPump> closing = std::move(pump_);
     lock.unlock();
-    std::unique_ptr<SerialPort> port;
-    std::string error;
-    try {
-      port = open_serial_port(options_);
-    } catch (const std::runtime_error& e) {  // goes to the operator through last_error()
-      error = e.what();
-    }
-    const bool opened = port != nullptr;
-    if (opened) opened_(std::move(port));
+    closing.reset();
     lock.lock();
-    busy_ = false;
-    last_error_ = error;
-    if (opened) {
-      wanted_ = false;
-      pause = first_;
-    } else {
-      pause = std::min(pause * 2, longest_);
+    // A device that has just gone is not back at once, and may come back half.
+    for (auto pause = options_.first;
+         !changed_.wait_for(lock, pause, [this] { return stop_ || !wanted_; });
+         pause = std::min(pause * 2, options_.longest)) {
+      lock.unlock();
+      std::unique_ptr<PortPump> pump;
+      std::string error;
+      try {
+        pump = open_now();
+      } catch (const std::runtime_error& e) {  // goes to the operator through last_error()
+        error = e.what();
+      }
+      lock.lock();
+      last_error_ = error;
+      pump_ = std::move(pump);
+      if (pump_) break;
     }
+    busy_ = false;
     changed_.notify_all();
   }
 }

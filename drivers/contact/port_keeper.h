@@ -1,51 +1,59 @@
 #pragma once
-// A thread that closes lost ports and opens them again with back-off. Opening and closing a device
-// can take longer than the robot's cycle lasts, so neither happens on the robot's thread.
+// Owns the port: opens it, has its bytes carried to and from the queues, and when it is lost closes
+// it and opens it again with back-off. Opening and closing a device can take longer than the
+// robot's cycle lasts; all of it happens on other threads than the robot's.
 
 #include <chrono>
 #include <condition_variable>
-#include <functional>
+#include <cstdint>
 #include <memory>
 #include <mutex>
 #include <string>
 #include <thread>
-#include <vector>
 
+#include "drivers/contact/port_pump.h"
+#include "drivers/contact/port_queues.h"
 #include "drivers/contact/serial_port.h"
 
 namespace cellcal::drivers {
 
+struct PortKeeperOptions {
+  SerialPortOptions port;
+  std::chrono::milliseconds first, longest;  ///< pauses before it is tried again
+  int priority = 0;                          ///< SCHED_FIFO of the port's threads; 0: none
+};
+
 class PortKeeper {
  public:
-  /// Takes a port that was opened again; called on the keeper's thread.
-  using Opened = std::function<void(std::unique_ptr<SerialPort>)>;
-
-  PortKeeper(SerialPortOptions options, std::chrono::milliseconds first,
-             std::chrono::milliseconds longest, Opened opened);
+  /// The queues must outlive this.
+  PortKeeper(PortKeeperOptions options, PortQueues& queues);
   ~PortKeeper();
   PortKeeper(const PortKeeper&) = delete;
   PortKeeper& operator=(const PortKeeper&) = delete;
 
-  /// Closes the port on the keeper's thread.
-  void dispose(std::unique_ptr<SerialPort> port);
-  /// Closes the port and opens it again as soon as that is possible.
-  void reopen(std::unique_ptr<SerialPort> port);
-  /// No further attempts; returns when none is under way.
-  void give_up();
-  /// Why the last attempt failed; empty when there was none since reopen().
+  /// The number of the next opening: PortNews of it, and of all that follow, bear this or more.
+  std::uint32_t next_opening() const;
+  /// Opens the port, which must be closed, on this thread. Throws DriverError.
+  void open();
+  /// What is queued goes out, the port is closed, and nothing is tried again.
+  void close();
+  /// Why the last attempt failed; empty when there was none since the port was lost.
   std::string last_error() const;
+  /// Of the port as it was last opened.
+  std::string warning() const;
 
  private:
   void run();
+  std::unique_ptr<PortPump> open_now();
 
-  const SerialPortOptions options_;
-  const std::chrono::milliseconds first_, longest_;
-  const Opened opened_;
+  const PortKeeperOptions options_;
+  PortQueues& queues_;
   mutable std::mutex mutex_;
   std::condition_variable changed_;
-  std::vector<std::unique_ptr<SerialPort>> to_close_;
-  std::string last_error_;
-  bool stop_ = false, wanted_ = false, busy_ = false;
+  std::unique_ptr<PortPump> pump_;
+  std::uint32_t openings_ = 0;
+  std::string last_error_, warning_;
+  bool stop_ = false, wanted_ = false, lost_ = false, busy_ = false;
   std::thread thread_;
 };
 

@@ -1,9 +1,11 @@
 #pragma once
-// The contact sensor on a real port. All of the protocol runs on the robot's io_context.
+// The contact sensor on a real port. All of the protocol runs on the robot's io_context; the port
+// itself is read and written elsewhere.
 //
 // Threads: the ContactSensor calls are the session's. guard() is for that io_context's thread only.
-// A third thread, sleeping unless the port was lost, opens and closes devices: both can block for
-// longer than the robot's cycle lasts. Between session and io thread there are lock-free queues.
+// Two threads carry bytes between the port and lock-free queues (port_pump), a third, sleeping
+// unless the port was lost, opens and closes devices (port_keeper). Nothing that the io_context's
+// thread does here can make it wait: it never touches the port.
 
 #include <boost/asio/io_context.hpp>
 #include <memory>
@@ -11,6 +13,7 @@
 #include "drivers/contact.h"
 #include "drivers/contact/contact_core.h"
 #include "drivers/contact/serial_port.h"
+#include "drivers/io_thread.h"
 
 namespace cellcal::drivers {
 
@@ -18,6 +21,7 @@ struct SerialContactOptions {
   SerialPortOptions port;
   ContactOptions contact;  ///< its baud is taken from port
   std::chrono::milliseconds reopen_first{100}, reopen_longest{2000};
+  int priority = kPortPriority;  ///< SCHED_FIFO of the port's threads, where permitted; 0: none
 };
 
 class SerialContact : public ContactSensor {
@@ -34,9 +38,9 @@ class SerialContact : public ContactSensor {
   void self_test() override;
   void close() override;
 
-  /// For the robot's cycle, on the io_context's thread; lives as long as this object. Looks at the
-  /// port itself, so that what has arrived counts in this cycle. A trip uses its arming up: take
-  /// the events before judging snapshot().armed.
+  /// For the robot's cycle, on the io_context's thread; lives as long as this object. Takes what
+  /// the port's reader has queued, so that what has arrived counts in this cycle. A trip uses its
+  /// arming up: take the events before judging snapshot().armed.
   ContactGuard& guard();
 
  private:

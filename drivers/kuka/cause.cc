@@ -161,7 +161,19 @@ std::string cause_words(const CoreResult& r) {
     case Cause::kSensorDead:
       return "no heartbeat from the contact sensor: check its cable and power";
     case Cause::kArmExpired:
-      return "the contact sensor's arming ended during the search: give it a longer life";
+      return "the contact sensor's arming ended before the search did: the arm is slower than "
+             "planned; look at the controller's override (100 %)";
+    case Cause::kSensorLate:
+      return fmt::format(
+          "the contact sensor's bytes came {:.0f} ms late on this computer (limit {:.0f} ms), "
+          "which "
+          "the sensor had sent in time: stop other work on this computer, or set a core aside "
+          "(drivers/contact/README.md)",
+          1e3 * r.a, 1e3 * r.b);
+    case Cause::kKeepAliveLate:
+      return "this computer's keep-alive reached the contact sensor too late, and it disarmed "
+             "itself: "
+             "stop other work on this computer, or look at the line to the sensor";
     case Cause::kTripUnconfirmed:
       return fmt::format(
           "the contact sensor tripped and neither confirmed nor revoked it in {:.0f} "

@@ -30,7 +30,9 @@ enum class Cause : std::uint8_t {
   kNotArmed,  ///< a: arm_id of the move, b: arm_id in force or -1
   kTouchingAtStart,
   kTrippedAtStart,
-  kSensorDead,  ///< no heartbeat, or link broken
+  kSensorDead,     ///< no heartbeat, or link broken
+  kSensorLate,     ///< this computer delivered its heartbeats late. a: seconds, b: limit [s]
+  kKeepAliveLate,  ///< the sensor did not hear this computer in time, and disarmed itself
   kArmExpired,
   kTripUnconfirmed,  ///< a: seconds waited
   kStampOutside,     ///< a: age of the sensor's time stamp [s]

@@ -147,6 +147,7 @@ CoreResult EkiMover::result(const AxisAngles& at_rad) {
   done.b = b_;
   done.at_rad = at_rad;
   if (outcome_ == MoveOutcome::kContact) done.latch = latch_;
+  ear_.explain(done);
   return done;
 }
 
@@ -171,7 +172,7 @@ void EkiMover::watch_search(TimePoint now) {
     const bool at_once = config_.stop == EkiStop::kFlag || verdict_ == Verdict::kRevoked;
     if (at_once || now - *touched_at_ > kInputGrace) stop_wanted_ = true;
   } else if (!heard.snapshot.armed || heard.snapshot.arm_id != move_.arm_id) {
-    halt(MoveOutcome::kContactSilent, Cause::kArmExpired);
+    halt(MoveOutcome::kContactSilent, ear_.loss());
   }
 }
 
@@ -184,7 +185,7 @@ void EkiMover::watch_arrived(TimePoint now) {
   } else if (!sensor.alive) {
     fail(MoveOutcome::kContactSilent, Cause::kSensorDead);
   } else if (!sensor.armed || sensor.arm_id != move_.arm_id) {
-    fail(MoveOutcome::kContactSilent, Cause::kArmExpired);
+    fail(MoveOutcome::kContactSilent, ear_.loss());
   }
 }
 

@@ -116,6 +116,7 @@ CoreResult Mover::result(const AxisAngles& commanded_rad) {
   done.ipoc = record_.size() > 0 ? record_.newest().ipoc : 0;
   done.at_rad = commanded_rad;
   done.latch = latch_;
+  ear_.explain(done);
   return done;
 }
 
@@ -127,7 +128,7 @@ void Mover::watch_search(TimePoint now) {
   } else if (!sensor.alive) {
     end_travel(Phase::kSettling, MoveOutcome::kContactSilent, Cause::kSensorDead);
   } else if (!sensor.armed || sensor.arm_id != move_.arm_id) {
-    end_travel(Phase::kSettling, MoveOutcome::kContactSilent, Cause::kArmExpired);
+    end_travel(Phase::kSettling, MoveOutcome::kContactSilent, ear_.loss());
   }
 }
 

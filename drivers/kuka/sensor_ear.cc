@@ -60,6 +60,22 @@ std::optional<SensorRefusal> SensorEar::refusal(const Move& move) const {
   return std::nullopt;
 }
 
+Cause SensorEar::loss() const {
+  const ContactSnapshot& sensor = heard_.snapshot;
+  if (sensor.delivered_late_s > 0.0) return Cause::kSensorLate;
+  if (!sensor.alive || sensor.last_end == ArmEnd::kSilence) return Cause::kSensorDead;
+  return sensor.last_end == ArmEnd::kSensorDisarmed ? Cause::kKeepAliveLate : Cause::kArmExpired;
+}
+
+void SensorEar::explain(CoreResult& done) const {
+  const ContactSnapshot& sensor = heard_.snapshot;
+  const bool lost = done.cause == Cause::kSensorDead || done.cause == Cause::kSensorLate;
+  if (!lost || !(sensor.delivered_late_s > 0.0)) return;
+  done.cause = Cause::kSensorLate;
+  done.a = sensor.delivered_late_s;
+  done.b = sensor.late_limit_s;
+}
+
 bool SensorEar::touched(MoveKind kind, TimePoint now) {
   const ContactSnapshot& sensor = heard_.snapshot;
   const bool touching = sensor.in_contact || heard_.foreign_trip;

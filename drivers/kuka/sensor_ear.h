@@ -40,6 +40,10 @@ class SensorEar {
 
   /// After listen().
   std::optional<SensorRefusal> refusal(const Move& move) const;
+  /// After listen(): why a sensor that is not alive, or whose arming is over, is to be blamed.
+  Cause loss() const;
+  /// Whose silence it was is known only when the sensor is heard again: says so in the result.
+  void explain(CoreResult& done) const;
   /// A move that is no search begins.
   void begin() { was_open_ = false; }
   /// After listen(), during a transit or a retreat: contact where none may be. A retreat begins in

@@ -121,6 +121,13 @@ int run_rsi(const sim::EmulatorOptions& options, const calib::Cell& cell) {
     late = c.late_ever();
     message = c.message();
   });
+  const sim::ReplyClock::Figures times = krc.reply_times();
+  fmt::print(
+      "emulator: packet to reply {:.3f} ms (median), {:.3f} (p99), {:.3f} (worst) of {}; {} "
+      "packets "
+      "sent late by the emulator itself{}\n",
+      times.median_ms, times.p99_ms, times.worst_ms, times.replies, krc.overruns(),
+      krc.realtime_granted() ? "" : " (no real-time priority)");
   fmt::print(
       "emulator: {} replies taken over RSI, {} were late, deepest {:.3f} mm, "
       "{} crashes of the shaft{}\n",

@@ -38,6 +38,7 @@ struct KrcUdp::Impl {
       throw drivers::DriverError("emulated controller: no UDP socket to " + options.pc_address +
                                  ": " + std::strerror(errno));
     }
+    replies.watch(socket);
   }
 
   void run() {
@@ -57,6 +58,7 @@ struct KrcUdp::Impl {
     const std::string_view packet = controller.tick(now);
     if (!packet.empty() && !unplugged.load()) {
       // A PC that does not listen makes this fail; the controller does not care, and counts.
+      replies.sent(packet);
       (void)::send(socket, packet.data(), packet.size(), 0);
     }
     operate(now);
@@ -65,7 +67,7 @@ struct KrcUdp::Impl {
 
   void take_replies() {
     for (;;) {
-      const ssize_t got = ::recv(socket, buffer.data(), buffer.size(), 0);
+      const ssize_t got = replies.receive(socket, buffer);
       if (got < 0 && (errno == ECONNREFUSED || errno == EINTR))
         continue;  // ICMP of an earlier send
       if (got < 0) return;
@@ -92,6 +94,7 @@ struct KrcUdp::Impl {
   std::mutex mutex;
   Controller controller;
   int socket = -1;
+  ReplyClock replies;
   std::array<char, drivers::kMaxRsiDatagram> buffer{};
   std::optional<TimePoint> stopped_at;
   std::atomic<bool> stopping{false}, unplugged{false}, realtime_granted{false};
@@ -126,6 +129,7 @@ void KrcUdp::with(const std::function<void(Controller&)>& use) {
 }
 
 void KrcUdp::unplug(bool unplugged) { impl_->unplugged = unplugged; }
+ReplyClock::Figures KrcUdp::reply_times() const { return impl_->replies.figures(); }
 bool KrcUdp::realtime_granted() const { return impl_->realtime_granted.load(); }
 std::uint64_t KrcUdp::overruns() const { return impl_->overrun.load(); }
 

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "sim/krc/controller.h"
+#include "sim/krc/reply_clock.h"
 
 namespace cellcal::sim {
 
@@ -39,6 +40,8 @@ class KrcUdp {
   void with(const std::function<void(Controller&)>& use);
   /// Cable out: neither packets nor replies pass while true; the clock goes on.
   void unplug(bool unplugged);
+  /// Packet to reply, over all sessions. After stop().
+  ReplyClock::Figures reply_times() const;
   bool realtime_granted() const;   ///< asked for and permitted
   std::uint64_t overruns() const;  ///< ticks that came more than half a cycle late
 

@@ -17,18 +17,24 @@
 #include <mutex>
 #include <system_error>
 #include <thread>
+#include <vector>
 
+#include "drivers/contact/line_rate.h"
 #include "sim/hard_clock.h"
+#include "sim/mcu/wrong_rate.h"
 
 namespace cellcal::sim {
 
 namespace {
 
+using drivers::line_rate;
 using Clock = std::chrono::steady_clock;
 
 /// While nobody has the terminal open, poll() returns at once with a hang-up; look this often.
 constexpr std::chrono::milliseconds kNobodyThere{2};
 constexpr std::chrono::milliseconds kLongestWait{100};
+/// Of a pseudo-terminal whose rate nobody has set.
+constexpr int kUnsetRate = 38400;
 /// The kernel would otherwise delay a timed wait by 50 us to save wake-ups.
 constexpr unsigned long kTimerSlackNs = 1;
 
@@ -64,7 +70,10 @@ timespec to_timespec(Duration d) {
 class McuPty::Impl {
  public:
   explicit Impl(const McuPtyOptions& options)
-      : realtime_(options.realtime), symlink_(options.symlink), mcu_(options.mcu, Clock::now()) {
+      : realtime_(options.realtime),
+        baud_(options.mcu.baud),
+        symlink_(options.symlink),
+        mcu_(options.mcu, Clock::now()) {
     open_terminal();
     wake_.reset(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK));
     if (wake_.get() < 0) fail("eventfd");
@@ -132,6 +141,7 @@ class McuPty::Impl {
     ::prctl(PR_SET_TIMERSLACK, kTimerSlackNs);
     if (realtime_) run_as_hardware();
     while (!stop_) {
+      listen_as_the_host_does();
       read_host();
       TimePoint next;
       {
@@ -144,18 +154,33 @@ class McuPty::Impl {
     }
   }
 
+  void listen_as_the_host_does() {
+    const int rate = line_rate(master_.get());
+    host_baud_ = rate == 0 || rate == kUnsetRate ? baud_ : rate;
+  }
+
   void read_host() {
     std::array<std::uint8_t, 512> bytes{};
     while (true) {
       const ssize_t n = ::read(master_.get(), bytes.data(), bytes.size());
       if (n <= 0) break;  // nothing there, or nobody has it open
+      const std::span<const std::uint8_t> sent(bytes.data(), static_cast<std::size_t>(n));
       const std::lock_guard lock(mutex_);
-      mcu_.receive({bytes.data(), static_cast<std::size_t>(n)}, Clock::now());
+      if (host_baud_ == baud_) {
+        mcu_.receive(sent, Clock::now());
+      } else {
+        mcu_.receive(as_heard(sent, host_baud_, baud_), Clock::now());
+      }
     }
   }
 
   /// A frame goes out whole or not at all; nobody reading means that it is lost, as on a real line.
   void write_host(std::span<const std::uint8_t> bytes) {
+    std::vector<std::uint8_t> garbled;
+    if (host_baud_ != baud_) {
+      garbled = as_heard(bytes, baud_, host_baud_);
+      bytes = garbled;
+    }
     if (!somebody_there_ ||
         ::write(master_.get(), bytes.data(), bytes.size()) != static_cast<ssize_t>(bytes.size())) {
       ++dropped_;
@@ -183,6 +208,8 @@ class McuPty::Impl {
   }
 
   const bool realtime_;
+  const int baud_;
+  int host_baud_ = baud_;
   std::string path_, symlink_;
   Fd master_, wake_;
   mutable std::mutex mutex_;

@@ -14,16 +14,13 @@
 #include <CLI/CLI.hpp>
 #include <array>
 #include <atomic>
-#include <functional>
 #include <map>
-#include <numbers>
 #include <thread>
 
-#include "drivers/contact/serial_contact.h"
-#include "drivers/io_thread.h"
-#include "drivers/kuka/rsi_robot.h"
+#include "drivers/contact/serial_port.h"
 #include "tests/bench/burners.h"
 #include "tests/bench/cell_peer.h"
+#include "tests/bench/cell_session.h"
 #include "tests/bench/loopback.h"
 #include "tests/bench/times.h"
 
@@ -33,30 +30,15 @@ using namespace cellcal::drivers;  // NOLINT: a benchmark's own file
 using namespace cellcal::bench;    // NOLINT
 using Steady = std::chrono::steady_clock;
 using std::chrono::microseconds;
-using std::chrono::milliseconds;
-using std::chrono::seconds;
 
-constexpr seconds kPatience{10};
-constexpr milliseconds kLook{1};
-constexpr milliseconds kArmLifetime{20'000};
 constexpr int kEchoPollMs = 100;
 
 struct Options {
   int trials = 500, gap_trials = 60, silences = 100, burners = 0;
   std::vector<int> gaps_us = {0, 50, 100, 200, 500};
-  double speed_mrad_s = 2.0;  // 2 mm/s at 1 m of reach
+  CellSessionOptions session;
   PeerOptions peer;
 };
-
-template <typename Condition>
-bool eventually(Condition done) {
-  const auto end = Steady::now() + kPatience;
-  while (!done()) {
-    if (Steady::now() > end) return false;
-    std::this_thread::sleep_for(kLook);
-  }
-  return true;
-}
 
 /// Reads a terminal and sends a datagram: what the machine takes without any driver.
 class BareEcho {
@@ -86,128 +68,6 @@ class BareEcho {
   Udp socket_;
   std::atomic<bool> stop_{false};
   std::thread thread_;
-};
-
-RsiConfig rsi_config() {
-  constexpr double kRad = std::numbers::pi / 180;
-  RsiConfig config;
-  config.bind_address = "127.0.0.1";
-  config.port = 0;
-  config.limits.assign(6, {-185 * kRad, 185 * kRad, 30 * kRad, 120 * kRad, 600 * kRad});
-  config.correction_limit_deg.assign(6, 90.0);
-  return config;
-}
-
-SerialContactOptions contact_options(const CellPeer& peer) {
-  SerialContactOptions options;
-  options.port = {peer.sensor_path(), CTP_DEFAULT_BAUD};
-  return options;
-}
-
-/// The drivers as the daemon's RSI backend puts them together, and the session that uses them.
-class Session {
- public:
-  Session(CellPeer& peer, const Options& options)
-      : options_(options),
-        peer_(peer),
-        io_(IoThreadOptions{.realtime = options.peer.realtime}),
-        contact_(io_.context(), contact_options(peer)),
-        robot_(io_.context(), rsi_config(), &contact_.guard()) {
-    io_.start();
-    contact_.open();
-    robot_.open();
-    peer_.start(robot_.port());
-  }
-  ~Session() {
-    robot_.close();
-    contact_.close();
-    eventually([&] { return robot_.port() == 0; });
-  }
-
-  /// Empty, or what keeps it from being ready.
-  std::string wait_until_ready() {
-    if (!eventually([&] { return contact_.status().link == ContactLink::kReady; })) {
-      return contact_.status().words;
-    }
-    const auto link = [&] { return robot_.state().link; };
-    const bool ready = eventually([&] {
-      if (link() == RobotLink::kNotReferenced) {
-        robot_.rereference();
-        std::this_thread::sleep_for(milliseconds{20});
-      }
-      return link() == RobotLink::kReady;
-    });
-    return ready ? std::string() : "not referenced: " + robot_.state().words;
-  }
-
-  /// One search during which the sensor falls silent.
-  std::optional<Silence> lose_heartbeat() {
-    const auto result = search_with([this] { peer_.fall_silent(); });
-    if (!result) return std::nullopt;
-    const std::optional<Silence> silence = peer_.take_silence();
-    peer_.release();
-    if (result->outcome != MoveOutcome::kContactSilent) {
-      return spoiled(std::string(to_string(result->outcome)) + ": " + result->detail);
-    }
-    return silence ? silence : spoiled("silence, but no frozen reply was seen");
-  }
-
-  /// One search that ends in contact. Empty: spoiled, and why is counted.
-  std::optional<Contact> search(std::optional<Duration> gap) {
-    const auto result = search_with([&] { peer_.touch(gap); });
-    if (!result) return std::nullopt;
-    const std::optional<Contact> contact = peer_.take_contact();
-    peer_.release();
-    eventually([&] { return !contact_.status().in_contact; });
-    if (result->outcome != MoveOutcome::kContact) {
-      return spoiled(std::string(to_string(result->outcome)) + ": " + result->detail);
-    }
-    return contact ? contact : spoiled("contact, but no frozen reply was seen");
-  }
-
-  const std::map<std::string, int>& spoilt() const { return spoilt_; }
-  bool realtime() const { return options_.peer.realtime && io_.warnings().empty(); }
-
- private:
-  /// Empty: it could not be begun, or never ended.
-  std::optional<MoveResult> search_with(const std::function<void()>& what_happens) {
-    const std::string trouble = wait_until_ready();
-    if (!trouble.empty()) return spoiled(trouble);
-    contact_.arm(++arm_id_, kArmLifetime);
-    std::optional<ArmResult> armed;
-    eventually([&] { return (armed = contact_.poll_arm()).has_value(); });
-    if (!armed || !armed->armed) return spoiled(armed ? armed->why_not : "no answer to arm()");
-
-    constexpr double kTravelRad = 0.01;  // longer than any search lasts
-    forth_ = !forth_;
-    Move move{++move_id_, MoveKind::kSearch, robot_.state().commanded_rad,
-              kTravelRad / (1e-3 * options_.speed_mrad_s), arm_id_};
-    move.target_rad[0] += forth_ ? kTravelRad : -kTravelRad;
-    what_happens();
-    robot_.begin(move);
-    std::optional<MoveResult> result;
-    eventually([&] { return (result = robot_.poll()).has_value(); });
-    if (!result) {
-      peer_.release();
-      return spoiled("no result of the move");
-    }
-    return result;
-  }
-
-  std::nullopt_t spoiled(const std::string& why) {
-    ++spoilt_[why];
-    return std::nullopt;
-  }
-
-  const Options& options_;
-  CellPeer& peer_;
-  IoThread io_;  // in this order: what lives on the context goes before it
-  SerialContact contact_;
-  RsiRobot robot_;
-  std::uint16_t arm_id_ = 0;
-  std::uint32_t move_id_ = 0;
-  bool forth_ = false;
-  std::map<std::string, int> spoilt_;
 };
 
 /// Contacts of one kind.
@@ -262,7 +122,7 @@ int run(const Options& options) {
   PeerCounts counts;
   {
     BareEcho bare(peer, options.peer.realtime);
-    Session session(peer, options);
+    CellSession session(peer, options.session);
     std::vector<std::optional<int>> order(static_cast<std::size_t>(options.trials));
     for (int i = 0; i < options.gap_trials; ++i) {
       for (const int us : options.gaps_us) order.emplace_back(us);
@@ -284,7 +144,7 @@ int run(const Options& options) {
     fmt::print(
         "contact byte in -> frozen reply out, {} searches at {:.1f} mrad/s, cycle {} ms, {} "
         "burners, {}\n",
-        order.size(), options.speed_mrad_s, options.peer.cycle_ms, options.burners,
+        order.size(), options.session.speed_mrad_s, options.peer.cycle_ms, options.burners,
         realtime ? "SCHED_FIFO" : "normal priority");
     counts = peer.counts();
     counts = {counts.packets - before.packets, counts.late - before.late,
@@ -319,13 +179,13 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(0, 1'000'000));
   app.add_option("--burners", options.burners, "Threads of normal priority that use processors up")
       ->check(CLI::Range(0, 64));
-  app.add_option("--speed-mrad-s", options.speed_mrad_s, "Of the searching axis")
+  app.add_option("--speed-mrad-s", options.session.speed_mrad_s, "Of the searching axis")
       ->check(CLI::Range(0.1, 30.0));
   app.add_option("--cycle-ms", options.peer.cycle_ms, "4 or 12")->check(CLI::IsMember({4, 12}));
   app.add_option("--seed", options.peer.seed, "Of the phases");
   app.add_flag("--normal-priority", normal, "Do not ask for real time");
   CLI11_PARSE(app, argc, argv);
-  options.peer.realtime = !normal;
+  options.peer.realtime = options.session.realtime = !normal;
   try {
     return run(options);
   } catch (const std::exception& e) {

@@ -104,7 +104,7 @@ class Doctor(Wires):
 
     CHECKS = ("configuration", "cell file", "controller files", "contact port", "contact sensor",
               "contact configuration", "contact circuit", "contact self-test", "contact clock",
-              "contact line")
+              "contact line", "contact delivery")
 
     def test_a_technician_gets_to_a_green_doctor_over_rsi(self):
         self.make_files()
@@ -166,6 +166,15 @@ class Doctor(Wires):
         self.is_red(answer, "contact sensor", "nothing heard from the contact sensor", "baud rate")
         # A busy machine may be late with one: a warning.
         self.assertNotEqual(self.found(answer, "rsi replies")["outcome"], "FAILED")
+
+    def test_a_baud_rate_that_does_not_fit_is_named_with_the_one_that_does(self):
+        self.make_files()
+        self.rsi_controller("--baud", "115200")
+        answer = self.doctor()
+        self.is_red(answer, "contact sensor",
+                    "answers at 115200 baud, and this computer is set to 1000000",
+                    r"set baud = 115200 under \[contact\]")
+        self.assertEqual(self.found(answer, "contact circuit")["outcome"], "skipped")
 
     def test_a_missing_sensor_is_named(self):
         self.make_files()

@@ -107,6 +107,7 @@ TEST(a_status, holds_the_quality_of_both_links_in_the_units_that_its_keys_name) 
   report.contact.quality.frames = 100;
   report.contact.quality.clock_sigma_s = 20e-6;
   report.contact.quality.round_trip_min_s = 0.0005;
+  report.contact.quality.late_worst_s = 0.040;
   Status status;
   status.links = std::make_shared<const LinkReport>(report);
   const json links = json::parse(status_to_json(status)).at("links");
@@ -124,6 +125,8 @@ TEST(a_status, holds_the_quality_of_both_links_in_the_units_that_its_keys_name) 
   EXPECT_EQ(contact.at("frames"), 100);
   EXPECT_DOUBLE_EQ(contact.at("clock_sigma_us"), 20.0);
   EXPECT_DOUBLE_EQ(contact.at("round_trip_ms").at("min"), 0.5);
+  EXPECT_DOUBLE_EQ(contact.at("late_ms").at("worst"), 40.0);
+  EXPECT_DOUBLE_EQ(contact.at("late_ms").at("limit"), 25.0);
 }
 
 TEST_F(an_api, knows_its_resources_and_their_methods) {

@@ -62,6 +62,7 @@ TEST(a_contact_sensor, that_is_in_contact_or_broken_fails_by_its_circuit) {
   ContactSeen broken = sound();
   broken.newest.loop_ok = broken.newest.self_test_ok = false;
   broken.newest.link = drivers::ContactLink::kFault;
+  broken.newest.fault = drivers::ContactFault::kLoopBroken;
   broken.newest.words = "a wire is broken";
   EXPECT_EQ(finding_of(judged(broken), "contact circuit").found, "a wire is broken");
 }
@@ -87,6 +88,52 @@ TEST(a_contact_sensor, is_judged_by_how_well_its_clock_is_known) {
   EXPECT_EQ(outcome_of(judged(seen), "contact clock"), Outcome::kFailed);
   seen.newest.quality.clock_sigma_s = 0.0;
   EXPECT_EQ(outcome_of(judged(seen), "contact clock"), Outcome::kFailed);
+}
+
+TEST(a_contact_sensor, of_another_baud_rate_is_told_from_a_broken_wire) {
+  ContactSeen seen = sound();
+  seen.newest = {};
+  seen.newest.fault = drivers::ContactFault::kBaud;
+  seen.newest.link = drivers::ContactLink::kFault;
+  seen.newest.words = "not one frame at 1000000 baud";
+  seen.baud = 1'000'000;
+  EXPECT_EQ(finding_of(judged(seen), "contact sensor").found, "not one frame at 1000000 baud");
+  EXPECT_EQ(outcome_of(judged(seen), "contact circuit"), Outcome::kSkipped);
+  seen.answers_at = 115'200;
+  const Findings findings = judged(seen);
+  EXPECT_EQ(finding_of(findings, "contact sensor").found,
+            "it answers at 115200 baud, and this computer is set to 1000000");
+  EXPECT_EQ(finding_of(findings, "contact sensor").advice, "set baud = 115200 under [contact]");
+}
+
+TEST(a_contact_sensor, whose_clock_does_not_come_has_no_open_wire) {
+  ContactSeen seen = sound();
+  seen.newest.loop_ok = seen.newest.self_test_ok = false;
+  seen.newest.quality.clock_sigma_s = 800e-6;
+  seen.newest.link = drivers::ContactLink::kIdentifying;
+  const Findings findings = judged(seen);
+  EXPECT_EQ(outcome_of(findings, "contact circuit"), Outcome::kSkipped);
+  EXPECT_EQ(outcome_of(findings, "contact clock"), Outcome::kFailed);
+}
+
+TEST(a_contact_sensors_delivery, is_judged_by_the_latest_heartbeat) {
+  const auto outcome = [](double worst_s) {
+    ContactSeen seen = sound();
+    seen.newest.quality.late_p50_s = 0.0002;
+    seen.newest.quality.late_worst_s = worst_s;
+    Findings findings;
+    judge_contact_delivery(seen, findings);
+    expect_advice(findings);
+    return finding_of(findings, "contact delivery");
+  };
+  EXPECT_EQ(outcome(0.0).outcome, Outcome::kSkipped) << "not measured is not ok";
+  EXPECT_EQ(outcome(0.001).outcome, Outcome::kOk);
+  EXPECT_EQ(outcome(0.012).outcome, Outcome::kWarning);
+  const Finding late = outcome(0.040);
+  EXPECT_EQ(late.outcome, Outcome::kFailed);
+  EXPECT_NE(late.found.find("0.20 ms late (median), 40.0 ms at worst (limit 25)"),
+            std::string::npos)
+      << late.found;
 }
 
 TEST(a_contact_line, is_judged_by_its_damaged_frames_and_its_round_trip) {

@@ -87,7 +87,7 @@ const Case kCases[] = {
     {"contact_silent",
      {.outcome = {{3, MoveOutcome::kContactSilent}}},
      FailureKind::kContactSilent,
-     "fell silent",
+     "not heard in time",
      3},
     {"robot_silent",
      {.outcome = {{3, MoveOutcome::kRobotSilent}},

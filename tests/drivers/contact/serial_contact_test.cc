@@ -2,6 +2,7 @@
 
 #include "drivers/contact/serial_contact.h"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <pty.h>
 #include <unistd.h>
@@ -312,6 +313,50 @@ TEST(SerialContact, SaysWhenTheRobotsThreadDoesNotRun) {
   ASSERT_TRUE(wait_for([&] { return contact.status().link == ContactLink::kFault; }));
   EXPECT_TRUE(contains(contact.status().words, "thread does not run"));
   io.stop();
+}
+
+TEST(SerialContact, NamesABaudRateThatDoesNotFit) {
+  sim::McuPtyOptions slow;
+  slow.mcu.baud = 115'200;
+  sim::McuPty pty(slow);
+  RobotThread robot(options_for(pty.path()));
+  robot.contact.open();
+  ASSERT_TRUE(wait_for([&] { return robot.contact.status().fault == ContactFault::kBaud; }));
+  const std::string words = robot.contact.status().words;
+  EXPECT_TRUE(contains(words, "not one frame at 1000000 baud")) << words;
+  robot.contact.close();
+
+  SerialContactOptions same = options_for(pty.path());
+  same.port.baud = 115'200;
+  RobotThread fitting(same);
+  fitting.contact.open();
+  EXPECT_TRUE(fitting.ready()) << fitting.contact.status().words;
+}
+
+TEST(SerialContact, AFloodDoesNotKeepTheRobotsThreadFromItsCycle) {
+  bool open = false;
+  int master = -1, slave = -1;
+  char name[256] = {};
+  ASSERT_EQ(::openpty(&master, &slave, name, nullptr, nullptr), 0);
+  {
+    RobotThread robot(options_for(name));
+    robot.contact.open();
+    ::fcntl(master, F_SETFL, O_NONBLOCK);
+    const std::vector<char> noise(4096, 'x');
+    const auto end = Steady::now() + milliseconds{300};
+    std::size_t sent = 0;
+    while (Steady::now() < end) {
+      const ssize_t n = ::write(master, noise.data(), noise.size());
+      if (n > 0) sent += static_cast<std::size_t>(n);
+    }
+    open = robot.contact.status().link != ContactLink::kDown;
+    // 64 KiB at once and 1 MB/s: the rest waits in the terminal, or is not taken by it.
+    EXPECT_LT(sent, std::size_t{3} << 20);
+    EXPECT_TRUE(wait_for([&] { return robot.contact.status().quality.crc_errors > 0; }));
+  }
+  EXPECT_TRUE(open);
+  ::close(slave);
+  ::close(master);
 }
 
 TEST(McuPty, LosesWhatNobodyReadsAndLivesOn) {

@@ -156,6 +156,33 @@ TEST_F(Search, ArmingThatExpiresFreezes) {
   expect_still(before);
 }
 
+TEST_F(Search, HeartbeatsThatThisComputerDeliveredLateAreToldFromASilentSensor) {
+  search();
+  const AxisAngles before = rig.commanded();
+  rig.guard.end_arming(ArmEnd::kSilence);
+  rig.cycle();
+  EXPECT_EQ(rig.commanded(), before) << "whoever is to blame";
+  rig.guard.set_delivered_late(0.040, 0.025);  // while the arm comes to rest
+  const MoveResult result = rig.finish();
+  EXPECT_EQ(result.outcome, MoveOutcome::kContactSilent);
+  EXPECT_TRUE(says(result, "40 ms late on this computer (limit 25 ms)")) << result.detail;
+}
+
+TEST_F(Search, AnArmingThatEndedBySilenceIsNotSaidToHaveExpired) {
+  search();
+  rig.guard.end_arming(ArmEnd::kSilence);
+  const MoveResult result = rig.finish();
+  EXPECT_TRUE(says(result, "no heartbeat")) << result.detail;
+}
+
+TEST_F(Search, ASensorThatMissedThisComputersKeepAliveSaysSo) {
+  search();
+  rig.guard.end_arming(ArmEnd::kSensorDisarmed);
+  const MoveResult result = rig.finish();
+  EXPECT_EQ(result.outcome, MoveOutcome::kContactSilent);
+  EXPECT_TRUE(says(result, "keep-alive")) << result.detail;
+}
+
 TEST_F(Search, ContactLevelWithoutATripFreezesAndAwaitsTheVerdict) {
   search();
   const AxisAngles before = rig.commanded();

@@ -26,6 +26,16 @@ class ScriptedGuard final : public ContactGuard {
   }
   void disarm() { now_.armed = false; }
   void set_alive(bool alive) { now_.alive = alive; }
+  /// The arming is over, and this is how.
+  void end_arming(ArmEnd end) {
+    now_.armed = false;
+    now_.last_end = end;
+  }
+  /// What came since shows that the computer delivered the sensor's bytes late.
+  void set_delivered_late(double late_s, double limit_s) {
+    now_.delivered_late_s = late_s;
+    now_.late_limit_s = limit_s;
+  }
   void touch(bool touching) { now_.in_contact = touching; }
   /// The sensor's one-shot arming ends with its trip.
   void trip(std::uint16_t id, TimePoint edge) {
