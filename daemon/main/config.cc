@@ -122,7 +122,7 @@ void read_controller(const TomlTable& table, DaemonConfig& config) {
   files.alive_flag = integer_or(table, "alive_flag", files.alive_flag, 1, 1024);
   files.stop_flag = integer_or(table, "stop_flag", files.stop_flag, 1, 1024);
   files.first_timer = integer_or(table, "first_timer", files.first_timer, 1, 62);
-  files.first_interrupt = integer_or(table, "first_interrupt", files.first_interrupt, 4, 80);
+  files.first_interrupt = integer_or(table, "first_interrupt", files.first_interrupt, 4, 126);
   files.state_ms = integer_or(table, "state_ms", files.state_ms, 12, 100);
   files.dead_man_ms = integer_or(table, "dead_man_ms", files.dead_man_ms, 100, 1000);
   if (files.alive_flag == files.stop_flag) {
