@@ -35,10 +35,10 @@ std::string resources(const DaemonConfig& config, bool eki) {
   }
   const drivers::EkiFilesConfig& c = config.controller;
   return fmt::format(
-      "contact input $IN[{}], flags {} and {}, timers {} to {}, interrupts {} and {}: make sure "
+      "contact input $IN[{}], flags {} and {}, timers {} to {}, interrupts {} to {}: make sure "
       "that nobody else uses them\n",
       c.input, c.alive_flag, c.stop_flag, c.first_timer, c.first_timer + 2, c.first_interrupt,
-      c.first_interrupt + 1);
+      c.first_interrupt + 2);
 }
 
 /// Exit status 1, with the first refusal as the reason, where a file must not be used.

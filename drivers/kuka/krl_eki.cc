@@ -68,6 +68,7 @@ krl::Places places_of(const EkiFilesConfig& c) {
       {"LIN_LIMIT", kLinLimit},
       {"INTERRUPT_INPUT", text(c.first_interrupt)},
       {"INTERRUPT_FLAG", text(c.first_interrupt + 1)},
+      {"INTERRUPT_TIMER", text(c.first_interrupt + 2)},
       {"TIMER_CLOCK", text(c.first_timer)},
       {"TIMER_SEND", text(c.first_timer + 1)},
       {"TIMER_DEAD", text(c.first_timer + 2)},
@@ -108,8 +109,15 @@ void EkiFilesConfig::validate() const {
   check("alive_flag", alive_flag, 1, 1024);
   check("stop_flag", stop_flag, 1, 1024);
   check("first_timer", first_timer, 1, 62);
-  // Priorities 1, 3, 4..18 and 40..80 may be the user's on all releases; 3 and 19..39 depend.
-  check("first_interrupt", first_interrupt, 4, 80);
+  // Three priorities one after the other; 3 and 40..80 are the controller's own.
+  const bool low = first_interrupt >= 4 && first_interrupt + 2 <= 39;
+  const bool high = first_interrupt >= 81 && first_interrupt + 2 <= 128;
+  if (!low && !high) {
+    throw ConfigError(
+        fmt::format("controller files: first_interrupt = {}: the three priorities from it on must "
+                    "lie in 4..39 or in 81..128; take 4 to 37 or 81 to 126",
+                    first_interrupt));
+  }
   check("state_ms", state_ms, 12, 100);
   check("dead_man_ms", dead_man_ms, 100, 1000);
   if (alive_flag == stop_flag) {
@@ -123,7 +131,8 @@ ControllerFiles eki_files(const EkiFilesConfig& config) {
   const krl::Places places = places_of(config);
   ControllerFiles files;
   for (const char* name :
-       {"CellcalEki.xml", "cellcal_eki.src", "cellcal_eki.dat", "cellcal_sub.sub"}) {
+       {"CellcalEki.xml", "cellcal_eki.src", "cellcal_eki.dat", "cellcal_sub.sub",
+        "cellcal_loop.sub"}) {
     files[name] = krl::fill(krl::template_text(std::string(name) + ".in"), places);
   }
   return files;

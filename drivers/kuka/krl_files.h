@@ -21,7 +21,7 @@ struct EkiFilesConfig {
   int acceleration_percent = 50;          ///< $ACC_AXIS of all motions
   int alive_flag = 901, stop_flag = 902;  ///< $FLAG, used by nobody else
   int first_timer = 10;                   ///< $TIMER: this and the two behind it
-  int first_interrupt = 20;               ///< priority of the input; the flag's is the next
+  int first_interrupt = 20;               ///< priority of the input; flag and timer have the next two
   int state_ms = 20;                      ///< between two states; the submit loop may be slower
   int dead_man_ms = 250;                  ///< silence of the computer that stops the arm
 

@@ -89,16 +89,19 @@ RsiObject object(const XmlText& xml, const pugi::xml_node& node, const Spelling&
   return result;
 }
 
-/// "//ETHERNET1/Out7" taken apart.
+/// "//ETHERNET1/Out7" taken apart. A port by another name than OutN has the number 0: RSI-Visual lets
+/// them be renamed.
 RsiInput from_moniker(const XmlText& xml, const pugi::xml_node& node, int index) {
   const std::string path = xml.attribute(node, "name");
   const std::size_t slash = path.rfind('/');
   const std::string_view port = std::string_view(path).substr(slash + 1);
-  if (path.substr(0, 2) != "//" || slash < 3 || port.substr(0, 3) != "Out") {
+  if (path.substr(0, 2) != "//" || slash == std::string::npos || slash < 3) {
     xml.fail(node, "is no \"//OBJECT/OutN\"");
   }
+  const bool numbered = port.substr(0, 3) == "Out" && port.size() > 3 &&
+                        port.find_first_not_of("0123456789", 3) == std::string_view::npos;
   return {index, path.substr(2, slash - 2),
-          xml.integer(node, "OutN", std::string(port.substr(3)), 1, kRsiChannels),
+          numbered ? xml.integer(node, "OutN", std::string(port.substr(3)), 1, kRsiChannels) : 0,
           xml.line_of(node)};
 }
 

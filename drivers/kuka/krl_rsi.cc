@@ -194,10 +194,11 @@ void RsiFilesConfig::validate() const {
         "controller's RSI subnet",
         pc_address));
   }
-  if (pc_address.starts_with("192.168.0.") || pc_address.starts_with("192.0.1.")) {
+  const auto within = [&](const char* subnet) { return pc_address.starts_with(subnet); };
+  if (within("192.168.0.") || within("192.0.1.") || within("172.16.") || within("172.17.")) {
     throw ConfigError(fmt::format(
         "controller files: pc_address = \"{}\" is in a subnet that the controller keeps for itself "
-        "(192.168.0.x, 192.0.1.x): give RSI's interface and this computer another one",
+        "(192.168.0.x, 192.0.1.x, 172.16.x.x, 172.17.x.x): give RSI's interface and this computer another one",
         pc_address));
   }
   if (rsi_version != 3 && rsi_version != 4) {

@@ -97,10 +97,11 @@ void check_stop(const RsiSet& set, const RsiContextFile& file, const RsiObject* 
   }
   const RsiParameter* channel = stop->parameter("Channel");
   if (channel != nullptr && file.rsi_version == 3) {
-    set.objections.refuse(file.name, channel->line,
-                          "{} has a Channel: with it RSI 3 ignores all corrections without a word; "
-                          "remove it",
-                          stop->id);
+    // Published contexts of RSI 3 differ in it, and one controller was seen to ignore corrections.
+    set.objections.warn(file.name, channel->line,
+                        "{} has a Channel: an RSI 3 controller was seen to ignore all corrections "
+                        "with it, without a word. Remove it if the arm does not move",
+                        stop->id);
   }
 }
 

@@ -140,6 +140,13 @@ void compare_model(const RsiContextFile& context, const RsiContextFile& model,
       const RsiInput* other = drawn->input(input.index);
       if (other != nullptr && other->from == input.from && other->from_index == input.from_index)
         continue;
+      if (other != nullptr && other->from == input.from && other->from_index == 0) {
+        objections.warn(model.name, other->line,
+                        "{}: input {} comes from an output with a name of its own; whether it is "
+                        "Out{} was not looked at",
+                        one.id, input.index, input.from_index);
+        continue;
+      }
       objections.warn(model.name, drawn->line, "{}: input {} is wired otherwise than in {}", one.id,
                       input.index, context.name);
     }

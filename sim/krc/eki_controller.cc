@@ -19,7 +19,9 @@ EkiController::EkiController(EkiControllerConfig config)
     : impl_(std::make_unique<Impl>(std::move(config))) {}
 EkiController::~EkiController() = default;
 
-void EkiController::tick(TimePoint now) { impl_->tick(now, muted_, deaf_, forgetful_); }
+void EkiController::tick(TimePoint now) {
+  impl_->tick(now, {muted_, deaf_, forgetful_, submit_halted_});
+}
 Duration EkiController::cycle() const { return std::chrono::milliseconds(impl_->config.cycle_ms); }
 
 void EkiController::input(TimePoint t, bool closed) {
@@ -40,27 +42,25 @@ bool EkiController::connected() const { return impl_->channel.connected(); }
 void EkiController::receive(std::string_view bytes) { impl_->channel.receive(bytes); }
 std::string EkiController::take_output() { return impl_->channel.take_output(); }
 
-void EkiController::start_program() {
-  impl_->program_runs = true;
-  impl_->stop_message = false;
-  impl_->fault = 0;
-}
+void EkiController::start_program() { impl_->start(true); }
+void EkiController::start_other_program() { impl_->start(false); }
 
 void EkiController::cancel_program() {
-  impl_->program_runs = false;
-  impl_->abort_motion();
+  impl_->cancelling = true;
+  impl_->stop_program();
+  impl_->cancel();
 }
 
 void EkiController::emergency_stop(bool pressed) {
   impl_->e_stop = pressed;
   if (!pressed) return;
   impl_->stop_message = true;
-  cancel_program();
+  impl_->stop_program();
 }
 
 void EkiController::drives(bool on) {
   impl_->drives_on = on;
-  if (!on) cancel_program();
+  if (!on) impl_->stop_program();
 }
 
 void EkiController::mode(drivers::EkiMode mode) {
@@ -85,7 +85,7 @@ std::vector<double> EkiController::actual_rad_at(TimePoint t) const {
   return impl_->arm.actual_at(t);
 }
 std::vector<double> EkiController::setpoint_rad() const { return impl_->arm.setpoint(); }
-bool EkiController::moving() const { return impl_->phase != EkiPrograms::Phase::kIdle; }
+bool EkiController::moving() const { return !impl_->arm.at_rest(); }
 bool EkiController::ready() const { return impl_->is_ready(); }
 std::uint32_t EkiController::session() const { return impl_->session; }
 std::uint64_t EkiController::moves() const { return impl_->moves; }

@@ -64,8 +64,9 @@ class EkiController {
   std::string take_output();
 
   // ---- operator
-  void start_program();   ///< selected and started: ready for commands
-  void cancel_program();  ///< ramp, and nothing goes on afterwards
+  void start_program();  ///< selected if it is not, and started; one that stands goes on
+  void start_other_program();  ///< CELLCAL_EKI is deselected for somebody else's
+  void cancel_program();       ///< stopped and deselected: a ramp, and nothing goes on afterwards
   void emergency_stop(bool pressed);
   void drives(bool on);
   void mode(drivers::EkiMode mode);
@@ -77,6 +78,7 @@ class EkiController {
   void mute(bool muted) { muted_ = muted; }     ///< no states go out
   void deaf(bool deaf) { deaf_ = deaf; }        ///< the submit program reads nothing
   void forgetful(bool on) { forgetful_ = on; }  ///< moves are taken and never confirmed
+  void halt_submit(bool on) { submit_halted_ = on; }  ///< its interpreter stands
   void input_broken(bool broken) { input_broken_ = broken; }  ///< wire off
 
   std::vector<double> actual_rad_at(drivers::TimePoint t) const;
@@ -91,6 +93,7 @@ class EkiController {
   struct Impl;
   std::unique_ptr<Impl> impl_;
   bool muted_ = false, deaf_ = false, forgetful_ = false, input_broken_ = false;
+  bool submit_halted_ = false;
 };
 
 }  // namespace cellcal::sim

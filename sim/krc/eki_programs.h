@@ -36,31 +36,53 @@ struct EkiPrograms {
   void obey(const Telegram& t, TimePoint now, bool forgetful);
   void take_move(const Telegram& t);
   void stop_motion();
-  void watch_dead_man(TimePoint now);
+  /// Dead man, drives, stop, start key, program: what ends a move from outside.
+  void watch(TimePoint now);
+  /// One step towards a robot program that is cancelled; until it is, the move counts as under way.
+  void end_program();
   void watch_connection(TimePoint now);
   std::vector<double> noisy(std::vector<double> rad);
   void send_state(TimePoint now);
 
   // ---- the robot program -----------------------------------------------------------------------
 
-  bool is_ready() const { return program_runs && drives_on && !e_stop && !stop_message; }
-  bool busy() const { return ordered || phase != Phase::kIdle; }
-
   void finish(EkiOutcome how);
   bool outside_soft_limits() const;
   void begin_move();
+  void go();
   void brake(EkiOutcome how, double factor);
-
-  /// What the safety controller does to a program in the middle of a motion.
-  void abort_motion();
-  void interrupts();
+  void interrupts(TimePoint now);
   void scale_speed();
-  void tick(TimePoint now, bool muted, bool deaf, bool forgetful);
+  /// What goes wrong at the controller, as EkiController has it.
+  struct Faults {
+    bool muted = false, deaf = false, forgetful = false, submit_halted = false;
+  };
+  void tick(TimePoint now, const Faults& faults);
+  void run_submit(TimePoint now, const Faults& faults);
 
   /// Levels up to now, while the arm's path in the cycle that ends is still known.
   void take_edges(TimePoint now);
 
-  enum class Phase { kIdle, kMoving, kBraking };
+  // ---- the controller under both ---------------------------------------------------------------
+
+  /// $PRO_STATE1. A program that stands in the middle of a motion (kStop) goes on with it when it is
+  /// started; CANCEL is taken of one that stands, and of no other.
+  enum class ProgramState { kFree, kActive, kStop };
+
+  bool manual() const { return mode == EkiMode::kT1 || mode == EkiMode::kT2; }
+  ProgramState program_state() const;
+  /// Selected is CELLCAL_EKI, whatever its state.
+  bool gone() const { return !ours || program == ProgramState::kFree; }
+  bool is_ready() const;
+  bool timer_ran_out(TimePoint now) const;
+
+  void start(bool cellcal);
+  void stop_program();  ///< STOP, drives off, emergency stop: a ramp, and the program stands
+  bool cancel();        ///< CANCEL; false: refused
+  void settle();        ///< what becomes of program and motion once the arm is at rest
+
+  /// kHeld: the program was stopped in the middle of a motion. kDropped: that motion was cancelled.
+  enum class Phase { kIdle, kMoving, kBraking, kHeld, kDropped };
 
   EkiControllerConfig config;
   EkiChannel channel;
@@ -72,15 +94,17 @@ struct EkiPrograms {
   // what the submit program knows
   std::uint32_t session = 0, heard = 0, last_id = 0, reported_id = 0, bad = 0;
   TimePoint heard_at{}, reopen_at{};
-  bool was_connected = false, fresh_session = false;
+  bool was_connected = false, fresh_session = false, ending = false;
   EkiOutcome outcome = EkiOutcome::kNone;
 
   // what the robot program does
   Phase phase = Phase::kIdle;
   Telegram order;
-  bool ordered = false, guarded = false, stop_flag = false;
+  /// CC_READY, CC_NEW and CC_BUSY.
+  bool ready = false, ordered = false, busy = false;
+  bool guarded = false, stop_flag = false;
   EkiOutcome stop_reason = EkiOutcome::kStop, braking_for = EkiOutcome::kStop;
-  double line_speed = 0.0, line_travel = 0.0;
+  double line_speed = 0.0, line_travel = 0.0, line_acceleration = 0.0;
   std::vector<double> latch;
   std::uint32_t latch_id = 0;
 
@@ -88,7 +112,9 @@ struct EkiPrograms {
   std::deque<std::pair<TimePoint, bool>> edges;
   bool input_level = false;
   std::optional<std::vector<double>> input_edge;
-  bool program_runs = false, drives_on = true, e_stop = false, stop_message = false;
+  ProgramState program = ProgramState::kFree;
+  bool ours = false, stopping = false, cancelling = false;
+  bool drives_on = true, e_stop = false, stop_message = false;
   bool start_held = true;
   EkiMode mode = EkiMode::kAut;
   int override_percent = 100;

@@ -13,14 +13,12 @@ using drivers::EkiPath;
 
 // 250 mm/s at the flange, as a share of an axis' full speed on an arm of 1.4 m.
 constexpr double kT1Share = 0.06;
-// A stop by safety is harder than BRAKE.
-constexpr double kSafetyFactor = 4.0;
 
 }  // namespace
 
 void EkiPrograms::finish(EkiOutcome how) {
-  ordered = false;
-  phase = Phase::kIdle;
+  ordered = busy = false;
+  if (phase != Phase::kDropped) phase = Phase::kIdle;
   if (!fresh_session) outcome = how;
   if (fresh_session) reported_id = 0;
   stop_flag = false;
@@ -60,9 +58,14 @@ void EkiPrograms::begin_move() {
   ++moves;
   line_speed = speed;
   line_travel = travel;
-  arm.go(order.target_rad, speed, acceleration);
-  phase = Phase::kMoving;
+  line_acceleration = acceleration;
   input_edge.reset();
+  go();
+}
+
+void EkiPrograms::go() {
+  arm.go(order.target_rad, line_speed, line_acceleration);
+  phase = Phase::kMoving;
 }
 
 void EkiPrograms::brake(EkiOutcome how, double factor) {
@@ -71,13 +74,7 @@ void EkiPrograms::brake(EkiOutcome how, double factor) {
   phase = Phase::kBraking;
 }
 
-void EkiPrograms::abort_motion() {
-  if (phase == Phase::kIdle && !ordered) return;
-  if (ordered) return finish(EkiOutcome::kAborted);
-  brake(EkiOutcome::kAborted, kSafetyFactor);
-}
-
-void EkiPrograms::interrupts() {
+void EkiPrograms::interrupts(TimePoint now) {
   if (phase != Phase::kMoving) return;
   if (guarded && input_edge) {
     latch = *input_edge;
@@ -85,38 +82,41 @@ void EkiPrograms::interrupts() {
     brake(EkiOutcome::kInput, config.brake_factor);
   } else if (stop_flag) {
     brake(stop_reason, config.brake_factor);
+  } else if (timer_ran_out(now)) {
+    brake(EkiOutcome::kDeadMan, config.brake_factor);
   }
 }
 
 void EkiPrograms::scale_speed() {
-  const bool manual = mode == EkiMode::kT1 || mode == EkiMode::kT2;
   double scale = override_percent / 100.0;
   if (mode == EkiMode::kT1 && line_travel > 0.0) {
     const double limit =
         kT1Share * *std::min_element(config.max_speed_rad_s.begin(), config.max_speed_rad_s.end());
     scale = std::min(scale, limit / (line_speed * line_travel));
   }
-  arm.scale(manual && !start_held ? 0.0 : scale);
+  arm.scale(manual() && !start_held ? 0.0 : scale);
 }
 
-void EkiPrograms::tick(TimePoint now, bool muted, bool deaf, bool forgetful) {
+void EkiPrograms::tick(TimePoint now, const Faults& faults) {
   take_edges(now);
   scale_speed();
   const bool interrupt_cycle = cycles % (config.interrupt_ms / config.cycle_ms) == 0;
-  if (interrupt_cycle) {
+  if (interrupt_cycle && program_state() == ProgramState::kActive && !stopping) {
     if (ordered) begin_move();
-    interrupts();
+    interrupts(now);
   }
   arm.tick(now, 1e-3 * config.cycle_ms);
-  if (phase == Phase::kMoving && arm.at_rest()) finish(EkiOutcome::kArrived);
-  if (phase == Phase::kBraking && arm.at_rest()) finish(braking_for);
-  watch_connection(now);
-  if (cycles % (config.state_ms / config.cycle_ms) == 0) {
-    if (!deaf) read_telegrams(now, forgetful);
-    watch_dead_man(now);
-    if (!muted) send_state(now);
-  }
+  settle();
+  if (!faults.submit_halted) run_submit(now, faults);
   ++cycles;
+}
+
+void EkiPrograms::run_submit(TimePoint now, const Faults& faults) {
+  watch_connection(now);
+  if (cycles % (config.state_ms / config.cycle_ms) != 0) return;
+  if (!faults.deaf) read_telegrams(now, faults.forgetful);
+  watch(now);
+  if (!faults.muted) send_state(now);
 }
 
 void EkiPrograms::take_edges(TimePoint now) {

@@ -122,7 +122,7 @@ void EkiPrograms::obey(const Telegram& t, TimePoint now, bool forgetful) {
   heard_at = now;
   switch (static_cast<EkiType>(t.type)) {
     case EkiType::kMove:
-      if (t.id <= last_id || busy()) return;
+      if (t.id <= last_id || busy) return;
       last_id = t.id;
       if (!forgetful) take_move(t);
       break;
@@ -146,24 +146,40 @@ void EkiPrograms::take_move(const Telegram& t) {
   outcome = EkiOutcome::kNone;
   order = t;
   if (!is_ready()) return finish(EkiOutcome::kAborted);
-  ordered = true;  // the robot program takes it in its next cycle
+  stop_flag = false;
+  stop_reason = EkiOutcome::kStop;
+  busy = ordered = true;  // the robot program takes it in its next cycle
 }
 
 void EkiPrograms::stop_motion() {
-  if (busy()) stop_flag = true;
+  if (busy) stop_flag = true;
 }
 
-void EkiPrograms::watch_dead_man(TimePoint now) {
-  const bool silent = now - heard_at > std::chrono::milliseconds(config.dead_man_ms);
-  if (session != 0 && silent && busy() && !stop_flag) {
+void EkiPrograms::watch(TimePoint now) {
+  if (busy && timer_ran_out(now) && !stop_flag) {
     stop_flag = true;
     stop_reason = EkiOutcome::kDeadMan;
   }
-  const bool manual = mode == EkiMode::kT1 || mode == EkiMode::kT2;
-  if (busy() && stop_flag && manual && !start_held) {
-    // No interrupt is looked at before the motion goes on: the program is cancelled instead.
-    program_runs = false;
-    abort_motion();
+  // No interrupt is looked at before the motion goes on: the program is cancelled instead.
+  const bool held = stop_flag && program_state() == ProgramState::kStop;
+  if (busy && (!drives_on || e_stop || stop_message || held)) ending = true;
+  end_program();
+}
+
+void EkiPrograms::end_program() {
+  if (gone()) {
+    ready = ordered = ending = false;
+    if (busy) finish(EkiOutcome::kAborted);
+    return;
+  }
+  if (!ending) return;
+  stop_reason = EkiOutcome::kAborted;
+  stop_flag = true;
+  ready = false;
+  if (program_state() == ProgramState::kActive) {
+    stop_program();
+  } else {
+    cancel();
   }
 }
 
@@ -211,7 +227,7 @@ void EkiPrograms::send_state(TimePoint now) {
   constexpr std::uint64_t kLargestInt = 0x7FFFFFFF;
   put("RobotState/@Time",
       static_cast<std::uint64_t>(ms - ms % std::max(1, config.timer_ms)) & kLargestInt);
-  const EkiProgress progress = busy()             ? EkiProgress::kMoving
+  const EkiProgress progress = busy               ? EkiProgress::kMoving
                                : reported_id != 0 ? EkiProgress::kDone
                                                   : EkiProgress::kIdle;
   put("RobotState/Move/@Id", reported_id);

@@ -55,7 +55,7 @@ TEST_F(kuka_files, tells_programs_the_same_as_json) {
   const Outcome outcome = make({"--json"});
   ASSERT_EQ(outcome.status, 0) << outcome.err;
   const auto json = nlohmann::json::parse(outcome.out);
-  ASSERT_EQ(json.at("files").size(), 4u);
+  ASSERT_EQ(json.at("files").size(), 5u);
   for (const auto& one : json.at("files")) {
     EXPECT_TRUE(std::filesystem::exists(one.at("file").get<std::string>()));
     EXPECT_FALSE(one.at("goes_to").get<std::string>().empty());

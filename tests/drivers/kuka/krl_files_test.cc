@@ -90,7 +90,7 @@ TEST(KrlChecker, SeesWhatIsWrong) {
 TEST(EkiFiles, AreSoundKrl) {
   for (const EkiFilesConfig& config : {EkiFilesConfig(), two_external()}) {
     const ControllerFiles files = eki_files(config);
-    EXPECT_EQ(files.size(), 4u);
+    EXPECT_EQ(files.size(), 5u);
     for (const auto& [name, text] : files) {
       EXPECT_LE(name.substr(0, name.find('.')).size(), 24u);
       EXPECT_EQ(text.substr(text.size() - 2), "\r\n");
@@ -180,6 +180,8 @@ TEST(EkiFiles, TestTheInputBeforeTheInterruptIsOnAndOnceMoreBehindIt) {
   EXPECT_LT(on, second);
   EXPECT_LT(second, std::min(ptp, lin));
   EXPECT_LT(line_of(move, "INTERRUPT ON 21"), std::min(ptp, lin));
+  EXPECT_LT(line_of(move, "INTERRUPT ON 22"), line_of(move, "IF $TIMER_FLAG[12]==TRUE"));
+  EXPECT_LT(line_of(move, "IF $TIMER_FLAG[12]==TRUE"), std::min(ptp, lin));
 }
 
 TEST(EkiFiles, LeaveTheSubprogramWithItsInterruptsOff) {
@@ -192,8 +194,8 @@ TEST(EkiFiles, LeaveTheSubprogramWithItsInterruptsOff) {
     ++ways_out;
     EXPECT_TRUE(move[i - 1] == "CC_GUARDS_OFF ( )" || move[i - 2] == "CC_GUARDS_OFF ( )") << i;
   }
-  EXPECT_EQ(ways_out, 3);
-  for (const char* isr : {"DEF CC_ON_INPUT", "DEF CC_ON_FLAG"}) {
+  EXPECT_EQ(ways_out, 4);
+  for (const char* isr : {"DEF CC_ON_INPUT", "DEF CC_ON_FLAG", "DEF CC_ON_TIMER"}) {
     const std::vector<std::string> lines = body(source, isr);
     EXPECT_LT(line_of(lines, "BRAKE"), line_of(lines, "CC_GUARDS_OFF ( )"));
     EXPECT_LT(line_of(lines, "CC_GUARDS_OFF ( )"), line_of(lines, "RESUME"));
@@ -209,6 +211,10 @@ TEST(EkiFiles, LatchBeforeTheyResumeAndDeclareInterruptsAboveTheMotion) {
             line_of(main, "CC_MOVE ( )"));
   EXPECT_LT(line_of(main, "INTERRUPT DECL 21 WHEN $FLAG[902]==TRUE DO CC_ON_FLAG"),
             line_of(main, "CC_MOVE ( )"));
+  EXPECT_LT(line_of(main, "INTERRUPT DECL 22 WHEN $TIMER_FLAG[12]==TRUE DO CC_ON_TIMER"),
+            line_of(main, "CC_MOVE ( )"));
+  EXPECT_LT(line_of(main, "CC_READY=FALSE"), line_of(main, "PTP $AXIS_ACT_MEAS"))
+      << "what an earlier run left must not be believed while this one begins";
   EXPECT_LT(line_of(main, "PTP $AXIS_ACT_MEAS"), line_of(main, "LOOP"));
   for (const std::string& line : main) EXPECT_NE(line.rfind("LIN", 0), 0u) << line;
   const std::vector<std::string> isr = body(source, "DEF CC_ON_INPUT");
@@ -217,12 +223,70 @@ TEST(EkiFiles, LatchBeforeTheyResumeAndDeclareInterruptsAboveTheMotion) {
   line_of(body(source, "DEF CC_ON_FLAG"), "BRAKE");
 }
 
+TEST(EkiFiles, CancelAProgramStepByStepAndKeepTheMoveUnderWayUntilItIsGone) {
+  const std::string sub = eki_files({}).at("cellcal_sub.sub");
+  const std::vector<std::string> finish = body(sub, "DEF CC_FINISH");
+  const std::size_t active = line_of(finish, "IF $PRO_STATE1==#P_ACTIVE THEN");
+  const std::size_t otherwise = line_of(finish, "ELSE", active);
+  EXPECT_EQ(line_of(finish, "CWRITE ($CMD,STAT,MODE,\"STOP 1\")"), active + 1);
+  EXPECT_EQ(line_of(finish, "CWRITE ($CMD,STAT,MODE,\"CANCEL 1\")"), otherwise + 1);
+  for (const std::string& line : finish) EXPECT_NE(line, "CC_BUSY=FALSE");
+  const std::vector<std::string> watch = body(sub, "DEF CC_WATCH");
+  EXPECT_LT(line_of(watch, "IF CC_GONE ( )==TRUE THEN"), line_of(watch, "CC_BUSY=FALSE"));
+  EXPECT_LT(line_of(watch, "IF CC_GONE ( )==TRUE THEN"), line_of(watch, "CC_READY=FALSE"));
+}
+
+TEST(EkiFiles, AreReadyInCellcalsOwnProgramAlone) {
+  const std::string sub = eki_files({}).at("cellcal_sub.sub");
+  for (const char* head : {"DEFFCT BOOL CC_IS_READY", "DEFFCT BOOL CC_GONE"}) {
+    const std::vector<std::string> lines = body(sub, head);
+    EXPECT_TRUE(std::any_of(lines.begin(), lines.end(), [](const std::string& line) {
+      return line.find("StrComp($PRO_NAME1[],\"CELLCAL_EKI\",#NOT_CASE_SENS)") !=
+             std::string::npos;
+    })) << head;
+  }
+}
+
+TEST(EkiFiles, ClearTheChannelOnlyWhereItHasBeenOpen) {
+  const std::string sub = eki_files({}).at("cellcal_sub.sub");
+  for (const std::string& line : body(sub, "DEF CC_OPEN")) {
+    EXPECT_EQ(line.find("EKI_Clear"), std::string::npos) << "shouts at every cold start";
+  }
+  const std::vector<std::string> link = body(sub, "DEF CC_LINK");
+  EXPECT_LT(line_of(link, "CC_CLEAR ( )"), line_of(link, "CC_OPEN ( )"));
+}
+
+TEST(EkiFiles, LeaveTimeToOtherSubmitProgramsAndReturnToTheOneThatCalls) {
+  const ControllerFiles files = eki_files({});
+  for (const std::string& line : body(files.at("cellcal_sub.sub"), "DEF CELLCAL_SUB")) {
+    EXPECT_NE(line, "LOOP") << "sps.sub calls it, and has other things to do";
+  }
+  const std::vector<std::string> loop = body(files.at("cellcal_loop.sub"), "DEF CELLCAL_LOOP");
+  EXPECT_LT(line_of(loop, "CELLCAL_SUB ( )"), line_of(loop, "WAIT SEC"));
+}
+
+TEST(EkiFiles, NameNothingLikeAWordOfKrl) {
+  const std::set<std::string> taken{"ON", "OFF", "PATH", "STATE", "STOP", "MODE", "DELAY"};
+  const ControllerFiles files = eki_files({});
+  for (const auto& [name, text] : files) {
+    if (name.ends_with(".xml")) continue;
+    for (const std::string& line : code_lines(text)) {
+      std::smatch match;
+      if (!std::regex_search(line, match, std::regex("^DECL (?:GLOBAL )?\\w+ (\\w+)"))) continue;
+      // MODE of MODUS_T is what KUKA's own examples of CWRITE call it.
+      if (line.find("MODUS_T") != std::string::npos) continue;
+      EXPECT_EQ(taken.count(match[1]), 0u) << line;
+    }
+  }
+}
+
 TEST(EkiFiles, NeverMoveByIncrementsNorFromTheSubmitProgram) {
   const ControllerFiles files = eki_files({});
   for (const std::string& word : krl::identifiers(all({{"src", files.at("cellcal_eki.src")}}))) {
     EXPECT_TRUE(word.find("_REL") == std::string::npos) << word;
   }
-  for (const std::string& word : krl::identifiers(files.at("cellcal_sub.sub"))) {
+  for (const std::string& word : krl::identifiers(
+           files.at("cellcal_sub.sub") + files.at("cellcal_loop.sub"))) {
     EXPECT_TRUE(word != "PTP" && word != "LIN" && word != "CIRC" && word != "SPTP") << word;
   }
 }
@@ -250,6 +314,9 @@ TEST(EkiFiles, AreRefusedByTheKeyThatIsWrong) {
       {"stop_flag", [](EkiFilesConfig& c) { c.stop_flag = c.alive_flag; }},
       {"first_timer", [](EkiFilesConfig& c) { c.first_timer = 63; }},
       {"first_interrupt", [](EkiFilesConfig& c) { c.first_interrupt = 1; }},
+      {"first_interrupt", [](EkiFilesConfig& c) { c.first_interrupt = 38; }},
+      {"first_interrupt", [](EkiFilesConfig& c) { c.first_interrupt = 79; }},
+      {"first_interrupt", [](EkiFilesConfig& c) { c.first_interrupt = 127; }},
       {"dead_man_ms", [](EkiFilesConfig& c) { c.dead_man_ms = 5000; }},
   };
   for (const auto& [key, spoil] : cases) {
@@ -368,6 +435,8 @@ TEST(RsiFiles, AreRefusedByTheKeyThatIsWrong) {
       {"pc_address", [](RsiFilesConfig& c) { c.pc_address = ""; }},
       {"pc_address", [](RsiFilesConfig& c) { c.pc_address = "pc.local"; }},
       {"192.168.0.x", [](RsiFilesConfig& c) { c.pc_address = "192.168.0.7"; }},
+      {"172.16.x.x", [](RsiFilesConfig& c) { c.pc_address = "172.16.3.7"; }},
+      {"172.17.x.x", [](RsiFilesConfig& c) { c.pc_address = "172.17.0.1"; }},
       {"[controller]", [](RsiFilesConfig& c) { c.pc_address = "0.0.0.0"; }},
       {"rsi_version", [](RsiFilesConfig& c) { c.rsi_version = 2; }},
       {"sentype", [](RsiFilesConfig& c) { c.sentype = "<a>"; }},

@@ -88,10 +88,6 @@ TEST(RsiSet, IsRefusedByFileLineAndWords) {
        "Name=\"MaxA2\" ParamID=\"2\" ParamValue=\"6\"", "KSS29000", 3},
       {kThree, "AXISCORRMON\" ObjTypeID=\"82\"", "AXISMON\" ObjTypeID=\"82\"",
        "there is no AXISCORRMON", 3},
-      {kThree, "ParamID=\"1\" ParamValue=\"4\"/>",
-       "ParamID=\"1\" ParamValue=\"4\"/><Parameter Name=\"Channel\" ParamID=\"2\" "
-       "ParamValue=\"0\"/>",
-       "RSI 3 ignores all corrections", 3},
       {kFour, "Name=\"Mode\" ParamId=\"0\" ParamValue=\"4\"",
        "Name=\"Mode\" ParamId=\"0\" ParamValue=\"1\"", "ExitMoveCorr"},
       {kFour, "ObjType=\"AxisCorr\"", "ObjType=\"AXISCORR\"", "is spelled \"AxisCorr\" in RSI 4"},
@@ -166,6 +162,25 @@ TEST(RsiModel, ThatWasDrawnOtherwiseIsAWarning) {
   EXPECT_EQ(said.rfind("warned", 0), 0u) << said;
   EXPECT_NE(said.find("LowerLimA1 of AXISCORR1 is -5"), std::string::npos) << said;
   EXPECT_NE(said.find("input 2 is wired otherwise"), std::string::npos) << said;
+}
+
+TEST(RsiModel, WithPortsThatWereRenamedIsAWarning) {
+  ControllerFiles files = rsi_files(rsi_config(3));
+  replace(files, "cellcal_rsi.rsi", "ETHERNET1/Out2", "ETHERNET1/AK_A2");
+  const std::string said = verdict(files, rsi_config(3));
+  EXPECT_EQ(said.rfind("warned", 0), 0u) << said;
+  EXPECT_NE(said.find("input 2 comes from an output with a name of its own"), std::string::npos)
+      << said;
+}
+
+TEST(RsiSet, WithAStopChannelOnRsi3IsAWarning) {
+  ControllerFiles files = rsi_files(rsi_config(3));
+  replace(files, "cellcal_rsi.rsi.xml", "ParamID=\"1\" ParamValue=\"4\"/>",
+          "ParamID=\"1\" ParamValue=\"4\"/><Parameter Name=\"Channel\" ParamID=\"2\" "
+          "ParamValue=\"0\"/>");
+  const std::string said = verdict(files, rsi_config(3));
+  EXPECT_EQ(said.rfind("warned", 0), 0u) << said;
+  EXPECT_NE(said.find("has a Channel"), std::string::npos) << said;
 }
 
 TEST(RsiDiagram, DrawsEveryObjectAndConnectsWhatTheModelConnects) {

@@ -241,6 +241,95 @@ TEST_F(EkiKrc, AnEmergencyStopEndsTheProgramForGood) {
   EXPECT_NEAR(a1_deg(), rest, 1e-3);
 }
 
+// What the controller does of itself, without a word of the submit program.
+
+TEST_F(EkiKrc, AProgramThatStandsGoesOnWithItsMotionWhenItIsStarted) {
+  make();
+  go(90);
+  run(200ms);
+  krc->halt_submit(true);
+  krc->drives(false);
+  run(500ms);
+  const double rest = a1_deg();
+  ASSERT_FALSE(krc->moving());
+  ASSERT_LT(rest, 80.0);
+  krc->drives(true);
+  krc->start_program();
+  EXPECT_TRUE(krc->moving()) << "that is why the submit program has to cancel it";
+}
+
+TEST_F(EkiKrc, AMoveThatAnEmergencyStopInterruptedIsUnderWayUntilItIsCancelled) {
+  make();
+  go(170);
+  run(300ms);
+  krc->emergency_stop(true);
+  bool gone = false;
+  after_tick = [&] {
+    if (state.progress == EkiProgress::kMoving) {
+      EXPECT_FALSE(gone);
+    }
+    if (state.progress == EkiProgress::kDone) gone = true;
+    if (!gone) return;
+    krc->emergency_stop(false);
+    krc->start_program();
+    EXPECT_FALSE(krc->moving());
+  };
+  run(1s);
+  EXPECT_TRUE(gone);
+}
+
+TEST_F(EkiKrc, StartedAgainBeforeItCouldBeCancelledTheArmStopsAtOnce) {
+  make();
+  go(170);
+  run(300ms);
+  krc->emergency_stop(true);
+  run(20ms);  // the submit program has asked for STOP ...
+  krc->halt_submit(true);
+  for (int i = 0; i < 1000 && krc->moving(); ++i) tick();
+  krc->emergency_stop(false);
+  krc->start_program();
+  ASSERT_TRUE(krc->moving());
+  krc->halt_submit(false);  // ... and comes too late for CANCEL
+  run(500ms);
+  EXPECT_FALSE(krc->moving());
+  EXPECT_EQ(state.outcome, EkiOutcome::kAborted);
+  EXPECT_LT(a1_deg(), 60.0);
+}
+
+TEST_F(EkiKrc, ASubmitInterpreterThatHaltsStopsTheArm) {
+  make();
+  go(170);
+  run(200ms);
+  krc->halt_submit(true);
+  run(1s);
+  EXPECT_FALSE(krc->moving());
+  EXPECT_LT(a1_deg(), 70.0);
+}
+
+TEST_F(EkiKrc, AnotherProgramIsNotReadyAndIsNotCancelled) {
+  make();
+  krc->cancel_program();
+  krc->start_other_program();
+  run(100ms);
+  EXPECT_FALSE(state.ready);
+  go(5);
+  run(200ms);
+  EXPECT_EQ(krc->moves(), 0u);
+  EXPECT_EQ(state.outcome, EkiOutcome::kAborted);
+  krc->cancel_program();
+  krc->start_program();
+  run(100ms);
+  EXPECT_TRUE(state.ready);
+}
+
+TEST_F(EkiKrc, ReadyIsNotLeftOverFromAProgramThatWasDeselected) {
+  make();
+  ASSERT_TRUE(state.ready);
+  krc->cancel_program();
+  run(40ms);
+  EXPECT_FALSE(state.ready);
+}
+
 TEST_F(EkiKrc, OpensItsPortAgainAfterAClientHasGone) {
   make();
   krc->disconnect();
