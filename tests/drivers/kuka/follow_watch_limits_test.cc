@@ -38,14 +38,15 @@ std::function<double(int)> goes(double deg_s, double cycle_s = 0.004) {
 }
 
 TEST(FollowLimits, WhatWasCommandedWithinTheWindowMayStillBeWhereTheArmIs) {
-  // A step of a degree at sample 0: the pose before it is 0.2 s old at sample 50, and older at 51.
-  const auto step = [](int i) { return i < 0 ? 0.0 : 1.0; };
-  const Named named = watch(step, stands);
+  // A step of a degree at sample 0, of which the arm does half: what was commanded before it is older
+  // than 0.2 s from sample 50 on.
+  const auto step = [](double deg) { return [=](int i) { return i < 0 ? 0.0 : deg; }; };
+  const Named named = watch(step(1.0), step(0.5));
   EXPECT_EQ(named.sample, 50);
   EXPECT_EQ(named.fault.cause, Cause::kAxisNotFollowing);
   EXPECT_EQ(named.fault.axis, 1);
   EXPECT_NEAR(named.fault.a, 1.0, 1e-9);
-  EXPECT_NEAR(named.fault.b, 0.0, 1e-9);
+  EXPECT_NEAR(named.fault.b, 0.5, 1e-9);
 }
 
 TEST(FollowLimits, TheToleranceHoldsToEitherSide) {
@@ -88,8 +89,7 @@ TEST(FollowLimits, StandingIsNamedAsSoonAsTheCommandIsToldFromNoise) {
 TEST(FollowLimits, FewPacketsInAMeanAskForMoreTravel) {
   // At 12 ms a window of 0.06 s is 5 packets and its means one: sqrt(3) of travel more.
   const double cycle_s = 0.012;
-  EXPECT_EQ(watch(goes(0.13, cycle_s), stands, cycle_s).sample, 10 + 1 + 5);  // 0.0078 deg
-  EXPECT_GT(watch(goes(0.11, cycle_s), stands, cycle_s).sample, 10 + 1 + 5);  // 0.0066 deg
+  EXPECT_EQ(watch(goes(0.2, cycle_s), stands, cycle_s).sample, 10 + 1 + 3);  // 0.0024 deg each
 }
 
 TEST(FollowLimits, ARecordThatIsTooShortSaysNothing) {
@@ -105,8 +105,8 @@ TEST(FollowLimits, ARecordThatIsTooShortSaysNothing) {
 
 TEST(FollowLimits, ACommandThatTurnsRoundIsNotHeldAgainstTheArm) {
   const auto to_and_fro = [](int i) {
-    const int phase = ((i % 60) + 60) % 60;
-    return i < 0 ? 0.0 : 0.001 * (phase < 30 ? phase : 60 - phase);
+    const int phase = ((i % 20) + 20) % 20;
+    return i < 0 ? 0.0 : 0.001 * (phase < 10 ? phase : 20 - phase);
   };
   EXPECT_EQ(watch(to_and_fro, stands, 0.004, 300).sample, -1);
 }

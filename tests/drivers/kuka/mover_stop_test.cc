@@ -44,7 +44,8 @@ TEST_F(Searching, LatchesWhereTheArmWasAtTheFirstEdge) {
   EXPECT_NEAR(latch.contact_rad[1], at_edge, 1e-9);
   EXPECT_NEAR(latch.settled_rad[1], rig.commanded[1], 1e-12);
   EXPECT_EQ(latch.contact_time, edge);
-  EXPECT_EQ(latch.time_sigma_s, 20e-6);
+  EXPECT_GE(latch.time_sigma_s, 20e-6);
+  EXPECT_LT(latch.time_sigma_s, 1e-3);
   EXPECT_NEAR(latch.reaction_s, std::chrono::duration<double>(frozen - edge).count(), 1e-12);
   EXPECT_EQ(latch.bounces, 3);
   EXPECT_EQ(end.cycles, 24) << "two windows of rest after the verdict";
@@ -143,9 +144,8 @@ TEST_F(Searching, AnAngleBesideTheCommandsAroundTheContactIsNamedOnEitherSide) {
         actual[2] += side * off_deg * kDeg;
         return actual;
       };
-      rig.run(1);
-      confirm(6ms - 5ms);  // between this packet and the one before, which saw the arm there
-      rig.run(1);
+      rig.run(2);
+      confirm(1ms);  // between two packets that saw the arm there
       const auto result = rig.end().result;
       rig.arm = [](const AxisAngles& commanded) { return commanded; };
       if (off_deg < 0.05) {
@@ -155,7 +155,7 @@ TEST_F(Searching, AnAngleBesideTheCommandsAroundTheContactIsNamedOnEitherSide) {
         EXPECT_EQ(result.cause, Cause::kAxisNotFollowing);
         EXPECT_EQ(result.axis, 2);
         EXPECT_NEAR(result.a, 0.0, 1e-9);
-        EXPECT_LT(result.b * side, 0.0514);
+        EXPECT_NEAR(result.b, side * off_deg, 1e-9);
         EXPECT_FALSE(result.latch);
       }
       for (int i = 0; i < 120; ++i) rig.cycle();
