@@ -25,13 +25,15 @@ class Fault:
     before: str
     after: str
     text: str  # the source line, by which a fault is known again when lines have moved
+    nth: int   # of its kind on that line, from 1
     number: int = 0
 
     def key(self):
-        return (self.path, self.text, f"{self.before} -> {self.after}")
+        return (self.path, self.text, f"{self.before} -> {self.after}", self.nth)
 
     def __str__(self):
-        return f"{self.path}:{self.line}: {self.before} -> {self.after}    {self.text}"
+        nth = f" ({self.nth})" if self.nth > 1 else ""
+        return f"{self.path}:{self.line}: {self.before} -> {self.after}{nth}    {self.text}"
 
 
 @dataclass
@@ -57,6 +59,7 @@ class Sites:
     enums: dict
     sites: list = field(default_factory=list)
     constants: list = field(default_factory=list)  # Edits that take constexpr away
+    seen: dict = field(default_factory=dict)
 
     def __post_init__(self):
         self.tokens = tokens_of(self.source)
@@ -154,7 +157,10 @@ class Sites:
     def _add(self, i, pairs, make):
         line = self.tokens[i].line
         text = " ".join(self.lines[line - 1].split())
-        faults = [Fault(self.path, line, before, after, text) for before, after in pairs]
+        faults = []
+        for pair in pairs:
+            self.seen[line, pair] = self.seen.get((line, pair), 0) + 1
+            faults.append(Fault(self.path, line, *pair, text, self.seen[line, pair]))
         self.sites.append(Site(faults, line, make))
 
     def _replace(self, i, pairs, words):

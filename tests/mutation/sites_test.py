@@ -98,14 +98,14 @@ class Copies(unittest.TestCase):
             faults = placed(sites, dropped)
             self.assertGreater(len(faults), 30)
             changed = sum(self.run_with(copy, f.number) != right for f in faults)
-            self.assertGreater(changed, 0.8 * len(faults))
+            self.assertGreater(changed, 0.6 * len(faults))
             by = {f"{f.before} -> {f.after}": f.number for f in faults if f.line == self.line_of("a < b && !c")}
             for fault, text in (("&& -> ||", ("a < b && !c", "a < b || !c")), ("! -> ", ("!c", "c")),
-                                ("< -> >=", ("a < b", "a >= b")), ("< -> <=", ("a < b", "a <= b")),
+                                ("< -> >=", ("a < b &&", "a >= b &&")),
+                                ("< -> <=", ("a < b &&", "a <= b &&")),
                                 ("sum += kCount; -> (left out)", ("sum += kCount;", ";"))):
                 by_hand = Path(folder, "by_hand")
-                self.build(SAMPLE.replace(text[0], text[1], 1) if text[0] != "a < b" else
-                           SAMPLE.replace("if (a < b", f"if ({text[1]}", 1), by_hand)
+                self.build(SAMPLE.replace(*text, 1), by_hand)
                 self.assertEqual(self.run_with(copy, by[fault]), self.run_with(by_hand, 0), fault)
 
     def line_of(self, words):
