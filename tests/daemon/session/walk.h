@@ -1,0 +1,113 @@
+#pragma once
+// A session led by hand: one event after the other, and what the last one made it do.
+
+#include <gtest/gtest.h>
+
+#include <functional>
+
+#include "daemon/session/session.h"
+#include "fakes.h"
+
+namespace cellcal::daemon::testing {
+
+class Walk {
+ public:
+  explicit Walk(std::size_t touches = 2)
+      : plan(std::make_shared<calib::Plan>(line_plan(touches))) {}
+
+  /// The devices are ready and the newest move or arming is meant, where `change` says nothing else.
+  const Walk& on(EventKind kind, const std::function<void(Event&)>& change = nullptr) {
+    at += std::chrono::milliseconds(7);
+    Event event;
+    event.kind = kind;
+    event.at = at;
+    event.utc = "2026-01-02T03:04:05.000Z";
+    event.move_id = state.move_id;
+    event.arm_id = state.arm_id;
+    event.links.robot = drivers::RobotLink::kReady;
+    event.links.contact = drivers::ContactLink::kReady;
+    event.links.self_test_ok = true;
+    event.plan = plan;
+    event.plan_hash = "hash";
+    event.progress.touches_left = 4;
+    event.progress.checks_left = 2;
+    event.stage = "stage";
+    if (change) change(event);
+    Step next = step(state, event);
+    state = std::move(next.state);
+    actions = std::move(next.actions);
+    return *this;
+  }
+  /// At rest after it was met.
+  const Walk& contact(double contact_rad, double settled_rad) {
+    return on(EventKind::kContact, [=](Event& event) {
+      drivers::Latch latch;
+      latch.contact_rad = {contact_rad};
+      latch.settled_rad = {settled_rad};
+      latch.time_sigma_s = 2e-5;
+      latch.reaction_s = 0.003;
+      latch.bounces = 6;
+      event.latch = latch;
+    });
+  }
+  void to_routing() {
+    on(EventKind::kRun);
+    on(EventKind::kPlanned);
+    on(EventKind::kLinks);
+    on(EventKind::kLinks);
+  }
+  void to_arming() {
+    to_routing();
+    on(EventKind::kRouted);
+    on(EventKind::kArrived);
+    on(EventKind::kArrived);
+  }
+  void to_fast_search() {
+    to_arming();
+    on(EventKind::kArmed);
+  }
+  void to_slow_search() {
+    to_fast_search();
+    contact(0.110, 0.1102);
+    on(EventKind::kArrived);
+    on(EventKind::kArmed);
+  }
+
+  template <class T>
+  const T* find() const {
+    for (const Action& action : actions) {
+      if (const T* found = std::get_if<T>(&action)) return found;
+    }
+    return nullptr;
+  }
+  template <class T>
+  const T& the() const {
+    static const T kNone{};
+    const T* found = find<T>();
+    EXPECT_NE(found, nullptr) << "in phase " << to_string(state.phase);
+    return found != nullptr ? *found : kNone;
+  }
+  double patience_s() const {
+    EXPECT_TRUE(state.deadline);
+    return state.deadline ? std::chrono::duration<double>(*state.deadline - at).count() : -1.0;
+  }
+
+  State state;
+  Actions actions;
+  std::shared_ptr<calib::Plan> plan;
+  drivers::TimePoint at{std::chrono::hours(2)};
+};
+
+inline void expect_move(const Walk& walk, drivers::MoveKind kind, double to_rad, double cruise_s,
+                        double patience_s) {
+  const drivers::Move& move = walk.the<BeginMove>().move;
+  EXPECT_EQ(move.kind, kind);
+  ASSERT_EQ(move.target_rad.size(), 1u);
+  EXPECT_NEAR(move.target_rad[0], to_rad, 1e-9);
+  EXPECT_NEAR(move.cruise_s, cruise_s, 1e-9);
+  EXPECT_EQ(move.id, walk.state.move_id);
+  EXPECT_EQ(move.arm_id, kind == drivers::MoveKind::kSearch ? walk.state.arm_id : 0);
+  EXPECT_NEAR(walk.patience_s(), patience_s, 2e-3);
+}
+
+}  // namespace cellcal::daemon::testing

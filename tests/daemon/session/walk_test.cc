@@ -1,0 +1,630 @@
+// A session step by step: what is asked of the devices, how far, how fast, and how long it may take.
+
+#include "walk.h"
+
+#include <cmath>
+
+namespace cellcal::daemon::testing {
+namespace {
+
+using drivers::MoveKind;
+using std::chrono::milliseconds;
+
+constexpr double kWaypointS = 180.0;
+
+void expect_arming(const Walk& walk, std::uint16_t id, int lifetime_ms) {
+  EXPECT_EQ(walk.the<ArmSensor>().arm_id, id);
+  EXPECT_NEAR(static_cast<double>(walk.the<ArmSensor>().lifetime.count()), lifetime_ms, 1.0);
+  EXPECT_NEAR(walk.patience_s(), 2.0, 1e-9);
+}
+
+TEST(a_walk, through_one_touch_and_home) {
+  Walk walk;
+  const Patience patience;
+  walk.on(EventKind::kRun);
+  walk.the<MakePlan>();
+  EXPECT_EQ(walk.patience_s(), 300.0);
+  walk.on(EventKind::kPlanned);
+  EXPECT_EQ(walk.the<RecordPlan>().hash, "hash");
+  EXPECT_EQ(walk.the<RecordPlan>().touches, 2u);
+  walk.the<OpenDevices>();
+  EXPECT_EQ(walk.state.plan_hash, "hash");
+  EXPECT_EQ(walk.state.stage, "stage");
+  EXPECT_EQ(walk.state.progress.touches_left, 4);
+  EXPECT_EQ(walk.patience_s(), std::chrono::duration<double>(patience.connecting).count());
+  walk.on(EventKind::kLinks);
+  walk.the<Rereference>();
+  EXPECT_EQ(walk.patience_s(), std::chrono::duration<double>(patience.referencing).count());
+  walk.on(EventKind::kLinks);
+  EXPECT_EQ(walk.the<FindRoute>().next, 0u);
+  EXPECT_EQ(walk.patience_s(), 300.0);
+
+  walk.on(EventKind::kRouted);
+  expect_move(walk, MoveKind::kTransit, 0.05, 0.0, kWaypointS);
+  walk.on(EventKind::kArrived);
+  expect_move(walk, MoveKind::kTransit, 0.10, 0.0, kWaypointS);
+  walk.on(EventKind::kArrived);
+  expect_arming(walk, 1, 4700);  // one and a half times 18 mm at 10 mm/s, and 2 s
+  walk.on(EventKind::kArmed);
+  expect_move(walk, MoveKind::kSearch, 0.118, 1.8, 3 * 1.8 + 10);
+
+  walk.contact(0.110, 0.1102);
+  EXPECT_EQ(walk.the<RecordReading>().touch, 0u);
+  EXPECT_EQ(walk.the<RecordReading>().number, 0);
+  const Reading& first = walk.the<RecordReading>().reading;
+  EXPECT_FALSE(first.slow);
+  EXPECT_NEAR(first.along_m, 0.010, 1e-12);
+  EXPECT_EQ(first.contact_rad, (drivers::AxisAngles{0.110}));
+  EXPECT_EQ(first.settled_rad, (drivers::AxisAngles{0.1102}));
+  EXPECT_EQ(first.time_sigma_s, 2e-5);
+  EXPECT_EQ(first.reaction_s, 0.003);
+  EXPECT_EQ(first.bounces, 6);
+  EXPECT_EQ(first.utc, "2026-01-02T03:04:05.000Z");
+  expect_move(walk, MoveKind::kRetreat, 0.109, 0.1, 3 * 0.1 + 10);
+  walk.on(EventKind::kArrived);
+  expect_arming(walk, 2, 5000);  // from 9 mm to 13 mm at 2 mm/s
+  walk.on(EventKind::kArmed);
+  expect_move(walk, MoveKind::kSearch, 0.113, 2.0, 3 * 2.0 + 10);
+  walk.contact(0.11, 0.11005);
+  EXPECT_EQ(walk.the<RecordReading>().number, 1);
+  EXPECT_TRUE(walk.the<RecordReading>().reading.slow);
+  expect_move(walk, MoveKind::kRetreat, 0.1094, 0.06, 3 * 0.06 + 10);
+  walk.on(EventKind::kArrived);
+  expect_arming(walk, 3, 4700);
+  walk.on(EventKind::kArmed);
+  expect_move(walk, MoveKind::kSearch, 0.113, 1.8, 3 * 1.8 + 10);
+  walk.contact(0.11002, 0.1101);
+  EXPECT_EQ(walk.state.phase, Phase::kRecording);
+  EXPECT_EQ(walk.the<RecordReading>().number, 2);
+  EXPECT_EQ(walk.the<RecordTouch>().index, 0u);
+  EXPECT_NEAR(walk.the<RecordTouch>().touch.joint_rad.at(0), 0.11001, 1e-12);
+  EXPECT_EQ(walk.the<RecordTouch>().touch.speed_m_s, 0.002);
+  EXPECT_EQ(walk.the<RecordTouch>().touch.readings, 2);
+  EXPECT_EQ(walk.patience_s(), 10.0);
+
+  walk.on(EventKind::kRecorded);
+  expect_move(walk, MoveKind::kRetreat, 0.09, 0.0, kWaypointS);
+  EXPECT_EQ(walk.state.done, 1u);
+  walk.on(EventKind::kArrived);
+  walk.the<Assess>();
+  expect_move(walk, MoveKind::kTransit, 0.15, 0.0, kWaypointS);
+  EXPECT_FALSE(walk.state.first);
+  EXPECT_TRUE(walk.state.slow.empty());
+
+  // The second, and home.
+  walk.on(EventKind::kArrived);
+  expect_move(walk, MoveKind::kTransit, 0.20, 0.0, kWaypointS);
+  walk.on(EventKind::kArrived);
+  walk.on(EventKind::kArmed);
+  expect_move(walk, MoveKind::kSearch, 0.218, 1.8, 3 * 1.8 + 10);
+  walk.contact(0.21, 0.2102);
+  for (int i = 0; i < 2; ++i) {
+    walk.on(EventKind::kArrived);
+    walk.on(EventKind::kArmed);
+    walk.contact(0.21, 0.2102);
+  }
+  EXPECT_EQ(walk.the<RecordTouch>().index, 1u);
+  walk.on(EventKind::kRecorded);
+  walk.on(EventKind::kArrived);
+  walk.the<Assess>();
+  expect_move(walk, MoveKind::kTransit, 0.05, 0.0, kWaypointS);
+  EXPECT_EQ(walk.state.phase, Phase::kReturning);
+  walk.on(EventKind::kArrived);
+  expect_move(walk, MoveKind::kTransit, 0.0, 0.0, kWaypointS);
+  walk.on(EventKind::kArrived);
+  walk.the<CloseDevices>();
+  walk.the<Identify>();
+  EXPECT_EQ(walk.patience_s(), 300.0);
+  const auto calibration = std::make_shared<const calib::Calibration>();
+  walk.on(EventKind::kIdentified, [&](Event& event) { event.calibration = calibration; });
+  EXPECT_EQ(walk.the<WriteReport>().calibration, calibration);
+  EXPECT_EQ(walk.state.calibration, calibration);
+  EXPECT_EQ(walk.patience_s(), 60.0);
+  walk.on(EventKind::kReported);
+  EXPECT_EQ(walk.the<RecordEnd>().ending, Ending::kDone);
+  EXPECT_EQ(walk.the<RecordEnd>().failure, "");
+  EXPECT_EQ(walk.state.phase, Phase::kDone);
+  EXPECT_FALSE(walk.state.deadline);
+}
+
+TEST(a_walk, without_waypoints_leads_to_the_standoff_and_without_a_way_home_to_the_end) {
+  Walk walk(1);
+  walk.plan->touches[0].transit.clear();
+  walk.plan->home.clear();
+  walk.to_routing();
+  walk.on(EventKind::kRouted);
+  expect_move(walk, MoveKind::kTransit, 0.10, 0.0, kWaypointS);
+  walk.on(EventKind::kArrived);
+  EXPECT_EQ(walk.state.phase, Phase::kArmingFast);
+  walk.on(EventKind::kArmed);
+  for (int i = 0; i < 2; ++i) {
+    walk.contact(0.11, 0.1102);
+    walk.on(EventKind::kArrived);
+    walk.on(EventKind::kArmed);
+  }
+  walk.contact(0.11, 0.1102);
+  walk.on(EventKind::kRecorded);
+  walk.on(EventKind::kArrived);
+  EXPECT_EQ(walk.state.phase, Phase::kIdentifying);
+}
+
+TEST(a_walk, with_every_touch_on_disk_opens_no_device) {
+  Walk walk;
+  walk.state.done = 2;
+  walk.on(EventKind::kRun);
+  walk.on(EventKind::kPlanned);
+  EXPECT_EQ(walk.find<OpenDevices>(), nullptr);
+  walk.the<Identify>();
+  EXPECT_EQ(walk.state.plan, walk.plan);
+  EXPECT_EQ(walk.state.plan_hash, "hash");
+  EXPECT_EQ(walk.state.stage, "stage");
+  EXPECT_EQ(walk.state.progress.touches_left, 4);
+  Walk one_left;
+  one_left.state.done = 1;
+  one_left.on(EventKind::kRun);
+  one_left.on(EventKind::kPlanned);
+  one_left.the<OpenDevices>();
+}
+
+TEST(a_walk, with_another_plan_than_the_stored_one_is_none) {
+  for (const bool same : {true, false}) {
+    Walk walk;
+    walk.state.expected_hash = same ? "hash" : "other";
+    walk.on(EventKind::kRun);
+    walk.on(EventKind::kPlanned);
+    EXPECT_EQ(walk.state.phase, same ? Phase::kConnecting : Phase::kFailed);
+  }
+}
+
+TEST(a_walk, waits_for_both_links) {
+  const auto with = [](drivers::RobotLink robot, drivers::ContactLink contact) {
+    Walk walk;
+    walk.on(EventKind::kRun);
+    walk.on(EventKind::kPlanned);
+    walk.on(EventKind::kLinks, [=](Event& event) {
+      event.links.robot = robot;
+      event.links.contact = contact;
+    });
+    return walk.state.phase;
+  };
+  using R = drivers::RobotLink;
+  using C = drivers::ContactLink;
+  EXPECT_EQ(with(R::kNotReferenced, C::kReady), Phase::kReferencing);
+  EXPECT_EQ(with(R::kLost, C::kReady), Phase::kConnecting);
+  EXPECT_EQ(with(R::kDown, C::kReady), Phase::kConnecting);
+  EXPECT_EQ(with(R::kReady, C::kIdentifying), Phase::kConnecting);
+  EXPECT_EQ(with(R::kReady, C::kDown), Phase::kConnecting) << "it has not come up yet";
+  EXPECT_EQ(with(R::kReady, C::kFault), Phase::kFailed);
+}
+
+TEST(a_walk, takes_a_link_that_goes_down_while_it_stands_for_lost) {
+  const auto after = [](const std::function<void(Event&)>& change) {
+    Walk walk;
+    walk.to_arming();
+    walk.on(EventKind::kLinks, change);
+    return walk.state;
+  };
+  EXPECT_EQ(after([](Event& e) { e.links.robot = drivers::RobotLink::kLost; }).failure->kind,
+            FailureKind::kRobotSilent);
+  EXPECT_EQ(after([](Event& e) { e.links.robot = drivers::RobotLink::kDown; }).failure->kind,
+            FailureKind::kRobotSilent);
+  EXPECT_EQ(after([](Event& e) { e.links.contact = drivers::ContactLink::kDown; }).failure->kind,
+            FailureKind::kContactFault);
+  EXPECT_EQ(after([](Event& e) { e.links.contact = drivers::ContactLink::kFault; }).failure->kind,
+            FailureKind::kContactFault);
+  EXPECT_FALSE(after([](Event& e) { e.links.contact = drivers::ContactLink::kIdentifying; }).failure);
+}
+
+TEST(a_walk, resumed_in_contact_leaves_it_first_and_lets_the_sensor_prove_itself) {
+  const auto touching = [](bool guards) {
+    return [=](Event& event) {
+      event.links.in_contact = true;
+      event.links.contact = drivers::ContactLink::kIdentifying;
+      event.links.can_guard_retreat = guards;
+      event.links.self_test_ok = false;
+    };
+  };
+  Walk walk;
+  walk.state.resumed = true;
+  walk.on(EventKind::kRun);
+  walk.on(EventKind::kPlanned);
+  walk.on(EventKind::kLinks, touching(false));
+  EXPECT_EQ(walk.state.phase, Phase::kConnecting);
+  walk.on(EventKind::kLinks, [&](Event& event) {
+    touching(true)(event);
+    event.links.robot = drivers::RobotLink::kLost;
+  });
+  EXPECT_EQ(walk.state.phase, Phase::kConnecting);
+  walk.on(EventKind::kLinks, touching(true));
+  EXPECT_EQ(walk.state.phase, Phase::kReferencing);
+  walk.on(EventKind::kLinks, touching(true));
+  EXPECT_EQ(walk.state.phase, Phase::kRouting);
+  EXPECT_TRUE(walk.state.routed_in_contact);
+  walk.on(EventKind::kRouted);
+  EXPECT_EQ(walk.state.phase, Phase::kFreeing);
+  EXPECT_EQ(walk.state.stage, "stage");
+  expect_move(walk, MoveKind::kRetreat, 0.05, 0.0, kWaypointS);
+  walk.on(EventKind::kArrived);
+  walk.the<SelfTest>();
+  EXPECT_EQ(walk.patience_s(), std::chrono::duration<double>(Patience{}.connecting).count());
+  walk.on(EventKind::kLinks, touching(true));
+  EXPECT_EQ(walk.state.phase, Phase::kProving);
+  walk.on(EventKind::kLinks);
+  expect_move(walk, MoveKind::kTransit, 0.10, 0.0, kWaypointS);
+  // Where the first waypoint was the stand-off already, it is armed there.
+  Walk near;
+  near.plan->touches[0].transit = {{0.1}};
+  near.state.resumed = true;
+  near.on(EventKind::kRun);
+  near.on(EventKind::kPlanned);
+  near.on(EventKind::kLinks, touching(true));
+  near.on(EventKind::kLinks, touching(true));
+  near.on(EventKind::kRouted);
+  near.on(EventKind::kArrived);
+  near.on(EventKind::kLinks);
+  EXPECT_EQ(near.state.phase, Phase::kArmingFast);
+  // A session that is not resumed does not begin in contact, nor one whose way was not asked for so.
+  Walk fresh;
+  fresh.on(EventKind::kRun);
+  fresh.on(EventKind::kPlanned);
+  fresh.on(EventKind::kLinks, touching(true));
+  EXPECT_EQ(fresh.state.failure->kind, FailureKind::kContactClosed);
+  Walk closed;
+  closed.state.resumed = true;
+  closed.to_routing();
+  closed.on(EventKind::kLinks, touching(true));
+  closed.on(EventKind::kRouted);
+  EXPECT_EQ(closed.state.failure->kind, FailureKind::kContactClosed);
+}
+
+TEST(an_arming, outlives_its_search_within_what_the_wire_can_say) {
+  Walk walk;
+  walk.state.policy.fast_m_s = 0.0001;
+  walk.to_arming();
+  expect_arming(walk, 1, 60'000);
+  Walk wraps;
+  wraps.state.arm_id = 65535;
+  wraps.to_arming();
+  EXPECT_EQ(wraps.the<ArmSensor>().arm_id, 1);
+}
+
+TEST(an_arming, that_is_refused_once_is_asked_for_again_after_a_self_test) {
+  for (const bool slow : {false, true}) {
+    Walk walk;
+    if (slow) walk.to_slow_search();
+    if (slow) walk.contact(0.1105, 0.111);
+    if (slow) walk.on(EventKind::kArrived);
+    if (!slow) walk.to_arming();
+    const auto lifetime = walk.the<ArmSensor>().lifetime;
+    const std::uint16_t id = walk.state.arm_id;
+    // News of a passed self-test while the answer is due are of an earlier one.
+    walk.on(EventKind::kLinks);
+    EXPECT_EQ(walk.find<ArmSensor>(), nullptr);
+    walk.on(EventKind::kArmRefused);
+    walk.the<SelfTest>();
+    EXPECT_EQ(walk.patience_s(), 2.0);
+    walk.on(EventKind::kLinks, [](Event& event) { event.links.self_test_ok = false; });
+    EXPECT_EQ(walk.find<ArmSensor>(), nullptr);
+    walk.on(EventKind::kLinks, [](Event& event) {
+      event.links.contact = drivers::ContactLink::kIdentifying;
+    });
+    EXPECT_EQ(walk.find<ArmSensor>(), nullptr);
+    walk.on(EventKind::kLinks);
+    EXPECT_EQ(walk.the<ArmSensor>().arm_id, id + 1);
+    EXPECT_EQ(walk.the<ArmSensor>().lifetime, lifetime);
+    walk.on(EventKind::kArmRefused);
+    EXPECT_EQ(walk.state.failure->kind, FailureKind::kArmRefused);
+    EXPECT_EQ(walk.find<BeginMove>(), nullptr);
+  }
+}
+
+TEST(an_arming, of_the_next_search_may_be_refused_once_again) {
+  Walk walk;
+  walk.to_arming();
+  walk.on(EventKind::kArmRefused);
+  walk.on(EventKind::kLinks);
+  walk.on(EventKind::kArmed);
+  walk.contact(0.11, 0.1102);
+  walk.on(EventKind::kArrived);
+  walk.on(EventKind::kArmRefused);
+  walk.the<SelfTest>();
+  EXPECT_FALSE(walk.state.failure);
+}
+
+TEST(a_contact, leads_back_from_where_it_was_or_from_where_the_arm_rests) {
+  Walk ahead;
+  ahead.to_fast_search();
+  ahead.contact(0.115, 0.1102);  // told 5 mm ahead of where the arm stands
+  expect_move(ahead, MoveKind::kRetreat, 0.1092, 0.1, 10.3);
+  Walk early;
+  early.state.policy.back_off_m = 0.02;
+  early.to_fast_search();
+  early.contact(0.11, 0.1102);
+  expect_move(early, MoveKind::kRetreat, 0.10, 2.0, 16.0);  // not behind the stand-off
+}
+
+TEST(a_contact, counts_from_a_millimetre_of_travel_on) {
+  for (const double along_m : {0.00101, 0.00099, std::nan("")}) {
+    Walk walk;
+    walk.to_fast_search();
+    walk.contact(0.1 + along_m, 0.1 + along_m);
+    EXPECT_EQ(walk.state.phase, along_m > 0.001 ? Phase::kBackingOff : Phase::kFailed) << along_m;
+    if (!walk.state.failure) continue;
+    EXPECT_EQ(walk.state.failure->kind, FailureKind::kContactTooEarly);
+  }
+}
+
+TEST(a_contact, without_angles_is_no_touch) {
+  Walk walk;
+  walk.to_slow_search();
+  walk.on(EventKind::kContact);
+  EXPECT_EQ(walk.state.failure->kind, FailureKind::kReadingsDisagree);
+}
+
+TEST(readings, that_disagree_are_repeated_five_times) {
+  Walk walk;
+  walk.to_slow_search();
+  for (int i = 1; i <= 5; ++i) {
+    walk.contact(0.110 + 1e-4 * i, 0.112);
+    if (i == 5) break;
+    EXPECT_EQ(walk.the<RecordReading>().number, i);
+    walk.on(EventKind::kArrived);
+    walk.on(EventKind::kArmed);
+  }
+  EXPECT_EQ(walk.state.failure->kind, FailureKind::kReadingsDisagree);
+}
+
+TEST(noise, is_backed_off_from_five_times_and_counted) {
+  Walk walk;
+  walk.to_fast_search();
+  const auto revoked = [](Event& event) { event.at_rad = {0.105}; };
+  for (int i = 1; i <= 5; ++i) {
+    walk.on(EventKind::kRevoked, revoked);
+    EXPECT_EQ(walk.state.revoked, i);
+    EXPECT_EQ(walk.state.total_revoked, static_cast<std::uint64_t>(i));
+    expect_move(walk, MoveKind::kRetreat, 0.104, 0.1, 10.3);
+    walk.on(EventKind::kArrived);
+    EXPECT_EQ(walk.state.phase, Phase::kArmingFast);
+    expect_arming(walk, static_cast<std::uint16_t>(1 + i), 4100);  // 14 mm are left
+    walk.on(EventKind::kArmed);
+    expect_move(walk, MoveKind::kSearch, 0.118, 1.4, 14.2);
+  }
+  walk.on(EventKind::kRevoked, revoked);
+  EXPECT_EQ(walk.state.failure->kind, FailureKind::kTooManyRevoked);
+}
+
+TEST(a_search, that_meets_nothing_asks_the_sensor_first) {
+  Walk walk;
+  walk.to_fast_search();
+  walk.on(EventKind::kArrived);
+  walk.the<SelfTest>();
+  EXPECT_TRUE(walk.state.missed);
+  walk.on(EventKind::kLinks, [](Event& event) { event.links.self_test_ok = false; });
+  EXPECT_EQ(walk.state.phase, Phase::kProving);
+  walk.on(EventKind::kLinks, [](Event& event) { event.links.in_contact = true; });
+  EXPECT_EQ(walk.state.phase, Phase::kProving);
+  walk.on(EventKind::kLinks);
+  EXPECT_EQ(walk.state.failure->kind, FailureKind::kNoContact);
+  Walk slow;
+  slow.to_slow_search();
+  slow.on(EventKind::kArrived);
+  slow.on(EventKind::kLinks);
+  EXPECT_EQ(slow.state.failure->kind, FailureKind::kReadingsDisagree);
+}
+
+TEST(an_end, stops_what_moves_and_waits_five_seconds_for_its_rest) {
+  Walk walk;
+  walk.to_fast_search();
+  walk.on(EventKind::kAbort);
+  walk.the<StopArm>();
+  EXPECT_EQ(walk.state.phase, Phase::kStopping);
+  EXPECT_EQ(walk.patience_s(), 5.0);
+  walk.on(EventKind::kStopped);
+  walk.the<CloseDevices>();
+  EXPECT_EQ(walk.the<RecordEnd>().ending, Ending::kAborted);
+  Walk late;
+  late.to_fast_search();
+  late.on(EventKind::kDeadline);
+  late.the<StopArm>();
+  EXPECT_EQ(late.patience_s(), 5.0);
+  EXPECT_EQ(late.state.failure->kind, FailureKind::kTimeout);
+  late.on(EventKind::kDeadline);
+  EXPECT_EQ(late.state.failure->kind, FailureKind::kStopUnconfirmed);
+  EXPECT_NE(late.state.failure->detail.find("before that"), std::string::npos);
+  EXPECT_EQ(late.the<RecordEnd>().failure, describe(*late.state.failure));
+  EXPECT_EQ(late.the<RecordEnd>().ending, Ending::kFailed);
+}
+
+TEST(an_end, that_nobody_thought_of_stops_the_arm_wherever_it_may_be) {
+  Walk moving;
+  moving.to_fast_search();
+  moving.on(EventKind::kRecorded);
+  EXPECT_EQ(moving.state.phase, Phase::kStopping);
+  moving.the<StopArm>();
+  EXPECT_EQ(moving.patience_s(), 5.0);
+  Walk standing;
+  standing.to_arming();
+  standing.on(EventKind::kRecorded);
+  EXPECT_EQ(standing.state.phase, Phase::kFailed);
+  standing.the<StopArm>();
+  EXPECT_FALSE(standing.state.deadline);
+  Walk rested;  // the result of a move: it is at rest
+  rested.to_fast_search();
+  rested.on(EventKind::kArmed);
+  EXPECT_EQ(rested.state.phase, Phase::kStopping);
+}
+
+TEST(what_is_known, is_kept_of_links_and_assessments_and_changes_no_deadline) {
+  Walk walk;
+  walk.to_fast_search();
+  const auto deadline = walk.state.deadline;
+  walk.on(EventKind::kAssessed, [](Event& event) { event.residual_m = 0.001; });
+  EXPECT_EQ(walk.state.residual_m, 0.001);
+  walk.on(EventKind::kLinks, [](Event& event) { event.links.contact_words = "words"; });
+  EXPECT_EQ(walk.state.links.contact_words, "words");
+  walk.on(EventKind::kRun, [](Event& event) { event.links.contact_words = "others"; });
+  EXPECT_EQ(walk.state.links.contact_words, "words");
+  EXPECT_EQ(walk.state.residual_m, 0.001);
+  EXPECT_EQ(walk.state.deadline, deadline);
+}
+
+// ---- touches chosen one by one ---------------------------------------------------------------------
+
+struct one_by_one_walk : ::testing::Test {
+  one_by_one_walk() { walk.state.one_by_one = true; }
+  void touch() {
+    walk.contact(0.110, 0.1102);
+    for (int i = 0; i < 2; ++i) {
+      walk.on(EventKind::kArrived);
+      walk.on(EventKind::kArmed);
+      walk.contact(0.110, 0.1102);
+    }
+    walk.on(EventKind::kRecorded);
+  }
+  void next() {
+    walk.on(EventKind::kRouted);
+    walk.on(EventKind::kArrived);
+    walk.on(EventKind::kArrived);
+    walk.on(EventKind::kArmed);
+  }
+  Walk walk{1};
+};
+
+TEST_F(one_by_one_walk, counts_what_is_done_and_what_is_foreseen) {
+  walk.on(EventKind::kRun);
+  walk.on(EventKind::kPlanned);
+  EXPECT_EQ(walk.the<RecordPlan>().touches, 6u);
+  walk.on(EventKind::kLinks);
+  walk.on(EventKind::kLinks);
+  EXPECT_FALSE(walk.the<ChooseTouch>().failed);
+  EXPECT_FALSE(walk.the<ChooseTouch>().in_contact);
+  EXPECT_EQ(walk.patience_s(), 300.0);
+  next();
+  touch();
+  EXPECT_EQ(walk.state.done, 1u);
+  EXPECT_EQ(walk.state.total(), 7u);
+  walk.on(EventKind::kArrived);
+  EXPECT_EQ(walk.state.phase, Phase::kChoosing);
+  walk.the<Assess>();
+  EXPECT_FALSE(walk.the<ChooseTouch>().failed);
+  EXPECT_EQ(walk.patience_s(), 300.0);
+  walk.on(EventKind::kRouted, [](Event& event) { event.stage = "another"; });
+  EXPECT_EQ(walk.state.stage, "another");
+}
+
+TEST_F(one_by_one_walk, ends_when_nothing_is_left_to_choose) {
+  for (const bool home : {true, false}) {
+    Walk last(1);
+    last.state.one_by_one = true;
+    walk = last;
+    walk.to_routing();
+    next();
+    touch();
+    walk.on(EventKind::kArrived);
+    auto none = std::make_shared<calib::Plan>(line_plan(0));
+    if (!home) none->home.clear();
+    walk.on(EventKind::kRouted, [&](Event& event) {
+      event.plan = none;
+      event.progress = {};
+      event.stage = "home";
+    });
+    EXPECT_EQ(walk.the<RecordPlan>().touches, 1u);
+    EXPECT_EQ(walk.the<RecordPlan>().hash, "hash");
+    EXPECT_EQ(walk.state.stage, "home");
+    EXPECT_EQ(walk.state.plan, none);
+    EXPECT_EQ(walk.state.phase, home ? Phase::kReturning : Phase::kIdentifying);
+    if (home) expect_move(walk, MoveKind::kTransit, 0.05, 0.0, kWaypointS);
+  }
+}
+
+TEST_F(one_by_one_walk, replaces_touches_that_could_not_be_made_but_not_for_ever) {
+  walk.to_routing();
+  next();
+  for (int failed = 1; failed <= 2; ++failed) {
+    walk.on(EventKind::kArrived);  // end of travel, no contact
+    expect_move(walk, MoveKind::kRetreat, 0.09, 0.0, kWaypointS);
+    EXPECT_EQ(walk.state.touch_failed, calib::NotMade::kMissed);
+    EXPECT_EQ(walk.state.failed_in_a_row, failed);
+    EXPECT_EQ(walk.state.failed_touches, failed);
+    walk.on(EventKind::kArrived);
+    walk.the<SelfTest>();
+    walk.on(EventKind::kLinks, [](Event& event) { event.links.self_test_ok = false; });
+    EXPECT_EQ(walk.state.phase, Phase::kProving);
+    walk.on(EventKind::kLinks);
+    EXPECT_EQ(walk.the<ChooseTouch>().failed, calib::NotMade::kMissed);
+    EXPECT_EQ(walk.find<Assess>(), nullptr) << "there is nothing new to assess";
+    EXPECT_FALSE(walk.state.touch_failed);
+    next();
+  }
+  walk.on(EventKind::kArrived);
+  EXPECT_EQ(walk.state.phase, Phase::kProving) << "two in a row are no accident";
+}
+
+TEST_F(one_by_one_walk, forgets_failures_in_a_row_with_each_touch_that_was_made) {
+  walk.to_routing();
+  next();
+  for (int failed = 1; failed <= 8; ++failed) {
+    walk.on(EventKind::kArrived);
+    EXPECT_EQ(walk.state.failed_in_a_row, 1);
+    walk.on(EventKind::kArrived);
+    walk.on(EventKind::kLinks);
+    next();
+    touch();
+    EXPECT_EQ(walk.state.failed_in_a_row, 0);
+    walk.on(EventKind::kArrived);
+    next();
+  }
+  walk.on(EventKind::kArrived);
+  EXPECT_EQ(walk.state.phase, Phase::kProving) << "nor are eight in all";
+}
+
+TEST_F(one_by_one_walk, says_of_what_it_met_that_the_touch_failed_and_not_that_nothing_is_there) {
+  walk.to_routing();
+  next();
+  walk.contact(0.110, 0.1102);
+  walk.on(EventKind::kArrived);
+  walk.on(EventKind::kArmed);
+  walk.on(EventKind::kArrived);  // behind a first contact
+  EXPECT_EQ(walk.state.touch_failed, calib::NotMade::kFailed);
+  Walk noisy(1);
+  noisy.state.one_by_one = true;
+  noisy.state.policy.max_revoked = 0;
+  walk = noisy;
+  walk.to_routing();
+  next();
+  walk.on(EventKind::kRevoked, [](Event& event) { event.at_rad = {0.105}; });
+  EXPECT_EQ(walk.state.touch_failed, calib::NotMade::kFailed);
+  EXPECT_EQ(walk.state.phase, Phase::kRetreat);
+}
+
+TEST_F(one_by_one_walk, leaves_a_place_where_it_was_only_looking) {
+  walk.plan->touches[0].may_miss = true;
+  walk.to_routing();
+  next();
+  walk.on(EventKind::kArrived);
+  EXPECT_EQ(walk.state.phase, Phase::kRetreat);
+  EXPECT_EQ(walk.state.touch_failed, calib::NotMade::kMissed);
+  EXPECT_EQ(walk.state.failed_touches, 0);
+}
+
+TEST_F(one_by_one_walk, that_is_resumed_at_a_sphere_says_so_when_it_chooses) {
+  walk.state.resumed = true;
+  walk.on(EventKind::kRun);
+  walk.on(EventKind::kPlanned);
+  const auto touching = [](Event& event) {
+    event.links.in_contact = true;
+    event.links.can_guard_retreat = true;
+  };
+  walk.on(EventKind::kLinks, touching);
+  walk.on(EventKind::kLinks, touching);
+  EXPECT_TRUE(walk.the<ChooseTouch>().in_contact);
+}
+
+TEST_F(one_by_one_walk, ends_at_once_where_all_is_done) {
+  walk.on(EventKind::kRun);
+  walk.on(EventKind::kPlanned, [](Event& event) { event.progress.done = true; });
+  EXPECT_EQ(walk.state.phase, Phase::kIdentifying);
+}
+
+}  // namespace
+}  // namespace cellcal::daemon::testing
