@@ -76,6 +76,11 @@ void Belief::miss(const Vector3d& from, const Vector3d& to) {
     draw_again(std::vector<double>(places_.size(), 1.0));
 }
 
+double Belief::bound_m() const {
+  return has_box_ ? half_box_m_.norm() + std::sqrt(3.0) * kSeenElsewhereM
+                  : kCut * prior_sigma_m_ + kSeenElsewhereM;
+}
+
 bool Belief::is_possible(const Vector3d& place) const {
   for (const auto& [from, to] : missed_)
     if (distance_m(place, from, to) < radius_m_ - kSureM) return false;

@@ -41,6 +41,8 @@ class Belief {
   /// Distance of the farthest possible centre.
   double reach_m(const Eigen::Vector3d& from) const;
   const Eigen::Vector3d& prior_mean() const { return prior_mean_; }
+  /// From there, of the farthest that any lines could ever leave possible.
+  double bound_m() const;
   double prior_sigma_m() const { return prior_sigma_m_; }
 
  private:

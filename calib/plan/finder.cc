@@ -158,8 +158,11 @@ struct Finder::Impl {
     double beyond_m;
   };
   Ball ball_of(const Sought& one) const {
-    // What is left of a wide belief lies to one side, and its mean with it.
+    // Until it was met, all that it may be in, whatever was ruled out: this ball neither moves nor
+    // grows, and the arm, which has left it, stays outside.
     const Vector3d mean = one.belief.mean(), &prior = one.belief.prior_mean();
+    if (one.tips.empty()) return {prior, one.belief.bound_m() + kWrongM};
+    // What is left of a wide belief lies to one side, and its mean with it.
     const double around_mean = one.belief.reach_m(mean), around_prior = one.belief.reach_m(prior);
     return around_prior < around_mean ? Ball{prior, around_prior + kWrongM}
                                       : Ball{mean, around_mean + kWrongM};
