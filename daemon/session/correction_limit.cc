@@ -55,7 +55,7 @@ std::string widen_words(const LimitNeeded& needed) {
 
 std::string beyond_limit_words(const LimitNeeded& needed, double limit_deg) {
   return fmt::format(
-      "{} would go {:.1f} deg from where the arm stands, and correction_limit_deg is {:g}; nothing "
+      "{} would go {:.1f} deg from where the session begins, and correction_limit_deg is {:g}; nothing "
       "has moved: {}",
       needed.axis, needed.turn_deg, limit_deg, widen_words(needed));
 }

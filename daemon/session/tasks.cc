@@ -151,22 +151,21 @@ class Chooser {
       : inputs_(std::move(inputs)), all_(std::move(chosen)) {}
 
   Tasks::Planned begin() {
-    calib::Cell cell = inputs_->cell;
-    if (inputs_->axis_reach_rad) cell.passable = within_reach(cell.passable);
-    const calib::CourseOptions options{inputs_->options.plan, inputs_->options.goal,
-                                       inputs_->options.find};
-    course_.emplace(cell, options, inputs_->made);
-    learnt_ = inputs_->made.size();
+    open_course();
     return {{}, "", course_->progress()};
   }
 
   Tasks::Chosen choose(const ChooseTouch& how, const std::vector<calib::Touch>& touches,
                        const calib::JointVector& from) {
-    if (begin_->empty()) *begin_ = from;
     try {
+      if (begin_->empty()) {
+        *begin_ = from;
+        // The ways that it has found already may lead farther than the controller allows.
+        if (is_bounded()) open_course();
+      }
       return choose_from(how, touches, from);
     } catch (const calib::PlanError& error) {
-      if (!inputs_->axis_reach_rad || *inputs_->axis_reach_rad > kAnyTurnRad) throw;
+      if (!is_bounded()) throw;
       throw calib::PlanError(fmt::format(
           "{}. Besides: correction_limit_deg of [rsi] keeps every axis within {:.0f} deg of where "
           "the session began; a wider one leaves more room",
@@ -177,6 +176,19 @@ class Chooser {
  private:
   static constexpr double kAnyTurnRad = 6.2, kInsideRad = 0.005;
   static constexpr double kDegPerRad = 180.0 / std::numbers::pi;
+
+  bool is_bounded() const {
+    return inputs_->axis_reach_rad && *inputs_->axis_reach_rad < kAnyTurnRad;
+  }
+
+  void open_course() {
+    calib::Cell cell = inputs_->cell;
+    if (is_bounded()) cell.passable = within_reach(cell.passable);
+    const calib::CourseOptions options{inputs_->options.plan, inputs_->options.goal,
+                                       inputs_->options.find};
+    course_.emplace(cell, options, inputs_->made);
+    learnt_ = inputs_->made.size();
+  }
 
   /// No posture farther from where the session began, once that is known, than the controller
   /// allows.
@@ -222,10 +234,11 @@ class Chooser {
 };
 
 /// Before the first move: the driver would refuse the first one that goes too far, in mid-session.
+/// `begin`: where the arm stood when the controller's session began; a retry goes on in the same.
 void refuse_beyond_reach(const TaskInputs& inputs, const calib::Plan& plan, std::size_t next,
-                         const calib::JointVector& from) {
+                         const calib::JointVector& begin) {
   if (!inputs.axis_reach_rad) return;
-  const LimitNeeded needed = limit_needed(plan, inputs.cell.robot, from, next);
+  const LimitNeeded needed = limit_needed(plan, inputs.cell.robot, begin, next);
   const double limit_deg = *inputs.axis_reach_rad * 180.0 / std::numbers::pi;
   if (needed.turn_deg > limit_deg) throw calib::PlanError(beyond_limit_words(needed, limit_deg));
 }
@@ -253,11 +266,13 @@ Tasks make_tasks(TaskInputs given) {
       return planned;
     };
   }
-  tasks.route = [inputs](const calib::Plan& plan, std::size_t next,
-                         const calib::JointVector& from) {
+  const auto begin = std::make_shared<calib::JointVector>();  // of the controller's session
+  tasks.route = [inputs, begin](const calib::Plan& plan, std::size_t next,
+                                const calib::JointVector& from) {
     calib::Plan routed = calib::resume_plan(inputs->cell, plan, next, from);
     check(routed, inputs->cell.robot.joints.size());
-    refuse_beyond_reach(*inputs, routed, next, from);
+    if (begin->empty()) *begin = from;
+    refuse_beyond_reach(*inputs, routed, next, *begin);
     return routed;
   };
   tasks.assess = [inputs](const std::vector<calib::Touch>& touches) {
