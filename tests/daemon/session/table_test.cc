@@ -269,7 +269,7 @@ TEST_P(every_pair, drops_results_of_earlier_moves_and_armings) {
 TEST(a_failure_in_words, says_once_what_the_driver_has_said) {
   Event touched = event_of_kind(EventKind::kUnexpectedContact);
   touched.words = "contact outside of a search: look for an obstacle in the path";
-  const State end = step(state_in(Phase::kTransit, false), touched).state;
+  const State end = step(state_in(Phase::kTransit, {}), touched).state;
   ASSERT_TRUE(end.failure);
   const std::string& words = end.failure->detail;
   const std::string said = "contact outside of a search";
