@@ -167,7 +167,10 @@ std::string refusal_words(const ArmAnswer& a) {
 std::string end_words(const ContactFacts& f) {
   switch (f.last_arm_end) {
     case ArmEnd::kDeliveredLate:
-      return "the last arming ended: " + late_words(f);
+      return fmt::format(
+          "the last arming ended by bytes that came {:.0f} ms late on this computer (limit {:.0f} "
+          "ms)",
+          f.delivered_late_s * 1e3, f.late_limit_s * 1e3);
     case ArmEnd::kSilence:
       return "the last arming ended because no heartbeat came within 25 ms";
     case ArmEnd::kExpired:
