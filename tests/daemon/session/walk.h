@@ -36,6 +36,7 @@ class Walk {
     Step next = step(state, event);
     state = std::move(next.state);
     actions = std::move(next.actions);
+    if (const CheckJournal* check = find<CheckJournal>()) journal_sound(check->move_id);
     return *this;
   }
   /// At rest after it was met.
@@ -90,6 +91,17 @@ class Walk {
   double patience_s() const {
     EXPECT_TRUE(state.deadline);
     return state.deadline ? std::chrono::duration<double>(*state.deadline - at).count() : -1.0;
+  }
+
+  /// All is on disk that was recorded before this move.
+  void journal_sound(std::uint32_t move_id) {
+    Event event;
+    event.kind = EventKind::kJournalSound;
+    event.at = at;
+    event.move_id = move_id;
+    Step next = step(state, event);
+    state = std::move(next.state);
+    for (Action& action : next.actions) actions.push_back(std::move(action));
   }
 
   State state;

@@ -123,6 +123,8 @@ TEST(a_walk, through_one_touch_and_home) {
   walk.on(EventKind::kReported);
   EXPECT_EQ(walk.the<RecordEnd>().ending, Ending::kDone);
   EXPECT_EQ(walk.the<RecordEnd>().failure, "");
+  EXPECT_EQ(walk.patience_s(), 10.0);
+  walk.on(EventKind::kRecorded);
   EXPECT_EQ(walk.state.phase, Phase::kDone);
   EXPECT_FALSE(walk.state.deadline);
 }

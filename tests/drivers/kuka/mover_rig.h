@@ -29,7 +29,7 @@ class MoverRig {
     ipoc += static_cast<std::uint32_t>(1000 * cycle_s);
     record.push(now, ipoc, arm(commanded), commanded);
     mover.listen(now);
-    const auto result = mover.step({now, cycle_s, 0.001, advance, heard}, commanded);
+    const auto result = mover.step({now, cycle_s, {0.001, true}, advance, heard}, commanded);
     record.set_commanded(commanded);
     return result;
   }
