@@ -218,6 +218,8 @@ Cell read_cell(const TomlTable& document, Robot robot) {
   }
   cell.obstacles = read_obstacles(document);
   if (document.has("floor_mm")) cell.floor_m = document.number("floor_mm", kLengthMm) / kMmPerM;
+  if (document.has("required_mm"))
+    cell.required_m = document.number("required_mm", {1e-3, 1e3}) / kMmPerM;
   const TomlTable touch = document.table("touch");
   cell.touch_sigma_m = touch.number("sigma_mm", {1e-9, 1e3}) / kMmPerM;
   cell.radius_offset_sigma_m = touch.number_or("radius_offset_sigma_mm", 0.0, kSigmaMm) / kMmPerM;
@@ -252,11 +254,13 @@ Cell load_cell(const std::filesystem::path& path) {
 std::string cell_to_toml(const Cell& cell, const std::string& robot_reference) {
   const FrameMmDeg tcp = to_frame(cell.tool.tcp);
   std::string out = fmt::format(
-      "format = \"{}\"\nrobot = {}\n{}\n[tool]\nxyz_mm = [{}, {}, {}]\nabc_deg = [{}, {}, {}]\n"
+      "format = \"{}\"\nrobot = {}\n{}{}\n[tool]\nxyz_mm = [{}, {}, {}]\nabc_deg = [{}, {}, {}]\n"
       "xyz_sigma_mm = {}\nmass_kg = {}\ncom_mm = {}\nlength_mm = {}\ntip_radius_mm = {}\n"
       "deflection_sigma = {}\n{}",
       kFormat, toml_string(robot_reference),
       cell.floor_m ? fmt::format("floor_mm = {}\n", toml_number(*cell.floor_m * kMmPerM)) : "",
+      cell.required_m ? fmt::format("required_mm = {}\n", toml_number(*cell.required_m * kMmPerM))
+                      : "",
       toml_number(tcp.xyz_mm[0]), toml_number(tcp.xyz_mm[1]), toml_number(tcp.xyz_mm[2]),
       toml_number(tcp.abc_deg[0]), toml_number(tcp.abc_deg[1]), toml_number(tcp.abc_deg[2]),
       vec_mm(cell.tool.tcp_sigma_m), toml_number(cell.tool.mass_kg), vec_mm(cell.tool.com_m),

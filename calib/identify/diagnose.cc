@@ -335,6 +335,30 @@ void tell(const std::vector<std::string>& causes, Calibration& calibration) {
   for (const std::string& cause : causes) at = reasons.insert(at, "likely cause: " + cause) + 1;
 }
 
+/// Whether the touches show, or may show, an error of the arm that the model lacks.
+bool shows_discrepancy(const Calibration& c) {
+  constexpr double kNothingM = 2e-6;  // of touches free of noise, steps of the solver are alike
+  constexpr double kAlike = 6.0;      // sigmas; arms whose gears are as bad as published stay below
+  if (c.touch_noise_m < kNothingM) return false;
+  constexpr double kTooMuch = 4.0;
+  return c.discrepancy.alike > kAlike || c.chi2_per_dof > kTooMuch;
+}
+
+/// Where nothing else explains what the touches leave: with the model's own error estimated.
+/// What is withheld either way is told as it was.
+Calibration with_discrepancy(const Cell& cell, const std::vector<Touch>& touches,
+                             IdentifyOptions options, Calibration stated) {
+  if (options.level || options.with_discrepancy || !shows_discrepancy(stated)) return stated;
+  options.with_discrepancy = true;
+  try {
+    Calibration estimated = identify_as_stated(cell, touches, options);
+    estimated.discrepancy.alike = stated.discrepancy.alike;
+    if (estimated.verdict.publish || stated.verdict.publish) return estimated;
+  } catch (const IdentifyError&) {
+  }
+  return stated;
+}
+
 }  // namespace
 
 std::vector<std::string> likely_causes(const Cell& cell, const std::vector<Touch>& touches) {
@@ -385,6 +409,8 @@ Calibration identify(const Cell& cell, const std::vector<Touch>& touches,
       for (const Cause& cause : causes) words.push_back(cause.words);
       tell(words, calibration);
     }
+    if (calibration.moved.empty() && causes.empty())
+      calibration = with_discrepancy(cell, touches, options, std::move(calibration));
     if (!calibration.verdict.publish && calibration.moved.empty() && causes.empty())
       if (const std::string words = scattered_words(cell, touches); !words.empty())
         tell({words}, calibration);

@@ -79,8 +79,14 @@ class Problem {
                   double* by_target, Eigen::Vector3d* direction = nullptr) const;
   /// Touch noise with the joints' ripple in it.
   double sigma_m(std::size_t touch) const { return sigma_m_[touch]; }
+  /// The same with another ripple.
+  double sigma_m(std::size_t touch, double ripple_rad) const;
   /// Touch noise alone.
   double own_sigma_m(std::size_t touch) const { return own_sigma_m_[touch]; }
+  /// An error of the arm beside the model, this much in each direction at every touch
+  /// (discrepancy.h); the noise of all touches becomes `noise_factor` times what it was.
+  void set_field(double field_m, double noise_factor);
+  double field_m() const { return field_m_; }
   /// Another ripple from here on.
   void set_ripple(double ripple_rad);
   /// Touches that were made `times` times at one place share its ripple: their mean has one, so
@@ -124,6 +130,7 @@ class Problem {
   std::vector<Length> lengths_;
   std::vector<int> block_of_target_;
   double ripple_rad_ = 0.0;
+  double field_m_ = 0.0;
   int shared_size_ = 0;
   int rho_ = -1;
   void add_target(std::size_t target);

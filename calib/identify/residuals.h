@@ -7,8 +7,9 @@
 namespace cellcal::calib {
 
 /// Fills residuals, before, after, check_before and check of the calibration. `outlier` per touch;
-/// outliers are in no summary. Before: the nominal arm with a stiff tool, and the sphere that fits
-/// its fit touches best.
+/// outliers are in no summary. Before: the nominal arm with a stiff tool, and all that is not the
+/// arm's fault as its fit touches put it: the targets' places and radii, the radius offset, and the
+/// tool's tip as far as the cell file leaves it open (xyz_sigma_mm).
 void fill_residuals(const Problem& problem, const Eigen::VectorXd& x_si,
                     const std::vector<bool>& outlier, Calibration& calibration);
 

@@ -23,6 +23,9 @@ struct Trial {
   double outlier_share = 0.02;    ///< of the fit touches
   bool outliers_dropped = false;  ///< before the estimate: what could be had at best
   bool masses_stated = true;      ///< in the robot file
+  double noise_m = 0.0;           ///< of a touch; 0: as stated
+  double play_arcsec = 0.0, field_m = 0.0;  ///< what the model lacks (true_arm.h)
+  int repeated = 0;                         ///< of the fit touches, so many are made four times
 };
 
 /// M1 to M4 of the method; m and shares.
@@ -31,7 +34,8 @@ struct Outcome {
   double rms = 0, u95 = 0;  ///< over the postures of M3: of the error, and mean
   double rho_error = 0, predicted_m3 = 0;
   double planned_m3 = 0, minutes = 0;  ///< what the plan predicted
-  bool published = false;
+  double nominal_m3 = 0, field = 0, alike = 0;  ///< as the estimator foresees and says
+  bool published = false, estimated = false;
   std::string why_not;
 };
 
