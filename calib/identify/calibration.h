@@ -55,7 +55,8 @@ struct ResidualSummary {
 };
 
 /// One touch under the result, for the report. `before` is with nominal robot and stiff tool,
-/// and with targets, radius offset and an uncertain tool as they fit it best; `after` with the calibrated one. Signed along the constraint.
+/// and with targets, radius offset and an uncertain tool as they fit it best; `after` with the
+/// calibrated one. Signed along the constraint.
 struct TouchResidual {
   std::size_t touch = 0;  ///< index into the touches given
   double before_m = 0.0, after_m = 0.0;
@@ -86,12 +87,12 @@ struct RepeatedTouches {
   double used_m = 0.0;  ///< noise that touches without their own were weighed by; 0: not known
 };
 
-/// What the model does not explain and repeats do not show (discrepancy.h): an error of the tip that
-/// differs from place to place, and no number of touches averages away.
+/// What the model does not explain and repeats do not show (discrepancy.h): an error of the tip
+/// that differs from place to place, and no number of touches averages away.
 struct Discrepancy {
   double sigma_m = 0.0;  ///< 1 sigma of each component; 0: none
-  /// How far it reaches: correlation length, as an angle of the joint that moves the tip most. 0: it
-  /// was not seen to reach from touch to touch.
+  /// How far it reaches: correlation length, as an angle of the joint that moves the tip most. 0:
+  /// it was not seen to reach from touch to touch.
   double reach_rad = 0.0;
   double noise_m = 0.0;  ///< rms noise of a touch beside it; 0: as weighed without it
   /// By how many sigmas residuals of like postures are alike, the fit's own likeness aside.

@@ -12,6 +12,7 @@
 #include "calib/files/error.h"
 #include "calib/identify/attempt.h"
 #include "calib/identify/causes.h"
+#include "calib/identify/discrepancy.h"
 #include "calib/identify/identify.h"
 #include "calib/identify/jump.h"
 #include "calib/identify/labels.h"
@@ -20,6 +21,7 @@
 #include "calib/identify/outliers.h"
 #include "calib/identify/sizes.h"
 #include "calib/identify/target_place.h"
+#include "calib/identify/verdict.h"
 
 namespace cellcal::calib {
 
@@ -337,11 +339,11 @@ void tell(const std::vector<std::string>& causes, Calibration& calibration) {
 
 /// Whether the touches show, or may show, an error of the arm that the model lacks.
 bool shows_discrepancy(const Calibration& c) {
-  constexpr double kNothingM = 2e-6;  // of touches free of noise, steps of the solver are alike
-  constexpr double kAlike = 6.0;      // sigmas; arms whose gears are as bad as published stay below
-  if (c.touch_noise_m < kNothingM) return false;
-  constexpr double kTooMuch = 4.0;
-  return c.discrepancy.alike > kAlike || c.chi2_per_dof > kTooMuch;
+  constexpr double kTooMuch = 4.0, kTooMuchBesideRepeats = 2.0, kEnoughRepeats = 5.0;
+  const bool measured = c.repeats.degrees_of_freedom >= kEnoughRepeats;
+  return c.touch_noise_m > kNothingM &&
+         (c.discrepancy.alike > kFieldSigmas ||
+          c.chi2_per_dof > (measured ? kTooMuchBesideRepeats : kTooMuch));
 }
 
 /// Where nothing else explains what the touches leave: with the model's own error estimated.
@@ -354,6 +356,9 @@ Calibration with_discrepancy(const Cell& cell, const std::vector<Touch>& touches
     Calibration estimated = identify_as_stated(cell, touches, options);
     estimated.discrepancy.alike = stated.discrepancy.alike;
     if (estimated.verdict.publish || stated.verdict.publish) return estimated;
+    for (const std::string& reason : estimated.verdict.reasons)
+      if (!is_note(reason))
+        stated.verdict.reasons.push_back("model error: with it estimated, too, there is " + reason);
   } catch (const IdentifyError&) {
   }
   return stated;

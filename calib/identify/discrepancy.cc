@@ -5,14 +5,17 @@
 #include <cmath>
 #include <limits>
 
+#include "calib/files/error.h"
+
 namespace cellcal::calib {
 
 namespace {
 
 /// Correlation lengths that are tried: a tenth of a radian is a hand's breadth at a metre.
 constexpr double kReachesRad[] = {0.1, 0.3, 1.0};
-/// Nearer than this is the same posture.
-constexpr double kSamePlaceRad = 2e-3;
+/// About this near is the same posture, over which also what is rough hardly changes. A step there
+/// instead of a bell would make a correlation that none can have.
+constexpr double kSamePlaceRad = 5e-3;
 /// Shares of the field that differ from posture to posture, however near.
 constexpr double kRough[] = {0.0, 0.5, 1.0};
 /// Rows that say how large it is; more would say it more exactly than anybody needs.
@@ -83,8 +86,8 @@ Eigen::MatrixXd correlation_of(const Eigen::MatrixXd& apart, const std::vector<R
   for (Eigen::Index a = 0; a < k.rows(); ++a)
     for (Eigen::Index b = 0; b <= a; ++b) {
       const double d = apart(a, b);
-      const double alike =
-          d < kSamePlaceRad ? 1.0 : rough < 1.0 ? (1.0 - rough) * std::exp(-d / reach_rad) : 0.0;
+      double alike = rough * std::exp(-0.5 * std::pow(d / kSamePlaceRad, 2));
+      if (rough < 1.0) alike += (1.0 - rough) * std::exp(-d / reach_rad);
       k(a, b) = k(b, a) = alike * rows[static_cast<std::size_t>(a)].along.dot(
                                       rows[static_cast<std::size_t>(b)].along);
     }
@@ -207,10 +210,10 @@ Sizes sizes_of(const Problem& problem, const Eigen::VectorXd& u, const Eigen::Ma
       }
     }
   if (tried.empty()) return {};
-  const double best = std::max_element(tried.begin(), tried.end(), [](const Tried& a,
-                                                                      const Tried& b) {
-                        return a.log_likelihood < b.log_likelihood;
-                      })->log_likelihood;
+  const double best =
+      std::max_element(tried.begin(), tried.end(), [](const Tried& a, const Tried& b) {
+        return a.log_likelihood < b.log_likelihood;
+      })->log_likelihood;
   Sizes mean{0.0, 0.0, 0.0, 1.0};
   double sum = 0.0, most = 0.0, own_kernel = 0.0;
   for (std::size_t i = 0; i < tried.size(); ++i) {
@@ -246,7 +249,10 @@ Eigen::MatrixXd together(const Problem& problem, const Eigen::VectorXd& u,
     weight[k] = 1.0 / problem.sigma_m(touch);
   }
   v = weight.asDiagonal() * v * weight.asDiagonal();
-  return Eigen::LLT<Eigen::MatrixXd>(v).matrixL();
+  const Eigen::LLT<Eigen::MatrixXd> factor(v);
+  if (factor.info() != Eigen::Success)
+    throw IdentifyError("what the model lacks cannot be told from noise");
+  return factor.matrixL();
 }
 
 std::vector<std::size_t> spread_over(const std::vector<bool>& use) {
@@ -254,8 +260,7 @@ std::vector<std::size_t> spread_over(const std::vector<bool>& use) {
   for (std::size_t i = 0; i < use.size(); ++i)
     if (use[i]) all.push_back(i);
   if (all.size() <= kMostTouches) return all;
-  for (std::size_t k = 0; k < kMostTouches; ++k)
-    some.push_back(all[k * all.size() / kMostTouches]);
+  for (std::size_t k = 0; k < kMostTouches; ++k) some.push_back(all[k * all.size() / kMostTouches]);
   return some;
 }
 
@@ -365,8 +370,7 @@ Discrepancy estimate_together(Problem& problem, const IdentifyOptions& options,
   std::vector<std::size_t> used;
   for (std::size_t i = 0; i < e.use.size(); ++i)
     if (e.use[i]) used.push_back(i);
-  const Sizes sizes =
-      sizes_of(problem, e.u, postures, some_of(problem, postures, used), measured);
+  const Sizes sizes = sizes_of(problem, e.u, postures, some_of(problem, postures, used), measured);
   problem.set_field(sizes.field_m, sizes.noise_factor);
   for (int round = 0; round < kRounds; ++round) {
     solve_together(problem, postures, sizes, e);

@@ -93,7 +93,8 @@ std::vector<JointVector> poses_near_targets(const Problem& problem,
   return local_poses(problem.arm(), around, centres, kLocalHalfM, count, kRegionSeed);
 }
 
-/// Whitened residuals of the touches, each by its own sigma, whether or not their errors go together.
+/// Whitened residuals of the touches, each by its own sigma, whether or not their errors go
+/// together.
 Eigen::VectorXd residuals_alone(const Posterior& posterior) {
   const auto r = posterior.linear.residual.head(posterior.linear.length_row);
   if (posterior.together.size() == 0) return r;
@@ -214,7 +215,8 @@ Calibration identify_as_stated(const Cell& cell, const std::vector<Touch>& touch
   calibration.repeats = {repeats.touches, repeats.scatter_m, repeats.degrees_of_freedom,
                          repeats.used_m};
   if (!together && !options.level) {
-    calibration.discrepancy.alike = alike_sigmas(problem, e, calibration.chi2_per_dof);
+    if (calibration.touch_noise_m > kNothingM)
+      calibration.discrepancy.alike = alike_sigmas(problem, e, calibration.chi2_per_dof);
     calibration.discrepancy.sigma_m =
         untold_field_m(problem, e, repeats, calibration.touch_noise_m);
   }
@@ -284,7 +286,8 @@ Calibration identify_as_stated(const Cell& cell, const std::vector<Touch>& touch
   // Asked for before: what the arm does beside the model looks like moves and jumps.
   if (!together) calibration.moved = suspected_moves(problem, e, calibration.chi2_per_dof);
   // A level that was asked for may lack what the arm does, and that looks like jumps.
-  if (!options.level && !together) calibration.jumped = suspected_jump(problem, e, calibration.chi2_per_dof);
+  if (!options.level && !together)
+    calibration.jumped = suspected_jump(problem, e, calibration.chi2_per_dof);
   calibration.verdict = judge(problem, calibration);
   return calibration;
 }

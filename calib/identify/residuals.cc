@@ -74,8 +74,8 @@ std::vector<int> beside_the_arm(const Problem& problem) {
 }
 
 /// The nominal arm with all that is not its fault where its fit touches put it best; `x_si` has the
-/// targets there already, which is all where nothing else is open. A touch of a nominal arm is worth
-/// a millimetre; against that counts what the cell file states of the others.
+/// targets there already, which is all where nothing else is open. A touch of a nominal arm is
+/// worth a millimetre; against that counts what the cell file states of the others.
 void fit_beside_the_arm(const Problem& problem, const std::vector<bool>& outlier,
                         Eigen::VectorXd& x_si) {
   constexpr double kWorthM = 1e-3;
@@ -113,7 +113,8 @@ void fit_beside_the_arm(const Problem& problem, const std::vector<bool>& outlier
     }
     const Eigen::VectorXd step = information.ldlt().solve(pull);
     if (!step.allFinite()) return;
-    for (Eigen::Index k = 0; k < step.size(); ++k) u[beside[static_cast<std::size_t>(k)]] -= step[k];
+    for (Eigen::Index k = 0; k < step.size(); ++k)
+      u[beside[static_cast<std::size_t>(k)]] -= step[k];
     if (step.lpNorm<Eigen::Infinity>() < kSettled) break;
   }
   x_si = problem.to_si(u);

@@ -26,7 +26,7 @@ struct Said {
   double sigma_m = 0.0;             ///< of one touch, summed
   int touches = 0;
 
-  Eigen::VectorXd rows;             ///< a, where the touches' errors go together
+  Eigen::VectorXd rows;  ///< a, where the touches' errors go together
 
   void add(const Problem& problem, const Posterior& posterior, std::size_t touch, int row) {
     const Linearisation& linear = posterior.linear;

@@ -231,28 +231,30 @@ void judge_predicted(const Problem& problem, const Calibration& c, bool workspac
   const double required_m = problem.cell().required_m.value_or(kRequiredM);
   if (predicted_m > required_m)
     blocking.push_back(fmt::format(
-        "required: {:.2f} mm predicted {}, {:.2f} mm {}; make more touches in postures more unlike, "
+        "required: {:.2f} mm predicted {}, {:.2f} mm {}; make more touches in postures more "
+        "unlike, "
         "or state a larger required_mm",
         predicted_m * 1e3, where, required_m * 1e3,
         problem.cell().required_m ? "required by the cell file (required_mm)"
                                   : "allowed where the cell file states no required_mm"));
   if (predicted_m > kOfNominal * nominal_m)
-    blocking.push_back(fmt::format(
-        "no gain: {:.2f} mm predicted {}, {:.2f} mm with the nominal arm ({:.0f} %, at most {:.0f} % "
-        "is a gain); make more touches in postures more unlike",
-        predicted_m * 1e3, where, nominal_m * 1e3, 100.0 * predicted_m / nominal_m,
-        100.0 * kOfNominal));
+    blocking.push_back(
+        fmt::format("no gain: {:.2f} mm predicted {}, {:.2f} mm with the nominal arm ({:.0f} %, at "
+                    "most {:.0f} % "
+                    "is a gain); make more touches in postures more unlike",
+                    predicted_m * 1e3, where, nominal_m * 1e3, 100.0 * predicted_m / nominal_m,
+                    100.0 * kOfNominal));
 }
 
 /// What was gained, of a result that may be used.
 std::string gain_words(const Problem& problem, const Calibration& c, bool workspace) {
   const double predicted_m = workspace ? c.predicted_m3_m : c.predicted_m2_m;
   const double nominal_m = workspace ? c.nominal_m3_m : c.nominal_m2_m;
-  return fmt::format("gain: {:.2f} mm predicted {}, {:.2f} mm with the nominal arm ({:.0f} %); {:.2f} mm {}",
-                     predicted_m * 1e3, workspace ? "over the workspace" : "near the targets",
-                     nominal_m * 1e3, 100.0 * predicted_m / nominal_m,
-                     problem.cell().required_m.value_or(kRequiredM) * 1e3,
-                     problem.cell().required_m ? "required" : "allowed (required_mm not stated)");
+  return fmt::format(
+      "gain: {:.2f} mm predicted {}, {:.2f} mm with the nominal arm ({:.0f} %); {:.2f} mm {}",
+      predicted_m * 1e3, workspace ? "over the workspace" : "near the targets", nominal_m * 1e3,
+      100.0 * predicted_m / nominal_m, problem.cell().required_m.value_or(kRequiredM) * 1e3,
+      problem.cell().required_m ? "required" : "allowed (required_mm not stated)");
 }
 
 /// What the model does not explain: how much, and what tells it from noise. Empty where there is
@@ -270,22 +272,23 @@ std::string model_error_words(const Problem& problem, const Calibration& c) {
         measured ? fmt::format("repeated ones by {:.3f} mm", c.repeats.scatter_m * 1e3)
                  : std::string("no repeats show that it is noise"),
         d.sigma_m * 1e3,
-        measured ? "More touches do not reduce it"
-                 : "Touch five places four times each: what repeats scatter is noise, and leaves the "
-                   "bounds");
+        measured
+            ? "More touches do not reduce it"
+            : "Touch five places four times each: what repeats scatter is noise, and leaves the "
+              "bounds");
   return fmt::format(
       "model error: {:.3f} mm (1 sigma, each direction) that the model does not explain, beside a "
       "touch noise of {:.3f} mm{}{}; it is in every bound, and more touches do not reduce it{}",
-      d.sigma_m * 1e3, d.noise_m * 1e3,
-      measured ? " (repeats)" : "",
+      d.sigma_m * 1e3, d.noise_m * 1e3, measured ? " (repeats)" : "",
       d.reach_rad > 0.0
           ? fmt::format(", alike over {:.0f} deg of the main axes", d.reach_rad * kDegPerRad)
           : std::string(),
-      measured ? ""
-               : fmt::format(". Touch five places four times each to measure the noise, and state "
-                             "in sigma_mm ({:.3f}) what the instrument repeats to, not what the fit "
-                             "leaves",
-                             problem.cell().touch_sigma_m * 1e3));
+      measured
+          ? ""
+          : fmt::format(". Touch five places four times each to measure the noise, and state "
+                        "in sigma_mm ({:.3f}) what the instrument repeats to, not what the fit "
+                        "leaves",
+                        problem.cell().touch_sigma_m * 1e3));
 }
 
 /// Two certificates of one length; all else is too uncertain to say which of them is wrong.
@@ -415,12 +418,12 @@ std::string unchecked_scale(const Calibration& c, std::size_t holding) {
 
 /// Why the result claims nothing away from the targets, and what would hold the scale.
 std::string near_targets_words(const Problem& problem, const std::vector<int>& loose) {
-  const bool sized = std::any_of(
-      problem.blocks().begin(), problem.blocks().end(), [&](const TargetBlock& block) {
+  const bool sized =
+      std::any_of(problem.blocks().begin(), problem.blocks().end(), [&](const TargetBlock& block) {
         return problem.cell().targets[block.target].kind == TargetKind::kSphere;
       });
-  const bool centred = std::any_of(
-      problem.blocks().begin(), problem.blocks().end(), [&](const TargetBlock& block) {
+  const bool centred =
+      std::any_of(problem.blocks().begin(), problem.blocks().end(), [&](const TargetBlock& block) {
         return has_a_centre(problem.cell().targets[block.target].kind);
       });
   const std::string why =
@@ -432,10 +435,11 @@ std::string near_targets_words(const Problem& problem, const std::vector<int>& l
   return fmt::format(
       "scope: {}, so only the {} the scale; the result claims nothing away from the targets. {}",
       why, sized ? "size of the spheres holds" : "drawing's tolerances hold",
-      !loose.empty()  ? "Touch each target from more sides"
-      : centred ? "Touch two targets at a certified distance"
-                : "Add two targets with centres at a certified distance (spheres, points), or readings "
-                  "of a tracker or a long wire");
+      !loose.empty() ? "Touch each target from more sides"
+      : centred
+          ? "Touch two targets at a certified distance"
+          : "Add two targets with centres at a certified distance (spheres, points), or readings "
+            "of a tracker or a long wire");
 }
 
 /// Targets of the cell file without a touch; empty where there are none.
@@ -579,10 +583,10 @@ Verdict judge(const Problem& problem, const Calibration& c) {
         : target.kind == TargetKind::kWire
             ? "pulled {} in directions too much alike; measure from more sides"
             : "touched {} in directions too much alike; touch it from more sides";
-    blocking.push_back(
-        fmt::format("too few directions: {} was {}", target.id,
-                    fmt::format(fmt::runtime(what), fmt::format("{} time{}", used.size(),
-                                                                used.size() == 1 ? "" : "s"))));
+    blocking.push_back(fmt::format(
+        "too few directions: {} was {}", target.id,
+        fmt::format(fmt::runtime(what),
+                    fmt::format("{} time{}", used.size(), used.size() == 1 ? "" : "s"))));
   }
   judge_lengths(c, blocking);
   judge_sizes(c, blocking);

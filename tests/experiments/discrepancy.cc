@@ -1,5 +1,5 @@
-// Is the bound honest where the stated touch sigma is not what it seems, and where the arm does what
-// the model lacks? Coverage over postures that no touch was near, beside the error foreseen.
+// Is the bound honest where the stated touch sigma is not what it seems, and where the arm does
+// what the model lacks? Coverage over postures that no touch was near, beside the error foreseen.
 
 #include <fmt/format.h>
 
@@ -60,9 +60,11 @@ void run(const calib::Robot& robot, Trial trial, const Row& row, int robots, std
     ++arms;
     if (each) fmt::print("   alike {:.1f}", o->alike);
     if (each)
-      fmt::print("    {}: M4 {:.1f} %, M3 {:.3f} mm, predicted {:.3f}, nominal {:.2f}, field {:.3f}{} {}\n", k,
-                 100 * o->m4, 1e3 * o->m3, 1e3 * o->predicted_m3, 1e3 * o->nominal_m3,
-                 1e3 * o->field, o->estimated ? " estimated" : "", o->why_not);
+      fmt::print(
+          "    {}: M4 {:.1f} %, M3 {:.3f} mm, predicted {:.3f}, nominal {:.2f}, field {:.3f}{} "
+          "{}\n",
+          k, 100 * o->m4, 1e3 * o->m3, 1e3 * o->predicted_m3, 1e3 * o->nominal_m3, 1e3 * o->field,
+          o->estimated ? " estimated" : "", o->why_not);
     if (!o->published) {
       reasons += "      withheld: " + o->why_not + "\n";
       continue;
@@ -75,10 +77,12 @@ void run(const calib::Robot& robot, Trial trial, const Row& row, int robots, std
     found.push_back(1e3 * o->m3);
     field.push_back(1e3 * o->field);
   }
-  fmt::print("{:20} {:16} {:>7} {:5d} {:6d}/{:<3d} {:6d} {:8.1f} {:6.1f} {:9.3f} {:6.3f} {:7.3f} {:8.2f}\n{}",
-             row.arm.name, row.stated, row.repeated > 0 ? fmt::format("{} x 4", row.repeated) : "none",
-             trial.fit, published, arms, estimated, 100 * median(cover), 100 * least(cover),
-             median(predicted), median(found), median(field), median(ratio), each ? reasons : "");
+  fmt::print(
+      "{:20} {:16} {:>7} {:5d} {:6d}/{:<3d} {:6d} {:8.1f} {:6.1f} {:9.3f} {:6.3f} {:7.3f} "
+      "{:8.2f}\n{}",
+      row.arm.name, row.stated, row.repeated > 0 ? fmt::format("{} x 4", row.repeated) : "none",
+      trial.fit, published, arms, estimated, 100 * median(cover), 100 * least(cover),
+      median(predicted), median(found), median(field), median(ratio), each ? reasons : "");
   std::fflush(stdout);
 }
 
@@ -94,7 +98,9 @@ int main(int argc, char** argv) {
     CLI::App app(
         "Coverage of unseen postures where the touch sigma or the model is not right.\n"
         "Example: discrepancy --robots 20");
-    app.add_option("--robots", robots, "Per line")->capture_default_str()->check(CLI::Range(1, 500));
+    app.add_option("--robots", robots, "Per line")
+        ->capture_default_str()
+        ->check(CLI::Range(1, 500));
     app.add_option("--seed", seed, "")->capture_default_str();
     app.add_option("--touches", fits, "Fit touches")->capture_default_str();
     app.add_option("--arm", only, "Only arms whose name begins so");
@@ -114,7 +120,8 @@ int main(int argc, char** argv) {
           for (const Row& row : {Row{arm, "right", kNoiseM, repeated},
                                  Row{arm, "whole misfit", arm.misfit_m, repeated},
                                  Row{arm, "5 times too small", kNoiseM / 5.0, repeated}})
-            if (std::string(row.stated).starts_with(sigma)) run(robot, trial, row, robots, seed, each);
+            if (std::string(row.stated).starts_with(sigma))
+              run(robot, trial, row, robots, seed, each);
         }
     return 0;
   } catch (const std::exception& e) {

@@ -80,7 +80,8 @@ Outcome judged(const World& world, const std::vector<calib::Touch>& touches) {
   o.field = c.discrepancy.sigma_m;
   o.estimated = c.discrepancy.estimated;
   o.alike = c.discrepancy.alike;
-  if (!o.published) for (const auto& r : c.verdict.reasons) o.why_not += " | " + r.substr(0, 60);
+  if (!o.published)
+    for (const auto& r : c.verdict.reasons) o.why_not += " | " + r.substr(0, 160);
   double rms = 0, u95 = 0;
   std::vector<calib::JointVector> around;
   for (const auto& t : touches) around.push_back(t.joint_rad);
@@ -135,7 +136,8 @@ std::optional<Outcome> run(const calib::Robot& robot, const Trial& trial, std::u
       touches.push_back(std::move(*t));
   }
   constexpr int kTimes = 4;
-  for (int k = 0, made = 0; made < trial.repeated && k < static_cast<int>(plan.touches.size()); ++k) {
+  for (int k = 0, made = 0; made < trial.repeated && k < static_cast<int>(plan.touches.size());
+       ++k) {
     // Spread over the session.
     const auto& planned = plan.touches[static_cast<std::size_t>(k) * 7 % plan.touches.size()];
     if (planned.set != calib::TouchSet::kFit) continue;

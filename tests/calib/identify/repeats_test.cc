@@ -121,7 +121,8 @@ TEST(Repeats, ThatScatterFarLessThanStatedAreBelievedAlone) {
   cell.touch_sigma_m = 0.22e-3;
   const auto touches = repeated(5, 4, 2e-5);
   const ArmModel arm(cell.robot, cell.tool);
-  const Repeats repeats = find_repeats(Problem(cell, arm, touches, starting_places(cell, arm, touches)));
+  const Repeats repeats =
+      find_repeats(Problem(cell, arm, touches, starting_places(cell, arm, touches)));
   EXPECT_EQ(repeats.used_m, repeats.scatter_m);
   EXPECT_LT(repeats.used_m, 4e-5);
 }
