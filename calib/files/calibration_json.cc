@@ -203,6 +203,15 @@ std::string calibration_to_json(const Calibration& c) {
                                    {"value", std::round(pair.correlation * kDigits) / kDigits}});
   }
   out["predicted"] = {{"m2_mm", c.predicted_m2_m * kMmPerM}, {"m3_mm", c.predicted_m3_m * kMmPerM}};
+  if (c.nominal_m3_m > 0.0) {
+    out["predicted"]["nominal_m2_mm"] = c.nominal_m2_m * kMmPerM;
+    out["predicted"]["nominal_m3_mm"] = c.nominal_m3_m * kMmPerM;
+  }
+  if (const Discrepancy& d = c.discrepancy; d.sigma_m > 0.0 || d.estimated)
+    out["discrepancy"] = {{"sigma_mm", d.sigma_m * kMmPerM},
+                          {"reach_deg", d.reach_rad * kDegPerRad},
+                          {"noise_mm", d.noise_m * kMmPerM},
+                          {"estimated", d.estimated}};
   out["chi2"] = c.chi2;
   out["degrees_of_freedom"] = c.degrees_of_freedom;
   out["chi2_per_dof"] = c.chi2_per_dof;
@@ -358,6 +367,17 @@ Calibration calibration_from_json(std::string_view text, const std::string& name
   if (root.has("observability")) c.observability = read_observability(root.at("observability"));
   c.predicted_m2_m = root.at("predicted").at("m2_mm").number() / kMmPerM;
   c.predicted_m3_m = root.at("predicted").at("m3_mm").number() / kMmPerM;
+  if (root.at("predicted").has("nominal_m3_mm")) {
+    c.nominal_m2_m = root.at("predicted").at("nominal_m2_mm").not_negative() / kMmPerM;
+    c.nominal_m3_m = root.at("predicted").at("nominal_m3_mm").not_negative() / kMmPerM;
+  }
+  if (root.has("discrepancy")) {
+    const Reader d = root.at("discrepancy");
+    c.discrepancy.sigma_m = d.at("sigma_mm").not_negative() / kMmPerM;
+    c.discrepancy.reach_rad = d.at("reach_deg").not_negative() / kDegPerRad;
+    c.discrepancy.noise_m = d.at("noise_mm").not_negative() / kMmPerM;
+    c.discrepancy.estimated = d.at("estimated").flag();
+  }
   if (root.has("chi2")) c.chi2 = root.at("chi2").not_negative();
   if (root.has("degrees_of_freedom"))
     c.degrees_of_freedom = root.at("degrees_of_freedom").not_negative();

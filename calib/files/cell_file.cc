@@ -271,6 +271,8 @@ Cell read_cell(const TomlTable& document, Robot robot) {
   }
   cell.obstacles = read_obstacles(document);
   if (document.has("floor_mm")) cell.floor_m = document.number("floor_mm", kLengthMm) / kMmPerM;
+  if (document.has("required_mm"))
+    cell.required_m = document.number("required_mm", {1e-3, 1e3}) / kMmPerM;
   const TomlTable touch = document.table("touch");
   cell.touch_sigma_m = touch.number("sigma_mm", {1e-9, 1e3}) / kMmPerM;
   cell.radius_offset_sigma_m = touch.number_or("radius_offset_sigma_mm", 0.0, kSigmaMm) / kMmPerM;
@@ -306,8 +308,10 @@ Cell load_cell(const std::filesystem::path& path) {
 
 std::string cell_to_toml(const Cell& cell, const std::string& robot_reference) {
   std::string out = fmt::format(
-      "format = \"{}\"\nrobot = {}\n{}", kFormat, toml_string(robot_reference),
-      cell.floor_m ? fmt::format("floor_mm = {}\n", toml_number(*cell.floor_m * kMmPerM)) : "");
+      "format = \"{}\"\nrobot = {}\n{}{}", kFormat, toml_string(robot_reference),
+      cell.floor_m ? fmt::format("floor_mm = {}\n", toml_number(*cell.floor_m * kMmPerM)) : "",
+      cell.required_m ? fmt::format("required_mm = {}\n", toml_number(*cell.required_m * kMmPerM))
+                      : "");
   out += tool_to_toml(cell.tool);
   for (const Tool& tool : cell.other_tools) out += tool_to_toml(tool);
   for (const Target& target : cell.targets) {

@@ -86,8 +86,12 @@ Eigen::MatrixXd rows_of(const Eigen::MatrixXd& all, const std::vector<Eigen::Ind
 }  // namespace
 
 PositionBound::PositionBound(const ArmModel& arm, const Eigen::VectorXd& x,
-                             Eigen::MatrixXd covariance, double ripple_rad)
-    : arm_(arm), x_(x), covariance_(std::move(covariance)), ripple_rad_(ripple_rad) {
+                             Eigen::MatrixXd covariance, double ripple_rad, double field_m)
+    : arm_(arm),
+      x_(x),
+      covariance_(std::move(covariance)),
+      ripple_rad_(ripple_rad),
+      field_m_(field_m) {
   const auto poses = workspace_poses(arm, kPoses, kRegionSeed);
   const auto count = static_cast<Eigen::Index>(poses.size());
   constexpr Eigen::Index kEnough = 6;  // a half still has the three points that hold a rigid body
@@ -154,6 +158,7 @@ double PositionBound::u95_m(std::span<const double> joint_rad, const Eigen::Vect
     const double variance = kElsewhere * ripple_rad_ * ripple_rad_;
     c += variance * by_joint * by_joint.transpose();
   }
+  c.diagonal().array() += field_m_ * field_m_;  // as at a place of which no touch tells
   return widening_ * radius_95(c);
 }
 

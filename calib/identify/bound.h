@@ -21,9 +21,10 @@ namespace cellcal::calib {
 class PositionBound {
  public:
   /// `x`, `covariance`: of the arm's parameters, SI. `ripple_rad`: noise of each joint, 1 sigma.
+  /// `field_m`: what the model lacks (discrepancy.h), 1 sigma of each component of the tip's place.
   /// Keeps a reference to the arm.
   PositionBound(const ArmModel& arm, const Eigen::VectorXd& x, Eigen::MatrixXd covariance,
-                double ripple_rad);
+                double ripple_rad, double field_m = 0.0);
 
   /// At a pose whose tip and derivative by the parameters are these.
   double u95_m(std::span<const double> joint_rad, const Eigen::Vector3d& tip,
@@ -35,7 +36,7 @@ class PositionBound {
   const ArmModel& arm_;
   Eigen::VectorXd x_;
   Eigen::MatrixXd covariance_;
-  double ripple_rad_;
+  double ripple_rad_, field_m_;
   /// 6 x parameters: the base motion that takes up each, in the mean over where a base is fixed.
   Eigen::MatrixXd taken_up_;
   /// How far that differs from where to where.

@@ -56,8 +56,9 @@ struct ResidualSummary {
   double mean_m = 0.0, max_m = 0.0, rms_m = 0.0;
 };
 
-/// One touch under the result, for the report. `before` is with nominal robot and stiff tool and
-/// the best sphere for it; `after` with the calibrated one. Signed along the constraint.
+/// One touch under the result, for the report. `before` is with nominal robot and stiff tool,
+/// and with targets, radius offset and an uncertain tool as they fit it best; `after` with the
+/// calibrated one. Signed along the constraint.
 /// Of a check touch whose target has no place the numbers are NaN.
 struct TouchResidual {
   std::size_t touch = 0;  ///< index into the touches given
@@ -87,6 +88,21 @@ struct RepeatedTouches {
   double scatter_m = 0.0;           ///< 1 sigma of one of them
   double degrees_of_freedom = 0.0;  ///< that it rests on; 0: not measured
   double used_m = 0.0;  ///< noise that touches without their own were weighed by; 0: not known
+};
+
+/// What the model does not explain and repeats do not show (discrepancy.h): an error of the tip
+/// that differs from place to place, and no number of touches averages away.
+struct Discrepancy {
+  double sigma_m = 0.0;  ///< 1 sigma of each component; 0: none
+  /// How far it reaches: correlation length, as an angle of the joint that moves the tip most. 0:
+  /// it was not seen to reach from touch to touch.
+  double reach_rad = 0.0;
+  double noise_m = 0.0;  ///< rms noise of a touch beside it; 0: as weighed without it
+  /// By how many sigmas residuals of like postures are alike, the fit's own likeness aside.
+  double alike = 0.0;
+  /// Estimated together with the parameters, which have their covariance from it; otherwise a bound
+  /// for what the touches do not tell from noise.
+  bool estimated = false;
 };
 
 /// A target that stood elsewhere from one of its touches on.
@@ -209,6 +225,9 @@ struct Calibration {
   std::vector<UnidentifiableDirection> unidentifiable;
   Observability observability;                        ///< rows 0: not worked out
   double predicted_m2_m = 0.0, predicted_m3_m = 0.0;  ///< mean 3-D error, from the covariance
+  /// The nominal arm's over the same poses: what its tolerances foresee, or what was found, the
+  /// larger. 0: not worked out.
+  double nominal_m2_m = 0.0, nominal_m3_m = 0.0;
   double chi2 = 0.0;  ///< of the fit: sum of the squared whitened residuals of the touches in use
   /// Left to judge it by: sum over the touches of 1 - leverage, which counts an unknown by how far
   /// the touches and not its prior decide it; at least 1.
@@ -216,6 +235,7 @@ struct Calibration {
   double chi2_per_dof = 0.0;
   double touch_noise_m = 0.0;  ///< rms of fit residuals, corrected for degrees of freedom
   RepeatedTouches repeats;
+  Discrepancy discrepancy;
   Verdict verdict;
   std::vector<Outlier> outliers;
   /// One at most; of identify_as_stated(), which does not look closer, suspects without a shift.

@@ -12,6 +12,7 @@
 #include "calib/files/error.h"
 #include "calib/identify/attempt.h"
 #include "calib/identify/causes.h"
+#include "calib/identify/discrepancy.h"
 #include "calib/identify/identify.h"
 #include "calib/identify/jump.h"
 #include "calib/identify/labels.h"
@@ -20,6 +21,7 @@
 #include "calib/identify/outliers.h"
 #include "calib/identify/sizes.h"
 #include "calib/identify/target_place.h"
+#include "calib/identify/verdict.h"
 
 namespace cellcal::calib {
 
@@ -335,6 +337,33 @@ void tell(const std::vector<std::string>& causes, Calibration& calibration) {
   for (const std::string& cause : causes) at = reasons.insert(at, "likely cause: " + cause) + 1;
 }
 
+/// Whether the touches show, or may show, an error of the arm that the model lacks.
+bool shows_discrepancy(const Calibration& c) {
+  constexpr double kTooMuch = 4.0, kTooMuchBesideRepeats = 2.0, kEnoughRepeats = 5.0;
+  const bool measured = c.repeats.degrees_of_freedom >= kEnoughRepeats;
+  return c.touch_noise_m > kNothingM &&
+         (c.discrepancy.alike > kFieldSigmas ||
+          c.chi2_per_dof > (measured ? kTooMuchBesideRepeats : kTooMuch));
+}
+
+/// Where nothing else explains what the touches leave: with the model's own error estimated.
+/// What is withheld either way is told as it was.
+Calibration with_discrepancy(const Cell& cell, const std::vector<Touch>& touches,
+                             IdentifyOptions options, Calibration stated) {
+  if (options.level || options.with_discrepancy || !shows_discrepancy(stated)) return stated;
+  options.with_discrepancy = true;
+  try {
+    Calibration estimated = identify_as_stated(cell, touches, options);
+    estimated.discrepancy.alike = stated.discrepancy.alike;
+    if (estimated.verdict.publish || stated.verdict.publish) return estimated;
+    for (const std::string& reason : estimated.verdict.reasons)
+      if (!is_note(reason))
+        stated.verdict.reasons.push_back("model error: with it estimated, too, there is " + reason);
+  } catch (const IdentifyError&) {
+  }
+  return stated;
+}
+
 }  // namespace
 
 std::vector<std::string> likely_causes(const Cell& cell, const std::vector<Touch>& touches) {
@@ -387,6 +416,8 @@ Calibration identify(const Cell& cell, const std::vector<Touch>& touches,
       for (const Cause& cause : causes) words.push_back(cause.words);
       tell(words, calibration);
     }
+    if (calibration.moved.empty() && causes.empty())
+      calibration = with_discrepancy(cell, touches, options, std::move(calibration));
     if (!calibration.verdict.publish && calibration.moved.empty() && causes.empty())
       if (const std::string words = scattered_words(cell, touches); !words.empty())
         tell({words}, calibration);

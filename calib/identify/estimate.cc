@@ -110,7 +110,8 @@ std::vector<Off> judge(const Problem& problem, const IdentifyOptions& options,
   return off;
 }
 
-/// The fit touches that agree with the estimate; those left out by it, too.
+}  // namespace
+
 std::vector<bool> honest_touches(const Problem& problem, const IdentifyOptions& options,
                                  Estimate& e) {
   std::vector<bool> honest = fit_touches(problem);
@@ -119,6 +120,8 @@ std::vector<bool> honest_touches(const Problem& problem, const IdentifyOptions& 
     if (off[i].sigmas > e.gate) honest[i] = false;
   return honest;
 }
+
+namespace {
 
 /// Names outliers until nothing changes.
 ///

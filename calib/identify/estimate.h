@@ -16,6 +16,9 @@ struct Posterior {
   Linearisation linear;
   Eigen::MatrixXd covariance_u;  ///< in prior units
   Eigen::VectorXd leverage;      ///< per row of the linearisation: j S j', how far it holds itself
+  /// Where the touches' errors go together (discrepancy.h): L with L L' their correlation, of whose
+  /// inverse the linearisation's rows have been multiplied. Empty: they do not.
+  Eigen::MatrixXd together;
 };
 
 struct Estimate {
@@ -34,5 +37,9 @@ Estimate estimate(Problem& problem, const IdentifyOptions& options, std::vector<
 /// until neither changes. `e.posterior.linear` is at e.u.
 void refine(Problem& problem, const IdentifyOptions& options, std::vector<ModelLevel> levels,
             Estimate& e);
+
+/// The fit touches that agree with the estimate; those left out by it, too. Sets its gate.
+std::vector<bool> honest_touches(const Problem& problem, const IdentifyOptions& options,
+                                 Estimate& e);
 
 }  // namespace cellcal::calib

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calib/identify/discrepancy.h"
 #include "calib/identify/estimate.h"
 #include "calib/identify/frame.h"
 #include "calib/identify/jump.h"
@@ -103,6 +104,14 @@ std::vector<JointVector> poses_near_targets(const Problem& problem,
   return local_poses(problem.arm(), around, centres, kLocalHalfM, count, kRegionSeed);
 }
 
+/// Whitened residuals of the touches, each by its own sigma, whether or not their errors go
+/// together.
+Eigen::VectorXd residuals_alone(const Posterior& posterior) {
+  const auto r = posterior.linear.residual.head(posterior.linear.length_row);
+  if (posterior.together.size() == 0) return r;
+  return posterior.together.triangularView<Eigen::Lower>() * r;
+}
+
 std::string level_reason(const Cell& cell, const ModelLevel& level, const LevelMean& mean,
                          bool given) {
   if (given) return words(cell, level) + "; as asked for";
@@ -184,22 +193,25 @@ Calibration identify_as_stated(const Cell& cell, const std::vector<Touch>& touch
   const Repeats repeats = weigh_repeats(problem);
   std::vector<ModelLevel> levels = usual_levels();
   if (options.level) levels = {{1.0, 1.0, options.level->ripple_rad}};
-  const Estimate e = estimate(problem, options, std::move(levels));
+  Estimate e = estimate(problem, options, std::move(levels));
+  const bool together = options.with_discrepancy && !options.level;
+  Calibration calibration;
+  if (together) calibration.discrepancy = estimate_together(problem, options, repeats, e);
   const LevelMean& mean = e.levels;
 
-  Calibration calibration;
   calibration.cell = cell;
   calibration.level = options.level.value_or(ModelLevel{1.0, mean.transmission, mean.ripple_rad});
   calibration.levels = mean.levels;
   if (options.level) calibration.levels.front().level = *options.level;
   calibration.level_reason = level_reason(cell, calibration.level, mean, options.level.has_value());
   double sum = 0.0, held = 0.0, noise = 0.0, of_places = 0.0;
+  const Eigen::VectorXd alone = residuals_alone(e.posterior);
   for (const auto& [touch, row] : e.posterior.linear.touch_row)
     for (int k = 0; k < problem.rows(touch); ++k) {
       sum += std::pow(e.posterior.linear.residual[row + k], 2);
       held += 1.0 - e.posterior.leverage[row + k];
       if (k >= problem.place_rows(touch)) continue;  // turns are no distance
-      noise += std::pow(e.posterior.linear.residual[row + k] * problem.sigma_m(touch), 2);
+      noise += std::pow(alone[row + k] * problem.sigma_m(touch), 2);
       of_places += 1.0 - e.posterior.leverage[row + k];
     }
   const double dof = std::max(held, 1.0);
@@ -209,6 +221,12 @@ Calibration identify_as_stated(const Cell& cell, const std::vector<Touch>& touch
   calibration.touch_noise_m = std::sqrt(noise / std::max(of_places, 1.0));
   calibration.repeats = {repeats.touches, repeats.scatter_m, repeats.degrees_of_freedom,
                          repeats.used_m};
+  if (!together && !options.level) {
+    if (calibration.touch_noise_m > kNothingM)
+      calibration.discrepancy.alike = alike_sigmas(problem, e, calibration.chi2_per_dof);
+    calibration.discrepancy.sigma_m =
+        untold_field_m(problem, e, repeats, calibration.touch_noise_m);
+  }
   // Scatter beyond the stated noise is not explained away: it widens every bound.
   const double inflation = std::max(1.0, calibration.chi2_per_dof);
 
@@ -231,19 +249,37 @@ Calibration identify_as_stated(const Cell& cell, const std::vector<Touch>& touch
   fill_parameters(problem, e, frame, inflation, calibration);
   const Eigen::MatrixXd arm_covariance =
       inflation * e.posterior.covariance_u.topLeftCorner(arm.size(), arm.size());
+  const double field_m2 = 3.0 * std::pow(calibration.discrepancy.sigma_m, 2);
+  const auto stays_m2 = [&](const std::vector<JointVector>& poses) -> Eigen::VectorXd {
+    return ripple_variance_m2(arm, poses, calibration.level.ripple_rad).array() + field_m2;
+  };
   const auto predicted_m = [&](const std::vector<JointVector>& poses,
                                const Eigen::MatrixXd& their_moves) {
-    return predicted_mean_error_m(their_moves, arm_covariance,
-                                  ripple_variance_m2(arm, poses, calibration.level.ripple_rad));
+    return predicted_mean_error_m(their_moves, arm_covariance, stays_m2(poses));
+  };
+  // The nominal arm's, by what was found and by what its tolerances foresaw.
+  const auto nominal_m = [&](const std::vector<JointVector>& poses,
+                             const Eigen::MatrixXd& their_moves) {
+    const Eigen::MatrixXd tolerances = Eigen::MatrixXd::Identity(arm.size(), arm.size());
+    return std::max(
+        predicted_mean_error_m(their_moves, tolerances, stays_m2(poses)),
+        predicted_mean_error_m(their_moves, arm_covariance,
+                               stays_m2(poses) + distances_m2(arm, poses, nullptr, x.data())));
   };
   if (options.region_poses != kFramePoses) {
     workspace = workspace_poses(arm, options.region_poses, kRegionSeed);
     moves = moves_of(workspace);
   }
   calibration.predicted_m3_m = predicted_m(workspace, moves);
+  calibration.nominal_m3_m = nominal_m(workspace, moves);
+  calibration.predicted_m2_m = calibration.predicted_m3_m;
+  calibration.nominal_m2_m = calibration.nominal_m3_m;
   const auto local = poses_near_targets(problem, calibration.targets, options.region_poses);
-  calibration.predicted_m2_m =
-      local.size() >= 3 ? predicted_m(local, moves_of(local)) : calibration.predicted_m3_m;
+  if (local.size() >= 3) {
+    const Eigen::MatrixXd local_moves = moves_of(local);
+    calibration.predicted_m2_m = predicted_m(local, local_moves);
+    calibration.nominal_m2_m = nominal_m(local, local_moves);
+  }
 
   std::vector<bool> outlier(touches.size(), false);
   for (std::size_t i = 0; i < touches.size(); ++i)
@@ -254,9 +290,11 @@ Calibration identify_as_stated(const Cell& cell, const std::vector<Touch>& touch
   calibration.lengths = lengths_by_others(problem, e, others, sum, dof);
   calibration.sizes = sizes_by_others(problem, e, others, sum, dof);
   calibration.outliers = named_outliers(problem, e, calibration);
-  calibration.moved = suspected_moves(problem, e, calibration.chi2_per_dof);
+  // Asked for before: what the arm does beside the model looks like moves and jumps.
+  if (!together) calibration.moved = suspected_moves(problem, e, calibration.chi2_per_dof);
   // A level that was asked for may lack what the arm does, and that looks like jumps.
-  if (!options.level) calibration.jumped = suspected_jump(problem, e, calibration.chi2_per_dof);
+  if (!options.level && !together)
+    calibration.jumped = suspected_jump(problem, e, calibration.chi2_per_dof);
   calibration.verdict = judge(problem, calibration);
   return calibration;
 }

@@ -27,6 +27,9 @@ struct IdentifyOptions {
   /// Of the workspace, and as many near the targets: over these M2 and M3 are predicted. Other
   /// draws of so few differ by 3 %.
   int region_poses = 60;
+  /// What the model lacks is estimated with the parameters (discrepancy.h), whether or not the
+  /// residuals show any. identify() sets it where nothing else explains them.
+  bool with_discrepancy = false;
 };
 
 /// A result that must not be used has verdict.publish == false, and says which of the usual

@@ -12,6 +12,7 @@
 #include <optional>
 
 #include "calib/files/error.h"
+#include "calib/identify/discrepancy.h"
 #include "calib/identify/jump_sequence.h"
 #include "calib/identify/lengths.h"
 #include "calib/identify/moved.h"
@@ -169,10 +170,19 @@ void undo(const ArmModel& arm, const JumpSuspect& suspect, const Eigen::VectorXd
 /// two touches near it left out for that.
 bool mended(const Calibration& c) {
   constexpr double kMostLeftOut = 0.1;
+  constexpr double kStillTooMuch =
+      2.5;  // squared sigmas; what an arm does beside its model may jump
+  if (c.chi2_per_dof > kStillTooMuch) return false;
   if (static_cast<double>(c.outliers.size()) > kMostLeftOut * c.before.count) return false;
   return std::all_of(c.verdict.reasons.begin(), c.verdict.reasons.end(), [](const std::string& r) {
     return is_note(r) || r.starts_with("check touches:") || r.starts_with("outliers:");
   });
+}
+
+/// What the arm does beside its model looks like a jump where the touches go from place to place,
+/// and is still there when that is undone: then nothing speaks for it.
+double unless_field(double log_odds, const Calibration& undone) {
+  return undone.discrepancy.alike > kFieldSigmas ? std::min(0.0, log_odds) : log_odds;
 }
 
 /// Everything that is asked of one session.
@@ -300,8 +310,10 @@ class Search {
       jump->what = suspect.what;
       jump->name = suspect.name;
       jump->after_touch = stated_.order()[found.behind - 1];
-      jump->log_odds = log_evidence(cell_, touches, c) - log_evidence_ -
-                       0.5 * std::log(usual.determinant()) - surprise(size, suspect.usual);
+      jump->log_odds =
+          unless_field(log_evidence(cell_, touches, c) - log_evidence_ -
+                           0.5 * std::log(usual.determinant()) - surprise(size, suspect.usual),
+                       c);
       jump->mends = mended(c);
       const Eigen::MatrixXd covariance =  // with what is looked for: a direction may go unseen
           (further->information + Eigen::MatrixXd::Identity(d, d) / (suspect.usual * suspect.usual))
@@ -344,8 +356,9 @@ class Search {
     const Calibration c = identify_as_stated(two.cell, two.touches, options_);
     jump.shift_m = place(c, two.later) - place(c, suspect.name);
     chi2 = std::max(1.0, c.chi2_per_dof);
-    jump.log_odds = log_evidence(two.cell, two.touches, c) - log_evidence_ -
-                    surprise(jump.shift_m, suspect.usual);
+    jump.log_odds = unless_field(log_evidence(two.cell, two.touches, c) - log_evidence_ -
+                                     surprise(jump.shift_m, suspect.usual),
+                                 c);
     jump.squared_sigmas = found.squared_sigmas / chi2;
     jump.sigma = found.size.norm() / std::sqrt(jump.squared_sigmas);
     jump.mends = mended(c);

@@ -72,7 +72,7 @@ void gather(const Problem& problem, const Linearisation& at, const Groups& group
   Eigen::VectorXd weight = Eigen::VectorXd::Ones(at.residual.size());
   for (const auto& [touch, row] : at.touch_row) {
     const double own = problem.own_sigma_m(touch);
-    const double sigma = std::hypot(own, g.ripple_rad * problem.joint_lever_m(touch));
+    const double sigma = problem.sigma_m(touch, g.ripple_rad);
     weight.segment(row, problem.rows(touch)).setConstant(problem.sigma_m(touch) / sigma);
     g.log_weight += 2.0 * problem.rows(touch) * std::log(own / sigma);
   }

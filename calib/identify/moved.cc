@@ -13,6 +13,7 @@
 
 #include "calib/files/error.h"
 #include "calib/files/iso_time.h"
+#include "calib/identify/discrepancy.h"
 #include "calib/identify/outliers.h"
 
 namespace cellcal::calib {
@@ -157,6 +158,8 @@ MovedTarget measured(const Cell& cell, const std::vector<Touch>& touches,
   if (disagree(two, places.touches, moved.target, known) ||
       disagree(two, places.touches, places.later, known))
     return moved;
+  // What the arm does beside its model pulls targets about, and is still there with two of them.
+  if (two.discrepancy.alike > kFieldSigmas) return moved;
   Eigen::Vector3d shift = Eigen::Vector3d::Zero();
   Eigen::MatrixXd by = Eigen::MatrixXd::Zero(3, two.covariance.cols());
   for (std::size_t p = 0; p < two.parameters.size(); ++p)

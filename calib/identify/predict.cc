@@ -18,7 +18,7 @@ struct Predictor::Impl {
       : arm(levelled),
         x(values(arm, c)),
         sigma(covariance(arm, c)),
-        bound(arm, x, sigma, c.level.ripple_rad) {}
+        bound(arm, x, sigma, c.level.ripple_rad, c.discrepancy.sigma_m) {}
 
   /// Per parameter of the arm its index in the calibration, -1 where it is not.
   static std::vector<Eigen::Index> places(const ArmModel& arm, const Calibration& c) {

@@ -113,8 +113,7 @@ void Problem::extend(std::span<const Touch> touches) {
     touches_ = touches.first(before);
     throw;
   }
-  for (std::size_t i = before; i < touches.size(); ++i)
-    sigma_m_[i] = std::hypot(own_sigma_m_[i], ripple_rad_ * joint_lever_m(i));
+  for (std::size_t i = before; i < touches.size(); ++i) sigma_m_[i] = sigma_m(i, ripple_rad_);
 }
 
 void Problem::weigh_from(std::size_t first) {
@@ -223,8 +222,19 @@ void Problem::set_repeats(std::vector<int> times, double sigma_m) {
 void Problem::set_ripple(double ripple_rad) {
   ripple_rad_ = ripple_rad;
   sigma_m_.resize(own_sigma_m_.size());
-  for (std::size_t i = 0; i < sigma_m_.size(); ++i)
-    sigma_m_[i] = std::hypot(own_sigma_m_[i], ripple_rad * joint_lever_m(i));
+  for (std::size_t i = 0; i < sigma_m_.size(); ++i) sigma_m_[i] = sigma_m(i, ripple_rad);
+}
+
+double Problem::sigma_m(std::size_t touch, double ripple_rad) const {
+  const double sigma = std::hypot(own_sigma_m_[touch], ripple_rad * joint_lever_m(touch));
+  return field_m_ > 0.0 ? std::hypot(sigma, field_m_) : sigma;
+}
+
+void Problem::set_field(double field_m, double noise_factor) {
+  field_m_ = field_m;
+  usual_sigma_m_ *= noise_factor;
+  for (double& sigma : own_sigma_m_) sigma *= noise_factor;
+  set_ripple(ripple_rad_);
 }
 
 int Problem::rows(std::size_t touch) const {

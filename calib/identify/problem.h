@@ -94,8 +94,14 @@ class Problem {
   /// Metres per radian that make a turn's sigma the touch's: one sigma serves all rows, and ripple
   /// widens turns as it widens the place.
   double turn_lever_m(std::size_t touch) const;
+  /// The same with another ripple.
+  double sigma_m(std::size_t touch, double ripple_rad) const;
   /// Touch noise alone.
   double own_sigma_m(std::size_t touch) const { return own_sigma_m_[touch]; }
+  /// An error of the arm beside the model, this much in each direction at every touch
+  /// (discrepancy.h); the noise of all touches becomes `noise_factor` times what it was.
+  void set_field(double field_m, double noise_factor);
+  double field_m() const { return field_m_; }
   /// Another ripple from here on.
   void set_ripple(double ripple_rad);
   /// Touches that were made `times` times at one place share its ripple: their mean has one, so
@@ -141,6 +147,7 @@ class Problem {
   std::vector<Length> lengths_;
   std::vector<int> block_of_target_;
   double ripple_rad_ = 0.0;
+  double field_m_ = 0.0;
   int shared_size_ = 0;
   std::vector<int> rho_;  ///< per tool
   void add_rho();

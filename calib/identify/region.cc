@@ -93,20 +93,41 @@ TipMoves tip_moves(const ArmModel& arm, const std::vector<JointVector>& poses, c
   return at;
 }
 
-Eigen::MatrixXd aligned(const TipMoves& at) {
-  const Eigen::Index count = at.tips_m.cols();
+namespace {
+
+/// Moves, three rows a tip, without what a motion of the base takes up of them.
+Eigen::MatrixXd without_base_motion(const Eigen::Matrix3Xd& all_tips_m,
+                                    const Eigen::MatrixXd& moves_m) {
+  const Eigen::Index count = all_tips_m.cols();
   // A base turning about the middle of the tips: the same motions, and well conditioned.
-  const Eigen::Matrix3Xd tips_m = at.tips_m.colwise() - at.tips_m.rowwise().mean().eval();
+  const Eigen::Matrix3Xd tips_m = all_tips_m.colwise() - all_tips_m.rowwise().mean().eval();
   Eigen::Matrix<double, Eigen::Dynamic, 6> rigid(3 * count, 6);
   for (Eigen::Index k = 0; k < count; ++k) rigid.middleRows<3>(3 * k) = base_motion(tips_m.col(k));
   const Eigen::Matrix<double, 6, 6> square = rigid.transpose() * rigid;
-  const Eigen::Matrix<double, 6, Eigen::Dynamic> pulled = rigid.transpose() * at.moves_m;
-  return at.moves_m - rigid * square.completeOrthogonalDecomposition().solve(pulled);
+  const Eigen::Matrix<double, 6, Eigen::Dynamic> pulled = rigid.transpose() * moves_m;
+  return moves_m - rigid * square.completeOrthogonalDecomposition().solve(pulled);
 }
+
+}  // namespace
+
+Eigen::MatrixXd aligned(const TipMoves& at) { return without_base_motion(at.tips_m, at.moves_m); }
 
 Eigen::MatrixXd aligned_moves(const ArmModel& arm, const std::vector<JointVector>& poses,
                               const double* x_si, const Eigen::VectorXd& scale) {
   return aligned(tip_moves(arm, poses, x_si, scale));
+}
+
+Eigen::VectorXd distances_m2(const ArmModel& arm, const std::vector<JointVector>& poses,
+                             const double* one_si, const double* other_si) {
+  const auto count = static_cast<Eigen::Index>(poses.size());
+  Eigen::Matrix3Xd tips_m(3, count), off_m(3, count);
+  for (Eigen::Index k = 0; k < count; ++k) {
+    const PreparedPose pose = arm.prepare(poses[static_cast<std::size_t>(k)]);
+    tips_m.col(k) = arm.position(pose, one_si);
+    off_m.col(k) = arm.position(pose, other_si) - tips_m.col(k);
+  }
+  const Eigen::MatrixXd left = without_base_motion(tips_m, off_m.reshaped());
+  return left.reshaped(3, count).colwise().squaredNorm().transpose();
 }
 
 Eigen::VectorXd ripple_variance_m2(const ArmModel& arm, const std::vector<JointVector>& poses,

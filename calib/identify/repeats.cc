@@ -22,6 +22,9 @@ constexpr double kSamePlaceRad = 0.05 * std::numbers::pi / 180.0;
 /// What the cell file states counts as measured with so many degrees of freedom: a figure from
 /// experience, right to a third or so.
 constexpr double kStatedDegrees = 5.0;
+/// Where repeats of at least so many degrees of freedom scatter less than this share of it, it is
+/// no figure of the noise (more often it is what a fit left), and has no say.
+constexpr double kNoFigureShare = 0.25, kEnoughDegrees = 3.0;
 /// A touch further from its group's median than so many of the usual distances is a gross error;
 /// its group is left out, for which one is wrong cannot be told of two.
 constexpr double kGross = 6.0;
@@ -117,6 +120,10 @@ Repeats find_repeats(const Problem& problem) {
   if (result.degrees_of_freedom == 0.0) return result;
   result.scatter_m = std::sqrt(sum / result.degrees_of_freedom);
   const double stated = problem.cell().touch_sigma_m;
+  if (result.degrees_of_freedom >= kEnoughDegrees && result.scatter_m < kNoFigureShare * stated) {
+    result.used_m = result.scatter_m;
+    return result;
+  }
   result.used_m = std::sqrt((kStatedDegrees * stated * stated + sum) /
                             (kStatedDegrees + result.degrees_of_freedom));
   return result;

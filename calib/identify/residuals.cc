@@ -1,10 +1,12 @@
 #include "calib/identify/residuals.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "calib/identify/parallel.h"
+#include "calib/identify/solve.h"
 #include "calib/identify/start.h"
 #include "calib/identify/unseen.h"
 
@@ -70,6 +72,68 @@ Eigen::VectorXd place_seen_by_nominal_arm(const Problem& problem, int block,
   return unknowns_at(target.kind, start, place);
 }
 
+namespace {
+
+/// Unknowns that are none of the arm's: the tool's tip, as far as the cell file leaves it open, the
+/// radius offset, and of each target its place and radius.
+std::vector<int> beside_the_arm(const Problem& problem) {
+  std::vector<int> beside;
+  for (int i = 0; i < problem.size(); ++i)
+    if (i >= problem.arm_size() ||
+        problem.arm().parameters()[static_cast<std::size_t>(i)].kind == ArmParameterKind::kTcp)
+      beside.push_back(i);
+  return beside;
+}
+
+/// The nominal arm with all that is not its fault where its fit touches put it best; `x_si` has the
+/// targets there already, which is all where nothing else is open. A touch of a nominal arm is
+/// worth a millimetre; against that counts what the cell file states of the others.
+void fit_beside_the_arm(const Problem& problem, const std::vector<bool>& outlier,
+                        Eigen::VectorXd& x_si) {
+  constexpr double kWorthM = 1e-3;
+  constexpr int kRounds = 6;
+  constexpr double kSettled = 1e-6;
+  const std::vector<int> beside = beside_the_arm(problem);
+  std::size_t places = 0;
+  for (const TargetBlock& block : problem.blocks()) places += static_cast<std::size_t>(block.place);
+  if (beside.size() == places) return;
+  const auto touches = problem.touches();
+  std::vector<bool> use(touches.size());
+  for (std::size_t i = 0; i < use.size(); ++i)
+    use[i] = touches[i].set == TouchSet::kFit && !outlier[i];
+  Eigen::VectorXd u(problem.size());
+  for (int i = 0; i < problem.size(); ++i)
+    u[i] = (x_si[i] - problem.unknowns()[i].origin) / problem.unknowns()[i].scale;
+  Linearisation linear;
+  for (int round = 0; round < kRounds; ++round) {
+    linearise(problem, u, use, linear);
+    for (const auto& [touch, row] : linear.touch_row)
+      for (int k = row; k < row + problem.rows(touch); ++k) {
+        linear.jacobian.row(k) *= problem.sigma_m(touch) / kWorthM;
+        linear.residual[k] *= problem.sigma_m(touch) / kWorthM;
+      }
+    const Eigen::MatrixXd j = linear.jacobian.topRows(linear.length_row)(Eigen::all, beside);
+    Eigen::MatrixXd information = j.transpose() * j;
+    Eigen::VectorXd pull = j.transpose() * linear.residual.head(linear.length_row);
+    for (Eigen::Index k = 0; k < pull.size(); ++k) {
+      const int i = beside[static_cast<std::size_t>(k)];
+      constexpr double kFlat = 1e-8;
+      const Unknown& unknown = problem.unknowns()[i];
+      const double precision = std::pow(unknown.prior_weight, 2);
+      information(k, k) += std::max(kFlat, precision);
+      pull[k] += precision * (u[i] - unknown.prior_mean_u);
+    }
+    const Eigen::VectorXd step = information.ldlt().solve(pull);
+    if (!step.allFinite()) return;
+    for (Eigen::Index k = 0; k < step.size(); ++k)
+      u[beside[static_cast<std::size_t>(k)]] -= step[k];
+    if (step.lpNorm<Eigen::Infinity>() < kSettled) break;
+  }
+  x_si = problem.to_si(u);
+}
+
+}  // namespace
+
 void fill_residuals(const Problem& problem, const Eigen::VectorXd& x_si,
                     const std::vector<bool>& outlier, Calibration& calibration) {
   const auto touches = problem.touches();
@@ -78,6 +142,7 @@ void fill_residuals(const Problem& problem, const Eigen::VectorXd& x_si,
   for (std::size_t b = 0; b < problem.blocks().size(); ++b)
     nominal_x.segment(problem.blocks()[b].first, problem.blocks()[b].place) =
         place_seen_by_nominal_arm(problem, static_cast<int>(b), outlier);
+  fit_beside_the_arm(problem, outlier, nominal_x);
   const Problem::At nominal = problem.at(nominal_x.data()), found = problem.at(x_si.data());
   calibration.residuals.resize(touches.size());
   by_parts(touches.size(), [&](std::size_t, std::size_t first, std::size_t behind) {

@@ -26,13 +26,31 @@ struct Said {
   double sigma_m = 0.0;             ///< of one touch, summed
   int touches = 0;
 
-  void add(const Problem& problem, const Linearisation& linear, std::size_t touch, int row) {
-    if (touches++ == 0) by_all = Eigen::VectorXd::Zero(problem.size());
+  Eigen::VectorXd rows;  ///< a, where the touches' errors go together
+
+  void add(const Problem& problem, const Posterior& posterior, std::size_t touch, int row) {
+    const Linearisation& linear = posterior.linear;
     const double a = 1.0 / problem.sigma_m(touch);
+    if (touches++ == 0) {
+      by_all = Eigen::VectorXd::Zero(problem.size());
+      rows = Eigen::VectorXd::Zero(posterior.together.rows());
+    }
+    sigma_m += problem.own_sigma_m(touch);
+    if (rows.size() > 0) {
+      rows[row] = a;
+      return;
+    }
     square += a * a;
     pull += a * linear.residual[row];
     by_all.noalias() += a * linear.jacobian.row(row).transpose();
-    sigma_m += problem.own_sigma_m(touch);
+  }
+
+  void finish(const Posterior& posterior) {
+    if (touches == 0 || rows.size() == 0) return;
+    posterior.together.triangularView<Eigen::Lower>().solveInPlace(rows);
+    square = rows.squaredNorm();
+    pull = rows.dot(posterior.linear.residual.head(rows.size()));
+    by_all = posterior.linear.jacobian.topRows(rows.size()).transpose() * rows;
   }
 };
 
@@ -50,8 +68,10 @@ std::vector<SizeResult> sizes_by_others(const Problem& problem, const Estimate& 
     if (kind != TargetKind::kSphere && kind != TargetKind::kWire) continue;
     if (kind == TargetKind::kWire && said[block].touches == 0) ++count_of_wires;
     for (Said* own : {&said[block], kind == TargetKind::kWire ? &wires : nullptr})
-      if (own != nullptr) own->add(problem, linear, touch, row);
+      if (own != nullptr) own->add(problem, e.posterior, touch, row);
   }
+  for (Said& own : said) own.finish(e.posterior);
+  wires.finish(e.posterior);
   Others all = touches;
   for (Eigen::Index row = linear.length_row; row < linear.jacobian.rows(); ++row) {
     const auto by = linear.jacobian.row(row);

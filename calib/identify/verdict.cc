@@ -63,6 +63,13 @@ constexpr double kLengthScaleSigma = 5e-4;
 constexpr double kScaleSigma = 1e-4;
 constexpr int kScalePlaces = 4;
 
+/// Mean 3-D error that a result may be published with where the cell file asks for none
+/// (required_mm): what industrial arms have as they are delivered. More is no calibration.
+constexpr double kRequiredM = 2e-3;
+/// And of the nominal arm's own error: closer to it than this, and nobody could tell that anything
+/// was gained.
+constexpr double kOfNominal = 0.8;
+
 /// Fit touches of a block that are in use.
 std::vector<std::size_t> used_touches(const Problem& problem, const Calibration& c, int block) {
   std::vector<std::size_t> used;
@@ -164,6 +171,22 @@ double rms_of(std::span<const HeldOut> touches) {
 
 }  // namespace
 
+/// What to do about a target whose touches do not fit.
+const char* again_words(TargetKind kind) {
+  switch (kind) {
+    case TargetKind::kSphere:
+    case TargetKind::kPlane:
+      return "clean it and touch it again";
+    case TargetKind::kWire:
+      return "check that it runs free and measure again";
+    case TargetKind::kPoint:
+      return "check that the tip seats in it and touch it again";
+    case TargetKind::kTracker:
+      return "check the line of sight and the reflector, and measure again";
+  }
+  return "";
+}
+
 /// What is against the touches in use of each target: too many were left out.
 void judge_outliers(const Problem& problem, const Calibration& c,
                     std::vector<std::string>& blocking) {
@@ -187,12 +210,85 @@ void judge_outliers(const Problem& problem, const Calibration& c,
                             ? kOutlierShareOfTarget
                             : kOutlierShareOfMany;
     if (outliers[b] > 0 && outliers[b] >= most * fit[b] &&
-        (outliers[b] > 1 || fit[b] - 1 < kEnoughBesideOne))
+        (outliers[b] > 1 || fit[b] - 1 < kEnoughBesideOne)) {
+      const Target& target = problem.cell().targets[problem.blocks()[b].target];
       blocking.push_back(fmt::format(
           "outliers: {} of {} fit touches of {} are not what it allows, and the others say too "
-          "little of where it is; clean it and touch it again",
-          outliers[b], fit[b], problem.cell().targets[problem.blocks()[b].target].id));
+          "little of where it is; {}",
+          outliers[b], fit[b], target.id, again_words(target.kind)));
+    }
   }
+}
+
+/// What the calibration foresees of itself where its scope is: below what was asked for, and below
+/// what the nominal arm does there.
+void judge_predicted(const Problem& problem, const Calibration& c, bool workspace,
+                     std::vector<std::string>& blocking) {
+  if (!(c.nominal_m3_m > 0.0)) return;
+  const double predicted_m = workspace ? c.predicted_m3_m : c.predicted_m2_m;
+  const double nominal_m = workspace ? c.nominal_m3_m : c.nominal_m2_m;
+  const char* where = workspace ? "over the workspace" : "near the targets";
+  const double required_m = problem.cell().required_m.value_or(kRequiredM);
+  if (predicted_m > required_m)
+    blocking.push_back(fmt::format(
+        "required: {:.2f} mm predicted {}, {:.2f} mm {}; make more touches in postures more "
+        "unlike, "
+        "or state a larger required_mm",
+        predicted_m * 1e3, where, required_m * 1e3,
+        problem.cell().required_m ? "required by the cell file (required_mm)"
+                                  : "allowed where the cell file states no required_mm"));
+  if (predicted_m > kOfNominal * nominal_m)
+    blocking.push_back(
+        fmt::format("no gain: {:.2f} mm predicted {}, {:.2f} mm with the nominal arm ({:.0f} %, at "
+                    "most {:.0f} % "
+                    "is a gain); make more touches in postures more unlike",
+                    predicted_m * 1e3, where, nominal_m * 1e3, 100.0 * predicted_m / nominal_m,
+                    100.0 * kOfNominal));
+}
+
+/// What was gained, of a result that may be used.
+std::string gain_words(const Problem& problem, const Calibration& c, bool workspace) {
+  const double predicted_m = workspace ? c.predicted_m3_m : c.predicted_m2_m;
+  const double nominal_m = workspace ? c.nominal_m3_m : c.nominal_m2_m;
+  return fmt::format(
+      "gain: {:.2f} mm predicted {}, {:.2f} mm with the nominal arm ({:.0f} %); {:.2f} mm {}",
+      predicted_m * 1e3, workspace ? "over the workspace" : "near the targets", nominal_m * 1e3,
+      100.0 * predicted_m / nominal_m, problem.cell().required_m.value_or(kRequiredM) * 1e3,
+      problem.cell().required_m ? "required" : "allowed (required_mm not stated)");
+}
+
+/// What the model does not explain: how much, and what tells it from noise. Empty where there is
+/// none.
+std::string model_error_words(const Problem& problem, const Calibration& c) {
+  const Discrepancy& d = c.discrepancy;
+  if (!(d.sigma_m > 0.0)) return {};
+  const bool measured = c.repeats.degrees_of_freedom > 0.0;
+  constexpr double kDegPerRad = 57.29577951308232;
+  if (!d.estimated)
+    return fmt::format(
+        "model error: the touches scatter by {:.3f} mm, and {}; {:.3f} mm of it are in every bound "
+        "as an error of the arm. {}",
+        c.touch_noise_m * 1e3,
+        measured ? fmt::format("repeated ones by {:.3f} mm", c.repeats.scatter_m * 1e3)
+                 : std::string("no repeats show that it is noise"),
+        d.sigma_m * 1e3,
+        measured
+            ? "More touches do not reduce it"
+            : "Touch five places four times each: what repeats scatter is noise, and leaves the "
+              "bounds");
+  return fmt::format(
+      "model error: {:.3f} mm (1 sigma, each direction) that the model does not explain, beside a "
+      "touch noise of {:.3f} mm{}{}; it is in every bound, and more touches do not reduce it{}",
+      d.sigma_m * 1e3, d.noise_m * 1e3, measured ? " (repeats)" : "",
+      d.reach_rad > 0.0
+          ? fmt::format(", alike over {:.0f} deg of the main axes", d.reach_rad * kDegPerRad)
+          : std::string(),
+      measured
+          ? ""
+          : fmt::format(". Touch five places four times each to measure the noise, and state "
+                        "in sigma_mm ({:.3f}) what the instrument repeats to, not what the fit "
+                        "leaves",
+                        problem.cell().touch_sigma_m * 1e3));
 }
 
 /// Two certificates of one length; all else is too uncertain to say which of them is wrong.
@@ -257,10 +353,16 @@ void judge_loads(const Problem& problem, const Calibration& c, std::vector<std::
   }
 }
 
-/// Each of the lengths once, the most certain of those between the same two ends.
-std::vector<Problem::Length> different_lengths(const Problem& problem) {
+/// Each of the lengths once, the most certain of those between the same two ends; where the touches
+/// do not hold both ends a length says nothing of the arm.
+std::vector<Problem::Length> different_lengths(const Problem& problem,
+                                               const std::vector<int>& loose) {
+  const auto is_loose = [&](int block) {
+    return std::find(loose.begin(), loose.end(), block) != loose.end();
+  };
   std::vector<Problem::Length> different;
   for (const Problem::Length& length : problem.lengths()) {
+    if (is_loose(length.block_a) || is_loose(length.block_b)) continue;
     const auto known =
         std::find_if(different.begin(), different.end(), [&](const Problem::Length& other) {
           return std::minmax(length.block_a, length.block_b) ==
@@ -291,7 +393,7 @@ bool is_checked(const Calibration& c, const LengthResult& length) {
 }
 
 /// Where all hangs on one certificate; empty where it does not.
-std::string unchecked_scale(const Calibration& c) {
+std::string unchecked_scale(const Calibration& c, std::size_t holding) {
   if (c.lengths.empty() || std::any_of(c.lengths.begin(), c.lengths.end(),
                                        [&](const LengthResult& l) { return is_checked(c, l); }))
     return {};
@@ -299,6 +401,12 @@ std::string unchecked_scale(const Calibration& c) {
       c.lengths.begin(), c.lengths.end(), [](const LengthResult& a, const LengthResult& b) {
         return least_seen_error_m(a) < least_seen_error_m(b);
       });
+  if (holding > 1)
+    return fmt::format(
+        "unchecked scale: the touches are too few to check one of the {} certified lengths by the "
+        "others; wrong by less than {:.1f} mm even the best checked ({} and {}) would not be "
+        "noticed. Make more touches of each target",
+        holding, least_seen_error_m(best) * 1e3, best.from, best.to);
   return fmt::format(
       "unchecked scale: nothing but its certificate says that {} and {} lie {:.3f} mm apart; wrong "
       "by less than {:.1f} mm it would not be noticed, and all lengths of the arm would be wrong "
@@ -306,6 +414,32 @@ std::string unchecked_scale(const Calibration& c) {
       "proportion. Certify a second length between touched targets, or have this one measured "
       "again",
       best.from, best.to, best.certified_m * 1e3, least_seen_error_m(best) * 1e3);
+}
+
+/// Why the result claims nothing away from the targets, and what would hold the scale.
+std::string near_targets_words(const Problem& problem, const std::vector<int>& loose) {
+  const bool sized =
+      std::any_of(problem.blocks().begin(), problem.blocks().end(), [&](const TargetBlock& block) {
+        return problem.cell().targets[block.target].kind == TargetKind::kSphere;
+      });
+  const bool centred =
+      std::any_of(problem.blocks().begin(), problem.blocks().end(), [&](const TargetBlock& block) {
+        return has_a_centre(problem.cell().targets[block.target].kind);
+      });
+  const std::string why =
+      problem.lengths().empty() ? "no certified length was touched"
+      : !loose.empty() && different_lengths(problem, loose).empty()
+          ? "no certified length has ends that the touches hold"
+          : "the certified lengths are not certain enough (all together worse than 0.5 mm per "
+            "metre)";
+  return fmt::format(
+      "scope: {}, so only the {} the scale; the result claims nothing away from the targets. {}",
+      why, sized ? "size of the spheres holds" : "drawing's tolerances hold",
+      !loose.empty() ? "Touch each target from more sides"
+      : centred
+          ? "Touch two targets at a certified distance"
+          : "Add two targets with centres at a certified distance (spheres, points), or readings "
+            "of a tracker or a long wire");
 }
 
 /// Targets of the cell file without a touch; empty where there are none.
@@ -347,6 +481,20 @@ std::string far_centres(const Problem& problem, const Calibration& c) {
                                    off_m * 1e3, off_m / target.centre_sigma_m));
   }
   if (far.empty()) return {};
+  for (const TargetResult& one : c.targets)
+    for (const TargetResult& other : c.targets) {
+      const Target& a = problem.cell().targets[problem.cell().target_index(one.id)];
+      const Target& b = problem.cell().targets[problem.cell().target_index(other.id)];
+      if (!(one.id < other.id) || !centre_is_held(a) || !centre_is_held(b)) continue;
+      const double sigma_m = kFarCentre * std::max(a.centre_sigma_m, b.centre_sigma_m);
+      if ((a.centre_m - b.centre_m).norm() < 2.0 * sigma_m) continue;
+      if ((one.centre_m - b.centre_m).norm() < sigma_m &&
+          (other.centre_m - a.centre_m).norm() < sigma_m)
+        return fmt::format(
+            "stated centre: {} was touched where the cell file states {}, and {} where it states "
+            "{}; exchange their centre_mm, or the ids of their touches",
+            a.id, b.id, b.id, a.id);
+    }
   return fmt::format(
       "stated centre: not where the cell file states it is {}; check centre_mm, of the arm's base "
       "frame",
@@ -357,7 +505,8 @@ bool is_note(std::string_view reason) {
   for (const std::string_view opening :
        {"scope: ", "no check touches: ", "since the last one: ", "unchecked scale: ",
         "not touched: ", "gross check touches: ", "stated centre: ", "beyond tolerance: ",
-        "radius offset: ", "unseen place: ", "not judged: ", "temperature: "})
+        "radius offset: ", "unseen place: ", "not judged: ", "temperature: ", "model error: ",
+         "gain: "})
     if (reason.starts_with(opening)) return true;
   return false;
 }
@@ -425,7 +574,9 @@ Verdict judge(const Problem& problem, const Calibration& c) {
   std::vector<std::string> blocking;
   if (c.chi2_per_dof > kChi2Limit)
     blocking.push_back(fmt::format(
-        "chi^2: the touches scatter {:.1f} times more than {} ({:.3f} instead of {:.3f} mm)",
+        "chi^2: the touches scatter {:.1f} times more than {} ({:.3f} instead of {:.3f} mm). State "
+        "what the instrument repeats to, not what the fit leaves; five places touched four times "
+        "each measure it",
         std::sqrt(c.chi2_per_dof),
         c.repeats.degrees_of_freedom > 0.0 ? "repeated ones and the cell file state"
                                            : "the cell file states",
@@ -446,7 +597,8 @@ Verdict judge(const Problem& problem, const Calibration& c) {
     const ParameterResult& found = c.parameters[static_cast<std::size_t>(i)];
     x[i] = found.nominal + found.correction;
   }
-  std::string rule;  // what holds the scale beside certified lengths
+  std::vector<int> loose;  // blocks whose touches do not hold their place
+  std::string rule;        // what holds the scale beside certified lengths
   int trackers = 0, wires = 0;
   for (std::size_t b = 0; b < problem.blocks().size(); ++b) {
     const TargetBlock& block = problem.blocks()[b];
@@ -463,19 +615,25 @@ Verdict judge(const Problem& problem, const Calibration& c) {
     }
     if (least_information(problem, x, block, used) * kPlaceSigmaM * kPlaceSigmaM > 1.0) continue;
     if (used.empty()) {
+      loose.push_back(static_cast<int>(b));
       blocking.push_back("too few directions: all touches of " + target.id + " were left out");
       continue;
     }
+    loose.push_back(static_cast<int>(b));
     const char* what =
         target.kind == TargetKind::kPlane
-            ? "at places too near each other or in a line; touch it farther apart in "
+            ? "touched {} at places too near each other or in a line; touch it farther apart in "
               "two directions"
         : target.kind == TargetKind::kTracker
-            ? "at places too near each other or in a line; measure farther apart"
-            : "in directions too much alike; touch it from more sides";
+            ? "read {} at places too near each other or in a line; measure farther apart"
+        : target.kind == TargetKind::kWire
+            ? "pulled {} in directions too much alike; measure from more sides"
+            : "touched {} in directions too much alike; touch it from more sides";
     ++wanting;
-    blocking.push_back(fmt::format("too few directions: {} was touched {} time{} {}", target.id,
-                                   used.size(), used.size() == 1 ? "" : "s", what));
+    blocking.push_back(fmt::format(
+        "too few directions: {} was {}", target.id,
+        fmt::format(fmt::runtime(what),
+                    fmt::format("{} time{}", used.size(), used.size() == 1 ? "" : "s"))));
   }
   judge_lengths(c, blocking);
   judge_sizes(c, blocking);
@@ -511,10 +669,11 @@ Verdict judge(const Problem& problem, const Calibration& c) {
       verdict.reasons.push_back(std::move(words));
     return verdict;
   }
-  verdict.publish = blocking.empty();
-  const auto lengths = different_lengths(problem);
+  const auto lengths = different_lengths(problem, loose);
   const bool lengths_hold = hold_scale(lengths);
   verdict.workspace = lengths_hold || !rule.empty();
+  judge_predicted(problem, c, verdict.workspace, blocking);
+  verdict.publish = blocking.empty();
   verdict.reasons = std::move(blocking);
   if (!rule.empty()) verdict.reasons.push_back("scope: " + rule + " the scale");
   // Wires are of one instrument, and have their scale in common.
@@ -535,18 +694,14 @@ Verdict judge(const Problem& problem, const Calibration& c) {
       words += fmt::format("; an error that all of them share would be noticed from {:.2f} % on",
                            100.0 * scale.unseen());
     verdict.reasons.push_back(std::move(words));
-    if (std::string unchecked = unchecked_scale(c); !unchecked.empty())
+    if (std::string unchecked = unchecked_scale(c, lengths.size()); !unchecked.empty())
       verdict.reasons.push_back(std::move(unchecked));
   }
-  if (!verdict.workspace)
-    verdict.reasons.push_back(
-        std::string(problem.lengths().empty()
-                        ? "scope: no certified length was touched, so only "
-                        : "scope: the certified lengths are not certain enough (all together worse "
-                          "than 0.5 mm per metre), so only ") +
-        "the target's size holds the scale; the "
-        "result claims nothing away from the targets. Touch a second sphere at a certified "
-        "distance");
+  if (!verdict.workspace) verdict.reasons.push_back(near_targets_words(problem, loose));
+  if (verdict.publish && c.nominal_m3_m > 0.0)
+    verdict.reasons.push_back(gain_words(problem, c, verdict.workspace));
+  if (std::string words = model_error_words(problem, c); !words.empty())
+    verdict.reasons.push_back(std::move(words));
   if (std::string words = untouched_targets(problem); !words.empty())
     verdict.reasons.push_back(std::move(words));
   if (std::string words = far_centres(problem, c); !words.empty())

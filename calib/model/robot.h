@@ -137,7 +137,9 @@ struct Cell {
   std::vector<Target> targets;
   std::vector<CertifiedLength> lengths;
   std::vector<Obstacle> obstacles;
-  std::optional<double> floor_m;       ///< height against gravity that nothing goes below
+  std::optional<double> floor_m;  ///< height against gravity that nothing goes below
+  /// Mean 3-D error that a calibration may be published with; without it the verdict's usual one.
+  std::optional<double> required_m;
   double touch_sigma_m = 0.0;          ///< 1 sigma of one touch
   double turn_sigma_rad = 0.0;         ///< of a tracker's turns, about each axis; 0: not stated
   double radius_offset_sigma_m = 0.0;  ///< prior of rho, one for the cell; 0: known to be zero

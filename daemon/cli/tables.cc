@@ -73,6 +73,11 @@ std::string result_words(const calib::Calibration& calibration,
         "predicted mean error of a position: {:.3f} mm near the targets, {:.3f} mm over the "
         "workspace\n",
         calibration.predicted_m2_m * kMm, calibration.predicted_m3_m * kMm);
+    if (calibration.nominal_m3_m > 0.0)
+      text += fmt::format(
+          "the nominal arm's own:              {:.3f} mm near the targets, {:.3f} mm over the "
+          "workspace\n",
+          calibration.nominal_m2_m * kMm, calibration.nominal_m3_m * kMm);
   }
   if (calibration.degrees_of_freedom > 0.0)
     text += fmt::format("chi^2 of the fit: {:.1f} at {:.1f} degrees of freedom, {:.2f} for each\n",
@@ -91,10 +96,10 @@ std::string result_words(const calib::Calibration& calibration,
   for (const calib::Outlier& outlier : calibration.outliers) {
     const calib::Touch unknown;
     text += fmt::format(
-        "outlier: {} ({:+.3f} mm): {}\n",
+        "outlier: {}: {}\n",
         calib::touch_words(outlier.touch,
                            outlier.touch < touches.size() ? touches[outlier.touch] : unknown),
-        outlier.residual_m * kMm, outlier.reason);
+        outlier.reason);  // has the residual
   }
   return text + verdict_words(calibration.verdict);
 }

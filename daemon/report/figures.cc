@@ -108,14 +108,37 @@ std::string tiles(const View& view) {
   return out + "</div>\n";
 }
 
-std::string_view residual_words(const View& view) {
-  if (view.points_only()) return "how far the tip is from the point that it was held at.";
-  if (view.any_point()) {
-    return "how much further from the target&rsquo;s centre, or nearer to it, the tip is than the "
-           "effective radius; on points, how far the tip is from them.";
+bool any_of_kind(const View& view, calib::TargetKind kind) {
+  return std::any_of(view.result.targets.begin(), view.result.targets.end(),
+                     [&](const calib::TargetResult& target) { return target.kind == kind; });
+}
+
+/// What the residual of each kind of target is that there is.
+std::string residual_words(const View& view) {
+  using calib::TargetKind;
+  std::vector<std::string_view> parts;
+  const bool centred = any_of_kind(view, TargetKind::kSphere) || view.result.targets.empty();
+  if (centred)
+    parts.push_back(
+        "how much further from the target&rsquo;s centre, or nearer to it, the tip is than the "
+        "effective radius");
+  if (any_of_kind(view, TargetKind::kPlane))
+    parts.push_back("how far the tip&rsquo;s ball is off the plane, to either side");
+  if (any_of_kind(view, TargetKind::kWire))
+    parts.push_back(
+        "how much further from the wire&rsquo;s end, or nearer to it, the tip is than "
+        "the length read");
+  if (any_of_kind(view, TargetKind::kPoint))
+    parts.push_back(parts.empty() ? "how far the tip is from the point that it was held at"
+                                  : "on points, how far the tip is from them");
+  if (any_of_kind(view, TargetKind::kTracker))
+    parts.push_back("how far the tip is from where the tracker read it");
+  std::string words;
+  for (const std::string_view part : parts) {
+    if (!words.empty()) words += "; ";
+    words += part;
   }
-  return "how much further from the target&rsquo;s centre, or nearer to it, the tip is than the "
-         "effective radius.";
+  return words + ".";
 }
 
 std::string predicted_words(const View& view) {
@@ -129,7 +152,7 @@ std::string predicted_words(const View& view) {
       "is, "
       "from how far off each parameter may still be; both are taken after the best alignment of "
       "the "
-      "base. They hold as far as the model does: backlash, temperature or a tool that moved since "
+      "base. They hold as far as the model does: temperature or a tool that moved since "
       "are not in them{}. To measure accuracy, use an instrument of its own, for example a laser "
       "tracker.</p>\n",
       std::isfinite(ripple_rad) && ripple_rad > 0.0
@@ -171,9 +194,10 @@ std::string figures_table(const View& view) {
   body += fmt::format(
       "<p class=\"note\">Residual: {} <em>Before</em>: each target is put where it suits the "
       "nominal "
-      "robot&rsquo;s own fitted touches best, so a target that stands elsewhere than stated does "
-      "not "
-      "count against the robot; few touches on a target make this figure small. <em>After</em>: "
+      "robot&rsquo;s own fitted touches best, and so are the radius offset and the tool&rsquo;s "
+      "tip "
+      "as far as the cell file leaves them open, so none of these counts against the robot; few "
+      "touches on a target make this figure small. <em>After</em>: "
       "robot, tool and targets as calibrated. Held-out touches had no part in either.{}</p>\n",
       residual_words(view), view.outliers > 0 ? " Outliers are in none of these figures." : "");
   body += fmt::format("<p class=\"note\">{}</p>\n", noise_words(view));

@@ -53,9 +53,11 @@ void run(const calib::Robot& robot, const Level& level, const Options& options) 
     if (const auto o = experiments::run(robot, trial, options.seed * 1000 + k)) {
       all.push_back(*o);
       if (options.each)
-        fmt::print("  arm {}: M1 {:.3f} M2 {:.3f} M3 {:.3f} mm, M4 {:.1f} %, u95/rms {:.2f}{}\n", k,
-                   1e3 * o->m1, 1e3 * o->m2, 1e3 * o->m3, 100.0 * o->m4, o->u95 / o->rms,
-                   o->published ? "" : ", withheld");
+        fmt::print(
+            "  arm {}: M1 {:.3f} M2 {:.3f} M3 {:.3f} mm, M4 {:.1f} %, u95/rms {:.2f}{} alike "
+            "{:.1f}\n",
+            k, 1e3 * o->m1, 1e3 * o->m2, 1e3 * o->m3, 100.0 * o->m4, o->u95 / o->rms,
+            o->published ? "" : ", withheld", o->alike);
     }
   if (all.empty()) {
     fmt::print("{}: no cell could be planned\n", level.name);

@@ -76,6 +76,12 @@ Outcome judged(const World& world, const std::vector<calib::Touch>& touches) {
   const calib::ArmModel model(world.cell.robot, world.cell.tool);
   judge(world.arm, predictor, postures(model, 1000, 99), o.m3, o.m3_max, o.rms, o.m4, o.u95);
   o.predicted_m3 = c.predicted_m3_m;
+  o.nominal_m3 = c.nominal_m3_m;
+  o.field = c.discrepancy.sigma_m;
+  o.estimated = c.discrepancy.estimated;
+  o.alike = c.discrepancy.alike;
+  if (!o.published)
+    for (const auto& r : c.verdict.reasons) o.why_not += " | " + r.substr(0, 160);
   double rms = 0, u95 = 0;
   std::vector<calib::JointVector> around;
   for (const auto& t : touches) around.push_back(t.joint_rad);
@@ -88,6 +94,9 @@ Stage stage_of(const Trial& trial) {
   Stage stage;
   stage.spheres = trial.spheres;
   stage.touch_sigma_m = stage.noise_m = trial.touch_sigma_m;
+  if (trial.noise_m > 0.0) stage.noise_m = trial.noise_m;
+  stage.truth.play_arcsec = trial.play_arcsec;
+  stage.truth.field_m = trial.field_m;
   stage.lengths = trial.lengths;
   stage.truth.gears = trial.gears;
   stage.truth.gear_arcsec = trial.gear_arcsec;
@@ -125,6 +134,16 @@ std::optional<Outcome> run(const calib::Robot& robot, const Trial& trial, std::u
     const double warm = static_cast<double>(i) / static_cast<double>(plan.touches.size());
     if (auto t = world.touch(plan.touches[i], warm, kBeyond, random))
       touches.push_back(std::move(*t));
+  }
+  constexpr int kTimes = 4;
+  for (int k = 0, made = 0; made < trial.repeated && k < static_cast<int>(plan.touches.size());
+       ++k) {
+    // Spread over the session.
+    const auto& planned = plan.touches[static_cast<std::size_t>(k) * 7 % plan.touches.size()];
+    if (planned.set != calib::TouchSet::kFit) continue;
+    ++made;
+    for (int time = 1; time < kTimes; ++time)
+      if (auto t = world.touch(planned, 1.0, kBeyond, random)) touches.push_back(std::move(*t));
   }
   Outcome o = judged(world, touches);
   o.planned_m3 = plan.predicted_m3_m;

@@ -20,9 +20,12 @@ struct Trial {
   Gears gears = Gears::kHarmonics;
   double gear_arcsec = 10.0;
   calib::Criterion criterion = calib::Criterion::kI;
-  double outlier_share = 0.02;    ///< of the fit touches
-  bool outliers_dropped = false;  ///< before the estimate: what could be had at best
-  bool masses_stated = true;      ///< in the robot file
+  double outlier_share = 0.02;              ///< of the fit touches
+  bool outliers_dropped = false;            ///< before the estimate: what could be had at best
+  bool masses_stated = true;                ///< in the robot file
+  double noise_m = 0.0;                     ///< of a touch; 0: as stated
+  double play_arcsec = 0.0, field_m = 0.0;  ///< what the model lacks (true_arm.h)
+  int repeated = 0;                         ///< of the fit touches, so many are made four times
 };
 
 /// M1 to M4 of the method; m and shares.
@@ -30,8 +33,9 @@ struct Outcome {
   double m1 = 0, m1_max = 0, m2 = 0, m2_max = 0, m3 = 0, m3_max = 0, m4 = 1, m4_local = 1;
   double rms = 0, u95 = 0;  ///< over the postures of M3: of the error, and mean
   double rho_error = 0, predicted_m3 = 0;
-  double planned_m3 = 0, minutes = 0;  ///< what the plan predicted
-  bool published = false;
+  double planned_m3 = 0, minutes = 0;           ///< what the plan predicted
+  double nominal_m3 = 0, field = 0, alike = 0;  ///< as the estimator foresees and says
+  bool published = false, estimated = false;
   std::string why_not;
 };
 

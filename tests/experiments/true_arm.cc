@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <numeric>
 
 namespace cellcal::experiments {
 
@@ -86,9 +87,27 @@ TrueArm::TrueArm(const calib::Cell& cell, const TruthSettings& s, calib::Random&
       }
     }
     const std::size_t index = joints_.size();
-    if (index == 1 || index == 2 || index == 4)
+    if (index == 1 || index == 2 || index == 4) {
       t.stiffness = s.compliance_rad_per_nm * std::abs(random.normal());
+      if (s.play_arcsec > 0.0)
+        t.gear = [gear = t.gear, play = s.play_arcsec * kRadPerArcsec](double q, double torque) {
+          constexpr double kGivesNm = 100.0;
+          return gear(q, torque) + play * std::tanh(torque / kGivesNm);
+        };
+    }
     joints_.push_back(std::move(t));
+  }
+  if (!(s.field_m > 0.0)) return;
+  // Many waves of random direction and length: nearly Gaussian, correlation exp(-d^2 / 2 reach^2).
+  constexpr int kWaves = 100;
+  for (int k = 0; k < kWaves; ++k) {
+    Wave wave;
+    for (double& component : wave.along)
+      component = s.field_m * std::sqrt(2.0 / kWaves) * random.normal();
+    for (std::size_t i = 0; i < joints_.size(); ++i)
+      wave.by_axis.push_back(random.normal() / s.field_reach_rad / (i < 3 ? 1.0 : 3.0));
+    wave.phase = random.uniform(0.0, 2.0 * std::numbers::pi);
+    field_.push_back(std::move(wave));
   }
 }
 
@@ -132,7 +151,12 @@ Eigen::Vector3d TrueArm::tip(const std::vector<double>& q, double warm) const {
   for (std::size_t i = 0; i < q.size(); ++i) bent *= link(i, given[i], warm);
   const Eigen::Vector3d z = bent.block<3, 1>(0, 2);
   const double force_factor = c_t_ * tool_mass_ * std::pow(tool_length_, 3) / 3.0;
-  return (bent * tcp_.homogeneous()).head<3>() + force_factor * (gravity_ - gravity_.dot(z) * z);
+  Eigen::Vector3d tip =
+      (bent * tcp_.homogeneous()).head<3>() + force_factor * (gravity_ - gravity_.dot(z) * z);
+  for (const Wave& wave : field_)
+    tip += wave.along *
+           std::cos(std::inner_product(q.begin(), q.end(), wave.by_axis.begin(), wave.phase));
+  return tip;
 }
 
 }  // namespace cellcal::experiments

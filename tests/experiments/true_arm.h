@@ -25,6 +25,12 @@ struct TruthSettings {
   double gear_arcsec = 10.0;     ///< rms per joint over a revolution
   double tip_offset_m = 0.5e-3;  ///< at most, per component; the cell file does not know of it
   double growth = 25e-6;         ///< of all lengths over the session (2 K of aluminium and steel)
+  /// Play of the three loaded joints, to the side that the load presses to; it gives way over some
+  /// 100 N m.
+  double play_arcsec = 0.0;
+  /// An error of the tip that is no joint's: smooth in the posture, rms of each component, and over
+  /// how far (of each of the first three axes; of the wrist's three times that) it stays alike.
+  double field_m = 0.0, field_reach_rad = 0.6;
 };
 
 class TrueArm {
@@ -42,7 +48,13 @@ class TrueArm {
     Eigen::Vector3d com;
     std::function<double(double q, double torque)> gear;
   };
+  struct Wave {  ///< of the field
+    Eigen::Vector3d along;
+    std::vector<double> by_axis;
+    double phase;
+  };
   std::vector<Joint> joints_;
+  std::vector<Wave> field_;
   Eigen::Vector3d tcp_, tool_com_, gravity_;
   double tool_mass_, tool_length_, c_t_, growth_;
 };

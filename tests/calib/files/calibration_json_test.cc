@@ -234,6 +234,29 @@ TEST(CalibrationJson, KeepsWhatRepeatedTouchesMeasured) {
   EXPECT_NEAR(back.repeats.used_m, 1.7e-5, 1e-18);
 }
 
+TEST(CalibrationJson, KeepsWhatTheModelLacksAndTheNominalArmsOwnError) {
+  EXPECT_FALSE(json::parse(written()).contains("discrepancy")) << "there is none";
+  Calibration c = result();
+  c.discrepancy.sigma_m = 2.1e-4;
+  c.discrepancy.reach_rad = 0.3;
+  c.discrepancy.noise_m = 3e-5;
+  c.discrepancy.estimated = true;
+  c.nominal_m2_m = 1.5e-3;
+  c.nominal_m3_m = 2.5e-3;
+  const std::string text = calibration_to_json(c);
+  const Calibration back = calibration_from_json(text, "cal.json");
+  EXPECT_NEAR(back.discrepancy.sigma_m, 2.1e-4, 1e-15);
+  EXPECT_NEAR(back.discrepancy.reach_rad, 0.3, 1e-12);
+  EXPECT_NEAR(back.discrepancy.noise_m, 3e-5, 1e-15);
+  EXPECT_TRUE(back.discrepancy.estimated);
+  EXPECT_NEAR(back.nominal_m2_m, 1.5e-3, 1e-15);
+  EXPECT_NEAR(back.nominal_m3_m, 2.5e-3, 1e-15);
+  json document = json::parse(text);
+  document["discrepancy"]["sigma_mm"] = -0.1;
+  expect_words(refusal([&] { (void)calibration_from_json(document.dump(), "cal.json"); }),
+               {"discrepancy.sigma_mm"});
+}
+
 TEST(CalibrationJson, KeepsTheObservability) {
   const Observability &o = result().observability, back = read_back().observability;
   EXPECT_EQ(json::parse(written())["observability"]["told"], o.told);

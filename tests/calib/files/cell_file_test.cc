@@ -50,6 +50,21 @@ TEST(CellFile, ReadsMillimetresIntoMetres) {
   EXPECT_THROW((void)cell.target_index("S9"), std::out_of_range);
 }
 
+TEST(CellFile, KeepsTheErrorThatIsRequired) {
+  const auto read = [](const std::string& text) {
+    return read_cell(TomlTable::parse(text, "cell.toml"), testing::robot());
+  };
+  EXPECT_FALSE(read(kCell).required_m);
+  const auto with_key = [](const std::string& value) {
+    return with(kCell, "robot = \"two.toml\"", "robot = \"two.toml\"\nrequired_mm = " + value);
+  };
+  const Cell cell = read(with_key("0.25"));
+  EXPECT_DOUBLE_EQ(cell.required_m.value_or(0.0), 0.25e-3);
+  EXPECT_DOUBLE_EQ(read(cell_to_toml(cell, "two.toml")).required_m.value_or(0.0), 0.25e-3);
+  for (const char* bad : {"0", "-1", "nan", "inf", "1e9", "[1]", "\"fine\""})
+    expect_words(cell_refusal(with_key(bad)), {"required_mm"});
+}
+
 TEST(CellFile, PutsTheToolsMassHalfWayAndTakesItsLengthFromTheTcp) {
   const std::string plain =
       without(without(kCell, "com_mm = [30.0, 25.0, 205.0]"), "length_mm = 417.7");

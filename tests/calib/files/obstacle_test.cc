@@ -81,7 +81,8 @@ TEST(ObstacleFile, ReadsStandsFloorAndTheToolsBody) {
   std::string text = with(kCell, "diameter_mm = 38.1",
                           "diameter_mm = 38.1\nstand_diameter_mm = 20\nstand_height_mm = 400");
   text = with(text, "kind = \"wire\"", "kind = \"wire\"\nstand = \"none\"");
-  text = with(text, "robot = \"two.toml\"", "robot = \"two.toml\"\nfloor_mm = -350.5");
+  text = with(text, "robot = \"two.toml\"",
+              "robot = \"two.toml\"\nfloor_mm = -350.5\nrequired_mm = 0.25");
   text = with(text, "tip_radius_mm = 0.6",
               "tip_radius_mm = 0.6\nradius_mm = 45\ntip_length_mm = 80\ntip_diameter_mm = 3");
   const Cell cell = read(text);

@@ -351,7 +351,23 @@ TEST(Kinds, NameOutliersOnPlanesAndTrackers) {
     ASSERT_EQ(result.outliers.size(), 1u);
     EXPECT_EQ(result.outliers[0].touch, 7u);
     EXPECT_TRUE(result.verdict.publish) << all_reasons(result);
+    // A reading has no side, and a tracker no surface; a plane has both.
+    const std::string& reason = result.outliers[0].reason;
+    const bool tracker = kind.targets.size() == 1;
+    EXPECT_EQ(reason.find("line of sight") != std::string::npos, tracker) << reason;
+    EXPECT_EQ(reason.find("contact seen") != std::string::npos, !tracker) << reason;
+    EXPECT_EQ(reason.starts_with("+") || reason.starts_with("-"), !tracker) << reason;
   }
+}
+
+TEST(Kinds, WithoutSpheresAreNotToldOfTheSizeOfTheSpheres) {
+  const Stage stage = sim::constraints::set_up(three_planes(), {.seed = 10});
+  const Calibration result =
+      identify(stage.cell, sim::constraints::touch(stage, {.fit = 90, .seed = 10}));
+  EXPECT_FALSE(result.verdict.workspace);
+  EXPECT_EQ(all_reasons(result).find("sphere holds"), std::string::npos) << all_reasons(result);
+  EXPECT_EQ(all_reasons(result).find("size of the spheres"), std::string::npos)
+      << all_reasons(result);
 }
 
 TEST(Kinds, RefuseALengthThatEndsAtAPlaneOrTracker) {

@@ -116,6 +116,17 @@ TEST(Repeats, GrossErrorsAmongThemDoNotCountAsNoise) {
   EXPECT_EQ(repeats.degrees_of_freedom, 56.0);
 }
 
+TEST(Repeats, ThatScatterFarLessThanStatedAreBelievedAlone) {
+  Cell cell = demo_cell();
+  cell.touch_sigma_m = 0.22e-3;
+  const auto touches = repeated(5, 4, 2e-5);
+  const ArmModel arm(cell.robot, cell.tool);
+  const Repeats repeats =
+      find_repeats(Problem(cell, arm, touches, starting_places(cell, arm, touches)));
+  EXPECT_EQ(repeats.used_m, repeats.scatter_m);
+  EXPECT_LT(repeats.used_m, 4e-5);
+}
+
 TEST(Repeats, AFewHardlyMoveTheStatedNoiseManyReplaceIt) {
   const double stated = demo_cell().touch_sigma_m;
   const Repeats few = of(repeated(2, 2, 9e-5)), many = of(repeated(60, 3, 9e-5));

@@ -194,10 +194,20 @@ TEST(Scope, TheWorkspaceIsPredictedWorseWithoutALength) {
   EXPECT_GT(identify(cell, made.touches).predicted_m3_m, 1.2 * with);
 }
 
-TEST(Verdict, BlocksTouchesThatScatterMoreThanTheCellFileSays) {
+TEST(Verdict, TakesTouchesThatScatterMoreThanTheCellFileSaysForWhatTheyAre) {
   const Calibration result = of(demo_cell(), {.fit = 100, .noise_m = 2e-4});
+  EXPECT_TRUE(result.verdict.publish) << all_reasons(result);
+  EXPECT_NE(all_reasons(result).find("model error"), std::string::npos) << all_reasons(result);
+  EXPECT_GT(result.predicted_m3_m, 2e-4);
+}
+
+TEST(Verdict, AsStatedBlocksTouchesThatScatterMoreAndSaysWhatToDo) {
+  const auto made =
+      make_touches(demo_cell(), plain_truth(demo_cell(), 1), {.fit = 100, .noise_m = 2e-4});
+  const Calibration result = identify_as_stated(demo_cell(), made.touches);
   EXPECT_FALSE(result.verdict.publish);
   EXPECT_NE(all_reasons(result).find("chi^2"), std::string::npos) << all_reasons(result);
+  EXPECT_NE(all_reasons(result).find("five places"), std::string::npos) << all_reasons(result);
 }
 
 TEST(Verdict, BlocksASphereTouchedAtOneSpotOnly) {

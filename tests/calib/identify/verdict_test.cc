@@ -184,6 +184,62 @@ TEST(Verdict, SaysThatNothingChecksALoneLength) {
   }
 }
 
+TEST(Verdict, AFewFirstTouchesAreNotSaidToHoldTheScaleNorToHangOnOneCertificate) {
+  const Calibration c = identify(demo_cell(), touches_of(demo_cell(), 8, 2));
+  EXPECT_FALSE(c.verdict.publish);
+  EXPECT_FALSE(c.verdict.workspace);
+  EXPECT_EQ(words_of(c).find("hold the scale, touched"), std::string::npos) << words_of(c);
+  EXPECT_EQ(words_of(c).find("nothing but its certificate"), std::string::npos) << words_of(c);
+}
+
+TEST(Verdict, WithholdsWhatIsForeseenToBeWorseThanAskedFor) {
+  Cell cell = demo_cell();
+  const auto touches = touches_of(cell, 60, 2);
+  const Calibration usual = identify(cell, touches);
+  EXPECT_TRUE(usual.verdict.publish) << words_of(usual);
+  EXPECT_NE(words_of(usual).find("gain: "), std::string::npos) << words_of(usual);
+  EXPECT_NE(words_of(usual).find("2.00 mm allowed"), std::string::npos) << words_of(usual);
+  cell.required_m = 0.9 * usual.predicted_m3_m;
+  const Calibration withheld = identify(cell, touches);
+  EXPECT_FALSE(withheld.verdict.publish);
+  EXPECT_NE(words_of(withheld).find("required: "), std::string::npos) << words_of(withheld);
+  cell.required_m = 1.1 * usual.predicted_m3_m;
+  EXPECT_TRUE(identify(cell, touches).verdict.publish);
+}
+
+TEST(Verdict, WithholdsWhatIsHardlyBetterThanTheNominalArm) {
+  Cell cell = demo_cell();
+  const auto touches = touches_of(cell, 60, 2);
+  for (Joint& joint : cell.robot.joints) {  // drawn and mastered to microns
+    joint.tolerance_length_m = 1e-6;
+    joint.tolerance_angle_rad = 1e-6;
+  }
+  cell.touch_sigma_m = 10e-3;
+  const Calibration c = identify(cell, touches);
+  EXPECT_FALSE(c.verdict.publish);
+  EXPECT_NE(words_of(c).find("no gain: "), std::string::npos) << words_of(c);
+}
+
+TEST(Verdict, NamesTwoStatedCentresThatWereExchanged) {
+  Cell cell = demo_cell();
+  const auto touches = touches_of(cell, 100, 2);
+  std::swap(cell.targets[0].centre_m, cell.targets[1].centre_m);
+  const Calibration c = identify(cell, touches);
+  EXPECT_NE(words_of(c).find("S1 was touched where the cell file states S2"), std::string::npos)
+      << words_of(c);
+}
+
+TEST(Verdict, BeforeIsWithTheToolWhereTheTouchesPutItAsFarAsTheCellFileLeavesItOpen) {
+  Cell cell = demo_cell();
+  const auto touches = touches_of(cell, 60, 2);
+  const double known_m = identify_as_stated(cell, touches).before.mean_m;
+  cell.tool.tcp.translation() += Eigen::Vector3d(4e-3, -4e-3, 3e-3);  // a guess
+  cell.tool.tcp_sigma_m.setConstant(5e-3);
+  const Calibration guessed = identify_as_stated(cell, touches);
+  EXPECT_LT(guessed.before.mean_m, 1.3 * known_m);
+  EXPECT_GT(guessed.before.mean_m, 2.0 * guessed.after.mean_m);
+}
+
 TEST(Verdict, ALengthThatWasMeasuredTwiceIsChecked) {
   Cell cell = demo_cell();
   const auto touches = touches_of(cell, 100, 2);

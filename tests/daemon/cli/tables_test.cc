@@ -13,17 +13,19 @@ TEST(the_result, shows_before_after_check_and_the_verdict_with_scope_and_reasons
   calibration.after = {24, 0.00003, 0.00009, 0.00004};
   calibration.verdict.workspace = true;
   calibration.verdict.reasons = {"too few directions"};
-  calibration.outliers = {{4, 0.0005, "5 sigma"}};
+  calibration.outliers = {{4, 0.0005, "+0.500 mm off S1, 5 times the touch noise"}};
   const std::string words = result_words(calibration);
   EXPECT_NE(words.find("fit before          24    1.2000    3.4000    1.5000\n"), std::string::npos)
       << words;
   EXPECT_NE(words.find("fit after           24    0.0300    0.0900    0.0400\n"), std::string::npos)
       << words;
   EXPECT_NE(words.find("check after       none\n"), std::string::npos) << words;
-  EXPECT_NE(words.find("outlier: touch 5 (+0.500 mm): 5 sigma\n"), std::string::npos) << words;
+  EXPECT_NE(words.find("outlier: touch 5: +0.500 mm off S1, 5 times the touch noise\n"),
+            std::string::npos)
+      << words;
   std::vector<calib::Touch> touches(5);
   touches[4].line = 7;
-  EXPECT_NE(result_words(calibration, touches).find("outlier: touch 5 (line 7) (+0.500 mm)"),
+  EXPECT_NE(result_words(calibration, touches).find("outlier: touch 5 (line 7): +0.500 mm"),
             std::string::npos);
   EXPECT_NE(words.find("verdict: NOT publishable, scope: workspace\n  - too few directions\n"),
             std::string::npos)

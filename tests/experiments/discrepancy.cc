@@ -1,0 +1,131 @@
+// Is the bound honest where the stated touch sigma is not what it seems, and where the arm does
+// what the model lacks? Coverage over postures that no touch was near, beside the error foreseen.
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <vector>
+
+#include "calib/files/files.h"
+#include "tests/experiments/trial.h"
+
+namespace {
+
+using namespace cellcal;
+using experiments::median;
+using experiments::Outcome;
+using experiments::Trial;
+
+constexpr double kNoiseM = 0.03e-3;
+
+struct Arm {
+  const char* name;
+  experiments::Gears gears;
+  double play_arcsec, field_m;
+  double misfit_m;  ///< what the fit leaves, about: what a user would type in
+};
+constexpr Arm kArms[] = {
+    {"as the model has it", experiments::Gears::kHarmonics, 0.0, 0.0, 0.03e-3},
+    {"play 60 arcsec", experiments::Gears::kHarmonics, 60.0, 0.0, 0.10e-3},
+    {"field 0.3 mm", experiments::Gears::kHarmonics, 0.0, 0.3e-3, 0.22e-3},
+};
+
+struct Row {
+  const Arm& arm;
+  const char* stated;
+  double sigma_m;
+  int repeated;
+};
+
+double least(const std::vector<double>& v) {
+  return v.empty() ? 0.0 : *std::min_element(v.begin(), v.end());
+}
+
+void run(const calib::Robot& robot, Trial trial, const Row& row, int robots, std::uint64_t seed,
+         bool each) {
+  trial.gears = row.arm.gears;
+  trial.play_arcsec = row.arm.play_arcsec;
+  trial.field_m = row.arm.field_m;
+  trial.touch_sigma_m = row.sigma_m;
+  trial.noise_m = kNoiseM;
+  trial.repeated = row.repeated;
+  std::vector<double> cover, ratio, predicted, found, nominal, field;
+  int arms = 0, published = 0, estimated = 0;
+  std::string reasons;
+  for (std::uint64_t k = 0; arms < robots && k < 200; ++k) {
+    const auto o = experiments::run(robot, trial, seed * 1000 + k);
+    if (!o) continue;
+    ++arms;
+    if (each) fmt::print("   alike {:.1f}", o->alike);
+    if (each)
+      fmt::print(
+          "    {}: M4 {:.1f} %, M3 {:.3f} mm, predicted {:.3f}, nominal {:.2f}, field {:.3f}{} "
+          "{}\n",
+          k, 100 * o->m4, 1e3 * o->m3, 1e3 * o->predicted_m3, 1e3 * o->nominal_m3, 1e3 * o->field,
+          o->estimated ? " estimated" : "", o->why_not);
+    if (!o->published) {
+      reasons += "      withheld: " + o->why_not + "\n";
+      continue;
+    }
+    ++published;
+    estimated += o->estimated ? 1 : 0;
+    cover.push_back(o->m4);
+    ratio.push_back(o->u95 / o->rms);
+    predicted.push_back(1e3 * o->predicted_m3);
+    found.push_back(1e3 * o->m3);
+    field.push_back(1e3 * o->field);
+  }
+  fmt::print(
+      "{:20} {:16} {:>7} {:5d} {:6d}/{:<3d} {:6d} {:8.1f} {:6.1f} {:9.3f} {:6.3f} {:7.3f} "
+      "{:8.2f}\n{}",
+      row.arm.name, row.stated, row.repeated > 0 ? fmt::format("{} x 4", row.repeated) : "none",
+      trial.fit, published, arms, estimated, 100 * median(cover), 100 * least(cover),
+      median(predicted), median(found), median(field), median(ratio), each ? reasons : "");
+  std::fflush(stdout);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    int robots = 10;
+    std::uint64_t seed = 1;
+    bool each = false;
+    std::string file = CELLCAL_EXPERIMENT_ROBOT, only, sigma;
+    std::vector<int> fits{100, 400};
+    CLI::App app(
+        "Coverage of unseen postures where the touch sigma or the model is not right.\n"
+        "Example: discrepancy --robots 20");
+    app.add_option("--robots", robots, "Per line")
+        ->capture_default_str()
+        ->check(CLI::Range(1, 500));
+    app.add_option("--seed", seed, "")->capture_default_str();
+    app.add_option("--touches", fits, "Fit touches")->capture_default_str();
+    app.add_option("--arm", only, "Only arms whose name begins so");
+    app.add_option("--sigma", sigma, "Only stated sigmas whose name begins so");
+    app.add_flag("--each", each, "A line for every arm");
+    CLI11_PARSE(app, argc, argv);
+    const calib::Robot robot = calib::load_robot(file);
+    fmt::print("{:20} {:16} {:>7} {:>5} {:>10} {:>6} {:>8} {:>6} {:>9} {:>6} {:>7} {:>8}\n", "arm",
+               "stated sigma", "repeats", "fit", "published", "estim.", "M4 med", "worst",
+               "predicted", "true", "field", "u95/rms");
+    for (const int fit : fits)
+      for (const Arm& arm : kArms)
+        for (const int repeated : {0, 5}) {
+          if (!std::string(arm.name).starts_with(only)) continue;
+          Trial trial;
+          trial.fit = fit;
+          for (const Row& row : {Row{arm, "right", kNoiseM, repeated},
+                                 Row{arm, "whole misfit", arm.misfit_m, repeated},
+                                 Row{arm, "5 times too small", kNoiseM / 5.0, repeated}})
+            if (std::string(row.stated).starts_with(sigma))
+              run(robot, trial, row, robots, seed, each);
+        }
+    return 0;
+  } catch (const std::exception& e) {
+    std::fprintf(stderr, "discrepancy: %s\n", e.what());
+    return 1;
+  }
+}
