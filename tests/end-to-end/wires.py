@@ -21,6 +21,8 @@ format = "cellcal.daemon/1"
 backend = "rsi"
 state_dir = "{dir}/state"
 socket = "{dir}/cellcald.sock"
+[session]
+connect_wait_s = 15
 [motion]
 speed_percent = 80
 acceleration_deg_s2 = 600

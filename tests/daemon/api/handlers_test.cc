@@ -172,48 +172,13 @@ TEST_F(an_api, has_nothing_to_resume_and_nothing_to_abort) {
 }
 
 TEST_F(an_api, does_not_begin_where_the_backend_cannot_be_put_together) {
-  std::ofstream(dir / "robot.toml") << R"(
-format = "cellcal.robot/1"
-name = "one joint"
-source = "test"
-gravity = [0.0, 0.0, -9.81]
-[tolerance]
-length_mm = 0.7
-angle_deg = 0.035
-[[joint]]
-name = "A1"
-sign = 1
-offset_deg = 0.0
-d_mm = 100.0
-a_mm = 100.0
-alpha_deg = 0.0
-beta_deg = 0.0
-errors = ["theta"]
-min_deg = -90.0
-max_deg = 90.0
-max_speed_deg_s = 100.0
-)";
-  std::ofstream(dir / "cell.toml") << R"(
-format = "cellcal.cell/1"
-robot = "robot.toml"
-[tool]
-xyz_mm = [0.0, 0.0, 100.0]
-[[target]]
-id = "S1"
-kind = "sphere"
-diameter_mm = 50.0
-centre_mm = [200.0, 0.0, 0.0]
-[touch]
-sigma_mm = 0.03
-)";
-  const Response response =
-      ask("POST", "/v1/run", json{{"cell", (dir / "cell.toml").string()}}.dump());
+  const std::string request = json{{"cell", CELLCAL_DEMO_CELL}}.dump();
+  const Response response = ask("POST", "/v1/run", request);
   EXPECT_EQ(response.status, 422) << response.body;
   EXPECT_EQ(error(response), "no hardware in this test");
   EXPECT_TRUE(journal.sessions().empty());
   // And the next request is not told that one is under way.
-  EXPECT_EQ(ask("POST", "/v1/run", json{{"cell", (dir / "cell.toml").string()}}.dump()).status,
-            422);
+  EXPECT_EQ(ask("POST", "/v1/run", request).status, 422);
 }
 
 TEST_F(an_api, lists_sessions_and_shows_one) {

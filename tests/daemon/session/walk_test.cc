@@ -248,7 +248,7 @@ TEST(a_walk, resumed_in_contact_leaves_it_first_and_lets_the_sensor_prove_itself
   expect_move(walk, MoveKind::kRetreat, 0.05, 0.0, kWaypointS);
   walk.on(EventKind::kArrived);
   walk.the<SelfTest>();
-  EXPECT_EQ(walk.patience_s(), std::chrono::duration<double>(Patience{}.connecting).count());
+  EXPECT_EQ(walk.patience_s(), std::chrono::duration<double>(Patience{}.proving).count());
   walk.on(EventKind::kLinks, touching(true));
   EXPECT_EQ(walk.state.phase, Phase::kProving);
   walk.on(EventKind::kLinks);

@@ -124,6 +124,12 @@ bool fits(TouchPhase phase, Phase was) {
   return false;
 }
 
+/// The journal of the run before, with all that stands beside it.
+void forget(const std::filesystem::path& journal) {
+  for (const char* ending : {"", ".head", ".lock", "-wal", "-shm"})
+    std::filesystem::remove(journal.string() + ending);
+}
+
 }  // namespace
 
 struct Matrix::Run {
@@ -155,7 +161,7 @@ const Reference& Matrix::reference(Wire wire) {
   options.seed = seed_;
   const auto cell = make_cell(job_.cell, options);
   const auto file = folder_ / "reference.db";
-  std::filesystem::remove(file);
+  forget(file);
   daemon::Journal journal(file);
   const CellBackend backend(*cell);
   const std::int64_t session = journal.begin(job_.inputs, "2000-01-01T00:00:00.000Z");
@@ -335,7 +341,7 @@ Verdict Matrix::run(Wire wire, const Fault& fault, const Stretch& stretch, std::
   const auto cell = make_cell(job_.cell, options);
   Run run{wire, fault, stretch, *cell, folder_ / "run.db", cell->power_on() + offset};
   cell->end_by(cell->power_on() + reference.lasts + kLongestRun);
-  std::filesystem::remove(run.file);
+  forget(run.file);
   {
     daemon::Journal journal(run.file);
     run.session = journal.begin(job_.inputs, "2000-01-01T00:00:00.000Z");
