@@ -12,6 +12,7 @@
 #include "calib/plan/belief.h"
 #include "calib/plan/pool.h"
 #include "calib/plan/search_depth.h"
+#include "calib/plan/search_line.h"
 
 namespace cellcal::calib {
 
@@ -31,6 +32,8 @@ constexpr int kEfforts = std::size(kLeastShare);
 /// What a nominal arm may be wrong by more than the belief allows for.
 constexpr double kWrongM = 0.005;
 constexpr double kStandoffM = 0.014, kClearM = 0.022;  ///< outside of all places and that
+/// Of what holds all places, in what held them before: the arm still stands clear of it.
+constexpr double kOutsideM = 0.008;
 constexpr int kPerAim = 60;
 /// Aims beside the middle, while its place across the line is open: so many per radius that it is
 /// open by (2 sigma), of which a single line rules little out.
@@ -40,19 +43,23 @@ constexpr std::size_t kLooked = 600;  ///< places that a line is judged by
 /// While nothing was met: a shaft that leans comes near to what the tip passes.
 constexpr double kMostTiltRad = 0.35;
 constexpr double kUsualStandM = 0.030;
-/// Moves are straight in joint space; the tip may leave its line by so much.
-constexpr double kBowM = 0.0015;
 constexpr int kShortenings = 8;
 constexpr double kShorter = 0.2;  ///< of what is left of the line, each time
 /// Of the radius: a sphere that the line comes so near to is met.
 constexpr double kMetShare = 0.9;
-constexpr double kLargestRad = 0.35;  ///< of a joint along a line: more is a jump
+
+/// The sphere, wherever it may be, lies inside of a ball: its own radius and `beyond_m`.
+struct Ball {
+  Vector3d centre_m;
+  double beyond_m;
+};
 
 /// A place that is being sought.
 struct Sought {
   std::size_t target;
   double radius_m;  ///< of sphere and tip
   Belief belief;
+  Ball ball{belief.prior_mean(), belief.bound_m() + kWrongM};
   std::vector<Vector3d> tips{};
   int lines = 0;
   bool found = false;
@@ -64,7 +71,10 @@ struct Line {
   Candidate candidate;
   Vector3d aim;
   SearchDepth depth;
-  double score = 0.0;
+  double share = 0.0;  ///< of the places that it meets; at most, until the search is known
+  double tells = 1.0;  ///< once it was met: how much less variance a touch leaves along the line
+  std::optional<LedSearch> led{};
+  double score() const { return share * tells; }
 };
 
 }  // namespace
@@ -120,6 +130,7 @@ struct Finder::Impl {
     const Vector3d tip = arm.nominal_tcp(touch.joint_rad).translation();
     one.tips.push_back(tip);
     one.belief.hit(from.value_or(tip), tip);
+    draw_in(one);
     const std::vector<double> radii(one.tips.size(), one.radius_m);
     const Vector3d believed = one.belief.mean();
     one.centre_m =
@@ -152,20 +163,17 @@ struct Finder::Impl {
     locate();
   }
 
-  /// The sphere, wherever it may be, lies inside of a ball: its own radius and `beyond_m`.
-  struct Ball {
-    Vector3d centre_m;
-    double beyond_m;
-  };
-  Ball ball_of(const Sought& one) const {
-    // Until it was met, all that it may be in, whatever was ruled out: this ball neither moves nor
-    // grows, and the arm, which has left it, stays outside.
-    const Vector3d mean = one.belief.mean(), &prior = one.belief.prior_mean();
-    if (one.tips.empty()) return {prior, one.belief.bound_m() + kWrongM};
+  /// Its ball after what is known now. Until it was met, all that it may be in, whatever was ruled
+  /// out; then smaller, and, because the arm has just left the one before, hardly outside of that.
+  void draw_in(Sought& one) {
+    if (one.tips.empty() || one.belief.empty()) return;
+    const Vector3d mean = one.belief.mean();
+    const double around_mean = one.belief.reach_m(mean) + kWrongM;
     // What is left of a wide belief lies to one side, and its mean with it.
-    const double around_mean = one.belief.reach_m(mean), around_prior = one.belief.reach_m(prior);
-    return around_prior < around_mean ? Ball{prior, around_prior + kWrongM}
-                                      : Ball{mean, around_mean + kWrongM};
+    const double as_before = one.belief.reach_m(one.ball.centre_m) + kWrongM;
+    const double outside = (mean - one.ball.centre_m).norm() + around_mean - one.ball.beyond_m;
+    one.ball.beyond_m = as_before;
+    if (around_mean < one.ball.beyond_m && outside <= kOutsideM) one.ball = {mean, around_mean};
   }
 
   /// All spheres where they are or may be, as spheres that hold all places.
@@ -174,7 +182,7 @@ struct Finder::Impl {
     for (const Sought& one : sought)
       if (!one.found) {
         Target& target = result.targets[one.target];
-        const Ball ball = ball_of(one);
+        const Ball& ball = one.ball;
         target.centre_m = ball.centre_m;
         const double wider = 2.0 * ball.beyond_m;
         if (target.stand_diameter_m <= 0.0)
@@ -212,8 +220,7 @@ struct Finder::Impl {
     if (open > kOpen)
       for (int k = 0; k < static_cast<int>(kMoreAims * std::max(1.0, open)) * (1 + effort); ++k)
         aims.push_back(some[random.below(some.size())]);
-    const Vector3d shaft_in_tool =
-        cell.tool.tcp.linear().transpose() * cell.tool.tcp.translation().normalized();
+    const Vector3d in_tool = shaft_in_tool(cell.tool);
     const SearchStand stand = stand_of(cell.targets[one.target]);
     std::vector<Line> result;
     for (const Vector3d& aim : aims) {
@@ -225,37 +232,24 @@ struct Finder::Impl {
       how.standoff_m = how.beyond_m = how.clear_m = 1e-3;  // where lines begin is found by search()
       how.seed = seed;
       for (Candidate& c : find_candidates(alone, arm, Clearance::blind(), how, kPerAim << effort)) {
-        const Vector3d shaft = c.orientation * shaft_in_tool;
+        const Vector3d shaft = c.orientation * in_tool;
         if (one.tips.empty() && shaft.dot(-c.normal) < std::cos(kMostTiltRad)) continue;
         Line line;
         line.depth = search_depth({aim, c.normal, shaft}, some,
                                   cell.targets[one.target].diameter_m / 2.0, stand, cell.tool);
         if (line.depth.share < kLeastShare[effort]) continue;
-        line.score = line.depth.share;
-        if (!one.tips.empty()) line.score *= line.depth.share * c.normal.dot(spread * c.normal);
+        line.share = line.depth.share;
+        if (!one.tips.empty()) {
+          const double variance = c.normal.dot(spread * c.normal);
+          line.tells = variance * variance / (variance + kArmSigmaM * kArmSigmaM);
+        }
         line.aim = aim;
         c.target = one.target;
         line.candidate = std::move(c);
         result.push_back(std::move(line));
       }
     }
-    std::stable_sort(result.begin(), result.end(),
-                     [](const Line& a, const Line& b) { return a.score > b.score; });
     return result;
-  }
-
-  /// How far the tip leaves the straight line between the ends of a move.
-  double bow_m(const JointVector& from, const JointVector& to) const {
-    const Vector3d a = arm.nominal_tcp(from).translation(), b = arm.nominal_tcp(to).translation();
-    double worst = 0.0;
-    for (const double share : {0.25, 0.5, 0.75}) {
-      JointVector q(from.size());
-      for (std::size_t i = 0; i < q.size(); ++i) q[i] = from[i] + share * (to[i] - from[i]);
-      const Vector3d off = arm.nominal_tcp(q).translation() - a;
-      const Vector3d along = (b - a).normalized();
-      worst = std::max(worst, (off - off.dot(along) * along).norm());
-    }
-    return worst;
   }
 
   /// Where the line leaves a ball that the aim lies in: from the aim, along the normal.
@@ -266,64 +260,43 @@ struct Finder::Impl {
            std::sqrt(std::max(0.0, radius_m * radius_m - off.squaredNorm() + along * along));
   }
 
-  /// The posture with the tip at so much outside of the aim, near another one.
-  std::optional<JointVector> on_line(const Line& line, double outside_m,
-                                     const JointVector& near) const {
-    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-    pose.linear() = line.candidate.orientation;
-    pose.translation() = line.aim + outside_m * line.candidate.normal;
-    return inverse(arm, pose, near, options.limit_margin_rad);
+  /// The share of the places that the tip meets on its way.
+  static double met_share(const Sought& one, const Vector3d& from, const Vector3d& to) {
+    const auto& places = one.belief.places();
+    const auto met = std::count_if(places.begin(), places.end(), [&](const Vector3d& place) {
+      return Belief::distance_m(place, from, to) < kMetShare * one.radius_m;
+    });
+    return static_cast<double>(met) / static_cast<double>(places.size());
   }
 
-  /// The whole search, where the arm can make it and nothing else is in its way. Where it cannot
-  /// be led to the line's end it ends earlier, if at least `least` of the places that the line
-  /// would meet are met by then: a line that stays short of the sphere tells nothing, and would be
-  /// chosen for ever.
-  std::optional<PlannedTouch> search(Line& line, const Sought& one, const Clearance& clearance,
-                                     const Clearance& others, double least, int effort) {
+  /// The whole search, where the arm can make it and nothing else is in its way; the line's score
+  /// is then what it meets. Where it cannot be led to the line's end it ends earlier.
+  bool search(Line& line, const Sought& one, const Clearance& clearance,
+              const Clearance& others) const {
     Candidate& c = line.candidate;
-    const Ball ball = ball_of(one);
+    const Ball& ball = one.ball;
     const double outside = one.radius_m + ball.beyond_m;
-    const double begin = leaves_m(line, ball.centre_m, outside + kStandoffM);
-    const auto standoff = on_line(line, begin, c.contact);
-    const auto clear = on_line(line, leaves_m(line, ball.centre_m, outside + kClearM), c.contact);
-    if (!standoff || !clear || !clearance.clear(*standoff, kTipMarginM) ||
-        !clearance.clear(*clear, kTipMarginM))
-      return std::nullopt;
-    c.standoff = *standoff;
-    c.clear = *clear;
-    double end_m = line.depth.end_m;
-    std::optional<JointVector> end;
-    for (int k = 0; k <= kShortenings; ++k, end_m += kShorter * (begin - end_m)) {
-      end = on_line(line, end_m, c.standoff);
-      if (end && bow_m(c.standoff, *end) <= kBowM) break;
-      end.reset();
+    const LineLeader leader(arm, cell.tool, options.limit_margin_rad);
+    const LineToLead wanted{line.aim, c.normal, c.orientation, c.contact};
+    LineEnds ends{leaves_m(line, ball.centre_m, outside + kClearM),
+                  leaves_m(line, ball.centre_m, outside + kStandoffM), line.depth.end_m};
+    std::optional<LedSearch> led;
+    for (int k = 0; k <= kShortenings; ++k) {
+      if ((led = leader.lead(wanted, ends))) break;
+      ends.end_m += kShorter * (ends.standoff_m - ends.end_m);
     }
-    if (!end) return std::nullopt;
-    const Vector3d from = line.aim + begin * c.normal, to = line.aim + end_m * c.normal;
-    if (end_m > line.depth.end_m) {
-      const auto& places = one.belief.places();
-      const auto met = std::count_if(places.begin(), places.end(), [&](const Vector3d& place) {
-        return Belief::distance_m(place, from, to) < kMetShare * one.radius_m;
-      });
-      const double share = static_cast<double>(met) / static_cast<double>(places.size());
-      if (share < std::max(kLeastShare[effort], least * line.depth.share)) return std::nullopt;
-    }
-    for (std::size_t i = 0; i < end->size(); ++i)
-      if (std::abs((*end)[i] - c.clear[i]) > kLargestRad) return std::nullopt;
-    if (!others.clear(c.clear, *end, kTipMarginM)) return std::nullopt;
-    PlannedTouch touch;
-    touch.target = cell.targets[one.target].id;
-    touch.normal = c.normal;
-    touch.standoff = c.standoff;
-    touch.end = *end;
-    touch.clear = c.clear;
-    touch.search_m = begin - end_m;
-    touch.expected_m = std::min(touch.search_m, begin - one.radius_m);
-    touch.may_miss = true;
-    line_from = from;
-    line_to = to;
-    return touch;
+    if (!led) return false;
+    if (ends.end_m > line.depth.end_m)
+      line.share = std::min(line.share, met_share(one, led->from, led->to));
+    if (!clearance.clear(led->standoff, kTipMarginM) || !clearance.clear(led->clear, kTipMarginM) ||
+        !others.clear(led->clear, led->end, kTipMarginM))
+      return false;
+    c.standoff = led->standoff;
+    c.end = led->end;
+    c.clear = led->clear;
+    led->expected_m = std::min(ends.standoff_m - ends.end_m, ends.standoff_m - one.radius_m);
+    line.led = std::move(led);
+    return true;
   }
 
   /// Straight out of where a sphere may be, or is in contact: the way the arm came, or in a
@@ -332,8 +305,7 @@ struct Finder::Impl {
                                      const Clearance& clearance, const Clearance& others) const {
     const Eigen::Isometry3d here = arm.nominal_tcp(from);
     const Vector3d tip = here.translation();
-    const Vector3d shaft = here.linear() * (cell.tool.tcp.linear().transpose() *
-                                            cell.tool.tcp.translation().normalized());
+    const Vector3d shaft = here.linear() * shaft_in_tool(cell.tool);
     const Vector3d flange = tip - cell.tool.tcp.translation().norm() * shaft;
     // Clearly outwards of every place, for tip and flange; and not down along its stand.
     constexpr double kOutwards = 0.2;  // cosine
@@ -350,23 +322,43 @@ struct Finder::Impl {
     std::vector<Vector3d> directions;
     if (last && last->target == one.target) {  // on its line: the way it came
       const Vector3d off = tip - arm.nominal_tcp(last->clear).translation();
-      if ((off - off.dot(last->normal) * last->normal).norm() <= 2.0 * kBowM)
+      if ((off - off.dot(last->normal) * last->normal).norm() <= 2.0 * kMostBowM)
         directions.push_back(last->normal);
     }
     for (const Vector3d& direction :
          {Vector3d((tip - one.belief.mean()).stableNormalized()), Vector3d(-shaft)})
       if (leads_away(direction)) directions.push_back(direction);
+    const LineLeader leader(arm, cell.tool, options.limit_margin_rad);
     constexpr double kFirstM = 0.02, kLastM = 0.2;
     for (const Vector3d& direction : directions)
       for (double further = kFirstM; further < kLastM; further *= 2.0) {
         Eigen::Isometry3d pose = here;
         pose.translation() = tip + further * direction;
         auto q = inverse(arm, pose, from, options.limit_margin_rad);
-        if (q && bow_m(from, *q) <= kBowM && clearance.clear(*q, kTipMarginM) &&
+        if (q && leader.bow_m(from, *q).norm() <= kMostBowM && clearance.clear(*q, kTipMarginM) &&
             others.clear(from, *q, kTipMarginM))
           return q;
       }
     return std::nullopt;
+  }
+
+  PlannedTouch taken(Sought& one, Line line, std::vector<JointVector> way) {
+    const LedSearch& led = *line.led;
+    PlannedTouch touch;
+    touch.target = cell.targets[one.target].id;
+    touch.normal = line.candidate.normal;
+    touch.transit = std::move(way);
+    touch.standoff = led.standoff;
+    touch.end = led.end;
+    touch.clear = led.clear;
+    touch.search_m = (led.to - led.from).norm();
+    touch.expected_m = led.expected_m;
+    touch.may_miss = true;
+    line_from = led.from;
+    line_to = led.to;
+    ++one.lines;
+    last = std::move(line.candidate);
+    return touch;
   }
 
   std::optional<PlannedTouch> offer(Sought& one, const JointVector& from) {
@@ -401,21 +393,26 @@ struct Finder::Impl {
     for (int effort = 0; effort < kEfforts; ++effort) {
       if (effort > 0) router.mark_hard(one.target);
       std::vector<Line> possible = lines(one, effort);
-      for (const double least : {0.8, 0.0})
-        for (Line& line : possible) {
-          check_wanted(options.stop);
-          auto touch = search(line, one, clearance, others, least, effort);
-          if (!touch) continue;
-          any = true;
-          if (!router.connect(line.candidate)) continue;
-          auto way = router.to_standoff(at, last ? &*last : nullptr, line.candidate);
-          if (!way) continue;
-          touch->transit = out;
-          touch->transit.insert(touch->transit.end(), way->begin(), way->end());
-          ++one.lines;
-          last = std::move(line.candidate);
-          return touch;
+      const auto worse = [](const Line& a, const Line& b) { return a.score() < b.score(); };
+      std::make_heap(possible.begin(), possible.end(), worse);
+      while (!possible.empty()) {
+        check_wanted(options.stop);
+        std::pop_heap(possible.begin(), possible.end(), worse);
+        Line line = std::move(possible.back());
+        possible.pop_back();
+        if (!line.led) {  // what it really meets may be less, and another line the best
+          if (!search(line, one, clearance, others) || line.share < kLeastShare[effort]) continue;
+          possible.push_back(std::move(line));
+          std::push_heap(possible.begin(), possible.end(), worse);
+          continue;
         }
+        any = true;
+        if (!router.connect(line.candidate)) continue;
+        const auto way = router.to_standoff(at, last ? &*last : nullptr, line.candidate);
+        if (!way) continue;
+        out.insert(out.end(), way->begin(), way->end());
+        return taken(one, std::move(line), std::move(out));
+      }
     }
     const std::string room = fmt::format(
         "It may be anywhere within {:.0f} mm: measure its place better, or give the arm more room "
@@ -456,7 +453,10 @@ void Finder::touched(const Touch& touch) {
 
 void Finder::missed() {
   impl_->planned.reset();
-  if (Sought* one = impl_->current()) one->belief.miss(impl_->line_from, impl_->line_to);
+  if (Sought* one = impl_->current()) {
+    one->belief.miss(impl_->line_from, impl_->line_to);
+    impl_->draw_in(*one);
+  }
   impl_->locate();
 }
 

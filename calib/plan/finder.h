@@ -4,9 +4,9 @@
 //
 // A sphere is approached along straight lines. Each line begins outside of every place where the
 // sphere may be, is clear of everything else, and ends where the tool's shaft might come near a
-// sphere that the tip has passed. The next line is the one that most likely meets the sphere, and,
-// once it was met, that tells most about its centre. What is met is measured as any touch, and
-// counts as one; a line that meets nothing rules places out.
+// sphere that the tip has passed. The next line is the one that, as far as the arm can be led along
+// it, most likely meets the sphere, and, once it was met, that tells most about its centre. What is
+// met is measured as any touch, and counts as one; a line that meets nothing rules places out.
 //
 // Found: at least six touches (the estimate begins with five of each sphere), the centre within
 // kFoundSigmaM (1 sigma, any direction) if the nominal arm is wrong by kArmSigmaM, and no touch off

@@ -12,6 +12,9 @@ constexpr double kShaftMarginM = 0.005;
 constexpr double kTipMarginM = 0.004;  ///< from stands: what is met there would count as the sphere
 /// A tip that only grazes may slide off.
 constexpr double kGrazing = 0.9;
+/// Where the nominal tip passes the middle by so much less than it needs, it meets the sphere with
+/// an arm that is off, too: only such a sphere keeps the shaft from what is behind it.
+constexpr double kSurelyM = 0.005;
 
 constexpr double kNever = -std::numeric_limits<double>::max();
 
@@ -64,11 +67,14 @@ SearchDepth search_depth(const SearchLine& line, const std::vector<Eigen::Vector
     const double tip_at = tip < kGrazing * tip_radius
                               ? height + std::sqrt(tip_radius * tip_radius - tip * tip)
                               : kNever;
+    const double sure = tip + kSurelyM;
+    const double surely_at =
+        sure < tip_radius ? height + std::sqrt(tip_radius * tip_radius - sure * sure) : kNever;
     const double shaft_at =
         shaft < shaft_radius
             ? height + std::sqrt(shaft_radius * shaft_radius - shaft * shaft) - above
             : kNever;
-    if (shaft_at > tip_at) depth.end_m = std::max(depth.end_m, shaft_at);
+    if (shaft_at > surely_at) depth.end_m = std::max(depth.end_m, shaft_at);
     if (stand.radius_m > 0.0) {
       const double tip_stands =
           at_stand(-off, line.normal, stand.up,
@@ -76,7 +82,7 @@ SearchDepth search_depth(const SearchLine& line, const std::vector<Eigen::Vector
       const double shaft_stands = at_stand(behind - off, line.normal, stand.up,
                                            stand.radius_m + tool.radius_m + kShaftMarginM);
       const double stands = std::max(tip_stands, shaft_stands);
-      if (stands > tip_at) depth.end_m = std::max(depth.end_m, stands);
+      if (stands > surely_at) depth.end_m = std::max(depth.end_m, stands);
     }
     met.push_back(tip_at);
   }

@@ -25,9 +25,9 @@ struct SearchDepth {
   double share = 0.0;  ///< of the places whose sphere the tip meets before
 };
 
-/// The tip may go as far as the shaft stays clear of every sphere that the tip does not meet first,
-/// as tip and shaft stay clear of every stand of such a sphere, and no farther than there is
-/// anything to be met. `radius_m`: of the sphere.
+/// The tip may go as far as the shaft stays clear of every sphere that the tip does not surely meet
+/// first (by 5 mm: arms are off), as tip and shaft stay clear of every stand of such a sphere, and
+/// no farther than there is anything to be met. `radius_m`: of the sphere.
 SearchDepth search_depth(const SearchLine& line, const std::vector<Eigen::Vector3d>& places,
                          double radius_m, const SearchStand& stand, const Tool& tool);
 
