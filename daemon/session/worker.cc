@@ -1,7 +1,7 @@
 #include "daemon/session/worker.h"
 
-#include <pthread.h>
-#include <sched.h>
+#include <sys/resource.h>
+#include <unistd.h>
 
 #include <utility>
 
@@ -10,17 +10,17 @@ namespace cellcal::daemon {
 namespace {
 
 void stand_back() {
-  // Linux never refuses SCHED_IDLE to a thread of normal priority; elsewhere the job is done at
-  // normal priority, which is slower for others and wrong for nobody.
-  sched_param lowest{};
-  pthread_setschedparam(pthread_self(), SCHED_IDLE, &lowest);
+  // A third of a usual thread's share. With SCHED_IDLE three busy loops beside the daemon made a plan
+  // of two seconds take minutes. Linux refuses this to nobody, and counts it per thread.
+  constexpr int kNice = 5;
+  ::setpriority(PRIO_PROCESS, static_cast<id_t>(::gettid()), kNice);
 }
 
 }  // namespace
 
 ThreadWorker::ThreadWorker(Priority priority)
     : thread_([this, priority] {
-        if (priority == Priority::kLowest) stand_back();
+        if (priority == Priority::kLow) stand_back();
         run();
       }) {}
 

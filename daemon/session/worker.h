@@ -26,9 +26,9 @@ class InlineWorker final : public Worker {
 /// On the machine's clock: one thread. Destruction waits for the job in hand and drops the others.
 class ThreadWorker final : public Worker {
  public:
-  /// Of lowest priority, solving never takes the core from the robot's cycle.
-  enum class Priority { kLowest, kNormal };
-  explicit ThreadWorker(Priority priority = Priority::kLowest);
+  /// Of low priority, solving takes the core from nobody who answers in time, and gets on beside others.
+  enum class Priority { kLow, kNormal };
+  explicit ThreadWorker(Priority priority = Priority::kLow);
   ~ThreadWorker() override;
   ThreadWorker(const ThreadWorker&) = delete;
   ThreadWorker& operator=(const ThreadWorker&) = delete;
