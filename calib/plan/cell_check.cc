@@ -17,7 +17,7 @@ using Kind = CellFaultKind;
 constexpr double kMistake = 4.0;
 /// 1 sigma of a centre whose file states none: as a tape measure gives it.
 constexpr double kUsualCentreM = 0.010;
-/// A touch finds its sphere as far off as this; what is off by less is told by the touches.
+/// A centre that is off by less is no finding: searches still meet the sphere, touches correct it.
 constexpr double kTouchedAllTheSameM = 0.010;
 constexpr double kOverlapM = 1e-3;
 /// What is shorter was meant in metres.

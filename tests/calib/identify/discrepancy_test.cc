@@ -129,6 +129,10 @@ Cell stating(double sigma_m) {
   return cell;
 }
 
+// What is foreseen is too small on some arms: of those in tests/experiments/discrepancy the worst was
+// off by 1.9 times as much.
+constexpr double kUnderstated = 2.0;
+
 TEST(Discrepancy, IsEstimatedInsteadOfRefusedAndItsBoundHoldsWhereNoTouchWas) {
   for (const unsigned seed : {1u, 2u}) {
     SCOPED_TRACE(seed);
@@ -144,7 +148,7 @@ TEST(Discrepancy, IsEstimatedInsteadOfRefusedAndItsBoundHoldsWhereNoTouchWas) {
     EXPECT_NE(words_of(c).find("Touch five places"), std::string::npos) << words_of(c);
     const Judged real = judged(c, truth, field);
     EXPECT_GT(real.covered, 0.85);
-    EXPECT_LT(real.mean_m, 2.0 * c.predicted_m3_m);
+    EXPECT_LT(real.mean_m, kUnderstated * c.predicted_m3_m);
   }
 }
 
@@ -159,7 +163,7 @@ TEST(Discrepancy, IsNotHiddenByATouchSigmaThatIsTheWholeMisfit) {
     EXPECT_GT(c.discrepancy.sigma_m, 0.1e-3);
     const Judged real = judged(c, truth, field);
     EXPECT_GT(real.covered, 0.85);
-    EXPECT_LT(real.mean_m, 2.0 * c.predicted_m3_m);
+    EXPECT_LT(real.mean_m, kUnderstated * c.predicted_m3_m);
   }
 }
 
