@@ -9,7 +9,7 @@
 #include "daemon/main/config.h"
 #include "daemon/session/atomic_file.h"
 #include "drivers/error.h"
-#include "drivers/kuka/krl_files.h"
+#include "drivers/kuka/krl/krl_files.h"
 
 namespace cellcal::daemon {
 
@@ -48,7 +48,7 @@ int verify(const KukaFilesCommand& command, const DaemonConfig& config, bool eki
   nlohmann::json list = nlohmann::json::array();
   std::string words, first;
   std::size_t refused = 0;
-  for (const drivers::FileObjection& one : objections) {
+  for (const drivers::FileFinding& one : objections) {
     list.push_back(
         {{"file", one.file}, {"line", one.line}, {"words", one.words}, {"refused", one.refused}});
     words += fmt::format("{:<8} {}\n", one.refused ? "FAILED" : "warning", to_string(one));

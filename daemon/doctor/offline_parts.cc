@@ -11,7 +11,7 @@
 #include "calib/plan/plan.h"
 #include "daemon/doctor/parts.h"
 #include "daemon/session/correction_limit.h"
-#include "drivers/kuka/krl_read.h"
+#include "drivers/kuka/krl/krl_read.h"
 
 namespace cellcal::daemon {
 
@@ -125,8 +125,8 @@ std::optional<calib::Cell> look_at_cell(const DoctorRequest& request, const Daem
   }
 }
 
-std::vector<drivers::FileObjection> verify_folder(const DaemonConfig& config, WireKind wire,
-                                                  const std::filesystem::path& folder) {
+std::vector<drivers::FileFinding> verify_folder(const DaemonConfig& config, WireKind wire,
+                                                const std::filesystem::path& folder) {
   const drivers::ControllerFiles files = drivers::read_controller_folder(folder);
   return wire == WireKind::kEki
              ? drivers::verify_eki_files(files, config.controller)
@@ -138,7 +138,7 @@ void look_at_files(const DoctorRequest& request, const DaemonConfig& config, Fin
   const std::string check = "controller files";
   try {
     const auto objections = verify_folder(config, wire_of(config), request.files);
-    for (const drivers::FileObjection& one : objections) {
+    for (const drivers::FileFinding& one : objections) {
       if (one.refused) {
         findings.fail(check, to_string(one),
                       "mend it there and on the controller; then cold start");

@@ -10,7 +10,7 @@
 #include "daemon/doctor/doctor.h"
 #include "daemon/doctor/machine.h"
 #include "daemon/main/config.h"
-#include "drivers/kuka/krl_verify.h"
+#include "drivers/kuka/krl/krl_verify.h"
 
 namespace cellcal::daemon {
 
@@ -19,8 +19,8 @@ std::optional<calib::Cell> look_at_cell(const DoctorRequest& request, const Daem
                                         Findings& findings);
 
 /// What can be said against the controller's files in a folder, for the wire.
-std::vector<drivers::FileObjection> verify_folder(const DaemonConfig& config, WireKind wire,
-                                                  const std::filesystem::path& folder);
+std::vector<drivers::FileFinding> verify_folder(const DaemonConfig& config, WireKind wire,
+                                                const std::filesystem::path& folder);
 void look_at_files(const DoctorRequest& request, const DaemonConfig& config, Findings& findings);
 
 /// The daemon on its socket. Nothing: it does not answer.

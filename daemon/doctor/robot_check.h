@@ -8,8 +8,8 @@
 
 #include "calib/model/robot.h"
 #include "daemon/doctor/finding.h"
-#include "drivers/kuka/eki_report.h"
-#include "drivers/kuka/rsi_report.h"
+#include "drivers/kuka/eki/eki_report.h"
+#include "drivers/kuka/rsi/link/rsi_report.h"
 #include "drivers/robot.h"
 
 namespace cellcal::daemon {

@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "daemon/doctor/robot_check.h"
-#include "drivers/kuka/rsi_fitness.h"
+#include "drivers/kuka/rsi/link/rsi_fitness.h"
 
 namespace cellcal::daemon {
 

@@ -15,8 +15,8 @@
 #include "drivers/contact/serial_contact.h"
 #include "drivers/error.h"
 #include "drivers/io_thread.h"
-#include "drivers/kuka/eki_robot.h"
-#include "drivers/kuka/rsi_robot.h"
+#include "drivers/kuka/eki/eki_robot.h"
+#include "drivers/kuka/rsi/rsi_robot.h"
 
 namespace cellcal::daemon {
 

@@ -10,9 +10,9 @@
 #include "calib/model/robot.h"
 #include "daemon/session/touch_policy.h"
 #include "drivers/contact/serial_port.h"
-#include "drivers/kuka/eki_config.h"
-#include "drivers/kuka/krl_files.h"
-#include "drivers/kuka/rsi_config.h"
+#include "drivers/kuka/eki/eki_config.h"
+#include "drivers/kuka/krl/krl_files.h"
+#include "drivers/kuka/rsi/link/rsi_config.h"
 
 namespace cellcal::daemon {
 

@@ -8,7 +8,7 @@
 #include "calib/files/shown.h"
 #include "daemon/session/printable.h"
 #include "drivers/error.h"
-#include "drivers/kuka/wire_text.h"
+#include "drivers/kuka/wire/xml_values.h"
 
 namespace cellcal::daemon {
 

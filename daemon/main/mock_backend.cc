@@ -6,7 +6,7 @@
 #include "daemon/main/space_config.h"
 #include "daemon/main/virtual_cell.h"
 #include "daemon/main/virtual_eki_cell.h"
-#include "drivers/kuka/krl_files.h"
+#include "drivers/kuka/krl/krl_files.h"
 
 namespace cellcal::daemon {
 

@@ -7,7 +7,7 @@
 #include "calib/files/toml_table.h"
 #include "calib/model/robot.h"
 #include "daemon/main/config.h"
-#include "drivers/kuka/arm_geometry.h"
+#include "drivers/kuka/rsi/correction/arm_geometry.h"
 
 namespace cellcal::daemon {
 

@@ -4,7 +4,7 @@
 #include <string_view>
 
 #include "daemon/main/virtual_cell_on.h"
-#include "drivers/kuka/rsi_robot.h"
+#include "drivers/kuka/rsi/rsi_robot.h"
 #include "sim/krc/controller.h"
 
 namespace cellcal::daemon {

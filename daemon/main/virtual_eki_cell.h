@@ -3,7 +3,7 @@
 // contact reaches the controller's input as well, as it is wired on a real cell.
 
 #include "daemon/main/virtual_cell_on.h"
-#include "drivers/kuka/eki_robot.h"
+#include "drivers/kuka/eki/eki_robot.h"
 #include "sim/krc/eki_controller.h"
 
 namespace cellcal::daemon {

@@ -12,8 +12,8 @@
 #include "daemon/main/space_config.h"
 #include "drivers/contact/serial_contact.h"
 #include "drivers/io_thread.h"
-#include "drivers/kuka/eki_robot.h"
-#include "drivers/kuka/rsi_robot.h"
+#include "drivers/kuka/eki/eki_robot.h"
+#include "drivers/kuka/rsi/rsi_robot.h"
 
 namespace cellcal::daemon {
 

@@ -11,8 +11,8 @@
 #include <string>
 #include <vector>
 
-#include "drivers/kuka/krl_read.h"
-#include "drivers/kuka/wire_text.h"
+#include "drivers/kuka/krl/krl_read.h"
+#include "drivers/kuka/wire/xml_values.h"
 
 namespace cellcal::sim {
 namespace {

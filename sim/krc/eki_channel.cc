@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "drivers/kuka/wire_text.h"
+#include "drivers/kuka/wire/xml_values.h"
 
 namespace cellcal::sim {
 namespace {

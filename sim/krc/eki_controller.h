@@ -13,7 +13,7 @@
 #include <string_view>
 #include <vector>
 
-#include "drivers/kuka/eki_codec.h"
+#include "drivers/kuka/wire/eki_codec.h"
 #include "drivers/time.h"
 #include "sim/krc/eki_channel.h"
 
@@ -64,7 +64,7 @@ class EkiController {
   std::string take_output();
 
   // ---- operator
-  void start_program();  ///< selected if it is not, and started; one that stands goes on
+  void start_program();        ///< selected if it is not, and started; one that stands goes on
   void start_other_program();  ///< CELLCAL_EKI is deselected for somebody else's
   void cancel_program();       ///< stopped and deselected: a ramp, and nothing goes on afterwards
   void emergency_stop(bool pressed);
@@ -75,9 +75,9 @@ class EkiController {
   void place(const std::vector<double>& pose_rad);  ///< jogged; only at rest
 
   // ---- faults
-  void mute(bool muted) { muted_ = muted; }     ///< no states go out
-  void deaf(bool deaf) { deaf_ = deaf; }        ///< the submit program reads nothing
-  void forgetful(bool on) { forgetful_ = on; }  ///< moves are taken and never confirmed
+  void mute(bool muted) { muted_ = muted; }           ///< no states go out
+  void deaf(bool deaf) { deaf_ = deaf; }              ///< the submit program reads nothing
+  void forgetful(bool on) { forgetful_ = on; }        ///< moves are taken and never confirmed
   void halt_submit(bool on) { submit_halted_ = on; }  ///< its interpreter stands
   void input_broken(bool broken) { input_broken_ = broken; }  ///< wire off
 

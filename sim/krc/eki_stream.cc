@@ -7,7 +7,7 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "drivers/kuka/wire_text.h"
+#include "drivers/kuka/wire/xml_values.h"
 
 namespace cellcal::sim {
 namespace {

@@ -13,7 +13,7 @@
 #include <thread>
 
 #include "drivers/error.h"
-#include "drivers/kuka/rsi_codec.h"
+#include "drivers/kuka/wire/rsi_codec.h"
 #include "sim/hard_clock.h"
 
 namespace cellcal::sim {

@@ -13,7 +13,7 @@
 #include <utility>
 
 #include "drivers/contact/ctp_codec.h"
-#include "drivers/kuka/rsi_codec.h"
+#include "drivers/kuka/wire/rsi_codec.h"
 #include "sim/krc/controller.h"
 #include "sim/mcu/microcontroller.h"
 #include "tests/bench/loopback.h"

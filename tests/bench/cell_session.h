@@ -12,7 +12,7 @@
 
 #include "drivers/contact/serial_contact.h"
 #include "drivers/io_thread.h"
-#include "drivers/kuka/rsi_robot.h"
+#include "drivers/kuka/rsi/rsi_robot.h"
 #include "tests/bench/cell_peer.h"
 
 namespace cellcal::bench {

@@ -13,7 +13,7 @@
 #include <thread>
 
 #include "drivers/io_thread.h"
-#include "drivers/kuka/rsi_robot.h"
+#include "drivers/kuka/rsi/rsi_robot.h"
 #include "tests/bench/burners.h"
 #include "tests/bench/loopback.h"
 #include "tests/bench/times.h"

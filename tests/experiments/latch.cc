@@ -26,7 +26,7 @@
 #include "daemon/main/virtual_cell.h"
 #include "drivers/contact/serial_contact.h"
 #include "drivers/io_thread.h"
-#include "drivers/kuka/rsi_robot.h"
+#include "drivers/kuka/rsi/rsi_robot.h"
 #include "sim/cell/contact_watch.h"
 #include "sim/krc/krc_udp.h"
 #include "sim/mcu/mcu_pty.h"

@@ -7,9 +7,9 @@
 #include <cstdlib>
 #include <string>
 
-#include "drivers/kuka/eki_codec.h"
-#include "drivers/kuka/eki_core.h"
-#include "drivers/kuka/krl_files.h"
+#include "drivers/kuka/eki/eki_core.h"
+#include "drivers/kuka/krl/krl_files.h"
+#include "drivers/kuka/wire/eki_codec.h"
 #include "sim/krc/eki_channel.h"
 
 namespace {

@@ -8,8 +8,8 @@
 #include <string_view>
 
 #include "drivers/error.h"
-#include "drivers/kuka/krl_read.h"
-#include "drivers/kuka/krl_verify.h"
+#include "drivers/kuka/krl/krl_read.h"
+#include "drivers/kuka/krl/krl_verify.h"
 
 namespace {
 
@@ -59,7 +59,7 @@ void judge(const std::string& text) {
     const auto objections =
         set < 2 ? verify_rsi_files(files, config(set + 3), CorrectionMode::kAbsolute)
                 : verify_eki_files(files, {});
-    for (const FileObjection& one : objections) require(!to_string(one).empty(), "no words");
+    for (const FileFinding& one : objections) require(!to_string(one).empty(), "no words");
   }
 }
 

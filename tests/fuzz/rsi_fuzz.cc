@@ -6,9 +6,9 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "drivers/kuka/arm_geometry.h"
-#include "drivers/kuka/rsi_codec.h"
-#include "drivers/kuka/rsi_core.h"
+#include "drivers/kuka/rsi/correction/arm_geometry.h"
+#include "drivers/kuka/rsi/rsi_core.h"
+#include "drivers/kuka/wire/rsi_codec.h"
 
 namespace {
 

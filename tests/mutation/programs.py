@@ -30,10 +30,10 @@ class Outcome:
 
 
 def tests_in(folder):
-    """Of every GoogleTest program in a folder."""
+    """Of every GoogleTest program in a folder and those within it."""
     found = []
-    for path in sorted(folder.iterdir()) if folder.is_dir() else []:
-        if not path.is_file() or not os.access(path, os.X_OK) or path.suffix:
+    for path in sorted(folder.rglob("*")) if folder.is_dir() else []:
+        if "CMakeFiles" in path.parts or not path.is_file() or not os.access(path, os.X_OK) or path.suffix:
             continue
         listed = subprocess.run([path, "--gtest_list_tests"], capture_output=True, text=True, timeout=60)
         if listed.returncode or "\n  " not in listed.stdout:

@@ -4,7 +4,7 @@
 
 #include "calib/files/error.h"
 #include "drivers/error.h"
-#include "drivers/kuka/arm_geometry.h"
+#include "drivers/kuka/rsi/correction/arm_geometry.h"
 
 namespace cellcal::daemon {
 namespace {

@@ -10,7 +10,7 @@
 
 #include "calib/files/files.h"
 #include "daemon/main/config.h"
-#include "drivers/kuka/krl_files.h"
+#include "drivers/kuka/krl/krl_files.h"
 
 namespace cellcal::daemon {
 namespace {

@@ -10,7 +10,7 @@
 #include <future>
 #include <stdexcept>
 
-#include "drivers/kuka/krl_files.h"
+#include "drivers/kuka/krl/krl_files.h"
 #include "sim/krc/eki_server.h"
 #include "sim/krc/krc_udp.h"
 

@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "drivers/kuka/krl_files.h"
+#include "drivers/kuka/krl/krl_files.h"
 
 namespace cellcal::sim {
 namespace {

@@ -1,8 +1,8 @@
 // The cell over EKI.
 
 #include "cells.h"
-#include "drivers/kuka/eki_robot.h"
-#include "drivers/kuka/krl_files.h"
+#include "drivers/kuka/eki/eki_robot.h"
+#include "drivers/kuka/krl/krl_files.h"
 #include "sim/krc/eki_controller.h"
 
 namespace cellcal::faults {

@@ -3,7 +3,7 @@
 #include <limits>
 
 #include "cells.h"
-#include "drivers/kuka/rsi_robot.h"
+#include "drivers/kuka/rsi/rsi_robot.h"
 #include "sim/krc/controller.h"
 
 namespace cellcal::faults {

@@ -10,10 +10,10 @@
 
 #include "cell.h"
 #include "daemon/session/tasks.h"
-#include "drivers/kuka/rsi_robot.h"
+#include "drivers/kuka/rsi/rsi_robot.h"
 #include "session.h"
 #include "tests/daemon/journal/temporary_directory.h"
-#include "tests/drivers/kuka/sleepy_peer.h"
+#include "tests/drivers/kuka/rsi/sleepy_peer.h"
 
 namespace cellcal::faults {
 namespace {

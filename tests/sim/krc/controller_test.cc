@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "drivers/kuka/rsi_codec.h"
+#include "drivers/kuka/wire/rsi_codec.h"
 
 namespace cellcal::sim {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <stdexcept>
 
-#include "drivers/kuka/krl_files.h"
+#include "drivers/kuka/krl/krl_files.h"
 
 namespace cellcal::sim {
 namespace {

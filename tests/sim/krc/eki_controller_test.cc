@@ -9,8 +9,8 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "drivers/kuka/eki_codec.h"
-#include "drivers/kuka/krl_files.h"
+#include "drivers/kuka/krl/krl_files.h"
+#include "drivers/kuka/wire/eki_codec.h"
 
 namespace cellcal::sim {
 namespace {

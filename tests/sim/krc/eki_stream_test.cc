@@ -8,7 +8,7 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "drivers/kuka/krl_files.h"
+#include "drivers/kuka/krl/krl_files.h"
 
 namespace cellcal::sim {
 namespace {

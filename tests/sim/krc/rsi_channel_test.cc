@@ -5,7 +5,7 @@
 #include <array>
 #include <stdexcept>
 
-#include "drivers/kuka/krl_files.h"
+#include "drivers/kuka/krl/krl_files.h"
 #include "sim/krc/controller.h"
 
 namespace cellcal::sim {

@@ -1,0 +1,83 @@
+#include "drivers/kuka/eki/eki_config.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string_view>
+
+#include "drivers/error.h"
+
+namespace cellcal::drivers {
+namespace {
+
+constexpr int kMostUnconfirmed = 8;
+// Below, a beat that TCP repeats would count as lost; above, a dead controller is noticed too late.
+constexpr double kShortestSilence = 0.1, kLongestSilence = 2.0;
+// The controller's dead man must hear three of them.
+constexpr double kShortestBeat = 0.01, kLongestBeat = 0.08;
+constexpr double kLongestDelay = 0.2;
+
+void check_range(std::string_view key, double value, double low, double high) {
+  if (!(value >= low && value <= high)) {
+    throw ConfigError(fmt::format("eki: {} = {} is outside {}..{}", key, value, low, high));
+  }
+}
+
+void check_axis(std::size_t i, const AxisLimit& limit, double full_speed) {
+  if (!std::isfinite(limit.min_rad) || !std::isfinite(limit.max_rad) ||
+      limit.min_rad >= limit.max_rad) {
+    throw ConfigError(fmt::format("eki: axis {}: limits {} to {} rad are no range", i + 1,
+                                  limit.min_rad, limit.max_rad));
+  }
+  if (!std::isfinite(limit.max_speed_rad_s) || limit.max_speed_rad_s <= 0.0) {
+    throw ConfigError(fmt::format("eki: axis {}: speed limit is {}, and must be a positive number",
+                                  i + 1, limit.max_speed_rad_s));
+  }
+  if (!std::isfinite(full_speed) || full_speed <= 0.0) {
+    throw ConfigError(fmt::format("eki: axis {}: full speed is {}, and must be a positive number",
+                                  i + 1, full_speed));
+  }
+  if (limit.max_speed_rad_s < full_speed / 100.0) {
+    throw ConfigError(fmt::format(
+        "eki: axis {}: speed limit {} rad/s is below 1 percent of its full speed, the slowest PTP "
+        "of a KUKA: raise speed_percent",
+        i + 1, limit.max_speed_rad_s));
+  }
+}
+
+}  // namespace
+
+int EkiConfig::transit_percent() const {
+  double share = 1.0;
+  for (std::size_t i = 0; i < limits.size(); ++i) {
+    share = std::min(share, limits[i].max_speed_rad_s / full_speed_rad_s[i]);
+  }
+  // A share of 0.2 must not become 19 percent by rounding.
+  constexpr double kRounding = 1e-9;
+  return std::clamp(static_cast<int>(std::floor(share * 100.0 + kRounding)), 1, 100);
+}
+
+void EkiConfig::validate() const {
+  if (address.empty())
+    throw ConfigError("eki: address is empty; the controller's IP belongs there");
+  check_range("silence_s", silence_s, kShortestSilence, kLongestSilence);
+  check_range("beat_s", beat_s, kShortestBeat, kLongestBeat);
+  check_range("window", window, 2, kMostUnconfirmed);
+  check_range("latch_delay_s", latch_delay_s, -kLongestDelay, kLongestDelay);
+  check_range("latch_jitter_s", latch_jitter_s, 0.0, kLongestDelay);
+  check_range("flag_sigma_s", flag_sigma_s, 0.0, kLongestDelay);
+  check_range("flag_search_limit_deg_s", flag_search_limit_deg_s, 0.01, 10.0);
+  check_range("follow_tolerance_deg", follow_tolerance_deg, 0.001, 5.0);
+  if (limits.empty() || limits.size() > kMaxAxes) {
+    throw ConfigError(
+        fmt::format("eki: {} axis limits; 1 to {} axes can be driven", limits.size(), kMaxAxes));
+  }
+  if (full_speed_rad_s.size() != limits.size()) {
+    throw ConfigError(
+        fmt::format("eki: {} full speeds for {} axes", full_speed_rad_s.size(), limits.size()));
+  }
+  for (std::size_t i = 0; i < limits.size(); ++i) check_axis(i, limits[i], full_speed_rad_s[i]);
+}
+
+}  // namespace cellcal::drivers

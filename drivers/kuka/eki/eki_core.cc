@@ -1,0 +1,388 @@
+#include "drivers/kuka/eki/eki_core.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <string>
+
+#include "drivers/kuka/eki/eki_mover.h"
+#include "drivers/kuka/eki/eki_sender.h"
+#include "drivers/kuka/moves/arrival_spread.h"
+#include "drivers/kuka/moves/move_check.h"
+#include "drivers/kuka/moves/move_queue.h"
+#include "drivers/kuka/moves/position_record.h"
+#include "drivers/kuka/wire/xml_values.h"
+
+namespace cellcal::drivers {
+namespace {
+
+constexpr double kRadPerDeg = std::numbers::pi / 180.0;
+
+// A hello is repeated until it is obeyed, and the connection given up where it never is.
+constexpr std::chrono::seconds kHelloLimit{5};
+// Angles with fewer decimals are a hundredth of a degree or worse: 0.2 mm at 1.4 m. A float that
+// happens to be round has few; ten states in a row do not.
+constexpr int kFewestDecimals = 3;
+constexpr std::uint64_t kStatesToJudge = 10;
+// The reference is where the arm rests: the means of two windows agree.
+constexpr std::size_t kReferenceWindow = 5;
+
+double seconds(Duration d) { return std::chrono::duration<double>(d).count(); }
+
+}  // namespace
+
+struct EkiCore::Impl {
+  Impl(EkiConfig c, ContactGuard* guard)
+      : config((c.validate(), std::move(c))), mover(config, guard, record) {
+    state.axes = static_cast<std::uint8_t>(config.limits.size());
+  }
+
+  std::size_t axes() const { return config.limits.size(); }
+  bool linked() const {
+    return state.link == RobotLink::kNotReferenced || state.link == RobotLink::kReady;
+  }
+
+  // ---- connection ------------------------------------------------------------------------------
+
+  void on_connected(std::uint32_t session, TimePoint now) {
+    framer.reset();
+    record.clear();
+    spread.reset();
+    state.connected = true;
+    state.session = session;
+    state.other_session = 0;
+    state.decimals_seen = 0;
+    next_id = 0;
+    close = greeted = bye_sent = too_few_axes = false;
+    states_here = 0;
+    last_time_ms = time_turns = 0;
+    connected_at = last_rx = now;
+    sender.begin(session, now);
+  }
+
+  void on_closed() {
+    if (linked()) lose(EkiLoss::kClosed, Cause::kLinkClosed, 0.0);
+    if (state.link == RobotLink::kNotReferenced) state.link = RobotLink::kLost;
+    state.connected = false;
+    sender.drop();
+    close = false;
+  }
+
+  /// The controller's dead man and its own view of the connection stop the arm.
+  void lose(EkiLoss loss, Cause cause, double a) {
+    if (mover.busy()) finish(mover.abandon(cause, a));
+    if (const auto move = queue.take_waiting()) refuse(*move, {cause, 0, a, 0.0});
+    rereference_asked = false;
+    greeted = false;
+    state.loss = loss;
+    state.link = RobotLink::kLost;
+    close = state.connected;
+  }
+
+  // ---- telegrams -------------------------------------------------------------------------------
+
+  void send_due(TimePoint now) {
+    if (!state.connected || close) return;
+    if (!greeted) return sender.repeat_hello(now);
+    if (mover.wants_stop() && move_to_send) return finish(mover.cancel());
+    if (mover.wants_stop()) {
+      EkiCommand stop;
+      stop.type = EkiType::kStop;
+      stop.id = next_id;
+      if (sender.send(stop, now, true)) mover.stop_sent(now);
+    }
+    if (move_to_send) {
+      EkiCommand command = mover.command();
+      command.id = next_id + 1;
+      if (sender.send(command, now)) {
+        mover.sent(++next_id);
+        move_to_send = false;
+      }
+    }
+    if (ending && !mover.busy() && !bye_sent) {
+      EkiCommand bye;
+      bye.type = EkiType::kBye;
+      bye.id = next_id;
+      bye_sent = sender.send(bye, now, true);
+    }
+    if (!bye_sent) sender.beat(now);
+  }
+
+  // ---- states ----------------------------------------------------------------------------------
+
+  void on_bytes(std::string_view bytes, TimePoint t_rx) {
+    for (const char c : bytes) {
+      if (close || !state.connected) return;
+      switch (framer.push(c)) {
+        case EkiFramer::Event::kNone:
+          break;
+        case EkiFramer::Event::kDocument:
+          on_document(framer.document(), t_rx);
+          break;
+        case EkiFramer::Event::kOversized:
+          note_bad(EkiError::kOversized, framer.document());
+          lose(EkiLoss::kNotAStream, Cause::kLinkClosed, 0.0);
+          return;
+      }
+    }
+  }
+
+  void note_bad(EkiError error, std::string_view bytes) {
+    ++state.bad_documents;
+    state.last_error = error;
+    wire::show(bytes, state.last_bad);
+  }
+
+  void on_document(std::string_view document, TimePoint t_rx) {
+    if (const EkiError error = parser.parse_state(document, frame); error != EkiError::kNone) {
+      return note_bad(error, document);
+    }
+    too_few_axes = frame.axes_deg.size() < axes();
+    if (too_few_axes) return note_bad(EkiError::kNoAxes, document);
+    ++state.states;
+    last_rx = t_rx;
+    spread.add(t_rx);
+    if (frame.session != state.session) return on_other_session();
+    // A count that this connection has not reached is another connection's, left in a buffer.
+    if (!sender.confirm(frame.heard, t_rx)) return note_bad(EkiError::kBadNumber, document);
+    state.other_session = 0;
+    ++states_here;
+    if (!greeted) {
+      greeted = true;
+      state.link = RobotLink::kNotReferenced;
+    }
+    note_status();
+    record_position(t_rx);
+    if (state.link == RobotLink::kReady && !frame.ready && !mover.busy()) {
+      state.link = RobotLink::kNotReferenced;
+    }
+    if (const auto done = mover.on_state(frame, t_rx)) finish(*done);
+    if (state.link == RobotLink::kNotReferenced) try_reference();
+  }
+
+  void on_other_session() {
+    state.other_session = frame.session;
+    // Until the hello is taken the controller shows whom it obeyed before.
+    if (greeted) {
+      lose(EkiLoss::kSessionTaken, Cause::kSessionTaken, frame.session);
+    }
+  }
+
+  void note_status() {
+    state.ready = frame.ready;
+    state.drives = frame.drives;
+    state.stopped = frame.stopped;
+    state.input = frame.input;
+    state.mode = frame.mode;
+    state.override_percent = frame.override_percent;
+    state.fault = frame.fault;
+    state.unread_by_controller = frame.bad;
+    state.decimals_seen = std::max(state.decimals_seen, frame.decimals);
+  }
+
+  /// $TIMER is KRL's INT: it counts 31 bits and begins again, after 25 days. The record has 32.
+  std::uint32_t unwrapped(std::uint32_t time_ms) {
+    constexpr std::uint32_t kTurn = 0x80000000u, kHalf = 0x40000000u;
+    if (time_ms < kTurn && last_time_ms > time_ms && last_time_ms - time_ms > kHalf) {
+      time_turns += kTurn;
+    }
+    last_time_ms = time_ms;
+    return time_ms + time_turns;
+  }
+
+  void record_position(TimePoint t_rx) {
+    AxisAngles actual;
+    for (std::size_t i = 0; i < axes(); ++i) actual.push_back(frame.axes_deg[i] * kRadPerDeg);
+    // Without the controller's clock the arrival has to do.
+    const auto arrival = static_cast<std::uint32_t>(
+        std::chrono::duration_cast<std::chrono::milliseconds>(t_rx - connected_at).count());
+    record.push(t_rx, frame.time_ms ? unwrapped(*frame.time_ms) : arrival, actual, actual);
+    std::copy(actual.begin(), actual.end(), state.actual_rad);
+    if (!mover.busy()) std::copy(actual.begin(), actual.end(), state.commanded_rad);
+    const std::size_t last = std::min<std::size_t>(record.size(), 50) - 1;
+    if (last > 0) {
+      state.cycle_s =
+          seconds(record.newest().t_rx - record.newest(last).t_rx) / static_cast<double>(last);
+    }
+  }
+
+  bool coarse() const {
+    return states_here >= kStatesToJudge && state.decimals_seen < kFewestDecimals;
+  }
+
+  void try_reference() {
+    if (!rereference_asked || !frame.ready || coarse() || mover.busy()) return;
+    if (frame.progress == EkiProgress::kMoving || states_here < kStatesToJudge) return;
+    if (!record.rests(kReferenceWindow)) return;
+    rereference_asked = false;
+    state.link = RobotLink::kReady;
+  }
+
+  // ---- moves -----------------------------------------------------------------------------------
+
+  void begin(const Move& move) {
+    if (queue.waiting() || mover.busy()) {
+      refuse(move, {Cause::kBusy, 0, 0.0, 0.0});
+    } else {
+      queue.wait(move);
+    }
+  }
+
+  AxisAngles actual() const { return {state.actual_rad, state.actual_rad + axes()}; }
+
+  void take_up_waiting(TimePoint now) {
+    const auto move = queue.take_waiting();
+    if (!move) return;
+    if (ending) return refuse(*move, {Cause::kClosing, 0, 0.0, 0.0});
+    if (!linked()) return refuse(*move, {Cause::kNotConnected, 0, state.waited_s, 0.0});
+    if (!state.ready) return refuse(*move, {Cause::kControllerNotReady, 0, 0.0, 0.0});
+    if (state.link != RobotLink::kReady) return refuse(*move, {Cause::kNotReferenced, 0, 0.0, 0.0});
+    if (const auto objection = object_to(*move, config.limits)) return refuse(*move, *objection);
+    if (const auto refusal = mover.start(*move, actual(), now)) return finish(*refusal);
+    move_to_send = true;
+    std::copy(move->target_rad.begin(), move->target_rad.end(), state.commanded_rad);
+  }
+
+  void refuse(const Move& move, const Objection& why, MoveOutcome outcome = MoveOutcome::kRefused) {
+    finish(refusal_of(move, why, actual(), outcome));
+  }
+
+  void finish(CoreResult result) {
+    move_to_send = false;
+    // The dead man has stopped the controller's program by then: no pause is harmless.
+    if (result.outcome == MoveOutcome::kRobotSilent) result.interruption = Interruption::kOther;
+    // Where the arm is, or who moves it, is no longer known for sure: somebody has to look.
+    const bool doubtful =
+        result.outcome == MoveOutcome::kNotFollowing || result.outcome == MoveOutcome::kRobotSilent;
+    if (doubtful && state.link == RobotLink::kReady) state.link = RobotLink::kNotReferenced;
+    queue.add(result);
+  }
+
+  void stop() {
+    if (const auto move = queue.take_waiting()) {
+      refuse(*move, {Cause::kStopAsked, 0, 0.0, 0.0}, MoveOutcome::kStopped);
+    }
+    mover.halt(MoveOutcome::kStopped, Cause::kStopAsked);
+  }
+
+  // ---- time ------------------------------------------------------------------------------------
+
+  void on_tick(TimePoint now) {
+    if (!heard_time) {
+      heard_time = true;
+      last_rx = now;
+    }
+    state.waited_s = seconds(now - last_rx);
+    mover.listen(now);
+    if (greeted && state.waited_s > config.silence_s) {
+      lose(EkiLoss::kSilence, Cause::kNotConnected, state.waited_s);
+    }
+    if (state.connected && !greeted && now - connected_at > kHelloLimit) close = true;
+    if (const auto done = mover.on_tick(now)) {
+      const bool cut = done->cause == Cause::kCommandNotTaken;
+      finish(*done);
+      // It could still begin later: without the connection it cannot.
+      if (cut) lose(EkiLoss::kNotTaken, done->cause, done->a);
+    }
+    take_up_waiting(now);
+    send_due(now);
+    refresh(now);
+  }
+
+  EkiTrouble trouble(TimePoint now) const {
+    if (!state.connected) return EkiTrouble::kNotConnected;
+    if (too_few_axes) return EkiTrouble::kTooFewAxes;
+    if (state.waited_s > config.silence_s) return EkiTrouble::kNoState;
+    if (!greeted) {
+      return state.other_session != 0 ? EkiTrouble::kOtherSession : EkiTrouble::kNotHeard;
+    }
+    if (coarse()) return EkiTrouble::kCoarse;
+    if (sender.unread(now)) return EkiTrouble::kUnread;
+    return state.ready ? EkiTrouble::kNone : EkiTrouble::kNotReady;
+  }
+
+  void refresh(TimePoint now) {
+    state.trouble = trouble(now);
+    state.moving = mover.busy();
+    state.rereference_pending = rereference_asked;
+    state.jitter_s = spread.sigma_s();
+    state.longest_gap_s = spread.longest_s();
+  }
+
+  EkiConfig config;
+  EkiFramer framer;
+  EkiParser parser;
+  EkiState frame;
+  PositionRecord record;
+  EkiMover mover;
+
+  ArrivalSpread spread;
+
+  EkiCoreState state;
+  EkiSender sender{config};
+
+  TimePoint connected_at{}, last_rx{};
+  std::uint32_t next_id = 0;
+  std::uint32_t last_time_ms = 0, time_turns = 0;
+  std::uint64_t states_here = 0;
+  bool heard_time = false, greeted = false, close = false, too_few_axes = false;
+  bool rereference_asked = false, move_to_send = false;
+  bool ending = false, bye_sent = false;
+  MoveQueue queue;
+};
+
+EkiCore::EkiCore(EkiConfig config, ContactGuard* guard)
+    : impl_(std::make_unique<Impl>(std::move(config), guard)) {}
+EkiCore::~EkiCore() = default;
+
+void EkiCore::on_connected(std::uint32_t session, TimePoint now) {
+  impl_->on_connected(session, now);
+}
+void EkiCore::on_closed(TimePoint now) {
+  impl_->on_closed();
+  impl_->refresh(now);
+}
+void EkiCore::on_bytes(std::string_view bytes, TimePoint t_rx) {
+  impl_->on_bytes(bytes, t_rx);
+  impl_->refresh(t_rx);
+}
+void EkiCore::on_tick(TimePoint now) { impl_->on_tick(now); }
+
+std::string_view EkiCore::output() const { return impl_->sender.output(); }
+void EkiCore::sent(std::size_t count) { impl_->sender.sent(count); }
+bool EkiCore::wants_close() const { return impl_->close; }
+void EkiCore::begin(const Move& move) { impl_->begin(move); }
+void EkiCore::stop() { impl_->stop(); }
+
+void EkiCore::rereference() {
+  if (impl_->mover.busy() || !impl_->linked()) return;
+  impl_->rereference_asked = true;
+  impl_->state.link = RobotLink::kNotReferenced;
+}
+
+void EkiCore::end_session() {
+  impl_->stop();
+  impl_->ending = true;
+}
+
+bool EkiCore::ended() const {
+  return impl_->ending && (!impl_->state.connected || !impl_->greeted ||
+                           (impl_->bye_sent && impl_->sender.output().empty()));
+}
+
+std::optional<CoreResult> EkiCore::take_result() { return impl_->queue.take_result(); }
+
+const EkiCoreState& EkiCore::core_state() const { return impl_->state; }
+
+std::optional<MoveResult> EkiCore::poll() {
+  const auto result = take_result();
+  if (!result) return std::nullopt;
+  return to_move_result(*result);
+}
+
+RobotState EkiCore::state() const {
+  return to_robot_state(impl_->state,
+                        impl_->config.address + ":" + std::to_string(impl_->config.port));
+}
+
+}  // namespace cellcal::drivers

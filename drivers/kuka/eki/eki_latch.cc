@@ -1,0 +1,58 @@
+#include "drivers/kuka/eki/eki_latch.h"
+
+#include <cmath>
+#include <numbers>
+
+namespace cellcal::drivers {
+namespace {
+
+constexpr double kDegPerRad = 180.0 / std::numbers::pi;
+constexpr double kRadPerDeg = std::numbers::pi / 180.0;
+
+// A latch is believed within this of the measured path at the sensor's time stamp: states are
+// interpolated over 20 ms of motion and of braking, and stamps are up to 12 ms old.
+constexpr double kLatchWindowS = 0.06;
+constexpr double kLatchSlackRad = 0.02 * kRadPerDeg;
+// Over which the search's speed is taken from the record.
+constexpr double kSpeedSpanS = 0.1;
+constexpr double kSecondsPerMs = 1e-3;
+
+double seconds(Duration d) { return std::chrono::duration<double>(d).count(); }
+
+}  // namespace
+
+EkiLatchResult latch_of(const EkiTouch& touch, const EkiConfig& config,
+                        const PositionRecord& record, TimePoint now) {
+  const TimePoint edge = touch.contact.first_edge;
+  const auto path = record.actual_at(edge, kSecondsPerMs);
+  // A time stamp outside of what was recorded cannot be this contact's.
+  if (!path) return {std::nullopt, Cause::kStampOutside, 0, seconds(now - edge), 0.0};
+  Latch latch;
+  latch.contact_rad = *path;
+  latch.settled_rad = touch.settled_rad;
+  latch.contact_time = edge;
+  latch.time_sigma_s = std::hypot(touch.contact.time_sigma_s, config.flag_sigma_s);
+  latch.reaction_s = seconds(touch.stopped_at - edge);
+  latch.bounces = touch.contact.bounces;
+  if (config.stop == EkiStop::kFlag) return {latch};
+
+  if (!touch.latched_rad) return {std::nullopt, Cause::kLatchMissing};
+  const auto span =
+      std::chrono::duration_cast<Duration>(std::chrono::duration<double>(kSpeedSpanS));
+  const auto before = record.actual_at(edge - span, kSecondsPerMs);
+  for (std::size_t i = 0; i < path->size(); ++i) {
+    const double latched = (*touch.latched_rad)[i];
+    const double speed = before ? ((*path)[i] - (*before)[i]) / kSpeedSpanS : 0.0;
+    const double allowed =
+        kLatchSlackRad + std::abs(speed) * (kLatchWindowS + std::abs(config.latch_delay_s));
+    if (std::abs(latched - (*path)[i]) > allowed) {
+      return {std::nullopt, Cause::kLatchAstray, static_cast<std::uint8_t>(i), latched * kDegPerRad,
+              (*path)[i] * kDegPerRad};
+    }
+    latch.contact_rad[i] = latched - speed * config.latch_delay_s;
+  }
+  latch.time_sigma_s = config.latch_jitter_s;
+  return {latch};
+}
+
+}  // namespace cellcal::drivers

@@ -1,0 +1,364 @@
+#include "drivers/kuka/eki/eki_mover.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "drivers/kuka/eki/eki_latch.h"
+#include "drivers/kuka/moves/move_queue.h"
+
+namespace cellcal::drivers {
+namespace {
+
+constexpr double kDegPerRad = 180.0 / std::numbers::pi;
+constexpr double kRadPerDeg = std::numbers::pi / 180.0;
+
+// A telegram and the state that confirms it take two of the controller's loops, 40 ms.
+constexpr std::chrono::milliseconds kAckLimit{500};
+// From the stop telegram to the end of the BRAKE ramp; a KR 5 at full speed takes 0.5 s.
+constexpr std::chrono::milliseconds kStopLimit{2000};
+// The controller's input gets three of its 12 ms cycles before the network stops the search, so
+// that the accurate latch is not lost to a race.
+constexpr std::chrono::milliseconds kInputGrace{40};
+// A start key that is released, override 0, drives that dropped without a word.
+constexpr std::chrono::milliseconds kStallLimit{2000};
+constexpr double kStallRad = 0.002 * kRadPerDeg;
+// Longer retreats are PTP: LIN leaves the straight line in joint space that was checked.
+constexpr double kLongestLinRad = 10.0 * kRadPerDeg;
+
+// Rest: the means of two successive windows of states agree; 0.1 s each at 50 Hz.
+constexpr std::size_t kSettleWindow = 5;
+constexpr double kSettledRad = 0.001 * kRadPerDeg;
+constexpr std::chrono::milliseconds kSettleLimit{2000};
+
+double seconds(Duration d) { return std::chrono::duration<double>(d).count(); }
+
+}  // namespace
+
+EkiMover::EkiMover(const EkiConfig& config, ContactGuard* guard, const PositionRecord& record)
+    : config_(config), record_(record), sensor_(guard) {}
+
+void EkiMover::listen(TimePoint now) {
+  const bool guarded = busy() && searching();
+  sensor_.listen(now, guarded ? std::optional(move_.arm_id) : std::nullopt);
+}
+
+std::optional<Objection> EkiMover::too_fast(const Move& move, const AxisAngles& at_rad) const {
+  if (move.kind != MoveKind::kSearch || config_.stop != EkiStop::kFlag) return std::nullopt;
+  for (std::size_t i = 0; i < at_rad.size(); ++i) {
+    const double speed = move.cruise_s > 0.0
+                             ? std::abs(move.target_rad[i] - at_rad[i]) / move.cruise_s * kDegPerRad
+                             : config_.limits[i].max_speed_rad_s * kDegPerRad;
+    if (speed <= config_.flag_search_limit_deg_s) continue;
+    return Objection{Cause::kTooFastForFlag, static_cast<std::uint8_t>(i), speed,
+                     config_.flag_search_limit_deg_s};
+  }
+  return std::nullopt;
+}
+
+std::optional<CoreResult> EkiMover::start(const Move& move, const AxisAngles& at_rad,
+                                          TimePoint now) {
+  if (const auto why = sensor_.refusal(move)) {
+    return refusal_of(move, {why->cause, 0, why->a, why->b}, at_rad, why->outcome);
+  }
+  if (const auto why = too_fast(move, at_rad)) return refusal_of(move, *why, at_rad);
+  sensor_.begin();
+  move_ = move;
+  phase_ = Phase::kAsked;
+  outcome_ = MoveOutcome::kArrived;
+  cause_ = Cause::kNone;
+  axis_ = 0;
+  a_ = b_ = 0.0;
+  stop_wanted_ = stop_sent_ = by_input_ = false;
+  touched_at_.reset();
+  verdict_ = Verdict::kNone;
+  contact_.reset();
+  latched_rad_.reset();
+  latch_.reset();
+  asked_at_ = now;
+  choose_path(at_rad);
+  return std::nullopt;
+}
+
+/// Never faster than asked for or than the limits allow.
+void EkiMover::choose_path(const AxisAngles& at_rad) {
+  command_ = EkiCommand{};
+  command_.type = EkiType::kMove;
+  for (const double target : move_.target_rad) {
+    command_.target_deg.push_back(target * kDegPerRad);
+  }
+  const bool at_input = config_.stop == EkiStop::kInput && move_.kind != MoveKind::kRetreat;
+  command_.guard = at_input ? EkiGuard::kInput : EkiGuard::kNone;
+  command_.percent = config_.transit_percent();
+  if (move_.cruise_s <= 0.0) return;
+  const bool straight =
+      searching() || farthest_axis(at_rad, move_.target_rad).rad <= kLongestLinRad;
+  double shortest_s = move_.cruise_s, share = 0.0;
+  for (std::size_t i = 0; i < at_rad.size(); ++i) {
+    const double travel = std::abs(move_.target_rad[i] - at_rad[i]);
+    shortest_s = std::max(shortest_s, travel / config_.limits[i].max_speed_rad_s);
+    share = std::max(share, travel / (move_.cruise_s * config_.full_speed_rad_s[i]));
+  }
+  if (straight && move_.kind != MoveKind::kTransit) {
+    command_.path = EkiPath::kLin;
+    command_.duration_s = shortest_s;
+  } else {
+    command_.percent = std::clamp(static_cast<int>(std::floor(100.0 * share)), 1, command_.percent);
+  }
+}
+
+void EkiMover::fail(MoveOutcome outcome, Cause cause, double a) {
+  outcome_ = outcome;
+  cause_ = cause;
+  a_ = a;
+}
+
+void EkiMover::halt(MoveOutcome outcome, Cause cause, double a) {
+  if (!under_way() || !ends_well()) return;
+  fail(outcome, cause, a);
+  stop_wanted_ = true;
+}
+
+void EkiMover::stop_sent(TimePoint now) {
+  stop_sent_ = true;
+  stop_sent_at_ = now;
+}
+
+CoreResult EkiMover::cancel() {
+  // A touch asks for the stop without a word on the outcome: that is the verdict's, had it begun.
+  if (ends_well()) fail(MoveOutcome::kRefused, Cause::kTrippedAtStart);
+  return result(record_.newest().actual_rad);
+}
+
+CoreResult EkiMover::abandon(Cause cause, double a) {
+  fail(MoveOutcome::kRobotSilent, cause, a);
+  latch_.reset();
+  return result(record_.size() > 0 ? record_.newest().actual_rad : AxisAngles{});
+}
+
+CoreResult EkiMover::result(const AxisAngles& at_rad) {
+  phase_ = Phase::kIdle;
+  CoreResult done;
+  done.id = move_.id;
+  done.outcome = outcome_;
+  done.cause = cause_;
+  done.axis = axis_;
+  done.a = a_;
+  done.b = b_;
+  done.at_rad = at_rad;
+  if (outcome_ == MoveOutcome::kContact) done.latch = latch_;
+  sensor_.explain(done);
+  return done;
+}
+
+// ---- while it moves ----------------------------------------------------------------------------
+
+void EkiMover::watch_search(TimePoint now) {
+  const SensorMonitor::Heard& heard = sensor_.heard();
+  if (heard.contact) {
+    contact_ = heard.contact;
+    verdict_ = Verdict::kContact;
+  } else if (heard.revoked && verdict_ == Verdict::kNone) {
+    verdict_ = Verdict::kRevoked;
+  }
+  const bool touched = heard.trip || heard.contact || heard.revoked || heard.snapshot.in_contact;
+  if (touched && !touched_at_) touched_at_ = now;
+  if (phase_ == Phase::kSettling && ends_well()) return watch_arrived(now);
+  if (!under_way() || !ends_well()) return;
+  if (!heard.snapshot.alive) {
+    halt(MoveOutcome::kContactSilent, Cause::kSensorDead);
+  } else if (touched_at_) {
+    // Over the network at once where nothing else stops the arm, and where noise was the reason.
+    const bool at_once = config_.stop == EkiStop::kFlag || verdict_ == Verdict::kRevoked;
+    if (at_once || now - *touched_at_ > kInputGrace) stop_wanted_ = true;
+  } else if (!heard.snapshot.armed || heard.snapshot.arm_id != move_.arm_id) {
+    halt(MoveOutcome::kContactSilent, sensor_.loss());
+  }
+}
+
+/// The controller has arrived, and the sensor's word may be behind it.
+void EkiMover::watch_arrived(TimePoint now) {
+  const ContactSnapshot& sensor = sensor_.heard().snapshot;
+  if (touched_at_) {
+    done_at_ = now;
+    phase_ = Phase::kVerdict;
+  } else if (!sensor.alive) {
+    fail(MoveOutcome::kContactSilent, Cause::kSensorDead);
+  } else if (!sensor.armed || sensor.arm_id != move_.arm_id) {
+    fail(MoveOutcome::kContactSilent, sensor_.loss());
+  }
+}
+
+void EkiMover::watch_other(TimePoint now) {
+  if (!sensor_.present() || !under_way() || !ends_well()) return;
+  if (!sensor_.heard().snapshot.alive) {
+    halt(MoveOutcome::kContactSilent, Cause::kSensorDead);
+  } else if (sensor_.touched(move_.kind, now)) {
+    halt(MoveOutcome::kUnexpectedContact, Cause::kTouchedOutsideSearch);
+  }
+}
+
+std::optional<CoreResult> EkiMover::on_tick(TimePoint now) {
+  if (!busy()) return std::nullopt;
+  if (searching()) {
+    watch_search(now);
+  } else {
+    watch_other(now);
+  }
+  if (phase_ == Phase::kAsked && now - asked_at_ > kAckLimit) {
+    return abandon(Cause::kCommandNotTaken, seconds(now - asked_at_));
+  }
+  if (under_way() && stop_sent_ && now - stop_sent_at_ > kStopLimit) {
+    return abandon(Cause::kCommandNotTaken, seconds(now - stop_sent_at_));
+  }
+  if (phase_ == Phase::kVerdict) await_verdict(now);
+  return std::nullopt;
+}
+
+void EkiMover::watch_motion(const EkiState& state, TimePoint now) {
+  const AxisAngles& actual = record_.newest().actual_rad;
+  if (still_rad_.size() != actual.size() || farthest_axis(still_rad_, actual).rad > kStallRad) {
+    still_rad_ = actual;
+    still_since_ = now;
+  } else if (now - still_since_ > kStallLimit && ends_well()) {
+    halt(MoveOutcome::kNotFollowing, Cause::kNotMoving, seconds(now - still_since_));
+    b_ = state.override_percent;
+  }
+}
+
+std::optional<CoreResult> EkiMover::on_state(const EkiState& state, TimePoint now) {
+  if (!busy()) return std::nullopt;
+  const bool ours = command_.id != 0 && state.move_id == command_.id;
+  if (phase_ == Phase::kAsked && ours) {
+    phase_ = Phase::kMoving;
+    still_rad_.clear();
+  }
+  if (phase_ == Phase::kMoving) {
+    if (state.progress == EkiProgress::kDone && ours) {
+      take_done(state, now);
+    } else if (!ours || state.progress == EkiProgress::kIdle) {
+      // The program has forgotten the move: it was reset.
+      fail(MoveOutcome::kNotFollowing, Cause::kProgramAborted, state.fault);
+      begin_settling();
+    } else {
+      watch_motion(state, now);
+    }
+  }
+  if (phase_ == Phase::kSettling) {
+    ++settling_states_;
+    return settle(now);
+  }
+  return std::nullopt;
+}
+
+// ---- the controller is done --------------------------------------------------------------------
+
+void EkiMover::take_done(const EkiState& state, TimePoint now) {
+  done_at_ = now;
+  if (state.latch_id == command_.id && state.latch_deg.size() >= command_.target_deg.size()) {
+    latched_rad_.emplace();
+    for (std::size_t i = 0; i < command_.target_deg.size(); ++i) {
+      latched_rad_->push_back(state.latch_deg[i] * kRadPerDeg);
+    }
+  }
+  begin_settling();
+  if (!ends_well()) return;
+  switch (state.outcome) {
+    case EkiOutcome::kSoftLimit:
+      return fail(MoveOutcome::kRefused, Cause::kOutsideSoftLimits);
+    case EkiOutcome::kNotFeasible:
+    case EkiOutcome::kNone:
+      return fail(MoveOutcome::kRefused, Cause::kNotFeasible);
+    case EkiOutcome::kDeadMan:
+      return fail(MoveOutcome::kRobotSilent, Cause::kDeadMan);
+    case EkiOutcome::kAborted:
+      return fail(MoveOutcome::kNotFollowing, Cause::kProgramAborted, state.fault);
+    case EkiOutcome::kInputAtStart:
+      return searching() ? fail(MoveOutcome::kRefused, Cause::kInputAtStart)
+                         : fail(MoveOutcome::kUnexpectedContact, Cause::kTouchedOutsideSearch);
+    case EkiOutcome::kArrived:
+    case EkiOutcome::kInput:
+    case EkiOutcome::kStop:
+      break;
+  }
+  if (searching()) return take_search_done(state.outcome, now);
+  if (state.outcome == EkiOutcome::kInput) {
+    fail(MoveOutcome::kUnexpectedContact, Cause::kTouchedOutsideSearch);
+  } else if (state.outcome == EkiOutcome::kStop) {
+    fail(MoveOutcome::kStopped, Cause::kStopAsked);
+  }
+}
+
+void EkiMover::take_search_done(EkiOutcome outcome, TimePoint now) {
+  by_input_ = outcome == EkiOutcome::kInput;
+  if (by_input_ || touched_at_) {
+    phase_ = Phase::kVerdict;
+    await_verdict(now);
+  } else if (outcome == EkiOutcome::kStop) {
+    fail(MoveOutcome::kStopped, Cause::kStopAsked);
+  }
+}
+
+/// The arm is stopped; the sensor has the last word on why.
+void EkiMover::await_verdict(TimePoint now) {
+  if (verdict_ == Verdict::kContact) {
+    if (config_.stop == EkiStop::kInput && !by_input_) {
+      fail(MoveOutcome::kContactSilent, Cause::kInputMissed);
+    } else {
+      fail(MoveOutcome::kContact, Cause::kNone);
+    }
+  } else if (verdict_ == Verdict::kRevoked) {
+    fail(MoveOutcome::kRevoked, Cause::kNone);
+  } else if (!sensor_.heard().snapshot.alive) {
+    fail(MoveOutcome::kContactSilent, Cause::kSensorDead);
+  } else if (now - done_at_ > kVerdictLimit) {
+    fail(MoveOutcome::kContactSilent, touched_at_ ? Cause::kTripUnconfirmed : Cause::kInputAlone,
+         seconds(now - touched_at_.value_or(done_at_)));
+  } else {
+    return;
+  }
+  begin_settling();
+}
+
+void EkiMover::begin_settling() {
+  phase_ = Phase::kSettling;
+  settling_states_ = 0;
+  settling_since_ = record_.size() > 0 ? record_.newest().t_rx : TimePoint{};
+}
+
+std::optional<CoreResult> EkiMover::settle(TimePoint now) {
+  if (settling_states_ < 2 * kSettleWindow) return std::nullopt;
+  const AxisAngles late = record_.mean_actual_rad(0, kSettleWindow);
+  const AxisAngles early = record_.mean_actual_rad(kSettleWindow, kSettleWindow);
+  const AxisDistance moved = farthest_axis(late, early);
+  const AxisDistance astray = farthest_axis(late, move_.target_rad);
+  const bool at_rest = moved.rad <= kSettledRad;
+  if (!at_rest && now - settling_since_ < kSettleLimit) return std::nullopt;
+  if (ends_well() && astray.rad > config_.follow_tolerance_deg * kRadPerDeg) {
+    fail(MoveOutcome::kNotFollowing, Cause::kNotAtTarget,
+         move_.target_rad[astray.axis] * kDegPerRad);
+    axis_ = astray.axis;
+    b_ = late[astray.axis] * kDegPerRad;
+  } else if (!at_rest && cause_ == Cause::kNone) {
+    fail(outcome_, Cause::kNotSettled, moved.rad * kDegPerRad);
+    axis_ = moved.axis;
+    b_ = seconds(now - settling_since_);
+  }
+  if (outcome_ == MoveOutcome::kContact) fill_latch(late, now);
+  if (ends_well() && move_.kind == MoveKind::kRetreat && sensor_.heard().snapshot.in_contact) {
+    fail(MoveOutcome::kStillInContact, Cause::kContactNotOpen);
+  }
+  return result(late);
+}
+
+void EkiMover::fill_latch(const AxisAngles& settled_rad, TimePoint now) {
+  const EkiLatchResult made =
+      latch_of({*contact_, latched_rad_, settled_rad, done_at_}, config_, record_, now);
+  latch_ = made.latch;
+  if (latch_) return;
+  fail(MoveOutcome::kContactSilent, made.cause, made.a);
+  axis_ = made.axis;
+  b_ = made.b;
+}
+
+}  // namespace cellcal::drivers

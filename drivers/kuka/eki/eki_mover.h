@@ -1,0 +1,100 @@
+#pragma once
+// One move that the controller carries out, from the telegram to the result.
+//
+//   asked --taken--> moving --done--> verdict (search with contact) --> settling --rest--> result
+//
+// The controller moves by itself and stops by itself: at the target, at its contact input, at the
+// flag that a stop telegram sets, or because it hears nothing. Here it is watched, the contact
+// sensor is heard, and what both say is put together. A search counts as a contact only when the
+// sensor has confirmed it; the joint angles come from the controller's latch (kInput) or from the
+// recorded path at the sensor's time stamp (kFlag).
+
+#include <cstdint>
+#include <optional>
+
+#include "drivers/contact.h"
+#include "drivers/kuka/eki/eki_config.h"
+#include "drivers/kuka/moves/cause.h"
+#include "drivers/kuka/moves/move_check.h"
+#include "drivers/kuka/moves/position_record.h"
+#include "drivers/kuka/moves/sensor_monitor.h"
+#include "drivers/kuka/wire/eki_codec.h"
+
+namespace cellcal::drivers {
+
+class EkiMover {
+ public:
+  /// All must outlive the mover; `guard` may be null: then searches are refused.
+  EkiMover(const EkiConfig& config, ContactGuard* guard, const PositionRecord& record);
+
+  bool busy() const { return phase_ != Phase::kIdle; }
+  /// Takes the sensor's events and level. Once per tick, busy or not.
+  void listen(TimePoint now);
+  /// After listen(), arm at rest at `at_rad`. Empty: begun, command() is to be sent.
+  std::optional<CoreResult> start(const Move& move, const AxisAngles& at_rad, TimePoint now);
+  /// Target, path, speed and guard; session, seq and id are the core's.
+  const EkiCommand& command() const { return command_; }
+  void sent(std::uint32_t id) { command_.id = id; }
+
+  /// A stop telegram for this move is due.
+  bool wants_stop() const { return busy() && stop_wanted_ && !stop_sent_; }
+  void stop_sent(TimePoint now);
+
+  /// A state of the controller, after it was recorded.
+  std::optional<CoreResult> on_state(const EkiState& state, TimePoint now);
+  /// After listen(). A result of kCommandNotTaken means that the link must be cut.
+  std::optional<CoreResult> on_tick(TimePoint now);
+  /// To rest, with this outcome. Without effect on a move that is being stopped already.
+  void halt(MoveOutcome outcome, Cause cause, double a = 0.0);
+  /// The move was halted before it was sent.
+  CoreResult cancel();
+  /// The move is over here; the controller stops it by itself.
+  CoreResult abandon(Cause cause, double a);
+
+ private:
+  enum class Phase { kIdle, kAsked, kMoving, kVerdict, kSettling };
+  enum class Verdict { kNone, kContact, kRevoked };
+
+  bool ends_well() const { return outcome_ == MoveOutcome::kArrived; }
+  bool searching() const { return move_.kind == MoveKind::kSearch; }
+  bool under_way() const { return phase_ == Phase::kAsked || phase_ == Phase::kMoving; }
+  void fail(MoveOutcome outcome, Cause cause, double a = 0.0);
+  void choose_path(const AxisAngles& at_rad);
+  std::optional<Objection> too_fast(const Move& move, const AxisAngles& at_rad) const;
+  void watch_search(TimePoint now);
+  void watch_arrived(TimePoint now);
+  void watch_other(TimePoint now);
+  void watch_motion(const EkiState& state, TimePoint now);
+  void take_done(const EkiState& state, TimePoint now);
+  void take_search_done(EkiOutcome outcome, TimePoint now);
+  void await_verdict(TimePoint now);
+  void begin_settling();
+  std::optional<CoreResult> settle(TimePoint now);
+  void fill_latch(const AxisAngles& settled_rad, TimePoint now);
+  CoreResult result(const AxisAngles& at_rad);
+
+  const EkiConfig& config_;
+  const PositionRecord& record_;
+  SensorMonitor sensor_;
+
+  Phase phase_ = Phase::kIdle;
+  Move move_;
+  EkiCommand command_;
+  MoveOutcome outcome_ = MoveOutcome::kArrived;
+  Cause cause_ = Cause::kNone;
+  std::uint8_t axis_ = 0;
+  double a_ = 0.0, b_ = 0.0;
+  TimePoint asked_at_{}, stop_sent_at_{}, done_at_{};
+  bool stop_wanted_ = false, stop_sent_ = false, by_input_ = false;
+  std::optional<TimePoint> touched_at_;
+  Verdict verdict_ = Verdict::kNone;
+  std::optional<ContactEvent> contact_;
+  std::optional<AxisAngles> latched_rad_;
+  AxisAngles still_rad_;  ///< where the arm was when it last moved
+  TimePoint still_since_{};
+  TimePoint settling_since_{};
+  std::size_t settling_states_ = 0;
+  std::optional<Latch> latch_;
+};
+
+}  // namespace cellcal::drivers

@@ -1,0 +1,127 @@
+#include "drivers/kuka/eki/eki_report.h"
+
+#include <fmt/format.h>
+
+namespace cellcal::drivers {
+namespace {
+
+const char* mode_name(EkiMode mode) {
+  switch (mode) {
+    case EkiMode::kT1:
+      return "T1";
+    case EkiMode::kT2:
+      return "T2";
+    case EkiMode::kAut:
+      return "AUT";
+    case EkiMode::kExt:
+      return "EXT";
+    case EkiMode::kUnknown:
+      break;
+  }
+  return "unknown";
+}
+
+std::string readiness(const EkiCoreState& s) {
+  std::string words = fmt::format("the controller is not ready (mode {}, override {} %",
+                                  mode_name(s.mode), s.override_percent);
+  if (s.fault != 0) words += fmt::format(", fault {}", s.fault);
+  words += ")";
+  if (!s.drives) words += ": its drives are off: release emergency stops, switch the drives on";
+  if (s.stopped) words += ": a stop message is active: acknowledge it on the pendant";
+  if (s.drives && !s.stopped) words += ": select CELLCAL_EKI and start it";
+  return words;
+}
+
+std::string trouble_words(const EkiCoreState& s, const std::string& peer) {
+  switch (s.trouble) {
+    case EkiTrouble::kNone:
+      return {};
+    case EkiTrouble::kNotConnected:
+      return fmt::format(
+          "no connection to the controller at TCP {}: check that its submit program runs (it opens "
+          "the port), address and port, the cable, the firewall (54600 to 54615 pass), and that no "
+          "other client is connected: the controller takes one",
+          peer);
+    case EkiTrouble::kNoState:
+      return fmt::format("connected to {}, and no state came in {:.1f} s: does CELLCAL_SUB run?",
+                         peer, s.waited_s);
+    case EkiTrouble::kNotHeard:
+      return "the controller sends states and has not taken this computer's session yet: do its "
+             "channel file and program belong together?";
+    case EkiTrouble::kOtherSession:
+      return fmt::format("the controller obeys session {}, not this one ({}): another computer?",
+                         s.other_session, s.session);
+    case EkiTrouble::kTooFewAxes:
+      return fmt::format("states hold fewer than {} axes: wire Axis/@A1.. (and Ext/@E1..)", s.axes);
+    case EkiTrouble::kCoarse:
+      return "angles come with fewer than 3 decimals, too coarse to calibrate with";
+    case EkiTrouble::kNotReady:
+      return readiness(s);
+    case EkiTrouble::kUnread:
+      return "the controller does not take telegrams: does CELLCAL_SUB run?";
+  }
+  return "unknown trouble";
+}
+
+const char* loss_words(EkiLoss loss) {
+  switch (loss) {
+    case EkiLoss::kNone:
+      return "";
+    case EkiLoss::kSilence:
+      return "states stopped coming";
+    case EkiLoss::kClosed:
+      return "the connection was closed";
+    case EkiLoss::kSessionTaken:
+      return "the controller obeyed another session";
+    case EkiLoss::kNotAStream:
+      return "the bytes that came are no EKI documents";
+    case EkiLoss::kNotTaken:
+      return "the controller did not confirm a command";
+  }
+  return "";
+}
+
+void add(std::string& words, const std::string& more) {
+  if (more.empty()) return;
+  if (!words.empty()) words += ". ";
+  words += more;
+}
+
+}  // namespace
+
+RobotState to_robot_state(const EkiCoreState& s, const std::string& peer) {
+  RobotState state;
+  state.link = s.link;
+  state.actual_rad.assign(s.actual_rad, s.actual_rad + s.axes);
+  state.commanded_rad.assign(s.commanded_rad, s.commanded_rad + s.axes);
+  state.moving = s.moving;
+  if (s.link == RobotLink::kLost) state.interruption = Interruption::kOther;
+  state.session = s.session;
+  state.needs_operator = s.link == RobotLink::kNotReferenced && !s.ready;
+  state.cycle_s = s.cycle_s;
+  state.packets = s.states;
+  state.quality.jitter_s = s.jitter_s;
+  state.quality.longest_gap_s = s.longest_gap_s;
+  state.quality.bad_packets = s.bad_documents;
+  if (s.link == RobotLink::kLost) {
+    add(state.words,
+        fmt::format("link lost: {}; find the cause, then reference anew", loss_words(s.loss)));
+  }
+  if (s.link == RobotLink::kNotReferenced && s.rereference_pending &&
+      s.trouble == EkiTrouble::kNone) {
+    add(state.words, "referencing: waiting for the arm to rest");
+  }
+  add(state.words, trouble_words(s, peer));
+  if (s.bad_documents > 0) {
+    add(state.words, fmt::format("{} damaged states, the last: {}, \"{}\"", s.bad_documents,
+                                 to_string(s.last_error), s.last_bad));
+  }
+  if (s.unread_by_controller > 0) {
+    add(state.words, fmt::format("the controller could not read {} telegrams: do its channel file "
+                                 "and program belong together?",
+                                 s.unread_by_controller));
+  }
+  return state;
+}
+
+}  // namespace cellcal::drivers

@@ -1,0 +1,63 @@
+#pragma once
+// What the EKI core reports as plain values without words, and the words that people read.
+
+#include <cstdint>
+#include <string>
+
+#include "drivers/kuka/moves/cause.h"
+#include "drivers/kuka/wire/eki_codec.h"
+#include "drivers/robot.h"
+
+namespace cellcal::drivers {
+
+/// Why the link is not as it should be.
+enum class EkiTrouble : std::uint8_t {
+  kNone,
+  kNotConnected,  ///< no TCP connection
+  kNoState,       ///< connected, and no state came
+  kNotHeard,      ///< states come, the hello was not obeyed
+  kOtherSession,  ///< the controller obeys somebody else
+  kTooFewAxes,
+  kCoarse,    ///< fewer than 3 decimals in all angles
+  kNotReady,  ///< program, drives, stop or operating mode: see the status
+  kUnread,    ///< telegrams are not taken
+};
+
+/// Why the link was lost last.
+enum class EkiLoss : std::uint8_t {
+  kNone,
+  kSilence,
+  kClosed,        ///< by the controller, or the cable
+  kSessionTaken,  ///< another session is obeyed
+  kNotAStream,    ///< bytes that are no EKI
+  kNotTaken,      ///< a move or stop was not confirmed
+};
+
+/// Plain values, so that a snapshot can be copied word by word.
+struct EkiCoreState {
+  RobotLink link = RobotLink::kDown;
+  EkiTrouble trouble = EkiTrouble::kNotConnected;
+  EkiLoss loss = EkiLoss::kNone;
+  bool moving = false;
+  bool rereference_pending = false;
+  bool connected = false;
+  bool ready = false, drives = false, stopped = false, input = false;
+  std::uint8_t axes = 0;
+  EkiMode mode = EkiMode::kUnknown;
+  EkiError last_error = EkiError::kNone;
+  std::int32_t override_percent = 100, fault = 0;
+  std::int32_t decimals_seen = 0;              ///< most of any angle on this connection
+  double jitter_s = 0.0, longest_gap_s = 0.0;  ///< of this connection's states
+  double actual_rad[kMaxAxes] = {};
+  double commanded_rad[kMaxAxes] = {};
+  double cycle_s = 0.0;
+  double waited_s = 0.0;  ///< since the last state, or since the link was opened
+  std::uint32_t session = 0, other_session = 0;
+  std::uint32_t unread_by_controller = 0;
+  std::uint64_t states = 0, bad_documents = 0;
+  char last_bad[48] = {};  ///< how the last bad document began, printable characters only
+};
+
+RobotState to_robot_state(const EkiCoreState& state, const std::string& peer);
+
+}  // namespace cellcal::drivers

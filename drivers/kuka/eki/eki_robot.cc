@@ -1,0 +1,230 @@
+#include "drivers/kuka/eki/eki_robot.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <atomic>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <mutex>
+#include <random>
+
+#include "drivers/error.h"
+#include "drivers/kuka/moves/robot_shell.h"
+
+namespace cellcal::drivers {
+namespace {
+
+namespace asio = boost::asio;
+using asio::ip::tcp;
+using boost::system::error_code;
+
+constexpr std::chrono::milliseconds kRetry{500};
+constexpr std::chrono::seconds kConnectLimit{3}, kCloseLimit{3};
+constexpr std::size_t kRead = 4096;
+
+// Another one for each connection, so that a telegram of an old one means nothing.
+std::uint32_t draw_session() {
+  std::random_device device;
+  return std::uniform_int_distribution<std::uint32_t>(1, 0x7FFFFFFE)(device);
+}
+
+}  // namespace
+
+struct EkiRobot::Impl : std::enable_shared_from_this<EkiRobot::Impl> {
+  Impl(asio::io_context& c, EkiConfig cfg, ContactGuard* g)
+      : context(c), config(std::move(cfg)), guard(g), socket(c), timer(c) {
+    config.validate();
+    peer_name = fmt::format("{}:{}", config.address, config.port);
+  }
+
+  // ---- session's thread ------------------------------------------------------------------------
+
+  void open() {
+    if (shell.is_open()) {
+      throw DriverError(fmt::format("EKI to {} is open, or still being closed", peer_name));
+    }
+    error_code error;
+    const auto address = asio::ip::make_address(config.address, error);
+    if (error) {
+      throw DriverError(fmt::format("EKI: address \"{}\" is not an IP address: {}", config.address,
+                                    error.message()));
+    }
+    auto fresh = std::make_unique<EkiCore>(config, guard);
+    const std::uint32_t number = shell.open(fresh->core_state());
+    asio::post(context,
+               [self = shared_from_this(), number, endpoint = tcp::endpoint(address, config.port),
+                started = std::move(fresh)]() mutable {
+                 self->start(number, endpoint, std::move(started));
+               });
+  }
+
+  // ---- I/O thread ------------------------------------------------------------------------------
+
+  void start(std::uint32_t number, tcp::endpoint endpoint, std::unique_ptr<EkiCore> started) {
+    shell.start(number);
+    peer = endpoint;
+    core = std::move(started);
+    ending = connecting = false;
+    next_try = std::chrono::steady_clock::now();
+    timer.expires_at(next_try);
+    keep_ticking(timer, [self = shared_from_this(), number] {
+      if (!self->shell.is_current(number)) return false;
+      self->tick();
+      return self->shell.is_open();
+    });
+  }
+
+  void tick() {
+    const TimePoint now = std::chrono::steady_clock::now();
+    shell.obey(*core);
+    if (!socket.is_open() && !ending && now >= next_try) connect(now);
+    if (connecting && now >= connect_by) drop("no answer to the connection request", now);
+    core->on_tick(now);
+    if (core->wants_close() && socket.is_open()) drop("", now);
+    flush();
+    shell.publish(*core);
+    if (ending && (core->ended() || now >= close_by)) shut();
+  }
+
+  void connect(TimePoint now) {
+    error_code error;
+    socket.open(peer.protocol(), error);
+    if (error) return drop(error.message(), now);
+    connecting = true;
+    connect_by = now + kConnectLimit;
+    const std::uint32_t turn = ++connection;
+    socket.async_connect(peer, [self = shared_from_this(), turn](const error_code& failure) {
+      if (turn != self->connection || !self->socket.is_open()) return;
+      self->connecting = false;
+      const TimePoint at = std::chrono::steady_clock::now();
+      if (failure) return self->drop(failure.message(), at);
+      error_code ignored_on_purpose;  // without it telegrams wait a little longer
+      self->socket.set_option(tcp::no_delay(true), ignored_on_purpose);
+      error_code refused;  // otherwise a full buffer would hold this thread up
+      self->socket.non_blocking(true, refused);
+      if (refused) return self->drop(refused.message(), at);
+      self->core->on_connected(draw_session(), at);
+      self->flush();
+      if (turn == self->connection) self->read(turn);
+    });
+  }
+
+  void read(std::uint32_t turn) {
+    socket.async_read_some(asio::buffer(received), [self = shared_from_this(), turn](
+                                                       const error_code& error, std::size_t count) {
+      if (turn != self->connection) return;
+      const TimePoint at = std::chrono::steady_clock::now();
+      if (error) return self->drop(error.message(), at);
+      self->core->on_bytes({self->received.data(), count}, at);
+      self->shell.publish(*self->core);
+      if (self->core->wants_close()) return self->drop("", at);
+      self->flush();
+      if (turn == self->connection) self->read(turn);
+    });
+  }
+
+  /// Hands over what the core has to say. What the socket does not take at once waits in the core
+  /// for the next tick: no buffer in between, and nothing to allocate.
+  void flush() {
+    if (connecting || !socket.is_open()) return;
+    while (!core->output().empty()) {
+      const std::string_view text = core->output();
+      error_code error;
+      const std::size_t taken = socket.write_some(asio::buffer(text.data(), text.size()), error);
+      if (error == asio::error::would_block || error == asio::error::try_again) return;
+      if (error) return drop(error.message(), std::chrono::steady_clock::now());
+      core->sent(taken);
+    }
+  }
+
+  /// Whoever ended it: this connection is over. The next one is tried a little later.
+  void drop(const std::string& why, TimePoint now) {
+    ++connection;
+    connecting = false;
+    error_code ignored_on_purpose;  // it is over either way
+    socket.close(ignored_on_purpose);
+    core->on_closed(now);
+    next_try = now + kRetry;
+    if (!why.empty()) {
+      const std::lock_guard lock(why_mutex);
+      last_why = why;
+    }
+    shell.publish(*core);
+  }
+
+  void end() {
+    if (ending || !shell.is_open()) return;
+    ending = true;
+    close_by = std::chrono::steady_clock::now() + kCloseLimit;
+    core->end_session();
+  }
+
+  void shut() {
+    ++connection;
+    error_code ignored_on_purpose;  // the bye is out, or nobody takes it
+    socket.shutdown(tcp::socket::shutdown_both, ignored_on_purpose);
+    socket.close(ignored_on_purpose);
+    timer.cancel(ignored_on_purpose);
+    shell.closed();
+  }
+
+  asio::io_context& context;
+  EkiConfig config;
+  ContactGuard* guard;
+  std::string peer_name;
+  tcp::socket socket;
+  asio::steady_timer timer;
+  std::unique_ptr<EkiCore> core;
+
+  tcp::endpoint peer;
+  std::uint32_t connection = 0;
+  bool ending = false, connecting = false;
+  TimePoint next_try{}, connect_by{}, close_by{};
+  std::array<char, kRead> received{};
+
+  RobotShell<EkiCore> shell;
+  mutable std::mutex why_mutex;  // only when a connection ends, never on the cycle
+  std::string last_why;
+};
+
+EkiRobot::EkiRobot(asio::io_context& context, EkiConfig config, ContactGuard* guard)
+    : impl_(std::make_shared<Impl>(context, std::move(config), guard)) {}
+
+EkiRobot::~EkiRobot() {
+  if (impl_->shell.is_open()) shut_and_wait(impl_->context, impl_);
+}
+
+void EkiRobot::open() { impl_->open(); }
+
+RobotState EkiRobot::state() const {
+  if (!impl_->shell.is_open()) {
+    RobotState state;
+    state.words = "the link to the controller is closed";
+    return state;
+  }
+  const EkiCoreState core = impl_->shell.state();
+  RobotState state = to_robot_state(core, impl_->peer_name);
+  if (!core.connected) {
+    const std::lock_guard lock(impl_->why_mutex);
+    if (!impl_->last_why.empty()) state.words += ". The last try ended with: " + impl_->last_why;
+  }
+  return state;
+}
+
+void EkiRobot::rereference() { impl_->shell.rereference(); }
+void EkiRobot::begin(const Move& move) { impl_->shell.begin(move); }
+void EkiRobot::stop() { impl_->shell.stop(); }
+std::optional<MoveResult> EkiRobot::poll() { return impl_->shell.poll(); }
+
+void EkiRobot::close() {
+  if (!impl_->shell.is_open()) return;
+  asio::post(impl_->context, [impl = impl_] { impl->end(); });
+}
+
+bool EkiRobot::is_open() const { return impl_->shell.is_open(); }
+EkiCoreState EkiRobot::core_state() const { return impl_->shell.state(); }
+
+}  // namespace cellcal::drivers

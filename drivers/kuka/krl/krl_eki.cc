@@ -1,0 +1,140 @@
+// EKI's set of controller files.
+
+#include <fmt/format.h>
+
+#include <string_view>
+
+#include "drivers/error.h"
+#include "drivers/kuka/krl/krl_files.h"
+#include "drivers/kuka/krl/krl_template.h"
+
+namespace cellcal::drivers {
+namespace {
+
+constexpr int kAxes = 6;
+// Values that wait per element before EKI closes the connection: the adapter's window of at most 8
+// and its three stops, with room.
+constexpr int kBufferLimit = 16;
+// m/s. LIN is for searches and for backing off; T1's limit is the highest that makes sense.
+constexpr const char* kLinLimit = "0.25";
+// m/s^2. At 10 mm/s the ramp is 0.1 mm long.
+constexpr const char* kAccCp = "0.5";
+
+void check(const char* key, int value, int low, int high) {
+  if (value < low || value > high) {
+    throw ConfigError(
+        fmt::format("controller files: {} = {} is outside {}..{}", key, value, low, high));
+  }
+}
+
+/// One line per axis; {0} is "A1", {1} the element "Axis" or "Ext", {2} the number in an array.
+std::string per_axis(std::string_view form, int external_axes, std::string_view first,
+                     std::string_view external) {
+  std::string text;
+  for (int i = 0; i < kAxes + external_axes; ++i) {
+    const bool own = i < kAxes;
+    const std::string name = fmt::format("{}{}", own ? 'A' : 'E', i % kAxes + 1);
+    if (!text.empty()) text += '\n';
+    text += fmt::format(fmt::runtime(form), name, own ? first : external, i + 1);
+  }
+  return text;
+}
+
+std::string number_or(const char* array, int number, const char* otherwise) {
+  return number == 0 ? otherwise : fmt::format("{}[{}]", array, number);
+}
+
+krl::Places places_of(const EkiFilesConfig& c) {
+  const auto axes = [&](std::string_view form, std::string_view first = "Axis",
+                        std::string_view external = "Ext") {
+    return per_axis(form, c.external_axes, first, external);
+  };
+  const auto text = [](int value) { return fmt::to_string(value); };
+  return {
+      {"VERSION", krl::release()},
+      {"ADDRESS", c.address},
+      {"PORT", text(c.port)},
+      {"BUFFER_LIMIT", text(kBufferLimit)},
+      {"ALIVE_FLAG", text(c.alive_flag)},
+      {"STOP_FLAG", text(c.stop_flag)},
+      {"INPUT", text(c.input)},
+      {"TOOL_VALUE", number_or("TOOL_DATA", c.tool, "$NULLFRAME")},
+      {"BASE_VALUE", number_or("BASE_DATA", c.base, "$NULLFRAME")},
+      {"LOAD_VALUE",
+       number_or("LOAD_DATA", c.load,
+                 "{M -1.0,CM {X 0.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0},J {X 0.0,Y 0.0,Z 0.0}}")},
+      {"ACC_AXIS", text(c.acceleration_percent)},
+      {"ACC_CP", kAccCp},
+      {"LIN_LIMIT", kLinLimit},
+      {"INTERRUPT_INPUT", text(c.first_interrupt)},
+      {"INTERRUPT_FLAG", text(c.first_interrupt + 1)},
+      {"INTERRUPT_TIMER", text(c.first_interrupt + 2)},
+      {"TIMER_CLOCK", text(c.first_timer)},
+      {"TIMER_SEND", text(c.first_timer + 1)},
+      {"TIMER_DEAD", text(c.first_timer + 2)},
+      {"STATE_MS", text(c.state_ms)},
+      {"DEAD_MAN_MS", text(c.dead_man_ms)},
+      {"RECEIVE_AXES", axes("      <ELEMENT Tag=\"RobotCommand/{1}/@{0}\" Type=\"REAL\"/>")},
+      {"SEND_AXES", axes("      <ELEMENT Tag=\"RobotState/{1}/@{0}\"/>")},
+      {"SEND_LATCH", axes("      <ELEMENT Tag=\"RobotState/{1}/@{0}\"/>", "Latch", "LatchExt")},
+      {"GET_AXES", axes("    RET=EKI_GetReal(\"CellcalEki\",\"RobotCommand/{1}/@{0}\",AIM.{0})\n"
+                        "    OK=OK AND (RET.Msg_No==0)")},
+      {"SET_AXES",
+       axes("  RET=EKI_SetReal(\"CellcalEki\",\"RobotState/{1}/@{0}\",$AXIS_ACT_MEAS.{0})")},
+      {"SET_LATCH", axes("  RET=EKI_SetReal(\"CellcalEki\",\"RobotState/{1}/@{0}\",CC_LATCH.{0})",
+                         "Latch", "LatchExt")},
+      {"SOFT_LIMITS", axes("  OK=OK AND (CC_TARGET.{0}>=$SOFTN_END[{2}]) AND "
+                           "(CC_TARGET.{0}<=$SOFTP_END[{2}])")},
+  };
+}
+
+}  // namespace
+
+void EkiFilesConfig::validate() const {
+  if (address.empty()) throw ConfigError("controller files: address is empty");
+  for (const char c : address) {
+    if ((c < '0' || c > '9') && c != '.') {
+      throw ConfigError(fmt::format(
+          "controller files: address = \"{}\" is not an IPv4 address, the only kind that EKI takes",
+          address));
+    }
+  }
+  check("port", port, 1, 65535);
+  check("external_axes", external_axes, 0, 6);
+  check("input", input, 1, 8192);
+  check("tool", tool, 0, 128);
+  check("base", base, 0, 128);
+  check("load", load, 0, 128);
+  check("acceleration_percent", acceleration_percent, 1, 100);
+  check("alive_flag", alive_flag, 1, 1024);
+  check("stop_flag", stop_flag, 1, 1024);
+  check("first_timer", first_timer, 1, 62);
+  // Three priorities one after the other; 3 and 40..80 are the controller's own.
+  const bool low = first_interrupt >= 4 && first_interrupt + 2 <= 39;
+  const bool high = first_interrupt >= 81 && first_interrupt + 2 <= 128;
+  if (!low && !high) {
+    throw ConfigError(
+        fmt::format("controller files: first_interrupt = {}: the three priorities from it on must "
+                    "lie in 4..39 or in 81..128; take 4 to 37 or 81 to 126",
+                    first_interrupt));
+  }
+  check("state_ms", state_ms, 12, 100);
+  check("dead_man_ms", dead_man_ms, 100, 1000);
+  if (alive_flag == stop_flag) {
+    throw ConfigError(fmt::format(
+        "controller files: alive_flag and stop_flag are both {}: they need one each", alive_flag));
+  }
+}
+
+ControllerFiles eki_files(const EkiFilesConfig& config) {
+  config.validate();
+  const krl::Places places = places_of(config);
+  ControllerFiles files;
+  for (const char* name : {"CellcalEki.xml", "cellcal_eki.src", "cellcal_eki.dat",
+                           "cellcal_sub.sub", "cellcal_loop.sub"}) {
+    files[name] = krl::fill(krl::template_text(std::string(name) + ".in"), places);
+  }
+  return files;
+}
+
+}  // namespace cellcal::drivers

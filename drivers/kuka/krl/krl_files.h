@@ -1,0 +1,59 @@
+#pragma once
+// The files that an integrator copies onto a KUKA controller, made from one configuration. krl/ has
+// their templates and says where each of them goes.
+
+#include <cstdint>
+#include <map>
+#include <string>
+
+#include "drivers/kuka/rsi/link/rsi_config.h"
+
+namespace cellcal::drivers {
+
+/// What EKI's files need to know. Numbers are those of the controller.
+struct EkiFilesConfig {
+  std::string address = "172.31.1.147";   ///< the controller's, in its KLI network
+  std::uint16_t port = 54600;             ///< 54600..54615 pass the controller's firewall
+  int external_axes = 0;                  ///< 0..6, driven beside A1..A6
+  int input = 1;                          ///< $IN that the contact sensor's output is wired to
+  int tool = 0, base = 0;                 ///< TOOL_DATA, BASE_DATA; 0: $NULLFRAME
+  int load = 0;                           ///< LOAD_DATA; 0: as the machine data have it
+  int acceleration_percent = 50;          ///< $ACC_AXIS of all motions
+  int alive_flag = 901, stop_flag = 902;  ///< $FLAG, used by nobody else
+  int first_timer = 10;                   ///< $TIMER: this and the two behind it
+  int first_interrupt = 20;  ///< priority of the input; flag and timer have the next two
+  int state_ms = 20;         ///< between two states; the submit loop may be slower
+  int dead_man_ms = 250;     ///< silence of the computer that stops the arm
+
+  /// Throws ConfigError naming the key, the value and what to do.
+  void validate() const;
+};
+
+/// What RSI's files need to know. Tags and limits have to be those of RsiConfig.
+struct RsiFilesConfig {
+  std::string pc_address;  ///< this computer's, in the controller's RSI subnet (not 192.168.0.x)
+  std::uint16_t port = 49152;
+  int rsi_version = 4;  ///< 3: KSS 8.2 to 8.4; 4: KSS 8.5 and on
+  std::string sentype = "ImFree", axis_tag = "AK", stop_tag = "Stop";
+  CorrectionMode mode = CorrectionMode::kAbsolute;  ///< of RSI_ON; HOLDON of the axes follows it
+  double correction_limit_deg = 90.0;  ///< of AXISCORR, which clamps in silence, and its monitor
+  SpaceCorrection space;               ///< on: POSCORR instead, with its tag, frame and limits
+  int timeout_cycles = 100;            ///< late replies until KSS29002
+  int flag = 901;                      ///< $FLAG, TRUE while the connection is interrupted
+  int tool = 0, base = 0, load = 0;    ///< as EkiFilesConfig
+
+  /// Throws ConfigError naming the key, the value and what to do.
+  void validate() const;
+};
+
+/// File name to text: CRLF, Latin-1, KRL names of at most 24 characters.
+using ControllerFiles = std::map<std::string, std::string>;
+
+/// CellcalEki.xml, cellcal_eki.src, cellcal_eki.dat, cellcal_sub.sub. Throws ConfigError.
+ControllerFiles eki_files(const EkiFilesConfig& config);
+
+/// cellcal_rsi.src, cellcal_rsi_ethernet.xml, and the context: cellcal_rsi.rsi.xml, .rsi and
+/// .rsi.diagram for RSI 3, cellcal_rsi.rsix for RSI 4. Six axes. Throws ConfigError.
+ControllerFiles rsi_files(const RsiFilesConfig& config);
+
+}  // namespace cellcal::drivers

@@ -1,0 +1,249 @@
+// RSI's set of controller files.
+
+#include <fmt/format.h>
+
+#include <string_view>
+#include <vector>
+
+#include "drivers/error.h"
+#include "drivers/kuka/krl/krl_files.h"
+#include "drivers/kuka/krl/krl_rsi_drawing.h"
+#include "drivers/kuka/krl/krl_template.h"
+#include "drivers/kuka/wire/xml_values.h"
+
+namespace cellcal::drivers {
+namespace {
+
+constexpr int kAxes = 6;
+
+/// The six values of a correction: "A1" to "A6", or "X" to "C" in space.
+std::string name_of(const RsiFilesConfig& c, int i) {
+  return c.space.on ? std::string(wire::kFrameNames.substr(static_cast<std::size_t>(i), 1))
+                    : fmt::format("A{}", i + 1);
+}
+
+/// One line per value, {0} from 1 to 6, {1} its place in a list that begins at `first`, {2} its
+/// name.
+std::string per_value(const RsiFilesConfig& c, std::string_view form, int first) {
+  std::string text;
+  for (int i = 0; i < kAxes; ++i) {
+    if (i > 0) text += '\n';
+    text += fmt::format(fmt::runtime(form), i + 1, first + i, name_of(c, i));
+  }
+  return text;
+}
+
+/// Whole: what is rounded down would clamp before the adapter does.
+std::string decimal(double value) {
+  const std::string text = fmt::to_string(value);
+  return text.find('.') == std::string::npos ? text + ".0" : text;
+}
+
+/// RSI 3 numbers from 1 and leaves six numbers to the external axes, RSI 4 counts on from 0. Only
+/// the shift has limits of its own in space.
+std::string limits(const RsiFilesConfig& c, const char* form, int from) {
+  const double limit = c.space.on ? c.space.limit_mm : c.correction_limit_deg;
+  const int count = c.space.on ? 3 : kAxes;
+  const int upper_from = from + (c.space.on ? 3 : from == 1 ? 2 * kAxes : kAxes);
+  std::string text;
+  for (const bool upper : {false, true}) {
+    for (int i = 0; i < count; ++i) {
+      if (!text.empty()) text += '\n';
+      text += fmt::format(fmt::runtime(form), upper ? "UpperLim" : "LowerLim", name_of(c, i),
+                          (upper ? upper_from : from) + i, decimal(upper ? limit : -limit));
+    }
+  }
+  return text;
+}
+
+std::string monitor(const char* form, double limit_deg, int from) {
+  std::string text;
+  for (int i = 0; i < kAxes; ++i) {
+    if (i > 0) text += '\n';
+    text += fmt::format(fmt::runtime(form), "MaxA", i + 1, from + i, decimal(limit_deg));
+  }
+  // External axes are not driven: what the object has by itself.
+  for (int i = 0; i < kAxes; ++i) {
+    text += '\n' + fmt::format(fmt::runtime(form), "MaxE", i + 1, from + kAxes + i, "6.0");
+  }
+  return text;
+}
+
+/// The template of a part, ready to stand in a whole one.
+std::string part(const std::string& name, const krl::Places& places) {
+  std::string text = krl::fill(krl::template_text(name), places);
+  std::erase(text, '\r');
+  if (!text.empty()) text.pop_back();
+  return text;
+}
+
+void add_correction(const RsiFilesConfig& c, krl::Places& places) {
+  constexpr std::pair<const char*, const char*> kFrames[] = {
+      {"1", "Base"}, {"2", "RobRoot"}, {"3", "Tool"}};
+  const auto& [number, name] = kFrames[static_cast<std::size_t>(c.space.frame)];
+  places["FRAME_NUMBER"] = number;
+  places["FRAME_NAME"] = name;
+  places["SHIFT_LIMIT"] = decimal(c.space.limit_mm);
+  places["TURN_LIMIT"] = decimal(c.space.turn_limit_deg);
+  const std::string kind = c.space.on ? "space" : "axes";
+  places["RSI3_CORRECTION"] = part(kind + ".rsi.xml.in", places);
+  places["RSI4_CORRECTION"] = part(kind + ".rsix.in", places);
+  places["MODEL_CORRECTION"] = part(kind + ".rsi.in", places);
+}
+
+krl::Places places_of(const RsiFilesConfig& c) {
+  const char* const kRsi3 = "      <Parameter Name=\"{}{}\" ParamID=\"{}\" ParamValue=\"{}\"/>";
+  const char* const kRsi4 = "        <Parameter Name=\"{}{}\" ParamId=\"{}\" ParamValue=\"{}\"/>";
+  const char* const kModel =
+      "        <rSIParameter name=\"{0}{1}\" value=\"{3}\" paramType=\"System.Double\" "
+      "minVal=\"-2147483648\" maxVal=\"2147483647\" isEnum=\"false\" index=\"{2}\" />";
+  const char* const kModelMonitor =
+      "        <rSIParameter name=\"{0}{1}\" value=\"{3}\" paramType=\"System.Double\" "
+      "minVal=\"0\" maxVal=\"2147483647\" isEnum=\"false\" index=\"{2}\" />";
+  const auto number_or = [](const char* array, int number, const char* otherwise) {
+    return number == 0 ? std::string(otherwise) : fmt::format("{}[{}]", array, number);
+  };
+  const bool absolute = c.mode == CorrectionMode::kAbsolute;
+  const std::string hold_on = absolute ? "1" : "0";
+  krl::Places places{
+      {"VERSION", krl::release()},
+      {"RSI_MODE", absolute ? "#ABSOLUTE" : "#RELATIVE"},
+      {"HOLD_ON", hold_on},
+      {"LATE_REPLY", absolute ? "makes the arm hold" : "is a step that is lost, not one repeated"},
+      {"PC_ADDRESS", c.pc_address},
+      {"RSI_PORT", fmt::to_string(c.port)},
+      {"SENTYPE", c.sentype},
+      {"STOP_TAG", c.stop_tag},
+      {"RSI_AXES", per_value(c,
+                             "      <ELEMENT TAG=\"" + (c.space.on ? c.space.tag : c.axis_tag) +
+                                 ".{2}\" TYPE=\"DOUBLE\" INDX=\"{0}\" HOLDON=\"" + hold_on + "\"/>",
+                             1)},
+      {"RSI_TIMEOUT", fmt::to_string(c.timeout_cycles)},
+      {"ALIVE_FLAG", fmt::to_string(c.flag)},
+      {"RSI_CONTEXT", c.rsi_version == 3 ? "cellcal_rsi.rsi" : "cellcal_rsi"},
+      {"RSI3_INPUTS",
+       per_value(c, "      <Input InIdx=\"{0}\" OutObjID=\"ETHERNET1\" OutIdx=\"{0}\"/>", 1)},
+      {"RSI4_INPUTS",
+       per_value(c, "        <Input InIdx=\"{1}\" OutObjId=\"Ethernet_1\" OutIdx=\"{1}\"/>", 0)},
+      {"RSI3_LIMITS", limits(c, kRsi3, 1)},
+      {"RSI4_LIMITS", limits(c, kRsi4, 0)},
+      {"RSI3_MONITOR", monitor(kRsi3, c.correction_limit_deg, 1)},
+      {"RSI4_MONITOR", monitor(kRsi4, c.correction_limit_deg, 0)},
+      {"MODEL_CHANNELS", per_value(c, "        <rSIOutPort name=\"Out{0}\" />", 1) +
+                             "\n        <rSIOutPort name=\"Out7\" />"},
+      {"MODEL_INPUTS",
+       per_value(c,
+                 "        <rSIInPort name=\"Corr{2}\" mandatory=\"false\">\n          <source>\n"
+                 "            <rSIOutPortMoniker name=\"//ETHERNET1/Out{0}\" />\n"
+                 "          </source>\n        </rSIInPort>",
+                 1)},
+      {"MODEL_AXES", per_value(c, "        <rSIOutPort name=\"A{0}\" />", 1)},
+      {"MODEL_FRAME", per_value(c, "        <rSIOutPort name=\"{2}\" />", 1)},
+      {"MODEL_EXTERNAL", per_value(c, "        <rSIOutPort name=\"E{0}\" />", 1)},
+      {"MODEL_LIMITS", limits(c, kModel, 1)},
+      {"MODEL_MONITOR", monitor(kModelMonitor, c.correction_limit_deg, 1)},
+      {"TOOL_VALUE", number_or("TOOL_DATA", c.tool, "$NULLFRAME")},
+      {"BASE_VALUE", number_or("BASE_DATA", c.base, "$NULLFRAME")},
+      {"LOAD_VALUE",
+       number_or("LOAD_DATA", c.load,
+                 "{M -1.0,CM {X 0.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0},J {X 0.0,Y 0.0,Z 0.0}}")},
+  };
+  add_correction(c, places);
+  return places;
+}
+
+void check_name(const char* key, const std::string& name) {
+  bool fine = !name.empty() && name.size() <= 32;
+  for (const char c : name) {
+    fine = fine &&
+           ((c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_');
+  }
+  if (!fine || (name.front() >= '0' && name.front() <= '9')) {
+    throw ConfigError(fmt::format(
+        "controller files: {} = \"{}\" is not a name of letters, digits and '_'", key, name));
+  }
+}
+
+void check_number(const char* key, double value, double low, double high) {
+  if (!(value >= low && value <= high)) {
+    throw ConfigError(
+        fmt::format("controller files: {} = {} is outside {}..{}", key, value, low, high));
+  }
+}
+
+}  // namespace
+
+void RsiFilesConfig::validate() const {
+  int dots = 0;
+  bool digits = !pc_address.empty();
+  for (const char c : pc_address) {
+    dots += c == '.';
+    digits = digits && (c == '.' || (c >= '0' && c <= '9'));
+  }
+  if (pc_address.empty() || pc_address == "0.0.0.0") {
+    throw ConfigError(
+        "controller files: pc_address is not stated, and bind of [rsi] is \"0.0.0.0\", which means "
+        "'every address of this computer': the controller needs the one that it is to send to. "
+        "Write "
+        "pc_address = \"A.B.C.D\" below [controller] of the daemon's configuration, with this "
+        "computer's address in the controller's RSI subnet ('ip -4 address' lists them)");
+  }
+  if (!digits || dots != 3) {
+    throw ConfigError(fmt::format(
+        "controller files: pc_address = \"{}\" is not the IPv4 address of this computer in the "
+        "controller's RSI subnet",
+        pc_address));
+  }
+  const auto within = [&](const char* subnet) { return pc_address.starts_with(subnet); };
+  if (within("192.168.0.") || within("192.0.1.") || within("172.16.") || within("172.17.")) {
+    throw ConfigError(fmt::format(
+        "controller files: pc_address = \"{}\" is in a subnet that the controller keeps for itself "
+        "(192.168.0.x, 192.0.1.x, 172.16.x.x, 172.17.x.x): give RSI's interface and this computer "
+        "another one",
+        pc_address));
+  }
+  if (rsi_version != 3 && rsi_version != 4) {
+    throw ConfigError(fmt::format(
+        "controller files: rsi_version = {} is neither 3 (KSS 8.2 to 8.4) nor 4 (KSS 8.5 and on)",
+        rsi_version));
+  }
+  check_name("sentype", sentype);
+  check_name("axis_tag", axis_tag);
+  check_name("stop_tag", stop_tag);
+  if (space.on) {
+    check_name("cart_tag", space.tag);
+    check_number("correction_limit_mm", space.limit_mm, 1.0, 5000.0);
+    check_number("correction_turn_limit_deg", space.turn_limit_deg, 0.1, 180.0);
+    if (mode == CorrectionMode::kRelative) {
+      throw ConfigError(
+          "controller files: correction = \"space\" with mode RELATIVE is not driven: use "
+          "mode = \"absolute\"");
+    }
+  }
+  check_number("port", port, 1, 65535);
+  check_number("timeout_cycles", timeout_cycles, 1, 1000);
+  check_number("flag", flag, 1, 999);
+  check_number("correction_limit_deg", correction_limit_deg, 0.1, 360.0);
+  check_number("tool", tool, 0, 128);
+  check_number("base", base, 0, 128);
+  check_number("load", load, 0, 128);
+}
+
+ControllerFiles rsi_files(const RsiFilesConfig& config) {
+  config.validate();
+  const krl::Places places = places_of(config);
+  ControllerFiles files;
+  std::vector<std::string> names{"cellcal_rsi.src", "cellcal_rsi_ethernet.xml"};
+  if (config.rsi_version == 3) {
+    names.insert(names.end(), {"cellcal_rsi.rsi", "cellcal_rsi.rsi.xml"});
+    files["cellcal_rsi.rsi.diagram"] = krl::fill(krl::rsi3_diagram(config.space.on), {});
+  } else {
+    names.emplace_back("cellcal_rsi.rsix");
+  }
+  for (const std::string& name : names) {
+    files[name] = krl::fill(krl::template_text(name + ".in"), places);
+  }
+  return files;
+}
+
+}  // namespace cellcal::drivers

@@ -1,0 +1,144 @@
+#include "drivers/kuka/krl/krl_rsi_drawing.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <vector>
+
+#include "drivers/kuka/wire/xml_values.h"
+
+namespace cellcal::drivers::krl {
+namespace {
+
+// Inches, as the editor lays its own drawings out.
+constexpr double kTop = 2.25, kWide = 1.5, kFirstPort = 0.25, kPortStep = 0.4, kPortLong = 0.4,
+                 kPortThick = 0.075, kPad = 0.3, kColumn = 3.125, kLeft = 1.0;
+// The editor's name of 'is connected to'.
+constexpr const char* kConnector = "e3f2b7da-330d-4daf-bd29-4d4ed734c0af";
+
+struct Shape {
+  const char* object;
+  std::vector<std::string> in, out;
+};
+
+std::vector<std::string> names(const char* front, int count) {
+  std::vector<std::string> result;
+  for (int i = 1; i <= count; ++i) result.push_back(fmt::format("{}{}", front, i));
+  return result;
+}
+
+/// Of a frame.
+std::vector<std::string> frame_names(const std::string& front) {
+  std::vector<std::string> result;
+  for (const char letter : wire::kFrameNames) result.push_back(front + letter);
+  return result;
+}
+
+std::vector<Shape> shapes(bool space) {
+  std::vector<std::string> values = space ? frame_names("") : names("A", 6);
+  std::vector<std::string> with_status = values, all = names("A", 6);
+  with_status.insert(with_status.begin(), "Stat");
+  for (const std::string& external : names("E", 6)) all.push_back(external);
+  std::vector<Shape> result{{"ETHERNET1", {"In1"}, names("Out", 7)}};
+  if (space) {
+    result.push_back({"POSCORR1", frame_names("Corr"), with_status});
+    result.push_back({"POSCORRMON1", {}, values});
+  } else {
+    result.push_back({"AXISCORR1", names("CorrA", 6), with_status});
+  }
+  result.push_back({"AXISCORRMON1", {}, all});
+  result.push_back({"STOP1", {"In1"}, {}});
+  return result;
+}
+
+class Drawing {
+ public:
+  std::string text(bool space) {
+    std::string body;
+    double left = kLeft;
+    const std::vector<Shape> all = shapes(space);
+    for (const Shape& shape : all) {
+      body += draw(shape, left);
+      left += kColumn;
+    }
+    const Shape& corrector = all[1];
+    for (std::size_t i = 0; i < corrector.in.size(); ++i)
+      body += connect(fmt::format("{}/{}", corrector.object, corrector.in[i]), i + 1);
+    body += connect("STOP1/In1", corrector.in.size() + 1);
+    return fmt::format(
+        "<?xml version=\"1.0\" encoding=\"utf-8\"?>\n"
+        "<rSIObjectDiagram dslVersion=\"1.0.0.0\" absoluteBounds=\"0, 0, 15.875, 8.5\" "
+        "name=\"cellcal_rsi\">\n  <rSIModelMoniker name=\"/\" />\n  <nestedChildShapes>\n{}"
+        "  </nestedChildShapes>\n</rSIObjectDiagram>\n",
+        body);
+  }
+
+ private:
+  struct Port {
+    std::string id;
+    double x = 0.0, y = 0.0;  ///< of the end that a line goes to
+  };
+
+  /// Any will do that no other shape has; the same in every set, so that sets can be compared.
+  std::string next_id() { return fmt::format("ce11ca10-0000-4000-8000-{:012x}", ++ids_); }
+
+  std::string port(const char* kind, const std::string& path, double x, double y, double end) {
+    const Port made{next_id(), end, y + kPortThick / 2};
+    ports_[path] = made;
+    return fmt::format(
+        "        <{0}Shape Id=\"{1}\" absoluteBounds=\"{2}, {3}, {4}, {5}\" fillColor=\"White\">\n"
+        "          <{0}Moniker name=\"//{6}\" />\n          <relativeChildShapes />\n"
+        "        </{0}Shape>\n",
+        kind, made.id, x, y, kPortLong, kPortThick, path);
+  }
+
+  std::string draw(const Shape& shape, double left) {
+    const std::size_t rows = std::max<std::size_t>({shape.in.size(), shape.out.size(), 1});
+    const double high = kFirstPort + kPortStep * static_cast<double>(rows) + kPad;
+    std::string text = fmt::format(
+        "    <rSIElementShape Id=\"{}\" absoluteBounds=\"{}, {}, {}, {:.3f}\" "
+        "fillColor=\"BlanchedAlmond\">\n      <rSIElementMoniker name=\"//{}\" />\n"
+        "      <relativeChildShapes>\n",
+        next_id(), left, kTop, kWide, high, shape.object);
+    double y = kTop + kFirstPort;
+    for (const std::string& one : shape.in) {
+      text += port("rSIInPort", fmt::format("{}/{}", shape.object, one), left - kPortLong, y,
+                   left - kPortLong);
+      y += kPortStep;
+    }
+    y = kTop + kFirstPort;
+    for (const std::string& one : shape.out) {
+      text += port("rSIOutPort", fmt::format("{}/{}", shape.object, one), left + kWide, y,
+                   left + kWide + kPortLong);
+      y += kPortStep;
+    }
+    return text + fmt::format(
+                      "      </relativeChildShapes>\n      <nestedChildShapes>\n"
+                      "        <elementListCompartment Id=\"{}\" absoluteBounds=\"{}, {}, {}, {}\" "
+                      "name=\"RSIParameters\" titleTextColor=\"Black\" itemTextColor=\"Black\" />\n"
+                      "      </nestedChildShapes>\n    </rSIElementShape>\n",
+                      next_id(), left + 0.015, kTop + 0.51, kWide - 0.03, high - 0.6);
+  }
+
+  std::string connect(const std::string& to, std::size_t output) {
+    const Port& in = ports_.at(to);
+    const Port& out = ports_.at(fmt::format("ETHERNET1/Out{}", output));
+    return fmt::format(
+        "    <rSISignalConnector edgePoints=\"[({} : {}); ({} : {})]\" fixedFrom=\"Caller\" "
+        "fixedTo=\"Caller\" TargetRelationshipDomainClassId=\"{}\">\n      <nodes>\n"
+        "        <rSIInPortShapeMoniker Id=\"{}\" />\n        <rSIOutPortShapeMoniker Id=\"{}\" "
+        "/>\n"
+        "      </nodes>\n    </rSISignalConnector>\n",
+        in.x, in.y, out.x, out.y, kConnector, in.id, out.id);
+  }
+
+  std::uint64_t ids_ = 0;
+  std::map<std::string, Port> ports_;
+};
+
+}  // namespace
+
+std::string rsi3_diagram(bool space) { return Drawing().text(space); }
+
+}  // namespace cellcal::drivers::krl

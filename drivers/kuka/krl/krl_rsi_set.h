@@ -1,0 +1,52 @@
+#pragma once
+// For krl_verify_rsi.cc and krl_verify_context.cc: one set of RSI's files under judgement.
+
+#include <string>
+
+#include "drivers/kuka/krl/krl_findings.h"
+#include "drivers/kuka/wire/xml_values.h"
+
+namespace cellcal::drivers::krl {
+
+struct RsiSet {
+  const RsiFilesConfig& config;
+  CorrectionMode mode;
+  Findings& findings;
+  const RsiChannelFile& channel;
+
+  const RsiElement* received(const std::string& tag) const {
+    for (const RsiElement& one : channel.receive) {
+      if (one.tag == tag) return &one;
+    }
+    return nullptr;
+  }
+  /// RECEIVE tag of the correction's value `i`, from 1: "AK.A1", or "RKorr.X" in space.
+  std::string tag(int i) const {
+    if (!config.space.on) return fmt::format("{}.A{}", config.axis_tag, i);
+    return fmt::format("{}.{}", config.space.tag,
+                       wire::kFrameNames[static_cast<std::size_t>(i) - 1]);
+  }
+};
+
+/// A number of the context and where it stands.
+struct ParameterValue {
+  double value = 0.0;
+  int line = 0;  ///< the object's where the parameter is not there
+};
+/// `usual`: what the object takes where the parameter is not there.
+ParameterValue value_of(const RsiSet& set, const RsiContextFile& file, const RsiObject& object,
+                        const std::string& name, double usual);
+/// The object's input has to come from the channel that the ethernet XML gives the element.
+void check_wire(const RsiSet& set, const RsiContextFile& file, const RsiObject& object, int input,
+                const std::string& ethernet, const std::string& tag);
+
+/// POSCORR's limits, frame and monitor.
+void check_space(const RsiSet& set, const RsiContextFile& file, const RsiObject& corrector);
+/// $TOOL and $BASE in the program, which corrections in space depend on.
+void check_frames(const std::string& name, const std::string& text, const RsiFilesConfig& config,
+                  Findings& findings);
+
+/// The context's objects, their wiring against the channel's numbers, and their limits.
+void check_context(const RsiSet& set, const RsiContextFile& file);
+
+}  // namespace cellcal::drivers::krl

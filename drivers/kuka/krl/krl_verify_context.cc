@@ -1,0 +1,185 @@
+// RSI's context, judged: objects, wiring against the ethernet XML's channels, limits.
+
+#include "drivers/kuka/krl/krl_rsi_set.h"
+#include "drivers/kuka/wire/xml_values.h"
+
+namespace cellcal::drivers::krl {
+namespace {
+
+constexpr int kAxes = 6;
+constexpr int kFewestDecimals = 4;  // 1e-4 deg: 2.5 um at 1.4 m
+// What the objects take where their parameters do not stand in the context.
+constexpr double kUsualPrecision = 1, kUsualTimeout = 10, kUsualClampDeg = 5, kUsualMonitorDeg = 6;
+constexpr int kExitMoveCorr = 4;
+constexpr double kRounding = 1e-9;
+
+void check_ethernet(const RsiSet& set, const RsiContextFile& file, const RsiObject& ethernet) {
+  const ParameterValue precision = value_of(set, file, ethernet, "Precision", kUsualPrecision);
+  if (precision.value < kFewestDecimals) {
+    set.findings.refuse(file.name, precision.line,
+                        "Precision is {}: AIPos would come with {} decimals, too coarse to "
+                        "calibrate with; 4 or more belongs there",
+                        precision.value, precision.value);
+  }
+  const ParameterValue timeout = value_of(set, file, ethernet, "Timeout", kUsualTimeout);
+  if (timeout.value != set.config.timeout_cycles) {
+    set.findings.warn(file.name, timeout.line, "Timeout is {}, [controller] timeout_cycles is {}",
+                      timeout.value, set.config.timeout_cycles);
+  }
+}
+
+void check_limits(const RsiSet& set, const RsiContextFile& file, const RsiObject& corrector) {
+  const double limit = set.config.correction_limit_deg;
+  for (int i = 1; i <= kAxes; ++i) {
+    const ParameterValue low =
+        value_of(set, file, corrector, fmt::format("LowerLimA{}", i), -kUsualClampDeg);
+    const ParameterValue high =
+        value_of(set, file, corrector, fmt::format("UpperLimA{}", i), kUsualClampDeg);
+    for (const auto& [what, have] : {std::pair{"LowerLimA", low}, std::pair{"UpperLimA", high}}) {
+      const double reach = what[0] == 'L' ? -have.value : have.value;
+      if (reach >= limit - kRounding) continue;
+      set.findings.refuse(file.name, have.line,
+                          "{}{} of {} is {} deg, [rsi] correction_limit_deg is {}: moves would be "
+                          "clamped there without a word. Raise the one or lower the other",
+                          what, i, corrector.id, have.value, limit);
+    }
+  }
+}
+
+void check_monitor(const RsiSet& set, const RsiContextFile& file, const RsiObject* monitor) {
+  const double limit = set.config.correction_limit_deg;
+  if (monitor == nullptr) {
+    if (set.config.space.on) {
+      set.findings.warn(file.name, 0,
+                        "there is no AXISCORRMON: should it count corrections in space as well, "
+                        "it stops at {} deg",
+                        kUsualMonitorDeg);
+    } else if (limit > kUsualMonitorDeg) {
+      set.findings.refuse(file.name, 0,
+                          "there is no AXISCORRMON: it then stops at {} deg, [rsi] "
+                          "correction_limit_deg is {}",
+                          kUsualMonitorDeg, limit);
+    }
+    return;
+  }
+  for (int i = 1; i <= kAxes; ++i) {
+    const ParameterValue most =
+        value_of(set, file, *monitor, fmt::format("MaxA{}", i), kUsualMonitorDeg);
+    if (most.value >= limit - kRounding) continue;
+    set.findings.refuse(file.name, most.line,
+                        "MaxA{} of {} is {} deg, [rsi] correction_limit_deg is {}: RSI would stop "
+                        "with KSS29000. Raise the one or lower the other",
+                        i, monitor->id, most.value, limit);
+  }
+}
+
+void check_stop(const RsiSet& set, const RsiContextFile& file, const RsiObject* stop,
+                const std::string& ethernet) {
+  if (stop == nullptr) {
+    set.findings.refuse(file.name, 0,
+                        "there is no STOP object: no session could end but by a "
+                        "fault");
+    return;
+  }
+  check_wire(set, file, *stop, 1, ethernet, set.config.stop_tag);
+  const RsiParameter* named = stop->parameter("Mode");
+  const bool by_name = named != nullptr && named->value == "ExitMoveCorr";
+  const ParameterValue mode =
+      by_name ? ParameterValue{kExitMoveCorr, named->line} : value_of(set, file, *stop, "Mode", 0);
+  if (mode.value != kExitMoveCorr) {
+    set.findings.refuse(file.name, mode.line,
+                        "Mode of {} is {}, and must be 4 (ExitMoveCorr): another one does not end "
+                        "RSI_MOVECORR",
+                        stop->id, mode.value);
+  }
+  const RsiParameter* channel = stop->parameter("Channel");
+  if (channel != nullptr && file.rsi_version == 3) {
+    // Published contexts of RSI 3 differ in it, and one controller was seen to ignore corrections.
+    set.findings.warn(file.name, channel->line,
+                      "{} has a Channel: an RSI 3 controller was seen to ignore all corrections "
+                      "with it, without a word. Remove it if the arm does not move",
+                      stop->id);
+  }
+}
+
+void check_spelling(const RsiSet& set, const RsiContextFile& file) {
+  for (const auto& [three, four] :
+       {std::pair{"ETHERNET", "Ethernet"}, std::pair{"AXISCORR", "AxisCorr"},
+        std::pair{"AXISCORRMON", "AxisCorrMon"}, std::pair{"POSCORR", "PosCorr"},
+        std::pair{"POSCORRMON", "PosCorrMon"}, std::pair{"STOP", "Stop"}}) {
+    for (const RsiObject& one : file.objects) {
+      const char* right = file.rsi_version == 3 ? three : four;
+      if (!wire::same_name(one.type, three) || one.type == right) continue;
+      set.findings.refuse(file.name, one.line, "the ObjType \"{}\" is spelled \"{}\" in RSI {}",
+                          one.type, right, file.rsi_version);
+    }
+  }
+}
+
+}  // namespace
+
+ParameterValue value_of(const RsiSet& set, const RsiContextFile& file, const RsiObject& object,
+                        const std::string& name, double usual) {
+  const RsiParameter* found = object.parameter(name);
+  if (found == nullptr) return {usual, object.line};
+  ParameterValue value{usual, found->line};
+  if (!wire::parse_number(found->value, value.value)) {
+    set.findings.refuse(file.name, found->line, "{} of {} is no number", name, object.id);
+  }
+  return value;
+}
+
+void check_wire(const RsiSet& set, const RsiContextFile& file, const RsiObject& object, int input,
+                const std::string& ethernet, const std::string& tag) {
+  const RsiElement* element = set.received(tag);
+  if (element == nullptr || element->index == 0) return;  // said already
+  const RsiInput* found = object.input(input);
+  if (found == nullptr) {
+    set.findings.refuse(file.name, object.line, "{}: input {} is not wired; {} belongs there",
+                        object.id, input, tag);
+  } else if (found->from != ethernet || found->from_index != element->index) {
+    set.findings.refuse(file.name, found->line,
+                        "{}: input {} comes from {} output {}; {} is channel {} of {} (INDX in "
+                        "line {}), so it must "
+                        "come from {} output {}",
+                        object.id, input, found->from, found->from_index, tag, element->index,
+                        ethernet, element->line, ethernet, element->index);
+  }
+}
+
+void check_context(const RsiSet& set, const RsiContextFile& file) {
+  check_spelling(set, file);
+  const RsiObject* ethernet = file.only("ETHERNET");
+  const bool space = set.config.space.on;
+  const char* const wanted = space ? "POSCORR" : "AXISCORR";
+  const char* const other = space ? "AXISCORR" : "POSCORR";
+  const RsiObject* corrector = file.only(wanted);
+  if (const RsiObject* beside = file.only(other); beside != nullptr) {
+    if (corrector != nullptr) {
+      set.findings.refuse(file.name, beside->line,
+                          "{} corrects beside {}: what then counts is not known; remove it",
+                          beside->id, wanted);
+    } else {
+      set.findings.refuse(file.name, beside->line,
+                          "{} corrects, and [rsi] correction is \"{}\": set it to \"{}\", or "
+                          "wire {} instead",
+                          beside->id, space ? "space" : "axes", space ? "axes" : "space", wanted);
+    }
+  }
+  if (ethernet == nullptr || corrector == nullptr) {
+    set.findings.refuse(file.name, 0, "there is no {} object",
+                        ethernet == nullptr ? "ETHERNET" : wanted);
+    return;
+  }
+  check_ethernet(set, file, *ethernet);
+  for (int i = 1; i <= kAxes; ++i) check_wire(set, file, *corrector, i, ethernet->id, set.tag(i));
+  if (space) {
+    check_space(set, file, *corrector);
+  } else {
+    check_limits(set, file, *corrector);
+  }
+  check_monitor(set, file, file.only("AXISCORRMON"));
+  check_stop(set, file, file.only("STOP"), ethernet->id);
+}
+
+}  // namespace cellcal::drivers::krl

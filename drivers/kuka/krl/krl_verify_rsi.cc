@@ -1,0 +1,275 @@
+// RSI's set, judged: channel against configuration, context against channel, program against both.
+
+#include <algorithm>
+#include <cstdlib>
+
+#include "drivers/error.h"
+#include "drivers/kuka/krl/krl_findings.h"
+#include "drivers/kuka/krl/krl_rsi_set.h"
+#include "drivers/kuka/wire/xml_values.h"
+
+namespace cellcal::drivers {
+namespace {
+
+using krl::RsiSet;
+
+constexpr int kAxes = 6;
+
+const char* name_of(CorrectionMode mode) {
+  return mode == CorrectionMode::kAbsolute ? "ABSOLUTE" : "RELATIVE";
+}
+
+// ---- ethernet XML ------------------------------------------------------------------------------
+
+void check_config(const RsiSet& set) {
+  const RsiChannelFile& file = set.channel;
+  const RsiFilesConfig& c = set.config;
+  const bool known = !c.pc_address.empty() && c.pc_address != "0.0.0.0";
+  if (known && file.ip_number.value != c.pc_address) {
+    set.findings.refuse(file.name, file.ip_number.line,
+                        "IP_NUMBER is {}, this computer's address is {} ([controller] pc_address)",
+                        file.ip_number.value, c.pc_address);
+  } else if (!known) {
+    set.findings.warn(file.name, file.ip_number.line,
+                      "IP_NUMBER {} was not compared: the configuration states no address of this "
+                      "computer ([controller] pc_address, or bind of [rsi])",
+                      file.ip_number.value);
+  }
+  if (file.port.value != c.port) {
+    set.findings.refuse(file.name, file.port.line, "PORT is {}, [rsi] port is {}", file.port.value,
+                        c.port);
+  }
+  if (file.sentype.value != c.sentype) {
+    set.findings.refuse(file.name, file.sentype.line,
+                        "SENTYPE is \"{}\", [rsi] sentype is \"{}\": the controller would discard "
+                        "every reply without a word",
+                        file.sentype.value, c.sentype);
+  }
+  if (file.only_send.value) {
+    set.findings.refuse(file.name, file.only_send.line,
+                        "ONLYSEND is TRUE: the controller would take no correction; FALSE belongs "
+                        "there");
+  }
+}
+
+void check_sent(const RsiSet& set) {
+  const bool says_tcp =
+      std::any_of(set.channel.send.begin(), set.channel.send.end(),
+                  [](const RsiElement& one) { return wire::same_name(one.tag, "DEF_RIst"); });
+  if (set.config.space.on && !says_tcp) {
+    set.findings.warn(set.channel.name, 0,
+                      "SEND: DEF_RIst is missing: a wrong $TOOL or $BASE would not be noticed "
+                      "before the arm moves");
+  }
+  for (const char* tag : {"DEF_AIPos", "DEF_ASPos", "DEF_Delay"}) {
+    const auto found =
+        std::find_if(set.channel.send.begin(), set.channel.send.end(),
+                     [&](const RsiElement& one) { return wire::same_name(one.tag, tag); });
+    if (found == set.channel.send.end()) {
+      set.findings.refuse(set.channel.name, 0, "SEND: {} is missing; add it with INDX=\"INTERNAL\"",
+                          tag);
+    } else if (found->index != 0) {
+      set.findings.refuse(set.channel.name, found->line,
+                          "SEND: INDX of {} is {}, and must be "
+                          "\"INTERNAL\"",
+                          tag, found->index);
+    }
+  }
+}
+
+void check_hold(const RsiSet& set, const RsiElement& one) {
+  const bool wanted = set.mode == CorrectionMode::kAbsolute;
+  if (one.hold_on.value_or(!wanted) == wanted) return;
+  set.findings.refuse(set.channel.name, one.line,
+                      "{} has HOLDON=\"{}\" with RSI_ON(#{}): {}; HOLDON=\"{}\" belongs "
+                      "there",
+                      one.tag, wanted ? 0 : 1, name_of(set.mode),
+                      wanted ? "one late reply throws the arm back to the start of the session"
+                             : "every late reply repeats the last step",
+                      wanted ? 1 : 0);
+}
+
+void check_received(const RsiSet& set) {
+  for (int i = 1; i <= kAxes; ++i) {
+    const std::string tag = set.tag(i);
+    const RsiElement* one = set.received(tag);
+    if (one == nullptr) {
+      set.findings.refuse(set.channel.name, 0, "RECEIVE: {} is missing ([rsi] {} = \"{}\")", tag,
+                          set.config.space.on ? "cart_tag" : "axis_tag",
+                          set.config.space.on ? set.config.space.tag : set.config.axis_tag);
+      continue;
+    }
+    if (one->index == 0 || !wire::same_name(one->type, "DOUBLE")) {
+      set.findings.refuse(set.channel.name, one->line,
+                          "{} must have TYPE=\"DOUBLE\" and a channel number as its INDX", tag);
+    }
+    check_hold(set, *one);
+  }
+  const RsiElement* stop = set.received(set.config.stop_tag);
+  if (stop == nullptr) {
+    set.findings.refuse(set.channel.name, 0,
+                        "RECEIVE: {} is missing ([rsi] stop_tag): no session "
+                        "could end but by a fault",
+                        set.config.stop_tag);
+  } else if (stop->index == 0 || !wire::same_name(stop->type, "BOOL") ||
+             stop->hold_on.value_or(true)) {
+    set.findings.refuse(set.channel.name, stop->line,
+                        "{} must have TYPE=\"BOOL\", a channel number as its INDX and HOLDON=\"0\"",
+                        stop->tag);
+  }
+}
+
+// ---- RSI 3's model beside the context ----------------------------------------------------------
+
+void compare_model(const RsiContextFile& context, const RsiContextFile& model,
+                   krl::Findings& findings) {
+  for (const RsiObject& one : context.objects) {
+    const auto drawn = std::find_if(model.objects.begin(), model.objects.end(),
+                                    [&](const RsiObject& other) { return other.id == one.id; });
+    if (drawn == model.objects.end()) {
+      findings.warn(model.name, 0, "does not hold {}, which {} has: RSI-Visual would save it away",
+                    one.id, context.name);
+      continue;
+    }
+    for (const RsiInput& input : one.inputs) {
+      const RsiInput* other = drawn->input(input.index);
+      if (other != nullptr && other->from == input.from && other->from_index == input.from_index)
+        continue;
+      if (other != nullptr && other->from == input.from && other->from_index == 0) {
+        findings.warn(model.name, other->line,
+                      "{}: input {} comes from an output with a name of its own; whether it is "
+                      "Out{} was not looked at",
+                      one.id, input.index, input.from_index);
+        continue;
+      }
+      findings.warn(model.name, drawn->line, "{}: input {} is wired otherwise than in {}", one.id,
+                    input.index, context.name);
+    }
+    for (const RsiParameter& parameter : one.parameters) {
+      const RsiParameter* other = drawn->parameter(parameter.name);
+      double have = 0.0, want = 0.0;
+      if (other == nullptr || !wire::parse_number(other->value, have) ||
+          !wire::parse_number(parameter.value, want) || have == want) {
+        continue;
+      }
+      findings.warn(model.name, other->line, "{} of {} is {}, in {} it is {}", parameter.name,
+                    one.id, have, context.name, want);
+    }
+  }
+}
+
+void check_unit(const ControllerFiles& files, const RsiContextFile& context,
+                krl::Findings& findings) {
+  const std::string stem = context.name.substr(0, context.name.size() - std::string(".xml").size());
+  const auto models = krl::of_kind(files, ControllerFileKind::kRsiModel);
+  const auto diagrams = krl::of_kind(files, ControllerFileKind::kRsiDiagram);
+  const krl::Candidate* model = krl::choose(models, stem);
+  if (model == nullptr || krl::choose(diagrams, stem + ".diagram") == nullptr) {
+    findings.refuse(context.name, 0,
+                    "{0} and {0}.diagram are not beside it: RSI 3 takes the three "
+                    "as one unit",
+                    stem);
+  }
+  if (model == nullptr) return;
+  compare_model(context, read_rsi_model(*model->text, model->name), findings);
+}
+
+// ---- program -----------------------------------------------------------------------------------
+
+void check_program(const ControllerFiles& files, const RsiFilesConfig& config, CorrectionMode mode,
+                   krl::Findings& findings) {
+  bool on = false;
+  for (const auto& [name, text] : files) {
+    if (!name.ends_with(".src") && !name.ends_with(".SRC")) continue;
+    if (config.space.on) krl::check_frames(name, text, config, findings);
+    for (const auto& [line, number] : krl::statements(text)) {
+      const std::size_t at = line.find("RSI_ON(");
+      if (at != std::string::npos) {
+        on = true;
+        const std::string wanted = fmt::format("#{}", name_of(mode));
+        if (line.find(wanted, at) == std::string::npos) {
+          findings.refuse(name, number,
+                          "RSI_ON does not say {}, which the computer drives and "
+                          "HOLDON has to belong to",
+                          wanted);
+        }
+      }
+      if (line.find("RSI_CREATE(") == std::string::npos) continue;
+      const bool extended = line.find(".RSI\"") != std::string::npos;
+      if (extended == (config.rsi_version == 3)) continue;
+      findings.refuse(name, number,
+                      "RSI_CREATE {} the extension .rsi: RSI {} {} it, otherwise the "
+                      "file is not found",
+                      extended ? "names" : "lacks", config.rsi_version,
+                      extended ? "adds" : "needs");
+    }
+  }
+  if (!on) {
+    findings.warn("cellcal_rsi.src", 0,
+                  "no program with RSI_ON is in the folder: whether its mode "
+                  "and HOLDON belong together was not looked at");
+  }
+}
+
+std::optional<RsiContextFile> find_context(const ControllerFiles& files,
+                                           const RsiFilesConfig& config, krl::Findings& findings) {
+  const auto contexts = krl::of_kind(files, ControllerFileKind::kRsiContext);
+  const std::string usual = config.rsi_version == 3 ? "cellcal_rsi.rsi.xml" : "cellcal_rsi.rsix";
+  const krl::Candidate* chosen = krl::choose(contexts, usual);
+  if (chosen == nullptr) {
+    findings.refuse(usual, 0, "{}",
+                    contexts.empty() ? "RSI's context is not in the folder"
+                                     : "there are several contexts, and none of them is called so");
+    return std::nullopt;
+  }
+  RsiContextFile file = read_rsi_context(*chosen->text, chosen->name);
+  if (file.rsi_version != config.rsi_version) {
+    findings.refuse(file.name, 0, "is a context of RSI {}, [controller] rsi_version is {}",
+                    file.rsi_version, config.rsi_version);
+  }
+  return file;
+}
+
+/// The ethernet XML that the context names.
+const krl::Candidate* find_channel(const std::vector<krl::Candidate>& channels,
+                                   const std::optional<RsiContextFile>& context,
+                                   krl::Findings& findings) {
+  const RsiObject* ethernet = context ? context->only("ETHERNET") : nullptr;
+  const RsiParameter* named = ethernet == nullptr ? nullptr : ethernet->parameter("ConfigFile");
+  const std::string name = named == nullptr ? "cellcal_rsi_ethernet.xml" : named->value;
+  const krl::Candidate* channel = krl::choose(channels, name);
+  if (channel == nullptr) {
+    findings.refuse(name, 0, "RSI's ethernet XML is not in the folder");
+  } else if (named != nullptr && !wire::same_name(channel->name, name)) {
+    findings.refuse(context->name, named->line, "ConfigFile is \"{}\", in the folder lies {}", name,
+                    channel->name);
+  }
+  return channel;
+}
+
+}  // namespace
+
+std::vector<FileFinding> verify_rsi_files(const ControllerFiles& files,
+                                          const RsiFilesConfig& config, CorrectionMode mode) {
+  krl::Findings findings;
+  krl::report_unreadable(files, findings);
+  try {
+    const std::optional<RsiContextFile> context = find_context(files, config, findings);
+    const auto channels = krl::of_kind(files, ControllerFileKind::kRsiChannel);
+    if (const krl::Candidate* found = find_channel(channels, context, findings)) {
+      const RsiChannelFile channel = read_rsi_channel(*found->text, found->name);
+      const RsiSet set{config, mode, findings, channel};
+      check_config(set);
+      check_sent(set);
+      check_received(set);
+      if (context) krl::check_context(set, *context);
+    }
+    if (context && context->rsi_version == 3) check_unit(files, *context, findings);
+  } catch (const ConfigError& error) {
+    findings.unreadable(error);
+  }
+  check_program(files, config, mode, findings);
+  return findings.take();
+}
+
+}  // namespace cellcal::drivers

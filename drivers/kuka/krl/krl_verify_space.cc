@@ -1,0 +1,134 @@
+// Corrections in space, judged: POSCORR and its monitor in the context, $TOOL and $BASE in the
+// program.
+
+#include "drivers/kuka/krl/krl_rsi_set.h"
+#include "drivers/kuka/wire/xml_values.h"
+
+namespace cellcal::drivers::krl {
+namespace {
+
+// What the objects take where their parameters do not stand in the context.
+constexpr double kUsualLimitMm = 5, kUsualTurnDeg = 5, kUsualMonitor = 6;
+constexpr double kRounding = 1e-9;
+// TrafoCosysType of RSI: as a number, or by name where RSI-Visual's model has it.
+constexpr std::string_view kFrames[] = {"World", "Base", "RobRoot", "Tool", "TTS"};
+
+/// Number of the frame; -1: none of them.
+int frame_number(const std::string& text) {
+  double value = 0.0;
+  if (wire::parse_number(text, value)) {
+    for (int i = 0; i < static_cast<int>(std::size(kFrames)); ++i)
+      if (value == i) return i;
+    return -1;
+  }
+  for (int i = 0; i < static_cast<int>(std::size(kFrames)); ++i)
+    if (wire::same_name(text, kFrames[static_cast<std::size_t>(i)])) return i;
+  return -1;
+}
+
+struct Wanted {
+  const char* key;
+  int number;
+};
+Wanted wanted_frame(CorrectionFrame frame) {
+  if (frame == CorrectionFrame::kTool) return {"tool", 3};
+  return frame == CorrectionFrame::kRobRoot ? Wanted{"robroot", 2} : Wanted{"base", 1};
+}
+
+void check_frame(const RsiSet& set, const RsiContextFile& file, const RsiObject& corrector) {
+  const Wanted wanted = wanted_frame(set.config.space.frame);
+  const RsiParameter* found = corrector.parameter("RefCorrSys");
+  if (found == nullptr) {
+    set.findings.refuse(file.name, corrector.line,
+                        "{} states no RefCorrSys: {} ({}) belongs there, for [rsi] "
+                        "correction_frame = \"{}\"",
+                        corrector.id, wanted.number,
+                        kFrames[static_cast<std::size_t>(wanted.number)], wanted.key);
+    return;
+  }
+  const int have = frame_number(found->value);
+  // $BASE is $NULLFRAME there, so Base is World.
+  const bool world = set.config.space.frame == CorrectionFrame::kBase && have == 0;
+  if (have == wanted.number || world) return;
+  set.findings.refuse(file.name, found->line,
+                      "RefCorrSys of {} is {}{}, [rsi] correction_frame is \"{}\", which is {}: "
+                      "the arm would go another way",
+                      corrector.id, found->value,
+                      have < 0 ? "" : fmt::format(" ({})", kFrames[static_cast<std::size_t>(have)]),
+                      wanted.key, wanted.number);
+}
+
+struct Bound {
+  const char *parameter, *key, *unit;
+  double limit, usual, sign;
+  const char* then;
+};
+
+void check_bound(const RsiSet& set, const RsiContextFile& file, const RsiObject& object,
+                 const Bound& bound) {
+  const ParameterValue have =
+      value_of(set, file, object, bound.parameter, bound.sign * bound.usual);
+  if (bound.sign * have.value >= bound.limit - kRounding) return;
+  set.findings.refuse(file.name, have.line,
+                      "{} of {} is {} {}, [rsi] {} is {}: {}. Raise the one or lower the other",
+                      bound.parameter, object.id, have.value, bound.unit, bound.key, bound.limit,
+                      bound.then);
+}
+
+constexpr const char* kShiftKey = "correction_limit_mm";
+constexpr const char* kTurnKey = "correction_turn_limit_deg";
+
+}  // namespace
+
+void check_space(const RsiSet& set, const RsiContextFile& file, const RsiObject& corrector) {
+  const SpaceCorrection& space = set.config.space;
+  const char* const clamped = "moves would be clamped there without a word";
+  for (const char* name : {"LowerLimX", "LowerLimY", "LowerLimZ"})
+    check_bound(set, file, corrector,
+                {name, kShiftKey, "mm", space.limit_mm, kUsualLimitMm, -1, clamped});
+  for (const char* name : {"UpperLimX", "UpperLimY", "UpperLimZ"})
+    check_bound(set, file, corrector,
+                {name, kShiftKey, "mm", space.limit_mm, kUsualLimitMm, 1, clamped});
+  check_bound(set, file, corrector,
+              {"MaxRotAngle", kTurnKey, "deg", space.turn_limit_deg, kUsualTurnDeg, 1, clamped});
+  check_frame(set, file, corrector);
+  const RsiObject* monitor = file.only("POSCORRMON");
+  if (monitor == nullptr) {
+    if (space.limit_mm > kUsualMonitor || space.turn_limit_deg > kUsualMonitor) {
+      set.findings.refuse(file.name, 0,
+                          "there is no POSCORRMON: it then stops at {0} mm or {0} deg, [rsi] "
+                          "correction_limit_mm is {1}, correction_turn_limit_deg {2}",
+                          kUsualMonitor, space.limit_mm, space.turn_limit_deg);
+    }
+    return;
+  }
+  const char* const stopped = "RSI would stop with KSS29000";
+  check_bound(set, file, *monitor,
+              {"MaxTrans", kShiftKey, "mm", space.limit_mm, kUsualMonitor, 1, stopped});
+  check_bound(set, file, *monitor,
+              {"MaxRotAngle", kTurnKey, "deg", space.turn_limit_deg, kUsualMonitor, 1, stopped});
+}
+
+void check_frames(const std::string& name, const std::string& text, const RsiFilesConfig& config,
+                  Findings& findings) {
+  const auto value = [](const char* array, int number) {
+    return number == 0 ? std::string("$NULLFRAME") : fmt::format("{}[{}]", array, number);
+  };
+  for (const auto& [line, number] : statements(text)) {
+    std::string bare = line;
+    std::erase(bare, ' ');
+    for (const auto& [variable, key, wanted] :
+         {std::tuple{"$TOOL=", "tool", value("TOOL_DATA", config.tool)},
+          std::tuple{"$BASE=", "base", value("BASE_DATA", config.base)}}) {
+      if (!bare.starts_with(variable) || bare.substr(std::string(variable).size()) == wanted)
+        continue;
+      findings.refuse(name, number,
+                      "{} does not fit [controller] {} = {}, which corrections in space are "
+                      "reckoned with: {}{} belongs there",
+                      line, key, key == std::string("tool") ? config.tool : config.base, variable,
+                      wanted);
+    }
+  }
+}
+
+}  // namespace cellcal::drivers::krl

@@ -1,0 +1,51 @@
+#include "drivers/kuka/moves/move_check.h"
+
+#include <cmath>
+#include <numbers>
+
+namespace cellcal::drivers {
+namespace {
+
+constexpr double kDegPerRad = 180.0 / std::numbers::pi;
+
+}  // namespace
+
+std::optional<Objection> object_to(const Move& move, std::span<const AxisLimit> limits) {
+  const std::size_t axes = limits.size();
+  if (move.target_rad.size() != axes) {
+    return Objection{Cause::kAxisCount, 0, static_cast<double>(move.target_rad.size()),
+                     static_cast<double>(axes)};
+  }
+  if (!std::isfinite(move.cruise_s) || move.cruise_s < 0.0) {
+    return Objection{Cause::kBadCruise, 0, move.cruise_s, 0.0};
+  }
+  for (std::size_t i = 0; i < axes; ++i) {
+    const auto axis = static_cast<std::uint8_t>(i);
+    const double target = move.target_rad[i];
+    const AxisLimit& limit = limits[i];
+    if (!std::isfinite(target)) return Objection{Cause::kNotFinite, axis, target, 0.0};
+    if (target < limit.min_rad) {
+      return Objection{Cause::kBelowLimit, axis, target * kDegPerRad, limit.min_rad * kDegPerRad};
+    }
+    if (target > limit.max_rad) {
+      return Objection{Cause::kAboveLimit, axis, target * kDegPerRad, limit.max_rad * kDegPerRad};
+    }
+  }
+  return std::nullopt;
+}
+
+std::optional<Objection> object_to(const Move& move, std::span<const AxisLimit> limits,
+                                   std::span<const double> correction_limit_deg,
+                                   const AxisAngles& base_rad) {
+  if (const auto objection = object_to(move, limits)) return objection;
+  for (std::size_t i = 0; i < limits.size(); ++i) {
+    const double correction_deg = (move.target_rad[i] - base_rad[i]) * kDegPerRad;
+    if (std::abs(correction_deg) > correction_limit_deg[i]) {
+      return Objection{Cause::kCorrectionLimit, static_cast<std::uint8_t>(i), correction_deg,
+                       correction_limit_deg[i]};
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace cellcal::drivers

@@ -1,0 +1,162 @@
+#pragma once
+// What a Robot on an I/O thread needs whatever its wire: moves, stops and results across threads, a
+// snapshot of the state, the tick, and an end that waits for the I/O thread.
+//
+// Threads: what is marked 'caller' is called by the session's thread, the rest on the I/O thread.
+// Nothing on the I/O thread's side locks or allocates.
+
+#include <atomic>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/lockfree/spsc_queue.hpp>
+#include <deque>
+#include <future>
+#include <memory>
+#include <optional>
+#include <type_traits>
+#include <utility>
+
+#include "drivers/kuka/moves/cause.h"
+#include "drivers/kuka/moves/seqlock.h"
+#include "drivers/robot.h"
+
+namespace cellcal::drivers {
+
+/// Silence has to be seen within a cycle of 4 ms, commands be heard without packets, and the
+/// contact sensor be asked.
+inline constexpr std::chrono::milliseconds kShellTick{2};
+
+/// `Core` as RsiCore and EkiCore are.
+template <typename Core>
+class RobotShell {
+ public:
+  using State = std::remove_cvref_t<decltype(std::declval<const Core&>().core_state())>;
+
+  bool is_open() const { return open_.load(); }
+
+  /// Caller: from now on the link is open, with this state. Number of this opening: what was asked
+  /// in an earlier one must not reach it.
+  std::uint32_t open(const State& state) {
+    snapshot_.store(state);
+    open_ = true;
+    return ++asked_;
+  }
+  /// Caller.
+  State state() const { return snapshot_.load(); }
+  /// Caller.
+  void begin(const Move& move) {
+    if (!is_open()) {
+      refuse(move, "the link to the controller is closed");
+    } else if (!commands_.push({Command::Kind::kBegin, asked_, move})) {
+      refuse(move, "too many moves at once: one at a time");
+    }
+  }
+  /// Caller.
+  void stop() { send(Command::Kind::kStop); }
+  /// Caller.
+  void rereference() { send(Command::Kind::kRereference); }
+  /// Caller.
+  std::optional<MoveResult> poll() {
+    if (!refusals_.empty()) {
+      MoveResult oldest = std::move(refusals_.front());
+      refusals_.pop_front();
+      return oldest;
+    }
+    CoreResult result;
+    if (!results_.pop(result)) return std::nullopt;
+    return to_move_result(result);
+  }
+
+  void start(std::uint32_t opening) { opening_ = opening; }
+  bool is_current(std::uint32_t opening) const { return opening == opening_ && is_open(); }
+  std::uint32_t opening() const { return opening_; }
+  void closed() { open_ = false; }
+
+  /// Hands what was asked for on to the core.
+  void obey(Core& core) {
+    commands_.consume_all([&](const Command& command) {
+      if (command.opening != opening_) return;
+      switch (command.kind) {
+        case Command::Kind::kBegin:
+          core.begin(command.move);
+          break;
+        case Command::Kind::kStop:
+          core.stop();
+          break;
+        case Command::Kind::kRereference:
+          core.rereference();
+          break;
+      }
+    });
+    if (stop_anyway_.exchange(false)) core.stop();
+  }
+  void publish(Core& core) {
+    while (results_.write_available() > 0) {
+      const auto result = core.take_result();
+      if (!result) break;
+      results_.push(*result);
+    }
+    snapshot_.store(core.core_state());
+  }
+
+ private:
+  static constexpr std::size_t kDepth = 64;
+
+  struct Command {
+    enum class Kind { kBegin, kStop, kRereference } kind = Kind::kStop;
+    std::uint32_t opening = 0;
+    Move move;
+  };
+
+  void send(typename Command::Kind kind) {
+    if (!is_open()) return;
+    if (!commands_.push({kind, asked_, {}})) stop_anyway_ = true;  // never lose a stop
+  }
+  void refuse(const Move& move, const char* why) {
+    MoveResult result;
+    result.id = move.id;
+    result.detail = why;
+    refusals_.push_back(std::move(result));
+  }
+
+  boost::lockfree::spsc_queue<Command, boost::lockfree::capacity<kDepth>> commands_;
+  boost::lockfree::spsc_queue<CoreResult, boost::lockfree::capacity<kDepth>> results_;
+  std::atomic<bool> stop_anyway_{false}, open_{false};
+  Seqlock<State> snapshot_;
+  std::uint32_t opening_ = 0;  // I/O thread's
+  std::uint32_t asked_ = 0;    // caller's
+  std::deque<MoveResult> refusals_;
+};
+
+/// Runs `tick` now and then every `kShellTick` until it returns false or the timer is cancelled.
+/// From tick to tick: ticks that were missed are not made up for.
+template <typename Tick>
+void keep_ticking(boost::asio::steady_timer& timer, Tick tick) {
+  timer.async_wait(
+      [&timer, tick = std::move(tick)](const boost::system::error_code& error) mutable {
+        if (error || !tick()) return;
+        timer.expires_after(kShellTick);
+        keep_ticking(timer, std::move(tick));
+      });
+}
+
+/// Shuts `impl` down on the context's thread and waits until that is done.
+template <typename Impl>
+void shut_and_wait(boost::asio::io_context& context, const std::shared_ptr<Impl>& impl) {
+  const auto done = std::make_shared<std::promise<void>>();
+  const auto shut = done->get_future();
+  boost::asio::post(context, [impl, done] {
+    impl->shut();
+    done->set_value();
+  });
+  // A stopped context runs no handler any more: then nothing else uses the robot either.
+  constexpr std::chrono::milliseconds kLook{5};
+  while (shut.wait_for(kLook) != std::future_status::ready) {
+    if (!context.stopped()) continue;
+    impl->shut();
+    break;
+  }
+}
+
+}  // namespace cellcal::drivers

@@ -1,0 +1,61 @@
+#pragma once
+// Watches the contact sensor while the arm moves, whatever drives the arm: events of the arming that
+// guards the move, touches that nobody asked for, silence.
+
+#include <cstdint>
+#include <optional>
+
+#include "drivers/contact.h"
+#include "drivers/kuka/moves/cause.h"
+#include "drivers/robot.h"
+
+namespace cellcal::drivers {
+
+/// A trip is confirmed or revoked within this time, or the sensor counts as silent.
+inline constexpr std::chrono::milliseconds kVerdictLimit{100};
+
+/// Why a move must not begin.
+struct SensorRefusal {
+  MoveOutcome outcome = MoveOutcome::kRefused;
+  Cause cause = Cause::kNone;
+  double a = 0.0, b = 0.0;
+};
+
+class SensorMonitor {
+ public:
+  /// `guard` may be null: nothing is heard, and searches are refused. It must outlive this.
+  explicit SensorMonitor(ContactGuard* guard) : guard_(guard) {}
+
+  struct Heard {
+    ContactSnapshot snapshot;
+    std::optional<ContactEvent> trip, contact;
+    bool revoked = false;
+    bool foreign_trip = false;  ///< trip or contact of no arming of ours
+  };
+
+  /// Takes the sensor's events and level. `arm_id`: the arming of the search under way, if one is.
+  void listen(TimePoint now, std::optional<std::uint16_t> arm_id);
+  const Heard& heard() const { return heard_; }
+  bool present() const { return guard_ != nullptr; }
+
+  /// After listen().
+  std::optional<SensorRefusal> refusal(const Move& move) const;
+  /// After listen(): why a sensor that is not alive, or whose arming is over, is to be blamed.
+  Cause loss() const;
+  /// Whose silence it was is known only when the sensor is heard again: says so in the result.
+  void explain(CoreResult& done) const;
+  /// A move that is no search begins.
+  void begin() { was_open_ = false; }
+  /// After listen(), during a transit or a retreat: contact where none may be. A retreat begins in
+  /// contact, and a contact that breaks chatters.
+  bool touched(MoveKind kind, TimePoint now);
+
+ private:
+  ContactGuard* guard_;
+  Heard heard_;
+  std::optional<std::uint16_t> tripped_arm_;  ///< arming whose trip was heard last
+  bool was_open_ = false;                     ///< retreat: contact was open at least once
+  TimePoint opened_at_{};
+};
+
+}  // namespace cellcal::drivers

@@ -1,0 +1,473 @@
+#include "drivers/kuka/rsi/rsi_core.h"
+
+#include <algorithm>
+#include <array>
+
+#include "drivers/kuka/moves/arrival_spread.h"
+#include "drivers/kuka/moves/move_queue.h"
+#include "drivers/kuka/moves/position_record.h"
+#include "drivers/kuka/rsi/correction/rsi_setpoint.h"
+#include "drivers/kuka/rsi/link/rsi_delay.h"
+#include "drivers/kuka/rsi/link/rsi_fitness.h"
+#include "drivers/kuka/rsi/link/rsi_pause.h"
+#include "drivers/kuka/rsi/link/rsi_repeats.h"
+#include "drivers/kuka/rsi/link/rsi_stream.h"
+#include "drivers/kuka/rsi/rsi_mover.h"
+#include "drivers/kuka/wire/xml_values.h"
+
+namespace cellcal::drivers {
+namespace {
+
+// If all of this many replies and more count as late, they are refused, not late. Controllers give
+// up after ten as they come: what was refused until then is still said when the link is lost.
+constexpr std::uint64_t kRefusedReplies = 10, kRefusedWhenLost = 4;
+// The reference is the mean of AIPos over two windows that agree: the arm rests.
+constexpr std::size_t kReferenceWindow = 12;
+// The same packet for longer than this is no copy that the network made.
+constexpr double kPeerWaitsS = 0.2;
+// Until it is answered a peer that waits for replies may repeat itself only so often: its silence
+// is ours. Simulators take a second.
+constexpr double kPeerPatienceS = 2.5;
+// Ticks and packets farther apart than this: it was this thread that heard nothing.
+constexpr double kHeldUpS = 0.02;
+
+double seconds(Duration d) { return std::chrono::duration<double>(d).count(); }
+
+}  // namespace
+
+struct RsiCore::Impl {
+  Impl(RsiConfig c, ContactGuard* guard)
+      : config((c.validate(), std::move(c))), mover(config, guard, record), setpoint(config) {
+    state.axes = static_cast<std::uint8_t>(config.limits.size());
+    state.relative = relative();
+  }
+
+  // ---- one packet ------------------------------------------------------------------------------
+
+  std::string_view on_datagram(std::string_view bytes, TimePoint t_rx) {
+    note_time(t_rx);
+    check_silence();
+    WireError error = parser.parse_rob(bytes, frame);
+    const AxisAngles actual = axes_of(frame.axes_deg, frame.external_deg, axes());
+    if (error == WireError::kNone) {
+      too_few_axes = actual.size() < axes();
+      if (too_few_axes) error = WireError::kNoAxes;
+    }
+    if (error != WireError::kNone) return on_bad(error, bytes, t_rx);
+
+    repeats.note(frame.ipoc.value, actual, t_rx);
+    if (!linked()) {
+      if (!pause.is_over(frame.ipoc.value, frame.delay, t_rx)) begin_other_session();
+      begin_session();
+    }
+    Arrival arrival = stream.push(frame, t_rx);
+    if (arrival == Arrival::kRestart ||
+        (arrival == Arrival::kNext && setpoint.start_pose_moved(frame, actual, mover.busy()))) {
+      lose(Cause::kSessionRestarted, 0.0);
+      begin_other_session();
+      begin_session();
+      arrival = stream.push(frame, t_rx);
+    }
+    if (arrival == Arrival::kStale) return {};
+    ++state.packets;
+    // Nothing of a controller comes so late within a session.
+    waited_unanswered = unanswered && state.waited_s >= kPeerWaitsS;
+    last_rx = t_rx;
+    held_up_s = 0.0;
+    spread.add(t_rx);
+    state.sends_setpoint = !frame.setpoint_axes_deg.empty();
+    state.sends_delay = frame.delay.has_value();
+    const bool heard = note_delay() == 0 || relative();
+    std::copy(actual.begin(), actual.end(), state.actual_rad);
+    state.ipoc = frame.ipoc.value;
+    state.decimals = stream.decimals();
+    state.decimals_unproven = stream.decimals_unproven();
+    state.cycle_s = stream.cycle_s();
+    mover.listen(t_rx);
+    // The same packet twice is answered twice, but is one cycle.
+    if (arrival == Arrival::kRepeat && setpoint.known()) return hold_again(t_rx);
+    if (arrival == Arrival::kRepeat && !peer_waits(t_rx)) return unknown_offset_reply();
+
+    record.push(t_rx, frame.ipoc.value, actual,
+                setpoint.known() ? setpoint.commanded_rad() : actual);
+    if (!setpoint.known() && !setpoint.find(frame, actual, t_rx, peer_waits(t_rx)))
+      return unknown_offset_reply();
+    if (state.link == RobotLink::kReady && (coarse() || lacks_delay())) doubt();
+    if (state.link == RobotLink::kNotReferenced) {
+      setpoint.stand_at(actual);
+      state.tcp_apart = setpoint.tcp_apart(frame, actual);
+      try_reference();
+    }
+    take_up_waiting();
+    if (const auto done = mover.step(mover_cycle(t_rx, true, heard), setpoint.commanded_rad())) {
+      finish(*done);
+    }
+    record.set_commanded(setpoint.commanded_rad());
+    return reply(setpoint.next(stream.cycle_s()));
+  }
+
+  std::string_view on_bad(WireError error, std::string_view bytes, TimePoint t_rx) {
+    ++state.bad_packets;
+    state.last_error = error;
+    wire::show(bytes, state.last_bad);
+    if (!frame.has_ipoc) return {};
+    if (frame.only_ipoc && !linked()) {
+      // RSI 2 opens a session so; its correction is 0, and it wants an answer.
+      setpoint.session_starts();
+      const std::array<double, kMaxAxes> zeros{};
+      return written(std::span(zeros).first(axes()));
+    }
+    if (!linked()) return {};
+    if (!setpoint.known()) return unknown_offset_reply();
+    // The sensor is heard, whatever the packet was like; the move does not advance.
+    mover.listen(t_rx);
+    return hold(t_rx);
+  }
+
+  std::string_view hold(TimePoint t_rx) {
+    if (const auto done = mover.step(mover_cycle(t_rx, false, true), setpoint.commanded_rad())) {
+      finish(*done);
+    }
+    return reply(answered && *answered == frame.ipoc.value ? setpoint.again() : setpoint.hold());
+  }
+
+  /// Nobody knows where the arm is while the same packet comes over and over.
+  std::string_view hold_again(TimePoint t_rx) {
+    const std::string_view text = hold(t_rx);
+    const bool over = repeats.same_s(t_rx) > std::max(kPeerWaitsS, stream.silence_limit_s());
+    if (over && (mover.busy() || queue.waiting())) lose(Cause::kSilence, repeats.same_s(t_rx));
+    return text;
+  }
+
+  /// A wrong correction is a jump of the arm; no increment never is.
+  std::string_view unknown_offset_reply() {
+    take_up_waiting();  // to be refused: whoever asked for a move learns of it
+    unanswered = true;
+    return setpoint.may_hold_unknown() ? reply(setpoint.hold()) : std::string_view{};
+  }
+
+  std::string_view reply(std::span<const double> values) {
+    const std::optional<int> stop = stop_value();
+    const std::string_view text = values.empty() ? std::string_view() : written(values);
+    if (text.empty()) return text;
+    ++state.replies;
+    unanswered = false;
+    if (delay.replies() == 0) delay.begin_answers(frame.delay);
+    delay.replied();
+    answered = frame.ipoc.value;
+    stop_low_sent = stop_low_sent || (stop && *stop == 0);
+    stop_sent = stop_sent || (stop && *stop == 1);
+    return text;
+  }
+
+  // ---- session ---------------------------------------------------------------------------------
+
+  void begin_session() {
+    stream.reset();
+    spread.reset();
+    record.clear();
+    delay.begin_session();
+    setpoint.begin_session(state.waited_s);
+    answered.reset();
+    unanswered = waited_unanswered = false;
+    rereference_asked = stop_low_sent = state.refused_when_lost = false;
+    state.link = RobotLink::kNotReferenced;
+  }
+
+  /// The controller's, not proven to be the one before.
+  void begin_other_session() {
+    ++state.session;
+    if (state.interruption != Interruption::kNone) state.interruption = Interruption::kOther;
+  }
+
+  void interrupt(Interruption by) {
+    state.interruption = by;
+    ++state.interruptions;
+  }
+
+  /// Packets have stopped, or are another session's.
+  void lose(Cause cause, double a) {
+    const bool silent = cause == Cause::kSilence;
+    interrupt(silent ? Interruption::kPacketsStopped : Interruption::kOther);
+    pause.forget();
+    if (silent) pause.begin(state.ipoc, stream.seconds_per_ipoc(), delay.last(), last_rx);
+    if (mover.busy()) finish(mover.abandon(cause, a));
+    if (const auto move = queue.take_waiting()) refuse(*move, {cause, 0, a, 0.0});
+    OffsetMemory link;
+    link.ipoc = state.ipoc;
+    link.step = stream.step();
+    link.seconds_per_ipoc = stream.seconds_per_ipoc();
+    link.t_rx = last_rx;
+    link.delay = delay.last();
+    link.delay_counts = delay.counts();
+    link.counts_packets = stream.counts_packets();
+    if (record.size() > 0) link.actual_rad = record.newest().actual_rad;
+    setpoint.remember(link);
+    rereference_asked = false;
+    state.refused_when_lost = delay.refused(kRefusedWhenLost);
+    state.link = RobotLink::kLost;
+  }
+
+  bool peer_waits(TimePoint t_rx) const {
+    return waited_unanswered || repeats.same_s(t_rx) >= kPeerWaitsS;
+  }
+  /// Nothing says yet that this peer sends whether it is answered or not.
+  bool may_wait_for_us() const { return !setpoint.known() && !stream.counts_milliseconds(); }
+
+  void try_reference() {
+    if (!rereference_asked || !fit_for_reference() || !record.rests(kReferenceWindow)) return;
+    setpoint.stand_at(record.mean_actual_rad(0, kReferenceWindow));
+    rereference_asked = false;
+    state.interruption = Interruption::kNone;
+    state.link = RobotLink::kReady;
+  }
+
+  bool fit_for_reference() const {
+    return stream.learnt() && !coarse() && !not_accepted() && !lacks_delay() &&
+           !state.tcp_apart.much();
+  }
+  bool coarse() const { return fitness_of_decimals(state) == Fitness::kUnfit; }
+  bool not_accepted() const { return delay.refused(kRefusedReplies); }
+  bool lacks_delay() const {
+    return setpoint.known() && fitness_of_elements(state) == Fitness::kUnfit;
+  }
+  bool relative() const { return config.mode == CorrectionMode::kRelative; }
+
+  /// What the packets say has become too little to move by.
+  void doubt() {
+    if (coarse()) mover.halt(MoveOutcome::kNotFollowing, Cause::kTooCoarse, stream.decimals());
+    if (lacks_delay()) mover.halt(MoveOutcome::kRobotSilent, Cause::kDelayGone);
+    increments_lost = mover.busy();  // or may be: referenced anew either way
+    if (!mover.busy()) state.link = RobotLink::kNotReferenced;
+  }
+
+  /// How many more replies came late. Before the first one there was none that could.
+  std::uint32_t note_delay() {
+    const std::uint32_t more = delay.note(frame.delay);
+    if (delay.replies() == 0) return 0;
+    state.late += more;
+    if (more == 0 || !mover.busy()) return more;
+    state.late_while_moving += more;
+    if (relative()) {
+      // The arm is not where the accumulator has it, and never gets there by itself.
+      increments_lost = true;
+      mover.halt(MoveOutcome::kRobotSilent, Cause::kIncrementLost, state.late_while_moving);
+    } else if (state.late_while_moving >= static_cast<std::uint32_t>(config.late_replies_limit)) {
+      mover.halt(MoveOutcome::kRobotSilent, Cause::kLateReplies, state.late_while_moving);
+    }
+    return more;
+  }
+
+  // ---- moves -----------------------------------------------------------------------------------
+
+  void begin(const Move& move) {
+    if (queue.waiting() || mover.busy()) {
+      refuse(move, {Cause::kBusy, 0, 0.0, 0.0});
+    } else {
+      queue.wait(move);
+    }
+  }
+
+  void take_up_waiting() {
+    const auto move = queue.take_waiting();
+    if (!move) return;
+    if (ending) return refuse(*move, {Cause::kClosing, 0, 0.0, 0.0});
+    if (!linked()) return refuse(*move, {Cause::kNoPackets, 0, state.waited_s, 0.0});
+    if (not_accepted()) return refuse(*move, {Cause::kNotAccepted, 0, 0.0, 0.0});
+    if (state.link != RobotLink::kReady) return refuse(*move, {Cause::kNotReferenced, 0, 0.0, 0.0});
+    if (const auto objection = setpoint.object_to(*move)) return refuse(*move, *objection);
+    state.late_while_moving = 0;
+    if (const auto refusal = mover.start(*move, setpoint.commanded_rad())) finish(*refusal);
+  }
+
+  void refuse(const Move& move, const Objection& why, MoveOutcome outcome = MoveOutcome::kRefused) {
+    finish(refusal_of(move, why, setpoint.commanded_rad(), outcome));
+  }
+
+  void finish(CoreResult result) {
+    result.ipoc = state.ipoc;
+    result.in_space = config.space.on;
+    if (result.outcome != MoveOutcome::kArrived)
+      result.interruption = interruption_by(result.cause);
+    // The pose is not what was commanded: somebody has to look before it moves again.
+    const bool lost_increments = increments_lost && !mover.busy();
+    if ((result.outcome == MoveOutcome::kNotFollowing || lost_increments) &&
+        state.link == RobotLink::kReady) {
+      state.link = RobotLink::kNotReferenced;
+    }
+    increments_lost = increments_lost && mover.busy();
+    queue.add(result);
+  }
+
+  /// What has to do with the link; a move that is not referenced is so since the link was lost.
+  Interruption interruption_by(Cause cause) {
+    switch (cause) {
+      case Cause::kLateReplies:
+      case Cause::kIncrementLost:
+        interrupt(Interruption::kLateReplies);
+        return state.interruption;
+      case Cause::kSilence:
+      case Cause::kNoPackets:
+      case Cause::kSessionRestarted:
+      case Cause::kNotReferenced:
+        return state.interruption;
+      case Cause::kDelayGone:
+      case Cause::kNotAccepted:
+        return Interruption::kOther;
+      default:
+        return Interruption::kNone;
+    }
+  }
+
+  void stop() {
+    if (const auto move = queue.take_waiting()) {
+      refuse(*move, {Cause::kStopAsked, 0, 0.0, 0.0}, MoveOutcome::kStopped);
+    }
+    mover.halt(MoveOutcome::kStopped, Cause::kStopAsked);
+  }
+
+  // ---- small things ----------------------------------------------------------------------------
+
+  std::size_t axes() const { return config.limits.size(); }
+  bool linked() const {
+    return state.link == RobotLink::kNotReferenced || state.link == RobotLink::kReady;
+  }
+  std::string_view written(std::span<const double> values) {
+    const std::string_view space_tag = config.space.on ? config.space.tag : std::string_view();
+    return format_sen(
+        {config.sentype, config.axis_tag, config.external_axis_tag, config.stop_tag, space_tag},
+        values, config.decimals, stop_value(), frame.ipoc.text.view(), buffer);
+  }
+  /// The STOP object acts on a rising edge: the controller has to see it low first.
+  std::optional<int> stop_value() const {
+    if (config.stop_tag.empty()) return std::nullopt;
+    return ending && stop_low_sent && !mover.busy() ? 1 : 0;
+  }
+  MoverCycle mover_cycle(TimePoint now, bool advance, bool heard) const {
+    const IpocClock clock{stream.seconds_per_ipoc(), stream.counts_milliseconds()};
+    return {now, stream.cycle_s(), clock, advance, heard};
+  }
+
+  void note_time(TimePoint now) {
+    if (!heard_time) {
+      heard_time = true;
+      last_rx = looked = now;
+    }
+    if (const double since_look_s = seconds(now - looked); since_look_s > kHeldUpS) {
+      held_up_s += since_look_s;
+    }
+    looked = now;
+    state.waited_s = seconds(now - last_rx);
+  }
+
+  void check_silence() {
+    if (!linked()) return;
+    // An arm whose peer counts packets has waited as well while this thread was held up.
+    const double own_s = stream.counts_packets() ? std::min(held_up_s, kPeerPatienceS) : 0.0;
+    const double limit_s =
+        std::max(stream.silence_limit_s(), may_wait_for_us() ? kPeerPatienceS : 0.0);
+    if (state.waited_s - own_s > limit_s) lose(Cause::kSilence, state.waited_s);
+  }
+
+  void on_tick(TimePoint now) {
+    note_time(now);
+    check_silence();
+    if (!linked()) take_up_waiting();
+    refresh();
+  }
+
+  Trouble trouble() const {
+    if (too_few_axes) return Trouble::kTooFewAxes;
+    if (!linked()) return state.refused_when_lost ? Trouble::kNotAccepted : Trouble::kNone;
+    if (not_accepted()) return Trouble::kNotAccepted;
+    if (!setpoint.known()) {
+      if (setpoint.waits_for_rest()) return Trouble::kWaitingForRest;
+      return relative() ? Trouble::kUnknownSum : Trouble::kUnknownOffset;
+    }
+    if (stream.odd_cycle()) return Trouble::kOddCycle;
+    if (!stream.learnt()) return Trouble::kLearning;
+    if (coarse()) return Trouble::kCoarse;
+    if (lacks_delay()) return Trouble::kNoDelay;
+    if (state.tcp_apart.much()) return Trouble::kTcpDiffers;
+    return Trouble::kNone;
+  }
+
+  void refresh() {
+    state.trouble = trouble();
+    state.moving = mover.busy();
+    state.rereference_pending = rereference_asked;
+    state.gaps = stream.gaps();
+    state.ipoc_step = stream.step();
+    state.jitter_s = spread.sigma_s();
+    state.longest_gap_s = spread.longest_s();
+    const AxisAngles& commanded = setpoint.commanded_rad();
+    std::copy(commanded.begin(), commanded.end(), state.commanded_rad);
+  }
+
+  RsiConfig config;
+  RsiParser parser;
+  RsiStream stream{config.silence_cycles};
+  ArrivalSpread spread;
+  PositionRecord record;
+  Mover mover;
+  RsiSetpoint setpoint;
+  DelayWatch delay;
+  RepeatWatch repeats;
+  PauseWatch pause;
+  MoveQueue queue;
+
+  RobFrame frame;
+  std::array<char, kRsiBuffer> buffer{};
+  CoreState state;
+  TimePoint last_rx{}, looked{};
+  double held_up_s = 0.0;                 // since the last packet
+  std::optional<std::uint32_t> answered;  // IPOC of the last reply
+  bool rereference_asked = false, too_few_axes = false;
+  bool increments_lost = false;    // relative: a reply of this move was not taken
+  bool unanswered = false;         // the newest packet
+  bool waited_unanswered = false;  // it came only after the one before had waited for an answer
+  bool heard_time = false, ending = false, stop_low_sent = false, stop_sent = false;
+};
+
+RsiCore::RsiCore(RsiConfig config, ContactGuard* guard)
+    : impl_(std::make_unique<Impl>(std::move(config), guard)) {}
+RsiCore::~RsiCore() = default;
+
+std::string_view RsiCore::on_datagram(std::string_view bytes, TimePoint t_rx) {
+  const std::string_view reply = impl_->on_datagram(bytes, t_rx);
+  impl_->refresh();
+  return reply;
+}
+
+void RsiCore::on_tick(TimePoint now) { impl_->on_tick(now); }
+void RsiCore::begin(const Move& move) { impl_->begin(move); }
+void RsiCore::stop() { impl_->stop(); }
+
+void RsiCore::rereference() {
+  if (impl_->mover.busy() || !impl_->linked()) return;
+  impl_->rereference_asked = true;
+  impl_->state.link = RobotLink::kNotReferenced;
+}
+
+void RsiCore::end_session() {
+  impl_->stop();
+  impl_->ending = true;
+}
+
+bool RsiCore::end_sent() const { return impl_->stop_sent; }
+std::optional<CoreResult> RsiCore::take_result() { return impl_->queue.take_result(); }
+
+std::optional<MoveResult> RsiCore::poll() {
+  const auto result = take_result();
+  if (!result) return std::nullopt;
+  return to_move_result(*result);
+}
+
+const CoreState& RsiCore::core_state() const { return impl_->state; }
+
+RobotState RsiCore::state() const {
+  return to_robot_state(impl_->state,
+                        {"UDP port " + std::to_string(impl_->config.port), impl_->config.sentype});
+}
+
+}  // namespace cellcal::drivers

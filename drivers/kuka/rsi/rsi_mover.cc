@@ -1,0 +1,272 @@
+#include "drivers/kuka/rsi/rsi_mover.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "drivers/kuka/moves/move_queue.h"
+#include "drivers/kuka/rsi/following_error.h"
+
+namespace cellcal::drivers {
+namespace {
+
+constexpr double kDegPerRad = 180.0 / std::numbers::pi;
+constexpr double kRadPerDeg = std::numbers::pi / 180.0;
+
+// Rest: the means of two successive windows of AIPos agree. Means, so that encoder noise of
+// 0.0005 deg does not keep it from ever being seen; 48 ms, longer than the lag of a KRC4.
+constexpr double kSettleWindowS = 0.048;
+constexpr int kSettleFewest = 4;
+constexpr double kSettledRad = 0.0005 * kRadPerDeg;
+constexpr double kSettleLimitS = 1.0;
+// After so many replies in a row that came late the arm stands, and no ramp is left to run.
+constexpr int kStandsUnheard = 3;
+
+double seconds(Duration d) { return std::chrono::duration<double>(d).count(); }
+
+int settle_window(double cycle_s) {
+  const int cycles = static_cast<int>(std::ceil(kSettleWindowS / cycle_s));
+  return std::clamp(cycles, kSettleFewest, static_cast<int>(PositionRecord::kDepth / 4));
+}
+
+}  // namespace
+
+Mover::Mover(const RsiConfig& config, ContactGuard* guard, const PositionRecord& record)
+    : config_(config), record_(record), sensor_(guard) {}
+
+void Mover::listen(TimePoint now) {
+  const bool guarded = busy() && searching();
+  sensor_.listen(now, guarded ? std::optional(move_.arm_id) : std::nullopt);
+}
+
+std::optional<CoreResult> Mover::start(const Move& move, const AxisAngles& commanded_rad) {
+  if (const auto why = sensor_.refusal(move)) {
+    return refusal_of(move, {why->cause, 0, why->a, why->b}, commanded_rad, why->outcome);
+  }
+  sensor_.begin();
+  move_ = move;
+  line_ = LineMove(commanded_rad, move.target_rad, config_.limits, move.cruise_s);
+  t_s_ = 0.0;
+  in_motion_ = true;
+  braking_ = false;
+  phase_ = Phase::kTravelling;
+  outcome_ = MoveOutcome::kArrived;
+  cause_ = Cause::kNone;
+  axis_ = 0;
+  a_ = b_ = 0.0;
+  contact_.reset();
+  latch_.reset();
+  settling_s_ = 0.0;
+  settling_cycles_ = unheard_cycles_ = 0;
+  return std::nullopt;
+}
+
+void Mover::end_travel(Phase next, MoveOutcome outcome, Cause cause, double a) {
+  phase_ = next;
+  outcome_ = outcome;
+  cause_ = cause;
+  a_ = a;
+  settling_s_ = 0.0;
+  settling_cycles_ = 0;
+  brake();
+}
+
+void Mover::brake() {
+  if (!in_motion_ || braking_) return;
+  if (line_.fastest_axis_rad_s(t_s_) <= kProbingSpeedRadS) {
+    in_motion_ = false;
+    return;
+  }
+  // What leads the arm astray in space is a controller that composes otherwise: each degree that is
+  // still commanded leads it further.
+  const bool astray = config_.space.on && outcome_ == MoveOutcome::kNotFollowing;
+  if (searching() || astray) {
+    line_.brake_within(t_s_, std::max(kSearchRampS, 3 * cycle_s_));
+  } else {
+    line_.brake_at(t_s_);
+  }
+  braking_ = true;
+  t_s_ = 0.0;
+}
+
+void Mover::halt(MoveOutcome outcome, Cause cause, double a) {
+  if (phase_ == Phase::kIdle || phase_ == Phase::kVerdict || !ends_well()) return;
+  end_travel(Phase::kSettling, outcome, cause, a);
+}
+
+CoreResult Mover::abandon(Cause cause, double a) {
+  if (outcome_ != MoveOutcome::kRobotSilent) {  // else it was brought to rest for a like reason
+    outcome_ = MoveOutcome::kRobotSilent;
+    cause_ = cause;
+    a_ = a;
+  }
+  contact_.reset();
+  return result(record_.size() > 0 ? record_.newest().commanded_rad : AxisAngles{});
+}
+
+CoreResult Mover::result(const AxisAngles& commanded_rad) {
+  phase_ = Phase::kIdle;
+  CoreResult done;
+  done.id = move_.id;
+  done.outcome = outcome_;
+  done.cause = cause_;
+  done.axis = axis_;
+  done.a = a_;
+  done.b = b_;
+  done.ipoc = record_.size() > 0 ? record_.newest().ipoc : 0;
+  done.at_rad = commanded_rad;
+  done.latch = latch_;
+  sensor_.explain(done);
+  return done;
+}
+
+void Mover::watch_search(TimePoint now) {
+  const ContactSnapshot& sensor = sensor_.heard().snapshot;
+  if (sensor_.heard().trip || sensor_.heard().contact || sensor_.heard().revoked ||
+      sensor.in_contact) {
+    end_travel(Phase::kVerdict, MoveOutcome::kContact, Cause::kNone);
+    stopped_at_ = now;
+  } else if (!sensor.alive) {
+    end_travel(Phase::kSettling, MoveOutcome::kContactSilent, Cause::kSensorDead);
+  } else if (!sensor.armed || sensor.arm_id != move_.arm_id) {
+    end_travel(Phase::kSettling, MoveOutcome::kContactSilent, sensor_.loss());
+  }
+}
+
+void Mover::await_verdict(TimePoint now) {
+  if (sensor_.heard().contact) {
+    contact_ = sensor_.heard().contact;
+    end_travel(Phase::kSettling, MoveOutcome::kContact, Cause::kNone);
+  } else if (sensor_.heard().revoked) {
+    end_travel(Phase::kSettling, MoveOutcome::kRevoked, Cause::kNone);
+  } else if (!sensor_.heard().snapshot.alive) {
+    end_travel(Phase::kSettling, MoveOutcome::kContactSilent, Cause::kSensorDead);
+  } else if (now - stopped_at_ > kVerdictLimit) {
+    end_travel(Phase::kSettling, MoveOutcome::kContactSilent, Cause::kTripUnconfirmed,
+               seconds(now - stopped_at_));
+  }
+}
+
+void Mover::watch_other(TimePoint now) {
+  if (!sensor_.present()) return;
+  if (!sensor_.heard().snapshot.alive) {
+    halt(MoveOutcome::kContactSilent, Cause::kSensorDead);
+  } else if (sensor_.touched(move_.kind, now)) {
+    halt(MoveOutcome::kUnexpectedContact, Cause::kTouchedOutsideSearch);
+  }
+}
+
+void Mover::watch_following(const MoverCycle& cycle) {
+  // After a contact there is something in the way, and not following is no news.
+  if (phase_ == Phase::kVerdict || outcome_ == MoveOutcome::kContact ||
+      outcome_ == MoveOutcome::kNotFollowing) {
+    return;
+  }
+  if (const auto fault = following_fault(record_, config_, cycle.cycle_s)) {
+    // Replies that are not heard any more look the same; what stopped it first is the cause.
+    if (!ends_well()) return end_travel(Phase::kSettling, outcome_, cause_, a_);
+    // Whatever the arm does, more of the same command does not help.
+    end_travel(Phase::kSettling, MoveOutcome::kNotFollowing, fault->cause, fault->a);
+    axis_ = fault->axis;
+    b_ = fault->b;
+  }
+}
+
+std::optional<CoreResult> Mover::step(const MoverCycle& cycle, AxisAngles& commanded_rad) {
+  cycle_s_ = cycle.cycle_s;
+  if (!busy()) return std::nullopt;
+  if (searching()) {
+    if (ends_well() && phase_ != Phase::kVerdict) watch_search(cycle.now);
+    if (phase_ == Phase::kVerdict) await_verdict(cycle.now);
+  } else if (ends_well()) {
+    watch_other(cycle.now);
+  }
+  if (!cycle.advance) return std::nullopt;
+  unheard_cycles_ = cycle.heard ? 0 : unheard_cycles_ + 1;
+  if (in_motion_) watch_following(cycle);
+  if (in_motion_ && !cycle.heard) {
+    if (braking_ && unheard_cycles_ >= kStandsUnheard) in_motion_ = false;
+    return std::nullopt;
+  }
+  if (in_motion_) {
+    t_s_ += cycle.cycle_s;
+    commanded_rad = line_.at(t_s_);
+    in_motion_ = t_s_ < line_.duration_s();
+    if (!in_motion_ && phase_ == Phase::kTravelling) phase_ = Phase::kSettling;
+    return std::nullopt;
+  }
+  if (phase_ == Phase::kSettling) return settle(cycle, commanded_rad);
+  return std::nullopt;
+}
+
+std::optional<CoreResult> Mover::settle(const MoverCycle& cycle, const AxisAngles& commanded_rad) {
+  settling_s_ += cycle.cycle_s;
+  ++settling_cycles_;
+  const int window = settle_window(cycle.cycle_s);
+  if (settling_cycles_ < 2 * window) return std::nullopt;
+  const auto count = static_cast<std::size_t>(window);
+  const AxisAngles late = record_.mean_actual_rad(0, count);
+  const AxisAngles early = record_.mean_actual_rad(count, count);
+  const AxisDistance moved = farthest_axis(late, early);
+  const AxisDistance astray = farthest_axis(late, commanded_rad);
+  const bool at_rest = moved.rad <= kSettledRad;
+  const bool followed = astray.rad <= config_.follow_tolerance_deg * kRadPerDeg;
+  const bool time_is_up = settling_s_ >= kSettleLimitS;
+  // What arrived must be where it was commanded to; for what was stopped rest is enough.
+  if (!time_is_up && !(at_rest && (followed || !ends_well()))) return std::nullopt;
+  if (ends_well() && !followed) {
+    outcome_ = MoveOutcome::kNotFollowing;
+    cause_ = Cause::kAxisNotFollowing;
+    axis_ = astray.axis;
+    a_ = commanded_rad[astray.axis] * kDegPerRad;
+    b_ = late[astray.axis] * kDegPerRad;
+  } else if (!at_rest && cause_ == Cause::kNone) {
+    cause_ = Cause::kNotSettled;
+    axis_ = moved.axis;
+    a_ = moved.rad * kDegPerRad;
+    b_ = settling_s_;
+  }
+  if (outcome_ == MoveOutcome::kContact) fill_latch(cycle, late);
+  if (ends_well() && move_.kind == MoveKind::kRetreat && sensor_.heard().snapshot.in_contact) {
+    outcome_ = MoveOutcome::kStillInContact;
+    cause_ = Cause::kContactNotOpen;
+  }
+  return result(commanded_rad);
+}
+
+void Mover::fill_latch(const MoverCycle& cycle, const AxisAngles& settled_rad) {
+  const auto at_contact = angles_at(record_, contact_->first_edge, cycle.clock);
+  if (!at_contact) {
+    // A time stamp outside of what was recorded cannot be this contact's.
+    outcome_ = MoveOutcome::kContactSilent;
+    cause_ = Cause::kStampOutside;
+    a_ = seconds(cycle.now - contact_->first_edge);
+    return;
+  }
+  // A number beside everything that was commanded around the contact is a wrong one, and the way
+  // back would be reckoned from it.
+  const double span_s = config_.follow_window_s + seconds(cycle.now - contact_->first_edge);
+  const auto window = static_cast<std::size_t>(std::ceil(span_s / cycle.cycle_s)) + 1;
+  const double tolerance_rad = config_.follow_tolerance_deg * kRadPerDeg;
+  for (std::size_t i = 0; i < at_contact->actual_rad.size(); ++i) {
+    const PositionRecord::Range range = record_.commanded_range_rad(i, window);
+    const double actual = at_contact->actual_rad[i];
+    if (actual >= range.min - tolerance_rad && actual <= range.max + tolerance_rad) continue;
+    outcome_ = MoveOutcome::kNotFollowing;
+    cause_ = Cause::kAxisNotFollowing;
+    axis_ = static_cast<std::uint8_t>(i);
+    a_ = range.max * kDegPerRad;
+    b_ = actual * kDegPerRad;
+    return;
+  }
+  Latch latch;
+  latch.contact_rad = at_contact->actual_rad;
+  latch.settled_rad = settled_rad;
+  latch.contact_time = contact_->first_edge;
+  latch.time_sigma_s = std::hypot(contact_->time_sigma_s, at_contact->time_sigma_s);
+  latch.reaction_s = seconds(stopped_at_ - contact_->first_edge);
+  latch.bounces = contact_->bounces;
+  latch_ = latch;
+}
+
+}  // namespace cellcal::drivers

@@ -1,0 +1,97 @@
+#pragma once
+// One move from its beginning to its result: travel, the contact sensor's say, stop, rest, latch.
+//
+//   travelling --end--> settling --rest--> result
+//       |  trip (search)
+//       +--> verdict (stopped) --contact, revoked, silence of the sensor--> settling
+//       +--> settling (other stops)
+//
+// Every stop takes effect in the reply that is being made. Up to probing speed it is a freeze.
+// Above it the arm brakes on the same line: a search within a few cycles, whatever the limits;
+// other moves as soon as their jerk limit allows.
+
+#include <cstdint>
+#include <optional>
+
+#include "drivers/contact.h"
+#include "drivers/kuka/moves/position_record.h"
+#include "drivers/kuka/moves/sensor_monitor.h"
+#include "drivers/kuka/rsi/link/ipoc_clock.h"
+#include "drivers/kuka/rsi/link/rsi_config.h"
+#include "drivers/kuka/rsi/link/rsi_report.h"
+#include "drivers/kuka/rsi/motion.h"
+
+namespace cellcal::drivers {
+
+/// Up to this speed of the fastest axis a stop is a freeze: 40 mm/s at 1.2 m of reach, a step in
+/// velocity that the servos take without a word (0.008 deg per cycle of 4 ms).
+inline constexpr double kProbingSpeedRadS = 0.035;
+/// A search that is faster than that comes to rest within this time or three cycles, whichever is
+/// longer: half a degree per second of speed presses 0.005 deg further than a freeze.
+inline constexpr double kSearchRampS = 0.020;
+
+struct MoverCycle {
+  TimePoint now{};
+  double cycle_s = 0.0;
+  IpocClock clock;
+  bool advance = true;  ///< false: this packet was damaged, hold what was sent
+  /// False (ABSOLUTE): the controller counted a reply as late. The arm stands at the one before,
+  /// and all that is commanded meanwhile it would do in one cycle.
+  bool heard = true;
+};
+
+class Mover {
+ public:
+  /// All must outlive the mover; `guard` may be null.
+  Mover(const RsiConfig& config, ContactGuard* guard, const PositionRecord& record);
+
+  bool busy() const { return phase_ != Phase::kIdle; }
+  /// Takes the sensor's events and level. Once per packet, busy or not.
+  void listen(TimePoint now);
+  /// Begins at rest at `commanded_rad`, after listen(). Empty result: begun.
+  std::optional<CoreResult> start(const Move& move, const AxisAngles& commanded_rad);
+  /// One cycle, after listen(): what to command next, and the result when the move is over.
+  std::optional<CoreResult> step(const MoverCycle& cycle, AxisAngles& commanded_rad);
+  /// To rest, with this outcome. Without effect on a move that is being stopped already.
+  void halt(MoveOutcome outcome, Cause cause, double a = 0.0);
+  /// The move is over now: packets no longer come.
+  CoreResult abandon(Cause cause, double a);
+
+ private:
+  enum class Phase { kIdle, kTravelling, kVerdict, kSettling };
+
+  bool ends_well() const { return outcome_ == MoveOutcome::kArrived; }
+  bool searching() const { return move_.kind == MoveKind::kSearch; }
+  void end_travel(Phase next, MoveOutcome outcome, Cause cause, double a = 0.0);
+  void brake();
+  void watch_search(TimePoint now);
+  void watch_other(TimePoint now);
+  void await_verdict(TimePoint now);
+  void watch_following(const MoverCycle& cycle);
+  std::optional<CoreResult> settle(const MoverCycle& cycle, const AxisAngles& commanded_rad);
+  CoreResult result(const AxisAngles& commanded_rad);
+  void fill_latch(const MoverCycle& cycle, const AxisAngles& settled_rad);
+
+  const RsiConfig& config_;
+  const PositionRecord& record_;
+  SensorMonitor sensor_;
+
+  Phase phase_ = Phase::kIdle;
+  Move move_;
+  LineMove line_;
+  double t_s_ = 0.0;
+  bool in_motion_ = false, braking_ = false;  ///< on the line
+  int unheard_cycles_ = 0;                    ///< in a row
+  double cycle_s_ = 0.0;
+  MoveOutcome outcome_ = MoveOutcome::kArrived;
+  Cause cause_ = Cause::kNone;
+  std::uint8_t axis_ = 0;
+  double a_ = 0.0, b_ = 0.0;
+  TimePoint stopped_at_{};
+  double settling_s_ = 0.0;
+  int settling_cycles_ = 0;
+  std::optional<ContactEvent> contact_;
+  std::optional<Latch> latch_;
+};
+
+}  // namespace cellcal::drivers

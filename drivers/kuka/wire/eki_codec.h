@@ -1,0 +1,122 @@
+#pragma once
+// EKI's telegrams: the adapter writes <RobotCommand> and reads <RobotState>. krl/README.md has the
+// protocol, krl/cellcal_eki.xml the elements. Degrees, seconds and percent, as on the wire.
+//
+// Hostile or damaged input gives an error value; nothing here throws or allocates once a parser has
+// been constructed.
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string_view>
+
+#include "drivers/kuka/wire/eki_framer.h"
+#include "drivers/robot.h"
+
+namespace cellcal::drivers {
+
+/// RobotCommand/@Type.
+enum class EkiType : int {
+  kHello = 1,  ///< this connection's session; whatever was commanded in another one is void
+  kBeat = 2,   ///< this computer is alive
+  kMove = 3,
+  kStop = 4,  ///< the move with this Id and all before it, begun or not
+  kBye = 5,   ///< stop, and obey nobody until the next hello
+};
+
+/// RobotCommand/Move/@Guard: what stops the move on the controller itself.
+enum class EkiGuard : int { kNone = 0, kInput = 1 };
+
+/// RobotCommand/Move/@Path.
+enum class EkiPath : int {
+  kPtp = 1,  ///< synchronous PTP at Percent of the axis speeds
+  kLin = 2,  ///< straight to the target's place in Duration seconds
+};
+
+/// RobotState/Move/@State.
+enum class EkiProgress : int { kIdle = 0, kMoving = 1, kDone = 2 };
+
+/// RobotState/Move/@Outcome, when done.
+enum class EkiOutcome : int {
+  kNone = 0,
+  kArrived = 1,
+  kInput = 2,         ///< stopped by the contact input; Latch holds $AXIS_INT
+  kStop = 3,          ///< stopped by EkiType::kStop, or a new session
+  kInputAtStart = 4,  ///< not begun: the input was on
+  kSoftLimit = 5,     ///< not begun: outside of the software limit switches
+  kNotFeasible = 6,   ///< not begun: target or speed could not be computed
+  kDeadMan = 7,       ///< stopped: no telegram for too long
+  kAborted = 8,       ///< drives off, stop, emergency stop or program cancelled
+};
+
+/// RobotState/Status/@Mode.
+enum class EkiMode : int { kUnknown = 0, kT1 = 1, kT2 = 2, kAut = 3, kExt = 4 };
+
+enum class EkiError : std::uint8_t {
+  kNone,
+  kOversized,
+  kNotXml,
+  kWrongRoot,
+  kMissing,    ///< an element that the adapter needs
+  kNoAxes,     ///< no Axis with A1
+  kBadNumber,  ///< not a number, not finite, or not an integer where one belongs
+  kDuplicate,  ///< an element twice: which one counts is not knowable
+};
+const char* to_string(EkiError error);
+
+struct EkiCommand {
+  std::uint32_t session = 0;  ///< 1..2^31-1
+  std::uint32_t seq = 0;      ///< counts the telegrams of this connection, from 1
+  EkiType type = EkiType::kBeat;
+  std::uint32_t id = 0;   ///< move, or newest move to stop
+  AxisAngles target_deg;  ///< six axes, then external ones
+  EkiGuard guard = EkiGuard::kNone;
+  EkiPath path = EkiPath::kPtp;
+  int percent = 1;
+  double duration_s = 0.0;
+};
+
+struct EkiState {
+  std::uint32_t session = 0;  ///< that the controller obeys; 0: none
+  std::uint32_t heard = 0;    ///< newest Seq of that session
+  std::optional<std::uint32_t> time_ms;
+  AxisAngles axes_deg;  ///< $AXIS_ACT_MEAS
+  int decimals = 0;     ///< most decimals of any of them
+  std::uint32_t move_id = 0;
+  EkiProgress progress = EkiProgress::kIdle;
+  EkiOutcome outcome = EkiOutcome::kNone;
+  std::optional<std::uint32_t> latch_id;  ///< move that the latch belongs to
+  AxisAngles latch_deg;                   ///< $AXIS_INT
+  bool ready = false;                     ///< program runs, drives on, nothing stops it
+  EkiMode mode = EkiMode::kUnknown;
+  bool drives = true, stopped = false, input = false;
+  int override_percent = 100;
+  int fault = 0;          ///< of the controller's own program; krl/README.md lists them
+  std::uint32_t bad = 0;  ///< telegrams that the controller could not read
+};
+
+/// Reads documents in memory of its own. One per thread of use.
+class EkiParser {
+ public:
+  EkiParser();
+  ~EkiParser();
+  EkiParser(EkiParser&&) noexcept;
+  EkiParser& operator=(EkiParser&&) noexcept;
+
+  /// Names in any case and order, values as attributes or as elements, unknown ones ignored.
+  EkiError parse_state(std::string_view document, EkiState& state);
+
+ private:
+  struct Memory;
+  std::unique_ptr<Memory> memory_;
+};
+
+/// Room for any telegram.
+inline constexpr std::size_t kEkiTelegram = 1024;
+
+/// Telegram into `buffer`. All elements are in every telegram: the controller keeps a queue per
+/// element, and a missing one would shift its queue against the others. Empty: does not fit.
+std::string_view format_command(const EkiCommand& command, std::span<char> buffer);
+
+}  // namespace cellcal::drivers

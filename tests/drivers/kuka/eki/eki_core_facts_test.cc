@@ -1,0 +1,203 @@
+// What the EKI core says of itself, value by value: why a move was refused, why a link was lost,
+// what it waits for. The words are made of these.
+
+#include "tests/drivers/kuka/eki/eki_rig.h"
+
+namespace cellcal::drivers {
+namespace {
+
+struct EkiFacts : testing::Test {
+  const EkiCoreState& facts() { return rig.core.core_state(); }
+  CoreResult result() {
+    std::optional<CoreResult> result;
+    EXPECT_TRUE(rig.run_until([&] { return (result = rig.core.take_result()).has_value(); }, 10s));
+    return result.value_or(CoreResult{});
+  }
+  void expect(const CoreResult& result, MoveOutcome outcome, Cause cause, double a = 0.0) {
+    EXPECT_EQ(result.outcome, outcome) << to_string(result.outcome);
+    EXPECT_EQ(result.cause, cause);
+    EXPECT_EQ(result.axis, 0);
+    EXPECT_NEAR(result.a, a, 1e-9);
+    EXPECT_EQ(result.b, 0.0);
+    EXPECT_EQ(result.id, rig.last_id);
+  }
+  EkiRig rig;
+};
+
+TEST_F(EkiFacts, WithoutAConnectionThatIsWhatIsWrong) {
+  rig.run(40ms);
+  EXPECT_EQ(facts().trouble, EkiTrouble::kNotConnected);
+  EXPECT_EQ(facts().loss, EkiLoss::kNone);
+  EXPECT_FALSE(facts().rereference_pending || facts().moving || facts().connected);
+  rig.begin(MoveKind::kTransit, AxisAngles(6, 0.0));
+  const CoreResult refused = result();
+  EXPECT_EQ(refused.outcome, MoveOutcome::kRefused);
+  EXPECT_EQ(refused.cause, Cause::kNotConnected);
+  EXPECT_NEAR(refused.a, 0.04, 0.01);
+}
+
+TEST_F(EkiFacts, AConnectionThatEndsBeforeItsFirstStateWasNeverALink) {
+  rig.run(40ms);
+  ASSERT_TRUE(rig.connect());
+  rig.close_connection();
+  rig.cycle();
+  EXPECT_EQ(facts().link, RobotLink::kDown);
+  EXPECT_EQ(facts().loss, EkiLoss::kNone);
+}
+
+TEST_F(EkiFacts, NothingBeginsBeforeTheReferenceOrWhileTheControllerIsNotReady) {
+  rig.run(40ms);
+  ASSERT_TRUE(rig.connect());
+  rig.run(1s);
+  EXPECT_EQ(facts().trouble, EkiTrouble::kNone);
+  rig.begin(MoveKind::kTransit, rig.moved_by(0, 1));
+  expect(result(), MoveOutcome::kRefused, Cause::kNotReferenced);
+  EXPECT_FALSE(facts().rereference_pending);
+}
+
+TEST_F(EkiFacts, AReferenceIsPendingFromTheAskingToTheRest) {
+  rig.make_ready();
+  EXPECT_FALSE(facts().rereference_pending);
+  rig.core.rereference();
+  EXPECT_EQ(facts().link, RobotLink::kNotReferenced) << "at once";
+  rig.core.on_tick(rig.now);
+  EXPECT_TRUE(facts().rereference_pending);
+  rig.run(100ms);
+  EXPECT_EQ(facts().link, RobotLink::kReady);
+  // What was asked of a link that was lost is forgotten with it.
+  rig.core.rereference();
+  rig.close_connection();
+  rig.cycle();
+  EXPECT_FALSE(facts().rereference_pending);
+}
+
+TEST_F(EkiFacts, OneAtATimeStoppedOrClosing) {
+  rig.make_ready();
+  rig.begin(MoveKind::kTransit, rig.moved_by(0, 10));
+  rig.begin(MoveKind::kTransit, rig.moved_by(0, 5));
+  expect(*rig.core.take_result(), MoveOutcome::kRefused, Cause::kBusy);
+  rig.core.stop();
+  --rig.last_id;
+  expect(*rig.core.take_result(), MoveOutcome::kStopped, Cause::kStopAsked);
+  ++rig.last_id;
+  rig.begin(MoveKind::kTransit, rig.moved_by(0, 30));
+  rig.run(300ms);
+  EXPECT_TRUE(facts().moving);
+  rig.core.stop();
+  expect(result(), MoveOutcome::kStopped, Cause::kStopAsked);
+  rig.core.end_session();
+  rig.begin(MoveKind::kTransit, rig.moved_by(0, 1));
+  expect(result(), MoveOutcome::kRefused, Cause::kClosing);
+}
+
+TEST_F(EkiFacts, WhatIsCommandedIsTheTargetWhileItMovesAndWhereItStandsAfterwards) {
+  rig.make_ready();
+  EXPECT_NEAR(facts().commanded_rad[0], facts().actual_rad[0], 1e-12);
+  const AxisAngles target = rig.moved_by(0, 30);
+  rig.begin(MoveKind::kTransit, target);
+  rig.run(300ms);
+  EXPECT_NEAR(facts().commanded_rad[0], target[0], 1e-12);
+  EXPECT_LT(facts().actual_rad[0], target[0] - 1 * kEkiDeg);
+  rig.core.stop();
+  result();
+  rig.run(100ms);
+  EXPECT_NEAR(facts().commanded_rad[0], facts().actual_rad[0], 1e-12);
+}
+
+TEST_F(EkiFacts, EachLossHasItsOwnName) {
+  rig.make_ready();
+  rig.begin(MoveKind::kTransit, rig.moved_by(0, 30));
+  rig.run(300ms);
+  rig.cable = false;
+  const CoreResult silent = result();
+  EXPECT_EQ(silent.outcome, MoveOutcome::kRobotSilent);
+  EXPECT_EQ(silent.cause, Cause::kNotConnected);
+  EXPECT_GT(silent.a, 0.25);
+  EXPECT_LT(silent.a, 0.27);
+  EXPECT_EQ(facts().loss, EkiLoss::kSilence);
+  EXPECT_EQ(facts().link, RobotLink::kLost);
+}
+
+TEST_F(EkiFacts, AConnectionThatIsClosedEndsTheMoveByThatName) {
+  rig.make_ready();
+  rig.begin(MoveKind::kTransit, rig.moved_by(0, 30));
+  rig.run(300ms);
+  rig.close_connection();
+  expect(*rig.core.take_result(), MoveOutcome::kRobotSilent, Cause::kLinkClosed);
+  EXPECT_EQ(facts().loss, EkiLoss::kClosed);
+  EXPECT_FALSE(rig.core.wants_close());
+}
+
+TEST_F(EkiFacts, ASessionThatIsTakenEndsItByThatNameAndNumber) {
+  rig.make_ready();
+  rig.begin(MoveKind::kTransit, rig.moved_by(0, 30));
+  rig.run(300ms);
+  rig.mangle = [&](std::string bytes) {
+    const std::string ours = "\"" + std::to_string(rig.session) + "\"";
+    for (auto at = bytes.find(ours); at != std::string::npos; at = bytes.find(ours)) {
+      bytes.replace(at, ours.size(), "\"777\"");
+    }
+    return bytes;
+  };
+  expect(result(), MoveOutcome::kRobotSilent, Cause::kSessionTaken, 777);
+  EXPECT_EQ(facts().loss, EkiLoss::kSessionTaken);
+  EXPECT_EQ(facts().other_session, 777u);
+}
+
+TEST_F(EkiFacts, ACommandThatIsNotTakenCostsTheLink) {
+  rig.make_ready();
+  rig.begin(MoveKind::kTransit, rig.moved_by(0, 30));
+  std::optional<CoreResult> end;
+  // States keep coming; what was sent never arrives.
+  for (int i = 0; i < 500 && !end; ++i) {
+    rig.now += rig.krc.cycle();
+    rig.krc.tick(rig.now);
+    rig.core.on_bytes(rig.krc.take_output(), rig.now);
+    rig.core.on_tick(rig.now);
+    rig.core.sent(rig.core.output().size());
+    end = rig.core.take_result();
+  }
+  ASSERT_TRUE(end);
+  EXPECT_EQ(end->outcome, MoveOutcome::kRobotSilent);
+  EXPECT_EQ(facts().link, RobotLink::kLost);
+  EXPECT_TRUE(rig.core.wants_close());
+}
+
+TEST_F(EkiFacts, TellsHowEvenlyStatesCome) {
+  rig.make_ready();
+  rig.run(2s);
+  EXPECT_LT(facts().jitter_s, 0.02);
+  EXPECT_NEAR(facts().cycle_s, 0.02, 0.002);
+  EXPECT_GT(facts().longest_gap_s, 0.015);
+  EXPECT_EQ(facts().session, rig.session);
+  EXPECT_EQ(facts().axes, 6);
+  EXPECT_GE(facts().decimals_seen, 3);
+  EXPECT_EQ(facts().override_percent, 100);
+  EXPECT_TRUE(facts().ready && facts().drives);
+  EXPECT_FALSE(facts().stopped || facts().input);
+}
+
+TEST_F(EkiFacts, AControllerThatObeysSomebodyElseIsNotOneThatDoesNotHear) {
+  for (const bool other : {true, false}) {
+    EkiRig fresh;
+    fresh.mangle = [&](std::string bytes) {
+      const std::string ours = "\"" + std::to_string(fresh.session) + "\"";
+      for (auto at = bytes.find(ours); at != std::string::npos; at = bytes.find(ours)) {
+        bytes.replace(at, ours.size(), other ? "\"777\"" : "\"0\"");
+      }
+      return bytes;
+    };
+    fresh.run(40ms);
+    ASSERT_TRUE(fresh.connect());
+    fresh.run(600ms);
+    EXPECT_EQ(fresh.core.core_state().trouble,
+              other ? EkiTrouble::kOtherSession : EkiTrouble::kNotHeard);
+    EXPECT_EQ(fresh.core.core_state().other_session, other ? 777u : 0u);
+    // And is left after five seconds.
+    EXPECT_FALSE(fresh.core.wants_close());
+    EXPECT_TRUE(fresh.run_until([&] { return !fresh.connected; }, 5s));
+  }
+}
+
+}  // namespace
+}  // namespace cellcal::drivers

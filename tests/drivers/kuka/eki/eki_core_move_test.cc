@@ -1,0 +1,257 @@
+// Moves that are no searches.
+
+#include <algorithm>
+#include <cmath>
+
+#include "tests/drivers/kuka/eki/eki_rig.h"
+
+namespace cellcal::drivers {
+namespace {
+
+TEST(EkiMove, ArrivesWhereItWasSent) {
+  EkiRig rig;
+  rig.make_ready();
+  AxisAngles target = rig.actual();
+  for (std::size_t i = 0; i < 6; ++i) target[i] += (i % 2 == 0 ? 7.5 : -12.25) * kEkiDeg;
+  const MoveResult result = rig.move(MoveKind::kTransit, target);
+  EXPECT_EQ(result.outcome, MoveOutcome::kArrived) << result.detail;
+  EXPECT_EQ(result.detail, "");
+  for (std::size_t i = 0; i < 6; ++i) EXPECT_NEAR(result.at_rad[i], target[i], 1e-5);
+  EXPECT_FALSE(result.latch.has_value());
+}
+
+TEST(EkiMove, GoesNoFasterThanItsLimits) {
+  EkiRig rig;
+  rig.make_ready();
+  double fastest = 0.0, last = rig.true_deg();
+  rig.begin(MoveKind::kTransit, rig.moved_by(0, 90));
+  rig.run_until([&] {
+    fastest = std::max(fastest, (rig.true_deg() - last) / 0.004);
+    last = rig.true_deg();
+    return rig.core.poll().has_value();
+  });
+  EXPECT_LE(fastest, 100.01);
+  EXPECT_GT(fastest, 90.0);
+}
+
+TEST(EkiMove, IsCheckedBeforeAnythingIsSent) {
+  EkiRig rig;
+  rig.make_ready();
+  AxisAngles nan = rig.actual();
+  nan[2] = std::nan("");
+  const std::pair<const char*, Move> wrong[] = {
+      {"above the axis limit", {1, MoveKind::kTransit, rig.moved_by(0, 190), 0.0, 0}},
+      {"below the axis limit", {1, MoveKind::kTransit, rig.moved_by(1, -91), 0.0, 0}},
+      {"finite", {1, MoveKind::kTransit, nan, 0.0, 0}},
+      {"has 3 axes", {1, MoveKind::kTransit, AxisAngles(3, 0.0), 0.0, 0}},
+      {"duration", {1, MoveKind::kTransit, rig.moved_by(0, 1), -1.0, 0}},
+  };
+  for (const auto& [word, move] : wrong) {
+    rig.last_id = 1;
+    rig.core.begin(move);
+    const MoveResult result = rig.finish();
+    EXPECT_EQ(result.outcome, MoveOutcome::kRefused);
+    EXPECT_NE(result.detail.find(word), std::string::npos) << result.detail;
+  }
+  EXPECT_EQ(rig.written.find("Type=\"3\""), std::string::npos);
+}
+
+TEST(EkiMove, IsRefusedWhileAnotherOneRuns) {
+  EkiRig rig;
+  rig.make_ready();
+  rig.begin(MoveKind::kTransit, rig.moved_by(0, 30));
+  rig.run(100ms);
+  rig.begin(MoveKind::kTransit, rig.moved_by(0, 5));
+  EXPECT_EQ(rig.finish().outcome, MoveOutcome::kRefused);
+  --rig.last_id;
+  EXPECT_EQ(rig.finish().outcome, MoveOutcome::kArrived);
+}
+
+TEST(EkiMove, StopsWhenAsked) {
+  EkiRig rig;
+  rig.make_ready();
+  rig.begin(MoveKind::kTransit, rig.moved_by(0, 120));
+  rig.run(600ms);
+  rig.core.stop();
+  const MoveResult result = rig.finish();
+  EXPECT_EQ(result.outcome, MoveOutcome::kStopped);
+  EXPECT_FALSE(rig.krc.moving());
+  EXPECT_NEAR(result.at_rad[0] / kEkiDeg, rig.true_deg(), 1e-3);
+  EXPECT_EQ(rig.move(MoveKind::kTransit, rig.moved_by(0, -5)).outcome, MoveOutcome::kArrived);
+}
+
+TEST(EkiMove, StoppedBeforeItWasSentIsNeverSent) {
+  EkiRig rig;
+  rig.make_ready();
+  rig.begin(MoveKind::kTransit, rig.moved_by(0, 30));
+  rig.core.stop();
+  EXPECT_EQ(rig.finish().outcome, MoveOutcome::kStopped);
+  rig.run(1s);
+  EXPECT_EQ(rig.krc.moves(), 0u);
+}
+
+TEST(EkiMove, WhoseConfirmationIsLostIsAFailureAndCannotBeginLater) {
+  EkiRig rig;
+  rig.make_ready();
+  rig.krc.forgetful(true);
+  const MoveResult result = rig.move(MoveKind::kTransit, rig.moved_by(0, 30));
+  EXPECT_EQ(result.outcome, MoveOutcome::kRobotSilent);
+  EXPECT_NE(result.detail.find("did not take the move"), std::string::npos) << result.detail;
+  EXPECT_EQ(rig.link(), RobotLink::kLost);
+  EXPECT_FALSE(rig.connected);
+  rig.krc.forgetful(false);
+  rig.run(1s);
+  EXPECT_EQ(rig.krc.moves(), 0u);
+}
+
+TEST(EkiMove, SurvivesStatesThatAreLostInBetween) {
+  EkiRig rig;
+  rig.make_ready();
+  int count = 0;
+  // Every state repeats what is known: nine in ten may be missing.
+  rig.mangle = [&](const std::string& bytes) {
+    return bytes.empty() || ++count % 10 == 0 ? bytes : std::string();
+  };
+  EXPECT_EQ(rig.move(MoveKind::kTransit, rig.moved_by(0, 5)).outcome, MoveOutcome::kArrived);
+}
+
+TEST(EkiMove, EndsByAnEmergencyStopAndNothingGoesOnAfterwards) {
+  EkiRig rig;
+  rig.make_ready();
+  rig.begin(MoveKind::kTransit, rig.moved_by(0, 120));
+  rig.run(600ms);
+  rig.krc.emergency_stop(true);
+  const MoveResult result = rig.finish();
+  EXPECT_EQ(result.outcome, MoveOutcome::kNotFollowing);
+  EXPECT_NE(result.detail.find("pendant"), std::string::npos) << result.detail;
+  EXPECT_EQ(rig.link(), RobotLink::kNotReferenced);
+  const double rest = rig.true_deg();
+  rig.krc.emergency_stop(false);
+  rig.krc.start_program();
+  rig.run(2s);
+  EXPECT_NEAR(rig.true_deg(), rest, 1e-6);
+  rig.reference();
+  EXPECT_EQ(rig.move(MoveKind::kTransit, rig.moved_by(0, 1)).outcome, MoveOutcome::kArrived);
+}
+
+TEST(EkiMove, EndsWhenTheProgramIsCancelledOrTheDrivesDrop) {
+  for (const bool drives : {true, false}) {
+    EkiRig rig;
+    rig.make_ready();
+    rig.begin(MoveKind::kTransit, rig.moved_by(0, 120));
+    rig.run(600ms);
+    if (drives) {
+      rig.krc.drives(false);
+    } else {
+      rig.krc.cancel_program();
+    }
+    EXPECT_EQ(rig.finish().outcome, MoveOutcome::kNotFollowing);
+    EXPECT_EQ(rig.move(MoveKind::kTransit, rig.moved_by(0, 1)).outcome, MoveOutcome::kRefused);
+  }
+}
+
+TEST(EkiMove, IsSlowerAtALowerOverrideAndNamedWhenItDoesNotMove) {
+  EkiRig rig;
+  rig.make_ready();
+  rig.krc.set_override(10);
+  EXPECT_EQ(rig.move(MoveKind::kTransit, rig.moved_by(0, 10)).outcome, MoveOutcome::kArrived);
+  rig.krc.set_override(0);
+  const MoveResult result = rig.move(MoveKind::kTransit, rig.moved_by(0, 10));
+  EXPECT_EQ(result.outcome, MoveOutcome::kNotFollowing);
+  EXPECT_NE(result.detail.find("override 0 %"), std::string::npos) << result.detail;
+  rig.krc.set_override(100);
+  const double rest = rig.true_deg();
+  rig.run(2s);
+  EXPECT_NEAR(rig.true_deg(), rest, 0.01) << "it was stopped, not only waited for";
+}
+
+TEST(EkiMove, InT1IsSlowAndHoldsWhenTheStartKeyIsReleased) {
+  EkiRig rig;
+  rig.krc.mode(EkiMode::kT1);
+  rig.krc.start_program();
+  rig.make_ready();
+  rig.begin(MoveKind::kTransit, rig.moved_by(0, 20));
+  rig.run(500ms);
+  rig.krc.start_key(false);
+  rig.run(400ms);
+  const double held = rig.true_deg();
+  rig.run(400ms);
+  EXPECT_NEAR(rig.true_deg(), held, 0.01);
+  rig.krc.start_key(true);
+  EXPECT_EQ(rig.finish().outcome, MoveOutcome::kArrived);
+}
+
+TEST(EkiMove, HeldByTheStartKeyForTooLongDoesNotGoOnWhenItIsPressedAgain) {
+  EkiRig rig;
+  rig.krc.mode(EkiMode::kT1);
+  rig.krc.start_program();
+  rig.make_ready();
+  rig.begin(MoveKind::kTransit, rig.moved_by(0, 20));
+  rig.run(500ms);
+  rig.krc.start_key(false);
+  EXPECT_EQ(rig.finish().outcome, MoveOutcome::kNotFollowing);
+  const double held = rig.true_deg();
+  rig.krc.start_key(true);
+  rig.run(2s);
+  EXPECT_NEAR(rig.true_deg(), held, 0.01);
+  EXPECT_NE(rig.words().find("select CELLCAL_EKI"), std::string::npos) << rig.words();
+}
+
+TEST(EkiMove, ReportsWhatTheControllerRefuses) {
+  sim::EkiControllerConfig controller = eki_controller();
+  controller.soft_max_rad.assign(6, 2.0);
+  EkiRig rig(controller);
+  rig.make_ready();
+  const MoveResult result = rig.move(MoveKind::kTransit, rig.moved_by(0, 150));
+  EXPECT_EQ(result.outcome, MoveOutcome::kRefused);
+  EXPECT_NE(result.detail.find("software limit"), std::string::npos) << result.detail;
+  EXPECT_EQ(rig.krc.moves(), 0u);
+}
+
+TEST(EkiMove, IsStoppedByContactInATransitByTheControllerItself) {
+  EkiRig rig;
+  rig.make_ready();
+  rig.wall_rad = 20 * kEkiDeg;
+  rig.seen_by_sensor = false;  // the input alone
+  const MoveResult result = rig.move(MoveKind::kTransit, rig.moved_by(0, 90));
+  EXPECT_EQ(result.outcome, MoveOutcome::kUnexpectedContact);
+  EXPECT_LT(rig.true_deg(), 35.0);
+}
+
+TEST(EkiMove, IsStoppedByContactInATransitThatTheSensorAloneSees) {
+  EkiRig rig;
+  rig.make_ready();
+  rig.wall_rad = 20 * kEkiDeg;
+  rig.wired_to_input = false;
+  const MoveResult result = rig.move(MoveKind::kTransit, rig.moved_by(0, 90));
+  EXPECT_EQ(result.outcome, MoveOutcome::kUnexpectedContact);
+  EXPECT_LT(rig.true_deg(), 45.0);
+}
+
+TEST(EkiMove, StopsWhenTheSensorFallsSilent) {
+  EkiRig rig;
+  rig.make_ready();
+  rig.begin(MoveKind::kTransit, rig.moved_by(0, 120));
+  rig.run(400ms);
+  rig.guard.set_alive(false);
+  const MoveResult result = rig.finish();
+  EXPECT_EQ(result.outcome, MoveOutcome::kContactSilent);
+  EXPECT_LT(rig.true_deg(), 90.0);
+  EXPECT_EQ(rig.move(MoveKind::kTransit, rig.moved_by(0, 1)).outcome, MoveOutcome::kContactSilent);
+}
+
+TEST(EkiMove, ARetreatEndsOpenOrSaysThatItDoesNot) {
+  EkiRig rig;
+  rig.make_ready();
+  rig.guard.touch(true);
+  rig.krc.input(rig.now, true);
+  MoveResult result = rig.move(MoveKind::kRetreat, rig.moved_by(0, -1), 0.5);
+  EXPECT_EQ(result.outcome, MoveOutcome::kStillInContact);
+  rig.begin(MoveKind::kRetreat, rig.moved_by(0, -1), 0.5);
+  rig.run(200ms);
+  rig.guard.touch(false);
+  EXPECT_EQ(rig.finish().outcome, MoveOutcome::kArrived);
+}
+
+}  // namespace
+}  // namespace cellcal::drivers

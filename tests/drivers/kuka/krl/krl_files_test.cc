@@ -1,0 +1,465 @@
+// The controller files: no controller reads them here, so everything that can be looked at is.
+
+#include "drivers/kuka/krl/krl_files.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cctype>
+#include <functional>
+#include <map>
+#include <pugixml.hpp>
+#include <regex>
+#include <set>
+
+#include "drivers/error.h"
+#include "drivers/kuka/krl/krl_template.h"
+#include "sim/krc/eki_channel.h"
+#include "tests/drivers/kuka/krl/krl_checker.h"
+
+namespace cellcal::drivers {
+namespace {
+
+using krl::check_krl;
+using krl::code_lines;
+
+EkiFilesConfig two_external() {
+  EkiFilesConfig config;
+  config.address = "10.0.0.7";
+  config.port = 54601;
+  config.external_axes = 2;
+  config.input = 17;
+  config.tool = 3;
+  config.base = 4;
+  config.load = 5;
+  return config;
+}
+
+std::string all(const ControllerFiles& files) {
+  std::string text;
+  for (const auto& [name, one] : files) text += one;
+  return text;
+}
+
+std::size_t line_of(const std::vector<std::string>& lines, const std::string& begin,
+                    std::size_t from = 0) {
+  for (std::size_t i = from; i < lines.size(); ++i) {
+    if (lines[i].rfind(begin, 0) == 0) return i;
+  }
+  ADD_FAILURE() << "no line begins with " << begin;
+  return lines.size();
+}
+
+/// Lines of one sub-program.
+std::vector<std::string> body(const std::string& text, const std::string& head) {
+  const std::vector<std::string> lines = code_lines(text);
+  const std::size_t from = line_of(lines, head);
+  const std::size_t to = std::min(line_of(lines, "END", from), lines.size());
+  std::size_t end = from;
+  while (end < lines.size() && lines[end] != "END" && lines[end] != "ENDFCT") ++end;
+  EXPECT_LE(to, end + 1);
+  return {lines.begin() + static_cast<std::ptrdiff_t>(std::min(from, lines.size())),
+          lines.begin() + static_cast<std::ptrdiff_t>(std::min(end, lines.size()))};
+}
+
+TEST(KrlChecker, SeesWhatIsWrong) {
+  const std::pair<const char*, const char*> cases[] = {
+      {"CR LF", "DEF A ( )\nEND\n"},
+      {"has no end", "DEF A ( )\r\nIF X THEN\r\nEND\r\n"},
+      {"without LOOP", "DEF A ( )\r\nENDLOOP\r\nEND\r\n"},
+      {"IF without THEN", "DEF A ( )\r\nIF X\r\nENDIF\r\nEND\r\n"},
+      {";FOLD has no end", "DEF A ( )\r\n;FOLD x\r\nEND\r\n"},
+      {"longer than 24", "DEF A234567890123456789012345 ( )\r\nEND\r\n"},
+      {"brackets", "DEF A ( )\r\nX=(1\r\nEND\r\n"},
+      {"quote", "DEF A ( )\r\nX=\"a\r\nEND\r\n"},
+      {"declaration", "DEF A ( )\r\nX=1\r\nDECL INT X\r\nEND\r\n"},
+      {"ASCII", "DEF A ( )\r\n;\xe4\r\nEND\r\n"},
+      {"CASE", "DEF A ( )\r\nCASE 1\r\nEND\r\n"},
+  };
+  for (const auto& [word, text] : cases) {
+    const auto complaints = check_krl(text);
+    EXPECT_TRUE(std::any_of(complaints.begin(), complaints.end(), [&](const std::string& one) {
+      return one.find(word) != std::string::npos;
+    })) << word;
+  }
+  EXPECT_TRUE(
+      check_krl("DEF A ( )\r\n;FOLD \"\r\nIF X==\"IF\" THEN\r\nENDIF\r\n;ENDFOLD\r\nEND\r\n")
+          .empty());
+}
+
+TEST(EkiFiles, AreSoundKrl) {
+  for (const EkiFilesConfig& config : {EkiFilesConfig(), two_external()}) {
+    const ControllerFiles files = eki_files(config);
+    EXPECT_EQ(files.size(), 5u);
+    for (const auto& [name, text] : files) {
+      EXPECT_LE(name.substr(0, name.find('.')).size(), 24u);
+      EXPECT_EQ(text.substr(text.size() - 2), "\r\n");
+      EXPECT_FALSE(std::regex_search(text, std::regex("@[A-Z_]+@"))) << name;
+      if (name.ends_with(".xml")) continue;
+      for (const std::string& complaint : check_krl(text))
+        ADD_FAILURE() << name << ": " << complaint;
+    }
+  }
+}
+
+TEST(EkiFiles, HoldAChannelFileThatTheEmulatorLoads) {
+  for (const EkiFilesConfig& config : {EkiFilesConfig(), two_external()}) {
+    const std::string xml = eki_files(config).at("CellcalEki.xml");
+    pugi::xml_document document;
+    ASSERT_TRUE(document.load_buffer(xml.data(), xml.size()));
+    const sim::EkiChannelConfig channel = sim::EkiChannelConfig::parse(xml);
+    EXPECT_EQ(channel.port, config.port);
+    EXPECT_EQ(channel.alive_flag, config.alive_flag);
+    EXPECT_EQ(channel.receive.size(), 14u + static_cast<std::size_t>(config.external_axes));
+    EXPECT_NE(xml.find("<IP>" + config.address + "</IP>"), std::string::npos);
+  }
+}
+
+TEST(EkiFiles, ReadAndWriteEveryElementOnceWithItsType) {
+  const ControllerFiles files = eki_files(two_external());
+  const sim::EkiChannelConfig channel = sim::EkiChannelConfig::parse(files.at("CellcalEki.xml"));
+  const std::string& sub = files.at("cellcal_sub.sub");
+  std::map<std::string, std::vector<std::string>> calls;  // path: functions
+  const std::regex call("EKI_(Get|Set)(Int|Real)\\(\"CellcalEki\",\"([^\"]+)\"");
+  for (std::sregex_iterator it(sub.begin(), sub.end(), call), end; it != end; ++it) {
+    calls[(*it)[3]].push_back((*it)[1].str() + (*it)[2].str());
+  }
+  for (const auto& [path, type] : channel.receive) {
+    const bool real = type == sim::EkiElementType::kReal;
+    EXPECT_EQ(calls[path], std::vector<std::string>{real ? "GetReal" : "GetInt"}) << path;
+    calls.erase(path);
+  }
+  for (const std::string& path : channel.send) {
+    const std::vector<std::string>& found = calls[path];
+    // Move/@Id is set in the two arms of an IF.
+    EXPECT_EQ(found.size(), path == "RobotState/Move/@Id" ? 2u : 1u) << path;
+    const bool angle =
+        path.find("/@A") != std::string::npos || path.find("/@E") != std::string::npos;
+    for (const std::string& one : found) EXPECT_EQ(one, angle ? "SetReal" : "SetInt") << path;
+    calls.erase(path);
+  }
+  for (const auto& [path, functions] : calls)
+    ADD_FAILURE() << path << " is not in the channel file";
+}
+
+TEST(EkiFiles, DeclareEveryGlobalOnceAndDefineEverySubprogramThatIsCalled) {
+  const ControllerFiles files = eki_files({});
+  std::multiset<std::string> declared, defined;
+  for (const auto& [name, text] : files) {
+    for (const std::string& line : code_lines(text)) {
+      std::smatch match;
+      if (std::regex_search(line, match, std::regex("^DECL GLOBAL \\w+ (CC_\\w+)"))) {
+        declared.insert(match[1]);
+      }
+      if (std::regex_search(line, match, std::regex("^(?:DEF|DEFFCT \\w+) (\\w+) \\("))) {
+        defined.insert(match[1]);
+      }
+    }
+  }
+  std::set<std::string> used;
+  for (const auto& [name, text] : files) {
+    if (name.ends_with(".xml")) continue;
+    for (const std::string& word : krl::identifiers(text)) {
+      if (word.rfind("CC_", 0) == 0) used.insert(word);
+    }
+  }
+  for (const std::string& name : used) {
+    EXPECT_EQ(declared.count(name) + defined.count(name), 1u) << name;
+  }
+  for (const std::string& name : declared) EXPECT_EQ(used.count(name), 1u) << name;
+}
+
+TEST(EkiFiles, TestTheInputBeforeTheInterruptIsOnAndOnceMoreBehindIt) {
+  const std::string source = eki_files({}).at("cellcal_eki.src");
+  const std::vector<std::string> move = body(source, "DEF CC_MOVE");
+  const std::size_t first = line_of(move, "IF $IN[1]==TRUE");
+  const std::size_t on = line_of(move, "INTERRUPT ON 20");
+  const std::size_t second = line_of(move, "IF $IN[1]==TRUE", first + 1);
+  const std::size_t ptp = line_of(move, "PTP CC_TARGET"), lin = line_of(move, "LIN GOAL");
+  EXPECT_LT(first, on);
+  EXPECT_LT(on, second);
+  EXPECT_LT(second, std::min(ptp, lin));
+  EXPECT_LT(line_of(move, "INTERRUPT ON 21"), std::min(ptp, lin));
+  EXPECT_LT(line_of(move, "INTERRUPT ON 22"), line_of(move, "IF $TIMER_FLAG[12]==TRUE"));
+  EXPECT_LT(line_of(move, "IF $TIMER_FLAG[12]==TRUE"), std::min(ptp, lin));
+}
+
+TEST(EkiFiles, LeaveTheSubprogramWithItsInterruptsOff) {
+  // At the main level RESUME would be an error, and stop the program.
+  const std::string source = eki_files({}).at("cellcal_eki.src");
+  const std::vector<std::string> move = body(source, "DEF CC_MOVE");
+  int ways_out = 0;
+  for (std::size_t i = line_of(move, "INTERRUPT ON"); i < move.size(); ++i) {
+    if (move[i] != "RETURN" && move[i] != "CC_OUT=1") continue;
+    ++ways_out;
+    EXPECT_TRUE(move[i - 1] == "CC_GUARDS_OFF ( )" || move[i - 2] == "CC_GUARDS_OFF ( )") << i;
+  }
+  EXPECT_EQ(ways_out, 4);
+  for (const char* isr : {"DEF CC_ON_INPUT", "DEF CC_ON_FLAG", "DEF CC_ON_TIMER"}) {
+    const std::vector<std::string> lines = body(source, isr);
+    EXPECT_LT(line_of(lines, "BRAKE"), line_of(lines, "CC_GUARDS_OFF ( )"));
+    EXPECT_LT(line_of(lines, "CC_GUARDS_OFF ( )"), line_of(lines, "RESUME"));
+  }
+}
+
+TEST(EkiFiles, LatchBeforeTheyResumeAndDeclareInterruptsAboveTheMotion) {
+  const std::string source = eki_files({}).at("cellcal_eki.src");
+  const std::vector<std::string> main = body(source, "DEF CELLCAL_EKI");
+  // BAS (#INITMOV) sets an advance run of 3, and RESUME needs none.
+  EXPECT_LT(line_of(main, "BAS (#INITMOV,0)"), line_of(main, "$ADVANCE=0"));
+  EXPECT_LT(line_of(main, "INTERRUPT DECL 20 WHEN $IN[1]==TRUE DO CC_ON_INPUT"),
+            line_of(main, "CC_MOVE ( )"));
+  EXPECT_LT(line_of(main, "INTERRUPT DECL 21 WHEN $FLAG[902]==TRUE DO CC_ON_FLAG"),
+            line_of(main, "CC_MOVE ( )"));
+  EXPECT_LT(line_of(main, "INTERRUPT DECL 22 WHEN $TIMER_FLAG[12]==TRUE DO CC_ON_TIMER"),
+            line_of(main, "CC_MOVE ( )"));
+  EXPECT_LT(line_of(main, "CC_READY=FALSE"), line_of(main, "PTP $AXIS_ACT_MEAS"))
+      << "what an earlier run left must not be believed while this one begins";
+  EXPECT_LT(line_of(main, "PTP $AXIS_ACT_MEAS"), line_of(main, "LOOP"));
+  for (const std::string& line : main) EXPECT_NE(line.rfind("LIN", 0), 0u) << line;
+  const std::vector<std::string> isr = body(source, "DEF CC_ON_INPUT");
+  EXPECT_LT(line_of(isr, "BRAKE"), line_of(isr, "CC_LATCH=$AXIS_INT"));
+  EXPECT_LT(line_of(isr, "CC_LATCH=$AXIS_INT"), line_of(isr, "RESUME"));
+  line_of(body(source, "DEF CC_ON_FLAG"), "BRAKE");
+}
+
+TEST(EkiFiles, CancelAProgramStepByStepAndKeepTheMoveUnderWayUntilItIsGone) {
+  const std::string sub = eki_files({}).at("cellcal_sub.sub");
+  const std::vector<std::string> finish = body(sub, "DEF CC_FINISH");
+  const std::size_t active = line_of(finish, "IF $PRO_STATE1==#P_ACTIVE THEN");
+  const std::size_t otherwise = line_of(finish, "ELSE", active);
+  EXPECT_EQ(line_of(finish, "CWRITE ($CMD,STAT,MODE,\"STOP 1\")"), active + 1);
+  EXPECT_EQ(line_of(finish, "CWRITE ($CMD,STAT,MODE,\"CANCEL 1\")"), otherwise + 1);
+  for (const std::string& line : finish) EXPECT_NE(line, "CC_BUSY=FALSE");
+  const std::vector<std::string> watch = body(sub, "DEF CC_WATCH");
+  EXPECT_LT(line_of(watch, "IF CC_GONE ( )==TRUE THEN"), line_of(watch, "CC_BUSY=FALSE"));
+  EXPECT_LT(line_of(watch, "IF CC_GONE ( )==TRUE THEN"), line_of(watch, "CC_READY=FALSE"));
+}
+
+TEST(EkiFiles, AreReadyInCellcalsOwnProgramAlone) {
+  const std::string sub = eki_files({}).at("cellcal_sub.sub");
+  for (const char* head : {"DEFFCT BOOL CC_IS_READY", "DEFFCT BOOL CC_GONE"}) {
+    const std::vector<std::string> lines = body(sub, head);
+    EXPECT_TRUE(std::any_of(lines.begin(), lines.end(), [](const std::string& line) {
+      return line.find("StrComp($PRO_NAME1[],\"CELLCAL_EKI\",#NOT_CASE_SENS)") != std::string::npos;
+    })) << head;
+  }
+}
+
+TEST(EkiFiles, ClearTheChannelOnlyWhereItHasBeenOpen) {
+  const std::string sub = eki_files({}).at("cellcal_sub.sub");
+  for (const std::string& line : body(sub, "DEF CC_OPEN")) {
+    EXPECT_EQ(line.find("EKI_Clear"), std::string::npos) << "shouts at every cold start";
+  }
+  const std::vector<std::string> link = body(sub, "DEF CC_LINK");
+  EXPECT_LT(line_of(link, "CC_CLEAR ( )"), line_of(link, "CC_OPEN ( )"));
+}
+
+TEST(EkiFiles, LeaveTimeToOtherSubmitProgramsAndReturnToTheOneThatCalls) {
+  const ControllerFiles files = eki_files({});
+  for (const std::string& line : body(files.at("cellcal_sub.sub"), "DEF CELLCAL_SUB")) {
+    EXPECT_NE(line, "LOOP") << "sps.sub calls it, and has other things to do";
+  }
+  const std::vector<std::string> loop = body(files.at("cellcal_loop.sub"), "DEF CELLCAL_LOOP");
+  EXPECT_LT(line_of(loop, "CELLCAL_SUB ( )"), line_of(loop, "WAIT SEC"));
+}
+
+TEST(EkiFiles, NameNothingLikeAWordOfKrl) {
+  const std::set<std::string> taken{"ON", "OFF", "PATH", "STATE", "STOP", "MODE", "DELAY"};
+  const ControllerFiles files = eki_files({});
+  for (const auto& [name, text] : files) {
+    if (name.ends_with(".xml")) continue;
+    for (const std::string& line : code_lines(text)) {
+      std::smatch match;
+      if (!std::regex_search(line, match, std::regex("^DECL (?:GLOBAL )?\\w+ (\\w+)"))) continue;
+      // MODE of MODUS_T is what KUKA's own examples of CWRITE call it.
+      if (line.find("MODUS_T") != std::string::npos) continue;
+      EXPECT_EQ(taken.count(match[1]), 0u) << line;
+    }
+  }
+}
+
+TEST(EkiFiles, NeverMoveByIncrementsNorFromTheSubmitProgram) {
+  const ControllerFiles files = eki_files({});
+  for (const std::string& word : krl::identifiers(all({{"src", files.at("cellcal_eki.src")}}))) {
+    EXPECT_TRUE(word.find("_REL") == std::string::npos) << word;
+  }
+  for (const std::string& word :
+       krl::identifiers(files.at("cellcal_sub.sub") + files.at("cellcal_loop.sub"))) {
+    EXPECT_TRUE(word != "PTP" && word != "LIN" && word != "CIRC" && word != "SPTP") << word;
+  }
+}
+
+TEST(EkiFiles, TakeTheNumbersOfTheConfiguration) {
+  const std::string source = eki_files(two_external()).at("cellcal_eki.src");
+  for (const char* part : {"$TOOL=TOOL_DATA[3]", "$BASE=BASE_DATA[4]", "$LOAD=LOAD_DATA[5]",
+                           "WHEN $IN[17]==TRUE", "CC_TARGET.E2<=$SOFTP_END[8]"}) {
+    EXPECT_NE(source.find(part), std::string::npos) << part;
+  }
+  EXPECT_NE(eki_files({}).at("cellcal_eki.src").find("$TOOL=$NULLFRAME"), std::string::npos);
+}
+
+TEST(EkiFiles, AreRefusedByTheKeyThatIsWrong) {
+  const std::pair<const char*, std::function<void(EkiFilesConfig&)>> cases[] = {
+      {"address", [](EkiFilesConfig& c) { c.address = "krc"; }},
+      {"address", [](EkiFilesConfig& c) { c.address = ""; }},
+      {"address", [](EkiFilesConfig& c) { c.address = "</IP>"; }},
+      {"port", [](EkiFilesConfig& c) { c.port = 0; }},
+      {"external_axes", [](EkiFilesConfig& c) { c.external_axes = 7; }},
+      {"input", [](EkiFilesConfig& c) { c.input = 0; }},
+      {"tool", [](EkiFilesConfig& c) { c.tool = -1; }},
+      {"load", [](EkiFilesConfig& c) { c.load = 1000; }},
+      {"acceleration_percent", [](EkiFilesConfig& c) { c.acceleration_percent = 0; }},
+      {"stop_flag", [](EkiFilesConfig& c) { c.stop_flag = c.alive_flag; }},
+      {"first_timer", [](EkiFilesConfig& c) { c.first_timer = 63; }},
+      {"first_interrupt", [](EkiFilesConfig& c) { c.first_interrupt = 1; }},
+      {"first_interrupt", [](EkiFilesConfig& c) { c.first_interrupt = 38; }},
+      {"first_interrupt", [](EkiFilesConfig& c) { c.first_interrupt = 79; }},
+      {"first_interrupt", [](EkiFilesConfig& c) { c.first_interrupt = 127; }},
+      {"dead_man_ms", [](EkiFilesConfig& c) { c.dead_man_ms = 5000; }},
+  };
+  for (const auto& [key, spoil] : cases) {
+    EkiFilesConfig config;
+    spoil(config);
+    try {
+      eki_files(config);
+      ADD_FAILURE() << key << " was accepted";
+    } catch (const ConfigError& error) {
+      EXPECT_NE(std::string(error.what()).find(key), std::string::npos) << error.what();
+    }
+  }
+}
+
+RsiFilesConfig some_pc(int version) {
+  RsiFilesConfig config;
+  config.pc_address = "192.168.1.10";
+  config.rsi_version = version;
+  config.correction_limit_deg = 45.5;
+  return config;
+}
+
+TEST(RsiFiles, AreSoundKrlAndXml) {
+  for (const int version : {3, 4}) {
+    const ControllerFiles files = rsi_files(some_pc(version));
+    EXPECT_EQ(files.size(), version == 3 ? 5u : 3u);
+    for (const auto& [name, text] : files) {
+      EXPECT_EQ(text.substr(text.size() - 2), "\r\n");
+      EXPECT_FALSE(std::regex_search(text, std::regex("@[A-Z0-9_]+@"))) << name;
+      if (name.ends_with(".src")) {
+        for (const std::string& complaint : check_krl(text)) ADD_FAILURE() << name << complaint;
+      } else {
+        pugi::xml_document document;
+        EXPECT_TRUE(document.load_buffer(text.data(), text.size())) << name;
+      }
+    }
+    // With its extension for RSI 3, without for RSI 4: otherwise the file is not found.
+    const std::string create =
+        version == 3 ? "RSI_CREATE(\"cellcal_rsi.rsi\"" : "RSI_CREATE(\"cellcal_rsi\"";
+    EXPECT_NE(files.at("cellcal_rsi.src").find(create), std::string::npos);
+    EXPECT_NE(files.at("cellcal_rsi.src").find("RSI_ON(#ABSOLUTE,#IPO_FAST)"), std::string::npos);
+  }
+}
+
+TEST(RsiFiles, HoldOnTheAxesAndNotOnTheStop) {
+  const std::string text = rsi_files(some_pc(4)).at("cellcal_rsi_ethernet.xml");
+  pugi::xml_document document;
+  ASSERT_TRUE(document.load_buffer(text.data(), text.size()));
+  int axes = 0;
+  for (const pugi::xml_node& element :
+       document.select_node("/ROOT/RECEIVE/ELEMENTS").node().children("ELEMENT")) {
+    const std::string tag = element.attribute("TAG").value();
+    const bool stop = tag == "Stop";
+    EXPECT_EQ(element.attribute("HOLDON").value(), std::string(stop ? "0" : "1")) << tag;
+    EXPECT_EQ(element.attribute("INDX").as_int(), stop ? 7 : ++axes) << tag;
+    EXPECT_EQ(tag, stop ? "Stop" : "AK.A" + std::to_string(axes));
+  }
+  EXPECT_EQ(axes, 6);
+  std::set<std::string> sent;
+  for (const auto& one : document.select_nodes("/ROOT/SEND/ELEMENTS/ELEMENT/@TAG")) {
+    sent.insert(one.attribute().value());
+  }
+  for (const char* needed : {"DEF_AIPos", "DEF_ASPos", "DEF_Delay"}) {
+    EXPECT_EQ(sent.count(needed), 1u) << needed;
+  }
+}
+
+/// Object, parameter or input by its name: its number, as the two releases count.
+std::map<std::string, std::string> context_of(int version) {
+  const ControllerFiles files = rsi_files(some_pc(version));
+  const std::string& text = files.at(version == 3 ? "cellcal_rsi.rsi.xml" : "cellcal_rsi.rsix");
+  pugi::xml_document document;
+  EXPECT_TRUE(document.load_buffer(text.data(), text.size()));
+  std::map<std::string, std::string> found;
+  const char* object = version == 3 ? "RSIObject" : "RsiObject";
+  const char* number = version == 3 ? "ParamID" : "ParamId";
+  const pugi::xml_node root =
+      version == 3 ? document.document_element() : document.document_element().child("RsiObjects");
+  for (const pugi::xml_node& one : root.children(object)) {
+    std::string name = one.attribute("ObjType").value();
+    std::transform(name.begin(), name.end(), name.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
+    for (const pugi::xml_node& parameter : one.child("Parameters").children("Parameter")) {
+      found[name + "." + parameter.attribute("Name").value()] =
+          std::string(parameter.attribute(number).value()) + "=" +
+          parameter.attribute("ParamValue").value();
+    }
+    for (const pugi::xml_node& input : one.child("Inputs").children("Input")) {
+      found[name + ".in" + input.attribute("InIdx").value()] = input.attribute("OutIdx").value();
+    }
+  }
+  return found;
+}
+
+TEST(RsiFiles, NumberObjectsAsTheirReleaseDoes) {
+  auto three = context_of(3), four = context_of(4);
+  EXPECT_EQ(three["AXISCORR.LowerLimA1"], "1=-45.5");
+  EXPECT_EQ(three["AXISCORR.UpperLimA1"], "13=45.5");
+  EXPECT_EQ(four["AXISCORR.LowerLimA1"], "0=-45.5");
+  EXPECT_EQ(four["AXISCORR.UpperLimA6"], "11=45.5");
+  EXPECT_EQ(three["AXISCORRMON.MaxA6"], "6=45.5");
+  EXPECT_EQ(four["AXISCORRMON.MaxA6"], "5=45.5");
+  EXPECT_EQ(three["AXISCORR.in6"], "6");
+  EXPECT_EQ(four["AXISCORR.in5"], "5");
+  EXPECT_EQ(three["STOP.in1"], "7");
+  EXPECT_EQ(four["STOP.in0"], "6");
+  EXPECT_EQ(three["STOP.Mode"], "1=4");
+  EXPECT_EQ(three.count("STOP.Channel"), 0u) << "it makes RSI 3 ignore all corrections";
+  EXPECT_EQ(three["ETHERNET.Precision"], "8=5");
+  EXPECT_EQ(four["ETHERNET.Precision"], "7=5");
+}
+
+TEST(RsiFiles, AreRefusedByTheKeyThatIsWrong) {
+  const std::pair<const char*, std::function<void(RsiFilesConfig&)>> cases[] = {
+      {"pc_address", [](RsiFilesConfig& c) { c.pc_address = "0.0.0.0"; }},
+      {"pc_address", [](RsiFilesConfig& c) { c.pc_address = ""; }},
+      {"pc_address", [](RsiFilesConfig& c) { c.pc_address = "pc.local"; }},
+      {"192.168.0.x", [](RsiFilesConfig& c) { c.pc_address = "192.168.0.7"; }},
+      {"172.16.x.x", [](RsiFilesConfig& c) { c.pc_address = "172.16.3.7"; }},
+      {"172.17.x.x", [](RsiFilesConfig& c) { c.pc_address = "172.17.0.1"; }},
+      {"[controller]", [](RsiFilesConfig& c) { c.pc_address = "0.0.0.0"; }},
+      {"rsi_version", [](RsiFilesConfig& c) { c.rsi_version = 2; }},
+      {"sentype", [](RsiFilesConfig& c) { c.sentype = "<a>"; }},
+      {"stop_tag", [](RsiFilesConfig& c) { c.stop_tag = ""; }},
+      {"correction_limit_deg", [](RsiFilesConfig& c) { c.correction_limit_deg = 0.0; }},
+  };
+  for (const auto& [key, spoil] : cases) {
+    RsiFilesConfig config = some_pc(4);
+    spoil(config);
+    try {
+      rsi_files(config);
+      ADD_FAILURE() << key << " was accepted";
+    } catch (const ConfigError& error) {
+      EXPECT_NE(std::string(error.what()).find(key), std::string::npos) << error.what();
+    }
+  }
+}
+
+TEST(KrlTemplate, FillsPlacesAndDropsLinesThatAreFilledWithNothing) {
+  EXPECT_EQ(krl::fill("a @B@ /@A1 @Bb\n@EMPTY@\nc\n", {{"B", "x"}, {"EMPTY", ""}}),
+            "a x /@A1 @Bb\r\nc\r\n");
+  EXPECT_EQ(krl::fill("@B@\n", {{"B", "1\n2"}}), "1\r\n2\r\n");
+  EXPECT_THROW(krl::fill("@NO@\n", {}), std::logic_error);
+}
+
+}  // namespace
+}  // namespace cellcal::drivers

@@ -1,0 +1,314 @@
+// Sets of controller files, sound and spoiled.
+
+#include "drivers/kuka/krl/krl_verify.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <functional>
+
+#include "drivers/error.h"
+#include "drivers/kuka/krl/krl_read.h"
+#include "tests/drivers/kuka/krl/krl_verdict.h"
+
+namespace cellcal::drivers {
+namespace {
+
+TEST(RsiSet, FitsAsItWasMade) {
+  for (const int version : {3, 4}) {
+    EXPECT_EQ(verdict(rsi_files(rsi_config(version)), rsi_config(version)), "") << version;
+  }
+}
+
+TEST(RsiSet, OfRsi3IsReadAlikeFromContextAndModel) {
+  const ControllerFiles files = rsi_files(rsi_config(3));
+  ASSERT_EQ(files.size(), 5u);
+  const RsiContextFile context = read_rsi_context(files.at("cellcal_rsi.rsi.xml"), "context");
+  const RsiContextFile model = read_rsi_model(files.at("cellcal_rsi.rsi"), "model");
+  ASSERT_EQ(context.objects.size(), model.objects.size());
+  for (const RsiObject& one : context.objects) {
+    const RsiObject* drawn = model.only(one.type);
+    ASSERT_NE(drawn, nullptr) << one.type;
+    EXPECT_EQ(drawn->id, one.id);
+    EXPECT_EQ(drawn->parameters.size(), one.parameters.size()) << one.type;
+    ASSERT_EQ(drawn->inputs.size(), one.inputs.size()) << one.type;
+    for (const RsiInput& input : one.inputs) {
+      ASSERT_NE(drawn->input(input.index), nullptr);
+      EXPECT_EQ(drawn->input(input.index)->from_index, input.from_index) << one.type;
+    }
+  }
+  EXPECT_EQ(kind_of(files.at("cellcal_rsi.rsi.diagram"), "cellcal_rsi.rsi.diagram"),
+            ControllerFileKind::kRsiDiagram);
+}
+
+TEST(RsiSet, IsCountedFromOneInBothReleases) {
+  const RsiContextFile three =
+      read_rsi_context(rsi_files(rsi_config(3)).at("cellcal_rsi.rsi.xml"), "3");
+  const RsiContextFile four =
+      read_rsi_context(rsi_files(rsi_config(4)).at("cellcal_rsi.rsix"), "4");
+  EXPECT_EQ(three.rsi_version, 3);
+  EXPECT_EQ(four.rsi_version, 4);
+  for (const RsiContextFile* file : {&three, &four}) {
+    EXPECT_EQ(file->only("AXISCORR")->input(6)->from_index, 6);
+    EXPECT_EQ(file->only("STOP")->input(1)->from_index, 7);
+  }
+}
+
+TEST(RsiSet, IsRefusedByFileLineAndWords) {
+  constexpr const char* kChannel = "cellcal_rsi_ethernet.xml";
+  constexpr const char* kFour = "cellcal_rsi.rsix";
+  constexpr const char* kThree = "cellcal_rsi.rsi.xml";
+  const Spoiled cases[] = {
+      {kChannel, "INDX=\"3\" HOLDON=\"1\"", "INDX=\"3\" HOLDON=\"0\"",
+       ":23: AK.A3 has HOLDON=\"0\" with RSI_ON(#ABSOLUTE): one late reply throws"},
+      {kChannel, "<IP_NUMBER>10.0.0.5", "<IP_NUMBER>10.0.0.6", "IP_NUMBER is 10.0.0.6"},
+      {kChannel, "<PORT>49152", "<PORT>49153", "PORT is 49153, [rsi] port is 49152"},
+      {kChannel, "<SENTYPE>ImFree", "<SENTYPE>imfree", ":8: SENTYPE is \"imfree\""},
+      {kChannel, "<ONLYSEND>FALSE", "<ONLYSEND>TRUE", "ONLYSEND is TRUE"},
+      {kChannel, "DEF_ASPos", "DEF_RSol", "SEND: DEF_ASPos is missing"},
+      {kChannel, "DEF_Delay", "DEF_Tech", "SEND: DEF_Delay is missing"},
+      {kChannel, "DEF_AIPos", "DEF_MACur", "SEND: DEF_AIPos is missing"},
+      {kChannel, "AK.A4", "AKorr.A4", "RECEIVE: AK.A4 is missing"},
+      {kChannel, "TAG=\"Stop\"", "TAG=\"MoveStop\"", "RECEIVE: Stop is missing"},
+      {kChannel, "INDX=\"7\" HOLDON=\"0\"", "INDX=\"7\" HOLDON=\"1\"", "Stop must have TYPE"},
+      {kChannel, "INDX=\"2\"", "INDX=\"12\"", "input 2 comes from Ethernet_1 output 2"},
+      {kFour, "OutIdx=\"3\"", "OutIdx=\"4\"", "input 4 comes from Ethernet_1 output 5"},
+      {kThree, "OutIdx=\"4\"", "OutIdx=\"5\"", "input 4 comes from ETHERNET1 output 5", 3},
+      {kFour, "Name=\"Precision\" ParamId=\"7\" ParamValue=\"5\"",
+       "Name=\"Precision\" ParamId=\"7\" ParamValue=\"3\"", "Precision is 3"},
+      {kThree, "<Parameter Name=\"Precision\" ParamID=\"8\" ParamValue=\"5\"/>", "",
+       "Precision is 1", 3},
+      {kFour, "ParamValue=\"-90.0\"", "ParamValue=\"-5.0\"", "LowerLimA1 of AxisCorr_1 is -5 deg"},
+      {kFour, "Name=\"UpperLimA6\" ParamId=\"11\" ParamValue=\"90.0\"",
+       "Name=\"UpperLimA6\" ParamId=\"11\" ParamValue=\"89.9\"",
+       "UpperLimA6 of AxisCorr_1 is 89.9"},
+      {kThree, "Name=\"MaxA2\" ParamID=\"2\" ParamValue=\"90.0\"",
+       "Name=\"MaxA2\" ParamID=\"2\" ParamValue=\"6\"", "KSS29000", 3},
+      {kThree, "AXISCORRMON\" ObjTypeID=\"82\"", "AXISMON\" ObjTypeID=\"82\"",
+       "there is no AXISCORRMON", 3},
+      {kFour, "Name=\"Mode\" ParamId=\"0\" ParamValue=\"4\"",
+       "Name=\"Mode\" ParamId=\"0\" ParamValue=\"1\"", "ExitMoveCorr"},
+      {kFour, "ObjType=\"AxisCorr\"", "ObjType=\"AXISCORR\"", "is spelled \"AxisCorr\" in RSI 4"},
+      {kFour, "cellcal_rsi_ethernet.xml", "other.xml", "ConfigFile is \"other.xml\""},
+      {kFour, "ObjType=\"AxisCorrMon\"", "ObjType=\"PosCorr\"", "corrects beside AXISCORR"},
+      {"cellcal_rsi.src", "#ABSOLUTE", "#RELATIVE", "RSI_ON does not say #ABSOLUTE"},
+      {"cellcal_rsi.src", "RSI_CREATE(\"cellcal_rsi\"", "RSI_CREATE(\"cellcal_rsi.rsi\"",
+       "RSI_CREATE names the extension"},
+      {"cellcal_rsi.src", "RSI_CREATE(\"cellcal_rsi.rsi\"", "RSI_CREATE(\"cellcal_rsi\"",
+       "RSI_CREATE lacks the extension", 3},
+  };
+  for (const Spoiled& one : cases) {
+    const RsiFilesConfig config = rsi_config(one.version);
+    ControllerFiles files = rsi_files(config);
+    replace(files, one.file, one.from, one.to);
+    const std::string said = verdict(files, config);
+    EXPECT_NE(said.find(one.words), std::string::npos) << one.words << "\nsaid: " << said;
+    EXPECT_EQ(said.rfind("refused", 0), 0u) << one.words << "\nsaid: " << said;
+  }
+}
+
+TEST(RsiSet, OfTheOtherModeNeedsTheOtherHold) {
+  const std::string said =
+      verdict(rsi_files(rsi_config()), rsi_config(), CorrectionMode::kRelative);
+  EXPECT_NE(said.find("AK.A1 has HOLDON=\"1\" with RSI_ON(#RELATIVE): every late reply repeats"),
+            std::string::npos)
+      << said;
+  EXPECT_NE(said.find("RSI_ON does not say #RELATIVE"), std::string::npos) << said;
+}
+
+TEST(RsiSet, OfTheOtherReleaseIsRefused) {
+  const std::string said = verdict(rsi_files(rsi_config(3)), rsi_config(4));
+  EXPECT_NE(said.find("is a context of RSI 3, [controller] rsi_version is 4"), std::string::npos)
+      << said;
+}
+
+TEST(RsiSet, WithLimitsBelowTheConfigurationsIsRefusedAndAboveIsFine) {
+  RsiFilesConfig narrow = rsi_config(), wide = rsi_config();
+  narrow.correction_limit_deg = 12.25;
+  wide.correction_limit_deg = 45.0;
+  EXPECT_EQ(verdict(rsi_files(wide), narrow), "");
+  EXPECT_NE(verdict(rsi_files(narrow), wide).find("clamped there without a word"),
+            std::string::npos);
+}
+
+TEST(RsiSet, LacksItsParts) {
+  for (const int version : {3, 4}) {
+    const ControllerFiles whole = rsi_files(rsi_config(version));
+    for (const auto& [name, text] : whole) {
+      ControllerFiles files = whole;
+      files.erase(name);
+      EXPECT_NE(verdict(files, rsi_config(version)), "") << name;
+    }
+  }
+  EXPECT_NE(verdict({}, rsi_config()), "");
+}
+
+TEST(RsiSet, WithoutAStatedAddressSaysThatItWasNotCompared) {
+  RsiFilesConfig any = rsi_config();
+  any.pc_address = "0.0.0.0";
+  const std::string said = verdict(rsi_files(rsi_config()), any);
+  EXPECT_EQ(said.rfind("warned", 0), 0u) << said;
+  EXPECT_NE(said.find("IP_NUMBER 10.0.0.5 was not compared"), std::string::npos) << said;
+}
+
+TEST(RsiModel, ThatWasDrawnOtherwiseIsAWarning) {
+  ControllerFiles files = rsi_files(rsi_config(3));
+  replace(files, "cellcal_rsi.rsi", "name=\"LowerLimA1\" value=\"-90.0\"",
+          "name=\"LowerLimA1\" value=\"-5.0\"");
+  replace(files, "cellcal_rsi.rsi", "ETHERNET1/Out2", "ETHERNET1/Out3");
+  const std::string said = verdict(files, rsi_config(3));
+  EXPECT_EQ(said.rfind("warned", 0), 0u) << said;
+  EXPECT_NE(said.find("LowerLimA1 of AXISCORR1 is -5"), std::string::npos) << said;
+  EXPECT_NE(said.find("input 2 is wired otherwise"), std::string::npos) << said;
+}
+
+TEST(RsiModel, WithPortsThatWereRenamedIsAWarning) {
+  ControllerFiles files = rsi_files(rsi_config(3));
+  replace(files, "cellcal_rsi.rsi", "ETHERNET1/Out2", "ETHERNET1/AK_A2");
+  const std::string said = verdict(files, rsi_config(3));
+  EXPECT_EQ(said.rfind("warned", 0), 0u) << said;
+  EXPECT_NE(said.find("input 2 comes from an output with a name of its own"), std::string::npos)
+      << said;
+}
+
+TEST(RsiSet, WithAStopChannelOnRsi3IsAWarning) {
+  ControllerFiles files = rsi_files(rsi_config(3));
+  replace(files, "cellcal_rsi.rsi.xml", "ParamID=\"1\" ParamValue=\"4\"/>",
+          "ParamID=\"1\" ParamValue=\"4\"/><Parameter Name=\"Channel\" ParamID=\"2\" "
+          "ParamValue=\"0\"/>");
+  const std::string said = verdict(files, rsi_config(3));
+  EXPECT_EQ(said.rfind("warned", 0), 0u) << said;
+  EXPECT_NE(said.find("has a Channel"), std::string::npos) << said;
+}
+
+TEST(RsiDiagram, DrawsEveryObjectAndConnectsWhatTheModelConnects) {
+  const ControllerFiles files = rsi_files(rsi_config(3));
+  const std::string& diagram = files.at("cellcal_rsi.rsi.diagram");
+  const RsiContextFile model = read_rsi_model(files.at("cellcal_rsi.rsi"), "model");
+  std::size_t wires = 0;
+  for (const RsiObject& one : model.objects) {
+    EXPECT_NE(diagram.find("<rSIElementMoniker name=\"//" + one.id + "\""), std::string::npos);
+    wires += one.inputs.size();
+  }
+  std::size_t drawn = 0;
+  for (std::size_t at = 0; (at = diagram.find("<rSISignalConnector ", at)) != std::string::npos;
+       ++at) {
+    ++drawn;
+  }
+  EXPECT_EQ(drawn, wires);
+}
+
+TEST(EkiSet, FitsAsItWasMade) {
+  EkiFilesConfig config;
+  config.external_axes = 2;
+  EXPECT_EQ(all(verify_eki_files(eki_files(config), config)), "");
+}
+
+TEST(EkiSet, IsRefusedByFileLineAndWords) {
+  const std::pair<std::pair<const char*, const char*>, const char*> cases[] = {
+      {{"<PORT>54600", "<PORT>54601"}, "PORT is 54601, [eki] port is 54600"},
+      {{"<IP>172.31.1.147", "<IP>172.31.1.148"}, "IP is \"172.31.1.148\""},
+      {{"<TYPE>Client", "<TYPE>Server"}, "EXTERNAL/TYPE"},
+      {{"<PROTOCOL>TCP", "<PROTOCOL>UDP"}, "PROTOCOL is \"UDP\""},
+      {{"Mode=\"FIFO\"", "Mode=\"LIFO\""}, "in their order"},
+      {{"Limit=\"16\"", "Limit=\"2\""}, "BUFFERING Limit is 2"},
+      {{"<ENVIRONMENT>Submit", "<ENVIRONMENT>Program"}, "ENVIRONMENT"},
+      {{"Set_Flag=\"901\"", "Set_Flag=\"1\""}, "ALIVE Set_Flag is 1"},
+      {{"RobotCommand/@Seq", "RobotCommand/@Count"}, "the element RobotCommand/@Seq is missing"},
+      {{"@Duration\" Type=\"REAL\"", "@Duration\" Type=\"INT\""}, "must have \"REAL\""},
+      {{"RobotState/Latch/@A5", "RobotState/Latch/@A9"}, "SEND: the element RobotState/Latch/@A5"},
+  };
+  for (const auto& [change, words] : cases) {
+    ControllerFiles files = eki_files({});
+    replace(files, "CellcalEki.xml", change.first, change.second);
+    const std::string said = all(verify_eki_files(files, {}));
+    EXPECT_NE(said.find(words), std::string::npos) << words << "\nsaid: " << said;
+    EXPECT_EQ(said.rfind("refused", 0), 0u) << words << "\nsaid: " << said;
+  }
+}
+
+TEST(EkiSet, WithAnotherInputInItsProgramIsAWarningWithTheLine) {
+  EkiFilesConfig other;
+  other.input = 17;
+  const std::string said = all(verify_eki_files(eki_files({}), other));
+  EXPECT_EQ(said.rfind("warned cellcal_eki.src:", 0), 0u) << said;
+  EXPECT_NE(said.find("$IN[17]"), std::string::npos) << said;
+}
+
+TEST(EkiSet, MustBeCalledLikeItsChannel) {
+  ControllerFiles files = eki_files({});
+  files["Other.xml"] = files.at("CellcalEki.xml");
+  files.erase("CellcalEki.xml");
+  EXPECT_NE(all(verify_eki_files(files, {})).find("Other.xml: must be called CellcalEki.xml"),
+            std::string::npos);
+}
+
+TEST(ControllerXml, ThatCannotBeReadIsNamedWithItsLineAndElement) {
+  const std::string sound = rsi_files(rsi_config()).at("cellcal_rsi_ethernet.xml");
+  const auto with = [&](const std::string& from, const std::string& to) {
+    std::string text = sound;
+    return text.replace(text.find(from), from.size(), to);
+  };
+  const std::string twice =
+      "<CONFIG><IP_NUMBER>1.2.3.4</IP_NUMBER><IP_NUMBER>1.2.3.5</IP_NUMBER><SENTYPE>a</SENTYPE>"
+      "</CONFIG>";
+  const std::pair<std::string, const char*> cases[] = {
+      {sound.substr(0, sound.size() / 2), "no well-formed XML"},
+      {"", "no well-formed XML"},
+      {"<?xml version=\"1.0\"?>", "no well-formed XML"},
+      {std::string("\xFF\xFE<\0R\0", 6), "UTF-16"},
+      {std::string(kMostFile + 1, ' '), "bytes; a controller's file has at most"},
+      {with("<PORT>49152", "<PORT>x"), ":7: <PORT>: PORT = \"x\" is no whole number"},
+      {with("<PORT>49152", "<PORT>70000"), "PORT = \"70000\""},
+      {with("<PORT>49152</PORT>", ""), "<CONFIG>: <PORT> is missing"},
+      {with("INDX=\"3\"", "INDX=\"65\""), "INDX of AK.A3 = \"65\""},
+      {with("INDX=\"3\"", "INDX=\"2\""), "INDX 2 is AK.A2's already"},
+      {with("AK.A3", "AK.A2"), "AK.A2 stands in line 22 already"},
+      {with("INDX=\"1\" HOLDON=\"1\"", "INDX=\"1\""), "HOLDON of AK.A1 is missing"},
+      {with("INDX=\"1\" HOLDON=\"1\"", "INDX=\"1\" HOLDON=\"2\""), "HOLDON is neither"},
+      {with("<ROOT>", "<root>").replace(with("<ROOT>", "<root>").rfind("</ROOT>"), 7, "</root>"),
+       "is not ROOT"},
+      {"<ROOT>" + twice + "</ROOT>", "is there twice"},
+  };
+  for (const auto& [text, words] : cases) {
+    try {
+      read_rsi_channel(text, "x.xml");
+      ADD_FAILURE() << "accepted; expected " << words;
+    } catch (const ConfigError& error) {
+      EXPECT_NE(std::string(error.what()).find(words), std::string::npos) << error.what();
+      EXPECT_EQ(std::string(error.what()).rfind("x.xml", 0), 0u) << error.what();
+    }
+  }
+}
+
+TEST(ControllerXml, IsReadWithAByteOrderMarkAndWindowsLines) {
+  const std::string sound = rsi_files(rsi_config()).at("cellcal_rsi_ethernet.xml");
+  const RsiChannelFile file = read_rsi_channel("\xEF\xBB\xBF" + sound, "x.xml");
+  EXPECT_EQ(file.port.value, 49152);
+  EXPECT_EQ(file.port.line, 7);
+  EXPECT_EQ(file.receive.size(), 7u);
+}
+
+TEST(ControllerFolder, IsReadByItsEndingsAndRefusedByName) {
+  const std::filesystem::path folder =
+      std::filesystem::temp_directory_path() / ("krl-verify-" + std::to_string(::getpid()));
+  std::filesystem::create_directories(folder);
+  for (const auto& [name, text] : rsi_files(rsi_config())) std::ofstream(folder / name) << text;
+  std::ofstream(folder / "notes.txt") << "not a controller's";
+  const ControllerFiles files = read_controller_folder(folder);
+  EXPECT_EQ(files.size(), 3u);
+  std::filesystem::resize_file(folder / "cellcal_rsi.src", kMostFile + 1);
+  try {
+    read_controller_folder(folder);
+    ADD_FAILURE() << "a huge file was read";
+  } catch (const ConfigError& error) {
+    EXPECT_NE(std::string(error.what()).find("cellcal_rsi.src"), std::string::npos);
+  }
+  std::filesystem::remove_all(folder);
+  EXPECT_THROW(read_controller_folder(folder), ConfigError);
+}
+
+}  // namespace
+}  // namespace cellcal::drivers

@@ -1,0 +1,115 @@
+// When exactly the watch over following speaks, on records that are made up sample by sample.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <numbers>
+
+#include "drivers/kuka/rsi/following_error.h"
+
+namespace cellcal::drivers {
+namespace {
+
+constexpr double kDeg = std::numbers::pi / 180.0;
+constexpr int kRestBefore = 200;
+
+struct Named {
+  int sample = -1;  ///< after the command began to change
+  FollowingFault fault;
+};
+
+/// Both axes' angles [deg] by sample; the first stands, the second is commanded and goes as told.
+Named watch(const std::function<double(int)>& commanded, const std::function<double(int)>& actual,
+            double cycle_s = 0.004, int samples = 200, const RsiConfig& config = {}) {
+  PositionRecord record;
+  for (int i = -kRestBefore; i < samples; ++i) {
+    const auto t = std::chrono::microseconds(std::llround(1e6 * cycle_s * (i + kRestBefore)));
+    record.push(TimePoint{} + t, 0, {0.0, actual(i) * kDeg}, {0.0, commanded(i) * kDeg});
+    if (const auto fault = following_fault(record, config, cycle_s)) return {i, *fault};
+  }
+  return {};
+}
+
+double stands(int) { return 0.0; }
+/// At a constant speed from sample 0 on.
+std::function<double(int)> goes(double deg_s, double cycle_s = 0.004) {
+  return [=](int i) { return i < 0 ? 0.0 : deg_s * cycle_s * i; };
+}
+
+TEST(FollowLimits, WhatWasCommandedWithinTheWindowMayStillBeWhereTheArmIs) {
+  // A step of a degree at sample 0, of which the arm does half: what was commanded before it is
+  // older than 0.2 s from sample 50 on.
+  const auto step = [](double deg) { return [=](int i) { return i < 0 ? 0.0 : deg; }; };
+  const Named named = watch(step(1.0), step(0.5));
+  EXPECT_EQ(named.sample, 50);
+  EXPECT_EQ(named.fault.cause, Cause::kAxisNotFollowing);
+  EXPECT_EQ(named.fault.axis, 1);
+  EXPECT_NEAR(named.fault.a, 1.0, 1e-9);
+  EXPECT_NEAR(named.fault.b, 0.5, 1e-9);
+}
+
+TEST(FollowLimits, TheToleranceHoldsToEitherSide) {
+  for (const double side : {1.0, -1.0}) {
+    const auto off_by = [&](double deg) {
+      return watch(stands, [&](int i) { return i < 10 ? 0.0 : side * deg; });
+    };
+    EXPECT_EQ(off_by(0.049).sample, -1);
+    const Named named = off_by(0.051);
+    EXPECT_EQ(named.sample, 10);
+    EXPECT_NEAR(named.fault.a, 0.0, 1e-9);
+    EXPECT_NEAR(named.fault.b, side * 0.051, 1e-9);
+  }
+}
+
+TEST(FollowLimits, AnAxisThatDoesLessThanAQuarterOfItsCommandStands) {
+  for (const double speed_deg_s : {0.1, -0.1}) {
+    const Named slow = watch(goes(speed_deg_s), goes(0.2 * speed_deg_s), 0.004, 100);
+    EXPECT_EQ(slow.fault.cause, Cause::kAxisStands);
+    EXPECT_EQ(slow.fault.axis, 1);
+    EXPECT_NEAR(slow.fault.a, speed_deg_s * 0.004 * slow.sample, 1e-9);
+    EXPECT_NEAR(slow.fault.b, 0.2 * slow.fault.a, 1e-9);
+    EXPECT_EQ(watch(goes(speed_deg_s), goes(0.3 * speed_deg_s), 0.004, 100).sample, -1);
+    EXPECT_NE(watch(goes(speed_deg_s), goes(-speed_deg_s), 0.004, 100).sample, -1);
+  }
+}
+
+// The command has to have gone 0.004 deg in every window that ends up to the lag ago (0.12 s) or as
+// far back as the means reach: 30 + 3 samples, and from there on as many as 0.004 deg take.
+TEST(FollowLimits, StandingIsNamedAsSoonAsTheCommandIsToldFromNoise) {
+  EXPECT_EQ(watch(goes(0.08), stands).sample, 33 + 13);  // 13 * 0.00032 deg
+  EXPECT_EQ(watch(goes(0.5), stands).sample, 33 + 2);
+  // Too slow for the window of 0.06 s (15 samples): the one of 0.12, whose means are 7 long.
+  EXPECT_EQ(watch(goes(0.05), stands).sample, 30 + 7 + 20);
+  // And that of 0.24, 15 long; slower than 0.004 deg in it nothing is said.
+  EXPECT_EQ(watch(goes(0.025), stands).sample, 30 + 15 + 40);
+  EXPECT_EQ(watch(goes(0.016), stands, 0.004, 400).sample, -1);
+}
+
+TEST(FollowLimits, FewPacketsInAMeanAskForMoreTravel) {
+  // At 12 ms a window of 0.06 s is 5 packets and its means one: sqrt(3) of travel more.
+  const double cycle_s = 0.012;
+  EXPECT_EQ(watch(goes(0.2, cycle_s), stands, cycle_s).sample, 10 + 1 + 3);  // 0.0024 deg each
+}
+
+TEST(FollowLimits, ARecordThatIsTooShortSaysNothing) {
+  PositionRecord record;
+  int named = -1;
+  for (int i = 0; i < 100 && named < 0; ++i) {
+    record.push(TimePoint{} + std::chrono::milliseconds(4 * i), 0, {0.0}, {0.0004 * i * kDeg});
+    if (following_fault(record, {}, 0.004)) named = i;
+  }
+  // Window 15, lag 30, means of 3: the record holds one more than these.
+  EXPECT_EQ(named, 15 + 30 + 3);
+}
+
+TEST(FollowLimits, ACommandThatTurnsRoundIsNotHeldAgainstTheArm) {
+  const auto to_and_fro = [](int i) {
+    const int phase = ((i % 20) + 20) % 20;
+    return i < 0 ? 0.0 : 0.001 * (phase < 10 ? phase : 20 - phase);
+  };
+  EXPECT_EQ(watch(to_and_fro, stands, 0.004, 300).sample, -1);
+}
+
+}  // namespace
+}  // namespace cellcal::drivers

@@ -1,0 +1,220 @@
+// How a move comes to rest and what its result says, whatever ended it.
+
+#include "tests/drivers/kuka/rsi/mover_rig.h"
+
+namespace cellcal::drivers {
+namespace {
+
+using namespace std::chrono_literals;
+constexpr double kDeg = MoverRig::kDeg;
+
+/// Drifts on A3 from now on, too slowly to be taken for an arm that goes elsewhere.
+void let_drift(MoverRig& rig, double deg_s) {
+  rig.arm = [&rig, deg_s, from = rig.now](const AxisAngles& commanded) {
+    AxisAngles actual = commanded;
+    actual[2] += deg_s * kDeg * std::chrono::duration<double>(rig.now - from).count();
+    return actual;
+  };
+}
+
+/// A retreat, so that the sensor's contact at the beginning is nothing that stops it.
+TEST(MoverRest, ArrivalIsKnownTwoWindowsAfterTheMotionsEnd) {
+  // Windows of 48 ms, but not fewer than four packets.
+  for (const auto& [cycle_s, cycles] : {std::pair{0.004, 24}, {0.012, 8}, {0.02, 8}, {0.002, 48}}) {
+    MoverRig rig(cycle_s);
+    ASSERT_FALSE(rig.start(MoveKind::kTransit, 1.0));
+    const auto end = rig.end();
+    expect_end(end.result, MoveOutcome::kArrived, Cause::kNone);
+    EXPECT_EQ(end.motionless, cycles) << cycle_s;
+    EXPECT_NEAR(rig.commanded[1], 1.0 * kDeg, 1e-12);
+  }
+}
+
+TEST(MoverRest, AMoveWithoutTravelArrivesAsWell) {
+  MoverRig rig;
+  ASSERT_FALSE(rig.start(MoveKind::kTransit, 0.0));
+  EXPECT_TRUE(rig.mover.busy());
+  expect_end(rig.end().result, MoveOutcome::kArrived, Cause::kNone);
+  EXPECT_FALSE(rig.cycle());
+}
+
+TEST(MoverRest, LessThanHalfAThousandthOfADegreePerWindowIsRest) {
+  MoverRig rig;
+  let_drift(rig, 0.0004 / 0.048);
+  ASSERT_FALSE(rig.start(MoveKind::kTransit, 1.0));
+  const auto end = rig.end();
+  expect_end(end.result, MoveOutcome::kArrived, Cause::kNone);
+  EXPECT_EQ(end.motionless, 24);
+}
+
+TEST(MoverRest, AnArmThatNeverRestsIsNamedAfterASecondWithWhatItMovesBy) {
+  MoverRig rig;
+  ASSERT_FALSE(rig.start(MoveKind::kTransit, 1.0));
+  let_drift(rig, 0.0008 / 0.048);
+  const auto end = rig.end();
+  expect_end(end.result, MoveOutcome::kArrived, Cause::kNotSettled, 2, 0.0008, 1.0, 1e-6);
+  EXPECT_NEAR(end.motionless, 250, 1);
+}
+
+TEST(MoverRest, WhatStoppedAnArmThatNeverRestsStaysTheCause) {
+  MoverRig rig;
+  ASSERT_FALSE(rig.start(MoveKind::kTransit, 10.0));
+  rig.run(60);
+  let_drift(rig, 0.0008 / 0.048);
+  rig.mover.halt(MoveOutcome::kStopped, Cause::kStopAsked, 7.0);
+  const auto end = rig.end();
+  expect_end(end.result, MoveOutcome::kStopped, Cause::kStopAsked, 0, 7.0);
+  EXPECT_NEAR(end.motionless, 250, 1);
+}
+
+TEST(MoverRest, AnArmThatEndsElsewhereIsNamedAfterASecondWithBothAngles) {
+  for (const double short_deg : {0.06, -0.06}) {
+    MoverRig rig;
+    ASSERT_FALSE(rig.start(MoveKind::kTransit, 0.5));
+    while (rig.commanded[1] < 0.5 * kDeg) rig.run(1);
+    rig.arm = [=](AxisAngles actual) {
+      actual[1] -= short_deg * kDeg;
+      return actual;
+    };
+    const auto end = rig.end();
+    expect_end(end.result, MoveOutcome::kNotFollowing, Cause::kAxisNotFollowing, 1, 0.5,
+               0.5 - short_deg);
+    EXPECT_NEAR(end.cycles, 250, 1);
+  }
+}
+
+TEST(MoverRest, AnArmThatCatchesUpWithinTheSecondHasArrived) {
+  MoverRig rig;
+  ASSERT_FALSE(rig.start(MoveKind::kTransit, 0.5));
+  while (rig.commanded[1] < 0.5 * kDeg) rig.run(1);
+  int cycles = 0;
+  rig.arm = [&](AxisAngles actual) {
+    if (++cycles < 100) actual[1] -= 0.06 * kDeg;
+    return actual;
+  };
+  const auto end = rig.end();
+  expect_end(end.result, MoveOutcome::kArrived, Cause::kNone);
+  EXPECT_GT(end.cycles, 100);
+  EXPECT_LT(end.cycles, 130);
+}
+
+TEST(MoverRest, ForWhatWasStoppedRestIsEnoughWhereverTheArmIs) {
+  MoverRig rig;
+  ASSERT_FALSE(rig.start(MoveKind::kTransit, 10.0));
+  rig.run(40);
+  rig.mover.halt(MoveOutcome::kStopped, Cause::kStopAsked);
+  rig.arm = [](AxisAngles actual) {
+    actual[1] -= 0.06 * kDeg;
+    return actual;
+  };
+  const auto end = rig.end();
+  expect_end(end.result, MoveOutcome::kStopped, Cause::kStopAsked);
+  EXPECT_EQ(end.motionless, 24);
+}
+
+TEST(MoverRest, NothingOfAnEarlierEndIsSaidOfTheNextMove) {
+  MoverRig rig;
+  // One that ends with all there is to say, after a second of settling.
+  ASSERT_FALSE(rig.start(MoveKind::kTransit, 0.5));
+  while (rig.commanded[1] < 0.5 * kDeg) rig.run(1);
+  rig.arm = [](AxisAngles actual) {
+    actual[1] -= 0.06 * kDeg;
+    return actual;
+  };
+  EXPECT_EQ(rig.end().result.outcome, MoveOutcome::kNotFollowing);
+  rig.arm = [](const AxisAngles& commanded) { return commanded; };
+  for (int i = 0; i < 120; ++i) rig.cycle();
+  ASSERT_FALSE(rig.start(MoveKind::kTransit, 0.5));
+  const auto end = rig.end();
+  expect_end(end.result, MoveOutcome::kArrived, Cause::kNone);
+  EXPECT_EQ(end.motionless, 24);
+  // One that was stopped, and one without travel after it.
+  ASSERT_FALSE(rig.start(MoveKind::kTransit, 10.0));
+  rig.run(40);
+  rig.mover.halt(MoveOutcome::kStopped, Cause::kStopAsked, 3.0);
+  rig.end();
+  ASSERT_FALSE(rig.start(MoveKind::kTransit, 0.0));
+  expect_end(rig.end().result, MoveOutcome::kArrived, Cause::kNone);
+}
+
+TEST(MoverRest, ASecondStopChangesNothingAboutTheFirst) {
+  MoverRig rig;
+  ASSERT_FALSE(rig.start(MoveKind::kTransit, 10.0));
+  rig.run(60);
+  rig.mover.halt(MoveOutcome::kStopped, Cause::kStopAsked, 1.0);
+  rig.run(5);
+  const AxisAngles braking = rig.commanded;
+  rig.mover.halt(MoveOutcome::kRobotSilent, Cause::kLateReplies, 2.0);
+  rig.run(1);
+  EXPECT_NE(rig.commanded, braking) << "still on its ramp";
+  const auto end = rig.end();
+  expect_end(end.result, MoveOutcome::kStopped, Cause::kStopAsked, 0, 1.0);
+  // And at rest a stop is nothing at all.
+  rig.mover.halt(MoveOutcome::kStopped, Cause::kStopAsked);
+  EXPECT_FALSE(rig.mover.busy());
+  EXPECT_FALSE(rig.cycle());
+}
+
+TEST(MoverRest, StoppedWhileItSettlesAnArrivalIsAStop) {
+  MoverRig rig;
+  ASSERT_FALSE(rig.start(MoveKind::kTransit, 0.5));
+  while (rig.commanded[1] < 0.5 * kDeg) rig.run(1);
+  rig.run(10);
+  rig.mover.halt(MoveOutcome::kStopped, Cause::kStopAsked);
+  const auto end = rig.end();
+  expect_end(end.result, MoveOutcome::kStopped, Cause::kStopAsked);
+  EXPECT_EQ(end.cycles, 24) << "two windows of rest from the stop on";
+}
+
+TEST(MoverRest, APacketThatIsDamagedHoldsEverythingButTheSensor) {
+  MoverRig rig;
+  ASSERT_FALSE(rig.start(MoveKind::kTransit, 10.0));
+  rig.run(60);
+  const AxisAngles before = rig.commanded;
+  for (int i = 0; i < 30; ++i) EXPECT_FALSE(rig.cycle(true, false));
+  EXPECT_EQ(rig.commanded, before);
+  rig.guard.set_alive(false);
+  EXPECT_FALSE(rig.cycle(true, false));
+  rig.guard.set_alive(true);
+  expect_end(rig.end().result, MoveOutcome::kContactSilent, Cause::kSensorDead);
+}
+
+TEST(MoverAbandoned, SaysWhereTheArmWasCommandedToAndWhy) {
+  MoverRig rig;
+  ASSERT_FALSE(rig.start(MoveKind::kTransit, 10.0));
+  rig.run(60);
+  const CoreResult result = rig.mover.abandon(Cause::kSilence, 0.25);
+  expect_end(result, MoveOutcome::kRobotSilent, Cause::kSilence, 0, 0.25);
+  EXPECT_EQ(result.at_rad, rig.commanded);
+  EXPECT_EQ(result.ipoc, rig.ipoc);
+  EXPECT_EQ(result.id, rig.id);
+  EXPECT_FALSE(rig.mover.busy());
+}
+
+TEST(MoverAbandoned, AnEarlierSilenceOfTheRobotStaysTheCauseAndNoOtherEnd) {
+  MoverRig rig;
+  ASSERT_FALSE(rig.start(MoveKind::kTransit, 10.0));
+  rig.run(60);
+  rig.mover.halt(MoveOutcome::kRobotSilent, Cause::kLateReplies, 3.0);
+  expect_end(rig.mover.abandon(Cause::kSilence, 0.25), MoveOutcome::kRobotSilent,
+             Cause::kLateReplies, 0, 3.0);
+  ASSERT_FALSE(rig.start(MoveKind::kTransit, 1.0));
+  rig.mover.halt(MoveOutcome::kStopped, Cause::kStopAsked, 1.0);
+  expect_end(rig.mover.abandon(Cause::kSilence, 0.25), MoveOutcome::kRobotSilent, Cause::kSilence,
+             0, 0.25);
+}
+
+TEST(MoverAbandoned, WithoutAnyPacketNobodyKnowsWhere) {
+  RsiConfig config;
+  config.limits.assign(1, {-9, 9, 1, 5, 50});
+  PositionRecord record;
+  Mover mover(config, nullptr, record);
+  ASSERT_FALSE(mover.start({4, MoveKind::kTransit, {1.0}, 0.0, 0}, {0.0}));
+  const CoreResult result = mover.abandon(Cause::kSilence, 0.5);
+  EXPECT_EQ(result.at_rad, AxisAngles{});
+  EXPECT_EQ(result.ipoc, 0u);
+  EXPECT_EQ(result.id, 4u);
+}
+
+}  // namespace
+}  // namespace cellcal::drivers

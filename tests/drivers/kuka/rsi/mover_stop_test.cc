@@ -1,0 +1,307 @@
+// What stops the mover, how fast, and what it latches.
+
+#include "tests/drivers/kuka/rsi/mover_rig.h"
+
+namespace cellcal::drivers {
+namespace {
+
+using namespace std::chrono_literals;
+constexpr double kDeg = MoverRig::kDeg;
+
+double step_deg(MoverRig& rig) {
+  const double before = rig.commanded[1];
+  EXPECT_FALSE(rig.cycle());
+  return (rig.commanded[1] - before) / kDeg;
+}
+
+struct Searching : testing::Test {
+  Searching() { rig.guard.arm(5); }
+  /// 0.5 deg/s, below probing speed.
+  void begin(double deg_s = 0.5) {
+    ASSERT_FALSE(rig.start(MoveKind::kSearch, 10 * deg_s, 10.0, 5));
+    rig.run(100);
+  }
+  void confirm(Duration age, int bounces = 3) {
+    rig.guard.push(ContactEventKind::kContact, 5, rig.now - age, bounces);
+  }
+  MoverRig rig;
+};
+
+TEST_F(Searching, LatchesWhereTheArmWasAtTheFirstEdge) {
+  begin();
+  const double speed = step_deg(rig);
+  const TimePoint edge = rig.now - 3ms;
+  // AIPos is the command of the packet before; between packets on the line.
+  const double at_packet = rig.commanded[1] - speed * kDeg;
+  const double at_edge = at_packet - speed * kDeg * 3.0 / 4.0;
+  rig.guard.trip(5, edge);
+  EXPECT_EQ(step_deg(rig), 0.0);
+  const TimePoint frozen = rig.now;
+  rig.guard.push(ContactEventKind::kContact, 5, edge, 3);
+  const auto end = rig.end();
+  expect_end(end.result, MoveOutcome::kContact, Cause::kNone);
+  const Latch& latch = *end.result.latch;
+  EXPECT_NEAR(latch.contact_rad[1], at_edge, 1e-9);
+  EXPECT_NEAR(latch.settled_rad[1], rig.commanded[1], 1e-12);
+  EXPECT_EQ(latch.contact_time, edge);
+  EXPECT_GE(latch.time_sigma_s, 20e-6);
+  EXPECT_LT(latch.time_sigma_s, 1e-3);
+  EXPECT_NEAR(latch.reaction_s, std::chrono::duration<double>(frozen - edge).count(), 1e-12);
+  EXPECT_EQ(latch.bounces, 3);
+  EXPECT_EQ(end.cycles, 24) << "two windows of rest after the verdict";
+}
+
+TEST_F(Searching, NeitherLatchNorContactIsLeftForTheNextSearch) {
+  begin();
+  rig.guard.trip(5, rig.now - 1ms);
+  confirm(1ms);
+  expect_end(rig.end().result, MoveOutcome::kContact, Cause::kNone);
+  rig.guard.arm(6);
+  ASSERT_FALSE(rig.start(MoveKind::kSearch, 0.5, 1.0, 6));
+  expect_end(rig.end().result, MoveOutcome::kArrived, Cause::kNone);
+}
+
+TEST_F(Searching, ATripWithoutAVerdictIsSilenceAfterATenthOfASecond) {
+  begin();
+  rig.guard.trip(5, rig.now);
+  EXPECT_EQ(step_deg(rig), 0.0);
+  const TimePoint frozen = rig.now;
+  // At 100 ms to the instant the verdict still counts.
+  while (rig.now - frozen < 100ms) rig.run(1);
+  rig.guard.push(ContactEventKind::kRevoked, 5, rig.now);
+  expect_end(rig.end().result, MoveOutcome::kRevoked, Cause::kNone);
+
+  rig.guard.arm(6);
+  ASSERT_FALSE(rig.start(MoveKind::kSearch, 5.0, 10.0, 6));
+  rig.run(100);
+  rig.guard.trip(6, rig.now);
+  expect_end(rig.end().result, MoveOutcome::kContactSilent, Cause::kTripUnconfirmed, 0, 0.104);
+}
+
+TEST_F(Searching, RevokedSilentAndDisarmedAreEndsOfTheirOwn) {
+  begin();
+  rig.guard.push(ContactEventKind::kRevoked, 5, rig.now);
+  expect_end(rig.end().result, MoveOutcome::kRevoked, Cause::kNone);
+  rig.guard.arm(5);
+  begin();
+  rig.guard.set_alive(false);
+  EXPECT_EQ(step_deg(rig), 0.0);
+  rig.guard.set_alive(true);
+  expect_end(rig.end().result, MoveOutcome::kContactSilent, Cause::kSensorDead);
+  begin();
+  rig.guard.trip(5, rig.now);
+  rig.run(2);
+  rig.guard.set_alive(false);
+  rig.run(2);
+  rig.guard.set_alive(true);
+  expect_end(rig.end().result, MoveOutcome::kContactSilent, Cause::kSensorDead);
+  rig.guard.arm(5);
+  begin();
+  rig.guard.disarm();
+  EXPECT_EQ(step_deg(rig), 0.0);
+  expect_end(rig.end().result, MoveOutcome::kContactSilent, Cause::kArmExpired);
+  rig.guard.arm(5);
+  begin();
+  rig.guard.arm(9);  // another arming than this search's
+  EXPECT_EQ(step_deg(rig), 0.0);
+  expect_end(rig.end().result, MoveOutcome::kContactSilent, Cause::kArmExpired);
+}
+
+TEST_F(Searching, AStopWhileTheVerdictIsAwaitedDoesNotHideTheContact) {
+  begin();
+  rig.guard.trip(5, rig.now - 1ms);
+  rig.run(2);
+  rig.mover.halt(MoveOutcome::kStopped, Cause::kStopAsked);
+  confirm(9ms);
+  expect_end(rig.end().result, MoveOutcome::kContact, Cause::kNone);
+}
+
+TEST_F(Searching, AfterAStopNothingOfTheSensorChangesTheEnd) {
+  begin();
+  rig.mover.halt(MoveOutcome::kStopped, Cause::kStopAsked);
+  EXPECT_EQ(step_deg(rig), 0.0);
+  rig.guard.trip(5, rig.now);
+  expect_end(rig.end().result, MoveOutcome::kStopped, Cause::kStopAsked);
+}
+
+TEST_F(Searching, AContactThatIsOlderThanTheRecordIsNone) {
+  begin();
+  rig.guard.trip(5, rig.now - 5s);
+  rig.run(1);
+  confirm(5s);
+  const auto result = rig.end().result;
+  expect_end(result, MoveOutcome::kContactSilent, Cause::kStampOutside, 0, 5.0 + 24 * 0.004, 0.0,
+             1e-6);
+}
+
+// Beside everything that was commanded from 0.2 s before the contact until now.
+TEST_F(Searching, AnAngleBesideTheCommandsAroundTheContactIsNamedOnEitherSide) {
+  for (const double side : {1.0, -1.0}) {
+    for (const double off_deg : {0.049, 0.051}) {
+      rig.guard.arm(5);
+      begin();
+      rig.guard.trip(5, rig.now - 2ms);
+      rig.arm = [=](AxisAngles actual) {
+        actual[2] += side * off_deg * kDeg;
+        return actual;
+      };
+      rig.run(2);
+      confirm(1ms);  // between two packets that saw the arm there
+      const auto result = rig.end().result;
+      rig.arm = [](const AxisAngles& commanded) { return commanded; };
+      if (off_deg < 0.05) {
+        expect_end(result, MoveOutcome::kContact, Cause::kNone);
+      } else {
+        EXPECT_EQ(result.outcome, MoveOutcome::kNotFollowing);
+        EXPECT_EQ(result.cause, Cause::kAxisNotFollowing);
+        EXPECT_EQ(result.axis, 2);
+        EXPECT_NEAR(result.a, 0.0, 1e-9);
+        EXPECT_NEAR(result.b, side * off_deg, 1e-9);
+        EXPECT_FALSE(result.latch);
+      }
+      for (int i = 0; i < 120; ++i) rig.cycle();
+    }
+  }
+}
+
+TEST_F(Searching, FasterThanProbingItBrakesWithinTwentyMilliseconds) {
+  begin(4.0);
+  rig.guard.trip(5, rig.now);
+  int moving = 0;
+  while (step_deg(rig) > 0.0) ++moving;
+  EXPECT_GE(moving, 3);
+  EXPECT_LE(moving, 5);
+}
+
+TEST(MoverStop, ATransitBrakesAtItsLimits) {
+  MoverRig rig;
+  ASSERT_FALSE(rig.start(MoveKind::kTransit, 90.0));
+  rig.run(150);
+  const double speed = step_deg(rig) / 0.004;
+  EXPECT_NEAR(speed, 100.0, 1e-6);
+  rig.mover.halt(MoveOutcome::kStopped, Cause::kStopAsked);
+  int moving = 0;
+  while (step_deg(rig) > 0.0) ++moving;
+  EXPECT_NEAR(0.004 * moving, 100.0 / 400.0 + 400.0 / 4000.0, 0.008);
+}
+
+TEST(MoverStop, AnArmThatIsLedAstrayInSpaceIsBrakedAtOnceAndOnTheAxesAtItsLimits) {
+  for (const bool in_space : {true, false}) {
+    MoverRig rig;
+    rig.config.space.on = in_space;
+    ASSERT_FALSE(rig.start(MoveKind::kTransit, 90.0));
+    rig.run(150);
+    rig.arm = [](AxisAngles actual) {
+      actual[0] += 0.06 * kDeg;
+      return actual;
+    };
+    step_deg(rig);
+    int moving = 0;
+    while (step_deg(rig) > 0.0) ++moving;
+    EXPECT_EQ(moving <= 5, in_space) << moving;
+    EXPECT_EQ(moving >= 60, !in_space) << moving;
+    expect_end(rig.end().result, MoveOutcome::kNotFollowing, Cause::kAxisNotFollowing, 0, 0.0,
+               0.06);
+  }
+}
+
+TEST(MoverStop, RepliesThatAreNotHeardHoldWhatWasCommandedAndAfterThreeTheArmStands) {
+  MoverRig rig;
+  ASSERT_FALSE(rig.start(MoveKind::kTransit, 90.0));
+  rig.run(150);
+  rig.mover.halt(MoveOutcome::kRobotSilent, Cause::kLateReplies, 3.0);
+  rig.run(2);
+  const AxisAngles held = rig.commanded;
+  for (const bool heard : {false, false}) EXPECT_FALSE(rig.cycle(heard));
+  EXPECT_EQ(rig.commanded, held);
+  EXPECT_GT(step_deg(rig), 0.0) << "two in a row are heard again: the ramp goes on";
+  const AxisAngles later = rig.commanded;
+  for (const bool heard : {false, false, false}) EXPECT_FALSE(rig.cycle(heard));
+  EXPECT_EQ(step_deg(rig), 0.0) << "the third ended the ramp";
+  EXPECT_EQ(rig.commanded, later);
+  const auto end = rig.end();
+  expect_end(end.result, MoveOutcome::kRobotSilent, Cause::kLateReplies, 0, 3.0);
+}
+
+TEST(MoverStop, RepliesThatAreNotHeardOnTheWayDoNotEndIt) {
+  MoverRig rig;
+  ASSERT_FALSE(rig.start(MoveKind::kTransit, 1.0));
+  rig.run(20);
+  for (int i = 0; i < 5; ++i) EXPECT_FALSE(rig.cycle(false));
+  EXPECT_GT(step_deg(rig), 0.0);
+  expect_end(rig.end().result, MoveOutcome::kArrived, Cause::kNone);
+}
+
+TEST(MoverStop, ContactOutsideOfASearchAndASensorThatDies) {
+  MoverRig rig;
+  ASSERT_FALSE(rig.start(MoveKind::kTransit, 10.0));
+  rig.run(60);
+  rig.guard.touch(true);
+  expect_end(rig.end().result, MoveOutcome::kUnexpectedContact, Cause::kTouchedOutsideSearch);
+  // It begins in contact and has not left it at its end.
+  ASSERT_FALSE(rig.start(MoveKind::kRetreat, -1.0));
+  expect_end(rig.end().result, MoveOutcome::kStillInContact, Cause::kContactNotOpen);
+  ASSERT_FALSE(rig.start(MoveKind::kRetreat, -1.0));
+  rig.run(10);
+  rig.guard.touch(false);
+  expect_end(rig.end().result, MoveOutcome::kArrived, Cause::kNone);
+  ASSERT_FALSE(rig.start(MoveKind::kTransit, 10.0));
+  rig.run(60);
+  rig.guard.set_alive(false);
+  rig.run(1);
+  rig.guard.set_alive(true);
+  expect_end(rig.end().result, MoveOutcome::kContactSilent, Cause::kSensorDead);
+}
+
+TEST(MoverStop, ARefusalNamesWhatTheSensorLacks) {
+  MoverRig rig;
+  rig.guard.arm(7);
+  const auto armed = rig.start(MoveKind::kSearch, 1.0, 1.0, 5);
+  ASSERT_TRUE(armed);
+  expect_end(*armed, MoveOutcome::kRefused, Cause::kNotArmed, 0, 5, 7);
+  EXPECT_EQ(armed->at_rad, rig.commanded);
+  EXPECT_EQ(armed->id, rig.id);
+  EXPECT_FALSE(rig.mover.busy());
+  rig.guard.disarm();
+  expect_end(*rig.start(MoveKind::kSearch, 1.0, 1.0, 5), MoveOutcome::kRefused, Cause::kNotArmed, 0,
+             5, -1);
+  rig.guard.arm(5);
+  rig.guard.set_alive(false);
+  expect_end(*rig.start(MoveKind::kSearch, 1.0, 1.0, 5), MoveOutcome::kRefused, Cause::kSensorDead);
+  expect_end(*rig.start(MoveKind::kTransit, 1.0), MoveOutcome::kContactSilent, Cause::kSensorDead);
+  rig.guard.set_alive(true);
+  rig.guard.touch(true);
+  expect_end(*rig.start(MoveKind::kSearch, 1.0, 1.0, 5), MoveOutcome::kRefused,
+             Cause::kTouchingAtStart);
+  expect_end(*rig.start(MoveKind::kTransit, 1.0), MoveOutcome::kUnexpectedContact,
+             Cause::kTouchedOutsideSearch);
+  rig.guard.touch(false);
+  rig.guard.push(ContactEventKind::kTrip, 5, rig.now);
+  expect_end(*rig.start(MoveKind::kSearch, 1.0, 1.0, 5), MoveOutcome::kRefused,
+             Cause::kTrippedAtStart);
+  MoverRig deaf(0.004, false);
+  expect_end(*deaf.start(MoveKind::kSearch, 1.0, 1.0, 5), MoveOutcome::kRefused, Cause::kNoSensor);
+  EXPECT_FALSE(deaf.start(MoveKind::kTransit, 1.0));
+  expect_end(deaf.end().result, MoveOutcome::kArrived, Cause::kNone);
+}
+
+TEST(MoverStop, ARetreatsContactMayChatterForFiftyMilliseconds) {
+  for (const auto& [closed_after, outcome] :
+       {std::pair{48ms, MoveOutcome::kArrived}, {56ms, MoveOutcome::kUnexpectedContact}}) {
+    MoverRig rig;
+    rig.guard.touch(true);
+    ASSERT_FALSE(rig.start(MoveKind::kRetreat, -1.0));
+    rig.run(10);
+    rig.guard.touch(false);
+    rig.run(1);
+    const TimePoint opened = rig.now;
+    while (rig.now - opened < closed_after - 4ms) rig.run(1);
+    rig.guard.touch(true);
+    rig.run(1);
+    rig.guard.touch(false);
+    EXPECT_EQ(rig.end().result.outcome, outcome) << closed_after.count();
+  }
+}
+
+}  // namespace
+}  // namespace cellcal::drivers

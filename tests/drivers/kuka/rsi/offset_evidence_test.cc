@@ -1,0 +1,350 @@
+// Which correction a controller holds, judged by each kind of evidence alone and at its limits;
+// what Delay tells; what is sent so that it holds what is wanted.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "drivers/kuka/rsi/correction/rsi_accumulator.h"
+#include "drivers/kuka/rsi/correction/rsi_offset.h"
+#include "drivers/kuka/rsi/link/rsi_delay.h"
+#include "drivers/kuka/rsi/link/rsi_repeats.h"
+
+namespace cellcal::drivers {
+namespace {
+
+using namespace std::chrono_literals;
+constexpr double kDeg = std::numbers::pi / 180.0;
+constexpr TimePoint kThen{1000s};
+
+AxisAngles deg(double a1, double a2) { return {a1 * kDeg, a2 * kDeg}; }
+
+void expect_known(OffsetFinder& finder, const OffsetEvidence& evidence, const AxisAngles& offset) {
+  ASSERT_EQ(finder.look(evidence), OffsetVerdict::kKnown);
+  ASSERT_EQ(finder.offset_rad().size(), offset.size());
+  for (std::size_t i = 0; i < offset.size(); ++i) {
+    EXPECT_NEAR(finder.offset_rad()[i], offset[i], 1e-12);
+  }
+}
+
+// ---- by ASPos
+// --------------------------------------------------------------------------------------
+
+OffsetEvidence measured(double a1_deg, double a2_deg = 0.0) {
+  OffsetEvidence evidence;
+  evidence.t_rx = kThen;
+  evidence.setpoint_rad = deg(10, -20);
+  evidence.actual_rad = deg(10 + a1_deg, -20 + a2_deg);
+  return evidence;
+}
+OffsetMemory sent(double a1_deg, double a2_deg = 0.0) {
+  OffsetMemory memory;
+  memory.known = true;
+  memory.sent_rad = deg(a1_deg, a2_deg);
+  return memory;
+}
+
+TEST(OffsetBySetpoint, WhatWasSentIsHeldWhereTheDifferenceSaysSo) {
+  OffsetFinder finder;
+  finder.begin(sent(5, -3));
+  expect_known(finder, measured(5.019, -3.0), deg(5, -3));
+  finder.begin(sent(5, -3));
+  EXPECT_EQ(finder.look(measured(5.021, -3.0)), OffsetVerdict::kWaitForRest);
+}
+
+TEST(OffsetBySetpoint, AFreshSessionHoldsNone) {
+  OffsetFinder finder;
+  finder.begin({});
+  expect_known(finder, measured(0.019, -0.019), deg(0, 0));
+  finder.begin({});
+  EXPECT_EQ(finder.look(measured(0.021)), OffsetVerdict::kWaitForRest);
+  // Where hardly any had been sent, too; but none that is nearer to what was sent.
+  finder.begin(sent(-0.015));
+  expect_known(finder, measured(0.010), deg(0, 0));
+  finder.begin(sent(0.015));
+  expect_known(finder, measured(0.010), deg(0.015, 0));
+}
+
+TEST(OffsetBySetpoint, AfterACorrectionItIsBelievedThatThereIsNoneOnlyAtRest) {
+  OffsetFinder finder;
+  finder.begin(sent(5));
+  for (int i = 0; i < 3; ++i)
+    EXPECT_EQ(finder.look(measured(0.01)), OffsetVerdict::kWaitForRest) << i;
+  expect_known(finder, measured(0.01), deg(0, 0));
+}
+
+TEST(OffsetBySetpoint, RestIsThreePacketsInARowWithoutFiveThousandthsOfADegree) {
+  OffsetFinder finder;
+  finder.begin(sent(5));
+  double at = 2.0;
+  for (int i = 0; i < 10; ++i) {
+    EXPECT_EQ(finder.look(measured(at += 0.0051)), OffsetVerdict::kWaitForRest);
+  }
+  for (int i = 0; i < 2; ++i) EXPECT_EQ(finder.look(measured(at)), OffsetVerdict::kWaitForRest);
+  EXPECT_EQ(finder.look(measured(at += 1.0)), OffsetVerdict::kWaitForRest) << "from the beginning";
+  for (int i = 0; i < 2; ++i)
+    EXPECT_EQ(finder.look(measured(at += 0.0049)), OffsetVerdict::kWaitForRest);
+  expect_known(finder, measured(at), deg(at, 0));
+  // Another beginning remembers nothing of it.
+  finder.begin(sent(5));
+  EXPECT_EQ(finder.look(measured(at)), OffsetVerdict::kWaitForRest);
+}
+
+TEST(OffsetBySetpoint, APeerThatWaitsForAnAnswerRests) {
+  OffsetFinder finder;
+  finder.begin(sent(5));
+  OffsetEvidence waits = measured(2.0);
+  waits.waits = true;
+  expect_known(finder, waits, deg(2, 0));
+}
+
+// ---- by the counters
+// -------------------------------------------------------------------------------
+
+OffsetMemory stopped() {
+  OffsetMemory memory = sent(5);
+  memory.ipoc = 4'000'000'000u;
+  memory.step = 4;
+  memory.seconds_per_ipoc = 0.001;
+  memory.t_rx = kThen;
+  memory.delay = 10;
+  memory.delay_counts = true;
+  memory.actual_rad = deg(10, -20);
+  return memory;
+}
+/// So long after it stopped, by the host's clock and by IPOC.
+OffsetEvidence after(double elapsed_s, double by_ipoc_s, std::optional<std::uint32_t> delay) {
+  OffsetEvidence evidence;
+  evidence.t_rx = kThen + std::chrono::microseconds(std::llround(1e6 * elapsed_s));
+  evidence.ipoc = 4'000'000'000u + static_cast<std::uint32_t>(std::lround(1000 * by_ipoc_s));
+  evidence.actual_rad = deg(10, -20);
+  evidence.delay = delay;
+  return evidence;
+}
+
+TEST(OffsetByCounters, ASessionThatIsSeenToBeginHoldsNone) {
+  OffsetFinder finder;
+  finder.begin(stopped());
+  OffsetEvidence evidence = after(1.0, 1.0, 260);
+  evidence.session_start = true;
+  expect_known(finder, evidence, deg(0, 0));
+  // The first packet of one that counts them.
+  OffsetEvidence first = after(1.0, 0.0, std::nullopt);
+  first.ipoc = 0;
+  finder.begin(stopped());
+  expect_known(finder, first, deg(0, 0));
+  first.delay = 1;
+  OffsetMemory memory = stopped();
+  memory.delay.reset();
+  memory.seconds_per_ipoc = 0.0;
+  finder.begin(memory);
+  EXPECT_EQ(finder.look(first), OffsetVerdict::kUnknown);
+}
+
+TEST(OffsetByCounters, WithoutAMemoryOrListenedSilenceNothingSaysThatItIsNew) {
+  OffsetFinder finder;
+  finder.begin({});
+  OffsetEvidence evidence = after(1.0, 1.0, 0);
+  evidence.silence_before_s = 0.19;
+  EXPECT_EQ(finder.look(evidence), OffsetVerdict::kUnknown);
+  evidence.silence_before_s = 1.0;
+  evidence.delay = 1;
+  EXPECT_EQ(finder.look(evidence), OffsetVerdict::kUnknown);
+  evidence.delay.reset();
+  EXPECT_EQ(finder.look(evidence), OffsetVerdict::kUnknown);
+}
+
+TEST(OffsetByCounters, WhereHardlyAnyWasSentItIsTheSame) {
+  OffsetMemory memory = stopped();
+  memory.sent_rad = deg(0.019, 0);
+  memory.step = 0;
+  OffsetFinder finder;
+  finder.begin(memory);
+  expect_known(finder, after(1.0, 1.0, 0), deg(0.019, 0));
+  memory.sent_rad = deg(0.021, 0);
+  finder.begin(memory);
+  EXPECT_EQ(finder.look(after(1.0, 1.0, 0)), OffsetVerdict::kUnknown);
+}
+
+TEST(OffsetByCounters, WithoutAClockInIpocNothingIsKnown) {
+  for (const bool step : {true, false}) {
+    OffsetMemory memory = stopped();
+    if (step) memory.step = 0;
+    if (!step) memory.seconds_per_ipoc = 0.0;
+    OffsetFinder finder;
+    finder.begin(memory);
+    EXPECT_EQ(finder.look(after(1.0, 1.0, 260)), OffsetVerdict::kUnknown);
+  }
+}
+
+TEST(OffsetByCounters, AnIpocThatDidNotGoOnIsAnotherSession) {
+  // Within 50 ms and a hundredth of the time: on either side it may be the same one.
+  for (const double side : {1.0, -1.0}) {
+    OffsetFinder finder;
+    finder.begin(stopped());
+    expect_known(finder, after(10.0, 10.0 + side * 0.152, 2520), deg(0, 0));
+    finder.begin(stopped());
+    const double by_ipoc_s = 10.0 + side * 0.148;
+    const auto unanswered = static_cast<std::uint32_t>(std::lround(1000 * by_ipoc_s)) / 4 - 1;
+    expect_known(finder, after(10.0, by_ipoc_s, 10 + unanswered), deg(5, 0));
+  }
+}
+
+TEST(OffsetByCounters, DelayOfTheSameSessionCountsEveryReplyThatWasMissing) {
+  // A second at 4 ms: 249 packets unanswered. One of them may not be counted yet.
+  OffsetFinder finder;
+  finder.begin(stopped());
+  expect_known(finder, after(1.0, 1.0, 10 + 249), deg(5, 0));
+  expect_known(finder, after(1.0, 1.0, 10 + 248), deg(5, 0));
+  EXPECT_EQ(finder.look(after(1.0, 1.0, 10 + 247)), OffsetVerdict::kUnknown);
+  // Three fewer are another session's own; and it never counts back.
+  expect_known(finder, after(1.0, 1.0, 10 + 246), deg(0, 0));
+  finder.begin(stopped());
+  expect_known(finder, after(1.0, 1.0, 9), deg(0, 0));
+  expect_known(finder, after(1.0, 1.0, 10), deg(0, 0));
+}
+
+TEST(OffsetByCounters, ADelayThatWasNeverSeenToCountProvesNothing) {
+  OffsetMemory memory = stopped();
+  memory.delay_counts = false;
+  OffsetFinder finder;
+  finder.begin(memory);
+  EXPECT_EQ(finder.look(after(1.0, 1.0, 10)), OffsetVerdict::kUnknown);
+  EXPECT_EQ(finder.look(after(1.004, 1.004, 10)), OffsetVerdict::kUnknown);
+  expect_known(finder, after(1.008, 1.008, 11), deg(0, 0));  // it grew: it counts
+  // Nor does one that is not sent.
+  finder.begin(memory);
+  EXPECT_EQ(finder.look(after(1.0, 1.0, std::nullopt)), OffsetVerdict::kUnknown);
+  memory.delay.reset();
+  finder.begin(memory);
+  EXPECT_EQ(finder.look(after(1.0, 1.0, 259)), OffsetVerdict::kUnknown);
+}
+
+TEST(OffsetByCounters, OneThatCountsPacketsGoesOnWhereItStoodHoweverLongItTook) {
+  OffsetMemory memory = stopped();
+  memory.counts_packets = true;
+  memory.step = 1;
+  const auto look = [&](std::int32_t ahead, double moved_deg) {
+    OffsetEvidence evidence = after(60.0, 0.0, std::nullopt);
+    evidence.ipoc = memory.ipoc + static_cast<std::uint32_t>(ahead);
+    evidence.actual_rad = deg(10 + moved_deg, -20);
+    OffsetFinder finder;
+    finder.begin(memory);
+    EXPECT_EQ(finder.look(evidence), OffsetVerdict::kKnown);
+    return finder.offset_rad() == memory.sent_rad;
+  };
+  EXPECT_TRUE(look(0, 0.0));
+  EXPECT_TRUE(look(4, 0.019));
+  EXPECT_FALSE(look(5, 0.0));
+  EXPECT_FALSE(look(-1, 0.0));
+  EXPECT_FALSE(look(0, 0.021));
+  memory.counts_packets = false;
+  EXPECT_FALSE(look(0, 0.0));
+}
+
+// ---- Delay
+// -----------------------------------------------------------------------------------------
+
+TEST(DelayWatched, TellsHowManyMoreCameLate) {
+  DelayWatch watch;
+  EXPECT_EQ(watch.note(std::nullopt), 0u);
+  EXPECT_FALSE(watch.last());
+  EXPECT_EQ(watch.note(7), 0u) << "nothing to compare with";
+  EXPECT_FALSE(watch.counts());
+  EXPECT_EQ(watch.note(7), 0u);
+  EXPECT_FALSE(watch.counts());
+  EXPECT_EQ(watch.note(10), 3u);
+  EXPECT_TRUE(watch.counts());
+  EXPECT_EQ(watch.note(std::nullopt), 0u);
+  EXPECT_EQ(watch.last(), 10u);
+  EXPECT_EQ(watch.note(2), 0u) << "counted anew";
+  EXPECT_EQ(watch.note(3), 1u);
+  EXPECT_TRUE(watch.counts());
+}
+
+TEST(DelayWatched, RepliesAreRefusedWhereAllButTwoAreCountedAsLate) {
+  const auto refused = [](int replies, std::uint32_t first, std::uint32_t last,
+                          std::uint64_t least) {
+    DelayWatch watch;
+    watch.note(first);
+    watch.begin_answers(first);
+    for (int i = 0; i < replies; ++i) watch.replied();
+    watch.note(last);
+    return watch.refused(least);
+  };
+  EXPECT_TRUE(refused(10, 5, 13, 10));
+  EXPECT_FALSE(refused(10, 5, 12, 10)) << "three of them were taken";
+  EXPECT_FALSE(refused(9, 5, 14, 10)) << "too few to say";
+  EXPECT_TRUE(refused(12, 5, 17, 10));
+  EXPECT_FALSE(refused(10, 50, 40, 10)) << "counted back";
+  EXPECT_TRUE(refused(2, 5, 5, 2));
+}
+
+TEST(DelayWatched, WithoutDelayOrInAnotherSessionNothingIsRefused) {
+  DelayWatch watch;
+  watch.begin_answers(std::nullopt);
+  for (int i = 0; i < 20; ++i) watch.replied();
+  watch.note(100);
+  EXPECT_FALSE(watch.refused(10));
+  EXPECT_EQ(watch.replies(), 20u);
+  watch.begin_answers(100);
+  watch.note(130);
+  EXPECT_TRUE(watch.refused(10));
+  watch.begin_session();
+  EXPECT_EQ(watch.replies(), 0u);
+  EXPECT_FALSE(watch.refused(0));
+  EXPECT_TRUE(watch.counts()) << "what the controller wires stays";
+}
+
+// ---- the accumulator, repeats
+// ---------------------------------------------------------------------------
+
+TEST(LedgerExact, BeginsWithNoneAndHoldsWhatItIsSet) {
+  CorrectionAccumulator absolute(CorrectionMode::kAbsolute, 4, 2);
+  EXPECT_EQ(absolute.held_rad(), (AxisAngles{0.0, 0.0}));
+  absolute.set(deg(3, -4));
+  const auto held = absolute.hold_deg();
+  ASSERT_EQ(held.size(), 2u);
+  EXPECT_NEAR(held[0], 3.0, 1e-12);
+  EXPECT_NEAR(held[1], -4.0, 1e-12);
+  const auto next = absolute.next_deg(deg(3.5, -4.5), {});
+  EXPECT_NEAR(next[0], 3.5, 1e-12);
+  EXPECT_NEAR(absolute.held_rad()[1], -4.5 * kDeg, 1e-15);
+  EXPECT_NEAR(absolute.again_deg()[1], -4.5, 1e-12);
+}
+
+TEST(LedgerExact, RelativeSendsNoMoreThanAStepAndOneUnitAndForgetsNoRounding) {
+  CorrectionAccumulator relative(CorrectionMode::kRelative, 4, 2);
+  relative.set(deg(1, -1));
+  // 0.00236 deg per reply in units of 0.0001: 23 and one.
+  auto sent_deg = relative.next_deg(deg(1.01, -1.01), deg(0.00236, 0.00236));
+  EXPECT_NEAR(sent_deg[0], 0.0024, 1e-12);
+  EXPECT_NEAR(sent_deg[1], -0.0024, 1e-12);
+  EXPECT_NEAR(relative.held_rad()[0], 1.0024 * kDeg, 1e-12);
+  EXPECT_NEAR(relative.held_rad()[1], -1.0024 * kDeg, 1e-12);
+  sent_deg = relative.hold_deg();
+  EXPECT_EQ(sent_deg[0], 0.0);
+  EXPECT_EQ(sent_deg[1], 0.0);
+  EXPECT_NEAR(relative.held_rad()[0], 1.0024 * kDeg, 1e-12);
+  for (int i = 0; i < 3; ++i) relative.next_deg(deg(1.01, -1.01), deg(0.00236, 0.00236));
+  EXPECT_NEAR(relative.held_rad()[0], 1.0096 * kDeg, 1e-12);
+  relative.next_deg(deg(1.01, -1.01), deg(0.00236, 0.00236));
+  EXPECT_NEAR(relative.again_deg()[0], 0.0004, 1e-12);
+  EXPECT_NEAR(relative.held_rad()[0], 1.01 * kDeg, 1e-12);
+}
+
+TEST(RepeatsWatched, TheSamePacketIsOneWithTheSameCountAndTheSameAngles) {
+  RepeatWatch watch;
+  watch.note(0, deg(1, 2), kThen);
+  EXPECT_NEAR(watch.same_s(kThen + 1s), 1.0, 1e-12);
+  watch.note(0, deg(1, 2), kThen + 1s);
+  EXPECT_NEAR(watch.same_s(kThen + 2s), 2.0, 1e-12);
+  watch.note(0, deg(1, 2.001), kThen + 2s);
+  EXPECT_NEAR(watch.same_s(kThen + 2s), 0.0, 1e-12);
+  watch.note(1, deg(1, 2.001), kThen + 3s);
+  EXPECT_NEAR(watch.same_s(kThen + 4s), 1.0, 1e-12);
+}
+
+}  // namespace
+}  // namespace cellcal::drivers

@@ -1,0 +1,195 @@
+// What the RSI core says of itself, value by value: why a move was refused, what it waits for, what
+// the link is like. The words are made of these.
+
+#include "tests/drivers/kuka/rsi/rig.h"
+
+namespace cellcal::drivers {
+namespace {
+
+struct RsiFacts : testing::Test {
+  const CoreState& facts() { return rig.core.core_state(); }
+  CoreResult result() {
+    std::optional<CoreResult> result;
+    EXPECT_TRUE(rig.run_until([&] { return (result = rig.core.take_result()).has_value(); }, 5s));
+    return result.value_or(CoreResult{});
+  }
+  void expect(const CoreResult& result, MoveOutcome outcome, Cause cause, double a = 0.0) {
+    EXPECT_EQ(result.outcome, outcome) << to_string(result.outcome);
+    EXPECT_EQ(result.cause, cause);
+    EXPECT_EQ(result.axis, 0);
+    EXPECT_NEAR(result.a, a, 1e-9);
+    EXPECT_EQ(result.b, 0.0);
+    EXPECT_EQ(result.id, rig.last_id);
+    EXPECT_FALSE(result.in_space);
+  }
+  Rig rig;
+};
+
+TEST_F(RsiFacts, BeforeTheFirstPacketNothingIsWrongAndNothingIsAsked) {
+  rig.cycle();
+  EXPECT_EQ(facts().trouble, Trouble::kNone);
+  EXPECT_EQ(facts().link, RobotLink::kDown);
+  EXPECT_FALSE(facts().rereference_pending || facts().moving || facts().refused_when_lost);
+  EXPECT_EQ(facts().packets + facts().replies + facts().late + facts().gaps, 0u);
+}
+
+TEST_F(RsiFacts, AMoveWithoutPacketsIsRefusedWithHowLongItHasWaited) {
+  rig.run(500ms);
+  rig.begin(MoveKind::kTransit, AxisAngles(6, 0.0));
+  const CoreResult refused = result();
+  EXPECT_EQ(refused.outcome, MoveOutcome::kRefused);
+  EXPECT_EQ(refused.cause, Cause::kNoPackets);
+  EXPECT_NEAR(refused.a, 0.5, 0.01);
+}
+
+TEST_F(RsiFacts, AMoveIsRefusedUntilTheReference) {
+  rig.krc.rsi_on();
+  rig.run(300ms);
+  EXPECT_EQ(facts().link, RobotLink::kNotReferenced);
+  rig.begin(MoveKind::kTransit, rig.moved_by(0, 1));
+  expect(result(), MoveOutcome::kRefused, Cause::kNotReferenced);
+}
+
+TEST_F(RsiFacts, AReferenceIsPendingFromTheAskingToTheRest) {
+  rig.make_ready();
+  EXPECT_FALSE(facts().rereference_pending);
+  rig.core.rereference();
+  EXPECT_EQ(facts().link, RobotLink::kNotReferenced) << "at once: nothing moves meanwhile";
+  rig.cycle();
+  EXPECT_EQ(facts().link, RobotLink::kReady) << "the record shows that it rests";
+  EXPECT_FALSE(facts().rereference_pending);
+  // One that cannot be taken is pending, and forgotten when the link is lost.
+  rig.krc.rsi_on();
+  rig.run(40ms);
+  rig.core.rereference();
+  rig.cycle();
+  rig.to_pc = false;
+  rig.run(2s);
+  EXPECT_EQ(facts().link, RobotLink::kLost);
+  EXPECT_FALSE(facts().rereference_pending);
+  rig.to_pc = true;
+  rig.krc.rsi_on();
+  rig.run(1s);
+  EXPECT_EQ(facts().link, RobotLink::kNotReferenced) << "nobody asked in this session";
+}
+
+TEST_F(RsiFacts, OneAtATimeAndTheOtherIsToldSo) {
+  rig.make_ready();
+  rig.begin(MoveKind::kTransit, rig.moved_by(0, 10));
+  rig.begin(MoveKind::kTransit, rig.moved_by(0, 5));
+  expect(*rig.core.take_result(), MoveOutcome::kRefused, Cause::kBusy);
+  rig.run(50ms);
+  EXPECT_TRUE(facts().moving);
+  rig.begin(MoveKind::kTransit, rig.moved_by(0, 5));
+  expect(*rig.core.take_result(), MoveOutcome::kRefused, Cause::kBusy);
+}
+
+TEST_F(RsiFacts, StoppedBeforeItBeganItWasStoppedAndNotRefused) {
+  rig.make_ready();
+  rig.begin(MoveKind::kTransit, rig.moved_by(0, 10));
+  rig.core.stop();
+  expect(*rig.core.take_result(), MoveOutcome::kStopped, Cause::kStopAsked);
+}
+
+TEST_F(RsiFacts, AtTheEndOfTheSessionNothingBegins) {
+  rig.make_ready();
+  rig.core.end_session();
+  rig.begin(MoveKind::kTransit, rig.moved_by(0, 10));
+  rig.cycle();
+  expect(*rig.core.take_result(), MoveOutcome::kRefused, Cause::kClosing);
+}
+
+TEST_F(RsiFacts, ARestartEndsTheMoveByName) {
+  rig.make_ready();
+  rig.begin(MoveKind::kTransit, rig.moved_by(0, 10));
+  rig.run(100ms);
+  rig.krc.rsi_on();
+  expect(result(), MoveOutcome::kRobotSilent, Cause::kSessionRestarted);
+  EXPECT_EQ(facts().link, RobotLink::kNotReferenced);
+}
+
+TEST_F(RsiFacts, PacketsOfTooFewAxesAreNamedUntilThereAreEnough) {
+  rig.make_ready();
+  const std::string few =
+      "<Rob Type=\"KUKA\"><AIPos A1=\"0.0000\" A2=\"-90.0000\"/><IPOC>4711</IPOC></Rob>";
+  rig.core.on_datagram(few, rig.now);
+  EXPECT_EQ(facts().trouble, Trouble::kTooFewAxes);
+  EXPECT_EQ(facts().last_error, WireError::kNoAxes);
+  EXPECT_EQ(facts().bad_packets, 1u);
+  rig.run(20ms);
+  EXPECT_EQ(facts().trouble, Trouble::kNone);
+}
+
+TEST_F(RsiFacts, SaysWhatItLearnsAndWhatItIsLike) {
+  rig.krc.rsi_on();
+  rig.run(20ms);
+  EXPECT_EQ(facts().trouble, Trouble::kLearning);
+  rig.run(200ms);
+  EXPECT_EQ(facts().trouble, Trouble::kNone);
+  EXPECT_EQ(facts().ipoc_step, 4u);
+  EXPECT_NEAR(facts().cycle_s, 0.004, 1e-9);
+  EXPECT_TRUE(facts().sends_setpoint && facts().sends_delay);
+  EXPECT_EQ(facts().decimals, 4);
+  EXPECT_EQ(facts().gaps, 0u);
+  EXPECT_NEAR(facts().jitter_s, 0.0, 1e-9);
+  EXPECT_NEAR(facts().longest_gap_s, 0.004, 1e-9);
+  int turn = 0;
+  rig.network_delay = [&] { return ++turn % 2 == 0 ? Duration(100us) : Duration(1100us); };
+  rig.run(2s);
+  EXPECT_NEAR(facts().jitter_s, 1e-3, 1e-4);
+  EXPECT_NEAR(facts().longest_gap_s, 5e-3, 1e-9);
+  EXPECT_GT(facts().replies, 500u);
+  EXPECT_EQ(facts().packets, facts().replies);
+}
+
+TEST(RsiFactsAtRest, ANewAdapterBesideAMovingArmWaitsForItsRest) {
+  Rig rig;
+  rig.make_ready();
+  rig.begin(MoveKind::kTransit, rig.moved_by(0, 40));
+  rig.run(200ms);
+  RsiCore other(rig_config(), nullptr);
+  for (int i = 0; i < 10; ++i) {
+    rig.cycle();
+    other.on_datagram(rig.packet, rig.now);
+  }
+  EXPECT_EQ(other.core_state().trouble, Trouble::kWaitingForRest);
+  EXPECT_EQ(other.core_state().replies, 0u);
+}
+
+TEST(RsiFactsRefused, ThatNoReplyIsTakenIsSaidAfterTenAndNoMoveBegins) {
+  RsiConfig config = rig_config();
+  config.sentype = "KROSHU";
+  Rig rig({}, config);
+  rig.krc.rsi_on();
+  ASSERT_TRUE(
+      rig.run_until([&] { return rig.core.core_state().trouble == Trouble::kNotAccepted; }, 1s));
+  EXPECT_EQ(rig.core.core_state().replies, 10u);
+  rig.begin(MoveKind::kTransit, AxisAngles(6, 0.0));
+  rig.cycle();
+  const auto refused = rig.core.take_result();
+  ASSERT_TRUE(refused);
+  EXPECT_EQ(refused->cause, Cause::kNotAccepted);
+  EXPECT_EQ(refused->axis, 0);
+  EXPECT_EQ(refused->a, 0.0);
+  EXPECT_EQ(refused->b, 0.0);
+}
+
+TEST_F(RsiFacts, LateRepliesOfAnEarlierMoveAreNotCountedAgainstTheNext) {
+  rig.make_ready();
+  for (int move = 0; move < 3; ++move) {
+    rig.begin(MoveKind::kTransit, rig.moved_by(0, move % 2 == 0 ? 5.0 : -5.0));
+    rig.run(100ms);
+    for (int late = 0; late < 2; ++late) {
+      rig.to_krc = false;
+      rig.cycle();
+      rig.to_krc = true;
+      rig.run(20ms);
+    }
+    EXPECT_EQ(facts().late_while_moving, 2u);
+    expect(result(), MoveOutcome::kArrived, Cause::kNone);
+  }
+  EXPECT_EQ(facts().late, 6u);
+}
+
+}  // namespace
+}  // namespace cellcal::drivers

@@ -1,0 +1,247 @@
+// Simulators of other people, as far as their habits differ from a controller's: each peer here is
+// written for this test and does one thing as they do.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+
+#include "drivers/kuka/wire/rsi_codec.h"
+#include "tests/drivers/kuka/rsi/foreign_packet.h"
+#include "tests/drivers/kuka/rsi/rig.h"
+
+namespace cellcal::drivers {
+namespace {
+
+bool has(const std::string& text, const std::string& words) {
+  return text.find(words) != std::string::npos;
+}
+
+/// What a peer does otherwise than a KUKA controller.
+struct Habits {
+  double cycle_s = 0.004;
+  unsigned first_ipoc = 0, ipoc_step = 1;
+  double retry_s = 0.04;          ///< until it sends an unanswered packet again
+  bool waits_for_reply = true;    ///< the same packet again until it is answered
+  bool capitals = true;           ///< TYPE=, and blanks before "/>"
+  int fixed_decimals = -1;        ///< < 0: as few as the value needs, at least one, maybe "4e-06"
+  bool setpoint = true;           ///< ASPos is sent ...
+  bool setpoint_follows = false;  ///< ... and holds the correction
+  bool delay = true;
+  bool adds_up = false;     ///< takes corrections as increments
+  std::string_view more{};  ///< elements that nobody asked for
+};
+
+class ForeignPeer {
+ public:
+  explicit ForeignPeer(Habits habits) : h(habits), ipoc(h.first_ipoc) { restart_adapter(); }
+
+  void restart_adapter() { adapter = std::make_unique<RsiCore>(rig_config(), &guard); }
+  /// Its program is started anew, with the arm where it always begins.
+  void restart() {
+    ipoc = h.first_ipoc;
+    actual_deg = start_deg;
+  }
+  /// Nothing happens for a while.
+  void pause(Duration duration) {
+    for (const TimePoint end = now + duration; now < end; now += 1ms) core().on_tick(now);
+  }
+
+  void cycle() {
+    const double wait_s = answered || !h.waits_for_reply ? h.cycle_s : h.retry_s;
+    for (const TimePoint next =
+             now + std::chrono::duration_cast<Duration>(std::chrono::duration<double>(wait_s));
+         now < next; now = std::min(now + Duration(1ms), next))
+      core().on_tick(now);
+    core().on_tick(now);
+    const std::string reply(core().on_datagram(packet(), now));
+    const SenNames names{"ImFree", "AK", "EK", "Stop"};
+    SenFrame frame;
+    answered = !reply.empty() && parser.parse_sen(reply, names, frame) == WireError::kNone &&
+               frame.ipoc.text.view() == std::to_string(ipoc);
+    if (answered) {
+      for (std::size_t i = 0; i < 6; ++i)
+        actual_deg[i] = (h.adds_up ? actual_deg[i] : start_deg[i]) + frame.axes_deg[i];
+    } else {
+      ++unanswered;
+    }
+    if (answered || !h.waits_for_reply) ipoc += h.ipoc_step;
+  }
+
+  bool run_until(const std::function<bool()>& done, int cycles = 20000) {
+    while (cycles-- > 0) {
+      cycle();
+      if (done()) return true;
+    }
+    return false;
+  }
+  bool make_ready() {
+    run_until([&] { return core().core_state().cycle_s > 0.0; }, 100);
+    core().rereference();
+    return run_until([&] { return core().state().link == RobotLink::kReady; }, 200);
+  }
+  MoveResult move(MoveKind kind, double a1_deg, double cruise_s = 0.0, std::uint16_t arm_id = 0) {
+    AxisAngles target = core().state().commanded_rad;
+    target[0] += a1_deg * kDeg;
+    core().begin({++last_id, kind, target, cruise_s, arm_id});
+    std::optional<MoveResult> result;
+    EXPECT_TRUE(run_until([&] { return (result = core().poll()).has_value(); })) << words();
+    return result.value_or(MoveResult{});
+  }
+  RsiCore& core() const { return *adapter; }
+  std::string words() const { return core().state().words; }
+
+  Habits h;
+  ScriptedGuard guard;
+  std::unique_ptr<RsiCore> adapter;
+  unsigned ipoc;
+  SixAngles start_deg{0, -90, 90, 0, 90, 0}, actual_deg = start_deg;
+  int unanswered = 0;
+  bool answered = true;
+
+ private:
+  std::string packet() const {
+    ForeignPacket text{actual_deg, {}, {}, ipoc, h.capitals, h.fixed_decimals, h.more};
+    if (h.setpoint) text.setpoint_deg = h.setpoint_follows ? actual_deg : start_deg;
+    if (h.delay) text.delay = 0;
+    return text_of(text);
+  }
+
+  RsiParser parser;
+  TimePoint now{1000s};
+  std::uint32_t last_id = 0;
+};
+
+/// Everything a session needs: a transit, a search that meets nothing, and the way back.
+void expect_moves(ForeignPeer& peer) {
+  ASSERT_TRUE(peer.make_ready()) << peer.words();
+  const MoveResult there = peer.move(MoveKind::kTransit, 2.0);
+  EXPECT_EQ(there.outcome, MoveOutcome::kArrived) << there.detail;
+  EXPECT_NEAR(peer.actual_deg[0], 2.0, 1e-4);
+  peer.guard.arm(7);
+  const MoveResult search = peer.move(MoveKind::kSearch, 0.3, 1.0, 7);
+  EXPECT_EQ(search.outcome, MoveOutcome::kArrived) << search.detail;
+  EXPECT_EQ(peer.move(MoveKind::kTransit, -2.3).outcome, MoveOutcome::kArrived);
+  EXPECT_NEAR(peer.actual_deg[0], 0.0, 1e-4);
+}
+
+TEST(RsiForeignPeer, CountsPacketsFromZeroWaitsForRepliesAndPrintsAsFewDecimalsAsItNeeds) {
+  ForeignPeer peer({.cycle_s = 0.0022});
+  expect_moves(peer);
+  EXPECT_EQ(peer.unanswered, 0);
+}
+
+TEST(RsiForeignPeer, WithoutSetpointItsFirstPacketIsAnsweredAtOnce) {
+  // It repeats its first packet until somebody answers; nobody else can have.
+  ForeignPeer peer({.cycle_s = 0.040, .setpoint = false});
+  expect_moves(peer);
+  EXPECT_EQ(peer.unanswered, 0);
+}
+
+TEST(RsiForeignPeer, WithoutSetpointMetInMidSessionIsNotAnsweredAndMovesAreRefused) {
+  ForeignPeer peer({.first_ipoc = 900, .setpoint = false});
+  EXPECT_FALSE(peer.make_ready());
+  EXPECT_TRUE(has(peer.words(), "start it anew")) << peer.words();
+  EXPECT_EQ(peer.move(MoveKind::kTransit, 2.0).outcome, MoveOutcome::kRefused);
+  EXPECT_EQ(peer.actual_deg, peer.start_deg);
+}
+
+TEST(RsiForeignPeer, StartedAnewAfterItsArmHasMovedIsAnsweredAgain) {
+  // Nothing can be seen to rest where each packet waits for the answer to the one before.
+  for (const double retry_s : {0.04, 1.0}) {
+    ForeignPeer peer({.retry_s = retry_s});
+    expect_moves(peer);
+    EXPECT_EQ(peer.move(MoveKind::kTransit, 3.0).outcome, MoveOutcome::kArrived);
+    peer.pause(1s);
+    peer.restart();
+    expect_moves(peer);
+  }
+}
+
+TEST(RsiForeignPeer, HoldingACorrectionOfAnEarlierAdapterIsTakenOverWithoutAJump) {
+  for (const double retry_s : {0.04, 1.0}) {
+    ForeignPeer peer({.retry_s = retry_s});
+    ASSERT_TRUE(peer.make_ready());
+    EXPECT_EQ(peer.move(MoveKind::kTransit, 3.0).outcome, MoveOutcome::kArrived);
+    peer.restart_adapter();
+    ASSERT_TRUE(peer.make_ready()) << peer.words();
+    EXPECT_NEAR(peer.actual_deg[0], 3.0, 1e-4);
+    EXPECT_EQ(peer.move(MoveKind::kTransit, 1.0).outcome, MoveOutcome::kArrived);
+    EXPECT_NEAR(peer.actual_deg[0], 4.0, 1e-4);
+  }
+}
+
+TEST(RsiForeignPeer, WithoutSetpointAPauseOfItsDoesNotThrowTheArmBack) {
+  ForeignPeer peer({.setpoint = false});
+  ASSERT_TRUE(peer.make_ready());
+  EXPECT_EQ(peer.move(MoveKind::kTransit, 3.0).outcome, MoveOutcome::kArrived);
+  peer.pause(700ms);
+  ASSERT_TRUE(peer.make_ready()) << peer.words();
+  EXPECT_NEAR(peer.actual_deg[0], 3.0, 1e-4);
+  EXPECT_EQ(peer.move(MoveKind::kTransit, -3.0).outcome, MoveOutcome::kArrived);
+}
+
+TEST(RsiForeignPeer, PausesAsProgramsDoAndIsNotLostByThat) {
+  ForeignPeer peer({.cycle_s = 0.0022});
+  ASSERT_TRUE(peer.make_ready());
+  peer.pause(150ms);
+  EXPECT_EQ(peer.core().state().link, RobotLink::kReady) << peer.words();
+  peer.pause(100ms);
+  EXPECT_EQ(peer.core().state().link, RobotLink::kLost);
+}
+
+TEST(RsiForeignPeer, CyclesAtTheEdgesOfTwoAndFortyMillisecondsAreTaken) {
+  for (const double cycle_s : {0.00195, 0.002, 0.0401, 0.0405}) {
+    ForeignPeer peer({.cycle_s = cycle_s, .waits_for_reply = false});
+    expect_moves(peer);
+  }
+}
+
+TEST(RsiForeignPeer, WithoutDelayAndWithElementsNobodyAskedFor) {
+  ForeignPeer peer({.delay = false,
+                    .more = "<GearTorque A1=\"0.0\" A2=\"0.0\" /><OvPro R=\"100.0\" />"
+                            "<Tech C11=\"0\" /><DiL>0</DiL><EStr>what</EStr>"});
+  expect_moves(peer);
+}
+
+TEST(RsiForeignPeer, SetpointThatHoldsTheCorrectionIsUnderstood) {
+  ForeignPeer peer({.first_ipoc = 123456,
+                    .ipoc_step = 4,
+                    .waits_for_reply = false,
+                    .capitals = false,
+                    .fixed_decimals = 4,
+                    .setpoint_follows = true});
+  expect_moves(peer);
+}
+
+TEST(RsiForeignPeer, RoundingShowsWithTheFirstChangeAndStopsTheMove) {
+  ForeignPeer peer({.fixed_decimals = 1});
+  ASSERT_TRUE(peer.make_ready()) << "-90.0 may be exact: " << peer.words();
+  const MoveResult result = peer.move(MoveKind::kTransit, 5.0);
+  EXPECT_EQ(result.outcome, MoveOutcome::kNotFollowing);
+  EXPECT_TRUE(has(result.detail, "1 decimals")) << result.detail;
+  EXPECT_LT(peer.actual_deg[0], 1.0) << "braked from the first change on";
+  peer.core().rereference();
+  EXPECT_FALSE(peer.run_until([&] { return peer.core().state().link == RobotLink::kReady; }, 500));
+  EXPECT_TRUE(has(peer.words(), "Precision")) << peer.words();
+}
+
+TEST(RsiForeignPeer, CountsMillisecondsAndPrintsAsFewDecimalsAsItNeeds) {
+  ForeignPeer peer({.first_ipoc = 123456, .ipoc_step = 4, .waits_for_reply = false});
+  expect_moves(peer);
+}
+
+TEST(RsiForeignPeer, RoundingInAControllersTextIsRefusedBeforeAnythingMoves) {
+  ForeignPeer peer({.first_ipoc = 123456, .ipoc_step = 4, .capitals = false, .fixed_decimals = 2});
+  EXPECT_FALSE(peer.make_ready());
+  EXPECT_TRUE(has(peer.words(), "Precision")) << peer.words();
+}
+
+TEST(RsiForeignPeer, TakingCorrectionsAsIncrementsIsNoticedAndTheArmIsHeld) {
+  ForeignPeer peer({.adds_up = true});
+  ASSERT_TRUE(peer.make_ready()) << peer.words();
+  EXPECT_EQ(peer.move(MoveKind::kTransit, 5.0).outcome, MoveOutcome::kNotFollowing);
+}
+
+}  // namespace
+}  // namespace cellcal::drivers

@@ -1,0 +1,50 @@
+#include "drivers/kuka/rsi/link/rsi_pause.h"
+
+#include <gtest/gtest.h>
+
+namespace cellcal::drivers {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr TimePoint kLeft{std::chrono::hours(1)};
+constexpr double kMillisecond = 0.001;
+
+PauseWatch left_at(std::uint32_t ipoc, std::optional<std::uint32_t> delay) {
+  PauseWatch pause;
+  pause.begin(ipoc, kMillisecond, delay, kLeft);
+  return pause;
+}
+
+TEST(a_pause, of_the_same_session_is_one_in_which_ipoc_went_on_with_the_clock) {
+  const PauseWatch pause = left_at(5000, 3);
+  EXPECT_TRUE(pause.is_over(5016, 7, kLeft + milliseconds(16)));
+  EXPECT_TRUE(pause.is_over(5400, 90, kLeft + milliseconds(400)));
+  EXPECT_TRUE(pause.is_over(5016, 3, kLeft + milliseconds(40))) << "waited in a queue";
+}
+
+TEST(a_pause, that_can_hide_another_session_is_none) {
+  const PauseWatch pause = left_at(5000, 3);
+  EXPECT_FALSE(pause.is_over(5600, 100, kLeft + milliseconds(600))) << "too long";
+  EXPECT_FALSE(pause.is_over(5400, 90, kLeft + milliseconds(16))) << "IPOC jumped";
+  EXPECT_FALSE(pause.is_over(4, 7, kLeft + milliseconds(16))) << "IPOC began anew";
+  EXPECT_FALSE(pause.is_over(5016, 0, kLeft + milliseconds(16))) << "Delay began anew";
+  EXPECT_FALSE(pause.is_over(5016, std::nullopt, kLeft + milliseconds(16))) << "another file";
+  EXPECT_FALSE(PauseWatch().is_over(5016, 7, kLeft + milliseconds(16))) << "none was begun";
+}
+
+TEST(a_pause, across_the_wrap_of_ipoc_is_one) {
+  EXPECT_TRUE(left_at(0xFFFFFFF8u, 3).is_over(8, 7, kLeft + milliseconds(16)));
+}
+
+TEST(a_pause, before_the_cycle_was_learnt_or_that_was_forgotten_is_none) {
+  PauseWatch pause;
+  pause.begin(5000, 0.0, 3, kLeft);
+  EXPECT_FALSE(pause.is_over(5016, 7, kLeft + milliseconds(16)));
+  pause.begin(5000, kMillisecond, 3, kLeft);
+  pause.forget();
+  EXPECT_FALSE(pause.is_over(5016, 7, kLeft + milliseconds(16)));
+}
+
+}  // namespace
+}  // namespace cellcal::drivers

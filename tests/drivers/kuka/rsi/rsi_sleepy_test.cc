@@ -1,0 +1,272 @@
+// Peers that pace by sleeping, count packets and wait to be answered: what the adapter makes of
+// their time, and of their silence.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "drivers/kuka/rsi/rsi_core.h"
+#include "tests/drivers/kuka/rsi/rig.h"
+#include "tests/drivers/kuka/rsi/sleepy_peer.h"
+
+namespace cellcal::drivers {
+namespace {
+
+constexpr std::uint16_t kArm = 7;
+constexpr Duration kStep = 250us;
+
+class SleepyRig {
+ public:
+  explicit SleepyRig(const SleepyHabits& habits)
+      : peer(habits, {0.0, -90 * kDeg, 90 * kDeg, 0.0, 90 * kDeg, 0.0}) {
+    new_adapter();
+  }
+
+  void new_adapter() { core = std::make_unique<RsiCore>(rig_config(), &guard); }
+  /// Nobody answers and nobody listens.
+  void leave(Duration duration) {
+    core.reset();
+    run(duration);
+  }
+
+  void step() {
+    now += kStep;
+    const std::string packet = peer.tick(now);
+    if (!core) return;
+    core->on_tick(now + 40us);
+    if (packet.empty() || deaf) return;
+    const std::string reply(core->on_datagram(packet, now + 40us));
+    if (!reply.empty()) peer.receive(reply, now + 80us);
+  }
+  void run(Duration duration) {
+    for (const TimePoint end = now + duration; now < end;) step();
+  }
+  bool run_until(const std::function<bool()>& done, Duration limit) {
+    for (const TimePoint end = now + limit; now < end;) {
+      step();
+      if (done()) return true;
+    }
+    return false;
+  }
+  /// As a session does it: asked once, as soon as there are packets.
+  bool make_ready() {
+    const auto link = [&] { return core->state().link; };
+    if (!run_until([&] { return link() == RobotLink::kNotReferenced; }, 3s)) return false;
+    core->rereference();
+    return run_until([&] { return link() == RobotLink::kReady || link() == RobotLink::kLost; },
+                     5s) &&
+           link() == RobotLink::kReady;
+  }
+  MoveResult move(MoveKind kind, double a1_deg, double cruise_s = 0.0, std::uint16_t arm_id = 0) {
+    begin(kind, a1_deg, cruise_s, arm_id);
+    return finish();
+  }
+  void begin(MoveKind kind, double a1_deg, double cruise_s = 0.0, std::uint16_t arm_id = 0) {
+    AxisAngles target = core->state().commanded_rad;
+    target[0] += a1_deg * kDeg;
+    core->begin({++last_id, kind, target, cruise_s, arm_id});
+  }
+  MoveResult finish() {
+    std::optional<MoveResult> result;
+    EXPECT_TRUE(run_until([&] { return (result = core->poll()).has_value(); }, 60s)) << words();
+    return result.value_or(MoveResult{});
+  }
+  std::string words() const { return core->state().words; }
+
+  SleepyPeer peer;
+  ScriptedGuard guard;
+  std::unique_ptr<RsiCore> core;
+  TimePoint now{1000s};
+  bool deaf = false;
+  std::uint32_t last_id = 0;
+};
+
+SleepyHabits habits(double sleep_s, unsigned ipoc_step = 1) {
+  SleepyHabits h;
+  h.sleep_s = sleep_s;
+  h.ipoc_step = ipoc_step;
+  return h;
+}
+
+/// One touch in mid-search at `speed_deg_s`; the latch's error [s], and its own word on that.
+struct Touch {
+  double error_s = 0.0, sigma_s = 0.0;
+};
+Touch touch(SleepyRig& rig, double speed_deg_s, std::uint16_t arm) {
+  rig.guard.arm(arm);
+  rig.begin(MoveKind::kSearch, 3.0, 3.0 / speed_deg_s, arm);
+  rig.run(1500ms);
+  const TimePoint edge = rig.now + 110us;
+  const double truth = rig.peer.actual_rad_at(edge)[0];
+  rig.run(1ms);
+  rig.guard.trip(arm, edge);
+  rig.guard.push(ContactEventKind::kContact, arm, edge);
+  const MoveResult result = rig.finish();
+  EXPECT_EQ(result.outcome, MoveOutcome::kContact) << result.detail;
+  if (!result.latch) return {HUGE_VAL, 0.0};
+  EXPECT_EQ(rig.move(MoveKind::kRetreat, -2.0).outcome, MoveOutcome::kArrived) << rig.words();
+  return {(result.latch->contact_rad[0] - truth) / (speed_deg_s * kDeg),
+          result.latch->time_sigma_s};
+}
+
+TEST(RsiSleepyPeer, ContactsAreLatchedWhereTheyWereHoweverItsPaceDrifts) {
+  // By IPOC, extrapolated, they were 20 to 100 ms beside after a while, or outside of the record.
+  for (const auto& h : {habits(0.0025), habits(0.004), habits(0.004, 4), habits(0.012),
+                        habits(0.025), habits(0.030)}) {
+    SleepyRig rig(h);
+    ASSERT_TRUE(rig.make_ready()) << h.sleep_s << ": " << rig.words();
+    for (std::uint16_t k = 1; k <= 8; ++k) {
+      const Touch one = touch(rig, 0.1, k);
+      // Its arm does not go straight between two packets, and packets hold microdegrees.
+      EXPECT_LT(std::abs(one.error_s), 0.45 * h.sleep_s + 1e-3) << h.sleep_s << " touch " << k;
+      EXPECT_GT(one.sigma_s, 0.3 * h.sleep_s) << "between two packets nobody knows";
+      EXPECT_LT(one.sigma_s, 2.0 * h.sleep_s);
+    }
+  }
+}
+
+TEST(RsiSleepyPeer, AnArmThatJumpsFromReplyToReplyIsWithinWhatTheLatchSaysOfItself) {
+  for (const double sleep_s : {0.0025, 0.012, 0.030}) {
+    SleepyHabits h = habits(sleep_s);
+    h.lag_s = 0.0;
+    SleepyRig rig(h);
+    ASSERT_TRUE(rig.make_ready()) << rig.words();
+    for (std::uint16_t k = 1; k <= 8; ++k) {
+      const Touch one = touch(rig, 0.1, k);
+      EXPECT_LT(std::abs(one.error_s), 2.0 * one.sigma_s) << sleep_s << " touch " << k;
+    }
+  }
+}
+
+TEST(RsiSleepyPeer, TheCycleFollowsItsPace) {
+  SleepyHabits h = habits(0.010);
+  h.drift = 0.4;
+  SleepyRig rig(h);
+  ASSERT_TRUE(rig.make_ready()) << rig.words();
+  double least = HUGE_VAL, most = 0.0, worst_step = 0.0, last = rig.core->state().cycle_s;
+  rig.run_until(
+      [&] {
+        const double cycle_s = rig.core->state().cycle_s;
+        least = std::min(least, cycle_s);
+        most = std::max(most, cycle_s);
+        worst_step = std::max(worst_step, std::abs(cycle_s - last) / last);
+        last = cycle_s;
+        return false;
+      },
+      20s);
+  EXPECT_LT(least, 0.009);
+  EXPECT_GT(most, 0.013);
+  EXPECT_LT(worst_step, 0.011) << "no step in a move's speed";
+}
+
+TEST(RsiSleepyPeer, ASecondSessionFindsTheCorrectionThatItHolds) {
+  // The packet that nobody answered comes again after a second, and the arm is not where it began.
+  for (const bool counts_on : {false, true}) {
+    SleepyHabits h = habits(0.004);
+    h.counts_on = counts_on;
+    SleepyRig rig(h);
+    for (int session = 0; session < 3; ++session) {
+      const double largest = rig.peer.largest_step_rad();
+      ASSERT_TRUE(rig.make_ready()) << session << ": " << rig.words();
+      EXPECT_LE(rig.peer.largest_step_rad(), std::max(largest, 1e-6)) << "no jump";
+      EXPECT_EQ(rig.move(MoveKind::kTransit, 3.0).outcome, MoveOutcome::kArrived) << rig.words();
+      EXPECT_NEAR(rig.peer.held_rad(0), 3.0 * (session + 1) * kDeg, 1e-6);
+      rig.core->end_session();
+      rig.run(500ms);
+      rig.leave(1700ms);
+      rig.new_adapter();
+    }
+  }
+}
+
+TEST(RsiSleepyPeer, ItsSilenceWhileNobodyAnswersDoesNotSayThatItHasJustBegun) {
+  // No ASPos, and Delay counts seconds: what it holds cannot be known, and zero would be a jump.
+  SleepyHabits h = habits(0.004);
+  h.setpoint = false;
+  SleepyRig rig(h);
+  ASSERT_TRUE(rig.make_ready()) << "from IPOC 0 on it holds nothing: " << rig.words();
+  ASSERT_EQ(rig.move(MoveKind::kTransit, 3.0).outcome, MoveOutcome::kArrived);
+  rig.leave(1300ms);
+  const std::uint64_t replies = rig.peer.replies();
+  rig.new_adapter();
+  EXPECT_FALSE(rig.make_ready());
+  EXPECT_EQ(rig.peer.replies(), replies);
+  EXPECT_NEAR(rig.peer.held_rad(0), 3.0 * kDeg, 1e-6) << "the arm stays";
+  EXPECT_NE(rig.words().find("start it anew"), std::string::npos) << rig.words();
+}
+
+TEST(RsiSleepyPeer, ThisComputersOwnPauseIsNotItsSilence) {
+  // This thread was held up for 0.4 s in mid-move; the peer has waited with its arm meanwhile.
+  SleepyRig rig(habits(0.004));
+  ASSERT_TRUE(rig.make_ready()) << rig.words();
+  rig.begin(MoveKind::kTransit, 5.0);
+  rig.run(200ms);
+  const std::unique_ptr<RsiCore> held_up = std::move(rig.core);
+  std::string packet;
+  while (packet.empty()) packet = rig.peer.tick(rig.now += kStep);
+  rig.now += 400ms;
+  rig.peer.receive(held_up->on_datagram(packet, rig.now), rig.now);
+  EXPECT_EQ(held_up->state().link, RobotLink::kReady) << held_up->state().words;
+  EXPECT_TRUE(held_up->state().moving);
+}
+
+TEST(RsiSleepyPeer, ThatFallsSilentInAMoveIsLost) {
+  SleepyRig rig(habits(0.004));
+  ASSERT_TRUE(rig.make_ready()) << rig.words();
+  rig.begin(MoveKind::kTransit, 20.0);
+  rig.run(200ms);
+  rig.deaf = true;
+  EXPECT_EQ(rig.finish().outcome, MoveOutcome::kRobotSilent);
+}
+
+TEST(RsiLink, RepliesThatWereNeverGivenWereNotLate) {
+  // A session of somebody else's, without ASPos: it is heard and not answered, and Delay counts.
+  sim::ControllerConfig krc;
+  krc.send_setpoint = false;
+  Rig rig(krc);
+  rig.krc.rsi_on();
+  rig.run(200ms);
+  EXPECT_GT(rig.krc.late(), 25U);
+  EXPECT_EQ(rig.core.state().quality.replies, 0U);
+  EXPECT_EQ(rig.core.state().late, 0U);
+  const std::string words = rig.core.state().words;
+  EXPECT_EQ(words.find("came late"), std::string::npos) << words;
+  EXPECT_NE(words.find("not answering"), std::string::npos) << words;
+}
+
+TEST(RsiLink, ANetworkThatBecameSlowerMovesNoContactAndShowsInItsSigma) {
+  Rig rig;
+  rig.make_ready();
+  rig.guard.arm(kArm);
+  rig.begin(MoveKind::kSearch, rig.moved_by(0, 2.0), 10.0, kArm);
+  rig.run(2s);
+  rig.network_delay = [] { return Duration(7ms); };
+  rig.run(800ms);
+  const TimePoint edge = rig.now + 1500us;
+  const double truth = rig.krc.actual_rad_at(edge)[0];
+  rig.guard.trip(kArm, edge);
+  rig.guard.push(ContactEventKind::kContact, kArm, edge);
+  const MoveResult result = rig.finish();
+  ASSERT_EQ(result.outcome, MoveOutcome::kContact) << result.detail;
+  EXPECT_NEAR(result.latch->contact_rad[0], truth, 1.5e-4 * kDeg);
+  EXPECT_NEAR(result.latch->time_sigma_s, 6.9e-3, 1e-4);
+}
+
+TEST(RsiLink, CycleLearntWhileThisComputerStalledIsTheControllersOwn) {
+  // Some of the first packets came late, in a burst: 5 ms were taken for the cycle, for the whole
+  // session, and contacts were looked for outside of the record.
+  Rig rig;
+  int n = 0;
+  constexpr int kFirst = 16, kLast = 32;
+  rig.network_delay = [&] {
+    ++n;
+    if (n < kFirst || n > kLast) return Duration(100us);
+    return Duration((kLast - n) * 4ms + (n - kFirst) * 100us);
+  };
+  rig.krc.rsi_on();
+  rig.run(500ms);
+  EXPECT_EQ(rig.core.state().cycle_s, 0.004);
+}
+
+}  // namespace
+}  // namespace cellcal::drivers

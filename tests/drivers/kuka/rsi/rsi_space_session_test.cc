@@ -1,0 +1,312 @@
+// Corrections in space through a session: contact, stops, silence, takeovers. The promises are
+// those of axis corrections.
+
+#include "drivers/error.h"
+#include "tests/drivers/kuka/allocation_count.h"
+#include "tests/drivers/kuka/rsi/space_rig.h"
+
+namespace cellcal::drivers {
+namespace {
+
+constexpr std::uint16_t kArm = 7;
+
+/// All axes take part: A1 by 2 deg in 10 s, about 5 mm/s.
+AxisAngles search_target(const Rig& rig) {
+  AxisAngles target = rig.commanded();
+  const double by_deg[] = {2.0, -0.7, 1.1, 1.5, -0.9, 1.2};
+  for (std::size_t i = 0; i < 6; ++i) target[i] += by_deg[i] * kDeg;
+  return target;
+}
+
+class SpaceSearch : public ::testing::Test {
+ protected:
+  void search(Duration into = 1s) {
+    rig.make_ready();
+    AxisAngles away = rig.commanded();
+    const double by_deg[] = {20, 10, -12, 25, -15, 30};
+    for (std::size_t i = 0; i < 6; ++i) away[i] += by_deg[i] * kDeg;
+    ASSERT_EQ(rig.move(MoveKind::kTransit, away).outcome, MoveOutcome::kArrived);
+    rig.guard.arm(kArm);
+    rig.begin(MoveKind::kSearch, search_target(rig), 10.0, kArm);
+    rig.run(into);
+    ASSERT_TRUE(rig.core.state().moving);
+  }
+  Rig rig{space_krc(), space_config()};
+};
+
+TEST_F(SpaceSearch, TripFreezesTheVeryReplyAndContactLatches) {
+  search();
+  rig.network_delay = [] { return Duration(50us); };
+  const AxisAngles before = rig.commanded();
+  const std::string last = said(rig.reply);
+  const TimePoint edge = rig.now + 1500us;
+  const std::vector<double> truth = rig.krc.actual_rad_at(edge);
+  rig.guard.trip(kArm, edge);
+  rig.cycle();
+  EXPECT_EQ(said(rig.reply), last) << "the very same RKorr";
+  rig.run(20ms);
+  rig.guard.push(ContactEventKind::kContact, kArm, edge, 3);
+  rig.guard.touch(true);
+  const MoveResult result = rig.finish();
+  ASSERT_EQ(result.outcome, MoveOutcome::kContact) << result.detail;
+  EXPECT_EQ(said(rig.reply), last);
+  ASSERT_TRUE(result.latch);
+  EXPECT_NEAR(result.latch->reaction_s, 2.55e-3, 1e-6);
+  for (std::size_t i = 0; i < 6; ++i) {
+    // As with axis corrections: four decimals on the wire, and the least delay's travel.
+    EXPECT_NEAR(result.latch->contact_rad[i], truth[i], 1.2e-4 * kDeg) << i;
+    EXPECT_NEAR(result.latch->settled_rad[i], before[i], 4e-4 * kDeg) << i;
+  }
+  // And back, still touching at first.
+  rig.guard.touch(false);
+  EXPECT_EQ(rig.move(MoveKind::kRetreat, rig.moved_by(0, -1)).outcome, MoveOutcome::kArrived);
+}
+
+TEST_F(SpaceSearch, StopFreezesInTheNextReply) {
+  search();
+  const std::string last = said(rig.reply);
+  rig.core.stop();
+  rig.cycle();
+  EXPECT_EQ(said(rig.reply), last);
+  EXPECT_EQ(rig.finish().outcome, MoveOutcome::kStopped);
+}
+
+TEST_F(SpaceSearch, SilenceEndsTheMoveAndNothingMovesAfterItUntilReferenced) {
+  search();
+  rig.to_pc = false;
+  const MoveResult result = rig.finish();
+  EXPECT_EQ(result.outcome, MoveOutcome::kRobotSilent);
+  EXPECT_EQ(rig.core.state().link, RobotLink::kLost);
+  rig.to_pc = true;
+  const sim::KukaFrame held = rig.krc.cartesian_correction();
+  rig.run(500ms);
+  EXPECT_EQ(rig.krc.cartesian_correction(), held) << "the very correction that is held";
+  EXPECT_EQ(rig.move(MoveKind::kTransit, rig.moved_by(0, 1)).outcome, MoveOutcome::kRefused);
+  EXPECT_EQ(rig.krc.cartesian_correction(), held);
+  rig.core.rereference();
+  ASSERT_TRUE(rig.run_until([&] { return rig.core.state().link == RobotLink::kReady; }, 2s));
+  EXPECT_EQ(rig.krc.cartesian_correction(), held) << "a reference moves nothing either";
+  EXPECT_EQ(rig.move(MoveKind::kTransit, rig.moved_by(0, -1)).outcome, MoveOutcome::kArrived);
+}
+
+TEST_F(SpaceSearch, LateRepliesEndTheMove) {
+  search();
+  for (int i = 0; i < 3; ++i) {
+    rig.to_krc = false;
+    rig.cycle();
+    rig.to_krc = true;
+    rig.run(40ms);
+  }
+  const MoveResult result = rig.finish();
+  EXPECT_EQ(result.outcome, MoveOutcome::kRobotSilent) << result.detail;
+  EXPECT_NE(result.detail.find("late replies"), std::string::npos) << result.detail;
+}
+
+TEST_F(SpaceSearch, EndOfTheSessionStopsTheControllersProgram) {
+  search();
+  rig.core.end_session();
+  ASSERT_TRUE(rig.run_until([&] { return rig.krc.phase() == sim::RsiPhase::kEnded; }, 5s));
+  EXPECT_EQ(rig.krc.message(), "RSI_MOVECORR ended (STOP)");
+}
+
+TEST_F(SpaceSearch, DamagedAndRepeatedPacketsAreAnsweredWithTheHeldValue) {
+  search();
+  const std::string last = said(rig.reply);
+  const std::string again(rig.core.on_datagram(rig.packet, rig.now + 200us));
+  EXPECT_EQ(said(again), last);
+}
+
+// ---- takeovers ---------------------------------------------------------------------------------
+
+/// A controller with an adapter that has moved all axes of its arm.
+class SpaceTakeover {
+ public:
+  explicit SpaceTakeover(sim::ControllerConfig config = space_krc()) : krc(std::move(config)) {
+    core = std::make_unique<RsiCore>(space_config(), nullptr);
+    run(300ms);
+    krc.rsi_on();
+    run(300ms);
+    EXPECT_TRUE(moved());
+    held = krc.cartesian_correction();
+    held_axes = krc.setpoint_rad();
+  }
+  bool moved() {
+    core->rereference();
+    run(500ms);
+    AxisAngles target = core->state().commanded_rad;
+    const double by_deg[] = {12, -6, 8, 14, -10, 16};
+    const double way = ++moves % 2 == 1 ? 1.0 : -1.0;
+    for (std::size_t i = 0; i < 6; ++i) target[i] += way * by_deg[i] * kDeg;
+    core->begin({1, MoveKind::kTransit, target, 0.0, 0});
+    run(3s);
+    const auto result = core->poll();
+    EXPECT_TRUE(result && result->outcome == MoveOutcome::kArrived)
+        << (result ? result->detail : core->state().words);
+    return result && result->outcome == MoveOutcome::kArrived;
+  }
+  void run(Duration duration, bool connected = true) {
+    for (const TimePoint end = now + duration; now < end;) {
+      now += krc.cycle();
+      const std::string packet(krc.tick(now));
+      core->on_tick(now);
+      if (!packet.empty() && connected) {
+        const std::string_view reply = core->on_datagram(packet, now + 100us);
+        if (!reply.empty()) ++replies;
+        krc.receive(reply);
+      }
+      for (std::size_t i = 0; i < 6 && !held_axes.empty(); ++i) {
+        jump_deg = std::max(jump_deg, std::abs(krc.setpoint_rad()[i] - held_axes[i]) / kDeg);
+      }
+    }
+  }
+  void restart_adapter() { core = std::make_unique<RsiCore>(space_config(), nullptr); }
+  void watch() {
+    jump_deg = 0.0;
+    replies = 0;
+  }
+
+  TimePoint now{500s};
+  sim::Controller krc;
+  std::unique_ptr<RsiCore> core;
+  sim::KukaFrame held{};
+  std::vector<double> held_axes;
+  double jump_deg = 0.0;
+  int replies = 0, moves = 0;
+};
+
+TEST(RsiSpaceOffset, NewAdapterInARunningSessionKeepsQuietForItsFrameMayBeAnother) {
+  SpaceTakeover takeover;
+  takeover.restart_adapter();
+  takeover.watch();
+  takeover.run(200ms);
+  EXPECT_EQ(takeover.krc.phase(), sim::RsiPhase::kRunning);
+  EXPECT_EQ(takeover.replies, 0);
+  EXPECT_LT(takeover.jump_deg, 1e-9);
+  EXPECT_FALSE(takeover.core->state().words.empty());
+}
+
+TEST(RsiSpaceOffset, AfterSilenceAnArmThatStandsALittleAsideIsNotLedFurther) {
+  // A controller whose tool is a little longer makes a little else of each frame.
+  sim::ControllerConfig config = space_krc();
+  calib::Cell cell = torch_cell();
+  cell.tool.tcp.translation() *= 1.001;
+  config.arm = sim::make_cartesian_arm(cell);
+  SpaceTakeover takeover(config);
+  for (int hiccup = 0; hiccup < 5; ++hiccup) {
+    takeover.run(100ms, false);
+    takeover.run(300ms);
+  }
+  EXPECT_EQ(takeover.krc.cartesian_correction(), takeover.held);
+  EXPECT_LT(takeover.jump_deg, 1e-9);
+}
+
+TEST(RsiSpaceOffset, AfterSilenceARunningSessionGetsTheVeryCorrectionThatItHolds) {
+  for (const bool aspos : {true, false}) {
+    sim::ControllerConfig config = space_krc();
+    config.noise_sigma_deg = 0.0005;
+    config.send_setpoint = aspos;
+    SpaceTakeover takeover(config);
+    takeover.run(200ms, false);
+    takeover.watch();
+    takeover.run(1s);
+    EXPECT_GT(takeover.replies, 200) << takeover.core->state().words;
+    EXPECT_EQ(takeover.krc.cartesian_correction(), takeover.held) << aspos;
+    EXPECT_TRUE(takeover.moved()) << aspos;
+  }
+}
+
+TEST(RsiSpaceOffset, AfterSilenceAFreshSessionBeginsAtZero) {
+  for (const bool aspos : {true, false}) {
+    sim::ControllerConfig config = space_krc();
+    config.send_setpoint = aspos;
+    SpaceTakeover takeover(config);
+    takeover.run(2s, false);
+    takeover.krc.rsi_on();
+    takeover.run(1s, true);
+    EXPECT_EQ(takeover.krc.cartesian_correction(), sim::KukaFrame{}) << aspos;
+    EXPECT_TRUE(takeover.moved()) << aspos;
+  }
+}
+
+TEST(RsiSpaceOffset, WithoutAsposANewAdapterKeepsQuietAndSaysWhy) {
+  sim::ControllerConfig config = space_krc();
+  config.send_setpoint = false;
+  SpaceTakeover takeover(config);
+  takeover.restart_adapter();
+  takeover.watch();
+  takeover.run(200ms);
+  EXPECT_EQ(takeover.replies, 0);
+  EXPECT_NE(takeover.core->state().words.find("DEF_ASPos"), std::string::npos);
+  EXPECT_LT(takeover.jump_deg, 1e-9);
+}
+
+TEST(RsiSpaceOffset, FirstFrameOfRsi2IsAnsweredInSpace) {
+  sim::ControllerConfig config = space_krc();
+  config.first_frame_only_ipoc = true;
+  Rig rig(config, space_config());
+  rig.krc.rsi_on();
+  rig.cycle();
+  EXPECT_NE(rig.reply.find("<RKorr X=\"0.000000\" Y=\"0.000000\" Z=\"0.000000\" A=\"0.000000\" "
+                           "B=\"0.000000\" C=\"0.000000\"/>"),
+            std::string::npos)
+      << rig.reply;
+}
+
+TEST(RsiSpaceConfig, WhatCannotBeDrivenIsRefusedByName) {
+  const auto complaint = [](const std::function<void(RsiConfig&)>& spoil) -> std::string {
+    RsiConfig config = space_config();
+    spoil(config);
+    try {
+      config.validate();
+    } catch (const ConfigError& error) {
+      return error.what();
+    }
+    return {};
+  };
+  EXPECT_EQ(complaint([](RsiConfig&) {}), "");
+  const std::pair<const char*, std::function<void(RsiConfig&)>> cases[] = {
+      {"RELATIVE",
+       [](RsiConfig& c) {
+         c.mode = CorrectionMode::kRelative;
+         c.hold_on = false;
+       }},
+      {"7 axes",
+       [](RsiConfig& c) {
+         c.limits.push_back(c.limits.front());
+         c.correction_limit_deg.push_back(10.0);
+       }},
+      {"geometry", [](RsiConfig& c) { c.space.geometry = nullptr; }},
+      {"cart_tag", [](RsiConfig& c) { c.space.tag = "R Korr"; }},
+      {"correction_limit_mm", [](RsiConfig& c) { c.space.limit_mm = 0.0; }},
+      {"correction_turn_limit_deg", [](RsiConfig& c) { c.space.turn_limit_deg = NAN; }},
+  };
+  for (const auto& [words, spoil] : cases)
+    EXPECT_NE(complaint(spoil).find(words), std::string::npos) << complaint(spoil);
+}
+
+TEST(RsiSpaceCycle, DoesNotAllocate) {
+  Rig rig(space_krc(), space_config());
+  rig.make_ready();
+  rig.guard.arm(kArm);
+  rig.begin(MoveKind::kSearch, search_target(rig), 1.0, kArm);
+  std::array<char, 2048> packet{};
+  long before = 0, during = 0;
+  int cycles = 0;
+  for (; cycles < 600; ++cycles) {
+    rig.now += 4ms;
+    const std::string_view sent = rig.krc.tick(rig.now);
+    const std::size_t size = sent.copy(packet.data(), packet.size());
+    before = allocation_count();
+    rig.core.on_tick(rig.now);
+    const std::string_view reply = rig.core.on_datagram({packet.data(), size}, rig.now);
+    const auto result = rig.core.take_result();
+    during += allocation_count() - before;
+    rig.krc.receive(std::string(reply));
+    if (result) break;
+  }
+  EXPECT_GT(cycles, 250);
+  EXPECT_EQ(during, 0);
+}
+
+}  // namespace
+}  // namespace cellcal::drivers

@@ -1,0 +1,59 @@
+#pragma once
+// What the rigs of both adapters have in common: virtual time cycle by cycle, moves one at a time.
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <numbers>
+#include <optional>
+
+#include "drivers/robot.h"
+#include "tests/drivers/kuka/rsi/scripted_guard.h"
+
+namespace cellcal::drivers {
+
+using namespace std::chrono_literals;
+
+/// `Rig` has cycle(), which advances `now`, and `core`.
+template <class Rig>
+class VirtualRig {
+ public:
+  void run(Duration duration) {
+    for (const TimePoint end = now + duration; now < end;) rig().cycle();
+  }
+  bool run_until(const std::function<bool()>& done, Duration limit = 30s) {
+    for (const TimePoint end = now + limit; now < end;) {
+      rig().cycle();
+      if (done()) return true;
+    }
+    return false;
+  }
+
+  void begin(MoveKind kind, const AxisAngles& target, double cruise_s = 0.0,
+             std::uint16_t armed_as = 0) {
+    rig().core.begin({++last_id, kind, target, cruise_s, armed_as});
+  }
+  /// Runs until the move has ended.
+  MoveResult finish(Duration limit = 30s) {
+    std::optional<MoveResult> result;
+    EXPECT_TRUE(run_until([&] { return (result = rig().core.poll()).has_value(); }, limit))
+        << "no result";
+    if (!result) return {};
+    EXPECT_EQ(result->id, last_id);
+    return *result;
+  }
+  MoveResult move(MoveKind kind, const AxisAngles& target, double cruise_s = 0.0,
+                  std::uint16_t armed_as = 0) {
+    begin(kind, target, cruise_s, armed_as);
+    return finish();
+  }
+
+  TimePoint now{1000s};
+  ScriptedGuard guard;
+  std::uint32_t last_id = 0;
+
+ private:
+  Rig& rig() { return static_cast<Rig&>(*this); }
+};
+
+}  // namespace cellcal::drivers
