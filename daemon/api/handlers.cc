@@ -9,9 +9,9 @@
 #include "calib/files/calibration_json.h"
 #include "calib/files/error.h"
 #include "calib/files/files.h"
-#include "daemon/session/delay_watch.h"
-#include "daemon/session/inputs.h"
-#include "daemon/session/printable.h"
+#include "daemon/service/delay_watch.h"
+#include "daemon/service/inputs.h"
+#include "daemon/files/printable.h"
 #include "drivers/error.h"
 
 namespace cellcal::daemon {

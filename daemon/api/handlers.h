@@ -5,7 +5,7 @@
 #include <string>
 
 #include "daemon/api/message.h"
-#include "daemon/session/service.h"
+#include "daemon/service/service.h"
 
 namespace cellcal::daemon {
 

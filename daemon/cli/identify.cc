@@ -11,7 +11,7 @@
 #include "daemon/cli/exit_status.h"
 #include "daemon/cli/offline.h"
 #include "daemon/cli/tables.h"
-#include "daemon/session/atomic_file.h"
+#include "daemon/files/atomic_file.h"
 
 namespace cellcal::daemon {
 

@@ -6,8 +6,8 @@
 #include "daemon/cli/offline.h"
 #include "daemon/doctor/machine.h"
 #include "daemon/doctor/parts.h"
-#include "daemon/main/config.h"
-#include "daemon/session/atomic_file.h"
+#include "daemon/config/config.h"
+#include "daemon/files/atomic_file.h"
 #include "drivers/error.h"
 #include "drivers/kuka/krl/krl_files.h"
 

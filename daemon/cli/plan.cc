@@ -15,7 +15,7 @@
 #include "daemon/cli/exit_status.h"
 #include "daemon/cli/offline.h"
 #include "daemon/report/plan_picture.h"
-#include "daemon/session/correction_limit.h"
+#include "daemon/files/correction_limit.h"
 
 namespace cellcal::daemon {
 

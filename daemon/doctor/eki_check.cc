@@ -1,7 +1,7 @@
 #include <fmt/format.h>
 
 #include "daemon/doctor/robot_check.h"
-#include "daemon/main/pendant.h"
+#include "daemon/config/pendant.h"
 
 namespace cellcal::daemon {
 

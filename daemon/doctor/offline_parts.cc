@@ -10,7 +10,7 @@
 #include "calib/plan/cell_check.h"
 #include "calib/plan/plan.h"
 #include "daemon/doctor/parts.h"
-#include "daemon/session/correction_limit.h"
+#include "daemon/files/correction_limit.h"
 #include "drivers/kuka/krl/krl_read.h"
 
 namespace cellcal::daemon {

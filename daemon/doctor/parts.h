@@ -9,7 +9,7 @@
 #include "calib/model/robot.h"
 #include "daemon/doctor/doctor.h"
 #include "daemon/doctor/machine.h"
-#include "daemon/main/config.h"
+#include "daemon/config/config.h"
 #include "drivers/kuka/krl/krl_verify.h"
 
 namespace cellcal::daemon {

@@ -10,7 +10,7 @@
 #include "daemon/doctor/contact_check.h"
 #include "daemon/doctor/parts.h"
 #include "daemon/doctor/robot_check.h"
-#include "daemon/main/pendant.h"
+#include "daemon/config/pendant.h"
 #include "drivers/contact/ctp_codec.h"
 #include "drivers/contact/serial_contact.h"
 #include "drivers/error.h"

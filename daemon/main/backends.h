@@ -4,8 +4,8 @@
 #include <memory>
 
 #include "calib/model/robot.h"
-#include "daemon/main/config.h"
-#include "daemon/session/backend.h"
+#include "daemon/config/config.h"
+#include "daemon/service/backend.h"
 
 namespace cellcal::daemon {
 

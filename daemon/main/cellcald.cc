@@ -9,7 +9,7 @@
 #include "calib/files/calibration_json.h"
 #include "daemon/main/daemon.h"
 #include "daemon/main/log.h"
-#include "daemon/session/printable.h"
+#include "daemon/files/printable.h"
 
 int main(int argc, char** argv) {
   using cellcal::daemon::DaemonConfig;

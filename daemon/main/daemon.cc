@@ -12,7 +12,7 @@
 #include "daemon/api/handlers.h"
 #include "daemon/api/http.h"
 #include "daemon/main/backends.h"
-#include "daemon/session/service.h"
+#include "daemon/service/service.h"
 
 namespace cellcal::daemon {
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "daemon/main/config.h"
+#include "daemon/config/config.h"
 
 namespace cellcal::daemon {
 

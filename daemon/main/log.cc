@@ -6,7 +6,7 @@
 
 #include <cstdlib>
 
-#include "daemon/session/printable.h"
+#include "daemon/files/printable.h"
 
 namespace cellcal::daemon {
 

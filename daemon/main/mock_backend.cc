@@ -3,7 +3,7 @@
 #include <numbers>
 
 #include "daemon/main/backends.h"
-#include "daemon/main/space_config.h"
+#include "daemon/config/space_config.h"
 #include "daemon/main/virtual_cell.h"
 #include "daemon/main/virtual_eki_cell.h"
 #include "drivers/kuka/krl/krl_files.h"

@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "daemon/main/backends.h"
-#include "daemon/main/pendant.h"
-#include "daemon/main/space_config.h"
+#include "daemon/config/pendant.h"
+#include "daemon/config/space_config.h"
 #include "drivers/contact/serial_contact.h"
 #include "drivers/io_thread.h"
 #include "drivers/kuka/eki/eki_robot.h"

@@ -1,6 +1,6 @@
 // The words of phases, events, actions and failures.
 
-#include "daemon/session/printable.h"
+#include "daemon/files/printable.h"
 #include "daemon/session/session.h"
 
 namespace cellcal::daemon {

@@ -18,8 +18,8 @@
 
 #include "drivers/contact/contact_words.h"
 #include "drivers/contact/latest_value.h"
-#include "drivers/contact/port_keeper.h"
-#include "drivers/contact/port_queues.h"
+#include "drivers/contact/port/port_keeper.h"
+#include "drivers/contact/port/port_queues.h"
 
 namespace cellcal::drivers {
 

@@ -12,7 +12,7 @@
 
 #include "drivers/contact.h"
 #include "drivers/contact/contact_core.h"
-#include "drivers/contact/serial_port.h"
+#include "drivers/contact/port/serial_port.h"
 #include "drivers/io_thread.h"
 
 namespace cellcal::drivers {

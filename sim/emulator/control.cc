@@ -17,7 +17,7 @@
 #include <thread>
 #include <vector>
 
-#include "sim/krc/eki_server.h"
+#include "sim/krc/eki/eki_server.h"
 #include "sim/krc/krc_udp.h"
 
 namespace cellcal::sim {

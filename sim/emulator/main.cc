@@ -19,8 +19,8 @@
 #include "sim/emulator/options.h"
 #include "sim/emulator/rsi_context.h"
 #include "sim/krc/cartesian_arm.h"
-#include "sim/krc/eki_server.h"
-#include "sim/krc/eki_stream_server.h"
+#include "sim/krc/eki/eki_server.h"
+#include "sim/krc/eki/eki_stream_server.h"
 #include "sim/krc/krc_udp.h"
 #include "sim/mcu/mcu_pty.h"
 

@@ -13,7 +13,7 @@
 
 #include "drivers/contact/contact_core.h"
 #include "drivers/contact/ctp_codec.h"
-#include "drivers/contact/serial_port.h"
+#include "drivers/contact/port/serial_port.h"
 #include "tests/bench/loopback.h"
 #include "tests/bench/times.h"
 

@@ -17,7 +17,7 @@
 #include <map>
 #include <thread>
 
-#include "drivers/contact/serial_port.h"
+#include "drivers/contact/port/serial_port.h"
 #include "tests/bench/burners.h"
 #include "tests/bench/cell_peer.h"
 #include "tests/bench/cell_session.h"

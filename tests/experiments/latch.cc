@@ -22,7 +22,7 @@
 #include "calib/files/files.h"
 #include "calib/model/random.h"
 #include "calib/plan/plan.h"
-#include "daemon/main/space_config.h"
+#include "daemon/config/space_config.h"
 #include "daemon/main/virtual_cell.h"
 #include "drivers/contact/serial_contact.h"
 #include "drivers/io_thread.h"

@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <string>
 
-#include "daemon/session/printable.h"
+#include "daemon/files/printable.h"
 
 namespace cellcal::daemon {
 namespace {

@@ -9,7 +9,7 @@
 #include <numbers>
 
 #include "calib/files/files.h"
-#include "daemon/main/config.h"
+#include "daemon/config/config.h"
 #include "drivers/kuka/krl/krl_files.h"
 
 namespace cellcal::daemon {

@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <set>
 
-#include "fakes.h"
+#include "tests/daemon/service/fakes.h"
 
 namespace cellcal::daemon::testing {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "fakes.h"
+#include "tests/daemon/service/fakes.h"
 
 namespace cellcal::daemon {
 namespace {

@@ -21,7 +21,7 @@
 
 #include "baud_of.h"
 #include "drivers/contact/ctp_codec.h"
-#include "drivers/contact/port_backends.h"
+#include "drivers/contact/port/port_backends.h"
 #include "drivers/contact/serial_contact.h"
 #include "pty_shim.h"
 #include "sim/mcu/mcu_pty.h"

@@ -19,7 +19,7 @@
 #include <optional>
 #include <thread>
 
-#include "drivers/contact/port_lock.h"
+#include "drivers/contact/port/port_lock.h"
 #include "sim/mcu/mcu_pty.h"
 
 namespace cellcal::drivers {

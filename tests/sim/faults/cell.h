@@ -12,8 +12,8 @@
 #include <memory>
 #include <vector>
 
-#include "daemon/main/config.h"
-#include "daemon/session/backend.h"
+#include "daemon/config/config.h"
+#include "daemon/service/backend.h"
 #include "drivers/contact/contact_inline.h"
 #include "sim/cell/contact_watch.h"
 #include "sim/cell/truth.h"

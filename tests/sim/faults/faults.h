@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "cell.h"
-#include "daemon/session/runner.h"
+#include "daemon/service/runner.h"
 
 namespace cellcal::faults {
 

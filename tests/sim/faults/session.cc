@@ -1,7 +1,7 @@
 #include "session.h"
 
-#include "daemon/session/inputs.h"
-#include "daemon/session/tasks.h"
+#include "daemon/service/inputs.h"
+#include "daemon/service/tasks.h"
 
 namespace cellcal::faults {
 namespace {

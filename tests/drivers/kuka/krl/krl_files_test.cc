@@ -14,7 +14,7 @@
 
 #include "drivers/error.h"
 #include "drivers/kuka/krl/krl_template.h"
-#include "sim/krc/eki_channel.h"
+#include "sim/krc/eki/eki_channel.h"
 #include "tests/drivers/kuka/krl/krl_checker.h"
 
 namespace cellcal::drivers {

@@ -1,0 +1,330 @@
+#include "daemon/config/config.h"
+
+#include <sys/un.h>
+
+#include <chrono>
+#include <cmath>
+#include <numbers>
+
+#include "calib/files/toml_table.h"
+#include "daemon/config/config_values.h"
+#include "daemon/config/space_config.h"
+#include "drivers/error.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+using calib::TomlTable;
+
+constexpr double kRad = std::numbers::pi / 180.0;
+constexpr double kMm = 1e-3;
+constexpr const char* kFormat = "cellcal.daemon/1";
+/// Degrees. What installations give AXISCORR; the emulated controller is given what is asked for.
+constexpr double kUsualCorrection = 90.0, kAnyCorrection = 360.0;
+constexpr double kMs = 1e-3;
+/// Without a contact input on the controller 50 to 70 ms pass from contact to the brake, which at
+/// 2.5 mm/s is 0.2 mm on: as far as a search at 10 mm/s goes on over RSI.
+constexpr double kFlagSearchMmS = 2.5;
+constexpr double kFlagFastMmS = 2.5, kFlagSlowMmS = 1.0;
+/// KUKA's own inputs, not wired to anything.
+constexpr int kAlwaysTrue = 1025, kAlwaysFalse = 1026;
+/// So many states fit into the silence that means a lost link.
+constexpr int kStatesOfSilence = 4;
+constexpr const char* kDefaultState = "/var/lib/cellcal";
+constexpr const char* kDefaultSocket = "/run/cellcal/cellcald.sock";
+
+void read_motion(const TomlTable& table, DaemonConfig& config) {
+  // 3 to 100 %: below, waypoints take longer than the session's patience.
+  config.motion.speed_fraction = table.number_or("speed_percent", 20.0, {3.0, 100.0}) / 100.0;
+  config.motion.acceleration_rad_s2 =
+      table.number_or("acceleration_deg_s2", 120.0, {1.0, 2000.0}) * kRad;
+  config.motion.jerk_rad_s3 = table.number_or("jerk_deg_s3", 600.0, {1.0, 50000.0}) * kRad;
+  const TouchPolicy policy;
+  const bool by_flag =
+      wire_of(config) == WireKind::kEki && config.eki.stop == drivers::EkiStop::kFlag;
+  const double fast = table.number_or("fast_search_mm_s",
+                                      by_flag ? kFlagFastMmS : policy.fast_m_s / kMm, {0.5, 50.0});
+  const double slow = table.number_or("slow_search_mm_s",
+                                      by_flag ? kFlagSlowMmS : policy.slow_m_s / kMm, {0.1, 10.0});
+  if (by_flag && fast > kFlagSearchMmS) {
+    table.fail("fast_search_mm_s",
+               "must be at most 2.5 with eki stop = \"flag\": the stop takes 50 to 70 ms");
+  }
+  config.touch.fast_m_s = fast * kMm;
+  config.touch.slow_m_s = slow * kMm;
+  if (config.touch.slow_m_s > config.touch.fast_m_s) {
+    table.fail("slow_search_mm_s", "must not be above fast_search_mm_s");
+  }
+  table.refuse_unknown();
+}
+
+void read_session(const TomlTable& table, DaemonConfig& config) {
+  const double usual = std::chrono::duration<double>(config.patience.connecting).count();
+  const double wait_s = table.number_or("connect_wait_s", usual, {1.0, 3600.0});
+  config.patience.connecting = std::chrono::milliseconds(std::llround(wait_s * 1e3));
+  config.retries = static_cast<int>(table.integer_or("retries", 0, 0, 100));
+  table.refuse_unknown();
+}
+
+void read_rsi(const TomlTable& table, DaemonConfig& config) {
+  drivers::RsiConfig& rsi = config.rsi;
+  rsi.bind_address = read_address(table, "bind", rsi.bind_address, Addresses::kOwn);
+  rsi.port = static_cast<std::uint16_t>(table.integer_or("port", rsi.port, 1, 65535));
+  rsi.sentype = read_name(table, "sentype", rsi.sentype);
+  rsi.axis_tag = read_name(table, "axis_tag", rsi.axis_tag);
+  rsi.external_axis_tag = read_name(table, "external_axis_tag", rsi.external_axis_tag);
+  rsi.stop_tag = read_name(table, "stop_tag", rsi.stop_tag, Emptiness::kMeansNone);
+  if (table.has("mode") && table.word("mode", {"absolute", "relative"}) == "relative") {
+    rsi.mode = drivers::CorrectionMode::kRelative;
+  }
+  const bool hold_on = rsi.mode == drivers::CorrectionMode::kAbsolute;
+  rsi.hold_on = table.boolean_or("hold_on", hold_on);
+  if (rsi.hold_on != hold_on) {
+    table.fail("hold_on", hold_on ? "must be true with mode = \"absolute\": one late reply would "
+                                    "throw the arm back to where the session began"
+                                  : "must be false with mode = \"relative\": every late reply "
+                                    "would repeat the last step");
+  }
+  read_space(table, config);
+  refuse_equal_tags(table, rsi);
+  rsi.longest_lag_s =
+      table.number_or("longest_lag_ms", rsi.longest_lag_s / kMs, {10.0, 500.0}) * kMs;
+  rsi.silence_cycles = static_cast<int>(
+      table.integer_or("silence_cycles", rsi.silence_cycles, 2, drivers::kMostSilenceCycles));
+  rsi.late_replies_limit =
+      static_cast<int>(table.integer_or("late_replies_limit", rsi.late_replies_limit, 1, 10000));
+  if (const int most = config.rsi_files.timeout_cycles; rsi.late_replies_limit >= most) {
+    table.fail("late_replies_limit", "must be below timeout_cycles of [controller], " +
+                                         std::to_string(most) +
+                                         ": the controller would end RSI first");
+  }
+  // One figure for all axes here; rsi_config_for() gives each its own.
+  const double usual = config.backend == BackendKind::kMock ? kAnyCorrection : kUsualCorrection;
+  rsi.correction_limit_deg = {table.number_or("correction_limit_deg", usual, {0.1, 360.0})};
+  const bool realtime = table.boolean_or("realtime", true);
+  if (wire_of(config) == WireKind::kRsi) config.realtime = realtime;
+  table.refuse_unknown();
+}
+
+int integer_or(const TomlTable& table, const char* key, int usual, int low, int high) {
+  return static_cast<int>(table.integer_or(key, usual, low, high));
+}
+
+void read_eki(const TomlTable& table, DaemonConfig& config) {
+  drivers::EkiConfig& eki = config.eki;
+  eki.address = read_address(table, "address", eki.address, Addresses::kControllers);
+  eki.port = static_cast<std::uint16_t>(table.integer_or("port", eki.port, 1, 65535));
+  if (table.has("stop")) {
+    eki.stop = table.word("stop", {"input", "flag"}) == "input" ? drivers::EkiStop::kInput
+                                                                : drivers::EkiStop::kFlag;
+  }
+  eki.silence_s = table.number_or("silence_ms", eki.silence_s / kMs, {100.0, 2000.0}) * kMs;
+  eki.latch_delay_s =
+      table.number_or("latch_delay_ms", eki.latch_delay_s / kMs, {-200.0, 200.0}) * kMs;
+  eki.latch_jitter_s =
+      table.number_or("latch_jitter_ms", eki.latch_jitter_s / kMs, {0.0, 200.0}) * kMs;
+  const bool realtime = table.boolean_or("realtime", true);
+  if (wire_of(config) == WireKind::kEki) config.realtime = realtime;
+  eki.flag_sigma_s = table.number_or("flag_sigma_ms", eki.flag_sigma_s / kMs, {0.0, 200.0}) * kMs;
+  table.refuse_unknown();
+}
+
+/// What is installed on the controller. Address and port are [eki]'s.
+void read_controller(const TomlTable& table, DaemonConfig& config) {
+  drivers::EkiFilesConfig& files = config.controller;
+  files.address = config.eki.address;
+  files.port = config.eki.port;
+  files.external_axes = integer_or(table, "external_axes", files.external_axes, 0, 6);
+  files.input = integer_or(table, "input", files.input, 1, 8192);
+  if (files.input == kAlwaysTrue || files.input == kAlwaysFalse) {
+    table.fail("input",
+               "must not be 1025 or 1026: $IN[1025] is always TRUE, $IN[1026] always "
+               "FALSE; the number of the input that the sensor is wired to belongs here");
+  }
+  files.tool = integer_or(table, "tool", files.tool, 0, 128);
+  files.base = integer_or(table, "base", files.base, 0, 128);
+  files.load = integer_or(table, "load", files.load, 0, 128);
+  files.acceleration_percent =
+      integer_or(table, "acceleration_percent", files.acceleration_percent, 1, 100);
+  files.alive_flag = integer_or(table, "alive_flag", files.alive_flag, 1, 1024);
+  files.stop_flag = integer_or(table, "stop_flag", files.stop_flag, 1, 1024);
+  files.first_timer = integer_or(table, "first_timer", files.first_timer, 1, 62);
+  files.first_interrupt = integer_or(table, "first_interrupt", files.first_interrupt, 4, 126);
+  if (files.first_interrupt > 37 && files.first_interrupt < 81) {
+    table.fail("first_interrupt",
+               "must be 4 to 37 or 81 to 126: three priorities from it on, none of the controller's own "
+               "(40 to 80)");
+  }
+  files.state_ms = integer_or(table, "state_ms", files.state_ms, 12, 100);
+  files.dead_man_ms = integer_or(table, "dead_man_ms", files.dead_man_ms, 100, 1000);
+  if (config.eki.silence_s < kStatesOfSilence * files.state_ms * kMs) {
+    table.fail("state_ms", "must be at most a quarter of silence_ms of [eki], " +
+                               std::to_string(std::lround(config.eki.silence_s / kMs)) +
+                               " ms: a state or two that come late would be a lost link");
+  }
+  if (files.alive_flag == files.stop_flag) {
+    table.fail("stop_flag", "must not be alive_flag, too: they need one each");
+  }
+  drivers::RsiFilesConfig& rsi = config.rsi_files;
+  if (table.has("pc_address")) {
+    rsi.pc_address = read_address(table, "pc_address", "", Addresses::kThisComputers);
+  }
+  rsi.rsi_version = integer_or(table, "rsi_version", rsi.rsi_version, 3, 4);
+  rsi.timeout_cycles = integer_or(table, "timeout_cycles", rsi.timeout_cycles, 1, 1000);
+  rsi.tool = files.tool;
+  rsi.base = files.base;
+  rsi.load = files.load;
+  rsi.flag = files.alive_flag;
+  table.refuse_unknown();
+}
+
+/// What both sides of RSI have to agree on.
+void share_with_rsi_files(DaemonConfig& config) {
+  drivers::RsiFilesConfig& files = config.rsi_files;
+  files.port = config.rsi.port;
+  files.sentype = config.rsi.sentype;
+  files.axis_tag = config.rsi.axis_tag;
+  files.stop_tag = config.rsi.stop_tag;
+  files.mode = config.rsi.mode;
+  files.space = config.rsi.space;
+  files.correction_limit_deg = config.rsi.correction_limit_deg.at(0);
+  if (files.pc_address.empty()) files.pc_address = config.rsi.bind_address;
+}
+
+void read_contact(const TomlTable& table, DaemonConfig& config) {
+  const bool needed = config.backend != BackendKind::kMock;
+  if (needed || table.has("device")) config.contact.device = read_path(table, "device");
+  config.contact.baud = static_cast<int>(table.integer_or("baud", 1'000'000, 9600, 4'000'000));
+  for (int allowed : {1'000'000, 250'000, 115'200}) {
+    if (config.contact.baud == allowed) {
+      table.refuse_unknown();
+      return;
+    }
+  }
+  table.fail("baud", "must be 1000000, 250000 or 115200: the firmware knows no other");
+}
+
+void read_mock(const TomlTable& table, MockConfig& mock) {
+  if (table.has("wire")) {
+    mock.wire = table.word("wire", {"rsi", "eki"}) == "eki" ? WireKind::kEki : WireKind::kRsi;
+  }
+  mock.seed = static_cast<std::uint64_t>(table.integer_or("seed", 1, 0, 1'000'000'000));
+  mock.geometry_scale = table.number_or("geometry_scale", mock.geometry_scale, {0.0, 100.0});
+  mock.deflection = table.number_or("deflection", mock.deflection, {-1.0, 1.0});
+  mock.gear_arcsec = table.number_or("gear_arcsec", mock.gear_arcsec, {0.0, 1000.0});
+  mock.placement_m = table.number_or("placement_mm", mock.placement_m * 1e3, {0.0, 100.0}) * 1e-3;
+  mock.joint_noise_deg = table.number_or("joint_noise_deg", mock.joint_noise_deg, {0.0, 1.0});
+  mock.lag_s = table.number_or("lag_ms", mock.lag_s * 1e3, {0.0, 500.0}) * 1e-3;
+  mock.cycle_ms = static_cast<int>(table.integer_or("cycle_ms", mock.cycle_ms, 4, 12));
+  if (mock.cycle_ms != 4 && mock.cycle_ms != 12) table.fail("cycle_ms", "must be 4 or 12");
+  const std::vector<double> home{0, -90, 90, 0, 90, 0};
+  for (double deg :
+       table.has("start_deg") ? table.numbers("start_deg", 0, {-360.0, 360.0}) : home) {
+    mock.start_rad.push_back(deg * kRad);
+  }
+  table.refuse_unknown();
+}
+
+DaemonConfig read(const TomlTable& table) {
+  DaemonConfig config;
+  table.word("format", {kFormat});
+  const std::string backend = table.word("backend", {"rsi", "eki", "mock"});
+  config.backend = backend == "rsi"   ? BackendKind::kRsi
+                   : backend == "eki" ? BackendKind::kEki
+                                      : BackendKind::kMock;
+  config.state_dir = table.has("state_dir") ? read_path(table, "state_dir") : kDefaultState;
+  config.socket = table.has("socket") ? read_path(table, "socket") : kDefaultSocket;
+  if (config.socket.string().size() >= sizeof(sockaddr_un::sun_path)) {
+    table.fail("socket", "must have at most " + std::to_string(sizeof(sockaddr_un::sun_path) - 1) +
+                             " characters, not " + std::to_string(config.socket.string().size()) +
+                             ": a Unix socket has no room for more");
+  }
+  read_mock(table.table_or_empty("mock"), config.mock);
+  read_eki(table.table_or_empty("eki"), config);
+  read_controller(table.table_or_empty("controller"), config);
+  read_session(table.table_or_empty("session"), config);
+  read_motion(table.table_or_empty("motion"), config);
+  read_rsi(table.table_or_empty("rsi"), config);
+  share_with_rsi_files(config);
+  read_contact(config.backend == BackendKind::kMock ? table.table_or_empty("contact")
+                                                    : table.table("contact"),
+               config);
+  table.refuse_unknown();
+  refuse_what_a_session_would(table, config);
+  return config;
+}
+
+}  // namespace
+
+DaemonConfig parse_config(std::string_view text, const std::string& name) {
+  return read(TomlTable::parse(text, name));
+}
+
+DaemonConfig load_config(const std::filesystem::path& path) { return read(TomlTable::load(path)); }
+
+double correction_limit_rad(const DaemonConfig& config) {
+  return config.rsi.correction_limit_deg.at(0) * kRad;
+}
+
+WireKind wire_of(const DaemonConfig& config) {
+  switch (config.backend) {
+    case BackendKind::kRsi:
+      return WireKind::kRsi;
+    case BackendKind::kEki:
+      return WireKind::kEki;
+    case BackendKind::kMock:
+      break;
+  }
+  return config.mock.wire;
+}
+
+namespace {
+
+std::vector<drivers::AxisLimit> axis_limits(const DaemonConfig& config, const calib::Cell& cell) {
+  std::vector<drivers::AxisLimit> limits;
+  for (const calib::Joint& joint : cell.robot.joints) {
+    if (!(joint.max_speed_rad_s > 0.0)) {
+      throw drivers::ConfigError("robot file of " + cell.robot.name + ": joint " + joint.name +
+                                 " has no max_speed_deg_s; without it the arm cannot be moved");
+    }
+    drivers::AxisLimit limit;
+    limit.min_rad = joint.min_rad;
+    limit.max_rad = joint.max_rad;
+    limit.max_speed_rad_s = joint.max_speed_rad_s * config.motion.speed_fraction;
+    limit.max_acceleration_rad_s2 = config.motion.acceleration_rad_s2;
+    limit.max_jerk_rad_s3 = config.motion.jerk_rad_s3;
+    limits.push_back(limit);
+  }
+  return limits;
+}
+
+}  // namespace
+
+drivers::RsiConfig rsi_config_for(const DaemonConfig& config, const calib::Cell& cell) {
+  drivers::RsiConfig rsi = config.rsi;
+  rsi.limits = axis_limits(config, cell);
+  rsi.correction_limit_deg.assign(cell.robot.joints.size(), config.rsi.correction_limit_deg.at(0));
+  if (rsi.space.on) rsi.space.geometry = controller_arm(config, cell);
+  rsi.validate();
+  return rsi;
+}
+
+drivers::EkiConfig eki_config_for(const DaemonConfig& config, const calib::Cell& cell) {
+  drivers::EkiConfig eki = config.eki;
+  const std::size_t axes = 6 + static_cast<std::size_t>(config.controller.external_axes);
+  if (cell.robot.joints.size() != axes) {
+    throw drivers::ConfigError("robot file of " + cell.robot.name + ": " +
+                               std::to_string(cell.robot.joints.size()) +
+                               " joints; the controller's EKI channel has " + std::to_string(axes) +
+                               " axes (six, and [controller] external_axes)");
+  }
+  eki.limits = axis_limits(config, cell);
+  for (const calib::Joint& joint : cell.robot.joints) {
+    eki.full_speed_rad_s.push_back(joint.max_speed_rad_s);
+  }
+  eki.validate();
+  return eki;
+}
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,74 @@
+#pragma once
+// The daemon's configuration file, format "cellcal.daemon/1". SI units and radians inside.
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "calib/model/robot.h"
+#include "daemon/session/touch_policy.h"
+#include "drivers/contact/port/serial_port.h"
+#include "drivers/kuka/eki/eki_config.h"
+#include "drivers/kuka/krl/krl_files.h"
+#include "drivers/kuka/rsi/link/rsi_config.h"
+
+namespace cellcal::daemon {
+
+enum class BackendKind { kRsi, kEki, kMock };
+/// How the controller is spoken to.
+enum class WireKind { kRsi, kEki };
+
+struct MotionConfig {
+  double speed_fraction = 0.2;  ///< of the robot file's axis speeds
+  double acceleration_rad_s2 = 0.0;
+  double jerk_rad_s3 = 0.0;
+};
+
+/// The emulated cell: what it is really like, and how its controller behaves.
+struct MockConfig {
+  WireKind wire = WireKind::kRsi;
+  std::uint64_t seed = 1;
+  double geometry_scale = 1.0;
+  double deflection = -1.0;
+  double gear_arcsec = 0.0;
+  double placement_m = 0.001;
+  double joint_noise_deg = 0.0005;
+  double lag_s = 0.02;
+  int cycle_ms = 4;
+  std::vector<double> start_rad;
+};
+
+struct DaemonConfig {
+  BackendKind backend = BackendKind::kRsi;
+  std::filesystem::path state_dir, socket;
+  MotionConfig motion;
+  TouchPolicy touch;
+  Patience patience;
+  int retries = 0;         ///< harmless interruptions after which a session goes on by itself
+  drivers::RsiConfig rsi;  ///< without what depends on the robot file: see rsi_config_for()
+  drivers::EkiConfig eki;  ///< likewise: see eki_config_for()
+  drivers::EkiFilesConfig controller;  ///< what is installed on it, for EKI
+  drivers::RsiFilesConfig rsi_files;   ///< likewise for RSI; its address may be empty
+  bool realtime = true;
+  drivers::SerialPortOptions contact;
+  MockConfig mock;
+};
+
+/// The backend's wire, or the one that is emulated.
+WireKind wire_of(const DaemonConfig& config);
+
+/// Throws calib::FileError naming file, line and key; drivers::ConfigError.
+DaemonConfig load_config(const std::filesystem::path& path);
+DaemonConfig parse_config(std::string_view text, const std::string& name);
+
+/// How far any axis may go from where it stands at RSI_ON.
+double correction_limit_rad(const DaemonConfig& config);
+
+/// The link's configuration with the axis limits of this cell's robot at the configured speed.
+/// Throws drivers::ConfigError where the robot file lacks a limit.
+drivers::RsiConfig rsi_config_for(const DaemonConfig& config, const calib::Cell& cell);
+drivers::EkiConfig eki_config_for(const DaemonConfig& config, const calib::Cell& cell);
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,121 @@
+#include "daemon/config/config_values.h"
+
+#include <arpa/inet.h>
+
+#include <utility>
+#include <vector>
+
+#include "calib/files/shown.h"
+#include "daemon/files/printable.h"
+#include "drivers/error.h"
+#include "drivers/kuka/wire/xml_values.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+using calib::TomlTable;
+
+std::string in_quotes(const std::string& text) { return "\"" + calib::shown(text) + "\""; }
+
+/// 224.0.0.0 and on: of groups, of nobody, of everybody.
+bool is_of_one(in_addr address) {
+  constexpr std::uint32_t kFirstGroup = 0xE0000000u;
+  return ntohl(address.s_addr) < kFirstGroup;
+}
+
+const char* meant(Addresses whose) {
+  switch (whose) {
+    case Addresses::kOwn:
+      return "one of this computer's ('ip -4 address' lists them), or \"0.0.0.0\" for all of them";
+    case Addresses::kThisComputers:
+      return "this computer's in the controller's RSI subnet ('ip -4 address' lists them)";
+    case Addresses::kControllers:
+      break;
+  }
+  return "the controller's in its KLI network";
+}
+
+}  // namespace
+
+std::string read_name(const TomlTable& table, const char* key, const std::string& usual,
+                      Emptiness empty) {
+  std::string name = table.string_or(key, usual);
+  if (drivers::is_tag(name) || (empty == Emptiness::kMeansNone && name.empty())) return name;
+  table.fail(key, in_quotes(name) + " is not a name: allowed are 1 to " +
+                      std::to_string(drivers::kLongestTag) +
+                      " letters, digits, '_', '-', '.', a letter first; write it as the "
+                      "controller's ethernet XML has it");
+}
+
+std::string read_address(const TomlTable& table, const char* key, const std::string& usual,
+                         Addresses whose) {
+  std::string text = table.string_or(key, usual);
+  in_addr address{};
+  const bool is_one = ::inet_pton(AF_INET, text.c_str(), &address) == 1 && is_of_one(address);
+  const bool all = address.s_addr == INADDR_ANY;
+  if (is_one && (!all || whose == Addresses::kOwn)) return text;
+  table.fail(key, in_quotes(text) +
+                      " is no IPv4 address that can be meant here, as in 10.0.0.5: write " +
+                      meant(whose));
+}
+
+std::filesystem::path read_path(const TomlTable& table, const char* key) {
+  const std::string text = table.string(key);
+  if (printable(text) != text) table.fail(key, "must not hold control characters");
+  std::filesystem::path path = text;
+  if (!path.is_absolute()) {
+    table.fail(key, in_quotes(text) + " must be an absolute path, from \"/\" on");
+  }
+  return path;
+}
+
+void refuse_equal_tags(const TomlTable& rsi, const drivers::RsiConfig& config) {
+  const std::vector<std::pair<const char*, const std::string*>> tags{
+      {"axis_tag", &config.axis_tag},
+      {"external_axis_tag", &config.external_axis_tag},
+      {"cart_tag", &config.space.tag},
+      {"stop_tag", &config.stop_tag}};
+  for (std::size_t i = 0; i < tags.size(); ++i) {
+    const auto& [key, tag] = tags[i];
+    for (const char* reserved : {"Sen", "IPOC"}) {
+      if (drivers::wire::same_name(*tag, reserved))
+        rsi.fail(key, in_quotes(*tag) + " is an element of every telegram: choose another name");
+    }
+    for (std::size_t j = 0; j < i; ++j) {
+      // Corrections are of the axes or in space: of the other tag nothing is sent.
+      const bool together = config.space.on || std::string(key) != "cart_tag";
+      if (drivers::wire::same_name(*tag, *tags[j].second) && !tag->empty() && together) {
+        rsi.fail(key, in_quotes(*tag) + " is " + tags[j].first +
+                          ", too: each element of a telegram needs a name of its own, as the "
+                          "controller's ethernet XML has them");
+      }
+    }
+  }
+}
+
+void refuse_what_a_session_would(const TomlTable& document, const DaemonConfig& config) {
+  // Some arm of six axes: what hangs on the robot file is looked at with it.
+  constexpr std::size_t kAxes = 6;
+  const drivers::AxisLimit any{-1.0, 1.0, config.motion.speed_fraction,
+                               config.motion.acceleration_rad_s2, config.motion.jerk_rad_s3};
+  const char* part = "rsi";
+  try {
+    drivers::RsiConfig rsi = config.rsi;
+    rsi.limits.assign(kAxes, any);
+    rsi.correction_limit_deg.assign(kAxes, config.rsi.correction_limit_deg.at(0));
+    rsi.space.on = false;  // needs the arm's geometry
+    rsi.validate();
+    part = "eki";
+    drivers::EkiConfig eki = config.eki;
+    eki.limits.assign(kAxes, any);
+    eki.full_speed_rad_s.assign(kAxes, 1.0);
+    eki.validate();
+    part = "controller";
+    config.controller.validate();
+  } catch (const drivers::ConfigError& error) {
+    document.fail(part, error.what());
+  }
+}
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,87 @@
+#include "daemon/files/atomic_file.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <stdexcept>
+#include <string>
+#include <system_error>
+#include <utility>
+
+namespace cellcal::daemon {
+
+namespace {
+
+class File {
+ public:
+  File(const std::filesystem::path& path, int flags)
+      : path_(path), fd_(::open(path.c_str(), flags | O_CLOEXEC, 0644)) {
+    if (fd_ < 0) fail("cannot be opened");
+  }
+  ~File() {
+    if (fd_ >= 0) ::close(fd_);
+  }
+  File(const File&) = delete;
+  File& operator=(const File&) = delete;
+
+  void write_all(std::string_view text) {
+    while (!text.empty()) {
+      const ssize_t written = ::write(fd_, text.data(), text.size());
+      if (written < 0 && errno == EINTR) continue;
+      if (written < 0) fail("cannot be written");
+      text.remove_prefix(static_cast<std::size_t>(written));
+    }
+  }
+  void sync() {
+    if (::fsync(fd_) != 0) fail("cannot be brought to disk");
+  }
+
+ private:
+  [[noreturn]] void fail(const char* what) const {
+    throw std::runtime_error(path_.string() + ": " + what + ": " + std::strerror(errno));
+  }
+
+  std::filesystem::path path_;
+  int fd_;
+};
+
+/// Takes away what was begun, unless it became the file.
+class Unfinished {
+ public:
+  explicit Unfinished(std::filesystem::path path) : path_(std::move(path)) {}
+  ~Unfinished() {
+    std::error_code ignored;  // what went wrong before is what is told
+    if (!finished_) std::filesystem::remove(path_, ignored);
+  }
+  Unfinished(const Unfinished&) = delete;
+  Unfinished& operator=(const Unfinished&) = delete;
+
+  void becomes(const std::filesystem::path& path) {
+    std::filesystem::rename(path_, path);
+    finished_ = true;
+  }
+
+ private:
+  std::filesystem::path path_;
+  bool finished_ = false;
+};
+
+}  // namespace
+
+void write_atomically(const std::filesystem::path& path, std::string_view text) {
+  std::filesystem::path temporary = path;
+  temporary += ".part";
+  {
+    File file(temporary, O_WRONLY | O_CREAT | O_TRUNC);
+    Unfinished begun(temporary);  // from here on it is ours
+    file.write_all(text);
+    file.sync();
+    begun.becomes(path);
+  }
+  const std::filesystem::path parent = path.parent_path();
+  File(parent.empty() ? "." : parent, O_RDONLY | O_DIRECTORY).sync();
+}
+
+}  // namespace cellcal::daemon

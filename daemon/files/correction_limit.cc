@@ -1,0 +1,63 @@
+#include "daemon/files/correction_limit.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace cellcal::daemon {
+
+namespace {
+
+constexpr double kDegPerRad = 180.0 / std::numbers::pi;
+/// The arm never stands quite where a plan begins, and ways found on the spot are others.
+constexpr double kMarginDeg = 5.0;
+constexpr double kRoundDeg = 10.0;
+
+double round_limit_deg(double turn_deg) {
+  return kRoundDeg * std::ceil((turn_deg + kMarginDeg) / kRoundDeg);
+}
+
+}  // namespace
+
+LimitNeeded limit_needed(const calib::Plan& plan, const calib::Robot& robot,
+                         const calib::JointVector& begin, std::size_t next) {
+  const calib::AxisTravel travel = calib::axis_travel(plan, begin, next);
+  const calib::Turn turn = travel.from(begin), range = travel.from_anywhere();
+  LimitNeeded needed;
+  needed.axis = robot.joints.at(turn.axis).name;
+  needed.turn_deg = turn.angle_rad * kDegPerRad;
+  needed.limit_deg = round_limit_deg(needed.turn_deg);
+  needed.widest_axis = robot.joints.at(range.axis).name;
+  needed.range_deg = range.angle_rad * kDegPerRad;
+  needed.anywhere_deg = round_limit_deg(needed.range_deg);
+  return needed;
+}
+
+std::string widen_words(const LimitNeeded& needed) {
+  const std::string nearer = "jog the arm to where no axis has as far to go";
+  if (needed.turn_deg > kWidestLimitDeg) return nearer;
+  const double anywhere = std::min(needed.anywhere_deg, kWidestLimitDeg);
+  const double now = std::min(needed.limit_deg, kWidestLimitDeg);
+  return fmt::format(
+      "set correction_limit_deg = {:.0f} in [rsi]{}, make the controller's files anew ('cellcal "
+      "kuka-files': AXISCORR and AXISCORRMON hold the limit, too), copy them there, cold start; or "
+      "{}",
+      anywhere,
+      now < anywhere
+          ? fmt::format(" ({:.0f} for this begin alone: a session that is resumed begins "
+                        "elsewhere)",
+                        now)
+          : "",
+      nearer);
+}
+
+std::string beyond_limit_words(const LimitNeeded& needed, double limit_deg) {
+  return fmt::format(
+      "{} would go {:.1f} deg from where the session begins, and correction_limit_deg is {:g}; nothing "
+      "has moved: {}",
+      needed.axis, needed.turn_deg, limit_deg, widen_words(needed));
+}
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,492 @@
+#include "daemon/service/service.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+
+#include "calib/files/calibration_json.h"
+#include "calib/files/error.h"
+#include "calib/files/files.h"
+#include "calib/plan/candidates.h"
+#include "calib/plan/cell_check.h"
+#include "daemon/service/delay_watch.h"
+#include "daemon/service/inputs.h"
+#include "daemon/session/rules.h"
+#include "daemon/service/tasks.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+/// Enough for a watcher that looks once in a while; one touch is some twenty statuses.
+constexpr std::size_t kHistory = 512;
+/// A robot's link is closed within 2 s; a session asked for meanwhile waits for it.
+constexpr std::chrono::seconds kClosing{4};
+
+/// The newest of this cell file that was published. Empty where there is none.
+std::optional<LastCalibration> last_calibration(Journal& journal, const std::string& cell_name) {
+  for (const SessionRecord& session : journal.sessions()) {
+    if (session.state != "done" || session.inputs.cell_name != cell_name) continue;
+    constexpr std::size_t kDate = 10;  // YYYY-MM-DD
+    LastCalibration last{
+        fmt::format("session {} of {}", session.id, session.ended.substr(0, kDate)), {}};
+    try {
+      const auto whole = journal.session(session.id);
+      if (!whole || whole->calibration.empty()) continue;
+      last.calibration = calib::calibration_from_json(whole->calibration, last.words);
+    } catch (const std::runtime_error& error) {  // of another version, or damaged
+      spdlog::warn("not compared with {}: {}", last.words, error.what());
+      continue;
+    }
+    if (last.calibration.verdict.publish) return last;
+  }
+  return {};
+}
+
+/// The newest, where the daemon that ran it went away in its midst.
+std::optional<InterruptedSession> interrupted_session(Journal& journal) {
+  try {
+    const auto record = journal.newest_resumable();
+    if (!record || record->state != "interrupted") return std::nullopt;
+    return InterruptedSession{record->id, record->touches, record->planned, record->started};
+  } catch (const JournalError& damaged) {
+    spdlog::warn("the newest session cannot be gone on with: {}", damaged.what());
+    return std::nullopt;
+  }
+}
+
+constexpr int kMostTouches = 2000;
+constexpr double kFinestGoalMm = 0.01, kCoarsestGoalMm = 10.0;
+
+class JournalRecorder final : public Recorder {
+ public:
+  JournalRecorder(Journal& journal, std::int64_t session, Backend& backend)
+      : journal_(journal), session_(session), backend_(backend) {}
+
+  void record(const RecordPlan& plan) override { journal_.record(session_, plan); }
+  void record(const RecordReading& reading) override { journal_.record(session_, reading); }
+  void record(const RecordTouch& touch) override {
+    journal_.record(session_, touch);
+    spdlog::info("session {}: touch {} on {} is on disk, {} readings within {:.4f} mm", session_,
+                 touch.index + 1, touch.touch.target, touch.touch.readings,
+                 touch.touch.spread_m * 1e3);
+  }
+  void record(const RecordEnd& end) override {
+    journal_.record(session_, end, backend_.utc_now());
+    if (end.ending == Ending::kFailed) {
+      spdlog::error("session {} failed: {}", session_, end.failure);
+    } else {
+      spdlog::info("session {} {}", session_,
+                   end.ending == Ending::kDone ? "is done" : "was aborted");
+    }
+  }
+  void check() override { journal_.check(); }
+  void note(const std::string& utc, const std::string& words) override {
+    journal_.note(session_, utc, words);
+    spdlog::debug("session {}: {}", session_, words);
+  }
+
+ private:
+  Journal& journal_;
+  std::int64_t session_;
+  Backend& backend_;
+};
+
+bool must_find(const calib::Cell& cell) {
+  return std::any_of(cell.targets.begin(), cell.targets.end(), [](const calib::Target& target) {
+    return target.kind == calib::TargetKind::kSphere && !target.has_centre;
+  });
+}
+
+/// Before anything is opened, planned or moved.
+void look_at_cell(const calib::Cell& cell) {
+  try {
+    for (const std::string& warning : calib::refuse_faulty(cell)) spdlog::warn("{}", warning);
+  } catch (const calib::PlanError& wrong) {
+    throw RequestError(wrong.what());
+  }
+}
+
+void check(const RunRequest& request) {
+  if (!request.resume && !request.cell.is_absolute()) {
+    throw RequestError("the cell file must be an absolute path, not \"" + request.cell.string() +
+                       "\"");
+  }
+  if (const int touches = request.fit_touches.value_or(kPlannedTouches);
+      touches < 4 || touches > kMostTouches) {
+    throw RequestError("touches must be 4 to 2000, not " + std::to_string(touches));
+  }
+  if (request.goal_mm &&
+      !(*request.goal_mm >= kFinestGoalMm && *request.goal_mm <= kCoarsestGoalMm)) {
+    throw RequestError(fmt::format("the goal must be {} to {} mm, not {}", kFinestGoalMm,
+                                   kCoarsestGoalMm, *request.goal_mm));
+  }
+  if (request.check_touches < 0 || request.check_touches > kMostTouches) {
+    throw RequestError("check touches must be 0 to 2000, not " +
+                       std::to_string(request.check_touches));
+  }
+}
+
+}  // namespace
+
+/// All that one session needs, until it has ended.
+struct SessionService::Job {
+  std::int64_t session = 0;
+  calib::Cell cell;
+  SessionInputs inputs;
+  SessionOptions options;
+  std::string started;
+  std::string expected_hash;
+  bool resumed = false;
+  std::vector<calib::Touch> touches;
+  std::unique_ptr<Backend> backend;
+
+  // For the time left.
+  std::size_t done_at_first_move = 0;
+  std::optional<drivers::TimePoint> first_move;
+  drivers::TimePoint last_touch{};
+  std::size_t last_done = 0;
+};
+
+SessionService::SessionService(ServiceParts parts) : parts_(std::move(parts)) {
+  for (const auto& file : parts_.journal.files()) no_inputs_.emplace_back(file);
+  history_.emplace_back();
+  history_.back().interrupted = interrupted_session(parts_.journal);
+}
+
+SessionService::~SessionService() { shutdown(); }
+
+std::unique_ptr<SessionService::Job> SessionService::prepare(const RunRequest& request) {
+  check(request);
+  auto job = std::make_unique<Job>();
+  if (request.resume) {
+    const std::optional<SessionRecord> record = parts_.journal.newest_resumable();
+    if (!record) {
+      throw RequestError("the newest session is done, or there is none: nothing to resume");
+    }
+    job->session = record->id;
+    job->inputs = record->inputs;
+    job->options = options_from_json(record->inputs.options);
+    job->started = record->started;
+    job->expected_hash = record->plan_hash;
+    job->touches = parts_.journal.touches(record->id);
+    job->resumed = true;
+    job->options.accept_change |= request.accept_change;
+    if (!request.cell.empty() && read_inputs(request.cell).cell_text != record->inputs.cell_text) {
+      throw RequestError("the cell file has changed since session " + std::to_string(record->id) +
+                         " began; resume without --cell to go on with the stored one, or start a "
+                         "new session");
+    }
+  } else {
+    job->inputs = read_inputs(request.cell);
+    job->options.plan.fit_touches = request.fit_touches.value_or(kPlannedTouches);
+    job->options.find = request.find;
+    job->options.accept_change = request.accept_change;
+    job->options.goal.u95_m = request.goal_mm.value_or(0.0) * 1e-3;
+    job->options.goal.most_touches =
+        request.fit_touches.value_or(request.goal_mm ? kMostChosen : kPlannedTouches);
+    if (!request.goal_mm) job->options.goal.worth_it = 0.0;  // so many, whatever they bring
+    job->options.region = request.region;
+    try {
+      job->options.plan.interest = calib::parse_interest(request.region);
+    } catch (const calib::PlanError& wrong) {
+      throw RequestError(wrong.what());
+    }
+    job->options.plan.check_touches = request.check_touches;
+    job->options.plan.seed = request.seed;
+    job->options.touch = parts_.touch;
+  }
+  job->cell = cell_of(job->inputs);
+  if (request.goal_mm && request.fit_touches) {
+    const auto targets = std::count_if(
+        job->cell.targets.begin(), job->cell.targets.end(), [](const calib::Target& target) {
+          return calib::is_planned(target, calib::Kinds::kSpheresAndPlanes);
+        });
+    if (const auto least = targets * calib::kFirstTouches; *request.fit_touches < least) {
+      throw RequestError(
+          fmt::format("touches chosen by a goal begin with {} of each target: of {} targets at "
+                      "least {}, not {}",
+                      calib::kFirstTouches, targets, least, *request.fit_touches));
+    }
+  }
+  if (!request.resume)
+    job->options.one_by_one = request.goal_mm || job->options.find || must_find(job->cell);
+  // Not in the journal: what stands in the cell now is what must not be hit now.
+  calib::load_meshes(job->cell, std::filesystem::path(job->inputs.cell_name).parent_path());
+  if (!request.resume) look_at_cell(job->cell);
+  if (job->cell.robot.joints.size() > drivers::kMaxAxes) {
+    throw RequestError("the robot file has " + std::to_string(job->cell.robot.joints.size()) +
+                       " joints, the drivers move at most " + std::to_string(drivers::kMaxAxes));
+  }
+  job->backend = parts_.make_backend(job->cell);
+  return job;
+}
+
+std::int64_t SessionService::start(const RunRequest& request) {
+  {
+    std::unique_lock lock(mutex_);
+    const bool closing = is_final(history_.back().phase);
+    if (busy_ && closing) idle_.wait_for(lock, kClosing, [this] { return !busy_; });
+    if (ending_) throw BusyError("the daemon is being stopped; start it again");
+    if (busy_ && starting_) throw BusyError("a session is being prepared; see 'cellcal status'");
+    if (busy_) {
+      const std::string session = "session " + std::to_string(history_.back().session);
+      throw BusyError(closing && is_final(history_.back().phase)
+                          ? session +
+                                " has ended, but the disk has not taken its end yet or a "
+                                "link is still being closed; look at the disk, try again"
+                          : session +
+                                " is under way; see 'cellcal status', end it with "
+                                "'cellcal abort'");
+    }
+    busy_ = starting_ = true;
+    abort_early_ = false;
+  }
+  try {
+    if (thread_.joinable()) thread_.join();
+    std::unique_ptr<Job> job = prepare(request);
+    {
+      const std::lock_guard lock(mutex_);
+      if (ending_) throw BusyError("the daemon is being stopped; start it again");
+    }
+    const std::string now = job->backend->utc_now();
+    if (job->resumed) {
+      parts_.journal.resume(job->session, now);
+    } else {
+      job->started = now;
+      job->inputs.options = options_to_json(job->options);
+      job->session = parts_.journal.begin(job->inputs, now);
+    }
+    spdlog::info("session {} {}: {}", job->session, job->resumed ? "resumed" : "begins",
+                 job->inputs.cell_name);
+    const std::int64_t session = job->session;
+    State first;
+    first.phase = Phase::kPlanning;
+    publish(first, *job);
+    const std::lock_guard lock(mutex_);
+    thread_ = std::thread([this, job = std::move(job)] { run(*job); });
+    starting_ = false;
+    idle_.notify_all();
+    return session;
+  } catch (...) {
+    const std::lock_guard lock(mutex_);
+    busy_ = starting_ = false;
+    idle_.notify_all();
+    throw;
+  }
+}
+
+void SessionService::run(Job& job) {
+  try {
+    carry_out(job);
+  } catch (const std::exception& error) {
+    // Before the runner had it: no device was opened.
+    State failed;
+    failed.phase = Phase::kFailed;
+    failed.failure = Failure{FailureKind::kUnexpectedEvent, error.what()};
+    spdlog::critical("session {} could not be run: {}", job.session, error.what());
+    publish(failed, job);
+  }
+  job.backend.reset();
+  if (const auto links = status().links) keep_links({false, links->robot, links->contact});
+  const std::lock_guard lock(mutex_);
+  busy_ = false;
+  idle_.notify_all();
+}
+
+void SessionService::carry_out(Job& job) {
+  State state;
+  state.policy = job.options.touch;
+  state.patience = parts_.patience;
+  state.retries = parts_.retries;
+  state.how_to_start = job.backend->how_to_start();
+  state.one_by_one = job.options.one_by_one;
+  state.resumed = job.resumed;
+  state.done = job.touches.size();
+  state.expected_hash = job.expected_hash;
+
+  TaskInputs task_inputs;
+  task_inputs.cell = job.cell;
+  task_inputs.cell.passable = job.backend->passable();
+  task_inputs.axis_reach_rad = job.backend->axis_reach_rad();
+  task_inputs.files = job.inputs;
+  std::stop_source planning;
+  task_inputs.options = job.options;
+  task_inputs.options.plan.stop = planning.get_token();
+  task_inputs.made = job.touches;
+  task_inputs.last = last_calibration(parts_.journal, job.inputs.cell_name);
+  task_inputs.session = job.session;
+  task_inputs.started = job.started;
+  task_inputs.results_dir = results_dir(job.session);
+  task_inputs.utc_now = [&job] { return job.backend->utc_now(); };
+  task_inputs.store = [this, &job](const std::string& json) {
+    parts_.journal.store_calibration(job.session, json);
+  };
+  task_inputs.interruptions = [this] { return status().interruptions; };
+  task_inputs.truth = [&job](const calib::Calibration& calibration) {
+    return job.backend->truth(calibration);
+  };
+
+  JournalRecorder recorder(parts_.journal, job.session, *job.backend);
+  // The workers go first: their jobs use what stands above.
+  std::unique_ptr<Worker> worker, disk;
+  if (job.backend->virtual_time()) {
+    worker = std::make_unique<InlineWorker>();
+    disk = std::make_unique<InlineWorker>();
+  } else {
+    worker = std::make_unique<ThreadWorker>();
+    disk = std::make_unique<ThreadWorker>(ThreadWorker::Priority::kNormal);
+  }
+  Runner runner({*job.backend, recorder, *worker, *disk, make_tasks(std::move(task_inputs)),
+                 [this, &job](const State& now) { publish(now, job); },
+                 [this](const drivers::RobotState& robot, const drivers::ContactStatus& contact) {
+                   keep_links({true, robot, contact});
+                 }},
+                std::move(state), job.touches);
+  {
+    const std::lock_guard lock(mutex_);
+    runner_ = &runner;
+    if (abort_early_) runner.request_abort();
+  }
+  runner.run();
+  {
+    const std::lock_guard lock(mutex_);
+    runner_ = nullptr;
+  }
+  watch_delay(parts_.journal, job.session, job.backend->utc_now());
+  planning.request_stop();  // of a job that the session did not wait for
+  worker.reset();
+}
+
+void SessionService::publish(const State& state, Job& job) {
+  Status status;
+  status.session = job.session;
+  status.phase = state.phase;
+  status.done = std::max(state.done, job.touches.size());
+  status.residual_m = state.calibration ? state.calibration->after.mean_m : state.residual_m;
+  status.robot_words = state.links.robot_words;
+  status.contact_words = state.links.contact_words;
+  status.failure = state.failure;
+  status.interruptions = state.interruptions;
+  if (state.phase == Phase::kConnecting && state.deadline) {
+    const rules::Missing missing = rules::missing(state);
+    const double left_s =
+        std::chrono::duration<double>(*state.deadline - job.backend->clock().now()).count();
+    status.waiting =
+        Waiting{missing.robot, missing.contact, std::max(0.0, left_s), state.how_to_start};
+  }
+  if (state.plan) {
+    status.total = std::max(state.total(), status.done);
+    if (state.in_hand() < state.plan->touches.size()) status.target = state.planned().target;
+  }
+  if (job.options.one_by_one) {
+    if (job.options.goal.u95_m > 0.0) status.goal_m = job.options.goal.u95_m;
+    status.stage = state.stage;
+    if (state.progress.u95_m > 0.0) {
+      status.u95_m = state.progress.u95_m;
+      status.mean_error_m = state.progress.mean_m;
+    }
+    status.why_ended = state.progress.why;
+  }
+  if (state.calibration) {
+    status.publish = state.calibration->verdict.publish;
+    status.reasons = state.calibration->verdict.reasons;
+  }
+  if (state.phase == Phase::kDone) status.results_dir = results_dir(job.session).string();
+
+  const drivers::TimePoint now = job.backend->clock().now();
+  if (!job.first_move && state.phase == Phase::kTransit) {
+    job.first_move = now;
+    job.done_at_first_move = job.last_done = status.done;
+  }
+  if (job.first_move && status.done > job.last_done) {
+    job.last_done = status.done;
+    job.last_touch = now;
+  }
+  const std::size_t made = job.last_done - job.done_at_first_move;
+  const Phases touching = kMovingPhases | kStandingPhases;
+  if (job.first_move && made > 0 && touching.has(state.phase)) {
+    const double each_s = std::chrono::duration<double>(job.last_touch - *job.first_move).count() /
+                          static_cast<double>(made);
+    const double since_s = std::chrono::duration<double>(now - job.last_touch).count();
+    const double left_s = each_s * static_cast<double>(status.total - status.done) - since_s;
+    status.time_left_s = std::max(0.0, left_s);
+  }
+
+  std::function<void()> notify;
+  {
+    const std::lock_guard lock(mutex_);
+    status.seq = history_.back().seq + 1;
+    status.links = links_;
+    published_ = std::chrono::steady_clock::now();
+    history_.push_back(std::move(status));
+    if (history_.size() > kHistory) history_.pop_front();
+    notify = notify_;
+  }
+  if (notify) notify();
+}
+
+void SessionService::keep_links(LinkReport report) {
+  auto kept = std::make_shared<const LinkReport>(std::move(report));
+  const std::lock_guard lock(mutex_);
+  links_ = std::move(kept);
+}
+
+bool SessionService::abort() {
+  const std::lock_guard lock(mutex_);
+  if (starting_) return abort_early_ = true;
+  if (!busy_ || is_final(history_.back().phase)) return false;
+  if (runner_ != nullptr) {
+    runner_->request_abort();
+  } else {
+    abort_early_ = true;
+  }
+  return true;
+}
+
+Status SessionService::status() const {
+  const std::lock_guard lock(mutex_);
+  Status newest = history_.back();
+  newest.links = links_;
+  if (newest.waiting) {
+    const std::chrono::duration<double> since = std::chrono::steady_clock::now() - published_;
+    newest.waiting->left_s = std::max(0.0, newest.waiting->left_s - since.count());
+  }
+  return newest;
+}
+
+std::vector<Status> SessionService::since(std::uint64_t seq) const {
+  const std::lock_guard lock(mutex_);
+  std::vector<Status> newer;
+  for (const Status& status : history_) {
+    if (status.seq > seq) newer.push_back(status);
+  }
+  return newer;
+}
+
+bool SessionService::alive() {
+  const std::lock_guard lock(mutex_);
+  return runner_ == nullptr || runner_->alive();
+}
+
+void SessionService::on_change(std::function<void()> notify) {
+  const std::lock_guard lock(mutex_);
+  notify_ = std::move(notify);
+}
+
+void SessionService::shutdown() {
+  {
+    std::unique_lock lock(mutex_);
+    ending_ = true;
+    idle_.wait(lock, [this] { return !starting_; });
+  }
+  abort();
+  if (thread_.joinable()) thread_.join();
+}
+
+std::filesystem::path SessionService::results_dir(std::int64_t session) const {
+  return parts_.state_dir / "sessions" / std::to_string(session);
+}
+
+}  // namespace cellcal::daemon

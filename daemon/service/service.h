@@ -1,0 +1,107 @@
+#pragma once
+// One session at a time: its thread, its journal entry, its files, and what others see of it.
+
+#include <chrono>
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "calib/files/withheld.h"
+#include "daemon/journal/journal.h"
+#include "daemon/service/backend.h"
+#include "daemon/service/options.h"
+#include "daemon/service/runner.h"
+#include "daemon/service/status.h"
+
+namespace cellcal::daemon {
+
+/// A session is under way.
+struct BusyError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// The request cannot be carried out as it stands: wrong file, nothing to resume.
+struct RequestError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+inline constexpr int kPlannedTouches = 40, kMostChosen = 200;
+
+struct RunRequest {
+  std::filesystem::path cell;      ///< absolute; empty only when resuming
+  std::optional<int> fit_touches;  ///< none: kPlannedTouches, or at most kMostChosen of a goal
+  int check_touches = 10;
+  /// u95 in mm, mean over the region: touches are chosen one by one until it is reached.
+  std::optional<double> goal_mm;
+  std::string region = "workspace";
+  bool find = false;  ///< spheres are found by touching first; those without a centre always are
+  bool accept_change = false;  ///< publish though the arm changed since its last calibration
+  unsigned seed = 1;
+  bool resume = false;
+};
+
+struct ServiceParts {
+  Journal& journal;
+  std::filesystem::path state_dir;
+  std::function<std::unique_ptr<Backend>(const calib::Cell&)> make_backend;
+  TouchPolicy touch;
+  Patience patience;
+  int retries = 0;  ///< harmless interruptions after which a session goes on by itself
+};
+
+class SessionService {
+ public:
+  explicit SessionService(ServiceParts parts);
+  ~SessionService();
+  SessionService(const SessionService&) = delete;
+  SessionService& operator=(const SessionService&) = delete;
+
+  /// Begins a session; returns its number. Throws BusyError, RequestError, JournalError,
+  /// calib::FileError, drivers::ConfigError, drivers::DriverError.
+  std::int64_t start(const RunRequest& request);
+  // These four wait for nothing: neither for the disk nor for a session that is being prepared.
+  /// False: nothing to abort. A session that is being prepared ends when it has begun.
+  bool abort();
+  Status status() const;
+  /// Statuses newer than `seq`, oldest first; the oldest are dropped after a while.
+  std::vector<Status> since(std::uint64_t seq) const;
+  /// Whether the session's thread and those of its devices have gone on since the last call.
+  bool alive();
+
+  /// Stops the arm, ends the session, waits for it.
+  void shutdown();
+  /// Called from the session's thread after each change.
+  void on_change(std::function<void()> notify);
+
+  std::filesystem::path results_dir(std::int64_t session) const;
+
+ private:
+  struct Job;
+  std::unique_ptr<Job> prepare(const RunRequest& request);
+  void run(Job& job);
+  void carry_out(Job& job);
+  void publish(const State& state, Job& job);
+  void keep_links(LinkReport report);
+
+  ServiceParts parts_;
+  std::deque<calib::Withheld> no_inputs_;  ///< the journal's files
+  mutable std::mutex mutex_;
+  std::condition_variable idle_;
+  std::deque<Status> history_;                         ///< newest last; never empty
+  std::chrono::steady_clock::time_point published_{};  ///< the newest
+  std::function<void()> notify_;
+  std::shared_ptr<const LinkReport> links_;  ///< newest
+  Runner* runner_ = nullptr;
+  bool busy_ = false, starting_ = false, ending_ = false, abort_early_ = false;
+  std::thread thread_;
+};
+
+}  // namespace cellcal::daemon

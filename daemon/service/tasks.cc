@@ -1,0 +1,296 @@
+#include "daemon/service/tasks.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <memory>
+#include <numbers>
+#include <optional>
+#include <set>
+#include <stdexcept>
+
+#include "calib/files/calibration_json.h"
+#include "calib/files/files.h"
+#include "calib/identify/change.h"
+#include "calib/identify/identify.h"
+#include "calib/model/kinematics.h"
+#include "calib/plan/course.h"
+#include "calib/plan/duration.h"
+#include "daemon/report/report.h"
+#include "daemon/files/atomic_file.h"
+#include "daemon/files/correction_limit.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+/// Fewer touches do not even determine one sphere with its offset.
+constexpr std::size_t kFewestForProvisional = 6;
+
+void append(std::string& bytes, const calib::JointVector& joints) {
+  const std::size_t old = bytes.size();
+  bytes.resize(old + joints.size() * sizeof(double));
+  if (!joints.empty()) std::memcpy(&bytes[old], joints.data(), joints.size() * sizeof(double));
+}
+
+/// The session does arithmetic on these; a plan that breaks them is a defect, not a touch.
+void check(const calib::Plan& plan, std::size_t joints) {
+  for (const calib::PlannedTouch& touch : plan.touches) {
+    const bool lengths_fit = touch.standoff.size() == joints && touch.end.size() == joints &&
+                             touch.clear.size() == joints;
+    const bool sound = lengths_fit && std::isfinite(touch.search_m) && touch.search_m > 0.0 &&
+                       std::isfinite(touch.expected_m);
+    if (!sound) throw calib::PlanError("the plan of a touch on " + touch.target + " is not sound");
+  }
+}
+
+/// Only what was touched so far.
+calib::Cell part_of(const calib::Cell& cell, const std::vector<calib::Touch>& touches) {
+  std::set<std::string> touched;
+  for (const calib::Touch& touch : touches) touched.insert(touch.target);
+  calib::Cell part = cell;
+  std::erase_if(part.targets, [&](const calib::Target& t) { return !touched.contains(t.id); });
+  std::erase_if(part.lengths, [&](const calib::CertifiedLength& length) {
+    return !touched.contains(length.from) || !touched.contains(length.to);
+  });
+  return part;
+}
+
+std::optional<double> nominal_residual(const calib::Cell& cell, const calib::Touch& touch) {
+  const calib::Target& target = cell.targets.at(cell.target_index(touch.target));
+  if (!target.has_centre || target.kind != calib::TargetKind::kSphere) return std::nullopt;
+  const calib::ArmModel arm(cell.robot, cell.tool);
+  const double distance = (arm.nominal_tcp(touch.joint_rad).translation() - target.centre_m).norm();
+  return std::abs(distance - target.diameter_m / 2.0 - cell.tool.tip_radius_m);
+}
+
+std::optional<double> newest_residual(const calib::Cell& cell,
+                                      const std::vector<calib::Touch>& touches) {
+  if (touches.empty()) return std::nullopt;
+  if (touches.size() < kFewestForProvisional) return nominal_residual(cell, touches.back());
+  try {
+    // How well the others predict it: a fit that holds the newest touch bends towards it.
+    std::vector<calib::Touch> held_out = touches;
+    held_out.back().set = calib::TouchSet::kCheck;
+    const calib::Calibration provisional =
+        calib::identify_as_stated(part_of(cell, touches), held_out);
+    for (const calib::TouchResidual& residual : provisional.residuals) {
+      if (residual.touch + 1 == touches.size()) return std::abs(residual.after_m);
+    }
+  } catch (const calib::IdentifyError&) {
+    // Too early to tell; the nominal figure is still one.
+    return nominal_residual(cell, touches.back());
+  }
+  return std::nullopt;
+}
+
+std::string finished_time(const std::vector<calib::Touch>& touches, const std::string& now) {
+  return touches.empty() || touches.back().time.empty() ? now : touches.back().time;
+}
+
+void write_results(const TaskInputs& inputs, calib::Calibration calibration,
+                   const std::vector<calib::Touch>& touches,
+                   const std::optional<calib::Plan>& plan) {
+  const std::string csv = calib::format_touches(touches, inputs.cell.robot);
+  calibration.inputs = {{"cell", inputs.files.cell_name, calib::sha256(inputs.files.cell_text)},
+                        {"robot", inputs.files.robot_name, calib::sha256(inputs.files.robot_text)},
+                        {"touches", "touches.csv", calib::sha256(csv)}};
+  const std::string json = calib::calibration_to_json(calibration);
+
+  ReportInput report;
+  report.calibration = calibration;
+  report.touches = touches;
+  report.session_id = std::to_string(inputs.session);
+  report.started = inputs.started;
+  report.finished = finished_time(touches, inputs.utc_now());
+  report.cell_name = std::filesystem::path(inputs.files.cell_name).filename().string();
+  report.software = calib::software_version();
+  if (const int count = inputs.interruptions ? inputs.interruptions() : 0; count > 0) {
+    report.notes.push_back("interruptions of the robot's link: " + std::to_string(count) +
+                           ", resumed by itself; the touch in hand was made anew each time");
+  }
+  report.truth = inputs.truth(calibration);
+  report.plan = plan;
+  if (plan) report.planned_s = calib::duration_s(*plan, inputs.cell.robot, {});
+
+  std::filesystem::create_directories(inputs.results_dir);
+  write_atomically(inputs.results_dir / "touches.csv", csv);
+  write_atomically(inputs.results_dir / "calibration.json", json);
+  write_atomically(inputs.results_dir / "report.html", html_report(report));
+  inputs.store(json);
+}
+
+}  // namespace
+
+std::string plan_hash(const calib::Plan& plan) {
+  std::string bytes;
+  append(bytes, plan.start);
+  for (const calib::PlannedTouch& touch : plan.touches) {
+    bytes += touch.target;
+    bytes += touch.set == calib::TouchSet::kFit ? '\0' : '\1';
+    for (const calib::JointVector& waypoint : touch.transit) append(bytes, waypoint);
+    append(bytes, touch.standoff);
+    append(bytes, touch.end);
+    append(bytes, touch.clear);
+    append(bytes, {touch.search_m, touch.expected_m});
+  }
+  for (const calib::JointVector& waypoint : plan.home) append(bytes, waypoint);
+  return calib::sha256(bytes);
+}
+
+namespace {
+
+/// Touches chosen one by one. Used by the worker alone, job after job.
+class Chooser {
+ public:
+  /// `chosen`: gets every touch as it is chosen.
+  Chooser(std::shared_ptr<const TaskInputs> inputs,
+          std::shared_ptr<std::optional<calib::Plan>> chosen)
+      : inputs_(std::move(inputs)), all_(std::move(chosen)) {}
+
+  Tasks::Planned begin() {
+    open_course();
+    return {{}, "", course_->progress()};
+  }
+
+  Tasks::Chosen choose(const ChooseTouch& how, const std::vector<calib::Touch>& touches,
+                       const calib::JointVector& from) {
+    try {
+      if (begin_->empty()) {
+        *begin_ = from;
+        // The ways that it has found already may lead farther than the controller allows.
+        if (is_bounded()) open_course();
+      }
+      return choose_from(how, touches, from);
+    } catch (const calib::PlanError& error) {
+      if (!is_bounded()) throw;
+      throw calib::PlanError(fmt::format(
+          "{}. Besides: correction_limit_deg of [rsi] keeps every axis within {:.0f} deg of where "
+          "the session began; a wider one leaves more room",
+          error.what(), *inputs_->axis_reach_rad * kDegPerRad));
+    }
+  }
+
+ private:
+  static constexpr double kAnyTurnRad = 6.2, kInsideRad = 0.005;
+  static constexpr double kDegPerRad = 180.0 / std::numbers::pi;
+
+  bool is_bounded() const {
+    return inputs_->axis_reach_rad && *inputs_->axis_reach_rad < kAnyTurnRad;
+  }
+
+  void open_course() {
+    calib::Cell cell = inputs_->cell;
+    if (is_bounded()) cell.passable = within_reach(cell.passable);
+    const calib::CourseOptions options{inputs_->options.plan, inputs_->options.goal,
+                                       inputs_->options.find};
+    course_.emplace(cell, options, inputs_->made);
+    learnt_ = inputs_->made.size();
+  }
+
+  /// No posture farther from where the session began, once that is known, than the controller
+  /// allows.
+  calib::Passable within_reach(calib::Passable also) const {
+    return [begin = begin_, reach = *inputs_->axis_reach_rad - kInsideRad, also = std::move(also)](
+               const calib::JointVector& from, const calib::JointVector& to) {
+      for (std::size_t i = 0; i < begin->size(); ++i)
+        if (std::abs(from[i] - (*begin)[i]) > reach || std::abs(to[i] - (*begin)[i]) > reach)
+          return false;
+      return !also || also(from, to);
+    };
+  }
+
+  Tasks::Chosen choose_from(const ChooseTouch& how, const std::vector<calib::Touch>& touches,
+                            const calib::JointVector& from) {
+    if (how.failed) course_->failed(*how.failed);
+    for (; learnt_ < touches.size(); ++learnt_) course_->touched(touches[learnt_]);
+    Tasks::Chosen chosen;
+    if (!*all_) {
+      all_->emplace();
+      (*all_)->start = from;
+    }
+    if (auto touch = course_->next(from, how.in_contact)) {
+      auto& all = (*all_)->touches;  // one that was offered before is on another way now
+      if (!all.empty() && all.back().clear == touch->clear) all.pop_back();
+      if (!touch->may_miss) all.push_back(*touch);
+      chosen.plan.touches.push_back(std::move(*touch));
+    } else {
+      chosen.plan.home = course_->way_home();
+    }
+    check(chosen.plan, inputs_->cell.robot.joints.size());
+    chosen.progress = course_->progress();
+    chosen.stage = course_->stage();
+    return chosen;
+  }
+
+  std::shared_ptr<const TaskInputs> inputs_;
+  /// Where the arm stood when the first touch was asked for; empty before.
+  std::shared_ptr<calib::JointVector> begin_ = std::make_shared<calib::JointVector>();
+  std::shared_ptr<std::optional<calib::Plan>> all_;
+  std::optional<calib::Course> course_;
+  std::size_t learnt_ = 0;
+};
+
+/// Before the first move: the driver would refuse the first one that goes too far, in mid-session.
+/// `begin`: where the arm stood when the controller's session began; a retry goes on in the same.
+void refuse_beyond_reach(const TaskInputs& inputs, const calib::Plan& plan, std::size_t next,
+                         const calib::JointVector& begin) {
+  if (!inputs.axis_reach_rad) return;
+  const LimitNeeded needed = limit_needed(plan, inputs.cell.robot, begin, next);
+  const double limit_deg = *inputs.axis_reach_rad * 180.0 / std::numbers::pi;
+  if (needed.turn_deg > limit_deg) throw calib::PlanError(beyond_limit_words(needed, limit_deg));
+}
+
+}  // namespace
+
+Tasks make_tasks(TaskInputs given) {
+  const auto inputs = std::make_shared<const TaskInputs>(std::move(given));
+  // For the report; planning and report are jobs of one worker.
+  const auto planned_first = std::make_shared<std::optional<calib::Plan>>();
+  Tasks tasks;
+  if (inputs->options.one_by_one) {
+    const auto chooser = std::make_shared<Chooser>(inputs, planned_first);
+    tasks.plan = [chooser] { return chooser->begin(); };
+    tasks.choose = [chooser](const ChooseTouch& how, const std::vector<calib::Touch>& touches,
+                             const calib::JointVector& from) {
+      return chooser->choose(how, touches, from);
+    };
+  } else {
+    tasks.plan = [inputs, planned_first] {
+      Tasks::Planned planned{calib::make_plan(inputs->cell, inputs->options.plan), "", {}};
+      check(planned.plan, inputs->cell.robot.joints.size());
+      planned.hash = plan_hash(planned.plan);
+      *planned_first = planned.plan;
+      return planned;
+    };
+  }
+  const auto begin = std::make_shared<calib::JointVector>();  // of the controller's session
+  tasks.route = [inputs, begin](const calib::Plan& plan, std::size_t next,
+                                const calib::JointVector& from) {
+    calib::Plan routed = calib::resume_plan(inputs->cell, plan, next, from);
+    check(routed, inputs->cell.robot.joints.size());
+    if (begin->empty()) *begin = from;
+    refuse_beyond_reach(*inputs, routed, next, *begin);
+    return routed;
+  };
+  tasks.assess = [inputs](const std::vector<calib::Touch>& touches) {
+    return newest_residual(inputs->cell, touches);
+  };
+  tasks.identify = [inputs](const std::vector<calib::Touch>& touches) {
+    calib::Calibration calibration =
+        calib::identify(inputs->cell, touches, {.region_poses = calib::kStatedPoses});
+    if (inputs->last)
+      calib::judge_change(inputs->last->calibration, inputs->last->words,
+                          inputs->options.accept_change, touches, calibration);
+    return calibration;
+  };
+  tasks.report = [inputs, planned_first](const calib::Calibration& calibration,
+                                         const std::vector<calib::Touch>& touches) {
+    write_results(*inputs, calibration, touches, *planned_first);
+  };
+  return tasks;
+}
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,22 @@
+#pragma once
+// The two ways to open a port; paths without symlinks. Both throw DriverError.
+
+#include <memory>
+#include <string>
+
+#include "drivers/contact/port/serial_port.h"
+
+namespace cellcal::drivers {
+
+/// Through libserialport, which brings port names, descriptions and any baud rate.
+std::unique_ptr<SerialPort> open_real_port(const std::string& path, int baud);
+/// libserialport 0.1.1 cannot open pseudo-terminals (they are not in /sys and refuse TIOCMGET).
+std::unique_ptr<SerialPort> open_pseudo_terminal(const std::string& path, int baud);
+
+/// What both need of an open descriptor: nobody else, no inheritance, no blocking, raw, and read()
+/// that waits for a byte instead of calling an empty line the end of the file. Throws DriverError.
+void make_exclusive_and_raw(int fd, const std::string& path);
+/// Discards what is unsent and lets others in again; for just before close().
+void let_go(int fd);
+
+}  // namespace cellcal::drivers

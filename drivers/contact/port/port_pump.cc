@@ -1,0 +1,138 @@
+#include "drivers/contact/port/port_pump.h"
+
+#include <poll.h>
+#include <pthread.h>
+#include <sched.h>
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+namespace cellcal::drivers {
+
+namespace {
+
+using Steady = std::chrono::steady_clock;
+using std::chrono::milliseconds;
+
+constexpr milliseconds kPause{1};
+
+void become(const char* name, int priority) {
+  ::pthread_setname_np(::pthread_self(), name);
+  if (priority == 0) return;
+  sched_param param{};
+  param.sched_priority = priority;
+  // Not permitted: the robot's thread, which asks for the same, warns of it by name.
+  [[maybe_unused]] const int refused =
+      ::pthread_setschedparam(::pthread_self(), SCHED_FIFO, &param);
+}
+
+/// What a reader above the robot's thread may take: ten times what a line of 1 Mbaud carries, and
+/// all that a terminal can hold at once after a stall. Whoever floods the port waits, not the
+/// robot.
+class Budget {
+ public:
+  void spend(std::size_t bytes) {
+    const TimePoint now = Steady::now();
+    const double earned =
+        kPerSecond * std::chrono::duration<double>(now - std::exchange(last_, now)).count();
+    left_ = std::min(kMost, left_ + earned) - static_cast<double>(bytes);
+    if (left_ < 0.0) std::this_thread::sleep_for(kPause);
+  }
+
+ private:
+  static constexpr double kPerSecond = 1e6, kMost = 64.0 * 1024.0;
+  double left_ = kMost;
+  TimePoint last_ = Steady::now();
+};
+
+/// The bytes that wait, as news. Nothing: none; of kind kLost: none ever again.
+std::optional<PortNews> read_some(int fd) {
+  PortNews news;
+  const ssize_t n = ::read(fd, news.bytes.data(), news.bytes.size());
+  const int error = n < 0 ? errno : 0;
+  news.t = Steady::now();
+  if (n > 0) {
+    news.size = static_cast<std::uint16_t>(n);
+    return news;
+  }
+  if (error == EINTR || error == EAGAIN) return std::nullopt;
+  news.kind = PortNews::Kind::kLost;
+  news.error = error;
+  return news;
+}
+
+}  // namespace
+
+PortPump::PortPump(std::unique_ptr<SerialPort> port, const PortPumpOptions& options,
+                   PortQueues& queues, std::function<void()> lost)
+    : port_(std::move(port)),
+      options_(options),
+      queues_(queues),
+      lost_(std::move(lost)),
+      reader_([this] { read_port(); }),
+      writer_([this] { write_port(); }) {}
+
+PortPump::~PortPump() {
+  stop_ = true;
+  stop_reading_.make();
+  queues_.frames_call.make();
+  reader_.join();
+  writer_.join();
+}
+
+/// Waits where the robot's thread does not run; the bytes then wait in the terminal.
+void PortPump::tell(const PortNews& news) {
+  while (!queues_.news.push(news)) {
+    if (stop_) return;
+    std::this_thread::sleep_for(kPause);
+  }
+  queues_.news_call.make();
+}
+
+void PortPump::read_port() {
+  become("port-read", options_.priority);
+  PortNews opened;
+  opened.kind = PortNews::Kind::kOpened;
+  opened.opening = options_.opening;
+  opened.t = Steady::now();
+  tell(opened);
+  Budget budget;
+  while (!stop_) {
+    pollfd ends[2] = {{port_->fd(), POLLIN, 0}, {stop_reading_.fd(), POLLIN, 0}};
+    if (::poll(ends, 2, -1) < 0 || ends[0].revents == 0) continue;
+    std::optional<PortNews> news = read_some(port_->fd());
+    if (!news) continue;
+    news->opening = options_.opening;
+    tell(*news);
+    if (news->kind == PortNews::Kind::kLost) return lost_();
+    budget.spend(news->size);
+  }
+}
+
+void PortPump::write_port() {
+  become("port-write", options_.priority);
+  while (!stop_) {
+    pollfd call{queues_.frames_call.fd(), POLLIN, 0};
+    if (::poll(&call, 1, -1) < 0) continue;
+    queues_.frames_call.take();
+    send_queued();
+  }
+  send_queued();
+}
+
+void PortPump::send_queued() {
+  PortFrame frame;
+  while (queues_.frames.pop(frame)) {
+    if (frame.opening != options_.opening) continue;
+    ssize_t n = -1;
+    do {
+      n = ::write(port_->fd(), frame.bytes.data(), frame.size);
+    } while (n < 0 && errno == EINTR);
+    // A frame that does not fit is lost, as on a bad line: the protocol repeats what matters, and
+    // the sensor's reader goes on at the next delimiter. A dead port shows in read().
+    if (n != static_cast<ssize_t>(frame.size)) ++queues_.unsent;
+  }
+}
+
+}  // namespace cellcal::drivers

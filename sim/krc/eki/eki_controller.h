@@ -1,0 +1,99 @@
+#pragma once
+// A KUKA controller that runs cellcal's own EKI programs (drivers/kuka/krl), without sockets,
+// threads or clock: the submit program that reads telegrams and sends states, the robot program
+// that moves, interrupts on the contact input and on the stop flag with BRAKE and RESUME, operating
+// modes, drives, emergency stop, override.
+//
+// What is public about EKI is followed; what is known nowhere can be set: when $AXIS_INT is taken,
+// how fast an interrupt answers.
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "drivers/kuka/wire/eki_codec.h"
+#include "drivers/time.h"
+#include "sim/krc/eki/eki_channel.h"
+
+namespace cellcal::sim {
+
+struct EkiControllerConfig {
+  std::string channel_xml;  ///< the file that is installed on the controller
+  std::vector<double> start_rad{0.0, -1.5707963267948966, 1.5707963267948966,
+                                0.0, 1.5707963267948966,  0.0};
+  std::vector<double> max_speed_rad_s;  ///< per axis at 100 %; empty: 3 rad/s
+  double max_acceleration_rad_s2 = 10.0;
+  double lag_s = 0.02;            ///< setpoint to arm
+  int cycle_ms = 4;               ///< in which positions are interpolated
+  int interrupt_ms = 12;          ///< in which interrupts are looked at
+  int state_ms = 20;              ///< the submit program's loop
+  int dead_man_ms = 250;          ///< as the program has it
+  int reopen_ms = 100;            ///< the port after a client has gone
+  double input_delay_s = 0.001;   ///< filter of the digital input ...
+  double input_sample_s = 0.002;  ///< ... and how often it is looked at
+  bool latches_setpoint = false;  ///< $AXIS_INT is the setpoint instead of the arm
+  int timer_ms = 12;              ///< steps of $TIMER, which stamps the states
+  double brake_factor = 2.0;      ///< BRAKE against the programmed acceleration
+  double noise_sigma_deg = 0.0;   ///< of $AXIS_ACT_MEAS and $AXIS_INT alone
+  std::uint64_t seed = 1;
+  std::vector<double> soft_min_rad, soft_max_rad;  ///< software limit switches; empty: none
+  bool clears_on_reconnect = true;  ///< the program's EKI_Clear; false: stale queues stay
+};
+
+class EkiController {
+ public:
+  /// Throws std::invalid_argument.
+  explicit EkiController(EkiControllerConfig config);
+  ~EkiController();
+  EkiController(const EkiController&) = delete;
+  EkiController& operator=(const EkiController&) = delete;
+
+  /// The next interpolation cycle, at `now` (the caller keeps the clock).
+  void tick(drivers::TimePoint now);
+  drivers::Duration cycle() const;
+  /// The contact input's level from t on, t within the running cycle or before.
+  void input(drivers::TimePoint t, bool closed);
+
+  // ---- network
+  bool connect();  ///< false: refused
+  void disconnect();
+  bool connected() const;
+  void receive(std::string_view bytes);
+  std::string take_output();
+
+  // ---- operator
+  void start_program();        ///< selected if it is not, and started; one that stands goes on
+  void start_other_program();  ///< CELLCAL_EKI is deselected for somebody else's
+  void cancel_program();       ///< stopped and deselected: a ramp, and nothing goes on afterwards
+  void emergency_stop(bool pressed);
+  void drives(bool on);
+  void mode(drivers::EkiMode mode);
+  void start_key(bool held);  ///< counts in T1 and T2
+  void set_override(int percent);
+  void place(const std::vector<double>& pose_rad);  ///< jogged; only at rest
+
+  // ---- faults
+  void mute(bool muted) { muted_ = muted; }           ///< no states go out
+  void deaf(bool deaf) { deaf_ = deaf; }              ///< the submit program reads nothing
+  void forgetful(bool on) { forgetful_ = on; }        ///< moves are taken and never confirmed
+  void halt_submit(bool on) { submit_halted_ = on; }  ///< its interpreter stands
+  void input_broken(bool broken) { input_broken_ = broken; }  ///< wire off
+
+  std::vector<double> actual_rad_at(drivers::TimePoint t) const;
+  std::vector<double> setpoint_rad() const;
+  bool moving() const;
+  bool ready() const;
+  std::uint32_t session() const;
+  std::uint64_t moves() const;  ///< begun since power on
+  const EkiChannel& channel() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+  bool muted_ = false, deaf_ = false, forgetful_ = false, input_broken_ = false;
+  bool submit_halted_ = false;
+};
+
+}  // namespace cellcal::sim

@@ -1,0 +1,297 @@
+#include "daemon/config/config.h"
+
+#include <gtest/gtest.h>
+
+#include "calib/files/error.h"
+#include "drivers/error.h"
+#include "drivers/kuka/rsi/correction/arm_geometry.h"
+
+namespace cellcal::daemon {
+namespace {
+
+const std::string kRsi =
+    "format = \"cellcal.daemon/1\"\nbackend = \"rsi\"\n[contact]\ndevice = \"/dev/ttyUSB0\"\n";
+const std::string kMock = "format = \"cellcal.daemon/1\"\nbackend = \"mock\"\n";
+
+std::string reason(const std::string& text) {
+  try {
+    parse_config(text, "d.toml");
+  } catch (const calib::FileError& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+TEST(a_configuration, has_sound_defaults) {
+  const DaemonConfig config = parse_config(kRsi, "d.toml");
+  EXPECT_EQ(config.backend, BackendKind::kRsi);
+  EXPECT_EQ(config.state_dir, "/var/lib/cellcal");
+  EXPECT_EQ(config.socket, "/run/cellcal/cellcald.sock");
+  EXPECT_EQ(config.rsi.port, 49152);
+  EXPECT_EQ(config.contact.device, "/dev/ttyUSB0");
+  EXPECT_EQ(config.contact.baud, 1'000'000);
+  EXPECT_DOUBLE_EQ(config.touch.fast_m_s, 0.010);
+  EXPECT_DOUBLE_EQ(config.touch.slow_m_s, 0.002);
+  EXPECT_TRUE(config.realtime);
+}
+
+TEST(a_configuration, is_read_in_its_units) {
+  const DaemonConfig config = parse_config(
+      kMock +
+          "[motion]\nspeed_percent = 50\nacceleration_deg_s2 = 180\nfast_search_mm_s = 8\n"
+          "slow_search_mm_s = 1.5\n[mock]\nseed = 9\nlag_ms = 15\nstart_deg = [180]\n",
+      "d.toml");
+  EXPECT_DOUBLE_EQ(config.motion.speed_fraction, 0.5);
+  EXPECT_NEAR(config.motion.acceleration_rad_s2, 3.14159265358979, 1e-12);
+  EXPECT_DOUBLE_EQ(config.touch.slow_m_s, 0.0015);
+  EXPECT_EQ(config.mock.seed, 9u);
+  EXPECT_DOUBLE_EQ(config.mock.lag_s, 0.015);
+  ASSERT_EQ(config.mock.start_rad.size(), 1u);
+}
+
+TEST(a_configuration, of_mode_relative_reaches_adapter_and_controllers_files) {
+  const DaemonConfig usual = parse_config(kRsi, "d.toml");
+  EXPECT_EQ(usual.rsi.mode, drivers::CorrectionMode::kAbsolute);
+  EXPECT_TRUE(usual.rsi.hold_on);
+  const DaemonConfig config =
+      parse_config(kRsi + "[rsi]\nmode = \"relative\"\nlongest_lag_ms = 40\n", "d.toml");
+  EXPECT_EQ(config.rsi.mode, drivers::CorrectionMode::kRelative);
+  EXPECT_FALSE(config.rsi.hold_on);
+  EXPECT_EQ(config.rsi_files.mode, drivers::CorrectionMode::kRelative);
+  EXPECT_DOUBLE_EQ(config.rsi.longest_lag_s, 0.04);
+}
+
+TEST(a_configuration, of_corrections_in_space_reaches_adapter_and_controllers_files) {
+  const DaemonConfig usual = parse_config(kRsi, "d.toml");
+  EXPECT_FALSE(usual.rsi.space.on);
+  EXPECT_FALSE(usual.rsi_files.space.on);
+  const DaemonConfig config = parse_config(
+      kRsi +
+          "[rsi]\ncorrection = \"space\"\ncart_tag = \"Kart\"\ncorrection_frame = \"tool\"\n"
+          "correction_limit_mm = 300\ncorrection_turn_limit_deg = 60\n[controller]\nbase = 3\n",
+      "d.toml");
+  for (const drivers::SpaceCorrection& space : {config.rsi.space, config.rsi_files.space}) {
+    EXPECT_TRUE(space.on);
+    EXPECT_EQ(space.tag, "Kart");
+    EXPECT_EQ(space.frame, drivers::CorrectionFrame::kTool);
+    EXPECT_DOUBLE_EQ(space.limit_mm, 300.0);
+    EXPECT_DOUBLE_EQ(space.turn_limit_deg, 60.0);
+    EXPECT_FALSE(space.compare_tcp) << "RIst is seen from BASE_DATA[3]";
+  }
+}
+
+TEST(corrections_in_space, are_of_the_flange_or_of_the_cells_tool_as_the_controller_has_it) {
+  calib::Cell cell;
+  cell.robot.joints.resize(6);
+  for (calib::Joint& joint : cell.robot.joints) {
+    joint.min_rad = -3.0;
+    joint.max_rad = 3.0;
+    joint.max_speed_rad_s = 2.0;
+  }
+  cell.tool.tcp.translation() = Eigen::Vector3d(0.1, 0.2, 0.3);
+  const std::vector<double> zero(6, 0.0);
+  const std::string text = kRsi + "[rsi]\ncorrection = \"space\"\n";
+  const auto at = [&](const std::string& more) {
+    return rsi_config_for(parse_config(text + more, "d.toml"), cell)
+        .space.geometry->tcp(zero)
+        .translation();
+  };
+  EXPECT_LT(at("").norm(), 1e-12);
+  EXPECT_LT((at("[controller]\ntool = 5\n") - cell.tool.tcp.translation()).norm(), 1e-12);
+  cell.robot.joints.pop_back();
+  EXPECT_THROW(rsi_config_for(parse_config(text, "d.toml"), cell), drivers::ConfigError);
+}
+
+struct Wrong {
+  std::string text;
+  const char* key;
+};
+
+class a_wrong_configuration : public ::testing::TestWithParam<Wrong> {};
+
+TEST_P(a_wrong_configuration, is_refused_by_file_and_key) {
+  const std::string words = reason(GetParam().text);
+  EXPECT_EQ(words.find("d.toml"), 0u) << words;
+  EXPECT_NE(words.find(GetParam().key), std::string::npos) << words;
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    config, a_wrong_configuration,
+    ::testing::Values(
+        Wrong{"backend = \"rsi\"\n", "format"},
+        Wrong{"format = \"cellcal.daemon/2\"\nbackend = \"rsi\"\n", "format"},
+        Wrong{"format = \"cellcal.daemon/1\"\n", "backend"},
+        Wrong{"format = \"cellcal.daemon/1\"\nbackend = \"s7\"\n", "backend"},
+        Wrong{"format = \"cellcal.daemon/1\"\nbackend = \"rsi\"\n", "contact"},
+        Wrong{kMock + "colour = 1\n", "colour"},
+        Wrong{kMock + "state_dir = \"here\"\n", "state_dir"},
+        Wrong{kMock + "socket = \"here\"\n", "socket"},
+        Wrong{kMock + "[motion]\nspeed_percent = 0\n", "speed_percent"},
+        Wrong{kMock + "[motion]\nspeed_percent = 101\n", "speed_percent"},
+        Wrong{kMock + "[motion]\nspeed_percent = nan\n", "speed_percent"},
+        Wrong{kMock + "[motion]\nslow_search_mm_s = 9\nfast_search_mm_s = 5\n", "slow_search_mm_s"},
+        Wrong{kMock + "[motion]\njerk = 9\n", "jerk"},
+        Wrong{kMock + "[rsi]\nport = 70000\n", "port"},
+        Wrong{kMock + "[rsi]\nport = \"x\"\n", "port"},
+        Wrong{kRsi + "[rsi]\nmode = \"both\"\n", "mode"},
+        Wrong{kRsi + "[rsi]\nhold_on = false\n", "hold_on"},
+        Wrong{kRsi + "[rsi]\nmode = \"relative\"\nhold_on = true\n", "hold_on"},
+        Wrong{kRsi + "[rsi]\nlongest_lag_ms = 5\n", "longest_lag_ms"},
+        Wrong{kRsi + "[rsi]\ncorrection = \"joint\"\n", "correction"},
+        Wrong{kRsi + "[rsi]\ncorrection = \"space\"\nmode = \"relative\"\n", "correction"},
+        Wrong{kRsi + "[rsi]\ncorrection_frame = \"world\"\n", "correction_frame"},
+        Wrong{kRsi + "[rsi]\ncorrection = \"space\"\n[controller]\nbase = 1\n", "correction_frame"},
+        Wrong{kRsi + "[rsi]\ncorrection_turn_limit_deg = 181\n", "correction_turn_limit_deg"},
+        Wrong{"format = \"cellcal.daemon/1\"\nbackend = \"eki\"\n", "contact"},
+        Wrong{kMock + "[mock]\nwire = \"profinet\"\n", "wire"},
+        Wrong{kMock + "[eki]\nstop = \"both\"\n", "stop"},
+        Wrong{kMock + "[eki]\nport = 0\n", "port"},
+        Wrong{kMock + "[eki]\nsilence_ms = 20\n", "silence_ms"},
+        Wrong{kMock + "[eki]\nlatch_delay_ms = nan\n", "latch_delay_ms"},
+        Wrong{kMock + "[eki]\ninput = 4\n", "input"},
+        Wrong{kMock + "[controller]\ninput = 0\n", "input"},
+        Wrong{kMock + "[controller]\nexternal_axes = 7\n", "external_axes"},
+        Wrong{kMock + "[controller]\nstop_flag = 901\n", "stop_flag"},
+        Wrong{kMock + "[controller]\nport = 1\n", "port"},
+        Wrong{kMock + "[mock]\nwire = \"eki\"\n[eki]\nstop = \"flag\"\n"
+                      "[motion]\nfast_search_mm_s = 5\n",
+              "fast_search_mm_s"},
+        Wrong{kMock + "[contact]\nbaud = 9601\n", "baud"},
+        Wrong{kMock + "[mock]\ncycle_ms = 8\n", "cycle_ms"},
+        Wrong{kMock + "[mock]\nstart_deg = [1, inf]\n", "start_deg"},
+        Wrong{kMock + "[rsi]\nsilence_cycles = 500\n",
+              "d.toml:4: rsi.silence_cycles: 500 is out of range, allowed are 2 to 50"},
+        Wrong{kMock + "[rsi]\naxis_tag = \"<A>\"\n",
+              "d.toml:4: rsi.axis_tag: \"<A>\" is not a name: allowed are 1 to 32 letters"},
+        Wrong{kMock + "[rsi]\nsentype = \"\"\n", "d.toml:4: rsi.sentype: \"\" is not a name"},
+        Wrong{kMock + "[rsi]\nexternal_axis_tag = \"1E\"\n", "d.toml:4: rsi.external_axis_tag"},
+        Wrong{kMock + "[rsi]\nstop_tag = \"a b\"\n", "d.toml:4: rsi.stop_tag"},
+        Wrong{kMock + "[rsi]\ncart_tag = \"\"\n", "d.toml:4: rsi.cart_tag"},
+        Wrong{kMock + "[rsi]\naxis_tag = \"RKorr\"\n", "corrections in space (POSCORR)"},
+        Wrong{kMock + "[rsi]\nstop_tag = \"ak\"\n",
+              "d.toml:4: rsi.stop_tag: \"ak\" is axis_tag, too"},
+        Wrong{kMock + "[rsi]\nexternal_axis_tag = \"Stop\"\n",
+              "rsi.stop_tag: \"Stop\" is external_axis_tag, too"},
+        Wrong{kMock + "[rsi]\naxis_tag = \"IPOC\"\n",
+              "d.toml:4: rsi.axis_tag: \"IPOC\" is an element of every telegram"},
+        Wrong{kMock + "[rsi]\nbind = \"not-an-ip\"\n",
+              "d.toml:4: rsi.bind: \"not-an-ip\" is no IPv4 address"},
+        Wrong{kMock + "[rsi]\nbind = \"10.0.0.256\"\n", "ip -4 address"},
+        Wrong{kMock + "[rsi]\nbind = \"224.0.0.1\"\n", "rsi.bind"},
+        Wrong{
+            kMock + "[rsi]\nlate_replies_limit = 100\n",
+            "d.toml:4: rsi.late_replies_limit: must be below timeout_cycles of [controller], 100"},
+        Wrong{kMock + "[eki]\naddress = \"\"\n", "d.toml:4: eki.address"},
+        Wrong{kMock + "[eki]\naddress = \"0.0.0.0\"\n", "the controller's in its KLI network"},
+        Wrong{kMock + "[eki]\naddress = \"robot\"\n", "d.toml:4: eki.address"},
+        Wrong{kMock + "[eki]\nsilence_ms = 100\n[controller]\nstate_ms = 50\n",
+              "d.toml:6: controller.state_ms: must be at most a quarter of silence_ms"},
+        Wrong{kMock + "[controller]\npc_address = \"PC\"\n", "d.toml:4: controller.pc_address"},
+        Wrong{kMock + "[controller]\ninput = 1025\n", "$IN[1025] is always TRUE"},
+        Wrong{kMock + "[controller]\ninput = 1026\n", "controller.input"},
+        Wrong{kMock + "[controller]\nfirst_interrupt = 80\n", "controller.first_interrupt"},
+        Wrong{kMock + "[contact]\ndevice = \"ttyUSB0\"\n", "d.toml:4: contact.device"},
+        Wrong{kMock + "[contact]\ndevice = \"\"\n", "absolute path"},
+        Wrong{kMock + "[contact]\ndevice = \"/dev/a\\nb\"\n", "control characters"},
+        Wrong{kMock + "socket = \"/" + std::string(200, 's') + "\"\n",
+              "d.toml:3: socket: must have at most 107 characters, not 201"},
+        Wrong{kMock + "state_dir = \"/a\\u001b[2J\"\n", "d.toml:3: state_dir"},
+        Wrong{kMock + "[session]\nconnect_wait_s = 0\n",
+              "d.toml:4: session.connect_wait_s: 0 is out of range, allowed are 1 to 3600"},
+        Wrong{kMock + "[session]\nretries = -1\n", "d.toml:4: session.retries"},
+        Wrong{kMock + "[session]\nretries = 101\n", "allowed are 0 to 100"},
+        Wrong{kMock + "[session]\nretry = 1\n", "session.retry"}, Wrong{kMock + "[[", "d.toml"}));
+
+TEST(a_configuration, of_the_session_says_how_long_it_waits_and_how_often_it_goes_on) {
+  const DaemonConfig usual = parse_config(kRsi, "d.toml");
+  EXPECT_EQ(usual.patience.connecting, std::chrono::minutes(5));
+  EXPECT_EQ(usual.retries, 0) << "nothing moves by itself unless the cell's owner says so";
+  const DaemonConfig config =
+      parse_config(kRsi + "[session]\nconnect_wait_s = 90\nretries = 3\n", "d.toml");
+  EXPECT_EQ(config.patience.connecting, std::chrono::seconds(90));
+  EXPECT_EQ(config.retries, 3);
+}
+
+TEST(a_configuration, may_have_no_stop_tag_and_any_address_of_this_computer) {
+  const DaemonConfig config =
+      parse_config(kRsi + "[rsi]\nbind = \"0.0.0.0\"\nstop_tag = \"\"\n", "d.toml");
+  EXPECT_EQ(config.rsi.stop_tag, "");
+  EXPECT_EQ(config.rsi.bind_address, "0.0.0.0");
+}
+
+const std::string kEki =
+    "format = \"cellcal.daemon/1\"\nbackend = \"eki\"\n[contact]\ndevice = \"/dev/ttyUSB0\"\n";
+
+TEST(an_eki_configuration, is_read_in_its_units_and_reaches_the_controllers_files) {
+  const DaemonConfig config =
+      parse_config(kEki +
+                       "[eki]\naddress = \"10.0.0.7\"\nport = 54601\nsilence_ms = 300\n"
+                       "latch_delay_ms = -4\nlatch_jitter_ms = 3\nrealtime = false\n"
+                       "[controller]\ninput = 17\nload = 2\n",
+                   "d.toml");
+  EXPECT_EQ(config.backend, BackendKind::kEki);
+  EXPECT_EQ(wire_of(config), WireKind::kEki);
+  EXPECT_EQ(config.eki.stop, drivers::EkiStop::kInput);
+  EXPECT_DOUBLE_EQ(config.eki.silence_s, 0.3);
+  EXPECT_DOUBLE_EQ(config.eki.latch_delay_s, -0.004);
+  EXPECT_DOUBLE_EQ(config.eki.latch_jitter_s, 0.003);
+  EXPECT_FALSE(config.realtime);
+  EXPECT_EQ(config.controller.address, "10.0.0.7");
+  EXPECT_EQ(config.controller.port, 54601);
+  EXPECT_EQ(config.controller.input, 17);
+  EXPECT_EQ(config.controller.load, 2);
+  EXPECT_DOUBLE_EQ(config.touch.fast_m_s, 0.010);
+}
+
+TEST(an_eki_configuration, without_a_contact_input_searches_slowly) {
+  const DaemonConfig config = parse_config(kEki + "[eki]\nstop = \"flag\"\n", "d.toml");
+  EXPECT_DOUBLE_EQ(config.touch.fast_m_s, 0.0025);
+  EXPECT_DOUBLE_EQ(config.touch.slow_m_s, 0.001);
+}
+
+calib::Cell cell_of_one_joint() {
+  calib::Cell cell;
+  cell.robot.name = "test";
+  calib::Joint joint;
+  joint.name = "A1";
+  joint.min_rad = -1.0;
+  joint.max_rad = 2.0;
+  joint.max_speed_rad_s = 3.0;
+  cell.robot.joints = {joint};
+  return cell;
+}
+
+TEST(axis_limits, are_the_robot_files_at_the_configured_speed) {
+  const DaemonConfig config = parse_config(kRsi + "[motion]\nspeed_percent = 10\n", "d.toml");
+  const drivers::RsiConfig rsi = rsi_config_for(config, cell_of_one_joint());
+  ASSERT_EQ(rsi.limits.size(), 1u);
+  EXPECT_EQ(rsi.limits[0].min_rad, -1.0);
+  EXPECT_EQ(rsi.limits[0].max_rad, 2.0);
+  EXPECT_NEAR(rsi.limits[0].max_speed_rad_s, 0.3, 1e-12);
+  EXPECT_EQ(rsi.correction_limit_deg, std::vector<double>{90.0});
+}
+
+TEST(axis_limits, that_the_robot_file_lacks_are_an_error_and_not_a_guess) {
+  calib::Cell cell = cell_of_one_joint();
+  cell.robot.joints[0].max_speed_rad_s = 0.0;
+  EXPECT_THROW(rsi_config_for(parse_config(kRsi, "d.toml"), cell), drivers::ConfigError);
+}
+
+TEST(axis_limits, over_eki_come_with_the_full_speeds_and_for_the_channels_axes) {
+  calib::Cell cell = cell_of_one_joint();
+  const DaemonConfig config = parse_config(kEki + "[motion]\nspeed_percent = 10\n", "d.toml");
+  EXPECT_THROW(eki_config_for(config, cell), drivers::ConfigError) << "one axis, channel of six";
+  cell.robot.joints.assign(6, cell.robot.joints.front());
+  const drivers::EkiConfig eki = eki_config_for(config, cell);
+  EXPECT_EQ(eki.limits.size(), 6u);
+  EXPECT_NEAR(eki.limits[0].max_speed_rad_s, 0.3, 1e-12);
+  EXPECT_EQ(eki.full_speed_rad_s, std::vector<double>(6, 3.0));
+  EXPECT_EQ(eki.transit_percent(), 10);
+  cell.robot.joints.assign(7, cell.robot.joints.front());
+  EXPECT_EQ(eki_config_for(parse_config(kEki + "[controller]\nexternal_axes = 1\n", "d.toml"), cell)
+                .limits.size(),
+            7u);
+}
+
+}  // namespace
+}  // namespace cellcal::daemon
