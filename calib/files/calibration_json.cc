@@ -9,9 +9,9 @@
 #include "calib/files/files.h"
 #include "calib/files/json_reader.h"
 #include "calib/files/shown.h"
-#include "calib/files/units.h"
-#include "calib/identify/correlation.h"
-#include "calib/identify/stated.h"
+#include "calib/model/units.h"
+#include "calib/result/correlation.h"
+#include "calib/result/nominal_value.h"
 
 namespace cellcal::calib {
 

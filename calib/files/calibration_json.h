@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <string>
 
-#include "calib/identify/calibration.h"
+#include "calib/result/calibration.h"
 
 namespace cellcal::calib {
 

@@ -7,8 +7,8 @@
 #include "calib/files/files.h"
 #include "calib/files/obstacle_file.h"
 #include "calib/files/shown.h"
-#include "calib/files/units.h"
 #include "calib/model/kinematics.h"
+#include "calib/model/units.h"
 
 namespace cellcal::calib {
 
@@ -213,12 +213,6 @@ std::filesystem::path find_robot(const std::string& name, const std::filesystem:
 }
 
 }  // namespace
-
-std::size_t Cell::target_index(const std::string& id) const {
-  for (std::size_t i = 0; i < targets.size(); ++i)
-    if (targets[i].id == id) return i;
-  throw std::out_of_range("no target \"" + id + "\" in the cell");
-}
 
 std::vector<std::filesystem::path> robots_directories() {
   std::vector<std::filesystem::path> result;

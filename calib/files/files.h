@@ -7,13 +7,12 @@
 #include <string_view>
 #include <vector>
 
-#include "calib/files/error.h"
-#include "calib/files/touch.h"
+#include "calib/model/error.h"
 #include "calib/model/robot.h"
+#include "calib/model/touch.h"
+#include "calib/model/units.h"
 
 namespace cellcal::calib {
-
-inline constexpr double kMmPerM = 1000.0;
 
 /// Robot file, format "cellcal.robot/1".
 Robot load_robot(const std::filesystem::path& path);

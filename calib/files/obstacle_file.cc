@@ -9,7 +9,7 @@
 #include "calib/files/files.h"
 #include "calib/files/shown.h"
 #include "calib/files/stl.h"
-#include "calib/files/units.h"
+#include "calib/model/units.h"
 
 namespace cellcal::calib {
 

@@ -8,7 +8,7 @@
 #include "calib/files/files.h"
 #include "calib/files/shown.h"
 #include "calib/files/touch_columns.h"
-#include "calib/files/units.h"
+#include "calib/model/units.h"
 
 namespace cellcal::calib {
 

@@ -12,7 +12,7 @@
 #include <string_view>
 #include <vector>
 
-#include "calib/files/error.h"
+#include "calib/model/error.h"
 
 namespace cellcal::calib {
 

@@ -8,10 +8,10 @@
 
 #include "calib/files/csv.h"
 #include "calib/files/files.h"
-#include "calib/files/iso_time.h"
 #include "calib/files/shown.h"
 #include "calib/files/touch_columns.h"
-#include "calib/files/units.h"
+#include "calib/model/iso_time.h"
+#include "calib/model/units.h"
 
 namespace cellcal::calib {
 
@@ -230,11 +230,6 @@ std::vector<Touch> parse_touches(std::string_view text, const std::string& name,
 
 std::vector<Touch> load_touches(const std::filesystem::path& path, const Cell& cell) {
   return parse_touches(read_file(path), path.string(), cell);
-}
-
-std::string touch_words(std::size_t index, const Touch& touch) {
-  return fmt::format("touch {}{}", index + 1,
-                     touch.line > 0 ? fmt::format(" (line {})", touch.line) : "");
 }
 
 namespace {

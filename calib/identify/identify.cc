@@ -1,302 +1,217 @@
 #include "calib/identify/identify.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
-#include <cmath>
+#include <string>
+#include <utility>
 
-#include "calib/identify/discrepancy.h"
-#include "calib/identify/estimate.h"
-#include "calib/identify/frame.h"
-#include "calib/identify/jump.h"
-#include "calib/identify/lengths.h"
-#include "calib/identify/moved.h"
-#include "calib/identify/observability.h"
-#include "calib/identify/others.h"
-#include "calib/identify/outliers.h"
-#include "calib/identify/problem.h"
-#include "calib/identify/region.h"
-#include "calib/identify/repeats.h"
-#include "calib/identify/residuals.h"
-#include "calib/identify/sizes.h"
-#include "calib/identify/target_place.h"
-#include "calib/identify/verdict.h"
+#include "calib/consistency/lengths.h"
+#include "calib/consistency/outliers.h"
+#include "calib/diagnose/causes.h"
+#include "calib/diagnose/data_association.h"
+#include "calib/diagnose/jump.h"
+#include "calib/diagnose/moved.h"
+#include "calib/diagnose/wrong_measure.h"
+#include "calib/estimate/discrepancy.h"
+#include "calib/identify/likely_causes.h"
+#include "calib/model/error.h"
+#include "calib/verdict/identify_as_stated.h"
+#include "calib/verdict/verdict.h"
 
 namespace cellcal::calib {
 
 namespace {
 
-/// Enough to see which directions of the frame move the tip.
-constexpr int kFramePoses = 60;
-constexpr double kLocalHalfM = 0.150;
-constexpr unsigned kRegionSeed = 20240924;
-
-/// The first of the cell's tools that touched it.
-int first_tool(const Problem& problem, const TargetBlock& block) {
-  int first = problem.arm().tool_count() - 1;
-  for (std::size_t i = 0; i < problem.touches().size() && first > 0; ++i)
-    if (problem.block_of(i) >= 0 &&
-        problem.blocks()[static_cast<std::size_t>(problem.block_of(i))].target == block.target)
-      first = std::min(first, problem.tool_of(i));
-  return first;
+bool moved_alone(const std::vector<Cause>& causes) {
+  return std::all_of(causes.begin(), causes.end(),
+                     [](const Cause& c) { return c.moved.has_value(); });
 }
 
-void fill_parameters(const Problem& problem, const Estimate& e, const FrameDirections& frame,
-                     double inflation, Calibration& calibration) {
-  const Eigen::VectorXd x = problem.to_si(e.u);
-  const int n = problem.size();
-  Eigen::VectorXd scale(n);
-  for (int i = 0; i < n; ++i) scale[i] = problem.unknowns()[i].scale;
-  calibration.covariance =
-      inflation * (scale.asDiagonal() * e.posterior.covariance_u * scale.asDiagonal());
-  calibration.frame_basis = scale.asDiagonal() * frame.basis_u;
-  for (int i = 0; i < n; ++i) {
-    const Unknown& unknown = problem.unknowns()[i];
-    ParameterResult p{unknown.name,           unknown.unit,
-                      unknown.to_unit,        unknown.nominal,
-                      x[i] - unknown.nominal, std::sqrt(calibration.covariance(i, i))};
-    // Who decided it: the frame where half of its variance is the frame's; the prior where the
-    // touches took less than half of the prior's variance away, or no level with a say has it at
-    // all.
-    const double variance_u = e.posterior.covariance_u(i, i);
-    const double of_frame = frame.basis_u.cols() > 0 ? frame.basis_u.row(i).squaredNorm() : 0.0;
-    double prior_u = unknown.prior_weight > 0.0 ? 1.0 / unknown.prior_weight : 1e9;
-    if (i < problem.arm_size()) {
-      const ArmParameterKind kind = problem.arm().parameters()[i].kind;
-      // Of the levels, each as far as it is believed.
-      if (kind == ArmParameterKind::kCosine || kind == ArmParameterKind::kSine)
-        prior_u *= e.levels.transmission;
-      if (kind == ArmParameterKind::kCompliance || kind == ArmParameterKind::kLoad)
-        prior_u *= e.levels.compliance;
+/// Of a move that was confirmed while certified lengths held the targets: wrong ones pull targets
+/// about, too, and a target that moved contradicts right ones. It moved if it does without them.
+void tell_from_lengths(const Cell& cell, const std::vector<Touch>& touches,
+                       const IdentifyOptions& options, Calibration& calibration) {
+  if (calibration.lengths.empty()) return;
+  auto& reasons = calibration.verdict.reasons;
+  const Cell changed = silenced(cell, [](const CertifiedLength&) { return true; });
+  try {
+    Calibration without = identify_as_stated(changed, touches, options);
+    without.moved = calibration.moved;
+    for (MovedTarget& target : without.moved)
+      target.many_left_out = true;  // other touches may be, here
+    confirm_moves(changed, touches, options, without);
+    if (!without.moved.empty()) {
+      calibration.lengths.clear();  // from where it stood or from where it stands, nobody knows
+      std::erase_if(reasons,
+                    [](const std::string& r) { return r.starts_with("certified length:"); });
+      return;
     }
-    if (of_frame * std::min(1.0, prior_u * prior_u) > 0.5 * variance_u)
-      p.decided_by = DecidedBy::kFrame;
-    else if (variance_u > 0.5 * prior_u * prior_u || variance_u == 0.0)
-      p.decided_by = DecidedBy::kPrior;
-    calibration.parameters.push_back(p);
+  } catch (const IdentifyError&) {
+    return;  // the touches alone determine nothing, and so do not speak against it
   }
-  for (const TargetBlock& block : problem.blocks()) {
-    const Target& target = problem.cell().targets[block.target];
-    TargetResult result = result_at(target, problem.place(block), x.data() + block.first);
-    const int tool = first_tool(problem, block);
-    if (target.kind == TargetKind::kSphere || target.kind == TargetKind::kPlane)
-      result.effective_radius_m = problem.nominal_radius_m(target, tool) +
-                                  (problem.rho(tool) >= 0 ? x[problem.rho(tool)] : 0.0) +
-                                  (block.has_radius ? x[block.first + block.place] : 0.0);
-    calibration.targets.push_back(result);
-  }
+  const std::string moved = "moved target: ";
+  if (reasons.front().starts_with(moved))
+    reasons.front() = "moved target, or wrong certified lengths (without them nothing moved): " +
+                      reasons.front().substr(moved.size()) + ", or mend the lengths";
 }
 
-std::vector<JointVector> poses_near_targets(const Problem& problem,
-                                            const std::vector<TargetResult>& targets, int count) {
-  std::vector<JointVector> around;
-  for (const Touch& touch : problem.touches()) around.push_back(touch.joint_rad);
-  std::vector<Eigen::Vector3d> centres;
-  for (const TargetResult& target : targets) {
-    if (has_a_centre(target.kind) && target.kind != TargetKind::kWire) {
-      centres.push_back(target.centre_m);
-      continue;
-    }
-    for (std::size_t i = 0; i < problem.touches().size(); ++i)  // it is where it was touched
-      if (problem.touches()[i].target == target.id)
-        centres.push_back(problem.arm().position(problem.pose(i), nullptr));
+/// Whether so many touches were left out that something may have moved or jumped, though gross
+/// errors may do it, too.
+bool many_left_out(const Cell& cell, const std::vector<Touch>& touches, const Calibration& c) {
+  FitTouches all;
+  for (const Target& target : cell.targets) {
+    const FitTouches own = fit_touches_of(target.id, touches, c);
+    if (own.left_out > 1 && 5 * own.left_out >= own.all) return true;
+    all.all += own.all;
+    all.left_out += own.left_out;
   }
-  return local_poses(problem.arm(), around, centres, kLocalHalfM, count, kRegionSeed);
+  return 10 * all.left_out > all.all;
 }
 
-/// Whitened residuals of the touches, each by its own sigma, whether or not their errors go
-/// together.
-Eigen::VectorXd residuals_alone(const Posterior& posterior) {
-  const auto r = posterior.linear.residual.head(posterior.linear.length_row);
-  if (posterior.together.size() == 0) return r;
-  return posterior.together.triangularView<Eigen::Lower>() * r;
+/// Where one jump in the middle of the session explains all: says so. A target's is confirmed as
+/// a move.
+bool told_of_jump(const Cell& cell, const std::vector<Touch>& touches,
+                  const IdentifyOptions& options, Calibration& calibration) {
+  // A level that was asked for may lack what the arm does, and that looks like jumps.
+  if (options.level) return false;
+  if (calibration.verdict.publish && calibration.jumped.empty() && calibration.moved.empty() &&
+      !many_left_out(cell, touches, calibration))
+    return false;
+  constexpr double kUnlikely = -5.0;  // log odds
+  const std::vector<Jump> all = jumps_by_odds(cell, touches, options, calibration);
+  std::erase_if(calibration.moved, [&](const MovedTarget& moved) {
+    return std::any_of(all.begin(), all.end(), [&](const Jump& jump) {
+      return jump.what == Jump::What::kTarget && jump.name == moved.target &&
+             jump.log_odds < kUnlikely;
+    });
+  });
+  const std::vector<Jump> jumps = believed(all);
+  calibration.jumped.clear();
+  if (jumps.empty()) return false;
+  // Something else is wrong, too, and is told instead; but nothing is let through for that.
+  if (!jumps.front().mends && !calibration.verdict.publish) return false;
+  if (jumps.size() > 1 || jumps.front().what != Jump::What::kTarget) {
+    calibration.moved.clear();
+    calibration.jumped = jumps;
+    tell_of_jumps(cell, touches, options, calibration);
+    return true;
+  }
+  const std::vector<MovedTarget> suspects = calibration.moved;
+  MovedTarget moved;
+  moved.target = jumps.front().name;
+  moved.after_touch = jumps.front().after_touch;
+  moved.shift_m = jumps.front().shift_m;
+  moved.many_left_out = true;  // those behind it, or before, are honest
+  calibration.moved = {moved};
+  confirm_moves(cell, touches, options, calibration);
+  if (calibration.moved.empty()) {
+    calibration.moved = suspects;
+    return false;
+  }
+  tell_from_lengths(cell, touches, options, calibration);
+  std::erase_if(calibration.verdict.reasons,
+                [](const std::string& r) { return r.starts_with("outliers:"); });
+  return true;
 }
 
-std::string level_reason(const Cell& cell, const ModelLevel& level, const LevelMean& mean,
-                         bool given) {
-  if (given) return words(cell, level) + "; as asked for";
-  double compliance = 0.0;
-  for (const LevelEvidence& l : mean.levels)
-    compliance += l.level.compliance > 0.0 ? l.probability : 0.0;
-  return fmt::format(
-      "{}; mean over {} levels, each by its evidence. Joint compliance is in it at {:.0f} %. The "
-      "likeliest level, at {:.0f} %: {}",
-      words(cell, level), mean.levels.size(), 100.0 * compliance,
-      100.0 * mean.levels.front().probability, words(cell, mean.levels.front().level));
+/// Before all else: what a user is to look at first.
+void tell(const std::vector<std::string>& causes, Calibration& calibration) {
+  auto& reasons = calibration.verdict.reasons;
+  auto at = reasons.begin();
+  for (const std::string& cause : causes) at = reasons.insert(at, "likely cause: " + cause) + 1;
+}
+
+/// Whether the touches show, or may show, an error of the arm that the model lacks.
+bool shows_discrepancy(const Calibration& c) {
+  constexpr double kTooMuch = 4.0, kTooMuchBesideRepeats = 2.0, kEnoughRepeats = 5.0;
+  const bool measured = c.repeats.degrees_of_freedom >= kEnoughRepeats;
+  return c.touch_noise_m > kNothingM &&
+         (c.discrepancy.alike > kFieldSigmas ||
+          c.chi2_per_dof > (measured ? kTooMuchBesideRepeats : kTooMuch));
+}
+
+/// Where nothing else explains what the touches leave: with the model's own error estimated.
+/// What is withheld either way is told as it was.
+Calibration with_discrepancy(const Cell& cell, const std::vector<Touch>& touches,
+                             IdentifyOptions options, Calibration stated) {
+  if (options.level || options.with_discrepancy || !shows_discrepancy(stated)) return stated;
+  options.with_discrepancy = true;
+  try {
+    Calibration estimated = identify_as_stated(cell, touches, options);
+    estimated.discrepancy.alike = stated.discrepancy.alike;
+    if (estimated.verdict.publish || stated.verdict.publish) return estimated;
+    for (const std::string& reason : estimated.verdict.reasons)
+      if (!is_note(reason))
+        stated.verdict.reasons.push_back("model error: with it estimated, too, there is " + reason);
+  } catch (const IdentifyError&) {
+  }
+  return stated;
 }
 
 }  // namespace
 
-void require_sound(const Cell& cell, const std::vector<Touch>& touches) {
-  std::vector<bool> fitted(cell.targets.size(), false);
-  for (std::size_t i = 0; i < touches.size(); ++i) {
-    if (touches[i].set == TouchSet::kFit) fitted[cell.target_index(touches[i].target)] = true;
-    for (const double angle : touches[i].joint_rad)
-      if (!std::isfinite(angle))
-        throw IdentifyError(
-            fmt::format("{} of {} has a joint angle that is not a number; leave it out",
-                        touch_words(i, touches[i]), touches.size()));
-  }
-  if (std::none_of(fitted.begin(), fitted.end(), [](bool any) { return any; }))
-    throw IdentifyError("there are no fit touches; nothing to identify from");
+std::vector<std::string> likely_causes(const Cell& cell, const std::vector<Touch>& touches,
+                                       const OtherRobots& other_robots) {
+  std::vector<std::string> words;
+  for (Cause& cause : causes_of(cell, touches, other_robots))
+    words.push_back(std::move(cause.words));
+  if (words.empty())
+    if (std::string scattered = scattered_words(cell, touches); !scattered.empty())
+      words.push_back(std::move(scattered));
+  return words;
 }
 
-Calibration not_identified(const Cell& cell, const std::vector<Touch>& touches,
-                           const IdentifyOptions& options, const std::string& why) {
-  constexpr double kAnywhere = 100.0;  // of what has no prior, in its scales
-  const Cell levelled = at_level(cell, options.level.value_or(ModelLevel{}), touches);
-  const ArmModel arm(levelled);
-  const Problem problem(levelled, arm, touches, rough_places(cell, arm, touches));
-  Estimate e;
-  e.u = Eigen::VectorXd::Zero(problem.size());
-  e.posterior.covariance_u = Eigen::MatrixXd::Zero(problem.size(), problem.size());
-  for (int i = 0; i < problem.size(); ++i) {
-    const double weight = problem.unknowns()[i].prior_weight;
-    e.posterior.covariance_u(i, i) = std::pow(weight > 0.0 ? 1.0 / weight : kAnywhere, 2);
-  }
-  e.levels.transmission = e.levels.compliance = 1.0;
-
-  Calibration calibration;
-  calibration.cell = cell;
-  calibration.level = options.level.value_or(ModelLevel{});
-  calibration.level_reason = "nothing was identified; the nominal arm";
-  const FrameDirections no_frame{Eigen::MatrixXd(problem.size(), 0), {}};
-  fill_parameters(problem, e, no_frame, 1.0, calibration);
-  for (ParameterResult& p : calibration.parameters) p.decided_by = DecidedBy::kPrior;
-  Eigen::VectorXd scale(arm.size());
-  for (int i = 0; i < arm.size(); ++i) scale[i] = problem.unknowns()[i].scale;
-  const Eigen::VectorXd x = problem.to_si(e.u);
-  const Eigen::MatrixXd covariance = e.posterior.covariance_u.topLeftCorner(arm.size(), arm.size());
-  const auto predicted_m = [&](const std::vector<JointVector>& poses) {
-    return poses.size() < 3
-               ? calibration.predicted_m3_m
-               : predicted_mean_error_m(aligned_moves(arm, poses, x.data(), scale), covariance,
-                                        ripple_variance_m2(arm, poses, 0.0));
-  };
-  calibration.predicted_m3_m = predicted_m(workspace_poses(arm, options.region_poses, kRegionSeed));
-  calibration.predicted_m2_m =
-      predicted_m(poses_near_targets(problem, calibration.targets, options.region_poses));
-  fill_residuals(problem, x, std::vector<bool>(touches.size(), false), calibration);
-  calibration.verdict.reasons = {"not identified: " + why};
-  return calibration;
-}
-
-Calibration identify_as_stated(const Cell& cell, const std::vector<Touch>& touches,
-                               const IdentifyOptions& options) {
+Calibration identify(const Cell& cell, const std::vector<Touch>& touches,
+                     const IdentifyOptions& options, const OtherRobots& other_robots) {
   require_sound(cell, touches);
-  // The fullest level first: outliers are judged by a model that can explain all that an arm does,
-  // and the evidence of every simpler level follows from its linearisation.
-  const Cell levelled = at_level(cell, options.level.value_or(ModelLevel{}), touches);
-  const ArmModel arm(levelled);
-  const auto places = starting_places(cell, arm, touches);
-  Problem problem(levelled, arm, touches, places);
-  const Repeats repeats = weigh_repeats(problem);
-  std::vector<ModelLevel> levels = usual_levels();
-  if (options.level) levels = {{1.0, 1.0, options.level->ripple_rad}};
-  Estimate e = estimate(problem, options, std::move(levels));
-  const bool together = options.with_discrepancy && !options.level;
-  Calibration calibration;
-  if (together) calibration.discrepancy = estimate_together(problem, options, repeats, e);
-  const LevelMean& mean = e.levels;
-
-  calibration.cell = cell;
-  calibration.level = options.level.value_or(ModelLevel{1.0, mean.transmission, mean.ripple_rad});
-  calibration.levels = mean.levels;
-  if (options.level) calibration.levels.front().level = *options.level;
-  calibration.level_reason = level_reason(cell, calibration.level, mean, options.level.has_value());
-  double sum = 0.0, held = 0.0, noise = 0.0, of_places = 0.0;
-  const Eigen::VectorXd alone = residuals_alone(e.posterior);
-  for (const auto& [touch, row] : e.posterior.linear.touch_row)
-    for (int k = 0; k < problem.rows(touch); ++k) {
-      sum += std::pow(e.posterior.linear.residual[row + k], 2);
-      held += 1.0 - e.posterior.leverage[row + k];
-      if (k >= problem.place_rows(touch)) continue;  // turns are no distance
-      noise += std::pow(alone[row + k] * problem.sigma_m(touch), 2);
-      of_places += 1.0 - e.posterior.leverage[row + k];
+  try {
+    Calibration calibration = identify_as_stated(cell, touches, options);
+    if (const std::string words = wrong_measure(cell, touches, options, calibration);
+        !words.empty()) {
+      calibration.moved.clear();  // a wrong length pulls spheres about
+      tell({words}, calibration);
+      return calibration;
     }
-  const double dof = std::max(held, 1.0);
-  calibration.chi2 = sum;
-  calibration.degrees_of_freedom = dof;
-  calibration.chi2_per_dof = sum / dof;
-  calibration.touch_noise_m = std::sqrt(noise / std::max(of_places, 1.0));
-  calibration.repeats = {repeats.touches, repeats.scatter_m, repeats.degrees_of_freedom,
-                         repeats.used_m};
-  if (!together && !options.level) {
-    if (calibration.touch_noise_m > kNothingM)
-      calibration.discrepancy.alike = alike_sigmas(problem, e, calibration.chi2_per_dof);
-    calibration.discrepancy.sigma_m =
-        untold_field_m(problem, e, repeats, calibration.touch_noise_m);
+    // Of so few, whatever was tried would explain all.
+    if (calibration.verdict.too_few) return calibration;
+    if (told_of_jump(cell, touches, options, calibration)) return calibration;
+    std::vector<Cause> causes;
+    if (!calibration.verdict.publish) causes = causes_of(cell, touches, other_robots);
+    // Another mistake moves targets, too.
+    const bool moved = moved_alone(causes);
+    for (const Cause& cause : causes) {
+      if (!moved || !has_a_centre(cell.targets[cell.target_index(cause.moved->target)].kind))
+        continue;
+      const bool suspected =
+          std::any_of(calibration.moved.begin(), calibration.moved.end(),
+                      [&](const MovedTarget& m) { return m.target == cause.moved->target; });
+      if (!suspected) calibration.moved.push_back(*cause.moved);
+    }
+    if (moved)
+      confirm_moves(cell, touches, options, calibration);
+    else
+      calibration.moved.clear();
+    if (!calibration.moved.empty()) tell_from_lengths(cell, touches, options, calibration);
+    // What looks like a move, and would have been let through without it, may be another mistake.
+    if (!calibration.moved.empty() && causes.empty()) {
+      causes = causes_of(cell, touches, other_robots);
+      if (!causes.empty() && causes.front().moved) causes.clear();
+    }
+    if (calibration.moved.empty() || !moved_alone(causes)) {
+      std::vector<std::string> words;
+      for (const Cause& cause : causes) words.push_back(cause.words);
+      tell(words, calibration);
+    }
+    if (calibration.moved.empty() && causes.empty())
+      calibration = with_discrepancy(cell, touches, options, std::move(calibration));
+    if (!calibration.verdict.publish && calibration.moved.empty() && causes.empty())
+      if (const std::string words = scattered_words(cell, touches); !words.empty())
+        tell({words}, calibration);
+    return calibration;
+  } catch (const IdentifyError& error) {
+    Calibration nominal = not_identified(cell, touches, options, error.what());
+    tell(likely_causes(cell, touches, other_robots), nominal);
+    return nominal;
   }
-  // Scatter beyond the stated noise is not explained away: it widens every bound.
-  const double inflation = std::max(1.0, calibration.chi2_per_dof);
-
-  Eigen::VectorXd scale(arm.size());
-  for (int i = 0; i < arm.size(); ++i) scale[i] = problem.unknowns()[i].scale;
-  const Eigen::VectorXd x = problem.to_si(e.u);
-  const auto moves_of = [&](const std::vector<JointVector>& poses) {
-    return aligned_moves(arm, poses, x.data(), scale);
-  };
-  auto workspace = workspace_poses(arm, kFramePoses, kRegionSeed);
-  Eigen::VectorXd stiff_x = x;
-  for (int i = 0; i < arm.size(); ++i)
-    if (arm.parameters()[static_cast<std::size_t>(i)].kind == ArmParameterKind::kDeflection)
-      stiff_x[i] = 0.0;
-  const TipMoves stiff = tip_moves(arm, workspace, stiff_x.data(), scale);
-  Eigen::MatrixXd moves = aligned(stiff);  // a tool that bends changes them by thousandths
-  const FrameDirections frame = find_frame_directions(problem, e.posterior.linear, stiff, moves);
-  calibration.unidentifiable = frame.words;
-  calibration.observability = observability(problem, e.posterior.linear, frame.basis_u);
-  fill_parameters(problem, e, frame, inflation, calibration);
-  const Eigen::MatrixXd arm_covariance =
-      inflation * e.posterior.covariance_u.topLeftCorner(arm.size(), arm.size());
-  const double field_m2 = 3.0 * std::pow(calibration.discrepancy.sigma_m, 2);
-  const auto stays_m2 = [&](const std::vector<JointVector>& poses) -> Eigen::VectorXd {
-    return ripple_variance_m2(arm, poses, calibration.level.ripple_rad).array() + field_m2;
-  };
-  const auto predicted_m = [&](const std::vector<JointVector>& poses,
-                               const Eigen::MatrixXd& their_moves) {
-    return predicted_mean_error_m(their_moves, arm_covariance, stays_m2(poses));
-  };
-  // The nominal arm's, by what was found and by what its tolerances foresaw.
-  const auto nominal_m = [&](const std::vector<JointVector>& poses,
-                             const Eigen::MatrixXd& their_moves) {
-    const Eigen::MatrixXd tolerances = Eigen::MatrixXd::Identity(arm.size(), arm.size());
-    return std::max(
-        predicted_mean_error_m(their_moves, tolerances, stays_m2(poses)),
-        predicted_mean_error_m(their_moves, arm_covariance,
-                               stays_m2(poses) + distances_m2(arm, poses, nullptr, x.data())));
-  };
-  if (options.region_poses != kFramePoses) {
-    workspace = workspace_poses(arm, options.region_poses, kRegionSeed);
-    moves = moves_of(workspace);
-  }
-  calibration.predicted_m3_m = predicted_m(workspace, moves);
-  calibration.nominal_m3_m = nominal_m(workspace, moves);
-  calibration.predicted_m2_m = calibration.predicted_m3_m;
-  calibration.nominal_m2_m = calibration.nominal_m3_m;
-  const auto local = poses_near_targets(problem, calibration.targets, options.region_poses);
-  if (local.size() >= 3) {
-    const Eigen::MatrixXd local_moves = moves_of(local);
-    calibration.predicted_m2_m = predicted_m(local, local_moves);
-    calibration.nominal_m2_m = nominal_m(local, local_moves);
-  }
-
-  std::vector<bool> outlier(touches.size(), false);
-  for (std::size_t i = 0; i < touches.size(); ++i)
-    outlier[i] = touches[i].set == TouchSet::kFit && !e.use[i];
-  for (const std::size_t i : gross_check_touches(problem, calibration)) outlier[i] = true;
-  fill_residuals(problem, problem.to_si(e.u), outlier, calibration);
-  const Others others = touches_and_tolerances(problem, e);
-  calibration.lengths = lengths_by_others(problem, e, others, sum, dof);
-  calibration.sizes = sizes_by_others(problem, e, others, sum, dof);
-  calibration.outliers = named_outliers(problem, e, calibration);
-  // Asked for before: what the arm does beside the model looks like moves and jumps.
-  if (!together) calibration.moved = suspected_moves(problem, e, calibration.chi2_per_dof);
-  // A level that was asked for may lack what the arm does, and that looks like jumps.
-  if (!options.level && !together)
-    calibration.jumped = suspected_jump(problem, e, calibration.chi2_per_dof);
-  calibration.verdict = judge(problem, calibration);
-  return calibration;
 }
 
 }  // namespace cellcal::calib

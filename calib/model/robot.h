@@ -56,6 +56,12 @@ struct Robot {
   Eigen::Isometry3d flange_fixed = Eigen::Isometry3d::Identity();
 };
 
+/// A robot and its file, as a cell file names it.
+struct NamedRobot {
+  std::string file;
+  Robot robot;
+};
+
 struct Tool {
   std::string id;  ///< empty: the cell has one, which needs none
   /// As its parameters and messages name it.

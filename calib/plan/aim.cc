@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "calib/identify/target_place.h"
+#include "calib/estimate/target_place.h"
 #include "calib/model/inverse.h"
 
 namespace cellcal::calib {

@@ -2,7 +2,7 @@
 // The search line of a touch with the arm as the touches so far know it: shorter than on nominal
 // geometry, where an arm is off by millimetres.
 
-#include "calib/identify/running.h"
+#include "calib/estimate/incremental_estimate.h"
 #include "calib/plan/pool.h"
 
 namespace cellcal::calib {

@@ -5,11 +5,11 @@
 #include <cmath>
 #include <optional>
 
-#include "calib/identify/bound.h"
-#include "calib/identify/region.h"
 #include "calib/model/random.h"
 #include "calib/plan/design.h"
 #include "calib/plan/design_problem.h"
+#include "calib/uncertainty/bound.h"
+#include "calib/uncertainty/region.h"
 
 namespace cellcal::calib {
 

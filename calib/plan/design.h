@@ -12,7 +12,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "calib/identify/information.h"
+#include "calib/estimate/information.h"
 
 namespace cellcal::calib {
 

@@ -5,10 +5,10 @@
 #include <cmath>
 #include <numbers>
 
-#include "calib/identify/level.h"
-#include "calib/identify/problem.h"
-#include "calib/identify/region.h"
-#include "calib/identify/solve.h"
+#include "calib/estimate/problem.h"
+#include "calib/estimate/solve.h"
+#include "calib/result/level.h"
+#include "calib/uncertainty/region.h"
 
 namespace cellcal::calib {
 

@@ -7,7 +7,7 @@
 #include <memory>
 #include <vector>
 
-#include "calib/identify/information.h"
+#include "calib/estimate/information.h"
 #include "calib/model/kinematics.h"
 #include "calib/plan/candidates.h"
 #include "calib/plan/interest.h"

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calib/files/error.h"
+#include "calib/model/error.h"
 
 namespace cellcal::calib {
 

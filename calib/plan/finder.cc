@@ -7,7 +7,7 @@
 #include <cmath>
 #include <iterator>
 
-#include "calib/identify/start.h"
+#include "calib/estimate/start.h"
 #include "calib/model/inverse.h"
 #include "calib/plan/belief.h"
 #include "calib/plan/pool.h"

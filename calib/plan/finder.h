@@ -17,7 +17,7 @@
 #include <string>
 #include <vector>
 
-#include "calib/files/touch.h"
+#include "calib/model/touch.h"
 #include "calib/plan/plan.h"
 
 namespace cellcal::calib {

@@ -5,11 +5,11 @@
 #include <charconv>
 #include <cmath>
 
-#include "calib/files/error.h"
-#include "calib/files/files.h"
-#include "calib/identify/region.h"
 #include "calib/model/configurations.h"
+#include "calib/model/error.h"
 #include "calib/model/random.h"
+#include "calib/model/units.h"
+#include "calib/uncertainty/region.h"
 
 namespace cellcal::calib {
 

@@ -7,7 +7,7 @@
 #include <functional>
 #include <limits>
 
-#include "calib/identify/running.h"
+#include "calib/estimate/incremental_estimate.h"
 #include "calib/model/random.h"
 #include "calib/plan/aim.h"
 #include "calib/plan/choose.h"

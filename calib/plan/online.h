@@ -12,7 +12,7 @@
 #include <optional>
 #include <string>
 
-#include "calib/files/touch.h"
+#include "calib/model/touch.h"
 #include "calib/plan/duration.h"
 #include "calib/plan/plan.h"
 

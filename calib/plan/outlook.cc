@@ -1,8 +1,8 @@
 #include "calib/plan/outlook.h"
 
-#include "calib/identify/bound.h"
-#include "calib/identify/region.h"
-#include "calib/identify/solve.h"
+#include "calib/estimate/solve.h"
+#include "calib/uncertainty/bound.h"
+#include "calib/uncertainty/region.h"
 
 namespace cellcal::calib {
 

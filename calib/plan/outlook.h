@@ -1,7 +1,7 @@
 #pragma once
 // What an estimate still leaves unknown, and what each candidate would take from it.
 
-#include "calib/identify/running.h"
+#include "calib/estimate/incremental_estimate.h"
 #include "calib/plan/design.h"
 #include "calib/plan/pool.h"
 

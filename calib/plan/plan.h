@@ -13,10 +13,10 @@
 #include <string>
 #include <vector>
 
-#include "calib/files/error.h"
-#include "calib/files/touch.h"
+#include "calib/model/error.h"
 #include "calib/model/joint_vector.h"
 #include "calib/model/robot.h"
+#include "calib/model/touch.h"
 #include "calib/plan/interest.h"
 
 namespace cellcal::calib {

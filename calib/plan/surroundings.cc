@@ -11,7 +11,7 @@
 #include <map>
 #include <mutex>
 
-#include "calib/files/error.h"
+#include "calib/model/error.h"
 
 namespace cellcal::calib {
 

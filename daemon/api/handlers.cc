@@ -7,11 +7,11 @@
 #include <nlohmann/json.hpp>
 
 #include "calib/files/calibration_json.h"
-#include "calib/files/error.h"
 #include "calib/files/files.h"
+#include "calib/model/error.h"
+#include "daemon/files/printable.h"
 #include "daemon/service/delay_watch.h"
 #include "daemon/service/inputs.h"
-#include "daemon/files/printable.h"
 #include "drivers/error.h"
 
 namespace cellcal::daemon {

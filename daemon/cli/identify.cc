@@ -6,8 +6,9 @@
 
 #include "calib/files/calibration_json.h"
 #include "calib/files/files.h"
-#include "calib/identify/change.h"
-#include "calib/identify/paper.h"
+#include "calib/files/shipped_robots.h"
+#include "calib/seed_paper/paper.h"
+#include "calib/verdict/change.h"
 #include "daemon/cli/exit_status.h"
 #include "daemon/cli/offline.h"
 #include "daemon/cli/tables.h"
@@ -61,7 +62,8 @@ int identify(const IdentifyCommand& command) {
   calib::Calibration calibration =
       command.method == "paper"
           ? calib::identify_paper(cell, touches)
-          : calib::identify(cell, touches, {.region_poses = calib::kStatedPoses});
+          : calib::identify(cell, touches, {.region_poses = calib::kStatedPoses},
+                            calib::shipped_robots);
   calibration.inputs = {input("cell", files.cell_name, files.cell_text),
                         input("robot", files.robot_name, files.robot_text),
                         input("touches", command.touches.string(), csv)};

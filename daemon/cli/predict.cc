@@ -1,4 +1,4 @@
-#include "calib/identify/predict.h"
+#include "calib/uncertainty/predict.h"
 
 #include <fmt/format.h>
 
@@ -7,7 +7,7 @@
 
 #include "calib/files/calibration_json.h"
 #include "calib/files/files.h"
-#include "calib/files/units.h"
+#include "calib/model/units.h"
 #include "daemon/cli/exit_status.h"
 #include "daemon/cli/offline.h"
 

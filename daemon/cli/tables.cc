@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "calib/identify/correlation.h"
+#include "calib/result/correlation.h"
 
 namespace cellcal::daemon {
 

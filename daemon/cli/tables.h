@@ -4,8 +4,8 @@
 #include <span>
 #include <string>
 
-#include "calib/files/touch.h"
-#include "calib/identify/calibration.h"
+#include "calib/model/touch.h"
+#include "calib/result/calibration.h"
 
 namespace cellcal::daemon {
 

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "calib/files/touch.h"
+#include "calib/model/touch.h"
 #include "daemon/session/action.h"
 #include "daemon/session/contact_delay.h"
 

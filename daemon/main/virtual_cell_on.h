@@ -8,7 +8,7 @@
 #include <chrono>
 #include <utility>
 
-#include "calib/identify/calibration.h"
+#include "calib/result/calibration.h"
 #include "drivers/contact/contact_inline.h"
 #include "drivers/robot.h"
 #include "drivers/time.h"

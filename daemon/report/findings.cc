@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "calib/identify/correlation.h"
+#include "calib/result/correlation.h"
 #include "daemon/report/sections.h"
 #include "daemon/report/text.h"
 

@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "calib/identify/stated.h"
+#include "calib/result/nominal_value.h"
 #include "daemon/report/scale.h"
 #include "daemon/report/sections.h"
 #include "daemon/report/svg.h"

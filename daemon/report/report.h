@@ -7,9 +7,9 @@
 #include <utility>
 #include <vector>
 
-#include "calib/files/touch.h"
-#include "calib/identify/calibration.h"
+#include "calib/model/touch.h"
 #include "calib/plan/plan.h"
+#include "calib/result/calibration.h"
 
 namespace cellcal::daemon {
 

@@ -7,8 +7,8 @@
 #include <string>
 #include <string_view>
 
-#include "calib/files/units.h"
-#include "calib/identify/lengths.h"
+#include "calib/consistency/lengths.h"
+#include "calib/model/units.h"
 #include "daemon/report/sections.h"
 #include "daemon/report/text.h"
 

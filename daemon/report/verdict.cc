@@ -1,6 +1,6 @@
 // The first thing on the page: may the result be used, where, and why.
 
-#include "calib/identify/verdict.h"
+#include "calib/verdict/verdict.h"
 
 #include <fmt/format.h>
 

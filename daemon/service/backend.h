@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include "calib/identify/calibration.h"
 #include "calib/model/robot.h"
+#include "calib/result/calibration.h"
 #include "drivers/contact.h"
 #include "drivers/robot.h"
 #include "drivers/time.h"

@@ -6,8 +6,8 @@
 #include <algorithm>
 
 #include "calib/files/calibration_json.h"
-#include "calib/files/error.h"
 #include "calib/files/files.h"
+#include "calib/model/error.h"
 #include "calib/plan/candidates.h"
 #include "calib/plan/cell_check.h"
 #include "daemon/service/delay_watch.h"

@@ -13,11 +13,13 @@
 
 #include "calib/files/calibration_json.h"
 #include "calib/files/files.h"
-#include "calib/identify/change.h"
+#include "calib/files/shipped_robots.h"
 #include "calib/identify/identify.h"
 #include "calib/model/kinematics.h"
 #include "calib/plan/course.h"
 #include "calib/plan/duration.h"
+#include "calib/verdict/change.h"
+#include "calib/verdict/identify_as_stated.h"
 #include "daemon/report/report.h"
 #include "daemon/files/atomic_file.h"
 #include "daemon/files/correction_limit.h"
@@ -279,8 +281,8 @@ Tasks make_tasks(TaskInputs given) {
     return newest_residual(inputs->cell, touches);
   };
   tasks.identify = [inputs](const std::vector<calib::Touch>& touches) {
-    calib::Calibration calibration =
-        calib::identify(inputs->cell, touches, {.region_poses = calib::kStatedPoses});
+    calib::Calibration calibration = calib::identify(
+        inputs->cell, touches, {.region_poses = calib::kStatedPoses}, calib::shipped_robots);
     if (inputs->last)
       calib::judge_change(inputs->last->calibration, inputs->last->words,
                           inputs->options.accept_change, touches, calibration);

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "calib/identify/calibration.h"
+#include "calib/result/calibration.h"
 #include "daemon/journal/journal.h"
 #include "daemon/service/options.h"
 #include "daemon/service/runner.h"

@@ -9,9 +9,9 @@
 #include <string>
 #include <variant>
 
-#include "calib/files/touch.h"
-#include "calib/identify/calibration.h"
+#include "calib/model/touch.h"
 #include "calib/plan/course.h"
+#include "calib/result/calibration.h"
 #include "daemon/session/failure.h"
 #include "drivers/robot.h"
 

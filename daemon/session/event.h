@@ -9,8 +9,8 @@
 #include <optional>
 #include <string>
 
-#include "calib/identify/calibration.h"
 #include "calib/plan/course.h"
+#include "calib/result/calibration.h"
 #include "drivers/contact.h"
 #include "drivers/robot.h"
 

@@ -8,7 +8,7 @@
 #include <optional>
 #include <vector>
 
-#include "calib/files/touch.h"
+#include "calib/model/touch.h"
 #include "calib/plan/plan.h"
 #include "daemon/session/action.h"
 #include "daemon/session/touch_policy.h"

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calib/identify/predict.h"
-#include "calib/identify/region.h"
+#include "calib/uncertainty/predict.h"
+#include "calib/uncertainty/region.h"
 
 namespace cellcal::sim {
 

@@ -1,8 +1,8 @@
 #pragma once
 // A calibration against the hidden truth, in the figures of the method (section 5).
 
-#include "calib/identify/calibration.h"
 #include "calib/model/joint_vector.h"
+#include "calib/result/calibration.h"
 #include "sim/cell/truth.h"
 
 namespace cellcal::sim {

@@ -14,7 +14,7 @@
 
 #include "calib/identify/identify.h"
 #include "calib/model/joint_vector.h"
-#include "tests/calib/identify/simulate.h"
+#include "tests/calib/simulate.h"
 
 namespace {
 

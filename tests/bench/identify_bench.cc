@@ -9,14 +9,14 @@
 #include <chrono>
 #include <fstream>
 
-#include "calib/identify/evidence.h"
+#include "calib/estimate/evidence.h"
+#include "calib/estimate/incremental_estimate.h"
+#include "calib/estimate/problem.h"
+#include "calib/estimate/solve.h"
 #include "calib/identify/identify.h"
-#include "calib/identify/problem.h"
-#include "calib/identify/region.h"
-#include "calib/identify/running.h"
-#include "calib/identify/solve.h"
+#include "calib/uncertainty/region.h"
 #include "tests/bench/times.h"
-#include "tests/calib/identify/simulate.h"
+#include "tests/calib/simulate.h"
 
 namespace {
 

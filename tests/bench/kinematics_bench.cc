@@ -8,9 +8,9 @@
 #include <chrono>
 
 #include "calib/files/files.h"
-#include "calib/identify/level.h"
 #include "calib/model/inverse.h"
 #include "calib/model/random.h"
+#include "calib/result/level.h"
 
 namespace {
 

@@ -8,6 +8,7 @@
 #include <cstdio>
 
 #include "calib/files/files.h"
+#include "calib/files/shipped_robots.h"
 #include "calib/identify/identify.h"
 #include "calib/model/random.h"
 #include "tests/experiments/world.h"
@@ -102,7 +103,7 @@ void add_session(Row& row, const Planned& planned, Settings settings, std::uint6
   const double when = random.uniform(0.25, 0.75);
   const Move move{sphere, when, row.moved_m * any_direction(random)};
   const auto [cell, touches] = carry_out(planned, settings.stage, settings.mixed, move);
-  const calib::Calibration c = calib::identify(cell, touches);
+  const calib::Calibration c = calib::identify(cell, touches, {}, calib::shipped_robots);
   const std::string id = row.moved_m > 0.0 ? cell.targets[sphere].id : "none";
   bool says = false;
   for (const std::string& reason : c.verdict.reasons)

@@ -6,11 +6,12 @@
 #include <cmath>
 #include <numbers>
 
+#include "calib/files/shipped_robots.h"
 #include "calib/identify/identify.h"
-#include "calib/identify/predict.h"
-#include "calib/identify/region.h"
 #include "calib/model/random.h"
 #include "calib/plan/duration.h"
+#include "calib/uncertainty/predict.h"
+#include "calib/uncertainty/region.h"
 #include "tests/experiments/world.h"
 
 namespace cellcal::experiments {
@@ -64,7 +65,7 @@ std::vector<calib::JointVector> postures(const calib::ArmModel& arm, int count, 
 }
 
 Outcome judged(const World& world, const std::vector<calib::Touch>& touches) {
-  const calib::Calibration c = calib::identify(world.cell, touches);
+  const calib::Calibration c = calib::identify(world.cell, touches, {}, calib::shipped_robots);
   const calib::Predictor predictor(c);
   Outcome o;
   o.m1 = c.check.mean_m;

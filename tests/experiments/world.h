@@ -5,9 +5,9 @@
 #include <optional>
 #include <vector>
 
-#include "calib/files/touch.h"
 #include "calib/model/random.h"
 #include "calib/model/robot.h"
+#include "calib/model/touch.h"
 #include "calib/plan/plan.h"
 #include "tests/experiments/true_arm.h"
 

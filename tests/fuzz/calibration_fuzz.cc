@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "calib/files/calibration_json.h"
-#include "calib/files/error.h"
-#include "calib/identify/predict.h"
+#include "calib/model/error.h"
+#include "calib/uncertainty/predict.h"
 
 namespace {
 

@@ -6,8 +6,8 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "calib/files/error.h"
 #include "calib/files/stl.h"
+#include "calib/model/error.h"
 
 namespace {
 

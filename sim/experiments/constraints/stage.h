@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "calib/files/touch.h"
 #include "calib/model/robot.h"
+#include "calib/model/touch.h"
 #include "sim/cell/truth.h"
 
 namespace cellcal::sim::constraints {

@@ -3,7 +3,7 @@
 
 #include <Eigen/Core>
 
-#include "calib/identify/calibration.h"
+#include "calib/result/calibration.h"
 #include "sim/experiments/paper/task.h"
 
 namespace cellcal::sim::paper {

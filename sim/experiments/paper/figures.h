@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "calib/identify/calibration.h"
+#include "calib/result/calibration.h"
 #include "sim/experiments/paper/task.h"
 
 namespace cellcal::sim::paper {

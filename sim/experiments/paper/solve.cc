@@ -4,11 +4,11 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "calib/estimate/problem.h"
+#include "calib/estimate/solve.h"
+#include "calib/estimate/start.h"
 #include "calib/identify/identify.h"
-#include "calib/identify/paper.h"
-#include "calib/identify/problem.h"
-#include "calib/identify/solve.h"
-#include "calib/identify/start.h"
+#include "calib/seed_paper/paper.h"
 #include "sim/experiments/paper/accuracy.h"
 
 namespace cellcal::sim::paper {

@@ -4,7 +4,7 @@
 
 #include <optional>
 
-#include "calib/identify/paper.h"
+#include "calib/seed_paper/paper.h"
 #include "sim/experiments/paper/accuracy.h"
 #include "sim/experiments/paper/published.h"
 

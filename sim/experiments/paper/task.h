@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "calib/files/touch.h"
 #include "calib/model/kinematics.h"
 #include "calib/model/robot.h"
+#include "calib/model/touch.h"
 
 namespace cellcal::sim::paper {
 

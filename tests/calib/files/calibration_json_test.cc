@@ -7,12 +7,12 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "calib/identify/correlation.h"
 #include "calib/identify/identify.h"
-#include "calib/identify/predict.h"
-#include "calib/identify/region.h"
+#include "calib/result/correlation.h"
+#include "calib/uncertainty/predict.h"
+#include "calib/uncertainty/region.h"
 #include "tests/calib/files/documents.h"
-#include "tests/calib/identify/simulate.h"
+#include "tests/calib/simulate.h"
 
 namespace cellcal::calib {
 namespace {

@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "calib/files/units.h"
+#include "calib/model/units.h"
 #include "tests/calib/files/documents.h"
 
 namespace cellcal::calib {

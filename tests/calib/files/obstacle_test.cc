@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "calib/files/units.h"
+#include "calib/model/units.h"
 #include "tests/calib/files/documents.h"
 
 namespace cellcal::calib {
@@ -233,8 +233,7 @@ TEST_F(MeshOnDisk, IsReadBesideTheCellFile) {
 
 /// Obstacle `id` of the mesh `file`.
 std::string fixture(const std::string& id, const std::string& file) {
-  return with(with(kMesh, "\"fixture\"", "\"" + id + "\""), "\"fixture.stl\"",
-              "\"" + file + "\"");
+  return with(with(kMesh, "\"fixture\"", "\"" + id + "\""), "\"fixture.stl\"", "\"" + file + "\"");
 }
 
 TEST_F(MeshOnDisk, IsReadOnceForAllObstaclesThatNameIt) {
@@ -251,9 +250,8 @@ TEST_F(MeshOnDisk, AllOfACellTogetherAreBounded) {
   write("a.stl", kTetrahedron);
   write("b.stl", kTetrahedron);
   write("c.stl", kTetrahedron);
-  const std::string text =
-      cell_with(fixture("first", "a.stl") + fixture("again", "a.stl") + fixture("second", "b.stl") +
-                fixture("third", "c.stl"));
+  const std::string text = cell_with(fixture("first", "a.stl") + fixture("again", "a.stl") +
+                                     fixture("second", "b.stl") + fixture("third", "c.stl"));
   Cell cell = read(text);
   expect_words(refusal([&] { load_meshes(cell, folder_, 2); }),
                {"obstacle third", "c.stl", "3 triangles", "more than 2"});

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "calib/files/units.h"
+#include "calib/model/units.h"
 #include "tests/calib/files/documents.h"
 
 namespace cellcal::calib {

@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "calib/files/units.h"
 #include "calib/model/kinematics.h"
+#include "calib/model/units.h"
 #include "tests/calib/files/documents.h"
 
 namespace cellcal::calib {

@@ -6,7 +6,7 @@
 #include <fstream>
 
 #include "calib/files/csv.h"
-#include "calib/files/units.h"
+#include "calib/model/units.h"
 #include "tests/calib/files/documents.h"
 
 namespace cellcal::calib {

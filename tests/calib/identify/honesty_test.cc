@@ -7,7 +7,7 @@
 #include "calib/identify/identify.h"
 #include "calib/model/random.h"
 #include "sim/cell/compare.h"
-#include "tests/calib/identify/simulate.h"
+#include "tests/calib/simulate.h"
 
 namespace cellcal::calib {
 namespace {

@@ -3,13 +3,14 @@
 #include <gtest/gtest.h>
 
 #include "calib/files/calibration_json.h"
-#include "calib/files/error.h"
 #include "calib/files/files.h"
 #include "calib/identify/identify.h"
-#include "calib/identify/predict.h"
+#include "calib/model/error.h"
+#include "calib/uncertainty/predict.h"
+#include "calib/verdict/identify_as_stated.h"
 #include "sim/cell/compare.h"
 #include "sim/experiments/constraints/stage.h"
-#include "tests/calib/identify/simulate.h"
+#include "tests/calib/simulate.h"
 
 namespace cellcal::calib {
 namespace {

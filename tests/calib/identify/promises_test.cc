@@ -8,9 +8,9 @@
 #include "calib/files/calibration_json.h"
 #include "calib/files/files.h"
 #include "calib/identify/identify.h"
-#include "calib/identify/predict.h"
 #include "calib/model/random.h"
-#include "tests/calib/identify/simulate.h"
+#include "calib/uncertainty/predict.h"
+#include "tests/calib/simulate.h"
 
 namespace cellcal::calib {
 namespace {

@@ -6,12 +6,12 @@
 #include <cmath>
 #include <string>
 
+#include "calib/estimate/problem.h"
 #include "calib/identify/identify.h"
-#include "calib/identify/paper.h"
-#include "calib/identify/problem.h"
-#include "calib/identify/region.h"
 #include "calib/model/random.h"
-#include "tests/calib/identify/simulate.h"
+#include "calib/seed_paper/paper.h"
+#include "calib/uncertainty/region.h"
+#include "tests/calib/simulate.h"
 
 namespace cellcal::calib {
 namespace {

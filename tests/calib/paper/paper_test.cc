@@ -1,6 +1,6 @@
 // The seed paper's estimator, on its own task and on what it cannot do.
 
-#include "calib/identify/paper.h"
+#include "calib/seed_paper/paper.h"
 
 #include <gtest/gtest.h>
 

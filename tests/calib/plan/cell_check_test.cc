@@ -8,7 +8,7 @@
 
 #include "calib/plan/axis_travel.h"
 #include "calib/plan/pool.h"
-#include "tests/calib/identify/simulate.h"
+#include "tests/calib/simulate.h"
 
 namespace cellcal::calib {
 namespace {

@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <set>
 
-#include "calib/files/error.h"
 #include "calib/files/files.h"
+#include "calib/model/error.h"
 #include "calib/model/random.h"
 #include "calib/plan/choose.h"
 #include "calib/plan/design.h"

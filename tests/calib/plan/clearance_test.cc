@@ -6,8 +6,8 @@
 
 #include <filesystem>
 
-#include "calib/files/error.h"
 #include "calib/files/files.h"
+#include "calib/model/error.h"
 #include "calib/model/random.h"
 #include "calib/plan/bodies.h"
 #include "calib/plan/candidates.h"

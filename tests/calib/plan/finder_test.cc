@@ -16,7 +16,7 @@
 #include "calib/plan/pool.h"
 #include "calib/plan/search_depth.h"
 #include "calib/plan/search_line.h"
-#include "tests/calib/identify/simulate.h"
+#include "tests/calib/simulate.h"
 
 namespace cellcal::calib {
 namespace {

@@ -12,7 +12,7 @@
 #include "calib/model/random.h"
 #include "calib/plan/forecast.h"
 #include "calib/plan/pool.h"
-#include "tests/calib/identify/simulate.h"
+#include "tests/calib/simulate.h"
 
 namespace cellcal::calib {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "calib/files/error.h"
+#include "calib/model/error.h"
 #include "drivers/error.h"
 #include "drivers/kuka/rsi/correction/arm_geometry.h"
 

@@ -1,0 +1,16 @@
+cmake_minimum_required(VERSION 3.25)
+# cmake -DROOM=calib/estimate -DMAY=calib/model,calib/result -DSTAMP=FILE -DSOURCE=... -P arrows.cmake:
+# fails where a file of the room includes one of a room that it does not use.
+string(REPLACE "," ";" MAY "${MAY}")
+file(GLOB files ${SOURCE}/${ROOM}/*.h ${SOURCE}/${ROOM}/*.cc)
+foreach(file ${files})
+  file(STRINGS ${file} includes REGEX "^#include \"(calib|daemon|drivers|sim|tests)/")
+  foreach(include ${includes})
+    string(REGEX REPLACE "^#include \"(.*)/[^/]*\".*" "\\1" of "${include}")
+    if(NOT of STREQUAL ROOM AND NOT of IN_LIST MAY)
+      list(JOIN MAY ", " rooms)
+      message(FATAL_ERROR "${file}: ${include}: ${ROOM} may use ${rooms}, and not ${of}")
+    endif()
+  endforeach()
+endforeach()
+file(TOUCH ${STAMP})

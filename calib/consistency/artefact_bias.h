@@ -1,0 +1,43 @@
+#pragma once
+// What the touches of a sphere or the readings of a wire have in common beyond what the model gives
+// them: a diameter that is not what the cell file states, an encoder that was zeroed elsewhere. The
+// estimate bends the arm and moves the target for a few tenths of a millimetre, chi^2 hardly rises,
+// and nothing else tells.
+
+#include <string>
+#include <vector>
+
+#include "calib/consistency/leave_one_out.h"
+#include "calib/estimate/estimate.h"
+#include "calib/estimate/problem.h"
+#include "calib/model/touch.h"
+#include "calib/result/calibration.h"
+
+namespace cellcal::calib {
+
+/// Of each sphere and wire with touches in use, in the order of the problem's blocks: how much
+/// larger its radius, or longer its readings, had to be by all touches, certified lengths and
+/// tolerances; and of all wires together, where there are several, which are of one instrument.
+/// From the linearisation, without solving anew. `chi2`, `dof`: of the touches; where they scatter
+/// more than stated they say less.
+std::vector<SizeResult> sizes_by_others(const Problem& problem, const Estimate& estimate,
+                                        const Others& touches, double chi2, double dof);
+
+/// By how many sigmas it is not what the cell file states.
+double contradiction(const SizeResult& size);
+/// The most contradicted one of those beyond chance and what the model lacks; null where none is.
+const SizeResult* worst_contradicted(const std::vector<SizeResult>& sizes);
+
+/// The session with that size put right.
+struct PutRight {
+  Cell cell;
+  std::vector<Touch> touches;
+};
+PutRight put_right(const Cell& cell, const std::vector<Touch>& touches, const SizeResult& size);
+
+bool is_of_sphere(const Cell& cell, const SizeResult& size);
+
+/// "the diameter of S2 61.80 +- 0.02 mm instead of 61.400 mm"
+std::string size_words(const Cell& cell, const SizeResult& size);
+
+}  // namespace cellcal::calib

@@ -1,0 +1,264 @@
+#include "calib/consistency/jump_sequence.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "calib/consistency/session_order.h"
+#include "calib/estimate/repeats.h"
+#include "calib/estimate/target_place.h"
+#include "calib/result/level.h"
+
+namespace cellcal::calib {
+
+int jump_columns(const Problem& problem) { return problem.arm().joint_count() + 3; }
+
+void by_jumps(const Problem& problem, const Problem::At& at, std::size_t touch, JumpRows& rows) {
+  double residual[Problem::kMostRows];
+  Eigen::Vector3d direction;
+  problem.residual_m(touch, at, residual, nullptr, nullptr, &direction);
+  ArmChain chain;
+  problem.arm().walk(problem.pose(touch), at.arm, chain);
+  const int joints = problem.arm().joint_count(), count = problem.rows(touch);
+  for (int k = 3; k < count; ++k) {  // turns: a joint's axis, and nothing of a tip that is knocked
+    const double lever = problem.turn_lever_m(touch) / problem.sigma_m(touch);
+    for (int i = 0; i < joints; ++i)
+      rows(k, i) = problem.arm().robot().joints[static_cast<std::size_t>(i)].sign * lever *
+                   chain.link[static_cast<std::size_t>(i)].z[k - 3];
+    rows.row(k).tail<3>().setZero();
+  }
+  for (int k = 0; k < problem.place_rows(touch); ++k) {
+    const Eigen::Vector3d n = (count == 1 ? direction : Eigen::Vector3d(Eigen::Vector3d::Unit(k))) /
+                              problem.sigma_m(touch);
+    for (int i = 0; i < joints; ++i) {
+      const auto& link = chain.link[static_cast<std::size_t>(i)];
+      const int sign = problem.arm().robot().joints[static_cast<std::size_t>(i)].sign;
+      rows(k, i) = sign * n.dot(link.z.cross(chain.tip - link.z_origin));
+    }
+    rows.row(k).tail<3>() = n.transpose() * chain.flange;
+  }
+}
+
+double squared_sigmas(Eigen::MatrixXd information, const Eigen::VectorXd& pull, double usual) {
+  information.diagonal().array() += 1.0 / (usual * usual);
+  const Eigen::LDLT<Eigen::MatrixXd> factor(information);
+  return factor.isPositive() ? pull.dot(factor.solve(pull)) : 0.0;
+}
+
+JumpSequence::JumpSequence(const Cell& cell, const std::vector<Touch>& touches,
+                           const Calibration& c)
+    : levelled_(at_level(cell, ModelLevel{}, touches)),
+      arm_(levelled_),
+      problem_(levelled_, arm_, touches, starting_places(levelled_, arm_, touches)) {
+  weigh_repeats(problem_);
+  problem_.set_ripple(c.level.ripple_rad);
+  const int n = problem_.size();
+  Eigen::VectorXd x(n), u(n);
+  for (int i = 0; i < n; ++i) {
+    const ParameterResult& p = c.parameters[static_cast<std::size_t>(i)];
+    const Unknown& unknown = problem_.unknowns()[static_cast<std::size_t>(i)];
+    x[i] = p.nominal + p.correction;
+    u[i] = (x[i] - unknown.origin) / unknown.scale;
+  }
+  std::vector<bool> fit(touches.size());
+  for (std::size_t i = 0; i < fit.size(); ++i) fit[i] = touches[i].set == TouchSet::kFit;
+  linear_ = linearise(problem_, u, fit);
+  set_prior(c, u);
+  fill_columns(x);
+  for (const std::size_t i : in_order(touches))
+    if (fit[i]) order_.push_back(i);
+  row_.resize(touches.size(), -1);
+  for (const auto& [touch, row] : linear_.touch_row) row_[touch] = row;
+}
+
+std::optional<FoundJump> JumpSequence::robust(const JumpSuspect& suspect) const {
+  constexpr double kStep = 3.0;
+  constexpr int kRoundsAtGate = 3;
+  Eigen::VectorXd residual = linear_.residual;
+  double width = std::max(kJumpGate, residual.head(linear_.length_row).lpNorm<Eigen::Infinity>());
+  std::optional<FoundJump> found;
+  for (int at_gate = 0; at_gate < kRoundsAtGate;) {
+    const double gate = kJumpGate * std::max(1.0, scatter(residual));
+    if (width <= gate) ++at_gate;
+    width = std::max(width, gate);
+    const Eigen::VectorXd weight = weights(residual, width);
+    found = best_place(suspect, weight, {}, residual);
+    if (!found) return {};
+    width /= kStep;
+  }
+  return found;
+}
+
+std::optional<FoundJump> JumpSequence::at(const JumpSuspect& suspect, std::size_t behind) const {
+  Eigen::VectorXd residual = linear_.residual;
+  const double gate = kJumpGate * std::max(1.0, scatter(residual));
+  return best_place(suspect, weights(residual, gate), behind, residual);
+}
+
+std::size_t JumpSequence::placed(const JumpSuspect& suspect, const FoundJump& found) const {
+  std::vector<double> jumped(order_.size()), not_jumped = jumped;
+  for (std::size_t k = 0; k < order_.size(); ++k) {
+    const int row = row_[order_[k]], rows = problem_.rows(order_[k]);
+    const Eigen::VectorXd is = linear_.residual.segment(row, rows);
+    const Eigen::VectorXd by = by_jump_.block(row, suspect.first, rows, suspect.size) * found.size;
+    const auto cost = [&](const Eigen::VectorXd& r) {
+      return std::min(r.squaredNorm(), kJumpGate * kJumpGate);
+    };
+    jumped[k] = cost(k >= found.behind ? is : Eigen::VectorXd(is + by));
+    not_jumped[k] = cost(k >= found.behind ? Eigen::VectorXd(is - by) : is);
+  }
+  double sum = std::accumulate(jumped.begin(), jumped.end(), 0.0), least = sum;
+  std::size_t best = found.behind;
+  double at_found = 0.0;
+  std::vector<double> total(order_.size());
+  for (std::size_t k = 0; k < order_.size(); ++k) {
+    total[k] = sum;
+    sum += not_jumped[k] - jumped[k];
+  }
+  at_found = least = total[found.behind];
+  for (std::size_t k = kLeastEachSide; k + kLeastEachSide <= order_.size(); ++k)
+    if (total[k] < least) {
+      least = total[k];
+      best = k;
+    }
+  return least < at_found ? best : found.behind;
+}
+
+void JumpSequence::set_prior(const Calibration& c, const Eigen::VectorXd& u) {
+  constexpr double kLeastTransmission = 0.3;
+  const double transmission = std::max(kLeastTransmission, c.level.transmission);
+  const int n = problem_.size();
+  information_ = Eigen::MatrixXd::Zero(n, n);
+  gradient_ = Eigen::VectorXd::Zero(n);
+  for (int i = 0; i < n; ++i) {
+    const Unknown& unknown = problem_.unknowns()[static_cast<std::size_t>(i)];
+    double weight = unknown.prior_weight;
+    if (i < problem_.arm_size()) {
+      const ArmParameterKind kind = arm_.parameters()[static_cast<std::size_t>(i)].kind;
+      if (kind == ArmParameterKind::kCosine || kind == ArmParameterKind::kSine)
+        weight /= transmission;
+    }
+    information_(i, i) = weight * weight;
+    gradient_[i] = weight * weight * (u[i] - unknown.prior_mean_u);
+  }
+  const Eigen::Index lengths = linear_.jacobian.rows() - linear_.length_row;
+  information_.noalias() +=
+      linear_.jacobian.bottomRows(lengths).transpose() * linear_.jacobian.bottomRows(lengths);
+  gradient_.noalias() +=
+      linear_.jacobian.bottomRows(lengths).transpose() * linear_.residual.tail(lengths);
+}
+
+void JumpSequence::fill_columns(const Eigen::VectorXd& x) {
+  const int own = jump_columns(problem_), joints = own - 3;
+  for (int i = 0; i < joints; ++i)
+    suspects_.push_back({Jump::What::kJoint, arm_.robot().joints[static_cast<std::size_t>(i)].name,
+                         static_cast<std::size_t>(i), i, 1, kUsualSlipRad});
+  suspects_.push_back({Jump::What::kTool, "tool", 0, joints, 3, kUsualKnockM});
+  Eigen::Index columns = own;
+  for (const TargetBlock& block : problem_.blocks()) {
+    const Target& target = levelled_.targets[block.target];
+    if (!has_a_centre(target.kind)) continue;
+    suspects_.push_back(
+        {Jump::What::kTarget, target.id, block.target, columns, 3, kUsualKnockM, block.first});
+    columns += 3;
+  }
+  by_jump_ = Eigen::MatrixXd::Zero(linear_.length_row, columns);
+  const Problem::At at = problem_.at(x.data());
+  JumpRows g(Problem::kMostRows, own);
+  for (const auto& [touch, row] : linear_.touch_row) {
+    const int rows = problem_.rows(touch);
+    by_jumps(problem_, at, touch, g);
+    by_jump_.block(row, 0, rows, own) = g.topRows(rows);
+  }
+  for (const JumpSuspect& s : suspects_)
+    if (s.what == Jump::What::kTarget)
+      by_jump_.middleCols(s.first, 3) =
+          linear_.jacobian.block(0, s.unknown, linear_.length_row, 3) /
+          problem_.unknowns()[static_cast<std::size_t>(s.unknown)].scale;
+}
+
+double JumpSequence::scatter(const Eigen::VectorXd& residual) const {
+  constexpr double kMedian = 0.6745;
+  std::vector<double> size(residual.data(), residual.data() + linear_.length_row);
+  for (double& r : size) r = std::abs(r);
+  const auto middle = size.begin() + static_cast<std::ptrdiff_t>(size.size() / 2);
+  std::nth_element(size.begin(), middle, size.end());
+  return *middle / kMedian;
+}
+
+Eigen::VectorXd JumpSequence::weights(const Eigen::VectorXd& residual, double width) const {
+  Eigen::VectorXd result(linear_.length_row);
+  const double square = width * width;
+  for (const auto& [touch, row] : linear_.touch_row) {
+    const int rows = problem_.rows(touch);
+    const double off = residual.segment(row, rows).lpNorm<Eigen::Infinity>();
+    result.segment(row, rows).setConstant(std::pow(square / (square + off * off), 2));
+  }
+  return result;
+}
+
+std::optional<FoundJump> JumpSequence::best_place(const JumpSuspect& suspect,
+                                                  const Eigen::VectorXd& weight,
+                                                  std::optional<std::size_t> only,
+                                                  Eigen::VectorXd& residual) const {
+  const Eigen::Index rows = linear_.length_row, d = suspect.size;
+  const auto j = linear_.jacobian.topRows(rows);
+  const auto r = linear_.residual.head(rows);
+  const RowMajor weighed = weight.cwiseSqrt().asDiagonal() * j;
+  Eigen::MatrixXd information = information_;
+  information.selfadjointView<Eigen::Lower>().rankUpdate(weighed.transpose());
+  const Eigen::LLT<Eigen::MatrixXd> factor(information);
+  if (factor.info() != Eigen::Success) return {};
+  const Eigen::VectorXd gradient =
+      gradient_ + j.transpose() * weight.cwiseProduct(Eigen::VectorXd(r));
+  const Eigen::VectorXd step = -factor.solve(gradient);
+  const Eigen::VectorXd left = r + j * step;
+  const auto g = by_jump_.middleCols(suspect.first, d);
+  // Of every touch what it says of a jump, and with L the information's factor L^-1 of what goes
+  // with that.
+  const Eigen::MatrixXd lower = factor.matrixL().solve(Eigen::MatrixXd(j.transpose()));
+  Eigen::MatrixXd square = Eigen::MatrixXd::Zero(d, d),
+                  by_all = Eigen::MatrixXd::Zero(lower.rows(), d);
+  Eigen::VectorXd pull = Eigen::VectorXd::Zero(d);
+  FoundJump best;
+  Eigen::MatrixXd best_by_all;
+  std::size_t own = 0, all = 0;
+  const auto involved = [&](std::size_t touch) {
+    return suspect.what != Jump::What::kTarget ||
+           levelled_.targets[suspect.index].id == problem_.touches()[touch].target;
+  };
+  for (const std::size_t touch : order_) all += involved(touch) ? 1 : 0;
+  for (std::size_t k = order_.size(); k-- > 0;) {
+    const std::size_t touch = order_[k];
+    if (!involved(touch)) continue;
+    ++own;
+    for (Eigen::Index i = row_[touch]; i < row_[touch] + problem_.rows(touch); ++i) {
+      const Eigen::VectorXd column = g.row(i).transpose();
+      square.noalias() += weight[i] * column * column.transpose();
+      by_all.noalias() += weight[i] * lower.col(i) * column.transpose();
+      pull.noalias() -= weight[i] * left[i] * column;
+    }
+    if (only ? k != *only : own < kLeastEachSide || all - own < kLeastEachSide) continue;
+    Eigen::MatrixXd free = square - by_all.transpose() * by_all;
+    const double said = squared_sigmas(free, pull, suspect.usual);
+    if (!only && said <= best.squared_sigmas) continue;
+    best.behind = k;
+    best.squared_sigmas = said;
+    best.information = free;
+    free.diagonal().array() += 1.0 / (suspect.usual * suspect.usual);
+    best.size = free.ldlt().solve(pull);
+    best_by_all = by_all;
+  }
+  if (best.size.size() == 0) return {};
+  const Eigen::VectorXd moved =
+      step - factor.matrixU().solve(Eigen::VectorXd(best_by_all * best.size));
+  residual.head(rows) = r + j * moved;
+  for (std::size_t k = best.behind; k < order_.size(); ++k) {
+    const int row = row_[order_[k]], count = problem_.rows(order_[k]);
+    residual.segment(row, count) += g.middleRows(row, count) * best.size;
+  }
+  return best;
+}
+
+}  // namespace cellcal::calib

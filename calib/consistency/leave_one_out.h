@@ -1,0 +1,24 @@
+#pragma once
+// What touches and tolerances say of all unknowns, to be asked what they make of one thing that the
+// cell file states (lengths.h, artefact_bias.h).
+
+#include <Eigen/Core>
+
+#include "calib/estimate/estimate.h"
+#include "calib/estimate/problem.h"
+
+namespace cellcal::calib {
+
+/// Normal equations at an estimate, in prior units.
+struct Others {
+  Eigen::MatrixXd information;  ///< lower triangle
+  Eigen::VectorXd pull;         ///< gradient of half the sum of squares
+};
+
+/// Of the touches in use, without the certified lengths. At the fullest level, not the mean of all:
+/// a lone length is held so hard that what levels differ by would pass for what the others say.
+/// And with wider tolerances: an arm that exceeds them is told so elsewhere, and makes nothing else
+/// wrong.
+Others touches_and_tolerances(const Problem& problem, const Estimate& estimate);
+
+}  // namespace cellcal::calib

@@ -1,0 +1,17 @@
+#pragma once
+// Check touches of targets that no fit touch is of: a check of places that the fit has not seen.
+// Nobody knows where such a target stands, so its place is fitted from its check touches alone,
+// with the arm held as it was found; what they then leave judges the arm, and what the place took
+// up does not count: a row of leverage h on the place counts as 1 - h of one, and its residual as
+// r / sqrt(1 - h), which is what it would be off were the place known.
+
+#include "calib/estimate/problem.h"
+
+namespace cellcal::calib {
+
+/// Fills `calibration.residuals` of such touches; those of targets that cannot be judged are left
+/// without numbers (NaN). `x_si`: of `problem`.
+UnseenChecks judge_unseen(const Problem& problem, const Eigen::VectorXd& x_si,
+                          Calibration& calibration);
+
+}  // namespace cellcal::calib

@@ -1,0 +1,30 @@
+#pragma once
+// What jumped in the middle of a session: one joint's zero (a belt or coupling that slipped, lost
+// steps), the tip of the tool in the flange's frame (a tool that was knocked), or a target
+// (moved.h). The estimate puts each half-way and bends arm and targets a little, and one looks like
+// another until they are asked side by side: with which of them undone are all touches likelier?
+
+#include <vector>
+
+#include "calib/estimate/options.h"
+#include "calib/model/robot.h"
+#include "calib/model/touch.h"
+#include "calib/result/calibration.h"
+
+namespace cellcal::calib {
+
+/// Looks closer: of every joint, the tool and every target the jump that explains most, touches
+/// that were left out let in again; undone, and all identified anew. Likeliest first; none of what
+/// explains next to nothing.
+std::vector<Jump> jumps_by_odds(const Cell& cell, const std::vector<Touch>& touches,
+                                const IdentifyOptions& options, const Calibration& calibration);
+
+/// Of these those that make the touches likelier by a clear margin than that nothing changed, and
+/// that are not much less likely than the first.
+std::vector<Jump> believed(std::vector<Jump> jumps);
+
+/// Withholds the result for what `calibration.jumped` holds, and says what to do.
+void tell_of_jumps(const Cell& cell, const std::vector<Touch>& touches,
+                   const IdentifyOptions& options, Calibration& calibration);
+
+}  // namespace cellcal::calib

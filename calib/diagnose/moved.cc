@@ -1,0 +1,107 @@
+#include "calib/diagnose/moved.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "calib/consistency/outliers.h"
+#include "calib/consistency/session_order.h"
+#include "calib/consistency/suspected_moves.h"
+#include "calib/estimate/discrepancy.h"
+#include "calib/model/error.h"
+#include "calib/verdict/identify_as_stated.h"
+
+namespace cellcal::calib {
+
+namespace {
+
+/// Squared sigmas of a shift, three degrees of freedom, that are believed.
+constexpr double kConfirmed = 25.0;
+/// An arm that warms up grows by 25e-6 of what it reaches, and its play is not the same all day;
+/// each makes targets seem to creep by about this, in each direction.
+constexpr double kCreepM = 0.02e-3;
+
+/// Whether a target has no fit touch, or more of them are left out than gross errors would be: then
+/// it does not stand where the others say either. Of a move that is known from the evidence of all
+/// touches, a few may be on the wrong side.
+bool disagree(const Calibration& c, const std::vector<Touch>& touches, const std::string& target,
+              bool known) {
+  const double most = known ? 0.4 : 0.2;
+  const FitTouches own = fit_touches_of(target, touches, c);
+  return own.all == 0 || own.left_out > most * own.all;
+}
+
+/// Identifies with the target taken as two and says by how much they lie apart; 0 where that does
+/// not come out.
+MovedTarget measured(const Cell& cell, const std::vector<Touch>& touches,
+                     const IdentifyOptions& options, const Calibration& as_one, MovedTarget moved) {
+  std::optional<Eigen::Vector3d> centre_m;
+  for (const TargetResult& t : as_one.targets)
+    if (t.id == moved.target) centre_m = t.centre_m + moved.shift_m;
+  const TwoPlaces places = as_two(cell, touches, moved.target, moved.after_touch, centre_m,
+                                  std::max(kUsualMoveM, moved.shift_m.norm()));
+  const bool known = moved.shift_m.norm() > 0.0;
+  moved.squared_sigmas = 0.0;
+  Calibration two;
+  try {
+    two = identify_as_stated(places.cell, places.touches, options);
+  } catch (const IdentifyError&) {
+    return moved;  // too little on one side to tell
+  }
+  if (disagree(two, places.touches, moved.target, known) ||
+      disagree(two, places.touches, places.later, known))
+    return moved;
+  // What the arm does beside its model pulls targets about, and is still there with two of them.
+  if (two.discrepancy.alike > kFieldSigmas) return moved;
+  Eigen::Vector3d shift = Eigen::Vector3d::Zero();
+  Eigen::MatrixXd by = Eigen::MatrixXd::Zero(3, two.covariance.cols());
+  for (std::size_t p = 0; p < two.parameters.size(); ++p)
+    for (int axis = 0; axis < 3; ++axis) {
+      const std::string name = std::string(".") + "xyz"[axis];
+      const bool is_later = two.parameters[p].name == places.later + name;
+      if (!is_later && two.parameters[p].name != moved.target + name) continue;
+      by(axis, static_cast<Eigen::Index>(p)) = is_later ? 1.0 : -1.0;
+      shift[axis] +=
+          (is_later ? 1.0 : -1.0) * (two.parameters[p].nominal + two.parameters[p].correction);
+    }
+  const Eigen::Matrix3d covariance =
+      by * two.covariance * by.transpose() + kCreepM * kCreepM * Eigen::Matrix3d::Identity();
+  moved.shift_m = shift;
+  moved.sigma_m = std::sqrt(shift.dot(covariance * shift)) / shift.norm();
+  moved.squared_sigmas = shift.dot(covariance.ldlt().solve(shift));
+  return moved;
+}
+
+}  // namespace
+
+void confirm_moves(const Cell& cell, const std::vector<Touch>& touches,
+                   const IdentifyOptions& options, Calibration& calibration) {
+  std::optional<MovedTarget> worst;
+  for (const MovedTarget& suspect : calibration.moved) {
+    std::vector<Touch> kept = touches;
+    if (!suspect.many_left_out)
+      for (const Outlier& outlier : calibration.outliers)
+        kept[outlier.touch].set = TouchSet::kCheck;
+    MovedTarget moved = measured(cell, kept, options, calibration, suspect);
+    if (moved.squared_sigmas > kConfirmed &&
+        (!worst || moved.squared_sigmas > worst->squared_sigmas))
+      worst = moved;
+  }
+  calibration.moved.clear();
+  if (!worst) return;
+  calibration.moved.push_back(*worst);
+  calibration.verdict.publish = false;
+  auto& reasons = calibration.verdict.reasons;
+  const Eigen::Vector3d mm = worst->shift_m * 1e3;
+  reasons.insert(
+      reasons.begin(),
+      fmt::format("moved target: {} moved by {:.2f} +- {:.2f} mm ({:+.2f}, {:+.2f}, {:+.2f}) after "
+                  "{}; clamp it, and repeat from there",
+                  worst->target, mm.norm(), worst->sigma_m * 1e3, mm.x(), mm.y(), mm.z(),
+                  touch_words(worst->after_touch, touches[worst->after_touch])));
+}
+
+}  // namespace cellcal::calib

@@ -1,0 +1,89 @@
+#include "calib/diagnose/trial.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "calib/consistency/lengths.h"
+#include "calib/model/error.h"
+#include "calib/model/kinematics.h"
+#include "calib/result/level.h"
+#include "calib/verdict/identify_as_stated.h"
+
+namespace cellcal::calib {
+
+namespace {
+
+/// Squared sigmas per row, of touches and tolerances together, below which all makes sense: 1 and
+/// at most one more for each of the unknowns, some of which the touches do not reach.
+constexpr double kSense = 2.5;
+/// Nor is a tolerance or a certified length off by more, squared sigmas: among many touches one
+/// would not show.
+constexpr double kFarStated = 36.0;
+/// A touch is wrong by no more than this, however far it is off: a tenth of all may be, as in a
+/// result that is let through, and the others make sense.
+constexpr double kMostSigmas = 3.5;
+
+/// How far the files let a parameter be off, 1 sigma; 0 where they say nothing.
+double stated_sigma(const ArmModel& arm, const Cell& cell, const std::string& name) {
+  for (const ArmParameter& parameter : arm.parameters())
+    if (parameter.name == name) return parameter.sigma;
+  for (int tool = 0; tool < arm.tool_count(); ++tool)
+    if (name == rho_name(cell, tool)) return cell.radius_offset_sigma_m;
+  for (const Target& target : cell.targets)
+    if (name == target.id + ".radius") return target.diameter_sigma_m / 2.0;
+  return 0.0;
+}
+
+/// By a drawing or certificate. How soft joints, gears and tool are is only guessed beforehand.
+bool is_drawn(const ArmModel& arm, const std::string& name) {
+  const auto& parameters = arm.parameters();
+  const auto its = std::find_if(parameters.begin(), parameters.end(),
+                                [&](const ArmParameter& p) { return p.name == name; });
+  return its == parameters.end() || its->kind <= ArmParameterKind::kBeta ||
+         its->kind == ArmParameterKind::kTcp;
+}
+
+}  // namespace
+
+bool Trial::makes_sense() const { return misfit() < kSense && worst < kFarStated; }
+
+Trial attempt(const Cell& cell, const std::vector<Touch>& touches) {
+  Trial trial;
+  const Cell levelled = at_level(cell, ModelLevel{}, touches);
+  const ArmModel arm(levelled);
+  try {
+    IdentifyOptions options;
+    options.level = ModelLevel{};  // the fullest; which one it is does not matter here
+    trial.found = identify_as_stated(cell, touches, options);
+  } catch (const IdentifyError&) {
+    return trial;
+  }
+  trial.sum = 0.0;
+  trial.rows = 0;
+  for (const TouchResidual& r : trial.found->residuals) {
+    const Touch& touch = touches[r.touch];
+    if (touch.set != TouchSet::kFit) continue;
+    const double sigma = touch.sigma_m > 0.0 ? touch.sigma_m : cell.touch_sigma_m;
+    const TargetKind kind = cell.targets[cell.target_index(touch.target)].kind;
+    const int rows = kind == TargetKind::kPoint || kind == TargetKind::kTracker ? 3 : 1;
+    trial.sum += std::min(std::pow(r.after_m / sigma, 2), kMostSigmas * kMostSigmas);
+    trial.rows += rows;
+  }
+  const auto add_stated = [&](double sigmas) {
+    trial.sum += sigmas * sigmas;
+    trial.worst = std::max(trial.worst, sigmas * sigmas);
+  };
+  for (const ParameterResult& p : trial.found->parameters) {
+    const double sigma = stated_sigma(arm, cell, p.name);
+    if (!(sigma > 0.0)) continue;
+    if (is_drawn(arm, p.name))
+      add_stated(p.correction / sigma);
+    else
+      trial.sum += std::pow(p.correction / sigma, 2);
+  }
+  for (const LengthResult& length : trial.found->lengths) add_stated(contradiction(length));
+  return trial;
+}
+
+}  // namespace cellcal::calib

@@ -1,0 +1,32 @@
+#pragma once
+// One identification of a session as it was, or as it would be without a mistake: how much of it
+// makes sense (causes.h).
+
+#include <limits>
+#include <optional>
+#include <vector>
+
+#include "calib/model/robot.h"
+#include "calib/model/touch.h"
+#include "calib/result/calibration.h"
+
+namespace cellcal::calib {
+
+/// What the best arm leaves unexplained: squared sigmas, of touches and of what the files state;
+/// and that arm.
+struct Trial {
+  double sum = std::numeric_limits<double>::infinity();
+  int rows = 1;        ///< one for each touch, three of points and trackers
+  double worst = 0.0;  ///< of what the files state, one tolerance or certified length
+  std::optional<Calibration> found;
+
+  double misfit() const { return sum / rows; }
+  /// Beyond one for each row.
+  double excess() const { return sum - rows; }
+  bool makes_sense() const;
+};
+
+/// At the fullest level; which one it is does not matter for that.
+Trial attempt(const Cell& cell, const std::vector<Touch>& touches);
+
+}  // namespace cellcal::calib

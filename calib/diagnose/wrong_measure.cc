@@ -1,0 +1,237 @@
+#include "calib/diagnose/wrong_measure.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <functional>
+#include <limits>
+#include <optional>
+
+#include "calib/consistency/artefact_bias.h"
+#include "calib/consistency/lengths.h"
+#include "calib/consistency/outliers.h"
+#include "calib/diagnose/data_association.h"
+#include "calib/diagnose/moved.h"
+#include "calib/diagnose/trial.h"
+#include "calib/estimate/target_place.h"
+#include "calib/model/error.h"
+#include "calib/verdict/identify_as_stated.h"
+
+namespace cellcal::calib {
+
+namespace {
+
+/// The calibration, if all makes sense.
+std::optional<Calibration> sensible(const Cell& cell, const std::vector<Touch>& touches,
+                                    const IdentifyOptions& options) {
+  try {
+    Calibration calibration = identify_as_stated(cell, touches, options);
+    confirm_moves(cell, touches, options, calibration);
+    if (calibration.moved.empty() && calibration.verdict.publish) return calibration;
+  } catch (const IdentifyError&) {
+  }
+  return std::nullopt;
+}
+
+/// The calibration without these lengths, if all makes sense then.
+std::optional<Calibration> sensible_without(
+    const Cell& cell, const std::vector<Touch>& touches, const IdentifyOptions& options,
+    const std::function<bool(const CertifiedLength&)>& which) {
+  return sensible(silenced(cell, which), touches, options);
+}
+
+/// The stated centre that is wrong, if all makes sense where it is no more than where to begin.
+std::string held_centre(const Cell& cell, const std::vector<Touch>& touches,
+                        const IdentifyOptions& options) {
+  constexpr std::size_t kMostTargets = 12;
+  Cell none = cell;
+  std::size_t held = 0;
+  for (std::size_t t = 0; t < cell.targets.size(); ++t) {
+    const Target& target = cell.targets[t];
+    if (!centre_is_held(target)) continue;
+    none.targets[t].centre_sigma_m = 0.0;
+    if (++held > kMostTargets) continue;
+    Cell changed = cell;
+    changed.targets[t].centre_sigma_m = 0.0;
+    if (sensible(changed, touches, options))
+      return fmt::format(
+          "with {} not held where the cell file states it everything makes sense; check its "
+          "centre_mm, or state a larger centre_sigma_mm",
+          target.id);
+  }
+  if (held > 1 && sensible(none, touches, options))
+    return "with no centre held where the cell file states it everything makes sense; check "
+           "centre_mm, or state a larger centre_sigma_mm";
+  return {};
+}
+
+/// The certified length that all else contradicts most, where all makes sense without it; or empty.
+std::string wrong_length(const Cell& cell, const std::vector<Touch>& touches,
+                         const IdentifyOptions& options, const Calibration& calibration) {
+  const LengthResult* worst = worst_contradicted(calibration.lengths);
+  if (worst == nullptr) return {};
+  for (const CertifiedLength& wrong : cell.lengths) {
+    if (!is_of(*worst, wrong)) continue;
+    const auto which = [&](const CertifiedLength& l) { return same_ends(l, wrong); };
+    if (const auto without = sensible_without(cell, touches, options, which))
+      return without_length(wrong, *without);
+    break;
+  }
+  return {};
+}
+
+/// Where certified lengths are contradicted, and no one alone is to blame: which targets stand
+/// elsewhere than when they were measured. Empty where that does not mend it either.
+std::string wrong_places(const Cell& cell, const std::vector<Touch>& touches,
+                         const IdentifyOptions& options, const Calibration& calibration) {
+  const LengthResult* worst = worst_contradicted(calibration.lengths);
+  if (worst == nullptr) return {};
+  if (const auto names = better_names(cell, touches))
+    if (sensible(cell, names->given_to(cell, touches), options))
+      return names->words(cell) + " all makes sense; check which is which";
+  if (const std::string words = held_centre(cell, touches, options); !words.empty()) return words;
+  for (const std::string& end : {worst->from, worst->to}) {
+    const auto of_end = [&](const CertifiedLength& l) { return l.from == end || l.to == end; };
+    const auto own = std::count_if(cell.lengths.begin(), cell.lengths.end(), of_end);
+    // With none left anything would make sense.
+    if (own < 2 || own == static_cast<std::ptrdiff_t>(cell.lengths.size())) continue;
+    if (sensible_without(cell, touches, options, of_end))
+      return fmt::format(
+          "without the {} certified lengths of {} everything makes sense; does it stand where it "
+          "stood when they were measured?",
+          own, end);
+  }
+  if (sensible_without(cell, touches, options, [](const CertifiedLength&) { return true; }))
+    return "without any certified length everything makes sense; more than one of them is wrong, "
+           "or several targets stand elsewhere than when they were measured";
+  return {};
+}
+
+/// What a size has to be for everything to make sense, if there is one.
+std::optional<SizeResult> mended_size(const Cell& cell, const std::vector<Touch>& touches,
+                                      const IdentifyOptions& options, SizeResult size) {
+  constexpr int kSteps = 4;  // the first one is with the outliers that the wrong size made
+  try {
+    for (int step = 0; step < kSteps; ++step) {
+      const PutRight right = put_right(cell, touches, size);
+      if (is_of_sphere(cell, size) &&
+          right.cell.targets[cell.target_index(size.target)].diameter_m < 0.0)
+        return std::nullopt;
+      const Calibration found = identify_as_stated(right.cell, right.touches, options);
+      const auto own =
+          std::find_if(found.sizes.begin(), found.sizes.end(),
+                       [&](const SizeResult& other) { return other.target == size.target; });
+      if (own == found.sizes.end()) return std::nullopt;
+      size.off_m += own->off_m;
+      size.sigma_m = own->sigma_m;
+      if (contradiction(*own) < 1.0) break;
+    }
+  } catch (const IdentifyError&) {
+    return std::nullopt;
+  }
+  const PutRight right = put_right(cell, touches, size);
+  return sensible(right.cell, right.touches, options) ? std::optional(size) : std::nullopt;
+}
+
+/// Of all fit touches of a wire, those that were left out, too.
+double median_residual_m(const Calibration& c, const std::vector<Touch>& touches,
+                         const std::string& target) {
+  std::vector<double> all;
+  for (const TouchResidual& r : c.residuals)
+    if (touches[r.touch].target == target && touches[r.touch].set == TouchSet::kFit)
+      all.push_back(r.after_m);
+  if (all.empty()) return 0.0;
+  std::nth_element(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2),
+                   all.end());
+  return all[all.size() / 2];
+}
+
+/// Sizes that all else contradicts, most first; and before them, of targets whose touches were left
+/// out for the most part and so say nothing, those that let them in again.
+std::vector<SizeResult> suspected_sizes(const Cell& cell, const std::vector<Touch>& touches,
+                                        const IdentifyOptions& options,
+                                        const Calibration& calibration) {
+  constexpr double kAboutAsMuch = 0.7, kAnyDiameterM = 0.02;
+  constexpr std::size_t kMost = 3;
+  std::vector<SizeResult> suspects;
+  for (const Target& target : cell.targets) {
+    if (suspects.size() == kMost) break;
+    const FitTouches own = fit_touches_of(target.id, touches, calibration);
+    if (2 * own.left_out <= own.all) continue;
+    if (target.kind == TargetKind::kWire)
+      suspects.push_back({target.id, median_residual_m(calibration, touches, target.id), 0.0});
+    if (target.kind != TargetKind::kSphere) continue;
+    Cell loose = cell;
+    loose.targets[cell.target_index(target.id)].diameter_sigma_m = kAnyDiameterM;
+    try {
+      for (const ParameterResult& p : identify_as_stated(loose, touches, options).parameters)
+        if (p.name == target.id + ".radius") suspects.push_back({target.id, p.correction, p.sigma});
+    } catch (const IdentifyError&) {
+    }
+  }
+  if (const SizeResult* worst = worst_contradicted(calibration.sizes)) {
+    std::vector<SizeResult> contradicted = calibration.sizes;
+    std::erase_if(contradicted, [&](const SizeResult& size) {
+      return contradiction(size) < kAboutAsMuch * contradiction(*worst) ||
+             std::any_of(suspects.begin(), suspects.end(),
+                         [&](const SizeResult& one) { return one.target == size.target; });
+    });
+    std::stable_sort(contradicted.begin(), contradicted.end(),
+                     [](const SizeResult& x, const SizeResult& y) {
+                       return contradiction(x) > contradiction(y);
+                     });
+    contradicted.resize(std::min(kMost, contradicted.size()));
+    suspects.insert(suspects.end(), contradicted.begin(), contradicted.end());
+  }
+  return suspects;
+}
+
+/// Where a diameter or a wire's zero is contradicted: which one it is; several where the touches
+/// do not tell. Empty where none alone mends it.
+std::string wrong_size(const Cell& cell, const std::vector<Touch>& touches,
+                       const IdentifyOptions& options, const Calibration& calibration) {
+  constexpr double kLikely = 10.0;  // squared sigmas behind the likeliest: e^-5
+  struct Mended {
+    std::string words;
+    double misfit;
+  };
+  std::vector<Mended> all;
+  int spheres = 0;
+  double least = std::numeric_limits<double>::infinity();
+  for (const SizeResult& size : suspected_sizes(cell, touches, options, calibration)) {
+    const auto mended = mended_size(cell, touches, options, size);
+    if (!mended) continue;
+    const PutRight right = put_right(cell, touches, *mended);
+    all.push_back({size_words(cell, *mended), attempt(right.cell, right.touches).sum});
+    if (is_of_sphere(cell, size)) ++spheres;
+    least = std::min(least, all.back().misfit);
+  }
+  std::vector<std::string> words;
+  for (const Mended& one : all)
+    if (one.misfit < least + kLikely) words.push_back(one.words);
+  if (words.empty()) return {};
+  return fmt::format("with {} everything makes sense; check {}", fmt::join(words, ", or with "),
+                     spheres == 0 ? "where the wire reads zero"
+                     : cell.lengths.empty()
+                         ? "diameter_mm, and that it is clean"
+                         : "diameter_mm, that it is clean, and its certified lengths");
+}
+
+}  // namespace
+
+std::string wrong_measure(const Cell& cell, const std::vector<Touch>& touches,
+                          const IdentifyOptions& options, const Calibration& calibration) {
+  const LengthResult* length = worst_contradicted(calibration.lengths);
+  const SizeResult* size = worst_contradicted(calibration.sizes);
+  std::array in_turn{wrong_length, wrong_size, wrong_places};
+  if (length != nullptr && size != nullptr && contradiction(*size) > contradiction(*length))
+    std::swap(in_turn[0], in_turn[1]);
+  for (const auto& wrong : in_turn)
+    if (std::string words = wrong(cell, touches, options, calibration); !words.empty())
+      return words;
+  return {};
+}
+
+}  // namespace cellcal::calib

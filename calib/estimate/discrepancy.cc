@@ -1,0 +1,391 @@
+#include "calib/estimate/discrepancy.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "calib/model/error.h"
+
+namespace cellcal::calib {
+
+namespace {
+
+/// Correlation lengths that are tried: a tenth of a radian is a hand's breadth at a metre.
+constexpr double kReachesRad[] = {0.1, 0.3, 1.0};
+/// About this near is the same posture, over which also what is rough hardly changes. A step there
+/// instead of a bell would make a correlation that none can have.
+constexpr double kSamePlaceRad = 5e-3;
+/// Shares of the field that differ from posture to posture, however near.
+constexpr double kRough[] = {0.0, 0.5, 1.0};
+/// Rows that say how large it is; more would say it more exactly than anybody needs.
+constexpr std::size_t kEnoughRows = 200;
+/// Touches that the estimate is made of: as many more of like postures would tell next to nothing.
+constexpr std::size_t kMostTouches = 1500;
+/// What an electrical contact or a ball in its seat repeats to at worst. Scatter beyond it that
+/// nobody has shown to be noise is the arm's.
+constexpr double kUsualNoiseM = 0.05e-3;
+/// A scatter of repeats that rests on less is no measurement of it.
+constexpr double kEnoughRepeats = 3.0;
+
+/// A direction of the tip that a touch sees.
+struct Row {
+  std::size_t touch;
+  Eigen::Vector3d along;
+};
+
+std::vector<Row> rows_of(const Problem& problem, const Eigen::VectorXd& u,
+                         const std::vector<std::size_t>& touches) {
+  const Eigen::VectorXd x = problem.to_si(u);
+  const Problem::At at = problem.at(x.data());
+  std::vector<Row> rows;
+  for (const std::size_t i : touches) {
+    if (problem.rows(i) >= 3) {
+      for (int axis = 0; axis < 3; ++axis) rows.push_back({i, Eigen::Vector3d::Unit(axis)});
+      // A tracker's turns: the field is of places.
+      for (int k = 3; k < problem.rows(i); ++k) rows.push_back({i, Eigen::Vector3d::Zero()});
+      continue;
+    }
+    double r[Problem::kMostRows];
+    Row row{i, Eigen::Vector3d::Zero()};
+    problem.residual_m(i, at, r, nullptr, nullptr, &row.along);
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+/// Axis angles, each by its share in moving the tip; a column per touch.
+Eigen::MatrixXd postures_of(const Problem& problem) {
+  const auto touches = problem.touches();
+  const auto count = static_cast<Eigen::Index>(touches.size());
+  Eigen::MatrixXd postures(problem.arm().joint_count(), count);
+  Eigen::VectorXd lever = Eigen::VectorXd::Zero(postures.rows());
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const JointVector& q = touches[static_cast<std::size_t>(i)].joint_rad;
+    postures.col(i) = Eigen::Map<const Eigen::VectorXd>(q.data(), postures.rows());
+    lever += problem.arm().nominal_jacobian(q).topRows<3>().colwise().squaredNorm().transpose();
+  }
+  lever = lever.cwiseSqrt();
+  return (lever / lever.maxCoeff()).asDiagonal() * postures;
+}
+
+Eigen::MatrixXd distances(const Eigen::MatrixXd& postures, const std::vector<Row>& rows) {
+  const auto n = static_cast<Eigen::Index>(rows.size());
+  Eigen::MatrixXd apart(n, n);
+  const auto posture = [&](Eigen::Index i) {
+    return postures.col(static_cast<Eigen::Index>(rows[static_cast<std::size_t>(i)].touch));
+  };
+  for (Eigen::Index a = 0; a < n; ++a)
+    for (Eigen::Index b = 0; b <= a; ++b)
+      apart(a, b) = apart(b, a) = (posture(a) - posture(b)).norm();
+  return apart;
+}
+
+/// Correlation of the field between rows.
+Eigen::MatrixXd correlation_of(const Eigen::MatrixXd& apart, const std::vector<Row>& rows,
+                               double reach_rad, double rough) {
+  Eigen::MatrixXd k(apart.rows(), apart.cols());
+  for (Eigen::Index a = 0; a < k.rows(); ++a)
+    for (Eigen::Index b = 0; b <= a; ++b) {
+      const double d = apart(a, b);
+      double alike = rough * std::exp(-0.5 * std::pow(d / kSamePlaceRad, 2));
+      if (rough < 1.0) alike += (1.0 - rough) * std::exp(-d / reach_rad);
+      k(a, b) = k(b, a) = alike * rows[static_cast<std::size_t>(a)].along.dot(
+                                      rows[static_cast<std::size_t>(b)].along);
+    }
+  return k;
+}
+
+/// All, or some spread over all of them and the nearest neighbour of each: what is alike over short
+/// reaches shows in these.
+std::vector<std::size_t> some_of(const Problem& problem, const Eigen::MatrixXd& postures,
+                                 const std::vector<std::size_t>& touches) {
+  std::size_t rows = 0;
+  for (const std::size_t i : touches) rows += static_cast<std::size_t>(problem.rows(i));
+  if (rows <= kEnoughRows) return touches;
+  const std::size_t wanted = kEnoughRows * touches.size() / rows / 2;
+  std::vector<bool> taken(problem.touches().size(), false);
+  for (std::size_t k = 0; k < wanted; ++k) {
+    const std::size_t one = touches[k * touches.size() / wanted];
+    taken[one] = true;
+    double least = std::numeric_limits<double>::infinity();
+    std::size_t nearest = one;
+    for (const std::size_t other : touches) {
+      const double apart = (postures.col(static_cast<Eigen::Index>(one)) -
+                            postures.col(static_cast<Eigen::Index>(other)))
+                               .squaredNorm();
+      if (taken[other] || apart >= least) continue;
+      least = apart;
+      nearest = other;
+    }
+    taken[nearest] = true;
+  }
+  std::vector<std::size_t> some;
+  for (const std::size_t i : touches)
+    if (taken[i]) some.push_back(i);
+  return some;
+}
+
+std::vector<std::size_t> touches_in(const Linearisation& linear) {
+  std::vector<std::size_t> touches;
+  for (const auto& [touch, row] : linear.touch_row) touches.push_back(touch);
+  return touches;
+}
+
+std::vector<bool> only(const std::vector<std::size_t>& touches, std::size_t count) {
+  std::vector<bool> use(count, false);
+  for (const std::size_t i : touches) use[i] = true;
+  return use;
+}
+
+/// Rows of touches alone, in metres.
+struct Measured {
+  RowMajor jacobian;
+  Eigen::VectorXd residual_m;
+};
+Measured in_metres(const Problem& problem, const Eigen::VectorXd& u,
+                   const std::vector<std::size_t>& touches) {
+  const Linearisation linear = linearise(problem, u, only(touches, problem.touches().size()));
+  Measured m{linear.jacobian.topRows(linear.length_row), linear.residual.head(linear.length_row)};
+  for (const auto& [touch, row] : linear.touch_row)
+    for (int k = row; k < row + problem.rows(touch); ++k) {
+      m.jacobian.row(k) *= problem.sigma_m(touch);
+      m.residual_m[k] *= problem.sigma_m(touch);
+    }
+  return m;
+}
+
+/// Sizes, and how likely they are.
+struct Sizes {
+  double field_m = 0.0, noise_factor = 1.0, reach_rad = 0.0, rough = 1.0;
+};
+
+/// Restricted likelihood over a grid of sizes; the mean of the variances, and the likeliest reach.
+Sizes sizes_of(const Problem& problem, const Eigen::VectorXd& u, const Eigen::MatrixXd& postures,
+               const std::vector<std::size_t>& touches, bool noise_is_known) {
+  constexpr double kOfScatter[] = {0.0, 0.15, 0.3, 0.45, 0.6, 0.75, 0.9, 1.1, 1.4, 1.8, 2.4};
+  constexpr double kNoise[] = {0.1, 0.2, 0.35, 0.6, 1.0, 1.7, 3.0, 6.0, 10.0};
+  constexpr double kNoiseSigma = 0.7;  // of the logarithm of what is stated
+  constexpr double kAnywhere = 10.0;   // of what has no prior, in its scales
+  const std::vector<Row> rows = rows_of(problem, u, touches);
+  const Measured m = in_metres(problem, u, touches);
+  const Eigen::MatrixXd apart = distances(postures, rows);
+  const auto n = static_cast<Eigen::Index>(rows.size());
+  // What the unknowns, anywhere within their priors, may make of the rows.
+  Eigen::VectorXd prior(problem.size()), off(problem.size());
+  for (int i = 0; i < problem.size(); ++i) {
+    const Unknown& unknown = problem.unknowns()[i];
+    const bool stated = unknown.prior_weight > 0.0;
+    prior[i] = std::min(kAnywhere, stated ? 1.0 / unknown.prior_weight : kAnywhere);
+    off[i] = stated ? unknown.prior_mean_u - u[i] : 0.0;
+  }
+  const Eigen::VectorXd y = m.residual_m + m.jacobian * off;
+  const Eigen::MatrixXd reached = m.jacobian * prior.asDiagonal();
+  const Eigen::MatrixXd by_unknowns = reached * reached.transpose();
+  Eigen::VectorXd own(n);
+  for (Eigen::Index k = 0; k < n; ++k)
+    own[k] = std::pow(problem.own_sigma_m(rows[static_cast<std::size_t>(k)].touch), 2);
+  const double scatter_m = std::sqrt(m.residual_m.squaredNorm() / static_cast<double>(n));
+
+  struct Tried {
+    Sizes sizes;
+    double log_likelihood;
+  };
+  std::vector<Tried> tried;
+  for (const double rough : kRough)
+    for (const double reach : kReachesRad) {
+      if (rough == 1.0 && reach != kReachesRad[0]) continue;  // there is none
+      const Eigen::MatrixXd k = correlation_of(apart, rows, reach, rough);
+      for (const double factor : kNoise) {
+        if (noise_is_known && factor != 1.0) continue;
+        Eigen::MatrixXd without = by_unknowns;
+        without.diagonal() += factor * factor * own;
+        for (const double share : kOfScatter) {
+          const double field = share * scatter_m;
+          const Eigen::LLT<Eigen::MatrixXd> v(without + field * field * k);
+          if (v.info() != Eigen::Success) continue;
+          const Eigen::VectorXd w = v.matrixL().solve(y);
+          tried.push_back({{field, factor, rough == 1.0 ? 0.0 : reach, rough},
+                           -0.5 * w.squaredNorm() - v.matrixLLT().diagonal().array().log().sum() -
+                               0.5 * std::pow(std::log(factor) / kNoiseSigma, 2)});
+        }
+      }
+    }
+  if (tried.empty()) return {};
+  const double best =
+      std::max_element(tried.begin(), tried.end(), [](const Tried& a, const Tried& b) {
+        return a.log_likelihood < b.log_likelihood;
+      })->log_likelihood;
+  Sizes mean{0.0, 0.0, 0.0, 1.0};
+  double sum = 0.0, most = 0.0, own_kernel = 0.0;
+  for (std::size_t i = 0; i < tried.size(); ++i) {
+    const double weight = std::exp(tried[i].log_likelihood - best);
+    const Sizes& s = tried[i].sizes;
+    sum += weight;
+    mean.field_m += weight * s.field_m * s.field_m;
+    mean.noise_factor += weight * s.noise_factor * s.noise_factor;
+    const bool new_kernel = i == 0 || s.reach_rad != tried[i - 1].sizes.reach_rad ||
+                            s.rough != tried[i - 1].sizes.rough;
+    own_kernel = weight + (new_kernel ? 0.0 : own_kernel);
+    if (own_kernel <= most) continue;
+    most = own_kernel;
+    mean.reach_rad = s.reach_rad;
+    mean.rough = s.rough;
+  }
+  mean.field_m = std::sqrt(mean.field_m / sum);
+  mean.noise_factor = std::sqrt(mean.noise_factor / sum);
+  return mean;
+}
+
+/// L with L L' the correlation of the touches' errors, noise and field together.
+Eigen::MatrixXd together(const Problem& problem, const Eigen::VectorXd& u,
+                         const Eigen::MatrixXd& postures, const std::vector<std::size_t>& touches,
+                         const Sizes& sizes) {
+  const std::vector<Row> rows = rows_of(problem, u, touches);
+  Eigen::MatrixXd v = sizes.field_m * sizes.field_m *
+                      correlation_of(distances(postures, rows), rows, sizes.reach_rad, sizes.rough);
+  Eigen::VectorXd weight(v.rows());
+  for (Eigen::Index k = 0; k < v.rows(); ++k) {
+    const std::size_t touch = rows[static_cast<std::size_t>(k)].touch;
+    v(k, k) += std::pow(problem.own_sigma_m(touch), 2);
+    weight[k] = 1.0 / problem.sigma_m(touch);
+  }
+  v = weight.asDiagonal() * v * weight.asDiagonal();
+  const Eigen::LLT<Eigen::MatrixXd> factor(v);
+  if (factor.info() != Eigen::Success)
+    throw IdentifyError("what the model lacks cannot be told from noise");
+  return factor.matrixL();
+}
+
+std::vector<std::size_t> spread_over(const std::vector<bool>& use) {
+  std::vector<std::size_t> all, some;
+  for (std::size_t i = 0; i < use.size(); ++i)
+    if (use[i]) all.push_back(i);
+  if (all.size() <= kMostTouches) return all;
+  for (std::size_t k = 0; k < kMostTouches; ++k) some.push_back(all[k * all.size() / kMostTouches]);
+  return some;
+}
+
+Eigen::VectorXd leverage_of(const RowMajor& j, const Eigen::MatrixXd& covariance) {
+  return (j * covariance).cwiseProduct(j).rowwise().sum();
+}
+
+std::vector<ModelLevel> levels_without_ripple() {
+  std::vector<ModelLevel> levels = usual_levels();
+  std::erase_if(levels, [](const ModelLevel& level) { return level.ripple_rad > 0.0; });
+  return levels;
+}
+
+/// Gauss-Newton steps of all levels with the rows' correlation until nothing changes.
+void solve_together(const Problem& problem, const Eigen::MatrixXd& postures, const Sizes& sizes,
+                    Estimate& e) {
+  constexpr int kRounds = 12;
+  constexpr double kStep = 1e-2;  // as refine()
+  const std::vector<ModelLevel> levels = levels_without_ripple();
+  const std::vector<std::size_t> touches = spread_over(e.use);
+  const std::vector<bool> use = only(touches, problem.touches().size());
+  Posterior& p = e.posterior;
+  p.together = together(problem, e.u, postures, touches, sizes);
+  const auto apart = [&] {
+    linearise(problem, e.u, use, p.linear);
+    const auto lower = p.together.triangularView<Eigen::Lower>();
+    auto rows = p.linear.jacobian.topRows(p.linear.length_row);
+    rows = lower.solve(RowMajor(rows));
+    auto residual = p.linear.residual.head(p.linear.length_row);
+    residual = lower.solve(Eigen::VectorXd(residual));
+  };
+  for (int round = 0; round < kRounds; ++round) {
+    apart();
+    e.levels = mean_over_levels(problem, e.u, p.linear, levels);
+    const double step = (e.levels.u - e.u).lpNorm<Eigen::Infinity>();
+    e.u = e.levels.u;
+    if (step < kStep) break;
+  }
+  apart();
+  p.covariance_u = e.levels.covariance_u;
+  p.leverage = leverage_of(p.linear.jacobian, p.covariance_u);
+}
+
+/// Whether other touches are honest now: each is judged by its own sigma, field included.
+bool renamed(const Problem& problem, const IdentifyOptions& options, Estimate& e) {
+  if (!options.reject_outliers) return false;
+  Estimate alone = e;
+  linearise(problem, e.u, e.use, alone.posterior.linear);
+  alone.posterior.leverage =
+      leverage_of(alone.posterior.linear.jacobian, alone.posterior.covariance_u);
+  std::vector<bool> honest = honest_touches(problem, options, alone);
+  e.gate = alone.gate;
+  std::swap(e.use, honest);
+  return e.use != honest;
+}
+
+}  // namespace
+
+double alike_sigmas(const Problem& problem, const Estimate& e, double chi2_per_dof) {
+  const Eigen::MatrixXd postures = postures_of(problem);
+  const auto touches = some_of(problem, postures, touches_in(e.posterior.linear));
+  if (touches.size() < 3 || !(chi2_per_dof > 0.0)) return 0.0;
+  const std::vector<Row> rows = rows_of(problem, e.u, touches);
+  const Linearisation linear = linearise(problem, e.u, only(touches, problem.touches().size()));
+  const auto j = linear.jacobian.topRows(linear.length_row);
+  const Eigen::VectorXd r = linear.residual.head(linear.length_row);
+  // Covariance of the residuals where the errors are independent: the fit has taken its part.
+  Eigen::MatrixXd left = -j * e.posterior.covariance_u * j.transpose();
+  left.diagonal().array() += 1.0;
+  const Eigen::MatrixXd apart = distances(postures, rows);
+  double most = 0.0;
+  for (const double reach : kReachesRad) {
+    Eigen::MatrixXd k = correlation_of(apart, rows, reach, 0.0);
+    for (Eigen::Index a = 0; a < k.rows(); ++a)
+      for (Eigen::Index b = 0; b < k.cols(); ++b)
+        if (apart(a, b) < kSamePlaceRad) k(a, b) = 0.0;
+    const Eigen::MatrixXd through = k * left;
+    const double variance = 2.0 * through.cwiseProduct(through.transpose()).sum();
+    if (!(variance > 0.0)) continue;
+    most = std::max(most, (r.dot(k * r) / chi2_per_dof - through.trace()) / std::sqrt(variance));
+  }
+  return most;
+}
+
+double untold_field_m(const Problem& problem, const Estimate& e, const Repeats& repeats,
+                      double scatter_m) {
+  double ripple = 0.0, count = 0.0;
+  for (const auto& [touch, row] : e.posterior.linear.touch_row) {
+    ripple += std::pow(e.levels.ripple_rad * problem.joint_lever_m(touch), 2);
+    count += 1.0;
+  }
+  const double noise_m = repeats.degrees_of_freedom >= kEnoughRepeats
+                             ? std::max(repeats.used_m, repeats.scatter_m)
+                             : kUsualNoiseM;
+  const double rest = scatter_m * scatter_m - ripple / std::max(1.0, count) - noise_m * noise_m;
+  // Of a scatter that repeats show some tenths are chance.
+  constexpr double kChance = 0.5;
+  return rest > kChance * noise_m * noise_m ? std::sqrt(rest) : 0.0;
+}
+
+Discrepancy estimate_together(Problem& problem, const IdentifyOptions& options,
+                              const Repeats& repeats, Estimate& e) {
+  constexpr int kRounds = 4;
+  problem.set_ripple(0.0);
+  const Eigen::MatrixXd postures = postures_of(problem);
+  const bool measured = repeats.degrees_of_freedom >= kEnoughRepeats;
+  std::vector<std::size_t> used;
+  for (std::size_t i = 0; i < e.use.size(); ++i)
+    if (e.use[i]) used.push_back(i);
+  const Sizes sizes = sizes_of(problem, e.u, postures, some_of(problem, postures, used), measured);
+  problem.set_field(sizes.field_m, sizes.noise_factor);
+  for (int round = 0; round < kRounds; ++round) {
+    solve_together(problem, postures, sizes, e);
+    if (round + 1 == kRounds || !renamed(problem, options, e)) break;
+  }
+  Discrepancy found;
+  found.estimated = true;
+  found.sigma_m = sizes.field_m;
+  found.reach_rad = sizes.reach_rad;
+  double square = 0.0;
+  for (const std::size_t i : used) square += std::pow(problem.own_sigma_m(i), 2);
+  found.noise_m = std::sqrt(square / static_cast<double>(std::max<std::size_t>(1, used.size())));
+  return found;
+}
+
+}  // namespace cellcal::calib

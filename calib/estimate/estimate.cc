@@ -1,0 +1,369 @@
+#include "calib/estimate/estimate.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "calib/estimate/parallel.h"
+#include "calib/model/error.h"
+
+namespace cellcal::calib {
+
+namespace {
+
+/// Cauchy's loss at two sigma: full weight for honest touches, next to none for gross ones.
+constexpr double kCauchySigma = 2.0;
+constexpr int kOutlierRounds = 20;
+/// What a touch is worth at first.
+constexpr double kFirstFloorM = 1e-3;
+
+/// j S j' of every row.
+Eigen::VectorXd spread(const RowMajor& j, const Eigen::MatrixXd& covariance) {
+  Eigen::VectorXd result(j.rows());
+  const auto count = static_cast<std::size_t>(j.rows());
+  by_parts(count, [&](std::size_t, std::size_t begin, std::size_t behind) {
+    constexpr Eigen::Index kRows = 128;  // stays in the cache
+    const auto end = static_cast<Eigen::Index>(behind);
+    for (auto first = static_cast<Eigen::Index>(begin); first < end; first += kRows) {
+      const auto rows = j.middleRows(first, std::min(kRows, end - first));
+      result.segment(first, rows.rows()) = (rows * covariance).cwiseProduct(rows).rowwise().sum();
+    }
+  });
+  return result;
+}
+
+void set_covariance(Eigen::MatrixXd covariance_u, Posterior& posterior) {
+  posterior.covariance_u = std::move(covariance_u);
+  posterior.leverage = spread(posterior.linear.jacobian, posterior.covariance_u);
+}
+
+/// At the problem's own level.
+void find_posterior(const Problem& problem, Estimate& e) {
+  const ModelLevel own[] = {{}};
+  linearise(problem, e.u, e.use, e.posterior.linear);
+  set_covariance(mean_over_levels(problem, e.u, e.posterior.linear, own).covariance_u, e.posterior);
+}
+
+/// How far a touch is off, in what it is expected to be: |r| / sigma with its own pull on the fit
+/// taken out (studentised), for used touches; with the fit's uncertainty added, for the others.
+struct Off {
+  double sigmas = 0.0;
+  /// Of one left out: how far it would hold its own place, j S j' / (1 + j S j'). Near 1 nobody
+  /// else tells of it, and that it is not off says nothing.
+  double own = 0.0;
+};
+std::vector<Off> studentised(const Problem& problem, const Eigen::VectorXd& u,
+                             const std::vector<bool>& fit, const std::vector<bool>& use,
+                             const Posterior& posterior) {
+  const std::size_t count = problem.touches().size();
+  std::vector<Off> off(count);
+  for (const auto& [touch, row] : posterior.linear.touch_row) {
+    for (int k = row; k < row + problem.rows(touch); ++k) {
+      constexpr double kLeast =
+          1e-6;  // a touch that alone decides something says nothing of itself
+      const double free = 1.0 - posterior.leverage[k];
+      if (free > kLeast)
+        off[touch].sigmas =
+            std::max(off[touch].sigmas, std::abs(posterior.linear.residual[k]) / std::sqrt(free));
+    }
+  }
+  std::vector<bool> others(count, false);
+  for (std::size_t i = 0; i < count; ++i) others[i] = fit[i] && !use[i];
+  const Linearisation outside = linearise(problem, u, others);
+  const Eigen::VectorXd predicted = spread(outside.jacobian, posterior.covariance_u);
+  for (const auto& [touch, row] : outside.touch_row) {
+    for (int k = row; k < row + problem.rows(touch); ++k) {
+      off[touch].sigmas = std::max(off[touch].sigmas,
+                                   std::abs(outside.residual[k]) / std::sqrt(1.0 + predicted[k]));
+      off[touch].own = std::max(off[touch].own, predicted[k] / (1.0 + predicted[k]));
+    }
+  }
+  return off;
+}
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+std::vector<bool> fit_touches(const Problem& problem) {
+  std::vector<bool> fit(problem.touches().size());
+  for (std::size_t i = 0; i < fit.size(); ++i) fit[i] = problem.touches()[i].set == TouchSet::kFit;
+  return fit;
+}
+
+/// Sets e.gate.
+std::vector<Off> judge(const Problem& problem, const IdentifyOptions& options,
+                       const std::vector<bool>& fit, Estimate& e) {
+  std::vector<Off> off = studentised(problem, e.u, fit, e.use, e.posterior);
+  // Half of all normal numbers are nearer than this. Of a point or a tracker the worst of three
+  // counts, half of which are nearer than 1.26 only: their gate is wider. Seated and held by hand,
+  // they have heavier tails (a gate of the touches' own width made panda_1 of the real data worse).
+  constexpr double kMedian = 0.6745;
+  std::vector<double> scatter;
+  for (std::size_t i = 0; i < off.size(); ++i)
+    if (fit[i]) scatter.push_back(off[i].sigmas / kMedian);
+  // More scatter than stated widens the gate instead of throwing good touches away.
+  e.gate = options.outlier_sigma * std::max(1.0, median(scatter));
+  return off;
+}
+
+}  // namespace
+
+std::vector<bool> honest_touches(const Problem& problem, const IdentifyOptions& options,
+                                 Estimate& e) {
+  std::vector<bool> honest = fit_touches(problem);
+  const std::vector<Off> off = judge(problem, options, honest, e);
+  for (std::size_t i = 0; i < off.size(); ++i)
+    if (off[i].sigmas > e.gate) honest[i] = false;
+  return honest;
+}
+
+namespace {
+
+/// Names outliers until nothing changes.
+///
+/// Of touches of one target that nobody else tells about one comes back at a time, and the others
+/// are judged by it: together they would come back whatever they say.
+///
+/// A touch that has its place nearly to itself may look wrong while it is used and right while it
+/// is not; when it comes back for the second time, it is settled for good by what the others say of
+/// it. In doubt it stays out: a gross error that is let in does more harm than an honest touch that
+/// is missing.
+class Naming {
+ public:
+  Naming(const Problem& problem, const IdentifyOptions& options)
+      : options_(options),
+        fit_(fit_touches(problem)),
+        came_back_(fit_.size(), false),
+        settled_(fit_.size(), false) {}
+
+  /// Whether e.use changed. `near`: the estimate is near enough for its word to be the last.
+  bool changed(const Problem& problem, Estimate& e, bool near) {
+    if (!options_.reject_outliers) return false;
+    constexpr double kInDoubt = 0.5;  // of the gate
+    constexpr double kUntold = 0.9;   // of its place is its own
+    const std::vector<Off> off = judge(problem, options_, fit_, e);
+    const std::vector<std::size_t> first = first_of_untold(problem, e, off, kUntold);
+    bool any = false;
+    for (std::size_t i = 0; i < off.size(); ++i) {
+      if (!fit_[i] || settled_[i]) continue;
+      bool honest = off[i].sigmas <= e.gate;
+      if (honest && !e.use[i]) {
+        if (off[i].own > kUntold && first[static_cast<std::size_t>(problem.block_of(i))] != i)
+          continue;
+        if (near && came_back_[i]) {
+          settled_[i] = true;
+          honest = off[i].sigmas <= kInDoubt * e.gate;
+        }
+        came_back_[i] = came_back_[i] || near;
+      }
+      any |= honest != e.use[i];
+      e.use[i] = honest;
+    }
+    return any;
+  }
+
+ private:
+  /// Of each target the least off of those left out that nobody else tells about.
+  std::vector<std::size_t> first_of_untold(const Problem& problem, const Estimate& e,
+                                           const std::vector<Off>& off, double untold) const {
+    std::vector<std::size_t> first(problem.blocks().size(), off.size());
+    for (std::size_t i = 0; i < off.size(); ++i) {
+      if (!fit_[i] || settled_[i] || e.use[i] || off[i].own <= untold) continue;
+      std::size_t& least = first[static_cast<std::size_t>(problem.block_of(i))];
+      if (least == off.size() || off[i].sigmas < off[least].sigmas) least = i;
+    }
+    return first;
+  }
+
+  const IdentifyOptions& options_;
+  std::vector<bool> fit_, came_back_, settled_;
+};
+
+/// A share of many touches that is enough to come near the solution, spread over each target's.
+std::vector<bool> enough_of(const Problem& problem, const std::vector<bool>& use) {
+  constexpr std::size_t kEnough = 2000;
+  if (static_cast<std::size_t>(std::count(use.begin(), use.end(), true)) <= 2 * kEnough) return use;
+  const std::size_t share = kEnough / problem.blocks().size() + 1;
+  std::vector<std::size_t> of_target(problem.blocks().size(), 0), seen = of_target;
+  for (std::size_t i = 0; i < use.size(); ++i)
+    if (use[i]) ++of_target[static_cast<std::size_t>(problem.block_of(i))];
+  std::vector<bool> some(use.size(), false);
+  for (std::size_t i = 0; i < use.size(); ++i) {
+    if (!use[i]) continue;
+    const auto block = static_cast<std::size_t>(problem.block_of(i));
+    const std::size_t every = std::max<std::size_t>(1, of_target[block] / share);
+    some[i] = seen[block]++ % every == 0;
+  }
+  return some;
+}
+
+double finest_sigma_m(const Problem& problem, const std::vector<bool>& use) {
+  double finest = kFirstFloorM;
+  for (std::size_t i = 0; i < use.size(); ++i)
+    if (use[i]) finest = std::min(finest, problem.sigma_m(i));
+  return finest;
+}
+
+[[noreturn]] void fail_to_converge(int rounds) {
+  throw IdentifyError(fmt::format(
+      "the estimate did not converge in {} iterations; are the robot file and the touches "
+      "of the same arm?",
+      rounds));
+}
+
+/// Comes near the solution from zero errors: touches are first taken as worth a millimetre, then
+/// ever more. Taking them at their word at once would let what the linearisation gets wrong (parts
+/// in a thousand of the errors) drive the directions that the touches hardly see. Robust, so that
+/// gross outliers do not lead astray; those are named before anything is fitted without protection.
+///
+/// An arm within reason needs one step at each; where steps lead away, each stage is solved to its
+/// end, from zero. Returns whether it is near enough for the steps of refine().
+bool approach(const Problem& problem, const IdentifyOptions& options, Estimate& e) {
+  constexpr double kStep = 10.0;
+  constexpr double kWithinReason = 10.0;  // prior sigmas
+  const std::vector<bool> all = e.use;
+  e.use = enough_of(problem, all);
+  const double cauchy = options.reject_outliers ? kCauchySigma : 0.0;
+  const double finest = finest_sigma_m(problem, e.use);
+  for (double floor = kFirstFloorM; floor > finest; floor /= kStep)
+    e.u = step_towards(problem, e.u, {e.use, cauchy, options.max_iterations, floor});
+  if (!e.u.allFinite() || e.u.lpNorm<Eigen::Infinity>() > kWithinReason) {
+    e.u.setZero();
+    for (double floor = kFirstFloorM; floor > finest; floor /= kStep)
+      e.u = solve(problem, e.u, {e.use, cauchy, options.max_iterations, floor}).u;
+  }
+  if (!options.reject_outliers) {
+    e.use = all;
+    return false;
+  }
+  const SolveOptions robust{e.use, cauchy, options.max_iterations, finest};
+  const SolveResult solved = solve(problem, e.u, robust);
+  e.u = solved.u;
+  find_posterior(problem, e);
+  e.use = honest_touches(problem, options, e);
+  return solved.converged && !needs_all_digits(problem, robust);
+}
+
+/// Where the last stretch was too long for the solver: the same again in small steps, every one of
+/// them to its end. Seldom needed; where the touches are free of noise and say little of some
+/// unknown.
+void approach_slowly(const Problem& problem, const IdentifyOptions& options, Estimate& e) {
+  constexpr double kStep = 3.0;
+  const double finest = finest_sigma_m(problem, e.use);
+  e.u.setZero();
+  for (double floor = kFirstFloorM; floor > finest; floor /= kStep)
+    e.u = solve(problem, e.u, {e.use, 0.0, options.max_iterations, floor}).u;
+}
+
+/// Solves and names outliers in turn until the set of touches in use no longer changes. Touches
+/// once thrown out may come back. Linearised there when it ends.
+void settle(const Problem& problem, const IdentifyOptions& options, Estimate& e) {
+  Naming naming(problem, options);
+  for (int round = 0; round < kOutlierRounds; ++round) {
+    SolveOptions plain{e.use, 0.0, options.max_iterations, 0.0};
+    // Noise-free touches are solved to the end here; for others the step over the levels follows.
+    if (!needs_all_digits(problem, plain)) plain.tolerance = 1e-5;
+    SolveResult solved = solve(problem, e.u, plain);
+    if (!solved.converged) {
+      approach_slowly(problem, options, e);
+      solved = solve(problem, e.u, plain);
+    }
+    if (!solved.converged) fail_to_converge(options.max_iterations);
+    e.u = solved.u;
+    if (!options.reject_outliers) {
+      linearise(problem, e.u, e.use, e.posterior.linear);
+      return;
+    }
+    find_posterior(problem, e);
+    if (!naming.changed(problem, e, true)) return;
+  }
+  linearise(problem, e.u, e.use, e.posterior.linear);
+}
+
+}  // namespace
+
+/// Each round is one Gauss-Newton step of every level; levels without a say are not asked again.
+void refine(Problem& problem, const IdentifyOptions& options, std::vector<ModelLevel> levels,
+            Estimate& e) {
+  // In prior sigmas. What a step of this size leaves undone is a thousandth of it: the errors are
+  // milliradians, and the next term of the expansion is smaller by that.
+  constexpr double kStep = 1e-2;
+  constexpr double kAstray = 1.0;  // such a step in the end is no estimate at all
+  // An estimate that still moves further says nothing for good of a touch, if it ever settles.
+  constexpr double kNear = 5.0;
+  constexpr double kNoSay = 1e-4;
+  const std::vector<ModelLevel> every = levels;
+  LevelMean first;
+  Naming naming(problem, options);
+  for (int round = 0;; ++round) {
+    LevelMean mean = mean_over_levels(problem, e.u, e.posterior.linear, levels);
+    const double step = (mean.u - e.u).lpNorm<Eigen::Infinity>();
+    e.u = mean.u;
+    problem.set_ripple(mean.ripple_rad);
+    linearise(problem, e.u, e.use, e.posterior.linear);
+    set_covariance(mean.covariance_u, e.posterior);
+    const bool last = round == kOutlierRounds;
+    if (last && !(step < kAstray)) fail_to_converge(kOutlierRounds);
+    const bool changed =
+        !last && naming.changed(problem, e, step < kNear || round > kOutlierRounds / 2);
+    if ((!changed && step < kStep) || last) {
+      std::vector<LevelEvidence> shown = std::move(mean.levels);
+      for (const LevelEvidence& l : first.levels)
+        if (std::none_of(shown.begin(), shown.end(),
+                         [&](const LevelEvidence& other) { return other.level == l.level; }))
+          shown.push_back(l);
+      double all = 0.0;
+      for (const LevelEvidence& l : shown) all += l.probability;
+      for (LevelEvidence& l : shown) l.probability /= all;
+      mean.levels = std::move(shown);
+      e.levels = std::move(mean);
+      return;
+    }
+    if (changed) {  // an outlier more or less changes who has a say
+      linearise(problem, e.u, e.use, e.posterior.linear);
+      if (!first.levels.empty()) levels = every;
+      first = {};
+    } else if (first.levels.empty() && step < kAstray) {
+      levels.clear();
+      for (const LevelEvidence& l : mean.levels)
+        if (l.probability > kNoSay) levels.push_back(l.level);
+      first = std::move(mean);
+    }
+  }
+}
+
+Estimate estimate(Problem& problem, const IdentifyOptions& options,
+                  std::vector<ModelLevel> levels) {
+  Estimate e;
+  e.use = fit_touches(problem);
+  e.u = Eigen::VectorXd::Zero(problem.size());
+  const bool there = approach(problem, options, e);
+  if (!there) settle(problem, options, e);
+  // Of many touches a share says which levels have no say; all touches would say it more clearly.
+  std::vector<bool> some = enough_of(problem, e.use);
+  const bool share = some != e.use;
+  if (share) {
+    constexpr double kNoSay = 1e-9;
+    std::vector<bool> all = std::move(e.use);
+    e.use = std::move(some);
+    IdentifyOptions these = options;
+    these.reject_outliers = false;  // is done; and the others are not to come in here
+    linearise(problem, e.u, e.use, e.posterior.linear);
+    refine(problem, these, levels, e);
+    std::erase_if(levels, [&](const ModelLevel& level) {
+      return std::any_of(
+          e.levels.levels.begin(), e.levels.levels.end(),
+          [&](const LevelEvidence& l) { return l.level == level && l.probability < kNoSay; });
+    });
+    e.use = std::move(all);
+  }
+  if (there || share) linearise(problem, e.u, e.use, e.posterior.linear);
+  refine(problem, options, std::move(levels), e);
+  return e;
+}
+
+}  // namespace cellcal::calib

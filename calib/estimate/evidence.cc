@@ -1,0 +1,181 @@
+#include "calib/estimate/evidence.h"
+
+#include <algorithm>
+#include <cmath>
+#include <list>
+#include <numbers>
+
+#include "calib/estimate/level_family.h"
+#include "calib/model/error.h"
+
+namespace cellcal::calib {
+
+namespace {
+
+constexpr double kRadPerArcsec = std::numbers::pi / 180.0 / 3600.0;
+
+struct Prior {
+  double value, probability;
+};
+/// Smooth transmission error relative to the usual: a factor of two either way is common.
+constexpr Prior kTransmission[] = {{0.0, 0.05}, {0.5, 0.25}, {1.0, 0.40}, {2.0, 0.20}, {4.0, 0.10}};
+/// In steps small enough that one is near whatever there is: between 5 and 15 arcsec a ripple of 9
+/// was taken for 5, between 0 and 5 one of 2.5 for none, and bounds were too small.
+constexpr Prior kRipple[] = {{0.0, 0.25},
+                             {2.5 * kRadPerArcsec, 0.35},
+                             {6.0 * kRadPerArcsec, 0.25},
+                             {15.0 * kRadPerArcsec, 0.15}};
+/// The robot file's is the largest that one would expect; a third of it is as usual.
+constexpr Prior kCompliance[] = {{0.0, 0.1}, {0.3, 0.5}, {1.0, 0.4}};
+/// A level this much less likely than the best (e^-9) has no say.
+constexpr double kHopeless = 9.0;
+/// The likeliest levels that hold so much between them bring their covariances; of the rest only
+/// counts how far they are off.
+constexpr double kHeard = 0.999;
+
+double log_prior(const ModelLevel& level) {
+  double sum = 0.0;
+  for (const Prior& p : kCompliance)
+    if (p.value == level.compliance) sum += std::log(p.probability);
+  for (const Prior& p : kTransmission)
+    if (p.value == level.transmission) sum += std::log(p.probability);
+  for (const Prior& p : kRipple)
+    if (p.value == level.ripple_rad) sum += std::log(p.probability);
+  return sum;
+}
+
+}  // namespace
+
+std::vector<ModelLevel> usual_levels() {
+  std::vector<ModelLevel> levels;
+  for (const Prior& ripple : kRipple)
+    for (const Prior& compliance : kCompliance)
+      for (const Prior& transmission : kTransmission)
+        levels.push_back({compliance.value, transmission.value, ripple.value});
+  return levels;
+}
+
+struct LevelSums::Impl {
+  Groups groups;
+  Eigen::VectorXd start;  ///< in the groups' order
+  std::vector<ModelLevel> levels;
+  std::vector<Gathered> gathered;  ///< per ripple
+
+  const Gathered& of(double ripple_rad) const {
+    return *std::find_if(gathered.begin(), gathered.end(),
+                         [&](const Gathered& g) { return g.ripple_rad == ripple_rad; });
+  }
+};
+
+LevelSums::LevelSums(const Problem& problem, const Eigen::VectorXd& u, const Linearisation& at,
+                     std::span<const ModelLevel> levels)
+    : impl_(new Impl{Groups(problem), {}, {levels.begin(), levels.end()}, {}}) {
+  impl_->start = u(impl_->groups.order);
+  const Eigen::Index n = problem.size();
+  for (const ModelLevel& level : levels) {
+    if (std::any_of(impl_->gathered.begin(), impl_->gathered.end(),
+                    [&](const Gathered& g) { return g.ripple_rad == level.ripple_rad; }))
+      continue;
+    impl_->gathered.push_back(
+        {level.ripple_rad, Eigen::MatrixXd::Zero(n, n), Eigen::VectorXd::Zero(n)});
+  }
+  add(problem, at);
+}
+
+LevelSums::~LevelSums() = default;
+LevelSums::LevelSums(LevelSums&&) noexcept = default;
+LevelSums& LevelSums::operator=(LevelSums&&) noexcept = default;
+
+void LevelSums::add(const Problem& problem, const Linearisation& rows) {
+  for (Gathered& g : impl_->gathered) gather(problem, rows, impl_->groups, g);
+}
+
+LevelMean LevelSums::mean() const {
+  const Groups& groups = impl_->groups;
+  const Eigen::Index size = impl_->start.size();
+  std::list<Eliminated> eliminated;
+  std::list<Family> families;
+  struct Solved {
+    Step step;
+    const Family* family;
+  };
+  std::vector<Solved> solved;
+  for (const ModelLevel& level : impl_->levels) {
+    auto f = std::find_if(families.begin(), families.end(), [&](const Family& other) {
+      return other.ripple_rad() == level.ripple_rad && other.compliance() == level.compliance;
+    });
+    if (f == families.end()) {
+      auto plain = std::find_if(eliminated.begin(), eliminated.end(), [&](const Eliminated& other) {
+        return other.g.ripple_rad == level.ripple_rad;
+      });
+      if (plain == eliminated.end())
+        plain = eliminated.emplace(plain, groups, impl_->of(level.ripple_rad));
+      f = families.emplace(f, groups, *plain, impl_->start, level.compliance);
+    }
+    Step step = f->solve(level);
+    step.log_evidence += log_prior(level);
+    if (step.solved) solved.push_back({std::move(step), &*f});
+  }
+  if (solved.empty())
+    throw IdentifyError(
+        "the touches and priors do not determine the unknowns; give the targets a "
+        "centre_sigma_mm and the joints tolerances");
+  std::stable_sort(solved.begin(), solved.end(), [](const Solved& a, const Solved& b) {
+    return a.step.log_evidence > b.step.log_evidence;
+  });
+  const double best = solved.front().step.log_evidence;
+  double sum = 0.0, sum_with_say = 0.0;
+  for (const Solved& s : solved) {
+    const double likelihood = std::exp(s.step.log_evidence - best);
+    sum += likelihood;
+    if (best - s.step.log_evidence <= kHopeless) sum_with_say += likelihood;
+  }
+
+  LevelMean result;
+  Eigen::VectorXd mean = Eigen::VectorXd::Zero(size);
+  std::vector<Eigen::VectorXd> solutions;  // of the levels that have a say
+  std::vector<double> weight;              // of each
+  std::size_t heard = 0;
+  double sum_heard = 0.0;
+  for (const Solved& s : solved) {
+    const double likelihood = std::exp(s.step.log_evidence - best);
+    result.levels.push_back({s.step.level, s.step.log_evidence, likelihood / sum});
+    if (best - s.step.log_evidence > kHopeless) continue;
+    weight.push_back(likelihood / sum_with_say);
+    solutions.push_back(s.family->solution(s.step));
+    mean += weight.back() * solutions.back();
+    if (sum_heard > kHeard) continue;
+    ++heard;
+    sum_heard += weight.back();
+    result.ripple_rad += weight.back() * std::pow(s.step.level.ripple_rad, 2);
+    result.transmission += weight.back() * std::pow(s.step.level.transmission, 2);
+    result.compliance += weight.back() * std::pow(s.step.level.compliance, 2);
+  }
+  result.ripple_rad = std::sqrt(result.ripple_rad / sum_heard);
+  result.transmission = std::sqrt(result.transmission / sum_heard);
+  result.compliance = std::sqrt(result.compliance / sum_heard);
+  // Within the levels, and between them.
+  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(size, size);
+  for (const Family& family : families) {
+    std::vector<std::pair<const Step*, double>> own;
+    for (std::size_t k = 0; k < heard; ++k)
+      if (solved[k].family == &family) own.emplace_back(&solved[k].step, weight[k] / sum_heard);
+    if (!own.empty()) family.add_covariance(own, covariance);
+  }
+  for (std::size_t k = 0; k < solutions.size(); ++k) {
+    const Eigen::VectorXd off = solutions[k] - mean;
+    covariance.noalias() += (weight[k] * off) * off.transpose();
+  }
+  result.u.resize(size);
+  result.u(groups.order) = mean;
+  result.covariance_u.resize(size, size);
+  result.covariance_u(groups.order, groups.order) = covariance;
+  return result;
+}
+
+LevelMean mean_over_levels(const Problem& problem, const Eigen::VectorXd& u,
+                           const Linearisation& at, std::span<const ModelLevel> levels) {
+  return LevelSums(problem, u, at, levels).mean();
+}
+
+}  // namespace cellcal::calib

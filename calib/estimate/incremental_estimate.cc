@@ -1,0 +1,167 @@
+#include "calib/estimate/incremental_estimate.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "calib/estimate/estimate.h"
+#include "calib/estimate/repeats.h"
+#include "calib/model/error.h"
+#include "calib/result/level.h"
+
+namespace cellcal::calib {
+
+namespace {
+
+/// In prior sigmas, from the point of linearisation: the errors are milliradians, so that the next
+/// term of the expansion is smaller by a thousand.
+constexpr double kFar = 0.3;
+/// Then all touches are judged by what is known now.
+constexpr std::size_t kTouchesBetween = 10;
+
+void require_finite(const Touch& touch) {
+  for (const double angle : touch.joint_rad)
+    if (!std::isfinite(angle))
+      throw IdentifyError("the touch of " + touch.target +
+                          " has a joint angle that is not a number; leave it out");
+}
+
+}  // namespace
+
+struct RunningEstimate::Impl {
+  Cell cell;
+  IdentifyOptions options;
+  Cell levelled;
+  ArmModel arm;
+  std::vector<Touch> touches;
+  std::unique_ptr<Problem> problem;
+  Estimate e;
+  Eigen::VectorXd at;  ///< where the sums were linearised
+  std::unique_ptr<LevelSums> sums;
+  std::size_t since = 0;  ///< touches since then
+
+  Impl(Cell stated, std::vector<Touch> first, IdentifyOptions how)
+      : cell(std::move(stated)),
+        options(std::move(how)),
+        levelled(at_level(cell, options.level.value_or(ModelLevel{}), first)),
+        arm(levelled),
+        touches(std::move(first)) {}
+
+  std::vector<ModelLevel> levels() const {
+    if (options.level) return {{1.0, 1.0, options.level->ripple_rad}};
+    return usual_levels();
+  }
+
+  void from_nothing() {
+    problem =
+        std::make_unique<Problem>(levelled, arm, touches, starting_places(cell, arm, touches));
+    for (std::size_t i = 0; i < touches.size(); ++i)
+      if (problem->block_of(i) < 0)
+        throw IdentifyError(
+            "target " + touches[i].target +
+            " has no fit touch; make some of its touches fit touches, or leave it out");
+    weigh_repeats(*problem);
+    e = estimate(*problem, options, levels());
+    begin_sums();
+  }
+
+  void anew() {
+    linearise(*problem, e.u, e.use, e.posterior.linear);
+    refine(*problem, options, levels(), e);
+    begin_sums();
+  }
+
+  /// Of the levels that have a say.
+  void begin_sums() {
+    constexpr double kNoSay = 1e-3;
+    std::vector<ModelLevel> heard;
+    for (const LevelEvidence& l : e.levels.levels)
+      if (l.probability > kNoSay) heard.push_back(l.level);
+    at = e.u;
+    sums = std::make_unique<LevelSums>(*problem, at, e.posterior.linear, heard);
+    since = 0;
+  }
+};
+
+RunningEstimate::RunningEstimate(Cell cell, std::vector<Touch> touches, IdentifyOptions options)
+    : impl_(new Impl(std::move(cell), std::move(touches), std::move(options))) {
+  if (std::none_of(impl_->touches.begin(), impl_->touches.end(),
+                   [](const Touch& t) { return t.set == TouchSet::kFit; }))
+    throw IdentifyError("there are no fit touches; nothing to identify from");
+  for (const Touch& touch : impl_->touches) require_finite(touch);
+  impl_->from_nothing();
+}
+
+RunningEstimate::~RunningEstimate() = default;
+RunningEstimate::RunningEstimate(RunningEstimate&&) noexcept = default;
+RunningEstimate& RunningEstimate::operator=(RunningEstimate&&) noexcept = default;
+
+RunningEstimate::Taken RunningEstimate::add(const Touch& touch) {
+  Impl& me = *impl_;
+  require_finite(touch);
+  const auto& blocks = me.problem->blocks();
+  const std::size_t target = me.cell.target_index(touch.target);
+  if (std::none_of(blocks.begin(), blocks.end(),
+                   [&](const TargetBlock& block) { return block.target == target; })) {
+    std::vector<Touch> more = me.touches;
+    more.push_back(touch);
+    auto fresh = std::make_unique<Impl>(me.cell, std::move(more), me.options);
+    fresh->from_nothing();
+    impl_ = std::move(fresh);
+    return {!impl_->e.use.back(), 0.0, true};
+  }
+  me.arm.prepare(touch.joint_rad);  // refuses a touch of another arm before anything is changed
+  me.touches.push_back(touch);
+  me.problem->extend(me.touches);
+  me.e.use.push_back(false);
+  Taken taken;
+  if (touch.set != TouchSet::kFit) return taken;
+
+  const std::size_t index = me.touches.size() - 1;
+  const Linearisation rows = linearise_touch(*me.problem, me.at, index);
+  const Eigen::VectorXd off = rows.residual + rows.jacobian * (me.e.u - me.at);
+  for (Eigen::Index k = 0; k < off.size(); ++k) {
+    const double variance = 1.0 + rows.jacobian.row(k).dot(me.e.posterior.covariance_u *
+                                                           rows.jacobian.row(k).transpose());
+    taken.off_sigma = std::max(taken.off_sigma, std::abs(off[k]) / std::sqrt(variance));
+  }
+  taken.outlier = me.options.reject_outliers && taken.off_sigma > me.e.gate;
+  if (!taken.outlier) {
+    me.e.use.back() = true;
+    me.sums->add(*me.problem, rows);
+    LevelMean mean = me.sums->mean();
+    me.e.u = mean.u;
+    me.e.posterior.covariance_u = std::move(mean.covariance_u);
+  }
+  ++me.since;
+  // Its place's touches all weigh less now, and all may have another noise.
+  const bool repeated = repeats_another(me.touches);
+  if (repeated) weigh_repeats(*me.problem);
+  const double moved = (me.e.u - me.at).lpNorm<Eigen::Infinity>();
+  if (repeated || moved > kFar || me.since >= std::max(kTouchesBetween, me.touches.size() / 10)) {
+    me.anew();
+    taken.anew = true;
+    taken.outlier = !me.e.use.back();
+  }
+  return taken;
+}
+
+const Problem& RunningEstimate::problem() const { return *impl_->problem; }
+
+Eigen::VectorXd RunningEstimate::x_si() const { return impl_->problem->to_si(impl_->e.u); }
+
+Eigen::MatrixXd RunningEstimate::covariance_si() const {
+  const Problem& p = *impl_->problem;
+  Eigen::VectorXd scale(p.size());
+  for (int i = 0; i < p.size(); ++i) scale[i] = p.unknowns()[static_cast<std::size_t>(i)].scale;
+  return scale.asDiagonal() * impl_->e.posterior.covariance_u * scale.asDiagonal();
+}
+
+const Eigen::VectorXd& RunningEstimate::u() const { return impl_->e.u; }
+const Eigen::MatrixXd& RunningEstimate::covariance_u() const {
+  return impl_->e.posterior.covariance_u;
+}
+double RunningEstimate::ripple_rad() const { return impl_->e.levels.ripple_rad; }
+const std::vector<Touch>& RunningEstimate::touches() const { return impl_->touches; }
+const std::vector<bool>& RunningEstimate::in_use() const { return impl_->e.use; }
+
+}  // namespace cellcal::calib

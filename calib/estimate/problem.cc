@@ -1,0 +1,373 @@
+#include "calib/estimate/problem.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "calib/estimate/parallel.h"
+#include "calib/model/error.h"
+#include "calib/model/turn.h"
+#include "calib/model/units.h"
+
+namespace cellcal::calib {
+
+namespace {
+
+using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+/// Without a prior a target is still expected within a few of these of where its touches put it.
+constexpr double kPlaceScaleM = 0.01;
+constexpr double kTurnScaleRad = 0.01;
+/// A plane that stands so far off where its touches or the cell file put it is another one. Holds
+/// the tilt where all touches are in one spot.
+constexpr double kWildTiltRad = 0.5;
+
+/// At the very centre every direction is as good; the residual is then -R and has no gradient.
+Eigen::Vector3d unit(const Eigen::Vector3d& offset) {
+  const double length = offset.norm();
+  return length > 0.0 ? Eigen::Vector3d(offset / length) : Eigen::Vector3d::UnitZ();
+}
+
+bool takes_rho(TargetKind kind) {
+  return kind == TargetKind::kSphere || kind == TargetKind::kPlane;
+}
+
+/// As the cell file states it; where it is silent, as `start`.
+TargetPlace stated_place(const Target& target, TargetPlace start) {
+  if (target.has_centre && target.kind != TargetKind::kTracker) start.centre_m = target.centre_m;
+  if (target.has_normal) start.axes.col(2) = target.normal;
+  return start;
+}
+
+}  // namespace
+
+Problem::Problem(const Cell& cell, const ArmModel& arm, std::span<const Touch> touches,
+                 const std::vector<TargetPlace>& places, double ripple_rad)
+    : cell_(cell),
+      arm_(arm),
+      touches_(touches),
+      places_(places),
+      nominal_(arm.errors(nullptr)),
+      usual_sigma_m_(cell.touch_sigma_m) {
+  for (const ArmParameter& parameter : arm.parameters())
+    unknowns_.push_back(
+        {parameter.name, parameter.unit, parameter.to_unit, 0.0, 0.0, parameter.sigma, 0.0, 1.0});
+  add_rho();
+  shared_size_ = static_cast<int>(unknowns_.size());
+  if (arm.size() == 0)
+    throw IdentifyError(
+        "nothing to identify: every tolerance in the robot file is 0; give the joints tolerances");
+
+  block_of_target_.assign(cell.targets.size(), -1);
+  std::vector<bool> fitted(cell.targets.size(), false);
+  for (const Touch& touch : touches)
+    if (touch.set == TouchSet::kFit) fitted[cell.target_index(touch.target)] = true;
+  for (std::size_t t = 0; t < cell.targets.size(); ++t) {
+    if (!fitted[t]) continue;
+    block_of_target_[t] = static_cast<int>(blocks_.size());
+    add_target(t);
+  }
+  weigh_from(0);
+  set_ripple(ripple_rad);
+  add_lengths();
+}
+
+std::string rho_name(const Cell& cell, int tool) {
+  return (cell.tool.id.empty()
+              ? "touch"
+              : (tool == 0 ? cell.tool : cell.other_tools[static_cast<std::size_t>(tool) - 1]).id) +
+         ".rho";
+}
+
+/// One per tip: where the circuit closes is a matter of each. The first's is there always;
+/// another's where it touched what it matters to.
+void Problem::add_rho() {
+  rho_.assign(static_cast<std::size_t>(arm_.tool_count()), -1);
+  if (!(cell_.radius_offset_sigma_m > 0.0)) return;
+  std::vector<bool> touched(rho_.size(), false);
+  touched.front() = true;
+  if (touched.size() > 1)
+    for (const Touch& touch : touches_)
+      if (touch.set == TouchSet::kFit &&
+          takes_rho(cell_.targets[cell_.target_index(touch.target)].kind))
+        touched[static_cast<std::size_t>(arm_.tool_index(touch.tool))] = true;
+  for (std::size_t tool = 0; tool < touched.size(); ++tool) {
+    if (!touched[tool]) continue;
+    rho_[tool] = static_cast<int>(unknowns_.size());
+    unknowns_.push_back({rho_name(cell_, static_cast<int>(tool)), "mm", kMmPerM, 0.0, 0.0,
+                         cell_.radius_offset_sigma_m, 0.0, 1.0, true});
+  }
+}
+
+void Problem::extend(std::span<const Touch> touches) {
+  const std::size_t before = poses_.size();
+  touches_ = touches.first(before);  // its place may be another, whatever comes of the others
+  for (std::size_t i = before; i < touches.size(); ++i)
+    if (block_of_target_[cell_.target_index(touches[i].target)] < 0)
+      throw IdentifyError("target " + touches[i].target + " was not touched before");
+  touches_ = touches;
+  try {
+    weigh_from(before);
+  } catch (...) {
+    resize(before);
+    touches_ = touches.first(before);
+    throw;
+  }
+  for (std::size_t i = before; i < touches.size(); ++i) sigma_m_[i] = sigma_m(i, ripple_rad_);
+}
+
+void Problem::weigh_from(std::size_t first) {
+  resize(touches_.size());
+  by_parts(touches_.size() - first, [&](std::size_t, std::size_t begin, std::size_t behind) {
+    for (std::size_t i = first + begin; i < first + behind; ++i) weigh(i);
+  });
+}
+
+void Problem::resize(std::size_t count) {
+  target_of_.resize(count);
+  block_of_.resize(count);
+  poses_.resize(count);
+  lever_m_.resize(count);
+  own_sigma_m_.resize(count);
+  times_.resize(count, 1);
+  sigma_m_.resize(count);
+}
+
+/// What of a touch does not depend on the unknowns.
+void Problem::weigh(std::size_t i) {
+  const Touch& touch = touches_[i];
+  target_of_[i] = cell_.target_index(touch.target);
+  block_of_[i] = block_of_target_[target_of_[i]];
+  poses_[i] = arm_.prepare(touch.joint_rad, arm_.tool_index(touch.tool));
+  ArmChain chain;
+  arm_.walk(poses_[i], nominal_, chain);
+  Eigen::Matrix3Xd by_joint(3, arm_.joint_count());
+  for (int k = 0; k < arm_.joint_count(); ++k)
+    by_joint.col(k) = chain.link[k].z.cross(chain.tip - chain.link[k].z_origin);
+  const TargetPlace& place = places_[target_of_[i]];
+  const Eigen::Vector3d normal = cell_.targets[target_of_[i]].kind == TargetKind::kPlane
+                                     ? Eigen::Vector3d(place.axes.col(2))
+                                     : (chain.tip - place.centre_m).stableNormalized();
+  // Three components see all three directions; each gets a third of the square.
+  lever_m_[i] =
+      rows(i) >= 3 ? by_joint.norm() / std::sqrt(3.0) : (normal.transpose() * by_joint).norm();
+  own_sigma_m_[i] = touch.sigma_m > 0.0 ? touch.sigma_m : usual_sigma_m_;
+}
+
+void Problem::add_target(std::size_t t) {
+  const Target& target = cell_.targets[t];
+  const bool poses = std::any_of(touches_.begin(), touches_.end(), [&](const Touch& touch) {
+    return touch.tracker_abc_rad && touch.set == TouchSet::kFit && touch.target == target.id;
+  });
+  const TargetBlock block{t, static_cast<int>(unknowns_.size()), place_size(target.kind),
+                          target.kind == TargetKind::kSphere && target.diameter_sigma_m > 0.0,
+                          target.kind == TargetKind::kTracker && poses};
+  const TargetPlace& start = places_[t];
+  const Eigen::VectorXd origin = unknowns_at(target.kind, start, start);
+  const Eigen::VectorXd stated = unknowns_at(target.kind, start, stated_place(target, start));
+  const bool plane = target.kind == TargetKind::kPlane;
+  constexpr const char* kNames[] = {".x", ".y", ".z", ".rx", ".ry", ".rz"};
+  constexpr const char* kPlaneNames[] = {".tilt1", ".tilt2", ".shift"};
+  for (int k = 0; k < block.place; ++k) {
+    const bool turns = plane ? k < 2 : k >= 3;
+    Unknown unknown{target.id + (plane ? kPlaneNames : kNames)[k],
+                    turns ? "deg" : "mm",
+                    turns ? kDegPerRad : kMmPerM,
+                    stated[k],
+                    origin[k],
+                    turns ? kTurnScaleRad : kPlaceScaleM};
+    double sigma = 0.0;  // of a tracker's frame nothing is known
+    if (plane && turns)
+      sigma = target.normal_sigma_rad > 0.0 ? target.normal_sigma_rad : kWildTiltRad;
+    else if (target.has_centre && target.kind != TargetKind::kTracker)
+      sigma = target.centre_sigma_m;
+    if (sigma > 0.0) {
+      unknown.prior_mean_u = (stated[k] - origin[k]) / unknown.scale;
+      unknown.prior_weight = unknown.scale / sigma;
+    }
+    unknowns_.push_back(unknown);
+  }
+  if (block.has_radius)
+    unknowns_.push_back({target.id + ".radius", "mm", kMmPerM, 0.0, 0.0,
+                         target.diameter_sigma_m / 2.0, 0.0, 1.0, true});
+  constexpr const char* kTurnNames[] = {".probe_rx", ".probe_ry", ".probe_rz"};
+  // The touches tell it; where all of them were left out it stays.
+  constexpr double kWildTurnRad = 1.0;
+  for (int k = 0; block.has_turns && k < 3; ++k)
+    unknowns_.push_back({target.id + kTurnNames[k], "deg", kDegPerRad, 0.0, 0.0, kTurnScaleRad, 0.0,
+                         kTurnScaleRad / kWildTurnRad});
+  blocks_.push_back(block);
+}
+
+void Problem::add_lengths() {
+  for (const CertifiedLength& length : cell_.lengths) {
+    const std::size_t from = cell_.target_index(length.from), to = cell_.target_index(length.to);
+    for (const std::size_t end : {from, to})
+      if (!has_a_centre(cell_.targets[end].kind))
+        throw IdentifyError("a length ends at " + cell_.targets[end].id +
+                            ", which has no centre; lengths lie between spheres, wires and points");
+    const int a = block_of_target_[from], b = block_of_target_[to];
+    if (a >= 0 && b >= 0) lengths_.push_back({a, b, length.length_m, length.sigma_m});
+  }
+}
+
+void Problem::set_repeats(std::vector<int> times, double sigma_m) {
+  times_ = std::move(times);
+  for (std::size_t i = 0; i < times_.size(); ++i)
+    if (!(touches_[i].sigma_m > 0.0)) own_sigma_m_[i] = sigma_m;
+  usual_sigma_m_ = sigma_m;
+  set_ripple(ripple_rad_);
+}
+
+void Problem::set_ripple(double ripple_rad) {
+  ripple_rad_ = ripple_rad;
+  sigma_m_.resize(own_sigma_m_.size());
+  for (std::size_t i = 0; i < sigma_m_.size(); ++i) sigma_m_[i] = sigma_m(i, ripple_rad);
+}
+
+double Problem::sigma_m(std::size_t touch, double ripple_rad) const {
+  const double sigma = std::hypot(own_sigma_m_[touch], ripple_rad * joint_lever_m(touch));
+  return field_m_ > 0.0 ? std::hypot(sigma, field_m_) : sigma;
+}
+
+void Problem::set_field(double field_m, double noise_factor) {
+  field_m_ = field_m;
+  usual_sigma_m_ *= noise_factor;
+  for (double& sigma : own_sigma_m_) sigma *= noise_factor;
+  set_ripple(ripple_rad_);
+}
+
+int Problem::rows(std::size_t touch) const {
+  const TargetKind kind = cell_.targets[target_of_[touch]].kind;
+  if (kind == TargetKind::kPoint) return 3;
+  if (kind != TargetKind::kTracker) return 1;
+  const bool turns = touches_[touch].tracker_abc_rad && block_of_[touch] >= 0 &&
+                     blocks_[static_cast<std::size_t>(block_of_[touch])].has_turns;
+  return turns ? 6 : 3;
+}
+
+double Problem::turn_lever_m(std::size_t touch) const {
+  const double own = touches_[touch].turn_sigma_rad;
+  return own_sigma_m_[touch] / (own > 0.0 ? own : cell_.turn_sigma_rad);
+}
+
+double Problem::nominal_radius_m(const Target& target, int tool) const {
+  const double tip_m = arm_.tool(tool).tip_radius_m;
+  return target.kind == TargetKind::kSphere  ? target.diameter_m / 2.0 + tip_m
+         : target.kind == TargetKind::kPlane ? tip_m
+                                             : 0.0;
+}
+
+Problem::At Problem::at(const double* x_si) const {
+  At at{x_si, arm_.errors(x_si), {}};
+  for (std::size_t tool = 0; tool < rho_.size(); ++tool)
+    at.rho_m[tool] = rho_[tool] >= 0 ? x_si[rho_[tool]] : 0.0;
+  return at;
+}
+
+void Problem::residual_m(std::size_t touch, const At& at, double* residual, double* by_shared,
+                         double* by_target, Eigen::Vector3d* direction) const {
+  const Target& what = cell_.targets[target_of_[touch]];
+  const double* target = at.x + blocks_[static_cast<std::size_t>(block_of_[touch])].first;
+  ArmChain chain;
+  arm_.walk(poses_[touch], at.arm, chain);
+  const Eigen::Vector3d& tip = chain.tip;
+  const TargetPlace& place = places_[target_of_[touch]];
+
+  if (rows(touch) >= 3) {  // point: p(q) - c;  tracker: p(q) - T m
+    const bool tracker = what.kind == TargetKind::kTracker;
+    Eigen::Matrix<double, 3, 6> by_place;
+    const Eigen::Vector3d offset =
+        tip - (tracker ? tracked_m(place, target,
+                                   Eigen::Map<const Eigen::Vector3d>(touches_[touch].tracker_m),
+                                   by_target != nullptr ? &by_place : nullptr)
+                       : Eigen::Vector3d(Eigen::Map<const Eigen::Vector3d>(target)));
+    Eigen::Map<Eigen::Vector3d>{residual} = offset;
+    if (direction != nullptr) *direction = unit(offset);
+    for (int axis = 0; by_shared != nullptr && axis < 3; ++axis) {
+      double* row = by_shared + axis * shared_size_;
+      arm_.derivative_along(Eigen::Vector3d::Unit(axis), poses_[touch], at.arm, chain, row);
+      std::fill(row + arm_.size(), row + shared_size_, 0.0);
+    }
+    if (by_target != nullptr && tracker) {
+      const int own = blocks_[static_cast<std::size_t>(block_of_[touch])].size();
+      Eigen::Map<RowMajor> by(by_target, 3, own);
+      by.setZero();
+      by.leftCols<6>() = -by_place;
+    } else if (by_target != nullptr)
+      Eigen::Map<RowMajor>(by_target, 3, 3) = -Eigen::Matrix3d::Identity();
+    if (rows(touch) == 6)
+      turn_residual(touch, at, chain, residual + 3,
+                    by_shared != nullptr ? by_shared + 3 * shared_size_ : nullptr,
+                    by_target != nullptr ? by_target + 3 * TargetBlock::kMost : nullptr);
+    return;
+  }
+  const int tool = tool_of(touch);
+  // sphere: |p - c| - (R + r_tip + rho + dR);  wire: |p - c| - L;  plane: n.p - h - (r_tip + rho)
+  Eigen::Vector3d normal;
+  Eigen::RowVector3d by_place;
+  double distance = 0.0;
+  if (what.kind == TargetKind::kPlane) {
+    distance = plane_distance_m(place, target, tip, &normal, &by_place);
+  } else {
+    const Eigen::Vector3d offset = tip - Eigen::Map<const Eigen::Vector3d>(target);
+    distance = offset.norm();
+    normal = unit(offset);
+    by_place = -normal.transpose();
+  }
+  if (direction != nullptr) *direction = normal;
+  const bool has_radius = what.kind == TargetKind::kSphere && what.diameter_sigma_m > 0.0;
+  double radius =
+      what.kind == TargetKind::kWire ? touches_[touch].radius_m : nominal_radius_m(what, tool);
+  const bool with_rho = takes_rho(what.kind) && rho(tool) >= 0;
+  if (with_rho) radius += at.rho_m[static_cast<std::size_t>(tool)];
+  if (has_radius) radius += target[3];
+  *residual = distance - radius;
+  if (by_shared != nullptr) {
+    arm_.derivative_along(normal, poses_[touch], at.arm, chain, by_shared);
+    std::fill(by_shared + arm_.size(), by_shared + shared_size_, 0.0);
+    if (with_rho) by_shared[rho(tool)] = -1.0;
+  }
+  if (by_target != nullptr) {
+    Eigen::Map<Eigen::RowVector3d>{by_target} = by_place;
+    if (has_radius) by_target[3] = -1.0;
+  }
+}
+
+/// The turn, in the base frame, that leads from where the tracker saw the probe to where the arm
+/// has it.
+void Problem::turn_residual(std::size_t touch, const At& at, const ArmChain& chain,
+                            double* residual, double* by_shared, double* by_target) const {
+  const TargetPlace& place = places_[target_of_[touch]];
+  const double* own = at.x + blocks_[static_cast<std::size_t>(block_of_[touch])].first;
+  const Eigen::Map<const Eigen::Vector3d> frame(own + 3), mount(own + 6);
+  const Eigen::Matrix3d tool = arm_.rotation(poses_[touch], at.arm, chain);
+  const Eigen::Matrix3d held = tool * turn(mount) * place.probe;
+  const Eigen::Matrix3d seen = turn(frame) * place.axes * probe_turn(touches_[touch]);
+  const Eigen::Matrix3d apart = held * seen.transpose();
+  const Eigen::Vector3d off = turn_vector(apart);
+  const double lever = turn_lever_m(touch);
+  Eigen::Map<Eigen::Vector3d>{residual} = lever * off;
+  if (by_shared == nullptr && by_target == nullptr) return;
+  const Eigen::Matrix3d by_turn = lever * turn_vector_derivative(off);
+  if (by_shared != nullptr) {
+    Eigen::Matrix3Xd by_arm(3, arm_.size());
+    arm_.turn_derivative(poses_[touch], at.arm, chain, by_arm);
+    Eigen::Map<RowMajor> by(by_shared, 3, shared_size_);
+    by.leftCols(arm_.size()) = by_turn * by_arm;
+    by.rightCols(shared_size_ - arm_.size()).setZero();
+  }
+  if (by_target != nullptr) {
+    Eigen::Map<RowMajor> by(by_target, 3, TargetBlock::kMost);
+    by.leftCols<3>().setZero();
+    by.middleCols<3>(3) = -by_turn * apart * turn_derivative(frame);
+    by.rightCols<3>() = by_turn * tool * turn_derivative(mount);
+  }
+}
+
+Eigen::VectorXd Problem::to_si(const Eigen::VectorXd& u) const {
+  Eigen::VectorXd x(size());
+  for (int i = 0; i < size(); ++i) x[i] = unknowns_[i].origin + unknowns_[i].scale * u[i];
+  return x;
+}
+
+}  // namespace cellcal::calib

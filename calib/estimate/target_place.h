@@ -1,0 +1,81 @@
+#pragma once
+// Where a target stands and how its own unknowns move it from there. The unknowns of a
+// - sphere, wire or point: its centre;
+// - plane: the tangents of two tilts, and a shift along its normal;
+// - tracker: where the middle of its readings lies, and a rotation vector by which its frame turns
+//   about that.
+
+#include <Eigen/Geometry>
+#include <vector>
+
+#include "calib/model/kinematics.h"
+#include "calib/model/touch.h"
+#include "calib/result/calibration.h"
+
+namespace cellcal::calib {
+
+/// A start, from which the unknowns count.
+struct TargetPlace {
+  TargetPlace() = default;
+  TargetPlace(const Eigen::Vector3d& centre) : centre_m(centre) {}  // NOLINT: a centre is a place
+  /// Base frame. Plane: a point on it. Tracker: where `middle_m` lies.
+  Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();
+  /// Plane: the third column is its normal, to the side of the tips. Tracker: its axes, in the base
+  /// frame.
+  Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d middle_m = Eigen::Vector3d::Zero();  ///< tracker: in its own frame
+  /// Tracker of poses: how the probe sits on the tool, the probe's frame in the tool's.
+  Eigen::Matrix3d probe = Eigen::Matrix3d::Identity();
+};
+
+/// The probe's frame in the tracker's, of a touch that has its turns.
+Eigen::Matrix3d probe_turn(const Touch& touch);
+
+/// Unknowns of a target, a sphere's radius and how a probe sits aside: 3, or 6 for a tracker.
+int place_size(TargetKind kind);
+
+/// Values of the unknowns counted from `start` [m, rad] that put the target at `place`; a tracker's
+/// frame by what it does to any reading. Inverse of result_at.
+Eigen::VectorXd unknowns_at(TargetKind kind, const TargetPlace& start, const TargetPlace& place);
+
+/// What a plane with these unknowns says about a tip: its distance from the plane, to the side of
+/// the normal. `normal`, and the derivative by the unknowns, where wanted.
+double plane_distance_m(const TargetPlace& start, const double* unknowns,
+                        const Eigen::Vector3d& tip_m, Eigen::Vector3d* normal,
+                        Eigen::RowVector3d* by_unknowns);
+
+/// Where a tracker with these unknowns saw its reading, in the base frame.
+Eigen::Vector3d tracked_m(const TargetPlace& start, const double* unknowns,
+                          const Eigen::Vector3d& reading_m,
+                          Eigen::Matrix<double, 3, 6>* by_unknowns);
+
+/// Fills centre, normal and distance, or frame.
+TargetResult result_at(const Target& target, const TargetPlace& start, const double* unknowns);
+
+/// Whether the cell file holds the target's centre where it states it, and does not only begin
+/// there.
+bool centre_is_held(const Target& target);
+
+/// Where each target is by its fit touches, seen with the nominal arm; of targets without any,
+/// nothing. Throws IdentifyError naming the target and what to do where they do not say.
+std::vector<TargetPlace> starting_places(const Cell& cell, const ArmModel& arm,
+                                         const std::vector<Touch>& touches);
+
+/// The same where they say too little: of such a target where it is stated or touched, about.
+std::vector<TargetPlace> rough_places(const Cell& cell, const ArmModel& arm,
+                                      const std::vector<Touch>& touches);
+
+/// Of a target's fit touches, seen with the nominal arm: how many lie no farther apart than one
+/// target's do.
+struct LieTogether {
+  std::size_t most = 0, of = 0;
+};
+LieTogether lie_together(const Cell& cell, const ArmModel& arm, const std::string& target,
+                         const std::vector<Touch>& touches);
+
+/// A plane through these tips, whose ball of `tip_radius_m` touches it, to the side of `start`; as
+/// `start` where they do not span one.
+TargetPlace plane_through(const std::vector<Eigen::Vector3d>& tips_m, double tip_radius_m,
+                          const TargetPlace& start);
+
+}  // namespace cellcal::calib

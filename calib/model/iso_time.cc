@@ -1,0 +1,97 @@
+#include "calib/model/iso_time.h"
+
+#include <chrono>
+
+namespace cellcal::calib {
+
+namespace {
+
+/// Reads from the front of a text; `ok` is false from the first thing on that was not there.
+struct Scan {
+  std::string_view rest;
+  bool ok = true;
+
+  bool take(char c) {
+    if (!rest.starts_with(c)) return false;
+    rest.remove_prefix(1);
+    return true;
+  }
+  int digits(std::size_t count) {
+    int value = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      if (rest.empty() || rest.front() < '0' || rest.front() > '9') {
+        ok = false;
+        return 0;
+      }
+      value = 10 * value + (rest.front() - '0');
+      rest.remove_prefix(1);
+    }
+    return value;
+  }
+  int up_to(std::size_t count, int most) {
+    const int value = digits(count);
+    ok = ok && value <= most;
+    return value;
+  }
+  double fraction() {
+    double value = 0.0, unit = 0.1;
+    const std::size_t before = rest.size();
+    for (; !rest.empty() && rest.front() >= '0' && rest.front() <= '9'; unit /= 10.0) {
+      value += unit * (rest.front() - '0');
+      rest.remove_prefix(1);
+    }
+    ok = ok && rest.size() < before;
+    return value;
+  }
+};
+
+/// Of the day; a minute has 61 seconds where a leap second is in it.
+double time_of_day_s(Scan& scan) {
+  double seconds = 3600.0 * scan.up_to(2, 24);
+  const bool colons = scan.take(':');
+  seconds += 60.0 * scan.up_to(2, 59);
+  if (colons ? scan.take(':')
+             : !scan.rest.empty() && scan.rest.front() >= '0' && scan.rest.front() <= '9')
+    seconds += scan.up_to(2, 60);
+  if (scan.take('.')) seconds += scan.fraction();
+  return seconds;
+}
+
+/// What is to be taken away to get to UTC.
+double zone_s(Scan& scan) {
+  if (scan.rest.empty() || scan.take('Z')) return 0.0;
+  const bool west = scan.take('-');
+  if (!west && !scan.take('+')) {
+    scan.ok = false;
+    return 0.0;
+  }
+  double seconds = 3600.0 * scan.up_to(2, 24);
+  scan.take(':');
+  if (!scan.rest.empty()) seconds += 60.0 * scan.up_to(2, 59);
+  return west ? -seconds : seconds;
+}
+
+}  // namespace
+
+std::optional<double> seconds_of(std::string_view iso) {
+  namespace chrono = std::chrono;
+  Scan scan{iso};
+  const int year = scan.digits(4);
+  const bool dashes = scan.take('-');
+  const int month = scan.digits(2);
+  if (dashes && !scan.take('-')) return {};
+  const int day = scan.digits(2);
+  const chrono::year_month_day date{chrono::year(year), chrono::month(static_cast<unsigned>(month)),
+                                    chrono::day(static_cast<unsigned>(day))};
+  if (!scan.ok || !date.ok()) return {};
+  double seconds = 86400.0 * chrono::sys_days(date).time_since_epoch().count();
+  if (!scan.rest.empty()) {
+    if (!scan.take('T') && !scan.take(' ')) return {};
+    seconds += time_of_day_s(scan);
+    seconds -= zone_s(scan);
+  }
+  if (!scan.ok || !scan.rest.empty()) return {};
+  return seconds;
+}
+
+}  // namespace cellcal::calib

@@ -1,0 +1,128 @@
+#include "calib/result/level.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <numbers>
+
+namespace cellcal::calib {
+
+namespace {
+
+constexpr double kRadPerArcsec = std::numbers::pi / 180.0 / 3600.0;
+/// Gears of industrial arms are published with 10 to 60 arcsec per revolution; the low end, since
+/// the evidence may raise it.
+constexpr double kUsualTransmissionRad = 10.0 * kRadPerArcsec;
+/// Falling off as 1/h, the spectrum of a walk at random: the least that is assumed of a function of
+/// which nothing is known but its size. What is faster goes into the ripple.
+const std::vector<int> kUsualOrders = {1, 2, 3, 4};
+
+/// Sag at a joint whose compliance is not stated, 1 sigma at its largest load, and the least load
+/// that this counts for.
+constexpr double kUsualSagRad = 3e-3;
+constexpr double kLeastLoadNm = 100.0;
+/// Links whose masses are not stated: by length, as of arms for some ten kilograms.
+constexpr double kUsualMassKgPerM = 40.0;
+constexpr double kGravity = 9.81;
+
+bool stated(const Robot& robot, double Joint::*field) {
+  return std::any_of(robot.joints.begin(), robot.joints.end(),
+                     [&](const Joint& j) { return j.*field > 0.0; });
+}
+
+/// Masses in proportion to the links' lengths, each somewhere between its joints.
+void assume_masses(Robot& robot) {
+  double heaviest = 0.0;
+  for (std::size_t i = 1; i < robot.joints.size(); ++i) {
+    Joint& joint = robot.joints[i];
+    joint.mass_kg = kUsualMassKgPerM * std::hypot(joint.a_m, joint.d_m);
+    const Eigen::Matrix3d turn = (Eigen::AngleAxisd(joint.alpha_rad, Eigen::Vector3d::UnitX()) *
+                                  Eigen::AngleAxisd(joint.beta_rad, Eigen::Vector3d::UnitY()))
+                                     .toRotationMatrix();
+    joint.com_m = turn.transpose() * Eigen::Vector3d(-joint.a_m, 0.0, -joint.d_m) / 2.0;
+    // The centre may lie anywhere between its joints: uniform, sigma 1/sqrt(12) of the link.
+    joint.moment_sigma_kg_m = joint.mass_kg * joint.com_m.norm() * std::numbers::inv_sqrt3;
+    heaviest = std::max(heaviest, joint.moment_sigma_kg_m);
+  }
+  constexpr double kOfTheHeaviest = 0.1;  // less does not show
+  for (Joint& joint : robot.joints)
+    if (joint.moment_sigma_kg_m < kOfTheHeaviest * heaviest) joint.moment_sigma_kg_m = 0.0;
+}
+
+/// Every joint but one that turns about the vertical; each by the load it can come to bear.
+void assume_compliance(Robot& robot, const Cell& cell) {
+  const Eigen::Vector3d axis = robot.base_fixed.linear().col(2);
+  const bool upright = axis.cross(robot.gravity_m_s2).norm() < 0.01 * robot.gravity_m_s2.norm();
+  // From the tip inwards: everything that hangs on a joint, the arm stretched out.
+  double mass = cell.tool.mass_kg, moment = cell.tool.mass_kg * cell.tool.com_m.norm();
+  for (const Tool& tool : cell.other_tools) {
+    mass += tool.mass_kg;
+    moment += tool.mass_kg * tool.com_m.norm();
+  }
+  for (std::size_t i = robot.joints.size(); i-- > 0;) {
+    Joint& joint = robot.joints[i];
+    const double length = std::hypot(joint.a_m, joint.d_m);
+    moment += mass * length + joint.mass_kg * std::max(0.0, length - joint.com_m.norm());
+    mass += joint.mass_kg;
+    if (i > 0 || !upright)
+      joint.compliance_sigma_rad_per_nm = kUsualSagRad / std::max(kLeastLoadNm, kGravity * moment);
+  }
+}
+
+double largest_transmission_rad(const Cell& cell) {
+  double largest = 0.0;
+  for (const Joint& joint : cell.robot.joints)
+    largest = std::max(largest, joint.harmonic_sigma_rad);
+  return largest;
+}
+
+}  // namespace
+
+Cell at_level(const Cell& cell, const ModelLevel& level, std::span<const Touch> touches) {
+  Cell result = at_level(cell, level);
+  for (Tool& tool : result.other_tools)
+    if (std::none_of(touches.begin(), touches.end(), [&](const Touch& touch) {
+          return touch.set == TouchSet::kFit && touch.tool == tool.id;
+        })) {
+      tool.tcp_sigma_m.setZero();
+      tool.deflection_sigma = 0.0;
+    }
+  return result;
+}
+
+Cell at_level(const Cell& cell, const ModelLevel& level) {
+  Cell result = cell;
+  const bool named = largest_transmission_rad(cell) > 0.0;
+  if (level.compliance > 0.0 && !stated(cell.robot, &Joint::compliance_sigma_rad_per_nm)) {
+    if (!stated(cell.robot, &Joint::mass_kg)) assume_masses(result.robot);
+    assume_compliance(result.robot, cell);
+  }
+  for (Joint& joint : result.robot.joints) {
+    joint.compliance_sigma_rad_per_nm *= level.compliance;
+    if (!named) {
+      joint.harmonics = kUsualOrders;
+      joint.harmonic_falloff = 1.0;
+      joint.gear_ratio = 1.0;
+      joint.harmonic_sigma_rad = kUsualTransmissionRad;
+    }
+    joint.harmonic_sigma_rad *= level.transmission;
+  }
+  return result;
+}
+
+std::string words(const Cell& cell, const ModelLevel& level) {
+  std::string text = "geometry";
+  if (cell.tool.deflection_sigma > 0.0 ||
+      std::any_of(cell.other_tools.begin(), cell.other_tools.end(),
+                  [](const Tool& tool) { return tool.deflection_sigma > 0.0; }))
+    text += ", tool bending";
+  if (level.compliance > 0.0) text += ", joint compliance";
+  if (level.transmission > 0.0)
+    text += fmt::format(", transmission {:.0f} arcsec",
+                        largest_transmission_rad(at_level(cell, level)) / kRadPerArcsec);
+  if (level.ripple_rad > 0.0)
+    text += fmt::format(", ripple {:.3g} arcsec", level.ripple_rad / kRadPerArcsec);
+  return text;
+}
+
+}  // namespace cellcal::calib

@@ -1,0 +1,306 @@
+#include "calib/uncertainty/gauge.h"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+
+#include "calib/estimate/information.h"
+
+namespace cellcal::calib {
+
+namespace {
+
+/// A direction along which one tolerance sigma moves all touches together by less than this many
+/// touch sigmas: whatever is said about it, the tolerances say it.
+constexpr double kNoInformation = 0.3;
+/// A frame direction moves nothing that anyone could measure: less than this, rms over the
+/// workspace, were the tool stiff. (The last link's fourth combination tilts the tool and with it
+/// its bending: by a fraction of a micrometre, but by more the softer the tool is.)
+constexpr double kUnmeasurableM = 1e-6;
+/// What every direction is seen by, at least: far below the others.
+constexpr double kFlat = 1e-3;
+/// At most this many weak directions are put into words.
+constexpr std::size_t kWeakNamed = 3;
+/// Shares below this, in the metres that each moves, are not worth naming.
+constexpr double kNamed = 0.05;
+
+/// Reduced echelon form by columns with full pivoting: the same space in sparse vectors, each of
+/// which can be put into words. Arm parameters are preferred as pivots.
+Eigen::MatrixXd sparse_basis(Eigen::MatrixXd n, int arm_size) {
+  const Eigen::Index k = n.cols();
+  for (Eigen::Index c = 0; c < k; ++c) {
+    Eigen::Index pivot = 0, column = c;
+    const auto arm = n.block(0, c, arm_size, k - c);
+    const double best = arm.cwiseAbs().maxCoeff(&pivot, &column);
+    column += c;
+    if (best < 1e-6) {  // nothing of the arm left in it
+      n.rightCols(k - c).cwiseAbs().maxCoeff(&pivot, &column);
+      column += c;
+    }
+    n.col(c).swap(n.col(column));
+    n.col(c) /= n(pivot, c);
+    for (Eigen::Index other = 0; other < k; ++other)
+      if (other != c) n.col(other) -= n(pivot, other) * n.col(c);
+  }
+  for (Eigen::Index c = 0; c < k; ++c) n.col(c).normalize();
+  return n;
+}
+
+std::string list(const std::vector<std::string>& names) {
+  std::string text;
+  for (std::size_t i = 0; i < names.size(); ++i)
+    text += (i == 0 ? "" : i + 1 == names.size() ? " and " : ", ") + names[i];
+  return text;
+}
+
+/// How far a prior sigma of each unknown alone moves the tip (rms over the workspace) or its target
+/// [m]. Sigmas do not compare: a target's counts the same on a large arm as on one that moves it
+/// half as far.
+Eigen::VectorXd reach_of(const Problem& problem, const TipMoves& stiff) {
+  const double root_of_tips = std::sqrt(static_cast<double>(stiff.tips_m.cols()));
+  const double lever_m =
+      stiff.tips_m.norm() / root_of_tips;  // of a target that turns: where the tips are
+  Eigen::VectorXd reach(problem.size());
+  for (int i = 0; i < problem.size(); ++i) {
+    const Unknown& unknown = problem.unknowns()[i];
+    reach[i] = i < problem.arm_size() ? stiff.moves_m.col(i).norm() / root_of_tips
+                                      : unknown.scale * (unknown.unit == "deg" ? lever_m : 1.0);
+  }
+  return reach;
+}
+
+/// `moves_m`: how far each unknown's share in the direction moves tip or target.
+std::string words_for(const Problem& problem, const Eigen::VectorXd& moves_m) {
+  const auto& joints = problem.cell().robot.joints;
+  const auto& parameters = problem.arm().parameters();
+  std::vector<int> arm_named;
+  bool targets_move = false;
+  for (int i = 0; i < problem.size(); ++i) {
+    if (moves_m[i] < kNamed * moves_m.maxCoeff()) continue;
+    if (i < problem.arm_size())
+      arm_named.push_back(i);
+    else
+      targets_move = true;
+  }
+  const auto& first = joints.front().name;
+  // Whether or not the targets show it: a plane across the base axis turns into itself.
+  if (arm_named.size() == 1 && parameters[arm_named[0]].joint == 0) {
+    if (parameters[arm_named[0]].kind == ArmParameterKind::kTheta)
+      return "turning the zero of " + first +
+             " is the same as turning all targets about the base "
+             "axis; fixed by convention";
+    if (parameters[arm_named[0]].kind == ArmParameterKind::kD)
+      return "raising the arm on its base (" + first +
+             ".d) is the same as lowering all targets; "
+             "fixed by convention";
+  }
+  const int last = static_cast<int>(joints.size()) - 1;
+  const bool last_link = !targets_move && !arm_named.empty() &&
+                         std::all_of(arm_named.begin(), arm_named.end(), [&](int i) {
+                           return parameters[i].joint == last || parameters[i].joint < 0;
+                         });
+  std::vector<std::string> names;
+  for (int i = 0; i < problem.size(); ++i)
+    if (moves_m[i] >= kNamed * moves_m.maxCoeff()) names.push_back(problem.unknowns()[i].name);
+  constexpr std::size_t kMaxNames = 8;
+  if (names.size() > kMaxNames) {
+    const std::string more = std::to_string(names.size() - kMaxNames) + " more";
+    names.resize(kMaxNames);
+    names.push_back(more);
+  }
+  if (last_link)
+    return "behind the last axis " + list(names) +
+           " move the tip in three directions only: one "
+           "combination of them never shows; fixed by convention";
+  return list(names) + " can change together without anything moving; fixed by convention";
+}
+
+/// In words: what the weak direction is made of, and what would resolve it.
+std::string weak_words(const Problem& problem, const Eigen::VectorXd& direction,
+                       const Eigen::VectorXd& reach_m) {
+  std::vector<int> order(problem.arm_size());
+  for (int i = 0; i < problem.arm_size(); ++i) order[i] = i;
+  std::sort(order.begin(), order.end(),
+            [&](int a, int b) { return std::abs(direction[a]) > std::abs(direction[b]); });
+  // Lengths that grow together: the scale of the arm.
+  double scale = 0.0, lengths = 0.0, all = 0.0;
+  for (int i = 0; i < problem.arm_size(); ++i) {
+    const ArmParameterKind kind = problem.arm().parameters()[i].kind;
+    all += direction[i] * direction[i];
+    if (kind == ArmParameterKind::kD || kind == ArmParameterKind::kA) {
+      lengths += direction[i] * direction[i];
+      const Joint& joint = problem.cell().robot.joints[problem.arm().parameters()[i].joint];
+      scale += direction[i] * (kind == ArmParameterKind::kD ? joint.d_m : joint.a_m);
+    }
+  }
+  std::vector<std::string> names;
+  constexpr std::size_t kNames = 5;
+  for (const int i : order)
+    if (names.size() < kNames && std::abs(direction[i]) > kNamed * std::abs(direction[order[0]]))
+      names.push_back(problem.arm().parameters()[i].name);
+  // As the compliance of a joint that hardly bears a load.
+  if (names.size() == 1 && reach_m[order[0]] < kUnmeasurableM)
+    return names[0] +
+           " moves the tip by less than a micrometre, so that no touch tells it and nothing "
+           "depends on it; the tolerances decide";
+  double arm_length = 0.0;
+  for (const Joint& joint : problem.cell().robot.joints)
+    arm_length += joint.d_m * joint.d_m + joint.a_m * joint.a_m;
+  const bool is_scale = lengths > 0.7 * all && std::abs(scale) > 0.5 * std::sqrt(arm_length * all);
+  const std::string text = "these touches do not tell " + list(names) +
+                           (names.size() == 1 ? "" : " apart") + "; the tolerances decide";
+  if (is_scale && problem.lengths().empty())
+    return text + ". All lengths grow together here: touch a second sphere at a certified distance";
+  return text + ". Touches in other postures would resolve it";
+}
+
+}  // namespace
+
+namespace {
+
+/// Directions of the rows' space, orthonormal, and how far a unit step along each changes the rows;
+/// the weakest last. By the eigenvalues of the inverse information, as the covariance of a flat
+/// prior: its large ones are the small singular values of the rows, with all their digits.
+struct Weak {
+  Eigen::MatrixXd directions;
+  Eigen::VectorXd seen_by;
+};
+
+Weak weaker_than(double most, const Eigen::MatrixXd& triangle) {
+  const Eigen::Index n = triangle.cols();
+  Eigen::MatrixXd root = Eigen::MatrixXd::Identity(n, n);
+  triangle.triangularView<Eigen::Upper>().solveInPlace(root);
+  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(n, n);
+  covariance.selfadjointView<Eigen::Lower>().rankUpdate(root);
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(covariance);
+  const auto seen_by = [&](Eigen::Index k) {
+    return std::sqrt(std::max(0.0, 1.0 / solver.eigenvalues()[k] - kFlat * kFlat));
+  };
+  Eigen::Index count = 0;
+  while (count < n && seen_by(n - 1 - count) < most) ++count;
+  Weak weak{solver.eigenvectors().rightCols(count), Eigen::VectorXd(count)};
+  for (Eigen::Index k = 0; k < count; ++k) weak.seen_by[k] = seen_by(n - count + k);
+  return weak;
+}
+
+UnidentifiableDirection described(const Problem& problem, const Eigen::VectorXd& direction,
+                                  std::string words) {
+  UnidentifiableDirection result;
+  result.words = std::move(words);
+  for (int i = 0; i < problem.size(); ++i)
+    if (std::abs(direction[i]) > 1e-9)  // below: rounding of the elimination
+      result.direction.emplace_back(problem.unknowns()[i].name, direction[i]);
+  return result;
+}
+
+}  // namespace
+
+FrameDirections find_frame_directions(const Problem& problem, const Linearisation& linear,
+                                      const TipMoves& stiff, const Eigen::MatrixXd& moves_m) {
+  const int n = problem.size();
+  const int arm_size = problem.arm_size();
+  // Frames are a matter of geometry. Transmission errors are left out of the search: over a joint's
+  // range a constant and a slow wave are much alike, which is no choice of frame. So are loads:
+  // many are moments that no joint bears.
+  std::vector<int> sought;
+  for (int i = 0; i < n; ++i) {
+    const ArmParameterKind kind =
+        i < problem.arm_size() ? problem.arm().parameters()[i].kind : ArmParameterKind::kTheta;
+    if (kind != ArmParameterKind::kCosine && kind != ArmParameterKind::kSine &&
+        kind != ArmParameterKind::kLoad)
+      sought.push_back(i);
+  }
+  const auto width = static_cast<Eigen::Index>(sought.size());
+  // Products of rows lose half the digits, which matters where they weigh so much that what every
+  // direction is seen by at least would be lost in their rounding.
+  constexpr double kLargestSquare = 1e9;
+  double square = 0.0;
+  for (const int i : sought) square = std::max(square, linear.jacobian.col(i).squaredNorm());
+  Information measured(width, square > kLargestSquare);
+  // All directions are seen a little, so that the information has an inverse.
+  Eigen::VectorXd flat = Eigen::VectorXd::Constant(width, kFlat);
+  for (Eigen::Index k = 0; k < width; ++k)
+    if (problem.unknowns()[sought[static_cast<std::size_t>(k)]].held_by_geometry) flat[k] = 1.0;
+  measured.add_alone(flat, Eigen::VectorXd::Zero(width));
+  constexpr Eigen::Index kRows = 256;
+  for (Eigen::Index first = 0; first < linear.jacobian.rows(); first += kRows) {
+    const Eigen::Index rows = std::min(kRows, linear.jacobian.rows() - first);
+    RowMajor block = RowMajor::Zero(rows, width + 1);
+    for (Eigen::Index k = 0; k < width; ++k)
+      block.col(k) = linear.jacobian.col(sought[static_cast<std::size_t>(k)]).segment(first, rows);
+    measured.add(block);
+  }
+  const auto spread = [&](const Eigen::MatrixXd& directions) {
+    Eigen::MatrixXd all = Eigen::MatrixXd::Zero(n, directions.cols());
+    for (Eigen::Index k = 0; k < width; ++k)
+      all.row(sought[static_cast<std::size_t>(k)]) = directions.row(k);
+    return all;
+  };
+  FrameDirections result;
+  result.basis_u = Eigen::MatrixXd(n, 0);
+  const Weak weak = weaker_than(1.0, measured.triangle().topLeftCorner(width, width));
+  const Eigen::MatrixXd weakest = spread(weak.directions);
+  if (weak.seen_by.size() == 0) return result;
+
+  // What touches do not show is a matter of frame if no tip of the workspace shows it either, as if
+  // each were measured to kUnmeasurableM. Those directions lie near the touches' weak ones: two
+  // inverse iterations from there leave nothing of the others.
+  const auto tips = static_cast<double>(std::max<Eigen::Index>(1, moves_m.rows() / 3));
+  RowMajor moves = RowMajor::Zero(moves_m.rows(), width + 1);
+  for (Eigen::Index k = 0; k < width; ++k)
+    if (const int i = sought[static_cast<std::size_t>(k)]; i < moves_m.cols())
+      moves.col(k) = moves_m.col(i) / (kUnmeasurableM * std::sqrt(tips));
+  measured.add(moves);
+  // What hardly bears a load moves no tip either, however it gives. That is no frame.
+  Eigen::VectorXd gives = Eigen::VectorXd::Zero(width);
+  for (Eigen::Index k = 0; k < width; ++k) {
+    const int i = sought[static_cast<std::size_t>(k)];
+    if (i >= arm_size) continue;
+    const ArmParameterKind kind = problem.arm().parameters()[i].kind;
+    if (kind == ArmParameterKind::kCompliance || kind == ArmParameterKind::kDeflection)
+      gives[k] = 1.0;
+  }
+  measured.add_alone(gives, Eigen::VectorXd::Zero(width));
+  constexpr double kNowhere = 0.5;
+  constexpr int kIterations = 2;
+  const Eigen::MatrixXd triangle = measured.triangle().topLeftCorner(width, width);
+  const auto upper = triangle.triangularView<Eigen::Upper>();
+  Eigen::MatrixXd nearly = weak.directions;
+  for (int k = 0; k < kIterations; ++k) {
+    upper.transpose().solveInPlace(nearly);
+    upper.solveInPlace(nearly);
+    nearly = Eigen::HouseholderQR<Eigen::MatrixXd>(nearly).householderQ() *
+             Eigen::MatrixXd::Identity(width, nearly.cols());
+  }
+  const Eigen::MatrixXd seen = upper * nearly;
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(seen.transpose() * seen);
+  Eigen::Index nowhere = 0;  // eigenvalues rise
+  while (nowhere < nearly.cols() && solver.eigenvalues()[nowhere] < kNowhere * kNowhere) ++nowhere;
+  result.basis_u = spread(nearly * solver.eigenvectors().leftCols(nowhere));
+  const Eigen::VectorXd reach_m = reach_of(problem, stiff);
+  const Eigen::Index frame = result.basis_u.cols();
+  if (frame > 0) {
+    const Eigen::MatrixXd sparse = sparse_basis(result.basis_u, arm_size);
+    for (Eigen::Index c = 0; c < frame; ++c)
+      result.words.push_back(
+          described(problem, sparse.col(c),
+                    words_for(problem, reach_m.cwiseProduct(sparse.col(c).cwiseAbs()))));
+  }
+  // What the touches do not see, frame aside: weakest first.
+  std::size_t named = 0;
+  for (Eigen::Index k = weakest.cols() - 1; k >= 0 && weak.seen_by[k] < kNoInformation; --k) {
+    Eigen::VectorXd v = weakest.col(k);
+    v -= result.basis_u * (result.basis_u.transpose() * v);
+    if (v.norm() < 0.5) continue;
+    if (++named > kWeakNamed) continue;
+    v.normalize();
+    result.words.push_back(described(problem, v, weak_words(problem, v, reach_m)));
+  }
+  if (named > kWeakNamed)
+    result.words.back().words +=
+        "; " + std::to_string(named - kWeakNamed) + " further directions are as weak";
+  return result;
+}
+
+}  // namespace cellcal::calib

@@ -1,0 +1,84 @@
+#include "calib/uncertainty/predict.h"
+
+#include <map>
+
+#include "calib/model/kinematics.h"
+#include "calib/uncertainty/bound.h"
+#include "calib/uncertainty/region.h"
+
+namespace cellcal::calib {
+
+struct Predictor::Impl {
+  ArmModel arm;
+  Eigen::VectorXd x;
+  Eigen::MatrixXd sigma;  ///< covariance of the arm's parameters, SI
+  PositionBound bound;
+
+  Impl(const Calibration& c, const Cell& levelled)
+      : arm(levelled),
+        x(values(arm, c)),
+        sigma(covariance(arm, c)),
+        bound(arm, x, sigma, c.level.ripple_rad, c.discrepancy.sigma_m) {}
+
+  /// Per parameter of the arm its index in the calibration, -1 where it is not.
+  static std::vector<Eigen::Index> places(const ArmModel& arm, const Calibration& c) {
+    std::map<std::string, Eigen::Index> index;
+    for (std::size_t i = 0; i < c.parameters.size(); ++i)
+      index[c.parameters[i].name] = static_cast<Eigen::Index>(i);
+    std::vector<Eigen::Index> at;
+    for (const ArmParameter& parameter : arm.parameters()) {
+      const auto found = index.find(parameter.name);
+      at.push_back(found == index.end() ? -1 : found->second);
+    }
+    return at;
+  }
+
+  static Eigen::VectorXd values(const ArmModel& arm, const Calibration& c) {
+    const auto at = places(arm, c);
+    Eigen::VectorXd x = Eigen::VectorXd::Zero(arm.size());
+    for (int i = 0; i < arm.size(); ++i) {
+      if (at[i] < 0) continue;
+      const ParameterResult& p = c.parameters[static_cast<std::size_t>(at[i])];
+      x[i] = p.nominal + p.correction;
+    }
+    return x;
+  }
+
+  static Eigen::MatrixXd covariance(const ArmModel& arm, const Calibration& c) {
+    if (c.covariance.size() == 0) return {};
+    const auto at = places(arm, c);
+    Eigen::MatrixXd result = Eigen::MatrixXd::Zero(arm.size(), arm.size());
+    for (int i = 0; i < arm.size(); ++i)
+      for (int j = 0; j < arm.size(); ++j)
+        if (at[i] >= 0 && at[j] >= 0) result(i, j) = c.covariance(at[i], at[j]);
+    return result;
+  }
+};
+
+Predictor::Predictor(const Calibration& calibration)
+    : impl_(std::make_unique<Impl>(calibration, at_level(calibration.cell, calibration.level))) {}
+Predictor::~Predictor() = default;
+Predictor::Predictor(Predictor&&) noexcept = default;
+
+Prediction Predictor::calibrated(std::span<const double> joint_rad) const {
+  const PreparedPose pose = impl_->arm.prepare(joint_rad);
+  Prediction result;
+  result.tcp = impl_->arm.shape(pose, impl_->x.data()).tcp;
+  Eigen::Matrix3Xd jacobian(3, impl_->arm.size());
+  const Eigen::Vector3d tip = impl_->arm.position(pose, impl_->x.data(), jacobian);
+  result.u95_m = impl_->bound.u95_m(joint_rad, tip, jacobian);
+  return result;
+}
+
+double Predictor::mean_error_m(const std::vector<JointVector>& poses) const {
+  if (impl_->sigma.size() == 0) return 0.0;
+  const Eigen::VectorXd si = Eigen::VectorXd::Ones(impl_->arm.size());
+  return predicted_mean_error_m(aligned_moves(impl_->arm, poses, impl_->x.data(), si), impl_->sigma,
+                                Eigen::VectorXd::Zero(static_cast<Eigen::Index>(poses.size())));
+}
+
+Eigen::Isometry3d Predictor::nominal(std::span<const double> joint_rad) const {
+  return impl_->arm.nominal_tcp(joint_rad);
+}
+
+}  // namespace cellcal::calib

@@ -1,0 +1,302 @@
+#include "calib/verdict/identify_as_stated.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "calib/consistency/artefact_bias.h"
+#include "calib/consistency/leave_one_out.h"
+#include "calib/consistency/lengths.h"
+#include "calib/consistency/outliers.h"
+#include "calib/consistency/residuals.h"
+#include "calib/consistency/suspected_jump.h"
+#include "calib/consistency/suspected_moves.h"
+#include "calib/estimate/discrepancy.h"
+#include "calib/estimate/estimate.h"
+#include "calib/estimate/problem.h"
+#include "calib/estimate/repeats.h"
+#include "calib/estimate/target_place.h"
+#include "calib/uncertainty/gauge.h"
+#include "calib/uncertainty/observability.h"
+#include "calib/uncertainty/region.h"
+#include "calib/verdict/verdict.h"
+
+namespace cellcal::calib {
+
+namespace {
+
+/// Enough to see which directions of the frame move the tip.
+constexpr int kFramePoses = 60;
+constexpr double kLocalHalfM = 0.150;
+constexpr unsigned kRegionSeed = 20240924;
+
+/// The first of the cell's tools that touched it.
+int first_tool(const Problem& problem, const TargetBlock& block) {
+  int first = problem.arm().tool_count() - 1;
+  for (std::size_t i = 0; i < problem.touches().size() && first > 0; ++i)
+    if (problem.block_of(i) >= 0 &&
+        problem.blocks()[static_cast<std::size_t>(problem.block_of(i))].target == block.target)
+      first = std::min(first, problem.tool_of(i));
+  return first;
+}
+
+void fill_parameters(const Problem& problem, const Estimate& e, const FrameDirections& frame,
+                     double inflation, Calibration& calibration) {
+  const Eigen::VectorXd x = problem.to_si(e.u);
+  const int n = problem.size();
+  Eigen::VectorXd scale(n);
+  for (int i = 0; i < n; ++i) scale[i] = problem.unknowns()[i].scale;
+  calibration.covariance =
+      inflation * (scale.asDiagonal() * e.posterior.covariance_u * scale.asDiagonal());
+  calibration.frame_basis = scale.asDiagonal() * frame.basis_u;
+  for (int i = 0; i < n; ++i) {
+    const Unknown& unknown = problem.unknowns()[i];
+    ParameterResult p{unknown.name,           unknown.unit,
+                      unknown.to_unit,        unknown.nominal,
+                      x[i] - unknown.nominal, std::sqrt(calibration.covariance(i, i))};
+    // Who decided it: the frame where half of its variance is the frame's; the prior where the
+    // touches took less than half of the prior's variance away, or no level with a say has it at
+    // all.
+    const double variance_u = e.posterior.covariance_u(i, i);
+    const double of_frame = frame.basis_u.cols() > 0 ? frame.basis_u.row(i).squaredNorm() : 0.0;
+    double prior_u = unknown.prior_weight > 0.0 ? 1.0 / unknown.prior_weight : 1e9;
+    if (i < problem.arm_size()) {
+      const ArmParameterKind kind = problem.arm().parameters()[i].kind;
+      // Of the levels, each as far as it is believed.
+      if (kind == ArmParameterKind::kCosine || kind == ArmParameterKind::kSine)
+        prior_u *= e.levels.transmission;
+      if (kind == ArmParameterKind::kCompliance || kind == ArmParameterKind::kLoad)
+        prior_u *= e.levels.compliance;
+    }
+    if (of_frame * std::min(1.0, prior_u * prior_u) > 0.5 * variance_u)
+      p.decided_by = DecidedBy::kFrame;
+    else if (variance_u > 0.5 * prior_u * prior_u || variance_u == 0.0)
+      p.decided_by = DecidedBy::kPrior;
+    calibration.parameters.push_back(p);
+  }
+  for (const TargetBlock& block : problem.blocks()) {
+    const Target& target = problem.cell().targets[block.target];
+    TargetResult result = result_at(target, problem.place(block), x.data() + block.first);
+    const int tool = first_tool(problem, block);
+    if (target.kind == TargetKind::kSphere || target.kind == TargetKind::kPlane)
+      result.effective_radius_m = problem.nominal_radius_m(target, tool) +
+                                  (problem.rho(tool) >= 0 ? x[problem.rho(tool)] : 0.0) +
+                                  (block.has_radius ? x[block.first + block.place] : 0.0);
+    calibration.targets.push_back(result);
+  }
+}
+
+std::vector<JointVector> poses_near_targets(const Problem& problem,
+                                            const std::vector<TargetResult>& targets, int count) {
+  std::vector<JointVector> around;
+  for (const Touch& touch : problem.touches()) around.push_back(touch.joint_rad);
+  std::vector<Eigen::Vector3d> centres;
+  for (const TargetResult& target : targets) {
+    if (has_a_centre(target.kind) && target.kind != TargetKind::kWire) {
+      centres.push_back(target.centre_m);
+      continue;
+    }
+    for (std::size_t i = 0; i < problem.touches().size(); ++i)  // it is where it was touched
+      if (problem.touches()[i].target == target.id)
+        centres.push_back(problem.arm().position(problem.pose(i), nullptr));
+  }
+  return local_poses(problem.arm(), around, centres, kLocalHalfM, count, kRegionSeed);
+}
+
+/// Whitened residuals of the touches, each by its own sigma, whether or not their errors go
+/// together.
+Eigen::VectorXd residuals_alone(const Posterior& posterior) {
+  const auto r = posterior.linear.residual.head(posterior.linear.length_row);
+  if (posterior.together.size() == 0) return r;
+  return posterior.together.triangularView<Eigen::Lower>() * r;
+}
+
+std::string level_reason(const Cell& cell, const ModelLevel& level, const LevelMean& mean,
+                         bool given) {
+  if (given) return words(cell, level) + "; as asked for";
+  double compliance = 0.0;
+  for (const LevelEvidence& l : mean.levels)
+    compliance += l.level.compliance > 0.0 ? l.probability : 0.0;
+  return fmt::format(
+      "{}; mean over {} levels, each by its evidence. Joint compliance is in it at {:.0f} %. The "
+      "likeliest level, at {:.0f} %: {}",
+      words(cell, level), mean.levels.size(), 100.0 * compliance,
+      100.0 * mean.levels.front().probability, words(cell, mean.levels.front().level));
+}
+
+}  // namespace
+
+void require_sound(const Cell& cell, const std::vector<Touch>& touches) {
+  std::vector<bool> fitted(cell.targets.size(), false);
+  for (std::size_t i = 0; i < touches.size(); ++i) {
+    if (touches[i].set == TouchSet::kFit) fitted[cell.target_index(touches[i].target)] = true;
+    for (const double angle : touches[i].joint_rad)
+      if (!std::isfinite(angle))
+        throw IdentifyError(
+            fmt::format("{} of {} has a joint angle that is not a number; leave it out",
+                        touch_words(i, touches[i]), touches.size()));
+  }
+  if (std::none_of(fitted.begin(), fitted.end(), [](bool any) { return any; }))
+    throw IdentifyError("there are no fit touches; nothing to identify from");
+}
+
+Calibration not_identified(const Cell& cell, const std::vector<Touch>& touches,
+                           const IdentifyOptions& options, const std::string& why) {
+  constexpr double kAnywhere = 100.0;  // of what has no prior, in its scales
+  const Cell levelled = at_level(cell, options.level.value_or(ModelLevel{}), touches);
+  const ArmModel arm(levelled);
+  const Problem problem(levelled, arm, touches, rough_places(cell, arm, touches));
+  Estimate e;
+  e.u = Eigen::VectorXd::Zero(problem.size());
+  e.posterior.covariance_u = Eigen::MatrixXd::Zero(problem.size(), problem.size());
+  for (int i = 0; i < problem.size(); ++i) {
+    const double weight = problem.unknowns()[i].prior_weight;
+    e.posterior.covariance_u(i, i) = std::pow(weight > 0.0 ? 1.0 / weight : kAnywhere, 2);
+  }
+  e.levels.transmission = e.levels.compliance = 1.0;
+
+  Calibration calibration;
+  calibration.cell = cell;
+  calibration.level = options.level.value_or(ModelLevel{});
+  calibration.level_reason = "nothing was identified; the nominal arm";
+  const FrameDirections no_frame{Eigen::MatrixXd(problem.size(), 0), {}};
+  fill_parameters(problem, e, no_frame, 1.0, calibration);
+  for (ParameterResult& p : calibration.parameters) p.decided_by = DecidedBy::kPrior;
+  Eigen::VectorXd scale(arm.size());
+  for (int i = 0; i < arm.size(); ++i) scale[i] = problem.unknowns()[i].scale;
+  const Eigen::VectorXd x = problem.to_si(e.u);
+  const Eigen::MatrixXd covariance = e.posterior.covariance_u.topLeftCorner(arm.size(), arm.size());
+  const auto predicted_m = [&](const std::vector<JointVector>& poses) {
+    return poses.size() < 3
+               ? calibration.predicted_m3_m
+               : predicted_mean_error_m(aligned_moves(arm, poses, x.data(), scale), covariance,
+                                        ripple_variance_m2(arm, poses, 0.0));
+  };
+  calibration.predicted_m3_m = predicted_m(workspace_poses(arm, options.region_poses, kRegionSeed));
+  calibration.predicted_m2_m =
+      predicted_m(poses_near_targets(problem, calibration.targets, options.region_poses));
+  fill_residuals(problem, x, std::vector<bool>(touches.size(), false), calibration);
+  calibration.verdict.reasons = {"not identified: " + why};
+  return calibration;
+}
+
+Calibration identify_as_stated(const Cell& cell, const std::vector<Touch>& touches,
+                               const IdentifyOptions& options) {
+  require_sound(cell, touches);
+  // The fullest level first: outliers are judged by a model that can explain all that an arm does,
+  // and the evidence of every simpler level follows from its linearisation.
+  const Cell levelled = at_level(cell, options.level.value_or(ModelLevel{}), touches);
+  const ArmModel arm(levelled);
+  const auto places = starting_places(cell, arm, touches);
+  Problem problem(levelled, arm, touches, places);
+  const Repeats repeats = weigh_repeats(problem);
+  std::vector<ModelLevel> levels = usual_levels();
+  if (options.level) levels = {{1.0, 1.0, options.level->ripple_rad}};
+  Estimate e = estimate(problem, options, std::move(levels));
+  const bool together = options.with_discrepancy && !options.level;
+  Calibration calibration;
+  if (together) calibration.discrepancy = estimate_together(problem, options, repeats, e);
+  const LevelMean& mean = e.levels;
+
+  calibration.cell = cell;
+  calibration.level = options.level.value_or(ModelLevel{1.0, mean.transmission, mean.ripple_rad});
+  calibration.levels = mean.levels;
+  if (options.level) calibration.levels.front().level = *options.level;
+  calibration.level_reason = level_reason(cell, calibration.level, mean, options.level.has_value());
+  double sum = 0.0, held = 0.0, noise = 0.0, of_places = 0.0;
+  const Eigen::VectorXd alone = residuals_alone(e.posterior);
+  for (const auto& [touch, row] : e.posterior.linear.touch_row)
+    for (int k = 0; k < problem.rows(touch); ++k) {
+      sum += std::pow(e.posterior.linear.residual[row + k], 2);
+      held += 1.0 - e.posterior.leverage[row + k];
+      if (k >= problem.place_rows(touch)) continue;  // turns are no distance
+      noise += std::pow(alone[row + k] * problem.sigma_m(touch), 2);
+      of_places += 1.0 - e.posterior.leverage[row + k];
+    }
+  const double dof = std::max(held, 1.0);
+  calibration.chi2 = sum;
+  calibration.degrees_of_freedom = dof;
+  calibration.chi2_per_dof = sum / dof;
+  calibration.touch_noise_m = std::sqrt(noise / std::max(of_places, 1.0));
+  calibration.repeats = {repeats.touches, repeats.scatter_m, repeats.degrees_of_freedom,
+                         repeats.used_m};
+  if (!together && !options.level) {
+    if (calibration.touch_noise_m > kNothingM)
+      calibration.discrepancy.alike = alike_sigmas(problem, e, calibration.chi2_per_dof);
+    calibration.discrepancy.sigma_m =
+        untold_field_m(problem, e, repeats, calibration.touch_noise_m);
+  }
+  // Scatter beyond the stated noise is not explained away: it widens every bound.
+  const double inflation = std::max(1.0, calibration.chi2_per_dof);
+
+  Eigen::VectorXd scale(arm.size());
+  for (int i = 0; i < arm.size(); ++i) scale[i] = problem.unknowns()[i].scale;
+  const Eigen::VectorXd x = problem.to_si(e.u);
+  const auto moves_of = [&](const std::vector<JointVector>& poses) {
+    return aligned_moves(arm, poses, x.data(), scale);
+  };
+  auto workspace = workspace_poses(arm, kFramePoses, kRegionSeed);
+  Eigen::VectorXd stiff_x = x;
+  for (int i = 0; i < arm.size(); ++i)
+    if (arm.parameters()[static_cast<std::size_t>(i)].kind == ArmParameterKind::kDeflection)
+      stiff_x[i] = 0.0;
+  const TipMoves stiff = tip_moves(arm, workspace, stiff_x.data(), scale);
+  Eigen::MatrixXd moves = aligned(stiff);  // a tool that bends changes them by thousandths
+  const FrameDirections frame = find_frame_directions(problem, e.posterior.linear, stiff, moves);
+  calibration.unidentifiable = frame.words;
+  calibration.observability = observability(problem, e.posterior.linear, frame.basis_u);
+  fill_parameters(problem, e, frame, inflation, calibration);
+  const Eigen::MatrixXd arm_covariance =
+      inflation * e.posterior.covariance_u.topLeftCorner(arm.size(), arm.size());
+  const double field_m2 = 3.0 * std::pow(calibration.discrepancy.sigma_m, 2);
+  const auto stays_m2 = [&](const std::vector<JointVector>& poses) -> Eigen::VectorXd {
+    return ripple_variance_m2(arm, poses, calibration.level.ripple_rad).array() + field_m2;
+  };
+  const auto predicted_m = [&](const std::vector<JointVector>& poses,
+                               const Eigen::MatrixXd& their_moves) {
+    return predicted_mean_error_m(their_moves, arm_covariance, stays_m2(poses));
+  };
+  // The nominal arm's, by what was found and by what its tolerances foresaw.
+  const auto nominal_m = [&](const std::vector<JointVector>& poses,
+                             const Eigen::MatrixXd& their_moves) {
+    const Eigen::MatrixXd tolerances = Eigen::MatrixXd::Identity(arm.size(), arm.size());
+    return std::max(
+        predicted_mean_error_m(their_moves, tolerances, stays_m2(poses)),
+        predicted_mean_error_m(their_moves, arm_covariance,
+                               stays_m2(poses) + distances_m2(arm, poses, nullptr, x.data())));
+  };
+  if (options.region_poses != kFramePoses) {
+    workspace = workspace_poses(arm, options.region_poses, kRegionSeed);
+    moves = moves_of(workspace);
+  }
+  calibration.predicted_m3_m = predicted_m(workspace, moves);
+  calibration.nominal_m3_m = nominal_m(workspace, moves);
+  calibration.predicted_m2_m = calibration.predicted_m3_m;
+  calibration.nominal_m2_m = calibration.nominal_m3_m;
+  const auto local = poses_near_targets(problem, calibration.targets, options.region_poses);
+  if (local.size() >= 3) {
+    const Eigen::MatrixXd local_moves = moves_of(local);
+    calibration.predicted_m2_m = predicted_m(local, local_moves);
+    calibration.nominal_m2_m = nominal_m(local, local_moves);
+  }
+
+  std::vector<bool> outlier(touches.size(), false);
+  for (std::size_t i = 0; i < touches.size(); ++i)
+    outlier[i] = touches[i].set == TouchSet::kFit && !e.use[i];
+  for (const std::size_t i : gross_check_touches(problem, calibration)) outlier[i] = true;
+  fill_residuals(problem, problem.to_si(e.u), outlier, calibration);
+  const Others others = touches_and_tolerances(problem, e);
+  calibration.lengths = lengths_by_others(problem, e, others, sum, dof);
+  calibration.sizes = sizes_by_others(problem, e, others, sum, dof);
+  calibration.outliers = named_outliers(problem, e, calibration);
+  // Asked for before: what the arm does beside the model looks like moves and jumps.
+  if (!together) calibration.moved = suspected_moves(problem, e, calibration.chi2_per_dof);
+  // A level that was asked for may lack what the arm does, and that looks like jumps.
+  if (!options.level && !together)
+    calibration.jumped = suspected_jump(problem, e, calibration.chi2_per_dof);
+  calibration.verdict = judge(problem, calibration);
+  return calibration;
+}
+
+}  // namespace cellcal::calib

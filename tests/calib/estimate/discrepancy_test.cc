@@ -1,0 +1,211 @@
+// What an arm does beside the model is estimated instead of refused, stands in every bound, and
+// does not shrink with the number of touches.
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <numeric>
+
+#include "calib/identify/identify.h"
+#include "calib/model/random.h"
+#include "calib/uncertainty/predict.h"
+#include "calib/uncertainty/region.h"
+#include "tests/calib/simulate.h"
+
+namespace cellcal::calib {
+namespace {
+
+using testing::demo_cell;
+using testing::make_touches;
+using testing::plain_truth;
+
+std::string words_of(const Calibration& c) {
+  return fmt::format("{}", fmt::join(c.verdict.reasons, "\n"));
+}
+
+/// An error of the tip, smooth in the posture: many waves over some 0.6 rad of the first three
+/// axes.
+class Field {
+ public:
+  Field(double sigma_m, unsigned seed) {
+    constexpr int kWaves = 60;
+    constexpr double kReachRad = 0.6;
+    Random random(seed);
+    for (int k = 0; k < kWaves; ++k) {
+      Wave wave;
+      for (double& c : wave.along) c = sigma_m * std::sqrt(2.0 / kWaves) * random.normal();
+      for (int i = 0; i < 3; ++i) wave.by_axis.push_back(random.normal() / kReachRad);
+      wave.phase = random.uniform(0.0, 6.283);
+      waves_.push_back(wave);
+    }
+  }
+  Eigen::Vector3d at(const JointVector& q) const {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    for (const Wave& w : waves_)
+      sum += w.along *
+             std::cos(std::inner_product(w.by_axis.begin(), w.by_axis.end(), q.begin(), w.phase));
+    return sum;
+  }
+
+ private:
+  struct Wave {
+    Eigen::Vector3d along;
+    std::vector<double> by_axis;
+    double phase = 0.0;
+  };
+  std::vector<Wave> waves_;
+};
+
+/// The touch that the same arm makes where its tip is `off_m` beside.
+void displace(Touch& touch, const sim::Truth& truth, const Eigen::Vector3d& off_m, double noise_m) {
+  const Eigen::Vector3d tip =
+      truth.arm.position(truth.arm.prepare(touch.joint_rad), truth.errors.data());
+  const Eigen::Vector3d normal =
+      (tip - truth.centre_m[demo_cell().target_index(touch.target)]).normalized();
+  const Eigen::VectorXd along =
+      truth.arm.nominal_jacobian(touch.joint_rad).topRows<3>().transpose() * normal;
+  const double by_m = noise_m - off_m.dot(normal);
+  for (std::size_t i = 0; i < touch.joint_rad.size(); ++i)
+    touch.joint_rad[i] += by_m * along[static_cast<Eigen::Index>(i)] / along.squaredNorm();
+}
+
+struct Session {
+  int fit = 100;
+  int repeated = 0;  ///< places that are touched four times
+  double noise_m = 0.03e-3;
+  unsigned seed = 1;
+};
+
+std::vector<Touch> touches_of(const Session& session, const sim::Truth& truth, const Field& field) {
+  const auto made =
+      make_touches(demo_cell(), truth, {.fit = session.fit, .noise_m = 0.0, .seed = session.seed});
+  Random random(session.seed + 500);
+  std::vector<Touch> touches;
+  for (std::size_t i = 0; i < made.touches.size(); ++i) {
+    const int times = static_cast<int>(i) < session.repeated ? 4 : 1;
+    for (int k = 0; k < times; ++k) {
+      touches.push_back(made.touches[i]);
+      displace(touches.back(), truth, field.at(made.touches[i].joint_rad),
+               session.noise_m * random.normal());
+    }
+  }
+  return touches;
+}
+
+/// Over postures of the whole workspace, a motion of the base taken out.
+struct Judged {
+  double covered = 0.0, mean_m = 0.0;
+};
+Judged judged(const Calibration& c, const sim::Truth& truth, const Field& field) {
+  const Predictor predictor(c);
+  const ArmModel model(demo_cell().robot, demo_cell().tool);
+  const auto poses = workspace_poses(model, 300, 7);
+  const auto n = static_cast<Eigen::Index>(poses.size());
+  Eigen::Matrix3Xd real(3, n), foreseen(3, n);
+  Eigen::VectorXd u95(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const JointVector& q = poses[static_cast<std::size_t>(i)];
+    const Prediction p = predictor.calibrated(q);
+    real.col(i) = truth.arm.position(truth.arm.prepare(q), truth.errors.data()) + field.at(q);
+    foreseen.col(i) = p.tcp.translation();
+    u95[i] = p.u95_m;
+  }
+  const Eigen::Matrix4d motion = Eigen::umeyama(foreseen, real, false);
+  const Eigen::VectorXd off =
+      ((motion.topLeftCorner<3, 3>() * foreseen).colwise() + motion.topRightCorner<3, 1>() - real)
+          .colwise()
+          .norm()
+          .transpose();
+  return {static_cast<double>((off.array() <= u95.array()).count()) / static_cast<double>(n),
+          off.mean()};
+}
+
+Cell stating(double sigma_m) {
+  Cell cell = demo_cell();
+  cell.touch_sigma_m = sigma_m;
+  return cell;
+}
+
+// What is foreseen is too small on some arms: of those in tests/experiments/discrepancy the worst
+// was off by 1.9 times as much.
+constexpr double kUnderstated = 2.0;
+
+TEST(Discrepancy, IsEstimatedInsteadOfRefusedAndItsBoundHoldsWhereNoTouchWas) {
+  for (const unsigned seed : {1u, 2u}) {
+    SCOPED_TRACE(seed);
+    const sim::Truth truth = plain_truth(demo_cell(), seed);
+    const Field field(0.25e-3, seed);
+    // With half as many touches it is told from noise in most arms, not in all.
+    const Calibration c =
+        identify(stating(0.03e-3), touches_of({.fit = 200, .seed = seed}, truth, field));
+    EXPECT_TRUE(c.verdict.publish) << words_of(c);
+    EXPECT_TRUE(c.discrepancy.estimated);
+    EXPECT_NEAR(c.discrepancy.sigma_m, 0.25e-3, 0.15e-3);
+    EXPECT_NE(words_of(c).find("model error: "), std::string::npos) << words_of(c);
+    EXPECT_NE(words_of(c).find("Touch five places"), std::string::npos) << words_of(c);
+    const Judged real = judged(c, truth, field);
+    EXPECT_GT(real.covered, 0.85);
+    EXPECT_LT(real.mean_m, kUnderstated * c.predicted_m3_m);
+  }
+}
+
+TEST(Discrepancy, IsNotHiddenByATouchSigmaThatIsTheWholeMisfit) {
+  const sim::Truth truth = plain_truth(demo_cell(), 3);
+  const Field field(0.25e-3, 3);
+  for (const int repeated : {0, 6}) {
+    SCOPED_TRACE(repeated);
+    const Calibration c =
+        identify(stating(0.2e-3), touches_of({.repeated = repeated, .seed = 3}, truth, field));
+    EXPECT_TRUE(c.verdict.publish) << words_of(c);
+    EXPECT_GT(c.discrepancy.sigma_m, 0.1e-3);
+    const Judged real = judged(c, truth, field);
+    EXPECT_GT(real.covered, 0.85);
+    EXPECT_LT(real.mean_m, kUnderstated * c.predicted_m3_m);
+  }
+}
+
+TEST(Discrepancy, DoesNotShrinkWithTheNumberOfTouches) {
+  const sim::Truth truth = plain_truth(demo_cell(), 4);
+  const Field field(0.25e-3, 4);
+  const auto of = [&](int fit) {
+    return identify(stating(0.2e-3), touches_of({.fit = fit, .seed = 4}, truth, field));
+  };
+  const Calibration many = of(500);
+  EXPECT_GT(many.predicted_m3_m, 0.2e-3);  // 0.25 mm in each of three directions stay
+  EXPECT_GT(judged(many, truth, field).covered, 0.85);
+}
+
+TEST(Discrepancy, OfAnArmThatIsAsItsModelIsNone) {
+  const sim::Truth truth = plain_truth(demo_cell(), 5);
+  const Field none(0.0, 5);
+  for (const int repeated : {0, 6}) {
+    const auto touches = touches_of({.repeated = repeated, .seed = 5}, truth, none);
+    const Calibration c = identify(stating(0.03e-3), touches);
+    EXPECT_TRUE(c.verdict.publish) << words_of(c);
+    EXPECT_EQ(c.discrepancy.sigma_m, 0.0);
+    EXPECT_FALSE(c.discrepancy.estimated);
+    EXPECT_LT(c.discrepancy.alike, 4.0);
+    EXPECT_EQ(words_of(c).find("model error"), std::string::npos) << words_of(c);
+  }
+}
+
+TEST(Discrepancy, IsNotWhatRepeatsShowToBeNoise) {
+  const sim::Truth truth = plain_truth(demo_cell(), 6);
+  const Field none(0.0, 6);
+  const auto of = [&](int repeated) {
+    return identify(stating(0.15e-3),
+                    touches_of({.repeated = repeated, .noise_m = 0.15e-3, .seed = 6}, truth, none));
+  };
+  const Calibration unknown = of(0), noise = of(10);
+  EXPECT_NEAR(unknown.discrepancy.sigma_m, 0.14e-3, 0.04e-3);  // nobody has shown that it is noise
+  EXPECT_NE(words_of(unknown).find("no repeats show that it is noise"), std::string::npos)
+      << words_of(unknown);
+  EXPECT_EQ(noise.discrepancy.sigma_m, 0.0) << words_of(noise);
+  EXPECT_LT(noise.predicted_m3_m, unknown.predicted_m3_m);
+}
+
+}  // namespace
+}  // namespace cellcal::calib

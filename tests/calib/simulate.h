@@ -1,0 +1,42 @@
+#pragma once
+// Touches of a simulated cell with a known truth.
+
+#include <vector>
+
+#include "calib/model/robot.h"
+#include "calib/model/touch.h"
+#include "sim/cell/truth.h"
+
+namespace cellcal::calib::testing {
+
+/// The demo cell: a KR 5 and four spheres with certified lengths.
+const Cell& demo_cell();
+/// Its first sphere alone.
+const Cell& one_sphere_cell();
+
+struct Making {
+  int fit = 60;
+  int check = 0;               ///< about as many, spread evenly over the targets
+  double noise_m = 3e-5;       ///< 1 sigma along the normal (per component for points)
+  double rho_m = 0.0;          ///< the circuit closes this far outside the surface
+  double outlier_share = 0.0;  ///< of the fit touches, off by 0.5 to 20 mm either way
+  double widest_rad = 3.2;     ///< touch normals are at most this far from straight up
+  double cone_rad = 0.7;       ///< the tool's shaft is at most this far from the inward normal
+  unsigned seed = 1;
+};
+
+struct Made {
+  std::vector<Touch> touches;  ///< fit and check touches mixed, targets in turn
+  std::vector<std::size_t> outliers;
+};
+
+/// Throws std::runtime_error when a target is out of reach.
+Made make_touches(const Cell& cell, const sim::Truth& truth, const Making& making);
+
+/// The truth of a cell whose file is right in everything but what it estimates.
+sim::Truth plain_truth(const Cell& cell, std::uint64_t seed);
+
+/// Value of the true arm's parameter with this name, 0 where it has none.
+double true_value(const sim::Truth& truth, const std::string& name);
+
+}  // namespace cellcal::calib::testing

@@ -1,0 +1,232 @@
+// What no touch can tell is said in words, and what a result is good for.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "calib/files/files.h"
+#include "calib/identify/identify.h"
+#include "calib/verdict/identify_as_stated.h"
+#include "tests/calib/simulate.h"
+
+namespace cellcal::calib {
+namespace {
+
+using testing::demo_cell;
+using testing::make_touches;
+using testing::one_sphere_cell;
+using testing::plain_truth;
+
+Calibration of(const Cell& cell, testing::Making making = {}) {
+  return identify(cell, make_touches(cell, plain_truth(cell, making.seed), making).touches);
+}
+
+bool some_words(const Calibration& result, std::initializer_list<const char*> all_of) {
+  for (const UnidentifiableDirection& direction : result.unidentifiable) {
+    bool all = true;
+    for (const char* word : all_of) all = all && direction.words.find(word) != std::string::npos;
+    if (all) return true;
+  }
+  return false;
+}
+
+std::string all_words(const Calibration& result) {
+  std::string text;
+  for (const UnidentifiableDirection& direction : result.unidentifiable)
+    text += direction.words + "\n";
+  return text;
+}
+
+std::string all_reasons(const Calibration& result) {
+  std::string text;
+  for (const std::string& reason : result.verdict.reasons) text += reason + "\n";
+  return text;
+}
+
+/// From the first axis to the flange, stretched out.
+double reach_of(const Robot& robot) {
+  double sum = robot.joints.front().a_m;
+  for (std::size_t i = 1; i < robot.joints.size(); ++i)
+    sum += std::hypot(robot.joints[i].d_m, robot.joints[i].a_m);
+  return sum;
+}
+
+/// A cell of another arm: tool, places and lengths as large to it as the cell's are to its own, or
+/// a little less.
+Cell with_arm(Cell cell, const std::string& file) {
+  const Robot robot = load_robot(CELLCAL_ROBOTS_FOLDER "/" + file);
+  const double size = 0.8 * reach_of(robot) / reach_of(cell.robot);
+  const double shoulder_m = robot.joints.front().d_m,
+               its_shoulder_m = cell.robot.joints.front().d_m;
+  cell.robot = robot;
+  cell.tool.tcp.translation() *= size;
+  cell.tool.com_m *= size;
+  cell.tool.length_m *= size;
+  cell.tool.mass_kg *= std::min(1.0, std::pow(size, 3));
+  for (Target& target : cell.targets) {
+    target.centre_m.z() -= its_shoulder_m;
+    target.centre_m *= size;
+    target.centre_m.z() += shoulder_m;
+  }
+  for (CertifiedLength& length : cell.lengths) length.length_m *= size;
+  return cell;
+}
+
+/// The three directions that no number of free spheres can tell, and no fourth.
+void expect_the_three(const Calibration& result) {
+  const std::string first = result.cell.robot.joints.front().name,
+                    last = result.cell.robot.joints.back().name;
+  EXPECT_EQ(result.frame_basis.cols(), 3);
+  EXPECT_TRUE(
+      some_words(result, {"turning", ("zero of " + first).c_str(), "all targets", "convention"}))
+      << all_words(result);
+  EXPECT_TRUE(some_words(result, {"raising", (first + ".d").c_str(), "all targets", "convention"}))
+      << all_words(result);
+  EXPECT_TRUE(some_words(result, {("last axis " + last + ".").c_str(), "convention"}))
+      << all_words(result);
+  int conventions = 0;
+  for (const UnidentifiableDirection& direction : result.unidentifiable)
+    conventions += direction.words.find("convention") != std::string::npos;
+  EXPECT_EQ(conventions, 3) << all_words(result);
+}
+
+TEST(Scope, OneSphereNamesExactlyTheThreeFrameDirections) {
+  for (unsigned seed = 1; seed <= 5; ++seed)
+    expect_the_three(of(one_sphere_cell(), {.fit = 60, .seed = seed}));
+}
+
+TEST(Scope, FourSpheresNameExactlyTheSameThree) {
+  for (unsigned seed = 1; seed <= 5; ++seed)
+    expect_the_three(of(demo_cell(), {.fit = 100, .seed = seed}));
+}
+
+TEST(Scope, ArmsOfEverySizeNameTheSameThree) {
+  for (const char* file : {"kr3_r540.toml", "kr4_r600.toml", "kr6_r700_2.toml", "kr7_r900_3.toml",
+                           "kr560_r3100_2.toml"}) {
+    SCOPED_TRACE(file);
+    expect_the_three(of(with_arm(one_sphere_cell(), file), {.fit = 60}));
+    expect_the_three(of(with_arm(demo_cell(), file), {.fit = 100}));
+  }
+}
+
+TEST(Scope, AToolThatBendsByCentimetresNamesTheSameThree) {
+  Cell cell = demo_cell();
+  const sim::Truth stiff = plain_truth(cell, 1);
+  sim::Truth soft = stiff;
+  for (int p = 0; p < soft.arm.size(); ++p)
+    if (soft.arm.parameters()[static_cast<std::size_t>(p)].name == "tool.c_t")
+      soft.errors[p] = 0.05;
+  expect_the_three(identify(cell, make_touches(cell, soft, {.fit = 100}).touches));
+}
+
+TEST(Scope, AComplianceThatMovesNothingIsNoMatterOfFrame) {
+  const Calibration result = of(with_arm(one_sphere_cell(), "kr3_r540.toml"), {.fit = 60});
+  EXPECT_TRUE(some_words(result, {"A6.compliance moves the tip by less than a micrometre"}))
+      << all_words(result);
+  EXPECT_FALSE(some_words(result, {"A6.compliance", "convention"})) << all_words(result);
+  for (const ParameterResult& p : result.parameters) {
+    if (p.name == "A6.compliance") {
+      EXPECT_EQ(p.decided_by, DecidedBy::kPrior);
+    }
+  }
+}
+
+TEST(Scope, FrameDirectionsMoveNoTouch) {
+  const Cell cell = one_sphere_cell();
+  const auto made = make_touches(cell, plain_truth(cell, 1), {.fit = 60});
+  const Calibration result = identify(cell, made.touches);
+  // A step along each direction, of the size of the tolerances, in arm and centre together.
+  const Cell levelled = at_level(cell, result.level);
+  const ArmModel arm(levelled.robot, levelled.tool);
+  const auto n = static_cast<Eigen::Index>(result.parameters.size());
+  Eigen::VectorXd at(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const ParameterResult& p = result.parameters[static_cast<std::size_t>(i)];
+    at[i] = p.nominal + p.correction;
+  }
+  Eigen::Index centre = 0;
+  while (result.parameters[static_cast<std::size_t>(centre)].name != "S1.x") ++centre;
+  for (Eigen::Index c = 0; c < result.frame_basis.cols(); ++c) {
+    const Eigen::VectorXd step = 0.1 * result.frame_basis.col(c);
+    double worst = 0.0;
+    for (const Touch& touch : made.touches) {
+      const PreparedPose pose = arm.prepare(touch.joint_rad);
+      const auto distance = [&](const Eigen::VectorXd& x) {
+        return (arm.position(pose, x.data()) - x.segment<3>(centre)).norm();
+      };
+      worst = std::max(worst, std::abs(distance(at + step) - distance(at - step)) / 2);
+    }
+    EXPECT_LT(worst, 1e-6) << "direction " << c;  // a millimetre or a milliradian moves tips 1 mm
+  }
+}
+
+TEST(Scope, OneSphereClaimsNothingAwayFromItself) {
+  const Calibration result = of(one_sphere_cell(), {.fit = 60, .check = 10});
+  EXPECT_FALSE(result.verdict.workspace);
+  EXPECT_NE(all_reasons(result).find("no certified length"), std::string::npos);
+}
+
+TEST(Scope, CertifiedLengthsTouchedAtBothEndsOpenTheWorkspace) {
+  const Calibration result = of(demo_cell(), {.fit = 100, .check = 20});
+  EXPECT_TRUE(result.verdict.publish) << all_reasons(result);
+  EXPECT_TRUE(result.verdict.workspace);
+  EXPECT_NE(all_reasons(result).find("certified length"), std::string::npos);
+}
+
+TEST(Scope, ALengthTouchedAtOneEndOnlyDoesNot) {
+  auto made = make_touches(demo_cell(), plain_truth(demo_cell(), 1), {.fit = 160});
+  std::erase_if(made.touches, [](const Touch& touch) { return touch.target != "S1"; });
+  EXPECT_FALSE(identify(demo_cell(), made.touches).verdict.workspace);
+}
+
+TEST(Scope, SpheresWithoutLengthsDoNot) {
+  Cell cell = demo_cell();
+  cell.lengths.clear();
+  EXPECT_FALSE(of(cell, {.fit = 100}).verdict.workspace);
+}
+
+TEST(Scope, TheWorkspaceIsPredictedWorseWithoutALength) {
+  Cell cell = demo_cell();
+  const auto made = make_touches(cell, plain_truth(cell, 1), {.fit = 100});
+  const double with = identify(cell, made.touches).predicted_m3_m;
+  cell.lengths.clear();
+  EXPECT_GT(identify(cell, made.touches).predicted_m3_m, 1.2 * with);
+}
+
+TEST(Verdict, TakesTouchesThatScatterMoreThanTheCellFileSaysForWhatTheyAre) {
+  const Calibration result = of(demo_cell(), {.fit = 100, .noise_m = 2e-4});
+  EXPECT_TRUE(result.verdict.publish) << all_reasons(result);
+  EXPECT_NE(all_reasons(result).find("model error"), std::string::npos) << all_reasons(result);
+  EXPECT_GT(result.predicted_m3_m, 2e-4);
+}
+
+TEST(Verdict, AsStatedBlocksTouchesThatScatterMoreAndSaysWhatToDo) {
+  const auto made =
+      make_touches(demo_cell(), plain_truth(demo_cell(), 1), {.fit = 100, .noise_m = 2e-4});
+  const Calibration result = identify_as_stated(demo_cell(), made.touches);
+  EXPECT_FALSE(result.verdict.publish);
+  EXPECT_NE(all_reasons(result).find("chi^2"), std::string::npos) << all_reasons(result);
+  EXPECT_NE(all_reasons(result).find("five places"), std::string::npos) << all_reasons(result);
+}
+
+TEST(Verdict, BlocksASphereTouchedAtOneSpotOnly) {
+  const Calibration result = of(demo_cell(), {.fit = 100, .widest_rad = 0.02});
+  EXPECT_FALSE(result.verdict.publish);
+  EXPECT_NE(all_reasons(result).find("too few directions"), std::string::npos)
+      << all_reasons(result);
+}
+
+TEST(Verdict, BlocksAResultWithTooManyOutliers) {
+  const Calibration result = of(demo_cell(), {.fit = 100, .outlier_share = 0.3});
+  EXPECT_FALSE(result.verdict.publish);
+  EXPECT_NE(all_reasons(result).find("outliers"), std::string::npos) << all_reasons(result);
+}
+
+TEST(Verdict, SaysWhenNoTouchWasHeldOut) {
+  EXPECT_NE(all_reasons(of(demo_cell(), {.fit = 100})).find("no check touches"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace cellcal::calib

@@ -1,0 +1,360 @@
+// What a verdict withholds a result for, reason by reason.
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include "calib/consistency/lengths.h"
+#include "calib/identify/identify.h"
+#include "calib/verdict/identify_as_stated.h"
+#include "tests/calib/simulate.h"
+
+namespace cellcal::calib {
+namespace {
+
+using testing::demo_cell;
+using testing::make_touches;
+using testing::one_sphere_cell;
+using testing::plain_truth;
+
+std::string words_of(const Calibration& c) {
+  return fmt::format("{}", fmt::join(c.verdict.reasons, "\n"));
+}
+
+std::vector<Touch> touches_of(const Cell& cell, int fit, unsigned seed) {
+  return make_touches(cell, plain_truth(cell, seed), {.fit = fit, .seed = seed}).touches;
+}
+
+/// The demo cell's touches with only ten of its last sphere, whose centre nobody states.
+struct FewOfOne {
+  Cell cell = demo_cell();
+  std::vector<Touch> touches;
+  std::vector<std::size_t> of_it;
+
+  explicit FewOfOne(unsigned seed) {
+    Target& last = cell.targets.back();
+    last.has_centre = false;
+    const std::string id = last.id;
+    for (const Touch& touch : touches_of(demo_cell(), 120, seed)) {
+      if (touch.target == id && of_it.size() == 10) continue;
+      if (touch.target == id) of_it.push_back(touches.size());
+      touches.push_back(touch);
+    }
+    std::erase_if(cell.lengths, [&](const CertifiedLength& length) {
+      return length.from == id || length.to == id;
+    });
+  }
+};
+
+TEST(Verdict, OneTouchLeftOutWithholdsOnlyWhereHardlyAnyOthersOfItsTargetAreLeft) {
+  const Cell& cell = demo_cell();
+  const std::string id = cell.targets.back().id;
+  for (const int own : {4, 5}) {
+    std::vector<Touch> touches;
+    int count = 0;
+    for (const Touch& touch :
+         make_touches(cell, plain_truth(cell, 3), {.fit = 80, .check = 10, .seed = 3}).touches) {
+      if (touch.target == id && touch.set == TouchSet::kFit && ++count > own) continue;
+      touches.push_back(touch);
+      if (count == 2 && touch.target == id && touch.set == TouchSet::kFit)
+        touches.back().joint_rad[0] += 0.02;  // centimetres
+    }
+    const Calibration c = identify(cell, touches);
+    EXPECT_EQ(c.outliers.size(), 1u);
+    EXPECT_EQ(c.verdict.publish, own == 5) << words_of(c);
+    EXPECT_EQ(words_of(c).find("outliers: 1 of 4 fit touches of " + id) != std::string::npos,
+              own == 4)
+        << words_of(c);
+  }
+}
+
+TEST(GrossErrors, AmongFewTouchesOfATargetAreNamedAndTheTargetIsAskedForAgain) {
+  for (unsigned seed = 1; seed <= 5; ++seed) {
+    FewOfOne few(seed);
+    for (const std::size_t k : {1, 4})
+      few.touches[few.of_it[k]].joint_rad[0] += 0.02;  // centimetres
+    const Calibration c = identify(few.cell, few.touches);
+    std::vector<std::size_t> named;
+    for (const Outlier& outlier : c.outliers) named.push_back(outlier.touch);
+    EXPECT_EQ(named, (std::vector<std::size_t>{few.of_it[1], few.of_it[4]})) << seed;
+    EXPECT_FALSE(c.verdict.publish);
+    EXPECT_NE(words_of(c).find("2 of 10 fit touches of " + few.cell.targets.back().id),
+              std::string::npos)
+        << words_of(c);
+  }
+}
+
+TEST(Verdict, OfAHandfulOfTouchesIsWithheldForRank) {
+  const Calibration c = identify(one_sphere_cell(), touches_of(one_sphere_cell(), 6, 1));
+  EXPECT_FALSE(c.verdict.publish);
+  EXPECT_NE(words_of(c).find("rank: the touches tell "), std::string::npos) << words_of(c);
+}
+
+TEST(Verdict, NamesACertifiedLengthThatTheTouchesContradict) {
+  Cell cell = demo_cell();
+  const auto touches = touches_of(cell, 100, 2);
+  ASSERT_TRUE(identify(cell, touches).verdict.publish);
+  CertifiedLength twice = cell.lengths.front();
+  twice.length_m += 0.5e-3;
+  cell.lengths.push_back(twice);
+  const Calibration c = identify(cell, touches);
+  EXPECT_FALSE(c.verdict.publish);
+  EXPECT_NE(words_of(c).find("certified length: by all else " + twice.from + " and " + twice.to),
+            std::string::npos)
+      << words_of(c);
+  EXPECT_NE(words_of(c).find("mm apart instead of 700.786 mm; check it"), std::string::npos)
+      << "the second of the two that cannot both be right is the wrong one\n"
+      << words_of(c);
+}
+
+TEST(Verdict, LengthsThatAreRightAreNotContradicted) {
+  double most = 0.0, squares = 0.0;
+  int lengths = 0;
+  for (unsigned seed = 1; seed <= 30; ++seed) {
+    sim::TruthOptions truth;
+    truth.seed = seed;
+    truth.gear_arcsec = 20.0;
+    const auto made =
+        make_touches(demo_cell(), sim::draw_truth(demo_cell(), truth), {.fit = 80, .seed = seed});
+    for (const LengthResult& length : identify(demo_cell(), made.touches).lengths) {
+      most = std::max(most, contradiction(length));
+      squares += std::pow(contradiction(length), 2);
+      ++lengths;
+    }
+  }
+  EXPECT_EQ(lengths, 180);
+  EXPECT_LT(most, 4.0);
+  EXPECT_LT(std::sqrt(squares / lengths), 1.1);
+  EXPECT_GT(std::sqrt(squares / lengths), 0.5) << "sigmas that are too large hide what is wrong";
+}
+
+TEST(Verdict, ALengthDoesNotConfirmItself) {
+  // Twice, the second time from the other end; among all, and these two alone.
+  for (const bool alone : {false, true}) {
+    SCOPED_TRACE(alone);
+    Cell cell = demo_cell();
+    const auto touches = touches_of(cell, 100, 2);
+    if (alone) cell.lengths.resize(1);
+    CertifiedLength& first = cell.lengths.front();
+    first.length_m += alone ? 0.02 : 0.5e-3;
+    CertifiedLength again = first;
+    std::swap(again.from, again.to);
+    cell.lengths.push_back(again);
+    const Calibration c = identify(cell, touches);
+    EXPECT_FALSE(c.verdict.publish);
+    EXPECT_NE(words_of(c).find("without the certified length of S"), std::string::npos)
+        << words_of(c);
+  }
+}
+
+TEST(Verdict, ALengthIsNotBelievedForBeingCertifiedToNothing) {
+  Cell cell = demo_cell();
+  const auto touches = touches_of(cell, 100, 2);
+  cell.lengths.resize(1);
+  cell.lengths[0].length_m += 0.02;
+  cell.lengths[0].sigma_m = 1e-9;
+  const Calibration c = identify(cell, touches);
+  ASSERT_EQ(c.lengths.size(), 1u);
+  EXPECT_FALSE(c.verdict.publish) << words_of(c);
+}
+
+TEST(Verdict, SaysThatNothingChecksALoneLength) {
+  Cell cell = demo_cell();
+  const auto touches = touches_of(cell, 100, 2);
+  const std::string unchecked = "unchecked scale: nothing but its certificate says that ";
+  EXPECT_EQ(words_of(identify(cell, touches)).find(unchecked), std::string::npos);
+  cell.lengths.resize(2);
+  EXPECT_EQ(words_of(identify(cell, touches)).find(unchecked), std::string::npos);
+  cell.lengths.resize(1);
+  cell.lengths[0].length_m += 0.5e-3;
+  for (const bool written_twice : {false, true}) {
+    SCOPED_TRACE(written_twice);
+    if (written_twice) cell.lengths.push_back(cell.lengths[0]);
+    const Calibration c = identify(cell, touches);
+    EXPECT_TRUE(c.verdict.publish) << words_of(c);
+    EXPECT_NE(words_of(c).find(unchecked + cell.lengths[0].from + " and " + cell.lengths[0].to),
+              std::string::npos)
+        << words_of(c);
+    EXPECT_NE(words_of(c).find("Certify a second length"), std::string::npos) << words_of(c);
+    EXPECT_NE(words_of(c).find("scope: 1 certified length holds"), std::string::npos)
+        << words_of(c);
+  }
+}
+
+TEST(Verdict, AFewFirstTouchesAreNotSaidToHoldTheScaleNorToHangOnOneCertificate) {
+  const Calibration c = identify(demo_cell(), touches_of(demo_cell(), 8, 2));
+  EXPECT_FALSE(c.verdict.publish);
+  EXPECT_FALSE(c.verdict.workspace);
+  EXPECT_EQ(words_of(c).find("hold the scale, touched"), std::string::npos) << words_of(c);
+  EXPECT_EQ(words_of(c).find("nothing but its certificate"), std::string::npos) << words_of(c);
+}
+
+TEST(Verdict, WithholdsWhatIsForeseenToBeWorseThanAskedFor) {
+  Cell cell = demo_cell();
+  const auto touches = touches_of(cell, 60, 2);
+  const Calibration usual = identify(cell, touches);
+  EXPECT_TRUE(usual.verdict.publish) << words_of(usual);
+  EXPECT_NE(words_of(usual).find("gain: "), std::string::npos) << words_of(usual);
+  EXPECT_NE(words_of(usual).find("2.00 mm allowed"), std::string::npos) << words_of(usual);
+  cell.required_m = 0.9 * usual.predicted_m3_m;
+  const Calibration withheld = identify(cell, touches);
+  EXPECT_FALSE(withheld.verdict.publish);
+  EXPECT_NE(words_of(withheld).find("required: "), std::string::npos) << words_of(withheld);
+  cell.required_m = 1.1 * usual.predicted_m3_m;
+  EXPECT_TRUE(identify(cell, touches).verdict.publish);
+}
+
+TEST(Verdict, WithholdsWhatIsHardlyBetterThanTheNominalArm) {
+  Cell cell = demo_cell();
+  const auto touches = touches_of(cell, 60, 2);
+  for (Joint& joint : cell.robot.joints) {  // drawn and mastered to microns
+    joint.tolerance_length_m = 1e-6;
+    joint.tolerance_angle_rad = 1e-6;
+  }
+  cell.touch_sigma_m = 10e-3;
+  const Calibration c = identify(cell, touches);
+  EXPECT_FALSE(c.verdict.publish);
+  EXPECT_NE(words_of(c).find("no gain: "), std::string::npos) << words_of(c);
+}
+
+TEST(Verdict, NamesTwoStatedCentresThatWereExchanged) {
+  Cell cell = demo_cell();
+  const auto touches = touches_of(cell, 100, 2);
+  std::swap(cell.targets[0].centre_m, cell.targets[1].centre_m);
+  const Calibration c = identify(cell, touches);
+  EXPECT_NE(words_of(c).find("S1 was touched where the cell file states S2"), std::string::npos)
+      << words_of(c);
+}
+
+TEST(Verdict, BeforeIsWithTheToolWhereTheTouchesPutItAsFarAsTheCellFileLeavesItOpen) {
+  Cell cell = demo_cell();
+  const auto touches = touches_of(cell, 60, 2);
+  const double known_m = identify_as_stated(cell, touches).before.mean_m;
+  cell.tool.tcp.translation() += Eigen::Vector3d(4e-3, -4e-3, 3e-3);  // a guess
+  cell.tool.tcp_sigma_m.setConstant(5e-3);
+  const Calibration guessed = identify_as_stated(cell, touches);
+  EXPECT_LT(guessed.before.mean_m, 1.3 * known_m);
+  EXPECT_GT(guessed.before.mean_m, 2.0 * guessed.after.mean_m);
+}
+
+TEST(Verdict, ALengthThatWasMeasuredTwiceIsChecked) {
+  Cell cell = demo_cell();
+  const auto touches = touches_of(cell, 100, 2);
+  cell.lengths.resize(1);
+  CertifiedLength again = cell.lengths[0];
+  std::swap(again.from, again.to);
+  again.length_m += again.sigma_m;
+  cell.lengths.push_back(again);
+  const Calibration right = identify(cell, touches);
+  EXPECT_TRUE(right.verdict.publish) << words_of(right);
+  EXPECT_EQ(words_of(right).find("unchecked scale"), std::string::npos) << words_of(right);
+  cell.lengths[1].length_m += 0.5e-3;
+  const Calibration wrong = identify(cell, touches);
+  EXPECT_FALSE(wrong.verdict.publish);
+  EXPECT_NE(words_of(wrong).find("cannot both be right"), std::string::npos) << words_of(wrong);
+}
+
+TEST(Verdict, AWrongLengthDoesNotHideInTheScatterThatItMakes) {
+  Cell cell = demo_cell();
+  const auto touches = touches_of(cell, 48, 2);
+  ASSERT_TRUE(identify(cell, touches).verdict.publish);
+  cell.lengths[0].length_m += 1e-3;
+  const Calibration c = identify(cell, touches);
+  EXPECT_FALSE(c.verdict.publish);
+  EXPECT_NE(words_of(c).find("certified length: by all else "), std::string::npos) << words_of(c);
+}
+
+TEST(Verdict, ClaimsTheWorkspaceOnlyOfLengthsThatAreCertain) {
+  Cell cell = demo_cell();
+  const auto touches = touches_of(cell, 100, 3);
+  EXPECT_TRUE(identify(cell, touches).verdict.workspace);
+  for (CertifiedLength& length : cell.lengths) length.sigma_m = 5e-3;
+  const Calibration c = identify(cell, touches);
+  EXPECT_FALSE(c.verdict.workspace);
+  EXPECT_NE(words_of(c).find("not certain enough"), std::string::npos) << words_of(c);
+}
+
+TEST(Verdict, TouchesThatAreOthersAgainToTheLastDigitAreNotCountedTwice) {
+  const Cell& cell = demo_cell();
+  const auto once = touches_of(cell, 100, 3);
+  auto twice = once;
+  twice.insert(twice.end(), once.begin(), once.end());
+  const Calibration c = identify(cell, twice);
+  EXPECT_FALSE(c.verdict.publish);
+  EXPECT_NE(words_of(c).find("copies: 100 of 200 touches are others again to the last digit (touch "
+                             "101 is touch 1)"),
+            std::string::npos)
+      << words_of(c);
+  // Measured again, and by chance once to the same digits.
+  auto again = once;
+  again.push_back(once.front());
+  EXPECT_TRUE(identify(cell, again).verdict.publish);
+  // Nor is it a copy where places were touched again and angles rounded to hundredths.
+  constexpr double kStepRad = 0.01 * std::numbers::pi / 180.0;
+  auto rounded = once;
+  std::mt19937 random(1);
+  std::normal_distribution<double> search(0.0, 0.2 * kStepRad);
+  for (int lap = 1; lap < 3; ++lap)
+    for (Touch touch : once) {
+      for (double& angle : touch.joint_rad) angle += search(random);
+      rounded.push_back(touch);
+    }
+  for (Touch& touch : rounded)
+    for (double& angle : touch.joint_rad) angle = std::round(angle / kStepRad) * kStepRad;
+  EXPECT_EQ(words_of(identify(cell, rounded)).find("copies"), std::string::npos);
+  // Unless all of them come in the same order again.
+  std::copy_n(rounded.begin(), 100, rounded.begin() + 100);
+  EXPECT_NE(words_of(identify(cell, rounded)).find("copies"), std::string::npos);
+  // Copies are no test of the fit either.
+  auto held_out = once;
+  for (std::size_t i = 0; i < 20; ++i) {
+    held_out.push_back(once[i]);
+    held_out.back().set = TouchSet::kCheck;
+  }
+  EXPECT_NE(words_of(identify(cell, held_out)).find("copies: 20 of 120"), std::string::npos);
+}
+
+TEST(Verdict, SaysThatATargetStandsElsewhereThanStated) {
+  Cell cell = demo_cell();
+  const auto touches = touches_of(cell, 100, 3);
+  cell.targets[1].centre_m.x() += 0.1;
+  cell.targets[1].centre_sigma_m = 0.01;
+  const Calibration c = identify(cell, touches);
+  EXPECT_NE(words_of(c).find("stated centre: not where the cell file states it is S2 by "),
+            std::string::npos)
+      << words_of(c);
+  EXPECT_EQ(words_of(c).find("S1 by"), std::string::npos) << words_of(c);
+}
+
+TEST(Verdict, NamesTargetsThatWereNotTouched) {
+  const Cell& cell = demo_cell();
+  auto touches = touches_of(cell, 120, 3);
+  EXPECT_EQ(words_of(identify(cell, touches)).find("not touched"), std::string::npos);
+  std::erase_if(touches, [](const Touch& touch) { return touch.target == "S4"; });
+  const Calibration c = identify(cell, touches);
+  EXPECT_TRUE(c.verdict.publish) << words_of(c);
+  EXPECT_NE(words_of(c).find("not touched: S4 of the cell file; 3 certified lengths end there"),
+            std::string::npos)
+      << words_of(c);
+}
+
+TEST(Verdict, NamesASignOfGravityThatIsWrong) {
+  Cell cell = demo_cell();
+  const sim::Truth truth = plain_truth(cell, 4);
+  const auto touches = make_touches(cell, truth, {.fit = 120, .seed = 4}).touches;
+  const Calibration right = identify(cell, touches);
+  cell.robot.gravity_m_s2 *= -1.0;
+  const Calibration c = identify(cell, touches);
+  const double bending = std::abs(testing::true_value(truth, "tool.c_t"));
+  EXPECT_TRUE(right.verdict.publish) << words_of(right);
+  ASSERT_GT(bending, 1e-3) << "this arm's tool hardly bends; take another";
+  EXPECT_FALSE(c.verdict.publish);
+  EXPECT_NE(words_of(c).find("against gravity: tool.c_t"), std::string::npos) << words_of(c);
+}
+
+}  // namespace
+}  // namespace cellcal::calib
