@@ -214,15 +214,6 @@ std::filesystem::path find_robot(const std::string& name, const std::filesystem:
 
 }  // namespace
 
-std::vector<std::filesystem::path> robots_directories() {
-  std::vector<std::filesystem::path> result;
-  if (const char* set = std::getenv("CELLCAL_ROBOTS"); set != nullptr && *set != '\0')
-    result.emplace_back(set);
-  result.emplace_back(CELLCAL_SOURCE_ROBOTS);
-  result.emplace_back("/usr/share/cellcal/robots");
-  return result;
-}
-
 Cell read_cell(const TomlTable& document, Robot robot) {
   document.word("format", {kFormat});
   document.string("robot");

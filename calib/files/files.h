@@ -38,8 +38,9 @@ CellText read_cell_text(const std::filesystem::path& path);
 /// The cell, without its obstacles' meshes.
 Cell parse_cell(const CellText& text);
 
-/// Where the shipped robots lie: $CELLCAL_ROBOTS, or the build's source tree, or
-/// /usr/share/cellcal/robots.
+/// Where the shipped robots may lie: $CELLCAL_ROBOTS, share/cellcal/robots of the prefix that this
+/// library or program is installed under, calib/robots of the source tree that it was built in,
+/// /usr/share/cellcal/robots. No place is compiled in, so an installation may be moved.
 std::vector<std::filesystem::path> robots_directories();
 
 /// The touches of a CSV; joints are matched by the robot's joint names, targets by the cell's.

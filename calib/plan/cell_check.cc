@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calib/plan/candidates.h"
-#include "calib/plan/pool.h"
-#include "calib/plan/surroundings.h"
+#include "calib/plan/collision/surroundings.h"
+#include "calib/plan/reach/candidates.h"
+#include "calib/plan/reach/pool.h"
 
 namespace cellcal::calib {
 

@@ -9,12 +9,12 @@
 
 #include "calib/estimate/incremental_estimate.h"
 #include "calib/model/random.h"
-#include "calib/plan/aim.h"
-#include "calib/plan/choose.h"
-#include "calib/plan/forecast.h"
-#include "calib/plan/order.h"
-#include "calib/plan/outlook.h"
-#include "calib/plan/pool.h"
+#include "calib/plan/choice/aim.h"
+#include "calib/plan/choice/choose.h"
+#include "calib/plan/choice/forecast.h"
+#include "calib/plan/choice/remaining_uncertainty.h"
+#include "calib/plan/reach/order.h"
+#include "calib/plan/reach/pool.h"
 
 namespace cellcal::calib {
 
@@ -195,7 +195,7 @@ struct Online::Impl {
   /// Candidates and region as the estimate sees them.
   void look() {
     look_around();
-    Outlook seen = outlook(cell, pool, options, *running);
+    RemainingUncertainty seen = remaining_uncertainty(cell, pool, options, *running);
     design = std::move(seen.design);
     moves = std::move(seen.moves);
     progress.mean_m = seen.mean_m;

@@ -7,13 +7,13 @@
 
 #include "calib/model/configurations.h"
 #include "calib/model/random.h"
-#include "calib/plan/candidates.h"
-#include "calib/plan/choose.h"
-#include "calib/plan/duration.h"
-#include "calib/plan/order.h"
-#include "calib/plan/pool.h"
-#include "calib/plan/reasons.h"
-#include "calib/plan/route.h"
+#include "calib/plan/choice/choose.h"
+#include "calib/plan/reach/candidates.h"
+#include "calib/plan/reach/duration.h"
+#include "calib/plan/reach/order.h"
+#include "calib/plan/reach/pool.h"
+#include "calib/plan/reach/reasons.h"
+#include "calib/plan/reach/route.h"
 
 namespace cellcal::calib {
 
@@ -28,8 +28,8 @@ constexpr int kCandidatesPerTouchBySearch = 12;
 /// Rounds of exchange; they end where another would bring next to nothing.
 constexpr int kExchanges = 6;
 /// Then each choice is looked around: so many candidates like those picked are added, by these
-/// turns one after the other, and exchanged for, until that brings too little. At 30 touches of four
-/// spheres it takes a fifth off the error that is foreseen, at 50 an eighth.
+/// turns one after the other, and exchanged for, until that brings too little. At 30 touches of
+/// four spheres it takes a fifth off the error that is foreseen, at 50 an eighth.
 constexpr double kLookAroundRad[] = {0.5, 0.35, 0.25, 0.17, 0.1, 0.05};
 constexpr int kAroundEach = 60;
 constexpr int kMostAround = 2000;

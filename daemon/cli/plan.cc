@@ -9,13 +9,13 @@
 #include <stdexcept>
 
 #include "calib/files/files.h"
-#include "calib/plan/candidates.h"
 #include "calib/plan/cell_check.h"
-#include "calib/plan/duration.h"
+#include "calib/plan/reach/candidates.h"
+#include "calib/plan/reach/duration.h"
 #include "daemon/cli/exit_status.h"
 #include "daemon/cli/offline.h"
-#include "daemon/report/plan_picture.h"
 #include "daemon/files/correction_limit.h"
+#include "daemon/report/drawing/plan_picture.h"
 
 namespace cellcal::daemon {
 
@@ -121,7 +121,7 @@ int plan(const PlanCommand& command) {
   options.fit_touches = command.touches;
   options.check_touches = command.check;
   options.seed = command.seed;
-  options.interest = calib::parse_interest(command.region);
+  options.interest = calib::parse_accuracy_region(command.region);
   const calib::Plan made = calib::make_plan(cell, options, begin_of(command, cell.robot));
   const LimitNeeded needed = limit_needed(made, cell.robot, made.start);
   if (!command.picture.empty()) put(plan_svg(cell, made), command.picture);

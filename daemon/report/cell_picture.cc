@@ -6,11 +6,11 @@
 #include <string>
 #include <vector>
 
-#include "daemon/report/labels.h"
-#include "daemon/report/scale.h"
+#include "daemon/report/drawing/labels.h"
+#include "daemon/report/drawing/scale.h"
+#include "daemon/report/drawing/svg.h"
+#include "daemon/report/drawing/text.h"
 #include "daemon/report/sections.h"
-#include "daemon/report/svg.h"
-#include "daemon/report/text.h"
 
 namespace cellcal::daemon::report {
 namespace {

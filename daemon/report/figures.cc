@@ -6,8 +6,8 @@
 #include <cmath>
 #include <string_view>
 
+#include "daemon/report/drawing/text.h"
 #include "daemon/report/sections.h"
-#include "daemon/report/text.h"
 
 namespace cellcal::daemon::report {
 namespace {

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "calib/result/correlation.h"
+#include "daemon/report/drawing/text.h"
 #include "daemon/report/sections.h"
-#include "daemon/report/text.h"
 
 namespace cellcal::daemon::report {
 namespace {

@@ -8,10 +8,10 @@
 #include <string_view>
 #include <vector>
 
-#include "daemon/report/scale.h"
+#include "daemon/report/drawing/scale.h"
+#include "daemon/report/drawing/svg.h"
+#include "daemon/report/drawing/text.h"
 #include "daemon/report/sections.h"
-#include "daemon/report/svg.h"
-#include "daemon/report/text.h"
 
 namespace cellcal::daemon::report {
 namespace {

@@ -8,8 +8,8 @@
 #include <string>
 #include <string_view>
 
+#include "daemon/report/drawing/text.h"
 #include "daemon/report/sections.h"
-#include "daemon/report/text.h"
 
 namespace cellcal::daemon::report {
 namespace {

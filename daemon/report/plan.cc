@@ -6,9 +6,9 @@
 #include <exception>
 #include <string>
 
-#include "daemon/report/plan_picture.h"
+#include "daemon/report/drawing/plan_picture.h"
+#include "daemon/report/drawing/text.h"
 #include "daemon/report/sections.h"
-#include "daemon/report/text.h"
 
 namespace cellcal::daemon::report {
 

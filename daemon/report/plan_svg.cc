@@ -9,10 +9,10 @@
 #include <string_view>
 
 #include "calib/files/files.h"
-#include "calib/plan/duration.h"
-#include "daemon/report/plan_picture.h"
+#include "calib/plan/reach/duration.h"
+#include "daemon/report/drawing/plan_picture.h"
+#include "daemon/report/drawing/text.h"
 #include "daemon/report/sections.h"
-#include "daemon/report/text.h"
 
 namespace cellcal::daemon {
 

@@ -4,9 +4,9 @@
 
 #include <string_view>
 
-#include "daemon/report/plan_picture.h"
+#include "daemon/report/drawing/plan_picture.h"
+#include "daemon/report/drawing/text.h"
 #include "daemon/report/sections.h"
-#include "daemon/report/text.h"
 #include "daemon/report/view.h"
 
 namespace cellcal::daemon {

@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "daemon/report/drawing/svg.h"
+#include "daemon/report/drawing/text.h"
 #include "daemon/report/sections.h"
-#include "daemon/report/svg.h"
-#include "daemon/report/text.h"
 
 namespace cellcal::daemon::report {
 namespace {

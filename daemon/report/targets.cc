@@ -9,8 +9,8 @@
 
 #include "calib/consistency/lengths.h"
 #include "calib/model/units.h"
+#include "daemon/report/drawing/text.h"
 #include "daemon/report/sections.h"
-#include "daemon/report/text.h"
 
 namespace cellcal::daemon::report {
 namespace {

@@ -8,8 +8,8 @@
 #include <string_view>
 #include <vector>
 
+#include "daemon/report/drawing/text.h"
 #include "daemon/report/sections.h"
-#include "daemon/report/text.h"
 
 namespace cellcal::daemon::report {
 namespace {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <set>
 
-#include "daemon/report/text.h"
+#include "daemon/report/drawing/text.h"
 
 namespace cellcal::daemon::report {
 namespace {

@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-#include "calib/plan/course.h"
+#include "calib/plan/touch_sequence.h"
 #include "daemon/session/touch_policy.h"
 
 namespace cellcal::daemon {

@@ -8,12 +8,12 @@
 #include "calib/files/calibration_json.h"
 #include "calib/files/files.h"
 #include "calib/model/error.h"
-#include "calib/plan/candidates.h"
 #include "calib/plan/cell_check.h"
+#include "calib/plan/reach/candidates.h"
 #include "daemon/service/delay_watch.h"
 #include "daemon/service/inputs.h"
-#include "daemon/session/rules.h"
 #include "daemon/service/tasks.h"
+#include "daemon/session/rules.h"
 
 namespace cellcal::daemon {
 
@@ -189,7 +189,7 @@ std::unique_ptr<SessionService::Job> SessionService::prepare(const RunRequest& r
     if (!request.goal_mm) job->options.goal.worth_it = 0.0;  // so many, whatever they bring
     job->options.region = request.region;
     try {
-      job->options.plan.interest = calib::parse_interest(request.region);
+      job->options.plan.interest = calib::parse_accuracy_region(request.region);
     } catch (const calib::PlanError& wrong) {
       throw RequestError(wrong.what());
     }

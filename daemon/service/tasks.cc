@@ -16,13 +16,13 @@
 #include "calib/files/shipped_robots.h"
 #include "calib/identify/identify.h"
 #include "calib/model/kinematics.h"
-#include "calib/plan/course.h"
-#include "calib/plan/duration.h"
+#include "calib/plan/reach/duration.h"
+#include "calib/plan/touch_sequence.h"
 #include "calib/verdict/change.h"
 #include "calib/verdict/identify_as_stated.h"
-#include "daemon/report/report.h"
 #include "daemon/files/atomic_file.h"
 #include "daemon/files/correction_limit.h"
+#include "daemon/report/report.h"
 
 namespace cellcal::daemon {
 
@@ -154,7 +154,7 @@ class Chooser {
 
   Tasks::Planned begin() {
     open_course();
-    return {{}, "", course_->progress()};
+    return {{}, "", sequence_->progress()};
   }
 
   Tasks::Chosen choose(const ChooseTouch& how, const std::vector<calib::Touch>& touches,
@@ -186,9 +186,9 @@ class Chooser {
   void open_course() {
     calib::Cell cell = inputs_->cell;
     if (is_bounded()) cell.passable = within_reach(cell.passable);
-    const calib::CourseOptions options{inputs_->options.plan, inputs_->options.goal,
-                                       inputs_->options.find};
-    course_.emplace(cell, options, inputs_->made);
+    const calib::TouchSequenceOptions options{inputs_->options.plan, inputs_->options.goal,
+                                              inputs_->options.find};
+    sequence_.emplace(cell, options, inputs_->made);
     learnt_ = inputs_->made.size();
   }
 
@@ -206,24 +206,24 @@ class Chooser {
 
   Tasks::Chosen choose_from(const ChooseTouch& how, const std::vector<calib::Touch>& touches,
                             const calib::JointVector& from) {
-    if (how.failed) course_->failed(*how.failed);
-    for (; learnt_ < touches.size(); ++learnt_) course_->touched(touches[learnt_]);
+    if (how.failed) sequence_->failed(*how.failed);
+    for (; learnt_ < touches.size(); ++learnt_) sequence_->touched(touches[learnt_]);
     Tasks::Chosen chosen;
     if (!*all_) {
       all_->emplace();
       (*all_)->start = from;
     }
-    if (auto touch = course_->next(from, how.in_contact)) {
+    if (auto touch = sequence_->next(from, how.in_contact)) {
       auto& all = (*all_)->touches;  // one that was offered before is on another way now
       if (!all.empty() && all.back().clear == touch->clear) all.pop_back();
       if (!touch->may_miss) all.push_back(*touch);
       chosen.plan.touches.push_back(std::move(*touch));
     } else {
-      chosen.plan.home = course_->way_home();
+      chosen.plan.home = sequence_->way_home();
     }
     check(chosen.plan, inputs_->cell.robot.joints.size());
-    chosen.progress = course_->progress();
-    chosen.stage = course_->stage();
+    chosen.progress = sequence_->progress();
+    chosen.stage = sequence_->stage();
     return chosen;
   }
 
@@ -231,7 +231,7 @@ class Chooser {
   /// Where the arm stood when the first touch was asked for; empty before.
   std::shared_ptr<calib::JointVector> begin_ = std::make_shared<calib::JointVector>();
   std::shared_ptr<std::optional<calib::Plan>> all_;
-  std::optional<calib::Course> course_;
+  std::optional<calib::TouchSequence> sequence_;
   std::size_t learnt_ = 0;
 };
 

@@ -10,7 +10,7 @@
 #include <variant>
 
 #include "calib/model/touch.h"
-#include "calib/plan/course.h"
+#include "calib/plan/touch_sequence.h"
 #include "calib/result/calibration.h"
 #include "daemon/session/failure.h"
 #include "drivers/robot.h"

@@ -9,7 +9,7 @@
 #include <optional>
 #include <string>
 
-#include "calib/plan/course.h"
+#include "calib/plan/touch_sequence.h"
 #include "calib/result/calibration.h"
 #include "drivers/contact.h"
 #include "drivers/robot.h"

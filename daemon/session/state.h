@@ -8,7 +8,7 @@
 #include <optional>
 #include <vector>
 
-#include "calib/plan/course.h"
+#include "calib/plan/touch_sequence.h"
 #include "daemon/session/action.h"
 #include "daemon/session/event.h"
 #include "daemon/session/failure.h"

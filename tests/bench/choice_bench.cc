@@ -12,9 +12,9 @@
 
 #include "calib/files/files.h"
 #include "calib/model/random.h"
-#include "calib/plan/choose.h"
-#include "calib/plan/design_problem.h"
-#include "calib/plan/pool.h"
+#include "calib/plan/choice/choose.h"
+#include "calib/plan/choice/design_problem.h"
+#include "calib/plan/reach/pool.h"
 #include "tests/bench/times.h"
 
 namespace {

@@ -7,8 +7,8 @@
 #include <chrono>
 #include <map>
 
-#include "calib/plan/candidates.h"
-#include "calib/plan/clearance.h"
+#include "calib/plan/collision/clearance.h"
+#include "calib/plan/reach/candidates.h"
 #include "tests/calib/plan/random_cell.h"
 
 namespace {

@@ -9,7 +9,7 @@
 #include "calib/files/shipped_robots.h"
 #include "calib/identify/identify.h"
 #include "calib/model/random.h"
-#include "calib/plan/duration.h"
+#include "calib/plan/reach/duration.h"
 #include "calib/uncertainty/predict.h"
 #include "calib/uncertainty/region.h"
 #include "tests/experiments/world.h"

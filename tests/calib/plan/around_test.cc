@@ -6,8 +6,8 @@
 #include <cmath>
 
 #include "calib/files/files.h"
-#include "calib/plan/choose.h"
-#include "calib/plan/pool.h"
+#include "calib/plan/choice/choose.h"
+#include "calib/plan/reach/pool.h"
 
 namespace cellcal::calib {
 namespace {

@@ -6,8 +6,8 @@
 
 #include <algorithm>
 
-#include "calib/plan/axis_travel.h"
-#include "calib/plan/pool.h"
+#include "calib/plan/reach/axis_travel.h"
+#include "calib/plan/reach/pool.h"
 #include "tests/calib/simulate.h"
 
 namespace cellcal::calib {

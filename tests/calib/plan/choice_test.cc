@@ -9,8 +9,8 @@
 #include "calib/files/files.h"
 #include "calib/model/error.h"
 #include "calib/model/random.h"
-#include "calib/plan/choose.h"
-#include "calib/plan/design.h"
+#include "calib/plan/choice/choose.h"
+#include "calib/plan/choice/design.h"
 #include "calib/plan/plan.h"
 
 namespace cellcal::calib {
@@ -67,7 +67,7 @@ TEST(Design, GainsAndLossesAreWhatASetFromNothingWouldShow) {
   EXPECT_LT((design.covariance_u() * information - Eigen::MatrixXd::Identity(9, 9)).norm(), 1e-9);
 }
 
-double predicted(Criterion criterion, Interest interest = {}, int touches = 40) {
+double predicted(Criterion criterion, AccuracyRegion interest = {}, int touches = 40) {
   PlanOptions options;
   options.fit_touches = touches;
   options.check_touches = 0;
@@ -85,7 +85,7 @@ TEST(Choice, OfTheLeastVarianceBeatsAllOthers) {
 }
 
 TEST(Choice, IsBetterForTheRegionThatItWasMadeFor) {
-  const Interest near{Interest::Kind::kBox, {0.8, -0.3, 0.2}, {1.2, 0.3, 0.6}};
+  const AccuracyRegion near{AccuracyRegion::Kind::kBox, {0.8, -0.3, 0.2}, {1.2, 0.3, 0.6}};
   EXPECT_LT(predicted(Criterion::kI, near), predicted(Criterion::kD, near));
   EXPECT_LT(predicted(Criterion::kI, near), predicted(Criterion::kI));  // and less to know there
 }
@@ -153,30 +153,30 @@ TEST(Choice, OfMoreThanThereIsTakesWhatThereIs) {
   EXPECT_TRUE(choose(demo_cell(), {}, options).picked.empty());
 }
 
-TEST(Interest, IsReadAndRefusedInWords) {
-  EXPECT_EQ(parse_interest("workspace").kind, Interest::Kind::kWorkspace);
-  EXPECT_EQ(parse_interest("targets").kind, Interest::Kind::kTargets);
-  EXPECT_EQ(parse_interest("tcp").kind, Interest::Kind::kTool);
-  const Interest box = parse_interest("box:1200,300,600,800,-300.5,2e2");
+TEST(AccuracyRegion, IsReadAndRefusedInWords) {
+  EXPECT_EQ(parse_accuracy_region("workspace").kind, AccuracyRegion::Kind::kWorkspace);
+  EXPECT_EQ(parse_accuracy_region("targets").kind, AccuracyRegion::Kind::kTargets);
+  EXPECT_EQ(parse_accuracy_region("tcp").kind, AccuracyRegion::Kind::kTool);
+  const AccuracyRegion box = parse_accuracy_region("box:1200,300,600,800,-300.5,2e2");
   EXPECT_EQ(box.low_m, Eigen::Vector3d(0.8, -0.3005, 0.2));
   EXPECT_EQ(box.high_m, Eigen::Vector3d(1.2, 0.3, 0.6));
   for (const char* wrong :
        {"", "box", "box:", "box:1,2,3", "box:1,2,3,4,5,6,7", "box:1,2,3,4,5,nan",
         "box:1,2,3,4,5,1e9", "box:1,2,3 4,5,6", "box:1,2,3,4,5,6,", "Workspace", "tcp "})
-    EXPECT_THROW((void)parse_interest(wrong), PlanError) << wrong;
+    EXPECT_THROW((void)parse_accuracy_region(wrong), PlanError) << wrong;
 }
 
-TEST(Interest, InABoxOutOfReachIsRefused) {
+TEST(AccuracyRegion, InABoxOutOfReachIsRefused) {
   PlanOptions options;
   options.fit_touches = 10;
-  options.interest = {Interest::Kind::kBox, {8.0, 0.0, 0.0}, {9.0, 1.0, 1.0}};
+  options.interest = {AccuracyRegion::Kind::kBox, {8.0, 0.0, 0.0}, {9.0, 1.0, 1.0}};
   EXPECT_THROW((void)make_plan(demo_cell(), options), PlanError);
 }
 
-TEST(Interest, InABoxHasItsTipsInside) {
+TEST(AccuracyRegion, InABoxHasItsTipsInside) {
   const ArmModel arm(demo_cell().robot, demo_cell().tool);
-  const Interest box{Interest::Kind::kBox, {0.8, -0.3, 0.2}, {1.2, 0.3, 0.6}};
-  const auto postures = interest_postures(box, arm, {}, {}, 0.05, 50);
+  const AccuracyRegion box{AccuracyRegion::Kind::kBox, {0.8, -0.3, 0.2}, {1.2, 0.3, 0.6}};
+  const auto postures = accuracy_region_postures(box, arm, {}, {}, 0.05, 50);
   EXPECT_EQ(postures.size(), 50U);
   for (const JointVector& q : postures) {
     const Eigen::Vector3d tip = arm.nominal_tip_m(q);

@@ -1,6 +1,6 @@
 // Whether postures and moves hit nothing: against plain distances, and in words.
 
-#include "calib/plan/clearance.h"
+#include "calib/plan/collision/clearance.h"
 
 #include <gtest/gtest.h>
 
@@ -9,8 +9,8 @@
 #include "calib/files/files.h"
 #include "calib/model/error.h"
 #include "calib/model/random.h"
-#include "calib/plan/bodies.h"
-#include "calib/plan/candidates.h"
+#include "calib/plan/collision/bodies.h"
+#include "calib/plan/reach/candidates.h"
 #include "tests/calib/plan/collisions.h"
 
 namespace cellcal::calib {

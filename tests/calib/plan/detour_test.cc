@@ -1,11 +1,11 @@
 // Ways by sampling: found where the simple ones fail, the same every time, and hitting nothing.
 
-#include "calib/plan/detour.h"
+#include "calib/plan/reach/detour.h"
 
 #include <gtest/gtest.h>
 
 #include "calib/files/files.h"
-#include "calib/plan/pool.h"
+#include "calib/plan/reach/pool.h"
 #include "tests/calib/plan/collisions.h"
 
 namespace cellcal::calib {

@@ -1,6 +1,6 @@
 // Spheres that stand elsewhere than the cell file says, or somewhere in a box.
 
-#include "calib/plan/finder.h"
+#include "calib/plan/search/finder.h"
 
 #include <gtest/gtest.h>
 
@@ -11,11 +11,11 @@
 
 #include "calib/files/files.h"
 #include "calib/model/random.h"
-#include "calib/plan/belief.h"
-#include "calib/plan/course.h"
-#include "calib/plan/pool.h"
-#include "calib/plan/search_depth.h"
-#include "calib/plan/search_line.h"
+#include "calib/plan/reach/pool.h"
+#include "calib/plan/search/centre_particles.h"
+#include "calib/plan/search/search_depth.h"
+#include "calib/plan/search/search_line.h"
+#include "calib/plan/touch_sequence.h"
 #include "tests/calib/simulate.h"
 
 namespace cellcal::calib {
@@ -330,11 +330,11 @@ TEST(Finder, GoesOnWithTheTouchesOfASessionThatWasInterrupted) {
   EXPECT_EQ(second.next(at)->target, first.next(at)->target);
 }
 
-TEST(Belief, KeepsTheTruthAndRulesOutWhatWasMissed) {
+TEST(CentreParticles, KeepsTheTruthAndRulesOutWhatWasMissed) {
   Target target;
   target.has_centre = true;
   target.centre_sigma_m = 0.01;
-  Belief belief(target, 0.03, 1);
+  CentreParticles belief(target, 0.03, 1);
   EXPECT_NEAR(belief.mean().norm(), 0.0, 1e-3);
   const double before = belief.covariance().trace();
   // A sphere at (8, 0, 0) mm met from above.
@@ -403,7 +403,7 @@ TEST(LineLeader, PassesALongLineOnBothSides) {
     JointVector q(near.size());
     for (std::size_t i = 0; i < q.size(); ++i)
       q[i] = led->standoff[i] + (led->end[i] - led->standoff[i]) * k / kSteps;
-    EXPECT_LT(Belief::distance_m(arm.nominal_tcp(q).translation(), led->from, led->to),
+    EXPECT_LT(CentreParticles::distance_m(arm.nominal_tcp(q).translation(), led->from, led->to),
               kMostBowM + 1e-4);
   }
   EXPECT_FALSE(leader.lead(line, {3 * kLongM, 3 * kLongM, -3 * kLongM}));
@@ -444,7 +444,7 @@ TEST(SearchDepth, EndsBeforeTipOrShaftMeetTheStandOfASphereThatIsPassed) {
               1e-12);
 }
 
-TEST(Course, LeadsOutOfThePlateThatTheTipTouches) {
+TEST(TouchSequence, LeadsOutOfThePlateThatTheTipTouches) {
   Cell cell = demo_cell();
   cell.tool.tip_radius_m = 0.003;
   Target plate;
@@ -456,7 +456,7 @@ TEST(Course, LeadsOutOfThePlateThatTheTipTouches) {
   plate.normal_sigma_rad = 0.02;
   plate.extent_m = 0.2;
   cell.targets.push_back(plate);
-  CourseOptions options;
+  TouchSequenceOptions options;
   const ArmModel arm = planning_arm(cell);
   const Plan plan = make_plan(cell, options.plan);
   const auto touch = std::find_if(plan.touches.begin(), plan.touches.end(),
@@ -465,7 +465,7 @@ TEST(Course, LeadsOutOfThePlateThatTheTipTouches) {
   const auto above = [&](const JointVector& q) {
     return (arm.nominal_tip_m(q) - plate.centre_m).dot(plate.normal) - cell.tool.tip_radius_m;
   };
-  Course course(cell, options, {});
+  TouchSequence course(cell, options, {});
   // Inside the nominal plate by a little, as an arm that is off may be.
   JointVector at = touch->standoff;
   const double share = 0.52;
@@ -477,10 +477,10 @@ TEST(Course, LeadsOutOfThePlateThatTheTipTouches) {
   EXPECT_NEAR(above(next->transit.front()), options.plan.clear_m, 1e-6);
 }
 
-TEST(Course, ThatWasInterruptedInContactWhileItFindsLeadsOutByItself) {
+TEST(TouchSequence, ThatWasInterruptedInContactWhileItFindsLeadsOutByItself) {
   const sim::Truth truth = testing::plain_truth(demo_cell(), 3);
   const Cell cell = rough(3);
-  CourseOptions options;
+  TouchSequenceOptions options;
   options.find = true;
   Finder finder(cell, options.plan, true, {});
   const ArmModel& real = truth.arm;
@@ -502,7 +502,7 @@ TEST(Course, ThatWasInterruptedInContactWhileItFindsLeadsOutByItself) {
     for (const bool known : {false, true}) {
       std::vector<Touch> before = made;
       if (known) before.push_back(*touch);
-      Course again(cell, options, before);
+      TouchSequence again(cell, options, before);
       std::optional<PlannedTouch> next;
       try {
         next = again.next(touch->joint_rad, true);
@@ -536,24 +536,24 @@ TEST(Course, ThatWasInterruptedInContactWhileItFindsLeadsOutByItself) {
   EXPECT_GE(led_out, 3 * contacts / 2);  // the others ask to be jogged
 }
 
-TEST(Course, ThatWasInterruptedInContactElsewhereWhileItFindsHasToBeJogged) {
-  CourseOptions options;
+TEST(TouchSequence, ThatWasInterruptedInContactElsewhereWhileItFindsHasToBeJogged) {
+  TouchSequenceOptions options;
   options.find = true;
-  Course course(rough(3), options, {});
+  TouchSequence course(rough(3), options, {});
   JointVector at(6, 0.0);
   at[1] = -1.2, at[2] = 1.6, at[4] = 1.0;  // where nothing is known to stand
   EXPECT_THROW((void)course.next(at, true), PlanError);
   EXPECT_TRUE(course.next(at, false));
 }
 
-TEST(Course, FindsTheSpheresAndThenTouchesThemToTheGoal) {
+TEST(TouchSequence, FindsTheSpheresAndThenTouchesThemToTheGoal) {
   const sim::Truth truth = testing::plain_truth(demo_cell(), 1);
   const Cell cell = rough(1);
-  CourseOptions options;
+  TouchSequenceOptions options;
   options.plan.check_touches = 3;
   options.goal = {.u95_m = 0.6e-3};
   options.find = true;
-  Course course(cell, options, {});
+  TouchSequence course(cell, options, {});
   JointVector at(6, 0.0);
   at[1] = -1.2, at[2] = 1.6, at[4] = 1.0;
   int found = 0, all = 0, checks = 0;

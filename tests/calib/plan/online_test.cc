@@ -10,8 +10,8 @@
 #include <set>
 
 #include "calib/model/random.h"
-#include "calib/plan/forecast.h"
-#include "calib/plan/pool.h"
+#include "calib/plan/choice/forecast.h"
+#include "calib/plan/reach/pool.h"
 #include "tests/calib/simulate.h"
 
 namespace cellcal::calib {

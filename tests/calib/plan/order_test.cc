@@ -1,6 +1,6 @@
 // The order of visits is a good one, and what it costs is what it says.
 
-#include "calib/plan/order.h"
+#include "calib/plan/reach/order.h"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 
 #include "calib/files/files.h"
 #include "calib/model/random.h"
-#include "calib/plan/duration.h"
+#include "calib/plan/reach/duration.h"
 
 namespace cellcal::calib {
 namespace {

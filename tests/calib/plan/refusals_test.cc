@@ -3,9 +3,9 @@
 #include <gtest/gtest.h>
 
 #include "calib/files/files.h"
-#include "calib/plan/candidates.h"
-#include "calib/plan/clearance.h"
+#include "calib/plan/collision/clearance.h"
 #include "calib/plan/plan.h"
+#include "calib/plan/reach/candidates.h"
 #include "tests/calib/plan/ways.h"
 
 namespace cellcal::calib {

@@ -1,4 +1,4 @@
-#include "daemon/report/svg.h"
+#include "daemon/report/drawing/svg.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "daemon/report/text.h"
+#include "daemon/report/drawing/text.h"
 
 #include <gtest/gtest.h>
 

@@ -1,0 +1,44 @@
+#include <dlfcn.h>
+
+#include <array>
+#include <cstdlib>
+#include <system_error>
+
+#include "calib/files/files.h"
+
+namespace cellcal::calib {
+namespace {
+
+/// The file that this code is in: the shared library, else the program.
+std::filesystem::path own_file() {
+  std::error_code none;
+  Dl_info info{};
+  static const int here = 0;
+  if (dladdr(&here, &info) != 0 && info.dli_fname != nullptr) {
+    // Of the program itself this is what it was called by, which leads nowhere from another folder.
+    const std::filesystem::path file = info.dli_fname;
+    if (file.is_absolute() && file.string().find(".so") != std::string::npos) return file;
+  }
+  return std::filesystem::read_symlink("/proc/self/exe", none);
+}
+
+}  // namespace
+
+std::vector<std::filesystem::path> robots_directories() {
+  std::vector<std::filesystem::path> result;
+  if (const char* set = std::getenv("CELLCAL_ROBOTS"); set != nullptr && *set != '\0')
+    result.emplace_back(set);
+  const std::array<std::filesystem::path, 2> places = {"share/cellcal/robots", "calib/robots"};
+  const std::filesystem::path file = own_file();
+  for (auto folder = file.parent_path(); folder.has_relative_path(); folder = folder.parent_path()) {
+    for (const auto& place : places) {
+      std::error_code none;
+      if (std::filesystem::is_directory(folder / place, none)) result.push_back(folder / place);
+    }
+  }
+  const std::filesystem::path usual = "/usr/share/cellcal/robots";
+  if (result.empty() || result.back() != usual) result.push_back(usual);
+  return result;
+}
+
+}  // namespace cellcal::calib

@@ -1,0 +1,105 @@
+#include "calib/plan/reach/accuracy_region.h"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <cmath>
+
+#include "calib/model/configurations.h"
+#include "calib/model/error.h"
+#include "calib/model/random.h"
+#include "calib/model/units.h"
+#include "calib/uncertainty/region.h"
+
+namespace cellcal::calib {
+
+namespace {
+
+constexpr unsigned kSeed = 7;
+constexpr double kNearM = 0.150;
+constexpr double kLargestMm = 1e5;
+
+Eigen::Vector3d parse_corner(std::string_view& text, bool last) {
+  Eigen::Vector3d corner;
+  for (int k = 0; k < 3; ++k) {
+    double mm = 0.0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), mm);
+    if (error != std::errc{} || !std::isfinite(mm) || std::abs(mm) > kLargestMm)
+      throw PlanError("region box: wants six numbers in mm, X,Y,Z,X,Y,Z, two opposite corners");
+    text.remove_prefix(static_cast<std::size_t>(end - text.data()));
+    corner[k] = mm / kMmPerM;
+    const bool more = !(last && k == 2);
+    if (more != text.starts_with(','))
+      throw PlanError("region box: wants six numbers in mm, X,Y,Z,X,Y,Z, two opposite corners");
+    if (more) text.remove_prefix(1);
+  }
+  return corner;
+}
+
+/// Tips anywhere in the box, held as in some posture of the workspace.
+std::vector<JointVector> in_box(const AccuracyRegion& interest, const ArmModel& arm, double margin,
+                                int count) {
+  constexpr int kAttempts = 20, kLeast = 10;
+  const Configurations configurations(arm, margin);
+  const auto held = workspace_poses(arm, count, kSeed);
+  Random random(kSeed);
+  std::vector<JointVector> postures;
+  for (int k = 0; k < kAttempts * count && static_cast<int>(postures.size()) < count; ++k) {
+    if (held.empty()) break;
+    Eigen::Isometry3d pose = arm.nominal_tcp(held[random.below(held.size())]);
+    for (int axis = 0; axis < 3; ++axis)
+      pose.translation()[axis] = random.uniform(interest.low_m[axis], interest.high_m[axis]);
+    auto ways = configurations.reach(pose);
+    if (!ways.empty()) postures.push_back(std::move(ways[random.below(ways.size())]));
+  }
+  if (static_cast<int>(postures.size()) < kLeast)
+    throw PlanError(
+        "region box: the arm reaches next to nothing of it inside its joint limits; the corners "
+        "are "
+        "in mm in the base frame");
+  return postures;
+}
+
+}  // namespace
+
+AccuracyRegion parse_accuracy_region(std::string_view text) {
+  AccuracyRegion interest;
+  if (text == "workspace") return interest;
+  if (text == "targets") {
+    interest.kind = AccuracyRegion::Kind::kTargets;
+    return interest;
+  }
+  if (text == "tcp") {
+    interest.kind = AccuracyRegion::Kind::kTool;
+    return interest;
+  }
+  if (!text.starts_with("box:"))
+    throw PlanError(fmt::format(
+        "region \"{}\" is not known; it is workspace, targets, tcp or box:X,Y,Z,X,Y,Z (mm)", text));
+  text.remove_prefix(4);
+  const Eigen::Vector3d a = parse_corner(text, false), b = parse_corner(text, true);
+  if (!text.empty()) throw PlanError("region box: there is more than six numbers");
+  interest.kind = AccuracyRegion::Kind::kBox;
+  interest.low_m = a.cwiseMin(b);
+  interest.high_m = a.cwiseMax(b);
+  return interest;
+}
+
+std::vector<JointVector> accuracy_region_postures(const AccuracyRegion& interest,
+                                                  const ArmModel& arm,
+                                                  const std::vector<JointVector>& touches,
+                                                  const std::vector<Eigen::Vector3d>& centres_m,
+                                                  double limit_margin_rad, int count) {
+  switch (interest.kind) {
+    case AccuracyRegion::Kind::kBox:
+      return in_box(interest, arm, limit_margin_rad, count);
+    case AccuracyRegion::Kind::kTargets:
+    case AccuracyRegion::Kind::kTool:
+      return local_poses(arm, touches, centres_m, kNearM, count, kSeed);
+    case AccuracyRegion::Kind::kWorkspace:
+      break;
+  }
+  return workspace_poses(arm, count, kSeed);
+}
+
+}  // namespace cellcal::calib

@@ -1,0 +1,36 @@
+#pragma once
+// Where accuracy matters: what touches are chosen for.
+
+#include <Eigen/Core>
+#include <string_view>
+#include <vector>
+
+#include "calib/model/joint_vector.h"
+#include "calib/model/kinematics.h"
+
+namespace cellcal::calib {
+
+struct AccuracyRegion {
+  enum class Kind {
+    kWorkspace,  ///< the whole workspace (region.h)
+    kBox,        ///< tips inside a box along the base's axes
+    kTargets,    ///< tips within 150 mm of a target, in postures like the touches'
+    kTool        ///< the tip against the flange, wherever the arm is
+  };
+  Kind kind = Kind::kWorkspace;
+  Eigen::Vector3d low_m = Eigen::Vector3d::Zero(), high_m = Eigen::Vector3d::Zero();  ///< box
+};
+
+/// "workspace", "targets", "tcp", or "box:X,Y,Z,X,Y,Z" with two opposite corners in mm. Throws
+/// PlanError saying what is wrong.
+AccuracyRegion parse_accuracy_region(std::string_view text);
+
+/// About `count` postures of the region; `touches`: those that the arm can make. Throws PlanError
+/// where the arm reaches next to nothing of it.
+std::vector<JointVector> accuracy_region_postures(const AccuracyRegion& interest,
+                                                  const ArmModel& arm,
+                                                  const std::vector<JointVector>& touches,
+                                                  const std::vector<Eigen::Vector3d>& centres_m,
+                                                  double limit_margin_rad, int count);
+
+}  // namespace cellcal::calib

@@ -1,0 +1,35 @@
+#pragma once
+// How long the robot needs, so that plans can be compared: transits with speed and acceleration
+// limits, searches at their speeds. No clock comes in.
+
+#include "calib/plan/reach/planned_touch.h"
+
+namespace cellcal::calib {
+
+struct Pace {
+  double speed_fraction = 1.0;  ///< of the robot file's axis speeds
+  /// From rest to full speed, and how long the acceleration takes to build up. No maker publishes
+  /// them; arms for some ten kilograms take about this.
+  double ramp_s = 0.3, build_up_s = 0.1;
+  double fast_m_s = 0.010, slow_m_s = 0.002;  ///< searches
+  double back_off_m = 0.0010,
+         slow_back_off_m = 0.0006;  ///< before the first slow search, the others
+  int readings = 2;                 ///< slow searches per touch
+  double overhead_s = 0.3;  ///< starting, stopping, settling, per search with what leads to it
+};
+
+/// Throws PlanError naming the first joint whose speed the robot file does not state: without it
+/// nobody knows how fast the arm may be moved, nor how long a plan takes.
+void require_speeds(const Robot& robot);
+
+/// Joint-space move from rest to rest: the slowest axis, its ramps limited in acceleration and
+/// jerk.
+double move_s(const Robot& robot, const JointVector& from, const JointVector& to, const Pace& pace);
+
+/// From the stand-off to the last contact.
+double touch_s(double expected_m, const Pace& pace);
+
+/// The whole plan: transits, searches to the expected surface, retreats, and home.
+double duration_s(const Plan& plan, const Robot& robot, const Pace& pace);
+
+}  // namespace cellcal::calib

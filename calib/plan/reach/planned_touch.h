@@ -1,0 +1,63 @@
+#pragma once
+// A touch as the arm makes it, a plan of them, and what every planner is told.
+
+#include <Eigen/Core>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "calib/model/error.h"
+#include "calib/model/joint_vector.h"
+#include "calib/model/robot.h"
+#include "calib/model/touch.h"
+#include "calib/plan/reach/accuracy_region.h"
+
+namespace cellcal::calib {
+
+struct PlannedTouch {
+  std::string target;
+  TouchSet set = TouchSet::kFit;
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< outward at the contact, base frame
+  std::vector<JointVector> transit;  ///< waypoints from the previous clear point; ends at standoff
+  JointVector standoff;
+  JointVector end;          ///< end of the search: no contact by here is a failure
+  JointVector clear;        ///< where the arm goes after the touch
+  double search_m = 0.0;    ///< tip path from standoff to end
+  double expected_m = 0.0;  ///< tip path from standoff to the nominal surface
+  bool may_miss = false;    ///< looks for a sphere: no contact by the end is an answer
+};
+
+struct Plan {
+  JointVector start;  ///< where the arm must be (or is first moved to) before the first transit
+  std::vector<PlannedTouch> touches;
+  std::vector<JointVector> home;      ///< waypoints from the last clear point back to start
+  std::vector<std::string> left_out;  ///< ids of targets of which no touches are planned
+  double predicted_m3_m = 0.0;        ///< mean 3-D error over the region that the plan should reach
+  double predicted_u95_m = 0.0;  ///< mean over it of the radius that holds it; 0: not predicted
+};
+
+/// How touches are chosen.
+enum class Criterion {
+  kI,      ///< the least mean variance of position over the region that matters
+  kD,      ///< the most information on all unknowns together
+  kEven,   ///< targets in turn, directions and postures far apart
+  kRandom  ///< any
+};
+
+struct PlanOptions {
+  int fit_touches = 40;
+  int check_touches = 10;
+  unsigned seed = 1;
+  double standoff_m = 0.012;  ///< an uncalibrated arm is wrong by up to 10 mm
+  double beyond_m = 0.012;    ///< search continues this far past the nominal surface
+  double clear_m = 0.020;     ///< retreat distance from the surface
+  double limit_margin_rad = 0.05;
+  Criterion criterion = Criterion::kI;
+  AccuracyRegion interest;
+  std::stop_token stop{};  ///< once asked for, whatever plans with these throws PlanError soon
+};
+
+/// Throws PlanError where `stop` was asked for.
+void check_wanted(const std::stop_token& stop);
+
+}  // namespace cellcal::calib

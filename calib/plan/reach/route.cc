@@ -1,0 +1,147 @@
+#include "calib/plan/reach/route.h"
+
+#include <algorithm>
+
+#include "calib/model/inverse.h"
+#include "calib/plan/reach/detour.h"
+
+namespace cellcal::calib {
+
+namespace {
+
+constexpr double kHeightsM[] = {0.06, 0.12, 0.25};  // above the sphere's top
+/// Effort of sampling: steps for one way, and ways to one target that may fail in a row before it
+/// is given up.
+constexpr int kSteps = 3000;
+constexpr int kMostFailed = 4;
+/// Of what was found for a target's other touches; more would only repeat each other.
+constexpr std::size_t kMostKept = 6;
+constexpr std::size_t kLastStops = 2;  ///< of such a way, from which other touches are tried
+
+std::vector<JointVector> joined(std::vector<JointVector> a, const std::vector<JointVector>& b) {
+  a.insert(a.end(), b.begin(), b.end());
+  return a;
+}
+
+}  // namespace
+
+std::optional<JointVector> Router::above(const Candidate& candidate, double height_m,
+                                         const JointVector& seed) const {
+  const Target& target = cell_.targets[candidate.target];
+  Eigen::Vector3d up = -cell_.robot.gravity_m_s2.normalized();
+  if (!up.allFinite()) up = Eigen::Vector3d::UnitZ();
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  pose.linear() = candidate.orientation;
+  pose.translation() = target.centre_m + (target.diameter_m / 2.0 + height_m) * up;
+  return inverse(arm_, pose, seed, margin_rad_);
+}
+
+bool Router::clear_chain(const JointVector& from, const std::vector<JointVector>& chain) const {
+  const JointVector* last = &from;
+  for (const JointVector& next : chain) {
+    if (!clearance_.clear(*last, next, kTipMarginM)) return false;
+    last = &next;
+  }
+  return true;
+}
+
+std::optional<std::vector<JointVector>> Router::simple_way(const JointVector& from,
+                                                           const Candidate* leaving,
+                                                           const Candidate& to) const {
+  // Ways out of the neighbourhood of one sphere and into that of the next, the shortest first.
+  std::vector<std::vector<JointVector>> out = {{}}, in = {{to.standoff}};
+  for (const double height : kHeightsM) {
+    if (leaving != nullptr)
+      if (const auto over = above(*leaving, height, from)) out.push_back({*over});
+    if (const auto over = above(to, height, to.standoff)) {
+      in.push_back({*over, to.standoff});
+      in.push_back({*over, to.clear, to.standoff});
+    }
+  }
+  for (const auto& first : out)
+    for (const auto& last : in)
+      if (auto chain = joined(first, last); clear_chain(from, chain)) return chain;
+  return std::nullopt;
+}
+
+std::optional<std::vector<JointVector>> Router::to_standoff(const JointVector& from,
+                                                            const Candidate* leaving,
+                                                            const Candidate& to) const {
+  if (auto way = simple_way(from, leaving, to)) return way;
+  if (to.from_rest.empty()) return std::nullopt;
+  // Over the resting posture: long, but known to be clear.
+  // Its first move is known to be clear from the clear point alone; the arm may stand beside that.
+  if (leaving != nullptr && !leaving->to_rest.empty() &&
+      clearance_.clear(from, leaving->to_rest.front(), kTipMarginM))
+    return joined(leaving->to_rest, to.from_rest);
+  if (clearance_.clear(from, rest_, kTipMarginM)) return joined({rest_}, to.from_rest);
+  if (!clearance_.clear(from, kTipMarginM)) return std::nullopt;
+  if (!back_ || back_->from != from) back_ = Back{from, detour(from, rest_, kSteps)};
+  if (back_->way.empty()) return std::nullopt;
+  return joined(back_->way, to.from_rest);
+}
+
+std::vector<JointVector> Router::detour(const JointVector& from, const JointVector& to,
+                                        int most_steps) const {
+  DetourOptions options;
+  options.tip_margin_m = kTipMarginM;
+  options.limit_margin_rad = margin_rad_;
+  options.most_steps = most_steps;
+  return find_detour(cell_.robot, clearance_, from, to, options).way;
+}
+
+std::optional<std::vector<JointVector>> Router::sampled_way(const Candidate& to) const {
+  Hard& hard = hard_[to.target];
+  if (!hard.allowed) return std::nullopt;
+  // Along a way to another touch of the same target, nearly to its end: what is left is short.
+  for (const auto& known : hard.found)
+    for (std::size_t stop = known.size(), tried = 0; stop-- > 0 && tried < kLastStops; ++tried) {
+      const auto rest_of_way = simple_way(known[stop], nullptr, to);
+      if (!rest_of_way) continue;
+      return joined({known.begin(), known.begin() + static_cast<std::ptrdiff_t>(stop) + 1},
+                    *rest_of_way);
+    }
+  if (hard.failed >= kMostFailed) return std::nullopt;
+  auto way = detour(rest_, to.standoff, kSteps);
+  if (way.empty()) {
+    ++hard.failed;
+    return std::nullopt;
+  }
+  hard.failed = 0;
+  if (hard.found.size() < kMostKept) hard.found.push_back(way);
+  return way;
+}
+
+bool Router::connect(Candidate& candidate) const {
+  auto in = simple_way(rest_, nullptr, candidate);
+  if (!in) in = sampled_way(candidate);
+  if (!in) return false;
+  auto out = away(candidate, rest_);
+  if (!out && clearance_.clear(candidate.clear, candidate.standoff, kTipMarginM)) {
+    // As it came.
+    out = std::vector<JointVector>(in->rbegin(), in->rend());
+    out->push_back(rest_);
+  }
+  if (!out) return false;
+  candidate.from_rest = std::move(*in);
+  candidate.to_rest = std::move(*out);
+  return true;
+}
+
+std::optional<std::vector<JointVector>> Router::away(const Candidate& leaving,
+                                                     const JointVector& to) const {
+  std::vector<JointVector> chain = {to};
+  if (clear_chain(leaving.clear, chain)) return chain;
+  for (const double height : kHeightsM) {
+    const auto over = above(leaving, height, leaving.clear);
+    if (!over) continue;
+    chain = {*over, to};
+    if (clear_chain(leaving.clear, chain)) return chain;
+  }
+  if (leaving.to_rest.empty()) return std::nullopt;
+  if (to == rest_) return leaving.to_rest;
+  if (clearance_.clear(rest_, to, kTipMarginM)) return joined(leaving.to_rest, {to});
+  return std::nullopt;
+}
+
+}  // namespace cellcal::calib

@@ -1,0 +1,72 @@
+#pragma once
+// The way from one place to a stand-off: straight in joint space where that is clear, otherwise
+// over points above the spheres, otherwise over the resting posture. Where a target is marked as
+// hard to reach, ways between it and the resting posture are sampled as a last resort (detour.h).
+// One that was found serves the target's other touches, too.
+
+#include <optional>
+
+#include "calib/plan/reach/candidates.h"
+
+namespace cellcal::calib {
+
+class Router {
+ public:
+  /// `rest`: a free posture that long ways may lead over.
+  Router(const Cell& cell, const ArmModel& arm, const Clearance& clearance, JointVector rest,
+         double limit_margin_rad)
+      : cell_(cell),
+        arm_(arm),
+        clearance_(clearance),
+        rest_(std::move(rest)),
+        margin_rad_(limit_margin_rad),
+        hard_(cell.targets.size()) {}
+
+  /// From now on ways to this target may be sampled.
+  void mark_hard(std::size_t target) { hard_[target].allowed = true; }
+
+  /// Finds the candidate's ways from and to the resting posture; false where there is none. With
+  /// them a way between any two candidates exists.
+  bool connect(Candidate& candidate) const;
+  /// Waypoints from `from` (not among them) to `to.standoff` (the last). `leaving`: the sphere that
+  /// the arm leaves, if any. Empty where no way was found: to a candidate that is connected only
+  /// where none leads from `from` to the resting posture.
+  std::optional<std::vector<JointVector>> to_standoff(const JointVector& from,
+                                                      const Candidate* leaving,
+                                                      const Candidate& to) const;
+  /// Waypoints from a clear point to a free posture.
+  std::optional<std::vector<JointVector>> away(const Candidate& leaving,
+                                               const JointVector& to) const;
+
+ private:
+  /// The tip lifted to `height_m` above the candidate's sphere, tool held as for the touch.
+  std::optional<JointVector> above(const Candidate& candidate, double height_m,
+                                   const JointVector& seed) const;
+  bool clear_chain(const JointVector& from, const std::vector<JointVector>& chain) const;
+  std::optional<std::vector<JointVector>> simple_way(const JointVector& from,
+                                                     const Candidate* leaving,
+                                                     const Candidate& to) const;
+  std::optional<std::vector<JointVector>> sampled_way(const Candidate& to) const;
+  std::vector<JointVector> detour(const JointVector& from, const JointVector& to,
+                                  int most_steps) const;
+
+  const Cell& cell_;
+  const ArmModel& arm_;
+  const Clearance& clearance_;
+  JointVector rest_;
+  double margin_rad_;
+  struct Hard {
+    bool allowed = false;
+    int failed = 0;                               ///< in a row
+    std::vector<std::vector<JointVector>> found;  ///< from the resting posture to stand-offs
+  };
+  struct Back {
+    JointVector from;
+    std::vector<JointVector> way;  ///< to the resting posture; empty: none was found
+  };
+  /// The last that was sampled: whoever asks for many candidates asks from one place.
+  mutable std::optional<Back> back_;
+  mutable std::vector<Hard> hard_;  ///< per target; what was sampled is kept for the next
+};
+
+}  // namespace cellcal::calib

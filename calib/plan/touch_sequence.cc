@@ -1,0 +1,154 @@
+#include "calib/plan/touch_sequence.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "calib/model/inverse.h"
+#include "calib/plan/reach/pool.h"
+
+namespace cellcal::calib {
+
+namespace {
+
+/// A tip further from every nominal surface touches something else.
+constexpr double kNearM = 0.03;
+
+}  // namespace
+
+struct TouchSequence::Impl {
+  Impl(const Cell& stated, const TouchSequenceOptions& how, const std::vector<Touch>& touches)
+      : options(how),
+        arm(planning_arm(stated)),
+        finder(stated, how.plan, how.find, touches),
+        made(touches) {
+    progress.touches = static_cast<int>(made.size());
+    progress.touches_left = std::max(0, how.goal.most_touches - progress.touches);
+    progress.checks_left = how.plan.check_touches;
+    if (finder.done()) begin();
+  }
+
+  /// All spheres are found.
+  void begin() {
+    online.emplace(finder.located(), options.plan, options.goal, JointVector{}, Pace{}, made);
+  }
+
+  std::optional<PlannedTouch> next(const JointVector& from) {
+    if (!online) {
+      if (auto touch = finder.next(from)) return touch;
+      begin();
+    }
+    return online->next(from);
+  }
+
+  /// How far the tip is off the target's surface, and the surface's outward normal there.
+  static std::pair<double, Eigen::Vector3d> surface(const Cell& cell, const Target& target,
+                                                    const Eigen::Vector3d& tip) {
+    const Eigen::Vector3d from_centre = tip - target.centre_m;
+    if (target.kind == TargetKind::kSphere)
+      return {from_centre.norm() - target.diameter_m / 2.0 - cell.tool.tip_radius_m,
+              from_centre.normalized()};
+    const double above = target.normal.dot(from_centre);
+    const double aside =
+        std::max(0.0, (from_centre - above * target.normal).norm() - target.extent_m / 2.0);
+    const double off = above - cell.tool.tip_radius_m;
+    return {aside > 0.0 ? std::hypot(off, aside) : off, target.normal};
+  }
+
+  /// Straight away from the sphere or plane that the tip is at.
+  JointVector way_out(const JointVector& from) const {
+    const Cell& cell = finder.located();
+    const Clearance clearance(cell, arm);
+    const Eigen::Isometry3d pose = arm.nominal_tcp(from);
+    double nearest_m = std::numeric_limits<double>::max();
+    Eigen::Vector3d outwards = Eigen::Vector3d::UnitZ();
+    std::size_t nearest = 0;
+    for (std::size_t t = 0; t < cell.targets.size(); ++t) {
+      const Target& target = cell.targets[t];
+      if (!is_planned(target, Kinds::kSpheresAndPlanes) || !target.has_centre) continue;
+      const auto [off_m, normal] = surface(cell, target, pose.translation());
+      if (std::abs(off_m) >= std::abs(nearest_m)) continue;
+      nearest_m = off_m;
+      outwards = normal;
+      nearest = t;
+    }
+    if (std::abs(nearest_m) > kNearM)
+      throw PlanError(
+          fmt::format("the arm does not stand at a target, and where it stands {}; jog it free and "
+                      "resume",
+                      clearance.hit(from, kTipMarginM).value_or("the tip is in contact")));
+    if (finder.seeking() == nearest)
+      throw PlanError(
+          fmt::format("the arm stands where sphere {} may be, and its place is not known well "
+                      "enough yet to lead away from it; jog it free and resume",
+                      cell.targets[nearest].id));
+    Eigen::Isometry3d outside = pose;
+    outside.translation() += (options.plan.clear_m - nearest_m) * outwards;
+    const auto out = inverse(arm, outside, from, 0.0);
+    if (!out || !clearance.clear_search(from, *out, nearest, kTipMarginM))
+      throw PlanError(
+          fmt::format("no clear way leads from target {}, where the tip is, straight outwards; jog "
+                      "the arm free "
+                      "and resume",
+                      cell.targets[nearest].id));
+    return *out;
+  }
+
+  TouchSequenceOptions options;
+  ArmModel arm;
+  Finder finder;
+  std::vector<Touch> made;
+  std::optional<Online> online;
+  Progress progress;  ///< before there is one of online
+};
+
+TouchSequence::TouchSequence(const Cell& cell, const TouchSequenceOptions& options,
+                             const std::vector<Touch>& made)
+    : impl_(new Impl(cell, options, made)) {}
+TouchSequence::~TouchSequence() = default;
+TouchSequence::TouchSequence(TouchSequence&&) noexcept = default;
+TouchSequence& TouchSequence::operator=(TouchSequence&&) noexcept = default;
+
+std::optional<PlannedTouch> TouchSequence::next(const JointVector& from, bool in_contact) {
+  Impl& me = *impl_;
+  const bool free = !in_contact && Clearance(me.finder.located(), me.arm).clear(from, kTipMarginM);
+  if (free || me.finder.leads_out(from)) return me.next(from);
+  const JointVector out = me.way_out(from);
+  auto touch = me.next(out);
+  if (touch) touch->transit.insert(touch->transit.begin(), out);
+  return touch;
+}
+
+void TouchSequence::touched(const Touch& touch) {
+  Impl& me = *impl_;
+  if (me.online) return me.online->touched(touch);
+  me.made.push_back(touch);
+  ++me.progress.touches;
+  me.finder.touched(touch);
+}
+
+void TouchSequence::failed(NotMade how) {
+  Impl& me = *impl_;
+  if (me.online) return me.online->failed();
+  if (how == NotMade::kMissed)
+    me.finder.missed();
+  else
+    me.finder.failed();
+}
+
+std::vector<JointVector> TouchSequence::way_home() const {
+  return impl_->online ? impl_->online->way_home() : std::vector<JointVector>{};
+}
+
+const Progress& TouchSequence::progress() const {
+  return impl_->online ? impl_->online->progress() : impl_->progress;
+}
+
+std::string TouchSequence::stage() const {
+  if (!impl_->finder.done()) return impl_->finder.words();
+  return progress().fitted ? "checking" : "touching";
+}
+
+}  // namespace cellcal::calib

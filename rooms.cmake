@@ -1,0 +1,57 @@
+# Rooms, and the arrows between them. An arrow that is not named here fails the build.
+set(CELLCAL_ARROWS ${CMAKE_CURRENT_LIST_FILE})
+
+# cmake -DROOM=calib/estimate -DMAY=calib/model,calib/result -DSTAMP=FILE -DSOURCE=... -P rooms.cmake: fails
+# where a file of the room includes one of a room that it does not use.
+if(CMAKE_SCRIPT_MODE_FILE)
+  cmake_policy(VERSION 3.25)
+  string(REPLACE "," ";" MAY "${MAY}")
+  file(GLOB files ${SOURCE}/${ROOM}/*.h ${SOURCE}/${ROOM}/*.cc)
+  foreach(file ${files})
+    file(STRINGS ${file} includes REGEX "^#include \"(calib|daemon|drivers|sim|tests)/")
+    foreach(include ${includes})
+      string(REGEX REPLACE "^#include \"(.*)/[^/]*\".*" "\\1" of "${include}")
+      if(NOT of STREQUAL ROOM AND NOT of IN_LIST MAY)
+        list(JOIN MAY ", " rooms)
+        message(FATAL_ERROR "${file}: ${include}: ${ROOM} may use ${rooms}, and not ${of}")
+      endif()
+    endforeach()
+  endforeach()
+  file(TOUCH ${STAMP})
+  return()
+endif()
+
+# cellcal_arrows(TARGET USES folders...): what this folder's files may include of the project is the folder
+# itself and those that it names, from the top (calib/model), no others.
+function(cellcal_arrows target)
+  cmake_parse_arguments(ARG "" "" "USES" ${ARGN})
+  file(GLOB files CONFIGURE_DEPENDS *.cc *.h)
+  file(RELATIVE_PATH room ${PROJECT_SOURCE_DIR} ${CMAKE_CURRENT_SOURCE_DIR})
+  list(JOIN ARG_USES "," may)
+  set(stamp ${CMAKE_CURRENT_BINARY_DIR}/arrows.stamp)
+  add_custom_command(OUTPUT ${stamp}
+    COMMAND ${CMAKE_COMMAND} -DROOM=${room} -DMAY=${may} -DSTAMP=${stamp} -DSOURCE=${PROJECT_SOURCE_DIR}
+            -P ${CELLCAL_ARROWS}
+    DEPENDS ${files} ${CELLCAL_ARROWS}
+    COMMENT "Arrows of ${room}")
+  add_custom_target(${target}_arrows DEPENDS ${stamp})
+  add_dependencies(${target} ${target}_arrows)
+endfunction()
+
+# cellcal_room(NAME USES rooms... LINKS targets...): a room of the mathematics, the static library
+# cellcal_NAME of all .cc files of the folder. Rooms by their folder below calib/ (plan/reach, whose
+# library is cellcal_plan_reach).
+function(cellcal_room name)
+  cmake_parse_arguments(ARG "" "" "USES;LINKS" ${ARGN})
+  file(GLOB sources CONFIGURE_DEPENDS *.cc)
+  add_library(cellcal_${name} STATIC ${sources})
+  list(TRANSFORM ARG_USES REPLACE "/" "_" OUTPUT_VARIABLE targets)
+  list(TRANSFORM targets PREPEND cellcal_)
+  target_link_libraries(cellcal_${name} PUBLIC cellcal_options Eigen3::Eigen ${targets} PRIVATE ${ARG_LINKS})
+  # The installed libraries are made of the same objects (calib/library). Nobody interposes one of these
+  # functions, so they may be inlined as in a program.
+  set_target_properties(cellcal_${name} PROPERTIES POSITION_INDEPENDENT_CODE ON)
+  target_compile_options(cellcal_${name} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-fno-semantic-interposition>)
+  list(TRANSFORM ARG_USES PREPEND calib/ OUTPUT_VARIABLE may)
+  cellcal_arrows(cellcal_${name} USES ${may})
+endfunction()

@@ -1,0 +1,31 @@
+#!/bin/bash
+# install_and_use.sh BUILD SOURCE: what a programmer outside does. Installs into a folder, moves that folder
+# elsewhere, builds the six examples against it, outside of the source, and looks at what they print.
+set -euo pipefail
+build=$1 source=$2
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+fail() { echo "install_and_use: $1" >&2; exit 1; }
+
+cmake --install "$build" --prefix "$work/first" >/dev/null
+mv "$work/first" "$work/prefix"
+grep -rlF -e "$source/" -e "$work/first" "$work/prefix" && fail "the installation holds absolute paths"
+cp -r "$source/calib/examples" "$work/examples"
+
+cmake -S "$work/examples" -B "$work/build" -DCMAKE_PREFIX_PATH="$work/prefix" -DCMAKE_BUILD_TYPE=Debug \
+      -DCMAKE_EXPORT_COMPILE_COMMANDS=ON >/dev/null
+grep -qE 'Werror|ompl|ceres|spdlog' "$work/build/compile_commands.json" &&
+  fail "flags or folders of the build reach the program"
+cmake --build "$work/build" -j2 >"$work/log" 2>&1 || { cat "$work/log"; fail "an example does not build"; }
+
+cd "$work/build"
+in() { grep -qE "$2" <<<"$1" || fail "'$2' is not in: $1"; }
+cell=$work/examples/cell.toml touches=$work/examples/touches.csv
+in "$(./02_identify_from_a_csv "$cell" "$touches" now.json)" 'published yes'
+in "$(./01_predict_a_pose now.json 0 -90 90 0 30 0)" 'calibrated .* mm, within 0\.[0-9]+ mm'
+in "$(./03_read_the_bound now.json)" 'A2\.theta  -?[0-9.e-]+ \+- [0-9.e-]+ deg \(k=2\)'
+{ head -1 "$touches"; tail -n +2 "$touches" | head -60; } >some.csv
+./02_identify_from_a_csv "$cell" some.csv then.json >/dev/null || [ $? = 3 ]
+in "$(./04_compare_two_calibrations then.json now.json "$touches")" 'apart on average'
+in "$(./05_plan_touches "$cell" 12)" '12 touches promise'
+in "$(./06_a_robot_of_your_own)" 'A2\.theta  0\.(19|20)'
