@@ -7,18 +7,16 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <vector>
 
 namespace cellcal::drivers {
 namespace {
 
 constexpr double kDeg = std::numbers::pi / 180.0;
 
-RsiConfig two_axes() {
-  RsiConfig config;
-  config.limits = {{-170 * kDeg, 170 * kDeg, 1, 1, 1}, {-90 * kDeg, 45 * kDeg, 1, 1, 1}};
-  config.correction_limit_deg = {30.0, 20.0};
-  return config;
-}
+const std::vector<AxisLimit> kLimits{{-170 * kDeg, 170 * kDeg, 1, 1, 1},
+                                     {-90 * kDeg, 45 * kDeg, 1, 1, 1}};
+constexpr double kCorrectionLimitDeg[] = {30.0, 20.0};
 
 Move to(const AxisAngles& target_rad, double cruise_s = 0.0) {
   return {1, MoveKind::kTransit, target_rad, cruise_s, 0};
@@ -37,43 +35,38 @@ void expect(const std::optional<Objection>& objection, Cause cause, int axis, do
 }
 
 TEST(MoveCheck, AnotherNumberOfAxesIsNamedWithBothNumbers) {
-  const RsiConfig config = two_axes();
-  expect(object_to(to({0.0}), config.limits), Cause::kAxisCount, 0, 1, 2);
-  expect(object_to(to({0.0, 0.0, 0.0}), config.limits), Cause::kAxisCount, 0, 3, 2);
-  EXPECT_FALSE(object_to(to({0.0, 0.0}), config.limits));
+  expect(object_to(to({0.0}), kLimits), Cause::kAxisCount, 0, 1, 2);
+  expect(object_to(to({0.0, 0.0, 0.0}), kLimits), Cause::kAxisCount, 0, 3, 2);
+  EXPECT_FALSE(object_to(to({0.0, 0.0}), kLimits));
 }
 
 TEST(MoveCheck, ACruiseTimeThatIsNoneIsNamed) {
-  const RsiConfig config = two_axes();
-  expect(object_to(to({0.0, 0.0}, -1.0), config.limits), Cause::kBadCruise, 0, -1.0, 0);
-  expect(object_to(to({0.0, 0.0}, HUGE_VAL), config.limits), Cause::kBadCruise, 0, HUGE_VAL, 0);
-  expect(object_to(to({0.0, 0.0}, NAN), config.limits), Cause::kBadCruise, 0, NAN, 0);
-  EXPECT_FALSE(object_to(to({0.0, 0.0}, 0.0), config.limits));
-  EXPECT_FALSE(object_to(to({0.0, 0.0}, 1.0), config.limits));
+  expect(object_to(to({0.0, 0.0}, -1.0), kLimits), Cause::kBadCruise, 0, -1.0, 0);
+  expect(object_to(to({0.0, 0.0}, HUGE_VAL), kLimits), Cause::kBadCruise, 0, HUGE_VAL, 0);
+  expect(object_to(to({0.0, 0.0}, NAN), kLimits), Cause::kBadCruise, 0, NAN, 0);
+  EXPECT_FALSE(object_to(to({0.0, 0.0}, 0.0), kLimits));
+  EXPECT_FALSE(object_to(to({0.0, 0.0}, 1.0), kLimits));
 }
 
 TEST(MoveCheck, AnAngleThatIsNoNumberIsNamedByItsAxis) {
-  const RsiConfig config = two_axes();
-  expect(object_to(to({NAN, 0.0}), config.limits), Cause::kNotFinite, 0, NAN, 0);
-  expect(object_to(to({0.0, HUGE_VAL}), config.limits), Cause::kNotFinite, 1, HUGE_VAL, 0);
+  expect(object_to(to({NAN, 0.0}), kLimits), Cause::kNotFinite, 0, NAN, 0);
+  expect(object_to(to({0.0, HUGE_VAL}), kLimits), Cause::kNotFinite, 1, HUGE_VAL, 0);
 }
 
 TEST(MoveCheck, BeyondALimitOfEitherSideIsNamedInDegrees) {
-  const RsiConfig config = two_axes();
-  expect(object_to(to({-171 * kDeg, 0.0}), config.limits), Cause::kBelowLimit, 0, -171, -170);
-  expect(object_to(to({0.0, 46 * kDeg}), config.limits), Cause::kAboveLimit, 1, 46, 45);
-  EXPECT_FALSE(object_to(to({170 * kDeg, -90 * kDeg}), config.limits))
+  expect(object_to(to({-171 * kDeg, 0.0}), kLimits), Cause::kBelowLimit, 0, -171, -170);
+  expect(object_to(to({0.0, 46 * kDeg}), kLimits), Cause::kAboveLimit, 1, 46, 45);
+  EXPECT_FALSE(object_to(to({170 * kDeg, -90 * kDeg}), kLimits))
       << "the limit itself is inside";
 }
 
 TEST(MoveCheck, ACorrectionBeyondItsLimitIsMeasuredFromThePoseAtCorrectionNought) {
-  const RsiConfig config = two_axes();
   const AxisAngles base{100 * kDeg, -10 * kDeg};
-  expect(object_to(to({131 * kDeg, -10 * kDeg}), config, base), Cause::kCorrectionLimit, 0, 31, 30);
-  expect(object_to(to({100 * kDeg, -31 * kDeg}), config, base), Cause::kCorrectionLimit, 1, -21,
+  expect(object_to(to({131 * kDeg, -10 * kDeg}), kLimits, kCorrectionLimitDeg, base), Cause::kCorrectionLimit, 0, 31, 30);
+  expect(object_to(to({100 * kDeg, -31 * kDeg}), kLimits, kCorrectionLimitDeg, base), Cause::kCorrectionLimit, 1, -21,
          20);
-  EXPECT_FALSE(object_to(to({71 * kDeg, 9 * kDeg}), config, base));
-  expect(object_to(to({100 * kDeg}), config, base), Cause::kAxisCount, 0, 1, 2);
+  EXPECT_FALSE(object_to(to({71 * kDeg, 9 * kDeg}), kLimits, kCorrectionLimitDeg, base));
+  expect(object_to(to({100 * kDeg}), kLimits, kCorrectionLimitDeg, base), Cause::kAxisCount, 0, 1, 2);
 }
 
 }  // namespace
