@@ -51,7 +51,7 @@ int main() try {
   const ArmModel arm(real, cell.tool);
   std::vector<Touch> touches;
   for (int k = 0; k < 40; ++k) {
-    const double a1 = (10.0 + 2.5 * (k % 5)) * kDeg * 0.8, a3 = -(60.0 + 7.0 * (k / 5)) * kDeg;
+    const double a1 = (8.5 + 0.9 * (k % 5)) * kDeg, a3 = -(92.0 + 1.5 * (k / 5)) * kDeg;
     double low = -20 * kDeg, high = 120 * kDeg;  // of joint 2
     const auto depth_m = [&](double a2) {
       const std::vector<double> q = {a1, a2, a3};
@@ -73,6 +73,7 @@ int main() try {
   const Calibration result = identify(cell, touches);
   std::cout << touches.size() << " touches\n";
   for (const ParameterResult& p : result.parameters) {
+    if (p.decided_by != DecidedBy::kData) continue;
     std::cout << p.name << "  " << p.correction * p.to_unit << " +- " << 2.0 * p.sigma * p.to_unit
               << ' ' << p.unit << '\n';
   }

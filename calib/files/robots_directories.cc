@@ -22,6 +22,15 @@ std::filesystem::path own_file() {
   return std::filesystem::read_symlink("/proc/self/exe", none);
 }
 
+bool holds_robots(const std::filesystem::path& folder) {
+  std::error_code none;
+  for (std::filesystem::directory_iterator at(folder, none), end; !none && at != end;
+       at.increment(none)) {
+    if (at->path().extension() == ".toml") return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 std::vector<std::filesystem::path> robots_directories() {
@@ -32,8 +41,7 @@ std::vector<std::filesystem::path> robots_directories() {
   const std::filesystem::path file = own_file();
   for (auto folder = file.parent_path(); folder.has_relative_path(); folder = folder.parent_path()) {
     for (const auto& place : places) {
-      std::error_code none;
-      if (std::filesystem::is_directory(folder / place, none)) result.push_back(folder / place);
+      if (holds_robots(folder / place)) result.push_back(folder / place);
     }
   }
   const std::filesystem::path usual = "/usr/share/cellcal/robots";

@@ -19,13 +19,13 @@ grep -qE 'Werror|ompl|ceres|spdlog' "$work/build/compile_commands.json" &&
 cmake --build "$work/build" -j2 >"$work/log" 2>&1 || { cat "$work/log"; fail "an example does not build"; }
 
 cd "$work/build"
-in() { grep -qE "$2" <<<"$1" || fail "'$2' is not in: $1"; }
+holds() { grep -qE "$2" <<<"$1" || fail "'$2' is not in: $1"; }
 cell=$work/examples/cell.toml touches=$work/examples/touches.csv
-in "$(./02_identify_from_a_csv "$cell" "$touches" now.json)" 'published yes'
-in "$(./01_predict_a_pose now.json 0 -90 90 0 30 0)" 'calibrated .* mm, within 0\.[0-9]+ mm'
-in "$(./03_read_the_bound now.json)" 'A2\.theta  -?[0-9.e-]+ \+- [0-9.e-]+ deg \(k=2\)'
+holds "$(./02_identify_from_a_csv "$cell" "$touches" now.json)" 'published yes'
+holds "$(./01_predict_a_pose now.json 0 -90 90 0 30 0)" 'calibrated .* mm, within 0\.[0-9]+ mm'
+holds "$(./03_read_the_bound now.json)" 'A2\.theta  -?[0-9.e-]+ \+- [0-9.e-]+ deg \(k=2\)'
 { head -1 "$touches"; tail -n +2 "$touches" | head -60; } >some.csv
 ./02_identify_from_a_csv "$cell" some.csv then.json >/dev/null || [ $? = 3 ]
-in "$(./04_compare_two_calibrations then.json now.json "$touches")" 'apart on average'
-in "$(./05_plan_touches "$cell" 12)" '12 touches promise'
-in "$(./06_a_robot_of_your_own)" 'A2\.theta  0\.(19|20)'
+holds "$(./04_compare_two_calibrations then.json now.json "$touches")" 'apart on average'
+holds "$(./05_plan_touches "$cell" 12)" '12 touches promise'
+holds "$(./06_a_robot_of_your_own)" 'A2\.theta  0\.(19|20)'

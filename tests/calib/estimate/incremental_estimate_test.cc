@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 
+#include "calib/identify/identify.h"
 #include "calib/model/error.h"
 #include "calib/uncertainty/region.h"
 #include "tests/calib/simulate.h"

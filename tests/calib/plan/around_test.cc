@@ -7,6 +7,7 @@
 
 #include "calib/files/files.h"
 #include "calib/plan/choice/choose.h"
+#include "calib/plan/plan.h"
 #include "calib/plan/reach/pool.h"
 
 namespace cellcal::calib {

@@ -6,7 +6,7 @@
 #include <functional>
 
 #include "daemon/session/session.h"
-#include "fakes.h"
+#include "tests/daemon/service/fakes.h"
 
 namespace cellcal::daemon::testing {
 
