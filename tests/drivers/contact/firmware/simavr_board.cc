@@ -144,12 +144,11 @@ void SimavrBoard::settle() {
   const bool high = (avr_->data[kPortD] & (1 << kTestBit)) != 0;
   circuit_.test_pin = out ? (high ? TestPin::kHigh : TestPin::kLow)
                           : (high ? TestPin::kPullUp : TestPin::kReleased);
-  const double sense = circuit_.sense_v(), feed = circuit_.feed_v();
+  const sim::CircuitVoltages volts = circuit_.voltages();
   const auto millivolts = [](double v) { return static_cast<std::uint32_t>(std::lround(v * 1e3)); };
-  avr_raise_irq(adc_sense_, millivolts(sense));
-  avr_raise_irq(adc_feed_, millivolts(feed));
-  if (sense > TouchCircuit::kLowV && sense < TouchCircuit::kHighV) return;
-  const bool pin_high = sense >= TouchCircuit::kHighV;
+  avr_raise_irq(adc_sense_, millivolts(volts.sense_v));
+  avr_raise_irq(adc_feed_, millivolts(volts.feed_v));
+  const bool pin_high = circuit_.pin_high(volts, pin_high_);
   if (pin_high != pin_high_) pin_edges_.push_back({avr_->cycle, pin_high});
   pin_high_ = pin_high;
   avr_raise_irq(pin_, pin_high ? 1 : 0);

@@ -13,13 +13,16 @@
 #include "drivers/contact/byte_line.h"
 #include "drivers/contact/ctp_codec.h"
 #include "drivers/time.h"
-#include "touch_circuit.h"
+#include "sim/mcu/touch_circuit.h"
 
 struct avr_t;
 struct avr_irq_t;
 struct avr_uart_t;
 
 namespace cellcal::test {
+
+using sim::TestPin;
+using sim::TouchCircuit;
 
 using drivers::Duration;
 using drivers::TimePoint;
