@@ -95,7 +95,7 @@ void Microcontroller::settle(TimePoint t) {
   volts_ = circuit_.voltages();
   conversions_left_ = kConversions;
   convert(now_);
-  const bool high = circuit_.pin_high(volts_, pin_high_);
+  const bool high = circuit_.pin_high(pin_high_);
   if (high == pin_high_) return;
   pin_high_ = high;
   if (!silent_) sensor_on_edge(&sensor_, ticks(t), high);
@@ -104,7 +104,9 @@ void Microcontroller::settle(TimePoint t) {
 void Microcontroller::convert(TimePoint t) {
   --conversions_left_;
   next_conversion_ = t + kConversion;
-  sensor_on_voltages(&sensor_, millivolts(volts_.sense_v), millivolts(volts_.feed_v));
+  const sensor_voltages mv{millivolts(volts_.sense_v), millivolts(volts_.feed_v),
+                           millivolts(volts_.earth_v)};
+  sensor_on_voltages(&sensor_, ticks(t), &mv);
 }
 
 /// What the firmware does to the circuit, and when it looks at it anew.

@@ -28,7 +28,7 @@ struct McuOptions {
   std::uint32_t uid = 0x4D435531;
   std::uint32_t boot_id = 1;  ///< the first; every reset takes the next
   std::uint8_t version = CTP_VERSION;
-  std::array<std::uint8_t, 3> firmware{1, 0, 0};
+  std::array<std::uint8_t, 3> firmware{1, 1, 0};
   std::chrono::microseconds turnaround{40};  ///< line free for a PONG to its first bit
 };
 

@@ -14,11 +14,12 @@ constexpr double kFeedOhm = 1e3;         // R1
 constexpr double kPullDownOhm = 47e3;    // R2
 constexpr double kTestOhm = 100 + 25.0;  // R3 and the pin's own
 constexpr double kSurgeOhm = 47.0;       // R6
+constexpr double kEarthPullUpOhm = 1e3;  // R9
 constexpr double kPinPullUpOhm = 35e3;   // 20 to 50 kiloohms
 /// Air and board leak so much that no node floats.
 constexpr double kAirOhm = 1e10;
 
-enum Node : std::size_t { kFeed, kFeedEnd, kGun, kSenseEnd, kSense, kNodes };
+enum Node : std::size_t { kFeed, kFeedEnd, kGun, kSenseEnd, kSense, kFirst, kLast, kBack, kNodes };
 
 /// Nodal analysis: conductances and currents into each node.
 class Network {
@@ -62,33 +63,45 @@ class Network {
   std::array<double, kNodes> ampere_{};
 };
 
+CircuitVoltages at_rest(const TouchCircuit& c) {
+  Network net;
+  net.tie(kFeed, TouchCircuit::kSupplyV, kFeedOhm);
+  net.join(kFeed, kFeedEnd, c.feed_wire);
+  net.join(kFeedEnd, kGun, c.feed_lug);
+  net.join(kGun, kSenseEnd, c.sense_lug);
+  net.join(kFeedEnd, kSenseEnd, c.between_lugs);
+  net.join(kSenseEnd, kSense, c.sense_end + c.sense_wire + kSurgeOhm);
+  net.join(kFeed, kSense, c.feed_to_sense + kSurgeOhm);
+  net.tie(kSense, 0.0, kPullDownOhm);
+  net.tie(kSense, TouchCircuit::kSupplyV, c.sense_to_supply);
+  net.tie(kGun, 0.0, c.gun_to_earth);
+  net.tie(kFirst, 0.0, c.earth_out);
+  net.join(kFirst, kLast, c.earth_between);
+  net.join(kLast, kBack, c.earth_end + c.earth_back);
+  net.tie(kBack, 0.0, c.earth_to_back);
+  net.tie(kBack, TouchCircuit::kSupplyV, kEarthPullUpOhm);
+  if (c.touching) net.join(kGun, kLast, c.touch_ohm);
+  net.drain(kFeed, c.feed_leak_a);
+  net.drain(kSense, c.sense_leak_a);
+  if (c.test_pin == TestPin::kLow) net.tie(kSense, 0.0, kTestOhm);
+  if (c.test_pin == TestPin::kHigh) net.tie(kSense, TouchCircuit::kSupplyV, kTestOhm);
+  if (c.test_pin == TestPin::kPullUp) net.tie(kSense, TouchCircuit::kSupplyV, kPinPullUpOhm);
+  const auto volt = net.solve();
+  return {volt[kFeed], volt[kSense], volt[kBack]};
+}
+
 }  // namespace
 
 CircuitVoltages TouchCircuit::voltages() const {
-  Network net;
-  net.tie(kFeed, kSupplyV, kFeedOhm);
-  net.join(kFeed, kFeedEnd, feed_wire);
-  net.join(kFeedEnd, kGun, feed_lug);
-  net.join(kGun, kSenseEnd, sense_lug);
-  net.join(kFeedEnd, kSenseEnd, between_lugs);
-  net.join(kSenseEnd, kSense, sense_wire + kSurgeOhm);
-  net.join(kFeed, kSense, feed_to_sense + kSurgeOhm);
-  net.tie(kSense, 0.0, kPullDownOhm);
-  net.tie(kSense, kSupplyV, sense_to_supply);
-  net.tie(kGun, 0.0, gun_to_earth);
-  if (touching) net.tie(kGun, 0.0, touch_ohm);
-  net.drain(kFeed, feed_leak_a);
-  net.drain(kSense, sense_leak_a);
-  if (test_pin == TestPin::kLow) net.tie(kSense, 0.0, kTestOhm);
-  if (test_pin == TestPin::kHigh) net.tie(kSense, kSupplyV, kTestOhm);
-  if (test_pin == TestPin::kPullUp) net.tie(kSense, kSupplyV, kPinPullUpOhm);
-  const auto volt = net.solve();
-  return {volt[kFeed], volt[kSense]};
+  const CircuitVoltages at = at_rest(*this);
+  return {feed_reads_v.value_or(at.feed_v), sense_reads_v.value_or(at.sense_v),
+          earth_reads_v.value_or(at.earth_v)};
 }
 
-bool TouchCircuit::pin_high(const CircuitVoltages& at, bool before) const {
-  if (capture_joint_open || (at.sense_v > kLowV && at.sense_v < kHighV)) return before;
-  return at.sense_v >= kHighV;
+bool TouchCircuit::pin_high(bool before) const {
+  const double sense_v = at_rest(*this).sense_v;
+  if (capture_joint_open || (sense_v > kLowV && sense_v < kHighV)) return before;
+  return sense_v >= kHighV;
 }
 
 }  // namespace cellcal::sim
