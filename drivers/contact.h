@@ -39,6 +39,17 @@ enum class ContactFault {
   kBaud,            ///< bytes come, and none is a frame: the two sides' baud rates differ
 };
 
+/// What is wrong with the wires of the touch circuit, as the last self-test and the newest
+/// heartbeat tell.
+enum class LoopFlaw {
+  kNone,
+  kGunBreak,        ///< wire F or S is open
+  kGunShort,        ///< F and S touch before the end resistor at the gun: no touch would be seen
+  kEarthBreak,      ///< wire E is open, or its way back: a stand may not be earthed
+  kEarthShort,      ///< E and its way back touch before the end resistor: a break would not show
+  kEarthUnwatched,  ///< the sensor's firmware does not look at wire E
+};
+
 /// How the last arming ended.
 enum class ArmEnd {
   kNone,
@@ -80,9 +91,12 @@ struct ContactStatus {
   /// Ready, or in contact since before the self-test, which cannot pass there, with its loop
   /// examined: a retreat can be guarded, nothing else.
   bool can_guard_retreat = false;
-  bool loop_ok = false;
+  bool loop_ok = false;  ///< wires F, S and E
   bool self_test_ok = false;
   bool armed = false;
+  /// The last arming was used up by a voltage between the bands and not by an edge.
+  bool voltage_trip = false;
+  LoopFlaw loop_flaw = LoopFlaw::kNone;
   std::string words;    ///< for people: what is wrong and what to do
   std::string warning;  ///< of the port, with the fix; also in the words
   ContactQuality quality;

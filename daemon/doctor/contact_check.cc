@@ -4,6 +4,8 @@
 
 #include <chrono>
 
+#include "drivers/contact/ctp_codec.h"
+
 namespace cellcal::daemon {
 
 namespace {
@@ -24,19 +26,26 @@ std::string firmware(const drivers::ContactIdentity& id) {
 
 void judge_circuit(const drivers::ContactStatus& s, Findings& findings) {
   const std::string check = "contact circuit";
+  const double open_v = drivers::ctp::Config().open_mv * 1e-3;
   const bool looked_at = s.loop_ok || s.fault == drivers::ContactFault::kLoopBroken;
   if (!looked_at) {
     findings.skip(check, "the sensor has not come as far as to look at its wires");
   } else if (!s.loop_ok) {
     findings.fail(check, s.words.empty() ? "the touch circuit is broken" : s.words,
-                  "look for an open feed or sense wire between sensor and tool; the sensor's "
-                  "self-test repeats by itself");
+                  "drivers/contact/firmware/README.md has the circuit; the sensor's self-test "
+                  "repeats by itself, and shows when it is mended");
   } else if (s.in_contact) {
     findings.fail(check,
                   fmt::format("closed ({:.2f} V): the tool touches something", s.sense_voltage_v),
                   "move the tool free; look for spatter, a short, or a wire that is broken");
+  } else if (s.sense_voltage_v < open_v) {
+    findings.fail(check,
+                  fmt::format("neither open nor contact ({:.2f} V; open is above {:.1f} V)",
+                              s.sense_voltage_v, open_v),
+                  "look for coolant, a wet hose, spatter or oxide between tool and earth");
   } else {
-    findings.ok(check, fmt::format("open, {:.2f} V", s.sense_voltage_v));
+    findings.ok(check,
+                fmt::format("open, {:.2f} V; wires F, S and E are whole", s.sense_voltage_v));
   }
 }
 
@@ -155,6 +164,17 @@ void judge_contact_line(const ContactSeen& seen, Findings& findings) {
                   "(latency timer of 1 ms)");
   } else {
     findings.ok(check, figures);
+  }
+}
+
+void judge_contact_touch(const ContactSeen& seen, Findings& findings) {
+  const std::string check = "contact touch";
+  if (seen.touched) {
+    findings.ok(check, "closed and opened again: the gun is in the circuit");
+  } else {
+    findings.warn(check, fmt::format("none was seen in {:.0f} s", seen.observed_s),
+                  "cellcal doctor --for 30, and meanwhile touch each sphere with the tool, or join "
+                  "tip and stand by a wire: nothing else tells that both lugs hang beside the gun");
   }
 }
 

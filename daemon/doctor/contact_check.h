@@ -14,6 +14,7 @@ struct ContactSeen {
   std::uint16_t wanted_config_crc = 0;
   double observed_s = 0.0;
   int baud = 0;                   ///< of this side
+  bool touched = false;           ///< closed, and open again, at least once while it was looked at
   std::optional<int> answers_at;  ///< the baud rate that the sensor was found at, if looked for
 };
 
@@ -22,6 +23,9 @@ struct ContactSeen {
 bool judge_contact(const ContactSeen& seen, Findings& findings);
 /// The line, after it was observed for a while.
 void judge_contact_line(const ContactSeen& seen, Findings& findings);
+/// Whether a touch was seen. Both lugs off the gun and touching each other look like a free gun to
+/// every other check.
+void judge_contact_touch(const ContactSeen& seen, Findings& findings);
 /// How late this computer delivered the sensor's bytes meanwhile.
 void judge_contact_delivery(const ContactSeen& seen, Findings& findings);
 

@@ -7,10 +7,11 @@
 #include <chrono>
 #include <thread>
 
+#include "daemon/config/pendant.h"
+#include "daemon/doctor/adapter_check.h"
 #include "daemon/doctor/contact_check.h"
 #include "daemon/doctor/parts.h"
 #include "daemon/doctor/robot_check.h"
-#include "daemon/config/pendant.h"
 #include "drivers/contact/ctp_codec.h"
 #include "drivers/contact/serial_contact.h"
 #include "drivers/error.h"
@@ -146,12 +147,20 @@ bool Wires::open_contact() {
   return true;
 }
 
-void Wires::look_at_contact() { contact_seen_.newest = contact_.status(); }
+void Wires::look_at_contact() {
+  const bool was_closed = contact_seen_.newest.in_contact;
+  contact_seen_.newest = contact_.status();
+  const drivers::ContactStatus& s = contact_seen_.newest;
+  if (was_closed && !s.in_contact && s.loop_ok) contact_seen_.touched = true;
+}
 
 void Wires::contact(const std::optional<ProcessRights>& daemon) {
   judge_access(daemon);
   contact_open_ = open_contact();
   contact_opened_ = Steady::now();
+  // Behind the opening, which asks for low latency: what is read back then is what sessions get.
+  judge_adapter(config_.contact.device, drivers::adapter_of(config_.contact.device),
+                config_.contact.baud, findings_);
   if (!contact_open_) {
     for (const char* check : {"contact sensor", "contact configuration", "contact circuit",
                               "contact self-test", "contact clock"}) {
@@ -200,11 +209,13 @@ void Wires::look_for_baud() {
 
 void Wires::judge_line() {
   if (!contact_open_) {
+    findings_.skip("contact touch", "the port is not open");
     findings_.skip("contact line", "the port is not open");
     return findings_.skip("contact delivery", "the port is not open");
   }
   look_at_contact();
   contact_seen_.observed_s = since(contact_opened_);
+  judge_contact_touch(contact_seen_, findings_);
   judge_contact_line(contact_seen_, findings_);
   judge_contact_delivery(contact_seen_, findings_);
   const drivers::ContactStatus& s = contact_seen_.newest;

@@ -180,10 +180,10 @@ std::string what(FailureKind kind, const State& state, const Event& event) {
           state.slow.size() + 1, target(state), state.policy.tolerance_m * kMmPerM,
           readings_words(state, event));
     case FailureKind::kTooManyRevoked:
-      return fmt::format(
-          "{} trips of the contact sensor on {} were noise; check the sensor's "
-          "cable, earth and shield",
-          state.revoked + 1, target(state));
+      return joined(fmt::format("{} trips of the contact sensor on {} were noise; check the "
+                                "sensor's cable, earth and shield",
+                                state.revoked + 1, target(state)),
+                    state.links.contact_words);
     case FailureKind::kContactSilent:
       return joined("the contact sensor was not heard in time, the arm was stopped",
                     joined(joined(words, state.links.contact_words), kResume));

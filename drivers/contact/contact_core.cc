@@ -387,7 +387,11 @@ ContactFacts ContactCore::facts(TimePoint now) const {
   f.heard = heard_;
   f.touching_at_self_test = touching_;
   f.in_contact = in_contact_;
-  f.loop_ok = status_ && (status_->flags & CTP_FLAG_LOOP_OK) != 0;
+  if (status_) {
+    f.loop_flaw = loop_flaw(*status_);
+    f.loop_ok = f.loop_flaw == LoopFlaw::kNone;
+    f.voltage_trip = (status_->flags & CTP_FLAG_VOLTAGE_TRIP) != 0;
+  }
   f.self_test_ok = self_test_fresh(now);
   f.armed = arming_ == Arming::kArmed;
   f.arm_id = f.armed ? request_.arm_id : std::uint16_t{0};

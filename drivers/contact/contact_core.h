@@ -102,6 +102,7 @@ class ContactCore : public ContactGuard {
   void begin_test(TimePoint now);
   void tick_test(TimePoint now);
   void tick_ping(TimePoint now);
+  LoopFlaw loop_flaw(const ctp::Status& status) const;
   bool clock_good(TimePoint now) const;
   bool self_test_fresh(TimePoint now) const;
   void fail_test(ContactFault fault, TimePoint now);

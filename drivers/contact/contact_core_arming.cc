@@ -1,6 +1,7 @@
 // ContactCore: arming, the clock's pings and the self-test.
 
 #include <algorithm>
+#include <array>
 
 #include "drivers/contact/contact_core.h"
 
@@ -26,6 +27,9 @@ constexpr milliseconds kTestSettle{CTP_SELF_TEST_MS};
 /// Contact that lasts this long outside an arming is examined: a touch, or a broken wire?
 constexpr milliseconds kContactSuspicious{1000};
 
+/// The first firmware that looks at wire E.
+constexpr std::array<std::uint8_t, 3> kWatchesEarth{1, 1, 0};
+
 /// Irregular, so that nothing periodic hides in the samples; fast until the map is good.
 constexpr std::size_t kFastPings = 24;
 constexpr unsigned kFastPingMs = 10, kFastPingSpreadMs = 10;
@@ -47,7 +51,7 @@ ArmRefusal ContactCore::refusal(const Request& request, TimePoint now) const {
   if (step_ != ContactStep::kReady || !status_ || now - last_frame_ > kIdleLimit) {
     return ArmRefusal::kNotReady;
   }
-  if ((status_->flags & CTP_FLAG_LOOP_OK) == 0) return ArmRefusal::kLoopBroken;
+  if (loop_flaw(*status_) != LoopFlaw::kNone) return ArmRefusal::kLoopBroken;
   if (in_contact_) return ArmRefusal::kInContact;
   const bool running = test_ == Test::kRunning;  // the sense line is pulled: judged afterwards
   const bool undefined =
@@ -67,6 +71,8 @@ void ContactCore::arm(std::uint16_t arm_id, milliseconds lifetime, TimePoint now
     return;
   }
   waiting_ = request;
+  // 2 ms, so that what broke on the way here is found before the arm relies on it.
+  if (test_ == Test::kNone) test_wanted_ = true;
   if (arming_ == Arming::kArmed) {
     end_arming(ArmEnd::kDisarmed, now);
     begin_disarm(now);
@@ -231,6 +237,19 @@ void ContactCore::self_test(TimePoint now) {
   on_tick_but_ping(now);
 }
 
+LoopFlaw ContactCore::loop_flaw(const ctp::Status& status) const {
+  const auto is_set = [&](int flag) { return (status.flags & flag) != 0; };
+  // 'Earth whole' alone is no proof: an older firmware cannot say it, and means the gun's wires.
+  if (is_set(CTP_FLAG_EARTH_OK)) {
+    if (is_set(CTP_FLAG_LOOP_OK)) return LoopFlaw::kNone;
+    return is_set(CTP_FLAG_SHORTED) ? LoopFlaw::kGunShort : LoopFlaw::kGunBreak;
+  }
+  if (ident_ && ident_->firmware < kWatchesEarth) {
+    return is_set(CTP_FLAG_LOOP_OK) ? LoopFlaw::kEarthUnwatched : LoopFlaw::kGunBreak;
+  }
+  return is_set(CTP_FLAG_SHORTED) ? LoopFlaw::kEarthShort : LoopFlaw::kEarthBreak;
+}
+
 bool ContactCore::self_test_fresh(TimePoint now) const {
   return test_passed_ && now - test_passed_at_ <= options_.self_test_max_age;
 }
@@ -262,7 +281,7 @@ void ContactCore::tick_test(TimePoint now) {
     if (++test_tries_ < kTestTries) {
       begin_test(now);
     } else {
-      const bool loop_ok = status_ && (status_->flags & CTP_FLAG_LOOP_OK) != 0;
+      const bool loop_ok = status_ && loop_flaw(*status_) == LoopFlaw::kNone;
       if (deaf(now)) {
         fail_test(ContactFault::kDeaf, now);
       } else {
@@ -287,7 +306,7 @@ void ContactCore::fail_test(ContactFault fault, TimePoint now) {
 
 void ContactCore::on_status_test(const ctp::Status& status, TimePoint now) {
   const bool ok = (status.flags & CTP_FLAG_SELF_TEST_OK) != 0;
-  const bool loop_ok = (status.flags & CTP_FLAG_LOOP_OK) != 0;
+  const bool loop_ok = loop_flaw(status) == LoopFlaw::kNone;
   if (test_ == Test::kNone) {
     // What the sensor has proved can be lost again; it says so in every heartbeat.
     if (!ok) test_passed_ = false;

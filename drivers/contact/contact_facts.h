@@ -37,6 +37,8 @@ struct ContactFacts {
   bool heard = false;  ///< any valid frame since the port was opened
   bool touching_at_self_test = false;
   bool in_contact = false, loop_ok = false, self_test_ok = false, armed = false;
+  bool voltage_trip = false;
+  LoopFlaw loop_flaw = LoopFlaw::kNone;
   std::uint16_t arm_id = 0;
   ArmEnd last_arm_end = ArmEnd::kNone;
   std::uint8_t version = 0;

@@ -28,6 +28,32 @@ std::string late_words(const ContactFacts& f) {
       f.delivered_late_s * 1e3, f.late_limit_s * 1e3);
 }
 
+std::string loop_words(const ContactFacts& f) {
+  switch (f.loop_flaw) {
+    case LoopFlaw::kNone:  // whole again; the self-test has not looked yet
+    case LoopFlaw::kGunBreak:
+      return fmt::format(
+          "the touch circuit is open ({:.2f} V): a wire between sensor and gun is broken or "
+          "unplugged, or its fuse is blown. Check feed and sense wire (F, S)",
+          f.sense_v);
+    case LoopFlaw::kGunShort:
+      return "wires F and S touch before the end resistor at the gun, or it is missing: a touch "
+             "would not be seen. Check the cable and both lugs at the gun";
+    case LoopFlaw::kEarthBreak:
+      return "the wire through the stands (E) is open: a stand may not be earthed, and its sphere "
+             "would not be felt. Check the lugs at every stand, the plug, and the fuse of E";
+    case LoopFlaw::kEarthShort:
+      return "wire E and its way back (R) touch before the end resistor at the last stand, or it "
+             "is missing: a break would not be seen. Check the cable and the last stand's lugs";
+    case LoopFlaw::kEarthUnwatched:
+      return fmt::format(
+          "the contact sensor's firmware {} does not look at the wire through the stands (E): "
+          "flash 1.1 or newer, and lead E back to terminal R (drivers/contact/firmware)",
+          firmware_of(f));
+  }
+  return {};
+}
+
 std::string fault_words(const ContactFacts& f) {
   switch (f.fault) {
     case ContactFault::kNone:
@@ -46,10 +72,7 @@ std::string fault_words(const ContactFacts& f) {
       return "the contact sensor refuses its configuration: check confirm_samples, sample_us, "
              "heartbeat and that open_mv lies above contact_mv";
     case ContactFault::kLoopBroken:
-      return fmt::format(
-          "the touch circuit is open ({:.2f} V): a wire between sensor and gun is broken or "
-          "unplugged. Check feed and sense wire; the self-test repeats by itself",
-          f.sense_v);
+      return loop_words(f) + "; the self-test repeats by itself";
     case ContactFault::kSelfTestFailed:
       return fmt::format(
           "the contact sensor does not see its own test edge ({:.2f} V): its input is stuck, or a "
@@ -129,11 +152,11 @@ std::string refusal_words(const ArmAnswer& a) {
           "run the self-test to rule out a broken wire",
           f.sense_v);
     case ArmRefusal::kLoopBroken:
-      return "the touch circuit is open: a wire between sensor and gun is broken or unplugged";
+      return loop_words(f);
     case ArmRefusal::kVoltageUndefined:
       return fmt::format(
-          "the sense voltage ({:.2f} V) is neither open nor contact: moisture, spatter or a bad "
-          "connection bridges the gun in part",
+          "the sense voltage ({:.2f} V) is neither open nor contact, or the feed's is not open: "
+          "moisture, spatter or a bad connection bridges the gun in part",
           f.sense_v);
     case ArmRefusal::kClockNotSynchronised:
       return fmt::format(
@@ -165,6 +188,13 @@ std::string refusal_words(const ArmAnswer& a) {
 }
 
 std::string end_words(const ContactFacts& f) {
+  if (f.last_arm_end == ArmEnd::kTripped && f.voltage_trip) {
+    return fmt::format(
+        "the last trip was a voltage and no edge ({:.2f} V now): oxide, paint or coolant between "
+        "tip and sphere (above 430 Ohm), or a broken joint at D8. Clean both, then look at the "
+        "sensor's input",
+        f.sense_v);
+  }
   switch (f.last_arm_end) {
     case ArmEnd::kDeliveredLate:
       return fmt::format(
@@ -213,6 +243,8 @@ ContactStatus status_of(const ContactFacts& f) {
                                         f.touching_at_self_test && f.fault == ContactFault::kNone);
   s.loop_ok = f.loop_ok;
   s.self_test_ok = f.self_test_ok;
+  s.loop_flaw = f.loop_flaw;
+  s.voltage_trip = f.voltage_trip;
   s.armed = f.armed;
   s.words = words_of(f);
   s.quality = f.quality;

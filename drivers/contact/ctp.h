@@ -112,7 +112,11 @@ enum {
   CTP_FLAG_ARMED = 0x02,
   CTP_FLAG_LATCHED = 0x04, /* the last arming was used up by an edge */
   CTP_FLAG_LOOP_OK = 0x08,
-  CTP_FLAG_SELF_TEST_OK = 0x10
+  CTP_FLAG_SELF_TEST_OK = 0x10,
+  /* Since firmware 1.1; older ones leave them 0. LOOP_OK is set only with EARTH_OK. */
+  CTP_FLAG_EARTH_OK = 0x20,     /* the stands' wire is whole, out and back */
+  CTP_FLAG_VOLTAGE_TRIP = 0x40, /* the last arming was used up by a voltage, not by an edge */
+  CTP_FLAG_SHORTED = 0x80       /* not LOOP_OK by a short before an end resistor, not by a break */
 };
 
 /* Reasons of NAK. */

@@ -94,8 +94,9 @@ void add_options(CLI::App& app, EmulatorOptions& options) {
   app.add_option_function<std::string>(
          "--fault",
          [&options](const std::string& fault) {
-           options.sensor_faults.wire_broken = fault == "wire-broken";
-           options.sensor_faults.stuck_open = fault == "stuck-open";
+           if (fault == "wire-broken")
+             options.sensor_faults.circuit.sense_wire = TouchCircuit::kOpen;
+           options.sensor_faults.circuit.capture_joint_open = fault == "stuck-open";
            options.sensor_faults.silent = fault == "silent";
            options.no_spheres = fault == "no-spheres";
          },

@@ -91,7 +91,9 @@ void firmware_stays_sane(std::span<const std::uint8_t> bytes) {
     if (i % 8 == 0) {
       now += 1u + 100u * bytes[i];
       sensor_on_edge(&s, now, bytes[i] % 2 == 0);
-      sensor_on_voltages(&s, static_cast<std::uint16_t>(bytes[i] * 20), 5000);
+      const sensor_voltages mv{static_cast<std::uint16_t>(bytes[i] * 20), 5000,
+                               static_cast<std::uint16_t>(bytes[i] * 17)};
+      sensor_on_voltages(&s, now, &mv);
     } else {
       sensor_on_byte(&s, bytes[i], now += 20);
     }

@@ -11,9 +11,10 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
+#include <optional>
 #include <utility>
 
+#include "drivers/contact/port/adapter.h"
 #include "drivers/contact/port/line_rate.h"
 #include "drivers/contact/port/port_errors.h"
 #include "drivers/contact/port/port_lock.h"
@@ -22,32 +23,30 @@ namespace cellcal::drivers {
 
 namespace {
 
-constexpr int kBestLatencyMs = 1;
-
 /// Asks for every byte as it comes. FTDI adapters otherwise collect for 16 ms; USB CDC has no timer
-/// and no such flag. Returns the warning to give.
+/// and no such flag. What counts is what the adapter then says. Returns the warning to give.
 std::string lower_latency(int fd, const std::string& path) {
   serial_struct serial{};
+  int why = 0;
   if (::ioctl(fd, TIOCGSERIAL, &serial) == 0) {
     serial.flags |= ASYNC_LOW_LATENCY;
-    if (::ioctl(fd, TIOCSSERIAL, &serial) == 0) return {};
+    if (::ioctl(fd, TIOCSSERIAL, &serial) != 0) why = errno;
+  } else {
+    why = errno;
   }
-  const int why = errno;
-  const std::string name = std::filesystem::path(path).filename().string();
-  const std::string timer = fmt::format("/sys/class/tty/{}/device/latency_timer", name);
-  std::ifstream file(timer);
-  int ms = 0;
-  if (!(file >> ms)) {
-    const bool has_no_such_flag = why == ENOTTY || why == EINVAL || why == EOPNOTSUPP;
-    if (has_no_such_flag) return {};
-    return fmt::format("{}: low-latency mode could not be set ({})", path, std::strerror(why));
+  if (const std::optional<int> ms = latency_ms_of(path)) {
+    if (*ms <= kBestLatencyMs) return {};
+    return fmt::format(
+        "{}: the adapter holds bytes back for up to {} ms and low-latency mode {}: echo {} > "
+        "/sys/class/tty/{}/device/latency_timer, or install the udev rule",
+        path, *ms,
+        why == 0 ? std::string("changed nothing")
+                 : fmt::format("could not be set ({})", std::strerror(why)),
+        kBestLatencyMs, std::filesystem::path(path).filename().string());
   }
-  if (ms <= kBestLatencyMs) return {};
-  return fmt::format(
-      "{}: the adapter holds bytes back for up to {} ms and low-latency mode could not be set "
-      "({}): "
-      "echo {} > {}, or install the udev rule",
-      path, ms, std::strerror(why), kBestLatencyMs, timer);
+  const bool has_no_such_flag = why == 0 || why == ENOTTY || why == EINVAL || why == EOPNOTSUPP;
+  if (has_no_such_flag) return {};
+  return fmt::format("{}: low-latency mode could not be set ({})", path, std::strerror(why));
 }
 
 class RealPort : public SerialPort {

@@ -67,6 +67,24 @@ TEST(a_contact_sensor, that_is_in_contact_or_broken_fails_by_its_circuit) {
   EXPECT_EQ(finding_of(judged(broken), "contact circuit").found, "a wire is broken");
 }
 
+TEST(a_contact_sensor, whose_voltage_lies_between_the_bands_fails_by_its_circuit) {
+  ContactSeen wet = sound();
+  wet.newest.sense_voltage_v = 2.5;
+  const Findings findings = judged(wet);
+  EXPECT_EQ(outcome_of(findings, "contact circuit"), Outcome::kFailed);
+  EXPECT_NE(finding_of(findings, "contact circuit").found.find("2.50 V"), std::string::npos);
+}
+
+TEST(a_contact_sensor, is_not_known_to_be_at_the_gun_until_a_touch_was_seen) {
+  ContactSeen seen = sound();
+  Findings before, after;
+  judge_contact_touch(seen, before);
+  seen.touched = true;
+  judge_contact_touch(seen, after);
+  EXPECT_EQ(outcome_of(before, "contact touch"), Outcome::kWarning);
+  EXPECT_EQ(outcome_of(after, "contact touch"), Outcome::kOk);
+}
+
 TEST(a_contact_sensor, that_misses_its_own_edge_fails_by_its_self_test) {
   ContactSeen seen = sound();
   seen.newest.self_test_ok = false;

@@ -96,7 +96,7 @@ TEST_P(an_eki_cell, stops_when_the_contact_sensor_restarts) {
 TEST_P(an_eki_cell, does_not_count_a_wire_that_broke_as_a_touch_that_the_controller_saw) {
   search();
   sim::McuFaults faults;
-  faults.wire_broken = true;  // reads as contact at the sensor, and nothing at the controller
+  faults.circuit.sense_wire = sim::TouchCircuit::kOpen;  // reads as contact at the sensor, and nothing at the controller
   cell->mcu().set_faults(faults, cell->now());
   const drivers::MoveResult stopped = result();
   if (GetParam() == drivers::EkiStop::kInput) {

@@ -36,7 +36,7 @@ TEST(ContactArming, ATouchGivesTripThenContactWithTheTimeOfTheFirstEdge) {
   EXPECT_EQ(rig.events[1].bounces, 3);
   EXPECT_TRUE(rig.snapshot().in_contact);
   EXPECT_FALSE(rig.snapshot().armed) << "one shot";
-  EXPECT_NEAR(rig.contact.status().quality.contact_voltage_v, 0.06, 1e-9);
+  EXPECT_NEAR(rig.contact.status().quality.contact_voltage_v, 0.044, 1e-3);
   EXPECT_EQ(rig.contact.status().quality.bounces, 3u);
 
   const TimePoint leave = rig.now() + kLater;
@@ -166,19 +166,20 @@ INSTANTIATE_TEST_SUITE_P(
                             "already in contact"},
                     Refusal{"LoopBroken",
                             [](Rig& rig) {
-                              rig.mcu.set_faults({.wire_broken = true}, rig.now());
+                              rig.mcu.set_faults(
+                                  {.circuit = {.sense_wire = sim::TouchCircuit::kOpen}}, rig.now());
                               rig.run(seconds{3});
                             },
                             "broken or unplugged"},
                     Refusal{"VoltageUndefined",
                             [](Rig& rig) {
-                              rig.mcu.set_faults({.sense_mv = std::uint16_t{2300}}, rig.now());
+                              rig.mcu.set_faults({.circuit = {.gun_to_earth = 850.0}}, rig.now());
                               rig.run(milliseconds{150});
                             },
                             "neither open nor contact"},
                     Refusal{"VoltageUndefinedSinceThisMoment",
                             [](Rig& rig) {
-                              rig.mcu.set_faults({.sense_mv = std::uint16_t{2300}}, rig.now());
+                              rig.mcu.set_faults({.circuit = {.gun_to_earth = 850.0}}, rig.now());
                             },
                             "neither open nor contact"},
                     Refusal{"ClockNotSynchronised",
@@ -375,7 +376,7 @@ TEST(ContactArming, AWireThatBreaksInMidSearchStopsLikeATouchAndIsThenFound) {
   Rig rig;
   ASSERT_TRUE(rig.get_ready());
   ASSERT_TRUE(rig.arm(1).armed);
-  rig.mcu.set_faults({.wire_broken = true}, rig.now());
+  rig.mcu.set_faults({.circuit = {.sense_wire = sim::TouchCircuit::kOpen}}, rig.now());
   rig.run(milliseconds{5});
   EXPECT_EQ(rig.of_kind(ContactEventKind::kTrip).size(), 1u);
   EXPECT_EQ(rig.of_kind(ContactEventKind::kContact).size(), 1u);
@@ -389,7 +390,7 @@ TEST(ContactArming, AWireThatBreaksInMidSearchStopsLikeATouchAndIsThenFound) {
 TEST(ContactArming, LastingContactIsExaminedForABreakUnasked) {
   Rig rig;
   ASSERT_TRUE(rig.get_ready());
-  rig.mcu.set_faults({.wire_broken = true}, rig.now());
+  rig.mcu.set_faults({.circuit = {.sense_wire = sim::TouchCircuit::kOpen}}, rig.now());
   rig.run(seconds{3});
   EXPECT_EQ(rig.contact.status().link, ContactLink::kFault);
   EXPECT_FALSE(rig.contact.status().loop_ok);

@@ -13,7 +13,8 @@ struct CoreArming : testing::Test {
     s.set(CTP_FLAG_CONTACT, touching);
     s.say_status();
   }
-  ctp::Event event(std::uint16_t number, std::uint16_t arm_id, TimePoint edge, std::uint8_t bounces = 0) {
+  ctp::Event event(std::uint16_t number, std::uint16_t arm_id, TimePoint edge,
+                   std::uint8_t bounces = 0) {
     return {number, arm_id, s.ticks(edge), 500, bounces, 1, 700};
   }
   double silent_ms() { return 1e3 * s.facts().silent_s; }
@@ -217,6 +218,7 @@ TEST_F(CoreArming, OneAtATimeAndTheNextReplacesIt) {
 TEST_F(CoreArming, WithdrawnBeforeItsAnswerItIsAnsweredSo) {
   s.arms = false;
   s.core.arm(5, 1000ms, s.now);
+  ASSERT_TRUE(s.run_until([&] { return s.count(CTP_ARM) == 1; })) << "behind its self-test";
   s.core.disarm(s.now);
   auto answer = s.core.poll_arm();
   ASSERT_TRUE(answer);
@@ -277,6 +279,7 @@ TEST_F(CoreArming, ATripUsesItUpAndOfAnotherArmingDoesNot) {
 TEST_F(CoreArming, ATripBeforeItsAnswerIsTheAnswer) {
   s.arms = false;
   s.core.arm(5, 1000ms, s.now);
+  ASSERT_TRUE(s.run_until([&] { return s.count(CTP_ARM) == 1; })) << "behind its self-test";
   s.say(ctp::Trip{5, s.ticks(s.now)});
   const auto answer = s.core.poll_arm();
   ASSERT_TRUE(answer);
@@ -405,7 +408,8 @@ TEST_F(CoreArming, ASelfTestIsTriedThreeTimesAndThenEverySecond) {
   EXPECT_FALSE(s.snapshot().alive);
   const auto tries = s.times(CTP_SELFTEST);
   EXPECT_EQ(tries.size(), 3u);
-  const double patience_ms = 60.0 + 20.0 + 8.0 * int{CTP_MAX_WIRE} * int{CTP_BITS_PER_BYTE} / 1000.0;
+  const double patience_ms =
+      60.0 + 20.0 + 8.0 * int{CTP_MAX_WIRE} * int{CTP_BITS_PER_BYTE} / 1000.0;
   for (const double gap : gaps_ms(tries)) EXPECT_NEAR(gap, patience_ms, 1.3);
   const TimePoint failed = s.now;
   s.sent.clear();

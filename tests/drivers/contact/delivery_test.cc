@@ -33,8 +33,8 @@ class Delivery : public testing::Test {
   ContactSnapshot snapshot() { return contact.guard().snapshot(clock.now()); }
 
   VirtualClock clock;
-  test::Peer mcu;
-  test::PeerLine mcu_line;
+  sim::Microcontroller mcu;
+  sim::McuLine mcu_line;
   LateLine line;
   ContactInline contact{{}, clock, line};
 };

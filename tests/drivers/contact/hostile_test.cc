@@ -111,7 +111,7 @@ TEST(ContactHostile, ASensorArmedByNobodyIsToldToLetGo) {
 
 TEST(ContactHostile, RandomBytesDoNotArmTheSensor) {
   std::mt19937 random(13);
-  test::Peer mcu({}, kStart);
+  sim::Microcontroller mcu({}, kStart);
   TimePoint now = kStart;
   for (int i = 0; i < 5'000; ++i) {
     std::array<std::uint8_t, 40> bytes{};

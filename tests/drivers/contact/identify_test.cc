@@ -70,7 +70,7 @@ TEST(ContactIdentify, RefusesAConfigurationThatTheSensorDoesNotTake) {
 
 TEST(ContactIdentify, TellsABrokenWireFromATouch) {
   Rig broken;
-  broken.mcu.set_faults({.wire_broken = true}, broken.now());
+  broken.mcu.set_faults({.circuit = {.sense_wire = sim::TouchCircuit::kOpen}}, broken.now());
   broken.contact.open();
   broken.run(seconds{2});
   EXPECT_EQ(broken.contact.status().link, ContactLink::kFault);
@@ -93,7 +93,7 @@ TEST(ContactIdentify, TellsABrokenWireFromATouch) {
 
 TEST(ContactIdentify, RecoversByItselfWhenTheWireIsRepaired) {
   Rig rig;
-  rig.mcu.set_faults({.wire_broken = true}, rig.now());
+  rig.mcu.set_faults({.circuit = {.sense_wire = sim::TouchCircuit::kOpen}}, rig.now());
   rig.contact.open();
   rig.run(seconds{2});
   ASSERT_EQ(rig.contact.status().link, ContactLink::kFault);
@@ -104,7 +104,7 @@ TEST(ContactIdentify, RecoversByItselfWhenTheWireIsRepaired) {
 
 TEST(ContactIdentify, FindsAnInputThatIsStuckOpen) {
   Rig rig;
-  rig.mcu.set_faults({.stuck_open = true}, rig.now());
+  rig.mcu.set_faults({.circuit = {.capture_joint_open = true}}, rig.now());
   rig.contact.open();
   rig.run(seconds{2});
   EXPECT_EQ(rig.contact.status().link, ContactLink::kFault);

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "drivers/contact/contact_inline.h"
-#include "tests/drivers/contact/peer.h"
+#include "sim/mcu/mcu_line.h"
 
 namespace cellcal::drivers {
 
@@ -123,8 +123,8 @@ class Rig {
   }
 
   VirtualClock clock;
-  test::Peer mcu;
-  test::PeerLine mcu_line;
+  sim::Microcontroller mcu;
+  sim::McuLine mcu_line;
   DamagedLine line;
   ContactInline contact;
   std::vector<ContactEvent> events;

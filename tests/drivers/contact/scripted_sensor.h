@@ -24,7 +24,7 @@ class ScriptedSensor {
   explicit ScriptedSensor(const ContactOptions& given = {})
       : options(given), core(given, [this](std::span<const std::uint8_t> bytes) { take(bytes); }) {
     status.config_crc = ctp::config_crc(given.wire);
-    status.flags = CTP_FLAG_LOOP_OK;
+    status.flags = CTP_FLAG_LOOP_OK | CTP_FLAG_EARTH_OK;
     status.sense_mv = 5000;
   }
 

@@ -33,10 +33,14 @@ Fault& add_switch(std::vector<Fault>& all, const char* name, const char* what, i
   });
 }
 
-void sensor_fault(FaultyCell& cell, bool sim::McuFaults::*which, bool on) {
+void change(FaultyCell& cell, const std::function<void(sim::McuFaults&)>& what) {
   sim::McuFaults faults = cell.mcu().faults();
-  faults.*which = on;
+  what(faults);
   cell.mcu().set_faults(faults, cell.now());
+}
+
+void silence(FaultyCell& cell, bool on) {
+  change(cell, [on](sim::McuFaults& faults) { faults.silent = on; });
 }
 
 void add_circuit(std::vector<Fault>& all) {
@@ -68,11 +72,15 @@ void add_circuit(std::vector<Fault>& all) {
   for (const int ms : {0, 200}) {
     add_switch(all, "stuck contact", "short circuit", ms, "touch circuit",
                [](FaultyCell& cell, bool on) { cell.short_circuit(on); });
-    add_switch(
-        all, "stuck contact", "sensor's input stuck open", ms, "touch circuit",
-        [](FaultyCell& cell, bool on) { sensor_fault(cell, &sim::McuFaults::stuck_open, on); });
+    add_switch(all, "stuck contact", "sensor's input stuck open", ms, "touch circuit",
+               [](FaultyCell& cell, bool on) {
+                 change(cell, [on](sim::McuFaults& f) { f.circuit.capture_joint_open = on; });
+               });
     add_switch(all, "wire break", "sense wire", ms, "touch circuit", [](FaultyCell& cell, bool on) {
-      sensor_fault(cell, &sim::McuFaults::wire_broken, on);
+      const sim::TouchCircuit whole;
+      change(cell, [&](sim::McuFaults& f) {
+        f.circuit.sense_wire = on ? sim::TouchCircuit::kOpen : whole.sense_wire;
+      });
     });
   }
 }
@@ -87,14 +95,13 @@ void add_boot(std::vector<Fault>& all) {
     }
   });
   for (const int ms : {0, 60}) {
-    add_switch(all, "boot in mid-search", "hangs", ms, "sensor",
-               [](FaultyCell& cell, bool on) { sensor_fault(cell, &sim::McuFaults::silent, on); });
+    add_switch(all, "boot in mid-search", "hangs", ms, "sensor", silence);
     if (ms == 0) all.back().silences = Silent::kSensor;
   }
   add(all, "boot in mid-search", "hangs for 60 ms, then reset", "sensor", [](FaultyCell& cell) {
-    sensor_fault(cell, &sim::McuFaults::silent, true);
+    silence(cell, true);
     cell.at(cell.now() + milliseconds(60), [&cell] {
-      sensor_fault(cell, &sim::McuFaults::silent, false);
+      silence(cell, false);
       cell.mcu().reset(cell.now());
     });
   });

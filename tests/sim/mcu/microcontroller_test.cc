@@ -1,11 +1,10 @@
-// The sensor by itself, driven with frames built by hand: the emulated one, and the firmware's
-// core.
+// The emulated sensor, which is the firmware's core, by itself: driven with frames built by hand.
 
 #include <gtest/gtest.h>
 
 #include <vector>
 
-#include "tests/drivers/contact/peer.h"
+#include "sim/mcu/microcontroller.h"
 
 namespace cellcal::sim {
 namespace {
@@ -67,7 +66,7 @@ class Bench {
     }
   }
 
-  test::Peer mcu;
+  Microcontroller mcu;
   TimePoint now = kStart;
   ctp::FrameReader reader{ctp::Direction::kFromSensor};
   std::vector<Heard> heard;
@@ -273,7 +272,7 @@ INSTANTIATE_TEST_SUITE_P(
                             CTP_NAK_LOOP_BROKEN,
                             [](Bench& b) {
                               McuFaults faults;
-                              faults.wire_broken = true;
+                              faults.circuit.sense_wire = TouchCircuit::kOpen;
                               b.mcu.set_faults(faults, b.now);
                               b.run(milliseconds{5});
                               b.say(ctp::SelfTest{});
@@ -284,7 +283,7 @@ INSTANTIATE_TEST_SUITE_P(
                             CTP_NAK_VOLTAGE_UNDEFINED,
                             [](Bench& b) {
                               McuFaults faults;
-                              faults.sense_mv = std::uint16_t{2000};
+                              faults.circuit.gun_to_earth = 670.0;  // 2.0 V
                               b.mcu.set_faults(faults, b.now);
                             },
                             {1, 100}},
@@ -296,7 +295,7 @@ INSTANTIATE_TEST_SUITE_P(
                             CTP_NAK_SELF_TEST_OLD,
                             [](Bench& b) {
                               McuFaults faults;
-                              faults.stuck_open = true;
+                              faults.circuit.capture_joint_open = true;
                               b.mcu.set_faults(faults, b.now);
                               b.say(ctp::SelfTest{});
                               b.run(milliseconds{10});

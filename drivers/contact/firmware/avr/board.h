@@ -3,9 +3,13 @@
  *   D8  PB0 ICP1  sense line, stamped by timer 1's input capture
  *   A0  PC0 ADC0  sense line's voltage
  *   A1  PC1 ADC1  feed's voltage, behind its resistor
- *   D7  PD7       test: pulls the sense line down through 100 ohms, or lifts it by the pin's
- * pull-up D4  PD4       to ground: 250 000 baud        (read once, after a reset) D5  PD5       to
- * ground: 115 200 baud D13 PB5       the board's lamp: contact D0, D1        serial line */
+ *   A2  PC2 ADC2  voltage of the wire that comes back from the stands
+ *   D7  PD7       test: pulls the sense line down through 100 ohms, or lifts it (pin's pull-up)
+ *   D6  PD6       output to a controller's input, by an optocoupler: high while the gun is free
+ *   D4  PD4       to ground: 250 000 baud (read once, after a reset)
+ *   D5  PD5       to ground: 115 200 baud (likewise)
+ *   D13 PB5       the board's lamp: contact
+ *   D0, D1        serial line */
 #pragma once
 
 #include <avr/io.h>
@@ -18,7 +22,8 @@
 #error "timer 1 counts ticks of 0.5 us at 16 MHz only"
 #endif
 
-enum { SENSE_BIT = 0, LAMP_BIT = 5, TEST_BIT = 7, BAUD_250K_BIT = 4, BAUD_115K_BIT = 5 };
+enum { SENSE_BIT = 0, LAMP_BIT = 5 };                                        /* of port B */
+enum { BAUD_250K_BIT = 4, BAUD_115K_BIT = 5, OUTPUT_BIT = 6, TEST_BIT = 7 }; /* of port D */
 
 /* What the loop is fed with and the converter refers to, in mV. Both follow the same supply, so a
  * supply that is off shifts no band. */
@@ -40,9 +45,14 @@ bool clock_take_edge(uint32_t* t, bool* pin_high);
 bool clock_has_edge(void);
 /* Once per turn of the main loop: catches up after an edge that the capture could not follow. */
 void clock_watch_pin(void);
-/* Sleeps until an interrupt, at most for so many ticks; not at all if there was one since
+/* The output for a controller's input goes with the edge itself, and does not wait for the main
+ * loop: from a falling edge on it says 'contact', whatever is asked here, until that edge was
+ * taken and `free` still holds. `by_edge` false: edges leave it alone (the self-test makes them).
+ */
+void clock_output(bool free, bool by_edge);
+/* Sleeps until an interrupt calls wake_up(), at most for so many ticks; not at all if one has since
  * stay_up(). What has happened is never slept over: every interrupt that leaves something to do
- * says so. */
+ * calls it. */
 void clock_sleep(uint16_t ticks);
 static inline void stay_up(void) { GPIOR0 = 0; }
 static inline void wake_up(void) { GPIOR0 = 1; } /* in interrupts */
@@ -65,5 +75,5 @@ bool uart_send_at(const uint8_t* bytes, uint8_t size, uint32_t begin);
 /* analog.c: voltages --------------------------------------------------------------------------- */
 
 void analog_start(void);
-/* Both voltages were measured anew. Call once per turn of the main loop. */
-bool analog_take(uint16_t* sense_mv, uint16_t* feed_mv);
+/* All voltages were measured anew. Call once per turn of the main loop. */
+bool analog_take(sensor_voltages* mv);

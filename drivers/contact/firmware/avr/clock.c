@@ -22,6 +22,7 @@ static volatile uint16_t turns; /* of the 16-bit counter */
 static edge edges[EDGES];
 static volatile uint8_t edges_in, edges_out;
 static volatile bool last_high; /* the level after the last edge */
+static volatile bool output_by_edge;
 
 void clock_start(void) {
   last_high = true;
@@ -75,6 +76,7 @@ ISR(TIMER1_CAPT_vect) {
   bool high = (TCCR1B & (1 << ICES1)) != 0;
   uint32_t t = extend(ICR1);
   uint8_t tries = CHASES;
+  if (output_by_edge && !high) PORTD &= (uint8_t) ~(1 << OUTPUT_BIT);
   do {
     if (!note(t, high)) {
       /* A line that chatters faster than the main loop can follow must not stop the main loop. */
@@ -115,20 +117,33 @@ void clock_watch_pin(void) {
   }
 }
 
-/* Only wakes. */
-EMPTY_INTERRUPT(TIMER1_COMPA_vect)
+void clock_output(bool free, bool by_edge) {
+  ATOMIC_BLOCK(ATOMIC_RESTORESTATE) {
+    const bool untold = edges_in != edges_out || (TIFR1 & (1 << ICF1)) != 0;
+    output_by_edge = by_edge;
+    if (!free) {
+      PORTD &= (uint8_t) ~(1 << OUTPUT_BIT);
+    } else if (!untold || !by_edge) {
+      PORTD |= (1 << OUTPUT_BIT);
+    }
+  }
+}
+
+ISR(TIMER1_COMPA_vect) { wake_up(); }
 
 void clock_sleep(uint16_t ticks) {
   set_sleep_mode(SLEEP_MODE_IDLE);
   cli();
-  if (GPIOR0 == 0) {
-    OCR1A = (uint16_t)(TCNT1 + ticks);
-    TIFR1 = (1 << OCF1A);
-    TIMSK1 |= (1 << OCIE1A);
+  OCR1A = (uint16_t)(TCNT1 + ticks);
+  TIFR1 = (1 << OCF1A);
+  TIMSK1 |= (1 << OCIE1A);
+  while (GPIOR0 == 0) { /* most interrupts leave nothing to do */
     sleep_enable();
     sei(); /* the next instruction is executed before any interrupt: none can slip between */
     sleep_cpu();
     sleep_disable();
+    cli();
   }
+  TIMSK1 &= (uint8_t) ~(1 << OCIE1A);
   sei();
 }

@@ -10,7 +10,7 @@
 #include "drivers/contact/firmware/core/boot_record.h"
 #include "drivers/contact/firmware/core/sensor.h"
 
-enum { FIRMWARE_MAJOR = 1, FIRMWARE_MINOR = 0, FIRMWARE_PATCH = 0 };
+enum { FIRMWARE_MAJOR = 1, FIRMWARE_MINOR = 1, FIRMWARE_PATCH = 0 };
 
 /* From the choice of a PONG to its first bit: what it takes to build it, and the two bytes of the
  * frame before that may still be in the transmitter. */
@@ -90,6 +90,7 @@ static void start(void) {
   bool stored;
   wdt_enable(WDTO_60MS);
   DDRB |= (1 << LAMP_BIT);
+  DDRD |= (1 << OUTPUT_BIT); /* low: contact */
   stored = boot_record_next(&memory, &identity.boot_id);
   identity.version = CTP_VERSION;
   identity.firmware[0] = FIRMWARE_MAJOR;
@@ -117,7 +118,7 @@ static void listen(void) {
   bool pin_high;
   uint8_t byte;
   uint8_t taken;
-  uint16_t sense_mv, feed_mv;
+  sensor_voltages mv;
   clock_watch_pin();
   for (taken = 0; taken < EDGES_PER_TURN && clock_take_edge(&t, &pin_high); ++taken) {
     sensor_on_edge(&touch_sensor, t, pin_high);
@@ -128,7 +129,7 @@ static void listen(void) {
     sensor_on_byte(&touch_sensor, byte, t);
   }
   flooded = taken == BYTES_PER_TURN;
-  if (analog_take(&sense_mv, &feed_mv)) sensor_on_voltages(&touch_sensor, sense_mv, feed_mv);
+  if (analog_take(&mv)) sensor_on_voltages(&touch_sensor, clock_now(), &mv);
 }
 
 static void speak(void) {
@@ -170,6 +171,19 @@ static void rest(void) {
   }
 }
 
+static void drive(void) {
+  const bool testing = touch_sensor.test != TEST_NONE;
+  const bool low = touch_sensor.config[CTP_CONFIG_POLARITY] == CTP_CONTACT_IS_LOW;
+  /* Before the line is pulled, so that the test's own edge finds the output held. */
+  clock_output(sensor_free(&touch_sensor), low && !testing);
+  apply(sensor_drive(&touch_sensor));
+  if (touch_sensor.touch.contact) {
+    PORTB |= (1 << LAMP_BIT);
+  } else {
+    PORTB &= (uint8_t) ~(1 << LAMP_BIT);
+  }
+}
+
 int main(void) {
   uint32_t now;
   start();
@@ -178,12 +192,9 @@ int main(void) {
     stay_up();
     now = clock_now(); /* before the edges are taken: those up to now are there */
     listen();
-    if (!touch_sensor.trip_due) sensor_run(&touch_sensor, now);
-    apply(sensor_drive(&touch_sensor));
-    if (touch_sensor.touch.contact) {
-      PORTB |= (1 << LAMP_BIT);
-    } else {
-      PORTB &= (uint8_t) ~(1 << LAMP_BIT);
+    if (!touch_sensor.trip_due) { /* which goes before all else; the output went with the edge */
+      sensor_run(&touch_sensor, now);
+      drive();
     }
     speak();
     rest();

@@ -11,6 +11,9 @@ enum {
 
 enum { DEFAULT_OPEN_MV = 3500, DEFAULT_CONTACT_MV = 1000 };
 
+/* One conversion may be a spark's; two in a row are none. */
+enum { ODD_ENOUGH = 2 };
+
 static uint32_t bit_ticks(uint32_t bits, uint32_t baud) {
   return (bits * (uint32_t)CTP_TICKS_PER_S + baud - 1) / baud;
 }
@@ -50,6 +53,10 @@ bool sensor_near_open(const sensor* s, uint16_t mv) {
              : mv <= ctp_get_u16(s->config + CTP_CONFIG_CONTACT_MV);
 }
 
+bool sensor_between(const sensor* s, uint16_t mv) {
+  return !sensor_near_contact(s, mv) && !sensor_near_open(s, mv);
+}
+
 bool sensor_closed(const sensor* s, bool pin_high) {
   return pin_high == (s->config[CTP_CONFIG_POLARITY] == CTP_CONTACT_IS_HIGH);
 }
@@ -62,6 +69,17 @@ void sensor_disarm(sensor* s) {
 /* The touch circuit ------------------------------------------------------------------------------
  */
 
+/* The change that begins is the arming's, if there is one, and uses it up. */
+static void trip(sensor* s, uint32_t t) {
+  s->touch_arm_id = s->arm_id;
+  if (s->arm_id == 0) return;
+  ctp_put_u16(s->trip + CTP_TRIP_ARM_ID, s->arm_id);
+  ctp_put_u32(s->trip + CTP_TRIP_T, t);
+  s->trip_due = true;
+  sensor_disarm(s);
+  s->latched = true;
+}
+
 void sensor_level(sensor* s, uint32_t t, bool closed) {
   if (s->test != TEST_NONE) { /* its own edge, or one that is looked at when the test is over */
     if (closed != s->touch.level) s->test_edge = true;
@@ -73,13 +91,7 @@ void sensor_level(sensor* s, uint32_t t, bool closed) {
     s->touch_arm_id = s->contact_arm_id;
     return;
   }
-  s->touch_arm_id = s->arm_id;
-  if (s->arm_id == 0) return;
-  ctp_put_u16(s->trip + CTP_TRIP_ARM_ID, s->arm_id);
-  ctp_put_u32(s->trip + CTP_TRIP_T, t);
-  s->trip_due = true;
-  sensor_disarm(s);
-  s->latched = true;
+  trip(s, t);
 }
 
 static void look(sensor* s) {
@@ -112,10 +124,50 @@ void sensor_on_edge(sensor* s, uint32_t t, bool pin_high) {
   sensor_level(s, t, sensor_closed(s, pin_high));
 }
 
-void sensor_on_voltages(sensor* s, uint16_t sense_mv, uint16_t feed_mv) {
-  s->feed_mv = feed_mv;
-  if (s->test != TEST_NONE) sensor_measure_test(s, sense_mv);
-  if (s->test != TEST_LIFT) s->sense_mv = sense_mv; /* lifted it says nothing about contact */
+/* Whole or not from two conversions on that agree. */
+static void watch_earth(sensor* s) {
+  const bool ok = sensor_between(s, s->mv.earth);
+  if (ok == s->earth_was_ok && ok != s->earth_ok) {
+    s->earth_ok = ok;
+    if (s->greeted) s->status_due = true;
+  }
+  s->earth_was_ok = ok;
+}
+
+/* An edge at the pin is the first to tell of a touch, and not the only one: through an oxide film
+ * (above 430 ohms), or behind a broken joint, the voltages move and the pin does not. */
+static void watch_gun(sensor* s, uint32_t t) {
+  if (sensor_near_open(s, s->mv.sense) && sensor_near_open(s, s->mv.feed) &&
+      sensor_between(s, s->mv.earth)) {
+    if (s->odd >= ODD_ENOUGH && s->greeted) s->status_due = true; /* armed again, perhaps */
+    s->odd = 0;
+    return;
+  }
+  if (s->odd == 0) s->odd_since = t;
+  if (s->odd < ODD_ENOUGH) ++s->odd;
+  if (s->odd < ODD_ENOUGH || s->arm_id == 0 || s->touch.open) return;
+  touch_suspect(&s->touch, &s->rule, s->odd_since, t);
+  s->voltage_trip = true;
+  trip(s, s->odd_since);
+}
+
+void sensor_on_voltages(sensor* s, uint32_t t, const sensor_voltages* mv) {
+  s->mv.feed = mv->feed;
+  s->mv.earth = mv->earth;
+  if (s->test != TEST_LIFT) s->mv.sense = mv->sense; /* lifted it says nothing about contact */
+  watch_earth(s);
+  if (s->test != TEST_NONE) {
+    sensor_measure_test(s, mv);
+  } else {
+    watch_gun(s, t);
+  }
+}
+
+bool sensor_free(const sensor* s) {
+  const bool closing = s->touch.open && s->touch.target;
+  if (s->test != TEST_NONE) return s->free_before;
+  return !s->touch.level && !s->touch.contact && !closing && s->loop_ok && s->self_test_ok &&
+         s->earth_ok && s->odd < ODD_ENOUGH;
 }
 
 void sensor_run(sensor* s, uint32_t now) {

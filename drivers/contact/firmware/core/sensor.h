@@ -5,13 +5,18 @@
  *
  *   sensor_on_edge()      for every edge, with the time at which the hardware captured it
  *   sensor_on_byte()      for every byte from the host
- *   sensor_on_voltages()  when both voltages were measured
- *   sensor_run()          always; then sensor_drive() says what the test pin has to do
+ *   sensor_on_voltages()  when all voltages were measured
+ *   sensor_run()          always; then sensor_drive() says what the test pin has to do, and
+ *                         sensor_free() what the output for a controller's input has to say
  *   sensor_next_frame()   when the line is free
  *
  * The touch circuit: the gun is fed through a resistor (its near end is `feed`) and the feed wire,
  * and sensed through a second wire (`sense`) that the board pulls down. A touch earths the gun:
- * both voltages are low. A broken wire lets the sense voltage fall and the feed voltage rise. */
+ * both voltages are low. A broken wire lets the sense voltage fall and the feed voltage rise.
+ * The wire to the stands leads through all of them and back (`earth`), where a resistor pulls it
+ * up. The sense wire and the way back each end in a resistor, at the gun and at the last stand:
+ * with it in the way a voltage lies between the bands, without it (a short before it) in the
+ * contact band, and behind a break in the open band. */
 #pragma once
 
 #include <stdbool.h>
@@ -41,6 +46,11 @@ typedef struct {
   uint16_t ping_guard; /* a PING so near to an edge, in ticks, is not answered: a bouncing line
                           keeps interrupts busy, and its time would be wrong */
 } sensor_identity;
+
+/* In mV, of one round of the converter. */
+typedef struct {
+  uint16_t sense, feed, earth;
+} sensor_voltages;
 
 /* What the test pin does to the sense line. */
 typedef enum {
@@ -82,7 +92,11 @@ typedef struct {
 
   /* the touch circuit */
   bool pin_high;
-  uint16_t sense_mv, feed_mv;
+  sensor_voltages mv; /* sense: not while the line is lifted */
+  uint8_t odd;        /* conversions in a row that no free gun explains, saturating */
+  uint32_t odd_since;
+  bool earth_ok, earth_was_ok; /* as published, and by the last conversion */
+  bool voltage_trip;           /* the last arming was used up by odd voltages */
   uint32_t last_edge;
   bool edge_seen; /* within the last minutes: last_edge holds */
   touch_state touch;
@@ -101,7 +115,10 @@ typedef struct {
   bool test_edge;     /* its own edge was seen */
   bool test_measured; /* what was measured last in this part speaks for a whole loop */
   bool test_whole;    /* so far the loop is whole */
-  bool loop_ok, self_test_ok, self_test_old, ever_tested;
+  bool test_drained;  /* pulled, the feed went all the way: a touch, or no end resistor */
+  bool test_stuck;    /* pulled, the sense voltage stayed: of the wires it tells nothing */
+  bool free_before;   /* what the output said before the test */
+  bool loop_ok, shorted, self_test_ok, self_test_old, ever_tested;
 
   /* what waits to be sent */
   uint8_t seq;
@@ -128,10 +145,14 @@ void sensor_init(sensor* s, const sensor_identity* identity, uint32_t now);
 void sensor_on_edge(sensor* s, uint32_t t, bool pin_high);
 /* `t` is the end of the byte. */
 void sensor_on_byte(sensor* s, uint8_t byte, uint32_t t);
-void sensor_on_voltages(sensor* s, uint16_t sense_mv, uint16_t feed_mv);
+/* `t`: when they had been measured. */
+void sensor_on_voltages(sensor* s, uint32_t t, const sensor_voltages* mv);
 /* Does what is due. Every edge up to `now` has been told. */
 void sensor_run(sensor* s, uint32_t now);
 sensor_pull sensor_drive(const sensor* s);
+/* The gun is free, and everything that would tell otherwise is whole. False in contact, from the
+ * first edge on, and at any fault. A self-test leaves it as it was. */
+bool sensor_free(const sensor* s);
 
 /* The next frame to send, 0: none. Its first bit must begin at *start, which is `now` for all but
  * PONG. `wire` holds CTP_MAX_WIRE bytes. */

@@ -18,6 +18,8 @@ void sensor_raise(sensor* s, uint8_t type, uint16_t arm_id, uint32_t now);
 /* Voltages beyond the bands, seen from either side. */
 bool sensor_near_contact(const sensor* s, uint16_t mv);
 bool sensor_near_open(const sensor* s, uint16_t mv);
+/* Neither: through an end resistor. */
+bool sensor_between(const sensor* s, uint16_t mv);
 /* The pin in the configuration's sense. */
 bool sensor_closed(const sensor* s, bool pin_high);
 /* An edge or a level that has to be taken for one. */
@@ -25,8 +27,7 @@ void sensor_level(sensor* s, uint32_t t, bool closed);
 
 void sensor_begin_test(sensor* s, uint32_t now);
 void sensor_run_test(sensor* s, uint32_t now);
-/* s->feed_mv is new, too. */
-void sensor_measure_test(sensor* s, uint16_t sense_mv);
+void sensor_measure_test(sensor* s, const sensor_voltages* mv);
 void sensor_age_test(sensor* s, uint32_t now);
 
 void sensor_on_frame(sensor* s, uint32_t t);

@@ -32,7 +32,7 @@ void sensor_raise(sensor* s, uint8_t type, uint16_t arm_id, uint32_t now) {
   ctp_put_u16(p + CTP_EVENT_DT_CONFIRM_US, us < UINT16_MAX ? (uint16_t)us : UINT16_MAX);
   p[CTP_EVENT_BOUNCES] = s->touch.bounces;
   p[CTP_EVENT_LEVEL] = s->touch.level ? 1 : 0;
-  ctp_put_u16(p + CTP_EVENT_SENSE_MV, s->sense_mv);
+  ctp_put_u16(p + CTP_EVENT_SENSE_MV, s->mv.sense);
 }
 
 static uint8_t flags(const sensor* s) {
@@ -40,7 +40,11 @@ static uint8_t flags(const sensor* s) {
   if (s->touch.contact) f |= CTP_FLAG_CONTACT;
   if (s->arm_id != 0) f |= CTP_FLAG_ARMED;
   if (s->latched) f |= CTP_FLAG_LATCHED;
-  if (s->loop_ok) f |= CTP_FLAG_LOOP_OK;
+  if (s->loop_ok && s->earth_ok) f |= CTP_FLAG_LOOP_OK;
+  if (s->earth_ok) f |= CTP_FLAG_EARTH_OK;
+  if (s->voltage_trip) f |= CTP_FLAG_VOLTAGE_TRIP;
+  /* Between the bands the way back is whole, in the contact band it ends too early. */
+  if (s->earth_ok ? s->shorted : sensor_near_contact(s, s->mv.earth)) f |= CTP_FLAG_SHORTED;
   if (s->self_test_ok) f |= CTP_FLAG_SELF_TEST_OK;
   return f;
 }
@@ -103,7 +107,7 @@ static uint8_t build_status(sensor* s, uint32_t now, uint8_t* wire) {
   p[CTP_STATUS_FLAGS] = flags(s);
   ctp_put_u16(p + CTP_STATUS_LAST_EVENT, s->last_event);
   p[CTP_STATUS_ERRORS] = (uint8_t)s->reader.damaged;
-  ctp_put_u16(p + CTP_STATUS_SENSE_MV, s->sense_mv);
+  ctp_put_u16(p + CTP_STATUS_SENSE_MV, s->mv.sense);
   ctp_put_u16(p + CTP_STATUS_CONFIG_CRC, s->config_crc);
   s->status_due = false;
   s->next_status = now + (s->arm_id != 0 ? s->heartbeat : CTP_IDLE_STATUS_MS * TICKS_PER_MS);

@@ -11,6 +11,7 @@ static void on_hello(sensor* s, const uint8_t* p) {
   sensor_disarm(s);
   s->used_arm_id = 0;
   s->latched = false;
+  s->voltage_trip = false;
   s->trip_due = false;
   s->event_count = 0;
   s->greeted = p[CTP_HELLO_MIN] <= s->identity.version && s->identity.version <= p[CTP_HELLO_MAX];
@@ -46,14 +47,16 @@ static void on_config(sensor* s, const uint8_t* p, uint32_t t) {
 
 /* The reason to refuse an arming, 0: none. */
 static uint8_t objection(const sensor* s, uint16_t arm_id, uint16_t lifetime_ms) {
-  const bool contact_voltage = sensor_near_contact(s, s->sense_mv);
+  const bool contact_voltage = sensor_near_contact(s, s->mv.sense);
   if (!s->greeted) return CTP_NAK_BAD_VERSION;
   if (s->config_crc == CTP_CONFIG_NONE) return CTP_NAK_BAD_ARGUMENT;
   if (arm_id == 0 || lifetime_ms == 0 || arm_id == s->used_arm_id) return CTP_NAK_BAD_ARGUMENT;
-  if (s->ever_tested && !s->loop_ok) return CTP_NAK_LOOP_BROKEN;
+  if ((s->ever_tested && !s->loop_ok) || !s->earth_ok) return CTP_NAK_LOOP_BROKEN;
   if (s->test != TEST_NONE) return CTP_NAK_SELF_TEST_OLD;
   if (s->touch.level || s->touch.contact || contact_voltage) return CTP_NAK_IN_CONTACT;
-  if (!sensor_near_open(s, s->sense_mv)) return CTP_NAK_VOLTAGE_UNDEFINED;
+  if (!sensor_near_open(s, s->mv.sense) || !sensor_near_open(s, s->mv.feed)) {
+    return CTP_NAK_VOLTAGE_UNDEFINED;
+  }
   if (!s->self_test_ok || s->self_test_old) return CTP_NAK_SELF_TEST_OLD;
   return 0;
 }
@@ -72,6 +75,8 @@ static void on_arm(sensor* s, const uint8_t* p, uint32_t t) {
     s->arm_until = t + lifetime_ms * TICKS_PER_MS;
     s->alive_until = t + ALIVE_TICKS;
     s->latched = false;
+    s->voltage_trip = false;
+    s->odd = 0;
   }
   s->status_due = true;
 }

@@ -1,8 +1,10 @@
 /* The self-test: the sensor makes an edge and must see it, and looks whether the loop carries
  * current. What it takes:
  *
- *   open:       0 .. 1.5 ms pulled to the contact's side. The edge must be seen, and the feed must
- *               go with it: it does only through both wires.
+ *   open:       0 .. 1.5 ms pulled to the contact's side. The edge must be seen, the sense voltage
+ *               must go, and the feed must go with it: it does only through both wires, and part
+ *               of the way only, because the end resistor at the gun is between them. All the way:
+ *               the wires touch before the gun, which is then nowhere in the circuit.
  *   in contact: 0 .. 0.75 ms released: the touch must hold the feed down (else the feed wire is
  *               broken), then lifted weakly: it must hold the sense line, too (else the sense wire
  *               is broken). There is no edge to be seen: 'self-test ok' stays what it was.
@@ -37,6 +39,8 @@ static void enter(sensor* s, sensor_test part, uint32_t end) {
 void sensor_begin_test(sensor* s, uint32_t now) {
   s->test_edge = false;
   s->test_whole = true;
+  s->test_drained = s->test_stuck = false;
+  s->free_before = sensor_free(s);
   s->status_due = true;
   if (s->touch.contact) {
     enter(s, TEST_LOOK, now + PART_TICKS);
@@ -47,19 +51,21 @@ void sensor_begin_test(sensor* s, uint32_t now) {
 }
 
 /* Each part begins with voltages that may have been measured before it; the last ones count. */
-void sensor_measure_test(sensor* s, uint16_t sense_mv) {
-  const bool fed = sensor_near_open(s, sense_mv);
-  const bool drained = sensor_near_contact(s, s->feed_mv);
+void sensor_measure_test(sensor* s, const sensor_voltages* mv) {
+  const bool fed = sensor_near_open(s, mv->sense);
+  const bool drained = sensor_near_contact(s, mv->feed);
   switch (s->test) {
     case TEST_PULL:
-      s->test_measured = drained;
+      s->test_measured = sensor_between(s, mv->feed);
+      s->test_stuck = !sensor_near_contact(s, mv->sense);
+      s->test_drained = drained;
       break;
     case TEST_LOOK:
       s->test_measured = drained || fed;
       break;
     case TEST_LIFT:
       /* Without a touch at this moment nothing can be told that the part before has not. */
-      s->test_measured = !drained || sensor_near_contact(s, sense_mv);
+      s->test_measured = !drained || sensor_near_contact(s, mv->sense);
       break;
     default:
       s->test_measured = s->touch.contact && fed;
@@ -69,12 +75,15 @@ void sensor_measure_test(sensor* s, uint16_t sense_mv) {
 
 static void finish(sensor* s, uint32_t now) {
   const bool level = s->touch.level;
+  /* A touch that came meanwhile drains the feed, too, and stays when the pull is over. */
+  const bool touched = s->test_drained && level;
   s->test = TEST_NONE;
   s->tested_at = now;
   s->ever_tested = true;
   s->self_test_old = false;
-  s->loop_ok = s->test_whole || s->test_measured;
-  if (!s->touch.contact) s->self_test_ok = s->loop_ok && s->test_edge;
+  s->loop_ok = s->test_whole || s->test_measured || touched || s->test_stuck;
+  s->shorted = s->test_drained && !touched;
+  if (!s->touch.contact) s->self_test_ok = s->loop_ok && s->test_edge && !touched && !s->test_stuck;
   if (!s->loop_ok) s->self_test_ok = false;
   s->status_due = true;
   /* What happened meanwhile is taken as an edge of this moment. */

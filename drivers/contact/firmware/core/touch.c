@@ -1,5 +1,13 @@
 #include "drivers/contact/firmware/core/touch.h"
 
+static void begin(touch_state* touch, bool target, uint32_t first, uint32_t sample) {
+  touch->open = true;
+  touch->target = target;
+  touch->first = first;
+  touch->sample = sample;
+  touch->hits = touch->misses = touch->bounces = 0;
+}
+
 bool touch_edge(touch_state* touch, const touch_rule* rule, uint32_t t, bool closed) {
   if (closed == touch->level) return false;
   touch->level = closed;
@@ -8,12 +16,12 @@ bool touch_edge(touch_state* touch, const touch_rule* rule, uint32_t t, bool clo
     return false;
   }
   if (closed == touch->contact) return false;
-  touch->open = true;
-  touch->target = closed;
-  touch->first = t;
-  touch->sample = t + rule->period;
-  touch->hits = touch->misses = touch->bounces = 0;
+  begin(touch, closed, t, t + rule->period);
   return true;
+}
+
+void touch_suspect(touch_state* touch, const touch_rule* rule, uint32_t since, uint32_t now) {
+  begin(touch, true, since, now + rule->period);
 }
 
 touch_outcome touch_sample(touch_state* touch, const touch_rule* rule) {

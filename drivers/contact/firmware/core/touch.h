@@ -33,6 +33,9 @@ typedef enum { TOUCH_UNDECIDED, TOUCH_CONFIRMED, TOUCH_DISMISSED } touch_outcome
  * is does nothing. */
 bool touch_edge(touch_state* touch, const touch_rule* rule, uint32_t t, bool closed);
 
+/* Begins a change to 'closed' for another reason than an edge: edges have to confirm it. */
+void touch_suspect(touch_state* touch, const touch_rule* rule, uint32_t since, uint32_t now);
+
 /* Call when touch->open and touch->sample has come, before any edge after it: what counts is the
  * level at that time, however late the call is. A confirmed change is in touch->contact; first,
  * target and bounces hold until the next edge. */

@@ -1,4 +1,4 @@
-// The firmware's core by itself: what the emulated sensor does not have.
+// The firmware's core on the emulated board: what a host hardly sees of it.
 
 #include <gtest/gtest.h>
 
@@ -7,12 +7,14 @@
 #include <string>
 #include <vector>
 
-#include "virtual_sensor.h"
+#include "sim/mcu/microcontroller.h"
 
 namespace cellcal::test {
 namespace {
 
 namespace ctp = drivers::ctp;
+using drivers::Duration;
+using drivers::TimePoint;
 using std::chrono::microseconds;
 using std::chrono::milliseconds;
 using std::chrono::seconds;
@@ -49,7 +51,7 @@ struct Bench {
     heard.clear();
   }
 
-  VirtualSensor peer;
+  sim::Microcontroller peer;
   TimePoint now = kStart;
   ctp::FrameReader reader{ctp::Direction::kFromSensor};
   std::vector<ctp::Frame> heard;
@@ -72,7 +74,10 @@ TEST_P(FirmwareLoop, ABreakReadsAsContactAndTheSelfTestTellsItFromATouch) {
   b.get_ready();
   b.say(ctp::Arm{1, 1000});
   b.run(milliseconds{1});
-  b.peer.break_wires(GetParam().feed, GetParam().sense, b.now);
+  sim::McuFaults faults;
+  if (GetParam().feed) faults.circuit.feed_wire = sim::TouchCircuit::kOpen;
+  if (GetParam().sense) faults.circuit.sense_wire = sim::TouchCircuit::kOpen;
+  b.peer.set_faults(faults, b.now);
   if (GetParam().touching) b.peer.edge(b.now, true);
   b.run(milliseconds{3});
   EXPECT_EQ(b.of(CTP_TRIP).size(), 1u);
@@ -114,7 +119,7 @@ TEST(FirmwareSensor, ATouchThatEndsInMidSelfTestIsNoBreak) {
 
 TEST(FirmwareSensor, AnInputThatIsStuckOpenFailsTheSelfTestThoughTheLoopIsWhole) {
   Bench b;
-  b.peer.set_faults({.stuck_open = true}, b.now);
+  b.peer.set_faults({.circuit = {.capture_joint_open = true}}, b.now);
   b.get_ready();
   b.run(milliseconds{200});
   EXPECT_NE(b.last_status().flags & CTP_FLAG_LOOP_OK, 0);
@@ -124,7 +129,7 @@ TEST(FirmwareSensor, AnInputThatIsStuckOpenFailsTheSelfTestThoughTheLoopIsWhole)
 TEST(FirmwareSensor, AVoltageInTheContactBandIsContactWhateverThePinSays) {
   Bench b;
   b.get_ready();
-  b.peer.set_faults({.sense_mv = std::uint16_t{300}}, b.now);
+  b.peer.set_faults({.circuit = {.gun_to_earth = 60.0, .capture_joint_open = true}}, b.now);
   b.say(ctp::Arm{1, 1000});
   b.run(milliseconds{2});
   ASSERT_EQ(b.of(CTP_NAK).size(), 1u);

@@ -22,7 +22,7 @@ namespace cellcal::test {
 
 namespace {
 
-constexpr int kTestBit = 7, kStrap250k = 4, kStrap115k = 5;
+constexpr int kTestBit = 7, kOutputBit = 6, kStrap250k = 4, kStrap115k = 5;
 constexpr std::uint32_t kSupplyMv = 5000;
 constexpr std::uint8_t kUntouched = 0xA5;
 constexpr std::uint64_t kWakeCycles = 800;  // a sleeping CPU jumps to its next timer: 50 us at most
@@ -82,12 +82,14 @@ SimavrBoard::SimavrBoard(const std::string& elf, int baud, TimePoint power_on)
   pin_ = irq_of(avr_, AVR_IOCTL_IOPORT_GETIRQ('B'), IOPORT_IRQ_PIN0);
   adc_sense_ = irq_of(avr_, AVR_IOCTL_ADC_GETIRQ, ADC_IRQ_ADC0);
   adc_feed_ = irq_of(avr_, AVR_IOCTL_ADC_GETIRQ, ADC_IRQ_ADC1);
+  adc_earth_ = irq_of(avr_, AVR_IOCTL_ADC_GETIRQ, ADC_IRQ_ADC2);
   std::uint32_t flags = 0;
   avr_ioctl(avr_, AVR_IOCTL_UART_SET_FLAGS('0'), &flags);
   avr_irq_register_notify(irq_of(avr_, AVR_IOCTL_UART_GETIRQ('0'), UART_IRQ_OUTPUT), on_byte, this);
   for (const int index : {IOPORT_IRQ_DIRECTION_ALL, IOPORT_IRQ_REG_PORT}) {
     avr_irq_register_notify(irq_of(avr_, AVR_IOCTL_IOPORT_GETIRQ('D'), index), on_test_pin, this);
   }
+  avr_irq_register_notify(irq_of(avr_, AVR_IOCTL_IOPORT_GETIRQ('D'), kOutputBit), on_output, this);
   avr_->custom.data = this;
   core_reset_ = avr_->reset;
   avr_->reset = on_reset;
@@ -144,12 +146,12 @@ void SimavrBoard::settle() {
   const bool high = (avr_->data[kPortD] & (1 << kTestBit)) != 0;
   circuit_.test_pin = out ? (high ? TestPin::kHigh : TestPin::kLow)
                           : (high ? TestPin::kPullUp : TestPin::kReleased);
-  const double sense = circuit_.sense_v(), feed = circuit_.feed_v();
+  const sim::CircuitVoltages volts = circuit_.voltages();
   const auto millivolts = [](double v) { return static_cast<std::uint32_t>(std::lround(v * 1e3)); };
-  avr_raise_irq(adc_sense_, millivolts(sense));
-  avr_raise_irq(adc_feed_, millivolts(feed));
-  if (sense > TouchCircuit::kLowV && sense < TouchCircuit::kHighV) return;
-  const bool pin_high = sense >= TouchCircuit::kHighV;
+  avr_raise_irq(adc_sense_, millivolts(volts.sense_v));
+  avr_raise_irq(adc_feed_, millivolts(volts.feed_v));
+  avr_raise_irq(adc_earth_, millivolts(volts.earth_v));
+  const bool pin_high = circuit_.pin_high(pin_high_);
   if (pin_high != pin_high_) pin_edges_.push_back({avr_->cycle, pin_high});
   pin_high_ = pin_high;
   avr_raise_irq(pin_, pin_high ? 1 : 0);
@@ -158,6 +160,13 @@ void SimavrBoard::settle() {
 void SimavrBoard::on_test_pin(avr_irq_t*, std::uint32_t, void* board) {
   // The register itself follows this notice: looked at when the instruction is over.
   static_cast<SimavrBoard*>(board)->disturbed_ = true;
+}
+
+void SimavrBoard::on_output(avr_irq_t*, std::uint32_t value, void* context) {
+  auto& board = *static_cast<SimavrBoard*>(context);
+  const bool high = value != 0;
+  if (high != board.output_high_) board.output_edges_.push_back({board.avr_->cycle, high});
+  board.output_high_ = high;
 }
 
 void SimavrBoard::touch(TimePoint t, bool touching) {
@@ -279,6 +288,10 @@ std::vector<SimavrBoard::Sent> SimavrBoard::take_sent() { return std::exchange(s
 
 std::vector<SimavrBoard::PinEdge> SimavrBoard::take_pin_edges() {
   return std::exchange(pin_edges_, {});
+}
+
+std::vector<SimavrBoard::PinEdge> SimavrBoard::take_output_edges() {
+  return std::exchange(output_edges_, {});
 }
 
 std::size_t SimavrLine::read(std::span<std::uint8_t> into, TimePoint& t) {

@@ -13,13 +13,16 @@
 #include "drivers/contact/byte_line.h"
 #include "drivers/contact/ctp_codec.h"
 #include "drivers/time.h"
-#include "touch_circuit.h"
+#include "sim/mcu/touch_circuit.h"
 
 struct avr_t;
 struct avr_irq_t;
 struct avr_uart_t;
 
 namespace cellcal::test {
+
+using sim::TestPin;
+using sim::TouchCircuit;
 
 using drivers::Duration;
 using drivers::TimePoint;
@@ -65,6 +68,9 @@ class SimavrBoard {
     bool high = false;
   };
   std::vector<PinEdge> take_pin_edges();
+  /// The same of D6, the output for a controller's input.
+  std::vector<PinEdge> take_output_edges();
+  bool output_high() const { return output_high_; }
 
   TimePoint time_of(std::uint64_t cycle) const;
   std::uint64_t cycle() const;
@@ -76,6 +82,7 @@ class SimavrBoard {
  private:
   static void on_byte(avr_irq_t*, std::uint32_t value, void* board);
   static void on_reset(avr_t* avr);
+  static void on_output(avr_irq_t*, std::uint32_t value, void* board);
   static void on_test_pin(avr_irq_t*, std::uint32_t value, void* board);
   std::uint64_t cycle_of(TimePoint t) const;
   void settle();
@@ -97,11 +104,12 @@ class SimavrBoard {
 
   avr_t* avr_ = nullptr;
   avr_uart_t* uart_ = nullptr;
-  avr_irq_t *uart_in_ = nullptr, *pin_ = nullptr, *adc_sense_ = nullptr, *adc_feed_ = nullptr;
+  avr_irq_t *uart_in_ = nullptr, *pin_ = nullptr;
+  avr_irq_t *adc_sense_ = nullptr, *adc_feed_ = nullptr, *adc_earth_ = nullptr;
   int baud_;
   TimePoint power_on_;
   TouchCircuit circuit_;
-  bool pin_high_ = false, disturbed_ = false, was_reset_ = false;
+  bool output_high_ = false, pin_high_ = false, disturbed_ = false, was_reset_ = false;
   void (*core_reset_)(avr_t*) = nullptr;
   std::multimap<std::uint64_t, Action> actions_;
   std::uint64_t rx_free_ = 0, tx_free_ = 0, end_ = 0, stop_ = kNever;
@@ -110,7 +118,7 @@ class SimavrBoard {
   std::deque<Bytes> output_;
   drivers::ctp::FrameReader reader_{drivers::ctp::Direction::kFromSensor};
   std::vector<Sent> sent_;
-  std::vector<PinEdge> pin_edges_;
+  std::vector<PinEdge> pin_edges_, output_edges_;
 };
 
 /// The board as the line that drivers::ContactInline runs on.

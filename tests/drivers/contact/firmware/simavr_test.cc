@@ -66,8 +66,8 @@ TEST_P(SimavrLoop, TheSelfTestTellsABreakFromATouch) {
   ASSERT_TRUE(bench.get_ready());
   ASSERT_TRUE(bench.arm(3).armed);
   TouchCircuit circuit = bench.board.circuit();
-  circuit.feed_wire_broken = GetParam().feed;
-  circuit.sense_wire_broken = GetParam().sense;
+  if (GetParam().feed) circuit.feed_wire = TouchCircuit::kOpen;
+  if (GetParam().sense) circuit.sense_wire = TouchCircuit::kOpen;
   circuit.touching = GetParam().touching;
   bench.board.change(circuit);
   bench.run(milliseconds{5});

@@ -1,0 +1,65 @@
+#include "daemon/doctor/adapter_check.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "drivers/contact.h"
+#include "drivers/contact/ctp.h"
+
+namespace cellcal::daemon {
+
+void judge_adapter(const std::string& device, const std::optional<drivers::Adapter>& adapter,
+                   int baud, Findings& findings) {
+  using drivers::AdapterFit;
+  const std::string check = "contact adapter";
+  if (!adapter) {
+    findings.skip(check, fmt::format("{} is not behind a USB adapter of this computer", device));
+    return;
+  }
+  const std::string who =
+      fmt::format("{} ({:04x}:{:04x})", adapter->name.empty() ? "no name" : adapter->name,
+                  adapter->vendor, adapter->product);
+  const std::string tty = std::filesystem::path(device).filename().string();
+  const std::string timer = fmt::format(
+      "install systemd/70-cellcal.rules and plug the sensor in again; until then, as "
+      "root: echo 1 > /sys/class/tty/{}/device/latency_timer",
+      tty);
+  constexpr const char* kSlower =
+      "tie D4 to GND, reset the board, set baud = 250000 under [contact]; or take a board with "
+      "another USB chip (drivers/contact/firmware/README.md, Adapters)";
+  switch (drivers::fit_of(*adapter, baud)) {
+    case AdapterFit::kFits:
+      findings.ok(check, adapter->latency_ms
+                             ? fmt::format("{}, latency timer {} ms", who, *adapter->latency_ms)
+                             : who);
+      break;
+    case AdapterFit::kTooLate:
+      findings.fail(
+          check,
+          fmt::format("{}: latency timer {} ms. With one lost heartbeat that is {} ms, "
+                      "and the arm stops at {}",
+                      who, *adapter->latency_ms, *adapter->latency_ms + 2 * int{CTP_KEEPALIVE_MS},
+                      drivers::kHeartbeatLimit.count()),
+          timer);
+      break;
+    case AdapterFit::kHoldsBack:
+      findings.warn(check, fmt::format("{}: latency timer {} ms", who, *adapter->latency_ms),
+                    timer);
+      break;
+    case AdapterFit::kNoSuchRate:
+      findings.fail(check, fmt::format("{} does not have {} baud", who, baud), kSlower);
+      break;
+    case AdapterFit::kRateUntried:
+      findings.warn(check,
+                    fmt::format("{} has {} baud by its data sheet; nobody has tried it", who, baud),
+                    std::string("if the sensor is not understood: ") + kSlower);
+      break;
+    case AdapterFit::kUntried:
+      findings.warn(check, who + ": not one of the adapters that are known to fit",
+                    "drivers/contact/firmware/README.md, Adapters, has those that do");
+      break;
+  }
+}
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,105 @@
+#include "drivers/contact/port/adapter.h"
+
+#include <charconv>
+#include <chrono>
+#include <fstream>
+
+#include "drivers/contact.h"
+#include "drivers/contact/ctp.h"
+
+namespace cellcal::drivers {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+enum Vendor : std::uint16_t {
+  kFtdi = 0x0403,
+  kSilabs = 0x10C4,
+  kWch = 0x1A86,
+  kArduino = 0x2341,
+  kArduinoOrg = 0x2A03,
+};
+/// The Uno's ATmega16U2, by either maker; other boards of theirs have another processor.
+constexpr std::uint16_t kUno = 0x0043, kUnoFirst = 0x0001, kUnoLater = 0x0243;
+
+/// A heartbeat may be lost, and the next be held back, within the host's patience.
+constexpr int kLongestLatencyMs =
+    static_cast<int>(kHeartbeatLimit.count()) - 2 * int{CTP_KEEPALIVE_MS} - 1;
+/// The highest rate that the older CP210x have exactly (AN205, table 1: then 256 000 ... 921 600).
+constexpr int kOldSilabsBaud = 250'000;
+
+std::string line_of(const fs::path& file) {
+  std::ifstream in(file);
+  std::string line;
+  std::getline(in, line);
+  return line;
+}
+
+std::optional<std::uint16_t> hex_of(const fs::path& file) {
+  const std::string text = line_of(file);
+  std::uint16_t value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value, 16);
+  if (error != std::errc{} || text.empty()) return std::nullopt;
+  return value;
+}
+
+/// What the kernel calls the device, behind its links.
+fs::path tty_of(const std::string& device, const fs::path& sysfs) {
+  std::error_code error;
+  const fs::path real = fs::weakly_canonical(device, error);
+  return sysfs / "class/tty" / (error ? fs::path(device) : real).filename() / "device";
+}
+
+/// They calculate any rate from 48 MHz; the older ones look it up in a table.
+bool calculates_rates(const std::string& name) {
+  for (const char* one : {"CP2102N", "CP2104", "CP2105", "CP2108"}) {
+    if (name.find(one) != std::string::npos) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+std::optional<int> latency_ms_of(const std::string& device, const fs::path& sysfs) {
+  std::ifstream in(tty_of(device, sysfs) / "latency_timer");
+  int ms = 0;
+  if (!(in >> ms) || ms < 0) return std::nullopt;
+  return ms;
+}
+
+std::optional<Adapter> adapter_of(const std::string& device, const fs::path& sysfs) {
+  std::error_code error;
+  fs::path at = fs::canonical(tty_of(device, sysfs), error);
+  if (error) return std::nullopt;
+  const fs::path top = fs::canonical(sysfs, error);
+  for (; !at.empty() && at != top && at != at.root_path(); at = at.parent_path()) {
+    const auto vendor = hex_of(at / "idVendor"), product = hex_of(at / "idProduct");
+    if (vendor && product) {
+      return Adapter{*vendor, *product, line_of(at / "product"), latency_ms_of(device, sysfs)};
+    }
+  }
+  return std::nullopt;
+}
+
+AdapterFit fit_of(const Adapter& adapter, int baud) {
+  if (adapter.latency_ms && *adapter.latency_ms > kLongestLatencyMs) return AdapterFit::kTooLate;
+  if (adapter.latency_ms && *adapter.latency_ms > kBestLatencyMs) return AdapterFit::kHoldsBack;
+  switch (adapter.vendor) {
+    case kFtdi:
+    case kWch:
+      return AdapterFit::kFits;
+    case kSilabs:
+      if (baud <= kOldSilabsBaud) return AdapterFit::kFits;
+      return calculates_rates(adapter.name) ? AdapterFit::kRateUntried : AdapterFit::kNoSuchRate;
+    case kArduino:
+    case kArduinoOrg:
+      return adapter.product == kUno || adapter.product == kUnoFirst || adapter.product == kUnoLater
+                 ? AdapterFit::kFits
+                 : AdapterFit::kUntried;
+    default:
+      return AdapterFit::kUntried;
+  }
+}
+
+}  // namespace cellcal::drivers

@@ -1,0 +1,118 @@
+// Every single fault of the touch circuit, before and in the middle of a search: it is found by
+// name before the arm relies on the sensor, or it stops the arm, or a touch is still felt. The
+// table in drivers/contact/firmware/README.md has the same rows.
+
+#include "circuit_faults.h"
+#include "rig.h"
+
+namespace cellcal::drivers {
+namespace {
+
+using test::CircuitFault;
+
+class Fmea : public testing::TestWithParam<CircuitFault> {
+ protected:
+  void spoil(Rig& rig) { rig.mcu.set_faults({.circuit = GetParam().circuit}, rig.now()); }
+  void touch(Rig& rig) {
+    rig.mcu.edge(rig.now(), true);
+    rig.run(milliseconds{5});
+  }
+  static bool stopped(const Rig& rig) { return !rig.of_kind(ContactEventKind::kTrip).empty(); }
+};
+
+TEST_P(Fmea, IsFoundByNameBeforeASearchOrDoesNotHideATouch) {
+  const CircuitFault& fault = GetParam();
+  Rig rig;
+  ASSERT_TRUE(rig.get_ready());
+  spoil(rig);
+  rig.run(seconds{2});
+  EXPECT_EQ(rig.contact.status().in_contact, fault.in_contact) << rig.contact.status().words;
+  const ArmResult armed = rig.arm(1);
+  EXPECT_EQ(armed.armed, !fault.refused()) << armed.why_not;
+  const ContactStatus s = rig.contact.status();
+  EXPECT_EQ(s.loop_flaw, fault.flaw) << s.words;
+  EXPECT_EQ(s.fault == ContactFault::kSelfTestFailed, fault.self_test_fails) << s.words;
+  if (fault.refused()) {
+    EXPECT_FALSE(armed.why_not.empty());
+    return;
+  }
+  touch(rig);
+  EXPECT_EQ(stopped(rig), !fault.touch_is_lost);
+}
+
+TEST_P(Fmea, InMidSearchItStopsTheArmOrATouchStillDoes) {
+  const CircuitFault& fault = GetParam();
+  Rig rig;
+  ASSERT_TRUE(rig.get_ready());
+  ASSERT_TRUE(rig.arm(1).armed);
+  spoil(rig);
+  rig.run(milliseconds{5});
+  EXPECT_EQ(stopped(rig), fault.trips);
+  if (!fault.trips) {
+    EXPECT_TRUE(rig.snapshot().armed);
+    touch(rig);
+    EXPECT_EQ(stopped(rig), !fault.touch_is_lost);
+  }
+  rig.run(milliseconds{20});
+  EXPECT_EQ(rig.contact.status().voltage_trip, fault.by_voltage);
+  // What no edge has confirmed is not measured with.
+  EXPECT_EQ(rig.of_kind(ContactEventKind::kRevoked).empty(), !fault.by_voltage);
+  EXPECT_EQ(rig.of_kind(ContactEventKind::kContact).empty(),
+            fault.by_voltage || fault.touch_is_lost);
+}
+
+TEST_P(Fmea, MendedItWorksAgain) {
+  Rig rig;
+  ASSERT_TRUE(rig.get_ready());
+  spoil(rig);
+  rig.run(seconds{2});
+  rig.mcu.set_faults({}, rig.now());
+  ASSERT_TRUE(rig.run_until([&] { return rig.contact.status().link == ContactLink::kReady; }));
+  rig.run(seconds{1});
+  EXPECT_TRUE(rig.arm(2).armed) << rig.contact.status().words;
+  touch(rig);
+  EXPECT_TRUE(stopped(rig));
+}
+
+INSTANTIATE_TEST_SUITE_P(Circuit, Fmea, testing::ValuesIn(test::circuit_faults()),
+                         [](const auto& row) { return std::string(row.param.name); });
+
+TEST(Earth, OfAFirmwareThatDoesNotWatchItIsNotBelieved) {
+  sim::McuOptions old;
+  old.firmware = {1, 0, 0};
+  Rig rig(old);
+  rig.mcu.set_faults({.circuit = {.earth_reads_v = 0.0}}, rig.now());  // it never set the flag
+  EXPECT_FALSE(rig.get_ready());
+  EXPECT_FALSE(rig.arm(1).armed);
+  EXPECT_NE(rig.contact.status().loop_flaw, LoopFlaw::kNone);
+}
+
+TEST(VoltageTrip, IsExplainedWithWhatToClean) {
+  Rig rig;
+  ASSERT_TRUE(rig.get_ready());
+  ASSERT_TRUE(rig.arm(1).armed);
+  rig.mcu.set_faults({.circuit = {.touch_ohm = 1000.0}}, rig.now());
+  rig.mcu.edge(rig.now(), true);
+  rig.run(milliseconds{20});
+  EXPECT_NE(rig.contact.status().words.find("oxide"), std::string::npos)
+      << rig.contact.status().words;
+}
+
+TEST(SelfTest, IsMadeBeforeEverySearch) {
+  Rig rig;
+  ASSERT_TRUE(rig.get_ready());
+  int asked = 0;
+  rig.line.to_sensor = [&asked](std::vector<std::uint8_t> wire) {
+    asked += type_of(wire) == CTP_SELFTEST ? 1 : 0;
+    return wire;
+  };
+  for (std::uint16_t id = 1; id <= 3; ++id) {
+    ASSERT_TRUE(rig.arm(id).armed);
+    EXPECT_EQ(asked, id);
+    rig.contact.disarm();
+    rig.run(milliseconds{20});
+  }
+}
+
+}  // namespace
+}  // namespace cellcal::drivers
