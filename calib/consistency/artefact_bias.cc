@@ -87,13 +87,13 @@ std::vector<SizeResult> sizes_by_others(const Problem& problem, const Estimate& 
     if (!(information > 0.0)) return;
     SizeResult size;
     size.target = target;
-    size.off_m = (own.pull - reached.dot(all.pull)) / information;
+    size.off_m = (own.pull - reached.dot(all.pull)) / information;  // (48)
     // Scatter beyond what is stated widens, but not the scatter that this size itself makes.
-    const double inflation =
+    const double inflation =  // (45)
         std::max(1.0, (chi2 - size.off_m * size.off_m * information) / std::max(1.0, dof - 1.0));
     const double common_m =
         kCommonSigma * std::max(problem.cell().touch_sigma_m, own.sigma_m / own.touches);
-    size.sigma_m = std::hypot(std::sqrt(inflation / information), common_m);
+    size.sigma_m = std::hypot(std::sqrt(inflation / information), common_m);  // (49)
     if (size.sigma_m < kUntoldM) sizes.push_back(std::move(size));
   };
   for (std::size_t b = 0; b < said.size(); ++b)

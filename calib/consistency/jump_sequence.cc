@@ -40,6 +40,7 @@ void by_jumps(const Problem& problem, const Problem::At& at, std::size_t touch, 
   }
 }
 
+// (50)
 double squared_sigmas(Eigen::MatrixXd information, const Eigen::VectorXd& pull, double usual) {
   information.diagonal().array() += 1.0 / (usual * usual);
   const Eigen::LDLT<Eigen::MatrixXd> factor(information);
@@ -83,7 +84,7 @@ std::optional<FoundJump> JumpSequence::robust(const JumpSuspect& suspect) const 
     if (width <= gate) ++at_gate;
     width = std::max(width, gate);
     const Eigen::VectorXd weight = weights(residual, width);
-    found = best_place(suspect, weight, {}, residual);
+    found = best_place(suspect, weight, {}, residual);  // (51)
     if (!found) return {};
     width /= kStep;
   }
@@ -193,7 +194,7 @@ Eigen::VectorXd JumpSequence::weights(const Eigen::VectorXd& residual, double wi
   for (const auto& [touch, row] : linear_.touch_row) {
     const int rows = problem_.rows(touch);
     const double off = residual.segment(row, rows).lpNorm<Eigen::Infinity>();
-    result.segment(row, rows).setConstant(std::pow(square / (square + off * off), 2));
+    result.segment(row, rows).setConstant(std::pow(square / (square + off * off), 2));  // (52)
   }
   return result;
 }

@@ -35,7 +35,7 @@ Others touches_and_tolerances(const Problem& problem, const Estimate& e) {
     const Unknown& unknown = problem.unknowns()[i];
     const double weight = unknown.prior_weight / (i < problem.arm_size() ? kWider : 1.0);
     const double prior = std::max(kFlat, weight * weight);
-    all.pull[i] += prior * (e.u[i] - unknown.prior_mean_u);
+    all.pull[i] += prior * (e.u[i] - unknown.prior_mean_u);  // (44)
     all.information(i, i) = kHair * (all.information(i, i) + prior);
   }
   return all;

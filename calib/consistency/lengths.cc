@@ -42,9 +42,9 @@ std::vector<LengthResult> lengths_by_others(const Problem& problem, const Estima
     const Eigen::VectorXd by = linear.jacobian.row(row(k)).transpose();
     const Eigen::VectorXd reached = factor.solve(by);
     const double sigma_m = lengths[k].sigma_m, variance = by.dot(reached);  // in its own sigma^2
-    const double off = linear.residual[row(k)] - reached.dot(pull);         // in its own sigma
+    const double off = linear.residual[row(k)] - reached.dot(pull);         // in its own sigma (46)
     // Scatter beyond what is stated widens, but not the scatter that this length itself makes.
-    const double squared = off * off / (1.0 + variance);
+    const double squared = off * off / (1.0 + variance);  // (45)
     const double inflation = std::max(1.0, (chi2 - squared) / std::max(1.0, dof - 1.0));
     LengthResult result;
     result.from = problem.cell().targets[problem.blocks()[lengths[k].block_a].target].id;
@@ -58,7 +58,7 @@ std::vector<LengthResult> lengths_by_others(const Problem& problem, const Estima
   return results;
 }
 
-double contradiction(const LengthResult& length) {
+double contradiction(const LengthResult& length) {  // (47)
   return std::abs(length.by_others_m - length.certified_m) /
          std::hypot(length.sigma_m, length.certified_sigma_m);
 }

@@ -29,7 +29,7 @@ std::vector<double> leverages(const Problem& problem, const Estimate& e,
     const Eigen::MatrixXd spread = j * e.posterior.covariance_u * j.transpose();
     const Eigen::MatrixXd held =
         (Eigen::MatrixXd::Identity(rows, rows) + spread).partialPivLu().solve(spread);
-    result[touch] = held.trace() / rows;
+    result[touch] = held.trace() / rows;  // (22)
   }
   return result;
 }

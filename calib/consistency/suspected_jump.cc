@@ -67,7 +67,7 @@ std::vector<Jump> suspected_jump(const Problem& problem, const Estimate& e, doub
     const Eigen::Index first = columns * static_cast<Eigen::Index>(p);
     const auto consider = [&](Jump::What what, const std::string& name, int from, int count,
                               double usual) {
-      const Eigen::MatrixXd information =
+      const Eigen::MatrixXd information =  // (50)
           squares[p].block(from, from, count, count) -
           all.middleCols(first + from, count).transpose() * held.middleCols(first + from, count);
       const double said = squared_sigmas(information, pulls[p].segment(from, count), usual) /

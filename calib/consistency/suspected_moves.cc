@@ -48,7 +48,7 @@ struct Said {
 
   /// By which the shift differs from none.
   double squared_sigmas(const Eigen::MatrixXd& covariance_u, double usual_u) const {
-    Eigen::Matrix3d information = square - by_all * covariance_u * by_all.transpose();
+    Eigen::Matrix3d information = square - by_all * covariance_u * by_all.transpose();  // (50)
     information.diagonal().array() += 1.0 / (usual_u * usual_u);
     const Eigen::LDLT<Eigen::Matrix3d> factor(information);
     return factor.isPositive() ? pull.dot(factor.solve(pull)) : 0.0;

@@ -63,7 +63,7 @@ class Sighting {
       if (change.lpNorm<Eigen::Infinity>() < kSettled) break;
     }
     linearise();
-    held_ = by_place_ * covariance_ * by_place_.transpose();
+    held_ = by_place_ * covariance_ * by_place_.transpose();  // (53)
     free_ = (1.0 - held_.diagonal().array()).cwiseMax(0.0);
     return free_.sum() >= kLeastFree;
   }
@@ -77,7 +77,7 @@ class Sighting {
     for (std::size_t k = 0; k < shared_.size(); ++k)
       if (shared_[k] >= 0) by_fit.col(shared_[k]) = by_shared_.col(static_cast<Eigen::Index>(k));
     const MatrixXd rest = MatrixXd::Identity(rows, rows) - held_;
-    const MatrixXd foreseen =
+    const MatrixXd foreseen =  // (53)
         rest * (MatrixXd::Identity(rows, rows) + by_fit * covariance_si * by_fit.transpose()) *
         rest.transpose();
     for (std::size_t i = 0; i < of_.size(); ++i) {

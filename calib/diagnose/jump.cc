@@ -171,7 +171,7 @@ class Search {
     }
     // Touches that scatter more than stated say less.
     for (Jump& jump : jumps)
-      jump.log_odds = (jump.log_odds - always) / scatter -
+      jump.log_odds = (jump.log_odds - always) / scatter -  // (62)
                       std::log(static_cast<double>(stated_.order().size()));
     return jumps;
   }
@@ -233,7 +233,7 @@ class Search {
       jump->what = suspect.what;
       jump->name = suspect.name;
       jump->after_touch = stated_.order()[found.behind - 1];
-      jump->log_odds =
+      jump->log_odds =  // (61)
           unless_field(log_evidence(cell_, touches, c) - log_evidence_ -
                            0.5 * std::log(usual.determinant()) - surprise(size, suspect.usual),
                        c);

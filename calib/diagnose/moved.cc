@@ -71,7 +71,7 @@ MovedTarget measured(const Cell& cell, const std::vector<Touch>& touches,
       by * two.covariance * by.transpose() + kCreepM * kCreepM * Eigen::Matrix3d::Identity();
   moved.shift_m = shift;
   moved.sigma_m = std::sqrt(shift.dot(covariance * shift)) / shift.norm();
-  moved.squared_sigmas = shift.dot(covariance.ldlt().solve(shift));
+  moved.squared_sigmas = shift.dot(covariance.ldlt().solve(shift));  // (60)
   return moved;
 }
 

@@ -67,7 +67,7 @@ Trial attempt(const Cell& cell, const std::vector<Touch>& touches) {
     const double sigma = touch.sigma_m > 0.0 ? touch.sigma_m : cell.touch_sigma_m;
     const TargetKind kind = cell.targets[cell.target_index(touch.target)].kind;
     const int rows = kind == TargetKind::kPoint || kind == TargetKind::kTracker ? 3 : 1;
-    trial.sum += std::min(std::pow(r.after_m / sigma, 2), kMostSigmas * kMostSigmas);
+    trial.sum += std::min(std::pow(r.after_m / sigma, 2), kMostSigmas * kMostSigmas);  // (63)
     trial.rows += rows;
   }
   const auto add_stated = [&](double sigmas) {

@@ -66,7 +66,7 @@ Eigen::MatrixXd postures_of(const Problem& problem) {
     lever += problem.arm().nominal_jacobian(q).topRows<3>().colwise().squaredNorm().transpose();
   }
   lever = lever.cwiseSqrt();
-  return (lever / lever.maxCoeff()).asDiagonal() * postures;
+  return (lever / lever.maxCoeff()).asDiagonal() * postures;  // (29)
 }
 
 Eigen::MatrixXd distances(const Eigen::MatrixXd& postures, const std::vector<Row>& rows) {
@@ -88,7 +88,7 @@ Eigen::MatrixXd correlation_of(const Eigen::MatrixXd& apart, const std::vector<R
   for (Eigen::Index a = 0; a < k.rows(); ++a)
     for (Eigen::Index b = 0; b <= a; ++b) {
       const double d = apart(a, b);
-      double alike = rough * std::exp(-0.5 * std::pow(d / kSamePlaceRad, 2));
+      double alike = rough * std::exp(-0.5 * std::pow(d / kSamePlaceRad, 2));  // (29)
       if (rough < 1.0) alike += (1.0 - rough) * std::exp(-d / reach_rad);
       k(a, b) = k(b, a) = alike * rows[static_cast<std::size_t>(a)].along.dot(
                                       rows[static_cast<std::size_t>(b)].along);
@@ -202,7 +202,7 @@ Sizes sizes_of(const Problem& problem, const Eigen::VectorXd& u, const Eigen::Ma
         without.diagonal() += factor * factor * own;
         for (const double share : kOfScatter) {
           const double field = share * scatter_m;
-          const Eigen::LLT<Eigen::MatrixXd> v(without + field * field * k);
+          const Eigen::LLT<Eigen::MatrixXd> v(without + field * field * k);  // (31)
           if (v.info() != Eigen::Success) continue;
           const Eigen::VectorXd w = v.matrixL().solve(y);
           tried.push_back({{field, factor, rough == 1.0 ? 0.0 : reach, rough},
@@ -250,7 +250,7 @@ Eigen::MatrixXd together(const Problem& problem, const Eigen::VectorXd& u,
     v(k, k) += std::pow(problem.own_sigma_m(touch), 2);
     weight[k] = 1.0 / problem.sigma_m(touch);
   }
-  v = weight.asDiagonal() * v * weight.asDiagonal();
+  v = weight.asDiagonal() * v * weight.asDiagonal();  // (32)
   const Eigen::LLT<Eigen::MatrixXd> factor(v);
   if (factor.info() != Eigen::Success)
     throw IdentifyError("what the model lacks cannot be told from noise");
@@ -342,6 +342,7 @@ double alike_sigmas(const Problem& problem, const Estimate& e, double chi2_per_d
     const Eigen::MatrixXd through = k * left;
     const double variance = 2.0 * through.cwiseProduct(through.transpose()).sum();
     if (!(variance > 0.0)) continue;
+    // (30)
     most = std::max(most, (r.dot(k * r) / chi2_per_dof - through.trace()) / std::sqrt(variance));
   }
   return most;
@@ -357,6 +358,7 @@ double untold_field_m(const Problem& problem, const Estimate& e, const Repeats& 
   const double noise_m = repeats.degrees_of_freedom >= kEnoughRepeats
                              ? std::max(repeats.used_m, repeats.scatter_m)
                              : kUsualNoiseM;
+  // (33)
   const double rest = scatter_m * scatter_m - ripple / std::max(1.0, count) - noise_m * noise_m;
   // Of a scatter that repeats show some tenths are chance.
   constexpr double kChance = 0.5;

@@ -62,7 +62,7 @@ std::vector<Off> studentised(const Problem& problem, const Eigen::VectorXd& u,
     for (int k = row; k < row + problem.rows(touch); ++k) {
       constexpr double kLeast =
           1e-6;  // a touch that alone decides something says nothing of itself
-      const double free = 1.0 - posterior.leverage[k];
+      const double free = 1.0 - posterior.leverage[k];  // (20), used
       if (free > kLeast)
         off[touch].sigmas =
             std::max(off[touch].sigmas, std::abs(posterior.linear.residual[k]) / std::sqrt(free));
@@ -71,12 +71,13 @@ std::vector<Off> studentised(const Problem& problem, const Eigen::VectorXd& u,
   std::vector<bool> others(count, false);
   for (std::size_t i = 0; i < count; ++i) others[i] = fit[i] && !use[i];
   const Linearisation outside = linearise(problem, u, others);
+  // (20), left out
   const Eigen::VectorXd predicted = spread(outside.jacobian, posterior.covariance_u);
   for (const auto& [touch, row] : outside.touch_row) {
     for (int k = row; k < row + problem.rows(touch); ++k) {
       off[touch].sigmas = std::max(off[touch].sigmas,
                                    std::abs(outside.residual[k]) / std::sqrt(1.0 + predicted[k]));
-      off[touch].own = std::max(off[touch].own, predicted[k] / (1.0 + predicted[k]));
+      off[touch].own = std::max(off[touch].own, predicted[k] / (1.0 + predicted[k]));  // (22)
     }
   }
   return off;
@@ -106,7 +107,7 @@ std::vector<Off> judge(const Problem& problem, const IdentifyOptions& options,
   for (std::size_t i = 0; i < off.size(); ++i)
     if (fit[i]) scatter.push_back(off[i].sigmas / kMedian);
   // More scatter than stated widens the gate instead of throwing good touches away.
-  e.gate = options.outlier_sigma * std::max(1.0, median(scatter));
+  e.gate = options.outlier_sigma * std::max(1.0, median(scatter));  // (21)
   return off;
 }
 

@@ -87,7 +87,7 @@ LevelSums::LevelSums(LevelSums&&) noexcept = default;
 LevelSums& LevelSums::operator=(LevelSums&&) noexcept = default;
 
 void LevelSums::add(const Problem& problem, const Linearisation& rows) {
-  for (Gathered& g : impl_->gathered) gather(problem, rows, impl_->groups, g);
+  for (Gathered& g : impl_->gathered) gather(problem, rows, impl_->groups, g);  // (34)
 }
 
 LevelMean LevelSums::mean() const {
@@ -143,7 +143,7 @@ LevelMean LevelSums::mean() const {
     if (best - s.step.log_evidence > kHopeless) continue;
     weight.push_back(likelihood / sum_with_say);
     solutions.push_back(s.family->solution(s.step));
-    mean += weight.back() * solutions.back();
+    mean += weight.back() * solutions.back();  // (27)
     if (sum_heard > kHeard) continue;
     ++heard;
     sum_heard += weight.back();
@@ -154,7 +154,7 @@ LevelMean LevelSums::mean() const {
   result.ripple_rad = std::sqrt(result.ripple_rad / sum_heard);
   result.transmission = std::sqrt(result.transmission / sum_heard);
   result.compliance = std::sqrt(result.compliance / sum_heard);
-  // Within the levels, and between them.
+  // (27): within the levels, and between them.
   Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(size, size);
   for (const Family& family : families) {
     std::vector<std::pair<const Step*, double>> own;

@@ -127,7 +127,7 @@ RunningEstimate::Taken RunningEstimate::add(const Touch& touch) {
   taken.outlier = me.options.reject_outliers && taken.off_sigma > me.e.gate;
   if (!taken.outlier) {
     me.e.use.back() = true;
-    me.sums->add(*me.problem, rows);
+    me.sums->add(*me.problem, rows);  // (34)
     LevelMean mean = me.sums->mean();
     me.e.u = mean.u;
     me.e.posterior.covariance_u = std::move(mean.covariance_u);

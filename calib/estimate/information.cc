@@ -45,7 +45,7 @@ void Information::add(const Eigen::Ref<const RowMajor>& rows) {
   Eigen::MatrixXd stacked(n + rows.rows(), n);
   stacked << sum_, rows;
   const Eigen::HouseholderQR<Eigen::Ref<Eigen::MatrixXd>> qr(stacked);
-  sum_ = stacked.topRows(n).triangularView<Eigen::Upper>();
+  sum_ = stacked.topRows(n).triangularView<Eigen::Upper>();  // (19)
 }
 
 void Information::add(const Information& other) {
@@ -72,7 +72,7 @@ void Information::add_alone(const Eigen::VectorXd& weight, const Eigen::VectorXd
 Eigen::MatrixXd Information::triangle() const {
   if (all_digits_) return sum_;
   Eigen::MatrixXd lower = sum_;
-  const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> factor(lower);
+  const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> factor(lower);  // (19)
   if (factor.info() != Eigen::Success) return upper_factor(sum_);
   return lower.triangularView<Eigen::Lower>().transpose();
 }

@@ -74,7 +74,7 @@ void gather(const Problem& problem, const Linearisation& at, const Groups& group
     const double own = problem.own_sigma_m(touch);
     const double sigma = problem.sigma_m(touch, g.ripple_rad);
     weight.segment(row, problem.rows(touch)).setConstant(problem.sigma_m(touch) / sigma);
-    g.log_weight += 2.0 * problem.rows(touch) * std::log(own / sigma);
+    g.log_weight += 2.0 * problem.rows(touch) * std::log(own / sigma);  // (25), sum log w
   }
   const Eigen::Index n = problem.size();
   struct Sum {
@@ -126,7 +126,7 @@ Eliminated::Eliminated(const Groups& groups, const Gathered& gathered) : g(gathe
     factor.matrixL().solveInPlace(coupling);
   reduced = g.gram.bottomRightCorner(others, others);
   reduced.diagonal() *= kHair;
-  reduced.noalias() -= coupling.transpose() * coupling;
+  reduced.noalias() -= coupling.transpose() * coupling;  // (26)
 }
 
 Family::Family(const Groups& groups, const Eliminated& plain, const Eigen::VectorXd& u,
@@ -182,7 +182,7 @@ Step Family::solve(const ModelLevel& level) {
     log_dets += log_det(*s.reduced);
     log_precision += precision.array().log().sum();
   }
-  s.log_evidence = 0.5 * (g_.log_weight - (square - gain) - log_dets + log_precision);
+  s.log_evidence = 0.5 * (g_.log_weight - (square - gain) - log_dets + log_precision);  // (25)
   s.solved = true;
   return s;
 }

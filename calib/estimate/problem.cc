@@ -147,7 +147,7 @@ void Problem::weigh(std::size_t i) {
   const Eigen::Vector3d normal = cell_.targets[target_of_[i]].kind == TargetKind::kPlane
                                      ? Eigen::Vector3d(place.axes.col(2))
                                      : (chain.tip - place.centre_m).stableNormalized();
-  // Three components see all three directions; each gets a third of the square.
+  // (24), lam: three components see all three directions; each gets a third of the square.
   lever_m_[i] =
       rows(i) >= 3 ? by_joint.norm() / std::sqrt(3.0) : (normal.transpose() * by_joint).norm();
   own_sigma_m_[i] = touch.sigma_m > 0.0 ? touch.sigma_m : usual_sigma_m_;
@@ -225,7 +225,7 @@ void Problem::set_ripple(double ripple_rad) {
 }
 
 double Problem::sigma_m(std::size_t touch, double ripple_rad) const {
-  const double sigma = std::hypot(own_sigma_m_[touch], ripple_rad * joint_lever_m(touch));
+  const double sigma = std::hypot(own_sigma_m_[touch], ripple_rad * joint_lever_m(touch));  // (24)
   return field_m_ > 0.0 ? std::hypot(sigma, field_m_) : sigma;
 }
 
@@ -281,7 +281,7 @@ void Problem::residual_m(std::size_t touch, const At& at, double* residual, doub
                                    Eigen::Map<const Eigen::Vector3d>(touches_[touch].tracker_m),
                                    by_target != nullptr ? &by_place : nullptr)
                        : Eigen::Vector3d(Eigen::Map<const Eigen::Vector3d>(target)));
-    Eigen::Map<Eigen::Vector3d>{residual} = offset;
+    Eigen::Map<Eigen::Vector3d>{residual} = offset;  // (12)
     if (direction != nullptr) *direction = unit(offset);
     for (int axis = 0; by_shared != nullptr && axis < 3; ++axis) {
       double* row = by_shared + axis * shared_size_;
@@ -321,7 +321,7 @@ void Problem::residual_m(std::size_t touch, const At& at, double* residual, doub
   const bool with_rho = takes_rho(what.kind) && rho(tool) >= 0;
   if (with_rho) radius += at.rho_m[static_cast<std::size_t>(tool)];
   if (has_radius) radius += target[3];
-  *residual = distance - radius;
+  *residual = distance - radius;  // (12)
   if (by_shared != nullptr) {
     arm_.derivative_along(normal, poses_[touch], at.arm, chain, by_shared);
     std::fill(by_shared + arm_.size(), by_shared + shared_size_, 0.0);
@@ -344,7 +344,7 @@ void Problem::turn_residual(std::size_t touch, const At& at, const ArmChain& cha
   const Eigen::Matrix3d held = tool * turn(mount) * place.probe;
   const Eigen::Matrix3d seen = turn(frame) * place.axes * probe_turn(touches_[touch]);
   const Eigen::Matrix3d apart = held * seen.transpose();
-  const Eigen::Vector3d off = turn_vector(apart);
+  const Eigen::Vector3d off = turn_vector(apart);  // (15)
   const double lever = turn_lever_m(touch);
   Eigen::Map<Eigen::Vector3d>{residual} = lever * off;
   if (by_shared == nullptr && by_target == nullptr) return;

@@ -116,13 +116,13 @@ Repeats find_repeats(const Problem& problem) {
     result.degrees_of_freedom += count - 1.0;
   }
   if (result.degrees_of_freedom == 0.0) return result;
-  result.scatter_m = std::sqrt(sum / result.degrees_of_freedom);
+  result.scatter_m = std::sqrt(sum / result.degrees_of_freedom);  // (23)
   const double stated = problem.cell().touch_sigma_m;
   if (result.degrees_of_freedom >= kEnoughDegrees && result.scatter_m < kNoFigureShare * stated) {
     result.used_m = result.scatter_m;
     return result;
   }
-  result.used_m = std::sqrt((kStatedDegrees * stated * stated + sum) /
+  result.used_m = std::sqrt((kStatedDegrees * stated * stated + sum) /  // (23)
                             (kStatedDegrees + result.degrees_of_freedom));
   return result;
 }

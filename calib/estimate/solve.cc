@@ -68,7 +68,7 @@ class Rows {
     const Eigen::Vector3d between = Eigen::Map<const Eigen::Vector3d>(x_.data() + a) -
                                     Eigen::Map<const Eigen::Vector3d>(x_.data() + b);
     const double distance = between.norm(), sigma_m = std::max(length.sigma_m, floor_m_);
-    *r = (distance - length.length_m) / sigma_m;
+    *r = (distance - length.length_m) / sigma_m;  // (12)
     if (j == nullptr) return;
     const Eigen::Vector3d n =
         distance > 0.0 ? Eigen::Vector3d(between / distance) : Eigen::Vector3d::UnitX();
@@ -175,7 +175,7 @@ class Objective final : public ceres::CostFunction {
         for (int k = 0; k < rows; ++k) sums[part] += square(r[k]);
       }
     });
-    double sum = prior_residual(u).squaredNorm(), r[1];
+    double sum = prior_residual(u).squaredNorm(), r[1];  // (17)
     for (const double part : sums) sum += part;
     for (const Problem::Length& length : problem_.lengths()) {
       parts_[0].rows.length(length, r, nullptr);
@@ -213,7 +213,7 @@ class Objective final : public ceres::CostFunction {
     information.add(rows);
   }
 
-  /// Cauchy's loss c^2 log(1 + r^2/c^2) of a touch.
+  /// Cauchy's loss c^2 log(1 + r^2/c^2) of a touch, (18).
   double square(double r) const {
     const double s = cauchy_ > 0.0 ? std::pow(r / cauchy_, 2) : 0.0;
     return s < kSmooth ? r * r : cauchy_ * cauchy_ * std::log1p(s);

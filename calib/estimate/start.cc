@@ -56,7 +56,7 @@ class CentreCost {
     prior_ = 1.0 / (hints.stated_sigma_m * hints.stated_sigma_m);
   }
 
-  double operator()(const Eigen::Vector3d& centre_m) const {
+  double operator()(const Eigen::Vector3d& centre_m) const {  // (16)
     double sum = prior_ * (centre_m - stated_m_).squaredNorm();
     for (std::size_t i = 0; i < points_m_.size(); ++i) {
       const double off = ((points_m_[i] - centre_m).norm() - radius_m_[i]) / kNominalOffM;

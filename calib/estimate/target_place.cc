@@ -234,8 +234,8 @@ double plane_distance_m(const TargetPlace& start, const double* unknowns, const 
                         Vector3d* normal, Eigen::RowVector3d* by_unknowns) {
   const Vector3d sum =
       start.axes.col(2) + unknowns[0] * start.axes.col(0) + unknowns[1] * start.axes.col(1);
-  const double length = sum.norm();  // 1 or more
-  const Vector3d n = sum / length, arm = tip_m - start.centre_m;
+  const double length = sum.norm();                               // 1 or more
+  const Vector3d n = sum / length, arm = tip_m - start.centre_m;  // (13)
   if (normal != nullptr) *normal = n;
   const double height = n.dot(arm);
   if (by_unknowns != nullptr) {
@@ -248,7 +248,7 @@ double plane_distance_m(const TargetPlace& start, const double* unknowns, const 
 Vector3d tracked_m(const TargetPlace& start, const double* unknowns, const Vector3d& reading_m,
                    Eigen::Matrix<double, 3, 6>* by_unknowns) {
   const Eigen::Map<const Vector3d> centre(unknowns), w(unknowns + 3);
-  const Vector3d turned = turn(w) * (start.axes * (reading_m - start.middle_m));
+  const Vector3d turned = turn(w) * (start.axes * (reading_m - start.middle_m));  // (14)
   if (by_unknowns != nullptr) {
     by_unknowns->leftCols<3>().setIdentity();
     by_unknowns->rightCols<3>() = -cross_matrix(turned) * turn_derivative(w);

@@ -1,8 +1,8 @@
 #pragma once
 // From touches to a calibration: maximum a posteriori estimate of geometric errors, tool bending,
 // effective radius and target positions, with covariance, frame directions and verdict.
-// The mathematics is in calib/README.md, in the order of the method; it can be read beside the
-// code.
+// The mathematics is in the rooms' READMEs, which the code cites by the numbers of equations;
+// calib/README.md has the symbols and an index.
 
 #include <vector>
 

@@ -108,6 +108,7 @@ ArmErrors ArmModel::errors(const double* x) const {
 
 void ArmModel::walk_links(const PreparedPose& pose, const ArmErrors& errors,
                           ArmChain& chain) const {
+  // (2): the errors in theta
   std::array<double, kMaxJoints> by_pose;
   for (int i = 0; i < joint_count(); ++i) by_pose[i] = errors.joint[i].theta_rad;
   if (errors.x != nullptr)
@@ -122,7 +123,7 @@ void ArmModel::walk_links(const PreparedPose& pose, const ArmErrors& errors,
     link.z_origin = origin;
     const Direction off = direction(by_pose[i]);
     const double c = pose.direction(0, i), s = pose.direction(1, i);
-    turn_z(rotation, c * off.c - s * off.s, s * off.c + c * off.s);
+    turn_z(rotation, c * off.c - s * off.s, s * off.c + c * off.s);  // (1)
     link.x = rotation.col(0);
     origin += joint.d_m * link.z + joint.a_m * link.x;
     turn_x(rotation, joint.cos_alpha, joint.sin_alpha);
@@ -140,8 +141,8 @@ void ArmModel::walk(const PreparedPose& pose, const ArmErrors& errors, ArmChain&
   const Vector3d z = chain.flange.col(2);
   const Vector3d& g = robot_.gravity_m_s2;
   const ArmErrors::OfTool& tool = errors.tool[pose.tool];
-  chain.rigid_tip = chain.flange_origin + chain.flange * tool.tcp_m;
-  chain.tip = chain.rigid_tip + tool.bend_m_per_accel * (g - g.dot(z) * z);
+  chain.rigid_tip = chain.flange_origin + chain.flange * tool.tcp_m;         // (3)
+  chain.tip = chain.rigid_tip + tool.bend_m_per_accel * (g - g.dot(z) * z);  // (4)
 }
 
 void ArmModel::derivative_along(const Vector3d& n, const PreparedPose& pose,
@@ -152,7 +153,7 @@ void ArmModel::derivative_along(const Vector3d& n, const PreparedPose& pose,
   const double bend = errors.tool[pose.tool].bend_m_per_accel;
   // A turn about w through o carries the rigid tip t along and swings the flange's z, and with it
   // the direction in which the tool bends, b (g - (g.z) z):
-  //   dp = w x (t - o) - b [ g.(w x z) z + (g.z) w x z ]
+  //   dp = w x (t - o) - b [ g.(w x z) z + (g.z) w x z ]   (7)
   // Along n that is w.[ t x n - b ((z.n) z x g + (g.z) z x n) - o x n ].
   const Vector3d swing =
       chain.rigid_tip.cross(n) - bend * (z.dot(n) * z.cross(g) + g.dot(z) * z.cross(n));
@@ -207,7 +208,7 @@ void ArmModel::derivative(const PreparedPose& pose, const ArmErrors& errors, con
 
 Matrix3d ArmModel::rotation(const PreparedPose& pose, const ArmErrors& errors,
                             const ArmChain& chain) const {
-  const Vector3d bend = errors.tool[pose.tool].turn_rad_per_accel *
+  const Vector3d bend = errors.tool[pose.tool].turn_rad_per_accel *  // (5)
                         Vector3d(chain.flange.col(2)).cross(robot_.gravity_m_s2);
   return turn(bend) * chain.flange * tool(pose.tool).tcp.linear();
 }

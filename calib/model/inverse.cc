@@ -40,7 +40,7 @@ std::optional<JointVector> inverse(const ArmModel& arm, const Eigen::Isometry3d&
     // Far off a step along a lost direction must stay small; close by Newton must be exact.
     const double damping = kDamping * std::min(1.0, error.squaredNorm()) + 1e-15;
     jjt.diagonal().array() += damping;
-    Eigen::VectorXd step = j.transpose() * jjt.ldlt().solve(error);
+    Eigen::VectorXd step = j.transpose() * jjt.ldlt().solve(error);  // (8)
     const double largest = step.cwiseAbs().maxCoeff();
     if (!std::isfinite(largest)) return std::nullopt;
     if (largest > kLargestStepRad) step *= kLargestStepRad / largest;

@@ -226,7 +226,7 @@ Eigen::VectorXd ArmModel::gravity_torque_nm(const ArmChain& chain) const {
     moment_sum += joint.mass_kg * (link.end + link.rotation * joint.com_m);
     mass_sum += joint.mass_kg;
     const Vector3d lever = moment_sum - mass_sum * link.z_origin;  // kg m
-    torque[i] = link.z.dot(lever.cross(robot_.gravity_m_s2));
+    torque[i] = link.z.dot(lever.cross(robot_.gravity_m_s2));      // (6)
   }
   return torque;
 }

@@ -1,10 +1,10 @@
 #pragma once
 // The real arm as a function of its errors: forward kinematics with analytic derivatives.
 //
-// Model (calib/README.md §1-3). With the errors x put into the exact chain:
-//   theta_i = s_i q_i + offset_i + dtheta_i + k_i tau_i(q) + sum_h [a_ih cos(h n_i q_i) + b_ih sin(h n_i q_i)]
+// Model (calib/model/README.md, (1) to (7)). With the errors x put into the exact chain:
+//   theta_i = sgn_i q_i + offset_i + dtheta_i + k_i tau_i(q) + sum_h [wc_ih cos(h n_i q_i) + ws_ih sin(h n_i q_i)]
 //   T_i     = Rz(theta_i) Tz(d_i + dd_i) Tx(a_i + da_i) Rx(alpha_i + dalpha_i) Ry(beta_i + dbeta_i)
-//   TCP     = flange * tool, then displaced by c_t m l^3/3 g_perp and turned by c_t m l^2/2 (z x g)
+//   TCP     = flange * tool, then displaced by c_t m_t l_t^3/3 g_perp and turned by c_t m_t l_t^2/2 (z_t x g)
 // Where a link's mass moment m_j c_j is not known, each of its components adds k_i times its torque
 // about joint i, one unknown per joint and component. tau_i is taken on the nominal geometry:
 // errors of 1 mm and 1 mrad change it by parts in a thousand, which moves the tip by less than 10

@@ -38,7 +38,7 @@ struct Compared {
   double centres_m = 0.0, sigma_m = 0.0;
 
   double off_m() const { return std::abs(centres_m - length->length_m); }
-  bool fits() const { return off_m() <= kMistake * sigma_m; }
+  bool fits() const { return off_m() <= kMistake * sigma_m; }  // (66)
 };
 
 std::vector<Compared> compare(const Cell& cell) {

@@ -149,8 +149,7 @@ Plan make_plan(const Cell& cell, const PlanOptions& options, const JointVector& 
   if (static_cast<int>(choice.picked.size()) < options.fit_touches)
     throw PlanError(
         fmt::format("only {} of {} touches can be reached by a clear way; move the targets nearer "
-                    "to the middle "
-                    "of the workspace or ask for fewer touches",
+                    "to the middle of the workspace or ask for fewer touches",
                     choice.picked.size(), options.fit_touches));
   const std::size_t spread = candidates.size();  // those that are spread out over all targets
   if (options.criterion == Criterion::kI) {

@@ -90,8 +90,7 @@ struct TouchSequence::Impl {
     if (!out || !clearance.clear_search(from, *out, nearest, kTipMarginM))
       throw PlanError(
           fmt::format("no clear way leads from target {}, where the tip is, straight outwards; jog "
-                      "the arm free "
-                      "and resume",
+                      "the arm free and resume",
                       cell.targets[nearest].id));
     return *out;
   }

@@ -23,7 +23,7 @@ bool remove_frame(Eigen::MatrixXd& scaled, const Eigen::MatrixXd& basis) {
   const Eigen::MatrixXd whitened = factor.matrixL().solve(basis);
   const Eigen::LLT<Eigen::MatrixXd> inner(Eigen::MatrixXd(whitened.transpose() * whitened));
   if (inner.info() != Eigen::Success) return false;
-  const Eigen::MatrixXd reduced = scaled - basis * inner.solve(basis.transpose());
+  const Eigen::MatrixXd reduced = scaled - basis * inner.solve(basis.transpose());  // (11)
   if (!reduced.allFinite()) return false;
   scaled = reduced;
   return true;

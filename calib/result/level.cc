@@ -41,7 +41,7 @@ void assume_masses(Robot& robot) {
                                      .toRotationMatrix();
     joint.com_m = turn.transpose() * Eigen::Vector3d(-joint.a_m, 0.0, -joint.d_m) / 2.0;
     // The centre may lie anywhere between its joints: uniform, sigma 1/sqrt(12) of the link.
-    joint.moment_sigma_kg_m = joint.mass_kg * joint.com_m.norm() * std::numbers::inv_sqrt3;
+    joint.moment_sigma_kg_m = joint.mass_kg * joint.com_m.norm() * std::numbers::inv_sqrt3;  // (10)
     heaviest = std::max(heaviest, joint.moment_sigma_kg_m);
   }
   constexpr double kOfTheHeaviest = 0.1;  // less does not show
@@ -65,6 +65,7 @@ void assume_compliance(Robot& robot, const Cell& cell) {
     moment += mass * length + joint.mass_kg * std::max(0.0, length - joint.com_m.norm());
     mass += joint.mass_kg;
     if (i > 0 || !upright)
+      // (9)
       joint.compliance_sigma_rad_per_nm = kUsualSagRad / std::max(kLeastLoadNm, kGravity * moment);
   }
 }

@@ -26,7 +26,7 @@ double radius_95(const Eigen::Matrix3d& c) {
   const double mean = c.trace();
   if (!(mean > 0.0)) return 0.0;
   const double variance = 2.0 * (c * c).trace();
-  const double dof = 2.0 * mean * mean / variance;
+  const double dof = 2.0 * mean * mean / variance;  // (38)
   constexpr double kNormal95 = 1.6448536269514722;
   const double t = 2.0 / (9.0 * dof);
   return std::sqrt(mean * std::pow(1.0 - t + kNormal95 * std::sqrt(t), 3));
@@ -110,11 +110,11 @@ PositionBound::PositionBound(const ArmModel& arm, const Eigen::VectorXd& x,
   for (Region& region : regions) {
     const Eigen::MatrixXd its_rigid = rows_of(rigid, region.poses);
     region.taken_up = its_rigid.colPivHouseholderQr().solve(rows_of(moves, region.poses));
-    taken_up_ += region.taken_up / static_cast<double>(regions.size());
+    taken_up_ += region.taken_up / static_cast<double>(regions.size());  // (36), A_m
   }
   for (const Region& region : regions) {
     const Eigen::MatrixXd off = (region.taken_up - taken_up_) * root;
-    base_covariance_ += off * off.transpose() / static_cast<double>(regions.size());
+    base_covariance_ += off * off.transpose() / static_cast<double>(regions.size());  // (36), K_B
   }
 
   std::vector<double> radius;
@@ -144,7 +144,7 @@ PositionBound::PositionBound(const ArmModel& arm, const Eigen::VectorXd& x,
     if (ratio.empty()) return;
     needed.push_back(quantile(ratio, kShare));
   }
-  widening_ = std::max(1.0, quantile(needed, kConfidence));
+  widening_ = std::max(1.0, quantile(needed, kConfidence));  // (39)
 }
 
 double PositionBound::u95_m(std::span<const double> joint_rad, const Eigen::Vector3d& tip,
@@ -152,10 +152,11 @@ double PositionBound::u95_m(std::span<const double> joint_rad, const Eigen::Vect
   if (covariance_.size() == 0) return 0.0;
   const Eigen::Matrix<double, 3, 6> base = base_motion(tip);
   const Eigen::Matrix3Xd j = jacobian - base * taken_up_;
+  // (36)
   Eigen::Matrix3d c = j * covariance_ * j.transpose() + base * base_covariance_ * base.transpose();
   if (ripple_rad_ > 0.0) {  // stays at every pose, however many touches there were
     const Eigen::Matrix3Xd by_joint = arm_.nominal_jacobian(joint_rad).topRows<3>();
-    const double variance = kElsewhere * ripple_rad_ * ripple_rad_;
+    const double variance = kElsewhere * ripple_rad_ * ripple_rad_;  // (37)
     c += variance * by_joint * by_joint.transpose();
   }
   c.diagonal().array() += field_m_ * field_m_;  // as at a place of which no touch tells

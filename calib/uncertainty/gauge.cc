@@ -273,7 +273,7 @@ FrameDirections find_frame_directions(const Problem& problem, const Linearisatio
     nearly = Eigen::HouseholderQR<Eigen::MatrixXd>(nearly).householderQ() *
              Eigen::MatrixXd::Identity(width, nearly.cols());
   }
-  const Eigen::MatrixXd seen = upper * nearly;
+  const Eigen::MatrixXd seen = upper * nearly;  // (35)
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(seen.transpose() * seen);
   Eigen::Index nowhere = 0;  // eigenvalues rise
   while (nowhere < nearly.cols() && solver.eigenvalues()[nowhere] < kNowhere * kNowhere) ++nowhere;

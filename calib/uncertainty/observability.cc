@@ -62,7 +62,7 @@ Observability indices_of(std::span<const double> singular_values, int rows) {
     smallest = s;
   }
   if (o.rank == 0) return o;
-  o.o1 = std::exp(log_sum / o.rank) / std::sqrt(rows);
+  o.o1 = std::exp(log_sum / o.rank) / std::sqrt(rows);  // (43)
   o.o2 = smallest / largest;
   o.o3 = smallest;
   o.o4 = smallest * smallest / largest;
@@ -91,7 +91,7 @@ Observability observability(const Problem& problem, const Linearisation& linear,
   const Eigen::LLT<Eigen::MatrixXd> factor(nuisance);
   if (coupling.size() > 0) factor.matrixL().solveInPlace(coupling);
   Eigen::MatrixXd left = gram.topLeftCorner(geometry, geometry).selfadjointView<Eigen::Lower>();
-  left.noalias() -= coupling.transpose() * coupling;
+  left.noalias() -= coupling.transpose() * coupling;  // (42)
 
   // The frame's share of the geometry spans what is taken out.
   if (frame_basis_u.cols() > 0 && geometry > 0) {

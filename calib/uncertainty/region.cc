@@ -153,7 +153,7 @@ double predicted_mean_error_m(const Eigen::MatrixXd& moves, const Eigen::MatrixX
   double sum = 0.0;
   for (Eigen::Index k = 0; k < count; ++k)
     sum += std::sqrt(std::max(0.0, variance.segment<3>(3 * k).sum()) + stays_m2[k]);
-  return kMeanOverRms * sum / static_cast<double>(count);
+  return kMeanOverRms * sum / static_cast<double>(count);  // (40)
 }
 
 }  // namespace cellcal::calib

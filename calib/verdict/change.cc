@@ -93,7 +93,7 @@ void judge_change(const Calibration& last, const std::string& which, bool accept
   const std::string apart =
       fmt::format("tips lie {:.3f} mm from where {} put them, in the mean {}", change->mean_m * 1e3,
                   which, change->workspace ? "over the workspace" : "near the targets");
-  if (!(change->mean_m > kChanged * change->expected_m)) {
+  if (!(change->mean_m > kChanged * change->expected_m)) {  // (59)
     now.verdict.reasons.push_back(fmt::format(
         "since the last one: {}; both together state {:.3f} mm", apart, change->expected_m * 1e3));
     return;

@@ -208,7 +208,7 @@ Calibration identify_as_stated(const Cell& cell, const std::vector<Touch>& touch
   const Eigen::VectorXd alone = residuals_alone(e.posterior);
   for (const auto& [touch, row] : e.posterior.linear.touch_row)
     for (int k = 0; k < problem.rows(touch); ++k) {
-      sum += std::pow(e.posterior.linear.residual[row + k], 2);
+      sum += std::pow(e.posterior.linear.residual[row + k], 2);  // (28)
       held += 1.0 - e.posterior.leverage[row + k];
       if (k >= problem.place_rows(touch)) continue;  // turns are no distance
       noise += std::pow(alone[row + k] * problem.sigma_m(touch), 2);
@@ -257,7 +257,7 @@ Calibration identify_as_stated(const Cell& cell, const std::vector<Touch>& touch
                                const Eigen::MatrixXd& their_moves) {
     return predicted_mean_error_m(their_moves, arm_covariance, stays_m2(poses));
   };
-  // The nominal arm's, by what was found and by what its tolerances foresaw.
+  // (41): the nominal arm's, by what was found and by what its tolerances foresaw.
   const auto nominal_m = [&](const std::vector<JointVector>& poses,
                              const Eigen::MatrixXd& their_moves) {
     const Eigen::MatrixXd tolerances = Eigen::MatrixXd::Identity(arm.size(), arm.size());

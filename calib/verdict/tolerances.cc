@@ -93,7 +93,7 @@ ArmScale arm_scale(const Problem& problem, const Calibration& c, int but) {
     pull += drawn_m * c.parameters[static_cast<std::size_t>(p)].correction / square;
   }
   if (!(information > 0.0)) return {};
-  return {pull / information, 1.0 / std::sqrt(information)};
+  return {pull / information, 1.0 / std::sqrt(information)};  // (57)
 }
 
 std::string farthest_words(std::vector<std::pair<double, std::string>> off) {

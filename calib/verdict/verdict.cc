@@ -98,7 +98,7 @@ double least_information(const Problem& problem, const Eigen::VectorXd& x, const
         lever.cwiseInverse().asDiagonal();
     information += j.transpose() * j / std::pow(problem.sigma_m(i), 2);
   }
-  return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(information).eigenvalues()[0];
+  return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(information).eigenvalues()[0];  // (56)
 }
 
 /// Wires as long as what is to be measured with them; one as short as a sphere's radius is no rule.
@@ -106,7 +106,7 @@ bool wire_holds_scale(const Problem& problem, const std::vector<std::size_t>& to
   double information = 0.0;
   for (const std::size_t i : touches)
     if (const double length_m = problem.touches()[i].radius_m; length_m > kPlaceLeverM)
-      information += std::pow(length_m / problem.sigma_m(i), 2);
+      information += std::pow(length_m / problem.sigma_m(i), 2);  // (55)
   return information * kScaleSigma * kScaleSigma > 1.0;
 }
 
@@ -154,6 +154,7 @@ std::vector<HeldOut> held_out(const Problem& problem, const Calibration& c) {
     const Eigen::VectorXd variance = (j * c.covariance).cwiseProduct(j).rowwise().sum().array() +
                                      std::pow(problem.sigma_m(t), 2);
     all.push_back(
+        // (58)
         {t, residual.cwiseAbs2().cwiseQuotient(variance).sum(), static_cast<double>(rows)});
   }
   return all;
@@ -379,7 +380,7 @@ std::vector<Problem::Length> different_lengths(const Problem& problem,
 bool hold_scale(const std::vector<Problem::Length>& lengths) {
   double information = 0.0;
   for (const Problem::Length& length : lengths)
-    information += std::pow(length.length_m / length.sigma_m, 2);
+    information += std::pow(length.length_m / length.sigma_m, 2);  // (54)
   return information * kLengthScaleSigma * kLengthScaleSigma >= 1.0;
 }
 

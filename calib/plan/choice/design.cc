@@ -32,7 +32,7 @@ Design::Design(RowMajor rows, Eigen::MatrixXd covariance_u, const Eigen::MatrixX
 }
 
 double Design::gain(Eigen::Index candidate) const {
-  return square_[candidate] / (1.0 + h_[candidate]);
+  return square_[candidate] / (1.0 + h_[candidate]);  // (67)
 }
 
 double Design::loss(Eigen::Index candidate) const {
@@ -64,7 +64,7 @@ void Design::change(Eigen::Index candidate, double sign) {
   const double by = sign / (1.0 + sign * h_[candidate]);
   const Eigen::VectorXd with = rows_ * s;
   const Eigen::VectorXd a = a_.col(candidate);
-  covariance_.noalias() -= (by * s) * s.transpose();
+  covariance_.noalias() -= (by * s) * s.transpose();  // (68)
   for (Eigen::Index c = 0; c < a_.cols(); ++c) {
     auto own = a_.col(c);
     own -= (by * with[c]) * a;

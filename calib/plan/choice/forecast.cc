@@ -23,7 +23,7 @@ int touches_by_trend(const std::vector<std::pair<int, double>>& bounds, double g
   constexpr double kStandingStill = 0.1;
   if (!(power > kStandingStill)) return most;
   const auto& [touches, u95_m] = bounds.back();
-  const double more = touches * (std::pow(u95_m / goal_m, 1.0 / power) - 1.0);
+  const double more = touches * (std::pow(u95_m / goal_m, 1.0 / power) - 1.0);  // (69)
   return static_cast<int>(std::clamp(std::ceil(more), 1.0, static_cast<double>(std::max(1, most))));
 }
 

@@ -166,7 +166,7 @@ struct Clearance::Impl {
       open.pop_front();
       bool done = true;
       for (std::size_t k = 0; k < path.size() && done; ++k) {
-        const double moved = path[k] * (piece.end - piece.begin);
+        const double moved = path[k] * (piece.end - piece.begin);  // (64)
         done = moved <= std::max(kShortM, piece.slack0[k] + piece.slack1[k] +
                                               2.0 * (1.0 - kMarginKept) * margin[k]);
       }

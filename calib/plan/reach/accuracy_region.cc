@@ -55,8 +55,7 @@ std::vector<JointVector> in_box(const AccuracyRegion& interest, const ArmModel& 
   if (static_cast<int>(postures.size()) < kLeast)
     throw PlanError(
         "region box: the arm reaches next to nothing of it inside its joint limits; the corners "
-        "are "
-        "in mm in the base frame");
+        "are in mm in the base frame");
   return postures;
 }
 

@@ -22,7 +22,7 @@ double move_s(const Robot& robot, const JointVector& from, const JointVector& to
     const double speed = pace.speed_fraction * robot.joints[i].max_speed_rad_s;
     // A slower cruise is reached as much sooner.
     const double ramp_s = pace.speed_fraction * pace.ramp_s;
-    slowest = std::max(slowest, way > speed * ramp_s ? way / speed + ramp_s
+    slowest = std::max(slowest, way > speed * ramp_s ? way / speed + ramp_s  // (65)
                                                      : 2.0 * std::sqrt(way * ramp_s / speed));
   }
   return slowest > 0.0 ? slowest + pace.build_up_s : 0.0;

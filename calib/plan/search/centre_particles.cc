@@ -63,7 +63,7 @@ void CentreParticles::hit(const Vector3d& from, const Vector3d& tip) {
   for (std::size_t k = 0; k < places_.size(); ++k) {
     const double off = ((places_[k] - tip).norm() - radius_m_) / kArmSigmaM;
     const bool earlier = distance_m(places_[k], from, last) < radius_m_ - kSureM;
-    weight[k] = earlier ? 0.0 : std::exp(-0.5 * off * off);
+    weight[k] = earlier ? 0.0 : std::exp(-0.5 * off * off);  // (70)
   }
   draw_again(weight);
 }

@@ -152,9 +152,8 @@ struct Finder::Impl {
     if (!one.found && one.tips.size() >= kMostHits && off <= kOffM)
       throw PlanError(
           fmt::format("sphere {} can be touched from too few sides: after {} touches its centre is "
-                      "known within "
-                      "{:.1f} mm; give the arm more room around it, or state centre_mm well and "
-                      "leave out --find",
+                      "known within {:.1f} mm; give the arm more room around it, or state "
+                      "centre_mm well and leave out --find",
                       cell.targets[one.target].id, one.tips.size(), 2.0 * one.sigma_m * 1e3));
     if (!one.found && one.tips.size() >= kMostHits)
       throw PlanError(fmt::format(
@@ -242,7 +241,7 @@ struct Finder::Impl {
         line.share = line.depth.share;
         if (!one.tips.empty()) {
           const double variance = c.normal.dot(spread * c.normal);
-          line.tells = variance * variance / (variance + kArmSigmaM * kArmSigmaM);
+          line.tells = variance * variance / (variance + kArmSigmaM * kArmSigmaM);  // (71)
         }
         line.aim = aim;
         c.target = one.target;
