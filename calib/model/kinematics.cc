@@ -156,6 +156,7 @@ PreparedPose ArmModel::turned(std::span<const double> joint_rad, int tool) const
   pose.tool = tool;
   pose.direction.resize(2, joint_count());
   for (int i = 0; i < joint_count(); ++i) {
+    // (2), nominal; prepare() has what its other terms multiply
     const double theta = robot_.joints[i].sign * joint_rad[i] + robot_.joints[i].offset_rad;
     pose.direction.col(i) << std::cos(theta), std::sin(theta);
   }

@@ -277,7 +277,8 @@ struct Online::Impl {
       if (k + 1 == kAhead && std::sqrt(left / before) > 1.0 - goal.worth_it)
         return finish(fmt::format(
             "ten more touches would take less than {:.0f} % off the error; u95 {:.3f} mm, "
-            "{:.3f} mm were asked for. Certified lengths, more spheres or other postures would help",
+            "{:.3f} mm were asked for. Certified lengths, more spheres or other postures "
+            "would help",
             100.0 * goal.worth_it, progress.u95_m * kMm, goal.u95_m * kMm));
     }
     progress.touches_left = std::min(k, touches_by_trend(bounds, goal.u95_m, most));
