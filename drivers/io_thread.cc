@@ -6,8 +6,10 @@
 #include <sys/mman.h>
 #include <sys/resource.h>
 
+#include <atomic>
 #include <boost/asio/executor_work_guard.hpp>
 #include <boost/asio/io_context.hpp>
+#include <boost/asio/steady_timer.hpp>
 #include <cstring>
 #include <exception>
 #include <fstream>
@@ -19,6 +21,8 @@ namespace {
 
 // Bit of CAP_IPC_LOCK in the capability masks (linux/capability.h).
 constexpr unsigned kCapIpcLock = 14;
+
+constexpr std::chrono::milliseconds kBeat{100};
 
 bool may_lock_everything() {
   // With a finite RLIMIT_MEMLOCK and without the capability, mlockall(MCL_FUTURE) succeeds and
@@ -61,8 +65,20 @@ struct IoThread::Impl {
   boost::asio::io_context context{1};
   boost::asio::executor_work_guard<boost::asio::io_context::executor_type> work{
       context.get_executor()};
+  boost::asio::steady_timer beat{context};
+  std::atomic<std::uint64_t> beats{0};
   std::thread thread;
   std::vector<std::string> warnings;
+
+  /// From the thread itself, so that the memory of one wait serves the next.
+  void keep_beating() {
+    beat.expires_after(kBeat);
+    beat.async_wait([this](const boost::system::error_code& error) {
+      if (error) return;
+      beats.fetch_add(1, std::memory_order_relaxed);
+      keep_beating();
+    });
+  }
 };
 
 IoThread::IoThread(IoThreadOptions options) : impl_(std::make_unique<Impl>(std::move(options))) {}
@@ -77,6 +93,7 @@ void IoThread::start() {
     if (impl->options.realtime) ask_for_realtime(impl->options.priority, impl->warnings);
     settled.set_value();
     try {
+      impl->keep_beating();
       impl->context.run();
     } catch (const std::exception& e) {
       // A handler threw: the owner of the robot cannot go on half-alive. Ending the process is
@@ -97,6 +114,8 @@ void IoThread::stop() {
 }
 
 boost::asio::io_context& IoThread::context() { return impl_->context; }
+
+std::uint64_t IoThread::beats() const { return impl_->beats.load(std::memory_order_relaxed); }
 
 const std::vector<std::string>& IoThread::warnings() const { return impl_->warnings; }
 

@@ -7,6 +7,7 @@
 // processes burn the processors, locked memory keeps page faults off the cycle. Where it is not
 // permitted the thread runs all the same and says so once, by name.
 
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
@@ -42,6 +43,9 @@ class IoThread {
   void stop();
 
   boost::asio::io_context& context();
+  /// Goes on ten times a second while handlers are run. Whoever watches the thread compares two of
+  /// them and asks nothing of it.
+  std::uint64_t beats() const;
   /// What real time could not be had, each with what to do. Also logged, once, by start().
   const std::vector<std::string>& warnings() const;
 

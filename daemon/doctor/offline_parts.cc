@@ -120,7 +120,7 @@ std::optional<calib::Cell> look_at_cell(const DoctorRequest& request, const Daem
     return cell;
   } catch (const std::exception& error) {
     findings.fail("cell file", error.what(),
-                  "calib/README.md has all keys of cell and robot files");
+                  "calib/files/README.md has all keys of cell and robot files");
     return std::nullopt;
   }
 }

@@ -1,15 +1,13 @@
 #include <spdlog/spdlog.h>
 
-#include <atomic>
 #include <boost/asio/io_context.hpp>
-#include <boost/asio/post.hpp>
 #include <chrono>
 #include <cstdint>
 #include <utility>
 
-#include "daemon/main/backends.h"
 #include "daemon/config/pendant.h"
 #include "daemon/config/space_config.h"
+#include "daemon/main/backends.h"
 #include "drivers/contact/serial_contact.h"
 #include "drivers/io_thread.h"
 #include "drivers/kuka/eki/eki_robot.h"
@@ -79,20 +77,17 @@ class WireBackend final : public Backend {
   std::string how_to_start() const override { return what_to_start(wire_); }
   calib::Passable passable() override { return passable_; }
   std::optional<double> axis_reach_rad() override { return axis_reach_rad_; }
-  /// Every call asks the devices' thread to count; it has counted by the next.
+  /// The devices' thread has run handlers since the call before.
   bool devices_alive() override {
-    const std::uint64_t now = counted_;
-    const bool counted = std::exchange(counted_seen_, now) != now;
-    boost::asio::post(io_.context(), [this] { ++counted_; });
-    return counted;
+    const std::uint64_t now = io_.beats();
+    return std::exchange(beats_seen_, now) != now;
   }
 
  private:
   WireKind wire_;
   calib::Passable passable_;
   std::optional<double> axis_reach_rad_;
-  std::atomic<std::uint64_t> counted_{1};
-  std::uint64_t counted_seen_ = 0;
+  std::uint64_t beats_seen_ = ~std::uint64_t{0};
   // In this order: what lives on the context goes before it.
   drivers::IoThread io_;
   drivers::SerialContact contact_;
