@@ -352,11 +352,6 @@ std::vector<std::string> TomlTable::strings(std::string_view key) const {
   return values;
 }
 
-std::vector<std::string> TomlTable::strings_or(std::string_view key,
-                                               const std::vector<std::string>& fallback) const {
-  return node_->find(key) ? strings(key) : fallback;
-}
-
 TomlTable TomlTable::table(std::string_view key) const {
   const toml::node* node = node_->find(key);
   if (!node)

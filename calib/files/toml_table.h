@@ -50,8 +50,6 @@ class TomlTable {
   std::vector<double> numbers_or(std::string_view key, const std::vector<double>& fallback,
                                  Range range) const;
   std::vector<std::string> strings(std::string_view key) const;
-  std::vector<std::string> strings_or(std::string_view key,
-                                      const std::vector<std::string>& fallback) const;
 
   /// Sub-table; table_or_empty gives one without keys where it is absent.
   TomlTable table(std::string_view key) const;

@@ -113,7 +113,6 @@ void record_good_end(State&, const Event&, Actions&);
 void release_move(State&, const Event&, Actions&);
 void stop(State&, const Event&, Actions&);
 void close_and_end(State&, const Event&, Actions&);
-void end_aborted(State&, const Event&, Actions&);
 
 /// Names the failure, closes the devices and ends the session. The arm is at rest.
 void fail(FailureKind kind, State&, const Event&, Actions&);

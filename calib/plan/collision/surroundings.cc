@@ -206,7 +206,6 @@ Surroundings::Surroundings(const Cell& cell) {
 std::size_t Surroundings::size() const { return things_.size(); }
 const std::string& Surroundings::words(std::size_t i) const { return things_[i].words; }
 int Surroundings::target(std::size_t i) const { return things_[i].target; }
-bool Surroundings::is_sphere(std::size_t i) const { return things_[i].form == Form::kSphere; }
 
 double Surroundings::bound_m(std::size_t i, const Segment& axis) const {
   const Thing& thing = things_[i];

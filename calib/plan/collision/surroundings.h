@@ -35,7 +35,6 @@ class Surroundings {
   const std::string& words(std::size_t i) const;
   /// The target that it is or carries; -1 for others.
   int target(std::size_t i) const;
-  bool is_sphere(std::size_t i) const;
   /// Not more than the distance of the axis from the thing; quick.
   double bound_m(std::size_t i, const Segment& axis) const;
   /// The distance; any value above `most_m` may stand for whatever is further. 0: they meet.
