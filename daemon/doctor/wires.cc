@@ -377,7 +377,9 @@ void Wires::eki() {
     seen.last_words = error.what();
   }
   judge_line();
-  judge_eki(seen, {config_.eki.stop == drivers::EkiStop::kInput, config_.controller.input},
+  judge_eki(seen,
+            {config_.eki.stop == drivers::EkiStop::kInput, config_.controller.input,
+             config_.controller.contact_is_on},
             findings_);
   if (seen.up) judge_angles("eki joint angles", seen.state.actual_rad, robot_, findings_);
   const Steady::time_point asked = Steady::now();

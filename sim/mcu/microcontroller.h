@@ -7,6 +7,7 @@
 #include <array>
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <map>
 #include <optional>
 #include <span>
@@ -61,6 +62,11 @@ class Microcontroller {
   /// The next frame that was complete on the wire by the last advance().
   std::optional<Output> next_output();
 
+  /// The output for a controller's input: told at once as it is, and at each change from then on.
+  /// The board drops it with the edge, not in its program's next turn: within 11 us, taken as none.
+  using OnOutput = std::function<void(TimePoint t, bool free)>;
+  void on_output(OnOutput told);
+
   void set_faults(const McuFaults& faults, TimePoint t);
   McuFaults faults() const { return {circuit_, silent_}; }
   /// Its clock runs so much faster than nominal from t on, without a jump.
@@ -90,6 +96,7 @@ class Microcontroller {
   void settle(TimePoint t);
   void convert(TimePoint t);
   void follow_test();
+  void follow_output(TimePoint t);
   Duration byte_time() const;
 
   McuOptions options_;
@@ -98,6 +105,9 @@ class Microcontroller {
   std::uint64_t repeats_ = 0;  ///< before the last reset
   sensor sensor_{};
   bool silent_ = false;
+
+  OnOutput on_output_;
+  bool free_ = false;  ///< as the output was told last
 
   TouchCircuit circuit_;
   CircuitVoltages volts_;
