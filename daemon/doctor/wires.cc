@@ -162,8 +162,8 @@ void Wires::contact(const std::optional<ProcessRights>& daemon) {
   judge_adapter(config_.contact.device, drivers::adapter_of(config_.contact.device),
                 config_.contact.baud, findings_);
   if (!contact_open_) {
-    for (const char* check : {"contact sensor", "contact configuration", "contact circuit",
-                              "contact self-test", "contact clock"}) {
+    for (const char* check : {"contact sensor", "contact board", "contact configuration",
+                              "contact circuit", "contact self-test", "contact clock"}) {
       findings_.skip(check, "the port is not open");
     }
     return;

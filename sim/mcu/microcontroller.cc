@@ -54,6 +54,10 @@ void Microcontroller::boot(std::uint8_t cause) {
   identity.boot_id = boot_id_;
   identity.clock_hz = kClockHz;
   identity.reset_cause = cause;
+  identity.fuses_low = options_.board.fuses_low;
+  identity.fuses_high = options_.board.fuses_high;
+  identity.fuses_extended = options_.board.fuses_extended;
+  identity.loader = options_.board.loader;
   identity.baud = static_cast<std::uint32_t>(options_.baud);
   identity.pong_lead = static_cast<std::uint16_t>(options_.turnaround.count() * CTP_TICKS_PER_US);
   sensor_init(&sensor_, &identity, ticks(now_));

@@ -30,7 +30,8 @@ struct McuOptions {
   std::uint32_t boot_id = 1;  ///< the first; every reset takes the next
   std::uint8_t version = CTP_VERSION;
   std::array<std::uint8_t, 3> firmware{1, 1, 0};
-  std::chrono::microseconds turnaround{40};  ///< line free for a PONG to its first bit
+  drivers::ctp::Board board{0xFF, 0xD7, 0xFC, 0xFFFF};  ///< as firmware/README.md flashes it
+  std::chrono::microseconds turnaround{40};             ///< line free for a PONG to its first bit
 };
 
 /// What is wrong with it. All settable at any time.
