@@ -76,6 +76,13 @@ struct ContactQuality {
   double contact_voltage_v = 0.0;
 };
 
+/// What the board's chip is set up to that will fail some day.
+struct BoardFlaws {
+  bool known = false;           ///< firmware before 1.1 does not tell
+  bool old_loader = false;      ///< starts a boot loader that loops on a watchdog's reset
+  bool weak_brown_out = false;  ///< no reset below 4.3 V: at 16 MHz it errs before that
+};
+
 /// Who the sensor says it is. All zero before it has answered.
 struct ContactIdentity {
   int protocol = 0;  ///< CTP's major version
@@ -83,6 +90,7 @@ struct ContactIdentity {
   std::uint32_t uid = 0;
   std::uint32_t boot_id = 0;     ///< another one after each of its restarts
   std::uint16_t config_crc = 0;  ///< of the configuration that it runs with
+  BoardFlaws board;
 };
 
 struct ContactStatus {

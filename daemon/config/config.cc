@@ -142,6 +142,9 @@ void read_controller(const TomlTable& table, DaemonConfig& config) {
                "must not be 1025 or 1026: $IN[1025] is always TRUE, $IN[1026] always "
                "FALSE; the number of the input that the sensor is wired to belongs here");
   }
+  if (table.has("contact_level")) {
+    files.contact_is_on = table.word("contact_level", {"on", "off"}) == "on";
+  }
   files.tool = integer_or(table, "tool", files.tool, 0, 128);
   files.base = integer_or(table, "base", files.base, 0, 128);
   files.load = integer_or(table, "load", files.load, 0, 128);

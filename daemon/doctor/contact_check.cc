@@ -24,6 +24,27 @@ std::string firmware(const drivers::ContactIdentity& id) {
   return fmt::format("{}.{}.{}", id.firmware[0], id.firmware[1], id.firmware[2]);
 }
 
+void judge_board(const drivers::ContactIdentity& id, Findings& findings) {
+  const std::string check = "contact board";
+  constexpr const char* kFlash =
+      "flash it with a programmer (drivers/contact/firmware/README.md, Flashing)";
+  if (!id.board.known) {
+    findings.skip(check, "its firmware does not tell how the chip is set up");
+  } else if (id.board.old_loader) {
+    findings.warn(check,
+                  "its boot loader is an old one: after a reset by the watchdog it loops until the "
+                  "board is unplugged",
+                  kFlash);
+  } else if (id.board.weak_brown_out) {
+    findings.warn(check,
+                  "its chip is not reset below 4.3 V: when the supply dips it may err at 16 MHz "
+                  "before it stops",
+                  kFlash);
+  } else {
+    findings.ok(check, "resets below 4.3 V, and starts again by itself");
+  }
+}
+
 void judge_circuit(const drivers::ContactStatus& s, Findings& findings) {
   const std::string check = "contact circuit";
   const double open_v = drivers::ctp::Config().open_mv * 1e-3;
@@ -111,14 +132,15 @@ bool judge_contact(const ContactSeen& seen, Findings& findings) {
                       "wiring",
                       kReadme));
     }
-    for (const char* check :
-         {"contact configuration", "contact circuit", "contact self-test", "contact clock"}) {
+    for (const char* check : {"contact board", "contact configuration", "contact circuit",
+                              "contact self-test", "contact clock"}) {
       findings.skip(check, "the sensor does not answer");
     }
     return false;
   }
   findings.ok("contact sensor", fmt::format("CTP/{}, firmware {}, uid {:08x}, boot id {}",
                                             id.protocol, firmware(id), id.uid, id.boot_id));
+  judge_board(id, findings);
   if (id.config_crc == seen.wanted_config_crc) {
     findings.ok("contact configuration", fmt::format("taken, CRC {:04x}", id.config_crc));
   } else {

@@ -1,7 +1,7 @@
 #include <fmt/format.h>
 
-#include "daemon/doctor/robot_check.h"
 #include "daemon/config/pendant.h"
+#include "daemon/doctor/robot_check.h"
 
 namespace cellcal::daemon {
 
@@ -120,13 +120,19 @@ void judge_input(const EkiSeen& seen, const EkiExpected& expected, Findings& fin
     return findings.ok(check, "not used: [eki] stop = \"flag\"");
   }
   if (seen.input_on_while_open) {
-    findings.fail(check, input + " is on although the contact circuit is open",
-                  "wrong input number, or inverted: it must be on while the tool touches, and only "
-                  "then");
+    findings.fail(
+        check, input + " says contact although the contact circuit is open",
+        fmt::format("wrong input number, the sensor's box without its wire, or [controller] "
+                    "contact_level (\"{}\": the input while the tool touches) inverted",
+                    expected.contact_is_on ? "on" : "off"));
   } else if (seen.contact_changed && !seen.input_changed) {
     findings.fail(check, "the sensor saw a contact, and " + input + " did not change",
                   "the wire from the sensor's output to the controller's input, or [controller] "
                   "input");
+  } else if (seen.input_changed && seen.contact_changed && expected.contact_is_on) {
+    findings.warn(check, input + " changed with the contact; but a cut wire reads as free",
+                  "[controller] contact_level = \"off\" with the sensor's own output "
+                  "(drivers/contact/firmware/README.md), and the controller's files anew");
   } else if (seen.input_changed && seen.contact_changed) {
     findings.ok(check, input + " changed with the contact: wired right");
   } else if (seen.input_changed) {

@@ -58,6 +58,7 @@ struct EkiSeen {
 struct EkiExpected {
   bool by_input = true;  ///< [eki] stop = "input"
   int input = 1;
+  bool contact_is_on = true;  ///< [controller] contact_level
 };
 
 void judge_eki(const EkiSeen& seen, const EkiExpected& expected, Findings& findings);

@@ -162,8 +162,8 @@ void Wires::contact(const std::optional<ProcessRights>& daemon) {
   judge_adapter(config_.contact.device, drivers::adapter_of(config_.contact.device),
                 config_.contact.baud, findings_);
   if (!contact_open_) {
-    for (const char* check : {"contact sensor", "contact configuration", "contact circuit",
-                              "contact self-test", "contact clock"}) {
+    for (const char* check : {"contact sensor", "contact board", "contact configuration",
+                              "contact circuit", "contact self-test", "contact clock"}) {
       findings_.skip(check, "the port is not open");
     }
     return;
@@ -377,7 +377,9 @@ void Wires::eki() {
     seen.last_words = error.what();
   }
   judge_line();
-  judge_eki(seen, {config_.eki.stop == drivers::EkiStop::kInput, config_.controller.input},
+  judge_eki(seen,
+            {config_.eki.stop == drivers::EkiStop::kInput, config_.controller.input,
+             config_.controller.contact_is_on},
             findings_);
   if (seen.up) judge_angles("eki joint angles", seen.state.actual_rad, robot_, findings_);
   const Steady::time_point asked = Steady::now();

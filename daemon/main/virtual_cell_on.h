@@ -30,10 +30,8 @@ class VirtualCellOn final : public drivers::Clock {
         line_(mcu_),
         contact_(options.contact, *this, line_),
         robot_(Wire::robot_config(std::move(options)), &contact_.guard()),
-        watch_(physical_, [this](drivers::TimePoint t, bool closed) {
-          mcu_.edge(t, closed);
-          Wire::edge(controller_, t, closed);
-        }) {
+        watch_(physical_, [this](drivers::TimePoint t, bool closed) { mcu_.edge(t, closed); }) {
+    mcu_.on_output([this](drivers::TimePoint t, bool free) { Wire::edge(controller_, t, !free); });
     Wire::power_on(controller_);
   }
 

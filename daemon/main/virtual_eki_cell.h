@@ -1,6 +1,6 @@
 #pragma once
 // The emulated cell whose controller runs the EKI programs, with the generated channel file. The
-// contact reaches the controller's input as well, as it is wired on a real cell.
+// sensor's output drives the controller's input, as it is wired on a real cell.
 
 #include "daemon/main/virtual_cell_on.h"
 #include "drivers/kuka/eki/eki_robot.h"

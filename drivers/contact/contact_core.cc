@@ -46,6 +46,19 @@ Duration from_seconds(double s) {
   return std::chrono::duration_cast<Duration>(std::chrono::duration<double>(s));
 }
 
+BoardFlaws flaws_of(const ctp::Board& board) {
+  // Fuses of the ATmega328P; a bit that is 0 is programmed.
+  constexpr unsigned kStartsLoader = 0x01, kBrownOut = 0x07, kBrownOut4V3 = 0x04;
+  constexpr int kFirstOptiboot = 4, kLastOptiboot = 9;  // major version, the upper byte
+  const int major = board.loader >> 8;
+  const bool optiboot = major >= kFirstOptiboot && major <= kLastOptiboot;
+  BoardFlaws flaws;
+  flaws.known = true;
+  flaws.old_loader = (board.fuses_high & kStartsLoader) == 0 && !optiboot;
+  flaws.weak_brown_out = (board.fuses_extended & kBrownOut) != kBrownOut4V3;
+  return flaws;
+}
+
 }  // namespace
 
 ContactCore::ContactCore(const ContactOptions& options, ByteSink sink)
@@ -69,6 +82,7 @@ void ContactCore::connect(TimePoint now) {
   forget_session();
   reader_.resync();
   ident_.reset();
+  board_ = {};
   was_ready_ = heard_ = false;
   fault_ = ContactFault::kNone;
   bytes_ = late_count_ = 0;
@@ -155,6 +169,9 @@ void ContactCore::on_frame(const ctp::Frame& frame, TimePoint t_rx) {
       break;
     case CTP_NAK:
       on_nak(ctp::read<ctp::Nak>(frame), t_rx);
+      break;
+    case CTP_BOARD:
+      board_ = flaws_of(ctp::read<ctp::Board>(frame));
       break;
     default:  // LOG: text for a person at the sensor; it proves only that the sensor lives
       break;
@@ -401,6 +418,7 @@ ContactFacts ContactCore::facts(TimePoint now) const {
     f.firmware = ident_->firmware;
     f.uid = ident_->uid;
     f.boot_id = ident_->boot_id;
+    f.board = board_;
   }
   f.waiting_s = seconds(now - step_since_);
   f.silent_s = seconds(now - last_frame_);

@@ -124,6 +124,7 @@ class ContactCore : public ContactGuard {
   TimePoint step_since_{}, next_send_{};
   std::uint32_t hello_nonce_ = 0;
   std::optional<ctp::Ident> ident_;
+  BoardFlaws board_;
   bool was_ready_ = false;  ///< since the port was opened
 
   // what was heard

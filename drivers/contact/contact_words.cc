@@ -248,7 +248,7 @@ ContactStatus status_of(const ContactFacts& f) {
   s.armed = f.armed;
   s.words = words_of(f);
   s.quality = f.quality;
-  s.identity = {f.version, f.firmware, f.uid, f.boot_id, f.config_crc};
+  s.identity = {f.version, f.firmware, f.uid, f.boot_id, f.config_crc, f.board};
   s.sense_voltage_v = f.sense_v;
   s.clock_limit_s = f.clock_limit_s;
   s.fault = f.fault;

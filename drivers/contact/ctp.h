@@ -52,7 +52,8 @@ enum {
   CTP_NAK = 0x86,
   CTP_LOG = 0x87,
   CTP_REVOKED = 0x88,
-  CTP_RELEASE = 0x89
+  CTP_RELEASE = 0x89,
+  CTP_BOARD = 0x8A /* since firmware 1.1, behind the IDENT that answers a HELLO */
 };
 
 /* Offsets of the fields within each payload, and the payload's size. */
@@ -105,6 +106,14 @@ enum {
 };
 enum { CTP_PONG_NONCE = 0, CTP_PONG_T_RX = 4, CTP_PONG_T_TX = 8, CTP_PONG_SIZE = 12 };
 enum { CTP_NAK_OF_TYPE = 0, CTP_NAK_REASON = 1, CTP_NAK_SIZE = 2 };
+
+enum {
+  CTP_BOARD_FUSES_LOW = 0,
+  CTP_BOARD_FUSES_HIGH = 1,
+  CTP_BOARD_FUSES_EXTENDED = 2,
+  CTP_BOARD_LOADER = 3, /* last word of the flash: optiboot's version; 0xFFFF: none there */
+  CTP_BOARD_SIZE = 5
+};
 
 /* Flags of STATUS. */
 enum {
@@ -216,6 +225,8 @@ static inline int ctp_payload_size(uint8_t type) {
       return CTP_PONG_SIZE;
     case CTP_NAK:
       return CTP_NAK_SIZE;
+    case CTP_BOARD:
+      return CTP_BOARD_SIZE;
     case CTP_LOG:
       return -1;
     default:

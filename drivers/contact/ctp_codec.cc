@@ -96,6 +96,18 @@ Ident Ident::read(const std::uint8_t* p) {
           ctp_get_u16(p + CTP_IDENT_CONFIG_CRC)};
 }
 
+void Board::write(std::uint8_t* p) const {
+  p[CTP_BOARD_FUSES_LOW] = fuses_low;
+  p[CTP_BOARD_FUSES_HIGH] = fuses_high;
+  p[CTP_BOARD_FUSES_EXTENDED] = fuses_extended;
+  ctp_put_u16(p + CTP_BOARD_LOADER, loader);
+}
+
+Board Board::read(const std::uint8_t* p) {
+  return {p[CTP_BOARD_FUSES_LOW], p[CTP_BOARD_FUSES_HIGH], p[CTP_BOARD_FUSES_EXTENDED],
+          ctp_get_u16(p + CTP_BOARD_LOADER)};
+}
+
 void Status::write(std::uint8_t* p) const {
   ctp_put_u32(p + CTP_STATUS_T, t);
   p[CTP_STATUS_FLAGS] = flags;

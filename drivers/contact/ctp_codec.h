@@ -112,6 +112,16 @@ struct Ident {
   static Ident read(const std::uint8_t* p);
 };
 
+/// How the chip is set up, as an ATmega328P has it.
+struct Board {
+  static constexpr std::uint8_t kType = CTP_BOARD;
+  static constexpr std::size_t kSize = CTP_BOARD_SIZE;
+  std::uint8_t fuses_low = 0, fuses_high = 0, fuses_extended = 0;
+  std::uint16_t loader = 0xFFFF;
+  void write(std::uint8_t* p) const;
+  static Board read(const std::uint8_t* p);
+};
+
 struct Status {
   static constexpr std::uint8_t kType = CTP_STATUS;
   static constexpr std::size_t kSize = CTP_STATUS_SIZE;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace cellcal::sim {
 
@@ -53,6 +54,10 @@ void Microcontroller::boot(std::uint8_t cause) {
   identity.boot_id = boot_id_;
   identity.clock_hz = kClockHz;
   identity.reset_cause = cause;
+  identity.fuses_low = options_.board.fuses_low;
+  identity.fuses_high = options_.board.fuses_high;
+  identity.fuses_extended = options_.board.fuses_extended;
+  identity.loader = options_.board.loader;
   identity.baud = static_cast<std::uint32_t>(options_.baud);
   identity.pong_lead = static_cast<std::uint16_t>(options_.turnaround.count() * CTP_TICKS_PER_US);
   sensor_init(&sensor_, &identity, ticks(now_));
@@ -98,7 +103,22 @@ void Microcontroller::settle(TimePoint t) {
   const bool high = circuit_.pin_high(pin_high_);
   if (high == pin_high_) return;
   pin_high_ = high;
-  if (!silent_) sensor_on_edge(&sensor_, ticks(t), high);
+  if (silent_) return;
+  sensor_on_edge(&sensor_, ticks(t), high);
+  follow_output(t);
+}
+
+void Microcontroller::on_output(OnOutput told) {
+  on_output_ = std::move(told);
+  free_ = sensor_free(&sensor_);
+  on_output_(now_, free_);
+}
+
+void Microcontroller::follow_output(TimePoint t) {
+  const bool free = sensor_free(&sensor_);
+  if (free == free_) return;
+  free_ = free;
+  if (on_output_) on_output_(t, free);
 }
 
 void Microcontroller::convert(TimePoint t) {
@@ -152,6 +172,7 @@ void Microcontroller::reset(TimePoint t, std::uint8_t cause) {
   // What already was on the wire has left; the half frame of this moment is lost with the reset.
   std::erase_if(output_, [t](const Output& o) { return o.t > t; });
   boot(cause);
+  follow_output(t);
 }
 
 // Time --------------------------------------------------------------------------------------------
@@ -194,6 +215,7 @@ void Microcontroller::run(TimePoint t) {
   if (conversions_left_ > 0 && next_conversion_ <= t) convert(t);
   sensor_run(&sensor_, ticks(t));
   follow_test();
+  follow_output(t);
 }
 
 void Microcontroller::process(TimePoint t) {

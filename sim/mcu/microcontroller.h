@@ -7,6 +7,7 @@
 #include <array>
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <map>
 #include <optional>
 #include <span>
@@ -29,7 +30,8 @@ struct McuOptions {
   std::uint32_t boot_id = 1;  ///< the first; every reset takes the next
   std::uint8_t version = CTP_VERSION;
   std::array<std::uint8_t, 3> firmware{1, 1, 0};
-  std::chrono::microseconds turnaround{40};  ///< line free for a PONG to its first bit
+  drivers::ctp::Board board{0xFF, 0xD7, 0xFC, 0xFFFF};  ///< as firmware/README.md flashes it
+  std::chrono::microseconds turnaround{40};             ///< line free for a PONG to its first bit
 };
 
 /// What is wrong with it. All settable at any time.
@@ -61,6 +63,11 @@ class Microcontroller {
   /// The next frame that was complete on the wire by the last advance().
   std::optional<Output> next_output();
 
+  /// The output for a controller's input: told at once as it is, and at each change from then on.
+  /// The board drops it with the edge, not in its program's next turn: within 11 us, taken as none.
+  using OnOutput = std::function<void(TimePoint t, bool free)>;
+  void on_output(OnOutput told);
+
   void set_faults(const McuFaults& faults, TimePoint t);
   McuFaults faults() const { return {circuit_, silent_}; }
   /// Its clock runs so much faster than nominal from t on, without a jump.
@@ -90,6 +97,7 @@ class Microcontroller {
   void settle(TimePoint t);
   void convert(TimePoint t);
   void follow_test();
+  void follow_output(TimePoint t);
   Duration byte_time() const;
 
   McuOptions options_;
@@ -98,6 +106,9 @@ class Microcontroller {
   std::uint64_t repeats_ = 0;  ///< before the last reset
   sensor sensor_{};
   bool silent_ = false;
+
+  OnOutput on_output_;
+  bool free_ = false;  ///< as the output was told last
 
   TouchCircuit circuit_;
   CircuitVoltages volts_;

@@ -58,6 +58,8 @@ krl::Places places_of(const EkiFilesConfig& c) {
       {"ALIVE_FLAG", text(c.alive_flag)},
       {"STOP_FLAG", text(c.stop_flag)},
       {"INPUT", text(c.input)},
+      {"CONTACT", c.contact_is_on ? "TRUE" : "FALSE"},
+      {"CONTACT_BIT", fmt::format("{}$IN[{}]", c.contact_is_on ? "" : "NOT ", c.input)},
       {"TOOL_VALUE", number_or("TOOL_DATA", c.tool, "$NULLFRAME")},
       {"BASE_VALUE", number_or("BASE_DATA", c.base, "$NULLFRAME")},
       {"LOAD_VALUE",

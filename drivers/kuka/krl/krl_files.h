@@ -16,6 +16,7 @@ struct EkiFilesConfig {
   std::uint16_t port = 54600;             ///< 54600..54615 pass the controller's firewall
   int external_axes = 0;                  ///< 0..6, driven beside A1..A6
   int input = 1;                          ///< $IN that the contact sensor's output is wired to
+  bool contact_is_on = true;  ///< $IN while the tool touches; off: a cut wire is contact, too
   int tool = 0, base = 0;                 ///< TOOL_DATA, BASE_DATA; 0: $NULLFRAME
   int load = 0;                           ///< LOAD_DATA; 0: as the machine data have it
   int acceleration_percent = 50;          ///< $ACC_AXIS of all motions

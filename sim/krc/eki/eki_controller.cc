@@ -24,7 +24,16 @@ void EkiController::tick(TimePoint now) {
 }
 Duration EkiController::cycle() const { return std::chrono::milliseconds(impl_->config.cycle_ms); }
 
+void EkiController::input_broken(bool broken, TimePoint t) {
+  const bool closed = input_closed_;
+  input_broken_ = false;
+  if (!impl_->config.contact_is_on) input(t, broken || closed);
+  input_broken_ = broken;
+  input_closed_ = closed;
+}
+
 void EkiController::input(TimePoint t, bool closed) {
+  input_closed_ = closed;
   if (input_broken_) return;
   // Through the filter, and then to the next look at it.
   const double since_epoch = std::chrono::duration<double>(t.time_since_epoch()).count();

@@ -31,6 +31,7 @@ struct EkiControllerConfig {
   int state_ms = 20;              ///< the submit program's loop
   int dead_man_ms = 250;          ///< as the program has it
   int reopen_ms = 100;            ///< the port after a client has gone
+  bool contact_is_on = true;      ///< as the program has it: the input while the tool touches
   double input_delay_s = 0.001;   ///< filter of the digital input ...
   double input_sample_s = 0.002;  ///< ... and how often it is looked at
   bool latches_setpoint = false;  ///< $AXIS_INT is the setpoint instead of the arm
@@ -79,7 +80,8 @@ class EkiController {
   void deaf(bool deaf) { deaf_ = deaf; }              ///< the submit program reads nothing
   void forgetful(bool on) { forgetful_ = on; }        ///< moves are taken and never confirmed
   void halt_submit(bool on) { submit_halted_ = on; }  ///< its interpreter stands
-  void input_broken(bool broken) { input_broken_ = broken; }  ///< wire off
+  /// Wire off: the input is off, which is free or contact as the program has it.
+  void input_broken(bool broken, drivers::TimePoint t);
 
   std::vector<double> actual_rad_at(drivers::TimePoint t) const;
   std::vector<double> setpoint_rad() const;
@@ -92,7 +94,8 @@ class EkiController {
  private:
   struct Impl;
   std::unique_ptr<Impl> impl_;
-  bool muted_ = false, deaf_ = false, forgetful_ = false, input_broken_ = false;
+  bool muted_ = false, deaf_ = false, forgetful_ = false, input_broken_ = false,
+       input_closed_ = false;
   bool submit_halted_ = false;
 };
 

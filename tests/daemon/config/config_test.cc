@@ -189,6 +189,7 @@ INSTANTIATE_TEST_SUITE_P(
         Wrong{kMock + "[controller]\npc_address = \"PC\"\n", "d.toml:4: controller.pc_address"},
         Wrong{kMock + "[controller]\ninput = 1025\n", "$IN[1025] is always TRUE"},
         Wrong{kMock + "[controller]\ninput = 1026\n", "controller.input"},
+        Wrong{kMock + "[controller]\ncontact_level = \"low\"\n", "controller.contact_level"},
         Wrong{kMock + "[controller]\nfirst_interrupt = 80\n", "controller.first_interrupt"},
         Wrong{kMock + "[contact]\ndevice = \"ttyUSB0\"\n", "d.toml:4: contact.device"},
         Wrong{kMock + "[contact]\ndevice = \"\"\n", "absolute path"},
@@ -227,7 +228,7 @@ TEST(an_eki_configuration, is_read_in_its_units_and_reaches_the_controllers_file
       parse_config(kEki +
                        "[eki]\naddress = \"10.0.0.7\"\nport = 54601\nsilence_ms = 300\n"
                        "latch_delay_ms = -4\nlatch_jitter_ms = 3\nrealtime = false\n"
-                       "[controller]\ninput = 17\nload = 2\n",
+                       "[controller]\ninput = 17\ncontact_level = \"off\"\nload = 2\n",
                    "d.toml");
   EXPECT_EQ(config.backend, BackendKind::kEki);
   EXPECT_EQ(wire_of(config), WireKind::kEki);
@@ -239,6 +240,8 @@ TEST(an_eki_configuration, is_read_in_its_units_and_reaches_the_controllers_file
   EXPECT_EQ(config.controller.address, "10.0.0.7");
   EXPECT_EQ(config.controller.port, 54601);
   EXPECT_EQ(config.controller.input, 17);
+  EXPECT_FALSE(config.controller.contact_is_on);
+  EXPECT_TRUE(parse_config(kEki, "d.toml").controller.contact_is_on);
   EXPECT_EQ(config.controller.load, 2);
   EXPECT_DOUBLE_EQ(config.touch.fast_m_s, 0.010);
 }

@@ -12,7 +12,7 @@ ContactSeen sound() {
   s.loop_ok = s.self_test_ok = true;
   s.sense_voltage_v = 4.8;
   s.clock_limit_s = 500e-6;
-  s.identity = {1, {1, 2, 3}, 7, 42, 0x1234};
+  s.identity = {1, {1, 2, 3}, 7, 42, 0x1234, {true, false, false}};
   s.quality.clock_sigma_s = 20e-6;
   s.quality.frames = 200;
   s.quality.round_trip_p50_s = 0.0005;
@@ -65,6 +65,17 @@ TEST(a_contact_sensor, that_is_in_contact_or_broken_fails_by_its_circuit) {
   broken.newest.fault = drivers::ContactFault::kLoopBroken;
   broken.newest.words = "a wire is broken";
   EXPECT_EQ(finding_of(judged(broken), "contact circuit").found, "a wire is broken");
+}
+
+TEST(a_contact_sensor, whose_board_will_fail_some_day_is_a_warning_by_name) {
+  ContactSeen nano = sound(), factory = sound(), older = sound();
+  nano.newest.identity.board.old_loader = true;
+  factory.newest.identity.board.weak_brown_out = true;
+  older.newest.identity.board.known = false;
+  EXPECT_EQ(outcome_of(judged(nano), "contact board"), Outcome::kWarning);
+  EXPECT_NE(finding_of(judged(nano), "contact board").found.find("boot loader"), std::string::npos);
+  EXPECT_EQ(outcome_of(judged(factory), "contact board"), Outcome::kWarning);
+  EXPECT_EQ(outcome_of(judged(older), "contact board"), Outcome::kSkipped);
 }
 
 TEST(a_contact_sensor, whose_voltage_lies_between_the_bands_fails_by_its_circuit) {

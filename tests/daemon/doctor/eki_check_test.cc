@@ -19,7 +19,7 @@ EkiSeen sound() {
   return seen;
 }
 
-Findings judged(const EkiSeen& seen, EkiExpected expected = {true, 17}) {
+Findings judged(const EkiSeen& seen, EkiExpected expected = {true, 17, false}) {
   Findings findings;
   judge_eki(seen, expected, findings);
   expect_advice(findings);
@@ -83,6 +83,12 @@ TEST(a_contact_input, is_proven_by_changing_with_the_contact_alone) {
   EXPECT_EQ(outcome(true, false, false), Outcome::kFailed);
   EXPECT_EQ(outcome(false, false, true), Outcome::kFailed);
   EXPECT_EQ(outcome(false, false, false), Outcome::kWarning);
+}
+
+TEST(a_contact_input, that_a_cut_wire_would_leave_free_is_a_warning) {
+  EkiSeen seen = sound();
+  seen.input_changed = seen.contact_changed = true;
+  EXPECT_EQ(outcome_of(judged(seen, {true, 17, true}), "eki contact input"), Outcome::kWarning);
 }
 
 }  // namespace

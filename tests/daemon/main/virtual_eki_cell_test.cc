@@ -29,6 +29,7 @@ class an_eki_cell : public ::testing::TestWithParam<drivers::EkiStop> {
     VirtualEkiCellOptions options;
     options.controller.channel_xml = drivers::eki_files(config.controller).at("CellcalEki.xml");
     options.controller.start_rad = config.mock.start_rad;
+    options.controller.contact_is_on = false;
     options.eki = eki_config_for(config, demo);
     cell = std::make_unique<VirtualEkiCell>(demo, options);
     cell->robot().open();
@@ -93,19 +94,36 @@ TEST_P(an_eki_cell, stops_when_the_contact_sensor_restarts) {
   EXPECT_LT(a1_deg() - at_fault_deg, 0.05);
 }
 
-TEST_P(an_eki_cell, does_not_count_a_wire_that_broke_as_a_touch_that_the_controller_saw) {
+TEST_P(an_eki_cell, is_stopped_by_the_sensors_output_where_a_wire_at_the_gun_breaks) {
   search();
   sim::McuFaults faults;
-  faults.circuit.sense_wire = sim::TouchCircuit::kOpen;  // reads as contact at the sensor, and nothing at the controller
+  faults.circuit.sense_wire = sim::TouchCircuit::kOpen;
   cell->mcu().set_faults(faults, cell->now());
+  // Sensor and controller both read contact; the next arming's self-test tells it from a touch.
+  EXPECT_EQ(result().outcome, MoveOutcome::kContact);
+  EXPECT_LT(a1_deg() - at_fault_deg, 0.06);
+  cell->contact().arm(2, 30s);
+  std::optional<drivers::ArmResult> armed;
+  ASSERT_TRUE(until([&] { return (armed = cell->contact().poll_arm()).has_value(); }));
+  EXPECT_FALSE(armed->armed);
+}
+
+TEST_P(an_eki_cell, is_stopped_where_the_wire_to_its_input_is_cut_and_off_means_contact) {
+  if (GetParam() != drivers::EkiStop::kInput) GTEST_SKIP() << "no such wire";
+  search();
+  cell->controller().input_broken(true, cell->now());
   const drivers::MoveResult stopped = result();
-  if (GetParam() == drivers::EkiStop::kInput) {
-    EXPECT_EQ(stopped.outcome, MoveOutcome::kContactSilent) << stopped.detail;
-    EXPECT_NE(stopped.detail.find("input did not"), std::string::npos) << stopped.detail;
-  } else {
-    // The sensor alone cannot tell it from a touch; the next arming's self-test does.
-    EXPECT_EQ(stopped.outcome, MoveOutcome::kContact) << stopped.detail;
-  }
+  EXPECT_EQ(stopped.outcome, MoveOutcome::kContactSilent) << stopped.detail;
+  EXPECT_NE(stopped.detail.find("sensor saw nothing"), std::string::npos) << stopped.detail;
+  EXPECT_LT(a1_deg() - at_fault_deg, 0.06);
+}
+
+TEST_P(an_eki_cell, stops_at_its_input_when_a_stand_is_no_longer_earthed) {
+  search();
+  sim::McuFaults faults;
+  faults.circuit.earth_between = sim::TouchCircuit::kOpen;
+  cell->mcu().set_faults(faults, cell->now());
+  EXPECT_NE(result().outcome, MoveOutcome::kContact);
   EXPECT_LT(a1_deg() - at_fault_deg, 0.06);
 }
 

@@ -87,6 +87,27 @@ TEST(Earth, OfAFirmwareThatDoesNotWatchItIsNotBelieved) {
   EXPECT_NE(rig.contact.status().loop_flaw, LoopFlaw::kNone);
 }
 
+TEST(BoardOfASensor, IsJudgedByItsFusesAndItsBootLoader) {
+  struct Chip {
+    ctp::Board board;
+    bool old_loader, weak_brown_out;
+  };
+  for (const Chip& chip : {Chip{{0xFF, 0xD7, 0xFC, 0xFFFF}, false, false},   // as the guide flashes
+                           Chip{{0xFF, 0xD6, 0xFC, 0x0404}, false, false},   // with optiboot 4.4
+                           Chip{{0xFF, 0xDE, 0xFD, 0x0404}, false, true},    // an Uno's factory
+                           Chip{{0xFF, 0xDA, 0xFD, 0xFFFF}, true, true}}) {  // an older Nano's
+    sim::McuOptions options;
+    options.board = chip.board;
+    Rig rig(options);
+    ASSERT_TRUE(rig.get_ready());
+    const BoardFlaws flaws = rig.contact.status().identity.board;
+    EXPECT_TRUE(flaws.known);
+    EXPECT_EQ(flaws.old_loader, chip.old_loader) << int{chip.board.fuses_high};
+    EXPECT_EQ(flaws.weak_brown_out, chip.weak_brown_out) << int{chip.board.fuses_extended};
+    EXPECT_EQ(rig.contact.status().quality.unknown_types, 0u);
+  }
+}
+
 TEST(VoltageTrip, IsExplainedWithWhatToClean) {
   Rig rig;
   ASSERT_TRUE(rig.get_ready());

@@ -61,7 +61,7 @@ class EkiCell final : public FaultyCell {
       other_holds_ = false;
     }
   }
-  void input_wire(bool broken) override { controller_.input_broken(broken); }
+  void input_wire(bool broken) override { controller_.input_broken(broken, now_); }
   std::vector<double> position_rad() const override { return true_rad_at(now()); }
 
  protected:
@@ -137,7 +137,7 @@ class EkiCell final : public FaultyCell {
     second_on_port(false);
     controller_.emergency_stop(false);
     controller_.drives(true);
-    controller_.input_broken(false);
+    controller_.input_broken(false, now_);
     controller_.start_program();
   }
 

@@ -3,6 +3,7 @@
 #include <avr/boot.h>
 #include <avr/eeprom.h>
 #include <avr/interrupt.h>
+#include <avr/pgmspace.h>
 #include <avr/wdt.h>
 #include <string.h>
 
@@ -100,6 +101,11 @@ static void start(void) {
   identity.clock_hz = F_CPU;
   identity.reset_cause =
       reset_flags & (CTP_RESET_POWER | CTP_RESET_PIN | CTP_RESET_BROWN_OUT | CTP_RESET_WATCHDOG);
+  /* Interrupts are off yet, as reading these wants it. */
+  identity.fuses_low = boot_lock_fuse_bits_get(GET_LOW_FUSE_BITS);
+  identity.fuses_high = boot_lock_fuse_bits_get(GET_HIGH_FUSE_BITS);
+  identity.fuses_extended = boot_lock_fuse_bits_get(GET_EXTENDED_FUSE_BITS);
+  identity.loader = pgm_read_word(FLASHEND - 1);
   identity.baud = uart_start();
   identity.ping_guard = PING_GUARD_TICKS;
   identity.pong_lead =

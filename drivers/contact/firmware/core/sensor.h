@@ -41,6 +41,8 @@ typedef struct {
   uint8_t firmware[3];
   uint32_t uid, boot_id, clock_hz;
   uint8_t reset_cause; /* CTP_RESET_... */
+  uint8_t fuses_low, fuses_high, fuses_extended;
+  uint16_t loader; /* as BOARD has it */
   uint32_t baud;
   uint16_t pong_lead;  /* ticks from the choice of a PONG to its first bit */
   uint16_t ping_guard; /* a PING so near to an edge, in ticks, is not answered: a bouncing line
@@ -128,7 +130,7 @@ typedef struct {
   uint8_t event_count;
   uint16_t last_event;
   uint16_t repeats, lost_events;
-  bool ident_due;
+  bool ident_due, board_due;
   uint32_t ident_nonce;
   sensor_nak naks[SENSOR_NAKS];
   uint8_t nak_count;

@@ -79,7 +79,18 @@ static uint8_t build_ident(sensor* s, uint8_t* wire) {
   ctp_put_u32(p + CTP_IDENT_NONCE, s->ident_nonce);
   ctp_put_u16(p + CTP_IDENT_CONFIG_CRC, s->config_crc);
   s->ident_due = false;
+  s->board_due = s->ident_nonce != 0;
   return build(s, CTP_IDENT, p, CTP_IDENT_SIZE, wire);
+}
+
+static uint8_t build_board(sensor* s, uint8_t* wire) {
+  uint8_t p[CTP_BOARD_SIZE];
+  p[CTP_BOARD_FUSES_LOW] = s->identity.fuses_low;
+  p[CTP_BOARD_FUSES_HIGH] = s->identity.fuses_high;
+  p[CTP_BOARD_FUSES_EXTENDED] = s->identity.fuses_extended;
+  ctp_put_u16(p + CTP_BOARD_LOADER, s->identity.loader);
+  s->board_due = false;
+  return build(s, CTP_BOARD, p, CTP_BOARD_SIZE, wire);
 }
 
 static uint8_t build_nak(sensor* s, uint8_t* wire) {
@@ -138,6 +149,7 @@ uint8_t sensor_next_frame(sensor* s, uint32_t now, uint8_t* wire, uint32_t* star
     return build_pong(s, *start, wire);
   }
   if (s->status_due || due(s->next_status, now)) return build_status(s, now, wire);
+  if (s->board_due) return build_board(s, wire);
   if (s->log != 0) return build_log(s, wire);
   return 0;
 }
@@ -161,7 +173,7 @@ uint32_t sensor_wait(const sensor* s, uint32_t now, bool line_free) {
   }
   if (!line_free) return wait;
   if (s->trip_due || s->ident_due || s->status_due || s->nak_count > 0 || s->pong_count > 0 ||
-      s->log != 0) {
+      s->board_due || s->log != 0) {
     return 0;
   }
   for (i = 0; i < s->event_count; ++i)

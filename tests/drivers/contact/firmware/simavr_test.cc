@@ -31,6 +31,17 @@ TEST(SimavrSensor, IsIdentifiedAndReadyAtEveryBaudRate) {
   }
 }
 
+TEST(SimavrSensor, TellsHowItsChipIsSetUpBehindItsIdentity) {
+  Bench bench;
+  ASSERT_TRUE(bench.get_ready());
+  const auto sent = bench.board.take_sent();
+  EXPECT_EQ(std::count_if(sent.begin(), sent.end(),
+                          [](const auto& s) { return s.frame.type == CTP_BOARD; }),
+            1);
+  // The simulator reads flash where the chip has its fuses; beyond the program it is empty.
+  EXPECT_TRUE(bench.contact.status().identity.board.known);
+}
+
 TEST(SimavrSensor, ATouchGivesTripContactAndRelease) {
   Bench bench;
   ASSERT_TRUE(bench.get_ready());

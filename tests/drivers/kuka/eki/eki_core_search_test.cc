@@ -106,7 +106,7 @@ TEST(EkiSearch, NoiseIsRevokedWhoeverStoppedTheArm) {
 TEST(EkiSearch, ABrokenWireToTheInputStopsOverTheNetworkAndIsNoTouch) {
   EkiRig rig;
   prepare(rig);
-  rig.krc.input_broken(true);
+  rig.krc.input_broken(true, rig.now);
   const MoveResult result = rig.search(3.0, 3.0);
   EXPECT_EQ(result.outcome, MoveOutcome::kContactSilent);
   EXPECT_NE(result.detail.find("wire to the input"), std::string::npos) << result.detail;

@@ -62,6 +62,25 @@ std::vector<std::string> body(const std::string& text, const std::string& head) 
           lines.begin() + static_cast<std::ptrdiff_t>(std::min(end, lines.size()))};
 }
 
+TEST(EkiFiles, TakeTheInputAsItsLevelSaysEverywhere) {
+  const auto count = [](const std::string& text, const std::string& what) {
+    int found = 0;
+    for (std::size_t at = text.find(what); at != std::string::npos; at = text.find(what, at + 1)) {
+      ++found;
+    }
+    return found;
+  };
+  EkiFilesConfig config = two_external();
+  const std::string on = all(eki_files(config));
+  config.contact_is_on = false;
+  const std::string off = all(eki_files(config));
+  EXPECT_EQ(count(on, "$IN[17]==TRUE"), 3);
+  EXPECT_EQ(count(on, "$IN[17]==FALSE") + count(on, "NOT $IN[17]"), 0);
+  EXPECT_EQ(count(off, "$IN[17]==FALSE"), 3);
+  EXPECT_EQ(count(off, "CC_BIT(NOT $IN[17])"), 1);
+  EXPECT_EQ(count(off, "$IN[17]==TRUE") + count(off, "CC_BIT($IN[17])"), 0);
+}
+
 TEST(KrlChecker, SeesWhatIsWrong) {
   const std::pair<const char*, const char*> cases[] = {
       {"CR LF", "DEF A ( )\nEND\n"},
