@@ -50,9 +50,11 @@ struct RsiSession : testing::Test {
 TEST_F(RsiSession, KeepsItsNumberBehindAPauseAndTheReferenceEndsTheInterruption) {
   rig.run(100ms);
   EXPECT_EQ(facts().session, 0u);
-  rig.make_ready();
+  rig.krc.rsi_on();
+  rig.run(200ms);
   EXPECT_EQ(facts().session, 1u);
   EXPECT_EQ(facts().interruption, Interruption::kNone) << "the first one interrupts nothing";
+  rig.make_referenced();
   EXPECT_EQ(facts().interruptions, 0u);
   for (std::uint32_t n = 1; n <= 2; ++n) {
     pause(40ms);
@@ -138,6 +140,10 @@ TEST_F(RsiSession, LateRepliesInAMoveAreAnInterruptionByTheirName) {
   EXPECT_EQ(facts().interruption, Interruption::kLateReplies);
   EXPECT_EQ(facts().interruptions, 1u);
   EXPECT_EQ(facts().session, 1u);
+  rig.krc.rsi_on();
+  rig.cycle();
+  EXPECT_EQ(facts().session, 2u);
+  EXPECT_EQ(facts().interruption, Interruption::kOther) << "by now it is more than late replies";
 }
 
 TEST_F(RsiSession, WhatIsNotTheLinksDoingIsNoInterruption) {

@@ -317,6 +317,11 @@ TEST_F(SpaceSetpoint, FartherAsideTheControllerMayHoldAnother) {
   EXPECT_FALSE(setpoint.known());
   EXPECT_FALSE(setpoint.waits_for_rest());
 }
+TEST_F(SpaceSetpoint, OfASessionThatIsNotKnownToBeTheOneBeforeNothingIsTakenOver) {
+  setpoint.begin_session(0.0);
+  EXPECT_FALSE(find(pose(2.0), pose()));
+  EXPECT_FALSE(setpoint.known());
+}
 TEST_F(SpaceSetpoint, FromAnotherStartTheSameDifferenceIsAnotherFrame) {
   come_back(2.0);
   EXPECT_FALSE(find(pose(2.0, 1.0), pose(0.0, 1.0)));
