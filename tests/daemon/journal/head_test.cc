@@ -126,6 +126,7 @@ TEST_F(a_head_file_by_itself, that_is_opened_again_goes_on_in_the_place_of_the_o
     const std::string text = text_of(path);
     EXPECT_TRUE(has(text, "000" + std::to_string(newest) + " ")) << "a power failure meets the other";
     EXPECT_TRUE(has(text, "000" + std::to_string(newest + 1) + " "));
+    EXPECT_EQ(read()->entries, newest + 1);
   }
 }
 
