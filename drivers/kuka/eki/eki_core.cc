@@ -62,7 +62,6 @@ struct EkiCore::Impl {
 
   void on_closed() {
     if (linked()) lose(EkiLoss::kClosed, Cause::kLinkClosed, 0.0);
-    if (state.link == RobotLink::kNotReferenced) state.link = RobotLink::kLost;
     state.connected = false;
     sender.drop();
     close = false;

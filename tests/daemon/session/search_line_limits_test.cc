@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <utility>
 
 #include "daemon/session/search_line.h"
 
@@ -45,6 +46,29 @@ TEST(search_line, without_a_way_there_is_no_travel) {
   planned.standoff = planned.end = {0.5};
   planned.search_m = 0.020;
   EXPECT_EQ(travel_m(planned, {0.7}), 0.0);
+}
+
+TEST(search_line, of_a_controller_with_more_or_fewer_axes_counts_those_that_both_have) {
+  calib::PlannedTouch planned;
+  planned.standoff = {0.5, -0.2};
+  planned.end = {0.8, -0.6};
+  planned.search_m = 0.020;
+  EXPECT_NEAR(travel_m(planned, {0.8, -0.6, 9.0}), 0.020, 1e-15) << "an external axis is not the plan's";
+  EXPECT_NEAR(travel_m(planned, {0.65}), 0.010, 1e-15);
+  Agreement agreement;
+  agreement.readings = {reading_at(0.01), reading_at(0.02)};
+  agreement.readings[1].contact_rad.push_back(7.0);
+  EXPECT_EQ(touch_of(planned, agreement, 0.002).joint_rad.size(), 2u);
+  std::swap(agreement.readings[0], agreement.readings[1]);
+  EXPECT_EQ(touch_of(planned, agreement, 0.002).joint_rad.size(), 2u);
+}
+
+TEST(agreement, is_found_where_only_the_middle_two_agree) {
+  const auto found = find_agreement(
+      {reading_at(0.010), reading_at(0.020), reading_at(0.02001), reading_at(0.030)}, policy_of(2));
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->readings[0].along_m, 0.020);
+  EXPECT_NEAR(found->spread_m, 1e-5, 1e-12);
 }
 
 TEST(agreement, of_none_is_asked_of_no_touch) {

@@ -121,6 +121,55 @@ TEST(ClockMapLimits, SaysHowSureItIsByTheNumberAndTheScatterOfItsSamples) {
   EXPECT_NEAR(1e6 * loud.sigma_s(), std::sqrt(1.0 + scale * (one + to_newest)), 0.05);
 }
 
+TEST(ClockMapLimits, EachOfAFewSamplesCountsFromTheFirstToTheLast) {
+  constexpr int kSamples = 8;
+  double sxx = 0.0;
+  const double middle = (kSamples - 1) / 2.0;
+  for (int i = 0; i < kSamples; ++i) sxx += (i - middle) * (i - middle);
+  const double one = 1.0 / kSamples, to_newest = middle * middle / sxx;
+  const ClockMap quiet = map_of(kSamples);
+  EXPECT_NEAR(1e6 * quiet.sigma_s(ticks(kEveryS * middle)), std::sqrt(1.0 + one), 0.002);
+  EXPECT_NEAR(1e6 * quiet.sigma_s(), std::sqrt(1.0 + one + to_newest), 0.002);
+  // Scatter of 3 us, even on both sides of the middle: all of it is scatter, six of eight are free.
+  const ClockMap loud = map_of(kSamples, [](int i) { return i % 4 == 0 || i % 4 == 3 ? 3e-6 : -3e-6; });
+  const double scale = 9.0 * kSamples / (kSamples - 2);
+  EXPECT_NEAR(1e6 * loud.sigma_s(ticks(kEveryS * middle)), std::sqrt(1.0 + scale * one), 0.01);
+}
+
+TEST(ClockMapLimits, ThreeGoodSamplesAreEnoughForAMap) {
+  // Of eight three are held up for long and two are stamped 30 us off.
+  ClockMap map(kWireS);
+  const double held_s[] = {0, 5e-3, 0, 0, 5e-3, 0, 5e-3, 0};
+  const double stamp_s[] = {0, 0, 30e-6, -30e-6, 0, 0, 0, 0};
+  for (int i = 0; i < 8; ++i) {
+    EXPECT_EQ(ping(map, kEveryS * i, stamp_s[i], held_s[i]), ClockMap::Sample::kTaken);
+  }
+  ASSERT_TRUE(map.valid());
+  EXPECT_NEAR(error_us(map, 2 * kEveryS), 0.0, 0.5);
+}
+
+TEST(ClockMapLimits, TheFirstSampleIsLeftOutAsAnyOther) {
+  ClockMap map = map_of(21, [](int i) { return i == 0 ? 5e-6 : 0.0; });
+  EXPECT_NEAR(error_us(map, 0.0), 0.0, 0.05);
+}
+
+TEST(ClockMapLimits, WhatAContradictionIsGrowsWithTheMapsOwnDoubt) {
+  // Every answer is held up by 10 ms: 2.9 ms of doubt. Six of them and 2 ms are 19.3 ms.
+  const auto taken = [](double stamp_s, double held_s) {
+    ClockMap map(kWireS);
+    for (int i = 0; i < 20; ++i) {
+      EXPECT_EQ(ping(map, kEveryS * i, 0.0, 10e-3), ClockMap::Sample::kTaken) << i;
+    }
+    // The map is 5 ms beside the stamps of a sample that is not held up.
+    return ping(map, 5.0, stamp_s, held_s) == ClockMap::Sample::kTaken;
+  };
+  EXPECT_TRUE(taken(13e-3, 0.0));
+  EXPECT_FALSE(taken(16e-3, 0.0));
+  EXPECT_TRUE(taken(-23e-3, 0.0));
+  EXPECT_FALSE(taken(-26e-3, 0.0));
+  EXPECT_TRUE(taken(0.0, 10e-3));
+}
+
 TEST(ClockMapLimits, AnExcessThatIsNeverMissingIsUniformOverItsHalf) {
   ClockMap map(kWireS);
   for (int i = 0; i < 40; ++i) ping(map, kEveryS * i, 0.0, 1e-3);
@@ -153,7 +202,7 @@ TEST(ClockMapLimits, HeldUpSamplesCountForLess) {
   // Of every other sample the answer is held up by 18 us: 9 us off, and 1/82 of the weight.
   ClockMap map(kWireS);
   for (int i = 0; i < 40; ++i) ping(map, kEveryS * i, 0.0, i % 2 == 0 ? 0.0 : 18e-6);
-  EXPECT_LT(error_us(map, 5.0), 0.5);
+  EXPECT_NEAR(error_us(map, 5.0), 9.0 / 82 / (1 + 1.0 / 82), 0.02);
 }
 
 TEST(ClockMapLimits, FollowsADriftWhicheverSampleCameFirst) {

@@ -103,6 +103,22 @@ TEST(FollowLimits, ARecordThatIsTooShortSaysNothing) {
   EXPECT_EQ(named, 15 + 30 + 3);
 }
 
+// As above: at 0.08 deg/s an arm that stands is named with sample 46, and with none before.
+TEST(FollowLimits, WhatTheNewestPacketShowsCounts) {
+  const auto ahead = goes(0.08);
+  const auto up_to = [](const std::function<double(int)>& commanded,
+                        const std::function<double(int)>& actual) {
+    return watch(commanded, actual, 0.004, 47).sample;
+  };
+  ASSERT_EQ(up_to(ahead, stands), 46);
+  EXPECT_EQ(up_to(ahead, [](int i) { return i < 46 ? 0.0 : 0.02; }), -1) << "it has begun to move";
+  const auto turned_in = [&](int sample) {
+    return [=](int i) { return i == sample ? ahead(i - 15) : ahead(i); };
+  };
+  EXPECT_EQ(up_to(turned_in(46), stands), -1) << "now its command does not go on";
+  EXPECT_EQ(up_to(turned_in(45), stands), -1) << "nor did it a packet ago";
+}
+
 TEST(FollowLimits, ACommandThatTurnsRoundIsNotHeldAgainstTheArm) {
   const auto to_and_fro = [](int i) {
     const int phase = ((i % 20) + 20) % 20;

@@ -53,6 +53,11 @@ class Rig : public VirtualRig<Rig> {
   void make_ready() {
     krc.rsi_on();
     run(200ms);
+    make_referenced();
+  }
+
+  /// A reference in the session that runs.
+  void make_referenced() {
     core.rereference();
     ASSERT_TRUE(run_until([&] { return core.state().link == RobotLink::kReady; }, 2s))
         << core.state().words;

@@ -40,6 +40,8 @@ TEST_F(RsiFacts, AMoveWithoutPacketsIsRefusedWithHowLongItHasWaited) {
   EXPECT_EQ(refused.outcome, MoveOutcome::kRefused);
   EXPECT_EQ(refused.cause, Cause::kNoPackets);
   EXPECT_NEAR(refused.a, 0.5, 0.01);
+  EXPECT_EQ(refused.axis, 0);
+  EXPECT_EQ(refused.b, 0.0);
 }
 
 TEST_F(RsiFacts, AMoveIsRefusedUntilTheReference) {

@@ -117,6 +117,57 @@ TEST(RsiRelative, AReplyThatIsLostEndsTheMoveByNameAndIsNeverCaughtUp) {
   }
 }
 
+TEST(RsiRelative, ALossThatWasDealtWithDoesNotEndTheMovesBehindIt) {
+  RelativeRig rig;
+  rig.make_ready();
+  rig.begin(MoveKind::kTransit, rig.moved_by(0, 60));
+  rig.run(400ms);
+  rig.to_krc = false;
+  rig.cycle();
+  rig.to_krc = true;
+  EXPECT_EQ(rig.finish().outcome, MoveOutcome::kRobotSilent);
+  EXPECT_EQ(rig.core.state().interruption, Interruption::kLateReplies);
+  EXPECT_EQ(rig.core.state().link, RobotLink::kNotReferenced);
+  rig.make_referenced();
+  for (const double deg : {5.0, -5.0}) {
+    EXPECT_EQ(rig.move(MoveKind::kTransit, rig.moved_by(0, deg)).outcome, MoveOutcome::kArrived);
+    EXPECT_EQ(rig.core.state().link, RobotLink::kReady) << "nothing was lost in this one";
+  }
+}
+
+TEST(RsiRelative, AMoveThatIsRefusedMeanwhileLosesNothing) {
+  RelativeRig rig;
+  rig.make_ready();
+  rig.begin(MoveKind::kTransit, rig.moved_by(0, 10));
+  rig.run(100ms);
+  rig.core.begin({99, MoveKind::kTransit, rig.moved_by(0, 5), 0.0, 0});
+  const auto refused = rig.core.poll();
+  ASSERT_TRUE(refused);
+  EXPECT_EQ(refused->id, 99u);
+  EXPECT_EQ(rig.finish().outcome, MoveOutcome::kArrived);
+  EXPECT_EQ(rig.core.state().link, RobotLink::kReady);
+}
+
+TEST(RsiRelative, WhereDelayIsSentNoLongerTheReferenceIsGoneAtOnceAlsoAtRest) {
+  for (const bool moving : {false, true}) {
+    RelativeRig rig;
+    rig.make_ready();
+    if (moving) rig.begin(MoveKind::kTransit, rig.moved_by(0, 30));
+    rig.run(200ms);
+    rig.before_core = [&] {
+      const auto at = rig.packet.find("<Delay ");
+      if (at != std::string::npos) rig.packet.erase(at, rig.packet.find("/>", at) + 2 - at);
+    };
+    rig.cycle();
+    EXPECT_EQ(rig.core.core_state().link, moving ? RobotLink::kReady : RobotLink::kNotReferenced);
+    if (!moving) continue;
+    const MoveResult ended = rig.finish();
+    EXPECT_EQ(ended.outcome, MoveOutcome::kRobotSilent);
+    EXPECT_EQ(ended.interruption, Interruption::kOther);
+    EXPECT_EQ(rig.core.core_state().link, RobotLink::kNotReferenced);
+  }
+}
+
 TEST(RsiRelative, AReplyThatIsLostAfterTheStopIsNoticedAsWell) {
   RelativeRig rig;
   rig.make_ready();

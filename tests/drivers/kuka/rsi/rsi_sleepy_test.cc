@@ -210,6 +210,40 @@ TEST(RsiSleepyPeer, ThisComputersOwnPauseIsNotItsSilence) {
   EXPECT_TRUE(held_up->state().moving);
 }
 
+TEST(RsiSleepyPeer, WhileThisThreadIsHeldUpNothingIsItsSilenceAndAfterwardsItIsAgain) {
+  SleepyRig rig(habits(0.004));
+  ASSERT_TRUE(rig.make_ready()) << rig.words();
+  // Called every 30 ms, and a packet was not taken meanwhile: who knows.
+  const auto tick_on = [&](Duration each, Duration whole) {
+    for (const TimePoint end = rig.now + whole; rig.now < end;) rig.core->on_tick(rig.now += each);
+    return rig.core->core_state().link;
+  };
+  EXPECT_EQ(tick_on(30ms, 1s), RobotLink::kReady);
+  const std::uint64_t heard = rig.core->core_state().packets;
+  ASSERT_TRUE(rig.run_until([&] { return rig.core->core_state().packets > heard; }, 3s));
+  rig.run(100ms);
+  EXPECT_EQ(rig.core->core_state().link, RobotLink::kReady) << rig.words();
+  // Called as often as it should be: it is the peer that is silent, whatever was before.
+  EXPECT_EQ(tick_on(15ms, 180ms), RobotLink::kReady);
+  EXPECT_EQ(tick_on(15ms, 60ms), RobotLink::kLost);
+}
+
+TEST(RsiSleepyPeer, ThatIsNotAnsweredMayBeSilentForTwoAndAHalfSeconds) {
+  SleepyHabits h = habits(0.004);
+  h.setpoint = false;
+  SleepyRig rig(h);
+  ASSERT_TRUE(rig.make_ready()) << rig.words();
+  ASSERT_EQ(rig.move(MoveKind::kTransit, 3.0).outcome, MoveOutcome::kArrived);
+  rig.new_adapter();
+  const auto link = [&] { return rig.core->core_state().link; };
+  ASSERT_TRUE(rig.run_until([&] { return link() == RobotLink::kNotReferenced; }, 3s));
+  rig.deaf = true;
+  rig.run(2400ms);
+  EXPECT_EQ(link(), RobotLink::kNotReferenced);
+  rig.run(200ms);
+  EXPECT_EQ(link(), RobotLink::kLost);
+}
+
 TEST(RsiSleepyPeer, ThatFallsSilentInAMoveIsLost) {
   SleepyRig rig(habits(0.004));
   ASSERT_TRUE(rig.make_ready()) << rig.words();

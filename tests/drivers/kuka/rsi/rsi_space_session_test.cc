@@ -2,6 +2,7 @@
 // those of axis corrections.
 
 #include "drivers/error.h"
+#include "drivers/kuka/rsi/correction/rsi_setpoint.h"
 #include "tests/drivers/kuka/allocation_count.h"
 #include "tests/drivers/kuka/rsi/space_rig.h"
 
@@ -250,6 +251,93 @@ TEST(RsiSpaceOffset, FirstFrameOfRsi2IsAnsweredInSpace) {
                            "B=\"0.000000\" C=\"0.000000\"/>"),
             std::string::npos)
       << rig.reply;
+}
+
+// ---- what is held, packet by packet --------------------------------------------------------------
+
+/// A session that has commanded A1 by 2 deg, and then packets of the one behind a silence.
+struct SpaceSetpoint : testing::Test {
+  static constexpr double kStart[] = {0, -90, 90, 0, 60, 0};
+
+  static RobFrame packet(const AxisAngles& actual_deg, const AxisAngles& setpoint_deg) {
+    RobFrame frame;
+    frame.axes_deg = actual_deg;
+    frame.setpoint_axes_deg = setpoint_deg;
+    return frame;
+  }
+  static AxisAngles pose(double a1_deg = 0.0, double a2_deg = 0.0) {
+    AxisAngles deg(std::begin(kStart), std::end(kStart));
+    deg[0] += a1_deg;
+    deg[1] += a2_deg;
+    return deg;
+  }
+  static AxisAngles rad(const AxisAngles& deg) { return axes_of(deg, {}, 6); }
+  bool find(const AxisAngles& actual_deg, const AxisAngles& setpoint_deg) {
+    RobFrame frame = packet(actual_deg, setpoint_deg);
+    frame.ipoc.value = 5000;
+    return setpoint.find(frame, rad(actual_deg), TimePoint{1000s}, true);
+  }
+  std::vector<double> held() {
+    const auto values = setpoint.hold();
+    return {values.begin(), values.end()};
+  }
+  void come_back(double a1_deg) {
+    OffsetMemory link;
+    link.ipoc = 5000;
+    link.step = 1;
+    link.seconds_per_ipoc = 0.004;
+    link.counts_packets = true;
+    link.t_rx = TimePoint{1000s};
+    link.actual_rad = rad(pose(a1_deg));
+    setpoint.remember(link);
+    setpoint.begin_session(0.1);
+  }
+  void SetUp() override {
+    ASSERT_TRUE(find(pose(), pose()));
+    setpoint.commanded_rad() = rad(pose(2.0));
+    setpoint.next(0.004);
+    sent = held();
+    ASSERT_EQ(sent.size(), 6u);
+    ASSERT_GT(std::abs(sent[0]) + std::abs(sent[1]), 1.0);
+  }
+
+  RsiConfig config = space_config();
+  RsiSetpoint setpoint{config};
+  std::vector<double> sent;
+};
+
+TEST_F(SpaceSetpoint, AnArmThatStandsBesideWhatWasSentByLittleIsHeldByTheVeryFrameThatWasSent) {
+  come_back(2.0);
+  ASSERT_TRUE(find(pose(2.049), pose()));
+  EXPECT_EQ(held(), sent);
+}
+TEST_F(SpaceSetpoint, FartherAsideTheControllerMayHoldAnother) {
+  come_back(2.0);
+  EXPECT_FALSE(find(pose(2.051), pose()));
+  EXPECT_FALSE(setpoint.known());
+  EXPECT_FALSE(setpoint.waits_for_rest());
+}
+TEST_F(SpaceSetpoint, OfASessionThatIsNotKnownToBeTheOneBeforeNothingIsTakenOver) {
+  setpoint.begin_session(0.0);
+  EXPECT_FALSE(find(pose(2.0), pose()));
+  EXPECT_FALSE(setpoint.known());
+}
+TEST_F(SpaceSetpoint, FromAnotherStartTheSameDifferenceIsAnotherFrame) {
+  come_back(2.0);
+  EXPECT_FALSE(find(pose(2.0, 1.0), pose(0.0, 1.0)));
+  EXPECT_FALSE(setpoint.known());
+}
+TEST_F(SpaceSetpoint, ASetpointThatHoldsTheCorrectionSaysNothingOfTheStart) {
+  ASSERT_FALSE(setpoint.start_pose_moved(packet(pose(2.0), pose(2.0)), rad(pose(2.0)), true));
+  come_back(2.0);
+  ASSERT_FALSE(setpoint.start_pose_moved(packet(pose(2.0), pose(2.0)), rad(pose(2.0)), false));
+  ASSERT_TRUE(find(pose(2.0), pose(2.0)));
+  EXPECT_EQ(held(), sent);
+}
+TEST_F(SpaceSetpoint, AFreshSessionHoldsNoneAndCountsFromItsOwnStart) {
+  setpoint.begin_session(0.0);
+  ASSERT_TRUE(find(pose(0.0, 1.0), pose(0.0, 1.0)));
+  for (const double value : held()) EXPECT_NEAR(value, 0.0, 1e-9);
 }
 
 TEST(RsiSpaceConfig, WhatCannotBeDrivenIsRefusedByName) {

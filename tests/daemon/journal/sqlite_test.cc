@@ -1,0 +1,102 @@
+// The two small types over SQLite, and what a journal's file system and pages may be like.
+
+#include "daemon/journal/sqlite.h"
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+
+#include "daemon/journal/prepare.h"
+#include "images.h"
+#include "temporary_directory.h"
+
+namespace cellcal::daemon::testing {
+namespace {
+
+std::string error_of(const std::function<void()>& act) {
+  try {
+    act();
+  } catch (const JournalError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+/// One column as a digest sees it: type, length, bytes.
+template <class Value>
+std::string column(char type, const Value& value) {
+  std::string bytes(1, type);
+  const std::uint64_t length = sizeof value;
+  bytes.append(reinterpret_cast<const char*>(&length), sizeof length);
+  return bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
+}
+std::string column(char type, const std::string& value) {
+  const std::uint64_t length = value.size();
+  std::string bytes(1, type);
+  return bytes.append(reinterpret_cast<const char*>(&length), sizeof length) + value;
+}
+
+struct a_row_as_bytes : ::testing::Test {
+  std::string of(const std::string& columns) {
+    Statement row(database, ("SELECT " + columns).c_str());
+    EXPECT_TRUE(row.step());
+    return row.bytes();
+  }
+  TemporaryDirectory dir;
+  Database database{dir / "j.db"};
+};
+
+TEST_F(a_row_as_bytes, has_type_length_and_value_of_every_column_as_journals_on_disk_have_them) {
+  EXPECT_EQ(of("7, 2.5, 'ab', x'6162', 'c', '', NULL"),
+            column('i', std::int64_t{7}) + column('f', 2.5) + column('t', std::string("ab")) +
+                column('b', std::string("ab")) + column('t', std::string("c")) +
+                column('t', std::string()) + column('b', std::string()));
+}
+
+TEST_F(a_row_as_bytes, differs_where_the_row_does) {
+  EXPECT_NE(of("'1'"), of("1"));
+  EXPECT_NE(of("1.0"), of("1"));
+  EXPECT_NE(of("x'61'"), of("'a'"));
+  EXPECT_NE(of("'ab', 'c'"), of("'a', 'bc'"));
+  EXPECT_NE(of("0.0"), of("-0.0"));
+}
+
+TEST(a_database, gives_nought_and_nothing_where_there_is_no_row) {
+  const TemporaryDirectory dir;
+  Database database(dir / "j.db");
+  EXPECT_EQ(database.integer("SELECT 5 WHERE 0"), 0);
+  EXPECT_EQ(database.text("SELECT 'a' WHERE 0"), "");
+}
+
+TEST(a_database, that_cannot_be_opened_says_which_why_and_what_to_do) {
+  EXPECT_EQ(error_of([] { Database database("/nonexistent/dir/j.db"); }),
+            "journal /nonexistent/dir/j.db: unable to open database file; check that the directory "
+            "exists and that the daemon may write there");
+}
+
+TEST(a_journal, where_there_can_be_no_log_is_refused_and_nothing_is_made) {
+  const TemporaryDirectory dir;
+  Database database(":memory:");  // as a network's file system, it has none
+  HeadFile head(dir / "head", ":memory:");
+  Chain chain(database, head);
+  const std::string words = error_of([&] { prepare(database, head, chain); });
+  EXPECT_EQ(words, "journal :memory:: no write-ahead log on this file system (memory); put the state "
+                   "directory on a local disk");
+  EXPECT_EQ(database.integer("SELECT count(*) FROM sqlite_schema"), 0);
+}
+
+TEST(a_journal, whose_pages_contradict_its_tables_is_refused_and_left_as_it_is) {
+  const TemporaryDirectory dir;
+  const auto path = dir / "j.db";
+  { fill(*std::make_unique<Journal>(path), 1); }
+  Database(path).execute(
+      "PRAGMA writable_schema = ON; UPDATE sqlite_schema SET sql = replace(sql, 'words   TEXT', "
+      "'words   INTEGER') WHERE name = 'event'");
+  const std::string words = error_of([&] { const Journal journal(path); });
+  EXPECT_TRUE(words.starts_with("journal " + path.string() + ": damaged (")) << words;
+  EXPECT_NE(words.find("event"), std::string::npos) << words;
+  EXPECT_NE(words.find("); move it aside (its -wal and .head files too)"), std::string::npos) << words;
+}
+
+}  // namespace
+}  // namespace cellcal::daemon::testing
