@@ -102,9 +102,13 @@ const char* to_string(Subject::Of of) { return name_of(kSubjects, of); }
 std::optional<Subject::Of> subject_of(const std::string& name) { return named(kSubjects, name); }
 
 Subject about_touch(std::size_t index, const Touch& touch) {
-  return after(about(Subject::Of::kTouch, {}), index, touch);
+  return after(about(Subject::Of::kTouch, touch.target), index, touch);
 }
-Subject about_target(std::string id) { return about(Subject::Of::kTarget, std::move(id)); }
+Subject about_target(const Target& target) {
+  Subject subject = about(Subject::Of::kTarget, target.id);
+  subject.target_kind = target.kind;
+  return subject;
+}
 Subject about_joint(std::string name) { return about(Subject::Of::kJoint, std::move(name)); }
 Subject about_tool(std::string name) { return about(Subject::Of::kTool, std::move(name)); }
 Subject about_length(std::string from, std::string to) {

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "calib/model/robot.h"
 #include "calib/model/touch.h"
 
 namespace cellcal::calib {
@@ -82,8 +83,10 @@ std::optional<Severity> severity(const std::string& name);
 struct Subject {
   enum class Of { kSession, kTouch, kTarget, kJoint, kTool, kLength, kParameter };
   Of of = Of::kSession;
-  std::string name;  ///< of target, joint, tool, parameter; of a length the one end
+  /// Of target, joint, tool, parameter; of a touch its target; of a length the one end.
+  std::string name;
   std::string other_end;
+  std::optional<TargetKind> target_kind;  ///< of a target
   /// Counted from 0: the touch itself, or that after which something changed.
   std::optional<std::size_t> touch;
   int line = 0;  ///< of the file that the touch was read from; 0: none
@@ -94,7 +97,7 @@ const char* to_string(Subject::Of of);
 std::optional<Subject::Of> subject_of(const std::string& name);
 
 Subject about_touch(std::size_t index, const Touch& touch);
-Subject about_target(std::string id);
+Subject about_target(const Target& target);
 Subject about_joint(std::string name);
 Subject about_tool(std::string name);
 Subject about_length(std::string from, std::string to);
@@ -123,11 +126,11 @@ struct FindingPart {
 struct Finding {
   FindingKind kind = FindingKind::kRecorded;
   Severity severity = Severity::kWithholds;
-  Subject about;
-  std::vector<Quantity> evidence;
-  std::vector<FindingPart> parts;  ///< weightiest first
+  Subject about = {};
+  std::vector<Quantity> evidence = {};
+  std::vector<FindingPart> parts = {};  ///< weightiest first
   /// What others said, and is passed on: an error's message, a cause, a file's own words.
-  std::string text;
+  std::string text = {};
 
   bool withholds() const { return severity == Severity::kWithholds; }
   bool operator==(const Finding&) const = default;
