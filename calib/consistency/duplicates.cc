@@ -1,12 +1,9 @@
 #include "calib/consistency/duplicates.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <numeric>
-#include <optional>
 #include <vector>
 
 namespace cellcal::calib {
@@ -45,7 +42,7 @@ std::vector<std::optional<std::size_t>> originals(std::span<const Touch> touches
 
 }  // namespace
 
-std::string copies_words(std::span<const Touch> touches) {
+std::optional<Finding> duplicate_touches(std::span<const Touch> touches) {
   const auto original = originals(touches);
   // Whole stretches in the same order again, or digits that agree by no chance.
   std::size_t all = 0, in_order = 0, fine = 0, first = touches.size();
@@ -58,12 +55,14 @@ std::string copies_words(std::span<const Touch> touches) {
   }
   if (all < kLeast || static_cast<double>(all) <= kShare * static_cast<double>(touches.size()) ||
       2 * std::max(in_order, fine) < all)
-    return {};
-  return fmt::format(
-      "copies: {} of {} touches are others again to the last digit ({} is {}), as in a file that "
-      "was pasted twice, and would count twice; leave them out",
-      all, touches.size(), touch_words(first, touches[first]),
-      touch_words(*original[first], touches[*original[first]]));
+    return std::nullopt;
+  return Finding{FindingKind::kDuplicateTouches,
+                 Severity::kWithholds,
+                 {},
+                 {{"duplicates", static_cast<double>(all), ""},
+                  {"touches", static_cast<double>(touches.size()), ""}},
+                 {{about_touch(first, touches[first]), {}},
+                  {about_touch(*original[first], touches[*original[first]]), {}}}};
 }
 
 }  // namespace cellcal::calib

@@ -392,9 +392,7 @@ class Search {
         if ((changed.robot.gravity_m_s2 - cell_.robot.gravity_m_s2).norm() < 0.1 * g) continue;
         weigh(changed, touches_, [&](const Calibration& c) -> std::string {
           // The other way round joints and tool would give against their load.
-          if (std::any_of(c.verdict.reasons.begin(), c.verdict.reasons.end(),
-                          [](const std::string& r) { return r.starts_with("against gravity:"); }))
-            return {};
+          if (has(c.verdict.findings, FindingKind::kNegativeCompliance)) return {};
           return fmt::format(
               "with gravity along {}{} of the base the touches make sense; check how the arm is "
               "mounted, and gravity in the robot file",

@@ -1,23 +1,21 @@
 #include "calib/diagnose/jump.h"
 
-#include <fmt/format.h>
-
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
-#include <numbers>
 #include <optional>
+#include <utility>
 
 #include "calib/consistency/jump_sequence.h"
 #include "calib/consistency/lengths.h"
 #include "calib/consistency/session_order.h"
 #include "calib/estimate/discrepancy.h"
 #include "calib/model/error.h"
+#include "calib/model/units.h"
 #include "calib/verdict/identify_as_stated.h"
-#include "calib/verdict/verdict.h"
 
 namespace cellcal::calib {
 
@@ -97,8 +95,9 @@ bool mended(const Calibration& c) {
       2.5;  // squared sigmas; what an arm does beside its model may jump
   if (c.chi2_per_dof > kStillTooMuch) return false;
   if (static_cast<double>(c.outliers.size()) > kMostLeftOut * c.before.count) return false;
-  return std::all_of(c.verdict.reasons.begin(), c.verdict.reasons.end(), [](const std::string& r) {
-    return is_note(r) || r.starts_with("check touches:") || r.starts_with("outliers:");
+  return std::all_of(c.verdict.findings.begin(), c.verdict.findings.end(), [](const Finding& one) {
+    return !one.withholds() || one.kind == FindingKind::kCheckTouches ||
+           one.kind == FindingKind::kManyOutliers || one.kind == FindingKind::kOutliersOfTarget;
   });
 }
 
@@ -331,58 +330,36 @@ std::vector<Jump> believed(std::vector<Jump> jumps) {
 
 namespace {
 
-constexpr double kDegPerRad = 180.0 / std::numbers::pi;
-
-std::string sized(const Jump& jump) {
-  if (jump.what == Jump::What::kJoint)
-    return fmt::format("{:+.3f} +- {:.3f} deg", jump.angle_rad * kDegPerRad,
-                       jump.sigma * kDegPerRad);
-  const Eigen::Vector3d mm = jump.shift_m * 1e3;
-  return fmt::format("{:.2f} +- {:.2f} mm ({:+.2f}, {:+.2f}, {:+.2f})", mm.norm(), jump.sigma * 1e3,
-                     mm.x(), mm.y(), mm.z());
-}
-
-std::string subject(const Jump& jump) {
-  switch (jump.what) {
-    case Jump::What::kJoint:
-      return jump.name + "'s zero";
-    case Jump::What::kTool:
-      return "the tool's tip on the flange";
-    case Jump::What::kTarget:
-      return jump.name;
+FindingPart part_of(const Cell& cell, const std::vector<Touch>& touches, const Jump& jump) {
+  FindingPart part;
+  part.about = jump.what == Jump::What::kJoint ? about_joint(jump.name)
+               : jump.what == Jump::What::kTool
+                   ? about_tool(jump.name)
+                   : about_target(cell.targets[cell.target_index(jump.name)]);
+  part.about = after(part.about, jump.after_touch, touches[jump.after_touch]);
+  if (jump.what == Jump::What::kJoint) {
+    part.evidence = {{"turn", jump.angle_rad * kDegPerRad, "deg", jump.sigma * kDegPerRad}};
+  } else {
+    const Eigen::Vector3d mm = jump.shift_m * 1e3;
+    part.evidence = {{"shift", mm.norm(), "mm", jump.sigma * 1e3},
+                     {"x", mm.x(), "mm"},
+                     {"y", mm.y(), "mm"},
+                     {"z", mm.z(), "mm"}};
   }
-  return "";
+  return part;
 }
 
-std::string words_of_one(const Cell& cell, const Jump& jump, const std::vector<Touch>& touches) {
-  if (jump.what == Jump::What::kTool)
-    return fmt::format(
-        "knocked tool: its tip seems to have moved by {} on the flange after about {} (of {}); "
-        "check its fastening and calibrate again",
-        sized(jump), touch_words(jump.after_touch, touches[jump.after_touch]), touches.size());
-  // The same to all touches as that joint.
-  const char* or_else = "";
-  if (jump.name == cell.robot.joints.front().name)
-    or_else = " (or the arm's foot, or all targets together, turned by as much)";
-  else if (jump.name == cell.robot.joints.back().name)
-    or_else = " (or the tool turned on the flange by as much)";
-  return fmt::format(
-      "slipped joint: the zero of {} seems to have jumped by {} after about {} (of {}){}; look for "
-      "a slipping belt, coupling or brake, master the joint and calibrate again",
-      jump.name, sized(jump), touch_words(jump.after_touch, touches[jump.after_touch]),
-      touches.size(), or_else);
-}
-
-std::string words_of_several(const std::vector<Jump>& jumps, const std::vector<Touch>& touches) {
-  std::string candidates;
-  for (const Jump& jump : jumps)
-    candidates +=
-        fmt::format("{}{} by {} after about {}", candidates.empty() ? "" : ", or ", subject(jump),
-                    sized(jump), touch_words(jump.after_touch, touches[jump.after_touch]));
-  return fmt::format(
-      "something moved in the middle of the session (of {} touches), and they do not tell for "
-      "certain what: {}; check these and calibrate again",
-      touches.size(), candidates);
+Finding finding_of(const Cell& cell, const std::vector<Touch>& touches,
+                   const std::vector<Jump>& jumps) {
+  Finding finding{FindingKind::kJumped, Severity::kWithholds};
+  finding.evidence = {{"touches", static_cast<double>(touches.size()), ""}};
+  for (const Jump& jump : jumps) finding.parts.push_back(part_of(cell, touches, jump));
+  // What the same touches would look like with the foot or the tool turned.
+  if (jumps.front().name == cell.robot.joints.front().name)
+    finding.evidence.push_back({"first_joint", 1.0, ""});
+  else if (jumps.front().name == cell.robot.joints.back().name)
+    finding.evidence.push_back({"last_joint", 1.0, ""});
+  return finding;
 }
 
 /// Whether it jumped, as far as touches tell without certified lengths: wrong ones pull at the arm.
@@ -404,16 +381,17 @@ void tell_of_jumps(const Cell& cell, const std::vector<Touch>& touches,
                    const IdentifyOptions& options, Calibration& calibration) {
   const std::vector<Jump>& jumps = calibration.jumped;
   if (jumps.empty()) return;
-  std::string reason = jumps.size() == 1 ? words_of_one(cell, jumps.front(), touches)
-                                         : words_of_several(jumps, touches);
+  Finding finding = finding_of(cell, touches, jumps);
   if (!cell.lengths.empty() && !without_lengths(cell, touches, options, jumps.front()))
-    reason += "; or mend the certified lengths, without which nothing jumped";
+    finding.evidence.push_back({"or_lengths", 1.0, ""});
   calibration.verdict.publish = false;
-  auto& reasons = calibration.verdict.reasons;
+  auto& findings = calibration.verdict.findings;
   // Touches on the other side of it are no gross errors.
-  if (jumps.front().mends)
-    std::erase_if(reasons, [](const std::string& r) { return r.starts_with("outliers:"); });
-  reasons.insert(reasons.begin(), std::move(reason));
+  if (jumps.front().mends) {
+    erase(findings, FindingKind::kManyOutliers);
+    erase(findings, FindingKind::kOutliersOfTarget);
+  }
+  findings.insert(findings.begin(), std::move(finding));
 }
 
 }  // namespace cellcal::calib

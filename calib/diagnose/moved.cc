@@ -1,7 +1,5 @@
 #include "calib/diagnose/moved.h"
 
-#include <fmt/format.h>
-
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
@@ -75,6 +73,18 @@ MovedTarget measured(const Cell& cell, const std::vector<Touch>& touches,
   return moved;
 }
 
+Finding finding_of(const Cell& cell, const std::vector<Touch>& touches, const MovedTarget& moved) {
+  const Eigen::Vector3d mm = moved.shift_m * 1e3;
+  return {FindingKind::kMovedTarget,
+          Severity::kWithholds,
+          after(about_target(cell.targets[cell.target_index(moved.target)]), moved.after_touch,
+                touches[moved.after_touch]),
+          {{"shift", mm.norm(), "mm", moved.sigma_m * 1e3},
+           {"x", mm.x(), "mm"},
+           {"y", mm.y(), "mm"},
+           {"z", mm.z(), "mm"}}};
+}
+
 }  // namespace
 
 void confirm_moves(const Cell& cell, const std::vector<Touch>& touches,
@@ -94,14 +104,8 @@ void confirm_moves(const Cell& cell, const std::vector<Touch>& touches,
   if (!worst) return;
   calibration.moved.push_back(*worst);
   calibration.verdict.publish = false;
-  auto& reasons = calibration.verdict.reasons;
-  const Eigen::Vector3d mm = worst->shift_m * 1e3;
-  reasons.insert(
-      reasons.begin(),
-      fmt::format("moved target: {} moved by {:.2f} +- {:.2f} mm ({:+.2f}, {:+.2f}, {:+.2f}) after "
-                  "{}; clamp it, and repeat from there",
-                  worst->target, mm.norm(), worst->sigma_m * 1e3, mm.x(), mm.y(), mm.z(),
-                  touch_words(worst->after_touch, touches[worst->after_touch])));
+  auto& findings = calibration.verdict.findings;
+  findings.insert(findings.begin(), finding_of(cell, touches, *worst));
 }
 
 }  // namespace cellcal::calib

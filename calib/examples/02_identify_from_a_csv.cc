@@ -8,6 +8,7 @@
 #include "calib/files/files.h"
 #include "calib/files/shipped_robots.h"
 #include "calib/identify/identify.h"
+#include "calib/result/finding_words.h"
 
 int main(int argc, char** argv) try {
   using namespace cellcal::calib;
@@ -22,7 +23,7 @@ int main(int argc, char** argv) try {
   std::cout << "touches   " << result.after.count << ", residual "
             << 1e3 * result.before.mean_m << " -> " << 1e3 * result.after.mean_m << " mm (mean)\n"
             << "published " << (result.verdict.publish ? "yes" : "no") << '\n';
-  for (const auto& reason : result.verdict.reasons) std::cout << "  " << reason << '\n';
+  for (const auto& reason : words(result.verdict.findings)) std::cout << "  " << reason << '\n';
   return result.verdict.publish ? 0 : 3;
 } catch (const std::exception& error) {
   std::cerr << error.what() << '\n';

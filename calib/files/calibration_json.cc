@@ -7,10 +7,12 @@
 
 #include "calib/files/documents.h"
 #include "calib/files/files.h"
+#include "calib/files/finding_json.h"
 #include "calib/files/json_reader.h"
 #include "calib/files/shown.h"
 #include "calib/model/units.h"
 #include "calib/result/correlation.h"
+#include "calib/result/finding_words.h"
 #include "calib/result/nominal_value.h"
 
 namespace cellcal::calib {
@@ -146,6 +148,20 @@ bool is_covariance(const Eigen::MatrixXd& m) {
   return Eigen::LLT<Eigen::MatrixXd>(correlation).info() == Eigen::Success;
 }
 
+/// Files of before findings hold their words alone.
+void read_findings(const Reader& item, Verdict& verdict) {
+  for (const Reader& reason : item.at("reasons").items()) {
+    Finding recorded{FindingKind::kRecorded,
+                     verdict.publish ? Severity::kInforms : Severity::kWithholds};
+    recorded.text = reason.text();
+    verdict.findings.push_back(std::move(recorded));
+  }
+  if (!item.has("findings")) return;
+  verdict.findings.clear();
+  for (const Reader& one : item.at("findings").items())
+    verdict.findings.push_back(finding_from_json(one));
+}
+
 }  // namespace
 
 std::string software_version() { return CELLCAL_VERSION; }
@@ -229,7 +245,10 @@ std::string calibration_to_json(const Calibration& c) {
   out["touch_noise"] = std::move(noise);
   out["verdict"] = {{"publish", c.verdict.publish},
                     {"scope", c.verdict.workspace ? "workspace" : "near targets"},
-                    {"reasons", c.verdict.reasons}};
+                    {"reasons", words(c.verdict.findings)},
+                    {"findings", ordered::array()}};
+  for (const Finding& one : c.verdict.findings)
+    out["verdict"]["findings"].push_back(finding_to_json(one));
   if (c.verdict.too_few) out["verdict"]["too_few_touches"] = true;
   out["outliers"] = ordered::array();
   for (const Outlier& o : c.outliers)
@@ -401,8 +420,7 @@ Calibration calibration_from_json(std::string_view text, const std::string& name
     verdict.at("scope").fail("must be \"workspace\" or \"near targets\"");
   c.verdict.workspace = scope == "workspace";
   c.verdict.too_few = verdict.has("too_few_touches") && verdict.at("too_few_touches").flag();
-  for (const Reader& reason : verdict.at("reasons").items())
-    c.verdict.reasons.push_back(reason.text());
+  read_findings(verdict, c.verdict);
   for (const Reader& item : root.at("outliers").items()) {
     c.outliers.push_back({item.at("touch").whole(), item.at("residual_mm").number() / kMmPerM,
                           item.at("reason").text(),

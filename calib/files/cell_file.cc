@@ -8,6 +8,7 @@
 #include "calib/files/obstacle_file.h"
 #include "calib/files/shown.h"
 #include "calib/model/kinematics.h"
+#include "calib/model/target_kind.h"
 #include "calib/model/units.h"
 
 namespace cellcal::calib {
@@ -18,16 +19,6 @@ constexpr std::string_view kFormat = "cellcal.cell/1";
 constexpr Range kLengthMm{-1e5, 1e5};
 constexpr Range kSigmaMm{0.0, 1e4};
 constexpr std::size_t kMaxTargets = 1000;
-
-struct KindName {
-  std::string_view word;
-  TargetKind kind;
-};
-constexpr KindName kKinds[] = {{"sphere", TargetKind::kSphere},
-                               {"wire", TargetKind::kWire},
-                               {"plane", TargetKind::kPlane},
-                               {"point", TargetKind::kPoint},
-                               {"tracker", TargetKind::kTracker}};
 
 Eigen::Vector3d vector_m(const std::vector<double>& mm) {
   return Eigen::Vector3d(mm[0], mm[1], mm[2]) / kMmPerM;
@@ -136,9 +127,8 @@ void read_tools(const TomlTable& document, Cell& cell) {
 Target read_target(const TomlTable& t) {
   Target target;
   target.id = read_id(t);
-  const std::string word = t.word("kind", {"sphere", "wire", "plane", "point", "tracker"});
-  for (const KindName& entry : kKinds)
-    if (entry.word == word) target.kind = entry.kind;
+  target.kind = target_kind(t.word("kind", {"sphere", "wire", "plane", "point", "tracker"}))
+                    .value_or(TargetKind::kSphere);
   if (target.kind == TargetKind::kSphere) {
     target.diameter_m = t.number("diameter_mm", {1e-3, 1e5}) / kMmPerM;
     target.diameter_sigma_m = t.number_or("diameter_sigma_mm", 0.0, kSigmaMm) / kMmPerM;
@@ -300,10 +290,8 @@ std::string cell_to_toml(const Cell& cell, const std::string& robot_reference) {
   out += tool_to_toml(cell.tool);
   for (const Tool& tool : cell.other_tools) out += tool_to_toml(tool);
   for (const Target& target : cell.targets) {
-    std::string_view word;
-    for (const KindName& entry : kKinds)
-      if (entry.kind == target.kind) word = entry.word;
-    out += fmt::format("\n[[target]]\nid = {}\nkind = \"{}\"\n", toml_string(target.id), word);
+    out += fmt::format("\n[[target]]\nid = {}\nkind = \"{}\"\n", toml_string(target.id),
+                       to_string(target.kind));
     if (target.kind == TargetKind::kSphere)
       out += fmt::format("diameter_mm = {}\ndiameter_sigma_mm = {}\n",
                          toml_number(target.diameter_m * kMmPerM),

@@ -14,8 +14,8 @@
 #include "calib/estimate/discrepancy.h"
 #include "calib/identify/likely_causes.h"
 #include "calib/model/error.h"
+#include "calib/result/finding_words.h"
 #include "calib/verdict/identify_as_stated.h"
-#include "calib/verdict/verdict.h"
 
 namespace cellcal::calib {
 
@@ -31,7 +31,7 @@ bool moved_alone(const std::vector<Cause>& causes) {
 void tell_from_lengths(const Cell& cell, const std::vector<Touch>& touches,
                        const IdentifyOptions& options, Calibration& calibration) {
   if (calibration.lengths.empty()) return;
-  auto& reasons = calibration.verdict.reasons;
+  auto& findings = calibration.verdict.findings;
   const Cell changed = silenced(cell, [](const CertifiedLength&) { return true; });
   try {
     Calibration without = identify_as_stated(changed, touches, options);
@@ -41,17 +41,15 @@ void tell_from_lengths(const Cell& cell, const std::vector<Touch>& touches,
     confirm_moves(changed, touches, options, without);
     if (!without.moved.empty()) {
       calibration.lengths.clear();  // from where it stood or from where it stands, nobody knows
-      std::erase_if(reasons,
-                    [](const std::string& r) { return r.starts_with("certified length:"); });
+      erase(findings, FindingKind::kCertifiedLength);
+      erase(findings, FindingKind::kCertifiedTwice);
       return;
     }
   } catch (const IdentifyError&) {
     return;  // the touches alone determine nothing, and so do not speak against it
   }
-  const std::string moved = "moved target: ";
-  if (reasons.front().starts_with(moved))
-    reasons.front() = "moved target, or wrong certified lengths (without them nothing moved): " +
-                      reasons.front().substr(moved.size()) + ", or mend the lengths";
+  if (!findings.empty() && findings.front().kind == FindingKind::kMovedTarget)
+    findings.front().evidence.push_back({"or_lengths", 1.0, ""});
 }
 
 /// Whether so many touches were left out that something may have moved or jumped, though gross
@@ -108,16 +106,20 @@ bool told_of_jump(const Cell& cell, const std::vector<Touch>& touches,
     return false;
   }
   tell_from_lengths(cell, touches, options, calibration);
-  std::erase_if(calibration.verdict.reasons,
-                [](const std::string& r) { return r.starts_with("outliers:"); });
+  erase(calibration.verdict.findings, FindingKind::kManyOutliers);
+  erase(calibration.verdict.findings, FindingKind::kOutliersOfTarget);
   return true;
 }
 
 /// Before all else: what a user is to look at first.
 void tell(const std::vector<std::string>& causes, Calibration& calibration) {
-  auto& reasons = calibration.verdict.reasons;
-  auto at = reasons.begin();
-  for (const std::string& cause : causes) at = reasons.insert(at, "likely cause: " + cause) + 1;
+  auto& findings = calibration.verdict.findings;
+  auto at = findings.begin();
+  for (const std::string& cause : causes) {
+    Finding finding{FindingKind::kLikelyCause, Severity::kWithholds};
+    finding.text = cause;
+    at = findings.insert(at, std::move(finding)) + 1;
+  }
 }
 
 /// Whether the touches show, or may show, an error of the arm that the model lacks.
@@ -139,9 +141,12 @@ Calibration with_discrepancy(const Cell& cell, const std::vector<Touch>& touches
     Calibration estimated = identify_as_stated(cell, touches, options);
     estimated.discrepancy.alike = stated.discrepancy.alike;
     if (estimated.verdict.publish || stated.verdict.publish) return estimated;
-    for (const std::string& reason : estimated.verdict.reasons)
-      if (!is_note(reason))
-        stated.verdict.reasons.push_back("model error: with it estimated, too, there is " + reason);
+    for (const Finding& one : estimated.verdict.findings) {
+      if (!one.withholds()) continue;
+      Finding still{FindingKind::kStillWithModelError, Severity::kWarns, one.about};
+      still.text = words(one);
+      stated.verdict.findings.push_back(std::move(still));
+    }
   } catch (const IdentifyError&) {
   }
   return stated;

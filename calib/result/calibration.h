@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "calib/model/robot.h"
+#include "calib/result/finding.h"
 #include "calib/result/level.h"
 
 namespace cellcal::calib {
@@ -178,7 +179,8 @@ struct Observability {
 struct Verdict {
   bool publish = false;
   bool workspace = false;  ///< scope: workspace, otherwise near targets
-  std::vector<std::string> reasons;
+  /// What withholds first, then what to know besides.
+  std::vector<Finding> findings;
   /// Withheld for want of touches alone: as after a first session of a few, which is made to see
   /// that the cell works.
   bool too_few = false;

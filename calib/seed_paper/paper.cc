@@ -278,7 +278,7 @@ Calibration identify_paper(const Cell& cell, const std::vector<Touch>& touches,
   result.covariance = variance.asDiagonal();
   result.frame_basis = MatrixXd(x.size(), 0);
   result.verdict.publish = false;
-  result.verdict.reasons.push_back("reference method, for comparison only");
+  result.verdict.findings.push_back({FindingKind::kReferenceMethod, Severity::kWithholds});
   return result;
 }
 

@@ -1,10 +1,9 @@
 #include "calib/verdict/change.h"
 
-#include <fmt/format.h>
-
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "calib/model/kinematics.h"
@@ -79,37 +78,34 @@ std::optional<Change> change_since(const Calibration& last, const Calibration& n
 
 void judge_change(const Calibration& last, const std::string& which, bool accepted,
                   std::span<const Touch> touches, Calibration& now) {
-  if (std::any_of(now.verdict.reasons.begin(), now.verdict.reasons.end(),
-                  [](const std::string& r) { return r.starts_with("not identified: "); }))
-    return;  // it is the nominal arm
+  std::vector<Finding>& findings = now.verdict.findings;
+  if (has(findings, FindingKind::kNotIdentified)) return;  // it is the nominal arm
+  Finding finding{FindingKind::kNotCompared, Severity::kWarns};
+  finding.text = which;
   const auto change = change_since(last, now, touches);
   if (!change) {
-    now.verdict.reasons.push_back(
-        fmt::format("since the last one: not compared with {}, which is of another nominal arm or "
-                    "tool, or one of both foresees no error here",
-                    which));
+    findings.push_back(std::move(finding));
     return;
   }
-  const std::string apart =
-      fmt::format("tips lie {:.3f} mm from where {} put them, in the mean {}", change->mean_m * 1e3,
-                  which, change->workspace ? "over the workspace" : "near the targets");
+  finding.evidence = {{"apart", change->mean_m * 1e3, "mm"},
+                      {"expected", change->expected_m * 1e3, "mm"},
+                      {"ratio", change->mean_m / change->expected_m, ""},
+                      {"workspace", change->workspace ? 1.0 : 0.0, ""}};
   if (!(change->mean_m > kChanged * change->expected_m)) {  // (59)
-    now.verdict.reasons.push_back(fmt::format(
-        "since the last one: {}; both together state {:.3f} mm", apart, change->expected_m * 1e3));
+    finding.kind = FindingKind::kUnchanged;
+    finding.severity = Severity::kInforms;
+    findings.push_back(std::move(finding));
     return;
   }
-  const std::string much = fmt::format("{}, {:.1f} times what both together state", apart,
-                                       change->mean_m / change->expected_m);
   if (accepted) {
-    now.verdict.reasons.push_back("since the last one: " + much + "; accepted");
+    finding.kind = FindingKind::kChangeAccepted;
+    findings.push_back(std::move(finding));
     return;
   }
   now.verdict.publish = now.verdict.too_few = false;
-  now.verdict.reasons.insert(
-      now.verdict.reasons.begin(),
-      "changed since the last one: " + much +
-          ". Was the arm hit, repaired, mastered anew, or its tool changed? If so, accept the "
-          "change (--accept-change); if not, look for what is loose");
+  finding.kind = FindingKind::kChanged;
+  finding.severity = Severity::kWithholds;
+  findings.insert(findings.begin(), std::move(finding));
 }
 
 }  // namespace cellcal::calib

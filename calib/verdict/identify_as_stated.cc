@@ -20,6 +20,7 @@
 #include "calib/uncertainty/gauge.h"
 #include "calib/uncertainty/observability.h"
 #include "calib/uncertainty/region.h"
+#include "calib/verdict/held_out.h"
 #include "calib/verdict/verdict.h"
 
 namespace cellcal::calib {
@@ -177,7 +178,9 @@ Calibration not_identified(const Cell& cell, const std::vector<Touch>& touches,
   calibration.predicted_m2_m =
       predicted_m(poses_near_targets(problem, calibration.targets, options.region_poses));
   fill_residuals(problem, x, std::vector<bool>(touches.size(), false), calibration);
-  calibration.verdict.reasons = {"not identified: " + why};
+  Finding finding{FindingKind::kNotIdentified, Severity::kWithholds};
+  finding.text = why;
+  calibration.verdict.findings = {std::move(finding)};
   return calibration;
 }
 

@@ -1,12 +1,10 @@
 #include "calib/verdict/temperature.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 
 namespace cellcal::calib {
 
-std::string temperature_words(std::span<const Touch> touches) {
+std::optional<Finding> temperature_finding(std::span<const Touch> touches) {
   double coldest = 0.0, hottest = 0.0;
   std::size_t stated = 0;
   for (const Touch& touch : touches) {
@@ -15,12 +13,14 @@ std::string temperature_words(std::span<const Touch> touches) {
     hottest = stated == 0 ? *touch.temperature_c : std::max(hottest, *touch.temperature_c);
     ++stated;
   }
-  if (stated == 0) return {};
-  // Steel and aluminium grow by 12 and 23 um per metre and kelvin.
-  return fmt::format(
-      "temperature: {:.1f} to {:.1f} degrees C at {} of {} touches; it is in no model, 10 K make "
-      "0.1 to 0.2 mm per metre",
-      coldest, hottest, stated, touches.size());
+  if (stated == 0) return std::nullopt;
+  return Finding{FindingKind::kTemperature,
+                 Severity::kInforms,
+                 {},
+                 {{"coldest", coldest, "degrees C"},
+                  {"hottest", hottest, "degrees C"},
+                  {"stated", static_cast<double>(stated), ""},
+                  {"touches", static_cast<double>(touches.size()), ""}}};
 }
 
 }  // namespace cellcal::calib

@@ -1,9 +1,9 @@
 #include "calib/verdict/tolerances.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <utility>
 
 namespace cellcal::calib {
 
@@ -31,31 +31,29 @@ bool is_of_all_lengths(const Problem& problem, const Calibration& c, const ArmSc
   return true;
 }
 
-/// Errors of more than so many tolerances, the farthest first; empty where there are none.
-struct BeyondTolerance {
-  std::string words;
-  double farthest = 0.0;  ///< tolerances
-};
-BeyondTolerance beyond_tolerance(const Problem& problem, const Calibration& c, double most) {
-  BeyondTolerance all;
-  std::vector<std::pair<double, std::string>> far;
+/// Errors of more than `most` tolerances, the farthest first.
+std::vector<FindingPart> beyond_tolerance(const Problem& problem, const Calibration& c,
+                                          double most) {
+  std::vector<FindingPart> far;
   for (int p = 0; p < problem.arm_size(); ++p) {
     const ArmParameterKind kind = problem.arm().parameters()[p].kind;
     if (kind > ArmParameterKind::kBeta && kind != ArmParameterKind::kTcp) continue;
     const ParameterResult& found = c.parameters[static_cast<std::size_t>(p)];
     const double tolerances = std::abs(found.correction) / problem.unknowns()[p].scale;
     if (!(tolerances > most)) continue;
-    all.farthest = std::max(all.farthest, tolerances);
-    far.emplace_back(tolerances,
-                     fmt::format("{} is off by {:.3g} {}, {:.0f} times its tolerance", found.name,
-                                 found.correction * found.to_unit, found.unit, tolerances));
+    far.push_back(
+        {about_parameter(found.name),
+         {{"off", found.correction * found.to_unit, found.unit}, {"tolerances", tolerances, ""}}});
   }
-  if (!far.empty()) all.words = farthest_words(std::move(far));
-  return all;
+  std::stable_sort(far.begin(), far.end(), [](const FindingPart& a, const FindingPart& b) {
+    return value(a.evidence, "tolerances") > value(b.evidence, "tolerances");
+  });
+  return far;
 }
 
-/// Where the tip meets its targets elsewhere than the files say; empty within `most` sigmas.
-std::string radius_words(const Problem& problem, const Calibration& c, double most) {
+/// Where the tip meets its targets elsewhere than the files say; none within `most` sigmas.
+std::optional<Finding> radius_off(const Problem& problem, const Calibration& c, double most,
+                                  Severity severity) {
   int worst = -1;
   for (int tool = 0; tool < problem.arm().tool_count(); ++tool) {
     const int rho = problem.rho(tool);
@@ -64,16 +62,15 @@ std::string radius_words(const Problem& problem, const Calibration& c, double mo
                           std::abs(c.parameters[static_cast<std::size_t>(worst)].correction)))
       worst = rho;
   }
-  if (worst < 0) return {};
-  const double off_m = c.parameters[static_cast<std::size_t>(worst)].correction;
+  if (worst < 0) return std::nullopt;
+  const ParameterResult& rho = c.parameters[static_cast<std::size_t>(worst)];
   const double sigma_m = problem.unknowns()[static_cast<std::size_t>(worst)].scale;
-  if (!(std::abs(off_m) > most * sigma_m)) return {};
-  return fmt::format(
-      "the tip meets its targets {:+.2f} mm from where diameter and tip radius put it, {:.1f} "
-      "times radius_offset_sigma_mm, as if all diameters were {:.1f} mm {} than stated; check "
-      "diameter_mm and tip_radius_mm",
-      off_m * 1e3, std::abs(off_m) / sigma_m, 2.0 * std::abs(off_m) * 1e3,
-      off_m > 0.0 ? "larger" : "smaller");
+  if (!(std::abs(rho.correction) > most * sigma_m)) return std::nullopt;
+  return Finding{FindingKind::kEffectiveRadius,
+                 severity,
+                 about_parameter(rho.name),
+                 {{"off", rho.correction * 1e3, "mm"},
+                  {"apart", std::abs(rho.correction) / sigma_m, "sigma"}}};
 }
 
 }  // namespace
@@ -96,49 +93,37 @@ ArmScale arm_scale(const Problem& problem, const Calibration& c, int but) {
   return {pull / information, 1.0 / std::sqrt(information)};  // (57)
 }
 
-std::string farthest_words(std::vector<std::pair<double, std::string>> off) {
-  constexpr std::size_t kInWords = 3;
-  std::stable_sort(off.begin(), off.end(),
-                   [](const auto& a, const auto& b) { return a.first > b.first; });
-  std::string words;
-  for (std::size_t k = 0; k < std::min(kInWords, off.size()); ++k)
-    words += (k == 0 ? "" : ", ") + off[k].second;
-  if (off.size() > kInWords) words += fmt::format(", and {} more", off.size() - kInWords);
-  return words;
-}
-
-void judge_drawing(const Problem& problem, const Calibration& c,
-                   std::vector<std::string>& blocking) {
+void judge_drawing(const Problem& problem, const Calibration& c, std::vector<Finding>& findings) {
   constexpr double kAnotherArm = 50.0;
   const ArmScale scale = arm_scale(problem, c);
   if (scale.sigma > 0.0 && std::abs(scale.off) > kFarScale * scale.sigma &&
       is_of_all_lengths(problem, c, scale))
-    blocking.push_back(fmt::format(
-        "scale: all lengths of the arm together are {:+.2f} % off the drawing, {:.0f} times what "
-        "their tolerances leave open; check what holds the scale: certified lengths, readings of "
-        "trackers and wires, diameters",
-        100.0 * scale.off, std::abs(scale.off) / scale.sigma));
-  const BeyondTolerance far = beyond_tolerance(problem, c, kFarFromDrawing);
-  if (far.words.empty()) return;
-  blocking.push_back(
-      "far from the drawing: " + far.words +
-      "; is it the right robot file and tool, and is the arm mastered?" +
-      (far.farthest < kAnotherArm ? " If all are so, state a larger tolerance" : ""));
+    findings.push_back({FindingKind::kArmScale,
+                        Severity::kWithholds,
+                        {},
+                        {{"off", 100.0 * scale.off, "%", 100.0 * scale.sigma},
+                         {"apart", std::abs(scale.off) / scale.sigma, "sigma"}}});
+  std::vector<FindingPart> far = beyond_tolerance(problem, c, kFarFromDrawing);
+  if (far.empty()) return;
+  const bool may_be_so = value(far.front().evidence, "tolerances") < kAnotherArm;
+  findings.push_back({FindingKind::kOffNominal,
+                      Severity::kWithholds,
+                      {},
+                      {{"may_be_so", may_be_so ? 1.0 : 0.0, ""}},
+                      std::move(far)});
 }
 
-void judge_radius(const Problem& problem, const Calibration& c,
-                  std::vector<std::string>& blocking) {
-  if (const std::string words = radius_words(problem, c, kFarRadius); !words.empty())
-    blocking.push_back("effective radius: " + words);
+void judge_radius(const Problem& problem, const Calibration& c, std::vector<Finding>& findings) {
+  if (auto off = radius_off(problem, c, kFarRadius, Severity::kWithholds))
+    findings.push_back(std::move(*off));
 }
 
-void note_tolerances(const Problem& problem, const Calibration& c,
-                     std::vector<std::string>& notes) {
-  if (const std::string words = radius_words(problem, c, kToldRadius); !words.empty())
-    notes.push_back("radius offset: " + words);
-  const BeyondTolerance far = beyond_tolerance(problem, c, kBeyondTolerance);
-  if (!far.words.empty())
-    notes.push_back("beyond tolerance: " + far.words + "; is it the right robot file and tool?");
+void note_tolerances(const Problem& problem, const Calibration& c, std::vector<Finding>& findings) {
+  if (auto off = radius_off(problem, c, kToldRadius, Severity::kWarns))
+    findings.push_back(std::move(*off));
+  std::vector<FindingPart> far = beyond_tolerance(problem, c, kBeyondTolerance);
+  if (!far.empty())
+    findings.push_back({FindingKind::kOffNominal, Severity::kWarns, {}, {}, std::move(far)});
 }
 
 }  // namespace cellcal::calib

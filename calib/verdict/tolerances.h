@@ -2,8 +2,6 @@
 // How far the arm, its tool's tip and the effective radius came out from what their files state,
 // counted in what the files let them be off: told, or held against a result.
 
-#include <string>
-#include <utility>
 #include <vector>
 
 #include "calib/estimate/problem.h"
@@ -22,14 +20,10 @@ struct ArmScale {
 ArmScale arm_scale(const Problem& problem, const Calibration& c, int but = -1);
 
 /// Errors beyond what the tolerances let one expect: each, and of all lengths together.
-void judge_drawing(const Problem& problem, const Calibration& c,
-                   std::vector<std::string>& blocking);
+void judge_drawing(const Problem& problem, const Calibration& c, std::vector<Finding>& findings);
 /// A tip that meets its targets elsewhere than diameters and tip radius put it.
-void judge_radius(const Problem& problem, const Calibration& c, std::vector<std::string>& blocking);
+void judge_radius(const Problem& problem, const Calibration& c, std::vector<Finding>& findings);
 /// The same where it is no more than unlikely; they hold nothing back.
-void note_tolerances(const Problem& problem, const Calibration& c, std::vector<std::string>& notes);
-
-/// The first three of them, sorted by how far they are off, and how many more there are.
-std::string farthest_words(std::vector<std::pair<double, std::string>> off);
+void note_tolerances(const Problem& problem, const Calibration& c, std::vector<Finding>& findings);
 
 }  // namespace cellcal::calib

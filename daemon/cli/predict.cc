@@ -8,6 +8,7 @@
 #include "calib/files/calibration_json.h"
 #include "calib/files/files.h"
 #include "calib/model/units.h"
+#include "calib/result/finding_words.h"
 #include "daemon/cli/exit_status.h"
 #include "daemon/cli/offline.h"
 
@@ -34,7 +35,7 @@ std::string refusal_words(const PredictCommand& command, const calib::Verdict& v
       "cellcal predict: {}: this calibration was withheld and must not be used; touch again, or "
       "look at what it would say with --withheld\n",
       command.calibration.string());
-  for (const std::string& reason : verdict.reasons) words += "  - " + reason + "\n";
+  for (const std::string& reason : calib::words(verdict.findings)) words += "  - " + reason + "\n";
   return words;
 }
 

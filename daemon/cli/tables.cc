@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "calib/result/correlation.h"
+#include "calib/result/finding_words.h"
 
 namespace cellcal::daemon {
 
@@ -21,12 +22,12 @@ std::string line(const char* name, const calib::ResidualSummary& summary) {
 std::string verdict_words(const calib::Verdict& verdict) {
   if (verdict.too_few) {
     std::string text = "verdict: too few touches to calibrate, and nothing else is wrong\n";
-    for (const std::string& reason : verdict.reasons) text += "  - " + reason + "\n";
+    for (const std::string& reason : calib::words(verdict.findings)) text += "  - " + reason + "\n";
     return text;
   }
   std::string text = verdict.publish ? "verdict: publishable" : "verdict: NOT publishable";
   text += verdict.workspace ? ", scope: workspace\n" : ", scope: near targets\n";
-  for (const std::string& reason : verdict.reasons) text += "  - " + reason + "\n";
+  for (const std::string& reason : calib::words(verdict.findings)) text += "  - " + reason + "\n";
   return text;
 }
 

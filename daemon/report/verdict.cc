@@ -1,7 +1,5 @@
 // The first thing on the page: may the result be used, where, and why.
 
-#include "calib/verdict/verdict.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,29 +8,32 @@
 #include <string_view>
 #include <vector>
 
+#include "calib/result/finding_words.h"
 #include "daemon/report/drawing/text.h"
 #include "daemon/report/sections.h"
 
 namespace cellcal::daemon::report {
 namespace {
 
-// Reasons open with what they are about ("chi^2: ...", "scope: ..."). These are never why a result
-// is refused.
-constexpr std::string_view kScope = "scope: ";
-
 struct Reasons {
-  std::string scope;  // without its opening
+  std::string scope;  // without its opening; the first of them
   std::vector<std::string> against, other;
 };
 
+bool is_scope(calib::FindingKind kind) {
+  return kind == calib::FindingKind::kScaleByLengths ||
+         kind == calib::FindingKind::kScaleByReadings ||
+         kind == calib::FindingKind::kScaleByNothing;
+}
+
 Reasons sorted_reasons(const calib::Verdict& verdict) {
   Reasons reasons;
-  for (const std::string& reason : verdict.reasons) {
-    if (reasons.scope.empty() && reason.starts_with(kScope)) {
-      reasons.scope = reason.substr(kScope.size());
+  for (const calib::Finding& one : verdict.findings) {
+    if (reasons.scope.empty() && is_scope(one.kind)) {
+      reasons.scope = calib::sentence(one);
     } else {
-      const bool note = verdict.publish || calib::is_note(reason);
-      (note ? reasons.other : reasons.against).push_back(reason);
+      const bool note = verdict.publish || !one.withholds();
+      (note ? reasons.other : reasons.against).push_back(calib::words(one));
     }
   }
   return reasons;

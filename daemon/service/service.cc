@@ -10,6 +10,7 @@
 #include "calib/model/error.h"
 #include "calib/plan/cell_check.h"
 #include "calib/plan/reach/candidates.h"
+#include "calib/result/finding_words.h"
 #include "daemon/service/delay_watch.h"
 #include "daemon/service/inputs.h"
 #include "daemon/service/tasks.h"
@@ -391,7 +392,7 @@ void SessionService::publish(const State& state, Job& job) {
   }
   if (state.calibration) {
     status.publish = state.calibration->verdict.publish;
-    status.reasons = state.calibration->verdict.reasons;
+    status.reasons = calib::words(state.calibration->verdict.findings);
   }
   if (state.phase == Phase::kDone) status.results_dir = results_dir(job.session).string();
 

@@ -343,8 +343,11 @@ class Virtual(Wires):
         self.assertGreater(residuals["check_before"]["mean_mm"], 1.0)
         self.assertLess(residuals["check"]["mean_mm"], 0.06)
         # The second knows the first.
-        compared = results[1]["verdict"]["reasons"].pop()
-        self.assertRegex(compared, "since the last one: tips lie 0.000 mm from where session 1 of ")
+        compared = results[1]["verdict"]["findings"].pop()
+        self.assertEqual(compared["kind"], "unchanged")
+        self.assertLess(compared["evidence"]["apart"]["value"], 0.0005)
+        self.assertRegex(compared["text"], "session 1 of ")
+        self.assertEqual(results[1]["verdict"]["reasons"].pop(), compared["words"])
         self.assertEqual(results[0], results[1])
 
     def test_the_demo_withholds_an_arm_that_changed_until_that_is_accepted(self):

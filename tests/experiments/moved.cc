@@ -106,9 +106,12 @@ void add_session(Row& row, const Planned& planned, Settings settings, std::uint6
   const calib::Calibration c = calib::identify(cell, touches, {}, calib::shipped_robots);
   const std::string id = row.moved_m > 0.0 ? cell.targets[sphere].id : "none";
   bool says = false;
-  for (const std::string& reason : c.verdict.reasons)
-    says = says || reason.find(id + " moved") != std::string::npos ||
-           reason.find(id + " seems to have moved") != std::string::npos;
+  for (const calib::Finding& one : c.verdict.findings) {
+    says = says || (one.kind == calib::FindingKind::kMovedTarget && one.about.name == id);
+    // Causes are told in words as yet.
+    says = says || one.text.find(id + " moved") != std::string::npos ||
+           one.text.find(id + " seems to have moved") != std::string::npos;
+  }
   ++row.made;
   row.published += c.verdict.publish;
   row.named += says;

@@ -10,6 +10,7 @@
 #include "calib/identify/identify.h"
 #include "calib/model/random.h"
 #include "calib/plan/reach/duration.h"
+#include "calib/result/finding_words.h"
 #include "calib/uncertainty/predict.h"
 #include "calib/uncertainty/region.h"
 #include "tests/experiments/world.h"
@@ -71,7 +72,8 @@ Outcome judged(const World& world, const std::vector<calib::Touch>& touches) {
   o.m1 = c.check.mean_m;
   o.m1_max = c.check.max_m;
   o.published = c.verdict.publish;
-  if (!o.published && !c.verdict.reasons.empty()) o.why_not = c.verdict.reasons.front();
+  const std::vector<std::string> reasons = calib::words(c.verdict.findings);
+  if (!o.published && !reasons.empty()) o.why_not = reasons.front();
   for (const auto& t : c.targets)
     o.rho_error = std::max(o.rho_error, std::abs(t.effective_radius_m - 0.0307 - world.rho_m));
   const calib::ArmModel model(world.cell.robot, world.cell.tool);
@@ -82,7 +84,7 @@ Outcome judged(const World& world, const std::vector<calib::Touch>& touches) {
   o.estimated = c.discrepancy.estimated;
   o.alike = c.discrepancy.alike;
   if (!o.published)
-    for (const auto& r : c.verdict.reasons) o.why_not += " | " + r.substr(0, 160);
+    for (const auto& r : reasons) o.why_not += " | " + r.substr(0, 160);
   double rms = 0, u95 = 0;
   std::vector<calib::JointVector> around;
   for (const auto& t : touches) around.push_back(t.joint_rad);

@@ -11,6 +11,7 @@
 
 #include "calib/identify/identify.h"
 #include "calib/verdict/identify_as_stated.h"
+#include "tests/calib/findings.h"
 #include "tests/calib/simulate.h"
 
 namespace cellcal::calib {
@@ -19,6 +20,8 @@ namespace {
 using testing::demo_cell;
 using testing::make_touches;
 using testing::plain_truth;
+using testing::the;
+using testing::words_of;
 
 const std::vector<Touch>& touches() {
   static const std::vector<Touch> made =
@@ -26,11 +29,7 @@ const std::vector<Touch>& touches() {
   return made;
 }
 
-std::string likely_cause(const Calibration& c) {
-  for (const std::string& reason : c.verdict.reasons)
-    if (reason.starts_with("likely cause: ")) return reason;
-  return {};
-}
+std::string likely_cause(const Calibration& c) { return the(c, FindingKind::kLikelyCause).text; }
 
 /// The number behind `words`.
 double number_behind(const std::string& words, const std::string& in) {
@@ -109,8 +108,7 @@ TEST(Sizes, TheMoreADiameterOrAZeroIsOffTheLessItPasses) {
       const Calibration sphere =
           identify(cell, make_touches(demo_cell(), truth, {.fit = 4 * of_each}).touches);
       EXPECT_FALSE(sphere.verdict.publish);
-      EXPECT_NE(likely_cause(sphere).find("S1"), std::string::npos)
-          << sphere.verdict.reasons.front();
+      EXPECT_NE(likely_cause(sphere).find("S1"), std::string::npos) << words_of(sphere);
       auto made = make_touches(of_wires, truth_of_wires, {.fit = 6 * of_each}).touches;
       for (Touch& touch : made)
         if (touch.target == "S2") touch.radius_m += off_m;

@@ -12,14 +12,18 @@
 #include "calib/identify/identify.h"
 #include "calib/verdict/identify_as_stated.h"
 #include "sim/cell/compare.h"
+#include "tests/calib/findings.h"
 #include "tests/calib/simulate.h"
 
 namespace cellcal::calib {
 namespace {
 
 using testing::demo_cell;
+using testing::found;
 using testing::make_touches;
 using testing::plain_truth;
+using testing::the;
+using testing::words_of;
 
 constexpr int kRuns = 20;
 
@@ -101,7 +105,7 @@ TEST(Outliers, WithAnothersNameAreToldWhereTheyLieAndHarmNothing) {
     Cell cell = demo_cell();  // nobody says where the targets stand
     for (Target& target : cell.targets) target.has_centre = false;
     const Calibration result = identify(cell, made.touches);
-    EXPECT_TRUE(result.verdict.publish) << seed << ": " << result.verdict.reasons.front();
+    EXPECT_TRUE(result.verdict.publish) << seed << ": " << words_of(result);
     for (const std::size_t i : wrong) {
       const auto named = std::find_if(result.outliers.begin(), result.outliers.end(),
                                       [&](const Outlier& o) { return o.touch == i; });
@@ -125,9 +129,13 @@ TEST(Outliers, AmongTheCheckTouchesWithAnothersNameAreToldWhereTheyLie) {
         wrong.push_back(i);
     const Calibration result = identify(demo_cell(), made.touches);
     EXPECT_EQ(result.verdict.publish, each == 0);
-    const std::string all = fmt::format("{}", fmt::join(result.verdict.reasons, "\n"));
-    EXPECT_NE(all.find("lies on " + right[wrong[0]].target), std::string::npos) << all;
-    EXPECT_EQ(all.find("gross check touches: ") != std::string::npos, each == 0) << all;
+    const Finding finding =
+        the(result, each == 0 ? FindingKind::kGrossCheckTouches : FindingKind::kCheckTouches);
+    EXPECT_TRUE(std::any_of(
+        finding.parts.begin(), finding.parts.end(),
+        [&](const FindingPart& one) { return one.about.other_end == right[wrong[0]].target; }))
+        << words_of(result);
+    EXPECT_EQ(found(result, FindingKind::kGrossCheckTouches), each == 0) << words_of(result);
   }
 }
 
@@ -139,17 +147,15 @@ TEST(Outliers, OneCheckTouchAMillimetreOffIsNamedAndWithholdsNothingButThreeDo) 
     if (touches[i].set != TouchSet::kCheck || off == 3) continue;
     touches[i].joint_rad[1] += 1e-3;
     const Calibration result = identify(demo_cell(), touches);
-    const std::string all = fmt::format("{}", fmt::join(result.verdict.reasons, "\n"));
-    EXPECT_EQ(result.verdict.publish, ++off == 1) << all;
+    EXPECT_EQ(result.verdict.publish, ++off == 1) << words_of(result);
     if (off == 1) {
       EXPECT_EQ(result.check.count, 15);
       EXPECT_LT(result.check.max_m, 0.5e-3);
       EXPECT_TRUE(result.outliers.empty());
     }
-    EXPECT_EQ(all.find(fmt::format("gross check touches: touch {} of {}", i + 1,
-                                   touches[i].target)) != std::string::npos,
-              off == 1)
-        << all;
+    const Finding gross = the(result, FindingKind::kGrossCheckTouches);
+    EXPECT_EQ(gross.parts.size() == 1 && gross.parts[0].about.touch == i, off == 1)
+        << words_of(result);
   }
 }
 
@@ -165,7 +171,7 @@ TEST(Outliers, AWorseCheckTouchDoesNotLetThroughWhatAMilderOneWithholds) {
     auto touches = right;
     touches[one].joint_rad[1] += turn_rad;
     const Calibration result = identify(demo_cell(), touches);
-    EXPECT_TRUE(result.verdict.publish) << turn_rad << ": " << result.verdict.reasons.front();
+    EXPECT_TRUE(result.verdict.publish) << turn_rad << ": " << words_of(result);
     named += result.check.count == 7;
   }
   EXPECT_GT(named, 10);

@@ -11,21 +11,19 @@
 
 #include "calib/identify/identify.h"
 #include "calib/verdict/identify_as_stated.h"
+#include "tests/calib/findings.h"
 #include "tests/calib/simulate.h"
 
 namespace cellcal::calib {
 namespace {
 
 using testing::demo_cell;
+using testing::found;
 using testing::make_touches;
 using testing::Making;
 using testing::plain_truth;
-
-std::string reasons_of(const Calibration& c) {
-  std::string all;
-  for (const std::string& reason : c.verdict.reasons) all += reason + "\n";
-  return all;
-}
+using testing::the;
+using testing::words_of;
 
 /// S1 to S3 are touched for the fit; of the touches of S4 `kept` are check touches, the rest none.
 std::vector<Touch> with_one_unseen(unsigned seed, std::size_t kept, const sim::Truth& truth_of_s4) {
@@ -50,7 +48,7 @@ std::vector<Touch> with_one_unseen(unsigned seed, std::size_t kept, const sim::T
 TEST(UnseenTarget, IsJudgedWithThePlaceOfItsOwnCheckTouches) {
   const auto touches = with_one_unseen(1, 12, plain_truth(demo_cell(), 1));
   const Calibration c = identify(demo_cell(), touches);
-  EXPECT_TRUE(c.verdict.publish) << reasons_of(c);
+  EXPECT_TRUE(c.verdict.publish) << words_of(c);
   EXPECT_EQ(c.check.count, 12);
   EXPECT_EQ(c.check_before.count, 12);
   EXPECT_LT(c.check.rms_m, 0.1e-3);
@@ -59,8 +57,8 @@ TEST(UnseenTarget, IsJudgedWithThePlaceOfItsOwnCheckTouches) {
   EXPECT_EQ(c.unseen.targets[0].target, "S4");
   // Twelve touches less the three of the place; the diameter's certificate gives nearly nothing.
   EXPECT_NEAR(c.unseen.targets[0].degrees_of_freedom, 9.0, 0.3);
-  EXPECT_NE(reasons_of(c).find("unseen place: S4"), std::string::npos) << reasons_of(c);
-  EXPECT_EQ(reasons_of(c).find("not touched: S4"), std::string::npos) << reasons_of(c);
+  EXPECT_EQ(the(c, FindingKind::kUnseenPlace).about.name, "S4") << words_of(c);
+  EXPECT_FALSE(found(c, FindingKind::kNotTouched)) << words_of(c);
   for (const TouchResidual& r : c.residuals) {
     EXPECT_TRUE(std::isfinite(r.before_m) && std::isfinite(r.after_m)) << r.touch;
     EXPECT_FALSE(r.outlier) << r.touch;
@@ -94,18 +92,17 @@ TEST(UnseenTarget, WithholdsAResultThatIsWrongThere) {
   const auto touches = with_one_unseen(2, 12, plain_truth(demo_cell(), 3));
   const Calibration c = identify(demo_cell(), touches);
   EXPECT_FALSE(c.verdict.publish);
-  EXPECT_NE(reasons_of(c).find("check touches: held-out touches leave"), std::string::npos)
-      << reasons_of(c);
+  EXPECT_TRUE(found(c, FindingKind::kCheckTouches)) << words_of(c);
 }
 
 TEST(UnseenTarget, ThatIsTouchedTooLittleIsNotJudgedAndWhyIsSaid) {
   for (const std::size_t kept : {1u, 3u, 4u}) {
     const auto touches = with_one_unseen(1, kept, plain_truth(demo_cell(), 1));
     const Calibration c = identify(demo_cell(), touches);
-    EXPECT_TRUE(c.verdict.publish) << reasons_of(c);
+    EXPECT_TRUE(c.verdict.publish) << words_of(c);
     EXPECT_EQ(c.check.count, 0) << kept;
-    EXPECT_NE(reasons_of(c).find("not judged: S4"), std::string::npos) << reasons_of(c);
-    EXPECT_NE(reasons_of(c).find("no check touches"), std::string::npos) << reasons_of(c);
+    EXPECT_EQ(the(c, FindingKind::kUnseenNotJudged).about.name, "S4") << words_of(c);
+    EXPECT_TRUE(found(c, FindingKind::kNoCheckTouches)) << words_of(c);
   }
 }
 

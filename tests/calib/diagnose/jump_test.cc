@@ -12,14 +12,17 @@
 #include "calib/files/calibration_json.h"
 #include "calib/identify/identify.h"
 #include "calib/model/random.h"
+#include "tests/calib/findings.h"
 #include "tests/calib/simulate.h"
 
 namespace cellcal::calib {
 namespace {
 
 using testing::demo_cell;
+using testing::found;
 using testing::make_touches;
 using testing::plain_truth;
+using testing::words_of;
 
 constexpr std::size_t kJumpedAt = 50;
 constexpr double kRadPerDegree = std::numbers::pi / 180.0;
@@ -52,12 +55,6 @@ std::vector<Touch> knocked(const Eigen::Vector3d& shift_m, unsigned seed) {
   return half_and_half(truth, seed, make_touches(bent, after, {.fit = 100, .seed = seed}).touches);
 }
 
-std::string reasons_of(const Calibration& c) {
-  std::string all;
-  for (const std::string& reason : c.verdict.reasons) all += reason + "\n";
-  return all;
-}
-
 TEST(Jump, OfAJointsZeroIsNamedWithSizeAndTouchAndNotToldAsATargetThatMoved) {
   struct Case {
     std::size_t joint;
@@ -69,25 +66,26 @@ TEST(Jump, OfAJointsZeroIsNamedWithSizeAndTouchAndNotToldAsATargetThatMoved) {
     const Calibration c = identify(demo_cell(), slipped(slip.joint, slip.slip_deg, seed++));
     EXPECT_FALSE(c.verdict.publish);
     EXPECT_TRUE(c.moved.empty());
-    ASSERT_EQ(c.jumped.size(), 1u) << reasons_of(c);
+    ASSERT_EQ(c.jumped.size(), 1u) << words_of(c);
     const Jump& jump = c.jumped[0];
     const std::string& name = demo_cell().robot.joints[slip.joint].name;
     EXPECT_EQ(jump.what, Jump::What::kJoint);
-    EXPECT_EQ(jump.name, name) << reasons_of(c);
+    EXPECT_EQ(jump.name, name) << words_of(c);
     EXPECT_NEAR(jump.angle_rad / kRadPerDegree, slip.slip_deg, 0.01);
     EXPECT_NEAR(jump.angle_rad / kRadPerDegree, slip.slip_deg, 5.0 * jump.sigma / kRadPerDegree);
     EXPECT_NEAR(static_cast<double>(jump.after_touch), kJumpedAt - 1, 6.0);
-    EXPECT_EQ(reasons_of(c).find("slipped joint: the zero of " + name + " seems to have jumped"),
-              0u)
-        << reasons_of(c);
-    EXPECT_NE(reasons_of(c).find("master the joint"), std::string::npos);
+    const Finding& finding = c.verdict.findings.front();
+    EXPECT_EQ(finding.kind, FindingKind::kJumped) << words_of(c);
+    ASSERT_EQ(finding.parts.size(), 1u);
+    EXPECT_EQ(finding.parts[0].about.of, Subject::Of::kJoint);
+    EXPECT_EQ(finding.parts[0].about.name, name);
   }
 }
 
 void expect_slip_of_a3(const Calibration& c, double slip_deg) {
   EXPECT_FALSE(c.verdict.publish);
-  ASSERT_EQ(c.jumped.size(), 1u) << reasons_of(c);
-  EXPECT_EQ(c.jumped[0].name, demo_cell().robot.joints[2].name) << reasons_of(c);
+  ASSERT_EQ(c.jumped.size(), 1u) << words_of(c);
+  EXPECT_EQ(c.jumped[0].name, demo_cell().robot.joints[2].name) << words_of(c);
   EXPECT_NEAR(c.jumped[0].angle_rad / kRadPerDegree, slip_deg, 0.01);
 }
 
@@ -98,8 +96,8 @@ TEST(Jump, OfADegreeSoonAfterTheBeginningIsTheJointsThatSlipped) {
     auto touches = make_touches(demo_cell(), truth, {.fit = 80, .check = 16, .seed = 5}).touches;
     for (std::size_t i = 29; i < touches.size(); ++i) touches[i].joint_rad[joint] -= kRadPerDegree;
     const Calibration c = identify(demo_cell(), touches);
-    ASSERT_EQ(c.jumped.size(), 1u) << reasons_of(c);
-    EXPECT_EQ(c.jumped[0].name, demo_cell().robot.joints[joint].name) << reasons_of(c);
+    ASSERT_EQ(c.jumped.size(), 1u) << words_of(c);
+    EXPECT_EQ(c.jumped[0].name, demo_cell().robot.joints[joint].name) << words_of(c);
     EXPECT_NEAR(c.jumped[0].angle_rad / kRadPerDegree, 1.0, 0.02);
   }
 }
@@ -133,10 +131,11 @@ TEST(Jump, OfTheToolIsNamedWithItsSideOnTheFlange) {
     const Eigen::Vector3d shift(0.4e-3 * times, -0.5e-3 * times, 0.3e-3 * times);
     const Calibration c = identify(demo_cell(), knocked(shift, 7));
     EXPECT_FALSE(c.verdict.publish);
-    ASSERT_EQ(c.jumped.size(), 1u) << reasons_of(c);
-    EXPECT_EQ(c.jumped[0].what, Jump::What::kTool) << reasons_of(c);
-    EXPECT_LT((c.jumped[0].shift_m - shift).norm(), 0.1e-3) << reasons_of(c);
-    EXPECT_EQ(reasons_of(c).find("knocked tool:"), 0u) << reasons_of(c);
+    ASSERT_EQ(c.jumped.size(), 1u) << words_of(c);
+    EXPECT_EQ(c.jumped[0].what, Jump::What::kTool) << words_of(c);
+    EXPECT_LT((c.jumped[0].shift_m - shift).norm(), 0.1e-3) << words_of(c);
+    ASSERT_EQ(c.verdict.findings.front().kind, FindingKind::kJumped) << words_of(c);
+    EXPECT_EQ(c.verdict.findings.front().parts.at(0).about.of, Subject::Of::kTool);
   }
 }
 
@@ -151,19 +150,19 @@ TEST(Jump, OfATargetByAMillimetreIsToldWithItsSizeThoughManyTouchesWereLeftOut) 
         demo_cell(),
         half_and_half(truth, seed,
                       make_touches(demo_cell(), after, {.fit = 100, .seed = seed}).touches));
-    ASSERT_EQ(c.moved.size(), 1u) << seed << reasons_of(c);
+    ASSERT_EQ(c.moved.size(), 1u) << seed << words_of(c);
     EXPECT_TRUE(c.jumped.empty());
     EXPECT_EQ(c.moved[0].target, demo_cell().targets[target].id);
-    EXPECT_LT((c.moved[0].shift_m - shift).norm(), 0.15e-3) << seed << reasons_of(c);
-    EXPECT_EQ(reasons_of(c).find("clean it"), std::string::npos) << reasons_of(c);
+    EXPECT_LT((c.moved[0].shift_m - shift).norm(), 0.15e-3) << seed << words_of(c);
+    EXPECT_FALSE(found(c, FindingKind::kOutliersOfTarget)) << words_of(c);
   }
 }
 
 TEST(Jump, IsNotSeenWhereNothingDid) {
   for (unsigned seed = 61; seed <= 80; ++seed) {
     const Calibration c = identify(demo_cell(), slipped(0, 0.0, seed));
-    EXPECT_TRUE(c.jumped.empty()) << seed << reasons_of(c);
-    EXPECT_TRUE(c.verdict.publish) << seed << reasons_of(c);
+    EXPECT_TRUE(c.jumped.empty()) << seed << words_of(c);
+    EXPECT_TRUE(c.verdict.publish) << seed << words_of(c);
   }
 }
 
@@ -173,7 +172,7 @@ TEST(Jump, OfManyTouchesIsSaidByAShareOfThem) {
   for (std::size_t i = 1500; i < touches.size(); ++i)
     touches[i].joint_rad[3] -= 0.1 * kRadPerDegree;
   const Calibration c = identify(demo_cell(), touches);
-  ASSERT_EQ(c.jumped.size(), 1u) << reasons_of(c);
+  ASSERT_EQ(c.jumped.size(), 1u) << words_of(c);
   EXPECT_EQ(c.jumped[0].name, "A4");
   EXPECT_NEAR(static_cast<double>(c.jumped[0].after_touch), 1499.0, 15.0);
 }

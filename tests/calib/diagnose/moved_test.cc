@@ -13,15 +13,19 @@
 #include "calib/consistency/session_order.h"
 #include "calib/identify/identify.h"
 #include "calib/verdict/identify_as_stated.h"
+#include "tests/calib/findings.h"
 #include "tests/calib/simulate.h"
 
 namespace cellcal::calib {
 namespace {
 
 using testing::demo_cell;
+using testing::found;
 using testing::make_touches;
 using testing::Making;
 using testing::plain_truth;
+using testing::the;
+using testing::words_of;
 
 constexpr std::size_t kMovedAt = 48;
 
@@ -38,12 +42,6 @@ std::vector<Touch> knocked(std::size_t target, const Eigen::Vector3d& shift_m, u
   for (std::size_t i = kMovedAt; i < touches.size(); ++i)
     if (touches[i].target == demo_cell().targets[target].id) touches[i] = later[i];
   return touches;
-}
-
-std::string reasons_of(const Calibration& c) {
-  std::string all;
-  for (const std::string& reason : c.verdict.reasons) all += reason + "\n";
-  return all;
 }
 
 TEST(MovedTarget, OfTwoTenthsIsNamedWithSizeSideAndTouchThoughAllElseIsWell) {
@@ -65,13 +63,11 @@ TEST(MovedTarget, OfTwoTenthsIsNamedWithSizeSideAndTouchThoughAllElseIsWell) {
     // To within two touches of that sphere, which is every fourth.
     EXPECT_NEAR(static_cast<double>(moved.after_touch), kMovedAt, 8.0) << seed;
     EXPECT_FALSE(c.verdict.publish);
-    EXPECT_NE(c.verdict.reasons[0].find(touch_words(moved.after_touch, touches[moved.after_touch]) +
-                                        "; clamp it"),
-              std::string::npos)
-        << c.verdict.reasons[0];
-    EXPECT_EQ(c.verdict.reasons[0].find("moved target: " + moved.target + " moved by 0."), 0u)
-        << reasons_of(c);
-    EXPECT_NE(reasons_of(c).find("clamp it, and repeat from there"), std::string::npos);
+    const Finding& finding = c.verdict.findings[0];
+    EXPECT_EQ(finding.kind, FindingKind::kMovedTarget) << words_of(c);
+    EXPECT_EQ(finding.about.name, moved.target);
+    EXPECT_EQ(finding.about.touch, moved.after_touch);
+    EXPECT_NEAR(value(finding.evidence, "shift"), moved.shift_m.norm() * 1e3, 1e-9);
   }
   std::printf("moved by 0.2 mm: %d of %d named, %d otherwise publishable\n", named, kRuns,
               otherwise_fine);
@@ -85,11 +81,12 @@ TEST(MovedTarget, OfHalfAMillimetreIsNamedThoughSomeOfItsTouchesAreLeftOut) {
     const auto touches = knocked(target, {0.3e-3, 0.3e-3, -0.25e-3}, seed);  // 0.49 mm
     const Calibration c = identify(demo_cell(), touches);
     EXPECT_FALSE(c.verdict.publish);
-    ASSERT_EQ(c.moved.size(), 1u) << reasons_of(c);
+    ASSERT_EQ(c.moved.size(), 1u) << words_of(c);
     EXPECT_EQ(c.moved[0].target, demo_cell().targets[target].id);
     EXPECT_NEAR(c.moved[0].shift_m.norm(), 0.49e-3, 0.08e-3);
-    for (const char* lengths : {"certified length:", "wrong certified"})  // they are right
-      EXPECT_EQ(reasons_of(c).find(lengths), std::string::npos) << reasons_of(c);
+    // Its lengths are right.
+    EXPECT_FALSE(found(c, FindingKind::kCertifiedLength)) << words_of(c);
+    EXPECT_EQ(find(the(c, FindingKind::kMovedTarget).evidence, "or_lengths"), nullptr);
   }
 }
 
@@ -106,7 +103,7 @@ TEST(MovedTarget, IsNamedWhateverOtherTargetsAreCalled) {
   for (Touch& touch : touches)
     if (touch.target == other) touch.target = cell.targets[0].id;
   const Calibration c = identify(cell, touches);
-  ASSERT_EQ(c.moved.size(), 1u) << reasons_of(c);
+  ASSERT_EQ(c.moved.size(), 1u) << words_of(c);
   EXPECT_EQ(c.moved[0].target, id);
 }
 
@@ -114,8 +111,8 @@ TEST(MovedTarget, IsNotSeenWhereNothingMoved) {
   for (unsigned seed = 21; seed <= 40; ++seed) {
     const auto touches = knocked(0, Eigen::Vector3d::Zero(), seed);
     const Calibration c = identify(demo_cell(), touches);
-    EXPECT_TRUE(c.moved.empty()) << seed << "\n" << reasons_of(c);
-    EXPECT_TRUE(c.verdict.publish) << seed << "\n" << reasons_of(c);
+    EXPECT_TRUE(c.moved.empty()) << seed << "\n" << words_of(c);
+    EXPECT_TRUE(c.verdict.publish) << seed << "\n" << words_of(c);
   }
 }
 
@@ -141,7 +138,7 @@ TEST(MovedTarget, IsNotMadeOfGrossErrorsThatFallTogether) {
     for (const std::size_t k : {last - 1, last - 3, last - 5, last / 2})
       touches[own[k]].joint_rad[0] += gross_rad += 0.2e-3;
     const Calibration c = identify(demo_cell(), touches);
-    EXPECT_TRUE(c.moved.empty()) << seed << " " << reasons_of(c);
+    EXPECT_TRUE(c.moved.empty()) << seed << " " << words_of(c);
   }
 }
 

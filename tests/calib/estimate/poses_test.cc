@@ -12,6 +12,7 @@
 #include "calib/model/units.h"
 #include "calib/uncertainty/region.h"
 #include "calib/verdict/identify_as_stated.h"
+#include "tests/calib/findings.h"
 #include "tests/calib/simulate.h"
 
 namespace cellcal::calib {
@@ -21,14 +22,9 @@ using Eigen::Isometry3d;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using testing::demo_cell;
+using testing::words_of;
 
 constexpr double kMm = 1e-3;
-
-std::string reasons_of(const Calibration& c) {
-  std::string all;
-  for (const std::string& reason : c.verdict.reasons) all += reason + "\n";
-  return all;
-}
 
 /// One probe, seated on the tool in a way that nobody knows, seen by one tracker.
 struct Poses {
@@ -102,7 +98,7 @@ const ParameterResult& parameter(const Calibration& c, const std::string& name) 
 TEST(Poses, AreUsedWithTheirTurnsWhereverTheProbeSits) {
   const Poses made(40);
   const Calibration c = identify(made.cell, made.touches);
-  EXPECT_TRUE(c.verdict.publish) << reasons_of(c);
+  EXPECT_TRUE(c.verdict.publish) << words_of(c);
   EXPECT_TRUE(c.outliers.empty());
   EXPECT_GT(c.chi2_per_dof, 0.5);
   EXPECT_LT(c.chi2_per_dof, 1.5);
@@ -140,7 +136,7 @@ TEST(Poses, OneTurnThatIsWrongIsAnOutlier) {
   Poses made(40);
   (*made.touches[7].tracker_abc_rad)[1] += 1.0 * kRadPerDeg;
   const Calibration c = identify(made.cell, made.touches);
-  ASSERT_EQ(c.outliers.size(), 1u) << reasons_of(c);
+  ASSERT_EQ(c.outliers.size(), 1u) << words_of(c);
   EXPECT_EQ(c.outliers[0].touch, 7u);
 }
 
@@ -148,7 +144,7 @@ TEST(Poses, MayStandBesideReadingsOfPlacesAlone) {
   Poses made(48);
   for (std::size_t i = 0; i < made.touches.size(); i += 2) made.touches[i].tracker_abc_rad.reset();
   const Calibration c = identify(made.cell, made.touches);
-  EXPECT_TRUE(c.verdict.publish) << reasons_of(c);
+  EXPECT_TRUE(c.verdict.publish) << words_of(c);
 }
 
 }  // namespace

@@ -114,7 +114,7 @@ TEST(CalibrationJson, KeepsTargetsResidualsOutliersVerdictAndInputs) {
   begun.verdict.too_few = true;
   EXPECT_TRUE(calibration_from_json(calibration_to_json(begun), "c.json").verdict.too_few);
   EXPECT_EQ(back.verdict.workspace, result().verdict.workspace);
-  EXPECT_EQ(back.verdict.reasons, result().verdict.reasons);
+  EXPECT_EQ(back.verdict.findings, result().verdict.findings);
   ASSERT_EQ(back.unidentifiable.size(), result().unidentifiable.size());
   for (std::size_t i = 0; i < back.unidentifiable.size(); ++i)
     EXPECT_EQ(back.unidentifiable[i].words, result().unidentifiable[i].words);
@@ -337,6 +337,20 @@ TEST(CalibrationJson, NamesThePlaceOfAWrongValue) {
            {"/verdict/publish", "yes", "verdict.publish"},
            {"/verdict/scope", "universe", "verdict.scope"},
            {"/verdict/reasons/0", 1, "verdict.reasons[0]"},
+           {"/verdict/findings", 1, "verdict.findings"},
+           {"/verdict/findings/0/kind", 1, "verdict.findings[0].kind"},
+           {"/verdict/findings/0/severity", "harms", "verdict.findings[0].severity"},
+           {"/verdict/findings/0/about/of", "moon", "verdict.findings[0].about.of"},
+           {"/verdict/findings/0/about/touch", -1, "verdict.findings[0].about.touch"},
+           {"/verdict/findings/0/about/target_kind", "cone",
+            "verdict.findings[0].about.target_kind"},
+           {"/verdict/findings/0/evidence", 1, "verdict.findings[0].evidence"},
+           {"/verdict/findings/0/evidence/lengths", 1, "verdict.findings[0].evidence.lengths"},
+           {"/verdict/findings/0/evidence/lengths/value", null,
+            "verdict.findings[0].evidence.lengths.value"},
+           {"/verdict/findings/0/evidence/lengths/sigma", -1,
+            "verdict.findings[0].evidence.lengths.sigma"},
+           {"/verdict/findings/0/parts", 1, "verdict.findings[0].parts"},
            {"/outliers/0/touch", -1, "outliers[0].touch"},
            {"/outliers/0/touch", 1e300, "outliers[0].touch"},
            {"/covariance/0/0", null, "covariance[0][0]"},

@@ -11,6 +11,7 @@
 #include "calib/model/random.h"
 #include "calib/seed_paper/paper.h"
 #include "calib/uncertainty/region.h"
+#include "tests/calib/findings.h"
 #include "tests/calib/simulate.h"
 
 namespace cellcal::calib {
@@ -21,6 +22,7 @@ using testing::demo_cell;
 using testing::make_touches;
 using testing::Making;
 using testing::plain_truth;
+using testing::words_of;
 
 constexpr double kMm = 1e-3;
 
@@ -34,12 +36,6 @@ const ParameterResult& parameter(const Calibration& c, const std::string& name) 
 bool has_parameter(const Calibration& c, const std::string& name) {
   return std::any_of(c.parameters.begin(), c.parameters.end(),
                      [&](const ParameterResult& p) { return p.name == name; });
-}
-
-std::string reasons_of(const Calibration& c) {
-  std::string all;
-  for (const std::string& reason : c.verdict.reasons) all += reason + "\n";
-  return all;
 }
 
 /// A plate that weighs nothing, `off_m` from the first tool's tip.
@@ -112,7 +108,7 @@ struct Reflectors {
 TEST(Tools, OfSeveralReflectorsOnOneFlangeEachIsFound) {
   const Reflectors made(90);
   const Calibration c = identify(made.cell, made.touches);
-  EXPECT_TRUE(c.verdict.publish) << reasons_of(c);
+  EXPECT_TRUE(c.verdict.publish) << words_of(c);
   for (const char* name : {"P2.x", "P2.y", "P2.z", "P3.x", "P3.y", "P3.z"}) {
     const ParameterResult& p = parameter(c, name);
     EXPECT_LT(std::abs(p.correction - made.truth(name)), 4.0 * p.sigma) << name;
@@ -129,7 +125,7 @@ TEST(Tools, ATouchThatNamesTheWrongOneIsAnOutlier) {
   ASSERT_EQ(made.touches[31].set, TouchSet::kFit);
   made.touches[31].tool = "P3";
   const Calibration c = identify(made.cell, made.touches);
-  ASSERT_EQ(c.outliers.size(), 1u) << reasons_of(c);
+  ASSERT_EQ(c.outliers.size(), 1u) << words_of(c);
   EXPECT_EQ(c.outliers[0].touch, 31u);
 }
 
@@ -137,7 +133,7 @@ TEST(Tools, OneThatNoFitTouchIsOfStaysAsItIsStated) {
   Reflectors made(90);
   std::erase_if(made.touches, [](const Touch& touch) { return touch.tool == "P3"; });
   const Calibration c = identify(made.cell, made.touches);
-  EXPECT_TRUE(c.verdict.publish) << reasons_of(c);
+  EXPECT_TRUE(c.verdict.publish) << words_of(c);
   EXPECT_TRUE(has_parameter(c, "P2.x"));
   EXPECT_FALSE(has_parameter(c, "P3.x"));
 }
@@ -193,7 +189,7 @@ TEST(Tools, EveryTipHasItsOwnEffectiveRadius) {
     touches.push_back(touch);
   }
   const Calibration c = identify(cell, touches);
-  EXPECT_TRUE(c.verdict.publish) << reasons_of(c);
+  EXPECT_TRUE(c.verdict.publish) << words_of(c);
   const auto near = [&](const std::string& name, double truth) {
     const ParameterResult& p = parameter(c, name);
     EXPECT_LT(std::abs(p.correction - truth), 4.0 * p.sigma) << name << ": " << p.correction;

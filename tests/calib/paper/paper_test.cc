@@ -80,8 +80,8 @@ TEST(PaperEstimator, HasTwentyEightUnknownsAndNeverPublishes) {
   EXPECT_EQ(result.covariance.rows(), 28);
   EXPECT_EQ(result.method, "paper");
   EXPECT_FALSE(result.verdict.publish);
-  ASSERT_EQ(result.verdict.reasons.size(), 1u);
-  EXPECT_NE(result.verdict.reasons[0].find("for comparison only"), std::string::npos);
+  ASSERT_EQ(result.verdict.findings.size(), 1u);
+  EXPECT_EQ(result.verdict.findings[0].kind, FindingKind::kReferenceMethod);
 }
 
 TEST(PaperEstimator, RecordsEachIterationFromTheStart) {

@@ -9,15 +9,19 @@
 #include "calib/files/files.h"
 #include "calib/identify/identify.h"
 #include "calib/verdict/identify_as_stated.h"
+#include "tests/calib/findings.h"
 #include "tests/calib/simulate.h"
 
 namespace cellcal::calib {
 namespace {
 
 using testing::demo_cell;
+using testing::found;
 using testing::make_touches;
 using testing::one_sphere_cell;
 using testing::plain_truth;
+using testing::the;
+using testing::words_of;
 
 Calibration of(const Cell& cell, testing::Making making = {}) {
   return identify(cell, make_touches(cell, plain_truth(cell, making.seed), making).touches);
@@ -36,12 +40,6 @@ std::string all_words(const Calibration& result) {
   std::string text;
   for (const UnidentifiableDirection& direction : result.unidentifiable)
     text += direction.words + "\n";
-  return text;
-}
-
-std::string all_reasons(const Calibration& result) {
-  std::string text;
-  for (const std::string& reason : result.verdict.reasons) text += reason + "\n";
   return text;
 }
 
@@ -165,14 +163,14 @@ TEST(Scope, FrameDirectionsMoveNoTouch) {
 TEST(Scope, OneSphereClaimsNothingAwayFromItself) {
   const Calibration result = of(one_sphere_cell(), {.fit = 60, .check = 10});
   EXPECT_FALSE(result.verdict.workspace);
-  EXPECT_NE(all_reasons(result).find("no certified length"), std::string::npos);
+  EXPECT_EQ(the(result, FindingKind::kScaleByNothing, "lengths"), 0.0);
 }
 
 TEST(Scope, CertifiedLengthsTouchedAtBothEndsOpenTheWorkspace) {
   const Calibration result = of(demo_cell(), {.fit = 100, .check = 20});
-  EXPECT_TRUE(result.verdict.publish) << all_reasons(result);
+  EXPECT_TRUE(result.verdict.publish) << words_of(result);
   EXPECT_TRUE(result.verdict.workspace);
-  EXPECT_NE(all_reasons(result).find("certified length"), std::string::npos);
+  EXPECT_TRUE(found(result, FindingKind::kScaleByLengths));
 }
 
 TEST(Scope, ALengthTouchedAtOneEndOnlyDoesNot) {
@@ -197,8 +195,8 @@ TEST(Scope, TheWorkspaceIsPredictedWorseWithoutALength) {
 
 TEST(Verdict, TakesTouchesThatScatterMoreThanTheCellFileSaysForWhatTheyAre) {
   const Calibration result = of(demo_cell(), {.fit = 100, .noise_m = 2e-4});
-  EXPECT_TRUE(result.verdict.publish) << all_reasons(result);
-  EXPECT_NE(all_reasons(result).find("model error"), std::string::npos) << all_reasons(result);
+  EXPECT_TRUE(result.verdict.publish) << words_of(result);
+  EXPECT_TRUE(found(result, FindingKind::kModelError)) << words_of(result);
   EXPECT_GT(result.predicted_m3_m, 2e-4);
 }
 
@@ -207,25 +205,23 @@ TEST(Verdict, AsStatedBlocksTouchesThatScatterMoreAndSaysWhatToDo) {
       make_touches(demo_cell(), plain_truth(demo_cell(), 1), {.fit = 100, .noise_m = 2e-4});
   const Calibration result = identify_as_stated(demo_cell(), made.touches);
   EXPECT_FALSE(result.verdict.publish);
-  EXPECT_NE(all_reasons(result).find("chi^2"), std::string::npos) << all_reasons(result);
-  EXPECT_NE(all_reasons(result).find("five places"), std::string::npos) << all_reasons(result);
+  EXPECT_NEAR(the(result, FindingKind::kTouchScatter, "ratio"), 4.0, 1.0) << words_of(result);
 }
 
 TEST(Verdict, BlocksASphereTouchedAtOneSpotOnly) {
   const Calibration result = of(demo_cell(), {.fit = 100, .widest_rad = 0.02});
   EXPECT_FALSE(result.verdict.publish);
-  EXPECT_NE(all_reasons(result).find("too few directions"), std::string::npos)
-      << all_reasons(result);
+  EXPECT_TRUE(found(result, FindingKind::kTooFewDirections)) << words_of(result);
 }
 
 TEST(Verdict, BlocksAResultWithTooManyOutliers) {
   const Calibration result = of(demo_cell(), {.fit = 100, .outlier_share = 0.3});
   EXPECT_FALSE(result.verdict.publish);
-  EXPECT_NE(all_reasons(result).find("outliers"), std::string::npos) << all_reasons(result);
+  EXPECT_TRUE(found(result, FindingKind::kManyOutliers)) << words_of(result);
 }
 
 TEST(Verdict, SaysWhenNoTouchWasHeldOut) {
-  EXPECT_NE(all_reasons(of(demo_cell(), {.fit = 100})).find("no check touches"), std::string::npos);
+  EXPECT_TRUE(found(of(demo_cell(), {.fit = 100}), FindingKind::kNoCheckTouches));
 }
 
 }  // namespace

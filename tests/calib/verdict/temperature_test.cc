@@ -8,19 +8,26 @@
 
 #include "calib/identify/identify.h"
 #include "calib/verdict/verdict.h"
+#include "tests/calib/findings.h"
 #include "tests/calib/simulate.h"
 
 namespace cellcal::calib {
 namespace {
 
+using testing::found;
+using testing::the;
+
 TEST(Temperature, IsToldAsARangeWithHowManyTouchesStateIt) {
   std::vector<Touch> touches(4);
-  EXPECT_EQ(temperature_words(touches), "");
+  EXPECT_FALSE(temperature_finding(touches));
   touches[1].temperature_c = -1.25;
   touches[3].temperature_c = 21.5;
-  EXPECT_EQ(
-      temperature_words(touches).find("temperature: -1.2 to 21.5 degrees C at 2 of 4 touches"), 0u)
-      << temperature_words(touches);
+  const auto finding = temperature_finding(touches);
+  ASSERT_TRUE(finding);
+  EXPECT_EQ(value(finding->evidence, "coldest"), -1.25);
+  EXPECT_EQ(value(finding->evidence, "hottest"), 21.5);
+  EXPECT_EQ(value(finding->evidence, "stated"), 2.0);
+  EXPECT_EQ(value(finding->evidence, "touches"), 4.0);
 }
 
 TEST(Temperature, IsANoteOfTheVerdictAndChangesNothingElse) {
@@ -35,12 +42,9 @@ TEST(Temperature, IsANoteOfTheVerdictAndChangesNothingElse) {
     touches[i].temperature_c = 20.0 + 0.1 * static_cast<double>(i);
   const Calibration with = identify(testing::demo_cell(), touches);
   EXPECT_EQ(with.verdict.publish, without.verdict.publish);
-  EXPECT_EQ(with.verdict.reasons.size(), without.verdict.reasons.size() + 1);
-  const auto note =
-      std::find_if(with.verdict.reasons.begin(), with.verdict.reasons.end(),
-                   [](const std::string& r) { return r.starts_with("temperature: "); });
-  ASSERT_NE(note, with.verdict.reasons.end());
-  EXPECT_TRUE(is_note(*note));
+  EXPECT_EQ(with.verdict.findings.size(), without.verdict.findings.size() + 1);
+  ASSERT_TRUE(found(with, FindingKind::kTemperature));
+  EXPECT_FALSE(the(with, FindingKind::kTemperature).withholds());
   for (std::size_t i = 0; i < with.parameters.size(); ++i)
     EXPECT_EQ(with.parameters[i].correction, without.parameters[i].correction);
 }

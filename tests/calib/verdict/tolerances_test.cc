@@ -10,26 +10,23 @@
 #include <vector>
 
 #include "calib/identify/identify.h"
+#include "tests/calib/findings.h"
 #include "tests/calib/simulate.h"
 
 namespace cellcal::calib {
 namespace {
 
 using testing::demo_cell;
+using testing::found;
 using testing::make_touches;
 using testing::plain_truth;
+using testing::the;
+using testing::words_of;
 
 const std::vector<Touch>& touches() {
   static const std::vector<Touch> made =
       make_touches(demo_cell(), plain_truth(demo_cell(), 5), {.fit = 100, .check = 12}).touches;
   return made;
-}
-
-/// The reason that begins so; empty where there is none.
-std::string reason(const Calibration& c, const std::string& beginning) {
-  for (const std::string& one : c.verdict.reasons)
-    if (one.starts_with(beginning)) return one;
-  return {};
 }
 
 Calibration with_all_diameters(double off_m) {
@@ -42,14 +39,20 @@ Calibration with_all_diameters(double off_m) {
 TEST(Tolerances, DiametersThatAreAllOffAreToldAndThenWithheld) {
   const Calibration little = with_all_diameters(-0.6e-3);
   EXPECT_TRUE(little.verdict.publish);
-  EXPECT_EQ(reason(little, "radius offset: "), "");
+  EXPECT_FALSE(found(little, FindingKind::kEffectiveRadius));
   const Calibration more = with_all_diameters(-1.5e-3);
   EXPECT_TRUE(more.verdict.publish);
-  EXPECT_NE(reason(more, "radius offset: ").find("mm larger than stated"), std::string::npos);
+  EXPECT_EQ(the(more, FindingKind::kEffectiveRadius).severity, Severity::kWarns);
+  EXPECT_GT(the(more, FindingKind::kEffectiveRadius, "off"), 0.0);
   const Calibration much = with_all_diameters(3e-3);
   EXPECT_FALSE(much.verdict.publish);
-  EXPECT_NE(reason(much, "effective radius: ").find("mm smaller than stated"), std::string::npos);
-  EXPECT_EQ(reason(much, "radius offset: "), "") << "once is enough";
+  EXPECT_TRUE(the(much, FindingKind::kEffectiveRadius).withholds());
+  EXPECT_LT(the(much, FindingKind::kEffectiveRadius, "off"), 0.0);
+  EXPECT_EQ(
+      std::count_if(much.verdict.findings.begin(), much.verdict.findings.end(),
+                    [](const Finding& one) { return one.kind == FindingKind::kEffectiveRadius; }),
+      1)
+      << "once is enough";
 }
 
 TEST(Tolerances, AToolOfAnotherLengthIsToldAndThenWithheld) {
@@ -59,14 +62,17 @@ TEST(Tolerances, AToolOfAnotherLengthIsToldAndThenWithheld) {
     cell.tool.tcp.translation().z() += off_m;
     return identify(cell, touches());
   };
-  EXPECT_EQ(reason(with(0.5e-3), "beyond tolerance: "), "");
+  EXPECT_FALSE(found(with(0.5e-3), FindingKind::kOffNominal));
   const Calibration more = with(2e-3);
-  EXPECT_TRUE(more.verdict.publish) << more.verdict.reasons.front();
-  EXPECT_NE(reason(more, "beyond tolerance: ").find("A6.d is off by -"), std::string::npos);
+  EXPECT_TRUE(more.verdict.publish) << words_of(more);
+  const Finding beyond = the(more, FindingKind::kOffNominal);
+  EXPECT_EQ(beyond.severity, Severity::kWarns);
+  ASSERT_FALSE(beyond.parts.empty());
+  EXPECT_EQ(beyond.parts[0].about, about_parameter("A6.d"));
+  EXPECT_LT(value(beyond.parts[0].evidence, "off"), 0.0);
   const Calibration much = with(6e-3);
   EXPECT_FALSE(much.verdict.publish);
-  EXPECT_NE(reason(much, "far from the drawing: ").find("right robot file and tool"),
-            std::string::npos);
+  EXPECT_TRUE(the(much, FindingKind::kOffNominal).withholds());
 }
 
 TEST(Tolerances, LengthsWrongByOneFactorAreTakenForTheScaleTheyHold) {
@@ -74,13 +80,9 @@ TEST(Tolerances, LengthsWrongByOneFactorAreTakenForTheScaleTheyHold) {
   for (CertifiedLength& length : cell.lengths) length.length_m *= 1.01;
   const Calibration c = identify(cell, touches());
   EXPECT_FALSE(c.verdict.publish);
-  EXPECT_NE(reason(c, "scale: ").find("check what holds the scale: certified lengths"),
-            std::string::npos);
+  EXPECT_NEAR(the(c, FindingKind::kArmScale, "off"), 1.0, 0.3) << words_of(c);
   // Right ones are said to hang together.
-  const std::string scope = reason(identify(demo_cell(), touches()), "scope: ");
-  EXPECT_NE(scope.find("an error that all of them share would be noticed from 0."),
-            std::string::npos)
-      << scope;
+  EXPECT_LT(the(identify(demo_cell(), touches()), FindingKind::kScaleByLengths, "unseen"), 1.0);
 }
 
 TEST(Tolerances, ATenthOfGrossErrorsWithholdsNothing) {
@@ -88,7 +90,7 @@ TEST(Tolerances, ATenthOfGrossErrorsWithholdsNothing) {
     const auto made = make_touches(demo_cell(), plain_truth(demo_cell(), seed),
                                    {.fit = 100, .check = 12, .outlier_share = 0.1, .seed = seed});
     const Calibration c = identify(demo_cell(), made.touches);
-    EXPECT_TRUE(c.verdict.publish) << seed << ": " << c.verdict.reasons.front();
+    EXPECT_TRUE(c.verdict.publish) << seed << ": " << words_of(c);
   }
 }
 
@@ -104,10 +106,10 @@ TEST(Tolerances, ATargetThatCreepsByHundredthsOfAMillimetreHasNotMoved) {
     return identify(demo_cell(), made);
   };
   const Calibration creeps = session(0.04e-3);
-  EXPECT_TRUE(creeps.verdict.publish) << creeps.verdict.reasons.front();
+  EXPECT_TRUE(creeps.verdict.publish) << words_of(creeps);
   const Calibration moved = session(0.25e-3);
   EXPECT_FALSE(moved.verdict.publish);
-  EXPECT_NE(reason(moved, "moved target: S2"), "") << moved.verdict.reasons.front();
+  EXPECT_EQ(the(moved, FindingKind::kMovedTarget).about.name, "S2") << words_of(moved);
 }
 
 }  // namespace

@@ -11,19 +11,19 @@
 #include "calib/consistency/lengths.h"
 #include "calib/identify/identify.h"
 #include "calib/verdict/identify_as_stated.h"
+#include "tests/calib/findings.h"
 #include "tests/calib/simulate.h"
 
 namespace cellcal::calib {
 namespace {
 
 using testing::demo_cell;
+using testing::found;
 using testing::make_touches;
 using testing::one_sphere_cell;
 using testing::plain_truth;
-
-std::string words_of(const Calibration& c) {
-  return fmt::format("{}", fmt::join(c.verdict.reasons, "\n"));
-}
+using testing::the;
+using testing::words_of;
 
 std::vector<Touch> touches_of(const Cell& cell, int fit, unsigned seed) {
   return make_touches(cell, plain_truth(cell, seed), {.fit = fit, .seed = seed}).touches;
@@ -66,8 +66,8 @@ TEST(Verdict, OneTouchLeftOutWithholdsOnlyWhereHardlyAnyOthersOfItsTargetAreLeft
     const Calibration c = identify(cell, touches);
     EXPECT_EQ(c.outliers.size(), 1u);
     EXPECT_EQ(c.verdict.publish, own == 5) << words_of(c);
-    EXPECT_EQ(words_of(c).find("outliers: 1 of 4 fit touches of " + id) != std::string::npos,
-              own == 4)
+    const Finding outliers = the(c, FindingKind::kOutliersOfTarget);
+    EXPECT_EQ(outliers.about.name == id && value(outliers.evidence, "touches") == 4.0, own == 4)
         << words_of(c);
   }
 }
@@ -82,16 +82,17 @@ TEST(GrossErrors, AmongFewTouchesOfATargetAreNamedAndTheTargetIsAskedForAgain) {
     for (const Outlier& outlier : c.outliers) named.push_back(outlier.touch);
     EXPECT_EQ(named, (std::vector<std::size_t>{few.of_it[1], few.of_it[4]})) << seed;
     EXPECT_FALSE(c.verdict.publish);
-    EXPECT_NE(words_of(c).find("2 of 10 fit touches of " + few.cell.targets.back().id),
-              std::string::npos)
-        << words_of(c);
+    const Finding outliers = the(c, FindingKind::kOutliersOfTarget);
+    EXPECT_EQ(outliers.about.name, few.cell.targets.back().id) << words_of(c);
+    EXPECT_EQ(value(outliers.evidence, "outliers"), 2.0) << words_of(c);
+    EXPECT_EQ(value(outliers.evidence, "touches"), 10.0) << words_of(c);
   }
 }
 
 TEST(Verdict, OfAHandfulOfTouchesIsWithheldForRank) {
   const Calibration c = identify(one_sphere_cell(), touches_of(one_sphere_cell(), 6, 1));
   EXPECT_FALSE(c.verdict.publish);
-  EXPECT_NE(words_of(c).find("rank: the touches tell "), std::string::npos) << words_of(c);
+  EXPECT_TRUE(found(c, FindingKind::kRank)) << words_of(c);
 }
 
 TEST(Verdict, NamesACertifiedLengthThatTheTouchesContradict) {
@@ -103,10 +104,9 @@ TEST(Verdict, NamesACertifiedLengthThatTheTouchesContradict) {
   cell.lengths.push_back(twice);
   const Calibration c = identify(cell, touches);
   EXPECT_FALSE(c.verdict.publish);
-  EXPECT_NE(words_of(c).find("certified length: by all else " + twice.from + " and " + twice.to),
-            std::string::npos)
-      << words_of(c);
-  EXPECT_NE(words_of(c).find("mm apart instead of 700.786 mm; check it"), std::string::npos)
+  const Finding wrong = the(c, FindingKind::kCertifiedLength);
+  EXPECT_EQ(wrong.about, about_length(twice.from, twice.to)) << words_of(c);
+  EXPECT_NEAR(value(wrong.evidence, "certified"), twice.length_m * 1e3, 1e-6)
       << "the second of the two that cannot both be right is the wrong one\n"
       << words_of(c);
 }
@@ -146,8 +146,7 @@ TEST(Verdict, ALengthDoesNotConfirmItself) {
     cell.lengths.push_back(again);
     const Calibration c = identify(cell, touches);
     EXPECT_FALSE(c.verdict.publish);
-    EXPECT_NE(words_of(c).find("without the certified length of S"), std::string::npos)
-        << words_of(c);
+    EXPECT_TRUE(found(c, FindingKind::kLikelyCause)) << words_of(c);
   }
 }
 
@@ -165,10 +164,9 @@ TEST(Verdict, ALengthIsNotBelievedForBeingCertifiedToNothing) {
 TEST(Verdict, SaysThatNothingChecksALoneLength) {
   Cell cell = demo_cell();
   const auto touches = touches_of(cell, 100, 2);
-  const std::string unchecked = "unchecked scale: nothing but its certificate says that ";
-  EXPECT_EQ(words_of(identify(cell, touches)).find(unchecked), std::string::npos);
+  EXPECT_FALSE(found(identify(cell, touches), FindingKind::kUncheckedLength));
   cell.lengths.resize(2);
-  EXPECT_EQ(words_of(identify(cell, touches)).find(unchecked), std::string::npos);
+  EXPECT_FALSE(found(identify(cell, touches), FindingKind::kUncheckedLength));
   cell.lengths.resize(1);
   cell.lengths[0].length_m += 0.5e-3;
   for (const bool written_twice : {false, true}) {
@@ -176,12 +174,10 @@ TEST(Verdict, SaysThatNothingChecksALoneLength) {
     if (written_twice) cell.lengths.push_back(cell.lengths[0]);
     const Calibration c = identify(cell, touches);
     EXPECT_TRUE(c.verdict.publish) << words_of(c);
-    EXPECT_NE(words_of(c).find(unchecked + cell.lengths[0].from + " and " + cell.lengths[0].to),
-              std::string::npos)
+    EXPECT_EQ(the(c, FindingKind::kUncheckedLength).about,
+              about_length(cell.lengths[0].from, cell.lengths[0].to))
         << words_of(c);
-    EXPECT_NE(words_of(c).find("Certify a second length"), std::string::npos) << words_of(c);
-    EXPECT_NE(words_of(c).find("scope: 1 certified length holds"), std::string::npos)
-        << words_of(c);
+    EXPECT_EQ(the(c, FindingKind::kScaleByLengths, "lengths"), 1.0) << words_of(c);
   }
 }
 
@@ -189,8 +185,8 @@ TEST(Verdict, AFewFirstTouchesAreNotSaidToHoldTheScaleNorToHangOnOneCertificate)
   const Calibration c = identify(demo_cell(), touches_of(demo_cell(), 8, 2));
   EXPECT_FALSE(c.verdict.publish);
   EXPECT_FALSE(c.verdict.workspace);
-  EXPECT_EQ(words_of(c).find("hold the scale, touched"), std::string::npos) << words_of(c);
-  EXPECT_EQ(words_of(c).find("nothing but its certificate"), std::string::npos) << words_of(c);
+  EXPECT_FALSE(found(c, FindingKind::kScaleByLengths)) << words_of(c);
+  EXPECT_FALSE(found(c, FindingKind::kUncheckedLength)) << words_of(c);
 }
 
 TEST(Verdict, WithholdsWhatIsForeseenToBeWorseThanAskedFor) {
@@ -198,12 +194,12 @@ TEST(Verdict, WithholdsWhatIsForeseenToBeWorseThanAskedFor) {
   const auto touches = touches_of(cell, 60, 2);
   const Calibration usual = identify(cell, touches);
   EXPECT_TRUE(usual.verdict.publish) << words_of(usual);
-  EXPECT_NE(words_of(usual).find("gain: "), std::string::npos) << words_of(usual);
-  EXPECT_NE(words_of(usual).find("2.00 mm allowed"), std::string::npos) << words_of(usual);
+  EXPECT_EQ(the(usual, FindingKind::kGain, "required"), 2.0) << words_of(usual);
+  EXPECT_EQ(the(usual, FindingKind::kGain, "required_is_stated"), 0.0) << words_of(usual);
   cell.required_m = 0.9 * usual.predicted_m3_m;
   const Calibration withheld = identify(cell, touches);
   EXPECT_FALSE(withheld.verdict.publish);
-  EXPECT_NE(words_of(withheld).find("required: "), std::string::npos) << words_of(withheld);
+  EXPECT_TRUE(found(withheld, FindingKind::kRequired)) << words_of(withheld);
   cell.required_m = 1.1 * usual.predicted_m3_m;
   EXPECT_TRUE(identify(cell, touches).verdict.publish);
 }
@@ -218,7 +214,7 @@ TEST(Verdict, WithholdsWhatIsHardlyBetterThanTheNominalArm) {
   cell.touch_sigma_m = 10e-3;
   const Calibration c = identify(cell, touches);
   EXPECT_FALSE(c.verdict.publish);
-  EXPECT_NE(words_of(c).find("no gain: "), std::string::npos) << words_of(c);
+  EXPECT_TRUE(found(c, FindingKind::kNoGain)) << words_of(c);
 }
 
 TEST(Verdict, NamesTwoStatedCentresThatWereExchanged) {
@@ -226,8 +222,10 @@ TEST(Verdict, NamesTwoStatedCentresThatWereExchanged) {
   const auto touches = touches_of(cell, 100, 2);
   std::swap(cell.targets[0].centre_m, cell.targets[1].centre_m);
   const Calibration c = identify(cell, touches);
-  EXPECT_NE(words_of(c).find("S1 was touched where the cell file states S2"), std::string::npos)
-      << words_of(c);
+  const Finding exchanged = the(c, FindingKind::kExchangedCentres);
+  ASSERT_EQ(exchanged.parts.size(), 2u) << words_of(c);
+  EXPECT_EQ(exchanged.parts[0].about.name, "S1");
+  EXPECT_EQ(exchanged.parts[1].about.name, "S2");
 }
 
 TEST(Verdict, BeforeIsWithTheToolWhereTheTouchesPutItAsFarAsTheCellFileLeavesItOpen) {
@@ -251,11 +249,12 @@ TEST(Verdict, ALengthThatWasMeasuredTwiceIsChecked) {
   cell.lengths.push_back(again);
   const Calibration right = identify(cell, touches);
   EXPECT_TRUE(right.verdict.publish) << words_of(right);
-  EXPECT_EQ(words_of(right).find("unchecked scale"), std::string::npos) << words_of(right);
+  EXPECT_FALSE(found(right, FindingKind::kUncheckedLength)) << words_of(right);
+  EXPECT_FALSE(found(right, FindingKind::kUncheckedLengths)) << words_of(right);
   cell.lengths[1].length_m += 0.5e-3;
   const Calibration wrong = identify(cell, touches);
   EXPECT_FALSE(wrong.verdict.publish);
-  EXPECT_NE(words_of(wrong).find("cannot both be right"), std::string::npos) << words_of(wrong);
+  EXPECT_TRUE(found(wrong, FindingKind::kCertifiedTwice)) << words_of(wrong);
 }
 
 TEST(Verdict, AWrongLengthDoesNotHideInTheScatterThatItMakes) {
@@ -265,7 +264,7 @@ TEST(Verdict, AWrongLengthDoesNotHideInTheScatterThatItMakes) {
   cell.lengths[0].length_m += 1e-3;
   const Calibration c = identify(cell, touches);
   EXPECT_FALSE(c.verdict.publish);
-  EXPECT_NE(words_of(c).find("certified length: by all else "), std::string::npos) << words_of(c);
+  EXPECT_TRUE(found(c, FindingKind::kCertifiedLength)) << words_of(c);
 }
 
 TEST(Verdict, ClaimsTheWorkspaceOnlyOfLengthsThatAreCertain) {
@@ -275,7 +274,7 @@ TEST(Verdict, ClaimsTheWorkspaceOnlyOfLengthsThatAreCertain) {
   for (CertifiedLength& length : cell.lengths) length.sigma_m = 5e-3;
   const Calibration c = identify(cell, touches);
   EXPECT_FALSE(c.verdict.workspace);
-  EXPECT_NE(words_of(c).find("not certain enough"), std::string::npos) << words_of(c);
+  EXPECT_GT(the(c, FindingKind::kScaleByNothing, "lengths_with_held_ends"), 0.0) << words_of(c);
 }
 
 TEST(Verdict, TouchesThatAreOthersAgainToTheLastDigitAreNotCountedTwice) {
@@ -285,10 +284,11 @@ TEST(Verdict, TouchesThatAreOthersAgainToTheLastDigitAreNotCountedTwice) {
   twice.insert(twice.end(), once.begin(), once.end());
   const Calibration c = identify(cell, twice);
   EXPECT_FALSE(c.verdict.publish);
-  EXPECT_NE(words_of(c).find("copies: 100 of 200 touches are others again to the last digit (touch "
-                             "101 is touch 1)"),
-            std::string::npos)
-      << words_of(c);
+  const Finding copies = the(c, FindingKind::kDuplicateTouches);
+  EXPECT_EQ(value(copies.evidence, "duplicates"), 100.0) << words_of(c);
+  ASSERT_EQ(copies.parts.size(), 2u);
+  EXPECT_EQ(copies.parts[0].about.touch, 100u);
+  EXPECT_EQ(copies.parts[1].about.touch, 0u);
   // Measured again, and by chance once to the same digits.
   auto again = once;
   again.push_back(once.front());
@@ -305,17 +305,17 @@ TEST(Verdict, TouchesThatAreOthersAgainToTheLastDigitAreNotCountedTwice) {
     }
   for (Touch& touch : rounded)
     for (double& angle : touch.joint_rad) angle = std::round(angle / kStepRad) * kStepRad;
-  EXPECT_EQ(words_of(identify(cell, rounded)).find("copies"), std::string::npos);
+  EXPECT_FALSE(found(identify(cell, rounded), FindingKind::kDuplicateTouches));
   // Unless all of them come in the same order again.
   std::copy_n(rounded.begin(), 100, rounded.begin() + 100);
-  EXPECT_NE(words_of(identify(cell, rounded)).find("copies"), std::string::npos);
+  EXPECT_TRUE(found(identify(cell, rounded), FindingKind::kDuplicateTouches));
   // Copies are no test of the fit either.
   auto held_out = once;
   for (std::size_t i = 0; i < 20; ++i) {
     held_out.push_back(once[i]);
     held_out.back().set = TouchSet::kCheck;
   }
-  EXPECT_NE(words_of(identify(cell, held_out)).find("copies: 20 of 120"), std::string::npos);
+  EXPECT_EQ(the(identify(cell, held_out), FindingKind::kDuplicateTouches, "duplicates"), 20.0);
 }
 
 TEST(Verdict, SaysThatATargetStandsElsewhereThanStated) {
@@ -324,22 +324,22 @@ TEST(Verdict, SaysThatATargetStandsElsewhereThanStated) {
   cell.targets[1].centre_m.x() += 0.1;
   cell.targets[1].centre_sigma_m = 0.01;
   const Calibration c = identify(cell, touches);
-  EXPECT_NE(words_of(c).find("stated centre: not where the cell file states it is S2 by "),
-            std::string::npos)
-      << words_of(c);
-  EXPECT_EQ(words_of(c).find("S1 by"), std::string::npos) << words_of(c);
+  const Finding far = the(c, FindingKind::kStatedCentre);
+  ASSERT_EQ(far.parts.size(), 1u) << words_of(c);
+  EXPECT_EQ(far.parts[0].about.name, "S2");
 }
 
 TEST(Verdict, NamesTargetsThatWereNotTouched) {
   const Cell& cell = demo_cell();
   auto touches = touches_of(cell, 120, 3);
-  EXPECT_EQ(words_of(identify(cell, touches)).find("not touched"), std::string::npos);
+  EXPECT_FALSE(found(identify(cell, touches), FindingKind::kNotTouched));
   std::erase_if(touches, [](const Touch& touch) { return touch.target == "S4"; });
   const Calibration c = identify(cell, touches);
   EXPECT_TRUE(c.verdict.publish) << words_of(c);
-  EXPECT_NE(words_of(c).find("not touched: S4 of the cell file; 3 certified lengths end there"),
-            std::string::npos)
-      << words_of(c);
+  const Finding untouched = the(c, FindingKind::kNotTouched);
+  ASSERT_EQ(untouched.parts.size(), 1u) << words_of(c);
+  EXPECT_EQ(untouched.parts[0].about.name, "S4");
+  EXPECT_EQ(value(untouched.evidence, "idle_lengths"), 3.0);
 }
 
 TEST(Verdict, NamesASignOfGravityThatIsWrong) {
@@ -353,7 +353,8 @@ TEST(Verdict, NamesASignOfGravityThatIsWrong) {
   EXPECT_TRUE(right.verdict.publish) << words_of(right);
   ASSERT_GT(bending, 1e-3) << "this arm's tool hardly bends; take another";
   EXPECT_FALSE(c.verdict.publish);
-  EXPECT_NE(words_of(c).find("against gravity: tool.c_t"), std::string::npos) << words_of(c);
+  EXPECT_EQ(the(c, FindingKind::kNegativeCompliance).about, about_parameter("tool.c_t"))
+      << words_of(c);
 }
 
 }  // namespace

@@ -12,7 +12,7 @@ TEST(the_result, shows_before_after_check_and_the_verdict_with_scope_and_reasons
   calibration.before = {24, 0.0012, 0.0034, 0.0015};
   calibration.after = {24, 0.00003, 0.00009, 0.00004};
   calibration.verdict.workspace = true;
-  calibration.verdict.reasons = {"too few directions"};
+  calibration.verdict.findings = {calib::Finding{calib::FindingKind::kReferenceMethod}};
   calibration.outliers = {{4, 0.0005, "+0.500 mm off S1, 5 times the touch noise"}};
   const std::string words = result_words(calibration);
   EXPECT_NE(words.find("fit before          24    1.2000    3.4000    1.5000\n"), std::string::npos)
@@ -27,7 +27,8 @@ TEST(the_result, shows_before_after_check_and_the_verdict_with_scope_and_reasons
   touches[4].line = 7;
   EXPECT_NE(result_words(calibration, touches).find("outlier: touch 5 (line 7): +0.500 mm"),
             std::string::npos);
-  EXPECT_NE(words.find("verdict: NOT publishable, scope: workspace\n  - too few directions\n"),
+  EXPECT_NE(words.find("verdict: NOT publishable, scope: workspace\n  - reference method, for "
+                       "comparison only\n"),
             std::string::npos)
       << words;
 }

@@ -41,7 +41,8 @@ void for_each_string(ReportInput& input, void (*change)(std::string&, const std:
     strings.insert(strings.end(), {&parameter.name, &parameter.unit});
   }
   for (auto& target : result.targets) strings.push_back(&target.id);
-  for (auto& reason : result.verdict.reasons) strings.push_back(&reason);
+  for (auto& finding : result.verdict.findings)
+    strings.insert(strings.end(), {&finding.text, &finding.about.name, &finding.about.other_end});
   for (auto& outlier : result.outliers) strings.push_back(&outlier.reason);
   for (auto& file : result.inputs) {
     strings.insert(strings.end(), {&file.role, &file.name, &file.sha256});
@@ -56,7 +57,9 @@ void for_each_string(ReportInput& input, void (*change)(std::string&, const std:
 ReportInput full_session() {
   ReportInput input = made_up_session();
   input.truth = {{"M3", "0.08 mm"}};
-  input.calibration.verdict.reasons = {"a reason"};
+  calib::Finding recorded;
+  recorded.text = "a reason";
+  input.calibration.verdict.findings = {recorded, calib::Finding{calib::FindingKind::kAllLeftOut}};
   return input;
 }
 

@@ -36,11 +36,18 @@ TEST(Verdict, WithoutCertifiedLengthClaimsNothingBeyondTheTargets) {
 
 TEST(Verdict, OfAFirstSessionSaysThatTheCellWorksAndNotWhatSoFewTouchesLack) {
   ReportInput input = made_up_session();
-  input.calibration.verdict = {false, false, {"too few touches: 4 of 4 within 1.0 mm"}, true};
+  input.calibration.verdict = {.too_few = true};
+  calib::Finding begun{calib::FindingKind::kTooFewTouches};
+  begun.evidence = {{"touches", 4.0, ""},
+                    {"met", 4.0, ""},
+                    {"farthest", 1.0, "mm"},
+                    {"usual_touches", 40.0, ""},
+                    {"usual_checks", 10.0, ""}};
+  input.calibration.verdict.findings = {begun};
   input.calibration.unidentifiable = {{"all lengths in common", {}}};
   const std::string html = html_report(input);
   EXPECT_TRUE(says(html, "The cell works; too few touches to calibrate"));
-  EXPECT_TRUE(says(html, "4 of 4 within 1.0 mm"));
+  EXPECT_TRUE(says(html, "4 of 4 touches within 1.0 mm"));
   EXPECT_TRUE(says(html, "must not be put into service"));
   EXPECT_FALSE(says(html, "Not publishable"));
   EXPECT_FALSE(says(html, "all lengths in common"));
@@ -65,25 +72,31 @@ TEST(Verdict, ThatRefusesWithoutReasonSaysSo) {
 
 TEST(Verdict, TellsItsScopeOnceInTheWordsOfTheResult) {
   ReportInput input = made_up_session();
-  input.calibration.verdict.reasons = {"scope: 3 certified lengths touched at both ends hold it"};
+  input.calibration.verdict.findings = {
+      {calib::FindingKind::kScaleByLengths, calib::Severity::kInforms, {}, {{"lengths", 3.0, ""}}}};
   const std::string html = html_report(input);
-  EXPECT_TRUE(says(html, "whole workspace. 3 certified lengths touched at both ends hold it."));
-  EXPECT_EQ(occurrences(html, "3 certified lengths touched"), 1U);
+  EXPECT_TRUE(
+      says(html, "whole workspace. 3 certified lengths hold the scale, touched at both ends."));
+  EXPECT_EQ(occurrences(html, "3 certified lengths hold"), 1U);
   EXPECT_FALSE(says(html, "To know before using it"));
 }
 
 TEST(Verdict, ThatRefusesKeepsWhatIsNoReasonApart) {
   ReportInput input = made_up_session();
-  input.calibration.verdict = {
-      false, true, {"chi^2: 6.3", "scope: a length holds it", "no check touches: all were fitted"}};
+  calib::Finding length{calib::FindingKind::kScaleByLengths, calib::Severity::kInforms};
+  length.evidence = {{"lengths", 1.0, ""}};
+  input.calibration.verdict = {.workspace = true};
+  input.calibration.verdict.findings = {
+      calib::Finding{calib::FindingKind::kAllLeftOut}, length,
+      calib::Finding{calib::FindingKind::kNoCheckTouches, calib::Severity::kWarns}};
   const std::string html = html_report(input);
   const std::size_t why = html.find("Why not");
   const std::size_t besides = html.find("To know besides");
   ASSERT_NE(besides, std::string::npos);
-  EXPECT_LT(why, html.find("<li>chi^2: 6.3</li>"));
-  EXPECT_LT(html.find("<li>chi^2: 6.3</li>"), besides);
-  EXPECT_LT(besides, html.find("<li>no check touches: all were fitted</li>"));
-  EXPECT_TRUE(says(html, "As to scale: a length holds it."));
+  EXPECT_LT(why, html.find("<li>too few directions: "));
+  EXPECT_LT(html.find("<li>too few directions: "), besides);
+  EXPECT_LT(besides, html.find("<li>no check touches: "));
+  EXPECT_TRUE(says(html, "As to scale: 1 certified length holds the scale, touched at both ends."));
 }
 
 TEST(Summary, HasThreeSentencesWithTheFiguresOfTheHeldOutTouches) {

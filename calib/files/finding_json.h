@@ -1,0 +1,16 @@
+#pragma once
+// Findings as calibration files hold them: kind, severity, subject, evidence and words.
+
+#include <nlohmann/json.hpp>
+
+#include "calib/files/json_reader.h"
+#include "calib/result/finding.h"
+
+namespace cellcal::calib {
+
+nlohmann::ordered_json finding_to_json(const Finding& finding);
+/// Of a kind that this version does not know its words are kept (FindingKind::kRecorded). Throws
+/// FileError.
+Finding finding_from_json(const JsonReader& item);
+
+}  // namespace cellcal::calib

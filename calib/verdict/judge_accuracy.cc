@@ -1,0 +1,73 @@
+#include "calib/verdict/judge_accuracy.h"
+
+#include "calib/model/units.h"
+
+namespace cellcal::calib {
+
+namespace {
+
+/// Mean 3-D error that a result may be published with where the cell file asks for none
+/// (required_mm): what industrial arms have as they are delivered. More is no calibration.
+constexpr double kRequiredM = 2e-3;
+/// And of the nominal arm's own error: closer to it than this, and nobody could tell that anything
+/// was gained.
+constexpr double kOfNominal = 0.8;
+
+struct Foreseen {
+  double predicted_m, nominal_m, required_m;
+  std::vector<Quantity> evidence;
+};
+
+Foreseen foreseen(const Problem& problem, const Calibration& c, bool workspace) {
+  Foreseen all{workspace ? c.predicted_m3_m : c.predicted_m2_m,
+               workspace ? c.nominal_m3_m : c.nominal_m2_m,
+               problem.cell().required_m.value_or(kRequiredM),
+               {}};
+  all.evidence = {{"predicted", all.predicted_m * 1e3, "mm"},
+                  {"nominal", all.nominal_m * 1e3, "mm"},
+                  {"of_nominal", 100.0 * all.predicted_m / all.nominal_m, "%"},
+                  {"most_of_nominal", 100.0 * kOfNominal, "%"},
+                  {"required", all.required_m * 1e3, "mm"},
+                  {"required_is_stated", problem.cell().required_m ? 1.0 : 0.0, ""},
+                  {"workspace", workspace ? 1.0 : 0.0, ""}};
+  return all;
+}
+
+}  // namespace
+
+void judge_predicted(const Problem& problem, const Calibration& c, bool workspace,
+                     std::vector<Finding>& findings) {
+  if (!(c.nominal_m3_m > 0.0)) return;
+  const Foreseen all = foreseen(problem, c, workspace);
+  if (all.predicted_m > all.required_m)
+    findings.push_back({FindingKind::kRequired, Severity::kWithholds, {}, all.evidence});
+  if (all.predicted_m > kOfNominal * all.nominal_m)
+    findings.push_back({FindingKind::kNoGain, Severity::kWithholds, {}, all.evidence});
+}
+
+void note_gain(const Problem& problem, const Calibration& c, bool workspace,
+               std::vector<Finding>& findings) {
+  if (!(c.nominal_m3_m > 0.0)) return;
+  findings.push_back(
+      {FindingKind::kGain, Severity::kInforms, {}, foreseen(problem, c, workspace).evidence});
+}
+
+void note_model_error(const Problem& problem, const Calibration& c,
+                      std::vector<Finding>& findings) {
+  const Discrepancy& d = c.discrepancy;
+  if (!(d.sigma_m > 0.0)) return;
+  Finding finding{FindingKind::kModelError,
+                  Severity::kWarns,
+                  {},
+                  {{"sigma", d.sigma_m * 1e3, "mm"},
+                   {"estimated", d.estimated ? 1.0 : 0.0, ""},
+                   {"scatter", c.touch_noise_m * 1e3, "mm"},
+                   {"noise", d.noise_m * 1e3, "mm"},
+                   {"stated", problem.cell().touch_sigma_m * 1e3, "mm"}}};
+  if (c.repeats.degrees_of_freedom > 0.0)
+    finding.evidence.push_back({"repeats", c.repeats.scatter_m * 1e3, "mm"});
+  if (d.reach_rad > 0.0) finding.evidence.push_back({"reach", d.reach_rad * kDegPerRad, "deg"});
+  findings.push_back(std::move(finding));
+}
+
+}  // namespace cellcal::calib

@@ -1,0 +1,30 @@
+#pragma once
+// What a calibration found, for tests: by kind; the words stand only in messages.
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <string>
+
+#include "calib/result/calibration.h"
+#include "calib/result/finding_words.h"
+
+namespace cellcal::calib::testing {
+
+inline std::string words_of(const Calibration& c) {
+  return fmt::format("{}", fmt::join(words(c.verdict.findings), "\n"));
+}
+
+inline bool found(const Calibration& c, FindingKind kind) { return has(c.verdict.findings, kind); }
+
+/// The first of that kind; an empty one where there is none.
+inline Finding the(const Calibration& c, FindingKind kind) {
+  const Finding* one = first(c.verdict.findings, kind);
+  return one == nullptr ? Finding{} : *one;
+}
+
+inline double the(const Calibration& c, FindingKind kind, const std::string& quantity) {
+  return value(the(c, kind).evidence, quantity);
+}
+
+}  // namespace cellcal::calib::testing
