@@ -14,13 +14,14 @@ std::optional<Finding> temperature_finding(std::span<const Touch> touches) {
     ++stated;
   }
   if (stated == 0) return std::nullopt;
-  return Finding{FindingKind::kTemperature,
-                 Severity::kInforms,
-                 {},
-                 {{"coldest", coldest, "degrees C"},
-                  {"hottest", hottest, "degrees C"},
-                  {"stated", static_cast<double>(stated), ""},
-                  {"touches", static_cast<double>(touches.size()), ""}}};
+  Finding found;
+  found.kind = FindingKind::kTemperature;
+  found.severity = Severity::kInforms;
+  found.evidence = {{"coldest", coldest, "degrees C"},
+                    {"hottest", hottest, "degrees C"},
+                    {"stated", static_cast<double>(stated), ""},
+                    {"touches", static_cast<double>(touches.size()), ""}};
+  return found;
 }
 
 }  // namespace cellcal::calib

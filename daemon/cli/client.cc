@@ -321,7 +321,8 @@ int show(const Connection& daemon, std::int64_t session) {
       http_request(daemon.socket, "GET", session_path(session) + "/calibration.json");
   if (calibration.status == 200) {
     words +=
-        result_words(calib::calibration_from_json(calibration.body, "the daemon's calibration"));
+        result_words(calib::calibration_from_json(calibration.body, "the daemon's calibration"), {},
+                     Detail::kAll);
     words += "results: " + text(value, "results") + "\n";
   }
   if (const json delay = value.value("contact_delay", json()); delay.is_object()) {

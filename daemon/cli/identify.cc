@@ -76,7 +76,10 @@ int identify(const IdentifyCommand& command) {
   }
   const std::string json = calib::calibration_to_json(calibration);
   if (!command.output.empty()) put(json, command.output);
-  put(command.json ? json : result_words(calibration, touches), {});
+  put(command.json
+          ? json
+          : result_words(calibration, touches, command.verbose ? Detail::kAll : Detail::kSummary),
+      {});
   return calibration.verdict.publish ? kSuccess : kNotPublishable;
 }
 

@@ -12,7 +12,7 @@ struct IdentifyCommand {
   std::filesystem::path last;  ///< calibration to compare with; empty: none
   bool accept_change = false;
   std::string method = "map";
-  bool json = false;
+  bool json = false, verbose = false;
 };
 int identify(const IdentifyCommand& command);
 

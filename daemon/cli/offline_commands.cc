@@ -32,6 +32,8 @@ void add_identify(CLI::App& app, int& status) {
       ->check(CLI::IsMember({"map", "paper"}))
       ->capture_default_str();
   command->add_flag("--json", given->json, "Print the calibration as JSON");
+  command->add_flag("--verbose", given->verbose,
+                    "Print everything that was found, not the summary alone");
   command->callback([given, &status] { status = identify(*given); });
 }
 

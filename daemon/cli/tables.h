@@ -9,10 +9,16 @@
 
 namespace cellcal::daemon {
 
-/// Before, after and check residuals, predicted accuracy, chi^2, observability, what goes together,
-/// outliers, and the verdict with its scope and reasons. Ends with a line break. `touches`: those
-/// of the calibration, where they are known, so that outliers can be found in their file.
+enum class Detail {
+  kSummary,  ///< about ten lines
+  kAll       ///< chi^2, noise, observability, correlations, each outlier, what was found besides
+};
+
+/// Residuals before and after, predicted accuracy, outliers, and the verdict with what withholds the
+/// result or has to be looked at. Ends with a line break. `touches`: those of the calibration, where
+/// they are known, so that outliers can be found in their file.
 std::string result_words(const calib::Calibration& calibration,
-                         std::span<const calib::Touch> touches = {});
+                         std::span<const calib::Touch> touches = {},
+                         Detail detail = Detail::kSummary);
 
 }  // namespace cellcal::daemon

@@ -61,7 +61,7 @@ void Microcontroller::boot(std::uint8_t cause) {
   identity.baud = static_cast<std::uint32_t>(options_.baud);
   identity.pong_lead = static_cast<std::uint16_t>(options_.turnaround.count() * CTP_TICKS_PER_US);
   sensor_init(&sensor_, &identity, ticks(now_));
-  pin_high_ = true;  // as the core begins
+  pin_high_ = seen_high_ = true;  // as the core begins
   last_test_ = TEST_NONE;
   last_armed_ = false;
   circuit_.test_pin = TestPin::kReleased;
@@ -98,13 +98,13 @@ TimePoint Microcontroller::when(std::uint32_t wait) const {
 /// The circuit has changed: the pin follows at once, the converter in its turn.
 void Microcontroller::settle(TimePoint t) {
   volts_ = circuit_.voltages();
+  pin_high_ = circuit_.pin_high(pin_high_);
+  if (silent_) return;  // whoever hangs sees it when it goes on
   conversions_left_ = kConversions;
   convert(now_);
-  const bool high = circuit_.pin_high(pin_high_);
-  if (high == pin_high_) return;
-  pin_high_ = high;
-  if (silent_) return;
-  sensor_on_edge(&sensor_, ticks(t), high);
+  if (pin_high_ == seen_high_) return;
+  seen_high_ = pin_high_;
+  sensor_on_edge(&sensor_, ticks(t), pin_high_);
   follow_output(t);
 }
 

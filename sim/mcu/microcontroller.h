@@ -113,6 +113,7 @@ class Microcontroller {
   TouchCircuit circuit_;
   CircuitVoltages volts_;
   bool pin_high_ = true;
+  bool seen_high_ = true;  ///< that the core was told last
   /// The converter runs for ever; what it would say again and again is not worth the time.
   int conversions_left_ = 0;
   TimePoint next_conversion_{};

@@ -3,6 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Core>
+#include <algorithm>
+
+#include "calib/result/finding_words.h"
 
 namespace cellcal::daemon {
 namespace {
@@ -20,31 +23,59 @@ TEST(the_result, shows_before_after_check_and_the_verdict_with_scope_and_reasons
   EXPECT_NE(words.find("fit after           24    0.0300    0.0900    0.0400\n"), std::string::npos)
       << words;
   EXPECT_NE(words.find("check after       none\n"), std::string::npos) << words;
-  EXPECT_NE(words.find("outlier: touch 5: +0.500 mm off S1, 5 times the touch noise\n"),
-            std::string::npos)
-      << words;
+  EXPECT_NE(words.find("1 outlier left out: touch 5\n"), std::string::npos) << words;
   std::vector<calib::Touch> touches(5);
   touches[4].line = 7;
-  EXPECT_NE(result_words(calibration, touches).find("outlier: touch 5 (line 7): +0.500 mm"),
-            std::string::npos);
+  EXPECT_NE(
+      result_words(calibration, touches, Detail::kAll).find("outlier: touch 5 (line 7): +0.500 mm"),
+      std::string::npos);
   EXPECT_NE(words.find("verdict: NOT publishable, scope: workspace\n  - reference method, for "
                        "comparison only\n"),
             std::string::npos)
       << words;
 }
 
+TEST(the_result, is_ten_lines_that_keep_back_nothing_to_look_at) {
+  calib::Calibration calibration;
+  calibration.before = calibration.after = {24, 0.0012, 0.0034, 0.0015};
+  calibration.predicted_m2_m = calibration.predicted_m3_m = 1e-4;
+  calibration.nominal_m2_m = calibration.nominal_m3_m = 3e-3;
+  calibration.chi2 = calibration.degrees_of_freedom = 60.0;
+  calibration.unidentifiable = {{"turning the zero of A1; fixed by convention", {}}};
+  for (std::size_t k = 0; k < 9; ++k) calibration.outliers.push_back({k, 0.0005, "off S1"});
+  calib::Finding told, warned;
+  told.kind = calib::FindingKind::kGain;
+  told.severity = calib::Severity::kInforms;
+  warned.kind = calib::FindingKind::kNoCheckTouches;
+  warned.severity = calib::Severity::kWarns;
+  calibration.verdict.findings = {told, warned};
+  const std::string brief = result_words(calibration);
+  EXPECT_LE(std::count(brief.begin(), brief.end(), '\n'), 10) << brief;
+  EXPECT_NE(brief.find(
+                "9 outliers left out: touch 1, touch 2, touch 3, touch 4, touch 5, touch 6, ...\n"),
+            std::string::npos)
+      << brief;
+  EXPECT_NE(brief.find("  - " + calib::words(warned)), std::string::npos) << brief;
+  EXPECT_EQ(brief.find("  - " + calib::words(told)), std::string::npos) << brief;
+  const std::string all = result_words(calibration, {}, Detail::kAll);
+  for (const char* one : {"chi^2", "not identifiable", "outlier: touch 9: off S1"})
+    EXPECT_NE(all.find(one), std::string::npos) << one;
+  EXPECT_NE(all.find("  - " + calib::words(told)), std::string::npos) << all;
+}
+
 TEST(the_result, says_in_words_what_the_touches_cannot_tell) {
   calib::Calibration calibration;
-  EXPECT_EQ(result_words(calibration).find("not told"), std::string::npos);
+  EXPECT_EQ(result_words(calibration, {}, Detail::kAll).find("not identifiable"),
+            std::string::npos);
   calibration.unidentifiable = {{"turning the zero of A1; fixed by convention", {}}};
-  EXPECT_NE(result_words(calibration)
-                .find("not told by the touches: turning the zero of A1; fixed by convention\n"),
+  EXPECT_NE(result_words(calibration, {}, Detail::kAll)
+                .find("not identifiable: turning the zero of A1; fixed by convention\n"),
             std::string::npos);
 }
 
 TEST(the_result, says_in_one_line_how_well_the_touches_tell_the_geometry) {
   calib::Calibration calibration;
-  EXPECT_EQ(result_words(calibration).find("observability"), std::string::npos);
+  EXPECT_EQ(result_words(calibration, {}, Detail::kAll).find("observability"), std::string::npos);
   calib::Observability& o = calibration.observability;
   o.rows = 106;
   o.directions = 22;
@@ -53,9 +84,9 @@ TEST(the_result, says_in_one_line_how_well_the_touches_tell_the_geometry) {
   o.o1 = 3.14159;
   o.o3 = 0.0271828;
   o.condition = 1234.5;
-  const std::string words = result_words(calibration);
-  EXPECT_NE(words.find("observability: 20 of 22 directions of the geometry told better than by "
-                       "tolerance, 22 seen; O1 3.14,"),
+  const std::string words = result_words(calibration, {}, Detail::kAll);
+  EXPECT_NE(words.find("observability: 20 of 22 directions of the geometry known better than "
+                       "their tolerance, 22 seen; O1 3.14,"),
             std::string::npos)
       << words;
   EXPECT_NE(words.find("O3 0.0272,"), std::string::npos) << words;
@@ -64,26 +95,26 @@ TEST(the_result, says_in_one_line_how_well_the_touches_tell_the_geometry) {
 
 TEST(the_result, states_chi_squared_with_its_degrees_of_freedom) {
   calib::Calibration calibration;
-  EXPECT_EQ(result_words(calibration).find("chi^2"), std::string::npos);
+  EXPECT_EQ(result_words(calibration, {}, Detail::kAll).find("chi^2"), std::string::npos);
   calibration.chi2 = 61.24;
   calibration.degrees_of_freedom = 68.04;
   calibration.chi2_per_dof = 0.9;
-  EXPECT_NE(result_words(calibration)
+  EXPECT_NE(result_words(calibration, {}, Detail::kAll)
                 .find("chi^2 of the fit: 61.2 at 68.0 degrees of freedom, 0.90 for each\n"),
             std::string::npos)
-      << result_words(calibration);
+      << result_words(calibration, {}, Detail::kAll);
 }
 
 TEST(the_result, states_the_noise_that_repeated_touches_measured) {
   calib::Calibration calibration;
   calibration.cell.touch_sigma_m = 3e-5;
-  EXPECT_EQ(result_words(calibration).find("touch noise"), std::string::npos);
+  EXPECT_EQ(result_words(calibration, {}, Detail::kAll).find("touch noise"), std::string::npos);
   calibration.repeats = {30, 1.2e-5, 20.0, 1.7e-5};
-  EXPECT_NE(result_words(calibration)
+  EXPECT_NE(result_words(calibration, {}, Detail::kAll)
                 .find("touch noise: 0.030 mm stated, 0.012 mm measured by 30 repeated touches (20 "
                       "degrees of freedom), 0.017 mm used\n"),
             std::string::npos)
-      << result_words(calibration);
+      << result_words(calibration, {}, Detail::kAll);
 }
 
 TEST(the_result, names_the_three_strongest_pairs_that_go_together_and_counts_the_others) {
@@ -97,20 +128,22 @@ TEST(the_result, names_the_three_strongest_pairs_that_go_together_and_counts_the
     calibration.covariance.conservativeResizeLike(Eigen::MatrixXd::Identity(at + 2, at + 2));
     calibration.covariance(at, at + 1) = calibration.covariance(at + 1, at) = correlation;
   };
-  EXPECT_EQ(result_words(calibration).find("told together"), std::string::npos);
+  EXPECT_EQ(result_words(calibration, {}, Detail::kAll).find("strongly correlated"),
+            std::string::npos);
   pair("A1.d", "A1.a", 0.89);
   pair("A2.theta", "A3.theta", -0.94);
   pair("A4.theta", "A6.theta", 0.991);
-  EXPECT_NE(result_words(calibration)
-                .find("told together better than apart: A4.theta and A6.theta (+0.99), A2.theta "
+  EXPECT_NE(result_words(calibration, {}, Detail::kAll)
+                .find("strongly correlated parameters: A4.theta and A6.theta (+0.99), A2.theta "
                       "and A3.theta (-0.94)\n"),
             std::string::npos)
-      << result_words(calibration);
+      << result_words(calibration, {}, Detail::kAll);
   pair("A5.d", "A5.a", 0.93);
   pair("A2.a", "A2.alpha", 0.92);
-  EXPECT_NE(result_words(calibration).find("A5.d and A5.a (+0.93); 1 more pair beyond 0.9\n"),
+  EXPECT_NE(result_words(calibration, {}, Detail::kAll)
+                .find("A5.d and A5.a (+0.93); 1 more pair beyond 0.9\n"),
             std::string::npos)
-      << result_words(calibration);
+      << result_words(calibration, {}, Detail::kAll);
 }
 
 }  // namespace

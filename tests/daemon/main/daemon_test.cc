@@ -332,10 +332,10 @@ TEST(a_session, leaves_the_quality_of_its_links_in_the_status) {
   EXPECT_EQ(links["robot"]["late"], 0);
   EXPECT_GT(links["contact"]["frames"], 1000);
   EXPECT_EQ(links["contact"]["crc_errors"], 0);
-  EXPECT_EQ(links["contact"]["firmware"], "1.0.0");
+  EXPECT_EQ(links["contact"]["firmware"], "1.1.0");
   const std::string words = fixture.cellcal({"status"}).out;
   EXPECT_NE(words.find("robot link: cycle 4.00 ms"), std::string::npos) << words;
-  EXPECT_NE(words.find("contact link: firmware 1.0.0"), std::string::npos) << words;
+  EXPECT_NE(words.find("contact link: firmware 1.1.0"), std::string::npos) << words;
 }
 
 TEST(an_aborted_session, keeps_its_touches_and_can_be_gone_on_with) {
