@@ -83,9 +83,10 @@ CircuitVoltages at_rest(const TouchCircuit& c) {
   if (c.touching) net.join(kGun, kLast, c.touch_ohm);
   net.drain(kFeed, c.feed_leak_a);
   net.drain(kSense, c.sense_leak_a);
-  if (c.test_pin == TestPin::kLow) net.tie(kSense, 0.0, kTestOhm);
-  if (c.test_pin == TestPin::kHigh) net.tie(kSense, TouchCircuit::kSupplyV, kTestOhm);
-  if (c.test_pin == TestPin::kPullUp) net.tie(kSense, TouchCircuit::kSupplyV, kPinPullUpOhm);
+  const TestPin pin = c.test_joint_open ? TestPin::kReleased : c.test_pin;
+  if (pin == TestPin::kLow) net.tie(kSense, 0.0, kTestOhm);
+  if (pin == TestPin::kHigh) net.tie(kSense, TouchCircuit::kSupplyV, kTestOhm);
+  if (pin == TestPin::kPullUp) net.tie(kSense, TouchCircuit::kSupplyV, kPinPullUpOhm);
   const auto volt = net.solve();
   return {volt[kFeed], volt[kSense], volt[kBack]};
 }

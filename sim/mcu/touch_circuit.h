@@ -43,6 +43,7 @@ struct TouchCircuit {
   double feed_leak_a = 0.0, sense_leak_a = 0.0;
   // Joints on the board that are open.
   bool capture_joint_open = false;  ///< D8: keeps the level that it had
+  bool test_joint_open = false;     ///< D7
   /// A converter input reads this whatever there is.
   std::optional<double> feed_reads_v = std::nullopt, sense_reads_v = std::nullopt,
                         earth_reads_v = std::nullopt;

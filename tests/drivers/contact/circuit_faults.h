@@ -79,6 +79,8 @@ inline std::vector<CircuitFault> circuit_faults() {
       [](C c) { c.sense_leak_a = 1.0e-3; });
   add("CaptureJointOpen", {.name = "", .circuit = {}, .self_test_fails = true, .by_voltage = true},
       [](C c) { c.capture_joint_open = true; });
+  add("TestJointOpen", {.name = "", .circuit = {}, .self_test_fails = true},
+      [](C c) { c.test_joint_open = true; });
   add("SenseInputReadsOpen", {.name = "", .circuit = {}, .self_test_fails = true},
       [](C c) { c.sense_reads_v = 4.8; });
   add("FeedInputReadsOpen", {.name = "", .circuit = {}, .flaw = LoopFlaw::kGunBreak},
