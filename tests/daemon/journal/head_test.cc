@@ -12,7 +12,6 @@
 #include <cerrno>
 #include <cstdarg>
 #include <functional>
-#include <thread>
 
 #include "calib/files/files.h"
 #include "daemon/journal/head_file.h"
@@ -94,9 +93,7 @@ struct a_head_file_by_itself : ::testing::Test {
   std::filesystem::path path = dir / "j.db.head", journal = dir / "j.db";
 };
 
-TEST_F(a_head_file_by_itself, has_nothing_to_say_before_it_was_written) {
-  EXPECT_FALSE(read());
-}
+TEST_F(a_head_file_by_itself, has_nothing_to_say_before_it_was_written) { EXPECT_FALSE(read()); }
 
 TEST_F(a_head_file_by_itself, holds_two_lines_in_turn_in_the_form_that_all_versions_read) {
   HeadFile file(path, journal);
@@ -107,7 +104,8 @@ TEST_F(a_head_file_by_itself, holds_two_lines_in_turn_in_the_form_that_all_versi
   const std::string both = text_of(path);
   file.write(head(9));
   const std::size_t line = both.size() / 2;
-  EXPECT_EQ(text_of(path).substr(line), both.substr(line)) << "8 stays while 9 takes the place of 7";
+  EXPECT_EQ(text_of(path).substr(line), both.substr(line))
+      << "8 stays while 9 takes the place of 7";
   EXPECT_TRUE(has(text_of(path).substr(0, line), "0000009"));
   EXPECT_EQ(read()->entries, 9);
   EXPECT_EQ(read()->sum, head(9).sum);
@@ -124,7 +122,8 @@ TEST_F(a_head_file_by_itself, that_is_opened_again_goes_on_in_the_place_of_the_o
     ASSERT_EQ(file.read()->entries, newest);
     file.write(head(newest + 1));
     const std::string text = text_of(path);
-    EXPECT_TRUE(has(text, "000" + std::to_string(newest) + " ")) << "a power failure meets the other";
+    EXPECT_TRUE(has(text, "000" + std::to_string(newest) + " "))
+        << "a power failure meets the other";
     EXPECT_TRUE(has(text, "000" + std::to_string(newest + 1) + " "));
     EXPECT_EQ(read()->entries, newest + 1);
   }
@@ -229,8 +228,9 @@ TEST_F(a_lock_file, that_was_removed_before_it_was_locked_is_made_anew) {
 TEST_F(a_lock_file, that_cannot_be_locked_says_why_and_where_it_could) {
   before_lock = [] { return ENOLCK; };
   const std::string words = taken();
-  EXPECT_EQ(words, "journal " + journal.string() + ": " + path.string() +
-                       " cannot be locked (No locks available); put the state directory on a local disk");
+  EXPECT_EQ(words,
+            "journal " + journal.string() + ": " + path.string() +
+                " cannot be locked (No locks available); put the state directory on a local disk");
   for (const int code : {EAGAIN, EACCES}) {
     before_lock = [code] { return code; };
     EXPECT_TRUE(has(taken(), "second cellcald")) << taken();

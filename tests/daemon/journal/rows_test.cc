@@ -114,7 +114,8 @@ TEST_F(the_rows, behind_one_that_was_refused_go_on_where_the_file_stands) {
   }
   {
     Journal journal(path);
-    EXPECT_THROW(journal.record(id, RecordTouch{0, touch_at(0.1)}), JournalError) << "there already";
+    EXPECT_THROW(journal.record(id, RecordTouch{0, touch_at(0.1)}), JournalError)
+        << "there already";
     journal.record(id, RecordTouch{1, touch_at(0.2)});
   }
   EXPECT_EQ(refusal(path), "");
@@ -163,7 +164,8 @@ TEST_F(the_rows, that_the_end_lacks_are_counted) {
                                std::filesystem::copy_options::overwrite_existing);
   }
   const std::string words = refusal(dir / "older.db");
-  EXPECT_NE(words.find(": 3 rows that were on disk are missing at its end"), std::string::npos) << words;
+  EXPECT_NE(words.find(": 3 rows that were on disk are missing at its end"), std::string::npos)
+      << words;
 }
 
 TEST_F(the_rows, of_a_journal_whose_checksums_were_changed_are_refused_whole) {

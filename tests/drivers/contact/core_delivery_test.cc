@@ -71,9 +71,8 @@ TEST_F(CoreDelivery, ExplainsASilenceUnderArmWhereItIsAThirdOfTheLimitAndWasSent
     bool explains;
   };
   // The heartbeat comes late_s after it was sent; sent_before_s before the core gave up.
-  for (const Case& one : {Case{0.003, 0.0080, false}, Case{0.003, 0.0087, true},
-                          Case{-0.003, 0.0180, false}}) {
-    ScriptedSensor fresh;
+  for (const Case& one :
+       {Case{0.003, 0.0080, false}, Case{0.003, 0.0087, true}, Case{-0.003, 0.0180, false}}) {
     s.core.disconnect(s.now);
     s.identifies = s.beats = s.pongs = true;
     ASSERT_TRUE(s.get_ready());

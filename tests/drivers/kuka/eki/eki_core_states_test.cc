@@ -31,8 +31,8 @@ struct EkiStates : testing::Test {
         "<RobotState Session=\"{}\" Heard=\"{}\" {}><Axis A1=\"{:.{}f}\" A2=\"-90.{:0{}}\" "
         "A3=\"90\" A4=\"0\" A5=\"90\" A6=\"0\"/>{}<Status Ready=\"{}\" Mode=\"{}\" Drives=\"{}\" "
         "Stopped=\"{}\" Override=\"{}\" Input=\"{}\" Fault=\"{}\" Bad=\"{}\"/></RobotState>",
-        obeyed.value_or(session), heard, more, a1_deg, decimals, 0, decimals, move, ready ? 1 : 0, mode,
-        drives ? 1 : 0, stopped ? 1 : 0, override_percent, input ? 1 : 0, fault, bad);
+        obeyed.value_or(session), heard, more, a1_deg, decimals, 0, decimals, move, ready ? 1 : 0,
+        mode, drives ? 1 : 0, stopped ? 1 : 0, override_percent, input ? 1 : 0, fault, bad);
   }
   /// The next state, and the tick behind it.
   void say(Duration after = 20ms) {

@@ -342,14 +342,16 @@ TEST(RsiSilence, WhoWasNotAnsweredForAFifthOfASecondWaitsAndItsArmRests) {
 TEST(RsiAnswers, BeforeThereIsASessionADamagedPacketIsNotAnsweredAndTheFirstFrameOfRsi2Is) {
   RsiCore core(rig_config(), nullptr);
   TimePoint now{1000s};
-  EXPECT_TRUE(core.on_datagram("<Rob Type=\"KUKA\"><AIPos A1=\"x\"/><IPOC>7</IPOC></Rob>", now).empty());
+  EXPECT_TRUE(
+      core.on_datagram("<Rob Type=\"KUKA\"><AIPos A1=\"x\"/><IPOC>7</IPOC></Rob>", now).empty());
   EXPECT_FALSE(core.on_datagram("<Rob Type=\"KUKA\"><IPOC>8</IPOC></Rob>", now += 4ms).empty());
 }
 
 TEST_F(RsiSession, AFrameOfIpocAloneWithinASessionIsAnsweredWithWhatIsHeld) {
   rig.make_ready();
   arrive(5.0);
-  const std::string held = rig.reply.substr(rig.reply.find("<AK"), rig.reply.find("<Stop") - rig.reply.find("<AK"));
+  const std::string held =
+      rig.reply.substr(rig.reply.find("<AK"), rig.reply.find("<Stop") - rig.reply.find("<AK"));
   EXPECT_TRUE(has(held, "A1=\"5.0000"));
   const std::string alone =
       "<Rob Type=\"KUKA\"><IPOC>" + std::to_string(rig.krc.ipoc() + 4) + "</IPOC></Rob>";
@@ -357,7 +359,7 @@ TEST_F(RsiSession, AFrameOfIpocAloneWithinASessionIsAnsweredWithWhatIsHeld) {
   EXPECT_TRUE(has(reply, held)) << reply;
 }
 
-TEST_F(RsiSession, WithoutAStopTagNoReplySpeaksOfItAndNoneEndsTheSession) {
+TEST(RsiAnswers, WithoutAStopTagNoReplySpeaksOfItAndNoneEndsTheSession) {
   RsiConfig config = rig_config();
   config.stop_tag.clear();
   Packets peer(config);

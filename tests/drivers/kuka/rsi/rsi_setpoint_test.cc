@@ -78,7 +78,8 @@ TEST(AxesOfAPacket, AreItsOwnFirstAndTheExternalOnesBehindThem) {
   };
   EXPECT_EQ(in_deg(axes_of(six, two, 7)), (std::vector<double>{1, 2, 3, 4, 5, 6, 7}));
   EXPECT_EQ(in_deg(axes_of(six, two, 8)), (std::vector<double>{1, 2, 3, 4, 5, 6, 7, 8}));
-  EXPECT_EQ(in_deg(axes_of(six, two, 3)), (std::vector<double>{1, 2, 3})) << "no more than asked for";
+  EXPECT_EQ(in_deg(axes_of(six, two, 3)), (std::vector<double>{1, 2, 3}))
+      << "no more than asked for";
   EXPECT_EQ(axes_of(six, two, 9).size(), 8u) << "fewer where it has fewer";
   EXPECT_EQ(axes_of(six, {}, 6).size(), 6u);
 }
