@@ -14,13 +14,12 @@ std::optional<Finding> temperature_finding(std::span<const Touch> touches) {
     ++stated;
   }
   if (stated == 0) return std::nullopt;
-  return Finding{FindingKind::kTemperature,
-                 Severity::kInforms,
-                 {},
-                 {{"coldest", coldest, "degrees C"},
-                  {"hottest", hottest, "degrees C"},
-                  {"stated", static_cast<double>(stated), ""},
-                  {"touches", static_cast<double>(touches.size()), ""}}};
+  Finding finding{FindingKind::kTemperature, Severity::kInforms};
+  finding.evidence = {{"coldest", coldest, "degrees C"},
+                      {"hottest", hottest, "degrees C"},
+                      {"stated", static_cast<double>(stated), ""},
+                      {"touches", static_cast<double>(touches.size()), ""}};
+  return finding;
 }
 
 }  // namespace cellcal::calib
