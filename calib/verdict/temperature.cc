@@ -14,14 +14,12 @@ std::optional<Finding> temperature_finding(std::span<const Touch> touches) {
     ++stated;
   }
   if (stated == 0) return std::nullopt;
-  Finding found;
-  found.kind = FindingKind::kTemperature;
-  found.severity = Severity::kInforms;
-  found.evidence = {{"coldest", coldest, "degrees C"},
-                    {"hottest", hottest, "degrees C"},
-                    {"stated", static_cast<double>(stated), ""},
-                    {"touches", static_cast<double>(touches.size()), ""}};
-  return found;
+  Finding finding{FindingKind::kTemperature, Severity::kInforms};
+  finding.evidence = {{"coldest", coldest, "degrees C"},
+                      {"hottest", hottest, "degrees C"},
+                      {"stated", static_cast<double>(stated), ""},
+                      {"touches", static_cast<double>(touches.size()), ""}};
+  return finding;
 }
 
 }  // namespace cellcal::calib
