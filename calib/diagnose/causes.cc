@@ -53,10 +53,19 @@ class Search {
       : cell_(cell), other_robots_(other_robots), share_(share_of(touches, kMostTouches)) {
     for (const std::size_t i : share_) touches_.push_back(touches[i]);
     stated_ = attempt(cell, touches_);
+    least_scatter_ = stated_.scatter;
     nominal_off_m_ = nominal_off_m(cell, touches_);
   }
 
   bool needed() const { return !stated_.makes_sense(); }
+
+  /// What the best explanation leaves, in what was stated as the noise of a touch: an arm that does
+  /// what its model lacks scatters by more. None where all as it is stated scatters hardly more.
+  std::optional<double> beyond_stated() const {
+    constexpr double kAsStated = 1.3, kNoBetter = 1.5;
+    if (least_scatter_ < kAsStated || stated_.scatter < kNoBetter * least_scatter_) return {};
+    return least_scatter_;
+  }
 
   void radians() {
     constexpr double kTurnDeg = 360.0 * std::numbers::pi / 180.0;  // read as degrees: below 6.3
@@ -537,6 +546,7 @@ class Search {
              const std::function<std::string(const Calibration&)>& words,
              const std::optional<MovedTarget>& moved = {}, std::size_t changes = 1) {
     const Trial trial = attempt(cell, touches);
+    least_scatter_ = std::min(least_scatter_, trial.scatter);
     if (!trial.makes_sense() || !(trial.excess() < kExplained * stated_.excess()) ||
         !(trial.sum < stated_.sum - kWorthNaming))
       return;
@@ -552,14 +562,18 @@ class Search {
   std::vector<std::size_t> share_;  ///< of the touches, those that are asked
   std::vector<Touch> touches_;      ///< these
   Trial stated_;
+  double least_scatter_ = 0.0;
   double nominal_off_m_ = 0.0;
   std::vector<Cause> causes_;
 };
 
 }  // namespace
 
-std::vector<Cause> causes_of(const Cell& cell, const std::vector<Touch>& touches,
-                             const OtherRobots& other_robots) {
+namespace {
+
+/// As the noise is stated. `beyond`: what the best explanation leaves, where that is more.
+std::vector<Cause> causes_at(const Cell& cell, const std::vector<Touch>& touches,
+                             const OtherRobots& other_robots, std::optional<double>& beyond) {
   Search search(cell, touches, other_robots);
   if (!search.needed()) return {};
   search.radians();
@@ -578,7 +592,29 @@ std::vector<Cause> causes_of(const Cell& cell, const std::vector<Touch>& touches
   search.gravity();
   search.centres();
   search.moved();
+  beyond = search.beyond_stated();
   return search.best();
+}
+
+}  // namespace
+
+std::vector<Cause> causes_of(const Cell& cell, const std::vector<Touch>& touches,
+                             const OtherRobots& other_robots) {
+  /// Of more, no arm would be left to speak of.
+  constexpr double kMostScatterM = 1e-3;
+  std::optional<double> beyond, further;
+  std::vector<Cause> causes = causes_at(cell, touches, other_robots, beyond);
+  if (!causes.empty() || !beyond || *beyond * cell.touch_sigma_m > kMostScatterM) return causes;
+  // With a noise as large as what the best explanation leaves.
+  Cell noisier = cell;
+  noisier.touch_sigma_m *= *beyond;
+  noisier.turn_sigma_rad *= *beyond;
+  std::vector<Touch> same = touches;
+  for (Touch& touch : same) {
+    touch.sigma_m *= *beyond;
+    touch.turn_sigma_rad *= *beyond;
+  }
+  return causes_at(noisier, same, other_robots, further);
 }
 
 }  // namespace cellcal::calib

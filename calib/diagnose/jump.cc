@@ -12,10 +12,9 @@
 #include "calib/consistency/jump_sequence.h"
 #include "calib/consistency/lengths.h"
 #include "calib/consistency/session_order.h"
+#include "calib/diagnose/trial.h"
 #include "calib/estimate/discrepancy.h"
-#include "calib/model/error.h"
 #include "calib/model/units.h"
-#include "calib/verdict/identify_as_stated.h"
 
 namespace cellcal::calib {
 
@@ -25,33 +24,14 @@ namespace {
 constexpr double kWorthTrying = 9.0;
 /// Of more touches a share says what jumped as well, and all would take longer only.
 constexpr std::size_t kMostTouches = 1000;
-/// What leaving a touch out costs in log evidence: as much as a touch at the gate.
-constexpr double kLeftOut = kJumpGate * kJumpGate / 2.0;
-/// By which log evidence a jump has to beat that nothing changed, and to beat another jump.
-constexpr double kBelieved = 6.0;
+/// An error beside the model is looked for where touches scatter so much more than stated (chi^2
+/// per degree of freedom), or where repeats share it.
+constexpr double kAsStated = 1.5;
+/// By which log evidence a jump has to beat another one.
 constexpr double kClear = 5.0;
 /// Squared sigmas of its size, found with it undone: what is likelier with any jump at all, however
 /// large, is something else (a target's touches that bear another's name).
 constexpr double kSized = 16.0;
-
-/// How likely the touches are, whatever level, arm and places; each one that was left out costs as
-/// much as one at the gate. Natural logarithm.
-double log_evidence(const Cell& cell, const std::vector<Touch>& touches, const Calibration& c) {
-  // Levels are compared for given noise. That of repeats is measured anew with each jump undone.
-  double of_noise = 0.0;
-  if (c.repeats.used_m > 0.0)
-    for (const Touch& touch : touches) {
-      if (touch.set != TouchSet::kFit || touch.sigma_m > 0.0) continue;
-      const TargetKind kind = cell.targets[cell.target_index(touch.target)].kind;
-      const int rows = kind == TargetKind::kPoint || kind == TargetKind::kTracker ? 3 : 1;
-      of_noise += rows * std::log(c.repeats.used_m / cell.touch_sigma_m);
-    }
-
-  double best = -std::numeric_limits<double>::infinity(), sum = 0.0;
-  for (const LevelEvidence& l : c.levels) best = std::max(best, l.log_evidence);
-  for (const LevelEvidence& l : c.levels) sum += std::exp(l.log_evidence - best);
-  return best + std::log(sum) - of_noise - kLeftOut * static_cast<double>(c.outliers.size());
-}
 
 /// By which the density of a jump is below that of a small one: heavy tails (Student's t, three
 /// degrees of freedom), since what is knocked hard is knocked all the same.
@@ -101,11 +81,25 @@ bool mended(const Calibration& c) {
   });
 }
 
-/// What the arm does beside its model looks like a jump where the touches go from place to place,
-/// and is still there when that is undone: then nothing speaks for it.
-double unless_field(double log_odds, const Calibration& undone) {
-  return undone.discrepancy.alike > kFieldSigmas ? std::min(0.0, log_odds) : log_odds;
+/// `mends`: whether all is well then.
+double beside_model(const Cell& cell, const std::vector<Touch>& touches, IdentifyOptions options,
+                    bool* mends = nullptr) {
+  options.with_discrepancy = true;
+  const std::optional<Calibration> c = tried(cell, touches, options);
+  if (c && mends != nullptr) *mends = mended(*c);
+  return c ? c->log_evidence : -std::numeric_limits<double>::infinity();
 }
+
+/// The session with one jump undone.
+struct Undone {
+  Jump jump;
+  Cell cell;
+  std::vector<Touch> touches;
+  double log_evidence = 0.0;
+  double penalty = 0.0;  ///< for a jump of just this size
+  double chi2 = 1.0;     ///< per degree of freedom, at least 1
+  bool alike = false;    ///< residuals of like postures are, still
+};
 
 /// Everything that is asked of one session.
 class Search {
@@ -116,7 +110,8 @@ class Search {
         touches_(touches),
         options_(options),
         stated_(cell, touches, calibration),
-        log_evidence_(log_evidence(cell, touches, calibration)),
+        log_evidence_(calibration.log_evidence),
+        repeated_(calibration.repeats.touches > 0),
         in_order_(in_order(touches)) {
     for (const Outlier& o : calibration.outliers) ++left_out_[touches[o.touch].target];
     for (const MovedTarget& m : calibration.moved) left_out_[m.target] += touches.size();
@@ -135,43 +130,53 @@ class Search {
         found.size = Eigen::VectorXd::Constant(1, known.angle_rad);
       else
         found.size = known.shift_m;
-      double chi2 = 1.0;
-      const auto jump = known.what == Jump::What::kTarget ? moved(suspect, found, chi2)
-                                                          : undone(suspect, found, chi2);
-      if (jump) return jump->log_odds / chi2;
+      const auto one =
+          known.what == Jump::What::kTarget ? moved(suspect, found) : undone(suspect, found);
+      if (one) return one->jump.log_odds / one->chi2;
     }
     return 0.0;
   }
 
   std::vector<Jump> all() const {
-    std::vector<Jump> jumps;
+    std::vector<Undone> all;
     double scatter = 1.0, always = 0.0;
     double best = -std::numeric_limits<double>::infinity();
     for (const JumpSuspect& suspect : stated_.suspects()) {
       if (suspect.what == Jump::What::kTarget && !worth_a_look(suspect.name)) continue;
       const auto found = stated_.robust(suspect);
       if (!found || found->squared_sigmas < kWorthTrying) continue;
-      std::optional<Jump> jump;
-      double chi2 = 1.0;
-      try {
-        jump = suspect.what == Jump::What::kTarget ? moved(suspect, *found, chi2)
-                                                   : undone(suspect, *found, chi2);
-      } catch (const IdentifyError&) {
-        continue;  // too little on one side to tell
+      std::optional<Undone> one =
+          suspect.what == Jump::What::kTarget ? moved(suspect, *found) : undone(suspect, *found);
+      if (!one) continue;  // too little on one side to tell
+      if (suspect.what != Jump::What::kTarget && one->jump.log_odds > kBelievedOdds)
+        always = std::max(always, log_odds_of_always(suspect, one->jump));
+      if (one->jump.log_odds > best) {
+        best = one->jump.log_odds;
+        scatter = one->chi2;
       }
-      if (!jump) continue;
-      if (suspect.what != Jump::What::kTarget && jump->log_odds > kBelieved)
-        always = std::max(always, log_odds_of_always(suspect, *jump));
-      if (jump->log_odds > best) {
-        best = jump->log_odds;
-        scatter = std::max(1.0, chi2);
-      }
-      jumps.push_back(*jump);
+      all.push_back(std::move(*one));
     }
     // Touches that scatter more than stated say less.
-    for (Jump& jump : jumps)
-      jump.log_odds = (jump.log_odds - always) / scatter -  // (62)
-                      std::log(static_cast<double>(stated_.order().size()));
+    const double places = std::log(static_cast<double>(stated_.order().size()));
+    for (Undone& one : all)
+      one.jump.log_odds = (one.jump.log_odds - always) / scatter - places;  // (62)
+    std::stable_sort(all.begin(), all.end(), [](const Undone& a, const Undone& b) {
+      return a.jump.log_odds > b.jump.log_odds;
+    });
+    std::optional<double> beside;  // how likely all is without a jump
+    std::vector<Jump> jumps;
+    for (Undone& one : all) {
+      if (one.jump.log_odds > kBelievedOdds && (one.alike || one.chi2 > kAsStated || repeated_)) {
+        if (!beside) beside = std::max(log_evidence_, beside_model(cell_, touches_, options_));
+        bool mends = false;
+        const double undone =
+            std::max(one.log_evidence, beside_model(one.cell, one.touches, options_, &mends));
+        one.jump.mends = one.jump.mends || mends;
+        one.jump.log_odds =
+            std::min(one.jump.log_odds, undone - *beside - one.penalty - places);  // (62a)
+      }
+      jumps.push_back(one.jump);
+    }
     return jumps;
   }
 
@@ -206,85 +211,88 @@ class Search {
     if (suspect.what == Jump::What::kJoint)
       always.size = Eigen::VectorXd::Constant(1, jump.angle_rad);
     const std::vector<Touch> touches = with_undone(suspect, always);
-    try {
-      return log_evidence(cell_, touches, identify_as_stated(cell_, touches, options_)) -
-             log_evidence_ - surprise(always.size, suspect.usual);
-    } catch (const IdentifyError&) {
-      return 0.0;
-    }
+    const std::optional<Calibration> c = tried(cell_, touches, options_);
+    return c ? c->log_evidence - log_evidence_ - surprise(always.size, suspect.usual) : 0.0;
   }
 
-  std::optional<Jump> undone(const JumpSuspect& suspect, FoundJump found, double& chi2) const {
+  std::optional<Undone> undone(const JumpSuspect& suspect, FoundJump found) const {
     constexpr int kRounds = 3;
-    std::optional<Jump> jump;
+    Undone one;
+    one.cell = cell_;
+    one.jump.what = suspect.what;
+    one.jump.name = suspect.name;
     for (int round = 0; round < kRounds; ++round) {
-      const std::vector<Touch> touches = with_undone(suspect, found);
-      const Calibration c = identify_as_stated(cell_, touches, options_);
-      const JumpSequence sequence(cell_, touches, c);
+      one.touches = with_undone(suspect, found);
+      const std::optional<Calibration> c = tried(cell_, one.touches, options_);
+      if (!c) return {};
+      const JumpSequence sequence(cell_, one.touches, *c);
       const auto further = sequence.at(suspect, found.behind);
       if (!further) return {};
       const auto d = static_cast<Eigen::Index>(suspect.size);
       const Eigen::MatrixXd usual =
           Eigen::MatrixXd::Identity(d, d) + suspect.usual * suspect.usual * further->information;
-      chi2 = std::max(1.0, c.chi2_per_dof);
       const Eigen::VectorXd size = found.size;
-      jump.emplace();
-      jump->what = suspect.what;
-      jump->name = suspect.name;
-      jump->after_touch = stated_.order()[found.behind - 1];
-      jump->log_odds =  // (61)
-          unless_field(log_evidence(cell_, touches, c) - log_evidence_ -
-                           0.5 * std::log(usual.determinant()) - surprise(size, suspect.usual),
-                       c);
-      jump->mends = mended(c);
+      one.penalty =  // (61)
+          0.5 * std::log(usual.determinant()) + surprise(size, suspect.usual);
+      weigh(*c, one);
+      one.jump.after_touch = stated_.order()[found.behind - 1];
       const Eigen::MatrixXd covariance =  // with what is looked for: a direction may go unseen
           (further->information + Eigen::MatrixXd::Identity(d, d) / (suspect.usual * suspect.usual))
               .inverse() *
-          chi2;
-      jump->squared_sigmas = size.dot(further->information * size) / chi2;
-      jump->sigma = std::sqrt(size.dot(covariance * size)) / size.norm();
+          one.chi2;
+      one.jump.squared_sigmas = size.dot(further->information * size) / one.chi2;
+      one.jump.sigma = std::sqrt(size.dot(covariance * size)) / size.norm();
       if (suspect.what == Jump::What::kJoint)
-        jump->angle_rad = size[0];
+        one.jump.angle_rad = size[0];
       else
-        jump->shift_m = size;
+        one.jump.shift_m = size;
       const std::size_t placed = sequence.placed(suspect, found);
       found.size += further->size;
       found.behind = placed;
     }
-    return jump;
+    return one;
   }
 
-  std::optional<Jump> moved(const JumpSuspect& suspect, const FoundJump& found,
-                            double& chi2) const {
+  std::optional<Undone> moved(const JumpSuspect& suspect, const FoundJump& found) const {
     // Its last touch before.
     std::size_t last = found.behind;
     while (last > 0 && touches_[stated_.order()[last - 1]].target != suspect.name) --last;
     if (last == 0) return {};
-    Jump jump;
-    jump.what = Jump::What::kTarget;
-    jump.name = suspect.name;
-    jump.after_touch = stated_.order()[last - 1];
-    const auto place = [](const Calibration& c, const std::string& id) {
-      for (const TargetResult& t : c.targets)
-        if (t.id == id) return t.centre_m;
-      throw IdentifyError("no touches of " + id);
+    Undone one;
+    one.jump.what = Jump::What::kTarget;
+    one.jump.name = suspect.name;
+    one.jump.after_touch = stated_.order()[last - 1];
+    const auto place = [](const std::optional<Calibration>& c, const std::string& id) {
+      std::optional<Eigen::Vector3d> centre_m;
+      for (const TargetResult& t : c ? c->targets : std::vector<TargetResult>{})
+        if (t.id == id) centre_m = t.centre_m;
+      return centre_m;
     };
     // First where it is then, whatever the cell file says; then as one that is within the usual of
     // there, which is what its evidence has to be compared with.
-    TwoPlaces two = as_two(cell_, touches_, suspect.name, jump.after_touch);
-    const Eigen::Vector3d there =
-        place(identify_as_stated(two.cell, two.touches, options_), two.later);
-    two = as_two(cell_, touches_, suspect.name, jump.after_touch, there, suspect.usual);
-    const Calibration c = identify_as_stated(two.cell, two.touches, options_);
-    jump.shift_m = place(c, two.later) - place(c, suspect.name);
-    chi2 = std::max(1.0, c.chi2_per_dof);
-    jump.log_odds = unless_field(log_evidence(two.cell, two.touches, c) - log_evidence_ -
-                                     surprise(jump.shift_m, suspect.usual),
-                                 c);
-    jump.squared_sigmas = found.squared_sigmas / chi2;
-    jump.sigma = found.size.norm() / std::sqrt(jump.squared_sigmas);
-    jump.mends = mended(c);
-    return jump;
+    TwoPlaces two = as_two(cell_, touches_, suspect.name, one.jump.after_touch);
+    const auto there = place(tried(two.cell, two.touches, options_), two.later);
+    if (!there) return {};
+    two = as_two(cell_, touches_, suspect.name, one.jump.after_touch, there, suspect.usual);
+    const std::optional<Calibration> c = tried(two.cell, two.touches, options_);
+    const auto before = place(c, suspect.name), after = place(c, two.later);
+    if (!before || !after) return {};
+    one.jump.shift_m = *after - *before;
+    one.penalty = surprise(one.jump.shift_m, suspect.usual);
+    weigh(*c, one);
+    one.jump.squared_sigmas = found.squared_sigmas / one.chi2;
+    one.jump.sigma = found.size.norm() / std::sqrt(one.jump.squared_sigmas);
+    one.cell = std::move(two.cell);
+    one.touches = std::move(two.touches);
+    return one;
+  }
+
+  void weigh(const Calibration& c, Undone& one) const {
+    one.chi2 = std::max(1.0, c.chi2_per_dof);
+    one.alike = c.discrepancy.alike > kFieldSigmas;
+    one.log_evidence = c.log_evidence;
+    one.jump.log_odds = c.log_evidence - log_evidence_ - one.penalty;
+    one.jump.mends = mended(c);
   }
 
   const Cell& cell_;
@@ -292,6 +300,7 @@ class Search {
   const IdentifyOptions& options_;
   JumpSequence stated_;
   double log_evidence_;
+  bool repeated_;
   std::vector<std::size_t> in_order_;
   std::map<std::string, std::size_t> left_out_;  ///< touches, by target
 };
@@ -301,27 +310,33 @@ class Search {
 std::vector<Jump> jumps_by_odds(const Cell& cell, const std::vector<Touch>& touches,
                                 const IdentifyOptions& options, const Calibration& calibration) {
   std::vector<Jump> jumps;
-  try {
-    if (touches.size() <= kMostTouches) {
-      jumps = Search(cell, touches, options, calibration).all();
-    } else {
-      const std::vector<std::size_t> which = share_of(touches, kMostTouches);
-      std::vector<Touch> share;
-      for (const std::size_t i : which) share.push_back(touches[i]);
-      jumps = Search(cell, share, options, identify_as_stated(cell, share, options)).all();
-      for (Jump& jump : jumps) jump.after_touch = which[jump.after_touch];
-    }
-  } catch (const IdentifyError&) {
-    return {};  // the share says too little
+  if (touches.size() <= kMostTouches) {
+    jumps = Search(cell, touches, options, calibration).all();
+  } else {
+    const std::vector<std::size_t> which = share_of(touches, kMostTouches);
+    std::vector<Touch> share;
+    for (const std::size_t i : which) share.push_back(touches[i]);
+    const std::optional<Calibration> c = tried(cell, share, options);
+    if (!c) return {};  // the share says too little
+    jumps = Search(cell, share, options, *c).all();
+    for (Jump& jump : jumps) jump.after_touch = which[jump.after_touch];
   }
   std::stable_sort(jumps.begin(), jumps.end(),
                    [](const Jump& a, const Jump& b) { return a.log_odds > b.log_odds; });
   return jumps;
 }
 
+double log_evidence_beside_model(const Cell& cell, const std::vector<Touch>& touches,
+                                 const IdentifyOptions& options) {
+  const double beside = beside_model(cell, touches, options);
+  const std::optional<Calibration> c = tried(cell, touches, options);
+  return c ? std::max(beside, c->log_evidence) : beside;
+}
+
 std::vector<Jump> believed(std::vector<Jump> jumps) {
-  std::erase_if(
-      jumps, [](const Jump& j) { return j.log_odds < kBelieved || !(j.squared_sigmas > kSized); });
+  std::erase_if(jumps, [](const Jump& j) {
+    return j.log_odds < kBelievedOdds || !(j.squared_sigmas > kSized);
+  });
   if (jumps.empty()) return jumps;
   const double best = jumps.front().log_odds;
   std::erase_if(jumps, [&](const Jump& j) { return j.log_odds < best - kClear; });
@@ -367,12 +382,9 @@ bool without_lengths(const Cell& cell, const std::vector<Touch>& touches,
                      const IdentifyOptions& options, const Jump& jump) {
   if (touches.size() > kMostTouches) return true;  // they say enough of themselves
   const Cell changed = silenced(cell, [](const CertifiedLength&) { return true; });
-  try {
-    const Calibration c = identify_as_stated(changed, touches, options);
-    return Search(changed, touches, options, c).log_odds(jump) > 0.0;
-  } catch (const IdentifyError&) {
-    return true;  // the touches alone determine nothing, and so do not speak against it
-  }
+  const std::optional<Calibration> c = tried(changed, touches, options);
+  if (!c) return true;  // the touches alone determine nothing, and so do not speak against it
+  return Search(changed, touches, options, *c).log_odds(jump) > 0.0;
 }
 
 }  // namespace

@@ -19,6 +19,14 @@ namespace cellcal::calib {
 std::vector<Jump> jumps_by_odds(const Cell& cell, const std::vector<Touch>& touches,
                                 const IdentifyOptions& options, const Calibration& calibration);
 
+/// How likely the touches are, as they are told or with an error of the arm beside its model, which
+/// touches of one posture share and those of like postures nearly so (discrepancy.h): the likelier.
+/// Natural logarithm. What is said to have changed in the session has to be likelier than that.
+double log_evidence_beside_model(const Cell& cell, const std::vector<Touch>& touches,
+                                 const IdentifyOptions& options);
+/// By which it has to be likelier to be believed.
+inline constexpr double kBelievedOdds = 6.0;
+
 /// Of these those that make the touches likelier by a clear margin than that nothing changed, and
 /// that are not much less likely than the first.
 std::vector<Jump> believed(std::vector<Jump> jumps);

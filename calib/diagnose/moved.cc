@@ -8,9 +8,8 @@
 #include "calib/consistency/outliers.h"
 #include "calib/consistency/session_order.h"
 #include "calib/consistency/suspected_moves.h"
+#include "calib/diagnose/trial.h"
 #include "calib/estimate/discrepancy.h"
-#include "calib/model/error.h"
-#include "calib/verdict/identify_as_stated.h"
 
 namespace cellcal::calib {
 
@@ -43,17 +42,21 @@ MovedTarget measured(const Cell& cell, const std::vector<Touch>& touches,
                                   std::max(kUsualMoveM, moved.shift_m.norm()));
   const bool known = moved.shift_m.norm() > 0.0;
   moved.squared_sigmas = 0.0;
-  Calibration two;
-  try {
-    two = identify_as_stated(places.cell, places.touches, options);
-  } catch (const IdentifyError&) {
-    return moved;  // too little on one side to tell
-  }
+  const std::optional<Calibration> found = tried(places.cell, places.touches, options);
+  if (!found) return moved;  // too little on one side to tell
+  const Calibration& two = *found;
   if (disagree(two, places.touches, moved.target, known) ||
       disagree(two, places.touches, places.later, known))
     return moved;
-  // What the arm does beside its model pulls targets about, and is still there with two of them.
-  if (two.discrepancy.alike > kFieldSigmas) return moved;
+  // What the arm does beside its model pulls targets about, and touches of one posture share it.
+  constexpr double kAsStated = 1.5;
+  if (!options.with_discrepancy && !options.level &&
+      (two.discrepancy.alike > kFieldSigmas || two.chi2_per_dof > kAsStated ||
+       two.repeats.touches > 0)) {
+    IdentifyOptions beside = options;
+    beside.with_discrepancy = true;
+    return measured(cell, touches, beside, as_one, std::move(moved));
+  }
   Eigen::Vector3d shift = Eigen::Vector3d::Zero();
   Eigen::MatrixXd by = Eigen::MatrixXd::Zero(3, two.covariance.cols());
   for (std::size_t p = 0; p < two.parameters.size(); ++p)

@@ -48,28 +48,40 @@ bool is_drawn(const ArmModel& arm, const std::string& name) {
 
 bool Trial::makes_sense() const { return misfit() < kSense && worst < kFarStated; }
 
+std::optional<Calibration> tried(const Cell& cell, const std::vector<Touch>& touches,
+                                 const IdentifyOptions& options) {
+  try {
+    return identify_as_stated(cell, touches, options);
+  } catch (const IdentifyError&) {
+    return std::nullopt;
+  }
+}
+
 Trial attempt(const Cell& cell, const std::vector<Touch>& touches) {
   Trial trial;
   const Cell levelled = at_level(cell, ModelLevel{}, touches);
   const ArmModel arm(levelled);
-  try {
-    IdentifyOptions options;
-    options.level = ModelLevel{};  // the fullest; which one it is does not matter here
-    trial.found = identify_as_stated(cell, touches, options);
-  } catch (const IdentifyError&) {
-    return trial;
-  }
+  IdentifyOptions options;
+  options.level = ModelLevel{};  // the fullest; which one it is does not matter here
+  trial.found = tried(cell, touches, options);
+  if (!trial.found) return trial;
   trial.sum = 0.0;
   trial.rows = 0;
+  constexpr double kMedian = 0.6745;
+  std::vector<double> off;
   for (const TouchResidual& r : trial.found->residuals) {
     const Touch& touch = touches[r.touch];
     if (touch.set != TouchSet::kFit) continue;
     const double sigma = touch.sigma_m > 0.0 ? touch.sigma_m : cell.touch_sigma_m;
     const TargetKind kind = cell.targets[cell.target_index(touch.target)].kind;
     const int rows = kind == TargetKind::kPoint || kind == TargetKind::kTracker ? 3 : 1;
-    trial.sum += std::min(std::pow(r.after_m / sigma, 2), kMostSigmas * kMostSigmas);  // (63)
+    off.push_back(std::abs(r.after_m) / sigma);
+    trial.sum += std::min(off.back() * off.back(), kMostSigmas * kMostSigmas);  // (63)
     trial.rows += rows;
   }
+  const auto middle = off.begin() + static_cast<std::ptrdiff_t>(off.size() / 2);
+  std::nth_element(off.begin(), middle, off.end());
+  trial.scatter = *middle / kMedian;
   const auto add_stated = [&](double sigmas) {
     trial.sum += sigmas * sigmas;
     trial.worst = std::max(trial.worst, sigmas * sigmas);

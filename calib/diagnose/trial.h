@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "calib/estimate/options.h"
 #include "calib/model/robot.h"
 #include "calib/model/touch.h"
 #include "calib/result/calibration.h"
@@ -18,6 +19,8 @@ struct Trial {
   double sum = std::numeric_limits<double>::infinity();
   int rows = 1;        ///< one for each touch, three of points and trackers
   double worst = 0.0;  ///< of what the files state, one tolerance or certified length
+  /// Median of what the touches are off, in what it is of noise as stated.
+  double scatter = std::numeric_limits<double>::infinity();
   std::optional<Calibration> found;
 
   double misfit() const { return sum / rows; }
@@ -25,6 +28,10 @@ struct Trial {
   double excess() const { return sum - rows; }
   bool makes_sense() const;
 };
+
+/// The calibration as stated; none where the touches lead to none, which explains nothing.
+std::optional<Calibration> tried(const Cell& cell, const std::vector<Touch>& touches,
+                                 const IdentifyOptions& options);
 
 /// At the fullest level; which one it is does not matter for that.
 Trial attempt(const Cell& cell, const std::vector<Touch>& touches);

@@ -16,8 +16,6 @@
 #include "calib/diagnose/moved.h"
 #include "calib/diagnose/trial.h"
 #include "calib/estimate/target_place.h"
-#include "calib/model/error.h"
-#include "calib/verdict/identify_as_stated.h"
 
 namespace cellcal::calib {
 
@@ -26,13 +24,11 @@ namespace {
 /// The calibration, if all makes sense.
 std::optional<Calibration> sensible(const Cell& cell, const std::vector<Touch>& touches,
                                     const IdentifyOptions& options) {
-  try {
-    Calibration calibration = identify_as_stated(cell, touches, options);
-    confirm_moves(cell, touches, options, calibration);
-    if (calibration.moved.empty() && calibration.verdict.publish) return calibration;
-  } catch (const IdentifyError&) {
-  }
-  return std::nullopt;
+  std::optional<Calibration> calibration = tried(cell, touches, options);
+  if (!calibration) return {};
+  confirm_moves(cell, touches, options, *calibration);
+  if (!calibration->moved.empty() || !calibration->verdict.publish) return {};
+  return calibration;
 }
 
 /// The calibration without these lengths, if all makes sense then.
@@ -113,23 +109,20 @@ std::string wrong_places(const Cell& cell, const std::vector<Touch>& touches,
 std::optional<SizeResult> mended_size(const Cell& cell, const std::vector<Touch>& touches,
                                       const IdentifyOptions& options, SizeResult size) {
   constexpr int kSteps = 4;  // the first one is with the outliers that the wrong size made
-  try {
-    for (int step = 0; step < kSteps; ++step) {
-      const PutRight right = put_right(cell, touches, size);
-      if (is_of_sphere(cell, size) &&
-          right.cell.targets[cell.target_index(size.target)].diameter_m < 0.0)
-        return std::nullopt;
-      const Calibration found = identify_as_stated(right.cell, right.touches, options);
-      const auto own =
-          std::find_if(found.sizes.begin(), found.sizes.end(),
-                       [&](const SizeResult& other) { return other.target == size.target; });
-      if (own == found.sizes.end()) return std::nullopt;
-      size.off_m += own->off_m;
-      size.sigma_m = own->sigma_m;
-      if (contradiction(*own) < 1.0) break;
-    }
-  } catch (const IdentifyError&) {
-    return std::nullopt;
+  for (int step = 0; step < kSteps; ++step) {
+    const PutRight right = put_right(cell, touches, size);
+    if (is_of_sphere(cell, size) &&
+        right.cell.targets[cell.target_index(size.target)].diameter_m < 0.0)
+      return std::nullopt;
+    const auto found = tried(right.cell, right.touches, options);
+    if (!found) return std::nullopt;
+    const auto own =
+        std::find_if(found->sizes.begin(), found->sizes.end(),
+                     [&](const SizeResult& other) { return other.target == size.target; });
+    if (own == found->sizes.end()) return std::nullopt;
+    size.off_m += own->off_m;
+    size.sigma_m = own->sigma_m;
+    if (contradiction(*own) < 1.0) break;
   }
   const PutRight right = put_right(cell, touches, size);
   return sensible(right.cell, right.touches, options) ? std::optional(size) : std::nullopt;
@@ -165,11 +158,9 @@ std::vector<SizeResult> suspected_sizes(const Cell& cell, const std::vector<Touc
     if (target.kind != TargetKind::kSphere) continue;
     Cell loose = cell;
     loose.targets[cell.target_index(target.id)].diameter_sigma_m = kAnyDiameterM;
-    try {
-      for (const ParameterResult& p : identify_as_stated(loose, touches, options).parameters)
-        if (p.name == target.id + ".radius") suspects.push_back({target.id, p.correction, p.sigma});
-    } catch (const IdentifyError&) {
-    }
+    const auto found = tried(loose, touches, options);
+    for (const ParameterResult& p : found ? found->parameters : std::vector<ParameterResult>{})
+      if (p.name == target.id + ".radius") suspects.push_back({target.id, p.correction, p.sigma});
   }
   if (const SizeResult* worst = worst_contradicted(calibration.sizes)) {
     std::vector<SizeResult> contradicted = calibration.sizes;

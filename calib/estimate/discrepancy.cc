@@ -306,9 +306,8 @@ void solve_together(const Problem& problem, const Eigen::MatrixXd& postures, con
   p.leverage = leverage_of(p.linear.jacobian, p.covariance_u);
 }
 
-/// Whether other touches are honest now: each is judged by its own sigma, field included.
-bool renamed(const Problem& problem, const IdentifyOptions& options, Estimate& e) {
-  if (!options.reject_outliers) return false;
+/// Those that are honest by their own sigma, field included. Whether they are others.
+bool judged_alone(const Problem& problem, const IdentifyOptions& options, Estimate& e) {
   Estimate alone = e;
   linearise(problem, e.u, e.use, alone.posterior.linear);
   alone.posterior.leverage =
@@ -317,6 +316,41 @@ bool renamed(const Problem& problem, const IdentifyOptions& options, Estimate& e
   e.gate = alone.gate;
   std::swap(e.use, honest);
   return e.use != honest;
+}
+
+/// Of those in use the ones that are not what all others, which share the field with them, foresee:
+/// an error of half a millimetre may be the field's, but not beside a repeat without it. With Q = V
+/// + J P^-1 J' what a touch is expected to be, (Q^-1 y)_i / sqrt((Q^-1)_ii) is its residual left
+/// out, studentised (32a). The worst go first; they pull at their neighbours.
+bool judged_by_others(const Problem& problem, const IdentifyOptions& options, Estimate& e) {
+  constexpr double kMedian = 0.6745, kOfWorst = 0.7;
+  const Posterior& p = e.posterior;
+  const Eigen::Index n = p.linear.length_row;
+  const auto lower = p.together.triangularView<Eigen::Lower>();
+  const Eigen::MatrixXd inverse = lower.solve(Eigen::MatrixXd::Identity(n, n));
+  const Eigen::MatrixXd by_unknowns = inverse.transpose() * p.linear.jacobian.topRows(n);
+  const Eigen::VectorXd pull = inverse.transpose() * p.linear.residual.head(n);
+  const Eigen::VectorXd information =
+      inverse.colwise().squaredNorm().transpose() -
+      (by_unknowns * p.covariance_u).cwiseProduct(by_unknowns).rowwise().sum();
+  constexpr double kLeast = 1e-9;
+  std::vector<double> off;
+  for (const auto& [touch, row] : p.linear.touch_row) {
+    off.push_back(0.0);
+    for (int k = row; k < row + problem.rows(touch); ++k)
+      if (information[k] > kLeast)
+        off.back() = std::max(off.back(), std::abs(pull[k]) / std::sqrt(information[k]));
+  }
+  if (off.empty()) return false;
+  std::vector<double> sorted = off;
+  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+  std::nth_element(sorted.begin(), middle, sorted.end());
+  const double gate = options.outlier_sigma * std::max(1.0, *middle / kMedian);
+  const double worst = *std::max_element(off.begin(), off.end());
+  if (worst <= gate) return false;
+  for (std::size_t k = 0; k < off.size(); ++k)
+    if (off[k] > gate && off[k] >= kOfWorst * worst) e.use[p.linear.touch_row[k].first] = false;
+  return true;
 }
 
 }  // namespace
@@ -367,18 +401,30 @@ double untold_field_m(const Problem& problem, const Estimate& e, const Repeats& 
 
 Discrepancy estimate_together(Problem& problem, const IdentifyOptions& options,
                               const Repeats& repeats, Estimate& e) {
-  constexpr int kRounds = 4;
+  constexpr int kRounds = 8;
   problem.set_ripple(0.0);
   const Eigen::MatrixXd postures = postures_of(problem);
   const bool measured = repeats.degrees_of_freedom >= kEnoughRepeats;
   std::vector<std::size_t> used;
-  for (std::size_t i = 0; i < e.use.size(); ++i)
-    if (e.use[i]) used.push_back(i);
-  const Sizes sizes = sizes_of(problem, e.u, postures, some_of(problem, postures, used), measured);
-  problem.set_field(sizes.field_m, sizes.noise_factor);
-  for (int round = 0; round < kRounds; ++round) {
+  double noise_factor = 1.0;
+  Sizes sizes;
+  const auto size = [&] {
+    used.clear();
+    for (std::size_t i = 0; i < e.use.size(); ++i)
+      if (e.use[i]) used.push_back(i);
+    problem.set_field(0.0, 1.0 / noise_factor);
+    sizes = sizes_of(problem, e.u, postures, some_of(problem, postures, used), measured);
+    noise_factor = sizes.noise_factor;
+    problem.set_field(sizes.field_m, noise_factor);
+  };
+  size();
+  for (int round = 0;; ++round) {
     solve_together(problem, postures, sizes, e);
-    if (round + 1 == kRounds || !renamed(problem, options, e)) break;
+    if (round + 1 == kRounds || !options.reject_outliers) break;
+    const bool others = round < 2 && judged_alone(problem, options, e);
+    if (others) continue;
+    if (!judged_by_others(problem, options, e)) break;
+    size();  // a gross error more or less says how large the field is
   }
   Discrepancy found;
   found.estimated = true;

@@ -10,10 +10,6 @@ namespace cellcal::calib {
 
 namespace {
 
-/// Precision of unknowns without a prior: a hair, so that every level stays solvable, and the same
-/// in every level, so that it cancels.
-constexpr double kFlat = 1e-8;
-
 /// A hair of information keeps a centre without prior, which turns with the frame, finite.
 constexpr double kHair = 1.0 + 1e-12;
 
@@ -62,7 +58,7 @@ Groups::Groups(const Problem& problem) {
   mean.resize(problem.size());
   for (Eigen::Index k = 0; k < precision.size(); ++k) {
     const Unknown& unknown = problem.unknowns()[order[static_cast<std::size_t>(k)]];
-    precision[k] = unknown.prior_weight > 0.0 ? std::pow(unknown.prior_weight, 2) : kFlat;
+    precision[k] = unknown.prior_weight > 0.0 ? std::pow(unknown.prior_weight, 2) : kFlatPrecision;
     mean[k] = unknown.prior_mean_u;
   }
 }

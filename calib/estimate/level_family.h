@@ -14,6 +14,10 @@
 
 namespace cellcal::calib {
 
+/// Precision of unknowns without a prior: a hair, so that every level stays solvable, and the same
+/// in every level, so that it cancels.
+inline constexpr double kFlatPrecision = 1e-8;
+
 /// The unknowns in three groups, one behind the other: those that every level has with the same
 /// prior; compliance; transmission. What a level leaves out or scales is then a block.
 struct Groups {

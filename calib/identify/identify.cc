@@ -6,12 +6,14 @@
 
 #include "calib/consistency/lengths.h"
 #include "calib/consistency/outliers.h"
+#include "calib/consistency/session_order.h"
 #include "calib/diagnose/causes.h"
 #include "calib/diagnose/data_association.h"
 #include "calib/diagnose/jump.h"
 #include "calib/diagnose/moved.h"
 #include "calib/diagnose/wrong_measure.h"
 #include "calib/estimate/discrepancy.h"
+#include "calib/estimate/target_place.h"
 #include "calib/identify/likely_causes.h"
 #include "calib/model/error.h"
 #include "calib/result/finding_words.h"
@@ -111,6 +113,16 @@ bool told_of_jump(const Cell& cell, const std::vector<Touch>& touches,
   return true;
 }
 
+/// Of targets without a centre to compare: whether they moved, or the arm does what its model
+/// lacks.
+bool told_from_model_error(const Cell& cell, const std::vector<Touch>& touches,
+                           const IdentifyOptions& options, const MovedTarget& moved) {
+  if (has_a_centre(cell.targets[cell.target_index(moved.target)].kind)) return true;  // measured
+  const TwoPlaces two = as_two(cell, touches, moved.target, moved.after_touch);
+  return log_evidence_beside_model(two.cell, two.touches, options) >
+         log_evidence_beside_model(cell, touches, options) + kBelievedOdds;
+}
+
 /// Before all else: what a user is to look at first.
 void tell(const std::vector<std::string>& causes, Calibration& calibration) {
   auto& findings = calibration.verdict.findings;
@@ -181,6 +193,9 @@ Calibration identify(const Cell& cell, const std::vector<Touch>& touches,
     if (told_of_jump(cell, touches, options, calibration)) return calibration;
     std::vector<Cause> causes;
     if (!calibration.verdict.publish) causes = causes_of(cell, touches, other_robots);
+    std::erase_if(causes, [&](const Cause& cause) {
+      return cause.moved && !told_from_model_error(cell, touches, options, *cause.moved);
+    });
     // Another mistake moves targets, too.
     const bool moved = moved_alone(causes);
     for (const Cause& cause : causes) {

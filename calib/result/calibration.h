@@ -217,6 +217,9 @@ struct Calibration {
   ModelLevel level;                   ///< that the parameters belong to: the mean over the levels
   std::string level_reason;           ///< in words
   std::vector<LevelEvidence> levels;  ///< that were considered, best first
+  /// Of the touches, whatever level, arm and places (natural logarithm); each that was left out
+  /// costs as much as one at the gate. Compares sessions of the same readings; not written to files.
+  double log_evidence = 0.0;
   std::vector<ParameterResult> parameters;
   std::vector<TargetResult> targets;
   std::vector<LengthResult> lengths;  ///< of which both ends were touched

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "calib/consistency/artefact_bias.h"
 #include "calib/consistency/leave_one_out.h"
@@ -14,6 +15,7 @@
 #include "calib/consistency/suspected_moves.h"
 #include "calib/estimate/discrepancy.h"
 #include "calib/estimate/estimate.h"
+#include "calib/estimate/level_family.h"
 #include "calib/estimate/problem.h"
 #include "calib/estimate/repeats.h"
 #include "calib/estimate/target_place.h"
@@ -113,6 +115,28 @@ Eigen::VectorXd residuals_alone(const Posterior& posterior) {
   return posterior.together.triangularView<Eigen::Lower>() * r;
 }
 
+/// Levels are compared for given noise and unknowns; here also these count. Noise is not the same
+/// where repeats or an error beside the model have a say, and of a target that is taken as two
+/// there are more unknowns: one without a prior counts as known to its scale (10 mm, 10 mrad).
+double log_evidence(const Problem& problem, const Estimate& e, double gate) {
+  double best = -std::numeric_limits<double>::infinity(), sum = 0.0;
+  for (const LevelEvidence& l : e.levels.levels) best = std::max(best, l.log_evidence);
+  for (const LevelEvidence& l : e.levels.levels) sum += std::exp(l.log_evidence - best);
+  double log_size = 0.0;
+  for (Eigen::Index k = 0; k < e.posterior.together.rows(); ++k)
+    log_size += std::log(e.posterior.together(k, k));
+  for (std::size_t i = 0; i < e.use.size(); ++i) {
+    if (problem.touches()[i].set != TouchSet::kFit) continue;
+    const double sigma_m =
+        e.use[i] ? problem.own_sigma_m(i) : std::hypot(problem.own_sigma_m(i), problem.field_m());
+    log_size += problem.rows(i) * std::log(sigma_m) + (e.use[i] ? 0.0 : gate * gate / 2.0);
+  }
+  double log_flat = 0.0;
+  for (const Unknown& unknown : problem.unknowns())
+    if (!(unknown.prior_weight > 0.0)) log_flat += 0.5 * std::log(kFlatPrecision);
+  return best + std::log(sum) - log_flat - log_size;
+}
+
 std::string level_reason(const Cell& cell, const ModelLevel& level, const LevelMean& mean,
                          bool given) {
   if (given) return words(cell, level) + "; as asked for";
@@ -205,6 +229,7 @@ Calibration identify_as_stated(const Cell& cell, const std::vector<Touch>& touch
   calibration.cell = cell;
   calibration.level = options.level.value_or(ModelLevel{1.0, mean.transmission, mean.ripple_rad});
   calibration.levels = mean.levels;
+  calibration.log_evidence = log_evidence(problem, e, options.outlier_sigma);
   if (options.level) calibration.levels.front().level = *options.level;
   calibration.level_reason = level_reason(cell, calibration.level, mean, options.level.has_value());
   double sum = 0.0, held = 0.0, noise = 0.0, of_places = 0.0;

@@ -7,11 +7,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <functional>
 #include <numbers>
 
 #include "calib/files/calibration_json.h"
 #include "calib/identify/identify.h"
 #include "calib/model/random.h"
+#include "calib/uncertainty/region.h"
 #include "tests/calib/findings.h"
 #include "tests/calib/simulate.h"
 
@@ -164,6 +166,68 @@ TEST(Jump, IsNotSeenWhereNothingDid) {
     EXPECT_TRUE(c.jumped.empty()) << seed << words_of(c);
     EXPECT_TRUE(c.verdict.publish) << seed << words_of(c);
   }
+}
+
+/// A tracker's readings of 24 postures, ten in a row of each, in an order drawn at random. The arm
+/// has an error beside its model that is the same for the touches of one posture.
+std::vector<Touch> ten_of_each(const Cell& cell, double beside_m, unsigned seed,
+                               const std::function<void(std::size_t, Touch&)>& change = {}) {
+  const sim::Truth truth = plain_truth(demo_cell(), seed);
+  auto postures = workspace_poses(ArmModel(cell), 24, 7);
+  Random random(seed);
+  for (std::size_t i = postures.size(); i > 1; --i)
+    std::swap(postures[i - 1], postures[random.below(i)]);
+  std::vector<Touch> touches;
+  for (const JointVector& q : postures) {
+    Eigen::Vector3d off;
+    for (double& c : off) c = beside_m * random.normal();
+    for (int k = 0; k < 10; ++k) {
+      Touch touch;
+      touch.target = "T1";
+      touch.joint_rad = q;
+      const Eigen::Vector3d tip =
+          truth.arm.position(truth.arm.prepare(q), truth.errors.data()) + off;
+      for (int axis = 0; axis < 3; ++axis)
+        touch.tracker_m[axis] = tip[axis] + 0.02e-3 * random.normal();
+      if (change) change(touches.size(), touch);
+      touches.push_back(touch);
+    }
+  }
+  return touches;
+}
+
+Cell tracker_cell(double sigma_m) {
+  Cell cell = demo_cell();
+  cell.targets.assign(1, Target{});
+  cell.targets[0].id = "T1";
+  cell.targets[0].kind = TargetKind::kTracker;
+  cell.lengths.clear();
+  cell.touch_sigma_m = sigma_m;
+  return cell;
+}
+
+TEST(Jump, IsNotMadeOfTheErrorThatTheTouchesOfOnePostureShare) {
+  for (const double sigma_m : {0.02e-3, 0.004e-3})
+    for (unsigned seed = 1; seed <= 4; ++seed) {
+      SCOPED_TRACE(seed);
+      const Cell cell = tracker_cell(sigma_m);
+      const Calibration c = identify(cell, ten_of_each(cell, 0.06e-3, seed));
+      EXPECT_TRUE(c.jumped.empty()) << words_of(c);
+      EXPECT_TRUE(c.moved.empty()) << words_of(c);
+      EXPECT_FALSE(found(c, FindingKind::kLikelyCause)) << words_of(c);
+      EXPECT_TRUE(c.verdict.publish) << words_of(c);
+    }
+}
+
+TEST(Jump, IsNamedBesideAnErrorThatTheTouchesOfOnePostureShare) {
+  const Cell cell = tracker_cell(0.02e-3);
+  const Calibration c =
+      identify(cell, ten_of_each(cell, 0.06e-3, 2, [](std::size_t i, Touch& touch) {
+                 if (i >= 120) touch.joint_rad[2] -= 0.1 * kRadPerDegree;
+               }));
+  ASSERT_EQ(c.jumped.size(), 1u) << words_of(c);
+  EXPECT_EQ(c.jumped[0].name, demo_cell().robot.joints[2].name) << words_of(c);
+  EXPECT_NEAR(c.jumped[0].angle_rad / kRadPerDegree, 0.1, 0.02);
 }
 
 TEST(Jump, OfManyTouchesIsSaidByAShareOfThem) {

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <numeric>
 
@@ -164,6 +165,24 @@ TEST(Discrepancy, IsNotHiddenByATouchSigmaThatIsTheWholeMisfit) {
     const Judged real = judged(c, truth, field);
     EXPECT_GT(real.covered, 0.85);
     EXPECT_LT(real.mean_m, kUnderstated * c.predicted_m3_m);
+  }
+}
+
+TEST(Discrepancy, IsFoundThoughSomeTouchesAreGrossErrorsThatItCouldHide) {
+  for (const unsigned seed : {3u, 4u}) {
+    SCOPED_TRACE(seed);
+    const sim::Truth truth = plain_truth(demo_cell(), seed);
+    const Field field(0.25e-3, seed);
+    auto touches = touches_of({.repeated = 6, .seed = seed}, truth, field);
+    for (const std::size_t i : {std::size_t{2}, std::size_t{9}, std::size_t{70}})
+      displace(touches[i], truth, Eigen::Vector3d::Zero(), 0.6e-3);
+    const Calibration c = identify(stating(0.03e-3), touches);
+    EXPECT_TRUE(c.verdict.publish) << words_of(c);
+    EXPECT_TRUE(c.discrepancy.estimated);
+    EXPECT_LT(c.chi2_per_dof, 2.0);
+    EXPECT_TRUE(std::any_of(c.outliers.begin(), c.outliers.end(),
+                            [](const Outlier& o) { return o.touch == 2; }));
+    EXPECT_GT(judged(c, truth, field).covered, 0.85);
   }
 }
 

@@ -66,6 +66,35 @@ TEST(Diagnosis, AnglesInRadiansAreNamed) {
   expect_told(demo_cell(), wrong, "read as radians");
 }
 
+/// The touches of an arm that does what its model lacks, ten times what the cell file states.
+const std::vector<Touch>& misfit() {
+  static const std::vector<Touch> made =
+      make_touches(demo_cell(), testing::plain_truth(demo_cell(), 5),
+                   {.fit = 80, .check = 0, .noise_m = 0.25e-3})
+          .touches;
+  return made;
+}
+
+TEST(Diagnosis, IsTheSameWhereTheArmScattersTenTimesMoreThanStated) {
+  Cell cell = demo_cell();
+  cell.touch_sigma_m = 0.025e-3;
+  EXPECT_TRUE(likely_causes(cell, misfit()).empty());
+  std::vector<Touch> wrong = misfit();
+  for (Touch& touch : wrong)
+    for (double& q : touch.joint_rad) q *= std::numbers::pi / 180.0;
+  expect_told(cell, wrong, "read as radians");
+  wrong = misfit();
+  for (Touch& touch : wrong) std::swap(touch.joint_rad[3], touch.joint_rad[5]);
+  expect_told(cell, wrong, "with the angles of A4 and A6 exchanged");
+  Cell turned = cell;
+  turned.robot.joints[2].sign *= -1;
+  expect_told(turned, misfit(), "turning the other way");
+  Cell metres = cell;
+  metres.tool.tcp.translation() /= 1000.0;
+  metres.tool.length_m /= 1000.0;
+  expect_told(metres, misfit(), "give it in millimetres");
+}
+
 TEST(Diagnosis, AnAxisThatLostItsMasteringIsNamedWithHowMuchIsMissing) {
   const auto& joints = demo_cell().robot.joints;
   ASSERT_TRUE(std::any_of(joints.begin() + 1, joints.end(), [](const Joint& j) {
