@@ -103,7 +103,7 @@ TEST(a_status, holds_the_quality_of_both_links_in_the_units_that_its_keys_name) 
   report.robot.late = 2;
   report.robot.quality.jitter_s = 0.0003;
   report.robot.quality.reply_p99_s = 0.0001;
-  report.contact.identity = {1, {1, 2, 3}, 0xABC, 42, 0x2ad3};
+  report.contact.identity = {1, {1, 2, 3}, 0xABC, 42, 0x2ad3, {}};
   report.contact.quality.frames = 100;
   report.contact.quality.clock_sigma_s = 20e-6;
   report.contact.quality.round_trip_min_s = 0.0005;

@@ -36,7 +36,8 @@ TEST(Verdict, WithoutCertifiedLengthClaimsNothingBeyondTheTargets) {
 
 TEST(Verdict, OfAFirstSessionSaysThatTheCellWorksAndNotWhatSoFewTouchesLack) {
   ReportInput input = made_up_session();
-  input.calibration.verdict = {.too_few = true};
+  input.calibration.verdict = {};
+  input.calibration.verdict.too_few = true;
   calib::Finding begun{calib::FindingKind::kTooFewTouches};
   begun.evidence = {{"touches", 4.0, ""},
                     {"met", 4.0, ""},
@@ -55,7 +56,13 @@ TEST(Verdict, OfAFirstSessionSaysThatTheCellWorksAndNotWhatSoFewTouchesLack) {
 
 TEST(Verdict, ThatRefusesGivesEveryReason) {
   ReportInput input = made_up_session();
-  input.calibration.verdict = {false, true, {"chi2 is 6.3", "rank 24 of 25"}};
+  input.calibration.verdict = {};
+  input.calibration.verdict.workspace = true;
+  for (const char* words : {"chi2 is 6.3", "rank 24 of 25"}) {
+    calib::Finding recorded{calib::FindingKind::kRecorded};
+    recorded.text = words;
+    input.calibration.verdict.findings.push_back(recorded);
+  }
   const std::string html = html_report(input);
   EXPECT_TRUE(says(html, "Not publishable"));
   EXPECT_TRUE(says(html, "must not be put into service"));
@@ -85,7 +92,8 @@ TEST(Verdict, ThatRefusesKeepsWhatIsNoReasonApart) {
   ReportInput input = made_up_session();
   calib::Finding length{calib::FindingKind::kScaleByLengths, calib::Severity::kInforms};
   length.evidence = {{"lengths", 1.0, ""}};
-  input.calibration.verdict = {.workspace = true};
+  input.calibration.verdict = {};
+  input.calibration.verdict.workspace = true;
   input.calibration.verdict.findings = {
       calib::Finding{calib::FindingKind::kAllLeftOut}, length,
       calib::Finding{calib::FindingKind::kNoCheckTouches, calib::Severity::kWarns}};
