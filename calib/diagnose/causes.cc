@@ -602,19 +602,25 @@ std::vector<Cause> causes_of(const Cell& cell, const std::vector<Touch>& touches
                              const OtherRobots& other_robots) {
   /// Of more, no arm would be left to speak of.
   constexpr double kMostScatterM = 1e-3;
-  std::optional<double> beyond, further;
+  // Twice: a fit that is weighed by too small a noise leaves less than there is.
+  constexpr int kMostRepeats = 2;
+  std::optional<double> beyond;
   std::vector<Cause> causes = causes_at(cell, touches, other_robots, beyond);
-  if (!causes.empty() || !beyond || *beyond * cell.touch_sigma_m > kMostScatterM) return causes;
-  // With a noise as large as what the best explanation leaves.
   Cell noisier = cell;
-  noisier.touch_sigma_m *= *beyond;
-  noisier.turn_sigma_rad *= *beyond;
   std::vector<Touch> same = touches;
-  for (Touch& touch : same) {
-    touch.sigma_m *= *beyond;
-    touch.turn_sigma_rad *= *beyond;
+  for (int k = 0; k < kMostRepeats && causes.empty() && beyond; ++k) {
+    // With a noise as large as what the best explanation leaves.
+    noisier.touch_sigma_m *= *beyond;
+    if (noisier.touch_sigma_m > kMostScatterM) break;
+    noisier.turn_sigma_rad *= *beyond;
+    for (Touch& touch : same) {
+      touch.sigma_m *= *beyond;
+      touch.turn_sigma_rad *= *beyond;
+    }
+    beyond.reset();
+    causes = causes_at(noisier, same, other_robots, beyond);
   }
-  return causes_at(noisier, same, other_robots, further);
+  return causes;
 }
 
 }  // namespace cellcal::calib

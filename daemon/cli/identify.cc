@@ -76,10 +76,13 @@ int identify(const IdentifyCommand& command) {
   }
   const std::string json = calib::calibration_to_json(calibration);
   if (!command.output.empty()) put(json, command.output);
-  put(command.json
-          ? json
-          : result_words(calibration, touches, command.verbose ? Detail::kAll : Detail::kSummary),
-      {});
+  if (command.json) {
+    put(json, {});
+  } else if (command.verbose) {
+    put(result_words(calibration, touches, Detail::kAll), {});
+  } else {
+    put(result_words(calibration, touches) + "noise, correlations, each finding: --verbose\n", {});
+  }
   return calibration.verdict.publish ? kSuccess : kNotPublishable;
 }
 

@@ -28,7 +28,9 @@ std::string verdict_words(const calib::Verdict& verdict, Detail detail) {
     text += verdict.workspace ? ", scope: workspace\n" : ", scope: near targets\n";
   }
   for (const calib::Finding& finding : verdict.findings) {
-    if (detail == Detail::kAll || finding.severity != calib::Severity::kInforms)
+    // Whether the arm is as it was is what a user asks every time.
+    if (detail == Detail::kAll || finding.severity != calib::Severity::kInforms ||
+        finding.kind == calib::FindingKind::kUnchanged)
       text += "  - " + calib::words(finding) + "\n";
   }
   return text;

@@ -184,7 +184,7 @@ class Doctor(Wires):
     def test_a_broken_wire_is_named(self):
         self.make_files()
         self.rsi_controller("--fault", "wire-broken")
-        self.is_red(self.doctor(), "contact circuit", "wire", "feed or sense wire")
+        self.is_red(self.doctor(), "contact circuit", "Check feed and sense wire \\(F, S\\)")
 
     def test_a_controller_that_sends_nothing_gets_a_checklist(self):
         self.make_files()
@@ -226,7 +226,7 @@ class Doctor(Wires):
         # is not what is tested.
         self.assertRegex(self.found(answer, "robot link")["found"],
                          r"cycle 4\.00 ms|^\d+ of \d+ replies came late")
-        self.assertRegex(self.found(answer, "contact link")["found"], "firmware 1.0.0")
+        self.assertRegex(self.found(answer, "contact link")["found"], r"firmware 1\.1\.0")
         self.assertFalse([one for one in answer["checks"] if one["check"] == "rsi port"])
         links = self.status()["links"]
         self.assertTrue(links["open"])

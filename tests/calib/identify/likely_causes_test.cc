@@ -385,7 +385,7 @@ TEST(Diagnosis, TwoWrongLengthsAreNotTakenForATargetThatMoved) {
     EXPECT_EQ(all.find("moved target:"), std::string::npos) << all;
     EXPECT_EQ(all.find("seems to have moved"), std::string::npos) << all;
     // Two at one sphere can look like its diameter, too.
-    EXPECT_TRUE(all.find("certified length: ") != std::string::npos ||
+    EXPECT_TRUE(all.find("certified length S") != std::string::npos ||
                 all.find("and its certified lengths") != std::string::npos ||
                 all.find("or wrong certified lengths (without them nothing moved)") !=
                     std::string::npos)

@@ -146,7 +146,7 @@ class Series {
   }
 
   static constexpr int kFrames = 4;
-  static constexpr double kSigmas = 3.0;
+  static constexpr double kSigmas = 4.0;  ///< as drivers/contact/README.md states
   static constexpr std::uint64_t kCyclesPerTick = 8;
   static constexpr double kCyclesPerUs = 16.0;
 
