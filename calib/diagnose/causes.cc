@@ -79,8 +79,7 @@ class Search {
       for (double& q : touch.joint_rad) q *= kDegPerRad;
     weigh(cell_, changed, [&](const Calibration&) {
       return fmt::format(
-          "no joint angle is above {:.1f} deg, and read as radians the touches make sense; give "
-          "them "
+          "no joint angle is above {:.1f} deg, and read as radians the touches make sense; give them "
           "in degrees",
           largest);
     });
@@ -427,8 +426,7 @@ class Search {
       changed.targets[t].centre_sigma_m = 0.0;  // where to begin, no more
       weigh(changed, touches_, [&](const Calibration& c) {
         return fmt::format(
-            "with {} {:.1f} mm from where the cell file states it the touches make sense; check "
-            "its "
+            "with {} {:.1f} mm from where the cell file states it the touches make sense; check its "
             "centre_mm, or state a larger centre_sigma_mm",
             target.id, (centre_of(c, target.id) - target.centre_m).norm() * kMmPerM);
       });

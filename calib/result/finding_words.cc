@@ -81,8 +81,7 @@ std::string duplicate_touches(const Finding& f) {
 
 std::string many_outliers(const Finding& f) {
   return fmt::format(
-      "{:.0f} of {:.0f} fit touches do not fit their target, at most {:.0f} % may. Look at the "
-      "list "
+      "{:.0f} of {:.0f} fit touches do not fit their target, at most {:.0f} % may. Look at the list "
       "of outliers for what they have in common",
       of(f, "outliers"), of(f, "touches"), of(f, "allowed"));
 }
@@ -164,8 +163,7 @@ std::string model_error(const Finding& f) {
 
 std::string too_few_touches(const Finding& f) {
   return fmt::format(
-      "the cell works, {:.0f} of {:.0f} touches {}. Now calibrate with {:.0f} touches and {:.0f} "
-      "to "
+      "the cell works, {:.0f} of {:.0f} touches {}. Now calibrate with {:.0f} touches and {:.0f} to "
       "check",
       has(f, "met") ? of(f, "met") : of(f, "touches"), of(f, "touches"),
       has(f, "met") ? fmt::format("within {:.1f} mm of where the cell file has their targets",
@@ -176,8 +174,7 @@ std::string too_few_touches(const Finding& f) {
 
 std::string rank(const Finding& f) {
   return fmt::format(
-      "the touches determine {:.0f} of {:.0f} directions of the geometry better than the "
-      "tolerances "
+      "the touches determine {:.0f} of {:.0f} directions of the geometry better than the tolerances "
       "do. Make more, in postures more unlike",
       of(f, "determined"), of(f, "directions"));
 }
@@ -234,13 +231,11 @@ std::string certified_twice(const Finding& f) {
 std::string artefact_size(const Finding& f) {
   if (has(f, "longer"))
     return fmt::format(
-        "readings {:+.2f} +- {:.2f} mm longer than stated ({:.0f} sigma). Check where the wire "
-        "reads "
+        "readings {:+.2f} +- {:.2f} mm longer than stated ({:.0f} sigma). Check where the wire reads "
         "zero",
         of(f, "longer"), sigma_of(f, "longer"), of(f, "apart"));
   return fmt::format(
-      "{:.3f} mm stated, {:.2f} +- {:.2f} mm measured ({:.0f} sigma). Check diameter_mm, and that "
-      "it "
+      "{:.3f} mm stated, {:.2f} +- {:.2f} mm measured ({:.0f} sigma). Check diameter_mm, and that it "
       "is clean",
       of(f, "stated"), of(f, "measured"), sigma_of(f, "measured"), of(f, "apart"));
 }
@@ -260,24 +255,21 @@ std::string exchanged_centres(const Finding& f) {
   const std::string a = f.parts.empty() ? "" : f.parts.front().about.name;
   const std::string b = f.parts.empty() ? "" : f.parts.back().about.name;
   return fmt::format(
-      "{} was touched where the cell file has {}, and {} where it has {}. Exchange their "
-      "centre_mm, "
+      "{} was touched where the cell file has {}, and {} where it has {}. Exchange their centre_mm, "
       "or the ids of their touches",
       a, b, b, a);
 }
 
 std::string negative_compliance(const Finding& f) {
   return fmt::format(
-      "{} is negative by {:.0f} sigma, as if the load pushed up. Check gravity and base in robot "
-      "and "
+      "{} is negative by {:.0f} sigma, as if the load pushed up. Check gravity and base in robot and "
       "cell file",
       f.about.name, of(f, "below_zero"));
 }
 
 std::string arm_scale(const Finding& f) {
   return fmt::format(
-      "all lengths of the arm together {:+.2f} % off the drawing, {:.0f} times what their "
-      "tolerances "
+      "all lengths of the arm together {:+.2f} % off the drawing, {:.0f} times what their tolerances "
       "leave open. Check what holds the scale: certified lengths, readings of trackers and wires, "
       "diameters",
       of(f, "off"), of(f, "apart"));
@@ -346,16 +338,14 @@ std::string unchecked_readings(const Finding& f) {
 
 std::string unchecked_lengths(const Finding& f) {
   return fmt::format(
-      "an error below {:.1f} mm of the certified length {}, the best checked of {:.0f}, would not "
-      "be "
+      "an error below {:.1f} mm of the certified length {}, the best checked of {:.0f}, would not be "
       "noticed. Make more touches of each target",
       of(f, "unseen"), length_of(f), of(f, "lengths"));
 }
 
 std::string unchecked_length(const Finding& f) {
   return fmt::format(
-      "an error below {:.1f} mm of the certified length {} ({:.3f} mm) would not be noticed, and "
-      "all "
+      "an error below {:.1f} mm of the certified length {} ({:.3f} mm) would not be noticed, and all "
       "lengths of the arm would be wrong in proportion. Certify a second length between touched "
       "targets, or have this one measured again",
       of(f, "unseen"), length_of(f), of(f, "certified"));
@@ -393,8 +383,7 @@ std::string apart(const Finding& f) {
 
 std::string changed(const Finding& f) {
   return fmt::format(
-      "{}, {:.1f} times what both together foresee. Was the arm hit, repaired, mastered anew, or "
-      "its "
+      "{}, {:.1f} times what both together foresee. Was the arm hit, repaired, mastered anew, or its "
       "tool changed? If so, accept the change (--accept-change); if not, look for what is loose",
       apart(f), of(f, "ratio"));
 }

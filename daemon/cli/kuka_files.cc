@@ -76,8 +76,7 @@ void require_address(const DaemonConfig& config, const std::filesystem::path& fi
   for (const std::string& one : own_addresses()) list += (list.empty() ? "" : ", ") + one;
   throw drivers::ConfigError(fmt::format(
       "{}: the controller has to be told which address of this computer it sends to, and bind = "
-      "\"{}\" of [rsi] means all of them. Below [controller] write pc_address = \"A.B.C.D\", the "
-      "one "
+      "\"{}\" of [rsi] means all of them. Below [controller] write pc_address = \"A.B.C.D\", the one "
       "in the controller's RSI subnet; this computer has {}",
       file.string(), config.rsi.bind_address, list));
 }

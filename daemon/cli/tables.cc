@@ -39,8 +39,7 @@ std::string verdict_words(const calib::Verdict& verdict, Detail detail) {
 std::string observability_words(const calib::Observability& o) {
   if (o.rows == 0) return {};
   return fmt::format(
-      "observability: {} of {} directions of the geometry known better than their tolerance, {} "
-      "seen; "
+      "observability: {} of {} directions of the geometry known better than their tolerance, {} seen; "
       "O1 {:.3g}, O2 {:.3g}, O3 {:.3g}, O4 {:.3g}, O5 {:.3g}, condition {:.0f}\n",
       o.told, o.directions, o.rank, o.o1, o.o2, o.o3, o.o4, o.o5, o.condition);
 }

@@ -10,8 +10,7 @@ const char* what_to_start(WireKind wire) {
     case WireKind::kEki:
       break;
   }
-  return "start CELLCAL_EKI on the pendant: CELLCAL_SUB must run in the submit interpreter; "
-         "release "
+  return "start CELLCAL_EKI on the pendant: CELLCAL_SUB must run in the submit interpreter; release "
          "emergency stops, acknowledge messages, drives on, select CELLCAL_EKI and start it (in T1 "
          "hold the enabling switch and the start key)";
 }

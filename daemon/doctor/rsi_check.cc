@@ -19,10 +19,8 @@ constexpr double kMsTolerance = 1e-6;
 
 const char* const kChecklist =
     "in this order: (1) is the program CELLCAL_RSI started on the pendant, and does it show an RSI "
-    "fault (KSS29002: reset it, start it again while doctor waits; the computer has to listen "
-    "before "
-    "RSI_ON); (2) IP_NUMBER and PORT of the ethernet XML are this computer's, and the controller "
-    "was "
+    "fault (KSS29002: reset it, start it again while doctor waits; the computer has to listen before "
+    "RSI_ON); (2) IP_NUMBER and PORT of the ethernet XML are this computer's, and the controller was "
     "cold-started after a change; (3) the controller's RSI network has its own subnet (not "
     "192.168.0.x), and the cable is in it; (4) a firewall of this computer drops UDP ('nft list "
     "ruleset'); (5) no other program (TestServer, another cellcald) holds the port on the computer "

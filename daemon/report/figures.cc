@@ -46,8 +46,7 @@ std::string noise_words(const View& view) {
       ripple ? "both together predict" : "the stated scatter predicts");
   if (is_known(result.repeats.degrees_of_freedom))
     words += fmt::format(
-        " Touches repeated at one place scatter by {} mm among themselves ({} of freedom), and {} "
-        "mm "
+        " Touches repeated at one place scatter by {} mm among themselves ({} of freedom), and {} mm "
         "is what the touches were weighed by.",
         positive_mm(result.repeats.scatter_m),
         result.repeats.degrees_of_freedom < 1.5
@@ -148,10 +147,8 @@ std::string predicted_words(const View& view) {
   }
   const double ripple_rad = view.result.level.ripple_rad;
   return fmt::format(
-      "<p><strong>Predicted is not measured.</strong> M2 and M3 follow from the covariance, that "
-      "is, "
-      "from how far off each parameter may still be; both are taken after the best alignment of "
-      "the "
+      "<p><strong>Predicted is not measured.</strong> M2 and M3 follow from the covariance, that is, "
+      "from how far off each parameter may still be; both are taken after the best alignment of the "
       "base. They hold as far as the model does: temperature or a tool that moved since "
       "are not in them{}. To measure accuracy, use an instrument of its own, for example a laser "
       "tracker.</p>\n",
@@ -168,8 +165,7 @@ std::string truth_block(const View& view) {
                         escape(value));
   }
   return fmt::format(
-      "<div class=\"truth\">\n<h3>Simulated cell: the truth is known</h3>\n<p>These figures "
-      "compare "
+      "<div class=\"truth\">\n<h3>Simulated cell: the truth is known</h3>\n<p>These figures compare "
       "the result with the errors that the simulation hides. A real cell has no such table.</p>\n"
       "<table class=\"pairs\">\n{}</table>\n</div>\n",
       rows);
@@ -192,10 +188,8 @@ std::string figures_table(const View& view) {
   body += row("after: calibrated robot", result.check, true);
   body += "</tbody>\n</table></div>\n<div>\n";
   body += fmt::format(
-      "<p class=\"note\">Residual: {} <em>Before</em>: each target is put where it suits the "
-      "nominal "
-      "robot&rsquo;s own fitted touches best, and so are the radius offset and the tool&rsquo;s "
-      "tip "
+      "<p class=\"note\">Residual: {} <em>Before</em>: each target is put where it suits the nominal "
+      "robot&rsquo;s own fitted touches best, and so are the radius offset and the tool&rsquo;s tip "
       "as far as the cell file leaves them open, so none of these counts against the robot; few "
       "touches on a target make this figure small. <em>After</em>: "
       "robot, tool and targets as calibrated. Held-out touches had no part in either.{}</p>\n",
@@ -214,8 +208,7 @@ std::string figures_table(const View& view) {
 std::string meaning(const View& view) {
   std::string body = tiles(view);
   body += fmt::format(
-      "<p><strong>The residual is not the accuracy of the robot.</strong> It is measured only "
-      "where "
+      "<p><strong>The residual is not the accuracy of the robot.</strong> It is measured only where "
       "the targets stand, in the postures that touched them{}. Errors that move the arm and the "
       "fitted targets together leave it as small as it is. ",
       view.points_only() ? "" : ", and along one line, from the target&rsquo;s centre to the tip");

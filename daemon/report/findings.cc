@@ -60,8 +60,7 @@ std::string observability_words(const calib::Observability& o) {
     return std::isfinite(value) ? fmt::format("{:.3g}", value) : std::string(kNothing);
   };
   return fmt::format(
-      "<p id=\"observability\">Of the geometry&rsquo;s {}, frame aside, the touches see {} and "
-      "tell "
+      "<p id=\"observability\">Of the geometry&rsquo;s {}, frame aside, the touches see {} and tell "
       "{} better than its tolerance. Observability: O1&nbsp;{} (what an average touch "
       "tells), O2&nbsp;{} (how evenly), O3&nbsp;{} (the worst direction), "
       "O4&nbsp;{} (noise amplification), O5&nbsp;{} (all directions "
@@ -93,8 +92,7 @@ std::string unidentifiable(const View& view) {
   }
   const std::string body = fmt::format(
       "<p>The touches do not decide {} of the parameters. Nothing is set silently: along each of "
-      "them the result stays where the tolerances put it, at nominal. The numbers are shares in "
-      "units "
+      "them the result stays where the tolerances put it, at nominal. The numbers are shares in units "
       "of each parameter&rsquo;s tolerance.</p>\n<ol>\n{}</ol>\n{}",
       counted(directions.size(), "combination", "combinations"), items,
       observability_words(view.result.observability));
@@ -134,8 +132,7 @@ std::string correlations(const View& view) {
   const std::string left_out =
       of_frame == 0 ? std::string()
                     : fmt::format(
-                          "<p class=\"note\">Left out: {} with a coordinate of a target, or with a "
-                          "value that "
+                          "<p class=\"note\">Left out: {} with a coordinate of a target, or with a value that "
                           "is a matter of the frame; they say nothing about the robot.</p>\n",
                           counted(of_frame, "pair", "pairs"));
   if (strong.pairs.empty()) {

@@ -184,8 +184,7 @@ std::string_view unstated_words(const View& view) {
   for (const calib::TargetResult& target : view.result.targets) {
     const calib::Target* in_cell = view.cell_target(target.id);
     if (in_cell && !in_cell->has_centre) {
-      return " Where the cell file states no position of a target, nominal is where the nominal "
-             "robot "
+      return " Where the cell file states no position of a target, nominal is where the nominal robot "
              "finds it.";
     }
   }
@@ -244,8 +243,7 @@ std::string parameters_table(const View& view) {
   const Ranges ranges = bar_ranges(groups);
   std::string body = fmt::format(
       "<p class=\"note\">Decided by <strong>data</strong>: the touches took away at least half of "
-      "the variance that the tolerance allows. <strong>Prior</strong>: they took away less, and "
-      "the "
+      "the variance that the tolerance allows. <strong>Prior</strong>: they took away less, and the "
       "value stays near nominal by its tolerance. <strong>Frame</strong>: most of &sigma; is a "
       "matter of where the frame is put, which no touch can tell (see below), and no error of the "
       "robot. The bar shows the correction (dot, hollow where not decided by data) with "

@@ -31,8 +31,7 @@ std::string summary_of(const View& view, const calib::Plan& plan) {
   words += ".";
   if (is_known(plan.predicted_m3_m)) {
     words += fmt::format(
-        " Before the first touch, from tolerances and geometry alone, they promised a mean error "
-        "of "
+        " Before the first touch, from tolerances and geometry alone, they promised a mean error of "
         "a position of {}",
         escape(mm_words(plan.predicted_m3_m)));
     if (is_known(plan.predicted_u95_m))

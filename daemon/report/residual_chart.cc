@@ -148,10 +148,8 @@ void draw_after(Svg& svg, const Panel& panel, const std::vector<Mark>& marks, do
 std::string_view legend() {
   return "<p class=\"legend\">"
          "<svg viewBox=\"0 0 12 12\"><circle class=\"fit after\" cx=\"6\" cy=\"6\" "
-         "r=\"3.4\"/></svg>"
-         "fitted "
-         "<svg viewBox=\"0 0 12 12\"><path class=\"check after\" d=\"M6 1L11 6L6 11L1 6Z\"/></svg>"
-         "held out "
+         "r=\"3.4\"/></svg>fitted "
+         "<svg viewBox=\"0 0 12 12\"><path class=\"check after\" d=\"M6 1L11 6L6 11L1 6Z\"/></svg>held out "
          "<svg viewBox=\"0 0 12 12\"><path class=\"outlier after\" d=\"M2 2L10 10M2 10L10 "
          "2\"/></svg>"
          "outlier, left out of the fit"
@@ -161,8 +159,7 @@ std::string_view legend() {
 std::string_view sign_words(const View& view) {
   if (view.points_only()) return "Distance of the tip from the point; it has no sign. ";
   if (view.any_point()) {
-    return "Positive: the tip is further from the centre than it should be; on points, how far it "
-           "is "
+    return "Positive: the tip is further from the centre than it should be; on points, how far it is "
            "from them, without sign. ";
   }
   return "Positive: the tip is further from the centre than it should be. ";
@@ -177,15 +174,13 @@ std::string note(const View& view, double band_mm, double range_mm) {
   std::string band;
   if (band_mm > 0.0) {
     band = fmt::format(
-        "The shaded band{} is what the cell file&rsquo;s touch &sigma; allows: {}{} mm hold "
-        "95&nbsp;% "
+        "The shaded band{} is what the cell file&rsquo;s touch &sigma; allows: {}{} mm hold 95&nbsp;% "
         "of touches that the model explains, and more of the fitted ones, which it follows. ",
         band_mm >= range_mm ? " (here the whole panel)" : "", view.points_only() ? "" : "&plusmn;",
         fixed(band_mm, kMmDecimals));
   }
   return fmt::format(
-      "<p class=\"note\">{}{}{}A drift from left to right points to temperature or a tool that "
-      "moved; "
+      "<p class=\"note\">{}{}{}A drift from left to right points to temperature or a tool that moved; "
       "one bad stretch to one target.</p>\n",
       sign_words(view), band,
       any_off_scale(view, range_mm) ? "Crosses at the edge lie beyond it (see Outliers). " : "");

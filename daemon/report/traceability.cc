@@ -206,8 +206,7 @@ std::string raw_touches(const View& view) {
       "<th scope=\"col\">readings</th><th scope=\"col\">spread, mm</th>"
       "<th scope=\"col\">speed, mm/s</th>{3}<th scope=\"col\" "
       "class=\"word\">time</th></tr></thead>\n"
-      "<tbody>\n{2}</tbody>\n</table></div>\n</details>\n<p class=\"on-paper\">Raw touches ({0}): "
-      "in the "
+      "<tbody>\n{2}</tbody>\n</table></div>\n</details>\n<p class=\"on-paper\">Raw touches ({0}): in the "
       "electronic file of this report.</p>\n",
       touches.size(), head, rows, more);
 }

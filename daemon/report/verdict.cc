@@ -62,8 +62,7 @@ std::string scope_words(const View& view, const Reasons& reasons) {
                                    : why);
   }
   const std::string_view elsewhere =
-      "Elsewhere the result may be used for prediction with its larger bound, but it claims "
-      "nothing "
+      "Elsewhere the result may be used for prediction with its larger bound, but it claims nothing "
       "there.";
   return fmt::format(
       "Scope: near the targets only, within about 150&nbsp;mm of them. {}",

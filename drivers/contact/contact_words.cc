@@ -21,8 +21,7 @@ constexpr const char* kSensorRates =
 
 std::string late_words(const ContactFacts& f) {
   return fmt::format(
-      "the contact sensor's bytes came {:.0f} ms late on this computer (limit {:.0f} ms), which "
-      "the "
+      "the contact sensor's bytes came {:.0f} ms late on this computer (limit {:.0f} ms), which the "
       "sensor had sent in time: stop other work on this computer, or set a core aside "
       "(drivers/contact/README.md)",
       f.delivered_late_s * 1e3, f.late_limit_s * 1e3);
@@ -79,8 +78,7 @@ std::string fault_words(const ContactFacts& f) {
           "supply is shorted to the sense line. It cannot see a touch; check the input stage",
           f.sense_v);
     case ContactFault::kDeaf:
-      return "the contact sensor is heard and does not hear: it takes up no command. Check the "
-             "line "
+      return "the contact sensor is heard and does not hear: it takes up no command. Check the line "
              "from this computer to it (TX, its connector, earth)";
     case ContactFault::kSilent:
       return fmt::format(

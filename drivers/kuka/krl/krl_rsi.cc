@@ -183,8 +183,7 @@ void RsiFilesConfig::validate() const {
   if (pc_address.empty() || pc_address == "0.0.0.0") {
     throw ConfigError(
         "controller files: pc_address is not stated, and bind of [rsi] is \"0.0.0.0\", which means "
-        "'every address of this computer': the controller needs the one that it is to send to. "
-        "Write "
+        "'every address of this computer': the controller needs the one that it is to send to. Write "
         "pc_address = \"A.B.C.D\" below [controller] of the daemon's configuration, with this "
         "computer's address in the controller's RSI subnet ('ip -4 address' lists them)");
   }

@@ -121,8 +121,7 @@ std::string cause_words(const CoreResult& r) {
     case Cause::kCorrectionLimit:
       return fmt::format(
           "{}: correction {:.4f} deg is beyond the limit of +-{:.4f} deg: begin the session nearer "
-          "to the target, or widen correction_limit_deg, make the controller's files anew "
-          "(kuka-files: "
+          "to the target, or widen correction_limit_deg, make the controller's files anew (kuka-files: "
           "{}AXISCORRMON), copy them there, cold start",
           axis, r.a, r.b, r.in_space ? "" : "AXISCORR, ");
     case Cause::kShiftLimit:
@@ -165,14 +164,12 @@ std::string cause_words(const CoreResult& r) {
              "planned; look at the controller's override (100 %)";
     case Cause::kSensorLate:
       return fmt::format(
-          "the contact sensor's bytes came {:.0f} ms late on this computer (limit {:.0f} ms), "
-          "which "
+          "the contact sensor's bytes came {:.0f} ms late on this computer (limit {:.0f} ms), which "
           "the sensor had sent in time: stop other work on this computer, or set a core aside "
           "(drivers/contact/README.md)",
           1e3 * r.a, 1e3 * r.b);
     case Cause::kKeepAliveLate:
-      return "this computer's keep-alive reached the contact sensor too late, and it disarmed "
-             "itself: "
+      return "this computer's keep-alive reached the contact sensor too late, and it disarmed itself: "
              "stop other work on this computer, or look at the line to the sensor";
     case Cause::kTripUnconfirmed:
       return fmt::format(

@@ -27,8 +27,7 @@ std::string trouble_words(const CoreState& s, const ReportNames& names) {
       return "not answering yet: the arm moves and its correction is not known";
     case Trouble::kUnknownOffset:
       return "not answering: which correction the controller holds cannot be known, and a wrong "
-             "guess would make the arm jump; let RSI time out and start it anew on the pendant, "
-             "and "
+             "guess would make the arm jump; let RSI time out and start it anew on the pendant, and "
              "wire DEF_ASPos and DEF_Delay into the ethernet XML";
     case Trouble::kUnknownSum:
       return "the correction that the controller holds cannot be known, so neither can what is "
