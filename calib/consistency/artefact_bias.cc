@@ -6,11 +6,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calib/model/units.h"
+
 namespace cellcal::calib {
 
 namespace {
-
-constexpr double kMmPerM = 1000.0;
 /// Sigmas that contradict a size.
 constexpr double kContradicted = 5.0;
 /// However many touches there are, dirt and the way a target is pressed are not the same for all

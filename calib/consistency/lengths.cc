@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calib/model/units.h"
+
 namespace cellcal::calib {
 
 namespace {
@@ -98,7 +100,6 @@ Cell silenced(Cell cell, const std::function<bool(const CertifiedLength&)>& whic
 }
 
 std::string without_length(const CertifiedLength& wrong, const Calibration& found) {
-  constexpr double kMmPerM = 1000.0;
   std::string apart = "nothing tells of it";
   for (const LengthResult& l : found.lengths)
     if (is_of(l, wrong))

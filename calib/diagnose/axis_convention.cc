@@ -8,14 +8,12 @@
 #include <numbers>
 
 #include "calib/diagnose/dimensions.h"
+#include "calib/model/units.h"
 
 namespace cellcal::calib {
 
 namespace {
-
-constexpr double kMmPerM = 1000.0;
 constexpr double kHalfTurnRad = std::numbers::pi, kTurnRad = 2.0 * kHalfTurnRad;
-constexpr double kDegPerRad = 360.0 / kTurnRad;
 /// All sets of axes are tried of arms with no more.
 constexpr std::size_t kMostJoints = 8;
 

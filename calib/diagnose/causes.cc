@@ -17,12 +17,11 @@
 #include "calib/diagnose/trial.h"
 #include "calib/estimate/target_place.h"
 #include "calib/model/kinematics.h"
+#include "calib/model/units.h"
 
 namespace cellcal::calib {
 
 namespace {
-
-constexpr double kMmPerM = 1000.0;
 /// What a cause takes away at least, squared sigmas; chance and a few more unknowns take less.
 constexpr double kWorthNaming = 25.0;
 /// A cause has to explain all but this part of the misfit.
@@ -69,7 +68,6 @@ class Search {
 
   void radians() {
     constexpr double kTurnDeg = 360.0 * std::numbers::pi / 180.0;  // read as degrees: below 6.3
-    constexpr double kDegPerRad = 180.0 / std::numbers::pi;
     double largest = 0.0;
     for (const Touch& touch : touches_)
       for (const double q : touch.joint_rad) largest = std::max(largest, std::abs(q) * kDegPerRad);

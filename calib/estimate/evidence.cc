@@ -3,16 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <list>
-#include <numbers>
 
 #include "calib/estimate/level_family.h"
 #include "calib/model/error.h"
+#include "calib/model/units.h"
 
 namespace cellcal::calib {
 
 namespace {
-
-constexpr double kRadPerArcsec = std::numbers::pi / 180.0 / 3600.0;
 
 struct Prior {
   double value, probability;

@@ -2,8 +2,9 @@
 
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <stdexcept>
+
+#include "calib/model/units.h"
 
 namespace cellcal::calib {
 
@@ -11,8 +12,6 @@ namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
-
-constexpr double kDegPerRad = 180.0 / std::numbers::pi;
 constexpr double kArcsecPerRad = 3600.0 * kDegPerRad;
 
 /// Cosine and sine.

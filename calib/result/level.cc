@@ -5,11 +5,11 @@
 #include <algorithm>
 #include <numbers>
 
+#include "calib/model/units.h"
+
 namespace cellcal::calib {
 
 namespace {
-
-constexpr double kRadPerArcsec = std::numbers::pi / 180.0 / 3600.0;
 /// Gears of industrial arms are published with 10 to 60 arcsec per revolution; the low end, since
 /// the evidence may raise it.
 constexpr double kUsualTransmissionRad = 10.0 * kRadPerArcsec;

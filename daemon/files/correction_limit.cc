@@ -4,13 +4,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+
+#include "calib/model/units.h"
 
 namespace cellcal::daemon {
 
 namespace {
 
-constexpr double kDegPerRad = 180.0 / std::numbers::pi;
+using calib::kDegPerRad;
 /// The arm never stands quite where a plan begins, and ways found on the spot are others.
 constexpr double kMarginDeg = 5.0;
 constexpr double kRoundDeg = 10.0;

@@ -8,13 +8,14 @@
 #include <string_view>
 #include <vector>
 
+#include "calib/model/units.h"
 #include "daemon/report/drawing/text.h"
 #include "daemon/report/sections.h"
 
 namespace cellcal::daemon::report {
 namespace {
 
-constexpr double kDegPerRad = 57.295779513082320876798154814105;
+using calib::kDegPerRad;
 constexpr int kJointDecimals = 5;  // as in the touches CSV
 constexpr int kMassDecimals = 3;
 constexpr int kGravityDecimals = 3;

@@ -16,6 +16,7 @@
 #include "calib/files/shipped_robots.h"
 #include "calib/identify/identify.h"
 #include "calib/model/kinematics.h"
+#include "calib/model/units.h"
 #include "calib/plan/reach/duration.h"
 #include "calib/plan/touch_sequence.h"
 #include "calib/verdict/change.h"
@@ -171,13 +172,12 @@ class Chooser {
       throw calib::PlanError(fmt::format(
           "{}. Besides: correction_limit_deg of [rsi] keeps every axis within {:.0f} deg of where "
           "the session began; a wider one leaves more room",
-          error.what(), *inputs_->axis_reach_rad * kDegPerRad));
+          error.what(), *inputs_->axis_reach_rad * calib::kDegPerRad));
     }
   }
 
  private:
   static constexpr double kAnyTurnRad = 6.2, kInsideRad = 0.005;
-  static constexpr double kDegPerRad = 180.0 / std::numbers::pi;
 
   bool is_bounded() const {
     return inputs_->axis_reach_rad && *inputs_->axis_reach_rad < kAnyTurnRad;

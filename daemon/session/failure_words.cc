@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "calib/model/units.h"
 #include "daemon/session/interruption.h"
 #include "daemon/session/rules.h"
 #include "daemon/session/search_line.h"
@@ -10,7 +11,7 @@ namespace cellcal::daemon::rules {
 
 namespace {
 
-constexpr double kMmPerM = 1000.0;
+using calib::kMmPerM;
 
 std::string joined(const std::string& words, const std::string& more) {
   if (words.empty()) return more;

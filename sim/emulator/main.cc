@@ -7,13 +7,13 @@
 #include <cstdio>
 #include <fstream>
 #include <iterator>
-#include <numbers>
 #include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "calib/files/files.h"
+#include "drivers/units.h"
 #include "sim/cell/contact_watch.h"
 #include "sim/emulator/control.h"
 #include "sim/emulator/options.h"
@@ -28,7 +28,7 @@ namespace {
 
 using namespace cellcal;
 
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
+using drivers::kRadPerDeg;
 
 /// Returns when the process is asked to end.
 void wait_for_signal() {

@@ -2,16 +2,16 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
-#include <numbers>
 
 #include "calib/model/inverse.h"
 #include "calib/model/kinematics.h"
 #include "calib/model/robot.h"
+#include "drivers/units.h"
 
 namespace cellcal::sim {
 namespace {
 
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
+using drivers::kRadPerDeg;
 constexpr double kMPerMm = 1e-3;
 
 // KUKA: A about Z, then B about the new Y, then C about the new X.

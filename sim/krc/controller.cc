@@ -3,15 +3,16 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <random>
 #include <stdexcept>
+
+#include "drivers/units.h"
 
 namespace cellcal::sim {
 namespace {
 
-constexpr double kDegPerRad = 180.0 / std::numbers::pi;
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
+using drivers::kDegPerRad;
+using drivers::kRadPerDeg;
 constexpr double kT1MmS = 250.0;
 // 250 mm/s at the flange, as a share of an axis' full speed on an arm of 1.4 m.
 constexpr double kT1Share = 0.06;

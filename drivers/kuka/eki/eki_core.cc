@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <string>
 
 #include "drivers/kuka/eki/eki_mover.h"
@@ -12,11 +11,10 @@
 #include "drivers/kuka/moves/move_queue.h"
 #include "drivers/kuka/moves/position_record.h"
 #include "drivers/kuka/wire/xml_values.h"
+#include "drivers/units.h"
 
 namespace cellcal::drivers {
 namespace {
-
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 
 // A hello is repeated until it is obeyed, and the connection given up where it never is.
 constexpr std::chrono::seconds kHelloLimit{5};

@@ -1,13 +1,11 @@
 #include "drivers/kuka/eki/eki_latch.h"
 
 #include <cmath>
-#include <numbers>
+
+#include "drivers/units.h"
 
 namespace cellcal::drivers {
 namespace {
-
-constexpr double kDegPerRad = 180.0 / std::numbers::pi;
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 
 // A latch is believed within this of the measured path at the sensor's time stamp: states are
 // interpolated over 20 ms of motion and of braking, and stamps are up to 12 ms old.

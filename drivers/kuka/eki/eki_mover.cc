@@ -2,16 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "drivers/kuka/eki/eki_latch.h"
 #include "drivers/kuka/moves/move_queue.h"
+#include "drivers/units.h"
 
 namespace cellcal::drivers {
 namespace {
-
-constexpr double kDegPerRad = 180.0 / std::numbers::pi;
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 
 // A telegram and the state that confirms it take two of the controller's loops, 40 ms.
 constexpr std::chrono::milliseconds kAckLimit{500};

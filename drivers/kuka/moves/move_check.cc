@@ -1,15 +1,10 @@
 #include "drivers/kuka/moves/move_check.h"
 
 #include <cmath>
-#include <numbers>
+
+#include "drivers/units.h"
 
 namespace cellcal::drivers {
-namespace {
-
-constexpr double kDegPerRad = 180.0 / std::numbers::pi;
-
-}  // namespace
-
 std::optional<Objection> object_to(const Move& move, std::span<const AxisLimit> limits) {
   const std::size_t axes = limits.size();
   if (move.target_rad.size() != axes) {

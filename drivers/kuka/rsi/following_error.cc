@@ -2,13 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+
+#include "drivers/units.h"
 
 namespace cellcal::drivers {
 namespace {
-
-constexpr double kDegPerRad = 180.0 / std::numbers::pi;
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 
 // The shortest window in which the command moves far enough to be told from encoder noise (0.0005
 // deg) and from the wire's coarsest rounding (0.001 deg) is taken; slow axes need a longer one.

@@ -2,16 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "drivers/kuka/moves/move_queue.h"
 #include "drivers/kuka/rsi/following_error.h"
+#include "drivers/units.h"
 
 namespace cellcal::drivers {
 namespace {
-
-constexpr double kDegPerRad = 180.0 / std::numbers::pi;
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 
 // Rest: the means of two successive windows of AIPos agree. Means, so that encoder noise of
 // 0.0005 deg does not keep it from ever being seen; 48 ms, longer than the lag of a KRC4.

@@ -11,6 +11,7 @@
 #include "calib/files/files.h"
 #include "calib/identify/identify.h"
 #include "calib/model/random.h"
+#include "drivers/units.h"
 #include "sim/cell/compare.h"
 #include "sim/experiments/constraints/layouts.h"
 #include "sim/experiments/constraints/stage.h"
@@ -20,7 +21,7 @@ namespace {
 using namespace cellcal;
 namespace constraints = sim::constraints;
 
-constexpr double kMmPerM = 1e3;
+using drivers::kMmPerM;
 constexpr int kTouches[] = {30, 50, 100};
 /// True offset of the contact, 1 sigma: half of the prior that the cell states.
 constexpr double kRhoSigmaM = 0.15e-3;

@@ -4,10 +4,10 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <numbers>
 #include <stdexcept>
 
 #include "drivers/kuka/wire/xml_values.h"
+#include "drivers/units.h"
 
 namespace cellcal::sim {
 namespace {
@@ -16,8 +16,8 @@ namespace wire = drivers::wire;
 using drivers::Duration;
 using drivers::TimePoint;
 
-constexpr double kDegPerRad = 180.0 / std::numbers::pi;
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
+using drivers::kDegPerRad;
+using drivers::kRadPerDeg;
 constexpr double kUsualSpeed = 3.0;
 constexpr double kBlendRad = 2.0 * kRadPerDeg;
 constexpr std::string_view kFrameNames = "XYZABC";

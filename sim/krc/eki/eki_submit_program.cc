@@ -4,9 +4,9 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <numbers>
 #include <stdexcept>
 
+#include "drivers/units.h"
 #include "sim/krc/eki/eki_programs.h"
 
 namespace cellcal::sim {
@@ -15,8 +15,8 @@ namespace {
 using drivers::EkiProgress;
 using drivers::EkiType;
 
-constexpr double kDegPerRad = 180.0 / std::numbers::pi;
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
+using drivers::kDegPerRad;
+using drivers::kRadPerDeg;
 constexpr double kUsualSpeed = 3.0;
 
 std::string real(double value) {

@@ -2,15 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+
+#include "drivers/units.h"
 
 namespace cellcal::drivers {
-namespace {
-
-constexpr double kDegPerRad = 180.0 / std::numbers::pi;
-
-}  // namespace
-
 CorrectionAccumulator::CorrectionAccumulator(CorrectionMode mode, int decimals, std::size_t axes)
     : mode_(mode), per_deg_(std::pow(10.0, decimals)), held_rad_(axes, 0.0) {}
 

@@ -2,12 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+
+#include "drivers/units.h"
 
 namespace cellcal::drivers {
 namespace {
-
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 // Two corrections closer than this count as one: above servo error and AIPos noise at rest, and a
 // jump of it (0.5 mm at 1.4 m) passes as vibration.
 constexpr double kSameRad = 0.02 * kRadPerDeg;

@@ -2,12 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+
+#include "drivers/units.h"
 
 namespace cellcal::drivers {
 namespace {
-
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 
 // ASPos repeats itself to the last digit; this allows for one decimal less than is accepted.
 constexpr double kSamePoseRad = 0.01 * kRadPerDeg;

@@ -3,10 +3,10 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "drivers/kuka/moves/position_record.h"
 #include "drivers/kuka/rsi/correction/arm_geometry.h"
+#include "drivers/units.h"
 
 namespace cellcal::drivers {
 namespace {
@@ -15,10 +15,6 @@ using Eigen::AngleAxisd;
 using Eigen::Isometry3d;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
-
-constexpr double kDegPerRad = 180.0 / std::numbers::pi;
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
-constexpr double kMmPerM = 1e3;
 constexpr std::size_t kAxes = 6;
 
 // A line is looked at so densely; the stretch beside a singularity that kMostGain closes is wider.
