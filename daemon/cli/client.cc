@@ -166,7 +166,7 @@ int follow(const Connection& daemon, std::int64_t session, BeforeMotion ctrl_c) 
   struct sigaction interrupt {};
   interrupt.sa_handler = on_interrupt;
   ::sigaction(SIGINT, &interrupt, nullptr);
-  ProgressDisplay display;
+  ProgressDisplay display(daemon.progress);
   json status;
   while (g_detached == 0) {
     status = get(daemon, "/v1/status");

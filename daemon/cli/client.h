@@ -11,6 +11,7 @@ namespace cellcal::daemon {
 struct Connection {
   std::filesystem::path socket;
   bool json = false;
+  bool progress = false;  ///< a line every ten seconds, also where no terminal is attached
 };
 
 struct RunCommand {

@@ -21,6 +21,11 @@ std::shared_ptr<Connection> add_connection(CLI::App* command) {
   return daemon;
 }
 
+void add_progress(CLI::App* command, Connection& daemon) {
+  command->add_flag("--progress", daemon.progress,
+                    "A line every ten seconds on standard error, also without a terminal");
+}
+
 void add_run(CLI::App& app, int& status) {
   auto given = std::make_shared<RunCommand>();
   CLI::App* command = app.add_subcommand("run", "Calibrate the cell: touch, identify, report");
@@ -31,6 +36,7 @@ void add_run(CLI::App& app, int& status) {
       "         cellcal run --cell cell.toml --goal 0.15\n"
       "         cellcal run --resume");
   auto daemon = add_connection(command);
+  add_progress(command, *daemon);
   auto* cell = command->add_option("--cell", given->cell, "Cell file (TOML)");
   command
       ->add_option("--goal", given->goal_mm,
@@ -61,6 +67,14 @@ void add_run(CLI::App& app, int& status) {
     }
     status = run(*daemon, *given);
   });
+}
+
+void add_watch(CLI::App& app, int& status) {
+  CLI::App* command = app.add_subcommand("watch", "Follow the session to its end");
+  command->footer("Example: cellcal watch");
+  auto daemon = add_connection(command);
+  add_progress(command, *daemon);
+  command->callback([=, &status] { status = watch(*daemon); });
 }
 
 void add_show(CLI::App& app, int& status) {
@@ -105,7 +119,7 @@ void add_plain(CLI::App& app, int& status, const char* name, const char* words,
 void add_client_commands(CLI::App& app, int& status) {
   add_run(app, status);
   add_plain(app, status, "status", "What the daemon is doing", show_status);
-  add_plain(app, status, "watch", "Follow the session to its end", watch);
+  add_watch(app, status);
   add_plain(app, status, "abort", "Stop the arm and end the session", abort);
   add_plain(app, status, "history", "All sessions, newest first", history);
   add_show(app, status);

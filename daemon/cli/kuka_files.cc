@@ -4,9 +4,9 @@
 
 #include "daemon/cli/exit_status.h"
 #include "daemon/cli/offline.h"
+#include "daemon/config/config.h"
 #include "daemon/doctor/machine.h"
 #include "daemon/doctor/parts.h"
-#include "daemon/config/config.h"
 #include "daemon/files/atomic_file.h"
 #include "drivers/error.h"
 #include "drivers/kuka/krl/krl_files.h"

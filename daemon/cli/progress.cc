@@ -14,6 +14,7 @@ namespace {
 
 constexpr std::size_t kBar = 24;
 constexpr std::size_t kUsualWidth = 80;
+constexpr std::size_t kLongestLine = 200;
 
 std::string time_words(double seconds) {
   const auto whole = static_cast<long>(std::lround(std::max(0.0, seconds)));
@@ -47,9 +48,18 @@ std::string progress_line(const Progress& progress, std::size_t width) {
   return line;
 }
 
-ProgressDisplay::ProgressDisplay() : terminal_(::isatty(STDERR_FILENO) == 1) {}
+ProgressDisplay::ProgressDisplay(bool lines)
+    : terminal_(::isatty(STDERR_FILENO) == 1), lines_(lines && !terminal_) {}
 
 void ProgressDisplay::show(const Progress& progress) {
+  if (lines_) {
+    constexpr std::chrono::seconds kBetween{10};
+    const auto now = std::chrono::steady_clock::now();
+    if (now < next_line_) return;
+    next_line_ = now + kBetween;
+    std::fprintf(stderr, "%s\n", progress_line(progress, kLongestLine).c_str());
+    return;
+  }
   if (!terminal_) return;
   // One column stays free: a full line would wrap.
   std::fprintf(stderr, "\r\033[K%s", progress_line(progress, terminal_width() - 1).c_str());
@@ -58,7 +68,7 @@ void ProgressDisplay::show(const Progress& progress) {
 }
 
 void ProgressDisplay::say(const std::string& line) {
-  if (!terminal_ || line == said_) return;
+  if ((!terminal_ && !lines_) || line == said_) return;
   clear();
   std::fprintf(stderr, "%s\n", line.c_str());
   said_ = line;

@@ -1,6 +1,7 @@
 #pragma once
 // The line that a person watches.
 
+#include <chrono>
 #include <cstddef>
 #include <optional>
 #include <string>
@@ -18,10 +19,11 @@ struct Progress {
 /// With a goal "u95 0.231 to 0.150 mm" stands before the residual.
 std::string progress_line(const Progress& progress, std::size_t width);
 
-/// Rewrites one line on standard error while it lives, if that is a terminal; else does nothing.
+/// Rewrites one line on standard error while it lives, if that is a terminal. Otherwise it is silent,
+/// or, asked for `lines`, writes one now and one every ten seconds.
 class ProgressDisplay {
  public:
-  ProgressDisplay();
+  explicit ProgressDisplay(bool lines = false);
   ~ProgressDisplay() { clear(); }
   ProgressDisplay(const ProgressDisplay&) = delete;
   ProgressDisplay& operator=(const ProgressDisplay&) = delete;
@@ -32,8 +34,9 @@ class ProgressDisplay {
   void clear();
 
  private:
-  bool terminal_;
+  bool terminal_, lines_;
   bool shown_ = false;
+  std::chrono::steady_clock::time_point next_line_{};
   std::string said_;
 };
 

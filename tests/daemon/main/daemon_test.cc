@@ -314,6 +314,19 @@ TEST(a_goal, out_of_range_is_refused_before_anything_begins) {
   EXPECT_EQ(where.status, 422);
 }
 
+TEST(a_client_without_a_terminal, writes_lines_of_progress_where_it_is_asked_to) {
+  DaemonFixture fixture;
+  fixture.start();
+  auto given = run("12", "4");
+  given.push_back("--progress");
+  const Outcome outcome = fixture.cellcal(given);
+  const auto lines = std::count(outcome.err.begin(), outcome.err.end(), '\n');
+  EXPECT_GE(lines, 1) << outcome.err;
+  EXPECT_LE(lines, 3) << "not one for every look: " << outcome.err;
+  EXPECT_EQ(outcome.err.find('\r'), std::string::npos) << outcome.err;
+  EXPECT_EQ(outcome.err.substr(0, 1), "[") << outcome.err;
+}
+
 TEST(a_session, leaves_the_quality_of_its_links_in_the_status) {
   DaemonFixture fixture;
   fixture.start();
