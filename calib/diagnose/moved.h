@@ -14,9 +14,9 @@
 namespace cellcal::calib {
 
 /// Looks closer at the suspects in `calibration.moved`: identifies again with the target taken as
-/// two, before and after. Where these lie apart by more than both leave open, `calibration.moved`
-/// holds by how much and the result is withheld for it; otherwise it is emptied. `calibration` is
-/// of these touches.
+/// two, before and after. Where their distance exceeds its uncertainty, `calibration.moved` holds it
+/// and the result is withheld; otherwise `calibration.moved` is emptied. `calibration` is of these
+/// touches.
 void confirm_moves(const Cell& cell, const std::vector<Touch>& touches,
                    const IdentifyOptions& options, Calibration& calibration);
 

@@ -178,7 +178,7 @@ void read_controller(const TomlTable& table, DaemonConfig& config) {
   rsi.tool = files.tool;
   rsi.base = files.base;
   rsi.load = files.load;
-  rsi.flag = files.alive_flag;
+  rsi.flag = integer_or(table, "interrupted_flag", files.alive_flag, 1, 999);
   table.refuse_unknown();
 }
 

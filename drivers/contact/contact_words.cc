@@ -78,8 +78,8 @@ std::string fault_words(const ContactFacts& f) {
           "supply is shorted to the sense line. It cannot see a touch; check the input stage",
           f.sense_v);
     case ContactFault::kDeaf:
-      return "the contact sensor is heard and does not hear: it takes up no command. Check the line "
-             "from this computer to it (TX, its connector, earth)";
+      return "the contact sensor sends, but no command of this computer reaches it. Check the line from "
+             "this computer to the sensor (TX, its connector, earth)";
     case ContactFault::kSilent:
       return fmt::format(
           "the contact sensor fell silent ({:.1f} s without a valid frame): check cable and "

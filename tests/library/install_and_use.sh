@@ -11,6 +11,10 @@ cmake --install "$build" --prefix "$work/first" >/dev/null
 mv "$work/first" "$work/prefix"
 grep -rlF -e "$source/" -e "$work/first" "$work/prefix" && fail "the installation holds absolute paths"
 cp -r "$source/calib/examples" "$work/examples"
+# Every header that is installed finds all that it includes.
+(cd "$work/prefix/include/cellcal" && find . -name '*.h' | sed 's/.*/#include "&"/') >"$work/examples/all.cc"
+echo 'add_library(all OBJECT all.cc)
+target_link_libraries(all PRIVATE cellcal::plan)' >>"$work/examples/CMakeLists.txt"
 
 cmake -S "$work/examples" -B "$work/build" -DCMAKE_PREFIX_PATH="$work/prefix" -DCMAKE_BUILD_TYPE=Debug \
       -DCMAKE_EXPORT_COMPILE_COMMANDS=ON >/dev/null

@@ -49,6 +49,14 @@ TEST(a_configuration, is_read_in_its_units) {
   ASSERT_EQ(config.mock.start_rad.size(), 1u);
 }
 
+TEST(a_configuration, has_a_flag_for_an_interrupted_rsi_connection_and_one_for_a_standing_eki_connection) {
+  const std::string rsi = kRsi + "[controller]\nalive_flag = 7\n";
+  EXPECT_EQ(parse_config(rsi, "d.toml").rsi_files.flag, 7);
+  const DaemonConfig both = parse_config(rsi + "interrupted_flag = 8\n", "d.toml");
+  EXPECT_EQ(both.rsi_files.flag, 8);
+  EXPECT_EQ(both.controller.alive_flag, 7);
+}
+
 TEST(a_configuration, of_mode_relative_reaches_adapter_and_controllers_files) {
   const DaemonConfig usual = parse_config(kRsi, "d.toml");
   EXPECT_EQ(usual.rsi.mode, drivers::CorrectionMode::kAbsolute);

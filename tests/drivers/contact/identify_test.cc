@@ -120,7 +120,7 @@ TEST(ContactIdentify, SaysThatTheSensorDoesNotHearWhereNoCommandReachesIt) {
   rig.contact.self_test();
   rig.run(seconds{2});
   EXPECT_EQ(rig.contact.status().link, ContactLink::kFault);
-  EXPECT_NE(rig.contact.status().words.find("is heard and does not hear"), std::string::npos)
+  EXPECT_NE(rig.contact.status().words.find("no command of this computer reaches it"), std::string::npos)
       << rig.contact.status().words;
   rig.line.to_sensor = nullptr;
   EXPECT_TRUE(rig.run_until([&] { return rig.contact.status().self_test_ok; }));

@@ -1,7 +1,7 @@
 # Rooms, and the arrows between them. An arrow that is not named here fails the build.
 set(CELLCAL_ARROWS ${CMAKE_CURRENT_LIST_FILE})
 
-# cmake -DROOM=calib/estimate -DMAY=calib/model,calib/result -DSTAMP=FILE -DSOURCE=... -P rooms.cmake: fails
+# cmake -DROOM=calib/estimate -DMAY=calib/model,calib/result -DSTAMP=FILE -DSOURCE=... -P tests/rooms.cmake: fails
 # where a file of the room includes one of a room that it does not use.
 if(CMAKE_SCRIPT_MODE_FILE)
   cmake_policy(VERSION 3.25)
