@@ -125,9 +125,9 @@ std::string lengths_table(const View& view) {
   return fmt::format(
       "<h3>Certified lengths, mm</h3>\n<div class=\"scroll\"><table class=\"numbers\">\n<thead><tr>"
       "<th scope=\"col\">between</th><th scope=\"col\">certified</th><th scope=\"col\">&sigma;</th>"
-      "<th scope=\"col\">by all else</th><th scope=\"col\">&sigma;</th>"
+      "<th scope=\"col\">measured</th><th scope=\"col\">&sigma;</th>"
       "<th scope=\"col\">difference</th><th scope=\"col\">in &sigma; of both</th></tr></thead>\n"
-      "<tbody>\n{}</tbody>\n</table></div>\n<p class=\"note\">By all else: what the touches, the "
+      "<tbody>\n{}</tbody>\n</table></div>\n<p class=\"note\">Measured: what the touches, the "
       "tolerances and the other lengths make of it, its own certificate left out. More than "
       "five&nbsp;&sigma; apart, one of them is wrong.</p>\n",
       rows);

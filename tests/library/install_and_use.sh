@@ -13,8 +13,8 @@ grep -rlF -e "$source/" -e "$work/first" "$work/prefix" && fail "the installatio
 cp -r "$source/calib/examples" "$work/examples"
 # Every header that is installed finds all that it includes.
 (cd "$work/prefix/include/cellcal" && find . -name '*.h' | sed 's/.*/#include "&"/') >"$work/examples/all.cc"
-echo 'add_library(all OBJECT all.cc)
-target_link_libraries(all PRIVATE cellcal::plan)' >>"$work/examples/CMakeLists.txt"
+echo 'add_library(every_header OBJECT all.cc)
+target_link_libraries(every_header PRIVATE cellcal::plan)' >>"$work/examples/CMakeLists.txt"
 
 cmake -S "$work/examples" -B "$work/build" -DCMAKE_PREFIX_PATH="$work/prefix" -DCMAKE_BUILD_TYPE=Debug \
       -DCMAKE_EXPORT_COMPILE_COMMANDS=ON >/dev/null
