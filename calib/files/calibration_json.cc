@@ -8,12 +8,15 @@
 #include "calib/files/documents.h"
 #include "calib/files/files.h"
 #include "calib/files/finding_json.h"
-#include "calib/files/json_reader.h"
-#include "calib/files/shown.h"
 #include "calib/model/units.h"
 #include "calib/result/correlation.h"
 #include "calib/result/finding_words.h"
 #include "calib/result/nominal_value.h"
+#include "calib/syntax/input_file.h"
+#include "calib/syntax/json_reader.h"
+#include "calib/syntax/nesting.h"
+#include "calib/syntax/shown.h"
+#include "calib/syntax/toml_json.h"
 
 namespace cellcal::calib {
 

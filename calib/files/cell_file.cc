@@ -6,10 +6,12 @@
 #include "calib/files/documents.h"
 #include "calib/files/files.h"
 #include "calib/files/obstacle_file.h"
-#include "calib/files/shown.h"
 #include "calib/model/kinematics.h"
 #include "calib/model/target_kind.h"
 #include "calib/model/units.h"
+#include "calib/syntax/input_file.h"
+#include "calib/syntax/shown.h"
+#include "calib/syntax/toml_json.h"
 
 namespace cellcal::calib {
 

@@ -60,10 +60,4 @@ struct JointRows {
 /// Joint columns only, for predict: any angle. Columns beside the joints are refused.
 JointRows load_joints(const std::filesystem::path& path, const Robot& robot);
 
-/// Whole file as text, refusing directories, missing files and more than `max_bytes`.
-std::string read_file(const std::filesystem::path& path, std::size_t max_bytes = 256u << 20);
-
-/// Lower-case hexadecimal SHA-256.
-std::string sha256(std::string_view bytes);
-
 }  // namespace cellcal::calib

@@ -3,8 +3,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "calib/files/json_reader.h"
 #include "calib/result/finding.h"
+#include "calib/syntax/json_reader.h"
 
 namespace cellcal::calib {
 

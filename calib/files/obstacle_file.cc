@@ -7,9 +7,10 @@
 
 #include "calib/files/documents.h"
 #include "calib/files/files.h"
-#include "calib/files/shown.h"
 #include "calib/files/stl.h"
 #include "calib/model/units.h"
+#include "calib/syntax/shown.h"
+#include "calib/syntax/toml_json.h"
 
 namespace cellcal::calib {
 

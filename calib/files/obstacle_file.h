@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "calib/files/toml_table.h"
 #include "calib/model/robot.h"
+#include "calib/syntax/toml_table.h"
 
 namespace cellcal::calib {
 

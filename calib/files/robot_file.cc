@@ -6,9 +6,10 @@
 
 #include "calib/files/documents.h"
 #include "calib/files/files.h"
-#include "calib/files/shown.h"
 #include "calib/files/touch_columns.h"
 #include "calib/model/units.h"
+#include "calib/syntax/shown.h"
+#include "calib/syntax/toml_json.h"
 
 namespace cellcal::calib {
 

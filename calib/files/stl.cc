@@ -13,7 +13,8 @@
 #include <utility>
 
 #include "calib/files/files.h"
-#include "calib/files/shown.h"
+#include "calib/syntax/input_file.h"
+#include "calib/syntax/shown.h"
 
 namespace cellcal::calib {
 
@@ -47,8 +48,8 @@ class Builder {
   };
 
   int index(const Vector3d& mm) {
-    const auto [found, is_new] = index_.try_emplace({mm.x(), mm.y(), mm.z()},
-                                                    static_cast<int>(mesh_.vertices_m.size()));
+    const auto [found, is_new] =
+        index_.try_emplace({mm.x(), mm.y(), mm.z()}, static_cast<int>(mesh_.vertices_m.size()));
     if (is_new) mesh_.vertices_m.push_back(mm / kMmPerM);
     return found->second;
   }

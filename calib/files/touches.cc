@@ -6,12 +6,13 @@
 #include <functional>
 #include <optional>
 
-#include "calib/files/csv.h"
 #include "calib/files/files.h"
-#include "calib/files/shown.h"
 #include "calib/files/touch_columns.h"
 #include "calib/model/iso_time.h"
 #include "calib/model/units.h"
+#include "calib/syntax/csv.h"
+#include "calib/syntax/input_file.h"
+#include "calib/syntax/shown.h"
 
 namespace cellcal::calib {
 

@@ -9,6 +9,7 @@
 #include "calib/files/calibration_json.h"
 #include "calib/files/files.h"
 #include "calib/model/error.h"
+#include "calib/syntax/input_file.h"
 #include "daemon/files/printable.h"
 #include "daemon/service/delay_watch.h"
 #include "daemon/service/inputs.h"

@@ -9,7 +9,7 @@
 #include <string>
 
 #include "calib/files/calibration_json.h"
-#include "calib/files/shown.h"
+#include "calib/syntax/shown.h"
 #include "daemon/cli/commands.h"
 #include "daemon/cli/exit_status.h"
 

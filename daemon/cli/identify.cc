@@ -8,6 +8,7 @@
 #include "calib/files/files.h"
 #include "calib/files/shipped_robots.h"
 #include "calib/seed_paper/paper.h"
+#include "calib/syntax/input_file.h"
 #include "calib/verdict/change.h"
 #include "daemon/cli/exit_status.h"
 #include "daemon/cli/offline.h"

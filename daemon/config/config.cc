@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "calib/files/toml_table.h"
+#include "calib/syntax/toml_table.h"
 #include "daemon/config/config_values.h"
 #include "daemon/config/space_config.h"
 #include "drivers/error.h"
@@ -155,9 +155,10 @@ void read_controller(const TomlTable& table, DaemonConfig& config) {
   files.first_timer = integer_or(table, "first_timer", files.first_timer, 1, 62);
   files.first_interrupt = integer_or(table, "first_interrupt", files.first_interrupt, 4, 126);
   if (files.first_interrupt > 37 && files.first_interrupt < 81) {
-    table.fail("first_interrupt",
-               "must be 4 to 37 or 81 to 126: three priorities from it on, none of the controller's own "
-               "(40 to 80)");
+    table.fail(
+        "first_interrupt",
+        "must be 4 to 37 or 81 to 126: three priorities from it on, none of the controller's own "
+        "(40 to 80)");
   }
   files.state_ms = integer_or(table, "state_ms", files.state_ms, 12, 100);
   files.dead_man_ms = integer_or(table, "dead_man_ms", files.dead_man_ms, 100, 1000);

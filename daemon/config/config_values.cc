@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "calib/files/shown.h"
+#include "calib/syntax/shown.h"
 #include "daemon/files/printable.h"
 #include "drivers/error.h"
 #include "drivers/kuka/wire/xml_values.h"

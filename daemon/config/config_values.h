@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <string>
 
-#include "calib/files/toml_table.h"
+#include "calib/syntax/toml_table.h"
 #include "daemon/config/config.h"
 
 namespace cellcal::daemon {

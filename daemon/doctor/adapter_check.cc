@@ -5,7 +5,7 @@
 #include <filesystem>
 
 #include "drivers/contact.h"
-#include "drivers/contact/ctp.h"
+#include "drivers/contact/wire/ctp.h"
 
 namespace cellcal::daemon {
 

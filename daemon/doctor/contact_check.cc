@@ -4,7 +4,7 @@
 
 #include <chrono>
 
-#include "drivers/contact/ctp_codec.h"
+#include "drivers/contact/wire/ctp_codec.h"
 
 namespace cellcal::daemon {
 

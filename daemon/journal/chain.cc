@@ -6,6 +6,7 @@
 #include <random>
 
 #include "calib/files/files.h"
+#include "calib/syntax/input_file.h"
 #include "daemon/journal/journal.h"
 
 namespace cellcal::daemon {

@@ -10,6 +10,7 @@
 #include <cstring>
 
 #include "calib/files/files.h"
+#include "calib/syntax/input_file.h"
 #include "daemon/journal/journal.h"
 
 namespace cellcal::daemon {

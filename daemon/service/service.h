@@ -14,7 +14,7 @@
 #include <thread>
 #include <vector>
 
-#include "calib/files/withheld.h"
+#include "calib/syntax/input_file.h"
 #include "daemon/journal/journal.h"
 #include "daemon/service/backend.h"
 #include "daemon/service/options.h"

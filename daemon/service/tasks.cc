@@ -19,6 +19,7 @@
 #include "calib/model/units.h"
 #include "calib/plan/reach/duration.h"
 #include "calib/plan/touch_sequence.h"
+#include "calib/syntax/input_file.h"
 #include "calib/verdict/change.h"
 #include "calib/verdict/identify_as_stated.h"
 #include "daemon/files/atomic_file.h"

@@ -16,7 +16,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "drivers/contact/ctp.h"
+#include "drivers/contact/wire/ctp.h"
 #include "drivers/time.h"
 
 namespace cellcal::drivers {

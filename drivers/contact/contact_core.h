@@ -11,8 +11,8 @@
 #include "drivers/contact.h"
 #include "drivers/contact/clock_map.h"
 #include "drivers/contact/contact_facts.h"
-#include "drivers/contact/ctp_codec.h"
 #include "drivers/contact/fixed_ring.h"
+#include "drivers/contact/wire/ctp_codec.h"
 
 namespace cellcal::drivers {
 

@@ -5,8 +5,8 @@
 #include <optional>
 
 #include "drivers/contact.h"
-#include "drivers/contact/byte_line.h"
 #include "drivers/contact/contact_core.h"
+#include "drivers/contact/wire/byte_line.h"
 
 namespace cellcal::drivers {
 

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "drivers/contact/ctp.h"
+#include "drivers/contact/wire/ctp.h"
 
 namespace cellcal::drivers {
 

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "calib/files/files.h"
+#include "calib/syntax/input_file.h"
 #include "drivers/units.h"
 #include "sim/cell/contact_watch.h"
 #include "sim/emulator/control.h"

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-#include "drivers/contact/ctp.h"
+#include "drivers/contact/wire/ctp.h"
 
 namespace cellcal::sim {
 

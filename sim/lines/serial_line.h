@@ -1,7 +1,7 @@
 #pragma once
 // A serial line with faults in both directions, in front of any other one.
 
-#include "drivers/contact/byte_line.h"
+#include "drivers/contact/wire/byte_line.h"
 #include "sim/lines/line.h"
 
 namespace cellcal::sim {

@@ -1,7 +1,7 @@
 #pragma once
 // The emulated sensor as the line that drivers::ContactInline runs on.
 
-#include "drivers/contact/byte_line.h"
+#include "drivers/contact/wire/byte_line.h"
 #include "sim/mcu/microcontroller.h"
 
 namespace cellcal::sim {

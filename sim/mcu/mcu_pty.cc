@@ -19,7 +19,7 @@
 #include <thread>
 #include <vector>
 
-#include "drivers/contact/port/line_rate.h"
+#include "drivers/contact/wire/line_rate.h"
 #include "sim/hard_clock.h"
 #include "sim/mcu/wrong_rate.h"
 

@@ -12,8 +12,8 @@
 #include <optional>
 #include <span>
 
-#include "drivers/contact/ctp_codec.h"
 #include "drivers/contact/firmware/core/sensor.h"
+#include "drivers/contact/wire/ctp_codec.h"
 #include "drivers/time.h"
 #include "sim/mcu/touch_circuit.h"
 

@@ -12,7 +12,7 @@
 #include <thread>
 #include <utility>
 
-#include "drivers/contact/ctp_codec.h"
+#include "drivers/contact/wire/ctp_codec.h"
 #include "drivers/kuka/wire/rsi_codec.h"
 #include "sim/krc/controller.h"
 #include "sim/mcu/microcontroller.h"

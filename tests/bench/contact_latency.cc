@@ -12,8 +12,8 @@
 #include <thread>
 
 #include "drivers/contact/contact_core.h"
-#include "drivers/contact/ctp_codec.h"
 #include "drivers/contact/port/serial_port.h"
+#include "drivers/contact/wire/ctp_codec.h"
 #include "tests/bench/loopback.h"
 #include "tests/bench/times.h"
 

@@ -9,6 +9,7 @@
 #include "calib/files/documents.h"
 #include "calib/files/files.h"
 #include "calib/model/kinematics.h"
+#include "calib/syntax/toml_json.h"
 
 namespace {
 

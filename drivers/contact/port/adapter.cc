@@ -5,7 +5,7 @@
 #include <fstream>
 
 #include "drivers/contact.h"
-#include "drivers/contact/ctp.h"
+#include "drivers/contact/wire/ctp.h"
 
 namespace cellcal::drivers {
 

@@ -13,7 +13,7 @@
 #include <cstring>
 #include <string>
 
-#include "drivers/contact/ctp.h"
+#include "drivers/contact/wire/ctp.h"
 #include "drivers/error.h"
 #include "drivers/time.h"
 

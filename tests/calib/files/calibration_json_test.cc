@@ -10,6 +10,7 @@
 
 #include "calib/identify/identify.h"
 #include "calib/result/correlation.h"
+#include "calib/syntax/input_file.h"
 #include "calib/uncertainty/predict.h"
 #include "calib/uncertainty/region.h"
 #include "tests/calib/files/documents.h"

@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "calib/model/units.h"
+#include "calib/syntax/input_file.h"
 #include "tests/calib/files/documents.h"
 
 namespace cellcal::calib {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "calib/files/calibration_json.h"
+#include "calib/syntax/toml_json.h"
 #include "tests/calib/files/documents.h"
 
 namespace cellcal::calib {
@@ -64,9 +65,8 @@ TEST(HostileToml, MessagesStayShortAndPrintable) {
 }
 
 TEST(HostileToml, ControlCharactersInIdsAndPathsAreRefusedWithTheirKey) {
-  for (const std::string& bad :
-       {"\"S\\u0001\""s, "\"S\\n1\""s, "\"S1\\t\""s, "\"S\\u001b[2J\""s, "\"S\\u007f\""s,
-        "\"S\\u009b2J\""s, "\"\"\"S\n1\"\"\""s}) {
+  for (const std::string& bad : {"\"S\\u0001\""s, "\"S\\n1\""s, "\"S1\\t\""s, "\"S\\u001b[2J\""s,
+                                 "\"S\\u007f\""s, "\"S\\u009b2J\""s, "\"\"\"S\n1\"\"\""s}) {
     SCOPED_TRACE(bad);
     expect_words(cell_refusal(with(kCell, "id = \"S1\"", "id = " + bad)),
                  {"cell.toml:", "id", "control characters"});
@@ -87,10 +87,11 @@ TEST(HostileToml, AnIdThatACellFileTakesComesBackFromATableOfTouches) {
                                   "S"s + static_cast<char>(byte) + "1"}) {
       Cell cell;
       try {
-        cell = read_cell(TomlTable::parse(with(with(kCell, "[\"S1\", ", "[" + toml_string(id) + ", "),
-                                               "id = \"S1\"", "id = " + toml_string(id)),
-                                          "cell.toml"),
-                         testing::robot());
+        cell =
+            read_cell(TomlTable::parse(with(with(kCell, "[\"S1\", ", "[" + toml_string(id) + ", "),
+                                            "id = \"S1\"", "id = " + toml_string(id)),
+                                       "cell.toml"),
+                      testing::robot());
       } catch (const FileError&) {
         continue;
       }

@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include "calib/model/units.h"
+#include "calib/syntax/toml_json.h"
 #include "tests/calib/files/documents.h"
 
 namespace cellcal::calib {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "calib/model/units.h"
+#include "calib/syntax/toml_json.h"
 #include "tests/calib/files/documents.h"
 #include "tests/calib/model/random_arm.h"
 

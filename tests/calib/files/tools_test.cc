@@ -4,6 +4,7 @@
 
 #include "calib/model/kinematics.h"
 #include "calib/model/units.h"
+#include "calib/syntax/toml_json.h"
 #include "tests/calib/files/documents.h"
 
 namespace cellcal::calib {

@@ -14,6 +14,7 @@
 #include <functional>
 
 #include "calib/files/files.h"
+#include "calib/syntax/input_file.h"
 #include "daemon/journal/head_file.h"
 #include "daemon/journal/lock_file.h"
 #include "images.h"

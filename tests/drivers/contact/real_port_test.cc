@@ -20,9 +20,9 @@
 #include <thread>
 
 #include "baud_of.h"
-#include "drivers/contact/ctp_codec.h"
 #include "drivers/contact/port/port_backends.h"
 #include "drivers/contact/serial_contact.h"
+#include "drivers/contact/wire/ctp_codec.h"
 #include "pty_shim.h"
 #include "sim/mcu/mcu_pty.h"
 

@@ -1,6 +1,6 @@
 #include "drivers/contact/firmware/core/boot_record.h"
 
-#include "drivers/contact/ctp.h"
+#include "drivers/contact/wire/ctp.h"
 
 enum { kIdSize = 4 };
 

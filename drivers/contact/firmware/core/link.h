@@ -1,5 +1,5 @@
 /* CTP/1 frames, the sensor's side: bytes to checked frames and back. No allocation, no input or
- * output; the host's side is ../../ctp_codec, both read ../../ctp.h. */
+ * output; the host's side is ../../wire/ctp_codec, both read ../../wire/ctp.h. */
 #pragma once
 
 #include <stdbool.h>
@@ -10,7 +10,7 @@
 extern "C" {
 #endif
 
-#include "drivers/contact/ctp.h"
+#include "drivers/contact/wire/ctp.h"
 
 /* Bytes to frames, one at a time. After anything odd it goes on at the next 0x00. */
 typedef struct {

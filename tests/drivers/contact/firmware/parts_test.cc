@@ -8,9 +8,9 @@
 #include <random>
 #include <vector>
 
-#include "drivers/contact/ctp_codec.h"
 #include "drivers/contact/firmware/core/boot_record.h"
 #include "drivers/contact/firmware/core/link.h"
+#include "drivers/contact/wire/ctp_codec.h"
 
 namespace cellcal::test {
 namespace {

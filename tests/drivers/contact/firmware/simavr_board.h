@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "drivers/contact/byte_line.h"
-#include "drivers/contact/ctp_codec.h"
+#include "drivers/contact/wire/byte_line.h"
+#include "drivers/contact/wire/ctp_codec.h"
 #include "drivers/time.h"
 #include "sim/mcu/touch_circuit.h"
 

@@ -1,6 +1,8 @@
+#include "calib/syntax/nesting.h"
+
 #include <fmt/format.h>
 
-#include "calib/files/documents.h"
+#include "calib/model/error.h"
 
 namespace cellcal::calib {
 

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "drivers/contact/ctp_codec.h"
+#include "drivers/contact/wire/ctp_codec.h"
 
 namespace cellcal::drivers::ctp {
 namespace {
@@ -19,7 +19,8 @@ const Frame* feed(FrameReader& reader, std::span<const std::uint8_t> bytes) {
 
 TEST(CtpReaderMemory, AShortFrameHasNothingOfTheLongOneBeforeIt) {
   FrameReader reader(Direction::kFromSensor);
-  ASSERT_NE(feed(reader, build(Event{0xFFFF, 0xFFFF, 0xFFFFFFFF, 0xFFFF, 0xFF, 0xFF, 0xFFFF}, 0, CTP_CONTACT)
+  ASSERT_NE(feed(reader, build(Event{0xFFFF, 0xFFFF, 0xFFFFFFFF, 0xFFFF, 0xFF, 0xFF, 0xFFFF}, 0,
+                               CTP_CONTACT)
                              .bytes()),
             nullptr);
   const Frame* nak = feed(reader, build(Nak{3, 6}, 1).bytes());
@@ -38,7 +39,8 @@ TEST(CtpReaderMemory, ANewPeerIsReadFromItsFirstByte) {
   feed(reader, wire.bytes());
   reader.resync();
   EXPECT_NE(feed(reader, build(Trip{1, 2}, 77).bytes()), nullptr);
-  EXPECT_EQ(reader.counters().gaps, 255u) << "only the frame that came twice counts, not the new peer's";
+  EXPECT_EQ(reader.counters().gaps, 255u)
+      << "only the frame that came twice counts, not the new peer's";
   EXPECT_EQ(reader.counters().frames, 3u);
   // Nor is it in the middle of what was too long.
   for (int i = 0; i < 1000; ++i) reader.feed(1);

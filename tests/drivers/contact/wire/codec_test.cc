@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "drivers/contact/ctp_codec.h"
+#include "drivers/contact/wire/ctp_codec.h"
 
 namespace cellcal::drivers::ctp {
 namespace {

@@ -1,11 +1,13 @@
+#include "calib/syntax/toml_json.h"
+
 #include <fmt/format.h>
 #include <toml++/toml.h>
 
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "calib/files/documents.h"
-#include "calib/files/toml_access.h"
+#include "calib/syntax/nesting.h"
+#include "calib/syntax/toml_access.h"
 
 namespace cellcal::calib {
 

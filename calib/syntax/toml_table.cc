@@ -1,4 +1,4 @@
-#include "calib/files/toml_table.h"
+#include "calib/syntax/toml_table.h"
 
 #include <fmt/format.h>
 #include <toml++/toml.h>
@@ -7,10 +7,10 @@
 #include <cmath>
 #include <set>
 
-#include "calib/files/documents.h"
-#include "calib/files/files.h"
-#include "calib/files/shown.h"
-#include "calib/files/toml_access.h"
+#include "calib/syntax/input_file.h"
+#include "calib/syntax/nesting.h"
+#include "calib/syntax/shown.h"
+#include "calib/syntax/toml_access.h"
 
 namespace cellcal::calib {
 

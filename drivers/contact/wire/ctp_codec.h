@@ -7,7 +7,7 @@
 #include <optional>
 #include <span>
 
-#include "drivers/contact/ctp.h"
+#include "drivers/contact/wire/ctp.h"
 
 namespace cellcal::drivers::ctp {
 

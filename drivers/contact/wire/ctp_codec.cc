@@ -1,4 +1,4 @@
-#include "drivers/contact/ctp_codec.h"
+#include "drivers/contact/wire/ctp_codec.h"
 
 #include <algorithm>
 

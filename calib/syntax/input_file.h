@@ -1,11 +1,21 @@
 #pragma once
-// Files that are no input, whatever names them.
+// The bytes of a file that is named as input, and files that are none whatever names them.
 
 #include <sys/types.h>
 
+#include <cstddef>
 #include <filesystem>
+#include <string>
+#include <string_view>
 
 namespace cellcal::calib {
+
+/// Whole file as text. Throws FileError (calib/model/error.h) for directories, devices, missing files
+/// and more than `max_bytes`.
+std::string read_file(const std::filesystem::path& path, std::size_t max_bytes = 256u << 20);
+
+/// Lower-case hexadecimal SHA-256.
+std::string sha256(std::string_view bytes);
 
 /// As long as this lives, read_file() refuses the file without opening it, under any name. For
 /// files that the process holds POSIX locks on: closing any descriptor of such a file drops them.

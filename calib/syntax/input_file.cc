@@ -1,3 +1,5 @@
+#include "calib/syntax/input_file.h"
+
 #include <fcntl.h>
 #include <openssl/evp.h>
 #include <sys/stat.h>
@@ -11,8 +13,7 @@
 #include <utility>
 #include <vector>
 
-#include "calib/files/files.h"
-#include "calib/files/withheld.h"
+#include "calib/model/error.h"
 
 namespace cellcal::calib {
 

@@ -1,10 +1,10 @@
-#include "calib/files/csv.h"
+#include "calib/syntax/csv.h"
 
 #include <algorithm>
 #include <charconv>
 #include <cmath>
 
-#include "calib/files/shown.h"
+#include "calib/syntax/shown.h"
 
 namespace cellcal::calib {
 

@@ -3,7 +3,7 @@
 
 #include <toml++/toml.h>
 
-#include "calib/files/toml_table.h"
+#include "calib/syntax/toml_table.h"
 
 namespace cellcal::calib {
 

@@ -1,4 +1,4 @@
-#include "drivers/contact/port/line_rate.h"
+#include "drivers/contact/wire/line_rate.h"
 
 // In a file of its own: it does not go together with <termios.h>.
 #include <asm/termbits.h>

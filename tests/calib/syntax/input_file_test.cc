@@ -11,7 +11,7 @@
 #include <fstream>
 
 #include "calib/files/files.h"
-#include "calib/files/withheld.h"
+#include "calib/syntax/input_file.h"
 
 namespace cellcal::calib {
 namespace {

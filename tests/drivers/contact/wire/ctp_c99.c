@@ -1,5 +1,5 @@
 /* The shared header has to compile as the firmware sees it. */
-#include "drivers/contact/ctp.h"
+#include "drivers/contact/wire/ctp.h"
 
 int ctp_c99_compiles(void);
 
