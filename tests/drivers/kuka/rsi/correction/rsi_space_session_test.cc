@@ -4,7 +4,7 @@
 #include "drivers/error.h"
 #include "drivers/kuka/rsi/correction/rsi_setpoint.h"
 #include "tests/drivers/kuka/allocation_count.h"
-#include "tests/drivers/kuka/rsi/space_rig.h"
+#include "tests/drivers/kuka/rsi/correction/space_rig.h"
 
 namespace cellcal::drivers {
 namespace {

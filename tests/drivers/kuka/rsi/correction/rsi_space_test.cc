@@ -6,7 +6,7 @@
 #include <random>
 
 #include "calib/model/kinematics.h"
-#include "tests/drivers/kuka/rsi/space_rig.h"
+#include "tests/drivers/kuka/rsi/correction/space_rig.h"
 
 namespace cellcal::drivers {
 namespace {

@@ -10,7 +10,7 @@
 #include "drivers/kuka/rsi/rsi_robot.h"
 #include "sim/krc/krc_udp.h"
 #include "tests/drivers/kuka/patience.h"
-#include "tests/drivers/kuka/rsi/space_rig.h"
+#include "tests/drivers/kuka/rsi/correction/space_rig.h"
 
 namespace cellcal::drivers {
 namespace {
