@@ -27,17 +27,11 @@ drivers::AxisAngles minus(const drivers::AxisAngles& a, const drivers::AxisAngle
   return difference;
 }
 
-const char* words(drivers::Cause cause) {
-  switch (cause) {
-    case drivers::Cause::kShiftLimit:
-      return "shift";
-    case drivers::Cause::kTurnLimit:
-      return "turn";
-    case drivers::Cause::kNearSingular:
-      return "singular";
-    default:
-      return "";
-  }
+const char* name(const drivers::Cause& objection) {
+  namespace cause = drivers::cause;
+  if (drivers::is<cause::ShiftLimit>(objection)) return "shift";
+  if (drivers::is<cause::TurnLimit>(objection)) return "turn";
+  return drivers::is<cause::NearSingular>(objection) ? "singular" : "";
 }
 
 struct Options {
@@ -79,7 +73,7 @@ void run(const Options& options) {
         ++lines;
         const auto objection = corrector.object_to(minus(at, start), minus(axes(to), start));
         at = axes(to);
-        if (objection) ++refused[words(objection->cause)];
+        if (objection) ++refused[name(*objection)];
         whole = whole && !objection;
         return !objection;
       };

@@ -7,6 +7,7 @@
 #include "drivers/kuka/eki/eki_mover.h"
 #include "drivers/kuka/eki/eki_sender.h"
 #include "drivers/kuka/moves/arrival_spread.h"
+#include "drivers/kuka/moves/cause_words.h"
 #include "drivers/kuka/moves/move_check.h"
 #include "drivers/kuka/moves/move_queue.h"
 #include "drivers/kuka/moves/position_record.h"
@@ -59,16 +60,16 @@ struct EkiCore::Impl {
   }
 
   void on_closed() {
-    if (linked()) lose(EkiLoss::kClosed, Cause::kLinkClosed, 0.0);
+    if (linked()) lose(EkiLoss::kClosed, cause::LinkClosed{});
     state.connected = false;
     sender.drop();
     close = false;
   }
 
   /// The controller's dead man and its own view of the connection stop the arm.
-  void lose(EkiLoss loss, Cause cause, double a) {
-    if (mover.busy()) finish(mover.abandon(cause, a));
-    if (const auto move = queue.take_waiting()) refuse(*move, {cause, 0, a, 0.0});
+  void lose(EkiLoss loss, const Cause& cause) {
+    if (mover.busy()) finish(mover.abandon(cause));
+    if (const auto move = queue.take_waiting()) refuse(*move, cause);
     rereference_asked = false;
     greeted = false;
     state.loss = loss;
@@ -118,7 +119,7 @@ struct EkiCore::Impl {
           break;
         case EkiFramer::Event::kOversized:
           note_bad(EkiError::kOversized, framer.document());
-          lose(EkiLoss::kNotAStream, Cause::kLinkClosed, 0.0);
+          lose(EkiLoss::kNotAStream, cause::LinkClosed{});
           return;
       }
     }
@@ -161,7 +162,7 @@ struct EkiCore::Impl {
     state.other_session = frame.session;
     // Until the hello is taken the controller shows whom it obeyed before.
     if (greeted) {
-      lose(EkiLoss::kSessionTaken, Cause::kSessionTaken, frame.session);
+      lose(EkiLoss::kSessionTaken, cause::SessionTaken{frame.session});
     }
   }
 
@@ -219,7 +220,7 @@ struct EkiCore::Impl {
 
   void begin(const Move& move) {
     if (queue.waiting() || mover.busy()) {
-      refuse(move, {Cause::kBusy, 0, 0.0, 0.0});
+      refuse(move, cause::Busy{});
     } else {
       queue.wait(move);
     }
@@ -230,17 +231,17 @@ struct EkiCore::Impl {
   void take_up_waiting(TimePoint now) {
     const auto move = queue.take_waiting();
     if (!move) return;
-    if (ending) return refuse(*move, {Cause::kClosing, 0, 0.0, 0.0});
-    if (!linked()) return refuse(*move, {Cause::kNotConnected, 0, state.waited_s, 0.0});
-    if (!state.ready) return refuse(*move, {Cause::kControllerNotReady, 0, 0.0, 0.0});
-    if (state.link != RobotLink::kReady) return refuse(*move, {Cause::kNotReferenced, 0, 0.0, 0.0});
+    if (ending) return refuse(*move, cause::Closing{});
+    if (!linked()) return refuse(*move, cause::NotConnected{state.waited_s});
+    if (!state.ready) return refuse(*move, cause::ControllerNotReady{});
+    if (state.link != RobotLink::kReady) return refuse(*move, cause::NotReferenced{});
     if (const auto objection = object_to(*move, config.limits)) return refuse(*move, *objection);
     if (const auto refusal = mover.start(*move, actual(), now)) return finish(*refusal);
     move_to_send = true;
     std::copy(move->target_rad.begin(), move->target_rad.end(), state.commanded_rad);
   }
 
-  void refuse(const Move& move, const Objection& why, MoveOutcome outcome = MoveOutcome::kRefused) {
+  void refuse(const Move& move, const Cause& why, MoveOutcome outcome = MoveOutcome::kRefused) {
     finish(refusal_of(move, why, actual(), outcome));
   }
 
@@ -257,9 +258,9 @@ struct EkiCore::Impl {
 
   void stop() {
     if (const auto move = queue.take_waiting()) {
-      refuse(*move, {Cause::kStopAsked, 0, 0.0, 0.0}, MoveOutcome::kStopped);
+      refuse(*move, cause::StopAsked{}, MoveOutcome::kStopped);
     }
-    mover.halt(MoveOutcome::kStopped, Cause::kStopAsked);
+    mover.halt(MoveOutcome::kStopped, cause::StopAsked{});
   }
 
   // ---- time ------------------------------------------------------------------------------------
@@ -272,14 +273,14 @@ struct EkiCore::Impl {
     state.waited_s = seconds(now - last_rx);
     mover.listen(now);
     if (greeted && state.waited_s > config.silence_s) {
-      lose(EkiLoss::kSilence, Cause::kNotConnected, state.waited_s);
+      lose(EkiLoss::kSilence, cause::NotConnected{state.waited_s});
     }
     if (state.connected && !greeted && now - connected_at > kHelloLimit) close = true;
     if (const auto done = mover.on_tick(now)) {
-      const bool cut = done->cause == Cause::kCommandNotTaken;
+      const bool cut = is<cause::CommandNotTaken>(done->cause);
       finish(*done);
       // It could still begin later: without the connection it cannot.
-      if (cut) lose(EkiLoss::kNotTaken, done->cause, done->a);
+      if (cut) lose(EkiLoss::kNotTaken, done->cause);
     }
     take_up_waiting(now);
     send_due(now);

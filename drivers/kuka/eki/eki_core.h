@@ -17,7 +17,7 @@
 #include "drivers/contact.h"
 #include "drivers/kuka/eki/eki_config.h"
 #include "drivers/kuka/eki/eki_report.h"
-#include "drivers/kuka/moves/cause.h"
+#include "drivers/kuka/moves/core_result.h"
 #include "drivers/robot.h"
 
 namespace cellcal::drivers {

@@ -24,7 +24,7 @@ EkiLatchResult latch_of(const EkiTouch& touch, const EkiConfig& config,
   const TimePoint edge = touch.contact.first_edge;
   const auto path = record.actual_at(edge, kSecondsPerMs);
   // A time stamp outside of what was recorded cannot be this contact's.
-  if (!path) return {std::nullopt, Cause::kStampOutside, 0, seconds(now - edge), 0.0};
+  if (!path) return {std::nullopt, cause::StampOutside{seconds(now - edge)}};
   Latch latch;
   latch.contact_rad = *path;
   latch.settled_rad = touch.settled_rad;
@@ -32,9 +32,9 @@ EkiLatchResult latch_of(const EkiTouch& touch, const EkiConfig& config,
   latch.time_sigma_s = std::hypot(touch.contact.time_sigma_s, config.flag_sigma_s);
   latch.reaction_s = seconds(touch.stopped_at - edge);
   latch.bounces = touch.contact.bounces;
-  if (config.stop == EkiStop::kFlag) return {latch};
+  if (config.stop == EkiStop::kFlag) return {latch, cause::None{}};
 
-  if (!touch.latched_rad) return {std::nullopt, Cause::kLatchMissing};
+  if (!touch.latched_rad) return {std::nullopt, cause::LatchMissing{}};
   const auto span =
       std::chrono::duration_cast<Duration>(std::chrono::duration<double>(kSpeedSpanS));
   const auto before = record.actual_at(edge - span, kSecondsPerMs);
@@ -44,13 +44,13 @@ EkiLatchResult latch_of(const EkiTouch& touch, const EkiConfig& config,
     const double allowed =
         kLatchSlackRad + std::abs(speed) * (kLatchWindowS + std::abs(config.latch_delay_s));
     if (std::abs(latched - (*path)[i]) > allowed) {
-      return {std::nullopt, Cause::kLatchAstray, static_cast<std::uint8_t>(i), latched * kDegPerRad,
-              (*path)[i] * kDegPerRad};
+      return {std::nullopt, cause::LatchAstray{static_cast<std::uint8_t>(i), latched * kDegPerRad,
+                                               (*path)[i] * kDegPerRad}};
     }
     latch.contact_rad[i] = latched - speed * config.latch_delay_s;
   }
   latch.time_sigma_s = config.latch_jitter_s;
-  return {latch};
+  return {latch, cause::None{}};
 }
 
 }  // namespace cellcal::drivers

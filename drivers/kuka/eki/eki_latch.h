@@ -13,9 +13,7 @@ namespace cellcal::drivers {
 
 struct EkiLatchResult {
   std::optional<Latch> latch;
-  Cause cause = Cause::kNone;  ///< why there is none; axis, a, b as CoreResult has them
-  std::uint8_t axis = 0;
-  double a = 0.0, b = 0.0;
+  Cause cause;  ///< why there is none
 };
 
 struct EkiTouch {

@@ -40,15 +40,15 @@ void EkiMover::listen(TimePoint now) {
   sensor_.listen(now, guarded ? std::optional(move_.arm_id) : std::nullopt);
 }
 
-std::optional<Objection> EkiMover::too_fast(const Move& move, const AxisAngles& at_rad) const {
+std::optional<Cause> EkiMover::too_fast(const Move& move, const AxisAngles& at_rad) const {
   if (move.kind != MoveKind::kSearch || config_.stop != EkiStop::kFlag) return std::nullopt;
   for (std::size_t i = 0; i < at_rad.size(); ++i) {
     const double speed = move.cruise_s > 0.0
                              ? std::abs(move.target_rad[i] - at_rad[i]) / move.cruise_s * kDegPerRad
                              : config_.limits[i].max_speed_rad_s * kDegPerRad;
     if (speed <= config_.flag_search_limit_deg_s) continue;
-    return Objection{Cause::kTooFastForFlag, static_cast<std::uint8_t>(i), speed,
-                     config_.flag_search_limit_deg_s};
+    return cause::TooFastForFlag{static_cast<std::uint8_t>(i), speed,
+                                 config_.flag_search_limit_deg_s};
   }
   return std::nullopt;
 }
@@ -56,16 +56,14 @@ std::optional<Objection> EkiMover::too_fast(const Move& move, const AxisAngles& 
 std::optional<CoreResult> EkiMover::start(const Move& move, const AxisAngles& at_rad,
                                           TimePoint now) {
   if (const auto why = sensor_.refusal(move)) {
-    return refusal_of(move, {why->cause, 0, why->a, why->b}, at_rad, why->outcome);
+    return refusal_of(move, why->cause, at_rad, why->outcome);
   }
   if (const auto why = too_fast(move, at_rad)) return refusal_of(move, *why, at_rad);
   sensor_.begin();
   move_ = move;
   phase_ = Phase::kAsked;
   outcome_ = MoveOutcome::kArrived;
-  cause_ = Cause::kNone;
-  axis_ = 0;
-  a_ = b_ = 0.0;
+  cause_ = cause::None{};
   stop_wanted_ = stop_sent_ = by_input_ = false;
   touched_at_.reset();
   verdict_ = Verdict::kNone;
@@ -104,15 +102,14 @@ void EkiMover::choose_path(const AxisAngles& at_rad) {
   }
 }
 
-void EkiMover::fail(MoveOutcome outcome, Cause cause, double a) {
+void EkiMover::fail(MoveOutcome outcome, const Cause& cause) {
   outcome_ = outcome;
   cause_ = cause;
-  a_ = a;
 }
 
-void EkiMover::halt(MoveOutcome outcome, Cause cause, double a) {
+void EkiMover::halt(MoveOutcome outcome, const Cause& cause) {
   if (!under_way() || !ends_well()) return;
-  fail(outcome, cause, a);
+  fail(outcome, cause);
   stop_wanted_ = true;
 }
 
@@ -123,12 +120,12 @@ void EkiMover::stop_sent(TimePoint now) {
 
 CoreResult EkiMover::cancel() {
   // A touch asks for the stop without a word on the outcome: that is the verdict's, had it begun.
-  if (ends_well()) fail(MoveOutcome::kRefused, Cause::kTrippedAtStart);
+  if (ends_well()) fail(MoveOutcome::kRefused, cause::TrippedAtStart{});
   return result(record_.newest().actual_rad);
 }
 
-CoreResult EkiMover::abandon(Cause cause, double a) {
-  fail(MoveOutcome::kRobotSilent, cause, a);
+CoreResult EkiMover::abandon(const Cause& cause) {
+  fail(MoveOutcome::kRobotSilent, cause);
   latch_.reset();
   return result(record_.size() > 0 ? record_.newest().actual_rad : AxisAngles{});
 }
@@ -139,9 +136,6 @@ CoreResult EkiMover::result(const AxisAngles& at_rad) {
   done.id = move_.id;
   done.outcome = outcome_;
   done.cause = cause_;
-  done.axis = axis_;
-  done.a = a_;
-  done.b = b_;
   done.at_rad = at_rad;
   if (outcome_ == MoveOutcome::kContact) done.latch = latch_;
   sensor_.explain(done);
@@ -163,7 +157,7 @@ void EkiMover::watch_search(TimePoint now) {
   if (phase_ == Phase::kSettling && ends_well()) return watch_arrived(now);
   if (!under_way() || !ends_well()) return;
   if (!heard.snapshot.alive) {
-    halt(MoveOutcome::kContactSilent, Cause::kSensorDead);
+    halt(MoveOutcome::kContactSilent, cause::SensorDead{});
   } else if (touched_at_) {
     // Over the network at once where nothing else stops the arm, and where noise was the reason.
     const bool at_once = config_.stop == EkiStop::kFlag || verdict_ == Verdict::kRevoked;
@@ -180,7 +174,7 @@ void EkiMover::watch_arrived(TimePoint now) {
     done_at_ = now;
     phase_ = Phase::kVerdict;
   } else if (!sensor.alive) {
-    fail(MoveOutcome::kContactSilent, Cause::kSensorDead);
+    fail(MoveOutcome::kContactSilent, cause::SensorDead{});
   } else if (!sensor.armed || sensor.arm_id != move_.arm_id) {
     fail(MoveOutcome::kContactSilent, sensor_.loss());
   }
@@ -189,9 +183,9 @@ void EkiMover::watch_arrived(TimePoint now) {
 void EkiMover::watch_other(TimePoint now) {
   if (!sensor_.present() || !under_way() || !ends_well()) return;
   if (!sensor_.heard().snapshot.alive) {
-    halt(MoveOutcome::kContactSilent, Cause::kSensorDead);
+    halt(MoveOutcome::kContactSilent, cause::SensorDead{});
   } else if (sensor_.touched(move_.kind, now)) {
-    halt(MoveOutcome::kUnexpectedContact, Cause::kTouchedOutsideSearch);
+    halt(MoveOutcome::kUnexpectedContact, cause::TouchedOutsideSearch{});
   }
 }
 
@@ -203,10 +197,10 @@ std::optional<CoreResult> EkiMover::on_tick(TimePoint now) {
     watch_other(now);
   }
   if (phase_ == Phase::kAsked && now - asked_at_ > kAckLimit) {
-    return abandon(Cause::kCommandNotTaken, seconds(now - asked_at_));
+    return abandon(cause::CommandNotTaken{seconds(now - asked_at_)});
   }
   if (under_way() && stop_sent_ && now - stop_sent_at_ > kStopLimit) {
-    return abandon(Cause::kCommandNotTaken, seconds(now - stop_sent_at_));
+    return abandon(cause::CommandNotTaken{seconds(now - stop_sent_at_)});
   }
   if (phase_ == Phase::kVerdict) await_verdict(now);
   return std::nullopt;
@@ -218,8 +212,8 @@ void EkiMover::watch_motion(const EkiState& state, TimePoint now) {
     still_rad_ = actual;
     still_since_ = now;
   } else if (now - still_since_ > kStallLimit && ends_well()) {
-    halt(MoveOutcome::kNotFollowing, Cause::kNotMoving, seconds(now - still_since_));
-    b_ = state.override_percent;
+    halt(MoveOutcome::kNotFollowing,
+         cause::NotMoving{seconds(now - still_since_), state.override_percent});
   }
 }
 
@@ -235,7 +229,7 @@ std::optional<CoreResult> EkiMover::on_state(const EkiState& state, TimePoint no
       take_done(state, now);
     } else if (!ours || state.progress == EkiProgress::kIdle) {
       // The program has forgotten the move: it was reset.
-      fail(MoveOutcome::kNotFollowing, Cause::kProgramAborted, state.fault);
+      fail(MoveOutcome::kNotFollowing, cause::ProgramAborted{state.fault});
       begin_settling();
     } else {
       watch_motion(state, now);
@@ -262,17 +256,17 @@ void EkiMover::take_done(const EkiState& state, TimePoint now) {
   if (!ends_well()) return;
   switch (state.outcome) {
     case EkiOutcome::kSoftLimit:
-      return fail(MoveOutcome::kRefused, Cause::kOutsideSoftLimits);
+      return fail(MoveOutcome::kRefused, cause::OutsideSoftLimits{});
     case EkiOutcome::kNotFeasible:
     case EkiOutcome::kNone:
-      return fail(MoveOutcome::kRefused, Cause::kNotFeasible);
+      return fail(MoveOutcome::kRefused, cause::NotFeasible{});
     case EkiOutcome::kDeadMan:
-      return fail(MoveOutcome::kRobotSilent, Cause::kDeadMan);
+      return fail(MoveOutcome::kRobotSilent, cause::DeadMan{});
     case EkiOutcome::kAborted:
-      return fail(MoveOutcome::kNotFollowing, Cause::kProgramAborted, state.fault);
+      return fail(MoveOutcome::kNotFollowing, cause::ProgramAborted{state.fault});
     case EkiOutcome::kInputAtStart:
-      return searching() ? fail(MoveOutcome::kRefused, Cause::kInputAtStart)
-                         : fail(MoveOutcome::kUnexpectedContact, Cause::kTouchedOutsideSearch);
+      return searching() ? fail(MoveOutcome::kRefused, cause::InputAtStart{})
+                         : fail(MoveOutcome::kUnexpectedContact, cause::TouchedOutsideSearch{});
     case EkiOutcome::kArrived:
     case EkiOutcome::kInput:
     case EkiOutcome::kStop:
@@ -280,9 +274,9 @@ void EkiMover::take_done(const EkiState& state, TimePoint now) {
   }
   if (searching()) return take_search_done(state.outcome, now);
   if (state.outcome == EkiOutcome::kInput) {
-    fail(MoveOutcome::kUnexpectedContact, Cause::kTouchedOutsideSearch);
+    fail(MoveOutcome::kUnexpectedContact, cause::TouchedOutsideSearch{});
   } else if (state.outcome == EkiOutcome::kStop) {
-    fail(MoveOutcome::kStopped, Cause::kStopAsked);
+    fail(MoveOutcome::kStopped, cause::StopAsked{});
   }
 }
 
@@ -292,7 +286,7 @@ void EkiMover::take_search_done(EkiOutcome outcome, TimePoint now) {
     phase_ = Phase::kVerdict;
     await_verdict(now);
   } else if (outcome == EkiOutcome::kStop) {
-    fail(MoveOutcome::kStopped, Cause::kStopAsked);
+    fail(MoveOutcome::kStopped, cause::StopAsked{});
   }
 }
 
@@ -300,17 +294,18 @@ void EkiMover::take_search_done(EkiOutcome outcome, TimePoint now) {
 void EkiMover::await_verdict(TimePoint now) {
   if (verdict_ == Verdict::kContact) {
     if (config_.stop == EkiStop::kInput && !by_input_) {
-      fail(MoveOutcome::kContactSilent, Cause::kInputMissed);
+      fail(MoveOutcome::kContactSilent, cause::InputMissed{});
     } else {
-      fail(MoveOutcome::kContact, Cause::kNone);
+      fail(MoveOutcome::kContact, cause::None{});
     }
   } else if (verdict_ == Verdict::kRevoked) {
-    fail(MoveOutcome::kRevoked, Cause::kNone);
+    fail(MoveOutcome::kRevoked, cause::None{});
   } else if (!sensor_.heard().snapshot.alive) {
-    fail(MoveOutcome::kContactSilent, Cause::kSensorDead);
+    fail(MoveOutcome::kContactSilent, cause::SensorDead{});
   } else if (now - done_at_ > kVerdictLimit) {
-    fail(MoveOutcome::kContactSilent, touched_at_ ? Cause::kTripUnconfirmed : Cause::kInputAlone,
-         seconds(now - touched_at_.value_or(done_at_)));
+    const double waited_s = seconds(now - touched_at_.value_or(done_at_));
+    fail(MoveOutcome::kContactSilent,
+         touched_at_ ? Cause(cause::TripUnconfirmed{waited_s}) : cause::InputAlone{waited_s});
   } else {
     return;
   }
@@ -332,18 +327,16 @@ std::optional<CoreResult> EkiMover::settle(TimePoint now) {
   const bool at_rest = moved.rad <= kSettledRad;
   if (!at_rest && now - settling_since_ < kSettleLimit) return std::nullopt;
   if (ends_well() && astray.rad > config_.follow_tolerance_deg * kRadPerDeg) {
-    fail(MoveOutcome::kNotFollowing, Cause::kNotAtTarget,
-         move_.target_rad[astray.axis] * kDegPerRad);
-    axis_ = astray.axis;
-    b_ = late[astray.axis] * kDegPerRad;
-  } else if (!at_rest && cause_ == Cause::kNone) {
-    fail(outcome_, Cause::kNotSettled, moved.rad * kDegPerRad);
-    axis_ = moved.axis;
-    b_ = seconds(now - settling_since_);
+    fail(MoveOutcome::kNotFollowing,
+         cause::NotAtTarget{astray.axis, move_.target_rad[astray.axis] * kDegPerRad,
+                            late[astray.axis] * kDegPerRad});
+  } else if (!at_rest && is<cause::None>(cause_)) {
+    fail(outcome_,
+         cause::NotSettled{moved.axis, moved.rad * kDegPerRad, seconds(now - settling_since_)});
   }
   if (outcome_ == MoveOutcome::kContact) fill_latch(late, now);
   if (ends_well() && move_.kind == MoveKind::kRetreat && sensor_.heard().snapshot.in_contact) {
-    fail(MoveOutcome::kStillInContact, Cause::kContactNotOpen);
+    fail(MoveOutcome::kStillInContact, cause::ContactNotOpen{});
   }
   return result(late);
 }
@@ -352,10 +345,7 @@ void EkiMover::fill_latch(const AxisAngles& settled_rad, TimePoint now) {
   const EkiLatchResult made =
       latch_of({*contact_, latched_rad_, settled_rad, done_at_}, config_, record_, now);
   latch_ = made.latch;
-  if (latch_) return;
-  fail(MoveOutcome::kContactSilent, made.cause, made.a);
-  axis_ = made.axis;
-  b_ = made.b;
+  if (!latch_) fail(MoveOutcome::kContactSilent, made.cause);
 }
 
 }  // namespace cellcal::drivers

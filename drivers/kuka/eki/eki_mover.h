@@ -14,7 +14,7 @@
 
 #include "drivers/contact.h"
 #include "drivers/kuka/eki/eki_config.h"
-#include "drivers/kuka/moves/cause.h"
+#include "drivers/kuka/moves/core_result.h"
 #include "drivers/kuka/moves/move_check.h"
 #include "drivers/kuka/moves/position_record.h"
 #include "drivers/kuka/moves/sensor_monitor.h"
@@ -42,14 +42,14 @@ class EkiMover {
 
   /// A state of the controller, after it was recorded.
   std::optional<CoreResult> on_state(const EkiState& state, TimePoint now);
-  /// After listen(). A result of kCommandNotTaken means that the link must be cut.
+  /// After listen(). A result of CommandNotTaken means that the link must be cut.
   std::optional<CoreResult> on_tick(TimePoint now);
   /// To rest, with this outcome. Without effect on a move that is being stopped already.
-  void halt(MoveOutcome outcome, Cause cause, double a = 0.0);
+  void halt(MoveOutcome outcome, const Cause& cause);
   /// The move was halted before it was sent.
   CoreResult cancel();
   /// The move is over here; the controller stops it by itself.
-  CoreResult abandon(Cause cause, double a);
+  CoreResult abandon(const Cause& cause);
 
  private:
   enum class Phase { kIdle, kAsked, kMoving, kVerdict, kSettling };
@@ -58,9 +58,9 @@ class EkiMover {
   bool ends_well() const { return outcome_ == MoveOutcome::kArrived; }
   bool searching() const { return move_.kind == MoveKind::kSearch; }
   bool under_way() const { return phase_ == Phase::kAsked || phase_ == Phase::kMoving; }
-  void fail(MoveOutcome outcome, Cause cause, double a = 0.0);
+  void fail(MoveOutcome outcome, const Cause& cause);
   void choose_path(const AxisAngles& at_rad);
-  std::optional<Objection> too_fast(const Move& move, const AxisAngles& at_rad) const;
+  std::optional<Cause> too_fast(const Move& move, const AxisAngles& at_rad) const;
   void watch_search(TimePoint now);
   void watch_arrived(TimePoint now);
   void watch_other(TimePoint now);
@@ -81,9 +81,7 @@ class EkiMover {
   Move move_;
   EkiCommand command_;
   MoveOutcome outcome_ = MoveOutcome::kArrived;
-  Cause cause_ = Cause::kNone;
-  std::uint8_t axis_ = 0;
-  double a_ = 0.0, b_ = 0.0;
+  Cause cause_;
   TimePoint asked_at_{}, stop_sent_at_{}, done_at_{};
   bool stop_wanted_ = false, stop_sent_ = false, by_input_ = false;
   std::optional<TimePoint> touched_at_;

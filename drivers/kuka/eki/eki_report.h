@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <string>
 
-#include "drivers/kuka/moves/cause.h"
 #include "drivers/kuka/wire/eki_codec.h"
 #include "drivers/robot.h"
 

@@ -1,86 +1,184 @@
 #pragma once
-// How a move on a KUKA ended, as plain values that the cycle can pass on, and the words that people
-// read. The words are made on the reader's side: making them allocates.
+// Why a move on a KUKA ended as it did: one type per kind, with the evidence that belongs to it, by
+// name and unit. Plain values that the cycle makes and passes on; the words that people read are
+// made on the reader's side (cause_words.h), since making them allocates. Code asks for kinds.
 
+#include <cstddef>
 #include <cstdint>
-#include <optional>
-
-#include "drivers/robot.h"
+#include <type_traits>
+#include <variant>
 
 namespace cellcal::drivers {
 
-/// Why a move ended as it did. `axis`, `a`, `b` of the CoreResult belong to it.
-enum class Cause : std::uint8_t {
-  kNone,
-  kNoPackets,  ///< link down or lost at begin
-  kNotReferenced,
-  kBusy,
-  kClosing,          ///< the session is being ended
-  kAxisCount,        ///< a: given, b: expected
-  kNotFinite,        ///< axis
-  kBelowLimit,       ///< axis, a: target [deg], b: limit [deg]
-  kAboveLimit,       ///< axis, a: target [deg], b: limit [deg]
-  kCorrectionLimit,  ///< axis, a: correction [deg], b: limit [deg]
-  kShiftLimit,       ///< corrections in space. a: shift [mm], b: limit [mm]
-  kTurnLimit,        ///< a: turn [deg], b: limit [deg]
-  kNearSingular,     ///< axis, a: its way over the TCP's, b: limit
-  kBadCruise,        ///< a: seconds
-  kNotAccepted,      ///< the controller counts every reply as late
-  kNoSensor,
-  kNotArmed,  ///< a: arm_id of the move, b: arm_id in force or -1
-  kTouchingAtStart,
-  kTrippedAtStart,
-  kSensorDead,     ///< no heartbeat, or link broken
-  kSensorLate,     ///< this computer delivered its heartbeats late. a: seconds, b: limit [s]
-  kKeepAliveLate,  ///< the sensor did not hear this computer in time, and disarmed itself
-  kArmExpired,
-  kTripUnconfirmed,  ///< a: seconds waited
-  kStampOutside,     ///< a: age of the sensor's time stamp [s]
-  kTouchedOutsideSearch,
-  kContactNotOpen,
-  kSilence,  ///< a: seconds
-  kSessionRestarted,
-  kLateReplies,       ///< a: how many during this move
-  kIncrementLost,     ///< a: how many during this move
-  kDelayGone,         ///< mode RELATIVE: nobody would notice that an increment is lost
-  kAxisNotFollowing,  ///< axis, a: commanded [deg], b: actual [deg]
-  kAxisStands,        ///< likewise: it does not move at all while its command goes on
-  kNotSettled,        ///< axis, a: still moving by [deg], b: seconds waited
-  kStopAsked,
-  kTooCoarse,  ///< a: decimals of the angles, seen when they changed for the first time
-  // EKI alone
-  kNotConnected,        ///< a: seconds since the link was lost or opened
-  kControllerNotReady,  ///< program not running, drives off, stopped: see the state's words
-  kCommandNotTaken,     ///< a: seconds waited
-  kLinkClosed,          ///< the controller closed the connection
-  kSessionTaken,        ///< a: the session that the controller obeys now
-  kDeadMan,             ///< the controller missed this computer's beats
-  kProgramAborted,      ///< a: fault number of the controller's program
-  kInputAtStart,        ///< the controller's contact input is on before the search
-  kInputMissed,         ///< the sensor tripped, the controller's input did not
-  kInputAlone,          ///< a: seconds waited for the sensor's word
-  kOutsideSoftLimits,
-  kNotFeasible,
-  kLatchMissing,
-  kLatchAstray,     ///< axis, a: latched [deg], b: measured path at the contact [deg]
-  kTooFastForFlag,  ///< axis, a: speed [deg/s], b: limit [deg/s]
-  kNotMoving,       ///< axis, a: seconds without motion, b: override [%]
-  kNotAtTarget,     ///< axis, a: target [deg], b: actual [deg]
-};
+/// An axis counts from 0; what is limited has the limit beside it.
+namespace cause {
 
-struct CoreResult {
-  std::uint32_t id = 0;
-  MoveOutcome outcome = MoveOutcome::kRefused;
-  Cause cause = Cause::kNone;
+struct None {};
+
+// Before it begins.
+struct NotReferenced {};
+struct Busy {};
+struct Closing {};  ///< the session is being ended
+struct AxisCount {
+  std::size_t given = 0, expected = 0;
+};
+struct NotFinite {
   std::uint8_t axis = 0;
-  double a = 0.0, b = 0.0;
-  std::uint32_t ipoc = 0;                           ///< of the last packet
-  Interruption interruption = Interruption::kNone;  ///< of the link, where it is why
-  bool in_space = false;                            ///< by corrections in space
-  AxisAngles at_rad;
-  std::optional<Latch> latch;
+  double target = 0.0;
+};
+struct BelowLimit {
+  std::uint8_t axis = 0;
+  double target_deg = 0.0, limit_deg = 0.0;
+};
+struct AboveLimit {
+  std::uint8_t axis = 0;
+  double target_deg = 0.0, limit_deg = 0.0;
+};
+struct CorrectionLimit {
+  std::uint8_t axis = 0;
+  double correction_deg = 0.0, limit_deg = 0.0;
+};
+struct ShiftLimit {  ///< corrections in space
+  double shift_mm = 0.0, limit_mm = 0.0;
+};
+struct TurnLimit {
+  double turn_deg = 0.0, limit_deg = 0.0;
+};
+struct NearSingular {
+  std::uint8_t axis = 0;
+  double gain = 0.0, limit = 0.0;  ///< its way over the TCP's [rad per m or rad]
+};
+struct BadCruise {
+  double cruise_s = 0.0;
+};
+struct StopAsked {};
+
+// The contact sensor.
+struct NoSensor {};
+struct NotArmed {
+  std::uint16_t wanted = 0;  ///< the move's arming
+};
+struct ArmedOtherwise {
+  std::uint16_t wanted = 0, in_force = 0;
+};
+struct TouchingAtStart {};
+struct TrippedAtStart {};
+struct SensorDead {};  ///< no heartbeat, or link broken
+struct SensorLate {    ///< this computer delivered its heartbeats late
+  double late_s = 0.0, limit_s = 0.0;
+};
+struct KeepAliveLate {};  ///< the sensor did not hear this computer in time, and disarmed itself
+struct ArmExpired {};
+struct TripUnconfirmed {
+  double waited_s = 0.0;
+};
+struct StampOutside {
+  double age_s = 0.0;  ///< of the sensor's time stamp
+};
+struct TouchedOutsideSearch {};
+struct ContactNotOpen {};
+
+// How the arm moved.
+struct AxisNotFollowing {
+  std::uint8_t axis = 0;
+  double commanded_deg = 0.0, actual_deg = 0.0;
+};
+struct AxisStands {  ///< it does not move at all while its command goes on
+  std::uint8_t axis = 0;
+  double commanded_deg = 0.0, actual_deg = 0.0;
+};
+struct NotSettled {
+  std::uint8_t axis = 0;
+  double moved_deg = 0.0, waited_s = 0.0;
 };
 
-MoveResult to_move_result(const CoreResult& result);
+// The link over RSI.
+struct NoPackets {  ///< link down or lost at begin
+  double waited_s = 0.0;
+};
+struct NotAccepted {};  ///< the controller counts every reply as late
+struct Silence {
+  double silent_s = 0.0;
+};
+struct SessionRestarted {};
+struct LateReplies {
+  std::uint64_t replies = 0;  ///< during this move
+};
+struct IncrementLost {
+  std::uint64_t replies = 0;  ///< during this move
+};
+struct DelayGone {};  ///< mode RELATIVE: nobody would notice that an increment is lost
+struct TooCoarse {    ///< seen when the angles changed for the first time
+  int decimals = 0;
+};
+
+// Over EKI.
+struct NotConnected {
+  double waited_s = 0.0;  ///< since the link was lost or opened
+};
+struct ControllerNotReady {};  ///< program not running, drives off, stopped: see the state's words
+struct CommandNotTaken {
+  double waited_s = 0.0;
+};
+struct LinkClosed {};  ///< by the controller
+struct SessionTaken {
+  std::uint32_t session = 0;  ///< that the controller obeys now
+};
+struct DeadMan {};  ///< the controller missed this computer's beats
+struct ProgramAborted {
+  int fault = 0;  ///< number of the controller's program
+};
+struct InputAtStart {};  ///< the controller's contact input is on before the search
+struct InputMissed {};   ///< the sensor tripped, the controller's input did not
+struct InputAlone {
+  double waited_s = 0.0;  ///< for the sensor's word
+};
+struct OutsideSoftLimits {};
+struct NotFeasible {};
+struct LatchMissing {};
+struct LatchAstray {
+  std::uint8_t axis = 0;
+  double latched_deg = 0.0, measured_deg = 0.0;  ///< measured: the path at the contact
+};
+struct TooFastForFlag {
+  std::uint8_t axis = 0;
+  double speed_deg_s = 0.0, limit_deg_s = 0.0;
+};
+struct NotMoving {
+  double still_s = 0.0;
+  int override_percent = 0;
+};
+struct NotAtTarget {
+  std::uint8_t axis = 0;
+  double target_deg = 0.0, actual_deg = 0.0;
+};
+
+}  // namespace cause
+
+using Cause =
+    std::variant<cause::None, cause::NotReferenced, cause::Busy, cause::Closing, cause::AxisCount,
+                 cause::NotFinite, cause::BelowLimit, cause::AboveLimit, cause::CorrectionLimit,
+                 cause::ShiftLimit, cause::TurnLimit, cause::NearSingular, cause::BadCruise,
+                 cause::StopAsked, cause::NoSensor, cause::NotArmed, cause::ArmedOtherwise,
+                 cause::TouchingAtStart, cause::TrippedAtStart, cause::SensorDead,
+                 cause::SensorLate, cause::KeepAliveLate, cause::ArmExpired, cause::TripUnconfirmed,
+                 cause::StampOutside, cause::TouchedOutsideSearch, cause::ContactNotOpen,
+                 cause::AxisNotFollowing, cause::AxisStands, cause::NotSettled, cause::NoPackets,
+                 cause::NotAccepted, cause::Silence, cause::SessionRestarted, cause::LateReplies,
+                 cause::IncrementLost, cause::DelayGone, cause::TooCoarse, cause::NotConnected,
+                 cause::ControllerNotReady, cause::CommandNotTaken, cause::LinkClosed,
+                 cause::SessionTaken, cause::DeadMan, cause::ProgramAborted, cause::InputAtStart,
+                 cause::InputMissed, cause::InputAlone, cause::OutsideSoftLimits,
+                 cause::NotFeasible, cause::LatchMissing, cause::LatchAstray, cause::TooFastForFlag,
+                 cause::NotMoving, cause::NotAtTarget>;
+
+// It crosses threads in lock-free queues, from a cycle that does not allocate.
+static_assert(std::is_trivially_copyable_v<Cause>);
+
+/// It is one of these kinds.
+template <class... Kinds>
+constexpr bool is(const Cause& cause) {
+  return (std::holds_alternative<Kinds>(cause) || ...);
+}
 
 }  // namespace cellcal::drivers

@@ -9,20 +9,14 @@
 
 namespace cellcal::drivers {
 
-struct Objection {
-  Cause cause = Cause::kNone;
-  std::uint8_t axis = 0;
-  double a = 0.0, b = 0.0;  ///< as CoreResult has them
-};
-
 /// Number of axes, finite values, axis limits. A straight joint-space line between two points
 /// within the limits stays within them, so the target alone decides.
-std::optional<Objection> object_to(const Move& move, std::span<const AxisLimit> limits);
+std::optional<Cause> object_to(const Move& move, std::span<const AxisLimit> limits);
 
 /// Those, and the limits of an axis correction, one per axis [deg]. `base_rad`: pose at correction
 /// 0.
-std::optional<Objection> object_to(const Move& move, std::span<const AxisLimit> limits,
-                                   std::span<const double> correction_limit_deg,
-                                   const AxisAngles& base_rad);
+std::optional<Cause> object_to(const Move& move, std::span<const AxisLimit> limits,
+                               std::span<const double> correction_limit_deg,
+                               const AxisAngles& base_rad);
 
 }  // namespace cellcal::drivers

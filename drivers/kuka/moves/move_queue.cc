@@ -2,15 +2,12 @@
 
 namespace cellcal::drivers {
 
-CoreResult refusal_of(const Move& move, const Objection& why, const AxisAngles& at_rad,
+CoreResult refusal_of(const Move& move, const Cause& why, const AxisAngles& at_rad,
                       MoveOutcome outcome) {
   CoreResult refusal;
   refusal.id = move.id;
   refusal.outcome = outcome;
-  refusal.cause = why.cause;
-  refusal.axis = why.axis;
-  refusal.a = why.a;
-  refusal.b = why.b;
+  refusal.cause = why;
   refusal.at_rad = at_rad;
   return refusal;
 }

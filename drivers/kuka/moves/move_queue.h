@@ -5,14 +5,13 @@
 #include <boost/container/static_vector.hpp>
 #include <optional>
 
-#include "drivers/kuka/moves/cause.h"
-#include "drivers/kuka/moves/move_check.h"
+#include "drivers/kuka/moves/core_result.h"
 #include "drivers/robot.h"
 
 namespace cellcal::drivers {
 
 /// What a move comes to that does not begin.
-CoreResult refusal_of(const Move& move, const Objection& why, const AxisAngles& at_rad,
+CoreResult refusal_of(const Move& move, const Cause& why, const AxisAngles& at_rad,
                       MoveOutcome outcome = MoveOutcome::kRefused);
 
 class MoveQueue {

@@ -38,23 +38,24 @@ void SensorMonitor::listen(TimePoint now, std::optional<std::uint16_t> arm_id) {
 
 std::optional<SensorRefusal> SensorMonitor::refusal(const Move& move) const {
   const ContactSnapshot& sensor = heard_.snapshot;
-  const auto refused = [](Cause cause, double a = 0.0, double b = 0.0) {
-    return SensorRefusal{MoveOutcome::kRefused, cause, a, b};
+  const auto refused = [](const Cause& cause) {
+    return SensorRefusal{MoveOutcome::kRefused, cause};
   };
   if (move.kind == MoveKind::kSearch) {
-    if (guard_ == nullptr) return refused(Cause::kNoSensor);
-    if (sensor.in_contact) return refused(Cause::kTouchingAtStart);
-    if (tripped_arm_ == move.arm_id) return refused(Cause::kTrippedAtStart);
-    if (!sensor.armed || sensor.arm_id != move.arm_id) {
-      return refused(Cause::kNotArmed, move.arm_id, sensor.armed ? sensor.arm_id : -1.0);
+    if (guard_ == nullptr) return refused(cause::NoSensor{});
+    if (sensor.in_contact) return refused(cause::TouchingAtStart{});
+    if (tripped_arm_ == move.arm_id) return refused(cause::TrippedAtStart{});
+    if (!sensor.armed) return refused(cause::NotArmed{move.arm_id});
+    if (sensor.arm_id != move.arm_id) {
+      return refused(cause::ArmedOtherwise{move.arm_id, sensor.arm_id});
     }
-    if (!sensor.alive) return refused(Cause::kSensorDead);
+    if (!sensor.alive) return refused(cause::SensorDead{});
   } else if (guard_ != nullptr) {
     if (!sensor.alive) {
-      return SensorRefusal{MoveOutcome::kContactSilent, Cause::kSensorDead, 0.0, 0.0};
+      return SensorRefusal{MoveOutcome::kContactSilent, cause::SensorDead{}};
     }
     if (move.kind == MoveKind::kTransit && sensor.in_contact) {
-      return SensorRefusal{MoveOutcome::kUnexpectedContact, Cause::kTouchedOutsideSearch, 0.0, 0.0};
+      return SensorRefusal{MoveOutcome::kUnexpectedContact, cause::TouchedOutsideSearch{}};
     }
   }
   return std::nullopt;
@@ -62,18 +63,19 @@ std::optional<SensorRefusal> SensorMonitor::refusal(const Move& move) const {
 
 Cause SensorMonitor::loss() const {
   const ContactSnapshot& sensor = heard_.snapshot;
-  if (sensor.delivered_late_s > 0.0) return Cause::kSensorLate;
-  if (!sensor.alive || sensor.last_end == ArmEnd::kSilence) return Cause::kSensorDead;
-  return sensor.last_end == ArmEnd::kSensorDisarmed ? Cause::kKeepAliveLate : Cause::kArmExpired;
+  if (sensor.delivered_late_s > 0.0) {
+    return cause::SensorLate{sensor.delivered_late_s, sensor.late_limit_s};
+  }
+  if (!sensor.alive || sensor.last_end == ArmEnd::kSilence) return cause::SensorDead{};
+  if (sensor.last_end == ArmEnd::kSensorDisarmed) return cause::KeepAliveLate{};
+  return cause::ArmExpired{};
 }
 
 void SensorMonitor::explain(CoreResult& done) const {
   const ContactSnapshot& sensor = heard_.snapshot;
-  const bool lost = done.cause == Cause::kSensorDead || done.cause == Cause::kSensorLate;
+  const bool lost = is<cause::SensorDead, cause::SensorLate>(done.cause);
   if (!lost || !(sensor.delivered_late_s > 0.0)) return;
-  done.cause = Cause::kSensorLate;
-  done.a = sensor.delivered_late_s;
-  done.b = sensor.late_limit_s;
+  done.cause = cause::SensorLate{sensor.delivered_late_s, sensor.late_limit_s};
 }
 
 bool SensorMonitor::touched(MoveKind kind, TimePoint now) {

@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "drivers/contact.h"
-#include "drivers/kuka/moves/cause.h"
+#include "drivers/kuka/moves/core_result.h"
 #include "drivers/robot.h"
 
 namespace cellcal::drivers {
@@ -17,8 +17,7 @@ inline constexpr std::chrono::milliseconds kVerdictLimit{100};
 /// Why a move must not begin.
 struct SensorRefusal {
   MoveOutcome outcome = MoveOutcome::kRefused;
-  Cause cause = Cause::kNone;
-  double a = 0.0, b = 0.0;
+  Cause cause;
 };
 
 class SensorMonitor {

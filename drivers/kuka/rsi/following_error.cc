@@ -72,20 +72,18 @@ bool stands(const PositionRecord& record, const RsiConfig& config, std::size_t a
 
 }  // namespace
 
-std::optional<FollowingFault> following_fault(const PositionRecord& record, const RsiConfig& config,
-                                              double cycle_s) {
+std::optional<Cause> following_fault(const PositionRecord& record, const RsiConfig& config,
+                                     double cycle_s) {
   const PositionRecord::Sample& newest = record.newest();
   for (std::size_t i = 0; i < newest.actual_rad.size(); ++i) {
-    Cause cause = Cause::kNone;
+    const auto axis = static_cast<std::uint8_t>(i);
+    const double commanded_deg = newest.commanded_rad[i] * kDegPerRad;
+    const double actual_deg = newest.actual_rad[i] * kDegPerRad;
     if (far_off(record, config, i, cycle_s)) {
-      cause = Cause::kAxisNotFollowing;
-    } else if (stands(record, config, i, cycle_s)) {
-      cause = Cause::kAxisStands;
+      return cause::AxisNotFollowing{axis, commanded_deg, actual_deg};
     }
-    if (cause != Cause::kNone) {
-      return FollowingFault{cause, static_cast<std::uint8_t>(i),
-                            newest.commanded_rad[i] * kDegPerRad,
-                            newest.actual_rad[i] * kDegPerRad};
+    if (stands(record, config, i, cycle_s)) {
+      return cause::AxisStands{axis, commanded_deg, actual_deg};
     }
   }
   return std::nullopt;

@@ -16,14 +16,8 @@
 
 namespace cellcal::drivers {
 
-struct FollowingFault {
-  Cause cause = Cause::kNone;
-  std::uint8_t axis = 0;
-  double a = 0.0, b = 0.0;  ///< as CoreResult has them
-};
-
-/// After each packet of a moving arm; `cycle_s` from packet to packet.
-std::optional<FollowingFault> following_fault(const PositionRecord& record, const RsiConfig& config,
-                                              double cycle_s);
+/// AxisNotFollowing or AxisStands. After each packet of a moving arm; `cycle_s` from packet to packet.
+std::optional<Cause> following_fault(const PositionRecord& record, const RsiConfig& config,
+                                     double cycle_s);
 
 }  // namespace cellcal::drivers

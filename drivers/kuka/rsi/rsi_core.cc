@@ -4,6 +4,7 @@
 #include <array>
 
 #include "drivers/kuka/moves/arrival_spread.h"
+#include "drivers/kuka/moves/cause_words.h"
 #include "drivers/kuka/moves/move_queue.h"
 #include "drivers/kuka/moves/position_record.h"
 #include "drivers/kuka/rsi/correction/rsi_setpoint.h"
@@ -63,7 +64,7 @@ struct RsiCore::Impl {
     Arrival arrival = stream.push(frame, t_rx);
     if (arrival == Arrival::kRestart ||
         (arrival == Arrival::kNext && setpoint.start_pose_moved(frame, actual, mover.busy()))) {
-      lose(Cause::kSessionRestarted, 0.0);
+      lose(cause::SessionRestarted{});
       begin_other_session();
       begin_session();
       arrival = stream.push(frame, t_rx);
@@ -135,7 +136,7 @@ struct RsiCore::Impl {
   std::string_view hold_again(TimePoint t_rx) {
     const std::string_view text = hold(t_rx);
     const bool over = repeats.same_s(t_rx) > std::max(kPeerWaitsS, stream.silence_limit_s());
-    if (over && (mover.busy() || queue.waiting())) lose(Cause::kSilence, repeats.same_s(t_rx));
+    if (over && (mover.busy() || queue.waiting())) lose(cause::Silence{repeats.same_s(t_rx)});
     return text;
   }
 
@@ -186,13 +187,13 @@ struct RsiCore::Impl {
   }
 
   /// Packets have stopped, or are another session's.
-  void lose(Cause cause, double a) {
-    const bool silent = cause == Cause::kSilence;
+  void lose(const Cause& cause) {
+    const bool silent = is<cause::Silence>(cause);
     interrupt(silent ? Interruption::kPacketsStopped : Interruption::kOther);
     pause.forget();
     if (silent) pause.begin(state.ipoc, stream.seconds_per_ipoc(), delay.last(), last_rx);
-    if (mover.busy()) finish(mover.abandon(cause, a));
-    if (const auto move = queue.take_waiting()) refuse(*move, {cause, 0, a, 0.0});
+    if (mover.busy()) finish(mover.abandon(cause));
+    if (const auto move = queue.take_waiting()) refuse(*move, cause);
     OffsetMemory link;
     link.ipoc = state.ipoc;
     link.step = stream.step();
@@ -235,8 +236,8 @@ struct RsiCore::Impl {
 
   /// What the packets say has become too little to move by.
   void doubt() {
-    if (coarse()) mover.halt(MoveOutcome::kNotFollowing, Cause::kTooCoarse, stream.decimals());
-    if (lacks_delay()) mover.halt(MoveOutcome::kRobotSilent, Cause::kDelayGone);
+    if (coarse()) mover.halt(MoveOutcome::kNotFollowing, cause::TooCoarse{stream.decimals()});
+    if (lacks_delay()) mover.halt(MoveOutcome::kRobotSilent, cause::DelayGone{});
     increments_lost = mover.busy();  // or may be: referenced anew either way
     if (!mover.busy()) state.link = RobotLink::kNotReferenced;
   }
@@ -251,9 +252,9 @@ struct RsiCore::Impl {
     if (relative()) {
       // The arm is not where the accumulator has it, and never gets there by itself.
       increments_lost = true;
-      mover.halt(MoveOutcome::kRobotSilent, Cause::kIncrementLost, state.late_while_moving);
+      mover.halt(MoveOutcome::kRobotSilent, cause::IncrementLost{state.late_while_moving});
     } else if (state.late_while_moving >= static_cast<std::uint32_t>(config.late_replies_limit)) {
-      mover.halt(MoveOutcome::kRobotSilent, Cause::kLateReplies, state.late_while_moving);
+      mover.halt(MoveOutcome::kRobotSilent, cause::LateReplies{state.late_while_moving});
     }
     return more;
   }
@@ -262,7 +263,7 @@ struct RsiCore::Impl {
 
   void begin(const Move& move) {
     if (queue.waiting() || mover.busy()) {
-      refuse(move, {Cause::kBusy, 0, 0.0, 0.0});
+      refuse(move, cause::Busy{});
     } else {
       queue.wait(move);
     }
@@ -271,16 +272,16 @@ struct RsiCore::Impl {
   void take_up_waiting() {
     const auto move = queue.take_waiting();
     if (!move) return;
-    if (ending) return refuse(*move, {Cause::kClosing, 0, 0.0, 0.0});
-    if (!linked()) return refuse(*move, {Cause::kNoPackets, 0, state.waited_s, 0.0});
-    if (not_accepted()) return refuse(*move, {Cause::kNotAccepted, 0, 0.0, 0.0});
-    if (state.link != RobotLink::kReady) return refuse(*move, {Cause::kNotReferenced, 0, 0.0, 0.0});
+    if (ending) return refuse(*move, cause::Closing{});
+    if (!linked()) return refuse(*move, cause::NoPackets{state.waited_s});
+    if (not_accepted()) return refuse(*move, cause::NotAccepted{});
+    if (state.link != RobotLink::kReady) return refuse(*move, cause::NotReferenced{});
     if (const auto objection = setpoint.object_to(*move)) return refuse(*move, *objection);
     state.late_while_moving = 0;
     if (const auto refusal = mover.start(*move, setpoint.commanded_rad())) finish(*refusal);
   }
 
-  void refuse(const Move& move, const Objection& why, MoveOutcome outcome = MoveOutcome::kRefused) {
+  void refuse(const Move& move, const Cause& why, MoveOutcome outcome = MoveOutcome::kRefused) {
     finish(refusal_of(move, why, setpoint.commanded_rad(), outcome));
   }
 
@@ -300,30 +301,22 @@ struct RsiCore::Impl {
   }
 
   /// What has to do with the link; a move that is not referenced is so since the link was lost.
-  Interruption interruption_by(Cause cause) {
-    switch (cause) {
-      case Cause::kLateReplies:
-      case Cause::kIncrementLost:
-        interrupt(Interruption::kLateReplies);
-        return state.interruption;
-      case Cause::kSilence:
-      case Cause::kNoPackets:
-      case Cause::kSessionRestarted:
-      case Cause::kNotReferenced:
-        return state.interruption;
-      case Cause::kDelayGone:
-      case Cause::kNotAccepted:
-        return Interruption::kOther;
-      default:
-        return Interruption::kNone;
+  Interruption interruption_by(const Cause& cause) {
+    if (is<cause::LateReplies, cause::IncrementLost>(cause)) {
+      interrupt(Interruption::kLateReplies);
+      return state.interruption;
     }
+    if (is<cause::Silence, cause::NoPackets, cause::SessionRestarted, cause::NotReferenced>(cause))
+      return state.interruption;
+    return is<cause::DelayGone, cause::NotAccepted>(cause) ? Interruption::kOther
+                                                           : Interruption::kNone;
   }
 
   void stop() {
     if (const auto move = queue.take_waiting()) {
-      refuse(*move, {Cause::kStopAsked, 0, 0.0, 0.0}, MoveOutcome::kStopped);
+      refuse(*move, cause::StopAsked{}, MoveOutcome::kStopped);
     }
-    mover.halt(MoveOutcome::kStopped, Cause::kStopAsked);
+    mover.halt(MoveOutcome::kStopped, cause::StopAsked{});
   }
 
   // ---- small things ----------------------------------------------------------------------------
@@ -366,7 +359,7 @@ struct RsiCore::Impl {
     const double own_s = stream.counts_packets() ? std::min(held_up_s, kPeerPatienceS) : 0.0;
     const double limit_s =
         std::max(stream.silence_limit_s(), may_wait_for_us() ? kPeerPatienceS : 0.0);
-    if (state.waited_s - own_s > limit_s) lose(Cause::kSilence, state.waited_s);
+    if (state.waited_s - own_s > limit_s) lose(cause::Silence{state.waited_s});
   }
 
   void on_tick(TimePoint now) {

@@ -13,6 +13,7 @@
 #include <string_view>
 
 #include "drivers/contact.h"
+#include "drivers/kuka/moves/core_result.h"
 #include "drivers/kuka/rsi/link/rsi_config.h"
 #include "drivers/kuka/rsi/link/rsi_report.h"
 #include "drivers/robot.h"

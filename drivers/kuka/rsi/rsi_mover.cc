@@ -38,7 +38,7 @@ void Mover::listen(TimePoint now) {
 
 std::optional<CoreResult> Mover::start(const Move& move, const AxisAngles& commanded_rad) {
   if (const auto why = sensor_.refusal(move)) {
-    return refusal_of(move, {why->cause, 0, why->a, why->b}, commanded_rad, why->outcome);
+    return refusal_of(move, why->cause, commanded_rad, why->outcome);
   }
   sensor_.begin();
   move_ = move;
@@ -48,9 +48,7 @@ std::optional<CoreResult> Mover::start(const Move& move, const AxisAngles& comma
   braking_ = false;
   phase_ = Phase::kTravelling;
   outcome_ = MoveOutcome::kArrived;
-  cause_ = Cause::kNone;
-  axis_ = 0;
-  a_ = b_ = 0.0;
+  cause_ = cause::None{};
   contact_.reset();
   latch_.reset();
   settling_s_ = 0.0;
@@ -58,11 +56,10 @@ std::optional<CoreResult> Mover::start(const Move& move, const AxisAngles& comma
   return std::nullopt;
 }
 
-void Mover::end_travel(Phase next, MoveOutcome outcome, Cause cause, double a) {
+void Mover::end_travel(Phase next, MoveOutcome outcome, const Cause& cause) {
   phase_ = next;
   outcome_ = outcome;
   cause_ = cause;
-  a_ = a;
   settling_s_ = 0.0;
   settling_cycles_ = 0;
   brake();
@@ -86,16 +83,15 @@ void Mover::brake() {
   t_s_ = 0.0;
 }
 
-void Mover::halt(MoveOutcome outcome, Cause cause, double a) {
+void Mover::halt(MoveOutcome outcome, const Cause& cause) {
   if (phase_ == Phase::kIdle || phase_ == Phase::kVerdict || !ends_well()) return;
-  end_travel(Phase::kSettling, outcome, cause, a);
+  end_travel(Phase::kSettling, outcome, cause);
 }
 
-CoreResult Mover::abandon(Cause cause, double a) {
+CoreResult Mover::abandon(const Cause& cause) {
   if (outcome_ != MoveOutcome::kRobotSilent) {  // else it was brought to rest for a like reason
     outcome_ = MoveOutcome::kRobotSilent;
     cause_ = cause;
-    a_ = a;
   }
   contact_.reset();
   return result(record_.size() > 0 ? record_.newest().commanded_rad : AxisAngles{});
@@ -107,9 +103,6 @@ CoreResult Mover::result(const AxisAngles& commanded_rad) {
   done.id = move_.id;
   done.outcome = outcome_;
   done.cause = cause_;
-  done.axis = axis_;
-  done.a = a_;
-  done.b = b_;
   done.ipoc = record_.size() > 0 ? record_.newest().ipoc : 0;
   done.at_rad = commanded_rad;
   done.latch = latch_;
@@ -121,10 +114,10 @@ void Mover::watch_search(TimePoint now) {
   const ContactSnapshot& sensor = sensor_.heard().snapshot;
   if (sensor_.heard().trip || sensor_.heard().contact || sensor_.heard().revoked ||
       sensor.in_contact) {
-    end_travel(Phase::kVerdict, MoveOutcome::kContact, Cause::kNone);
+    end_travel(Phase::kVerdict, MoveOutcome::kContact, cause::None{});
     stopped_at_ = now;
   } else if (!sensor.alive) {
-    end_travel(Phase::kSettling, MoveOutcome::kContactSilent, Cause::kSensorDead);
+    end_travel(Phase::kSettling, MoveOutcome::kContactSilent, cause::SensorDead{});
   } else if (!sensor.armed || sensor.arm_id != move_.arm_id) {
     end_travel(Phase::kSettling, MoveOutcome::kContactSilent, sensor_.loss());
   }
@@ -133,23 +126,23 @@ void Mover::watch_search(TimePoint now) {
 void Mover::await_verdict(TimePoint now) {
   if (sensor_.heard().contact) {
     contact_ = sensor_.heard().contact;
-    end_travel(Phase::kSettling, MoveOutcome::kContact, Cause::kNone);
+    end_travel(Phase::kSettling, MoveOutcome::kContact, cause::None{});
   } else if (sensor_.heard().revoked) {
-    end_travel(Phase::kSettling, MoveOutcome::kRevoked, Cause::kNone);
+    end_travel(Phase::kSettling, MoveOutcome::kRevoked, cause::None{});
   } else if (!sensor_.heard().snapshot.alive) {
-    end_travel(Phase::kSettling, MoveOutcome::kContactSilent, Cause::kSensorDead);
+    end_travel(Phase::kSettling, MoveOutcome::kContactSilent, cause::SensorDead{});
   } else if (now - stopped_at_ > kVerdictLimit) {
-    end_travel(Phase::kSettling, MoveOutcome::kContactSilent, Cause::kTripUnconfirmed,
-               seconds(now - stopped_at_));
+    end_travel(Phase::kSettling, MoveOutcome::kContactSilent,
+               cause::TripUnconfirmed{seconds(now - stopped_at_)});
   }
 }
 
 void Mover::watch_other(TimePoint now) {
   if (!sensor_.present()) return;
   if (!sensor_.heard().snapshot.alive) {
-    halt(MoveOutcome::kContactSilent, Cause::kSensorDead);
+    halt(MoveOutcome::kContactSilent, cause::SensorDead{});
   } else if (sensor_.touched(move_.kind, now)) {
-    halt(MoveOutcome::kUnexpectedContact, Cause::kTouchedOutsideSearch);
+    halt(MoveOutcome::kUnexpectedContact, cause::TouchedOutsideSearch{});
   }
 }
 
@@ -161,11 +154,9 @@ void Mover::watch_following(const MoverCycle& cycle) {
   }
   if (const auto fault = following_fault(record_, config_, cycle.cycle_s)) {
     // Replies that are not heard any more look the same; what stopped it first is the cause.
-    if (!ends_well()) return end_travel(Phase::kSettling, outcome_, cause_, a_);
+    if (!ends_well()) return end_travel(Phase::kSettling, outcome_, cause_);
     // Whatever the arm does, more of the same command does not help.
-    end_travel(Phase::kSettling, MoveOutcome::kNotFollowing, fault->cause, fault->a);
-    axis_ = fault->axis;
-    b_ = fault->b;
+    end_travel(Phase::kSettling, MoveOutcome::kNotFollowing, *fault);
   }
 }
 
@@ -213,20 +204,15 @@ std::optional<CoreResult> Mover::settle(const MoverCycle& cycle, const AxisAngle
   if (!time_is_up && !(at_rest && (followed || !ends_well()))) return std::nullopt;
   if (ends_well() && !followed) {
     outcome_ = MoveOutcome::kNotFollowing;
-    cause_ = Cause::kAxisNotFollowing;
-    axis_ = astray.axis;
-    a_ = commanded_rad[astray.axis] * kDegPerRad;
-    b_ = late[astray.axis] * kDegPerRad;
-  } else if (!at_rest && cause_ == Cause::kNone) {
-    cause_ = Cause::kNotSettled;
-    axis_ = moved.axis;
-    a_ = moved.rad * kDegPerRad;
-    b_ = settling_s_;
+    cause_ = cause::AxisNotFollowing{astray.axis, commanded_rad[astray.axis] * kDegPerRad,
+                                     late[astray.axis] * kDegPerRad};
+  } else if (!at_rest && is<cause::None>(cause_)) {
+    cause_ = cause::NotSettled{moved.axis, moved.rad * kDegPerRad, settling_s_};
   }
   if (outcome_ == MoveOutcome::kContact) fill_latch(cycle, late);
   if (ends_well() && move_.kind == MoveKind::kRetreat && sensor_.heard().snapshot.in_contact) {
     outcome_ = MoveOutcome::kStillInContact;
-    cause_ = Cause::kContactNotOpen;
+    cause_ = cause::ContactNotOpen{};
   }
   return result(commanded_rad);
 }
@@ -236,8 +222,7 @@ void Mover::fill_latch(const MoverCycle& cycle, const AxisAngles& settled_rad) {
   if (!at_contact) {
     // A time stamp outside of what was recorded cannot be this contact's.
     outcome_ = MoveOutcome::kContactSilent;
-    cause_ = Cause::kStampOutside;
-    a_ = seconds(cycle.now - contact_->first_edge);
+    cause_ = cause::StampOutside{seconds(cycle.now - contact_->first_edge)};
     return;
   }
   // A number beside everything that was commanded around the contact is a wrong one, and the way
@@ -250,10 +235,8 @@ void Mover::fill_latch(const MoverCycle& cycle, const AxisAngles& settled_rad) {
     const double actual = at_contact->actual_rad[i];
     if (actual >= range.min - tolerance_rad && actual <= range.max + tolerance_rad) continue;
     outcome_ = MoveOutcome::kNotFollowing;
-    cause_ = Cause::kAxisNotFollowing;
-    axis_ = static_cast<std::uint8_t>(i);
-    a_ = range.max * kDegPerRad;
-    b_ = actual * kDegPerRad;
+    cause_ = cause::AxisNotFollowing{static_cast<std::uint8_t>(i), range.max * kDegPerRad,
+                                     actual * kDegPerRad};
     return;
   }
   Latch latch;

@@ -53,16 +53,16 @@ class Mover {
   /// One cycle, after listen(): what to command next, and the result when the move is over.
   std::optional<CoreResult> step(const MoverCycle& cycle, AxisAngles& commanded_rad);
   /// To rest, with this outcome. Without effect on a move that is being stopped already.
-  void halt(MoveOutcome outcome, Cause cause, double a = 0.0);
+  void halt(MoveOutcome outcome, const Cause& cause);
   /// The move is over now: packets no longer come.
-  CoreResult abandon(Cause cause, double a);
+  CoreResult abandon(const Cause& cause);
 
  private:
   enum class Phase { kIdle, kTravelling, kVerdict, kSettling };
 
   bool ends_well() const { return outcome_ == MoveOutcome::kArrived; }
   bool searching() const { return move_.kind == MoveKind::kSearch; }
-  void end_travel(Phase next, MoveOutcome outcome, Cause cause, double a = 0.0);
+  void end_travel(Phase next, MoveOutcome outcome, const Cause& cause);
   void brake();
   void watch_search(TimePoint now);
   void watch_other(TimePoint now);
@@ -84,9 +84,7 @@ class Mover {
   int unheard_cycles_ = 0;                    ///< in a row
   double cycle_s_ = 0.0;
   MoveOutcome outcome_ = MoveOutcome::kArrived;
-  Cause cause_ = Cause::kNone;
-  std::uint8_t axis_ = 0;
-  double a_ = 0.0, b_ = 0.0;
+  Cause cause_;
   TimePoint stopped_at_{};
   double settling_s_ = 0.0;
   int settling_cycles_ = 0;

@@ -160,7 +160,7 @@ AxisAngles RsiSetpoint::correction_rad(const AxisAngles& axes_rad) const {
   return correction;
 }
 
-std::optional<Objection> RsiSetpoint::object_to(const Move& move) const {
+std::optional<Cause> RsiSetpoint::object_to(const Move& move) const {
   if (const auto objection =
           drivers::object_to(move, config_.limits, config_.correction_limit_deg, base_))
     return objection;

@@ -51,7 +51,7 @@ class RsiSetpoint {
 
   /// What can be said against a move from here. Where corrections are in space, its whole line is
   /// looked at.
-  std::optional<Objection> object_to(const Move& move) const;
+  std::optional<Cause> object_to(const Move& move) const;
   /// In space: how far RIst is from where the geometry has the TCP.
   TcpApart tcp_apart(const RobFrame& frame, const AxisAngles& actual_rad) const {
     return space_.apart(frame, actual_rad);

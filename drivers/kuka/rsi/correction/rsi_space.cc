@@ -47,7 +47,7 @@ Isometry3d tcp_at(const ArmGeometry& arm, const AxisAngles& axis_rad) {
 }
 
 // The axis that has to turn most for a little of the TCP's way, and how much [rad per m or rad].
-Objection gain_at(const ArmGeometry& arm, const AxisAngles& axis_rad) {
+cause::NearSingular gain_at(const ArmGeometry& arm, const AxisAngles& axis_rad) {
   const Isometry3d here = tcp_at(arm, axis_rad);
   Eigen::Matrix<double, 6, 6> jacobian;
   for (std::size_t i = 0; i < kAxes; ++i) {
@@ -61,12 +61,12 @@ Objection gain_at(const ArmGeometry& arm, const AxisAngles& axis_rad) {
   }
   jacobian /= kDifferenceRad;
   const Eigen::Matrix<double, 6, 6> inverse = jacobian.partialPivLu().inverse();
-  Objection most{Cause::kNearSingular, 0, 0.0, kMostGain};
+  cause::NearSingular most{0, 0.0, kMostGain};
   for (std::size_t i = 0; i < kAxes; ++i) {
     const double gain = inverse.row(static_cast<Eigen::Index>(i)).norm();
-    if (gain <= most.a) continue;  // not a number where the arm is exactly singular
+    if (gain <= most.gain) continue;  // not a number where the arm is exactly singular
     most.axis = static_cast<std::uint8_t>(i);
-    most.a = std::isfinite(gain) ? gain : HUGE_VAL;
+    most.gain = std::isfinite(gain) ? gain : HUGE_VAL;
   }
   return most;
 }
@@ -123,8 +123,8 @@ std::optional<KukaFrame> SpaceCorrector::rkorr(std::span<const double> correctio
   return frame;
 }
 
-std::optional<Objection> SpaceCorrector::object_to(const AxisAngles& from_rad,
-                                                   const AxisAngles& to_rad) const {
+std::optional<Cause> SpaceCorrector::object_to(const AxisAngles& from_rad,
+                                               const AxisAngles& to_rad) const {
   if (!config_.on) return std::nullopt;
   const int steps = steps_of(from_rad, to_rad);
   for (int step = 1; step <= steps; ++step) {
@@ -132,11 +132,10 @@ std::optional<Objection> SpaceCorrector::object_to(const AxisAngles& from_rad,
         between(start_rad_, from_rad, to_rad, static_cast<double>(step) / steps);
     const KukaFrame frame = frame_at(axes);
     const double shift = std::hypot(frame[0], frame[1], frame[2]), turn = turn_of(frame);
-    if (!(shift <= config_.limit_mm))
-      return Objection{Cause::kShiftLimit, 0, shift, config_.limit_mm};
-    if (!(turn <= config_.turn_limit_deg))
-      return Objection{Cause::kTurnLimit, 0, turn, config_.turn_limit_deg};
-    if (const Objection gain = gain_at(*config_.geometry, axes); gain.a > kMostGain) return gain;
+    if (!(shift <= config_.limit_mm)) return cause::ShiftLimit{shift, config_.limit_mm};
+    if (!(turn <= config_.turn_limit_deg)) return cause::TurnLimit{turn, config_.turn_limit_deg};
+    const cause::NearSingular most = gain_at(*config_.geometry, axes);
+    if (most.gain > kMostGain) return most;
   }
   return std::nullopt;
 }
@@ -147,7 +146,7 @@ bool clear_of_singularities(const ArmGeometry& arm, const AxisAngles& from_rad,
   const int steps = steps_of(from_rad, to_rad);
   for (int step = 1; step <= steps; ++step) {
     const double share = static_cast<double>(step) / steps;
-    if (gain_at(arm, between(zero, from_rad, to_rad, share)).a > kMostGain) return false;
+    if (gain_at(arm, between(zero, from_rad, to_rad, share)).gain > kMostGain) return false;
   }
   return true;
 }

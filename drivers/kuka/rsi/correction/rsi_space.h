@@ -45,7 +45,7 @@ class SpaceCorrector {
 
   /// Along the line from one axis correction to another [rad]: limits of shift and turn,
   /// singularities. The beginning is where the arm stands and is not objected to.
-  std::optional<Objection> object_to(const AxisAngles& from_rad, const AxisAngles& to_rad) const;
+  std::optional<Cause> object_to(const AxisAngles& from_rad, const AxisAngles& to_rad) const;
 
   /// RIst against the geometry at the axes that came with it. Zero: nothing to compare.
   TcpApart apart(const RobFrame& frame, const AxisAngles& actual_rad) const;

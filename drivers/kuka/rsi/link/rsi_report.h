@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <string>
 
-#include "drivers/kuka/moves/cause.h"
 #include "drivers/kuka/wire/rsi_codec.h"
 #include "drivers/robot.h"
 

@@ -79,10 +79,10 @@ TEST(EkiLink, AReconnectInTheMiddleOfAMoveStopsItAndDoesNotGoOn) {
   rig.run(500ms);
   ASSERT_TRUE(rig.krc.moving());
   rig.close_connection();
-  const auto result = rig.core.poll();
+  const auto result = rig.core.take_result();
   ASSERT_TRUE(result.has_value());
   EXPECT_EQ(result->outcome, MoveOutcome::kRobotSilent);
-  EXPECT_NE(result->detail.find("closed the connection"), std::string::npos) << result->detail;
+  EXPECT_TRUE(is<cause::LinkClosed>(result->cause)) << words(*result);
   EXPECT_TRUE(rig.run_until([&] { return rig.connect(); }, 2s)) << "the port opens again";
   EXPECT_TRUE(rig.run_until([&] { return !rig.krc.moving(); }, 2s)) << "stopped by itself";
   rig.run(2s);
@@ -150,9 +150,9 @@ TEST(EkiLink, StatesOfAnotherSessionAreNotBelieved) {
       "<RobotCommand Session=\"77\" Seq=\"1\" Type=\"1\" Id=\"0\"><Axis A1=\"0\" A2=\"0\" "
       "A3=\"0\" A4=\"0\" A5=\"0\" A6=\"0\"/><Move Guard=\"0\" Path=\"1\" Percent=\"1\" "
       "Duration=\"0\"/></RobotCommand>");
-  const MoveResult result = rig.finish();
+  const CoreResult result = rig.finish();
   EXPECT_EQ(result.outcome, MoveOutcome::kRobotSilent);
-  EXPECT_NE(result.detail.find("another session (77)"), std::string::npos) << result.detail;
+  expect_cause(result.cause, cause::SessionTaken{77});
   EXPECT_EQ(rig.link(), RobotLink::kLost);
 }
 
@@ -269,7 +269,7 @@ TEST(EkiLink, SaysGoodbyeAtRest) {
   rig.run(100ms);
   EXPECT_FALSE(rig.krc.moving());
   EXPECT_EQ(rig.krc.session(), 0u);
-  const auto result = rig.core.poll();
+  const auto result = rig.core.take_result();
   ASSERT_TRUE(result.has_value());
   EXPECT_EQ(result->outcome, MoveOutcome::kStopped);
 }

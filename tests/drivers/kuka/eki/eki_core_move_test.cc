@@ -13,9 +13,9 @@ TEST(EkiMove, ArrivesWhereItWasSent) {
   rig.make_ready();
   AxisAngles target = rig.actual();
   for (std::size_t i = 0; i < 6; ++i) target[i] += (i % 2 == 0 ? 7.5 : -12.25) * kEkiDeg;
-  const MoveResult result = rig.move(MoveKind::kTransit, target);
-  EXPECT_EQ(result.outcome, MoveOutcome::kArrived) << result.detail;
-  EXPECT_EQ(result.detail, "");
+  const CoreResult result = rig.move(MoveKind::kTransit, target);
+  EXPECT_EQ(result.outcome, MoveOutcome::kArrived) << words(result);
+  EXPECT_TRUE(is<cause::None>(result.cause)) << words(result);
   for (std::size_t i = 0; i < 6; ++i) EXPECT_NEAR(result.at_rad[i], target[i], 1e-5);
   EXPECT_FALSE(result.latch.has_value());
 }
@@ -28,7 +28,7 @@ TEST(EkiMove, GoesNoFasterThanItsLimits) {
   rig.run_until([&] {
     fastest = std::max(fastest, (rig.true_deg() - last) / 0.004);
     last = rig.true_deg();
-    return rig.core.poll().has_value();
+    return rig.core.take_result().has_value();
   });
   EXPECT_LE(fastest, 100.01);
   EXPECT_GT(fastest, 90.0);
@@ -39,19 +39,19 @@ TEST(EkiMove, IsCheckedBeforeAnythingIsSent) {
   rig.make_ready();
   AxisAngles nan = rig.actual();
   nan[2] = std::nan("");
-  const std::pair<const char*, Move> wrong[] = {
-      {"above the axis limit", {1, MoveKind::kTransit, rig.moved_by(0, 190), 0.0, 0}},
-      {"below the axis limit", {1, MoveKind::kTransit, rig.moved_by(1, -91), 0.0, 0}},
-      {"finite", {1, MoveKind::kTransit, nan, 0.0, 0}},
-      {"has 3 axes", {1, MoveKind::kTransit, AxisAngles(3, 0.0), 0.0, 0}},
-      {"duration", {1, MoveKind::kTransit, rig.moved_by(0, 1), -1.0, 0}},
+  const std::pair<Cause, Move> wrong[] = {
+      {cause::AboveLimit{}, {1, MoveKind::kTransit, rig.moved_by(0, 190), 0.0, 0}},
+      {cause::BelowLimit{}, {1, MoveKind::kTransit, rig.moved_by(1, -91), 0.0, 0}},
+      {cause::NotFinite{}, {1, MoveKind::kTransit, nan, 0.0, 0}},
+      {cause::AxisCount{}, {1, MoveKind::kTransit, AxisAngles(3, 0.0), 0.0, 0}},
+      {cause::BadCruise{}, {1, MoveKind::kTransit, rig.moved_by(0, 1), -1.0, 0}},
   };
-  for (const auto& [word, move] : wrong) {
+  for (const auto& [kind, move] : wrong) {
     rig.last_id = 1;
     rig.core.begin(move);
-    const MoveResult result = rig.finish();
+    const CoreResult result = rig.finish();
     EXPECT_EQ(result.outcome, MoveOutcome::kRefused);
-    EXPECT_NE(result.detail.find(word), std::string::npos) << result.detail;
+    EXPECT_EQ(result.cause.index(), kind.index()) << words(result);
   }
   EXPECT_EQ(rig.written.find("Type=\"3\""), std::string::npos);
 }
@@ -73,7 +73,7 @@ TEST(EkiMove, StopsWhenAsked) {
   rig.begin(MoveKind::kTransit, rig.moved_by(0, 120));
   rig.run(600ms);
   rig.core.stop();
-  const MoveResult result = rig.finish();
+  const CoreResult result = rig.finish();
   EXPECT_EQ(result.outcome, MoveOutcome::kStopped);
   EXPECT_FALSE(rig.krc.moving());
   EXPECT_NEAR(result.at_rad[0] / kEkiDeg, rig.true_deg(), 1e-3);
@@ -94,9 +94,9 @@ TEST(EkiMove, WhoseConfirmationIsLostIsAFailureAndCannotBeginLater) {
   EkiRig rig;
   rig.make_ready();
   rig.krc.forgetful(true);
-  const MoveResult result = rig.move(MoveKind::kTransit, rig.moved_by(0, 30));
+  const CoreResult result = rig.move(MoveKind::kTransit, rig.moved_by(0, 30));
   EXPECT_EQ(result.outcome, MoveOutcome::kRobotSilent);
-  EXPECT_NE(result.detail.find("did not take the move"), std::string::npos) << result.detail;
+  EXPECT_TRUE(is<cause::CommandNotTaken>(result.cause)) << words(result);
   EXPECT_EQ(rig.link(), RobotLink::kLost);
   EXPECT_FALSE(rig.connected);
   rig.krc.forgetful(false);
@@ -121,9 +121,9 @@ TEST(EkiMove, EndsByAnEmergencyStopAndNothingGoesOnAfterwards) {
   rig.begin(MoveKind::kTransit, rig.moved_by(0, 120));
   rig.run(600ms);
   rig.krc.emergency_stop(true);
-  const MoveResult result = rig.finish();
+  const CoreResult result = rig.finish();
   EXPECT_EQ(result.outcome, MoveOutcome::kNotFollowing);
-  EXPECT_NE(result.detail.find("pendant"), std::string::npos) << result.detail;
+  EXPECT_TRUE(is<cause::ProgramAborted>(result.cause)) << words(result);
   EXPECT_EQ(rig.link(), RobotLink::kNotReferenced);
   const double rest = rig.true_deg();
   rig.krc.emergency_stop(false);
@@ -156,9 +156,10 @@ TEST(EkiMove, IsSlowerAtALowerOverrideAndNamedWhenItDoesNotMove) {
   rig.krc.set_override(10);
   EXPECT_EQ(rig.move(MoveKind::kTransit, rig.moved_by(0, 10)).outcome, MoveOutcome::kArrived);
   rig.krc.set_override(0);
-  const MoveResult result = rig.move(MoveKind::kTransit, rig.moved_by(0, 10));
+  const CoreResult result = rig.move(MoveKind::kTransit, rig.moved_by(0, 10));
   EXPECT_EQ(result.outcome, MoveOutcome::kNotFollowing);
-  EXPECT_NE(result.detail.find("override 0 %"), std::string::npos) << result.detail;
+  ASSERT_TRUE(is<cause::NotMoving>(result.cause)) << words(result);
+  EXPECT_EQ(std::get<cause::NotMoving>(result.cause).override_percent, 0);
   rig.krc.set_override(100);
   const double rest = rig.true_deg();
   rig.run(2s);
@@ -202,9 +203,9 @@ TEST(EkiMove, ReportsWhatTheControllerRefuses) {
   controller.soft_max_rad.assign(6, 2.0);
   EkiRig rig(controller);
   rig.make_ready();
-  const MoveResult result = rig.move(MoveKind::kTransit, rig.moved_by(0, 150));
+  const CoreResult result = rig.move(MoveKind::kTransit, rig.moved_by(0, 150));
   EXPECT_EQ(result.outcome, MoveOutcome::kRefused);
-  EXPECT_NE(result.detail.find("software limit"), std::string::npos) << result.detail;
+  EXPECT_TRUE(is<cause::OutsideSoftLimits>(result.cause)) << words(result);
   EXPECT_EQ(rig.krc.moves(), 0u);
 }
 
@@ -213,7 +214,7 @@ TEST(EkiMove, IsStoppedByContactInATransitByTheControllerItself) {
   rig.make_ready();
   rig.wall_rad = 20 * kEkiDeg;
   rig.seen_by_sensor = false;  // the input alone
-  const MoveResult result = rig.move(MoveKind::kTransit, rig.moved_by(0, 90));
+  const CoreResult result = rig.move(MoveKind::kTransit, rig.moved_by(0, 90));
   EXPECT_EQ(result.outcome, MoveOutcome::kUnexpectedContact);
   EXPECT_LT(rig.true_deg(), 35.0);
 }
@@ -223,7 +224,7 @@ TEST(EkiMove, IsStoppedByContactInATransitThatTheSensorAloneSees) {
   rig.make_ready();
   rig.wall_rad = 20 * kEkiDeg;
   rig.wired_to_input = false;
-  const MoveResult result = rig.move(MoveKind::kTransit, rig.moved_by(0, 90));
+  const CoreResult result = rig.move(MoveKind::kTransit, rig.moved_by(0, 90));
   EXPECT_EQ(result.outcome, MoveOutcome::kUnexpectedContact);
   EXPECT_LT(rig.true_deg(), 45.0);
 }
@@ -234,7 +235,7 @@ TEST(EkiMove, StopsWhenTheSensorFallsSilent) {
   rig.begin(MoveKind::kTransit, rig.moved_by(0, 120));
   rig.run(400ms);
   rig.guard.set_alive(false);
-  const MoveResult result = rig.finish();
+  const CoreResult result = rig.finish();
   EXPECT_EQ(result.outcome, MoveOutcome::kContactSilent);
   EXPECT_LT(rig.true_deg(), 90.0);
   EXPECT_EQ(rig.move(MoveKind::kTransit, rig.moved_by(0, 1)).outcome, MoveOutcome::kContactSilent);
@@ -245,7 +246,7 @@ TEST(EkiMove, ARetreatEndsOpenOrSaysThatItDoesNot) {
   rig.make_ready();
   rig.guard.touch(true);
   rig.krc.input(rig.now, true);
-  MoveResult result = rig.move(MoveKind::kRetreat, rig.moved_by(0, -1), 0.5);
+  CoreResult result = rig.move(MoveKind::kRetreat, rig.moved_by(0, -1), 0.5);
   EXPECT_EQ(result.outcome, MoveOutcome::kStillInContact);
   rig.begin(MoveKind::kRetreat, rig.moved_by(0, -1), 0.5);
   rig.run(200ms);

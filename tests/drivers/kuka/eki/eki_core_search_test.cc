@@ -21,8 +21,8 @@ void prepare(EkiRig& rig) {
 TEST(EkiSearch, LatchesTheAnglesThatTheControllersInterruptTook) {
   EkiRig rig;
   prepare(rig);
-  const MoveResult result = rig.search(3.0, 3.0);
-  ASSERT_EQ(result.outcome, MoveOutcome::kContact) << result.detail;
+  const CoreResult result = rig.search(3.0, 3.0);
+  ASSERT_EQ(result.outcome, MoveOutcome::kContact) << words(result);
   ASSERT_TRUE(result.latch.has_value());
   EXPECT_NEAR(result.latch->contact_rad[0] / kEkiDeg, rig.touched_deg, 1e-5);
   EXPECT_EQ(result.latch->contact_time, rig.touched_at);
@@ -40,8 +40,8 @@ TEST(EkiSearch, TakesTheLatchsDelayOffAtTheSpeedOfTheSearch) {
     config.latch_delay_s = controller.lag_s;
     EkiRig rig(controller, config);
     prepare(rig);
-    const MoveResult result = rig.search(3.0, cruise_s);
-    ASSERT_EQ(result.outcome, MoveOutcome::kContact) << result.detail;
+    const CoreResult result = rig.search(3.0, cruise_s);
+    ASSERT_EQ(result.outcome, MoveOutcome::kContact) << words(result);
     // What is left is the setpoint's step of 4 ms.
     EXPECT_NEAR(result.latch->contact_rad[0] / kEkiDeg, rig.touched_deg, 0.004 * 3.0 / cruise_s);
   }
@@ -51,8 +51,8 @@ TEST(EkiSearch, ByFlagInterpolatesTheRecordedPathAndSaysHowSureItIs) {
   EkiRig rig(eki_controller(), by_flag());
   prepare(rig);
   rig.wired_to_input = false;
-  const MoveResult result = rig.search(3.0, 6.0);
-  ASSERT_EQ(result.outcome, MoveOutcome::kContact) << result.detail;
+  const CoreResult result = rig.search(3.0, 6.0);
+  ASSERT_EQ(result.outcome, MoveOutcome::kContact) << words(result);
   const double speed_deg_s = 0.5;
   EXPECT_GE(result.latch->time_sigma_s, 0.010);
   EXPECT_NEAR(result.latch->contact_rad[0] / kEkiDeg, rig.touched_deg,
@@ -69,8 +69,8 @@ TEST(EkiSearch, GoesOnWhereTheControllersTimerBeginsAnew) {
     prepare(rig);
     rig.wired_to_input = false;
     rig.run(anew - before_search - rig.now);
-    const MoveResult result = rig.search(3.0, 6.0);
-    ASSERT_EQ(result.outcome, MoveOutcome::kContact) << result.detail;
+    const CoreResult result = rig.search(3.0, 6.0);
+    ASSERT_EQ(result.outcome, MoveOutcome::kContact) << words(result);
     EXPECT_NEAR(result.latch->contact_rad[0] / kEkiDeg, rig.touched_deg, 0.015);
   }
 }
@@ -78,16 +78,17 @@ TEST(EkiSearch, GoesOnWhereTheControllersTimerBeginsAnew) {
 TEST(EkiSearch, ByFlagIsRefusedWhereItWouldGoOnTooFar) {
   EkiRig rig(eki_controller(), by_flag());
   prepare(rig);
-  const MoveResult result = rig.search(3.0, 2.0);
+  const CoreResult result = rig.search(3.0, 2.0);
   EXPECT_EQ(result.outcome, MoveOutcome::kRefused);
-  EXPECT_NE(result.detail.find("1.5000 deg/s"), std::string::npos) << result.detail;
+  ASSERT_TRUE(is<cause::TooFastForFlag>(result.cause)) << words(result);
+  EXPECT_NEAR(std::get<cause::TooFastForFlag>(result.cause).speed_deg_s, 1.5, 1e-4);
 }
 
 TEST(EkiSearch, WithoutContactArrivesAndLatchesNothing) {
   EkiRig rig;
   rig.make_ready();
-  const MoveResult result = rig.search(1.0, 1.0);
-  EXPECT_EQ(result.outcome, MoveOutcome::kArrived) << result.detail;
+  const CoreResult result = rig.search(1.0, 1.0);
+  EXPECT_EQ(result.outcome, MoveOutcome::kArrived) << words(result);
   EXPECT_FALSE(result.latch.has_value());
 }
 
@@ -97,8 +98,8 @@ TEST(EkiSearch, NoiseIsRevokedWhoeverStoppedTheArm) {
     prepare(rig);
     rig.revokes = true;
     rig.wired_to_input = wired;
-    const MoveResult result = rig.search(3.0, 3.0);
-    EXPECT_EQ(result.outcome, MoveOutcome::kRevoked) << result.detail;
+    const CoreResult result = rig.search(3.0, 3.0);
+    EXPECT_EQ(result.outcome, MoveOutcome::kRevoked) << words(result);
     EXPECT_LT(rig.true_deg(), 1.7);
   }
 }
@@ -107,9 +108,9 @@ TEST(EkiSearch, ABrokenWireToTheInputStopsOverTheNetworkAndIsNoTouch) {
   EkiRig rig;
   prepare(rig);
   rig.krc.input_broken(true, rig.now);
-  const MoveResult result = rig.search(3.0, 3.0);
+  const CoreResult result = rig.search(3.0, 3.0);
   EXPECT_EQ(result.outcome, MoveOutcome::kContactSilent);
-  EXPECT_NE(result.detail.find("wire to the input"), std::string::npos) << result.detail;
+  EXPECT_TRUE(is<cause::InputMissed>(result.cause)) << words(result);
   EXPECT_LT(rig.true_deg(), 1.7);
 }
 
@@ -117,9 +118,9 @@ TEST(EkiSearch, AnInputThatTheSensorKnowsNothingOfIsNoTouch) {
   EkiRig rig;
   prepare(rig);
   rig.seen_by_sensor = false;
-  const MoveResult result = rig.search(3.0, 3.0);
+  const CoreResult result = rig.search(3.0, 3.0);
   EXPECT_EQ(result.outcome, MoveOutcome::kContactSilent);
-  EXPECT_NE(result.detail.find("sensor saw nothing"), std::string::npos) << result.detail;
+  EXPECT_TRUE(is<cause::InputAlone>(result.cause)) << words(result);
   EXPECT_LT(rig.true_deg(), 1.6);
 }
 
@@ -127,9 +128,9 @@ TEST(EkiSearch, AnInputThatIsOnAlreadyIsRefusedByTheController) {
   EkiRig rig;
   rig.make_ready();
   rig.krc.input(rig.now, true);
-  const MoveResult result = rig.search(1.0, 1.0);
+  const CoreResult result = rig.search(1.0, 1.0);
   EXPECT_EQ(result.outcome, MoveOutcome::kRefused);
-  EXPECT_NE(result.detail.find("input is on"), std::string::npos) << result.detail;
+  EXPECT_TRUE(is<cause::InputAtStart>(result.cause)) << words(result);
   EXPECT_EQ(rig.krc.moves(), 0u);
 }
 
@@ -143,9 +144,9 @@ TEST(EkiSearch, ALostSensorStopsTheArm) {
     const double at = rig.true_deg();
     ASSERT_TRUE(rig.krc.moving());
     rig.guard.set_alive(false);
-    const MoveResult result = rig.finish();
+    const CoreResult result = rig.finish();
     EXPECT_EQ(result.outcome, MoveOutcome::kContactSilent);
-    EXPECT_NE(result.detail.find("heartbeat"), std::string::npos) << result.detail;
+    EXPECT_TRUE(is<cause::SensorDead>(result.cause)) << words(result);
     EXPECT_LT(rig.true_deg() - at, 0.1 * 0.5);
   }
 }
@@ -157,9 +158,9 @@ TEST(EkiSearch, AnArmingThatEndsStopsTheArm) {
   rig.begin(MoveKind::kSearch, rig.moved_by(0, 3), 3.0, rig.arm_id);
   rig.run(500ms);
   rig.guard.disarm();
-  const MoveResult result = rig.finish();
+  const CoreResult result = rig.finish();
   EXPECT_EQ(result.outcome, MoveOutcome::kContactSilent);
-  EXPECT_NE(result.detail.find("arming ended"), std::string::npos) << result.detail;
+  EXPECT_TRUE(is<cause::ArmExpired>(result.cause)) << words(result);
 }
 
 TEST(EkiSearch, ATripThatIsNeitherConfirmedNorRevokedIsNoTouch) {
@@ -169,10 +170,9 @@ TEST(EkiSearch, ATripThatIsNeitherConfirmedNorRevokedIsNoTouch) {
   rig.begin(MoveKind::kSearch, rig.moved_by(0, 3), 3.0, rig.arm_id);
   rig.run(500ms);
   rig.guard.trip(rig.arm_id, rig.now);
-  const MoveResult result = rig.finish();
+  const CoreResult result = rig.finish();
   EXPECT_EQ(result.outcome, MoveOutcome::kContactSilent);
-  EXPECT_NE(result.detail.find("neither confirmed nor revoked"), std::string::npos)
-      << result.detail;
+  EXPECT_TRUE(is<cause::TripUnconfirmed>(result.cause)) << words(result);
 }
 
 TEST(EkiSearch, NeedsASensorThatIsArmedAndOpen) {
@@ -200,9 +200,9 @@ TEST(EkiSearch, ALatchThatDoesNotFitTheMeasuredPathIsNoTouch) {
     }
     return bytes;
   };
-  const MoveResult result = rig.search(3.0, 3.0);
+  const CoreResult result = rig.search(3.0, 3.0);
   EXPECT_EQ(result.outcome, MoveOutcome::kContactSilent);
-  EXPECT_NE(result.detail.find("latched at"), std::string::npos) << result.detail;
+  EXPECT_TRUE(is<cause::LatchAstray>(result.cause)) << words(result);
 }
 
 TEST(EkiSearch, ALatchOfAnEarlierMoveIsNotTaken) {
@@ -219,7 +219,7 @@ TEST(EkiSearch, ALatchOfAnEarlierMoveIsNotTaken) {
   // The sensor confirms a contact that the controller's input has not seen.
   rig.guard.trip(rig.arm_id, rig.now);
   rig.guard.push(ContactEventKind::kContact, rig.arm_id, rig.now);
-  const MoveResult result = rig.finish();
+  const CoreResult result = rig.finish();
   EXPECT_EQ(result.outcome, MoveOutcome::kContactSilent);
   EXPECT_FALSE(result.latch.has_value());
 }
@@ -232,9 +232,9 @@ TEST(EkiSearch, AStampOutsideOfTheRecordIsNoTouch) {
   rig.run(500ms);
   rig.guard.trip(rig.arm_id, rig.now - 60s);
   rig.guard.push(ContactEventKind::kContact, rig.arm_id, rig.now - 60s);
-  const MoveResult result = rig.finish();
+  const CoreResult result = rig.finish();
   EXPECT_EQ(result.outcome, MoveOutcome::kContactSilent);
-  EXPECT_NE(result.detail.find("time stamp"), std::string::npos) << result.detail;
+  EXPECT_TRUE(is<cause::StampOutside>(result.cause)) << words(result);
 }
 
 TEST(EkiSearch, ALinkThatBreaksIsNeverNoContact) {
@@ -244,7 +244,7 @@ TEST(EkiSearch, ALinkThatBreaksIsNeverNoContact) {
   rig.begin(MoveKind::kSearch, rig.moved_by(0, 3), 3.0, rig.arm_id);
   rig.run(1s);
   rig.cable = false;
-  const MoveResult result = rig.finish();
+  const CoreResult result = rig.finish();
   EXPECT_EQ(result.outcome, MoveOutcome::kRobotSilent);
   EXPECT_TRUE(rig.run_until([&] { return !rig.krc.moving(); }, 2s));
   EXPECT_LT(rig.true_deg(), 1.6) << "the wall stopped it, or the dead man";
@@ -262,9 +262,9 @@ TEST(EkiSearch, ATripThatIsHeardAfterTheArmHasArrivedIsStillHeard) {
     rig.guard.trip(rig.arm_id, rig.now - 60ms);
     rig.run(8ms);
     rig.guard.push(ContactEventKind::kContact, rig.arm_id, rig.now - 68ms);
-    const MoveResult result = rig.finish();
+    const CoreResult result = rig.finish();
     EXPECT_EQ(result.outcome, flag ? MoveOutcome::kContact : MoveOutcome::kContactSilent)
-        << result.detail;
+        << words(result);
   }
 }
 
@@ -298,9 +298,9 @@ TEST(EkiSearch, ATripBeforeItsTelegramIsOutIsNoArrival) {
   rig.cycle();
   ASSERT_TRUE(rig.core.state().moving);
   rig.guard.trip(rig.arm_id, rig.now);
-  const MoveResult result = rig.finish();
-  EXPECT_EQ(result.outcome, MoveOutcome::kRefused) << result.detail;
-  EXPECT_TRUE(result.detail.find("tripped") != std::string::npos) << result.detail;
+  const CoreResult result = rig.finish();
+  EXPECT_EQ(result.outcome, MoveOutcome::kRefused) << words(result);
+  EXPECT_TRUE(is<cause::TrippedAtStart>(result.cause)) << words(result);
   EXPECT_EQ(rig.krc.moves(), 0u);
 }
 

@@ -92,7 +92,7 @@ class EkiRig : public VirtualRig<EkiRig> {
   double true_deg(std::size_t axis = 0) const { return krc.actual_rad_at(now)[axis] / kEkiDeg; }
 
   /// An armed search along A1 by `deg` in `cruise_s`.
-  MoveResult search(double deg, double cruise_s) {
+  CoreResult search(double deg, double cruise_s) {
     guard.arm(++arm_id);
     return move(MoveKind::kSearch, moved_by(0, deg), cruise_s, arm_id);
   }

@@ -9,6 +9,8 @@
 #include <numbers>
 #include <vector>
 
+#include "tests/drivers/kuka/expect_cause.h"
+
 namespace cellcal::drivers {
 namespace {
 
@@ -22,51 +24,44 @@ Move to(const AxisAngles& target_rad, double cruise_s = 0.0) {
   return {1, MoveKind::kTransit, target_rad, cruise_s, 0};
 }
 
-void expect(const std::optional<Objection>& objection, Cause cause, int axis, double a, double b) {
+void expect(const std::optional<Cause>& objection, const Cause& cause) {
   ASSERT_TRUE(objection);
-  EXPECT_EQ(objection->cause, cause);
-  EXPECT_EQ(objection->axis, axis);
-  if (std::isfinite(a)) {
-    EXPECT_NEAR(objection->a, a, 1e-9);
-  } else {
-    EXPECT_EQ(std::isnan(objection->a), std::isnan(a));
-  }
-  EXPECT_NEAR(objection->b, b, 1e-9);
+  expect_cause(*objection, cause);
 }
 
 TEST(MoveCheck, AnotherNumberOfAxesIsNamedWithBothNumbers) {
-  expect(object_to(to({0.0}), kLimits), Cause::kAxisCount, 0, 1, 2);
-  expect(object_to(to({0.0, 0.0, 0.0}), kLimits), Cause::kAxisCount, 0, 3, 2);
+  expect(object_to(to({0.0}), kLimits), cause::AxisCount{1, 2});
+  expect(object_to(to({0.0, 0.0, 0.0}), kLimits), cause::AxisCount{3, 2});
   EXPECT_FALSE(object_to(to({0.0, 0.0}), kLimits));
 }
 
 TEST(MoveCheck, ACruiseTimeThatIsNoneIsNamed) {
-  expect(object_to(to({0.0, 0.0}, -1.0), kLimits), Cause::kBadCruise, 0, -1.0, 0);
-  expect(object_to(to({0.0, 0.0}, HUGE_VAL), kLimits), Cause::kBadCruise, 0, HUGE_VAL, 0);
-  expect(object_to(to({0.0, 0.0}, NAN), kLimits), Cause::kBadCruise, 0, NAN, 0);
+  expect(object_to(to({0.0, 0.0}, -1.0), kLimits), cause::BadCruise{-1.0});
+  expect(object_to(to({0.0, 0.0}, HUGE_VAL), kLimits), cause::BadCruise{HUGE_VAL});
+  expect(object_to(to({0.0, 0.0}, NAN), kLimits), cause::BadCruise{NAN});
   EXPECT_FALSE(object_to(to({0.0, 0.0}, 0.0), kLimits));
   EXPECT_FALSE(object_to(to({0.0, 0.0}, 1.0), kLimits));
 }
 
 TEST(MoveCheck, AnAngleThatIsNoNumberIsNamedByItsAxis) {
-  expect(object_to(to({NAN, 0.0}), kLimits), Cause::kNotFinite, 0, NAN, 0);
-  expect(object_to(to({0.0, HUGE_VAL}), kLimits), Cause::kNotFinite, 1, HUGE_VAL, 0);
+  expect(object_to(to({NAN, 0.0}), kLimits), cause::NotFinite{0, NAN});
+  expect(object_to(to({0.0, HUGE_VAL}), kLimits), cause::NotFinite{1, HUGE_VAL});
 }
 
 TEST(MoveCheck, BeyondALimitOfEitherSideIsNamedInDegrees) {
-  expect(object_to(to({-171 * kDeg, 0.0}), kLimits), Cause::kBelowLimit, 0, -171, -170);
-  expect(object_to(to({0.0, 46 * kDeg}), kLimits), Cause::kAboveLimit, 1, 46, 45);
-  EXPECT_FALSE(object_to(to({170 * kDeg, -90 * kDeg}), kLimits))
-      << "the limit itself is inside";
+  expect(object_to(to({-171 * kDeg, 0.0}), kLimits), cause::BelowLimit{0, -171, -170});
+  expect(object_to(to({0.0, 46 * kDeg}), kLimits), cause::AboveLimit{1, 46, 45});
+  EXPECT_FALSE(object_to(to({170 * kDeg, -90 * kDeg}), kLimits)) << "the limit itself is inside";
 }
 
 TEST(MoveCheck, ACorrectionBeyondItsLimitIsMeasuredFromThePoseAtCorrectionNought) {
   const AxisAngles base{100 * kDeg, -10 * kDeg};
-  expect(object_to(to({131 * kDeg, -10 * kDeg}), kLimits, kCorrectionLimitDeg, base), Cause::kCorrectionLimit, 0, 31, 30);
-  expect(object_to(to({100 * kDeg, -31 * kDeg}), kLimits, kCorrectionLimitDeg, base), Cause::kCorrectionLimit, 1, -21,
-         20);
+  expect(object_to(to({131 * kDeg, -10 * kDeg}), kLimits, kCorrectionLimitDeg, base),
+         cause::CorrectionLimit{0, 31, 30});
+  expect(object_to(to({100 * kDeg, -31 * kDeg}), kLimits, kCorrectionLimitDeg, base),
+         cause::CorrectionLimit{1, -21, 20});
   EXPECT_FALSE(object_to(to({71 * kDeg, 9 * kDeg}), kLimits, kCorrectionLimitDeg, base));
-  expect(object_to(to({100 * kDeg}), kLimits, kCorrectionLimitDeg, base), Cause::kAxisCount, 0, 1, 2);
+  expect(object_to(to({100 * kDeg}), kLimits, kCorrectionLimitDeg, base), cause::AxisCount{1, 2});
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "drivers/kuka/rsi/following_error.h"
+#include "tests/drivers/kuka/expect_cause.h"
 
 namespace cellcal::drivers {
 namespace {
@@ -16,7 +17,7 @@ constexpr int kRestBefore = 200;
 
 struct Named {
   int sample = -1;  ///< after the command began to change
-  FollowingFault fault;
+  Cause fault;
 };
 
 /// Both axes' angles [deg] by sample; the first stands, the second is commanded and goes as told.
@@ -43,10 +44,7 @@ TEST(FollowLimits, WhatWasCommandedWithinTheWindowMayStillBeWhereTheArmIs) {
   const auto step = [](double deg) { return [=](int i) { return i < 0 ? 0.0 : deg; }; };
   const Named named = watch(step(1.0), step(0.5));
   EXPECT_EQ(named.sample, 50);
-  EXPECT_EQ(named.fault.cause, Cause::kAxisNotFollowing);
-  EXPECT_EQ(named.fault.axis, 1);
-  EXPECT_NEAR(named.fault.a, 1.0, 1e-9);
-  EXPECT_NEAR(named.fault.b, 0.5, 1e-9);
+  expect_cause(named.fault, cause::AxisNotFollowing{1, 1.0, 0.5});
 }
 
 TEST(FollowLimits, TheToleranceHoldsToEitherSide) {
@@ -57,18 +55,15 @@ TEST(FollowLimits, TheToleranceHoldsToEitherSide) {
     EXPECT_EQ(off_by(0.049).sample, -1);
     const Named named = off_by(0.051);
     EXPECT_EQ(named.sample, 10);
-    EXPECT_NEAR(named.fault.a, 0.0, 1e-9);
-    EXPECT_NEAR(named.fault.b, side * 0.051, 1e-9);
+    expect_cause(named.fault, cause::AxisNotFollowing{1, 0.0, side * 0.051});
   }
 }
 
 TEST(FollowLimits, AnAxisThatDoesLessThanAQuarterOfItsCommandStands) {
   for (const double speed_deg_s : {0.1, -0.1}) {
     const Named slow = watch(goes(speed_deg_s), goes(0.2 * speed_deg_s), 0.004, 100);
-    EXPECT_EQ(slow.fault.cause, Cause::kAxisStands);
-    EXPECT_EQ(slow.fault.axis, 1);
-    EXPECT_NEAR(slow.fault.a, speed_deg_s * 0.004 * slow.sample, 1e-9);
-    EXPECT_NEAR(slow.fault.b, 0.2 * slow.fault.a, 1e-9);
+    const double commanded_deg = speed_deg_s * 0.004 * slow.sample;
+    expect_cause(slow.fault, cause::AxisStands{1, commanded_deg, 0.2 * commanded_deg});
     EXPECT_EQ(watch(goes(speed_deg_s), goes(0.3 * speed_deg_s), 0.004, 100).sample, -1);
     EXPECT_NE(watch(goes(speed_deg_s), goes(-speed_deg_s), 0.004, 100).sample, -1);
   }

@@ -24,7 +24,7 @@ TEST(MoverRest, ArrivalIsKnownTwoWindowsAfterTheMotionsEnd) {
     MoverRig rig(cycle_s);
     ASSERT_FALSE(rig.start(MoveKind::kTransit, 1.0));
     const auto end = rig.end();
-    expect_end(end.result, MoveOutcome::kArrived, Cause::kNone);
+    expect_end(end.result, MoveOutcome::kArrived, cause::None{});
     EXPECT_EQ(end.motionless, cycles) << cycle_s;
     EXPECT_NEAR(rig.commanded[1], 1.0 * kDeg, 1e-12);
   }
@@ -34,7 +34,7 @@ TEST(MoverRest, AMoveWithoutTravelArrivesAsWell) {
   MoverRig rig;
   ASSERT_FALSE(rig.start(MoveKind::kTransit, 0.0));
   EXPECT_TRUE(rig.mover.busy());
-  expect_end(rig.end().result, MoveOutcome::kArrived, Cause::kNone);
+  expect_end(rig.end().result, MoveOutcome::kArrived, cause::None{});
   EXPECT_FALSE(rig.cycle());
 }
 
@@ -43,7 +43,7 @@ TEST(MoverRest, LessThanHalfAThousandthOfADegreePerWindowIsRest) {
   let_drift(rig, 0.0004 / 0.048);
   ASSERT_FALSE(rig.start(MoveKind::kTransit, 1.0));
   const auto end = rig.end();
-  expect_end(end.result, MoveOutcome::kArrived, Cause::kNone);
+  expect_end(end.result, MoveOutcome::kArrived, cause::None{});
   EXPECT_EQ(end.motionless, 24);
 }
 
@@ -52,7 +52,7 @@ TEST(MoverRest, AnArmThatNeverRestsIsNamedAfterASecondWithWhatItMovesBy) {
   ASSERT_FALSE(rig.start(MoveKind::kTransit, 1.0));
   let_drift(rig, 0.0008 / 0.048);
   const auto end = rig.end();
-  expect_end(end.result, MoveOutcome::kArrived, Cause::kNotSettled, 2, 0.0008, 1.0, 1e-6);
+  expect_end(end.result, MoveOutcome::kArrived, cause::NotSettled{2, 0.0008, 1.0}, 1e-6);
   EXPECT_NEAR(end.motionless, 250, 1);
 }
 
@@ -61,9 +61,9 @@ TEST(MoverRest, WhatStoppedAnArmThatNeverRestsStaysTheCause) {
   ASSERT_FALSE(rig.start(MoveKind::kTransit, 10.0));
   rig.run(60);
   let_drift(rig, 0.0008 / 0.048);
-  rig.mover.halt(MoveOutcome::kStopped, Cause::kStopAsked, 7.0);
+  rig.mover.halt(MoveOutcome::kStopped, cause::StopAsked{});
   const auto end = rig.end();
-  expect_end(end.result, MoveOutcome::kStopped, Cause::kStopAsked, 0, 7.0);
+  expect_end(end.result, MoveOutcome::kStopped, cause::StopAsked{});
   EXPECT_NEAR(end.motionless, 250, 1);
 }
 
@@ -77,8 +77,8 @@ TEST(MoverRest, AnArmThatEndsElsewhereIsNamedAfterASecondWithBothAngles) {
       return actual;
     };
     const auto end = rig.end();
-    expect_end(end.result, MoveOutcome::kNotFollowing, Cause::kAxisNotFollowing, 1, 0.5,
-               0.5 - short_deg);
+    expect_end(end.result, MoveOutcome::kNotFollowing,
+               cause::AxisNotFollowing{1, 0.5, 0.5 - short_deg});
     EXPECT_NEAR(end.cycles, 250, 1);
   }
 }
@@ -93,7 +93,7 @@ TEST(MoverRest, AnArmThatCatchesUpWithinTheSecondHasArrived) {
     return actual;
   };
   const auto end = rig.end();
-  expect_end(end.result, MoveOutcome::kArrived, Cause::kNone);
+  expect_end(end.result, MoveOutcome::kArrived, cause::None{});
   EXPECT_GT(end.cycles, 100);
   EXPECT_LT(end.cycles, 130);
 }
@@ -102,13 +102,13 @@ TEST(MoverRest, ForWhatWasStoppedRestIsEnoughWhereverTheArmIs) {
   MoverRig rig;
   ASSERT_FALSE(rig.start(MoveKind::kTransit, 10.0));
   rig.run(40);
-  rig.mover.halt(MoveOutcome::kStopped, Cause::kStopAsked);
+  rig.mover.halt(MoveOutcome::kStopped, cause::StopAsked{});
   rig.arm = [](AxisAngles actual) {
     actual[1] -= 0.06 * kDeg;
     return actual;
   };
   const auto end = rig.end();
-  expect_end(end.result, MoveOutcome::kStopped, Cause::kStopAsked);
+  expect_end(end.result, MoveOutcome::kStopped, cause::StopAsked{});
   EXPECT_EQ(end.motionless, 24);
 }
 
@@ -126,31 +126,31 @@ TEST(MoverRest, NothingOfAnEarlierEndIsSaidOfTheNextMove) {
   for (int i = 0; i < 120; ++i) rig.cycle();
   ASSERT_FALSE(rig.start(MoveKind::kTransit, 0.5));
   const auto end = rig.end();
-  expect_end(end.result, MoveOutcome::kArrived, Cause::kNone);
+  expect_end(end.result, MoveOutcome::kArrived, cause::None{});
   EXPECT_EQ(end.motionless, 24);
   // One that was stopped, and one without travel after it.
   ASSERT_FALSE(rig.start(MoveKind::kTransit, 10.0));
   rig.run(40);
-  rig.mover.halt(MoveOutcome::kStopped, Cause::kStopAsked, 3.0);
+  rig.mover.halt(MoveOutcome::kStopped, cause::StopAsked{});
   rig.end();
   ASSERT_FALSE(rig.start(MoveKind::kTransit, 0.0));
-  expect_end(rig.end().result, MoveOutcome::kArrived, Cause::kNone);
+  expect_end(rig.end().result, MoveOutcome::kArrived, cause::None{});
 }
 
 TEST(MoverRest, ASecondStopChangesNothingAboutTheFirst) {
   MoverRig rig;
   ASSERT_FALSE(rig.start(MoveKind::kTransit, 10.0));
   rig.run(60);
-  rig.mover.halt(MoveOutcome::kStopped, Cause::kStopAsked, 1.0);
+  rig.mover.halt(MoveOutcome::kStopped, cause::StopAsked{});
   rig.run(5);
   const AxisAngles braking = rig.commanded;
-  rig.mover.halt(MoveOutcome::kRobotSilent, Cause::kLateReplies, 2.0);
+  rig.mover.halt(MoveOutcome::kRobotSilent, cause::LateReplies{2});
   rig.run(1);
   EXPECT_NE(rig.commanded, braking) << "still on its ramp";
   const auto end = rig.end();
-  expect_end(end.result, MoveOutcome::kStopped, Cause::kStopAsked, 0, 1.0);
+  expect_end(end.result, MoveOutcome::kStopped, cause::StopAsked{});
   // And at rest a stop is nothing at all.
-  rig.mover.halt(MoveOutcome::kStopped, Cause::kStopAsked);
+  rig.mover.halt(MoveOutcome::kStopped, cause::StopAsked{});
   EXPECT_FALSE(rig.mover.busy());
   EXPECT_FALSE(rig.cycle());
 }
@@ -160,9 +160,9 @@ TEST(MoverRest, StoppedWhileItSettlesAnArrivalIsAStop) {
   ASSERT_FALSE(rig.start(MoveKind::kTransit, 0.5));
   while (rig.commanded[1] < 0.5 * kDeg) rig.run(1);
   rig.run(10);
-  rig.mover.halt(MoveOutcome::kStopped, Cause::kStopAsked);
+  rig.mover.halt(MoveOutcome::kStopped, cause::StopAsked{});
   const auto end = rig.end();
-  expect_end(end.result, MoveOutcome::kStopped, Cause::kStopAsked);
+  expect_end(end.result, MoveOutcome::kStopped, cause::StopAsked{});
   EXPECT_EQ(end.cycles, 24) << "two windows of rest from the stop on";
 }
 
@@ -176,15 +176,15 @@ TEST(MoverRest, APacketThatIsDamagedHoldsEverythingButTheSensor) {
   rig.guard.set_alive(false);
   EXPECT_FALSE(rig.cycle(true, false));
   rig.guard.set_alive(true);
-  expect_end(rig.end().result, MoveOutcome::kContactSilent, Cause::kSensorDead);
+  expect_end(rig.end().result, MoveOutcome::kContactSilent, cause::SensorDead{});
 }
 
 TEST(MoverAbandoned, SaysWhereTheArmWasCommandedToAndWhy) {
   MoverRig rig;
   ASSERT_FALSE(rig.start(MoveKind::kTransit, 10.0));
   rig.run(60);
-  const CoreResult result = rig.mover.abandon(Cause::kSilence, 0.25);
-  expect_end(result, MoveOutcome::kRobotSilent, Cause::kSilence, 0, 0.25);
+  const CoreResult result = rig.mover.abandon(cause::Silence{0.25});
+  expect_end(result, MoveOutcome::kRobotSilent, cause::Silence{0.25});
   EXPECT_EQ(result.at_rad, rig.commanded);
   EXPECT_EQ(result.ipoc, rig.ipoc);
   EXPECT_EQ(result.id, rig.id);
@@ -195,13 +195,13 @@ TEST(MoverAbandoned, AnEarlierSilenceOfTheRobotStaysTheCauseAndNoOtherEnd) {
   MoverRig rig;
   ASSERT_FALSE(rig.start(MoveKind::kTransit, 10.0));
   rig.run(60);
-  rig.mover.halt(MoveOutcome::kRobotSilent, Cause::kLateReplies, 3.0);
-  expect_end(rig.mover.abandon(Cause::kSilence, 0.25), MoveOutcome::kRobotSilent,
-             Cause::kLateReplies, 0, 3.0);
+  rig.mover.halt(MoveOutcome::kRobotSilent, cause::LateReplies{3});
+  expect_end(rig.mover.abandon(cause::Silence{0.25}), MoveOutcome::kRobotSilent,
+             cause::LateReplies{3});
   ASSERT_FALSE(rig.start(MoveKind::kTransit, 1.0));
-  rig.mover.halt(MoveOutcome::kStopped, Cause::kStopAsked, 1.0);
-  expect_end(rig.mover.abandon(Cause::kSilence, 0.25), MoveOutcome::kRobotSilent, Cause::kSilence,
-             0, 0.25);
+  rig.mover.halt(MoveOutcome::kStopped, cause::StopAsked{});
+  expect_end(rig.mover.abandon(cause::Silence{0.25}), MoveOutcome::kRobotSilent,
+             cause::Silence{0.25});
 }
 
 TEST(MoverAbandoned, WithoutAnyPacketNobodyKnowsWhere) {
@@ -210,7 +210,7 @@ TEST(MoverAbandoned, WithoutAnyPacketNobodyKnowsWhere) {
   PositionRecord record;
   Mover mover(config, nullptr, record);
   ASSERT_FALSE(mover.start({4, MoveKind::kTransit, {1.0}, 0.0, 0}, {0.0}));
-  const CoreResult result = mover.abandon(Cause::kSilence, 0.5);
+  const CoreResult result = mover.abandon(cause::Silence{0.5});
   EXPECT_EQ(result.at_rad, AxisAngles{});
   EXPECT_EQ(result.ipoc, 0u);
   EXPECT_EQ(result.id, 4u);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "drivers/kuka/rsi/rsi_mover.h"
+#include "tests/drivers/kuka/expect_cause.h"
 #include "tests/drivers/kuka/rsi/scripted_guard.h"
 
 namespace cellcal::drivers {
@@ -81,13 +82,10 @@ class MoverRig {
   std::function<AxisAngles(const AxisAngles&)> arm = [](const AxisAngles& c) { return c; };
 };
 
-inline void expect_end(const CoreResult& result, MoveOutcome outcome, Cause cause, int axis = 0,
-                       double a = 0.0, double b = 0.0, double within = 1e-9) {
+inline void expect_end(const CoreResult& result, MoveOutcome outcome, const Cause& cause,
+                       double within = 1e-9) {
   EXPECT_EQ(result.outcome, outcome) << to_string(result.outcome);
-  EXPECT_EQ(result.cause, cause);
-  EXPECT_EQ(result.axis, axis);
-  EXPECT_NEAR(result.a, a, within);
-  EXPECT_NEAR(result.b, b, within);
+  expect_cause(result.cause, cause, within);
   EXPECT_EQ(result.latch.has_value(), outcome == MoveOutcome::kContact);
 }
 

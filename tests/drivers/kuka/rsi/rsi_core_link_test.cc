@@ -27,9 +27,9 @@ TEST(RsiLink, NothingMovesBeforeTheReference) {
   rig.krc.rsi_on();
   rig.run(500ms);
   const std::vector<double> before = rig.krc.setpoint_rad();
-  const MoveResult result = rig.move(MoveKind::kTransit, rig.moved_by(0, 5));
+  const CoreResult result = rig.move(MoveKind::kTransit, rig.moved_by(0, 5));
   EXPECT_EQ(result.outcome, MoveOutcome::kRefused);
-  EXPECT_TRUE(has(result.detail, "not referenced")) << result.detail;
+  EXPECT_TRUE(is<cause::NotReferenced>(result.cause)) << words(result);
   rig.run(500ms);
   EXPECT_EQ(rig.krc.setpoint_rad(), before);
 }
@@ -96,9 +96,9 @@ TEST(RsiLink, NoPacketAtAllBringsTheChecklist) {
        {"49152", "RSI", "PORT", "cable", "firewall", "other program", "hardware address"}) {
     EXPECT_TRUE(has(state.words, hint)) << hint;
   }
-  const MoveResult result = rig.move(MoveKind::kTransit, rig.commanded());
+  const CoreResult result = rig.move(MoveKind::kTransit, rig.commanded());
   EXPECT_EQ(result.outcome, MoveOutcome::kRefused);
-  EXPECT_TRUE(has(result.detail, "no packets")) << result.detail;
+  EXPECT_TRUE(is<cause::NoPackets>(result.cause)) << words(result);
 }
 
 TEST(RsiLink, WrongSentypeIsDiagnosed) {
@@ -173,9 +173,9 @@ TEST(RsiLink, SilenceEndsTheMoveAndNothingMovesAfterItUntilReferenced) {
   rig.run(300ms);
   rig.to_pc = false;
   const TimePoint unplugged = rig.now;
-  const MoveResult result = rig.finish();
+  const CoreResult result = rig.finish();
   EXPECT_EQ(result.outcome, MoveOutcome::kRobotSilent);
-  EXPECT_TRUE(has(result.detail, "no packet")) << result.detail;
+  EXPECT_TRUE(is<cause::Silence>(result.cause)) << words(result);
   EXPECT_LE(rig.now - unplugged, 16ms);
   EXPECT_EQ(rig.core.state().link, RobotLink::kLost);
   rig.run(500ms);

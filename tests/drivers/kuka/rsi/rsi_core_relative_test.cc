@@ -64,8 +64,8 @@ TEST(RsiRelative, ArrivesByIncrementsOfAtMostOneCyclesTravel) {
   AxisAngles target = rig.commanded();
   target[0] += 40 * kDeg;
   target[2] -= 10 * kDeg;
-  const MoveResult result = rig.move(MoveKind::kTransit, target);
-  EXPECT_EQ(result.outcome, MoveOutcome::kArrived) << result.detail;
+  const CoreResult result = rig.move(MoveKind::kTransit, target);
+  EXPECT_EQ(result.outcome, MoveOutcome::kArrived) << words(result);
   EXPECT_LE(rig.largest_deg, 100 * 0.004 + 2 * kUnitDeg);
   EXPECT_GE(rig.largest_deg, 99 * 0.004);
   EXPECT_TRUE(rig.still());
@@ -83,8 +83,8 @@ TEST(RsiRelative, WhatIsRoundedAwayIsSentWithTheNextReply) {
   RelativeRig rig({}, config);
   rig.make_ready();
   // 0.03 deg/s are 0.00012 deg per cycle: one or two units each.
-  const MoveResult result = rig.move(MoveKind::kTransit, rig.moved_by(0, 0.3), 10.0);
-  EXPECT_EQ(result.outcome, MoveOutcome::kArrived) << result.detail;
+  const CoreResult result = rig.move(MoveKind::kTransit, rig.moved_by(0, 0.3), 10.0);
+  EXPECT_EQ(result.outcome, MoveOutcome::kArrived) << words(result);
   EXPECT_NEAR(rig.krc.correction_deg()[0], 0.3, 1.01e-4);
 }
 
@@ -97,9 +97,9 @@ TEST(RsiRelative, AReplyThatIsLostEndsTheMoveByNameAndIsNeverCaughtUp) {
     (packet_lost ? rig.to_pc : rig.to_krc) = false;
     rig.cycle();
     rig.to_pc = rig.to_krc = true;
-    const MoveResult result = rig.finish();
+    const CoreResult result = rig.finish();
     EXPECT_EQ(result.outcome, MoveOutcome::kRobotSilent);
-    EXPECT_TRUE(has(result.detail, "never caught up")) << result.detail;
+    EXPECT_TRUE(is<cause::IncrementLost>(result.cause)) << words(result);
     EXPECT_LE(rig.largest_deg, 100 * 0.004 + 2 * kUnitDeg);
     EXPECT_TRUE(rig.still());
     EXPECT_EQ(rig.core.state().link, RobotLink::kNotReferenced);
@@ -141,7 +141,7 @@ TEST(RsiRelative, AMoveThatIsRefusedMeanwhileLosesNothing) {
   rig.begin(MoveKind::kTransit, rig.moved_by(0, 10));
   rig.run(100ms);
   rig.core.begin({99, MoveKind::kTransit, rig.moved_by(0, 5), 0.0, 0});
-  const auto refused = rig.core.poll();
+  const auto refused = rig.core.take_result();
   ASSERT_TRUE(refused);
   EXPECT_EQ(refused->id, 99u);
   EXPECT_EQ(rig.finish().outcome, MoveOutcome::kArrived);
@@ -161,7 +161,7 @@ TEST(RsiRelative, WhereDelayIsSentNoLongerTheReferenceIsGoneAtOnceAlsoAtRest) {
     rig.cycle();
     EXPECT_EQ(rig.core.core_state().link, moving ? RobotLink::kReady : RobotLink::kNotReferenced);
     if (!moving) continue;
-    const MoveResult ended = rig.finish();
+    const CoreResult ended = rig.finish();
     EXPECT_EQ(ended.outcome, MoveOutcome::kRobotSilent);
     EXPECT_EQ(ended.interruption, Interruption::kOther);
     EXPECT_EQ(rig.core.core_state().link, RobotLink::kNotReferenced);
@@ -255,8 +255,8 @@ TEST(RsiRelative, TripIsAnsweredWithZerosAndContactLatches) {
   rig.guard.push(ContactEventKind::kContact, kArm, rig.now);
   rig.cycle();
   EXPECT_TRUE(rig.still()) << "the very reply";
-  const MoveResult result = rig.finish();
-  ASSERT_EQ(result.outcome, MoveOutcome::kContact) << result.detail;
+  const CoreResult result = rig.finish();
+  ASSERT_EQ(result.outcome, MoveOutcome::kContact) << words(result);
   EXPECT_NEAR(result.latch->contact_rad[0], truth, 2e-4 * kDeg);
   EXPECT_EQ(rig.core.state().link, RobotLink::kReady);
 }
@@ -281,9 +281,9 @@ TEST(RsiRelative, ASilentClampIsNoticed) {
   krc.clamp_deg = 5.0;
   RelativeRig rig(krc);
   rig.make_ready();
-  const MoveResult result = rig.move(MoveKind::kTransit, rig.moved_by(0, 8), 1.0);
+  const CoreResult result = rig.move(MoveKind::kTransit, rig.moved_by(0, 8), 1.0);
   EXPECT_EQ(result.outcome, MoveOutcome::kNotFollowing);
-  EXPECT_TRUE(has(result.detail, "AXISCORR")) << result.detail;
+  EXPECT_TRUE(is<cause::AxisStands>(result.cause)) << words(result);
 }
 
 TEST(RsiRelative, WithoutDelayItIsNotDriven) {
@@ -316,9 +316,9 @@ TEST(RsiRelative, WhereDelayIsSentNoLongerItIsNotDrivenOn) {
       rig.krc.rsi_on();
       rig.run(300ms);
     } else {
-      const MoveResult result = rig.finish();
-      EXPECT_EQ(result.outcome, MoveOutcome::kRobotSilent) << result.detail;
-      EXPECT_TRUE(has(result.detail, "Delay")) << result.detail;
+      const CoreResult result = rig.finish();
+      EXPECT_EQ(result.outcome, MoveOutcome::kRobotSilent) << words(result);
+      EXPECT_TRUE(is<cause::DelayGone>(result.cause)) << words(result);
     }
     EXPECT_EQ(rig.core.state().link, RobotLink::kNotReferenced);
     rig.core.rereference();
@@ -341,7 +341,7 @@ TEST(RsiRelative, ARunningSessionIsHeldWithZerosAndItsSumIsReadFromAspos) {
     // Another process takes over.
     const std::vector<double> held = rig.krc.correction_deg();
     RsiCore fresh(config, &rig.guard);
-    std::optional<MoveResult> result;
+    std::optional<CoreResult> result;
     const auto run = [&](int cycles) {
       for (int i = 0; i < cycles && !result; ++i) {
         rig.now += rig.krc.cycle();
@@ -350,7 +350,7 @@ TEST(RsiRelative, ARunningSessionIsHeldWithZerosAndItsSumIsReadFromAspos) {
         const std::string reply(fresh.on_datagram(packet, rig.now + 100us));
         ASSERT_FALSE(reply.empty()) << "always answered: increments of zero move nothing";
         rig.krc.receive(rig.heard(std::string(reply)));
-        result = fresh.poll();
+        result = fresh.take_result();
       }
     };
     run(100);
@@ -370,7 +370,7 @@ TEST(RsiRelative, ARunningSessionIsHeldWithZerosAndItsSumIsReadFromAspos) {
     run(10);
     ASSERT_TRUE(result);
     EXPECT_EQ(result->outcome, MoveOutcome::kRefused) << "15 and 6 are more than 20";
-    EXPECT_TRUE(has(result->detail, "21.0")) << result->detail;
+    expect_cause(result->cause, cause::CorrectionLimit{0, 21.0, 20.0}, 1e-3);
   }
 }
 

@@ -80,13 +80,13 @@ class ForeignPeer {
     core().rereference();
     return run_until([&] { return core().state().link == RobotLink::kReady; }, 200);
   }
-  MoveResult move(MoveKind kind, double a1_deg, double cruise_s = 0.0, std::uint16_t arm_id = 0) {
+  CoreResult move(MoveKind kind, double a1_deg, double cruise_s = 0.0, std::uint16_t arm_id = 0) {
     AxisAngles target = core().state().commanded_rad;
     target[0] += a1_deg * kDeg;
     core().begin({++last_id, kind, target, cruise_s, arm_id});
-    std::optional<MoveResult> result;
-    EXPECT_TRUE(run_until([&] { return (result = core().poll()).has_value(); })) << words();
-    return result.value_or(MoveResult{});
+    std::optional<CoreResult> result;
+    EXPECT_TRUE(run_until([&] { return (result = core().take_result()).has_value(); })) << words();
+    return result.value_or(CoreResult{});
   }
   RsiCore& core() const { return *adapter; }
   std::string words() const { return core().state().words; }
@@ -115,12 +115,12 @@ class ForeignPeer {
 /// Everything a session needs: a transit, a search that meets nothing, and the way back.
 void expect_moves(ForeignPeer& peer) {
   ASSERT_TRUE(peer.make_ready()) << peer.words();
-  const MoveResult there = peer.move(MoveKind::kTransit, 2.0);
-  EXPECT_EQ(there.outcome, MoveOutcome::kArrived) << there.detail;
+  const CoreResult there = peer.move(MoveKind::kTransit, 2.0);
+  EXPECT_EQ(there.outcome, MoveOutcome::kArrived) << words(there);
   EXPECT_NEAR(peer.actual_deg[0], 2.0, 1e-4);
   peer.guard.arm(7);
-  const MoveResult search = peer.move(MoveKind::kSearch, 0.3, 1.0, 7);
-  EXPECT_EQ(search.outcome, MoveOutcome::kArrived) << search.detail;
+  const CoreResult search = peer.move(MoveKind::kSearch, 0.3, 1.0, 7);
+  EXPECT_EQ(search.outcome, MoveOutcome::kArrived) << words(search);
   EXPECT_EQ(peer.move(MoveKind::kTransit, -2.3).outcome, MoveOutcome::kArrived);
   EXPECT_NEAR(peer.actual_deg[0], 0.0, 1e-4);
 }
@@ -217,9 +217,9 @@ TEST(RsiForeignPeer, SetpointThatHoldsTheCorrectionIsUnderstood) {
 TEST(RsiForeignPeer, RoundingShowsWithTheFirstChangeAndStopsTheMove) {
   ForeignPeer peer({.fixed_decimals = 1});
   ASSERT_TRUE(peer.make_ready()) << "-90.0 may be exact: " << peer.words();
-  const MoveResult result = peer.move(MoveKind::kTransit, 5.0);
+  const CoreResult result = peer.move(MoveKind::kTransit, 5.0);
   EXPECT_EQ(result.outcome, MoveOutcome::kNotFollowing);
-  EXPECT_TRUE(has(result.detail, "1 decimals")) << result.detail;
+  expect_cause(result.cause, cause::TooCoarse{1});
   EXPECT_LT(peer.actual_deg[0], 1.0) << "braked from the first change on";
   peer.core().rereference();
   EXPECT_FALSE(peer.run_until([&] { return peer.core().state().link == RobotLink::kReady; }, 500));

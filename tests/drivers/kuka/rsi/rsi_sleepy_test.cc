@@ -57,7 +57,7 @@ class SleepyRig {
                      5s) &&
            link() == RobotLink::kReady;
   }
-  MoveResult move(MoveKind kind, double a1_deg, double cruise_s = 0.0, std::uint16_t arm_id = 0) {
+  CoreResult move(MoveKind kind, double a1_deg, double cruise_s = 0.0, std::uint16_t arm_id = 0) {
     begin(kind, a1_deg, cruise_s, arm_id);
     return finish();
   }
@@ -66,10 +66,11 @@ class SleepyRig {
     target[0] += a1_deg * kDeg;
     core->begin({++last_id, kind, target, cruise_s, arm_id});
   }
-  MoveResult finish() {
-    std::optional<MoveResult> result;
-    EXPECT_TRUE(run_until([&] { return (result = core->poll()).has_value(); }, 60s)) << words();
-    return result.value_or(MoveResult{});
+  CoreResult finish() {
+    std::optional<CoreResult> result;
+    EXPECT_TRUE(run_until([&] { return (result = core->take_result()).has_value(); }, 60s))
+        << words();
+    return result.value_or(CoreResult{});
   }
   std::string words() const { return core->state().words; }
 
@@ -101,8 +102,8 @@ Touch touch(SleepyRig& rig, double speed_deg_s, std::uint16_t arm) {
   rig.run(1ms);
   rig.guard.trip(arm, edge);
   rig.guard.push(ContactEventKind::kContact, arm, edge);
-  const MoveResult result = rig.finish();
-  EXPECT_EQ(result.outcome, MoveOutcome::kContact) << result.detail;
+  const CoreResult result = rig.finish();
+  EXPECT_EQ(result.outcome, MoveOutcome::kContact) << drivers::words(result);
   if (!result.latch) return {HUGE_VAL, 0.0};
   EXPECT_EQ(rig.move(MoveKind::kRetreat, -2.0).outcome, MoveOutcome::kArrived) << rig.words();
   return {(result.latch->contact_rad[0] - truth) / (speed_deg_s * kDeg),
@@ -280,8 +281,8 @@ TEST(RsiLink, ANetworkThatBecameSlowerMovesNoContactAndShowsInItsSigma) {
   const double truth = rig.krc.actual_rad_at(edge)[0];
   rig.guard.trip(kArm, edge);
   rig.guard.push(ContactEventKind::kContact, kArm, edge);
-  const MoveResult result = rig.finish();
-  ASSERT_EQ(result.outcome, MoveOutcome::kContact) << result.detail;
+  const CoreResult result = rig.finish();
+  ASSERT_EQ(result.outcome, MoveOutcome::kContact) << drivers::words(result);
   EXPECT_NEAR(result.latch->contact_rad[0], truth, 1.5e-4 * kDeg);
   EXPECT_NEAR(result.latch->time_sigma_s, 6.9e-3, 1e-4);
 }

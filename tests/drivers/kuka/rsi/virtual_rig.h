@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "drivers/robot.h"
+#include "tests/drivers/kuka/expect_cause.h"
 #include "tests/drivers/kuka/rsi/scripted_guard.h"
 
 namespace cellcal::drivers {
@@ -34,15 +35,15 @@ class VirtualRig {
     rig().core.begin({++last_id, kind, target, cruise_s, armed_as});
   }
   /// Runs until the move has ended.
-  MoveResult finish(Duration limit = 30s) {
-    std::optional<MoveResult> result;
-    EXPECT_TRUE(run_until([&] { return (result = rig().core.poll()).has_value(); }, limit))
+  CoreResult finish(Duration limit = 30s) {
+    std::optional<CoreResult> result;
+    EXPECT_TRUE(run_until([&] { return (result = rig().core.take_result()).has_value(); }, limit))
         << "no result";
     if (!result) return {};
     EXPECT_EQ(result->id, last_id);
     return *result;
   }
-  MoveResult move(MoveKind kind, const AxisAngles& target, double cruise_s = 0.0,
+  CoreResult move(MoveKind kind, const AxisAngles& target, double cruise_s = 0.0,
                   std::uint16_t armed_as = 0) {
     begin(kind, target, cruise_s, armed_as);
     return finish();

@@ -48,8 +48,8 @@ TEST_F(SpaceSearch, TripFreezesTheVeryReplyAndContactLatches) {
   rig.run(20ms);
   rig.guard.push(ContactEventKind::kContact, kArm, edge, 3);
   rig.guard.touch(true);
-  const MoveResult result = rig.finish();
-  ASSERT_EQ(result.outcome, MoveOutcome::kContact) << result.detail;
+  const CoreResult result = rig.finish();
+  ASSERT_EQ(result.outcome, MoveOutcome::kContact) << words(result);
   EXPECT_EQ(said(rig.reply), last);
   ASSERT_TRUE(result.latch);
   EXPECT_NEAR(result.latch->reaction_s, 2.55e-3, 1e-6);
@@ -75,7 +75,7 @@ TEST_F(SpaceSearch, StopFreezesInTheNextReply) {
 TEST_F(SpaceSearch, SilenceEndsTheMoveAndNothingMovesAfterItUntilReferenced) {
   search();
   rig.to_pc = false;
-  const MoveResult result = rig.finish();
+  const CoreResult result = rig.finish();
   EXPECT_EQ(result.outcome, MoveOutcome::kRobotSilent);
   EXPECT_EQ(rig.core.state().link, RobotLink::kLost);
   rig.to_pc = true;
@@ -98,9 +98,9 @@ TEST_F(SpaceSearch, LateRepliesEndTheMove) {
     rig.to_krc = true;
     rig.run(40ms);
   }
-  const MoveResult result = rig.finish();
-  EXPECT_EQ(result.outcome, MoveOutcome::kRobotSilent) << result.detail;
-  EXPECT_NE(result.detail.find("late replies"), std::string::npos) << result.detail;
+  const CoreResult result = rig.finish();
+  EXPECT_EQ(result.outcome, MoveOutcome::kRobotSilent) << words(result);
+  EXPECT_TRUE(is<cause::LateReplies>(result.cause)) << words(result);
 }
 
 TEST_F(SpaceSearch, EndOfTheSessionStopsTheControllersProgram) {
@@ -140,9 +140,9 @@ class SpaceTakeover {
     for (std::size_t i = 0; i < 6; ++i) target[i] += way * by_deg[i] * kDeg;
     core->begin({1, MoveKind::kTransit, target, 0.0, 0});
     run(3s);
-    const auto result = core->poll();
+    const auto result = core->take_result();
     EXPECT_TRUE(result && result->outcome == MoveOutcome::kArrived)
-        << (result ? result->detail : core->state().words);
+        << (result ? words(*result) : core->state().words);
     return result && result->outcome == MoveOutcome::kArrived;
   }
   void run(Duration duration, bool connected = true) {
