@@ -7,6 +7,7 @@
 
 #include "calib/estimate/parallel.h"
 #include "calib/model/error.h"
+#include "calib/model/median.h"
 
 namespace cellcal::calib {
 
@@ -81,12 +82,6 @@ std::vector<Off> studentised(const Problem& problem, const Eigen::VectorXd& u,
     }
   }
   return off;
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 std::vector<bool> fit_touches(const Problem& problem) {

@@ -6,6 +6,8 @@
 #include <numeric>
 #include <set>
 
+#include "calib/model/median.h"
+
 namespace cellcal::calib {
 
 namespace {
@@ -27,12 +29,6 @@ constexpr double kNoFigureShare = 0.25, kEnoughDegrees = 3.0;
 /// its group is left out, for which one is wrong cannot be told of two.
 constexpr double kGross = 6.0;
 constexpr double kMadToSigma = 1.4826;
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 bool same_place(const Touch& a, const Touch& b) {
   for (std::size_t k = 0; k < a.joint_rad.size(); ++k)

@@ -7,6 +7,8 @@
 #include <numbers>
 #include <vector>
 
+#include "calib/model/median.h"
+
 namespace cellcal::daemon {
 
 namespace {
@@ -21,12 +23,6 @@ constexpr double kChangeS = 0.002;
 constexpr double kSigmas = 4.0;
 constexpr double kMs = 1e3;
 
-double middle_of(std::vector<double> values) {
-  const auto half = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), half, values.end());
-  return *half;
-}
-
 }  // namespace
 
 std::optional<ContactDelay> contact_delay(std::span<const FastAndSlow> touches, double fast_m_s,
@@ -38,11 +34,11 @@ std::optional<ContactDelay> contact_delay(std::span<const FastAndSlow> touches, 
     delays.push_back((touch.fast_m - touch.slow_m) / difference);
   ContactDelay result;
   result.touches = static_cast<int>(delays.size());
-  result.delay_s = middle_of(delays);
+  result.delay_s = calib::median(delays);
   for (double& delay : delays) delay = std::abs(delay - result.delay_s);
   // Of a normal distribution: sigma from the middle deviation, and of the middle of n values.
   constexpr double kSigmaOfMiddleDeviation = 1.4826;
-  result.sigma_s = kSigmaOfMiddleDeviation * middle_of(delays) *
+  result.sigma_s = kSigmaOfMiddleDeviation * calib::median(delays) *
                    std::sqrt(std::numbers::pi / 2.0 / result.touches);
   return result;
 }

@@ -10,6 +10,7 @@
 
 #include "calib/files/files.h"
 #include "calib/identify/identify.h"
+#include "calib/model/median.h"
 #include "calib/model/random.h"
 #include "drivers/units.h"
 #include "sim/cell/compare.h"
@@ -40,13 +41,6 @@ struct Figures {
   std::vector<double> m2, m2_max, m3, m3_max, predicted_m3, before;
   int published = 0, failed = 0;
 };
-
-double median(std::vector<double> values) {
-  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
-  std::sort(values.begin(), values.end());
-  const std::size_t n = values.size();
-  return n % 2 == 1 ? values[n / 2] : (values[n / 2 - 1] + values[n / 2]) / 2.0;
-}
 
 void add(const Options& options, const calib::Cell& cell, int touches, int robot, Figures& f) {
   const std::uint64_t seed = options.seed + static_cast<std::uint64_t>(robot);
@@ -135,14 +129,16 @@ int run(const Options& options) {
       for (int robot = 0; robot < options.robots; ++robot)
         add(options, layout.cell, touches, robot, f);
       fmt::print("{:<19} {:>7} {:>8.3f} {:>8.3f} {:>8.3f} {:>8.3f} {:>12.3f} {:>7}/{}\n",
-                 layout.name, touches, median(f.m2), median(f.m2_max), median(f.m3),
-                 median(f.m3_max), median(f.predicted_m3), f.published, options.robots);
+                 layout.name, touches, calib::median_between(f.m2), calib::median_between(f.m2_max),
+                 calib::median_between(f.m3), calib::median_between(f.m3_max),
+                 calib::median_between(f.predicted_m3), f.published, options.robots);
       std::fflush(stdout);
-      if (touches == kTouches[std::size(kTouches) - 1]) last.push_back(median(f.m3));
+      if (touches == kTouches[std::size(kTouches) - 1]) last.push_back(calib::median_between(f.m3));
       before.insert(before.end(), f.before.begin(), f.before.end());
     }
   }
-  fmt::print("{:<19} {:>7} {:>8} {:>8} {:>8.3f}\n", "not calibrated", "", "", "", median(before));
+  fmt::print("{:<19} {:>7} {:>8} {:>8} {:>8.3f}\n", "not calibrated", "", "", "",
+             calib::median_between(before));
   conclude(all, last);
   return 0;
 }

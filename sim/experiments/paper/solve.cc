@@ -8,6 +8,7 @@
 #include "calib/estimate/solve.h"
 #include "calib/estimate/start.h"
 #include "calib/identify/identify.h"
+#include "calib/model/median.h"
 #include "calib/seed_paper/paper.h"
 #include "sim/experiments/paper/accuracy.h"
 
@@ -57,12 +58,6 @@ std::vector<double> convergence(const Task& task) {
   return mean_m;
 }
 
-double median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  const std::size_t n = values.size();
-  return n % 2 == 1 ? values[n / 2] : (values[n / 2 - 1] + values[n / 2]) / 2.0;
-}
-
 void add_workspace_errors(Conditions conditions, unsigned seed, std::vector<double>& paper,
                           std::vector<double>& ours) {
   conditions.seed = seed;
@@ -92,8 +87,8 @@ Placings solve_placings(int count) {
     add_workspace_errors(simulation_conditions(), seed, simulation_paper, simulation_ours);
     add_workspace_errors(experiment_conditions(), seed, experiment_paper, experiment_ours);
   }
-  return {count, median(simulation_paper), median(simulation_ours), median(experiment_paper),
-          median(experiment_ours)};
+  return {count, calib::median_between(simulation_paper), calib::median_between(simulation_ours),
+          calib::median_between(experiment_paper), calib::median_between(experiment_ours)};
 }
 
 }  // namespace cellcal::sim::paper

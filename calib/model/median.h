@@ -1,0 +1,29 @@
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <limits>
+#include <vector>
+
+namespace cellcal::calib {
+
+/// The middle one; of an even number the upper of the two. There must be one.
+inline double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// Of an even number the mean of the two in the middle, as tables of results have it; of none not a
+/// number.
+inline double median_between(std::vector<double> values) {
+  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
+  const double upper = median(values);
+  if (values.size() % 2 == 1) return upper;
+  std::nth_element(values.begin(),
+                   values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2 - 1),
+                   values.end());
+  return (values[values.size() / 2 - 1] + upper) / 2.0;
+}
+
+}  // namespace cellcal::calib
