@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <list>
 
 #include "calib/estimate/level_family.h"
@@ -88,31 +89,22 @@ void LevelSums::add(const Problem& problem, const Linearisation& rows) {
   for (Gathered& g : impl_->gathered) gather(problem, rows, impl_->groups, g);  // (34)
 }
 
-LevelMean LevelSums::mean() const {
-  const Groups& groups = impl_->groups;
-  const Eigen::Index size = impl_->start.size();
-  std::list<Eliminated> eliminated;
-  std::list<Family> families;
-  struct Solved {
-    Step step;
-    const Family* family;
-  };
+namespace {
+
+struct Solved {
+  Step step;
+  const Family* family;
+};
+
+/// The levels' solutions, the likeliest first. Families and what they stand on must live as long.
+std::vector<Solved> solve_all(std::span<const ModelLevel> levels,
+                              const std::function<Family*(const ModelLevel&)>& family_of) {
   std::vector<Solved> solved;
-  for (const ModelLevel& level : impl_->levels) {
-    auto f = std::find_if(families.begin(), families.end(), [&](const Family& other) {
-      return other.ripple_rad() == level.ripple_rad && other.compliance() == level.compliance;
-    });
-    if (f == families.end()) {
-      auto plain = std::find_if(eliminated.begin(), eliminated.end(), [&](const Eliminated& other) {
-        return other.g.ripple_rad == level.ripple_rad;
-      });
-      if (plain == eliminated.end())
-        plain = eliminated.emplace(plain, groups, impl_->of(level.ripple_rad));
-      f = families.emplace(f, groups, *plain, impl_->start, level.compliance);
-    }
-    Step step = f->solve(level);
+  for (const ModelLevel& level : levels) {
+    Family* family = family_of(level);
+    Step step = family->solve(level);
     step.log_evidence += log_prior(level);
-    if (step.solved) solved.push_back({std::move(step), &*f});
+    if (step.solved) solved.push_back({std::move(step), family});
   }
   if (solved.empty())
     throw IdentifyError(
@@ -121,6 +113,20 @@ LevelMean LevelSums::mean() const {
   std::stable_sort(solved.begin(), solved.end(), [](const Solved& a, const Solved& b) {
     return a.step.log_evidence > b.step.log_evidence;
   });
+  return solved;
+}
+
+/// What the levels that have a say add up to, in the groups' order.
+struct Weighed {
+  Eigen::VectorXd mean;
+  std::vector<Eigen::VectorXd> solutions;
+  std::vector<double> weight;  ///< of each
+  std::size_t heard = 0;       ///< those that bring their covariances
+  double sum_heard = 0.0;
+};
+
+/// Also the levels and their means in `result`.
+Weighed weigh(const std::vector<Solved>& solved, Eigen::Index size, LevelMean& result) {
   const double best = solved.front().step.log_evidence;
   double sum = 0.0, sum_with_say = 0.0;
   for (const Solved& s : solved) {
@@ -128,44 +134,72 @@ LevelMean LevelSums::mean() const {
     sum += likelihood;
     if (best - s.step.log_evidence <= kHopeless) sum_with_say += likelihood;
   }
-
-  LevelMean result;
-  Eigen::VectorXd mean = Eigen::VectorXd::Zero(size);
-  std::vector<Eigen::VectorXd> solutions;  // of the levels that have a say
-  std::vector<double> weight;              // of each
-  std::size_t heard = 0;
-  double sum_heard = 0.0;
+  Weighed all;
+  all.mean = Eigen::VectorXd::Zero(size);
   for (const Solved& s : solved) {
     const double likelihood = std::exp(s.step.log_evidence - best);
     result.levels.push_back({s.step.level, s.step.log_evidence, likelihood / sum});
     if (best - s.step.log_evidence > kHopeless) continue;
-    weight.push_back(likelihood / sum_with_say);
-    solutions.push_back(s.family->solution(s.step));
-    mean += weight.back() * solutions.back();  // (27)
-    if (sum_heard > kHeard) continue;
-    ++heard;
-    sum_heard += weight.back();
-    result.ripple_rad += weight.back() * std::pow(s.step.level.ripple_rad, 2);
-    result.transmission += weight.back() * std::pow(s.step.level.transmission, 2);
-    result.compliance += weight.back() * std::pow(s.step.level.compliance, 2);
+    const double weight = likelihood / sum_with_say;
+    all.weight.push_back(weight);
+    all.solutions.push_back(s.family->solution(s.step));
+    all.mean += weight * all.solutions.back();  // (27)
+    if (all.sum_heard > kHeard) continue;
+    ++all.heard;
+    all.sum_heard += weight;
+    result.ripple_rad += weight * std::pow(s.step.level.ripple_rad, 2);
+    result.transmission += weight * std::pow(s.step.level.transmission, 2);
+    result.compliance += weight * std::pow(s.step.level.compliance, 2);
   }
-  result.ripple_rad = std::sqrt(result.ripple_rad / sum_heard);
-  result.transmission = std::sqrt(result.transmission / sum_heard);
-  result.compliance = std::sqrt(result.compliance / sum_heard);
-  // (27): within the levels, and between them.
-  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(size, size);
+  result.ripple_rad = std::sqrt(result.ripple_rad / all.sum_heard);
+  result.transmission = std::sqrt(result.transmission / all.sum_heard);
+  result.compliance = std::sqrt(result.compliance / all.sum_heard);
+  return all;
+}
+
+/// (27): within the levels, and between them.
+Eigen::MatrixXd covariance_of(const std::list<Family>& families, const std::vector<Solved>& solved,
+                              const Weighed& all) {
+  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(all.mean.size(), all.mean.size());
   for (const Family& family : families) {
     std::vector<std::pair<const Step*, double>> own;
-    for (std::size_t k = 0; k < heard; ++k)
-      if (solved[k].family == &family) own.emplace_back(&solved[k].step, weight[k] / sum_heard);
+    for (std::size_t k = 0; k < all.heard; ++k)
+      if (solved[k].family == &family)
+        own.emplace_back(&solved[k].step, all.weight[k] / all.sum_heard);
     if (!own.empty()) family.add_covariance(own, covariance);
   }
-  for (std::size_t k = 0; k < solutions.size(); ++k) {
-    const Eigen::VectorXd off = solutions[k] - mean;
-    covariance.noalias() += (weight[k] * off) * off.transpose();
+  for (std::size_t k = 0; k < all.solutions.size(); ++k) {
+    const Eigen::VectorXd off = all.solutions[k] - all.mean;
+    covariance.noalias() += (all.weight[k] * off) * off.transpose();
   }
+  return covariance;
+}
+
+}  // namespace
+
+LevelMean LevelSums::mean() const {
+  const Groups& groups = impl_->groups;
+  const Eigen::Index size = impl_->start.size();
+  std::list<Eliminated> eliminated;
+  std::list<Family> families;
+  const auto family_of = [&](const ModelLevel& level) {
+    auto f = std::find_if(families.begin(), families.end(), [&](const Family& other) {
+      return other.ripple_rad() == level.ripple_rad && other.compliance() == level.compliance;
+    });
+    if (f != families.end()) return &*f;
+    auto plain = std::find_if(eliminated.begin(), eliminated.end(), [&](const Eliminated& other) {
+      return other.g.ripple_rad == level.ripple_rad;
+    });
+    if (plain == eliminated.end())
+      plain = eliminated.emplace(plain, groups, impl_->of(level.ripple_rad));
+    return &*families.emplace(f, groups, *plain, impl_->start, level.compliance);
+  };
+  const std::vector<Solved> solved = solve_all(impl_->levels, family_of);
+  LevelMean result;
+  const Weighed all = weigh(solved, size, result);
+  const Eigen::MatrixXd covariance = covariance_of(families, solved, all);
   result.u.resize(size);
-  result.u(groups.order) = mean;
+  result.u(groups.order) = all.mean;
   result.covariance_u.resize(size, size);
   result.covariance_u(groups.order, groups.order) = covariance;
   return result;

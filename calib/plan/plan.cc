@@ -105,6 +105,76 @@ double off_segment(const JointVector& q, const JointVector& a, const JointVector
   return worst;
 }
 
+/// Those wanted for the fit; throws where too few can be reached.
+Choice choose_connected(const Cell& cell, const PlanOptions& options, ChooseOptions& how,
+                        Pool& pool) {
+  const std::vector<Candidate>& candidates = pool.candidates();
+  Choice choice = choose(cell, candidates, how);
+  // Where simple ways lead to too few touches, others are looked for.
+  std::vector<int> made(cell.targets.size(), 0);
+  for (const std::size_t i : choice.picked) ++made[candidates[i].target];
+  bool harder = false;
+  for (std::size_t t = 0; t < made.size(); ++t)
+    if (made[t] < how.least_per_target) harder = pool.try_harder(t) || harder;
+  if (harder) choice = choose(cell, candidates, how);
+  if (static_cast<int>(choice.picked.size()) < options.fit_touches)
+    throw PlanError(
+        fmt::format("only {} of {} touches can be reached by a clear way; move the targets nearer "
+                    "to the middle of the workspace or ask for fewer touches",
+                    choice.picked.size(), options.fit_touches));
+  return choice;
+}
+
+/// Exchanges them for others beside them, as long as that brings enough.
+void look_around(const Cell& cell, const PlanOptions& options, ChooseOptions& how, Pool& pool,
+                 Choice& choice) {
+  const std::size_t spread = pool.candidates().size();
+  Random random(options.seed + 2);
+  for (const double by_rad : kLookAroundRad) {
+    choice.picked = pool.forget(spread, std::move(choice.picked));
+    pool.vary(choice.picked, std::min(kMostAround, kAroundEach * options.fit_touches), by_rad,
+              random);
+    how.start = choice.picked;
+    const double before_m = choice.untold_m;
+    choice = choose(cell, pool.candidates(), how);
+    if (choice.untold_m > (1.0 - kAroundIsWorth) * before_m) break;
+  }
+}
+
+/// The picked, and behind them check touches out of the first `spread` candidates, drawn at random:
+/// they stand for all that the fit has not seen.
+std::vector<Chosen> with_check_touches(const Cell& cell, const std::vector<std::size_t>& picked,
+                                       std::size_t spread, int targets, const PlanOptions& options,
+                                       Pool& pool) {
+  const std::vector<Candidate>& candidates = pool.candidates();
+  std::vector<bool> taken(candidates.size(), false), fitted(cell.targets.size(), false);
+  std::vector<Chosen> todo;
+  for (const std::size_t i : picked) {
+    taken[i] = true;
+    fitted[candidates[i].target] = true;
+    todo.push_back({candidates[i], TouchSet::kFit});
+  }
+  Random random(options.seed + 1);
+  for (int k = 0; k < options.check_touches; ++k) {
+    std::vector<std::size_t> free;  // target by target, and only where a fit touch is
+    for (int turn = 0; turn < targets && free.empty(); ++turn)
+      for (std::size_t i = 0; i < spread; ++i)
+        if (!taken[i] && fitted[candidates[i].target] &&
+            static_cast<int>(candidates[i].target) % targets == (k + turn) % targets)
+          free.push_back(i);
+    if (free.empty())
+      throw PlanError("there are not enough reachable touches left for the check; ask for fewer");
+    const std::size_t pick = free[random.below(free.size())];
+    taken[pick] = true;
+    if (!pool.connected(pick)) {
+      --k;
+      continue;
+    }
+    todo.push_back({candidates[pick], TouchSet::kCheck});
+  }
+  return todo;
+}
+
 }  // namespace
 
 Plan make_plan(const Cell& cell, const PlanOptions& options, const JointVector& from) {
@@ -128,69 +198,20 @@ Plan make_plan(const Cell& cell, const PlanOptions& options, const JointVector& 
         "cell, {} are wanted; move the targets nearer to the middle of the workspace or ask for "
         "fewer touches",
         candidates.size(), total));
-  const int least = std::min(std::max(kLeastPerSphere, options.fit_touches / (2 * targets)),
-                             options.fit_touches / targets);
   ChooseOptions how;
   how.count = options.fit_touches;
-  how.least_per_target = least;
+  how.least_per_target = std::min(std::max(kLeastPerSphere, options.fit_touches / (2 * targets)),
+                                  options.fit_touches / targets);
   how.criterion = options.criterion;
   how.interest = options.interest;
   how.exchanges = kExchanges;
   how.seed = options.seed;
   how.possible = [&](std::size_t i) { return pool.connected(i); };
-  Choice choice = choose(cell, candidates, how);
-  // Where simple ways lead to too few touches, others are looked for.
-  std::vector<int> made(cell.targets.size(), 0);
-  for (const std::size_t i : choice.picked) ++made[candidates[i].target];
-  bool harder = false;
-  for (std::size_t t = 0; t < made.size(); ++t)
-    if (made[t] < least) harder = pool.try_harder(t) || harder;
-  if (harder) choice = choose(cell, candidates, how);
-  if (static_cast<int>(choice.picked.size()) < options.fit_touches)
-    throw PlanError(
-        fmt::format("only {} of {} touches can be reached by a clear way; move the targets nearer "
-                    "to the middle of the workspace or ask for fewer touches",
-                    choice.picked.size(), options.fit_touches));
+  Choice choice = choose_connected(cell, options, how, pool);
   const std::size_t spread = candidates.size();  // those that are spread out over all targets
-  if (options.criterion == Criterion::kI) {
-    Random random(options.seed + 2);
-    for (const double by_rad : kLookAroundRad) {
-      choice.picked = pool.forget(spread, std::move(choice.picked));
-      pool.vary(choice.picked, std::min(kMostAround, kAroundEach * options.fit_touches), by_rad,
-                random);
-      how.start = choice.picked;
-      const double before_m = choice.untold_m;
-      choice = choose(cell, candidates, how);
-      if (choice.untold_m > (1.0 - kAroundIsWorth) * before_m) break;
-    }
-  }
-  std::vector<bool> taken(candidates.size(), false);
-  std::vector<bool> fitted(cell.targets.size(), false);
-  std::vector<Chosen> todo;
-  for (const std::size_t i : choice.picked) {
-    taken[i] = true;
-    fitted[candidates[i].target] = true;
-    todo.push_back({candidates[i], TouchSet::kFit});
-  }
-  // Check touches are drawn at random: they stand for all that the fit has not seen.
-  Random random(options.seed + 1);
-  for (int k = 0; k < options.check_touches; ++k) {
-    std::vector<std::size_t> free;  // target by target, and only where a fit touch is
-    for (int turn = 0; turn < targets && free.empty(); ++turn)
-      for (std::size_t i = 0; i < spread; ++i)
-        if (!taken[i] && fitted[candidates[i].target] &&
-            static_cast<int>(candidates[i].target) % targets == (k + turn) % targets)
-          free.push_back(i);
-    if (free.empty())
-      throw PlanError("there are not enough reachable touches left for the check; ask for fewer");
-    const std::size_t pick = free[random.below(free.size())];
-    taken[pick] = true;
-    if (!pool.connected(pick)) {
-      --k;
-      continue;
-    }
-    todo.push_back({candidates[pick], TouchSet::kCheck});
-  }
+  if (options.criterion == Criterion::kI) look_around(cell, options, how, pool, choice);
+  std::vector<Chosen> todo =
+      with_check_touches(cell, choice.picked, spread, targets, options, pool);
   const JointVector start = from.empty() ? pool.middle() : from;
   if (const auto what = pool.clearance().hit(start, kTipMarginM))
     throw PlanError(
