@@ -2,10 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
+#include "calib/linear/cholesky.h"
 #include "calib/model/units.h"
 
 namespace cellcal::calib {
@@ -78,8 +78,8 @@ std::vector<SizeResult> sizes_by_others(const Problem& problem, const Estimate& 
     all.information.selfadjointView<Eigen::Lower>().rankUpdate(by.transpose());
     all.pull += linear.residual[row] * by.transpose();
   }
-  const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> factor(all.information);
-  if (factor.info() != Eigen::Success) return {};
+  const Cholesky factor(all.information);
+  if (!factor.positive()) return {};
   std::vector<SizeResult> sizes;
   const auto ask = [&](const Said& own, const std::string& target) {
     const Eigen::VectorXd reached = factor.solve(own.by_all);

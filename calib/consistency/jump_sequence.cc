@@ -1,13 +1,15 @@
 #include "calib/consistency/jump_sequence.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 #include "calib/consistency/session_order.h"
 #include "calib/estimate/repeats.h"
 #include "calib/estimate/target_place.h"
+#include "calib/linear/cholesky.h"
+#include "calib/model/median.h"
 #include "calib/result/level.h"
 
 namespace cellcal::calib {
@@ -43,8 +45,7 @@ void by_jumps(const Problem& problem, const Problem::At& at, std::size_t touch, 
 // (50)
 double squared_sigmas(Eigen::MatrixXd information, const Eigen::VectorXd& pull, double usual) {
   information.diagonal().array() += 1.0 / (usual * usual);
-  const Eigen::LDLT<Eigen::MatrixXd> factor(information);
-  return factor.isPositive() ? pull.dot(factor.solve(pull)) : 0.0;
+  return inverse_square(information, pull);
 }
 
 JumpSequence::JumpSequence(const Cell& cell, const std::vector<Touch>& touches,
@@ -183,9 +184,7 @@ double JumpSequence::scatter(const Eigen::VectorXd& residual) const {
   constexpr double kMedian = 0.6745;
   std::vector<double> size(residual.data(), residual.data() + linear_.length_row);
   for (double& r : size) r = std::abs(r);
-  const auto middle = size.begin() + static_cast<std::ptrdiff_t>(size.size() / 2);
-  std::nth_element(size.begin(), middle, size.end());
-  return *middle / kMedian;
+  return median(std::move(size)) / kMedian;
 }
 
 Eigen::VectorXd JumpSequence::weights(const Eigen::VectorXd& residual, double width) const {
@@ -209,8 +208,8 @@ std::optional<FoundJump> JumpSequence::best_place(const JumpSuspect& suspect,
   const RowMajor weighed = weight.cwiseSqrt().asDiagonal() * j;
   Eigen::MatrixXd information = information_;
   information.selfadjointView<Eigen::Lower>().rankUpdate(weighed.transpose());
-  const Eigen::LLT<Eigen::MatrixXd> factor(information);
-  if (factor.info() != Eigen::Success) return {};
+  const Cholesky factor(information);
+  if (!factor.positive()) return {};
   const Eigen::VectorXd gradient =
       gradient_ + j.transpose() * weight.cwiseProduct(Eigen::VectorXd(r));
   const Eigen::VectorXd step = -factor.solve(gradient);
@@ -218,7 +217,7 @@ std::optional<FoundJump> JumpSequence::best_place(const JumpSuspect& suspect,
   const auto g = by_jump_.middleCols(suspect.first, d);
   // Of every touch what it says of a jump, and with L the information's factor L^-1 of what goes
   // with that.
-  const Eigen::MatrixXd lower = factor.matrixL().solve(Eigen::MatrixXd(j.transpose()));
+  const Eigen::MatrixXd lower = factor.whitened(Eigen::MatrixXd(j.transpose()));
   Eigen::MatrixXd square = Eigen::MatrixXd::Zero(d, d),
                   by_all = Eigen::MatrixXd::Zero(lower.rows(), d);
   Eigen::VectorXd pull = Eigen::VectorXd::Zero(d);
@@ -248,12 +247,11 @@ std::optional<FoundJump> JumpSequence::best_place(const JumpSuspect& suspect,
     best.squared_sigmas = said;
     best.information = free;
     free.diagonal().array() += 1.0 / (suspect.usual * suspect.usual);
-    best.size = free.ldlt().solve(pull);
+    best.size = pivoted_solve(free, pull);
     best_by_all = by_all;
   }
   if (best.size.size() == 0) return {};
-  const Eigen::VectorXd moved =
-      step - factor.matrixU().solve(Eigen::VectorXd(best_by_all * best.size));
+  const Eigen::VectorXd moved = step - factor.coloured(best_by_all * best.size);
   residual.head(rows) = r + j * moved;
   for (std::size_t k = best.behind; k < order_.size(); ++k) {
     const int row = row_[order_[k]], count = problem_.rows(order_[k]);

@@ -2,10 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
+#include "calib/linear/cholesky.h"
 #include "calib/model/units.h"
 
 namespace cellcal::calib {
@@ -39,8 +39,8 @@ std::vector<LengthResult> lengths_by_others(const Problem& problem, const Estima
       others.selfadjointView<Eigen::Lower>().rankUpdate(by.transpose());
       pull += linear.residual[row(l)] * by.transpose();
     }
-    const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> factor(others);
-    if (factor.info() != Eigen::Success) continue;
+    const Cholesky factor(others);
+    if (!factor.positive()) continue;
     const Eigen::VectorXd by = linear.jacobian.row(row(k)).transpose();
     const Eigen::VectorXd reached = factor.solve(by);
     const double sigma_m = lengths[k].sigma_m, variance = by.dot(reached);  // in its own sigma^2

@@ -1,6 +1,5 @@
 #include "calib/consistency/residuals.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -9,6 +8,7 @@
 #include "calib/estimate/parallel.h"
 #include "calib/estimate/solve.h"
 #include "calib/estimate/start.h"
+#include "calib/linear/cholesky.h"
 
 namespace cellcal::calib {
 
@@ -123,7 +123,7 @@ void fit_beside_the_arm(const Problem& problem, const std::vector<bool>& outlier
       information(k, k) += std::max(kFlat, precision);
       pull[k] += precision * (u[i] - unknown.prior_mean_u);
     }
-    const Eigen::VectorXd step = information.ldlt().solve(pull);
+    const Eigen::VectorXd step = pivoted_solve(information, pull);
     if (!step.allFinite()) return;
     for (Eigen::Index k = 0; k < step.size(); ++k)
       u[beside[static_cast<std::size_t>(k)]] -= step[k];

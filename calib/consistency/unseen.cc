@@ -2,12 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "calib/consistency/residuals.h"
+#include "calib/linear/cholesky.h"
 #include "calib/model/error.h"
 
 namespace cellcal::calib {
@@ -167,7 +167,7 @@ class Sighting {
       information(k, k) = std::pow(unknown_of(k).prior_weight, 2);
     }
     information += by_place_.transpose() * by_place_;
-    covariance_ = information.llt().solve(MatrixXd::Identity(block.size(), block.size()));
+    covariance_ = Cholesky(information).inverse();
   }
 
   std::vector<std::size_t> of_;  ///< indices of its touches in the fitted problem

@@ -1,11 +1,12 @@
 #include "calib/estimate/discrepancy.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "calib/linear/cholesky.h"
 #include "calib/model/error.h"
+#include "calib/model/median.h"
 
 namespace cellcal::calib {
 
@@ -202,11 +203,11 @@ Sizes sizes_of(const Problem& problem, const Eigen::VectorXd& u, const Eigen::Ma
         without.diagonal() += factor * factor * own;
         for (const double share : kOfScatter) {
           const double field = share * scatter_m;
-          const Eigen::LLT<Eigen::MatrixXd> v(without + field * field * k);  // (31)
-          if (v.info() != Eigen::Success) continue;
-          const Eigen::VectorXd w = v.matrixL().solve(y);
+          const Cholesky v(without + field * field * k);  // (31)
+          if (!v.positive()) continue;
+          const Eigen::VectorXd w = v.whitened(y);
           tried.push_back({{field, factor, rough == 1.0 ? 0.0 : reach, rough},
-                           -0.5 * w.squaredNorm() - v.matrixLLT().diagonal().array().log().sum() -
+                           -0.5 * w.squaredNorm() - 0.5 * v.log_det() -
                                0.5 * std::pow(std::log(factor) / kNoiseSigma, 2)});
         }
       }
@@ -251,10 +252,9 @@ Eigen::MatrixXd together(const Problem& problem, const Eigen::VectorXd& u,
     weight[k] = 1.0 / problem.sigma_m(touch);
   }
   v = weight.asDiagonal() * v * weight.asDiagonal();  // (32)
-  const Eigen::LLT<Eigen::MatrixXd> factor(v);
-  if (factor.info() != Eigen::Success)
-    throw IdentifyError("what the model lacks cannot be told from noise");
-  return factor.matrixL();
+  const Cholesky factor(v);
+  if (!factor.positive()) throw IdentifyError("what the model lacks cannot be told from noise");
+  return factor.lower();
 }
 
 std::vector<std::size_t> spread_over(const std::vector<bool>& use) {
@@ -342,10 +342,7 @@ bool judged_by_others(const Problem& problem, const IdentifyOptions& options, Es
         off.back() = std::max(off.back(), std::abs(pull[k]) / std::sqrt(information[k]));
   }
   if (off.empty()) return false;
-  std::vector<double> sorted = off;
-  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-  std::nth_element(sorted.begin(), middle, sorted.end());
-  const double gate = options.outlier_sigma * std::max(1.0, *middle / kMedian);
+  const double gate = options.outlier_sigma * std::max(1.0, median(off) / kMedian);
   const double worst = *std::max_element(off.begin(), off.end());
   if (worst <= gate) return false;
   for (std::size_t k = 0; k < off.size(); ++k)

@@ -1,9 +1,11 @@
 #include "calib/estimate/information.h"
 
-#include <Eigen/Cholesky>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+#include <utility>
+
+#include "calib/linear/cholesky.h"
+#include "calib/linear/orthogonal.h"
 
 namespace cellcal::calib {
 
@@ -44,8 +46,7 @@ void Information::add(const Eigen::Ref<const RowMajor>& rows) {
   const Eigen::Index n = sum_.rows();
   Eigen::MatrixXd stacked(n + rows.rows(), n);
   stacked << sum_, rows;
-  const Eigen::HouseholderQR<Eigen::Ref<Eigen::MatrixXd>> qr(stacked);
-  sum_ = stacked.topRows(n).triangularView<Eigen::Upper>();  // (19)
+  sum_ = triangle_of(std::move(stacked));  // (19)
 }
 
 void Information::add(const Information& other) {
@@ -71,10 +72,9 @@ void Information::add_alone(const Eigen::VectorXd& weight, const Eigen::VectorXd
 
 Eigen::MatrixXd Information::triangle() const {
   if (all_digits_) return sum_;
-  Eigen::MatrixXd lower = sum_;
-  const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> factor(lower);  // (19)
-  if (factor.info() != Eigen::Success) return upper_factor(sum_);
-  return lower.triangularView<Eigen::Lower>().transpose();
+  const Cholesky factor(sum_);  // (19)
+  if (!factor.positive()) return upper_factor(sum_);
+  return factor.lower().transpose();
 }
 
 }  // namespace cellcal::calib

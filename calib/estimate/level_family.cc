@@ -36,10 +36,6 @@ Eigen::MatrixXd inverse_of_lower(const Eigen::MatrixXd& lower) {
   return inverse;
 }
 
-double log_det(const Eigen::LLT<Eigen::MatrixXd>& factor) {
-  return 2.0 * factor.matrixLLT().diagonal().array().log().sum();
-}
-
 }  // namespace
 
 Groups::Groups(const Problem& problem) {
@@ -115,11 +111,9 @@ Eliminated::Eliminated(const Groups& groups, const Gathered& gathered) : g(gathe
   const Eigen::Index p = groups.plain, others = g.gram.cols() - p;
   Eigen::MatrixXd information = g.gram.topLeftCorner(p, p);
   information.diagonal() = kHair * (information.diagonal() + groups.precision.head(p));
-  factor.compute(information);
-  if (factor.info() != Eigen::Success) return;
-  coupling = g.gram.topRightCorner(p, others);
-  if (coupling.size() > 0)  // Eigen refers to the first element, be there one or not
-    factor.matrixL().solveInPlace(coupling);
+  factor = Cholesky(information);
+  if (!factor.positive()) return;
+  coupling = factor.whitened(Eigen::MatrixXd(g.gram.topRightCorner(p, others)));
   reduced = g.gram.bottomRightCorner(others, others);
   reduced.diagonal() *= kHair;
   reduced.noalias() -= coupling.transpose() * coupling;  // (26)
@@ -133,20 +127,20 @@ Family::Family(const Groups& groups, const Eliminated& plain, const Eigen::Vecto
   size_ = p + c;
   precision_ = groups.precision.head(size_);
   precision_.tail(c) /= compliance * compliance;
-  if (plain.factor.info() != Eigen::Success) return;
+  if (!plain.factor.positive()) return;
   Eigen::MatrixXd bearing = plain.reduced.topLeftCorner(c, c);
   bearing.diagonal() += kHair * precision_.tail(c);
-  const Eigen::LLT<Eigen::MatrixXd> factor(bearing);
-  if (factor.info() != Eigen::Success) return;
+  const Cholesky factor(bearing);
+  if (!factor.positive()) return;
   lower_ = Eigen::MatrixXd::Zero(size_, size_);
-  lower_.topLeftCorner(p, p) = plain.factor.matrixL();
+  lower_.topLeftCorner(p, p) = plain.factor.lower();
   lower_.bottomLeftCorner(c, p) = plain.coupling.leftCols(c).transpose();
-  lower_.bottomRightCorner(c, c) = factor.matrixL();
+  lower_.bottomRightCorner(c, c) = factor.lower();
   coupling_.resize(size_, t);
   coupling_.topRows(p) = plain.coupling.rightCols(t);
   auto borne = coupling_.bottomRows(c);
-  borne = plain.reduced.topRightCorner(groups.compliance, t).topRows(c);
-  if (borne.size() > 0) factor.matrixL().solveInPlace(borne);
+  borne = factor.whitened(
+      Eigen::MatrixXd(plain.reduced.topRightCorner(groups.compliance, t).topRows(c)));
   reduced_ = plain.reduced.bottomRightCorner(t, t);
   reduced_.noalias() -= borne.transpose() * borne;
   log_det_ = 2.0 * lower_.diagonal().array().log().sum();
@@ -169,13 +163,13 @@ Step Family::solve(const ModelLevel& level) {
     Eigen::MatrixXd reduced = reduced_;
     reduced.diagonal() += kHair * precision;
     s.reduced.emplace(reduced);
-    if (s.reduced->info() != Eigen::Success) return s;
+    if (!s.reduced->positive()) return s;
     const Eigen::VectorXd pull = right.transmission - precision.cwiseProduct(off);
     s.transmission = s.reduced->solve(pull);
     s.rest.noalias() -= coupling_ * s.transmission;
     square += precision.dot(off.cwiseAbs2());
     gain += pull.dot(s.transmission);
-    log_dets += log_det(*s.reduced);
+    log_dets += s.reduced->log_det();
     log_precision += precision.array().log().sum();
   }
   s.log_evidence = 0.5 * (g_.log_weight - (square - gain) - log_dets + log_precision);  // (25)
@@ -200,7 +194,7 @@ void Family::add_covariance(const std::vector<std::pair<const Step*, double>>& s
     weight += w;
     if (step->transmission.size() > 0)
       inner.selfadjointView<Eigen::Lower>().rankUpdate(
-          inverse_of_lower(step->reduced->matrixLLT()).transpose(), w);
+          inverse_of_lower(step->reduced->packed()).transpose(), w);
   }
   inner.triangularView<Eigen::StrictlyUpper>() = inner.transpose();
   const Eigen::MatrixXd root = inverse_of_lower(lower_);

@@ -2,7 +2,6 @@
 // The algebra of the levels' mean (evidence.h): all levels share one linearisation, and what they
 // differ in, prior by prior, is eliminated last. In prior units, unknowns in the groups' order.
 
-#include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <optional>
 #include <utility>
@@ -10,6 +9,7 @@
 
 #include "calib/estimate/problem.h"
 #include "calib/estimate/solve.h"
+#include "calib/linear/cholesky.h"
 #include "calib/result/level.h"
 
 namespace cellcal::calib {
@@ -48,7 +48,7 @@ struct Step {
   Eigen::VectorXd rest;          ///< L^-1 of the right side, transmission taken out
   Eigen::VectorXd transmission;  ///< step; empty where the level has none
   /// Information on transmission, the rest integrated out; none without transmission.
-  std::optional<Eigen::LLT<Eigen::MatrixXd>> reduced;
+  std::optional<Cholesky> reduced;
 };
 
 /// What all levels of one ripple share beyond that: the plain unknowns eliminated (Schur
@@ -57,9 +57,9 @@ struct Eliminated {
   Eliminated(const Groups& groups, const Gathered& gathered);
 
   const Gathered& g;
-  Eigen::LLT<Eigen::MatrixXd> factor;  ///< L L' of the plain unknowns' information
-  Eigen::MatrixXd coupling;            ///< L^-1 times the block of plain by others
-  Eigen::MatrixXd reduced;             ///< others' block, plain integrated out, no prior
+  Cholesky factor;           ///< L L' of the plain unknowns' information
+  Eigen::MatrixXd coupling;  ///< L^-1 times the block of plain by others
+  Eigen::MatrixXd reduced;   ///< others' block, plain integrated out, no prior
 };
 
 /// The levels of one ripple and one compliance: they differ in the prior of the transmission alone,

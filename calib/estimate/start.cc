@@ -2,12 +2,13 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
-#include <Eigen/QR>
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
+
+#include "calib/linear/orthogonal.h"
 
 namespace cellcal::calib {
 
@@ -32,12 +33,11 @@ Eigen::Vector3d mean_of(const std::vector<Eigen::Vector3d>& points) {
   return mean;
 }
 
-Eigen::JacobiSVD<Eigen::MatrixXd> spread_of(const std::vector<Eigen::Vector3d>& points,
-                                            const Eigen::Vector3d& mean) {
+Spread spread_about(const Eigen::Vector3d& mean, const std::vector<Eigen::Vector3d>& points) {
   Eigen::MatrixXd centred(3, static_cast<Eigen::Index>(points.size()));
   for (Eigen::Index i = 0; i < centred.cols(); ++i)
     centred.col(i) = points[static_cast<std::size_t>(i)] - mean;
-  return Eigen::JacobiSVD<Eigen::MatrixXd>(centred, Eigen::ComputeFullU);
+  return spread_of(centred);
 }
 
 /// Of a sphere's centre: the sum of the squares of what is off, in sigmas; by its side alone beyond
@@ -139,7 +139,7 @@ SphereFit fit_centre(const std::vector<Eigen::Vector3d>& points_m,
   if (hints.stated_m != nullptr && !around && (fit.determined || hints.stated_sigma_m > 0.0))
     begins.push_back(*hints.stated_m);
   if (fit.determined) {
-    const Eigen::Vector3d linear = mean + a.colPivHouseholderQr().solve(b).head<3>();
+    const Eigen::Vector3d linear = mean + least_squares(a, b).head<3>();
     const Eigen::Vector3d across = axes.eigenvectors().col(0);
     begins.push_back(linear);
     if (!around) begins.push_back(linear - 2.0 * across.dot(linear - mean) * across);
@@ -161,9 +161,8 @@ PlaneFit fit_plane(const std::vector<Eigen::Vector3d>& points_m) {
   if (points_m.empty()) return fit;
   fit.middle_m = mean_of(points_m);
   if (points_m.size() < 3) return fit;
-  const auto svd = spread_of(points_m, fit.middle_m);
-  const Eigen::VectorXd s = svd.singularValues();
-  fit.normal = svd.matrixU().col(2);
+  const auto [s, directions] = spread_about(fit.middle_m, points_m);
+  fit.normal = directions.col(2);
   fit.determined = s[1] > kFlat * s[0] && s[2] < kThick * s[1];
   return fit;
 }
@@ -175,7 +174,7 @@ FrameFit fit_frame(const std::vector<Eigen::Vector3d>& readings_m,
   fit.middle_m = mean_of(readings_m);
   fit.frame.translation() = mean_of(points_m) - fit.middle_m;
   if (readings_m.size() < 3) return fit;
-  const Eigen::VectorXd s = spread_of(readings_m, fit.middle_m).singularValues();
+  const Eigen::VectorXd s = spread_about(fit.middle_m, readings_m).values;
   fit.determined = s[1] > kThin * s[0];
   if (!fit.determined) return fit;
   Eigen::Matrix3Xd from(3, static_cast<Eigen::Index>(readings_m.size())), to(from);

@@ -1,6 +1,5 @@
 #include "calib/files/calibration_json.h"
 
-#include <Eigen/Cholesky>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -8,12 +7,14 @@
 #include "calib/files/documents.h"
 #include "calib/files/files.h"
 #include "calib/files/finding_json.h"
+#include "calib/linear/cholesky.h"
 #include "calib/model/units.h"
 #include "calib/result/correlation.h"
 #include "calib/result/finding_words.h"
 #include "calib/result/nominal_value.h"
 #include "calib/syntax/input_file.h"
 #include "calib/syntax/json_reader.h"
+#include "calib/syntax/json_text.h"
 #include "calib/syntax/nesting.h"
 #include "calib/syntax/shown.h"
 #include "calib/syntax/toml_json.h"
@@ -148,7 +149,7 @@ bool is_covariance(const Eigen::MatrixXd& m) {
   if (!correlation.allFinite() || m.diagonal().minCoeff() < 0.0) return false;
   if ((correlation - correlation.transpose()).cwiseAbs().maxCoeff() > kRounding) return false;
   correlation.diagonal().array() += kRounding;
-  return Eigen::LLT<Eigen::MatrixXd>(correlation).info() == Eigen::Success;
+  return Cholesky(correlation).positive();
 }
 
 /// Files of before findings hold their words alone.
@@ -173,8 +174,8 @@ std::string calibration_to_json(const Calibration& c) {
   ordered out;
   out["format"] = kFormat;
   out["method"] = c.method;
-  out["robot"] = ordered::parse(toml_to_json(robot_to_toml(c.cell.robot)));
-  out["cell"] = ordered::parse(toml_to_json(cell_to_toml(c.cell, c.cell.robot.name)));
+  out["robot"] = parse_ordered_json(toml_to_json(robot_to_toml(c.cell.robot)));
+  out["cell"] = parse_ordered_json(toml_to_json(cell_to_toml(c.cell, c.cell.robot.name)));
   const auto level_json = [](const ModelLevel& level) {
     return ordered{{"compliance", level.compliance},
                    {"transmission", level.transmission},
@@ -305,21 +306,21 @@ std::string calibration_to_json(const Calibration& c) {
   out["inputs"] = {{"software", software_version()}, {"files", ordered::array()}};
   for (const InputFile& f : c.inputs)
     out["inputs"]["files"].push_back({{"role", f.role}, {"name", f.name}, {"sha256", f.sha256}});
-  return out.dump(1, ' ', false, ordered::error_handler_t::replace) + "\n";
+  return write_lines(out);
 }
 
 Calibration calibration_from_json(std::string_view text, const std::string& name) {
   refuse_deep_json(text, name);
-  const json document = json::parse(text, nullptr, false);
+  const json document = parse_json(text);
   if (document.is_discarded()) throw FileError(name + ": not valid JSON; is the file cut off?");
   const Reader root(document, name);
   if (root.at("format").text() != kFormat)
     throw FileError(name + ".format: must be \"" + std::string(kFormat) +
                     "\"; this is another kind of file or a newer version");
   Calibration c;
-  Robot robot = read_robot(table_from_json(root.at("robot").object().dump(), name + ".robot"));
-  c.cell =
-      read_cell(table_from_json(root.at("cell").object().dump(), name + ".cell"), std::move(robot));
+  Robot robot = read_robot(table_from_json(write_json(root.at("robot").object()), name + ".robot"));
+  c.cell = read_cell(table_from_json(write_json(root.at("cell").object()), name + ".cell"),
+                     std::move(robot));
   if (root.has("method")) c.method = root.at("method").text();
   const auto read_level = [](const Reader& r) {
     ModelLevel level;

@@ -1,9 +1,10 @@
 #include "calib/result/correlation.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <string>
+
+#include "calib/linear/cholesky.h"
 
 namespace cellcal::calib {
 namespace {
@@ -18,12 +19,13 @@ constexpr double kNothingLeft = 1e-5;
 //   C' = C - B (B' C^-1 B)^-1 B',  C scaled to unit diagonal first.
 // Returns false where C is not positive definite in double precision.
 bool remove_frame(Eigen::MatrixXd& scaled, const Eigen::MatrixXd& basis) {
-  const Eigen::LLT<Eigen::MatrixXd> factor(scaled);
-  if (factor.info() != Eigen::Success) return false;
-  const Eigen::MatrixXd whitened = factor.matrixL().solve(basis);
-  const Eigen::LLT<Eigen::MatrixXd> inner(Eigen::MatrixXd(whitened.transpose() * whitened));
-  if (inner.info() != Eigen::Success) return false;
-  const Eigen::MatrixXd reduced = scaled - basis * inner.solve(basis.transpose());  // (11)
+  const Cholesky factor(scaled);
+  if (!factor.positive()) return false;
+  const Eigen::MatrixXd whitened = factor.whitened(basis);
+  const Cholesky inner(whitened.transpose() * whitened);
+  if (!inner.positive()) return false;
+  const Eigen::MatrixXd reduced =
+      scaled - basis * inner.solve(Eigen::MatrixXd(basis.transpose()));  // (11)
   if (!reduced.allFinite()) return false;
   scaled = reduced;
   return true;

@@ -1,8 +1,10 @@
 #include "calib/seed_paper/paper.h"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <cmath>
 
+#include "calib/linear/cholesky.h"
+#include "calib/linear/orthogonal.h"
 #include "calib/model/kinematics.h"
 
 namespace cellcal::calib {
@@ -129,7 +131,7 @@ Vector3d fit_centre(const std::vector<LinearTouch>& touches) {
     rows.row(i) << 2.0 * p.transpose(), 1.0;
     squares[i] = p.squaredNorm();
   }
-  const VectorXd solution = rows.colPivHouseholderQr().solve(squares);
+  const VectorXd solution = least_squares(rows, squares);
   return origin + solution.head<3>();
 }
 
@@ -177,7 +179,7 @@ VectorXd solve(const std::vector<LinearTouch>& fit, VectorXd x, double radius,
     }
     const MatrixXd normal =
         jacobian.transpose() * jacobian + options.lambda * MatrixXd::Identity(x.size(), x.size());
-    const VectorXd step = -normal.ldlt().solve(jacobian.transpose() * f);
+    const VectorXd step = -pivoted_solve(normal, jacobian.transpose() * f);
     x += step;
     record(step.norm());
     if (!(step.norm() >= options.step_tolerance)) break;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "calib/syntax/json_text.h"
 #include "calib/syntax/nesting.h"
 #include "calib/syntax/toml_access.h"
 
@@ -99,7 +100,7 @@ std::string toml_string(std::string_view text) {
 
 std::string toml_to_json(std::string_view text) {
   try {
-    return to_json(toml::parse(text)).dump();
+    return write_json(to_json(toml::parse(text)));
   } catch (const toml::parse_error& e) {
     throw FileError("not valid TOML: " + std::string(e.description()));
   }
@@ -107,7 +108,7 @@ std::string toml_to_json(std::string_view text) {
 
 TomlTable table_from_json(std::string_view text, const std::string& name) {
   refuse_deep_json(text, name);
-  const json document = json::parse(text, nullptr, false);
+  const json document = parse_json(text);
   if (!document.is_object()) throw FileError(name + ": must be a JSON object");
   return TomlAccess::table(to_table(document, name), name);
 }

@@ -1,10 +1,10 @@
 #include "calib/uncertainty/bound.h"
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 
+#include "calib/linear/eigenpairs.h"
+#include "calib/linear/orthogonal.h"
 #include "calib/model/random.h"
 #include "calib/uncertainty/region.h"
 
@@ -44,11 +44,9 @@ double quantile(std::vector<double>& values, double share) {
 Eigen::MatrixXd root_of(const Eigen::MatrixXd& covariance) {
   const Eigen::VectorXd sigma = covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
   const Eigen::VectorXd inverse = (sigma.array() > 0.0).select(sigma.cwiseInverse(), 0.0);
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(inverse.asDiagonal() * covariance *
-                                                              inverse.asDiagonal());
-  const Eigen::VectorXd roots = solver.eigenvalues().cwiseMax(0.0).cwiseSqrt();
-  return sigma.asDiagonal() *
-         (solver.eigenvectors() * roots.asDiagonal() * solver.eigenvectors().transpose());
+  const Eigenpairs pairs = eigenpairs(inverse.asDiagonal() * covariance * inverse.asDiagonal());
+  const Eigen::VectorXd roots = pairs.values.cwiseMax(0.0).cwiseSqrt();
+  return sigma.asDiagonal() * (pairs.vectors * roots.asDiagonal() * pairs.vectors.transpose());
 }
 
 /// Where a user may fix the base, and the motion of it that takes up each parameter there.
@@ -109,7 +107,7 @@ PositionBound::PositionBound(const ArmModel& arm, const Eigen::VectorXd& x,
   std::vector<Region> regions = regions_of(tips);
   for (Region& region : regions) {
     const Eigen::MatrixXd its_rigid = rows_of(rigid, region.poses);
-    region.taken_up = its_rigid.colPivHouseholderQr().solve(rows_of(moves, region.poses));
+    region.taken_up = least_squares(its_rigid, rows_of(moves, region.poses));
     taken_up_ += region.taken_up / static_cast<double>(regions.size());  // (36), A_m
   }
   for (const Region& region : regions) {

@@ -1,11 +1,11 @@
 #include "calib/uncertainty/gauge.h"
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 
 #include "calib/estimate/information.h"
+#include "calib/linear/eigenpairs.h"
+#include "calib/linear/orthogonal.h"
 
 namespace cellcal::calib {
 
@@ -173,13 +173,13 @@ Weak weaker_than(double most, const Eigen::MatrixXd& triangle) {
   triangle.triangularView<Eigen::Upper>().solveInPlace(root);
   Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(n, n);
   covariance.selfadjointView<Eigen::Lower>().rankUpdate(root);
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(covariance);
+  const Eigenpairs pairs = eigenpairs(covariance);
   const auto seen_by = [&](Eigen::Index k) {
-    return std::sqrt(std::max(0.0, 1.0 / solver.eigenvalues()[k] - kFlat * kFlat));
+    return std::sqrt(std::max(0.0, 1.0 / pairs.values[k] - kFlat * kFlat));
   };
   Eigen::Index count = 0;
   while (count < n && seen_by(n - 1 - count) < most) ++count;
-  Weak weak{solver.eigenvectors().rightCols(count), Eigen::VectorXd(count)};
+  Weak weak{pairs.vectors.rightCols(count), Eigen::VectorXd(count)};
   for (Eigen::Index k = 0; k < count; ++k) weak.seen_by[k] = seen_by(n - count + k);
   return weak;
 }
@@ -194,23 +194,25 @@ UnidentifiableDirection described(const Problem& problem, const Eigen::VectorXd&
   return result;
 }
 
-}  // namespace
-
-FrameDirections find_frame_directions(const Problem& problem, const Linearisation& linear,
-                                      const TipMoves& stiff, const Eigen::MatrixXd& moves_m) {
-  const int n = problem.size();
-  const int arm_size = problem.arm_size();
-  // Frames are a matter of geometry. Transmission errors are left out of the search: over a joint's
-  // range a constant and a slow wave are much alike, which is no choice of frame. So are loads:
-  // many are moments that no joint bears.
+/// The unknowns among which frames are sought. They are a matter of geometry. Transmission errors are
+/// left out: over a joint's range a constant and a slow wave are much alike, which is no choice of
+/// frame. So are loads: many are moments that no joint bears.
+std::vector<int> sought_in(const Problem& problem) {
   std::vector<int> sought;
-  for (int i = 0; i < n; ++i) {
+  for (int i = 0; i < problem.size(); ++i) {
     const ArmParameterKind kind =
         i < problem.arm_size() ? problem.arm().parameters()[i].kind : ArmParameterKind::kTheta;
     if (kind != ArmParameterKind::kCosine && kind != ArmParameterKind::kSine &&
         kind != ArmParameterKind::kLoad)
       sought.push_back(i);
   }
+  return sought;
+}
+
+/// What the touches say of these unknowns. All directions are seen a little, so that the
+/// information has an inverse.
+Information seen_by_touches(const Problem& problem, const Linearisation& linear,
+                            const std::vector<int>& sought) {
   const auto width = static_cast<Eigen::Index>(sought.size());
   // Products of rows lose half the digits, which matters where they weigh so much that what every
   // direction is seen by at least would be lost in their rounding.
@@ -218,7 +220,6 @@ FrameDirections find_frame_directions(const Problem& problem, const Linearisatio
   double square = 0.0;
   for (const int i : sought) square = std::max(square, linear.jacobian.col(i).squaredNorm());
   Information measured(width, square > kLargestSquare);
-  // All directions are seen a little, so that the information has an inverse.
   Eigen::VectorXd flat = Eigen::VectorXd::Constant(width, kFlat);
   for (Eigen::Index k = 0; k < width; ++k)
     if (problem.unknowns()[sought[static_cast<std::size_t>(k)]].held_by_geometry) flat[k] = 1.0;
@@ -231,21 +232,14 @@ FrameDirections find_frame_directions(const Problem& problem, const Linearisatio
       block.col(k) = linear.jacobian.col(sought[static_cast<std::size_t>(k)]).segment(first, rows);
     measured.add(block);
   }
-  const auto spread = [&](const Eigen::MatrixXd& directions) {
-    Eigen::MatrixXd all = Eigen::MatrixXd::Zero(n, directions.cols());
-    for (Eigen::Index k = 0; k < width; ++k)
-      all.row(sought[static_cast<std::size_t>(k)]) = directions.row(k);
-    return all;
-  };
-  FrameDirections result;
-  result.basis_u = Eigen::MatrixXd(n, 0);
-  const Weak weak = weaker_than(1.0, measured.triangle().topLeftCorner(width, width));
-  const Eigen::MatrixXd weakest = spread(weak.directions);
-  if (weak.seen_by.size() == 0) return result;
+  return measured;
+}
 
-  // What touches do not show is a matter of frame if no tip of the workspace shows it either, as if
-  // each were measured to kUnmeasurableM. Those directions lie near the touches' weak ones: two
-  // inverse iterations from there leave nothing of the others.
+/// What touches do not show is a matter of frame if no tip of the workspace shows it either, as if
+/// each were measured to kUnmeasurableM.
+void add_workspace(const Problem& problem, const Eigen::MatrixXd& moves_m,
+                   const std::vector<int>& sought, Information& measured) {
+  const auto width = static_cast<Eigen::Index>(sought.size());
   const auto tips = static_cast<double>(std::max<Eigen::Index>(1, moves_m.rows() / 3));
   RowMajor moves = RowMajor::Zero(moves_m.rows(), width + 1);
   for (Eigen::Index k = 0; k < width; ++k)
@@ -256,41 +250,39 @@ FrameDirections find_frame_directions(const Problem& problem, const Linearisatio
   Eigen::VectorXd gives = Eigen::VectorXd::Zero(width);
   for (Eigen::Index k = 0; k < width; ++k) {
     const int i = sought[static_cast<std::size_t>(k)];
-    if (i >= arm_size) continue;
+    if (i >= problem.arm_size()) continue;
     const ArmParameterKind kind = problem.arm().parameters()[i].kind;
     if (kind == ArmParameterKind::kCompliance || kind == ArmParameterKind::kDeflection)
       gives[k] = 1.0;
   }
   measured.add_alone(gives, Eigen::VectorXd::Zero(width));
+}
+
+/// The directions that the rows of the triangle see by less than a half. They lie near those that
+/// the touches see weakly: two inverse iterations from there leave nothing of the others.
+Eigen::MatrixXd seen_nowhere(const Eigen::MatrixXd& triangle, Eigen::MatrixXd nearly) {
   constexpr double kNowhere = 0.5;
   constexpr int kIterations = 2;
-  const Eigen::MatrixXd triangle = measured.triangle().topLeftCorner(width, width);
   const auto upper = triangle.triangularView<Eigen::Upper>();
-  Eigen::MatrixXd nearly = weak.directions;
   for (int k = 0; k < kIterations; ++k) {
     upper.transpose().solveInPlace(nearly);
     upper.solveInPlace(nearly);
-    nearly = Eigen::HouseholderQR<Eigen::MatrixXd>(nearly).householderQ() *
-             Eigen::MatrixXd::Identity(width, nearly.cols());
+    nearly = orthonormal(nearly);
   }
   const Eigen::MatrixXd seen = upper * nearly;  // (35)
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(seen.transpose() * seen);
+  const Eigenpairs pairs = eigenpairs(seen.transpose() * seen);
   Eigen::Index nowhere = 0;  // eigenvalues rise
-  while (nowhere < nearly.cols() && solver.eigenvalues()[nowhere] < kNowhere * kNowhere) ++nowhere;
-  result.basis_u = spread(nearly * solver.eigenvectors().leftCols(nowhere));
-  const Eigen::VectorXd reach_m = reach_of(problem, stiff);
-  const Eigen::Index frame = result.basis_u.cols();
-  if (frame > 0) {
-    const Eigen::MatrixXd sparse = sparse_basis(result.basis_u, arm_size);
-    for (Eigen::Index c = 0; c < frame; ++c)
-      result.words.push_back(
-          described(problem, sparse.col(c),
-                    words_for(problem, reach_m.cwiseProduct(sparse.col(c).cwiseAbs()))));
-  }
-  // What the touches do not see, frame aside: weakest first.
+  while (nowhere < nearly.cols() && pairs.values[nowhere] < kNowhere * kNowhere) ++nowhere;
+  return nearly * pairs.vectors.leftCols(nowhere);
+}
+
+/// What the touches do not see, frame aside: weakest first.
+void name_weak(const Problem& problem, const Eigen::MatrixXd& directions,
+               const Eigen::VectorXd& seen_by, const Eigen::VectorXd& reach_m,
+               FrameDirections& result) {
   std::size_t named = 0;
-  for (Eigen::Index k = weakest.cols() - 1; k >= 0 && weak.seen_by[k] < kNoInformation; --k) {
-    Eigen::VectorXd v = weakest.col(k);
+  for (Eigen::Index k = directions.cols() - 1; k >= 0 && seen_by[k] < kNoInformation; --k) {
+    Eigen::VectorXd v = directions.col(k);
     v -= result.basis_u * (result.basis_u.transpose() * v);
     if (v.norm() < 0.5) continue;
     if (++named > kWeakNamed) continue;
@@ -300,6 +292,37 @@ FrameDirections find_frame_directions(const Problem& problem, const Linearisatio
   if (named > kWeakNamed)
     result.words.back().words +=
         "; " + std::to_string(named - kWeakNamed) + " further directions are as weak";
+}
+
+}  // namespace
+
+FrameDirections find_frame_directions(const Problem& problem, const Linearisation& linear,
+                                      const TipMoves& stiff, const Eigen::MatrixXd& moves_m) {
+  const std::vector<int> sought = sought_in(problem);
+  const auto width = static_cast<Eigen::Index>(sought.size());
+  const auto among_all = [&](const Eigen::MatrixXd& directions) {
+    Eigen::MatrixXd all = Eigen::MatrixXd::Zero(problem.size(), directions.cols());
+    for (Eigen::Index k = 0; k < width; ++k)
+      all.row(sought[static_cast<std::size_t>(k)]) = directions.row(k);
+    return all;
+  };
+  FrameDirections result;
+  result.basis_u = Eigen::MatrixXd(problem.size(), 0);
+  Information measured = seen_by_touches(problem, linear, sought);
+  const Weak weak = weaker_than(1.0, measured.triangle().topLeftCorner(width, width));
+  if (weak.seen_by.size() == 0) return result;
+  add_workspace(problem, moves_m, sought, measured);
+  result.basis_u =
+      among_all(seen_nowhere(measured.triangle().topLeftCorner(width, width), weak.directions));
+  const Eigen::VectorXd reach_m = reach_of(problem, stiff);
+  if (result.basis_u.cols() > 0) {
+    const Eigen::MatrixXd sparse = sparse_basis(result.basis_u, problem.arm_size());
+    for (Eigen::Index c = 0; c < sparse.cols(); ++c)
+      result.words.push_back(
+          described(problem, sparse.col(c),
+                    words_for(problem, reach_m.cwiseProduct(sparse.col(c).cwiseAbs()))));
+  }
+  name_weak(problem, among_all(weak.directions), weak.seen_by, reach_m, result);
   return result;
 }
 

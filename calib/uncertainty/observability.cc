@@ -1,11 +1,13 @@
 #include "calib/uncertainty/observability.h"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <utility>
+
+#include "calib/linear/cholesky.h"
+#include "calib/linear/eigenpairs.h"
+#include "calib/linear/orthogonal.h"
 
 namespace cellcal::calib {
 
@@ -88,8 +90,7 @@ Observability observability(const Problem& problem, const Linearisation& linear,
     nuisance(k, k) += unknown.held_by_geometry ? 1.0 : kFlat * kFlat;  // in its own prior sigmas
   }
   Eigen::MatrixXd coupling = gram.bottomLeftCorner(nuisances, geometry);
-  const Eigen::LLT<Eigen::MatrixXd> factor(nuisance);
-  if (coupling.size() > 0) factor.matrixL().solveInPlace(coupling);
+  coupling = Cholesky(nuisance).whitened(coupling);
   Eigen::MatrixXd left = gram.topLeftCorner(geometry, geometry).selfadjointView<Eigen::Lower>();
   left.noalias() -= coupling.transpose() * coupling;  // (42)
 
@@ -98,19 +99,12 @@ Observability observability(const Problem& problem, const Linearisation& linear,
     Eigen::MatrixXd frame(geometry, frame_basis_u.cols());
     for (Eigen::Index k = 0; k < geometry; ++k)
       frame.row(k) = frame_basis_u.row(columns[static_cast<std::size_t>(k)]);
-    Eigen::ColPivHouseholderQR<Eigen::MatrixXd> turned(frame);
-    turned.setThreshold(kRounding);
-    left.applyOnTheLeft(turned.householderQ().transpose());
-    left.applyOnTheRight(turned.householderQ());
-    const Eigen::Index rest = geometry - turned.rank();
-    left = left.bottomRightCorner(rest, rest).eval();
+    left = without_span(std::move(left), frame, kRounding);
   }
   std::vector<double> singular;
-  if (left.rows() > 0) {
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(left, Eigen::EigenvaluesOnly);
-    for (const double square : solver.eigenvalues())
+  if (left.rows() > 0)
+    for (const double square : eigenvalues(left))
       singular.push_back(std::sqrt(std::max(0.0, square)));
-  }
   // More directions than rows cannot be seen; what rounding leaves of the others is nothing.
   std::sort(singular.begin(), singular.end(), std::greater<>());
   const auto rows = static_cast<std::size_t>(linear.jacobian.rows());

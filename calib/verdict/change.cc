@@ -1,11 +1,11 @@
 #include "calib/verdict/change.h"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <utility>
 #include <vector>
 
+#include "calib/linear/orthogonal.h"
 #include "calib/model/kinematics.h"
 #include "calib/uncertainty/predict.h"
 #include "calib/uncertainty/region.h"
@@ -68,7 +68,7 @@ std::optional<Change> change_since(const Calibration& last, const Calibration& n
     apart.segment<3>(3 * i) = tip - before.calibrated(q).tcp.translation();
     base.middleRows<3>(3 * i) = base_motion(tip);
   }
-  apart -= base * base.colPivHouseholderQr().solve(apart);
+  apart -= base * least_squares(base, apart);
   for (Eigen::Index i = 0; i < n; ++i)
     change.mean_m += apart.segment<3>(3 * i).norm() / static_cast<double>(n);
   change.expected_m = std::hypot(before.mean_error_m(poses), after.mean_error_m(poses));

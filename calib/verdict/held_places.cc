@@ -1,10 +1,10 @@
 #include "calib/verdict/held_places.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
 #include "calib/estimate/solve.h"
+#include "calib/linear/eigenpairs.h"
 
 namespace cellcal::calib {
 
@@ -49,7 +49,7 @@ double least_information(const Problem& problem, const Eigen::VectorXd& x, const
         lever.cwiseInverse().asDiagonal();
     information += j.transpose() * j / std::pow(problem.sigma_m(i), 2);
   }
-  return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(information).eigenvalues()[0];  // (56)
+  return eigenpairs(information).values[0];  // (56)
 }
 
 /// Wires as long as what is to be measured with them; one as short as a sphere's radius is no rule.

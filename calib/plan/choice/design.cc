@@ -1,7 +1,8 @@
 #include "calib/plan/choice/design.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
+
+#include "calib/linear/eigenpairs.h"
 
 namespace cellcal::calib {
 
@@ -18,13 +19,13 @@ Design::Design(RowMajor rows, Eigen::MatrixXd covariance_u, const Eigen::MatrixX
       in_(static_cast<std::size_t>(rows_.rows()), false) {
   // Directions that move no tip that matters drop out of L.
   constexpr double kNothing = 1e-12;
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> weight(moves_m.transpose() * moves_m);
-  const Eigen::VectorXd& values = weight.eigenvalues();
+  const Eigenpairs weight = eigenpairs(moves_m.transpose() * moves_m);
+  const Eigen::VectorXd& values = weight.values;
   Eigen::Index none = 0;
   while (none < values.size() && values[none] <= kNothing * values.tail<1>()[0]) ++none;
   const Eigen::Index kept = values.size() - none;
   const Eigen::MatrixXd root =
-      weight.eigenvectors().rightCols(kept) * values.tail(kept).cwiseSqrt().asDiagonal();
+      weight.vectors.rightCols(kept) * values.tail(kept).cwiseSqrt().asDiagonal();
   const Eigen::MatrixXd through = covariance_ * rows_.transpose();
   a_ = root.transpose() * through.topRows(moves_m.cols());
   h_ = rows_.cwiseProduct(through.transpose()).rowwise().sum();

@@ -1,12 +1,12 @@
 #include "calib/plan/choice/design_problem.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "calib/estimate/problem.h"
 #include "calib/estimate/solve.h"
+#include "calib/linear/cholesky.h"
 #include "calib/result/level.h"
 #include "calib/uncertainty/region.h"
 
@@ -94,7 +94,7 @@ DesignProblem design_problem(const Cell& stated, const std::vector<Candidate>& c
   const auto lengths = rows.jacobian.bottomRows(rows.jacobian.rows() - rows.length_row);
   information += lengths.transpose() * lengths;
   design.rows = rows.jacobian.topRows(rows.length_row);
-  design.covariance_u = information.llt().solve(Eigen::MatrixXd::Identity(n, n));
+  design.covariance_u = Cholesky(information).inverse();
   design.scale.resize(arm.size());
   for (int i = 0; i < arm.size(); ++i)
     design.scale[i] = problem.unknowns()[static_cast<std::size_t>(i)].scale;
