@@ -1,0 +1,142 @@
+// The same over EKI: the robot's thread with a TCP connection and the contact sensor's queues.
+
+#include <gtest/gtest.h>
+
+#include <boost/asio/io_context.hpp>
+#include <cmath>
+#include <optional>
+
+#include "drivers/contact/serial_contact.h"
+#include "drivers/io_thread.h"
+#include "drivers/kuka/eki/eki_robot.h"
+#include "sim/krc/eki/eki_server.h"
+#include "sim/mcu/mcu_pty.h"
+#include "tests/drivers/cycle/cycle_rules.h"
+#include "tests/drivers/cycle/syscall_trace.h"
+#include "tests/drivers/kuka/eki/eki_rig.h"
+#include "tests/drivers/kuka/patience.h"
+
+namespace cellcal::test {
+namespace {
+
+using namespace drivers;  // NOLINT: a test's own file
+using std::chrono::milliseconds;
+
+constexpr int kSearches = 3;
+/// A loaded machine may spoil some of them: late heartbeats.
+constexpr std::uint16_t kTries = 30;
+
+EkiConfig loopback(std::uint16_t port) {
+  EkiConfig config = eki_config();
+  config.address = "127.0.0.1";
+  config.port = port;
+  config.stop = EkiStop::kFlag;  // a contact is a telegram as well
+  config.silence_s = 2.0;        // a loaded machine is not what this is about
+  return config;
+}
+
+sim::EkiControllerConfig patient() {
+  sim::EkiControllerConfig config = eki_controller();
+  config.dead_man_ms = 5000;
+  return config;
+}
+
+SerialContactOptions contact_at(const std::string& device) {
+  SerialContactOptions options;
+  options.port.device = device;
+  options.priority = 0;
+  options.contact.max_clock_sigma_s = 0.02;
+  return options;
+}
+
+/// Its port is known once it listens.
+struct Controller : sim::EkiServer {
+  Controller() : EkiServer(patient(), {.address = "127.0.0.1", .port = 0, .realtime = false}) {
+    start();
+  }
+};
+
+struct EkiCell {
+  EkiCell() {
+    io.start();
+    contact.open();
+    robot.open();
+  }
+  ~EkiCell() {
+    robot.close();
+    contact.close();
+    eventually([&] { return !robot.is_open(); });
+  }
+
+  bool ready() {
+    return eventually([&] {
+      if (robot.state().link == RobotLink::kNotReferenced) robot.rereference();
+      return robot.state().link == RobotLink::kReady &&
+             contact.status().link == ContactLink::kReady && !contact.status().in_contact;
+    });
+  }
+  std::optional<MoveResult> result() {
+    std::optional<MoveResult> one;
+    eventually([&] { return (one = robot.poll()).has_value(); });
+    return one;
+  }
+  /// A search that a contact ends.
+  bool search(std::uint16_t id) {
+    if (!ready()) return false;
+    contact.arm(id, milliseconds{20'000});
+    std::optional<ArmResult> armed;
+    eventually([&] { return (armed = contact.poll_arm()).has_value(); });
+    if (!armed || !armed->armed) return false;
+    const AxisAngles from = robot.state().actual_rad;
+    AxisAngles target = from;
+    target[0] += id % 2 == 0 ? kTravelRad : -kTravelRad;
+    robot.begin({id, MoveKind::kSearch, target, kTravelRad / kSpeedRadS, id});
+    eventually([&] { return std::abs(robot.state().actual_rad[0] - from[0]) > kTravelRad / 20; });
+    sensor.edge(std::chrono::steady_clock::now(), true);
+    const auto ended = result();
+    sensor.edge(std::chrono::steady_clock::now(), false);
+    return ended && ended->outcome == MoveOutcome::kContact;
+  }
+  /// A transit that is stopped on its way.
+  bool stop_a_transit(std::uint32_t id) {
+    if (!ready()) return false;
+    const AxisAngles from = robot.state().actual_rad;
+    AxisAngles target = from;
+    target[0] += 100 * kEkiDeg;
+    robot.begin({id, MoveKind::kTransit, target, 0.0, 0});
+    eventually([&] { return std::abs(robot.state().actual_rad[0] - from[0]) > kEkiDeg; });
+    robot.stop();
+    const auto ended = result();
+    return ended && ended->outcome == MoveOutcome::kStopped;
+  }
+
+  static constexpr double kTravelRad = 0.01, kSpeedRadS = 0.004;
+  Controller krc;
+  sim::McuPty sensor{{}};
+  IoThread io{IoThreadOptions{.realtime = false}};
+  SerialContact contact{io.context(), contact_at(sensor.path())};
+  EkiRobot robot{io.context(), loopback(krc.port()), &contact.guard()};
+};
+
+TEST(TheRobotsThreadOverEki, SleepsInNoSystemCallButItsOwnWaitWhileItMovesTouchesAndStops) {
+  EkiCell cell;
+  ASSERT_TRUE(cell.ready()) << cell.robot.state().words << "; " << cell.contact.status().words;
+  SyscallTrace trace(thread_of(cell.io.context()));
+  if (!trace.why_not().empty()) {
+    GTEST_SKIP() << "threads must not be traced here (" << trace.why_not() << ")";
+  }
+  int contacts = 0;
+  bool stopped = false;
+  for (std::uint16_t id = 1; id <= kTries && contacts < kSearches; ++id) {
+    if (cell.search(id)) ++contacts;
+  }
+  for (std::uint32_t id = 1; id <= kTries && !stopped; ++id)
+    stopped = cell.stop_a_transit(kTries + id);
+  const std::vector<Syscall> calls = trace.stop();
+  ASSERT_EQ(contacts, kSearches) << cell.robot.state().words << "; " << cell.contact.status().words;
+  ASSERT_TRUE(stopped) << cell.robot.state().words;
+  expect_no_sleep(calls, 30);
+}
+
+}  // namespace
+}  // namespace cellcal::test
