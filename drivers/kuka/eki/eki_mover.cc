@@ -230,7 +230,7 @@ std::optional<CoreResult> EkiMover::on_state(const EkiState& state, TimePoint no
     } else if (!ours || state.progress == EkiProgress::kIdle) {
       // The program has forgotten the move: it was reset.
       fail(MoveOutcome::kNotFollowing, cause::ProgramAborted{state.fault});
-      begin_settling();
+      begin_settling(now);
     } else {
       watch_motion(state, now);
     }
@@ -252,7 +252,7 @@ void EkiMover::take_done(const EkiState& state, TimePoint now) {
       latched_rad_->push_back(state.latch_deg[i] * kRadPerDeg);
     }
   }
-  begin_settling();
+  begin_settling(now);
   if (!ends_well()) return;
   switch (state.outcome) {
     case EkiOutcome::kSoftLimit:
@@ -309,13 +309,13 @@ void EkiMover::await_verdict(TimePoint now) {
   } else {
     return;
   }
-  begin_settling();
+  begin_settling(now);
 }
 
-void EkiMover::begin_settling() {
+void EkiMover::begin_settling(TimePoint now) {
   phase_ = Phase::kSettling;
   settling_states_ = 0;
-  settling_since_ = record_.size() > 0 ? record_.newest().t_rx : TimePoint{};
+  settling_since_ = now;
 }
 
 std::optional<CoreResult> EkiMover::settle(TimePoint now) {

@@ -68,7 +68,7 @@ class EkiMover {
   void take_done(const EkiState& state, TimePoint now);
   void take_search_done(EkiOutcome outcome, TimePoint now);
   void await_verdict(TimePoint now);
-  void begin_settling();
+  void begin_settling(TimePoint now);
   std::optional<CoreResult> settle(TimePoint now);
   void fill_latch(const AxisAngles& settled_rad, TimePoint now);
   CoreResult result(const AxisAngles& at_rad);

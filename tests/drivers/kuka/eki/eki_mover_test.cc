@@ -166,16 +166,25 @@ TEST_F(EkiMoverAlone, WithoutTheInputNothingIsGuardedByItAndFastSearchesAreRefus
   EXPECT_FALSE(begin(MoveKind::kRetreat, 5.0, 4.0)) << "only searches have a latch";
 }
 
+TEST_F(EkiMoverAlone, WhatTheSensorIsInTheWayOfIsNoAxissFault) {
+  guard.arm(6);
+  const auto refused = begin(MoveKind::kSearch, 5.0, 10.0, 5);
+  ASSERT_TRUE(refused);
+  expect(*refused, MoveOutcome::kRefused, cause::ArmedOtherwise{5, 6});
+}
+
 // ---- how it ends -------------------------------------------------------------------------------
 
-TEST_F(EkiMoverAlone, ArrivesAtRestAfterTwoWindowsOfStates) {
-  ASSERT_FALSE(begin(MoveKind::kTransit, 5.0));
-  moving(10, 0.5);
-  arrive();
-  const CoreResult result = done(EkiOutcome::kArrived);
-  expect(result, MoveOutcome::kArrived, cause::None{});
-  EXPECT_EQ(states, 10);
-  EXPECT_NEAR(result.at_rad[1], target_deg[1] * kDeg, 1e-12);
+TEST_F(EkiMoverAlone, EachMoveArrivesAtRestAfterTwoWindowsOfStates) {
+  for (int move = 0; move < 2; ++move) {
+    ASSERT_FALSE(begin(MoveKind::kTransit, 5.0));
+    moving(10, 0.5);
+    arrive();
+    const CoreResult result = done(EkiOutcome::kArrived);
+    expect(result, MoveOutcome::kArrived, cause::None{});
+    EXPECT_EQ(states, 10);
+    EXPECT_NEAR(result.at_rad[1], target_deg[1] * kDeg, 1e-12);
+  }
 }
 
 TEST_F(EkiMoverAlone, WhatTheControllerSaysAgainstItIsTheCause) {
@@ -372,6 +381,15 @@ TEST_F(EkiMoverAlone, ARetreatThatEndsInContactSaysSo) {
   }
 }
 
+TEST_F(EkiMoverAlone, ARetreatThatIsStoppedIsStoppedThoughItStillTouches) {
+  guard.touch(true);
+  ASSERT_FALSE(begin(MoveKind::kRetreat, -1.0, 1.0));
+  moving(3, -0.1);
+  mover.halt(MoveOutcome::kStopped, cause::StopAsked{});
+  mover.stop_sent(now);
+  expect(done(EkiOutcome::kStop), MoveOutcome::kStopped, cause::StopAsked{});
+}
+
 struct EkiMoverSearch : EkiMoverAlone {
   /// The controller's interrupt has latched where the arm was then.
   void latched(double a2_deg) {
@@ -416,7 +434,7 @@ TEST_F(EkiMoverSearch, TheInputHasFortyMillisecondsBeforeTheNetworkStopsIt) {
     EXPECT_FALSE(tick());
   }
   EXPECT_FALSE(mover.wants_stop());
-  EXPECT_FALSE(tick());
+  EXPECT_FALSE(tick(500us));
   EXPECT_TRUE(mover.wants_stop());
   mover.stop_sent(now);
   guard.push(ContactEventKind::kContact, 5, heard);
@@ -431,6 +449,9 @@ TEST_F(EkiMoverSearch, NoiseStopsItAtOnceAndIsRevoked) {
   EXPECT_TRUE(mover.wants_stop());
   mover.stop_sent(now);
   expect(done(EkiOutcome::kStop), MoveOutcome::kRevoked, cause::None{});
+  search();  // of which the sensor says nothing
+  moving(3);
+  expect(done(EkiOutcome::kInput), MoveOutcome::kContactSilent, cause::InputAlone{0.104});
 }
 
 TEST_F(EkiMoverSearch, ByFlagATripStopsItAtOnce) {
