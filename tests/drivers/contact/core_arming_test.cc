@@ -210,8 +210,12 @@ TEST_F(CoreArming, OneAtATimeAndTheNextReplacesIt) {
   s.arms = true;
   ASSERT_TRUE(s.run_until([&] { return s.facts().armed; }));
   s.core.poll_arm();
-  EXPECT_TRUE(s.arm(7, 1s));
+  s.core.arm(7, 1s, s.now);
+  EXPECT_FALSE(s.facts().armed);
+  EXPECT_EQ(s.facts().last_arm_end, ArmEnd::kDisarmed);
+  ASSERT_TRUE(s.run_until([&] { return s.facts().armed; }));
   EXPECT_EQ(s.facts().arm_id, 7);
+  EXPECT_EQ(s.facts().last_arm_end, ArmEnd::kNone) << "nothing is said of it by the one before";
   EXPECT_EQ(s.count(CTP_DISARM), 1u);
 }
 
@@ -286,6 +290,10 @@ TEST_F(CoreArming, ATripBeforeItsAnswerIsTheAnswer) {
   EXPECT_EQ(answer->refusal, ArmRefusal::kTrippedAtOnce);
   EXPECT_EQ(s.facts().last_arm_end, ArmEnd::kTripped);
   EXPECT_FALSE(s.facts().armed);
+  // And that was all: it is not asked for again.
+  s.run(200ms);
+  EXPECT_EQ(s.count(CTP_ARM), 1u);
+  EXPECT_FALSE(s.core.poll_arm());
 }
 
 TEST_F(CoreArming, EventsAreAcknowledgedEachTimeAndToldOnce) {
@@ -415,6 +423,8 @@ TEST_F(CoreArming, ASelfTestIsTriedThreeTimesAndThenEverySecond) {
   s.sent.clear();
   ASSERT_TRUE(s.run_until([&] { return s.count(CTP_SELFTEST) == 1; }));
   EXPECT_NEAR(std::chrono::duration<double>(s.now - failed).count(), 1.0, 2e-3);
+  s.run(500ms);
+  EXPECT_EQ(s.count(CTP_SELFTEST), 3u) << "three times each time";
   s.passes = true;
   ASSERT_TRUE(s.run_until([&] { return s.facts().step == ContactStep::kReady; }));
   EXPECT_EQ(s.facts().fault, ContactFault::kNone);

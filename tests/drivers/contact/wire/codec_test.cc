@@ -98,6 +98,7 @@ TEST(CtpCodec, EveryPayloadComesBack) {
   comes_back(SelfTest{}, Direction::kFromHost);
   comes_back(KeepAlive{}, Direction::kFromHost);
   comes_back(Ident{1, {2, 3, 4}, 5, 6, 16'000'000, 8, 9, 0xABCD}, Direction::kFromSensor);
+  comes_back(Board{0x62, 0xD6, 0xFD, 0x0804}, Direction::kFromSensor);
   comes_back(Status{0xFFFFFFFF, 0x1F, 3, 4, 5000, 0x1234}, Direction::kFromSensor);
   comes_back(Trip{1, 2}, Direction::kFromSensor);
   comes_back(Pong{1, 2, 3}, Direction::kFromSensor);
@@ -110,8 +111,27 @@ TEST(CtpCodec, EventsShareOnePayload) {
     const auto frames = feed(reader, build(Event{1, 2, 3, 4, 5, 1, 7}, 0, type).bytes());
     ASSERT_EQ(frames.size(), 1u);
     EXPECT_EQ(frames[0].type, type);
-    EXPECT_EQ(read<Event>(frames[0]).sense_mv, 7);
+    const auto event = read<Event>(frames[0]);
+    EXPECT_EQ(event.event, 1);
+    EXPECT_EQ(event.arm_id, 2);
+    EXPECT_EQ(event.t_first, 3u);
+    EXPECT_EQ(event.dt_confirm_us, 4);
+    EXPECT_EQ(event.bounces, 5);
+    EXPECT_EQ(event.level, 1);
+    EXPECT_EQ(event.sense_mv, 7);
   }
+}
+
+TEST(CtpCodec, ABoardsFusesAndLoaderStandWhereTheProtocolHasThem) {
+  std::array<std::uint8_t, CTP_BOARD_SIZE> bytes{};
+  const Board board{0x62, 0xD6, 0xFD, 0x0804};
+  board.write(bytes.data());
+  EXPECT_EQ(bytes, (std::array<std::uint8_t, CTP_BOARD_SIZE>{0x62, 0xD6, 0xFD, 0x04, 0x08}));
+  const Board read = Board::read(bytes.data());
+  EXPECT_EQ(read.fuses_low, 0x62);
+  EXPECT_EQ(read.fuses_high, 0xD6);
+  EXPECT_EQ(read.fuses_extended, 0xFD);
+  EXPECT_EQ(read.loader, 0x0804);
 }
 
 TEST(CtpReader, EverySingleBitErrorIsRejectedAndTheNextFrameRead) {
