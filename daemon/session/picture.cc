@@ -18,16 +18,12 @@ std::string identifier(Phase phase) {
 
 std::string events_of(const Transition& row) {
   std::string names;
-  bool all = true;
   for (EventKind kind : kAllEvents) {
-    if (!row.on.has(kind)) {
-      all = false;
-      continue;
-    }
+    if (!row.on.has(kind)) continue;
     if (!names.empty()) names += ", ";
     names += to_string(kind);
   }
-  return all ? "any" : names;
+  return names;
 }
 
 std::string label(const Transition& row) {

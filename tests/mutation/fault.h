@@ -141,7 +141,8 @@ template <class T>
 constexpr T number(int fault, T value) {
   return on(fault) ? wrong_number(value) : value;
 }
-/// In the initialiser of a constant: never settled by the compiler.
+/// These two in the initialiser of a constant: never settled by the compiler.
+inline bool met(int fault) { return note(fault, 1); }
 template <class T>
 T constant(int fault, T value) {
   return note(fault, 1) ? wrong_number(value) : value;

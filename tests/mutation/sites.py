@@ -146,7 +146,9 @@ class Sites:
             if token.text == "constexpr":
                 numbers = [k for k in range(j, end) if t[k].kind == "number"]
                 named = any(t[k].kind == "name" for k in range(j, end))
-                if not numbers and not named or any(t[k].kind == "text" for k in range(j, end)):
+                # Of words alone there is nothing to be wrong; `constexpr const char*` is const already.
+                words = any(t[k].kind == "text" for k in range(j, end))
+                if not numbers and not named or words and any(x.text == "const" for x in t[i + 1:j]):
                     continue
                 self.constants.append(Edit(token.start, token.end, "const", 0, token.line))
             settled.update(range(j, end))
@@ -279,11 +281,15 @@ class Sites:
             return
         self._replace(i, [(text, after)], lambda n: f"::faults::{function}({n[0]}, {text})")
 
+    def _chosen(self, i):
+        return "::faults::met" if i in self.settled else "::faults::on"
+
     def _name(self, i):
         t, text = self.tokens, self.tokens[i].text
         if text in ("true", "false"):
             after = "false" if text == "true" else "true"
-            self._replace(i, [(text, after)], lambda n: f"(::faults::on({n[0]}) != {text})")
+            chosen = self._chosen(i)
+            self._replace(i, [(text, after)], lambda n: f"({chosen}({n[0]}) != {text})")
         elif text in ("if", "while") and t[i + 1].text == "(":
             self._condition(i, i + 1)
         elif re.match(r"k[A-Z]", text) and i >= 2 and t[i - 1].text == "::":
@@ -304,7 +310,7 @@ class Sites:
 
     def _enumerator(self, i):
         t = self.tokens
-        name, chosen = t[i - 2].text, t[i].text
+        name, chosen, on = t[i - 2].text, t[i].text, self._chosen(i)
         stem = os.path.splitext(self.path)[0]
         known = sorted(self.enums.get(name, []), key=lambda e: os.path.splitext(e[0])[0] != stem)
         values = next((v for _, v in known if chosen in v), None)
@@ -319,7 +325,7 @@ class Sites:
         if t[first - 1].text == "<" and not t[first - 1].spaced:
             return
         self._add(i, [(f"{name}::{chosen}", f"{name}::{other}")], lambda n: [
-            Edit(start, end, f"(::faults::on({n[0]}) ? {scope}{other} : {scope}{chosen})", 0, t[first].line)])
+            Edit(start, end, f"({on}({n[0]}) ? {scope}{other} : {scope}{chosen})", 0, t[first].line)])
 
     def _statement(self, i):
         """Assignments, and steps by one, that can be left out."""

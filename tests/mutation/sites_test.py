@@ -25,6 +25,8 @@ constexpr double kLimit = 0.5;
 constexpr int kCount = 3;
 constexpr int kSize = 4;
 int table[kSize] = {};
+struct Row { bool good; const char* why; };
+constexpr Row kRows[] = {{true, "a reason"}};
 }
 struct Box { int lid = 0; };
 template <class T> T twice(T t) { return t + t; }
@@ -46,6 +48,7 @@ int work(int a, int b, bool c) {
     default: sum += 100; break;
   }
   for (int i = 0; i < 2; ++i) sum += values[i];
+  for (const Row& row : kRows) sum += row.good ? 500 : 0;
   return sum + twice(box.lid) + static_cast<int>(text.size()) + (a * kLimit > 1.4 ? 1000 : 0) + table[0];
 }
 int main() {
@@ -99,6 +102,8 @@ class Copies(unittest.TestCase):
             self.assertGreater(len(faults), 30)
             changed = sum(self.run_with(copy, f.number) != right for f in faults)
             self.assertGreater(changed, 0.6 * len(faults))
+            row, = (f.number for f in faults if f.line == self.line_of("a reason"))
+            self.assertNotEqual(self.run_with(copy, row), right, "a table of constants with words in it")
             by = {f"{f.before} -> {f.after}": f.number for f in faults if f.line == self.line_of("a < b && !c")}
             for fault, text in (("&& -> ||", ("a < b && !c", "a < b || !c")), ("! -> ", ("!c", "c")),
                                 ("< -> >=", ("a < b &&", "a >= b &&")),

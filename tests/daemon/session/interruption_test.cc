@@ -9,6 +9,7 @@
 #include <set>
 
 #include "tests/daemon/service/fakes.h"
+#include "walk.h"
 
 namespace cellcal::daemon::testing {
 namespace {
@@ -202,6 +203,46 @@ TEST(an_interruption_on_the_way_home, leaves_the_arm_where_it_is_and_identifies)
   EXPECT_EQ(end.calibration->after.count, 2);
 }
 
+TEST(an_interruption_on_the_way_home, of_touches_chosen_one_by_one_leaves_the_arm_there_as_well) {
+  Walk walk;
+  walk.state.one_by_one = true;
+  walk.state.retries = 1;
+  walk.state.phase = Phase::kReturning;
+  walk.on(EventKind::kRobotSilent,
+          [](Event& event) { event.interruption = Interruption::kPacketsStopped; });
+  EXPECT_EQ(walk.state.phase, Phase::kIdentifying);
+  walk.the<CloseDevices>();
+}
+
+TEST(an_interruption_before_the_first_move,
+     forgets_neither_that_the_arm_touches_nor_that_it_does_not) {
+  for (const bool resumed : {true, false}) {
+    Walk walk;
+    walk.state.resumed = resumed;
+    walk.state.retries = 1;
+    walk.to_routing();
+    ASSERT_EQ(walk.state.phase, Phase::kRouting);
+    walk.on(EventKind::kLinks, [](Event& event) {
+      event.links.robot = drivers::RobotLink::kLost;
+      event.links.interruption = Interruption::kPacketsStopped;
+    });
+    EXPECT_EQ(walk.state.phase, Phase::kRecovering);
+    EXPECT_EQ(walk.state.resumed, resumed);
+  }
+}
+
+TEST(an_interruption, asks_under_numbers_that_are_never_nought) {
+  Walk walk;
+  walk.state.retries = 1;
+  walk.to_routing();
+  walk.state.arm_id = 0xFFFF;
+  walk.on(EventKind::kLinks, [](Event& event) {
+    event.links.robot = drivers::RobotLink::kLost;
+    event.links.interruption = Interruption::kPacketsStopped;
+  });
+  EXPECT_EQ(walk.state.arm_id, 1);
+}
+
 TEST(an_interruption, can_be_aborted_while_the_links_prove_themselves) {
   for (const Phase phase : {Phase::kRecovering, Phase::kWatching}) {
     Session session(silent_at({2}, Interruption::kPacketsStopped), 2);
@@ -230,11 +271,17 @@ TEST_P(no_other_failure, is_ever_gone_on_from) {
 
 TEST(the_harm_table, knows_every_failure_and_gives_a_reason) {
   std::set<FailureKind> known;
+  std::set<Interruption> of_the_link;
   for (const Harm& harm : harm_table()) {
+    if (harm.by) {
+      EXPECT_TRUE(of_the_link.insert(*harm.by).second) << harm.reason;
+    }
     known.insert(harm.failure);
     EXPECT_STRNE(harm.reason, "");
     EXPECT_TRUE(!harm.harmless || harm.failure == FailureKind::kRobotSilent) << harm.reason;
   }
+  EXPECT_EQ(of_the_link, (std::set{Interruption::kNone, Interruption::kLateReplies,
+                                   Interruption::kPacketsStopped, Interruption::kOther}));
   for (int kind = 0; std::string(to_string(static_cast<FailureKind>(kind))) != "unknown-failure";
        ++kind) {
     EXPECT_TRUE(known.contains(static_cast<FailureKind>(kind)))

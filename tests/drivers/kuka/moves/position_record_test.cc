@@ -156,5 +156,19 @@ TEST(FarthestAxis, IsNamedWithItsDistance) {
   EXPECT_EQ(farthest_axis({1.0}, {1.0, 5.0}).rad, 0.0);
 }
 
+TEST(PositionRecord, TheEarliestArrivalCountsWhereverItIsInTheRecord) {
+  constexpr int kPackets = 10;
+  for (int early = 0; early < kPackets; ++early) {
+    PositionRecord record;
+    for (int n = 0; n < kPackets; ++n) {
+      record.push(at_ms(4.0 * n + (n == early ? 0.0 : 3.0)), 4u * static_cast<std::uint32_t>(n),
+                  {1.0 * n}, {0.0});
+    }
+    const auto angles = record.actual_at(at_ms(20), 0.001);
+    ASSERT_TRUE(angles) << early;
+    EXPECT_NEAR((*angles)[0], 5.0, 1e-9) << early;
+  }
+}
+
 }  // namespace
 }  // namespace cellcal::drivers
