@@ -143,7 +143,7 @@ EventKind event_of(drivers::MoveOutcome outcome) {
     case MoveOutcome::kNotFollowing:
       return EventKind::kNotFollowing;
   }
-  return EventKind::kRefused;
+  return EventKind::kRefused;  // every outcome is named above
 }
 
 const char* name_of(const Action& action) {
