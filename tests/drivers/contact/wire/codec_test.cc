@@ -74,6 +74,18 @@ TEST(CtpCodec, CobsComesBackForAllLengthsAndContents) {
   }
 }
 
+TEST(CtpCodec, ABlockOfTheGreatestLengthStandsForNoZero) {
+  std::vector<std::uint8_t> coded(255, 1);
+  coded[0] = 0xFF;
+  coded.insert(coded.end(), {2, 7});
+  std::vector<std::uint8_t> back(coded.size()), expected(254, 1);
+  expected.push_back(7);
+  const auto size = cobs_decode(coded, back.data());
+  ASSERT_TRUE(size);
+  back.resize(*size);
+  EXPECT_EQ(back, expected);
+}
+
 template <class Payload>
 void comes_back(const Payload& payload, Direction direction) {
   FrameReader reader(direction);
