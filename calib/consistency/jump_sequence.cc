@@ -50,7 +50,7 @@ double squared_sigmas(Eigen::MatrixXd information, const Eigen::VectorXd& pull, 
 
 JumpSequence::JumpSequence(const Cell& cell, const std::vector<Touch>& touches,
                            const Calibration& c)
-    : levelled_(at_level(cell, ModelLevel{}, touches)),
+    : levelled_(at_level(cell, {1.0, 1.0, 0.0, c.level.play}, touches)),
       arm_(levelled_),
       problem_(levelled_, arm_, touches, starting_places(levelled_, arm_, touches)) {
   weigh_repeats(problem_);
@@ -138,8 +138,7 @@ void JumpSequence::set_prior(const Calibration& c, const Eigen::VectorXd& u) {
     double weight = unknown.prior_weight;
     if (i < problem_.arm_size()) {
       const ArmParameterKind kind = arm_.parameters()[static_cast<std::size_t>(i)].kind;
-      if (kind == ArmParameterKind::kCosine || kind == ArmParameterKind::kSine)
-        weight /= transmission;
+      if (is_transmission(kind)) weight /= transmission;
     }
     information_(i, i) = weight * weight;
     gradient_[i] = weight * weight * (u[i] - unknown.prior_mean_u);

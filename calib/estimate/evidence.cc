@@ -25,7 +25,11 @@ constexpr Prior kRipple[] = {{0.0, 0.25},
                              {6.0 * kRadPerArcsec, 0.25},
                              {15.0 * kRadPerArcsec, 0.15}};
 /// The robot file's is the largest that one would expect; a third of it is as usual.
-constexpr Prior kCompliance[] = {{0.0, 0.1}, {0.3, 0.5}, {1.0, 0.4}};
+constexpr double kLargest = 1.0;
+constexpr Prior kCompliance[] = {{0.0, 0.1}, {0.3, 0.5}, {kLargest, 0.4}};
+/// Three arms in ten that give as much have play, too. Beside the largest compliance alone: where there
+/// is play the joints give in more than one way.
+constexpr double kPlayed = 0.3 / 0.7;
 /// A level this much less likely than the best (e^-9) has no say.
 constexpr double kHopeless = 9.0;
 /// The likeliest levels that hold so much between them bring their covariances; of the rest only
@@ -36,6 +40,7 @@ double log_prior(const ModelLevel& level) {
   double sum = 0.0;
   for (const Prior& p : kCompliance)
     if (p.value == level.compliance) sum += std::log(p.probability);
+  if (level.play > 0.0) sum += std::log(kPlayed);
   for (const Prior& p : kTransmission)
     if (p.value == level.transmission) sum += std::log(p.probability);
   for (const Prior& p : kRipple)
@@ -45,13 +50,19 @@ double log_prior(const ModelLevel& level) {
 
 }  // namespace
 
-std::vector<ModelLevel> usual_levels() {
+std::vector<ModelLevel> usual_levels(bool with_play) {
   std::vector<ModelLevel> levels;
   for (const Prior& ripple : kRipple)
     for (const Prior& compliance : kCompliance)
-      for (const Prior& transmission : kTransmission)
-        levels.push_back({compliance.value, transmission.value, ripple.value});
+      for (const double play : {0.0, 1.0})
+        for (const Prior& transmission : kTransmission)
+          if (play == 0.0 || (with_play && compliance.value == kLargest))
+            levels.push_back({compliance.value, transmission.value, ripple.value, play});
   return levels;
+}
+
+double prior_odds_of_play() {
+  return kPlayed * kCompliance[std::size(kCompliance) - 1].probability;
 }
 
 struct LevelSums::Impl {
@@ -150,10 +161,12 @@ Weighed weigh(const std::vector<Solved>& solved, Eigen::Index size, LevelMean& r
     result.ripple_rad += weight * std::pow(s.step.level.ripple_rad, 2);
     result.transmission += weight * std::pow(s.step.level.transmission, 2);
     result.compliance += weight * std::pow(s.step.level.compliance, 2);
+    result.play += weight * std::pow(s.step.level.play, 2);
   }
   result.ripple_rad = std::sqrt(result.ripple_rad / all.sum_heard);
   result.transmission = std::sqrt(result.transmission / all.sum_heard);
   result.compliance = std::sqrt(result.compliance / all.sum_heard);
+  result.play = std::sqrt(result.play / all.sum_heard);
   return all;
 }
 
@@ -184,7 +197,8 @@ LevelMean LevelSums::mean() const {
   std::list<Family> families;
   const auto family_of = [&](const ModelLevel& level) {
     auto f = std::find_if(families.begin(), families.end(), [&](const Family& other) {
-      return other.ripple_rad() == level.ripple_rad && other.compliance() == level.compliance;
+      return other.ripple_rad() == level.ripple_rad && other.compliance() == level.compliance &&
+             other.play() == level.play;
     });
     if (f != families.end()) return &*f;
     auto plain = std::find_if(eliminated.begin(), eliminated.end(), [&](const Eliminated& other) {
@@ -192,7 +206,7 @@ LevelMean LevelSums::mean() const {
     });
     if (plain == eliminated.end())
       plain = eliminated.emplace(plain, groups, impl_->of(level.ripple_rad));
-    return &*families.emplace(f, groups, *plain, impl_->start, level.compliance);
+    return &*families.emplace(f, groups, *plain, impl_->start, level.compliance, level.play);
   };
   const std::vector<Solved> solved = solve_all(impl_->levels, family_of);
   LevelMean result;

@@ -15,8 +15,11 @@
 
 namespace cellcal::calib {
 
-/// The levels that are considered.
-std::vector<ModelLevel> usual_levels();
+/// The levels that are considered, with or without those that have play.
+std::vector<ModelLevel> usual_levels(bool with_play = false);
+
+/// Probability of play beforehand, over that of none.
+double prior_odds_of_play();
 
 /// Posterior mean and covariance over all levels, in the unknowns of the fullest.
 struct LevelMean {
@@ -25,13 +28,14 @@ struct LevelMean {
   double ripple_rad = 0.0;            ///< root of the mean square over the levels
   double transmission = 0.0;          ///< the same
   double compliance = 0.0;            ///< the same
+  double play = 0.0;                  ///< the same
   std::vector<LevelEvidence> levels;  ///< best first
 };
 
 /// What the touches say about all unknowns near a point, summed for each ripple among the levels;
 /// one more touch is a change of rank one.
 ///
-/// `problem` at the fullest level (transmission 1, compliance where there is any) and without
+/// `problem` at the fullest level (transmission 1, compliance and play where there is any) and without
 /// ripple; `at` its linearisation at `u`, near the solution. One Gauss-Newton step per level.
 /// Throws IdentifyError when touches and priors together leave an unknown undetermined.
 class LevelSums {

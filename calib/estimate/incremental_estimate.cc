@@ -47,7 +47,8 @@ struct RunningEstimate::Impl {
         touches(std::move(first)) {}
 
   std::vector<ModelLevel> levels() const {
-    if (options.level) return {{1.0, 1.0, options.level->ripple_rad}};
+    if (options.level)
+      return {{1.0, 1.0, options.level->ripple_rad, options.level->play > 0.0 ? 1.0 : 0.0}};
     return usual_levels();
   }
 

@@ -13,13 +13,6 @@ namespace {
 /// A hair of information keeps a centre without prior, which turns with the frame, finite.
 constexpr double kHair = 1.0 + 1e-12;
 
-bool is_load(ArmParameterKind kind) {
-  return kind == ArmParameterKind::kCompliance || kind == ArmParameterKind::kLoad;
-}
-bool is_transmission(ArmParameterKind kind) {
-  return kind == ArmParameterKind::kCosine || kind == ArmParameterKind::kSine;
-}
-
 /// Of a lower triangle. A solve with the identity would take three times as long: it does not know
 /// which half stays empty.
 Eigen::MatrixXd inverse_of_lower(const Eigen::MatrixXd& lower) {
@@ -39,16 +32,22 @@ Eigen::MatrixXd inverse_of_lower(const Eigen::MatrixXd& lower) {
 }  // namespace
 
 Groups::Groups(const Problem& problem) {
-  std::vector<int> compliant, wobbling;
+  std::vector<int> compliant, playing, wobbling;
   for (int i = 0; i < problem.size(); ++i) {
     const bool arm = i < problem.arm_size();
     const auto kind = arm ? problem.arm().parameters()[i].kind : ArmParameterKind::kTheta;
-    (is_load(kind) ? compliant : is_transmission(kind) ? wobbling : order).push_back(i);
+    (is_compliance(kind)               ? compliant
+     : kind == ArmParameterKind::kPlay ? playing
+     : is_transmission(kind)           ? wobbling
+                                       : order)
+        .push_back(i);
   }
   plain = static_cast<Eigen::Index>(order.size());
   compliance = static_cast<Eigen::Index>(compliant.size());
+  play = static_cast<Eigen::Index>(playing.size());
   transmission = static_cast<Eigen::Index>(wobbling.size());
   order.insert(order.end(), compliant.begin(), compliant.end());
+  order.insert(order.end(), playing.begin(), playing.end());
   order.insert(order.end(), wobbling.begin(), wobbling.end());
   precision.resize(problem.size());
   mean.resize(problem.size());
@@ -120,13 +119,16 @@ Eliminated::Eliminated(const Groups& groups, const Gathered& gathered) : g(gathe
 }
 
 Family::Family(const Groups& groups, const Eliminated& plain, const Eigen::VectorXd& u,
-               double compliance)
-    : groups_(groups), g_(plain.g), u_(u), compliance_(compliance) {
+               double compliance, double play)
+    : groups_(groups), g_(plain.g), u_(u), compliance_(compliance), play_(play) {
   const Eigen::Index p = groups.plain, t = groups.transmission;
-  const Eigen::Index c = compliance > 0.0 ? groups.compliance : 0;
+  const Eigen::Index soft = compliance > 0.0 ? groups.compliance : 0;
+  const Eigen::Index played = compliance > 0.0 && play > 0.0 ? groups.play : 0;
+  const Eigen::Index c = soft + played;
   size_ = p + c;
   precision_ = groups.precision.head(size_);
-  precision_.tail(c) /= compliance * compliance;
+  precision_.segment(p, soft) /= compliance * compliance;
+  precision_.tail(played) /= play * play;
   if (!plain.factor.positive()) return;
   Eigen::MatrixXd bearing = plain.reduced.topLeftCorner(c, c);
   bearing.diagonal() += kHair * precision_.tail(c);
@@ -139,8 +141,7 @@ Family::Family(const Groups& groups, const Eliminated& plain, const Eigen::Vecto
   coupling_.resize(size_, t);
   coupling_.topRows(p) = plain.coupling.rightCols(t);
   auto borne = coupling_.bottomRows(c);
-  borne = factor.whitened(
-      Eigen::MatrixXd(plain.reduced.topRightCorner(groups.compliance, t).topRows(c)));
+  borne = factor.whitened(Eigen::MatrixXd(plain.reduced.rightCols(t).topRows(c)));
   reduced_ = plain.reduced.bottomRightCorner(t, t);
   reduced_.noalias() -= borne.transpose() * borne;
   log_det_ = 2.0 * lower_.diagonal().array().log().sum();

@@ -18,13 +18,14 @@ namespace cellcal::calib {
 /// in every level, so that it cancels.
 inline constexpr double kFlatPrecision = 1e-8;
 
-/// The unknowns in three groups, one behind the other: those that every level has with the same
-/// prior; compliance; transmission. What a level leaves out or scales is then a block.
+/// The unknowns in four groups, one behind the other: those that every level has with the same
+/// prior; compliance; play, which no level has without compliance; transmission. What a level leaves
+/// out or scales is then a block.
 struct Groups {
   explicit Groups(const Problem& problem);
 
   std::vector<int> order;  ///< the problem's index of each
-  Eigen::Index plain = 0, compliance = 0, transmission = 0;
+  Eigen::Index plain = 0, compliance = 0, play = 0, transmission = 0;
   Eigen::VectorXd precision, mean;  ///< priors, in this order
 };
 
@@ -40,7 +41,7 @@ struct Gathered {
 void gather(const Problem& problem, const Linearisation& at, const Groups& groups, Gathered& g);
 
 /// One level's Gauss-Newton step from u and its evidence. `rest`: the plain unknowns and, where the
-/// level has it, compliance.
+/// level has them, compliance and play.
 struct Step {
   ModelLevel level;
   bool solved = false;
@@ -62,13 +63,14 @@ struct Eliminated {
   Eigen::MatrixXd reduced;   ///< others' block, plain integrated out, no prior
 };
 
-/// The levels of one ripple and one compliance: they differ in the prior of the transmission alone,
-/// so that all other unknowns are eliminated once; compliance here, the plain ones before.
+/// The levels of one ripple, one compliance and one play: they differ in the prior of the transmission
+/// alone, so that all other unknowns are eliminated once; compliance and play here, the plain ones
+/// before.
 class Family {
  public:
-  /// Keeps references to all but the compliance, the prior's factor; 0: stiff joints.
-  Family(const Groups& groups, const Eliminated& plain, const Eigen::VectorXd& u,
-         double compliance);
+  /// Keeps references to all but compliance and play, the priors' factors; 0: stiff joints, none.
+  Family(const Groups& groups, const Eliminated& plain, const Eigen::VectorXd& u, double compliance,
+         double play);
 
   /// The evidence without what is known of the level beforehand.
   Step solve(const ModelLevel& level);
@@ -82,6 +84,7 @@ class Family {
 
   double ripple_rad() const { return g_.ripple_rad; }
   double compliance() const { return compliance_; }
+  double play() const { return play_; }
 
  private:
   /// Right side at the point that the step starts from: an unknown that the level has not goes to
@@ -101,7 +104,7 @@ class Family {
   const Groups& groups_;
   const Gathered& g_;
   const Eigen::VectorXd& u_;
-  double compliance_;
+  double compliance_, play_;
   Eigen::Index size_ = 0;
   Eigen::VectorXd precision_;
   bool solvable_ = false;

@@ -177,9 +177,11 @@ std::string calibration_to_json(const Calibration& c) {
   out["robot"] = parse_ordered_json(toml_to_json(robot_to_toml(c.cell.robot)));
   out["cell"] = parse_ordered_json(toml_to_json(cell_to_toml(c.cell, c.cell.robot.name)));
   const auto level_json = [](const ModelLevel& level) {
-    return ordered{{"compliance", level.compliance},
-                   {"transmission", level.transmission},
-                   {"ripple_arcsec", level.ripple_rad / kRadPerArcsec}};
+    ordered entry{{"compliance", level.compliance},
+                  {"transmission", level.transmission},
+                  {"ripple_arcsec", level.ripple_rad / kRadPerArcsec}};
+    if (level.play > 0.0) entry["play"] = level.play;
+    return entry;
   };
   out["model"] = level_json(c.level);
   out["model"]["reason"] = c.level_reason;
@@ -327,6 +329,7 @@ Calibration calibration_from_json(std::string_view text, const std::string& name
     level.compliance = r.at("compliance").number();
     level.transmission = r.at("transmission").number();
     level.ripple_rad = r.at("ripple_arcsec").number() * kRadPerArcsec;
+    if (r.has("play")) level.play = r.at("play").not_negative();
     if (level.compliance < 0.0 || level.transmission < 0.0 || level.ripple_rad < 0.0)
       r.fail("must not be negative");
     return level;

@@ -92,6 +92,7 @@ ArmErrors ArmModel::errors(const double* x) const {
       case ArmParameterKind::kLoad:
       case ArmParameterKind::kCosine:
       case ArmParameterKind::kSine:
+      case ArmParameterKind::kPlay:
         break;  // by the pose
     }
   }
@@ -240,6 +241,7 @@ void ArmModel::turn_derivative(const PreparedPose& pose, const ArmErrors& errors
       case ArmParameterKind::kLoad:
       case ArmParameterKind::kCosine:
       case ArmParameterKind::kSine:
+      case ArmParameterKind::kPlay:
         jacobian.col(p) = carried(pose.factor[p] * chain.link[parameter.joint].z);
         break;
       case ArmParameterKind::kDeflection: {

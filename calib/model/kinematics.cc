@@ -107,6 +107,12 @@ ArmModel::ArmModel(const Robot& robot, const Tool& tool, const std::vector<Tool>
   }
   for (int i = 0; i < joint_count(); ++i) {
     const Joint& joint = robot_.joints[i];
+    if (joint.play_sigma_rad > 0.0)
+      parameters_.push_back({ArmParameterKind::kPlay, i, 0, 0, joint.play_sigma_rad,
+                             joint.name + ".play", "arcsec", kArcsecPerRad});
+  }
+  for (int i = 0; i < joint_count(); ++i) {
+    const Joint& joint = robot_.joints[i];
     if (joint.harmonic_sigma_rad <= 0.0) continue;
     for (int h : joint.harmonics) {
       const std::string order = std::to_string(h);
@@ -167,17 +173,24 @@ PreparedPose ArmModel::prepare(std::span<const double> joint_rad, int tool) cons
   pose.factor = Eigen::VectorXd::Zero(size());
   Eigen::VectorXd torque;
   ArmChain chain;
+  const auto torque_nm = [&](int joint) {
+    if (torque.size() == 0) {
+      walk_links(pose, none_, chain);
+      torque = gravity_torque_nm(chain);
+    }
+    return torque[joint];
+  };
   Direction first{1.0, 0.0}, wave{1.0, 0.0};  // of the gear, of its harmonic
   int joint = -1, harmonic = 0;
   for (int p = first_by_pose_; p < last_by_pose_; ++p) {
     const ArmParameter& parameter = parameters_[p];
     switch (parameter.kind) {
       case ArmParameterKind::kCompliance:
-        if (torque.size() == 0) {
-          walk_links(pose, none_, chain);
-          torque = gravity_torque_nm(chain);
-        }
-        pose.factor[p] = torque[parameter.joint];
+        pose.factor[p] = torque_nm(parameter.joint);
+        break;
+      case ArmParameterKind::kPlay:
+        pose.factor[p] =
+            std::tanh(torque_nm(parameter.joint) / robot_.joints[parameter.joint].play_closes_nm);
         break;
       case ArmParameterKind::kLoad:  // behind kCompliance: chain is walked
         pose.factor[p] = chain.link[parameter.joint].z.dot(

@@ -2,7 +2,7 @@
 // The real arm as a function of its errors: forward kinematics with analytic derivatives.
 //
 // Model (calib/model/README.md, (1) to (7)). With the errors x put into the exact chain:
-//   theta_i = sgn_i q_i + offset_i + dtheta_i + k_i tau_i(q) + sum_h [wc_ih cos(h n_i q_i) + ws_ih sin(h n_i q_i)]
+//   theta_i = sgn_i q_i + offset_i + dtheta_i + k_i tau_i(q) + p_i tanh(tau_i(q) / tau_0i) + sum_h [wc_ih cos(h n_i q_i) + ws_ih sin(h n_i q_i)]
 //   T_i     = Rz(theta_i) Tz(d_i + dd_i) Tx(a_i + da_i) Rx(alpha_i + dalpha_i) Ry(beta_i + dbeta_i)
 //   TCP     = flange * tool, then displaced by c_t m_t l_t^3/3 g_perp and turned by c_t m_t l_t^2/2 (z_t x g)
 // Where a link's mass moment m_j c_j is not known, each of its components adds k_i times its torque
@@ -34,9 +34,19 @@ enum class ArmParameterKind {
   kLoad,        // k_i times an unknown part of a link's mass moment
   kCosine,
   kSine,        // transmission harmonic
+  kPlay,        // p_i
   kDeflection,  // c_t
   kTcp          // one component of the tool's offset
 };
+
+/// What a joint gives in proportion to its load.
+constexpr bool is_compliance(ArmParameterKind kind) {
+  return kind == ArmParameterKind::kCompliance || kind == ArmParameterKind::kLoad;
+}
+/// What its gear adds to its angle once per revolution and faster.
+constexpr bool is_transmission(ArmParameterKind kind) {
+  return kind == ArmParameterKind::kCosine || kind == ArmParameterKind::kSine;
+}
 
 struct ArmParameter {
   ArmParameterKind kind;
@@ -59,8 +69,9 @@ constexpr int kMaxTools = 8;
 /// What depends on the axis angles alone and not on the errors; computed once per touch.
 struct PreparedPose {
   Eigen::Matrix2Xd direction;  ///< per joint: cosine and sine of the nominal theta
-  Eigen::VectorXd factor;      ///< per parameter: dtheta/dx for compliance, load, harmonics; else 0
-  int tool = 0;                ///< whose tip it is about
+  Eigen::VectorXd
+      factor;    ///< per parameter: dtheta/dx for compliance, load, play, harmonics; else 0
+  int tool = 0;  ///< whose tip it is about
 };
 
 /// What depends on the errors alone and not on the axis angles; computed once for many poses.

@@ -21,6 +21,10 @@ const std::vector<int> kUsualOrders = {1, 2, 3, 4};
 /// that this counts for.
 constexpr double kUsualSagRad = 3e-3;
 constexpr double kLeastLoadNm = 100.0;
+/// Half the lost motion of a worn gear, 1 sigma, and the share of its largest load that closes it: an
+/// elastic backlash closes over some of it.
+constexpr double kUsualPlayRad = 30.0 * kRadPerArcsec;
+constexpr double kClosesOfLargest = 0.1;
 /// Links whose masses are not stated: by length, as of arms for some ten kilograms.
 constexpr double kUsualMassKgPerM = 40.0;
 constexpr double kGravity = 9.81;
@@ -49,25 +53,25 @@ void assume_masses(Robot& robot) {
     if (joint.moment_sigma_kg_m < kOfTheHeaviest * heaviest) joint.moment_sigma_kg_m = 0.0;
 }
 
-/// Every joint but one that turns about the vertical; each by the load it can come to bear.
-void assume_compliance(Robot& robot, const Cell& cell) {
+/// Largest load of each joint [N m], the arm stretched out: everything that hangs on it. 0: it turns about
+/// the vertical and bears none.
+std::vector<double> largest_load_nm(const Robot& robot, const Cell& cell) {
   const Eigen::Vector3d axis = robot.base_fixed.linear().col(2);
   const bool upright = axis.cross(robot.gravity_m_s2).norm() < 0.01 * robot.gravity_m_s2.norm();
-  // From the tip inwards: everything that hangs on a joint, the arm stretched out.
   double mass = cell.tool.mass_kg, moment = cell.tool.mass_kg * cell.tool.com_m.norm();
   for (const Tool& tool : cell.other_tools) {
     mass += tool.mass_kg;
     moment += tool.mass_kg * tool.com_m.norm();
   }
+  std::vector<double> load(robot.joints.size());
   for (std::size_t i = robot.joints.size(); i-- > 0;) {
-    Joint& joint = robot.joints[i];
+    const Joint& joint = robot.joints[i];
     const double length = std::hypot(joint.a_m, joint.d_m);
     moment += mass * length + joint.mass_kg * std::max(0.0, length - joint.com_m.norm());
     mass += joint.mass_kg;
-    if (i > 0 || !upright)
-      // (9)
-      joint.compliance_sigma_rad_per_nm = kUsualSagRad / std::max(kLeastLoadNm, kGravity * moment);
+    load[i] = i == 0 && upright ? 0.0 : std::max(kLeastLoadNm, kGravity * moment);
   }
+  return load;
 }
 
 double largest_transmission_rad(const Cell& cell) {
@@ -94,11 +98,14 @@ Cell at_level(const Cell& cell, const ModelLevel& level, std::span<const Touch> 
 Cell at_level(const Cell& cell, const ModelLevel& level) {
   Cell result = cell;
   const bool named = largest_transmission_rad(cell) > 0.0;
-  if (level.compliance > 0.0 && !stated(cell.robot, &Joint::compliance_sigma_rad_per_nm)) {
-    if (!stated(cell.robot, &Joint::mass_kg)) assume_masses(result.robot);
-    assume_compliance(result.robot, cell);
-  }
-  for (Joint& joint : result.robot.joints) {
+  const bool compliance_stated = stated(cell.robot, &Joint::compliance_sigma_rad_per_nm);
+  if (level.compliance > 0.0 && !compliance_stated && !stated(cell.robot, &Joint::mass_kg))
+    assume_masses(result.robot);
+  const std::vector<double> load_nm = largest_load_nm(result.robot, cell);
+  for (std::size_t i = 0; i < load_nm.size(); ++i) {
+    Joint& joint = result.robot.joints[i];
+    if (level.compliance > 0.0 && !compliance_stated && load_nm[i] > 0.0)
+      joint.compliance_sigma_rad_per_nm = kUsualSagRad / load_nm[i];  // (9)
     joint.compliance_sigma_rad_per_nm *= level.compliance;
     if (!named) {
       joint.harmonics = kUsualOrders;
@@ -107,6 +114,9 @@ Cell at_level(const Cell& cell, const ModelLevel& level) {
       joint.harmonic_sigma_rad = kUsualTransmissionRad;
     }
     joint.harmonic_sigma_rad *= level.transmission;
+    if (level.play <= 0.0 || load_nm[i] == 0.0) continue;
+    joint.play_sigma_rad = level.play * kUsualPlayRad;
+    joint.play_closes_nm = kClosesOfLargest * load_nm[i];
   }
   return result;
 }
@@ -118,6 +128,7 @@ std::string words(const Cell& cell, const ModelLevel& level) {
                   [](const Tool& tool) { return tool.deflection_sigma > 0.0; }))
     text += ", tool bending";
   if (level.compliance > 0.0) text += ", joint compliance";
+  if (level.play > 0.0) text += ", play";
   if (level.transmission > 0.0)
     text += fmt::format(", transmission {:.0f} arcsec",
                         largest_transmission_rad(at_level(cell, level)) / kRadPerArcsec);

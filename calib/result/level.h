@@ -2,7 +2,7 @@
 // Model levels: which of the arm's imperfections a fit may explain the touches with. Geometry and
 // the bending of the tool are always in it.
 //
-// Beyond them: joint compliance; transmission error, smooth in the joint angle (a few harmonics per
+// Beyond them: joint compliance; play, closed by the load; transmission error, smooth in the joint angle (a few harmonics per
 // joint); and ripple, transmission error too fast to be followed from touch to touch, which acts as
 // joint noise. They are in every arm whether or not its file names them: they are the discrepancy
 // between a geometric model and a real arm, and leaving them out is what makes stated bounds too
@@ -25,8 +25,12 @@ struct ModelLevel {
   /// none); 0: none.
   double transmission = 1.0;
   double ripple_rad = 0.0;  ///< 1 sigma per joint
+  double play = 0.0;        ///< prior of the play in units of the usual, 30 arcsec; 0: none
   bool operator==(const ModelLevel&) const = default;
 };
+
+/// Everything that an arm may do: what an estimate begins from.
+inline constexpr ModelLevel kFullestLevel{1.0, 1.0, 0.0, 1.0};
 
 /// One level that was considered, and how well it explains the touches.
 struct LevelEvidence {

@@ -202,8 +202,8 @@ std::vector<int> sought_in(const Problem& problem) {
   for (int i = 0; i < problem.size(); ++i) {
     const ArmParameterKind kind =
         i < problem.arm_size() ? problem.arm().parameters()[i].kind : ArmParameterKind::kTheta;
-    if (kind != ArmParameterKind::kCosine && kind != ArmParameterKind::kSine &&
-        kind != ArmParameterKind::kLoad)
+    if (!is_transmission(kind) && kind != ArmParameterKind::kLoad &&
+        kind != ArmParameterKind::kPlay)
       sought.push_back(i);
   }
   return sought;

@@ -23,8 +23,7 @@ constexpr double kFlat = 1e-3;
 
 /// Columns of the arm that every model level has: geometry, tool and bending.
 bool is_geometry(ArmParameterKind kind) {
-  return kind != ArmParameterKind::kCompliance && kind != ArmParameterKind::kLoad &&
-         kind != ArmParameterKind::kCosine && kind != ArmParameterKind::kSine;
+  return !is_compliance(kind) && !is_transmission(kind) && kind != ArmParameterKind::kPlay;
 }
 
 /// J'J over some columns, lower part; by blocks that stay in the cache, however many rows.

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 
 #include "calib/consistency/artefact_bias.h"
 #include "calib/consistency/leave_one_out.h"
@@ -16,6 +17,7 @@
 #include "calib/estimate/discrepancy.h"
 #include "calib/estimate/estimate.h"
 #include "calib/estimate/level_family.h"
+#include "calib/estimate/play.h"
 #include "calib/estimate/problem.h"
 #include "calib/estimate/repeats.h"
 #include "calib/estimate/target_place.h"
@@ -67,10 +69,9 @@ void fill_parameters(const Problem& problem, const Estimate& e, const FrameDirec
     if (i < problem.arm_size()) {
       const ArmParameterKind kind = problem.arm().parameters()[i].kind;
       // Of the levels, each as far as it is believed.
-      if (kind == ArmParameterKind::kCosine || kind == ArmParameterKind::kSine)
-        prior_u *= e.levels.transmission;
-      if (kind == ArmParameterKind::kCompliance || kind == ArmParameterKind::kLoad)
-        prior_u *= e.levels.compliance;
+      if (is_transmission(kind)) prior_u *= e.levels.transmission;
+      if (is_compliance(kind)) prior_u *= e.levels.compliance;
+      if (kind == ArmParameterKind::kPlay) prior_u *= e.levels.play;
     }
     if (of_frame * std::min(1.0, prior_u * prior_u) > 0.5 * variance_u)
       p.decided_by = DecidedBy::kFrame;
@@ -140,15 +141,34 @@ double log_evidence(const Problem& problem, const Estimate& e, double gate) {
 std::string level_reason(const Cell& cell, const ModelLevel& level, const LevelMean& mean,
                          bool given) {
   if (given) return words(cell, level) + "; as asked for";
-  double compliance = 0.0;
-  for (const LevelEvidence& l : mean.levels)
+  double compliance = 0.0, play = 0.0;
+  for (const LevelEvidence& l : mean.levels) {
     compliance += l.level.compliance > 0.0 ? l.probability : 0.0;
+    play += l.level.play > 0.0 ? l.probability : 0.0;
+  }
   return fmt::format(
-      "{}; mean over {} levels, each by its evidence. Joint compliance is in it at {:.0f} %. The "
+      "{}; mean over {} levels, each by its evidence. Joint compliance is in it at {:.0f} %{}. The "
       "likeliest level, at {:.0f} %: {}",
       words(cell, level), mean.levels.size(), 100.0 * compliance,
+      level.play > 0.0 ? fmt::format(", play at {:.0f} %", 100.0 * play) : "",
       100.0 * mean.levels.front().probability, words(cell, mean.levels.front().level));
 }
+
+/// A cell taken at its word, up to a level.
+struct Stated {
+  Stated(const Cell& cell, const std::vector<Touch>& touches, const ModelLevel& fullest)
+      : level(fullest),
+        levelled(at_level(cell, fullest, touches)),
+        arm(levelled),
+        problem(levelled, arm, touches, starting_places(cell, arm, touches)),
+        repeats(weigh_repeats(problem)) {}
+
+  ModelLevel level;
+  Cell levelled;
+  ArmModel arm;
+  Problem problem;
+  Repeats repeats;
+};
 
 }  // namespace
 
@@ -183,7 +203,7 @@ Calibration not_identified(const Cell& cell, const std::vector<Touch>& touches,
 
   Calibration calibration;
   calibration.cell = cell;
-  calibration.level = options.level.value_or(ModelLevel{});
+  calibration.level = options.level.value_or(kFullestLevel);
   calibration.level_reason = "nothing was identified; the nominal arm";
   const FrameDirections no_frame{Eigen::MatrixXd(problem.size(), 0), {}};
   fill_parameters(problem, e, no_frame, 1.0, calibration);
@@ -213,21 +233,27 @@ Calibration identify_as_stated(const Cell& cell, const std::vector<Touch>& touch
   require_sound(cell, touches);
   // The fullest level first: outliers are judged by a model that can explain all that an arm does,
   // and the evidence of every simpler level follows from its linearisation.
-  const Cell levelled = at_level(cell, options.level.value_or(ModelLevel{}), touches);
-  const ArmModel arm(levelled);
-  const auto places = starting_places(cell, arm, touches);
-  Problem problem(levelled, arm, touches, places);
-  const Repeats repeats = weigh_repeats(problem);
+  auto likely = std::make_unique<Stated>(cell, touches, options.level.value_or(ModelLevel{}));
   std::vector<ModelLevel> levels = usual_levels();
-  if (options.level) levels = {{1.0, 1.0, options.level->ripple_rad}};
-  Estimate e = estimate(problem, options, std::move(levels));
+  if (options.level)
+    levels = {{1.0, 1.0, options.level->ripple_rad, options.level->play > 0.0 ? 1.0 : 0.0}};
+  Estimate e = estimate(likely->problem, options, std::move(levels));
   const bool together = options.with_discrepancy && !options.level;
+  if (!together && !options.level) {
+    auto played = std::make_unique<Stated>(cell, touches, kFullestLevel);
+    if (estimate_with_play(likely->problem, played->problem, options, e))
+      likely = std::move(played);
+  }
+  const ArmModel& arm = likely->arm;
+  Problem& problem = likely->problem;
+  const Repeats& repeats = likely->repeats;
   Calibration calibration;
   if (together) calibration.discrepancy = estimate_together(problem, options, repeats, e);
   const LevelMean& mean = e.levels;
 
   calibration.cell = cell;
-  calibration.level = options.level.value_or(ModelLevel{1.0, mean.transmission, mean.ripple_rad});
+  calibration.level = options.level.value_or(
+      ModelLevel{1.0, mean.transmission, mean.ripple_rad, likely->level.play});
   calibration.levels = mean.levels;
   calibration.log_evidence = log_evidence(problem, e, options.outlier_sigma);
   if (options.level) calibration.levels.front().level = *options.level;

@@ -130,11 +130,12 @@ std::string correlations(const View& view) {
                                      : "The frame directions are part of these figures. ";
   const std::size_t of_frame = strong.of_targets_or_frame;
   const std::string left_out =
-      of_frame == 0 ? std::string()
-                    : fmt::format(
-                          "<p class=\"note\">Left out: {} with a coordinate of a target, or with a value that "
-                          "is a matter of the frame; they say nothing about the robot.</p>\n",
-                          counted(of_frame, "pair", "pairs"));
+      of_frame == 0
+          ? std::string()
+          : fmt::format(
+                "<p class=\"note\">Left out: {} with a coordinate of a target, or with a value that "
+                "is a matter of the frame; they say nothing about the robot.</p>\n",
+                counted(of_frame, "pair", "pairs"));
   if (strong.pairs.empty()) {
     return section("correlations", kHeading,
                    fmt::format("<p>{}No two parameters of robot, tool and touch correlate by more "

@@ -50,6 +50,8 @@ std::string_view parts() {
          "<tr><th scope=\"row\">tool bending</th><td>the tool yields to its weight</td></tr>\n"
          "<tr><th scope=\"row\">joint compliance</th><td>each joint yields in proportion to the "
          "torque of gravity on it</td></tr>\n"
+         "<tr><th scope=\"row\">play</th><td>each joint lies to the side that gravity loads it to, the "
+         "more the larger its torque, up to half of its play</td></tr>\n"
          "<tr><th scope=\"row\">transmission</th><td>error of the gears that is smooth in the "
          "joint&rsquo;s angle; the figure is the tolerance (1&sigma;) of each of its "
          "amplitudes</td></tr>\n"

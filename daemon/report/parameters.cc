@@ -83,6 +83,7 @@ std::string_view meaning_of(std::string_view name) {
   if (last == "alpha") return "twist of the link";
   if (last == "beta") return "tilt to the parallel axis";
   if (last == "compliance") return "yielding under torque";
+  if (last == "play") return "half of the play, closed by the load";
   if (is_wave(name)) return last.starts_with("cos") ? "cosine wave" : "sine wave";
   if (last == "radius") return "correction of the radius";
   if (last == "c_t") return "bending";

@@ -113,6 +113,7 @@ Truth draw_truth(const calib::Cell& stated, const TruthOptions& options) {
         break;
       case calib::ArmParameterKind::kCosine:
       case calib::ArmParameterKind::kSine:
+      case calib::ArmParameterKind::kPlay:
       case calib::ArmParameterKind::kTcp:
         truth.errors[i] = parameter.sigma * draw;
         break;

@@ -174,7 +174,7 @@ TEST(ArmModel, WhatHasNoToleranceIsNoParameter) {
   auto drawn = testing::random_arm(random);
   for (Joint& joint : drawn.robot.joints) {
     joint.tolerance_angle_rad = joint.tolerance_length_m = 0.0;
-    joint.compliance_sigma_rad_per_nm = joint.harmonic_sigma_rad = 0.0;
+    joint.compliance_sigma_rad_per_nm = joint.harmonic_sigma_rad = joint.play_sigma_rad = 0.0;
   }
   drawn.tool.deflection_sigma = 0.0;
   drawn.tool.tcp_sigma_m.setZero();

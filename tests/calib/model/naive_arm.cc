@@ -102,6 +102,10 @@ Eigen::Isometry3d naive_tcp(const ArmModel& arm, const JointVector& q, const Eig
             x[p] * (torque_by_energy_nm(moved, tool, theta)[parameter.joint] - with);
         break;
       }
+      case ArmParameterKind::kPlay:
+        links[joint].theta +=
+            x[p] * std::tanh(torque[parameter.joint] / robot.joints[joint].play_closes_nm);
+        break;
       case ArmParameterKind::kCosine:
         links[joint].theta += x[p] * std::cos(phase);
         break;

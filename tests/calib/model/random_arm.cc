@@ -30,6 +30,10 @@ Joint random_joint(Random& random, int number) {
   joint.mass_kg = random.uniform(0.0, 30.0);
   for (int k = 0; k < 3; ++k) joint.com_m[k] = random.uniform(-0.3, 0.3);
   if (random.uniform() < 0.6) joint.compliance_sigma_rad_per_nm = 1e-6;
+  if (joint.mass_kg > 10.0) {
+    joint.play_sigma_rad = 30.0 * kRadPerArcsec;
+    joint.play_closes_nm = joint.mass_kg;
+  }
   if (random.uniform() < 0.5) joint.moment_sigma_kg_m = 2.0;
   if (random.uniform() < 0.6) {
     joint.gear_ratio = random.uniform(-120.0, 120.0);

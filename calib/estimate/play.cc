@@ -1,0 +1,60 @@
+#include "calib/estimate/play.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "calib/estimate/evidence.h"
+#include "calib/model/error.h"
+
+namespace cellcal::calib {
+
+namespace {
+
+/// Where the estimate without play stands among the unknowns of one with it.
+Eigen::VectorXd without_play(const Problem& played, const Eigen::VectorXd& plain_u) {
+  Eigen::VectorXd u = Eigen::VectorXd::Zero(played.size());
+  Eigen::Index from = 0;
+  for (int i = 0; i < played.size(); ++i) {
+    const bool is_play =
+        i < played.arm_size() && played.arm().parameters()[i].kind == ArmParameterKind::kPlay;
+    if (!is_play) u[i] = plain_u[from++];
+  }
+  return u;
+}
+
+/// log of the sum of the levels' evidence.
+double log_sum(const std::vector<LevelEvidence>& levels) {
+  const double best = levels.front().log_evidence;
+  double sum = 0.0;
+  for (const LevelEvidence& l : levels) sum += std::exp(l.log_evidence - best);
+  return best + std::log(sum);
+}
+
+}  // namespace
+
+bool estimate_with_play(const Problem& plain, Problem& played, const IdentifyOptions& options,
+                        Estimate& e) {
+  if (played.size() == plain.size()) return false;
+  Estimate with;
+  with.u = without_play(played, e.u);
+  with.use = e.use;
+  with.gate = e.gate;
+  played.set_ripple(e.levels.ripple_rad);
+  linearise(played, with.u, with.use, with.posterior.linear);
+  std::vector<ModelLevel> levels = usual_levels(true), only_play = levels;
+  std::erase_if(only_play, [](const ModelLevel& level) { return level.play == 0.0; });
+  const double log_odds =
+      log_sum(mean_over_levels(played, with.u, with.posterior.linear, only_play).levels) -
+      log_sum(e.levels.levels);
+  if (!(log_odds > std::log(prior_odds_of_play()))) return false;  // (27a)
+  try {
+    refine(played, options, std::move(levels), with);
+  } catch (const IdentifyError&) {
+    return false;  // no such arm: something else is wrong, and it is asked for elsewhere
+  }
+  e = std::move(with);
+  return true;
+}
+
+}  // namespace cellcal::calib
