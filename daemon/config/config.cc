@@ -35,7 +35,7 @@ constexpr const char* kDefaultState = "/var/lib/cellcal";
 constexpr const char* kDefaultSocket = "/run/cellcal/cellcald.sock";
 
 void read_motion(const TomlTable& table, DaemonConfig& config) {
-  // 3 to 100 %: below, waypoints take longer than the session's patience.
+  // 3 to 100 %: below, waypoints take longer than the session waits.
   config.motion.speed_fraction = table.number_or("speed_percent", 20.0, {3.0, 100.0}) / 100.0;
   config.motion.acceleration_rad_s2 =
       table.number_or("acceleration_deg_s2", 120.0, {1.0, 2000.0}) * kRad;
@@ -60,9 +60,9 @@ void read_motion(const TomlTable& table, DaemonConfig& config) {
 }
 
 void read_session(const TomlTable& table, DaemonConfig& config) {
-  const double usual = std::chrono::duration<double>(config.patience.connecting).count();
+  const double usual = std::chrono::duration<double>(config.timeouts.connecting).count();
   const double wait_s = table.number_or("connect_wait_s", usual, {1.0, 3600.0});
-  config.patience.connecting = std::chrono::milliseconds(std::llround(wait_s * 1e3));
+  config.timeouts.connecting = std::chrono::milliseconds(std::llround(wait_s * 1e3));
   config.retries = static_cast<int>(table.integer_or("retries", 0, 0, 100));
   table.refuse_unknown();
 }

@@ -45,7 +45,7 @@ struct DaemonConfig {
   std::filesystem::path state_dir, socket;
   MotionConfig motion;
   TouchPolicy touch;
-  Patience patience;
+  Timeouts timeouts;
   int retries = 0;         ///< harmless interruptions after which a session goes on by itself
   drivers::RsiConfig rsi;  ///< without what depends on the robot file: see rsi_config_for()
   drivers::EkiConfig eki;  ///< likewise: see eki_config_for()

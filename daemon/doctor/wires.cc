@@ -28,11 +28,11 @@ using namespace std::chrono_literals;
 
 constexpr std::chrono::milliseconds kLook{5};
 /// A board's bootloader takes 2 s, the driver's clock map and self-test another.
-constexpr double kContactPatienceS = 8.0;
+constexpr double kContactTimeoutS = 8.0;
 /// A fault that stands this long is no passing state.
-constexpr double kFaultPatienceS = 2.0;
+constexpr double kFaultTimeoutS = 2.0;
 /// A HELLO is sent five times in this, and a sensor of that rate answers the first.
-constexpr double kBaudPatienceS = 1.0;
+constexpr double kBaudTimeoutS = 1.0;
 /// What the firmware can be set to (drivers/contact/firmware/README.md).
 constexpr std::array kSensorRates{1'000'000, 250'000, 115'200};
 /// What is refused or lost is known by then; nothing new comes.
@@ -170,14 +170,14 @@ void Wires::contact(const std::optional<ProcessRights>& daemon) {
   }
   const Steady::time_point begun = Steady::now();
   std::optional<Steady::time_point> faulty;
-  while (since(begun) < kContactPatienceS) {
+  while (since(begun) < kContactTimeoutS) {
     look_at_contact();
     const drivers::ContactStatus& s = contact_seen_.newest;
     if (s.link == drivers::ContactLink::kReady) break;
     const bool stuck = s.link == drivers::ContactLink::kFault || s.in_contact;
     if (!stuck) faulty.reset();
     if (stuck && !faulty) faulty = Steady::now();
-    if (faulty && since(*faulty) > kFaultPatienceS) break;
+    if (faulty && since(*faulty) > kFaultTimeoutS) break;
     std::this_thread::sleep_for(kLook);
   }
   if (contact_seen_.newest.fault == drivers::ContactFault::kBaud) look_for_baud();
@@ -199,7 +199,7 @@ void Wires::look_for_baud() {
       continue;  // a rate that this adapter does not have is not the sensor's
     }
     const Steady::time_point begun = Steady::now();
-    while (since(begun) < kBaudPatienceS && !contact_seen_.answers_at) {
+    while (since(begun) < kBaudTimeoutS && !contact_seen_.answers_at) {
       if (other.status().identity.protocol != 0) contact_seen_.answers_at = baud;
       std::this_thread::sleep_for(kLook);
     }

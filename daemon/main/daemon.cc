@@ -119,7 +119,7 @@ void run_daemon(const DaemonConfig& config) {
   for (const std::string& remark : journal.remarks()) spdlog::warn("{}", remark);
   SessionService service({journal, config.state_dir,
                           [&config](const calib::Cell& cell) { return make_backend(config, cell); },
-                          config.touch, config.patience, config.retries});
+                          config.touch, config.timeouts, config.retries});
   Api api(service, journal);
   HttpServer server(
       context, config.socket,

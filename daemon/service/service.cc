@@ -299,7 +299,7 @@ void SessionService::run(Job& job) {
 void SessionService::carry_out(Job& job) {
   State state;
   state.policy = job.options.touch;
-  state.patience = parts_.patience;
+  state.timeouts = parts_.timeouts;
   state.retries = parts_.retries;
   state.how_to_start = job.backend->how_to_start();
   state.one_by_one = job.options.one_by_one;

@@ -53,7 +53,7 @@ struct ServiceParts {
   std::filesystem::path state_dir;
   std::function<std::unique_ptr<Backend>(const calib::Cell&)> make_backend;
   TouchPolicy touch;
-  Patience patience;
+  Timeouts timeouts;
   int retries = 0;  ///< harmless interruptions after which a session goes on by itself
 };
 

@@ -31,7 +31,7 @@ struct InterruptedSession {
 /// What a session waits for before its first move.
 struct Waiting {
   bool robot = false, contact = false;  ///< the link that is missing
-  double left_s = 0.0;                  ///< of the patience
+  double left_s = 0.0;                  ///< until it is given up
   std::string start;                    ///< what the operator starts on the pendant
 };
 

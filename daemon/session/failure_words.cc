@@ -77,7 +77,7 @@ std::string not_ready_words(const State& state) {
     text = joined(text, "contact sensor: " + or_else(state.links.contact_words, "not ready"));
   }
   return joined(text, fmt::format("waited {:.0f} s ([session] connect_wait_s)",
-                                  seconds(state.patience.connecting)));
+                                  seconds(state.timeouts.connecting)));
 }
 
 /// What stops packets, or an arm, without a word of the controller: most likely first.
@@ -222,13 +222,13 @@ std::string setback_words(Setback why, const State& state) {
   switch (why) {
     case Setback::kNotBack:
       return joined(fmt::format("not all links were back within {:.0f} s",
-                                seconds(state.patience.recovering)),
+                                seconds(state.timeouts.recovering)),
                     link_words(state.links));
     case Setback::kOtherSession:
       return "the controller has begun another session, so its program was stopped meanwhile";
     case Setback::kAgain:
       return joined(
-          fmt::format("the links were not sound for {:.0f} s", seconds(state.patience.watching)),
+          fmt::format("the links were not sound for {:.0f} s", seconds(state.timeouts.watching)),
           link_words(state.links));
     case Setback::kMoved:
       return "the arm is not where it was left: somebody may have moved it";

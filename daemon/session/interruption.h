@@ -5,7 +5,7 @@
 //
 // Harmless is only what leaves the controller at work and the arm where it was commanded to rest.
 // Whether that holds is proven each time before anything moves: the same session of the controller
-// is back within Patience::recovering, no further gap or late reply within Patience::watching, the
+// is back within Timeouts::recovering, no further gap or late reply within Timeouts::watching, the
 // sensor's self-test has passed (or the arm stands in a contact that it was making), the position
 // is taken over anew, and the arm is where it was left.
 

@@ -46,22 +46,22 @@ double search_duration_s(const State& state, double speed_m_s) {
   return std::max(0.0, search_end_m(state) - state.search_from_m) / speed_m_s;
 }
 
-std::chrono::milliseconds search_patience(const State& state, double duration_s) {
-  return milliseconds(duration_s * state.patience.search_factor) + state.patience.search_slack;
+std::chrono::milliseconds search_timeout(const State& state, double duration_s) {
+  return milliseconds(duration_s * state.timeouts.search_factor) + state.timeouts.search_slack;
 }
 
 /// Every move waits for the disk, whatever was recorded before it: no exception can be forgotten.
 void begin(State& state, const Event& event, Actions& actions, MoveKind kind,
-           drivers::AxisAngles target, double cruise_s, std::chrono::milliseconds patience) {
+           drivers::AxisAngles target, double cruise_s, std::chrono::milliseconds timeout) {
   HeldMove& held = state.held.emplace();
-  held.patience = patience;
+  held.timeout = timeout;
   held.move.id = ++state.move_id;
   held.move.kind = kind;
   held.move.target_rad = std::move(target);
   held.move.cruise_s = cruise_s;
   if (kind == MoveKind::kSearch) held.move.arm_id = state.arm_id;
   actions.emplace_back(CheckJournal{held.move.id});
-  state.deadline = event.at + state.patience.recording;
+  state.deadline = event.at + state.timeouts.recording;
 }
 
 /// The transit ends at the stand-off; one without waypoints leads there directly.
@@ -73,7 +73,7 @@ void go_to_waypoint(State& state, const Event& event, Actions& actions, MoveKind
   const calib::PlannedTouch& planned = state.planned();
   const calib::JointVector& goal =
       planned.transit.empty() ? planned.standoff : planned.transit.at(state.waypoint);
-  begin(state, event, actions, kind, axis_angles(goal), 0.0, state.patience.waypoint);
+  begin(state, event, actions, kind, axis_angles(goal), 0.0, state.timeouts.waypoint);
 }
 
 void arm(State& state, const Event& event, Actions& actions, double speed_m_s) {
@@ -85,13 +85,13 @@ void arm(State& state, const Event& event, Actions& actions, double speed_m_s) {
   actions.emplace_back(ArmSensor{
       state.arm_id, std::chrono::milliseconds(std::min(lifetime.count(), kLongestLifetimeMs))});
   state.arm_pending = true;
-  state.deadline = event.at + state.patience.arming;
+  state.deadline = event.at + state.timeouts.arming;
 }
 
 void search(State& state, const Event& event, Actions& actions, double speed_m_s) {
   const double duration_s = search_duration_s(state, speed_m_s);
   begin(state, event, actions, MoveKind::kSearch, at_travel(state.planned(), search_end_m(state)),
-        duration_s, search_patience(state, duration_s));
+        duration_s, search_timeout(state, duration_s));
 }
 
 void back_off_from(State& state, const Event& event, Actions& actions, double along_m,
@@ -99,7 +99,7 @@ void back_off_from(State& state, const Event& event, Actions& actions, double al
   state.search_from_m = std::max(0.0, along_m - back_m);
   const double duration_s = back_m / state.policy.fast_m_s;
   begin(state, event, actions, MoveKind::kRetreat, at_travel(state.planned(), state.search_from_m),
-        duration_s, search_patience(state, duration_s));
+        duration_s, search_timeout(state, duration_s));
 }
 
 /// Where the way back begins: at the contact, and never ahead of where the arm came to rest,
@@ -296,7 +296,7 @@ bool held_and_contact_faulty(const State& state, const Event& event) {
 
 void plan_touches(State& state, const Event& event, Actions& actions) {
   actions.emplace_back(MakePlan{});
-  state.deadline = event.at + state.patience.planning;
+  state.deadline = event.at + state.timeouts.planning;
 }
 
 void open_devices(State& state, const Event& event, Actions& actions) {
@@ -306,13 +306,13 @@ void open_devices(State& state, const Event& event, Actions& actions) {
   state.stage = event.stage;
   actions.emplace_back(RecordPlan{event.plan_hash, state.total()});
   actions.emplace_back(OpenDevices{});
-  state.deadline = event.at + state.patience.connecting;
+  state.deadline = event.at + state.timeouts.connecting;
 }
 
 void rereference(State& state, const Event& event, Actions& actions) {
   actions.emplace_back(Rereference{});
   state.interruptions_before = state.links.interruptions;
-  state.deadline = event.at + state.patience.referencing;
+  state.deadline = event.at + state.timeouts.referencing;
 }
 
 void find_route(State& state, const Event& event, Actions& actions) {
@@ -324,7 +324,7 @@ void find_route(State& state, const Event& event, Actions& actions) {
     actions.emplace_back(FindRoute{state.done, state.route_id});
   state.touch_failed.reset();
   state.interrupted.reset();
-  state.deadline = event.at + state.patience.planning;
+  state.deadline = event.at + state.timeouts.planning;
 }
 
 void begin_freeing(State& state, const Event& event, Actions& actions) {
@@ -337,7 +337,7 @@ void begin_freeing(State& state, const Event& event, Actions& actions) {
 
 void prove_sensor(State& state, const Event& event, Actions& actions) {
   actions.emplace_back(SelfTest{});
-  state.deadline = event.at + state.patience.proving;
+  state.deadline = event.at + state.timeouts.proving;
 }
 
 /// A sensor that sees nothing any more says the same as one that has nothing to see.
@@ -373,7 +373,7 @@ void self_test(State& state, const Event& event, Actions& actions) {
   state.arm_pending = false;
   state.self_tested = true;
   actions.emplace_back(SelfTest{});
-  state.deadline = event.at + state.patience.arming;
+  state.deadline = event.at + state.timeouts.arming;
 }
 
 void arm_again(State& state, const Event& event, Actions& actions) {
@@ -416,12 +416,12 @@ void record_touch(State& state, const Event& event, Actions& actions) {
   const std::optional<Agreement> agreement = find_agreement(state.slow, state.policy);
   actions.emplace_back(
       RecordTouch{state.done, touch_of(state.planned(), *agreement, state.policy.slow_m_s)});
-  state.deadline = event.at + state.patience.recording;
+  state.deadline = event.at + state.timeouts.recording;
 }
 
 void leave(State& state, const Event& event, Actions& actions) {
   begin(state, event, actions, MoveKind::kRetreat, axis_angles(state.planned().clear), 0.0,
-        state.patience.waypoint);
+        state.timeouts.waypoint);
   ++state.done;
   state.failed_in_a_row = 0;
 }
@@ -429,7 +429,7 @@ void leave(State& state, const Event& event, Actions& actions) {
 /// Out along the search line, as behind any touch. Where the sphere was sought, it is not.
 void leave_empty_place(State& state, const Event& event, Actions& actions) {
   begin(state, event, actions, MoveKind::kRetreat, axis_angles(state.planned().clear), 0.0,
-        state.patience.waypoint);
+        state.timeouts.waypoint);
   state.touch_failed = calib::NotMade::kMissed;
 }
 
@@ -447,7 +447,7 @@ void choose_next(State& state, const Event& event, Actions& actions) {
   actions.emplace_back(ChooseTouch{state.touch_failed, false, ++state.route_id});
   state.touch_failed.reset();
   forget_touch(state);
-  state.deadline = event.at + state.patience.planning;
+  state.deadline = event.at + state.timeouts.planning;
 }
 
 void count_interruption(State& state, const Event& event) {
@@ -474,7 +474,7 @@ void interrupt(State& state, const Event& event, Actions& actions) {
   actions.emplace_back(
       RecordInterruption{state.interruptions, state.retries, describe(*state.interrupted)});
   actions.emplace_back(Disarm{});
-  state.deadline = event.at + state.patience.recovering;
+  state.deadline = event.at + state.timeouts.recovering;
 }
 
 /// With a touch on its way to the disk: it is counted first.
@@ -495,7 +495,7 @@ void watch_links(State& state, const Event& event, Actions& actions) {
   state.late_before = event.links.late;
   state.interruptions_before = event.links.interruptions;
   if (!event.links.in_contact) actions.emplace_back(SelfTest{});
-  state.deadline = event.at + state.patience.watching;
+  state.deadline = event.at + state.timeouts.watching;
 }
 
 void identify_behind_interruption(State& state, const Event& event, Actions& actions) {
@@ -512,7 +512,7 @@ void begin_way_home(State& state, const Event& event, Actions& actions) {
   state.stage = event.stage;
   actions.emplace_back(RecordPlan{state.plan_hash, state.total()});
   begin(state, event, actions, MoveKind::kTransit, axis_angles(state.plan->home.front()), 0.0,
-        state.patience.waypoint);
+        state.timeouts.waypoint);
 }
 
 void end_touching(State& state, const Event& event, Actions& actions) {
@@ -533,13 +533,13 @@ void go_home(State& state, const Event& event, Actions& actions) {
   forget_touch(state);
   actions.emplace_back(Assess{});
   begin(state, event, actions, MoveKind::kTransit, axis_angles(state.plan->home.front()), 0.0,
-        state.patience.waypoint);
+        state.timeouts.waypoint);
 }
 
 void next_waypoint_home(State& state, const Event& event, Actions& actions) {
   ++state.waypoint;
   begin(state, event, actions, MoveKind::kTransit, axis_angles(state.plan->home.at(state.waypoint)),
-        0.0, state.patience.waypoint);
+        0.0, state.timeouts.waypoint);
 }
 
 void identify_at_once(State& state, const Event& event, Actions& actions) {
@@ -553,29 +553,29 @@ void identify_at_once(State& state, const Event& event, Actions& actions) {
 void close_and_identify(State& state, const Event& event, Actions& actions) {
   actions.emplace_back(CloseDevices{});
   actions.emplace_back(Identify{});
-  state.deadline = event.at + state.patience.identifying;
+  state.deadline = event.at + state.timeouts.identifying;
 }
 
 void write_report(State& state, const Event& event, Actions& actions) {
   state.calibration = event.calibration;
   actions.emplace_back(WriteReport{event.calibration});
-  state.deadline = event.at + state.patience.reporting;
+  state.deadline = event.at + state.timeouts.reporting;
 }
 
 void record_good_end(State& state, const Event& event, Actions& actions) {
   actions.emplace_back(RecordEnd{Ending::kDone, ""});
-  state.deadline = event.at + state.patience.recording;
+  state.deadline = event.at + state.timeouts.recording;
 }
 
 void release_move(State& state, const Event& event, Actions& actions) {
   actions.emplace_back(BeginMove{std::move(state.held->move)});
-  state.deadline = event.at + state.held->patience;
+  state.deadline = event.at + state.held->timeout;
   state.held.reset();
 }
 
 void stop(State& state, const Event& event, Actions& actions) {
   actions.emplace_back(StopArm{});
-  state.deadline = event.at + state.patience.stopping;
+  state.deadline = event.at + state.timeouts.stopping;
 }
 
 void close_and_end(State&, const Event&, Actions& actions) {

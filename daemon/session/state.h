@@ -20,7 +20,7 @@ namespace cellcal::daemon {
 /// A move that was decided upon. It begins when all that was recorded before it is on disk.
 struct HeldMove {
   drivers::Move move;
-  std::chrono::milliseconds patience{0};  ///< with the move itself
+  std::chrono::milliseconds timeout{0};  ///< with the move itself
 };
 
 struct State {
@@ -28,7 +28,7 @@ struct State {
 
   // Fixed when the session starts.
   TouchPolicy policy;
-  Patience patience;
+  Timeouts timeouts;
   bool one_by_one = false;  ///< touches are chosen as the session goes, not planned beforehand
   /// Goes on with a journal's touches, or by itself from where a contact may be closed: then, and
   /// only then, its first move may lead out of one.

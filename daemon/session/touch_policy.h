@@ -1,5 +1,5 @@
 #pragma once
-// The numbers of one touch and of a session's patience, each with its reason.
+// The numbers of one touch and of a session's timeouts, each with its reason.
 
 #include <chrono>
 
@@ -38,7 +38,7 @@ struct TouchPolicy {
 };
 
 /// How long a phase may take before silence counts as failure.
-struct Patience {
+struct Timeouts {
   std::chrono::milliseconds planning{std::chrono::minutes(5)};
   /// Until both links are up: somebody walks to the pendant, selects the program and starts it.
   std::chrono::milliseconds connecting{std::chrono::minutes(5)};

@@ -49,7 +49,8 @@ TEST(a_configuration, is_read_in_its_units) {
   ASSERT_EQ(config.mock.start_rad.size(), 1u);
 }
 
-TEST(a_configuration, has_a_flag_for_an_interrupted_rsi_connection_and_one_for_a_standing_eki_connection) {
+TEST(a_configuration,
+     has_a_flag_for_an_interrupted_rsi_connection_and_one_for_a_standing_eki_connection) {
   const std::string rsi = kRsi + "[controller]\nalive_flag = 7\n";
   EXPECT_EQ(parse_config(rsi, "d.toml").rsi_files.flag, 7);
   const DaemonConfig both = parse_config(rsi + "interrupted_flag = 8\n", "d.toml");
@@ -213,11 +214,11 @@ INSTANTIATE_TEST_SUITE_P(
 
 TEST(a_configuration, of_the_session_says_how_long_it_waits_and_how_often_it_goes_on) {
   const DaemonConfig usual = parse_config(kRsi, "d.toml");
-  EXPECT_EQ(usual.patience.connecting, std::chrono::minutes(5));
+  EXPECT_EQ(usual.timeouts.connecting, std::chrono::minutes(5));
   EXPECT_EQ(usual.retries, 0) << "nothing moves by itself unless the cell's owner says so";
   const DaemonConfig config =
       parse_config(kRsi + "[session]\nconnect_wait_s = 90\nretries = 3\n", "d.toml");
-  EXPECT_EQ(config.patience.connecting, std::chrono::seconds(90));
+  EXPECT_EQ(config.timeouts.connecting, std::chrono::seconds(90));
   EXPECT_EQ(config.retries, 3);
 }
 

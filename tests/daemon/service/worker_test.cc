@@ -42,9 +42,9 @@ TEST(a_worker_thread, finishes_the_job_in_hand_when_it_ends) {
 TEST(a_session_with_a_worker_thread, ends_as_one_with_an_inline_worker_does) {
   testing::Session session;
   ThreadWorker worker;
-  // The virtual clock runs far ahead of the thread: patience has to be long.
+  // The virtual clock runs far ahead of the thread: the timeouts have to be long.
   State patient;
-  patient.patience.planning = patient.patience.identifying = patient.patience.reporting =
+  patient.timeouts.planning = patient.timeouts.identifying = patient.timeouts.reporting =
       std::chrono::hours(100000);
   Runner runner({session.backend, session.recorder, worker, session.worker, session.tasks, {}},
                 patient, {});
@@ -72,9 +72,9 @@ TEST(an_abort_of_a_session_whose_touch_waits_for_the_disk, does_not_wait_for_it)
   testing::Session session({}, 1);
   StalledRecorder recorder;
   ThreadWorker disk(ThreadWorker::Priority::kNormal);
-  // The virtual clock runs far ahead of the thread: patience has to be long.
+  // The virtual clock runs far ahead of the thread: the timeouts have to be long.
   State patient;
-  patient.patience.recording = std::chrono::hours(100000);
+  patient.timeouts.recording = std::chrono::hours(100000);
   bool aborted_before_the_disk_answered = false;
   Runner* running = nullptr;
   Runner runner({session.backend, recorder, session.worker, disk, session.tasks,
@@ -157,7 +157,7 @@ TEST(an_abort_of_a_planning_session, does_not_wait_for_the_plan) {
   };
   ThreadWorker worker;
   State patient;
-  patient.patience.planning = std::chrono::hours(100000);
+  patient.timeouts.planning = std::chrono::hours(100000);
   Runner runner({session.backend, session.recorder, worker, session.worker, session.tasks, {}},
                 patient, {});
   runner.request_abort();

@@ -103,7 +103,7 @@ TEST_P(a_harmless_interruption, moves_nothing_while_the_links_prove_themselves) 
   EXPECT_EQ(how_often(session, Phase::kWatching), 1);
   // The way is looked for anew, and the touch in hand begins anew.
   EXPECT_EQ(how_often(session, Phase::kRouting), 2);
-  EXPECT_GE(session.backend.world.clock.now() - begun, session.start.patience.watching);
+  EXPECT_GE(session.backend.world.clock.now() - begun, session.start.timeouts.watching);
 }
 
 struct Setback {

@@ -88,7 +88,7 @@ class Walk {
     EXPECT_NE(found, nullptr) << "in phase " << to_string(state.phase);
     return found != nullptr ? *found : kNone;
   }
-  double patience_s() const {
+  double timeout_s() const {
     EXPECT_TRUE(state.deadline);
     return state.deadline ? std::chrono::duration<double>(*state.deadline - at).count() : -1.0;
   }
@@ -111,7 +111,7 @@ class Walk {
 };
 
 inline void expect_move(const Walk& walk, drivers::MoveKind kind, double to_rad, double cruise_s,
-                        double patience_s) {
+                        double timeout_s) {
   const drivers::Move& move = walk.the<BeginMove>().move;
   EXPECT_EQ(move.kind, kind);
   ASSERT_EQ(move.target_rad.size(), 1u);
@@ -119,7 +119,7 @@ inline void expect_move(const Walk& walk, drivers::MoveKind kind, double to_rad,
   EXPECT_NEAR(move.cruise_s, cruise_s, 1e-9);
   EXPECT_EQ(move.id, walk.state.move_id);
   EXPECT_EQ(move.arm_id, kind == drivers::MoveKind::kSearch ? walk.state.arm_id : 0);
-  EXPECT_NEAR(walk.patience_s(), patience_s, 2e-3);
+  EXPECT_NEAR(walk.timeout_s(), timeout_s, 2e-3);
 }
 
 }  // namespace cellcal::daemon::testing

@@ -15,15 +15,15 @@ constexpr double kWaypointS = 180.0;
 void expect_arming(const Walk& walk, std::uint16_t id, int lifetime_ms) {
   EXPECT_EQ(walk.the<ArmSensor>().arm_id, id);
   EXPECT_NEAR(static_cast<double>(walk.the<ArmSensor>().lifetime.count()), lifetime_ms, 1.0);
-  EXPECT_NEAR(walk.patience_s(), 2.0, 1e-9);
+  EXPECT_NEAR(walk.timeout_s(), 2.0, 1e-9);
 }
 
 TEST(a_walk, through_one_touch_and_home) {
   Walk walk;
-  const Patience patience;
+  const Timeouts timeouts;
   walk.on(EventKind::kRun);
   walk.the<MakePlan>();
-  EXPECT_EQ(walk.patience_s(), 300.0);
+  EXPECT_EQ(walk.timeout_s(), 300.0);
   walk.on(EventKind::kPlanned);
   EXPECT_EQ(walk.the<RecordPlan>().hash, "hash");
   EXPECT_EQ(walk.the<RecordPlan>().touches, 2u);
@@ -31,13 +31,13 @@ TEST(a_walk, through_one_touch_and_home) {
   EXPECT_EQ(walk.state.plan_hash, "hash");
   EXPECT_EQ(walk.state.stage, "stage");
   EXPECT_EQ(walk.state.progress.touches_left, 4);
-  EXPECT_EQ(walk.patience_s(), std::chrono::duration<double>(patience.connecting).count());
+  EXPECT_EQ(walk.timeout_s(), std::chrono::duration<double>(timeouts.connecting).count());
   walk.on(EventKind::kLinks);
   walk.the<Rereference>();
-  EXPECT_EQ(walk.patience_s(), std::chrono::duration<double>(patience.referencing).count());
+  EXPECT_EQ(walk.timeout_s(), std::chrono::duration<double>(timeouts.referencing).count());
   walk.on(EventKind::kLinks);
   EXPECT_EQ(walk.the<FindRoute>().next, 0u);
-  EXPECT_EQ(walk.patience_s(), 300.0);
+  EXPECT_EQ(walk.timeout_s(), 300.0);
 
   walk.on(EventKind::kRouted);
   expect_move(walk, MoveKind::kTransit, 0.05, 0.0, kWaypointS);
@@ -80,7 +80,7 @@ TEST(a_walk, through_one_touch_and_home) {
   EXPECT_NEAR(walk.the<RecordTouch>().touch.joint_rad.at(0), 0.11001, 1e-12);
   EXPECT_EQ(walk.the<RecordTouch>().touch.speed_m_s, 0.002);
   EXPECT_EQ(walk.the<RecordTouch>().touch.readings, 2);
-  EXPECT_EQ(walk.patience_s(), 10.0);
+  EXPECT_EQ(walk.timeout_s(), 10.0);
 
   walk.on(EventKind::kRecorded);
   expect_move(walk, MoveKind::kRetreat, 0.09, 0.0, kWaypointS);
@@ -114,16 +114,16 @@ TEST(a_walk, through_one_touch_and_home) {
   walk.on(EventKind::kArrived);
   walk.the<CloseDevices>();
   walk.the<Identify>();
-  EXPECT_EQ(walk.patience_s(), 300.0);
+  EXPECT_EQ(walk.timeout_s(), 300.0);
   const auto calibration = std::make_shared<const calib::Calibration>();
   walk.on(EventKind::kIdentified, [&](Event& event) { event.calibration = calibration; });
   EXPECT_EQ(walk.the<WriteReport>().calibration, calibration);
   EXPECT_EQ(walk.state.calibration, calibration);
-  EXPECT_EQ(walk.patience_s(), 60.0);
+  EXPECT_EQ(walk.timeout_s(), 60.0);
   walk.on(EventKind::kReported);
   EXPECT_EQ(walk.the<RecordEnd>().ending, Ending::kDone);
   EXPECT_EQ(walk.the<RecordEnd>().failure, "");
-  EXPECT_EQ(walk.patience_s(), 10.0);
+  EXPECT_EQ(walk.timeout_s(), 10.0);
   walk.on(EventKind::kRecorded);
   EXPECT_EQ(walk.state.phase, Phase::kDone);
   EXPECT_FALSE(walk.state.deadline);
@@ -214,7 +214,8 @@ TEST(a_walk, takes_a_link_that_goes_down_while_it_stands_for_lost) {
             FailureKind::kContactFault);
   EXPECT_EQ(after([](Event& e) { e.links.contact = drivers::ContactLink::kFault; }).failure->kind,
             FailureKind::kContactFault);
-  EXPECT_FALSE(after([](Event& e) { e.links.contact = drivers::ContactLink::kIdentifying; }).failure);
+  EXPECT_FALSE(
+      after([](Event& e) { e.links.contact = drivers::ContactLink::kIdentifying; }).failure);
 }
 
 TEST(a_walk, resumed_in_contact_leaves_it_first_and_lets_the_sensor_prove_itself) {
@@ -248,7 +249,7 @@ TEST(a_walk, resumed_in_contact_leaves_it_first_and_lets_the_sensor_prove_itself
   expect_move(walk, MoveKind::kRetreat, 0.05, 0.0, kWaypointS);
   walk.on(EventKind::kArrived);
   walk.the<SelfTest>();
-  EXPECT_EQ(walk.patience_s(), std::chrono::duration<double>(Patience{}.proving).count());
+  EXPECT_EQ(walk.timeout_s(), std::chrono::duration<double>(Timeouts{}.proving).count());
   walk.on(EventKind::kLinks, touching(true));
   EXPECT_EQ(walk.state.phase, Phase::kProving);
   walk.on(EventKind::kLinks);
@@ -304,12 +305,11 @@ TEST(an_arming, that_is_refused_once_is_asked_for_again_after_a_self_test) {
     EXPECT_EQ(walk.find<ArmSensor>(), nullptr);
     walk.on(EventKind::kArmRefused);
     walk.the<SelfTest>();
-    EXPECT_EQ(walk.patience_s(), 2.0);
+    EXPECT_EQ(walk.timeout_s(), 2.0);
     walk.on(EventKind::kLinks, [](Event& event) { event.links.self_test_ok = false; });
     EXPECT_EQ(walk.find<ArmSensor>(), nullptr);
-    walk.on(EventKind::kLinks, [](Event& event) {
-      event.links.contact = drivers::ContactLink::kIdentifying;
-    });
+    walk.on(EventKind::kLinks,
+            [](Event& event) { event.links.contact = drivers::ContactLink::kIdentifying; });
     EXPECT_EQ(walk.find<ArmSensor>(), nullptr);
     walk.on(EventKind::kLinks);
     EXPECT_EQ(walk.the<ArmSensor>().arm_id, id + 1);
@@ -420,7 +420,7 @@ TEST(an_end, stops_what_moves_and_waits_five_seconds_for_its_rest) {
   walk.on(EventKind::kAbort);
   walk.the<StopArm>();
   EXPECT_EQ(walk.state.phase, Phase::kStopping);
-  EXPECT_EQ(walk.patience_s(), 5.0);
+  EXPECT_EQ(walk.timeout_s(), 5.0);
   walk.on(EventKind::kStopped);
   walk.the<CloseDevices>();
   EXPECT_EQ(walk.the<RecordEnd>().ending, Ending::kAborted);
@@ -428,7 +428,7 @@ TEST(an_end, stops_what_moves_and_waits_five_seconds_for_its_rest) {
   late.to_fast_search();
   late.on(EventKind::kDeadline);
   late.the<StopArm>();
-  EXPECT_EQ(late.patience_s(), 5.0);
+  EXPECT_EQ(late.timeout_s(), 5.0);
   EXPECT_EQ(late.state.failure->kind, FailureKind::kTimeout);
   late.on(EventKind::kDeadline);
   EXPECT_EQ(late.state.failure->kind, FailureKind::kStopUnconfirmed);
@@ -443,7 +443,7 @@ TEST(an_end, that_nobody_thought_of_stops_the_arm_wherever_it_may_be) {
   moving.on(EventKind::kRecorded);
   EXPECT_EQ(moving.state.phase, Phase::kStopping);
   moving.the<StopArm>();
-  EXPECT_EQ(moving.patience_s(), 5.0);
+  EXPECT_EQ(moving.timeout_s(), 5.0);
   Walk standing;
   standing.to_arming();
   standing.on(EventKind::kRecorded);
@@ -500,7 +500,7 @@ TEST_F(one_by_one_walk, counts_what_is_done_and_what_is_foreseen) {
   walk.on(EventKind::kLinks);
   EXPECT_FALSE(walk.the<ChooseTouch>().failed);
   EXPECT_FALSE(walk.the<ChooseTouch>().in_contact);
-  EXPECT_EQ(walk.patience_s(), 300.0);
+  EXPECT_EQ(walk.timeout_s(), 300.0);
   next();
   touch();
   EXPECT_EQ(walk.state.done, 1u);
@@ -509,7 +509,7 @@ TEST_F(one_by_one_walk, counts_what_is_done_and_what_is_foreseen) {
   EXPECT_EQ(walk.state.phase, Phase::kChoosing);
   walk.the<Assess>();
   EXPECT_FALSE(walk.the<ChooseTouch>().failed);
-  EXPECT_EQ(walk.patience_s(), 300.0);
+  EXPECT_EQ(walk.timeout_s(), 300.0);
   walk.on(EventKind::kRouted, [](Event& event) { event.stage = "another"; });
   EXPECT_EQ(walk.state.stage, "another");
 }

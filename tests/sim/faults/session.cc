@@ -61,7 +61,7 @@ Ending run_session(FaultyCell& cell, const Job& job, daemon::Journal& journal, s
   JournalRecorder recorder(journal, session, backend);
   daemon::InlineWorker worker;
   daemon::State state;
-  state.patience.connecting = std::chrono::seconds(15);  // nobody walks to this pendant
+  state.timeouts.connecting = std::chrono::seconds(15);  // nobody walks to this pendant
   state.retries = retries;
   std::vector<calib::Touch> touches;
   if (resumed) {
