@@ -44,15 +44,15 @@ void ask_for_realtime(int priority, std::vector<std::string>& warnings) {
   if (const int error = pthread_setschedparam(pthread_self(), SCHED_FIFO, &param); error != 0) {
     warnings.push_back("no real-time priority for the robot's thread (SCHED_FIFO: " +
                        std::string(std::strerror(error)) +
-                       "): replies can be late under load; grant LimitRTPRIO or CAP_SYS_NICE");
+                       "): replies can be late under load. Grant LimitRTPRIO or CAP_SYS_NICE");
   }
   if (!may_lock_everything()) {
     warnings.emplace_back(
-        "memory is not locked (RLIMIT_MEMLOCK is finite): page faults can delay replies; grant "
+        "memory is not locked (RLIMIT_MEMLOCK is finite): page faults can delay replies. Grant "
         "LimitMEMLOCK=infinity or CAP_IPC_LOCK");
   } else if (mlockall(MCL_CURRENT | MCL_FUTURE) != 0) {
     warnings.push_back("memory is not locked (mlockall: " + std::string(std::strerror(errno)) +
-                       "): page faults can delay replies; grant LimitMEMLOCK=infinity");
+                       "): page faults can delay replies. Grant LimitMEMLOCK=infinity");
   }
 }
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "drivers/contact/wire/ctp.h"
+#include "drivers/late_bytes.h"
 
 namespace cellcal::drivers {
 
@@ -17,14 +18,10 @@ std::string firmware_of(const ContactFacts& f) {
 
 /// What the firmware can be told (drivers/contact/firmware/README.md).
 constexpr const char* kSensorRates =
-    "1000000; 250000 with D4 to ground, 115200 with D5 to ground at its reset";
+    "1000000; 250000 with D4, 115200 with D5 connected to ground at its reset";
 
 std::string late_words(const ContactFacts& f) {
-  return fmt::format(
-      "the contact sensor's bytes came {:.0f} ms late on this computer (limit {:.0f} ms), which the "
-      "sensor had sent in time: stop other work on this computer, or set a core aside "
-      "(drivers/contact/README.md)",
-      f.delivered_late_s * 1e3, f.late_limit_s * 1e3);
+  return late_bytes_words(f.delivered_late_s, f.late_limit_s);
 }
 
 std::string loop_words(const ContactFacts& f) {
@@ -32,22 +29,23 @@ std::string loop_words(const ContactFacts& f) {
     case LoopFlaw::kNone:  // whole again; the self-test has not looked yet
     case LoopFlaw::kGunBreak:
       return fmt::format(
-          "the touch circuit is open ({:.2f} V): a wire between sensor and gun is broken or "
+          "touch circuit open ({:.2f} V): a wire between sensor and tool is broken or "
           "unplugged, or its fuse is blown. Check feed and sense wire (F, S)",
           f.sense_v);
     case LoopFlaw::kGunShort:
-      return "wires F and S touch before the end resistor at the gun, or it is missing: a touch "
-             "would not be seen. Check the cable and both lugs at the gun";
+      return "short circuit between wires F and S, or no end resistor at the tool: a touch would "
+             "not be detected. Check the cable and both lugs at the tool";
     case LoopFlaw::kEarthBreak:
-      return "the wire through the stands (E) is open: a stand may not be earthed, and its sphere "
-             "would not be felt. Check the lugs at every stand, the plug, and the fuse of E";
+      return "wire through the stands (E) open: a stand may not be earthed, and a touch on its "
+             "sphere would not be detected. Check the lugs at every stand, the plug, and the fuse "
+             "of E";
     case LoopFlaw::kEarthShort:
-      return "wire E and its way back (R) touch before the end resistor at the last stand, or it "
-             "is missing: a break would not be seen. Check the cable and the last stand's lugs";
+      return "short circuit between wire E and its return (R), or no end resistor at the last "
+             "stand: a break would not be detected. Check the cable and the last stand's lugs";
     case LoopFlaw::kEarthUnwatched:
       return fmt::format(
-          "the contact sensor's firmware {} does not look at the wire through the stands (E): "
-          "flash 1.1 or newer, and lead E back to terminal R (drivers/contact/firmware)",
+          "the contact sensor's firmware {} does not monitor the wire through the stands (E). "
+          "Flash 1.1 or newer, and wire E back to terminal R (drivers/contact/firmware)",
           firmware_of(f));
   }
   return {};
@@ -59,41 +57,42 @@ std::string fault_words(const ContactFacts& f) {
       return {};
     case ContactFault::kVersion:
       return fmt::format(
-          "the contact sensor speaks protocol CTP/{} (firmware {}), this driver CTP/{}: flash "
-          "firmware {}.x from drivers/contact/firmware onto it, or install the driver that fits",
+          "protocol CTP/{} in the contact sensor (firmware {}), CTP/{} in this driver. Flash "
+          "firmware {}.x from drivers/contact/firmware, or install the matching driver",
           f.version, firmware_of(f), static_cast<int>(CTP_VERSION), static_cast<int>(CTP_VERSION));
     case ContactFault::kLostState:
       return fmt::format(
           "the contact sensor restarted while in use (boot id is now {}): its arming and its "
-          "clock are lost. Check its supply and USB cable, then start a self-test to go on",
+          "clock are lost. Check its supply and USB cable, then start a self-test",
           f.boot_id);
     case ContactFault::kConfigRefused:
-      return "the contact sensor refuses its configuration: check confirm_samples, sample_us, "
-             "heartbeat and that open_mv lies above contact_mv";
+      return "the contact sensor refused its configuration. Check confirm_samples, sample_us, "
+             "heartbeat, and that open_mv is above contact_mv";
     case ContactFault::kLoopBroken:
-      return loop_words(f) + "; the self-test repeats by itself";
+      return loop_words(f) + ". The self-test repeats by itself";
     case ContactFault::kSelfTestFailed:
       return fmt::format(
-          "the contact sensor does not see its own test edge ({:.2f} V): its input is stuck, or a "
-          "supply is shorted to the sense line. It cannot see a touch; check the input stage",
+          "the contact sensor does not detect its own test edge ({:.2f} V): its input is "
+          "stuck, or a supply is shorted to the sense line. It cannot detect a touch: check "
+          "the input stage",
           f.sense_v);
     case ContactFault::kDeaf:
-      return "the contact sensor sends, but no command of this computer reaches it. Check the line from "
-             "this computer to the sensor (TX, its connector, earth)";
+      return "the contact sensor sends, but receives no command. Check the line from this "
+             "computer to the sensor (TX, connector, earth)";
     case ContactFault::kSilent:
       return fmt::format(
-          "the contact sensor fell silent ({:.1f} s without a valid frame): check cable and "
-          "supply; it is being identified again",
+          "no valid frame from the contact sensor for {:.1f} s. Check cable and supply; it is "
+          "being identified again",
           f.silent_s);
     case ContactFault::kDeliveredLate:
-      return late_words(f) + "; it is being identified again";
+      return late_words(f) + ". It is being identified again";
     case ContactFault::kBaud:
       return fmt::format(
-          "{} bytes came from the contact sensor, and not one frame at {} baud: the sensor's line "
-          "runs at another rate. Set [contact] baud to the sensor's ({})",
+          "{} bytes from the contact sensor, but no valid frame at {} baud: the sensor uses "
+          "another rate. Set [contact] baud to the sensor's ({})",
           f.bytes, f.baud, kSensorRates);
     case ContactFault::kClockJumped:
-      return "the contact sensor's clock jumped: its time stamps do not continue; it is being "
+      return "the contact sensor's clock jumped: its time stamps are not continuous. It is being "
              "identified again";
   }
   return {};
@@ -107,8 +106,8 @@ std::string step_words(const ContactFacts& f) {
       if (f.waiting_s < kMuteS) return "waiting for the contact sensor's answer";
       if (!f.heard) {
         return fmt::format(
-            "nothing heard from the contact sensor for {:.0f} s: is it powered, is its firmware "
-            "flashed, does the baud rate fit ({} here)?",
+            "nothing received from the contact sensor for {:.0f} s. Check its power, its "
+            "firmware and the baud rate ({} here)",
             f.waiting_s, f.baud);
       }
       return fmt::format("the contact sensor has not answered HELLO for {:.0f} s", f.waiting_s);
@@ -119,12 +118,12 @@ std::string step_words(const ContactFacts& f) {
         return "synchronising the contact sensor's clock";
       }
       return fmt::format(
-          "the contact sensor's clock is known to {:.0f} us only, {:.0f} us are allowed: shorten "
-          "the adapter's latency timer (round trip {:.1f} ms)",
+          "the contact sensor's clock is uncertain by {:.0f} us, {:.0f} us are allowed (round "
+          "trip {:.1f} ms). Shorten the adapter's latency timer",
           f.quality.clock_sigma_s * 1e6, f.clock_limit_s * 1e6, f.quality.round_trip_min_s * 1e3);
     case ContactStep::kSelfTest:
       if (f.touching_at_self_test || f.in_contact) {
-        return "the gun is in contact: move it free; the self-test then runs by itself";
+        return "the tool is in contact. Jog it free; the self-test then runs by itself";
       }
       return "the contact sensor's self-test is running";
     case ContactStep::kReady:
@@ -143,42 +142,42 @@ std::string refusal_words(const ArmAnswer& a) {
       return "the contact sensor is not ready" + (why.empty() ? std::string{} : ": " + why);
     }
     case ArmRefusal::kBusy:
-      return "another arming is still being answered: wait for it or disarm";
+      return "an earlier arming is not answered yet. Wait for it, or disarm";
     case ArmRefusal::kInContact:
       return fmt::format(
-          "the gun is already in contact ({:.2f} V): move it free, look for spatter or a short, or "
-          "run the self-test to rule out a broken wire",
+          "the tool is already in contact ({:.2f} V). Jog it free, look for spatter or a short "
+          "circuit, or run the self-test to exclude a broken wire",
           f.sense_v);
     case ArmRefusal::kLoopBroken:
       return loop_words(f);
     case ArmRefusal::kVoltageUndefined:
       return fmt::format(
-          "the sense voltage ({:.2f} V) is neither open nor contact, or the feed's is not open: "
-          "moisture, spatter or a bad connection bridges the gun in part",
+          "sense voltage {:.2f} V is neither open nor contact, or the feed voltage is not "
+          "open. Look for moisture, spatter or a bad connection at the tool",
           f.sense_v);
     case ArmRefusal::kClockNotSynchronised:
       return fmt::format(
-          "the contact sensor's clock is not synchronised (uncertainty {:.0f} us, limit {:.0f} us, "
-          "round trip {:.1f} ms): check the adapter's latency timer and the load of this machine",
+          "the contact sensor's clock is not synchronised (uncertainty {:.0f} us, limit {:.0f} "
+          "us, round trip {:.1f} ms). Check the adapter's latency timer and the load of this "
+          "computer",
           f.quality.clock_sigma_s * 1e6, f.clock_limit_s * 1e6, f.quality.round_trip_min_s * 1e3);
     case ArmRefusal::kSelfTestOld:
-      return "the last passed self-test is too old or there is none: start a self-test with the "
-             "gun free";
+      return "no recent passed self-test. Jog the tool free and start a self-test";
     case ArmRefusal::kBadArgument:
       return fmt::format(
-          "arming {} is not acceptable: its id must be new and not 0, its lifetime 1 to 65535 ms",
+          "arming {} is not valid: its id must be new and not 0, its lifetime 1 to 65535 ms",
           a.arm_id);
     case ArmRefusal::kBadVersion:
       return "the contact sensor refuses this driver's protocol version";
     case ArmRefusal::kNoAnswer:
-      return "the contact sensor did not answer the arming: check the line's error counters";
+      return "the contact sensor did not answer the arming. Check its line with 'cellcal doctor'";
     case ArmRefusal::kLinkLost:
-      return "the contact sensor was lost before it answered";
+      return "the link to the contact sensor was lost before it answered";
     case ArmRefusal::kWithdrawn:
       return "disarmed before the sensor answered";
     case ArmRefusal::kTrippedAtOnce:
-      return "the contact tripped in the moment of arming: the gun is at the surface already, or "
-             "the line is noisy";
+      return "the contact sensor tripped at once when armed: the tool is already at the surface, "
+             "or the line is noisy";
     case ArmRefusal::kUnknownReason:
       return "the contact sensor refused for a reason this driver does not know";
   }
@@ -188,23 +187,22 @@ std::string refusal_words(const ArmAnswer& a) {
 std::string end_words(const ContactFacts& f) {
   if (f.last_arm_end == ArmEnd::kTripped && f.voltage_trip) {
     return fmt::format(
-        "the last trip was a voltage and no edge ({:.2f} V now): oxide, paint or coolant between "
-        "tip and sphere (above 430 Ohm), or a broken joint at D8. Clean both, then look at the "
-        "sensor's input",
+        "the last trip was a voltage without an edge ({:.2f} V now): oxide, paint or coolant "
+        "between tip and sphere (above 430 Ohm), or a broken joint at D8. Clean both, then "
+        "check the sensor's input",
         f.sense_v);
   }
   switch (f.last_arm_end) {
     case ArmEnd::kDeliveredLate:
       return fmt::format(
-          "the last arming ended by bytes that came {:.0f} ms late on this computer (limit {:.0f} "
-          "ms)",
+          "the last arming ended: bytes {:.0f} ms late on this computer (limit {:.0f} ms)",
           f.delivered_late_s * 1e3, f.late_limit_s * 1e3);
     case ArmEnd::kSilence:
-      return "the last arming ended because no heartbeat came within 25 ms";
+      return "the last arming ended: no heartbeat within 25 ms";
     case ArmEnd::kExpired:
-      return "the last arming ended by its lifetime";
+      return "the last arming ended: its lifetime was over";
     case ArmEnd::kSensorDisarmed:
-      return "the last arming was ended by the sensor: this machine's keep-alive came too late";
+      return "the last arming ended: this computer's keep-alive reached the sensor too late";
     default:
       return {};
   }
@@ -223,7 +221,7 @@ ContactLink link_of(const ContactFacts& f) {
 std::string words_of(const ContactFacts& f) {
   const bool again = f.step > ContactStep::kClosed && f.step < ContactStep::kSelfTest;
   if (again && f.fault == ContactFault::kNone && f.delivered_late_s > 0.0) {
-    return late_words(f) + "; it is being identified again";
+    return late_words(f) + ". It is being identified again";
   }
   if (f.step == ContactStep::kClosed || f.fault == ContactFault::kNone) {
     const std::string words = step_words(f);

@@ -164,7 +164,7 @@ class SerialContact::Impl : public ContactGuard, public std::enable_shared_from_
     const TimePoint now = Steady::now();
     if (now - std::max(p.at, opened_at_) > kIoThreadStuck) {
       s.link = ContactLink::kFault;
-      s.words = "the robot's thread does not run: nothing is known of the contact sensor";
+      s.words = "the robot's thread does not run: the contact sensor's state is unknown";
       return s;
     }
     if (p.port == Port::kLost) {
@@ -172,7 +172,7 @@ class SerialContact::Impl : public ContactGuard, public std::enable_shared_from_
       s.words = lost_words(p);
     } else if (p.port == Port::kClosed) {
       s.link = ContactLink::kDown;
-      s.words = "the contact sensor's port is being taken over";
+      s.words = "the contact sensor's port is being opened";
     }
     const std::string warned = keeper_.warning();
     s.warning = warned;
@@ -203,8 +203,8 @@ class SerialContact::Impl : public ContactGuard, public std::enable_shared_from_
   std::string lost_words(const Published& p) const {
     const std::string why = p.error == 0 ? std::string("end of file") : std::strerror(p.error);
     std::string words = fmt::format(
-        "{}: the contact sensor was unplugged or its port failed ({}); nothing moves "
-        "until it is back and identified again",
+        "{}: the contact sensor was unplugged or its port failed ({}). Plug it in; nothing "
+        "moves until it is identified again",
         options_.port.device, why);
     const std::string attempt = keeper_.last_error();
     if (!attempt.empty()) words += "; last attempt: " + attempt;

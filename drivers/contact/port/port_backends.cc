@@ -37,8 +37,8 @@ std::string lower_latency(int fd, const std::string& path) {
   if (const std::optional<int> ms = latency_ms_of(path)) {
     if (*ms <= kBestLatencyMs) return {};
     return fmt::format(
-        "{}: the adapter holds bytes back for up to {} ms and low-latency mode {}: echo {} > "
-        "/sys/class/tty/{}/device/latency_timer, or install the udev rule",
+        "{}: the adapter delays bytes by up to {} ms, and low-latency mode {}. Install the "
+        "udev rule in systemd/, or as root: echo {} > /sys/class/tty/{}/device/latency_timer",
         path, *ms,
         why == 0 ? std::string("changed nothing")
                  : fmt::format("could not be set ({})", std::strerror(why)),

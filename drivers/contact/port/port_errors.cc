@@ -42,7 +42,7 @@ std::string group_of(const std::string& device) {
 }  // namespace
 
 std::string no_such_device(const std::string& device) {
-  return fmt::format("{}: no such device; is the sensor plugged in? ports here: {}", device,
+  return fmt::format("{}: no such device. Plug the sensor in (ports found: {})", device,
                      ports_here());
 }
 
@@ -55,12 +55,12 @@ std::string cannot_open(const std::string& device, int error) {
     case EACCES:
     case EPERM:
       return fmt::format(
-          "{}: no permission; the device belongs to group '{}': add the user of this program to it "
+          "{}: no permission: the device belongs to group '{}'. Add this program's user to it "
           "(usermod -aG {} USER) and log in again",
           device, group_of(device), group_of(device));
     case EBUSY:
     case EAGAIN:
-      return fmt::format("{}: in use by another program: close it first (fuser -v {})", device,
+      return fmt::format("{}: in use by another program. Stop it first (fuser -v {})", device,
                          device);
     case ENOTTY:
       return fmt::format("{}: not a serial port", device);

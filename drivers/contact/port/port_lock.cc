@@ -55,7 +55,7 @@ PortLock::PortLock(const std::string& device) {
       const std::string holder = holder_of(fd);
       ::close(fd);
       throw DriverError(
-          fmt::format("{}: in use by {} (lock file {}): stop it first", device, holder, path));
+          fmt::format("{}: in use by {} (lock file {}). Stop it first", device, holder, path));
     }
     fd_ = fd;
     // Ours alone now; the umask may have cut the mode. If the file is somebody else's this fails,

@@ -26,9 +26,10 @@ std::string readiness(const EkiCoreState& s) {
                                   mode_name(s.mode), s.override_percent);
   if (s.fault != 0) words += fmt::format(", fault {}", s.fault);
   words += ")";
-  if (!s.drives) words += ": its drives are off: release emergency stops, switch the drives on";
-  if (s.stopped) words += ": a stop message is active: acknowledge it on the pendant";
-  if (s.drives && !s.stopped) words += ": select CELLCAL_EKI and start it";
+  if (!s.drives) words += ": drives off. Release emergency stops, switch the drives on";
+  if (s.stopped) words += ": a stop message is active. Acknowledge it on the pendant";
+  if (s.drives && !s.stopped)
+    words += ": the program does not run. Select CELLCAL_EKI and start it";
   return words;
 }
 
@@ -38,27 +39,31 @@ std::string trouble_words(const EkiCoreState& s, const std::string& peer) {
       return {};
     case EkiTrouble::kNotConnected:
       return fmt::format(
-          "no connection to the controller at TCP {}: check that its submit program runs (it opens "
-          "the port), address and port, the cable, the firewall (54600 to 54615 pass), and that no "
-          "other client is connected: the controller takes one",
+          "no connection to the controller at TCP {}. Check that its submit program runs (it "
+          "opens the port), address and port, the cable, the firewall (54600 to 54615 pass), "
+          "and that no other client is connected (the controller accepts one)",
           peer);
     case EkiTrouble::kNoState:
-      return fmt::format("connected to {}, and no state came in {:.1f} s: does CELLCAL_SUB run?",
+      return fmt::format("connected to {}, but no state for {:.1f} s. Check that CELLCAL_SUB runs",
                          peer, s.waited_s);
     case EkiTrouble::kNotHeard:
-      return "the controller sends states and has not taken this computer's session yet: do its "
-             "channel file and program belong together?";
+      return "the controller sends states but has not accepted this computer's session yet. Check "
+             "that channel file and program come from one run of 'cellcal kuka-files'";
     case EkiTrouble::kOtherSession:
-      return fmt::format("the controller obeys session {}, not this one ({}): another computer?",
-                         s.other_session, s.session);
+      return fmt::format(
+          "the controller obeys session {}, not this one ({}). Check whether another computer "
+          "is connected",
+          s.other_session, s.session);
     case EkiTrouble::kTooFewAxes:
-      return fmt::format("states hold fewer than {} axes: wire Axis/@A1.. (and Ext/@E1..)", s.axes);
+      return fmt::format(
+          "states with fewer than {} axes. Add Axis/@A1.. (and Ext/@E1..) to the channel file",
+          s.axes);
     case EkiTrouble::kCoarse:
-      return "angles come with fewer than 3 decimals, too coarse to calibrate with";
+      return "angles with fewer than 3 decimals: too coarse to calibrate";
     case EkiTrouble::kNotReady:
       return readiness(s);
     case EkiTrouble::kUnread:
-      return "the controller does not take telegrams: does CELLCAL_SUB run?";
+      return "the controller reads no telegrams. Check that CELLCAL_SUB runs";
   }
   return "unknown trouble";
 }
@@ -68,13 +73,13 @@ const char* loss_words(EkiLoss loss) {
     case EkiLoss::kNone:
       return "";
     case EkiLoss::kSilence:
-      return "states stopped coming";
+      return "no more states";
     case EkiLoss::kClosed:
       return "the connection was closed";
     case EkiLoss::kSessionTaken:
       return "the controller obeyed another session";
     case EkiLoss::kNotAStream:
-      return "the bytes that came are no EKI documents";
+      return "the received bytes are no EKI documents";
     case EkiLoss::kNotTaken:
       return "the controller did not confirm a command";
   }
@@ -104,22 +109,24 @@ RobotState to_robot_state(const EkiCoreState& s, const std::string& peer) {
   state.quality.longest_gap_s = s.longest_gap_s;
   state.quality.bad_packets = s.bad_documents;
   if (s.link == RobotLink::kLost) {
-    add(state.words,
-        fmt::format("link lost: {}; find the cause, then reference anew", loss_words(s.loss)));
+    add(state.words, fmt::format("link lost: {}. Find the cause on the pendant and in the network",
+                                 loss_words(s.loss)));
   }
   if (s.link == RobotLink::kNotReferenced && s.rereference_pending &&
       s.trouble == EkiTrouble::kNone) {
-    add(state.words, "referencing: waiting for the arm to rest");
+    add(state.words, "referencing: waiting for the arm to come to rest");
   }
   add(state.words, trouble_words(s, peer));
   if (s.bad_documents > 0) {
-    add(state.words, fmt::format("{} damaged states, the last: {}, \"{}\"", s.bad_documents,
+    add(state.words, fmt::format("{} damaged states, last: {}, \"{}\"", s.bad_documents,
                                  to_string(s.last_error), s.last_bad));
   }
   if (s.unread_by_controller > 0) {
-    add(state.words, fmt::format("the controller could not read {} telegrams: do its channel file "
-                                 "and program belong together?",
-                                 s.unread_by_controller));
+    add(state.words,
+        fmt::format(
+            "{} telegrams not readable for the controller. Check that channel file and program "
+            "come from one run of 'cellcal kuka-files'",
+            s.unread_by_controller));
   }
   return state;
 }

@@ -44,7 +44,7 @@ struct EkiRobot::Impl : std::enable_shared_from_this<EkiRobot::Impl> {
 
   void open() {
     if (shell.is_open()) {
-      throw DriverError(fmt::format("EKI to {} is open, or still being closed", peer_name));
+      throw DriverError(fmt::format("EKI to {} is already open, or still closing", peer_name));
     }
     error_code error;
     const auto address = asio::ip::make_address(config.address, error);
@@ -209,7 +209,7 @@ RobotState EkiRobot::state() const {
   RobotState state = to_robot_state(core, impl_->peer_name);
   if (!core.connected) {
     const std::lock_guard lock(impl_->why_mutex);
-    if (!impl_->last_why.empty()) state.words += ". The last try ended with: " + impl_->last_why;
+    if (!impl_->last_why.empty()) state.words += ". Last error: " + impl_->last_why;
   }
   return state;
 }

@@ -97,8 +97,7 @@ void EkiFilesConfig::validate() const {
   for (const char c : address) {
     if ((c < '0' || c > '9') && c != '.') {
       throw ConfigError(fmt::format(
-          "controller files: address = \"{}\" is not an IPv4 address, the only kind that EKI takes",
-          address));
+          "controller files: address = \"{}\" is not an IPv4 address, which EKI needs", address));
     }
   }
   check("port", port, 1, 65535);
@@ -116,15 +115,16 @@ void EkiFilesConfig::validate() const {
   const bool high = first_interrupt >= 81 && first_interrupt + 2 <= 128;
   if (!low && !high) {
     throw ConfigError(
-        fmt::format("controller files: first_interrupt = {}: the three priorities from it on must "
-                    "lie in 4..39 or in 81..128; take 4 to 37 or 81 to 126",
+        fmt::format("controller files: first_interrupt = {} must be 4 to 37 or 81 to 126: three "
+                    "priorities are used from it on, all in 4..39 or in 81..128",
                     first_interrupt));
   }
   check("state_ms", state_ms, 12, 100);
   check("dead_man_ms", dead_man_ms, 100, 1000);
   if (alive_flag == stop_flag) {
     throw ConfigError(fmt::format(
-        "controller files: alive_flag and stop_flag are both {}: they need one each", alive_flag));
+        "controller files: alive_flag and stop_flag are both {}: use two different flags",
+        alive_flag));
   }
 }
 

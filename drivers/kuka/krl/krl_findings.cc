@@ -81,7 +81,7 @@ void compare_program(const ControllerFiles& files, const std::string& name,
     return wire::same_name(one.first, name);
   });
   if (found == files.end()) {
-    findings.warn(name, 0, "is not in the folder: not looked at");
+    findings.warn(name, 0, "is not in the folder: not checked");
     return;
   }
   const std::vector<std::string> have = lines_of(found->second), want = lines_of(expected);
@@ -92,8 +92,8 @@ void compare_program(const ControllerFiles& files, const std::string& name,
     const bool aside = left.starts_with(';') && right.starts_with(';');
     if (aside || (left.starts_with('&') && right.starts_with('&'))) continue;
     findings.warn(found->first, static_cast<int>(i) + 1,
-                  "differs from what the configuration makes: \"{}\" instead of \"{}\"; edited on "
-                  "purpose, or an older set?",
+                  "differs from the configuration: \"{}\" instead of \"{}\". Check whether it "
+                  "was edited on purpose or is of an older set",
                   shown(left), shown(right));
     return;
   }

@@ -48,7 +48,7 @@ std::vector<EkiElement> elements(const XmlText& xml, const char* direction, bool
     if (structure) continue;  // an event flag on a structure: no value of its own
     result.push_back({xml.attribute(node, "Tag"),
                       typed ? xml.attribute(node, "Type") : std::string(), xml.line_of(node)});
-    if (result.size() > kMostElements) xml.fail(node, "more elements than any such file has");
+    if (result.size() > kMostElements) xml.fail(node, "too many elements for such a file");
   }
   return result;
 }
@@ -113,18 +113,16 @@ ControllerFiles read_controller_folder(const std::filesystem::path& folder) {
                                    [&](const char* ending) { return ends(name, ending); });
     if (!meant || !entry.is_regular_file(error)) continue;
     if (entry.file_size(error) > kMostFile || error) {
-      throw ConfigError(
-          fmt::format("{}: cannot be read, or has more than {} bytes: no file of a "
-                      "controller's",
-                      entry.path().string(), kMostFile));
+      throw ConfigError(fmt::format(
+          "{}: cannot be read, or is larger than {} bytes, the most for a controller's file",
+          entry.path().string(), kMostFile));
     }
     std::ifstream file(entry.path(), std::ios::binary);
     files[name].assign(std::istreambuf_iterator<char>(file), {});
     if (!file) throw ConfigError(entry.path().string() + ": cannot be read");
     if (files.size() > kMostFiles) {
       throw ConfigError(
-          fmt::format("{}: more than {} files; name the folder that holds "
-                      "cellcal's alone",
+          fmt::format("{}: more than {} files. Give the folder with cellcal's files only",
                       folder.string(), kMostFiles));
     }
   }

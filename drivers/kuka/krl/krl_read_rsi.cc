@@ -23,7 +23,7 @@ bool boolean(const XmlText& xml, const pugi::xml_node& node, const char* what,
 }
 
 void count(const XmlText& xml, const pugi::xml_node& node, std::size_t number) {
-  if (number > kMostElements) xml.fail(node, "more elements than any such file has");
+  if (number > kMostElements) xml.fail(node, "too many elements for such a file");
 }
 
 std::vector<RsiElement> elements(const XmlText& xml, const char* direction, bool receives) {
@@ -46,10 +46,10 @@ std::vector<RsiElement> elements(const XmlText& xml, const char* direction, bool
     }
     for (const RsiElement& other : result) {
       if (wire::same_name(other.tag, element.tag))
-        xml.fail(node, fmt::format("{} stands in line {} already", element.tag, other.line));
+        xml.fail(node, fmt::format("{} is already in line {}", element.tag, other.line));
       if (element.index > 0 && other.index == element.index) {
-        xml.fail(node, fmt::format("INDX {} is {}'s already (line {})", element.index, other.tag,
-                                   other.line));
+        xml.fail(node, fmt::format("INDX {} is already used by {} (line {})", element.index,
+                                   other.tag, other.line));
       }
     }
     result.push_back(std::move(element));

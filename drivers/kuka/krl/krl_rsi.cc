@@ -182,10 +182,10 @@ void RsiFilesConfig::validate() const {
   }
   if (pc_address.empty() || pc_address == "0.0.0.0") {
     throw ConfigError(
-        "controller files: pc_address is not stated, and bind of [rsi] is \"0.0.0.0\", which means "
-        "'every address of this computer': the controller needs the one that it is to send to. Write "
-        "pc_address = \"A.B.C.D\" below [controller] of the daemon's configuration, with this "
-        "computer's address in the controller's RSI subnet ('ip -4 address' lists them)");
+        "controller files: pc_address is missing: bind = \"0.0.0.0\" of [rsi] means every "
+        "address, but the controller sends to one. Below [controller] of the daemon's "
+        "configuration write pc_address = \"A.B.C.D\" with this computer's address in the "
+        "controller's RSI subnet ('ip -4 address' lists them)");
   }
   if (!digits || dots != 3) {
     throw ConfigError(fmt::format(
@@ -196,9 +196,9 @@ void RsiFilesConfig::validate() const {
   const auto within = [&](const char* subnet) { return pc_address.starts_with(subnet); };
   if (within("192.168.0.") || within("192.0.1.") || within("172.16.") || within("172.17.")) {
     throw ConfigError(fmt::format(
-        "controller files: pc_address = \"{}\" is in a subnet that the controller keeps for itself "
-        "(192.168.0.x, 192.0.1.x, 172.16.x.x, 172.17.x.x): give RSI's interface and this computer "
-        "another one",
+        "controller files: pc_address = \"{}\" is in a subnet that the controller uses itself "
+        "(192.168.0.x, 192.0.1.x, 172.16.x.x, 172.17.x.x). Use another subnet for RSI's "
+        "interface and this computer",
         pc_address));
   }
   if (rsi_version != 3 && rsi_version != 4) {
@@ -215,7 +215,7 @@ void RsiFilesConfig::validate() const {
     check_number("correction_turn_limit_deg", space.turn_limit_deg, 0.1, 180.0);
     if (mode == CorrectionMode::kRelative) {
       throw ConfigError(
-          "controller files: correction = \"space\" with mode RELATIVE is not driven: use "
+          "controller files: correction = \"space\" is not possible with mode RELATIVE. Use "
           "mode = \"absolute\"");
     }
   }

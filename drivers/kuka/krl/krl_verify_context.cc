@@ -17,8 +17,8 @@ void check_ethernet(const RsiSet& set, const RsiContextFile& file, const RsiObje
   const ParameterValue precision = value_of(set, file, ethernet, "Precision", kUsualPrecision);
   if (precision.value < kFewestDecimals) {
     set.findings.refuse(file.name, precision.line,
-                        "Precision is {}: AIPos would come with {} decimals, too coarse to "
-                        "calibrate with; 4 or more belongs there",
+                        "Precision is {}: AIPos with {} decimals is too coarse to calibrate. "
+                        "Set 4 or more",
                         precision.value, precision.value);
   }
   const ParameterValue timeout = value_of(set, file, ethernet, "Timeout", kUsualTimeout);
@@ -39,8 +39,8 @@ void check_limits(const RsiSet& set, const RsiContextFile& file, const RsiObject
       const double reach = what[0] == 'L' ? -have.value : have.value;
       if (reach >= limit - kRounding) continue;
       set.findings.refuse(file.name, have.line,
-                          "{}{} of {} is {} deg, [rsi] correction_limit_deg is {}: moves would be "
-                          "clamped there without a word. Raise the one or lower the other",
+                          "{}{} of {} is {} deg, [rsi] correction_limit_deg is {}: moves would "
+                          "be silently clamped. Raise the one or lower the other",
                           what, i, corrector.id, have.value, limit);
     }
   }
@@ -51,12 +51,12 @@ void check_monitor(const RsiSet& set, const RsiContextFile& file, const RsiObjec
   if (monitor == nullptr) {
     if (set.config.space.on) {
       set.findings.warn(file.name, 0,
-                        "there is no AXISCORRMON: should it count corrections in space as well, "
-                        "it stops at {} deg",
+                        "AXISCORRMON is missing: if it also counts corrections in space, it "
+                        "stops at {} deg",
                         kUsualMonitorDeg);
     } else if (limit > kUsualMonitorDeg) {
       set.findings.refuse(file.name, 0,
-                          "there is no AXISCORRMON: it then stops at {} deg, [rsi] "
+                          "AXISCORRMON is missing: it then stops at {} deg, [rsi] "
                           "correction_limit_deg is {}",
                           kUsualMonitorDeg, limit);
     }
@@ -77,8 +77,8 @@ void check_stop(const RsiSet& set, const RsiContextFile& file, const RsiObject* 
                 const std::string& ethernet) {
   if (stop == nullptr) {
     set.findings.refuse(file.name, 0,
-                        "there is no STOP object: no session could end but by a "
-                        "fault");
+                        "the STOP object is missing: every session would end with a fault. Add "
+                        "it");
     return;
   }
   check_wire(set, file, *stop, 1, ethernet, set.config.stop_tag);
@@ -88,16 +88,15 @@ void check_stop(const RsiSet& set, const RsiContextFile& file, const RsiObject* 
       by_name ? ParameterValue{kExitMoveCorr, named->line} : value_of(set, file, *stop, "Mode", 0);
   if (mode.value != kExitMoveCorr) {
     set.findings.refuse(file.name, mode.line,
-                        "Mode of {} is {}, and must be 4 (ExitMoveCorr): another one does not end "
-                        "RSI_MOVECORR",
+                        "Mode of {} is {}. Set 4 (ExitMoveCorr): no other mode ends RSI_MOVECORR",
                         stop->id, mode.value);
   }
   const RsiParameter* channel = stop->parameter("Channel");
   if (channel != nullptr && file.rsi_version == 3) {
     // Published contexts of RSI 3 differ in it, and one controller was seen to ignore corrections.
     set.findings.warn(file.name, channel->line,
-                      "{} has a Channel: an RSI 3 controller was seen to ignore all corrections "
-                      "with it, without a word. Remove it if the arm does not move",
+                      "{} has a Channel: some RSI 3 controllers then silently ignore all "
+                      "corrections. Remove it if the arm does not move",
                       stop->id);
   }
 }
@@ -135,7 +134,7 @@ void check_wire(const RsiSet& set, const RsiContextFile& file, const RsiObject& 
   if (element == nullptr || element->index == 0) return;  // said already
   const RsiInput* found = object.input(input);
   if (found == nullptr) {
-    set.findings.refuse(file.name, object.line, "{}: input {} is not wired; {} belongs there",
+    set.findings.refuse(file.name, object.line, "{}: input {} is not connected. Connect {}",
                         object.id, input, tag);
   } else if (found->from != ethernet || found->from_index != element->index) {
     set.findings.refuse(file.name, found->line,
@@ -157,17 +156,17 @@ void check_context(const RsiSet& set, const RsiContextFile& file) {
   if (const RsiObject* beside = file.only(other); beside != nullptr) {
     if (corrector != nullptr) {
       set.findings.refuse(file.name, beside->line,
-                          "{} corrects beside {}: what then counts is not known; remove it",
+                          "{} corrects in addition to {}: the result is not defined. Remove it",
                           beside->id, wanted);
     } else {
       set.findings.refuse(file.name, beside->line,
-                          "{} corrects, and [rsi] correction is \"{}\": set it to \"{}\", or "
-                          "wire {} instead",
+                          "{} corrects, but [rsi] correction is \"{}\". Set it to \"{}\", or "
+                          "use {} instead",
                           beside->id, space ? "space" : "axes", space ? "axes" : "space", wanted);
     }
   }
   if (ethernet == nullptr || corrector == nullptr) {
-    set.findings.refuse(file.name, 0, "there is no {} object",
+    set.findings.refuse(file.name, 0, "the {} object is missing",
                         ethernet == nullptr ? "ETHERNET" : wanted);
     return;
   }

@@ -22,31 +22,31 @@ void compare(const EkiChannelFile& file, const EkiChannelFile& wanted, krl::Find
   const auto same_text = [&](const char* what, const Placed<std::string>& have,
                              const Placed<std::string>& want, const char* why) {
     if (wire::same_name(have.value, want.value)) return;
-    findings.refuse(file.name, have.line, "{} is \"{}\", and must be \"{}\"{}", what, have.value,
+    findings.refuse(file.name, have.line, "{} is \"{}\". Set \"{}\"{}", what, have.value,
                     want.value, why);
   };
   same_text("EXTERNAL/TYPE", file.external_type, wanted.external_type,
             ": the controller is the server");
   same_text("ENVIRONMENT", file.environment, wanted.environment,
-            ": with Program the channel is gone when the program is reset");
+            ": with Program the channel closes when the program is reset");
   same_text("BUFFERING Mode", file.buffering_mode, wanted.buffering_mode,
-            ": telegrams have to be read in their order");
+            ": telegrams have to be read in order");
   same_text("PROTOCOL", file.protocol, wanted.protocol, "");
-  same_text("IP", file.ip, wanted.ip, " as [eki] address has it");
+  same_text("IP", file.ip, wanted.ip, " as in [eki] address");
   if (file.port.value != wanted.port.value) {
     findings.refuse(file.name, file.port.line, "PORT is {}, [eki] port is {}", file.port.value,
                     wanted.port.value);
   }
   if (file.buffer_limit.value < wanted.buffer_limit.value) {
     findings.refuse(file.name, file.buffer_limit.line,
-                    "BUFFERING Limit is {}, and must be at least {}: when a buffer is full, EKI "
-                    "closes the connection",
+                    "BUFFERING Limit is {}. Set at least {}: when a buffer is full, EKI closes "
+                    "the connection",
                     file.buffer_limit.value, wanted.buffer_limit.value);
   }
   if (file.alive_flag.value != wanted.alive_flag.value) {
     findings.refuse(file.name, file.alive_flag.line,
                     "ALIVE Set_Flag is {}, [controller] alive_flag is {}: the programs would "
-                    "watch the wrong flag",
+                    "monitor the wrong flag",
                     file.alive_flag.value, wanted.alive_flag.value);
   }
 }
@@ -58,13 +58,13 @@ void compare(const std::string& file, const char* direction, const std::vector<E
     if (found == nullptr) {
       findings.refuse(file, 0, "{}: the element {} is missing", direction, one.tag);
     } else if (found->type != one.type) {
-      findings.refuse(file, found->line, "{}: {} has the Type \"{}\", and must have \"{}\"",
-                      direction, one.tag, found->type, one.type);
+      findings.refuse(file, found->line, "{}: Type of {} is \"{}\". Set \"{}\"", direction, one.tag,
+                      found->type, one.type);
     }
   }
   for (const EkiElement& one : have) {
     if (find(want, one.tag) == nullptr) {
-      findings.warn(file, one.line, "{}: {} is an element that nobody reads", direction, one.tag);
+      findings.warn(file, one.line, "{}: element {} is not used", direction, one.tag);
     }
   }
 }
@@ -84,8 +84,8 @@ std::vector<FileFinding> verify_eki_files(const ControllerFiles& files,
   }
   if (!wire::same_name(channel->name, kChannel)) {
     findings.refuse(channel->name, 0,
-                    "must be called {}: the file's name is the channel's, and the programs open "
-                    "\"CellcalEki\"",
+                    "must be called {}: the file name is the channel's name, and the programs "
+                    "open \"CellcalEki\"",
                     kChannel);
   }
   try {

@@ -31,7 +31,7 @@ void check_config(const RsiSet& set) {
                         file.ip_number.value, c.pc_address);
   } else if (!known) {
     set.findings.warn(file.name, file.ip_number.line,
-                      "IP_NUMBER {} was not compared: the configuration states no address of this "
+                      "IP_NUMBER {} not compared: the configuration has no address of this "
                       "computer ([controller] pc_address, or bind of [rsi])",
                       file.ip_number.value);
   }
@@ -41,14 +41,14 @@ void check_config(const RsiSet& set) {
   }
   if (file.sentype.value != c.sentype) {
     set.findings.refuse(file.name, file.sentype.line,
-                        "SENTYPE is \"{}\", [rsi] sentype is \"{}\": the controller would discard "
-                        "every reply without a word",
+                        "SENTYPE is \"{}\", [rsi] sentype is \"{}\": the controller would "
+                        "silently discard every reply",
                         file.sentype.value, c.sentype);
   }
   if (file.only_send.value) {
     set.findings.refuse(file.name, file.only_send.line,
-                        "ONLYSEND is TRUE: the controller would take no correction; FALSE belongs "
-                        "there");
+                        "ONLYSEND is TRUE: the controller would ignore all corrections. Set "
+                        "FALSE");
   }
 }
 
@@ -58,7 +58,7 @@ void check_sent(const RsiSet& set) {
                   [](const RsiElement& one) { return wire::same_name(one.tag, "DEF_RIst"); });
   if (set.config.space.on && !says_tcp) {
     set.findings.warn(set.channel.name, 0,
-                      "SEND: DEF_RIst is missing: a wrong $TOOL or $BASE would not be noticed "
+                      "SEND: DEF_RIst is missing: a wrong $TOOL or $BASE would not be detected "
                       "before the arm moves");
   }
   for (const char* tag : {"DEF_AIPos", "DEF_ASPos", "DEF_Delay"}) {
@@ -66,12 +66,10 @@ void check_sent(const RsiSet& set) {
         std::find_if(set.channel.send.begin(), set.channel.send.end(),
                      [&](const RsiElement& one) { return wire::same_name(one.tag, tag); });
     if (found == set.channel.send.end()) {
-      set.findings.refuse(set.channel.name, 0, "SEND: {} is missing; add it with INDX=\"INTERNAL\"",
+      set.findings.refuse(set.channel.name, 0, "SEND: {} is missing. Add it with INDX=\"INTERNAL\"",
                           tag);
     } else if (found->index != 0) {
-      set.findings.refuse(set.channel.name, found->line,
-                          "SEND: INDX of {} is {}, and must be "
-                          "\"INTERNAL\"",
+      set.findings.refuse(set.channel.name, found->line, "SEND: INDX of {} is {}. Set \"INTERNAL\"",
                           tag, found->index);
     }
   }
@@ -81,10 +79,9 @@ void check_hold(const RsiSet& set, const RsiElement& one) {
   const bool wanted = set.mode == CorrectionMode::kAbsolute;
   if (one.hold_on.value_or(!wanted) == wanted) return;
   set.findings.refuse(set.channel.name, one.line,
-                      "{} has HOLDON=\"{}\" with RSI_ON(#{}): {}; HOLDON=\"{}\" belongs "
-                      "there",
-                      one.tag, wanted ? 0 : 1, name_of(set.mode),
-                      wanted ? "one late reply throws the arm back to the start of the session"
+                      "{} has HOLDON=\"{}\" with RSI_ON(#{}): {}. Set HOLDON=\"{}\"", one.tag,
+                      wanted ? 0 : 1, name_of(set.mode),
+                      wanted ? "one late reply moves the arm back to where the session began"
                              : "every late reply repeats the last step",
                       wanted ? 1 : 0);
 }
@@ -108,8 +105,8 @@ void check_received(const RsiSet& set) {
   const RsiElement* stop = set.received(set.config.stop_tag);
   if (stop == nullptr) {
     set.findings.refuse(set.channel.name, 0,
-                        "RECEIVE: {} is missing ([rsi] stop_tag): no session "
-                        "could end but by a fault",
+                        "RECEIVE: {} is missing ([rsi] stop_tag): every session would end with "
+                        "a fault. Add it",
                         set.config.stop_tag);
   } else if (stop->index == 0 || !wire::same_name(stop->type, "BOOL") ||
              stop->hold_on.value_or(true)) {
@@ -127,7 +124,8 @@ void compare_model(const RsiContextFile& context, const RsiContextFile& model,
     const auto drawn = std::find_if(model.objects.begin(), model.objects.end(),
                                     [&](const RsiObject& other) { return other.id == one.id; });
     if (drawn == model.objects.end()) {
-      findings.warn(model.name, 0, "does not hold {}, which {} has: RSI-Visual would save it away",
+      findings.warn(model.name, 0,
+                    "does not have {}, which {} has: it would be lost when RSI-Visual saves",
                     one.id, context.name);
       continue;
     }
@@ -137,12 +135,12 @@ void compare_model(const RsiContextFile& context, const RsiContextFile& model,
         continue;
       if (other != nullptr && other->from == input.from && other->from_index == 0) {
         findings.warn(model.name, other->line,
-                      "{}: input {} comes from an output with a name of its own; whether it is "
-                      "Out{} was not looked at",
+                      "{}: input {} comes from an output with another name; not checked "
+                      "whether it is Out{}",
                       one.id, input.index, input.from_index);
         continue;
       }
-      findings.warn(model.name, drawn->line, "{}: input {} is wired otherwise than in {}", one.id,
+      findings.warn(model.name, drawn->line, "{}: input {} is connected differently in {}", one.id,
                     input.index, context.name);
     }
     for (const RsiParameter& parameter : one.parameters) {
@@ -166,9 +164,7 @@ void check_unit(const ControllerFiles& files, const RsiContextFile& context,
   const krl::Candidate* model = krl::choose(models, stem);
   if (model == nullptr || krl::choose(diagrams, stem + ".diagram") == nullptr) {
     findings.refuse(context.name, 0,
-                    "{0} and {0}.diagram are not beside it: RSI 3 takes the three "
-                    "as one unit",
-                    stem);
+                    "{0} and {0}.diagram are missing: RSI 3 needs the three together", stem);
   }
   if (model == nullptr) return;
   compare_model(context, read_rsi_model(*model->text, model->name), findings);
@@ -189,8 +185,8 @@ void check_program(const ControllerFiles& files, const RsiFilesConfig& config, C
         const std::string wanted = fmt::format("#{}", name_of(mode));
         if (line.find(wanted, at) == std::string::npos) {
           findings.refuse(name, number,
-                          "RSI_ON does not say {}, which the computer drives and "
-                          "HOLDON has to belong to",
+                          "RSI_ON has not {}, the mode that this computer uses and HOLDON has "
+                          "to match",
                           wanted);
         }
       }
@@ -206,8 +202,7 @@ void check_program(const ControllerFiles& files, const RsiFilesConfig& config, C
   }
   if (!on) {
     findings.warn("cellcal_rsi.src", 0,
-                  "no program with RSI_ON is in the folder: whether its mode "
-                  "and HOLDON belong together was not looked at");
+                  "no program with RSI_ON in the folder: its mode and HOLDON were not compared");
   }
 }
 
@@ -219,7 +214,7 @@ std::optional<RsiContextFile> find_context(const ControllerFiles& files,
   if (chosen == nullptr) {
     findings.refuse(usual, 0, "{}",
                     contexts.empty() ? "RSI's context is not in the folder"
-                                     : "there are several contexts, and none of them is called so");
+                                     : "there are several contexts, none with this name");
     return std::nullopt;
   }
   RsiContextFile file = read_rsi_context(*chosen->text, chosen->name);

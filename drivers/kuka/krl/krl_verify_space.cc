@@ -40,8 +40,8 @@ void check_frame(const RsiSet& set, const RsiContextFile& file, const RsiObject&
   const RsiParameter* found = corrector.parameter("RefCorrSys");
   if (found == nullptr) {
     set.findings.refuse(file.name, corrector.line,
-                        "{} states no RefCorrSys: {} ({}) belongs there, for [rsi] "
-                        "correction_frame = \"{}\"",
+                        "RefCorrSys of {} is missing. Set {} ({}) for [rsi] correction_frame = "
+                        "\"{}\"",
                         corrector.id, wanted.number,
                         kFrames[static_cast<std::size_t>(wanted.number)], wanted.key);
     return;
@@ -51,8 +51,8 @@ void check_frame(const RsiSet& set, const RsiContextFile& file, const RsiObject&
   const bool world = set.config.space.frame == CorrectionFrame::kBase && have == 0;
   if (have == wanted.number || world) return;
   set.findings.refuse(file.name, found->line,
-                      "RefCorrSys of {} is {}{}, [rsi] correction_frame is \"{}\", which is {}: "
-                      "the arm would go another way",
+                      "RefCorrSys of {} is {}{}, [rsi] correction_frame is \"{}\", which is "
+                      "{}: the arm would move in another direction",
                       corrector.id, found->value,
                       have < 0 ? "" : fmt::format(" ({})", kFrames[static_cast<std::size_t>(have)]),
                       wanted.key, wanted.number);
@@ -82,7 +82,7 @@ constexpr const char* kTurnKey = "correction_turn_limit_deg";
 
 void check_space(const RsiSet& set, const RsiContextFile& file, const RsiObject& corrector) {
   const SpaceCorrection& space = set.config.space;
-  const char* const clamped = "moves would be clamped there without a word";
+  const char* const clamped = "moves would be silently clamped";
   for (const char* name : {"LowerLimX", "LowerLimY", "LowerLimZ"})
     check_bound(set, file, corrector,
                 {name, kShiftKey, "mm", space.limit_mm, kUsualLimitMm, -1, clamped});
@@ -96,7 +96,7 @@ void check_space(const RsiSet& set, const RsiContextFile& file, const RsiObject&
   if (monitor == nullptr) {
     if (space.limit_mm > kUsualMonitor || space.turn_limit_deg > kUsualMonitor) {
       set.findings.refuse(file.name, 0,
-                          "there is no POSCORRMON: it then stops at {0} mm or {0} deg, [rsi] "
+                          "POSCORRMON is missing: it then stops at {0} mm or {0} deg, [rsi] "
                           "correction_limit_mm is {1}, correction_turn_limit_deg {2}",
                           kUsualMonitor, space.limit_mm, space.turn_limit_deg);
     }
@@ -123,8 +123,8 @@ void check_frames(const std::string& name, const std::string& text, const RsiFil
       if (!bare.starts_with(variable) || bare.substr(std::string(variable).size()) == wanted)
         continue;
       findings.refuse(name, number,
-                      "{} does not fit [controller] {} = {}, which corrections in space are "
-                      "reckoned with: {}{} belongs there",
+                      "{} does not match [controller] {} = {}, with which corrections in space "
+                      "are computed. Set {}{}",
                       line, key, key == std::string("tool") ? config.tool : config.base, variable,
                       wanted);
     }

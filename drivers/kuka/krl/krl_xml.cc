@@ -32,16 +32,16 @@ bool is_utf16(std::string_view text) {
 
 XmlText::XmlText(std::string_view text, std::string name) : name_(std::move(name)), text_(text) {
   if (text_.size() > kMostFile) {
-    throw ConfigError(fmt::format("{}: {} bytes; a controller's file has at most {}", name_,
+    throw ConfigError(fmt::format("{}: {} bytes, a controller's file has at most {}", name_,
                                   text_.size(), kMostFile));
   }
   if (is_utf16(text_)) {
-    throw ConfigError(name_ + ":1: not UTF-8 text (UTF-16, or no text at all): save it as UTF-8");
+    throw ConfigError(name_ + ":1: not UTF-8 text. Save it as UTF-8");
   }
   const pugi::xml_parse_result result =
       document_.load_buffer(text_.data(), text_.size(), pugi::parse_default, pugi::encoding_utf8);
   if (!result) {
-    throw ConfigError(fmt::format("{}:{}: no well-formed XML: {}", name_, line_at(result.offset),
+    throw ConfigError(fmt::format("{}:{}: not well-formed XML: {}", name_, line_at(result.offset),
                                   result.description()));
   }
   if (!root()) throw ConfigError(name_ + ": holds no element");
@@ -64,7 +64,7 @@ pugi::xml_node XmlText::only(const pugi::xml_node& parent, const char* child) co
   const pugi::xml_node found = parent.child(child);
   if (!found) fail(parent, fmt::format("<{}> is missing", child));
   if (found.next_sibling(child)) {
-    fail(found.next_sibling(child), "is there twice: which one counts is not knowable");
+    fail(found.next_sibling(child), "occurs twice. Remove one");
   }
   return found;
 }

@@ -2,7 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <string>
+
+#include "drivers/late_bytes.h"
 
 namespace cellcal::drivers {
 namespace {
@@ -12,18 +15,15 @@ std::string name(std::uint8_t axis) {
   return axis < 6 ? fmt::format("A{}", axis + 1) : fmt::format("E{}", axis - 5);
 }
 
-const char* const kReconnect =
-    "; find the cause, start RSI again if the pendant asks for it, then reference anew";
-
-const char* const kReference =
-    "; find the cause, start the program again if the pendant asks for it, then reference anew";
-
-// What an arm does not follow by, where RKorr carries it.
+// What the drives do not explain: the controller limits corrections without a message.
+const char* const kAxisChecks =
+    ". Check that the drives are on and the path is free, and that the limits of AXISCORR are those "
+    "of correction_limit_deg or more: it clamps silently";
 const char* const kSpaceChecks =
-    "; corrections are in space: check that RefCorrSys of POSCORR is correction_frame, that $TOOL "
-    "is that of [controller] tool and of the cell file, that $BASE is $NULLFRAME, the robot file, "
-    "and that the limits of POSCORR are those of correction_limit_mm and correction_turn_limit_deg "
-    "or more; reference anew";
+    ". Check that the drives are on and the path is free, that RefCorrSys of POSCORR is "
+    "correction_frame, that $TOOL is that of [controller] tool and of the cell file, that $BASE is "
+    "$NULLFRAME, the robot file, and that the limits of POSCORR are those of correction_limit_mm and "
+    "correction_turn_limit_deg or more: it clamps silently";
 
 /// One for each kind of cause: the compiler names a kind that has none.
 struct Words {
@@ -34,53 +34,53 @@ struct Words {
   // ---- before it begins ------------------------------------------------------------------------
 
   std::string operator()(const cause::NotReferenced&) const {
-    return "not referenced: the arm's position has to be taken over first (rereference)";
+    return "not referenced: the arm's position has to be read first (rereference)";
   }
   std::string operator()(const cause::Busy&) const {
-    return "another move is running: one at a time";
+    return "another move is running; begin one at a time";
   }
   std::string operator()(const cause::Closing&) const {
     return "the session with the controller is being ended";
   }
   std::string operator()(const cause::AxisCount& c) const {
-    return fmt::format("target has {} axes, the robot {}", c.given, c.expected);
+    return fmt::format("{} axes in the target, {} in the robot", c.given, c.expected);
   }
   std::string operator()(const cause::NotFinite& c) const {
     return fmt::format("{}: target {} is not a finite angle", name(c.axis), c.target);
   }
   std::string operator()(const cause::BelowLimit& c) const {
-    return fmt::format("{}: target {:.4f} deg is below the axis limit {:.4f} deg", name(c.axis),
+    return fmt::format("{}: target {:.4f} deg, lower axis limit {:.4f} deg", name(c.axis),
                        c.target_deg, c.limit_deg);
   }
   std::string operator()(const cause::AboveLimit& c) const {
-    return fmt::format("{}: target {:.4f} deg is above the axis limit {:.4f} deg", name(c.axis),
+    return fmt::format("{}: target {:.4f} deg, upper axis limit {:.4f} deg", name(c.axis),
                        c.target_deg, c.limit_deg);
   }
   std::string operator()(const cause::CorrectionLimit& c) const {
     return fmt::format(
-        "{}: correction {:.4f} deg is beyond the limit of +-{:.4f} deg: begin the session nearer "
-        "to the target, or widen correction_limit_deg, make the controller's files anew (kuka-files: "
-        "{}AXISCORRMON), copy them there, cold start",
+        "{}: correction {:.4f} deg, limit +-{:.4f} deg. Begin the session nearer to the "
+        "target, or raise correction_limit_deg, make the controller's files again "
+        "(kuka-files: {}AXISCORRMON), copy them to the controller and cold-start it",
         name(c.axis), c.correction_deg, c.limit_deg, result.in_space ? "" : "AXISCORR, ");
   }
   std::string operator()(const cause::ShiftLimit& c) const {
     return fmt::format(
-        "correction in space: shift {:.2f} mm is beyond the limit of {:.2f} mm: begin the "
-        "session nearer to the target, or widen POSCORR, POSCORRMON and correction_limit_mm",
+        "correction in space: shift {:.2f} mm, limit {:.2f} mm. Begin the session nearer to "
+        "the target, or raise the limits of POSCORR, POSCORRMON and correction_limit_mm",
         c.shift_mm, c.limit_mm);
   }
   std::string operator()(const cause::TurnLimit& c) const {
     return fmt::format(
-        "correction in space: turn {:.2f} deg is beyond the limit of {:.2f} deg: begin the "
-        "session with the tool nearer to the target's orientation, or widen MaxRotAngle of "
-        "POSCORR and POSCORRMON and correction_turn_limit_deg",
+        "correction in space: rotation {:.2f} deg, limit {:.2f} deg. Begin the session with "
+        "the tool nearer to the target's orientation, or raise MaxRotAngle of POSCORR and "
+        "POSCORRMON and correction_turn_limit_deg",
         c.turn_deg, c.limit_deg);
   }
   std::string operator()(const cause::NearSingular& c) const {
     return fmt::format(
-        "correction in space: {} would turn {:.0f} times as far as the TCP on this line (limit "
-        "{:.0f}): a wrist with A4 and A6 in line, a stretched arm, or a wrist above A1; go "
-        "round it, begin the session elsewhere, or use axis corrections (AXISCORR, correction = "
+        "near a singularity: {} would turn {:.0f} times as far as the TCP on this line "
+        "(limit {:.0f}). A4 and A6 are in line, the arm is stretched, or the wrist is above "
+        "A1: begin the session elsewhere, or use axis corrections (AXISCORR, correction = "
         "\"axes\")",
         name(c.axis), c.gain, c.limit);
   }
@@ -92,127 +92,110 @@ struct Words {
   // ---- the contact sensor ----------------------------------------------------------------------
 
   std::string operator()(const cause::NoSensor&) const {
-    return "a search needs a contact sensor, and there is none";
+    return "a search needs a contact sensor; none is configured";
   }
   std::string operator()(const cause::NotArmed& c) const {
-    return fmt::format("contact sensor is not armed (search wants arming {})", c.wanted);
+    return fmt::format("contact sensor is not armed (search needs arming {})", c.wanted);
   }
   std::string operator()(const cause::ArmedOtherwise& c) const {
-    return fmt::format("contact sensor is armed with {}, search wants {}", c.in_force, c.wanted);
+    return fmt::format("contact sensor is armed with {}, search needs {}", c.in_force, c.wanted);
   }
   std::string operator()(const cause::TouchingAtStart&) const {
-    return "already in contact: retreat before the search, or look for a short circuit";
+    return "already in contact before the search. Retreat, or look for a short circuit";
   }
   std::string operator()(const cause::TrippedAtStart&) const {
-    return "the contact sensor tripped between arming and the search: arm again";
+    return "the contact sensor tripped between arming and search. Arm it again";
   }
   std::string operator()(const cause::SensorDead&) const {
-    return "no heartbeat from the contact sensor: check its cable and power";
+    return "no heartbeat from the contact sensor. Check its cable and power";
   }
   std::string operator()(const cause::SensorLate& c) const {
-    return fmt::format(
-        "the contact sensor's bytes came {:.0f} ms late on this computer (limit {:.0f} ms), which "
-        "the sensor had sent in time: stop other work on this computer, or set a core aside "
-        "(drivers/contact/README.md)",
-        1e3 * c.late_s, 1e3 * c.limit_s);
+    return late_bytes_words(c.late_s, c.limit_s);
   }
   std::string operator()(const cause::KeepAliveLate&) const {
-    return "this computer's keep-alive reached the contact sensor too late, and it disarmed itself: "
-           "stop other work on this computer, or look at the line to the sensor";
+    return "the contact sensor disarmed itself: this computer's keep-alive came too late. Stop "
+           "other programs on this computer, or check the line to the sensor";
   }
   std::string operator()(const cause::ArmExpired&) const {
-    return "the contact sensor's arming ended before the search did: the arm is slower than "
-           "planned; look at the controller's override (100 %)";
+    return "the contact sensor's arming ended before the search: the arm is slower than "
+           "planned. Set the controller's override to 100 %";
   }
   std::string operator()(const cause::TripUnconfirmed& c) const {
     return fmt::format(
-        "the contact sensor tripped and neither confirmed nor revoked it in {:.0f} "
-        "ms: check its cable",
+        "the contact sensor tripped but neither confirmed nor revoked the trip within {:.0f} "
+        "ms. Check its cable",
         1e3 * c.waited_s);
   }
   std::string operator()(const cause::StampOutside& c) const {
     return fmt::format(
-        "the contact's time stamp is {:.3f} s old, outside of the recorded path: "
-        "the sensor's clock map is wrong",
+        "the contact's time stamp is {:.3f} s old, outside of the recorded path: the "
+        "sensor's clock is not synchronised",
         c.age_s);
   }
   std::string operator()(const cause::TouchedOutsideSearch&) const {
-    return "contact outside of a search: look for an obstacle in the path or a short circuit";
+    return "contact outside of a search. Look for an obstacle in the path or a short circuit";
   }
   std::string operator()(const cause::ContactNotOpen&) const {
-    return "still in contact at the end of the retreat: look for a stuck tip or a short circuit";
+    return "still in contact at the end of the retreat. Look for a stuck tip or a short circuit";
   }
 
   // ---- how the arm moved -----------------------------------------------------------------------
 
   std::string operator()(const cause::AxisNotFollowing& c) const {
-    if (result.in_space) {
-      return fmt::format(
-          "{} was commanded to {:.4f} deg and is at {:.4f} deg: drives off, or "
-          "the controller makes something else of the correction{}",
-          name(c.axis), c.commanded_deg, c.actual_deg, kSpaceChecks);
-    }
-    return fmt::format(
-        "{} was commanded to {:.4f} deg and is at {:.4f} deg: drives off, or the "
-        "correction is clamped by AXISCORR; reference anew",
-        name(c.axis), c.commanded_deg, c.actual_deg);
+    return fmt::format("{}: following error {:.4f} deg, set-point {:.4f} deg, actual {:.4f} deg{}",
+                       name(c.axis), std::abs(c.commanded_deg - c.actual_deg), c.commanded_deg,
+                       c.actual_deg, result.in_space ? kSpaceChecks : kAxisChecks);
   }
   std::string operator()(const cause::AxisStands& c) const {
-    if (result.in_space) {
-      return fmt::format(
-          "{} stands at {:.4f} deg while it is commanded on, to {:.4f} deg: the "
-          "drives are off, the arm is blocked, or POSCORR clamps in silence{}",
-          name(c.axis), c.actual_deg, c.commanded_deg, kSpaceChecks);
-    }
     return fmt::format(
-        "{} stands at {:.4f} deg while it is commanded on, to {:.4f} deg: the correction is "
-        "clamped in silence by AXISCORR (its limits must be those of correction_limit_deg or "
-        "more), the drives are off, or the arm is blocked; reference anew",
-        name(c.axis), c.actual_deg, c.commanded_deg);
+        "{}: following error {:.4f} deg, it stands at {:.4f} deg while its set-point goes on to "
+        "{:.4f} deg{}",
+        name(c.axis), std::abs(c.commanded_deg - c.actual_deg), c.actual_deg, c.commanded_deg,
+        result.in_space ? kSpaceChecks : kAxisChecks);
   }
   std::string operator()(const cause::NotSettled& c) const {
-    return fmt::format("{} still moved by {:.4f} deg after {:.2f} s", name(c.axis), c.moved_deg,
+    return fmt::format("{}: still moving by {:.4f} deg after {:.2f} s", name(c.axis), c.moved_deg,
                        c.waited_s);
   }
 
   // ---- the link over RSI -----------------------------------------------------------------------
 
   std::string operator()(const cause::NoPackets& c) const {
-    return fmt::format("no packets from the controller for {:.2f} s: start RSI on the pendant",
+    return fmt::format("no packet from the controller for {:.2f} s. Start RSI on the pendant",
                        c.waited_s);
   }
   std::string operator()(const cause::NotAccepted&) const {
-    return "the controller accepts no reply: check SENTYPE and IPOC";
+    return "the controller accepts no reply. Check SENTYPE";
   }
   std::string operator()(const cause::Silence& c) const {
-    return fmt::format("no packet from the controller for {:.0f} ms (last IPOC {}){}",
-                       1e3 * c.silent_s, result.ipoc, kReconnect);
+    return fmt::format("no packet from the controller for {:.0f} ms (last IPOC {})",
+                       1e3 * c.silent_s, result.ipoc);
   }
   std::string operator()(const cause::SessionRestarted&) const {
-    return fmt::format("IPOC jumped (now {}): RSI was started anew, or many packets were lost{}",
-                       result.ipoc, kReconnect);
+    return fmt::format("IPOC jumped (now {}): RSI was restarted, or many packets were lost",
+                       result.ipoc);
   }
   std::string operator()(const cause::LateReplies& c) const {
     return fmt::format(
-        "the controller counted {} late replies during this move (IPOC {}): "
-        "check the load of this computer, real-time priority, and the network",
+        "{} late replies during this move, counted by the controller (IPOC {}). Check "
+        "the load of this computer, its real-time priority, and the network",
         c.replies, result.ipoc);
   }
   std::string operator()(const cause::IncrementLost& c) const {
     return fmt::format(
-        "the controller did not take {} replies of this move (IPOC {}), and increments that "
-        "are lost are never caught up: the arm is not where it was commanded to; reference anew, "
-        "and check the load of this computer and the network",
+        "{} replies of this move not accepted by the controller (IPOC {}): their "
+        "increments are lost, and the arm is not at its set-point. Check the load of this "
+        "computer and the network",
         c.replies, result.ipoc);
   }
   std::string operator()(const cause::DelayGone&) const {
-    return "the controller sends no Delay any more: an increment that is lost would not be "
-           "noticed; wire DEF_Delay into the ethernet XML";
+    return "the controller stopped sending Delay: a lost increment would not be detected. Check "
+           "DEF_Delay in the ethernet XML";
   }
   std::string operator()(const cause::TooCoarse& c) const {
     return fmt::format(
-        "the angles come with {} decimals, as their first change shows: too coarse to "
-        "calibrate with; set the ETHERNET object's Precision to 4 or more",
+        "angles with {} decimals (seen at their first change): too coarse to calibrate. "
+        "Set the ETHERNET object's Precision to 4 or more",
         c.decimals);
   }
 
@@ -220,81 +203,80 @@ struct Words {
 
   std::string operator()(const cause::NotConnected& c) const {
     return fmt::format(
-        "no state from the controller for {:.2f} s: check that the submit program runs{}",
-        c.waited_s, kReference);
+        "no state from the controller for {:.2f} s. Check that the submit program runs",
+        c.waited_s);
   }
   std::string operator()(const cause::ControllerNotReady&) const {
-    return "the controller's program is not ready to move: see the link's words";
+    return "the controller's program is not ready to move. See 'cellcal status'";
   }
   std::string operator()(const cause::CommandNotTaken& c) const {
     return fmt::format(
-        "the controller did not take the move within {:.2f} s; the link was cut "
-        "so that it cannot begin later{}",
-        c.waited_s, kReference);
+        "the controller did not accept the move within {:.2f} s. The link was closed, so "
+        "that the move cannot begin later",
+        c.waited_s);
   }
   std::string operator()(const cause::LinkClosed&) const {
-    return fmt::format("the controller closed the connection{}", kReference);
+    return "the controller closed the connection";
   }
   std::string operator()(const cause::SessionTaken& c) const {
     return fmt::format(
-        "the controller obeys another session ({}) now: two computers on one controller?{}",
-        c.session, kReference);
+        "the controller obeys another session ({}) now. Check whether two computers use "
+        "one controller",
+        c.session);
   }
   std::string operator()(const cause::DeadMan&) const {
-    return "the controller missed this computer's beats and stopped: check the network and the "
-           "load of this computer";
+    return "the controller received no heartbeat of this computer and stopped. Check the "
+           "network and the load of this computer";
   }
   std::string operator()(const cause::ProgramAborted& c) const {
     return fmt::format(
-        "the controller's program was ended or stopped in the middle of the move "
-        "(fault {}): see the pendant, select and start it again, then "
-        "reference anew",
+        "the controller's program ended or stopped during the move (fault {}). Read the "
+        "message on the pendant, select the program and start it again",
         c.fault);
   }
   std::string operator()(const cause::InputAtStart&) const {
-    return "the controller's contact input is on before the search: retreat, or look for a short "
-           "circuit or a swapped input";
+    return "the controller's contact input is on before the search. Retreat, or look for a "
+           "short circuit or a wrong input number";
   }
   std::string operator()(const cause::InputMissed&) const {
-    return "the contact sensor tripped and the controller's contact input did not: check the "
-           "wire to the input and its number; the arm was stopped over the network";
+    return "the contact sensor tripped, the controller's contact input did not; the arm was "
+           "stopped over the network. Check the wire to the input and the input's number";
   }
   std::string operator()(const cause::InputAlone& c) const {
     return fmt::format(
-        "the controller's contact input stopped the arm and the contact sensor "
-        "saw nothing within {:.0f} ms: check the wires of both",
+        "the controller's contact input stopped the arm, the contact sensor detected nothing "
+        "within {:.0f} ms. Check the wires of both",
         1e3 * c.waited_s);
   }
   std::string operator()(const cause::OutsideSoftLimits&) const {
-    return "the controller refused the target: outside of its software limit switches";
+    return "the controller refused the target: it is outside of its software limit switches";
   }
   std::string operator()(const cause::NotFeasible&) const {
     return "the controller refused the move: its program could not compute the target";
   }
   std::string operator()(const cause::LatchMissing&) const {
-    return "the controller stopped by its input and sent no latched angles of this move";
+    return "the controller stopped by its input but sent no latched angles of this move";
   }
   std::string operator()(const cause::LatchAstray& c) const {
     return fmt::format(
-        "{} was latched at {:.4f} deg and was measured at {:.4f} deg at the "
-        "contact: wrong latch_delay_ms, or angles of another contact",
+        "{}: {:.4f} deg latched, {:.4f} deg measured at the contact. Check latch_delay_ms",
         name(c.axis), c.latched_deg, c.measured_deg);
   }
   std::string operator()(const cause::TooFastForFlag& c) const {
     return fmt::format(
-        "{} would search at {:.4f} deg/s; without a contact input on the "
-        "controller {:.4f} deg/s is the limit: search slower",
+        "{}: search at {:.4f} deg/s, {:.4f} deg/s allowed without a contact input on the "
+        "controller. Search slower",
         name(c.axis), c.speed_deg_s, c.limit_deg_s);
   }
   std::string operator()(const cause::NotMoving& c) const {
     return fmt::format(
-        "the arm has not moved for {:.1f} s (override {} %): drives off, "
-        "start key released, or override 0",
+        "the arm has not moved for {:.1f} s (override {} %). Check drives, start key and "
+        "override",
         c.still_s, c.override_percent);
   }
   std::string operator()(const cause::NotAtTarget& c) const {
-    return fmt::format("{} was sent to {:.4f} deg and rests at {:.4f} deg; reference anew",
-                       name(c.axis), c.target_deg, c.actual_deg);
+    return fmt::format("{}: target {:.4f} deg, at rest at {:.4f} deg", name(c.axis), c.target_deg,
+                       c.actual_deg);
   }
 };
 

@@ -49,7 +49,7 @@ class RobotShell {
     if (!is_open()) {
       refuse(move, "the link to the controller is closed");
     } else if (!commands_.push({Command::Kind::kBegin, asked_, move})) {
-      refuse(move, "too many moves at once: one at a time");
+      refuse(move, "too many moves at once: begin one at a time");
     }
   }
   /// Caller.

@@ -35,7 +35,7 @@ struct RsiRobot::Impl : std::enable_shared_from_this<RsiRobot::Impl> {
 
   void open() {
     if (shell.is_open()) {
-      throw DriverError(fmt::format("RSI on UDP {}:{} is open, or still being closed",
+      throw DriverError(fmt::format("RSI on UDP {}:{} is already open, or still closing",
                                     config.bind_address, config.port));
     }
     error_code error;
@@ -51,8 +51,8 @@ struct RsiRobot::Impl : std::enable_shared_from_this<RsiRobot::Impl> {
     if (!error) fresh.non_blocking(true, error);
     if (error) {
       throw DriverError(fmt::format(
-          "RSI: cannot listen on UDP {}:{}: {}; another program (or another cellcald) may hold the "
-          "port, or the address is not this computer's",
+          "RSI: cannot listen on UDP {}:{}: {}. Another program (or another cellcald) may use "
+          "the port, or the address is not this computer's",
           config.bind_address, config.port, error.message()));
     }
     bound_port = fresh.local_endpoint().port();
@@ -237,11 +237,12 @@ RobotState RsiRobot::state() const {
   };
   if (const std::uint64_t count = foreign_packets(); count > 0) {
     add(fmt::format(
-        "{} packets from another sender ({}) were ignored: two controllers on one port?", count,
-        asio::ip::address_v4(impl_->foreign_from.load()).to_string()));
+        "{} packets from another sender ({}) ignored. Check whether two controllers send to "
+        "one port",
+        count, asio::ip::address_v4(impl_->foreign_from.load()).to_string()));
   }
   if (const std::uint64_t count = impl_->unsent.load(); count > 0) {
-    add(fmt::format("{} replies could not be sent: check the network interface", count));
+    add(fmt::format("{} replies could not be sent. Check the network interface", count));
   }
   return state;
 }

@@ -157,7 +157,7 @@ const char* to_string(EkiError error) {
     case EkiError::kNoAxes:
       return "no Axis/@A1";
     case EkiError::kBadNumber:
-      return "a value is not a finite number, or not the integer that belongs there";
+      return "a value is not a finite number, or not an integer where one is needed";
     case EkiError::kDuplicate:
       return "an element or attribute occurs twice";
   }

@@ -29,7 +29,7 @@ const char* to_string(WireError error) {
     case WireError::kBadIpoc:
       return "IPOC is not a decimal number";
     case WireError::kNoAxes:
-      return "no AIPos with A1 (wire DEF_AIPos)";
+      return "no AIPos with A1 (add DEF_AIPos to SEND of the ethernet XML)";
     case WireError::kBadNumber:
       return "a value is not a finite number";
     case WireError::kDuplicate:

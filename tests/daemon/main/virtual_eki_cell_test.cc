@@ -119,12 +119,13 @@ TEST_P(an_eki_cell, stops_at_its_input_when_a_stand_is_no_longer_earthed) {
 
 using an_eki_cell_with_an_input = an_eki_cell;
 
-TEST_P(an_eki_cell_with_an_input, is_stopped_where_the_wire_to_its_input_is_cut_and_off_means_contact) {
+TEST_P(an_eki_cell_with_an_input,
+       is_stopped_where_the_wire_to_its_input_is_cut_and_off_means_contact) {
   search();
   cell->controller().input_broken(true, cell->now());
   const drivers::MoveResult stopped = result();
   EXPECT_EQ(stopped.outcome, MoveOutcome::kContactSilent) << stopped.detail;
-  EXPECT_NE(stopped.detail.find("sensor saw nothing"), std::string::npos) << stopped.detail;
+  EXPECT_NE(stopped.detail.find("sensor detected nothing"), std::string::npos) << stopped.detail;
   EXPECT_LT(a1_deg() - at_fault_deg, 0.06);
 }
 

@@ -145,7 +145,7 @@ TEST(ContactBaud, BytesWithoutAFrameAreAnotherBaudRateAndNotASilentSensor) {
   const ContactStatus status = contact.status();
   EXPECT_EQ(status.fault, ContactFault::kBaud);
   EXPECT_EQ(status.link, ContactLink::kFault);
-  EXPECT_TRUE(contains(status.words, "not one frame at 250000 baud")) << status.words;
+  EXPECT_TRUE(contains(status.words, "no valid frame at 250000 baud")) << status.words;
   EXPECT_TRUE(contains(status.words, "Set [contact] baud to the sensor's")) << status.words;
 }
 
@@ -155,7 +155,8 @@ TEST(ContactBaud, NothingHeardIsNoBaudRate) {
   rig.contact.open();
   rig.run(seconds{4});
   EXPECT_EQ(rig.contact.status().fault, ContactFault::kNone);
-  EXPECT_TRUE(contains(rig.contact.status().words, "nothing heard")) << rig.contact.status().words;
+  EXPECT_TRUE(contains(rig.contact.status().words, "nothing received"))
+      << rig.contact.status().words;
 }
 
 }  // namespace

@@ -149,8 +149,8 @@ std::string open_error(const std::string& device) {
 TEST(SerialContact, SaysWhichDeviceIsMissingAndWhichPortsThereAre) {
   const std::string words = open_error("/dev/ttyCELLCAL9");
   EXPECT_TRUE(contains(words, "/dev/ttyCELLCAL9: no such device")) << words;
-  EXPECT_TRUE(contains(words, "plugged in?")) << words;
-  EXPECT_TRUE(contains(words, "ports here: ")) << words;
+  EXPECT_TRUE(contains(words, "Plug the sensor in")) << words;
+  EXPECT_TRUE(contains(words, "ports found: ")) << words;
 }
 
 TEST(SerialContact, SaysThatAFileIsNotASerialPort) {
@@ -323,7 +323,7 @@ TEST(SerialContact, NamesABaudRateThatDoesNotFit) {
   robot.contact.open();
   ASSERT_TRUE(wait_for([&] { return robot.contact.status().fault == ContactFault::kBaud; }));
   const std::string words = robot.contact.status().words;
-  EXPECT_TRUE(contains(words, "not one frame at 1000000 baud")) << words;
+  EXPECT_TRUE(contains(words, "no valid frame at 1000000 baud")) << words;
   robot.contact.close();
 
   SerialContactOptions same = options_for(pty.path());

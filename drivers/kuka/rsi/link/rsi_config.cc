@@ -33,13 +33,13 @@ void check_positive(std::string_view what, double value) {
 void check_mode(CorrectionMode mode, bool hold_on) {
   if (mode == CorrectionMode::kAbsolute && !hold_on) {
     throw ConfigError(
-        "rsi: mode ABSOLUTE with HOLDON=0: one late reply would throw the arm back to the start of "
-        "the session; set HOLDON=\"1\" on every correction element of the controller's ethernet "
-        "XML");
+        "rsi: mode ABSOLUTE with HOLDON=0: one late reply would move the arm back to where the "
+        "session began. Set HOLDON=\"1\" on every correction element of the controller's "
+        "ethernet XML");
   }
   if (mode == CorrectionMode::kRelative && hold_on) {
     throw ConfigError(
-        "rsi: mode RELATIVE with HOLDON=1: every late reply would repeat the last step; set "
+        "rsi: mode RELATIVE with HOLDON=1: every late reply would repeat the last step. Set "
         "HOLDON=\"0\" on every correction element of the controller's ethernet XML, or use "
         "RSI_ON(#ABSOLUTE) with HOLDON=\"1\"");
   }
@@ -51,15 +51,14 @@ void check_space(const RsiConfig& config) {
   check_name("cart_tag", space.tag, false);
   if (config.mode == CorrectionMode::kRelative) {
     throw ConfigError(
-        "rsi: correction = \"space\" with mode RELATIVE: turns that are added up cycle by cycle "
-        "depend on their order, and nothing would tell what they came to; use RSI_ON(#ABSOLUTE) "
-        "with HOLDON=\"1\"");
+        "rsi: correction = \"space\" with mode RELATIVE: a sum of rotations depends on their "
+        "order, and the controller does not report it. Use RSI_ON(#ABSOLUTE) with HOLDON=\"1\"");
   }
   if (config.limits.size() != wire::kAxesPerElement) {
-    throw ConfigError(
-        fmt::format("rsi: correction = \"space\" with {} axes: six can be driven so, and no "
-                    "external ones; use correction = \"axes\"",
-                    config.limits.size()));
+    throw ConfigError(fmt::format(
+        "rsi: correction = \"space\" with {} axes: it drives exactly six and no external "
+        "ones. Use correction = \"axes\"",
+        config.limits.size()));
   }
   if (space.geometry == nullptr) {
     throw ConfigError("rsi: correction = \"space\" without the arm's geometry");
@@ -115,8 +114,8 @@ void RsiConfig::validate() const {
     const AxisLimit& limit = limits[i];
     if (!std::isfinite(limit.min_rad) || !std::isfinite(limit.max_rad) ||
         limit.min_rad >= limit.max_rad) {
-      throw ConfigError(fmt::format("rsi: axis {}: limits {} to {} rad are no range", i + 1,
-                                    limit.min_rad, limit.max_rad));
+      throw ConfigError(fmt::format("rsi: axis {}: limits {} to {} rad are in the wrong order",
+                                    i + 1, limit.min_rad, limit.max_rad));
     }
     check_positive(fmt::format("axis {}: speed limit", i + 1), limit.max_speed_rad_s);
     check_positive(fmt::format("axis {}: acceleration limit", i + 1),

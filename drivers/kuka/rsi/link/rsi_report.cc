@@ -6,7 +6,7 @@ namespace cellcal::drivers {
 namespace {
 
 const char* const kReconnect =
-    "; find the cause, start RSI again if the pendant asks for it, then reference anew";
+    ". Read the message on the pendant, and start RSI again if it asks for it";
 
 std::string trouble_words(const CoreState& s, const ReportNames& names) {
   switch (s.trouble) {
@@ -15,39 +15,40 @@ std::string trouble_words(const CoreState& s, const ReportNames& names) {
     case Trouble::kLearning:
       return "learning the controller's cycle";
     case Trouble::kOddCycle:
-      return "packets come outside of 2 to 40 ms: use #IPO_FAST (4 ms) or #IPO (12 ms)";
+      return "packet cycle outside of 2 to 40 ms. Use RSI_ON with #IPO_FAST (4 ms) or #IPO (12 ms)";
     case Trouble::kCoarse:
       return fmt::format(
-          "AIPos comes with {} decimals, too coarse to calibrate with: set the "
-          "ETHERNET object's Precision to 4 or more",
+          "AIPos with {} decimals: too coarse to calibrate. Set the ETHERNET object's "
+          "Precision to 4 or more",
           s.decimals);
     case Trouble::kTooFewAxes:
-      return fmt::format("packets hold fewer than {} axes: wire DEF_AIPos (and DEF_EIPos)", s.axes);
+      return fmt::format(
+          "packets with fewer than {} axes. Add DEF_AIPos (and DEF_EIPos) to the ethernet XML",
+          s.axes);
     case Trouble::kWaitingForRest:
-      return "not answering yet: the arm moves and its correction is not known";
+      return "not answering yet: the arm moves and its correction is unknown";
     case Trouble::kUnknownOffset:
-      return "not answering: which correction the controller holds cannot be known, and a wrong "
-             "guess would make the arm jump; let RSI time out and start it anew on the pendant, and "
-             "wire DEF_ASPos and DEF_Delay into the ethernet XML";
+      return "not answering: the correction that the controller holds is unknown, and a wrong one "
+             "would make the arm jump. Wait for RSI's time-out, start it again on the pendant, "
+             "and add DEF_ASPos and DEF_Delay to the ethernet XML";
     case Trouble::kUnknownSum:
-      return "the correction that the controller holds cannot be known, so neither can what is "
-             "left of it: start RSI anew on the pendant, or wire DEF_ASPos into the ethernet XML";
+      return "the correction that the controller holds is unknown, and so is what is left of its "
+             "limit. Start RSI again on the pendant, or add DEF_ASPos to the ethernet XML";
     case Trouble::kNoDelay:
-      return "mode RELATIVE without Delay: an increment that is lost would not be noticed; wire "
-             "DEF_Delay into the ethernet XML";
+      return "mode RELATIVE without Delay: a lost increment would not be detected. Add DEF_Delay "
+             "to the ethernet XML";
     case Trouble::kTcpDiffers:
       return fmt::format(
-          "the controller has its TCP (RIst) {:.2f} mm and {:.3f} deg beside where the cell's "
-          "nominal arm puts it, and corrections in space would go wrong by that: compare $TOOL "
-          "with [controller] tool (0: the flange) and the cell file's tool, the robot file with "
-          "the arm's type, and $BASE and $ROBROOT, which must be zero (or take DEF_RIst out of "
-          "the ethernet XML where $ROBROOT only shifts)",
+          "{:.2f} mm and {:.3f} deg between the controller's TCP (RIst) and that of robot and "
+          "cell file: corrections in space would be wrong by as much. Compare $TOOL with "
+          "[controller] tool (0: the flange) and with the cell file's tool, and the robot file "
+          "with the arm's type; $BASE and $ROBROOT must be zero (or remove DEF_RIst from the "
+          "ethernet XML if $ROBROOT only shifts)",
           s.tcp_apart.mm, s.tcp_apart.deg);
     case Trouble::kNotAccepted:
       return fmt::format(
-          "SENTYPE or IPOC is not accepted: the controller counts every reply as late (Delay grows "
-          "with each of {}); this side sends SENTYPE \"{}\" and the IPOC that came, so compare "
-          "SENTYPE in the ethernet XML",
+          "no reply accepted: the controller counts each of {} as late (Delay). This computer "
+          "sends SENTYPE \"{}\" and the received IPOC: set the same SENTYPE in the ethernet XML",
           s.replies, names.sentype);
   }
   return "unknown trouble";
@@ -56,18 +57,17 @@ std::string trouble_words(const CoreState& s, const ReportNames& names) {
 std::string link_words(const CoreState& s, const ReportNames& names) {
   if (s.link == RobotLink::kDown) {
     return fmt::format(
-        "no packet in {:.1f} s on {}: check that RSI runs on the pendant, IP_NUMBER and PORT of "
-        "the ethernet XML, the cable and the subnet (not 192.168.0.x), the firewall, that no other "
-        "program listens, and, where this computer or its network card is new, a cold start of the "
-        "controller (it keeps the old hardware address)",
+        "no packet for {:.1f} s on {}. Check that RSI runs on the pendant, IP_NUMBER and PORT "
+        "of the ethernet XML, the cable and the subnet (not 192.168.0.x), the firewall, and "
+        "that no other program listens; if this computer or its network card is new, "
+        "cold-start the controller (it keeps the old hardware address)",
         s.waited_s, names.listening);
   }
   if (s.link == RobotLink::kLost) {
-    return fmt::format("packets stopped {:.1f} s ago after IPOC {}{}", s.waited_s, s.ipoc,
-                       kReconnect);
+    return fmt::format("no packet for {:.1f} s, last IPOC {}{}", s.waited_s, s.ipoc, kReconnect);
   }
   if (s.link == RobotLink::kNotReferenced && s.rereference_pending) {
-    return "referencing: waiting for the arm to rest";
+    return "referencing: waiting for the arm to come to rest";
   }
   return {};
 }
@@ -102,12 +102,14 @@ RobotState to_robot_state(const CoreState& s, const ReportNames& names) {
   add(state.words, link_words(s, names));
   add(state.words, trouble_words(s, names));
   if (s.late > 0) {
-    add(state.words, fmt::format("{} of {} replies came late: check the load of this computer, "
-                                 "real-time priority, and the network",
-                                 s.late, s.replies));
+    add(state.words,
+        fmt::format(
+            "{} of {} replies late. Check the load of this computer, its real-time priority, and "
+            "the network",
+            s.late, s.replies));
   }
   if (s.bad_packets > 0) {
-    add(state.words, fmt::format("{} damaged packets, the last: {}, \"{}\"", s.bad_packets,
+    add(state.words, fmt::format("{} damaged packets, last: {}, \"{}\"", s.bad_packets,
                                  to_string(s.last_error), s.last_bad));
   }
   return state;

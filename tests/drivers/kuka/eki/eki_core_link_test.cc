@@ -240,10 +240,10 @@ TEST(EkiLink, SaysWhatTheControllerLacksToBeReady) {
   rig.core.rereference();
   rig.run(500ms);
   EXPECT_EQ(rig.link(), RobotLink::kNotReferenced);
-  EXPECT_NE(rig.words().find("drives are off"), std::string::npos) << rig.words();
+  EXPECT_NE(rig.words().find("drives off"), std::string::npos) << rig.words();
   rig.krc.emergency_stop(false);
   rig.run(500ms);
-  EXPECT_NE(rig.words().find("acknowledge"), std::string::npos) << rig.words();
+  EXPECT_NE(rig.words().find("Acknowledge"), std::string::npos) << rig.words();
   rig.krc.start_program();
   EXPECT_TRUE(rig.run_until([&] { return rig.link() == RobotLink::kReady; }, 2s)) << rig.words();
 }

@@ -118,7 +118,7 @@ TEST_F(EkiSockets, ASecondClientIsRefusedAndTheFirstIsNotDisturbed) {
   EXPECT_NE(second.state().link, RobotLink::kReady);
   // Said once the try has ended, which may be after the controller counted it.
   EXPECT_TRUE(eventually([&] {
-    return second.state().words.find("takes one") != std::string::npos;
+    return second.state().words.find("accepts one") != std::string::npos;
   })) << second.state().words;
   robot->begin({1, MoveKind::kTransit, moved_by(2), 0.0, 0});
   EXPECT_EQ(await_result().outcome, MoveOutcome::kArrived);
@@ -164,8 +164,8 @@ TEST_F(EkiSockets, NobodyThereIsNamedWithWhatToCheck) {
   krc.stop();
   EkiRobot alone(io.context(), loopback(1), nullptr);
   alone.open();
-  EXPECT_TRUE(eventually(
-      [&] { return alone.state().words.find("The last try ended with") != std::string::npos; }));
+  EXPECT_TRUE(
+      eventually([&] { return alone.state().words.find("Last error: ") != std::string::npos; }));
   EXPECT_NE(alone.state().words.find("127.0.0.1:1"), std::string::npos) << alone.state().words;
 }
 

@@ -40,50 +40,50 @@ TEST(CauseWords, EveryKindHasItsOwnAndThatNothingIsWrongHasNone) {
 
 TEST(CauseWords, AxesAreNamedAsControllersNumberThem) {
   EXPECT_EQ(said(cause::AboveLimit{1, 66.0, 65.0}),
-            "A2: target 66.0000 deg is above the axis limit 65.0000 deg");
+            "A2: target 66.0000 deg, upper axis limit 65.0000 deg");
   EXPECT_EQ(said(cause::BelowLimit{6, -1.0, 0.0}),
-            "E1: target -1.0000 deg is below the axis limit 0.0000 deg");
+            "E1: target -1.0000 deg, lower axis limit 0.0000 deg");
   EXPECT_EQ(said(cause::NotFinite{4, HUGE_VAL}), "A5: target inf is not a finite angle");
-  EXPECT_EQ(said(cause::AxisCount{2, 6}), "target has 2 axes, the robot 6");
-  EXPECT_EQ(said(cause::NotSettled{2, 0.0008, 1.0}), "A3 still moved by 0.0008 deg after 1.00 s");
+  EXPECT_EQ(said(cause::AxisCount{2, 6}), "2 axes in the target, 6 in the robot");
+  EXPECT_EQ(said(cause::NotSettled{2, 0.0008, 1.0}), "A3: still moving by 0.0008 deg after 1.00 s");
 }
 
 TEST(CauseWords, TimesAreInTheUnitThatTheyAreReadIn) {
   EXPECT_TRUE(
       has(said(cause::SensorLate{0.040, 0.025}), "40 ms late on this computer (limit 25 ms)"));
-  EXPECT_TRUE(
-      has(said(cause::TripUnconfirmed{0.104}), "neither confirmed nor revoked it in 104 ms"));
-  EXPECT_TRUE(has(said(cause::InputAlone{0.104}), "sensor saw nothing within 104 ms"));
+  EXPECT_TRUE(has(said(cause::TripUnconfirmed{0.104}),
+                  "neither confirmed nor revoked the trip within 104 ms"));
+  EXPECT_TRUE(has(said(cause::InputAlone{0.104}), "sensor detected nothing within 104 ms"));
   EXPECT_TRUE(has(said(cause::Silence{0.25}), "for 250 ms (last IPOC 4711)"));
   EXPECT_TRUE(has(said(cause::SessionRestarted{}), "now 4711"));
-  EXPECT_TRUE(has(said(cause::NoPackets{5.0}), "no packets from the controller for 5.00 s"));
+  EXPECT_TRUE(has(said(cause::NoPackets{5.0}), "no packet from the controller for 5.00 s"));
   EXPECT_TRUE(has(said(cause::StampOutside{60.0}), "60.000 s old"));
   EXPECT_TRUE(has(said(cause::NotMoving{2.02, 0}), "2.0 s (override 0 %)"));
 }
 
 TEST(CauseWords, CountsAndNumbersAreWhole) {
-  EXPECT_TRUE(
-      has(said(cause::LateReplies{3}), "counted 3 late replies during this move (IPOC 4711)"));
-  EXPECT_TRUE(has(said(cause::IncrementLost{1}), "did not take 1 replies of this move"));
-  EXPECT_TRUE(has(said(cause::TooCoarse{1}), "come with 1 decimals"));
+  EXPECT_TRUE(has(said(cause::LateReplies{3}),
+                  "3 late replies during this move, counted by the controller (IPOC 4711)"));
+  EXPECT_TRUE(has(said(cause::IncrementLost{1}), "1 replies of this move not accepted"));
+  EXPECT_TRUE(has(said(cause::TooCoarse{1}), "angles with 1 decimals"));
   EXPECT_TRUE(has(said(cause::SessionTaken{4000000000u}), "another session (4000000000)"));
   EXPECT_TRUE(has(said(cause::ProgramAborted{17}), "(fault 17)"));
-  EXPECT_EQ(said(cause::NotArmed{5}), "contact sensor is not armed (search wants arming 5)");
-  EXPECT_EQ(said(cause::ArmedOtherwise{5, 8}), "contact sensor is armed with 8, search wants 5");
+  EXPECT_EQ(said(cause::NotArmed{5}), "contact sensor is not armed (search needs arming 5)");
+  EXPECT_EQ(said(cause::ArmedOtherwise{5, 8}), "contact sensor is armed with 8, search needs 5");
 }
 
 TEST(CauseWords, WhatToSetOrCheckIsNamed) {
-  EXPECT_TRUE(has(said(cause::ShiftLimit{140.0, 100.0}), "limit of 100.00 mm"));
+  EXPECT_TRUE(has(said(cause::ShiftLimit{140.0, 100.0}), "limit 100.00 mm"));
   EXPECT_TRUE(has(said(cause::ShiftLimit{140.0, 100.0}), "POSCORRMON"));
   EXPECT_TRUE(has(said(cause::TurnLimit{40.0, 30.0}), "MaxRotAngle"));
   const std::string near = said(cause::NearSingular{3, 20.0, 15.0});
-  for (const char* part : {"A4 would turn 20 times", "limit 15", "stretched arm",
+  for (const char* part : {"A4 would turn 20 times", "limit 15", "arm is stretched",
                            "begin the session elsewhere", "correction = \"axes\""})
     EXPECT_TRUE(has(near, part)) << near;
   EXPECT_TRUE(has(said(cause::TooCoarse{1}), "Precision"));
   EXPECT_TRUE(has(said(cause::DelayGone{}), "DEF_Delay"));
   EXPECT_TRUE(has(said(cause::NotAccepted{}), "SENTYPE"));
-  EXPECT_TRUE(has(said(cause::StampOutside{60.0}), "clock map"));
+  EXPECT_TRUE(has(said(cause::StampOutside{60.0}), "clock is not synchronised"));
   EXPECT_TRUE(has(said(cause::InputMissed{}), "wire to the input"));
   EXPECT_TRUE(has(said(cause::ProgramAborted{17}), "pendant"));
   EXPECT_TRUE(has(said(cause::TooFastForFlag{0, 1.5, 1.0}), "1.5000 deg/s"));

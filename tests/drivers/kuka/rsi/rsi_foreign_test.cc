@@ -141,7 +141,7 @@ TEST(RsiForeignPeer, WithoutSetpointItsFirstPacketIsAnsweredAtOnce) {
 TEST(RsiForeignPeer, WithoutSetpointMetInMidSessionIsNotAnsweredAndMovesAreRefused) {
   ForeignPeer peer({.first_ipoc = 900, .setpoint = false});
   EXPECT_FALSE(peer.make_ready());
-  EXPECT_TRUE(has(peer.words(), "start it anew")) << peer.words();
+  EXPECT_TRUE(has(peer.words(), "start it again")) << peer.words();
   EXPECT_EQ(peer.move(MoveKind::kTransit, 2.0).outcome, MoveOutcome::kRefused);
   EXPECT_EQ(peer.actual_deg, peer.start_deg);
 }

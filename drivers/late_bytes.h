@@ -1,0 +1,11 @@
+#pragma once
+// The words for bytes of the contact sensor that this computer delivered late, by which the serial
+// link ends as well as a move.
+
+#include <string>
+
+namespace cellcal::drivers {
+
+std::string late_bytes_words(double late_s, double limit_s);
+
+}  // namespace cellcal::drivers
