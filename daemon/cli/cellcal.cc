@@ -1,12 +1,17 @@
 // cellcal: the offline tool and the daemon's client.
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <csignal>
 #include <cstdio>
+#include <numeric>
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "calib/files/calibration_json.h"
 #include "calib/syntax/shown.h"
@@ -21,17 +26,66 @@ std::string command_of(const CLI::App& app) {
   return named.empty() ? "cellcal" : "cellcal " + named.front()->get_name();
 }
 
-/// The first argument, where it looks like a command and is none. CLI11 would only say that one is
-/// missing.
-std::optional<std::string> unknown_command(const CLI::App& app, int argc, char** argv) {
-  if (argc < 2 || argv[1][0] == '-') return std::nullopt;
-  std::string names;
-  for (const CLI::App* command : app.get_subcommands({})) {
-    if (command->get_name() == argv[1]) return std::nullopt;
-    names += (names.empty() ? "" : ", ") + command->get_name();
+/// How many letters have to be put in, left out or changed to make `b` of `a` (Levenshtein 1966).
+std::size_t distance(const std::string& a, const std::string& b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    std::size_t diagonal = std::exchange(row[0], i + 1);
+    for (std::size_t j = 0; j < b.size(); ++j) {
+      const std::size_t changed = diagonal + (a[i] == b[j] ? 0 : 1);
+      diagonal = row[j + 1];
+      row[j + 1] = std::min({changed, row[j] + 1, row[j + 1] + 1});
+    }
   }
-  return fmt::format("there is no command \"{}\"; there are {}", cellcal::calib::shown(argv[1]),
-                     names);
+  return row.back();
+}
+
+/// ` Did you mean "identify"?`, for "identfy"; empty where no name is near.
+std::string nearest(const std::string& given, const std::vector<std::string>& names) {
+  const auto near =
+      std::min_element(names.begin(), names.end(), [&](const std::string& a, const std::string& b) {
+        return distance(given, a) < distance(given, b);
+      });
+  if (near == names.end() || distance(given, *near) > std::max<std::size_t>(1, near->size() / 3))
+    return {};
+  return fmt::format(" Did you mean \"{}\"?", *near);
+}
+
+std::vector<std::string> commands_of(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::App* command : app.get_subcommands({})) names.push_back(command->get_name());
+  return names;
+}
+
+/// What is wrong with the first argument, where it is missing, or looks like a command and is none.
+/// CLI11 would only say that a subcommand is required.
+std::optional<std::string> wrong_command(const CLI::App& app, int argc, char** argv) {
+  const std::vector<std::string> names = commands_of(app);
+  const std::string all = fmt::format("commands: {}", fmt::join(names, ", "));
+  if (argc < 2) return "no command given; " + all;
+  const std::string given = argv[1];
+  if (given.starts_with('-') || std::find(names.begin(), names.end(), given) != names.end())
+    return std::nullopt;
+  return fmt::format("unknown command \"{}\".{} {}", cellcal::calib::shown(given),
+                     nearest(given, names), "The " + all);
+}
+
+/// The first argument that no option of the command takes; CLI11 would list them all, last first.
+std::optional<std::string> wrong_option(const CLI::App& app) {
+  const auto named = app.get_subcommands();
+  if (named.empty()) return std::nullopt;
+  std::vector<std::string> left = named.front()->remaining();
+  if (left.empty()) left = app.remaining();
+  if (left.empty()) return std::nullopt;
+  std::vector<std::string> names;
+  for (const CLI::Option* option : named.front()->get_options())
+    for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+  const auto dashed = std::find_if(left.begin(), left.end(),
+                                   [](const std::string& one) { return one.starts_with('-'); });
+  const std::string& wrong = dashed == left.end() ? left.front() : *dashed;
+  return fmt::format("unknown {} \"{}\".{}", dashed == left.end() ? "argument" : "option",
+                     cellcal::calib::shown(wrong), nearest(wrong, names));
 }
 
 }  // namespace
@@ -40,13 +94,13 @@ int main(int argc, char** argv) {
   using namespace cellcal::daemon;
   std::signal(SIGPIPE, SIG_IGN);  // a reader that went away is an error of writing
   int status = kSuccess;
-  CLI::App app("Calibrates an industrial robot cell by touching spheres.");
-  app.footer("Example: cellcal run --cell cell.toml\nEach command: cellcal COMMAND --help");
+  CLI::App app("Calibrates an industrial robot in its cell by touching spheres.", "cellcal");
+  app.footer("Example: cellcal run --cell cell.toml\nHelp on a command: cellcal COMMAND --help");
   app.set_version_flag("--version", cellcal::calib::software_version());
   app.require_subcommand(1);
   add_client_commands(app, status);
   add_offline_commands(app, status);
-  if (const auto words = unknown_command(app, argc, argv)) {
+  if (const auto words = wrong_command(app, argc, argv)) {
     fmt::print(stderr, "cellcal: {}\nsee 'cellcal --help'\n", *words);
     return kWrongUsage;
   }
@@ -55,8 +109,9 @@ int main(int argc, char** argv) {
     return status;
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);
-    std::fprintf(stderr, "%s: %s\nsee '%s --help'\n", command_of(app).c_str(), error.what(),
-                 command_of(app).c_str());
+    const bool extra = dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr;
+    fmt::print(stderr, "{}: {}\nsee '{} --help'\n", command_of(app),
+               extra ? wrong_option(app).value_or(error.what()) : error.what(), command_of(app));
     return kWrongUsage;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "%s: %s\n", command_of(app).c_str(), error.what());

@@ -31,7 +31,9 @@ void on_interrupt(int) { g_detached = 1; }
 
 json parse(const Response& response) {
   json value = json::parse(response.body, nullptr, false);
-  if (value.is_discarded()) throw SocketError("the daemon's answer is no JSON; versions differ?");
+  if (value.is_discarded())
+    throw SocketError(
+        "the daemon's answer is no JSON. Check that cellcal and cellcald are of the same version");
   return value;
 }
 
@@ -120,7 +122,7 @@ int conclude(const Connection& daemon, const json& status) {
   if (phase == "failed") throw std::runtime_error(failure_words(status));
   if (phase == "aborted") {
     throw std::runtime_error(fmt::format(
-        "session {} was aborted; its touches are kept, 'cellcal run --resume' goes on", session));
+        "session {} was aborted; its touches are kept. Resume: 'cellcal run --resume'", session));
   }
   const Response calibration = ask(daemon, "GET", session_path(session) + "/calibration.json");
   const calib::Calibration result =
@@ -156,7 +158,7 @@ int end_session(const Connection& daemon, std::int64_t session) {
     status = get(daemon, "/v1/status");
   }
   if (text(status, "phase") != "aborted") return conclude(daemon, status);
-  std::fprintf(stderr, "session %lld was ended before anything moved\n",
+  std::fprintf(stderr, "session %lld ended before anything moved\n",
                static_cast<long long>(session));
   return kJobFailed;
 }
@@ -172,8 +174,8 @@ int follow(const Connection& daemon, std::int64_t session, BeforeMotion ctrl_c) 
     status = get(daemon, "/v1/status");
     if (number(status, "session") != session) {
       throw std::runtime_error(fmt::format(
-          "the daemon no longer runs session {}: it was restarted, or another session began; see "
-          "'cellcal show {}', go on with 'cellcal run --resume'",
+          "session {} is no longer running: the daemon was restarted, or another session "
+          "began. See 'cellcal show {}'; resume: 'cellcal run --resume'",
           session, session));
     }
     if (!is_running(status)) {
@@ -194,8 +196,8 @@ int follow(const Connection& daemon, std::int64_t session, BeforeMotion ctrl_c) 
     return end_session(daemon, session);
   }
   std::fprintf(stderr,
-               "detached; session %lld goes on: 'cellcal watch' follows it, 'cellcal abort' stops "
-               "the arm\n",
+               "detached, session %lld continues. Follow it: 'cellcal watch'; stop the arm: "
+               "'cellcal abort'\n",
                static_cast<long long>(session));
   return kSuccess;
 }
@@ -204,19 +206,19 @@ std::string status_words(const json& status) {
   const std::int64_t session = number(status, "session");
   if (const json left = status.value("interrupted", json()); session == 0 && left.is_object()) {
     return fmt::format(
-        "idle; session {} of {} was interrupted after touch {} of {}: 'cellcal run --resume' goes "
-        "on with it\n",
+        "idle. Session {} of {} was interrupted after touch {} of {}. Resume: 'cellcal run "
+        "--resume'\n",
         number(left, "session"), text(left, "started"), number(left, "touches"),
         number(left, "planned"));
   }
-  if (session == 0) return "idle: no session since the daemon started\n";
+  if (session == 0) return "idle, no session since the daemon started\n";
   std::string words = fmt::format("session {}: {}\n", session, text(status, "phase"));
   if (number(status, "planned") > 0) words += progress_line(progress_of(status), 1000) + "\n";
   if (const std::string what = waited_for(status); !what.empty()) {
     words += "waiting for " + what + ": " + what_to_do(status) + "\n";
   }
   if (const std::int64_t count = number(status, "interruptions"); count > 0) {
-    words += fmt::format("interruptions: {}, resumed by itself\n", count);
+    words += fmt::format("interruptions: {}, each resumed automatically\n", count);
   }
   if (!text(status, "robot").empty()) words += "robot: " + text(status, "robot") + "\n";
   if (!text(status, "contact").empty())
@@ -290,8 +292,7 @@ int abort(const Connection& daemon) {
   if (text(status, "phase") == "failed") throw std::runtime_error(failure_words(status));
   put(daemon.json
           ? status.dump() + "\n"
-          : fmt::format("session {} ended: {}; its touches are kept, 'cellcal run --resume' "
-                        "goes on\n",
+          : fmt::format("session {}: {}; its touches are kept. Resume: 'cellcal run --resume'\n",
                         number(answer, "session"), text(status, "phase")),
       {});
   return kSuccess;
@@ -326,7 +327,7 @@ int show(const Connection& daemon, std::int64_t session) {
     words += "results: " + text(value, "results") + "\n";
   }
   if (const json delay = value.value("contact_delay", json()); delay.is_object()) {
-    words += "latch behind the contact: " + text(delay, "words") + "\n";
+    words += "latch delay: " + text(delay, "words") + "\n";
     if (!text(delay, "warning").empty()) words += "warning: " + text(delay, "warning") + "\n";
   }
   for (const json& event : value.value("events", json::array())) {
@@ -344,7 +345,7 @@ int report(const Connection& daemon, std::optional<std::int64_t> session,
       session = number(one, "id");
       break;
     }
-    if (!session) throw std::runtime_error("no session is finished yet; see 'cellcal history'");
+    if (!session) throw std::runtime_error("no session is finished yet. See 'cellcal history'");
   }
   const Response html = ask(daemon, "GET", session_path(*session) + "/report.html");
   if (!output.empty()) put(html.body, output);

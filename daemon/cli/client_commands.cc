@@ -15,52 +15,53 @@ std::shared_ptr<Connection> add_connection(CLI::App* command) {
   auto daemon = std::make_shared<Connection>();
   const char* set = std::getenv("CELLCAL_SOCKET");
   daemon->socket = set != nullptr && *set != '\0' ? set : kDefaultSocket;
-  command->add_option("--socket", daemon->socket, "The daemon's socket; else $CELLCAL_SOCKET")
+  command->add_option("--socket", daemon->socket, "The daemon's socket (or set $CELLCAL_SOCKET)")
       ->capture_default_str();
-  command->add_flag("--json", daemon->json, "Output for machines");
+  command->add_flag("--json", daemon->json, "Print JSON");
   return daemon;
 }
 
 void add_progress(CLI::App* command, Connection& daemon) {
   command->add_flag("--progress", daemon.progress,
-                    "A line every ten seconds on standard error, also without a terminal");
+                    "Print progress every 10 s on standard error, even without a terminal");
 }
 
 void add_run(CLI::App& app, int& status) {
   auto given = std::make_shared<RunCommand>();
   CLI::App* command = app.add_subcommand("run", "Calibrate the cell: touch, identify, report");
   command->footer(
-      "Ctrl-C leaves the daemon at work, and ends the session as long as nothing has moved; "
-      "'cellcal abort' stops the arm.\n"
-      "Example: cellcal run --cell cell.toml --touches 40 --check 10\n"
-      "         cellcal run --cell cell.toml --goal 0.15\n"
-      "         cellcal run --resume");
+      "Ctrl-C detaches and the session continues; before anything has moved it ends the "
+      "session.\n'cellcal abort' stops the arm.\nExample: cellcal run --cell cell.toml "
+      "--touches 40 --check 10\n         cellcal run --cell cell.toml --goal 0.15\n         "
+      "cellcal run --resume");
   auto daemon = add_connection(command);
   add_progress(command, *daemon);
   auto* cell = command->add_option("--cell", given->cell, "Cell file (TOML)");
   command
       ->add_option("--goal", given->goal_mm,
-                   "u95 in mm, mean over the region: each touch is chosen by what those before it "
-                   "have shown, until this is reached or more touches no longer pay")
+                   "Accuracy to reach: u95 in mm, mean over the region. Each touch is chosen "
+                   "from the results so far, until this is reached or more touches gain too "
+                   "little")
       ->check(CLI::Range(0.01, 10.0));
   command
       ->add_option("--touches", given->touches,
-                   "Touches for the fit; with --goal: at most so many, and at least 5 per target "
-                   "[40, with --goal 200]")
+                   "Touches for the fit; with --goal the most, at least 5 per target [40, with "
+                   "--goal 200]")
       ->check(CLI::Range(4, 2000));
   command->add_flag("--find", given->find,
-                    "Find the spheres by touching first: their centres in the cell file are rough");
+                    "Find the spheres by touch first: for rough centres in the cell file");
   command->add_flag(
       "--accept-change", given->accept_change,
-      "The arm was repaired, hit or mastered anew since its last calibration: publish "
-      "though it changed");
+      "Publish although the arm changed since its last calibration: it was repaired, hit or "
+      "mastered");
   command->add_option("--region", given->region, "Where accuracy matters, as in 'cellcal plan'")
       ->capture_default_str();
-  command->add_option("--check", given->check, "Touches held out of the fit")
+  command->add_option("--check", given->check, "Held-out touches, to check the result")
       ->check(CLI::Range(0, 2000))
       ->capture_default_str();
-  command->add_option("--seed", given->seed, "Same seed, same plan")->capture_default_str();
-  command->add_flag("--resume", given->resume, "Go on with the newest unfinished session");
+  command->add_option("--seed", given->seed, "Seed of the plan: same seed, same plan")
+      ->capture_default_str();
+  command->add_flag("--resume", given->resume, "Resume the newest unfinished session");
   command->callback([=, &status] {
     if (!given->resume && cell->count() == 0) {
       throw CLI::RequiredError("--cell (or --resume)");
@@ -70,7 +71,7 @@ void add_run(CLI::App& app, int& status) {
 }
 
 void add_watch(CLI::App& app, int& status) {
-  CLI::App* command = app.add_subcommand("watch", "Follow the session to its end");
+  CLI::App* command = app.add_subcommand("watch", "Follow the running session to its end");
   command->footer("Example: cellcal watch");
   auto daemon = add_connection(command);
   add_progress(command, *daemon);
@@ -79,7 +80,7 @@ void add_watch(CLI::App& app, int& status) {
 
 void add_show(CLI::App& app, int& status) {
   auto session = std::make_shared<std::int64_t>(0);
-  CLI::App* command = app.add_subcommand("show", "One session: what happened, and its result");
+  CLI::App* command = app.add_subcommand("show", "Show one session: its events and its result");
   command->footer("Example: cellcal show 7");
   auto daemon = add_connection(command);
   command->add_option("ID", *session, "Number of the session")
@@ -94,12 +95,12 @@ void add_report(CLI::App& app, int& status) {
     std::filesystem::path output;
   };
   auto given = std::make_shared<Given>();
-  CLI::App* command = app.add_subcommand("report", "Where a session's report is, or a copy of it");
+  CLI::App* command = app.add_subcommand("report", "Print where a session's report is, or copy it");
   command->footer("Example: cellcal report 7 -o report.html");
   auto daemon = add_connection(command);
   command->add_option("ID", given->session, "Number of the session; default: the newest finished")
       ->check(CLI::PositiveNumber);
-  command->add_option("-o,--output", given->output, "Where the report goes (HTML)");
+  command->add_option("-o,--output", given->output, "Copy the report to this file (HTML)");
   command->callback([=, &status] {
     status = report(*daemon, given->session > 0 ? std::optional(given->session) : std::nullopt,
                     given->output);
@@ -118,10 +119,10 @@ void add_plain(CLI::App& app, int& status, const char* name, const char* words,
 
 void add_client_commands(CLI::App& app, int& status) {
   add_run(app, status);
-  add_plain(app, status, "status", "What the daemon is doing", show_status);
+  add_plain(app, status, "status", "Show what the daemon is doing", show_status);
   add_watch(app, status);
   add_plain(app, status, "abort", "Stop the arm and end the session", abort);
-  add_plain(app, status, "history", "All sessions, newest first", history);
+  add_plain(app, status, "history", "List all sessions, newest first", history);
   add_show(app, status);
   add_report(app, status);
 }

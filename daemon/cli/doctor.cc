@@ -71,10 +71,10 @@ int doctor(const DoctorCommand& command) {
     put(fmt::format("{} ok, {} warnings, {} failed, {} skipped: {}\n", findings.count(Outcome::kOk),
                     findings.count(Outcome::kWarning), findings.count(Outcome::kFailed),
                     findings.count(Outcome::kSkipped),
-                    !findings.green() ? "mend what failed, the topmost first"
+                    !findings.green() ? "correct what FAILED, from top to bottom"
                     : findings.count(Outcome::kWarning) > 0
-                        ? "nothing is in the way; read the warnings before the first motion"
-                        : "nothing is in the way"),
+                        ? "ready; read the warnings before the first motion"
+                        : "ready"),
         {});
   }
   if (findings.green()) return kSuccess;

@@ -82,7 +82,7 @@ int identify(const IdentifyCommand& command) {
   } else if (command.verbose) {
     put(result_words(calibration, touches, Detail::kAll), {});
   } else {
-    put(result_words(calibration, touches) + "noise, correlations, each finding: --verbose\n", {});
+    put(result_words(calibration, touches) + "all findings, noise, correlations: --verbose\n", {});
   }
   return calibration.verdict.publish ? kSuccess : kNotPublishable;
 }

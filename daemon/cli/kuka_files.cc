@@ -30,13 +30,14 @@ std::string place_of(const std::string& name) {
 std::string resources(const DaemonConfig& config, bool eki) {
   if (!eki) {
     return fmt::format(
-        "flag {}, corrections of at most {} deg, TCP/IP address {} of this computer: check them\n",
+        "check: flag {} is free, corrections of at most {} deg are wanted, this computer's "
+        "address is {}\n",
         config.rsi_files.flag, config.rsi_files.correction_limit_deg, config.rsi_files.pc_address);
   }
   const drivers::EkiFilesConfig& c = config.controller;
   return fmt::format(
-      "contact input $IN[{}], flags {} and {}, timers {} to {}, interrupts {} to {}: make sure "
-      "that nobody else uses them\n",
+      "check that no other program uses: contact input $IN[{}], flags {} and {}, timers {} to "
+      "{}, interrupts {} to {}\n",
       c.input, c.alive_flag, c.stop_flag, c.first_timer, c.first_timer + 2, c.first_interrupt,
       c.first_interrupt + 2);
 }
@@ -75,9 +76,9 @@ void require_address(const DaemonConfig& config, const std::filesystem::path& fi
   std::string list;
   for (const std::string& one : own_addresses()) list += (list.empty() ? "" : ", ") + one;
   throw drivers::ConfigError(fmt::format(
-      "{}: the controller has to be told which address of this computer it sends to, and bind = "
-      "\"{}\" of [rsi] means all of them. Below [controller] write pc_address = \"A.B.C.D\", the one "
-      "in the controller's RSI subnet; this computer has {}",
+      "{}: pc_address is missing: bind = \"{}\" of [rsi] means every address, but the "
+      "controller sends to one. Below [controller] write pc_address = \"A.B.C.D\" with this "
+      "computer's address in the controller's RSI subnet (this computer has {})",
       file.string(), config.rsi.bind_address, list));
 }
 

@@ -11,65 +11,67 @@ namespace {
 void add_identify(CLI::App& app, int& status) {
   auto given = std::make_shared<IdentifyCommand>();
   CLI::App* command =
-      app.add_subcommand("identify", "Identify a calibration from touches, offline");
+      app.add_subcommand("identify", "Estimate a calibration from a file of touches, offline");
   command->footer(
-      "Exit status 3: the result is written, but must not be used; the reasons are printed.\n"
-      "Example: cellcal identify --cell cell.toml --touches touches.csv -o calibration.json");
+      "Exit status 3: the result is written but must not be used; the reasons are "
+      "printed.\nExample: cellcal identify --cell cell.toml --touches touches.csv -o "
+      "calibration.json");
   command->add_option("--cell", given->cell, "Cell file (TOML)")->required();
   command->add_option("--touches", given->touches, "Touches (CSV)")->required();
-  command->add_option("-o,--output", given->output, "Where the calibration goes (JSON)");
+  command->add_option("-o,--output", given->output, "Write the calibration to this file (JSON)");
   command->add_option(
       "--last", given->last,
-      "Calibration of this arm to compare with (JSON): withheld where it changed by "
-      "more than three times what both state");
+      "Earlier calibration of this arm to compare with (JSON): the new one is withheld if the "
+      "arm changed by more than 3 times what both predict");
   command
       ->add_flag("--accept-change", given->accept_change,
-                 "The arm was repaired, hit or mastered anew since then")
+                 "Publish although the arm changed since then: it was repaired, hit or mastered")
       ->needs("--last");
   command
       ->add_option("--method", given->method,
-                   "map: this project's estimator; paper: the seed paper's, for comparison")
+                   "map: maximum a posteriori (usual); paper: method of Wang et al. 2024, for "
+                   "comparison")
       ->check(CLI::IsMember({"map", "paper"}))
       ->capture_default_str();
   command->add_flag("--json", given->json, "Print the calibration as JSON");
-  command->add_flag("--verbose", given->verbose,
-                    "Print everything that was found, not the summary alone");
+  command->add_flag("--verbose", given->verbose, "Print all findings, not only the summary");
   command->callback([given, &status] { status = identify(*given); });
 }
 
 void add_predict(CLI::App& app, int& status) {
   auto given = std::make_shared<PredictCommand>();
   CLI::App* command =
-      app.add_subcommand("predict", "Where the TCP really is at given joint angles");
+      app.add_subcommand("predict", "Predict where the TCP is at given joint angles");
   command->footer(
-      "Exit status 3: the calibration was withheld; nothing is predicted without --withheld.\n"
-      "u95_mm is the radius that holds the position error, at 98 % confidence and at 95 % of the\n"
-      "workspace; where the base frame lies is left aside. The nominal model has none, and its\n"
-      "output no such column.\n"
-      "Example: cellcal predict --calibration calibration.json --joints joints.csv -o tcp.csv");
+      "u95_mm: radius that contains the position error at 95 % of the workspace, with 98 "
+      "%\nconfidence. The position of the base frame is not part of it. The nominal model has "
+      "none.\nExit status 3: the calibration was withheld; nothing is predicted without "
+      "--withheld.\nExample: cellcal predict --calibration calibration.json --joints "
+      "joints.csv -o tcp.csv");
   command->add_option("--calibration", given->calibration, "Calibration (JSON)")->required();
   command->add_option("--joints", given->joints, "Joint angles (CSV, deg)")->required();
-  command->add_flag("--nominal", given->nominal, "With the nominal robot and a stiff tool");
+  command->add_flag("--nominal", given->nominal, "Use the nominal robot with a stiff tool");
   command->add_flag("--withheld", given->withheld,
-                    "Also of a calibration that was withheld: to look at, not to use");
-  command->add_option("-o,--output", given->output, "Where the poses go (CSV); default: print");
-  command->add_flag("--json", given->json, "Poses as JSON");
+                    "Accept a withheld calibration: to look at, not to use");
+  command->add_option("-o,--output", given->output,
+                      "Write the poses to this file (CSV) [standard output]");
+  command->add_flag("--json", given->json, "Write JSON");
   command->callback([given, &status] { status = predict(*given); });
 }
 
 void add_plan(CLI::App& app, int& status) {
   auto given = std::make_shared<PlanCommand>();
-  CLI::App* command = app.add_subcommand("plan", "The touches to make, in order");
+  CLI::App* command = app.add_subcommand("plan", "Plan the touches and their order");
   command->footer(
-      "Written in the touches' format, at nominal contact. Says how far the axes go: over RSI,\n"
-      "[rsi] correction_limit_deg must be more. Refuses a cell file that contradicts itself.\n"
-      "Example: cellcal plan --cell cell.toml --touches 40 --check 10 -o plan.csv --picture "
-      "plan.svg");
+      "The file has the joint angles at the nominal contacts, in the format of touches. The "
+      "largest\naxis travel is printed: over RSI, [rsi] correction_limit_deg must be more. A "
+      "cell file that\ncontradicts itself is refused.\nExample: cellcal plan --cell cell.toml "
+      "--touches 40 --check 10 -o plan.csv --picture plan.svg");
   command->add_option("--cell", given->cell, "Cell file (TOML)")->required();
   command->add_option("--touches", given->touches, "Touches for the fit")
       ->required()
       ->check(CLI::Range(1, 2000));
-  command->add_option("--check", given->check, "Touches held out of the fit")
+  command->add_option("--check", given->check, "Held-out touches, to check the result")
       ->check(CLI::Range(0, 2000))
       ->capture_default_str();
   command
@@ -79,38 +81,39 @@ void add_plan(CLI::App& app, int& status) {
       ->capture_default_str();
   command
       ->add_option("--from", given->from_deg,
-                   "Where the arm stands when the session begins, A1,A2,... in degrees; default: "
-                   "where the plan would have it")
+                   "Joint angles where the session begins, A1,A2,... in deg [chosen by the plan]")
       ->delimiter(',');
   command->add_option("--picture", given->picture,
-                      "Where a picture goes (SVG): arm, cell and touches, from above and the side");
-  command->add_option("--seed", given->seed, "Same seed, same plan")->capture_default_str();
-  command->add_option("-o,--output", given->output, "Where the plan goes (CSV); default: print");
-  command->add_flag("--json", given->json, "Plan as JSON");
+                      "Draw arm, cell and touches from above and from the side (SVG)");
+  command->add_option("--seed", given->seed, "Seed of the plan: same seed, same plan")
+      ->capture_default_str();
+  command->add_option("-o,--output", given->output,
+                      "Write the plan to this file (CSV) [standard output]");
+  command->add_flag("--json", given->json, "Write JSON");
   command->callback([given, &status] { status = plan(*given); });
 }
 
 void add_kuka_files(CLI::App& app, int& status) {
   auto given = std::make_shared<KukaFilesCommand>();
-  CLI::App* command =
-      app.add_subcommand("kuka-files", "The files that a KUKA controller needs for RSI or EKI");
+  CLI::App* command = app.add_subcommand(
+      "kuka-files", "Write or check the files that a KUKA controller needs for RSI or EKI");
   command->footer(
-      "Made from [rsi] or [eki], and [controller], of the daemon's configuration.\n"
-      "drivers/kuka/krl/README.md says how they are installed and what to check before the first\n"
-      "motion.\n"
-      "Example: cellcal kuka-files --config cellcald.toml -o krc\n"
-      "         cellcal kuka-files --config cellcald.toml --verify backup/SensorInterface");
+      "They are made from [rsi] or [eki], and [controller], of the daemon's configuration. How "
+      "to\ninstall them, and what to check before the first motion: "
+      "drivers/kuka/krl/README.md.\nExample: cellcal kuka-files --config cellcald.toml -o "
+      "krc\n         cellcal kuka-files --config cellcald.toml --verify backup/SensorInterface");
   command->add_option("--config", given->config, "The daemon's configuration")
       ->capture_default_str();
-  CLI::Option* output = command->add_option("-o,--output", given->output, "Folder that they go to");
+  CLI::Option* output =
+      command->add_option("-o,--output", given->output, "Write the files to this folder");
   command
       ->add_option("--verify", given->verify,
-                   "Write nothing; compare the files in this folder, as installed or edited, with "
-                   "the configuration, and say what is wrong with them")
+                   "Write nothing; compare the installed or edited files in this folder with "
+                   "the configuration and list what is wrong")
       ->excludes(output);
-  command->add_option("--wire", given->wire, "rsi or eki; default: the configuration's backend")
+  command->add_option("--wire", given->wire, "rsi or eki [the configuration's backend]")
       ->check(CLI::IsMember({"rsi", "eki"}));
-  command->add_flag("--json", given->json, "What was written, and where it goes, as JSON");
+  command->add_flag("--json", given->json, "Print the written files and their places as JSON");
   command->callback([given, &status] {
     if (given->output.empty() && given->verify.empty()) {
       throw CLI::RequiredError("--output (or --verify)");
@@ -122,27 +125,28 @@ void add_kuka_files(CLI::App& app, int& status) {
 void add_doctor(CLI::App& app, int& status) {
   auto given = std::make_shared<DoctorCommand>();
   CLI::App* command = app.add_subcommand(
-      "doctor", "Look at everything between this computer and the cell, without moving the arm");
+      "doctor", "Check everything between this computer and the cell, without moving the arm");
   command->footer(
-      "Configuration, files, daemon, real-time rights, contact sensor, and the controller's link,\n"
-      "in this order; each line says ok, warning, FAILED or skipped, and what to do. Over RSI it\n"
-      "answers with zero corrections and ends the session with Stop; over EKI it commands "
-      "nothing.\n"
-      "While a session runs, the daemon's own figures are shown instead.\n"
-      "Exit status 0: nothing FAILED; there may be warnings. 1: something FAILED.\n"
-      "Example: cellcal doctor --config /etc/cellcal/cellcald.toml --cell cell.toml");
+      "Checks configuration, files, daemon, real-time rights, contact sensor and the "
+      "controller's\nlink, in this order. Each line is ok, warning, FAILED or skipped, with "
+      "what to do. Over RSI\nall corrections are zero and Stop ends the RSI session; over EKI "
+      "nothing is commanded. While\na session runs, the daemon's own figures are shown.\nExit "
+      "status 0: nothing FAILED; there may be warnings. 1: something FAILED.\nExample: cellcal "
+      "doctor --config /etc/cellcal/cellcald.toml --cell cell.toml");
   command->add_option("--config", given->config, "The daemon's configuration")
       ->capture_default_str();
   command->add_option("--cell", given->cell, "Cell file (TOML): robot, axis limits");
   command->add_option("--files", given->files,
-                      "Folder with the controller's files, as in 'kuka-files --verify'");
-  command->add_option("--wait", given->wait_s, "Seconds to wait for the controller's first packet")
+                      "Check the controller's files in this folder, as 'kuka-files --verify'");
+  command
+      ->add_option("--wait", given->wait_s,
+                   "Wait so many seconds for the controller's first packet")
       ->check(CLI::Range(0.5, 600.0))
       ->capture_default_str();
-  command->add_option("--for", given->observe_s, "Seconds to observe the links for")
+  command->add_option("--for", given->observe_s, "Observe the links for so many seconds")
       ->check(CLI::Range(1.0, 3600.0))
       ->capture_default_str();
-  command->add_flag("--json", given->json, "Findings as JSON");
+  command->add_flag("--json", given->json, "Print JSON");
   command->callback([given, &status] { status = doctor(*given); });
 }
 

@@ -45,11 +45,11 @@ calib::JointVector begin_of(const PlanCommand& command, const calib::Robot& robo
   calib::JointVector begin;
   for (const double deg : command.from_deg) begin.push_back(deg * kRad);
   if (!begin.empty() && begin.size() != robot.joints.size())
-    throw std::runtime_error(fmt::format("--from: {} angles, but {} has {} joints", begin.size(),
+    throw std::runtime_error(fmt::format("--from: {0} angles, {2} joints in {1}", begin.size(),
                                          robot.name, robot.joints.size()));
   for (std::size_t i = 0; i < begin.size(); ++i)
     if (begin[i] < robot.joints[i].min_rad || begin[i] > robot.joints[i].max_rad)
-      throw std::runtime_error(fmt::format("--from: {} = {:g} deg is outside of its limits",
+      throw std::runtime_error(fmt::format("--from: {1:g} deg for {0} is outside of its limits",
                                            robot.joints[i].name, command.from_deg[i]));
   return begin;
 }
@@ -57,8 +57,8 @@ calib::JointVector begin_of(const PlanCommand& command, const calib::Robot& robo
 std::string foreseen_words(const std::string& region, const calib::Plan& plan,
                            const calib::Robot& robot) {
   return fmt::format(
-      "predicted over the region ({}): mean error {:.3f} mm, u95 {:.3f} mm; robot time {:.1f} min "
-      "at its own speeds",
+      "predicted mean error {1:.3f} mm, u95 {2:.3f} mm ({0}); robot time {3:.1f} min at the "
+      "robot file's axis speeds",
       region, plan.predicted_m3_m * calib::kMmPerM, plan.predicted_u95_m * calib::kMmPerM,
       minutes(plan, robot));
 }
@@ -70,8 +70,9 @@ std::string travel_words(const LimitNeeded& needed, const calib::Plan& plan,
   for (std::size_t i = 0; i < robot.joints.size(); ++i)
     begin += fmt::format("{}{:.0f}", i == 0 ? "" : ",", plan.start[i] * kDeg);
   return fmt::format(
-      "{} goes farthest, {:.1f} deg from {}: over RSI correction_limit_deg {:.0f} or more; {:.0f} "
-      "wherever on the way a session begins or is resumed",
+      "largest axis travel {1:.1f} deg ({0}) from {2}. Over RSI set correction_limit_deg to at "
+      "least {3:.0f}; {4:.0f} also covers a session that begins or is resumed anywhere on its "
+      "way",
       needed.axis, needed.turn_deg, begin, needed.limit_deg,
       std::min(needed.anywhere_deg, kWidestLimitDeg));
 }
@@ -133,7 +134,7 @@ int plan(const PlanCommand& command) {
   for (const calib::PlannedTouch& planned : made.touches) touches.push_back(nominal_touch(planned));
   const std::string foreseen = foreseen_words(command.region, made, cell.robot);
   const std::string travel = travel_words(needed, made, cell.robot);
-  put("# planned on nominal geometry, not measured\n" + left_out_comment(made, cell) + "# " +
+  put("# planned with nominal geometry, not measured\n" + left_out_comment(made, cell) + "# " +
           foreseen + "\n# " + travel + "\n" + calib::format_touches(touches, cell.robot),
       command.output);
   if (!command.output.empty())

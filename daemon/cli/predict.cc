@@ -32,8 +32,8 @@ void warn_beyond_limits(const calib::JointRows& asked) {
 
 std::string refusal_words(const PredictCommand& command, const calib::Verdict& verdict) {
   std::string words = fmt::format(
-      "cellcal predict: {}: this calibration was withheld and must not be used; touch again, or "
-      "look at what it would say with --withheld\n",
+      "cellcal predict: {}: this calibration was withheld and must not be used. Touch again; "
+      "--withheld shows its prediction all the same\n",
       command.calibration.string());
   for (const std::string& reason : calib::words(verdict.findings)) words += "  - " + reason + "\n";
   return words;

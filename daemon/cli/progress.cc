@@ -37,11 +37,11 @@ std::string progress_line(const Progress& progress, std::size_t width) {
                                 static_cast<double>(progress.total);
   const auto full = static_cast<std::size_t>(part * kBar);
   std::string line = "[" + std::string(full, '#') + std::string(kBar - full, '.') + "]";
-  line += fmt::format(" {}/{}", progress.done, progress.total);
+  if (progress.total > 0) line += fmt::format(" {}/{}", progress.done, progress.total);
   if (!progress.target.empty()) line += " " + progress.target;
   line += " " + progress.phase;
   if (progress.u95_mm && progress.goal_mm)
-    line += fmt::format("  u95 {:.3f} to {:.3f} mm", *progress.u95_mm, *progress.goal_mm);
+    line += fmt::format("  u95 {:.3f} mm (goal {:.3f} mm)", *progress.u95_mm, *progress.goal_mm);
   if (progress.residual_mm) line += fmt::format("  residual {:.3f} mm", *progress.residual_mm);
   if (progress.time_left_s) line += "  " + time_words(*progress.time_left_s);
   if (line.size() > width) line.resize(width);

@@ -22,7 +22,7 @@ std::string line(const char* name, const calib::ResidualSummary& summary) {
 std::string verdict_words(const calib::Verdict& verdict, Detail detail) {
   std::string text;
   if (verdict.too_few) {
-    text = "verdict: too few touches to calibrate, and nothing else is wrong\n";
+    text = "verdict: too few touches to calibrate; nothing else is wrong\n";
   } else {
     text = verdict.publish ? "verdict: publishable" : "verdict: NOT publishable";
     text += verdict.workspace ? ", scope: workspace\n" : ", scope: near targets\n";
@@ -39,8 +39,9 @@ std::string verdict_words(const calib::Verdict& verdict, Detail detail) {
 std::string observability_words(const calib::Observability& o) {
   if (o.rows == 0) return {};
   return fmt::format(
-      "observability: {} of {} directions of the geometry known better than their tolerance, {} seen; "
-      "O1 {:.3g}, O2 {:.3g}, O3 {:.3g}, O4 {:.3g}, O5 {:.3g}, condition {:.0f}\n",
+      "observability: {} of {} directions of the geometry determined better than their "
+      "tolerance, {} observable; O1 {:.3g}, O2 {:.3g}, O3 {:.3g}, O4 {:.3g}, O5 {:.3g}, "
+      "condition {:.0f}\n",
       o.told, o.directions, o.rank, o.o1, o.o2, o.o3, o.o4, o.o5, o.condition);
 }
 
@@ -79,12 +80,11 @@ std::string outlier_list(const calib::Calibration& calibration,
 std::string predicted_words(const calib::Calibration& c) {
   if (!(c.predicted_m3_m > 0.0)) return {};
   std::string text = fmt::format(
-      "predicted mean error of a position: {:.3f} mm near the targets, {:.3f} mm over the "
-      "workspace\n",
+      "predicted mean position error: {:.3f} mm near the targets, {:.3f} mm over the workspace\n",
       c.predicted_m2_m * kMm, c.predicted_m3_m * kMm);
   if (c.nominal_m3_m > 0.0)
     text += fmt::format(
-        "the nominal arm's own:              {:.3f} mm near the targets, {:.3f} mm over the "
+        "with the nominal arm:          {:.3f} mm near the targets, {:.3f} mm over the "
         "workspace\n",
         c.nominal_m2_m * kMm, c.nominal_m3_m * kMm);
   return text;
@@ -93,8 +93,9 @@ std::string predicted_words(const calib::Calibration& c) {
 std::string fit_words(const calib::Calibration& c) {
   std::string text;
   if (c.degrees_of_freedom > 0.0)
-    text += fmt::format("chi^2 of the fit: {:.1f} at {:.1f} degrees of freedom, {:.2f} for each\n",
-                        c.chi2, c.degrees_of_freedom, c.chi2_per_dof);
+    text +=
+        fmt::format("chi^2 of the fit: {:.1f} at {:.1f} degrees of freedom, {:.2f} per degree\n",
+                    c.chi2, c.degrees_of_freedom, c.chi2_per_dof);
   if (c.repeats.degrees_of_freedom > 0.0)
     text += fmt::format(
         "touch noise: {:.3f} mm stated, {:.3f} mm measured by {} repeated touches ({:.0f} degrees "

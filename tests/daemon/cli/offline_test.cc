@@ -168,14 +168,33 @@ TEST(a_plan, says_how_far_the_axes_go_from_where_the_arm_stands) {
   const Outcome beyond =
       run_program({CELLCAL, "plan", "--cell", kCell, "--touches", "8", "--from", "400,0,0,0,0,0"});
   EXPECT_EQ(beyond.status, 1);
-  EXPECT_NE(beyond.err.find("A1 = 400 deg"), std::string::npos) << beyond.err;
+  EXPECT_NE(beyond.err.find("400 deg for A1"), std::string::npos) << beyond.err;
 }
 
 TEST(an_unknown_command, is_named) {
   const Outcome outcome = run_program({CELLCAL, "correct", "--poses", "p.csv"});
   EXPECT_EQ(outcome.status, 2);
-  EXPECT_EQ(outcome.err.find("cellcal: there is no command \"correct\"; there are run, "), 0u)
+  EXPECT_EQ(outcome.err.find("cellcal: unknown command \"correct\". The commands: run, "), 0u)
       << outcome.err;
+}
+
+TEST(an_unknown_command, or_option_is_shown_with_the_nearest_that_there_is) {
+  const Outcome command = run_program({CELLCAL, "identfy"});
+  EXPECT_EQ(command.status, 2);
+  EXPECT_EQ(command.err.find("cellcal: unknown command \"identfy\". Did you mean \"identify\"? "),
+            0u)
+      << command.err;
+  const Outcome option = run_program({CELLCAL, "run", "--cell", "c.toml", "--touch", "4"});
+  EXPECT_EQ(option.status, 2);
+  EXPECT_EQ(
+      option.err.find("cellcal run: unknown option \"--touch\". Did you mean \"--touches\"?\n"), 0u)
+      << option.err;
+}
+
+TEST(a_missing_command, is_answered_with_the_list) {
+  const Outcome outcome = run_program({CELLCAL});
+  EXPECT_EQ(outcome.status, 2);
+  EXPECT_EQ(outcome.err.find("cellcal: no command given; commands: run, "), 0u) << outcome.err;
 }
 
 TEST(an_output, that_is_a_link_or_a_pipe_stays_one) {

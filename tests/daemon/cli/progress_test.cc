@@ -12,7 +12,7 @@ TEST(the_progress_line, shows_touches_residual_and_time_left) {
 
 TEST(the_progress_line, leaves_out_what_is_not_known) {
   EXPECT_EQ(progress_line({"planning", "", 0, 0, {}, {}}, 200),
-            "[........................] 0/0 planning");
+            "[........................] planning");
 }
 
 TEST(the_progress_line, fits_the_terminal) {

@@ -85,8 +85,8 @@ TEST(the_result, says_in_one_line_how_well_the_touches_tell_the_geometry) {
   o.o3 = 0.0271828;
   o.condition = 1234.5;
   const std::string words = result_words(calibration, {}, Detail::kAll);
-  EXPECT_NE(words.find("observability: 20 of 22 directions of the geometry known better than "
-                       "their tolerance, 22 seen; O1 3.14,"),
+  EXPECT_NE(words.find("observability: 20 of 22 directions of the geometry determined better than "
+                       "their tolerance, 22 observable; O1 3.14,"),
             std::string::npos)
       << words;
   EXPECT_NE(words.find("O3 0.0272,"), std::string::npos) << words;
