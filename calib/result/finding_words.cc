@@ -321,7 +321,7 @@ std::string scale_by_nothing(const Finding& f) {
           ? "no certified length has ends that the touches hold"
           : "the certified lengths are not certain enough (all together worse than 0.5 mm per "
             "metre)",
-      is_set(f, "spheres") ? "size of the spheres holds" : "drawing's tolerances hold",
+      is_set(f, "spheres") ? "size of the spheres holds" : "tolerances of the arm hold",
       loose ? "Touch each target from more sides"
       : is_set(f, "centres")
           ? "Touch two targets at a certified distance"
@@ -383,23 +383,23 @@ std::string apart(const Finding& f) {
 
 std::string changed(const Finding& f) {
   return fmt::format(
-      "{}, {:.1f} times what both together foresee. Was the arm hit, repaired, mastered anew, or its "
-      "tool changed? If so, accept the change (--accept-change); if not, look for what is loose",
+      "{}, {:.1f} times what both together predict. If the arm was hit, repaired or mastered, or "
+      "its tool changed, accept the change (--accept-change); if not, look for what is loose",
       apart(f), of(f, "ratio"));
 }
 
 std::string change_accepted(const Finding& f) {
-  return fmt::format("{}, {:.1f} times what both together foresee; accepted", apart(f),
+  return fmt::format("{}, {:.1f} times what both together predict; accepted", apart(f),
                      of(f, "ratio"));
 }
 
 std::string unchanged(const Finding& f) {
-  return fmt::format("{}; both together foresee {:.3f} mm", apart(f), of(f, "expected"));
+  return fmt::format("{}; both together predict {:.3f} mm", apart(f), of(f, "expected"));
 }
 
 std::string not_compared(const Finding& f) {
   return fmt::format(
-      "not compared with {}, which is of another nominal arm or tool, or one of both foresees no "
+      "not compared with {}, which is of another nominal arm or tool, or one of both predicts no "
       "error here",
       f.text);
 }
@@ -495,7 +495,7 @@ std::string opening(const Finding& f) {
     case FindingKind::kTooFewTouches:
       return "too few touches";
     case FindingKind::kRank:
-      return "rank";
+      return "undetermined geometry";
     case FindingKind::kTooFewDirections:
     case FindingKind::kAllLeftOut:
       return "too few directions";
@@ -511,7 +511,7 @@ std::string opening(const Finding& f) {
     case FindingKind::kExchangedCentres:
       return "stated centre";
     case FindingKind::kNegativeCompliance:
-      return "against gravity";
+      return "negative compliance";
     case FindingKind::kArmScale:
       return "scale";
     case FindingKind::kOffNominal:
@@ -527,11 +527,11 @@ std::string opening(const Finding& f) {
     case FindingKind::kUncheckedLength:
       return "unchecked scale";
     case FindingKind::kRequired:
-      return "required";
+      return "required accuracy";
     case FindingKind::kNoGain:
-      return "no gain";
+      return "gain too small";
     case FindingKind::kGain:
-      return "gain";
+      return "accuracy";
     case FindingKind::kChanged:
       return "changed since the last one";
     case FindingKind::kChangeAccepted:

@@ -33,31 +33,28 @@ std::string group(std::string_view heading) {
 std::string noise_words(const View& view) {
   const calib::Calibration& result = view.result;
   if (!(result.touch_noise_m > 0.0) || !(result.chi2_per_dof > 0.0)) {
-    return "The scatter of one touch was not determined.";
+    return "The touch scatter was not determined.";
   }
   const bool ripple = result.level.ripple_rad > 0.0;
   std::string words = fmt::format(
-      "One touch scatters by {} mm (1&sigma;, from the fit{}); the cell file states {} mm{}. "
-      "&chi;&sup2; per degree of freedom is {}; 1 is what {}.",
+      "Touch scatter {} mm (1&sigma;, from the fit{}), {} mm in the cell file{}. &chi;&sup2; "
+      "per degree of freedom is {}; expected is 1 from {}.",
       positive_mm(result.touch_noise_m), view.any_point() ? ", along each axis" : "",
-      positive_mm(result.cell.touch_sigma_m),
-      ripple ? ", and the fitted model adds ripple of the gears to it" : "",
-      fixed(result.chi2_per_dof, 2),
-      ripple ? "both together predict" : "the stated scatter predicts");
+      positive_mm(result.cell.touch_sigma_m), ripple ? ", to which the model adds gear ripple" : "",
+      fixed(result.chi2_per_dof, 2), ripple ? "both together" : "the scatter in the cell file");
   if (is_known(result.repeats.degrees_of_freedom))
-    words += fmt::format(
-        " Touches repeated at one place scatter by {} mm among themselves ({} of freedom), and {} mm "
-        "is what the touches were weighed by.",
-        positive_mm(result.repeats.scatter_m),
-        result.repeats.degrees_of_freedom < 1.5
-            ? "one degree"
-            : fixed(result.repeats.degrees_of_freedom, 0) + " degrees",
-        positive_mm(result.repeats.used_m));
+    words +=
+        fmt::format(" Repeated touches scatter by {} mm ({} of freedom); {} mm is used in the fit.",
+                    positive_mm(result.repeats.scatter_m),
+                    result.repeats.degrees_of_freedom < 1.5
+                        ? "one degree"
+                        : fixed(result.repeats.degrees_of_freedom, 0) + " degrees",
+                    positive_mm(result.repeats.used_m));
   if (result.chi2_per_dof > 1.0) words += " Every &sigma; in this report is widened accordingly.";
   if (const double degrees = result.degrees_of_freedom; is_known(degrees)) {
-    words += fmt::format(" About {} of freedom were left to judge this by{}.",
+    words += fmt::format(" It rests on about {} of freedom{}.",
                          degrees < 1.5 ? "one degree" : fixed(degrees, 0) + " degrees",
-                         degrees < kFewDegrees ? ", so it is rough" : "");
+                         degrees < kFewDegrees ? ": a rough figure" : "");
   }
   return words;
 }
@@ -119,19 +116,16 @@ std::string residual_words(const View& view) {
   const bool centred = any_of_kind(view, TargetKind::kSphere) || view.result.targets.empty();
   if (centred)
     parts.push_back(
-        "how much further from the target&rsquo;s centre, or nearer to it, the tip is than the "
-        "effective radius");
+        "distance of the tip from the target&rsquo;s centre minus the effective radius");
   if (any_of_kind(view, TargetKind::kPlane))
-    parts.push_back("how far the tip&rsquo;s ball is off the plane, to either side");
+    parts.push_back("signed distance of the tip&rsquo;s ball from the plane");
   if (any_of_kind(view, TargetKind::kWire))
-    parts.push_back(
-        "how much further from the wire&rsquo;s end, or nearer to it, the tip is than "
-        "the length read");
+    parts.push_back("distance of the tip from the wire&rsquo;s end minus the length read");
   if (any_of_kind(view, TargetKind::kPoint))
-    parts.push_back(parts.empty() ? "how far the tip is from the point that it was held at"
-                                  : "on points, how far the tip is from them");
+    parts.push_back(parts.empty() ? "distance of the tip from the point"
+                                  : "on points, the distance of the tip from them");
   if (any_of_kind(view, TargetKind::kTracker))
-    parts.push_back("how far the tip is from where the tracker read it");
+    parts.push_back("distance of the tip from the tracker&rsquo;s reading");
   std::string words;
   for (const std::string_view part : parts) {
     if (!words.empty()) words += "; ";
@@ -142,19 +136,17 @@ std::string residual_words(const View& view) {
 
 std::string predicted_words(const View& view) {
   if (!is_known(view.result.predicted_m2_m) && !is_known(view.result.predicted_m3_m)) {
-    return "<p>No 3-D error was predicted. To measure accuracy, use an instrument of its own, for "
-           "example a laser tracker.</p>\n";
+    return "<p>No 3-D error was predicted. To measure accuracy, use an independent instrument, "
+           "for example a laser tracker.</p>\n";
   }
   const double ripple_rad = view.result.level.ripple_rad;
   return fmt::format(
-      "<p><strong>Predicted is not measured.</strong> M2 and M3 follow from the covariance, that is, "
-      "from how far off each parameter may still be; both are taken after the best alignment of the "
-      "base. They hold as far as the model does: temperature or a tool that moved since "
-      "are not in them{}. To measure accuracy, use an instrument of its own, for example a laser "
-      "tracker.</p>\n",
-      std::isfinite(ripple_rad) && ripple_rad > 0.0
-          ? "; the ripple of the gears is, as chance at every joint"
-          : "");
+      "<p><strong>Predicted is not measured.</strong> M2 and M3 follow from the covariance of "
+      "the parameters, after the best alignment of the base. They are valid as far as the "
+      "model is: temperature, and a tool that moved since, are not in them{}. To measure "
+      "accuracy, use an independent instrument, for example a laser tracker.</p>\n",
+      std::isfinite(ripple_rad) && ripple_rad > 0.0 ? "; gear ripple is, as noise of every joint"
+                                                    : "");
 }
 
 std::string truth_block(const View& view) {
@@ -165,9 +157,9 @@ std::string truth_block(const View& view) {
                         escape(value));
   }
   return fmt::format(
-      "<div class=\"truth\">\n<h3>Simulated cell: the truth is known</h3>\n<p>These figures compare "
-      "the result with the errors that the simulation hides. A real cell has no such table.</p>\n"
-      "<table class=\"pairs\">\n{}</table>\n</div>\n",
+      "<div class=\"truth\">\n<h3>Simulated cell: the truth is known</h3>\n<p>These figures "
+      "compare the result with the hidden errors of the simulation. A real cell has no such "
+      "table.</p>\n<table class=\"pairs\">\n{}</table>\n</div>\n",
       rows);
 }
 
@@ -188,18 +180,18 @@ std::string figures_table(const View& view) {
   body += row("after: calibrated robot", result.check, true);
   body += "</tbody>\n</table></div>\n<div>\n";
   body += fmt::format(
-      "<p class=\"note\">Residual: {} <em>Before</em>: each target is put where it suits the nominal "
-      "robot&rsquo;s own fitted touches best, and so are the radius offset and the tool&rsquo;s tip "
-      "as far as the cell file leaves them open, so none of these counts against the robot; few "
-      "touches on a target make this figure small. <em>After</em>: "
-      "robot, tool and targets as calibrated. Held-out touches had no part in either.{}</p>\n",
-      residual_words(view), view.outliers > 0 ? " Outliers are in none of these figures." : "");
+      "<p class=\"note\">Residual: {} <em>Before</em>: nominal robot; the places of the "
+      "targets, the radius offset and the tip (within their tolerances in the cell file) are "
+      "fitted to it, so that only the robot&rsquo;s error counts. With few touches on a target "
+      "it is small. <em>After</em>: robot, tool and targets as calibrated. Held-out touches "
+      "are used in neither.{}</p>\n",
+      residual_words(view), view.outliers > 0 ? " Outliers are in neither." : "");
   body += fmt::format("<p class=\"note\">{}</p>\n", noise_words(view));
   if (result.check.count <= 0) {
     body +=
-        "<p class=\"note\">No touch was held out: nothing here tests the result on touches that it "
-        "has not seen. Mark some rows <code>check</code>, or let the next session hold some "
-        "out.</p>\n";
+        "<p class=\"note\">No touch was held out, so the result is not checked on touches "
+        "outside of the fit. Mark some rows <code>check</code>, or run the next session with "
+        "<code>--check</code>.</p>\n";
   }
   body += "</div>\n</div>\n";
   return section("figures", "Before, after, check", body);
@@ -208,20 +200,19 @@ std::string figures_table(const View& view) {
 std::string meaning(const View& view) {
   std::string body = tiles(view);
   body += fmt::format(
-      "<p><strong>The residual is not the accuracy of the robot.</strong> It is measured only where "
-      "the targets stand, in the postures that touched them{}. Errors that move the arm and the "
-      "fitted targets together leave it as small as it is. ",
+      "<p><strong>The residual is not the accuracy of the robot.</strong> It is measured only "
+      "at the targets, in the postures of the touches{}. Errors that shift arm and fitted "
+      "targets together do not show in it. ",
       view.points_only() ? "" : ", and along one line, from the target&rsquo;s centre to the tip");
   if (view.touched_lengths() == 0) {
     body +=
-        "Above all it cannot see scale: if all lengths of the arm are wrong by the same part, "
-        "the fitted targets move with them. Without a certified distance between two targets a "
-        "workspace can be a millimetre wrong while held-out touches agree to a few hundredths. A "
-        "certified distance in the cell settles this; more touches do not.</p>\n";
+        "A wrong scale does not show either: if all lengths of the arm are wrong in "
+        "proportion, the fitted targets shift with them. Without a certified length between "
+        "two targets the workspace can be wrong by 1 mm while held-out touches agree to 0.03 "
+        "mm. Certify a length in the cell; more touches do not help.</p>\n";
   } else {
-    body += fmt::format(
-        "Scale, the error that touches alone see worst, is tied here to {} (see Targets).</p>\n",
-        counted(view.touched_lengths(), "certified length", "certified lengths"));
+    body += fmt::format("Scale is determined here by {} (see Targets).</p>\n",
+                        counted(view.touched_lengths(), "certified length", "certified lengths"));
   }
   body += predicted_words(view);
   body += truth_block(view);

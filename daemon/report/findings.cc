@@ -50,7 +50,7 @@ std::string outlier_row(const View& view, const calib::Outlier& outlier) {
       "<tr><th scope=\"row\">{}</th><td>{}</td><td class=\"word\">{}</td><td>{}</td>"
       "<td class=\"word wide\">{}</td></tr>\n",
       outlier.touch + 1, line, target, signed_mm(outlier.residual_m),
-      outlier.reason.empty() ? std::string("no reason recorded") : escape(outlier.reason));
+      outlier.reason.empty() ? std::string("reason not recorded") : escape(outlier.reason));
 }
 
 // For comparing one plan of touches with another.
@@ -60,11 +60,11 @@ std::string observability_words(const calib::Observability& o) {
     return std::isfinite(value) ? fmt::format("{:.3g}", value) : std::string(kNothing);
   };
   return fmt::format(
-      "<p id=\"observability\">Of the geometry&rsquo;s {}, frame aside, the touches see {} and tell "
-      "{} better than its tolerance. Observability: O1&nbsp;{} (what an average touch "
-      "tells), O2&nbsp;{} (how evenly), O3&nbsp;{} (the worst direction), "
-      "O4&nbsp;{} (noise amplification), O5&nbsp;{} (all directions "
-      "together); scaled condition number {}.</p>\n",
+      "<p id=\"observability\">Of the geometry&rsquo;s {} (without the frame) {} are "
+      "observable, {} determined better than their tolerance. Observability: O1&nbsp;{} "
+      "(average information of a touch), O2&nbsp;{} (how evenly), O3&nbsp;{} (the worst "
+      "direction), O4&nbsp;{} (noise amplification), O5&nbsp;{} (all directions together); "
+      "scaled condition number {}.</p>\n",
       counted(static_cast<std::size_t>(std::max(0, o.directions)), "direction", "directions"),
       o.rank, o.told, number(o.o1), number(o.o2), number(o.o3), number(o.o4), number(o.o5),
       number(o.condition));
@@ -76,11 +76,11 @@ std::string unidentifiable(const View& view) {
   const auto& directions = view.result.unidentifiable;
   if (view.result.verdict.too_few) {
     return section("unidentifiable", "What the touches cannot tell",
-                   "<p>Nearly all: they were too few to calibrate with.</p>\n");
+                   "<p>Nearly all parameters: the touches are too few to calibrate.</p>\n");
   }
   if (directions.empty()) {
     return section("unidentifiable", "What the touches cannot tell",
-                   "<p>No direction was reported that the touches leave undecided.</p>\n" +
+                   "<p>None: the touches determine every direction.</p>\n" +
                        observability_words(view.result.observability));
   }
   std::string items;
@@ -91,9 +91,9 @@ std::string unidentifiable(const View& view) {
                     shares.empty() ? std::string() : fmt::format("<br><small>{}</small>", shares));
   }
   const std::string body = fmt::format(
-      "<p>The touches do not decide {} of the parameters. Nothing is set silently: along each of "
-      "them the result stays where the tolerances put it, at nominal. The numbers are shares in units "
-      "of each parameter&rsquo;s tolerance.</p>\n<ol>\n{}</ol>\n{}",
+      "<p>Not determined by the touches: {} of the parameters. Along each the result stays at "
+      "nominal, within the tolerances. The numbers are shares in units of each "
+      "parameter&rsquo;s tolerance.</p>\n<ol>\n{}</ol>\n{}",
       counted(directions.size(), "combination", "combinations"), items,
       observability_words(view.result.observability));
   return section("unidentifiable", "What the touches cannot tell", body);
@@ -102,7 +102,7 @@ std::string unidentifiable(const View& view) {
 std::string outliers(const View& view) {
   const auto& list = view.result.outliers;
   if (list.empty()) {
-    return section("outliers", "Outliers", "<p>No touch was set aside.</p>\n");
+    return section("outliers", "Outliers", "<p>No touch was left out.</p>\n");
   }
   std::string rows;
   for (const calib::Outlier& outlier : list) rows += outlier_row(view, outlier);
@@ -119,23 +119,20 @@ std::string outliers(const View& view) {
 
 std::string correlations(const View& view) {
   const calib::Correlations strong = calib::strong_correlations(view.result);
-  constexpr std::string_view kHeading = "Parameters that go together";
+  constexpr std::string_view kHeading = "Strongly correlated parameters";
   if (!strong.available) {
     return section("correlations", kHeading,
-                   "<p>The calibration carries no usable covariance, so correlations are not "
-                   "known.</p>\n");
+                   "<p>Not known: the calibration has no usable covariance.</p>\n");
   }
-  const std::string_view frame = strong.frame_removed
-                                     ? "The frame directions are held fixed here. "
-                                     : "The frame directions are part of these figures. ";
+  const std::string_view frame =
+      strong.frame_removed ? "Frame directions fixed. " : "Frame directions included. ";
   const std::size_t of_frame = strong.of_targets_or_frame;
   const std::string left_out =
-      of_frame == 0
-          ? std::string()
-          : fmt::format(
-                "<p class=\"note\">Left out: {} with a coordinate of a target, or with a value that "
-                "is a matter of the frame; they say nothing about the robot.</p>\n",
-                counted(of_frame, "pair", "pairs"));
+      of_frame == 0 ? std::string()
+                    : fmt::format(
+                          "<p class=\"note\">Not listed: {} with a coordinate of a target or "
+                          "of the frame, which are no property of the robot.</p>\n",
+                          counted(of_frame, "pair", "pairs"));
   if (strong.pairs.empty()) {
     return section("correlations", kHeading,
                    fmt::format("<p>{}No two parameters of robot, tool and touch correlate by more "
@@ -154,11 +151,11 @@ std::string correlations(const View& view) {
         signed_fixed(pair.correlation, kCorrelationDecimals));
   }
   std::string body = fmt::format(
-      "<p>{}Of a pair beyond &plusmn;{} the touches know a combination much better than either "
-      "value: do not read one without the other.</p>\n<div class=\"scroll\">"
-      "<table class=\"numbers narrow\">\n<thead><tr><th scope=\"col\">parameter</th>"
-      "<th scope=\"col\" class=\"word\">and</th><th scope=\"col\">correlation</th></tr></thead>\n"
-      "<tbody>\n{}</tbody>\n</table></div>\n",
+      "<p>{}Of a pair beyond &plusmn;{} a combination is determined much better than either "
+      "value: read them together.</p>\n<div class=\"scroll\"><table class=\"numbers "
+      "narrow\">\n<thead><tr><th scope=\"col\">parameter</th><th scope=\"col\" "
+      "class=\"word\">and</th><th "
+      "scope=\"col\">correlation</th></tr></thead>\n<tbody>\n{}</tbody>\n</table></div>\n",
       frame, fixed(calib::kStrongCorrelation, 1), rows);
   if (strong.pairs.size() > shown) {
     body +=

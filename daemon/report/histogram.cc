@@ -40,14 +40,14 @@ struct Shape {
   std::string_view curve, expected, expected_fitted;
 };
 constexpr Shape kAlongALine{
-    -4.0, 4.0, 0.0, normal_density, "normal curve", "about 1", "below 1, as the fit follows them"};
+    -4.0, 4.0, 0.0, normal_density, "normal curve", "about 1", "below 1: the fit follows them"};
 constexpr Shape kInSpace{0.0,
                          5.0,
                          std::numbers::sqrt2,
                          length_density,
                          "curve of a normal error in space",
                          "about 1.7",
-                         "below 1.7, as the fit follows them"};
+                         "below 1.7: the fit follows them"};
 
 struct Counts {
   explicit Counts(const Shape& shape)
@@ -90,7 +90,7 @@ std::string draw(const Counts& counts, const Shape& shape) {
   const Scale across{shape.from, shape.to, kLeft, kWidth - kRight};
   const Scale up{0.0, highest * 1.05, kBottom, kTop};
   Svg svg(kWidth, kHeight, "chart histogram",
-          "Histogram of residuals divided by their sigma, against the curve of honest noise");
+          "Histogram of residuals divided by their sigma, with the curve of pure noise");
   const std::vector<double> ticks = round_ticks(0.0, up.to, 4);
   const std::vector<std::string> labels = tick_labels(ticks);
   for (std::size_t i = 0; i < ticks.size(); ++i) {
@@ -154,22 +154,18 @@ std::string residual_histogram(const View& view) {
                    "<p>There are no residuals to count.</p>\n");
   }
   const std::string body = fmt::format(
-      "<div class=\"beside\">\n<div class=\"scroll\">{}</div>\n<div>\n"
-      "<p class=\"legend\"><i class=\"swatch fit\"></i>fitted <i class=\"swatch check\"></i>held "
-      "out <i class=\"swatch curve\"></i>{}</p>\n"
-      "<p>Each residual is divided by the scatter that it should have. Bars that follow the curve "
-      "mean: what is left is the noise of touching. Wider: the model lacks something, or the stated "
-      "touch &sigma; is too small. Narrower: the stated &sigma; is too large, or there are so few "
-      "touches that the fit follows each of them. {}</p>\n"
-      "<table class=\"pairs\">\n"
-      "<tr><th scope=\"row\">rms, fitted ({})</th><td>{}</td></tr>\n"
-      "<tr><th scope=\"row\">rms, held out ({})</th><td>{}</td></tr>\n</table>\n{}</div>\n"
-      "</div>\n",
+      "<div class=\"beside\">\n<div class=\"scroll\">{}</div>\n<div>\n<p class=\"legend\"><i "
+      "class=\"swatch fit\"></i>fitted <i class=\"swatch check\"></i>held out <i "
+      "class=\"swatch curve\"></i>{}</p>\n<p>Residuals divided by their expected scatter. Bars "
+      "that follow the curve: only touch noise is left. Wider: the model lacks an effect, or "
+      "the stated touch &sigma; is too small. Narrower: the stated &sigma; is too large, or "
+      "the touches are so few that the fit follows each of them. {}</p>\n<table "
+      "class=\"pairs\">\n<tr><th scope=\"row\">rms, fitted ({})</th><td>{}</td></tr>\n<tr><th "
+      "scope=\"row\">rms, held out ({})</th><td>{}</td></tr>\n</table>\n{}</div>\n</div>\n",
       draw(counts, shape), shape.curve,
       view.points_only()
           ? ""
-          : "Held-out ones to one side: something acts on every touch alike, such as "
-            "the trigger or a worn tip.",
+          : "Held-out ones to one side: a common cause such as the trigger or a worn tip.",
       shape.expected_fitted, scatter_words(counts.fit_total, counts.fit_squares), shape.expected,
       scatter_words(counts.check_total, counts.check_squares), left_out(counts, shape));
   return section("distribution", "Are the residuals what noise would leave?", body);

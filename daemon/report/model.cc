@@ -25,12 +25,12 @@ std::string capitalised(std::string text) {
 
 std::string_view method_sentence(std::string_view method) {
   if (method == "map") {
-    return "Every parameter starts from its tolerance, and the touches move it as far as they "
-           "outweigh that tolerance.";
+    return "Each parameter has its tolerance as prior; the touches correct it as far as their "
+           "information exceeds the prior&rsquo;s.";
   }
   if (method == "paper") {
-    return "The estimator of the paper that the method began with: one sphere, geometry and the "
-           "bending of the tool, no tolerances, no choice of a model level.";
+    return "The estimator of Wang et al. (2024): one sphere, geometry and tool bending, no "
+           "tolerances, no choice of a model level.";
   }
   return {};
 }
@@ -67,7 +67,7 @@ std::string percent(double share) {
 
 std::string levels_table(const calib::Calibration& result) {
   if (result.levels.empty()) {
-    return "<p class=\"note\">No other level of the model was weighed.</p>\n";
+    return "<p class=\"note\">No other level of the model was compared.</p>\n";
   }
   const double best = result.levels.front().log_evidence;
   const auto odds = [best](const calib::LevelEvidence& entry) {
@@ -95,13 +95,13 @@ std::string levels_table(const calib::Calibration& result) {
         percent(std::max(0.0, 1.0 - shown)));
   }
   return fmt::format(
-      "<div class=\"scroll\"><table class=\"numbers levels\">\n<thead><tr><th scope=\"col\">levels "
-      "that were considered</th><th scope=\"col\">probability</th><th scope=\"col\">log "
-      "evidence</th></tr></thead>\n<tbody>\n{}</tbody>\n</table></div>\n"
-      "<p class=\"note\">Probability among these levels: how well each one foretells the touches, "
-      "with all its parameters averaged over their tolerances, and how common such arms are. A "
-      "level that explains more but has to be tuned finely to do so loses. Log evidence is the "
-      "natural logarithm of the same, relative to the best.</p>\n",
+      "<div class=\"scroll\"><table class=\"numbers levels\">\n<thead><tr><th "
+      "scope=\"col\">levels compared</th><th scope=\"col\">probability</th><th "
+      "scope=\"col\">log evidence</th></tr></thead>\n<tbody>\n{}</tbody>\n</table></div>\n<p "
+      "class=\"note\">Probability among these levels: how well each predicts the touches, "
+      "averaged over the tolerances of all its parameters, and how common such arms are. A "
+      "level that fits better only by fine tuning loses. Log evidence: natural logarithm of "
+      "the same, relative to the best.</p>\n",
       rows);
 }
 
@@ -132,7 +132,7 @@ std::string model(const View& view) {
   body += fmt::format("<p>Method: {}. {}</p>\n", method.empty() ? "<em>not stated</em>" : method,
                       method_sentence(result.method));
   if (!level.empty()) body += levels_table(result) + std::string(parts());
-  return section("model", "The model that was fitted, and why", body);
+  return section("model", "Fitted model", body);
 }
 
 }  // namespace cellcal::daemon::report

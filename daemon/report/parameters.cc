@@ -82,7 +82,7 @@ std::string_view meaning_of(std::string_view name) {
   if (last == "a") return "length of the link";
   if (last == "alpha") return "twist of the link";
   if (last == "beta") return "tilt to the parallel axis";
-  if (last == "compliance") return "yielding under torque";
+  if (last == "compliance") return "compliance under torque";
   if (last == "play") return "half of the play, closed by the load";
   if (is_wave(name)) return last.starts_with("cos") ? "cosine wave" : "sine wave";
   if (last == "radius") return "correction of the radius";
@@ -185,8 +185,8 @@ std::string_view unstated_words(const View& view) {
   for (const calib::TargetResult& target : view.result.targets) {
     const calib::Target* in_cell = view.cell_target(target.id);
     if (in_cell && !in_cell->has_centre) {
-      return " Where the cell file states no position of a target, nominal is where the nominal robot "
-             "finds it.";
+      return " For a target without a position in the cell file, nominal is where the nominal "
+             "robot finds it.";
     }
   }
   return {};
@@ -243,12 +243,12 @@ std::string parameters_table(const View& view) {
   }
   const Ranges ranges = bar_ranges(groups);
   std::string body = fmt::format(
-      "<p class=\"note\">Decided by <strong>data</strong>: the touches took away at least half of "
-      "the variance that the tolerance allows. <strong>Prior</strong>: they took away less, and the "
-      "value stays near nominal by its tolerance. <strong>Frame</strong>: most of &sigma; is a "
-      "matter of where the frame is put, which no touch can tell (see below), and no error of the "
-      "robot. The bar shows the correction (dot, hollow where not decided by data) with "
-      "&plusmn;2&sigma; (line) around zero.{}{}</p>\n",
+      "<p class=\"note\">Decided by <strong>data</strong>: the touches reduced the variance of "
+      "the tolerance by at least half. <strong>Prior</strong>: they reduced it less, and the "
+      "value stays near nominal. <strong>Frame</strong>: most of &sigma; is the choice of the "
+      "frame (gauge), which no touch determines, and no error of the robot. The bar shows the "
+      "correction (dot, hollow where not decided by data) with &plusmn;2&sigma; (line) around "
+      "zero.{}{}</p>\n",
       joint_range_words(ranges), unstated_words(view));
   if (!groups.empty()) body += table(view, groups, ranges);
   return section("parameters", "Parameters", body + waves_table(view, waves));

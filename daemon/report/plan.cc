@@ -31,14 +31,12 @@ std::string summary_of(const View& view, const calib::Plan& plan) {
   words += ".";
   if (is_known(plan.predicted_m3_m)) {
     words += fmt::format(
-        " Before the first touch, from tolerances and geometry alone, they promised a mean error of "
-        "a position of {}",
+        " Predicted before the first touch, from tolerances and geometry: mean position error {}",
         escape(mm_words(plan.predicted_m3_m)));
     if (is_known(plan.predicted_u95_m))
-      words += fmt::format(" and a 95&nbsp;% bound of {}", escape(mm_words(plan.predicted_u95_m)));
+      words += fmt::format(" and 95&nbsp;% bound {}", escape(mm_words(plan.predicted_u95_m)));
     words +=
-        " over the region that they were chosen for. What the touches then gave is the predicted "
-        "error at the top of this report.";
+        " over the planned region. The result is the predicted error at the top of this report.";
   }
   return words + "</p>\n";
 }

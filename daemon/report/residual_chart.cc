@@ -159,10 +159,9 @@ std::string_view legend() {
 std::string_view sign_words(const View& view) {
   if (view.points_only()) return "Distance of the tip from the point; it has no sign. ";
   if (view.any_point()) {
-    return "Positive: the tip is further from the centre than it should be; on points, how far it is "
-           "from them, without sign. ";
+    return "Positive: the tip is too far from the centre; on points, the distance without sign. ";
   }
-  return "Positive: the tip is further from the centre than it should be. ";
+  return "Positive: the tip is too far from the centre. ";
 }
 
 bool any_off_scale(const View& view, double range_mm) {
@@ -174,16 +173,17 @@ std::string note(const View& view, double band_mm, double range_mm) {
   std::string band;
   if (band_mm > 0.0) {
     band = fmt::format(
-        "The shaded band{} is what the cell file&rsquo;s touch &sigma; allows: {}{} mm hold 95&nbsp;% "
-        "of touches that the model explains, and more of the fitted ones, which it follows. ",
+        "Shaded band{}: {}{} mm contain 95&nbsp;% of the touches according to the cell "
+        "file&rsquo;s touch &sigma;, and more of the fitted ones. ",
         band_mm >= range_mm ? " (here the whole panel)" : "", view.points_only() ? "" : "&plusmn;",
         fixed(band_mm, kMmDecimals));
   }
   return fmt::format(
-      "<p class=\"note\">{}{}{}A drift from left to right points to temperature or a tool that moved; "
-      "one bad stretch to one target.</p>\n",
+      "<p class=\"note\">{}{}{}A drift from left to right: temperature, or a tool that moved. "
+      "One bad stretch: its target.</p>\n",
       sign_words(view), band,
-      any_off_scale(view, range_mm) ? "Crosses at the edge lie beyond it (see Outliers). " : "");
+      any_off_scale(view, range_mm) ? "Crosses at the edge lie beyond the scale (see Outliers). "
+                                    : "");
 }
 
 std::string left_out(const View& view) {

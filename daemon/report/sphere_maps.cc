@@ -106,10 +106,10 @@ std::string sphere_maps(const View& view) {
   if (!discs.empty()) {
     body += fmt::format("<div class=\"discs\">\n{}</div>\n", discs);
     body +=
-        "<p class=\"note\">Seen from above: the middle is the top of the sphere, the heavier ring its "
-        "equator, the rim its bottom; equal areas of the disc are equal areas of the sphere. x and "
-        "y are the robot&rsquo;s base. A sphere that was touched from one side only leaves its "
-        "centre badly held, and with it the scale of the arm.</p>\n";
+        "<p class=\"note\">Seen from above: the middle is the top of the sphere, the heavier "
+        "ring its equator, the rim its bottom; equal areas of the disc are equal areas of the "
+        "sphere. x and y are the robot&rsquo;s base. Touches from one side only determine a "
+        "centre badly, and with it the scale of the arm.</p>\n";
   }
   if (!without.empty()) {
     std::string names;

@@ -123,13 +123,15 @@ std::string lengths_table(const View& view) {
         sigma, difference, in_sigma);
   }
   return fmt::format(
-      "<h3>Certified lengths, mm</h3>\n<div class=\"scroll\"><table class=\"numbers\">\n<thead><tr>"
-      "<th scope=\"col\">between</th><th scope=\"col\">certified</th><th scope=\"col\">&sigma;</th>"
-      "<th scope=\"col\">measured</th><th scope=\"col\">&sigma;</th>"
-      "<th scope=\"col\">difference</th><th scope=\"col\">in &sigma; of both</th></tr></thead>\n"
-      "<tbody>\n{}</tbody>\n</table></div>\n<p class=\"note\">Measured: what the touches, the "
-      "tolerances and the other lengths make of it, its own certificate left out. More than "
-      "five&nbsp;&sigma; apart, one of them is wrong.</p>\n",
+      "<h3>Certified lengths, mm</h3>\n<div class=\"scroll\"><table "
+      "class=\"numbers\">\n<thead><tr><th scope=\"col\">between</th><th "
+      "scope=\"col\">certified</th><th scope=\"col\">&sigma;</th><th "
+      "scope=\"col\">measured</th><th scope=\"col\">&sigma;</th><th "
+      "scope=\"col\">difference</th><th scope=\"col\">in &sigma; of "
+      "both</th></tr></thead>\n<tbody>\n{}</tbody>\n</table></div>\n<p "
+      "class=\"note\">Measured: from the touches, the tolerances and the other lengths, "
+      "without its own certificate. If they are more than 5&nbsp;&sigma; apart, one of them is "
+      "wrong.</p>\n",
       rows);
 }
 
@@ -137,7 +139,7 @@ std::string lengths_table(const View& view) {
 
 std::string targets_table(const View& view) {
   if (view.result.targets.empty()) {
-    return section("targets", "Targets", "<p>The calibration names no targets.</p>\n");
+    return section("targets", "Targets", "<p>The calibration has no targets.</p>\n");
   }
   std::string rows;
   for (const calib::TargetResult& target : view.result.targets) rows += target_row(view, target);
@@ -153,9 +155,9 @@ std::string targets_table(const View& view) {
       "</thead>\n<tbody>\n{}</tbody>\n</table></div>\n",
       rows);
   body += fmt::format(
-      "<p class=\"note\">Effective radius: sphere plus tip plus what the trigger adds or takes; "
-      "nominal: sphere plus tip. Residuals count fitted and held-out touches without outliers; a "
-      "mean away from zero points to a target that moved{}.</p>\n",
+      "<p class=\"note\">Effective radius: sphere plus tip plus trigger offset; nominal: "
+      "sphere plus tip. Residuals are of fitted and held-out touches without outliers; a mean "
+      "away from zero suggests that the target moved{}.</p>\n",
       view.any_point() ? "; residuals on points are distances and have none" : "");
   body += stands_note(view);
   body += lengths_table(view);

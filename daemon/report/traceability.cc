@@ -99,7 +99,7 @@ std::string pairs_table(std::string_view heading, const std::string& rows) {
 
 std::string files_table(const View& view) {
   if (view.result.inputs.empty()) {
-    return "<p class=\"warn\">The calibration names no input files; it cannot be traced to "
+    return "<p class=\"warn\">The calibration lists no input files, so it cannot be traced to "
            "them.</p>\n";
   }
   std::string rows;
@@ -185,7 +185,7 @@ std::string traceability(const View& view) {
 
 std::string raw_touches(const View& view) {
   const auto& touches = view.input.touches;
-  if (touches.empty()) return "<p class=\"warn\">The touches themselves were not given.</p>\n";
+  if (touches.empty()) return "<p class=\"warn\">The touches were not given.</p>\n";
   const auto& joints = view.result.cell.robot.joints;
   std::string head;
   for (const calib::Joint& joint : joints) {

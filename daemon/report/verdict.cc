@@ -47,29 +47,27 @@ std::string sentence(std::string text) {
 std::string scope_words(const View& view, const Reasons& reasons) {
   const calib::Verdict& verdict = view.result.verdict;
   if (verdict.too_few) {
-    return "This was a first session: nothing speaks against the cell. The figures below say next "
-           "to nothing about the arm, and must not be put into service.";
+    return "This was a first session, and the cell works. The touches are too few for a "
+           "calibration: do not put the figures below into service.";
   }
   if (!verdict.publish) {
-    return "This result must not be put into service. It may be read for diagnosis; the figures "
-           "below describe it as it is.";
+    return "Do not put this result into service. The figures below are for diagnosis only.";
   }
   const std::string why = sentence(reasons.scope);
   if (verdict.workspace) {
     return fmt::format("Scope: the whole workspace. {}",
-                       why.empty() ? "A certified length was touched at both ends, so the scale of "
-                                     "the arm is held by the artefact and not by assumption."
-                                   : why);
+                       why.empty()
+                           ? "A certified length was touched at both ends and determines the "
+                             "scale of the arm."
+                           : why);
   }
-  const std::string_view elsewhere =
-      "Elsewhere the result may be used for prediction with its larger bound, but it claims nothing "
-      "there.";
+  const std::string_view elsewhere = "Elsewhere it only predicts, with a larger bound.";
   return fmt::format(
       "Scope: near the targets only, within about 150&nbsp;mm of them. {}",
       why.empty() ? fmt::format("{}{}",
                                 view.touched_lengths() == 0
-                                    ? "No certified length was touched, so only the size of the "
-                                      "targets holds the scale of the arm, and weakly. "
+                                    ? "No certified length was touched: only the size of the "
+                                      "targets determines the scale of the arm, and weakly. "
                                     : "",
                                 elsewhere)
                   : why);
@@ -86,13 +84,13 @@ std::string data_sentence(const View& view) {
                                      counted(view.fit, "touch", "touches"), target_words(view));
   if (view.check > 0) {
     sentence +=
-        fmt::format(", {} held out to test it", counted(view.check, "more was", "more were"));
+        fmt::format(", {} held out to check it", counted(view.check, "more was", "more were"));
   } else {
-    sentence += ", none was held out to test it";
+    sentence += ", none was held out to check it";
   }
   if (view.outliers > 0) {
     sentence +=
-        fmt::format(", and {} set aside as {}", counted(view.outliers, "touch was", "touches were"),
+        fmt::format(", and {} left out as {}", counted(view.outliers, "touch was", "touches were"),
                     view.outliers == 1 ? "an outlier" : "outliers");
   }
   return sentence + ".";
@@ -106,11 +104,11 @@ std::string residual_sentence(const View& view) {
   const calib::ResidualSummary& before = same_touches_before ? result.check_before : result.before;
   if (after.count <= 0) return "There are no residuals to report.";
   return fmt::format(
-      "The tip missed the targets by {} on average ({} at most) with the nominal robot and "
-      "misses them by {} ({} at most) with this calibration, on the touches {}.",
+      "Mean residual {} (max. {}) with the nominal robot, {} (max. {}) with this calibration, "
+      "on the touches {}.",
       mm_words(before.mean_m), mm_words(before.max_m), mm_words(after.mean_m),
       mm_words(after.max_m),
-      tested ? "that were held out" : "that it was fitted to, which flatters it");
+      tested ? "that were held out" : "of the fit, where it is smaller than elsewhere");
 }
 
 std::string list(std::string_view heading, const std::vector<std::string>& reasons) {
@@ -123,19 +121,17 @@ std::string list(std::string_view heading, const std::vector<std::string>& reaso
 std::string accuracy_sentence(const View& view) {
   const calib::Calibration& result = view.result;
   if (!is_known(result.predicted_m2_m) || !is_known(result.predicted_m3_m)) {
-    return "The 3-D position error to expect was not predicted.";
+    return "The 3-D position error was not predicted.";
   }
-  const std::string near =
-      fmt::format("The 3-D position error to expect is {} on average near the targets",
-                  mm_words(result.predicted_m2_m));
+  const std::string near = fmt::format("Predicted mean 3-D position error: {} near the targets",
+                                       mm_words(result.predicted_m2_m));
   const std::string far = mm_words(result.predicted_m3_m);
   if (result.verdict.workspace || !result.verdict.publish) {
-    return fmt::format("{} and {} over the workspace, predicted from the covariance.", near, far);
+    return fmt::format("{}, {} over the workspace (from the covariance).", near, far);
   }
   return fmt::format(
-      "{} and {} over the workspace, which lies outside the scope; both are predicted from the "
-      "covariance.",
-      near, far);
+      "{}, {} over the workspace, which is outside of the scope (both from the covariance).", near,
+      far);
 }
 
 }  // namespace
@@ -147,9 +143,9 @@ std::string verdict_banner(const View& view) {
   if (!verdict.publish && reasons.against.empty()) {
     words = "<p class=\"because\">No reason was recorded.</p>\n";
   }
-  words += list(verdict.publish ? "To know before using it" : "To know besides", reasons.other);
+  words += list(verdict.publish ? "Before using it" : "Other findings", reasons.other);
   if (!verdict.publish && !reasons.scope.empty()) {
-    words += fmt::format("<p class=\"besides\">As to scale: {}.</p>\n", escape(reasons.scope));
+    words += fmt::format("<p class=\"besides\">Scale: {}.</p>\n", escape(reasons.scope));
   }
   return fmt::format(
       "<div id=\"verdict\" class=\"verdict {}\">\n<span class=\"glyph\" aria-hidden=\"true\">{}"

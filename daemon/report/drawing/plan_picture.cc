@@ -290,10 +290,10 @@ PlanViews plan_views(const calib::Cell& cell, const calib::Plan& plan) {
   views.above = std::move(one).finish();
   views.side = std::move(other).finish();
   views.legend = fmt::format(
-      "To scale in the robot's base frame, nominal geometry. The arm as it rests between touches, "
-      "with the room that the plan keeps for links and tool. Each short line is a touch: it comes "
-      "from the dot, drawn {:.0f} mm away. Filled dots: for the fit; rings: held out as a check. "
-      "Beside a target: how many of each.",
+      "To scale in the robot's base frame, nominal geometry. The arm as it rests between "
+      "touches, with the room that the plan keeps for links and tool. Each short line is a "
+      "touch, coming from the dot {:.0f} mm away. Filled dots: for the fit; rings: held out. "
+      "Beside a target: the number of each.",
       kApproachMm);
   if (shows_reach)
     views.legend += " Dashed: beyond it the tip cannot reach.";

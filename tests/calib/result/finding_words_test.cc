@@ -146,7 +146,7 @@ TEST(FindingWords, OfScopeAndAccuracy) {
       {"workspace", 1.0, ""}};
   EXPECT_EQ(
       said(FindingKind::kGain, {}, foreseen),
-      "gain: 0.13 mm predicted over the workspace, 4.50 mm with the nominal arm (3 %); 2.00 mm "
+      "accuracy: 0.13 mm predicted over the workspace, 4.50 mm with the nominal arm (3 %); 2.00 mm "
       "allowed (required_mm not stated)");
   EXPECT_EQ(
       said(FindingKind::kModelError, {},
@@ -183,7 +183,7 @@ TEST(FindingWords, OfWhatWentWrong) {
       said(FindingKind::kChangeAccepted, {},
            {{"apart", 1.5, "mm"}, {"ratio", 6.0, ""}, {"workspace", 1.0, ""}}, {}, "session 7"),
       "since the last one: 1.500 mm between the tips of this calibration and of session 7, in "
-      "the mean over the workspace, 6.0 times what both together foresee; accepted");
+      "the mean over the workspace, 6.0 times what both together predict; accepted");
   EXPECT_EQ(said(FindingKind::kRecorded, {}, {}, {}, "as it was written"), "as it was written");
 }
 

@@ -93,14 +93,16 @@ TEST(Parameters, OfTargetsWithADotInTheirNameFindTheirTarget) {
 TEST(Parameters, OfTargetsWithoutStatedPositionSayWhatTheirNominalIs) {
   ReportInput input = made_up_session();
   for (auto& target : input.calibration.cell.targets) target.has_centre = true;
-  EXPECT_FALSE(says(section_of(html_report(input), "parameters"), "states no position"));
+  EXPECT_FALSE(
+      says(section_of(html_report(input), "parameters"), "without a position in the cell file"));
   input.calibration.cell.targets[1].has_centre = false;
-  EXPECT_TRUE(says(section_of(html_report(input), "parameters"), "states no position"));
+  EXPECT_TRUE(
+      says(section_of(html_report(input), "parameters"), "without a position in the cell file"));
 }
 
 TEST(Unidentifiable, DirectionsKeepTheirWordsAndTheirStrongestShares) {
   const std::string words = section_of(html_report(made_up_session()), "unidentifiable");
-  EXPECT_TRUE(says(words, "The touches do not decide 3 combinations"));
+  EXPECT_TRUE(says(words, "Not determined by the touches: 3 combinations"));
   EXPECT_TRUE(says(words, "A turn of axis A1"));
   EXPECT_TRUE(says(words, "<code>A1.theta</code>&nbsp;+0.99"));
   EXPECT_FALSE(says(words, "S1.x")) << "shares below 0.05 are left out";
@@ -112,7 +114,7 @@ TEST(Unidentifiable, StatesTheObservabilityWhereItIsKnown) {
   calib::Observability& o = input.calibration.observability;
   o.condition = std::numeric_limits<double>::infinity();
   const std::string words = section_of(html_report(input), "unidentifiable");
-  EXPECT_TRUE(says(words, "22 directions, frame aside, the touches see 21 and tell 19"));
+  EXPECT_TRUE(says(words, "22 directions (without the frame) 21 are observable, 19 determined"));
   EXPECT_TRUE(says(words, "O1&nbsp;3.14 ("));
   EXPECT_TRUE(says(words, "scaled condition number \xE2\x80\x93."));
   o = {};
@@ -138,7 +140,7 @@ TEST(Correlations, NameThePairThatGoesTogether) {
   EXPECT_TRUE(says(html,
                    "\xE2\x88\x92"
                    "0.940"));
-  EXPECT_TRUE(says(html, "frame directions are held fixed"));
+  EXPECT_TRUE(says(html, "Frame directions fixed"));
 }
 
 TEST(Correlations, OfTargetCoordinatesAndOfTheFrameAreCountedNotListed) {
@@ -153,9 +155,9 @@ TEST(Correlations, OfTargetCoordinatesAndOfTheFrameAreCountedNotListed) {
   const std::string html = section_of(html_report(input), "correlations");
   EXPECT_FALSE(says(html, "S4."));
   EXPECT_FALSE(says(html, "A1.theta"));
-  EXPECT_TRUE(says(html, "Left out: 2 pairs with a coordinate of a target"));
+  EXPECT_TRUE(says(html, "Not listed: 2 pairs with a coordinate of a target"));
   EXPECT_TRUE(says(html, "No two parameters of robot, tool and touch"));
-  EXPECT_TRUE(says(html, "frame directions are part of these figures"));
+  EXPECT_TRUE(says(html, "Frame directions included"));
 }
 
 }  // namespace

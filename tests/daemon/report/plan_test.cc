@@ -66,7 +66,7 @@ TEST(PlanSection, SaysHowManyTouchesWhatTheyPromisedAndHowLongTheyTake) {
   EXPECT_TRUE(says(html, "4.2&nbsp;min of robot time"));
   EXPECT_TRUE(says(html, "0.081"));
   EXPECT_TRUE(says(html, "0.247"));
-  EXPECT_TRUE(says(html, "Before the first touch"));
+  EXPECT_TRUE(says(html, "Predicted before the first touch"));
 }
 
 TEST(PlanSection, NamesWhatWasPlannedOfEachTargetAndWhatWasMade) {
@@ -90,7 +90,7 @@ TEST(PlanSection, IsSoundMarkupWithAPictureOfEveryTouchInBothViews) {
 TEST(PlanSection, PromisesNothingThatWasNotPredicted) {
   ReportInput input = session_with_plan();
   input.plan->predicted_m3_m = input.plan->predicted_u95_m = 0.0;
-  EXPECT_FALSE(says(section_of(html_report(input), "plan"), "promised"));
+  EXPECT_FALSE(says(section_of(html_report(input), "plan"), "Predicted before"));
 }
 
 TEST(PlanSection, SaysThatAPlanOfAnotherRobotCannotBeDrawn) {

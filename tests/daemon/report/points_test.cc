@@ -52,7 +52,7 @@ TEST(Points, AreDrawnFromZeroUpwards) {
   EXPECT_TRUE(says(chart, "it has no sign"));
   const std::string mixed = section_of(html_report(session_with_points(1)), "residuals");
   EXPECT_TRUE(says(mixed, ">\xE2\x88\x92"));
-  EXPECT_TRUE(says(mixed, "on points, how far it is from them, without sign"));
+  EXPECT_TRUE(says(mixed, "on points, the distance without sign"));
 }
 
 TEST(Points, AreShadedUpToWhatNoiseAlongThreeAxesReaches) {
