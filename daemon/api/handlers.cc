@@ -81,7 +81,7 @@ RunRequest run_request(const std::string& body) {
   if (!object.empty()) throw BadRequest("unknown key \"" + object.begin().key() + "\"");
   if (cell.empty() && !request.resume) throw BadRequest("\"cell\" is missing");
   if (printable(cell) != cell || printable(request.region) != request.region)
-    throw BadRequest("\"cell\" and \"region\" must not hold control characters");
+    throw BadRequest("\"cell\" and \"region\" must not contain control characters");
   request.cell = cell;
   return request;
 }
@@ -257,7 +257,7 @@ Response Api::run(const Request& request) {
 }
 
 Response Api::abort() {
-  if (!service_.abort()) return error(409, "no session is under way");
+  if (!service_.abort()) return error(409, "no session is running");
   return {202, "application/json", dump({{"session", service_.status().session}})};
 }
 
@@ -273,7 +273,7 @@ Response Api::session(const std::string& rest) {
   const std::size_t slash = rest.find('/', 1);
   const auto id = whole_number(rest.substr(1, slash == std::string::npos ? slash : slash - 1));
   const auto record = id ? journal_.session(*id) : std::nullopt;
-  if (!record) return error(404, "no session " + rest.substr(1) + "; see 'cellcal history'");
+  if (!record) return error(404, "no session " + rest.substr(1) + ". See 'cellcal history'");
   if (slash != std::string::npos) return result(*id, rest.substr(slash + 1));
   json value = to_json(*record);
   value["events"] = journal_.events(*id);
@@ -301,7 +301,7 @@ Response Api::result(std::int64_t session, const std::string& file) {
   const std::filesystem::path path =
       service_.results_dir(session) / (json_file ? "calibration.json" : "report.html");
   if (!std::filesystem::exists(path)) {
-    return error(404, "session " + std::to_string(session) + " has no result; see 'cellcal show " +
+    return error(404, "session " + std::to_string(session) + " has no result. See 'cellcal show " +
                           std::to_string(session) + "'");
   }
   return {200, json_file ? "application/json" : "text/html; charset=utf-8", calib::read_file(path)};

@@ -52,14 +52,15 @@ void make_way(asio::io_context& context, const std::filesystem::path& socket) {
   struct stat info {};
   if (::lstat(socket.c_str(), &info) != 0) return;
   if (!S_ISSOCK(info.st_mode)) {
-    throw SocketError(socket.string() + " is in the way and no socket; remove it or name another");
+    throw SocketError(socket.string() +
+                      " exists and is no socket. Remove it, or set another socket");
   }
   Local::socket probe(context);
   beast::error_code code;
   probe.connect(endpoint_of(socket), code);
   if (!code) {
     throw SocketError("another cellcald listens on " + socket.string() +
-                      "; stop it first, or name another socket");
+                      ". Stop it first, or set another socket");
   }
   if (code != asio::error::connection_refused) {
     throw SocketError(socket.string() + ": " + code.message());
@@ -220,7 +221,8 @@ class Connection : public std::enable_shared_from_this<Connection> {
         if (self->stream_.socket().is_open()) self->write(std::move(answer), self->keep_);
       });
     });
-    if (!taken) refuse(503, "too many requests wait; try again, status and abort are answered");
+    if (!taken)
+      refuse(503, "too many requests are waiting. Try again; status and abort are still answered");
   }
 
   void refuse(int status, const std::string& words) {
@@ -270,7 +272,7 @@ void HttpServer::Impl::listen() {
   if (!code) acceptor.listen(asio::socket_base::max_listen_connections, code);
   if (code) {
     throw SocketError("cannot listen on " + socket.string() + ": " + code.message() +
-                      "; check that its directory exists and may be written");
+                      ". Check that its directory exists and is writable");
   }
 }
 
@@ -340,12 +342,15 @@ Response http_request(const std::filesystem::path& socket, const std::string& me
   beast::error_code code;
   peer.connect(endpoint_of(socket), code);
   if (code == asio::error::access_denied) {
-    throw SocketError("no permission for " + socket.string() +
-                      "; join the group 'cellcal' and log in again");
+    throw SocketPermissionError(
+        "no permission for " + socket.string() +
+        ". Add yourself to the group: sudo adduser \"$USER\" cellcal, then log "
+        "in again");
   }
   if (code) {
     throw SocketError("no cellcald answers on " + socket.string() + " (" + code.message() +
-                      "); start it, or name its socket with --socket");
+                      "). Start it (sudo systemctl start cellcald), or give its socket with "
+                      "--socket");
   }
   http::request<http::string_body> request(http::string_to_verb(method), target, 11);
   request.set(http::field::host, "cellcald");

@@ -21,6 +21,11 @@ struct SocketError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// It belongs to a group that this user is not in.
+struct SocketPermissionError : SocketError {
+  using SocketError::SocketError;
+};
+
 class HttpServer {
  public:
   /// `give_up`: an answer is due now. Otherwise none may be given; it is then asked again after

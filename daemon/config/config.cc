@@ -81,10 +81,12 @@ void read_rsi(const TomlTable& table, DaemonConfig& config) {
   const bool hold_on = rsi.mode == drivers::CorrectionMode::kAbsolute;
   rsi.hold_on = table.boolean_or("hold_on", hold_on);
   if (rsi.hold_on != hold_on) {
-    table.fail("hold_on", hold_on ? "must be true with mode = \"absolute\": one late reply would "
-                                    "throw the arm back to where the session began"
-                                  : "must be false with mode = \"relative\": every late reply "
-                                    "would repeat the last step");
+    table.fail("hold_on",
+               hold_on
+                   ? "must be true with mode = \"absolute\": otherwise one late reply moves the "
+                     "arm back to where the session began"
+                   : "must be false with mode = \"relative\": otherwise every late reply "
+                     "repeats the last step");
   }
   read_space(table, config);
   refuse_equal_tags(table, rsi);
@@ -139,8 +141,8 @@ void read_controller(const TomlTable& table, DaemonConfig& config) {
   files.input = integer_or(table, "input", files.input, 1, 8192);
   if (files.input == kAlwaysTrue || files.input == kAlwaysFalse) {
     table.fail("input",
-               "must not be 1025 or 1026: $IN[1025] is always TRUE, $IN[1026] always "
-               "FALSE; the number of the input that the sensor is wired to belongs here");
+               "must be the input that the sensor is wired to, not 1025 or 1026: $IN[1025] is "
+               "always TRUE, $IN[1026] always FALSE");
   }
   if (table.has("contact_level")) {
     files.contact_is_on = table.word("contact_level", {"on", "off"}) == "on";
@@ -155,20 +157,19 @@ void read_controller(const TomlTable& table, DaemonConfig& config) {
   files.first_timer = integer_or(table, "first_timer", files.first_timer, 1, 62);
   files.first_interrupt = integer_or(table, "first_interrupt", files.first_interrupt, 4, 126);
   if (files.first_interrupt > 37 && files.first_interrupt < 81) {
-    table.fail(
-        "first_interrupt",
-        "must be 4 to 37 or 81 to 126: three priorities from it on, none of the controller's own "
-        "(40 to 80)");
+    table.fail("first_interrupt",
+               "must be 4 to 37 or 81 to 126: three priorities are used from it on, and 40 to "
+               "80 are the controller's own");
   }
   files.state_ms = integer_or(table, "state_ms", files.state_ms, 12, 100);
   files.dead_man_ms = integer_or(table, "dead_man_ms", files.dead_man_ms, 100, 1000);
   if (config.eki.silence_s < kStatesOfSilence * files.state_ms * kMs) {
     table.fail("state_ms", "must be at most a quarter of silence_ms of [eki], " +
                                std::to_string(std::lround(config.eki.silence_s / kMs)) +
-                               " ms: a state or two that come late would be a lost link");
+                               " ms: otherwise one or two late states count as a lost link");
   }
   if (files.alive_flag == files.stop_flag) {
-    table.fail("stop_flag", "must not be alive_flag, too: they need one each");
+    table.fail("stop_flag", "must be another flag than alive_flag");
   }
   drivers::RsiFilesConfig& rsi = config.rsi_files;
   if (table.has("pc_address")) {
@@ -206,7 +207,7 @@ void read_contact(const TomlTable& table, DaemonConfig& config) {
       return;
     }
   }
-  table.fail("baud", "must be 1000000, 250000 or 115200: the firmware knows no other");
+  table.fail("baud", "must be 1000000, 250000 or 115200: the firmware has no other rate");
 }
 
 void read_mock(const TomlTable& table, MockConfig& mock) {
@@ -242,7 +243,7 @@ DaemonConfig read(const TomlTable& table) {
   if (config.socket.string().size() >= sizeof(sockaddr_un::sun_path)) {
     table.fail("socket", "must have at most " + std::to_string(sizeof(sockaddr_un::sun_path) - 1) +
                              " characters, not " + std::to_string(config.socket.string().size()) +
-                             ": a Unix socket has no room for more");
+                             ": the limit of a Unix socket");
   }
   read_mock(table.table_or_empty("mock"), config.mock);
   read_eki(table.table_or_empty("eki"), config);
@@ -290,7 +291,8 @@ std::vector<drivers::AxisLimit> axis_limits(const DaemonConfig& config, const ca
   for (const calib::Joint& joint : cell.robot.joints) {
     if (!(joint.max_speed_rad_s > 0.0)) {
       throw drivers::ConfigError("robot file of " + cell.robot.name + ": joint " + joint.name +
-                                 " has no max_speed_deg_s; without it the arm cannot be moved");
+                                 " has no max_speed_deg_s. Add it: the arm cannot be moved "
+                                 "without");
     }
     drivers::AxisLimit limit;
     limit.min_rad = joint.min_rad;

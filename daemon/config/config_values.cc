@@ -27,13 +27,14 @@ bool is_of_one(in_addr address) {
 const char* meant(Addresses whose) {
   switch (whose) {
     case Addresses::kOwn:
-      return "one of this computer's ('ip -4 address' lists them), or \"0.0.0.0\" for all of them";
+      return "one of this computer's addresses ('ip -4 address' lists them), or \"0.0.0.0\" for "
+             "all of them";
     case Addresses::kThisComputers:
-      return "this computer's in the controller's RSI subnet ('ip -4 address' lists them)";
+      return "this computer's address in the controller's RSI subnet ('ip -4 address' lists them)";
     case Addresses::kControllers:
       break;
   }
-  return "the controller's in its KLI network";
+  return "the controller's address in its KLI network";
 }
 
 }  // namespace
@@ -44,8 +45,8 @@ std::string read_name(const TomlTable& table, const char* key, const std::string
   if (drivers::is_tag(name) || (empty == Emptiness::kMeansNone && name.empty())) return name;
   table.fail(key, in_quotes(name) + " is not a name: allowed are 1 to " +
                       std::to_string(drivers::kLongestTag) +
-                      " letters, digits, '_', '-', '.', a letter first; write it as the "
-                      "controller's ethernet XML has it");
+                      " letters, digits, '_', '-', '.', a letter first. Write it as in the "
+                      "controller's ethernet XML");
 }
 
 std::string read_address(const TomlTable& table, const char* key, const std::string& usual,
@@ -55,17 +56,16 @@ std::string read_address(const TomlTable& table, const char* key, const std::str
   const bool is_one = ::inet_pton(AF_INET, text.c_str(), &address) == 1 && is_of_one(address);
   const bool all = address.s_addr == INADDR_ANY;
   if (is_one && (!all || whose == Addresses::kOwn)) return text;
-  table.fail(key, in_quotes(text) +
-                      " is no IPv4 address that can be meant here, as in 10.0.0.5: write " +
+  table.fail(key, in_quotes(text) + " is no usable IPv4 address (example: 10.0.0.5): write " +
                       meant(whose));
 }
 
 std::filesystem::path read_path(const TomlTable& table, const char* key) {
   const std::string text = table.string(key);
-  if (printable(text) != text) table.fail(key, "must not hold control characters");
+  if (printable(text) != text) table.fail(key, "must not contain control characters");
   std::filesystem::path path = text;
   if (!path.is_absolute()) {
-    table.fail(key, in_quotes(text) + " must be an absolute path, from \"/\" on");
+    table.fail(key, in_quotes(text) + " must be an absolute path (beginning with \"/\")");
   }
   return path;
 }
@@ -80,15 +80,16 @@ void refuse_equal_tags(const TomlTable& rsi, const drivers::RsiConfig& config) {
     const auto& [key, tag] = tags[i];
     for (const char* reserved : {"Sen", "IPOC"}) {
       if (drivers::wire::same_name(*tag, reserved))
-        rsi.fail(key, in_quotes(*tag) + " is an element of every telegram: choose another name");
+        rsi.fail(key,
+                 in_quotes(*tag) + " is already an element of every telegram: choose another name");
     }
     for (std::size_t j = 0; j < i; ++j) {
       // Corrections are of the axes or in space: of the other tag nothing is sent.
       const bool together = config.space.on || std::string(key) != "cart_tag";
       if (drivers::wire::same_name(*tag, *tags[j].second) && !tag->empty() && together) {
         rsi.fail(key, in_quotes(*tag) + " is " + tags[j].first +
-                          ", too: each element of a telegram needs a name of its own, as the "
-                          "controller's ethernet XML has them");
+                          ", too: give each element of a telegram its own name, as in the "
+                          "controller's ethernet XML");
       }
     }
   }

@@ -34,8 +34,8 @@ void read_space(const calib::TomlTable& rsi, DaemonConfig& config) {
   space.on = rsi.has("correction") && rsi.word("correction", {"axes", "space"}) == "space";
   if (space.on && config.rsi.mode == drivers::CorrectionMode::kRelative) {
     rsi.fail("correction",
-             "must be \"axes\" with mode = \"relative\": what turns add up to depends "
-             "on their order, and nothing would tell it");
+             "must be \"axes\" with mode = \"relative\": a sum of rotations depends on their "
+             "order, and the controller does not report it");
   }
   space.tag = read_name(rsi, "cart_tag", space.tag);
   if (rsi.has("correction_frame")) {
@@ -51,8 +51,8 @@ void read_space(const calib::TomlTable& rsi, DaemonConfig& config) {
   space.compare_tcp = config.controller.base == 0;
   if (space.on && space.frame == CorrectionFrame::kBase && config.controller.base != 0) {
     rsi.fail("correction_frame",
-             "must be \"robroot\" or \"tool\", with RefCorrSys alike, where [controller] base is "
-             "not 0: how BASE_DATA is turned is not known here");
+             "must be \"robroot\" or \"tool\" (RefCorrSys alike) if [controller] base is not "
+             "0: the rotation of BASE_DATA is not known here");
   }
 }
 
@@ -66,7 +66,7 @@ std::shared_ptr<const drivers::ArmGeometry> controller_arm(const DaemonConfig& c
   if (cell.robot.joints.size() != kAxes) {
     throw drivers::ConfigError("robot file of " + cell.robot.name + ": " +
                                std::to_string(cell.robot.joints.size()) +
-                               " joints; [rsi] correction = \"space\" drives six and no others: "
+                               " joints, but [rsi] correction = \"space\" drives exactly six: "
                                "use correction = \"axes\"");
   }
   return std::make_shared<NominalGeometry>(cell.robot, controller_tcp(config, cell));

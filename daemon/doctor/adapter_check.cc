@@ -14,7 +14,7 @@ void judge_adapter(const std::string& device, const std::optional<drivers::Adapt
   using drivers::AdapterFit;
   const std::string check = "contact adapter";
   if (!adapter) {
-    findings.skip(check, fmt::format("{} is not behind a USB adapter of this computer", device));
+    findings.skip(check, fmt::format("{} is no USB adapter of this computer", device));
     return;
   }
   const std::string who =
@@ -22,12 +22,12 @@ void judge_adapter(const std::string& device, const std::optional<drivers::Adapt
                   adapter->vendor, adapter->product);
   const std::string tty = std::filesystem::path(device).filename().string();
   const std::string timer = fmt::format(
-      "install systemd/70-cellcal.rules and plug the sensor in again; until then, as "
-      "root: echo 1 > /sys/class/tty/{}/device/latency_timer",
+      "install systemd/70-cellcal.rules and plug the sensor in again. Until then, as root: "
+      "echo 1 > /sys/class/tty/{}/device/latency_timer",
       tty);
   constexpr const char* kSlower =
-      "tie D4 to GND, reset the board, set baud = 250000 under [contact]; or take a board with "
-      "another USB chip (drivers/contact/firmware/README.md, Adapters)";
+      "connect D4 to GND, reset the board and set baud = 250000 under [contact]. Or use a "
+      "board with another USB chip (drivers/contact/firmware/README.md, Adapters)";
   switch (drivers::fit_of(*adapter, baud)) {
     case AdapterFit::kFits:
       findings.ok(check, adapter->latency_ms
@@ -37,10 +37,11 @@ void judge_adapter(const std::string& device, const std::optional<drivers::Adapt
     case AdapterFit::kTooLate:
       findings.fail(
           check,
-          fmt::format("{}: latency timer {} ms. With one lost heartbeat that is {} ms, "
-                      "and the arm stops at {}",
-                      who, *adapter->latency_ms, *adapter->latency_ms + 2 * int{CTP_KEEPALIVE_MS},
-                      drivers::kHeartbeatLimit.count()),
+          fmt::format(
+              "latency timer {1} ms of {0}: {2} ms with one lost heartbeat, and the arm stops "
+              "at {3} ms",
+              who, *adapter->latency_ms, *adapter->latency_ms + 2 * int{CTP_KEEPALIVE_MS},
+              drivers::kHeartbeatLimit.count()),
           timer);
       break;
     case AdapterFit::kHoldsBack:
@@ -48,16 +49,19 @@ void judge_adapter(const std::string& device, const std::optional<drivers::Adapt
                     timer);
       break;
     case AdapterFit::kNoSuchRate:
-      findings.fail(check, fmt::format("{} does not have {} baud", who, baud), kSlower);
+      findings.fail(check, fmt::format("{1} baud not supported by {0}", who, baud), kSlower);
       break;
     case AdapterFit::kRateUntried:
-      findings.warn(check,
-                    fmt::format("{} has {} baud by its data sheet; nobody has tried it", who, baud),
-                    std::string("if the sensor is not understood: ") + kSlower);
+      findings.warn(
+          check,
+          fmt::format("{1} baud supported by {0} according to its data sheet, but not tested", who,
+                      baud),
+          std::string("if the sensor does not answer: ") + kSlower);
       break;
     case AdapterFit::kUntried:
-      findings.warn(check, who + ": not one of the adapters that are known to fit",
-                    "drivers/contact/firmware/README.md, Adapters, has those that do");
+      findings.warn(check, who + ": this adapter is not tested",
+                    "if bytes come late or not at all, use a tested one "
+                    "(drivers/contact/firmware/README.md, Adapters)");
       break;
   }
 }

@@ -27,21 +27,20 @@ std::string firmware(const drivers::ContactIdentity& id) {
 void judge_board(const drivers::ContactIdentity& id, Findings& findings) {
   const std::string check = "contact board";
   constexpr const char* kFlash =
-      "flash it with a programmer (drivers/contact/firmware/README.md, Flashing)";
+      "flash firmware and fuses with a programmer (drivers/contact/firmware/README.md, Flashing)";
   if (!id.board.known) {
-    findings.skip(check, "its firmware does not tell how the chip is set up");
+    findings.skip(check, "the firmware does not report the chip's fuses");
   } else if (id.board.old_loader) {
     findings.warn(check,
-                  "its boot loader is an old one: after a reset by the watchdog it loops until the "
-                  "board is unplugged",
+                  "old boot loader: after a watchdog reset it loops until the board is unplugged",
                   kFlash);
   } else if (id.board.weak_brown_out) {
     findings.warn(check,
-                  "its chip is not reset below 4.3 V: when the supply dips it may err at 16 MHz "
-                  "before it stops",
+                  "no brown-out reset at 4.3 V: the chip may compute wrongly when its supply "
+                  "drops",
                   kFlash);
   } else {
-    findings.ok(check, "resets below 4.3 V, and starts again by itself");
+    findings.ok(check, "brown-out reset at 4.3 V, restarts by itself");
   }
 }
 
@@ -50,36 +49,36 @@ void judge_circuit(const drivers::ContactStatus& s, Findings& findings) {
   const double open_v = drivers::ctp::Config().open_mv * 1e-3;
   const bool looked_at = s.loop_ok || s.fault == drivers::ContactFault::kLoopBroken;
   if (!looked_at) {
-    findings.skip(check, "the sensor has not come as far as to look at its wires");
+    findings.skip(check, "the sensor has not checked its wires yet");
   } else if (!s.loop_ok) {
     findings.fail(check, s.words.empty() ? "the touch circuit is broken" : s.words,
-                  "drivers/contact/firmware/README.md has the circuit; the sensor's self-test "
-                  "repeats by itself, and shows when it is mended");
+                  "repair it (circuit: drivers/contact/firmware/README.md); the self-test "
+                  "repeats by itself");
   } else if (s.in_contact) {
     findings.fail(check,
-                  fmt::format("closed ({:.2f} V): the tool touches something", s.sense_voltage_v),
-                  "move the tool free; look for spatter, a short, or a wire that is broken");
+                  fmt::format("{:.2f} V, closed: the tool touches something", s.sense_voltage_v),
+                  "jog the tool free; if it stays closed, look for spatter, a short circuit or "
+                  "a broken wire");
   } else if (s.sense_voltage_v < open_v) {
     findings.fail(check,
-                  fmt::format("neither open nor contact ({:.2f} V; open is above {:.1f} V)",
+                  fmt::format("{:.2f} V, neither open (above {:.1f} V) nor in contact",
                               s.sense_voltage_v, open_v),
-                  "look for coolant, a wet hose, spatter or oxide between tool and earth");
+                  "look for coolant, a wet hose or spatter between tool and earth");
   } else {
     findings.ok(check,
-                fmt::format("open, {:.2f} V; wires F, S and E are whole", s.sense_voltage_v));
+                fmt::format("{:.2f} V, open; wires F, S and E are sound", s.sense_voltage_v));
   }
 }
 
 void judge_self_test(const drivers::ContactStatus& s, Findings& findings) {
   const std::string check = "contact self-test";
   if (s.self_test_ok) {
-    findings.ok(check, "passed: the sensor sees its own test edge");
+    findings.ok(check, "passed: the sensor detects its own test edge");
   } else if (!s.loop_ok || s.in_contact) {
-    findings.skip(check, "it cannot pass before the circuit is sound and open");
+    findings.skip(check, "the circuit has to be sound and open first");
   } else {
     findings.fail(check, s.words.empty() ? "not passed" : s.words,
-                  "a sensor that does not see its own edge cannot see a touch: check its input "
-                  "stage");
+                  "check the sensor's input stage: in this state it cannot detect a touch");
   }
 }
 
@@ -87,18 +86,18 @@ void judge_clock(const drivers::ContactStatus& s, Findings& findings) {
   const std::string check = "contact clock";
   const drivers::ContactQuality& q = s.quality;
   const std::string figures =
-      fmt::format("known to {:.1f} us (limit {:.0f}), drift {:.1f} ppm", q.clock_sigma_s * 1e6,
+      fmt::format("+- {:.1f} us (limit {:.0f} us), drift {:.1f} ppm", q.clock_sigma_s * 1e6,
                   s.clock_limit_s * 1e6, q.clock_drift_ppm);
   if (!(q.clock_sigma_s > 0.0)) {
-    findings.fail(check, "no clock map: too few answers to its pings", "see the line's findings");
+    findings.fail(check, "not synchronised: too few answers to pings", "see 'contact line' below");
   } else if (q.clock_sigma_s > s.clock_limit_s) {
     findings.fail(check, figures,
-                  "shorten the adapter's latency timer (udev rule in systemd/), or "
-                  "take load off this machine");
+                  "shorten the adapter's latency timer (udev rule in systemd/), or reduce the "
+                  "load of this computer");
   } else if (q.clock_sigma_s > kGoodClockS) {
     findings.warn(check, figures,
-                  "good enough; a shorter latency timer of the adapter makes it "
-                  "better");
+                  "good enough to start; shorten the adapter's latency timer (udev rule in "
+                  "systemd/)");
   } else {
     findings.ok(check, figures);
   }
@@ -108,12 +107,12 @@ void judge_baud(const ContactSeen& seen, Findings& findings) {
   if (!seen.answers_at) {
     findings.fail(
         "contact sensor", seen.newest.words,
-        "set [contact] baud to the sensor's; where no rate fits, look at cable and earth");
+        "set [contact] baud to the sensor's rate; if no rate works, check cable and earth");
     return;
   }
   findings.fail("contact sensor",
-                fmt::format("it answers at {} baud, and this computer is set to {}",
-                            *seen.answers_at, seen.baud),
+                fmt::format("{} baud at the sensor, {} baud in the configuration", *seen.answers_at,
+                            seen.baud),
                 fmt::format("set baud = {} under [contact]", *seen.answers_at));
 }
 
@@ -127,9 +126,8 @@ bool judge_contact(const ContactSeen& seen, Findings& findings) {
       judge_baud(seen, findings);
     } else {
       findings.fail(
-          "contact sensor", s.words.empty() ? "it has not answered" : s.words,
-          fmt::format("supply, USB cable, firmware and baud rate, in this order; {} has the "
-                      "wiring",
+          "contact sensor", s.words.empty() ? "no answer" : s.words,
+          fmt::format("check in this order: supply, USB cable, firmware, baud rate (wiring: {})",
                       kReadme));
     }
     for (const char* check : {"contact board", "contact configuration", "contact circuit",
@@ -142,17 +140,19 @@ bool judge_contact(const ContactSeen& seen, Findings& findings) {
                                             id.protocol, firmware(id), id.uid, id.boot_id));
   judge_board(id, findings);
   if (id.config_crc == seen.wanted_config_crc) {
-    findings.ok("contact configuration", fmt::format("taken, CRC {:04x}", id.config_crc));
+    findings.ok("contact configuration", fmt::format("accepted, CRC {:04x}", id.config_crc));
   } else {
     findings.fail("contact configuration",
-                  fmt::format("CRC {:04x}, sent was {:04x}", id.config_crc, seen.wanted_config_crc),
+                  fmt::format("CRC {:04x} in the sensor, {:04x} was sent", id.config_crc,
+                              seen.wanted_config_crc),
                   s.words.empty() ? "unplug the sensor and plug it in again" : s.words);
   }
   judge_circuit(s, findings);
   judge_self_test(s, findings);
   judge_clock(s, findings);
   const bool ready = s.link == drivers::ContactLink::kReady;
-  if (!ready && findings.green()) findings.fail("contact link", s.words, "wait, and look again");
+  if (!ready && findings.green())
+    findings.fail("contact link", s.words, "wait half a minute and run 'cellcal doctor' again");
   return ready && s.self_test_ok && !s.in_contact;
 }
 
@@ -168,22 +168,22 @@ void judge_contact_line(const ContactSeen& seen, Findings& findings) {
       q.frames, seen.observed_s, q.crc_errors, q.gaps, q.round_trip_p50_s * 1e3,
       q.round_trip_p99_s * 1e3, q.heartbeat_jitter_s * 1e3);
   if (q.frames == 0) {
-    findings.fail(check, "not one sound frame",
+    findings.fail(check, "0 valid frames",
                   seen.newest.fault == drivers::ContactFault::kBaud
-                      ? "as above: both sides need the same baud rate"
+                      ? "set the same baud rate on both sides, see 'contact sensor'"
                       : "check baud rate, cable and supply");
   } else if (rate > kBadLine) {
     findings.fail(check, figures,
-                  "a shorter or screened cable, away from the arm's motor leads; "
-                  "a slower baud rate on both sides");
+                  "use a shorter or screened cable away from the motor cables, or a lower baud "
+                  "rate on both sides");
   } else if (bad > 0) {
     findings.warn(check, figures,
-                  "repeats hide single losses; look at cable and earth before "
-                  "there are more");
+                  "single losses are repeated and do no harm; check cable and earth before "
+                  "they become more");
   } else if (q.round_trip_p50_s > kSlowRoundTripS) {
     findings.warn(check, figures,
-                  "the adapter collects bytes: install the udev rule in systemd/ "
-                  "(latency timer of 1 ms)");
+                  "the adapter buffers bytes: install the udev rule in systemd/ (latency timer "
+                  "of 1 ms)");
   } else {
     findings.ok(check, figures);
   }
@@ -192,11 +192,12 @@ void judge_contact_line(const ContactSeen& seen, Findings& findings) {
 void judge_contact_touch(const ContactSeen& seen, Findings& findings) {
   const std::string check = "contact touch";
   if (seen.touched) {
-    findings.ok(check, "closed and opened again: the gun is in the circuit");
+    findings.ok(check, "closed and opened again: tool and stands are in the circuit");
   } else {
-    findings.warn(check, fmt::format("none was seen in {:.0f} s", seen.observed_s),
-                  "cellcal doctor --for 30, and meanwhile touch each sphere with the tool, or join "
-                  "tip and stand by a wire: nothing else tells that both lugs hang beside the gun");
+    findings.warn(check, fmt::format("none in {:.0f} s", seen.observed_s),
+                  "run 'cellcal doctor --for 30' and meanwhile touch each sphere with the "
+                  "tool, or connect tip and stand with a wire. Only a touch proves that both "
+                  "lugs are on the tool");
   }
 }
 
@@ -204,15 +205,14 @@ void judge_contact_delivery(const ContactSeen& seen, Findings& findings) {
   const std::string check = "contact delivery";
   const drivers::ContactQuality& q = seen.newest.quality;
   if (!(q.late_worst_s > 0.0)) {
-    findings.skip(check, "no clock map yet that would tell how late the sensor's bytes are");
+    findings.skip(check, "the sensor's clock is not synchronised yet");
     return;
   }
   const std::string figures = fmt::format(
-      "this computer delivered the sensor's heartbeats {:.2f} ms late (median), {:.1f} ms at worst "
-      "(limit {:.0f})",
+      "heartbeats {:.2f} ms late on this computer (median), {:.1f} ms at worst (limit {:.0f} ms)",
       q.late_p50_s * 1e3, q.late_worst_s * 1e3, kLateLimitS * 1e3);
-  const std::string advice = fmt::format(
-      "stop other work on this computer, or set a core aside: {} says what helps", kReadme);
+  const std::string advice =
+      fmt::format("stop other programs on this computer, or reserve a core ({})", kReadme);
   if (q.late_worst_s > kLateLimitS) {
     findings.fail(check, figures, advice);
   } else if (q.late_worst_s > kLateS) {

@@ -34,9 +34,10 @@ std::string trimmed(std::string words) {
 void judge_link(const std::string& check, const std::string& words, const std::string& figures,
                 double losses, Findings& findings) {
   if (!words.empty()) {
-    findings.fail(check, words, "the session's own words; 'cellcal watch' follows it");
+    findings.fail(check, words, "'cellcal watch' follows the session");
   } else if (losses > 0.0) {
-    findings.warn(check, figures, "losses: end the session, then 'cellcal doctor' looks closer");
+    findings.warn(check, figures,
+                  "messages were lost: run 'cellcal doctor' again after the session for details");
   } else {
     findings.ok(check, figures);
   }
@@ -49,22 +50,21 @@ std::optional<DaemonSeen> look_at_daemon(const DaemonConfig& config, Findings& f
   DaemonSeen seen;
   try {
     seen.status = http_request(config.socket, "GET", "/v1/status").body;
-  } catch (const SocketError& error) {
-    const std::string words = error.what();
-    if (words.find("no permission") != std::string::npos) {
-      findings.fail(check, words, "sudo adduser \"$USER\" cellcal, then log in again");
-    } else {
-      findings.warn(check,
-                    fmt::format("does not run ({}): ports and device are looked at directly",
-                                config.socket.string()),
-                    "for a session: sudo systemctl start cellcald");
-    }
+  } catch (const SocketPermissionError&) {
+    findings.fail(check, "no permission for " + config.socket.string(),
+                  "sudo adduser \"$USER\" cellcal, then log in again");
+    return std::nullopt;
+  } catch (const SocketError&) {
+    findings.warn(check,
+                  fmt::format("not running ({}): ports and device are checked directly",
+                              config.socket.string()),
+                  "for a session: sudo systemctl start cellcald");
     return std::nullopt;
   }
   const json status = json::parse(seen.status, nullptr, false);
   if (!status.is_object()) {
-    findings.fail(check, fmt::format("what answers on {} is no cellcald", config.socket.string()),
-                  "name another socket in the configuration");
+    findings.fail(check, fmt::format("{} is answered by another program", config.socket.string()),
+                  "set another socket in the configuration");
     return std::nullopt;
   }
   seen.running = status.value("running", json(false)) == true;
@@ -72,13 +72,13 @@ std::optional<DaemonSeen> look_at_daemon(const DaemonConfig& config, Findings& f
   const std::string version = text(status, "version"), own = calib::software_version();
   std::string words = seen.running
                           ? fmt::format(
-                                "runs session {:.0f} ({}), which holds port and device: "
-                                "its own figures follow",
+                                "session {:.0f} is running ({}) and uses port and device; its "
+                                "own figures follow",
                                 figure(status, "session"), text(status, "phase"))
-                          : std::string("answers, and is idle: it holds no port and no device");
+                          : std::string("running and idle: port and device are free");
   if (version != own) {
-    findings.warn(check, fmt::format("{}; it is version {}, this is {}", words, version, own),
-                  "restart it: sudo systemctl restart cellcald");
+    findings.warn(check, fmt::format("{}; version {}, but this tool is {}", words, version, own),
+                  "sudo systemctl restart cellcald");
   } else {
     findings.ok(check, words);
   }
@@ -106,20 +106,21 @@ void judge_realtime(const DaemonConfig& config, const std::optional<ProcessRight
                     const std::vector<std::string>& own_warnings, Findings& findings) {
   const std::string check = "real time";
   if (!config.realtime) {
-    findings.warn(check, "switched off by realtime = false",
-                  "leave it on for a cell: a busy computer otherwise replies too late");
+    findings.warn(check, "off (realtime = false)",
+                  "set realtime = true for a real cell: otherwise a busy computer replies too "
+                  "late");
     return;
   }
   const std::optional<ProcessRights> rights = daemon ? daemon : rights_of_unit();
   if (!rights) {
     if (own_warnings.empty()) {
-      findings.ok(check, "this process has it; no daemon runs, and no service is installed");
+      findings.ok(check, "granted to this process (no daemon runs, no service is installed)");
       return;
     }
     std::string words;
     for (const std::string& one : own_warnings) words += (words.empty() ? "" : "; ") + one;
     findings.warn(check,
-                  "no daemon runs, no service is installed, and this process has not: " + words,
+                  "not granted to this process (no daemon runs, no service is installed): " + words,
                   "install systemd/cellcald.service, which grants it");
     return;
   }
@@ -132,7 +133,7 @@ void judge_realtime(const DaemonConfig& config, const std::optional<ProcessRight
     findings.ok(check, rights->who + " may use SCHED_FIFO and lock its memory");
   } else {
     findings.warn(check, fmt::format("{} lacks {}", rights->who, lacks),
-                  "start it as the service of systemd/cellcald.service, or grant these");
+                  "start it as a service (systemd/cellcald.service), or grant these");
   }
 }
 

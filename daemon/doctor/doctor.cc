@@ -28,7 +28,8 @@ std::optional<DaemonConfig> look_at_config(const DoctorRequest& request, Finding
     return config;
   } catch (const std::exception& error) {
     findings.fail("configuration", error.what(),
-                  "daemon/main/README.md has all keys; 'cellcald --check' looks at the file alone");
+                  "correct the file (keys: daemon/main/README.md); 'cellcald --check' checks "
+                  "it alone");
     return std::nullopt;
   }
 }
@@ -47,8 +48,8 @@ void examine(const DoctorRequest& request, Findings& findings) {
     judge_realtime(*config, rights, {}, findings);
     judge_links_of(daemon->status, findings);
   } else if (config->backend == BackendKind::kMock) {
-    findings.warn("wires", "backend mock: an emulated cell inside the daemon, nothing to look at",
-                  "backend = \"rsi\" or \"eki\" for a real cell");
+    findings.warn("wires", "not checked: backend mock is an emulated cell inside the daemon",
+                  "for a real cell set backend = \"rsi\" or \"eki\"");
   } else {
     look_at_wires(request, *config, cell, rights, findings);
   }

@@ -31,10 +31,10 @@ bool judge_connection(const EkiSeen& seen, Findings& findings) {
   if (!seen.connected) {
     findings.fail(
         "eki connection", seen.last_words,
-        "in this order: (1) 'ping' the controller's KLI address; (2) is CELLCAL_SUB "
-        "running (Configuration, Submit interpreter), and was the controller cold-started "
-        "after CellcalEki.xml was copied; (3) address and port in CellcalEki.xml and in "
-        "[eki]; (4) end every other client: the controller takes one");
+        "check in this order: (1) 'ping' the controller's KLI address; (2) CELLCAL_SUB runs "
+        "(Configuration, Submit interpreter), and the controller was cold-started after "
+        "CellcalEki.xml was copied; (3) address and port are the same in CellcalEki.xml and in "
+        "[eki]; (4) no other client is connected: the controller accepts one");
     return false;
   }
   findings.ok("eki connection", "to " + seen.peer);
@@ -46,18 +46,18 @@ bool judge_states(const EkiSeen& seen, Findings& findings) {
   const std::string check = "eki states";
   if (!seen.up || s.states == 0) {
     findings.fail(check, seen.last_words,
-                  "does CELLCAL_SUB run, and do CellcalEki.xml and the programs come from one run "
-                  "of 'cellcal kuka-files'?");
+                  "check that CELLCAL_SUB runs, and that CellcalEki.xml and the programs come "
+                  "from one run of 'cellcal kuka-files'");
     return false;
   }
-  const std::string figures =
-      fmt::format("{} in {:.0f} s, every {:.1f} ms, jitter {:.1f}, longest {:.0f} ms", s.states,
-                  seen.observed_s, s.cycle_s * 1e3, s.jitter_s * 1e3, s.longest_gap_s * 1e3);
+  const std::string figures = fmt::format(
+      "{} in {:.0f} s, every {:.1f} ms, jitter {:.1f} ms, longest gap {:.0f} ms", s.states,
+      seen.observed_s, s.cycle_s * 1e3, s.jitter_s * 1e3, s.longest_gap_s * 1e3);
   if (seen.lost) {
-    findings.fail(check, figures + "; the link was lost: " + seen.last_words,
-                  "look at the cable and at the pendant's messages");
+    findings.fail(check, figures + "; link lost: " + seen.last_words,
+                  "check the cable and the messages on the pendant");
   } else if (s.cycle_s > kSlowStatesS) {
-    findings.warn(check, figures, "the submit interpreter is slow: what else runs in it?");
+    findings.warn(check, figures, "the submit interpreter is slow: take other programs out of it");
   } else {
     findings.ok(check, figures);
   }
@@ -67,32 +67,35 @@ bool judge_states(const EkiSeen& seen, Findings& findings) {
 void judge_elements(const EkiSeen& seen, Findings& findings) {
   const drivers::EkiCoreState& s = seen.newest;
   const std::string advice =
-      "channel file and programs have to come from one run of 'cellcal kuka-files'; 'cellcal "
+      "install channel file and programs from one run of 'cellcal kuka-files'; 'cellcal "
       "kuka-files --verify DIR' compares them";
   if (s.bad_documents > 0) {
     findings.fail("eki elements",
-                  fmt::format("{} states were damaged or incomplete: {}, \"{}\"", s.bad_documents,
+                  fmt::format("{} states damaged or incomplete: {}, \"{}\"", s.bad_documents,
                               to_string(s.last_error), s.last_bad),
                   advice);
   } else if (s.unread_by_controller > 0) {
-    findings.fail("eki elements",
-                  fmt::format("the controller could not read {} telegrams", s.unread_by_controller),
-                  advice);
+    findings.fail(
+        "eki elements",
+        fmt::format("{} telegrams could not be read by the controller", s.unread_by_controller),
+        advice);
   } else if (s.trouble == drivers::EkiTrouble::kUnread ||
              s.trouble == drivers::EkiTrouble::kOtherSession) {
     findings.fail("eki elements", seen.last_words, advice);
   } else {
-    findings.ok("eki elements", "all there, both ways");
+    findings.ok("eki elements", "all received, in both directions");
   }
 }
 
 void judge_decimals(const EkiSeen& seen, Findings& findings) {
   const int decimals = seen.newest.decimals_seen;
   if (decimals < kFewestDecimals) {
-    findings.fail("eki decimals", fmt::format("angles come with {}: too coarse", decimals),
-                  "the programs send $AXIS_ACT_MEAS as REAL: install them as they were made");
+    findings.fail("eki decimals",
+                  fmt::format("{} decimals, too coarse (at least {})", decimals, kFewestDecimals),
+                  "install the programs as 'cellcal kuka-files' wrote them: they send "
+                  "$AXIS_ACT_MEAS as REAL");
   } else {
-    findings.ok("eki decimals", fmt::format("angles come with {}", decimals));
+    findings.ok("eki decimals", fmt::format("{} decimals", decimals));
   }
 }
 
@@ -104,10 +107,10 @@ void judge_readiness(const EkiSeen& seen, Findings& findings) {
   if (s.stopped) figures += ", a stop is active";
   if (s.fault != 0) {
     findings.fail(check, fmt::format("{}, fault {} of CELLCAL_EKI", figures, s.fault),
-                  "reset CELLCAL_EKI and start it again; the pendant says what it stopped at");
+                  "read the message on the pendant, reset CELLCAL_EKI and start it again");
   } else if (!s.ready) {
     findings.warn(check, figures + ": not ready to move",
-                  fmt::format("for a session {}", what_to_start(WireKind::kEki)));
+                  fmt::format("before a session {}", what_to_start(WireKind::kEki)));
   } else {
     findings.ok(check, figures + ", program runs");
   }
@@ -121,30 +124,31 @@ void judge_input(const EkiSeen& seen, const EkiExpected& expected, Findings& fin
   }
   if (seen.input_on_while_open) {
     findings.fail(
-        check, input + " says contact although the contact circuit is open",
-        fmt::format("wrong input number, the sensor's box without its wire, or [controller] "
-                    "contact_level (\"{}\": the input while the tool touches) inverted",
+        check, input + " is at its contact level although the contact circuit is open",
+        fmt::format("check the input's number, the wire to the sensor's box, and [controller] "
+                    "contact_level (\"{}\": the input during contact)",
                     expected.contact_is_on ? "on" : "off"));
   } else if (seen.contact_changed && !seen.input_changed) {
-    findings.fail(check, "the sensor saw a contact, and " + input + " did not change",
-                  "the wire from the sensor's output to the controller's input, or [controller] "
-                  "input");
+    findings.fail(check, "the sensor detected a contact, but " + input + " did not change",
+                  "check the wire from the sensor's output to the controller's input, and "
+                  "[controller] input");
   } else if (seen.input_changed && seen.contact_changed && expected.contact_is_on) {
-    findings.warn(check, input + " changed with the contact; but a cut wire reads as free",
-                  "[controller] contact_level = \"off\" with the sensor's own output "
-                  "(drivers/contact/firmware/README.md), and the controller's files anew");
+    findings.warn(check,
+                  input + " changed with the contact; but a broken wire would read as no contact",
+                  "set [controller] contact_level = \"off\", wire the sensor's own output "
+                  "(drivers/contact/firmware/README.md), and make the controller's files again");
   } else if (seen.input_changed && seen.contact_changed) {
-    findings.ok(check, input + " changed with the contact: wired right");
+    findings.ok(check, input + " changed with the contact: correctly wired");
   } else if (seen.input_changed) {
-    findings.fail(check, input + " changed although the sensor saw no contact",
-                  "something else is wired to it");
+    findings.fail(check, input + " changed although the sensor detected no contact",
+                  "check what else is wired to it, and [controller] input");
   } else if (seen.newest.input) {
-    findings.warn(check, input + " is on, and the contact is closed or not known",
-                  "open the contact, and look again");
+    findings.warn(check, input + " is on, and the contact is closed or unknown",
+                  "jog the tool free and run 'cellcal doctor' again");
   } else {
     findings.warn(
-        check, input + " is off, as it should be; whether it is wired was not seen",
-        "once: 'cellcal doctor --for 30', and meanwhile touch the tool with a wire from a "
+        check, input + " is off, as expected; its wire was not tested",
+        "run 'cellcal doctor --for 30' once, and meanwhile touch the tool with a wire from a "
         "sphere's stand");
   }
 }

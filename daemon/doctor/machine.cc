@@ -133,7 +133,8 @@ std::optional<std::string> holder_of_udp_port(std::uint16_t port) {
     if (!is_process(name) || !holds(entry.path(), socket)) continue;
     return fmt::format("{} (process {})", command_of(entry.path()), name);
   }
-  return fmt::format("a program of user {} (as root its name would show)", user_name(listed->uid));
+  return fmt::format("a program of user {} (run doctor as root to see its name)",
+                     user_name(listed->uid));
 }
 
 std::optional<ProcessRights> rights_of_process(pid_t process) {

@@ -29,13 +29,14 @@ void look_at_geometry(const calib::Robot& robot, Findings& findings) {
   const Eigen::Vector3d flange_mm =
       calib::ArmModel(robot, {}).nominal_tcp(home).translation() * calib::kMmPerM;
   const std::string found = fmt::format(
-      "{}: at A1..A6 = 0, -90, 90, 0, 90, 0 the pendant must show X {:.1f}, Z {:.1f} "
-      "with $TOOL and $BASE at $NULLFRAME",
+      "{}: X {:.1f} mm, Z {:.1f} mm is what the pendant must show at A1..A6 = 0, -90, 90, 0, "
+      "90, 0 with $TOOL and $BASE at $NULLFRAME",
       robot.name, flange_mm.x(), flange_mm.z());
   if (robot.name.find("KR 5") != std::string::npos) {
     findings.warn(check, found,
-                  "two KR 5 are called R1400: Z 1005.0 is robot = \"kr5_arc.toml\" (a3 120 mm, "
-                  "flange 115 mm), Z 960.0 is \"kr5_r1400.toml\" (40 mm, 80 mm); compare once");
+                  "compare once, two KR 5 are called R1400: Z 1005.0 is robot = "
+                  "\"kr5_arc.toml\" (a3 120 mm, flange 115 mm), Z 960.0 is \"kr5_r1400.toml\" "
+                  "(40 mm, 80 mm)");
   } else {
     findings.ok(check, found);
   }
@@ -52,8 +53,7 @@ void look_at_contradictions(const calib::Cell& cell, Findings& findings) {
       findings.warn(check, found_words(fault), advice_words(fault));
     }
   }
-  if (faults.empty())
-    findings.ok(check, "centres, certified lengths, obstacles and reach do not contradict");
+  if (faults.empty()) findings.ok(check, "centres, certified lengths, obstacles and reach agree");
 }
 
 bool any_to_be_found(const calib::Cell& cell) {
@@ -66,7 +66,8 @@ bool any_to_be_found(const calib::Cell& cell) {
 void look_at_plan(const DaemonConfig& config, const calib::Cell& cell, Findings& findings) {
   const std::string check = "plan";
   if (any_to_be_found(cell))
-    return findings.skip(check, "spheres without centre_mm are found first, touch by touch");
+    return findings.skip(
+        check, "some spheres have no centre_mm: the session finds them first and plans then");
   try {
     calib::PlanOptions options;
     const bool known = config.backend == BackendKind::kMock &&
@@ -74,20 +75,20 @@ void look_at_plan(const DaemonConfig& config, const calib::Cell& cell, Findings&
     const calib::Plan plan =
         calib::make_plan(cell, options, known ? config.mock.start_rad : calib::JointVector{});
     const std::string foreseen =
-        fmt::format("{} touches, mean error {:.3f} mm foreseen", plan.touches.size(),
+        fmt::format("{} touches, predicted mean error {:.3f} mm", plan.touches.size(),
                     plan.predicted_m3_m * calib::kMmPerM);
     if (wire_of(config) != WireKind::kRsi) return findings.ok(check, foreseen);
     const LimitNeeded needed = limit_needed(plan, cell.robot, plan.start);
     const double limit = config.rsi.correction_limit_deg.at(0);
     const std::string found =
-        fmt::format("{}; {} moves within {:.0f} deg, correction_limit_deg is {:g}", foreseen,
+        fmt::format("{}; {} travels over {:.0f} deg, correction_limit_deg is {:g}", foreseen,
                     needed.widest_axis, needed.range_deg, limit);
     // From the middle of its range an axis goes half of it.
     if (limit < needed.range_deg / 2.0 || (known && limit < needed.turn_deg)) {
       findings.fail(check, found, widen_words(needed));
     } else if (limit < std::min(needed.range_deg, kWidestLimitDeg)) {
       findings.warn(check, found,
-                    "enough only where the arm stands well when CELLCAL_RSI is started: " +
+                    "enough only if the arm stands near the middle when CELLCAL_RSI is started: " +
                         widen_words(needed));
     } else {
       findings.ok(check, found);
@@ -102,7 +103,7 @@ void look_at_plan(const DaemonConfig& config, const calib::Cell& cell, Findings&
 std::optional<calib::Cell> look_at_cell(const DoctorRequest& request, const DaemonConfig& config,
                                         Findings& findings) {
   if (request.cell.empty()) {
-    findings.warn("cell file", "not looked at", "name it: --cell CELL.toml");
+    findings.warn("cell file", "not checked", "add --cell CELL.toml");
     return std::nullopt;
   }
   try {
@@ -120,7 +121,7 @@ std::optional<calib::Cell> look_at_cell(const DoctorRequest& request, const Daem
     return cell;
   } catch (const std::exception& error) {
     findings.fail("cell file", error.what(),
-                  "calib/files/README.md has all keys of cell and robot files");
+                  "correct the file (keys of cell and robot files: calib/files/README.md)");
     return std::nullopt;
   }
 }
@@ -141,16 +142,16 @@ void look_at_files(const DoctorRequest& request, const DaemonConfig& config, Fin
     for (const drivers::FileFinding& one : objections) {
       if (one.refused) {
         findings.fail(check, to_string(one),
-                      "mend it there and on the controller; then cold start");
+                      "correct it here and on the controller, then cold-start the controller");
       } else {
-        findings.warn(check, to_string(one), "look whether that was meant");
+        findings.warn(check, to_string(one), "check whether this is intended");
       }
     }
     if (objections.empty()) {
       findings.ok(check, fmt::format("{} fits the configuration", request.files.string()));
     }
   } catch (const std::exception& error) {
-    findings.fail(check, error.what(), "name the folder with the controller's files");
+    findings.fail(check, error.what(), "give the folder with the controller's files");
   }
 }
 

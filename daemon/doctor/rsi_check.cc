@@ -18,13 +18,13 @@ constexpr double kGoodReplyS = 0.001, kPoorReplyShare = 0.5;
 constexpr double kMsTolerance = 1e-6;
 
 const char* const kChecklist =
-    "in this order: (1) is the program CELLCAL_RSI started on the pendant, and does it show an RSI "
-    "fault (KSS29002: reset it, start it again while doctor waits; the computer has to listen before "
-    "RSI_ON); (2) IP_NUMBER and PORT of the ethernet XML are this computer's, and the controller was "
-    "cold-started after a change; (3) the controller's RSI network has its own subnet (not "
-    "192.168.0.x), and the cable is in it; (4) a firewall of this computer drops UDP ('nft list "
-    "ruleset'); (5) no other program (TestServer, another cellcald) holds the port on the computer "
-    "that IP_NUMBER names";
+    "check in this order: (1) CELLCAL_RSI is started on the pendant and shows no RSI fault "
+    "(KSS29002: reset it and start it again while doctor waits, this computer has to listen "
+    "before RSI_ON); (2) IP_NUMBER and PORT of the ethernet XML are this computer's, and the "
+    "controller was cold-started after a change; (3) RSI has a subnet of its own (not "
+    "192.168.0.x), and the cable is in it; (4) no firewall of this computer drops UDP ('nft "
+    "list ruleset'); (5) no other program (TestServer, another cellcald) uses the port on the "
+    "computer with that IP_NUMBER";
 
 bool is_refused(const RsiSeen& seen) {
   const drivers::CoreState& s = seen.newest;
@@ -39,32 +39,32 @@ void judge_packets(const RsiSeen& seen, Findings& findings) {
   const drivers::CoreState& s = seen.newest;
   if (!seen.up && s.bad_packets > 0) {
     findings.fail(check,
-                  fmt::format("{} datagrams came to {}, and none of them is RSI's: {}, \"{}\"",
+                  fmt::format("{} datagrams on {}, none of them from RSI: {}, \"{}\"",
                               s.bad_packets, seen.listening, to_string(s.last_error), s.last_bad),
-                  "find out who sends them; DEF_AIPos has to stand in the ethernet XML");
+                  "find out which device sends them; check that the ethernet XML has DEF_AIPos");
   } else if (!seen.up) {
     findings.fail(check, fmt::format("none in {:.0f} s on {}", seen.waited_s, seen.listening),
                   kChecklist);
   } else if (seen.lost && !is_refused(seen)) {
-    findings.fail(check, fmt::format("{} came, then they stopped after IPOC {}", s.packets, s.ipoc),
-                  "read the pendant: KSS29002 is a time-out (late replies, see below), KSS29000 a "
-                  "correction limit; reset CELLCAL_RSI and start it again");
+    findings.fail(check, fmt::format("{}, then none after IPOC {}", s.packets, s.ipoc),
+                  "read the message on the pendant (KSS29002: time-out by late replies, see "
+                  "below; KSS29000: correction limit), reset CELLCAL_RSI and start it again");
   } else if (s.bad_packets > 0) {
-    findings.warn(
-        check,
-        fmt::format("{} came, {} damaged: {}", s.packets, s.bad_packets, to_string(s.last_error)),
-        "look at network cards and cables between controller and computer");
+    findings.warn(check,
+                  fmt::format("{}, {} of them damaged: {}", s.packets, s.bad_packets,
+                              to_string(s.last_error)),
+                  "check network cards and cables between controller and computer");
   } else {
-    findings.ok(check, fmt::format("{} in {:.0f} s, the first after {:.1f} s, {} missing",
-                                   s.packets, seen.observed_s, seen.first_packet_s, s.gaps));
+    findings.ok(check, fmt::format("{} in {:.0f} s, first after {:.1f} s, {} missing", s.packets,
+                                   seen.observed_s, seen.first_packet_s, s.gaps));
   }
 }
 
 void judge_sender(const RsiSeen& seen, Findings& findings) {
   if (seen.foreign > 0) {
     findings.fail("rsi sender",
-                  fmt::format("{}, and {} packets from another address", seen.sender, seen.foreign),
-                  "two controllers send to one port: give each its own");
+                  fmt::format("{}; {} packets from another address", seen.sender, seen.foreign),
+                  "two controllers send to one port: give each a port of its own");
   } else {
     findings.ok("rsi sender", seen.sender);
   }
@@ -75,9 +75,9 @@ void judge_cycle(const RsiSeen& seen, Findings& findings) {
   const drivers::CoreState& s = seen.newest;
   if (!(s.cycle_s > 0.0)) {
     findings.fail(check,
-                  s.trouble == drivers::Trouble::kOddCycle ? "packets come outside of 2 to 40 ms"
-                                                           : "too few packets to learn it",
-                  "RSI_ON with #IPO_FAST (4 ms) or #IPO (12 ms)");
+                  s.trouble == drivers::Trouble::kOddCycle ? "outside of 2 to 40 ms"
+                                                           : "unknown: too few packets",
+                  "use RSI_ON with #IPO_FAST (4 ms) or #IPO (12 ms)");
     return;
   }
   const double ms = s.cycle_s * 1e3;
@@ -88,12 +88,12 @@ void judge_cycle(const RsiSeen& seen, Findings& findings) {
   const bool milliseconds = std::abs(s.ipoc_step - ms) < 0.1 + kMsTolerance;
   if (!usual || !milliseconds) {
     findings.warn(check, figures,
-                  "a KUKA controller has 4 or 12 ms and an IPOC in milliseconds: is "
-                  "this one, and do all its packets arrive?");
+                  "a KUKA controller has 4 or 12 ms and an IPOC in milliseconds: check for "
+                  "lost packets, and what this device is");
   } else if (s.jitter_s > kGoodJitterS) {
     findings.warn(check, figures,
-                  "a cable of its own between controller and computer, and nothing "
-                  "else that keeps this computer busy; see 'real time'");
+                  "connect controller and computer by a cable of their own, and stop other "
+                  "programs on this computer; see 'real time'");
   } else {
     findings.ok(check, figures);
   }
@@ -103,27 +103,26 @@ void judge_decimals(const RsiSeen& seen, Findings& findings) {
   const std::string check = "rsi decimals";
   const int decimals = seen.newest.decimals;
   const std::string advice =
-      "set Precision of the ETHERNET object to 4 or more (its default is 1), as 'cellcal "
-      "kuka-files' has it, and create the context anew";
+      "set Precision of the ETHERNET object to 4 or more (default 1), as 'cellcal kuka-files' "
+      "does, and create the context again";
   switch (drivers::fitness_of_decimals(seen.newest)) {
     case drivers::Fitness::kUnfit:
       return findings.fail(
-          check,
-          fmt::format("AIPos comes with {} decimals: too coarse to calibrate with", decimals),
-          advice);
+          check, fmt::format("AIPos with {} decimals: too coarse to calibrate", decimals), advice);
     case drivers::Fitness::kUnproven:
       return findings.warn(
           check,
-          fmt::format("AIPos comes with {} decimals from a peer that is no KUKA controller; at "
-                      "rest they may be exact",
-                      decimals),
-          "the first move shows how fine they are, and a session stops there if they are too "
-          "coarse; is this a controller, " +
+          fmt::format(
+              "AIPos with {} decimals from a device that is no KUKA controller; at rest they "
+              "may be exact",
+              decimals),
+          "a session measures them at its first move and stops if they are too coarse; on a "
+          "controller " +
               advice);
     case drivers::Fitness::kUsable:
-      return findings.warn(check, fmt::format("AIPos comes with {} decimals", decimals), advice);
+      return findings.warn(check, fmt::format("AIPos with {} decimals", decimals), advice);
     case drivers::Fitness::kGood:
-      return findings.ok(check, fmt::format("AIPos comes with {}", decimals));
+      return findings.ok(check, fmt::format("AIPos with {} decimals", decimals));
   }
 }
 
@@ -133,19 +132,19 @@ void judge_elements(const RsiSeen& seen, Findings& findings) {
   if (!s.sends_setpoint) missing += "ASPos";
   if (!s.sends_delay) missing += missing.empty() ? "Delay" : " and Delay";
   const std::string check = "rsi elements", found = missing + " is not sent";
-  const std::string wire = "wire DEF_ASPos and DEF_Delay into SEND of the ethernet XML: ";
+  const std::string wire = "add DEF_ASPos and DEF_Delay to SEND of the ethernet XML: ";
   switch (drivers::fitness_of_elements(s)) {
     case drivers::Fitness::kUnfit:
       return findings.fail(check, found,
                            wire +
-                               "mode RELATIVE does not run without Delay, since nobody would "
-                               "notice that an increment is lost");
+                               "mode RELATIVE needs Delay, otherwise a lost increment is not "
+                               "detected");
     case drivers::Fitness::kUnproven:
     case drivers::Fitness::kUsable:
       return findings.warn(check, found,
                            wire +
-                               "without them a restarted session and refused replies cannot be "
-                               "told, and a session that is met while it runs may not be "
+                               "otherwise a restarted RSI session and refused replies are not "
+                               "detected, and an RSI session that already runs may not be "
                                "answered");
     case drivers::Fitness::kGood:
       return findings.ok(check, "AIPos, ASPos, Delay");
@@ -157,19 +156,20 @@ void judge_tcp(const RsiSeen& seen, Findings& findings) {
   const std::string check = "rsi tool";
   const drivers::TcpApart& apart = seen.newest.tcp_apart;
   const std::string figures = fmt::format(
-      "the controller's TCP (RIst) is {:.2f} mm and {:.3f} deg beside that of robot and "
-      "cell file",
+      "{:.2f} mm and {:.3f} deg between the controller's TCP (RIst) and that of robot and cell "
+      "file",
       apart.mm, apart.deg);
   if (apart.much()) {
     findings.fail(check, figures,
-                  "compare $TOOL with [controller] tool (0: the flange) and the cell file's tool, "
-                  "the robot file with the arm's type, and $BASE and $ROBROOT, which must be zero");
+                  "compare $TOOL with [controller] tool (0: the flange) and with the cell "
+                  "file's tool, and the robot file with the arm's type; $BASE and $ROBROOT "
+                  "must be zero");
   } else if (apart.mm > 0.0 || apart.deg > 0.0) {
     findings.ok(check, figures);
   } else {
     findings.warn(check, "not compared: RIst is not sent, or [controller] base is not 0",
-                  "wire DEF_RIst into SEND of the ethernet XML, with $BASE=$NULLFRAME: otherwise a "
-                  "wrong tool or robot file shows only when the arm leaves its line");
+                  "add DEF_RIst to SEND of the ethernet XML, with $BASE=$NULLFRAME: otherwise "
+                  "a wrong tool or robot file shows only when the arm leaves its line");
   }
 }
 
@@ -180,19 +180,19 @@ void judge_replies(const RsiSeen& seen, const RsiExpected& expected, Findings& f
   if (is_refused(seen)) {
     findings.fail(
         check,
-        fmt::format("not accepted: of {} replies the controller counts {} as late", s.replies,
+        fmt::format("not accepted: {1} of {0} counted as late by the controller", s.replies,
                     s.late),
-        fmt::format("SENTYPE or IPOC: this side sends SENTYPE \"{}\"; the ethernet XML on "
-                    "the controller has to say the same, letter by letter, and the "
-                    "controller discards all others without a word",
+        fmt::format("set SENTYPE in the controller's ethernet XML to \"{}\", letter by letter: the "
+                    "controller silently discards any other",
                     expected.sentype));
   } else if (!seen.answered) {
     findings.fail(check, seen.last_words.empty() ? "none were sent" : seen.last_words,
-                  "let RSI time out, reset CELLCAL_RSI and start it again while doctor waits");
+                  "wait for RSI's time-out, reset CELLCAL_RSI and start it again while doctor "
+                  "waits");
   } else if (late >= static_cast<std::uint64_t>(expected.late_limit)) {
     findings.fail(check, fmt::format("{} of {} came too late for the controller", late, s.replies),
-                  "a move would be stopped: see 'real time' and 'rsi reply times', and the switch "
-                  "between controller and computer");
+                  "a move would be stopped: see 'real time' and 'rsi reply times', and check "
+                  "the switch between controller and computer");
   } else if (late > 0) {
     findings.warn(check, fmt::format("{} of {} came too late for the controller", late, s.replies),
                   "see 'real time' and 'rsi reply times'");
@@ -212,15 +212,15 @@ void judge_times(const RsiSeen& seen, Findings& findings) {
     if (count >= q.replies) break;
   }
   const std::string figures =
-      fmt::format("of {}: p50 {:.2f}, p99 {:.2f}, p99.9 {:.2f}, longest {:.2f} ms{}", q.replies,
-                  q.reply_p50_s * 1e3, q.reply_p99_s * 1e3, q.reply_p999_s * 1e3,
+      fmt::format("p50 {1:.2f} ms, p99 {2:.2f} ms, p99.9 {3:.2f} ms, longest {4:.2f} ms of {0}{5}",
+                  q.replies, q.reply_p50_s * 1e3, q.reply_p99_s * 1e3, q.reply_p999_s * 1e3,
                   q.reply_max_s * 1e3, histogram);
   if (q.reply_p99_s > kPoorReplyShare * seen.newest.cycle_s) {
     findings.fail(check, figures, "this computer is too busy for RSI: see 'real time'");
   } else if (q.reply_p999_s > kGoodReplyS) {
     findings.warn(check, figures,
-                  "grant real-time priority (see 'real time'), and stop other work "
-                  "on this computer");
+                  "grant real-time priority (see 'real time'), and stop other programs on this "
+                  "computer");
   } else {
     findings.ok(check, figures);
   }
@@ -251,12 +251,12 @@ void judge_rsi_end(std::optional<double> ended_after_s, Findings& findings) {
   const std::string check = "rsi stop";
   if (!ended_after_s) {
     findings.warn(check, "the controller went on sending for 2 s after Stop",
-                  "the STOP object is not wired to the Stop element (Mode 4, rising edge), or "
-                  "stop_tag is not its name; a session then ends with a fault on the pendant");
+                  "wire the STOP object to the Stop element (Mode 4, rising edge) and check "
+                  "stop_tag: otherwise each session ends with a fault on the pendant");
   } else {
     findings.ok(check,
-                fmt::format("the controller ended RSI {:.2f} s after Stop; start CELLCAL_RSI again "
-                            "for the next session",
+                fmt::format("RSI ended {:.2f} s after Stop; start CELLCAL_RSI again for the next "
+                            "session",
                             *ended_after_s));
   }
 }
@@ -269,12 +269,12 @@ void judge_angles(const std::string& check, const drivers::AxisAngles& actual_ra
   for (const double angle : actual_rad) {
     shown += fmt::format("{}{:.3f}", shown.empty() ? "" : ", ", angle * kDeg);
   }
-  if (robot == nullptr) return findings.skip(check, shown + " deg; no --cell, so no limits");
+  if (robot == nullptr) return findings.skip(check, shown + " deg; limits not checked (no --cell)");
   if (robot->joints.size() != actual_rad.size()) {
     return findings.fail(check,
-                         fmt::format("{} angles come, the robot file has {} joints",
+                         fmt::format("{} angles received, {} joints in the robot file",
                                      actual_rad.size(), robot->joints.size()),
-                         "take the robot file of this arm");
+                         "use the robot file of this arm");
   }
   std::string outside, near;
   for (std::size_t i = 0; i < actual_rad.size(); ++i) {
@@ -286,10 +286,11 @@ void judge_angles(const std::string& check, const drivers::AxisAngles& actual_ra
   }
   if (!outside.empty()) {
     findings.fail(check, fmt::format("{} deg: {} outside the robot file's limits", shown, outside),
-                  "another robot file, or a turn axis that stands a turn away: jog it back");
+                  "check the robot file; if it is right, jog the axis back (it may be a full "
+                  "turn away)");
   } else if (!near.empty()) {
     findings.warn(check, fmt::format("{} deg: {} within 1 deg of a limit", shown, near),
-                  "jog the arm to a posture in its middle");
+                  "jog the arm towards the middle of its range");
   } else {
     findings.ok(check, shown + " deg, within the robot file's limits");
   }

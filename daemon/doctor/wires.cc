@@ -120,9 +120,10 @@ void Wires::judge_access(const std::optional<ProcessRights>& daemon) {
   const std::optional<ProcessRights> rights = daemon ? daemon : rights_of_unit();
   if (!rights || may_use(*rights, config_.contact.device).value_or(true)) return;
   findings_.fail(
-      "contact access", fmt::format("{} may not use {}", rights->who, config_.contact.device),
-      fmt::format("the device belongs to group {}: SupplementaryGroups={} in the unit, or "
-                  "the udev rule in systemd/",
+      "contact access",
+      fmt::format("{} has no permission for {}", rights->who, config_.contact.device),
+      fmt::format("add SupplementaryGroups={1} to the unit (the device belongs to group {0}), or "
+                  "install the udev rule in systemd/",
                   group_of(config_.contact.device), group_of(config_.contact.device)));
 }
 
@@ -132,13 +133,13 @@ bool Wires::open_contact() {
   } catch (const std::exception& error) {
     findings_.fail(
         "contact port", error.what(),
-        "plug the sensor in, or correct [contact] device; the udev rule in systemd/ makes "
-        "/dev/cellcal-contact");
+        "plug the sensor in, or correct [contact] device (the udev rule in systemd/ makes "
+        "/dev/cellcal-contact)");
     return false;
   }
   const std::string warning = contact_.status().warning;
   const std::string found =
-      fmt::format("{} at {} baud, exclusively", config_.contact.device, config_.contact.baud);
+      fmt::format("{} at {} baud, exclusive", config_.contact.device, config_.contact.baud);
   if (warning.empty()) {
     findings_.ok("contact port", found);
   } else {
@@ -220,7 +221,8 @@ void Wires::judge_line() {
   judge_contact_delivery(contact_seen_, findings_);
   const drivers::ContactStatus& s = contact_seen_.newest;
   if (contact_good_ && s.link != drivers::ContactLink::kReady) {
-    findings_.fail("contact link", s.words, "it was ready and is no longer: supply, cable, plugs");
+    findings_.fail("contact link", s.words,
+                   "check supply, cable and plugs: the sensor was ready before");
   }
 }
 
@@ -237,18 +239,19 @@ bool Wires::open_rsi(drivers::RsiRobot& robot) {
   } catch (const std::exception& error) {
     const auto holder = holder_of_udp_port(config_.rsi.port);
     findings_.fail(check, error.what(),
-                   holder ? fmt::format("end {}, or give one of them another port", *holder)
-                          : fmt::format("bind must be one of this computer's addresses: {}", list));
+                   holder ? fmt::format("stop {}, or set another port for one of them", *holder)
+                          : fmt::format("set bind to one of this computer's addresses: {}", list));
     return false;
   }
   const std::string found = fmt::format("UDP {}:{}", config_.rsi.bind_address, config_.rsi.port);
   const bool stated = !address.empty() && address != "0.0.0.0";
   if (stated && std::find(own.begin(), own.end(), address) == own.end()) {
-    findings_.fail(check,
-                   fmt::format("{}; but the controller's files send to {}, which is not this "
-                               "computer's",
-                               found, address),
-                   fmt::format("[controller] pc_address must be one of {}", list));
+    findings_.fail(
+        check,
+        fmt::format("{}; but the controller's files send to {}, which is no address of this "
+                    "computer",
+                    found, address),
+        fmt::format("set [controller] pc_address to one of {}", list));
   } else {
     findings_.ok(check, found);
   }
@@ -318,7 +321,7 @@ void Wires::rsi() {
   }
   const double after_s = since(asked);
   if (seen.lost || seen.refused || config_.rsi.stop_tag.empty()) {
-    findings_.skip("rsi stop", "no session was there to be ended");
+    findings_.skip("rsi stop", "no RSI session to end");
   } else {
     judge_rsi_end(after_s < kRsiFarewellS ? std::optional(after_s) : std::nullopt, findings_);
   }

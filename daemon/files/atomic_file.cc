@@ -35,7 +35,7 @@ class File {
     }
   }
   void sync() {
-    if (::fsync(fd_) != 0) fail("cannot be brought to disk");
+    if (::fsync(fd_) != 0) fail("cannot be written to disk");
   }
 
  private:

@@ -37,18 +37,17 @@ LimitNeeded limit_needed(const calib::Plan& plan, const calib::Robot& robot,
 }
 
 std::string widen_words(const LimitNeeded& needed) {
-  const std::string nearer = "jog the arm to where no axis has as far to go";
+  const std::string nearer = "jog the arm to the middle of its planned travel";
   if (needed.turn_deg > kWidestLimitDeg) return nearer;
   const double anywhere = std::min(needed.anywhere_deg, kWidestLimitDeg);
   const double now = std::min(needed.limit_deg, kWidestLimitDeg);
   return fmt::format(
-      "set correction_limit_deg = {:.0f} in [rsi]{}, make the controller's files anew ('cellcal "
-      "kuka-files': AXISCORR and AXISCORRMON hold the limit, too), copy them there, cold start; or "
-      "{}",
+      "set correction_limit_deg = {:.0f} in [rsi]{}, make the controller's files again "
+      "('cellcal kuka-files': AXISCORR and AXISCORRMON have the limit, too), copy them to the "
+      "controller and cold-start it; or {}",
       anywhere,
       now < anywhere
-          ? fmt::format(" ({:.0f} for this begin alone: a session that is resumed begins "
-                        "elsewhere)",
+          ? fmt::format(" ({:.0f} is enough from here, but not where the session may be resumed)",
                         now)
           : "",
       nearer);
@@ -56,8 +55,8 @@ std::string widen_words(const LimitNeeded& needed) {
 
 std::string beyond_limit_words(const LimitNeeded& needed, double limit_deg) {
   return fmt::format(
-      "{} would go {:.1f} deg from where the session begins, and correction_limit_deg is {:g}; nothing "
-      "has moved: {}",
+      "{1:.1f} deg travel of {0} from where the session begins, correction_limit_deg is {2:g}. "
+      "Nothing has moved. Do one of these: {3}",
       needed.axis, needed.turn_deg, limit_deg, widen_words(needed));
 }
 

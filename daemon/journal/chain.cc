@@ -92,11 +92,11 @@ std::vector<std::string> Chain::open() {
                     sum_of(newest_.sum, newest_.entries + 1, entries.integer(1), entries.text(2),
                            entries.integer(3), entries.text(4))};
     if (entries.integer(0) != next.entries || entries.text(5) != next.sum) {
-      fail(
-          fmt::format("entry {} of its checksums was changed or is missing: the disk or another "
-                      "program has damaged the file; move it aside (its -wal and .head files too) "
-                      "and keep it, the daemon begins a new one",
-                      next.entries));
+      fail(fmt::format(
+          "entry {} of its checksums is changed or missing: the disk or another program "
+          "damaged the file. Move it aside with its -wal and .head files and keep it; the "
+          "daemon begins a new one",
+          next.entries));
     }
     newest_ = next;
     met |= head && head->entries == next.entries && head->sum == next.sum;
@@ -104,20 +104,20 @@ std::vector<std::string> Chain::open() {
   on_disk_ = newest_;
   if (!head) {
     return {"journal " + database_.name() +
-            ": its .head file was missing, so nobody can tell whether the newest rows are all "
-            "there; a new one was made"};
+            ": its .head file was missing, so lost newest rows cannot be detected; a new one "
+            "was made"};
   }
   if (newest_.entries < head->entries) {
-    fail(
-        fmt::format("{} rows that were on disk are missing at its end: the write-ahead log was "
-                    "lost or damaged, or an older copy was put in its place; bring the files back, "
-                    "or remove the .head file to go on with what is there",
-                    head->entries - newest_.entries));
+    fail(fmt::format(
+        "{} rows are missing at its end: the write-ahead log was lost or damaged, or an "
+        "older copy was restored. Restore the files, or remove the .head file to continue "
+        "without these rows",
+        head->entries - newest_.entries));
   }
   if (!met) {
     fail(
-        "the .head file beside it belongs to another journal; bring the right one back, or remove "
-        "it to go on with what is there");
+        "its .head file belongs to another journal. Restore the right one, or remove it to "
+        "continue without");
   }
   return {};
 }
@@ -129,10 +129,10 @@ void Chain::verify(std::int64_t session) {
   entries.bind(1, session);
   while (entries.step()) expected[{entries.text(0), entries.integer(1)}] = entries.text(2);
   const auto refuse = [&](const std::string& what) {
-    fail(
-        fmt::format("session {}: {}: the disk or another program has damaged the file; keep it for "
-                    "evidence, do not use this session, begin a new one",
-                    session, what));
+    fail(fmt::format(
+        "session {}: {}: the disk or another program damaged the file. Keep it, do not use "
+        "this session, begin a new one",
+        session, what));
   };
   for (const std::string table : kChainedTables) {
     Statement rows(database_, rows_of(table, session_column(table)).c_str());
@@ -140,7 +140,8 @@ void Chain::verify(std::int64_t session) {
     while (rows.step()) {
       const auto found = expected.find({table, rows.integer(0)});
       if (found == expected.end() || found->second != calib::sha256(rows.bytes())) {
-        refuse(fmt::format("row {} of '{}' is not as it was written", rows.integer(0), table));
+        refuse(
+            fmt::format("row {} of '{}' was changed after it was written", rows.integer(0), table));
       }
       expected.erase(found);
     }

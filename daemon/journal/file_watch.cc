@@ -16,8 +16,7 @@ struct stat look_at(const std::filesystem::path& file, const std::filesystem::pa
   if (::stat(file.c_str(), &info) == 0) return info;
   throw JournalError("journal " + journal.string() + ": " + file.filename().string() +
                      " is gone (" + std::strerror(errno) +
-                     ") while this daemon writes to it; put it back where it was moved, and "
-                     "restart cellcald");
+                     ") while this daemon writes to it. Put it back, and restart cellcald");
 }
 
 }  // namespace
@@ -37,8 +36,8 @@ void FileWatch::look() {
     if (replaced || info.st_size < file.size) {
       throw JournalError("journal " + journal_.string() + ": " + file.path.filename().string() +
                          " was " + (replaced ? "replaced by another file" : "cut short") +
-                         " while this daemon writes to it; put the file back that was there, and "
-                         "restart cellcald");
+                         " while this daemon writes to it. Put the old file back, and restart "
+                         "cellcald");
     }
     file.size = info.st_size;
   }

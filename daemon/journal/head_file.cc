@@ -65,9 +65,7 @@ std::optional<Head> HeadFile::read() {
   const std::optional<Head> second =
       text.size() > kLine ? head_of(text.substr(kLine, kLine)) : std::nullopt;
   if (!first && !second) {
-    fail(
-        "is damaged, so nobody can tell whether the newest rows are all there; remove it to go on "
-        "with what is there");
+    fail("is damaged, so lost newest rows cannot be detected. Remove it to continue");
   }
   const bool first_is_newer = first && (!second || first->entries > second->entries);
   next_line_ = first_is_newer ? 1 : 0;
@@ -83,7 +81,7 @@ void HeadFile::write(const Head& head) {
   } while (put < 0 && errno == EINTR);
   if (put != static_cast<ssize_t>(line.size()) || ::fdatasync(descriptor_) != 0) {
     fail(std::string("cannot be written (") + std::strerror(errno) +
-         "); make room, or check the disk before going on");
+         "). Make room, or check the disk");
   }
   next_line_ = 1 - next_line_;
 }

@@ -32,7 +32,7 @@ LockFile::LockFile(const std::filesystem::path& path, const std::filesystem::pat
     if (descriptor_ < 0) {
       throw JournalError(name + ": " + path.string() + " cannot be opened (" +
                          std::strerror(errno) +
-                         "); check that the directory exists and that the daemon may write there");
+                         "). Check that the directory exists and that the daemon may write there");
     }
     struct flock whole {};
     whole.l_type = F_WRLCK;
@@ -40,10 +40,11 @@ LockFile::LockFile(const std::filesystem::path& path, const std::filesystem::pat
       const int code = errno;
       ::close(descriptor_);
       if (code == EAGAIN || code == EACCES) {
-        throw JournalError(name + ": another program has it locked; is a second cellcald running?");
+        throw JournalError(name +
+                           ": locked by another program. Check whether a second cellcald runs");
       }
       throw JournalError(name + ": " + path.string() + " cannot be locked (" + std::strerror(code) +
-                         "); put the state directory on a local disk");
+                         "). Put the state directory on a local disk");
     }
     if (is_at(path, descriptor_)) return;
     ::close(descriptor_);

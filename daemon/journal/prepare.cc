@@ -20,8 +20,8 @@ void set_version(Database& database) {
 void make_new(Database& database, HeadFile& head, Chain& chain) {
   if (head.read()) {
     refuse(database,
-           "is empty or new, and its .head file says that rows were on disk: bring the journal "
-           "back, or remove the .head file to begin a new one");
+           "is empty or new, but its .head file lists rows. Restore the journal, or remove the "
+           ".head file to begin a new one");
   }
   Transaction transaction(database);
   database.execute(kSchema);
@@ -42,24 +42,30 @@ std::string take_over(Database& database, Chain& chain) {
   transaction.commit();
   chain.committed();
   return fmt::format(
-      "journal {}: {} rows of an earlier version had no checksums and are taken as they are; "
-      "from now on they have",
+      "journal {}: {} rows of an earlier version had no checksums; they are accepted as they "
+      "are and have checksums now",
       database.name(), rows);
 }
 
 void refuse_others(Database& database, std::int64_t version) {
   if (database.integer("PRAGMA application_id") != kApplicationId) {
-    refuse(database, "this is the database of another program; name another state directory");
+    refuse(database, "this is the database of another program. Set another state directory");
   }
   if (version > kSchemaVersion) {
-    refuse(database, fmt::format("written by a newer cellcald (schema {}, this one knows {}); "
-                                 "install that version again",
-                                 version, kSchemaVersion));
+    refuse(
+        database,
+        fmt::format(
+            "written by a newer cellcald (schema {}, this version supports up to {}). Install the "
+            "newer version again",
+            version, kSchemaVersion));
   }
   if (version < kSchemaWithoutChain) {
-    refuse(database, fmt::format("says that it is of schema {}, which there never was; the file is "
-                                 "damaged, move it aside and keep it, the daemon begins a new one",
-                                 version));
+    refuse(
+        database,
+        fmt::format(
+            "has schema {}, which does not exist: the file is damaged. Move it aside and keep it; "
+            "the daemon begins a new one",
+            version));
   }
 }
 
@@ -67,7 +73,7 @@ void refuse_damaged(Database& database) {
   const std::string check = database.text("PRAGMA quick_check(1)");
   if (check == "ok") return;
   refuse(database, "damaged (" + check +
-                       "); move it aside (its -wal and .head files too) and keep it, the daemon "
+                       "). Move it aside with its -wal and .head files and keep it; the daemon "
                        "begins a new one");
 }
 
@@ -88,7 +94,7 @@ std::vector<std::string> prepare(Database& database, HeadFile& head, Chain& chai
   const std::string mode = database.text("PRAGMA journal_mode = WAL");
   if (mode != "wal") {
     refuse(database, "no write-ahead log on this file system (" + mode +
-                         "); put the state directory on a local disk");
+                         "). Put the state directory on a local disk");
   }
   database.execute("PRAGMA synchronous = FULL; PRAGMA foreign_keys = ON");
   std::vector<std::string> remarks;

@@ -11,20 +11,20 @@ namespace {
 const char* advice(int code) {
   switch (code & 0xff) {
     case SQLITE_FULL:
-      return "the disk is full; make room (what was recorded before is safe)";
+      return "the disk is full. Make room (what was recorded before is safe)";
     case SQLITE_IOERR:
-      return "the disk does not answer as it should; check it before going on";
+      return "the disk reports errors. Check it";
     case SQLITE_READONLY:
     case SQLITE_PERM:
     case SQLITE_CANTOPEN:
       return "check that the directory exists and that the daemon may write there";
     case SQLITE_CORRUPT:
     case SQLITE_NOTADB:
-      return "the file is damaged or no journal; move it aside (its -wal and -shm files too) and "
-             "keep it, the daemon begins a new one";
+      return "the file is damaged or no journal. Move it aside with its -wal and -shm files and "
+             "keep it; the daemon begins a new one";
     case SQLITE_BUSY:
     case SQLITE_LOCKED:
-      return "another program uses it; is a second cellcald running?";
+      return "used by another program. Check whether a second cellcald runs";
     default:
       return "see the message";
   }

@@ -7,9 +7,9 @@
 #include <cstdio>
 
 #include "calib/files/calibration_json.h"
+#include "daemon/files/printable.h"
 #include "daemon/main/daemon.h"
 #include "daemon/main/log.h"
-#include "daemon/files/printable.h"
 
 int main(int argc, char** argv) {
   using cellcal::daemon::DaemonConfig;
@@ -20,7 +20,7 @@ int main(int argc, char** argv) {
   app.footer("Example: cellcald --config /etc/cellcal/cellcald.toml --check");
   app.add_option("--config", config_file, "Configuration, format cellcal.daemon/1")
       ->capture_default_str();
-  app.add_flag("--check", check, "Validate the configuration and end");
+  app.add_flag("--check", check, "Check the configuration and exit");
   app.add_flag("--verbose", verbose, "Log every step of a session");
   app.set_version_flag("--version", cellcal::calib::software_version());
   try {

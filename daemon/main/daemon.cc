@@ -37,7 +37,7 @@ class Watchdog {
     if (service_.alive()) {
       sd_notify(0, "WATCHDOG=1");
     } else {
-      spdlog::critical("the session's thread or that of its devices hangs");
+      spdlog::critical("the session's thread or its devices' thread does not respond");
     }
     timer_.expires_after(period_);
     timer_.async_wait([this](boost::system::error_code cancelled) {
@@ -74,8 +74,8 @@ void shrug_off(asio::signal_set& hang_ups) {
   hang_ups.async_wait([&hang_ups](boost::system::error_code cancelled, int) {
     if (cancelled) return;
     spdlog::warn(
-        "SIGHUP: the configuration is read at the start alone; 'systemctl restart cellcald' takes "
-        "a changed one, once no session is under way");
+        "SIGHUP ignored: the configuration is read at the start only. To use a changed one, "
+        "'systemctl restart cellcald' when no session is running");
     shrug_off(hang_ups);
   });
 }

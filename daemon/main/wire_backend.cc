@@ -31,13 +31,15 @@ drivers::SerialContactOptions contact_options(const DaemonConfig& config) {
 /// What a link has to say of itself when it ends.
 void log_end(const drivers::RsiRobot& robot) {
   if (robot.foreign_packets() > 0) {
-    spdlog::warn("{} RSI packets from foreign addresses were ignored", robot.foreign_packets());
+    spdlog::warn(
+        "{} RSI packets from other addresses ignored: check whether two controllers send to "
+        "one port",
+        robot.foreign_packets());
   }
   const drivers::ReplyHistogram& times = robot.reply_times();
   if (times.count() > 0) {
-    spdlog::info(
-        "{} RSI replies, from packet to reply: half within {:.3f} ms, 99.9 % within {:.3f} ms",
-        times.count(), 1e3 * times.quantile_s(0.5), 1e3 * times.quantile_s(0.999));
+    spdlog::info("{} RSI replies: p50 {:.3f} ms, p99.9 {:.3f} ms after the packet", times.count(),
+                 1e3 * times.quantile_s(0.5), 1e3 * times.quantile_s(0.999));
   }
 }
 void log_end(const drivers::EkiRobot&) {}

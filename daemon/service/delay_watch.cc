@@ -38,7 +38,7 @@ void watch_delay(Journal& journal, std::int64_t session, const std::string& utc)
   try {
     const std::optional<ContactDelay> delay = delay_of(journal, session);
     if (!delay) return;
-    const std::string words = "latch behind the contact: " + in_words(*delay);
+    const std::string words = "latch delay: " + in_words(*delay);
     journal.note(session, utc, words);
     spdlog::info("session {}: {}", session, words);
     const std::string wrong = complaint(*delay, delay_before(journal, session));
@@ -46,8 +46,7 @@ void watch_delay(Journal& journal, std::int64_t session, const std::string& utc)
     journal.note(session, utc, "warning: " + wrong);
     spdlog::warn("session {}: {}", session, wrong);
   } catch (const std::exception& error) {
-    spdlog::warn("session {}: the delay of the latch was not worked out: {}", session,
-                 error.what());
+    spdlog::warn("session {}: latch delay not estimated: {}", session, error.what());
   }
 }
 

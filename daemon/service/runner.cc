@@ -81,7 +81,7 @@ State Runner::run() {
   } catch (const std::exception& error) {
     give_up(error.what());
   } catch (...) {
-    give_up("something that is no exception was thrown");
+    give_up("unknown error");
   }
   await_disk();
   return state_;
@@ -319,12 +319,12 @@ struct Runner::Perform {
     runner.open_ = false;
     // Nothing is left that could be done about a device that will not close, but to say so; the
     // others are closed all the same.
-    attempt("disarming the contact sensor", [&] { backend.contact().disarm(); });
-    attempt("closing the robot's link", [&] { backend.robot().close(); });
-    attempt("closing the contact sensor", [&] { backend.contact().close(); });
+    try_and_note("disarming the contact sensor", [&] { backend.contact().disarm(); });
+    try_and_note("closing the robot's link", [&] { backend.robot().close(); });
+    try_and_note("closing the contact sensor", [&] { backend.contact().close(); });
   }
 
-  void attempt(const char* what, const std::function<void()>& act) const {
+  void try_and_note(const char* what, const std::function<void()>& act) const {
     try {
       act();
     } catch (const std::exception& error) {
@@ -354,7 +354,7 @@ struct Runner::Perform {
   }
   void operator()(const RecordInterruption& action) const {
     std::string words = "interruption " + std::to_string(action.number) + " of at most " +
-                        std::to_string(action.most) + ", going on by itself: " + action.failure;
+                        std::to_string(action.most) + ", resuming automatically: " + action.failure;
     runner.commit([utc = backend.utc_now(), words = std::move(words)](Recorder& recorder) {
       recorder.note(utc, words);
     });
@@ -363,14 +363,14 @@ struct Runner::Perform {
 
 void Runner::give_up(const std::string& words) {
   const Perform perform{*this};
-  if (open_) perform.attempt("stopping the arm", [&] { parts_.backend.robot().stop(); });
+  if (open_) perform.try_and_note("stopping the arm", [&] { parts_.backend.robot().stop(); });
   perform(CloseDevices{});
   state_.failure =
       Failure{FailureKind::kUnexpectedEvent, "while '" + std::string(to_string(state_.phase)) +
-                                                 "': " + words + "; please report this"};
+                                                 "': " + words + ". Please report this"};
   state_.phase = Phase::kFailed;
   perform(RecordEnd{Ending::kFailed, describe(*state_.failure)});
-  perform.attempt("telling of the end", [&] {
+  perform.try_and_note("reporting the end", [&] {
     if (parts_.on_change) parts_.on_change(state_);
   });
 }

@@ -52,7 +52,7 @@ std::optional<InterruptedSession> interrupted_session(Journal& journal) {
     if (!record || record->state != "interrupted") return std::nullopt;
     return InterruptedSession{record->id, record->touches, record->planned, record->started};
   } catch (const JournalError& damaged) {
-    spdlog::warn("the newest session cannot be gone on with: {}", damaged.what());
+    spdlog::warn("the newest session cannot be resumed: {}", damaged.what());
     return std::nullopt;
   }
 }
@@ -69,7 +69,7 @@ class JournalRecorder final : public Recorder {
   void record(const RecordReading& reading) override { journal_.record(session_, reading); }
   void record(const RecordTouch& touch) override {
     journal_.record(session_, touch);
-    spdlog::info("session {}: touch {} on {} is on disk, {} readings within {:.4f} mm", session_,
+    spdlog::info("session {}: touch {} on {} recorded, {} readings within {:.4f} mm", session_,
                  touch.index + 1, touch.touch.target, touch.touch.readings,
                  touch.touch.spread_m * 1e3);
   }
@@ -111,12 +111,12 @@ void look_at_cell(const calib::Cell& cell) {
 
 void check(const RunRequest& request) {
   if (!request.resume && !request.cell.is_absolute()) {
-    throw RequestError("the cell file must be an absolute path, not \"" + request.cell.string() +
+    throw RequestError("give the cell file as an absolute path, not \"" + request.cell.string() +
                        "\"");
   }
   if (const int touches = request.fit_touches.value_or(kPlannedTouches);
       touches < 4 || touches > kMostTouches) {
-    throw RequestError("touches must be 4 to 2000, not " + std::to_string(touches));
+    throw RequestError("touches (fit) must be 4 to 2000, not " + std::to_string(touches));
   }
   if (request.goal_mm &&
       !(*request.goal_mm >= kFinestGoalMm && *request.goal_mm <= kCoarsestGoalMm)) {
@@ -164,7 +164,9 @@ std::unique_ptr<SessionService::Job> SessionService::prepare(const RunRequest& r
   if (request.resume) {
     const std::optional<SessionRecord> record = parts_.journal.newest_resumable();
     if (!record) {
-      throw RequestError("the newest session is done, or there is none: nothing to resume");
+      throw RequestError(
+          "nothing to resume: the newest session is done, or there is none. Start one with "
+          "'cellcal run --cell CELL'");
     }
     job->session = record->id;
     job->inputs = record->inputs;
@@ -176,8 +178,8 @@ std::unique_ptr<SessionService::Job> SessionService::prepare(const RunRequest& r
     job->options.accept_change |= request.accept_change;
     if (!request.cell.empty() && read_inputs(request.cell).cell_text != record->inputs.cell_text) {
       throw RequestError("the cell file has changed since session " + std::to_string(record->id) +
-                         " began; resume without --cell to go on with the stored one, or start a "
-                         "new session");
+                         " began. Resume without --cell to use the stored one, or start a new "
+                         "session");
     }
   } else {
     job->inputs = read_inputs(request.cell);
@@ -205,10 +207,10 @@ std::unique_ptr<SessionService::Job> SessionService::prepare(const RunRequest& r
           return calib::is_planned(target, calib::Kinds::kSpheresAndPlanes);
         });
     if (const auto least = targets * calib::kFirstTouches; *request.fit_touches < least) {
-      throw RequestError(
-          fmt::format("touches chosen by a goal begin with {} of each target: of {} targets at "
-                      "least {}, not {}",
-                      calib::kFirstTouches, targets, least, *request.fit_touches));
+      throw RequestError(fmt::format(
+          "at least {2} touches are needed with a goal ({0} on each of {1} targets), not "
+          "{3}",
+          calib::kFirstTouches, targets, least, *request.fit_touches));
     }
   }
   if (!request.resume)
@@ -218,7 +220,7 @@ std::unique_ptr<SessionService::Job> SessionService::prepare(const RunRequest& r
   if (!request.resume) look_at_cell(job->cell);
   if (job->cell.robot.joints.size() > drivers::kMaxAxes) {
     throw RequestError("the robot file has " + std::to_string(job->cell.robot.joints.size()) +
-                       " joints, the drivers move at most " + std::to_string(drivers::kMaxAxes));
+                       " joints, more than can be driven: " + std::to_string(drivers::kMaxAxes));
   }
   job->backend = parts_.make_backend(job->cell);
   return job;
@@ -230,16 +232,15 @@ std::int64_t SessionService::start(const RunRequest& request) {
     const bool closing = is_final(history_.back().phase);
     if (busy_ && closing) idle_.wait_for(lock, kClosing, [this] { return !busy_; });
     if (ending_) throw BusyError("the daemon is being stopped; start it again");
-    if (busy_ && starting_) throw BusyError("a session is being prepared; see 'cellcal status'");
+    if (busy_ && starting_) throw BusyError("a session is being prepared. See 'cellcal status'");
     if (busy_) {
       const std::string session = "session " + std::to_string(history_.back().session);
       throw BusyError(closing && is_final(history_.back().phase)
                           ? session +
-                                " has ended, but the disk has not taken its end yet or a "
-                                "link is still being closed; look at the disk, try again"
+                                " has ended, but its end is not on disk yet or a link is still "
+                                "closing. Try again; if it stays so, check the disk"
                           : session +
-                                " is under way; see 'cellcal status', end it with "
-                                "'cellcal abort'");
+                                " is running. See 'cellcal status', stop it with 'cellcal abort'");
     }
     busy_ = starting_ = true;
     abort_early_ = false;
@@ -286,7 +287,7 @@ void SessionService::run(Job& job) {
     State failed;
     failed.phase = Phase::kFailed;
     failed.failure = Failure{FailureKind::kUnexpectedEvent, error.what()};
-    spdlog::critical("session {} could not be run: {}", job.session, error.what());
+    spdlog::critical("session {} could not start: {}", job.session, error.what());
     publish(failed, job);
   }
   job.backend.reset();

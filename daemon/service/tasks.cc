@@ -46,7 +46,9 @@ void check(const calib::Plan& plan, std::size_t joints) {
                              touch.clear.size() == joints;
     const bool sound = lengths_fit && std::isfinite(touch.search_m) && touch.search_m > 0.0 &&
                        std::isfinite(touch.expected_m);
-    if (!sound) throw calib::PlanError("the plan of a touch on " + touch.target + " is not sound");
+    if (!sound)
+      throw calib::PlanError("the planned touch on " + touch.target +
+                             " is not valid. Please report this");
   }
 }
 
@@ -113,7 +115,7 @@ void write_results(const TaskInputs& inputs, calib::Calibration calibration,
   report.software = calib::software_version();
   if (const int count = inputs.interruptions ? inputs.interruptions() : 0; count > 0) {
     report.notes.push_back("interruptions of the robot's link: " + std::to_string(count) +
-                           ", resumed by itself; the touch in hand was made anew each time");
+                           ", each resumed automatically; the touch under way was repeated");
   }
   report.truth = inputs.truth(calibration);
   report.plan = plan;
@@ -155,7 +157,7 @@ class Chooser {
       : inputs_(std::move(inputs)), all_(std::move(chosen)) {}
 
   Tasks::Planned begin() {
-    open_course();
+    open_sequence();
     return {{}, "", sequence_->progress()};
   }
 
@@ -165,14 +167,14 @@ class Chooser {
       if (begin_->empty()) {
         *begin_ = from;
         // The ways that it has found already may lead farther than the controller allows.
-        if (is_bounded()) open_course();
+        if (is_bounded()) open_sequence();
       }
       return choose_from(how, touches, from);
     } catch (const calib::PlanError& error) {
       if (!is_bounded()) throw;
       throw calib::PlanError(fmt::format(
-          "{}. Besides: correction_limit_deg of [rsi] keeps every axis within {:.0f} deg of where "
-          "the session began; a wider one leaves more room",
+          "{}. Also, [rsi] correction_limit_deg keeps every axis within {:.0f} deg of where "
+          "the session began: a wider limit allows more postures",
           error.what(), *inputs_->axis_reach_rad * calib::kDegPerRad));
     }
   }
@@ -184,7 +186,7 @@ class Chooser {
     return inputs_->axis_reach_rad && *inputs_->axis_reach_rad < kAnyTurnRad;
   }
 
-  void open_course() {
+  void open_sequence() {
     calib::Cell cell = inputs_->cell;
     if (is_bounded()) cell.passable = within_reach(cell.passable);
     const calib::TouchSequenceOptions options{inputs_->options.plan, inputs_->options.goal,

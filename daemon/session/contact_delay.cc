@@ -51,15 +51,15 @@ std::string in_words(const ContactDelay& delay) {
 std::string complaint(const ContactDelay& now, const std::optional<ContactDelay>& before) {
   if (std::abs(now.delay_s) > kSuspiciousS + kSigmas * now.sigma_s)
     return fmt::format(
-        "latched angles belong to {:.0f} ms {} the contact; over EKI set [eki] latch_delay_ms "
-        "(add this to what is there), over RSI check the sensor's clock and the network's delay",
+        "angles latched {:.0f} ms {} the contact. EKI: add this to [eki] latch_delay_ms. RSI: "
+        "check the sensor's clock and the network's delay",
         std::abs(kMs * now.delay_s), now.delay_s > 0.0 ? "after" : "before");
   if (!before) return {};
   const double change = now.delay_s - before->delay_s;
   if (std::abs(change) > kChangeS + kSigmas * std::hypot(now.sigma_s, before->sigma_s))
     return fmt::format(
-        "it was {} in the session before: something between sensor and robot has changed, and the "
-        "effective radius with it",
+        "{} in the session before: sensor, wiring or controller changed in between, and the "
+        "effective radius with them. Find out what was changed",
         in_words(*before));
   return {};
 }

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <cctype>
+
 #include "calib/model/units.h"
 #include "daemon/session/interruption.h"
 #include "daemon/session/rules.h"
@@ -13,10 +15,12 @@ namespace {
 
 using calib::kMmPerM;
 
-std::string joined(const std::string& words, const std::string& more) {
+/// Two sentences: "no packet for 48 ms" and "check the cable".
+std::string joined(std::string words, std::string more) {
   if (words.empty()) return more;
   if (more.empty()) return words;
-  return words + "; " + more;
+  more.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(more.front())));
+  return std::move(words) + ". " + more;
 }
 
 /// "touch 12 of 40 (S2): ", or nothing outside of one.
@@ -70,8 +74,7 @@ std::string not_ready_words(const State& state) {
   const Missing which = missing(state);
   std::string text;
   if (which.robot) {
-    text = "robot: " + or_else(state.links.robot_words, "not ready");
-    text = joined(text, state.how_to_start);
+    text = joined("robot: " + or_else(state.links.robot_words, "not ready"), state.how_to_start);
   }
   if (which.contact) {
     text = joined(text, "contact sensor: " + or_else(state.links.contact_words, "not ready"));
@@ -80,17 +83,15 @@ std::string not_ready_words(const State& state) {
                                   seconds(state.timeouts.connecting)));
 }
 
-/// What stops packets, or an arm, without a word of the controller: most likely first.
+/// What stops packets, or an arm, without a message of the controller: most likely first.
 constexpr const char* kWhatStopsPackets =
-    "look, most likely first, at the emergency stop, the enabling switch and the start key (T1), "
-    "the program and its message on the pendant, the cable, the controller's power";
+    "check in this order: emergency stop, enabling switch and start key (T1), the program and its "
+    "message on the pendant, the cable, the controller's power";
 constexpr const char* kWhatStopsAnArm =
-    "look, most likely first, at the emergency stop, the enabling switch (T1), the drives, what "
-    "may be in the arm's way, the limits of the correction";
+    "check in this order: emergency stop, enabling switch (T1), drives, obstacles in the arm's "
+    "way, the correction limits on the controller";
 
-constexpr const char* kResume = "then go on with 'cellcal run --resume'";
-
-/// What the evidence says of a robot that fell silent; the driver's own words behind it.
+/// The evidence is the driver's.
 std::string silent_words(const State& state, const Event& event) {
   using drivers::Interruption;
   const bool at_rest = event.kind == EventKind::kLinks;
@@ -99,23 +100,22 @@ std::string silent_words(const State& state, const Event& event) {
   std::string text;
   switch (by) {
     case Interruption::kLateReplies:
-      text = joined("replies of this computer came too late for the controller", words);
+      text = or_else(words, "this computer replied too late for the controller");
       break;
     case Interruption::kPacketsStopped:
-      text = joined(joined("packets from the robot controller stopped", words), kWhatStopsPackets);
+      text = joined(or_else(words, "no more packets from the controller"), kWhatStopsPackets);
       break;
     case Interruption::kOther:
     case Interruption::kNone:
-      text = joined(joined("the robot controller does not go on", words), kWhatStopsPackets);
+      text = joined(or_else(words, "the robot controller stopped the session"), kWhatStopsPackets);
       break;
   }
   if (state.retries > 0 && state.interruptions >= state.retries &&
       is_harmless(FailureKind::kRobotSilent, by)) {
-    text = joined(text, fmt::format("interruptions that it went on from by itself: {}, no more are "
-                                    "allowed ([session] retries)",
+    text = joined(text, fmt::format("all {} automatic retries are used ([session] retries)",
                                     state.interruptions));
   }
-  return joined(text, kResume);
+  return text;
 }
 
 std::string what(FailureKind kind, const State& state, const Event& event) {
@@ -123,39 +123,36 @@ std::string what(FailureKind kind, const State& state, const Event& event) {
   switch (kind) {
     case FailureKind::kPlan:
       return or_else(words,
-                     "no touch can be reached from where the arm stands; jog it away from what "
-                     "is near and resume");
+                     "no touch can be reached from where the arm stands. Jog it away from what is "
+                     "near");
     case FailureKind::kDevice:
     case FailureKind::kIdentify:
     case FailureKind::kReport:
       return words;
     case FailureKind::kPlanChanged:
-      return "the stored cell and options give another plan than the one that the session was "
-             "begun with (the software has changed); start a new session";
+      return "the software was changed since the session began and makes another plan. Start a new "
+             "session";
     case FailureKind::kLinkNotReady:
-      return joined(not_ready_words(state), kResume);
+      return not_ready_words(state);
     case FailureKind::kContactFault:
-      return joined("the contact sensor cannot be trusted",
-                    joined(event.links.contact_words, "see 'cellcal status'"));
+      return or_else(event.links.contact_words, "the contact sensor reports a fault");
     case FailureKind::kContactClosed:
       return joined(
-          "contact is closed before the first move: the tip touches something, or the "
-          "sense line is shorted or broken; jog the arm free or mend the wire",
+          "contact closed before the first move: the tip touches something, or the sense line is "
+          "shorted or broken. Jog the arm free, or repair the wire",
           event.links.contact_words);
     case FailureKind::kArmRefused:
-      return joined(
-          joined("the contact sensor would not be armed", words.empty() ? "no answer" : words),
-          state.links.contact_words);
+      return joined("the contact sensor refused to arm: " + or_else(words, "no answer"),
+                    state.links.contact_words);
     case FailureKind::kNoContact:
       return fmt::format(
-          "no contact by the end of travel on {}, {:.1f} mm behind the surface as "
-          "the cell file states it; check centre and diameter in the cell file, "
-          "and the contact circuit",
-          target(state), (state.planned().search_m - state.planned().expected_m) * kMmPerM);
+          "no contact up to {:.1f} mm behind the surface of {} (cell file). Check centre_mm and "
+          "diameter_mm in the cell file, and the contact circuit",
+          (state.planned().search_m - state.planned().expected_m) * kMmPerM, target(state));
     case FailureKind::kContactTooEarly:
       return fmt::format(
-          "contact {:.1f} mm before the surface of {} as the cell file states it: "
-          "the tip met something else, or the centre in the cell file is wrong",
+          "contact {:.1f} mm before the surface of {} (cell file): the tip met something else, or "
+          "centre_mm is wrong. Look at the tip, then correct centre_mm or remove the obstacle",
           (state.planned().expected_m -
            (event.latch ? travel_m(state.planned(), event.latch->contact_rad) : 0)) *
               kMmPerM,
@@ -164,52 +161,51 @@ std::string what(FailureKind kind, const State& state, const Event& event) {
       return joined(or_else(words, "contact outside of a search"), "jog the arm free");
     case FailureKind::kStillInContact:
       return joined(
-          "contact did not open on the way back: spatter at the tip, or a short; clean "
-          "the tip",
-          joined(words, kResume));
+          "contact did not open while the tip backed off. Clean the tip, and look for "
+          "spatter and a short circuit",
+          words);
     case FailureKind::kReadingsDisagree:
       if (state.missed && state.first) {
         return fmt::format(
-            "the fast search met something on {} after {:.3f} mm, and a slow one met nothing up to "
-            "{:.1f} mm behind it: a short of the moment, noise, or a loose sphere; look at the "
-            "sensor's cable and the tip",
+            "contact on {} after {:.3f} mm in the fast search, none up to {:.1f} mm behind it in "
+            "the slow one: noise, a short circuit or a loose sphere. Check the sensor's cable and "
+            "the tip, and clamp the sphere",
             target(state), state.first->along_m * kMmPerM, state.policy.beyond_first_m * kMmPerM);
       }
       return fmt::format(
-          "{} readings on {} do not agree within {:.3f} mm ({}); look for dirt, a "
-          "loose sphere, a loose tool",
+          "{} readings on {} do not agree within {:.3f} mm ({}). Clean tip and sphere, and look "
+          "for a loose sphere or a loose tool",
           state.slow.size() + 1, target(state), state.policy.tolerance_m * kMmPerM,
           readings_words(state, event));
     case FailureKind::kTooManyRevoked:
-      return joined(fmt::format("{} trips of the contact sensor on {} were noise; check the "
+      return joined(fmt::format("{} trips of the contact sensor on {} were noise. Check the "
                                 "sensor's cable, earth and shield",
                                 state.revoked + 1, target(state)),
                     state.links.contact_words);
     case FailureKind::kContactSilent:
-      return joined("the contact sensor was not heard in time, the arm was stopped",
-                    joined(joined(words, state.links.contact_words), kResume));
+      return joined(or_else(words, "no heartbeat from the contact sensor in time"),
+                    state.links.contact_words);
     case FailureKind::kRobotSilent:
       return silent_words(state, event);
     case FailureKind::kMoveRefused:
-      return joined("the move was not begun", words);
+      return or_else(words, "the controller did not begin the move");
     case FailureKind::kNotFollowing:
-      return joined(joined("the arm does not follow", words), joined(kWhatStopsAnArm, kResume));
+      return joined(or_else(words, "the arm does not follow its set-points"), kWhatStopsAnArm);
     case FailureKind::kStoppedElsewhere:
-      return joined("the move was stopped, but not by this session", words);
+      return joined("the move was stopped, but not by this session. Find out who stopped it",
+                    words);
     case FailureKind::kTimeout:
-      return joined(fmt::format("'{}' took longer than plausible", to_string(state.phase)), words);
+      return joined(fmt::format("'{}' took longer than its time limit", to_string(state.phase)),
+                    words);
     case FailureKind::kStopUnconfirmed:
       return joined(
-          "stop was commanded, but nothing says that the arm rests; use the emergency "
-          "stop, and look at the arm",
+          "stop was commanded, but the arm is not confirmed at rest. Press the emergency "
+          "stop and look at the arm",
           link_words(state.links));
     case FailureKind::kJournal:
-      return or_else(
-          words,
-          "the disk that holds the journal does not answer; look at the disk, then go on "
-          "with 'cellcal run --resume'");
+      return or_else(words, "the journal's disk does not answer. Check the disk");
     case FailureKind::kUnexpectedEvent:
-      return joined(fmt::format("'{}' must not happen while '{}'", to_string(event.kind),
+      return joined(fmt::format("'{}' is not expected while '{}'", to_string(event.kind),
                                 to_string(state.phase)),
                     joined(words, "please report this"));
   }
@@ -225,15 +221,31 @@ std::string setback_words(Setback why, const State& state) {
                                 seconds(state.timeouts.recovering)),
                     link_words(state.links));
     case Setback::kOtherSession:
-      return "the controller has begun another session, so its program was stopped meanwhile";
+      return "the controller has begun another session: its program was stopped meanwhile";
     case Setback::kAgain:
       return joined(
-          fmt::format("the links were not sound for {:.0f} s", seconds(state.timeouts.watching)),
+          fmt::format("the links were not stable for {:.0f} s", seconds(state.timeouts.watching)),
           link_words(state.links));
     case Setback::kMoved:
       return "the arm is not where it was left: somebody may have moved it";
   }
   return "";
+}
+
+const char* next_step(FailureKind kind) {
+  switch (kind) {
+    case FailureKind::kPlan:
+    case FailureKind::kNoContact:
+    case FailureKind::kContactTooEarly:
+      // A resumed session works with the cell file as it was stored.
+      return ". Then: 'cellcal run --resume', or a new session if the cell file was changed";
+    case FailureKind::kIdentify:         // the same touches give the same answer
+    case FailureKind::kPlanChanged:      // needs a new session, as its words say
+    case FailureKind::kUnexpectedEvent:  // a defect
+      return "";
+    default:
+      return ". Then: 'cellcal run --resume'";
+  }
 }
 
 std::string failure_detail(FailureKind kind, const State& state, const Event& event) {

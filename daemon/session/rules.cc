@@ -584,20 +584,21 @@ void close_and_end(State&, const Event&, Actions& actions) {
 }
 
 void fail(FailureKind kind, State& state, const Event& event, Actions& actions) {
-  std::string detail = failure_detail(kind, state, event);
-  if (state.failure) detail += "; before that " + describe(*state.failure);
+  std::string detail = failure_detail(kind, state, event) + next_step(kind);
+  if (state.failure) detail += " (before that: " + describe(*state.failure) + ")";
   state.failure = Failure{kind, std::move(detail)};
   end_failed(state, event, actions);
 }
 
 void fail_and_stop(FailureKind kind, State& state, const Event& event, Actions& actions) {
-  state.failure = Failure{kind, failure_detail(kind, state, event)};
+  state.failure = Failure{kind, failure_detail(kind, state, event) + next_step(kind)};
   stop(state, event, actions);
 }
 
 void fail_interrupted(Setback why, State& state, const Event& event, Actions& actions) {
   state.failure = state.interrupted.value_or(Failure{FailureKind::kRobotSilent, ""});
-  state.failure->detail += "; not gone on with by itself: " + setback_words(why, state);
+  state.failure->detail +=
+      ". Not resumed automatically: " + setback_words(why, state) + next_step(state.failure->kind);
   actions.emplace_back(StopArm{});
   end_failed(state, event, actions);
 }
@@ -610,7 +611,8 @@ void end_failed(State& state, const Event&, Actions& actions) {
 
 void note_journal_failure(State& state, const Event& event, Actions&) {
   state.failure =
-      Failure{FailureKind::kJournal, failure_detail(FailureKind::kJournal, state, event)};
+      Failure{FailureKind::kJournal, failure_detail(FailureKind::kJournal, state, event) +
+                                         next_step(FailureKind::kJournal)};
 }
 
 }  // namespace cellcal::daemon::rules

@@ -137,8 +137,10 @@ void end_failed(State&, const Event&, Actions&);
 /// The end could not be put on disk; nothing is left to be done but to say so.
 void note_journal_failure(State&, const Event&, Actions&);
 
-/// What failed, where, and what to do next, in words.
+/// What failed, where, and what to check, in words.
 std::string failure_detail(FailureKind kind, const State& state, const Event& event);
+/// How the session goes on when that was done: the end of a failure's words; "" where it does not.
+const char* next_step(FailureKind kind);
 std::string setback_words(Setback why, const State& state);
 
 }  // namespace cellcal::daemon::rules

@@ -163,7 +163,7 @@ class Doctor(Wires):
         self.make_files()
         self.rsi_controller("--fault", "silent")
         answer = self.doctor()
-        self.is_red(answer, "contact sensor", "nothing heard from the contact sensor", "baud rate")
+        self.is_red(answer, "contact sensor", "nothing received from the contact sensor", "baud rate")
         # A busy machine may be late with one: a warning.
         self.assertNotEqual(self.found(answer, "rsi replies")["outcome"], "FAILED")
 
@@ -172,7 +172,7 @@ class Doctor(Wires):
         self.rsi_controller("--baud", "115200")
         answer = self.doctor()
         self.is_red(answer, "contact sensor",
-                    "answers at 115200 baud, and this computer is set to 1000000",
+                    "115200 baud at the sensor, 1000000 baud in the configuration",
                     r"set baud = 115200 under \[contact\]")
         self.assertEqual(self.found(answer, "contact circuit")["outcome"], "skipped")
 
@@ -221,11 +221,11 @@ class Doctor(Wires):
         wait_for(lambda: self.status()["touches"] >= 1 or client.poll() is not None, "one touch")
         self.assertIsNone(client.poll(), self.log())
         answer = self.doctor()
-        self.assertRegex(self.found(answer, "daemon")["found"], "runs session 1")
+        self.assertRegex(self.found(answer, "daemon")["found"], "session 1 is running")
         # On a machine that stalls now and then, the doctor says so instead; how fast this one is
         # is not what is tested.
         self.assertRegex(self.found(answer, "robot link")["found"],
-                         r"cycle 4\.00 ms|^\d+ of \d+ replies came late")
+                         r"cycle 4\.00 ms|^\d+ of \d+ replies late")
         self.assertRegex(self.found(answer, "contact link")["found"], r"firmware 1\.1\.0")
         self.assertFalse([one for one in answer["checks"] if one["check"] == "rsi port"])
         links = self.status()["links"]

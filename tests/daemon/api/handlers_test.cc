@@ -50,7 +50,7 @@ TEST_F(an_api, answers_status_and_abort_while_the_journal_waits_for_a_stalled_di
   };
   EXPECT_EQ(answer("GET", "/v1/status"), 200);
   EXPECT_EQ(answer("GET", "/v1/watch"), 200);
-  EXPECT_EQ(answer("POST", "/v1/abort"), 409) << "nothing is under way";
+  EXPECT_EQ(answer("POST", "/v1/abort"), 409) << "no session is running";
   for (const char* target : {"/v1/run", "/v1/sessions", "/v1/sessions/1/touches.csv"}) {
     EXPECT_TRUE(Api::is_slow(parse_target("GET", target, ""))) << target;
   }

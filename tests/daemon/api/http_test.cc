@@ -303,7 +303,7 @@ TEST(a_client, says_that_there_is_no_daemon_and_what_to_do) {
   } catch (const SocketError& error) {
     const std::string words = error.what();
     EXPECT_NE(words.find("none.sock"), std::string::npos) << words;
-    EXPECT_NE(words.find("start it"), std::string::npos) << words;
+    EXPECT_NE(words.find("Start it"), std::string::npos) << words;
   }
 }
 

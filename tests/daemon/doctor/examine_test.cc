@@ -69,7 +69,7 @@ TEST_F(an_examination, foresees_how_far_the_axes_go_in_a_session) {
   const Finding plan = finding_of(narrow, "plan");
   EXPECT_EQ(plan.outcome, Outcome::kFailed);
   EXPECT_NE(plan.found.find("correction_limit_deg is 40"), std::string::npos) << plan.found;
-  for (const char* words : {"set correction_limit_deg = ", "kuka-files", "cold start"})
+  for (const char* words : {"set correction_limit_deg = ", "kuka-files", "cold-start"})
     EXPECT_NE(plan.advice.find(words), std::string::npos) << plan.advice;
 }
 

@@ -92,7 +92,7 @@ TEST(an_rsi_link, whose_replies_are_refused_is_told_by_sentype_not_by_silence) {
 TEST(an_rsi_link, that_stopped_for_another_reason_says_so) {
   RsiSeen seen = sound();
   seen.lost = true;
-  EXPECT_NE(finding_of(judged(seen), "rsi packets").found.find("stopped"), std::string::npos);
+  EXPECT_NE(finding_of(judged(seen), "rsi packets").found.find("then none after IPOC"), std::string::npos);
 }
 
 TEST(an_rsi_link, is_judged_by_its_late_replies_since_it_answers) {

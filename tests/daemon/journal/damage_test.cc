@@ -81,7 +81,7 @@ TEST_F(a_journal_that_a_kill_left, that_is_refused_is_left_as_it_is) {
 TEST_F(a_journal_that_a_kill_left, misses_its_rows_when_the_log_is_gone) {
   std::filesystem::remove(with("-wal"));
   const std::string words = refusal(copy_);
-  EXPECT_NE(words.find("remove the .head file to go on"), std::string::npos) << words;
+  EXPECT_NE(words.find("remove the .head file to continue"), std::string::npos) << words;
   std::filesystem::remove(with(".head"));
   Journal without(copy_);
   ASSERT_EQ(without.remarks().size(), 1u);
@@ -110,7 +110,7 @@ TEST_F(a_journal_that_a_kill_left, is_not_taken_for_another_or_an_older_one) {
   EXPECT_NE(refusal(copy_).find("another journal"), std::string::npos) << refusal(copy_);
 
   std::filesystem::remove(copy_);
-  EXPECT_NE(refusal(copy_).find("bring the journal back"), std::string::npos) << refusal(copy_);
+  EXPECT_NE(refusal(copy_).find("Restore the journal"), std::string::npos) << refusal(copy_);
 }
 
 struct Change {

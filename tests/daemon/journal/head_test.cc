@@ -148,7 +148,7 @@ TEST_F(a_head_file_by_itself, that_the_disk_does_not_take_whole_is_an_error) {
     const std::string words = error_of([&] { file.write(head(1)); });
     ::setrlimit(RLIMIT_FSIZE, &before);
     EXPECT_TRUE(has(words, "j.db.head cannot be written (")) << bytes << ": " << words;
-    EXPECT_TRUE(has(words, "); make room")) << words;
+    EXPECT_TRUE(has(words, "). Make room")) << words;
     if (bytes == 0) {
       EXPECT_TRUE(has(words, "(File too large)")) << words;
     }
@@ -195,7 +195,7 @@ struct a_lock_file : ::testing::Test {
 TEST_F(a_lock_file, is_one_holders_alone_until_he_lets_go) {
   {
     const LockFile lock(path, journal);
-    EXPECT_TRUE(has(taken(), "another program has it locked")) << taken();
+    EXPECT_TRUE(has(taken(), "locked by another program")) << taken();
   }
   EXPECT_EQ(taken(), "");
 }
@@ -212,7 +212,7 @@ TEST_F(a_lock_file, that_was_replaced_before_it_was_locked_is_opened_anew) {
   const LockFile lock(path, journal);
   EXPECT_EQ(attempts, 2) << "a lock on a file that nobody else finds keeps nobody out";
   before_lock = nullptr;
-  EXPECT_TRUE(has(taken(), "another program has it locked")) << taken();
+  EXPECT_TRUE(has(taken(), "locked by another program")) << taken();
 }
 
 TEST_F(a_lock_file, that_was_removed_before_it_was_locked_is_made_anew) {
@@ -231,7 +231,7 @@ TEST_F(a_lock_file, that_cannot_be_locked_says_why_and_where_it_could) {
   const std::string words = taken();
   EXPECT_EQ(words,
             "journal " + journal.string() + ": " + path.string() +
-                " cannot be locked (No locks available); put the state directory on a local disk");
+                " cannot be locked (No locks available). Put the state directory on a local disk");
   for (const int code : {EAGAIN, EACCES}) {
     before_lock = [code] { return code; };
     EXPECT_TRUE(has(taken(), "second cellcald")) << taken();

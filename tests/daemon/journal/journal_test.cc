@@ -175,7 +175,7 @@ TEST(a_journal, writes_notes_with_the_next_row_and_shows_them_before) {
 TEST(a_journal, refuses_a_file_that_is_not_a_database) {
   const TemporaryDirectory dir;
   std::ofstream(dir / "j.db") << std::string(5000, 'x');
-  EXPECT_NE(reason(dir / "j.db").find("move it aside"), std::string::npos) << reason(dir / "j.db");
+  EXPECT_NE(reason(dir / "j.db").find("Move it aside"), std::string::npos) << reason(dir / "j.db");
   EXPECT_NE(reason(dir / "j.db").find("j.db"), std::string::npos);
 }
 
@@ -205,7 +205,7 @@ TEST(a_journal, refuses_a_damaged_one) {
     file << std::string(2000, '\xff');
   }
   file.close();
-  EXPECT_NE(reason(dir / "j.db").find("move it aside"), std::string::npos) << reason(dir / "j.db");
+  EXPECT_NE(reason(dir / "j.db").find("Move it aside"), std::string::npos) << reason(dir / "j.db");
 }
 
 TEST(a_journal, refuses_a_second_daemon) {

@@ -81,7 +81,7 @@ TEST(a_journal, where_there_can_be_no_log_is_refused_and_nothing_is_made) {
   Chain chain(database, head);
   const std::string words = error_of([&] { prepare(database, head, chain); });
   EXPECT_EQ(words,
-            "journal :memory:: no write-ahead log on this file system (memory); put the state "
+            "journal :memory:: no write-ahead log on this file system (memory). Put the state "
             "directory on a local disk");
   EXPECT_EQ(database.integer("SELECT count(*) FROM sqlite_schema"), 0);
 }
@@ -96,7 +96,7 @@ TEST(a_journal, whose_pages_contradict_its_tables_is_refused_and_left_as_it_is) 
   const std::string words = error_of([&] { const Journal journal(path); });
   EXPECT_TRUE(words.starts_with("journal " + path.string() + ": damaged (")) << words;
   EXPECT_NE(words.find("event"), std::string::npos) << words;
-  EXPECT_NE(words.find("); move it aside (its -wal and .head files too)"), std::string::npos)
+  EXPECT_NE(words.find("). Move it aside with its -wal and .head files"), std::string::npos)
       << words;
 }
 

@@ -104,7 +104,7 @@ TEST_P(a_session_before_its_links, is_ended_by_ctrl_c_in_run_since_nothing_has_m
   EXPECT_EQ(run_command.wait(), 1);
   EXPECT_EQ(fixture.status()["phase"], "aborted");
   const std::string said = content(fixture.dir / "run.log");
-  EXPECT_NE(said.find("session 1 was ended before anything moved"), std::string::npos) << said;
+  EXPECT_NE(said.find("session 1 ended before anything moved"), std::string::npos) << said;
 }
 
 TEST_P(a_session_before_its_links, is_left_alone_by_ctrl_c_in_watch) {
@@ -124,10 +124,10 @@ TEST_P(a_session_before_its_links, that_waited_in_vain_says_what_was_to_be_start
   const Outcome outcome = run_program(run());
   EXPECT_EQ(outcome.status, 1);
   EXPECT_NE(outcome.err.find("link-not-ready: robot: "), std::string::npos) << outcome.err;
-  EXPECT_NE(outcome.err.find("start " + program() + " on the pendant"), std::string::npos)
+  EXPECT_NE(outcome.err.find("Start " + program() + " on the pendant"), std::string::npos)
       << outcome.err;
-  EXPECT_NE(outcome.err.find("contact sensor: "), std::string::npos) << outcome.err;
-  EXPECT_NE(outcome.err.find("waited 1 s ([session] connect_wait_s)"), std::string::npos)
+  EXPECT_NE(outcome.err.find("Contact sensor: "), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("Waited 1 s ([session] connect_wait_s)"), std::string::npos)
       << outcome.err;
 }
 

@@ -80,8 +80,7 @@ TEST(a_disk_that_stalls, is_what_the_failure_speaks_of) {
   const State end = session.run();
   ASSERT_EQ(end.phase, Phase::kFailed);
   EXPECT_EQ(end.failure->kind, FailureKind::kJournal);
-  EXPECT_NE(end.failure->detail.find("the disk that holds the journal does not answer"),
-            std::string::npos)
+  EXPECT_NE(end.failure->detail.find("the journal's disk does not answer"), std::string::npos)
       << end.failure->detail;
 }
 

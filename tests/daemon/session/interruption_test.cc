@@ -62,7 +62,8 @@ TEST_P(a_harmless_interruption, of_any_move_is_gone_on_from_where_the_owner_allo
     EXPECT_EQ(session.done.size(), 2u) << move;
     const bool told = std::any_of(
         session.recorder.notes.begin(), session.recorder.notes.end(), [](const std::string& note) {
-          return note.find("interruption 1 of at most 1, going on by itself: robot-silent") == 0;
+          return note.find("interruption 1 of at most 1, resuming automatically: robot-silent") ==
+                 0;
         });
     EXPECT_TRUE(told) << move;
     // The touch that is on disk is not made again, and nothing moved before a new reference.
@@ -89,9 +90,8 @@ TEST_P(a_harmless_interruption, is_gone_on_from_as_often_as_was_allowed_and_no_o
   ASSERT_EQ(end.phase, Phase::kFailed);
   EXPECT_EQ(end.interruptions, 2);
   EXPECT_EQ(session.backend.world.moves.size(), 8u);
-  EXPECT_NE(
-      words_of(end).find("went on from by itself: 2, no more are allowed ([session] retries)"),
-      std::string::npos)
+  EXPECT_NE(words_of(end).find("ll 2 automatic retries are used ([session] retries)"),
+            std::string::npos)
       << words_of(end);
 }
 
@@ -149,7 +149,7 @@ INSTANTIATE_TEST_SUITE_P(session, an_interruption,
                                            Setback{"late_again",
                                                    {.lost_for_ms = 16, .late_again = true},
                                                    FailureKind::kRobotSilent,
-                                                   "not sound for 2 s"},
+                                                   "not stable for 2 s"},
                                            Setback{"arm_moved",
                                                    {.lost_for_ms = 16, .moved_meanwhile_rad = 0.02},
                                                    FailureKind::kRobotSilent,

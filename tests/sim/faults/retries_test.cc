@@ -106,7 +106,7 @@ TEST_F(sessions_that_may_go_on, end_at_the_interruption_behind_the_last_that_was
   EXPECT_EQ(verdict.outcome, Outcome::kNamed) << shown(verdict);
   EXPECT_EQ(verdict.name, "robot-silent");
   EXPECT_EQ(verdict.interruptions, 2);
-  EXPECT_NE(verdict.words.find("no more are allowed ([session] retries)"), std::string::npos)
+  EXPECT_NE(verdict.words.find("automatic retries are used ([session] retries)"), std::string::npos)
       << verdict.words;
 }
 
