@@ -100,7 +100,7 @@ TEST(the_result, states_chi_squared_with_its_degrees_of_freedom) {
   calibration.degrees_of_freedom = 68.04;
   calibration.chi2_per_dof = 0.9;
   EXPECT_NE(result_words(calibration, {}, Detail::kAll)
-                .find("chi^2 of the fit: 61.2 at 68.0 degrees of freedom, 0.90 for each\n"),
+                .find("chi^2 of the fit: 61.2 at 68.0 degrees of freedom, 0.90 per degree\n"),
             std::string::npos)
       << result_words(calibration, {}, Detail::kAll);
 }

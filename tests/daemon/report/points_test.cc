@@ -57,7 +57,8 @@ TEST(Points, AreDrawnFromZeroUpwards) {
 
 TEST(Points, AreShadedUpToWhatNoiseAlongThreeAxesReaches) {
   // 0.03 mm along each axis: 95 % of the distances stay below sqrt(7.815) times that.
-  EXPECT_TRUE(says(section_of(html_report(session_with_points(2)), "residuals"), " 0.084 mm hold"));
+  EXPECT_TRUE(
+      says(section_of(html_report(session_with_points(2)), "residuals"), " 0.084 mm contain"));
 }
 
 TEST(Points, AreComparedWithTheCurveOfDistances) {

@@ -25,7 +25,8 @@ ClockMap::Sample ping(ClockMap& map, double s, double stamp_s = 0.0, double held
   const double rx = s + kWireS + stamp_s, tx = rx + kTurnaroundS;
   return map.add(at(s), at(s + 2 * kWireS + kTurnaroundS + held_s), ticks(rx), ticks(tx));
 }
-ClockMap map_of(int samples, const std::function<double(int)>& stamp_s = [](int) { return 0.0; }) {
+ClockMap map_of(
+    int samples, const std::function<double(int)>& stamp_s = [](int) { return 0.0; }) {
   ClockMap map(kWireS);
   for (int i = 0; i < samples; ++i) {
     EXPECT_EQ(ping(map, kEveryS * i, stamp_s(i)), ClockMap::Sample::kTaken);
@@ -131,7 +132,8 @@ TEST(ClockMapLimits, EachOfAFewSamplesCountsFromTheFirstToTheLast) {
   EXPECT_NEAR(1e6 * quiet.sigma_s(ticks(kEveryS * middle)), std::sqrt(1.0 + one), 0.002);
   EXPECT_NEAR(1e6 * quiet.sigma_s(), std::sqrt(1.0 + one + to_newest), 0.002);
   // Scatter of 3 us, even on both sides of the middle: all of it is scatter, six of eight are free.
-  const ClockMap loud = map_of(kSamples, [](int i) { return i % 4 == 0 || i % 4 == 3 ? 3e-6 : -3e-6; });
+  const ClockMap loud =
+      map_of(kSamples, [](int i) { return i % 4 == 0 || i % 4 == 3 ? 3e-6 : -3e-6; });
   const double scale = 9.0 * kSamples / (kSamples - 2);
   EXPECT_NEAR(1e6 * loud.sigma_s(ticks(kEveryS * middle)), std::sqrt(1.0 + scale * one), 0.01);
 }
@@ -215,8 +217,9 @@ TEST(ClockMapLimits, FollowsADriftWhicheverSampleCameFirst) {
     }
     EXPECT_NEAR(map.drift_ppm(), ppm, 0.05);
     const double later = 40.0;
-    const double told = std::chrono::duration<double>(
-                            map.to_host(ticks(later * (1 + ppm * 1e-6))) - at(later)).count();
+    const double told =
+        std::chrono::duration<double>(map.to_host(ticks(later * (1 + ppm * 1e-6))) - at(later))
+            .count();
     EXPECT_NEAR(1e6 * told, 0.0, 2.0);
   }
 }

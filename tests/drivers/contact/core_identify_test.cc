@@ -268,7 +268,8 @@ TEST(CoreIdentify, AnOldOrForeignPongIsNone) {
   const double least = s.facts().quality.round_trip_min_s;
   s.say(ctp::Pong{nonce + 1, 0, 0});
   s.say(ctp::Pong{nonce, s.ticks(s.now), s.ticks(s.now)});
-  for (int i = 0; i < 5; ++i) s.say(ctp::Pong{nonce, 0, 0});  // the same once more: not out any longer
+  for (int i = 0; i < 5; ++i)
+    s.say(ctp::Pong{nonce, 0, 0});  // the same once more: not out any longer
   EXPECT_EQ(s.facts().step, ContactStep::kReady);
   EXPECT_LE(s.facts().quality.round_trip_min_s, least);
 }
@@ -282,7 +283,8 @@ TEST(CoreIdentify, SaysWhenItWantsToBeCalled) {
     script(s);
     std::vector<std::pair<int, double>> done;
     for (const auto& sent : s.sent) {
-      const double ms = std::chrono::duration<double, std::milli>(sent.at.time_since_epoch()).count();
+      const double ms =
+          std::chrono::duration<double, std::milli>(sent.at.time_since_epoch()).count();
       done.emplace_back(sent.frame.type, ms);
     }
     EXPECT_TRUE(always || s.wakes < 3000) << s.wakes;
@@ -300,11 +302,12 @@ TEST(CoreIdentify, SaysWhenItWantsToBeCalled) {
     s.identifies = s.beats = false;
     s.run(1s);
   });
-  expect_alike([](ScriptedSensor& s) {  // the sensor's own bytes wake it only every tenth of a second
-    s.beats = false;
-    s.status.config_crc = CTP_CONFIG_NONE;
-    s.run(1s);
-  });
+  expect_alike(
+      [](ScriptedSensor& s) {  // the sensor's own bytes wake it only every tenth of a second
+        s.beats = false;
+        s.status.config_crc = CTP_CONFIG_NONE;
+        s.run(1s);
+      });
   expect_alike([](ScriptedSensor& s) {
     s.run(1s);
     s.core.arm(4, 300ms, s.now);

@@ -53,8 +53,9 @@ TEST(ContactIdentify, RefusesAnUnknownVersionAndSaysWhatToFlash) {
   rig.run(seconds{1});
   const ContactStatus s = rig.contact.status();
   EXPECT_EQ(s.link, ContactLink::kFault);
-  EXPECT_NE(s.words.find("CTP/2 (firmware 2.3.1)"), std::string::npos) << s.words;
-  EXPECT_NE(s.words.find("flash firmware 1.x"), std::string::npos) << s.words;
+  EXPECT_NE(s.words.find("CTP/2 in the contact sensor (firmware 2.3.1)"), std::string::npos)
+      << s.words;
+  EXPECT_NE(s.words.find("Flash firmware 1.x"), std::string::npos) << s.words;
   EXPECT_FALSE(rig.arm(1).armed);
 }
 

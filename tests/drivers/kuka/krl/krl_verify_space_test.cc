@@ -73,10 +73,8 @@ TEST(RsiSetInSpace, IsRefusedByFileLineAndWords) {
        "corrects, but [rsi] correction is \"space\""},
       {"cellcal_rsi.rsix", "InIdx=\"1\" OutObjId=\"Ethernet_1\" OutIdx=\"1\"",
        "InIdx=\"1\" OutObjId=\"Ethernet_1\" OutIdx=\"2\"", "RKorr.Y is channel 2"},
-      {"cellcal_rsi.src", "$BASE=$NULLFRAME", "$BASE=BASE_DATA[3]",
-       "$BASE=$NULLFRAME belongs there"},
-      {"cellcal_rsi.src", "$TOOL=$NULLFRAME", "$TOOL=TOOL_DATA[1]",
-       "$TOOL=$NULLFRAME belongs there"},
+      {"cellcal_rsi.src", "$BASE=$NULLFRAME", "$BASE=BASE_DATA[3]", "Set $BASE=$NULLFRAME"},
+      {"cellcal_rsi.src", "$TOOL=$NULLFRAME", "$TOOL=TOOL_DATA[1]", "Set $TOOL=$NULLFRAME"},
       {"cellcal_rsi_ethernet.xml", "DEF_RIst", "DEF_RSol", "DEF_RIst is missing"},
   };
   for (const Spoiled& one : cases) {
