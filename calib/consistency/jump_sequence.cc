@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <stdexcept>
 #include <utility>
 
 #include "calib/consistency/session_order.h"
@@ -56,6 +57,8 @@ JumpSequence::JumpSequence(const Cell& cell, const std::vector<Touch>& touches,
   weigh_repeats(problem_);
   problem_.set_ripple(c.level.ripple_rad);
   const int n = problem_.size();
+  if (c.parameters.size() != static_cast<std::size_t>(n))
+    throw std::invalid_argument("JumpSequence: the calibration is of another model level");
   Eigen::VectorXd x(n), u(n);
   for (int i = 0; i < n; ++i) {
     const ParameterResult& p = c.parameters[static_cast<std::size_t>(i)];

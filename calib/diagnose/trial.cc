@@ -62,7 +62,7 @@ Trial attempt(const Cell& cell, const std::vector<Touch>& touches) {
   const Cell levelled = at_level(cell, ModelLevel{}, touches);
   const ArmModel arm(levelled);
   IdentifyOptions options;
-  options.level = ModelLevel{};  // the fullest; which one it is does not matter here
+  options.level = ModelLevel{};  // the fullest without play; which one it is does not matter here
   trial.found = tried(cell, touches, options);
   if (!trial.found) return trial;
   trial.sum = 0.0;

@@ -33,7 +33,7 @@ struct Trial {
 std::optional<Calibration> tried(const Cell& cell, const std::vector<Touch>& touches,
                                  const IdentifyOptions& options);
 
-/// At the fullest level; which one it is does not matter for that.
+/// At the fullest level without play; which one it is does not matter for that.
 Trial attempt(const Cell& cell, const std::vector<Touch>& touches);
 
 }  // namespace cellcal::calib

@@ -61,9 +61,7 @@ std::vector<ModelLevel> usual_levels(bool with_play) {
   return levels;
 }
 
-double prior_odds_of_play() {
-  return kPlayed * kCompliance[std::size(kCompliance) - 1].probability;
-}
+double prior_odds_of_play() { return kPlayed; }
 
 struct LevelSums::Impl {
   Groups groups;

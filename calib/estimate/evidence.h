@@ -18,7 +18,7 @@ namespace cellcal::calib {
 /// The levels that are considered, with or without those that have play.
 std::vector<ModelLevel> usual_levels(bool with_play = false);
 
-/// Probability of play beforehand, over that of none.
+/// Probability of play beforehand over that of none, where there is as much compliance.
 double prior_odds_of_play();
 
 /// Posterior mean and covariance over all levels, in the unknowns of the fullest.

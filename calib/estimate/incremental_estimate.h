@@ -34,7 +34,7 @@ class RunningEstimate {
   /// taken.
   Taken add(const Touch& touch);
 
-  /// The cell at the fullest model level, and its unknowns in order.
+  /// The cell at the fullest model level without play, and its unknowns in order.
   const Problem& problem() const;
   /// Means and covariance of the unknowns, SI; frame directions included, scatter beyond the stated
   /// noise not.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "calib/estimate/evidence.h"
@@ -23,8 +24,9 @@ Eigen::VectorXd without_play(const Problem& played, const Eigen::VectorXd& plain
   return u;
 }
 
-/// log of the sum of the levels' evidence.
+/// log of the sum of the levels' evidence; minus infinity of none.
 double log_sum(const std::vector<LevelEvidence>& levels) {
+  if (levels.empty()) return -std::numeric_limits<double>::infinity();
   const double best = levels.front().log_evidence;
   double sum = 0.0;
   for (const LevelEvidence& l : levels) sum += std::exp(l.log_evidence - best);
@@ -44,11 +46,16 @@ bool estimate_with_play(const Problem& plain, Problem& played, const IdentifyOpt
   linearise(played, with.u, with.use, with.posterior.linear);
   std::vector<ModelLevel> levels = usual_levels(true), only_play = levels;
   std::erase_if(only_play, [](const ModelLevel& level) { return level.play == 0.0; });
-  const double log_odds =
-      log_sum(mean_over_levels(played, with.u, with.posterior.linear, only_play).levels) -
-      log_sum(e.levels.levels);
-  if (!(log_odds > std::log(prior_odds_of_play()))) return false;  // (27a)
+  std::vector<LevelEvidence> likewise = e.levels.levels;  // but for the play
+  std::erase_if(likewise, [&](const LevelEvidence& l) {
+    return l.level.compliance != only_play.front().compliance;
+  });
   try {
+    const double log_odds =
+        log_sum(mean_over_levels(played, with.u, with.posterior.linear, only_play).levels) -
+        log_sum(likewise);
+    constexpr double kNotByChance = 1.0;  // joints that no torque turns leave the odds as they were
+    if (!(log_odds > std::log(prior_odds_of_play()) + kNotByChance)) return false;  // (27a)
     refine(played, options, std::move(levels), with);
   } catch (const IdentifyError&) {
     return false;  // no such arm: something else is wrong, and it is asked for elsewhere

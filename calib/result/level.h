@@ -29,7 +29,7 @@ struct ModelLevel {
   bool operator==(const ModelLevel&) const = default;
 };
 
-/// Everything that an arm may do: what an estimate begins from.
+/// Everything that an arm may do. An estimate begins without the play.
 inline constexpr ModelLevel kFullestLevel{1.0, 1.0, 0.0, 1.0};
 
 /// One level that was considered, and how well it explains the touches.

@@ -203,7 +203,7 @@ Calibration not_identified(const Cell& cell, const std::vector<Touch>& touches,
 
   Calibration calibration;
   calibration.cell = cell;
-  calibration.level = options.level.value_or(kFullestLevel);
+  calibration.level = options.level.value_or(ModelLevel{});
   calibration.level_reason = "nothing was identified; the nominal arm";
   const FrameDirections no_frame{Eigen::MatrixXd(problem.size(), 0), {}};
   fill_parameters(problem, e, no_frame, 1.0, calibration);
@@ -231,8 +231,8 @@ Calibration not_identified(const Cell& cell, const std::vector<Touch>& touches,
 Calibration identify_as_stated(const Cell& cell, const std::vector<Touch>& touches,
                                const IdentifyOptions& options) {
   require_sound(cell, touches);
-  // The fullest level first: outliers are judged by a model that can explain all that an arm does,
-  // and the evidence of every simpler level follows from its linearisation.
+  // The fullest level without play first: outliers are judged by a model that can explain nearly all
+  // that an arm does, and the evidence of every simpler level follows from its linearisation.
   auto likely = std::make_unique<Stated>(cell, touches, options.level.value_or(ModelLevel{}));
   std::vector<ModelLevel> levels = usual_levels();
   if (options.level)

@@ -79,9 +79,11 @@ std::string unidentifiable(const View& view) {
                    "<p>Nearly all parameters: the touches are too few to calibrate.</p>\n");
   }
   if (directions.empty()) {
-    return section("unidentifiable", "What the touches cannot tell",
-                   "<p>None: the touches determine every direction.</p>\n" +
-                       observability_words(view.result.observability));
+    return section(
+        "unidentifiable", "What the touches cannot tell",
+        (view.result.observability.rows > 0 ? "<p>No undetermined direction was found.</p>\n"
+                                            : "<p>Not examined.</p>\n") +
+            observability_words(view.result.observability));
   }
   std::string items;
   for (const calib::UnidentifiableDirection& direction : directions) {

@@ -235,7 +235,8 @@ void Mover::fill_latch(const MoverCycle& cycle, const AxisAngles& settled_rad) {
     const double actual = at_contact->actual_rad[i];
     if (actual >= range.min - tolerance_rad && actual <= range.max + tolerance_rad) continue;
     outcome_ = MoveOutcome::kNotFollowing;
-    cause_ = cause::AxisNotFollowing{static_cast<std::uint8_t>(i), range.max * kDegPerRad,
+    cause_ = cause::AxisNotFollowing{static_cast<std::uint8_t>(i),
+                                     std::clamp(actual, range.min, range.max) * kDegPerRad,
                                      actual * kDegPerRad};
     return;
   }
