@@ -61,7 +61,9 @@ std::vector<ModelLevel> usual_levels(bool with_play) {
   return levels;
 }
 
-double prior_odds_of_play() { return kPlayed; }
+PlayBeforehand play_beforehand() {
+  return {kPlayed, kPlayed * kCompliance[std::size(kCompliance) - 1].probability};
+}
 
 struct LevelSums::Impl {
   Groups groups;

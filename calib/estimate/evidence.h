@@ -18,8 +18,12 @@ namespace cellcal::calib {
 /// The levels that are considered, with or without those that have play.
 std::vector<ModelLevel> usual_levels(bool with_play = false);
 
-/// Probability of play beforehand over that of none, where there is as much compliance.
-double prior_odds_of_play();
+/// Probability of play beforehand over that of none.
+struct PlayBeforehand {
+  double odds_at_its_compliance;  ///< among levels of as much compliance
+  double odds;                    ///< among all
+};
+PlayBeforehand play_beforehand();
 
 /// Posterior mean and covariance over all levels, in the unknowns of the fullest.
 struct LevelMean {

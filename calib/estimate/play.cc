@@ -51,11 +51,15 @@ bool estimate_with_play(const Problem& plain, Problem& played, const IdentifyOpt
     return l.level.compliance != only_play.front().compliance;
   });
   try {
-    const double log_odds =
-        log_sum(mean_over_levels(played, with.u, with.posterior.linear, only_play).levels) -
-        log_sum(likewise);
+    const double with_play =
+        log_sum(mean_over_levels(played, with.u, with.posterior.linear, only_play).levels);
+    const PlayBeforehand beforehand = play_beforehand();
     constexpr double kNotByChance = 1.0;  // joints that no torque turns leave the odds as they were
-    if (!(log_odds > std::log(prior_odds_of_play()) + kNotByChance)) return false;  // (27a)
+    const bool speaks_for_it =            // (27a)
+        with_play - log_sum(likewise) > std::log(beforehand.odds_at_its_compliance) + kNotByChance;
+    const bool has_a_say =
+        with_play - log_sum(e.levels.levels) > std::log(beforehand.odds);  // (27b)
+    if (!speaks_for_it || !has_a_say) return false;
     refine(played, options, std::move(levels), with);
   } catch (const IdentifyError&) {
     return false;  // no such arm: something else is wrong, and it is asked for elsewhere

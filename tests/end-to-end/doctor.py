@@ -138,7 +138,7 @@ class Doctor(Wires):
         self.make_files()
         self.edit("cellcal_rsi_ethernet.xml", "<SENTYPE>ImFree", "<SENTYPE>KROSHU")
         self.rsi_controller()
-        self.is_red(self.doctor(files=False), "rsi replies", "not accepted", 'SENTYPE "ImFree"')
+        self.is_red(self.doctor(files=False), "rsi replies", "not accepted", 'SENTYPE .* "ImFree"')
         self.is_red(self.doctor(), "controller files", r"ethernet.xml:\d+: SENTYPE is \"KROSHU\"")
 
     def test_a_precision_of_one_decimal_is_named(self):
@@ -156,7 +156,7 @@ class Doctor(Wires):
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
             taken.bind(("127.0.0.1", self.port))
             answer = self.doctor()
-        self.is_red(answer, "rsi port", str(self.port), rf"end \S+ \(process {os.getpid()}\)")
+        self.is_red(answer, "rsi port", str(self.port), rf"stop \S+ \(process {os.getpid()}\)")
         self.assertEqual(self.found(answer, "contact line")["outcome"], "ok")
 
     def test_a_sensor_that_says_nothing_is_named(self):

@@ -54,7 +54,7 @@ TEST_F(an_examination, tells_a_kr_5_apart_by_where_its_flange_is) {
   examine(request(), findings);
   const Finding geometry = finding_of(findings, "robot geometry");
   EXPECT_EQ(geometry.outcome, Outcome::kWarning);
-  EXPECT_NE(geometry.found.find("X 800.0, Z 960.0"), std::string::npos) << geometry.found;
+  EXPECT_NE(geometry.found.find("X 800.0 mm, Z 960.0 mm"), std::string::npos) << geometry.found;
 }
 
 TEST_F(an_examination, foresees_how_far_the_axes_go_in_a_session) {

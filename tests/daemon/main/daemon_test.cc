@@ -106,7 +106,7 @@ TEST(a_virtual_session, ends_by_name_where_corrections_in_space_reach_their_limi
   fixture.start();
   const Outcome outcome = fixture.cellcal(run("12", "4"));
   EXPECT_EQ(outcome.status, 1);
-  EXPECT_NE(outcome.err.find("limit of 20.00 deg"), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("limit 20.00 deg"), std::string::npos) << outcome.err;
   EXPECT_NE(outcome.err.find("correction_turn_limit_deg"), std::string::npos) << outcome.err;
 }
 

@@ -15,8 +15,8 @@ using enum Phase;
 using F = FailureKind;
 
 constexpr const char* kStand =
-    "look, most likely first, at the emergency stop, the enabling switch and the start key (T1), the program and its "
-    "message on the pendant, the cable, the controller's power; then go on with 'cellcal run --resume'";
+    ". Check in this order: emergency stop, enabling switch and start key (T1), the program and its message on the "
+    "pendant, the cable, the controller's power";
 
 struct failure_words : ::testing::Test {
   failure_words() {
@@ -71,28 +71,28 @@ TEST_F(failure_words, of_touches_chosen_one_by_one_say_that_the_count_is_foresee
 TEST_F(failure_words, name_the_target_where_there_is_one) {
   state.revoked = 4;
   EXPECT_EQ(in(kSlowSearch, F::kTooManyRevoked),
-            "touch 1 of 2 (S1): 5 trips of the contact sensor on S1 were noise; check the sensor's "
+            "touch 1 of 2 (S1): 5 trips of the contact sensor on S1 were noise. Check the sensor's "
             "cable, earth and shield");
   state.done = 2;
   EXPECT_EQ(in(kSlowSearch, F::kTooManyRevoked),
-            "5 trips of the contact sensor on the target were noise; check the sensor's cable, "
+            "5 trips of the contact sensor on the target were noise. Check the sensor's cable, "
             "earth and shield");
   state.plan.reset();
   state.done = 0;
   EXPECT_EQ(in(kSlowSearch, F::kTooManyRevoked),
-            "5 trips of the contact sensor on the target were noise; check the sensor's cable, "
+            "5 trips of the contact sensor on the target were noise. Check the sensor's cable, "
             "earth and shield");
 }
 
 TEST_F(failure_words, say_how_far_from_the_surface_it_was) {
   EXPECT_EQ(
       in(kFastSearch, F::kNoContact),
-      "touch 1 of 2 (S1): no contact by the end of travel on S1, 8.0 mm behind the surface as the cell file states "
-      "it; check centre and diameter in the cell file, and the contact circuit");
+      "touch 1 of 2 (S1): no contact up to 8.0 mm behind the surface of S1 (cell file). Check centre_mm and "
+      "diameter_mm in the cell file, and the contact circuit");
   contact_at(0.105);
   const std::string before =
-      " mm before the surface of S1 as the cell file states it: the tip met something else, or the centre in the cell "
-      "file is wrong";
+      " mm before the surface of S1 (cell file): the tip met something else, or centre_mm is wrong. Look at the tip, "
+      "then correct centre_mm or remove the obstacle";
   EXPECT_EQ(in(kFastSearch, F::kContactTooEarly), "touch 1 of 2 (S1): contact 5.0" + before);
   event.latch.reset();
   EXPECT_EQ(in(kFastSearch, F::kContactTooEarly), "touch 1 of 2 (S1): contact 10.0" + before);
@@ -106,7 +106,8 @@ TEST_F(failure_words, list_the_readings_that_disagree) {
   contact_at(0.1103);
   const std::string words =
       "touch 1 of 2 (S1): 3 readings on S1 do not agree within 0.060 mm (10.100, 9.900, ";
-  const std::string look = " mm); look for dirt, a loose sphere, a loose tool";
+  const std::string look =
+      " mm). Clean tip and sphere, and look for a loose sphere or a loose tool";
   EXPECT_EQ(in(kSlowSearch, F::kReadingsDisagree), words + "10.300" + look);
   event.latch.reset();
   EXPECT_EQ(in(kSlowSearch, F::kReadingsDisagree), words + "0.000" + look);
@@ -115,32 +116,29 @@ TEST_F(failure_words, list_the_readings_that_disagree) {
 TEST_F(failure_words, say_which_link_is_missing_and_what_to_start) {
   state.how_to_start = "start CELLCAL_RSI";
   state.links.robot = RobotLink::kDown;
-  const std::string waited =
-      "waited 300 s ([session] connect_wait_s); then go on with 'cellcal run --resume'";
-  EXPECT_EQ(in(kConnecting, F::kLinkNotReady), "robot: not ready; start CELLCAL_RSI; " + waited);
+  const std::string waited = ". Waited 300 s ([session] connect_wait_s)";
+  EXPECT_EQ(in(kConnecting, F::kLinkNotReady), "robot: not ready. Start CELLCAL_RSI" + waited);
   state.links.robot_words = "no packet";
   state.links.contact = ContactLink::kDown;
   EXPECT_EQ(in(kConnecting, F::kLinkNotReady),
-            "robot: no packet; start CELLCAL_RSI; contact sensor: not ready; " + waited);
+            "robot: no packet. Start CELLCAL_RSI. Contact sensor: not ready" + waited);
   state.links.robot = RobotLink::kReady;
   state.links.contact_words = "no answer";
-  EXPECT_EQ(in(kConnecting, F::kLinkNotReady), "contact sensor: no answer; " + waited);
+  EXPECT_EQ(in(kConnecting, F::kLinkNotReady), "contact sensor: no answer" + waited);
 }
 
 TEST_F(failure_words, say_of_links_that_were_up_before_which_one_is_not) {
-  const std::string go_on = "then go on with 'cellcal run --resume'";
   const auto words = [&](RobotLink robot, ContactLink contact) {
     state.links.robot = robot;
     state.links.contact = contact;
     return in(kWatching, F::kLinkNotReady);
   };
-  EXPECT_EQ(words(RobotLink::kReady, ContactLink::kReady), go_on);
-  EXPECT_EQ(words(RobotLink::kNotReferenced, ContactLink::kReady),
-            "robot: not referenced; " + go_on);
-  EXPECT_EQ(words(RobotLink::kLost, ContactLink::kReady), "robot: not ready; " + go_on);
-  EXPECT_EQ(words(RobotLink::kReady, ContactLink::kFault), "contact sensor: not ready; " + go_on);
+  EXPECT_EQ(words(RobotLink::kReady, ContactLink::kReady), "");
+  EXPECT_EQ(words(RobotLink::kNotReferenced, ContactLink::kReady), "robot: not referenced");
+  EXPECT_EQ(words(RobotLink::kLost, ContactLink::kReady), "robot: not ready");
+  EXPECT_EQ(words(RobotLink::kReady, ContactLink::kFault), "contact sensor: not ready");
   EXPECT_EQ(words(RobotLink::kLost, ContactLink::kDown),
-            "robot: not ready; contact sensor: not ready; " + go_on);
+            "robot: not ready. Contact sensor: not ready");
 }
 
 TEST_F(failure_words, of_a_silent_robot_come_from_its_link_at_rest_and_from_the_move_on_its_way) {
@@ -148,34 +146,27 @@ TEST_F(failure_words, of_a_silent_robot_come_from_its_link_at_rest_and_from_the_
   event.kind = EventKind::kLinks;
   event.links.interruption = Interruption::kLateReplies;
   event.interruption = Interruption::kPacketsStopped;
-  const std::string late =
-      "replies of this computer came too late for the controller; as last seen";
-  const std::string go_on = "; then go on with 'cellcal run --resume'";
-  EXPECT_EQ(in(kConnecting, F::kRobotSilent), late + go_on);
+  EXPECT_EQ(in(kConnecting, F::kRobotSilent), "as last seen");
   event.kind = EventKind::kRobotSilent;
-  const std::string stopped =
-      std::string("packets from the robot controller stopped; as last seen; ");
-  EXPECT_EQ(in(kConnecting, F::kRobotSilent), stopped + kStand);
+  EXPECT_EQ(in(kConnecting, F::kRobotSilent), std::string("as last seen") + kStand);
   event.words = "12 ms without a packet";
   event.interruption = Interruption::kOther;
+  EXPECT_EQ(in(kConnecting, F::kRobotSilent), std::string("12 ms without a packet") + kStand);
+  event.words = state.links.robot_words = "";
   EXPECT_EQ(in(kConnecting, F::kRobotSilent),
-            std::string("the robot controller does not go on; 12 ms without a packet; ") + kStand);
+            std::string("the robot controller stopped the session") + kStand);
 }
 
 TEST_F(failure_words, say_that_no_more_interruptions_are_allowed_where_any_were) {
   event.kind = EventKind::kRobotSilent;
   event.interruption = Interruption::kLateReplies;
-  const std::string late = "replies of this computer came too late for the controller; ";
-  const std::string go_on = "then go on with 'cellcal run --resume'";
-  EXPECT_EQ(in(kConnecting, F::kRobotSilent), late + go_on) << "none are allowed, none were";
+  const std::string late = "this computer replied too late for the controller";
+  EXPECT_EQ(in(kConnecting, F::kRobotSilent), late) << "none are allowed, none were";
   state.retries = state.interruptions = 1;
-  EXPECT_EQ(
-      in(kConnecting, F::kRobotSilent),
-      late +
-          "interruptions that it went on from by itself: 1, no more are allowed ([session] retries); " +
-          go_on);
+  EXPECT_EQ(in(kConnecting, F::kRobotSilent),
+            late + ". All 1 automatic retries are used ([session] retries)");
   state.retries = 2;
-  EXPECT_EQ(in(kConnecting, F::kRobotSilent), late + go_on);
+  EXPECT_EQ(in(kConnecting, F::kRobotSilent), late);
 }
 
 }  // namespace

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <cctype>
+
 namespace cellcal::drivers {
 namespace {
 
@@ -74,8 +76,10 @@ std::string link_words(const CoreState& s, const ReportNames& names) {
 
 void add(std::string& words, const std::string& more) {
   if (more.empty()) return;
-  if (!words.empty()) words += ". ";
-  words += more;
+  const std::size_t begins = words.empty() ? 0 : words.size() + 2;
+  words += (begins == 0 ? "" : ". ") + more;
+  if (begins > 0)
+    words[begins] = static_cast<char>(std::toupper(static_cast<unsigned char>(words[begins])));
 }
 
 }  // namespace

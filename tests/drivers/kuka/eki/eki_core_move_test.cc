@@ -195,7 +195,7 @@ TEST(EkiMove, HeldByTheStartKeyForTooLongDoesNotGoOnWhenItIsPressedAgain) {
   rig.krc.start_key(true);
   rig.run(2s);
   EXPECT_NEAR(rig.true_deg(), held, 0.01);
-  EXPECT_NE(rig.words().find("select CELLCAL_EKI"), std::string::npos) << rig.words();
+  EXPECT_NE(rig.words().find("Select CELLCAL_EKI"), std::string::npos) << rig.words();
 }
 
 TEST(EkiMove, ReportsWhatTheControllerRefuses) {

@@ -91,7 +91,7 @@ TEST(RsiLink, NoPacketAtAllBringsTheChecklist) {
   rig.run(5s);
   const RobotState state = rig.core.state();
   EXPECT_EQ(state.link, RobotLink::kDown);
-  EXPECT_TRUE(has(state.words, "no packet in 5.0 s")) << state.words;
+  EXPECT_TRUE(has(state.words, "no packet for 5.0 s")) << state.words;
   for (const char* hint :
        {"49152", "RSI", "PORT", "cable", "firewall", "other program", "hardware address"}) {
     EXPECT_TRUE(has(state.words, hint)) << hint;
@@ -126,7 +126,7 @@ TEST(RsiLink, RepliesThatWereRefusedAreStillNamedOnceTheControllerGaveUp) {
     ASSERT_EQ(rig.krc.phase(), sim::RsiPhase::kFaulted);
     const RobotState state = rig.core.state();
     EXPECT_EQ(state.link, RobotLink::kLost);
-    EXPECT_TRUE(has(state.words, "SENTYPE or IPOC is not accepted")) << state.words;
+    EXPECT_TRUE(has(state.words, "No reply accepted")) << state.words;
     EXPECT_TRUE(has(state.words, "KROSHU")) << state.words;
   }
 }
@@ -148,7 +148,7 @@ TEST(RsiLink, WhatCameInsteadOfPacketsIsShown) {
   rig.core.on_tick(rig.now);
   const RobotState state = rig.core.state();
   EXPECT_EQ(state.link, RobotLink::kDown);
-  EXPECT_TRUE(has(state.words, "no packet in 2.0 s")) << state.words;
+  EXPECT_TRUE(has(state.words, "no packet for 2.0 s")) << state.words;
   EXPECT_TRUE(has(state.words, "GET / HTTP/1.1..")) << state.words;
 }
 
@@ -161,7 +161,7 @@ TEST(RsiLink, LateRepliesAreWarnedOf) {
   rig.to_krc = true;
   rig.run(50ms);
   EXPECT_EQ(rig.core.state().link, RobotLink::kReady);
-  EXPECT_TRUE(has(rig.core.state().words, "came late")) << rig.core.state().words;
+  EXPECT_TRUE(has(rig.core.state().words, "replies late")) << rig.core.state().words;
 }
 
 TEST(RsiLink, SilenceEndsTheMoveAndNothingMovesAfterItUntilReferenced) {
