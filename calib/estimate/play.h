@@ -1,9 +1,6 @@
 #pragma once
 // Play that the load closes: asked for behind the estimate without it.
 
-#include <memory>
-#include <span>
-
 #include "calib/estimate/estimate.h"
 #include "calib/estimate/options.h"
 #include "calib/estimate/problem.h"

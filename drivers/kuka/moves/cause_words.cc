@@ -15,15 +15,16 @@ std::string name(std::uint8_t axis) {
   return axis < 6 ? fmt::format("A{}", axis + 1) : fmt::format("E{}", axis - 5);
 }
 
-// What the drives do not explain: the controller limits corrections without a message.
+// What the drives and an obstacle do not explain (those the session names): the controller limits
+// corrections without a message.
 const char* const kAxisChecks =
-    ". Check that the drives are on and the path is free, and that the limits of AXISCORR are those "
-    "of correction_limit_deg or more: it clamps silently";
+    ". Check that the limits of AXISCORR are those of correction_limit_deg or more: it clamps "
+    "silently";
 const char* const kSpaceChecks =
-    ". Check that the drives are on and the path is free, that RefCorrSys of POSCORR is "
-    "correction_frame, that $TOOL is that of [controller] tool and of the cell file, that $BASE is "
-    "$NULLFRAME, the robot file, and that the limits of POSCORR are those of correction_limit_mm and "
-    "correction_turn_limit_deg or more: it clamps silently";
+    ". Check that RefCorrSys of POSCORR is correction_frame, that $TOOL is that of [controller] "
+    "tool and of the cell file, that $BASE is $NULLFRAME, the robot file, and that the limits of "
+    "POSCORR are those of correction_limit_mm and correction_turn_limit_deg or more: it clamps "
+    "silently";
 
 /// One for each kind of cause: the compiler names a kind that has none.
 struct Words {
