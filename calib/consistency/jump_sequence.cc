@@ -140,7 +140,7 @@ void JumpSequence::set_prior(const Calibration& c, const Eigen::VectorXd& u) {
     const Unknown& unknown = problem_.unknowns()[static_cast<std::size_t>(i)];
     double weight = unknown.prior_weight;
     if (i < problem_.arm_size()) {
-      const ArmParameterKind kind = arm_.parameters()[static_cast<std::size_t>(i)].kind;
+      const ParameterKind kind = arm_.parameters()[static_cast<std::size_t>(i)].kind;
       if (is_transmission(kind)) weight /= transmission;
     }
     information_(i, i) = weight * weight;

@@ -1,7 +1,5 @@
 #include "calib/consistency/outliers.h"
 
-#include <fmt/format.h>
-
 #include <Eigen/LU>
 #include <cmath>
 
@@ -32,35 +30,6 @@ std::vector<double> leverages(const Problem& problem, const Estimate& e,
     result[touch] = held.trace() / rows;  // (22)
   }
   return result;
-}
-
-/// What a touch that is off says of how it was made.
-const char* side_words(TargetKind kind, double residual_m) {
-  const bool outside = residual_m > 0.0;
-  switch (kind) {
-    case TargetKind::kSphere:
-    case TargetKind::kPlane:
-      return outside ? " (tip outside: contact seen before the surface)"
-                     : " (tip inside: contact seen too late)";
-    case TargetKind::kWire:
-      return outside ? " (the wire reads too short: check its zero and that it was taut)"
-                     : " (the wire reads too long: check that nothing held or bent it)";
-    case TargetKind::kPoint:
-      return " (the tip was not where the others put it: check that it was seated)";
-    case TargetKind::kTracker:
-      return " (check the line of sight and the reflector)";
-  }
-  return "";
-}
-
-std::string again_words(TargetKind kind) {
-  return kind == TargetKind::kTracker ? "measure there again" : "touch there again";
-}
-
-/// "+0.123 mm off S1"; a distance of three components is to no side.
-std::string off_words(double residual_m, int rows, const std::string& target) {
-  return rows == 3 ? fmt::format("{:.3f} mm off {}", std::abs(residual_m) * 1e3, target)
-                   : fmt::format("{:+.3f} mm off {}", residual_m * 1e3, target);
 }
 
 }  // namespace
@@ -114,21 +83,15 @@ std::vector<Outlier> named_outliers(const Problem& problem, const Estimate& esti
   for (const TouchResidual& r : calibration.residuals) {
     if (!r.outlier || problem.touches()[r.touch].set != TouchSet::kFit) continue;
     const std::string& id = problem.touches()[r.touch].target;
-    const TargetKind kind = problem.cell().targets[problem.cell().target_index(id)].kind;
-    Outlier outlier{
-        r.touch, r.after_m,
-        fmt::format("{}, {:.0f} times {}{}", off_words(r.after_m, problem.place_rows(r.touch), id),
-                    std::abs(r.whitened),
-                    kind == TargetKind::kTracker ? "its sigma" : "the touch noise",
-                    side_words(kind, r.after_m)),
-        leverage[r.touch]};
-    if (const auto other = lies_on(problem, calibration, r))
-      outlier.reason += fmt::format("; it lies on {}: correct its target", *other);
-    else if (outlier.leverage > kHoldsItself)
-      outlier.reason += fmt::format(
-          "; it would have held its own place at {:.0f} %: hardly anything else tells about it, "
-          "{}",
-          100.0 * outlier.leverage, again_words(kind));
+    Outlier outlier{r.touch, r.after_m, leverage[r.touch], OutlierKind::kOffItsTarget, id};
+    outlier.target_kind = problem.cell().targets[problem.cell().target_index(id)].kind;
+    outlier.sigmas = std::abs(r.whitened);
+    if (const auto other = lies_on(problem, calibration, r)) {
+      outlier.kind = OutlierKind::kOnAnotherTarget;
+      outlier.lies_on = *other;
+    } else if (outlier.leverage > kHoldsItself) {
+      outlier.kind = OutlierKind::kHoldsItself;
+    }
     outliers.push_back(std::move(outlier));
   }
   return outliers;

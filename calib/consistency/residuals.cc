@@ -80,7 +80,7 @@ std::vector<int> beside_the_arm(const Problem& problem) {
   std::vector<int> beside;
   for (int i = 0; i < problem.size(); ++i)
     if (i >= problem.arm_size() ||
-        problem.arm().parameters()[static_cast<std::size_t>(i)].kind == ArmParameterKind::kTcp)
+        problem.arm().parameters()[static_cast<std::size_t>(i)].kind == ParameterKind::kTcp)
       beside.push_back(i);
   return beside;
 }

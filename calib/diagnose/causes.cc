@@ -103,10 +103,8 @@ class Search {
     for (std::size_t i = 0; i < cell_.robot.joints.size(); ++i) {
       const Joint& joint = cell_.robot.joints[i];
       const auto off_rad = [&](const Calibration& c) {
-        for (const ParameterResult& p : c.parameters)
-          if (p.name == joint.name + ".theta")
-            return std::remainder(joint.sign * p.correction, 2.0 * std::numbers::pi);
-        return 0.0;
+        const double off = correction_of(c, joint_parameter(ParameterKind::kTheta, i));
+        return std::remainder(joint.sign * off, 2.0 * std::numbers::pi);
       };
       Cell loose = cell_;
       loose.robot.joints[i].errors = {JointError::kTheta};  // or another angle takes its share
@@ -217,9 +215,8 @@ class Search {
       const Joint& joint = cell_.robot.joints[dimension.joint];
       const bool is_d = dimension.of == Dimension::Of::kD;
       const auto off_m = [&](const Calibration& c) {
-        for (const ParameterResult& p : c.parameters)
-          if (p.name == joint.name + (is_d ? ".d" : ".a")) return p.correction;
-        return 0.0;
+        return correction_of(
+            c, joint_parameter(is_d ? ParameterKind::kD : ParameterKind::kA, dimension.joint));
       };
       Cell changed = cell_;
       double& value = dimension.in(changed);
@@ -282,9 +279,8 @@ class Search {
     Cell changed = cell_;
     changed.radius_offset_sigma_m = kAnyRadiusM;
     weigh(changed, touches_, [&](const Calibration& c) {
-      double rho = 0.0;
-      for (const ParameterResult& p : c.parameters)
-        if (p.name == rho_name(cell_, 0)) rho = p.correction * kMmPerM;
+      const double rho =
+          correction_of(c, tool_parameter(ParameterKind::kEffectiveRadius, 0)) * kMmPerM;
       return fmt::format(
           "with diameters {:+.2f} mm off what the cell file states the touches make sense; check "
           "diameter_mm and tip_radius_mm",
@@ -295,9 +291,8 @@ class Search {
       changed = cell_;
       changed.targets[t].diameter_sigma_m = 2.0 * kAnyRadiusM;
       weigh(changed, touches_, [&](const Calibration& c) {
-        double radius = 0.0;
-        for (const ParameterResult& p : c.parameters)
-          if (p.name == cell_.targets[t].id + ".radius") radius = p.correction * kMmPerM;
+        const double radius =
+            correction_of(c, target_parameter(ParameterKind::kRadius, t)) * kMmPerM;
         return fmt::format(
             "with the diameter of {} {:+.2f} mm off what the cell file states the touches make "
             "sense; check its diameter_mm",
@@ -526,9 +521,8 @@ class Search {
     changed.tool.tcp_sigma_m.setConstant(kAnyToolM);
     weigh(changed, touches_, [&](const Calibration& c) {
       Eigen::Vector3d off = brought * kMmPerM;
-      for (const ParameterResult& p : c.parameters)
-        for (int axis = 0; axis < 3; ++axis)
-          if (p.name == cell_.tool.name() + "." + "xyz"[axis]) off[axis] += p.correction * kMmPerM;
+      for (int axis = 0; axis < 3; ++axis)
+        off[axis] += correction_of(c, tool_parameter(ParameterKind::kTcp, 0, axis)) * kMmPerM;
       return fmt::format(
           "with the tool's tip moved by about ({:.1f}, {:.1f}, {:.1f}) mm on the flange the "
           "touches make sense; is it the tool of the cell file{}?",

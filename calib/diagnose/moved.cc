@@ -61,9 +61,12 @@ MovedTarget measured(const Cell& cell, const std::vector<Touch>& touches,
   Eigen::MatrixXd by = Eigen::MatrixXd::Zero(3, two.covariance.cols());
   for (std::size_t p = 0; p < two.parameters.size(); ++p)
     for (int axis = 0; axis < 3; ++axis) {
-      const std::string name = std::string(".") + "xyz"[axis];
-      const bool is_later = two.parameters[p].name == places.later + name;
-      if (!is_later && two.parameters[p].name != moved.target + name) continue;
+      const auto is_of = [&](const std::string& target) {
+        return two.parameters[p].key ==
+               target_parameter(ParameterKind::kCentre, two.cell.target_index(target), axis);
+      };
+      const bool is_later = is_of(places.later);
+      if (!is_later && !is_of(moved.target)) continue;
       by(axis, static_cast<Eigen::Index>(p)) = is_later ? 1.0 : -1.0;
       shift[axis] +=
           (is_later ? 1.0 : -1.0) * (two.parameters[p].nominal + two.parameters[p].correction);

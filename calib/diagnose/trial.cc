@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string>
 
 #include "calib/consistency/lengths.h"
 #include "calib/model/error.h"
@@ -25,23 +24,19 @@ constexpr double kFarStated = 36.0;
 constexpr double kMostSigmas = 3.5;
 
 /// How far the files let a parameter be off, 1 sigma; 0 where they say nothing.
-double stated_sigma(const ArmModel& arm, const Cell& cell, const std::string& name) {
+double stated_sigma(const ArmModel& arm, const Cell& cell, const ParameterKey& key) {
+  if (key.kind == ParameterKind::kEffectiveRadius) return cell.radius_offset_sigma_m;
+  if (key.kind == ParameterKind::kRadius)
+    return cell.targets[static_cast<std::size_t>(key.target)].diameter_sigma_m / 2.0;
   for (const ArmParameter& parameter : arm.parameters())
-    if (parameter.name == name) return parameter.sigma;
-  for (int tool = 0; tool < arm.tool_count(); ++tool)
-    if (name == rho_name(cell, tool)) return cell.radius_offset_sigma_m;
-  for (const Target& target : cell.targets)
-    if (name == target.id + ".radius") return target.diameter_sigma_m / 2.0;
+    if (parameter == key) return parameter.sigma;
   return 0.0;
 }
 
 /// By a drawing or certificate. How soft joints, gears and tool are is only guessed beforehand.
-bool is_drawn(const ArmModel& arm, const std::string& name) {
-  const auto& parameters = arm.parameters();
-  const auto its = std::find_if(parameters.begin(), parameters.end(),
-                                [&](const ArmParameter& p) { return p.name == name; });
-  return its == parameters.end() || its->kind <= ArmParameterKind::kBeta ||
-         its->kind == ArmParameterKind::kTcp;
+bool is_drawn(ParameterKind kind) {
+  return !is_compliance(kind) && !is_transmission(kind) && kind != ParameterKind::kPlay &&
+         kind != ParameterKind::kDeflection;
 }
 
 }  // namespace
@@ -87,9 +82,9 @@ Trial attempt(const Cell& cell, const std::vector<Touch>& touches) {
     trial.worst = std::max(trial.worst, sigmas * sigmas);
   };
   for (const ParameterResult& p : trial.found->parameters) {
-    const double sigma = stated_sigma(arm, cell, p.name);
+    const double sigma = stated_sigma(arm, cell, p.key);
     if (!(sigma > 0.0)) continue;
-    if (is_drawn(arm, p.name))
+    if (is_drawn(p.key.kind))
       add_stated(p.correction / sigma);
     else
       trial.sum += std::pow(p.correction / sigma, 2);

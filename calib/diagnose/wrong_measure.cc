@@ -159,8 +159,9 @@ std::vector<SizeResult> suspected_sizes(const Cell& cell, const std::vector<Touc
     Cell loose = cell;
     loose.targets[cell.target_index(target.id)].diameter_sigma_m = kAnyDiameterM;
     const auto found = tried(loose, touches, options);
-    for (const ParameterResult& p : found ? found->parameters : std::vector<ParameterResult>{})
-      if (p.name == target.id + ".radius") suspects.push_back({target.id, p.correction, p.sigma});
+    const auto radius = target_parameter(ParameterKind::kRadius, cell.target_index(target.id));
+    if (const ParameterResult* p = found ? find(*found, radius) : nullptr)
+      suspects.push_back({target.id, p->correction, p->sigma});
   }
   if (const SizeResult* worst = worst_contradicted(calibration.sizes)) {
     std::vector<SizeResult> contradicted = calibration.sizes;

@@ -35,11 +35,11 @@ Groups::Groups(const Problem& problem) {
   std::vector<int> compliant, playing, wobbling;
   for (int i = 0; i < problem.size(); ++i) {
     const bool arm = i < problem.arm_size();
-    const auto kind = arm ? problem.arm().parameters()[i].kind : ArmParameterKind::kTheta;
-    (is_compliance(kind)               ? compliant
-     : kind == ArmParameterKind::kPlay ? playing
-     : is_transmission(kind)           ? wobbling
-                                       : order)
+    const auto kind = arm ? problem.arm().parameters()[i].kind : ParameterKind::kTheta;
+    (is_compliance(kind)            ? compliant
+     : kind == ParameterKind::kPlay ? playing
+     : is_transmission(kind)        ? wobbling
+                                    : order)
         .push_back(i);
   }
   plain = static_cast<Eigen::Index>(order.size());

@@ -18,7 +18,7 @@ Eigen::VectorXd without_play(const Problem& played, const Eigen::VectorXd& plain
   Eigen::Index from = 0;
   for (int i = 0; i < played.size(); ++i) {
     const bool is_play =
-        i < played.arm_size() && played.arm().parameters()[i].kind == ArmParameterKind::kPlay;
+        i < played.arm_size() && played.arm().parameters()[i].kind == ParameterKind::kPlay;
     if (!is_play) u[i] = plain_u[from++];
   }
   return u;

@@ -38,6 +38,17 @@ TargetPlace stated_place(const Target& target, TargetPlace start) {
   return start;
 }
 
+/// The k-th that says where a target is (target_place.h).
+ParameterKey place_parameter(const Target& target, std::size_t t, int k) {
+  constexpr int kAxes = 3;
+  if (target.kind != TargetKind::kPlane)
+    return k < kAxes ? target_parameter(ParameterKind::kCentre, t, k)
+                     : target_parameter(ParameterKind::kTurn, t, k - kAxes);
+  constexpr int kTilts = 2;
+  return k < kTilts ? target_parameter(ParameterKind::kTilt, t, k)
+                    : target_parameter(ParameterKind::kShift, t);
+}
+
 }  // namespace
 
 Problem::Problem(const Cell& cell, const ArmModel& arm, std::span<const Touch> touches,
@@ -50,7 +61,7 @@ Problem::Problem(const Cell& cell, const ArmModel& arm, std::span<const Touch> t
       usual_sigma_m_(cell.touch_sigma_m) {
   for (const ArmParameter& parameter : arm.parameters())
     unknowns_.push_back(
-        {parameter.name, parameter.unit, parameter.to_unit, 0.0, 0.0, parameter.sigma, 0.0, 1.0});
+        {parameter, parameter.unit, parameter.to_unit, 0.0, 0.0, parameter.sigma, 0.0, 1.0});
   add_rho();
   shared_size_ = static_cast<int>(unknowns_.size());
   if (arm.size() == 0)
@@ -71,13 +82,6 @@ Problem::Problem(const Cell& cell, const ArmModel& arm, std::span<const Touch> t
   add_lengths();
 }
 
-std::string rho_name(const Cell& cell, int tool) {
-  return (cell.tool.id.empty()
-              ? "touch"
-              : (tool == 0 ? cell.tool : cell.other_tools[static_cast<std::size_t>(tool) - 1]).id) +
-         ".rho";
-}
-
 /// One per tip: where the circuit closes is a matter of each. The first's is there always;
 /// another's where it touched what it matters to.
 void Problem::add_rho() {
@@ -93,8 +97,8 @@ void Problem::add_rho() {
   for (std::size_t tool = 0; tool < touched.size(); ++tool) {
     if (!touched[tool]) continue;
     rho_[tool] = static_cast<int>(unknowns_.size());
-    unknowns_.push_back({rho_name(cell_, static_cast<int>(tool)), "mm", kMmPerM, 0.0, 0.0,
-                         cell_.radius_offset_sigma_m, 0.0, 1.0, true});
+    unknowns_.push_back({tool_parameter(ParameterKind::kEffectiveRadius, tool), "mm", kMmPerM, 0.0,
+                         0.0, cell_.radius_offset_sigma_m, 0.0, 1.0, true});
   }
 }
 
@@ -165,11 +169,9 @@ void Problem::add_target(std::size_t t) {
   const Eigen::VectorXd origin = unknowns_at(target.kind, start, start);
   const Eigen::VectorXd stated = unknowns_at(target.kind, start, stated_place(target, start));
   const bool plane = target.kind == TargetKind::kPlane;
-  constexpr const char* kNames[] = {".x", ".y", ".z", ".rx", ".ry", ".rz"};
-  constexpr const char* kPlaneNames[] = {".tilt1", ".tilt2", ".shift"};
   for (int k = 0; k < block.place; ++k) {
     const bool turns = plane ? k < 2 : k >= 3;
-    Unknown unknown{target.id + (plane ? kPlaneNames : kNames)[k],
+    Unknown unknown{place_parameter(target, t, k),
                     turns ? "deg" : "mm",
                     turns ? kDegPerRad : kMmPerM,
                     stated[k],
@@ -187,14 +189,13 @@ void Problem::add_target(std::size_t t) {
     unknowns_.push_back(unknown);
   }
   if (block.has_radius)
-    unknowns_.push_back({target.id + ".radius", "mm", kMmPerM, 0.0, 0.0,
+    unknowns_.push_back({target_parameter(ParameterKind::kRadius, t), "mm", kMmPerM, 0.0, 0.0,
                          target.diameter_sigma_m / 2.0, 0.0, 1.0, true});
-  constexpr const char* kTurnNames[] = {".probe_rx", ".probe_ry", ".probe_rz"};
   // The touches tell it; where all of them were left out it stays.
   constexpr double kWildTurnRad = 1.0;
   for (int k = 0; block.has_turns && k < 3; ++k)
-    unknowns_.push_back({target.id + kTurnNames[k], "deg", kDegPerRad, 0.0, 0.0, kTurnScaleRad, 0.0,
-                         kTurnScaleRad / kWildTurnRad});
+    unknowns_.push_back({target_parameter(ParameterKind::kProbeTurn, t, k), "deg", kDegPerRad, 0.0,
+                         0.0, kTurnScaleRad, 0.0, kTurnScaleRad / kWildTurnRad});
   blocks_.push_back(block);
 }
 

@@ -20,7 +20,7 @@
 namespace cellcal::calib {
 
 struct Unknown {
-  std::string name;
+  ParameterKey key;
   std::string unit;
   double to_unit = 1.0;
   double nominal = 0.0;  ///< as the files state it
@@ -42,9 +42,6 @@ struct TargetBlock {
   bool has_turns = false;   ///< three more, the last
   int size() const { return place + (has_radius ? 1 : 0) + (has_turns ? 3 : 0); }
 };
-
-/// As files and screens name a tool's effective radius.
-std::string rho_name(const Cell& cell, int tool);
 
 /// Throws IdentifyError. Holds references to cell and touches.
 class Problem {

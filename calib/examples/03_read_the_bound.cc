@@ -18,8 +18,8 @@ int main(int argc, char** argv) try {
             << 1e3 * c.predicted_m3_m << " mm (nominal arm: " << 1e3 * c.nominal_m3_m << " mm)\n";
   for (const ParameterResult& p : c.parameters) {
     if (p.decided_by != DecidedBy::kData) continue;
-    std::cout << p.name << "  " << p.correction * p.to_unit << " +- " << 2.0 * p.sigma * p.to_unit
-              << ' ' << p.unit << " (k=2)\n";
+    std::cout << parameter_name(c.cell, p.key) << "  " << p.correction * p.to_unit << " +- "
+              << 2.0 * p.sigma * p.to_unit << ' ' << p.unit << " (k=2)\n";
   }
   // c.covariance is of c.parameters, in the same order, in SI units and radians.
   Eigen::Index a = 0, b = 0;
@@ -31,8 +31,10 @@ int main(int argc, char** argv) try {
     }
   }
   if (a != b) {
-    std::cout << "strongest correlation: " << c.parameters[static_cast<std::size_t>(a)].name << " and "
-              << c.parameters[static_cast<std::size_t>(b)].name << ", " << largest << '\n';
+    std::cout << "strongest correlation: "
+              << parameter_name(c.cell, c.parameters[static_cast<std::size_t>(a)].key) << " and "
+              << parameter_name(c.cell, c.parameters[static_cast<std::size_t>(b)].key) << ", "
+              << largest << '\n';
   }
 } catch (const std::exception& error) {
   std::cerr << error.what() << '\n';

@@ -74,8 +74,8 @@ int main() try {
   std::cout << touches.size() << " touches\n";
   for (const ParameterResult& p : result.parameters) {
     if (p.decided_by != DecidedBy::kData) continue;
-    std::cout << p.name << "  " << p.correction * p.to_unit << " +- " << 2.0 * p.sigma * p.to_unit
-              << ' ' << p.unit << '\n';
+    std::cout << parameter_name(cell, p.key) << "  " << p.correction * p.to_unit << " +- "
+              << 2.0 * p.sigma * p.to_unit << ' ' << p.unit << '\n';
   }
 } catch (const std::exception& error) {
   std::cerr << error.what() << '\n';

@@ -7,6 +7,8 @@
 #include "calib/files/documents.h"
 #include "calib/files/files.h"
 #include "calib/files/finding_json.h"
+#include "calib/files/outlier_json.h"
+#include "calib/files/unidentifiable_json.h"
 #include "calib/linear/cholesky.h"
 #include "calib/model/units.h"
 #include "calib/result/correlation.h"
@@ -194,13 +196,12 @@ std::string calibration_to_json(const Calibration& c) {
   }
   out["parameters"] = ordered::array();
   for (const ParameterResult& p : c.parameters) {
-    out["parameters"].push_back(
-        {{"name", p.name},
-         {"unit", p.unit},
-         {"nominal", (stated_value(c.cell, p.name) + p.nominal) * p.to_unit},
-         {"correction", p.correction * p.to_unit},
-         {"sigma", p.sigma * p.to_unit},
-         {"decided_by", to_string(p.decided_by)}});
+    out["parameters"].push_back({{"name", parameter_name(c.cell, p.key)},
+                                 {"unit", p.unit},
+                                 {"nominal", (stated_value(c.cell, p.key) + p.nominal) * p.to_unit},
+                                 {"correction", p.correction * p.to_unit},
+                                 {"sigma", p.sigma * p.to_unit},
+                                 {"decided_by", to_string(p.decided_by)}});
   }
   out["targets"] = ordered::array();
   for (const TargetResult& t : c.targets) out["targets"].push_back(target_json(t));
@@ -209,19 +210,15 @@ std::string calibration_to_json(const Calibration& c) {
                       {"check", summary_json(c.check)},
                       {"check_before", summary_json(c.check_before)}};
   out["unidentifiable"] = ordered::array();
-  for (std::size_t i = 0; i < c.unidentifiable.size(); ++i) {
-    ordered direction = ordered::object();
-    for (const auto& [name, share] : c.unidentifiable[i].direction) direction[name] = share;
-    out["unidentifiable"].push_back(
-        {{"words", c.unidentifiable[i].words}, {"direction", std::move(direction)}});
-  }
+  for (const UnidentifiableDirection& d : c.unidentifiable)
+    out["unidentifiable"].push_back(unidentifiable_to_json(c.cell, d));
   if (c.observability.rows > 0) out["observability"] = observability_json(c.observability);
   // Worked out from covariance and frame_basis, for readers without linear algebra; not read back.
   out["correlations"] = ordered::array();
   for (const CorrelatedPair& pair : strong_correlations(c).pairs) {
     constexpr double kDigits = 1e4;  // more would change with the last bit of the covariance
-    out["correlations"].push_back({{"a", c.parameters[pair.first].name},
-                                   {"b", c.parameters[pair.second].name},
+    out["correlations"].push_back({{"a", parameter_name(c.cell, c.parameters[pair.first].key)},
+                                   {"b", parameter_name(c.cell, c.parameters[pair.second].key)},
                                    {"value", std::round(pair.correlation * kDigits) / kDigits}});
   }
   out["predicted"] = {{"m2_mm", c.predicted_m2_m * kMmPerM}, {"m3_mm", c.predicted_m3_m * kMmPerM}};
@@ -257,11 +254,7 @@ std::string calibration_to_json(const Calibration& c) {
     out["verdict"]["findings"].push_back(finding_to_json(one));
   if (c.verdict.too_few) out["verdict"]["too_few_touches"] = true;
   out["outliers"] = ordered::array();
-  for (const Outlier& o : c.outliers)
-    out["outliers"].push_back({{"touch", o.touch},
-                               {"residual_mm", o.residual_m * kMmPerM},
-                               {"reason", o.reason},
-                               {"leverage", o.leverage}});
+  for (const Outlier& o : c.outliers) out["outliers"].push_back(outlier_to_json(o));
   out["lengths"] = ordered::array();
   for (const LengthResult& l : c.lengths)
     out["lengths"].push_back({{"between", {l.from, l.to}},
@@ -342,10 +335,10 @@ Calibration calibration_from_json(std::string_view text, const std::string& name
       c.levels.push_back(
           {read_level(item), item.at("log_evidence").number(), item.at("probability").number()});
   }
-  std::set<std::string> names;
+  std::set<ParameterKey> keys;
   for (const Reader& item : root.at("parameters").items()) {
     ParameterResult p;
-    p.name = item.at("name").text();
+    p.key = parameter_from_json(c.cell, item.at("name"));
     p.unit = item.at("unit").text();
     if (p.unit == "mm")
       p.to_unit = kMmPerM;
@@ -357,14 +350,14 @@ Calibration calibration_from_json(std::string_view text, const std::string& name
       item.at("unit").fail("\"" + shown(p.unit) + "\" is not known");
     const double nominal = item.at("nominal").number() / p.to_unit;
     // What the drawing states is in the cell already; earlier versions wrote 0 here.
-    if (stated_value(c.cell, p.name) == 0.0) p.nominal = nominal;
+    if (stated_value(c.cell, p.key) == 0.0) p.nominal = nominal;
     constexpr double kMostInUnit = 1e6;  // a kilometre, many turns
     if (!(std::abs(item.at("correction").number()) <= kMostInUnit))
       item.at("correction").fail("is out of range, -1e6 to 1e6");
     p.correction = item.at("correction").number() / p.to_unit;
     p.sigma = item.at("sigma").not_negative() / p.to_unit;
-    if (!names.insert(p.name).second)
-      item.at("name").fail("\"" + shown(p.name) + "\" stands twice");
+    if (!keys.insert(p.key).second)
+      item.at("name").fail("\"" + shown(item.at("name").text()) + "\" stands twice");
     const std::string decided = item.at("decided_by").text();
     if (decided != "data" && decided != "prior" && decided != "frame")
       item.at("decided_by").fail("must be \"data\", \"prior\" or \"frame\"");
@@ -382,14 +375,8 @@ Calibration calibration_from_json(std::string_view text, const std::string& name
   c.after = read_summary(residuals.at("after"));
   c.check = read_summary(residuals.at("check"));
   if (residuals.has("check_before")) c.check_before = read_summary(residuals.at("check_before"));
-  for (const Reader& item : root.at("unidentifiable").items()) {
-    UnidentifiableDirection d;
-    d.words = item.at("words").text();
-    const Reader direction = item.at("direction");
-    for (const auto& entry : direction.object().items())
-      d.direction.emplace_back(entry.key(), direction.at(entry.key().c_str()).number());
-    c.unidentifiable.push_back(std::move(d));
-  }
+  for (const Reader& item : root.at("unidentifiable").items())
+    c.unidentifiable.push_back(unidentifiable_from_json(c.cell, item));
   if (root.has("observability")) c.observability = read_observability(root.at("observability"));
   c.predicted_m2_m = root.at("predicted").at("m2_mm").number() / kMmPerM;
   c.predicted_m3_m = root.at("predicted").at("m3_mm").number() / kMmPerM;
@@ -428,11 +415,8 @@ Calibration calibration_from_json(std::string_view text, const std::string& name
   c.verdict.workspace = scope == "workspace";
   c.verdict.too_few = verdict.has("too_few_touches") && verdict.at("too_few_touches").flag();
   read_findings(verdict, c.verdict);
-  for (const Reader& item : root.at("outliers").items()) {
-    c.outliers.push_back({item.at("touch").whole(), item.at("residual_mm").number() / kMmPerM,
-                          item.at("reason").text(),
-                          item.has("leverage") ? item.at("leverage").not_negative() : 0.0});
-  }
+  for (const Reader& item : root.at("outliers").items())
+    c.outliers.push_back(outlier_from_json(item));
   if (root.has("moved")) {
     for (const Reader& item : root.at("moved").items()) {
       c.moved.emplace_back();

@@ -64,36 +64,38 @@ ArmErrors ArmModel::errors(const double* x) const {
   for (int p = 0; x != nullptr && p < size(); ++p) {
     const ArmParameter& parameter = parameters_[p];
     switch (parameter.kind) {
-      case ArmParameterKind::kTheta:
+      case ParameterKind::kTheta:
         e.joint[parameter.joint].theta_rad += x[p];
         break;
-      case ArmParameterKind::kD:
+      case ParameterKind::kD:
         e.joint[parameter.joint].d_m += x[p];
         break;
-      case ArmParameterKind::kA:
+      case ParameterKind::kA:
         e.joint[parameter.joint].a_m += x[p];
         break;
-      case ArmParameterKind::kAlpha:
+      case ParameterKind::kAlpha:
         alpha[parameter.joint] += x[p];
         break;
-      case ArmParameterKind::kBeta:
+      case ParameterKind::kBeta:
         beta[parameter.joint] += x[p];
         break;
-      case ArmParameterKind::kDeflection:
+      case ParameterKind::kDeflection:
         e.tool[parameter.tool].bend_m_per_accel = x[p] * stiff_[parameter.tool];
         e.tool[parameter.tool].turn_rad_per_accel = x[p] * tool(parameter.tool).mass_kg *
                                                     tool(parameter.tool).length_m *
                                                     tool(parameter.tool).length_m / 2.0;
         break;
-      case ArmParameterKind::kTcp:
+      case ParameterKind::kTcp:
         e.tool[parameter.tool].tcp_m[parameter.axis] += x[p];
         break;
-      case ArmParameterKind::kCompliance:
-      case ArmParameterKind::kLoad:
-      case ArmParameterKind::kCosine:
-      case ArmParameterKind::kSine:
-      case ArmParameterKind::kPlay:
+      case ParameterKind::kCompliance:
+      case ParameterKind::kLoad:
+      case ParameterKind::kCosine:
+      case ParameterKind::kSine:
+      case ParameterKind::kPlay:
         break;  // by the pose
+      default:
+        break;  // not the arm's
     }
   }
   for (int i = 0; i < joint_count(); ++i) {
@@ -169,16 +171,16 @@ void ArmModel::derivative_along(const Vector3d& n, const PreparedPose& pose,
     const ArmChain::Link& link = chain.link[parameter.joint];
     double& out = derivative[p * stride];
     switch (parameter.kind) {
-      case ArmParameterKind::kTheta:
+      case ParameterKind::kTheta:
         out = by_theta[parameter.joint];
         break;
-      case ArmParameterKind::kD:
+      case ParameterKind::kD:
         out = link.z.dot(n);
         break;
-      case ArmParameterKind::kA:
+      case ParameterKind::kA:
         out = link.x.dot(n);
         break;
-      case ArmParameterKind::kAlpha:
+      case ParameterKind::kAlpha:
         out = turn(link.x, link.end);
         break;
       default:  // beta is the last of a joint's own
@@ -193,7 +195,7 @@ void ArmModel::derivative_along(const Vector3d& n, const PreparedPose& pose,
     double& out = derivative[p * stride];
     if (parameter.tool != pose.tool)
       out = 0.0;
-    else if (parameter.kind == ArmParameterKind::kDeflection)
+    else if (parameter.kind == ParameterKind::kDeflection)
       out = stiff_[parameter.tool] * (g.dot(n) - g.dot(z) * z.dot(n));
     else
       out = chain.flange.col(parameter.axis).dot(n);
@@ -228,32 +230,33 @@ void ArmModel::turn_derivative(const PreparedPose& pose, const ArmErrors& errors
   for (int p = 0; p < size(); ++p) {
     const ArmParameter& parameter = parameters_[p];
     switch (parameter.kind) {
-      case ArmParameterKind::kTheta:
+      case ParameterKind::kTheta:
         jacobian.col(p) = carried(chain.link[parameter.joint].z);
         break;
-      case ArmParameterKind::kAlpha:
+      case ParameterKind::kAlpha:
         jacobian.col(p) = carried(chain.link[parameter.joint].x);
         break;
-      case ArmParameterKind::kBeta:
+      case ParameterKind::kBeta:
         jacobian.col(p) = carried(chain.link[parameter.joint].y);
         break;
-      case ArmParameterKind::kCompliance:
-      case ArmParameterKind::kLoad:
-      case ArmParameterKind::kCosine:
-      case ArmParameterKind::kSine:
-      case ArmParameterKind::kPlay:
+      case ParameterKind::kCompliance:
+      case ParameterKind::kLoad:
+      case ParameterKind::kCosine:
+      case ParameterKind::kSine:
+      case ParameterKind::kPlay:
         jacobian.col(p) = carried(pose.factor[p] * chain.link[parameter.joint].z);
         break;
-      case ArmParameterKind::kDeflection: {
+      case ParameterKind::kDeflection: {
         const Tool& own = tool(parameter.tool);
         const double per_unit =
             parameter.tool == pose.tool ? own.mass_kg * own.length_m * own.length_m / 2.0 : 0.0;
         jacobian.col(p) = per_unit * (by_bend * z.cross(g));
         break;
       }
-      case ArmParameterKind::kD:
-      case ArmParameterKind::kA:
-      case ArmParameterKind::kTcp:
+      case ParameterKind::kD:
+      case ParameterKind::kA:
+      case ParameterKind::kTcp:
+      default:  // what else there is is not the arm's
         jacobian.col(p).setZero();
         break;
     }

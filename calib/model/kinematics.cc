@@ -18,36 +18,20 @@ constexpr double kArcsecPerRad = 3600.0 * kDegPerRad;
 struct Direction {
   double c, s;
 };
-const char* suffix(JointError error) {
+ParameterKind kind_of(JointError error) {
   switch (error) {
     case JointError::kTheta:
-      return ".theta";
+      return ParameterKind::kTheta;
     case JointError::kD:
-      return ".d";
+      return ParameterKind::kD;
     case JointError::kA:
-      return ".a";
+      return ParameterKind::kA;
     case JointError::kAlpha:
-      return ".alpha";
+      return ParameterKind::kAlpha;
     case JointError::kBeta:
-      return ".beta";
+      return ParameterKind::kBeta;
   }
-  return "";
-}
-
-ArmParameterKind kind_of(JointError error) {
-  switch (error) {
-    case JointError::kTheta:
-      return ArmParameterKind::kTheta;
-    case JointError::kD:
-      return ArmParameterKind::kD;
-    case JointError::kA:
-      return ArmParameterKind::kA;
-    case JointError::kAlpha:
-      return ArmParameterKind::kAlpha;
-    case JointError::kBeta:
-      return ArmParameterKind::kBeta;
-  }
-  return ArmParameterKind::kTheta;
+  return ParameterKind::kTheta;
 }
 
 /// The link frame's axis is the one that the joint turns about.
@@ -72,55 +56,50 @@ ArmModel::ArmModel(const Robot& robot, const Tool& tool, const std::vector<Tool>
   if (robot.joints.empty() || robot.joints.size() > kMaxJoints)
     throw std::invalid_argument("ArmModel: a robot needs 1 to " + std::to_string(kMaxJoints) +
                                 " joints, but has " + std::to_string(robot.joints.size()));
-  for (int i = 0; i < joint_count(); ++i) {
-    const Joint& joint = robot_.joints[i];
+  const std::size_t joints = robot_.joints.size();
+  for (std::size_t at = 0; at < joints; ++at) {
+    const Joint& joint = robot_.joints[at];
     for (JointError error : joint.errors) {
       const bool length = is_length(error);
       const double sigma = length ? joint.tolerance_length_m : joint.tolerance_angle_rad;
       if (sigma <= 0.0) continue;
-      parameters_.push_back({kind_of(error), i, 0, 0, sigma, joint.name + suffix(error),
-                             length ? "mm" : "deg", length ? 1000.0 : kDegPerRad});
+      parameters_.push_back({joint_parameter(kind_of(error), at), sigma, length ? "mm" : "deg",
+                             length ? 1000.0 : kDegPerRad});
     }
   }
   first_by_pose_ = size();
-  for (int i = 0; i < joint_count(); ++i) {
+  for (std::size_t i = 0; i < joints; ++i) {
     const Joint& joint = robot_.joints[i];
     if (joint.compliance_sigma_rad_per_nm > 0.0)
-      parameters_.push_back({ArmParameterKind::kCompliance, i, 0, 0,
-                             joint.compliance_sigma_rad_per_nm, joint.name + ".compliance",
-                             "rad/(N m)", 1.0});
+      parameters_.push_back({joint_parameter(ParameterKind::kCompliance, i),
+                             joint.compliance_sigma_rad_per_nm, "rad/(N m)", 1.0});
   }
-  for (int i = 0; i < joint_count(); ++i) {
+  for (std::size_t i = 0; i < joints; ++i) {
     const Joint& joint = robot_.joints[i];
     if (joint.compliance_sigma_rad_per_nm <= 0.0) continue;
-    for (int j = i; j < joint_count(); ++j) {
+    for (std::size_t j = i; j < joints; ++j) {
       const Joint& link = robot_.joints[j];
-      constexpr std::array kAxis = {"_x", "_y", "_z"};
       for (int axis = 0; axis < 3 && link.moment_sigma_kg_m > 0.0; ++axis) {
         if (j == i && along_own_axis(link, axis)) continue;  // does not load its own joint
-        parameters_.push_back({ArmParameterKind::kLoad, i, 0, axis,
+        parameters_.push_back({load_parameter(i, j, axis),
                                joint.compliance_sigma_rad_per_nm * link.moment_sigma_kg_m,
-                               joint.name + ".load_" + link.name + kAxis[axis], "kg m rad/(N m)",
-                               1.0, j});
+                               "kg m rad/(N m)", 1.0});
       }
     }
   }
-  for (int i = 0; i < joint_count(); ++i) {
+  for (std::size_t i = 0; i < joints; ++i) {
     const Joint& joint = robot_.joints[i];
     if (joint.play_sigma_rad > 0.0)
-      parameters_.push_back({ArmParameterKind::kPlay, i, 0, 0, joint.play_sigma_rad,
-                             joint.name + ".play", "arcsec", kArcsecPerRad});
+      parameters_.push_back({joint_parameter(ParameterKind::kPlay, i), joint.play_sigma_rad,
+                             "arcsec", kArcsecPerRad});
   }
-  for (int i = 0; i < joint_count(); ++i) {
+  for (std::size_t i = 0; i < joints; ++i) {
     const Joint& joint = robot_.joints[i];
     if (joint.harmonic_sigma_rad <= 0.0) continue;
     for (int h : joint.harmonics) {
-      const std::string order = std::to_string(h);
       const double sigma = joint.harmonic_sigma_rad / std::pow(h, joint.harmonic_falloff);
-      parameters_.push_back({ArmParameterKind::kCosine, i, h, 0, sigma, joint.name + ".cos" + order,
-                             "arcsec", kArcsecPerRad});
-      parameters_.push_back({ArmParameterKind::kSine, i, h, 0, sigma, joint.name + ".sin" + order,
-                             "arcsec", kArcsecPerRad});
+      for (const ParameterKind kind : {ParameterKind::kCosine, ParameterKind::kSine})
+        parameters_.push_back({wave_parameter(kind, i, h), sigma, "arcsec", kArcsecPerRad});
     }
   }
   last_by_pose_ = size();
@@ -131,17 +110,14 @@ ArmModel::ArmModel(const Robot& robot, const Tool& tool, const std::vector<Tool>
 void ArmModel::add_tool_parameters(int index) {
   const Tool& tool = tools_[static_cast<std::size_t>(index)];
   stiff_.push_back(tool.mass_kg * tool.length_m * tool.length_m * tool.length_m / 3.0);
-  const std::string name = tool.name();
-  if (tool.deflection_sigma > 0.0) {
-    parameters_.push_back({ArmParameterKind::kDeflection, -1, 0, 0, tool.deflection_sigma,
-                           name + ".c_t", "1/(N m^2)", 1.0, -1, index});
-  }
-  constexpr std::array kAxisName = {".x", ".y", ".z"};
+  const auto which = static_cast<std::size_t>(index);
+  if (tool.deflection_sigma > 0.0)
+    parameters_.push_back({tool_parameter(ParameterKind::kDeflection, which), tool.deflection_sigma,
+                           "1/(N m^2)", 1.0});
   for (int axis = 0; axis < 3; ++axis)
     if (tool.tcp_sigma_m[axis] > 0.0)
-      parameters_.push_back({ArmParameterKind::kTcp, -1, 0, axis, tool.tcp_sigma_m[axis],
-                             name + kAxisName[static_cast<std::size_t>(axis)], "mm", 1000.0, -1,
-                             index});
+      parameters_.push_back(
+          {tool_parameter(ParameterKind::kTcp, which, axis), tool.tcp_sigma_m[axis], "mm", 1000.0});
 }
 
 int ArmModel::tool_index(std::string_view id) const {
@@ -185,18 +161,18 @@ PreparedPose ArmModel::prepare(std::span<const double> joint_rad, int tool) cons
   for (int p = first_by_pose_; p < last_by_pose_; ++p) {
     const ArmParameter& parameter = parameters_[p];
     switch (parameter.kind) {
-      case ArmParameterKind::kCompliance:
+      case ParameterKind::kCompliance:
         pose.factor[p] = torque_nm(parameter.joint);
         break;
-      case ArmParameterKind::kPlay:
+      case ParameterKind::kPlay:
         pose.factor[p] =
             std::tanh(torque_nm(parameter.joint) / robot_.joints[parameter.joint].play_closes_nm);
         break;
-      case ArmParameterKind::kLoad:  // behind kCompliance: chain is walked
+      case ParameterKind::kLoad:  // behind kCompliance: chain is walked
         pose.factor[p] = chain.link[parameter.joint].z.dot(
             chain.link[parameter.link].rotation.col(parameter.axis).cross(robot_.gravity_m_s2));
         break;
-      case ArmParameterKind::kCosine: {  // a joint's follow one another, sine behind cosine
+      case ParameterKind::kCosine: {  // a joint's follow one another, sine behind cosine
         if (joint != parameter.joint || parameter.harmonic < harmonic) {
           joint = parameter.joint;
           harmonic = 0;

@@ -20,45 +20,16 @@
 #include <string_view>
 #include <vector>
 
+#include "calib/model/parameter_key.h"
 #include "calib/model/robot.h"
 
 namespace cellcal::calib {
 
-enum class ArmParameterKind {
-  kTheta,
-  kD,
-  kA,
-  kAlpha,
-  kBeta,        // geometric error of a joint
-  kCompliance,  // k_i
-  kLoad,        // k_i times an unknown part of a link's mass moment
-  kCosine,
-  kSine,        // transmission harmonic
-  kPlay,        // p_i
-  kDeflection,  // c_t
-  kTcp          // one component of the tool's offset
-};
-
-/// What a joint gives in proportion to its load.
-constexpr bool is_compliance(ArmParameterKind kind) {
-  return kind == ArmParameterKind::kCompliance || kind == ArmParameterKind::kLoad;
-}
-/// What its gear adds to its angle once per revolution and faster.
-constexpr bool is_transmission(ArmParameterKind kind) {
-  return kind == ArmParameterKind::kCosine || kind == ArmParameterKind::kSine;
-}
-
-struct ArmParameter {
-  ArmParameterKind kind;
-  int joint = -1;      ///< index; -1 for the tool's
-  int harmonic = 0;    ///< order h
-  int axis = 0;        ///< kTcp, kLoad: 0 x, 1 y, 2 z
+/// A possible error of the arm.
+struct ArmParameter : ParameterKey {
   double sigma = 0.0;  ///< prior 1 sigma, > 0
-  std::string name;    ///< "A1.theta", "A2.compliance", "A2.load_A4_x", "A3.cos2", "tool.c_t", ...
   std::string unit;    ///< of the value times to_unit
   double to_unit = 1.0;
-  int link = -1;  ///< kLoad: the joint whose link it is
-  int tool = 0;   ///< kDeflection, kTcp: whose
 };
 
 /// A robot of more joints is refused; bounds the stack.

@@ -6,9 +6,12 @@
 #include <string>
 #include <vector>
 
+#include "calib/model/parameter_key.h"
 #include "calib/model/robot.h"
 #include "calib/result/finding.h"
 #include "calib/result/level.h"
+#include "calib/result/outlier.h"
+#include "calib/result/unidentifiable.h"
 
 namespace cellcal::calib {
 
@@ -29,7 +32,7 @@ constexpr const char* to_string(DecidedBy decided) {
 
 /// One identified quantity. Values are SI and radians; `unit` names what files and screens show.
 struct ParameterResult {
-  std::string name;      ///< e.g. "A2.theta", "tool.c_t", "touch.rho", "S1.x"
+  ParameterKey key;
   std::string unit;      ///< "mm", "deg", "1/(N m^2)", "rad/(N m)", "arcsec"
   double to_unit = 1.0;  ///< value in `unit` = SI value * to_unit
   double nominal = 0.0;
@@ -67,20 +70,6 @@ struct TouchResidual {
   double whitened = 0.0;  ///< after / its sigma
   bool outlier = false;
   Eigen::Vector3d direction = Eigen::Vector3d::Zero();  ///< from the target's centre to the tip
-};
-
-struct Outlier {
-  std::size_t touch = 0;
-  double residual_m = 0.0;
-  std::string reason;
-  /// How far it would have held its own place, 0 to 1: near 1 nothing else tells about it, and
-  /// that it was left out says as much about the others as about it.
-  double leverage = 0.0;
-};
-
-struct UnidentifiableDirection {
-  std::string words;
-  std::vector<std::pair<std::string, double>> direction;  ///< parameter, share of its prior sigma
 };
 
 /// What touches of one place, repeated, say about the noise of a touch (repeats.h).
@@ -253,5 +242,17 @@ struct Calibration {
   Eigen::MatrixXd frame_basis;
   std::vector<InputFile> inputs;
 };
+
+/// Null where it was not estimated.
+inline const ParameterResult* find(const Calibration& c, const ParameterKey& key) {
+  for (const ParameterResult& one : c.parameters)
+    if (one.key == key) return &one;
+  return nullptr;
+}
+/// [SI]; 0 where it was not estimated.
+inline double correction_of(const Calibration& c, const ParameterKey& key) {
+  const ParameterResult* found = find(c, key);
+  return found == nullptr ? 0.0 : found->correction;
+}
 
 }  // namespace cellcal::calib

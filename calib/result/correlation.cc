@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string>
 
 #include "calib/linear/cholesky.h"
 
@@ -29,11 +28,6 @@ bool remove_frame(Eigen::MatrixXd& scaled, const Eigen::MatrixXd& basis) {
   if (!reduced.allFinite()) return false;
   scaled = reduced;
   return true;
-}
-
-bool is_of_target(const Calibration& calibration, const std::string& name) {
-  return std::any_of(calibration.cell.targets.begin(), calibration.cell.targets.end(),
-                     [&name](const Target& target) { return name.starts_with(target.id + "."); });
 }
 
 }  // namespace
@@ -70,7 +64,7 @@ Correlations strong_correlations(const Calibration& calibration, double least) {
   }
   std::vector<bool> says_nothing;
   for (const ParameterResult& p : calibration.parameters)
-    says_nothing.push_back(p.decided_by == DecidedBy::kFrame || is_of_target(calibration, p.name));
+    says_nothing.push_back(p.decided_by == DecidedBy::kFrame || p.key.target >= 0);
   for (Eigen::Index i = 0; i < size; ++i) {
     for (Eigen::Index j = i + 1; j < size; ++j) {
       if (std::min(scaled(i, i), scaled(j, j)) <= kNothingLeft) continue;

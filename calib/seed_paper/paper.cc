@@ -29,25 +29,25 @@ Matrix3d cross_matrix(const Vector3d& v) {
 }
 
 /// Eq. 7, one column of G_i: differential translation above rotation of frame i, in frame i-1.
-Vector6 transmission_g(const Joint& joint, double theta, ArmParameterKind kind) {
+Vector6 transmission_g(const Joint& joint, double theta, ParameterKind kind) {
   const double ct = std::cos(theta), st = std::sin(theta);
   const double ca = std::cos(joint.alpha_rad), sa = std::sin(joint.alpha_rad);
   const double a = joint.a_m, d = joint.d_m;
   Vector6 g = Vector6::Zero();
   switch (kind) {
-    case ArmParameterKind::kTheta:
+    case ParameterKind::kTheta:
       g << 0, 0, 0, 0, 0, 1;
       break;
-    case ArmParameterKind::kD:
+    case ParameterKind::kD:
       g << 0, 0, 1, 0, 0, 0;
       break;
-    case ArmParameterKind::kA:
+    case ParameterKind::kA:
       g << ct, st, 0, 0, 0, 0;
       break;
-    case ArmParameterKind::kAlpha:
+    case ParameterKind::kAlpha:
       g << -d * st, d * ct, 0, ct, st, 0;
       break;
-    case ArmParameterKind::kBeta:
+    case ParameterKind::kBeta:
       g << a * sa * st - d * ca * ct, -a * sa * ct - d * ca * st, a * ca, -ca * st, ca * ct, sa;
       break;
     default:
@@ -113,7 +113,7 @@ LinearTouch linearise(const ArmModel& model, const std::vector<double>& joint_ra
       in_base = transmission_k(before[parameter.joint]) *
                 transmission_g(robot.joints[parameter.joint], theta[parameter.joint],
                                parameter.kind);  // Eq. 10
-    else if (parameter.kind == ArmParameterKind::kDeflection)
+    else if (parameter.kind == ParameterKind::kDeflection)
       in_base = transmission_k(tip) * bending_g(model.tool(), flange.linear().transpose() *
                                                                   robot.gravity_m_s2);  // Eq. 21
     touch.a.col(p) = to_point * in_base;
@@ -205,21 +205,21 @@ const Target& only_sphere(const Cell& cell, const std::vector<Touch>& touches) {
 }
 
 std::vector<ParameterResult> parameters_of(const ArmModel& model, const Target& sphere,
-                                           const VectorXd& x) {
+                                           std::size_t target, const VectorXd& x) {
   std::vector<ParameterResult> results;
   for (int p = 0; p < model.size(); ++p) {
     const ArmParameter& parameter = model.parameters()[p];
-    const bool in_paper = parameter.kind <= ArmParameterKind::kBeta ||
-                          parameter.kind == ArmParameterKind::kDeflection;
+    const bool in_paper =
+        is_geometric(parameter.kind) || parameter.kind == ParameterKind::kDeflection;
     // No sigma of its own: the tolerance stands in, so that a bound made of it is not too small.
-    results.push_back({parameter.name, parameter.unit, parameter.to_unit, 0.0, x[p],
-                       parameter.sigma, in_paper ? DecidedBy::kData : DecidedBy::kPrior});
+    results.push_back({parameter, parameter.unit, parameter.to_unit, 0.0, x[p], parameter.sigma,
+                       in_paper ? DecidedBy::kData : DecidedBy::kPrior});
   }
-  constexpr const char* kAxes[] = {".x", ".y", ".z"};
   for (int axis = 0; axis < kCentre; ++axis) {
     const double nominal = sphere.has_centre ? sphere.centre_m[axis] : 0.0;
-    results.push_back({sphere.id + kAxes[axis], "mm", 1000.0, nominal,
-                       x[model.size() + axis] - nominal, sphere.centre_sigma_m, DecidedBy::kData});
+    results.push_back({target_parameter(ParameterKind::kCentre, target, axis), "mm", 1000.0,
+                       nominal, x[model.size() + axis] - nominal, sphere.centre_sigma_m,
+                       DecidedBy::kData});
   }
   return results;
 }
@@ -256,7 +256,7 @@ Calibration identify_paper(const Cell& cell, const std::vector<Touch>& touches,
   Calibration result;
   result.cell = cell;
   result.method = "paper";
-  result.parameters = parameters_of(model, sphere, x);
+  result.parameters = parameters_of(model, sphere, cell.target_index(sphere.id), x);
   result.targets.push_back({sphere.id, x.tail<kCentre>(), radius});
   result.before = summarise(fit, start, radius);
   result.after = summarise(fit, x, radius);

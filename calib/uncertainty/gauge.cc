@@ -47,13 +47,6 @@ Eigen::MatrixXd sparse_basis(Eigen::MatrixXd n, int arm_size) {
   return n;
 }
 
-std::string list(const std::vector<std::string>& names) {
-  std::string text;
-  for (std::size_t i = 0; i < names.size(); ++i)
-    text += (i == 0 ? "" : i + 1 == names.size() ? " and " : ", ") + names[i];
-  return text;
-}
-
 /// How far a prior sigma of each unknown alone moves the tip (rms over the workspace) or its target
 /// [m]. Sigmas do not compare: a target's counts the same on a large arm as on one that moves it
 /// half as far.
@@ -70,89 +63,93 @@ Eigen::VectorXd reach_of(const Problem& problem, const TipMoves& stiff) {
   return reach;
 }
 
+UnidentifiableDirection described(const Problem& problem, const Eigen::VectorXd& direction) {
+  UnidentifiableDirection result;
+  for (int i = 0; i < problem.size(); ++i)
+    if (std::abs(direction[i]) > 1e-9)  // below: rounding of the elimination
+      result.direction.emplace_back(problem.unknowns()[i].key, direction[i]);
+  return result;
+}
+
 /// `moves_m`: how far each unknown's share in the direction moves tip or target.
-std::string words_for(const Problem& problem, const Eigen::VectorXd& moves_m) {
-  const auto& joints = problem.cell().robot.joints;
-  const auto& parameters = problem.arm().parameters();
-  std::vector<int> arm_named;
+UnidentifiableKind kind_of_frame(const Problem& problem, const Eigen::VectorXd& moves_m) {
+  std::vector<ParameterKey> arm;
   bool targets_move = false;
   for (int i = 0; i < problem.size(); ++i) {
     if (moves_m[i] < kNamed * moves_m.maxCoeff()) continue;
     if (i < problem.arm_size())
-      arm_named.push_back(i);
+      arm.push_back(problem.unknowns()[i].key);
     else
       targets_move = true;
   }
-  const auto& first = joints.front().name;
   // Whether or not the targets show it: a plane across the base axis turns into itself.
-  if (arm_named.size() == 1 && parameters[arm_named[0]].joint == 0) {
-    if (parameters[arm_named[0]].kind == ArmParameterKind::kTheta)
-      return "turning the zero of " + first +
-             " is the same as turning all targets about the base "
-             "axis; fixed by convention";
-    if (parameters[arm_named[0]].kind == ArmParameterKind::kD)
-      return "raising the arm on its base (" + first +
-             ".d) is the same as lowering all targets; "
-             "fixed by convention";
+  if (arm.size() == 1 && arm.front().joint == 0) {
+    if (arm.front().kind == ParameterKind::kTheta) return UnidentifiableKind::kZeroOfFirstJoint;
+    if (arm.front().kind == ParameterKind::kD) return UnidentifiableKind::kHeightOfBase;
   }
-  const int last = static_cast<int>(joints.size()) - 1;
-  const bool last_link = !targets_move && !arm_named.empty() &&
-                         std::all_of(arm_named.begin(), arm_named.end(), [&](int i) {
-                           return parameters[i].joint == last || parameters[i].joint < 0;
-                         });
-  std::vector<std::string> names;
-  for (int i = 0; i < problem.size(); ++i)
-    if (moves_m[i] >= kNamed * moves_m.maxCoeff()) names.push_back(problem.unknowns()[i].name);
-  constexpr std::size_t kMaxNames = 8;
-  if (names.size() > kMaxNames) {
-    const std::string more = std::to_string(names.size() - kMaxNames) + " more";
-    names.resize(kMaxNames);
-    names.push_back(more);
-  }
-  if (last_link)
-    return "behind the last axis " + list(names) +
-           " move the tip in three directions only: one "
-           "combination of them never shows; fixed by convention";
-  return list(names) + " can change together without anything moving; fixed by convention";
+  const int last = problem.arm().joint_count() - 1;
+  const bool behind_last = !targets_move && !arm.empty() &&
+                           std::all_of(arm.begin(), arm.end(), [&](const ParameterKey& key) {
+                             return key.joint == last || key.joint < 0;
+                           });
+  return behind_last ? UnidentifiableKind::kBehindLastJoint : UnidentifiableKind::kNothingMoves;
 }
 
-/// In words: what the weak direction is made of, and what would resolve it.
-std::string weak_words(const Problem& problem, const Eigen::VectorXd& direction,
-                       const Eigen::VectorXd& reach_m) {
+UnidentifiableDirection frame_direction(const Problem& problem, const Eigen::VectorXd& direction,
+                                        const Eigen::VectorXd& moves_m) {
+  UnidentifiableDirection result = described(problem, direction);
+  result.kind = kind_of_frame(problem, moves_m);
+  constexpr std::size_t kMost = 8;
+  for (int i = 0; i < problem.size(); ++i) {
+    const ParameterKey& key = problem.unknowns()[i].key;
+    if (moves_m[i] < kNamed * moves_m.maxCoeff()) continue;
+    if (result.parameters.size() < kMost)
+      result.parameters.push_back(key);
+    else
+      ++result.more_parameters;
+  }
+  return result;
+}
+
+/// Lengths that grow together: the scale of the arm.
+bool is_scale(const Problem& problem, const Eigen::VectorXd& direction) {
+  double scale = 0.0, lengths = 0.0, all = 0.0;
+  for (int i = 0; i < problem.arm_size(); ++i) {
+    const ParameterKind kind = problem.arm().parameters()[i].kind;
+    all += direction[i] * direction[i];
+    if (kind == ParameterKind::kD || kind == ParameterKind::kA) {
+      lengths += direction[i] * direction[i];
+      const Joint& joint = problem.cell().robot.joints[problem.arm().parameters()[i].joint];
+      scale += direction[i] * (kind == ParameterKind::kD ? joint.d_m : joint.a_m);
+    }
+  }
+  double arm_length = 0.0;
+  for (const Joint& joint : problem.cell().robot.joints)
+    arm_length += joint.d_m * joint.d_m + joint.a_m * joint.a_m;
+  return lengths > 0.7 * all && std::abs(scale) > 0.5 * std::sqrt(arm_length * all);
+}
+
+/// What the weak direction is made of, the largest shares first.
+UnidentifiableDirection weak_direction(const Problem& problem, const Eigen::VectorXd& direction,
+                                       const Eigen::VectorXd& reach_m) {
+  UnidentifiableDirection result = described(problem, direction);
   std::vector<int> order(problem.arm_size());
   for (int i = 0; i < problem.arm_size(); ++i) order[i] = i;
   std::sort(order.begin(), order.end(),
             [&](int a, int b) { return std::abs(direction[a]) > std::abs(direction[b]); });
-  // Lengths that grow together: the scale of the arm.
-  double scale = 0.0, lengths = 0.0, all = 0.0;
-  for (int i = 0; i < problem.arm_size(); ++i) {
-    const ArmParameterKind kind = problem.arm().parameters()[i].kind;
-    all += direction[i] * direction[i];
-    if (kind == ArmParameterKind::kD || kind == ArmParameterKind::kA) {
-      lengths += direction[i] * direction[i];
-      const Joint& joint = problem.cell().robot.joints[problem.arm().parameters()[i].joint];
-      scale += direction[i] * (kind == ArmParameterKind::kD ? joint.d_m : joint.a_m);
-    }
-  }
-  std::vector<std::string> names;
-  constexpr std::size_t kNames = 5;
+  constexpr std::size_t kMost = 5;
   for (const int i : order)
-    if (names.size() < kNames && std::abs(direction[i]) > kNamed * std::abs(direction[order[0]]))
-      names.push_back(problem.arm().parameters()[i].name);
+    if (result.parameters.size() < kMost &&
+        std::abs(direction[i]) > kNamed * std::abs(direction[order[0]]))
+      result.parameters.push_back(problem.unknowns()[i].key);
   // As the compliance of a joint that hardly bears a load.
-  if (names.size() == 1 && reach_m[order[0]] < kUnmeasurableM)
-    return names[0] +
-           " moves the tip by less than a micrometre, so that no touch tells it and nothing "
-           "depends on it; the tolerances decide";
-  double arm_length = 0.0;
-  for (const Joint& joint : problem.cell().robot.joints)
-    arm_length += joint.d_m * joint.d_m + joint.a_m * joint.a_m;
-  const bool is_scale = lengths > 0.7 * all && std::abs(scale) > 0.5 * std::sqrt(arm_length * all);
-  const std::string text = "these touches do not tell " + list(names) +
-                           (names.size() == 1 ? "" : " apart") + "; the tolerances decide";
-  if (is_scale && problem.lengths().empty())
-    return text + ". All lengths grow together here: touch a second sphere at a certified distance";
-  return text + ". Touches in other postures would resolve it";
+  if (result.parameters.size() == 1 && reach_m[order[0]] < kUnmeasurableM)
+    result.kind = UnidentifiableKind::kNoEffect;
+  else
+    result.kind = is_scale(problem, direction) && problem.lengths().empty()
+                      ? UnidentifiableKind::kScale
+                      : UnidentifiableKind::kWeak;
+  return result;
 }
 
 }  // namespace
@@ -184,26 +181,15 @@ Weak weaker_than(double most, const Eigen::MatrixXd& triangle) {
   return weak;
 }
 
-UnidentifiableDirection described(const Problem& problem, const Eigen::VectorXd& direction,
-                                  std::string words) {
-  UnidentifiableDirection result;
-  result.words = std::move(words);
-  for (int i = 0; i < problem.size(); ++i)
-    if (std::abs(direction[i]) > 1e-9)  // below: rounding of the elimination
-      result.direction.emplace_back(problem.unknowns()[i].name, direction[i]);
-  return result;
-}
-
 /// The unknowns among which frames are sought. They are a matter of geometry. Transmission errors are
 /// left out: over a joint's range a constant and a slow wave are much alike, which is no choice of
 /// frame. So are loads: many are moments that no joint bears.
 std::vector<int> sought_in(const Problem& problem) {
   std::vector<int> sought;
   for (int i = 0; i < problem.size(); ++i) {
-    const ArmParameterKind kind =
-        i < problem.arm_size() ? problem.arm().parameters()[i].kind : ArmParameterKind::kTheta;
-    if (!is_transmission(kind) && kind != ArmParameterKind::kLoad &&
-        kind != ArmParameterKind::kPlay)
+    const ParameterKind kind =
+        i < problem.arm_size() ? problem.arm().parameters()[i].kind : ParameterKind::kTheta;
+    if (!is_transmission(kind) && kind != ParameterKind::kLoad && kind != ParameterKind::kPlay)
       sought.push_back(i);
   }
   return sought;
@@ -251,9 +237,8 @@ void add_workspace(const Problem& problem, const Eigen::MatrixXd& moves_m,
   for (Eigen::Index k = 0; k < width; ++k) {
     const int i = sought[static_cast<std::size_t>(k)];
     if (i >= problem.arm_size()) continue;
-    const ArmParameterKind kind = problem.arm().parameters()[i].kind;
-    if (kind == ArmParameterKind::kCompliance || kind == ArmParameterKind::kDeflection)
-      gives[k] = 1.0;
+    const ParameterKind kind = problem.arm().parameters()[i].kind;
+    if (kind == ParameterKind::kCompliance || kind == ParameterKind::kDeflection) gives[k] = 1.0;
   }
   measured.add_alone(gives, Eigen::VectorXd::Zero(width));
 }
@@ -287,11 +272,9 @@ void name_weak(const Problem& problem, const Eigen::MatrixXd& directions,
     if (v.norm() < 0.5) continue;
     if (++named > kWeakNamed) continue;
     v.normalize();
-    result.words.push_back(described(problem, v, weak_words(problem, v, reach_m)));
+    result.named.push_back(weak_direction(problem, v, reach_m));
   }
-  if (named > kWeakNamed)
-    result.words.back().words +=
-        "; " + std::to_string(named - kWeakNamed) + " further directions are as weak";
+  if (named > kWeakNamed) result.named.back().more_as_weak = named - kWeakNamed;
 }
 
 }  // namespace
@@ -318,9 +301,8 @@ FrameDirections find_frame_directions(const Problem& problem, const Linearisatio
   if (result.basis_u.cols() > 0) {
     const Eigen::MatrixXd sparse = sparse_basis(result.basis_u, problem.arm_size());
     for (Eigen::Index c = 0; c < sparse.cols(); ++c)
-      result.words.push_back(
-          described(problem, sparse.col(c),
-                    words_for(problem, reach_m.cwiseProduct(sparse.col(c).cwiseAbs()))));
+      result.named.push_back(
+          frame_direction(problem, sparse.col(c), reach_m.cwiseProduct(sparse.col(c).cwiseAbs())));
   }
   name_weak(problem, among_all(weak.directions), weak.seen_by, reach_m, result);
   return result;

@@ -19,7 +19,7 @@ namespace cellcal::calib {
 
 struct FrameDirections {
   Eigen::MatrixXd basis_u;  ///< frame directions, size x k, orthonormal, prior units
-  std::vector<UnidentifiableDirection> words;  ///< frame directions first, then weak ones
+  std::vector<UnidentifiableDirection> named;  ///< frame directions first, then weak ones
 };
 
 /// `stiff`: over the workspace (region.h), with a tool that does not bend; `moves_m`:

@@ -22,8 +22,8 @@ constexpr double kRounding = 1e-7;
 constexpr double kFlat = 1e-3;
 
 /// Columns of the arm that every model level has: geometry, tool and bending.
-bool is_geometry(ArmParameterKind kind) {
-  return !is_compliance(kind) && !is_transmission(kind) && kind != ArmParameterKind::kPlay;
+bool is_geometry(ParameterKind kind) {
+  return !is_compliance(kind) && !is_transmission(kind) && kind != ParameterKind::kPlay;
 }
 
 /// J'J over some columns, lower part; by blocks that stay in the cache, however many rows.

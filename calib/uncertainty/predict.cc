@@ -22,12 +22,12 @@ struct Predictor::Impl {
 
   /// Per parameter of the arm its index in the calibration, -1 where it is not.
   static std::vector<Eigen::Index> places(const ArmModel& arm, const Calibration& c) {
-    std::map<std::string, Eigen::Index> index;
+    std::map<ParameterKey, Eigen::Index> index;
     for (std::size_t i = 0; i < c.parameters.size(); ++i)
-      index[c.parameters[i].name] = static_cast<Eigen::Index>(i);
+      index[c.parameters[i].key] = static_cast<Eigen::Index>(i);
     std::vector<Eigen::Index> at;
     for (const ArmParameter& parameter : arm.parameters()) {
-      const auto found = index.find(parameter.name);
+      const auto found = index.find(parameter);
       at.push_back(found == index.end() ? -1 : found->second);
     }
     return at;

@@ -57,9 +57,9 @@ void fill_parameters(const Problem& problem, const Estimate& e, const FrameDirec
   calibration.frame_basis = scale.asDiagonal() * frame.basis_u;
   for (int i = 0; i < n; ++i) {
     const Unknown& unknown = problem.unknowns()[i];
-    ParameterResult p{unknown.name,           unknown.unit,
-                      unknown.to_unit,        unknown.nominal,
-                      x[i] - unknown.nominal, std::sqrt(calibration.covariance(i, i))};
+    ParameterResult p{
+        unknown.key,     unknown.unit,           unknown.to_unit,
+        unknown.nominal, x[i] - unknown.nominal, std::sqrt(calibration.covariance(i, i))};
     // Who decided it: the frame where half of its variance is the frame's; the prior where the
     // touches took less than half of the prior's variance away, or no level with a say has it at
     // all.
@@ -67,11 +67,11 @@ void fill_parameters(const Problem& problem, const Estimate& e, const FrameDirec
     const double of_frame = frame.basis_u.cols() > 0 ? frame.basis_u.row(i).squaredNorm() : 0.0;
     double prior_u = unknown.prior_weight > 0.0 ? 1.0 / unknown.prior_weight : 1e9;
     if (i < problem.arm_size()) {
-      const ArmParameterKind kind = problem.arm().parameters()[i].kind;
+      const ParameterKind kind = problem.arm().parameters()[i].kind;
       // Of the levels, each as far as it is believed.
       if (is_transmission(kind)) prior_u *= e.levels.transmission;
       if (is_compliance(kind)) prior_u *= e.levels.compliance;
-      if (kind == ArmParameterKind::kPlay) prior_u *= e.levels.play;
+      if (kind == ParameterKind::kPlay) prior_u *= e.levels.play;
     }
     if (of_frame * std::min(1.0, prior_u * prior_u) > 0.5 * variance_u)
       p.decided_by = DecidedBy::kFrame;
@@ -293,12 +293,12 @@ Calibration identify_as_stated(const Cell& cell, const std::vector<Touch>& touch
   auto workspace = workspace_poses(arm, kFramePoses, kRegionSeed);
   Eigen::VectorXd stiff_x = x;
   for (int i = 0; i < arm.size(); ++i)
-    if (arm.parameters()[static_cast<std::size_t>(i)].kind == ArmParameterKind::kDeflection)
+    if (arm.parameters()[static_cast<std::size_t>(i)].kind == ParameterKind::kDeflection)
       stiff_x[i] = 0.0;
   const TipMoves stiff = tip_moves(arm, workspace, stiff_x.data(), scale);
   Eigen::MatrixXd moves = aligned(stiff);  // a tool that bends changes them by thousandths
   const FrameDirections frame = find_frame_directions(problem, e.posterior.linear, stiff, moves);
-  calibration.unidentifiable = frame.words;
+  calibration.unidentifiable = frame.named;
   calibration.observability = observability(problem, e.posterior.linear, frame.basis_u);
   fill_parameters(problem, e, frame, inflation, calibration);
   const Eigen::MatrixXd arm_covariance =

@@ -96,15 +96,15 @@ void judge_sizes(const Calibration& c, std::vector<Finding>& findings) {
 
 void judge_loads(const Problem& problem, const Calibration& c, std::vector<Finding>& findings) {
   for (int p = 0; p < problem.arm_size(); ++p) {
-    const ArmParameterKind kind = problem.arm().parameters()[p].kind;
-    if (kind != ArmParameterKind::kCompliance && kind != ArmParameterKind::kDeflection) continue;
+    const ParameterKind kind = problem.arm().parameters()[p].kind;
+    if (kind != ParameterKind::kCompliance && kind != ParameterKind::kDeflection) continue;
     const ParameterResult& found = c.parameters[static_cast<std::size_t>(p)];
     const double value = found.nominal + found.correction;
     if (found.sigma > 0.0 && value < -kAgainstLoad * found.sigma)
       findings.push_back(
           {FindingKind::kNegativeCompliance,
            Severity::kWithholds,
-           about_parameter(found.name),
+           about_parameter(parameter_name(c.cell, found.key)),
            {{"value", value * found.to_unit, found.unit, found.sigma * found.to_unit},
             {"below_zero", -value / found.sigma, "sigma"}}});
   }

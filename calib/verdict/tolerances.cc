@@ -36,13 +36,13 @@ std::vector<FindingPart> beyond_tolerance(const Problem& problem, const Calibrat
                                           double most) {
   std::vector<FindingPart> far;
   for (int p = 0; p < problem.arm_size(); ++p) {
-    const ArmParameterKind kind = problem.arm().parameters()[p].kind;
-    if (kind > ArmParameterKind::kBeta && kind != ArmParameterKind::kTcp) continue;
+    const ParameterKind kind = problem.arm().parameters()[p].kind;
+    if (!is_geometric(kind) && kind != ParameterKind::kTcp) continue;
     const ParameterResult& found = c.parameters[static_cast<std::size_t>(p)];
     const double tolerances = std::abs(found.correction) / problem.unknowns()[p].scale;
     if (!(tolerances > most)) continue;
     far.push_back(
-        {about_parameter(found.name),
+        {about_parameter(parameter_name(c.cell, found.key)),
          {{"off", found.correction * found.to_unit, found.unit}, {"tolerances", tolerances, ""}}});
   }
   std::stable_sort(far.begin(), far.end(), [](const FindingPart& a, const FindingPart& b) {
@@ -68,7 +68,7 @@ std::optional<Finding> radius_off(const Problem& problem, const Calibration& c, 
   if (!(std::abs(rho.correction) > most * sigma_m)) return std::nullopt;
   return Finding{FindingKind::kEffectiveRadius,
                  severity,
-                 about_parameter(rho.name),
+                 about_parameter(parameter_name(c.cell, rho.key)),
                  {{"off", rho.correction * 1e3, "mm"},
                   {"apart", std::abs(rho.correction) / sigma_m, "sigma"}}};
 }
@@ -80,11 +80,11 @@ double ArmScale::unseen() const { return (kFarScale + kLuck) * sigma; }
 ArmScale arm_scale(const Problem& problem, const Calibration& c, int but) {
   double information = 0.0, pull = 0.0;
   for (int p = 0; p < problem.arm_size(); ++p) {
-    const ArmParameterKind kind = problem.arm().parameters()[p].kind;
-    if ((kind != ArmParameterKind::kD && kind != ArmParameterKind::kA) || p == but) continue;
+    const ParameterKind kind = problem.arm().parameters()[p].kind;
+    if ((kind != ParameterKind::kD && kind != ParameterKind::kA) || p == but) continue;
     const Joint& joint =
         problem.arm().robot().joints[static_cast<std::size_t>(problem.arm().parameters()[p].joint)];
-    const double drawn_m = kind == ArmParameterKind::kD ? joint.d_m : joint.a_m;
+    const double drawn_m = kind == ParameterKind::kD ? joint.d_m : joint.a_m;
     const double square = std::pow(problem.unknowns()[p].scale, 2);
     information += drawn_m * drawn_m / square;
     pull += drawn_m * c.parameters[static_cast<std::size_t>(p)].correction / square;

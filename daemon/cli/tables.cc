@@ -50,11 +50,13 @@ std::string correlation_words(const calib::Calibration& calibration) {
   constexpr std::size_t kShown = 3;
   const auto pairs = calib::strong_correlations(calibration).pairs;
   if (pairs.empty()) return {};
+  const auto name = [&](std::size_t index) {
+    return calib::parameter_name(calibration.cell, calibration.parameters[index].key);
+  };
   std::string text = "strongly correlated parameters:";
   for (std::size_t i = 0; i < std::min(kShown, pairs.size()); ++i)
-    text += fmt::format("{} {} and {} ({:+.2f})", i == 0 ? "" : ",",
-                        calibration.parameters[pairs[i].first].name,
-                        calibration.parameters[pairs[i].second].name, pairs[i].correlation);
+    text += fmt::format("{} {} and {} ({:+.2f})", i == 0 ? "" : ",", name(pairs[i].first),
+                        name(pairs[i].second), pairs[i].correlation);
   if (pairs.size() > kShown)
     text += fmt::format("; {} more pair{} beyond {:.1f}", pairs.size() - kShown,
                         pairs.size() == kShown + 1 ? "" : "s", calib::kStrongCorrelation);
@@ -109,12 +111,13 @@ std::string fit_words(const calib::Calibration& c) {
 std::string evidence_words(const calib::Calibration& c, std::span<const calib::Touch> touches) {
   std::string text = fit_words(c) + observability_words(c.observability) + correlation_words(c);
   for (const calib::UnidentifiableDirection& direction : c.unidentifiable)
-    text += "not identifiable: " + direction.words + "\n";
+    text += "not identifiable: " + calib::words(c.cell, direction) + "\n";
   const calib::Touch unknown;
   for (const calib::Outlier& one : c.outliers) {
     const calib::Touch& touch = one.touch < touches.size() ? touches[one.touch] : unknown;
-    // The reason has the residual.
-    text += fmt::format("outlier: {}: {}\n", calib::touch_words(one.touch, touch), one.reason);
+    // The words have the residual.
+    text +=
+        fmt::format("outlier: {}: {}\n", calib::touch_words(one.touch, touch), calib::words(one));
   }
   return text;
 }

@@ -22,16 +22,17 @@ constexpr double kLeastShare = 0.05;
 constexpr int kShareDecimals = 2;
 constexpr int kCorrelationDecimals = 3;
 
-std::string shares_of(const calib::UnidentifiableDirection& direction) {
+std::string shares_of(const View& view, const calib::UnidentifiableDirection& direction) {
   auto shares = direction.direction;
   std::stable_sort(shares.begin(), shares.end(), [](const auto& one, const auto& other) {
     return std::abs(one.second) > std::abs(other.second);
   });
   std::string words;
   std::size_t shown = 0;
-  for (const auto& [name, share] : shares) {
+  for (const auto& [key, share] : shares) {
     if (shown == kMostShares || !(std::abs(share) >= kLeastShare)) break;
-    words += fmt::format("{}<code>{}</code>&nbsp;{}", shown == 0 ? "" : ", ", escape(name),
+    words += fmt::format("{}<code>{}</code>&nbsp;{}", shown == 0 ? "" : ", ",
+                         escape(parameter_name(view.result.cell, key)),
                          signed_fixed(share, kShareDecimals));
     ++shown;
   }
@@ -46,11 +47,12 @@ std::string outlier_row(const View& view, const calib::Outlier& outlier) {
     target = escape(touch.target);
     if (touch.line > 0) line = fmt::format("{}", touch.line);
   }
+  const std::string reason = words(outlier);
   return fmt::format(
       "<tr><th scope=\"row\">{}</th><td>{}</td><td class=\"word\">{}</td><td>{}</td>"
       "<td class=\"word wide\">{}</td></tr>\n",
       outlier.touch + 1, line, target, signed_mm(outlier.residual_m),
-      outlier.reason.empty() ? std::string("reason not recorded") : escape(outlier.reason));
+      reason.empty() ? std::string("reason not recorded") : escape(reason));
 }
 
 // For comparing one plan of touches with another.
@@ -87,9 +89,9 @@ std::string unidentifiable(const View& view) {
   }
   std::string items;
   for (const calib::UnidentifiableDirection& direction : directions) {
-    const std::string shares = shares_of(direction);
+    const std::string shares = shares_of(view, direction);
     items +=
-        fmt::format("<li>{}{}</li>\n", escape(direction.words),
+        fmt::format("<li>{}{}</li>\n", escape(words(view.result.cell, direction)),
                     shares.empty() ? std::string() : fmt::format("<br><small>{}</small>", shares));
   }
   const std::string body = fmt::format(
@@ -148,8 +150,8 @@ std::string correlations(const View& view) {
     rows += fmt::format(
         "<tr><th scope=\"row\"><code>{}</code></th><td class=\"word\"><code>{}</code></td>"
         "<td>{}</td></tr>\n",
-        escape(view.result.parameters[pair.first].name),
-        escape(view.result.parameters[pair.second].name),
+        escape(name_of(view, view.result.parameters[pair.first])),
+        escape(name_of(view, view.result.parameters[pair.second])),
         signed_fixed(pair.correlation, kCorrelationDecimals));
   }
   std::string body = fmt::format(

@@ -19,6 +19,7 @@ namespace cellcal::daemon::report {
 namespace {
 
 using calib::DecidedBy;
+using calib::ParameterKind;
 using calib::ParameterResult;
 
 constexpr double kBarWidth = 150.0;
@@ -31,38 +32,31 @@ constexpr int kArcsecDecimals = 2;
 constexpr int kOtherDigits = 4;
 constexpr int kSigmaDigits = 2;
 
-// Amplitudes of transmission error: four and more per joint, and most of them undecided.
-bool is_wave(std::string_view name) {
-  const std::string_view last = name.substr(name.rfind('.') + 1);
-  const std::string_view order = last.substr(std::min<std::size_t>(last.size(), 3));
-  return (last.starts_with("cos") || last.starts_with("sin")) && !order.empty() &&
-         order.find_first_not_of("0123456789") == std::string_view::npos;
-}
-
 struct Group {
   std::string heading;
   bool joint = false;
   std::vector<const ParameterResult*> rows;
 };
 
-// Joints and targets are looked up by name, for a name may itself hold a dot.
-std::pair<std::string, bool> owner_of(const View& view, std::string_view name) {
-  for (const calib::Joint& joint : view.result.cell.robot.joints) {
-    if (belongs_to(name, joint.name)) return {"Joint " + joint.name, true};
+std::pair<std::string, bool> owner_of(const View& view, const calib::ParameterKey& key) {
+  const calib::Cell& cell = view.result.cell;
+  if (key.joint >= 0)
+    return {"Joint " + cell.robot.joints.at(static_cast<std::size_t>(key.joint)).name, true};
+  if (key.target >= 0)
+    return {"Target " + cell.targets.at(static_cast<std::size_t>(key.target)).id, false};
+  if (!cell.tool.id.empty()) {
+    const auto index = static_cast<std::size_t>(key.tool);
+    return {"Tool " + (index == 0 ? cell.tool : cell.other_tools.at(index - 1)).id, false};
   }
-  if (belongs_to(name, "tool")) return {"Tool", false};
-  if (belongs_to(name, "touch")) return {"Touch", false};
-  for (const calib::Target& target : view.result.cell.targets) {
-    if (belongs_to(name, target.id)) return {"Target " + target.id, false};
-  }
-  return {"Other", false};
+  return {key.kind == ParameterKind::kEffectiveRadius ? "Touch" : "Tool", false};
 }
 
 std::vector<Group> group_by_owner(const View& view, bool waves) {
   std::vector<Group> groups;
   for (const ParameterResult& parameter : view.result.parameters) {
-    if (is_wave(parameter.name) != waves) continue;
-    const auto [heading, joint] = owner_of(view, parameter.name);
+    // Amplitudes of transmission error: four and more per joint, and most of them undecided.
+    if (is_transmission(parameter.key.kind) != waves) continue;
+    const auto [heading, joint] = owner_of(view, parameter.key);
     auto found = std::find_if(groups.begin(), groups.end(), [&heading = heading](const Group& g) {
       return g.heading == heading;
     });
@@ -75,27 +69,48 @@ std::vector<Group> group_by_owner(const View& view, bool waves) {
   return groups;
 }
 
-std::string_view meaning_of(std::string_view name) {
-  const std::string_view last = name.substr(name.rfind('.') + 1);
-  if (last == "theta") return "zero of the axis (mastering)";
-  if (last == "d") return "offset along the axis";
-  if (last == "a") return "length of the link";
-  if (last == "alpha") return "twist of the link";
-  if (last == "beta") return "tilt to the parallel axis";
-  if (last == "compliance") return "compliance under torque";
-  if (last == "play") return "half of the play, closed by the load";
-  if (is_wave(name)) return last.starts_with("cos") ? "cosine wave" : "sine wave";
-  if (last == "radius") return "correction of the radius";
-  if (last == "c_t") return "bending";
-  if (last == "rho") return "offset of the radius";
-  if (last == "x" || last == "y" || last == "z") {
-    return belongs_to(name, "tool") ? "tip from the flange" : "position";
+std::string_view meaning_of(ParameterKind kind) {
+  switch (kind) {
+    case ParameterKind::kTheta:
+      return "zero of the axis (mastering)";
+    case ParameterKind::kD:
+      return "offset along the axis";
+    case ParameterKind::kA:
+      return "length of the link";
+    case ParameterKind::kAlpha:
+      return "twist of the link";
+    case ParameterKind::kBeta:
+      return "tilt to the parallel axis";
+    case ParameterKind::kCompliance:
+      return "compliance under torque";
+    case ParameterKind::kPlay:
+      return "half of the play, closed by the load";
+    case ParameterKind::kCosine:
+      return "cosine wave";
+    case ParameterKind::kSine:
+      return "sine wave";
+    case ParameterKind::kDeflection:
+      return "bending";
+    case ParameterKind::kTcp:
+      return "tip from the flange";
+    case ParameterKind::kEffectiveRadius:
+      return "offset of the radius";
+    case ParameterKind::kRadius:
+      return "correction of the radius";
+    case ParameterKind::kCentre:
+      return "position";
+    case ParameterKind::kLoad:
+    case ParameterKind::kTilt:
+    case ParameterKind::kShift:
+    case ParameterKind::kTurn:
+    case ParameterKind::kProbeTurn:
+      break;
   }
   return {};
 }
 
 double nominal_of(const View& view, const ParameterResult& parameter) {
-  return calib::stated_value(view.result.cell, parameter.name) + parameter.nominal;
+  return calib::stated_value(view.result.cell, parameter.key) + parameter.nominal;
 }
 
 std::string in_unit(double value, const ParameterResult& parameter, bool with_sign,
@@ -163,7 +178,7 @@ std::string parameter_row(const View& view, const Group& group, const ParameterR
       "<tr class=\"by-{}\"><th scope=\"row\"><code>{}</code> <small>{}</small></th><td>{}</td>"
       "<td>{}</td><td>{}</td><td class=\"word\">{}</td><td "
       "class=\"word\">{}</td><td>{}</td></tr>\n",
-      decided, escape(parameter.name), meaning_of(parameter.name),
+      decided, escape(name_of(view, parameter)), meaning_of(parameter.key.kind),
       in_unit(nominal_of(view, parameter), parameter, false),
       in_unit(parameter.correction, parameter, true),
       in_unit(parameter.sigma, parameter, false, kSigmaDigits), unit_html(parameter.unit), decided,

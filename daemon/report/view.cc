@@ -104,9 +104,8 @@ std::size_t View::touched_lengths() const {
   return ends.size();
 }
 
-bool belongs_to(std::string_view parameter, std::string_view owner) {
-  return parameter.size() > owner.size() + 1 && parameter.starts_with(owner) &&
-         parameter[owner.size()] == '.';
+std::string name_of(const View& view, const calib::ParameterResult& parameter) {
+  return calib::parameter_name(view.result.cell, parameter.key);
 }
 
 std::string_view kind_word(calib::TargetKind kind) {

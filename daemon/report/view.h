@@ -56,8 +56,8 @@ struct View {
   std::size_t touched_lengths() const;
 };
 
-/// "S1.x" belongs to "S1". Names may hold dots themselves.
-bool belongs_to(std::string_view parameter, std::string_view owner);
+/// As tables show it: "A2.theta".
+std::string name_of(const View& view, const calib::ParameterResult& parameter);
 
 std::string_view kind_word(calib::TargetKind kind);
 /// "4 spheres", "2 points"; "3 targets" where they are of several kinds.

@@ -104,17 +104,17 @@ Truth draw_truth(const calib::Cell& stated, const TruthOptions& options) {
     const calib::ArmParameter& parameter = truth.arm.parameters()[i];
     const double draw = bounded_normal(random);
     switch (parameter.kind) {
-      case calib::ArmParameterKind::kDeflection:
+      case calib::ParameterKind::kDeflection:
         truth.errors[i] =
             options.deflection >= 0.0 ? options.deflection : parameter.sigma * std::abs(draw);
         break;
-      case calib::ArmParameterKind::kCompliance:
+      case calib::ParameterKind::kCompliance:
         truth.errors[i] = parameter.sigma * std::abs(draw);
         break;
-      case calib::ArmParameterKind::kCosine:
-      case calib::ArmParameterKind::kSine:
-      case calib::ArmParameterKind::kPlay:
-      case calib::ArmParameterKind::kTcp:
+      case calib::ParameterKind::kCosine:
+      case calib::ParameterKind::kSine:
+      case calib::ParameterKind::kPlay:
+      case calib::ParameterKind::kTcp:
         truth.errors[i] = parameter.sigma * draw;
         break;
       default:

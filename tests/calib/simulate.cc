@@ -84,9 +84,9 @@ sim::Truth plain_truth(const Cell& cell, std::uint64_t seed) {
   return sim::draw_truth(cell, options);
 }
 
-double true_value(const sim::Truth& truth, const std::string& name) {
+double true_value(const sim::Truth& truth, const ParameterKey& key) {
   for (int p = 0; p < truth.arm.size(); ++p)
-    if (truth.arm.parameters()[static_cast<std::size_t>(p)].name == name) return truth.errors[p];
+    if (truth.arm.parameters()[static_cast<std::size_t>(p)] == key) return truth.errors[p];
   return 0.0;
 }
 

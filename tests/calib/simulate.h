@@ -36,7 +36,7 @@ Made make_touches(const Cell& cell, const sim::Truth& truth, const Making& makin
 /// The truth of a cell whose file is right in everything but what it estimates.
 sim::Truth plain_truth(const Cell& cell, std::uint64_t seed);
 
-/// Value of the true arm's parameter with this name, 0 where it has none.
-double true_value(const sim::Truth& truth, const std::string& name);
+/// Value of the true arm's parameter, 0 where it has none.
+double true_value(const sim::Truth& truth, const ParameterKey& key);
 
 }  // namespace cellcal::calib::testing

@@ -33,11 +33,10 @@ std::vector<double> random_pose(const calib::Robot& robot, std::mt19937_64& rand
 Eigen::VectorXd arm_errors(const calib::ArmModel& model, const calib::Calibration& result) {
   Eigen::VectorXd x(model.size());
   for (int p = 0; p < model.size(); ++p) {
-    const auto found = std::find_if(
-        result.parameters.begin(), result.parameters.end(),
-        [&](const auto& parameter) { return parameter.name == model.parameters()[p].name; });
-    if (found == result.parameters.end())
-      throw std::runtime_error("the result lacks parameter " + model.parameters()[p].name);
+    const calib::ParameterKey& key = model.parameters()[p];
+    const calib::ParameterResult* found = find(result, key);
+    if (found == nullptr)
+      throw std::runtime_error("the result lacks parameter " + parameter_name(result.cell, key));
     x[p] = found->correction;
   }
   return x;

@@ -42,9 +42,7 @@ std::string heading(const std::string& title) {
 }
 
 double deflection(const Calibration& result) {
-  for (const calib::ParameterResult& parameter : result.parameters)
-    if (parameter.name == "tool.c_t") return parameter.correction;
-  return 0.0;
+  return correction_of(result, calib::tool_parameter(calib::ParameterKind::kDeflection, 0));
 }
 
 std::string workspace_rows(const Solved& solved, int placings, double paper_m, double ours_m) {

@@ -24,17 +24,17 @@ constexpr double kLargestLean = 60.0 * kDeg;
 // Tries per touch; most directions that fail lie on the far side, where the arm ends.
 constexpr int kTries = 2000;
 
-double error_of(const JointErrors& errors, calib::ArmParameterKind kind) {
+double error_of(const JointErrors& errors, calib::ParameterKind kind) {
   switch (kind) {
-    case calib::ArmParameterKind::kTheta:
+    case calib::ParameterKind::kTheta:
       return errors.theta_rad;
-    case calib::ArmParameterKind::kD:
+    case calib::ParameterKind::kD:
       return errors.d_m;
-    case calib::ArmParameterKind::kA:
+    case calib::ParameterKind::kA:
       return errors.a_m;
-    case calib::ArmParameterKind::kAlpha:
+    case calib::ParameterKind::kAlpha:
       return errors.alpha_rad;
-    case calib::ArmParameterKind::kBeta:
+    case calib::ParameterKind::kBeta:
       return errors.beta_rad;
     default:
       return 0.0;
@@ -51,7 +51,7 @@ Eigen::VectorXd true_errors(const calib::ArmModel& model, const Conditions& cond
     const calib::ArmParameter& parameter = model.parameters()[p];
     if (parameter.joint >= 0)
       x[p] = error_of(conditions.errors[parameter.joint], parameter.kind);
-    else if (parameter.kind == calib::ArmParameterKind::kDeflection)
+    else if (parameter.kind == calib::ParameterKind::kDeflection)
       x[p] = conditions.deflection;
   }
   return x;

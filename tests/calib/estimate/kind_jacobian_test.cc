@@ -111,8 +111,8 @@ TEST(KindJacobian, OfEveryKindAgreesWithDifferencesForAnyArm) {
       const auto expect = [&](int unknown, const double* column, int stride, double factor) {
         const Rows expected = difference(problem, t, x, unknown, 1e-3 / factor);
         for (int row = 0; row < rows; ++row)
-          EXPECT_NEAR(column[row * stride], expected[row], 1e-8 * factor)
-              << problem.unknowns()[static_cast<std::size_t>(unknown)].name;
+          EXPECT_NEAR(column[row * stride], expected[row], 1e-8 * factor) << parameter_name(
+              problem.cell(), problem.unknowns()[static_cast<std::size_t>(unknown)].key);
       };
       for (int i = 0; i < problem.shared_size(); ++i) {
         const double factor =
@@ -168,7 +168,7 @@ TEST(KindJacobian, OfAllRowsLengthsIncludedAgreesWithCeresAdaptiveDifferences) {
       for (Eigen::Index i = 0; i < own.jacobian.cols(); ++i)
         EXPECT_NEAR(own.jacobian(row, i), expected(row, i), kRelative * largest)
             << "arm " << k << " row " << row << " unknown "
-            << problem.unknowns()[static_cast<std::size_t>(i)].name;
+            << parameter_name(problem.cell(), problem.unknowns()[static_cast<std::size_t>(i)].key);
     }
   }
 }

@@ -45,7 +45,7 @@ struct Poses {
     for (int p = 0; p < arm.size(); ++p) {
       const ArmParameter& one = arm.parameters()[static_cast<std::size_t>(p)];
       const double draw = std::clamp(random.normal(), -2.0, 2.0);
-      x[p] = one.sigma * (one.kind == ArmParameterKind::kDeflection ? std::abs(draw) : draw);
+      x[p] = one.sigma * (one.kind == ParameterKind::kDeflection ? std::abs(draw) : draw);
     }
     Isometry3d tracker_in_base = Isometry3d::Identity();
     tracker_in_base.translate(Vector3d(3.0, -1.0, 0.5));
@@ -88,10 +88,9 @@ struct Poses {
   std::vector<Touch> touches;
 };
 
-const ParameterResult& parameter(const Calibration& c, const std::string& name) {
-  const auto found = std::find_if(c.parameters.begin(), c.parameters.end(),
-                                  [&](const ParameterResult& p) { return p.name == name; });
-  if (found == c.parameters.end()) throw std::runtime_error("no parameter " + name);
+const ParameterResult& parameter(const Calibration& c, const ParameterKey& key) {
+  const ParameterResult* found = find(c, key);
+  if (found == nullptr) throw std::runtime_error("no parameter " + parameter_name(c.cell, key));
   return *found;
 }
 
@@ -103,7 +102,7 @@ TEST(Poses, AreUsedWithTheirTurnsWhereverTheProbeSits) {
   EXPECT_GT(c.chi2_per_dof, 0.5);
   EXPECT_LT(c.chi2_per_dof, 1.5);
   EXPECT_LT(c.check.rms_m, 0.2 * kMm) << "distances alone, no turns among them";
-  (void)parameter(c, "L.probe_rx");
+  (void)parameter(c, target_parameter(ParameterKind::kProbeTurn, c.cell.target_index("L")));
 }
 
 TEST(Poses, TellOfTheWristWhatPlacesAloneDoNot) {
@@ -113,13 +112,15 @@ TEST(Poses, TellOfTheWristWhatPlacesAloneDoNot) {
   const Calibration with = identify_as_stated(made.cell, made.touches, options);
   const Calibration without = identify_as_stated(made.cell, made.places_alone(), options);
   const ArmModel arm(made.cell);
-  for (const char* name : {"A4.alpha", "A5.alpha"}) {
-    const ParameterResult &p = parameter(with, name), &bare = parameter(without, name);
-    std::printf("%s: %.4f deg with turns, %.4f without\n", name, p.sigma * p.to_unit,
+  for (const std::size_t joint : {3, 4}) {
+    const ParameterKey key = joint_parameter(ParameterKind::kAlpha, joint);
+    const ParameterResult &p = parameter(with, key), &bare = parameter(without, key);
+    const std::string name = parameter_name(with.cell, key);
+    std::printf("%s: %.4f deg with turns, %.4f without\n", name.c_str(), p.sigma * p.to_unit,
                 bare.sigma * bare.to_unit);
     EXPECT_LT(p.sigma, 0.9 * bare.sigma) << name;
     for (int k = 0; k < arm.size(); ++k) {
-      if (arm.parameters()[static_cast<std::size_t>(k)].name != name) continue;
+      if (arm.parameters()[static_cast<std::size_t>(k)] != key) continue;
       EXPECT_LT(std::abs(p.correction - made.x[k]), 4.0 * p.sigma) << name;
     }
   }

@@ -43,23 +43,23 @@ sim::Truth with_table_2(sim::Truth truth) {
   for (int p = 0; p < truth.arm.size(); ++p) {
     const ArmParameter& parameter = truth.arm.parameters()[static_cast<std::size_t>(p)];
     double& value = truth.errors[p];
-    if (parameter.kind == ArmParameterKind::kDeflection) value = conditions.deflection;
+    if (parameter.kind == ParameterKind::kDeflection) value = conditions.deflection;
     if (parameter.joint < 0) continue;
     const auto& e = conditions.errors.at(static_cast<std::size_t>(parameter.joint));
     switch (parameter.kind) {
-      case ArmParameterKind::kTheta:
+      case ParameterKind::kTheta:
         value = e.theta_rad;
         break;
-      case ArmParameterKind::kD:
+      case ParameterKind::kD:
         value = e.d_m;
         break;
-      case ArmParameterKind::kA:
+      case ParameterKind::kA:
         value = e.a_m;
         break;
-      case ArmParameterKind::kAlpha:
+      case ParameterKind::kAlpha:
         value = e.alpha_rad;
         break;
-      case ArmParameterKind::kBeta:
+      case ParameterKind::kBeta:
         value = e.beta_rad;
         break;
       default:
@@ -119,13 +119,13 @@ double rho_sigma(unsigned seed, int fit, double cone_rad, double* whitened) {
     EXPECT_NEAR(result.targets[t].effective_radius_m - truth.radius_m[t], rho,
                 cone_rad > 1.0 ? 0.02 * kMm : 0.3 * kMm)
         << "seed " << seed << " sphere " << t;
-  for (const ParameterResult& p : result.parameters)
-    if (p.name == "touch.rho") {
-      *whitened += std::pow((p.correction - rho) / p.sigma, 2);
-      return p.sigma;
-    }
-  ADD_FAILURE() << "no touch.rho";
-  return 0.0;
+  const ParameterResult* p = find(result, tool_parameter(ParameterKind::kEffectiveRadius, 0));
+  if (p == nullptr) {
+    ADD_FAILURE() << "no effective radius";
+    return 0.0;
+  }
+  *whitened += std::pow((p->correction - rho) / p->sigma, 2);
+  return p->sigma;
 }
 
 TEST(Recovery, OfTheEffectiveRadiusIsRightToTwoHundredthsOfAMillimetreWhereTheToolTilts) {

@@ -24,14 +24,12 @@ Eigen::VectorXd true_errors(const sim::Truth& truth, const Cell& cell, double rh
   Eigen::VectorXd error(static_cast<Eigen::Index>(result.parameters.size()));
   for (Eigen::Index i = 0; i < error.size(); ++i) {
     const ParameterResult& p = result.parameters[static_cast<std::size_t>(i)];
-    double real = testing::true_value(truth, p.name);
-    if (p.name == "touch.rho") real = rho_m;
-    for (std::size_t t = 0; t < cell.targets.size(); ++t)
-      for (int k = 0; k < 3; ++k)
-        if (p.name == cell.targets[t].id + "." + "xyz"[k]) real = truth.centre_m[t][k];
-    for (std::size_t t = 0; t < cell.targets.size(); ++t)
-      if (p.name == cell.targets[t].id + ".radius")
-        real = truth.radius_m[t] - cell.targets[t].diameter_m / 2.0 - cell.tool.tip_radius_m;
+    double real = testing::true_value(truth, p.key);
+    const auto t = static_cast<std::size_t>(std::max(p.key.target, 0));
+    if (p.key.kind == ParameterKind::kEffectiveRadius) real = rho_m;
+    if (p.key.kind == ParameterKind::kCentre) real = truth.centre_m[t][p.key.axis];
+    if (p.key.kind == ParameterKind::kRadius)
+      real = truth.radius_m[t] - cell.targets[t].diameter_m / 2.0 - cell.tool.tip_radius_m;
     error[i] = real - (p.nominal + p.correction);
   }
   return error;

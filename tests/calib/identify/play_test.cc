@@ -40,14 +40,14 @@ sim::Truth worn_truth(Cell worn) {
   sim::Truth truth = plain_truth(worn, 7);
   for (int i = 0; i < truth.arm.size(); ++i) {
     const ArmParameter& p = truth.arm.parameters()[static_cast<std::size_t>(i)];
-    if (p.kind == ArmParameterKind::kPlay) truth.errors[i] = p.sigma;
+    if (p.kind == ParameterKind::kPlay) truth.errors[i] = p.sigma;
   }
   return truth;
 }
 
 bool has_play(const Calibration& c) {
   return std::any_of(c.parameters.begin(), c.parameters.end(),
-                     [](const ParameterResult& p) { return p.name.ends_with(".play"); });
+                     [](const ParameterResult& p) { return p.key.kind == ParameterKind::kPlay; });
 }
 
 TEST(Play, IsAnUnknownWhereTheTouchesSpeakForIt) {

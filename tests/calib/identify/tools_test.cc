@@ -26,16 +26,16 @@ using testing::words_of;
 
 constexpr double kMm = 1e-3;
 
-const ParameterResult& parameter(const Calibration& c, const std::string& name) {
-  const auto found = std::find_if(c.parameters.begin(), c.parameters.end(),
-                                  [&](const ParameterResult& p) { return p.name == name; });
-  if (found == c.parameters.end()) throw std::runtime_error("no parameter " + name);
+using Kind = ParameterKind;
+
+const ParameterResult& parameter(const Calibration& c, const ParameterKey& key) {
+  const ParameterResult* found = find(c, key);
+  if (found == nullptr) throw std::runtime_error("no parameter " + parameter_name(c.cell, key));
   return *found;
 }
 
-bool has_parameter(const Calibration& c, const std::string& name) {
-  return std::any_of(c.parameters.begin(), c.parameters.end(),
-                     [&](const ParameterResult& p) { return p.name == name; });
+bool has_parameter(const Calibration& c, const ParameterKey& key) {
+  return find(c, key) != nullptr;
 }
 
 /// A plate that weighs nothing, `off_m` from the first tool's tip.
@@ -69,9 +69,9 @@ struct Reflectors {
     for (int p = 0; p < arm.size(); ++p) {
       const ArmParameter& one = arm.parameters()[static_cast<std::size_t>(p)];
       const double draw = std::clamp(random.normal(), -2.0, 2.0);
-      x[p] = one.kind == ArmParameterKind::kTcp          ? 0.5 * one.sigma * draw
-             : one.kind == ArmParameterKind::kDeflection ? one.sigma * std::abs(draw)
-                                                         : one.sigma * draw;
+      x[p] = one.kind == ParameterKind::kTcp          ? 0.5 * one.sigma * draw
+             : one.kind == ParameterKind::kDeflection ? one.sigma * std::abs(draw)
+                                                      : one.sigma * draw;
     }
     Eigen::Isometry3d tracker_in_base = Eigen::Isometry3d::Identity();
     tracker_in_base.translate(Vector3d(3.0, -1.0, 0.5));
@@ -93,11 +93,11 @@ struct Reflectors {
     }
   }
 
-  double truth(const std::string& name) const {
+  double truth(const ParameterKey& key) const {
     const ArmModel arm(cell);
     for (int p = 0; p < arm.size(); ++p)
-      if (arm.parameters()[static_cast<std::size_t>(p)].name == name) return x[p];
-    throw std::runtime_error("no parameter " + name);
+      if (arm.parameters()[static_cast<std::size_t>(p)] == key) return x[p];
+    throw std::runtime_error("no parameter " + parameter_name(cell, key));
   }
 
   Cell cell;
@@ -109,13 +109,16 @@ TEST(Tools, OfSeveralReflectorsOnOneFlangeEachIsFound) {
   const Reflectors made(90);
   const Calibration c = identify(made.cell, made.touches);
   EXPECT_TRUE(c.verdict.publish) << words_of(c);
-  for (const char* name : {"P2.x", "P2.y", "P2.z", "P3.x", "P3.y", "P3.z"}) {
-    const ParameterResult& p = parameter(c, name);
-    EXPECT_LT(std::abs(p.correction - made.truth(name)), 4.0 * p.sigma) << name;
-    EXPECT_LT(p.sigma, 0.2 * kMm) << name;
-  }
-  EXPECT_FALSE(has_parameter(c, "P1.x")) << "it is stated to be known";
-  EXPECT_TRUE(has_parameter(c, "P1.c_t"));
+  for (const std::size_t tool : {1, 2})
+    for (const int axis : {0, 1, 2}) {
+      const ParameterKey key = tool_parameter(Kind::kTcp, tool, axis);
+      const ParameterResult& p = parameter(c, key);
+      const std::string name = parameter_name(c.cell, key);
+      EXPECT_LT(std::abs(p.correction - made.truth(key)), 4.0 * p.sigma) << name;
+      EXPECT_LT(p.sigma, 0.2 * kMm) << name;
+    }
+  EXPECT_FALSE(has_parameter(c, tool_parameter(Kind::kTcp, 0))) << "it is stated to be known";
+  EXPECT_TRUE(has_parameter(c, tool_parameter(Kind::kDeflection, 0)));
   EXPECT_LT(c.check.rms_m, 0.1 * kMm);
 }
 
@@ -134,8 +137,8 @@ TEST(Tools, OneThatNoFitTouchIsOfStaysAsItIsStated) {
   std::erase_if(made.touches, [](const Touch& touch) { return touch.tool == "P3"; });
   const Calibration c = identify(made.cell, made.touches);
   EXPECT_TRUE(c.verdict.publish) << words_of(c);
-  EXPECT_TRUE(has_parameter(c, "P2.x"));
-  EXPECT_FALSE(has_parameter(c, "P3.x"));
+  EXPECT_TRUE(has_parameter(c, tool_parameter(Kind::kTcp, 1)));
+  EXPECT_FALSE(has_parameter(c, tool_parameter(Kind::kTcp, 2)));
 }
 
 TEST(Tools, TheNameOfAToolThatIsNotThereIsAnError) {
@@ -190,18 +193,18 @@ TEST(Tools, EveryTipHasItsOwnEffectiveRadius) {
   }
   const Calibration c = identify(cell, touches);
   EXPECT_TRUE(c.verdict.publish) << words_of(c);
-  const auto near = [&](const std::string& name, double truth) {
-    const ParameterResult& p = parameter(c, name);
+  const auto near = [&](const ParameterKey& key, double truth) {
+    const ParameterResult& p = parameter(c, key);
+    const std::string name = parameter_name(c.cell, key);
     EXPECT_LT(std::abs(p.correction - truth), 4.0 * p.sigma) << name << ": " << p.correction;
     EXPECT_LT(p.sigma, 0.15 * kMm) << name;
   };
-  near("T1.rho", 0.05 * kMm);
-  near("T2.rho", 0.30 * kMm);
-  near("T2.x", off.x());
-  near("T2.y", off.y());
-  near("T2.z", off.z());
+  near(tool_parameter(Kind::kEffectiveRadius, 0), 0.05 * kMm);
+  near(tool_parameter(Kind::kEffectiveRadius, 1), 0.30 * kMm);
+  for (const int axis : {0, 1, 2}) near(tool_parameter(Kind::kTcp, 1, axis), off[axis]);
   for (const TargetResult& target : c.targets)  // of the first tool that touched it
-    EXPECT_NEAR(target.effective_radius_m, 30.7 * kMm + parameter(c, "T1.rho").correction,
+    EXPECT_NEAR(target.effective_radius_m,
+                30.7 * kMm + parameter(c, tool_parameter(Kind::kEffectiveRadius, 0)).correction,
                 0.01 * kMm);
 }
 
@@ -214,11 +217,18 @@ TEST(Tools, InAListOfOneIsTheSameArmAsATableAlone) {
   const auto touches = make_touches(demo_cell(), plain_truth(demo_cell(), 5), making).touches;
   const Calibration alone = identify(demo_cell(), touches), c = identify(listed, touches);
   ASSERT_EQ(c.parameters.size(), alone.parameters.size());
-  for (std::size_t i = 0; i < c.parameters.size(); ++i)
-    EXPECT_EQ(c.parameters[i].correction, alone.parameters[i].correction) << c.parameters[i].name;
+  for (std::size_t i = 0; i < c.parameters.size(); ++i) {
+    EXPECT_EQ(c.parameters[i].correction, alone.parameters[i].correction)
+        << parameter_name(c.cell, c.parameters[i].key);
+    EXPECT_EQ(c.parameters[i].key, alone.parameters[i].key);
+  }
   EXPECT_EQ(c.parameters.size(), alone.parameters.size());
-  EXPECT_TRUE(has_parameter(alone, "touch.rho") && has_parameter(alone, "tool.c_t"));
-  EXPECT_TRUE(has_parameter(c, "torch.rho") && has_parameter(c, "torch.c_t"));
+  const ParameterKey rho = tool_parameter(Kind::kEffectiveRadius, 0),
+                     bending = tool_parameter(Kind::kDeflection, 0);
+  EXPECT_TRUE(has_parameter(alone, rho) && has_parameter(alone, bending));
+  EXPECT_EQ(parameter_name(alone.cell, rho), "touch.rho");
+  EXPECT_EQ(parameter_name(c.cell, rho), "torch.rho");
+  EXPECT_EQ(parameter_name(c.cell, bending), "torch.c_t");
 }
 
 TEST(Tools, ThatHangOnTheFlangeTogetherLoadTheJointsTogether) {
@@ -232,8 +242,7 @@ TEST(Tools, ThatHangOnTheFlangeTogetherLoadTheJointsTogether) {
   const PreparedPose a = one.prepare(q), b = halves.prepare(q, 1);
   int loaded = 0;
   for (int p = 0; p < one.size(); ++p) {
-    if (one.parameters()[static_cast<std::size_t>(p)].kind != ArmParameterKind::kCompliance)
-      continue;
+    if (one.parameters()[static_cast<std::size_t>(p)].kind != ParameterKind::kCompliance) continue;
     loaded += std::abs(a.factor[p]) > 1.0 ? 1 : 0;
     EXPECT_NEAR(a.factor[p], b.factor[p], 1e-12 + 1e-12 * std::abs(a.factor[p]));
   }

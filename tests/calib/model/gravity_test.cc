@@ -13,7 +13,7 @@ using Eigen::Vector3d;
 
 constexpr int kArms = 200;
 
-int index_of(const ArmModel& arm, ArmParameterKind kind, int joint = -1) {
+int index_of(const ArmModel& arm, ParameterKind kind, int joint = -1) {
   for (int p = 0; p < arm.size(); ++p) {
     const ArmParameter& parameter = arm.parameters()[static_cast<std::size_t>(p)];
     if (parameter.kind == kind && parameter.joint == joint) return p;
@@ -48,7 +48,7 @@ TEST(Torque, IsWhatAVirtualTurnGainsFromGravityForAnyArm) {
     const Eigen::VectorXd expected = testing::torque_by_energy_nm(
         drawn.robot, drawn.tool, testing::nominal_theta(drawn.robot, q));
     for (int i = 0; i < arm.joint_count(); ++i)
-      EXPECT_NEAR(pose.factor[index_of(arm, ArmParameterKind::kCompliance, i)], expected[i],
+      EXPECT_NEAR(pose.factor[index_of(arm, ParameterKind::kCompliance, i)], expected[i],
                   1e-5 * std::max(1.0, std::abs(expected[i])))
           << "arm " << k << " joint " << i;
   }
@@ -73,7 +73,7 @@ TEST(Torque, DependsOnThePoseAndNotOnTheSignOfTheAxisAngle) {
   }
   const ArmModel other(drawn.robot, drawn.tool);
   for (int i = 0; i < arm.joint_count(); ++i) {
-    const int p = index_of(arm, ArmParameterKind::kCompliance, i);
+    const int p = index_of(arm, ParameterKind::kCompliance, i);
     EXPECT_EQ(arm.prepare(q).factor[p], other.prepare(mirrored).factor[p]);
   }
 }
@@ -89,7 +89,7 @@ TEST(Compliance, LetsAnyArmSinkInTheFieldOfGravity) {
     Eigen::VectorXd theta = testing::nominal_theta(drawn.robot, q);
     const double before = testing::potential_j(drawn.robot, drawn.tool, theta);
     for (int i = 0; i < arm.joint_count(); ++i)
-      theta[i] += 1e-7 * pose.factor[index_of(arm, ArmParameterKind::kCompliance, i)];
+      theta[i] += 1e-7 * pose.factor[index_of(arm, ParameterKind::kCompliance, i)];
     EXPECT_LT(testing::potential_j(drawn.robot, drawn.tool, theta), before) << "arm " << k;
   }
 }
@@ -150,7 +150,7 @@ TEST(Bending, TurnsAndMovesTheTipTowardsGravityWhereverGravityComesFrom) {
     const PreparedPose pose = arm.prepare(testing::random_joints(drawn.robot, random));
     Eigen::VectorXd x = Eigen::VectorXd::Zero(arm.size());
     const ArmShape stiff = arm.shape(pose, x.data());
-    x[index_of(arm, ArmParameterKind::kDeflection)] = 0.003;
+    x[index_of(arm, ParameterKind::kDeflection)] = 0.003;
     const ArmShape bent = arm.shape(pose, x.data());
     const Vector3d down = drawn.robot.gravity_m_s2.normalized();
     const Vector3d moved = bent.tcp.translation() - stiff.tcp.translation();

@@ -38,7 +38,7 @@ TEST(Jacobian, OfThePositionAgreesWithDifferencesForAnyArm) {
       const double factor = std::max(1.0, std::abs(pose.factor[p]));
       const Eigen::Vector3d expected = difference(arm, pose, x, p, 1e-3 / factor);
       EXPECT_LT((jacobian.col(p) - expected).norm(), 1e-10 * factor)
-          << "arm " << k << " parameter " << arm.parameters()[static_cast<std::size_t>(p)].name;
+          << "arm " << k << " parameter " << p;
     }
   }
 }
@@ -88,7 +88,7 @@ TEST(Jacobian, OfThePositionAgreesWithCeresAdaptiveDifferences) {
       const ArmParameter& parameter = arm.parameters()[static_cast<std::size_t>(p)];
       const Eigen::Vector3d own = 1e3 * parameter.sigma * jacobian.col(p);
       EXPECT_LT((own - expected.col(p)).norm(), kRelative * std::max(1.0, own.norm()))
-          << "arm " << k << " parameter " << parameter.name;
+          << "arm " << k << " parameter " << p;
     }
   }
 }

@@ -155,11 +155,14 @@ TEST(ArmModel, NamesItsParametersInTheOrderOfTheFileThenComplianceGearsAndTool) 
   tool.deflection_sigma = 0.003;
   tool.tcp_sigma_m = {1e-3, 0.0, 1e-3};
   const ArmModel arm(robot, tool);
+  Cell cell;
+  cell.robot = robot;
+  cell.tool = tool;
   std::vector<std::string> names, units;
   for (const ArmParameter& p : arm.parameters()) {
-    names.push_back(p.name);
+    names.push_back(parameter_name(cell, p));
     units.push_back(p.unit);
-    EXPECT_GT(p.sigma, 0.0) << p.name;
+    EXPECT_GT(p.sigma, 0.0) << names.back();
   }
   EXPECT_EQ(names, (std::vector<std::string>{"A1.theta", "A1.d", "A2.beta", "A2.a", "A2.alpha",
                                              "A2.compliance", "A1.cos1", "A1.sin1", "A1.cos3",

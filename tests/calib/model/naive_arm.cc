@@ -71,26 +71,26 @@ Eigen::Isometry3d naive_tcp(const ArmModel& arm, const JointVector& q, const Eig
     const auto joint = static_cast<std::size_t>(std::max(parameter.joint, 0));
     const double phase = parameter.harmonic * q[joint] * robot.joints[joint].gear_ratio;
     switch (parameter.kind) {
-      case ArmParameterKind::kTheta:
+      case ParameterKind::kTheta:
         links[joint].theta += x[p];
         break;
-      case ArmParameterKind::kD:
+      case ParameterKind::kD:
         links[joint].d += x[p];
         break;
-      case ArmParameterKind::kA:
+      case ParameterKind::kA:
         links[joint].a += x[p];
         break;
-      case ArmParameterKind::kAlpha:
+      case ParameterKind::kAlpha:
         links[joint].alpha += x[p];
         break;
-      case ArmParameterKind::kBeta:
+      case ParameterKind::kBeta:
         links[joint].beta += x[p];
         break;
-      case ArmParameterKind::kCompliance:
+      case ParameterKind::kCompliance:
         links[joint].theta += x[p] * torque[parameter.joint];
         break;
-      case ArmParameterKind::kLoad: {  // a moment alone, as of a heavy link whose weight is lifted
-                                       // off
+      case ParameterKind::kLoad: {  // a moment alone, as of a heavy link whose weight is lifted
+                                    // off
         Robot moved = robot;
         Joint& link = moved.joints[static_cast<std::size_t>(parameter.link)];
         constexpr double kMassKg = 1.0;
@@ -102,22 +102,24 @@ Eigen::Isometry3d naive_tcp(const ArmModel& arm, const JointVector& q, const Eig
             x[p] * (torque_by_energy_nm(moved, tool, theta)[parameter.joint] - with);
         break;
       }
-      case ArmParameterKind::kPlay:
+      case ParameterKind::kPlay:
         links[joint].theta +=
             x[p] * std::tanh(torque[parameter.joint] / robot.joints[joint].play_closes_nm);
         break;
-      case ArmParameterKind::kCosine:
+      case ParameterKind::kCosine:
         links[joint].theta += x[p] * std::cos(phase);
         break;
-      case ArmParameterKind::kSine:
+      case ParameterKind::kSine:
         links[joint].theta += x[p] * std::sin(phase);
         break;
-      case ArmParameterKind::kDeflection:
+      case ParameterKind::kDeflection:
         c_t = x[p];
         break;
-      case ArmParameterKind::kTcp:
+      case ParameterKind::kTcp:
         tool.tcp.translation()[parameter.axis] += x[p];
         break;
+      default:
+        break;  // not the arm's
     }
   }
   Isometry3d flange = robot.base_fixed;

@@ -16,7 +16,7 @@ using testing::make_touches;
 
 constexpr double kArcsec = std::numbers::pi / 180.0 / 3600.0;
 
-int count(const Cell& cell, ArmParameterKind kind) {
+int count(const Cell& cell, ParameterKind kind) {
   const ArmModel arm(cell.robot, cell.tool);
   return static_cast<int>(
       std::count_if(arm.parameters().begin(), arm.parameters().end(),
@@ -36,10 +36,10 @@ Cell soft_cell() {
 
 TEST(Level, EveryArmHasGearsWhetherItsFileNamesThemOrNot) {
   const Cell cell = at_level(demo_cell(), ModelLevel{});
-  EXPECT_EQ(count(demo_cell(), ArmParameterKind::kCosine), 0);
-  EXPECT_EQ(count(cell, ArmParameterKind::kCosine), 24);  // four orders of six joints
-  EXPECT_EQ(count(cell, ArmParameterKind::kSine), 24);
-  EXPECT_EQ(count(at_level(cell, {true, 0.0, 0.0}), ArmParameterKind::kCosine), 0);
+  EXPECT_EQ(count(demo_cell(), ParameterKind::kCosine), 0);
+  EXPECT_EQ(count(cell, ParameterKind::kCosine), 24);  // four orders of six joints
+  EXPECT_EQ(count(cell, ParameterKind::kSine), 24);
+  EXPECT_EQ(count(at_level(cell, {true, 0.0, 0.0}), ParameterKind::kCosine), 0);
 }
 
 TEST(Level, GearsThatAreAssumedFallOffWithTheirOrderAndTheFilesOwnDoNot) {
@@ -47,7 +47,7 @@ TEST(Level, GearsThatAreAssumedFallOffWithTheirOrderAndTheFilesOwnDoNot) {
     const ArmModel arm(cell.robot, cell.tool);
     std::vector<double> arcsec;
     for (const ArmParameter& parameter : arm.parameters())
-      if (parameter.kind == ArmParameterKind::kCosine && parameter.joint == 2)
+      if (parameter.kind == ParameterKind::kCosine && parameter.joint == 2)
         arcsec.push_back(parameter.sigma / kArcsec);
     return arcsec;
   };
@@ -67,24 +67,24 @@ TEST(Level, TheFilesOwnGearsAreScaledAndNotReplaced) {
   cell.robot.joints[2].harmonics = {3};
   cell.robot.joints[2].harmonic_sigma_rad = 30.0 * kArcsec;
   const Cell levelled = at_level(cell, {true, 0.5, 0.0});
-  EXPECT_EQ(count(levelled, ArmParameterKind::kCosine), 1);
+  EXPECT_EQ(count(levelled, ParameterKind::kCosine), 1);
   EXPECT_EQ(levelled.robot.joints[2].gear_ratio, 100.0);
   EXPECT_DOUBLE_EQ(levelled.robot.joints[2].harmonic_sigma_rad, 15.0 * kArcsec);
 }
 
 TEST(Level, TheFilesOwnComplianceIsTakenAndNoOther) {
-  EXPECT_EQ(count(at_level(soft_cell(), {true, 0.0, 0.0}), ArmParameterKind::kCompliance), 3);
-  EXPECT_EQ(count(at_level(soft_cell(), {false, 0.0, 0.0}), ArmParameterKind::kCompliance), 0);
+  EXPECT_EQ(count(at_level(soft_cell(), {true, 0.0, 0.0}), ParameterKind::kCompliance), 3);
+  EXPECT_EQ(count(at_level(soft_cell(), {false, 0.0, 0.0}), ParameterKind::kCompliance), 0);
 }
 
 TEST(Level, AnArmWhoseFileIsSilentGivesAtEveryJointThatBearsALoad) {
   const Cell cell = at_level(demo_cell(), ModelLevel{});
-  EXPECT_EQ(count(demo_cell(), ArmParameterKind::kCompliance), 0);
-  EXPECT_EQ(count(cell, ArmParameterKind::kCompliance), 5);  // all but the upright first one
+  EXPECT_EQ(count(demo_cell(), ParameterKind::kCompliance), 0);
+  EXPECT_EQ(count(cell, ParameterKind::kCompliance), 5);  // all but the upright first one
   EXPECT_EQ(cell.robot.joints[0].compliance_sigma_rad_per_nm, 0.0);
   Cell on_the_wall = demo_cell();
   on_the_wall.robot.gravity_m_s2 = {9.81, 0.0, 0.0};
-  EXPECT_EQ(count(at_level(on_the_wall, ModelLevel{}), ArmParameterKind::kCompliance), 6);
+  EXPECT_EQ(count(at_level(on_the_wall, ModelLevel{}), ParameterKind::kCompliance), 6);
 }
 
 TEST(Level, AssumedLinksWeighByTheirLengthInTheirMiddle) {

@@ -81,10 +81,10 @@ TEST(Observability, SingularValuesAreThoseOfTheRowsWithTargetsProjectedOut) {
   std::vector<int> geometry, nuisance;
   for (int i = 0; i < problem.size(); ++i) {
     const bool arm = i < problem.arm_size();
-    const auto kind = arm ? problem.arm().parameters()[static_cast<std::size_t>(i)].kind
-                          : ArmParameterKind::kTheta;
+    const auto kind =
+        arm ? problem.arm().parameters()[static_cast<std::size_t>(i)].kind : ParameterKind::kTheta;
     if (!arm) nuisance.push_back(i);
-    if (arm && (kind <= ArmParameterKind::kBeta || kind >= ArmParameterKind::kDeflection))
+    if (arm && (kind <= ParameterKind::kBeta || kind >= ParameterKind::kDeflection))
       geometry.push_back(i);
   }
   // Rows of the touches, of the lengths, and of what was measured about diameters and tip; by QR
@@ -130,7 +130,9 @@ TEST(Observability, TakingTheFrameOutLeavesTheOtherSingularValues) {
   Eigen::MatrixXd frame = Eigen::MatrixXd::Zero(stage.problem.size(), 1);
   // Turning A1's zero moves nothing but the targets: its share of the arm is one column.
   for (int i = 0; i < stage.problem.arm_size(); ++i)
-    if (stage.arm.parameters()[static_cast<std::size_t>(i)].name == "A1.theta") frame(i, 0) = 1.0;
+    if (stage.problem.unknowns()[static_cast<std::size_t>(i)].key ==
+        joint_parameter(ParameterKind::kTheta, 0))
+      frame(i, 0) = 1.0;
   ASSERT_EQ(frame.sum(), 1.0);
   const Observability all =
       observability(stage.problem, stage.linear, Eigen::MatrixXd(stage.problem.size(), 0));

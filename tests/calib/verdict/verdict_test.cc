@@ -349,7 +349,8 @@ TEST(Verdict, NamesASignOfGravityThatIsWrong) {
   const Calibration right = identify(cell, touches);
   cell.robot.gravity_m_s2 *= -1.0;
   const Calibration c = identify(cell, touches);
-  const double bending = std::abs(testing::true_value(truth, "tool.c_t"));
+  const double bending =
+      std::abs(testing::true_value(truth, tool_parameter(ParameterKind::kDeflection, 0)));
   EXPECT_TRUE(right.verdict.publish) << words_of(right);
   ASSERT_GT(bending, 1e-3) << "this arm's tool hardly bends; take another";
   EXPECT_FALSE(c.verdict.publish);

@@ -16,7 +16,7 @@ TEST(the_result, shows_before_after_check_and_the_verdict_with_scope_and_reasons
   calibration.after = {24, 0.00003, 0.00009, 0.00004};
   calibration.verdict.workspace = true;
   calibration.verdict.findings = {calib::Finding{calib::FindingKind::kReferenceMethod}};
-  calibration.outliers = {{4, 0.0005, "+0.500 mm off S1, 5 times the touch noise"}};
+  calibration.outliers = {{4, 0.0005, 0.0, calib::OutlierKind::kOffItsTarget, "S1"}};
   const std::string words = result_words(calibration);
   EXPECT_NE(words.find("fit before          24    1.2000    3.4000    1.5000\n"), std::string::npos)
       << words;
@@ -41,8 +41,11 @@ TEST(the_result, is_ten_lines_that_keep_back_nothing_to_look_at) {
   calibration.predicted_m2_m = calibration.predicted_m3_m = 1e-4;
   calibration.nominal_m2_m = calibration.nominal_m3_m = 3e-3;
   calibration.chi2 = calibration.degrees_of_freedom = 60.0;
-  calibration.unidentifiable = {{"turning the zero of A1; fixed by convention", {}}};
-  for (std::size_t k = 0; k < 9; ++k) calibration.outliers.push_back({k, 0.0005, "off S1"});
+  calibration.unidentifiable.emplace_back().text = "turning the zero of A1; fixed by convention";
+  for (std::size_t k = 0; k < 9; ++k) {
+    calibration.outliers.push_back({k, 0.0005});
+    calibration.outliers.back().text = "off S1";
+  }
   calib::Finding told, warned;
   told.kind = calib::FindingKind::kGain;
   told.severity = calib::Severity::kInforms;
@@ -67,7 +70,7 @@ TEST(the_result, says_in_words_what_the_touches_cannot_tell) {
   calib::Calibration calibration;
   EXPECT_EQ(result_words(calibration, {}, Detail::kAll).find("not identifiable"),
             std::string::npos);
-  calibration.unidentifiable = {{"turning the zero of A1; fixed by convention", {}}};
+  calibration.unidentifiable.emplace_back().text = "turning the zero of A1; fixed by convention";
   EXPECT_NE(result_words(calibration, {}, Detail::kAll)
                 .find("not identifiable: turning the zero of A1; fixed by convention\n"),
             std::string::npos);
@@ -119,11 +122,13 @@ TEST(the_result, states_the_noise_that_repeated_touches_measured) {
 
 TEST(the_result, names_the_three_strongest_pairs_that_go_together_and_counts_the_others) {
   calib::Calibration calibration;
+  for (const char* name : {"A1", "A2", "A3", "A4", "A5", "A6"})
+    calibration.cell.robot.joints.emplace_back().name = name;
   const auto pair = [&calibration](const char* one, const char* other, double correlation) {
     const auto at = static_cast<Eigen::Index>(calibration.parameters.size());
     for (const char* name : {one, other}) {
       calibration.parameters.emplace_back();
-      calibration.parameters.back().name = name;
+      calibration.parameters.back().key = *parameter_key(calibration.cell, name);
     }
     calibration.covariance.conservativeResizeLike(Eigen::MatrixXd::Identity(at + 2, at + 2));
     calibration.covariance(at, at + 1) = calibration.covariance(at + 1, at) = correlation;

@@ -15,6 +15,8 @@ namespace {
 
 using calib::Calibration;
 using calib::DecidedBy;
+using calib::ParameterKey;
+using calib::ParameterKind;
 using calib::ParameterResult;
 
 constexpr double kDeg = std::numbers::pi / 180.0;
@@ -69,9 +71,9 @@ calib::Robot make_robot(std::size_t joints) {
   return robot;
 }
 
-void add(Calibration& result, const std::string& name, const std::string& unit, double to_unit,
+void add(Calibration& result, const ParameterKey& key, const std::string& unit, double to_unit,
          double nominal, double correction, double sigma, DecidedBy decided_by) {
-  result.parameters.push_back({name, unit, to_unit, nominal, correction, sigma, decided_by});
+  result.parameters.push_back({key, unit, to_unit, nominal, correction, sigma, decided_by});
 }
 
 void add_joint_parameters(Calibration& result, Noise& noise) {
@@ -83,32 +85,32 @@ void add_joint_parameters(Calibration& result, Noise& noise) {
       const double tolerance = length ? 0.7e-3 : 0.6e-3;
       DecidedBy by = last ? DecidedBy::kPrior : DecidedBy::kData;
       double nominal = 0.0;
-      std::string name;
+      auto kind = ParameterKind::kTheta;
       switch (error) {
         case calib::JointError::kTheta:
-          name = "theta";
           if (first) by = DecidedBy::kFrame;
           break;
         case calib::JointError::kD:
-          name = "d";
+          kind = ParameterKind::kD;
           nominal = joint.d_m;
           if (first) by = DecidedBy::kFrame;
           break;
         case calib::JointError::kA:
-          name = "a";
+          kind = ParameterKind::kA;
           nominal = joint.a_m;
           break;
         case calib::JointError::kAlpha:
-          name = "alpha";
+          kind = ParameterKind::kAlpha;
           nominal = joint.alpha_rad;
           break;
         case calib::JointError::kBeta:
-          name = "beta";
+          kind = ParameterKind::kBeta;
           break;
       }
       const double share = by == DecidedBy::kData ? noise.uniform(0.03, 0.2) : 0.9;
       const double correction = tolerance * noise.normal() * (by == DecidedBy::kData ? 1.0 : 0.15);
-      add(result, joint.name + "." + name, length ? "mm" : "deg", length ? 1e3 : 1.0 / kDeg,
+      const auto index = static_cast<std::size_t>(&joint - result.cell.robot.joints.data());
+      add(result, joint_parameter(kind, index), length ? "mm" : "deg", length ? 1e3 : 1.0 / kDeg,
           nominal, correction, tolerance * share, by);
     }
   }
@@ -135,7 +137,8 @@ void add_targets(Calibration& result, const SessionShape& shape, Noise& noise) {
                                  place[2] + 1e-3 * noise.normal());
     result.targets.push_back({target.id, centre, 0.5 * kSphereDiameter + 0.000213});
     for (int axis = 0; axis < 3; ++axis) {
-      add(result, target.id + "." + "xyz"[axis], "mm", 1e3, place[static_cast<std::size_t>(axis)],
+      add(result, target_parameter(ParameterKind::kCentre, i, axis), "mm", 1e3,
+          place[static_cast<std::size_t>(axis)],
           centre[axis] - place[static_cast<std::size_t>(axis)], axis == 2 ? 0.7e-3 : 0.65e-3,
           DecidedBy::kData);
     }
@@ -206,8 +209,8 @@ void add_touches(ReportInput& input, const SessionShape& shape, Noise& noise) {
       residual.outlier = true;
       residual.after_m = 0.00062 + 1e-4 * noise.normal();
       result.outliers.push_back(
-          {i, residual.after_m,
-           fmt::format("{:.1f} sigma from the robust fit", residual.after_m / kTouchSigma)});
+          {i, residual.after_m, 0.1, calib::OutlierKind::kOffItsTarget, touch.target});
+      result.outliers.back().sigmas = residual.after_m / kTouchSigma;
     }
     residual.whitened = residual.after_m / kTouchSigma;
     result.residuals.push_back(residual);
@@ -230,23 +233,45 @@ void add_covariance(Calibration& result) {
     sigma[i] = result.parameters[static_cast<std::size_t>(i)].sigma;
   }
   result.covariance = sigma.cwiseAbs2().asDiagonal();
-  const auto index_of = [&result](const std::string& name) {
-    const auto found = std::find_if(result.parameters.begin(), result.parameters.end(),
-                                    [&name](const ParameterResult& p) { return p.name == name; });
-    return static_cast<Eigen::Index>(found - result.parameters.begin());
+  const auto index_of = [&result](const ParameterKey& key) {
+    const ParameterResult* found = find(result, key);
+    return static_cast<Eigen::Index>(found == nullptr ? result.parameters.size()
+                                                      : found - result.parameters.data());
   };
-  const Eigen::Index a = index_of("A2.theta");
-  const Eigen::Index b = index_of("A3.theta");
+  const Eigen::Index a = index_of(joint_parameter(ParameterKind::kTheta, 1));
+  const Eigen::Index b = index_of(joint_parameter(ParameterKind::kTheta, 2));
   if (a < size && b < size) {
     result.covariance(a, b) = result.covariance(b, a) = -0.94 * sigma[a] * sigma[b];
   }
   result.frame_basis = Eigen::MatrixXd::Zero(size, 1);
   for (Eigen::Index i = 0; i < size; ++i) {
-    const std::string& name = result.parameters[static_cast<std::size_t>(i)].name;
-    if (name == "A1.d") result.frame_basis(i, 0) = 0.7e-3;
-    if (name.ends_with(".z")) result.frame_basis(i, 0) = 0.7e-3;
+    const ParameterKey& key = result.parameters[static_cast<std::size_t>(i)].key;
+    const bool height = key.kind == ParameterKind::kCentre && key.axis == 2;
+    if (height || key == joint_parameter(ParameterKind::kD, 0)) result.frame_basis(i, 0) = 0.7e-3;
   }
   result.covariance += result.frame_basis * result.frame_basis.transpose();
+}
+
+// Two directions of the frame with their targets, and the last link's.
+void add_unidentifiable(Calibration& result) {
+  if (result.cell.robot.joints.empty()) return;
+  const std::size_t last = result.cell.robot.joints.size() - 1;
+  const auto centre = [](int axis) { return target_parameter(ParameterKind::kCentre, 0, axis); };
+  calib::UnidentifiableDirection turn{calib::UnidentifiableKind::kZeroOfFirstJoint};
+  turn.direction = {{joint_parameter(ParameterKind::kTheta, 0), 0.99}};
+  calib::UnidentifiableDirection height{calib::UnidentifiableKind::kHeightOfBase};
+  height.direction = {{joint_parameter(ParameterKind::kD, 0), 0.998}};
+  if (!result.cell.targets.empty()) {
+    turn.direction.insert(turn.direction.end(), {{centre(0), -0.04}, {centre(1), 0.09}});
+    height.direction.push_back({centre(2), 0.06});
+  }
+  calib::UnidentifiableDirection behind{calib::UnidentifiableKind::kBehindLastJoint};
+  behind.direction = {{joint_parameter(ParameterKind::kTheta, last), 0.55},
+                      {joint_parameter(ParameterKind::kAlpha, last), -0.61},
+                      {joint_parameter(ParameterKind::kD, last), 0.31},
+                      {joint_parameter(ParameterKind::kA, last), -0.48}};
+  for (const auto& [key, share] : behind.direction) behind.parameters.push_back(key);
+  result.unidentifiable = {turn, height, behind};
 }
 
 }  // namespace
@@ -272,20 +297,15 @@ ReportInput made_up_session(const SessionShape& shape) {
                                     calib::words(result.cell, result.levels[2].level));
 
   add_joint_parameters(result, noise);
-  add(result, "tool.c_t", "1/(N m^2)", 1.0, 0.0, 0.00036, 0.00004, DecidedBy::kData);
-  add(result, "touch.rho", "mm", 1e3, 0.0, 0.000213, 8e-6, DecidedBy::kData);
+  add(result, tool_parameter(ParameterKind::kDeflection, 0), "1/(N m^2)", 1.0, 0.0, 0.00036,
+      0.00004, DecidedBy::kData);
+  add(result, tool_parameter(ParameterKind::kEffectiveRadius, 0), "mm", 1e3, 0.0, 0.000213, 8e-6,
+      DecidedBy::kData);
   add_targets(result, shape, noise);
   add_touches(input, shape, noise);
   add_covariance(result);
 
-  result.unidentifiable = {
-      {"A turn of axis A1 against a turn of all targets about the base z axis",
-       {{"A1.theta", 0.99}, {"S1.x", -0.04}, {"S1.y", 0.09}}},
-      {"The height of the base (A1.d) against the height of all targets",
-       {{"A1.d", 0.998}, {"S1.z", 0.06}}},
-      {"One combination of the four errors of the last link: they move the tip in three "
-       "directions only",
-       {{"A6.theta", 0.55}, {"A6.alpha", -0.61}, {"A6.d", 0.31}, {"A6.a", -0.48}}}};
+  add_unidentifiable(result);
   result.predicted_m2_m = shape.certified_lengths ? 6.2e-5 : 9.4e-5;
   result.predicted_m3_m = shape.certified_lengths ? 8.4e-5 : 6.1e-4;
   result.chi2_per_dof = 0.97;

@@ -38,19 +38,17 @@ void for_each_string(ReportInput& input, void (*change)(std::string&, const std:
   for (auto& length : result.cell.lengths)
     strings.insert(strings.end(), {&length.from, &length.to});
   for (auto& parameter : result.parameters) {
-    strings.insert(strings.end(), {&parameter.name, &parameter.unit});
+    strings.push_back(&parameter.unit);
   }
   for (auto& target : result.targets) strings.push_back(&target.id);
   for (auto& finding : result.verdict.findings)
     strings.insert(strings.end(), {&finding.text, &finding.about.name, &finding.about.other_end});
-  for (auto& outlier : result.outliers) strings.push_back(&outlier.reason);
+  for (auto& outlier : result.outliers)
+    strings.insert(strings.end(), {&outlier.target, &outlier.lies_on, &outlier.text});
   for (auto& file : result.inputs) {
     strings.insert(strings.end(), {&file.role, &file.name, &file.sha256});
   }
-  for (auto& direction : result.unidentifiable) {
-    strings.push_back(&direction.words);
-    for (auto& [name, share] : direction.direction) strings.push_back(&name);
-  }
+  for (auto& direction : result.unidentifiable) strings.push_back(&direction.text);
   for (std::string* text : strings) change(*text, with);
 }
 
@@ -60,6 +58,8 @@ ReportInput full_session() {
   calib::Finding recorded;
   recorded.text = "a reason";
   input.calibration.verdict.findings = {recorded, calib::Finding{calib::FindingKind::kAllLeftOut}};
+  input.calibration.unidentifiable.emplace_back().text = "a direction";
+  input.calibration.outliers.push_back({0, 1e-3, 0.1, calib::OutlierKind::kOnAnotherTarget, "S1"});
   return input;
 }
 
@@ -146,9 +146,10 @@ std::vector<double*> numbers_of(ReportInput& input) {
                {&entry.log_evidence, &entry.level.transmission, &entry.level.ripple_rad});
   }
   all.insert(all.end(), {&result.level.transmission, &result.level.ripple_rad});
-  for (auto& outlier : result.outliers) all.push_back(&outlier.residual_m);
+  for (auto& outlier : result.outliers)
+    all.insert(all.end(), {&outlier.residual_m, &outlier.leverage, &outlier.sigmas});
   for (auto& direction : result.unidentifiable) {
-    for (auto& [name, share] : direction.direction) all.push_back(&share);
+    for (auto& [key, share] : direction.direction) all.push_back(&share);
   }
   for (auto& touch : input.touches) {
     all.insert(all.end(), {&touch.sigma_m, &touch.spread_m, &touch.speed_m_s});
@@ -195,8 +196,9 @@ TEST(HostileIndices, OfTouchesThatDoNotExistAreCountedNotFollowed) {
   ReportInput input = full_session();
   input.calibration.residuals[0].touch = std::numeric_limits<std::size_t>::max();
   input.calibration.residuals[1].touch = input.touches.size();
-  input.calibration.outliers.push_back({std::numeric_limits<std::size_t>::max(), 0.1, "far"});
-  input.calibration.outliers.push_back({input.touches.size(), 0.1, ""});
+  input.calibration.outliers.push_back(
+      {std::numeric_limits<std::size_t>::max(), 0.1, 0.0, calib::OutlierKind::kOffItsTarget, "S1"});
+  input.calibration.outliers.push_back({input.touches.size(), 0.1});
   const std::string html = html_report(input);
   EXPECT_EQ(joined(complaints(html)), "");
   EXPECT_NE(html.find("2 residuals belong to touches that the report was not given"),

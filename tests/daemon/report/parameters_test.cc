@@ -13,6 +13,7 @@
 namespace cellcal::daemon::report {
 namespace {
 
+using calib::ParameterKind;
 using testing::made_up_session;
 using testing::occurrences;
 using testing::says;
@@ -28,7 +29,6 @@ TEST(Parameters, AreGroupedByJointInTheUnitsOfTheFiles) {
   EXPECT_EQ(occurrences(table, "colspan=\"7\">Joint A"), 6U);
   EXPECT_TRUE(says(table, ">Tool<"));
   EXPECT_TRUE(says(table, ">Target S4<"));
-  EXPECT_FALSE(says(table, ">Other<"));
   EXPECT_TRUE(says(table,
                    "<td>0.0000</td><td>\xE2\x88\x92"
                    "0.0200</td><td>0.0010</td>"
@@ -39,10 +39,10 @@ TEST(Parameters, AreGroupedByJointInTheUnitsOfTheFiles) {
 TEST(Parameters, OfTheArmShowWhatTheirCorrectionIsACorrectionOf) {
   ReportInput input = made_up_session();
   for (auto& parameter : input.calibration.parameters) {
-    if (!parameter.name.starts_with("S")) parameter.nominal = 0.0;  // as the estimator leaves it
+    if (parameter.key.target < 0) parameter.nominal = 0.0;  // as the estimator leaves it
   }
-  input.calibration.parameters.push_back(
-      {"tool.z", "mm", 1e3, 0.0, 1e-4, 1e-5, calib::DecidedBy::kData});
+  input.calibration.parameters.push_back({tool_parameter(ParameterKind::kTcp, 0, 2), "mm", 1e3, 0.0,
+                                          1e-4, 1e-5, calib::DecidedBy::kData});
   const std::string table = section_of(html_report(input), "parameters");
   EXPECT_TRUE(says(table, "<code>A2.a</code> <small>length of the link</small></th><td>600.000<"));
   EXPECT_TRUE(says(table,
@@ -56,9 +56,11 @@ TEST(Parameters, OfTransmissionErrorAreFoldedAwayAndCounted) {
   ReportInput input = made_up_session();
   const std::string without = section_of(html_report(input), "parameters");
   EXPECT_FALSE(says(without, "<details>"));
-  for (const char* name : {"A1.cos1", "A1.sin1", "A2.cos12"}) {
+  for (const calib::ParameterKey& wave :
+       {wave_parameter(ParameterKind::kCosine, 0, 1), wave_parameter(ParameterKind::kSine, 0, 1),
+        wave_parameter(ParameterKind::kCosine, 1, 12)}) {
     input.calibration.parameters.push_back(
-        {name, "arcsec", 206264.8, 0.0, 1e-5, 1e-6, calib::DecidedBy::kPrior});
+        {wave, "arcsec", 206264.8, 0.0, 1e-5, 1e-6, calib::DecidedBy::kPrior});
   }
   input.calibration.parameters.back().decided_by = calib::DecidedBy::kData;
   const std::string table = section_of(html_report(input), "parameters");
@@ -70,24 +72,26 @@ TEST(Parameters, OfTransmissionErrorAreFoldedAwayAndCounted) {
   EXPECT_TRUE(says(table, "Transmission error: 3 waves of the gears, 1 decided by the data"));
 }
 
-TEST(Parameters, OfNamesNobodyKnowsAreKeptUnderOther) {
+TEST(Parameters, OfSeveralToolsAreGroupedByTheirNames) {
   ReportInput input = made_up_session();
-  input.calibration.parameters.push_back(
-      {"thermal.alpha", "1/K", 1.0, 0.0, 1e-5, 1e-6, calib::DecidedBy::kData});
+  calib::Calibration& result = input.calibration;
+  result.cell.tool.id = "torch";
+  result.cell.other_tools = {result.cell.tool};
+  result.cell.other_tools[0].id = "probe";
+  result.parameters.push_back({tool_parameter(ParameterKind::kTcp, 1, 0), "mm", 1e3, 0.0, 1e-4,
+                               1e-5, calib::DecidedBy::kData});
   const std::string table = section_of(html_report(input), "parameters");
-  EXPECT_TRUE(says(table, ">Other<"));
-  EXPECT_TRUE(says(table, "thermal.alpha"));
+  EXPECT_TRUE(says(table, ">Tool torch<") && says(table, ">Tool probe<"));
+  EXPECT_TRUE(says(table, "<code>torch.rho</code>") && says(table, "<code>probe.x</code>"));
+  EXPECT_FALSE(says(table, ">Touch<"));
 }
 
 TEST(Parameters, OfTargetsWithADotInTheirNameFindTheirTarget) {
   ReportInput input = made_up_session({.spheres = 1, .certified_lengths = false});
   input.calibration.cell.targets[0].id = "bar.left";
-  for (calib::ParameterResult& parameter : input.calibration.parameters) {
-    if (parameter.name.starts_with("S1.")) parameter.name.replace(0, 2, "bar.left");
-  }
   const std::string table = section_of(html_report(input), "parameters");
   EXPECT_TRUE(says(table, ">Target bar.left<"));
-  EXPECT_FALSE(says(table, ">Other<"));
+  EXPECT_TRUE(says(table, "<code>bar.left.x</code>"));
 }
 
 TEST(Parameters, OfTargetsWithoutStatedPositionSayWhatTheirNominalIs) {
@@ -103,10 +107,10 @@ TEST(Parameters, OfTargetsWithoutStatedPositionSayWhatTheirNominalIs) {
 TEST(Unidentifiable, DirectionsKeepTheirWordsAndTheirStrongestShares) {
   const std::string words = section_of(html_report(made_up_session()), "unidentifiable");
   EXPECT_TRUE(says(words, "Not determined by the touches: 3 combinations"));
-  EXPECT_TRUE(says(words, "A turn of axis A1"));
+  EXPECT_TRUE(says(words, "turning the zero of A1"));
   EXPECT_TRUE(says(words, "<code>A1.theta</code>&nbsp;+0.99"));
   EXPECT_FALSE(says(words, "S1.x")) << "shares below 0.05 are left out";
-  EXPECT_LT(words.find("A6.alpha"), words.find("A6.theta")) << "strongest first";
+  EXPECT_LT(words.find("<code>A6.alpha"), words.find("<code>A6.theta")) << "strongest first";
 }
 
 TEST(Unidentifiable, StatesTheObservabilityWhereItIsKnown) {
@@ -125,7 +129,8 @@ TEST(Outliers, AreListedByTouchLineTargetAndReason) {
   ReportInput input = made_up_session();
   const std::size_t touch = input.calibration.outliers.front().touch;
   input.calibration.outliers.front().residual_m = 0.000494;
-  input.calibration.outliers.front().reason = "16.5 sigma from the robust fit";
+  input.calibration.outliers.front().kind = calib::OutlierKind::kRecorded;
+  input.calibration.outliers.front().text = "16.5 sigma from the robust fit";
   const std::string table = section_of(html_report(input), "outliers");
   EXPECT_TRUE(says(
       table, fmt::format("<th scope=\"row\">{}</th><td>{}</td><td class=\"word\">{}</td><td>+0.494"

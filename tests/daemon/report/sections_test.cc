@@ -45,7 +45,7 @@ TEST(Verdict, OfAFirstSessionSaysThatTheCellWorksAndNotWhatSoFewTouchesLack) {
                     {"usual_touches", 40.0, ""},
                     {"usual_checks", 10.0, ""}};
   input.calibration.verdict.findings = {begun};
-  input.calibration.unidentifiable = {{"all lengths in common", {}}};
+  input.calibration.unidentifiable = {{calib::UnidentifiableKind::kScale}};
   const std::string html = html_report(input);
   EXPECT_TRUE(says(html, "The cell works; too few touches to calibrate"));
   EXPECT_TRUE(says(html, "4 of 4 touches within 1.0 mm"));

@@ -88,8 +88,7 @@ TEST(Truth, ToolsOnlySagAndJointsOnlyGive) {
     const Truth truth = draw_truth(cell, options);
     for (int p = 0; p < truth.arm.size(); ++p) {
       const auto kind = truth.arm.parameters()[static_cast<std::size_t>(p)].kind;
-      if (kind == calib::ArmParameterKind::kCompliance ||
-          kind == calib::ArmParameterKind::kDeflection) {
+      if (kind == calib::ParameterKind::kCompliance || kind == calib::ParameterKind::kDeflection) {
         EXPECT_GE(truth.errors[p], 0.0) << seed;
       }
     }
@@ -109,8 +108,8 @@ TEST(Truth, AddsGearsOnlyWhereAskedAndScalesTheGeometry) {
   const Truth ideal = draw_truth(demo_cell(), options);
   for (int p = 0; p < ideal.arm.size(); ++p) {
     const calib::ArmParameter& parameter = ideal.arm.parameters()[static_cast<std::size_t>(p)];
-    EXPECT_EQ(ideal.errors[p], parameter.kind == calib::ArmParameterKind::kDeflection ? 0.002 : 0.0)
-        << parameter.name;
+    EXPECT_EQ(ideal.errors[p], parameter.kind == calib::ParameterKind::kDeflection ? 0.002 : 0.0)
+        << parameter_name(demo_cell(), parameter);
   }
 }
 

@@ -1,0 +1,182 @@
+#include "calib/model/parameter_key.h"
+
+#include <array>
+#include <charconv>
+#include <initializer_list>
+#include <system_error>
+
+namespace cellcal::calib {
+
+namespace {
+
+constexpr std::array kAxis = {"x", "y", "z"};
+
+template <class T>
+const T& part(const std::vector<T>& all, int index) {
+  return all.at(static_cast<std::size_t>(index));
+}
+
+const Tool& tool_of(const Cell& cell, int index) {
+  return index == 0 ? cell.tool : part(cell.other_tools, index - 1);
+}
+
+const char* axis_of(const ParameterKey& key) {
+  return kAxis.at(static_cast<std::size_t>(key.axis));
+}
+
+/// Whose it is.
+std::string owner(const Cell& cell, const ParameterKey& key) {
+  if (key.joint >= 0) return part(cell.robot.joints, key.joint).name;
+  if (key.target >= 0) return part(cell.targets, key.target).id;
+  // The only tip of a cell needs no name, and its radius is one of all touches.
+  if (key.kind == ParameterKind::kEffectiveRadius && cell.tool.id.empty()) return "touch";
+  return tool_of(cell, key.tool).name();
+}
+
+/// What of it.
+std::string what(const Cell& cell, const ParameterKey& key) {
+  switch (key.kind) {
+    case ParameterKind::kTheta:
+      return "theta";
+    case ParameterKind::kD:
+      return "d";
+    case ParameterKind::kA:
+      return "a";
+    case ParameterKind::kAlpha:
+      return "alpha";
+    case ParameterKind::kBeta:
+      return "beta";
+    case ParameterKind::kCompliance:
+      return "compliance";
+    case ParameterKind::kLoad:
+      return "load_" + part(cell.robot.joints, key.link).name + "_" + axis_of(key);
+    case ParameterKind::kCosine:
+      return "cos" + std::to_string(key.harmonic);
+    case ParameterKind::kSine:
+      return "sin" + std::to_string(key.harmonic);
+    case ParameterKind::kPlay:
+      return "play";
+    case ParameterKind::kDeflection:
+      return "c_t";
+    case ParameterKind::kEffectiveRadius:
+      return "rho";
+    case ParameterKind::kTcp:
+    case ParameterKind::kCentre:
+      return axis_of(key);
+    case ParameterKind::kTilt:
+      return key.axis == 0 ? "tilt1" : "tilt2";
+    case ParameterKind::kShift:
+      return "shift";
+    case ParameterKind::kTurn:
+      return std::string("r") + axis_of(key);
+    case ParameterKind::kRadius:
+      return "radius";
+    case ParameterKind::kProbeTurn:
+      return std::string("probe_r") + axis_of(key);
+  }
+  return {};
+}
+
+/// The order of "cos3"; 0 of what is none.
+int order_of(std::string_view digits) {
+  int order = 0;
+  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), order);
+  const bool whole = error == std::errc() && end == digits.data() + digits.size();
+  return whole && order > 0 ? order : 0;
+}
+
+/// Looks for a name among the parameters that a cell can have.
+class Search {
+ public:
+  Search(const Cell& cell, std::string_view name) : cell_(cell), name_(name) {}
+
+  std::optional<ParameterKey> found() {
+    for (std::size_t j = 0; j < cell_.robot.joints.size() && !key_; ++j) joint(j);
+    for (std::size_t k = 0; k <= cell_.other_tools.size() && !key_; ++k) tool(k);
+    for (std::size_t t = 0; t < cell_.targets.size() && !key_; ++t) target(t);
+    return key_;
+  }
+
+ private:
+  /// A name may hold dots itself.
+  bool is_of(const std::string& owner) const {
+    return name_.size() > owner.size() && name_.starts_with(owner) && name_[owner.size()] == '.';
+  }
+  void look(const ParameterKey& key) {
+    if (!key_ && parameter_name(cell_, key) == name_) key_ = key;
+  }
+
+  void joint(std::size_t index) {
+    const std::string& owner = cell_.robot.joints[index].name;
+    if (!is_of(owner)) return;
+    for (const ParameterKind kind :
+         {ParameterKind::kTheta, ParameterKind::kD, ParameterKind::kA, ParameterKind::kAlpha,
+          ParameterKind::kBeta, ParameterKind::kCompliance, ParameterKind::kPlay})
+      look(joint_parameter(kind, index));
+    const std::string_view rest = name_.substr(owner.size() + 1);
+    if (rest.starts_with("load_"))
+      for (std::size_t link = index; link < cell_.robot.joints.size(); ++link)
+        for (const int axis : {0, 1, 2}) look(load_parameter(index, link, axis));
+    constexpr std::size_t kPrefix = 3;  // "cos", "sin"
+    if (rest.size() <= kPrefix) return;
+    if (const int order = order_of(rest.substr(kPrefix)); order > 0)
+      for (const ParameterKind kind : {ParameterKind::kCosine, ParameterKind::kSine})
+        look(wave_parameter(kind, index, order));
+  }
+
+  void tool(std::size_t index) {
+    look(tool_parameter(ParameterKind::kDeflection, index));
+    for (const int axis : {0, 1, 2}) look(tool_parameter(ParameterKind::kTcp, index, axis));
+    look(tool_parameter(ParameterKind::kEffectiveRadius, index));
+  }
+
+  void target(std::size_t index) {
+    if (!is_of(cell_.targets[index].id)) return;
+    for (const int axis : {0, 1, 2})
+      for (const ParameterKind kind :
+           {ParameterKind::kCentre, ParameterKind::kTurn, ParameterKind::kProbeTurn})
+        look(target_parameter(kind, index, axis));
+    for (const int axis : {0, 1}) look(target_parameter(ParameterKind::kTilt, index, axis));
+    look(target_parameter(ParameterKind::kShift, index));
+    look(target_parameter(ParameterKind::kRadius, index));
+  }
+
+  const Cell& cell_;
+  std::string_view name_;
+  std::optional<ParameterKey> key_;
+};
+
+}  // namespace
+
+ParameterKey joint_parameter(ParameterKind kind, std::size_t joint) {
+  return {.kind = kind, .joint = static_cast<int>(joint)};
+}
+
+ParameterKey load_parameter(std::size_t joint, std::size_t link, int axis) {
+  return {.kind = ParameterKind::kLoad,
+          .joint = static_cast<int>(joint),
+          .axis = axis,
+          .link = static_cast<int>(link)};
+}
+
+ParameterKey wave_parameter(ParameterKind kind, std::size_t joint, int harmonic) {
+  return {.kind = kind, .joint = static_cast<int>(joint), .harmonic = harmonic};
+}
+
+ParameterKey tool_parameter(ParameterKind kind, std::size_t tool, int axis) {
+  return {.kind = kind, .axis = axis, .tool = static_cast<int>(tool)};
+}
+
+ParameterKey target_parameter(ParameterKind kind, std::size_t target, int axis) {
+  return {.kind = kind, .axis = axis, .target = static_cast<int>(target)};
+}
+
+std::string parameter_name(const Cell& cell, const ParameterKey& key) {
+  return owner(cell, key) + "." + what(cell, key);
+}
+
+std::optional<ParameterKey> parameter_key(const Cell& cell, std::string_view name) {
+  return Search(cell, name).found();
+}
+
+}  // namespace cellcal::calib

@@ -1,0 +1,89 @@
+#include "calib/result/unidentifiable.h"
+
+#include <array>
+
+namespace cellcal::calib {
+
+namespace {
+
+constexpr std::array kNames = {
+    std::pair{UnidentifiableKind::kZeroOfFirstJoint, "zero_of_first_joint"},
+    std::pair{UnidentifiableKind::kHeightOfBase, "height_of_base"},
+    std::pair{UnidentifiableKind::kBehindLastJoint, "behind_last_joint"},
+    std::pair{UnidentifiableKind::kNothingMoves, "nothing_moves"},
+    std::pair{UnidentifiableKind::kNoEffect, "no_effect"},
+    std::pair{UnidentifiableKind::kScale, "scale"},
+    std::pair{UnidentifiableKind::kWeak, "weak"},
+    std::pair{UnidentifiableKind::kRecorded, "recorded"},
+};
+
+/// "A1.d, A2.a and 3 more"
+std::string list(const Cell& cell, const UnidentifiableDirection& d) {
+  std::vector<std::string> names;
+  for (const ParameterKey& key : d.parameters) names.push_back(parameter_name(cell, key));
+  if (d.more_parameters > 0) names.push_back(std::to_string(d.more_parameters) + " more");
+  std::string text;
+  for (std::size_t i = 0; i < names.size(); ++i)
+    text += (i == 0 ? "" : i + 1 == names.size() ? " and " : ", ") + names[i];
+  return text;
+}
+
+std::string weak_words(const Cell& cell, const UnidentifiableDirection& d) {
+  const bool alone = d.parameters.size() + d.more_parameters == 1;
+  return "these touches do not tell " + list(cell, d) + (alone ? "" : " apart") +
+         "; the tolerances decide" +
+         (d.kind == UnidentifiableKind::kScale
+              ? ". All lengths grow together here: touch a second sphere at a certified distance"
+              : ". Touches in other postures would resolve it");
+}
+
+std::string sentence(const Cell& cell, const UnidentifiableDirection& d) {
+  switch (d.kind) {
+    case UnidentifiableKind::kZeroOfFirstJoint:
+      return "turning the zero of " + cell.robot.joints.at(0).name +
+             " is the same as turning all targets about the base axis; fixed by convention";
+    case UnidentifiableKind::kHeightOfBase:
+      return "raising the arm on its base (" +
+             parameter_name(cell, joint_parameter(ParameterKind::kD, 0)) +
+             ") is the same as lowering all targets; fixed by convention";
+    case UnidentifiableKind::kBehindLastJoint:
+      return "behind the last axis " + list(cell, d) +
+             " move the tip in three directions only: one combination of them never shows; fixed by "
+             "convention";
+    case UnidentifiableKind::kNothingMoves:
+      return list(cell, d) + " can change together without anything moving; fixed by convention";
+    case UnidentifiableKind::kNoEffect:
+      return list(cell, d) +
+             " moves the tip by less than a micrometre, so that no touch tells it and nothing "
+             "depends on it; the tolerances decide";
+    case UnidentifiableKind::kScale:
+    case UnidentifiableKind::kWeak:
+      return weak_words(cell, d);
+    case UnidentifiableKind::kRecorded:
+      return d.text;
+  }
+  return {};
+}
+
+}  // namespace
+
+const char* to_string(UnidentifiableKind kind) {
+  for (const auto& [one, name] : kNames)
+    if (one == kind) return name;
+  return "";
+}
+
+std::optional<UnidentifiableKind> unidentifiable_kind(const std::string& name) {
+  for (const auto& [kind, its] : kNames)
+    if (name == its) return kind;
+  return std::nullopt;
+}
+
+std::string words(const Cell& cell, const UnidentifiableDirection& d) {
+  std::string text = sentence(cell, d);
+  if (d.more_as_weak > 0)
+    text += "; " + std::to_string(d.more_as_weak) + " further directions are as weak";
+  return text;
+}
+
+}  // namespace cellcal::calib

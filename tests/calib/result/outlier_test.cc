@@ -1,0 +1,79 @@
+// The sentences of touches that were left out; no other test looks into them.
+
+#include "calib/result/outlier.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+namespace cellcal::calib {
+namespace {
+
+Outlier off(TargetKind target, double residual_mm, OutlierKind kind = OutlierKind::kOffItsTarget) {
+  Outlier one;
+  one.residual_m = residual_mm * 1e-3;
+  one.leverage = 0.87;
+  one.kind = kind;
+  one.target = "S1";
+  one.target_kind = target;
+  one.sigmas = 12.4;
+  return one;
+}
+
+TEST(OutlierKinds, AreReadBackAsTheyAreWritten) {
+  for (int k = 0; k <= static_cast<int>(OutlierKind::kRecorded); ++k) {
+    const auto kind = static_cast<OutlierKind>(k);
+    EXPECT_STRNE(to_string(kind), "") << k;
+    EXPECT_EQ(outlier_kind(to_string(kind)), kind) << k;
+  }
+  EXPECT_FALSE(outlier_kind("off"));
+}
+
+TEST(OutlierWords, HaveTheSideWhereThereIsOne) {
+  EXPECT_EQ(words(off(TargetKind::kSphere, 0.5)),
+            "+0.500 mm off S1, 12 times the touch noise (tip outside: contact seen before the "
+            "surface)");
+  EXPECT_EQ(words(off(TargetKind::kPlane, -0.5)),
+            "-0.500 mm off S1, 12 times the touch noise (tip inside: contact seen too late)");
+  EXPECT_EQ(words(off(TargetKind::kWire, 0.5)),
+            "+0.500 mm off S1, 12 times the touch noise (the wire reads too short: check its zero "
+            "and that it was taut)");
+  EXPECT_EQ(
+      words(off(TargetKind::kWire, -0.5)),
+      "-0.500 mm off S1, 12 times the touch noise (the wire reads too long: check that nothing "
+      "held or bent it)");
+  EXPECT_EQ(words(off(TargetKind::kPoint, -0.5)),
+            "0.500 mm off S1, 12 times the touch noise (the tip was not where the others put it: "
+            "check that it was seated)");
+  EXPECT_EQ(words(off(TargetKind::kTracker, 0.5)),
+            "0.500 mm off S1, 12 times its sigma (check the line of sight and the reflector)");
+}
+
+TEST(OutlierWords, SayWhatToDoWhereMoreIsKnown) {
+  Outlier other = off(TargetKind::kSphere, 12.0, OutlierKind::kOnAnotherTarget);
+  other.lies_on = "S3";
+  EXPECT_TRUE(words(other).ends_with("; it lies on S3: correct its target")) << words(other);
+  EXPECT_TRUE(words(off(TargetKind::kSphere, 0.5, OutlierKind::kHoldsItself))
+                  .ends_with("; it would have held its own place at 87 %: hardly anything else "
+                             "tells about it, touch there again"));
+  EXPECT_TRUE(words(off(TargetKind::kTracker, 0.5, OutlierKind::kHoldsItself))
+                  .ends_with("hardly anything else tells about it, measure there again"));
+}
+
+TEST(OutlierWords, LeaveOutFiguresThatAreNone) {
+  Outlier one = off(TargetKind::kSphere, std::nan(""), OutlierKind::kHoldsItself);
+  one.sigmas = one.leverage = std::numeric_limits<double>::infinity();
+  EXPECT_TRUE(words(one).starts_with("off S1")) << words(one);
+  for (const char* none : {"nan", "inf"})
+    EXPECT_EQ(words(one).find(none), std::string::npos) << words(one);
+}
+
+TEST(OutlierWords, OfARecordAreTheRecords) {
+  Outlier recorded = off(TargetKind::kSphere, 0.5, OutlierKind::kRecorded);
+  recorded.text = "as an earlier version said";
+  EXPECT_EQ(words(recorded), recorded.text);
+}
+
+}  // namespace
+}  // namespace cellcal::calib
