@@ -56,8 +56,8 @@ struct Said {
 
 }  // namespace
 
-std::vector<SizeResult> sizes_by_others(const Problem& problem, const Estimate& e,
-                                        const Others& touches, double chi2, double dof) {
+std::vector<SizeResult> artefact_biases(const Problem& problem, const Estimate& e,
+                                        const NormalEquations& touches, double chi2, double dof) {
   std::vector<Said> said(problem.blocks().size());
   Said wires;
   int count_of_wires = 0;
@@ -72,11 +72,11 @@ std::vector<SizeResult> sizes_by_others(const Problem& problem, const Estimate& 
   }
   for (Said& own : said) own.finish(e.posterior);
   wires.finish(e.posterior);
-  Others all = touches;
+  NormalEquations all = touches;
   for (Eigen::Index row = linear.length_row; row < linear.jacobian.rows(); ++row) {
     const auto by = linear.jacobian.row(row);
     all.information.selfadjointView<Eigen::Lower>().rankUpdate(by.transpose());
-    all.pull += linear.residual[row] * by.transpose();
+    all.gradient += linear.residual[row] * by.transpose();
   }
   const Cholesky factor(all.information);
   if (!factor.positive()) return {};
@@ -87,7 +87,7 @@ std::vector<SizeResult> sizes_by_others(const Problem& problem, const Estimate& 
     if (!(information > 0.0)) return;
     SizeResult size;
     size.target = target;
-    size.off_m = (own.pull - reached.dot(all.pull)) / information;  // (48)
+    size.off_m = (own.pull - reached.dot(all.gradient)) / information;  // (48)
     // Scatter beyond what is stated widens, but not the scatter that this size itself makes.
     const double inflation =  // (45)
         std::max(1.0, (chi2 - size.off_m * size.off_m * information) / std::max(1.0, dof - 1.0));

@@ -20,8 +20,8 @@ namespace cellcal::calib {
 /// tolerances; and of all wires together, where there are several, which are of one instrument.
 /// From the linearisation, without solving anew. `chi2`, `dof`: of the touches; where they scatter
 /// more than stated they say less.
-std::vector<SizeResult> sizes_by_others(const Problem& problem, const Estimate& estimate,
-                                        const Others& touches, double chi2, double dof);
+std::vector<SizeResult> artefact_biases(const Problem& problem, const Estimate& estimate,
+                                        const NormalEquations& touches, double chi2, double dof);
 
 /// By how many sigmas it is not what the cell file states.
 double contradiction(const SizeResult& size);

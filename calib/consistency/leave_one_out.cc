@@ -26,16 +26,17 @@ Eigen::MatrixXd lower_gram(const Eigen::Ref<const RowMajor>& j) {
 
 }  // namespace
 
-Others touches_and_tolerances(const Problem& problem, const Estimate& e) {
+NormalEquations normal_equations_without_lengths(const Problem& problem, const Estimate& e) {
   constexpr double kFlat = 1e-8, kHair = 1.0 + 1e-12, kWider = 2.0;
   const Linearisation& linear = e.posterior.linear;
   const auto touched = linear.jacobian.topRows(linear.length_row);
-  Others all{lower_gram(touched), touched.transpose() * linear.residual.head(linear.length_row)};
+  NormalEquations all{lower_gram(touched),
+                      touched.transpose() * linear.residual.head(linear.length_row)};
   for (int i = 0; i < problem.size(); ++i) {
     const Unknown& unknown = problem.unknowns()[i];
     const double weight = unknown.prior_weight / (i < problem.arm_size() ? kWider : 1.0);
     const double prior = std::max(kFlat, weight * weight);
-    all.pull[i] += prior * (e.u[i] - unknown.prior_mean_u);  // (44)
+    all.gradient[i] += prior * (e.u[i] - unknown.prior_mean_u);  // (44)
     all.information(i, i) = kHair * (all.information(i, i) + prior);
   }
   return all;

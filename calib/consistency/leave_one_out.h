@@ -10,15 +10,15 @@
 namespace cellcal::calib {
 
 /// Normal equations at an estimate, in prior units.
-struct Others {
+struct NormalEquations {
   Eigen::MatrixXd information;  ///< lower triangle
-  Eigen::VectorXd pull;         ///< gradient of half the sum of squares
+  Eigen::VectorXd gradient;     ///< gradient of half the sum of squares
 };
 
 /// Of the touches in use, without the certified lengths. At the fullest level, not the mean of all:
 /// a lone length is held so hard that what levels differ by would pass for what the others say.
 /// And with wider tolerances: an arm that exceeds them is told so elsewhere, and makes nothing else
 /// wrong.
-Others touches_and_tolerances(const Problem& problem, const Estimate& estimate);
+NormalEquations normal_equations_without_lengths(const Problem& problem, const Estimate& estimate);
 
 }  // namespace cellcal::calib

@@ -17,8 +17,9 @@ constexpr double kContradicted = 5.0;
 
 }  // namespace
 
-std::vector<LengthResult> lengths_by_others(const Problem& problem, const Estimate& e,
-                                            const Others& touches, double chi2, double dof) {
+std::vector<LengthResult> leave_one_out_lengths(const Problem& problem, const Estimate& e,
+                                                const NormalEquations& touches, double chi2,
+                                                double dof) {
   std::vector<LengthResult> results;
   const auto& lengths = problem.lengths();
   if (lengths.empty()) return results;
@@ -31,20 +32,20 @@ std::vector<LengthResult> lengths_by_others(const Problem& problem, const Estima
   for (std::size_t k = 0; k < lengths.size(); ++k) {
     // All but what is said of these two ends. Summed up anew: taken away again, a length that is
     // certified to next to nothing would leave rounding only.
-    Eigen::MatrixXd others = touches.information;
-    Eigen::VectorXd pull = touches.pull;
+    Eigen::MatrixXd information = touches.information;
+    Eigen::VectorXd gradient = touches.gradient;
     for (std::size_t l = 0; l < lengths.size(); ++l) {
       if (same_blocks(k, l)) continue;
       const auto by = linear.jacobian.row(row(l));
-      others.selfadjointView<Eigen::Lower>().rankUpdate(by.transpose());
-      pull += linear.residual[row(l)] * by.transpose();
+      information.selfadjointView<Eigen::Lower>().rankUpdate(by.transpose());
+      gradient += linear.residual[row(l)] * by.transpose();
     }
-    const Cholesky factor(others);
+    const Cholesky factor(information);
     if (!factor.positive()) continue;
     const Eigen::VectorXd by = linear.jacobian.row(row(k)).transpose();
     const Eigen::VectorXd reached = factor.solve(by);
     const double sigma_m = lengths[k].sigma_m, variance = by.dot(reached);  // in its own sigma^2
-    const double off = linear.residual[row(k)] - reached.dot(pull);         // in its own sigma (46)
+    const double off = linear.residual[row(k)] - reached.dot(gradient);     // in its own sigma (46)
     // Scatter beyond what is stated widens, but not the scatter that this length itself makes.
     const double squared = off * off / (1.0 + variance);  // (45)
     const double inflation = std::max(1.0, (chi2 - squared) / std::max(1.0, dof - 1.0));

@@ -17,8 +17,9 @@ namespace cellcal::calib {
 /// Of all lengths whose both ends were touched, in the order of the cell file; lengths between the
 /// same two ends are left out together. From the linearisation. `chi2`, `dof`: of the touches;
 /// where they scatter more than stated the others say less.
-std::vector<LengthResult> lengths_by_others(const Problem& problem, const Estimate& estimate,
-                                            const Others& touches, double chi2, double dof);
+std::vector<LengthResult> leave_one_out_lengths(const Problem& problem, const Estimate& estimate,
+                                                const NormalEquations& touches, double chi2,
+                                                double dof);
 
 /// By how many sigmas of both the others contradict a length.
 double contradiction(const LengthResult& length);

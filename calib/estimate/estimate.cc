@@ -48,17 +48,17 @@ void find_posterior(const Problem& problem, Estimate& e) {
 
 /// How far a touch is off, in what it is expected to be: |r| / sigma with its own pull on the fit
 /// taken out (studentised), for used touches; with the fit's uncertainty added, for the others.
-struct Off {
+struct Studentised {
   double sigmas = 0.0;
   /// Of one left out: how far it would hold its own place, j S j' / (1 + j S j'). Near 1 nobody
   /// else tells of it, and that it is not off says nothing.
   double own = 0.0;
 };
-std::vector<Off> studentised(const Problem& problem, const Eigen::VectorXd& u,
-                             const std::vector<bool>& fit, const std::vector<bool>& use,
-                             const Posterior& posterior) {
+std::vector<Studentised> studentised(const Problem& problem, const Eigen::VectorXd& u,
+                                     const std::vector<bool>& fit, const std::vector<bool>& use,
+                                     const Posterior& posterior) {
   const std::size_t count = problem.touches().size();
-  std::vector<Off> off(count);
+  std::vector<Studentised> off(count);
   for (const auto& [touch, row] : posterior.linear.touch_row) {
     for (int k = row; k < row + problem.rows(touch); ++k) {
       constexpr double kLeast =
@@ -91,9 +91,9 @@ std::vector<bool> fit_touches(const Problem& problem) {
 }
 
 /// Sets e.gate.
-std::vector<Off> judge(const Problem& problem, const IdentifyOptions& options,
-                       const std::vector<bool>& fit, Estimate& e) {
-  std::vector<Off> off = studentised(problem, e.u, fit, e.use, e.posterior);
+std::vector<Studentised> judge(const Problem& problem, const IdentifyOptions& options,
+                               const std::vector<bool>& fit, Estimate& e) {
+  std::vector<Studentised> off = studentised(problem, e.u, fit, e.use, e.posterior);
   // Half of all normal numbers are nearer than this. Of a point or a tracker the worst of three
   // counts, half of which are nearer than 1.26 only: their gate is wider. Seated and held by hand,
   // they have heavier tails (a gate of the touches' own width made panda_1 of the real data worse).
@@ -111,7 +111,7 @@ std::vector<Off> judge(const Problem& problem, const IdentifyOptions& options,
 std::vector<bool> honest_touches(const Problem& problem, const IdentifyOptions& options,
                                  Estimate& e) {
   std::vector<bool> honest = fit_touches(problem);
-  const std::vector<Off> off = judge(problem, options, honest, e);
+  const std::vector<Studentised> off = judge(problem, options, honest, e);
   for (std::size_t i = 0; i < off.size(); ++i)
     if (off[i].sigmas > e.gate) honest[i] = false;
   return honest;
@@ -128,9 +128,9 @@ namespace {
 /// is not; when it comes back for the second time, it is settled for good by what the others say of
 /// it. In doubt it stays out: a gross error that is let in does more harm than an honest touch that
 /// is missing.
-class Naming {
+class OutlierRejection {
  public:
-  Naming(const Problem& problem, const IdentifyOptions& options)
+  OutlierRejection(const Problem& problem, const IdentifyOptions& options)
       : options_(options),
         fit_(fit_touches(problem)),
         came_back_(fit_.size(), false),
@@ -139,16 +139,16 @@ class Naming {
   /// Whether e.use changed. `near`: the estimate is near enough for its word to be the last.
   bool changed(const Problem& problem, Estimate& e, bool near) {
     if (!options_.reject_outliers) return false;
-    constexpr double kInDoubt = 0.5;  // of the gate
-    constexpr double kUntold = 0.9;   // of its place is its own
-    const std::vector<Off> off = judge(problem, options_, fit_, e);
-    const std::vector<std::size_t> first = first_of_untold(problem, e, off, kUntold);
+    constexpr double kInDoubt = 0.5;       // of the gate
+    constexpr double kUndetermined = 0.9;  // of its place is its own
+    const std::vector<Studentised> off = judge(problem, options_, fit_, e);
+    const std::vector<std::size_t> first = first_undetermined(problem, e, off, kUndetermined);
     bool any = false;
     for (std::size_t i = 0; i < off.size(); ++i) {
       if (!fit_[i] || settled_[i]) continue;
       bool honest = off[i].sigmas <= e.gate;
       if (honest && !e.use[i]) {
-        if (off[i].own > kUntold && first[static_cast<std::size_t>(problem.block_of(i))] != i)
+        if (off[i].own > kUndetermined && first[static_cast<std::size_t>(problem.block_of(i))] != i)
           continue;
         if (near && came_back_[i]) {
           settled_[i] = true;
@@ -164,11 +164,12 @@ class Naming {
 
  private:
   /// Of each target the least off of those left out that nobody else tells about.
-  std::vector<std::size_t> first_of_untold(const Problem& problem, const Estimate& e,
-                                           const std::vector<Off>& off, double untold) const {
+  std::vector<std::size_t> first_undetermined(const Problem& problem, const Estimate& e,
+                                              const std::vector<Studentised>& off,
+                                              double own) const {
     std::vector<std::size_t> first(problem.blocks().size(), off.size());
     for (std::size_t i = 0; i < off.size(); ++i) {
-      if (!fit_[i] || settled_[i] || e.use[i] || off[i].own <= untold) continue;
+      if (!fit_[i] || settled_[i] || e.use[i] || off[i].own <= own) continue;
       std::size_t& least = first[static_cast<std::size_t>(problem.block_of(i))];
       if (least == off.size() || off[i].sigmas < off[least].sigmas) least = i;
     }
@@ -258,7 +259,7 @@ void approach_slowly(const Problem& problem, const IdentifyOptions& options, Est
 /// Solves and names outliers in turn until the set of touches in use no longer changes. Touches
 /// once thrown out may come back. Linearised there when it ends.
 void settle(const Problem& problem, const IdentifyOptions& options, Estimate& e) {
-  Naming naming(problem, options);
+  OutlierRejection rejection(problem, options);
   for (int round = 0; round < kOutlierRounds; ++round) {
     SolveOptions plain{e.use, 0.0, options.max_iterations, 0.0};
     // Noise-free touches are solved to the end here; for others the step over the levels follows.
@@ -275,7 +276,7 @@ void settle(const Problem& problem, const IdentifyOptions& options, Estimate& e)
       return;
     }
     find_posterior(problem, e);
-    if (!naming.changed(problem, e, true)) return;
+    if (!rejection.changed(problem, e, true)) return;
   }
   linearise(problem, e.u, e.use, e.posterior.linear);
 }
@@ -294,7 +295,7 @@ void refine(Problem& problem, const IdentifyOptions& options, std::vector<ModelL
   constexpr double kNoSay = 1e-4;
   const std::vector<ModelLevel> every = levels;
   LevelMean first;
-  Naming naming(problem, options);
+  OutlierRejection rejection(problem, options);
   for (int round = 0;; ++round) {
     LevelMean mean = mean_over_levels(problem, e.u, e.posterior.linear, levels);
     const double step = (mean.u - e.u).lpNorm<Eigen::Infinity>();
@@ -305,7 +306,7 @@ void refine(Problem& problem, const IdentifyOptions& options, std::vector<ModelL
     const bool last = round == kOutlierRounds;
     if (last && !(step < kAstray)) fail_to_converge(kOutlierRounds);
     const bool changed =
-        !last && naming.changed(problem, e, step < kNear || round > kOutlierRounds / 2);
+        !last && rejection.changed(problem, e, step < kNear || round > kOutlierRounds / 2);
     if ((!changed && step < kStep) || last) {
       std::vector<LevelEvidence> shown = std::move(mean.levels);
       for (const LevelEvidence& l : first.levels)

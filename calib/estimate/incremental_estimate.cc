@@ -27,7 +27,7 @@ void require_finite(const Touch& touch) {
 
 }  // namespace
 
-struct RunningEstimate::Impl {
+struct IncrementalEstimate::Impl {
   Cell cell;
   IdentifyOptions options;
   Cell levelled;
@@ -83,7 +83,8 @@ struct RunningEstimate::Impl {
   }
 };
 
-RunningEstimate::RunningEstimate(Cell cell, std::vector<Touch> touches, IdentifyOptions options)
+IncrementalEstimate::IncrementalEstimate(Cell cell, std::vector<Touch> touches,
+                                         IdentifyOptions options)
     : impl_(new Impl(std::move(cell), std::move(touches), std::move(options))) {
   if (std::none_of(impl_->touches.begin(), impl_->touches.end(),
                    [](const Touch& t) { return t.set == TouchSet::kFit; }))
@@ -92,11 +93,11 @@ RunningEstimate::RunningEstimate(Cell cell, std::vector<Touch> touches, Identify
   impl_->from_nothing();
 }
 
-RunningEstimate::~RunningEstimate() = default;
-RunningEstimate::RunningEstimate(RunningEstimate&&) noexcept = default;
-RunningEstimate& RunningEstimate::operator=(RunningEstimate&&) noexcept = default;
+IncrementalEstimate::~IncrementalEstimate() = default;
+IncrementalEstimate::IncrementalEstimate(IncrementalEstimate&&) noexcept = default;
+IncrementalEstimate& IncrementalEstimate::operator=(IncrementalEstimate&&) noexcept = default;
 
-RunningEstimate::Taken RunningEstimate::add(const Touch& touch) {
+IncrementalEstimate::Taken IncrementalEstimate::add(const Touch& touch) {
   Impl& me = *impl_;
   require_finite(touch);
   const auto& blocks = me.problem->blocks();
@@ -146,23 +147,23 @@ RunningEstimate::Taken RunningEstimate::add(const Touch& touch) {
   return taken;
 }
 
-const Problem& RunningEstimate::problem() const { return *impl_->problem; }
+const Problem& IncrementalEstimate::problem() const { return *impl_->problem; }
 
-Eigen::VectorXd RunningEstimate::x_si() const { return impl_->problem->to_si(impl_->e.u); }
+Eigen::VectorXd IncrementalEstimate::x_si() const { return impl_->problem->to_si(impl_->e.u); }
 
-Eigen::MatrixXd RunningEstimate::covariance_si() const {
+Eigen::MatrixXd IncrementalEstimate::covariance_si() const {
   const Problem& p = *impl_->problem;
   Eigen::VectorXd scale(p.size());
   for (int i = 0; i < p.size(); ++i) scale[i] = p.unknowns()[static_cast<std::size_t>(i)].scale;
   return scale.asDiagonal() * impl_->e.posterior.covariance_u * scale.asDiagonal();
 }
 
-const Eigen::VectorXd& RunningEstimate::u() const { return impl_->e.u; }
-const Eigen::MatrixXd& RunningEstimate::covariance_u() const {
+const Eigen::VectorXd& IncrementalEstimate::u() const { return impl_->e.u; }
+const Eigen::MatrixXd& IncrementalEstimate::covariance_u() const {
   return impl_->e.posterior.covariance_u;
 }
-double RunningEstimate::ripple_rad() const { return impl_->e.levels.ripple_rad; }
-const std::vector<Touch>& RunningEstimate::touches() const { return impl_->touches; }
-const std::vector<bool>& RunningEstimate::in_use() const { return impl_->e.use; }
+double IncrementalEstimate::ripple_rad() const { return impl_->e.levels.ripple_rad; }
+const std::vector<Touch>& IncrementalEstimate::touches() const { return impl_->touches; }
+const std::vector<bool>& IncrementalEstimate::in_use() const { return impl_->e.use; }
 
 }  // namespace cellcal::calib

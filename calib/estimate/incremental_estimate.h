@@ -17,13 +17,13 @@
 
 namespace cellcal::calib {
 
-class RunningEstimate {
+class IncrementalEstimate {
  public:
   /// From the touches so far. Throws IdentifyError where they cannot determine anything.
-  RunningEstimate(Cell cell, std::vector<Touch> touches, IdentifyOptions options = {});
-  ~RunningEstimate();
-  RunningEstimate(RunningEstimate&&) noexcept;
-  RunningEstimate& operator=(RunningEstimate&&) noexcept;
+  IncrementalEstimate(Cell cell, std::vector<Touch> touches, IdentifyOptions options = {});
+  ~IncrementalEstimate();
+  IncrementalEstimate(IncrementalEstimate&&) noexcept;
+  IncrementalEstimate& operator=(IncrementalEstimate&&) noexcept;
 
   struct Taken {
     bool outlier = false;    ///< kept, and judged again later, but not believed

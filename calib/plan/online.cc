@@ -46,7 +46,7 @@ struct Online::Impl {
   std::vector<std::size_t> failed;  ///< candidates that could not be touched
   std::vector<std::size_t> checks;  ///< still to be made, once the fit touches are
   std::vector<Touch> touches;
-  std::optional<RunningEstimate> running;
+  std::optional<IncrementalEstimate> estimate;
   Eigen::MatrixXd moves;  ///< of the region, at the estimate
   std::optional<Design> design;
   std::optional<std::size_t> offered;
@@ -68,13 +68,13 @@ struct Online::Impl {
         random(options.seed + 1) {
     if (start.empty()) start = pool.middle();
     if (const auto what = pool.clearance().hit(start, kTipMarginM))
-      throw PlanError("the arm stands too close to something to start: " + *what + "; jog it free");
+      throw PlanError("the arm is too close to something to start: " + *what + "; jog it free");
     ChooseOptions first;
     first.count = kFirstTouches * static_cast<int>(std::count_if(
                                       cell.targets.begin(), cell.targets.end(),
                                       [](const Target& t) { return is_planned(t, kKinds); }));
     first.least_per_target = kFirstTouches;
-    first.interest = options.interest;
+    first.region = options.region;
     first.possible = [this](std::size_t c) { return pool.connected(c); };
     seeds = choose(cell, pool.candidates(), first).picked;
     order_seeds();
@@ -145,18 +145,18 @@ struct Online::Impl {
   /// Every target has its first touches: from here on the estimate says where to go.
   void begin() {
     seeds.clear();
-    settle([this] { running.emplace(cell, touches); });
+    settle([this] { estimate.emplace(cell, touches); });
   }
 
   /// Few touches of an arm far off may not lead to an estimate; with some more they do.
-  void settle(const std::function<void()>& estimate) {
+  void settle(const std::function<void()>& fit) {
     try {
-      estimate();
+      fit();
       look();
     } catch (const IdentifyError&) {
       constexpr int kMostTries = 10;
       if (++unsettled > kMostTries) throw;
-      running.reset();
+      estimate.reset();
       design.reset();
       least = std::numeric_limits<int>::max();
       for (std::size_t t = 0; t < cell.targets.size(); ++t)
@@ -173,8 +173,8 @@ struct Online::Impl {
     }
     touches.push_back(touch);
     ++progress.touches;
-    if (running) {
-      settle([&] { running->add(touch); });
+    if (estimate) {
+      settle([&] { estimate->add(touch); });
     } else if (seeded()) {
       begin();
     }
@@ -195,7 +195,7 @@ struct Online::Impl {
   /// Candidates and region as the estimate sees them.
   void look() {
     look_around();
-    RemainingUncertainty seen = remaining_uncertainty(cell, pool, options, *running);
+    RemainingUncertainty seen = remaining_uncertainty(cell, pool, options, *estimate);
     design = std::move(seen.design);
     moves = std::move(seen.moves);
     progress.mean_m = seen.mean_m;
@@ -213,7 +213,7 @@ struct Online::Impl {
     progress.fitted = true;
     progress.touches_left = 0;
     progress.why = std::move(why);
-    if (!running) progress.checks_left = 0;
+    if (!estimate) progress.checks_left = 0;
     for (int k = 0; k < progress.checks_left; ++k) draw_check(static_cast<std::size_t>(k));
     progress.checks_left = static_cast<int>(checks.size());
     progress.done = checks.empty();
@@ -254,13 +254,13 @@ struct Online::Impl {
   void judge() {
     constexpr double kMm = 1e3;
     if (progress.u95_m <= goal.u95_m)
-      return finish(fmt::format("the goal is reached: u95 {:.3f} mm, {:.3f} mm were asked for",
-                                progress.u95_m * kMm, goal.u95_m * kMm));
+      return finish(fmt::format("goal reached: u95 {:.3f} mm, goal {:.3f} mm", progress.u95_m * kMm,
+                                goal.u95_m * kMm));
     const int most = goal.most_touches - progress.touches;
     if (most <= 0)
       return finish(fmt::format(
-          "{} touches were made; u95 {:.3f} mm{}", progress.touches, progress.u95_m * kMm,
-          goal.u95_m > 0.0 ? fmt::format(", {:.3f} mm were asked for", goal.u95_m * kMm) : ""));
+          "all {} touches made; u95 {:.3f} mm{}", progress.touches, progress.u95_m * kMm,
+          goal.u95_m > 0.0 ? fmt::format(", goal {:.3f} mm", goal.u95_m * kMm) : ""));
     const double before = variance();
     double left = before;
     Design ahead = *design;
@@ -276,9 +276,8 @@ struct Online::Impl {
       ahead.take(best);
       if (k + 1 == kAhead && std::sqrt(left / before) > 1.0 - goal.worth_it)
         return finish(fmt::format(
-            "ten more touches would take less than {:.0f} % off the error; u95 {:.3f} mm, "
-            "{:.3f} mm were asked for. Certified lengths, more spheres or other postures "
-            "would help",
+            "ten more touches would reduce the error by less than {:.0f} %; u95 {:.3f} mm, goal "
+            "{:.3f} mm. Certified lengths, more spheres or other postures help more",
             100.0 * goal.worth_it, progress.u95_m * kMm, goal.u95_m * kMm));
     }
     progress.touches_left = std::min(k, touches_by_trend(bounds, goal.u95_m, most));
@@ -322,10 +321,10 @@ struct Online::Impl {
       if (!gone[c] && made(pool.candidates()[c].target) < least) return c;
       seeds.erase(seeds.begin());
     }
-    if (!running) {  // a seed failed: any other touch of a target that has too few
+    if (!estimate) {  // a seed failed: any other touch of a target that has too few
       for (std::size_t c = 0; c < gone.size(); ++c)
         if (!gone[c] && made(pool.candidates()[c].target) < least && pool.connected(c)) return c;
-      finish("targets are left that could not be touched often enough to begin with");
+      finish("some targets cannot be touched often enough for a first estimate");
       return std::nullopt;
     }
     while (true) {
@@ -356,7 +355,7 @@ std::optional<PlannedTouch> Online::next(const JointVector& where) {
       break;
     }
     if (!c) {
-      if (!me.progress.fitted) me.finish("every touch that the arm can make was made");
+      if (!me.progress.fitted) me.finish("every reachable touch was made");
       continue;
     }
     const Candidate& to = me.pool.candidates()[*c];
@@ -365,17 +364,16 @@ std::optional<PlannedTouch> Online::next(const JointVector& where) {
     const Candidate* leaving = me.last ? &me.pool.candidates()[*me.last] : nullptr;
     auto way = me.pool.router().to_standoff(from, leaving, to);
     if (!way)  // not for want of a way to this touch: it is connected
-      throw PlanError(
-          fmt::format("no clear way leads away from where the arm stands: on the way to its "
-                      "resting posture {}; "
-                      "jog it free and resume",
-                      me.pool.clearance()
-                          .hit(from, me.pool.middle(), kTipMarginM)
-                          .value_or("it meets what stands around it")));
+      throw PlanError(fmt::format(
+          "no clear way from where the arm stands: on the way to its resting posture {}. "
+          "Jog it free",
+          me.pool.clearance()
+              .hit(from, me.pool.middle(), kTipMarginM)
+              .value_or("it would hit its surroundings")));
     touch.transit = std::move(*way);
-    if (me.running) {
+    if (me.estimate) {
       const double unknown = me.design->unknown(static_cast<Eigen::Index>(*c));
-      aim({me.pool, *me.running, me.options, me.cell.touch_sigma_m * std::sqrt(1.0 + unknown)}, to,
+      aim({me.pool, *me.estimate, me.options, me.cell.touch_sigma_m * std::sqrt(1.0 + unknown)}, to,
           touch);
     }
     me.offered = c;

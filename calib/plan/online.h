@@ -31,12 +31,13 @@ struct Progress {
   int touches = 0;      ///< fit touches that were made
   double u95_m = 0.0;   ///< mean over the region, predicted; 0: not known yet
   double mean_m = 0.0;  ///< mean 3-D error over the region, predicted
-  int touches_left =
-      0;  ///< to the goal, as far as can be foreseen; of a goal out of reach, to the end
-  int checks_left = 0;  ///< check touches still to be made
-  bool fitted = false;  ///< the last fit touch was made
-  std::string why;      ///< why it was the last one, in words
-  bool done = false;    ///< the check touches are made, too
+  /// To the goal, as far as can be predicted; of a goal out of reach, to the end.
+  int touches_left = 0;
+  int checks_left = 0;   ///< check touches still to be made
+  bool finding = false;  ///< places of spheres are still being found
+  bool fitted = false;   ///< the last fit touch was made
+  std::string why;       ///< why it was the last one, in words
+  bool done = false;     ///< the check touches are made, too
 };
 
 class Online {

@@ -39,7 +39,7 @@ constexpr double kAroundIsWorth = 0.01;  // share of the error
 constexpr int kLeastPerSphere = 5;
 
 /// Where the direct move is clear, but every chain that was tried is not.
-constexpr const char* kAround = "the ways round it are blocked";
+constexpr const char* kAround = "the ways around it are blocked";
 
 struct Chosen {
   Candidate candidate;
@@ -194,16 +194,15 @@ Plan make_plan(const Cell& cell, const PlanOptions& options, const JointVector& 
   const std::vector<Candidate>& candidates = pool.candidates();
   if (static_cast<int>(candidates.size()) < total)
     throw PlanError(fmt::format(
-        "only {} touches can be reached inside the joint limits and clear of what stands in the "
-        "cell, {} are wanted; move the targets nearer to the middle of the workspace or ask for "
-        "fewer touches",
+        "only {} touches can be reached inside the joint limits and clear of obstacles, {} are "
+        "needed. Move the targets nearer to the middle of the workspace, or plan fewer touches",
         candidates.size(), total));
   ChooseOptions how;
   how.count = options.fit_touches;
   how.least_per_target = std::min(std::max(kLeastPerSphere, options.fit_touches / (2 * targets)),
                                   options.fit_touches / targets);
   how.criterion = options.criterion;
-  how.interest = options.interest;
+  how.region = options.region;
   how.exchanges = kExchanges;
   how.seed = options.seed;
   how.possible = [&](std::size_t i) { return pool.connected(i); };
@@ -215,7 +214,7 @@ Plan make_plan(const Cell& cell, const PlanOptions& options, const JointVector& 
   const JointVector start = from.empty() ? pool.middle() : from;
   if (const auto what = pool.clearance().hit(start, kTipMarginM))
     throw PlanError(
-        fmt::format("the arm stands too close to something to start: {}; jog it free", *what));
+        fmt::format("the arm is too close to something to start: {}. Jog it free", *what));
   Plan plan = visit(cell, options, pool.clearance(), pool.router(), std::move(todo), start);
   plan.predicted_m3_m = choice.predicted_m3_m;
   plan.predicted_u95_m = choice.predicted_u95_m;
@@ -245,8 +244,7 @@ Plan resume_plan(const Cell& cell, const Plan& plan, std::size_t next, const Joi
     }
     if (way.empty())
       throw PlanError(fmt::format(
-          "the arm does not stand on the line of its last touch, and where it stands {}; jog it "
-          "free and resume",
+          "the arm is not on the line of its last touch, and where it stands {}. Jog it free",
           clearance.hit(from, kTipMarginM).value_or("something is too close")));
   }
   Candidate to;
@@ -258,7 +256,8 @@ Plan resume_plan(const Cell& cell, const Plan& plan, std::size_t next, const Joi
   router.mark_hard(to.target);
   if (!router.connect(to))
     throw PlanError(fmt::format(
-        "{}: no clear way to the next touch of this plan: {}; the cell has changed", touch.target,
+        "{}: no clear way to the next touch of this plan: {}. Check what was changed in the cell",
+        touch.target,
         clearance.hit(resting_posture(cell.robot, clearance), touch.standoff, kTipMarginM)
             .value_or(kAround)));
   const PlannedTouch& before = plan.touches[next > 0 ? next - 1 : next];
@@ -269,8 +268,8 @@ Plan resume_plan(const Cell& cell, const Plan& plan, std::size_t next, const Joi
   const auto rest = router.to_standoff(at, &leaving, to);
   if (!rest)
     throw PlanError(fmt::format(
-        "no clear way from where the arm stands to the next touch, of {}: {}; jog it above "
-        "the spheres and resume",
+        "no clear way from where the arm stands to the next touch, of {}: {}. Jog it above the "
+        "spheres",
         touch.target, clearance.hit(at, touch.standoff, kTipMarginM).value_or(kAround)));
   way.insert(way.end(), rest->begin(), rest->end());
   touch.transit = std::move(way);

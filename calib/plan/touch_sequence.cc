@@ -27,6 +27,7 @@ struct TouchSequence::Impl {
     progress.touches = static_cast<int>(made.size());
     progress.touches_left = std::max(0, how.goal.most_touches - progress.touches);
     progress.checks_left = how.plan.check_touches;
+    progress.finding = !finder.done();
     if (finder.done()) begin();
   }
 
@@ -76,22 +77,20 @@ struct TouchSequence::Impl {
     }
     if (std::abs(nearest_m) > kNearM)
       throw PlanError(
-          fmt::format("the arm does not stand at a target, and where it stands {}; jog it free and "
-                      "resume",
+          fmt::format("the arm is not at a target, and where it stands {}. Jog it free",
                       clearance.hit(from, kTipMarginM).value_or("the tip is in contact")));
     if (finder.seeking() == nearest)
-      throw PlanError(
-          fmt::format("the arm stands where sphere {} may be, and its place is not known well "
-                      "enough yet to lead away from it; jog it free and resume",
-                      cell.targets[nearest].id));
+      throw PlanError(fmt::format(
+          "the arm stands where sphere {} may be, and its place is not known well enough "
+          "to back off. Jog it free",
+          cell.targets[nearest].id));
     Eigen::Isometry3d outside = pose;
     outside.translation() += (options.plan.clear_m - nearest_m) * outwards;
     const auto out = inverse(arm, outside, from, 0.0);
     if (!out || !clearance.clear_search(from, *out, nearest, kTipMarginM))
-      throw PlanError(
-          fmt::format("no clear way leads from target {}, where the tip is, straight outwards; jog "
-                      "the arm free and resume",
-                      cell.targets[nearest].id));
+      throw PlanError(fmt::format(
+          "no clear way straight away from target {}, where the tip is. Jog the arm free",
+          cell.targets[nearest].id));
     return *out;
   }
 
@@ -126,6 +125,7 @@ void TouchSequence::touched(const Touch& touch) {
   me.made.push_back(touch);
   ++me.progress.touches;
   me.finder.touched(touch);
+  me.progress.finding = !me.finder.done();
 }
 
 void TouchSequence::failed(NotMade how) {
@@ -135,6 +135,7 @@ void TouchSequence::failed(NotMade how) {
     me.finder.missed();
   else
     me.finder.failed();
+  me.progress.finding = !me.finder.done();
 }
 
 std::vector<JointVector> TouchSequence::way_home() const {
@@ -146,7 +147,7 @@ const Progress& TouchSequence::progress() const {
 }
 
 std::string TouchSequence::stage() const {
-  if (!impl_->finder.done()) return impl_->finder.words();
+  if (progress().finding) return impl_->finder.words();
   return progress().fitted ? "checking" : "touching";
 }
 

@@ -44,7 +44,7 @@ class TouchSequence {
   std::vector<JointVector> way_home() const;
 
   const Progress& progress() const;
-  /// What is being done: "S2 is being found: 1 touch, within 20 mm", "touching", "checking".
+  /// What is being done: "finding S2: 1 touch, within 20 mm", "touching", "checking".
   std::string stage() const;
 
  private:

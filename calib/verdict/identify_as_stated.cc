@@ -340,9 +340,9 @@ Calibration identify_as_stated(const Cell& cell, const std::vector<Touch>& touch
     outlier[i] = touches[i].set == TouchSet::kFit && !e.use[i];
   for (const std::size_t i : gross_check_touches(problem, calibration)) outlier[i] = true;
   fill_residuals(problem, problem.to_si(e.u), outlier, calibration);
-  const Others others = touches_and_tolerances(problem, e);
-  calibration.lengths = lengths_by_others(problem, e, others, sum, dof);
-  calibration.sizes = sizes_by_others(problem, e, others, sum, dof);
+  const NormalEquations equations = normal_equations_without_lengths(problem, e);
+  calibration.lengths = leave_one_out_lengths(problem, e, equations, sum, dof);
+  calibration.sizes = artefact_biases(problem, e, equations, sum, dof);
   calibration.outliers = named_outliers(problem, e, calibration);
   // Asked for before: what the arm does beside the model looks like moves and jumps.
   if (!together) calibration.moved = suspected_moves(problem, e, calibration.chi2_per_dof);

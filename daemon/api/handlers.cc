@@ -181,6 +181,7 @@ std::string status_to_json(const Status& status) {
              {"goal_mm", or_null(status.goal_m, 1e3)},
              {"u95_mm", or_null(status.u95_m, 1e3)},
              {"mean_error_mm", or_null(status.mean_error_m, 1e3)},
+             {"finding", status.finding},
              {"stage", status.stage},
              {"why_ended", status.why_ended},
              {"time_left_s", or_null(status.time_left_s)},

@@ -96,8 +96,7 @@ Progress progress_of(const json& status) {
     return progress;
   }
   const std::string stage = text(status, "stage"), phase = text(status, "phase");
-  const bool finding = stage.find("being found") != std::string::npos;
-  return {finding ? phase + " (" + stage + ")" : phase,
+  return {status.value("finding", false) ? phase + " (" + stage + ")" : phase,
           text(status, "target"),
           static_cast<std::size_t>(number(status, "touches")),
           static_cast<std::size_t>(number(status, "planned")),

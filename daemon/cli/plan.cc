@@ -122,7 +122,7 @@ int plan(const PlanCommand& command) {
   options.fit_touches = command.touches;
   options.check_touches = command.check;
   options.seed = command.seed;
-  options.interest = calib::parse_accuracy_region(command.region);
+  options.region = calib::parse_accuracy_region(command.region);
   const calib::Plan made = calib::make_plan(cell, options, begin_of(command, cell.robot));
   const LimitNeeded needed = limit_needed(made, cell.robot, made.start);
   if (!command.picture.empty()) put(plan_svg(cell, made), command.picture);

@@ -64,7 +64,7 @@ SessionOptions options_from_json(std::string_view text) {
   } catch (const nlohmann::json::exception& error) {
     throw std::runtime_error(std::string("stored session options: ") + error.what());
   }
-  options.plan.interest = calib::parse_accuracy_region(options.region);
+  options.plan.region = calib::parse_accuracy_region(options.region);
   return options;
 }
 

@@ -192,7 +192,7 @@ std::unique_ptr<SessionService::Job> SessionService::prepare(const RunRequest& r
     if (!request.goal_mm) job->options.goal.worth_it = 0.0;  // so many, whatever they bring
     job->options.region = request.region;
     try {
-      job->options.plan.interest = calib::parse_accuracy_region(request.region);
+      job->options.plan.region = calib::parse_accuracy_region(request.region);
     } catch (const calib::PlanError& wrong) {
       throw RequestError(wrong.what());
     }
@@ -384,6 +384,7 @@ void SessionService::publish(const State& state, Job& job) {
   }
   if (job.options.one_by_one) {
     if (job.options.goal.u95_m > 0.0) status.goal_m = job.options.goal.u95_m;
+    status.finding = state.progress.finding;
     status.stage = state.stage;
     if (state.progress.u95_m > 0.0) {
       status.u95_m = state.progress.u95_m;

@@ -44,6 +44,7 @@ struct Status {
   /// Of touches chosen one by one: u95 that was asked for, and what the touches so far are foreseen
   /// to give, means over the region.
   std::optional<double> goal_m, u95_m, mean_error_m;
+  bool finding = false;   ///< the touch in hand is made to find a sphere
   std::string stage;      ///< what the touch in hand is for, in words
   std::string why_ended;  ///< why no further touch was chosen
   /// Of the newest touch, nothing before the first; once identified, the fit's mean.

@@ -130,7 +130,7 @@ int main(int argc, char** argv) {
     (void)choose(cell, list, options);
     greedy.add(1e6 * (cpu_seconds() - start));
     // The baseline knows nothing of shares of spheres: beside it the choice does not, either.
-    const DesignProblem problem = design_problem(cell, list, options.interest);
+    const DesignProblem problem = design_problem(cell, list, options.region);
     unknowns = problem.rows.cols();
     std::vector<double> took;
     const auto slow = naive(problem, std::min(baseline_picks, picks), took);

@@ -119,11 +119,11 @@ void measure_more(const Cell& cell, std::vector<Touch> touches, More& more) {
   const auto last = static_cast<std::ptrdiff_t>(std::min<std::size_t>(20, touches.size() / 4));
   const std::vector<Touch> added(touches.end() - last, touches.end());
   touches.resize(touches.size() - added.size());
-  RunningEstimate running(cell, std::move(touches));
+  IncrementalEstimate incremental(cell, std::move(touches));
   for (const Touch& touch : added) {
     bench::Times took;
     bool anew = false;
-    measure(took, [&] { anew = running.add(touch).anew; });
+    measure(took, [&] { anew = incremental.add(touch).anew; });
     (anew ? more.anew : more.one).add(took.worst());
   }
 }

@@ -23,7 +23,7 @@ constexpr double kTipM = kMarginKept * kTipMarginM, kBodyM = kMarginKept * 0.02;
 /// A refusal with its figures and names taken out, so that like ones can be counted.
 std::string kind_of(const std::string& refusal) {
   for (const char* part :
-       {"cannot be reached from any direction", "where the arm rests", "no clear way leads",
+       {"cannot be reached from any direction", "where the arm rests", "not by a clear way",
         "no clear way to its touch", "touches can be reached", "not enough reachable"})
     if (refusal.find(part) != std::string::npos) return part;
   if (refusal.find("cannot be touched") == std::string::npos) return refusal;

@@ -9,7 +9,7 @@ namespace cellcal::calib {
 
 struct Known {
   const Pool& pool;
-  const RunningEstimate& estimate;
+  const IncrementalEstimate& estimate;
   const PlanOptions& options;
   double sigma_m;  ///< of the place along the line where contact is expected
 };

@@ -65,7 +65,7 @@ class Choosing {
         held_(cell.targets.size()),
         possible_(candidates.size()),
         random_(options.seed),
-        problem_(design_problem(cell, candidates, options.interest)) {
+        problem_(design_problem(cell, candidates, options.region)) {
     for (std::size_t t = 0; t < cell.targets.size(); ++t) {
       if (std::any_of(candidates.begin(), candidates.end(),
                       [t](const Candidate& c) { return c.target == t; }))
@@ -102,7 +102,7 @@ class Choosing {
         ripple_variance_m2(*problem_.arm, problem_.postures, problem_.ripple_rad);
     choice.predicted_m3_m = predicted_mean_error_m(problem_.moves_m, left, ripple_m2);
     choice.untold_m = predicted_mean_error_m(problem_.moves_m, left, 0.0 * ripple_m2);
-    if (options_.interest.kind != AccuracyRegion::Kind::kTool) {
+    if (options_.region.kind != AccuracyRegion::Kind::kTool) {
       const auto scale = problem_.scale.asDiagonal();
       const PositionBound bound(*problem_.arm, Eigen::VectorXd::Zero(arm), scale * left * scale,
                                 problem_.ripple_rad);

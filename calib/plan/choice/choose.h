@@ -13,9 +13,9 @@ struct ChooseOptions {
   int count = 40;
   int least_per_target = 5;  ///< every sphere gets at least this many
   Criterion criterion = Criterion::kI;
-  AccuracyRegion interest;  ///< where accuracy matters
-  int exchanges = 2;  ///< rounds at most in which each touch may be exchanged for a better one
-  unsigned seed = 1;  ///< of a random choice
+  AccuracyRegion region;  ///< where accuracy matters
+  int exchanges = 2;      ///< rounds at most in which each touch may be exchanged for a better one
+  unsigned seed = 1;      ///< of a random choice
   std::vector<std::size_t> start;  ///< picked already, possible; may be exchanged
   /// Asked of a candidate before it is picked, at most once: whether it can be made. Null: all can.
   std::function<bool(std::size_t)> possible;

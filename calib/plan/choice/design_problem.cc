@@ -30,9 +30,8 @@ bool gives(const Cell& cell) {
 
 /// How the tips of the postures move.
 Eigen::MatrixXd moves(const ArmModel& arm, const std::vector<JointVector>& poses,
-                      const Eigen::VectorXd& scale, const AccuracyRegion& interest) {
-  if (interest.kind != AccuracyRegion::Kind::kTool)
-    return aligned_moves(arm, poses, nullptr, scale);
+                      const Eigen::VectorXd& scale, const AccuracyRegion& region) {
+  if (region.kind != AccuracyRegion::Kind::kTool) return aligned_moves(arm, poses, nullptr, scale);
   // Of the tip against the flange: no motion of the base is in it.
   Eigen::MatrixXd result(3 * static_cast<Eigen::Index>(poses.size()), arm.size());
   Eigen::Matrix3Xd jacobian(3, arm.size());
@@ -48,20 +47,19 @@ Eigen::MatrixXd moves(const ArmModel& arm, const std::vector<JointVector>& poses
 }
 
 std::vector<JointVector> postures(const Problem& problem, const std::vector<Candidate>& candidates,
-                                  const AccuracyRegion& interest) {
+                                  const AccuracyRegion& region) {
   std::vector<JointVector> touches;
   std::vector<Eigen::Vector3d> centres;
   for (const Candidate& c : candidates) touches.push_back(c.contact);
   for (const TargetBlock& block : problem.blocks())
     centres.push_back(problem.cell().targets[block.target].centre_m);
-  return accuracy_region_postures(interest, problem.arm(), touches, centres, kLimitMarginRad,
-                                  kPoses);
+  return accuracy_region_postures(region, problem.arm(), touches, centres, kLimitMarginRad, kPoses);
 }
 
 }  // namespace
 
 DesignProblem design_problem(const Cell& stated, const std::vector<Candidate>& candidates,
-                             const AccuracyRegion& interest) {
+                             const AccuracyRegion& region) {
   // With what the geometry lacks: touches are chosen for the arm as it will be judged.
   const Cell cell = at_level(stated, {gives(stated) ? 1.0 : kUsualCompliance, 1.0, 0.0},
                              {});  // of the first tool
@@ -98,9 +96,9 @@ DesignProblem design_problem(const Cell& stated, const std::vector<Candidate>& c
   design.scale.resize(arm.size());
   for (int i = 0; i < arm.size(); ++i)
     design.scale[i] = problem.unknowns()[static_cast<std::size_t>(i)].scale;
-  design.ripple_rad = interest.kind == AccuracyRegion::Kind::kTool ? 0.0 : kUsualRippleRad;
-  design.postures = postures(problem, candidates, interest);
-  design.moves_m = moves(arm, design.postures, design.scale, interest);
+  design.ripple_rad = region.kind == AccuracyRegion::Kind::kTool ? 0.0 : kUsualRippleRad;
+  design.postures = postures(problem, candidates, region);
+  design.moves_m = moves(arm, design.postures, design.scale, region);
   return design;
 }
 

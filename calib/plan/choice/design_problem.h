@@ -28,6 +28,6 @@ struct DesignProblem {
 /// `candidates`: not empty, of targets that state their centres. Throws PlanError where the region
 /// of interest is out of reach.
 DesignProblem design_problem(const Cell& cell, const std::vector<Candidate>& candidates,
-                             const AccuracyRegion& interest);
+                             const AccuracyRegion& region);
 
 }  // namespace cellcal::calib

@@ -14,8 +14,8 @@ constexpr int kPostures = 150;
 
 RemainingUncertainty remaining_uncertainty(const Cell& cell, const Pool& pool,
                                            const PlanOptions& options,
-                                           const RunningEstimate& running) {
-  const Problem& known = running.problem();
+                                           const IncrementalEstimate& estimate) {
+  const Problem& known = estimate.problem();
   const ArmModel& arm = known.arm();
   std::vector<TargetPlace> places(cell.targets.size());
   std::vector<Eigen::Vector3d> centres;
@@ -32,22 +32,22 @@ RemainingUncertainty remaining_uncertainty(const Cell& cell, const Pool& pool,
     touch.target = cell.targets[candidate.target].id;
     rows.push_back(std::move(touch));
   }
-  const Problem seen(known.cell(), arm, rows, places, running.ripple_rad());
-  const Linearisation linear = linearise(seen, running.u(), std::vector<bool>(rows.size(), true));
-  const Eigen::VectorXd x = running.x_si();
+  const Problem seen(known.cell(), arm, rows, places, estimate.ripple_rad());
+  const Linearisation linear = linearise(seen, estimate.u(), std::vector<bool>(rows.size(), true));
+  const Eigen::VectorXd x = estimate.x_si();
   Eigen::VectorXd scale(arm.size());
   for (int i = 0; i < arm.size(); ++i)
     scale[i] = known.unknowns()[static_cast<std::size_t>(i)].scale;
-  const auto postures = accuracy_region_postures(options.interest, arm, contacts, centres,
+  const auto postures = accuracy_region_postures(options.region, arm, contacts, centres,
                                                  options.limit_margin_rad, kPostures);
   Eigen::MatrixXd moves = aligned_moves(arm, postures, x.data(), scale);
   const Eigen::Index n = arm.size();
   const double mean_m =
-      predicted_mean_error_m(moves, running.covariance_u().topLeftCorner(n, n),
-                             ripple_variance_m2(arm, postures, running.ripple_rad()));
-  const PositionBound bound(arm, x, running.covariance_si().topLeftCorner(n, n),
-                            running.ripple_rad());
-  Design design(linear.jacobian.topRows(linear.length_row), running.covariance_u(), moves);
+      predicted_mean_error_m(moves, estimate.covariance_u().topLeftCorner(n, n),
+                             ripple_variance_m2(arm, postures, estimate.ripple_rad()));
+  const PositionBound bound(arm, x, estimate.covariance_si().topLeftCorner(n, n),
+                            estimate.ripple_rad());
+  Design design(linear.jacobian.topRows(linear.length_row), estimate.covariance_u(), moves);
   return {std::move(design), std::move(moves), mean_m, bound.mean_u95_m(postures)};
 }
 

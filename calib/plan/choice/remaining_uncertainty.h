@@ -17,6 +17,6 @@ struct RemainingUncertainty {
 /// Of `pool`, for the region of `options`.
 RemainingUncertainty remaining_uncertainty(const Cell& cell, const Pool& pool,
                                            const PlanOptions& options,
-                                           const RunningEstimate& running);
+                                           const IncrementalEstimate& estimate);
 
 }  // namespace cellcal::calib

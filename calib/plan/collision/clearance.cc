@@ -29,8 +29,7 @@ constexpr int kPostures = 64;  // that decide which links are neighbours
 constexpr unsigned kSeed = 1;
 
 const char* const kImpassable =
-    "the arm cannot be led that way, near a singularity or beyond what its controller allows from "
-    "where it began";
+    "the way leads near a singularity, or an axis beyond its correction limit";
 
 constexpr double kFar = std::numeric_limits<double>::max();
 
@@ -55,8 +54,7 @@ struct Finding {
     const std::string& name = bodies[body].words;
     if (low)
       return fmt::format(
-          "{} comes more than {:.0f} mm below the lowest target, and the cell file states no "
-          "floor_mm",
+          "{} comes more than {:.0f} mm below the lowest target (no floor_mm in the cell file)",
           name, kBelowTargetsM * 1e3);
     constexpr double kTouching = 1e-6;
     if (gap_m < kTouching) return fmt::format("{} runs into {}", name, other);

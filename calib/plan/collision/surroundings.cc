@@ -115,7 +115,7 @@ struct Surroundings::Thing {
       case ObstacleShape::kMesh:
         if (obstacle.mesh == nullptr || obstacle.mesh->triangles.empty())
           throw PlanError(words + ": its mesh " + obstacle.mesh_file +
-                          " was not read; a plan needs the file beside the cell file");
+                          " was not read. Put the file beside the cell file");
         form = Form::kMesh;
         set_frame(obstacle.frame);
         low = high = obstacle.mesh->vertices_m.front();

@@ -37,7 +37,7 @@ Eigen::Vector3d parse_corner(std::string_view& text, bool last) {
 }
 
 /// Tips anywhere in the box, held as in some posture of the workspace.
-std::vector<JointVector> in_box(const AccuracyRegion& interest, const ArmModel& arm, double margin,
+std::vector<JointVector> in_box(const AccuracyRegion& region, const ArmModel& arm, double margin,
                                 int count) {
   constexpr int kAttempts = 20, kLeast = 10;
   const Configurations configurations(arm, margin);
@@ -48,50 +48,49 @@ std::vector<JointVector> in_box(const AccuracyRegion& interest, const ArmModel& 
     if (held.empty()) break;
     Eigen::Isometry3d pose = arm.nominal_tcp(held[random.below(held.size())]);
     for (int axis = 0; axis < 3; ++axis)
-      pose.translation()[axis] = random.uniform(interest.low_m[axis], interest.high_m[axis]);
+      pose.translation()[axis] = random.uniform(region.low_m[axis], region.high_m[axis]);
     auto ways = configurations.reach(pose);
     if (!ways.empty()) postures.push_back(std::move(ways[random.below(ways.size())]));
   }
   if (static_cast<int>(postures.size()) < kLeast)
     throw PlanError(
-        "region box: the arm reaches next to nothing of it inside its joint limits; the corners "
-        "are in mm in the base frame");
+        "region box: the arm reaches almost nothing of it inside its joint limits. Give the "
+        "corners in mm in the base frame");
   return postures;
 }
 
 }  // namespace
 
 AccuracyRegion parse_accuracy_region(std::string_view text) {
-  AccuracyRegion interest;
-  if (text == "workspace") return interest;
+  AccuracyRegion region;
+  if (text == "workspace") return region;
   if (text == "targets") {
-    interest.kind = AccuracyRegion::Kind::kTargets;
-    return interest;
+    region.kind = AccuracyRegion::Kind::kTargets;
+    return region;
   }
   if (text == "tcp") {
-    interest.kind = AccuracyRegion::Kind::kTool;
-    return interest;
+    region.kind = AccuracyRegion::Kind::kTool;
+    return region;
   }
   if (!text.starts_with("box:"))
     throw PlanError(fmt::format(
-        "region \"{}\" is not known; it is workspace, targets, tcp or box:X,Y,Z,X,Y,Z (mm)", text));
+        "unknown region \"{}\". Use workspace, targets, tcp or box:X,Y,Z,X,Y,Z (mm)", text));
   text.remove_prefix(4);
   const Eigen::Vector3d a = parse_corner(text, false), b = parse_corner(text, true);
-  if (!text.empty()) throw PlanError("region box: there is more than six numbers");
-  interest.kind = AccuracyRegion::Kind::kBox;
-  interest.low_m = a.cwiseMin(b);
-  interest.high_m = a.cwiseMax(b);
-  return interest;
+  if (!text.empty()) throw PlanError("region box: more than six numbers");
+  region.kind = AccuracyRegion::Kind::kBox;
+  region.low_m = a.cwiseMin(b);
+  region.high_m = a.cwiseMax(b);
+  return region;
 }
 
-std::vector<JointVector> accuracy_region_postures(const AccuracyRegion& interest,
-                                                  const ArmModel& arm,
+std::vector<JointVector> accuracy_region_postures(const AccuracyRegion& region, const ArmModel& arm,
                                                   const std::vector<JointVector>& touches,
                                                   const std::vector<Eigen::Vector3d>& centres_m,
                                                   double limit_margin_rad, int count) {
-  switch (interest.kind) {
+  switch (region.kind) {
     case AccuracyRegion::Kind::kBox:
-      return in_box(interest, arm, limit_margin_rad, count);
+      return in_box(region, arm, limit_margin_rad, count);
     case AccuracyRegion::Kind::kTargets:
     case AccuracyRegion::Kind::kTool:
       return local_poses(arm, touches, centres_m, kNearM, count, kSeed);

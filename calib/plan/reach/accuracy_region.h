@@ -27,8 +27,7 @@ AccuracyRegion parse_accuracy_region(std::string_view text);
 
 /// About `count` postures of the region; `touches`: those that the arm can make. Throws PlanError
 /// where the arm reaches next to nothing of it.
-std::vector<JointVector> accuracy_region_postures(const AccuracyRegion& interest,
-                                                  const ArmModel& arm,
+std::vector<JointVector> accuracy_region_postures(const AccuracyRegion& region, const ArmModel& arm,
                                                   const std::vector<JointVector>& touches,
                                                   const std::vector<Eigen::Vector3d>& centres_m,
                                                   double limit_margin_rad, int count);

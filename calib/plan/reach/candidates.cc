@@ -87,11 +87,10 @@ std::string why_not_planned(const Target& target) {
       return {};
     case TargetKind::kPlane:
       if (!target.has_centre || !target.has_normal)
-        return "a plane without centre_mm and normal: nobody knows where";
-      return target.extent_m > 0.0 ? "" : "a plane without extent_mm: nobody knows how far it goes";
+        return "a plane without centre_mm and normal: its place is unknown";
+      return target.extent_m > 0.0 ? "" : "a plane without extent_mm: its size is unknown";
     case TargetKind::kPoint:
-      return "a point holds the tip only where it is seated by hand; a contact says no more than "
-             "that something was met";
+      return "the tip has to be seated in a point by hand";
     case TargetKind::kWire:
       return "a wire is hooked to the tool by hand";
     case TargetKind::kTracker:

@@ -11,7 +11,7 @@ void require_speeds(const Robot& robot) {
   for (const Joint& joint : robot.joints)
     if (!(joint.max_speed_rad_s > 0.0))
       throw PlanError("robot file of " + robot.name + ": joint " + joint.name +
-                      " has no max_speed_deg_s; state it, no motion can be planned without");
+                      " has no max_speed_deg_s. Add it: no motion can be planned without");
 }
 
 double move_s(const Robot& robot, const JointVector& from, const JointVector& to,

@@ -53,7 +53,7 @@ struct PlanOptions {
   double clear_m = 0.020;     ///< retreat distance from the surface
   double limit_margin_rad = 0.05;
   Criterion criterion = Criterion::kI;
-  AccuracyRegion interest;
+  AccuracyRegion region;
   std::stop_token stop{};  ///< once asked for, whatever plans with these throws PlanError soon
 };
 

@@ -17,15 +17,13 @@ void check_cell(const Cell& cell) {
     if (target.kind != TargetKind::kSphere) continue;
     sphere = true;
     if (!target.has_centre)
-      throw PlanError(
-          fmt::format("target {}: a plan needs its rough place; state centre_mm in the "
-                      "cell file",
-                      target.id));
+      throw PlanError(fmt::format(
+          "target {}: a plan needs its rough place. Add centre_mm to the cell file", target.id));
   }
   if (!sphere)
     throw PlanError(
-        "the cell has no sphere to touch; touches of other targets are made by hand and identified "
-        "from a file");
+        "the cell has no sphere to touch. Touch other targets by hand, and use 'cellcal "
+        "identify' with the file");
 }
 
 std::string words_of(const Target& target) {
@@ -139,14 +137,14 @@ Pool::Pool(const Cell& cell, const PlanOptions& options, int per_target, Kinds k
     const std::string what = hindrance(cell, arm_, clearance_, options, t);
     if (what.empty())
       throw PlanError(
-          fmt::format("{} cannot be reached from any direction inside the joint limits; check its "
-                      "centre_mm or move it",
+          fmt::format("{} cannot be reached from any direction inside the joint limits. Check its "
+                      "centre_mm, or move it",
                       words_of(cell.targets[t])));
-    throw PlanError(fmt::format("{} cannot be touched: {}; move it or what is in the way",
+    throw PlanError(fmt::format("{} cannot be touched: {}. Move it or the obstacle",
                                 words_of(cell.targets[t]), what));
   }
   if (const auto what = clearance_.hit(middle_, kTipMarginM))
-    throw PlanError(fmt::format("where the arm rests between touches {}; move it", *what));
+    throw PlanError(fmt::format("where the arm rests between touches {}. Move it", *what));
   for (std::size_t t = 0; t < cell.targets.size(); ++t) {
     if (!is_planned(cell.targets[t], kinds)) continue;
     if (any_connected(t)) continue;
@@ -155,9 +153,8 @@ Pool::Pool(const Cell& cell, const PlanOptions& options, int per_target, Kinds k
     const Candidate* first = &*std::find_if(candidates_.begin(), candidates_.end(),
                                             [&](const Candidate& c) { return c.target == t; });
     throw PlanError(fmt::format(
-        "{} can be reached, but no clear way leads from the resting posture to it and "
-        "back: on the way to its touch from direction {} {}; move it or what is in the "
-        "way",
+        "{} can be reached, but not by a clear way from the resting posture and back: on the "
+        "way to its touch from direction {} {}. Move it or the obstacle",
         words_of(cell.targets[t]), direction_words(first->normal),
         clearance_.hit(middle_, first->standoff, kTipMarginM).value_or("a joint is at its limit")));
   }

@@ -94,10 +94,10 @@ struct Finder::Impl {
       Target& target = cell.targets[t];
       if (target.kind != TargetKind::kSphere || (target.has_centre && !all)) continue;
       if (!target.has_centre && !target.has_box)
-        throw PlanError(fmt::format(
-            "target {}: nothing says where to look for it; state centre_mm, or search_low_mm and "
-            "search_high_mm, in the cell file",
-            target.id));
+        throw PlanError(
+            fmt::format("target {}: its place is unknown. Add centre_mm, or search_low_mm and "
+                        "search_high_mm, to the cell file",
+                        target.id));
       const double radius = target.diameter_m / 2.0 + cell.tool.tip_radius_m;
       sought.push_back({t, radius, CentreParticles(target, radius, options.seed)});
     }
@@ -150,11 +150,11 @@ struct Finder::Impl {
     one.found = one.tips.size() >= kLeastHits && !one.particles.empty() &&
                 one.sigma_m <= kFoundSigmaM && off <= kOffM;
     if (!one.found && one.tips.size() >= kMostHits && off <= kOffM)
-      throw PlanError(
-          fmt::format("sphere {} can be touched from too few sides: after {} touches its centre is "
-                      "known within {:.1f} mm; give the arm more room around it, or state "
-                      "centre_mm well and leave out --find",
-                      cell.targets[one.target].id, one.tips.size(), 2.0 * one.sigma_m * 1e3));
+      throw PlanError(fmt::format(
+          "sphere {0} can be touched from too few sides: centre within {2:.1f} mm after "
+          "{1} touches. Give the arm more room around it, or measure centre_mm and leave "
+          "out --find",
+          cell.targets[one.target].id, one.tips.size(), 2.0 * one.sigma_m * 1e3));
     if (!one.found && one.tips.size() >= kMostHits)
       throw PlanError(fmt::format(
           "the touches of {} do not lie on a sphere of {:.1f} mm: one is {:.1f} mm off. Check its "
@@ -371,8 +371,7 @@ struct Finder::Impl {
     const std::string check_place =
         "Check where the cell file says it is (centre_mm and centre_sigma_mm, or search_low_mm and "
         "search_high_mm) and its diameter";
-    if (one.particles.empty())
-      throw not_found("it is in none of the places where it was sought", check_place);
+    if (one.particles.empty()) throw not_found("it is in none of the places searched", check_place);
     if (one.lines >= kMostLines) throw not_found("no more are made", check_place);
     const Cell around = swollen(std::nullopt), rest = swollen(one.target);
     const Clearance clearance(around, arm), others(rest, arm);
@@ -383,8 +382,8 @@ struct Finder::Impl {
     if (!clearance.clear(from, kTipMarginM)) {
       const auto outside = way_out(one, from, clearance, others);
       if (!outside)
-        throw PlanError(fmt::format(
-            "the arm stands where sphere {} may be; jog it well away from there and resume", id));
+        throw PlanError(
+            fmt::format("the arm stands where sphere {} may be. Jog it well away from there", id));
       out.push_back(*outside);
       at = *outside;
     }
@@ -418,8 +417,8 @@ struct Finder::Impl {
         "It may be anywhere within {:.0f} mm: measure its place better, or give the arm more room "
         "around it",
         one.particles.reach_m(one.particles.mean()) * 1e3);
-    throw not_found(any ? "no clear way leads to another search from where the arm is"
-                        : "the arm cannot make a search that might meet it",
+    throw not_found(any ? "no clear way to another search from where the arm stands"
+                        : "the arm cannot make a search that may find it",
                     room);
   }
 };
@@ -477,7 +476,7 @@ std::string Finder::words() const {
   const Sought* one = impl_->current();
   if (one == nullptr) return {};
   const double spread = std::sqrt(one->particles.covariance().trace());
-  return fmt::format("{} is being found: {} touches, within {:.0f} mm",
+  return fmt::format("finding {}: {} touches, within {:.0f} mm",
                      impl_->cell.targets[one->target].id, one->tips.size(), 2.0 * spread * 1e3);
 }
 

@@ -49,7 +49,7 @@ class Finder {
   const Cell& located() const;
   /// The sphere that is being found, index into the cell.
   std::optional<std::size_t> seeking() const;
-  /// "S2 is being found: 2 touches, within 8 mm"; empty once all are found.
+  /// "finding S2: 2 touches, within 8 mm"; empty once all are found.
   std::string words() const;
 
  private:

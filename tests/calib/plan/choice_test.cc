@@ -67,12 +67,12 @@ TEST(Design, GainsAndLossesAreWhatASetFromNothingWouldShow) {
   EXPECT_LT((design.covariance_u() * information - Eigen::MatrixXd::Identity(9, 9)).norm(), 1e-9);
 }
 
-double predicted(Criterion criterion, AccuracyRegion interest = {}, int touches = 40) {
+double predicted(Criterion criterion, AccuracyRegion region = {}, int touches = 40) {
   PlanOptions options;
   options.fit_touches = touches;
   options.check_touches = 0;
   options.criterion = criterion;
-  options.interest = interest;
+  options.region = region;
   return make_plan(demo_cell(), options).predicted_m3_m;
 }
 
@@ -169,7 +169,7 @@ TEST(AccuracyRegion, IsReadAndRefusedInWords) {
 TEST(AccuracyRegion, InABoxOutOfReachIsRefused) {
   PlanOptions options;
   options.fit_touches = 10;
-  options.interest = {AccuracyRegion::Kind::kBox, {8.0, 0.0, 0.0}, {9.0, 1.0, 1.0}};
+  options.region = {AccuracyRegion::Kind::kBox, {8.0, 0.0, 0.0}, {9.0, 1.0, 1.0}};
   EXPECT_THROW((void)make_plan(demo_cell(), options), PlanError);
 }
 

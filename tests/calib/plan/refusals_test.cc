@@ -229,7 +229,7 @@ TEST(Resume, FromAForeignPostureNearASphereIsRefused) {
   const PlannedTouch& foreign = plan().touches[10];
   const JointVector from = between(foreign.standoff, foreign.end, 0.5);
   const std::string message = refusal([&] { (void)resume_plan(demo_cell(), plan(), 20, from); });
-  EXPECT_NE(message.find("jog"), std::string::npos) << message;
+  EXPECT_NE(message.find("Jog it free"), std::string::npos) << message;
 }
 
 TEST(Resume, FromAFreePostureFarOffFindsAWay) {
