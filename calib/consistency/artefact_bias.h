@@ -20,24 +20,24 @@ namespace cellcal::calib {
 /// tolerances; and of all wires together, where there are several, which are of one instrument.
 /// From the linearisation, without solving anew. `chi2`, `dof`: of the touches; where they scatter
 /// more than stated they say less.
-std::vector<SizeResult> artefact_biases(const Problem& problem, const Estimate& estimate,
-                                        const NormalEquations& touches, double chi2, double dof);
+std::vector<ArtefactBias> artefact_biases(const Problem& problem, const Estimate& estimate,
+                                          const NormalEquations& touches, double chi2, double dof);
 
 /// By how many sigmas it is not what the cell file states.
-double contradiction(const SizeResult& size);
+double contradiction(const ArtefactBias& bias);
 /// The most contradicted one of those beyond chance and what the model lacks; null where none is.
-const SizeResult* worst_contradicted(const std::vector<SizeResult>& sizes);
+const ArtefactBias* worst_contradicted(const std::vector<ArtefactBias>& biases);
 
-/// The session with that size put right.
+/// The session with that bias put right.
 struct PutRight {
   Cell cell;
   std::vector<Touch> touches;
 };
-PutRight put_right(const Cell& cell, const std::vector<Touch>& touches, const SizeResult& size);
+PutRight put_right(const Cell& cell, const std::vector<Touch>& touches, const ArtefactBias& bias);
 
-bool is_of_sphere(const Cell& cell, const SizeResult& size);
+bool is_of_sphere(const Cell& cell, const ArtefactBias& bias);
 
 /// "the diameter of S2 61.80 +- 0.02 mm instead of 61.400 mm"
-std::string size_words(const Cell& cell, const SizeResult& size);
+std::string bias_words(const Cell& cell, const ArtefactBias& bias);
 
 }  // namespace cellcal::calib

@@ -105,27 +105,27 @@ std::string wrong_places(const Cell& cell, const std::vector<Touch>& touches,
   return {};
 }
 
-/// What a size has to be for everything to make sense, if there is one.
-std::optional<SizeResult> mended_size(const Cell& cell, const std::vector<Touch>& touches,
-                                      const IdentifyOptions& options, SizeResult size) {
+/// What a bias has to be for everything to make sense, if there is one.
+std::optional<ArtefactBias> mended_bias(const Cell& cell, const std::vector<Touch>& touches,
+                                        const IdentifyOptions& options, ArtefactBias bias) {
   constexpr int kSteps = 4;  // the first one is with the outliers that the wrong size made
   for (int step = 0; step < kSteps; ++step) {
-    const PutRight right = put_right(cell, touches, size);
-    if (is_of_sphere(cell, size) &&
-        right.cell.targets[cell.target_index(size.target)].diameter_m < 0.0)
+    const PutRight right = put_right(cell, touches, bias);
+    if (is_of_sphere(cell, bias) &&
+        right.cell.targets[cell.target_index(bias.target)].diameter_m < 0.0)
       return std::nullopt;
     const auto found = tried(right.cell, right.touches, options);
     if (!found) return std::nullopt;
     const auto own =
-        std::find_if(found->sizes.begin(), found->sizes.end(),
-                     [&](const SizeResult& other) { return other.target == size.target; });
-    if (own == found->sizes.end()) return std::nullopt;
-    size.off_m += own->off_m;
-    size.sigma_m = own->sigma_m;
+        std::find_if(found->artefact_biases.begin(), found->artefact_biases.end(),
+                     [&](const ArtefactBias& other) { return other.target == bias.target; });
+    if (own == found->artefact_biases.end()) return std::nullopt;
+    bias.off_m += own->off_m;
+    bias.sigma_m = own->sigma_m;
     if (contradiction(*own) < 1.0) break;
   }
-  const PutRight right = put_right(cell, touches, size);
-  return sensible(right.cell, right.touches, options) ? std::optional(size) : std::nullopt;
+  const PutRight right = put_right(cell, touches, bias);
+  return sensible(right.cell, right.touches, options) ? std::optional(bias) : std::nullopt;
 }
 
 /// Of all fit touches of a wire, those that were left out, too.
@@ -143,12 +143,12 @@ double median_residual_m(const Calibration& c, const std::vector<Touch>& touches
 
 /// Sizes that all else contradicts, most first; and before them, of targets whose touches were left
 /// out for the most part and so say nothing, those that let them in again.
-std::vector<SizeResult> suspected_sizes(const Cell& cell, const std::vector<Touch>& touches,
-                                        const IdentifyOptions& options,
-                                        const Calibration& calibration) {
+std::vector<ArtefactBias> suspected_biases(const Cell& cell, const std::vector<Touch>& touches,
+                                           const IdentifyOptions& options,
+                                           const Calibration& calibration) {
   constexpr double kAboutAsMuch = 0.7, kAnyDiameterM = 0.02;
   constexpr std::size_t kMost = 3;
-  std::vector<SizeResult> suspects;
+  std::vector<ArtefactBias> suspects;
   for (const Target& target : cell.targets) {
     if (suspects.size() == kMost) break;
     const FitTouches own = fit_touches_of(target.id, touches, calibration);
@@ -163,15 +163,15 @@ std::vector<SizeResult> suspected_sizes(const Cell& cell, const std::vector<Touc
     if (const ParameterResult* p = found ? find(*found, radius) : nullptr)
       suspects.push_back({target.id, p->correction, p->sigma});
   }
-  if (const SizeResult* worst = worst_contradicted(calibration.sizes)) {
-    std::vector<SizeResult> contradicted = calibration.sizes;
-    std::erase_if(contradicted, [&](const SizeResult& size) {
-      return contradiction(size) < kAboutAsMuch * contradiction(*worst) ||
+  if (const ArtefactBias* worst = worst_contradicted(calibration.artefact_biases)) {
+    std::vector<ArtefactBias> contradicted = calibration.artefact_biases;
+    std::erase_if(contradicted, [&](const ArtefactBias& bias) {
+      return contradiction(bias) < kAboutAsMuch * contradiction(*worst) ||
              std::any_of(suspects.begin(), suspects.end(),
-                         [&](const SizeResult& one) { return one.target == size.target; });
+                         [&](const ArtefactBias& one) { return one.target == bias.target; });
     });
     std::stable_sort(contradicted.begin(), contradicted.end(),
-                     [](const SizeResult& x, const SizeResult& y) {
+                     [](const ArtefactBias& x, const ArtefactBias& y) {
                        return contradiction(x) > contradiction(y);
                      });
     contradicted.resize(std::min(kMost, contradicted.size()));
@@ -192,12 +192,12 @@ std::string wrong_size(const Cell& cell, const std::vector<Touch>& touches,
   std::vector<Mended> all;
   int spheres = 0;
   double least = std::numeric_limits<double>::infinity();
-  for (const SizeResult& size : suspected_sizes(cell, touches, options, calibration)) {
-    const auto mended = mended_size(cell, touches, options, size);
+  for (const ArtefactBias& bias : suspected_biases(cell, touches, options, calibration)) {
+    const auto mended = mended_bias(cell, touches, options, bias);
     if (!mended) continue;
     const PutRight right = put_right(cell, touches, *mended);
-    all.push_back({size_words(cell, *mended), attempt(right.cell, right.touches).sum});
-    if (is_of_sphere(cell, size)) ++spheres;
+    all.push_back({bias_words(cell, *mended), attempt(right.cell, right.touches).sum});
+    if (is_of_sphere(cell, bias)) ++spheres;
     least = std::min(least, all.back().misfit);
   }
   std::vector<std::string> words;
@@ -216,9 +216,9 @@ std::string wrong_size(const Cell& cell, const std::vector<Touch>& touches,
 std::string wrong_measure(const Cell& cell, const std::vector<Touch>& touches,
                           const IdentifyOptions& options, const Calibration& calibration) {
   const LengthResult* length = worst_contradicted(calibration.lengths);
-  const SizeResult* size = worst_contradicted(calibration.sizes);
+  const ArtefactBias* bias = worst_contradicted(calibration.artefact_biases);
   std::array in_turn{wrong_length, wrong_size, wrong_places};
-  if (length != nullptr && size != nullptr && contradiction(*size) > contradiction(*length))
+  if (length != nullptr && bias != nullptr && contradiction(*bias) > contradiction(*length))
     std::swap(in_turn[0], in_turn[1]);
   for (const auto& wrong : in_turn)
     if (std::string words = wrong(cell, touches, options, calibration); !words.empty())

@@ -253,7 +253,7 @@ Eigen::MatrixXd together(const Problem& problem, const Eigen::VectorXd& u,
   }
   v = weight.asDiagonal() * v * weight.asDiagonal();  // (32)
   const Cholesky factor(v);
-  if (!factor.positive()) throw IdentifyError("what the model lacks cannot be told from noise");
+  if (!factor.positive()) throw IdentifyError("model discrepancy and noise cannot be separated");
   return factor.lower();
 }
 
@@ -379,8 +379,8 @@ double alike_sigmas(const Problem& problem, const Estimate& e, double chi2_per_d
   return most;
 }
 
-double untold_field_m(const Problem& problem, const Estimate& e, const Repeats& repeats,
-                      double scatter_m) {
+double undetected_field_m(const Problem& problem, const Estimate& e, const Repeats& repeats,
+                          double scatter_m) {
   double ripple = 0.0, count = 0.0;
   for (const auto& [touch, row] : e.posterior.linear.touch_row) {
     ripple += std::pow(e.levels.ripple_rad * problem.joint_lever_m(touch), 2);

@@ -31,8 +31,8 @@ double alike_sigmas(const Problem& problem, const Estimate& e, double chi2_per_d
 
 /// 1 sigma per component of what may lie in scatter that no repeats show to be noise, where the
 /// residuals show no field: `scatter_m` rms, beside what noise is known or usual.
-double untold_field_m(const Problem& problem, const Estimate& e, const Repeats& repeats,
-                      double scatter_m);
+double undetected_field_m(const Problem& problem, const Estimate& e, const Repeats& repeats,
+                          double scatter_m);
 
 /// Sizes of field and noise by restricted maximum likelihood (all unknowns integrated out over
 /// their priors), then the estimate anew with the touches' correlation. `e` is settled without it.

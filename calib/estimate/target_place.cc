@@ -123,8 +123,8 @@ double side_of(const Cell& cell, const Target& target, const Seen& seen, const V
   const bool any_side = common_tip_radius_m(seen) == 0.0 && cell.radius_offset_sigma_m == 0.0;
   if (std::abs(mean) > kClearSide || any_side) return mean < 0.0 ? -1.0 : 1.0;
   throw IdentifyError(fmt::format(
-      "target {}: the tool lies along the plane, so the touches do not tell from which side it was "
-      "touched; state its normal in the cell file, pointing to the side of the tool",
+      "target {}: the touched side of the plane is not determined: the tool lies along it. Add its "
+      "normal to the cell file, pointing to the side of the tool",
       target.id));
 }
 
@@ -132,8 +132,8 @@ TargetPlace place_plane(const Cell& cell, const Target& target, const Seen& seen
   const PlaneFit fit = fit_plane(seen.tips_m);
   if (!fit.determined && !target.has_normal)
     throw IdentifyError(fmt::format(
-        "target {}: {} fit touches do not span a plane; touch it farther apart in two directions, "
-        "or state its normal in the cell file",
+        "target {}: {} fit touches do not span a plane. Touch it farther apart in two directions, "
+        "or add its normal to the cell file",
         target.id, seen.tips_m.size()));
   Vector3d normal = fit.normal;
   if (target.has_normal) {
@@ -141,8 +141,8 @@ TargetPlace place_plane(const Cell& cell, const Target& target, const Seen& seen
     if (!fit.determined) normal = target.normal;
     if (normal.dot(target.normal) < kNormalCosine)
       throw IdentifyError(fmt::format(
-          "target {}: the touches lie in a plane whose normal is {:.0f} deg off the stated one; "
-          "check its normal in the cell file",
+          "target {}: normal of the touched plane {:.0f} deg off the stated one. Check its normal in "
+          "the cell file",
           target.id,
           std::acos(std::clamp(normal.dot(target.normal), -1.0, 1.0)) * 180.0 / std::numbers::pi));
   } else {
@@ -169,12 +169,12 @@ TargetPlace place_tracker(const Target& target, const Seen& seen) {
   for (const Vector3d& reading : seen.readings_m)
     if (!reading.allFinite())
       throw IdentifyError(
-          fmt::format("target {}: a reading is not a number; leave it out", target.id));
+          fmt::format("target {}: a reading is not a number. Leave it out", target.id));
   const FrameFit fit = fit_frame(seen.readings_m, seen.tips_m);
   if (!fit.determined)
     throw IdentifyError(fmt::format(
-        "target {}: {} fit touches whose readings lie in a line do not hold the tracker's frame; "
-        "it takes three places or more that are not in a line",
+        "target {}: {} fit touches whose readings lie in a line do not determine the tracker's "
+        "frame. Measure at three places or more that are not in a line",
         target.id, seen.readings_m.size()));
   TargetPlace place(fit.frame * fit.middle_m);
   place.axes = fit.frame.linear();
@@ -199,8 +199,8 @@ TargetPlace place_of(const Cell& cell, const Target& target, const Seen& seen) {
   const SphereFit fit = fit_centre(seen.tips_m, seen.radii_m, hints);
   if (!fit.determined && !target.has_centre)
     throw IdentifyError(fmt::format(
-        "target {}: {} fit touches do not span a sphere; touch it from more sides, or state "
-        "centre_mm in the cell file",
+        "target {}: {} fit touches do not span a sphere. Touch it from more sides, or add "
+        "centre_mm to the cell file",
         target.id, seen.tips_m.size()));
   return fit.centre_m;
 }

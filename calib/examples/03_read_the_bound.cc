@@ -15,7 +15,8 @@ int main(int argc, char** argv) try {
   }
   const Calibration c = load_calibration(argv[1]);
   std::cout << "mean error over the workspace, as the covariance foresees it: "
-            << 1e3 * c.predicted_m3_m << " mm (nominal arm: " << 1e3 * c.nominal_m3_m << " mm)\n";
+            << 1e3 * c.predicted_workspace_m << " mm (nominal arm: " << 1e3 * c.nominal_workspace_m
+            << " mm)\n";
   for (const ParameterResult& p : c.parameters) {
     if (p.decided_by != DecidedBy::kData) continue;
     std::cout << parameter_name(c.cell, p.key) << "  " << p.correction * p.to_unit << " +- "

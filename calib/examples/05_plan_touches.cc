@@ -22,7 +22,7 @@ int main(int argc, char** argv) try {
     for (const double q_rad : touch.standoff) std::cout << ' ' << q_rad;
     std::cout << " rad, search " << 1e3 * touch.search_m << " mm\n";
   }
-  std::cout << plan.touches.size() << " touches promise " << 1e3 * plan.predicted_m3_m
+  std::cout << plan.touches.size() << " touches promise " << 1e3 * plan.predicted_mean_m
             << " mm on average over the workspace\n";
 } catch (const std::exception& error) {
   std::cerr << error.what() << '\n';

@@ -113,7 +113,7 @@ ordered observability_json(const Observability& o) {
           {"unknowns", o.unknowns},
           {"directions", o.directions},
           {"rank", o.rank},
-          {"told", o.told},
+          {"told", o.determined},
           {"o1", o.o1},
           {"o2", o.o2},
           {"o3", o.o3},
@@ -129,7 +129,7 @@ Observability read_observability(const Reader& r) {
   o.unknowns = static_cast<int>(r.at("unknowns").whole());
   o.directions = static_cast<int>(r.at("directions").whole());
   o.rank = static_cast<int>(r.at("rank").whole());
-  o.told = static_cast<int>(r.at("told").whole());
+  o.determined = static_cast<int>(r.at("told").whole());
   o.o1 = r.at("o1").not_negative();
   o.o2 = r.at("o2").not_negative();
   o.o3 = r.at("o3").not_negative();
@@ -221,10 +221,11 @@ std::string calibration_to_json(const Calibration& c) {
                                    {"b", parameter_name(c.cell, c.parameters[pair.second].key)},
                                    {"value", std::round(pair.correlation * kDigits) / kDigits}});
   }
-  out["predicted"] = {{"m2_mm", c.predicted_m2_m * kMmPerM}, {"m3_mm", c.predicted_m3_m * kMmPerM}};
-  if (c.nominal_m3_m > 0.0) {
-    out["predicted"]["nominal_m2_mm"] = c.nominal_m2_m * kMmPerM;
-    out["predicted"]["nominal_m3_mm"] = c.nominal_m3_m * kMmPerM;
+  out["predicted"] = {{"m2_mm", c.predicted_near_targets_m * kMmPerM},
+                      {"m3_mm", c.predicted_workspace_m * kMmPerM}};
+  if (c.nominal_workspace_m > 0.0) {
+    out["predicted"]["nominal_m2_mm"] = c.nominal_near_targets_m * kMmPerM;
+    out["predicted"]["nominal_m3_mm"] = c.nominal_workspace_m * kMmPerM;
   }
   if (const Discrepancy& d = c.discrepancy; d.sigma_m > 0.0 || d.estimated)
     out["discrepancy"] = {{"sigma_mm", d.sigma_m * kMmPerM},
@@ -378,11 +379,11 @@ Calibration calibration_from_json(std::string_view text, const std::string& name
   for (const Reader& item : root.at("unidentifiable").items())
     c.unidentifiable.push_back(unidentifiable_from_json(c.cell, item));
   if (root.has("observability")) c.observability = read_observability(root.at("observability"));
-  c.predicted_m2_m = root.at("predicted").at("m2_mm").number() / kMmPerM;
-  c.predicted_m3_m = root.at("predicted").at("m3_mm").number() / kMmPerM;
+  c.predicted_near_targets_m = root.at("predicted").at("m2_mm").number() / kMmPerM;
+  c.predicted_workspace_m = root.at("predicted").at("m3_mm").number() / kMmPerM;
   if (root.at("predicted").has("nominal_m3_mm")) {
-    c.nominal_m2_m = root.at("predicted").at("nominal_m2_mm").not_negative() / kMmPerM;
-    c.nominal_m3_m = root.at("predicted").at("nominal_m3_mm").not_negative() / kMmPerM;
+    c.nominal_near_targets_m = root.at("predicted").at("nominal_m2_mm").not_negative() / kMmPerM;
+    c.nominal_workspace_m = root.at("predicted").at("nominal_m3_mm").not_negative() / kMmPerM;
   }
   if (root.has("discrepancy")) {
     const Reader d = root.at("discrepancy");

@@ -58,13 +58,13 @@ void read_normal(const TomlTable& t, Target& target) {
   target.has_normal = t.has("normal");
   if (!target.has_normal) {
     if (target.normal_sigma_rad > 0.0)
-      t.fail("normal_sigma_deg", "there is no normal that it could hold for; state normal, too");
+      t.fail("normal_sigma_deg", "is of a normal that is not stated. Add normal");
     return;
   }
   const auto n = t.numbers("normal", 3, kLengthMm);
   target.normal = Eigen::Vector3d(n[0], n[1], n[2]);
   if (target.normal.norm() < kShortest)
-    t.fail("normal", "is not a direction; it points from the plane to the side of the tool");
+    t.fail("normal", "is not a direction. Give the one from the plane to the side of the tool");
   target.normal.normalize();
 }
 
@@ -72,7 +72,7 @@ void read_extent(const TomlTable& t, Target& target) {
   if (!t.has("extent_mm")) return;
   target.extent_m = t.number("extent_mm", {1.0, 1e4}) / kMmPerM;
   if (!target.has_centre || !target.has_normal)
-    t.fail("extent_mm", "is about a place that is not stated; state centre_mm and normal, too");
+    t.fail("extent_mm", "is of a place that is not stated. Add centre_mm and normal");
 }
 
 /// Where to look for a sphere whose centre is not stated.
@@ -80,7 +80,7 @@ void read_box(const TomlTable& t, Target& target) {
   target.has_box = t.has("search_low_mm") || t.has("search_high_mm");
   if (!target.has_box) return;
   if (target.has_centre)
-    t.fail("search_low_mm", "is for a sphere whose place is not known; state it or centre_mm");
+    t.fail("search_low_mm", "is for a sphere of unknown place. Give either it or centre_mm");
   target.low_m = vector_m(t.numbers("search_low_mm", 3, kLengthMm));
   target.high_m = vector_m(t.numbers("search_high_mm", 3, kLengthMm));
   constexpr double kLargestM = 1.0;
@@ -222,8 +222,8 @@ Cell read_cell(const TomlTable& document, Robot robot) {
   for (const TomlTable& table : targets) {
     cell.targets.push_back(read_target(table));
     if (tools.contains(cell.targets.back().id))
-      table.fail("id",
-                 "\"" + shown(cell.targets.back().id) + "\" is a tool; parameters are named so");
+      table.fail("id", "\"" + shown(cell.targets.back().id) +
+                           "\" is the id of a tool. Give the target another");
     if (!ids.insert(cell.targets.back().id).second)
       table.fail("id", "\"" + shown(cell.targets.back().id) + "\" stands twice");
   }

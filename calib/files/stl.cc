@@ -208,8 +208,7 @@ Mesh parse_stl(std::string_view bytes, const std::string& name) {
                     "need {} bytes, but it has {}",
                     name, kHeader - 4, count, kHeader + kRecord * count, bytes.size()));
   }
-  if (mesh.triangles.empty())
-    throw FileError(name + ": there is no triangle in it; nothing could be hit");
+  if (mesh.triangles.empty()) throw FileError(name + ": no triangles in it. Export the mesh again");
   return mesh;
 }
 

@@ -68,7 +68,7 @@ struct Online::Impl {
         random(options.seed + 1) {
     if (start.empty()) start = pool.middle();
     if (const auto what = pool.clearance().hit(start, kTipMarginM))
-      throw PlanError("the arm is too close to something to start: " + *what + "; jog it free");
+      throw PlanError("the arm is too close to something to start: " + *what + ". Jog it free");
     ChooseOptions first;
     first.count = kFirstTouches * static_cast<int>(std::count_if(
                                       cell.targets.begin(), cell.targets.end(),

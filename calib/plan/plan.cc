@@ -135,9 +135,9 @@ void look_around(const Cell& cell, const PlanOptions& options, ChooseOptions& ho
     pool.vary(choice.picked, std::min(kMostAround, kAroundEach * options.fit_touches), by_rad,
               random);
     how.start = choice.picked;
-    const double before_m = choice.untold_m;
+    const double before_m = choice.reducible_m;
     choice = choose(cell, pool.candidates(), how);
-    if (choice.untold_m > (1.0 - kAroundIsWorth) * before_m) break;
+    if (choice.reducible_m > (1.0 - kAroundIsWorth) * before_m) break;
   }
 }
 
@@ -216,7 +216,7 @@ Plan make_plan(const Cell& cell, const PlanOptions& options, const JointVector& 
     throw PlanError(
         fmt::format("the arm is too close to something to start: {}. Jog it free", *what));
   Plan plan = visit(cell, options, pool.clearance(), pool.router(), std::move(todo), start);
-  plan.predicted_m3_m = choice.predicted_m3_m;
+  plan.predicted_mean_m = choice.predicted_mean_m;
   plan.predicted_u95_m = choice.predicted_u95_m;
   for (const Target& target : cell.targets)
     if (!is_planned(target, kKinds)) plan.left_out.push_back(target.id);

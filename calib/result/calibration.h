@@ -140,7 +140,7 @@ struct LengthResult {
 };
 
 /// A sphere's radius or a wire's readings, and what all else says of them.
-struct SizeResult {
+struct ArtefactBias {
   std::string target;  ///< empty: all wires
   /// How much larger the radius, or how much longer every reading, had to be; 1 sigma of that.
   double off_m = 0.0, sigma_m = 0.0;
@@ -154,7 +154,7 @@ struct Observability {
   int unknowns = 0;    ///< of the fullest model: geometry, gears, compliance, targets
   int directions = 0;  ///< of the geometry, frame directions aside
   int rank = 0;        ///< of those, how many the touches see at all
-  int told = 0;        ///< of those, how many the touches tell better than the tolerances
+  int determined = 0;  ///< of those, how many the touches tell better than the tolerances
   /// Of all `directions`, largest first: sigmas of all measurements per tolerance.
   std::vector<double> singular_values;
   double o1 = 0.0;  ///< geometric mean of s over the root of the rows: what an average row tells
@@ -212,16 +212,17 @@ struct Calibration {
   std::vector<ParameterResult> parameters;
   std::vector<TargetResult> targets;
   std::vector<LengthResult> lengths;  ///< of which both ends were touched
-  std::vector<SizeResult> sizes;      ///< of spheres and wires; not written to files
+  std::vector<ArtefactBias> artefact_biases;  ///< of spheres and wires; not written to files
   ResidualSummary before, after, check_before, check;
   std::vector<TouchResidual> residuals;
   UnseenChecks unseen;  ///< of targets that no fit touch is of (unseen.h); not written to files
   std::vector<UnidentifiableDirection> unidentifiable;
   Observability observability;                        ///< rows 0: not worked out
-  double predicted_m2_m = 0.0, predicted_m3_m = 0.0;  ///< mean 3-D error, from the covariance
+  double predicted_near_targets_m = 0.0,
+         predicted_workspace_m = 0.0;  ///< mean 3-D error, from the covariance
   /// The nominal arm's over the same poses: what its tolerances foresee, or what was found, the
   /// larger. 0: not worked out.
-  double nominal_m2_m = 0.0, nominal_m3_m = 0.0;
+  double nominal_near_targets_m = 0.0, nominal_workspace_m = 0.0;
   double chi2 = 0.0;  ///< of the fit: sum of the squared whitened residuals of the touches in use
   /// Left to judge it by: sum over the touches of 1 - leverage, which counts an unknown by how far
   /// the touches and not its prior decide it; at least 1.

@@ -13,7 +13,7 @@ namespace cellcal::calib {
 enum class OutlierKind {
   kOffItsTarget,     ///< nothing more
   kOnAnotherTarget,  ///< it carries the wrong name
-  kHoldsItself,      ///< hardly anything else tells about its place
+  kHoldsItself,      ///< hardly any other touch determines its place
   kRecorded          ///< in the words of a file that holds no more
 };
 
@@ -24,8 +24,8 @@ std::optional<OutlierKind> outlier_kind(const std::string& name);
 struct Outlier {
   std::size_t touch = 0;
   double residual_m = 0.0;
-  /// How far it would have held its own place, 0 to 1: near 1 nothing else tells about it, and
-  /// that it was left out says as much about the others as about it.
+  /// How far it would have held its own place, 0 to 1: near 1 nothing else determines it, and that
+  /// it was left out says as much about the others as about it.
   double leverage = 0.0;
   OutlierKind kind = OutlierKind::kRecorded;
   std::string target = {};  ///< that it is said to be of
@@ -37,7 +37,7 @@ struct Outlier {
   bool operator==(const Outlier&) const = default;
 };
 
-/// "+0.123 mm off S1, 12 times the touch noise (tip outside: contact seen before the surface)"
+/// "+0.500 mm off S1 (12 sigma): contact detected before the surface"
 std::string words(const Outlier& outlier);
 
 }  // namespace cellcal::calib

@@ -30,32 +30,34 @@ std::string list(const Cell& cell, const UnidentifiableDirection& d) {
 
 std::string weak_words(const Cell& cell, const UnidentifiableDirection& d) {
   const bool alone = d.parameters.size() + d.more_parameters == 1;
-  return "these touches do not tell " + list(cell, d) + (alone ? "" : " apart") +
-         "; the tolerances decide" +
+  return list(cell, d) +
+         (alone ? " is not determined by these touches; its tolerance decides"
+                : " cannot be separated by these touches; their tolerances decide") +
          (d.kind == UnidentifiableKind::kScale
-              ? ". All lengths grow together here: touch a second sphere at a certified distance"
-              : ". Touches in other postures would resolve it");
+              ? ". All lengths scale together: touch a second sphere at a certified distance"
+              : ". Touch in other postures");
 }
 
 std::string sentence(const Cell& cell, const UnidentifiableDirection& d) {
   switch (d.kind) {
     case UnidentifiableKind::kZeroOfFirstJoint:
-      return "turning the zero of " + cell.robot.joints.at(0).name +
-             " is the same as turning all targets about the base axis; fixed by convention";
+      return "zero of " + cell.robot.joints.at(0).name +
+             ": the same as turning all targets about the base axis. Fixed by convention (gauge)";
     case UnidentifiableKind::kHeightOfBase:
-      return "raising the arm on its base (" +
+      return "height of the arm on its base (" +
              parameter_name(cell, joint_parameter(ParameterKind::kD, 0)) +
-             ") is the same as lowering all targets; fixed by convention";
+             "): the same as lowering all targets. Fixed by convention (gauge)";
     case UnidentifiableKind::kBehindLastJoint:
-      return "behind the last axis " + list(cell, d) +
-             " move the tip in three directions only: one combination of them never shows; fixed by "
-             "convention";
+      return list(cell, d) +
+             " move the tip in three directions only, behind the last axis: one combination is not "
+             "observable. Fixed by convention (gauge)";
     case UnidentifiableKind::kNothingMoves:
-      return list(cell, d) + " can change together without anything moving; fixed by convention";
+      return list(cell, d) +
+             " can change together without moving anything. Fixed by convention (gauge)";
     case UnidentifiableKind::kNoEffect:
       return list(cell, d) +
-             " moves the tip by less than a micrometre, so that no touch tells it and nothing "
-             "depends on it; the tolerances decide";
+             " moves the tip by less than 0.001 mm: not observable, and without effect; its "
+             "tolerance decides";
     case UnidentifiableKind::kScale:
     case UnidentifiableKind::kWeak:
       return weak_words(cell, d);
@@ -82,7 +84,7 @@ std::optional<UnidentifiableKind> unidentifiable_kind(const std::string& name) {
 std::string words(const Cell& cell, const UnidentifiableDirection& d) {
   std::string text = sentence(cell, d);
   if (d.more_as_weak > 0)
-    text += "; " + std::to_string(d.more_as_weak) + " further directions are as weak";
+    text += ". " + std::to_string(d.more_as_weak) + " further directions are as weak";
   return text;
 }
 

@@ -13,12 +13,12 @@
 namespace cellcal::calib {
 
 enum class UnidentifiableKind {
-  // Frame directions: no touch anywhere could tell them.
+  // Frame directions (gauge): no touch anywhere could determine them.
   kZeroOfFirstJoint,  ///< turning all targets about the base axis
   kHeightOfBase,      ///< lowering all targets
   kBehindLastJoint,   ///< what moves the tip behind the last axis is one too many
   kNothingMoves,      ///< any other
-  // Weak directions: others would tell them.
+  // Weak directions: other touches would determine them.
   kNoEffect,  ///< one parameter that hardly moves any tip
   kScale,     ///< all lengths together, and no certified one
   kWeak,      ///< any other
@@ -44,7 +44,7 @@ struct UnidentifiableDirection {
   bool operator==(const UnidentifiableDirection&) const = default;
 };
 
-/// "these touches do not tell A2.a and A3.a apart; the tolerances decide. Touches in ..."
+/// "A2.a and A3.a cannot be separated by these touches; their tolerances decide. Touch in ..."
 std::string words(const Cell& cell, const UnidentifiableDirection& direction);
 
 }  // namespace cellcal::calib

@@ -57,7 +57,7 @@ Observability indices_of(std::span<const double> singular_values, int rows) {
   for (const double s : o.singular_values) {
     if (!(s > std::max(kSeen, kRounding * largest))) break;
     ++o.rank;
-    if (s > 1.0) ++o.told;
+    if (s > 1.0) ++o.determined;
     log_sum += std::log(s);
     inverse_sum += 1.0 / s;
     smallest = s;

@@ -214,12 +214,13 @@ Calibration not_identified(const Cell& cell, const std::vector<Touch>& touches,
   const Eigen::MatrixXd covariance = e.posterior.covariance_u.topLeftCorner(arm.size(), arm.size());
   const auto predicted_m = [&](const std::vector<JointVector>& poses) {
     return poses.size() < 3
-               ? calibration.predicted_m3_m
+               ? calibration.predicted_workspace_m
                : predicted_mean_error_m(aligned_moves(arm, poses, x.data(), scale), covariance,
                                         ripple_variance_m2(arm, poses, 0.0));
   };
-  calibration.predicted_m3_m = predicted_m(workspace_poses(arm, options.region_poses, kRegionSeed));
-  calibration.predicted_m2_m =
+  calibration.predicted_workspace_m =
+      predicted_m(workspace_poses(arm, options.region_poses, kRegionSeed));
+  calibration.predicted_near_targets_m =
       predicted_m(poses_near_targets(problem, calibration.targets, options.region_poses));
   fill_residuals(problem, x, std::vector<bool>(touches.size(), false), calibration);
   Finding finding{FindingKind::kNotIdentified, Severity::kWithholds};
@@ -279,7 +280,7 @@ Calibration identify_as_stated(const Cell& cell, const std::vector<Touch>& touch
     if (calibration.touch_noise_m > kNothingM)
       calibration.discrepancy.alike = alike_sigmas(problem, e, calibration.chi2_per_dof);
     calibration.discrepancy.sigma_m =
-        untold_field_m(problem, e, repeats, calibration.touch_noise_m);
+        undetected_field_m(problem, e, repeats, calibration.touch_noise_m);
   }
   // Scatter beyond the stated noise is not explained away: it widens every bound.
   const double inflation = std::max(1.0, calibration.chi2_per_dof);
@@ -324,15 +325,15 @@ Calibration identify_as_stated(const Cell& cell, const std::vector<Touch>& touch
     workspace = workspace_poses(arm, options.region_poses, kRegionSeed);
     moves = moves_of(workspace);
   }
-  calibration.predicted_m3_m = predicted_m(workspace, moves);
-  calibration.nominal_m3_m = nominal_m(workspace, moves);
-  calibration.predicted_m2_m = calibration.predicted_m3_m;
-  calibration.nominal_m2_m = calibration.nominal_m3_m;
+  calibration.predicted_workspace_m = predicted_m(workspace, moves);
+  calibration.nominal_workspace_m = nominal_m(workspace, moves);
+  calibration.predicted_near_targets_m = calibration.predicted_workspace_m;
+  calibration.nominal_near_targets_m = calibration.nominal_workspace_m;
   const auto local = poses_near_targets(problem, calibration.targets, options.region_poses);
   if (local.size() >= 3) {
     const Eigen::MatrixXd local_moves = moves_of(local);
-    calibration.predicted_m2_m = predicted_m(local, local_moves);
-    calibration.nominal_m2_m = nominal_m(local, local_moves);
+    calibration.predicted_near_targets_m = predicted_m(local, local_moves);
+    calibration.nominal_near_targets_m = nominal_m(local, local_moves);
   }
 
   std::vector<bool> outlier(touches.size(), false);
@@ -342,7 +343,7 @@ Calibration identify_as_stated(const Cell& cell, const std::vector<Touch>& touch
   fill_residuals(problem, problem.to_si(e.u), outlier, calibration);
   const NormalEquations equations = normal_equations_without_lengths(problem, e);
   calibration.lengths = leave_one_out_lengths(problem, e, equations, sum, dof);
-  calibration.sizes = artefact_biases(problem, e, equations, sum, dof);
+  calibration.artefact_biases = artefact_biases(problem, e, equations, sum, dof);
   calibration.outliers = named_outliers(problem, e, calibration);
   // Asked for before: what the arm does beside the model looks like moves and jumps.
   if (!together) calibration.moved = suspected_moves(problem, e, calibration.chi2_per_dof);

@@ -19,8 +19,8 @@ struct Foreseen {
 };
 
 Foreseen foreseen(const Problem& problem, const Calibration& c, bool workspace) {
-  Foreseen all{workspace ? c.predicted_m3_m : c.predicted_m2_m,
-               workspace ? c.nominal_m3_m : c.nominal_m2_m,
+  Foreseen all{workspace ? c.predicted_workspace_m : c.predicted_near_targets_m,
+               workspace ? c.nominal_workspace_m : c.nominal_near_targets_m,
                problem.cell().required_m.value_or(kRequiredM),
                {}};
   all.evidence = {{"predicted", all.predicted_m * 1e3, "mm"},
@@ -37,7 +37,7 @@ Foreseen foreseen(const Problem& problem, const Calibration& c, bool workspace) 
 
 void judge_predicted(const Problem& problem, const Calibration& c, bool workspace,
                      std::vector<Finding>& findings) {
-  if (!(c.nominal_m3_m > 0.0)) return;
+  if (!(c.nominal_workspace_m > 0.0)) return;
   const Foreseen all = foreseen(problem, c, workspace);
   if (all.predicted_m > all.required_m)
     findings.push_back({FindingKind::kRequired, Severity::kWithholds, {}, all.evidence});
@@ -47,7 +47,7 @@ void judge_predicted(const Problem& problem, const Calibration& c, bool workspac
 
 void note_gain(const Problem& problem, const Calibration& c, bool workspace,
                std::vector<Finding>& findings) {
-  if (!(c.nominal_m3_m > 0.0)) return;
+  if (!(c.nominal_workspace_m > 0.0)) return;
   findings.push_back(
       {FindingKind::kGain, Severity::kInforms, {}, foreseen(problem, c, workspace).evidence});
 }

@@ -70,8 +70,8 @@ void judge_lengths(const Calibration& c, std::vector<Finding>& findings) {
         {"others", static_cast<double>(others), ""}}});
 }
 
-void judge_sizes(const Calibration& c, std::vector<Finding>& findings) {
-  const SizeResult* worst = worst_contradicted(c.sizes);
+void judge_artefact_biases(const Calibration& c, std::vector<Finding>& findings) {
+  const ArtefactBias* worst = worst_contradicted(c.artefact_biases);
   if (worst == nullptr) return;
   // What was touched from one side, or in a plane, moves for its size to second order.
   if (std::any_of(findings.begin(), findings.end(), [&](const Finding& one) {

@@ -12,7 +12,7 @@ namespace cellcal::calib {
 void judge_lengths(const Calibration& c, std::vector<Finding>& findings);
 /// The sphere's diameter, or the wire's zero, that all else contradicts most. Looks at what the
 /// findings so far say of its target.
-void judge_sizes(const Calibration& c, std::vector<Finding>& findings);
+void judge_artefact_biases(const Calibration& c, std::vector<Finding>& findings);
 /// Loads that bend the arm the wrong way.
 void judge_loads(const Problem& problem, const Calibration& c, std::vector<Finding>& findings);
 

@@ -17,8 +17,8 @@ constexpr double kFarFromDrawing = 6.0, kBeyondTolerance = 4.0;
 constexpr double kFarScale = 4.0;
 /// The arm itself may be off the other way, sigmas.
 constexpr double kLuck = 2.0;
-/// The effective radius may be off by what its prior says: chance is told, and then not believed.
-constexpr double kToldRadius = 2.0, kFarRadius = 3.0;
+/// The effective radius may be off by what its prior says: chance is warned of, and then not believed.
+constexpr double kWarnedRadius = 2.0, kFarRadius = 3.0;
 
 /// Whether it is not one length alone.
 bool is_of_all_lengths(const Problem& problem, const Calibration& c, const ArmScale& scale) {
@@ -119,7 +119,7 @@ void judge_radius(const Problem& problem, const Calibration& c, std::vector<Find
 }
 
 void note_tolerances(const Problem& problem, const Calibration& c, std::vector<Finding>& findings) {
-  if (auto off = radius_off(problem, c, kToldRadius, Severity::kWarns))
+  if (auto off = radius_off(problem, c, kWarnedRadius, Severity::kWarns))
     findings.push_back(std::move(*off));
   std::vector<FindingPart> far = beyond_tolerance(problem, c, kBeyondTolerance);
   if (!far.empty())

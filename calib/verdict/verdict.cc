@@ -16,14 +16,14 @@ namespace cellcal::calib {
 namespace {
 
 /// Of the geometry's directions: with less the result is the tolerances, not the touches.
-constexpr double kToldShare = 0.5;
+constexpr double kDeterminedShare = 0.5;
 
 void judge_rank(const Calibration& c, std::vector<Finding>& findings) {
-  if (c.observability.told < kToldShare * c.observability.directions)
+  if (c.observability.determined < kDeterminedShare * c.observability.directions)
     findings.push_back({FindingKind::kRank,
                         Severity::kWithholds,
                         {},
-                        {{"determined", static_cast<double>(c.observability.told), ""},
+                        {{"determined", static_cast<double>(c.observability.determined), ""},
                          {"directions", static_cast<double>(c.observability.directions), ""}}});
 }
 
@@ -45,7 +45,7 @@ Verdict judge(const Problem& problem, const Calibration& c) {
   judge_rank(c, findings);
   const HeldPlaces places = judge_places(problem, c, findings);
   judge_lengths(c, findings);
-  judge_sizes(c, findings);
+  judge_artefact_biases(c, findings);
   judge_loads(problem, c, findings);
   judge_radius(problem, c, findings);
   judge_drawing(problem, c, findings);

@@ -59,7 +59,7 @@ std::string foreseen_words(const std::string& region, const calib::Plan& plan,
   return fmt::format(
       "predicted mean error {1:.3f} mm, u95 {2:.3f} mm ({0}); robot time {3:.1f} min at the "
       "robot file's axis speeds",
-      region, plan.predicted_m3_m * calib::kMmPerM, plan.predicted_u95_m * calib::kMmPerM,
+      region, plan.predicted_mean_m * calib::kMmPerM, plan.predicted_u95_m * calib::kMmPerM,
       minutes(plan, robot));
 }
 
@@ -94,7 +94,7 @@ std::string json(const calib::Plan& plan, const calib::Robot& robot, const Limit
   }
   return nlohmann::json{{"touches", list},
                         {"left_out", plan.left_out},
-                        {"predicted_m3_mm", plan.predicted_m3_m * calib::kMmPerM},
+                        {"predicted_m3_mm", plan.predicted_mean_m * calib::kMmPerM},
                         {"predicted_u95_mm", plan.predicted_u95_m * calib::kMmPerM},
                         {"farthest_turn_deg", needed.turn_deg},
                         {"correction_limit_deg", needed.limit_deg},

@@ -42,7 +42,7 @@ std::string observability_words(const calib::Observability& o) {
       "observability: {} of {} directions of the geometry determined better than their "
       "tolerance, {} observable; O1 {:.3g}, O2 {:.3g}, O3 {:.3g}, O4 {:.3g}, O5 {:.3g}, "
       "condition {:.0f}\n",
-      o.told, o.directions, o.rank, o.o1, o.o2, o.o3, o.o4, o.o5, o.condition);
+      o.determined, o.directions, o.rank, o.o1, o.o2, o.o3, o.o4, o.o5, o.condition);
 }
 
 /// The few most correlated pairs of parameters.
@@ -80,15 +80,15 @@ std::string outlier_list(const calib::Calibration& calibration,
 }
 
 std::string predicted_words(const calib::Calibration& c) {
-  if (!(c.predicted_m3_m > 0.0)) return {};
+  if (!(c.predicted_workspace_m > 0.0)) return {};
   std::string text = fmt::format(
       "predicted mean position error: {:.3f} mm near the targets, {:.3f} mm over the workspace\n",
-      c.predicted_m2_m * kMm, c.predicted_m3_m * kMm);
-  if (c.nominal_m3_m > 0.0)
+      c.predicted_near_targets_m * kMm, c.predicted_workspace_m * kMm);
+  if (c.nominal_workspace_m > 0.0)
     text += fmt::format(
         "with the nominal arm:          {:.3f} mm near the targets, {:.3f} mm over the "
         "workspace\n",
-        c.nominal_m2_m * kMm, c.nominal_m3_m * kMm);
+        c.nominal_near_targets_m * kMm, c.nominal_workspace_m * kMm);
   return text;
 }
 

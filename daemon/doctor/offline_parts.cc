@@ -76,7 +76,7 @@ void look_at_plan(const DaemonConfig& config, const calib::Cell& cell, Findings&
         calib::make_plan(cell, options, known ? config.mock.start_rad : calib::JointVector{});
     const std::string foreseen =
         fmt::format("{} touches, predicted mean error {:.3f} mm", plan.touches.size(),
-                    plan.predicted_m3_m * calib::kMmPerM);
+                    plan.predicted_mean_m * calib::kMmPerM);
     if (wire_of(config) != WireKind::kRsi) return findings.ok(check, foreseen);
     const LimitNeeded needed = limit_needed(plan, cell.robot, plan.start);
     const double limit = config.rsi.correction_limit_deg.at(0);

@@ -96,11 +96,12 @@ std::string tiles(const View& view) {
   out += predicted_tile("3-D error near the targets (M2)",
                         "postures like those of the touches, the tip within 150&nbsp;mm of a "
                         "target&rsquo;s centre along each axis",
-                        result.predicted_m2_m, false);
+                        result.predicted_near_targets_m, false);
   out += predicted_tile("3-D error over the workspace (M3)",
                         "postures all over the region in front of the robot: first axis within "
                         "60&deg; of its middle, the others in the middle three quarters",
-                        result.predicted_m3_m, result.verdict.publish && !result.verdict.workspace);
+                        result.predicted_workspace_m,
+                        result.verdict.publish && !result.verdict.workspace);
   return out + "</div>\n";
 }
 
@@ -135,7 +136,8 @@ std::string residual_words(const View& view) {
 }
 
 std::string predicted_words(const View& view) {
-  if (!is_known(view.result.predicted_m2_m) && !is_known(view.result.predicted_m3_m)) {
+  if (!is_known(view.result.predicted_near_targets_m) &&
+      !is_known(view.result.predicted_workspace_m)) {
     return "<p>No 3-D error was predicted. To measure accuracy, use an independent instrument, "
            "for example a laser tracker.</p>\n";
   }

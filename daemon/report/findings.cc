@@ -68,7 +68,7 @@ std::string observability_words(const calib::Observability& o) {
       "direction), O4&nbsp;{} (noise amplification), O5&nbsp;{} (all directions together); "
       "scaled condition number {}.</p>\n",
       counted(static_cast<std::size_t>(std::max(0, o.directions)), "direction", "directions"),
-      o.rank, o.told, number(o.o1), number(o.o2), number(o.o3), number(o.o4), number(o.o5),
+      o.rank, o.determined, number(o.o1), number(o.o2), number(o.o3), number(o.o4), number(o.o5),
       number(o.condition));
 }
 

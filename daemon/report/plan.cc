@@ -29,10 +29,10 @@ std::string summary_of(const View& view, const calib::Plan& plan) {
     words += fmt::format(", {}&nbsp;min of robot time at its own axis speeds",
                          fixed(view.input.planned_s / 60.0, 1));
   words += ".";
-  if (is_known(plan.predicted_m3_m)) {
+  if (is_known(plan.predicted_mean_m)) {
     words += fmt::format(
         " Predicted before the first touch, from tolerances and geometry: mean position error {}",
-        escape(mm_words(plan.predicted_m3_m)));
+        escape(mm_words(plan.predicted_mean_m)));
     if (is_known(plan.predicted_u95_m))
       words += fmt::format(" and 95&nbsp;% bound {}", escape(mm_words(plan.predicted_u95_m)));
     words +=

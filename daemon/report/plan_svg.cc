@@ -79,8 +79,8 @@ std::string heading(const calib::Cell& cell, const calib::Plan& plan) {
       cell.robot.name,
       report::counted(plan.touches.size() - static_cast<std::size_t>(checks), "touch", "touches"),
       checks, calib::duration_s(plan, cell.robot, {}) / 60.0);
-  if (plan.predicted_m3_m > 0.0)
-    words += fmt::format("; predicted mean error {}", report::mm_words(plan.predicted_m3_m));
+  if (plan.predicted_mean_m > 0.0)
+    words += fmt::format("; predicted mean error {}", report::mm_words(plan.predicted_mean_m));
   if (plan.predicted_u95_m > 0.0)
     words += fmt::format(", 95 % bound {}", report::mm_words(plan.predicted_u95_m));
   return words;

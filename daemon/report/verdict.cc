@@ -120,12 +120,12 @@ std::string list(std::string_view heading, const std::vector<std::string>& reaso
 
 std::string accuracy_sentence(const View& view) {
   const calib::Calibration& result = view.result;
-  if (!is_known(result.predicted_m2_m) || !is_known(result.predicted_m3_m)) {
+  if (!is_known(result.predicted_near_targets_m) || !is_known(result.predicted_workspace_m)) {
     return "The 3-D position error was not predicted.";
   }
   const std::string near = fmt::format("Predicted mean 3-D position error: {} near the targets",
-                                       mm_words(result.predicted_m2_m));
-  const std::string far = mm_words(result.predicted_m3_m);
+                                       mm_words(result.predicted_near_targets_m));
+  const std::string far = mm_words(result.predicted_workspace_m);
   if (result.verdict.workspace || !result.verdict.publish) {
     return fmt::format("{}, {} over the workspace (from the covariance).", near, far);
   }

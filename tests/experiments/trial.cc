@@ -78,8 +78,8 @@ Outcome judged(const World& world, const std::vector<calib::Touch>& touches) {
     o.rho_error = std::max(o.rho_error, std::abs(t.effective_radius_m - 0.0307 - world.rho_m));
   const calib::ArmModel model(world.cell.robot, world.cell.tool);
   judge(world.arm, predictor, postures(model, 1000, 99), o.m3, o.m3_max, o.rms, o.m4, o.u95);
-  o.predicted_m3 = c.predicted_m3_m;
-  o.nominal_m3 = c.nominal_m3_m;
+  o.predicted_m3 = c.predicted_workspace_m;
+  o.nominal_m3 = c.nominal_workspace_m;
   o.field = c.discrepancy.sigma_m;
   o.estimated = c.discrepancy.estimated;
   o.alike = c.discrepancy.alike;
@@ -149,7 +149,7 @@ std::optional<Outcome> run(const calib::Robot& robot, const Trial& trial, std::u
       if (auto t = world.touch(planned, 1.0, kBeyond, random)) touches.push_back(std::move(*t));
   }
   Outcome o = judged(world, touches);
-  o.planned_m3 = plan.predicted_m3_m;
+  o.planned_m3 = plan.predicted_mean_m;
   o.minutes = calib::duration_s(plan, robot, {}) / 60.0;
   return o;
 }

@@ -100,8 +100,8 @@ class Choosing {
     const Eigen::MatrixXd left = design_->covariance_u().topLeftCorner(arm, arm);
     const Eigen::VectorXd ripple_m2 =
         ripple_variance_m2(*problem_.arm, problem_.postures, problem_.ripple_rad);
-    choice.predicted_m3_m = predicted_mean_error_m(problem_.moves_m, left, ripple_m2);
-    choice.untold_m = predicted_mean_error_m(problem_.moves_m, left, 0.0 * ripple_m2);
+    choice.predicted_mean_m = predicted_mean_error_m(problem_.moves_m, left, ripple_m2);
+    choice.reducible_m = predicted_mean_error_m(problem_.moves_m, left, 0.0 * ripple_m2);
     if (options_.region.kind != AccuracyRegion::Kind::kTool) {
       const auto scale = problem_.scale.asDiagonal();
       const PositionBound bound(*problem_.arm, Eigen::VectorXd::Zero(arm), scale * left * scale,

@@ -23,8 +23,8 @@ struct ChooseOptions {
 
 struct Choice {
   std::vector<std::size_t> picked;  ///< indices into the candidates
-  double predicted_m3_m = 0.0;      ///< mean 3-D error over the region after these touches
-  double untold_m = 0.0;            ///< of it, what other touches could still tell
+  double predicted_mean_m = 0.0;    ///< mean 3-D error over the region after these touches
+  double reducible_m = 0.0;         ///< of it, what further touches could take away
   /// Mean over the region of the radius that holds it at 95 % (bound.h); 0 of the tool's region.
   double predicted_u95_m = 0.0;
 };

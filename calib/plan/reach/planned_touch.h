@@ -32,7 +32,7 @@ struct Plan {
   std::vector<PlannedTouch> touches;
   std::vector<JointVector> home;      ///< waypoints from the last clear point back to start
   std::vector<std::string> left_out;  ///< ids of targets of which no touches are planned
-  double predicted_m3_m = 0.0;        ///< mean 3-D error over the region that the plan should reach
+  double predicted_mean_m = 0.0;      ///< mean 3-D error over the region that the plan should reach
   double predicted_u95_m = 0.0;  ///< mean over it of the radius that holds it; 0: not predicted
 };
 

@@ -24,12 +24,13 @@ constexpr double kFoundSigmaM = 0.0025, kOffM = 0.008;
 constexpr std::size_t kLeastHits = 6, kMostHits = 12;
 constexpr int kMostLines = 80;
 /// A line that would hardly meet it is not worth its time; where no other can be made, it is. The
-/// wider the belief, the less of it a single line meets, and the fewer lines lead round it: with so
-/// many times the effort, doubled each time, others are looked for before a sphere is given up.
+/// wider the particles spread, the fewer of them a single line meets, and the fewer lines lead round
+/// them: with so many times the effort, doubled each time, others are looked for before a sphere is
+/// given up.
 constexpr double kLeastShare[] = {0.03, 0.02, 0.01, 0.005};
 constexpr int kEfforts = std::size(kLeastShare);
 
-/// What a nominal arm may be wrong by more than the belief allows for.
+/// What a nominal arm may be wrong by more than the particles allow for.
 constexpr double kWrongM = 0.005;
 constexpr double kStandoffM = 0.014, kClearM = 0.022;  ///< outside of all places and that
 /// Of what holds all places, in what held them before: the arm still stands clear of it.
@@ -169,7 +170,7 @@ struct Finder::Impl {
     if (one.tips.empty() || one.particles.empty()) return;
     const Vector3d mean = one.particles.mean();
     const double around_mean = one.particles.reach_m(mean) + kWrongM;
-    // What is left of a wide belief lies to one side, and its mean with it.
+    // What is left of wide particles lies to one side, and their mean with it.
     const double as_before = one.particles.reach_m(one.ball.centre_m) + kWrongM;
     const double outside = (mean - one.ball.centre_m).norm() + around_mean - one.ball.beyond_m;
     one.ball.beyond_m = as_before;

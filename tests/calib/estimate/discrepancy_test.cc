@@ -149,7 +149,7 @@ TEST(Discrepancy, IsEstimatedInsteadOfRefusedAndItsBoundHoldsWhereNoTouchWas) {
     EXPECT_EQ(find(the(c, FindingKind::kModelError).evidence, "repeats"), nullptr);
     const Judged real = judged(c, truth, field);
     EXPECT_GT(real.covered, 0.85);
-    EXPECT_LT(real.mean_m, kUnderstated * c.predicted_m3_m);
+    EXPECT_LT(real.mean_m, kUnderstated * c.predicted_workspace_m);
   }
 }
 
@@ -164,7 +164,7 @@ TEST(Discrepancy, IsNotHiddenByATouchSigmaThatIsTheWholeMisfit) {
     EXPECT_GT(c.discrepancy.sigma_m, 0.1e-3);
     const Judged real = judged(c, truth, field);
     EXPECT_GT(real.covered, 0.85);
-    EXPECT_LT(real.mean_m, kUnderstated * c.predicted_m3_m);
+    EXPECT_LT(real.mean_m, kUnderstated * c.predicted_workspace_m);
   }
 }
 
@@ -193,7 +193,7 @@ TEST(Discrepancy, DoesNotShrinkWithTheNumberOfTouches) {
     return identify(stating(0.2e-3), touches_of({.fit = fit, .seed = 4}, truth, field));
   };
   const Calibration many = of(500);
-  EXPECT_GT(many.predicted_m3_m, 0.2e-3);  // 0.25 mm in each of three directions stay
+  EXPECT_GT(many.predicted_workspace_m, 0.2e-3);  // 0.25 mm in each of three directions stay
   EXPECT_GT(judged(many, truth, field).covered, 0.85);
 }
 
@@ -222,7 +222,7 @@ TEST(Discrepancy, IsNotWhatRepeatsShowToBeNoise) {
   EXPECT_NEAR(unknown.discrepancy.sigma_m, 0.14e-3, 0.04e-3);  // nobody has shown that it is noise
   EXPECT_EQ(the(unknown, FindingKind::kModelError, "estimated"), 0.0) << words_of(unknown);
   EXPECT_EQ(noise.discrepancy.sigma_m, 0.0) << words_of(noise);
-  EXPECT_LT(noise.predicted_m3_m, unknown.predicted_m3_m);
+  EXPECT_LT(noise.predicted_workspace_m, unknown.predicted_workspace_m);
 }
 
 }  // namespace

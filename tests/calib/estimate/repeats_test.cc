@@ -155,7 +155,7 @@ TEST(Repeats, DoNotAverageTheRippleOfTheirPlaceAway) {
   const auto predicted = [&](int times) {
     auto touches = repeated(60, times, 1e-6);
     for (Touch& touch : touches) touch.sigma_m = 1e-6;
-    return identify_as_stated(demo_cell(), touches, ripple).predicted_m3_m;
+    return identify_as_stated(demo_cell(), touches, ripple).predicted_workspace_m;
   };
   EXPECT_NEAR(predicted(8) / predicted(1), 1.0, 0.02);
 }

@@ -144,8 +144,8 @@ TEST(CalibrationJson, KeepsTargetsResidualsOutliersVerdictAndInputs) {
   EXPECT_EQ(back.chi2, result().chi2);
   EXPECT_EQ(back.degrees_of_freedom, result().degrees_of_freedom);
   EXPECT_NEAR(back.chi2_per_dof, result().chi2_per_dof, 1e-12);
-  EXPECT_NEAR(back.predicted_m2_m, result().predicted_m2_m, 1e-15);
-  EXPECT_NEAR(back.predicted_m3_m, result().predicted_m3_m, 1e-15);
+  EXPECT_NEAR(back.predicted_near_targets_m, result().predicted_near_targets_m, 1e-15);
+  EXPECT_NEAR(back.predicted_workspace_m, result().predicted_workspace_m, 1e-15);
   ASSERT_EQ(back.inputs.size(), 2u);
   EXPECT_EQ(back.inputs[1].sha256, sha256("t"));
 }
@@ -264,16 +264,16 @@ TEST(CalibrationJson, KeepsWhatTheModelLacksAndTheNominalArmsOwnError) {
   c.discrepancy.reach_rad = 0.3;
   c.discrepancy.noise_m = 3e-5;
   c.discrepancy.estimated = true;
-  c.nominal_m2_m = 1.5e-3;
-  c.nominal_m3_m = 2.5e-3;
+  c.nominal_near_targets_m = 1.5e-3;
+  c.nominal_workspace_m = 2.5e-3;
   const std::string text = calibration_to_json(c);
   const Calibration back = calibration_from_json(text, "cal.json");
   EXPECT_NEAR(back.discrepancy.sigma_m, 2.1e-4, 1e-15);
   EXPECT_NEAR(back.discrepancy.reach_rad, 0.3, 1e-12);
   EXPECT_NEAR(back.discrepancy.noise_m, 3e-5, 1e-15);
   EXPECT_TRUE(back.discrepancy.estimated);
-  EXPECT_NEAR(back.nominal_m2_m, 1.5e-3, 1e-15);
-  EXPECT_NEAR(back.nominal_m3_m, 2.5e-3, 1e-15);
+  EXPECT_NEAR(back.nominal_near_targets_m, 1.5e-3, 1e-15);
+  EXPECT_NEAR(back.nominal_workspace_m, 2.5e-3, 1e-15);
   json document = json::parse(text);
   document["discrepancy"]["sigma_mm"] = -0.1;
   expect_words(refusal([&] { (void)calibration_from_json(document.dump(), "cal.json"); }),
@@ -282,13 +282,13 @@ TEST(CalibrationJson, KeepsWhatTheModelLacksAndTheNominalArmsOwnError) {
 
 TEST(CalibrationJson, KeepsTheObservability) {
   const Observability &o = result().observability, back = read_back().observability;
-  EXPECT_EQ(json::parse(written())["observability"]["told"], o.told);
+  EXPECT_EQ(json::parse(written())["observability"]["told"], o.determined);
   ASSERT_GT(o.rows, 0);
   EXPECT_EQ(back.rows, o.rows);
   EXPECT_EQ(back.unknowns, o.unknowns);
   EXPECT_EQ(back.directions, o.directions);
   EXPECT_EQ(back.rank, o.rank);
-  EXPECT_EQ(back.told, o.told);
+  EXPECT_EQ(back.determined, o.determined);
   EXPECT_EQ(back.singular_values, o.singular_values);
   for (double Observability::*index :
        {&Observability::o1, &Observability::o2, &Observability::o3, &Observability::o4,

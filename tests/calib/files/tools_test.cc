@@ -88,7 +88,7 @@ TEST(Tools, ThatCannotBeToldApartOrAreTooManyAreRefusedWithTheirLine) {
   }
   expect_words(cell_refusal(listed(with(kSecond, "id = \"P2\"\n", ""))), {"tool[2].id", "missing"});
   expect_words(cell_refusal(listed(with(kSecond, "\"P2\"", "\"S2\""))),
-               {"cell.toml:", "target[2].id", "is a tool"});
+               {"cell.toml:", "target[2].id", "is the id of a tool"});
   std::string many;
   for (int k = 2; k <= kMaxTools + 1; ++k) many += with(kSecond, "P2", "P" + std::to_string(k));
   expect_words(cell_refusal(listed(many)), {"cell.toml:", "tool", "1 to 8"});

@@ -123,7 +123,7 @@ TEST(Honesty, TheStatedBoundHoldsNineteenOfTwentyTrueErrors) {
     local += figures.local.covered / kRuns;
     workspace += figures.workspace.covered / kRuns;
     worst = std::min(worst, figures.workspace.covered);
-    predicted += result.predicted_m3_m / kRuns;
+    predicted += result.predicted_workspace_m / kRuns;
     real += figures.workspace.mean_m / kRuns;
   }
   std::printf("covered: local %.3f workspace %.3f, worst run %.3f; m3 %.4f predicted %.4f mm\n",
@@ -193,7 +193,7 @@ TEST(Honesty, NoiseTwiceTheStatedOneShowsInChiSquareAndInTheBounds) {
   // The same random numbers: the ratio holds to second order, the size to 1/sqrt(2 * 100) = 7 %.
   EXPECT_NEAR(loud.chi2_per_dof / calm.chi2_per_dof, 4.0, 0.8);
   EXPECT_NEAR(loud.touch_noise_m, 6e-5, 1.5e-5);
-  EXPECT_GT(loud.predicted_m3_m, 1.5 * calm.predicted_m3_m);
+  EXPECT_GT(loud.predicted_workspace_m, 1.5 * calm.predicted_workspace_m);
 }
 
 }  // namespace

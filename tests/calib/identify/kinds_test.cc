@@ -209,7 +209,7 @@ TEST(Kinds, HoldTheScaleWithATrackerAndNotWithPlanes) {
   EXPECT_EQ(the(result, FindingKind::kScaleByReadings).about.name, "T");
   EXPECT_LT(sim::truth_figures(stage.truth, result, joints_of(touches)).workspace.mean_m,
             0.1 * kMm);
-  EXPECT_GT(result.predicted_m2_m, 0.0);
+  EXPECT_GT(result.predicted_near_targets_m, 0.0);
 
   // Many readings at three places are still three places.
   std::vector<Touch> three;
@@ -265,7 +265,7 @@ TEST(Kinds, AskForThePlanesNormalWhereTheToolLayAlongIt) {
   ASSERT_GT(touches.size(), 40u);
   const std::string words = refusal(silent(stage.cell), touches);
   EXPECT_NE(words.find("target P1"), std::string::npos) << words;
-  EXPECT_NE(words.find("state its normal"), std::string::npos) << words;
+  EXPECT_NE(words.find("Add its normal"), std::string::npos) << words;
   EXPECT_GT(identify(stage.cell, touches).targets[0].normal.z(), 0.99);
 }
 
@@ -294,7 +294,7 @@ TEST(Kinds, OfAnyThatTellTooLittleLeaveAResultThatReadsBack) {
       const Calibration c = not_identified(cell, two, {}, "too little");
       EXPECT_NO_THROW((void)calibration_from_json(calibration_to_json(c), "c.json"))
           << static_cast<int>(kind);
-      EXPECT_GT(c.predicted_m2_m, 0.0);
+      EXPECT_GT(c.predicted_near_targets_m, 0.0);
       EXPECT_FALSE(identify(cell, two).verdict.publish);
     }
 }

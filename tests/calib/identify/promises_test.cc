@@ -78,7 +78,7 @@ TEST(Identify, CheckTouchesHaveNoInfluenceWhatever) {
     EXPECT_EQ(other.chi2_per_dof, with.chi2_per_dof);
     EXPECT_EQ(other.level, with.level);
     EXPECT_EQ(other.after.rms_m, with.after.rms_m);
-    EXPECT_EQ(other.predicted_m3_m, with.predicted_m3_m);
+    EXPECT_EQ(other.predicted_workspace_m, with.predicted_workspace_m);
   }
 }
 
@@ -108,7 +108,7 @@ TEST(Identify, ATouchOfItsOwnSigmaWeighsAccordingly) {
   const Calibration equal = identify(demo_cell(), some);
   for (std::size_t i = 0; i < some.size(); i += 2) some[i].sigma_m = 1e-3;
   const Calibration halved = identify(demo_cell(), some);
-  EXPECT_GT(halved.predicted_m3_m, 1.1 * equal.predicted_m3_m);
+  EXPECT_GT(halved.predicted_workspace_m, 1.1 * equal.predicted_workspace_m);
   for (std::size_t i = 0; i < some.size(); i += 2)
     EXPECT_LT(std::abs(halved.residuals[i].whitened), 0.5);
 }
@@ -147,7 +147,7 @@ TEST(Identify, TouchesThatLeadNowhereLeaveTheNominalArmAndWhatItsTolerancesLeave
       EXPECT_EQ(p.correction, 0.0) << parameter_name(c.cell, p.key);
     }
   }
-  EXPECT_GT(c.predicted_m3_m, 0.5e-3);
+  EXPECT_GT(c.predicted_workspace_m, 0.5e-3);
   const Calibration back = calibration_from_json(calibration_to_json(c), "c.json");
   const JointVector& q = touches()[0].joint_rad;
   const Predictor predictor(back);

@@ -93,8 +93,8 @@ TEST(Around, WhatWasPickedBetterTouchesAreFound) {
   how.count = options.fit_touches;
   how.exchanges = 6;
   how.possible = [&](std::size_t c) { return pool.connected(c); };
-  const double spread_out = choose(demo_cell(), pool.candidates(), how).predicted_m3_m;
-  const double planned = make_plan(demo_cell(), options).predicted_m3_m;
+  const double spread_out = choose(demo_cell(), pool.candidates(), how).predicted_mean_m;
+  const double planned = make_plan(demo_cell(), options).predicted_mean_m;
   std::printf("40 touches: %.3f mm from candidates spread out, %.3f mm as planned\n",
               spread_out * 1e3, planned * 1e3);
   EXPECT_LT(planned, 0.95 * spread_out);

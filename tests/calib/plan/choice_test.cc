@@ -73,7 +73,7 @@ double predicted(Criterion criterion, AccuracyRegion region = {}, int touches = 
   options.check_touches = 0;
   options.criterion = criterion;
   options.region = region;
-  return make_plan(demo_cell(), options).predicted_m3_m;
+  return make_plan(demo_cell(), options).predicted_mean_m;
 }
 
 TEST(Choice, OfTheLeastVarianceBeatsAllOthers) {
@@ -114,9 +114,9 @@ TEST(Choice, ExchangesOnlyForBetterTouches) {
   options.count = 20;
   options.least_per_target = 3;
   options.exchanges = 0;
-  const double greedy = choose(demo_cell(), candidates, options).predicted_m3_m;
+  const double greedy = choose(demo_cell(), candidates, options).predicted_mean_m;
   options.exchanges = 3;
-  EXPECT_LT(choose(demo_cell(), candidates, options).predicted_m3_m, greedy);
+  EXPECT_LT(choose(demo_cell(), candidates, options).predicted_mean_m, greedy);
 }
 
 TEST(Choice, PicksOnlyWhatIsPossibleAndNothingTwice) {

@@ -223,7 +223,7 @@ class finding : public ::testing::TestWithParam<int> {};
 
 TEST_P(finding, needs_no_better_centres_than_their_sigma_says) {
   const double sigma_m = GetParam() * 1e-3;
-  // Where a particles is no wider than a sphere there is little that differs.
+  // Where the particles spread no wider than a sphere there is little that differs.
   const unsigned most = GetParam() <= 10 ? 1 : GetParam() <= 15 ? 2 : 3;
   for (const Cell* cell : {&demo_cell(), &small_cell()})
     for (unsigned seed = 1; seed <= most; ++seed) {

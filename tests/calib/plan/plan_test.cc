@@ -161,7 +161,7 @@ TEST(Plan, IsTheSameForTheSameSeedAndAnotherForAnother) {
 TEST(Plan, PredictsBetterAccuracyForMoreTouches) {
   PlanOptions more = small();
   more.fit_touches = 60;
-  EXPECT_LT(make_plan(demo_cell(), more).predicted_m3_m, 0.9 * plan().predicted_m3_m);
+  EXPECT_LT(make_plan(demo_cell(), more).predicted_mean_m, 0.9 * plan().predicted_mean_m);
 }
 
 TEST(Plan, StartsWhereTheArmStands) {

@@ -32,33 +32,29 @@ TEST(OutlierKinds, AreReadBackAsTheyAreWritten) {
 
 TEST(OutlierWords, HaveTheSideWhereThereIsOne) {
   EXPECT_EQ(words(off(TargetKind::kSphere, 0.5)),
-            "+0.500 mm off S1, 12 times the touch noise (tip outside: contact seen before the "
-            "surface)");
+            "+0.500 mm off S1 (12 sigma): contact detected before the surface");
   EXPECT_EQ(words(off(TargetKind::kPlane, -0.5)),
-            "-0.500 mm off S1, 12 times the touch noise (tip inside: contact seen too late)");
+            "-0.500 mm off S1 (12 sigma): contact detected too late");
   EXPECT_EQ(words(off(TargetKind::kWire, 0.5)),
-            "+0.500 mm off S1, 12 times the touch noise (the wire reads too short: check its zero "
-            "and that it was taut)");
-  EXPECT_EQ(
-      words(off(TargetKind::kWire, -0.5)),
-      "-0.500 mm off S1, 12 times the touch noise (the wire reads too long: check that nothing "
-      "held or bent it)");
+            "+0.500 mm off S1 (12 sigma): wire reads too short. Check its zero, and that it was "
+            "taut");
+  EXPECT_EQ(words(off(TargetKind::kWire, -0.5)),
+            "-0.500 mm off S1 (12 sigma): wire reads too long. Check that nothing held or bent it");
   EXPECT_EQ(words(off(TargetKind::kPoint, -0.5)),
-            "0.500 mm off S1, 12 times the touch noise (the tip was not where the others put it: "
-            "check that it was seated)");
+            "0.500 mm off S1 (12 sigma). Check that the tip was seated");
   EXPECT_EQ(words(off(TargetKind::kTracker, 0.5)),
-            "0.500 mm off S1, 12 times its sigma (check the line of sight and the reflector)");
+            "0.500 mm off S1 (12 sigma). Check the line of sight and the reflector");
 }
 
 TEST(OutlierWords, SayWhatToDoWhereMoreIsKnown) {
   Outlier other = off(TargetKind::kSphere, 12.0, OutlierKind::kOnAnotherTarget);
   other.lies_on = "S3";
-  EXPECT_TRUE(words(other).ends_with("; it lies on S3: correct its target")) << words(other);
-  EXPECT_TRUE(words(off(TargetKind::kSphere, 0.5, OutlierKind::kHoldsItself))
-                  .ends_with("; it would have held its own place at 87 %: hardly anything else "
-                             "tells about it, touch there again"));
+  EXPECT_EQ(words(other), "+12.000 mm off S1 (12 sigma): it lies on S3. Correct its target");
+  EXPECT_EQ(words(off(TargetKind::kSphere, 0.5, OutlierKind::kHoldsItself)),
+            "+0.500 mm off S1 (12 sigma): contact detected before the surface. Leverage 87 %: "
+            "hardly any other touch determines this place. Touch there again");
   EXPECT_TRUE(words(off(TargetKind::kTracker, 0.5, OutlierKind::kHoldsItself))
-                  .ends_with("hardly anything else tells about it, measure there again"));
+                  .ends_with("determines this place. Measure there again"));
 }
 
 TEST(OutlierWords, LeaveOutFiguresThatAreNone) {

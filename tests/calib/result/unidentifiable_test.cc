@@ -35,39 +35,36 @@ TEST(UnidentifiableKinds, AreReadBackAsTheyAreWritten) {
 }
 
 TEST(UnidentifiableWords, OfTheFrameSayThatItIsAConvention) {
-  EXPECT_EQ(
-      said(Kind::kZeroOfFirstJoint),
-      "turning the zero of A1 is the same as turning all targets about the base axis; fixed by "
-      "convention");
+  EXPECT_EQ(said(Kind::kZeroOfFirstJoint),
+            "zero of A1: the same as turning all targets about the base axis. Fixed by convention "
+            "(gauge)");
   EXPECT_EQ(said(Kind::kHeightOfBase),
-            "raising the arm on its base (A1.d) is the same as lowering all targets; fixed by "
-            "convention");
+            "height of the arm on its base (A1.d): the same as lowering all targets. Fixed by "
+            "convention (gauge)");
   EXPECT_EQ(said(Kind::kBehindLastJoint, {kD, kA}),
-            "behind the last axis A3.d and A2.a move the tip in three directions only: one "
-            "combination of them never shows; fixed by convention");
+            "A3.d and A2.a move the tip in three directions only, behind the last axis: one "
+            "combination is not observable. Fixed by convention (gauge)");
   EXPECT_EQ(said(Kind::kNothingMoves, {kD, kA, kX}, 3),
-            "A3.d, A2.a, S1.x and 3 more can change together without anything moving; fixed by "
-            "convention");
+            "A3.d, A2.a, S1.x and 3 more can change together without moving anything. Fixed by "
+            "convention (gauge)");
   for (const Kind kind :
        {Kind::kZeroOfFirstJoint, Kind::kHeightOfBase, Kind::kBehindLastJoint, Kind::kNothingMoves})
     EXPECT_TRUE(is_of_frame(kind));
 }
 
-TEST(UnidentifiableWords, OfWeakDirectionsSayWhatWouldTellThem) {
-  EXPECT_EQ(
-      said(Kind::kWeak, {kD}),
-      "these touches do not tell A3.d; the tolerances decide. Touches in other postures would "
-      "resolve it");
-  EXPECT_EQ(
-      said(Kind::kScale, {kD, kA}),
-      "these touches do not tell A3.d and A2.a apart; the tolerances decide. All lengths grow "
-      "together here: touch a second sphere at a certified distance");
+TEST(UnidentifiableWords, OfWeakDirectionsSayWhatToTouch) {
+  EXPECT_EQ(said(Kind::kWeak, {kD}),
+            "A3.d is not determined by these touches; its tolerance decides. Touch in other "
+            "postures");
+  EXPECT_EQ(said(Kind::kScale, {kD, kA}),
+            "A3.d and A2.a cannot be separated by these touches; their tolerances decide. All "
+            "lengths scale together: touch a second sphere at a certified distance");
   EXPECT_EQ(said(Kind::kNoEffect, {joint_parameter(ParameterKind::kCompliance, 2)}),
-            "A3.compliance moves the tip by less than a micrometre, so that no touch tells it and "
-            "nothing depends on it; the tolerances decide");
+            "A3.compliance moves the tip by less than 0.001 mm: not observable, and without "
+            "effect; its tolerance decides");
   UnidentifiableDirection last{Kind::kWeak, {kD, kA}};
   last.more_as_weak = 4;
-  EXPECT_TRUE(words(cell(), last).ends_with("; 4 further directions are as weak"));
+  EXPECT_TRUE(words(cell(), last).ends_with(". 4 further directions are as weak"));
   for (const Kind kind : {Kind::kNoEffect, Kind::kScale, Kind::kWeak, Kind::kRecorded})
     EXPECT_FALSE(is_of_frame(kind));
 }

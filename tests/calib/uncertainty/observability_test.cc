@@ -34,7 +34,7 @@ TEST(Observability, IndicesAreTheirFormulas) {
   const double s[] = {1.0, 4.0, 2.0};
   const Observability o = indices_of(s, 16);
   EXPECT_EQ(o.rank, 3);
-  EXPECT_EQ(o.told, 2) << "1 is no better than the tolerance";
+  EXPECT_EQ(o.determined, 2) << "1 is no better than the tolerance";
   EXPECT_NEAR(o.o1, 2.0 / 4.0, 1e-12);
   EXPECT_NEAR(o.o2, 0.25, 1e-12);
   EXPECT_NEAR(o.o3, 1.0, 1e-12);
@@ -171,7 +171,7 @@ TEST(Observability, FourSpheresWithLengthsTellMoreThanOneSphereTouchedAsOften) {
   const Observability one = of(one_sphere_cell(), touches_of(one_sphere_cell(), 60));
   const Observability four = of(demo_cell(), touches_of(demo_cell(), 60));
   EXPECT_EQ(one.directions, four.directions) << "the arm is the same";
-  EXPECT_GT(four.told, one.told);
+  EXPECT_GT(four.determined, one.determined);
   EXPECT_GT(four.o3, 2.0 * one.o3);
   EXPECT_LT(four.condition, one.condition);
 }
@@ -195,7 +195,7 @@ TEST(Observability, FewerTouchesThanUnknownsAreSaidToTellFewerDirections) {
   // Twenty touches and six lengths; four centres of three take twelve, the tip's radius none.
   EXPECT_LE(few.rank, few.rows - 12);
   EXPECT_LT(few.rank, few.directions);
-  EXPECT_LE(few.told, few.rank);
+  EXPECT_LE(few.determined, few.rank);
   for (const double index : {few.o1, few.o2, few.o3, few.o4, few.o5, few.condition}) {
     EXPECT_TRUE(std::isfinite(index));
     EXPECT_GT(index, 0.0);

@@ -70,9 +70,11 @@ TEST(Region, ManyPosesAndFewForeseeTheSameErrorButForTheDraw) {
   const auto made = testing::make_touches(cell, sim::draw_truth(cell, truth), {.fit = 60});
   const Calibration few = identify(cell, made.touches);
   const Calibration many = identify(cell, made.touches, {.region_poses = kStatedPoses});
-  EXPECT_NEAR(few.predicted_m3_m, many.predicted_m3_m, 0.15 * many.predicted_m3_m);
-  EXPECT_NEAR(few.predicted_m2_m, many.predicted_m2_m, 0.15 * many.predicted_m2_m);
-  EXPECT_NE(few.predicted_m3_m, many.predicted_m3_m);
+  EXPECT_NEAR(few.predicted_workspace_m, many.predicted_workspace_m,
+              0.15 * many.predicted_workspace_m);
+  EXPECT_NEAR(few.predicted_near_targets_m, many.predicted_near_targets_m,
+              0.15 * many.predicted_near_targets_m);
+  EXPECT_NE(few.predicted_workspace_m, many.predicted_workspace_m);
 }
 
 }  // namespace

@@ -191,16 +191,16 @@ TEST(Scope, SpheresWithoutLengthsDoNot) {
 TEST(Scope, TheWorkspaceIsPredictedWorseWithoutALength) {
   Cell cell = demo_cell();
   const auto made = make_touches(cell, plain_truth(cell, 1), {.fit = 100});
-  const double with = identify(cell, made.touches).predicted_m3_m;
+  const double with = identify(cell, made.touches).predicted_workspace_m;
   cell.lengths.clear();
-  EXPECT_GT(identify(cell, made.touches).predicted_m3_m, 1.2 * with);
+  EXPECT_GT(identify(cell, made.touches).predicted_workspace_m, 1.2 * with);
 }
 
 TEST(Verdict, TakesTouchesThatScatterMoreThanTheCellFileSaysForWhatTheyAre) {
   const Calibration result = of(demo_cell(), {.fit = 100, .noise_m = 2e-4});
   EXPECT_TRUE(result.verdict.publish) << words_of(result);
   EXPECT_TRUE(found(result, FindingKind::kModelError)) << words_of(result);
-  EXPECT_GT(result.predicted_m3_m, 2e-4);
+  EXPECT_GT(result.predicted_workspace_m, 2e-4);
 }
 
 TEST(Verdict, AsStatedBlocksTouchesThatScatterMoreAndSaysWhatToDo) {

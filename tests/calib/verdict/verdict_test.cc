@@ -196,11 +196,11 @@ TEST(Verdict, WithholdsWhatIsForeseenToBeWorseThanAskedFor) {
   EXPECT_TRUE(usual.verdict.publish) << words_of(usual);
   EXPECT_EQ(the(usual, FindingKind::kGain, "required"), 2.0) << words_of(usual);
   EXPECT_EQ(the(usual, FindingKind::kGain, "required_is_stated"), 0.0) << words_of(usual);
-  cell.required_m = 0.9 * usual.predicted_m3_m;
+  cell.required_m = 0.9 * usual.predicted_workspace_m;
   const Calibration withheld = identify(cell, touches);
   EXPECT_FALSE(withheld.verdict.publish);
   EXPECT_TRUE(found(withheld, FindingKind::kRequired)) << words_of(withheld);
-  cell.required_m = 1.1 * usual.predicted_m3_m;
+  cell.required_m = 1.1 * usual.predicted_workspace_m;
   EXPECT_TRUE(identify(cell, touches).verdict.publish);
 }
 

@@ -90,6 +90,7 @@ TEST_F(an_api, is_idle_at_first) {
   const json status = json::parse(response.body);
   EXPECT_EQ(status["phase"], "idle");
   EXPECT_EQ(status["running"], false);
+  EXPECT_EQ(status["finding"], false);
   EXPECT_TRUE(status["residual_mm"].is_null());
   EXPECT_TRUE(status["failure"].is_null());
   EXPECT_TRUE(status["links"].is_null());

@@ -38,8 +38,8 @@ TEST(the_result, shows_before_after_check_and_the_verdict_with_scope_and_reasons
 TEST(the_result, is_ten_lines_that_keep_back_nothing_to_look_at) {
   calib::Calibration calibration;
   calibration.before = calibration.after = {24, 0.0012, 0.0034, 0.0015};
-  calibration.predicted_m2_m = calibration.predicted_m3_m = 1e-4;
-  calibration.nominal_m2_m = calibration.nominal_m3_m = 3e-3;
+  calibration.predicted_near_targets_m = calibration.predicted_workspace_m = 1e-4;
+  calibration.nominal_near_targets_m = calibration.nominal_workspace_m = 3e-3;
   calibration.chi2 = calibration.degrees_of_freedom = 60.0;
   calibration.unidentifiable.emplace_back().text = "turning the zero of A1; fixed by convention";
   for (std::size_t k = 0; k < 9; ++k) {
@@ -83,7 +83,7 @@ TEST(the_result, says_in_one_line_how_well_the_touches_tell_the_geometry) {
   o.rows = 106;
   o.directions = 22;
   o.rank = 22;
-  o.told = 20;
+  o.determined = 20;
   o.o1 = 3.14159;
   o.o3 = 0.0271828;
   o.condition = 1234.5;

@@ -306,15 +306,15 @@ ReportInput made_up_session(const SessionShape& shape) {
   add_covariance(result);
 
   add_unidentifiable(result);
-  result.predicted_m2_m = shape.certified_lengths ? 6.2e-5 : 9.4e-5;
-  result.predicted_m3_m = shape.certified_lengths ? 8.4e-5 : 6.1e-4;
+  result.predicted_near_targets_m = shape.certified_lengths ? 6.2e-5 : 9.4e-5;
+  result.predicted_workspace_m = shape.certified_lengths ? 8.4e-5 : 6.1e-4;
   result.chi2_per_dof = 0.97;
   result.degrees_of_freedom = 61.0;
   result.observability = {.rows = 66,
                           .unknowns = 81,
                           .directions = 22,
                           .rank = 21,
-                          .told = 19,
+                          .determined = 19,
                           .singular_values = {},
                           .o1 = 3.14159,
                           .o2 = 0.01,

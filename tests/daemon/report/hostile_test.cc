@@ -105,16 +105,11 @@ const std::array<double, 12> kBadNumbers{std::numeric_limits<double>::quiet_NaN(
 // Every number of the input.
 std::vector<double*> numbers_of(ReportInput& input) {
   calib::Calibration& result = input.calibration;
-  std::vector<double*> all{&result.predicted_m2_m,
-                           &result.predicted_m3_m,
-                           &result.chi2_per_dof,
-                           &result.degrees_of_freedom,
-                           &result.touch_noise_m,
-                           &result.cell.touch_sigma_m,
-                           &result.cell.radius_offset_sigma_m,
-                           &result.cell.tool.mass_kg,
-                           &result.cell.tool.length_m,
-                           &result.cell.tool.tip_radius_m};
+  std::vector<double*> all{
+      &result.predicted_near_targets_m,   &result.predicted_workspace_m, &result.chi2_per_dof,
+      &result.degrees_of_freedom,         &result.touch_noise_m,         &result.cell.touch_sigma_m,
+      &result.cell.radius_offset_sigma_m, &result.cell.tool.mass_kg,     &result.cell.tool.length_m,
+      &result.cell.tool.tip_radius_m};
   calib::Observability& o = result.observability;
   all.insert(all.end(), {&o.o1, &o.o2, &o.o3, &o.o4, &o.o5, &o.condition});
   calib::RepeatedTouches& repeats = result.repeats;

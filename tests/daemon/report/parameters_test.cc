@@ -107,7 +107,7 @@ TEST(Parameters, OfTargetsWithoutStatedPositionSayWhatTheirNominalIs) {
 TEST(Unidentifiable, DirectionsKeepTheirWordsAndTheirStrongestShares) {
   const std::string words = section_of(html_report(made_up_session()), "unidentifiable");
   EXPECT_TRUE(says(words, "Not determined by the touches: 3 combinations"));
-  EXPECT_TRUE(says(words, "turning the zero of A1"));
+  EXPECT_TRUE(says(words, "zero of A1: the same as turning all targets"));
   EXPECT_TRUE(says(words, "<code>A1.theta</code>&nbsp;+0.99"));
   EXPECT_FALSE(says(words, "S1.x")) << "shares below 0.05 are left out";
   EXPECT_LT(words.find("<code>A6.alpha"), words.find("<code>A6.theta")) << "strongest first";

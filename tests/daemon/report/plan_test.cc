@@ -36,7 +36,7 @@ calib::Plan small_plan(const calib::Cell& cell) {
     touch.expected_m = 0.012;
     plan.touches.push_back(touch);
   }
-  plan.predicted_m3_m = 0.0814e-3;
+  plan.predicted_mean_m = 0.0814e-3;
   plan.predicted_u95_m = 0.2468e-3;
   return plan;
 }
@@ -89,7 +89,7 @@ TEST(PlanSection, IsSoundMarkupWithAPictureOfEveryTouchInBothViews) {
 
 TEST(PlanSection, PromisesNothingThatWasNotPredicted) {
   ReportInput input = session_with_plan();
-  input.plan->predicted_m3_m = input.plan->predicted_u95_m = 0.0;
+  input.plan->predicted_mean_m = input.plan->predicted_u95_m = 0.0;
   EXPECT_FALSE(says(section_of(html_report(input), "plan"), "Predicted before"));
 }
 

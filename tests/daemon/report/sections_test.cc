@@ -137,8 +137,8 @@ TEST(Figures, ShowMeanMaxAndRmsInMillimetres) {
 
 TEST(Figures, ThatWereNeverPredictedAreNotShownAsPerfect) {
   ReportInput input = made_up_session();
-  input.calibration.predicted_m2_m = 0.0;
-  input.calibration.predicted_m3_m = 0.0;
+  input.calibration.predicted_near_targets_m = 0.0;
+  input.calibration.predicted_workspace_m = 0.0;
   const std::string html = html_report(input);
   EXPECT_TRUE(says(html, "was not predicted"));
   EXPECT_EQ(occurrences(section_of(html, "meaning"), ">not predicted<"), 2U);
