@@ -60,6 +60,8 @@ class JsonReader {
       result.emplace_back(value_[i], where_ + "[" + std::to_string(i) + "]");
     return result;
   }
+  /// "cal.json.parameters[3]"
+  const std::string& where() const { return where_; }
   bool has(const char* key) const { return value_.is_object() && value_.contains(key); }
   [[noreturn]] void fail(const std::string& what) const { throw FileError(where_ + ": " + what); }
 
