@@ -68,7 +68,8 @@ struct Online::Impl {
         random(options.seed + 1) {
     if (start.empty()) start = pool.middle();
     if (const auto what = pool.clearance().hit(start, kTipMarginM))
-      throw PlanError("the arm is too close to something to start: " + *what + ". Jog it free");
+      throw PlanError("the arm is too close to something to start: " + words(*what) +
+                      ". Jog it free");
     ChooseOptions first;
     first.count = kFirstTouches * static_cast<int>(std::count_if(
                                       cell.targets.begin(), cell.targets.end(),
@@ -367,9 +368,8 @@ std::optional<PlannedTouch> Online::next(const JointVector& where) {
       throw PlanError(fmt::format(
           "no clear way from where the arm stands: on the way to its resting posture {}. "
           "Jog it free",
-          me.pool.clearance()
-              .hit(from, me.pool.middle(), kTipMarginM)
-              .value_or("it would hit its surroundings")));
+          words_or(me.pool.clearance().hit(from, me.pool.middle(), kTipMarginM),
+                   "it would hit its surroundings")));
     touch.transit = std::move(*way);
     if (me.estimate) {
       const double unknown = me.design->unknown(static_cast<Eigen::Index>(*c));

@@ -78,7 +78,7 @@ Plan visit(const Cell& cell, const PlanOptions& options, const Clearance& cleara
           fmt::format("{}: no clear way to its touch from direction {}: {}. Move it or what is "
                       "in the way, or start from another posture",
                       cell.targets[to.target].id, direction_words(to.normal),
-                      clearance.hit(at, to.standoff, kTipMarginM).value_or(kAround)));
+                      words_or(clearance.hit(at, to.standoff, kTipMarginM), kAround)));
     plan.touches.push_back(to_planned(cell, to, todo[next].set, options));
     plan.touches.back().transit = std::move(*way);
     leaving = &to;
@@ -214,7 +214,7 @@ Plan make_plan(const Cell& cell, const PlanOptions& options, const JointVector& 
   const JointVector start = from.empty() ? pool.middle() : from;
   if (const auto what = pool.clearance().hit(start, kTipMarginM))
     throw PlanError(
-        fmt::format("the arm is too close to something to start: {}. Jog it free", *what));
+        fmt::format("the arm is too close to something to start: {}. Jog it free", words(*what)));
   Plan plan = visit(cell, options, pool.clearance(), pool.router(), std::move(todo), start);
   plan.predicted_mean_m = choice.predicted_mean_m;
   plan.predicted_u95_m = choice.predicted_u95_m;
@@ -245,7 +245,7 @@ Plan resume_plan(const Cell& cell, const Plan& plan, std::size_t next, const Joi
     if (way.empty())
       throw PlanError(fmt::format(
           "the arm is not on the line of its last touch, and where it stands {}. Jog it free",
-          clearance.hit(from, kTipMarginM).value_or("something is too close")));
+          words_or(clearance.hit(from, kTipMarginM), "something is too close")));
   }
   Candidate to;
   to.target = cell.target_index(touch.target);
@@ -258,8 +258,8 @@ Plan resume_plan(const Cell& cell, const Plan& plan, std::size_t next, const Joi
     throw PlanError(fmt::format(
         "{}: no clear way to the next touch of this plan: {}. Check what was changed in the cell",
         touch.target,
-        clearance.hit(resting_posture(cell.robot, clearance), touch.standoff, kTipMarginM)
-            .value_or(kAround)));
+        words_or(clearance.hit(resting_posture(cell.robot, clearance), touch.standoff, kTipMarginM),
+                 kAround)));
   const PlannedTouch& before = plan.touches[next > 0 ? next - 1 : next];
   Candidate leaving;  // its way to the resting posture is not known: not the one of `to`
   leaving.target = cell.target_index(before.target);
@@ -270,7 +270,7 @@ Plan resume_plan(const Cell& cell, const Plan& plan, std::size_t next, const Joi
     throw PlanError(fmt::format(
         "no clear way from where the arm stands to the next touch, of {}: {}. Jog it above the "
         "spheres",
-        touch.target, clearance.hit(at, touch.standoff, kTipMarginM).value_or(kAround)));
+        touch.target, words_or(clearance.hit(at, touch.standoff, kTipMarginM), kAround)));
   way.insert(way.end(), rest->begin(), rest->end());
   touch.transit = std::move(way);
   return result;

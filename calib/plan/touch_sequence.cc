@@ -78,7 +78,7 @@ struct TouchSequence::Impl {
     if (std::abs(nearest_m) > kNearM)
       throw PlanError(
           fmt::format("the arm is not at a target, and where it stands {}. Jog it free",
-                      clearance.hit(from, kTipMarginM).value_or("the tip is in contact")));
+                      words_or(clearance.hit(from, kTipMarginM), "the tip is in contact")));
     if (finder.seeking() == nearest)
       throw PlanError(fmt::format(
           "the arm stands where sphere {} may be, and its place is not known well enough "

@@ -18,8 +18,7 @@ namespace {
 
 constexpr double kBodyMarginM = 0.02;  // for everything but the tip
 constexpr double kSearchMarginM =
-    0.005;                               // of the tool from what it touches: contact holds it there
-constexpr double kBelowTargetsM = 0.10;  // hand and wrist stay above the lowest target less this
+    0.005;  // of the tool from what it touches: contact holds it there
 /// Distances beyond margin and this need not be exact: they only say how far a move may be looked
 /// ahead, which their lower bounds say nearly as well.
 constexpr double kNearM = 0.05;
@@ -27,9 +26,6 @@ constexpr double kNearM = 0.05;
 constexpr double kShortM = 0.0005;
 constexpr int kPostures = 64;  // that decide which links are neighbours
 constexpr unsigned kSeed = 1;
-
-const char* const kImpassable =
-    "the way leads near a singularity, or an axis beyond its correction limit";
 
 constexpr double kFar = std::numeric_limits<double>::max();
 
@@ -49,19 +45,6 @@ struct Finding {
   std::size_t body = 0;
   std::string other;
   bool low = false;  ///< below the lowest target
-
-  std::string words(const std::vector<Body>& bodies) const {
-    const std::string& name = bodies[body].words;
-    if (low)
-      return fmt::format(
-          "{} comes more than {:.0f} mm below the lowest target (no floor_mm in the cell file)",
-          name, kBelowTargetsM * 1e3);
-    constexpr double kTouching = 1e-6;
-    if (gap_m < kTouching) return fmt::format("{} runs into {}", name, other);
-    constexpr double kRoundingMm = 1e-3;
-    return fmt::format("{} comes within {:.0f} mm of {}", name,
-                       std::ceil(gap_m * 1e3 - kRoundingMm), other);
-  }
 };
 
 }  // namespace
@@ -178,9 +161,9 @@ struct Clearance::Impl {
     return true;
   }
 
-  std::optional<std::string> words(const Finding& worst, bool is_clear) const {
-    if (is_clear) return std::nullopt;
-    return worst.words(bodies.list());
+  Hit of(const Finding& worst) const {
+    return {worst.low ? Hit::Kind::kBelowTargets : Hit::Kind::kTooNear,
+            bodies.list()[worst.body].words, worst.other, worst.gap_m};
   }
 
   Bodies bodies;
@@ -268,31 +251,34 @@ bool Clearance::clear_search(const JointVector& from, const JointVector& to, std
           impl_->passes(from, to));
 }
 
-std::optional<std::string> Clearance::hit(const JointVector& q, double tip_margin_m) const {
+std::optional<Hit> Clearance::hit(const JointVector& q, double tip_margin_m) const {
   if (impl_ == nullptr) return std::nullopt;
   Finding worst;
   const bool is_clear = impl_->look(q, {tip_margin_m, -1}, nullptr, &worst);
-  if (is_clear && !impl_->passes(q, q)) return kImpassable;
-  return impl_->words(worst, is_clear);
+  if (!is_clear) return impl_->of(worst);
+  if (!impl_->passes(q, q)) return Hit{Hit::Kind::kImpassable};
+  return std::nullopt;
 }
 
-std::optional<std::string> Clearance::hit(const JointVector& from, const JointVector& to,
-                                          double tip_margin_m) const {
+std::optional<Hit> Clearance::hit(const JointVector& from, const JointVector& to,
+                                  double tip_margin_m) const {
   if (impl_ == nullptr) return std::nullopt;
   Finding worst;
   const bool is_clear = impl_->look_along(from, to, {tip_margin_m, -1}, &worst);
-  if (is_clear && !impl_->passes(from, to)) return kImpassable;
-  return impl_->words(worst, is_clear);
+  if (!is_clear) return impl_->of(worst);
+  if (!impl_->passes(from, to)) return Hit{Hit::Kind::kImpassable};
+  return std::nullopt;
 }
 
-std::optional<std::string> Clearance::hit_search(const JointVector& from, const JointVector& to,
-                                                 std::size_t target, double tip_margin_m) const {
+std::optional<Hit> Clearance::hit_search(const JointVector& from, const JointVector& to,
+                                         std::size_t target, double tip_margin_m) const {
   if (impl_ == nullptr) return std::nullopt;
   Finding worst;
   const bool is_clear =
       impl_->look_along(from, to, {tip_margin_m, static_cast<int>(target)}, &worst);
-  if (is_clear && !impl_->passes(from, to)) return kImpassable;
-  return impl_->words(worst, is_clear);
+  if (!is_clear) return impl_->of(worst);
+  if (!impl_->passes(from, to)) return Hit{Hit::Kind::kImpassable};
+  return std::nullopt;
 }
 
 }  // namespace cellcal::calib

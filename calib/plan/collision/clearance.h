@@ -19,10 +19,10 @@
 
 #include <memory>
 #include <optional>
-#include <string>
 
 #include "calib/model/joint_vector.h"
 #include "calib/model/kinematics.h"
+#include "calib/plan/collision/hit.h"
 
 namespace cellcal::calib {
 
@@ -47,13 +47,12 @@ class Clearance {
   bool clear_search(const JointVector& from, const JointVector& to, std::size_t target,
                     double tip_margin_m) const;
 
-  /// What is hit, the worst first: "the forearm (A4) comes within 12 mm of obstacle table". Of a
-  /// move: at the first posture that was found to hit. Empty where the posture or move is clear.
-  std::optional<std::string> hit(const JointVector& q, double tip_margin_m) const;
-  std::optional<std::string> hit(const JointVector& from, const JointVector& to,
-                                 double tip_margin_m) const;
-  std::optional<std::string> hit_search(const JointVector& from, const JointVector& to,
-                                        std::size_t target, double tip_margin_m) const;
+  /// The worst that is hit. Of a move: at the first posture that was found to hit. Empty where the
+  /// posture or move is clear.
+  std::optional<Hit> hit(const JointVector& q, double tip_margin_m) const;
+  std::optional<Hit> hit(const JointVector& from, const JointVector& to, double tip_margin_m) const;
+  std::optional<Hit> hit_search(const JointVector& from, const JointVector& to, std::size_t target,
+                                double tip_margin_m) const;
 
  private:
   struct Impl;

@@ -144,7 +144,7 @@ Pool::Pool(const Cell& cell, const PlanOptions& options, int per_target, Kinds k
                                 words_of(cell.targets[t]), what));
   }
   if (const auto what = clearance_.hit(middle_, kTipMarginM))
-    throw PlanError(fmt::format("where the arm rests between touches {}. Move it", *what));
+    throw PlanError(fmt::format("where the arm rests between touches {}. Move it", words(*what)));
   for (std::size_t t = 0; t < cell.targets.size(); ++t) {
     if (!is_planned(cell.targets[t], kinds)) continue;
     if (any_connected(t)) continue;
@@ -156,7 +156,8 @@ Pool::Pool(const Cell& cell, const PlanOptions& options, int per_target, Kinds k
         "{} can be reached, but not by a clear way from the resting posture and back: on the "
         "way to its touch from direction {} {}. Move it or the obstacle",
         words_of(cell.targets[t]), direction_words(first->normal),
-        clearance_.hit(middle_, first->standoff, kTipMarginM).value_or("a joint is at its limit")));
+        words_or(clearance_.hit(middle_, first->standoff, kTipMarginM),
+                 "a joint is at its limit")));
   }
 }
 

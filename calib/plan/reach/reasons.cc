@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <map>
+#include <vector>
 
 namespace cellcal::calib {
 
@@ -11,18 +11,10 @@ namespace {
 
 constexpr int kTried = 40;
 
-std::optional<std::string> what_is_hit(const Clearance& clearance, const Candidate& c) {
+std::optional<Hit> what_is_hit(const Clearance& clearance, const Candidate& c) {
   for (const JointVector* q : {&c.standoff, &c.clear})
-    if (auto words = clearance.hit(*q, kTipMarginM)) return words;
+    if (auto hit = clearance.hit(*q, kTipMarginM)) return hit;
   return clearance.hit_search(c.clear, c.end, c.target, kTipMarginM);
-}
-
-/// Two hits of the same things are one reason, however near they come.
-std::string without_distance(const std::string& words) {
-  constexpr std::string_view kWithin = " comes within ", kOf = " mm of ";
-  const std::size_t begin = words.find(kWithin), end = words.find(kOf);
-  if (begin == std::string::npos || end == std::string::npos || end < begin) return words;
-  return words.substr(0, begin) + words.substr(end);
 }
 
 }  // namespace
@@ -37,22 +29,28 @@ std::string hindrance(const Cell& cell, const ArmModel& arm, const Clearance& cl
   for (std::size_t t = 0; t < alone.targets.size(); ++t)
     if (t != target) alone.targets[t].kind = TargetKind::kPoint;
   struct Reason {
-    int count = 0;
-    std::string words;
+    Hit hit;
+    Eigen::Vector3d from;
+    int count = 1;
   };
-  std::map<std::string, Reason> reasons;
+  std::vector<Reason> reasons;  // hits of the same things are one
   for (const Candidate& c :
        find_candidates(alone, arm, Clearance::blind(), options, kTried, Kinds::kSpheresAndPlanes)) {
-    const auto words = what_is_hit(clearance, c);
-    if (!words) continue;
-    Reason& reason = reasons[without_distance(*words)];
-    if (reason.count++ == 0)
-      reason.words = "from direction " + direction_words(c.normal) + " " + *words;
+    const auto hit = what_is_hit(clearance, c);
+    if (!hit) continue;
+    const auto like = std::find_if(reasons.begin(), reasons.end(),
+                                   [&](const Reason& one) { return one.hit.is_like(*hit); });
+    if (like == reasons.end())
+      reasons.push_back({*hit, c.normal});
+    else
+      ++like->count;
   }
-  const auto most = std::max_element(
-      reasons.begin(), reasons.end(),
-      [](const auto& a, const auto& b) { return a.second.count < b.second.count; });
-  return most == reasons.end() ? "" : most->second.words;
+  const auto most =
+      std::max_element(reasons.begin(), reasons.end(),
+                       [](const Reason& a, const Reason& b) { return a.count < b.count; });
+  return most == reasons.end()
+             ? ""
+             : "from direction " + direction_words(most->from) + " " + words(most->hit);
 }
 
 bool clear_line(const Clearance& clearance, const Candidate& c) {

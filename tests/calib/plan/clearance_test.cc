@@ -78,9 +78,10 @@ JointVector drawn(const Robot& robot, Random& random) {
   return q;
 }
 
-bool of_itself(const std::string& words) {
-  return words.find("sphere") == std::string::npos && words.find("stand") == std::string::npos &&
-         words.find("obstacle") == std::string::npos && words.find("floor") == std::string::npos;
+bool of_itself(const Hit& hit) {
+  const auto names = [&](const char* thing) { return hit.other.find(thing) != std::string::npos; };
+  return hit.kind == Hit::Kind::kTooNear && !names("sphere") && !names("stand") &&
+         !names("obstacle") && !names("floor");
 }
 
 TEST(Distance, OfSegmentsIsThatOfTheirNearestPointsPointsAndParallelsIncluded) {
@@ -118,15 +119,15 @@ void expect_agreement(const Cell& cell, int postures) {
     const Approach approach = collisions.at(q);
     const double room =
         std::min(approach.tip.gap_m - kTipMarginM, approach.body.gap_m - kBodyMarginM);
-    const auto words = clearance.hit(q, kTipMarginM);
-    EXPECT_EQ(clearance.clear(q, kTipMarginM), !words);
-    if (!words) {
+    const auto found = clearance.hit(q, kTipMarginM);
+    EXPECT_EQ(clearance.clear(q, kTipMarginM), !found);
+    if (!found) {
       ++free;
       EXPECT_GT(room, -kPointsM) << approach.tip.words << ", " << approach.body.words;
       EXPECT_GT(approach.self.gap_m, kBodyMarginM - kPointsM) << approach.self.words;
-    } else if (!of_itself(*words)) {
+    } else if (!of_itself(*found)) {
       ++hit;
-      EXPECT_LT(room, kPointsM) << *words;
+      EXPECT_LT(room, kPointsM) << words(*found);
     }
   }
   EXPECT_GT(free, postures / 20);
@@ -197,7 +198,7 @@ TEST(Clearance, OfAMoveSeesASheetThatIsPassedInTheMiddle) {
   cell.obstacles = {box("sheet", {1.0, 0.0, 0.5}, {3.0, 1e-4, 3.0})};
   const Clearance clearance(cell, arm);
   EXPECT_FALSE(clearance.clear(left, right, kTipMarginM));
-  EXPECT_NE(clearance.hit(left, right, kTipMarginM)->find("obstacle sheet"), std::string::npos);
+  EXPECT_EQ(clearance.hit(left, right, kTipMarginM)->other, "obstacle sheet");
 }
 
 /// What is hit with `obstacle` alone in the way of a posture in the middle of the cell.
@@ -208,7 +209,7 @@ std::string words_of(const Obstacle& obstacle) {
   cell.lengths.clear();
   cell.obstacles = {obstacle};
   const ArmModel arm(cell.robot, cell.tool);
-  return Clearance(cell, arm).hit({0.0, -1.2, 1.6, 0.0, 1.0, 0.0}, kTipMarginM).value_or("");
+  return words_or(Clearance(cell, arm).hit({0.0, -1.2, 1.6, 0.0, 1.0, 0.0}, kTipMarginM), "");
 }
 
 TEST(Clearance, SaysWhichPartOfTheArmComesHowNearToWhat) {
@@ -230,6 +231,23 @@ TEST(Clearance, SaysWhichPartOfTheArmComesHowNearToWhat) {
   EXPECT_EQ(words_of(box("far", {0.0, 3.0, 0.0}, {0.1, 0.1, 0.1})), "");
 }
 
+TEST(Hit, OfTheSameThingsIsOneHoweverNearTheyCome) {
+  const Hit near{Hit::Kind::kTooNear, "the hand (A6)", "sphere S1", 0.012};
+  Hit other = near;
+  other.gap_m = 0.003;
+  EXPECT_TRUE(near.is_like(other));
+  EXPECT_NE(words(near), words(other));
+  other.other = "sphere S2";
+  EXPECT_FALSE(near.is_like(other));
+  EXPECT_FALSE(near.is_like({Hit::Kind::kImpassable}));
+}
+
+TEST(Hit, OfNoBodySaysWhatTheWayLeadsTo) {
+  EXPECT_EQ(words({Hit::Kind::kImpassable}),
+            "the way leads near a singularity, or an axis beyond its correction limit");
+  EXPECT_EQ(words_or(std::nullopt, "nothing is"), "nothing is");
+}
+
 TEST(Clearance, OfASearchLetsTheTipMeetItsOwnSphereAndStandAlone) {
   Cell cell = demo();
   cell.lengths.clear();
@@ -244,13 +262,14 @@ TEST(Clearance, OfASearchLetsTheTipMeetItsOwnSphereAndStandAlone) {
   {
     const Clearance clearance(cell, arm);
     EXPECT_FALSE(clearance.clear(q, q, kTipMarginM));
-    EXPECT_TRUE(clearance.clear_search(q, q, 0, kTipMarginM)) << *clearance.hit_search(q, q, 0, 0);
+    EXPECT_TRUE(clearance.clear_search(q, q, 0, kTipMarginM))
+        << words(*clearance.hit_search(q, q, 0, 0));
     EXPECT_FALSE(clearance.clear_search(q, q, 1, kTipMarginM));
   }
   cell.obstacles = {post("clamp", tcp.translation(), 0.01, 0.01)};
   const Clearance clearance(cell, arm);
   EXPECT_FALSE(clearance.clear_search(q, q, 0, kTipMarginM));
-  EXPECT_NE(clearance.hit_search(q, q, 0, kTipMarginM)->find("clamp"), std::string::npos);
+  EXPECT_EQ(clearance.hit_search(q, q, 0, kTipMarginM)->other, "obstacle clamp");
 }
 
 TEST(Clearance, AFloorThatIsStatedTakesThePlaceOfTheLowestTarget) {
@@ -258,14 +277,18 @@ TEST(Clearance, AFloorThatIsStatedTakesThePlaceOfTheLowestTarget) {
   const JointVector low = {-1.4, 0.0, 0.9, 0.0, -0.7, 0.0};  // above the floor, below the targets
   const ArmModel arm(cell.robot, cell.tool);
   ASSERT_LT(arm.shape(arm.prepare(low), nullptr).flange.translation().z(), 0.2);
-  EXPECT_NE(Clearance(cell, arm).hit(low, kTipMarginM).value_or("").find("floor_mm"),
-            std::string::npos);
+  const auto too_low = Clearance(cell, arm).hit(low, kTipMarginM);
+  ASSERT_TRUE(too_low);
+  EXPECT_EQ(too_low->kind, Hit::Kind::kBelowTargets);
+  EXPECT_NE(words(*too_low).find("100 mm below the lowest target (no floor_mm"), std::string::npos)
+      << words(*too_low);
   cell.floor_m = -1.5;
   EXPECT_FALSE(Clearance(cell, arm).hit(low, kTipMarginM))
-      << *Clearance(cell, arm).hit(low, kTipMarginM);
+      << words(*Clearance(cell, arm).hit(low, kTipMarginM));
   cell.floor_m = 0.15;
-  EXPECT_NE(Clearance(cell, arm).hit(low, kTipMarginM).value_or("").find("the floor"),
-            std::string::npos);
+  const auto floor = Clearance(cell, arm).hit(low, kTipMarginM);
+  ASSERT_TRUE(floor);
+  EXPECT_EQ(floor->other, "the floor");
 }
 
 TEST(Clearance, KeepsTheHandOffTheArmItself) {
@@ -298,15 +321,15 @@ TEST(Clearance, KeepsOtherToolsOnTheFlangeClearToo) {
   const ArmModel arm(cell);
   cell.obstacles = {box("cabinet", arm.nominal_tip_m(q, 1), {0.05, 0.05, 0.05})};
   const Clearance with(cell, arm);
-  const auto words = with.hit(q, kTipMarginM);
-  ASSERT_TRUE(words);
-  EXPECT_EQ(*words, "the end of P2 runs into obstacle cabinet");
+  const auto hit = with.hit(q, kTipMarginM);
+  ASSERT_TRUE(hit);
+  EXPECT_EQ(words(*hit), "the end of P2 runs into obstacle cabinet");
   EXPECT_FALSE(with.clear(q, kTipMarginM));
 
   cell.other_tools.clear();
   const ArmModel bare(cell);
   EXPECT_TRUE(Clearance(cell, bare).clear(q, kTipMarginM))
-      << *Clearance(cell, bare).hit(q, kTipMarginM);
+      << words(*Clearance(cell, bare).hit(q, kTipMarginM));
 }
 
 TEST(Clearance, AMeshThatWasNotReadIsRefused) {
