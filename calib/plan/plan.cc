@@ -119,8 +119,8 @@ Choice choose_connected(const Cell& cell, const PlanOptions& options, ChooseOpti
   if (harder) choice = choose(cell, candidates, how);
   if (static_cast<int>(choice.picked.size()) < options.fit_touches)
     throw PlanError(
-        fmt::format("only {} of {} touches can be reached by a clear way; move the targets nearer "
-                    "to the middle of the workspace or ask for fewer touches",
+        fmt::format("only {} of {} touches can be reached by a clear way. Move the targets nearer "
+                    "to the middle of the workspace, or plan fewer touches",
                     choice.picked.size(), options.fit_touches));
   return choice;
 }
@@ -163,7 +163,7 @@ std::vector<Chosen> with_check_touches(const Cell& cell, const std::vector<std::
             static_cast<int>(candidates[i].target) % targets == (k + turn) % targets)
           free.push_back(i);
     if (free.empty())
-      throw PlanError("there are not enough reachable touches left for the check; ask for fewer");
+      throw PlanError("not enough reachable touches are left for the check. Plan fewer");
     const std::size_t pick = free[random.below(free.size())];
     taken[pick] = true;
     if (!pool.connected(pick)) {
