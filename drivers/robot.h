@@ -33,17 +33,38 @@ struct AxisLimit {
 enum class MoveKind {
   kTransit,  ///< contact is an error and stops the arm
   kSearch,   ///< guarded: contact is what the move is for; needs an armed contact sensor
-  kRetreat,  ///< starts in contact; contact must have opened by its end
+  /// Starts in contact, which must have opened by its end. With way-points: by the end of the first
+  /// leg, where the arm leaves it at the latest; from then on as in a transit.
+  kRetreat,
 };
 
+/// A way-point that is passed without a stop.
+struct Via {
+  AxisAngles at_rad;
+  /// Shares (0..0.5) of the leg that leads here and of the one that leads on. The arm may leave the
+  /// first by so much before the way-point and joins the second by so much behind it; in between it
+  /// stays within the triangle (convex hull) of those two points and the way-point. 0 for either:
+  /// it comes to rest here (and goes on at once).
+  double in_share = 0.0, out_share = 0.0;
+};
+
+inline constexpr std::size_t kMaxVias = 12;
+using Vias = boost::container::static_vector<Via, kMaxVias>;
+
+/// A move is one straight line in joint space, or several with way-points between them. It is all
+/// of it or nothing: limits of every point are checked before anything moves. A stop brings the arm
+/// to rest on the path.
 struct Move {
   std::uint32_t id = 0;  ///< chosen by the caller, returned in the result
   MoveKind kind = MoveKind::kTransit;
   AxisAngles target_rad;
   /// The move's duration at constant speed, as if it had no ramps; the axis limits may make it
-  /// slower, never faster. 0: as fast as the limits allow.
+  /// slower, never faster. 0: as fast as the limits allow; the only one with way-points.
   double cruise_s = 0.0;
   std::uint16_t arm_id = 0;  ///< kSearch: the contact sensor's arming that guards this move
+  /// Before target_rad, in order; none: straight to the target. Not for searches. A robot that
+  /// cannot keep to the triangles comes to rest at each way-point.
+  Vias via{};
 };
 
 enum class MoveOutcome {
@@ -52,7 +73,7 @@ enum class MoveOutcome {
   kRevoked,            ///< kSearch: arm stopped on a trip that was noise
   kStopped,            ///< stop() was called
   kUnexpectedContact,  ///< contact outside an armed search
-  kStillInContact,     ///< kRetreat: contact did not open
+  kStillInContact,     ///< kRetreat: contact did not open (in time)
   kContactSilent,      ///< contact sensor's heartbeat missing or its link broken: arm stopped
   kRobotSilent,        ///< no packets from the controller: the arm's own time-out stops it
   kRefused,            ///< not begun: outside limits, not referenced, not armed, busy

@@ -82,20 +82,20 @@ struct EkiCore::Impl {
   void send_due(TimePoint now) {
     if (!state.connected || close) return;
     if (!greeted) return sender.repeat_hello(now);
-    if (mover.wants_stop() && move_to_send) return finish(mover.cancel());
+    if (mover.wants_stop() && mover.wants_sending()) {
+      if (const auto done = mover.cancel(now)) finish(*done);
+      return;
+    }
     if (mover.wants_stop()) {
       EkiCommand stop;
       stop.type = EkiType::kStop;
       stop.id = next_id;
       if (sender.send(stop, now, true)) mover.stop_sent(now);
     }
-    if (move_to_send) {
+    if (mover.wants_sending()) {
       EkiCommand command = mover.command();
       command.id = next_id + 1;
-      if (sender.send(command, now)) {
-        mover.sent(++next_id);
-        move_to_send = false;
-      }
+      if (sender.send(command, now)) mover.sent(++next_id);
     }
     if (ending && !mover.busy() && !bye_sent) {
       EkiCommand bye;
@@ -237,7 +237,6 @@ struct EkiCore::Impl {
     if (state.link != RobotLink::kReady) return refuse(*move, cause::NotReferenced{});
     if (const auto objection = object_to(*move, config.limits)) return refuse(*move, *objection);
     if (const auto refusal = mover.start(*move, actual(), now)) return finish(*refusal);
-    move_to_send = true;
     std::copy(move->target_rad.begin(), move->target_rad.end(), state.commanded_rad);
   }
 
@@ -246,7 +245,6 @@ struct EkiCore::Impl {
   }
 
   void finish(CoreResult result) {
-    move_to_send = false;
     // The dead man has stopped the controller's program by then: no pause is harmless.
     if (result.outcome == MoveOutcome::kRobotSilent) result.interruption = Interruption::kOther;
     // Where the arm is, or who moves it, is no longer known for sure: somebody has to look.
@@ -324,7 +322,7 @@ struct EkiCore::Impl {
   std::uint32_t last_time_ms = 0, time_turns = 0;
   std::uint64_t states_here = 0;
   bool heard_time = false, greeted = false, close = false, too_few_axes = false;
-  bool rereference_asked = false, move_to_send = false;
+  bool rereference_asked = false;
   bool ending = false, bye_sent = false;
   MoveQueue queue;
 };

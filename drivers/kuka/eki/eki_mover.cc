@@ -61,7 +61,6 @@ std::optional<CoreResult> EkiMover::start(const Move& move, const AxisAngles& at
   if (const auto why = too_fast(move, at_rad)) return refusal_of(move, *why, at_rad);
   sensor_.begin();
   move_ = move;
-  phase_ = Phase::kAsked;
   outcome_ = MoveOutcome::kArrived;
   cause_ = cause::None{};
   stop_wanted_ = stop_sent_ = by_input_ = false;
@@ -70,27 +69,33 @@ std::optional<CoreResult> EkiMover::start(const Move& move, const AxisAngles& at
   contact_.reset();
   latched_rad_.reset();
   latch_.reset();
-  asked_at_ = now;
-  choose_path(at_rad);
+  ask(0, at_rad, now);
   return std::nullopt;
+}
+
+void EkiMover::ask(std::size_t leg, const AxisAngles& from_rad, TimePoint now) {
+  leg_ = leg;
+  phase_ = Phase::kAsked;
+  asked_at_ = now;
+  choose_path(from_rad);
 }
 
 /// Never faster than asked for or than the limits allow.
 void EkiMover::choose_path(const AxisAngles& at_rad) {
   command_ = EkiCommand{};
   command_.type = EkiType::kMove;
-  for (const double target : move_.target_rad) {
+  const AxisAngles& target_rad = leg_target(move_, leg_);
+  for (const double target : target_rad) {
     command_.target_deg.push_back(target * kDegPerRad);
   }
   const bool at_input = config_.stop == EkiStop::kInput && move_.kind != MoveKind::kRetreat;
   command_.guard = at_input ? EkiGuard::kInput : EkiGuard::kNone;
   command_.percent = config_.transit_percent();
   if (move_.cruise_s <= 0.0) return;
-  const bool straight =
-      searching() || farthest_axis(at_rad, move_.target_rad).rad <= kLongestLinRad;
+  const bool straight = searching() || farthest_axis(at_rad, target_rad).rad <= kLongestLinRad;
   double shortest_s = move_.cruise_s, share = 0.0;
   for (std::size_t i = 0; i < at_rad.size(); ++i) {
-    const double travel = std::abs(move_.target_rad[i] - at_rad[i]);
+    const double travel = std::abs(target_rad[i] - at_rad[i]);
     shortest_s = std::max(shortest_s, travel / config_.limits[i].max_speed_rad_s);
     share = std::max(share, travel / (move_.cruise_s * config_.full_speed_rad_s[i]));
   }
@@ -118,10 +123,13 @@ void EkiMover::stop_sent(TimePoint now) {
   stop_sent_at_ = now;
 }
 
-CoreResult EkiMover::cancel() {
+std::optional<CoreResult> EkiMover::cancel(TimePoint now) {
   // A touch asks for the stop without a word on the outcome: that is the verdict's, had it begun.
   if (ends_well()) fail(MoveOutcome::kRefused, cause::TrippedAtStart{});
-  return result(record_.newest().actual_rad);
+  if (leg_ == 0) return result(record_.newest().actual_rad);
+  stop_wanted_ = false;  // nothing moves
+  begin_settling(now);
+  return std::nullopt;
 }
 
 CoreResult EkiMover::abandon(const Cause& cause) {
@@ -272,12 +280,21 @@ void EkiMover::take_done(const EkiState& state, TimePoint now) {
     case EkiOutcome::kStop:
       break;
   }
+  if (state.outcome == EkiOutcome::kArrived && !last_leg()) return take_leg_done(now);
   if (searching()) return take_search_done(state.outcome, now);
   if (state.outcome == EkiOutcome::kInput) {
     fail(MoveOutcome::kUnexpectedContact, cause::TouchedOutsideSearch{});
   } else if (state.outcome == EkiOutcome::kStop) {
     fail(MoveOutcome::kStopped, cause::StopAsked{});
   }
+}
+
+/// At a way-point: on at once, unless a retreat has not opened its contact on its first leg.
+void EkiMover::take_leg_done(TimePoint now) {
+  if (leg_ == 0 && move_.kind == MoveKind::kRetreat && sensor_.present() && !sensor_.opened()) {
+    return fail(MoveOutcome::kStillInContact, cause::ContactNotOpen{});
+  }
+  ask(leg_ + 1, leg_target(move_, leg_), now);
 }
 
 void EkiMover::take_search_done(EkiOutcome outcome, TimePoint now) {

@@ -2,6 +2,10 @@
 // One move that the controller carries out, from the telegram to the result.
 //
 //   asked --taken--> moving --done--> verdict (search with contact) --> settling --rest--> result
+//     ^---- next leg -----+
+//
+// A move through way-points is a command for each leg, one after the other: the controller comes
+// to rest at every way-point, and goes on with the telegram that its arrival asks for.
 //
 // The controller moves by itself and stops by itself: at the target, at its contact input, at the
 // flag that a stop telegram sets, or because it hears nothing. Here it is watched, the contact
@@ -34,6 +38,8 @@ class EkiMover {
   std::optional<CoreResult> start(const Move& move, const AxisAngles& at_rad, TimePoint now);
   /// Target, path, speed and guard; session, seq and id are the core's.
   const EkiCommand& command() const { return command_; }
+  /// The command is due.
+  bool wants_sending() const { return phase_ == Phase::kAsked && command_.id == 0; }
   void sent(std::uint32_t id) { command_.id = id; }
 
   /// A stop telegram for this move is due.
@@ -46,8 +52,9 @@ class EkiMover {
   std::optional<CoreResult> on_tick(TimePoint now);
   /// To rest, with this outcome. Without effect on a move that is being stopped already.
   void halt(MoveOutcome outcome, const Cause& cause);
-  /// The move was halted before it was sent.
-  CoreResult cancel();
+  /// The move was halted before its command was sent: over at once, or after the arm, which stands
+  /// at a way-point, has come to rest.
+  std::optional<CoreResult> cancel(TimePoint now);
   /// The move is over here; the controller stops it by itself.
   CoreResult abandon(const Cause& cause);
 
@@ -59,7 +66,10 @@ class EkiMover {
   bool searching() const { return move_.kind == MoveKind::kSearch; }
   bool under_way() const { return phase_ == Phase::kAsked || phase_ == Phase::kMoving; }
   void fail(MoveOutcome outcome, const Cause& cause);
+  void ask(std::size_t leg, const AxisAngles& from_rad, TimePoint now);
+  bool last_leg() const { return leg_ + 1 == leg_count(move_); }
   void choose_path(const AxisAngles& at_rad);
+  void take_leg_done(TimePoint now);
   std::optional<Cause> too_fast(const Move& move, const AxisAngles& at_rad) const;
   void watch_search(TimePoint now);
   void watch_arrived(TimePoint now);
@@ -79,7 +89,8 @@ class EkiMover {
 
   Phase phase_ = Phase::kIdle;
   Move move_;
-  EkiCommand command_;
+  std::size_t leg_ = 0;
+  EkiCommand command_;  ///< of that leg
   MoveOutcome outcome_ = MoveOutcome::kArrived;
   Cause cause_;
   TimePoint asked_at_{}, stop_sent_at_{}, done_at_{};

@@ -10,7 +10,8 @@
 
 namespace cellcal::drivers {
 
-/// An axis counts from 0; what is limited has the limit beside it.
+/// An axis counts from 0; what is limited has the limit beside it. `via`: the way-point that it is
+/// said of, from 1; 0 is the target.
 namespace cause {
 
 struct None {};
@@ -21,35 +22,53 @@ struct Busy {};
 struct Closing {};  ///< the session is being ended
 struct AxisCount {
   std::size_t given = 0, expected = 0;
+  std::uint8_t via = 0;
 };
 struct NotFinite {
   std::uint8_t axis = 0;
   double target = 0.0;
+  std::uint8_t via = 0;
 };
 struct BelowLimit {
   std::uint8_t axis = 0;
   double target_deg = 0.0, limit_deg = 0.0;
+  std::uint8_t via = 0;
 };
 struct AboveLimit {
   std::uint8_t axis = 0;
   double target_deg = 0.0, limit_deg = 0.0;
+  std::uint8_t via = 0;
 };
 struct CorrectionLimit {
   std::uint8_t axis = 0;
   double correction_deg = 0.0, limit_deg = 0.0;
+  std::uint8_t via = 0;
 };
 struct ShiftLimit {  ///< corrections in space
   double shift_mm = 0.0, limit_mm = 0.0;
+  std::uint8_t via = 0;
 };
 struct TurnLimit {
   double turn_deg = 0.0, limit_deg = 0.0;
+  std::uint8_t via = 0;
 };
 struct NearSingular {
   std::uint8_t axis = 0;
   double gain = 0.0, limit = 0.0;  ///< its way over the TCP's [rad per m or rad]
+  std::uint8_t via = 0;
 };
 struct BadCruise {
   double cruise_s = 0.0;
+};
+struct CruiseByWayPoints {  ///< one duration for several legs
+  double cruise_s = 0.0;
+};
+struct SearchByWayPoints {
+  std::size_t vias = 0;
+};
+struct BadShare {
+  double share = 0.0, limit = 0.0;
+  std::uint8_t via = 0;
 };
 struct StopAsked {};
 
@@ -159,6 +178,7 @@ using Cause =
     std::variant<cause::None, cause::NotReferenced, cause::Busy, cause::Closing, cause::AxisCount,
                  cause::NotFinite, cause::BelowLimit, cause::AboveLimit, cause::CorrectionLimit,
                  cause::ShiftLimit, cause::TurnLimit, cause::NearSingular, cause::BadCruise,
+                 cause::CruiseByWayPoints, cause::SearchByWayPoints, cause::BadShare,
                  cause::StopAsked, cause::NoSensor, cause::NotArmed, cause::ArmedOtherwise,
                  cause::TouchingAtStart, cause::TrippedAtStart, cause::SensorDead,
                  cause::SensorLate, cause::KeepAliveLate, cause::ArmExpired, cause::TripUnconfirmed,

@@ -26,6 +26,11 @@ const char* const kSpaceChecks =
     "POSCORR are those of correction_limit_mm and correction_turn_limit_deg or more: it clamps "
     "silently";
 
+/// Which point of a move it is said of; the target needs no name.
+std::string point(std::uint8_t via) {
+  return via == 0 ? std::string() : fmt::format("way-point {}, ", via);
+}
+
 /// One for each kind of cause: the compiler names a kind that has none.
 struct Words {
   const CoreResult& result;  ///< of the link and the kind of correction, where the words need them
@@ -44,49 +49,64 @@ struct Words {
     return "the session with the controller is being ended";
   }
   std::string operator()(const cause::AxisCount& c) const {
-    return fmt::format("{} axes in the target, {} in the robot", c.given, c.expected);
+    return fmt::format("{} axes in {}, {} in the robot", c.given,
+                       c.via == 0 ? "the target" : fmt::format("way-point {}", c.via), c.expected);
   }
   std::string operator()(const cause::NotFinite& c) const {
-    return fmt::format("{}: target {} is not a finite angle", name(c.axis), c.target);
+    return fmt::format("{}{}: target {} is not a finite angle", point(c.via), name(c.axis),
+                       c.target);
   }
   std::string operator()(const cause::BelowLimit& c) const {
-    return fmt::format("{}: target {:.4f} deg, lower axis limit {:.4f} deg", name(c.axis),
-                       c.target_deg, c.limit_deg);
+    return fmt::format("{}{}: target {:.4f} deg, lower axis limit {:.4f} deg", point(c.via),
+                       name(c.axis), c.target_deg, c.limit_deg);
   }
   std::string operator()(const cause::AboveLimit& c) const {
-    return fmt::format("{}: target {:.4f} deg, upper axis limit {:.4f} deg", name(c.axis),
-                       c.target_deg, c.limit_deg);
+    return fmt::format("{}{}: target {:.4f} deg, upper axis limit {:.4f} deg", point(c.via),
+                       name(c.axis), c.target_deg, c.limit_deg);
   }
   std::string operator()(const cause::CorrectionLimit& c) const {
     return fmt::format(
-        "{}: correction {:.4f} deg, limit +-{:.4f} deg. Begin the session nearer to the "
+        "{}{}: correction {:.4f} deg, limit +-{:.4f} deg. Begin the session nearer to the "
         "target, or raise correction_limit_deg, make the controller's files again "
         "(kuka-files: {}AXISCORRMON), copy them to the controller and cold-start it",
-        name(c.axis), c.correction_deg, c.limit_deg, result.in_space ? "" : "AXISCORR, ");
+        point(c.via), name(c.axis), c.correction_deg, c.limit_deg,
+        result.in_space ? "" : "AXISCORR, ");
   }
   std::string operator()(const cause::ShiftLimit& c) const {
     return fmt::format(
-        "correction in space: shift {:.2f} mm, limit {:.2f} mm. Begin the session nearer to "
+        "{}correction in space: shift {:.2f} mm, limit {:.2f} mm. Begin the session nearer to "
         "the target, or raise the limits of POSCORR, POSCORRMON and correction_limit_mm",
-        c.shift_mm, c.limit_mm);
+        point(c.via), c.shift_mm, c.limit_mm);
   }
   std::string operator()(const cause::TurnLimit& c) const {
     return fmt::format(
-        "correction in space: rotation {:.2f} deg, limit {:.2f} deg. Begin the session with "
+        "{}correction in space: rotation {:.2f} deg, limit {:.2f} deg. Begin the session with "
         "the tool nearer to the target's orientation, or raise MaxRotAngle of POSCORR and "
         "POSCORRMON and correction_turn_limit_deg",
-        c.turn_deg, c.limit_deg);
+        point(c.via), c.turn_deg, c.limit_deg);
   }
   std::string operator()(const cause::NearSingular& c) const {
     return fmt::format(
-        "near a singularity: {} would turn {:.0f} times as far as the TCP on this line "
+        "{}near a singularity: {} would turn {:.0f} times as far as the TCP on this line "
         "(limit {:.0f}). A4 and A6 are in line, the arm is stretched, or the wrist is above "
         "A1: begin the session elsewhere, or use axis corrections (AXISCORR, correction = "
         "\"axes\")",
-        name(c.axis), c.gain, c.limit);
+        point(c.via), name(c.axis), c.gain, c.limit);
   }
   std::string operator()(const cause::BadCruise& c) const {
     return fmt::format("cruise time {} s is not a duration", c.cruise_s);
+  }
+  std::string operator()(const cause::CruiseByWayPoints& c) const {
+    return fmt::format(
+        "cruise time {} s for a move with way-points: it belongs to one straight line. Leave it 0",
+        c.cruise_s);
+  }
+  std::string operator()(const cause::SearchByWayPoints& c) const {
+    return fmt::format("{} way-points in a search: it goes straight to its target", c.vias);
+  }
+  std::string operator()(const cause::BadShare& c) const {
+    return fmt::format("{}share {} of a leg is not within 0 and {}", point(c.via), c.share,
+                       c.limit);
   }
   std::string operator()(const cause::StopAsked&) const { return "stopped on request"; }
 

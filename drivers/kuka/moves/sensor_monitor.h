@@ -48,6 +48,8 @@ class SensorMonitor {
   /// After listen(), during a transit or a retreat: contact where none may be. A retreat begins in
   /// contact, and a contact that breaks chatters.
   bool touched(MoveKind kind, TimePoint now);
+  /// A retreat, after touched(): its contact was seen open.
+  bool opened() const { return was_open_; }
 
  private:
   ContactGuard* guard_;

@@ -3,18 +3,44 @@
 #include <algorithm>
 #include <cmath>
 
+#include "drivers/kuka/rsi/halving.h"
+
 namespace cellcal::drivers {
 namespace {
-
-// Shorter than this no axis moves: a thousandth of what six decimals of a degree can say.
-constexpr double kNoTravelRad = 1e-11;
 
 ScalarState after(const ScalarState& start, double jerk, double t) {
   return {start.position + t * (start.speed + t * (start.acceleration / 2 + t * jerk / 6)),
           start.speed + t * (start.acceleration + t * jerk / 2), start.acceleration + t * jerk};
 }
 
+/// Between two speeds over a distance that is long enough: the highest speed on the way.
+double peak_speed(double from, double to, double distance, const ScalarLimits& limits) {
+  const auto fits = [&](double peak) {
+    return ramp_distance(from, peak, limits) + ramp_distance(peak, to, limits) <= distance;
+  };
+  const double least = std::max(from, to);
+  return fits(limits.speed) ? limits.speed : last_where(least, limits.speed, fits);
+}
+
 }  // namespace
+
+double ramp_duration_s(double from_speed, double to_speed, const ScalarLimits& limits) {
+  const auto [v, a, j] = limits;
+  const double change = std::abs(to_speed - from_speed);
+  return change * j >= a * a ? change / a + a / j : 2 * std::sqrt(change / j);
+}
+
+double ramp_distance(double from_speed, double to_speed, const ScalarLimits& limits) {
+  return (from_speed + to_speed) / 2 * ramp_duration_s(from_speed, to_speed, limits);
+}
+
+double reachable_speed(double from_speed, double distance, double cap, const ScalarLimits& limits) {
+  const auto fits = [&](double speed) {
+    return ramp_distance(from_speed, speed, limits) <= distance;
+  };
+  if (cap <= from_speed || fits(cap)) return cap;
+  return last_where(from_speed, cap, fits);
+}
 
 void ScalarProfile::append(double duration_s, double jerk) {
   if (duration_s <= 0.0) return;
@@ -23,10 +49,22 @@ void ScalarProfile::append(double duration_s, double jerk) {
   duration_s_ += duration_s;
 }
 
-ScalarProfile ScalarProfile::travel(double distance, const ScalarLimits& limits) {
+void ScalarProfile::append_ramp(double to_speed, const ScalarLimits& limits) {
+  const double a = limits.acceleration;
+  const double change = to_speed - end_.speed, most = std::abs(change);
+  const double jerk = std::copysign(limits.jerk, change);
+  const double jerk_s =
+      most * limits.jerk >= a * a ? a / limits.jerk : std::sqrt(most / limits.jerk);
+  append(jerk_s, jerk);
+  append(most * limits.jerk >= a * a ? most / a - jerk_s : 0.0, 0.0);
+  append(jerk_s, -jerk);
+  end_.speed = to_speed;
+  end_.acceleration = 0.0;
+}
+
+void ScalarProfile::travel_from_rest(double distance, const ScalarLimits& limits) {
   const auto [v, a, j] = limits;
-  ScalarProfile profile;
-  if (distance <= 0.0) return profile;
+  if (distance <= 0.0) return;
   // Ramp to full speed: with or without a phase of constant acceleration.
   double jerk_s = v * j >= a * a ? a / j : std::sqrt(v / j);
   double ramp_s = v * j >= a * a ? jerk_s + v / a : 2 * jerk_s;
@@ -42,23 +80,41 @@ ScalarProfile ScalarProfile::travel(double distance, const ScalarLimits& limits)
     }
   }
   const double level_s = ramp_s - 2 * jerk_s;
-  profile.append(jerk_s, j);
-  profile.append(level_s, 0.0);
-  profile.append(jerk_s, -j);
-  profile.append(cruise_s, 0.0);
-  profile.append(jerk_s, -j);
-  profile.append(level_s, 0.0);
-  profile.append(jerk_s, j);
-  profile.end_ = {distance, 0.0, 0.0};  // what the sums are but for rounding
-  return profile;
+  append(jerk_s, j);
+  append(level_s, 0.0);
+  append(jerk_s, -j);
+  append(cruise_s, 0.0);
+  append(jerk_s, -j);
+  append(level_s, 0.0);
+  append(jerk_s, j);
+  end_.speed = end_.acceleration = 0.0;
 }
 
-ScalarProfile ScalarProfile::brake(const ScalarState& state, const ScalarLimits& limits) {
+void ScalarProfile::travel_to(double position, double end_speed, const ScalarLimits& limits) {
+  const double distance = position - end_.position;
+  if (end_.speed == 0.0 && end_speed == 0.0) {
+    travel_from_rest(distance, limits);
+  } else {
+    const double peak = peak_speed(end_.speed, end_speed, distance, limits);
+    const double ramps =
+        ramp_distance(end_.speed, peak, limits) + ramp_distance(peak, end_speed, limits);
+    append_ramp(peak, limits);
+    append((distance - ramps) / peak, 0.0);
+    append_ramp(end_speed, limits);
+  }
+  end_.position = position;
+}
+
+void ScalarProfile::cruise_to(double position) {
+  append((position - end_.position) / end_.speed, 0.0);
+  end_.position = position;
+}
+
+void ScalarProfile::slow(double end_speed, const ScalarLimits& limits) {
   const double a = limits.acceleration, j = limits.jerk;
-  const double v0 = std::max(0.0, state.speed), a0 = state.acceleration;
-  ScalarProfile profile;
-  profile.end_ = state;
-  // Deceleration rises to `peak` and falls back to zero just as the speed does.
+  const double v0 = end_speed > 0.0 ? end_.speed - end_speed : std::max(0.0, end_.speed);
+  const double a0 = end_.acceleration;
+  // Deceleration rises to `peak` and falls back to zero just as the speed is there.
   double peak = std::sqrt(std::max(0.0, j * v0 + a0 * a0 / 2));
   double hold_s = 0.0;
   if (peak > a) {
@@ -66,66 +122,40 @@ ScalarProfile ScalarProfile::brake(const ScalarState& state, const ScalarLimits&
     hold_s = (v0 + a0 * a0 / (2 * j) - peak * peak / j) / peak;
   }
   // Within a stop already, the first phase is over, and only rounding could ask for some of it.
-  profile.append(std::max(0.0, a0 + peak) / j, -j);
-  profile.append(hold_s, 0.0);
-  profile.append(peak / j, j);
-  profile.end_.speed = profile.end_.acceleration = 0.0;
+  append(std::max(0.0, a0 + peak) / j, -j);
+  append(hold_s, 0.0);
+  append(peak / j, j);
+  end_.speed = end_speed;
+  end_.acceleration = 0.0;
+}
+
+ScalarProfile ScalarProfile::travel(double distance, const ScalarLimits& limits) {
+  ScalarProfile profile;
+  if (distance > 0.0) profile.travel_to(distance, 0.0, limits);
   return profile;
+}
+
+ScalarProfile ScalarProfile::brake(const ScalarState& state, const ScalarLimits& limits) {
+  ScalarProfile profile(state);
+  profile.slow(0.0, limits);
+  return profile;
+}
+
+const ScalarProfile::Piece& ScalarProfile::piece_at(double& t_s) const {
+  t_s = std::max(0.0, t_s);
+  std::size_t i = 0;
+  while (i + 1 < pieces_.size() && t_s >= pieces_[i].duration_s) t_s -= pieces_[i++].duration_s;
+  return pieces_[i];
 }
 
 ScalarState ScalarProfile::at(double t_s) const {
   if (t_s >= duration_s_ || pieces_.empty()) return end_;
-  t_s = std::max(0.0, t_s);
-  std::size_t i = 0;
-  while (i + 1 < pieces_.size() && t_s >= pieces_[i].duration_s) t_s -= pieces_[i++].duration_s;
-  return after(pieces_[i].start, pieces_[i].jerk, t_s);
+  const Piece& piece = piece_at(t_s);
+  return after(piece.start, piece.jerk, t_s);
 }
 
-LineMove::LineMove(const AxisAngles& from_rad, const AxisAngles& to_rad,
-                   std::span<const AxisLimit> limits, double cruise_s)
-    : from_rad_(from_rad), to_rad_(to_rad) {
-  limits_ = {HUGE_VAL, HUGE_VAL, HUGE_VAL};
-  for (std::size_t i = 0; i < from_rad.size(); ++i) {
-    const double share = std::abs(to_rad[i] - from_rad[i]);
-    longest_rad_ = std::max(longest_rad_, share);
-    if (share < kNoTravelRad) continue;
-    limits_.speed = std::min(limits_.speed, limits[i].max_speed_rad_s / share);
-    limits_.acceleration =
-        std::min(limits_.acceleration, limits[i].max_acceleration_rad_s2 / share);
-    limits_.jerk = std::min(limits_.jerk, limits[i].max_jerk_rad_s3 / share);
-  }
-  if (longest_rad_ < kNoTravelRad) return;
-  if (cruise_s > 0.0) limits_.speed = std::min(limits_.speed, 1.0 / cruise_s);
-  profile_ = ScalarProfile::travel(1.0, limits_);
-}
-
-AxisAngles LineMove::at(double t_s) const {
-  if (!braked_ && t_s >= profile_.duration_s()) return to_rad_;
-  const double s = profile_.at(t_s).position;
-  AxisAngles angles = from_rad_;
-  for (std::size_t i = 0; i < angles.size(); ++i) angles[i] += s * (to_rad_[i] - from_rad_[i]);
-  return angles;
-}
-
-double LineMove::fastest_axis_rad_s(double t_s) const {
-  return std::abs(profile_.at(t_s).speed) * longest_rad_;
-}
-
-void LineMove::brake_at(double t_s) {
-  if (longest_rad_ < kNoTravelRad) return;
-  profile_ = ScalarProfile::brake(profile_.at(t_s), limits_);
-  braked_ = true;
-}
-
-void LineMove::brake_within(double t_s, double longest_s) {
-  constexpr double kHarder = 1.2;
-  const ScalarState state = profile_.at(t_s);
-  brake_at(t_s);
-  for (ScalarLimits limits = limits_; braked_ && duration_s() > longest_s;) {
-    limits.acceleration *= kHarder;
-    limits.jerk *= kHarder;
-    profile_ = ScalarProfile::brake(state, limits);
-  }
+double ScalarProfile::jerk_at(double t_s) const {
+  return t_s >= duration_s_ || pieces_.empty() ? 0.0 : piece_at(t_s).jerk;
 }
 
 }  // namespace cellcal::drivers

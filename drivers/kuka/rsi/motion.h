@@ -1,12 +1,11 @@
 #pragma once
-// Jerk-limited travel (double-S) in closed form, from rest to rest and from any state to rest.
+// Jerk-limited travel (double-S) in closed form on one scalar: from speed to speed, and from any
+// state to a lower speed or to rest.
 //
-// A straight joint-space line runs on one scalar 0..1; each axis' limits divided by its share of
-// the line become limits of the scalar, so every axis keeps its own. Source of the double-S:
-// Biagiotti, Melchiorri, Trajectory Planning for Automatic Machines and Robots, 3.4.
+// Source of the double-S: Biagiotti, Melchiorri, Trajectory Planning for Automatic Machines and
+// Robots, 3.4.
 
 #include <boost/container/static_vector.hpp>
-#include <span>
 
 #include "drivers/robot.h"
 
@@ -20,56 +19,57 @@ struct ScalarState {
   double position = 0.0, speed = 0.0, acceleration = 0.0;
 };
 
+/// From one speed to another without acceleration at either end, as fast as the limits allow.
+double ramp_duration_s(double from_speed, double to_speed, const ScalarLimits& limits);
+double ramp_distance(double from_speed, double to_speed, const ScalarLimits& limits);
+/// The highest speed up to `cap` that can be reached so within `distance` from `from_speed`; or
+/// from which that can be reached, which is the same.
+double reachable_speed(double from_speed, double distance, double cap, const ScalarLimits& limits);
+
 /// Pieces of constant jerk.
 class ScalarProfile {
  public:
-  /// Empty: stands at 0.
+  /// Stands at 0.
   ScalarProfile() = default;
   /// From rest at 0 to rest at `distance` >= 0, as fast as the limits allow.
   static ScalarProfile travel(double distance, const ScalarLimits& limits);
   /// From `state` (speed >= 0) to rest, as soon as acceleration and jerk limits allow.
   static ScalarProfile brake(const ScalarState& state, const ScalarLimits& limits);
+  /// In `state`; what follows is appended.
+  explicit ScalarProfile(const ScalarState& state) : end_(state) {}
+
+  /// On to `position`, not behind the end, and `end_speed` there, no acceleration at either end.
+  /// `end_speed` has to be within reach (reachable_speed).
+  void travel_to(double position, double end_speed, const ScalarLimits& limits);
+  /// On at the speed that it has, to `position`.
+  void cruise_to(double position);
+  /// On to `end_speed`, at most what it comes to when the acceleration is taken back at once.
+  void slow(double end_speed, const ScalarLimits& limits);
+  /// The end is exactly here: what the sums are but for rounding.
+  void end_at(double position) { end_.position = position; }
 
   double duration_s() const { return duration_s_; }
-  /// Before 0 the state at 0; at and after the duration the exact end, at rest.
+  const ScalarState& end() const { return end_; }
+  /// Before 0 the state at 0; at and after the duration the exact end.
   ScalarState at(double t_s) const;
+  double jerk_at(double t_s) const;
 
  private:
   struct Piece {
     double duration_s, jerk;
     ScalarState start;
   };
-  void append(double duration_s, double jerk);
+  // Seven for a leg of a path, one for the corner behind it; a brake takes three for either.
+  static constexpr std::size_t kMostPieces = 8 * (kMaxVias + 1);
 
-  boost::container::static_vector<Piece, 7> pieces_;
+  void append(double duration_s, double jerk);
+  void append_ramp(double to_speed, const ScalarLimits& limits);
+  void travel_from_rest(double distance, const ScalarLimits& limits);
+  const Piece& piece_at(double& t_s) const;
+
+  boost::container::static_vector<Piece, kMostPieces> pieces_;
   double duration_s_ = 0.0;
   ScalarState end_;
-};
-
-/// A move along a straight line in joint space.
-class LineMove {
- public:
-  LineMove() = default;
-  /// `cruise_s`: duration at constant speed as if there were no ramps (0: none asked for).
-  LineMove(const AxisAngles& from_rad, const AxisAngles& to_rad, std::span<const AxisLimit> limits,
-           double cruise_s);
-
-  double duration_s() const { return profile_.duration_s(); }
-  /// At and after the duration the exact target, unless braked.
-  AxisAngles at(double t_s) const;
-  /// Speed of the fastest axis [rad/s].
-  double fastest_axis_rad_s(double t_s) const;
-  /// From t on: stop on the same line as soon as the limits allow. Time starts at 0 again.
-  void brake_at(double t_s);
-  /// Likewise within `longest_s`, beyond the limits if it must be.
-  void brake_within(double t_s, double longest_s);
-
- private:
-  AxisAngles from_rad_, to_rad_;
-  double longest_rad_ = 0.0;
-  ScalarLimits limits_;
-  ScalarProfile profile_;
-  bool braked_ = false;
 };
 
 }  // namespace cellcal::drivers

@@ -21,6 +21,10 @@ constexpr int kStandsUnheard = 3;
 
 double seconds(Duration d) { return std::chrono::duration<double>(d).count(); }
 
+void rest_at_way_points(Move& move) {
+  for (Via& via : move.via) via.in_share = via.out_share = 0.0;
+}
+
 int settle_window(double cycle_s) {
   const int cycles = static_cast<int>(std::ceil(kSettleWindowS / cycle_s));
   return std::clamp(cycles, kSettleFewest, static_cast<int>(PositionRecord::kDepth / 4));
@@ -42,7 +46,10 @@ std::optional<CoreResult> Mover::start(const Move& move, const AxisAngles& comma
   }
   sensor_.begin();
   move_ = move;
-  line_ = LineMove(commanded_rad, move.target_rad, config_.limits, move.cruise_s);
+  if (config_.space.on) rest_at_way_points(move_);
+  path_ = PathMove(commanded_rad, move.target_rad, config_.limits, move.cruise_s, move_.via);
+  const bool on_a_first_leg = move.kind == MoveKind::kRetreat && !move.via.empty();
+  open_by_s_ = on_a_first_leg ? path_.first_leg_s() : HUGE_VAL;
   t_s_ = 0.0;
   in_motion_ = true;
   braking_ = false;
@@ -67,7 +74,7 @@ void Mover::end_travel(Phase next, MoveOutcome outcome, const Cause& cause) {
 
 void Mover::brake() {
   if (!in_motion_ || braking_) return;
-  if (line_.fastest_axis_rad_s(t_s_) <= kProbingSpeedRadS) {
+  if (path_.fastest_axis_rad_s(t_s_) <= kProbingSpeedRadS) {
     in_motion_ = false;
     return;
   }
@@ -75,9 +82,9 @@ void Mover::brake() {
   // still commanded leads it further.
   const bool astray = config_.space.on && outcome_ == MoveOutcome::kNotFollowing;
   if (searching() || astray) {
-    line_.brake_within(t_s_, std::max(kSearchRampS, 3 * cycle_s_));
+    path_.brake_within(t_s_, std::max(kSearchRampS, 3 * cycle_s_));
   } else {
-    line_.brake_at(t_s_);
+    path_.brake_at(t_s_);
   }
   braking_ = true;
   t_s_ = 0.0;
@@ -137,12 +144,14 @@ void Mover::await_verdict(TimePoint now) {
   }
 }
 
-void Mover::watch_other(TimePoint now) {
+void Mover::watch_other(const MoverCycle& cycle) {
   if (!sensor_.present()) return;
   if (!sensor_.heard().snapshot.alive) {
     halt(MoveOutcome::kContactSilent, cause::SensorDead{});
-  } else if (sensor_.touched(move_.kind, now)) {
+  } else if (sensor_.touched(move_.kind, cycle.now)) {
     halt(MoveOutcome::kUnexpectedContact, cause::TouchedOutsideSearch{});
+  } else if (!sensor_.opened() && t_s_ + cycle.cycle_s > open_by_s_) {
+    halt(MoveOutcome::kStillInContact, cause::ContactNotOpen{});
   }
 }
 
@@ -167,7 +176,7 @@ std::optional<CoreResult> Mover::step(const MoverCycle& cycle, AxisAngles& comma
     if (ends_well() && phase_ != Phase::kVerdict) watch_search(cycle.now);
     if (phase_ == Phase::kVerdict) await_verdict(cycle.now);
   } else if (ends_well()) {
-    watch_other(cycle.now);
+    watch_other(cycle);
   }
   if (!cycle.advance) return std::nullopt;
   unheard_cycles_ = cycle.heard ? 0 : unheard_cycles_ + 1;
@@ -178,8 +187,8 @@ std::optional<CoreResult> Mover::step(const MoverCycle& cycle, AxisAngles& comma
   }
   if (in_motion_) {
     t_s_ += cycle.cycle_s;
-    commanded_rad = line_.at(t_s_);
-    in_motion_ = t_s_ < line_.duration_s();
+    commanded_rad = path_.at(t_s_);
+    in_motion_ = t_s_ < path_.duration_s();
     if (!in_motion_ && phase_ == Phase::kTravelling) phase_ = Phase::kSettling;
     return std::nullopt;
   }

@@ -7,8 +7,11 @@
 //       +--> settling (other stops)
 //
 // Every stop takes effect in the reply that is being made. Up to probing speed it is a freeze.
-// Above it the arm brakes on the same line: a search within a few cycles, whatever the limits;
+// Above it the arm brakes on the same path: a search within a few cycles, whatever the limits;
 // other moves as soon as their jerk limit allows.
+//
+// Way-points are passed without stops. Where corrections are in space it comes to rest at each of
+// them: limits and singularities are looked at along straight lines.
 
 #include <cstdint>
 #include <optional>
@@ -19,7 +22,7 @@
 #include "drivers/kuka/rsi/link/ipoc_clock.h"
 #include "drivers/kuka/rsi/link/rsi_config.h"
 #include "drivers/kuka/rsi/link/rsi_report.h"
-#include "drivers/kuka/rsi/motion.h"
+#include "drivers/kuka/rsi/path_move.h"
 
 namespace cellcal::drivers {
 
@@ -65,7 +68,7 @@ class Mover {
   void end_travel(Phase next, MoveOutcome outcome, const Cause& cause);
   void brake();
   void watch_search(TimePoint now);
-  void watch_other(TimePoint now);
+  void watch_other(const MoverCycle& cycle);
   void await_verdict(TimePoint now);
   void watch_following(const MoverCycle& cycle);
   std::optional<CoreResult> settle(const MoverCycle& cycle, const AxisAngles& commanded_rad);
@@ -78,9 +81,10 @@ class Mover {
 
   Phase phase_ = Phase::kIdle;
   Move move_;
-  LineMove line_;
+  PathMove path_;
   double t_s_ = 0.0;
-  bool in_motion_ = false, braking_ = false;  ///< on the line
+  bool in_motion_ = false, braking_ = false;  ///< on the path
+  double open_by_s_ = 0.0;                    ///< retreat: so long its contact may be closed
   int unheard_cycles_ = 0;                    ///< in a row
   double cycle_s_ = 0.0;
   MoveOutcome outcome_ = MoveOutcome::kArrived;

@@ -17,6 +17,10 @@ template <class Kind>
 std::vector<double> numbers(const Kind& kind) {
   if constexpr (std::is_empty_v<Kind>) {
     return {};
+  } else if constexpr (requires { Kind{{}, {}, {}, {}}; }) {
+    const auto& [a, b, c, d] = kind;
+    return {static_cast<double>(a), static_cast<double>(b), static_cast<double>(c),
+            static_cast<double>(d)};
   } else if constexpr (requires { Kind{{}, {}, {}}; }) {
     const auto& [a, b, c] = kind;
     return {static_cast<double>(a), static_cast<double>(b), static_cast<double>(c)};

@@ -164,7 +164,13 @@ std::optional<Cause> RsiSetpoint::object_to(const Move& move) const {
   if (const auto objection =
           drivers::object_to(move, config_.limits, config_.correction_limit_deg, base_))
     return objection;
-  return space_.object_to(correction_rad(commanded_), correction_rad(move.target_rad));
+  AxisAngles from = correction_rad(commanded_);
+  for (std::size_t leg = 0; leg < leg_count(move); ++leg) {
+    const AxisAngles to = correction_rad(leg_target(move, leg));
+    if (const auto objection = space_.object_to(from, to)) return of_leg(*objection, move, leg);
+    from = to;
+  }
+  return std::nullopt;
 }
 
 std::span<const double> RsiSetpoint::on_wire(std::span<const double> axes_deg) {

@@ -49,8 +49,8 @@ class RsiSetpoint {
   const AxisAngles& commanded_rad() const { return commanded_; }
   const AxisAngles& base_rad() const { return base_; }  ///< pose at correction 0
 
-  /// What can be said against a move from here. Where corrections are in space, its whole line is
-  /// looked at.
+  /// What can be said against a move from here. Where corrections are in space, each of its lines is
+  /// looked at as a whole.
   std::optional<Cause> object_to(const Move& move) const;
   /// In space: how far RIst is from where the geometry has the TCP.
   TcpApart tcp_apart(const RobFrame& frame, const AxisAngles& actual_rad) const {

@@ -56,6 +56,116 @@ TEST(EkiMove, IsCheckedBeforeAnythingIsSent) {
   EXPECT_EQ(rig.written.find("Type=\"3\""), std::string::npos);
 }
 
+/// By way of 20 deg of A1, and of 20 deg of A3, to 10 deg of A1 less.
+Move by_way_points(EkiRig& rig, MoveKind kind = MoveKind::kTransit) {
+  Move move{++rig.last_id, kind, rig.actual(), 0.0, 0};
+  AxisAngles via = rig.actual();
+  via[0] += 20 * kEkiDeg;
+  move.via.push_back({via, 0.5, 0.5});
+  via[2] += 20 * kEkiDeg;
+  move.via.push_back({via, 0.5, 0.5});
+  via[0] -= 10 * kEkiDeg;
+  move.target_rad = via;
+  return move;
+}
+
+TEST(EkiWayPoints, AreVisitedOneAfterTheOtherInOneMove) {
+  EkiRig rig;
+  rig.make_ready();
+  const Move move = by_way_points(rig);
+  rig.core.begin(move);
+  std::vector<double> nearest(2, HUGE_VAL);
+  std::optional<CoreResult> result;
+  rig.run_until([&] {
+    const std::vector<double> at = rig.krc.actual_rad_at(rig.now);
+    for (std::size_t v = 0; v < 2; ++v) {
+      double off = 0.0;
+      for (std::size_t i = 0; i < 6; ++i)
+        off = std::max(off, std::abs(at[i] - move.via[v].at_rad[i]));
+      nearest[v] = std::min(nearest[v], off);
+    }
+    result = rig.core.take_result();
+    return result.has_value();
+  });
+  ASSERT_TRUE(result);
+  EXPECT_EQ(result->outcome, MoveOutcome::kArrived) << words(*result);
+  EXPECT_EQ(result->id, move.id);
+  for (std::size_t i = 0; i < 6; ++i) EXPECT_NEAR(result->at_rad[i], move.target_rad[i], 1e-5);
+  for (const double off : nearest) EXPECT_LT(off, 0.05 * kEkiDeg);
+  EXPECT_EQ(rig.krc.moves(), 3u);
+  rig.run(1s);
+  EXPECT_FALSE(rig.core.take_result()) << "one move, one result";
+}
+
+TEST(EkiWayPoints, AStopOnALaterLegIsTheEndOfAllOfThem) {
+  for (const auto after : {200ms, 500ms, 900ms}) {
+    EkiRig rig;
+    rig.make_ready();
+    const Move move = by_way_points(rig);
+    rig.core.begin(move);
+    rig.run(after);
+    rig.core.stop();
+    const CoreResult result = rig.finish();
+    EXPECT_EQ(result.outcome, MoveOutcome::kStopped) << words(result);
+    const auto moves = rig.krc.moves();
+    EXPECT_LE(moves, 3u);
+    rig.run(1s);
+    EXPECT_EQ(rig.krc.moves(), moves);
+    EXPECT_FALSE(rig.krc.moving());
+    EXPECT_EQ(rig.move(MoveKind::kTransit, rig.moved_by(0, -5)).outcome, MoveOutcome::kArrived);
+  }
+}
+
+TEST(EkiWayPoints, AllOfThemAreCheckedBeforeAnythingIsSent) {
+  EkiRig rig;
+  rig.make_ready();
+  Move beyond = by_way_points(rig);
+  beyond.via[1].at_rad[1] = 70 * kEkiDeg;
+  rig.core.begin(beyond);
+  const CoreResult result = rig.finish();
+  EXPECT_EQ(result.outcome, MoveOutcome::kRefused);
+  const auto* why = std::get_if<cause::AboveLimit>(&result.cause);
+  ASSERT_NE(why, nullptr) << words(result);
+  EXPECT_EQ(why->via, 2);
+  rig.core.begin(by_way_points(rig, MoveKind::kSearch));
+  EXPECT_TRUE(is<cause::SearchByWayPoints>(rig.finish().cause));
+  EXPECT_EQ(rig.written.find("Type=\"3\""), std::string::npos);
+}
+
+TEST(EkiWayPoints, ATouchOnTheSecondLegStopsIt) {
+  EkiRig rig;
+  rig.make_ready();
+  const Move move = by_way_points(rig);
+  rig.core.begin(move);
+  ASSERT_TRUE(rig.run_until(
+      [&] { return rig.krc.actual_rad_at(rig.now)[2] > move.via[0].at_rad[2] + 2 * kEkiDeg; }));
+  rig.guard.touch(true);
+  const CoreResult result = rig.finish();
+  EXPECT_EQ(result.outcome, MoveOutcome::kUnexpectedContact) << words(result);
+  EXPECT_LT(result.at_rad[2], move.via[1].at_rad[2]);
+  EXPECT_EQ(rig.krc.moves(), 2u);
+}
+
+TEST(EkiWayPoints, ARetreatStillInContactAfterItsFirstLegGoesNoFarther) {
+  EkiRig rig;
+  rig.make_ready();
+  rig.guard.touch(true);
+  Move move = by_way_points(rig, MoveKind::kRetreat);
+  rig.core.begin(move);
+  CoreResult result = rig.finish();
+  EXPECT_EQ(result.outcome, MoveOutcome::kStillInContact) << words(result);
+  for (std::size_t i = 0; i < 6; ++i) EXPECT_NEAR(result.at_rad[i], move.via[0].at_rad[i], 1e-5);
+  EXPECT_EQ(rig.krc.moves(), 1u);
+
+  move = by_way_points(rig, MoveKind::kRetreat);
+  rig.core.begin(move);
+  rig.run(100ms);
+  rig.guard.touch(false);
+  result = rig.finish();
+  EXPECT_EQ(result.outcome, MoveOutcome::kArrived) << words(result);
+  EXPECT_EQ(rig.krc.moves(), 4u);
+}
+
 TEST(EkiMove, IsRefusedWhileAnotherOneRuns) {
   EkiRig rig;
   rig.make_ready();

@@ -318,12 +318,39 @@ TEST_F(EkiMoverAlone, AStopThatIsTakenEndsAsItWasAsked) {
 TEST_F(EkiMoverAlone, CancelledBeforeItWasSentItSaysWhy) {
   ASSERT_FALSE(begin(MoveKind::kTransit, 5.0));
   mover.halt(MoveOutcome::kStopped, cause::StopAsked{});
-  const CoreResult stopped = mover.cancel();
+  const CoreResult stopped = *mover.cancel(TimePoint{});
   expect(stopped, MoveOutcome::kStopped, cause::StopAsked{});
   EXPECT_EQ(stopped.at_rad, at_rad());
   guard.arm(5);
   ASSERT_FALSE(begin(MoveKind::kSearch, 5.0, 10.0, 5));
-  expect(mover.cancel(), MoveOutcome::kRefused, cause::TrippedAtStart{});
+  expect(*mover.cancel(TimePoint{}), MoveOutcome::kRefused, cause::TrippedAtStart{});
+}
+
+TEST_F(EkiMoverAlone, StoppedAtAWayPointBeforeTheNextLegWasSentItOnlyComesToRest) {
+  mover.listen(now);
+  ASSERT_FALSE(mover.start({++id,
+                            MoveKind::kTransit,
+                            {10.0 * kDeg, 0.0},
+                            0.0,
+                            0,
+                            {{{10.0 * kDeg, -10.0 * kDeg}, 0.5, 0.5}}},
+                           at_rad(), now));
+  EXPECT_TRUE(mover.wants_sending());
+  EXPECT_NEAR(mover.command().target_deg[1], -10.0, 1e-9);
+  mover.sent(++command);
+  EXPECT_FALSE(mover.wants_sending());
+  moving(3);
+  at_deg[1] = -10.0;
+  ASSERT_FALSE(state(EkiProgress::kDone, EkiOutcome::kArrived));
+  ASSERT_TRUE(mover.wants_sending()) << "the next leg";
+  EXPECT_NEAR(mover.command().target_deg[1], 0.0, 1e-9);
+  mover.halt(MoveOutcome::kStopped, cause::StopAsked{});
+  ASSERT_TRUE(mover.wants_stop());
+  EXPECT_FALSE(mover.cancel(now)) << "it settles first";
+  EXPECT_FALSE(mover.wants_stop() || mover.wants_sending());
+  const CoreResult stopped = done(EkiOutcome::kArrived);
+  expect(stopped, MoveOutcome::kStopped, cause::StopAsked{});
+  EXPECT_NEAR(stopped.at_rad[1], -10.0 * kDeg, 1e-9);
 }
 
 TEST_F(EkiMoverAlone, AnArmThatDoesNotMoveForTwoSecondsIsNamedWithTheOverride) {

@@ -48,6 +48,18 @@ TEST(CauseWords, AxesAreNamedAsControllersNumberThem) {
   EXPECT_EQ(said(cause::NotSettled{2, 0.0008, 1.0}), "A3: still moving by 0.0008 deg after 1.00 s");
 }
 
+TEST(CauseWords, WayPointsAreNamedByTheirNumber) {
+  EXPECT_EQ(said(cause::AboveLimit{1, 66.0, 65.0, 3}),
+            "way-point 3, A2: target 66.0000 deg, upper axis limit 65.0000 deg");
+  EXPECT_EQ(said(cause::AxisCount{2, 6, 1}), "2 axes in way-point 1, 6 in the robot");
+  EXPECT_TRUE(has(said(cause::CorrectionLimit{0, 31, 30, 2}), "way-point 2, A1: correction"));
+  EXPECT_TRUE(has(said(cause::NearSingular{3, 20.0, 15.0, 2}), "way-point 2, near a singularity"));
+  EXPECT_EQ(said(cause::BadShare{0.7, 0.5, 2}),
+            "way-point 2, share 0.7 of a leg is not within 0 and 0.5");
+  EXPECT_TRUE(has(said(cause::SearchByWayPoints{2}), "2 way-points in a search"));
+  EXPECT_TRUE(has(said(cause::CruiseByWayPoints{1.5}), "cruise time 1.5 s"));
+}
+
 TEST(CauseWords, TimesAreInTheUnitThatTheyAreReadIn) {
   EXPECT_TRUE(
       has(said(cause::SensorLate{0.040, 0.025}), "40 ms late on this computer (limit 25 ms)"));

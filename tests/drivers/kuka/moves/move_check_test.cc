@@ -64,5 +64,43 @@ TEST(MoveCheck, ACorrectionBeyondItsLimitIsMeasuredFromThePoseAtCorrectionNought
   expect(object_to(to({100 * kDeg}), kLimits, kCorrectionLimitDeg, base), cause::AxisCount{1, 2});
 }
 
+// ---- way-points --------------------------------------------------------------------------------
+
+Move by(const Via& via, MoveKind kind = MoveKind::kTransit, double cruise_s = 0.0) {
+  return {1, kind, {0.0, 0.0}, cruise_s, 0, {{{0.1, 0.1}, 0.5, 0.5}, via}};
+}
+
+TEST(MoveCheck, EachWayPointHasToBeWithinTheLimitsAndIsNamedByItsNumber) {
+  expect(object_to(by({{0.0}}), kLimits), cause::AxisCount{1, 2, 2});
+  expect(object_to(by({{NAN, 0.0}}), kLimits), cause::NotFinite{0, NAN, 2});
+  expect(object_to(by({{-171 * kDeg, 0.0}}), kLimits), cause::BelowLimit{0, -171, -170, 2});
+  expect(object_to(by({{0.0, 46 * kDeg}}), kLimits), cause::AboveLimit{1, 46, 45, 2});
+  EXPECT_FALSE(object_to(by({{0.0, 45 * kDeg}, 0.5, 0.0}), kLimits));
+  Move first = by({{0.0, 0.0}});
+  first.via[0].at_rad[1] = -91 * kDeg;
+  expect(object_to(first, kLimits), cause::BelowLimit{1, -91, -90, 1});
+}
+
+TEST(MoveCheck, SharesAreFromNoughtToAHalf) {
+  for (const double share : {-0.1, 0.51, 1.0, HUGE_VAL, -HUGE_VAL, double{NAN}}) {
+    expect(object_to(by({{0.0, 0.0}, share, 0.5}), kLimits), cause::BadShare{share, 0.5, 2});
+    expect(object_to(by({{0.0, 0.0}, 0.5, share}), kLimits), cause::BadShare{share, 0.5, 2});
+  }
+}
+
+TEST(MoveCheck, ASearchGoesStraightAndACruiseTimeIsOfOneLine) {
+  expect(object_to(by({{0.0, 0.0}}, MoveKind::kSearch, 1.0), kLimits), cause::SearchByWayPoints{2});
+  expect(object_to(by({{0.0, 0.0}}, MoveKind::kTransit, 1.0), kLimits),
+         cause::CruiseByWayPoints{1});
+  expect(object_to(by({{0.0, 0.0}}, MoveKind::kRetreat, 1.0), kLimits),
+         cause::CruiseByWayPoints{1});
+  EXPECT_FALSE(object_to(by({{0.0, 0.0}}, MoveKind::kRetreat), kLimits));
+}
+
+TEST(MoveCheck, ACorrectionBeyondItsLimitAtAWayPointIsNamedToo) {
+  expect(object_to(by({{0.0, 31 * kDeg}}), kLimits, kCorrectionLimitDeg, {0.0, 10 * kDeg}),
+         cause::CorrectionLimit{1, 21, 20, 2});
+}
+
 }  // namespace
 }  // namespace cellcal::drivers

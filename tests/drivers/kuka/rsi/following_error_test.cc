@@ -7,7 +7,7 @@
 #include <numbers>
 #include <random>
 
-#include "drivers/kuka/rsi/motion.h"
+#include "drivers/kuka/rsi/path_move.h"
 
 namespace cellcal::drivers {
 namespace {
@@ -30,7 +30,7 @@ std::optional<Named> watch(const Arm& arm, double travel_deg, double cruise_s) {
   RsiConfig config;
   const AxisLimit limit{-9, 9, 100 * kDeg, 400 * kDeg, 4000 * kDeg};
   config.limits = {limit};
-  const LineMove line({0.0}, {travel_deg * kDeg}, config.limits, cruise_s);
+  const PathMove line({0.0}, {travel_deg * kDeg}, config.limits, cruise_s);
   PositionRecord record;
   std::mt19937 random(arm.seed);
   std::normal_distribution<double> noise(0.0, arm.noise_deg);

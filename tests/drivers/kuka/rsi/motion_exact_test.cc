@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "drivers/kuka/rsi/motion.h"
+#include "drivers/kuka/rsi/path_move.h"
 
 namespace cellcal::drivers {
 namespace {
@@ -45,21 +45,21 @@ TEST(Travel, OfNoDistanceIsNone) {
   EXPECT_EQ(ScalarProfile().at(1.0).position, 0.0);
 }
 
-TEST(LineMove, LessThanAThousandthOfTheLastDecimalOnTheWireIsNoTravel) {
-  EXPECT_EQ(LineMove({0.0}, {0.9e-11}, kOneAxis, 0.0).duration_s(), 0.0);
-  EXPECT_EQ(LineMove({0.0}, {0.9e-11}, kOneAxis, 0.0).at(0.0), (AxisAngles{0.9e-11}));
-  EXPECT_GT(LineMove({0.0}, {1.1e-11}, kOneAxis, 0.0).duration_s(), 0.0);
+TEST(PathMove, LessThanAThousandthOfTheLastDecimalOnTheWireIsNoTravel) {
+  EXPECT_EQ(PathMove({0.0}, {0.9e-11}, kOneAxis, 0.0).duration_s(), 0.0);
+  EXPECT_EQ(PathMove({0.0}, {0.9e-11}, kOneAxis, 0.0).at(0.0), (AxisAngles{0.9e-11}));
+  EXPECT_GT(PathMove({0.0}, {1.1e-11}, kOneAxis, 0.0).duration_s(), 0.0);
   // Nor does an axis that stands bind those that move.
   const std::vector<AxisLimit> limits{{-9, 9, 1.0, 5.0, 50.0}, {-9, 9, 1e-14, 1e-14, 1e-14}};
-  EXPECT_EQ(LineMove({0.0, 0.0}, {1.0, 0.9e-11}, limits, 0.0).duration_s(),
-            LineMove({0.0}, {1.0}, kOneAxis, 0.0).duration_s());
+  EXPECT_EQ(PathMove({0.0, 0.0}, {1.0, 0.9e-11}, limits, 0.0).duration_s(),
+            PathMove({0.0}, {1.0}, kOneAxis, 0.0).duration_s());
 }
 
-TEST(LineMove, EachAxisBindsByItsShareOfTheLine) {
+TEST(PathMove, EachAxisBindsByItsShareOfTheLine) {
   const std::vector<AxisLimit> limits{
       {-9, 9, 1.0, 5.0, 50.0}, {-9, 9, 0.1, 5.0, 50.0}, {-9, 9, 1.0, 0.5, 50.0}};
   const auto slow = [&](const AxisAngles& to) {
-    const LineMove move({0.0, 0.0, 0.0}, to, limits, 0.0);
+    const PathMove move({0.0, 0.0, 0.0}, to, limits, 0.0);
     return move.fastest_axis_rad_s(move.duration_s() / 2);
   };
   EXPECT_NEAR(slow({1.0, 0.5, 0.0}), 0.2, 1e-12) << "the second at 0.1, half of the line";
@@ -67,9 +67,9 @@ TEST(LineMove, EachAxisBindsByItsShareOfTheLine) {
   EXPECT_NEAR(slow({3.0, 0.0, -3.0}), 1.0, 1e-12);
 }
 
-TEST(LineMove, ABrakeInTimeIsNoHarderThanItMustBe) {
+TEST(PathMove, ABrakeInTimeIsNoHarderThanItMustBe) {
   for (const double longest_s : {0.01, 0.02, 0.05, 0.1}) {
-    LineMove move({0.0}, {3.0}, kOneAxis, 0.0);
+    PathMove move({0.0}, {3.0}, kOneAxis, 0.0);
     const double at_s = move.duration_s() / 2;
     const AxisAngles before = move.at(at_s);
     move.brake_within(at_s, longest_s);
@@ -81,15 +81,15 @@ TEST(LineMove, ABrakeInTimeIsNoHarderThanItMustBe) {
     EXPECT_EQ(move.fastest_axis_rad_s(1e9), 0.0);
   }
   // Where the limits are enough they are kept.
-  LineMove gentle({0.0}, {3.0}, kOneAxis, 0.0), limited({0.0}, {3.0}, kOneAxis, 0.0);
+  PathMove gentle({0.0}, {3.0}, kOneAxis, 0.0), limited({0.0}, {3.0}, kOneAxis, 0.0);
   gentle.brake_within(1.0, 10.0);
   limited.brake_at(1.0);
   EXPECT_EQ(gentle.duration_s(), limited.duration_s());
   EXPECT_NEAR(limited.duration_s(), 1.0 / 5.0 + 5.0 / 50.0, 1e-9);
 }
 
-TEST(LineMove, BrakedWithoutTravelStaysWhereItIs) {
-  LineMove none({1.0}, {1.0}, kOneAxis, 0.0);
+TEST(PathMove, BrakedWithoutTravelStaysWhereItIs) {
+  PathMove none({1.0}, {1.0}, kOneAxis, 0.0);
   none.brake_within(0.0, 0.0);
   EXPECT_EQ(none.duration_s(), 0.0);
   EXPECT_EQ(none.at(0.0), (AxisAngles{1.0}));

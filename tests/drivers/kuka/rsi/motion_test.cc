@@ -1,4 +1,4 @@
-#include "drivers/kuka/rsi/motion.h"
+#include "drivers/kuka/rsi/path_move.h"
 
 #include <gtest/gtest.h>
 
@@ -36,7 +36,7 @@ Peaks peaks(double duration, Position position, int n = 400) {
   return most;
 }
 
-TEST(LineMove, SpeedAccelerationAndJerkOfNoAxisAreEverExceeded) {
+TEST(PathMove, SpeedAccelerationAndJerkOfNoAxisAreEverExceeded) {
   std::mt19937_64 random(20261120);
   std::uniform_real_distribution<double> angle(-3.0, 3.0);
   for (int c = 0; c < kCases; ++c) {
@@ -48,7 +48,7 @@ TEST(LineMove, SpeedAccelerationAndJerkOfNoAxisAreEverExceeded) {
       from.push_back(angle(random));
       to.push_back(from.back() + size * angle(random));
     }
-    const LineMove move(from, to, limits, 0.0);
+    const PathMove move(from, to, limits, 0.0);
     for (std::size_t axis = 0; axis < 6; ++axis) {
       const Peaks most = peaks(move.duration_s(), [&](double t) { return move.at(t)[axis]; });
       ASSERT_LE(most.speed, limits[axis].max_speed_rad_s * (1 + kRounding)) << c;
@@ -60,7 +60,7 @@ TEST(LineMove, SpeedAccelerationAndJerkOfNoAxisAreEverExceeded) {
   }
 }
 
-TEST(LineMove, EndsExactlyAtItsTargetAndStaysOnTheLine) {
+TEST(PathMove, EndsExactlyAtItsTargetAndStaysOnTheLine) {
   std::mt19937_64 random(7);
   std::uniform_real_distribution<double> angle(-3.0, 3.0);
   const std::vector<AxisLimit> limits(6, {-9, 9, 1.0, 5.0, 50.0});
@@ -70,7 +70,7 @@ TEST(LineMove, EndsExactlyAtItsTargetAndStaysOnTheLine) {
       from.push_back(angle(random));
       to.push_back(angle(random));
     }
-    const LineMove move(from, to, limits, 0.0);
+    const PathMove move(from, to, limits, 0.0);
     EXPECT_EQ(move.at(move.duration_s()), to);
     EXPECT_EQ(move.at(move.duration_s() + 1e9), to);
     EXPECT_EQ(move.at(0.0), from);
@@ -81,25 +81,25 @@ TEST(LineMove, EndsExactlyAtItsTargetAndStaysOnTheLine) {
   }
 }
 
-TEST(LineMove, LimitingAxisUsesItsLimits) {
+TEST(PathMove, LimitingAxisUsesItsLimits) {
   const std::vector<AxisLimit> limits(1, {-9, 9, 1.0, 5.0, 50.0});
-  const LineMove move({0.0}, {3.0}, limits, 0.0);
+  const PathMove move({0.0}, {3.0}, limits, 0.0);
   // v/a + a/j of ramp at either end, the rest at full speed.
   EXPECT_NEAR(move.duration_s(), 3.0 / 1.0 + 1.0 / 5.0 + 5.0 / 50.0, 1e-12);
   EXPECT_NEAR(move.fastest_axis_rad_s(move.duration_s() / 2), 1.0, 1e-12);
 }
 
-TEST(LineMove, CruiseTimeMakesAMoveSlowerNeverFaster) {
+TEST(PathMove, CruiseTimeMakesAMoveSlowerNeverFaster) {
   const std::vector<AxisLimit> limits(1, {-9, 9, 1.0, 5.0, 50.0});
-  const LineMove slow({0.0}, {1.0}, limits, 10.0);
+  const PathMove slow({0.0}, {1.0}, limits, 10.0);
   EXPECT_NEAR(slow.fastest_axis_rad_s(slow.duration_s() / 2), 0.1, 1e-12);
-  const LineMove hasty({0.0}, {1.0}, limits, 1e-6), free({0.0}, {1.0}, limits, 0.0);
+  const PathMove hasty({0.0}, {1.0}, limits, 1e-6), free({0.0}, {1.0}, limits, 0.0);
   EXPECT_EQ(hasty.duration_s(), free.duration_s());
 }
 
-TEST(LineMove, NoTravelTakesNoTime) {
+TEST(PathMove, NoTravelTakesNoTime) {
   const std::vector<AxisLimit> limits(2, {-9, 9, 1.0, 5.0, 50.0});
-  const LineMove none({1.0, 2.0}, {1.0, 2.0}, limits, 5.0);
+  const PathMove none({1.0, 2.0}, {1.0, 2.0}, limits, 5.0);
   EXPECT_EQ(none.duration_s(), 0.0);
   EXPECT_EQ(none.at(0.0), (AxisAngles{1.0, 2.0}));
 }

@@ -1,0 +1,208 @@
+#include "drivers/kuka/rsi/path_corners.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace cellcal::drivers {
+namespace {
+
+// More of it makes corners slower, less of it stops longer.
+constexpr double kBrake = 0.2, kBrakeJerk = 0.3;
+// Where a corner is passed more slowly than it could be, a brake gets more than that. So much of
+// the jerk is left for its own changes.
+constexpr double kJerkLeft = 0.3;
+// Half lengths that are tried, as shares of the longest; 0 is a rest. A wide corner is passed
+// faster but at one speed, a narrow one leaves more of the legs to run up on.
+constexpr std::array kTried = {1.0, 0.7, 0.45, 0.25, 0.12, 0.04, 0.0};
+constexpr int kSweeps = 2;
+// Ramps that are tried: short ones ask for less acceleration, long ones for less jerk.
+constexpr std::array kRamps = {0.12, 0.2, 0.33, 0.5};
+// A corner of less is a rest.
+constexpr double kNarrowestRad = 1e-9;
+// What rounding may add.
+constexpr double kRounding = 1e-9;
+
+double level(double ramp) { return 1.0 / (1.0 - ramp); }
+
+/// Speed of a corner of half length e: at most `speed`, and v^2 / e and v^3 / e^2 at most these.
+struct Bend {
+  double ramp = 0.5, speed = 0.0, acceleration = HUGE_VAL, jerk = HUGE_VAL;
+
+  double speed_at(double e) const {
+    const double most = std::min({speed, std::sqrt(acceleration * e), std::cbrt(jerk * e * e)});
+    return most * (1.0 - kRounding);
+  }
+};
+
+/// About the highest speed on a leg, from above: Newton's steps from what it is without jerk limits.
+double about_peak(double from, double to, double distance, const ScalarLimits& limits) {
+  constexpr int kSteps = 3;
+  const double least = std::max(from, to);
+  double peak = std::sqrt((from * from + to * to) / 2.0 + limits.acceleration * distance);
+  peak = std::clamp(peak, least, std::max(least, limits.speed));
+  for (int i = 0; i < kSteps; ++i) {
+    const double beyond = ramp_distance(from, peak, limits) + ramp_distance(peak, to, limits);
+    if (beyond <= distance) break;
+    const double slope =
+        (ramp_duration_s(from, peak, limits) + ramp_duration_s(peak, to, limits)) / 2.0 +
+        (from + to + 2.0 * peak) / 2.0 / limits.acceleration;
+    peak = std::max(least, peak - (beyond - distance) / slope);
+  }
+  return peak;
+}
+
+/// About how long a leg takes.
+double about_s(double from, double to, double distance, const ScalarLimits& limits) {
+  const double peak = about_peak(from, to, distance, limits);
+  const double ramps_s = ramp_duration_s(from, peak, limits) + ramp_duration_s(peak, to, limits);
+  const double ramps = ramp_distance(from, peak, limits) + ramp_distance(peak, to, limits);
+  return ramps_s + (peak > 0.0 ? (distance - ramps) / peak : 0.0);
+}
+
+class Chooser {
+ public:
+  Chooser(PathShape& path, std::span<const AxisLimit> limits) : path_(path), limits_(limits) {
+    for (std::size_t i = 0; i < corners(); ++i) {
+      for (std::size_t r = 0; r < kRamps.size(); ++r) bends_[i][r] = bend_of(i, kRamps[r]);
+      PathCorner& corner = path.corner(i);
+      const double fastest = std::max(path.leg(i).fastest_rad, path.leg(i + 1).fastest_rad);
+      if (corner.longest * fastest < kNarrowestRad) corner.longest = 0.0;
+      set(i, corner.longest);
+    }
+  }
+
+  void choose() {
+    for (int sweep = 0; sweep < kSweeps; ++sweep) {
+      for (std::size_t i = 0; i < corners(); ++i) choose(i);
+    }
+    make_reachable();
+    for (std::size_t i = 0; i < corners(); ++i) path_.corner(i).brake = brake_of(i);
+  }
+
+ private:
+  std::size_t corners() const { return path_.legs() > 0 ? path_.legs() - 1 : 0; }
+  double speed(std::size_t corner) const { return path_.corner(corner).speed; }
+  double speed_before(std::size_t i) const { return i > 0 ? speed(i - 1) : 0.0; }
+  double speed_behind(std::size_t i) const { return i + 1 < corners() ? speed(i + 1) : 0.0; }
+  double straight(std::size_t leg) const {
+    return std::max(0.0, path_.straight_end(leg) - path_.straight_begin(leg));
+  }
+
+  /// Calls `use(change, most, limit)` for each axis that is seen to move on one of the legs:
+  /// |d' - d|, and the larger of |d| and |d'|.
+  template <typename Use>
+  void each_axis(std::size_t corner, Use use) const {
+    const PathLeg &in = path_.leg(corner), &out = path_.leg(corner + 1);
+    for (std::size_t k = 0; k < limits_.size(); ++k) {
+      const double before = std::abs(in.along_rad[k]), behind = std::abs(out.along_rad[k]);
+      if (before * in.length < kNoTravelRad && behind * out.length < kNoTravelRad) continue;
+      use(std::abs(out.along_rad[k] - in.along_rad[k]), std::max(before, behind), limits_[k]);
+    }
+  }
+
+  Bend bend_of(std::size_t corner, double ramp) const {
+    const double speed =
+        std::min(path_.leg(corner).limits.speed, path_.leg(corner + 1).limits.speed);
+    Bend bend{ramp, speed, HUGE_VAL, HUGE_VAL};
+    const double by_acceleration = level(ramp) / 2.0;
+    const double by_jerk = level(ramp) * (0.25 / ramp + 1.5 * kBrake);
+    each_axis(corner, [&](double change, double most, const AxisLimit& limit) {
+      if (change == 0.0) return;
+      bend.acceleration =
+          std::min(bend.acceleration,
+                   limit.max_acceleration_rad_s2 / (by_acceleration * change + kBrake * most));
+      bend.jerk =
+          std::min(bend.jerk, limit.max_jerk_rad_s3 / (by_jerk * change + kBrakeJerk * most));
+    });
+    return bend;
+  }
+
+  ScalarLimits brake_of(std::size_t corner) const {
+    const double v = speed(corner), e = path_.corner(corner).half;
+    if (v <= 0.0) return {};
+    const double ramp = path_.corner(corner).ramp, h = level(ramp);
+    const double jerk_of_bend = h * v * v * v / (4.0 * ramp * e * e);
+    const double jerk_of_brake = 1.5 * h * v / e;  // for each A
+    // What the bend leaves of the axes' accelerations, and what leaves enough of their jerk.
+    double acceleration = HUGE_VAL, quiet = HUGE_VAL, jerk = HUGE_VAL;
+    each_axis(corner, [&](double change, double most, const AxisLimit& limit) {
+      const double left = limit.max_acceleration_rad_s2 - change * h * v * v / (2.0 * e);
+      acceleration = std::min(acceleration, left / most);
+      if (change == 0.0) return;
+      const double bent = (1.0 - kJerkLeft) * limit.max_jerk_rad_s3 / change - jerk_of_bend;
+      quiet = std::min(quiet, bent / jerk_of_brake);
+    });
+    acceleration = std::min(acceleration, std::max(quiet, kBrake * v * v / e));
+    each_axis(corner, [&](double change, double most, const AxisLimit& limit) {
+      const double bent = change * (jerk_of_bend + jerk_of_brake * acceleration);
+      jerk = std::min(jerk, (limit.max_jerk_rad_s3 - bent) / most);
+    });
+    return {HUGE_VAL, acceleration, jerk};
+  }
+
+  void set(std::size_t i, double half) {
+    PathCorner& corner = path_.corner(i);
+    corner.half = half;
+    corner.speed = 0.0;
+    for (const Bend& bend : bends_[i]) {
+      const double v = bend.speed_at(half);
+      if (v <= corner.speed) continue;
+      corner.speed = v;
+      corner.ramp = bend.ramp;
+    }
+  }
+
+  /// From the corner before to the one behind.
+  double about_s_around(std::size_t i) const {
+    const double before = straight(i), behind = straight(i + 1);
+    const double from = speed_before(i), to = speed_behind(i);
+    const PathLeg &in = path_.leg(i), &out = path_.leg(i + 1);
+    const double reached = from * from + 2.0 * in.limits.acceleration * before;
+    const double left = to * to + 2.0 * out.limits.acceleration * behind;
+    const double v = std::min(speed(i), std::sqrt(std::min(reached, left)));
+    const double corner_s = v > 0.0 ? 2.0 * path_.corner(i).half / v : 0.0;
+    return about_s(from, v, before, in.limits) + corner_s + about_s(v, to, behind, out.limits);
+  }
+
+  void choose(std::size_t i) {
+    const double longest = path_.corner(i).longest;
+    if (longest == 0.0) return;
+    double best_s = HUGE_VAL, best = longest;
+    for (const double share : kTried) {
+      set(i, share * longest);
+      const double s = about_s_around(i);
+      if (s >= best_s) continue;
+      best_s = s;
+      best = share * longest;
+    }
+    set(i, best);
+  }
+
+  void make_reachable() {
+    const auto limit = [&](std::size_t i, double from, std::size_t leg) {
+      double& v = path_.corner(i).speed;
+      v = reachable_speed(from, straight(leg), v, path_.leg(leg).limits);
+    };
+    for (std::size_t i = corners(); i-- > 0;) limit(i, speed_behind(i), i + 1);
+    for (std::size_t i = 0; i < corners(); ++i) limit(i, speed_before(i), i);
+  }
+
+  PathShape& path_;
+  std::span<const AxisLimit> limits_;
+  std::array<std::array<Bend, kRamps.size()>, kMaxVias> bends_;  // one for each ramp
+};
+
+}  // namespace
+
+void choose_corners(PathShape& path, std::span<const AxisLimit> limits) {
+  Chooser(path, limits).choose();
+}
+
+void rest_in_corners(PathShape& path) {
+  for (std::size_t i = 0; i + 1 < path.legs(); ++i) {
+    path.corner(i).half = path.corner(i).speed = 0.0;
+  }
+}
+
+}  // namespace cellcal::drivers
