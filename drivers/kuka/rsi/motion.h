@@ -59,8 +59,9 @@ class ScalarProfile {
     double duration_s, jerk;
     ScalarState start;
   };
-  // Seven for a leg of a path, one for the corner behind it; a brake takes three for either.
-  static constexpr std::size_t kMostPieces = 8 * (kMaxVias + 1);
+  // For each leg of a path and the corner behind it: at most seven and one, or in a brake three and
+  // three for each of its stages.
+  static constexpr std::size_t kMostPieces = 15 * (kMaxVias + 1);
 
   void append(double duration_s, double jerk);
   void append_ramp(double to_speed, const ScalarLimits& limits);

@@ -8,7 +8,7 @@ namespace cellcal::drivers {
 namespace {
 
 // More of it makes corners slower, less of it stops longer.
-constexpr double kBrake = 0.2, kBrakeJerk = 0.3;
+constexpr double kBrake = 0.15, kBrakeJerk = 0.25;
 // Where a corner is passed more slowly than it could be, a brake gets more than that. So much of
 // the jerk is left for its own changes.
 constexpr double kJerkLeft = 0.3;
@@ -18,6 +18,8 @@ constexpr std::array kTried = {1.0, 0.7, 0.45, 0.25, 0.12, 0.04, 0.0};
 constexpr int kSweeps = 2;
 // Ramps that are tried: short ones ask for less acceleration, long ones for less jerk.
 constexpr std::array kRamps = {0.12, 0.2, 0.33, 0.5};
+// Speeds from which a brake may be harder, as shares of the corner's.
+constexpr std::array<double, kBrakeStages> kStages = {1.0, 0.85, 0.65, 0.4};
 // A corner of less is a rest.
 constexpr double kNarrowestRad = 1e-9;
 // What rounding may add.
@@ -77,7 +79,12 @@ class Chooser {
       for (std::size_t i = 0; i < corners(); ++i) choose(i);
     }
     make_reachable();
-    for (std::size_t i = 0; i < corners(); ++i) path_.corner(i).brake = brake_of(i);
+    for (std::size_t i = 0; i < corners(); ++i) {
+      for (std::size_t stage = 0; stage < kBrakeStages; ++stage) {
+        const double v = kStages[stage] * speed(i);
+        path_.corner(i).brakes[stage] = {v, brake_of(i, v)};
+      }
+    }
   }
 
  private:
@@ -118,8 +125,8 @@ class Chooser {
     return bend;
   }
 
-  ScalarLimits brake_of(std::size_t corner) const {
-    const double v = speed(corner), e = path_.corner(corner).half;
+  ScalarLimits brake_of(std::size_t corner, double v) const {
+    const double e = path_.corner(corner).half;
     if (v <= 0.0) return {};
     const double ramp = path_.corner(corner).ramp, h = level(ramp);
     const double jerk_of_bend = h * v * v * v / (4.0 * ramp * e * e);

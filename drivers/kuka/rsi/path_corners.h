@@ -9,7 +9,8 @@
 //   jerk         |d' - d| h (v^3 / (4 r e^2) + 1.5 v A / e) + M J
 //
 // Both grow with v, so what holds at the corner's speed holds wherever a brake has made it less.
-// The speed leaves room for A = kBrake v^2 / e and J = kBrakeJerk v^3 / e^2 at least.
+// The speed leaves room for A = kBrake v^2 / e and J = kBrakeJerk v^3 / e^2 at least. Of that a
+// brake has little at first, and more at the lower speeds that it comes to: it goes in stages.
 //
 // Speeds are such that each leg can be made between its corners' speeds, at its limits and with no
 // acceleration at either end.
@@ -20,7 +21,7 @@
 
 namespace cellcal::drivers {
 
-/// Sets half length, speed and brake of every corner.
+/// Sets half length, speed and brakes of every corner.
 void choose_corners(PathShape& path, std::span<const AxisLimit> limits);
 void rest_in_corners(PathShape& path);
 

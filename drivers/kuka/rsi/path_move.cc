@@ -57,8 +57,13 @@ double PathMove::fastest_axis_rad_s(double t_s) const {
   return std::abs(state.speed) * shape_.fastest_rad(state.position);
 }
 
-const ScalarLimits& PathMove::limits_at(PathShape::Place place) const {
-  return place.in_corner ? shape_.corner(place.leg).brake : shape_.leg(place.leg).limits;
+/// How hard it may brake here, and to which speed: from there it may be harder.
+PathMove::Stage PathMove::stage_at(PathShape::Place place, double speed) const {
+  if (!place.in_corner) return {0.0, shape_.leg(place.leg).limits};
+  const auto& brakes = shape_.corner(place.leg).brakes;
+  std::size_t i = 0;
+  while (i + 1 < brakes.size() && brakes[i + 1].from_speed >= speed) ++i;
+  return {i + 1 < brakes.size() ? brakes[i + 1].from_speed : 0.0, brakes[i].limits};
 }
 
 PathShape::Place PathMove::place_at(double t_s) const {
@@ -67,11 +72,13 @@ PathShape::Place PathMove::place_at(double t_s) const {
   return {i / 2, i % 2 != 0};
 }
 
-ScalarProfile PathMove::stop_from(const ScalarState& state, PathShape::Place place) const {
+ScalarProfile PathMove::stop_from(const ScalarState& state, PathShape::Place place,
+                                  bool in_stages) const {
   ScalarProfile stop(state);
   for (;;) {
-    const ScalarLimits& limits = limits_at(place);
     const ScalarState here = stop.end();
+    const Stage stage = stage_at(place, here.speed);
+    const ScalarLimits& limits = stage.limits;
     const auto slowed_to = [&](double speed) {
       ScalarProfile slowed(here);
       slowed.slow(speed, limits);
@@ -80,9 +87,11 @@ ScalarProfile PathMove::stop_from(const ScalarState& state, PathShape::Place pla
     const double end =
         place.in_corner ? shape_.straight_begin(place.leg + 1) : shape_.straight_end(place.leg);
     const double most = speed_behind(place.leg);
-    if (most == 0.0 || slowed_to(0.0) <= end) {
-      stop.slow(0.0, limits);
-      return stop;
+    const double wanted = in_stages ? stage.to_speed : 0.0;
+    if (most == 0.0 || slowed_to(wanted) <= end) {
+      stop.slow(wanted, limits);
+      if (wanted == 0.0) return stop;
+      continue;
     }
     // What it comes to when the acceleration is taken back at once.
     const double a = here.acceleration, coasting = here.speed + a * std::abs(a) / (2 * limits.jerk);
@@ -96,7 +105,11 @@ ScalarProfile PathMove::stop_from(const ScalarState& state, PathShape::Place pla
 
 void PathMove::brake_at(double t_s) {
   if (shape_.legs() == 0) return;
-  profile_ = stop_from(profile_.at(t_s), place_at(t_s));
+  const ScalarState state = profile_.at(t_s);
+  const PathShape::Place place = place_at(t_s);
+  const ScalarProfile steady = stop_from(state, place, false),
+                      staged = stop_from(state, place, true);
+  profile_ = staged.duration_s() < steady.duration_s() ? staged : steady;
   braked_ = true;
 }
 
@@ -104,8 +117,10 @@ void PathMove::brake_within(double t_s, double longest_s) {
   constexpr double kHarder = 1.2;
   if (shape_.legs() == 0) return;
   const ScalarState state = profile_.at(t_s);
+  const PathShape::Place place = place_at(t_s);
   brake_at(t_s);
-  for (ScalarLimits limits = limits_at(place_at(t_s)); duration_s() > longest_s;) {
+  const ScalarLimits here = stage_at(place, state.speed).limits;
+  for (ScalarLimits limits = here; duration_s() > longest_s;) {
     limits.acceleration *= kHarder;
     limits.jerk *= kHarder;
     profile_ = ScalarProfile::brake(state, limits);

@@ -6,6 +6,7 @@
 // speed, so every axis keeps its limits. A brake keeps them as well, wherever it begins, and each
 // leg and corner by itself: either it ends there, or it comes to the end of it without acceleration
 // and at the lowest speed that can be had so. That is never faster than the move would have been.
+// In a corner it goes in stages where that is sooner: from lower speeds it may be harder.
 
 #include <span>
 
@@ -41,9 +42,13 @@ class PathMove {
   void run();
   double duration_with_rests_s() const;
   double speed_behind(std::size_t leg) const;
-  const ScalarLimits& limits_at(PathShape::Place place) const;
+  struct Stage {
+    double to_speed = 0.0;
+    ScalarLimits limits;
+  };
+  Stage stage_at(PathShape::Place place, double speed) const;
   PathShape::Place place_at(double t_s) const;
-  ScalarProfile stop_from(const ScalarState& state, PathShape::Place place) const;
+  ScalarProfile stop_from(const ScalarState& state, PathShape::Place place, bool in_stages) const;
 
   AxisAngles from_rad_, to_rad_;
   PathShape shape_;

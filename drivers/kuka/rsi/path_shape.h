@@ -17,6 +17,7 @@
 //   - no axis is faster than on one of the two legs, and no speed limit is passed while ds/dt
 //     keeps those of both.
 
+#include <array>
 #include <boost/container/static_vector.hpp>
 #include <span>
 
@@ -26,6 +27,7 @@
 namespace cellcal::drivers {
 
 inline constexpr std::size_t kMaxLegs = kMaxVias + 1;
+inline constexpr std::size_t kBrakeStages = 4;
 /// Shorter than this no axis moves: a thousandth of what six decimals of a degree can say.
 inline constexpr double kNoTravelRad = 1e-11;
 
@@ -42,7 +44,13 @@ struct PathCorner {
   double half = 0.0;     ///< 0: rest
   double ramp = 0.5;     ///< of sigma's slope, up to 0.5
   double speed = 0.0;    ///< ds/dt, constant in the corner
-  ScalarLimits brake;    ///< of s, for a brake from that speed; its speed is no limit
+  /// Limits of s for a brake from these speeds, falling from `speed`; their speed is no limit. The
+  /// slower, the less the bend asks for, and the harder it may be.
+  struct Brake {
+    double from_speed = 0.0;
+    ScalarLimits limits;
+  };
+  std::array<Brake, kBrakeStages> brakes{};
 };
 
 class PathShape {

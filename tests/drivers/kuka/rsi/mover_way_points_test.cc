@@ -80,7 +80,7 @@ TEST_F(ByWayPoint, WhereItIsToRestItGoesOnAtOnce) {
 
 TEST_F(ByWayPoint, AContactOnTheSecondLegOfATransitStopsItThere) {
   ASSERT_FALSE(begin(MoveKind::kTransit));
-  run_to(10.0 - 1e-9, 6.0);
+  run_to(10.0 - 1e-9, 0.0);
   const double from = a2();
   rig.guard.touch(true);
   const auto end = end_on_path();
