@@ -152,6 +152,7 @@ class Chooser {
     PathCorner& corner = path_.corner(i);
     corner.half = half;
     corner.speed = 0.0;
+    if (half <= 0.0) return;
     for (const Bend& bend : bends_[i]) {
       const double v = bend.speed_at(half);
       if (v <= corner.speed) continue;

@@ -1,9 +1,9 @@
-#include "drivers/kuka/rsi/path_move.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
+
+#include "drivers/kuka/rsi/path_move.h"
 
 namespace cellcal::drivers {
 namespace {

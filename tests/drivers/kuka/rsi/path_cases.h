@@ -129,19 +129,19 @@ struct Peaks {
   }
 };
 
-/// By the chain rule, at one instant.
-inline Peaks peaks_at(const PathMove& move, const std::vector<AxisLimit>& limits, double t_s) {
+/// By the chain rule, at one instant, the arm taken to be at s.
+inline Peaks peaks_at(const PathMove& move, const std::vector<AxisLimit>& limits, double t_s,
+                      double at_s) {
   Peaks most;
-  if (move.shape().legs() == 0) return most;
   const ScalarState s = move.profile().at(t_s);
   const double jerk = move.profile().jerk_at(t_s);
-  const AxisAngles first = move.shape().derivative(1, s.position),
-                   second = move.shape().derivative(2, s.position),
-                   third = move.shape().derivative(3, s.position);
+  const PathShape& shape = move.shape();
+  const AxisAngles first = shape.derivative(1, at_s), second = shape.derivative(2, at_s),
+                   third = shape.derivative(3, at_s);
   const double v = s.speed, a = s.acceleration;
-  const auto [i, in_corner] = move.shape().place(s.position);
+  const auto [i, in_corner] = shape.place(at_s);
   const auto way_rad = [&](std::size_t leg, std::size_t k) {
-    return std::abs(move.shape().leg(leg).along_rad[k]) * move.shape().leg(leg).length;
+    return std::abs(shape.leg(leg).along_rad[k]) * shape.leg(leg).length;
   };
   for (std::size_t k = 0; k < limits.size(); ++k) {
     const AxisLimit& limit = limits[k];
@@ -153,6 +153,14 @@ inline Peaks peaks_at(const PathMove& move, const std::vector<AxisLimit>& limits
                    limit.max_jerk_rad_s3});
   }
   return most;
+}
+
+/// Where s lies within its rounding of the end of a leg or corner it belongs to the one before.
+inline Peaks peaks_at(const PathMove& move, const std::vector<AxisLimit>& limits, double t_s) {
+  if (move.shape().legs() == 0) return {};
+  const double s = move.profile().at(t_s).position, before = s - 1e-13 * (1.0 + std::abs(s));
+  const Peaks here = peaks_at(move, limits, t_s, s), there = peaks_at(move, limits, t_s, before);
+  return here.worst() <= there.worst() ? here : there;
 }
 
 inline Peaks peaks(const PathMove& move, const std::vector<AxisLimit>& limits, int samples) {
