@@ -310,6 +310,10 @@ std::vector<drivers::AxisLimit> axis_limits(const DaemonConfig& config, const ca
 drivers::RsiConfig rsi_config_for(const DaemonConfig& config, const calib::Cell& cell) {
   drivers::RsiConfig rsi = config.rsi;
   rsi.limits = axis_limits(config, cell);
+  rsi.full_speed_rad_s.clear();
+  for (const calib::Joint& joint : cell.robot.joints) {
+    rsi.full_speed_rad_s.push_back(joint.max_speed_rad_s);
+  }
   rsi.correction_limit_deg.assign(cell.robot.joints.size(), config.rsi.correction_limit_deg.at(0));
   if (rsi.space.on) rsi.space.geometry = controller_arm(config, cell);
   rsi.validate();

@@ -34,11 +34,17 @@ constexpr double kHeldUpS = 0.02;
 
 double seconds(Duration d) { return std::chrono::duration<double>(d).count(); }
 
+RsiConfig checked(RsiConfig config) {
+  config.validate();
+  config.limits = limits_within_wire(config);
+  return config;
+}
+
 }  // namespace
 
 struct RsiCore::Impl {
   Impl(RsiConfig c, ContactGuard* guard)
-      : config((c.validate(), std::move(c))), mover(config, guard, record), setpoint(config) {
+      : config(checked(std::move(c))), mover(config, guard, record), setpoint(config) {
     state.axes = static_cast<std::uint8_t>(config.limits.size());
     state.relative = relative();
   }

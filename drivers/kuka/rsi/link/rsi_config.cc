@@ -8,6 +8,7 @@
 
 #include "drivers/error.h"
 #include "drivers/kuka/wire/xml_values.h"
+#include "drivers/units.h"
 
 namespace cellcal::drivers {
 namespace {
@@ -15,6 +16,12 @@ namespace {
 constexpr int kMinDecimals = 4, kMaxDecimals = 9;
 // The record of positions holds 2 s at 4 ms; windows and lag have to fit in, at 2 ms as well.
 constexpr double kLongestWindowS = 0.5;
+
+// Peers have cycles of 2 ms and more.
+constexpr double kShortestCycleS = 0.002;
+// An axis makes up to fifteen times as much of a unit of the TCP's frame (kMostGain), of six
+// numbers.
+constexpr double kUnitsInSpace = 100.0;
 
 void check_name(const char* key, std::string_view name, bool may_be_empty) {
   if (!is_tag(name) && !(may_be_empty && name.empty())) {
@@ -110,6 +117,11 @@ void RsiConfig::validate() const {
     throw ConfigError(fmt::format("rsi: {} correction limits for {} axes",
                                   correction_limit_deg.size(), limits.size()));
   }
+  if (!full_speed_rad_s.empty() && full_speed_rad_s.size() != limits.size()) {
+    throw ConfigError(
+        fmt::format("rsi: {} full speeds for {} axes", full_speed_rad_s.size(), limits.size()));
+  }
+  for (const double speed : full_speed_rad_s) check_positive("an axis' full speed", speed);
   for (std::size_t i = 0; i < limits.size(); ++i) {
     const AxisLimit& limit = limits[i];
     if (!std::isfinite(limit.min_rad) || !std::isfinite(limit.max_rad) ||
@@ -131,6 +143,19 @@ void RsiConfig::validate() const {
     throw ConfigError(fmt::format("rsi: follow_window_s = {} or longest_lag_s = {} is above {} s",
                                   follow_window_s, longest_lag_s, kLongestWindowS));
   }
+}
+
+std::vector<AxisLimit> limits_within_wire(const RsiConfig& config) {
+  // Both set-points of a step are rounded, by half a unit each, and one more is left for doubles.
+  const double units = config.space.on ? kUnitsInSpace : 2.0;
+  const double add_rad_s = units * std::pow(10.0, -config.decimals) * kRadPerDeg / kShortestCycleS;
+  std::vector<AxisLimit> limits = config.limits;
+  for (std::size_t i = 0; i < limits.size(); ++i) {
+    double& speed = limits[i].max_speed_rad_s;
+    const double full = config.full_speed_rad_s.empty() ? speed : config.full_speed_rad_s[i];
+    speed = std::min(speed, std::max(full - add_rad_s, full / 2));
+  }
+  return limits;
 }
 
 }  // namespace cellcal::drivers

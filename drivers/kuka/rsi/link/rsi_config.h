@@ -56,8 +56,10 @@ struct RsiConfig {
   int silence_cycles = 3;                ///< cycles without a packet that mean 'lost'
   int late_replies_limit = 3;            ///< counted by the controller within one move: stop
   CorrectionMode mode = CorrectionMode::kAbsolute;
-  bool hold_on = true;                       ///< HOLDON of every correction element
-  std::vector<AxisLimit> limits;             ///< one per axis
+  bool hold_on = true;            ///< HOLDON of every correction element
+  std::vector<AxisLimit> limits;  ///< one per axis
+  /// One per axis: the controller's own limits, beyond which it stops. None: the speeds of `limits`.
+  std::vector<double> full_speed_rad_s;
   std::vector<double> correction_limit_deg;  ///< one per axis: at most AXISCORR's and the monitor's
   SpaceCorrection space;
   /// An arm farther than this from everything commanded within follow_window_s does not follow.
@@ -71,5 +73,9 @@ struct RsiConfig {
   /// Throws ConfigError naming the key, the value and what to do.
   void validate() const;
 };
+
+/// The axis limits, with speeds so far below the controller's own that what the wire's last decimal
+/// adds from reply to reply does not pass those.
+std::vector<AxisLimit> limits_within_wire(const RsiConfig& config);
 
 }  // namespace cellcal::drivers
