@@ -36,7 +36,7 @@ void odd_paths(long count, std::uint64_t seed) {
     brakes.take(peaks(braked, one.limits, 24));
     astray = std::max(astray, astray_rad(one, braked.at(braked.duration_s())));
     astray = std::max(astray, astray_rad(one, move.at(cases.uniform(0.0, move.duration_s()))));
-    if (c % 20 == 0) seen.take(differences(move, one.limits, 200));
+    if (c % 20 == 0) seen.take(differences(one, 200));
   }
   const auto row = [](const char* what, const Peaks& most) {
     fmt::print("{:42} speed {:.9f}  acceleration {:.9f}  jerk {:.9f}\n", what, most.speed,

@@ -281,6 +281,7 @@ TEST(axis_limits, are_the_robot_files_at_the_configured_speed) {
   EXPECT_EQ(rsi.limits[0].min_rad, -1.0);
   EXPECT_EQ(rsi.limits[0].max_rad, 2.0);
   EXPECT_NEAR(rsi.limits[0].max_speed_rad_s, 0.3, 1e-12);
+  EXPECT_EQ(rsi.full_speed_rad_s, std::vector<double>{3.0});
   EXPECT_EQ(rsi.correction_limit_deg, std::vector<double>{90.0});
 }
 

@@ -172,17 +172,21 @@ inline Peaks peaks(const PathMove& move, const std::vector<AxisLimit>& limits, i
 }
 
 /// Difference quotients of the positions alone: never above the true peak derivative.
-inline Peaks differences(const PathMove& move, const std::vector<AxisLimit>& limits, int samples) {
+inline Peaks differences(const PathCase& path, int samples) {
+  const PathMove move = path.move();
+  const std::vector<AxisLimit>& limits = path.limits;
   Peaks most;
   if (move.duration_s() <= 0.0) return most;
+  // A third difference has four times what one position has of rounding, or of a leg on which no
+  // axis is seen to move.
+  const bool all_legs = move.shape().legs() == path.vias.size() + 1;
+  const double noise = all_legs ? 1e-13 : 4 * kNoTravelRad;
   const double h = move.duration_s() / samples;
   for (int i = -3; i <= samples; ++i) {
     const AxisAngles p0 = move.at(i * h), p1 = move.at((i + 1) * h), p2 = move.at((i + 2) * h),
                      p3 = move.at((i + 3) * h);
     for (std::size_t k = 0; k < limits.size(); ++k) {
       const AxisLimit& limit = limits[k];
-      // Positions of size 10 have digits of 1e-15, and the differences carry eight of them.
-      const double noise = 1e-14;
       const auto share = [&](double difference, double of) {
         return std::max(0.0, std::abs(difference) - noise) / of;
       };

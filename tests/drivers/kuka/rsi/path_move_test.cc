@@ -43,7 +43,7 @@ TEST(PathOverWayPoints, SpeedAccelerationAndJerkOfNoAxisAreEverExceeded) {
     ASSERT_LE(most.acceleration, 1 + kRounding) << c;
     ASSERT_LE(most.jerk, 1 + kRounding) << c;
     if (c % 10 != 0) continue;
-    const Peaks seen = differences(move, one.limits, 200);
+    const Peaks seen = differences(one, 200);
     ASSERT_LE(seen.speed, 1 + kRounding) << c;
     ASSERT_LE(seen.acceleration, 1 + 1e-3) << c;
     ASSERT_LE(seen.jerk, 1 + 1e-3) << c;

@@ -341,6 +341,34 @@ TEST(RsiLink, BadConfigurationIsRefusedAtOnce) {
   EXPECT_THROW(RsiCore(config, nullptr), ConfigError);
 }
 
+TEST(RsiCycleOfAPath, NeitherPlanningNorBrakingAllocates) {
+  Rig rig;
+  rig.make_ready();
+  Move move{++rig.last_id, MoveKind::kTransit, rig.moved_by(1, -20), 0.0, 0};
+  for (const double deg : {5.0, -5.0, 5.0, -5.0}) {
+    move.via.push_back({rig.moved_by(0, deg), 0.5, 0.5});
+  }
+  rig.core.begin(move);
+  std::array<char, 2048> packet{};
+  long during = 0;
+  std::optional<CoreResult> result;
+  for (int cycles = 0; cycles < 600 && !result; ++cycles) {
+    rig.now += 4ms;
+    const std::string_view sent = rig.krc.tick(rig.now);
+    const std::size_t size = sent.copy(packet.data(), packet.size());
+    const long before = allocation_count();
+    if (cycles == 100) rig.core.stop();
+    rig.core.on_tick(rig.now);
+    const std::string_view reply = rig.core.on_datagram({packet.data(), size}, rig.now);
+    result = rig.core.take_result();
+    during += allocation_count() - before;
+    rig.krc.receive(std::string(reply));
+  }
+  ASSERT_TRUE(result);
+  EXPECT_EQ(result->outcome, MoveOutcome::kStopped);
+  EXPECT_EQ(during, 0);
+}
+
 class RsiCycle : public ::testing::TestWithParam<CorrectionMode> {};
 
 TEST_P(RsiCycle, DoesNotAllocate) {
