@@ -8,10 +8,11 @@
 namespace cellcal::drivers {
 namespace {
 
-// The shortest window in which the command moves far enough to be told from encoder noise (0.0005
-// deg) and from the wire's coarsest rounding (0.001 deg) is taken; slow axes need a longer one.
+// The shortest window in which the command moves far enough to be told from encoder noise (0.001
+// deg, 1 sigma: six sigmas of the difference of two means of four) and from the wire's coarsest
+// rounding (0.001 deg) is taken; slow axes need a longer one.
 constexpr double kWindowsS[] = {0.06, 0.12, 0.24};
-constexpr double kLeastTravelRad = 0.004 * kRadPerDeg;
+constexpr double kLeastTravelRad = 0.006 * kRadPerDeg;
 // So many packets make a mean that quiet; fewer of a longer cycle need more travel.
 constexpr double kQuietPackets = 3.0;
 constexpr double kStandsShare = 0.25;

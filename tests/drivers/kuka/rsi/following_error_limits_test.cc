@@ -60,7 +60,7 @@ TEST(FollowLimits, TheToleranceHoldsToEitherSide) {
 }
 
 TEST(FollowLimits, AnAxisThatDoesLessThanAQuarterOfItsCommandStands) {
-  for (const double speed_deg_s : {0.1, -0.1}) {
+  for (const double speed_deg_s : {0.12, -0.12}) {
     const Named slow = watch(goes(speed_deg_s), goes(0.2 * speed_deg_s), 0.004, 100);
     const double commanded_deg = speed_deg_s * 0.004 * slow.sample;
     expect_cause(slow.fault, cause::AxisStands{1, commanded_deg, 0.2 * commanded_deg});
@@ -69,38 +69,38 @@ TEST(FollowLimits, AnAxisThatDoesLessThanAQuarterOfItsCommandStands) {
   }
 }
 
-// The command has to have gone 0.004 deg in every window that ends up to the lag ago (0.12 s) or as
-// far back as the means reach: 30 + 3 samples, and from there on as many as 0.004 deg take.
+// The command has to have gone 0.006 deg in every window that ends up to the lag ago (0.12 s) or as
+// far back as the means reach: 30 + 3 samples, and from there on as many as 0.006 deg take.
 TEST(FollowLimits, StandingIsNamedAsSoonAsTheCommandIsToldFromNoise) {
-  EXPECT_EQ(watch(goes(0.08), stands).sample, 33 + 13);  // 13 * 0.00032 deg
-  EXPECT_EQ(watch(goes(0.5), stands).sample, 33 + 2);
+  EXPECT_EQ(watch(goes(0.12), stands).sample, 33 + 13);  // 13 * 0.00048 deg
+  EXPECT_EQ(watch(goes(0.55), stands).sample, 33 + 3);
   // Too slow for the window of 0.06 s (15 samples): the one of 0.12, whose means are 7 long.
-  EXPECT_EQ(watch(goes(0.05), stands).sample, 30 + 7 + 20);
-  // And that of 0.24, 15 long; slower than 0.004 deg in it nothing is said.
-  EXPECT_EQ(watch(goes(0.025), stands).sample, 30 + 15 + 40);
-  EXPECT_EQ(watch(goes(0.016), stands, 0.004, 400).sample, -1);
+  EXPECT_EQ(watch(goes(0.076), stands).sample, 30 + 7 + 20);
+  // And that of 0.24, 15 long; slower than 0.006 deg in it nothing is said.
+  EXPECT_EQ(watch(goes(0.038), stands).sample, 30 + 15 + 40);
+  EXPECT_EQ(watch(goes(0.024), stands, 0.004, 400).sample, -1);
 }
 
 TEST(FollowLimits, FewPacketsInAMeanAskForMoreTravel) {
   // At 12 ms a window of 0.06 s is 5 packets and its means one: sqrt(3) of travel more.
   const double cycle_s = 0.012;
-  EXPECT_EQ(watch(goes(0.2, cycle_s), stands, cycle_s).sample, 10 + 1 + 3);  // 0.0024 deg each
+  EXPECT_EQ(watch(goes(0.3, cycle_s), stands, cycle_s).sample, 10 + 1 + 3);  // 0.0036 deg each
 }
 
 TEST(FollowLimits, ARecordThatIsTooShortSaysNothing) {
   PositionRecord record;
   int named = -1;
   for (int i = 0; i < 100 && named < 0; ++i) {
-    record.push(TimePoint{} + std::chrono::milliseconds(4 * i), 0, {0.0}, {0.0004 * i * kDeg});
+    record.push(TimePoint{} + std::chrono::milliseconds(4 * i), 0, {0.0}, {0.00045 * i * kDeg});
     if (following_fault(record, {}, 0.004)) named = i;
   }
   // Window 15, lag 30, means of 3: the record holds one more than these.
   EXPECT_EQ(named, 15 + 30 + 3);
 }
 
-// As above: at 0.08 deg/s an arm that stands is named with sample 46, and with none before.
+// As above: at 0.12 deg/s an arm that stands is named with sample 46, and with none before.
 TEST(FollowLimits, WhatTheNewestPacketShowsCounts) {
-  const auto ahead = goes(0.08);
+  const auto ahead = goes(0.12);
   const auto up_to = [](const std::function<double(int)>& commanded,
                         const std::function<double(int)>& actual) {
     return watch(commanded, actual, 0.004, 47).sample;
