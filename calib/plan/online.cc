@@ -13,6 +13,7 @@
 #include "calib/plan/choice/choose.h"
 #include "calib/plan/choice/forecast.h"
 #include "calib/plan/choice/remaining_uncertainty.h"
+#include "calib/plan/reach/corners.h"
 #include "calib/plan/reach/order.h"
 #include "calib/plan/reach/pool.h"
 
@@ -288,8 +289,8 @@ struct Online::Impl {
   double seconds(std::size_t c, const JointVector& from) const {
     const Candidate& to = pool.candidates()[c];
     const bool same = last && pool.candidates()[*last].target == to.target;
-    constexpr double kSearchM = 0.004, kRetreatS = 0.45, kSameSphereS = 0.3, kOtherSphereS = 0.8;
-    return touch_s(kSearchM, pace) + kRetreatS + (same ? kSameSphereS : kOtherSphereS) +
+    constexpr double kRetreatS = 0.45, kSameSphereS = 0.2, kOtherSphereS = 0.5;
+    return touch_s(pace.foretold_m, pace) + kRetreatS + (same ? kSameSphereS : kOtherSphereS) +
            move_s(cell.robot, from, to.standoff, pace);
   }
 
@@ -376,6 +377,7 @@ std::optional<PlannedTouch> Online::next(const JointVector& where) {
       aim({me.pool, *me.estimate, me.options, me.cell.touch_sigma_m * std::sqrt(1.0 + unknown)}, to,
           touch);
     }
+    round_corners(me.pool.clearance(), leaving != nullptr ? leaving->end : JointVector{}, from, touch);
     me.offered = c;
     me.planned = std::move(touch);
     return me.planned;

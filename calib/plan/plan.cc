@@ -9,6 +9,7 @@
 #include "calib/model/random.h"
 #include "calib/plan/choice/choose.h"
 #include "calib/plan/reach/candidates.h"
+#include "calib/plan/reach/corners.h"
 #include "calib/plan/reach/duration.h"
 #include "calib/plan/reach/order.h"
 #include "calib/plan/reach/pool.h"
@@ -48,7 +49,7 @@ struct Chosen {
 
 /// What changing over costs beyond the direct move: the tip has to rise above a sphere to get round
 /// it, and another sphere is farther.
-constexpr double kSameSphereS = 0.3, kOtherSphereS = 0.8;
+constexpr double kSameSphereS = 0.2, kOtherSphereS = 0.5;
 
 /// Visits all of `todo` in an order that costs the robot little time.
 Plan visit(const Cell& cell, const PlanOptions& options, const Clearance& clearance,
@@ -81,6 +82,8 @@ Plan visit(const Cell& cell, const PlanOptions& options, const Clearance& cleara
                       words_or(clearance.hit(at, to.standoff, kTipMarginM), kAround)));
     plan.touches.push_back(to_planned(cell, to, todo[next].set, options));
     plan.touches.back().transit = std::move(*way);
+    round_corners(clearance, leaving != nullptr ? leaving->end : JointVector{}, at,
+                  plan.touches.back());
     leaving = &to;
     at = to.clear;
   }
@@ -273,6 +276,7 @@ Plan resume_plan(const Cell& cell, const Plan& plan, std::size_t next, const Joi
         touch.target, words_or(clearance.hit(at, touch.standoff, kTipMarginM), kAround)));
   way.insert(way.end(), rest->begin(), rest->end());
   touch.transit = std::move(way);
+  round_corners(clearance, {}, from, touch);
   return result;
 }
 

@@ -161,6 +161,21 @@ struct Clearance::Impl {
     return true;
   }
 
+  Corner corner(const JointVector& from, const JointVector& at, const JointVector& to,
+                const Mode& mode) const {
+    std::vector<double> slack;
+    if (passable || !look(at, mode, &slack, nullptr)) return {};
+    const std::vector<double> in = paths_m(at, from), out = paths_m(at, to);
+    const std::vector<double> margin = margins_m(mode);
+    Corner corner{kMostCornerShare, kMostCornerShare};
+    for (std::size_t k = 0; k < slack.size(); ++k) {
+      const double free_m = slack[k] + (1.0 - kMarginKept) * margin[k];  // (72)
+      if (in[k] * corner.in_share > free_m) corner.in_share = free_m / in[k];
+      if (out[k] * corner.out_share > free_m) corner.out_share = free_m / out[k];
+    }
+    return corner;
+  }
+
   Hit of(const Finding& worst) const {
     return {worst.low ? Hit::Kind::kBelowTargets : Hit::Kind::kTooNear,
             bodies.list()[worst.body].words, worst.other, worst.gap_m};
@@ -249,6 +264,12 @@ bool Clearance::clear_search(const JointVector& from, const JointVector& to, std
   return impl_ == nullptr ||
          (impl_->look_along(from, to, {tip_margin_m, static_cast<int>(target)}, nullptr) &&
           impl_->passes(from, to));
+}
+
+Corner Clearance::corner(const JointVector& from, const JointVector& at, const JointVector& to,
+                         double tip_margin_m) const {
+  if (impl_ == nullptr) return {kMostCornerShare, kMostCornerShare};
+  return impl_->corner(from, at, to, {tip_margin_m, -1});
 }
 
 std::optional<Hit> Clearance::hit(const JointVector& q, double tip_margin_m) const {

@@ -22,9 +22,14 @@
 
 #include "calib/model/joint_vector.h"
 #include "calib/model/kinematics.h"
+#include "calib/plan/collision/corner.h"
 #include "calib/plan/collision/hit.h"
 
 namespace cellcal::calib {
+
+// A way-point need not be visited. Where it keeps d, every posture from which no body is moved by
+// more than d - 0.92 m on the way to it keeps 0.92 of the margin; and what moves the bodies by less
+// than that towards either neighbour does so between the two as well: levers times turns are convex.
 
 /// Of every margin, on the whole of a move.
 inline constexpr double kMarginKept = 0.92;
@@ -46,6 +51,11 @@ class Clearance {
   /// the tool come as near to them as a touch brings it.
   bool clear_search(const JointVector& from, const JointVector& to, std::size_t target,
                     double tip_margin_m) const;
+
+  /// Around a way-point between two moves that are clear. Nothing where the cell says which moves
+  /// can be led: it speaks of straight ones.
+  Corner corner(const JointVector& from, const JointVector& at, const JointVector& to,
+                double tip_margin_m) const;
 
   /// The worst that is hit. Of a move: at the first posture that was found to hit. Empty where the
   /// posture or move is clear.

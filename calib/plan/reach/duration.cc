@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <string>
 
 #include "calib/model/error.h"
 
@@ -14,38 +16,64 @@ void require_speeds(const Robot& robot) {
                       " has no max_speed_deg_s. Add it: no motion can be planned without");
 }
 
-double move_s(const Robot& robot, const JointVector& from, const JointVector& to,
-              const Pace& pace) {
+namespace {
+
+/// Of the slowest axis.
+double move_s(const Robot& robot, const JointVector& from, const JointVector& to, const Pace& pace,
+              double ramp_s) {
   double slowest = 0.0;
   for (std::size_t i = 0; i < from.size(); ++i) {
     const double way = std::abs(to[i] - from[i]);
     const double speed = pace.speed_fraction * robot.joints[i].max_speed_rad_s;
-    // A slower cruise is reached as much sooner.
-    const double ramp_s = pace.speed_fraction * pace.ramp_s;
     slowest = std::max(slowest, way > speed * ramp_s ? way / speed + ramp_s  // (65)
                                                      : 2.0 * std::sqrt(way * ramp_s / speed));
   }
+  return slowest;
+}
+
+/// Over all way-points; corners that may be cut are passed.
+double way_s(const Robot& robot, const JointVector& from, const PlannedTouch& touch,
+             const Pace& pace) {
+  double sum = 0.0;
+  const JointVector* at = &from;
+  for (std::size_t k = 0; k < touch.transit.size(); ++k) {
+    const double stop_s = move_s(robot, *at, touch.transit[k], pace);
+    const bool passed = k > 0 && k <= touch.corners.size() &&
+                        touch.corners[k - 1].in_share > 0.0 && touch.corners[k - 1].out_share > 0.0;
+    sum += passed ? std::max(stop_s - pace.build_up_s - pace.speed_fraction * pace.ramp_s, 0.0) +
+                        pace.corner_s
+                  : stop_s;
+    at = &touch.transit[k];
+  }
+  return sum;
+}
+
+}  // namespace
+
+double move_s(const Robot& robot, const JointVector& from, const JointVector& to,
+              const Pace& pace) {
+  // A slower cruise is reached as much sooner.
+  const double slowest = move_s(robot, from, to, pace, pace.speed_fraction * pace.ramp_s);
   return slowest > 0.0 ? slowest + pace.build_up_s : 0.0;
 }
 
 double touch_s(double expected_m, const Pace& pace) {
-  double sum = expected_m / pace.fast_m_s + pace.overhead_s;
+  double confirmed_s = 0.0;
   for (int k = 0; k < pace.readings; ++k) {
     const double back_m = k == 0 ? pace.back_off_m : pace.slow_back_off_m;
-    sum += back_m / pace.slow_m_s + back_m / pace.fast_m_s + pace.overhead_s;
+    confirmed_s += back_m / pace.slow_m_s + back_m / pace.fast_m_s + 2.0 * pace.overhead_s;
   }
-  return sum;
+  return expected_m / pace.fast_m_s + pace.overhead_s + pace.confirmed_share * confirmed_s;
 }
 
 double duration_s(const Plan& plan, const Robot& robot, const Pace& pace) {
   double sum = 0.0;
   const JointVector* at = &plan.start;
+  std::map<std::string, int> touched;
   for (const PlannedTouch& touch : plan.touches) {
-    for (const JointVector& waypoint : touch.transit) {
-      sum += move_s(robot, *at, waypoint, pace);
-      at = &waypoint;
-    }
-    sum += touch_s(touch.expected_m, pace);
+    sum += way_s(robot, *at, touch, pace);
+    const bool foretold = touched[touch.target]++ >= pace.before_foretold;
+    sum += touch_s(foretold ? std::min(pace.foretold_m, touch.expected_m) : touch.expected_m, pace);
     sum += move_s(robot, touch.standoff, touch.clear, pace);
     at = &touch.clear;
   }

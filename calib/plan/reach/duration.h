@@ -11,11 +11,19 @@ struct Pace {
   /// From rest to full speed, and how long the acceleration takes to build up. No maker publishes
   /// them; arms for some ten kilograms take about this.
   double ramp_s = 0.3, build_up_s = 0.1;
+  /// At a way-point that is passed without a stop: slower, and on.
+  double corner_s = 0.1;
   double fast_m_s = 0.010, slow_m_s = 0.002;  ///< searches
+  /// A search begins so far before the contact where the touches so far foretell it, which is so
+  /// behind the first touches of each target.
+  double foretold_m = 0.0025;
+  int before_foretold = 4;
+  /// Share of the touches whose contact is confirmed, and slow searches then.
+  double confirmed_share = 0.125;
+  int readings = 2;
   double back_off_m = 0.0010,
          slow_back_off_m = 0.0006;  ///< before the first slow search, the others
-  int readings = 2;                 ///< slow searches per touch
-  double overhead_s = 0.3;  ///< starting, stopping, settling, per search with what leads to it
+  double overhead_s = 0.25;  ///< starting, stopping, settling, per search with what leads to it
 };
 
 /// Throws PlanError naming the first joint whose speed the robot file does not state: without it
@@ -26,7 +34,8 @@ void require_speeds(const Robot& robot);
 /// jerk.
 double move_s(const Robot& robot, const JointVector& from, const JointVector& to, const Pace& pace);
 
-/// From the stand-off to the last contact.
+/// From where the search begins, this far before the contact, to the last contact; in the mean over
+/// those that are confirmed and those that are not.
 double touch_s(double expected_m, const Pace& pace);
 
 /// The whole plan: transits, searches to the expected surface, retreats, and home.

@@ -10,20 +10,32 @@
 #include "calib/model/joint_vector.h"
 #include "calib/model/robot.h"
 #include "calib/model/touch.h"
+#include "calib/plan/collision/corner.h"
 #include "calib/plan/reach/accuracy_region.h"
 
 namespace cellcal::calib {
+
+/// Tip path [m] from its stand-off, along its search, to the contact.
+struct ExpectedContact {
+  double travel_m = 0.0;
+  double sigma_m = 0.0;  ///< 1 sigma; 0: not known better than by nominal geometry
+};
 
 struct PlannedTouch {
   std::string target;
   TouchSet set = TouchSet::kFit;
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< outward at the contact, base frame
   std::vector<JointVector> transit;  ///< waypoints from the previous clear point; ends at standoff
+  /// One for each waypoint; the last is the stand-off's, on the way on along the search line. Empty:
+  /// the arm stops at each.
+  std::vector<Corner> corners;
+  Corner leaving;  ///< where the transit begins, for an arm that comes along the last search line
   JointVector standoff;
   JointVector end;          ///< end of the search: no contact by here is a failure
   JointVector clear;        ///< where the arm goes after the touch
   double search_m = 0.0;    ///< tip path from standoff to end
-  double expected_m = 0.0;  ///< tip path from standoff to the nominal surface
+  double expected_m = 0.0;  ///< tip path from standoff to where the surface is expected
+  double expected_sigma_m = 0.0;  ///< as ExpectedContact's
   bool may_miss = false;    ///< looks for a sphere: no contact by the end is an answer
 };
 

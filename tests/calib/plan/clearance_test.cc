@@ -10,6 +10,7 @@
 #include "calib/model/error.h"
 #include "calib/model/random.h"
 #include "calib/plan/collision/bodies.h"
+#include "calib/plan/plan.h"
 #include "calib/plan/reach/candidates.h"
 #include "tests/calib/plan/collisions.h"
 
@@ -390,6 +391,66 @@ TEST(Bodies, NeverMoveFurtherThanTheirLeversSay) {
       }
     }
   }
+}
+
+TEST(ACorner, MayBeCutAsFarAsWhatStandsAroundItAllows) {
+  Cell cell = demo();
+  const ArmModel arm(cell.robot, cell.tool);
+  PlanOptions options;
+  options.fit_touches = 20;
+  options.check_touches = 0;
+  const Plan plan = make_plan(cell, options);
+  const Clearance clearance(cell, arm);
+  double most = 0.0;
+  int cut = 0;
+  for (std::size_t k = 1; k < plan.touches.size(); ++k) {
+    const PlannedTouch& touch = plan.touches[k];
+    ASSERT_EQ(touch.corners.size(), touch.transit.size());
+    const JointVector& at = plan.touches[k - 1].clear;
+    const JointVector &before = plan.touches[k - 1].end, &next = touch.transit.front();
+    const Corner corner = clearance.corner(before, at, next, kTipMarginM);
+    EXPECT_EQ(corner.in_share, touch.leaving.in_share);
+    EXPECT_EQ(corner.out_share, touch.leaving.out_share);
+    most = std::max({most, corner.in_share, corner.out_share});
+    EXPECT_LE(most, kMostCornerShare);
+    cut += corner.in_share > 0.0 && corner.out_share > 0.0;
+    // Something small at the clear point's own tip, just beyond the margin there, leaves less.
+    Cell tight = cell;
+    const Eigen::Vector3d tip = arm.nominal_tip_m(at);
+    const Eigen::Vector3d beside = touch.normal.unitOrthogonal();
+    tight.obstacles = {box("beside", tip + 0.0125 * beside, {0.001, 0.001, 0.001})};
+    const Corner less = Clearance(tight, arm).corner(before, at, next, kTipMarginM);
+    EXPECT_LT(less.in_share, 0.5 * corner.in_share + 1e-12);
+    EXPECT_LT(less.out_share, 0.5 * corner.out_share + 1e-12);
+  }
+  EXPECT_GE(cut, 15);
+}
+
+TEST(ACorner, IsGoneToWhereTheCellSaysWhichMovesCanBeLed) {
+  Cell cell = demo();
+  PlanOptions options;
+  options.fit_touches = 20;
+  options.check_touches = 0;
+  const Plan plan = make_plan(cell, options);
+  cell.passable = [](const JointVector&, const JointVector&) { return true; };
+  const ArmModel arm(cell.robot, cell.tool);
+  const PlannedTouch& touch = plan.touches[1];
+  const Corner corner = Clearance(cell, arm).corner(plan.touches[0].end, plan.touches[0].clear,
+                                                    touch.transit.front(), kTipMarginM);
+  EXPECT_EQ(corner.in_share, 0.0);
+  EXPECT_EQ(corner.out_share, 0.0);
+}
+
+TEST(ACorner, ThatIsNotClearItselfIsNotCut) {
+  const Cell cell = demo();
+  const ArmModel arm(cell.robot, cell.tool);
+  PlanOptions options;
+  options.fit_touches = 20;
+  options.check_touches = 0;
+  const Plan plan = make_plan(cell, options);
+  const Corner corner = Clearance(cell, arm).corner(
+      plan.touches[0].clear, plan.touches[0].end, plan.touches[0].clear, kTipMarginM);
+  EXPECT_EQ(corner.in_share, 0.0);
 }
 
 }  // namespace

@@ -199,14 +199,33 @@ Approach Collisions::along(const JointVector& from, const JointVector& to, int t
   return result;
 }
 
+Approach Collisions::across(const JointVector& from, const JointVector& at, const JointVector& to,
+                            const Corner& corner) const {
+  const auto on_leg = [&](const JointVector& other, double share) {
+    JointVector q(at);
+    for (std::size_t i = 0; i < q.size(); ++i) q[i] += share * (other[i] - at[i]);
+    return q;
+  };
+  Approach result;
+  for (const double part : {1.0, 0.6, 0.2})
+    result.take(along(on_leg(from, part * corner.in_share), on_leg(to, part * corner.out_share)));
+  return result;
+}
+
 Approach Collisions::of(const Plan& plan) const {
   Approach result;
-  JointVector where = plan.start;
+  JointVector where = plan.start, before;
   for (const PlannedTouch& touch : plan.touches) {
-    for (const JointVector& next : touch.transit) {
+    if (!before.empty())
+      result.take(across(before, where, touch.transit.front(), touch.leaving));
+    for (std::size_t k = 0; k < touch.transit.size(); ++k) {
+      const JointVector& next = touch.transit[k];
       result.take(along(where, next));
+      if (k + 1 < touch.transit.size() && k < touch.corners.size())
+        result.take(across(where, next, touch.transit[k + 1], touch.corners[k]));
       where = next;
     }
+    before = touch.end;
     const int target = static_cast<int>(cell_.target_index(touch.target));
     result.take(along(touch.standoff, touch.end, target));
     result.take(along(touch.end, touch.clear, target));

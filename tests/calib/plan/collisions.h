@@ -35,7 +35,10 @@ class Collisions {
   /// Every 0.2 deg of the joint that turns most, or `step_rad`.
   Approach along(const JointVector& from, const JointVector& to, int touched = -1,
                  double step_rad = 0.0035) const;
-  /// All that is driven: ways, search lines, retreats, the way home.
+  /// Three lines across the triangle in which the arm may pass the way-point `at`.
+  Approach across(const JointVector& from, const JointVector& at, const JointVector& to,
+                  const Corner& corner) const;
+  /// All that may be driven: ways, corners, search lines, retreats, the way home.
   Approach of(const Plan& plan) const;
 
  private:

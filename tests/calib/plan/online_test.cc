@@ -12,39 +12,13 @@
 #include "calib/model/random.h"
 #include "calib/plan/choice/forecast.h"
 #include "calib/plan/reach/pool.h"
+#include "tests/calib/plan/meet.h"
 #include "tests/calib/simulate.h"
 
 namespace cellcal::calib {
 namespace {
 
 using testing::demo_cell;
-
-/// Where on its search line the true arm meets the true sphere, noise included; empty where
-/// nowhere.
-std::optional<Touch> made(const Cell& cell, const sim::Truth& truth, const PlannedTouch& planned,
-                          Random& random) {
-  const std::size_t target = cell.target_index(planned.target);
-  const double radius = truth.radius_m[target] + 3e-5 * random.normal();
-  const auto gap = [&](double share) {
-    JointVector q(planned.standoff.size());
-    for (std::size_t i = 0; i < q.size(); ++i)
-      q[i] = planned.standoff[i] + share * (planned.end[i] - planned.standoff[i]);
-    const double distance =
-        (truth.arm.position(truth.arm.prepare(q), truth.errors.data()) - truth.centre_m[target])
-            .norm();
-    return std::pair(distance - radius, q);
-  };
-  double out = 0.0, in = 1.0;
-  if (gap(out).first < 0.0 || gap(in).first > 0.0) return std::nullopt;
-  for (int k = 0; k < 40; ++k) {
-    const double middle = (out + in) / 2.0;
-    (gap(middle).first > 0.0 ? out : in) = middle;
-  }
-  Touch touch;
-  touch.target = planned.target;
-  touch.joint_rad = gap(in).second;
-  return touch;
-}
 
 PlanOptions small() {
   PlanOptions options;
@@ -72,7 +46,9 @@ Driven drive(const Cell& cell, const Goal& goal, const std::function<bool(int)>&
     driven.touches.push_back(*planned);
     at = planned->clear;
     std::optional<Touch> touch;
-    if (!fails || !fails(k)) touch = made(cell, truth, *planned, random);
+    if (!fails || !fails(k))
+      if (auto met = testing::meet(cell, truth, *planned, random))
+        touch = std::move(met->touch);
     if (touch) {
       ++driven.made;
       online.touched(*touch);
@@ -179,9 +155,9 @@ TEST(Online, SaysHowManyTouchesAreLeft) {
   std::vector<int> left;
   while (const auto planned = online.next(at)) {
     at = planned->clear;
-    const auto touch = made(demo_cell(), truth, *planned, random);
-    if (touch)
-      online.touched(*touch);
+    const auto met = testing::meet(demo_cell(), truth, *planned, random);
+    if (met)
+      online.touched(met->touch);
     else
       online.failed();
     if (online.progress().u95_m > 0.0) left.push_back(online.progress().touches_left);

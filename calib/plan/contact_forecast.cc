@@ -1,0 +1,140 @@
+#include "calib/plan/contact_forecast.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "calib/estimate/solve.h"
+
+namespace cellcal::calib {
+
+namespace {
+
+/// Of a target, before the next one there is expected anywhere. Fewer do not hold its place: with
+/// certified lengths they may hold another one as well, and the estimate knows of one only.
+constexpr std::ptrdiff_t kFewest = 4;
+/// One gross touch shall not blind the forecast for all that follow.
+constexpr double kMostOff = 10.0;
+constexpr double kStepM = 0.001;  ///< between two postures on a search line
+
+Touch on_line(const PlannedTouch& planned, double travel_m) {
+  Touch touch;
+  touch.target = planned.target;
+  const double share = travel_m / planned.search_m;
+  for (std::size_t i = 0; i < planned.standoff.size(); ++i)
+    touch.joint_rad.push_back(planned.standoff[i] +
+                              share * (planned.end[i] - planned.standoff[i]));
+  return touch;
+}
+
+/// Gaps between tip and surface at postures of search lines, as an estimate sees them.
+struct Gaps {
+  Eigen::VectorXd gap_m, sigma_m;
+};
+
+Gaps gaps_at(const IncrementalEstimate& running, const std::vector<Touch>& postures) {
+  const Problem& known = running.problem();
+  std::vector<TargetPlace> places(known.cell().targets.size());
+  for (const TargetBlock& block : known.blocks()) places[block.target] = known.place(block);
+  // Behind those that were made, so that the unknowns are the same ones in the same order.
+  std::vector<Touch> rows = running.touches();
+  std::vector<bool> use(rows.size(), false);
+  const auto first = static_cast<Eigen::Index>(rows.size());
+  rows.insert(rows.end(), postures.begin(), postures.end());
+  use.resize(rows.size(), true);
+  const Problem seen(known.cell(), known.arm(), rows, places, running.ripple_rad());
+  const Linearisation linear = linearise(seen, running.u(), use);
+  const auto count = static_cast<Eigen::Index>(postures.size());
+  Gaps gaps{Eigen::VectorXd(count), Eigen::VectorXd(count)};
+  const auto by_u = linear.jacobian.topRows(count);
+  const Eigen::VectorXd unknown =
+      (by_u * running.covariance_u()).cwiseProduct(by_u).rowwise().sum();
+  for (Eigen::Index k = 0; k < count; ++k) {
+    const double sigma_m = seen.sigma_m(static_cast<std::size_t>(first + k));
+    gaps.gap_m[k] = linear.residual[k] * sigma_m;
+    gaps.sigma_m[k] = sigma_m * std::sqrt(1.0 + unknown[k]);
+  }
+  return gaps;
+}
+
+}  // namespace
+
+void ContactForecast::learn(std::span<const Touch> touches) {
+  for (; learnt_ < touches.size(); ++learnt_) {
+    const Touch& touch = touches[learnt_];
+    if (touch.set != TouchSet::kFit) continue;
+    fit_.push_back(touch);
+    try {
+      take(touch);
+    } catch (const IdentifyError&) {
+      running_.reset();
+    }
+  }
+}
+
+void ContactForecast::take(const Touch& touch) {
+  const std::ptrdiff_t count = made(touch.target);
+  if (count < kFewest) return;
+  if (count == kFewest || !running_) return begin();
+  const IncrementalEstimate::Taken taken = running_->add(touch);
+  const double off = std::min(std::abs(taken.off_sigma), kMostOff);
+  off_squares_ += off * off;
+  ++off_count_;
+  // The touch is wrong, or what was known before it: from the beginning, nothing of that stays.
+  if (taken.outlier) begin();
+}
+
+/// By the touches of those targets that have enough.
+void ContactForecast::begin() {
+  std::vector<Touch> enough;
+  for (const Touch& touch : fit_)
+    if (made(touch.target) >= kFewest) enough.push_back(touch);
+  running_.reset();
+  running_.emplace(cell_, std::move(enough));
+}
+
+std::ptrdiff_t ContactForecast::made(const std::string& target) const {
+  return std::ranges::count(fit_, target, &Touch::target);
+}
+
+/// How much more touches scatter than the estimate expects; never less than 1.
+double ContactForecast::misfit() const {
+  return off_count_ > 0 ? std::max(1.0, std::sqrt(off_squares_ / off_count_)) : 1.0;
+}
+
+std::vector<ExpectedContact> ContactForecast::of(const Plan& plan, std::size_t next) const {
+  std::vector<ExpectedContact> expected(plan.touches.size());
+  if (!running_) return expected;
+  std::vector<std::size_t> which;
+  std::vector<Touch> postures;
+  for (std::size_t k = next; k < plan.touches.size(); ++k) {
+    if (made(plan.touches[k].target) < kFewest) continue;
+    which.push_back(k);
+    postures.push_back(on_line(plan.touches[k], plan.touches[k].expected_m));
+    postures.push_back(on_line(plan.touches[k], plan.touches[k].expected_m + kStepM));
+  }
+  if (which.empty()) return expected;
+  const Gaps nominal = gaps_at(*running_, postures);
+  // A sphere curves away from the line: once more from where the first step led.
+  postures.clear();
+  std::vector<double> slope;
+  for (std::size_t n = 0; n < which.size(); ++n) {
+    const auto k = static_cast<Eigen::Index>(2 * n);
+    slope.push_back((nominal.gap_m[k + 1] - nominal.gap_m[k]) / kStepM);
+    const PlannedTouch& planned = plan.touches[which[n]];
+    expected[which[n]].travel_m = planned.expected_m - nominal.gap_m[k] / slope[n];
+    postures.push_back(on_line(planned, expected[which[n]].travel_m));
+  }
+  const Gaps gaps = gaps_at(*running_, postures);
+  for (std::size_t n = 0; n < which.size(); ++n) {
+    const auto k = static_cast<Eigen::Index>(n);
+    ExpectedContact& one = expected[which[n]];
+    one.travel_m -= gaps.gap_m[k] / slope[n];  // (73)
+    // A gap across the line takes more of it the less it goes towards the surface.
+    one.sigma_m = misfit() * gaps.sigma_m[k] / std::abs(slope[n]);
+    const bool sound = std::isfinite(one.travel_m) && std::isfinite(one.sigma_m);
+    if (!sound) one = {};
+  }
+  return expected;
+}
+
+}  // namespace cellcal::calib

@@ -1,0 +1,125 @@
+// Where touches of a plan are expected, against where the true arm meets the true spheres.
+
+#include "calib/plan/contact_forecast.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "calib/model/random.h"
+#include "calib/plan/plan.h"
+#include "tests/calib/plan/meet.h"
+#include "tests/calib/simulate.h"
+
+namespace cellcal::calib {
+namespace {
+
+using testing::demo_cell;
+
+struct Followed {
+  std::vector<double> off_sigmas, sigma_m;  ///< of touches that were expected
+  int unexpected = 0;
+  std::map<std::string, int> unexpected_of;
+};
+
+/// A plan's touches one after the other. `spoil`: what is measured instead, k-th touch.
+template <typename Spoil>
+Followed follow(std::uint64_t arm, int touches, Spoil spoil) {
+  const Cell& cell = demo_cell();
+  const sim::Truth truth = testing::plain_truth(cell, arm);
+  PlanOptions options;
+  options.fit_touches = touches;
+  options.check_touches = 4;
+  const Plan plan = make_plan(cell, options);
+  ContactForecast forecast(cell);
+  Random random(arm);
+  std::vector<Touch> made;
+  Followed followed;
+  for (std::size_t k = 0; k < plan.touches.size(); ++k) {
+    const PlannedTouch& planned = plan.touches[k];
+    const ExpectedContact expected = forecast.of(plan, k)[k];
+    const auto met = testing::meet(cell, truth, planned, random);
+    if (!met) {
+      ADD_FAILURE() << "touch " << k << " misses";
+      continue;
+    }
+    if (expected.sigma_m > 0.0) {
+      followed.off_sigmas.push_back((met->travel_m - expected.travel_m) / expected.sigma_m);
+      followed.sigma_m.push_back(expected.sigma_m);
+    } else {
+      ++followed.unexpected;
+      ++followed.unexpected_of[planned.target];
+    }
+    Touch touch = met->touch;
+    touch.set = planned.set;
+    spoil(k, touch);
+    made.push_back(touch);
+    forecast.learn(made);
+  }
+  return followed;
+}
+
+constexpr auto kHonest = [](std::size_t, Touch&) {};
+
+TEST(AForecastOfContacts, IsWithinFiveSigmasAndSoonWithinATenthOfAMillimetre) {
+  for (const std::uint64_t arm : {4u, 5u, 6u}) {
+    const Followed followed = follow(arm, 60, kHonest);
+    for (const double off : followed.off_sigmas) EXPECT_LT(std::abs(off), 5.0);
+    ASSERT_GE(followed.sigma_m.size(), 40U);
+    const std::vector<double> late(followed.sigma_m.end() - 10, followed.sigma_m.end());
+    EXPECT_LT(*std::max_element(late.begin(), late.end()), 1.5e-4);
+    // And says no more than it does: the squares of honest sigmas are 1 in the mean.
+    double squares = 0.0;
+    for (const double off : followed.off_sigmas) squares += off * off;
+    EXPECT_GT(squares / static_cast<double>(followed.off_sigmas.size()), 0.05);
+  }
+}
+
+TEST(AForecastOfContacts, KnowsNothingOfATargetBeforeFourOfItsTouches) {
+  const Followed followed = follow(4, 60, kHonest);
+  ASSERT_EQ(followed.unexpected_of.size(), 4U);
+  for (const auto& [target, count] : followed.unexpected_of) {
+    EXPECT_GE(count, 4) << target;
+    EXPECT_LE(count, 8) << target;
+  }
+}
+
+TEST(AForecastOfContacts, StaysHonestBehindAGrossTouch) {
+  const Followed followed = follow(5, 60, [](std::size_t k, Touch& touch) {
+    if (k % 20 == 17) touch.joint_rad[1] += 2e-3;  // some 2 mm
+  });
+  for (const double off : followed.off_sigmas) EXPECT_LT(std::abs(off), 5.0);
+  EXPECT_GE(followed.off_sigmas.size(), 35U);
+}
+
+TEST(AForecastOfContacts, SaysNothingOfTouchesThatAreBehindIt) {
+  const Cell& cell = demo_cell();
+  PlanOptions options;
+  options.fit_touches = 30;
+  options.check_touches = 0;
+  const Plan plan = make_plan(cell, options);
+  const ContactForecast empty(cell);
+  for (const ExpectedContact& one : empty.of(plan, 0)) EXPECT_EQ(one.sigma_m, 0.0);
+
+  const sim::Truth truth = testing::plain_truth(cell, 4);
+  Random random(4);
+  ContactForecast forecast(cell);
+  std::vector<Touch> made;
+  for (const PlannedTouch& planned : plan.touches)
+    made.push_back(testing::meet(cell, truth, planned, random).value().touch);
+  forecast.learn(made);
+  const std::vector<ExpectedContact> expected = forecast.of(plan, 10);
+  ASSERT_EQ(expected.size(), 30U);
+  for (std::size_t k = 0; k < 10; ++k) EXPECT_EQ(expected[k].sigma_m, 0.0);
+  for (std::size_t k = 10; k < 30; ++k) {
+    EXPECT_GT(expected[k].sigma_m, 0.0);
+    const double met = testing::meet(cell, truth, plan.touches[k], random).value().travel_m;
+    EXPECT_NEAR(expected[k].travel_m, met, 5.0 * expected[k].sigma_m + 2e-4);
+  }
+  EXPECT_TRUE(forecast.of(plan, 40).size() == 30U);
+}
+
+}  // namespace
+}  // namespace cellcal::calib
