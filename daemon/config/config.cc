@@ -51,6 +51,11 @@ void read_motion(const TomlTable& table, DaemonConfig& config) {
     table.fail("fast_search_mm_s",
                "must be at most 2.5 with eki stop = \"flag\": the stop takes 50 to 70 ms");
   }
+  // The stop by a flag has the place from a record of states, good at the slow speed only.
+  config.touch.confirm_every = static_cast<int>(
+      table.integer_or("confirm_every", by_flag ? 1 : policy.confirm_every, 1, 1000));
+  if (by_flag && config.touch.confirm_every > 1)
+    table.fail("confirm_every", "must be 1 with eki stop = \"flag\": only its slow searches count");
   config.touch.fast_m_s = fast * kMm;
   config.touch.slow_m_s = slow * kMm;
   if (config.touch.slow_m_s > config.touch.fast_m_s) {

@@ -41,6 +41,13 @@ void each_later_key(Options& options, Visitor visit) {
   visit("beyond_first_m", options.touch.beyond_first_m);
   visit("max_failed_in_a_row", options.touch.max_failed_in_a_row);
   visit("max_failed", options.touch.max_failed);
+  visit("confirm_every", options.touch.confirm_every);
+  visit("surprise_sigmas", options.touch.surprise_sigmas);
+  visit("most_bounces", options.touch.most_bounces);
+  visit("most_stamp_m", options.touch.most_stamp_m);
+  visit("approach_sigmas", options.touch.approach_sigmas);
+  visit("approach_margin_m", options.touch.approach_margin_m);
+  visit("approach_least_m", options.touch.approach_least_m);
 }
 
 }  // namespace
@@ -55,6 +62,7 @@ std::string options_to_json(const SessionOptions& options) {
 
 SessionOptions options_from_json(std::string_view text) {
   SessionOptions options;
+  options.touch.confirm_every = 1;  // as earlier versions did
   try {
     const nlohmann::json json = nlohmann::json::parse(text);
     each_key(options, [&](const char* key, auto& value) { json.at(key).get_to(value); });

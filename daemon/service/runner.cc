@@ -257,7 +257,8 @@ struct Runner::Perform {
   void operator()(const ChooseTouch& action) const {
     runner.work(
         [choose = tasks.choose, action, touches = runner.touches_,
-         from = joint_vector(backend.robot().state().commanded_rad)] {
+         from = joint_vector(action.from_rad.empty() ? backend.robot().state().commanded_rad
+                                                     : action.from_rad)] {
           Tasks::Chosen chosen = choose(action, touches, from);
           Event answer;
           answer.kind = EventKind::kRouted;
@@ -268,11 +269,14 @@ struct Runner::Perform {
         },
         action.route_id);
   }
+  void operator()(const TakeAnswer& action) const { runner.inbox_->put(*action.answer); }
   void operator()(const Assess&) const {
     runner.work([assess = tasks.assess, touches = runner.touches_] {
       Event answer;
       answer.kind = EventKind::kAssessed;
-      answer.residual_m = assess(touches);
+      Tasks::Assessed assessed = assess(touches);
+      answer.residual_m = assessed.residual_m;
+      answer.expected = std::move(assessed.expected);
       return answer;
     });
   }

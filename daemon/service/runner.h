@@ -41,8 +41,12 @@ struct Tasks {
   std::function<Chosen(const ChooseTouch&, const std::vector<calib::Touch>&,
                        const calib::JointVector& from)>
       choose;
-  /// |residual| of the newest touch [m] under what is known so far.
-  std::function<std::optional<double>(const std::vector<calib::Touch>&)> assess;
+  struct Assessed {
+    std::optional<double> residual_m;  ///< |residual| of the newest touch, by what is known so far
+    /// Per touch of a plan made beforehand.
+    std::shared_ptr<const std::vector<calib::ExpectedContact>> expected{};
+  };
+  std::function<Assessed(const std::vector<calib::Touch>&)> assess;
   std::function<calib::Calibration(const std::vector<calib::Touch>&)> identify;
   std::function<void(const calib::Calibration&, const std::vector<calib::Touch>&)> report;
 };

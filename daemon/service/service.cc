@@ -306,6 +306,7 @@ void SessionService::carry_out(Job& job) {
   state.one_by_one = job.options.one_by_one;
   state.resumed = job.resumed;
   state.done = job.touches.size();
+  for (const calib::Touch& touch : job.touches) state.met.push_back(touch.target);
   state.expected_hash = job.expected_hash;
 
   TaskInputs task_inputs;

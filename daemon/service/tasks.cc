@@ -17,6 +17,7 @@
 #include "calib/identify/identify.h"
 #include "calib/model/kinematics.h"
 #include "calib/model/units.h"
+#include "calib/plan/contact_forecast.h"
 #include "calib/plan/reach/duration.h"
 #include "calib/plan/touch_sequence.h"
 #include "calib/syntax/input_file.h"
@@ -141,6 +142,9 @@ std::string plan_hash(const calib::Plan& plan) {
     append(bytes, touch.end);
     append(bytes, touch.clear);
     append(bytes, {touch.search_m, touch.expected_m});
+    append(bytes, {touch.leaving.in_share, touch.leaving.out_share});
+    for (const calib::Corner& corner : touch.corners)
+      append(bytes, {corner.in_share, corner.out_share});
   }
   for (const calib::JointVector& waypoint : plan.home) append(bytes, waypoint);
   return calib::sha256(bytes);
@@ -280,8 +284,14 @@ Tasks make_tasks(TaskInputs given) {
     refuse_beyond_reach(*inputs, routed, next, *begin);
     return routed;
   };
-  tasks.assess = [inputs](const std::vector<calib::Touch>& touches) {
-    return newest_residual(inputs->cell, touches);
+  const auto forecast = std::make_shared<calib::ContactForecast>(inputs->cell);
+  tasks.assess = [inputs, planned_first, forecast](const std::vector<calib::Touch>& touches) {
+    Tasks::Assessed assessed{newest_residual(inputs->cell, touches)};
+    if (inputs->options.one_by_one || !*planned_first) return assessed;
+    forecast->learn(touches);
+    assessed.expected = std::make_shared<const std::vector<calib::ExpectedContact>>(
+        forecast->of(**planned_first, touches.size()));
+    return assessed;
   };
   tasks.identify = [inputs](const std::vector<calib::Touch>& touches) {
     calib::Calibration calibration = calib::identify(

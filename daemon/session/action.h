@@ -17,6 +17,8 @@
 
 namespace cellcal::daemon {
 
+struct Event;
+
 /// One slow or fast search that ended in contact.
 struct Reading {
   drivers::AxisAngles contact_rad;  ///< at the instant of contact
@@ -39,12 +41,18 @@ struct FindRoute {
 struct ChooseTouch {
   std::optional<calib::NotMade> failed;  ///< the touch offered last could not be made
   bool in_contact = false;               ///< the way begins at a sphere
+  drivers::AxisAngles from_rad;          ///< where the arm will stand; empty: where it stands
   std::uint32_t route_id = 0;
 };
 struct Assess {};
 struct Identify {};
 struct WriteReport {
   std::shared_ptr<const calib::Calibration> calibration;
+};
+
+/// Not for the worker: it answered already, ahead of its time. Comes back as the same event.
+struct TakeAnswer {
+  std::shared_ptr<const Event> answer;
 };
 
 // For the devices.
@@ -93,7 +101,7 @@ struct RecordEnd {
   std::string failure;  ///< describe(Failure), empty otherwise
 };
 
-using Action = std::variant<MakePlan, FindRoute, ChooseTouch, Assess, Identify, WriteReport,
+using Action = std::variant<MakePlan, FindRoute, ChooseTouch, TakeAnswer, Assess, Identify, WriteReport,
                             OpenDevices, Rereference, ArmSensor, Disarm, SelfTest, BeginMove,
                             StopArm, CloseDevices, RecordPlan, RecordReading, RecordTouch,
                             CheckJournal, RecordInterruption, RecordEnd>;

@@ -23,7 +23,7 @@ enum class EventKind : std::uint8_t {
   // From the worker.
   kPlanned,
   kRouted,
-  kAssessed,  ///< residual of the newest touch, for the progress line
+  kAssessed,  ///< residual of the newest touch, and where the next ones are expected
   kIdentified,
   kReported,
   kWorkFailed,
@@ -147,6 +147,8 @@ struct Event {
   calib::Progress progress;  ///< kPlanned, kRouted, of a session that chooses as it goes
   std::shared_ptr<const calib::Calibration> calibration;  ///< kIdentified
   std::optional<double> residual_m;                       ///< kAssessed
+  /// kAssessed: per touch of the plan; null: nothing is known yet.
+  std::shared_ptr<const std::vector<calib::ExpectedContact>> expected;
 };
 
 }  // namespace cellcal::daemon

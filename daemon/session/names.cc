@@ -151,6 +151,7 @@ const char* name_of(const Action& action) {
     const char* operator()(const MakePlan&) { return "make plan"; }
     const char* operator()(const FindRoute&) { return "find route"; }
     const char* operator()(const ChooseTouch&) { return "choose touch"; }
+    const char* operator()(const TakeAnswer&) { return "take answer"; }
     const char* operator()(const Assess&) { return "assess"; }
     const char* operator()(const Identify&) { return "identify"; }
     const char* operator()(const WriteReport&) { return "write report"; }

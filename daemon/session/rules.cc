@@ -51,29 +51,75 @@ std::chrono::milliseconds search_timeout(const State& state, double duration_s) 
 }
 
 /// Every move waits for the disk, whatever was recorded before it: no exception can be forgotten.
-void begin(State& state, const Event& event, Actions& actions, MoveKind kind,
-           drivers::AxisAngles target, double cruise_s, std::chrono::milliseconds timeout) {
+void begin(State& state, const Event& event, Actions& actions, drivers::Move move,
+           std::chrono::milliseconds timeout) {
   HeldMove& held = state.held.emplace();
   held.timeout = timeout;
+  held.move = std::move(move);
   held.move.id = ++state.move_id;
-  held.move.kind = kind;
-  held.move.target_rad = std::move(target);
-  held.move.cruise_s = cruise_s;
-  if (kind == MoveKind::kSearch) held.move.arm_id = state.arm_id;
+  if (held.move.kind == MoveKind::kSearch) held.move.arm_id = state.arm_id;
   actions.emplace_back(CheckJournal{held.move.id});
   state.deadline = event.at + state.timeouts.recording;
 }
 
-/// The transit ends at the stand-off; one without waypoints leads there directly.
-std::size_t waypoint_count(const State& state) {
-  return std::max<std::size_t>(1, state.planned().transit.size());
+/// Straight there.
+void begin(State& state, const Event& event, Actions& actions, MoveKind kind,
+           drivers::AxisAngles target, double cruise_s, std::chrono::milliseconds timeout) {
+  drivers::Move move;
+  move.kind = kind;
+  move.target_rad = std::move(target);
+  move.cruise_s = cruise_s;
+  begin(state, event, actions, std::move(move), timeout);
 }
 
-void go_to_waypoint(State& state, const Event& event, Actions& actions, MoveKind kind) {
+/// Where the touch in hand is expected.
+calib::ExpectedContact expected_contact(const State& state) {
   const calib::PlannedTouch& planned = state.planned();
-  const calib::JointVector& goal =
-      planned.transit.empty() ? planned.standoff : planned.transit.at(state.waypoint);
-  begin(state, event, actions, kind, axis_angles(goal), 0.0, state.timeouts.waypoint);
+  if (!state.one_by_one && state.expected && state.done < state.expected->size())
+    return (*state.expected)[state.done];
+  return {planned.expected_m, planned.expected_sigma_m};
+}
+
+/// The transit ends at the stand-off, or on the search line nearer to what is expected; one without
+/// waypoints leads there directly.
+std::size_t to_standoff(const State& state) {
+  return std::max<std::size_t>(1, state.planned().transit.size());
+}
+std::size_t waypoint_count(const State& state) {
+  return to_standoff(state) + (state.approach_m > 0.0 ? 1 : 0);
+}
+
+/// Of the transit in hand.
+drivers::AxisAngles waypoint(const State& state, std::size_t k) {
+  const calib::PlannedTouch& planned = state.planned();
+  if (k >= to_standoff(state)) return at_travel(planned, state.approach_m);
+  return axis_angles(planned.transit.empty() ? planned.standoff : planned.transit.at(k));
+}
+
+drivers::Via via(const drivers::AxisAngles& at_rad, const calib::Corner& corner) {
+  return {at_rad, corner.in_share, corner.out_share};
+}
+
+/// On from way-point `state.waypoint`, which is the first on `move`'s way behind those that it has,
+/// without a stop to the stand-off, or as far as a move can be told.
+void go_on(State& state, const Event& event, Actions& actions, drivers::Move move) {
+  const std::vector<calib::Corner>& corners = state.planned().corners;
+  std::size_t& k = state.waypoint;
+  for (; k + 1 < waypoint_count(state) && move.via.size() < drivers::kMaxVias; ++k)
+    move.via.push_back(via(waypoint(state, k), k < corners.size() ? corners[k] : calib::Corner{}));
+  move.target_rad = waypoint(state, k);
+  const auto moves = static_cast<int>(move.via.size()) + 1;
+  begin(state, event, actions, std::move(move), moves * state.timeouts.waypoint);
+}
+
+void go_on_to_standoff(State& state, const Event& event, Actions& actions) {
+  go_on(state, event, actions, {});
+}
+
+/// From where the search for the touch in hand begins on.
+void decide_approach(State& state) {
+  state.approach_m = approach_m(state.planned(), expected_contact(state), state.policy);
+  state.search_from_m = state.approach_m;
 }
 
 void arm(State& state, const Event& event, Actions& actions, double speed_m_s) {
@@ -114,9 +160,22 @@ void record_reading(const State& state, const Reading& reading, Actions& actions
   actions.emplace_back(RecordReading{state.done, number, reading});
 }
 
+bool was_met(const State& state) {
+  return std::ranges::find(state.met, state.planned().target) != state.met.end();
+}
+
+void record(State& state, const Event& event, Actions& actions, const Agreement& agreement,
+            double speed_m_s) {
+  actions.emplace_back(
+      RecordTouch{state.done, touch_of(state.planned(), agreement, speed_m_s)});
+  if (!was_met(state)) state.met.push_back(state.planned().target);
+  state.deadline = event.at + state.timeouts.recording;
+}
+
 void forget_touch(State& state) {
   state.waypoint = 0;
-  state.search_from_m = 0.0;
+  state.leads_on = false;
+  state.approach_m = state.search_from_m = 0.0;
   state.first.reset();
   state.slow.clear();
   state.revoked = 0;
@@ -228,8 +287,12 @@ bool referenced(const State&, const Event& event) {
 bool more_waypoints(const State& state, const Event&) {
   return state.waypoint + 1 < waypoint_count(state);
 }
-bool more_touches(const State& state, const Event&) {
-  return state.done < state.plan->touches.size();
+bool leads_on(const State& state, const Event&) { return state.leads_on; }
+bool more_waypoints_on(const State& state, const Event& event) {
+  return state.leads_on && more_waypoints(state, event);
+}
+bool next_is_known(const State& state, const Event&) {
+  return !state.one_by_one && state.done + 1 < state.plan->touches.size();
 }
 bool more_way_home(const State& state, const Event&) {
   return state.waypoint + 1 < state.plan->home.size();
@@ -241,6 +304,13 @@ bool self_test_passed(const State& state, const Event& event) {
 }
 bool too_early(const State& state, const Event& event) {
   return !(reading_of(state, event, false).along_m >= state.policy.earliest_m);  // also: no number
+}
+bool contact_suffices(const State& state, const Event& event) {
+  const int every = state.policy.confirm_every;
+  if (every <= 1 || state.done % static_cast<std::size_t>(every) == 0) return false;
+  if (!was_met(state) || state.revoked > 0) return false;
+  return event.latch &&
+         !is_surprising(reading_of(state, event, false), expected_contact(state), state.policy);
 }
 bool readings_agree(const State& state, const Event& event) {
   return event.latch && find_agreement(with_new(state, event), state.policy).has_value();
@@ -319,7 +389,7 @@ void find_route(State& state, const Event& event, Actions& actions) {
   state.routed_in_contact = state.links.in_contact;
   ++state.route_id;
   if (state.one_by_one)
-    actions.emplace_back(ChooseTouch{state.touch_failed, state.links.in_contact, state.route_id});
+    actions.emplace_back(ChooseTouch{state.touch_failed, state.links.in_contact, {}, state.route_id});
   else
     actions.emplace_back(FindRoute{state.done, state.route_id});
   state.touch_failed.reset();
@@ -332,7 +402,9 @@ void begin_freeing(State& state, const Event& event, Actions& actions) {
   state.progress = event.progress;
   state.stage = event.stage;
   forget_touch(state);
-  go_to_waypoint(state, event, actions, MoveKind::kRetreat);
+  decide_approach(state);
+  begin(state, event, actions, MoveKind::kRetreat, waypoint(state, 0), 0.0,
+        state.timeouts.waypoint);
 }
 
 void prove_sensor(State& state, const Event& event, Actions& actions) {
@@ -351,12 +423,13 @@ void begin_transit(State& state, const Event& event, Actions& actions) {
   state.progress = event.progress;
   state.stage = event.stage;
   forget_touch(state);
-  go_to_waypoint(state, event, actions, MoveKind::kTransit);
+  decide_approach(state);
+  go_on_to_standoff(state, event, actions);
 }
 
 void next_waypoint(State& state, const Event& event, Actions& actions) {
   ++state.waypoint;
-  go_to_waypoint(state, event, actions, MoveKind::kTransit);
+  go_on_to_standoff(state, event, actions);
 }
 
 void arm_fast(State& state, const Event& event, Actions& actions) {
@@ -414,22 +487,47 @@ void record_touch(State& state, const Event& event, Actions& actions) {
   record_reading(state, reading, actions);
   state.slow.push_back(reading);
   const std::optional<Agreement> agreement = find_agreement(state.slow, state.policy);
-  actions.emplace_back(
-      RecordTouch{state.done, touch_of(state.planned(), *agreement, state.policy.slow_m_s)});
-  state.deadline = event.at + state.timeouts.recording;
+  record(state, event, actions, *agreement, state.policy.slow_m_s);
+}
+
+void record_first_contact(State& state, const Event& event, Actions& actions) {
+  state.first = reading_of(state, event, false);
+  record_reading(state, *state.first, actions);
+  record(state, event, actions, {{*state.first}, 0.0}, state.policy.fast_m_s);
 }
 
 void leave(State& state, const Event& event, Actions& actions) {
-  begin(state, event, actions, MoveKind::kRetreat, axis_angles(state.planned().clear), 0.0,
-        state.timeouts.waypoint);
+  // What is to be thought is thought while the arm is on its way out.
+  actions.emplace_back(Assess{});
+  const drivers::AxisAngles clear = axis_angles(state.planned().clear);
+  if (state.one_by_one) {
+    actions.emplace_back(ChooseTouch{std::nullopt, false, clear, ++state.route_id});
+    state.ahead = {true, nullptr};
+  }
+  begin(state, event, actions, MoveKind::kRetreat, clear, 0.0, state.timeouts.waypoint);
+  state.leads_on = false;
   ++state.done;
   state.failed_in_a_row = 0;
+}
+
+void leave_for_next(State& state, const Event& event, Actions& actions) {
+  actions.emplace_back(Assess{});
+  const drivers::AxisAngles clear = axis_angles(state.planned().clear);
+  ++state.done;
+  forget_touch(state);
+  decide_approach(state);
+  state.leads_on = true;
+  drivers::Move move;
+  move.kind = MoveKind::kRetreat;
+  move.via.push_back(via(clear, state.planned().leaving));
+  go_on(state, event, actions, std::move(move));
 }
 
 /// Out along the search line, as behind any touch. Where the sphere was sought, it is not.
 void leave_empty_place(State& state, const Event& event, Actions& actions) {
   begin(state, event, actions, MoveKind::kRetreat, axis_angles(state.planned().clear), 0.0,
         state.timeouts.waypoint);
+  state.leads_on = false;
   state.touch_failed = calib::NotMade::kMissed;
 }
 
@@ -442,9 +540,20 @@ void give_touch_up(State& state, const Event& event, Actions& actions) {
   ++state.failed_touches;
 }
 
+void keep_answer(State& state, const Event& event, Actions&) {
+  state.ahead.answer = std::make_shared<const Event>(event);
+}
+
+void await_choice(State& state, const Event& event, Actions& actions) {
+  if (!state.ahead.asked) return choose_next(state, event, actions);
+  if (state.ahead.answer) actions.emplace_back(TakeAnswer{state.ahead.answer});
+  state.ahead = {};
+  forget_touch(state);
+  state.deadline = event.at + state.timeouts.planning;
+}
+
 void choose_next(State& state, const Event& event, Actions& actions) {
-  if (!state.touch_failed) actions.emplace_back(Assess{});
-  actions.emplace_back(ChooseTouch{state.touch_failed, false, ++state.route_id});
+  actions.emplace_back(ChooseTouch{state.touch_failed, false, {}, ++state.route_id});
   state.touch_failed.reset();
   forget_touch(state);
   state.deadline = event.at + state.timeouts.planning;
@@ -462,7 +571,11 @@ void interrupt(State& state, const Event& event, Actions& actions) {
                                 Phase::kSlowSearch, Phase::kRecording,  Phase::kRetreat};
   constexpr Phases kBeforeTheFirstMove{Phase::kReferencing, Phase::kRouting, Phase::kWatching};
   const bool at_rest = event.kind == EventKind::kLinks;
-  if (!kBeforeTheFirstMove.has(state.phase)) state.resumed = kAtTheSphere.has(state.phase);
+  // A retreat that leads on to the next touch is at the sphere as long as it is in contact.
+  const bool gone = state.leads_on && state.phase == Phase::kRetreat && !state.links.in_contact;
+  if (!kBeforeTheFirstMove.has(state.phase))
+    state.resumed = kAtTheSphere.has(state.phase) && !gone;
+  state.ahead = {};
   if (!state.pause_noted) note_pause(state, event, actions);
   if (!at_rest && event.kind != EventKind::kRecorded) state.left_rad = event.at_rad;
   state.pause_noted = false;
@@ -523,15 +636,8 @@ void end_touching(State& state, const Event& event, Actions& actions) {
   close_and_identify(state, event, actions);
 }
 
-void next_touch(State& state, const Event& event, Actions& actions) {
-  forget_touch(state);
-  actions.emplace_back(Assess{});
-  go_to_waypoint(state, event, actions, MoveKind::kTransit);
-}
-
 void go_home(State& state, const Event& event, Actions& actions) {
   forget_touch(state);
-  actions.emplace_back(Assess{});
   begin(state, event, actions, MoveKind::kTransit, axis_angles(state.plan->home.front()), 0.0,
         state.timeouts.waypoint);
 }

@@ -7,6 +7,9 @@ namespace cellcal::daemon {
 
 namespace {
 
+/// A shorter way to a nearer stand-off is not worth a move.
+constexpr double kShortestApproachM = 0.0005;
+
 calib::JointVector mean(const drivers::AxisAngles& a, const drivers::AxisAngles& b) {
   calib::JointVector result;
   for (std::size_t i = 0; i < a.size() && i < b.size(); ++i) {
@@ -42,6 +45,24 @@ drivers::AxisAngles at_travel(const calib::PlannedTouch& planned, double travel_
     result.push_back(planned.standoff[i] + fraction * (planned.end[i] - planned.standoff[i]));
   }
   return result;
+}
+
+double approach_m(const calib::PlannedTouch& planned, const calib::ExpectedContact& expected,
+                  const TouchPolicy& policy) {
+  if (!(expected.sigma_m > 0.0) || planned.may_miss) return 0.0;
+  const double before =
+      std::max(policy.approach_least_m,
+               policy.approach_sigmas * expected.sigma_m + policy.approach_margin_m);
+  const double begin = std::min(expected.travel_m, planned.expected_m) - before;
+  return begin >= kShortestApproachM ? begin : 0.0;  // also: no number
+}
+
+bool is_surprising(const Reading& reading, const calib::ExpectedContact& expected,
+                   const TouchPolicy& policy) {
+  const double off_m = std::abs(reading.along_m - expected.travel_m);
+  const bool off = expected.sigma_m > 0.0 && !(off_m <= policy.surprise_sigmas * expected.sigma_m);
+  const bool stamped = reading.time_sigma_s * policy.fast_m_s <= policy.most_stamp_m;
+  return off || !stamped || reading.bounces > policy.most_bounces;
 }
 
 std::optional<Agreement> find_agreement(std::vector<Reading> readings, const TouchPolicy& policy) {

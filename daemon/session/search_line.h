@@ -23,6 +23,14 @@ double travel_m(const calib::PlannedTouch& planned, const drivers::AxisAngles& a
 /// Joint angles at this travel [m].
 drivers::AxisAngles at_travel(const calib::PlannedTouch& planned, double travel_m);
 
+/// Travel [m] at which the search for a contact expected there begins: 0, the stand-off, where
+/// nobody knows, and never behind the nominal surface.
+double approach_m(const calib::PlannedTouch& planned, const calib::ExpectedContact& expected,
+                  const TouchPolicy& policy);
+/// Whether one fast contact says less than it should: see TouchPolicy.
+bool is_surprising(const Reading& reading, const calib::ExpectedContact& expected,
+                   const TouchPolicy& policy);
+
 /// The readings that agree, ordered by travel.
 struct Agreement {
   std::vector<Reading> readings;
@@ -32,7 +40,8 @@ struct Agreement {
 /// The closest `policy.readings` of all, if they lie within the tolerance.
 std::optional<Agreement> find_agreement(std::vector<Reading> readings, const TouchPolicy& policy);
 
-/// The touch: joints of the middle reading, or the mean of the two middle ones.
+/// The touch: joints of the middle reading, or the mean of the two middle ones. `speed_m_s`: at
+/// which they were made.
 calib::Touch touch_of(const calib::PlannedTouch& planned, const Agreement& agreement,
                       double speed_m_s);
 

@@ -8,7 +8,10 @@ namespace {
 
 void note(State& state, const Event& event) {
   if (event.kind == EventKind::kLinks) state.links = event.links;
-  if (event.kind == EventKind::kAssessed) state.residual_m = event.residual_m;
+  if (event.kind == EventKind::kAssessed) {
+    state.residual_m = event.residual_m;
+    if (event.expected) state.expected = event.expected;
+  }
 }
 
 /// An event that nobody thought of: the arm is stopped where it can be moving, and the session

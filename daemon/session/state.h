@@ -17,6 +17,12 @@
 
 namespace cellcal::daemon {
 
+/// The worker's answer to a question that was asked ahead; waits until the arm is at the clear point.
+struct Ahead {
+  bool asked = false;
+  std::shared_ptr<const Event> answer;
+};
+
 /// A move that was decided upon. It begins when all that was recorded before it is on disk.
 struct HeldMove {
   drivers::Move move;
@@ -52,9 +58,16 @@ struct State {
   std::optional<calib::NotMade>
       touch_failed;  ///< the touch in hand could not be made; another replaces it
   int failed_in_a_row = 0, failed_touches = 0;
+  Ahead ahead;  ///< the choice of the next touch, while the arm leaves the last one
+
+  std::vector<std::string> met;  ///< targets that were touched
+  /// Of touches planned beforehand: where each is expected by those so far; null: not known yet.
+  std::shared_ptr<const std::vector<calib::ExpectedContact>> expected;
 
   // The touch that is being made.
-  std::size_t waypoint = 0;      ///< of the transit, or of the way home
+  std::size_t waypoint = 0;      ///< where the newest move ends: of the transit, or of the way home
+  bool leads_on = false;         ///< the retreat from the last touch goes on to this one
+  double approach_m = 0.0;       ///< travel along the search line where its first search begins
   double search_from_m = 0.0;    ///< travel along the search line where the next search begins
   std::optional<Reading> first;  ///< contact of the fast search
   std::vector<Reading> slow;     ///< readings, in order

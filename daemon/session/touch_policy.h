@@ -6,11 +6,22 @@
 namespace cellcal::daemon {
 
 struct TouchPolicy {
-  /// First contact. 10 mm/s and 20 ms of reaction are 0.2 mm of overtravel: harmless to the tip.
+  /// 10 mm/s and 20 ms of reaction are 0.2 mm of overtravel: harmless to the tip. The latch is then
+  /// wrong by 2 um, where one touch scatters by 30 and gears by 100.
   double fast_m_s = 0.010;
-  /// The search that counts (method, section 7: 1-2 mm/s). At 2 mm/s a stamp that is 1 ms wrong
-  /// moves the touch by 2 um.
+  /// Of the searches that confirm a contact. At 2 mm/s a stamp that is 1 ms wrong moves it by 2 um.
   double slow_m_s = 0.002;
+  /// One fast contact makes a touch. Every so many touches it is confirmed by slow searches all the
+  /// same, so that noise and delay of the contacts stay measured: with 8, a hundred touches have
+  /// twelve, and the delay is known to 0.3 ms from them. 1: every touch.
+  int confirm_every = 8;
+  /// So is a contact that surprises: by more than this from where the touches so far expect it, ...
+  double surprise_sigmas = 5.0;
+  /// ... after noise in the same search, by more bounces than a sound contact of metal makes, ...
+  int most_bounces = 10;
+  /// ... or by a time stamp that leaves more of the place open than this, a third of the noise of
+  /// one touch. And the first contact of each target, which nothing foretells.
+  double most_stamp_m = 0.00001;
   /// From the contact of the fast search: out of contact again (0.2 mm of overtravel, bending), and
   /// at constant speed by the time of the next.
   double back_off_m = 0.0010;
@@ -19,10 +30,14 @@ struct TouchPolicy {
   double slow_back_off_m = 0.0006;
   /// A slow search ends so far behind the first contact.
   double beyond_first_m = 0.003;
+  /// A search begins nearer than at the stand-off where the touches so far tell where the contact
+  /// will be: by so many sigmas and a margin before it, and no nearer than at the least.
+  double approach_sigmas = 6.0, approach_margin_m = 0.001, approach_least_m = 0.002;
   /// Contact within this much travel from the stand-off is not the sphere: the tip would have been
-  /// 11 mm early at the default stand-off of 12 mm. Jogged spheres, cables and chips are.
+  /// 11 mm early at the default stand-off of 12 mm. Jogged spheres, cables and chips are. One that
+  /// is early for what was expected only is a surprise, and is confirmed.
   double earliest_m = 0.001;
-  /// Readings that must agree for a touch ...
+  /// Slow readings that must agree where a touch is confirmed ...
   int readings = 2;
   /// ... within this distance along the search line: twice the 0.03 mm of a single touch.
   double tolerance_m = 0.00006;

@@ -32,6 +32,7 @@ TEST(a_configuration, has_sound_defaults) {
   EXPECT_EQ(config.contact.baud, 1'000'000);
   EXPECT_DOUBLE_EQ(config.touch.fast_m_s, 0.010);
   EXPECT_DOUBLE_EQ(config.touch.slow_m_s, 0.002);
+  EXPECT_EQ(config.touch.confirm_every, 8);
   EXPECT_TRUE(config.realtime);
 }
 
@@ -47,6 +48,13 @@ TEST(a_configuration, is_read_in_its_units) {
   EXPECT_EQ(config.mock.seed, 9u);
   EXPECT_DOUBLE_EQ(config.mock.lag_s, 0.015);
   ASSERT_EQ(config.mock.start_rad.size(), 1u);
+}
+
+TEST(a_configuration, says_how_often_a_contact_is_confirmed_and_always_where_a_flag_stops) {
+  EXPECT_EQ(parse_config(kMock + "[motion]\nconfirm_every = 3\n", "d").touch.confirm_every, 3);
+  const std::string flag = kMock + "[mock]\nwire = \"eki\"\n[eki]\nstop = \"flag\"\n";
+  EXPECT_EQ(parse_config(flag, "d").touch.confirm_every, 1);
+  EXPECT_EQ(parse_config(flag + "[motion]\nconfirm_every = 1\n", "d").touch.confirm_every, 1);
 }
 
 TEST(a_configuration,
@@ -165,6 +173,10 @@ INSTANTIATE_TEST_SUITE_P(
         Wrong{kMock + "[mock]\nwire = \"eki\"\n[eki]\nstop = \"flag\"\n"
                       "[motion]\nfast_search_mm_s = 5\n",
               "fast_search_mm_s"},
+        Wrong{kMock + "[mock]\nwire = \"eki\"\n[eki]\nstop = \"flag\"\n"
+                      "[motion]\nconfirm_every = 8\n",
+              "confirm_every"},
+        Wrong{kMock + "[motion]\nconfirm_every = 0\n", "confirm_every"},
         Wrong{kMock + "[contact]\nbaud = 9601\n", "baud"},
         Wrong{kMock + "[mock]\ncycle_ms = 8\n", "cycle_ms"},
         Wrong{kMock + "[mock]\nstart_deg = [1, inf]\n", "start_deg"},

@@ -19,7 +19,7 @@ std::vector<std::string> run(const char* touches, const char* check) {
 }
 
 TEST(a_daemon, calibrates_the_emulated_cell_and_leaves_its_results) {
-  DaemonFixture fixture;
+  DaemonFixture fixture("[motion]\nconfirm_every = 2\n");  // the delay takes five touches
   fixture.start();
   const Outcome outcome = fixture.cellcal(run("12", "4"));
   ASSERT_TRUE(outcome.status == 0 || outcome.status == 3) << outcome.err << fixture.log();

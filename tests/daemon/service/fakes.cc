@@ -78,14 +78,31 @@ void FakeRobot::rereference() {
 }
 
 void FakeRobot::begin(const drivers::Move& move) {
-  w_.moves.push_back(move);
-  if (static_cast<int>(w_.moves.size()) == w_.script.begin_throws_at) {
+  w_.begun.push_back(move.id);
+  if (static_cast<int>(w_.begun.size()) == w_.script.begin_throws_at) {
     throw drivers::DriverError("socket gone");
   }
-  w_.moving = true;
   w_.stop_asked = false;
-  const auto cruise = std::chrono::microseconds(std::llround(move.cruise_s * 1e6));
-  w_.ends = w_.clock.now() + (move.cruise_s > 0.0 ? drivers::Duration(cruise) : kTransitTime);
+  legs_.clear();
+  drivers::Move leg = move;
+  leg.via.clear();
+  for (const drivers::Via& via : move.via) {
+    leg.target_rad = via.at_rad;
+    legs_.push_back(leg);
+    if (leg.kind == MoveKind::kRetreat) leg.kind = MoveKind::kTransit;
+  }
+  leg.target_rad = move.target_rad;
+  legs_.push_back(leg);
+  begin_leg();
+}
+
+void FakeRobot::begin_leg() {
+  w_.moves.push_back(legs_.front());
+  legs_.pop_front();
+  w_.moving = true;
+  const double cruise_s = w_.moves.back().cruise_s;
+  const auto cruise = std::chrono::microseconds(std::llround(cruise_s * 1e6));
+  w_.ends = w_.clock.now() + (cruise_s > 0.0 ? drivers::Duration(cruise) : kTransitTime);
 }
 
 void FakeRobot::stop() {
@@ -127,6 +144,10 @@ std::optional<drivers::MoveResult> FakeRobot::poll() {
     latch.contact_time = w_.clock.now();
     result.latch = latch;
     w_.in_contact = true;
+  }
+  if (result.outcome == MoveOutcome::kArrived && !legs_.empty()) {
+    begin_leg();
+    return std::nullopt;
   }
   result.at_rad = {w_.at_rad};
   if (const auto by = w_.script.interruption.find(number); by != w_.script.interruption.end()) {
@@ -221,6 +242,8 @@ calib::Plan line_plan(std::size_t touches) {
     touch.target = "S" + std::to_string(i + 1);
     touch.set = i % 2 == 0 ? calib::TouchSet::kFit : calib::TouchSet::kCheck;
     touch.transit = {{standoff - 0.05}, {standoff}};
+    touch.corners = {{0.1, 0.2}, {0.3, 0.4}};
+    touch.leaving = {0.15, 0.25};
     touch.standoff = {standoff};
     touch.end = {standoff + kSearch};
     touch.clear = {standoff - 0.01};
@@ -240,8 +263,8 @@ Tasks line_tasks(std::size_t touches) {
   tasks.route = [](const calib::Plan& plan, std::size_t, const calib::JointVector&) {
     return plan;
   };
-  tasks.assess = [](const std::vector<calib::Touch>& made) -> std::optional<double> {
-    return static_cast<double>(made.size());
+  tasks.assess = [](const std::vector<calib::Touch>& made) -> Tasks::Assessed {
+    return {static_cast<double>(made.size())};
   };
   tasks.identify = [](const std::vector<calib::Touch>& made) {
     calib::Calibration calibration;
@@ -255,6 +278,7 @@ Tasks line_tasks(std::size_t touches) {
 Session::Session(Script script, std::size_t touches)
     : backend(std::move(script)), tasks(line_tasks(touches)) {
   phases.push_back(Phase::kIdle);
+  start.policy.confirm_every = 1;  // all that a touch can be made of
 }
 
 State Session::run() { return run_and_abort_in(Phase::kIdle); }

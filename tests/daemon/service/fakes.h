@@ -24,7 +24,8 @@ class VirtualClock final : public drivers::Clock {
 
 inline constexpr int kNever = 1 << 30;
 
-/// What happens instead of the expected. Moves and armings are counted from 1.
+/// What happens instead of the expected. Moves and armings are counted from 1; each leg between two
+/// way-points is one.
 struct Script {
   std::map<int, drivers::MoveOutcome> outcome{};  ///< this move ends like this
   std::map<int, double> late_m{};                 ///< this search meets the surface later by this
@@ -41,7 +42,7 @@ struct Script {
   int sensor_fault_at_arming = kNever;
   int sensor_fault_at_self_test = kNever;
   std::string open_robot_error{}, open_contact_error{};
-  int begin_throws_at = kNever;
+  int begin_throws_at = kNever;  ///< of the moves as they are asked for
   std::map<int, drivers::Interruption> interruption{};  ///< why this move was silent
   int lost_for_ms = 0;           ///< behind a silence the link is down so long, and then not ready
   int pause_at_arming = kNever;  ///< the link pauses for lost_for_ms, the arm at rest
@@ -55,7 +56,8 @@ struct Script {
 struct World {
   Script script;
   VirtualClock clock;
-  std::vector<drivers::Move> moves;
+  std::vector<drivers::Move> moves;   ///< each leg of each
+  std::vector<std::uint32_t> begun;  ///< their ids, as they were asked for
   double at_rad = 0.0;
   bool robot_open = false, contact_open = false, referenced = false;
   bool in_contact = false, robot_lost = false, sensor_fault = false;
@@ -84,7 +86,9 @@ class FakeRobot final : public drivers::Robot {
 
  private:
   drivers::MoveOutcome natural_outcome(const drivers::Move& move) const;
+  void begin_leg();
   World& w_;
+  std::deque<drivers::Move> legs_;  ///< of the move under way, still to be begun
 };
 
 class FakeContact final : public drivers::ContactSensor {

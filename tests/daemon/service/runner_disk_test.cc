@@ -115,10 +115,10 @@ TEST(a_disk_that_stalls, keeps_no_abort_from_a_move_that_waits_for_it) {
 }
 
 TEST(a_disk_that_stalls, while_the_arm_moves_keeps_no_abort_from_stopping_it) {
-  Session session({.endless_from = 2}, 1);
+  Session session({.endless_from = 3}, 1);
   AtTheEnd at_end;
   watch_the_end(session, at_end, [&](const State& state, Runner& runner) {
-    if (session.backend.world.moves.size() < 2) return;
+    if (session.backend.world.moves.size() < 3) return;
     session.disk.stalls_at = 0;
     if (kMovingPhases.has(state.phase)) runner.request_abort();
   });

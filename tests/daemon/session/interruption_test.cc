@@ -195,6 +195,25 @@ TEST(an_interruption_of_a_transit, with_the_contact_closed_behind_it_moves_nothi
   EXPECT_EQ(session.backend.world.moves.size(), 2u);
 }
 
+TEST(an_interruption_of_a_retreat_that_leads_on, expects_a_contact_only_where_it_has_not_opened) {
+  for (const bool touching : {true, false}) {
+    Walk walk;
+    walk.state.retries = 1;
+    walk.to_slow_search();
+    walk.contact(0.11, 0.1102);
+    walk.on(EventKind::kArrived);
+    walk.on(EventKind::kArmed);
+    walk.contact(0.11, 0.1102);
+    walk.on(EventKind::kRecorded);
+    ASSERT_TRUE(walk.state.leads_on);
+    walk.on(EventKind::kLinks, [&](Event& event) { event.links.in_contact = touching; });
+    walk.on(EventKind::kRobotSilent,
+            [](Event& event) { event.interruption = Interruption::kPacketsStopped; });
+    EXPECT_EQ(walk.state.phase, Phase::kRecovering);
+    EXPECT_EQ(walk.state.resumed, touching);
+  }
+}
+
 TEST(an_interruption_on_the_way_home, leaves_the_arm_where_it_is_and_identifies) {
   Session session(silent_at({17}, Interruption::kPacketsStopped), 2);
   session.start.retries = 1;

@@ -13,7 +13,9 @@ namespace cellcal::daemon::testing {
 class Walk {
  public:
   explicit Walk(std::size_t touches = 2)
-      : plan(std::make_shared<calib::Plan>(line_plan(touches))) {}
+      : plan(std::make_shared<calib::Plan>(line_plan(touches))) {
+    state.policy.confirm_every = 1;  // all that a touch can be made of
+  }
 
   /// The devices are ready and the newest move or arming is meant, where `change` says nothing else.
   const Walk& on(EventKind kind, const std::function<void(Event&)>& change = nullptr) {
@@ -60,7 +62,6 @@ class Walk {
   void to_arming() {
     to_routing();
     on(EventKind::kRouted);
-    on(EventKind::kArrived);
     on(EventKind::kArrived);
   }
   void to_fast_search() {

@@ -18,6 +18,20 @@ void expect_arming(const Walk& walk, std::uint16_t id, int lifetime_ms) {
   EXPECT_NEAR(walk.timeout_s(), 2.0, 1e-9);
 }
 
+struct ViaOf {
+  double at_rad, in_share, out_share;
+};
+
+void expect_vias(const Walk& walk, const std::vector<ViaOf>& expected) {
+  const drivers::Vias& vias = walk.the<BeginMove>().move.via;
+  ASSERT_EQ(vias.size(), expected.size());
+  for (std::size_t k = 0; k < vias.size(); ++k) {
+    EXPECT_NEAR(vias[k].at_rad.at(0), expected[k].at_rad, 1e-12) << k;
+    EXPECT_EQ(vias[k].in_share, expected[k].in_share) << k;
+    EXPECT_EQ(vias[k].out_share, expected[k].out_share) << k;
+  }
+}
+
 TEST(a_walk, through_one_touch_and_home) {
   Walk walk;
   const Timeouts timeouts;
@@ -40,9 +54,8 @@ TEST(a_walk, through_one_touch_and_home) {
   EXPECT_EQ(walk.timeout_s(), 300.0);
 
   walk.on(EventKind::kRouted);
-  expect_move(walk, MoveKind::kTransit, 0.05, 0.0, kWaypointS);
-  walk.on(EventKind::kArrived);
-  expect_move(walk, MoveKind::kTransit, 0.10, 0.0, kWaypointS);
+  expect_move(walk, MoveKind::kTransit, 0.10, 0.0, 2 * kWaypointS);
+  expect_vias(walk, {{0.05, 0.1, 0.2}});
   walk.on(EventKind::kArrived);
   expect_arming(walk, 1, 4700);  // one and a half times 18 mm at 10 mm/s, and 2 s
   walk.on(EventKind::kArmed);
@@ -83,17 +96,14 @@ TEST(a_walk, through_one_touch_and_home) {
   EXPECT_EQ(walk.timeout_s(), 10.0);
 
   walk.on(EventKind::kRecorded);
-  expect_move(walk, MoveKind::kRetreat, 0.09, 0.0, kWaypointS);
-  EXPECT_EQ(walk.state.done, 1u);
-  walk.on(EventKind::kArrived);
   walk.the<Assess>();
-  expect_move(walk, MoveKind::kTransit, 0.15, 0.0, kWaypointS);
+  expect_move(walk, MoveKind::kRetreat, 0.20, 0.0, 3 * kWaypointS);
+  expect_vias(walk, {{0.09, 0.15, 0.25}, {0.15, 0.1, 0.2}});
+  EXPECT_EQ(walk.state.done, 1u);
   EXPECT_FALSE(walk.state.first);
   EXPECT_TRUE(walk.state.slow.empty());
 
   // The second, and home.
-  walk.on(EventKind::kArrived);
-  expect_move(walk, MoveKind::kTransit, 0.20, 0.0, kWaypointS);
   walk.on(EventKind::kArrived);
   walk.on(EventKind::kArmed);
   expect_move(walk, MoveKind::kSearch, 0.218, 1.8, 3 * 1.8 + 10);
@@ -105,8 +115,10 @@ TEST(a_walk, through_one_touch_and_home) {
   }
   EXPECT_EQ(walk.the<RecordTouch>().index, 1u);
   walk.on(EventKind::kRecorded);
-  walk.on(EventKind::kArrived);
   walk.the<Assess>();
+  expect_move(walk, MoveKind::kRetreat, 0.19, 0.0, kWaypointS);
+  expect_vias(walk, {});
+  walk.on(EventKind::kArrived);
   expect_move(walk, MoveKind::kTransit, 0.05, 0.0, kWaypointS);
   EXPECT_EQ(walk.state.phase, Phase::kReturning);
   walk.on(EventKind::kArrived);
@@ -127,6 +139,46 @@ TEST(a_walk, through_one_touch_and_home) {
   walk.on(EventKind::kRecorded);
   EXPECT_EQ(walk.state.phase, Phase::kDone);
   EXPECT_FALSE(walk.state.deadline);
+}
+
+TEST(a_walk, of_more_waypoints_than_a_move_has_is_made_in_several) {
+  Walk walk;
+  constexpr std::size_t kWaypoints = 2 * drivers::kMaxVias + 5;
+  for (calib::PlannedTouch& touch : walk.plan->touches) {
+    const double standoff = touch.standoff.at(0);
+    touch.transit.clear();
+    for (std::size_t k = 1; k <= kWaypoints; ++k)
+      touch.transit.push_back({standoff - 0.05 + 0.05 * static_cast<double>(k) / kWaypoints});
+    touch.corners.resize(3);  // behind them it stops
+  }
+  const auto follow = [&](double from, double to) {
+    double at = from;
+    while (walk.state.phase != Phase::kArmingFast) {
+      const drivers::Move& move = walk.the<BeginMove>().move;
+      for (const drivers::Via& via : move.via) {
+        EXPECT_GT(via.at_rad.at(0), at);
+        at = via.at_rad.at(0);
+      }
+      EXPECT_GT(move.target_rad.at(0), at);
+      at = move.target_rad.at(0);
+      ASSERT_NE(walk.on(EventKind::kArrived).state.phase, Phase::kFailed);
+    }
+    EXPECT_NEAR(at, to, 1e-12);
+  };
+  walk.to_routing();
+  walk.on(EventKind::kRouted);
+  follow(0.05, 0.10);
+  walk.on(EventKind::kArmed);
+  for (int i = 0; i < 3; ++i) {
+    walk.contact(0.11, 0.1102);
+    if (i == 2) break;
+    walk.on(EventKind::kArrived);
+    walk.on(EventKind::kArmed);
+  }
+  walk.on(EventKind::kRecorded);
+  EXPECT_EQ(walk.the<BeginMove>().move.kind, MoveKind::kRetreat);
+  EXPECT_EQ(walk.the<BeginMove>().move.via.size(), drivers::kMaxVias);
+  follow(0.08, 0.20);
 }
 
 TEST(a_walk, without_waypoints_leads_to_the_standoff_and_without_a_way_home_to_the_end) {
@@ -486,7 +538,6 @@ struct one_by_one_walk : ::testing::Test {
   void next() {
     walk.on(EventKind::kRouted);
     walk.on(EventKind::kArrived);
-    walk.on(EventKind::kArrived);
     walk.on(EventKind::kArmed);
   }
   Walk walk{1};
@@ -505,13 +556,63 @@ TEST_F(one_by_one_walk, counts_what_is_done_and_what_is_foreseen) {
   touch();
   EXPECT_EQ(walk.state.done, 1u);
   EXPECT_EQ(walk.state.total(), 7u);
-  walk.on(EventKind::kArrived);
-  EXPECT_EQ(walk.state.phase, Phase::kChoosing);
   walk.the<Assess>();
   EXPECT_FALSE(walk.the<ChooseTouch>().failed);
+  EXPECT_NEAR(walk.the<ChooseTouch>().from_rad.at(0), 0.09, 1e-12);
+  walk.on(EventKind::kArrived);
+  EXPECT_EQ(walk.state.phase, Phase::kChoosing);
+  EXPECT_EQ(walk.find<TakeAnswer>(), nullptr);
   EXPECT_EQ(walk.timeout_s(), 300.0);
   walk.on(EventKind::kRouted, [](Event& event) { event.stage = "another"; });
   EXPECT_EQ(walk.state.stage, "another");
+}
+
+TEST_F(one_by_one_walk, chooses_the_next_while_the_arm_leaves_and_goes_there_from_the_clear_point) {
+  walk.to_routing();
+  next();
+  touch();
+  walk.on(EventKind::kRouted, [&](Event& event) {
+    event.route_id = walk.state.route_id;
+    event.stage = "another";
+  });
+  EXPECT_EQ(walk.state.phase, Phase::kRetreat);
+  EXPECT_TRUE(walk.actions.empty());
+  walk.on(EventKind::kArrived);
+  EXPECT_EQ(walk.state.phase, Phase::kChoosing);
+  ASSERT_NE(walk.the<TakeAnswer>().answer, nullptr);
+  EXPECT_EQ(walk.the<TakeAnswer>().answer->stage, "another");
+  walk.on(EventKind::kRouted, [](Event& event) { event.stage = "another"; });
+  EXPECT_EQ(walk.state.phase, Phase::kTransit);
+}
+
+TEST_F(one_by_one_walk, says_that_nothing_can_be_chosen_only_when_the_arm_has_left) {
+  walk.to_routing();
+  next();
+  touch();
+  walk.on(EventKind::kWorkFailed, [&](Event& event) {
+    event.route_id = walk.state.route_id;
+    event.words = "no way";
+  });
+  EXPECT_EQ(walk.state.phase, Phase::kRetreat);
+  walk.on(EventKind::kArrived);
+  EXPECT_EQ(walk.the<TakeAnswer>().answer->kind, EventKind::kWorkFailed);
+  walk.on(EventKind::kWorkFailed);
+  EXPECT_EQ(walk.state.phase, Phase::kFailed);
+  EXPECT_EQ(walk.state.failure->kind, FailureKind::kPlan);
+}
+
+TEST_F(one_by_one_walk, drops_a_choice_that_comes_when_it_is_being_stopped) {
+  walk.to_routing();
+  next();
+  touch();
+  walk.on(EventKind::kAbort);
+  EXPECT_EQ(walk.state.phase, Phase::kStopping);
+  walk.on(EventKind::kRouted, [&](Event& event) { event.route_id = walk.state.route_id; });
+  EXPECT_EQ(walk.state.phase, Phase::kStopping);
+  EXPECT_TRUE(walk.actions.empty());
+  EXPECT_FALSE(walk.state.failure);
+  walk.on(EventKind::kStopped);
+  EXPECT_EQ(walk.state.phase, Phase::kAborted);
 }
 
 TEST_F(one_by_one_walk, ends_when_nothing_is_left_to_choose) {

@@ -80,7 +80,8 @@ std::vector<Stretch> stretches_of(const Ending& ending, const FaultyCell& cell) 
     };
     return std::pair{at(from), at(until)};
   };
-  const Span transit = nth(Phase::kTransit, 1, 0), arming = nth(Phase::kArmingFast, 1, 0);
+  // The retreat from the first touch leads on to the second.
+  const Span transit = nth(Phase::kRetreat, 1, 0), arming = nth(Phase::kArmingFast, 1, 0);
   const Span fast = nth(Phase::kFastSearch, 1, 0), slow = nth(Phase::kSlowSearch, 1, 0);
   const Span last = nth(Phase::kSlowSearch, 1, 1);
   const Span back = nth(Phase::kBackingOff, 1, 0), leave = nth(Phase::kRetreat, 2, 0);
@@ -111,9 +112,9 @@ bool fits(TouchPhase phase, Phase was) {
       return was == Phase::kConnecting || was == Phase::kReferencing || was == Phase::kRouting ||
              was == Phase::kIdle || was == Phase::kPlanning;
     case TouchPhase::kTransit:
-      return was == Phase::kTransit;
+      return was == Phase::kRetreat;
     case TouchPhase::kApproach:
-      return was == Phase::kTransit || was == Phase::kArmingFast;
+      return was == Phase::kRetreat || was == Phase::kArmingFast;
     case TouchPhase::kSearch:
     case TouchPhase::kContact:
     case TouchPhase::kLatch:

@@ -34,7 +34,7 @@ daemon::Tasks tasks_of(const Job& job) {
     if (next == 0 && from == plan.start) return plan;
     return calib::resume_plan(job.cell, plan, next, from);
   };
-  tasks.assess = [](const std::vector<calib::Touch>&) { return std::nullopt; };
+  tasks.assess = [](const std::vector<calib::Touch>&) { return daemon::Tasks::Assessed{}; };
   tasks.identify = [](const std::vector<calib::Touch>&) { return calib::Calibration{}; };
   tasks.report = [](const calib::Calibration&, const std::vector<calib::Touch>&) {};
   return tasks;
@@ -63,6 +63,7 @@ Ending run_session(FaultyCell& cell, const Job& job, daemon::Journal& journal, s
   daemon::State state;
   state.timeouts.connecting = std::chrono::seconds(15);  // nobody walks to this pendant
   state.retries = retries;
+  state.policy.confirm_every = 1;  // all that a touch can be made of
   std::vector<calib::Touch> touches;
   if (resumed) {
     touches = journal.touches(session);

@@ -1,0 +1,43 @@
+// What a session was asked to do, as it is stored with it.
+
+#include "daemon/service/options.h"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+namespace cellcal::daemon {
+namespace {
+
+TEST(stored_options, are_read_back_as_they_were) {
+  SessionOptions options;
+  options.touch.confirm_every = 5;
+  options.touch.approach_least_m = 0.003;
+  options.one_by_one = true;
+  const SessionOptions back = options_from_json(options_to_json(options));
+  EXPECT_EQ(back.touch.confirm_every, 5);
+  EXPECT_EQ(back.touch.approach_least_m, 0.003);
+  EXPECT_TRUE(back.one_by_one);
+}
+
+TEST(stored_options, of_an_earlier_version_confirm_every_touch_as_it_did) {
+  nlohmann::json json = nlohmann::json::parse(options_to_json({}));
+  EXPECT_EQ(options_from_json(json.dump()).touch.confirm_every, 8);
+  json.erase("confirm_every");
+  EXPECT_EQ(options_from_json(json.dump()).touch.confirm_every, 1);
+}
+
+TEST(stored_options, that_lack_a_key_are_refused_by_its_name) {
+  nlohmann::json json = nlohmann::json::parse(options_to_json({}));
+  json.erase("fast_m_s");
+  try {
+    options_from_json(json.dump());
+    FAIL() << "taken";
+  } catch (const std::runtime_error& error) {
+    EXPECT_NE(std::string(error.what()).find("fast_m_s"), std::string::npos);
+  }
+  EXPECT_THROW(options_from_json("{"), std::runtime_error);
+}
+
+}  // namespace
+}  // namespace cellcal::daemon
