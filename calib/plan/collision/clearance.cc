@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <deque>
 #include <limits>
@@ -24,6 +25,9 @@ constexpr double kSearchMarginM =
 constexpr double kNearM = 0.05;
 /// Pieces of a move so short that no point moves further are not halved again, whatever the margin.
 constexpr double kShortM = 0.0005;
+/// A corner is tried at these shares of its legs, one after the other, each with so many postures.
+constexpr double kSmallerCorner = 0.6, kLeastCornerShare = 0.02;
+constexpr int kMostLooks = 256;
 constexpr int kPostures = 64;  // that decide which links are neighbours
 constexpr unsigned kSeed = 1;
 
@@ -163,17 +167,48 @@ struct Clearance::Impl {
 
   Corner corner(const JointVector& from, const JointVector& at, const JointVector& to,
                 const Mode& mode) const {
-    std::vector<double> slack;
-    if (passable || !look(at, mode, &slack, nullptr)) return {};
-    const std::vector<double> in = paths_m(at, from), out = paths_m(at, to);
-    const std::vector<double> margin = margins_m(mode);
-    Corner corner{kMostCornerShare, kMostCornerShare};
-    for (std::size_t k = 0; k < slack.size(); ++k) {
-      const double free_m = slack[k] + (1.0 - kMarginKept) * margin[k];  // (72)
-      if (in[k] * corner.in_share > free_m) corner.in_share = free_m / in[k];
-      if (out[k] * corner.out_share > free_m) corner.out_share = free_m / out[k];
+    if (passable) return {};
+    const auto on_leg = [&](const JointVector& other, double share) {
+      JointVector q(at);
+      for (std::size_t i = 0; i < q.size(); ++i) q[i] += share * (other[i] - at[i]);
+      return q;
+    };
+    for (double share = kMostCornerShare; share > kLeastCornerShare; share *= kSmallerCorner) {
+      int looks = kMostLooks;
+      if (is_clear({at, on_leg(from, share), on_leg(to, share)}, mode, looks))
+        return {share, share};
     }
-    return corner;
+    return {};
+  }
+
+  /// All postures of a triangle: those of a piece of it are no farther from its middle than its
+  /// corners, since levers times turns are convex.
+  bool is_clear(const std::array<JointVector, 3>& triangle, const Mode& mode, int& looks) const {
+    if (--looks < 0) return false;
+    JointVector middle(triangle[0]);
+    for (std::size_t i = 0; i < middle.size(); ++i)
+      middle[i] = (triangle[0][i] + triangle[1][i] + triangle[2][i]) / 3.0;
+    std::vector<double> slack;
+    if (!look(middle, mode, &slack, nullptr)) return false;
+    const std::vector<double> margin = margins_m(mode);
+    bool done = true;
+    for (const JointVector& corner : triangle) {
+      const std::vector<double> path = paths_m(middle, corner);
+      for (std::size_t k = 0; k < path.size(); ++k)
+        done = done && path[k] <= std::max(kShortM / 2.0,  // (72)
+                                           slack[k] + (1.0 - kMarginKept) * margin[k]);
+    }
+    if (done) return true;
+    const auto between = [](const JointVector& a, const JointVector& b) {
+      JointVector q(a);
+      for (std::size_t i = 0; i < q.size(); ++i) q[i] = (a[i] + b[i]) / 2.0;
+      return q;
+    };
+    const JointVector ab = between(triangle[0], triangle[1]), bc = between(triangle[1], triangle[2]),
+                      ca = between(triangle[2], triangle[0]);
+    return is_clear({ab, bc, ca}, mode, looks) && is_clear({triangle[0], ab, ca}, mode, looks) &&
+           is_clear({ab, triangle[1], bc}, mode, looks) &&
+           is_clear({ca, bc, triangle[2]}, mode, looks);
   }
 
   Hit of(const Finding& worst) const {

@@ -27,9 +27,10 @@
 
 namespace cellcal::calib {
 
-// A way-point need not be visited. Where it keeps d, every posture from which no body is moved by
-// more than d - 0.92 m on the way to it keeps 0.92 of the margin; and what moves the bodies by less
-// than that towards either neighbour does so between the two as well: levers times turns are convex.
+// A way-point need not be visited. A triangle of postures is clear where its middle keeps d and no
+// body is moved by more than d - 0.92 m from there to its corners (levers times turns are convex, so
+// nowhere else either), or where the four triangles between its corners and the middles of its sides
+// are. At a way-point the largest that is clear is looked for: between it and points on both legs.
 
 /// Of every margin, on the whole of a move.
 inline constexpr double kMarginKept = 0.92;

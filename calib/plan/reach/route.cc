@@ -1,6 +1,8 @@
 #include "calib/plan/reach/route.h"
 
 #include <algorithm>
+#include <cmath>
+#include <utility>
 
 #include "calib/model/inverse.h"
 #include "calib/plan/reach/detour.h"
@@ -9,7 +11,12 @@ namespace cellcal::calib {
 
 namespace {
 
-constexpr double kHeightsM[] = {0.06, 0.12, 0.25};  // above the sphere's top
+constexpr double kHeightsM[] = {0.035, 0.06, 0.12, 0.25};  // above the sphere's top
+/// Round a sphere, half-way between two touches of it, the tip this many times as far from the
+/// middle as at the clear points.
+constexpr double kRound[] = {1.1, 1.35, 1.7};
+/// What a way-point costs, slowing down and speeding up again.
+constexpr double kWaypointS = 0.15;
 /// Effort of sampling: steps for one way, and ways to one target that may fail in a row before it
 /// is given up.
 constexpr int kSteps = 3000;
@@ -36,6 +43,38 @@ std::optional<JointVector> Router::above(const Candidate& candidate, double heig
   return inverse(arm_, pose, seed, margin_rad_);
 }
 
+std::optional<JointVector> Router::around(const Candidate& leaving, const Candidate& to,
+                                          double times) const {
+  const Target& target = cell_.targets[to.target];
+  const Eigen::Vector3d between = leaving.normal + to.normal;
+  constexpr double kOpposite = 0.35;  // beyond 160 deg there is no half-way
+  if (between.norm() < kOpposite) return std::nullopt;
+  const double clear_m = (arm_.nominal_tip_m(to.clear) - target.centre_m).norm();
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  pose.linear() = Eigen::Quaterniond(leaving.orientation)
+                      .slerp(0.5, Eigen::Quaterniond(to.orientation))
+                      .toRotationMatrix();
+  pose.translation() = target.centre_m + times * clear_m * between.normalized();
+  JointVector middle(to.clear);
+  for (std::size_t i = 0; i < middle.size(); ++i)
+    middle[i] = 0.5 * (leaving.clear[i] + to.clear[i]);
+  return inverse(arm_, pose, middle, margin_rad_);
+}
+
+double Router::seconds(const JointVector& from, const std::vector<JointVector>& chain) const {
+  double sum = kWaypointS * static_cast<double>(chain.size());
+  const JointVector* last = &from;
+  for (const JointVector& next : chain) {
+    double slowest = 0.0;
+    for (std::size_t i = 0; i < next.size(); ++i)
+      slowest = std::max(slowest,
+                         std::abs(next[i] - (*last)[i]) / cell_.robot.joints[i].max_speed_rad_s);
+    sum += slowest;
+    last = &next;
+  }
+  return sum;
+}
+
 bool Router::clear_chain(const JointVector& from, const std::vector<JointVector>& chain) const {
   const JointVector* last = &from;
   for (const JointVector& next : chain) {
@@ -48,7 +87,7 @@ bool Router::clear_chain(const JointVector& from, const std::vector<JointVector>
 std::optional<std::vector<JointVector>> Router::simple_way(const JointVector& from,
                                                            const Candidate* leaving,
                                                            const Candidate& to) const {
-  // Ways out of the neighbourhood of one sphere and into that of the next, the shortest first.
+  // Ways out of the neighbourhood of one sphere and into that of the next.
   std::vector<std::vector<JointVector>> out = {{}}, in = {{to.standoff}};
   for (const double height : kHeightsM) {
     if (leaving != nullptr)
@@ -58,9 +97,20 @@ std::optional<std::vector<JointVector>> Router::simple_way(const JointVector& fr
       in.push_back({*over, to.clear, to.standoff});
     }
   }
+  std::vector<std::vector<JointVector>> ways;
+  if (leaving != nullptr && leaving->target == to.target && from == leaving->clear)
+    for (const double times : kRound)
+      if (const auto round = around(*leaving, to, times)) {
+        ways.push_back({*round, to.standoff});
+        ways.push_back({*round, to.clear, to.standoff});
+      }
   for (const auto& first : out)
-    for (const auto& last : in)
-      if (auto chain = joined(first, last); clear_chain(from, chain)) return chain;
+    for (const auto& last : in) ways.push_back(joined(first, last));
+  std::vector<std::pair<double, std::size_t>> fastest;
+  for (std::size_t k = 0; k < ways.size(); ++k) fastest.emplace_back(seconds(from, ways[k]), k);
+  std::sort(fastest.begin(), fastest.end());
+  for (const auto& [_, k] : fastest)
+    if (clear_chain(from, ways[k])) return ways[k];
   return std::nullopt;
 }
 

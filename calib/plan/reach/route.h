@@ -1,6 +1,7 @@
 #pragma once
-// The way from one place to a stand-off: straight in joint space where that is clear, otherwise
-// over points above the spheres, otherwise over the resting posture. Where a target is marked as
+// The way from one place to a stand-off: the fastest that is clear of the straight one in joint
+// space, those half-way round the sphere and those over points above the spheres, otherwise over
+// the resting posture. Where a target is marked as
 // hard to reach, ways between it and the resting posture are sampled as a last resort (detour.h).
 // One that was found serves the target's other touches, too.
 
@@ -42,6 +43,11 @@ class Router {
   /// The tip lifted to `height_m` above the candidate's sphere, tool held as for the touch.
   std::optional<JointVector> above(const Candidate& candidate, double height_m,
                                    const JointVector& seed) const;
+  /// Half-way round the sphere that both touch.
+  std::optional<JointVector> around(const Candidate& leaving, const Candidate& to,
+                                    double times) const;
+  /// About, with a robot whose speeds are stated.
+  double seconds(const JointVector& from, const std::vector<JointVector>& chain) const;
   bool clear_chain(const JointVector& from, const std::vector<JointVector>& chain) const;
   std::optional<std::vector<JointVector>> simple_way(const JointVector& from,
                                                      const Candidate* leaving,
