@@ -223,6 +223,13 @@ void read_mock(const TomlTable& table, MockConfig& mock) {
   mock.geometry_scale = table.number_or("geometry_scale", mock.geometry_scale, {0.0, 100.0});
   mock.deflection = table.number_or("deflection", mock.deflection, {-1.0, 1.0});
   mock.gear_arcsec = table.number_or("gear_arcsec", mock.gear_arcsec, {0.0, 1000.0});
+  mock.compliance_rad_per_nm = table.number_or("compliance_sigma_rad_per_nm", 0.0, {0.0, 1e-3});
+  mock.play_arcsec = table.number_or("play_arcsec", 0.0, {0.0, 1000.0});
+  mock.tip_offset_m = table.number_or("tip_offset_mm", 0.0, {0.0, 10.0}) * 1e-3;
+  mock.growth = table.number_or("growth_ppm", 0.0, {0.0, 1000.0}) * 1e-6;
+  mock.warm_up_s = table.number_or("warm_up_s", mock.warm_up_s, {1.0, 1e5});
+  mock.contact_noise_m = table.number_or("contact_noise_mm", 0.0, {0.0, 0.1}) * 1e-3;
+  mock.bad_contact_share = table.number_or("bad_contact_percent", 0.0, {0.0, 100.0}) * 1e-2;
   mock.placement_m = table.number_or("placement_mm", mock.placement_m * 1e3, {0.0, 100.0}) * 1e-3;
   mock.joint_noise_deg = table.number_or("joint_noise_deg", mock.joint_noise_deg, {0.0, 1.0});
   mock.lag_s = table.number_or("lag_ms", mock.lag_s * 1e3, {0.0, 500.0}) * 1e-3;

@@ -33,6 +33,11 @@ struct MockConfig {
   double geometry_scale = 1.0;
   double deflection = -1.0;
   double gear_arcsec = 0.0;
+  double compliance_rad_per_nm = 0.0;
+  double play_arcsec = 0.0;
+  double tip_offset_m = 0.0;
+  double growth = 0.0, warm_up_s = 60.0;
+  double contact_noise_m = 0.0, bad_contact_share = 0.0;
   double placement_m = 0.001;
   double joint_noise_deg = 0.0005;
   double lag_s = 0.02;

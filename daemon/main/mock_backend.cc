@@ -2,8 +2,8 @@
 
 #include <numbers>
 
-#include "daemon/main/backends.h"
 #include "daemon/config/space_config.h"
+#include "daemon/main/backends.h"
 #include "daemon/main/virtual_cell.h"
 #include "daemon/main/virtual_eki_cell.h"
 #include "drivers/kuka/krl/krl_files.h"
@@ -18,6 +18,12 @@ sim::TruthOptions truth_for(const DaemonConfig& config) {
   truth.geometry_scale = config.mock.geometry_scale;
   truth.deflection = config.mock.deflection;
   truth.gear_arcsec = config.mock.gear_arcsec;
+  truth.compliance_rad_per_nm = config.mock.compliance_rad_per_nm;
+  truth.play_arcsec = config.mock.play_arcsec;
+  truth.tip_offset_m = config.mock.tip_offset_m;
+  truth.growth = config.mock.growth;
+  truth.warm_up_s = config.mock.warm_up_s;
+  truth.contacts = {config.mock.contact_noise_m, config.mock.bad_contact_share};
   truth.placement_m = config.mock.placement_m;
   return truth;
 }

@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calib/model/iso_time.h"
 #include "calib/uncertainty/predict.h"
 #include "calib/uncertainty/region.h"
+#include "sim/cell/physical_cell.h"
 
 namespace cellcal::sim {
 
@@ -14,6 +16,7 @@ namespace {
 constexpr int kWorkspacePoses = 1000;
 constexpr int kLocalPoses = 300;
 constexpr double kLocalHalfM = 0.150;
+constexpr double kWarmedUp = 1.0;
 constexpr unsigned kSeed = 4711;  // not the estimator's: other poses than it predicted for
 
 /// Norms of what is left after the best rigid motion of `points` onto `truth`.
@@ -32,10 +35,11 @@ RegionFigures figures(const Truth& truth, const calib::Predictor& predictor,
   if (f.poses < 4) return f;
   Eigen::Matrix3Xd real(3, f.poses), calibrated(3, f.poses), nominal(3, f.poses);
   Eigen::VectorXd u95(f.poses);
+  const PhysicalCell real_cell(truth);
   for (int i = 0; i < f.poses; ++i) {
     const auto& q = poses[static_cast<std::size_t>(i)];
     const calib::Prediction p = predictor.calibrated(q);
-    real.col(i) = truth.arm.position(truth.arm.prepare(q), truth.errors.data());
+    real.col(i) = real_cell.tip_m(q, kWarmedUp);
     calibrated.col(i) = p.tcp.translation();
     nominal.col(i) = predictor.nominal(q).translation();
     u95[i] = p.u95_m;
@@ -52,6 +56,20 @@ RegionFigures figures(const Truth& truth, const calib::Predictor& predictor,
 }
 
 }  // namespace
+
+SurfaceFigures surface_figures(const Truth& truth, const std::vector<calib::Touch>& touches) {
+  const PhysicalCell cell(truth);
+  SurfaceFigures f;
+  for (const calib::Touch& touch : touches) {
+    const auto begin = calib::seconds_of(touches.front().time), now = calib::seconds_of(touch.time);
+    const double warm = begin && now ? truth.warm_at(*now - *begin) : kWarmedUp;
+    const double off_m = std::abs(cell.gap_m(touch.joint_rad, warm));
+    f.mean_m += off_m / static_cast<double>(touches.size());
+    f.max_m = std::max(f.max_m, off_m);
+    f.bad += off_m > kBadM ? 1 : 0;
+  }
+  return f;
+}
 
 TruthFigures truth_figures(const Truth& truth, const calib::Calibration& calibration,
                            const std::vector<calib::JointVector>& around) {

@@ -1,7 +1,9 @@
 #pragma once
-// A calibration against the hidden truth, in the figures of the method (section 5).
+// A calibration against the hidden truth, in the figures of the method (section 5). True is the arm
+// warmed up, as it is at the end of a session and afterwards.
 
 #include "calib/model/joint_vector.h"
+#include "calib/model/touch.h"
 #include "calib/result/calibration.h"
 #include "sim/cell/truth.h"
 
@@ -18,6 +20,17 @@ struct TruthFigures {
   RegionFigures local;      ///< within 150 mm of the targets: M2
   RegionFigures workspace;  ///< random poses of the whole workspace: M3
 };
+
+/// How far the latched contacts are from the true surfaces.
+struct SurfaceFigures {
+  double mean_m = 0.0, max_m = 0.0;
+  int bad = 0;  ///< by more than kBadM: no noise makes that
+};
+inline constexpr double kBadM = 0.2e-3;
+
+/// Of the arm as warm as it was: it began to warm up with the first touch, since a file of touches
+/// does not say when power came on.
+SurfaceFigures surface_figures(const Truth& truth, const std::vector<calib::Touch>& touches);
 
 /// `around`: joint angles near which local poses are taken, the touches'.
 TruthFigures truth_figures(const Truth& truth, const calib::Calibration& calibration,

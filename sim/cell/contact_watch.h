@@ -2,9 +2,11 @@
 // The instants at which the touch circuit closes and opens within one cycle of the controller.
 
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "drivers/time.h"
+#include "sim/cell/early_contact.h"
 #include "sim/cell/physical_cell.h"
 
 namespace cellcal::sim {
@@ -15,10 +17,13 @@ class ContactWatch {
   using OnEdge = std::function<void(drivers::TimePoint t, bool closed)>;
 
   ContactWatch(const PhysicalCell& cell, OnEdge on_edge)
-      : cell_(cell), on_edge_(std::move(on_edge)) {}
+      : cell_(cell),
+        on_edge_(std::move(on_edge)),
+        early_(cell.truth().contacts, cell.truth().contact_seed) {}
 
   /// The arm moves from `from` to `to` as `angles` says: reports every change of the circuit, found
-  /// to a hundred nanoseconds. Motion within a cycle is taken as monotonic towards or away.
+  /// to a hundred nanoseconds. Motion within a cycle is taken as monotonic towards or away. The arm
+  /// warms up from the first call on.
   void look(drivers::TimePoint from, drivers::TimePoint to, const AnglesAt& angles);
 
   bool closed() const { return closed_; }
@@ -28,6 +33,8 @@ class ContactWatch {
  private:
   const PhysicalCell& cell_;
   OnEdge on_edge_;
+  EarlyContact early_;
+  std::optional<drivers::TimePoint> power_on_;
   bool closed_ = false;
   bool crashed_ = false;
   int crashes_ = 0;

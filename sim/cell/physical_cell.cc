@@ -33,12 +33,19 @@ double outside_m(const TrueFace& face, const Eigen::Vector3d& p) {
 
 }  // namespace
 
-Eigen::Vector3d PhysicalCell::tip_m(std::span<const double> joint_rad) const {
-  return truth_.arm.position(truth_.arm.prepare(joint_rad), truth_.errors.data());
+Eigen::Vector3d PhysicalCell::tip_m(std::span<const double> joint_rad, double warm) const {
+  calib::ArmChain chain;
+  truth_.arm.walk(truth_.arm.prepare(joint_rad), truth_.arm.errors(truth_.errors.data()), chain);
+  return chain.tip + grown_m(chain.flange_origin, warm);
 }
 
-double PhysicalCell::gap_m(std::span<const double> joint_rad) const {
-  const Eigen::Vector3d tip = tip_m(joint_rad);
+/// Where all lengths of the arm grow alike, its flange moves away from the base and does not turn.
+Eigen::Vector3d PhysicalCell::grown_m(const Eigen::Vector3d& flange, double warm) const {
+  return truth_.growth * warm * flange;
+}
+
+double PhysicalCell::gap_m(std::span<const double> joint_rad, double warm) const {
+  const Eigen::Vector3d tip = tip_m(joint_rad, warm);
   double gap = std::numeric_limits<double>::max();
   for (std::size_t i = 0; i < truth_.centre_m.size(); ++i)
     if (truth_.radius_m[i] > 0.0)
@@ -48,10 +55,12 @@ double PhysicalCell::gap_m(std::span<const double> joint_rad) const {
   return gap;
 }
 
-double PhysicalCell::shaft_depth_m(std::span<const double> joint_rad) const {
+double PhysicalCell::shaft_depth_m(std::span<const double> joint_rad, double warm) const {
   const calib::ArmShape shape =
       truth_.arm.shape(truth_.arm.prepare(joint_rad), truth_.errors.data());
-  const Eigen::Vector3d tip = shape.tcp.translation(), flange = shape.flange.translation();
+  const Eigen::Vector3d grown = grown_m(shape.flange.translation(), warm);
+  const Eigen::Vector3d tip = shape.tcp.translation() + grown;
+  const Eigen::Vector3d flange = shape.flange.translation() + grown;
   const double length = (flange - tip).norm();
   if (length <= kTipLengthM) return 0.0;
   const Eigen::Vector3d neck = tip + (flange - tip) * (kTipLengthM / length);

@@ -12,16 +12,19 @@ class PhysicalCell {
  public:
   explicit PhysicalCell(Truth truth) : truth_(std::move(truth)) {}
 
-  /// True TCP [m, true base frame] for the arm's true axis angles [rad].
-  Eigen::Vector3d tip_m(std::span<const double> joint_rad) const;
+  /// True TCP [m, true base frame] for the arm's true axis angles [rad]. `warm`: 0 at power on, 1
+  /// warmed up (Truth::warm_at).
+  Eigen::Vector3d tip_m(std::span<const double> joint_rad, double warm = 0.0) const;
   /// Distance of the tip from the nearest sphere's or plate's surface [m]; the circuit is closed
   /// at <= 0.
-  double gap_m(std::span<const double> joint_rad) const;
+  double gap_m(std::span<const double> joint_rad, double warm = 0.0) const;
   /// Depth of the tool's shaft inside a sphere or plate [m], 0 when clear: a crash.
-  double shaft_depth_m(std::span<const double> joint_rad) const;
+  double shaft_depth_m(std::span<const double> joint_rad, double warm = 0.0) const;
   const Truth& truth() const { return truth_; }
 
  private:
+  Eigen::Vector3d grown_m(const Eigen::Vector3d& flange, double warm) const;
+
   Truth truth_;
 };
 

@@ -7,6 +7,7 @@
 
 #include "calib/model/inverse.h"
 #include "calib/model/random.h"
+#include "sim/cell/true_load.h"
 
 namespace cellcal::sim {
 
@@ -16,21 +17,36 @@ constexpr double kRadPerArcsec = std::numbers::pi / 180.0 / 3600.0;
 /// Tolerances are drawn within this: nobody ships an arm that is five sigma off its drawing.
 constexpr double kLargestSigma = 2.5;
 
+/// So that they are none of the arm's errors.
+constexpr std::uint64_t kDrawsOfWhatNoFileSays = 15485863;
+/// An elastic backlash: this much load closes most of it.
+constexpr double kPlayClosesNm = 20.0;
+
 double bounded_normal(calib::Random& random) {
   return std::clamp(random.normal(), -kLargestSigma, kLargestSigma);
 }
 
 calib::ArmModel true_arm(const calib::Cell& cell, const TruthOptions& options) {
   calib::Robot robot = cell.robot;
-  if (options.gear_arcsec > 0.0) {
-    for (calib::Joint& joint : robot.joints) {
+  calib::Random random(options.seed + kDrawsOfWhatNoFileSays);
+  if (options.compliance_rad_per_nm > 0.0 || options.play_arcsec > 0.0) hang_masses(robot, random);
+  for (calib::Joint& joint : robot.joints) {
+    if (options.gear_arcsec > 0.0) {
       joint.gear_ratio = 1.0;
       joint.harmonics = {1, 2};
       joint.harmonic_sigma_rad = options.gear_arcsec * kRadPerArcsec;
     }
+    if (options.compliance_rad_per_nm > 0.0)
+      joint.compliance_sigma_rad_per_nm = options.compliance_rad_per_nm;
+    if (options.play_arcsec > 0.0) {
+      joint.play_sigma_rad = options.play_arcsec * kRadPerArcsec;
+      joint.play_closes_nm = kPlayClosesNm;
+    }
   }
   calib::Tool tool = cell.tool;
   if (options.deflection > 0.0) tool.deflection_sigma = options.deflection;
+  for (double& component : tool.tcp.translation())
+    component += options.tip_offset_m * random.uniform(-1.0, 1.0);
   return {robot, tool};
 }
 
@@ -45,6 +61,7 @@ std::vector<const calib::Target*> placed_targets(const calib::Cell& cell) {
 /// Where the real arm's tip is when the nominal arm would be at the centres; the mean over a few
 /// ways of holding the tool, as someone who teaches takes more than one look.
 Eigen::Matrix3Xd taught_places(const Truth& truth, const calib::Cell& cell) {
+  const calib::ArmModel nominal(cell.robot, cell.tool);
   const calib::JointVector home = [&] {
     calib::JointVector q(cell.robot.joints.size(), 0.0);
     if (q.size() >= 5) q[1] = -1.2, q[2] = 1.6, q[4] = 1.0;
@@ -69,7 +86,7 @@ Eigen::Matrix3Xd taught_places(const Truth& truth, const calib::Cell& cell) {
           (Eigen::AngleAxisd(look * 2.0 * std::numbers::pi / kLooks, Eigen::Vector3d::UnitZ()) *
            Eigen::AngleAxisd(std::numbers::pi, Eigen::Vector3d::UnitX()))
               .toRotationMatrix();
-      const auto q = calib::inverse(truth.arm, pose, seed, 0.0);
+      const auto q = calib::inverse(nominal, pose, seed, 0.0);
       if (!q) continue;
       sum += truth.arm.position(truth.arm.prepare(*q), truth.errors.data());
       ++reached;
@@ -95,9 +112,15 @@ calib::Cell with_all_places(calib::Cell cell, std::uint64_t seed) {
 
 }  // namespace
 
+double Truth::warm_at(double seconds) const { return 1.0 - std::exp(-seconds / warm_up_s); }
+
 Truth draw_truth(const calib::Cell& stated, const TruthOptions& options) {
   const calib::Cell cell = with_all_places(stated, options.seed);
-  Truth truth{true_arm(cell, options), {}, {}, {}, {}};
+  Truth truth{true_arm(cell, options), {}, {}, {}};
+  truth.growth = options.growth;
+  truth.warm_up_s = options.warm_up_s;
+  truth.contacts = options.contacts;
+  truth.contact_seed = options.seed;
   calib::Random random(options.seed);
   truth.errors.resize(truth.arm.size());
   for (int i = 0; i < truth.arm.size(); ++i) {
@@ -109,11 +132,11 @@ Truth draw_truth(const calib::Cell& stated, const TruthOptions& options) {
             options.deflection >= 0.0 ? options.deflection : parameter.sigma * std::abs(draw);
         break;
       case calib::ParameterKind::kCompliance:
+      case calib::ParameterKind::kPlay:  // both to the side of the load
         truth.errors[i] = parameter.sigma * std::abs(draw);
         break;
       case calib::ParameterKind::kCosine:
       case calib::ParameterKind::kSine:
-      case calib::ParameterKind::kPlay:
       case calib::ParameterKind::kTcp:
         truth.errors[i] = parameter.sigma * draw;
         break;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "calib/model/kinematics.h"
+#include "sim/cell/early_contact.h"
 
 namespace cellcal::sim {
 
@@ -14,6 +15,14 @@ struct TruthOptions {
   double geometry_scale = 1.0;  ///< errors are drawn from the robot file's tolerances times this
   double deflection = -1.0;     ///< c_t [1/(N m^2)]; negative: drawn from its prior
   double gear_arcsec = 0.0;     ///< 1 sigma of each of two harmonics per joint
+  /// 1 sigma of how much each joint gives under its load; 0: the robot file's. Where the file
+  /// states no masses the links get some (true_load.h).
+  double compliance_rad_per_nm = 0.0;
+  double play_arcsec = 0.0;   ///< half of it, to the side that the load presses to; 1 sigma
+  double tip_offset_m = 0.0;  ///< from where the cell file has the tip, at most, per component
+  double growth = 0.0;        ///< of all lengths of the arm, warmed up
+  double warm_up_s = 60.0;  ///< time constant of that
+  ContactScatter contacts;
   /// How far the artefact stands from where its places were taught, as a whole, 1 sigma.
   double placement_m = 0.001;
   double placement_rad = 0.001;
@@ -32,6 +41,12 @@ struct Truth {
   std::vector<Eigen::Vector3d> centre_m;  ///< per target of the cell, true base frame
   std::vector<double> radius_m;  ///< true radius of each sphere plus tip; 0 for other kinds
   std::vector<TrueFace> faces{};
+  double growth = 0.0, warm_up_s = 60.0;  ///< as in TruthOptions; `errors` are the cold arm's
+  ContactScatter contacts{};
+  std::uint64_t contact_seed = 0;
+
+  /// How warm the arm is so long after power on: 0 to 1.
+  double warm_at(double seconds) const;
 };
 
 /// The cell file's centres are what an installer reads off the pendant with the tip at a sphere:

@@ -1,9 +1,36 @@
 #include "sim/emulator/options.h"
 
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
 #include <charconv>
 
 namespace cellcal::sim {
+
+namespace {
+
+/// CLI::Range takes what is no number for one within.
+CLI::Validator within(double low, double high) {
+  const std::string range = fmt::format("{} to {}", low, high);
+  return {[=](std::string& text) -> std::string {
+            double value = 0.0;
+            const bool fits =
+                CLI::detail::lexical_cast(text, value) && value >= low && value <= high;
+            return fits ? "" : fmt::format("\"{}\" is no number from {}", text, range);
+          },
+          range};
+}
+
+/// In the unit of its name; default 0.
+void add_scaled(CLI::App& app, const char* name, double& value, double unit, double most,
+                const char* words) {
+  app.add_option_function<double>(
+         name, [&value, unit](double given) { value = given * unit; }, words)
+      ->default_str("0")
+      ->check(within(0.0, most));
+}
+
+}  // namespace
 
 void add_truth_options(CLI::App& app, EmulatorOptions& options) {
   app.add_option("--cell", options.cell, "Cell file")->required()->check(CLI::ExistingFile);
@@ -11,19 +38,38 @@ void add_truth_options(CLI::App& app, EmulatorOptions& options) {
   app.add_option("--scale", options.truth.geometry_scale,
                  "Geometric errors in units of the robot file's tolerances")
       ->capture_default_str()
-      ->check(CLI::Range(0.0, 100.0));
+      ->check(within(0.0, 100.0));
   app.add_option("--deflection", options.truth.deflection,
                  "Bending of the tool c_t [1/(N m^2)]; negative: drawn from its prior")
       ->capture_default_str()
-      ->check(CLI::Range(-1.0, 1.0));
+      ->check(within(-1.0, 1.0));
   app.add_option_function<double>(
          "--placement", [&options](double mm) { options.truth.placement_m = mm * 1e-3; },
          "How far all spheres stand from where the cell file has them [mm], 1 sigma; default 1")
-      ->check(CLI::Range(0.0, 100.0));
+      ->check(within(0.0, 100.0));
   app.add_option("--gear-arcsec", options.truth.gear_arcsec,
                  "Transmission error, 1 sigma per harmonic")
       ->capture_default_str()
-      ->check(CLI::Range(0.0, 1000.0));
+      ->check(within(0.0, 1000.0));
+  app.add_option("--compliance-sigma-rad-per-nm", options.truth.compliance_rad_per_nm,
+                 "How much each joint gives under its load, 1 sigma; 0: the robot file's")
+      ->capture_default_str()
+      ->check(within(0.0, 1e-3));
+  app.add_option("--play-arcsec", options.truth.play_arcsec,
+                 "Half of each joint's play, to the side of its load, 1 sigma")
+      ->capture_default_str()
+      ->check(within(0.0, 1000.0));
+  add_scaled(app, "--tip-offset-mm", options.truth.tip_offset_m, 1e-3, 10.0,
+             "Of the tip from where the cell file has it [mm], at most, along each axis");
+  add_scaled(app, "--growth-ppm", options.truth.growth, 1e-6, 1000.0,
+             "Of all lengths of the arm from cold to warmed up [ppm]");
+  app.add_option("--warm-up-s", options.truth.warm_up_s, "Time constant of that, from power on [s]")
+      ->capture_default_str()
+      ->check(within(1.0, 1e5));
+  add_scaled(app, "--contact-noise-mm", options.truth.contacts.noise_m, 1e-3,
+             kMostContactNoiseM * 1e3, "Of each closing of the circuit [mm], 1 sigma");
+  add_scaled(app, "--bad-contact-percent", options.truth.contacts.bad_share, 1e-2, 100.0,
+             "Of the touches, with a chip of 0.3 to 1 mm between tip and sphere [%]");
 }
 
 void add_options(CLI::App& app, EmulatorOptions& options) {
@@ -76,7 +122,7 @@ void add_options(CLI::App& app, EmulatorOptions& options) {
   app.add_option("--joint-noise-deg", options.controller.noise_sigma_deg,
                  "1 sigma of the reported axis angles")
       ->capture_default_str()
-      ->check(CLI::Range(0.0, 1.0));
+      ->check(within(0.0, 1.0));
   app.add_option("--noise-seed", options.controller.seed, "Seed of that noise")
       ->capture_default_str();
   app.add_option_function<double>(
@@ -87,10 +133,10 @@ void add_options(CLI::App& app, EmulatorOptions& options) {
          },
          "Limit of the axis corrections, AXISCORR's and its monitor's")
       ->default_str("90")
-      ->check(CLI::Range(0.1, 720.0));
+      ->check(within(0.1, 720.0));
   app.add_option("--mcu-drift-ppm", options.mcu_drift_ppm, "Of the sensor's clock")
       ->capture_default_str()
-      ->check(CLI::Range(-1000.0, 1000.0));
+      ->check(within(-1000.0, 1000.0));
   app.add_option_function<std::string>(
          "--fault",
          [&options](const std::string& fault) {

@@ -50,6 +50,27 @@ TEST(a_configuration, is_read_in_its_units) {
   ASSERT_EQ(config.mock.start_rad.size(), 1u);
 }
 
+TEST(a_configuration, asks_the_emulated_cell_for_what_real_arms_have_only_where_it_says_so) {
+  const MockConfig plain = parse_config(kMock, "d.toml").mock;
+  for (const double off : {plain.compliance_rad_per_nm, plain.play_arcsec, plain.tip_offset_m,
+                           plain.growth, plain.contact_noise_m, plain.bad_contact_share})
+    EXPECT_EQ(off, 0.0);
+  const MockConfig real =
+      parse_config(kMock +
+                       "[mock]\ncompliance_sigma_rad_per_nm = 5e-6\nplay_arcsec = 10\n"
+                       "tip_offset_mm = 0.5\ngrowth_ppm = 25\nwarm_up_s = 90\n"
+                       "contact_noise_mm = 0.03\nbad_contact_percent = 1\n",
+                   "d.toml")
+          .mock;
+  EXPECT_DOUBLE_EQ(real.compliance_rad_per_nm, 5e-6);
+  EXPECT_DOUBLE_EQ(real.play_arcsec, 10.0);
+  EXPECT_DOUBLE_EQ(real.tip_offset_m, 0.5e-3);
+  EXPECT_DOUBLE_EQ(real.growth, 25e-6);
+  EXPECT_DOUBLE_EQ(real.warm_up_s, 90.0);
+  EXPECT_DOUBLE_EQ(real.contact_noise_m, 0.03e-3);
+  EXPECT_DOUBLE_EQ(real.bad_contact_share, 0.01);
+}
+
 TEST(a_configuration, says_how_often_a_contact_is_confirmed_and_always_where_a_flag_stops) {
   EXPECT_EQ(parse_config(kMock + "[motion]\nconfirm_every = 3\n", "d").touch.confirm_every, 3);
   const std::string flag = kMock + "[mock]\nwire = \"eki\"\n[eki]\nstop = \"flag\"\n";
@@ -179,6 +200,13 @@ INSTANTIATE_TEST_SUITE_P(
         Wrong{kMock + "[motion]\nconfirm_every = 0\n", "confirm_every"},
         Wrong{kMock + "[contact]\nbaud = 9601\n", "baud"},
         Wrong{kMock + "[mock]\ncycle_ms = 8\n", "cycle_ms"},
+        Wrong{kMock + "[mock]\ncompliance_sigma_rad_per_nm = 0.1\n", "compliance_sigma_rad_per_nm"},
+        Wrong{kMock + "[mock]\nplay_arcsec = -1\n", "play_arcsec"},
+        Wrong{kMock + "[mock]\ntip_offset_mm = 11\n", "tip_offset_mm"},
+        Wrong{kMock + "[mock]\ngrowth_ppm = nan\n", "growth_ppm"},
+        Wrong{kMock + "[mock]\nwarm_up_s = 0\n", "warm_up_s"},
+        Wrong{kMock + "[mock]\ncontact_noise_mm = 0.2\n", "contact_noise_mm"},
+        Wrong{kMock + "[mock]\nbad_contact_percent = 101\n", "bad_contact_percent"},
         Wrong{kMock + "[mock]\nstart_deg = [1, inf]\n", "start_deg"},
         Wrong{kMock + "[rsi]\nsilence_cycles = 500\n",
               "d.toml:4: rsi.silence_cycles: 500 is out of range, allowed are 2 to 50"},

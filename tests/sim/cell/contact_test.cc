@@ -168,5 +168,101 @@ TEST(ContactWatch, CountsACrashOnceAndNotWhenItGoesOn) {
   EXPECT_EQ(edges, 0);  // the tip itself never was there
 }
 
+TEST(PhysicalCell, GrowsWithWarmthInAllLengthsOfTheArmAndNotOfTheTool) {
+  const Truth cold = lever_with_shaft(0.15).truth();  // 1 m out, 0.3 m up, the tool 0.3 m down
+  Truth truth = cold;
+  truth.growth = 1e-3;
+  const PhysicalCell cell(truth);
+  const std::vector<double> q{0.0};
+  EXPECT_EQ(cell.tip_m(q), PhysicalCell(cold).tip_m(q));
+  EXPECT_NEAR((cell.tip_m(q, 1.0) - Eigen::Vector3d(1.001, 0.0, 0.0003)).norm(), 0.0, 1e-12);
+  EXPECT_NEAR((cell.tip_m(q, 0.5) - Eigen::Vector3d(1.0005, 0.0, 0.00015)).norm(), 0.0, 1e-12);
+}
+
+/// One swing to the ball and back, as a search goes: where each closing began, as the true gap.
+struct Swings {
+  explicit Swings(const Truth& truth)
+      : cell(truth), watch(cell, [this](TimePoint, bool closed) {
+          edge = closed;
+          ++edges;
+        }) {}
+
+  /// To the ball from `from_m` away until contact; the gap there. Then back by `back_m`.
+  double touch(double from_m, double back_m) {
+    const double ball = kBallAt - half_angle();
+    const double step = 1e-5;  // rad, of a lever of 1 m
+    double angle = ball - from_m;
+    edge = false;
+    while (!edge && angle < ball + 0.005) move(angle + step, angle);
+    const double gap = cell.gap_m(std::vector{angle});
+    const double end = angle - back_m;
+    while (angle > end) move(angle - 1e-4, angle);
+    return gap;
+  }
+
+  void move(double to, double& angle) {
+    const double from = angle;
+    watch.look(now, now + kCycle, [&](TimePoint t) {
+      const double share = std::chrono::duration<double>(t - now) / kCycle;
+      return std::vector{from + share * (to - from)};
+    });
+    now += kCycle;
+    angle = to;
+  }
+
+  PhysicalCell cell;
+  ContactWatch watch;
+  TimePoint now = kStart;
+  bool edge = false;
+  int edges = 0;
+};
+
+TEST(Contacts, ScatterAnewWithEveryClosing) {
+  Truth truth = lever().truth();
+  truth.contacts.noise_m = 0.03e-3;
+  Swings swings(truth);
+  double sum = 0.0, squares = 0.0;
+  constexpr int kTouches = 200;
+  for (int i = 0; i < kTouches; ++i) {
+    const double gap = swings.touch(0.001, 0.001);  // never far away: closing after closing
+    sum += gap;
+    squares += gap * gap;
+  }
+  const double mean = sum / kTouches;
+  EXPECT_NEAR(mean, -0.005e-3, 0.008e-3);  // the step of the swing
+  EXPECT_NEAR(std::sqrt(squares / kTouches - mean * mean), 0.03e-3, 0.005e-3);
+}
+
+TEST(Contacts, OfOneVisitHaveOneChipOrLoseIt) {
+  Truth truth = lever().truth();
+  truth.contacts.bad_share = 1.0;
+  Swings swings(truth);
+  swings.touch(0.01, 0.01);  // chips are drawn for visits from away
+  int stayed = 0, fell = 0;
+  for (int i = 0; i < 60; ++i) {
+    const double first = swings.touch(0.01, 0.001);
+    const double again = swings.touch(0.001, 0.01);
+    EXPECT_GT(first, 0.28e-3);
+    EXPECT_LT(first, 1.01e-3);
+    (std::abs(again - first) < 0.02e-3 ? stayed : fell) += 1;
+    if (std::abs(again - first) >= 0.02e-3) {
+      EXPECT_NEAR(again, 0.0, 0.02e-3);
+    }
+  }
+  EXPECT_GT(stayed, 15);
+  EXPECT_GT(fell, 15);
+}
+
+TEST(Contacts, AreBadInTheShareAskedForAndNeverBounce) {
+  Truth truth = lever().truth();
+  truth.contacts = {0.03e-3, 0.1};
+  int bad = 0;
+  Swings swings(truth);
+  constexpr int kVisits = 500;
+  for (int i = 0; i < kVisits; ++i) bad += swings.touch(0.006, 0.006) > 0.2e-3 ? 1 : 0;
+  EXPECT_NEAR(bad, 50, 25);
+  EXPECT_EQ(swings.edges, 2 * kVisits);
+}
+
 }  // namespace
 }  // namespace cellcal::sim

@@ -4,6 +4,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <span>
+#include <vector>
+
 #include "calib/files/files.h"
 
 namespace cellcal::sim {
@@ -132,6 +137,76 @@ TEST(Truth, SaysWhichTargetTheArmCannotReach) {
   } catch (const std::runtime_error& error) {
     EXPECT_NE(std::string(error.what()).find("S2"), std::string::npos) << error.what();
   }
+}
+
+TruthOptions like_a_real_arm(std::uint64_t seed) {
+  TruthOptions options;
+  options.seed = seed;
+  options.gear_arcsec = 7.0;
+  options.compliance_rad_per_nm = 5e-6;
+  options.play_arcsec = 10.0;
+  options.tip_offset_m = 0.5e-3;
+  options.growth = 25e-6;
+  return options;
+}
+
+double sag_of(const Truth& truth, calib::ParameterKind kind, std::span<const double> q) {
+  const calib::PreparedPose pose = truth.arm.prepare(q);
+  double largest = 0.0;
+  for (int i = 0; i < truth.arm.size(); ++i)
+    if (truth.arm.parameters()[static_cast<std::size_t>(i)].kind == kind)
+      largest = std::max(largest, std::abs(pose.factor[i] * truth.errors[i]));
+  return largest;
+}
+
+TEST(Truth, HasWhatRealArmsHaveOnlyWhereItIsAskedFor) {
+  const std::vector<double> stretched{0.0, -0.2, 0.3, 0.0, 0.5, 0.0};
+  const Truth plain = drawn(3), real = draw_truth(demo_cell(), like_a_real_arm(3));
+  using Kind = calib::ParameterKind;
+  EXPECT_EQ(sag_of(plain, Kind::kCompliance, stretched), 0.0);
+  EXPECT_EQ(sag_of(plain, Kind::kPlay, stretched), 0.0);
+  EXPECT_EQ(plain.growth, 0.0);
+  // Links of some 25 kg at arm's length: a few hundred N m, which joints give under by a mrad.
+  const double sag = sag_of(real, Kind::kCompliance, stretched);
+  EXPECT_GT(sag, 1e-4);
+  EXPECT_LT(sag, 1e-2);
+  EXPECT_GT(sag_of(real, Kind::kPlay, stretched), 1e-6);
+  EXPECT_LT(sag_of(real, Kind::kPlay, stretched), 2.5 * 10.0 / 206264.8);
+}
+
+TEST(Truth, GivesAndPlaysToTheSideOfTheLoad) {
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    const Truth truth = draw_truth(demo_cell(), like_a_real_arm(seed));
+    for (int i = 0; i < truth.arm.size(); ++i) {
+      const auto kind = truth.arm.parameters()[static_cast<std::size_t>(i)].kind;
+      if (kind == calib::ParameterKind::kCompliance || kind == calib::ParameterKind::kPlay) {
+        EXPECT_GE(truth.errors[i], 0.0) << seed;
+      }
+    }
+  }
+}
+
+TEST(Truth, PutsTheTipWhereTheCellFileDoesNotHaveIt) {
+  double most = 0.0;
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    const Truth truth = draw_truth(demo_cell(), like_a_real_arm(seed));
+    const Eigen::Vector3d off =
+        truth.arm.tool().tcp.translation() - demo_cell().tool.tcp.translation();
+    EXPECT_LE(off.cwiseAbs().maxCoeff(), 0.5e-3);
+    most = std::max(most, off.norm());
+    // The controller that taught the places knows the file's tip: they are still found near them.
+    for (std::size_t t = 0; t < truth.centre_m.size(); ++t)
+      EXPECT_LT((truth.centre_m[t] - demo_cell().targets[t].centre_m).norm(), 0.03) << seed;
+  }
+  EXPECT_GT(most, 0.4e-3);
+}
+
+TEST(Truth, WarmsUpFromPowerOn) {
+  Truth truth = drawn(1);
+  truth.warm_up_s = 60.0;
+  EXPECT_EQ(truth.warm_at(0.0), 0.0);
+  EXPECT_NEAR(truth.warm_at(60.0), 1.0 - std::exp(-1.0), 1e-15);
+  EXPECT_GT(truth.warm_at(600.0), 0.9999);
 }
 
 }  // namespace

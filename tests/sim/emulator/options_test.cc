@@ -97,13 +97,42 @@ TEST_F(Options, EthernetFileGivesNamesAndPort) {
   EXPECT_EQ(parse({"--rsi-xml", file.string(), "--pc", "127.0.0.1:5000"}).pc_port, 5000);
 }
 
+TEST_F(Options, WhatRealArmsHaveIsAskedForInTheUnitsOfItsNames) {
+  const TruthOptions plain = parse({}).truth;
+  for (const double off : {plain.compliance_rad_per_nm, plain.play_arcsec, plain.tip_offset_m,
+                           plain.growth, plain.contacts.noise_m, plain.contacts.bad_share})
+    EXPECT_EQ(off, 0.0);
+  const TruthOptions real =
+      parse({"--compliance-sigma-rad-per-nm", "5e-6", "--play-arcsec", "10", "--tip-offset-mm",
+             "0.5", "--growth-ppm", "25", "--warm-up-s", "90", "--contact-noise-mm", "0.03",
+             "--bad-contact-percent", "1"})
+          .truth;
+  EXPECT_DOUBLE_EQ(real.compliance_rad_per_nm, 5e-6);
+  EXPECT_DOUBLE_EQ(real.play_arcsec, 10.0);
+  EXPECT_DOUBLE_EQ(real.tip_offset_m, 0.5e-3);
+  EXPECT_DOUBLE_EQ(real.growth, 25e-6);
+  EXPECT_DOUBLE_EQ(real.warm_up_s, 90.0);
+  EXPECT_DOUBLE_EQ(real.contacts.noise_m, 0.03e-3);
+  EXPECT_DOUBLE_EQ(real.contacts.bad_share, 0.01);
+}
+
 TEST_F(Options, NonsenseIsRefused) {
   for (const std::vector<std::string>& words : std::initializer_list<std::vector<std::string>>{
            {"--mode", "sideways"},
            {"--precision", "13"},
            {"--stop-mode", "5"},
            {"--rsi-xml", file.string(), "--sentype", "Me"},
-           {"--rsi-xml", "/nowhere"}})
+           {"--rsi-xml", "/nowhere"},
+           {"--compliance-sigma-rad-per-nm", "1"},
+           {"--play-arcsec", "-1"},
+           {"--tip-offset-mm", "11"},
+           {"--growth-ppm", "much"},
+           {"--growth-ppm", "nan"},
+           {"--gear-arcsec", "nan"},
+           {"--gear-arcsec", "inf"},
+           {"--warm-up-s", "0"},
+           {"--contact-noise-mm", "0.2"},
+           {"--bad-contact-percent", "101"}})
     EXPECT_THROW(parse(words), CLI::ParseError) << words[0];
 }
 
