@@ -13,6 +13,7 @@
 #include "daemon/files/printable.h"
 #include "daemon/service/delay_watch.h"
 #include "daemon/service/inputs.h"
+#include "daemon/session/phase_times.h"
 #include "drivers/error.h"
 
 namespace cellcal::daemon {
@@ -91,6 +92,19 @@ json to_json(const SessionRecord& record) {
       {"id", record.id},           {"started", record.started},       {"ended", record.ended},
       {"state", record.state},     {"cell", record.inputs.cell_name}, {"touches", record.touches},
       {"planned", record.planned}, {"failure", record.failure}};
+}
+
+json to_json(const PhaseTimes& times) {
+  json activities = json::array();
+  for (const Activity activity : kAllActivities) {
+    const ActivityTime& one = times[activity];
+    activities.push_back({{"activity", to_string(activity)},
+                          {"driver", driver_of(activity)},
+                          {"count", one.count},
+                          {"total_s", one.total_s},
+                          {"worst_s", one.worst_s}});
+  }
+  return {{"touches", times.touches}, {"total_s", times.total_s}, {"activities", activities}};
 }
 
 template <typename T>
@@ -277,7 +291,9 @@ Response Api::session(const std::string& rest) {
   if (!record) return error(404, "no session " + rest.substr(1) + ". See 'cellcal history'");
   if (slash != std::string::npos) return result(*id, rest.substr(slash + 1));
   json value = to_json(*record);
-  value["events"] = journal_.events(*id);
+  const std::vector<std::string> events = journal_.events(*id);
+  value["events"] = events;
+  value["times"] = to_json(phase_times(events));
   value["contact_delay"] = nullptr;
   if (const auto delay = delay_of(journal_, *id)) {
     value["contact_delay"] = {{"ms", 1e3 * delay->delay_s},

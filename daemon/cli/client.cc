@@ -14,6 +14,7 @@
 #include "daemon/cli/offline.h"
 #include "daemon/cli/progress.h"
 #include "daemon/cli/tables.h"
+#include "daemon/cli/times.h"
 #include "daemon/doctor/link_words.h"
 
 namespace cellcal::daemon {
@@ -228,6 +229,14 @@ std::string status_words(const json& status) {
   return words;
 }
 
+std::string times_of(const json& times) {
+  std::vector<ActivityRow> rows;
+  for (const json& one : times.value("activities", json::array()))
+    rows.push_back({text(one, "activity"), text(one, "driver"), number(one, "count"),
+                    figure(one, "total_s").value_or(0.0), figure(one, "worst_s").value_or(0.0)});
+  return times_words(number(times, "touches"), rows);
+}
+
 std::string session_line(const json& session) {
   return fmt::format(
       "{:>5}  {:<24}  {:<11}  {:>4}/{:<4}  {}\n", number(session, "id"), text(session, "started"),
@@ -310,10 +319,14 @@ int history(const Connection& daemon) {
   return kSuccess;
 }
 
-int show(const Connection& daemon, std::int64_t session) {
+int show(const Connection& daemon, std::int64_t session, Shown shown) {
   const json value = get(daemon, session_path(session));
   if (daemon.json) {
     put(value.dump() + "\n", {});
+    return kSuccess;
+  }
+  if (shown == Shown::kTimes) {
+    put(times_of(value.value("times", json::object())), {});
     return kSuccess;
   }
   std::string words = session_line(value);

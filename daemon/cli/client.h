@@ -31,7 +31,8 @@ int show_status(const Connection& daemon);
 int watch(const Connection& daemon);
 int abort(const Connection& daemon);
 int history(const Connection& daemon);
-int show(const Connection& daemon, std::int64_t session);
+enum class Shown { kEventsAndResult, kTimes };
+int show(const Connection& daemon, std::int64_t session, Shown shown);
 /// The newest finished session where none is named.
 int report(const Connection& daemon, std::optional<std::int64_t> session,
            const std::filesystem::path& output);

@@ -79,14 +79,21 @@ void add_watch(CLI::App& app, int& status) {
 }
 
 void add_show(CLI::App& app, int& status) {
-  auto session = std::make_shared<std::int64_t>(0);
+  struct Given {
+    std::int64_t session = 0;
+    bool times = false;
+  };
+  auto given = std::make_shared<Given>();
   CLI::App* command = app.add_subcommand("show", "Show one session: its events and its result");
-  command->footer("Example: cellcal show 7");
+  command->footer("Example: cellcal show 7\n         cellcal show 7 --times");
   auto daemon = add_connection(command);
-  command->add_option("ID", *session, "Number of the session")
+  command->add_option("ID", given->session, "Number of the session")
       ->required()
       ->check(CLI::PositiveNumber);
-  command->callback([=, &status] { status = show(*daemon, *session); });
+  command->add_flag("--times", given->times, "Only where its time went, per touch and activity");
+  command->callback([=, &status] {
+    status = show(*daemon, given->session, given->times ? Shown::kTimes : Shown::kEventsAndResult);
+  });
 }
 
 void add_report(CLI::App& app, int& status) {

@@ -3,6 +3,7 @@
 #include <exception>
 #include <utility>
 
+#include "daemon/session/phase_change.h"
 #include "daemon/session/search_line.h"
 
 namespace cellcal::daemon {
@@ -187,8 +188,7 @@ void Runner::feed(Event event) {
 }
 
 void Runner::note_step(Phase before, const Event& event) {
-  std::string words = std::string(to_string(before)) + " -> " + to_string(state_.phase) + " on " +
-                      to_string(event.kind);
+  std::string words = daemon::words(PhaseChange{before, state_.phase}, event.kind);
   if (!event.words.empty()) words += ": " + event.words;
   if (state_.failure && state_.phase == Phase::kFailed) words += " | " + describe(*state_.failure);
   commit([utc = event.utc, words](Recorder& recorder) { recorder.note(utc, words); });

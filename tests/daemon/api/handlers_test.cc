@@ -195,6 +195,22 @@ TEST_F(an_api, lists_sessions_and_shows_one) {
   EXPECT_EQ(ask("GET", "/v1/sessions/1/report.html").status, 404);
 }
 
+TEST_F(an_api, says_where_the_time_of_a_session_went) {
+  const std::int64_t id = journal.begin({"/c/cell.toml", "c", "r", "r", "{}"}, "t0");
+  journal.note(id, "2026-01-01T00:00:00.000Z", "planning -> transit on planned");
+  journal.note(id, "2026-01-01T00:00:02.000Z", "transit -> recording on contact");
+  journal.note(id, "2026-01-01T00:00:02.250Z", "recording -> retreat on recorded");
+  journal.record(id, RecordEnd{Ending::kFailed, "no-contact: S2"}, "2026-01-01T00:00:03.000Z");
+  const json times = json::parse(ask("GET", "/v1/sessions/1").body)["times"];
+  EXPECT_EQ(times["touches"], 1);
+  EXPECT_DOUBLE_EQ(times["total_s"], 2.25);
+  ASSERT_EQ(times["activities"].size(), 8u);
+  EXPECT_EQ(times["activities"][0]["activity"], "transit and retreat");
+  EXPECT_EQ(times["activities"][0]["driver"], "axis limits");
+  EXPECT_EQ(times["activities"][0]["count"], 1);
+  EXPECT_DOUBLE_EQ(times["activities"][0]["total_s"], 2.0);
+}
+
 TEST_F(an_api, never_lets_a_request_name_a_file) {
   journal.begin({"/c/cell.toml", "c", "r", "r", "{}"}, "t0");
   for (const char* target :

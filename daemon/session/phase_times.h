@@ -1,0 +1,51 @@
+#pragma once
+// Where the time of a session went, from the changes of phase that its log holds.
+
+#include <array>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "daemon/session/phase.h"
+
+namespace cellcal::daemon {
+
+/// What a session spends time on. One of these for every phase in which it is under way.
+enum class Activity {
+  kMoving,      ///< transits, retreats, the way back
+  kFastSearch,  ///< to the contact
+  kConfirming,  ///< back-offs and slow searches
+  kArming,
+  kRecording,
+  kChoosing,
+  kProving,
+  kOther,  ///< once a session: connecting, planning, identifying
+};
+
+inline constexpr std::array kAllActivities{
+    Activity::kMoving,    Activity::kFastSearch, Activity::kConfirming, Activity::kArming,
+    Activity::kRecording, Activity::kChoosing,   Activity::kProving,    Activity::kOther};
+
+const char* to_string(Activity activity);
+/// What its duration hangs on.
+const char* driver_of(Activity activity);
+Activity activity_of(Phase phase);
+
+struct ActivityTime {
+  int count = 0;  ///< phases that follow each other in one activity count once
+  double total_s = 0.0, worst_s = 0.0;
+};
+
+struct PhaseTimes {
+  std::array<ActivityTime, kAllActivities.size()> of{};  ///< by Activity
+  int touches = 0;                                       ///< recorded
+  double total_s = 0.0;
+  const ActivityTime& operator[](Activity a) const { return of[static_cast<std::size_t>(a)]; }
+};
+
+/// `events`: "TIME WORDS" as Journal::events() has them. What lies between an end, or a daemon that
+/// was killed, and the resuming is no part of a session. Events that are no change of phase, or
+/// have no time, say nothing.
+PhaseTimes phase_times(std::span<const std::string> events);
+
+}  // namespace cellcal::daemon
