@@ -22,7 +22,7 @@ struct TruthOptions {
   double tip_offset_m = 0.0;  ///< from where the cell file has the tip, at most, per component
   double growth = 0.0;        ///< of all lengths of the arm, warmed up
   double warm_up_s = 60.0;  ///< time constant of that
-  ContactScatter contacts;
+  ContactScatter contacts{};
   /// How far the artefact stands from where its places were taught, as a whole, 1 sigma.
   double placement_m = 0.001;
   double placement_rad = 0.001;
