@@ -51,7 +51,8 @@ struct Online::Impl {
   Eigen::MatrixXd moves;  ///< of the region, at the estimate
   std::optional<Design> design;
   std::optional<std::size_t> offered;
-  std::optional<PlannedTouch> planned;
+  std::optional<PlannedTouch> planned;  ///< the touch offered, on its way from
+  JointVector planned_from;             ///< here: from elsewhere it is another way
   std::optional<std::size_t> last;  ///< candidate that the arm stands at
   Progress progress;
   std::vector<std::pair<int, double>> bounds;  ///< u95 [m] after so many touches
@@ -335,6 +336,28 @@ struct Online::Impl {
       gone[*found] = true;
     }
   }
+
+  /// The touch with its way from where the arm is.
+  PlannedTouch planned_to(std::size_t c, TouchSet set, const JointVector& from) const {
+    const Candidate& to = pool.candidates()[c];
+    PlannedTouch touch = to_planned(cell, to, set, options);
+    const Candidate* leaving = last ? &pool.candidates()[*last] : nullptr;
+    auto way = pool.router().to_standoff(from, leaving, to);
+    if (!way)  // not for want of a way to this touch: it is connected
+      throw PlanError(fmt::format(
+          "no clear way from where the arm stands: on the way to its resting posture {}. "
+          "Jog it free",
+          words_or(pool.clearance().hit(from, pool.middle(), kTipMarginM),
+                   "it would hit its surroundings")));
+    touch.transit = std::move(*way);
+    if (estimate) {
+      const double unknown = design->unknown(static_cast<Eigen::Index>(c));
+      aim({pool, *estimate, options, cell.touch_sigma_m * std::sqrt(1.0 + unknown)}, to, touch);
+    }
+    const bool behind_touch = leaving != nullptr && leaving->clear == from;
+    round_corners(pool.clearance(), behind_touch ? leaving->end : JointVector{}, from, touch);
+    return touch;
+  }
 };
 
 Online::Online(const Cell& cell, const PlanOptions& options, const Goal& goal,
@@ -347,10 +370,10 @@ Online& Online::operator=(Online&&) noexcept = default;
 std::optional<PlannedTouch> Online::next(const JointVector& where) {
   Impl& me = *impl_;
   const JointVector& from = where.empty() ? me.start : where;
-  if (me.planned) return me.planned;
+  if (me.planned && me.planned_from == from) return me.planned;
   while (!me.progress.done) {
     const bool fitted = me.progress.fitted;
-    const auto c = fitted ? me.pick_check(from) : me.pick(from);
+    const auto c = me.offered ? me.offered : fitted ? me.pick_check(from) : me.pick(from);
     if (!c && fitted) {
       me.progress.checks_left = 0;
       me.progress.done = true;
@@ -360,26 +383,9 @@ std::optional<PlannedTouch> Online::next(const JointVector& where) {
       if (!me.progress.fitted) me.finish("every reachable touch was made");
       continue;
     }
-    const Candidate& to = me.pool.candidates()[*c];
-    PlannedTouch touch =
-        to_planned(me.cell, to, fitted ? TouchSet::kCheck : TouchSet::kFit, me.options);
-    const Candidate* leaving = me.last ? &me.pool.candidates()[*me.last] : nullptr;
-    auto way = me.pool.router().to_standoff(from, leaving, to);
-    if (!way)  // not for want of a way to this touch: it is connected
-      throw PlanError(fmt::format(
-          "no clear way from where the arm stands: on the way to its resting posture {}. "
-          "Jog it free",
-          words_or(me.pool.clearance().hit(from, me.pool.middle(), kTipMarginM),
-                   "it would hit its surroundings")));
-    touch.transit = std::move(*way);
-    if (me.estimate) {
-      const double unknown = me.design->unknown(static_cast<Eigen::Index>(*c));
-      aim({me.pool, *me.estimate, me.options, me.cell.touch_sigma_m * std::sqrt(1.0 + unknown)}, to,
-          touch);
-    }
-    round_corners(me.pool.clearance(), leaving != nullptr ? leaving->end : JointVector{}, from, touch);
     me.offered = c;
-    me.planned = std::move(touch);
+    me.planned = me.planned_to(*c, fitted ? TouchSet::kCheck : TouchSet::kFit, from);
+    me.planned_from = from;
     return me.planned;
   }
   return std::nullopt;

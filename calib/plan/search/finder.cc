@@ -86,6 +86,7 @@ struct Finder::Impl {
   ArmModel arm;
   std::vector<Sought> sought;
   std::optional<PlannedTouch> planned;
+  JointVector planned_from;  ///< from elsewhere it is offered on another way
   std::optional<Candidate> last;  ///< the arm stands at its clear point
   Vector3d line_from = Vector3d::Zero(), line_to = Vector3d::Zero();
 
@@ -442,7 +443,10 @@ std::optional<PlannedTouch> Finder::next(const JointVector& from) {
   Impl& me = *impl_;
   Sought* one = me.current();
   if (one == nullptr) return std::nullopt;
-  if (!me.planned) me.planned = me.offer(*one, from);
+  if (!me.planned || me.planned_from != from) {
+    me.planned = me.offer(*one, from);
+    me.planned_from = from;
+  }
   return me.planned;
 }
 

@@ -11,6 +11,8 @@
 
 #include "calib/model/random.h"
 #include "calib/plan/choice/forecast.h"
+#include "calib/plan/collision/clearance.h"
+#include "calib/plan/reach/candidates.h"
 #include "calib/plan/reach/pool.h"
 #include "tests/calib/plan/meet.h"
 #include "tests/calib/simulate.h"
@@ -145,6 +147,43 @@ TEST(Forecast, FollowsAPowerLawToItsEnd) {
   EXPECT_EQ(touches_by_trend({bounds.begin(), bounds.begin() + 7}, 1e-3 / 80, 200), 200);
   for (auto& [n, u95] : bounds) u95 = 1e-3;
   EXPECT_EQ(touches_by_trend(bounds, 1e-4, 200), 200) << "it stands still";
+}
+
+TEST(Online, OffersTheSameTouchAgainOnAWayThatIsClearFromWhereTheArmIsThen) {
+  const Cell& cell = demo_cell();
+  const ArmModel arm(cell.robot, cell.tool);
+  const Clearance clearance(cell, arm);
+  const sim::Truth truth = testing::plain_truth(cell, 4);
+  Online online(cell, small(), {.u95_m = 0.3e-3}, {});
+  Random random(9);
+  JointVector at;
+  int ways = 0;
+  for (int k = 0; k < 30; ++k) {
+    const auto planned = online.next(at).value();
+    EXPECT_EQ(online.next(at).value().transit, planned.transit);
+    // Interrupted half-way to the first way-point, and half-way of the next.
+    JointVector last = at.empty() ? planned.transit.front() : at;
+    for (const JointVector& next : planned.transit) {
+      JointVector here(next);
+      for (std::size_t i = 0; i < here.size(); ++i) here[i] = 0.5 * (last[i] + next[i]);
+      last = next;
+      if (!clearance.clear(here, kTipMarginM)) continue;
+      const auto again = online.next(here).value();
+      EXPECT_EQ(again.clear, planned.clear);
+      EXPECT_EQ(again.standoff, planned.standoff);
+      const JointVector* from = &here;
+      for (std::size_t w = 0; w + 1 < again.transit.size(); from = &again.transit[w++]) {
+        EXPECT_TRUE(clearance.clear(*from, again.transit[w], kTipMarginM));
+        ++ways;
+      }
+    }
+    at = planned.clear;
+    if (const auto met = testing::meet(cell, truth, planned, random))
+      online.touched(met->touch);
+    else
+      online.failed();
+  }
+  EXPECT_GT(ways, 30);
 }
 
 TEST(Online, SaysHowManyTouchesAreLeft) {
