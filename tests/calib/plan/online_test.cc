@@ -157,16 +157,20 @@ TEST(Online, OffersTheSameTouchAgainOnAWayThatIsClearFromWhereTheArmIsThen) {
   Online online(cell, small(), {.u95_m = 0.3e-3}, {});
   Random random(9);
   JointVector at;
+  std::vector<JointVector> been;
   int ways = 0;
   for (int k = 0; k < 30; ++k) {
     const auto planned = online.next(at).value();
     EXPECT_EQ(online.next(at).value().transit, planned.transit);
-    // Interrupted half-way to the first way-point, and half-way of the next.
+    // From half-way of each leg, and from where earlier touches ended.
+    std::vector<JointVector> places = been;
     JointVector last = at.empty() ? planned.transit.front() : at;
     for (const JointVector& next : planned.transit) {
-      JointVector here(next);
-      for (std::size_t i = 0; i < here.size(); ++i) here[i] = 0.5 * (last[i] + next[i]);
+      places.push_back(next);
+      for (std::size_t i = 0; i < next.size(); ++i) places.back()[i] = 0.5 * (last[i] + next[i]);
       last = next;
+    }
+    for (const JointVector& here : places) {
       if (!clearance.clear(here, kTipMarginM)) continue;
       const auto again = online.next(here).value();
       EXPECT_EQ(again.clear, planned.clear);
@@ -177,6 +181,7 @@ TEST(Online, OffersTheSameTouchAgainOnAWayThatIsClearFromWhereTheArmIsThen) {
         ++ways;
       }
     }
+    if (k % 4 == 0) been.push_back(planned.clear);
     at = planned.clear;
     if (const auto met = testing::meet(cell, truth, planned, random))
       online.touched(met->touch);
