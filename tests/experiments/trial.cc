@@ -13,7 +13,6 @@
 #include "calib/result/finding_words.h"
 #include "calib/uncertainty/predict.h"
 #include "calib/uncertainty/region.h"
-#include "tests/experiments/world.h"
 
 namespace cellcal::experiments {
 
@@ -46,8 +45,8 @@ void judge(const TrueArm& arm, const calib::Predictor& predictor,
   u95_mean = u95.mean();
 }
 
-/// Postures in which the aims are judged: in front of the arm, as in the cases that the aims were
-/// set with. Narrower than what predictions and plans take for the workspace.
+}  // namespace
+
 std::vector<calib::JointVector> postures(const calib::ArmModel& arm, int count, unsigned seed) {
   constexpr double kLowDeg[] = {-60.0, -120.0, 20.0, -170.0, -110.0, -170.0};
   constexpr double kHighDeg[] = {60.0, -10.0, 145.0, 170.0, 110.0, 170.0};
@@ -64,6 +63,8 @@ std::vector<calib::JointVector> postures(const calib::ArmModel& arm, int count, 
   }
   return poses;
 }
+
+namespace {
 
 Outcome judged(const World& world, const std::vector<calib::Touch>& touches) {
   const calib::Calibration c = calib::identify(world.cell, touches, {}, calib::shipped_robots);
@@ -117,7 +118,7 @@ Stage stage_of(const Trial& trial) {
 
 }  // namespace
 
-std::optional<Outcome> run(const calib::Robot& robot, const Trial& trial, std::uint64_t seed) {
+std::optional<Session> measured(const calib::Robot& robot, const Trial& trial, std::uint64_t seed) {
   calib::Random random(seed);
   const calib::Cell nominal = make_cell(robot, stage_of(trial), random);
   calib::PlanOptions plan_options;
@@ -131,8 +132,12 @@ std::optional<Outcome> run(const calib::Robot& robot, const Trial& trial, std::u
   } catch (const calib::PlanError&) {
     return std::nullopt;  // a cell that cannot be served; another is drawn
   }
-  const World world(nominal, stage_of(trial), random);
-  std::vector<calib::Touch> touches;
+  Session session{World(nominal, stage_of(trial), random),
+                  {},
+                  plan.predicted_mean_m,
+                  calib::duration_s(plan, robot, {}) / 60.0};
+  const World& world = session.world;
+  std::vector<calib::Touch>& touches = session.touches;
   for (std::size_t i = 0; i < plan.touches.size(); ++i) {
     const double warm = static_cast<double>(i) / static_cast<double>(plan.touches.size());
     if (auto t = world.touch(plan.touches[i], warm, kBeyond, random))
@@ -148,9 +153,15 @@ std::optional<Outcome> run(const calib::Robot& robot, const Trial& trial, std::u
     for (int time = 1; time < kTimes; ++time)
       if (auto t = world.touch(planned, 1.0, kBeyond, random)) touches.push_back(std::move(*t));
   }
-  Outcome o = judged(world, touches);
-  o.planned_m3 = plan.predicted_mean_m;
-  o.minutes = calib::duration_s(plan, robot, {}) / 60.0;
+  return session;
+}
+
+std::optional<Outcome> run(const calib::Robot& robot, const Trial& trial, std::uint64_t seed) {
+  const auto session = measured(robot, trial, seed);
+  if (!session) return std::nullopt;
+  Outcome o = judged(session->world, session->touches);
+  o.planned_m3 = session->planned_m3;
+  o.minutes = session->minutes;
   return o;
 }
 

@@ -9,6 +9,7 @@
 #include "calib/plan/online.h"
 #include "calib/plan/plan.h"
 #include "tests/experiments/true_arm.h"
+#include "tests/experiments/world.h"
 
 namespace cellcal::experiments {
 
@@ -39,8 +40,20 @@ struct Outcome {
   std::string why_not;
 };
 
-/// Empty where the cell that was drawn cannot be served. Where the touches give no estimate all
-/// errors are infinite and `why_not` says so.
+/// The touches of one random robot, before anybody looks at them.
+struct Session {
+  World world;
+  std::vector<calib::Touch> touches;
+  double planned_m3 = 0, minutes = 0;  ///< what the plan predicted
+};
+/// Empty where the cell that was drawn cannot be served.
+std::optional<Session> measured(const calib::Robot& robot, const Trial& trial, std::uint64_t seed);
+
+/// Postures in which the aims are judged: in front of the arm, as in the cases that the aims were
+/// set with. Narrower than what predictions and plans take for the workspace.
+std::vector<calib::JointVector> postures(const calib::ArmModel& arm, int count, unsigned seed);
+
+/// Its outcome. Where the touches give no estimate all errors are infinite and `why_not` says so.
 std::optional<Outcome> run(const calib::Robot& robot, const Trial& trial, std::uint64_t seed);
 
 /// Touches chosen one by one until the goal is reached.
