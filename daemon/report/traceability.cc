@@ -165,7 +165,7 @@ std::string touch_row(const calib::Touch& touch, std::size_t number, std::size_t
       number, cells, escape(touch.target), touch.set == calib::TouchSet::kCheck ? "check" : "fit",
       touch.sigma_m > 0.0 ? ascii_fixed(touch.sigma_m * kMmPerMetre, kMmDecimals) : std::string(),
       known ? fmt::format("{}", touch.readings) : std::string(),
-      known ? ascii_fixed(touch.spread_m * kMmPerMetre, kMmDecimals) : std::string(),
+      touch.readings > 1 ? ascii_fixed(touch.spread_m * kMmPerMetre, kMmDecimals) : std::string(),
       touch.speed_m_s > 0.0 ? ascii_fixed(touch.speed_m_s * kMmPerMetre, kSpeedDecimals)
                             : std::string(),
       more, escape(touch.time));

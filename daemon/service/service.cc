@@ -69,9 +69,11 @@ class JournalRecorder final : public Recorder {
   void record(const RecordReading& reading) override { journal_.record(session_, reading); }
   void record(const RecordTouch& touch) override {
     journal_.record(session_, touch);
-    spdlog::info("session {}: touch {} on {} recorded, {} readings within {:.4f} mm", session_,
-                 touch.index + 1, touch.touch.target, touch.touch.readings,
-                 touch.touch.spread_m * 1e3);
+    const calib::Touch& made = touch.touch;
+    spdlog::info("session {}: touch {} on {} recorded, {}", session_, touch.index + 1, made.target,
+                 made.readings > 1 ? fmt::format("confirmed by {} slow contacts within {:.4f} mm",
+                                                 made.readings, made.spread_m * 1e3)
+                                   : fmt::format("one contact at {:.0f} mm/s", made.speed_m_s * 1e3));
   }
   void record(const RecordEnd& end) override {
     journal_.record(session_, end, backend_.utc_now());
