@@ -42,6 +42,10 @@ class Sighting {
       x_[problem_.rho(tool)] = x_si[fitted.rho(tool)];
       shared_[static_cast<std::size_t>(problem_.rho(tool))] = fitted.rho(tool);
     }
+    if (problem_.delay() >= 0 && fitted.delay() >= 0) {
+      x_[problem_.delay()] = x_si[fitted.delay()];
+      shared_[static_cast<std::size_t>(problem_.delay())] = fitted.delay();
+    }
   }
 
   /// Whether the touches say more than where it is.
@@ -93,7 +97,7 @@ class Sighting {
 
   /// The residuals as they would be were the place known.
   void fill(Calibration& calibration) const {
-    VectorXd nominal = VectorXd::Zero(problem_.size());
+    VectorXd nominal = problem_.to_si(VectorXd::Zero(problem_.size()));
     const TargetBlock& block = problem_.blocks().front();
     nominal.segment(block.first, block.place) =
         place_seen_by_nominal_arm(problem_, 0, std::vector<bool>(touches_.size(), false));

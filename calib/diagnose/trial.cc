@@ -26,6 +26,7 @@ constexpr double kMostSigmas = 3.5;
 /// How far the files let a parameter be off, 1 sigma; 0 where they say nothing.
 double stated_sigma(const ArmModel& arm, const Cell& cell, const ParameterKey& key) {
   if (key.kind == ParameterKind::kEffectiveRadius) return cell.radius_offset_sigma_m;
+  if (key.kind == ParameterKind::kLatchDelay) return cell.latch_delay_sigma_s;
   if (key.kind == ParameterKind::kRadius)
     return cell.targets[static_cast<std::size_t>(key.target)].diameter_sigma_m / 2.0;
   for (const ArmParameter& parameter : arm.parameters())
@@ -33,10 +34,11 @@ double stated_sigma(const ArmModel& arm, const Cell& cell, const ParameterKey& k
   return 0.0;
 }
 
-/// By a drawing or certificate. How soft joints, gears and tool are is only guessed beforehand.
+/// By a drawing or certificate. How soft joints, gears and tool are, and how late a latch is, is only
+/// guessed beforehand.
 bool is_drawn(ParameterKind kind) {
   return !is_compliance(kind) && !is_transmission(kind) && kind != ParameterKind::kPlay &&
-         kind != ParameterKind::kDeflection;
+         kind != ParameterKind::kDeflection && kind != ParameterKind::kLatchDelay;
 }
 
 }  // namespace

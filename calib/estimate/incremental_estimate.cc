@@ -102,7 +102,8 @@ IncrementalEstimate::Taken IncrementalEstimate::add(const Touch& touch) {
   require_finite(touch);
   const auto& blocks = me.problem->blocks();
   const std::size_t target = me.cell.target_index(touch.target);
-  if (std::none_of(blocks.begin(), blocks.end(),
+  if (me.problem->lacks_delay_of(touch) ||
+      std::none_of(blocks.begin(), blocks.end(),
                    [&](const TargetBlock& block) { return block.target == target; })) {
     std::vector<Touch> more = me.touches;
     more.push_back(touch);
@@ -163,6 +164,14 @@ const Eigen::MatrixXd& IncrementalEstimate::covariance_u() const {
   return impl_->e.posterior.covariance_u;
 }
 double IncrementalEstimate::ripple_rad() const { return impl_->e.levels.ripple_rad; }
+double IncrementalEstimate::search_speed_m_s() const {
+  const Problem& made = *impl_->problem;
+  double fastest_m_s = 0.0;
+  for (std::size_t i = 0; i < impl_->touches.size(); ++i)
+    if (impl_->touches[i].set == TouchSet::kFit && made.closing_m_s(i) != 0.0)
+      fastest_m_s = std::max(fastest_m_s, impl_->touches[i].speed_m_s);
+  return fastest_m_s;
+}
 const std::vector<Touch>& IncrementalEstimate::touches() const { return impl_->touches; }
 const std::vector<bool>& IncrementalEstimate::in_use() const { return impl_->e.use; }
 

@@ -45,6 +45,9 @@ class IncrementalEstimate {
   const Eigen::MatrixXd& covariance_u() const;
   /// Joint noise that gears add to every pose, as the levels weigh it.
   double ripple_rad() const;
+  /// The fastest at which its touches met a surface, as the next ones will: with it they have the
+  /// same unknowns. 0 where none states a speed.
+  double search_speed_m_s() const;
   const std::vector<Touch>& touches() const;
   /// Per touch: whether the estimate rests on it.
   const std::vector<bool>& in_use() const;

@@ -27,7 +27,8 @@ Eigen::Vector3d unit(const Eigen::Vector3d& offset) {
   return length > 0.0 ? Eigen::Vector3d(offset / length) : Eigen::Vector3d::UnitZ();
 }
 
-bool takes_rho(TargetKind kind) {
+/// Which a tip meets where its circuit closes, and at the instant that is latched.
+bool has_a_surface(TargetKind kind) {
   return kind == TargetKind::kSphere || kind == TargetKind::kPlane;
 }
 
@@ -63,6 +64,7 @@ Problem::Problem(const Cell& cell, const ArmModel& arm, std::span<const Touch> t
     unknowns_.push_back(
         {parameter, parameter.unit, parameter.to_unit, 0.0, 0.0, parameter.sigma, 0.0, 1.0});
   add_rho();
+  add_delay();
   shared_size_ = static_cast<int>(unknowns_.size());
   if (arm.size() == 0)
     throw IdentifyError(
@@ -92,7 +94,7 @@ void Problem::add_rho() {
   if (touched.size() > 1)
     for (const Touch& touch : touches_)
       if (touch.set == TouchSet::kFit &&
-          takes_rho(cell_.targets[cell_.target_index(touch.target)].kind))
+          has_a_surface(cell_.targets[cell_.target_index(touch.target)].kind))
         touched[static_cast<std::size_t>(arm_.tool_index(touch.tool))] = true;
   for (std::size_t tool = 0; tool < touched.size(); ++tool) {
     if (!touched[tool]) continue;
@@ -100,6 +102,22 @@ void Problem::add_rho() {
     unknowns_.push_back({tool_parameter(ParameterKind::kEffectiveRadius, tool), "mm", kMmPerM, 0.0,
                          0.0, cell_.radius_offset_sigma_m, 0.0, 1.0, true});
   }
+}
+
+/// One: the wire is the same for all tips. Without a speed nothing depends on it.
+void Problem::add_delay() {
+  if (std::none_of(touches_.begin(), touches_.end(),
+                   [&](const Touch& touch) { return lacks_delay_of(touch); }))
+    return;
+  delay_ = static_cast<int>(unknowns_.size());
+  unknowns_.push_back({latch_delay_parameter(), "ms", kMsPerS, cell_.latch_delay_s,
+                       cell_.latch_delay_s, cell_.latch_delay_sigma_s, 0.0, 1.0, true});
+}
+
+bool Problem::lacks_delay_of(const Touch& touch) const {
+  return delay_ < 0 && cell_.latch_delay_sigma_s > 0.0 && touch.set == TouchSet::kFit &&
+         touch.speed_m_s > 0.0 &&
+         has_a_surface(cell_.targets[cell_.target_index(touch.target)].kind);
 }
 
 void Problem::extend(std::span<const Touch> touches) {
@@ -131,6 +149,7 @@ void Problem::resize(std::size_t count) {
   block_of_.resize(count);
   poses_.resize(count);
   lever_m_.resize(count);
+  closing_m_s_.resize(count);
   own_sigma_m_.resize(count);
   times_.resize(count, 1);
   sigma_m_.resize(count);
@@ -155,6 +174,11 @@ void Problem::weigh(std::size_t i) {
   lever_m_[i] =
       rows(i) >= 3 ? by_joint.norm() / std::sqrt(3.0) : (normal.transpose() * by_joint).norm();
   own_sigma_m_[i] = touch.sigma_m > 0.0 ? touch.sigma_m : usual_sigma_m_;
+  // (74), v_l cos: by the nominal arm, whose degree of error changes a latch's micrometres by none.
+  const bool closes = touch.speed_m_s > 0.0 && has_a_surface(cell_.targets[target_of_[i]].kind);
+  const double cosine =
+      touch.approach ? -normal.dot(Eigen::Map<const Eigen::Vector3d>(touch.approach->data())) : 1.0;
+  closing_m_s_[i] = closes ? touch.speed_m_s * cosine : 0.0;
 }
 
 void Problem::add_target(std::size_t t) {
@@ -259,7 +283,7 @@ double Problem::nominal_radius_m(const Target& target, int tool) const {
 }
 
 Problem::At Problem::at(const double* x_si) const {
-  At at{x_si, arm_.errors(x_si), {}};
+  At at{x_si, arm_.errors(x_si), {}, delay_ >= 0 ? x_si[delay_] : cell_.latch_delay_s};
   for (std::size_t tool = 0; tool < rho_.size(); ++tool)
     at.rho_m[tool] = rho_[tool] >= 0 ? x_si[rho_[tool]] : 0.0;
   return at;
@@ -303,7 +327,8 @@ void Problem::residual_m(std::size_t touch, const At& at, double* residual, doub
     return;
   }
   const int tool = tool_of(touch);
-  // sphere: |p - c| - (R + r_tip + rho + dR);  wire: |p - c| - L;  plane: n.p - h - (r_tip + rho)
+  // sphere: |p - c| - (R + r_tip + rho + dR);  wire: |p - c| - L;  plane: n.p - h - (r_tip + rho);
+  // sphere and plane: what a late latch reads too deep
   Eigen::Vector3d normal;
   Eigen::RowVector3d by_place;
   double distance = 0.0;
@@ -319,14 +344,15 @@ void Problem::residual_m(std::size_t touch, const At& at, double* residual, doub
   const bool has_radius = what.kind == TargetKind::kSphere && what.diameter_sigma_m > 0.0;
   double radius =
       what.kind == TargetKind::kWire ? touches_[touch].radius_m : nominal_radius_m(what, tool);
-  const bool with_rho = takes_rho(what.kind) && rho(tool) >= 0;
+  const bool with_rho = has_a_surface(what.kind) && rho(tool) >= 0;
   if (with_rho) radius += at.rho_m[static_cast<std::size_t>(tool)];
   if (has_radius) radius += target[3];
-  *residual = distance - radius;  // (12)
+  *residual = distance - radius + closing_m_s_[touch] * at.delay_s;  // (12), (74)
   if (by_shared != nullptr) {
     arm_.derivative_along(normal, poses_[touch], at.arm, chain, by_shared);
     std::fill(by_shared + arm_.size(), by_shared + shared_size_, 0.0);
     if (with_rho) by_shared[rho(tool)] = -1.0;
+    if (delay_ >= 0) by_shared[delay_] = closing_m_s_[touch];
   }
   if (by_target != nullptr) {
     Eigen::Map<Eigen::RowVector3d>{by_target} = by_place;

@@ -58,10 +58,17 @@ class Problem {
   const std::vector<Unknown>& unknowns() const { return unknowns_; }
   int size() const { return static_cast<int>(unknowns_.size()); }
   int arm_size() const { return arm_.size(); }
-  /// Unknowns that every touch sees: the arm's and rho; they come first.
+  /// Unknowns that every touch sees: the arm's, rho and the latch's delay; they come first.
   int shared_size() const { return shared_size_; }
   /// Index of a tool's effective radius, -1 where it is known.
   int rho(int tool = 0) const { return rho_[static_cast<std::size_t>(tool)]; }
+  /// Index of the latch's delay, -1 where it is known or no fit touch states a speed.
+  int delay() const { return delay_; }
+  /// Whether a touch asks for the delay and there is none, as the first that states a speed.
+  bool lacks_delay_of(const Touch& touch) const;
+  /// How fast a touch went into its target's surface: what a second of delay does to its residual;
+  /// 0 where no speed is stated or nothing has a surface.
+  double closing_m_s(std::size_t touch) const { return closing_m_s_[touch]; }
   const std::vector<TargetBlock>& blocks() const { return blocks_; }
   /// Block of a touch's target, -1 where the target has no fit touch.
   int block_of(std::size_t touch) const { return block_of_[touch]; }
@@ -79,6 +86,7 @@ class Problem {
     const double* x;
     ArmErrors arm;
     std::array<double, kMaxTools> rho_m;
+    double delay_s;
   };
   At at(const double* x_si) const;
   /// Residual of a touch in metres. `by_shared` (rows x shared_size) and `by_target` (rows x block
@@ -138,7 +146,7 @@ class Problem {
   std::vector<TargetBlock> blocks_;
   std::vector<int> block_of_;
   std::vector<std::size_t> target_of_;
-  std::vector<double> own_sigma_m_, sigma_m_, lever_m_;
+  std::vector<double> own_sigma_m_, sigma_m_, lever_m_, closing_m_s_;
   std::vector<int> times_;  ///< touches at the place of each, itself included
   double usual_sigma_m_;    ///< of touches that state none
   std::vector<Length> lengths_;
@@ -147,7 +155,9 @@ class Problem {
   double field_m_ = 0.0;
   int shared_size_ = 0;
   std::vector<int> rho_;  ///< per tool
+  int delay_ = -1;
   void add_rho();
+  void add_delay();
   void turn_residual(std::size_t touch, const At& at, const ArmChain& chain, double* residual,
                      double* by_shared, double* by_target) const;
   void add_target(std::size_t target);

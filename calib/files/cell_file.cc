@@ -185,6 +185,25 @@ std::string tool_to_toml(const Tool& tool) {
       toml_number(tool.deflection_sigma), body_of(tool));
 }
 
+/// Of [touch]. Any latch that is a second late is none.
+void read_delay(const TomlTable& touch, Cell& cell) {
+  constexpr Range kDelayMs{-1e3, 1e3}, kDelaySigmaMs{0.0, 1e3};
+  if (touch.has("delay_ms")) cell.latch_delay_s = touch.number("delay_ms", kDelayMs) / kMsPerS;
+  if (touch.has("delay_sigma_ms"))
+    cell.latch_delay_sigma_s = touch.number("delay_sigma_ms", kDelaySigmaMs) / kMsPerS;
+}
+
+/// The keys of it that are not the usual ones.
+std::string delay_to_toml(const Cell& cell) {
+  const Cell usual;
+  std::string out;
+  if (cell.latch_delay_s != usual.latch_delay_s)
+    out += fmt::format("delay_ms = {}\n", toml_number(cell.latch_delay_s * kMsPerS));
+  if (cell.latch_delay_sigma_s != usual.latch_delay_sigma_s)
+    out += fmt::format("delay_sigma_ms = {}\n", toml_number(cell.latch_delay_sigma_s * kMsPerS));
+  return out;
+}
+
 std::filesystem::path find_robot(const std::string& name, const std::filesystem::path& cell_file,
                                  const TomlTable& document) {
   constexpr std::size_t kShownPath = 300;
@@ -255,6 +274,7 @@ Cell read_cell(const TomlTable& document, Robot robot) {
   cell.radius_offset_sigma_m = touch.number_or("radius_offset_sigma_mm", 0.0, kSigmaMm) / kMmPerM;
   if (touch.has("turn_sigma_deg"))
     cell.turn_sigma_rad = touch.number("turn_sigma_deg", {1e-6, 90.0}) * kRadPerDeg;
+  read_delay(touch, cell);
   touch.refuse_unknown();
   document.refuse_unknown();
   return cell;
@@ -324,7 +344,8 @@ std::string cell_to_toml(const Cell& cell, const std::string& robot_reference) {
                      toml_number(cell.radius_offset_sigma_m * kMmPerM)) +
          (cell.turn_sigma_rad > 0.0
               ? fmt::format("turn_sigma_deg = {}\n", toml_number(cell.turn_sigma_rad * kDegPerRad))
-              : "");
+              : "") +
+         delay_to_toml(cell);
 }
 
 }  // namespace cellcal::calib

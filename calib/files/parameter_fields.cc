@@ -19,7 +19,8 @@ namespace {
 using fields::Field, fields::Json, fields::Table, fields::field, fields::from_json, fields::to_json,
     fields::word;
 
-constexpr std::array<std::pair<const char*, double>, 6> kUnits{{{"mm", kMmPerM},
+constexpr std::array<std::pair<const char*, double>, 7> kUnits{{{"mm", kMmPerM},
+                                                                {"ms", kMsPerS},
                                                                 {"deg", kDegPerRad},
                                                                 {"arcsec", 3600.0 * kDegPerRad},
                                                                 {"1/(N m^2)", 1.0},

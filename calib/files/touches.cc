@@ -74,6 +74,9 @@ std::vector<std::string> joint_names(const Robot& robot) {
 constexpr double kFarthestReadingM = 1e3;
 constexpr const char* kReading[] = {"x_mm", "y_mm", "z_mm"};
 constexpr const char* kTurns[] = {"a_deg", "b_deg", "c_deg"};
+constexpr const char* kApproach[] = {"approach_x", "approach_y", "approach_z"};
+/// Six decimals make a unit vector that long; one of fewer is still a direction.
+constexpr double kUnitSlack = 0.01;
 
 bool has_reading(const Touch& touch) {
   return touch.tracker_m[0] != 0.0 || touch.tracker_m[1] != 0.0 || touch.tracker_m[2] != 0.0;
@@ -94,10 +97,12 @@ class Columns {
         set_(table.find("set")),
         time_(table.find("time")),
         turn_sigma_(table.find("turn_sigma_deg")),
-        temperature_(table.find("temperature_c")) {
+        temperature_(table.find("temperature_c")),
+        speed_(table.find("speed_mm_s")) {
     for (std::size_t k = 0; k < 3; ++k) {
       xyz_[k] = table.find(kReading[k]);
       abc_[k] = table.find(kTurns[k]);
+      approach_[k] = table.find(kApproach[k]);
     }
     if (target_ < 0)
       throw FileError(name + ":" + std::to_string(table.header_line()) +
@@ -124,6 +129,7 @@ class Columns {
       missing("radius_mm", "a touch of kind wire needs its length");
     read_place(kind, touch);
     read_turns(cell, kind, touch);
+    read_approach(touch);
     if (set_ >= 0) {
       const std::string_view word = table_.text(set_);
       if (word == "check")
@@ -201,10 +207,31 @@ class Columns {
     touch.tracker_abc_rad = abc;
   }
 
+  /// All three, or none.
+  void read_approach(Touch& touch) const {
+    if (stated(speed_))
+      touch.speed_m_s = within(speed_, 1e-3, 1e3, "0.001 and 1000 mm/s") / kMmPerM;
+    if (!stated(approach_[0]) && !stated(approach_[1]) && !stated(approach_[2])) return;
+    std::array<double, 3> along{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (!stated(approach_[k]))
+        missing(kApproach[k], "approach_x, approach_y and approach_z are stated together");
+      along[k] = within(approach_[k], -1.0 - kUnitSlack, 1.0 + kUnitSlack, "-1 and 1");
+    }
+    const double length = std::hypot(along[0], along[1], along[2]);
+    if (std::abs(length - 1.0) > kUnitSlack)
+      table_.fail(approach_[0],
+                  fmt::format("approach_x, approach_y, approach_z have length {:.3g}, but a "
+                              "direction in the base frame has length 1",
+                              length));
+    for (double& component : along) component /= length;
+    touch.approach = along;
+  }
+
   const CsvTable& table_;
   const std::string& name_;
-  int target_, tool_, sigma_, radius_, set_, time_, turn_sigma_, temperature_;
-  std::array<int, 3> xyz_{}, abc_{};
+  int target_, tool_, sigma_, radius_, set_, time_, turn_sigma_, temperature_, speed_;
+  std::array<int, 3> xyz_{}, abc_{}, approach_{};
 };
 
 }  // namespace
@@ -265,6 +292,13 @@ const std::vector<Written>& written_columns() {
        [](const Touch& t) { return fmt::format("{:.6g}", t.turn_sigma_rad * kDegPerRad); }},
       {"temperature_c", [](const Touch& t) { return t.temperature_c.has_value(); },
        [](const Touch& t) { return fmt::format("{:.6g}", *t.temperature_c); }},
+      {"speed_mm_s", [](const Touch& t) { return t.speed_m_s > 0.0; },
+       [](const Touch& t) { return fmt::format("{:.6g}", t.speed_m_s * kMmPerM); }},
+      {"approach_x,approach_y,approach_z", [](const Touch& t) { return t.approach.has_value(); },
+       [](const Touch& t) {
+         const auto& along = *t.approach;
+         return fmt::format("{:.9f},{:.9f},{:.9f}", along[0], along[1], along[2]);
+       }},
       {"time", [](const Touch& t) { return !t.time.empty(); },
        [](const Touch& t) { return t.time; }}};
   return kColumns;

@@ -60,6 +60,8 @@ std::string what(const Cell& cell, const ParameterKey& key) {
       return "c_t";
     case ParameterKind::kEffectiveRadius:
       return "rho";
+    case ParameterKind::kLatchDelay:
+      return "latch_delay";
     case ParameterKind::kTcp:
     case ParameterKind::kCentre:
       return axis_of(key);
@@ -91,6 +93,7 @@ class Search {
   Search(const Cell& cell, std::string_view name) : cell_(cell), name_(name) {}
 
   std::optional<ParameterKey> found() {
+    look(latch_delay_parameter());
     for (std::size_t j = 0; j < cell_.robot.joints.size() && !key_; ++j) joint(j);
     for (std::size_t k = 0; k <= cell_.other_tools.size() && !key_; ++k) tool(k);
     for (std::size_t t = 0; t < cell_.targets.size() && !key_; ++t) target(t);
@@ -167,11 +170,14 @@ ParameterKey tool_parameter(ParameterKind kind, std::size_t tool, int axis) {
   return {.kind = kind, .axis = axis, .tool = static_cast<int>(tool)};
 }
 
+ParameterKey latch_delay_parameter() { return {.kind = ParameterKind::kLatchDelay}; }
+
 ParameterKey target_parameter(ParameterKind kind, std::size_t target, int axis) {
   return {.kind = kind, .axis = axis, .target = static_cast<int>(target)};
 }
 
 std::string parameter_name(const Cell& cell, const ParameterKey& key) {
+  if (key.kind == ParameterKind::kLatchDelay) return what(cell, key);  // nothing's in particular
   return owner(cell, key) + "." + what(cell, key);
 }
 

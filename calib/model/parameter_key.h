@@ -29,6 +29,7 @@ enum class ParameterKind {
   kTcp,         // one component of the tool's offset
   // Beside it.
   kEffectiveRadius,  // rho of a tool
+  kLatchDelay,       // t_l, one for the cell
   kCentre,           // one component of a target's centre
   kTilt,
   kShift,     // a plane's
@@ -57,6 +58,7 @@ ParameterKey load_parameter(std::size_t joint, std::size_t link, int axis);
 ParameterKey wave_parameter(ParameterKind kind, std::size_t joint, int harmonic);
 /// kDeflection, kTcp, kEffectiveRadius.
 ParameterKey tool_parameter(ParameterKind kind, std::size_t tool, int axis = 0);
+ParameterKey latch_delay_parameter();
 /// kCentre and what follows it.
 ParameterKey target_parameter(ParameterKind kind, std::size_t target, int axis = 0);
 
@@ -71,7 +73,8 @@ constexpr bool is_transmission(ParameterKind kind) {
 /// Of the arm's geometry.
 constexpr bool is_geometric(ParameterKind kind) { return kind <= ParameterKind::kBeta; }
 
-/// "A1.theta", "A2.compliance", "A2.load_A4_x", "A3.cos2", "tool.c_t", "touch.rho", "S1.x", ...
+/// "A1.theta", "A2.compliance", "A2.load_A4_x", "A3.cos2", "tool.c_t", "touch.rho", "latch_delay",
+/// "S1.x", ...
 /// Throws std::out_of_range where the cell has no such part.
 std::string parameter_name(const Cell& cell, const ParameterKey& key);
 /// The parameter of that name; where the cell has no part that it could be of, nothing.

@@ -152,6 +152,10 @@ struct Cell {
   double touch_sigma_m = 0.0;          ///< 1 sigma of one touch
   double turn_sigma_rad = 0.0;         ///< of a tracker's turns, about each axis; 0: not stated
   double radius_offset_sigma_m = 0.0;  ///< prior of rho, one for the cell; 0: known to be zero
+  double latch_delay_s = 0.0;  ///< how long after the contact its angles are latched, as expected
+  /// 1 sigma of it; 0: known. Where nothing is stated: over RSI the latch is late by 0.1 to 0.2 ms
+  /// (tests/experiments, latch).
+  double latch_delay_sigma_s = 2e-4;
 
   /// Whether the arm can be led from one posture straight in joint space to the other, were there
   /// nothing to hit; null: always. No file says it: whoever drives the arm knows what its wire

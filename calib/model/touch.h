@@ -25,13 +25,15 @@ struct Touch {
   /// states them; and their 1 sigma, 0: the cell's.
   std::optional<std::array<double, 3>> tracker_abc_rad;
   double turn_sigma_rad = 0.0;
+  double speed_m_s = 0.0;  ///< of the tip at contact; 0: unknown. A late latch reads it deeper
+  /// Where the tip was going, unit, base frame; where nothing is stated, straight into the surface.
+  std::optional<std::array<double, 3>> approach;
   std::string time;  ///< ISO 8601; empty where unknown
 
   // Evidence of how it was measured. Not used by the estimator; empty or 0 where unknown.
   std::vector<double> settled_joint_rad;  ///< after the stop, arm at rest
   int readings = 0;                       ///< slow searches that agree
   double spread_m = 0.0;                  ///< largest distance along the search between them
-  double speed_m_s = 0.0;                 ///< of the tip at contact
   std::optional<double> temperature_c;    ///< of the cell, as stated
   int line = 0;                           ///< line of the file that it was read from; 0: none
 

@@ -8,6 +8,7 @@
 namespace cellcal::calib {
 
 inline constexpr double kMmPerM = 1000.0;
+inline constexpr double kMsPerS = 1000.0;
 inline constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 inline constexpr double kDegPerRad = 180.0 / std::numbers::pi;
 inline constexpr double kRadPerArcsec = kRadPerDeg / 3600.0;

@@ -16,13 +16,14 @@ constexpr std::ptrdiff_t kFewest = 4;
 constexpr double kMostOff = 10.0;
 constexpr double kStepM = 0.001;  ///< between two postures on a search line
 
-Touch on_line(const PlannedTouch& planned, double travel_m) {
+/// `speed_m_s`: what is foretold is where the latch will say that it was.
+Touch on_line(const PlannedTouch& planned, double travel_m, double speed_m_s) {
   Touch touch;
   touch.target = planned.target;
+  touch.speed_m_s = speed_m_s;
   const double share = travel_m / planned.search_m;
   for (std::size_t i = 0; i < planned.standoff.size(); ++i)
-    touch.joint_rad.push_back(planned.standoff[i] +
-                              share * (planned.end[i] - planned.standoff[i]));
+    touch.joint_rad.push_back(planned.standoff[i] + share * (planned.end[i] - planned.standoff[i]));
   return touch;
 }
 
@@ -106,11 +107,13 @@ std::vector<ExpectedContact> ContactForecast::of(const Plan& plan, std::size_t n
   if (!running_) return expected;
   std::vector<std::size_t> which;
   std::vector<Touch> postures;
+  const double speed_m_s = running_->search_speed_m_s();
   for (std::size_t k = next; k < plan.touches.size(); ++k) {
     if (made(plan.touches[k].target) < kFewest) continue;
     which.push_back(k);
-    postures.push_back(on_line(plan.touches[k], plan.touches[k].expected_m));
-    postures.push_back(on_line(plan.touches[k], plan.touches[k].expected_m + kStepM));
+    for (const double further_m : {0.0, kStepM})
+      postures.push_back(
+          on_line(plan.touches[k], plan.touches[k].expected_m + further_m, speed_m_s));
   }
   if (which.empty()) return expected;
   const Gaps nominal = gaps_at(*running_, postures);
@@ -122,7 +125,7 @@ std::vector<ExpectedContact> ContactForecast::of(const Plan& plan, std::size_t n
     slope.push_back((nominal.gap_m[k + 1] - nominal.gap_m[k]) / kStepM);
     const PlannedTouch& planned = plan.touches[which[n]];
     expected[which[n]].travel_m = planned.expected_m - nominal.gap_m[k] / slope[n];
-    postures.push_back(on_line(planned, expected[which[n]].travel_m));
+    postures.push_back(on_line(planned, expected[which[n]].travel_m, speed_m_s));
   }
   const Gaps gaps = gaps_at(*running_, postures);
   for (std::size_t n = 0; n < which.size(); ++n) {

@@ -54,11 +54,16 @@ Eigen::VectorXd reach_of(const Problem& problem, const TipMoves& stiff) {
   const double root_of_tips = std::sqrt(static_cast<double>(stiff.tips_m.cols()));
   const double lever_m =
       stiff.tips_m.norm() / root_of_tips;  // of a target that turns: where the tips are
+  double fastest_m_s = 0.0;
+  for (std::size_t t = 0; t < problem.touches().size(); ++t)
+    fastest_m_s = std::max(fastest_m_s, std::abs(problem.closing_m_s(t)));
   Eigen::VectorXd reach(problem.size());
   for (int i = 0; i < problem.size(); ++i) {
     const Unknown& unknown = problem.unknowns()[i];
-    reach[i] = i < problem.arm_size() ? stiff.moves_m.col(i).norm() / root_of_tips
-                                      : unknown.scale * (unknown.unit == "deg" ? lever_m : 1.0);
+    reach[i] = i < problem.arm_size()  ? stiff.moves_m.col(i).norm() / root_of_tips
+               : i == problem.delay()  ? unknown.scale * fastest_m_s
+               : unknown.unit == "deg" ? unknown.scale * lever_m
+                                       : unknown.scale;
   }
   return reach;
 }

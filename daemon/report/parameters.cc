@@ -29,6 +29,7 @@ constexpr double kBarEnd = 4.0;
 constexpr double kBarSigmas = 2.0;
 constexpr int kDegreeDecimals = 4;  // 0.0001 deg is 2 um at a metre
 constexpr int kArcsecDecimals = 2;
+constexpr int kMsDecimals = 2;  // 0.01 ms is 0.1 um at 10 mm/s
 constexpr int kOtherDigits = 4;
 constexpr int kSigmaDigits = 2;
 
@@ -44,6 +45,7 @@ std::pair<std::string, bool> owner_of(const View& view, const calib::ParameterKe
     return {"Joint " + cell.robot.joints.at(static_cast<std::size_t>(key.joint)).name, true};
   if (key.target >= 0)
     return {"Target " + cell.targets.at(static_cast<std::size_t>(key.target)).id, false};
+  if (key.kind == ParameterKind::kLatchDelay) return {"Touch", false};
   if (!cell.tool.id.empty()) {
     const auto index = static_cast<std::size_t>(key.tool);
     return {"Tool " + (index == 0 ? cell.tool : cell.other_tools.at(index - 1)).id, false};
@@ -95,6 +97,8 @@ std::string_view meaning_of(ParameterKind kind) {
       return "tip from the flange";
     case ParameterKind::kEffectiveRadius:
       return "offset of the radius";
+    case ParameterKind::kLatchDelay:
+      return "angles latched after the contact";
     case ParameterKind::kRadius:
       return "correction of the radius";
     case ParameterKind::kCentre:
@@ -120,6 +124,7 @@ std::string in_unit(double value, const ParameterResult& parameter, bool with_si
   if (parameter.unit == "mm") decimals = kMmDecimals;
   if (parameter.unit == "deg") decimals = kDegreeDecimals;
   if (parameter.unit == "arcsec") decimals = kArcsecDecimals;
+  if (parameter.unit == "ms") decimals = kMsDecimals;
   if (decimals < 0) {
     const bool plus = with_sign && std::isfinite(shown) && shown > 0.0;
     return fmt::format("{}{}", plus ? "+" : "", significant(shown, digits));

@@ -21,6 +21,14 @@ using Eigen::Vector3d;
 constexpr double kLowestElevationRad = -0.35;
 constexpr double kLimitMarginRad = 0.01;
 
+/// Of the i-th touch of so many targets.
+double speed_of(const Making& making, int i, std::size_t targets) {
+  constexpr int kSlowEvery = 8;
+  const bool slow =
+      making.slow_speed_m_s > 0.0 && i % kSlowEvery == i / kSlowEvery % static_cast<int>(targets);
+  return slow ? making.slow_speed_m_s : making.speed_m_s;
+}
+
 Vector3d random_normal(Random& random, double widest_rad) {
   while (true) {
     const double z = random.uniform(-1.0, 1.0);
@@ -105,6 +113,7 @@ Made make_touches(const Cell& cell, const sim::Truth& truth, const Making& makin
     };
     const std::size_t visit = static_cast<std::size_t>(i) / cell.targets.size();
     touch.set = checks_before(visit + 1) > checks_before(visit) ? TouchSet::kCheck : TouchSet::kFit;
+    touch.speed_m_s = speed_of(making, i, cell.targets.size());
     double off = making.noise_m * random.normal();
     if (touch.set == TouchSet::kFit && random.uniform() < making.outlier_share) {
       off = random.uniform(0.5e-3, 20e-3) * (random.uniform() < 0.5 ? -1.0 : 1.0);
@@ -116,7 +125,8 @@ Made make_touches(const Cell& cell, const sim::Truth& truth, const Making& makin
       const Vector3d normal = random_normal(random, making.widest_rad);
       Vector3d point = truth.centre_m[t];
       if (target.kind == TargetKind::kSphere)
-        point += (truth.radius_m[t] + making.rho_m + off) * normal;
+        point +=
+            (truth.radius_m[t] + making.rho_m + off - touch.speed_m_s * making.delay_s) * normal;
       else if (target.kind == TargetKind::kWire)
         point += random.uniform(0.15, 0.5) * normal;
       else

@@ -22,6 +22,10 @@ struct Making {
   double outlier_share = 0.0;  ///< of the fit touches, off by 0.5 to 20 mm either way
   double widest_rad = 3.2;     ///< touch normals are at most this far from straight up
   double cone_rad = 0.7;       ///< the tool's shaft is at most this far from the inward normal
+  /// The latch is late by this, which a touch of a sphere reads too deep by its speed times it.
+  double delay_s = 0.0;
+  double speed_m_s = 0.0;       ///< stated with each touch; 0: not
+  double slow_speed_m_s = 0.0;  ///< of every eighth, of each target in turn; 0: none
   unsigned seed = 1;
 };
 

@@ -30,6 +30,7 @@ RemainingUncertainty remaining_uncertainty(const Cell& cell, const Pool& pool,
     Touch touch;
     touch.joint_rad = candidate.contact;
     touch.target = cell.targets[candidate.target].id;
+    touch.speed_m_s = estimate.search_speed_m_s();
     rows.push_back(std::move(touch));
   }
   const Problem seen(known.cell(), arm, rows, places, estimate.ripple_rad());

@@ -41,6 +41,9 @@ struct Drawn {
       touch.joint_rad = testing::random_joints(cell.robot, random);
       touch.radius_m = 0.3;
       for (double& m : touch.tracker_m) m = 2.0 * random.normal();
+      touch.speed_m_s = random.uniform(0.001, 0.02);
+      const Vector3d along = testing::random_direction(random);
+      if (random.uniform() < 0.5) touch.approach = {along.x(), along.y(), along.z()};
       touches.push_back(touch);
       const Eigen::Isometry3d pose = testing::random_pose(random, 2.0);
       TargetPlace place(pose.translation());

@@ -98,6 +98,23 @@ void expect_named(const Broken& broken) {
                {"cell.toml:" + std::to_string(line_of(kCell, broken.line)) + ": ", broken.key});
 }
 
+TEST(CellFile, MayStateHowLateTheLatchIs) {
+  const std::string stated = std::string(kCell) + "delay_ms = 3.5\ndelay_sigma_ms = 1.25\n";
+  const Cell cell = read_cell(TomlTable::parse(stated, "cell.toml"), testing::robot());
+  EXPECT_DOUBLE_EQ(cell.latch_delay_s, 3.5e-3);
+  EXPECT_DOUBLE_EQ(cell.latch_delay_sigma_s, 1.25e-3);
+  const Cell silent = testing::cell();
+  EXPECT_EQ(silent.latch_delay_s, 0.0);
+  EXPECT_EQ(silent.latch_delay_sigma_s, 0.2e-3);
+  EXPECT_EQ(cell_to_toml(silent, "two.toml").find("delay"), std::string::npos);
+  for (const Cell& one : {cell, silent}) {
+    const Cell back =
+        read_cell(TomlTable::parse(cell_to_toml(one, "two.toml"), "cell.toml"), testing::robot());
+    EXPECT_DOUBLE_EQ(back.latch_delay_s, one.latch_delay_s);
+    EXPECT_DOUBLE_EQ(back.latch_delay_sigma_s, one.latch_delay_sigma_s);
+  }
+}
+
 TEST(CellFile, NamesLineAndKeyOfAWrongType) {
   for (const Broken& broken : std::initializer_list<Broken>{
            {"robot = \"two.toml\"", "robot = 5", "robot"},
@@ -132,7 +149,10 @@ TEST(CellFile, NamesLineAndKeyOfANumberOutOfRangeOrNotFinite) {
            {"sigma_mm = 0.03", "sigma_mm = 0", "touch.sigma_mm"},
            {"sigma_mm = 0.03", "sigma_mm = -0.03", "touch.sigma_mm"},
            {"radius_offset_sigma_mm = 0.3", "radius_offset_sigma_mm = -inf",
-            "touch.radius_offset_sigma_mm"}})
+            "touch.radius_offset_sigma_mm"},
+           {"radius_offset_sigma_mm = 0.3", "delay_ms = 1e4", "touch.delay_ms"},
+           {"radius_offset_sigma_mm = 0.3", "delay_sigma_ms = nan", "touch.delay_sigma_ms"},
+           {"radius_offset_sigma_mm = 0.3", "delay_sigma_ms = -1", "touch.delay_sigma_ms"}})
     expect_named(broken);
 }
 

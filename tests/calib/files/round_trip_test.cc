@@ -207,6 +207,8 @@ TEST(TouchesRoundTrip, KeepsAnglesToABillionthOfADegreeAndEverythingElse) {
     if (target.kind == TargetKind::kWire) touch.radius_m = random.uniform(0.1, 2.0);
     if (target.kind == TargetKind::kTracker && random.uniform() < 0.9)  // others: its origin
       for (double& m : touch.tracker_m) m = random.uniform(-20.0, 20.0);
+    if (random.uniform() < 0.5) touch.speed_m_s = random.uniform(1e-3, 2e-2);
+    if (random.uniform() < 0.5) touch.approach = {0.48, -0.6, 0.64};
     if (random.uniform() < 0.5) touch.time = "2024-09-24T10:00:00.125Z";
     touches.push_back(touch);
   }
@@ -218,6 +220,10 @@ TEST(TouchesRoundTrip, KeepsAnglesToABillionthOfADegreeAndEverythingElse) {
     EXPECT_EQ(back[i].target, touches[i].target);
     EXPECT_EQ(back[i].set, touches[i].set);
     EXPECT_EQ(back[i].time, touches[i].time);
+    EXPECT_NEAR(back[i].speed_m_s, touches[i].speed_m_s, 1e-5 * touches[i].speed_m_s);
+    ASSERT_EQ(back[i].approach.has_value(), touches[i].approach.has_value());
+    for (std::size_t j = 0; j < 3 && touches[i].approach; ++j)
+      EXPECT_NEAR((*back[i].approach)[j], (*touches[i].approach)[j], 1e-9);
     EXPECT_NEAR(back[i].sigma_m, touches[i].sigma_m, 1e-5 * touches[i].sigma_m);
     EXPECT_NEAR(back[i].radius_m, touches[i].radius_m, 1e-8);
     for (int j = 0; j < 3; ++j)

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 
@@ -96,6 +97,39 @@ TEST(Touches, NamesTheLineAndColumnOfEverythingElseThatIsWrong) {
   expect_words(touches_refusal("A1,A2,target\n1,2,S1\n1,2,W\n"),
                {"touches.csv:3: radius_mm", "missing"});
   expect_words(touches_refusal("A1,A2,target,x_mm\n1,2,S1,nan\n"), {"touches.csv:2: x_mm"});
+}
+
+TEST(Touches, MayStateTheirSpeedAndWhereTheTipWasGoing) {
+  const auto touches = parse(
+      "A1,A2,target,speed_mm_s,approach_x,approach_y,approach_z\n"
+      "1,2,S1,10,0,0.6,-0.8\n1,2,S1,2,,,\n1,2,S1,,,,\n1,2,S1,10,0.577,0.577,-0.577\n");
+  EXPECT_DOUBLE_EQ(touches[0].speed_m_s, 0.010);
+  ASSERT_TRUE(touches[0].approach);
+  EXPECT_DOUBLE_EQ((*touches[0].approach)[1], 0.6);
+  EXPECT_DOUBLE_EQ((*touches[0].approach)[2], -0.8);
+  EXPECT_DOUBLE_EQ(touches[1].speed_m_s, 0.002);
+  EXPECT_FALSE(touches[1].approach);
+  EXPECT_EQ(touches[2].speed_m_s, 0.0);
+  const auto& rounded = touches[3].approach.value();
+  EXPECT_DOUBLE_EQ(std::hypot(rounded[0], rounded[1], rounded[2]), 1.0);
+}
+
+TEST(Touches, NameTheLineAndColumnOfASpeedOrDirectionThatIsNone) {
+  for (const char* speed : {"0", "-10", "1e-4", "1e4", "nan", "inf", "fast", "1e999"})
+    expect_words(
+        touches_refusal("A1,A2,target,speed_mm_s\n1,2,S1,10\n1,2,S1," + std::string(speed) + "\n"),
+        {"touches.csv:3: speed_mm_s"});
+  for (const auto& [row, words] : std::initializer_list<std::pair<const char*, const char*>>{
+           {"1,,-1", "approach_y: missing; approach_x, approach_y and approach_z"},
+           {",0,", "approach_x: missing"},
+           {"0,0,nan", "approach_z"},
+           {"0,0,-1e300", "approach_z: must be between -1 and 1"},
+           {"10,0,0", "approach_x: must be between -1 and 1"},
+           {"0,0,0", "approach_x: approach_x, approach_y, approach_z have length 0"},
+           {"0.5,0.5,0.5", "have length 0.866, but a direction"}})
+    expect_words(touches_refusal("A1,A2,target,approach_x,approach_y,approach_z\n1,2,S1," +
+                                 std::string(row) + "\n"),
+                 {"touches.csv:2: ", words});
 }
 
 TEST(Touches, OfATrackerNeedAWholeReading) {

@@ -40,6 +40,7 @@ std::vector<ParameterKey> all_keys(const Cell& cell) {
     keys.push_back(tool_parameter(Kind::kEffectiveRadius, k));
     for (const int axis : {0, 1, 2}) keys.push_back(tool_parameter(Kind::kTcp, k, axis));
   }
+  keys.push_back(latch_delay_parameter());
   for (std::size_t t = 0; t < cell.targets.size(); ++t) {
     for (const Kind kind : {Kind::kCentre, Kind::kTurn, Kind::kProbeTurn})
       for (const int axis : {0, 1, 2}) keys.push_back(target_parameter(kind, t, axis));
@@ -76,6 +77,7 @@ TEST(ParameterKey, NamesStandInFilesLetterForLetter) {
   EXPECT_EQ(parameter_name(one, tool_parameter(Kind::kDeflection, 0)), "tool.c_t");
   EXPECT_EQ(parameter_name(one, tool_parameter(Kind::kTcp, 0, 2)), "tool.z");
   EXPECT_EQ(parameter_name(one, tool_parameter(Kind::kEffectiveRadius, 0)), "touch.rho");
+  EXPECT_EQ(parameter_name(one, latch_delay_parameter()), "latch_delay");
   EXPECT_EQ(parameter_name(one, target_parameter(Kind::kCentre, 0, 1)), "S1.y");
   EXPECT_EQ(parameter_name(one, target_parameter(Kind::kTilt, 0, 0)), "S1.tilt1");
   EXPECT_EQ(parameter_name(one, target_parameter(Kind::kTilt, 0, 1)), "S1.tilt2");
@@ -118,6 +120,8 @@ TEST(ParameterKey, OfNamesThatAreNoneThereIsNone) {
                            "tool.rho",
                            "touch.c_t",
                            "touch.x",
+                           "latch_delay.x",
+                           "touch.latch_delay",
                            "S1",
                            "S1.w",
                            "S1.tilt3",

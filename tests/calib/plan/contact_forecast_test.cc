@@ -24,10 +24,13 @@ struct Followed {
   std::map<std::string, int> unexpected_of;
 };
 
-/// A plan's touches one after the other. `spoil`: what is measured instead, k-th touch.
+/// A plan's touches one after the other. `spoil`: what is measured instead, k-th touch. `late_s`:
+/// the latch is, at 10 mm/s.
 template <typename Spoil>
-Followed follow(std::uint64_t arm, int touches, Spoil spoil) {
-  const Cell& cell = demo_cell();
+Followed follow(std::uint64_t arm, int touches, Spoil spoil, double late_s = 0.0) {
+  Cell cell = demo_cell();
+  constexpr double kSpeed = 0.010;
+  if (late_s > 0.0) cell.latch_delay_sigma_s = late_s;
   const sim::Truth truth = testing::plain_truth(cell, arm);
   PlanOptions options;
   options.fit_touches = touches;
@@ -40,10 +43,17 @@ Followed follow(std::uint64_t arm, int touches, Spoil spoil) {
   for (std::size_t k = 0; k < plan.touches.size(); ++k) {
     const PlannedTouch& planned = plan.touches[k];
     const ExpectedContact expected = forecast.of(plan, k)[k];
-    const auto met = testing::meet(cell, truth, planned, random);
+    auto met = testing::meet(cell, truth, planned, random);
     if (!met) {
       ADD_FAILURE() << "touch " << k << " misses";
       continue;
+    }
+    if (late_s > 0.0) {
+      met->touch.speed_m_s = kSpeed;
+      met->travel_m += kSpeed * late_s;
+      const double share = kSpeed * late_s / planned.search_m;
+      for (std::size_t i = 0; i < met->touch.joint_rad.size(); ++i)
+        met->touch.joint_rad[i] += share * (planned.end[i] - planned.standoff[i]);
     }
     if (expected.sigma_m > 0.0) {
       followed.off_sigmas.push_back((met->travel_m - expected.travel_m) / expected.sigma_m);
@@ -75,6 +85,14 @@ TEST(AForecastOfContacts, IsWithinFiveSigmasAndSoonWithinATenthOfAMillimetre) {
     for (const double off : followed.off_sigmas) squares += off * off;
     EXPECT_GT(squares / static_cast<double>(followed.off_sigmas.size()), 0.05);
   }
+}
+
+TEST(AForecastOfContacts, IsOfWhatALateLatchWillSay) {
+  const Followed followed = follow(4, 60, kHonest, 0.050);  // half a millimetre deeper
+  for (const double off : followed.off_sigmas) EXPECT_LT(std::abs(off), 5.0);
+  ASSERT_GE(followed.sigma_m.size(), 40U);
+  const std::vector<double> late(followed.sigma_m.end() - 10, followed.sigma_m.end());
+  EXPECT_LT(*std::max_element(late.begin(), late.end()), 1.5e-4);
 }
 
 TEST(AForecastOfContacts, KnowsNothingOfATargetBeforeFourOfItsTouches) {

@@ -35,8 +35,9 @@ struct Driven {
   std::vector<PlannedTouch> touches;
 };
 
-/// `fails(k)`: whether the k-th offer cannot be made.
-Driven drive(const Cell& cell, const Goal& goal, const std::function<bool(int)>& fails = nullptr) {
+/// `fails(k)`: whether the k-th offer cannot be made. `speed_m_s`: what the touches state.
+Driven drive(const Cell& cell, const Goal& goal, const std::function<bool(int)>& fails = nullptr,
+             double speed_m_s = 0.0) {
   const sim::Truth truth = testing::plain_truth(cell, 4);
   Online online(cell, small(), goal, {});
   Random random(5);
@@ -49,10 +50,10 @@ Driven drive(const Cell& cell, const Goal& goal, const std::function<bool(int)>&
     at = planned->clear;
     std::optional<Touch> touch;
     if (!fails || !fails(k))
-      if (auto met = testing::meet(cell, truth, *planned, random))
-        touch = std::move(met->touch);
+      if (auto met = testing::meet(cell, truth, *planned, random)) touch = std::move(met->touch);
     if (touch) {
       ++driven.made;
+      touch->speed_m_s = speed_m_s;
       online.touched(*touch);
     } else {
       ++driven.failed;
@@ -74,6 +75,13 @@ TEST(Online, EndsWhereTheGoalIsReachedAndAHarderGoalTakesMoreTouches) {
   EXPECT_LE(hard.end.u95_m, 0.3e-3);
   EXPECT_GT(hard.made, easy.made);
   EXPECT_LT(hard.made, 150);
+}
+
+TEST(Online, TouchesThatStateTheirSpeedLeadToTheGoalLikeOthers) {
+  const Goal goal{.u95_m = 0.3e-3};
+  const Driven silent = drive(demo_cell(), goal), stated = drive(demo_cell(), goal, nullptr, 0.010);
+  EXPECT_LE(stated.end.u95_m, 0.3e-3);
+  EXPECT_NEAR(stated.made, silent.made, 0.2 * silent.made);
 }
 
 TEST(Online, MakesShortSearchesOnceTheArmIsKnownAndStillMeetsTheSpheres) {
