@@ -107,9 +107,18 @@ std::string fit_words(const calib::Calibration& c) {
   return text;
 }
 
+std::string delay_words(const calib::Calibration& c) {
+  const calib::ParameterResult* delay = calib::find(c, calib::latch_delay_parameter());
+  if (delay == nullptr) return {};
+  return fmt::format("latch delay: {:+.2f} ms ± {:.2f}, decided by {}\n",
+                     (delay->nominal + delay->correction) * delay->to_unit,
+                     delay->sigma * delay->to_unit, calib::to_string(delay->decided_by));
+}
+
 /// What stands behind the summary: for whoever asks why.
 std::string evidence_words(const calib::Calibration& c, std::span<const calib::Touch> touches) {
-  std::string text = fit_words(c) + observability_words(c.observability) + correlation_words(c);
+  std::string text =
+      fit_words(c) + delay_words(c) + observability_words(c.observability) + correlation_words(c);
   for (const calib::UnidentifiableDirection& direction : c.unidentifiable)
     text += "not identifiable: " + calib::words(c.cell, direction) + "\n";
   const calib::Touch unknown;

@@ -6,8 +6,9 @@
 //
 //   t = (depth of the fast contact - mean depth of the slow ones) / (v_fast - v_slow)
 //
-// A constant delay moves all touches outwards alike and is taken for a larger sphere (the
-// effective radius): 2 um for each millisecond at 2 mm/s. What is watched is that it stays.
+// A constant delay makes all touches of one speed too deep alike, as a smaller effective radius
+// would: by 10 um for each millisecond at 10 mm/s. The estimate tells the two apart as far as its
+// touches do (calib/estimate, (74)). What is watched here is that it stays.
 
 #include <optional>
 #include <span>
