@@ -11,7 +11,7 @@ namespace {
 
 /// The search begins this many sigmas and a millimetre before the surface is expected: contact in
 /// its first millimetre counts as something else.
-constexpr double kStandoffSigmas = 6.0, kStandoffLeastM = 0.002, kStandoffExtraM = 0.001;
+constexpr double kStandoffSigmas = 6.0, kStandoffLeastM = 0.003, kStandoffExtraM = 0.001;
 
 }  // namespace
 

@@ -16,20 +16,21 @@ void require_speeds(const Robot& robot) {
                       " has no max_speed_deg_s. Add it: no motion can be planned without");
 }
 
-namespace {
-
-/// Of the slowest axis.
-double move_s(const Robot& robot, const JointVector& from, const JointVector& to, const Pace& pace,
-              double ramp_s) {
+double move_s(const Robot& robot, const JointVector& from, const JointVector& to,
+              const Pace& pace) {
   double slowest = 0.0;
   for (std::size_t i = 0; i < from.size(); ++i) {
     const double way = std::abs(to[i] - from[i]);
     const double speed = pace.speed_fraction * robot.joints[i].max_speed_rad_s;
+    // A slower cruise is reached as much sooner.
+    const double ramp_s = pace.speed_fraction * pace.ramp_s;
     slowest = std::max(slowest, way > speed * ramp_s ? way / speed + ramp_s  // (65)
                                                      : 2.0 * std::sqrt(way * ramp_s / speed));
   }
-  return slowest;
+  return slowest > 0.0 ? slowest + pace.build_up_s : 0.0;
 }
+
+namespace {
 
 /// Over all way-points; corners that may be cut are passed.
 double way_s(const Robot& robot, const JointVector& from, const PlannedTouch& touch,
@@ -40,22 +41,13 @@ double way_s(const Robot& robot, const JointVector& from, const PlannedTouch& to
     const double stop_s = move_s(robot, *at, touch.transit[k], pace);
     const bool passed = k > 0 && k <= touch.corners.size() &&
                         touch.corners[k - 1].in_share > 0.0 && touch.corners[k - 1].out_share > 0.0;
-    sum += passed ? std::max(stop_s - pace.build_up_s - pace.speed_fraction * pace.ramp_s, 0.0) +
-                        pace.corner_s
-                  : stop_s;
+    sum += (passed ? pace.passed_share : 1.0) * stop_s;
     at = &touch.transit[k];
   }
   return sum;
 }
 
 }  // namespace
-
-double move_s(const Robot& robot, const JointVector& from, const JointVector& to,
-              const Pace& pace) {
-  // A slower cruise is reached as much sooner.
-  const double slowest = move_s(robot, from, to, pace, pace.speed_fraction * pace.ramp_s);
-  return slowest > 0.0 ? slowest + pace.build_up_s : 0.0;
-}
 
 double touch_s(double expected_m, const Pace& pace) {
   double confirmed_s = 0.0;

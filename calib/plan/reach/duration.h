@@ -11,15 +11,15 @@ struct Pace {
   /// From rest to full speed, and how long the acceleration takes to build up. No maker publishes
   /// them; arms for some ten kilograms take about this.
   double ramp_s = 0.3, build_up_s = 0.1;
-  /// At a way-point that is passed without a stop: slower, and on.
-  double corner_s = 0.1;
+  /// What a leg behind a way-point that is passed takes of its time from rest to rest.
+  double passed_share = 0.85;
   double fast_m_s = 0.010, slow_m_s = 0.002;  ///< searches
-  /// A search begins so far before the contact where the touches so far foretell it, which is so
-  /// behind the first touches of each target.
-  double foretold_m = 0.0025;
+  /// A search begins so far before the contact where the touches so far foretell it, on the mean
+  /// over a session; which is so behind the first touches of each target.
+  double foretold_m = 0.005;
   int before_foretold = 4;
   /// Share of the touches whose contact is confirmed, and slow searches then.
-  double confirmed_share = 0.125;
+  double confirmed_share = 0.16;
   int readings = 2;
   double back_off_m = 0.0010,
          slow_back_off_m = 0.0006;  ///< before the first slow search, the others
