@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <memory>
 
 #include "calib/consistency/artefact_bias.h"
@@ -141,16 +142,21 @@ double log_evidence(const Problem& problem, const Estimate& e, double gate) {
 std::string level_reason(const Cell& cell, const ModelLevel& level, const LevelMean& mean,
                          bool given) {
   if (given) return words(cell, level) + "; as asked for";
-  double compliance = 0.0, play = 0.0;
+  double play = 0.0;
+  std::map<double, double> compliance;  // size, share
   for (const LevelEvidence& l : mean.levels) {
-    compliance += l.level.compliance > 0.0 ? l.probability : 0.0;
+    compliance[l.level.compliance] += l.probability;
     play += l.level.play > 0.0 ? l.probability : 0.0;
   }
+  std::string sizes;
+  for (const auto& [size, share] : compliance)
+    sizes += fmt::format("{}{:g} of its prior at {:.0f} %", sizes.empty() ? "" : ", ", size,
+                         100.0 * share);
   return fmt::format(
-      "{}; mean over {} levels, each by its evidence. Joint compliance is in it at {:.0f} %{}. The "
+      "{}; mean over {} levels, each by its evidence. Joint compliance: {}{}. The "
       "likeliest level, at {:.0f} %: {}",
-      words(cell, level), mean.levels.size(), 100.0 * compliance,
-      level.play > 0.0 ? fmt::format(", play at {:.0f} %", 100.0 * play) : "",
+      words(cell, level), mean.levels.size(), sizes,
+      level.play > 0.0 ? fmt::format("; play at {:.0f} %", 100.0 * play) : "",
       100.0 * mean.levels.front().probability, words(cell, mean.levels.front().level));
 }
 

@@ -117,7 +117,7 @@ double rho_sigma(unsigned seed, int fit, double cone_rad, double* whitened) {
   const Calibration result = identify(demo_cell(), made.touches);
   for (std::size_t t = 0; t < 4; ++t)
     EXPECT_NEAR(result.targets[t].effective_radius_m - truth.radius_m[t], rho,
-                cone_rad > 1.0 ? 0.02 * kMm : 0.3 * kMm)
+                cone_rad > 1.0 ? 0.025 * kMm : 0.3 * kMm)
         << "seed " << seed << " sphere " << t;
   const ParameterResult* p = find(result, tool_parameter(ParameterKind::kEffectiveRadius, 0));
   if (p == nullptr) {
@@ -128,7 +128,7 @@ double rho_sigma(unsigned seed, int fit, double cone_rad, double* whitened) {
   return p->sigma;
 }
 
-TEST(Recovery, OfTheEffectiveRadiusIsRightToTwoHundredthsOfAMillimetreWhereTheToolTilts) {
+TEST(Recovery, OfTheEffectiveRadiusIsRightToAFortiethOfAMillimetreWhereTheToolTilts) {
   double whitened = 0.0;
   for (unsigned seed = 1; seed <= 10; ++seed)
     EXPECT_LT(rho_sigma(seed, 100, 1.4, &whitened), 0.015 * kMm);

@@ -159,6 +159,27 @@ TEST(Honesty, GearErrorsThatTheRobotFileDoesNotNameWidenTheBounds) {
   EXPECT_EQ(seen, kRuns);
 }
 
+TEST(Honesty, AnArmThatGivesByATenthOfWhatOneWouldExpectIsNotTakenForAStiffOne) {
+  double worst = 1.0, mean = 0.0;
+  constexpr int kRuns = 8;
+  for (unsigned seed = 1; seed <= kRuns; ++seed) {
+    sim::TruthOptions options;
+    options.seed = 900 + seed;
+    options.gear_arcsec = 7.0;
+    options.compliance_rad_per_nm = 1e-6;  // 0.5 mrad under 500 N m
+    const sim::Truth truth = sim::draw_truth(demo_cell(), options);
+    const auto made = make_touches(demo_cell(), truth, {.fit = 100, .seed = seed});
+    const Calibration result = identify(demo_cell(), made.touches);
+    std::vector<JointVector> around;
+    for (const Touch& touch : made.touches) around.push_back(touch.joint_rad);
+    const double covered = sim::truth_figures(truth, result, around).workspace.covered;
+    mean += covered / kRuns;
+    worst = std::min(worst, covered);
+  }
+  EXPECT_GE(mean, 0.95);
+  EXPECT_GE(worst, 0.85);
+}
+
 TEST(Honesty, ChiSquaredIsTheSumOfTheSquaresAndItsDegreesAreWhatTheUnknownsLeave) {
   const auto touches = make_touches(demo_cell(), plain_truth(demo_cell(), 2),
                                     {.fit = 100, .check = 10, .outlier_share = 0.05})
