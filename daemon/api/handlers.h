@@ -1,37 +1,80 @@
 #pragma once
 // From a request to its answer.
 
+#include <functional>
 #include <optional>
+#include <span>
 #include <string>
+#include <string_view>
 
+#include "daemon/api/event_feed.h"
 #include "daemon/api/message.h"
+#include "daemon/api/status_json.h"
 #include "daemon/service/service.h"
 
 namespace cellcal::daemon {
 
+class Access;
+
 class Api {
  public:
-  Api(SessionService& service, Journal& journal) : service_(service), journal_(journal) {}
+  /// What a browser shows; for paths that are not below /v1. It holds no data of the cell.
+  using Page = std::function<std::optional<Response>(const Request&)>;
+  /// Without `access` nobody has a token: over the network only what nobody may see is answered.
+  explicit Api(SessionService& service, Journal& journal, Access* access = nullptr, Page page = {});
 
-  /// Nothing: there is no answer yet; ask again when the service has changed, or say give_up.
+  /// Says who asks, or refuses. For no time.
+  std::optional<Response> admit_local(Request& request) const;
+  std::optional<Response> admit_network(Request& request) const;
+
+  /// To a request that was admitted. Nothing: there is no answer yet; ask again when the service has
+  /// changed, or say give_up.
   std::optional<Response> answer(const Request& request, bool give_up = true);
 
   /// It may wait for the disk or for long work. Those that are not wait for nothing: status, watch
   /// and abort are answered whatever the others do.
   static bool is_slow(const Request& request);
 
+  struct Call {
+    const Request& request;
+    std::string_view variable;  ///< what stands for {id} or {name}
+    bool give_up;
+  };
+  /// All that there is: how it is asked for, who may, whether it takes time, and what answers.
+  struct Route {
+    const char* method;
+    const char* path;  ///< with at most one segment in braces
+    Role role;         ///< the least
+    bool slow;
+    std::optional<Response> (Api::*answer)(const Call& call);
+  };
+  static std::span<const Route> routes();
+
  private:
-  Response run(const Request& request);
-  Response abort();
-  Response sessions();
-  Response session(const std::string& rest);
-  Response result(std::int64_t session, const std::string& file);
+  std::optional<Response> health(const Call& call);
+  std::optional<Response> me(const Call& call);
+  std::optional<Response> status(const Call& call);
+  std::optional<Response> watch(const Call& call);
+  std::optional<Response> events(const Call& call);
+  std::optional<Response> run(const Call& call);
+  std::optional<Response> abort(const Call& call);
+  std::optional<Response> sessions(const Call& call);
+  std::optional<Response> session(const Call& call);
+  std::optional<Response> session_touches(const Call& call);
+  std::optional<Response> session_events(const Call& call);
+  std::optional<Response> touches_csv(const Call& call);
+  std::optional<Response> calibration(const Call& call);
+  std::optional<Response> report(const Call& call);
+  /// Throws NotFound.
+  SessionRecord find(const Call& call);
+  Response result_file(const Call& call, const char* name, const char* type);
 
   SessionService& service_;
   Journal& journal_;
+  Access* access_;
+  Page page_;
+  /// One for each listener's thread: none waits for what the other does.
+  EventFeed local_feed_, network_feed_;
 };
-
-/// One JSON object without line breaks.
-std::string status_to_json(const Status& status);
 
 }  // namespace cellcal::daemon

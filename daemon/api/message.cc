@@ -1,8 +1,15 @@
 #include "daemon/api/message.h"
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 
 namespace cellcal::daemon {
+
+const std::string& Request::header(const std::string& name) const {
+  static const std::string kNone;
+  const auto found = headers.find(name);
+  return found == headers.end() ? kNone : found->second;
+}
 
 Request parse_target(const std::string& method, const std::string& target, std::string body) {
   Request request{method, target, {}, std::move(body)};
@@ -19,6 +26,13 @@ Request parse_target(const std::string& method, const std::string& target, std::
     at = end + 1;
   }
   return request;
+}
+
+Response error(int status, const std::string& words) {
+  // Words of others may hold any bytes; what is not UTF-8 is shown as such, never thrown over.
+  return {status, "application/json",
+          nlohmann::json{{"error", words}}.dump(-1, ' ', false,
+                                                nlohmann::json::error_handler_t::replace)};
 }
 
 }  // namespace cellcal::daemon

@@ -257,6 +257,7 @@ DaemonConfig read(const TomlTable& table) {
                              " characters, not " + std::to_string(config.socket.string().size()) +
                              ": the limit of a Unix socket");
   }
+  config.http = read_http(table.table_or_empty("http"));
   read_mock(table.table_or_empty("mock"), config.mock);
   read_eki(table.table_or_empty("eki"), config);
   read_controller(table.table_or_empty("controller"), config);

@@ -3,11 +3,13 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "calib/model/robot.h"
+#include "daemon/config/http_config.h"
 #include "daemon/session/touch_policy.h"
 #include "drivers/contact/port/serial_port.h"
 #include "drivers/kuka/eki/eki_config.h"
@@ -48,6 +50,7 @@ struct MockConfig {
 struct DaemonConfig {
   BackendKind backend = BackendKind::kRsi;
   std::filesystem::path state_dir, socket;
+  std::optional<HttpConfig> http;  ///< none: the Unix socket alone
   MotionConfig motion;
   TouchPolicy touch;
   Timeouts timeouts;

@@ -10,8 +10,9 @@
 
 #include "calib/files/calibration_json.h"
 #include "daemon/api/handlers.h"
-#include "daemon/api/http.h"
+#include "daemon/api/server.h"
 #include "daemon/main/backends.h"
+#include "daemon/main/network_door.h"
 #include "daemon/service/service.h"
 
 namespace cellcal::daemon {
@@ -123,10 +124,14 @@ void run_daemon(const DaemonConfig& config) {
   Api api(service, journal);
   HttpServer server(
       context, config.socket,
-      [&api](const Request& request, bool give_up) { return api.answer(request, give_up); },
-      Api::is_slow);
+      {[&api](Request& request) { return api.admit_local(request); },
+       [&api](const Request& request, bool give_up) { return api.answer(request, give_up); },
+       Api::is_slow});
+  std::optional<NetworkDoor> network;
+  if (config.http) network.emplace(*config.http, api);
   service.on_change([&] {
     server.poke();
+    if (network) network->poke();
     tell_status(service.status());
   });
   signals.async_wait([&](boost::system::error_code, int signal) {
@@ -134,6 +139,7 @@ void run_daemon(const DaemonConfig& config) {
     sd_notify(0, "STOPPING=1");
     service.shutdown();
     service.on_change({});
+    if (network) network->stop();
     server.stop();
     context.stop();
   });

@@ -184,7 +184,7 @@ void Runner::feed(Event event) {
     if (kAwaitingPhases.has(state_.phase)) seen_.reset();  // what waits for links looks at once
   }
   perform_all(next.actions);
-  if (parts_.on_change) parts_.on_change(state_);
+  if (parts_.on_change) parts_.on_change(state_, touches_);
 }
 
 void Runner::note_step(Phase before, const Event& event) {
@@ -276,6 +276,7 @@ struct Runner::Perform {
       answer.kind = EventKind::kAssessed;
       Tasks::Assessed assessed = assess(touches);
       answer.residual_m = assessed.residual_m;
+      answer.assessed = touches.size();
       answer.expected = std::move(assessed.expected);
       return answer;
     });
@@ -375,7 +376,7 @@ void Runner::give_up(const std::string& words) {
   state_.phase = Phase::kFailed;
   perform(RecordEnd{Ending::kFailed, describe(*state_.failure)});
   perform.try_and_note("reporting the end", [&] {
-    if (parts_.on_change) parts_.on_change(state_);
+    if (parts_.on_change) parts_.on_change(state_, touches_);
   });
 }
 

@@ -72,8 +72,8 @@ struct RunnerParts {
   Worker& worker;  ///< thinks
   Worker& disk;    ///< records; waits for the disk
   Tasks tasks;
-  /// Called after each step that changed something.
-  std::function<void(const State&)> on_change;
+  /// Called after each step that changed something, with the touches on disk.
+  std::function<void(const State&, const std::vector<calib::Touch>&)> on_change;
   /// Called a few times a second while the devices are open, whether anything changed or not.
   std::function<void(const drivers::RobotState&, const drivers::ContactStatus&)> on_look = {};
 };

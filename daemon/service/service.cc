@@ -14,6 +14,7 @@
 #include "daemon/service/delay_watch.h"
 #include "daemon/service/inputs.h"
 #include "daemon/service/tasks.h"
+#include "daemon/service/touch_news.h"
 #include "daemon/session/rules.h"
 
 namespace cellcal::daemon {
@@ -145,6 +146,8 @@ struct SessionService::Job {
   std::vector<calib::Touch> touches;
   std::unique_ptr<Backend> backend;
 
+  TouchNews news;
+
   // For the time left.
   std::size_t done_at_first_move = 0;
   std::optional<drivers::TimePoint> first_move;
@@ -265,9 +268,10 @@ std::int64_t SessionService::start(const RunRequest& request) {
     spdlog::info("session {} {}: {}", job->session, job->resumed ? "resumed" : "begins",
                  job->inputs.cell_name);
     const std::int64_t session = job->session;
+    job->news = TouchNews(session, job->cell, job->touches.size());
     State first;
     first.phase = Phase::kPlanning;
-    publish(first, *job);
+    publish(first, job->touches, *job);
     const std::lock_guard lock(mutex_);
     thread_ = std::thread([this, job = std::move(job)] { run(*job); });
     starting_ = false;
@@ -290,7 +294,7 @@ void SessionService::run(Job& job) {
     failed.phase = Phase::kFailed;
     failed.failure = Failure{FailureKind::kUnexpectedEvent, error.what()};
     spdlog::critical("session {} could not start: {}", job.session, error.what());
-    publish(failed, job);
+    publish(failed, job.touches, job);
   }
   job.backend.reset();
   if (const auto links = status().links) keep_links({false, links->robot, links->contact});
@@ -344,7 +348,9 @@ void SessionService::carry_out(Job& job) {
     disk = std::make_unique<ThreadWorker>(ThreadWorker::Priority::kNormal);
   }
   Runner runner({*job.backend, recorder, *worker, *disk, make_tasks(std::move(task_inputs)),
-                 [this, &job](const State& now) { publish(now, job); },
+                 [this, &job](const State& now, const std::vector<calib::Touch>& touches) {
+                   publish(now, touches, job);
+                 },
                  [this](const drivers::RobotState& robot, const drivers::ContactStatus& contact) {
                    keep_links({true, robot, contact});
                  }},
@@ -364,7 +370,7 @@ void SessionService::carry_out(Job& job) {
   worker.reset();
 }
 
-void SessionService::publish(const State& state, Job& job) {
+void SessionService::publish(const State& state, const std::vector<calib::Touch>& touches, Job& job) {
   Status status;
   status.session = job.session;
   status.phase = state.phase;
@@ -400,6 +406,7 @@ void SessionService::publish(const State& state, Job& job) {
     status.reasons = calib::words(state.calibration->verdict.findings);
   }
   if (state.phase == Phase::kDone) status.results_dir = results_dir(job.session).string();
+  status.made = job.news.look(state, touches);
 
   const drivers::TimePoint now = job.backend->clock().now();
   if (!job.first_move && state.phase == Phase::kTransit) {
@@ -464,11 +471,10 @@ Status SessionService::status() const {
 
 std::vector<Status> SessionService::since(std::uint64_t seq) const {
   const std::lock_guard lock(mutex_);
-  std::vector<Status> newer;
-  for (const Status& status : history_) {
-    if (status.seq > seq) newer.push_back(status);
-  }
-  return newer;
+  const auto first = std::upper_bound(
+      history_.begin(), history_.end(), seq,
+      [](std::uint64_t newest, const Status& status) { return newest < status.seq; });
+  return {first, history_.end()};
 }
 
 bool SessionService::alive() {

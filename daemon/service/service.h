@@ -88,7 +88,7 @@ class SessionService {
   std::unique_ptr<Job> prepare(const RunRequest& request);
   void run(Job& job);
   void carry_out(Job& job);
-  void publish(const State& state, Job& job);
+  void publish(const State& state, const std::vector<calib::Touch>& touches, Job& job);
   void keep_links(LinkReport report);
 
   ServiceParts parts_;

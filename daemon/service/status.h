@@ -1,12 +1,14 @@
 #pragma once
 // What a person or a program sees of the daemon at one moment.
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "calib/model/touch.h"
 #include "daemon/session/failure.h"
 #include "daemon/session/phase.h"
 #include "drivers/contact.h"
@@ -35,6 +37,15 @@ struct Waiting {
   std::string start;                    ///< what the operator starts on the pendant
 };
 
+/// A touch that is on disk, with what was known of it first.
+struct MadeTouch {
+  std::int64_t session = 0;
+  std::size_t index = 0;  ///< within the session, from 0
+  calib::Touch touch;
+  std::optional<std::array<double, 3>> tip_m;  ///< where the nominal model has it, base frame
+  std::optional<double> residual_m, u95_m;
+};
+
 struct Status {
   std::uint64_t seq = 0;     ///< counts up with every change
   std::int64_t session = 0;  ///< 0: none since the daemon started
@@ -57,6 +68,9 @@ struct Status {
   std::optional<bool> publish;  ///< verdict, once identified
   std::vector<std::string> reasons;
   std::string results_dir;                        ///< once written
+  /// Told of with this status, each of a session once: when its residual is known, at the latest
+  /// when the next one is made or the session ends.
+  std::shared_ptr<const MadeTouch> made;
   std::optional<InterruptedSession> interrupted;  ///< until a session begins
   /// Nothing before the first session has opened its devices. Newer than `seq` in service.status():
   /// figures that move all the time are no change that watchers are told of.

@@ -147,6 +147,7 @@ struct Event {
   calib::Progress progress;  ///< kPlanned, kRouted, of a session that chooses as it goes
   std::shared_ptr<const calib::Calibration> calibration;  ///< kIdentified
   std::optional<double> residual_m;                       ///< kAssessed
+  std::size_t assessed = 0;  ///< kAssessed: of so many touches the residual is the newest's
   /// kAssessed: per touch of the plan; null: nothing is known yet.
   std::shared_ptr<const std::vector<calib::ExpectedContact>> expected;
 };

@@ -10,6 +10,7 @@ void note(State& state, const Event& event) {
   if (event.kind == EventKind::kLinks) state.links = event.links;
   if (event.kind == EventKind::kAssessed) {
     state.residual_m = event.residual_m;
+    state.assessed = event.assessed;
     if (event.expected) state.expected = event.expected;
   }
 }

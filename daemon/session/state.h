@@ -51,6 +51,7 @@ struct State {
   bool routed_in_contact = false;    ///< when the way was asked for
   Links links;                       ///< as last seen
   std::optional<double> residual_m;  ///< of the newest touch, once assessed
+  std::size_t assessed = 0;          ///< of so many touches residual_m is the newest's
 
   // Of touches chosen one by one.
   calib::Progress progress;

@@ -17,7 +17,13 @@ using nlohmann::json;
 
 struct an_api : ::testing::Test {
   Response ask(const std::string& method, const std::string& target, const std::string& body = "") {
-    return *api.answer(parse_target(method, target, body));
+    return *api.answer(local(method, target, body));
+  }
+  Request local(const std::string& method, const std::string& target,
+                const std::string& body = "") {
+    Request request = parse_target(method, target, body);
+    EXPECT_FALSE(api.admit_local(request));
+    return request;
   }
   std::string error(const Response& response) {
     return json::parse(response.body).at("error").get<std::string>();
@@ -44,15 +50,16 @@ TEST_F(an_api, answers_status_and_abort_while_the_journal_waits_for_a_stalled_di
   std::thread writer([&] { stalled.begin({"c", "c", "r", "r", "{}"}, "t"); });
   disk.wait_until_stalled();
   const auto answer = [&](const char* method, const char* target) {
-    const Request request = parse_target(method, target, "");
+    const Request request = local(method, target);
     EXPECT_FALSE(Api::is_slow(request)) << target;
     return answering.answer(request)->status;
   };
   EXPECT_EQ(answer("GET", "/v1/status"), 200);
   EXPECT_EQ(answer("GET", "/v1/watch"), 200);
   EXPECT_EQ(answer("POST", "/v1/abort"), 409) << "no session is running";
-  for (const char* target : {"/v1/run", "/v1/sessions", "/v1/sessions/1/touches.csv"}) {
-    EXPECT_TRUE(Api::is_slow(parse_target("GET", target, ""))) << target;
+  EXPECT_TRUE(Api::is_slow(local("POST", "/v1/run")));
+  for (const char* target : {"/v1/sessions", "/v1/sessions/1/touches.csv"}) {
+    EXPECT_TRUE(Api::is_slow(local("GET", target))) << target;
   }
   disk.release();
   writer.join();
@@ -266,8 +273,8 @@ sigma_mm = 0.03
 }
 
 TEST_F(an_api, waits_for_news_unless_there_are_some) {
-  EXPECT_FALSE(api.answer(parse_target("GET", "/v1/watch?since=0", ""), false));
-  const Response late = *api.answer(parse_target("GET", "/v1/watch?since=0", ""), true);
+  EXPECT_FALSE(api.answer(local("GET", "/v1/watch?since=0"), false));
+  const Response late = *api.answer(local("GET", "/v1/watch?since=0"), true);
   EXPECT_EQ(late.status, 200);
   EXPECT_EQ(late.body, "");
   for (const char* since : {"x", "-1", "1e3", "99999999999999999999", "%31"}) {

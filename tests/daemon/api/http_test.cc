@@ -1,6 +1,6 @@
 // A real server on a real socket, and clients that mean no good.
 
-#include "daemon/api/http.h"
+#include "daemon/api/server.h"
 
 #include <gtest/gtest.h>
 #include <sys/socket.h>
@@ -26,6 +26,10 @@ namespace {
 
 using testing::TemporaryDirectory;
 
+/// Lets everybody in and answers nothing in particular.
+const ServerParts kAnything{[](Request&) { return std::nullopt; },
+                            [](const Request&, bool) { return Response{}; }};
+
 /// Echoes the path; "/later" has no answer before `ready`, "/slow" is slow and has none before
 /// `released`.
 class Served {
@@ -33,6 +37,7 @@ class Served {
   explicit Served(const std::filesystem::path& path) : socket(path) {
     server = std::make_unique<HttpServer>(
         context, socket,
+        ServerParts{[](Request&) { return std::nullopt; },
         [this](const Request& request, bool give_up) -> std::optional<Response> {
           ++asked;
           if (request.path == "/slow") gate.wait();
@@ -41,7 +46,7 @@ class Served {
               200, "text/plain",
               request.method + " " + request.path + " " + std::to_string(request.body.size())};
         },
-        [](const Request& request) { return request.path == "/slow"; });
+        [](const Request& request) { return request.path == "/slow"; }});
     thread = std::thread([this] { context.run(); });
   }
   ~Served() {
@@ -127,7 +132,7 @@ TEST(a_server, refuses_to_push_a_living_one_aside) {
   const Served served(dir / "s");
   boost::asio::io_context context;
   try {
-    HttpServer second(context, dir / "s", [](const Request&, bool) { return Response{}; });
+    HttpServer second(context, dir / "s", kAnything);
     FAIL();
   } catch (const SocketError& error) {
     EXPECT_NE(std::string(error.what()).find("another cellcald"), std::string::npos);
@@ -139,8 +144,7 @@ TEST(a_server, does_not_remove_a_file_that_is_no_socket) {
   const TemporaryDirectory dir;
   std::ofstream(dir / "s") << "mine";
   boost::asio::io_context context;
-  EXPECT_THROW(HttpServer(context, dir / "s", [](const Request&, bool) { return Response{}; }),
-               SocketError);
+  EXPECT_THROW(HttpServer(context, dir / "s", kAnything), SocketError);
   EXPECT_TRUE(std::filesystem::exists(dir / "s"));
 }
 
@@ -148,7 +152,7 @@ TEST(a_server, says_where_it_cannot_listen) {
   boost::asio::io_context context;
   for (const std::string& path : {std::string("/nonexistent/s"), std::string(200, 'x')}) {
     try {
-      HttpServer server(context, path, [](const Request&, bool) { return Response{}; });
+      HttpServer server(context, path, kAnything);
       FAIL() << path;
     } catch (const SocketError& error) {
       EXPECT_NE(std::string(error.what()).find(path), std::string::npos) << error.what();

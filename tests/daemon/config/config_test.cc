@@ -347,5 +347,43 @@ TEST(axis_limits, over_eki_come_with_the_full_speeds_and_for_the_channels_axes) 
             7u);
 }
 
+TEST(a_configuration, has_no_network_unless_it_says_where_to_listen) {
+  EXPECT_FALSE(parse_config(kMock, "d.toml").http);
+  EXPECT_FALSE(parse_config(kMock + "[http]\n", "d.toml").http);
+  const DaemonConfig config =
+      parse_config(kMock + "[http]\nlisten = \"127.0.0.1:8080\"\n", "d.toml");
+  ASSERT_TRUE(config.http);
+  EXPECT_EQ(config.http->address, "127.0.0.1");
+  EXPECT_EQ(config.http->port, 8080);
+  EXPECT_FALSE(config.http->tls());
+  EXPECT_EQ(parse_config(kMock + "[http]\nlisten = \"[::1]:1\"\n", "d.toml").http->address, "::1");
+}
+
+TEST(a_configuration, refuses_to_be_reached_from_the_network_without_tls_unless_told_to) {
+  for (const char* listen : {"10.0.0.5:8080", "0.0.0.0:8080", "[::]:8080"}) {
+    const std::string text = kMock + "[http]\nlisten = \"" + listen + "\"\n";
+    EXPECT_NE(reason(text).find("allow_plain = true"), std::string::npos) << reason(text);
+    EXPECT_EQ(reason(text + "allow_plain = true\n"), "accepted");
+    EXPECT_EQ(reason(text + "tls_certificate = \"/c\"\ntls_key = \"/k\"\n"), "accepted");
+  }
+}
+
+TEST(a_configuration, names_what_is_wrong_with_its_network) {
+  for (const char* listen : {"", "8080", ":8080", "localhost:8080", "127.0.0.1", "127.0.0.1:",
+                             "127.0.0.1:0", "127.0.0.1:65536", "127.0.0.1:80x", "127.0.0.1:-1",
+                             "::1:8080", "[127.0.0.1]:80", "[::1]", "224.0.0.1:80", "300.0.0.1:80"}) {
+    const std::string words = reason(kMock + "[http]\nlisten = \"" + listen + "\"\n");
+    EXPECT_NE(words.find("d.toml"), std::string::npos) << listen << ": " << words;
+    EXPECT_NE(words.find("listen"), std::string::npos) << listen << ": " << words;
+  }
+  const std::string listen = kMock + "[http]\nlisten = \"127.0.0.1:8080\"\n";
+  EXPECT_NE(reason(listen + "tls_key = \"/k\"\n").find("tls_certificate"), std::string::npos);
+  EXPECT_NE(reason(listen + "tls_certificate = \"/c\"\n").find("tls_key"), std::string::npos);
+  EXPECT_NE(reason(listen + "port = 1\n").find("port"), std::string::npos);
+  EXPECT_NE(reason(listen + "host_names = [\"a b\"]\n").find("host_names"), std::string::npos);
+  EXPECT_NE(reason(listen + "host_names = [\"a:80\"]\n").find("host_names"), std::string::npos);
+  EXPECT_NE(reason(kMock + "[http]\nallow_plain = true\n").find("listen"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace cellcal::daemon

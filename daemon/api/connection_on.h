@@ -1,0 +1,267 @@
+#pragma once
+// One client on a socket of any kind: reads a request, waits for its answer, writes it, and so on.
+// Beast and Asio compile for long: each kind of socket stands in a file of its own.
+
+#include <boost/asio/error.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/ssl/stream.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/asio/write.hpp>
+#include <boost/beast/core.hpp>
+#include <boost/beast/http.hpp>
+#include <boost/beast/ssl.hpp>
+#include <optional>
+
+#include "daemon/api/server_impl.h"
+
+namespace cellcal::daemon {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace http = boost::beast::http;
+
+inline constexpr std::uint64_t kMostBody = 64 * 1024;
+inline constexpr std::uint32_t kMostHeader = 8 * 1024;
+/// A waiting answer is given by then, so that a client can tell a quiet daemon from a dead one.
+inline constexpr std::chrono::seconds kLongestWait{20};
+/// For a client whose request was refused half-way, to read why.
+inline constexpr std::chrono::seconds kLongestFarewell{2};
+
+template <class Stream>
+struct IsTls : std::false_type {};
+template <class Next>
+struct IsTls<beast::ssl_stream<Next>> : std::true_type {};
+
+template <class SocketStream>
+class ConnectionOn final : public Connection,
+                           public std::enable_shared_from_this<ConnectionOn<SocketStream>> {
+ public:
+  ConnectionOn(SocketStream stream, std::string peer, std::weak_ptr<HttpServer::Impl> server)
+      : Connection(std::move(peer)),
+        stream_(std::move(stream)),
+        timer_(stream_.get_executor()),
+        limits_(server.lock()->parts.limits),
+        server_(std::move(server)) {}
+
+  void start() override {
+    if constexpr (IsTls<SocketStream>::value) {
+      lowest().expires_after(limits_.request);
+      stream_.async_handshake(asio::ssl::stream_base::server,
+                              [self = this->shared_from_this()](beast::error_code code) {
+                                if (code) return self->close();
+                                self->read();
+                              });
+    } else {
+      read();
+    }
+  }
+
+  void ask(bool give_up) override {
+    if (waits_ == Waits::kForEvents) return give();
+    const auto server = server_.lock();
+    if (waits_ != Waits::kForChange || !server) return;
+    std::optional<Response> answer = server->parts.handler(request_, give_up);
+    if (!answer && !give_up) return;
+    timer_.cancel();
+    write(std::move(answer), keep_);
+  }
+
+  void close() override {
+    const auto self = this->shared_from_this();
+    timer_.cancel();
+    beast::error_code ignored;  // the peer may be gone already
+    lowest().socket().shutdown(asio::socket_base::shutdown_both, ignored);
+    lowest().close();
+    events_.reset();
+    if (const auto server = server_.lock()) server->remove(self);
+  }
+
+ private:
+  auto& lowest() { return beast::get_lowest_layer(stream_); }
+
+  void read() {
+    waits_ = Waits::kForRequest;
+    parser_.emplace();
+    parser_->body_limit(kMostBody);
+    parser_->header_limit(kMostHeader);
+    lowest().expires_after(limits_.request);
+    http::async_read(stream_, buffer_, *parser_,
+                     [self = this->shared_from_this()](beast::error_code code, std::size_t) {
+                       self->on_read(code);
+                     });
+  }
+
+  void on_read(beast::error_code code) {
+    if (code == http::error::body_limit) return refuse(413, "the body is longer than 64 KiB");
+    if (code == http::error::header_limit) return refuse(431, "the header is longer than 8 KiB");
+    const bool malformed =
+        code.category() == http::make_error_code(http::error::bad_method).category() &&
+        code != http::error::end_of_stream && code != http::error::partial_message;
+    if (malformed) return refuse(400, "this is not HTTP: " + code.message());
+    if (code) return close();
+    take_request();
+    lowest().expires_never();
+    const auto server = server_.lock();
+    if (!server) return close();
+    if (auto refusal = server->parts.admit(request_)) return hold_back(std::move(*refusal));
+    if (server->parts.slow && server->parts.slow(request_)) return ask_clerk(*server);
+    waits_ = Waits::kForChange;
+    timer_.expires_after(kLongestWait);
+    timer_.async_wait([self = this->shared_from_this()](beast::error_code cancelled) {
+      if (!cancelled) self->ask(true);
+    });
+    ask(false);
+  }
+
+  void take_request() {
+    auto message = parser_->release();
+    keep_ = message.keep_alive();
+    request_ = parse_target(std::string(message.method_string()), std::string(message.target()),
+                            std::move(message.body()));
+    for (const auto& field : message) {
+      std::string name(field.name_string());
+      for (char& letter : name) letter = 'A' <= letter && letter <= 'Z' ? static_cast<char>(letter + 'a' - 'A') : letter;
+      request_.headers.emplace(std::move(name), std::string(field.value()));
+    }
+    request_.peer = peer();
+  }
+
+  void ask_clerk(HttpServer::Impl& server) {
+    waits_ = Waits::kForClerk;
+    const bool taken = server.ask_clerk([self = this->shared_from_this(), &server] {
+      auto answer = server.parts.handler(self->request_, true);
+      asio::post(server.context, [self, answer = std::move(answer)]() mutable {
+        if (self->lowest().socket().is_open()) self->write(std::move(answer), self->keep_);
+      });
+    });
+    if (!taken)
+      refuse(503, "too many requests are waiting. Try again; status and abort are still answered");
+  }
+
+  /// A refusal that is meant to cost its reader time. Whoever else needs the place has it.
+  void hold_back(Response refusal) {
+    waits_ = Waits::kForRequest;
+    if (refusal.hold.count() == 0) return write(std::move(refusal), keep_);
+    timer_.expires_after(refusal.hold);
+    timer_.async_wait([self = this->shared_from_this(),
+                       refusal = std::move(refusal)](beast::error_code cancelled) mutable {
+      if (!cancelled) self->write(std::move(refusal), self->keep_);
+    });
+  }
+
+  void refuse(int status, const std::string& words) { write(error(status, words), false); }
+
+  void write(std::optional<Response> given, bool keep) {
+    waits_ = Waits::kForReader;
+    Response response = given ? std::move(*given) : error(500, "no answer");
+    if (response.stream) return follow(std::move(response));
+    answer_ = http::response<http::string_body>(static_cast<http::status>(response.status), 11);
+    set_headers(answer_, response);
+    answer_.body() = std::move(response.body);
+    answer_.keep_alive(keep);
+    answer_.prepare_payload();
+    lowest().expires_after(limits_.answer);
+    http::async_write(stream_, answer_,
+                      [self = this->shared_from_this(), keep](beast::error_code code, std::size_t) {
+                        if (code) return self->close();
+                        keep ? self->read() : self->say_goodbye();
+                      });
+  }
+
+  template <class Message>
+  static void set_headers(Message& message, const Response& response) {
+    message.set(http::field::server, "cellcald");
+    message.set(http::field::content_type, response.type);
+    message.set("X-Content-Type-Options", "nosniff");
+    for (const auto& [name, value] : response.headers) message.set(name, value);
+  }
+
+  void follow(Response response) {
+    const auto server = server_.lock();
+    if (!server) return close();
+    if (!server->has_room_for_a_stream()) {
+      return refuse(503, std::to_string(kMostStreams) +
+                             " clients follow already. Close one, or ask /v1/status");
+    }
+    events_ = std::move(response.stream);
+    http::response<http::empty_body> head(static_cast<http::status>(response.status), 11);
+    set_headers(head, response);
+    head.keep_alive(false);  // its end is the connection's
+    std::ostringstream text;
+    text << head;
+    chunk_ = text.str();
+    waits_ = Waits::kForEvents;
+    close_when_it_speaks();
+    send_chunk();
+    server->keep_looking();
+  }
+
+  /// One piece at a time is on its way: what a slow reader misses is nowhere kept for it.
+  void give() {
+    if (sending_ || !events_) return;
+    std::optional<std::string> news = events_->next();
+    if (!news) return close();
+    if (news->empty()) return;
+    chunk_ = std::move(*news);
+    send_chunk();
+  }
+
+  void send_chunk() {
+    sending_ = true;
+    lowest().expires_after(limits_.follower);
+    asio::async_write(stream_, asio::buffer(chunk_),
+                      [self = this->shared_from_this()](beast::error_code code, std::size_t) {
+                        self->sending_ = false;
+                        if (code) return self->close();
+                        self->lowest().expires_never();
+                        self->give();
+                      });
+  }
+
+  /// Of a follower nothing more is expected but that it goes away.
+  void close_when_it_speaks() {
+    lowest().socket().async_wait(
+        asio::socket_base::wait_read,
+        [weak = this->weak_from_this()](beast::error_code code) {
+          const auto self = weak.lock();
+          if (self && !code) self->close();
+        });
+  }
+
+  /// A close with bytes unread would take the answer away from a client that is still sending.
+  void say_goodbye() {
+    waits_ = Waits::kForRequest;
+    lowest().expires_after(kLongestFarewell);
+    if constexpr (IsTls<SocketStream>::value) {
+      stream_.async_shutdown(
+          [self = this->shared_from_this()](beast::error_code) { self->close(); });
+    } else {
+      beast::error_code ignored;  // the peer may be gone already
+      lowest().socket().shutdown(asio::socket_base::shutdown_send, ignored);
+      drain();
+    }
+  }
+
+  void drain() {
+    chunk_.resize(4096);
+    lowest().async_read_some(asio::buffer(chunk_),
+                             [self = this->shared_from_this()](beast::error_code code, std::size_t) {
+                               if (code) return self->close();
+                               self->drain();
+                             });
+  }
+
+  SocketStream stream_;
+  asio::steady_timer timer_;
+  ServerLimits limits_;
+  std::weak_ptr<HttpServer::Impl> server_;
+  beast::flat_buffer buffer_{kMostBody + kMostHeader};
+  std::optional<http::request_parser<http::string_body>> parser_;
+  http::response<http::string_body> answer_;
+  Request request_;
+  std::shared_ptr<daemon::Stream> events_;
+  std::string chunk_;
+  bool keep_ = false, sending_ = false;
+};
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,85 @@
+#include "daemon/api/routes.h"
+
+#include <charconv>
+
+#include "daemon/api/run_request.h"
+
+namespace cellcal::daemon {
+
+std::span<const Api::Route> Api::routes() {
+  constexpr bool kSlow = true, kAtOnce = false;
+  // clang-format off
+  static constexpr Route kRoutes[] = {
+      {"GET",  "/v1/health",                         Role::kNobody,  kAtOnce, &Api::health},
+      {"GET",  "/v1/me",                             Role::kLook,    kAtOnce, &Api::me},
+      {"GET",  "/v1/status",                         Role::kLook,    kAtOnce, &Api::status},
+      {"GET",  "/v1/watch",                          Role::kLook,    kAtOnce, &Api::watch},
+      {"GET",  "/v1/events",                         Role::kLook,    kAtOnce, &Api::events},
+      {"POST", "/v1/run",                            Role::kOperate, kSlow,   &Api::run},
+      {"POST", "/v1/abort",                          Role::kOperate, kAtOnce, &Api::abort},
+      {"GET",  "/v1/sessions",                       Role::kLook,    kSlow,   &Api::sessions},
+      {"GET",  "/v1/sessions/{id}",                  Role::kLook,    kSlow,   &Api::session},
+      {"GET",  "/v1/sessions/{id}/touches",          Role::kLook,    kSlow,   &Api::session_touches},
+      {"GET",  "/v1/sessions/{id}/events",           Role::kLook,    kSlow,   &Api::session_events},
+      {"GET",  "/v1/sessions/{id}/touches.csv",      Role::kLook,    kSlow,   &Api::touches_csv},
+      {"GET",  "/v1/sessions/{id}/calibration.json", Role::kLook,    kSlow,   &Api::calibration},
+      {"GET",  "/v1/sessions/{id}/report.html",      Role::kLook,    kSlow,   &Api::report},
+  };
+  // clang-format on
+  return kRoutes;
+}
+
+namespace {
+
+/// What stands for the pattern's segment in braces; nothing where the path is another one.
+std::optional<std::string_view> fits(std::string_view pattern, std::string_view path) {
+  const std::size_t open = pattern.find('{');
+  if (open == std::string_view::npos) {
+    return pattern == path ? std::optional(std::string_view()) : std::nullopt;
+  }
+  const std::string_view before = pattern.substr(0, open);
+  const std::string_view behind = pattern.substr(pattern.find('}') + 1);
+  if (!path.starts_with(before)) return std::nullopt;
+  path.remove_prefix(before.size());
+  const std::string_view variable = path.substr(0, path.find('/'));
+  if (variable.empty() || path.substr(variable.size()) != behind) return std::nullopt;
+  return variable;
+}
+
+}  // namespace
+
+Match match(const Request& request) {
+  Match found;
+  for (const Api::Route& route : Api::routes()) {
+    const auto variable = fits(route.path, request.path);
+    if (!variable) continue;
+    found.path_known = true;
+    if (request.method != route.method) continue;
+    found.route = &route;
+    found.variable = *variable;
+    return found;
+  }
+  return found;
+}
+
+std::optional<std::int64_t> whole_number(std::string_view text) {
+  std::int64_t value = 0;
+  const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (code != std::errc() || end != text.data() + text.size() || value < 0) return std::nullopt;
+  return value;
+}
+
+std::optional<std::int64_t> whole_number_in(const Request& request, const char* key) {
+  const auto given = request.query.find(key);
+  if (given == request.query.end()) return std::nullopt;
+  const auto number = whole_number(given->second);
+  if (!number) throw BadRequest(std::string("\"") + key + "\" must be a whole number");
+  return number;
+}
+
+bool Api::is_slow(const Request& request) {
+  const Match found = match(request);
+  return found.route != nullptr && found.route->slow;
+}
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,129 @@
+#include "daemon/api/server.h"
+
+#include <algorithm>
+#include <boost/asio/post.hpp>
+#include <tuple>
+
+#include "daemon/api/server_impl.h"
+
+namespace cellcal::daemon {
+
+namespace asio = boost::asio;
+
+namespace {
+
+/// Of an arm's joints on a page.
+constexpr std::chrono::milliseconds kLookPeriod{200};
+/// Out of descriptors, most likely: trying at once would only burn the processor.
+constexpr std::chrono::seconds kAcceptPause{1};
+
+}  // namespace
+
+void HttpServer::Impl::add(const std::shared_ptr<Connection>& connection) {
+  make_room();
+  connections.push_back(connection);
+  connection->start();
+}
+
+/// There is always room for one more, who may want to stop the arm. Who waits for what is least to
+/// be missed has to go; of those the oldest of the address that holds most of them.
+void HttpServer::Impl::make_room() {
+  if (connections.size() < kMostConnections) return;
+  const auto rank = [this](const std::shared_ptr<Connection>& one) {
+    const auto alike = std::count_if(
+        connections.begin(), connections.end(), [&](const std::shared_ptr<Connection>& other) {
+          return other->waits() == one->waits() && other->peer() == one->peer();
+        });
+    return std::tuple(one->waits(), -alike);
+  };
+  const auto least = std::min_element(
+      connections.begin(), connections.end(),
+      [&](const auto& a, const auto& b) { return rank(a) < rank(b); });
+  const std::shared_ptr<Connection> gone = *least;
+  gone->close();
+}
+
+bool HttpServer::Impl::has_room_for_a_stream() const {
+  return static_cast<std::size_t>(std::count_if(
+             connections.begin(), connections.end(), [](const std::shared_ptr<Connection>& one) {
+               return one->waits() == Connection::Waits::kForEvents;
+             })) < kMostStreams;
+}
+
+void HttpServer::Impl::keep_looking() {
+  if (looking || stopped) return;
+  looking = true;
+  beat.expires_after(kLookPeriod);
+  beat.async_wait([weak = weak_from_this()](boost::system::error_code cancelled) {
+    const auto self = weak.lock();
+    if (!self || cancelled) return;
+    self->looking = false;
+    bool any = false;
+    const auto now = self->connections;  // one that has to go is taken out
+    for (const auto& one : now) {
+      if (one->waits() != Connection::Waits::kForEvents) continue;
+      any = true;
+      one->ask(false);
+    }
+    if (any) self->keep_looking();
+  });
+}
+
+void HttpServer::Impl::ask_all() {
+  const auto now = connections;  // an answer may end its connection
+  for (const auto& connection : now) connection->ask(false);
+}
+
+bool HttpServer::Impl::ask_clerk(std::function<void()> job) {
+  if (!clerk || at_the_clerk >= kMostConnections) return false;
+  ++at_the_clerk;
+  clerk->post([this, job = std::move(job)] {
+    job();
+    --at_the_clerk;
+  });
+  return true;
+}
+
+void HttpServer::Impl::accept_later() {
+  auto pause = std::make_shared<asio::steady_timer>(context, kAcceptPause);
+  pause->async_wait([self = shared_from_this(), pause](boost::system::error_code) {
+    if (!self->stopped) self->accept();
+  });
+}
+
+HttpServer::HttpServer(asio::io_context& context, const std::filesystem::path& socket,
+                       ServerParts parts)
+    : impl_(listen_on(context, socket, std::move(parts))) {
+  impl_->accept();
+}
+
+HttpServer::HttpServer(asio::io_context& context, const NetworkAddress& address, ServerParts parts)
+    : impl_(listen_on(context, address, std::move(parts))) {
+  impl_->accept();
+}
+
+HttpServer::~HttpServer() { stop(); }
+
+void HttpServer::poke() {
+  if (impl_->poked.exchange(true)) return;
+  asio::post(impl_->context, [weak = std::weak_ptr<Impl>(impl_)] {
+    const auto impl = weak.lock();
+    if (!impl) return;
+    impl->poked = false;
+    impl->ask_all();
+  });
+}
+
+void HttpServer::stop() {
+  if (impl_->stopped) return;
+  impl_->stopped = true;
+  impl_->beat.cancel();
+  impl_->stop_listening();
+  const auto connections = impl_->connections;
+  for (const auto& connection : connections) connection->close();
+  impl_->clerk.reset();  // waits for the job in hand
+}
+
+std::uint16_t HttpServer::port() const { return impl_->port(); }
+
+}  // namespace cellcal::daemon

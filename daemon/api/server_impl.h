@@ -1,0 +1,85 @@
+#pragma once
+// What servers on all kinds of sockets have in common: who is connected, who has to go, what waits.
+
+#include <atomic>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <list>
+#include <memory>
+#include <string>
+
+#include "daemon/api/server.h"
+#include "daemon/service/worker.h"
+
+namespace cellcal::daemon {
+
+inline constexpr std::size_t kMostConnections = 64;
+/// The others are for requests: of those one can always go.
+inline constexpr std::size_t kMostStreams = 56;
+
+/// One client. On the context's thread.
+class Connection {
+ public:
+  virtual ~Connection() = default;
+
+  /// What it waits for, the least to be missed first.
+  enum class Waits { kForRequest, kForChange, kForClerk, kForReader, kForEvents };
+  Waits waits() const { return waits_; }
+  const std::string& peer() const { return peer_; }
+
+  virtual void start() = 0;
+  /// Gives the answer if there is one by now.
+  virtual void ask(bool give_up) = 0;
+  virtual void close() = 0;
+
+ protected:
+  explicit Connection(std::string peer) : peer_(std::move(peer)) {}
+  Waits waits_ = Waits::kForRequest;
+
+ private:
+  std::string peer_;
+};
+
+struct HttpServer::Impl : std::enable_shared_from_this<HttpServer::Impl> {
+  Impl(boost::asio::io_context& io, ServerParts given)
+      : context(io), parts(std::move(given)), beat(io) {}
+  virtual ~Impl() = default;
+
+  virtual void accept() = 0;
+  virtual void stop_listening() = 0;
+  virtual std::uint16_t port() const { return 0; }
+
+  void add(const std::shared_ptr<Connection>& connection);
+  void remove(const std::shared_ptr<Connection>& connection) { connections.remove(connection); }
+  /// Whether one more may follow what happens.
+  bool has_room_for_a_stream() const;
+  /// What no change announces is looked for a few times a second, while somebody follows.
+  void keep_looking();
+  void ask_all();
+  /// False: too many wait already.
+  bool ask_clerk(std::function<void()> job);
+  /// Behind an accept that failed.
+  void accept_later();
+
+  boost::asio::io_context& context;
+  ServerParts parts;
+  std::list<std::shared_ptr<Connection>> connections;  ///< the oldest first
+  boost::asio::steady_timer beat;
+  bool looking = false, stopped = false;
+  std::atomic<bool> poked{false};
+  std::atomic<std::size_t> at_the_clerk{0};
+  std::unique_ptr<Worker> clerk =
+      std::make_unique<ThreadWorker>(ThreadWorker::Priority::kNormal);
+
+ private:
+  void make_room();
+};
+
+/// Throw SocketError. They listen, and accept nothing yet.
+std::shared_ptr<HttpServer::Impl> listen_on(boost::asio::io_context& context,
+                                            const std::filesystem::path& socket,
+                                            ServerParts parts);
+std::shared_ptr<HttpServer::Impl> listen_on(boost::asio::io_context& context,
+                                            const NetworkAddress& address, ServerParts parts);
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,158 @@
+// What the journal and the results' folder hold of sessions.
+
+#include <algorithm>
+#include <filesystem>
+
+#include "calib/files/files.h"
+#include "calib/syntax/input_file.h"
+#include "daemon/api/handlers.h"
+#include "daemon/api/json_text.h"
+#include "daemon/api/routes.h"
+#include "daemon/api/run_request.h"
+#include "daemon/service/delay_watch.h"
+#include "daemon/service/inputs.h"
+#include "daemon/session/phase_times.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+using nlohmann::json;
+
+constexpr std::int64_t kUsualPage = 100, kLargestPage = 1000;
+
+json to_json(const SessionRecord& record) {
+  return {
+      {"id", record.id},           {"started", record.started},       {"ended", record.ended},
+      {"state", record.state},     {"cell", record.inputs.cell_name}, {"touches", record.touches},
+      {"planned", record.planned}, {"failure", record.failure}};
+}
+
+json to_json(const PhaseTimes& times) {
+  json activities = json::array();
+  for (const Activity activity : kAllActivities) {
+    const ActivityTime& one = times[activity];
+    activities.push_back({{"activity", to_string(activity)},
+                          {"driver", driver_of(activity)},
+                          {"count", one.count},
+                          {"total_s", one.total_s},
+                          {"worst_s", one.worst_s}});
+  }
+  return {{"touches", times.touches}, {"total_s", times.total_s}, {"activities", activities}};
+}
+
+std::int64_t page_size(const Request& request, std::int64_t usual) {
+  const std::int64_t limit = whole_number_in(request, "limit").value_or(usual);
+  if (limit < 1 || limit > kLargestPage) throw BadRequest("\"limit\" must be 1 to 1000");
+  return limit;
+}
+
+struct Part {
+  std::size_t begin = 0, end = 0;
+  bool more = false;
+};
+
+/// Those of `count` that follow the one with the number `after`; from the first without it.
+Part part_of(const Request& request, std::size_t count) {
+  const auto limit = static_cast<std::size_t>(page_size(request, kUsualPage));
+  const auto after = whole_number_in(request, "after");
+  Part part;
+  part.begin = after ? std::min(count, static_cast<std::size_t>(*after) + 1) : 0;
+  part.end = part.begin + std::min(limit, count - part.begin);
+  part.more = part.end < count;
+  return part;
+}
+
+}  // namespace
+
+SessionRecord Api::find(const Call& call) {
+  const auto id = whole_number(call.variable);
+  auto record = id ? journal_.session(*id) : std::nullopt;
+  if (!record) {
+    throw NotFound("no session " + std::string(call.variable) + ". See 'cellcal history'");
+  }
+  return std::move(*record);
+}
+
+std::optional<Response> Api::sessions(const Call& call) {
+  const auto before = whole_number_in(call.request, "before");
+  const bool whole = !call.request.query.contains("limit");
+  const auto limit = whole ? std::size_t(-1) : static_cast<std::size_t>(page_size(call.request, 0));
+  json list = json::array();
+  for (const SessionRecord& record : journal_.sessions()) {
+    if (before && record.id >= *before) continue;
+    if (list.size() >= limit) break;
+    list.push_back(to_json(record));
+  }
+  return Response{.body = dump(list)};
+}
+
+std::optional<Response> Api::session(const Call& call) {
+  const SessionRecord record = find(call);
+  json value = to_json(record);
+  const std::vector<std::string> events = journal_.events(record.id);
+  value["events"] = events;
+  value["times"] = to_json(phase_times(events));
+  value["contact_delay"] = nullptr;
+  if (const auto delay = delay_of(journal_, record.id)) {
+    value["contact_delay"] = {{"ms", 1e3 * delay->delay_s},
+                              {"sigma_ms", 1e3 * delay->sigma_s},
+                              {"touches", delay->touches},
+                              {"words", in_words(*delay)},
+                              {"warning", complaint(*delay, delay_before(journal_, record.id))}};
+  }
+  value["results"] = service_.results_dir(record.id).string();
+  return Response{.body = dump(value)};
+}
+
+std::optional<Response> Api::session_touches(const Call& call) {
+  const SessionRecord record = find(call);
+  const std::vector<calib::Touch> touches = journal_.touches(record.id);
+  const Part part = part_of(call.request, touches.size());
+  json list = json::array();
+  for (std::size_t i = part.begin; i < part.end; ++i) list.push_back(touch_json(i, touches[i]));
+  return Response{
+      .body = dump({{"session", record.id}, {"touches", list}, {"more", part.more}})};
+}
+
+std::optional<Response> Api::session_events(const Call& call) {
+  const SessionRecord record = find(call);
+  const std::vector<std::string> events = journal_.events(record.id);
+  const Part part = part_of(call.request, events.size());
+  json list = json::array();
+  for (std::size_t i = part.begin; i < part.end; ++i) {
+    const std::size_t gap = std::min(events[i].find(' '), events[i].size());
+    list.push_back({{"index", i},
+                    {"time", events[i].substr(0, gap)},
+                    {"words", events[i].substr(std::min(gap + 1, events[i].size()))}});
+  }
+  return Response{.body = dump({{"session", record.id}, {"events", list}, {"more", part.more}})};
+}
+
+std::optional<Response> Api::touches_csv(const Call& call) {
+  const SessionRecord record = find(call);
+  return Response{
+      200, "text/csv",
+      calib::format_touches(journal_.touches(record.id), cell_of(record.inputs).robot)};
+}
+
+std::optional<Response> Api::calibration(const Call& call) {
+  return result_file(call, "calibration.json", "application/json");
+}
+
+std::optional<Response> Api::report(const Call& call) {
+  return result_file(call, "report.html", "text/html; charset=utf-8");
+}
+
+/// Nothing of a request ever becomes part of a path.
+Response Api::result_file(const Call& call, const char* name, const char* type) {
+  const std::int64_t session = find(call).id;
+  const std::filesystem::path path = service_.results_dir(session) / name;
+  if (!std::filesystem::exists(path)) {
+    throw NotFound("session " + std::to_string(session) + " has no result. See 'cellcal show " +
+                   std::to_string(session) + "'");
+  }
+  return {200, type, calib::read_file(path)};
+}
+
+}  // namespace cellcal::daemon

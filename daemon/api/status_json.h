@@ -1,0 +1,19 @@
+#pragma once
+// What is said of a session, as JSON; each without line breaks.
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+#include "daemon/service/status.h"
+
+namespace cellcal::daemon {
+
+/// One that was recorded, for lists.
+nlohmann::json touch_json(std::size_t index, const calib::Touch& touch);
+std::string status_to_json(const Status& status);
+/// {"session","index","target","set","joints_deg","tip_mm","residual_mm","u95_mm"}
+std::string made_touch_to_json(const MadeTouch& made);
+/// {"session","joints_deg"}
+std::string joints_to_json(std::int64_t session, const drivers::AxisAngles& joints_rad);
+
+}  // namespace cellcal::daemon

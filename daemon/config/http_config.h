@@ -1,0 +1,27 @@
+#pragma once
+// [http]: whether and how the API is to be had over the network.
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "calib/syntax/toml_table.h"
+
+namespace cellcal::daemon {
+
+struct HttpConfig {
+  std::string address;  ///< IPv4 or IPv6, of this computer
+  std::uint16_t port = 0;
+  std::filesystem::path tls_certificate, tls_key;  ///< both or none
+  /// Names, in lower case, under which browsers find this computer, beside its addresses.
+  std::vector<std::string> host_names;
+
+  bool tls() const { return !tls_certificate.empty(); }
+};
+
+/// Nothing without `listen`. Throws calib::FileError.
+std::optional<HttpConfig> read_http(const calib::TomlTable& table);
+
+}  // namespace cellcal::daemon

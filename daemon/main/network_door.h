@@ -1,0 +1,30 @@
+#pragma once
+// The API over the network, on a thread of its own: whatever others send there, the thread that takes
+// an abort from the Unix socket and from signals, and feeds the watchdog, has nothing to do with it.
+
+#include <memory>
+
+#include "daemon/api/handlers.h"
+#include "daemon/config/http_config.h"
+
+namespace cellcal::daemon {
+
+class NetworkDoor {
+ public:
+  /// Throws SocketError.
+  NetworkDoor(const HttpConfig& config, Api& api);
+  ~NetworkDoor();
+  NetworkDoor(const NetworkDoor&) = delete;
+  NetworkDoor& operator=(const NetworkDoor&) = delete;
+
+  /// As HttpServer; from any thread.
+  void poke();
+  /// Closes all connections and waits for the request in hand.
+  void stop();
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,257 @@
+// What a follower of the event stream is given, without a socket.
+
+#include "daemon/api/event_feed.h"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <random>
+#include <set>
+
+namespace cellcal::daemon {
+namespace {
+
+using nlohmann::json;
+
+struct Event {
+  std::string name, id;
+  json data;
+};
+
+/// As a browser reads them; comments are left out.
+std::vector<Event> events_in(const std::string& text) {
+  std::vector<Event> events;
+  Event now;
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t end = text.find('\n', at);
+    EXPECT_NE(end, std::string::npos) << "a line is not whole";
+    const std::string line = text.substr(at, end - at);
+    at = end + 1;
+    if (line.empty()) {
+      if (!now.name.empty()) events.push_back(now);
+      now = {};
+    } else if (line.rfind("event: ", 0) == 0) {
+      now.name = line.substr(7);
+    } else if (line.rfind("id: ", 0) == 0) {
+      now.id = line.substr(4);
+    } else if (line.rfind("data: ", 0) == 0) {
+      now.data = json::parse(line.substr(6));
+    } else {
+      EXPECT_EQ(line, ":");
+    }
+  }
+  EXPECT_TRUE(now.name.empty()) << "an event is not whole";
+  return events;
+}
+
+/// What a service says of itself, made up; keeps as much as one.
+struct a_feed : ::testing::Test {
+  a_feed() { history.emplace_back(); }
+
+  void happen(bool touch = false) {
+    Status next;
+    next.seq = history.back().seq + 1;
+    next.session = 3;
+    if (touch) {
+      auto made = std::make_shared<MadeTouch>();
+      made->session = 3;
+      made->index = touches++;
+      made->touch.target = "S1";
+      made->touch.joint_rad = {0.5};
+      made->tip_m = {0.001, 0.002, 0.003};
+      next.made = made;
+    }
+    next.done = touches;
+    history.push_back(next);
+    if (history.size() > 512) history.erase(history.begin());
+  }
+  void move(double joint_rad) {
+    auto report = std::make_shared<LinkReport>();
+    report->open = true;
+    report->robot.actual_rad = {joint_rad};
+    links = report;
+  }
+  std::vector<Event> take(Stream& stream) {
+    std::vector<Event> all;
+    while (true) {
+      const auto piece = stream.next();
+      EXPECT_TRUE(piece) << "cut";
+      if (!piece || piece->empty() || *piece == ":\n\n") return all;
+      for (Event& event : events_in(*piece)) all.push_back(std::move(event));
+    }
+  }
+
+  std::vector<Status> history;
+  std::shared_ptr<const LinkReport> links;
+  std::size_t touches = 0;
+  std::chrono::steady_clock::time_point now{};
+  EventFeed feed{{[this] {
+                    Status status = history.back();
+                    status.links = links;
+                    return status;
+                  },
+                  [this](std::uint64_t seq) {
+                    std::vector<Status> newer;
+                    for (const Status& one : history) {
+                      if (one.seq > seq) newer.push_back(one);
+                    }
+                    return newer;
+                  }},
+                 [this] { return now; }};
+};
+
+TEST_F(a_feed, begins_with_the_current_status_and_goes_on_with_each_change) {
+  for (int i = 0; i < 5; ++i) happen();
+  const auto stream = feed.follow({});
+  std::vector<Event> events = take(*stream);
+  ASSERT_EQ(events.size(), 1u);
+  EXPECT_EQ(events[0].name, "status");
+  EXPECT_EQ(events[0].id, "5");
+  EXPECT_EQ(events[0].data["session"], 3);
+  happen();
+  happen();
+  events = take(*stream);
+  ASSERT_EQ(events.size(), 2u);
+  EXPECT_EQ(events[0].id, "6");
+  EXPECT_EQ(events[1].id, "7");
+  EXPECT_TRUE(take(*stream).empty());
+}
+
+TEST_F(a_feed, of_an_idle_daemon_says_that_it_is_idle) {
+  const auto stream = feed.follow({});
+  const std::vector<Event> events = take(*stream);
+  ASSERT_EQ(events.size(), 1u);
+  EXPECT_EQ(events[0].id, "0");
+  EXPECT_EQ(events[0].data["phase"], "idle");
+}
+
+TEST_F(a_feed, tells_of_a_touch_behind_the_status_that_counts_it) {
+  const auto stream = feed.follow({});
+  take(*stream);
+  happen(true);
+  const std::vector<Event> events = take(*stream);
+  ASSERT_EQ(events.size(), 2u);
+  EXPECT_EQ(events[0].name, "status");
+  EXPECT_EQ(events[0].data["touches"], 1);
+  EXPECT_EQ(events[1].name, "touch");
+  EXPECT_EQ(events[1].id, "1.1");
+  EXPECT_EQ(events[1].data["index"], 0);
+  EXPECT_EQ(events[1].data["target"], "S1");
+  EXPECT_EQ(events[1].data["set"], "fit");
+  EXPECT_DOUBLE_EQ(events[1].data["tip_mm"][2], 3.0);
+  EXPECT_TRUE(events[1].data["residual_mm"].is_null());
+}
+
+TEST_F(a_feed, whose_connection_breaks_anywhere_goes_on_without_a_loss_or_a_double) {
+  std::mt19937 random(7);
+  std::optional<EventId> since;
+  auto stream = feed.follow(since);
+  std::vector<std::string> ids;
+  for (int i = 0; i < 2000; ++i) {
+    happen(random() % 7 == 0);
+    if (random() % 3 != 0) continue;
+    std::vector<Event> events = take(*stream);
+    // Cut behind any of them: the client has those before.
+    const bool cut = random() % 2 == 0;
+    if (cut) events.resize(events.empty() ? 0 : random() % (events.size() + 1));
+    for (const Event& event : events) {
+      ids.push_back(event.id);
+      since = parse_event_id(event.id);
+    }
+    if (cut && since) stream = feed.follow(since);
+  }
+  for (const Event& event : take(*stream)) ids.push_back(event.id);
+  std::vector<std::string> expected;
+  for (std::uint64_t seq = 1; seq <= 2000; ++seq) expected.push_back(std::to_string(seq));
+  std::vector<std::string> statuses, seen_touches;
+  for (const std::string& id : ids) {
+    (id.find('.') == std::string::npos ? statuses : seen_touches).push_back(id);
+  }
+  // The first may be a later one: that was the current one when it connected.
+  ASSERT_FALSE(statuses.empty());
+  const auto first = std::stoull(statuses.front());
+  EXPECT_LT(first, 20u);
+  expected.erase(expected.begin(), expected.begin() + static_cast<std::ptrdiff_t>(first) - 1);
+  EXPECT_EQ(statuses, expected);
+  std::set<std::string> once(seen_touches.begin(), seen_touches.end());
+  EXPECT_EQ(once.size(), seen_touches.size());
+  EXPECT_GE(seen_touches.size() + 5, touches);
+}
+
+TEST_F(a_feed, gives_all_that_is_newer_than_the_number_that_a_client_has) {
+  for (int i = 0; i < 300; ++i) happen(i % 20 == 0);
+  EXPECT_EQ(take(*feed.follow(EventId{0, false})).size(), 315u);
+  EXPECT_EQ(take(*feed.follow(EventId{299, false})).size(), 1u);
+  EXPECT_TRUE(take(*feed.follow(EventId{300, false})).empty());
+}
+
+TEST_F(a_feed, gives_the_current_status_first_where_the_number_is_too_old_or_another_daemons) {
+  for (int i = 0; i < 3000; ++i) happen();
+  for (const std::uint64_t since : {std::uint64_t{1}, std::uint64_t{900'000}}) {
+    const std::vector<Event> events = take(*feed.follow(EventId{since, false}));
+    ASSERT_EQ(events.size(), 1u);
+    EXPECT_EQ(events[0].id, "3000");
+  }
+}
+
+TEST_F(a_feed, ends_for_a_follower_that_falls_behind) {
+  const auto slow = feed.follow({}), quick = feed.follow({});
+  take(*slow);
+  take(*quick);
+  for (int i = 0; i < 3000; ++i) {
+    happen();
+    if (i % 100 == 0) take(*quick);
+  }
+  EXPECT_FALSE(slow->next());
+  EXPECT_EQ(take(*quick).back().id, "3000");
+}
+
+TEST_F(a_feed, never_gives_more_than_a_bounded_piece_at_once) {
+  const auto stream = feed.follow(EventId{0, false});
+  for (int i = 0; i < 500; ++i) happen();
+  EXPECT_LT(stream->next()->size(), 200'000u);
+}
+
+TEST_F(a_feed, gives_the_newest_joints_at_most_five_times_a_second_and_without_a_number) {
+  happen();
+  const auto stream = feed.follow({});
+  take(*stream);
+  int given = 0;
+  double newest = 0.0;
+  for (int ms = 0; ms < 2000; ms += 10) {
+    now += std::chrono::milliseconds(10);
+    move(0.001 * ms);
+    for (const Event& event : take(*stream)) {
+      EXPECT_EQ(event.name, "robot");
+      EXPECT_EQ(event.id, "");
+      EXPECT_EQ(event.data["session"], 3);
+      newest = event.data["joints_deg"][0];
+      ++given;
+    }
+  }
+  EXPECT_GE(given, 5);
+  EXPECT_LE(given, 10);
+  EXPECT_NEAR(newest, 1.9 * 57.29577951, 12.0);
+}
+
+TEST_F(a_feed, that_is_quiet_says_now_and_then_that_it_lives) {
+  const auto stream = feed.follow({});
+  take(*stream);
+  EXPECT_EQ(*stream->next(), "");
+  now += std::chrono::seconds(6);
+  EXPECT_EQ(*stream->next(), ":\n\n");
+  EXPECT_EQ(*stream->next(), "");
+}
+
+TEST(an_event_id, is_a_number_with_or_without_its_touch) {
+  EXPECT_EQ(parse_event_id("57")->seq, 57u);
+  EXPECT_FALSE(parse_event_id("57")->touch);
+  EXPECT_TRUE(parse_event_id("57.1")->touch);
+  for (const char* wrong : {"", "x", "-1", "1.2", "1.", ".1", " 1", "1 ", "1e3", "1.1.1",
+                            "99999999999999999999", "0x1"}) {
+    EXPECT_FALSE(parse_event_id(wrong)) << wrong;
+  }
+}
+
+}  // namespace
+}  // namespace cellcal::daemon

@@ -1,0 +1,206 @@
+// A server on the loopback, and those who follow what it tells.
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <boost/asio/executor_work_guard.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/post.hpp>
+#include <list>
+#include <thread>
+#include <vector>
+
+#include "daemon/api/server.h"
+#include "tests/daemon/api/tcp_peer.h"
+
+namespace cellcal::daemon {
+namespace {
+
+using testing::TcpPeer;
+
+/// Gives "tick N" for each that was made, or without end.
+class Ticks final : public Stream {
+ public:
+  Ticks(const std::atomic<int>& made, bool endless) : made_(made), endless_(endless) {}
+  std::optional<std::string> next() override {
+    if (endless_) return std::string(100'000, 'x');
+    std::string text;
+    while (given_ < made_) text += "tick " + std::to_string(++given_) + "\n";
+    return text;
+  }
+
+ private:
+  const std::atomic<int>& made_;
+  bool endless_;
+  int given_ = 0;
+};
+
+class Served {
+ public:
+  explicit Served(ServerLimits limits = {})
+      : server(context, NetworkAddress{"127.0.0.1", 0},
+               {[](Request& request) -> std::optional<Response> {
+                  if (request.path == "/no") return error(401, "no");
+                  return std::nullopt;
+                },
+                [this](const Request& request, bool) -> std::optional<Response> {
+                  ++asked;
+                  Response response{200, "text/plain", request.method + " " + request.path + " " +
+                                                           request.header("x-word")};
+                  if (request.path == "/ticks" || request.path == "/endless") {
+                    response.stream = std::make_shared<Ticks>(made, request.path == "/endless");
+                  }
+                  return response;
+                },
+                {},
+                limits}),
+        thread([this] { context.run(); }) {}
+  ~Served() {
+    boost::asio::post(context, [this] {
+      server.stop();
+      work.reset();
+    });
+    thread.join();
+  }
+  std::uint16_t port() const { return server.port(); }
+  void tick() {
+    ++made;
+    server.poke();
+  }
+
+  boost::asio::io_context context;
+  boost::asio::executor_work_guard<boost::asio::io_context::executor_type> work{
+      context.get_executor()};
+  std::atomic<int> made{0}, asked{0};
+  HttpServer server;
+  std::thread thread;
+};
+
+constexpr const char* kFollow = "GET /ticks HTTP/1.1\r\nHost: x\r\n\r\n";
+
+std::string ask(const Served& served, const std::string& path) {
+  TcpPeer peer(served.port(), "GET " + path +
+                                  " HTTP/1.1\r\nHost: x\r\nX-Word: word\r\nConnection: close\r\n\r\n");
+  return peer.read_all();
+}
+
+TEST(a_network_server, answers_and_hands_on_the_headers) {
+  const Served served;
+  const std::string answer = ask(served, "/a");
+  EXPECT_EQ(answer.rfind("HTTP/1.1 200", 0), 0u) << answer;
+  EXPECT_NE(answer.find("GET /a word"), std::string::npos) << answer;
+}
+
+TEST(a_network_server, asks_nobody_for_the_answer_to_one_who_is_not_admitted) {
+  const Served served;
+  EXPECT_EQ(ask(served, "/no").rfind("HTTP/1.1 401", 0), 0u);
+  EXPECT_EQ(served.asked, 0);
+}
+
+TEST(a_network_server, refuses_what_is_not_http_so_that_its_sender_can_read_why) {
+  const Served served;
+  TcpPeer garbage(served.port(), std::string(200'000, '\xff'));
+  EXPECT_EQ(garbage.read_all().rfind("HTTP/1.1 4", 0), 0u);
+  TcpPeer endless(served.port(), "GET / HTTP/1.1\r\nX: " + std::string(100'000, 'a'));
+  EXPECT_EQ(endless.read_all().rfind("HTTP/1.1 431", 0), 0u);
+  EXPECT_EQ(ask(served, "/a").rfind("HTTP/1.1 200", 0), 0u);
+}
+
+TEST(a_network_server, ends_a_connection_whose_request_does_not_come) {
+  const Served served({.request = std::chrono::milliseconds(50)});
+  TcpPeer silent(served.port()), halfway(served.port(), "GET / HTTP/1.1\r\nHo");
+  EXPECT_EQ(silent.read_all(), "");
+  EXPECT_EQ(halfway.read_all(), "");
+}
+
+TEST(a_network_server, tells_followers_each_piece_once_and_as_it_comes) {
+  Served served;
+  TcpPeer peer(served.port(), kFollow);
+  const std::string head = peer.read_until("\r\n\r\n");
+  EXPECT_EQ(head.rfind("HTTP/1.1 200", 0), 0u) << head;
+  EXPECT_EQ(head.find("Content-Length"), std::string::npos) << head;
+  for (int i = 1; i <= 20; ++i) {
+    served.tick();
+    peer.read_until("tick " + std::to_string(i) + "\n");
+  }
+  const std::string all = peer.read_until("tick 20\n");
+  for (int i = 1; i <= 20; ++i) {
+    const std::string one = "tick " + std::to_string(i) + "\n";
+    EXPECT_EQ(all.find(one), all.rfind(one)) << i;
+  }
+}
+
+TEST(a_network_server, keeps_fifty_followers_whatever_else_connects) {
+  Served served;
+  std::vector<TcpPeer> followers;
+  for (int i = 0; i < 50; ++i) {
+    followers.emplace_back(served.port(), kFollow);
+    followers.back().read_until("\r\n\r\n");
+  }
+  std::vector<TcpPeer> idle;
+  for (int i = 0; i < 300; ++i) {
+    idle.emplace_back(served.port(), i % 2 == 0 ? "" : "POST /v1/abort HTTP/1.1\r\nX: ");
+    ASSERT_TRUE(idle.back().connected());
+  }
+  EXPECT_EQ(ask(served, "/a").rfind("HTTP/1.1 200", 0), 0u);
+  served.tick();
+  for (TcpPeer& one : followers) {
+    EXPECT_NE(one.read_until("tick 1\n").find("tick 1\n"), std::string::npos);
+  }
+}
+
+TEST(a_network_server, refuses_followers_beyond_its_number_and_answers_requests_all_the_same) {
+  Served served;
+  std::list<TcpPeer> followers;
+  for (int i = 0; i < 80; ++i) {
+    followers.emplace_back(served.port(), kFollow);
+    const std::string head = followers.back().read_until("\r\n\r\n");
+    EXPECT_EQ(head.rfind(i < 56 ? "HTTP/1.1 200" : "HTTP/1.1 503", 0), 0u) << i << head;
+  }
+  EXPECT_EQ(ask(served, "/a").rfind("HTTP/1.1 200", 0), 0u);
+  // One that goes makes room.
+  followers.pop_front();
+  std::string head;
+  while (head.rfind("HTTP/1.1 200", 0) != 0) {
+    head = TcpPeer(served.port(), kFollow).read_until("\r\n\r\n");
+  }
+}
+
+TEST(a_network_server, cuts_a_follower_that_does_not_read) {
+  Served served({.follower = std::chrono::milliseconds(200)});
+  TcpPeer slow(served.port(), "GET /endless HTTP/1.1\r\nHost: x\r\n\r\n", 4096);
+  TcpPeer quick(served.port(), kFollow);
+  quick.read_until("\r\n\r\n");
+  // It learns that it was cut by reading at last: what was on its way, and then the end.
+  std::this_thread::sleep_for(std::chrono::milliseconds(600));
+  slow.read_all();
+  served.tick();
+  EXPECT_NE(quick.read_until("tick 1\n").find("tick 1"), std::string::npos);
+}
+
+TEST(a_network_server, ends_a_follower_that_sends_more) {
+  Served served;
+  TcpPeer peer(served.port(), kFollow);
+  peer.read_until("\r\n\r\n");
+  peer.send("garbage");
+  peer.read_all();  // returns: it was closed
+}
+
+TEST(a_network_server, says_where_it_cannot_listen) {
+  const Served served;
+  boost::asio::io_context context;
+  for (const NetworkAddress& address :
+       {NetworkAddress{"127.0.0.1", served.port()}, NetworkAddress{"192.0.2.1", 8080}}) {
+    try {
+      HttpServer second(context, address, {});
+      FAIL() << address.address;
+    } catch (const SocketError& wrong) {
+      const std::string words = wrong.what();
+      EXPECT_NE(words.find(address.address), std::string::npos) << words;
+      EXPECT_NE(words.find("[http]"), std::string::npos) << words;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace cellcal::daemon
