@@ -1,12 +1,9 @@
 #include "calib/consistency/artefact_bias.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 
 #include "calib/linear/cholesky.h"
-#include "calib/model/units.h"
 
 namespace cellcal::calib {
 
@@ -130,18 +127,6 @@ PutRight put_right(const Cell& cell, const std::vector<Touch>& touches, const Ar
 bool is_of_sphere(const Cell& cell, const ArtefactBias& bias) {
   return !bias.target.empty() &&
          cell.targets[cell.target_index(bias.target)].kind == TargetKind::kSphere;
-}
-
-std::string bias_words(const Cell& cell, const ArtefactBias& bias) {
-  if (is_of_sphere(cell, bias)) {
-    const Target& target = cell.targets[cell.target_index(bias.target)];
-    return fmt::format("the diameter of {} {:.2f} +- {:.2f} mm instead of {:.3f} mm", bias.target,
-                       (target.diameter_m + 2.0 * bias.off_m) * kMmPerM,
-                       2.0 * bias.sigma_m * kMmPerM, target.diameter_m * kMmPerM);
-  }
-  return fmt::format("all readings of {} {:+.2f} +- {:.2f} mm longer",
-                     bias.target.empty() ? "all wires" : bias.target, bias.off_m * kMmPerM,
-                     bias.sigma_m * kMmPerM);
 }
 
 }  // namespace cellcal::calib

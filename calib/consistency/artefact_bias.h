@@ -4,7 +4,6 @@
 // estimate bends the arm and moves the target for a few tenths of a millimetre, chi^2 hardly rises,
 // and nothing else tells.
 
-#include <string>
 #include <vector>
 
 #include "calib/consistency/leave_one_out.h"
@@ -36,8 +35,5 @@ struct PutRight {
 PutRight put_right(const Cell& cell, const std::vector<Touch>& touches, const ArtefactBias& bias);
 
 bool is_of_sphere(const Cell& cell, const ArtefactBias& bias);
-
-/// "the diameter of S2 61.80 +- 0.02 mm instead of 61.400 mm"
-std::string bias_words(const Cell& cell, const ArtefactBias& bias);
 
 }  // namespace cellcal::calib

@@ -1,12 +1,9 @@
 #include "calib/consistency/lengths.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 
 #include "calib/linear/cholesky.h"
-#include "calib/model/units.h"
 
 namespace cellcal::calib {
 
@@ -98,18 +95,6 @@ Cell silenced(Cell cell, const std::function<bool(const CertifiedLength&)>& whic
   for (CertifiedLength& length : cell.lengths)
     if (which(length)) length.sigma_m = kAnyLengthM;
   return cell;
-}
-
-std::string without_length(const CertifiedLength& wrong, const Calibration& found) {
-  std::string apart = "nothing tells of it";
-  for (const LengthResult& l : found.lengths)
-    if (is_of(l, wrong))
-      apart = fmt::format("they lie {:.2f} +- {:.2f} mm apart instead of {:.3f} mm",
-                          l.by_others_m * kMmPerM, l.sigma_m * kMmPerM, wrong.length_m * kMmPerM);
-  return fmt::format(
-      "without the certified length of {} and {} everything makes sense, and {}; check it, and "
-      "whether one of them was moved since it was measured",
-      wrong.from, wrong.to, apart);
 }
 
 }  // namespace cellcal::calib

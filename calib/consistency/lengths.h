@@ -4,7 +4,6 @@
 // residual tells nothing; what the others foresee does (Baarda's data snooping).
 
 #include <functional>
-#include <string>
 #include <vector>
 
 #include "calib/consistency/leave_one_out.h"
@@ -36,7 +35,5 @@ bool same_ends(const CertifiedLength& a, const CertifiedLength& b);
 bool is_of(const LengthResult& result, const CertifiedLength& length);
 /// With lengths that say nothing: what all else says of them is still worked out.
 Cell silenced(Cell cell, const std::function<bool(const CertifiedLength&)>& which);
-/// That without `wrong` all makes sense, and what `found`, which is without it, makes of it.
-std::string without_length(const CertifiedLength& wrong, const Calibration& found);
 
 }  // namespace cellcal::calib

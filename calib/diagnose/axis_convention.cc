@@ -1,7 +1,5 @@
 #include "calib/diagnose/axis_convention.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -81,32 +79,32 @@ class Combinations {
 
 }  // namespace
 
-std::vector<std::string> differences(const Robot& stated, const Robot& other) {
+std::vector<FindingPart> differences(const Robot& stated, const Robot& other) {
   constexpr double kSameM = 5e-5, kSameRad = 2e-4;
-  std::vector<std::string> words;
+  std::vector<FindingPart> parts;
   for (std::size_t i = 0; i < stated.joints.size(); ++i) {
     const Joint &is = stated.joints[i], &should = other.joints[i];
-    const auto say = [&](const char* key, double is_in_file, double should_be) {
-      words.push_back(
-          fmt::format("{} of {} {:.6g} instead of {:.6g}", key, is.name, should_be, is_in_file));
+    const auto add = [&](const char* key, const char* unit, double is_in_file, double should_be) {
+      parts.push_back(
+          {about_joint(is.name), {{key, should_be, unit}, {"stated", is_in_file, unit}}});
     };
     const auto length = [&](const char* key, double is_m, double should_m) {
-      if (std::abs(is_m - should_m) > kSameM) say(key, is_m * kMmPerM, should_m * kMmPerM);
+      if (std::abs(is_m - should_m) > kSameM) add(key, "mm", is_m * kMmPerM, should_m * kMmPerM);
     };
     const auto angle = [&](const char* key, double is_rad, double should_rad) {
       if (!(std::abs(std::remainder(should_rad - is_rad, kTurnRad)) > kSameRad)) return;
       const double turn = std::remainder(should_rad, kTurnRad);
-      say(key, is_rad * kDegPerRad,
+      add(key, "deg", is_rad * kDegPerRad,
           (turn < kSameRad - kHalfTurnRad ? kHalfTurnRad : turn) * kDegPerRad);
     };
-    if (is.sign != should.sign) say("sign", is.sign, should.sign);
+    if (is.sign != should.sign) add("sign", "", is.sign, should.sign);
     angle("offset_deg", is.offset_rad, should.offset_rad);
     length("d_mm", is.d_m, should.d_m);
     length("a_mm", is.a_m, should.a_m);
     angle("alpha_deg", is.alpha_rad, should.alpha_rad);
     angle("beta_deg", is.beta_rad, should.beta_rad);
   }
-  return words;
+  return parts;
 }
 
 std::vector<OtherDrawing> other_drawings(const Cell& cell, const std::vector<Touch>& touches) {

@@ -4,17 +4,17 @@
 // such an arm is metres from where it is; which of them it is shows without an estimate (as in
 // dimensions.h).
 
-#include <string>
 #include <vector>
 
 #include "calib/model/robot.h"
 #include "calib/model/touch.h"
+#include "calib/result/finding.h"
 
 namespace cellcal::calib {
 
-/// Where `other` is drawn differently, in the words of robot files: "offset_deg of A2 0 instead of
-/// 90". The arms have as many joints.
-std::vector<std::string> differences(const Robot& stated, const Robot& other);
+/// Where `other` is drawn differently: joints, each with a field of robot files as it is there, and
+/// as it is "stated". The arms have as many joints.
+std::vector<FindingPart> differences(const Robot& stated, const Robot& other);
 
 struct OtherDrawing {
   Robot robot;

@@ -4,7 +4,6 @@
 // (calib/identify/likely_causes.h).
 
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "calib/diagnose/other_robots.h"
@@ -16,7 +15,7 @@ namespace cellcal::calib {
 
 struct Cause {
   double misfit;
-  std::string words;
+  Finding finding;                        ///< of kind kLikelyCause
   std::optional<MovedTarget> moved = {};  ///< a target, and nothing else
   std::size_t changes = 1;                ///< made at once
 };

@@ -1,7 +1,5 @@
 #include "calib/diagnose/data_association.h"
 
-#include <fmt/format.h>
-
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
@@ -40,14 +38,14 @@ std::vector<Touch> Names::given_to(const Cell& cell, std::vector<Touch> touches)
   return touches;
 }
 
-std::string Names::words(const Cell& cell) const {
-  std::string words;
-  for (std::size_t t = 0; t < of.size(); ++t)
-    if (of[t] != t)
-      words += fmt::format("{} {} {} {}'s", words.empty() ? "with the touches of" : ", of",
-                           cell.targets[t].id, words.empty() ? "taken for" : "for",
-                           cell.targets[of[t]].id);
-  return words;
+Finding Names::cause(const Cell& cell) const {
+  Finding finding = likely(LikelyCause::kTargetNames);
+  for (std::size_t t = 0; t < of.size(); ++t) {
+    if (of[t] == t) continue;
+    finding.parts.push_back({about_target(cell.targets[t]), {}});
+    finding.parts.back().about.other_end = cell.targets[of[t]].id;
+  }
+  return finding;
 }
 
 std::optional<Names> better_names(const Cell& cell, const std::vector<Touch>& touches) {
@@ -110,23 +108,22 @@ std::optional<Names> better_names(const Cell& cell, const std::vector<Touch>& to
   return result;
 }
 
-std::string scattered_words(const Cell& cell, const std::vector<Touch>& touches) {
+std::optional<Finding> scattered_touches(const Cell& cell, const std::vector<Touch>& touches) {
   const ArmModel arm(cell);
-  std::string words;
-  int others = -1;
+  std::optional<Finding> finding;
+  int others = 0;
   for (const Target& target : cell.targets) {
     const LieTogether lie = lie_together(cell, arm, target.id, touches);
     if (2 * lie.most > lie.of || lie.of == 0) continue;
-    if (others++ < 0)
-      words = fmt::format("the touches of {} lie all over, no more than {} of {} together",
-                          target.id, lie.most, lie.of);
+    if (finding)
+      ++others;
+    else
+      finding = likely(LikelyCause::kScatteredTouches, about_target(target),
+                       {{"together", static_cast<double>(lie.most), ""},
+                        {"touches", static_cast<double>(lie.of), ""}});
   }
-  if (words.empty()) return words;
-  if (others > 0)
-    words += fmt::format(" (and so do those of {} other target{})", others, others == 1 ? "" : "s");
-  return words +
-         "; check the target column, the order of the angles' columns and the robot file, "
-         "and whether it was moved";
+  if (finding) finding->evidence.push_back({"others", static_cast<double>(others), ""});
+  return finding;
 }
 
 }  // namespace cellcal::calib

@@ -5,11 +5,11 @@
 
 #include <cstddef>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "calib/model/robot.h"
 #include "calib/model/touch.h"
+#include "calib/result/finding.h"
 
 namespace cellcal::calib {
 
@@ -19,8 +19,8 @@ struct Names {
   std::vector<std::size_t> of;
   std::size_t changed() const;
   std::vector<Touch> given_to(const Cell& cell, std::vector<Touch> touches) const;
-  /// "with the touches of S1 taken for S2's, of S2 for S3's, of S3 for S1's"
-  std::string words(const Cell& cell) const;
+  /// kTargetNames
+  Finding cause(const Cell& cell) const;
 };
 /// Those that bring certified lengths and stated centres nearest to where the nominal arm sees
 /// them, by far; of those that do about as well the one that changes the fewest. None where there
@@ -28,8 +28,8 @@ struct Names {
 /// centre and touches that tell it.
 std::optional<Names> better_names(const Cell& cell, const std::vector<Touch>& touches);
 
-/// What to say of targets whose touches the nominal arm sees farther apart than one target's lie,
-/// no more than half of them together; empty where there are none.
-std::string scattered_words(const Cell& cell, const std::vector<Touch>& touches);
+/// Targets whose touches the nominal arm sees farther apart than one target's lie, no more than half
+/// of them together (kScatteredTouches); none where there are none.
+std::optional<Finding> scattered_touches(const Cell& cell, const std::vector<Touch>& touches);
 
 }  // namespace cellcal::calib

@@ -1,13 +1,9 @@
 #include "calib/diagnose/wrong_measure.h"
 
-#include <fmt/format.h>
-#include <fmt/ranges.h>
-
 #include <algorithm>
 #include <array>
 #include <functional>
 #include <limits>
-#include <optional>
 
 #include "calib/consistency/artefact_bias.h"
 #include "calib/consistency/lengths.h"
@@ -16,6 +12,7 @@
 #include "calib/diagnose/moved.h"
 #include "calib/diagnose/trial.h"
 #include "calib/estimate/target_place.h"
+#include "calib/model/units.h"
 
 namespace cellcal::calib {
 
@@ -39,8 +36,8 @@ std::optional<Calibration> sensible_without(
 }
 
 /// The stated centre that is wrong, if all makes sense where it is no more than where to begin.
-std::string held_centre(const Cell& cell, const std::vector<Touch>& touches,
-                        const IdentifyOptions& options) {
+std::optional<Finding> held_centre(const Cell& cell, const std::vector<Touch>& touches,
+                                   const IdentifyOptions& options) {
   constexpr std::size_t kMostTargets = 12;
   Cell none = cell;
   std::size_t held = 0;
@@ -52,20 +49,16 @@ std::string held_centre(const Cell& cell, const std::vector<Touch>& touches,
     Cell changed = cell;
     changed.targets[t].centre_sigma_m = 0.0;
     if (sensible(changed, touches, options))
-      return fmt::format(
-          "with {} not held where the cell file states it everything makes sense; check its "
-          "centre_mm, or state a larger centre_sigma_mm",
-          target.id);
+      return likely(LikelyCause::kStatedCentre, about_target(target));
   }
-  if (held > 1 && sensible(none, touches, options))
-    return "with no centre held where the cell file states it everything makes sense; check "
-           "centre_mm, or state a larger centre_sigma_mm";
+  if (held > 1 && sensible(none, touches, options)) return likely(LikelyCause::kAllCentres);
   return {};
 }
 
-/// The certified length that all else contradicts most, where all makes sense without it; or empty.
-std::string wrong_length(const Cell& cell, const std::vector<Touch>& touches,
-                         const IdentifyOptions& options, const Calibration& calibration) {
+/// The certified length that all else contradicts most, where all makes sense without it.
+std::optional<Finding> wrong_length(const Cell& cell, const std::vector<Touch>& touches,
+                                    const IdentifyOptions& options,
+                                    const Calibration& calibration) {
   const LengthResult* worst = worst_contradicted(calibration.lengths);
   if (worst == nullptr) return {};
   for (const CertifiedLength& wrong : cell.lengths) {
@@ -79,29 +72,27 @@ std::string wrong_length(const Cell& cell, const std::vector<Touch>& touches,
 }
 
 /// Where certified lengths are contradicted, and no one alone is to blame: which targets stand
-/// elsewhere than when they were measured. Empty where that does not mend it either.
-std::string wrong_places(const Cell& cell, const std::vector<Touch>& touches,
-                         const IdentifyOptions& options, const Calibration& calibration) {
+/// elsewhere than when they were measured. None where that does not mend it either.
+std::optional<Finding> wrong_places(const Cell& cell, const std::vector<Touch>& touches,
+                                    const IdentifyOptions& options,
+                                    const Calibration& calibration) {
   const LengthResult* worst = worst_contradicted(calibration.lengths);
   if (worst == nullptr) return {};
   if (const auto names = better_names(cell, touches))
-    if (sensible(cell, names->given_to(cell, touches), options))
-      return names->words(cell) + " all makes sense; check which is which";
-  if (const std::string words = held_centre(cell, touches, options); !words.empty()) return words;
+    if (sensible(cell, names->given_to(cell, touches), options)) return names->cause(cell);
+  if (const auto centre = held_centre(cell, touches, options)) return centre;
   for (const std::string& end : {worst->from, worst->to}) {
     const auto of_end = [&](const CertifiedLength& l) { return l.from == end || l.to == end; };
     const auto own = std::count_if(cell.lengths.begin(), cell.lengths.end(), of_end);
     // With none left anything would make sense.
     if (own < 2 || own == static_cast<std::ptrdiff_t>(cell.lengths.size())) continue;
     if (sensible_without(cell, touches, options, of_end))
-      return fmt::format(
-          "without the {} certified lengths of {} everything makes sense; does it stand where it "
-          "stood when they were measured?",
-          own, end);
+      return likely(LikelyCause::kLengthsOfTarget,
+                    about_target(cell.targets[cell.target_index(end)]),
+                    {{"lengths", static_cast<double>(own), ""}});
   }
   if (sensible_without(cell, touches, options, [](const CertifiedLength&) { return true; }))
-    return "without any certified length everything makes sense; more than one of them is wrong, "
-           "or several targets stand elsewhere than when they were measured";
+    return likely(LikelyCause::kAllLengths);
   return {};
 }
 
@@ -180,49 +171,71 @@ std::vector<ArtefactBias> suspected_biases(const Cell& cell, const std::vector<T
   return suspects;
 }
 
+/// What a size has to be.
+FindingPart size_of(const Cell& cell, const ArtefactBias& bias) {
+  if (bias.target.empty())
+    return {{}, {{"longer", bias.off_m * kMmPerM, "mm", bias.sigma_m * kMmPerM}}};
+  const Target& target = cell.targets[cell.target_index(bias.target)];
+  if (!is_of_sphere(cell, bias))
+    return {about_target(target), {{"longer", bias.off_m * kMmPerM, "mm", bias.sigma_m * kMmPerM}}};
+  return {about_target(target),
+          {{"measured", (target.diameter_m + 2.0 * bias.off_m) * kMmPerM, "mm",
+            2.0 * bias.sigma_m * kMmPerM},
+           {"stated", target.diameter_m * kMmPerM, "mm"}}};
+}
+
 /// Where a diameter or a wire's zero is contradicted: which one it is; several where the touches
-/// do not tell. Empty where none alone mends it.
-std::string wrong_size(const Cell& cell, const std::vector<Touch>& touches,
-                       const IdentifyOptions& options, const Calibration& calibration) {
+/// do not tell. None where none alone mends it.
+std::optional<Finding> wrong_size(const Cell& cell, const std::vector<Touch>& touches,
+                                  const IdentifyOptions& options, const Calibration& calibration) {
   constexpr double kLikely = 10.0;  // squared sigmas behind the likeliest: e^-5
   struct Mended {
-    std::string words;
+    FindingPart size;
     double misfit;
   };
   std::vector<Mended> all;
-  int spheres = 0;
   double least = std::numeric_limits<double>::infinity();
   for (const ArtefactBias& bias : suspected_biases(cell, touches, options, calibration)) {
     const auto mended = mended_bias(cell, touches, options, bias);
     if (!mended) continue;
     const PutRight right = put_right(cell, touches, *mended);
-    all.push_back({bias_words(cell, *mended), attempt(right.cell, right.touches).sum});
-    if (is_of_sphere(cell, bias)) ++spheres;
+    all.push_back({size_of(cell, *mended), attempt(right.cell, right.touches).sum});
     least = std::min(least, all.back().misfit);
   }
-  std::vector<std::string> words;
-  for (const Mended& one : all)
-    if (one.misfit < least + kLikely) words.push_back(one.words);
-  if (words.empty()) return {};
-  return fmt::format("with {} everything makes sense; check {}", fmt::join(words, ", or with "),
-                     spheres == 0 ? "where the wire reads zero"
-                     : cell.lengths.empty()
-                         ? "diameter_mm, and that it is clean"
-                         : "diameter_mm, that it is clean, and its certified lengths");
+  Finding finding = likely(LikelyCause::kArtefactSize);
+  for (Mended& one : all)
+    if (one.misfit < least + kLikely) finding.parts.push_back(std::move(one.size));
+  if (finding.parts.empty()) return {};
+  if (!cell.lengths.empty()) finding.evidence = {{"lengths", 1.0, ""}};
+  return finding;
 }
 
 }  // namespace
 
-std::string wrong_measure(const Cell& cell, const std::vector<Touch>& touches,
-                          const IdentifyOptions& options, const Calibration& calibration) {
+Finding without_length(const CertifiedLength& wrong, const Calibration& found) {
+  Finding finding = likely(LikelyCause::kCertifiedLength, about_length(wrong.from, wrong.to),
+                           {{"stated", wrong.length_m * kMmPerM, "mm"}});
+  const auto its = std::find_if(found.lengths.begin(), found.lengths.end(),
+                                [&](const LengthResult& l) { return is_of(l, wrong); });
+  if (its != found.lengths.end())
+    finding.evidence.push_back(
+        {"measured", its->by_others_m * kMmPerM, "mm", its->sigma_m * kMmPerM});
+  return finding;
+}
+
+std::optional<Finding> wrong_measure(const Cell& cell, const std::vector<Touch>& touches,
+                                     const IdentifyOptions& options,
+                                     const Calibration& calibration) {
   const LengthResult* length = worst_contradicted(calibration.lengths);
   const ArtefactBias* bias = worst_contradicted(calibration.artefact_biases);
   std::array in_turn{wrong_length, wrong_size, wrong_places};
   if (length != nullptr && bias != nullptr && contradiction(*bias) > contradiction(*length))
     std::swap(in_turn[0], in_turn[1]);
   for (const auto& wrong : in_turn)
-    if (std::string words = wrong(cell, touches, options, calibration); !words.empty())
-      return words;
+    if (auto finding = wrong(cell, touches, options, calibration)) {
+      finding->evidence.push_back({"mends", 1.0, ""});
+      return finding;
+    }
   return {};
 }
 

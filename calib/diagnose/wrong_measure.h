@@ -2,7 +2,7 @@
 // What the cell file states of its artefacts and is not so: a certified length, a diameter, where a
 // wire reads zero, where a target stands.
 
-#include <string>
+#include <optional>
 #include <vector>
 
 #include "calib/estimate/options.h"
@@ -13,8 +13,12 @@
 namespace cellcal::calib {
 
 /// Where a certified length or a size is contradicted: what is wrong. The one of them that all else
-/// contradicts most, or another; empty where nothing alone mends it.
-std::string wrong_measure(const Cell& cell, const std::vector<Touch>& touches,
-                          const IdentifyOptions& options, const Calibration& calibration);
+/// contradicts most, or another; none where nothing alone mends it.
+std::optional<Finding> wrong_measure(const Cell& cell, const std::vector<Touch>& touches,
+                                     const IdentifyOptions& options,
+                                     const Calibration& calibration);
+
+/// That all makes sense without `wrong`, and what `found`, which is without it, makes of it.
+Finding without_length(const CertifiedLength& wrong, const Calibration& found);
 
 }  // namespace cellcal::calib

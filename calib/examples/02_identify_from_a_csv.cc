@@ -8,7 +8,7 @@
 #include "calib/files/files.h"
 #include "calib/files/shipped_robots.h"
 #include "calib/identify/identify.h"
-#include "calib/result/finding_words.h"
+#include "calib/words/finding_words.h"
 
 int main(int argc, char** argv) try {
   using namespace cellcal::calib;

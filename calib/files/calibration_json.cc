@@ -18,6 +18,7 @@
 #include "calib/syntax/json_text.h"
 #include "calib/syntax/nesting.h"
 #include "calib/syntax/toml_json.h"
+#include "calib/words/level_words.h"
 
 namespace cellcal::calib {
 
@@ -62,6 +63,12 @@ Field<C> targets_field() {
           [=](const JsonReader& r, C& c) { c.targets = targets(c.cell).from(r); }};
 }
 
+Field<C> verdict_field() {
+  const auto verdict = [](const Cell& cell) { return object(verdict_fields(cell)); };
+  return {"verdict", [=](const C& c) { return verdict(c.cell).to(c.verdict); },
+          [=](const JsonReader& r, C& c) { c.verdict = verdict(c.cell).from(r); }};
+}
+
 Field<C> unidentifiable_field() {
   const auto directions = [](const Cell& cell) {
     return list(Value<UnidentifiableDirection>{
@@ -84,9 +91,37 @@ Json correlations_json(const C& c) {
   return out;
 }
 
+/// Of files that hold no more: their words alone.
+Field<C> reason_field() {
+  return {"reason", [](const C& c) -> Json { return level_and_reason_words(c); },
+          [](const JsonReader& r, C& c) {
+            c.level_reason.text = r.text();
+            if (!c.level_reason.text.empty()) c.level_reason.choice = LevelChoice::kRecorded;
+          }};
+}
+
+/// How the level was taken; what is known is said anew.
+Field<C> chosen_field() {
+  constexpr std::pair<LevelChoice, const char*> kChoices[] = {
+      {LevelChoice::kAskedFor, "asked_for"},
+      {LevelChoice::kMeanByEvidence, "mean_by_evidence"},
+      {LevelChoice::kNothingIdentified, "nothing_identified"}};
+  const auto name = [=](LevelChoice choice) -> const char* {
+    for (const auto& [one, its] : kChoices)
+      if (one == choice) return its;
+    return nullptr;
+  };
+  return where<C>([=](const C& c) { return name(c.level_reason.choice) != nullptr; },
+                  {"chosen", [=](const C& c) -> Json { return name(c.level_reason.choice); },
+                   [=](const JsonReader& r, C& c) {
+                     for (const auto& [one, its] : kChoices)
+                       if (r.text() == its) c.level_reason = {one};
+                   }});
+}
+
 Field<C> model_field() {
   return group("model", joined(of_member(&C::level, level_fields()),
-                               {field("reason", &C::level_reason, text()),
+                               {reason_field(), chosen_field(),
                                 field("considered", &C::levels, list(object(evidence_fields())))}));
 }
 
@@ -152,7 +187,7 @@ Table<C> calibration_fields() {
       optional(field("chi2_per_dof", &C::chi2_per_dof, number())),
       optional(field("touch_noise_mm", &C::touch_noise_m, number(kMmPerM))),
       optional(touch_noise_field()),
-      field("verdict", &C::verdict, object(verdict_fields())),
+      verdict_field(),
       field("outliers", &C::outliers, list(Value<Outlier>{outlier_to_json, outlier_from_json})),
       optional(field("lengths", &C::lengths, list(object(length_fields())))),
       optional(field("moved", &C::moved, list(object(moved_fields())))),

@@ -4,7 +4,8 @@
 #include <vector>
 
 #include "calib/model/target_kind.h"
-#include "calib/result/finding_words.h"
+#include "calib/words/cause_words.h"
+#include "calib/words/finding_words.h"
 
 namespace cellcal::calib {
 
@@ -32,12 +33,13 @@ ordered evidence_to_json(const std::vector<Quantity>& evidence) {
   return out;
 }
 
-Subject subject_from_json(const JsonReader& item) {
+Subject subject_from_json(const Cell& cell, const JsonReader& item) {
   Subject subject;
   const auto of = subject_of(item.at("of").text());
   if (!of) item.at("of").fail("is no subject");
   subject.of = *of;
   if (item.has("name")) subject.name = item.at("name").text();
+  if (subject.of == Subject::Of::kParameter) subject.parameter = parameter_key(cell, subject.name);
   if (item.has("other")) subject.other_end = item.at("other").text();
   if (item.has("target_kind")) {
     subject.target_kind = target_kind(item.at("target_kind").text());
@@ -60,6 +62,12 @@ std::vector<Quantity> evidence_from_json(const JsonReader& item) {
   return evidence;
 }
 
+/// As files had it before they had causes and what is still found as values.
+std::string passed_on(const Finding& finding) {
+  if (finding.cause) return cause_words(finding);
+  return finding.still.empty() ? finding.text : words(finding.still.front());
+}
+
 }  // namespace
 
 ordered finding_to_json(const Finding& finding) {
@@ -70,12 +78,14 @@ ordered finding_to_json(const Finding& finding) {
   for (const FindingPart& part : finding.parts)
     out["parts"].push_back(
         {{"about", subject_to_json(part.about)}, {"evidence", evidence_to_json(part.evidence)}});
-  if (!finding.text.empty()) out["text"] = finding.text;
+  if (finding.cause) out["cause"] = to_string(*finding.cause);
+  for (const Finding& one : finding.still) out["still"].push_back(finding_to_json(one));
+  if (const std::string text = passed_on(finding); !text.empty()) out["text"] = text;
   out["words"] = words(finding);
   return out;
 }
 
-Finding finding_from_json(const JsonReader& item) {
+Finding finding_from_json(const Cell& cell, const JsonReader& item) {
   Finding finding;
   const auto known = severity(item.at("severity").text());
   if (!known) item.at("severity").fail("must be \"withholds\", \"warns\" or \"informs\"");
@@ -86,13 +96,19 @@ Finding finding_from_json(const JsonReader& item) {
     return finding;
   }
   finding.kind = *kind;
-  finding.about = subject_from_json(item.at("about"));
+  finding.about = subject_from_json(cell, item.at("about"));
   finding.evidence = evidence_from_json(item.at("evidence"));
   if (item.has("parts"))
     for (const JsonReader& part : item.at("parts").items())
       finding.parts.push_back(
-          {subject_from_json(part.at("about")), evidence_from_json(part.at("evidence"))});
-  if (item.has("text")) finding.text = item.at("text").text();
+          {subject_from_json(cell, part.at("about")), evidence_from_json(part.at("evidence"))});
+  if (item.has("cause")) finding.cause = likely_cause(item.at("cause").text());
+  if (item.has("still"))
+    for (const JsonReader& one : item.at("still").items())
+      finding.still.push_back(finding_from_json(cell, one));
+  // What is known is said anew.
+  if (item.has("text") && !finding.cause && finding.still.empty())
+    finding.text = item.at("text").text();
   return finding;
 }
 

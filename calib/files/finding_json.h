@@ -9,8 +9,8 @@
 namespace cellcal::calib {
 
 nlohmann::ordered_json finding_to_json(const Finding& finding);
-/// Of a kind that this version does not know its words are kept (FindingKind::kRecorded). Throws
-/// FileError.
-Finding finding_from_json(const JsonReader& item);
+/// Of a kind or cause that this version does not know its words are kept (FindingKind::kRecorded;
+/// `text`). `cell`: that its parameters are of. Throws FileError.
+Finding finding_from_json(const Cell& cell, const JsonReader& item);
 
 }  // namespace cellcal::calib

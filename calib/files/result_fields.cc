@@ -6,7 +6,7 @@
 
 #include "calib/files/finding_json.h"
 #include "calib/model/units.h"
-#include "calib/result/finding_words.h"
+#include "calib/words/finding_words.h"
 
 namespace cellcal::calib {
 
@@ -135,12 +135,13 @@ Table<RepeatedTouches> repeats_fields() {
       where<R>(used, field("used_mm", &R::used_m, not_negative(kMmPerM)))};
 }
 
-Table<Verdict> verdict_fields() {
+Table<Verdict> verdict_fields(const Cell& cell) {
   using V = Verdict;
   const auto read_reasons = [](const JsonReader& r, V& verdict) {
     verdict.findings = recorded(r, verdict.publish ? Severity::kInforms : Severity::kWithholds);
   };
-  const Value<Finding> finding{finding_to_json, finding_from_json};
+  const Value<Finding> finding{finding_to_json,
+                               [&cell](const JsonReader& r) { return finding_from_json(cell, r); }};
   return {
       field("publish", &V::publish, flag()),
       field("scope", &V::workspace, word<bool>({{true, "workspace"}, {false, "near targets"}})),

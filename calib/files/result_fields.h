@@ -14,7 +14,8 @@ fields::Table<TargetResult> target_fields(const Cell& cell);
 fields::Table<Observability> observability_fields();
 fields::Table<Discrepancy> discrepancy_fields();
 fields::Table<RepeatedTouches> repeats_fields();
-fields::Table<Verdict> verdict_fields();
+/// Of a calibration of that cell.
+fields::Table<Verdict> verdict_fields(const Cell& cell);
 fields::Table<LengthResult> length_fields();
 fields::Table<MovedTarget> moved_fields();
 fields::Table<Jump> jump_fields();

@@ -1,7 +1,7 @@
 #include "calib/identify/identify.h"
 
 #include <algorithm>
-#include <string>
+#include <optional>
 #include <utility>
 
 #include "calib/consistency/lengths.h"
@@ -11,12 +11,12 @@
 #include "calib/diagnose/data_association.h"
 #include "calib/diagnose/jump.h"
 #include "calib/diagnose/moved.h"
+#include "calib/diagnose/trial.h"
 #include "calib/diagnose/wrong_measure.h"
 #include "calib/estimate/discrepancy.h"
 #include "calib/estimate/target_place.h"
 #include "calib/identify/likely_causes.h"
 #include "calib/model/error.h"
-#include "calib/result/finding_words.h"
 #include "calib/verdict/identify_as_stated.h"
 
 namespace cellcal::calib {
@@ -35,20 +35,17 @@ void tell_from_lengths(const Cell& cell, const std::vector<Touch>& touches,
   if (calibration.lengths.empty()) return;
   auto& findings = calibration.verdict.findings;
   const Cell changed = silenced(cell, [](const CertifiedLength&) { return true; });
-  try {
-    Calibration without = identify_as_stated(changed, touches, options);
-    without.moved = calibration.moved;
-    for (MovedTarget& target : without.moved)
-      target.many_left_out = true;  // other touches may be, here
-    confirm_moves(changed, touches, options, without);
-    if (!without.moved.empty()) {
-      calibration.lengths.clear();  // from where it stood or from where it stands, nobody knows
-      erase(findings, FindingKind::kCertifiedLength);
-      erase(findings, FindingKind::kCertifiedTwice);
-      return;
-    }
-  } catch (const IdentifyError&) {
-    return;  // the touches alone determine nothing, and so do not speak against it
+  std::optional<Calibration> without = tried(changed, touches, options);
+  if (!without) return;  // the touches alone determine nothing, and so do not speak against it
+  without->moved = calibration.moved;
+  for (MovedTarget& target : without->moved)
+    target.many_left_out = true;  // other touches may be, here
+  confirm_moves(changed, touches, options, *without);
+  if (!without->moved.empty()) {
+    calibration.lengths.clear();  // from where it stood or from where it stands, nobody knows
+    erase(findings, FindingKind::kCertifiedLength);
+    erase(findings, FindingKind::kCertifiedTwice);
+    return;
   }
   if (!findings.empty() && findings.front().kind == FindingKind::kMovedTarget)
     findings.front().evidence.push_back({"or_lengths", 1.0, ""});
@@ -124,14 +121,15 @@ bool told_from_model_error(const Cell& cell, const std::vector<Touch>& touches,
 }
 
 /// Before all else: what a user is to look at first.
-void tell(const std::vector<std::string>& causes, Calibration& calibration) {
+void tell(const std::vector<Finding>& causes, Calibration& calibration) {
   auto& findings = calibration.verdict.findings;
-  auto at = findings.begin();
-  for (const std::string& cause : causes) {
-    Finding finding{FindingKind::kLikelyCause, Severity::kWithholds};
-    finding.text = cause;
-    at = findings.insert(at, std::move(finding)) + 1;
-  }
+  findings.insert(findings.begin(), causes.begin(), causes.end());
+}
+
+std::vector<Finding> findings_of(const std::vector<Cause>& causes) {
+  std::vector<Finding> findings;
+  for (const Cause& cause : causes) findings.push_back(cause.finding);
+  return findings;
 }
 
 /// Whether the touches show, or may show, an error of the arm that the model lacks.
@@ -149,32 +147,27 @@ Calibration with_discrepancy(const Cell& cell, const std::vector<Touch>& touches
                              IdentifyOptions options, Calibration stated) {
   if (options.level || options.with_discrepancy || !shows_discrepancy(stated)) return stated;
   options.with_discrepancy = true;
-  try {
-    Calibration estimated = identify_as_stated(cell, touches, options);
-    estimated.discrepancy.alike = stated.discrepancy.alike;
-    if (estimated.verdict.publish || stated.verdict.publish) return estimated;
-    for (const Finding& one : estimated.verdict.findings) {
-      if (!one.withholds()) continue;
-      Finding still{FindingKind::kStillWithModelError, Severity::kWarns, one.about};
-      still.text = words(one);
-      stated.verdict.findings.push_back(std::move(still));
-    }
-  } catch (const IdentifyError&) {
+  std::optional<Calibration> estimated = tried(cell, touches, options);
+  if (!estimated) return stated;
+  estimated->discrepancy.alike = stated.discrepancy.alike;
+  if (estimated->verdict.publish || stated.verdict.publish) return std::move(*estimated);
+  for (const Finding& one : estimated->verdict.findings) {
+    if (!one.withholds()) continue;
+    Finding still{FindingKind::kStillWithModelError, Severity::kWarns, one.about};
+    still.still = {one};
+    stated.verdict.findings.push_back(std::move(still));
   }
   return stated;
 }
 
 }  // namespace
 
-std::vector<std::string> likely_causes(const Cell& cell, const std::vector<Touch>& touches,
-                                       const OtherRobots& other_robots) {
-  std::vector<std::string> words;
-  for (Cause& cause : causes_of(cell, touches, other_robots))
-    words.push_back(std::move(cause.words));
-  if (words.empty())
-    if (std::string scattered = scattered_words(cell, touches); !scattered.empty())
-      words.push_back(std::move(scattered));
-  return words;
+std::vector<Finding> likely_causes(const Cell& cell, const std::vector<Touch>& touches,
+                                   const OtherRobots& other_robots) {
+  std::vector<Finding> findings = findings_of(causes_of(cell, touches, other_robots));
+  if (findings.empty())
+    if (auto scattered = scattered_touches(cell, touches)) findings.push_back(*scattered);
+  return findings;
 }
 
 Calibration identify(const Cell& cell, const std::vector<Touch>& touches,
@@ -182,10 +175,9 @@ Calibration identify(const Cell& cell, const std::vector<Touch>& touches,
   require_sound(cell, touches);
   try {
     Calibration calibration = identify_as_stated(cell, touches, options);
-    if (const std::string words = wrong_measure(cell, touches, options, calibration);
-        !words.empty()) {
+    if (const auto wrong = wrong_measure(cell, touches, options, calibration)) {
       calibration.moved.clear();  // a wrong length pulls spheres about
-      tell({words}, calibration);
+      tell({*wrong}, calibration);
       return calibration;
     }
     // Of so few, whatever was tried would explain all.
@@ -216,16 +208,11 @@ Calibration identify(const Cell& cell, const std::vector<Touch>& touches,
       causes = causes_of(cell, touches, other_robots);
       if (!causes.empty() && causes.front().moved) causes.clear();
     }
-    if (calibration.moved.empty() || !moved_alone(causes)) {
-      std::vector<std::string> words;
-      for (const Cause& cause : causes) words.push_back(cause.words);
-      tell(words, calibration);
-    }
+    if (calibration.moved.empty() || !moved_alone(causes)) tell(findings_of(causes), calibration);
     if (calibration.moved.empty() && causes.empty())
       calibration = with_discrepancy(cell, touches, options, std::move(calibration));
     if (!calibration.verdict.publish && calibration.moved.empty() && causes.empty())
-      if (const std::string words = scattered_words(cell, touches); !words.empty())
-        tell({words}, calibration);
+      if (const auto scattered = scattered_touches(cell, touches)) tell({*scattered}, calibration);
     return calibration;
   } catch (const IdentifyError& error) {
     Calibration nominal = not_identified(cell, touches, options, error.what());

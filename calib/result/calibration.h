@@ -204,7 +204,7 @@ struct Calibration {
   Cell cell;  ///< nominal
   std::string method = "map";
   ModelLevel level;                   ///< that the parameters belong to: the mean over the levels
-  std::string level_reason;           ///< in words
+  LevelReason level_reason;
   std::vector<LevelEvidence> levels;  ///< that were considered, best first
   /// Of the touches, whatever level, arm and places (natural logarithm); each that was left out
   /// costs as much as one at the gate. Compares sessions of the same readings; not written to files.

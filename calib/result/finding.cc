@@ -1,19 +1,14 @@
 #include "calib/result/finding.h"
 
 #include <algorithm>
-#include <array>
 #include <limits>
 #include <utility>
+
+#include "calib/result/names.h"
 
 namespace cellcal::calib {
 
 namespace {
-
-template <class T>
-struct Named {
-  T value;
-  const char* name;
-};
 
 constexpr std::array kKinds = {
     Named{FindingKind::kTouchScatter, "touch_scatter"},
@@ -66,24 +61,10 @@ constexpr std::array kSeverities = {Named{Severity::kWithholds, "withholds"},
                                     Named{Severity::kWarns, "warns"},
                                     Named{Severity::kInforms, "informs"}};
 constexpr std::array kSubjects = {
-    Named{Subject::Of::kSession, "session"},    Named{Subject::Of::kTouch, "touch"},
-    Named{Subject::Of::kTarget, "target"},      Named{Subject::Of::kJoint, "joint"},
-    Named{Subject::Of::kTool, "tool"},          Named{Subject::Of::kLength, "length"},
-    Named{Subject::Of::kParameter, "parameter"}};
-
-template <class T, std::size_t N>
-const char* name_of(const std::array<Named<T>, N>& all, T value) {
-  for (const Named<T>& one : all)
-    if (one.value == value) return one.name;
-  return "";
-}
-
-template <class T, std::size_t N>
-std::optional<T> named(const std::array<Named<T>, N>& all, const std::string& name) {
-  for (const Named<T>& one : all)
-    if (name == one.name) return one.value;
-  return std::nullopt;
-}
+    Named{Subject::Of::kSession, "session"},     Named{Subject::Of::kTouch, "touch"},
+    Named{Subject::Of::kTarget, "target"},       Named{Subject::Of::kJoint, "joint"},
+    Named{Subject::Of::kTool, "tool"},           Named{Subject::Of::kLength, "length"},
+    Named{Subject::Of::kParameter, "parameter"}, Named{Subject::Of::kRobot, "robot"}};
 
 Subject about(Subject::Of of, std::string name) {
   Subject subject;
@@ -116,13 +97,28 @@ Subject about_length(std::string from, std::string to) {
   subject.other_end = std::move(to);
   return subject;
 }
-Subject about_parameter(std::string name) {
-  return about(Subject::Of::kParameter, std::move(name));
+Subject about_parameter(const Cell& cell, const ParameterKey& key) {
+  Subject subject = about(Subject::Of::kParameter, parameter_name(cell, key));
+  subject.parameter = key;
+  return subject;
+}
+Subject about_robot(std::string file, std::string name) {
+  Subject subject = about(Subject::Of::kRobot, std::move(file));
+  subject.other_end = std::move(name);
+  return subject;
 }
 Subject after(Subject subject, std::size_t index, const Touch& touch) {
   subject.touch = index;
   subject.line = touch.line;
   return subject;
+}
+
+Finding likely(LikelyCause cause, Subject about, std::vector<Quantity> evidence,
+               std::vector<FindingPart> parts) {
+  Finding finding{FindingKind::kLikelyCause, Severity::kWithholds, std::move(about),
+                  std::move(evidence), std::move(parts)};
+  finding.cause = cause;
+  return finding;
 }
 
 const Quantity* find(const std::vector<Quantity>& evidence, const std::string& name) {

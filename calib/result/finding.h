@@ -1,15 +1,17 @@
 #pragma once
 // What an identification found out that a user has to know: a value, not a sentence. What it is,
 // how much it weighs, what it is about, and the numbers that it rests on. Sentences are made where
-// they are read, and nowhere else (finding_words.h); code asks for kinds.
+// they are read, and nowhere else (calib/words); code asks for kinds.
 
 #include <cstddef>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "calib/model/parameter_key.h"
 #include "calib/model/robot.h"
 #include "calib/model/touch.h"
+#include "calib/result/likely_cause.h"
 
 namespace cellcal::calib {
 
@@ -59,7 +61,7 @@ enum class FindingKind {
   kNotCompared,
   // What went wrong.
   kNotIdentified,
-  kLikelyCause,
+  kLikelyCause,  ///< which one: LikelyCause
   kMovedTarget,
   kJumped,  ///< a joint's zero, the tool or a target; several where it is not clear which
   kStillWithModelError,  ///< found with the model's own error estimated, too
@@ -81,11 +83,15 @@ std::optional<Severity> severity(const std::string& name);
 
 /// What a finding is about.
 struct Subject {
-  enum class Of { kSession, kTouch, kTarget, kJoint, kTool, kLength, kParameter };
+  enum class Of { kSession, kTouch, kTarget, kJoint, kTool, kLength, kParameter, kRobot };
   Of of = Of::kSession;
-  /// Of target, joint, tool, parameter; of a touch its target; of a length the one end.
+  /// As files and sentences have it, which of target, joint and tool is the key, too. Of a touch its
+  /// target; of a length the one end; of a robot its file, or, of the stated one, its name.
   std::string name;
+  /// Of a length; of a touch or target under another's name that one; of another robot its name.
   std::string other_end;
+  /// What a parameter is found by; none of one that the cell does not have.
+  std::optional<ParameterKey> parameter;
   std::optional<TargetKind> target_kind;  ///< of a target
   /// Counted from 0: the touch itself, or that after which something changed.
   std::optional<std::size_t> touch;
@@ -101,7 +107,8 @@ Subject about_target(const Target& target);
 Subject about_joint(std::string name);
 Subject about_tool(std::string name);
 Subject about_length(std::string from, std::string to);
-Subject about_parameter(std::string name);
+Subject about_parameter(const Cell& cell, const ParameterKey& key);
+Subject about_robot(std::string file, std::string name);
 /// The same, after a touch.
 Subject after(Subject subject, std::size_t index, const Touch& touch);
 
@@ -129,12 +136,20 @@ struct Finding {
   Subject about = {};
   std::vector<Quantity> evidence = {};
   std::vector<FindingPart> parts = {};  ///< weightiest first
-  /// What others said, and is passed on: an error's message, a cause, a file's own words.
+  /// What others said, and is passed on: an error's message, a file's own words.
   std::string text = {};
+  /// Of kLikelyCause; none where a file holds its words alone. Where the result would be let through
+  /// with it put right, the evidence has "mends".
+  std::optional<LikelyCause> cause = {};
+  std::vector<Finding> still = {};  ///< kStillWithModelError: what was found then, too
 
   bool withholds() const { return severity == Severity::kWithholds; }
   bool operator==(const Finding&) const = default;
 };
+
+/// That a mistake explains what is withheld.
+Finding likely(LikelyCause cause, Subject about = {}, std::vector<Quantity> evidence = {},
+               std::vector<FindingPart> parts = {});
 
 /// The quantity of that name; null where there is none.
 const Quantity* find(const std::vector<Quantity>& evidence, const std::string& name);

@@ -39,6 +39,20 @@ struct LevelEvidence {
   double probability = 0.0;   ///< among all levels considered
 };
 
+/// How the level was taken that a calibration's parameters belong to.
+enum class LevelChoice {
+  kNone,  ///< by methods that know no levels
+  kAskedFor,
+  kMeanByEvidence,     ///< of all that were considered
+  kNothingIdentified,  ///< the nominal arm
+  kRecorded            ///< in the words of a file that holds no more
+};
+struct LevelReason {
+  LevelChoice choice = LevelChoice::kNone;
+  std::string text = {};  ///< kRecorded
+  bool operator==(const LevelReason&) const = default;
+};
+
 /// The cell with the priors of this level; the files' own where the level leaves them alone.
 Cell at_level(const Cell& cell, const ModelLevel& level);
 /// The same for an estimate from these touches: tools beside the first that none of them is of stay

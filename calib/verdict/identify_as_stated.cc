@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <memory>
 
 #include "calib/consistency/artefact_bias.h"
@@ -139,27 +138,6 @@ double log_evidence(const Problem& problem, const Estimate& e, double gate) {
   return best + std::log(sum) - log_flat - log_size;
 }
 
-std::string level_reason(const Cell& cell, const ModelLevel& level, const LevelMean& mean,
-                         bool given) {
-  if (given) return words(cell, level) + "; as asked for";
-  double play = 0.0;
-  std::map<double, double> compliance;  // size, share
-  for (const LevelEvidence& l : mean.levels) {
-    compliance[l.level.compliance] += l.probability;
-    play += l.level.play > 0.0 ? l.probability : 0.0;
-  }
-  std::string sizes;
-  for (const auto& [size, share] : compliance)
-    sizes += fmt::format("{}{:g} of its prior at {:.0f} %", sizes.empty() ? "" : ", ", size,
-                         100.0 * share);
-  return fmt::format(
-      "{}; mean over {} levels, each by its evidence. Joint compliance: {}{}. The "
-      "likeliest level, at {:.0f} %: {}",
-      words(cell, level), mean.levels.size(), sizes,
-      level.play > 0.0 ? fmt::format("; play at {:.0f} %", 100.0 * play) : "",
-      100.0 * mean.levels.front().probability, words(cell, mean.levels.front().level));
-}
-
 /// A cell taken at its word, up to a level.
 struct Stated {
   Stated(const Cell& cell, const std::vector<Touch>& touches, const ModelLevel& fullest)
@@ -210,7 +188,7 @@ Calibration not_identified(const Cell& cell, const std::vector<Touch>& touches,
   Calibration calibration;
   calibration.cell = cell;
   calibration.level = options.level.value_or(ModelLevel{});
-  calibration.level_reason = "nothing was identified; the nominal arm";
+  calibration.level_reason = {LevelChoice::kNothingIdentified};
   const FrameDirections no_frame{Eigen::MatrixXd(problem.size(), 0), {}};
   fill_parameters(problem, e, no_frame, 1.0, calibration);
   for (ParameterResult& p : calibration.parameters) p.decided_by = DecidedBy::kPrior;
@@ -264,7 +242,8 @@ Calibration identify_as_stated(const Cell& cell, const std::vector<Touch>& touch
   calibration.levels = mean.levels;
   calibration.log_evidence = log_evidence(problem, e, options.outlier_sigma);
   if (options.level) calibration.levels.front().level = *options.level;
-  calibration.level_reason = level_reason(cell, calibration.level, mean, options.level.has_value());
+  calibration.level_reason = {options.level ? LevelChoice::kAskedFor
+                                            : LevelChoice::kMeanByEvidence};
   double sum = 0.0, held = 0.0, noise = 0.0, of_places = 0.0;
   const Eigen::VectorXd alone = residuals_alone(e.posterior);
   for (const auto& [touch, row] : e.posterior.linear.touch_row)

@@ -104,7 +104,7 @@ void judge_loads(const Problem& problem, const Calibration& c, std::vector<Findi
       findings.push_back(
           {FindingKind::kNegativeCompliance,
            Severity::kWithholds,
-           about_parameter(parameter_name(c.cell, found.key)),
+           about_parameter(c.cell, found.key),
            {{"value", value * found.to_unit, found.unit, found.sigma * found.to_unit},
             {"below_zero", -value / found.sigma, "sigma"}}});
   }

@@ -42,7 +42,7 @@ std::vector<FindingPart> beyond_tolerance(const Problem& problem, const Calibrat
     const double tolerances = std::abs(found.correction) / problem.unknowns()[p].scale;
     if (!(tolerances > most)) continue;
     far.push_back(
-        {about_parameter(parameter_name(c.cell, found.key)),
+        {about_parameter(c.cell, found.key),
          {{"off", found.correction * found.to_unit, found.unit}, {"tolerances", tolerances, ""}}});
   }
   std::stable_sort(far.begin(), far.end(), [](const FindingPart& a, const FindingPart& b) {
@@ -68,7 +68,7 @@ std::optional<Finding> radius_off(const Problem& problem, const Calibration& c, 
   if (!(std::abs(rho.correction) > most * sigma_m)) return std::nullopt;
   return Finding{FindingKind::kEffectiveRadius,
                  severity,
-                 about_parameter(parameter_name(c.cell, rho.key)),
+                 about_parameter(c.cell, rho.key),
                  {{"off", rho.correction * 1e3, "mm"},
                   {"apart", std::abs(rho.correction) / sigma_m, "sigma"}}};
 }

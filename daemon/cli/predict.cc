@@ -8,7 +8,7 @@
 #include "calib/files/calibration_json.h"
 #include "calib/files/files.h"
 #include "calib/model/units.h"
-#include "calib/result/finding_words.h"
+#include "calib/words/finding_words.h"
 #include "daemon/cli/exit_status.h"
 #include "daemon/cli/offline.h"
 

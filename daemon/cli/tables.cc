@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "calib/result/correlation.h"
-#include "calib/result/finding_words.h"
+#include "calib/words/finding_words.h"
 
 namespace cellcal::daemon {
 

@@ -8,6 +8,7 @@
 #include <string>
 #include <string_view>
 
+#include "calib/words/level_words.h"
 #include "daemon/report/drawing/text.h"
 #include "daemon/report/sections.h"
 
@@ -35,11 +36,9 @@ std::string_view method_sentence(std::string_view method) {
   return {};
 }
 
-// The reason begins with the level's own words, which stand above it.
-std::string reason_of(const calib::Calibration& result, const std::string& level) {
-  std::string reason = result.level_reason;
-  const std::string opening = level + "; ";
-  if (reason.starts_with(opening)) reason.erase(0, opening.size());
+// The level itself stands above it.
+std::string reason_of(const calib::Calibration& result) {
+  const std::string reason = calib::reason_words(result);
   if (reason.empty()) return {};
   return fmt::format("<p>{}.</p>\n", capitalised(escape(reason)));
 }
@@ -116,7 +115,7 @@ std::string method_words(std::string_view method) {
 std::string level_words(const View& view) {
   const calib::Calibration& result = view.result;
   // Methods that know no levels leave all three empty; the default level is not theirs.
-  if (result.level_reason.empty() && result.levels.empty()) return {};
+  if (result.level_reason.choice == calib::LevelChoice::kNone && result.levels.empty()) return {};
   return escape(calib::words(result.cell, result.level));
 }
 
@@ -126,7 +125,7 @@ std::string model(const View& view) {
   std::string body;
   if (!level.empty()) {
     body += fmt::format("<p class=\"fitted\">{}</p>\n", capitalised(level));
-    body += reason_of(result, calib::words(result.cell, result.level));
+    body += reason_of(result);
   }
   const std::string method = method_words(result.method);
   body += fmt::format("<p>Method: {}. {}</p>\n", method.empty() ? "<em>not stated</em>" : method,

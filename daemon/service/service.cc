@@ -10,7 +10,7 @@
 #include "calib/model/error.h"
 #include "calib/plan/cell_check.h"
 #include "calib/plan/reach/candidates.h"
-#include "calib/result/finding_words.h"
+#include "calib/words/finding_words.h"
 #include "daemon/service/delay_watch.h"
 #include "daemon/service/inputs.h"
 #include "daemon/service/tasks.h"

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "calib/result/calibration.h"
-#include "calib/result/finding_words.h"
+#include "calib/words/finding_words.h"
 
 namespace cellcal::calib::testing {
 
@@ -21,6 +21,13 @@ inline bool found(const Calibration& c, FindingKind kind) { return has(c.verdict
 inline Finding the(const Calibration& c, FindingKind kind) {
   const Finding* one = first(c.verdict.findings, kind);
   return one == nullptr ? Finding{} : *one;
+}
+
+/// That likely cause, if it is named; an empty finding where it is not.
+inline Finding cause(const Calibration& c, LikelyCause which) {
+  for (const Finding& one : c.verdict.findings)
+    if (one.cause == which) return one;
+  return {};
 }
 
 inline double the(const Calibration& c, FindingKind kind, const std::string& quantity) {

@@ -19,8 +19,8 @@
 #include "calib/model/error.h"
 #include "calib/model/kinematics.h"
 #include "calib/model/random.h"
-#include "calib/result/finding_words.h"
 #include "calib/uncertainty/region.h"
+#include "calib/words/finding_words.h"
 #include "tests/experiments/world.h"
 
 namespace {

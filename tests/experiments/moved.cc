@@ -108,9 +108,7 @@ void add_session(Row& row, const Planned& planned, Settings settings, std::uint6
   bool says = false;
   for (const calib::Finding& one : c.verdict.findings) {
     says = says || (one.kind == calib::FindingKind::kMovedTarget && one.about.name == id);
-    // Causes are told in words as yet.
-    says = says || one.text.find(id + " moved") != std::string::npos ||
-           one.text.find(id + " seems to have moved") != std::string::npos;
+    says = says || (one.cause == calib::LikelyCause::kMoved && one.about.name == id);
   }
   ++row.made;
   row.published += c.verdict.publish;

@@ -10,9 +10,9 @@
 #include "calib/identify/identify.h"
 #include "calib/model/random.h"
 #include "calib/plan/reach/duration.h"
-#include "calib/result/finding_words.h"
 #include "calib/uncertainty/predict.h"
 #include "calib/uncertainty/region.h"
+#include "calib/words/finding_words.h"
 
 namespace cellcal::experiments {
 

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -17,10 +18,10 @@
 namespace cellcal::calib {
 namespace {
 
+using testing::cause;
 using testing::demo_cell;
 using testing::make_touches;
 using testing::plain_truth;
-using testing::the;
 using testing::words_of;
 
 const std::vector<Touch>& touches() {
@@ -29,12 +30,21 @@ const std::vector<Touch>& touches() {
   return made;
 }
 
-std::string likely_cause(const Calibration& c) { return the(c, FindingKind::kLikelyCause).text; }
+/// Whether the likely causes name S1, alone or together with others.
+bool about_s1(const Calibration& c) {
+  const auto names = [](const Subject& s) { return s.name == "S1" || s.other_end == "S1"; };
+  return std::any_of(c.verdict.findings.begin(), c.verdict.findings.end(), [&](const Finding& f) {
+    return f.kind == FindingKind::kLikelyCause &&
+           (names(f.about) ||
+            std::any_of(f.parts.begin(), f.parts.end(),
+                        [&](const FindingPart& part) { return names(part.about); }));
+  });
+}
 
-/// The number behind `words`.
-double number_behind(const std::string& words, const std::string& in) {
-  const std::size_t at = in.find(words);
-  return at == std::string::npos ? std::nan("") : std::stod(in.substr(at + words.size()));
+/// The size that is named first as a likely cause; an empty part where there is none.
+FindingPart wrong_size(const Calibration& c) {
+  const Finding finding = cause(c, LikelyCause::kArtefactSize);
+  return finding.parts.empty() ? FindingPart{} : finding.parts.front();
 }
 
 Cell wires() {
@@ -67,10 +77,13 @@ TEST(Sizes, ASphereThatIsAFewTenthsLargerOrSmallerThanStatedIsNamedWithItsDiamet
       cell.targets[t].diameter_m += off_m;
       const Calibration c = identify(cell, touches());
       EXPECT_FALSE(c.verdict.publish);
-      const std::string cause = likely_cause(c);
-      EXPECT_NEAR(number_behind("with the diameter of " + cell.targets[t].id + " ", cause), 61.4,
-                  0.12)
-          << cause;
+      const Finding named = cause(c, LikelyCause::kArtefactSize);
+      // The touches may leave it open which of several it is.
+      const auto own = std::find_if(
+          named.parts.begin(), named.parts.end(),
+          [&](const FindingPart& one) { return one.about == about_target(cell.targets[t]); });
+      ASSERT_NE(own, named.parts.end()) << words_of(c);
+      EXPECT_NEAR(value(own->evidence, "measured"), 61.4, 0.12) << words_of(c);
     }
 }
 
@@ -81,8 +94,8 @@ TEST(Sizes, ASphereAllOfWhoseTouchesWereLeftOutForItsDiameterIsNamed) {
       make_touches(demo_cell(), plain_truth(demo_cell(), 5), {.fit = 240, .check = 24}).touches;
   const Calibration c = identify(cell, made);
   EXPECT_FALSE(c.verdict.publish);
-  const std::string cause = likely_cause(c);
-  EXPECT_NEAR(number_behind("with the diameter of S1 ", cause), 61.4, 0.12) << cause;
+  EXPECT_EQ(wrong_size(c).about.name, "S1") << words_of(c);
+  EXPECT_NEAR(value(wrong_size(c).evidence, "measured"), 61.4, 0.12) << words_of(c);
 }
 
 TEST(Sizes, AWireThatWasZeroedElsewhereIsNamedWithByHowMuch) {
@@ -93,8 +106,8 @@ TEST(Sizes, AWireThatWasZeroedElsewhereIsNamedWithByHowMuch) {
     if (touch.target == "S2") touch.radius_m += 0.6e-3;
   const Calibration c = identify(cell, made);
   EXPECT_FALSE(c.verdict.publish);
-  const std::string cause = likely_cause(c);
-  EXPECT_NEAR(number_behind("with all readings of S2 ", cause), -0.6, 0.1) << cause;
+  EXPECT_EQ(wrong_size(c).about.name, "S2") << words_of(c);
+  EXPECT_NEAR(value(wrong_size(c).evidence, "longer"), -0.6, 0.1) << words_of(c);
 }
 
 TEST(Sizes, TheMoreADiameterOrAZeroIsOffTheLessItPasses) {
@@ -109,7 +122,7 @@ TEST(Sizes, TheMoreADiameterOrAZeroIsOffTheLessItPasses) {
       const Calibration sphere =
           identify(cell, make_touches(demo_cell(), truth, {.fit = 4 * of_each}).touches);
       EXPECT_FALSE(sphere.verdict.publish);
-      EXPECT_NE(likely_cause(sphere).find("S1"), std::string::npos) << words_of(sphere);
+      EXPECT_TRUE(about_s1(sphere)) << words_of(sphere);
       auto made = make_touches(of_wires, truth_of_wires, {.fit = 6 * of_each}).touches;
       for (Touch& touch : made)
         if (touch.target == "S2") touch.radius_m += off_m;
@@ -123,8 +136,8 @@ TEST(Sizes, WiresThatAreAllOffAlikeAreToldTogether) {
   for (Touch& touch : made) touch.radius_m += 0.4e-3;
   const Calibration c = identify(cell, made);
   EXPECT_FALSE(c.verdict.publish);
-  EXPECT_NEAR(number_behind("with all readings of all wires ", likely_cause(c)), -0.4, 0.1)
-      << likely_cause(c);
+  EXPECT_EQ(wrong_size(c).about, Subject{}) << words_of(c);
+  EXPECT_NEAR(value(wrong_size(c).evidence, "longer"), -0.4, 0.1) << words_of(c);
 }
 
 TEST(Sizes, AWrongCertifiedLengthIsNotTakenForADiameter) {
@@ -132,9 +145,10 @@ TEST(Sizes, AWrongCertifiedLengthIsNotTakenForADiameter) {
     SCOPED_TRACE(off_m);
     Cell cell = demo_cell();
     cell.lengths[1].length_m += off_m;
-    const std::string cause = likely_cause(identify(cell, touches()));
-    EXPECT_NE(cause.find("certified length of"), std::string::npos) << cause;
-    EXPECT_EQ(cause.find("diameter"), std::string::npos) << cause;
+    const Calibration c = identify(cell, touches());
+    EXPECT_EQ(cause(c, LikelyCause::kCertifiedLength).cause, LikelyCause::kCertifiedLength)
+        << words_of(c);
+    EXPECT_EQ(cause(c, LikelyCause::kArtefactSize).cause, std::nullopt) << words_of(c);
   }
 }
 

@@ -13,6 +13,9 @@
 #include "calib/syntax/input_file.h"
 #include "calib/uncertainty/predict.h"
 #include "calib/uncertainty/region.h"
+#include "calib/words/cause_words.h"
+#include "calib/words/finding_words.h"
+#include "calib/words/level_words.h"
 #include "tests/calib/files/documents.h"
 #include "tests/calib/simulate.h"
 
@@ -57,6 +60,52 @@ Finding sorted(Finding finding) {
   for (FindingPart& part : finding.parts)
     std::sort(part.evidence.begin(), part.evidence.end(), by_name);
   return finding;
+}
+
+TEST(CalibrationJson, KeepsLikelyCausesAsValuesBesideTheirWords) {
+  Calibration c = result();
+  const Finding cause = likely(LikelyCause::kMastering, about_joint("A3"), {{"add", -2.0, "deg"}});
+  Finding still{FindingKind::kStillWithModelError, Severity::kWarns};
+  still.still = {cause};
+  const Finding off{FindingKind::kEffectiveRadius,
+                    Severity::kWarns,
+                    about_parameter(c.cell, tool_parameter(ParameterKind::kEffectiveRadius, 0)),
+                    {{"off", 1.0, "mm"}}};
+  c.verdict.findings = {cause, still, off};
+  json file = json::parse(calibration_to_json(c));
+  const json& findings = file["verdict"]["findings"];
+  EXPECT_EQ(findings[0]["cause"], "mastering");
+  EXPECT_EQ(findings[0]["text"], cause_words(cause));
+  EXPECT_EQ(findings[1]["text"], words(cause));
+  EXPECT_EQ(findings[2]["about"]["name"], "touch.rho");
+  EXPECT_EQ(file["verdict"]["reasons"][0], words(cause));
+  EXPECT_EQ(calibration_from_json(file.dump(), "c.json").verdict.findings, c.verdict.findings);
+
+  // Of a later version, or of one that held the words alone.
+  for (const bool later : {true, false}) {
+    json other = file;
+    if (later)
+      other["verdict"]["findings"][0]["cause"] = "gremlins";
+    else
+      other["verdict"]["findings"][0].erase("cause");
+    const Calibration read = calibration_from_json(other.dump(), "c.json");
+    EXPECT_EQ(read.verdict.findings[0].cause, std::nullopt);
+    EXPECT_EQ(words(read.verdict.findings[0]), words(cause));
+  }
+  file["verdict"]["findings"][0]["cause"] = 7;
+  EXPECT_THROW((void)calibration_from_json(file.dump(), "c.json"), FileError);
+}
+
+TEST(CalibrationJson, KeepsHowTheLevelWasTakenBesideItsWords) {
+  json file = json::parse(calibration_to_json(result()));
+  EXPECT_EQ(file["model"]["chosen"], "mean_by_evidence");
+  EXPECT_EQ(file["model"]["reason"], level_and_reason_words(result()));
+  EXPECT_EQ(read_back().level_reason, result().level_reason);
+  EXPECT_EQ(level_and_reason_words(read_back()), level_and_reason_words(result()));
+  file["model"].erase("chosen");
+  const Calibration earlier = calibration_from_json(file.dump(), "c.json");
+  EXPECT_EQ(earlier.level_reason.choice, LevelChoice::kRecorded);
+  EXPECT_EQ(level_and_reason_words(earlier), level_and_reason_words(result()));
 }
 
 TEST(CalibrationJson, PredictsTheSameAfterwards) {

@@ -68,7 +68,8 @@ TEST(Tolerances, AToolOfAnotherLengthIsToldAndThenWithheld) {
   const Finding beyond = the(more, FindingKind::kOffNominal);
   EXPECT_EQ(beyond.severity, Severity::kWarns);
   ASSERT_FALSE(beyond.parts.empty());
-  EXPECT_EQ(beyond.parts[0].about, about_parameter("A6.d"));
+  EXPECT_EQ(beyond.parts[0].about,
+            about_parameter(more.cell, joint_parameter(ParameterKind::kD, 5)));
   EXPECT_LT(value(beyond.parts[0].evidence, "off"), 0.0);
   const Calibration much = with(6e-3);
   EXPECT_FALSE(much.verdict.publish);

@@ -354,7 +354,8 @@ TEST(Verdict, NamesASignOfGravityThatIsWrong) {
   EXPECT_TRUE(right.verdict.publish) << words_of(right);
   ASSERT_GT(bending, 1e-3) << "this arm's tool hardly bends; take another";
   EXPECT_FALSE(c.verdict.publish);
-  EXPECT_EQ(the(c, FindingKind::kNegativeCompliance).about, about_parameter("tool.c_t"))
+  EXPECT_EQ(the(c, FindingKind::kNegativeCompliance).about,
+            about_parameter(c.cell, tool_parameter(ParameterKind::kDeflection, 0)))
       << words_of(c);
 }
 

@@ -5,7 +5,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 
-#include "calib/result/finding_words.h"
+#include "calib/words/finding_words.h"
 
 namespace cellcal::daemon {
 namespace {

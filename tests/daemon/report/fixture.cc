@@ -292,9 +292,7 @@ ReportInput made_up_session(const SessionShape& shape) {
   result.level = {false, 1.0, 5.0 * kArcsec};
   result.levels = {
       {{false, 1.0, 0.0}, -120.4}, {result.level, -120.7}, {{false, 0.0, 0.0}, -124.6}};
-  result.level_reason = fmt::format("{}; the touches favour it over \"{}\" by 3.9 in log evidence",
-                                    calib::words(result.cell, result.level),
-                                    calib::words(result.cell, result.levels[2].level));
+  result.level_reason = {calib::LevelChoice::kMeanByEvidence};
 
   add_joint_parameters(result, noise);
   add(result, tool_parameter(ParameterKind::kDeflection, 0), "1/(N m^2)", 1.0, 0.0, 0.00036,

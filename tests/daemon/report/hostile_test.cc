@@ -27,9 +27,9 @@ void for_each_string(ReportInput& input, void (*change)(std::string&, const std:
                      const std::string& with) {
   calib::Calibration& result = input.calibration;
   std::vector<std::string*> strings{
-      &input.session_id,   &input.started, &input.finished,         &input.cell_name,
-      &input.software,     &result.method, &result.cell.robot.name, &result.cell.robot.source,
-      &result.level_reason};
+      &input.session_id,        &input.started, &input.finished,         &input.cell_name,
+      &input.software,          &result.method, &result.cell.robot.name, &result.cell.robot.source,
+      &result.level_reason.text};
   for (auto& note : input.notes) strings.push_back(&note);
   for (auto& [figure, value] : input.truth) strings.insert(strings.end(), {&figure, &value});
   for (auto& touch : input.touches) strings.insert(strings.end(), {&touch.target, &touch.time});
@@ -55,6 +55,7 @@ void for_each_string(ReportInput& input, void (*change)(std::string&, const std:
 ReportInput full_session() {
   ReportInput input = made_up_session();
   input.truth = {{"M3", "0.08 mm"}};
+  input.calibration.level_reason = {calib::LevelChoice::kRecorded, "a level"};
   calib::Finding recorded;
   recorded.text = "a reason";
   input.calibration.verdict.findings = {recorded, calib::Finding{calib::FindingKind::kAllLeftOut}};

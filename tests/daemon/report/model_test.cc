@@ -21,7 +21,7 @@ using testing::section_of;
 TEST(Model, NamesTheLevelTheReasonAndTheMethod) {
   const std::string model = section_of(html_report(made_up_session()), "model");
   EXPECT_TRUE(says(model, ">Geometry, tool bending, transmission 10 arcsec, ripple 5 arcsec<"));
-  EXPECT_TRUE(says(model, "<p>The touches favour it over &quot;geometry"));
+  EXPECT_TRUE(says(model, "<p>Mean over 3 levels, each by its evidence."));
   EXPECT_TRUE(says(model, "Method: maximum a posteriori estimate."));
 }
 
@@ -59,7 +59,7 @@ TEST(Model, OfAMethodWithoutLevelsClaimsNone) {
   ReportInput input = made_up_session();
   input.calibration.method = "paper";
   input.calibration.level = {};
-  input.calibration.level_reason.clear();
+  input.calibration.level_reason = {};
   input.calibration.levels.clear();
   const std::string html = html_report(input);
   EXPECT_TRUE(says(section_of(html, "model"), "reference method, for comparison only"));
@@ -67,9 +67,9 @@ TEST(Model, OfAMethodWithoutLevelsClaimsNone) {
   EXPECT_FALSE(says(section_of(html, "traceability"), "Model level"));
 }
 
-TEST(Model, ReasonInOtherWordsIsKeptWhole) {
+TEST(Model, ReasonInTheWordsOfAFileIsKeptWhole) {
   ReportInput input = made_up_session();
-  input.calibration.level_reason = "geometry <only>; as asked for";
+  input.calibration.level_reason = {calib::LevelChoice::kRecorded, "geometry <only>; as asked for"};
   EXPECT_TRUE(
       says(section_of(html_report(input), "model"), "<p>Geometry &lt;only&gt;; as asked for.</p>"));
 }

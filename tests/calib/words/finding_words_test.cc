@@ -1,6 +1,6 @@
 // The sentences that a user reads, all in one place; no other test looks into them.
 
-#include "calib/result/finding_words.h"
+#include "calib/words/finding_words.h"
 
 #include <gtest/gtest.h>
 
@@ -40,7 +40,7 @@ TEST(FindingNames, AreReadBackAsTheyAreWritten) {
   EXPECT_FALSE(finding_kind("chi^2"));
   for (const Severity one : {Severity::kWithholds, Severity::kWarns, Severity::kInforms})
     EXPECT_EQ(severity(to_string(one)), one);
-  for (int k = 0; k <= static_cast<int>(Subject::Of::kParameter); ++k)
+  for (int k = 0; k <= static_cast<int>(Subject::Of::kRobot); ++k)
     EXPECT_EQ(subject_of(to_string(static_cast<Subject::Of>(k))), static_cast<Subject::Of>(k));
 }
 
@@ -117,8 +117,11 @@ TEST(FindingWords, OfWhatTheFilesState) {
       said(FindingKind::kArtefactSize, {}, {{"longer", -0.4, "mm", 0.05}, {"apart", 8.0, "sigma"}}),
       "all wires: readings -0.40 +- 0.05 mm longer than stated (8 sigma). Check where the wire "
       "reads zero");
+  Subject a4_theta;
+  a4_theta.of = Subject::Of::kParameter;
+  a4_theta.name = "A4.theta";
   EXPECT_EQ(said(FindingKind::kOffNominal, {}, {{"may_be_so", 1.0, ""}},
-                 {{about_parameter("A4.theta"), {{"off", 1.1, "deg"}, {"tolerances", 22.0, ""}}}}),
+                 {{a4_theta, {{"off", 1.1, "deg"}, {"tolerances", 22.0, ""}}}}),
             "far from the drawing: A4.theta off by 1.1 deg (22 tolerances). Check robot file and "
             "tool, and whether the arm is mastered; if all are right, state a larger tolerance");
   EXPECT_EQ(said(FindingKind::kEffectiveRadius, {}, {{"off", -1.5, "mm"}, {"apart", 5.0, "sigma"}},
