@@ -13,9 +13,8 @@
 #include <utility>
 #include <vector>
 
-#include "calib/files/calibration_json.h"
 #include "calib/syntax/shown.h"
-#include "daemon/cli/commands.h"
+#include "daemon/cli/app.h"
 #include "daemon/cli/exit_status.h"
 
 namespace {
@@ -94,12 +93,8 @@ int main(int argc, char** argv) {
   using namespace cellcal::daemon;
   std::signal(SIGPIPE, SIG_IGN);  // a reader that went away is an error of writing
   int status = kSuccess;
-  CLI::App app("Calibrates an industrial robot in its cell by touching spheres.", "cellcal");
-  app.footer("Example: cellcal run --cell cell.toml\nHelp on a command: cellcal COMMAND --help");
-  app.set_version_flag("--version", cellcal::calib::software_version());
-  app.require_subcommand(1);
-  add_client_commands(app, status);
-  add_offline_commands(app, status);
+  CLI::App app;
+  describe_cellcal(app, status);
   if (const auto words = wrong_command(app, argc, argv)) {
     fmt::print(stderr, "cellcal: {}\nsee 'cellcal --help'\n", *words);
     return kWrongUsage;

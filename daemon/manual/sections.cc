@@ -1,0 +1,38 @@
+#include "daemon/manual/sections.h"
+
+namespace cellcal::daemon {
+
+std::vector<ManSection> cellcal_sections() {
+  return {
+      {"EXIT STATUS",
+       {{"0", "Success."},
+        {"1", "Failed. The reason is the first line on standard error."},
+        {"2", "Wrong usage."},
+        {"3", "The result must not be published. It is written all the same."}}},
+      {"ENVIRONMENT",
+       {{"CELLCAL_SOCKET", "The daemon's socket, where --socket is not given."},
+        {"CELLCAL_ROBOTS", "A folder of robot files that is searched before the shipped ones."}}},
+      {"FILES",
+       {{"/run/cellcal/cellcald.sock",
+         "The daemon's socket. Members of the group cellcal may use it."},
+        {"/usr/share/cellcal/robots", "The robots that a cell file can name."},
+        {"/usr/share/doc/cellcal", "Set-up of controller and sensor; an example cell."}}}};
+}
+
+std::vector<ManSection> cellcald_sections() {
+  return {
+      {"EXIT STATUS",
+       {{"0", "Ended by SIGTERM or SIGINT."},
+        {"1", "Could not start: another cellcald, a damaged journal."},
+        {"2", "Wrong usage or configuration. It does not get better by trying again."}}},
+      {"SIGNALS",
+       {{"SIGTERM, SIGINT", "Stop the arm, record the end of the session, end."},
+        {"SIGUSR1", "'cellcal abort' without a connection: stop the arm, end the session."},
+        {"SIGHUP", "Ignored, with a warning: the configuration is read at the start only."}}},
+      {"FILES",
+       {{"/etc/cellcal/cellcald.toml", "The configuration."},
+        {"/var/lib/cellcal", "Journal and results of all sessions."},
+        {"/run/cellcal/cellcald.sock", "Where cellcal connects."}}}};
+}
+
+}  // namespace cellcal::daemon

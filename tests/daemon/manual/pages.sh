@@ -1,0 +1,66 @@
+#!/bin/bash
+# pages.sh CASE CELLCAL PAGES: the manual pages and completions that were made, as man and the shells take them.
+set -uo pipefail
+case=$1 cellcal=$2 pages=$3
+fail() { echo "$case: $1" >&2; exit 1; }
+needs() { command -v "$1" >/dev/null || exit 77; }
+
+# completes WORDS EXPECTED...: what follows "cellcal " and the shell's candidates, one a line.
+bash_candidates() {
+  bash -c 'source "$1"; COMP_WORDS=(cellcal "${@:2}"); COMP_CWORD=$((${#COMP_WORDS[@]} - 1)); _cellcal
+           [ ${#COMPREPLY[@]} = 0 ] || printf "%s\n" "${COMPREPLY[@]}"' - "$pages/cellcal.bash" "$@"
+}
+expect() {
+  local got=$1 want=$2
+  grep -qxF -e "$want" <<<"$got" || fail "'$want' is not among: $(tr '\n' ' ' <<<"$got")"
+}
+refuse() {
+  grep -qxF -e "$2" <<<"$1" && fail "'$2' is among: $(tr '\n' ' ' <<<"$1")"
+  return 0
+}
+
+case $case in
+  man_has_no_word_to_say)
+    needs man
+    for page in cellcal.1 cellcald.8; do
+      words=$(MANWIDTH=80 man --warnings -E UTF-8 -l -Tutf8 "$pages/$page" 2>&1 >/dev/null)
+      [ -z "$words" ] || fail "$page: $words"
+    done ;;
+  every_command_is_in_the_page)
+    needs man
+    text=$(MANWIDTH=200 man -E UTF-8 -l -P cat "$pages/cellcal.1" | sed 's/.\x08//g')
+    commands=$("$cellcal" --help | sed -n '/^Subcommands:/,/^$/s/^  \([a-z][a-z-]*\) .*/\1/p')
+    [ "$(wc -w <<<"$commands")" -ge 12 ] || fail "only these commands: $commands"
+    for command in $commands; do
+      grep -qE "^ +cellcal $command$" <<<"$text" || fail "no part for $command"
+      for option in $("$cellcal" "$command" --help | grep -oE '^  (-[a-z],)?--[a-z-]+' | grep -oE -e '--[a-z-]+'); do
+        [ "$option" = --help ] || grep -qF -e "$option" <<<"$text" || fail "$command $option is not in it"
+      done
+    done ;;
+  bash_completes)
+    bash -n "$pages/cellcal.bash" && bash -n "$pages/cellcald.bash" || fail "bash does not read it"
+    got=$(bash_candidates ru); expect "$got" run; refuse "$got" report
+    expect "$(bash_candidates run --touch)" --touches
+    refuse "$(bash_candidates run --)" --wire
+    got=$(bash_candidates kuka-files --wire ''); expect "$got" rsi; expect "$got" eki
+    [ -z "$(bash_candidates run --cell '')" ] || fail "a file is not left to the shell" ;;
+  zsh_completes)
+    needs zsh
+    zsh -n "$pages/_cellcal" && zsh -n "$pages/_cellcald" || fail "zsh does not read it"
+    # A terminal of its own, in which the key is pressed.
+    got=$(zsh -f "$(dirname "$0")/press_tab.zsh" "$pages" 'cellcal ru')
+    [[ $got == *"cellcal run "* ]] || fail "after 'cellcal ru<Tab>': $got"
+    got=$(zsh -f "$(dirname "$0")/press_tab.zsh" "$pages" 'cellcal kuka-files --wire r')
+    [[ $got == *"--wire rsi "* ]] || fail "after '--wire r<Tab>': $got"
+    got=$(zsh -f "$(dirname "$0")/press_tab.zsh" "$pages" 'cellcal run --touch')
+    [[ $got == *"run --touches "* ]] || fail "after 'run --touch<Tab>': $got" ;;
+  fish_completes)
+    needs fish
+    fish --no-execute "$pages/cellcal.fish" "$pages/cellcald.fish" || fail "fish does not read it"
+    candidates() { HOME=$(mktemp -d) fish --no-config -c "source $pages/cellcal.fish; complete -C '$1'" | cut -f1; }
+    got=$(candidates 'cellcal ru'); expect "$got" run; refuse "$got" report
+    expect "$(candidates 'cellcal run --touch')" --touches
+    got=$(candidates 'cellcal kuka-files --wire '); expect "$got" rsi; expect "$got" eki
+    got=$(candidates 'cellcal run --'); refuse "$got" --wire ;;
+  *) fail "no such case" ;;
+esac
