@@ -11,6 +11,7 @@
 #include "calib/files/calibration_json.h"
 #include "daemon/api/handlers.h"
 #include "daemon/api/server.h"
+#include "daemon/files/log_context.h"
 #include "daemon/main/backends.h"
 #include "daemon/main/network_door.h"
 #include "daemon/service/service.h"
@@ -38,6 +39,7 @@ class Watchdog {
     if (service_.alive()) {
       sd_notify(0, "WATCHDOG=1");
     } else {
+      const LogScope hangs({.event = LogEvent::kHangs});
       spdlog::critical("the session's thread or its devices' thread does not respond");
     }
     timer_.expires_after(period_);
@@ -59,6 +61,15 @@ void abort_at_signal(asio::signal_set& signal, SessionService& service) {
     spdlog::info("signal SIGUSR1: {}", running ? "aborting the session" : "nothing to abort");
     abort_at_signal(signal, service);
   });
+}
+
+/// What lines of the log belong to from now on.
+void tell_log(const Status& status) {
+  LogContext context{status.session, {}, to_string(status.phase), {}, LogEvent::kNone};
+  const bool at_a_touch = (kMovingPhases | kStandingPhases).has(status.phase) && status.total > 0;
+  if (at_a_touch) context.touch = static_cast<std::int64_t>(status.done) + 1;
+  if (status.failure) context.failure = to_string(status.failure->kind);
+  set_log_context(context);
 }
 
 void tell_status(const Status& status) {
@@ -132,7 +143,9 @@ void run_daemon(const DaemonConfig& config) {
   service.on_change([&] {
     server.poke();
     if (network) network->poke();
-    tell_status(service.status());
+    const Status status = service.status();
+    tell_log(status);
+    tell_status(status);
   });
   signals.async_wait([&](boost::system::error_code, int signal) {
     spdlog::info("signal {}: stopping", signal);

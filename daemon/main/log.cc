@@ -7,6 +7,7 @@
 #include <cstdlib>
 
 #include "daemon/files/printable.h"
+#include "daemon/main/journald.h"
 
 namespace cellcal::daemon {
 
@@ -43,7 +44,14 @@ class OneLine final : public spdlog::custom_flag_formatter {
 
 }  // namespace
 
-void set_up_log(bool verbose) {
+namespace {
+
+std::shared_ptr<spdlog::logger> make_logger() {
+  if (stderr_is_journal()) {
+    auto logger = std::make_shared<spdlog::logger>("cellcald", make_journal_sink());
+    spdlog::register_logger(logger);
+    return logger;
+  }
   auto logger = spdlog::stderr_logger_mt("cellcald");
   auto formatter = std::make_unique<spdlog::pattern_formatter>();
   if (std::getenv("JOURNAL_STREAM") != nullptr) {
@@ -52,6 +60,13 @@ void set_up_log(bool verbose) {
     formatter->add_flag<OneLine>('~').set_pattern("%Y-%m-%d %H:%M:%S.%e %l: %~");
   }
   logger->set_formatter(std::move(formatter));
+  return logger;
+}
+
+}  // namespace
+
+void set_up_log(bool verbose) {
+  auto logger = make_logger();
   logger->set_level(verbose ? spdlog::level::debug : spdlog::level::info);
   spdlog::set_default_logger(std::move(logger));
 }

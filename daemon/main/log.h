@@ -2,8 +2,9 @@
 
 namespace cellcal::daemon {
 
-/// Logs to standard error: with the journal's priorities where systemd's journal listens, otherwise
-/// with time and level. A message is one line, whatever words of others are in it.
+/// Logs to systemd's journal, with fields, where standard error is connected to it; otherwise to standard error:
+/// with the journal's priorities where $JOURNAL_STREAM is set, with time and level where not. A message is
+/// one line, whatever words of others are in it.
 void set_up_log(bool verbose);
 
 }  // namespace cellcal::daemon

@@ -11,6 +11,7 @@
 #include "calib/plan/cell_check.h"
 #include "calib/plan/reach/candidates.h"
 #include "calib/words/finding_words.h"
+#include "daemon/files/log_context.h"
 #include "daemon/service/delay_watch.h"
 #include "daemon/service/inputs.h"
 #include "daemon/service/tasks.h"
@@ -61,6 +62,18 @@ std::optional<InterruptedSession> interrupted_session(Journal& journal) {
 constexpr int kMostTouches = 2000;
 constexpr double kFinestGoalMm = 0.01, kCoarsestGoalMm = 10.0;
 
+LogEvent event_of(Ending ending) {
+  switch (ending) {
+    case Ending::kFailed:
+      return LogEvent::kSessionFailed;
+    case Ending::kAborted:
+      return LogEvent::kSessionAborted;
+    case Ending::kDone:
+      break;
+  }
+  return LogEvent::kSessionDone;
+}
+
 class JournalRecorder final : public Recorder {
  public:
   JournalRecorder(Journal& journal, std::int64_t session, Backend& backend)
@@ -71,13 +84,18 @@ class JournalRecorder final : public Recorder {
   void record(const RecordTouch& touch) override {
     journal_.record(session_, touch);
     const calib::Touch& made = touch.touch;
+    const LogScope scope({.session = session_,
+                          .touch = static_cast<std::int64_t>(touch.index) + 1,
+                          .event = LogEvent::kTouch});
     spdlog::info("session {}: touch {} on {} recorded, {}", session_, touch.index + 1, made.target,
-                 made.readings > 1 ? fmt::format("confirmed by {} slow contacts within {:.4f} mm",
-                                                 made.readings, made.spread_m * 1e3)
-                                   : fmt::format("one contact at {:.0f} mm/s", made.speed_m_s * 1e3));
+                 made.readings > 1
+                     ? fmt::format("confirmed by {} slow contacts within {:.4f} mm", made.readings,
+                                   made.spread_m * 1e3)
+                     : fmt::format("one contact at {:.0f} mm/s", made.speed_m_s * 1e3));
   }
   void record(const RecordEnd& end) override {
     journal_.record(session_, end, backend_.utc_now());
+    const LogScope scope({.session = session_, .event = event_of(end.ending)});
     if (end.ending == Ending::kFailed) {
       spdlog::error("session {} failed: {}", session_, end.failure);
     } else {
@@ -265,6 +283,7 @@ std::int64_t SessionService::start(const RunRequest& request) {
       job->inputs.options = options_to_json(job->options);
       job->session = parts_.journal.begin(job->inputs, now);
     }
+    const LogScope scope({.session = job->session, .event = LogEvent::kSessionBegins});
     spdlog::info("session {} {}: {}", job->session, job->resumed ? "resumed" : "begins",
                  job->inputs.cell_name);
     const std::int64_t session = job->session;

@@ -12,7 +12,7 @@ if [ -s "$dir/words" ]; then
   cat "$dir/words" >&2
   exit 1
 fi
-systemd-analyze security --offline=true --threshold=40 "$dir/cellcald.service" >"$dir/security" 2>&1 || {
+systemd-analyze security --offline=true --threshold=15 "$dir/cellcald.service" >"$dir/security" 2>&1 || {
   tail -5 "$dir/security" >&2
   exit 1
 }

@@ -1,0 +1,77 @@
+// What systemd's journal is told of a line of the log.
+
+#include "daemon/main/journald.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <thread>
+
+namespace cellcal::daemon {
+namespace {
+
+bool has(const std::vector<std::string>& fields, const std::string& field) {
+  return std::find(fields.begin(), fields.end(), field) != fields.end();
+}
+
+bool names(const std::vector<std::string>& fields, const std::string& name) {
+  return std::any_of(fields.begin(), fields.end(),
+                     [&](const std::string& field) { return field.starts_with(name + "="); });
+}
+
+TEST(a_line_of_the_journal, says_which_session_touch_and_phase_it_belongs_to) {
+  LogContext context{7, 12, "slow search", "contact-lost", LogEvent::kTouch};
+  const auto fields = journal_fields(spdlog::level::warn, "words", context);
+  for (const char* field :
+       {"PRIORITY=4", "MESSAGE=words", "SYSLOG_IDENTIFIER=cellcald", "CELLCAL_SESSION=7",
+        "CELLCAL_TOUCH=12", "CELLCAL_PHASE=slow search", "CELLCAL_FAILURE=contact-lost",
+        "MESSAGE_ID=c055b6ccc5774e2b952722b7bbe56434"})
+    EXPECT_TRUE(has(fields, field)) << field;
+}
+
+TEST(a_line_of_the_journal, has_no_field_that_nothing_is_known_of) {
+  const auto fields = journal_fields(spdlog::level::info, "words", {});
+  EXPECT_EQ(fields.size(), 3u);
+  for (const char* name : {"CELLCAL_SESSION", "CELLCAL_TOUCH", "CELLCAL_PHASE", "MESSAGE_ID"})
+    EXPECT_FALSE(names(fields, name)) << name;
+}
+
+TEST(a_line_of_the_journal, cannot_forge_a_field) {
+  const auto fields =
+      journal_fields(spdlog::level::info, "a\nCELLCAL_SESSION=9", {.phase = "b\nX=1"});
+  EXPECT_TRUE(has(fields, "MESSAGE=a CELLCAL_SESSION=9"));
+  EXPECT_TRUE(has(fields, "CELLCAL_PHASE=b X=1"));
+}
+
+TEST(the_context_of_a_line, is_the_daemons_where_the_thread_knows_no_better) {
+  set_log_context({3, 5, "transit", "", LogEvent::kNone});
+  {
+    const LogScope touch({.session = 3, .touch = 4, .event = LogEvent::kTouch});
+    EXPECT_EQ(log_context().touch, 4);
+    EXPECT_EQ(log_context().phase, "transit");
+    EXPECT_EQ(log_context().event, LogEvent::kTouch);
+    std::thread([] { EXPECT_EQ(log_context().touch, 5); }).join();
+  }
+  EXPECT_EQ(log_context().touch, 5);
+  EXPECT_EQ(log_context().event, LogEvent::kNone);
+  {
+    const LogScope other({.session = 4});  // nothing of session 3 is true of it
+    EXPECT_EQ(log_context().session, 4);
+    EXPECT_FALSE(log_context().touch);
+    EXPECT_TRUE(log_context().phase.empty());
+  }
+  set_log_context({});
+}
+
+TEST(standard_error, is_the_journal_only_where_it_is_the_stream_that_is_named) {
+  ::setenv("JOURNAL_STREAM", "8:1", 1);
+  EXPECT_FALSE(stderr_is_journal());
+  ::setenv("JOURNAL_STREAM", "words", 1);
+  EXPECT_FALSE(stderr_is_journal());
+  ::unsetenv("JOURNAL_STREAM");
+  EXPECT_FALSE(stderr_is_journal());
+}
+
+}  // namespace
+}  // namespace cellcal::daemon
