@@ -1,0 +1,48 @@
+#!/bin/bash
+# package_lists.sh BUILD SOURCE: what is installed is what the packages' lists say, each file in one package;
+# conffiles, changelog and maintainer scripts fit.
+set -euo pipefail
+build=$1 source=$2
+package=$source/systemd/package
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+failed=0
+wrong() { echo "package_lists: $1" >&2; failed=1; }
+
+declare -A component=([cellcal]=programs [libcellcal-dev]=library [cellcal-firmware]=firmware)
+grep -q '^AVR_GCC:.*NOTFOUND' "$build/CMakeCache.txt" && unset 'component[cellcal-firmware]'
+for name in "${!component[@]}"; do
+  DESTDIR=$work/$name cmake --install "$build" --component "${component[$name]}" --prefix / >/dev/null
+  mapfile -t patterns < <(sed -e 's/#.*//' -e '/^ *$/d' "$package/$name.files")
+  declare -A met=()
+  while read -r file; do
+    found=
+    for pattern in "${patterns[@]}"; do
+      # shellcheck disable=SC2053
+      [[ $file == $pattern ]] && found=1 met[$pattern]=1
+    done
+    [ -n "$found" ] || wrong "$name has $file, of which $name.files knows nothing"
+  done < <(cd "$work/$name" && find . ! -type d -printf '%P\n')
+  for pattern in "${patterns[@]}"; do
+    [ -n "${met[$pattern]:-}" ] || wrong "$name.files has $pattern, and nothing of it is installed"
+  done
+  unset met
+done
+DESTDIR=$work/all cmake --install "$build" --prefix / >/dev/null
+diff <(cd "$work/all" && find . ! -type d | sort) \
+     <(for name in "${!component[@]}"; do (cd "$work/$name" && find . ! -type d); done | sort) >"$work/diff" ||
+  wrong "not each file is in exactly one package: $(cat "$work/diff")"
+
+while read -r conffile; do
+  [ -f "$work/cellcal$conffile" ] || wrong "the conffile $conffile is not installed"
+done <"$package/control/conffiles"
+(cd "$work/cellcal" && find etc -type f -printf '/%p\n') | grep -vxF -f "$package/control/conffiles" &&
+  wrong "a file in /etc is no conffile"
+version=$(sed -n 's/^CMAKE_PROJECT_VERSION:STATIC=//p' "$build/CMakeCache.txt")
+[[ $(head -1 "$package/changelog") == "cellcal ($version-"* ]] ||
+  wrong "the changelog does not begin with version $version"
+for script in postinst prerm postrm; do
+  sh -n "$package/control/$script" || wrong "$script is no shell script"
+  [ -x "$package/control/$script" ] || wrong "$script cannot be run"
+done
+exit $failed
