@@ -65,6 +65,11 @@ class Api {
   std::optional<Response> touches_csv(const Call& call);
   std::optional<Response> calibration(const Call& call);
   std::optional<Response> report(const Call& call);
+  // What the page draws (page_data.cc).
+  std::optional<Response> scene(const Call& call);
+  std::optional<Response> drift(const Call& call);
+  std::optional<Response> plan(const Call& call);
+  std::optional<Response> figures(const Call& call);
   /// Throws NotFound.
   SessionRecord find(const Call& call);
   Response result_file(const Call& call, const char* name, const char* type);

@@ -10,6 +10,7 @@
 
 #include "calib/files/calibration_json.h"
 #include "daemon/api/handlers.h"
+#include "daemon/api/page.h"
 #include "daemon/api/server.h"
 #include "daemon/files/log_context.h"
 #include "daemon/main/backends.h"
@@ -132,7 +133,7 @@ void run_daemon(const DaemonConfig& config) {
   SessionService service({journal, config.state_dir,
                           [&config](const calib::Cell& cell) { return make_backend(config, cell); },
                           config.touch, config.timeouts, config.retries});
-  Api api(service, journal);
+  Api api(service, journal, nullptr, page_answer);
   HttpServer server(
       context, config.socket,
       {[&api](Request& request) { return api.admit_local(request); },

@@ -451,6 +451,7 @@ void SessionService::publish(const State& state, const std::vector<calib::Touch>
     const std::lock_guard lock(mutex_);
     status.seq = history_.back().seq + 1;
     status.links = links_;
+    plan_ = {job.session, job.options.one_by_one ? state.done : 0, state.plan};
     published_ = std::chrono::steady_clock::now();
     history_.push_back(std::move(status));
     if (history_.size() > kHistory) history_.pop_front();
@@ -486,6 +487,11 @@ Status SessionService::status() const {
     newest.waiting->left_s = std::max(0.0, newest.waiting->left_s - since.count());
   }
   return newest;
+}
+
+PlanInHand SessionService::plan() const {
+  const std::lock_guard lock(mutex_);
+  return plan_;
 }
 
 std::vector<Status> SessionService::since(std::uint64_t seq) const {

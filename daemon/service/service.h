@@ -48,6 +48,13 @@ struct RunRequest {
   bool resume = false;
 };
 
+/// The plan that a session follows; of touches chosen one by one the one in hand. Null: none yet.
+struct PlanInHand {
+  std::int64_t session = 0;
+  std::size_t first = 0;  ///< number of its first touch in the session
+  std::shared_ptr<const calib::Plan> plan;
+};
+
 struct ServiceParts {
   Journal& journal;
   std::filesystem::path state_dir;
@@ -67,10 +74,12 @@ class SessionService {
   /// Begins a session; returns its number. Throws BusyError, RequestError, JournalError,
   /// calib::FileError, drivers::ConfigError, drivers::DriverError.
   std::int64_t start(const RunRequest& request);
-  // These four wait for nothing: neither for the disk nor for a session that is being prepared.
+  // These five wait for nothing: neither for the disk nor for a session that is being prepared.
   /// False: nothing to abort. A session that is being prepared ends when it has begun.
   bool abort();
   Status status() const;
+  /// Of the newest session since the daemon started.
+  PlanInHand plan() const;
   /// Statuses newer than `seq`, oldest first; the oldest are dropped after a while.
   std::vector<Status> since(std::uint64_t seq) const;
   /// Whether the session's thread and those of its devices have gone on since the last call.
@@ -99,6 +108,7 @@ class SessionService {
   std::chrono::steady_clock::time_point published_{};  ///< the newest
   std::function<void()> notify_;
   std::shared_ptr<const LinkReport> links_;  ///< newest
+  PlanInHand plan_;
   Runner* runner_ = nullptr;
   bool busy_ = false, starting_ = false, ending_ = false, abort_early_ = false;
   std::thread thread_;

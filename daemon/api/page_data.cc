@@ -1,0 +1,89 @@
+// What the page draws: the cell, the touches that are to be made, what came of them.
+
+#include <spdlog/spdlog.h>
+
+#include "calib/files/calibration_json.h"
+#include "calib/files/files.h"
+#include "calib/model/error.h"
+#include "daemon/api/handlers.h"
+#include "daemon/api/routes.h"
+#include "daemon/service/inputs.h"
+#include "daemon/web/drift.h"
+#include "daemon/web/figures.h"
+#include "daemon/web/plan.h"
+#include "daemon/web/scene.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+/// Which session's picture is asked for: `?session=N`, else the newest. 0: there is none.
+std::int64_t session_asked_for(const Request& request, const Status& status, Journal& journal) {
+  if (const auto asked = whole_number_in(request, "session")) return *asked;
+  if (status.session > 0) return status.session;
+  const auto all = journal.sessions();
+  return all.empty() ? 0 : all.front().id;
+}
+
+/// With its meshes, where their files still stand where the cell file has them.
+calib::Cell drawn_cell(const SessionInputs& inputs) {
+  calib::Cell cell = cell_of(inputs);
+  try {
+    calib::load_meshes(cell, std::filesystem::path(inputs.cell_name).parent_path());
+  } catch (const calib::FileError& missing) {
+    spdlog::warn("drawn without meshes: {}", missing.what());
+  }
+  return cell;
+}
+
+std::optional<calib::Calibration> calibration_of(const SessionRecord& record) {
+  if (record.calibration.empty()) return std::nullopt;
+  try {
+    return calib::calibration_from_json(record.calibration, "session " + std::to_string(record.id));
+  } catch (const std::runtime_error& other_version) {
+    spdlog::warn("not shown: {}", other_version.what());
+    return std::nullopt;
+  }
+}
+
+}  // namespace
+
+std::optional<Response> Api::scene(const Call& call) {
+  const std::int64_t id = session_asked_for(call.request, service_.status(), journal_);
+  const auto record = id > 0 ? journal_.session(id) : std::nullopt;
+  if (!record) throw NotFound("no such session, so no cell to draw. Start one: cellcal run");
+  return Response{.body = web::scene_to_json(id, drawn_cell(record->inputs))};
+}
+
+/// Of the cell of `?session=N`, else of the newest that has a result.
+std::optional<Response> Api::drift(const Call& call) {
+  const auto id = whole_number_in(call.request, "session");
+  const auto asked = id ? journal_.session(*id) : std::nullopt;
+  const auto calibration = [this](std::int64_t session) {
+    const auto record = journal_.session(session);
+    return record ? calibration_of(*record) : std::nullopt;
+  };
+  return Response{.body = web::drift_to_json(journal_.sessions(),
+                                             asked ? asked->inputs.cell_name : "", calibration)};
+}
+
+std::optional<Response> Api::plan(const Call& call) {
+  const SessionRecord record = find(call);
+  const PlanInHand in_hand = service_.plan();
+  if (in_hand.session != record.id || in_hand.plan == nullptr) {
+    throw NotFound("the plan of session " + std::to_string(record.id) +
+                   " is not in memory: it is kept while the session is the newest of this daemon");
+  }
+  return Response{.body = web::plan_to_json(record.id, in_hand.first, *in_hand.plan,
+                                            cell_of(record.inputs))};
+}
+
+std::optional<Response> Api::figures(const Call& call) {
+  const SessionRecord record = find(call);
+  const auto calibration = calibration_of(record);
+  return Response{.body = web::figures_to_json(record, cell_of(record.inputs),
+                                               journal_.touches(record.id),
+                                               calibration ? &*calibration : nullptr)};
+}
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,59 @@
+#include "daemon/web/drift.h"
+
+#include <algorithm>
+
+#include "calib/model/units.h"
+#include "daemon/web/json.h"
+
+namespace cellcal::daemon::web {
+
+using nlohmann::json;
+
+namespace {
+
+using calib::kMmPerM;
+
+/// Of each joint how far its zero is from nominal, and 1 sigma of it.
+json zeros_to_json(const calib::Calibration& found) {
+  json list = json::array();
+  for (const calib::ParameterResult& one : found.parameters) {
+    if (one.key.kind != calib::ParameterKind::kTheta || one.key.joint < 0) continue;
+    list.push_back(
+        {{"joint", found.cell.robot.joints.at(static_cast<std::size_t>(one.key.joint)).name},
+         {"deg", number(one.correction, calib::kDegPerRad)},
+         {"sigma_deg", number(one.sigma, calib::kDegPerRad)}});
+  }
+  return list;
+}
+
+json session_to_json(const SessionRecord& record, const calib::Calibration& found) {
+  const bool checked = found.check.count > 0;
+  return {{"session", record.id},
+          {"ended", record.ended},
+          {"publish", found.verdict.publish},
+          {"fit_mm", number(found.after.mean_m, kMmPerM)},
+          {"check_mm", checked ? number(found.check.mean_m, kMmPerM) : json(nullptr)},
+          {"workspace_mm", number(found.predicted_workspace_m, kMmPerM)},
+          {"zeros", zeros_to_json(found)}};
+}
+
+}  // namespace
+
+std::string drift_to_json(
+    const std::vector<SessionRecord>& newest_first, std::string cell,
+    const std::function<std::optional<calib::Calibration>(std::int64_t)>& calibration) {
+  json list = json::array();
+  for (const SessionRecord& record : newest_first) {
+    if (list.size() == kMostCompared) break;
+    if (record.state != "done") continue;
+    if (!cell.empty() && record.inputs.cell_name != cell) continue;
+    const auto found = calibration(record.id);
+    if (!found) continue;
+    cell = record.inputs.cell_name;
+    list.push_back(session_to_json(record, *found));
+  }
+  std::reverse(list.begin(), list.end());
+  return dump({{"cell", cell}, {"sessions", std::move(list)}});
+}
+
+}  // namespace cellcal::daemon::web

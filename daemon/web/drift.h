@@ -1,0 +1,24 @@
+#pragma once
+// What the sessions of one cell file found, one beside the other: does the arm stay as it is?
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "calib/result/calibration.h"
+#include "daemon/journal/journal.h"
+
+namespace cellcal::daemon::web {
+
+/// More of the newest are not looked at.
+inline constexpr std::size_t kMostCompared = 30;
+
+/// `calibration` gives that of a session, nothing where it has none. Sessions of another cell file
+/// than `cell` are left out; an empty `cell` stands for that of the newest that has a result.
+/// Oldest first.
+std::string drift_to_json(
+    const std::vector<SessionRecord>& newest_first, std::string cell,
+    const std::function<std::optional<calib::Calibration>(std::int64_t)>& calibration);
+
+}  // namespace cellcal::daemon::web

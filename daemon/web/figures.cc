@@ -1,0 +1,115 @@
+#include "daemon/web/figures.h"
+
+#include <algorithm>
+
+#include "calib/model/kinematics.h"
+#include "calib/model/units.h"
+#include "calib/words/finding_words.h"
+#include "daemon/web/json.h"
+
+namespace cellcal::daemon::web {
+
+using nlohmann::json;
+
+namespace {
+
+using calib::kMmPerM;
+using Eigen::Vector3d;
+
+/// The arm as it was found.
+class FoundArm {
+ public:
+  explicit FoundArm(const calib::Calibration& found) : found_(found), arm_(found.cell) {
+    for (const calib::ArmParameter& parameter : arm_.parameters())
+      errors_.push_back(calib::correction_of(found, parameter));
+    const calib::ParameterResult* delay = calib::find(found, calib::latch_delay_parameter());
+    delay_s_ = delay == nullptr ? found.cell.latch_delay_s : delay->nominal + delay->correction;
+  }
+
+  std::optional<double> residual_m(const calib::Touch& touch) const {
+    const auto target = std::find_if(found_.targets.begin(), found_.targets.end(),
+                                     [&](const auto& one) { return one.id == touch.target; });
+    // The effective radius is that of the first tool.
+    if (target == found_.targets.end() || !touch.tool.empty()) return std::nullopt;
+    const Vector3d tip = arm_.position(arm_.prepare(touch.joint_rad), errors_.data());
+    Vector3d outwards = target->normal;
+    double distance = outwards.dot(tip - target->centre_m);
+    if (target->kind == calib::TargetKind::kSphere) {
+      outwards = (tip - target->centre_m).normalized();
+      distance = (tip - target->centre_m).norm();
+    } else if (target->kind != calib::TargetKind::kPlane) {
+      return std::nullopt;
+    }
+    double closing = touch.speed_m_s;
+    if (touch.approach) closing *= -Vector3d(touch.approach->data()).dot(outwards);
+    return distance - target->effective_radius_m + closing * delay_s_;
+  }
+
+ private:
+  const calib::Calibration& found_;
+  calib::ArmModel arm_;
+  std::vector<double> errors_;
+  double delay_s_ = 0.0;
+};
+
+json touch_to_json(std::size_t index, const calib::Touch& touch, const calib::ArmModel& nominal,
+                   const std::optional<FoundArm>& found) {
+  const auto residual = found ? found->residual_m(touch) : std::nullopt;
+  return {{"index", index},
+          {"target", touch.target},
+          {"set", touch.set == calib::TouchSet::kFit ? "fit" : "check"},
+          {"joints_deg", degrees(touch.joint_rad)},
+          {"tip_mm", mm(nominal.nominal_tip_m(touch.joint_rad))},
+          {"residual_mm", residual ? number(*residual, kMmPerM) : json(nullptr)}};
+}
+
+json summary(const calib::ResidualSummary& of) {
+  return {{"touches", of.count},
+          {"mean_mm", number(of.mean_m, kMmPerM)},
+          {"max_mm", number(of.max_m, kMmPerM)},
+          {"rms_mm", number(of.rms_m, kMmPerM)}};
+}
+
+json findings_to_json(const std::vector<calib::Finding>& findings) {
+  json list = json::array();
+  for (const calib::Finding& finding : findings)
+    list.push_back({{"kind", calib::to_string(finding.kind)},
+                    {"severity", calib::to_string(finding.severity)},
+                    {"words", calib::words(finding)}});
+  return list;
+}
+
+json result_to_json(const calib::Calibration& found) {
+  return {{"publish", found.verdict.publish},
+          {"scope", found.verdict.workspace ? "workspace" : "near targets"},
+          {"findings", findings_to_json(found.verdict.findings)},
+          {"before", summary(found.before)},
+          {"after", summary(found.after)},
+          {"check", summary(found.check)},
+          {"near_targets_mm", number(found.predicted_near_targets_m, kMmPerM)},
+          {"workspace_mm", number(found.predicted_workspace_m, kMmPerM)},
+          {"nominal_workspace_mm", number(found.nominal_workspace_m, kMmPerM)}};
+}
+
+}  // namespace
+
+std::optional<double> residual_m(const calib::Calibration& calibration, const calib::Touch& touch) {
+  return FoundArm(calibration).residual_m(touch);
+}
+
+std::string figures_to_json(const SessionRecord& record, const calib::Cell& cell,
+                            const std::vector<calib::Touch>& touches,
+                            const calib::Calibration* calibration) {
+  const calib::ArmModel nominal(cell);
+  std::optional<FoundArm> found;
+  if (calibration != nullptr) found.emplace(*calibration);
+  json list = json::array();
+  for (std::size_t i = 0; i < touches.size(); ++i)
+    list.push_back(touch_to_json(i, touches[i], nominal, found));
+  return dump({{"session", record.id},
+               {"state", record.state},
+               {"touches", std::move(list)},
+               {"result", calibration == nullptr ? json(nullptr) : result_to_json(*calibration)}});
+}
+
+}  // namespace cellcal::daemon::web

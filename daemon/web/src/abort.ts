@@ -1,0 +1,63 @@
+// The button that stops the arm. A program of its own, without a library and without the rest of the
+// page, so that it works when that does not. Where no script runs at all the form itself is sent.
+
+import { keep_language, preferred_language, speaker, type Key } from "./words";
+
+const LONGEST_MS = 4000;
+const TRIES = 3;
+
+const form = document.getElementById("abort") as HTMLFormElement;
+const button = document.getElementById("abort-button") as HTMLButtonElement;
+const hint = document.getElementById("abort-hint") as HTMLElement;
+const answer = document.getElementById("abort-answer") as HTMLElement;
+
+let language = preferred_language();
+let said: Key | null = null;
+
+function write(): void {
+  const say = speaker(language);
+  button.textContent = say("abort");
+  hint.textContent = say("abort.hint");
+  answer.textContent = said ? say(said) : "";
+}
+
+function tell(key: Key, alarming = false): void {
+  said = key;
+  form.dataset.alarm = String(alarming);
+  write();
+}
+
+async function send(): Promise<number> {
+  const limit = new AbortController();
+  const timer = setTimeout(() => limit.abort(), LONGEST_MS);
+  try {
+    return (await fetch("/v1/abort", { method: "POST", signal: limit.signal })).status;
+  } catch {
+    return 0;
+  } finally {
+    clearTimeout(timer);
+  }
+}
+
+async function abort(): Promise<void> {
+  tell("abort.sending");
+  let status = 0;
+  for (let i = 0; i < TRIES && (status === 0 || status >= 500); ++i) status = await send();
+  if (status >= 200 && status < 300) tell("abort.sent");
+  else if (status === 409) tell("abort.nothing");
+  else if (status === 401 || status === 403) tell("abort.refused", true);
+  else tell("abort.failed", true);
+}
+
+form.addEventListener("submit", (event) => {
+  event.preventDefault();
+  void abort();
+});
+addEventListener("cellcal-language", (event) => {
+  language = (event as CustomEvent<typeof language>).detail;
+  keep_language(language);
+  document.documentElement.lang = language;
+  write();
+});
+document.documentElement.lang = language;
+write();

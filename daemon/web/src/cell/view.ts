@@ -1,0 +1,323 @@
+// The picture of the cell: three.js, drawn only when something has changed.
+
+import {
+  AmbientLight, BoxGeometry, BufferGeometry, CanvasTexture, CapsuleGeometry, Color, CylinderGeometry,
+  DirectionalLight, Float32BufferAttribute, Group, Line, LineBasicMaterial, LineDashedMaterial,
+  Matrix4, Mesh, MeshStandardMaterial, OctahedronGeometry, PerspectiveCamera,
+  Scene as Stage, SphereGeometry, Sprite, SpriteMaterial, Vector3, WebGLRenderer, GridHelper,
+  type Material, type Object3D,
+} from "three";
+import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
+import { posture } from "../kinematics";
+import type { Frame, PlannedTouch, Point, Scene, Solid, Touch } from "../types";
+
+export type Side = "front" | "side" | "top" | "fit";
+
+const M_PER_MM = 1e-3;
+const UP = new Vector3(0, 0, 1);
+const SIDES: Record<Side, [number, number, number]> = {
+  fit: [1.5, -1.25, 0.75], front: [2.2, 0, 0.25], side: [0, -2.2, 0.25], top: [0.01, 0, 2.5],
+};
+const PIN_MM = 70; // from the contact outwards
+const MARK_MM = 9;
+const NEXT_MM = 15;
+const EASE_MS = 180;
+const PEDESTAL_MM = 12;
+
+const point = ([x, y, z]: Point) => new Vector3(x, y, z).multiplyScalar(M_PER_MM);
+function matrix(frame: Frame): Matrix4 {
+  const row = (k: number) => [0, 1, 2, 3].map((i) => (frame[4 * k + i] ?? 0) * (i === 3 ? M_PER_MM : 1));
+  const [a, b, c] = [row(0), row(1), row(2)];
+  return new Matrix4().set(
+    a[0]!, a[1]!, a[2]!, a[3]!, b[0]!, b[1]!, b[2]!, b[3]!, c[0]!, c[1]!, c[2]!, c[3]!, 0, 0, 0, 1);
+}
+
+/** A rod with round ends between two points [m]. */
+function rod(from: Vector3, to: Vector3, radius: number, material: Material): Mesh {
+  const along = to.clone().sub(from);
+  const length = along.length();
+  const mesh = new Mesh(new CapsuleGeometry(radius, length, 6, 20), material);
+  mesh.position.copy(from).addScaledVector(along, 0.5);
+  if (length > 1e-9) mesh.quaternion.setFromUnitVectors(new Vector3(0, 1, 0), along.divideScalar(length));
+  return mesh;
+}
+
+function free(object: Object3D): void {
+  object.traverse((part) => {
+    if (part instanceof Mesh || part instanceof Line) (part.geometry as BufferGeometry).dispose();
+    if (part instanceof Sprite) part.material.map?.dispose();
+  });
+  object.clear();
+}
+
+export class CellView {
+  private readonly renderer = new WebGLRenderer({ antialias: true, alpha: true });
+  private readonly stage = new Stage();
+  private readonly camera = new PerspectiveCamera(38, 1, 0.02, 60);
+  private readonly controls: OrbitControls;
+  private readonly still = new Group();
+  private readonly arm = new Group();
+  private readonly touches = new Group();
+  private readonly size: ResizeObserver;
+  private scene: Scene | null = null;
+  private parts: Group[] = [];
+  private centre = new Vector3(0.6, 0, 0.6);
+  private reach = 1.5;
+  private drawn: number[] = [];
+  private aim: number[] = [];
+  private begun = 0;
+  private from: number[] = [];
+  private waiting = false;
+  private looked = false;
+
+  /** Throws where the browser has no WebGL. */
+  constructor(private readonly box: HTMLElement) {
+    this.renderer.setPixelRatio(Math.min(2, devicePixelRatio));
+    box.append(this.renderer.domElement);
+    this.camera.up.copy(UP);
+    const sun = new DirectionalLight(0xffffff, 2.2);
+    sun.position.set(2, -3, 5);
+    const back = new DirectionalLight(0xffffff, 0.7);
+    back.position.set(-3, 3, 2);
+    this.stage.add(new AmbientLight(0xffffff, 1.3), sun, back, this.still, this.arm, this.touches);
+    this.controls = new OrbitControls(this.camera, this.renderer.domElement);
+    this.controls.enableZoom = true;
+    this.controls.addEventListener("change", () => this.draw_soon());
+    this.size = new ResizeObserver(() => this.fit_size());
+    this.size.observe(box);
+  }
+
+  close(): void {
+    this.size.disconnect();
+    this.controls.dispose();
+    for (const group of [this.still, this.arm, this.touches]) free(group);
+    this.renderer.dispose();
+    this.renderer.domElement.remove();
+  }
+
+  show_scene(scene: Scene): void {
+    this.scene = scene;
+    free(this.still);
+    free(this.arm);
+    this.add_surroundings(scene);
+    this.add_arm(scene);
+    this.frame_scene(scene);
+    if (!this.looked) this.look_from("fit");
+    this.looked = true;
+    const joints = this.aim.length === scene.joints.length ? this.aim : [];
+    this.drawn = [];
+    if (joints.length > 0) this.move_to(joints);
+    this.draw_soon();
+  }
+
+  /** Goes there quickly, but not in a jump, unless the user wants none of it. */
+  move_to(joints: number[]): void {
+    if (!this.scene || joints.length !== this.scene.joints.length) {
+      this.aim = joints;
+      return;
+    }
+    const calm = matchMedia("(prefers-reduced-motion: reduce)").matches;
+    this.from = this.drawn.length === joints.length && !calm ? this.drawn : joints;
+    this.aim = joints;
+    this.begun = performance.now();
+    this.arm.visible = true;
+    this.draw_soon();
+  }
+
+  /** `next`: number of the touch in hand; -1: none. */
+  show_touches(plan: PlannedTouch[], made: Touch[], next: number): void {
+    free(this.touches);
+    const done = new Set(made.map((touch) => touch.index));
+    for (const touch of plan) {
+      if (done.has(touch.index)) continue;
+      const is_next = touch.index === next;
+      this.pin(touch.target, touch.tip, is_next ? "next" : "planned", is_next ? NEXT_MM : MARK_MM * 0.6);
+    }
+    for (const touch of made) if (touch.tip) this.pin(touch.target, touch.tip, touch.set, MARK_MM);
+    this.draw_soon();
+  }
+
+  look_from(side: Side): void {
+    const [x, y, z] = SIDES[side];
+    this.camera.position.copy(this.centre).addScaledVector(new Vector3(x, y, z), this.reach);
+    this.controls.target.copy(this.centre);
+    this.controls.update();
+    this.draw_soon();
+  }
+
+  private colour(name: string): Color {
+    return new Color(getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim() || "#888");
+  }
+  private paint(name: string, opacity = 1): MeshStandardMaterial {
+    return new MeshStandardMaterial({
+      color: this.colour(name), roughness: 0.65, metalness: 0.05, transparent: opacity < 1, opacity,
+      depthWrite: opacity >= 1,
+    });
+  }
+
+  private add_surroundings(scene: Scene): void {
+    const steel = this.paint("steel"), stand = this.paint("stand");
+    for (const target of scene.targets) {
+      if (!target.centre) continue;
+      const radius = Math.max(0.004, (target.diameterMm / 2) * M_PER_MM);
+      const ball = new Mesh(new SphereGeometry(radius, 32, 24), steel);
+      ball.position.copy(point(target.centre));
+      this.still.add(ball, this.words(target.id, ball.position, radius));
+    }
+    for (const one of scene.stands) this.add_solid(one, stand);
+    for (const one of scene.obstacles) this.add_solid(one, this.paint("obstacle", 0.55));
+    const floor = new GridHelper(4, 16, this.colour("grid-strong"), this.colour("grid"));
+    floor.quaternion.setFromUnitVectors(new Vector3(0, 1, 0), UP);
+    floor.position.z = (scene.floorMm ?? lowest_mm(scene)) * M_PER_MM;
+    this.still.add(floor);
+  }
+
+  private add_solid(solid: Solid, material: Material): void {
+    const mesh = new Mesh(shape_of(solid), material);
+    mesh.matrixAutoUpdate = false;
+    mesh.matrix.copy(matrix(solid.frame));
+    if (solid.shape === "cylinder") mesh.matrix.multiply(new Matrix4().makeRotationX(Math.PI / 2));
+    this.still.add(mesh);
+  }
+
+  /** One group for each joint, which is placed as a whole; and one for the flange. */
+  private add_arm(scene: Scene): void {
+    const light = this.paint("arm"), dark = this.paint("arm-joint"), tool = this.paint("tool");
+    this.parts = scene.joints.map((joint) => {
+      const group = new Group();
+      const [a, d] = [(joint.behind[3] ?? 0) * M_PER_MM, (joint.behind[11] ?? 0) * M_PER_MM];
+      const y = (joint.behind[7] ?? 0) * M_PER_MM;
+      const radius = joint.radiusMm * M_PER_MM * 0.72;
+      const knee = new Vector3(0, 0, d), end = new Vector3(a, y, d);
+      if (Math.abs(d) > 1e-3) group.add(rod(new Vector3(), knee, radius, light));
+      if (end.distanceTo(knee) > 1e-3) group.add(rod(knee, end, radius, light));
+      const hub = new Mesh(new CylinderGeometry(radius * 1.12, radius * 1.12, radius * 2.3, 28), dark);
+      hub.quaternion.setFromUnitVectors(new Vector3(0, 1, 0), UP);
+      group.add(hub);
+      return group;
+    });
+    const flange = new Group();
+    const tip = new Vector3().setFromMatrixPosition(matrix(scene.tool.frame));
+    const length = tip.length();
+    const slim = Math.min(length, scene.tool.tipLengthMm * M_PER_MM);
+    const neck = tip.clone().multiplyScalar(length > 0 ? (length - slim) / length : 0);
+    if (length > slim) flange.add(rod(new Vector3(), neck, scene.tool.radiusMm * M_PER_MM, tool));
+    flange.add(rod(neck, tip, Math.max(0.003, scene.tool.tipRadiusMm * M_PER_MM), dark));
+    this.parts.push(flange);
+    const foot = new Mesh(new CylinderGeometry(0.17, 0.2, PEDESTAL_MM * M_PER_MM, 32), dark);
+    foot.quaternion.setFromUnitVectors(new Vector3(0, 1, 0), UP);
+    const base = new Group();
+    base.matrixAutoUpdate = false;
+    base.matrix.copy(matrix(scene.base));
+    base.add(foot);
+    for (const part of this.parts) part.matrixAutoUpdate = false;
+    this.arm.add(base, ...this.parts);
+    this.arm.visible = false; // until somebody knows where it is
+  }
+
+  private frame_scene(scene: Scene): void {
+    const low = new Vector3(-0.2, -0.3, 0), high = new Vector3(0.3, 0.3, 0.9);
+    for (const target of scene.targets)
+      if (target.centre) {
+        low.min(point(target.centre));
+        high.max(point(target.centre));
+      }
+    this.centre = low.clone().add(high).multiplyScalar(0.5);
+    this.reach = Math.max(0.6, 0.62 * high.distanceTo(low));
+  }
+
+  private pin(target_id: string, tip: Point, kind: "planned" | "fit" | "check" | "next", mark_mm: number): void {
+    const target = this.scene?.targets.find((one) => one.id === target_id);
+    const at = point(tip);
+    const outwards = target?.centre ? at.clone().sub(point(target.centre)) : UP.clone();
+    if (outwards.length() < 1e-6) outwards.copy(UP);
+    const end = at.clone().addScaledVector(outwards.normalize(), PIN_MM * M_PER_MM);
+    const line = new BufferGeometry().setFromPoints([at, end]);
+    const style = { color: this.colour(kind) };
+    const stroke = kind === "planned"
+      ? new LineDashedMaterial({ ...style, dashSize: 0.008, gapSize: 0.006 })
+      : new LineBasicMaterial(style);
+    const stem = new Line(line, stroke);
+    if (kind === "planned") stem.computeLineDistances();
+    const size = mark_mm * M_PER_MM;
+    // Ball and octahedron: told apart without colour.
+    const head = new Mesh(kind === "check" ? new OctahedronGeometry(size * 1.35) : new SphereGeometry(size, 12, 8),
+                          this.paint(kind));
+    head.position.copy(end);
+    this.touches.add(stem, head);
+  }
+
+  private words(text: string, beside: Vector3, radius: number): Sprite {
+    const canvas = document.createElement("canvas");
+    canvas.width = 128;
+    canvas.height = 64;
+    const ctx = canvas.getContext("2d");
+    if (ctx) {
+      ctx.font = "600 44px system-ui, sans-serif";
+      ctx.textAlign = "center";
+      ctx.textBaseline = "middle";
+      ctx.fillStyle = `#${this.colour("ink").getHexString()}`;
+      ctx.fillText(text.slice(0, 6), 64, 32);
+    }
+    const sprite = new Sprite(new SpriteMaterial({ map: new CanvasTexture(canvas), depthTest: false }));
+    sprite.scale.set(0.16, 0.08, 1);
+    sprite.position.copy(beside).addScaledVector(UP, -radius - 0.055);
+    return sprite;
+  }
+
+  private fit_size(): void {
+    const { clientWidth: width, clientHeight: height } = this.box;
+    if (width === 0 || height === 0) return;
+    this.renderer.setSize(width, height);
+    this.camera.aspect = width / height;
+    // As much of the cell on an upright screen as on a wide one.
+    this.camera.fov = width < height ? 48 : 38;
+    this.camera.updateProjectionMatrix();
+    this.draw_soon();
+  }
+
+  private draw_soon(): void {
+    if (this.waiting) return;
+    this.waiting = true;
+    requestAnimationFrame(() => {
+      this.waiting = false;
+      this.draw();
+    });
+  }
+
+  private draw(): void {
+    const share = Math.min(1, (performance.now() - this.begun) / EASE_MS);
+    if (this.scene && this.aim.length === this.scene.joints.length) {
+      this.drawn = this.aim.map((angle, i) => (this.from[i] ?? angle) + ((angle - (this.from[i] ?? angle)) * share));
+      const at = posture(this.scene, this.drawn);
+      at?.joints.forEach((joint, i) => this.parts[i]?.matrix.copy(matrix(joint.turned)));
+      if (at) this.parts[at.joints.length]?.matrix.copy(matrix(at.flange));
+      if (share < 1) this.draw_soon();
+      else this.from = this.aim;
+    }
+    this.renderer.render(this.stage, this.camera);
+  }
+}
+
+function shape_of(solid: Solid): BufferGeometry {
+  if (solid.shape === "box") {
+    const [x, y, z] = solid.size;
+    return new BoxGeometry(x * M_PER_MM, y * M_PER_MM, z * M_PER_MM);
+  }
+  if (solid.shape === "cylinder") {
+    const radius = (solid.diameterMm / 2) * M_PER_MM;
+    return new CylinderGeometry(radius, radius, solid.heightMm * M_PER_MM, 24);
+  }
+  const mesh = new BufferGeometry();
+  mesh.setAttribute("position", new Float32BufferAttribute(solid.vertices.map((value) => value * M_PER_MM), 3));
+  mesh.setIndex(solid.triangles);
+  mesh.computeVertexNormals();
+  return mesh;
+}
+
+/** Where a floor is drawn that the cell file does not state: below the lowest stand, or the base. */
+function lowest_mm(scene: Scene): number {
+  const stands = scene.stands.map((one) =>
+    one.shape === "cylinder" ? (one.frame[11] ?? 0) - one.heightMm / 2 : (one.frame[11] ?? 0));
+  return Math.min(0, ...stands);
+}

@@ -1,0 +1,279 @@
+// From whatever arrives to values of types.ts. Nothing here throws, and nothing of what arrives is
+// believed: wrong types become null or defaults, lists and words are cut to what a page can bear.
+// Null where the thing as a whole cannot be used.
+
+import {
+  FAILURES, PHASES, STATES,
+  type ContactLink, type DriftRow, type FailureKind, type Figures, type Frame, type Joint, type Phase,
+  type PlannedTouch, type Point, type Result, type RobotLink, type RobotPosture, type Role,
+  type Scene, type SceneTarget, type SessionRow, type SessionState, type Solid, type Status,
+  type Summary, type Touch, type TouchSet,
+} from "./types";
+
+const MOST_LETTERS = 4000;
+const MOST_ITEMS = 5000;
+const MOST_NUMBERS = 400_000;
+const MOST_JOINTS = 32;
+
+type Fields = Record<string, unknown>;
+
+export function parse(text: string): unknown {
+  try {
+    return JSON.parse(text);
+  } catch {
+    return null;
+  }
+}
+
+const fields = (value: unknown): Fields | null =>
+  typeof value === "object" && value !== null && !Array.isArray(value) ? (value as Fields) : null;
+const list = (value: unknown): unknown[] =>
+  Array.isArray(value) ? value.slice(0, MOST_ITEMS) : [];
+const number = (value: unknown): number | null =>
+  typeof value === "number" && Number.isFinite(value) ? value : null;
+const count = (value: unknown): number => Math.max(0, Math.trunc(number(value) ?? 0));
+const truth = (value: unknown): boolean | null => (typeof value === "boolean" ? value : null);
+const words = (value: unknown): string =>
+  typeof value === "string" ? value.slice(0, MOST_LETTERS) : "";
+const one_of = <T extends string>(value: unknown, all: readonly T[]): T | "unknown" =>
+  all.find((one) => one === value) ?? "unknown";
+const known = <T>(items: (T | null)[]): T[] => items.filter((one): one is T => one !== null);
+
+function numbers(value: unknown, most = MOST_NUMBERS): number[] | null {
+  if (!Array.isArray(value) || value.length > most) return null;
+  return value.every((one) => number(one) !== null) ? (value as number[]) : null;
+}
+function point(value: unknown): Point | null {
+  const three = numbers(value, 3);
+  return three?.length === 3 ? (three as Point) : null;
+}
+function frame(value: unknown): Frame | null {
+  const twelve = numbers(value, 12);
+  return twelve?.length === 12 ? twelve : null;
+}
+const joints = (value: unknown): number[] => numbers(value, MOST_JOINTS) ?? [];
+const touch_set = (value: unknown): TouchSet => (value === "check" ? "check" : "fit");
+
+function robot_link(value: unknown): RobotLink {
+  const robot = fields(value) ?? {};
+  const reply = fields(robot.reply_ms) ?? {};
+  return {
+    cycleMs: number(robot.cycle_ms), jitterMs: number(robot.jitter_ms),
+    longestGapMs: number(robot.longest_gap_ms), packets: number(robot.packets),
+    gaps: number(robot.gaps), badPackets: number(robot.bad_packets), late: number(robot.late),
+    replies: number(robot.replies), replyP99Ms: number(reply.p99), replyMaxMs: number(reply.max),
+  };
+}
+
+function contact_link(value: unknown): ContactLink {
+  const contact = fields(value) ?? {};
+  const late = fields(contact.late_ms) ?? {};
+  return {
+    firmware: words(contact.firmware), inContact: truth(contact.in_contact),
+    loopOk: truth(contact.loop_ok), selfTestOk: truth(contact.self_test_ok),
+    frames: number(contact.frames), crcErrors: number(contact.crc_errors),
+    gaps: number(contact.gaps), roundTripP99Ms: number(fields(contact.round_trip_ms)?.p99),
+    clockSigmaUs: number(contact.clock_sigma_us), lateP50Ms: number(late.p50),
+    lateWorstMs: number(late.worst), lateLimitMs: number(late.limit),
+  };
+}
+
+export function status(value: unknown): Status | null {
+  const all = fields(value);
+  const seq = number(all?.seq);
+  if (!all || seq === null || typeof all.phase !== "string") return null;
+  const waiting = fields(all.waiting);
+  const failure = fields(all.failure);
+  const links = fields(all.links);
+  const interrupted = fields(all.interrupted);
+  const phase: Phase = one_of(all.phase, PHASES);
+  return {
+    seq, phase,
+    session: count(all.session),
+    running: all.running === true,
+    target: words(all.target),
+    touches: count(all.touches),
+    planned: count(all.planned),
+    residualMm: number(all.residual_mm),
+    goalMm: number(all.goal_mm),
+    u95Mm: number(all.u95_mm),
+    finding: all.finding === true,
+    timeLeftS: number(all.time_left_s),
+    waiting: waiting && {
+      robot: waiting.robot === true, contact: waiting.contact === true,
+      leftS: number(waiting.left_s), start: words(waiting.start),
+    },
+    interruptions: count(all.interruptions),
+    failure: failure && {
+      kind: one_of(failure.kind, FAILURES) as FailureKind, detail: words(failure.detail),
+    },
+    publish: truth(all.publish),
+    reasons: list(all.reasons).map(words).filter((one) => one !== ""),
+    links: links && {
+      open: links.open === true, robot: robot_link(links.robot), contact: contact_link(links.contact),
+    },
+    interrupted: interrupted && {
+      session: count(interrupted.session), touches: count(interrupted.touches),
+      planned: count(interrupted.planned), started: words(interrupted.started),
+    },
+    version: words(all.version),
+  };
+}
+
+export function touch(value: unknown, of_session = 0): Touch | null {
+  const all = fields(value);
+  const index = number(all?.index);
+  if (!all || index === null || index < 0 || !Number.isInteger(index)) return null;
+  return {
+    session: of_session || count(all.session), index, target: words(all.target),
+    set: touch_set(all.set), joints: joints(all.joints_deg), tip: point(all.tip_mm),
+    residualMm: number(all.residual_mm), u95Mm: number(all.u95_mm),
+  };
+}
+
+export function posture(value: unknown): RobotPosture | null {
+  const all = fields(value);
+  const at = joints(all?.joints_deg);
+  return all && at.length > 0 ? { session: count(all.session), joints: at } : null;
+}
+
+function joint(value: unknown): Joint | null {
+  const all = fields(value);
+  const behind = frame(all?.behind);
+  if (!all || !behind) return null;
+  return {
+    name: words(all.name), sign: number(all.sign) === -1 ? -1 : 1,
+    offsetDeg: number(all.offset_deg) ?? 0, behind, radiusMm: number(all.radius_mm) ?? 0,
+  };
+}
+
+function target(value: unknown): SceneTarget | null {
+  const all = fields(value);
+  if (!all || typeof all.id !== "string") return null;
+  const corners = list(all.box_mm).map(point);
+  const [low, high] = corners;
+  return {
+    id: words(all.id), kind: words(all.kind), diameterMm: number(all.diameter_mm) ?? 0,
+    centre: point(all.centre_mm), box: low && high ? [low, high] : null,
+  };
+}
+
+function solid(value: unknown): Solid | null {
+  const all = fields(value);
+  const at = frame(all?.frame);
+  if (!all || !at) return null;
+  const id = words(all.id);
+  const size = point(all.size_mm);
+  if (all.shape === "box" && size) return { shape: "box", id, frame: at, size };
+  if (all.shape === "cylinder")
+    return {
+      shape: "cylinder", id, frame: at, diameterMm: number(all.diameter_mm) ?? 0,
+      heightMm: number(all.height_mm) ?? 0,
+    };
+  const vertices = numbers(all.vertices_mm), triangles = numbers(all.triangles);
+  if (all.shape !== "mesh" || !vertices || !triangles) return null;
+  const corners = vertices.length / 3;
+  const inside = triangles.every((one) => Number.isInteger(one) && one >= 0 && one < corners);
+  return inside ? { shape: "mesh", id, frame: at, vertices, triangles } : null;
+}
+
+export function scene(value: unknown): Scene | null {
+  const all = fields(value);
+  const tool = fields(all?.tool);
+  const base = frame(all?.base), flange = frame(all?.flange), tcp = frame(tool?.frame);
+  if (!all || !tool || !base || !flange || !tcp) return null;
+  const arm = list(all.joints).map(joint);
+  if (arm.length === 0 || arm.length > MOST_JOINTS || arm.includes(null)) return null;
+  return {
+    session: count(all.session), robot: words(all.robot), base, joints: known(arm), flange,
+    tool: {
+      frame: tcp, radiusMm: number(tool.radius_mm) ?? 0,
+      tipLengthMm: number(tool.tip_length_mm) ?? 0, tipRadiusMm: number(tool.tip_radius_mm) ?? 0,
+    },
+    targets: known(list(all.targets).map(target)),
+    stands: known(list(all.stands).map(solid)),
+    obstacles: known(list(all.obstacles).map(solid)),
+    up: point(all.up) ?? [0, 0, 1],
+    floorMm: number(all.floor_mm),
+  };
+}
+
+function planned_touch(value: unknown): PlannedTouch | null {
+  const all = touch(value);
+  return all?.tip ? { ...all, tip: all.tip } : null;
+}
+export const plan = (value: unknown): PlannedTouch[] =>
+  known(list(fields(value)?.touches).map(planned_touch));
+
+function summary(value: unknown): Summary {
+  const all = fields(value) ?? {};
+  return { touches: count(all.touches), meanMm: number(all.mean_mm), maxMm: number(all.max_mm) };
+}
+
+function result(value: unknown): Result | null {
+  const all = fields(value);
+  if (!all) return null;
+  const severities = ["withholds", "warns", "informs"] as const;
+  return {
+    publish: all.publish === true,
+    scope: all.scope === "workspace" ? "workspace" : "near targets",
+    findings: list(all.findings).map((one) => ({
+      severity: severities.find((name) => name === fields(one)?.severity) ?? "informs",
+      words: words(fields(one)?.words),
+    })),
+    before: summary(all.before), after: summary(all.after), check: summary(all.check),
+    nearTargetsMm: number(all.near_targets_mm), workspaceMm: number(all.workspace_mm),
+    nominalWorkspaceMm: number(all.nominal_workspace_mm),
+  };
+}
+
+export function figures(value: unknown): Figures | null {
+  const all = fields(value);
+  if (!all) return null;
+  const session = count(all.session);
+  return {
+    session, state: words(all.state),
+    touches: known(list(all.touches).map((one) => touch(one, session))),
+    result: result(all.result),
+  };
+}
+
+function session_row(value: unknown): SessionRow | null {
+  const all = fields(value);
+  if (!all || number(all.id) === null) return null;
+  return {
+    id: count(all.id), started: words(all.started), ended: words(all.ended),
+    state: one_of(all.state, STATES) as SessionState, cell: words(all.cell),
+    touches: count(all.touches), planned: count(all.planned), failure: words(all.failure),
+  };
+}
+/** Newest first; a list, or pages whose list stands under "sessions". */
+export const sessions = (value: unknown): SessionRow[] =>
+  known(list(fields(value)?.sessions ?? value).map(session_row));
+
+function drift_row(value: unknown): DriftRow | null {
+  const all = fields(value);
+  if (!all || number(all.session) === null) return null;
+  const zeros = list(all.zeros).map((one) => {
+    const zero = fields(one);
+    const deg = number(zero?.deg);
+    return zero && deg !== null
+      ? { joint: words(zero.joint), deg, sigmaDeg: number(zero.sigma_deg) }
+      : null;
+  });
+  return {
+    session: count(all.session), ended: words(all.ended), publish: all.publish === true,
+    fitMm: number(all.fit_mm), checkMm: number(all.check_mm),
+    workspaceMm: number(all.workspace_mm), zeros: known(zeros),
+  };
+}
+export const drift = (value: unknown): DriftRow[] =>
+  known(list(fields(value)?.sessions).map(drift_row));
+
+/** Without a role nothing is said of the cell. */
+export function role(value: unknown): Role | null {
+  const given = fields(value)?.role;
+  return given === "look" || given === "operate" || given === "administer" ? given : null;
+}
+
+export const error_words = (value: unknown): string => words(fields(value)?.error);

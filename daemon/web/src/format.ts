@@ -1,0 +1,46 @@
+// Numbers with their units, in the language's own decimal mark.
+
+import type { Language } from "./words";
+
+export interface Formats {
+  mm: (value: number | null) => string;
+  ms: (value: number | null) => string;
+  us: (value: number | null) => string;
+  degrees: (value: number, digits?: number) => string;
+  whole: (value: number | null) => string;
+  duration: (seconds: number | null) => string;
+  time: (iso: string) => string;
+}
+
+export const NONE = "–";
+const SPACE = "\u00a0";
+
+export function formats(language: Language): Formats {
+  const decimal = (value: number, digits: number) =>
+    value.toLocaleString(language, { minimumFractionDigits: digits, maximumFractionDigits: digits });
+  const with_unit = (unit: string, digits: (size: number) => number) => (value: number | null) =>
+    value === null ? NONE : decimal(value, digits(Math.abs(value))) + SPACE + unit;
+  return {
+    mm: with_unit("mm", (size) => (size < 0.9995 ? 3 : size < 99.95 ? 2 : 1)),
+    ms: with_unit("ms", (size) => (size < 0.9995 ? 3 : 1)),
+    us: with_unit("µs", () => 0),
+    degrees: (value, digits = 4) =>
+      (value >= 0 ? "+" : "−") + decimal(Math.abs(value), digits) + "°",
+    whole: (value) => (value === null ? NONE : value.toLocaleString(language)),
+    duration: (seconds) => (seconds === null ? NONE : duration(seconds)),
+    time: (iso) => {
+      const when = new Date(iso);
+      return Number.isNaN(when.getTime())
+        ? NONE
+        : when.toLocaleString(language, { dateStyle: "medium", timeStyle: "short" });
+    },
+  };
+}
+
+function duration(seconds: number): string {
+  const whole = Math.max(0, Math.round(seconds));
+  if (whole < 60) return `${whole}${SPACE}s`;
+  const minutes = Math.floor(whole / 60);
+  if (minutes < 60) return `${minutes}${SPACE}min ${whole % 60}${SPACE}s`;
+  return `${Math.floor(minutes / 60)}${SPACE}h ${minutes % 60}${SPACE}min`;
+}

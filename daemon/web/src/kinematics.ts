@@ -1,0 +1,52 @@
+// The nominal arm: where everything is at these joint angles. Frames are three rows of four, mm.
+
+import type { Frame, Point, Scene } from "./types";
+
+const IDENTITY: Frame = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0];
+
+const at = (frame: Frame, row: number, column: number): number => frame[4 * row + column] ?? 0;
+
+export function times(a: Frame, b: Frame): Frame {
+  const product: Frame = [];
+  for (let row = 0; row < 3; ++row)
+    for (let column = 0; column < 4; ++column) {
+      let sum = column === 3 ? at(a, row, 3) : 0;
+      for (let k = 0; k < 3; ++k) sum += at(a, row, k) * at(b, k, column);
+      product.push(sum);
+    }
+  return product;
+}
+
+export function turned_about_z(degrees: number): Frame {
+  const angle = (degrees * Math.PI) / 180;
+  const c = Math.cos(angle), s = Math.sin(angle);
+  return [c, -s, 0, 0, s, c, 0, 0, 0, 0, 1, 0];
+}
+
+export const origin = (frame: Frame): Point => [at(frame, 0, 3), at(frame, 1, 3), at(frame, 2, 3)];
+
+export function place(frame: Frame, [x, y, z]: Point): Point {
+  const row = (k: number) => at(frame, k, 0) * x + at(frame, k, 1) * y + at(frame, k, 2) * z + at(frame, k, 3);
+  return [row(0), row(1), row(2)];
+}
+
+export interface Posture {
+  /** Before and behind each joint's fixed part; the last is behind the last joint. */
+  joints: { turned: Frame; behind: Frame }[];
+  flange: Frame;
+  tip: Frame;
+}
+
+/** Null where the number of angles is not the robot's. */
+export function posture(scene: Scene, joints_deg: number[]): Posture | null {
+  if (joints_deg.length !== scene.joints.length) return null;
+  let frame = times(IDENTITY, scene.base);
+  const joints = scene.joints.map((joint, i) => {
+    const angle = joint.sign * (joints_deg[i] ?? 0) + joint.offsetDeg;
+    const turned = times(frame, turned_about_z(angle));
+    frame = times(turned, joint.behind);
+    return { turned, behind: frame };
+  });
+  const flange = times(frame, scene.flange);
+  return { joints, flange, tip: times(flange, scene.tool.frame) };
+}

@@ -1,0 +1,112 @@
+// The running cell: events as they come, and beside them the status asked for again and again. The
+// events make the page quick; the question makes it honest: without an answer what is shown is old,
+// however silent a broken connection is.
+
+import * as decode from "./decode";
+import { EMPTY, silent, with_posture, with_status, with_touches, without_token, lacks_touches,
+         type Model } from "./model";
+import { get } from "./request";
+import { EventReader, type ServerEvent } from "./sse";
+
+const ASK_EVERY_MS = 1500;
+const LONGEST_ANSWER_MS = 3000;
+const AGAIN_MS = 1500;
+const UNAUTHORISED = [401, 403];
+
+const pause = (ms: number) => new Promise((done) => setTimeout(done, ms));
+
+export class Live {
+  model: Model = EMPTY;
+  private reading: AbortController | null = null;
+  private newest_id = "";
+  private filling = false;
+
+  /** `changed` is called behind each change. */
+  constructor(private readonly changed: () => void) {}
+
+  begin(): void {
+    void this.ask_forever();
+    void this.listen_forever();
+  }
+
+  /** Now: after a request that changed something, or a sign-in. */
+  async ask(): Promise<void> {
+    const answer = await get("/v1/status", LONGEST_ANSWER_MS);
+    if (UNAUTHORISED.includes(answer.status)) return this.become(without_token(this.model));
+    const status = decode.status(answer.value);
+    if (answer.status !== 200 || !status) return this.become(silent(this.model));
+    // A daemon that was started anew counts from 1 again: its events are others.
+    if (status.seq < (this.model.status?.seq ?? 0)) this.listen_anew();
+    this.become(with_status(this.model, status, performance.now()));
+    await this.fill();
+  }
+
+  private become(model: Model): void {
+    this.model = model;
+    this.changed();
+  }
+
+  private async ask_forever(): Promise<void> {
+    for (;;) {
+      await this.ask();
+      await pause(ASK_EVERY_MS);
+    }
+  }
+
+  /** Touches that were made before this page was opened. */
+  private async fill(): Promise<void> {
+    const session = this.model.status?.session ?? 0;
+    if (this.filling || session === 0 || !lacks_touches(this.model)) return;
+    this.filling = true;
+    const figures = decode.figures((await get(`/v1/sessions/${session}/figures`)).value);
+    if (figures) this.become(with_touches(this.model, figures.touches));
+    this.filling = false;
+  }
+
+  private listen_anew(): void {
+    this.newest_id = "";
+    this.reading?.abort();
+  }
+
+  private async listen_forever(): Promise<void> {
+    for (;;) {
+      await this.listen().catch(() => undefined); // broken: begun again, from where it broke
+      await pause(AGAIN_MS);
+    }
+  }
+
+  private async listen(): Promise<void> {
+    this.reading = new AbortController();
+    const headers: Record<string, string> = { Accept: "text/event-stream" };
+    if (this.newest_id !== "") headers["Last-Event-ID"] = this.newest_id;
+    const answer = await fetch("/v1/events", {
+      headers, signal: this.reading.signal, cache: "no-store",
+    });
+    if (!answer.ok || !answer.body) return;
+    const reader = answer.body.getReader();
+    const decoder = new TextDecoder();
+    const events = new EventReader();
+    for (;;) {
+      const { done, value } = await reader.read();
+      if (done) return;
+      for (const event of events.take(decoder.decode(value, { stream: true }))) this.take(event);
+    }
+  }
+
+  private take(event: ServerEvent): void {
+    if (event.id !== "") this.newest_id = event.id;
+    const value = decode.parse(event.data);
+    if (event.name === "status") {
+      const status = decode.status(value);
+      // Those of the past come again where a page is opened late; the newest stands already.
+      if (status && status.seq >= (this.model.status?.seq ?? 0))
+        this.become(with_status(this.model, status, performance.now()));
+    } else if (event.name === "touch") {
+      const touch = decode.touch(value);
+      if (touch) this.become(with_touches(this.model, [touch]));
+    } else if (event.name === "robot") {
+      const posture = decode.posture(value);
+      if (posture) this.become(with_posture(this.model, posture));
+    }
+  }
+}

@@ -1,0 +1,68 @@
+// What the page knows, and how it becomes another by what arrives. Pure.
+
+import type { RobotPosture, Status, Touch } from "./types";
+
+export interface Model {
+  /** login: the daemon answers, and says nothing without a token. */
+  link: "connecting" | "answering" | "silent" | "login";
+  /** When the newest status arrived [ms, the browser's own steady clock]. */
+  seen: number | null;
+  status: Status | null;
+  /** Of the status' session, by number. */
+  touches: Touch[];
+  posture: RobotPosture | null;
+}
+
+export const EMPTY: Model = {
+  link: "connecting", seen: null, status: null, touches: [], posture: null,
+};
+
+/** A status is asked for every 1.5 s. Older than this it must not be taken for what is. */
+export const OLD_AFTER_MS = 4000;
+
+/** How old what is shown is; 0 as long as it may be taken for what is. */
+export function age_ms(model: Model, now: number): number {
+  if (model.seen === null) return 0;
+  const age = now - model.seen;
+  return model.link === "answering" && age <= OLD_AFTER_MS ? 0 : Math.max(age, 1);
+}
+
+/** Of a session that runs: a daemon that was started anew counts from 1 again. */
+export function with_status(model: Model, status: Status, now: number): Model {
+  const same = model.status?.session === status.session;
+  const posture = same && status.running ? model.posture : null;
+  return {
+    ...model, link: "answering", seen: now, status, posture, touches: same ? model.touches : [],
+  };
+}
+
+export function with_touches(model: Model, touches: Touch[]): Model {
+  const session = model.status?.session;
+  const kept = new Map(model.touches.map((touch) => [touch.index, touch]));
+  for (const touch of touches) {
+    if (touch.session !== session) continue;
+    const before = kept.get(touch.index);
+    // What came as it was made says more than what is read again later, before identification.
+    kept.set(touch.index, {
+      ...touch,
+      residualMm: touch.residualMm ?? before?.residualMm ?? null,
+      u95Mm: touch.u95Mm ?? before?.u95Mm ?? null,
+    });
+  }
+  return { ...model, touches: [...kept.values()].sort((a, b) => a.index - b.index) };
+}
+
+/** Only while its session runs: later nobody knows where the arm is. */
+export function with_posture(model: Model, posture: RobotPosture): Model {
+  const { status } = model;
+  if (!status?.running || status.session !== posture.session) return model;
+  return { ...model, posture };
+}
+
+export const silent = (model: Model): Model =>
+  model.link === "login" ? model : { ...model, link: model.seen === null ? "connecting" : "silent" };
+export const without_token = (_: Model): Model => ({ ...EMPTY, link: "login" });
+
+/** Touches of the running session that did not come as events. */
+export const lacks_touches = (model: Model): boolean =>
+  model.status !== null && model.touches.length < model.status.touches;

@@ -1,0 +1,38 @@
+// Requests to the daemon. None of them throws; none of them lasts.
+
+import { error_words, parse } from "./decode";
+
+export interface Answer {
+  /** 0: no answer. */
+  status: number;
+  value: unknown;
+  /** The daemon's, where it refused. */
+  words: string;
+}
+
+const LONGEST_MS = 15_000;
+
+export async function request(
+  method: "GET" | "POST", path: string, body?: unknown, longest_ms = LONGEST_MS,
+): Promise<Answer> {
+  const limit = new AbortController();
+  const timer = setTimeout(() => limit.abort(), longest_ms);
+  try {
+    const answer = await fetch(path, {
+      method, signal: limit.signal, cache: "no-store",
+      headers: body === undefined ? {} : { "Content-Type": "application/json" },
+      body: body === undefined ? null : JSON.stringify(body),
+    });
+    const value = parse(await answer.text());
+    return { status: answer.status, value, words: answer.ok ? "" : error_words(value) };
+  } catch {
+    return { status: 0, value: null, words: "" };
+  } finally {
+    clearTimeout(timer);
+  }
+}
+
+export const get = (path: string, longest_ms?: number) =>
+  request("GET", path, undefined, longest_ms);
+export const post = (path: string, body: unknown = {}) => request("POST", path, body);
+export const is_good = (answer: Answer): boolean => answer.status >= 200 && answer.status < 300;

@@ -1,0 +1,186 @@
+// What the daemon says, as far as the page uses it. decode.ts makes these of whatever arrives.
+
+export const PHASES = [
+  "idle", "planning", "connecting", "referencing", "routing", "freeing", "proving", "transit",
+  "arming fast", "fast search", "backing off", "arming slow", "slow search", "recording", "retreat",
+  "choosing", "returning", "identifying", "reporting", "recovering", "watching the links",
+  "stopping", "done", "aborted", "failed",
+] as const;
+/** One that this page does not know is "unknown". */
+export type Phase = (typeof PHASES)[number] | "unknown";
+
+export const FAILURES = [
+  "plan", "plan-changed", "device", "link-not-ready", "contact-fault", "contact-closed",
+  "arm-refused", "no-contact", "contact-too-early", "unexpected-contact", "still-in-contact",
+  "readings-disagree", "too-many-revoked", "contact-silent", "robot-silent", "move-refused",
+  "not-following", "stopped-elsewhere", "timeout", "stop-unconfirmed", "journal", "identify",
+  "report", "unexpected-event",
+] as const;
+export type FailureKind = (typeof FAILURES)[number] | "unknown";
+
+export interface RobotLink {
+  cycleMs: number | null;
+  jitterMs: number | null;
+  longestGapMs: number | null;
+  packets: number | null;
+  gaps: number | null;
+  badPackets: number | null;
+  late: number | null;
+  replies: number | null;
+  replyP99Ms: number | null;
+  replyMaxMs: number | null;
+}
+
+export interface ContactLink {
+  firmware: string;
+  inContact: boolean | null;
+  loopOk: boolean | null;
+  selfTestOk: boolean | null;
+  frames: number | null;
+  crcErrors: number | null;
+  gaps: number | null;
+  roundTripP99Ms: number | null;
+  clockSigmaUs: number | null;
+  lateP50Ms: number | null;
+  lateWorstMs: number | null;
+  lateLimitMs: number | null;
+}
+
+export interface Status {
+  seq: number;
+  session: number;
+  phase: Phase;
+  running: boolean;
+  target: string;
+  touches: number;
+  planned: number;
+  residualMm: number | null;
+  goalMm: number | null;
+  u95Mm: number | null;
+  finding: boolean;
+  timeLeftS: number | null;
+  waiting: { robot: boolean; contact: boolean; leftS: number | null; start: string } | null;
+  interruptions: number;
+  failure: { kind: FailureKind; detail: string } | null;
+  publish: boolean | null;
+  reasons: string[];
+  links: { open: boolean; robot: RobotLink; contact: ContactLink } | null;
+  interrupted: { session: number; touches: number; planned: number; started: string } | null;
+  version: string;
+}
+
+export type TouchSet = "fit" | "check";
+export type Point = [number, number, number];
+
+export interface Touch {
+  session: number;
+  index: number;
+  target: string;
+  set: TouchSet;
+  joints: number[];
+  tip: Point | null;
+  residualMm: number | null;
+  u95Mm: number | null;
+}
+
+export interface RobotPosture {
+  session: number;
+  joints: number[];
+}
+
+/** Three rows of four. */
+export type Frame = number[];
+
+export interface Joint {
+  name: string;
+  sign: number;
+  offsetDeg: number;
+  behind: Frame;
+  radiusMm: number;
+}
+
+export interface SceneTarget {
+  id: string;
+  kind: string;
+  diameterMm: number;
+  centre: Point | null;
+  box: [Point, Point] | null;
+}
+
+export type Solid =
+  | { shape: "box"; id: string; frame: Frame; size: Point }
+  | { shape: "cylinder"; id: string; frame: Frame; diameterMm: number; heightMm: number }
+  | { shape: "mesh"; id: string; frame: Frame; vertices: number[]; triangles: number[] };
+
+export interface Scene {
+  session: number;
+  robot: string;
+  base: Frame;
+  joints: Joint[];
+  flange: Frame;
+  tool: { frame: Frame; radiusMm: number; tipLengthMm: number; tipRadiusMm: number };
+  targets: SceneTarget[];
+  stands: Solid[];
+  obstacles: Solid[];
+  up: Point;
+  floorMm: number | null;
+}
+
+export interface PlannedTouch {
+  index: number;
+  target: string;
+  set: TouchSet;
+  joints: number[];
+  tip: Point;
+}
+
+export interface Summary {
+  touches: number;
+  meanMm: number | null;
+  maxMm: number | null;
+}
+
+export interface Result {
+  publish: boolean;
+  scope: "workspace" | "near targets";
+  findings: { severity: "withholds" | "warns" | "informs"; words: string }[];
+  before: Summary;
+  after: Summary;
+  check: Summary;
+  nearTargetsMm: number | null;
+  workspaceMm: number | null;
+  nominalWorkspaceMm: number | null;
+}
+
+export interface Figures {
+  session: number;
+  state: string;
+  touches: Touch[];
+  result: Result | null;
+}
+
+export const STATES = ["running", "interrupted", "aborted", "failed", "done", "damaged"] as const;
+export type SessionState = (typeof STATES)[number] | "unknown";
+
+export interface SessionRow {
+  id: number;
+  started: string;
+  ended: string;
+  state: SessionState;
+  cell: string;
+  touches: number;
+  planned: number;
+  failure: string;
+}
+
+export interface DriftRow {
+  session: number;
+  ended: string;
+  publish: boolean;
+  fitMm: number | null;
+  checkMm: number | null;
+  workspaceMm: number | null;
+  zeros: { joint: string; deg: number; sigmaDeg: number | null }[];
+}
+
+export type Role = "look" | "operate" | "administer";

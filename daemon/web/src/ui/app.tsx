@@ -1,0 +1,97 @@
+// The page as a whole.
+
+import { useEffect, useMemo, useReducer, useState } from "preact/hooks";
+import * as decode from "../decode";
+import { Live } from "../live";
+import { age_ms } from "../model";
+import { mood, sentence } from "../sentence";
+import { preferred_language, type Language } from "../words";
+import { CellPanel } from "./cell";
+import { VoiceContext, useFetched, voice_in } from "./context";
+import { Drift } from "./drift";
+import { FailurePanel } from "./failure";
+import { Header } from "./header";
+import { History } from "./history";
+import { LinksPanel } from "./links";
+import { Login } from "./login";
+import { ProgressPanel } from "./progress";
+import { Accuracy, Residuals } from "./residuals";
+import { ResultPanel } from "./result";
+import { StartButtons } from "./start";
+import { StatePanel } from "./state";
+import { useTheme } from "./theme";
+
+const TICK_MS = 500;
+
+export function App() {
+  const [, redraw] = useReducer((n: number) => n + 1, 0);
+  const live = useMemo(() => new Live(() => redraw(undefined)), []);
+  const [language, set_language] = useState<Language>(preferred_language);
+  const { choice, theme, choose } = useTheme();
+  const [chosen, show] = useState<number | null>(null);
+  useEffect(() => {
+    live.begin();
+    const ticking = setInterval(() => redraw(undefined), TICK_MS);
+    return () => clearInterval(ticking);
+  }, []);
+
+  const now = performance.now();
+  const { model } = live;
+  const { status } = model;
+  const old = age_ms(model, now) > 0;
+  const voice = useMemo(() => voice_in(language, theme), [language, theme]);
+  const { say } = voice;
+
+  const session = status?.session ?? 0;
+  const with_login = model.link === "login";
+  const asked = with_login || !status ? null : "";
+  const ended = `${session} ${status?.running} ${status?.phase}`;
+  // Of touches chosen one by one the plan is but the one in hand.
+  const chosen_as_it_goes = status?.goalMm !== null || status?.finding ? status?.touches : 0;
+  const planned = status?.running ? `${session} ${status.planned} ${chosen_as_it_goes}` : ended;
+  const me = useFetched(asked === null ? null : "/v1/me", with_login, decode.role);
+  const scene = useFetched(asked === null ? null : "/v1/scene", session, decode.scene);
+  const plan = useFetched(session > 0 && asked !== null ? `/v1/sessions/${session}/plan` : null, planned, decode.plan) ?? NOTHING;
+  const sessions = useFetched(asked === null ? null : "/v1/sessions", ended, decode.sessions) ?? NOTHING;
+  const drift = useFetched(asked === null ? null : "/v1/drift", ended, decode.drift) ?? NOTHING;
+
+  const title = !status ? say("title")
+    : `${old ? say("link.unknown") : sentence(status, say)} · ${say("title")}`;
+  useEffect(() => { document.title = title; }, [title]);
+  const speak = (wanted: Language) => {
+    set_language(wanted);
+    dispatchEvent(new CustomEvent("cellcal-language", { detail: wanted }));
+  };
+  const shown = chosen ?? (status?.phase === "done" ? session : null);
+
+  return (
+    <VoiceContext.Provider value={voice}>
+      <Header model={model} now={now} choice={choice} choose={choose} speak={speak} />
+      {with_login ? <main><Login done={() => void live.ask()} /></main> : (
+        <main data-mood={status && !old ? mood(status) : "unknown"}>
+          <div class="top">
+            <StatePanel model={model} now={now} />
+            {status && !old && <StartButtons status={status} role={me} started={() => void live.ask()}
+                                             last_cell={sessions[0]?.cell ?? ""} />}
+          </div>
+          {status && !old && <FailurePanel status={status} />}
+          <div class="grid">
+            <CellPanel model={model} scene={scene} plan={plan} now={now} />
+            <div class="column">
+              <ProgressPanel model={model} plan={plan} now={now} />
+              <LinksPanel status={status} old={old} />
+            </div>
+            {status && session > 0 && status.phase !== "done" && <Residuals touches={model.touches} found={false} old={old} />}
+            {status && <Accuracy touches={model.touches} status={status} old={old} />}
+            {shown !== null && <ResultPanel key={shown} session={shown} />}
+            <History sessions={sessions} shown={shown} show={show} />
+            <Drift rows={drift} />
+          </div>
+        </main>
+      )}
+      <footer class="note">{status?.version && `cellcald ${status.version}`}</footer>
+    </VoiceContext.Provider>
+  );
+}
+
+const NOTHING: never[] = [];

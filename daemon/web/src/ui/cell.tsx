@@ -1,0 +1,81 @@
+// The cell in three dimensions. Its library is loaded beside the rest: nothing else waits for it.
+
+import { useEffect, useRef, useState } from "preact/hooks";
+import type { CellView, Side } from "../cell/view";
+import { age_ms, type Model } from "../model";
+import type { PlannedTouch, Scene } from "../types";
+import { useVoice } from "./context";
+import type { Key } from "../words";
+
+const SIDES: Side[] = ["fit", "front", "side", "top"];
+
+/** Where the arm is drawn, and how that is known. */
+export function drawn_joints(model: Model, plan: PlannedTouch[]): { joints: number[]; key: Key } | null {
+  if (model.posture) return { joints: model.posture.joints, key: "view.pose.live" };
+  const newest = model.touches.at(-1);
+  if (newest && newest.joints.length > 0) return { joints: newest.joints, key: "view.pose.touch" };
+  const first = plan[0];
+  return first ? { joints: first.joints, key: "view.pose.start" } : null;
+}
+
+export function CellPanel({ model, scene, plan, now }: {
+  model: Model; scene: Scene | null; plan: PlannedTouch[]; now: number;
+}) {
+  const { say, theme } = useVoice();
+  const box = useRef<HTMLDivElement>(null);
+  const [view, set_view] = useState<CellView | null>(null);
+  const [cannot, set_cannot] = useState(false);
+  const old = age_ms(model, now) > 0;
+  const drawn = drawn_joints(model, plan);
+
+  useEffect(() => {
+    let wanted = true, made: CellView | null = null;
+    void import("../cell/view")
+      .then(({ CellView: View }) => {
+        if (!wanted || !box.current) return;
+        made = new View(box.current);
+        set_view(made);
+      })
+      .catch(() => set_cannot(true)); // no WebGL, or the file did not come
+    return () => {
+      wanted = false;
+      made?.close();
+    };
+  }, []);
+  useEffect(() => { if (view && scene) view.show_scene(scene); }, [view, scene, theme]);
+  useEffect(() => {
+    view?.show_touches(plan, model.touches, model.status?.running ? model.status.touches : -1);
+  }, [view, scene, plan, model.touches, model.status?.touches, model.status?.running, theme]);
+  useEffect(() => { if (drawn) view?.move_to(drawn.joints); }, [view, scene, drawn?.joints]);
+
+  const newest = model.touches.at(-1);
+  const label = say("view.label", {
+    spheres: scene?.targets.length ?? 0, made: model.touches.length,
+    planned: model.status?.planned ?? 0, target: newest?.target ?? "–",
+  });
+  return (
+    <section class="panel cell" aria-labelledby="cell-title" data-old={old}>
+      <div class="cell-head">
+        <h2 id="cell-title">{say("view")}</h2>
+        {scene && drawn && !cannot && <span class="note">{say(drawn.key)}{old ? ` (${say("view.old")})` : ""}</span>}
+        {scene && !cannot && (
+          <span class="sides">
+            {SIDES.map((side) => (
+              <button key={side} type="button" class="small" onClick={() => view?.look_from(side)}>{say(`view.${side}`)}</button>
+            ))}
+          </span>
+        )}
+      </div>
+      {cannot && <p class="note">{say("view.no-webgl")}</p>}
+      {!scene && !cannot && <p class="note">{say("view.none")}</p>}
+      <div ref={box} class="canvas" role="img" aria-label={label} data-empty={!scene || cannot} />
+      {scene && !cannot && (
+        <ul class="legend" aria-hidden="true">
+          {(["planned", "fit", "check", "next"] as const).map((one) => (
+            <li key={one} data-mark={one}>{say(`view.legend.${one}`)}</li>
+          ))}
+        </ul>
+      )}
+    </section>
+  );
+}

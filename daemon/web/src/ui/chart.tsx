@@ -1,0 +1,123 @@
+// One chart: numbers over numbers. What it shows is also said in words, and stands as a table where
+// the caller gives one.
+
+import { useEffect, useRef } from "preact/hooks";
+import uPlot from "uplot";
+import { useVoice } from "./context";
+
+export interface Line {
+  label: string;
+  /** Name of a CSS colour variable of style.css. */
+  colour: string;
+  values: (number | null)[];
+  /** Points alone, each a mark of this shape; a line without. */
+  marks?: "circle" | "square" | "triangle";
+  dashed?: boolean;
+}
+
+const HEIGHT = 210;
+const MARK = 4; // half a mark's width
+
+const colour_of = (name: string) =>
+  getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
+
+/** Shapes differ, so that no colour has to be told from another. */
+function draw_marks(shape: NonNullable<Line["marks"]>, colour: string): uPlot.Series.Points.Show {
+  return (chart, series, from, to) => {
+    const { ctx } = chart;
+    const size = MARK * devicePixelRatio;
+    ctx.save();
+    ctx.fillStyle = colour;
+    for (let i = from; i <= to; ++i) {
+      const y = chart.data[series]?.[i], x = chart.data[0][i];
+      if (y === null || y === undefined || x === undefined) continue;
+      const left = chart.valToPos(x, "x", true), top = chart.valToPos(y, "y", true);
+      ctx.beginPath();
+      if (shape === "circle") ctx.arc(left, top, size, 0, 2 * Math.PI);
+      else if (shape === "square") ctx.rect(left - size, top - size, 2 * size, 2 * size);
+      else {
+        ctx.moveTo(left, top - 1.3 * size);
+        ctx.lineTo(left + 1.2 * size, top + size);
+        ctx.lineTo(left - 1.2 * size, top + size);
+      }
+      ctx.fill();
+    }
+    ctx.restore();
+    return false;
+  };
+}
+
+export interface ChartProps {
+  label: string;
+  x: number[];
+  x_label: string;
+  y_label: string;
+  lines: Line[];
+  time?: boolean;
+  /** Where y begins; null: where the values do. */
+  from?: number | null;
+}
+
+export function Chart(props: ChartProps) {
+  const { theme, language } = useVoice();
+  const box = useRef<HTMLDivElement>(null);
+  const { x, lines } = props;
+  useEffect(() => {
+    const parent = box.current;
+    if (!parent) return;
+    const chart = new uPlot(options(props, parent.clientWidth, language), [x, ...lines.map((line) => line.values)], parent);
+    const look = new ResizeObserver(() => chart.setSize({ width: parent.clientWidth, height: HEIGHT }));
+    look.observe(parent);
+    return () => {
+      look.disconnect();
+      chart.destroy();
+    };
+  }, [theme, language, x, lines]);
+  return (
+    <figure class="chart">
+      <figcaption>{props.y_label}</figcaption>
+      <div ref={box} role="img" aria-label={props.label} />
+    </figure>
+  );
+}
+
+function options({ x_label, lines, time, from = 0 }: ChartProps, width: number, language: string): uPlot.Options {
+  const ink = colour_of("ink-soft"), grid = colour_of("line");
+  const axis = { stroke: ink, grid: { stroke: grid, width: 1 }, ticks: { stroke: grid, width: 1 },
+                 font: "13px system-ui, sans-serif", labelFont: "13px system-ui, sans-serif" };
+  const number = new Intl.NumberFormat(language, { maximumSignificantDigits: 4 });
+  const day = new Intl.DateTimeFormat(language, { day: "2-digit", month: "2-digit", year: "2-digit" });
+  const numbers = (_: uPlot, values: number[]) => values.map((value) => number.format(value));
+  const days = (_: uPlot, values: number[]) => values.map((value) => day.format(value * 1000));
+  return {
+    width, height: HEIGHT,
+    scales: {
+      x: { time: time ?? false, range: (_, low, high) => (low === high ? [low - 1, high + 1] : [low, high]) },
+      y: { range: (_, low, high) => {
+        const lowest = from ?? low ?? 0, highest = high ?? 1;
+        const room = 0.08 * (highest - lowest) || 0.1;
+        return [from ?? lowest - room, highest + room];
+      } },
+    },
+    legend: { live: false },
+    cursor: { show: false },
+    axes: [
+      { ...axis, label: x_label, labelSize: 18, size: 32, incrs: time ? undefined : [1, 2, 5, 10, 20, 50, 100],
+        values: time ? days : numbers, space: time ? 90 : 40 },
+      { ...axis, size: 58, values: numbers },
+    ],
+    series: [
+      {},
+      ...lines.map((line): uPlot.Series => ({
+        label: line.label,
+        stroke: colour_of(line.colour),
+        fill: line.marks ? colour_of(line.colour) : undefined,
+        width: line.marks ? 0 : 2,
+        dash: line.dashed ? [6, 5] : undefined,
+        spanGaps: !line.marks,
+        paths: line.marks ? () => null : undefined,
+        points: { show: line.marks ? draw_marks(line.marks, colour_of(line.colour)) : false },
+      })),
+    ],
+  };
+}

@@ -1,0 +1,39 @@
+// What every part of the page speaks with.
+
+import { createContext } from "preact";
+import { useContext, useEffect, useState } from "preact/hooks";
+import { formats, type Formats } from "../format";
+import { get } from "../request";
+import { speaker, type Language, type Say } from "../words";
+
+export interface Voice {
+  say: Say;
+  fmt: Formats;
+  language: Language;
+  /** The colours that are shown; charts draw themselves anew with it. */
+  theme: "light" | "dark";
+}
+
+export const voice_in = (language: Language, theme: Voice["theme"]): Voice => ({
+  say: speaker(language), fmt: formats(language), language, theme,
+});
+
+export const VoiceContext = createContext<Voice>(voice_in("en", "light"));
+export const useVoice = (): Voice => useContext(VoiceContext);
+
+/** What stands at a path; asked for again when `key` changes. Null until then, and where nothing is. */
+export function useFetched<T>(path: string | null, key: unknown, decode: (value: unknown) => T | null): T | null {
+  const [value, become] = useState<T | null>(null);
+  useEffect(() => {
+    let wanted = true;
+    if (path === null) become(null);
+    else
+      void get(path).then((answer) => {
+        if (wanted) become(answer.status === 200 ? decode(answer.value) : null);
+      });
+    return () => {
+      wanted = false;
+    };
+  }, [path, key]);
+  return value;
+}

@@ -1,0 +1,20 @@
+// Why a session failed, and what is to be done about it.
+
+import type { Status } from "../types";
+import { useVoice } from "./context";
+
+export function FailurePanel({ status }: { status: Status }) {
+  const { say } = useVoice();
+  const { failure } = status;
+  if (!failure) return null;
+  return (
+    <section class="panel failure" aria-labelledby="failure-title">
+      <h2 id="failure-title">{say("failure")}</h2>
+      <p class="what"><span aria-hidden="true">✖ </span>{say(`failure.${failure.kind}`)}</p>
+      <p class="todo"><strong>{say("failure.todo")}:</strong> {say(`do.${failure.kind}`)}</p>
+      {failure.detail !== "" && (
+        <p class="evidence"><strong>{say("failure.detail")}:</strong> <span lang="en">{failure.detail}</span></p>
+      )}
+    </section>
+  );
+}

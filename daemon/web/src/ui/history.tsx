@@ -1,0 +1,61 @@
+// All sessions, newest first.
+
+import { useState } from "preact/hooks";
+import type { SessionRow } from "../types";
+import { useVoice } from "./context";
+
+const FEW = 10;
+const MARKS: Record<SessionRow["state"], string> = {
+  running: "▶", interrupted: "‖", aborted: "■", failed: "✖", done: "✔", damaged: "▲", unknown: "?",
+};
+
+export function History({ sessions, shown, show }: {
+  sessions: SessionRow[]; shown: number | null; show: (session: number | null) => void;
+}) {
+  const { say, fmt } = useVoice();
+  const [all, set_all] = useState(false);
+  const rows = all ? sessions : sessions.slice(0, FEW);
+  return (
+    <section class="panel wide" aria-labelledby="history-title">
+      <h2 id="history-title">{say("history")}</h2>
+      {sessions.length === 0 ? <p class="note">{say("history.none")}</p> : (
+        <div class="scroll"><table class="history">
+          <thead><tr>
+            {(["session", "started", "state", "touches", "cell", "results"] as const).map((name) => (
+              <th scope="col" key={name} class={`column-${name}`}>{say(`history.${name}`)}</th>
+            ))}
+          </tr></thead>
+          <tbody>
+            {rows.map((row) => (
+              <tr key={row.id} aria-current={row.id === shown ? "true" : undefined}>
+                <th scope="row">{row.id}</th>
+                <td>{fmt.time(row.started)}</td>
+                <td class="state-word" data-state={row.state}>
+                  <span aria-hidden="true">{MARKS[row.state]}</span> {say(`state.${row.state}`)}
+                </td>
+                <td>{row.touches}{row.planned > 0 ? `/${row.planned}` : ""}</td>
+                <td class="column-cell" title={row.cell}>{row.cell.split("/").pop()}</td>
+                <td>
+                  <button type="button" class="small" aria-expanded={row.id === shown}
+                          aria-label={`${say("history.show")} ${row.id}`}
+                          onClick={() => show(row.id === shown ? null : row.id)}>
+                    {say(row.id === shown ? "close" : "history.show")}
+                  </button>
+                  {row.state === "done" && (
+                    <> <a href={`/v1/sessions/${row.id}/report.html`} target="_blank" rel="noopener"
+                          aria-label={say("report.of", { session: row.id })}>{say("report")}</a></>
+                  )}
+                </td>
+              </tr>
+            ))}
+          </tbody>
+        </table></div>
+      )}
+      {!all && sessions.length > FEW && (
+        <button type="button" class="small" onClick={() => set_all(true)}>
+          {say("history.more", { n: sessions.length })}
+        </button>
+      )}
+    </section>
+  );
+}

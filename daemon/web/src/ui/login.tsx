@@ -1,0 +1,30 @@
+// Without a token the daemon says nothing of the cell.
+
+import { useState } from "preact/hooks";
+import { is_good, post } from "../request";
+import { useVoice } from "./context";
+
+export function Login({ done }: { done: () => void }) {
+  const { say } = useVoice();
+  const [token, set_token] = useState("");
+  const [wrong, set_wrong] = useState("");
+  const submit = async (event: Event) => {
+    event.preventDefault();
+    const answer = await post("/v1/login", { token: token.trim() });
+    if (is_good(answer)) return done();
+    set_wrong(answer.status === 0 ? say("request.no-answer") : say("login.wrong"));
+  };
+  return (
+    <form class="panel login" onSubmit={submit}>
+      <h2>{say("login.title")}</h2>
+      <p>{say("login.do")}</p>
+      <label>
+        {say("login.token")}
+        <input name="token" type="password" autocomplete="current-password" required value={token}
+               onInput={(event) => set_token(event.currentTarget.value)} />
+      </label>
+      {wrong !== "" && <p class="refused" role="alert">{wrong}</p>}
+      <button type="submit" class="go">{say("login.send")}</button>
+    </form>
+  );
+}

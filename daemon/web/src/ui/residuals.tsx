@@ -1,0 +1,78 @@
+// The residuals as they come, fit and check apart; and u95 on its way to the goal.
+
+import { useMemo } from "preact/hooks";
+import type { Status, Touch } from "../types";
+import { Chart, type Line } from "./chart";
+import { useVoice } from "./context";
+
+/** `found`: of an identification, signed. Otherwise as each touch was made, without sign. */
+export function Residuals({ touches, found, old = false }: { touches: Touch[]; found: boolean; old?: boolean }) {
+  const { say, fmt } = useVoice();
+  const known = touches.filter((touch) => touch.residualMm !== null);
+  const x = useMemo(() => known.map((touch) => touch.index + 1), [touches]);
+  const lines = useMemo((): Line[] => {
+    const of = (set: Touch["set"]) => known.map((touch) => (touch.set === set ? touch.residualMm : null));
+    return [
+      { label: say("set.fit"), colour: "fit", marks: "circle", values: of("fit") },
+      { label: say("set.check"), colour: "check", marks: "square", values: of("check") },
+    ];
+  }, [touches, say]);
+  const largest = known.reduce((most, touch) => Math.max(most, Math.abs(touch.residualMm ?? 0)), 0);
+  return (
+    <section class="panel" aria-labelledby="residuals-title" data-old={old}>
+      <h2 id="residuals-title">{say("residuals")}</h2>
+      {known.length === 0 ? <p class="note">{say("residuals.none")}</p> : (
+        <>
+          <Chart label={say("residuals.label", { n: known.length, max: fmt.mm(largest) })}
+                 x={x} x_label={say("residuals.axis")} lines={lines} from={found ? null : 0}
+                 y_label={say(found ? "residuals.found" : "residuals.unit")} />
+          <details>
+            <summary>{say("table")}</summary>
+            <div class="scroll"><TouchTable touches={touches} /></div>
+          </details>
+        </>
+      )}
+    </section>
+  );
+}
+
+function TouchTable({ touches }: { touches: Touch[] }) {
+  const { say, fmt } = useVoice();
+  return (
+    <table>
+      <thead><tr>
+        {(["touch", "target", "set", "residual"] as const).map((name) => (
+          <th scope="col" key={name}>{say(`column.${name}`)}</th>
+        ))}
+      </tr></thead>
+      <tbody>
+        {touches.map((touch) => (
+          <tr key={touch.index}>
+            <td>{touch.index + 1}</td><td>{touch.target}</td><td>{say(`set.${touch.set}`)}</td>
+            <td>{fmt.mm(touch.residualMm)}</td>
+          </tr>
+        ))}
+      </tbody>
+    </table>
+  );
+}
+
+export function Accuracy({ touches, status, old }: { touches: Touch[]; status: Status; old: boolean }) {
+  const { say, fmt } = useVoice();
+  const known = touches.filter((touch) => touch.u95Mm !== null);
+  const x = useMemo(() => known.map((touch) => touch.index + 1), [touches]);
+  const lines = useMemo((): Line[] => [
+    { label: say("progress.u95"), colour: "fit", values: known.map((touch) => touch.u95Mm) },
+    { label: say("u95.goal"), colour: "goal", dashed: true, values: known.map(() => status.goalMm) },
+  ], [touches, status.goalMm, say]);
+  if (status.goalMm === null && known.length === 0) return null;
+  return (
+    <section class="panel" aria-labelledby="u95-title" data-old={old}>
+      <h2 id="u95-title">{say("u95")}</h2>
+      {known.length === 0 ? <p class="note">{say("residuals.none")}</p> : (
+        <Chart x={x} x_label={say("residuals.axis")} y_label={say("u95.unit")} lines={lines}
+               label={say("u95.label", { now: fmt.mm(known.at(-1)?.u95Mm ?? null), n: known.length, goal: fmt.mm(status.goalMm) })} />
+      )}
+    </section>
+  );
+}

@@ -1,0 +1,77 @@
+// What came of a session: verdict, figures, findings, residuals, files.
+
+import * as decode from "../decode";
+import type { Result, Summary } from "../types";
+import { useFetched, useVoice } from "./context";
+import { Residuals } from "./residuals";
+
+export function ResultPanel({ session }: { session: number }) {
+  const { say } = useVoice();
+  const figures = useFetched(`/v1/sessions/${session}/figures`, session, decode.figures);
+  if (!figures) return null;
+  return (
+    <>
+      <section class="panel" aria-labelledby="result-title">
+        <h2 id="result-title">{say("result", { session })}</h2>
+        {figures.result ? <Findings result={figures.result} /> : <p class="note">{say("verdict.none")}</p>}
+        <Files session={session} has_result={figures.result !== null} />
+      </section>
+      {figures.result && <Residuals touches={figures.touches} found />}
+    </>
+  );
+}
+
+function Findings({ result }: { result: Result }) {
+  const { say, fmt } = useVoice();
+  const rows = (["before", "after", "check"] as const).filter((one) => result[one].touches > 0);
+  return (
+    <>
+      <p class="verdict" data-good={result.publish}>
+        <span aria-hidden="true">{result.publish ? "✔" : "✖"}</span>{" "}
+        {say(result.publish ? "verdict.publish" : "verdict.withheld")}
+        {result.publish && <> · {say(`scope.${result.scope}`)}</>}
+      </p>
+      <div class="scroll"><table>
+        <thead><tr><td /><th scope="col">{say("result.touches")}</th><th scope="col">{say("result.mean")}</th>
+          <th scope="col">{say("result.max")}</th></tr></thead>
+        <tbody>{rows.map((one) => <Row key={one} name={say(`result.${one}`)} of={result[one]} />)}</tbody>
+      </table></div>
+      <p>
+        {say("result.predicted", { near: fmt.mm(result.nearTargetsMm), all: fmt.mm(result.workspaceMm) })}
+        {result.nominalWorkspaceMm !== null && (
+          <>; {say("result.nominal", { all: fmt.mm(result.nominalWorkspaceMm) })}</>
+        )}.
+      </p>
+      <details open={!result.publish}>
+        <summary>{say("result.findings")} ({result.findings.length})</summary>
+        <ul class="findings">
+          {result.findings.map((finding, i) => (
+            <li key={i} data-severity={finding.severity}>
+              <span class="badge" data-good={finding.severity === "informs"}>{say(`severity.${finding.severity}`)}</span>{" "}
+              <span lang="en">{finding.words}</span>
+            </li>
+          ))}
+        </ul>
+      </details>
+    </>
+  );
+}
+
+function Row({ name, of }: { name: string; of: Summary }) {
+  const { fmt } = useVoice();
+  return (
+    <tr><th scope="row">{name}</th><td>{of.touches}</td><td>{fmt.mm(of.meanMm)}</td><td>{fmt.mm(of.maxMm)}</td></tr>
+  );
+}
+
+export function Files({ session, has_result }: { session: number; has_result: boolean }) {
+  const { say } = useVoice();
+  const at = `/v1/sessions/${session}`;
+  return (
+    <p class="files">
+      {has_result && <a class="button" href={`${at}/report.html`} target="_blank" rel="noopener">{say("report")}</a>}
+      {has_result && <a href={`${at}/calibration.json`} download={`session-${session}-calibration.json`}>{say("calibration.json")}</a>}
+      <a href={`${at}/touches.csv`} download={`session-${session}-touches.csv`}>{say("touches.csv")}</a>
+    </p>
+  );
+}

@@ -1,0 +1,149 @@
+// Starting and resuming. Both move the arm: neither goes without the word that the cell is clear.
+
+import type { ComponentChildren } from "preact";
+import { useEffect, useRef, useState } from "preact/hooks";
+import { is_good, post, type Answer } from "../request";
+import { resumable } from "../sentence";
+import type { Role, Status } from "../types";
+import type { Say } from "../words";
+import { useVoice } from "./context";
+
+interface Wish {
+  cell: string;
+  touches: string;
+  check: string;
+  goal: string;
+  find: boolean;
+}
+const USUAL: Wish = { cell: "", touches: "40", check: "10", goal: "", find: false };
+
+export function run_request(wish: Wish): Record<string, unknown> {
+  const body: Record<string, unknown> = { cell: wish.cell.trim(), check: Number(wish.check) };
+  const goal = Number(wish.goal.replace(",", "."));
+  if (wish.goal.trim() !== "") body.goal_mm = goal;
+  else body.touches = Number(wish.touches);
+  if (wish.find) body.find = true;
+  return body;
+}
+
+const refusal = (answer: Answer, say: Say): string =>
+  answer.status === 0 ? say("request.no-answer")
+    : answer.words || say("request.refused", { status: answer.status });
+
+/** The acknowledgement first, then the request; the refusal of either in words, else nothing. */
+async function begin(body: unknown, say: Say): Promise<string> {
+  const clear = await post("/v1/clear");
+  if (!is_good(clear)) return refusal(clear, say);
+  const run = await post("/v1/run", body);
+  return is_good(run) ? "" : refusal(run, say);
+}
+
+export function StartButtons({ status, role, last_cell, started }: {
+  status: Status; role: Role | null; last_cell: string; started: () => void;
+}) {
+  const { say } = useVoice();
+  const [open, become] = useState<"start" | "resume" | null>(null);
+  if (status.running) return null;
+  if (role === "look") return <p class="note">{say("role.look")}</p>;
+  const left = resumable(status);
+  const close = () => become(null);
+  const done = () => {
+    close();
+    started();
+  };
+  return (
+    <div class="buttons">
+      {left && <p class="note">{say("resume.left", left)}</p>}
+      {left && (
+        <button type="button" class="go" onClick={() => become("resume")}>
+          {say("resume", { session: left.session })}
+        </button>
+      )}
+      <button type="button" class={left ? "" : "go"} onClick={() => become("start")}>{say("start")}</button>
+      {open === "start" && <StartDialog last_cell={last_cell} done={done} close={close} />}
+      {open === "resume" && left && (
+        <ClearDialog title={say("resume.title", left)} go={say("start.resume.go")}
+                     body={() => ({ resume: true })} done={done} close={close}>
+          <p>{say("resume.left", left)}</p>
+        </ClearDialog>
+      )}
+    </div>
+  );
+}
+
+function StartDialog({ last_cell, done, close }: { last_cell: string; done: () => void; close: () => void }) {
+  const { say } = useVoice();
+  const [wish, become] = useState<Wish>({ ...USUAL, cell: last_cell });
+  const field = (name: "cell" | "touches" | "check" | "goal", kind: "text" | "number") => (
+    <label>
+      {say(`start.${name}`)}
+      <input name={name} type={kind} inputMode={name === "goal" ? "decimal" : undefined}
+             required={name === "cell"} min={name === "touches" ? 4 : 0} max={2000}
+             value={wish[name]} placeholder={name === "cell" ? say("start.cell.hint") : undefined}
+             disabled={name === "touches" && wish.goal.trim() !== ""}
+             onInput={(event) => become({ ...wish, [name]: event.currentTarget.value })} />
+    </label>
+  );
+  return (
+    <ClearDialog title={say("start.title")} go={say("start.go")} body={() => run_request(wish)}
+                 done={done} close={close}>
+      {field("cell", "text")}
+      <div class="pair">{field("touches", "number")}{field("check", "number")}</div>
+      {field("goal", "text")}
+      <label class="tick">
+        <input type="checkbox" name="find" checked={wish.find}
+               onChange={(event) => become({ ...wish, find: event.currentTarget.checked })} />
+        {say("start.find")}
+      </label>
+    </ClearDialog>
+  );
+}
+
+function ClearDialog({ title, go, body, done, close, children }: {
+  title: string; go: string; body: () => unknown; done: () => void; close: () => void;
+  children: ComponentChildren;
+}) {
+  const { say } = useVoice();
+  const dialog = useRef<HTMLDialogElement>(null);
+  const [clear, set_clear] = useState(false);
+  const [busy, set_busy] = useState(false);
+  const [refused, set_refused] = useState("");
+  // Not modal: the button that stops the arm must stay in reach.
+  useEffect(() => {
+    dialog.current?.show();
+    const leave = (event: KeyboardEvent) => event.key === "Escape" && close();
+    addEventListener("keydown", leave);
+    return () => removeEventListener("keydown", leave);
+  }, []);
+  const submit = async (event: Event) => {
+    event.preventDefault();
+    if (!clear || busy) return;
+    set_busy(true);
+    const words = await begin(body(), say);
+    set_busy(false);
+    set_refused(words);
+    if (words === "") done();
+  };
+  return (
+    <>
+    <div class="veil" onClick={close} />
+    <dialog ref={dialog} aria-labelledby="dialog-title">
+      <form onSubmit={submit}>
+        <h2 id="dialog-title">{title}</h2>
+        {children}
+        <label class="tick clear">
+          <input type="checkbox" name="clear" checked={clear}
+                 onChange={(event) => set_clear(event.currentTarget.checked)} />
+          <strong>{say("start.clear")}</strong>
+        </label>
+        <p class="note">{say("start.clear.hint")}</p>
+        {refused !== "" && <p class="refused" role="alert">{refused}</p>}
+        <div class="buttons">
+          <button type="button" onClick={close}>{say("cancel")}</button>
+          <button type="submit" class="go" disabled={!clear || busy}>{go}</button>
+        </div>
+      </form>
+    </dialog>
+    </>
+  );
+}
