@@ -16,14 +16,18 @@ namespace {
 using calib::kMmPerM;
 using Eigen::Vector3d;
 
+double value_of(const calib::Calibration& found, const calib::ParameterKey& key, double unknown) {
+  const calib::ParameterResult* one = calib::find(found, key);
+  return one == nullptr ? unknown : one->nominal + one->correction;
+}
+
 /// The arm as it was found.
 class FoundArm {
  public:
-  explicit FoundArm(const calib::Calibration& found) : found_(found), arm_(found.cell) {
+  explicit FoundArm(const calib::Calibration& found) : found_(found), arm_(calib::at_level(found.cell, found.level)) {
     for (const calib::ArmParameter& parameter : arm_.parameters())
-      errors_.push_back(calib::correction_of(found, parameter));
-    const calib::ParameterResult* delay = calib::find(found, calib::latch_delay_parameter());
-    delay_s_ = delay == nullptr ? found.cell.latch_delay_s : delay->nominal + delay->correction;
+      errors_.push_back(value_of(found, parameter, 0.0));
+    delay_s_ = value_of(found, calib::latch_delay_parameter(), found.cell.latch_delay_s);
   }
 
   std::optional<double> residual_m(const calib::Touch& touch) const {

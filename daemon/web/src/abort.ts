@@ -5,6 +5,8 @@ import { keep_language, preferred_language, speaker, type Key } from "./words";
 
 const LONGEST_MS = 4000;
 const TRIES = 3;
+/** An answer is about the moment. What went wrong stays until no session runs any more. */
+const SHOWN_MS = 8000;
 
 const form = document.getElementById("abort") as HTMLFormElement;
 const button = document.getElementById("abort-button") as HTMLButtonElement;
@@ -13,6 +15,7 @@ const answer = document.getElementById("abort-answer") as HTMLElement;
 
 let language = preferred_language();
 let said: Key | null = null;
+let forgetting: ReturnType<typeof setTimeout> | undefined;
 
 function write(): void {
   const say = speaker(language);
@@ -24,6 +27,14 @@ function write(): void {
 function tell(key: Key, alarming = false): void {
   said = key;
   form.dataset.alarm = String(alarming);
+  clearTimeout(forgetting);
+  if (!alarming && key !== "abort.sending") forgetting = setTimeout(forget, SHOWN_MS);
+  write();
+}
+
+function forget(): void {
+  said = null;
+  form.dataset.alarm = "false";
   write();
 }
 
@@ -58,6 +69,9 @@ addEventListener("cellcal-language", (event) => {
   keep_language(language);
   document.documentElement.lang = language;
   write();
+});
+addEventListener("cellcal-at-rest", () => {
+  if (form.dataset.alarm === "true") forget();
 });
 document.documentElement.lang = language;
 write();

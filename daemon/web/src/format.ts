@@ -30,9 +30,10 @@ export function formats(language: Language): Formats {
     duration: (seconds) => (seconds === null ? NONE : duration(seconds)),
     time: (iso) => {
       const when = new Date(iso);
+      // Year, month, day: the one order that nobody reads differently.
       return Number.isNaN(when.getTime())
         ? NONE
-        : when.toLocaleString(language, { dateStyle: "medium", timeStyle: "short" });
+        : when.toLocaleString("sv-SE", { dateStyle: "short", timeStyle: "short" });
     },
   };
 }

@@ -3,7 +3,7 @@
 // however silent a broken connection is.
 
 import * as decode from "./decode";
-import { EMPTY, silent, with_posture, with_status, with_touches, without_token, lacks_touches,
+import { EMPTY, answered, silent, with_posture, with_status, with_touches, without_token, lacks_touches,
          type Model } from "./model";
 import { get } from "./request";
 import { EventReader, type ServerEvent } from "./sse";
@@ -31,13 +31,13 @@ export class Live {
 
   /** Now: after a request that changed something, or a sign-in. */
   async ask(): Promise<void> {
+    const asked_at = this.model.status?.seq ?? 0;
     const answer = await get("/v1/status", LONGEST_ANSWER_MS);
     if (UNAUTHORISED.includes(answer.status)) return this.become(without_token(this.model));
     const status = decode.status(answer.value);
     if (answer.status !== 200 || !status) return this.become(silent(this.model));
-    // A daemon that was started anew counts from 1 again: its events are others.
-    if (status.seq < (this.model.status?.seq ?? 0)) this.listen_anew();
-    this.become(with_status(this.model, status, performance.now()));
+    if (status.seq < asked_at) this.listen_anew();
+    this.become(answered(this.model, status, asked_at, performance.now()));
     await this.fill();
   }
 
@@ -79,7 +79,9 @@ export class Live {
     this.reading = new AbortController();
     const headers: Record<string, string> = { Accept: "text/event-stream" };
     if (this.newest_id !== "") headers["Last-Event-ID"] = this.newest_id;
-    const answer = await fetch("/v1/events", {
+    // From the beginning at first: residuals of touches that were made before this page was opened
+    // stand nowhere else until they are identified.
+    const answer = await fetch(this.newest_id === "" ? "/v1/events?since=0" : "/v1/events", {
       headers, signal: this.reading.signal, cache: "no-store",
     });
     if (!answer.ok || !answer.body) return;

@@ -27,13 +27,20 @@ export function age_ms(model: Model, now: number): number {
   return model.link === "answering" && age <= OLD_AFTER_MS ? 0 : Math.max(age, 1);
 }
 
-/** Of a session that runs: a daemon that was started anew counts from 1 again. */
 export function with_status(model: Model, status: Status, now: number): Model {
   const same = model.status?.session === status.session;
   const posture = same && status.running ? model.posture : null;
   return {
     ...model, link: "answering", seen: now, status, posture, touches: same ? model.touches : [],
   };
+}
+
+/** An answer to what was asked when `asked_at` was the newest. Events may have overtaken it; but one
+ *  that is older than that is of a daemon that was started anew, and counts from 1 again. */
+export function answered(model: Model, status: Status, asked_at: number, now: number): Model {
+  const newest = model.status?.seq ?? 0;
+  const overtaken = status.seq >= asked_at && status.seq < newest;
+  return overtaken ? { ...model, link: "answering", seen: now } : with_status(model, status, now);
 }
 
 export function with_touches(model: Model, touches: Touch[]): Model {

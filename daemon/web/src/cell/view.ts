@@ -4,7 +4,7 @@ import {
   AmbientLight, BoxGeometry, BufferGeometry, CanvasTexture, CapsuleGeometry, Color, CylinderGeometry,
   DirectionalLight, Float32BufferAttribute, Group, Line, LineBasicMaterial, LineDashedMaterial,
   Matrix4, Mesh, MeshStandardMaterial, OctahedronGeometry, PerspectiveCamera,
-  Scene as Stage, SphereGeometry, Sprite, SpriteMaterial, Vector3, WebGLRenderer, GridHelper,
+  SRGBColorSpace, Scene as Stage, SphereGeometry, Sprite, SpriteMaterial, Vector3, WebGLRenderer, GridHelper,
   type Material, type Object3D,
 } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
@@ -114,6 +114,8 @@ export class CellView {
   move_to(joints: number[]): void {
     if (!this.scene || joints.length !== this.scene.joints.length) {
       this.aim = joints;
+      this.arm.visible = false; // nobody knows where it is
+      this.draw_soon();
       return;
     }
     const calm = matchMedia("(prefers-reduced-motion: reduce)").matches;
@@ -259,9 +261,12 @@ export class CellView {
       ctx.fillStyle = `#${this.colour("ink").getHexString()}`;
       ctx.fillText(text.slice(0, 6), 64, 32);
     }
-    const sprite = new Sprite(new SpriteMaterial({ map: new CanvasTexture(canvas), depthTest: false }));
-    sprite.scale.set(0.16, 0.08, 1);
-    sprite.position.copy(beside).addScaledVector(UP, -radius - 0.055);
+    const map = new CanvasTexture(canvas);
+    map.colorSpace = SRGBColorSpace;
+    const sprite = new Sprite(new SpriteMaterial({ map, depthTest: false }));
+    sprite.scale.set(0.17, 0.085, 1);
+    sprite.center.set(-0.1, 0.95); // below and beside, clear of the pins above
+    sprite.position.copy(beside).addScaledVector(UP, -radius);
     return sprite;
   }
 

@@ -58,6 +58,8 @@ export function App() {
   const title = !status ? say("title")
     : `${old ? say("link.unknown") : sentence(status, say)} · ${say("title")}`;
   useEffect(() => { document.title = title; }, [title]);
+  const at_rest = status !== null && !old && !status.running;
+  useEffect(() => { if (at_rest) dispatchEvent(new Event("cellcal-at-rest")); }, [at_rest]);
   const speak = (wanted: Language) => {
     set_language(wanted);
     dispatchEvent(new CustomEvent("cellcal-language", { detail: wanted }));

@@ -46,7 +46,7 @@ export function CellPanel({ model, scene, plan, now }: {
   useEffect(() => {
     view?.show_touches(plan, model.touches, model.status?.running ? model.status.touches : -1);
   }, [view, scene, plan, model.touches, model.status?.touches, model.status?.running, theme]);
-  useEffect(() => { if (drawn) view?.move_to(drawn.joints); }, [view, scene, drawn?.joints]);
+  useEffect(() => { view?.move_to(drawn?.joints ?? []); }, [view, scene, drawn?.joints]);
 
   const newest = model.touches.at(-1);
   const label = say("view.label", {

@@ -33,7 +33,7 @@ export function History({ sessions, shown, show }: {
                 <td class="state-word" data-state={row.state}>
                   <span aria-hidden="true">{MARKS[row.state]}</span> {say(`state.${row.state}`)}
                 </td>
-                <td>{row.touches}{row.planned > 0 ? `/${row.planned}` : ""}</td>
+                <td class="column-touches">{row.touches}{row.planned > 0 ? `/${row.planned}` : ""}</td>
                 <td class="column-cell" title={row.cell}>{row.cell.split("/").pop()}</td>
                 <td>
                   <button type="button" class="small" aria-expanded={row.id === shown}

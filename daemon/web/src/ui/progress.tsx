@@ -22,14 +22,14 @@ export function ProgressPanel({ model, plan, now }: { model: Model; plan: Planne
       </div>
       <dl class="figures">
         {status.running && status.timeLeftS !== null && (
-          <Figure name={say("progress.left", { time: "" })} value={fmt.duration(status.timeLeftS)} />
+          <Figure name={say("progress.time")} value={fmt.duration(status.timeLeftS)} />
         )}
         {ahead && (
           <Figure name={say("progress.next")} value={next
             ? say("progress.next.touch", { n: n + 1, target: next.target, set: say(`set.${next.set}`) })
             : status.target || "–"} />
         )}
-        {status.residualMm !== null && (
+        {status.running && status.residualMm !== null && (
           <Figure name={say("progress.residual")} value={fmt.mm(status.residualMm)} />
         )}
         {status.u95Mm !== null && (
@@ -45,7 +45,7 @@ export function ProgressPanel({ model, plan, now }: { model: Model; plan: Planne
 export function Figure({ name, value, bad = false }: { name: string; value: string; bad?: boolean }) {
   return (
     <div class="figure" data-bad={bad}>
-      <dt>{name.trim()}</dt>
+      <dt>{name}</dt>
       <dd>{bad && <span aria-hidden="true">▲ </span>}{value}</dd>
     </div>
   );

@@ -46,14 +46,15 @@ export function StartButtons({ status, role, last_cell, started }: {
   if (status.running) return null;
   if (role === "look") return <p class="note">{say("role.look")}</p>;
   const left = resumable(status);
+  const told_already = status.interrupted === null;
   const close = () => become(null);
   const done = () => {
     close();
     started();
   };
   return (
-    <div class="buttons">
-      {left && <p class="note">{say("resume.left", left)}</p>}
+    <div class="buttons begin">
+      {left && !told_already && <p class="note">{say("resume.left", left)}</p>}
       {left && (
         <button type="button" class="go" onClick={() => become("resume")}>
           {say("resume", { session: left.session })}

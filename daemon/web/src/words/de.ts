@@ -79,7 +79,7 @@ export const de: Catalogue = {
 
   "progress": "Fortschritt",
   "progress.touches": "{n} von {total} Antastungen",
-  "progress.left": "noch {time}",
+  "progress.time": "Restzeit",
   "progress.next": "Als Nächstes",
   "progress.next.touch": "Antastung {n} an {target} ({set})",
   "progress.residual": "Neuestes Residuum",
@@ -221,7 +221,6 @@ export const de: Catalogue = {
   "u95": "Vorhergesagte Genauigkeit (u95)",
   "u95.unit": "u95 in mm",
   "u95.goal": "Ziel",
-  "u95.none": "Nur Sitzungen mit einem Ziel sagen u95 laufend vorher.",
   "u95.label": "u95 {now} nach {n} Antastungen, Ziel {goal}.",
   "table": "Als Tabelle",
   "column.touch": "Antastung",
@@ -268,5 +267,4 @@ export const de: Catalogue = {
   "drift.check": "Kontrolle",
   "drift.workspace": "vorhergesagt, Arbeitsraum",
   "drift.label": "Drift über {n} Sitzungen.",
-  "drift.latest": "{joint} {change} seit Sitzung {session}",
 };

@@ -82,7 +82,7 @@ export const en = {
   // Progress.
   "progress": "Progress",
   "progress.touches": "{n} of {total} touches",
-  "progress.left": "{time} left",
+  "progress.time": "Time left",
   "progress.next": "Next",
   "progress.next.touch": "touch {n} on {target} ({set})",
   "progress.residual": "Newest residual",
@@ -228,7 +228,6 @@ export const en = {
   "u95": "Predicted accuracy (u95)",
   "u95.unit": "u95 in mm",
   "u95.goal": "goal",
-  "u95.none": "Only sessions with a goal predict u95 as they go.",
   "u95.label": "u95 {now} after {n} touches, goal {goal}.",
   "table": "As a table",
   "column.touch": "Touch",
@@ -276,7 +275,6 @@ export const en = {
   "drift.check": "check",
   "drift.workspace": "predicted, workspace",
   "drift.label": "Drift over {n} sessions.",
-  "drift.latest": "{joint} {change} since session {session}",
 } as const;
 
 export type Key = keyof typeof en;

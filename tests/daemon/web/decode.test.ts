@@ -1,0 +1,71 @@
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import * as decode from "../src/decode";
+import { kr5, status } from "./kr5";
+
+const HOSTILE: unknown[] = [
+  null, undefined, true, 7, -1, NaN, Infinity, 1e308, "", "x".repeat(1e6), [], [[]], {}, { seq: 1 },
+  { seq: "1", phase: "idle" }, { seq: NaN, phase: "idle" }, [1, 2, 3], { touches: 1e9 },
+  { __proto__: null }, { index: -1 }, { index: 1.5 }, { joints: [null] }, { joints_deg: ["x"] },
+  { sessions: [null, 3, {}, { id: "1" }] }, { role: "root" }, { role: ["operate"] },
+  JSON.parse('{"__proto__": {"role": "administer"}, "constructor": 1}'),
+];
+const DECODERS = {
+  status: decode.status, touch: decode.touch, posture: decode.posture, scene: decode.scene,
+  plan: decode.plan, figures: decode.figures, sessions: decode.sessions, drift: decode.drift,
+  role: decode.role, error_words: decode.error_words,
+};
+
+test("nothing that arrives makes a decoder throw, or gives a role", () => {
+  for (const [name, one] of Object.entries(DECODERS))
+    for (const value of HOSTILE) assert.doesNotThrow(() => one(value), name);
+  for (const value of HOSTILE) assert.equal(decode.role(value), null);
+});
+
+test("a status with any one of its fields of a wrong type is a status without that field", () => {
+  const whole = status();
+  for (const key of Object.keys(whole)) {
+    for (const value of HOSTILE) {
+      const got = decode.status({ ...whole, [key]: value });
+      if (key === "seq" || key === "phase") continue;
+      assert.ok(got, key);
+      assert.equal(got.seq, 7);
+      for (const number of [got.residualMm, got.u95Mm, got.timeLeftS]) assert.ok(number === null || Number.isFinite(number));
+    }
+  }
+});
+
+test("a status without a number or a phase is none", () => {
+  assert.equal(decode.status({ ...status(), seq: undefined }), null);
+  assert.equal(decode.status({ ...status(), phase: 3 }), null);
+});
+
+test("a phase and a failure that this page does not know are unknown, not something else", () => {
+  assert.equal(decode.status(status({ phase: "levitating" }))?.phase, "unknown");
+  assert.equal(decode.status(status({ phase: "toString" }))?.phase, "unknown");
+  assert.equal(decode.status(status({ failure: { kind: "gremlins", detail: "x" } }))?.failure?.kind, "unknown");
+});
+
+test("text that is cut off is nothing", () => {
+  const text = JSON.stringify(status());
+  for (let cut = 0; cut < text.length; cut += 7) assert.equal(decode.status(decode.parse(text.slice(0, cut))), null);
+});
+
+test("words and lists are cut to what a page can bear", () => {
+  const got = decode.status(status({ target: "S".repeat(1e6), reasons: Array(1e5).fill("r") }));
+  assert.ok(got && got.target.length < 5000 && got.reasons.length <= 5000);
+});
+
+test("a scene is taken whole, and not at all where its arm cannot be placed", () => {
+  assert.equal(decode.scene(kr5())?.joints.length, 6);
+  assert.equal(decode.scene({ ...kr5(), base: [1, 2] }), null);
+  assert.equal(decode.scene({ ...kr5(), joints: [] }), null);
+  assert.equal(decode.scene({ ...kr5(), joints: [...kr5().joints, { name: "A7" }] }), null);
+  assert.equal(decode.scene({ ...kr5(), joints: Array(1000).fill(kr5().joints[0]) }), null);
+});
+
+test("a mesh whose triangles lie outside its corners is left out", () => {
+  const mesh = (corner: number) => ({ id: "m", shape: "mesh", frame: kr5().base, vertices_mm: [0, 0, 0, 1, 0, 0, 0, 1, 0], triangles: [0, 1, corner] });
+  assert.equal(decode.scene({ ...kr5(), obstacles: [mesh(2)] })?.obstacles.length, 1);
+  for (const corner of [3, -1, 0.5, 1e9]) assert.equal(decode.scene({ ...kr5(), obstacles: [mesh(corner)] })?.obstacles.length, 0);
+});

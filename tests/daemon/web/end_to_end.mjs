@@ -1,0 +1,248 @@
+// The page in a browser, served by the real cellcald, whose cell runs in its own process. Pictures of
+// it go to screenshots/ of the folder that this is run in. Skipped (77) where there is no browser.
+
+import assert from "node:assert/strict";
+import { existsSync, mkdirSync, rmSync, writeFileSync } from "node:fs";
+import { join } from "node:path";
+import { build } from "esbuild";
+import { chromium } from "playwright-core";
+import { Cell } from "./page_test_cell.mjs";
+
+const PLACES = ["/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"];
+const executablePath = process.env.CHROMIUM ?? PLACES.find(existsSync);
+if (!executablePath) {
+  console.log("page: skipped, no chromium here; tests/install browser installs it");
+  process.exit(77);
+}
+const LONG = { timeout: 60_000 };
+const WIDTHS = [[390, 844], [1280, 800], [1920, 1080]];
+
+rmSync("screenshots", { recursive: true, force: true });
+mkdirSync("screenshots");
+const cell = new Cell();
+const browser = await chromium.launch({
+  executablePath, args: ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"],
+});
+const wrong = [];
+
+async function open(options = {}) {
+  const context = await browser.newContext({ viewport: { width: 1280, height: 800 }, locale: "en-GB", ...options });
+  const page = await context.newPage();
+  page.on("pageerror", (error) => wrong.push(error.message));
+  page.on("console", (line) => {
+    // A daemon that is away, or has nothing there yet, is part of the test.
+    if (line.type() === "error" && !/Failed to load resource|ERR_/.test(line.text())) wrong.push(line.text());
+  });
+  await page.goto(cell.url);
+  await sign_in(page);
+  return page;
+}
+
+async function sign_in(page) {
+  if (!cell.token) return;
+  await page.getByLabel("Token").fill(cell.token);
+  await page.getByRole("button", { name: "Sign in" }).click();
+}
+
+const sentence = (page) => page.locator(".sentence").innerText();
+const says = (page, words) =>
+  page.waitForFunction((source) => new RegExp(source).test(document.querySelector(".sentence")?.textContent ?? ""), words.source, LONG);
+
+/** Touches that are chosen one by one take their time; those of a plan are made in a blink here. */
+async function start(page, { touches, check = 3, goal = "" }) {
+  await page.getByRole("button", { name: "Start a session" }).click();
+  await page.getByLabel("Cell file").fill(process.env.CELL);
+  if (goal === "") await page.getByLabel("Touches for the fit").fill(String(touches));
+  else await page.getByLabel("Goal: u95").fill(goal);
+  await page.getByLabel("Check touches").fill(String(check));
+  const go = page.getByRole("button", { name: "Start: the arm moves" });
+  assert.ok(await go.isDisabled(), "nothing starts before the cell is said to be clear");
+  await page.getByLabel("The cell is clear").check();
+  assert.ok(await is_in_reach(page), "the dialog must not cover the button that stops the arm");
+  await go.click();
+}
+
+/** Whether a click on the middle of the abort button would meet it. */
+const is_in_reach = (page) =>
+  page.evaluate(() => {
+    const { left, top, width, height } = document.getElementById("abort-button").getBoundingClientRect();
+    return document.elementFromPoint(left + width / 2, top + height / 2)?.id === "abort-button";
+  });
+
+async function picture(name, page) {
+  await page.screenshot({ path: `screenshots/${name}.png` });
+}
+
+const steps = {
+  async "says that nothing runs, and draws nothing that it does not know"() {
+    this.page = await open();
+    await says(this.page, /Idle: no session is running/);
+    assert.ok(await is_in_reach(this.page));
+    await picture("empty-1280", this.page);
+  },
+
+  async "aborts in one click, and says that there was nothing to abort"() {
+    await this.page.getByRole("button", { name: "ABORT" }).click();
+    await this.page.getByText("nothing to abort").waitFor(LONG);
+  },
+
+  async "starts a session behind the word that the cell is clear, and shows it as it goes"() {
+    const { page } = this;
+    await start(page, { goal: "0.05" });
+    await page.waitForFunction(() => Number(document.querySelector("progress")?.value) >= 6, null, LONG);
+    await page.locator(".canvas canvas").waitFor(LONG);
+    await page.getByRole("img", { name: /^u95 .* goal 0.050 mm/ }).waitFor(LONG);
+    await picture("running-1280", page);
+  },
+
+  async "aborts it in one click and names its end"() {
+    const { page } = this;
+    await page.getByRole("button", { name: "ABORT" }).click();
+    await says(page, /Session 1 was aborted after \d+ touches\. The arm holds still\./);
+    assert.equal((await cell.status()).phase, "aborted");
+    await page.getByRole("button", { name: "Resume session 1" }).waitFor(LONG);
+    await page.waitForTimeout(300); // the arm comes to rest
+    await picture("aborted-1280", page);
+  },
+
+  async "shows a finished session with verdict, residuals, files and history"() {
+    const { page } = this;
+    await start(page, { touches: 12 });
+    await says(page, /Session 2 is done: 15 touches/);
+    await page.getByText("Calibration withheld").first().waitFor(LONG);
+    await page.getByText("too few touches").waitFor(LONG);
+    await page.getByRole("img", { name: /Residuals of 15 touches/ }).waitFor(LONG);
+    const report = await page.getByRole("link", { name: "Report", exact: true }).first().getAttribute("href");
+    assert.equal((await page.request.get(cell.url + report)).status(), 200);
+    await page.locator("table.history tbody tr").nth(1).waitFor(LONG);
+    assert.match(await page.locator("table.history").innerText(), /done[\s\S]*aborted/);
+  },
+
+  async "shows drift from the second finished session on"() {
+    const { page } = this;
+    await page.getByText("Drift shows from the second").waitFor(LONG);
+    await cell.client("run", "--cell", process.env.CELL, "--touches", "13", "--check", "3");
+    await says(page, /Session 3 is done/);
+    await page.getByRole("img", { name: "Drift over 2 sessions." }).first().waitFor(LONG);
+  },
+
+  async "puts the tip where 'cellcal predict --nominal' has it"() {
+    await build({
+      entryPoints: ["src/kinematics.ts", "src/decode.ts"], bundle: true, format: "esm", outdir: "unit",
+      outExtension: { ".js": ".mjs" }, preserveSymlinks: true, target: ["node18"], logLevel: "warning",
+    });
+    const unit = (file) => import(join(process.cwd(), "unit", file));
+    const { posture, origin } = await unit("kinematics.mjs");
+    const decode = await unit("decode.mjs");
+    const get = async (path) => (await this.page.request.get(cell.url + path)).json();
+    const scene = decode.scene(await get("/v1/scene?session=2"));
+    const { touches } = decode.figures(await get("/v1/sessions/2/figures"));
+    const rows = touches.map((touch) => touch.joints.join(","));
+    writeFileSync(join(cell.folder, "joints.csv"), ["A1,A2,A3,A4,A5,A6", ...rows].join("\n") + "\n");
+    await cell.client_offline("predict", "--calibration", join(cell.folder, "state/sessions/2/calibration.json"),
+                              "--withheld", "--nominal", "--joints", join(cell.folder, "joints.csv"), "-o", join(cell.folder, "tips.csv"));
+    const tips = cell.read("tips.csv").trim().split("\n").slice(1).map((row) => row.split(",").slice(0, 3).map(Number));
+    assert.equal(tips.length, touches.length);
+    touches.forEach((touch, i) => {
+      const drawn = origin(posture(scene, touch.joints).tip);
+      for (const got of [drawn, touch.tip])
+        tips[i].forEach((value, axis) => assert.ok(Math.abs(got[axis] - value) < 2e-3, `touch ${i}: ${got} is not ${tips[i]}`));
+    });
+  },
+
+  async "reads well on a phone, a desk and a wall, in both colours"() {
+    const page = await open();
+    await says(page, /Session 3 is done/);
+    await page.getByRole("img", { name: /Residuals of 16 touches/ }).waitFor(LONG);
+    await page.getByRole("img", { name: "Drift over 2 sessions." }).first().waitFor(LONG);
+    await page.locator(".canvas canvas").waitFor(LONG);
+    for (const [width, height] of WIDTHS)
+      for (const colorScheme of ["light", "dark"]) {
+        await page.emulateMedia({ colorScheme });
+        await page.setViewportSize({ width, height });
+        await page.waitForFunction((theme) => document.documentElement.dataset.theme === theme, colorScheme, LONG);
+        await page.waitForFunction(() => document.documentElement.scrollWidth <= innerWidth, null, { timeout: 5000 })
+          .catch(() => assert.fail(`the page is wider than ${width} px`));
+        assert.ok(await is_in_reach(page), `abort is covered at ${width}`);
+        const whole = await page.evaluate(() => document.documentElement.scrollHeight);
+        await page.setViewportSize({ width, height: whole });
+        await page.waitForTimeout(300); // it is drawn anew
+        await picture(`done-${width}-${colorScheme}`, page);
+      }
+    await page.context().close();
+  },
+
+  async "speaks German when asked to, and keeps to it"() {
+    const { page } = this;
+    await page.getByLabel("Language").selectOption("de");
+    await says(page, /Sitzung 3 ist fertig/);
+    await page.getByRole("button", { name: "ABBRUCH" }).waitFor(LONG);
+    await page.reload();
+    await says(page, /Sitzung 3 ist fertig/);
+    await page.getByLabel("Farben").selectOption("dark");
+    await picture("german-1280-dark", page);
+    await page.getByLabel("Sprache").selectOption("en");
+    await page.getByLabel("Colours").selectOption("auto");
+  },
+
+  async "is operated from the keyboard alone"() {
+    const { page } = this;
+    await page.getByRole("button", { name: "Start a session" }).focus();
+    await page.keyboard.press("Enter");
+    await page.getByLabel("Cell file").waitFor(LONG);
+    await picture("start-1280", page);
+    await page.keyboard.press("Escape");
+    await page.getByLabel("Cell file").waitFor({ ...LONG, state: "detached" });
+    await page.getByRole("button", { name: "ABORT" }).focus();
+    await page.keyboard.press("Enter");
+    await page.getByText("nothing to abort").waitFor(LONG);
+  },
+
+  async "never shows a running session of a dead daemon as live"() {
+    const { page } = this;
+    await start(page, { goal: "0.05" });
+    await says(page, /^Touch ([5-9]|\d\d) of/);
+    await cell.kill();
+    await says(page, /State unknown/);
+    assert.match(await page.locator(".lost").innerText(), /Connection lost: what you see is .* old/);
+    assert.equal(await page.locator(".motion").getAttribute("data-motion"), "unknown");
+    assert.match(await page.title(), /^State unknown/);
+    assert.match(await page.locator(".lost").innerText(), /Last known: Touch/);
+    await page.getByRole("button", { name: "ABORT" }).click();
+    await page.getByText("USE THE EMERGENCY STOP").waitFor(LONG);
+    assert.equal(await page.getByRole("button", { name: "Start a session" }).count(), 0);
+    await picture("lost-1280", page);
+  },
+
+  async "finds the daemon again by itself and offers to go on with what was left"() {
+    const { page } = this;
+    await cell.begin();
+    if (cell.token_is_new) await sign_in(page);
+    await says(page, /Idle: no session is running/);
+    await page.getByText(/Session 4 was interrupted after \d+ of \d+ touches/).waitFor(LONG);
+    await page.getByRole("button", { name: "Resume session 4" }).waitFor(LONG);
+  },
+};
+
+let failed = 0;
+const shared = {};
+try {
+  await cell.begin();
+  for (const [name, step] of Object.entries(steps)) {
+    const begun = performance.now();
+    try {
+      await step.call(shared);
+      assert.deepEqual(wrong, [], "errors in the browser");
+      console.log(`ok      the page ${name} (${((performance.now() - begun) / 1000).toFixed(1)} s)`);
+    } catch (error) {
+      ++failed;
+      console.log(`FAILED  the page ${name}\n${error.stack}`);
+      if (shared.page) await picture("failed", shared.page);
+      break; // those that follow go on from here
+    }
+  }
+} finally {
+  await browser.close();
+  await cell.end();
+}
+process.exit(failed === 0 ? 0 : 1);

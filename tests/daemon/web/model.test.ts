@@ -1,0 +1,82 @@
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import * as decode from "../src/decode";
+import { EMPTY, OLD_AFTER_MS, answered, age_ms, lacks_touches, silent, with_posture, with_status, with_touches, without_token } from "../src/model";
+import { motion, resumable, sentence } from "../src/sentence";
+import { FAILURES, PHASES } from "../src/types";
+import { speaker } from "../src/words";
+import { status } from "./kr5";
+
+const of = (more: Record<string, unknown> = {}) => decode.status(status(more))!;
+const touch = (index: number, residual: number | null = null, session = 3) =>
+  decode.touch({ session, index, target: "S1", set: "fit", joints_deg: [1], tip_mm: [0, 0, 0], residual_mm: residual, u95_mm: null })!;
+
+test("a running session is shown as such only as long as the daemon answers", () => {
+  const running = with_status(EMPTY, of(), 1000);
+  assert.equal(age_ms(running, 1000), 0);
+  assert.equal(age_ms(running, 1000 + OLD_AFTER_MS), 0);
+  assert.ok(age_ms(running, 1001 + OLD_AFTER_MS) > OLD_AFTER_MS);
+  assert.ok(age_ms(silent(running), 1000) > 0, "an answer that failed counts at once");
+  assert.equal(age_ms(with_status(silent(running), of(), 9000), 9000), 0);
+});
+
+test("an answer that events have overtaken changes nothing, and one of a new daemon everything", () => {
+  const now_at = with_status(EMPTY, of({ seq: 60, phase: "fast search" }), 0);
+  const overtaken = answered(now_at, of({ seq: 5, phase: "planning" }), 4, 10);
+  assert.equal(overtaken.status?.phase, "fast search");
+  assert.equal(overtaken.seen, 10);
+  assert.equal(answered(now_at, of({ seq: 5, phase: "planning" }), 60, 10).status?.phase, "planning");
+  assert.equal(answered(now_at, of({ seq: 60, phase: "transit" }), 60, 10).status?.phase, "transit", "links move on");
+});
+
+test("joints are shown while their own session runs and not after it", () => {
+  const running = with_status(EMPTY, of(), 0);
+  const at = { session: 3, joints: [1, 2, 3] };
+  assert.deepEqual(with_posture(running, at).posture, at);
+  assert.equal(with_posture(running, { ...at, session: 2 }).posture, null);
+  const ended = with_status(with_posture(running, at), of({ running: false, phase: "aborted" }), 1);
+  assert.equal(ended.posture, null);
+  assert.equal(with_posture(ended, at).posture, null);
+});
+
+test("touches come in any order, once each, and keep the residual that they were made with", () => {
+  let model = with_status(EMPTY, of(), 0);
+  model = with_touches(model, [touch(1, 0.2), touch(0, 0.1)]);
+  model = with_touches(model, [touch(1), touch(2, 0.3), touch(9, 1, 2)]);
+  assert.deepEqual(model.touches.map((one) => [one.index, one.residualMm]), [[0, 0.1], [1, 0.2], [2, 0.3]]);
+  assert.ok(lacks_touches(model));
+});
+
+test("another session begins without the touches of the one before", () => {
+  const model = with_touches(with_status(EMPTY, of(), 0), [touch(0)]);
+  assert.equal(with_status(model, of({ session: 4, touches: 0 }), 1).touches.length, 0);
+});
+
+test("without a token nothing of the cell is kept", () => {
+  const model = without_token(with_touches(with_status(EMPTY, of(), 0), [touch(0)]));
+  assert.equal(model.status, null);
+  assert.equal(silent(model).link, "login");
+});
+
+test("every phase and every failure has a sentence of its own", () => {
+  const say = speaker("en");
+  const sentences = PHASES.map((phase) => sentence(of({ phase }), say));
+  assert.ok(sentences.every((words) => words.length > 5 && !/[{}]|undefined/.test(words)));
+  assert.equal(new Set(FAILURES.map((kind) => say(`failure.${kind}`))).size, FAILURES.length);
+});
+
+test("a stop without confirmation is never called a standstill", () => {
+  const failed = of({ phase: "failed", running: false, failure: { kind: "stop-unconfirmed", detail: "" } });
+  assert.equal(motion(failed), "unknown");
+  assert.match(sentence(failed, speaker("en")), /NO SIGN THAT THE ARM RESTS/);
+  assert.doesNotMatch(sentence(failed, speaker("en")), /holds still/);
+  assert.equal(motion(of({ phase: "levitating" })), "unknown");
+});
+
+test("what can be gone on with is what was left, failed or aborted", () => {
+  assert.equal(resumable(of({ phase: "idle", session: 0 })), null);
+  assert.equal(resumable(of({ phase: "done" })), null);
+  assert.equal(resumable(of({ phase: "aborted" }))?.session, 3);
+  const left = { session: 2, touches: 5, planned: 9, started: "" };
+  assert.deepEqual(resumable(of({ phase: "idle", session: 0, interrupted: left })), { session: 2, n: 5, total: 9 });
+});

@@ -1,0 +1,24 @@
+// Bundles the tests beside this file and runs them with node's own runner.
+
+import { build } from "esbuild";
+import { spawnSync } from "node:child_process";
+import { readdirSync, rmSync } from "node:fs";
+
+const tests = readdirSync("tests").filter((file) => file.endsWith(".test.ts"));
+rmSync("unit", { recursive: true, force: true });
+await build({
+  entryPoints: tests.map((file) => `tests/${file}`),
+  bundle: true,
+  platform: "node",
+  format: "esm",
+  target: ["node18"],
+  preserveSymlinks: true,
+  jsx: "automatic",
+  jsxImportSource: "preact",
+  outdir: "unit",
+  outExtension: { ".js": ".mjs" },
+  logLevel: "warning",
+});
+const files = tests.map((file) => `unit/${file.replace(/\.ts$/, ".mjs")}`);
+const ran = spawnSync(process.execPath, ["--test", ...files], { stdio: "inherit" });
+process.exit(ran.status ?? 1);

@@ -1,0 +1,19 @@
+#include <gtest/gtest.h>
+
+#include "daemon/web/assets.h"
+
+namespace cellcal::daemon {
+namespace {
+
+TEST(a_daemon_without_the_page, says_so_and_how_to_build_it) {
+  ASSERT_EQ(assets().size(), 1u);
+  const Asset& only = assets().front();
+  EXPECT_EQ(only.path, "/");
+  EXPECT_FALSE(only.gzipped);
+  EXPECT_NE(only.body.find("left out of this build"), std::string_view::npos);
+  EXPECT_NE(only.body.find("tests/install page"), std::string_view::npos);
+  EXPECT_NE(only.body.find("-DCELLCAL_PAGE=ON"), std::string_view::npos);
+}
+
+}  // namespace
+}  // namespace cellcal::daemon

@@ -1,0 +1,58 @@
+import assert from "node:assert/strict";
+import { readFileSync, readdirSync } from "node:fs";
+import { test } from "node:test";
+import { formats } from "../src/format";
+import { run_request } from "../src/ui/start";
+import { zero_changes } from "../src/ui/drift";
+import { CATALOGUES, speaker, type Key } from "../src/words";
+
+const places = (words: string) => (words.match(/\{\w+\}/g) ?? []).sort();
+
+test("English and German say the same things with the same values", () => {
+  const { en, de } = CATALOGUES;
+  assert.deepEqual(Object.keys(de).sort(), Object.keys(en).sort());
+  for (const key of Object.keys(en) as Key[]) {
+    assert.ok(de[key].trim() !== "" && en[key].trim() !== "", key);
+    assert.deepEqual(places(de[key]), places(en[key]), key);
+  }
+});
+
+test("no words are kept that nobody says", () => {
+  const files = (readdirSync("src", { recursive: true } as never) as unknown as string[])
+    .filter((file) => /\.tsx?$/.test(file) && !file.startsWith("words/"));
+  const source = files.map((file) => readFileSync(`src/${file}`, "utf8")).join("\n");
+  const said = (key: string) => source.includes(`"${key}"`) ||
+    [...key].some((letter, i) => letter === "." && source.includes("`" + key.slice(0, i + 1) + "${"));
+  assert.ok(files.length > 10);
+  assert.deepEqual(Object.keys(CATALOGUES.en).filter((key) => !said(key)), []);
+});
+
+test("only names and the field's own words are the same in both", () => {
+  const same = (Object.keys(CATALOGUES.en) as Key[]).filter((key) => CATALOGUES.en[key] === CATALOGUES.de[key]);
+  assert.deepEqual(same.filter((key) => key.startsWith("phase.") || key.startsWith("failure.") || key.startsWith("do.")), []);
+});
+
+test("every catalogue holds what a person at a running robot needs", () => {
+  assert.match(speaker("de")("phase.fast search", { touch: "Antastung 3" }), /^Antastung 3: schnelle Suche\.$/);
+  assert.match(speaker("en")("progress.touches", { n: 3, total: 9 }), /^3 of 9 touches$/);
+});
+
+test("numbers have the language's decimal mark and always their unit", () => {
+  assert.equal(formats("de").mm(0.1234), "0,123\u00a0mm");
+  assert.equal(formats("en").mm(0.1234), "0.123\u00a0mm");
+  assert.equal(formats("en").mm(null), "–");
+  assert.equal(formats("en").duration(3725), "1\u00a0h 2\u00a0min");
+  assert.equal(formats("en").time("not a time"), "–");
+});
+
+test("a wish becomes the request that the daemon takes", () => {
+  const wish = { cell: " /c/cell.toml ", touches: "30", check: "5", goal: "", find: false };
+  assert.deepEqual(run_request(wish), { cell: "/c/cell.toml", touches: 30, check: 5 });
+  assert.deepEqual(run_request({ ...wish, goal: "0,15", find: true }), { cell: "/c/cell.toml", goal_mm: 0.15, check: 5, find: true });
+});
+
+test("drift is told against the oldest session that has the joint", () => {
+  const row = (session: number, deg: number | null) => ({ session, ended: "", publish: true, fitMm: 0, checkMm: 0, workspaceMm: 0,
+    zeros: deg === null ? [] : [{ joint: "A1", deg, sigmaDeg: 0.001 }] });
+  assert.deepEqual(zero_changes([row(1, null), row(2, 0.5), row(3, 0.75)]), [{ joint: "A1", values: [null, 0, 0.25] }]);
+});
