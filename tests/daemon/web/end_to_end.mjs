@@ -209,7 +209,7 @@ const steps = {
     assert.match(await page.title(), /^State unknown/);
     assert.match(await page.locator(".lost").innerText(), /Last known: Touch/);
     await page.getByRole("button", { name: "ABORT" }).click();
-    await page.getByText("USE THE EMERGENCY STOP").waitFor(LONG);
+    await page.getByText("No answer to abort. USE THE EMERGENCY STOP.").waitFor(LONG);
     assert.equal(await page.getByRole("button", { name: "Start a session" }).count(), 0);
     await picture("lost-1280", page);
   },

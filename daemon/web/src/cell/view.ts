@@ -23,6 +23,8 @@ const MARK_MM = 9;
 const NEXT_MM = 15;
 const EASE_MS = 180;
 const PEDESTAL_MM = 12;
+const FOV_DEG = 38;
+const WIDE = 1.35;
 
 const point = ([x, y, z]: Point) => new Vector3(x, y, z).multiplyScalar(M_PER_MM);
 function matrix(frame: Frame): Matrix4 {
@@ -53,7 +55,7 @@ function free(object: Object3D): void {
 export class CellView {
   private readonly renderer = new WebGLRenderer({ antialias: true, alpha: true });
   private readonly stage = new Stage();
-  private readonly camera = new PerspectiveCamera(38, 1, 0.02, 60);
+  private readonly camera = new PerspectiveCamera(FOV_DEG, 1, 0.02, 60);
   private readonly controls: OrbitControls;
   private readonly still = new Group();
   private readonly arm = new Group();
@@ -275,8 +277,9 @@ export class CellView {
     if (width === 0 || height === 0) return;
     this.renderer.setSize(width, height);
     this.camera.aspect = width / height;
-    // As much of the cell on an upright screen as on a wide one.
-    this.camera.fov = width < height ? 48 : 38;
+    // As much of the cell across on an upright screen as on a wide one.
+    const narrow = Math.max(1, WIDE / this.camera.aspect);
+    this.camera.fov = (360 / Math.PI) * Math.atan(Math.tan((FOV_DEG * Math.PI) / 360) * narrow);
     this.camera.updateProjectionMatrix();
     this.draw_soon();
   }

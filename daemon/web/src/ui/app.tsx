@@ -55,6 +55,9 @@ export function App() {
   const sessions = useFetched(asked === null ? null : "/v1/sessions", ended, decode.sessions) ?? NOTHING;
   const drift = useFetched(asked === null ? null : "/v1/drift", ended, decode.drift) ?? NOTHING;
 
+  const shown = chosen ?? (status?.phase === "done" ? session : null);
+  const figures = useFetched(shown === null || asked === null ? null : `/v1/sessions/${shown}/figures`, ended, decode.figures);
+
   const title = !status ? say("title")
     : `${old ? say("link.unknown") : sentence(status, say)} · ${say("title")}`;
   useEffect(() => { document.title = title; }, [title]);
@@ -64,8 +67,6 @@ export function App() {
     set_language(wanted);
     dispatchEvent(new CustomEvent("cellcal-language", { detail: wanted }));
   };
-  const shown = chosen ?? (status?.phase === "done" ? session : null);
-
   return (
     <VoiceContext.Provider value={voice}>
       <Header model={model} now={now} choice={choice} choose={choose} speak={speak} />
@@ -78,14 +79,17 @@ export function App() {
           </div>
           {status && !old && <FailurePanel status={status} />}
           <div class="grid">
-            <CellPanel model={model} scene={scene} plan={plan} now={now} />
             <div class="column">
+              <CellPanel model={model} scene={scene} plan={plan} now={now} />
+              {session > 0 && status?.phase !== "done" && <Residuals touches={model.touches} found={false} old={old} />}
+              {figures && <ResultPanel figures={figures} />}
+            </div>
+            <div class="column first">
               <ProgressPanel model={model} plan={plan} now={now} />
               <LinksPanel status={status} old={old} />
+              {status && <Accuracy touches={model.touches} status={status} old={old} />}
+              {figures?.result && <Residuals touches={figures.touches} found />}
             </div>
-            {status && session > 0 && status.phase !== "done" && <Residuals touches={model.touches} found={false} old={old} />}
-            {status && <Accuracy touches={model.touches} status={status} old={old} />}
-            {shown !== null && <ResultPanel key={shown} session={shown} />}
             <History sessions={sessions} shown={shown} show={show} />
             <Drift rows={drift} />
           </div>

@@ -1,23 +1,17 @@
-// What came of a session: verdict, figures, findings, residuals, files.
+// What came of a session: verdict, figures, findings, files.
 
-import * as decode from "../decode";
-import type { Result, Summary } from "../types";
-import { useFetched, useVoice } from "./context";
-import { Residuals } from "./residuals";
+import type { Figures, Result, Summary } from "../types";
+import { useVoice } from "./context";
 
-export function ResultPanel({ session }: { session: number }) {
+export function ResultPanel({ figures }: { figures: Figures }) {
   const { say } = useVoice();
-  const figures = useFetched(`/v1/sessions/${session}/figures`, session, decode.figures);
-  if (!figures) return null;
+  const { session, result } = figures;
   return (
-    <>
-      <section class="panel" aria-labelledby="result-title">
-        <h2 id="result-title">{say("result", { session })}</h2>
-        {figures.result ? <Findings result={figures.result} /> : <p class="note">{say("verdict.none")}</p>}
-        <Files session={session} has_result={figures.result !== null} />
-      </section>
-      {figures.result && <Residuals touches={figures.touches} found />}
-    </>
+    <section class="panel" aria-labelledby="result-title">
+      <h2 id="result-title">{say("result", { session })}</h2>
+      {result ? <Findings result={result} /> : <p class="note">{say("verdict.none")}</p>}
+      <Files session={session} has_result={result !== null} />
+    </section>
   );
 }
 
@@ -64,7 +58,7 @@ function Row({ name, of }: { name: string; of: Summary }) {
   );
 }
 
-export function Files({ session, has_result }: { session: number; has_result: boolean }) {
+function Files({ session, has_result }: { session: number; has_result: boolean }) {
   const { say } = useVoice();
   const at = `/v1/sessions/${session}`;
   return (
