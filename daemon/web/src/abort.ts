@@ -70,8 +70,10 @@ addEventListener("cellcal-language", (event) => {
   document.documentElement.lang = language;
   write();
 });
-addEventListener("cellcal-at-rest", () => {
-  if (form.dataset.alarm === "true") forget();
+// The page has seen whether a session runs: what was answered before is past.
+addEventListener("cellcal-running", (event) => {
+  const runs = (event as CustomEvent<boolean>).detail;
+  if (runs ? said === "abort.nothing" : form.dataset.alarm === "true") forget();
 });
 document.documentElement.lang = language;
 write();

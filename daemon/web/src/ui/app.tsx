@@ -52,7 +52,7 @@ export function App() {
   const me = useFetched(asked === null ? null : "/v1/me", with_login, decode.role);
   const scene = useFetched(asked === null ? null : "/v1/scene", session, decode.scene);
   const plan = useFetched(session > 0 && asked !== null ? `/v1/sessions/${session}/plan` : null, planned, decode.plan) ?? NOTHING;
-  const sessions = useFetched(asked === null ? null : "/v1/sessions", ended, decode.sessions) ?? NOTHING;
+  const sessions = useFetched(asked === null ? null : "/v1/sessions", ended, decode.sessions);
   const drift = useFetched(asked === null ? null : "/v1/drift", ended, decode.drift) ?? NOTHING;
 
   const shown = chosen ?? (status?.phase === "done" ? session : null);
@@ -61,8 +61,10 @@ export function App() {
   const title = !status ? say("title")
     : `${old ? say("link.unknown") : sentence(status, say)} · ${say("title")}`;
   useEffect(() => { document.title = title; }, [title]);
-  const at_rest = status !== null && !old && !status.running;
-  useEffect(() => { if (at_rest) dispatchEvent(new Event("cellcal-at-rest")); }, [at_rest]);
+  const runs = status === null || old ? null : status.running;
+  useEffect(() => {
+    if (runs !== null) dispatchEvent(new CustomEvent("cellcal-running", { detail: runs }));
+  }, [runs]);
   const speak = (wanted: Language) => {
     set_language(wanted);
     dispatchEvent(new CustomEvent("cellcal-language", { detail: wanted }));
@@ -75,12 +77,12 @@ export function App() {
           <div class="top">
             <StatePanel model={model} now={now} />
             {status && !old && <StartButtons status={status} role={me} started={() => void live.ask()}
-                                             last_cell={sessions[0]?.cell ?? ""} />}
+                                             last_cell={sessions?.[0]?.cell ?? ""} />}
           </div>
           {status && !old && <FailurePanel status={status} />}
           <div class="grid">
             <div class="column">
-              <CellPanel model={model} scene={scene} plan={plan} now={now} />
+              <CellPanel model={model} scene={scene} plan={plan} now={now} nothing={sessions?.length === 0} />
               {session > 0 && status?.phase !== "done" && <Residuals touches={model.touches} found={false} old={old} />}
               {figures && <ResultPanel figures={figures} />}
             </div>
@@ -90,7 +92,7 @@ export function App() {
               {status && <Accuracy touches={model.touches} status={status} old={old} />}
               {figures?.result && <Residuals touches={figures.touches} found />}
             </div>
-            <History sessions={sessions} shown={shown} show={show} />
+            {sessions && <History sessions={sessions} shown={shown} show={show} />}
             <Drift rows={drift} />
           </div>
         </main>

@@ -18,8 +18,9 @@ export function drawn_joints(model: Model, plan: PlannedTouch[]): { joints: numb
   return first ? { joints: first.joints, key: "view.pose.start" } : null;
 }
 
-export function CellPanel({ model, scene, plan, now }: {
-  model: Model; scene: Scene | null; plan: PlannedTouch[]; now: number;
+/** `nothing`: there is no session, so no cell. */
+export function CellPanel({ model, scene, plan, now, nothing }: {
+  model: Model; scene: Scene | null; plan: PlannedTouch[]; now: number; nothing: boolean;
 }) {
   const { say, theme } = useVoice();
   const box = useRef<HTMLDivElement>(null);
@@ -67,8 +68,8 @@ export function CellPanel({ model, scene, plan, now }: {
         )}
       </div>
       {cannot && <p class="note">{say("view.no-webgl")}</p>}
-      {!scene && !cannot && <p class="note">{say("view.none")}</p>}
-      <div ref={box} class="canvas" role="img" aria-label={label} data-empty={!scene || cannot} />
+      {nothing && !cannot && <p class="note">{say("view.none")}</p>}
+      <div ref={box} class="canvas" role="img" aria-label={label} data-empty={nothing || cannot} />
       {scene && !cannot && (
         <ul class="legend" aria-hidden="true">
           {(["planned", "fit", "check", "next"] as const).map((one) => (
