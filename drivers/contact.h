@@ -144,6 +144,22 @@ struct ContactEvent {
   int bounces = 0;
 };
 
+/// The same as the sensor gave it, before any clock map: evidence, for the record.
+struct ContactRecord {
+  ContactEventKind kind = ContactEventKind::kTrip;
+  std::uint16_t arm_id = 0;
+  std::uint8_t sequence = 0;  ///< of its frame, modulo 256
+  std::uint16_t event = 0;    ///< the sensor's number of it; 0: a trip has none
+  std::uint32_t ticks = 0;    ///< the first edge on the sensor's clock, 0.5 us, modulo 2^32
+  std::uint16_t confirmed_after_us = 0;  ///< from the first edge to the level that held; trip: 0
+  int bounces = 0;
+  double sense_v = 0.0;       ///< voltage at the circuit; a trip states none: 0
+  TimePoint heard{};          ///< host clock, when its frame had come
+  TimePoint first_edge{};     ///< host clock, by the clock map of that moment
+  double time_sigma_s = 0.0;  ///< 1 sigma of that map
+  std::uint64_t lost = 0;     ///< records before this one that nobody took in time
+};
+
 /// What the robot's cycle asks of a contact sensor.
 class ContactGuard {
  public:
@@ -167,6 +183,8 @@ class ContactSensor {
   /// Makes the sensor prove itself; the outcome shows in status(), whose self_test_ok is false
   /// from this call until then.
   virtual void self_test() = 0;
+  /// Oldest event not yet taken, as the sensor gave it. Nothing that moves rests on it.
+  virtual std::optional<ContactRecord> take_record() = 0;
   virtual void close() = 0;
 };
 

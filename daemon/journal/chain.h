@@ -7,6 +7,7 @@
 // file is written behind the commit: after a crash the journal may be ahead of it, never behind.
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,8 +16,29 @@
 
 namespace cellcal::daemon {
 
-/// Whose rows have entries; the name is the table's.
-inline constexpr const char* kChainedTables[] = {"session", "touch", "reading", "event"};
+/// Whose rows have entries; the name is the table's. Those of version 1 stand first.
+inline constexpr const char* kChainedTables[] = {"session", "touch",   "reading", "event",
+                                                 "change",  "contact", "compared"};
+
+/// The row's SHA-256. Columns that are empty at its end do not count: a later version's.
+std::string digest_of(const std::vector<Value>& row);
+/// A chain's next sum.
+std::string sum_of(const std::string& before, std::int64_t number, std::int64_t session,
+                   const std::string& kind, std::int64_t row, const std::string& digest);
+/// Rows of one session, or the one row of a table; first its rowid.
+std::string rows_of(const std::string& table, const char* column);
+const char* session_column(const std::string& table);
+
+struct Walked {
+  Head end;
+  bool met = false;  ///< the entry that was looked for
+};
+/// Along all entries. Throws JournalError where one was changed or lost.
+Walked walk_chain(Database& database, const std::optional<Head>& look_for = {});
+/// Throws JournalError where a row of this session is not as it was written, or one is missing.
+void verify_rows(Database& database, std::int64_t session);
+/// All of which a row is not as it was written.
+std::vector<std::int64_t> damaged_sessions(Database& database);
 
 class Chain {
  public:
@@ -38,18 +60,18 @@ class Chain {
   void rolled_back() { newest_ = on_disk_; }
   void write_head() { head_.write(on_disk_); }
 
-  /// Throws JournalError where a row of this session is not as it was written, or one is missing.
-  void verify(std::int64_t session);
+  void verify(std::int64_t session) { verify_rows(database_, session); }
   /// The same of the session's own row alone.
   bool is_whole(std::int64_t session);
   /// Of all sessions that there have been.
   std::int64_t newest_session();
+  /// What tells this journal from all others.
+  std::string name();
+  const Head& end() const { return on_disk_; }
 
  private:
   void append(std::int64_t session, const std::string& table, std::int64_t row,
               const std::string& digest);
-  [[noreturn]] void fail(const std::string& words) const;
-
   Database& database_;
   HeadFile& head_;
   Head newest_, on_disk_;

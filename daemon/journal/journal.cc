@@ -1,18 +1,14 @@
 #include "daemon/journal/journal.h"
 
-#include <atomic>
 #include <bit>
+#include <cmath>
 #include <cstring>
-#include <functional>
-#include <mutex>
+#include <nlohmann/json.hpp>
 #include <span>
 
-#include "daemon/journal/chain.h"
-#include "daemon/journal/file_watch.h"
-#include "daemon/journal/head_file.h"
-#include "daemon/journal/lock_file.h"
+#include "calib/files/calibration_json.h"
+#include "daemon/journal/journal_impl.h"
 #include "daemon/journal/prepare.h"
-#include "daemon/journal/sqlite.h"
 
 namespace cellcal::daemon {
 
@@ -50,8 +46,25 @@ const char* word_for(Ending ending) {
 
 constexpr const char* kSelectSession =
     "SELECT id, started, ended, state, cell_name, robot_name, plan_hash, planned, failure, options,"
-    " (SELECT count(*) FROM touch WHERE touch.session = session.id), "
+    " (SELECT count(*) FROM touch WHERE touch.session = session.id), software, origin, "
     "cell_text, robot_text, calibration FROM session ";
+
+std::filesystem::path with(std::filesystem::path path, const char* suffix) {
+  return path += suffix;
+}
+
+/// SQLite has no such number; it would be read back as nothing.
+double number_of(double value, const char* what) {
+  if (std::isnan(value)) throw JournalError(std::string(what) + " of the touch is not a number");
+  return value;
+}
+
+std::optional<Origin> origin_from(const std::string& text) {
+  const auto json = nlohmann::json::parse(text, nullptr, false);
+  if (!json.is_object()) return Origin{};
+  return Origin{json.value("journal", ""), json.value("session", std::int64_t{0}),
+                json.value("sum", "")};
+}
 
 SessionRecord session_from(Statement& row, bool with_texts) {
   SessionRecord record;
@@ -66,11 +79,19 @@ SessionRecord session_from(Statement& row, bool with_texts) {
   record.failure = row.text(8);
   record.inputs.options = row.text(9);
   record.touches = static_cast<int>(row.integer(10));
+  record.software = row.text(11);
+  if (!row.is_null(12)) record.origin = origin_from(row.text(12));
   if (!with_texts) return record;
-  record.inputs.cell_text = row.text(11);
-  record.inputs.robot_text = row.text(12);
-  record.calibration = row.text(13);
+  record.inputs.cell_text = row.text(13);
+  record.inputs.robot_text = row.text(14);
+  record.calibration = row.text(15);
   return record;
+}
+
+std::optional<std::array<double, 3>> three(Statement& row, int column) {
+  const std::vector<double> values = numbers(row.text(column));
+  if (values.size() != 3) return std::nullopt;
+  return std::array{values[0], values[1], values[2]};
 }
 
 calib::Touch touch_from(Statement& row) {
@@ -87,98 +108,57 @@ calib::Touch touch_from(Statement& row) {
   touch.readings = static_cast<int>(row.integer(8));
   touch.spread_m = row.number(9);
   touch.speed_m_s = row.number(10);
+  touch.tool = row.text(11);
+  touch.turn_sigma_rad = row.number(12);
+  touch.tracker_abc_rad = three(row, 13);
+  touch.approach = three(row, 14);
+  if (!row.is_null(15)) touch.temperature_c = row.number(15);
   return touch;
 }
 
 }  // namespace
 
-struct Journal::Impl {
-  explicit Impl(const std::filesystem::path& path)
-      : lock(with(path, ".lock"), path),
-        head(with(path, ".head"), path),
-        database(path),
-        chain(database, head),
-        remarks(prepare(database, head, chain)),
-        files(path, all(path)) {}
+Journal::Impl::Impl(const std::filesystem::path& path)
+    : lock(with(path, ".lock"), path),
+      head(with(path, ".head"), path),
+      database(path),
+      chain(database, head),
+      remarks(prepare(database, head, chain)),
+      files(path, all(path)) {}
 
-  struct Note {
-    std::int64_t session;
-    std::string utc, words;
-  };
+std::vector<std::filesystem::path> Journal::Impl::all(const std::filesystem::path& path) {
+  return {path, with(path, "-wal"), with(path, ".lock"), with(path, ".head")};
+}
 
-  static std::filesystem::path with(std::filesystem::path path, const char* suffix) {
-    return path += suffix;
+void Journal::Impl::write(const std::function<void()>& act) {
+  const std::lock_guard guard(mutex);
+  files.look();
+  const std::vector<PendingRow> waiting = pending.all();
+  try {
+    Transaction transaction(database);
+    for (const PendingRow& row : waiting) insert(database, chain, row);
+    act();
+    transaction.commit();
+  } catch (...) {
+    chain.rolled_back();
+    throw;
   }
-  static std::vector<std::filesystem::path> all(const std::filesystem::path& path) {
-    return {path, with(path, "-wal"), with(path, ".lock"), with(path, ".head")};
-  }
+  pending.written(waiting.size());
+  chain.committed();
+  files.look();
+}
 
-  /// One transaction: the notes that wait, then what `act` writes. On disk, in the files that
-  /// others see, when it returns.
-  void write(const std::function<void()>& act) {
-    const std::lock_guard guard(mutex);
-    files.look();
-    const std::vector<Note> waiting = waiting_notes();
-    try {
-      Transaction transaction(database);
-      for (const Note& note : waiting) add(note);
-      act();
-      transaction.commit();
-    } catch (...) {
-      chain.rolled_back();
-      throw;
-    }
-    {
-      const std::lock_guard short_guard(notes_mutex);
-      notes.erase(notes.begin(), notes.begin() + static_cast<std::ptrdiff_t>(waiting.size()));
-    }
-    chain.committed();
-    files.look();
-  }
+void Journal::Impl::set_state(std::int64_t session, std::string_view state, std::string_view ended,
+                              std::string_view failure) {
+  Statement update(database, "UPDATE session SET state=?, ended=?, failure=? WHERE id=?");
+  update.bind(1, state).bind(2, ended).bind(3, failure).bind(4, session).step();
+  changed(session);
+}
 
-  void add(const Note& note) {
-    Statement insert(database, "INSERT INTO event (session, time, words) VALUES (?,?,?)");
-    insert.bind(1, note.session).bind(2, std::string_view(note.utc));
-    insert.bind(3, std::string_view(note.words)).step();
-    added(note.session, "event");
-  }
-
-  std::vector<Note> waiting_notes() {
-    const std::lock_guard guard(notes_mutex);
-    return notes;
-  }
-
-  /// The row that was inserted last.
-  void added(std::int64_t session, const char* table) {
-    chain.add(session, table, database.last_row_id());
-  }
-  void changed(std::int64_t session) { chain.add(session, "session", session); }
-
-  void set_state(std::int64_t session, std::string_view state, std::string_view ended,
-                 std::string_view failure) {
-    Statement update(database, "UPDATE session SET state=?, ended=?, failure=? WHERE id=?");
-    update.bind(1, state).bind(2, ended).bind(3, failure).bind(4, session).step();
-    changed(session);
-  }
-
-  /// What the state means now: a session that nobody runs any more does not run, whether or not
-  /// its end could be recorded.
-  void judge(SessionRecord& record) {
-    if (record.state == "running" && record.id != running) record.state = "interrupted";
-    if (!chain.is_whole(record.id)) record.state = "damaged";
-  }
-
-  std::mutex mutex;        ///< held while the disk is waited for
-  std::mutex notes_mutex;  ///< never
-  LockFile lock;
-  HeadFile head;
-  Database database;
-  Chain chain;
-  std::vector<std::string> remarks;
-  FileWatch files;
-  std::vector<Note> notes;
-  std::atomic<std::int64_t> running{0};
-};
+void Journal::Impl::judge(SessionRecord& record) {
+  if (record.state == "running" && record.id != running) record.state = "interrupted";
+  if (!chain.is_whole(record.id)) record.state = "damaged";
+}
 
 Journal::Journal(const std::filesystem::path& path) : impl_(std::make_unique<Impl>(path)) {
   try {
@@ -190,7 +170,7 @@ Journal::Journal(const std::filesystem::path& path) : impl_(std::make_unique<Imp
 
 Journal::~Journal() {
   try {
-    if (!impl_->waiting_notes().empty()) impl_->write([] {});
+    if (!impl_->pending.all().empty()) impl_->write([] {});
   } catch (const JournalError&) {
     // The last words of a session's log; its rows are on disk, and there is nobody left to tell.
   }
@@ -212,12 +192,13 @@ std::int64_t Journal::begin(const SessionInputs& inputs, const std::string& utc)
   impl_->write([&] {
     Statement insert(impl_->database,
                      "INSERT INTO session (started, state, cell_name, cell_text, robot_name, "
-                     "robot_text, options) VALUES (?,'running',?,?,?,?,?)");
+                     "robot_text, options, software) VALUES (?,'running',?,?,?,?,?,?)");
     insert.bind(1, std::string_view(utc)).bind(2, std::string_view(inputs.cell_name));
     insert.bind(3, std::string_view(inputs.cell_text));
     insert.bind(4, std::string_view(inputs.robot_name));
     insert.bind(5, std::string_view(inputs.robot_text));
-    insert.bind(6, std::string_view(inputs.options)).step();
+    insert.bind(6, std::string_view(inputs.options));
+    insert.bind(7, std::string_view(calib::software_version())).step();
     id = impl_->database.last_row_id();
     impl_->changed(id);
   });
@@ -264,8 +245,9 @@ void Journal::record(std::int64_t session, const RecordTouch& record) {
   impl_->write([&] {
     Statement insert(impl_->database,
                      "INSERT INTO touch (session, number, joint_rad, target, held_out, sigma_m, "
-                     "radius_m, tracker_m, time, settled_rad, readings, spread_m, speed_m_s) "
-                     "VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?)");
+                     "radius_m, tracker_m, time, settled_rad, readings, spread_m, speed_m_s, "
+                     "tool, turn_sigma_rad, tracker_abc_rad, approach, temperature_c) "
+                     "VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)");
     insert.bind(1, session).bind(2, static_cast<std::int64_t>(record.index));
     insert.bind_blob(3, blob(touch.joint_rad)).bind(4, std::string_view(touch.target));
     insert.bind(5, static_cast<std::int64_t>(touch.set == calib::TouchSet::kCheck ? 1 : 0));
@@ -273,7 +255,13 @@ void Journal::record(std::int64_t session, const RecordTouch& record) {
     insert.bind_blob(8, blob(touch.tracker_m)).bind(9, std::string_view(touch.time));
     insert.bind_blob(10, blob(touch.settled_joint_rad));
     insert.bind(11, static_cast<std::int64_t>(touch.readings));
-    insert.bind(12, touch.spread_m).bind(13, touch.speed_m_s).step();
+    insert.bind(12, touch.spread_m).bind(13, touch.speed_m_s);
+    insert.bind(14, std::string_view(touch.tool));
+    insert.bind(15, number_of(touch.turn_sigma_rad, "turn_sigma"));
+    if (touch.tracker_abc_rad) insert.bind_blob(16, blob(*touch.tracker_abc_rad));
+    if (touch.approach) insert.bind_blob(17, blob(*touch.approach));
+    if (touch.temperature_c) insert.bind(18, number_of(*touch.temperature_c, "temperature"));
+    insert.step();
     impl_->added(session, "touch");
   });
 }
@@ -283,17 +271,41 @@ void Journal::record(std::int64_t session, const RecordEnd& end, const std::stri
   impl_->write([&] { impl_->set_state(session, word_for(end.ending), utc, end.failure); });
 }
 
-void Journal::store_calibration(std::int64_t session, const std::string& json) {
+void Journal::store_calibration(std::int64_t session, const std::string& json,
+                                const std::optional<Compared>& compared) {
   impl_->write([&] {
     Statement update(impl_->database, "UPDATE session SET calibration=? WHERE id=?");
     update.bind(1, std::string_view(json)).bind(2, session).step();
     impl_->changed(session);
+    if (!compared) return;
+    Statement insert(impl_->database,
+                     "INSERT INTO compared (session, words, accepted, calibration) "
+                     "VALUES (?,?,?,?)");
+    insert.bind(1, session).bind(2, std::string_view(compared->words));
+    insert.bind(3, std::int64_t{compared->accepted ? 1 : 0});
+    insert.bind(4, std::string_view(compared->calibration)).step();
+    impl_->added(session, "compared");
   });
 }
 
+std::optional<Compared> Journal::compared(std::int64_t session) {
+  const std::lock_guard lock(impl_->mutex);
+  impl_->chain.verify(session);
+  Statement select(impl_->database,
+                   "SELECT words, accepted, calibration FROM compared WHERE session=? "
+                   "ORDER BY rowid DESC LIMIT 1");
+  if (!select.bind(1, session).step()) return std::nullopt;
+  return Compared{select.text(0), select.integer(1) != 0, select.text(2)};
+}
+
 void Journal::note(std::int64_t session, const std::string& utc, const std::string& words) {
-  const std::lock_guard lock(impl_->notes_mutex);
-  impl_->notes.push_back({session, utc, words});
+  impl_->pending.take({session, Words{utc, words}});
+}
+void Journal::note(std::int64_t session, const RecordChange& change) {
+  impl_->pending.take({session, change});
+}
+void Journal::note(std::int64_t session, const RecordContact& contact) {
+  impl_->pending.take({session, contact});
 }
 
 std::vector<SessionRecord> Journal::sessions() {
@@ -331,10 +343,14 @@ std::optional<SessionRecord> Journal::session(std::int64_t id) {
 }
 
 std::optional<SessionRecord> Journal::newest_resumable() {
-  const std::vector<SessionRecord> all = sessions();
-  // Only the newest session: behind an older one the cell may have been moved or mended since.
-  if (all.empty() || !all.front().resumable()) return std::nullopt;
-  return session(all.front().id);
+  // Only the newest session: behind an older one the cell may have been moved or mended since. What
+  // was imported happened elsewhere.
+  for (const SessionRecord& record : sessions()) {
+    if (record.origin) continue;
+    if (!record.resumable()) return std::nullopt;
+    return session(record.id);
+  }
+  return std::nullopt;
 }
 
 std::vector<calib::Touch> Journal::touches(std::int64_t session) {
@@ -342,7 +358,8 @@ std::vector<calib::Touch> Journal::touches(std::int64_t session) {
   impl_->chain.verify(session);
   Statement select(impl_->database,
                    "SELECT joint_rad, target, held_out, sigma_m, radius_m, tracker_m, time, "
-                   "settled_rad, readings, spread_m, speed_m_s FROM touch WHERE session=? "
+                   "settled_rad, readings, spread_m, speed_m_s, tool, turn_sigma_rad, "
+                   "tracker_abc_rad, approach, temperature_c FROM touch WHERE session=? "
                    "ORDER BY number");
   select.bind(1, session);
   std::vector<calib::Touch> touches;
@@ -358,8 +375,9 @@ std::vector<std::string> Journal::events(std::int64_t session) {
   select.bind(1, session);
   std::vector<std::string> events;
   while (select.step()) events.push_back(select.text(0));
-  for (const auto& waiting : impl_->waiting_notes()) {
-    if (waiting.session == session) events.push_back(waiting.utc + " " + waiting.words);
+  for (const PendingRow& waiting : impl_->pending.all()) {
+    const auto* row = std::get_if<Words>(&waiting.what);
+    if (row != nullptr && waiting.session == session) events.push_back(row->utc + " " + row->words);
   }
   return events;
 }

@@ -12,6 +12,7 @@
 #include "calib/model/touch.h"
 #include "daemon/session/action.h"
 #include "daemon/session/contact_delay.h"
+#include "daemon/session/evidence.h"
 
 namespace cellcal::daemon {
 
@@ -27,6 +28,20 @@ struct SessionInputs {
   std::string options;  ///< JSON, options.h
 };
 
+/// Where an imported session was recorded.
+struct Origin {
+  std::string journal;  ///< its name
+  std::int64_t session = 0;
+  std::string sum;  ///< SHA-256 of the rows that were imported
+};
+
+/// The earlier calibration that a result was held against.
+struct Compared {
+  std::string words;        ///< which one
+  bool accepted = false;    ///< a changed arm was to be accepted
+  std::string calibration;  ///< JSON
+};
+
 struct SessionRecord {
   std::int64_t id = 0;
   std::string started, ended;  ///< ISO 8601 UTC; `ended` is empty while it runs
@@ -37,10 +52,12 @@ struct SessionRecord {
   int planned = 0;  ///< touches of the plan; 0 before it was made
   int touches = 0;  ///< on disk
   std::string failure;
-  std::string calibration;  ///< JSON; empty before identification
+  std::string calibration;       ///< JSON; empty before identification
+  std::string software;          ///< version that began it; empty: before version 3 of the journal
+  std::optional<Origin> origin;  ///< imported
 
   /// It has not come to its end, and its plan can be gone on with.
-  bool resumable() const { return state != "done" && state != "running"; }
+  bool resumable() const { return state != "done" && state != "running" && !origin; }
 };
 
 class Journal {
@@ -66,9 +83,12 @@ class Journal {
   void record(std::int64_t session, const RecordReading& reading);
   void record(std::int64_t session, const RecordTouch& touch);
   void record(std::int64_t session, const RecordEnd& end, const std::string& utc);
-  void store_calibration(std::int64_t session, const std::string& json);
-  /// Written with the next row of this journal. Never waits for the disk.
+  void store_calibration(std::int64_t session, const std::string& json,
+                         const std::optional<Compared>& compared = {});
+  // Written with the next row of this journal. Never wait for the disk.
   void note(std::int64_t session, const std::string& utc, const std::string& words);
+  void note(std::int64_t session, const RecordChange& change);
+  void note(std::int64_t session, const RecordContact& contact);
 
   // What is read of one session was compared with its checksums; JournalError where it is not what
   // was written.
@@ -82,6 +102,22 @@ class Journal {
   int reading_count(std::int64_t session);
   /// Of the touches that were recorded, their contacts at both speeds.
   std::vector<FastAndSlow> contacts(std::int64_t session);
+  std::optional<Compared> compared(std::int64_t session);
+
+  // Archives and copies.
+
+  /// What tells this journal from all others.
+  std::string name();
+  /// A session's rows with their checksums, as JSON lines (rows.h). Pending ones first.
+  std::string rows(std::int64_t session);
+  /// Such rows as a session of this journal; its number, and whether it is new: the same rows come
+  /// in once. Throws JournalError, which names `from` and the line, where they are damaged or
+  /// altered.
+  std::pair<std::int64_t, bool> import(const std::string& rows, const std::string& from);
+  /// A copy of the whole journal as it is at one moment, looked through before it gets its name.
+  /// Sessions go on meanwhile, each of their calls waiting for a few pages at most. Returns what is
+  /// to be said. Throws JournalError where the file is there already or cannot be written.
+  std::vector<std::string> backup(const std::filesystem::path& file);
 
  private:
   struct Impl;

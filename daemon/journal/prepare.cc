@@ -2,19 +2,19 @@
 
 #include <fmt/format.h>
 
+#include "daemon/journal/earlier_copy.h"
 #include "daemon/journal/journal.h"
+#include "daemon/journal/migrations.h"
 #include "daemon/journal/schema.h"
 
 namespace cellcal::daemon {
 
 namespace {
 
+constexpr int kFirstWithChain = 2;
+
 [[noreturn]] void refuse(const Database& database, const std::string& words) {
   throw JournalError("journal " + database.name() + ": " + words);
-}
-
-void set_version(Database& database) {
-  database.execute(fmt::format("PRAGMA user_version = {}", kSchemaVersion).c_str());
 }
 
 void make_new(Database& database, HeadFile& head, Chain& chain) {
@@ -24,27 +24,36 @@ void make_new(Database& database, HeadFile& head, Chain& chain) {
            ".head file to begin a new one");
   }
   Transaction transaction(database);
-  database.execute(kSchema);
-  database.execute(kChainSchema);
-  database.execute(fmt::format("PRAGMA application_id = {}", kApplicationId).c_str());
-  set_version(database);
-  chain.begin();
+  migrate(database, chain, 0);
   transaction.commit();
   chain.committed();
 }
 
-/// Version 1 had no checksums.
-std::string take_over(Database& database, Chain& chain) {
+/// One transaction, and a copy of how it was before that.
+std::vector<std::string> take_over(Database& database, Chain& chain, int version) {
+  std::vector<std::string> remarks;
+  const std::vector<std::int64_t> damaged = damaged_sessions(database);
+  if (version >= kFirstWithChain) remarks = chain.open();
+  const auto copy = keep_earlier(database, version, chain.end());
   Transaction transaction(database);
-  database.execute(kChainSchema);
-  const std::int64_t rows = chain.take_all();
-  set_version(database);
+  const std::int64_t accepted = migrate(database, chain, version);
+  if (damaged_sessions(database) != damaged) {
+    refuse(database,
+           "its rows are not the same in this version. Please report this, with " + copy.string());
+  }
   transaction.commit();
   chain.committed();
-  return fmt::format(
-      "journal {}: {} rows of an earlier version had no checksums; they are accepted as they "
-      "are and have checksums now",
-      database.name(), rows);
+  if (!remarks.empty()) chain.write_head();
+  if (accepted > 0) {
+    remarks.push_back(fmt::format(
+        "journal {}: {} rows of an earlier version had no checksums; they are accepted as they "
+        "are and have checksums now",
+        database.name(), accepted));
+  }
+  remarks.push_back(
+      fmt::format("journal {}: taken over from schema {} to {}; as it was before it is kept as {}",
+                  database.name(), version, kSchemaVersion, copy.filename().string()));
+  return remarks;
 }
 
 void refuse_others(Database& database, std::int64_t version) {
@@ -59,7 +68,7 @@ void refuse_others(Database& database, std::int64_t version) {
             "newer version again",
             version, kSchemaVersion));
   }
-  if (version < kSchemaWithoutChain) {
+  if (version < 1) {
     refuse(
         database,
         fmt::format(
@@ -100,11 +109,12 @@ std::vector<std::string> prepare(Database& database, HeadFile& head, Chain& chai
   std::vector<std::string> remarks;
   if (tables == 0) {
     make_new(database, head, chain);
-  } else if (version == kSchemaWithoutChain) {
-    remarks.push_back(take_over(database, chain));
+  } else if (version < kSchemaVersion) {
+    remarks = take_over(database, chain, static_cast<int>(version));
   } else {
     remarks = chain.open();
     if (!remarks.empty()) chain.write_head();
+    for (std::string& words : drop_earlier(database)) remarks.push_back(std::move(words));
   }
   database.keep_log_on_close(false);
   return remarks;

@@ -1,16 +1,18 @@
 #pragma once
-// The journal's tables. A change of meaning needs a new version and its migration.
+// The journal's tables, version by version. What stands here is on disks and is never changed: a new
+// version adds its own text, and the migration that runs it.
+//
+// A later version adds tables, or columns at the end that are empty (NULL) in the rows before it:
+// then these rows' checksums hold as they are.
 
 namespace cellcal::daemon {
 
-/// PRAGMA user_version.
-inline constexpr int kSchemaVersion = 2;
-/// The only earlier one: the same tables without `chain`.
-inline constexpr int kSchemaWithoutChain = 1;
+/// PRAGMA user_version of what this program writes; migrations.h has the way here.
+inline constexpr int kSchemaVersion = 3;
 /// PRAGMA application_id, "ccal": tells a journal from any other SQLite file.
 inline constexpr int kApplicationId = 0x6363616c;
 
-inline constexpr const char* kSchema = R"sql(
+inline constexpr const char* kSchema1 = R"sql(
 CREATE TABLE session (
   id          INTEGER PRIMARY KEY AUTOINCREMENT,
   started     TEXT NOT NULL,
@@ -64,7 +66,8 @@ CREATE INDEX event_of_session ON event (session);
 CREATE INDEX reading_of_session ON reading (session);
 )sql";
 
-inline constexpr const char* kChainSchema = R"sql(
+/// Checksums of all rows, chained.
+inline constexpr const char* kSchema2 = R"sql(
 CREATE TABLE chain (
   number  INTEGER PRIMARY KEY,   -- 1, 2, 3, without a gap
   session INTEGER NOT NULL,
@@ -74,6 +77,54 @@ CREATE TABLE chain (
   sum     TEXT NOT NULL          -- SHA-256 of the entry before and of this one
 ) STRICT;
 CREATE INDEX chain_of_session ON chain (session, kind);
+)sql";
+
+/// All that a touch has; what was seen beside the touches; what a result was compared with; where an
+/// imported session comes from.
+inline constexpr const char* kSchema3 = R"sql(
+ALTER TABLE session ADD COLUMN software TEXT;       -- that began it
+ALTER TABLE session ADD COLUMN origin TEXT;         -- JSON, of an imported one
+ALTER TABLE touch ADD COLUMN tool TEXT;
+ALTER TABLE touch ADD COLUMN turn_sigma_rad REAL;
+ALTER TABLE touch ADD COLUMN tracker_abc_rad BLOB;  -- doubles, little endian, as joint_rad
+ALTER TABLE touch ADD COLUMN approach BLOB;
+ALTER TABLE touch ADD COLUMN temperature_c REAL;
+CREATE TABLE change (
+  session       INTEGER NOT NULL REFERENCES session(id),
+  time          TEXT NOT NULL,
+  clock_s       REAL NOT NULL,     -- session's clock
+  from_phase    TEXT NOT NULL,
+  to_phase      TEXT NOT NULL,
+  event         TEXT NOT NULL,
+  late_replies  INTEGER NOT NULL,  -- as the controller had counted them
+  sensor_late_s REAL NOT NULL      -- worst delivery of the sensor's bytes
+) STRICT;
+CREATE TABLE contact (
+  session            INTEGER NOT NULL REFERENCES session(id),
+  touch              INTEGER NOT NULL,  -- in hand
+  time               TEXT NOT NULL,
+  kind               TEXT NOT NULL,     -- trip, contact, revoked, release
+  arm_id             INTEGER NOT NULL,
+  sequence           INTEGER NOT NULL,  -- of the frame, modulo 256
+  number             INTEGER NOT NULL,  -- the sensor's; 0: a trip
+  ticks              INTEGER NOT NULL,  -- first edge, sensor's clock, 0.5 us, modulo 2^32
+  confirmed_after_us INTEGER NOT NULL,
+  bounces            INTEGER NOT NULL,
+  sense_v            REAL NOT NULL,
+  heard_s            REAL NOT NULL,     -- session's clock
+  first_edge_s       REAL NOT NULL,     -- session's clock, by the clock map
+  time_sigma_s       REAL NOT NULL,
+  lost               INTEGER NOT NULL   -- events before this one that are not here
+) STRICT;
+CREATE TABLE compared (
+  session     INTEGER NOT NULL REFERENCES session(id),
+  words       TEXT NOT NULL,            -- which calibration; the newest row counts
+  accepted    INTEGER NOT NULL,         -- a changed arm was to be accepted
+  calibration TEXT NOT NULL             -- JSON
+) STRICT;
+CREATE INDEX change_of_session ON change (session);
+CREATE INDEX contact_of_session ON contact (session);
+CREATE INDEX compared_of_session ON compared (session);
 )sql";
 
 }  // namespace cellcal::daemon

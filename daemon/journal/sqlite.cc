@@ -123,7 +123,48 @@ std::string Statement::text(int column) {
              : std::string(static_cast<const char*>(bytes), static_cast<std::size_t>(size));
 }
 
-std::string Statement::bytes() {
+bool Statement::is_null(int column) { return sqlite3_column_type(handle_, column) == SQLITE_NULL; }
+
+Value Statement::value(int column) {
+  switch (sqlite3_column_type(handle_, column)) {
+    case SQLITE_INTEGER:
+      return integer(column);
+    case SQLITE_FLOAT:
+      return number(column);
+    case SQLITE_TEXT:
+      return text(column);
+    case SQLITE_BLOB:
+      return Blob{text(column)};
+    default:
+      return {};
+  }
+}
+
+std::vector<Value> Statement::values() {
+  std::vector<Value> all;
+  for (int column = 0; column < sqlite3_column_count(handle_); ++column)
+    all.push_back(value(column));
+  return all;
+}
+
+std::vector<std::string> Statement::column_names() {
+  std::vector<std::string> names;
+  for (int column = 0; column < sqlite3_column_count(handle_); ++column)
+    names.emplace_back(sqlite3_column_name(handle_, column));
+  return names;
+}
+
+Statement& Statement::bind(int index, const Value& value) {
+  if (const auto* number = std::get_if<std::int64_t>(&value)) return bind(index, *number);
+  if (const auto* number = std::get_if<double>(&value)) return bind(index, *number);
+  if (const auto* text = std::get_if<std::string>(&value))
+    return bind(index, std::string_view(*text));
+  if (const auto* blob = std::get_if<Blob>(&value)) return bind_blob(index, blob->bytes);
+  check(sqlite3_bind_null(handle_, index));
+  return *this;
+}
+
+std::string bytes_of(std::span<const Value> values) {
   std::string all;
   const auto put = [&all](char type, const void* bytes, std::size_t size) {
     const std::uint64_t length = size;
@@ -131,20 +172,35 @@ std::string Statement::bytes() {
     all.append(reinterpret_cast<const char*>(&length), sizeof length);
     if (size > 0) all.append(static_cast<const char*>(bytes), size);
   };
-  for (int column = 0; column < sqlite3_column_count(handle_); ++column) {
-    if (sqlite3_column_type(handle_, column) == SQLITE_INTEGER) {
-      const std::int64_t value = integer(column);
-      put('i', &value, sizeof value);
-    } else if (sqlite3_column_type(handle_, column) == SQLITE_FLOAT) {
-      const double value = number(column);
-      put('f', &value, sizeof value);
+  for (const Value& value : values) {
+    if (const auto* whole = std::get_if<std::int64_t>(&value)) {
+      put('i', whole, sizeof *whole);
+    } else if (const auto* number = std::get_if<double>(&value)) {
+      put('f', number, sizeof *number);
+    } else if (const auto* text = std::get_if<std::string>(&value)) {
+      put('t', text->data(), text->size());
+    } else if (const auto* blob = std::get_if<Blob>(&value)) {
+      put('b', blob->bytes.data(), blob->bytes.size());
     } else {
-      const std::string value = text(column);
-      put(sqlite3_column_type(handle_, column) == SQLITE_TEXT ? 't' : 'b', value.data(),
-          value.size());
+      put('n', nullptr, 0);
     }
   }
   return all;
+}
+
+PageCopy::PageCopy(Database& from, Database& to)
+    : to_(to), handle_(sqlite3_backup_init(to.handle_, "main", from.handle_, "main")) {
+  if (handle_ == nullptr) to_.fail(sqlite3_extended_errcode(to_.handle_));
+}
+
+PageCopy::~PageCopy() { sqlite3_backup_finish(handle_); }
+
+bool PageCopy::step(int pages) {
+  const int code = sqlite3_backup_step(handle_, pages);
+  if (code == SQLITE_OK) return true;
+  if (code == SQLITE_DONE) return false;
+  // The connection knows nothing of it yet.
+  throw JournalError("journal " + to_.name() + ": " + sqlite3_errstr(code) + "; " + advice(code));
 }
 
 Transaction::Transaction(Database& database) : database_(database) {

@@ -3,13 +3,26 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <string_view>
+#include <variant>
+#include <vector>
 
 struct sqlite3;
+struct sqlite3_backup;
 struct sqlite3_stmt;
 
 namespace cellcal::daemon {
+
+struct Blob {
+  std::string bytes;
+  bool operator==(const Blob&) const = default;
+};
+/// What a column holds: nothing, or one of SQLite's types.
+using Value = std::variant<std::monostate, std::int64_t, double, std::string, Blob>;
+/// Values as bytes, types and lengths in them: rows that differ give different bytes.
+std::string bytes_of(std::span<const Value> values);
 
 class Database {
  public:
@@ -32,6 +45,7 @@ class Database {
   const std::string& name() const { return name_; }
 
  private:
+  friend class PageCopy;
   friend class Statement;
   friend class Transaction;
   std::string name_;
@@ -50,16 +64,20 @@ class Statement {
   Statement& bind(int index, double value);
   Statement& bind(int index, std::string_view value);
   Statement& bind_blob(int index, std::string_view value);
+  Statement& bind(int index, const Value& value);
 
   /// True: a row is there.
   bool step();
   std::int64_t integer(int column);
   double number(int column);
   std::string text(int column);  ///< text or blob; empty where NULL
-  /// The whole row as bytes, types and lengths in them: two rows that differ give different bytes.
-  std::string bytes();
+  bool is_null(int column);
+  /// The whole row.
+  std::vector<Value> values();
+  std::vector<std::string> column_names();
 
  private:
+  Value value(int column);
   void check(int code);
 
   Database& database_;
@@ -78,6 +96,23 @@ class Transaction {
  private:
   Database& database_;
   bool open_ = true;
+};
+
+/// Copies a database page by page into another that nobody else has open. What is written to the
+/// first by its own connection meanwhile is in the copy, too.
+class PageCopy {
+ public:
+  PageCopy(Database& from, Database& to);
+  ~PageCopy();
+  PageCopy(const PageCopy&) = delete;
+  PageCopy& operator=(const PageCopy&) = delete;
+
+  /// True: pages are left. False: the copy is whole and on disk. Throws JournalError.
+  bool step(int pages);
+
+ private:
+  Database& to_;
+  sqlite3_backup* handle_ = nullptr;
 };
 
 }  // namespace cellcal::daemon

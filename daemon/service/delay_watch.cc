@@ -24,7 +24,9 @@ std::optional<ContactDelay> delay_before(Journal& journal, std::int64_t session)
   const std::optional<SessionRecord> record = journal.session(session);
   if (!record) return std::nullopt;
   for (const SessionRecord& earlier : journal.sessions()) {
-    if (earlier.id >= session || earlier.inputs.robot_name != record->inputs.robot_name) continue;
+    if (earlier.id >= session || earlier.origin ||
+        earlier.inputs.robot_name != record->inputs.robot_name)
+      continue;
     try {
       if (const auto delay = delay_of(journal, earlier.id)) return delay;
     } catch (const JournalError& damaged) {

@@ -133,8 +133,18 @@ std::optional<Event> Runner::happened() {
   return open_ ? links_changed() : std::nullopt;
 }
 
+/// Ahead of the step on their result, so that they are on disk with what that records.
+void Runner::note_contacts() {
+  while (auto contact = parts_.backend.contact().take_record()) {
+    commit([record = RecordContact{state_.done, parts_.backend.utc_now(), *contact}](
+               Recorder& recorder) { recorder.note(record); });
+  }
+}
+
 std::optional<Event> Runner::device_result() {
-  if (auto result = parts_.backend.robot().poll()) {
+  auto result = parts_.backend.robot().poll();
+  note_contacts();  // behind it: what it comes of has been told by then
+  if (result) {
     Event one = event(event_of(result->outcome), result->detail);
     one.move_id = result->id;
     one.at_rad = result->at_rad;
@@ -153,6 +163,7 @@ std::optional<Event> Runner::device_result() {
 std::optional<Event> Runner::links_changed() {
   const drivers::RobotState robot = parts_.backend.robot().state();
   const drivers::ContactStatus contact = parts_.backend.contact().status();
+  sensor_late_s_ = contact.quality.late_worst_s;
   if (const drivers::TimePoint now = parts_.backend.clock().now(); now >= next_report_) {
     next_report_ = now + kReportPeriod;
     if (parts_.on_look) parts_.on_look(robot, contact);
@@ -191,7 +202,17 @@ void Runner::note_step(Phase before, const Event& event) {
   std::string words = daemon::words(PhaseChange{before, state_.phase}, event.kind);
   if (!event.words.empty()) words += ": " + event.words;
   if (state_.failure && state_.phase == Phase::kFailed) words += " | " + describe(*state_.failure);
-  commit([utc = event.utc, words](Recorder& recorder) { recorder.note(utc, words); });
+  RecordChange change;
+  change.change = {before, state_.phase};
+  change.on = event.kind;
+  change.utc = event.utc;
+  change.clock_s = std::chrono::duration<double>(event.at.time_since_epoch()).count();
+  change.late_replies = state_.links.late;
+  change.sensor_late_s = sensor_late_s_;
+  commit([change, words](Recorder& recorder) {
+    recorder.note(change);
+    recorder.note(change.utc, words);
+  });
 }
 
 void Runner::commit(std::function<void(Recorder&)> job, std::optional<Event> answer,

@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "daemon/service/backend.h"
+#include "daemon/session/evidence.h"
 #include "daemon/session/session.h"
 #include "daemon/service/worker.h"
 
@@ -64,6 +65,9 @@ class Recorder {
   virtual void check() {}
   /// One line of the session's log; a failure to write it is not the session's.
   virtual void note(const std::string& utc, const std::string& words) = 0;
+  /// Likewise; on disk with what is recorded next.
+  virtual void note(const RecordChange& change) = 0;
+  virtual void note(const RecordContact& contact) = 0;
 };
 
 struct RunnerParts {
@@ -111,6 +115,7 @@ class Runner {
   void feed(Event event);
   void perform_all(const Actions& actions);
   void note_step(Phase before, const Event& event);
+  void note_contacts();
   Event event(EventKind kind, std::string words = "");
   void work(std::function<Event()> job, std::uint32_t route_id = 0);
   void commit(std::function<void(Recorder&)> job, std::optional<Event> answer = {},
@@ -122,6 +127,7 @@ class Runner {
   std::shared_ptr<Inbox> inbox_;
   std::optional<Links> seen_;  ///< none: devices closed, or a fresh look is wanted
   bool open_ = false;
+  double sensor_late_s_ = 0.0;  ///< as last seen
   drivers::TimePoint next_report_{};
   std::optional<calib::Touch> on_its_way_;  ///< to the disk
   std::atomic<bool> abort_requested_{false};

@@ -14,6 +14,8 @@
 #include "daemon/files/log_context.h"
 #include "daemon/service/delay_watch.h"
 #include "daemon/service/inputs.h"
+#include "daemon/service/journal_recorder.h"
+#include "daemon/service/last_calibration.h"
 #include "daemon/service/tasks.h"
 #include "daemon/service/touch_news.h"
 #include "daemon/session/rules.h"
@@ -26,26 +28,6 @@ namespace {
 constexpr std::size_t kHistory = 512;
 /// A robot's link is closed within 2 s; a session asked for meanwhile waits for it.
 constexpr std::chrono::seconds kClosing{4};
-
-/// The newest of this cell file that was published. Empty where there is none.
-std::optional<LastCalibration> last_calibration(Journal& journal, const std::string& cell_name) {
-  for (const SessionRecord& session : journal.sessions()) {
-    if (session.state != "done" || session.inputs.cell_name != cell_name) continue;
-    constexpr std::size_t kDate = 10;  // YYYY-MM-DD
-    LastCalibration last{
-        fmt::format("session {} of {}", session.id, session.ended.substr(0, kDate)), {}};
-    try {
-      const auto whole = journal.session(session.id);
-      if (!whole || whole->calibration.empty()) continue;
-      last.calibration = calib::calibration_from_json(whole->calibration, last.words);
-    } catch (const std::runtime_error& error) {  // of another version, or damaged
-      spdlog::warn("not compared with {}: {}", last.words, error.what());
-      continue;
-    }
-    if (last.calibration.verdict.publish) return last;
-  }
-  return {};
-}
 
 /// The newest, where the daemon that ran it went away in its midst.
 std::optional<InterruptedSession> interrupted_session(Journal& journal) {
@@ -61,59 +43,6 @@ std::optional<InterruptedSession> interrupted_session(Journal& journal) {
 
 constexpr int kMostTouches = 2000;
 constexpr double kFinestGoalMm = 0.01, kCoarsestGoalMm = 10.0;
-
-LogEvent event_of(Ending ending) {
-  switch (ending) {
-    case Ending::kFailed:
-      return LogEvent::kSessionFailed;
-    case Ending::kAborted:
-      return LogEvent::kSessionAborted;
-    case Ending::kDone:
-      break;
-  }
-  return LogEvent::kSessionDone;
-}
-
-class JournalRecorder final : public Recorder {
- public:
-  JournalRecorder(Journal& journal, std::int64_t session, Backend& backend)
-      : journal_(journal), session_(session), backend_(backend) {}
-
-  void record(const RecordPlan& plan) override { journal_.record(session_, plan); }
-  void record(const RecordReading& reading) override { journal_.record(session_, reading); }
-  void record(const RecordTouch& touch) override {
-    journal_.record(session_, touch);
-    const calib::Touch& made = touch.touch;
-    const LogScope scope({.session = session_,
-                          .touch = static_cast<std::int64_t>(touch.index) + 1,
-                          .event = LogEvent::kTouch});
-    spdlog::info("session {}: touch {} on {} recorded, {}", session_, touch.index + 1, made.target,
-                 made.readings > 1
-                     ? fmt::format("confirmed by {} slow contacts within {:.4f} mm", made.readings,
-                                   made.spread_m * 1e3)
-                     : fmt::format("one contact at {:.0f} mm/s", made.speed_m_s * 1e3));
-  }
-  void record(const RecordEnd& end) override {
-    journal_.record(session_, end, backend_.utc_now());
-    const LogScope scope({.session = session_, .event = event_of(end.ending)});
-    if (end.ending == Ending::kFailed) {
-      spdlog::error("session {} failed: {}", session_, end.failure);
-    } else {
-      spdlog::info("session {} {}", session_,
-                   end.ending == Ending::kDone ? "is done" : "was aborted");
-    }
-  }
-  void check() override { journal_.check(); }
-  void note(const std::string& utc, const std::string& words) override {
-    journal_.note(session_, utc, words);
-    spdlog::debug("session {}: {}", session_, words);
-  }
-
- private:
-  Journal& journal_;
-  std::int64_t session_;
-  Backend& backend_;
-};
 
 bool must_find(const calib::Cell& cell) {
   return std::any_of(cell.targets.begin(), cell.targets.end(), [](const calib::Target& target) {
@@ -343,13 +272,14 @@ void SessionService::carry_out(Job& job) {
   task_inputs.options = job.options;
   task_inputs.options.plan.stop = planning.get_token();
   task_inputs.made = job.touches;
-  task_inputs.last = last_calibration(parts_.journal, job.inputs.cell_name);
+  task_inputs.compared = last_calibration(parts_.journal, job.inputs.cell_name, job.session,
+                                          job.options.accept_change);
   task_inputs.session = job.session;
   task_inputs.started = job.started;
   task_inputs.results_dir = results_dir(job.session);
   task_inputs.utc_now = [&job] { return job.backend->utc_now(); };
-  task_inputs.store = [this, &job](const std::string& json) {
-    parts_.journal.store_calibration(job.session, json);
+  task_inputs.store = [this, &job, compared = task_inputs.compared](const std::string& json) {
+    parts_.journal.store_calibration(job.session, json, compared);
   };
   task_inputs.interruptions = [this] { return status().interruptions; };
   task_inputs.truth = [&job](const calib::Calibration& calibration) {

@@ -13,7 +13,6 @@
 
 #include "calib/files/calibration_json.h"
 #include "calib/files/files.h"
-#include "calib/files/shipped_robots.h"
 #include "calib/identify/identify.h"
 #include "calib/model/kinematics.h"
 #include "calib/model/units.h"
@@ -21,11 +20,11 @@
 #include "calib/plan/reach/duration.h"
 #include "calib/plan/touch_sequence.h"
 #include "calib/syntax/input_file.h"
-#include "calib/verdict/change.h"
 #include "calib/verdict/identify_as_stated.h"
 #include "daemon/files/atomic_file.h"
 #include "daemon/files/correction_limit.h"
 #include "daemon/report/report.h"
+#include "daemon/service/estimate.h"
 
 namespace cellcal::daemon {
 
@@ -97,13 +96,9 @@ std::string finished_time(const std::vector<calib::Touch>& touches, const std::s
   return touches.empty() || touches.back().time.empty() ? now : touches.back().time;
 }
 
-void write_results(const TaskInputs& inputs, calib::Calibration calibration,
+void write_results(const TaskInputs& inputs, const calib::Calibration& calibration,
                    const std::vector<calib::Touch>& touches,
                    const std::optional<calib::Plan>& plan) {
-  const std::string csv = calib::format_touches(touches, inputs.cell.robot);
-  calibration.inputs = {{"cell", inputs.files.cell_name, calib::sha256(inputs.files.cell_text)},
-                        {"robot", inputs.files.robot_name, calib::sha256(inputs.files.robot_text)},
-                        {"touches", "touches.csv", calib::sha256(csv)}};
   const std::string json = calib::calibration_to_json(calibration);
 
   ReportInput report;
@@ -123,7 +118,8 @@ void write_results(const TaskInputs& inputs, calib::Calibration calibration,
   if (plan) report.planned_s = calib::duration_s(*plan, inputs.cell.robot, {});
 
   std::filesystem::create_directories(inputs.results_dir);
-  write_atomically(inputs.results_dir / "touches.csv", csv);
+  write_atomically(inputs.results_dir / "touches.csv",
+                   calib::format_touches(touches, inputs.cell.robot));
   write_atomically(inputs.results_dir / "calibration.json", json);
   write_atomically(inputs.results_dir / "report.html", html_report(report));
   inputs.store(json);
@@ -294,12 +290,7 @@ Tasks make_tasks(TaskInputs given) {
     return assessed;
   };
   tasks.identify = [inputs](const std::vector<calib::Touch>& touches) {
-    calib::Calibration calibration = calib::identify(
-        inputs->cell, touches, {.region_poses = calib::kStatedPoses}, calib::shipped_robots);
-    if (inputs->last)
-      calib::judge_change(inputs->last->calibration, inputs->last->words,
-                          inputs->options.accept_change, touches, calibration);
-    return calibration;
+    return estimate(inputs->cell, inputs->files, touches, inputs->compared);
   };
   tasks.report = [inputs, planned_first](const calib::Calibration& calibration,
                                          const std::vector<calib::Touch>& touches) {

@@ -9,25 +9,18 @@
 #include <utility>
 #include <vector>
 
-#include "calib/result/calibration.h"
 #include "daemon/journal/journal.h"
 #include "daemon/service/options.h"
 #include "daemon/service/runner.h"
 
 namespace cellcal::daemon {
 
-/// The newest published one of the same cell file.
-struct LastCalibration {
-  std::string words;  ///< which one
-  calib::Calibration calibration;
-};
-
 struct TaskInputs {
   calib::Cell cell;
   SessionInputs files;
   SessionOptions options;
   std::vector<calib::Touch> made;  ///< before the session was interrupted
-  std::optional<LastCalibration> last;
+  std::optional<Compared> compared;  ///< what the result is held against
   std::optional<double> axis_reach_rad;  ///< as the backend's
   std::int64_t session = 0;
   std::string started;

@@ -1,9 +1,24 @@
 // The words of phases, events, actions and failures.
 
 #include "daemon/files/printable.h"
+#include "daemon/session/evidence.h"
 #include "daemon/session/session.h"
 
 namespace cellcal::daemon {
+
+const char* to_string(drivers::ContactEventKind kind) {
+  switch (kind) {
+    case drivers::ContactEventKind::kTrip:
+      return "trip";
+    case drivers::ContactEventKind::kContact:
+      return "contact";
+    case drivers::ContactEventKind::kRevoked:
+      return "revoked";
+    case drivers::ContactEventKind::kRelease:
+      return "release";
+  }
+  return "unknown";
+}
 
 const char* to_string(Phase phase) {
   switch (phase) {

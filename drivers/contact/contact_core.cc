@@ -157,12 +157,12 @@ void ContactCore::on_frame(const ctp::Frame& frame, TimePoint t_rx) {
       on_status(ctp::read<ctp::Status>(frame), t_rx);
       break;
     case CTP_TRIP:
-      on_trip(ctp::read<ctp::Trip>(frame), t_rx);
+      on_trip(ctp::read<ctp::Trip>(frame), frame.seq, t_rx);
       break;
     case CTP_CONTACT:
     case CTP_REVOKED:
     case CTP_RELEASE:
-      on_event(frame.type, ctp::read<ctp::Event>(frame), t_rx);
+      on_event(frame, t_rx);
       break;
     case CTP_PONG:
       on_pong(ctp::read<ctp::Pong>(frame), t_rx);
@@ -278,49 +278,62 @@ void ContactCore::on_status(const ctp::Status& status, TimePoint now) {
   on_status_test(status, now);
 }
 
-void ContactCore::on_trip(const ctp::Trip& trip, TimePoint now) {
+void ContactCore::on_trip(const ctp::Trip& trip, std::uint8_t sequence, TimePoint now) {
   use_up_arming(trip.arm_id, now);
-  push_event(ContactEventKind::kTrip, trip.arm_id, trip.t, 0, now);
+  ContactRecord record;
+  record.kind = ContactEventKind::kTrip;
+  record.arm_id = trip.arm_id;
+  record.sequence = sequence;
+  record.ticks = trip.t;
+  push_event(record, now);
 }
 
-void ContactCore::on_event(std::uint8_t type, const ctp::Event& event, TimePoint now) {
+void ContactCore::on_event(const ctp::Frame& frame, TimePoint now) {
+  const ctp::Event event = ctp::read<ctp::Event>(frame);
   send(ctp::Ack{event.event});  // also for one that is known: the first ACK may be lost
   if (seen_.contains(event.event)) return;
   seen_.push(event.event);
   bounces_ += event.bounces;
-  ContactEventKind kind = ContactEventKind::kRevoked;
-  if (type == CTP_CONTACT) {
-    kind = ContactEventKind::kContact;
-    contact_v_ = event.sense_mv * 1e-3;
+  ContactRecord record;
+  record.kind = ContactEventKind::kRevoked;
+  record.arm_id = event.arm_id;
+  record.sequence = frame.seq;
+  record.event = event.event;
+  record.ticks = event.t_first;
+  record.confirmed_after_us = event.dt_confirm_us;
+  record.bounces = event.bounces;
+  record.sense_v = event.sense_mv * 1e-3;
+  if (frame.type == CTP_CONTACT) {
+    record.kind = ContactEventKind::kContact;
+    contact_v_ = record.sense_v;
     in_contact_ = true;
     contact_since_ = now;
-  } else if (type == CTP_RELEASE) {
-    kind = ContactEventKind::kRelease;
+  } else if (frame.type == CTP_RELEASE) {
+    record.kind = ContactEventKind::kRelease;
     in_contact_ = false;
   }
-  if (kind != ContactEventKind::kRelease) use_up_arming(event.arm_id, now);
-  push_event(kind, event.arm_id, event.t_first, event.bounces, now);
+  if (record.kind != ContactEventKind::kRelease) use_up_arming(event.arm_id, now);
+  push_event(record, now);
 }
 
-void ContactCore::push_event(ContactEventKind kind, std::uint16_t arm_id, std::uint32_t ticks,
-                             int bounces, TimePoint now) {
-  ContactEvent event;
-  event.kind = kind;
-  event.arm_id = arm_id;
-  event.bounces = bounces;
-  event.first_edge = now;
-  event.time_sigma_s = kNoClockSigmaS;
+void ContactCore::push_event(ContactRecord record, TimePoint now) {
+  record.heard = record.first_edge = now;
+  record.time_sigma_s = kNoClockSigmaS;
   if (clock_.valid()) {
-    const TimePoint edge = clock_.to_host(ticks);
-    const double sigma = clock_.sigma_s(ticks);
+    const TimePoint edge = clock_.to_host(record.ticks);
+    const double sigma = clock_.sigma_s(record.ticks);
     const double ahead = seconds(edge - now);
     if (ahead <= kFutureSlackS + kFutureSigmas * sigma) {
-      event.first_edge = edge;
-      event.time_sigma_s = sigma;
+      record.first_edge = edge;
+      record.time_sigma_s = sigma;
     } else {
-      event.time_sigma_s = std::max(sigma, ahead);
+      record.time_sigma_s = std::max(sigma, ahead);
     }
   }
+  record.lost = lost_records_;
+  if (!records_.push(record)) ++lost_records_;
+  const ContactEvent event{record.kind, record.arm_id, record.first_edge, record.time_sigma_s,
+                           record.bounces};
   if (!events_.push(event)) ++lost_events_;
 }
 

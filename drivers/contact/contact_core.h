@@ -56,6 +56,7 @@ class ContactCore : public ContactGuard {
   ContactSnapshot snapshot(TimePoint now) override;
   std::optional<ContactEvent> take_event() override { return events_.pop(); }
   bool has_event() const { return !events_.empty(); }
+  std::optional<ContactRecord> take_record() { return records_.pop(); }
 
  private:
   enum class Arming { kNone, kAsking, kArmed, kDisarming };
@@ -78,8 +79,8 @@ class ContactCore : public ContactGuard {
   void settle_delivery();
   void on_status_arming(bool armed_flag, bool latched, TimePoint now);
   void on_status_test(const ctp::Status& status, TimePoint now);
-  void on_trip(const ctp::Trip& trip, TimePoint now);
-  void on_event(std::uint8_t type, const ctp::Event& event, TimePoint now);
+  void on_trip(const ctp::Trip& trip, std::uint8_t sequence, TimePoint now);
+  void on_event(const ctp::Frame& frame, TimePoint now);
   void on_pong(const ctp::Pong& pong, TimePoint now);
   void on_nak(const ctp::Nak& nak, TimePoint now);
 
@@ -88,8 +89,8 @@ class ContactCore : public ContactGuard {
   void identify_again(ContactFault fault, TimePoint now);
   void lose_state(TimePoint now);
   void forget_session();
-  void push_event(ContactEventKind kind, std::uint16_t arm_id, std::uint32_t ticks, int bounces,
-                  TimePoint now);
+  /// For the cycle and for the record, which lacks but the times on the host's clock.
+  void push_event(ContactRecord record, TimePoint now);
 
   ArmRefusal refusal(const Request& request, TimePoint now) const;
   void ask(const Request& request, TimePoint now);
@@ -161,8 +162,9 @@ class ContactCore : public ContactGuard {
   static constexpr std::size_t kAnswers = 4;
   FixedRing<std::uint16_t, kRememberedEvents> seen_;
   FixedRing<ContactEvent, kEvents> events_;
+  FixedRing<ContactRecord, kEvents> records_;
   FixedRing<ArmAnswer, kAnswers> answers_;
-  std::uint64_t lost_events_ = 0, bounces_ = 0;
+  std::uint64_t lost_events_ = 0, lost_records_ = 0, bounces_ = 0;
   double contact_v_ = 0.0;
   double delay_mean_s_ = 0.0, delay_var_s2_ = 0.0;  ///< of heartbeats against their stamps
 

@@ -21,6 +21,7 @@ class ContactInline : public ContactSensor {
   std::optional<ArmResult> poll_arm() override;
   void disarm() override;
   void self_test() override;
+  std::optional<ContactRecord> take_record() override { return core_.take_record(); }
   void close() override;
 
   /// Lets line and core live until t, in the order of their times. Whoever moves the virtual clock

@@ -37,6 +37,8 @@ constexpr milliseconds kClosePatience{1000};
 constexpr milliseconds kClosePoll{1};
 constexpr std::size_t kCommands = 64;
 constexpr std::size_t kAnswers = 16;
+/// The session takes them every millisecond; a second of the fastest sensor.
+constexpr std::size_t kRecords = 256;
 
 enum class Port { kClosed, kOpen, kLost };
 
@@ -154,6 +156,12 @@ class SerialContact::Impl : public ContactGuard, public std::enable_shared_from_
     const bool no_port = !result.armed && answer.facts.step == ContactStep::kClosed;
     if (no_port) result.why_not = "the contact sensor is not ready: " + status().words;
     return result;
+  }
+
+  std::optional<ContactRecord> take_record() {
+    ContactRecord record;
+    if (!records_.pop(record)) return std::nullopt;
+    return record;
   }
 
   ContactStatus status() const {
@@ -285,6 +293,12 @@ class SerialContact::Impl : public ContactGuard, public std::enable_shared_from_
       // Its size exceeds what one session can have asked for.
       [[maybe_unused]] const bool pushed = answers_.push(*answer);
     }
+    // What does not fit any more waits in the core, which counts those that it has to drop.
+    while (records_.write_available() > 0) {
+      const auto record = core_.take_record();
+      if (!record) break;
+      records_.push(*record);
+    }
     Published p;
     p.facts = core_.facts(now);
     p.port = port_state_;
@@ -352,6 +366,7 @@ class SerialContact::Impl : public ContactGuard, public std::enable_shared_from_
   std::atomic<std::uint64_t> closes_asked_{0}, closes_done_{0};
   boost::lockfree::spsc_queue<Command, boost::lockfree::capacity<kCommands>> commands_;
   boost::lockfree::spsc_queue<ArmAnswer, boost::lockfree::capacity<kAnswers>> answers_;
+  boost::lockfree::spsc_queue<ContactRecord, boost::lockfree::capacity<kRecords>> records_;
   LatestValue<Published> published_;
   PortQueues queues_;
 
@@ -386,6 +401,8 @@ void SerialContact::arm(std::uint16_t arm_id, std::chrono::milliseconds lifetime
 std::optional<ArmResult> SerialContact::poll_arm() { return impl_->poll_arm(); }
 
 void SerialContact::disarm() { impl_->command({Command::Kind::kDisarm, 0, milliseconds{0}}); }
+
+std::optional<ContactRecord> SerialContact::take_record() { return impl_->take_record(); }
 
 void SerialContact::self_test() { impl_->command({Command::Kind::kSelfTest, 0, milliseconds{0}}); }
 

@@ -36,6 +36,7 @@ class SerialContact : public ContactSensor {
   std::optional<ArmResult> poll_arm() override;
   void disarm() override;
   void self_test() override;
+  std::optional<ContactRecord> take_record() override;
   void close() override;
 
   /// For the robot's cycle, on the io_context's thread; lives as long as this object. Takes what

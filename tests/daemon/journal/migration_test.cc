@@ -1,11 +1,13 @@
-// A journal of schema 1, as that version made it.
+// Journals of earlier schemas, as those versions made them.
 
 #include <gtest/gtest.h>
 
 #include "daemon/journal/schema.h"
 #include "daemon/journal/sqlite.h"
 #include "images.h"
+#include "losing_disk.h"
 #include "temporary_directory.h"
+#include "version_2.h"
 
 namespace cellcal::daemon::testing {
 namespace {
@@ -14,7 +16,7 @@ namespace {
 void make_version_1(const std::filesystem::path& path) {
   Database database(path);
   database.execute("PRAGMA journal_mode = WAL");
-  database.execute(kSchema);
+  database.execute(kSchema1);
   database.execute(R"sql(
     PRAGMA application_id = 0x6363616c;
     PRAGMA user_version = 1;
@@ -37,7 +39,12 @@ TEST(a_journal_of_version_1, is_taken_over_as_it_is_and_says_so) {
   make_version_1(dir / "j.db");
   {
     Journal journal(dir / "j.db");
-    ASSERT_EQ(journal.remarks().size(), 1u);
+    ASSERT_EQ(journal.remarks().size(), 2u);
+    EXPECT_NE(
+        journal.remarks()[1].find("taken over from schema 1 to 3; as it was before it is kept "
+                                  "as j.db.version-1"),
+        std::string::npos)
+        << journal.remarks()[1];
     EXPECT_NE(journal.remarks()[0].find("8 rows of an earlier version had no checksums"),
               std::string::npos)
         << journal.remarks()[0];
@@ -66,6 +73,123 @@ TEST(a_journal_of_version_1, has_its_rows_watched_from_then_on) {
   Journal journal(dir / "j.db");
   EXPECT_THROW(journal.touches(1), JournalError);
   EXPECT_EQ(journal.touches(2).size(), 1u);
+}
+
+/// Every value of every table of versions 1 and 2, with its type.
+std::string dump(const std::filesystem::path& path, const char* columns_of_touch) {
+  Database database(path);
+  std::string all;
+  for (const std::string table :
+       {"session", "touch", "reading", "event", "chain WHERE kind <> 'none'"}) {
+    std::string columns = "*";
+    if (table == "touch") columns = columns_of_touch;
+    if (table == "session")
+      columns =
+          "id, started, ended, state, cell_name, cell_text, robot_name, robot_text, options, "
+          "plan_hash, planned, failure, calibration";
+    Statement rows(database, ("SELECT rowid, " + columns + " FROM " + table).c_str());
+    while (rows.step()) all += bytes_of(rows.values());
+  }
+  return all;
+}
+constexpr const char* kTouch =
+    "session, number, joint_rad, target, held_out, sigma_m, radius_m, tracker_m, time, "
+    "settled_rad, readings, spread_m, speed_m_s";
+
+TEST(a_journal_of_version_2, is_taken_over_bit_for_bit_with_its_checksums_as_they_are) {
+  const TemporaryDirectory dir;
+  make_version_2(dir / "j.db");
+  const std::string before = dump(dir / "j.db", kTouch);
+  {
+    Journal journal(dir / "j.db");
+    ASSERT_EQ(journal.remarks().size(), 1u);
+    EXPECT_NE(journal.remarks()[0].find("from schema 2 to 3"), std::string::npos);
+    ASSERT_EQ(journal.touches(1).size(), 2u);
+    const calib::Touch touch = journal.touches(1)[1];
+    EXPECT_EQ(touch.joint_rad, (std::vector<double>{0.1, HUGE_VAL}));
+    EXPECT_EQ(touch.settled_joint_rad, std::vector<double>{-1.0 / 3.0});
+    EXPECT_EQ(touch.set, calib::TouchSet::kCheck);
+    EXPECT_EQ(touch.tracker_m[2], 3.0);
+    EXPECT_EQ(touch.spread_m, 1.0 / 7.0);
+    EXPECT_EQ(touch.tool, "");
+    EXPECT_FALSE(touch.temperature_c);
+    EXPECT_EQ(journal.session(1)->software, "");
+    EXPECT_EQ(journal.newest_resumable()->id, 2);
+  }
+  EXPECT_EQ(dump(dir / "j.db", kTouch), before);
+  EXPECT_EQ(dump(dir / "j.db.version-2", kTouch), before);
+  EXPECT_EQ(refusal(dir / "j.db"), "");
+}
+
+TEST(a_journal_of_version_2, whose_rows_were_changed_has_the_same_session_damaged_afterwards) {
+  const TemporaryDirectory dir;
+  make_version_2(dir / "j.db");
+  Database(dir / "j.db").execute("UPDATE touch SET target='S9' WHERE session=1");
+  Journal journal(dir / "j.db");
+  EXPECT_THROW(journal.touches(1), JournalError);
+  EXPECT_EQ(journal.touches(2).size(), 1u);
+}
+
+TEST(a_journal_of_version_2, whose_checksums_were_changed_is_refused_and_not_taken_over) {
+  const TemporaryDirectory dir;
+  make_version_2(dir / "j.db");
+  Database(dir / "j.db").execute("UPDATE chain SET digest='00' WHERE number=3");
+  EXPECT_NE(refusal(dir / "j.db").find("entry 3 of its checksums"), std::string::npos);
+  EXPECT_EQ(Database(dir / "j.db").integer("PRAGMA user_version"), 2);
+  EXPECT_FALSE(std::filesystem::exists(dir / "j.db.version-2"));
+}
+
+TEST(a_journal_of_version_2, is_kept_until_a_session_of_this_version_is_done) {
+  const TemporaryDirectory dir;
+  make_version_2(dir / "j.db");
+  {
+    Journal journal(dir / "j.db");
+    journal.resume(2, "t2");
+    journal.record(2, RecordEnd{Ending::kDone, ""}, "t3");
+  }
+  std::int64_t id = 0;
+  {
+    Journal journal(dir / "j.db");  // that session began in the version before
+    EXPECT_TRUE(std::filesystem::exists(dir / "j.db.version-2"));
+    id = fill(journal, 1);
+  }
+  {
+    Journal journal(dir / "j.db");
+    EXPECT_TRUE(std::filesystem::exists(dir / "j.db.version-2"));
+    journal.record(id, RecordEnd{Ending::kDone, ""}, "t3");
+  }
+  const Journal journal(dir / "j.db");
+  ASSERT_EQ(journal.remarks().size(), 1u);
+  EXPECT_NE(journal.remarks()[0].find("j.db.version-2, kept of the version before, was removed"),
+            std::string::npos);
+  EXPECT_FALSE(std::filesystem::exists(dir / "j.db.version-2"));
+}
+
+TEST(a_journal_of_version_2, whose_taking_over_is_cut_off_anywhere_is_one_or_the_other_whole) {
+  const TemporaryDirectory dir;
+  make_version_2(dir / "old.db");
+  const std::string before = dump(dir / "old.db", kTouch);
+  int cuts = 0, old_left = 0;
+  for (long at = 0;; ++at) {
+    const TemporaryDirectory here;
+    copy_journal(dir / "old.db", here / "j.db");
+    const auto unsynced = at % 2 == 0 ? Cut::Unsynced::kLost : Cut::Unsynced::kTorn;
+    if (!is_cut_in({here.path(), at, unsynced, static_cast<unsigned>(at) + 1},
+                   [&] { const Journal journal(here / "j.db"); }))
+      break;
+    ++cuts;
+    const TemporaryDirectory look;
+    copy_journal(here / "j.db", look / "j.db");
+    ASSERT_EQ(dump(look / "j.db", kTouch), before) << "cut at write " << at;
+    old_left += Database(look / "j.db").integer("PRAGMA user_version") == 2;
+    ASSERT_EQ(refusal(here / "j.db"), "") << "cut at write " << at;
+    Journal again(here / "j.db");
+    EXPECT_EQ(again.touches(1).size(), 2u);
+  }
+  std::printf("cut at each of %d writes; version 2 was left %d times\n", cuts, old_left);
+  EXPECT_GT(cuts, 20);
+  EXPECT_GT(old_left, 10);
+  EXPECT_LT(old_left, cuts) << "a cut behind the commit leaves the new version";
 }
 
 }  // namespace

@@ -144,6 +144,14 @@ std::optional<drivers::MoveResult> FakeRobot::poll() {
     latch.contact_time = w_.clock.now();
     result.latch = latch;
     w_.in_contact = true;
+    drivers::ContactRecord record;
+    record.kind = drivers::ContactEventKind::kContact;
+    record.arm_id = move.arm_id;
+    record.event = static_cast<std::uint16_t>(w_.moves.size());
+    record.ticks = 4000000000u;
+    record.sense_v = 0.25;
+    record.heard = record.first_edge = w_.clock.now();
+    w_.records.push_back(record);
   }
   if (result.outcome == MoveOutcome::kArrived && !legs_.empty()) {
     begin_leg();
@@ -203,6 +211,13 @@ void FakeContact::arm(std::uint16_t arm_id, std::chrono::milliseconds) {
 
 std::optional<drivers::ArmResult> FakeContact::poll_arm() {
   return std::exchange(w_.arm_answer, std::nullopt);
+}
+
+std::optional<drivers::ContactRecord> FakeContact::take_record() {
+  if (w_.records.empty()) return std::nullopt;
+  const drivers::ContactRecord record = w_.records.front();
+  w_.records.pop_front();
+  return record;
 }
 
 void FakeContact::disarm() { ++w_.disarmings; }

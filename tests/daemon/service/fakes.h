@@ -71,6 +71,7 @@ struct World {
   std::uint64_t late = 0;
   drivers::TimePoint down_until{};
   std::optional<drivers::ArmResult> arm_answer;
+  std::deque<drivers::ContactRecord> records;  ///< of contacts, until they are taken
 };
 
 class FakeRobot final : public drivers::Robot {
@@ -100,6 +101,7 @@ class FakeContact final : public drivers::ContactSensor {
   std::optional<drivers::ArmResult> poll_arm() override;
   void disarm() override;
   void self_test() override;
+  std::optional<drivers::ContactRecord> take_record() override;
   void close() override;
 
  private:
@@ -130,6 +132,8 @@ class FakeRecorder final : public Recorder {
   void record(const RecordTouch& touch) override;
   void record(const RecordEnd& end) override;
   void note(const std::string&, const std::string& words) override { notes.push_back(words); }
+  void note(const RecordChange& change) override { changes.push_back(change); }
+  void note(const RecordContact& contact) override { contacts.push_back(contact); }
 
   int fails_at = kNever;
   int calls = 0;
@@ -137,6 +141,8 @@ class FakeRecorder final : public Recorder {
   std::vector<RecordTouch> touches;
   std::vector<RecordEnd> ends;
   std::vector<std::string> notes;
+  std::vector<RecordChange> changes;
+  std::vector<RecordContact> contacts;
 
  private:
   void count();

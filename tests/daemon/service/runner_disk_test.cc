@@ -148,6 +148,8 @@ TEST(a_journal_that_is_gone, is_noticed_before_the_next_move) {
     void record(const RecordTouch&) override { gone = true; }
     void record(const RecordEnd&) override {}
     void note(const std::string&, const std::string&) override {}
+    void note(const RecordChange&) override {}
+    void note(const RecordContact&) override {}
     void check() override {
       if (gone) throw std::runtime_error("journal x.db: was removed");
     }

@@ -89,6 +89,8 @@ TEST(a_session, has_each_touch_on_disk_before_the_next_move) {
     }
     void record(const RecordEnd&) override {}
     void note(const std::string&, const std::string&) override {}
+    void note(const RecordChange&) override {}
+    void note(const RecordContact&) override {}
     Session& s;
     int touches = 0;
   } watching(session);

@@ -63,6 +63,8 @@ struct StalledRecorder final : Recorder {
   }
   void record(const RecordEnd&) override {}
   void note(const std::string&, const std::string&) override {}
+  void note(const RecordChange&) override {}
+  void note(const RecordContact&) override {}
 
   std::promise<void> stalled, answers;
   std::atomic<bool> on_disk{false};

@@ -65,6 +65,61 @@ TEST_P(Contacts, AreNeitherMissedNorFalseNorWrongByMoreThanTheyState) {
   EXPECT_LT(worst, kSigmas);
 }
 
+std::vector<ContactRecord> taken(Rig& rig) {
+  std::vector<ContactRecord> records;
+  while (const auto record = rig.contact.take_record()) records.push_back(*record);
+  return records;
+}
+
+TEST(Records, AreTheEventsAsTheSensorGaveThem) {
+  sim::McuOptions mcu;
+  mcu.first_ticks = 4'000'000'000u;
+  Rig rig(mcu);
+  ASSERT_TRUE(rig.get_ready());
+  taken(rig);
+  ASSERT_TRUE(rig.arm(7).armed);
+  rig.mcu.edge(rig.now() + milliseconds{1}, true);
+  rig.run(milliseconds{5});
+  rig.mcu.edge(rig.now() + milliseconds{1}, false);
+  rig.run(milliseconds{5});
+  const std::vector<ContactRecord> records = taken(rig);
+  ASSERT_EQ(records.size(), 3u);
+  EXPECT_EQ(records[0].kind, ContactEventKind::kTrip);
+  EXPECT_EQ(records[1].kind, ContactEventKind::kContact);
+  EXPECT_EQ(records[2].kind, ContactEventKind::kRelease);
+  EXPECT_EQ(records[0].arm_id, 7);
+  EXPECT_EQ(records[1].ticks, records[0].ticks) << "the same first edge";
+  EXPECT_GT(records[0].ticks, 4'000'000'000u);
+  EXPECT_GT(records[2].ticks - records[1].ticks, 4u * 1000 * CTP_TICKS_PER_US);
+  EXPECT_GT(records[1].confirmed_after_us, 0);
+  EXPECT_EQ(records[0].event, 0);
+  EXPECT_EQ(static_cast<std::uint16_t>(records[1].event + 1), records[2].event);
+  EXPECT_NE(records[0].sequence, records[1].sequence);
+  EXPECT_LT(records[1].sense_v, 1.0) << "closed";
+  EXPECT_GT(records[2].sense_v, 2.0) << "open";
+  ASSERT_EQ(rig.events.size(), 3u);
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(records[i].first_edge, rig.events[i].first_edge);
+    EXPECT_LT(records[i].first_edge, records[i].heard);
+    EXPECT_EQ(records[i].lost, 0u);
+  }
+}
+
+TEST(Records, ThatNobodyTakesAreCountedAndDisturbNothing) {
+  Rig rig;
+  ASSERT_TRUE(rig.get_ready());
+  taken(rig);
+  constexpr int kMany = 100;
+  for (int i = 0; i < kMany; ++i) {
+    rig.mcu.edge(rig.now() + milliseconds{1}, i % 2 == 0);
+    rig.run(milliseconds{6});
+  }
+  EXPECT_GE(rig.events.size(), std::size_t{kMany / 2}) << "the cycle has had its own";
+  const std::vector<ContactRecord> records = taken(rig);
+  ASSERT_EQ(records.size(), 64u);
+  EXPECT_EQ(records.back().lost + 65, rig.events.size());
+}
+
 INSTANTIATE_TEST_SUITE_P(Drift, Contacts, testing::Values(-200.0, 0.0, 200.0));
 
 }  // namespace

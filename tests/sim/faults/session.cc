@@ -1,30 +1,11 @@
 #include "session.h"
 
 #include "daemon/service/inputs.h"
+#include "daemon/service/journal_recorder.h"
 #include "daemon/service/tasks.h"
 
 namespace cellcal::faults {
 namespace {
-
-class JournalRecorder final : public daemon::Recorder {
- public:
-  JournalRecorder(daemon::Journal& journal, std::int64_t session, daemon::Backend& backend)
-      : journal_(journal), session_(session), backend_(backend) {}
-  void record(const daemon::RecordPlan& plan) override { journal_.record(session_, plan); }
-  void record(const daemon::RecordReading& reading) override { journal_.record(session_, reading); }
-  void record(const daemon::RecordTouch& touch) override { journal_.record(session_, touch); }
-  void record(const daemon::RecordEnd& end) override {
-    journal_.record(session_, end, backend_.utc_now());
-  }
-  void note(const std::string& utc, const std::string& words) override {
-    journal_.note(session_, utc, words);
-  }
-
- private:
-  daemon::Journal& journal_;
-  std::int64_t session_;
-  daemon::Backend& backend_;
-};
 
 daemon::Tasks tasks_of(const Job& job) {
   daemon::Tasks tasks;
@@ -58,7 +39,7 @@ Ending run_session(FaultyCell& cell, const Job& job, daemon::Journal& journal, s
                    bool resumed, const std::function<void(daemon::Runner&)>& on_begin,
                    int retries) {
   CellBackend backend(cell);
-  JournalRecorder recorder(journal, session, backend);
+  daemon::JournalRecorder recorder(journal, session, backend);
   daemon::InlineWorker worker;
   daemon::State state;
   state.timeouts.connecting = std::chrono::seconds(15);  // nobody walks to this pendant

@@ -1,0 +1,131 @@
+// Rows of another journal's session, taken into this one.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "calib/files/files.h"
+#include "calib/syntax/input_file.h"
+#include "daemon/journal/journal_impl.h"
+#include "daemon/journal/rows.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+constexpr const char* kEnds[] = {"interrupted", "aborted", "failed", "done"};
+
+std::vector<std::string> columns_of(Database& database, const std::string& table) {
+  return Statement(database, ("SELECT * FROM " + table).c_str()).column_names();
+}
+
+/// One session's rows, row by row, under a new number.
+class Import {
+ public:
+  Import(Database& database, Chain& chain, const SessionRows& rows, const std::string& origin,
+         const std::string& from)
+      : database_(database), chain_(chain), rows_(rows), origin_(origin), from_(from) {}
+
+  std::int64_t run() {
+    const auto session = std::find_if(
+        rows_.entries.begin(), rows_.entries.end(),
+        [](const RowEntry& entry) { return entry.table == "session" && !entry.names.empty(); });
+    if (session == rows_.entries.end()) refuse("the session's own row is missing");
+    insert(*session);
+    id_ = database_.last_row_id();
+    chain_.add(id_, "session", id_);
+    for (const RowEntry& entry : rows_.entries) {
+      if (entry.names.empty() || &entry == &*session) continue;
+      if (entry.table == "session") refuse("it holds more than one session");
+      insert(entry);
+      chain_.add(id_, entry.table.c_str(), database_.last_row_id());
+    }
+    return id_;
+  }
+
+ private:
+  [[noreturn]] void refuse(const std::string& why) const {
+    throw JournalError(from_ + ": " + why + ": damaged or altered. Export the session again");
+  }
+
+  void insert(const RowEntry& entry) {
+    if (std::find(std::begin(kChainedTables), std::end(kChainedTables), entry.table) ==
+        std::end(kChainedTables))
+      refuse("there is no table '" + entry.table + "'");
+    const std::vector<std::string> known = columns_of(database_, entry.table);
+    std::string names, places;
+    for (const std::string& name : entry.names) {
+      if (std::find(known.begin(), known.end(), name) == known.end())
+        refuse("table '" + entry.table + "' has no column '" + name + "'");
+      names += (names.empty() ? "" : ", ") + name;
+      places += places.empty() ? "?" : ",?";
+    }
+    Statement insert(
+        database_,
+        fmt::format("INSERT INTO {} ({}) VALUES ({})", entry.table, names, places).c_str());
+    for (std::size_t i = 0; i < entry.names.size(); ++i)
+      insert.bind(static_cast<int>(i) + 1, value(entry, i));
+    insert.step();
+    if (entry.table == "session") mark();
+  }
+
+  /// As it was written, but for the session's number.
+  Value value(const RowEntry& entry, std::size_t column) const {
+    const std::string& name = entry.names[column];
+    if (entry.table != "session") return name == "session" ? Value(id_) : entry.columns[column];
+    return name == "id" ? Value() : entry.columns[column];
+  }
+
+  /// Nobody runs it here.
+  void mark() {
+    const std::int64_t id = database_.last_row_id();
+    Statement select(database_, "SELECT state FROM session WHERE id=?");
+    select.bind(1, id).step();
+    std::string state = select.text(0);
+    if (state == "running") state = "interrupted";
+    if (std::find(std::begin(kEnds), std::end(kEnds), state) == std::end(kEnds))
+      refuse("there is no state '" + state + "'");
+    Statement update(database_, "UPDATE session SET state=?, origin=? WHERE id=?");
+    update.bind(1, std::string_view(state)).bind(2, std::string_view(origin_)).bind(3, id).step();
+  }
+
+  Database& database_;
+  Chain& chain_;
+  const SessionRows& rows_;
+  const std::string& origin_;
+  const std::string& from_;
+  std::int64_t id_ = 0;
+};
+
+}  // namespace
+
+std::string Journal::name() {
+  const std::lock_guard lock(impl_->mutex);
+  return impl_->chain.name();
+}
+
+std::string Journal::rows(std::int64_t session) {
+  if (!impl_->pending.all().empty()) impl_->write([] {});
+  const std::lock_guard lock(impl_->mutex);
+  impl_->chain.verify(session);
+  return to_lines(read_rows(impl_->database, impl_->chain.name(), session));
+}
+
+std::pair<std::int64_t, bool> Journal::import(const std::string& lines, const std::string& from) {
+  const SessionRows rows = parse_lines(lines, from);
+  const std::string sum = calib::sha256(lines);
+  const std::vector<SessionRecord> all = sessions();
+  for (const SessionRecord& there : all)
+    if (there.origin && there.origin->sum == sum) return {there.id, false};
+  // Its own, and nothing has happened to it since.
+  if (rows.journal == name() && session(rows.session) && this->rows(rows.session) == lines)
+    return {rows.session, false};
+  const std::string origin =
+      nlohmann::json{{"journal", rows.journal}, {"session", rows.session}, {"sum", sum}}.dump();
+  std::int64_t id = 0;
+  impl_->write([&] { id = Import(impl_->database, impl_->chain, rows, origin, from).run(); });
+  return {id, true};
+}
+
+}  // namespace cellcal::daemon

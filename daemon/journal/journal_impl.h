@@ -1,0 +1,48 @@
+#pragma once
+// What a journal is made of. For the .cc files of this room that do its work.
+
+#include <atomic>
+#include <functional>
+#include <mutex>
+
+#include "daemon/journal/chain.h"
+#include "daemon/journal/file_watch.h"
+#include "daemon/journal/head_file.h"
+#include "daemon/journal/journal.h"
+#include "daemon/journal/lock_file.h"
+#include "daemon/journal/pending_rows.h"
+#include "daemon/journal/sqlite.h"
+
+namespace cellcal::daemon {
+
+struct Journal::Impl {
+  explicit Impl(const std::filesystem::path& path);
+
+  static std::vector<std::filesystem::path> all(const std::filesystem::path& path);
+
+  /// One transaction: what is pending, then what `act` writes. On disk, in the files that others
+  /// see, when it returns.
+  void write(const std::function<void()>& act);
+  /// The row that was inserted last.
+  void added(std::int64_t session, const char* table) {
+    chain.add(session, table, database.last_row_id());
+  }
+  void changed(std::int64_t session) { chain.add(session, "session", session); }
+  void set_state(std::int64_t session, std::string_view state, std::string_view ended,
+                 std::string_view failure);
+  /// What the state means now: a session that nobody runs any more does not run, whether or not
+  /// its end could be recorded.
+  void judge(SessionRecord& record);
+
+  std::mutex mutex;  ///< held while the disk is waited for
+  LockFile lock;
+  HeadFile head;
+  Database database;
+  Chain chain;
+  std::vector<std::string> remarks;
+  FileWatch files;
+  PendingRows pending;
+  std::atomic<std::int64_t> running{0};
+};
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,44 @@
+#include "daemon/journal/migrations.h"
+
+#include <fmt/format.h>
+
+#include <array>
+
+#include "daemon/journal/schema.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+/// How many rows it gave checksums to.
+using Migration = std::int64_t (*)(Database&, Chain&);
+
+std::int64_t to_1(Database& database, Chain&) {
+  database.execute(kSchema1);
+  database.execute(fmt::format("PRAGMA application_id = {}", kApplicationId).c_str());
+  return 0;
+}
+
+std::int64_t to_2(Database& database, Chain& chain) {
+  database.execute(kSchema2);
+  return chain.take_all();
+}
+
+std::int64_t to_3(Database& database, Chain&) {
+  database.execute(kSchema3);
+  return 0;
+}
+
+constexpr std::array<Migration, kSchemaVersion> kMigrations{to_1, to_2, to_3};
+
+}  // namespace
+
+std::int64_t migrate(Database& database, Chain& chain, int from) {
+  std::int64_t accepted = 0;
+  for (auto step = static_cast<std::size_t>(from); step < kMigrations.size(); ++step)
+    accepted += kMigrations[step](database, chain);
+  database.execute(fmt::format("PRAGMA user_version = {}", kSchemaVersion).c_str());
+  return accepted;
+}
+
+}  // namespace cellcal::daemon

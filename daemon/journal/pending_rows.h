@@ -1,0 +1,49 @@
+#pragma once
+// What is written with the next row: words, changes of phase, events of the sensor. Taking one never
+// waits for the disk.
+
+#include <cstdint>
+#include <mutex>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "daemon/journal/chain.h"
+#include "daemon/session/evidence.h"
+
+namespace cellcal::daemon {
+
+struct Words {
+  std::string utc, words;
+};
+
+struct PendingRow {
+  std::int64_t session = 0;
+  std::variant<Words, RecordChange, RecordContact> what;
+};
+
+class PendingRows {
+ public:
+  void take(PendingRow row) {
+    const std::lock_guard lock(mutex_);
+    rows_.push_back(std::move(row));
+  }
+  std::vector<PendingRow> all() const {
+    const std::lock_guard lock(mutex_);
+    return rows_;
+  }
+  /// The first ones are on disk.
+  void written(std::size_t count) {
+    const std::lock_guard lock(mutex_);
+    rows_.erase(rows_.begin(), rows_.begin() + static_cast<std::ptrdiff_t>(count));
+  }
+
+ private:
+  mutable std::mutex mutex_;  ///< never held while the disk is waited for
+  std::vector<PendingRow> rows_;
+};
+
+/// Within a transaction.
+void insert(Database& database, Chain& chain, const PendingRow& row);
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,20 @@
+#pragma once
+// From what a session recorded to its result: the same bits whenever it is done again by the same
+// version.
+
+#include <optional>
+#include <vector>
+
+#include "calib/model/robot.h"
+#include "calib/result/calibration.h"
+#include "daemon/journal/journal.h"
+
+namespace cellcal::daemon {
+
+/// Identifies, judges the result against the earlier one, and states what it rests on. Throws
+/// calib::IdentifyError, calib::FileError (an earlier one that cannot be read).
+calib::Calibration estimate(const calib::Cell& cell, const SessionInputs& inputs,
+                            const std::vector<calib::Touch>& touches,
+                            const std::optional<Compared>& compared);
+
+}  // namespace cellcal::daemon

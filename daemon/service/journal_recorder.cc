@@ -1,0 +1,54 @@
+#include "daemon/service/journal_recorder.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include "daemon/files/log_context.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+LogEvent event_of(Ending ending) {
+  switch (ending) {
+    case Ending::kFailed:
+      return LogEvent::kSessionFailed;
+    case Ending::kAborted:
+      return LogEvent::kSessionAborted;
+    case Ending::kDone:
+      break;
+  }
+  return LogEvent::kSessionDone;
+}
+
+}  // namespace
+
+void JournalRecorder::record(const RecordTouch& touch) {
+  journal_.record(session_, touch);
+  const calib::Touch& made = touch.touch;
+  const LogScope scope({.session = session_,
+                        .touch = static_cast<std::int64_t>(touch.index) + 1,
+                        .event = LogEvent::kTouch});
+  spdlog::info("session {}: touch {} on {} recorded, {}", session_, touch.index + 1, made.target,
+               made.readings > 1 ? fmt::format("confirmed by {} slow contacts within {:.4f} mm",
+                                               made.readings, made.spread_m * 1e3)
+                                 : fmt::format("one contact at {:.0f} mm/s", made.speed_m_s * 1e3));
+}
+
+void JournalRecorder::record(const RecordEnd& end) {
+  journal_.record(session_, end, backend_.utc_now());
+  const LogScope scope({.session = session_, .event = event_of(end.ending)});
+  if (end.ending == Ending::kFailed) {
+    spdlog::error("session {} failed: {}", session_, end.failure);
+  } else {
+    spdlog::info("session {} {}", session_,
+                 end.ending == Ending::kDone ? "is done" : "was aborted");
+  }
+}
+
+void JournalRecorder::note(const std::string& utc, const std::string& words) {
+  journal_.note(session_, utc, words);
+  spdlog::debug("session {}: {}", session_, words);
+}
+
+}  // namespace cellcal::daemon

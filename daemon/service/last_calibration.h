@@ -1,0 +1,17 @@
+#pragma once
+// What a session's result is held against.
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "daemon/journal/journal.h"
+
+namespace cellcal::daemon {
+
+/// The newest published one of the same cell file, recorded by this journal before that session;
+/// `accepted` as the session has it. Throws JournalError.
+std::optional<Compared> last_calibration(Journal& journal, const std::string& cell_name,
+                                         std::int64_t before, bool accepted);
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,35 @@
+#pragma once
+// What is kept of a session beside its touches: every change of phase, and every event of the
+// contact sensor as it gave it. Nothing is decided by them.
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+#include "daemon/session/event.h"
+#include "daemon/session/phase_change.h"
+#include "drivers/contact.h"
+
+namespace cellcal::daemon {
+
+struct RecordChange {
+  PhaseChange change;
+  EventKind on = EventKind::kRun;
+  std::string utc;
+  double clock_s = 0.0;  ///< session's clock
+  /// Late replies as the controller counted them by then, and how late this computer delivered the
+  /// sensor's bytes at worst.
+  std::uint64_t late_replies = 0;
+  double sensor_late_s = 0.0;
+};
+
+struct RecordContact {
+  std::size_t touch = 0;  ///< in hand
+  std::string utc;        ///< when it was taken
+  drivers::ContactRecord contact;
+};
+
+/// "trip", "contact", "revoked", "release".
+const char* to_string(drivers::ContactEventKind kind);
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,174 @@
+// A session's rows out of one journal and into another.
+
+#include <gtest/gtest.h>
+
+#include "daemon/journal/chain.h"
+#include "daemon/journal/rows.h"
+#include "images.h"
+#include "temporary_directory.h"
+
+namespace cellcal::daemon::testing {
+namespace {
+
+struct the_rows_of_a_session : ::testing::Test {
+  the_rows_of_a_session() {
+    Journal journal(dir / "a.db");
+    fill(journal, 1);
+    id = fill(journal, 3);
+    RecordContact contact;
+    contact.contact.sense_v = HUGE_VAL;  // no JSON number
+    journal.note(id, contact);
+    journal.note(id, "t", std::string("not UTF-8: \xff\0 and a nought", 27));
+    journal.record(id, RecordEnd{Ending::kFailed, "why"}, "t9");
+    lines = journal.rows(id);
+    events = journal.events(id);
+    name = journal.name();
+  }
+
+  std::string refusal_of(const std::string& altered) {
+    Journal other(dir / "b.db");
+    try {
+      other.import(altered, "rows.jsonl");
+    } catch (const JournalError& error) {
+      if (!other.sessions().empty()) throw;
+      return error.what();
+    }
+    return "";
+  }
+  std::string replaced(const std::string& what, const std::string& by) const {
+    const auto at = lines.find(what);
+    EXPECT_NE(at, std::string::npos) << what;
+    return std::string(lines).replace(at, what.size(), by);
+  }
+
+  TemporaryDirectory dir;
+  std::int64_t id = 0;
+  std::string lines, name;
+  std::vector<std::string> events;
+};
+
+TEST_F(the_rows_of_a_session, come_into_another_journal_bit_for_bit_and_are_marked) {
+  Journal other(dir / "b.db");
+  fill(other, 2);
+  const auto [there, is_new] = other.import(lines, "rows.jsonl");
+  EXPECT_TRUE(is_new);
+  EXPECT_EQ(there, 2);
+  Journal first(dir / "a.db");
+  EXPECT_EQ(other.touches(there), first.touches(id));
+  EXPECT_EQ(other.events(there), events);
+  EXPECT_EQ(other.reading_count(there), 6);
+  const SessionRecord record = *other.session(there);
+  EXPECT_EQ(record.state, "failed");
+  EXPECT_EQ(record.failure, "why");
+  ASSERT_TRUE(record.origin);
+  EXPECT_EQ(record.origin->journal, name);
+  EXPECT_EQ(record.origin->session, id);
+  EXPECT_FALSE(record.resumable());
+}
+
+TEST_F(the_rows_of_a_session, come_in_once) {
+  Journal other(dir / "b.db");
+  EXPECT_TRUE(other.import(lines, "x").second);
+  const auto again = other.import(lines, "y");
+  EXPECT_EQ(again.first, 1);
+  EXPECT_FALSE(again.second);
+  EXPECT_EQ(other.sessions().size(), 1u);
+  Journal own(dir / "a.db");
+  EXPECT_EQ(own.import(lines, "z"), (std::pair{id, false})) << "its own";
+}
+
+TEST_F(the_rows_of_a_session, that_were_imported_hide_no_session_that_can_be_resumed) {
+  Journal other(dir / "b.db");
+  const std::int64_t own = fill(other, 1);
+  other.record(own, RecordEnd{Ending::kAborted, ""}, "t9");
+  other.import(lines, "x");
+  ASSERT_TRUE(other.newest_resumable());
+  EXPECT_EQ(other.newest_resumable()->id, own);
+}
+
+TEST_F(the_rows_of_a_session, that_still_ran_are_those_of_one_that_was_interrupted) {
+  Journal running(dir / "c.db");
+  const std::int64_t there = fill(running, 1);
+  const std::string its = running.rows(there);
+  Journal other(dir / "b.db");
+  EXPECT_EQ(other.session(other.import(its, "x").first)->state, "interrupted");
+}
+
+TEST_F(the_rows_of_a_session, can_be_exported_again_from_where_they_were_imported) {
+  Journal second(dir / "b.db"), third(dir / "c.db");
+  const std::string again = second.rows(second.import(lines, "x").first);
+  third.import(again, "y");
+  EXPECT_EQ(third.touches(1), second.touches(1));
+  EXPECT_EQ(third.session(1)->origin->journal, second.name());
+}
+
+TEST_F(the_rows_of_a_session, that_were_altered_are_refused_with_their_line) {
+  EXPECT_NE(refusal_of(replaced("\"target\":\"S1\"", "\"target\":\"S2\""))
+                .find("its columns are not as they were written: damaged or altered"),
+            std::string::npos);
+  EXPECT_NE(refusal_of(replaced("\"table\":\"reading\"", "\"table\":\"touch\""))
+                .find("its sum is not that of what it says"),
+            std::string::npos);
+  const auto line = [&](int number) {
+    std::size_t begin = 0;
+    for (int i = 1; i < number; ++i) begin = lines.find('\n', begin) + 1;
+    return lines.substr(begin, lines.find('\n', begin) + 1 - begin);
+  };
+  EXPECT_NE(refusal_of(replaced(line(6), "")).find("rows.jsonl:"), std::string::npos);
+  EXPECT_NE(refusal_of(replaced(line(6), line(7) + line(6))).find("rows.jsonl:7: it"),
+            std::string::npos);
+  EXPECT_NE(refusal_of(replaced(line(6), line(6) + line(6))).find("out of order"),
+            std::string::npos);
+}
+
+TEST_F(the_rows_of_a_session, that_were_cut_short_anywhere_are_refused) {
+  for (std::size_t size = 0; size + 1 < lines.size(); size += 1 + lines.size() / 150)
+    EXPECT_NE(refusal_of(lines.substr(0, size)), "") << size;
+}
+
+TEST_F(the_rows_of_a_session, in_which_a_byte_is_another_are_refused_or_the_same) {
+  // The first line's name of the journal is the manifest's to watch (daemon/service/archive.h).
+  for (std::size_t at = lines.find('\n'); at < lines.size(); at += 1 + lines.size() / 150) {
+    std::string altered = lines;
+    altered[at] = altered[at] == '7' ? '8' : '7';
+    EXPECT_NE(refusal_of(altered), "") << at << ": " << lines.substr(at, 40);
+  }
+}
+
+TEST_F(the_rows_of_a_session, that_are_none_are_refused) {
+  for (const std::string& hostile :
+       {std::string(), std::string("\n"), std::string("{}"), std::string("[]\n[]"),
+        std::string("{\"format\":\"cellcal.rows/2\",\"journal\":\"x\",\"session\":1,"
+                    "\"entries\":0}"),
+        std::string(100000, '['), std::string("\0\0", 2),
+        lines.substr(0, lines.find('\n') + 1) + "{\"entry\":1e400}"})
+    EXPECT_NE(refusal_of(hostile), "") << hostile.substr(0, 50);
+}
+
+TEST_F(the_rows_of_a_session, of_forged_sums_name_no_table_and_column_that_is_not_there) {
+  // Whoever computes all sums anew is not found out by them; no name of his gets into a statement.
+  SessionRows rows = parse_lines(lines, "x");
+  for (RowEntry& entry : rows.entries) entry.names.clear(), entry.columns.clear();
+  SessionRows forged{rows.journal, rows.session, {}};
+  const auto with = [&](const std::string& table, const std::string& column) {
+    RowEntry entry;
+    entry.number = entry.row = 1;
+    entry.table = table;
+    entry.names = {column};
+    entry.columns = {std::string("running")};
+    // The digest and sum of this row, as chain.h computes them.
+    entry.digest = digest_of({entry.row, entry.columns[0]});
+    entry.sum = sum_of("", 1, forged.session, entry.table, entry.row, entry.digest);
+    forged.entries = {entry};
+    return to_lines(forged);
+  };
+  EXPECT_NE(
+      refusal_of(with("session", "state) VALUES (1); DROP TABLE touch; --")).find("has no column"),
+      std::string::npos);
+  EXPECT_NE(refusal_of(with("sqlite_schema", "sql")).find("session's own row is missing"),
+            std::string::npos);
+  EXPECT_NE(refusal_of(with("session", "state")), "") << "a session without its inputs";
+}
+
+}  // namespace
+}  // namespace cellcal::daemon::testing
