@@ -120,7 +120,8 @@ class ConnectionOn final : public Connection,
                             std::move(message.body()));
     for (const auto& field : message) {
       std::string name(field.name_string());
-      for (char& letter : name) letter = 'A' <= letter && letter <= 'Z' ? static_cast<char>(letter + 'a' - 'A') : letter;
+      for (char& letter : name)
+        letter = 'A' <= letter && letter <= 'Z' ? static_cast<char>(letter + 'a' - 'A') : letter;
       request_.headers.emplace(std::move(name), std::string(field.value()));
     }
     request_.peer = peer();
@@ -140,9 +141,9 @@ class ConnectionOn final : public Connection,
 
   /// A refusal that is meant to cost its reader time. Whoever else needs the place has it.
   void hold_back(Response refusal) {
-    waits_ = Waits::kForRequest;
     if (refusal.hold.count() == 0) return write(std::move(refusal), keep_);
-    timer_.expires_after(refusal.hold);
+    waits_ = Waits::kForRequest;
+    timer_.expires_after(std::exchange(refusal.hold, {}));
     timer_.async_wait([self = this->shared_from_this(),
                        refusal = std::move(refusal)](beast::error_code cancelled) mutable {
       if (!cancelled) self->write(std::move(refusal), self->keep_);
@@ -154,6 +155,7 @@ class ConnectionOn final : public Connection,
   void write(std::optional<Response> given, bool keep) {
     waits_ = Waits::kForReader;
     Response response = given ? std::move(*given) : error(500, "no answer");
+    if (response.hold.count() > 0) return hold_back(std::move(response));
     if (response.stream) return follow(std::move(response));
     answer_ = http::response<http::string_body>(static_cast<http::status>(response.status), 11);
     set_headers(answer_, response);
@@ -220,12 +222,11 @@ class ConnectionOn final : public Connection,
 
   /// Of a follower nothing more is expected but that it goes away.
   void close_when_it_speaks() {
-    lowest().socket().async_wait(
-        asio::socket_base::wait_read,
-        [weak = this->weak_from_this()](beast::error_code code) {
-          const auto self = weak.lock();
-          if (self && !code) self->close();
-        });
+    lowest().socket().async_wait(asio::socket_base::wait_read,
+                                 [weak = this->weak_from_this()](beast::error_code code) {
+                                   const auto self = weak.lock();
+                                   if (self && !code) self->close();
+                                 });
   }
 
   /// A close with bytes unread would take the answer away from a client that is still sending.
@@ -244,11 +245,11 @@ class ConnectionOn final : public Connection,
 
   void drain() {
     chunk_.resize(4096);
-    lowest().async_read_some(asio::buffer(chunk_),
-                             [self = this->shared_from_this()](beast::error_code code, std::size_t) {
-                               if (code) return self->close();
-                               self->drain();
-                             });
+    lowest().async_read_some(asio::buffer(chunk_), [self = this->shared_from_this()](
+                                                       beast::error_code code, std::size_t) {
+      if (code) return self->close();
+      self->drain();
+    });
   }
 
   SocketStream stream_;

@@ -4,6 +4,7 @@
 
 #include "calib/files/calibration_json.h"
 #include "calib/model/error.h"
+#include "daemon/api/access.h"
 #include "daemon/api/json_text.h"
 #include "daemon/api/routes.h"
 #include "daemon/api/run_request.h"
@@ -16,6 +17,12 @@ namespace {
 EventFeed::Source source(SessionService& service) {
   return {[&service] { return service.status(); },
           [&service](std::uint64_t seq) { return service.since(seq); }};
+}
+
+void refuse_while_under_way(const Status& status) {
+  if (!kActivePhases.has(status.phase) && status.phase != Phase::kStopping) return;
+  throw BusyError("session " + std::to_string(status.session) +
+                  " is running. Wait for its end, or abort it");
 }
 
 }  // namespace
@@ -35,10 +42,13 @@ std::optional<Response> Api::admit_local(Request& request) const {
 
 std::optional<Response> Api::admit_network(Request& request) const {
   const Match found = match(request);
-  const Role needed = found.route != nullptr ? found.route->role : Role::kNobody;
-  if (needed == Role::kNobody && !found.path_known) return std::nullopt;
+  const bool page = found.route == nullptr && !request.path.starts_with("/v1/");
+  const Role needed = found.route != nullptr ? found.route->role
+                      : page                 ? Role::kNobody
+                                             : Role::kLook;
+  if (access_ != nullptr) return access_->admit(request, needed);
   if (needed == Role::kNobody) return std::nullopt;
-  return error(401, "a token is needed");
+  return error(401, "a token is needed, and this daemon has none");
 }
 
 std::optional<Response> Api::answer(const Request& request, bool give_up) try {
@@ -63,6 +73,8 @@ std::optional<Response> Api::answer(const Request& request, bool give_up) try {
   return error(404, none.what());
 } catch (const BusyError& busy) {
   return error(409, busy.what());
+} catch (const TokenError& wrong) {
+  return error(409, wrong.what());
 } catch (const RequestError& wrong) {
   return error(422, wrong.what());
 } catch (const calib::FileError& wrong) {
@@ -76,6 +88,11 @@ std::optional<Response> Api::answer(const Request& request, bool give_up) try {
 
 std::optional<Response> Api::health(const Call&) {
   return Response{.body = dump({{"ok", true}, {"version", calib::software_version()}})};
+}
+
+Access& Api::access() {
+  if (access_ == nullptr) throw NotFound("this daemon has no tokens");
+  return *access_;
 }
 
 std::optional<Response> Api::me(const Call& call) {
@@ -115,11 +132,32 @@ std::optional<Response> Api::events(const Call& call) {
 }
 
 std::optional<Response> Api::run(const Call& call) {
-  const std::int64_t session = service_.start(run_request(call.request.body));
-  return Response{201, "application/json", dump({{"session", session}})};
+  const RunRequest wanted = run_request(call.request.body);
+  const bool afar = call.request.is_from_network();
+  const std::string& name = call.request.caller.name;
+  if (afar && !access().clearance().take(name)) {
+    refuse_while_under_way(service_.status());
+    return error(412,
+                 "look that nobody and nothing is in the cell, then say so: 'The cell is clear' on "
+                 "the page, or POST /v1/clear. It counts for 5 minutes and one run");
+  }
+  try {
+    const std::int64_t session = service_.start(wanted);
+    return Response{201, "application/json", dump({{"session", session}})};
+  } catch (...) {
+    if (afar) access().clearance().put_back(name);
+    throw;
+  }
+}
+
+std::optional<Response> Api::clear(const Call& call) {
+  refuse_while_under_way(service_.status());
+  access().clearance().acknowledge(call.request.caller.name);
+  return Response{.body = dump({{"valid_s", kClearanceLasts.count()}})};
 }
 
 std::optional<Response> Api::abort(const Call&) {
+  if (access_ != nullptr) access_->clearance().forget();
   if (!service_.abort()) return error(409, "no session is running");
   return Response{202, "application/json", dump({{"session", service_.status().session}})};
 }

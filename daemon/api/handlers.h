@@ -56,6 +56,12 @@ class Api {
   std::optional<Response> status(const Call& call);
   std::optional<Response> watch(const Call& call);
   std::optional<Response> events(const Call& call);
+  std::optional<Response> log_in(const Call& call);
+  std::optional<Response> log_out(const Call& call);
+  std::optional<Response> clear(const Call& call);
+  std::optional<Response> tokens(const Call& call);
+  std::optional<Response> add_token(const Call& call);
+  std::optional<Response> remove_token(const Call& call);
   std::optional<Response> run(const Call& call);
   std::optional<Response> abort(const Call& call);
   std::optional<Response> sessions(const Call& call);
@@ -70,6 +76,7 @@ class Api {
   std::optional<Response> drift(const Call& call);
   std::optional<Response> plan(const Call& call);
   std::optional<Response> figures(const Call& call);
+  Access& access();
   /// Throws NotFound.
   SessionRecord find(const Call& call);
   Response result_file(const Call& call, const char* name, const char* type);

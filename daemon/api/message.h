@@ -24,6 +24,7 @@ struct Request {
 
   /// Empty where there is none.
   const std::string& header(const std::string& name) const;
+  bool is_from_network() const { return !peer.empty(); }
 };
 
 /// A body that grows while its reader looks on.

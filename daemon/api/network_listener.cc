@@ -13,8 +13,8 @@ namespace cellcal::daemon {
 namespace {
 
 namespace asio = boost::asio;
-using boost::system::error_code;
 using asio::ip::tcp;
+using boost::system::error_code;
 
 /// What a peer that went away without a word has not taken by then ends its connection.
 constexpr int kLongestUnheardMs = 15'000;

@@ -11,12 +11,18 @@ std::span<const Api::Route> Api::routes() {
   // clang-format off
   static constexpr Route kRoutes[] = {
       {"GET",  "/v1/health",                         Role::kNobody,  kAtOnce, &Api::health},
+      {"POST", "/v1/login",                          Role::kNobody,  kAtOnce, &Api::log_in},
+      {"POST", "/v1/logout",                         Role::kNobody,  kAtOnce, &Api::log_out},
       {"GET",  "/v1/me",                             Role::kLook,    kAtOnce, &Api::me},
       {"GET",  "/v1/status",                         Role::kLook,    kAtOnce, &Api::status},
       {"GET",  "/v1/watch",                          Role::kLook,    kAtOnce, &Api::watch},
       {"GET",  "/v1/events",                         Role::kLook,    kAtOnce, &Api::events},
       {"POST", "/v1/run",                            Role::kOperate, kSlow,   &Api::run},
       {"POST", "/v1/abort",                          Role::kOperate, kAtOnce, &Api::abort},
+      {"POST", "/v1/clear",                          Role::kOperate, kAtOnce, &Api::clear},
+      {"GET",  "/v1/tokens",                         Role::kAdminister, kSlow, &Api::tokens},
+      {"POST", "/v1/tokens",                         Role::kAdminister, kSlow, &Api::add_token},
+      {"DELETE", "/v1/tokens/{name}",                Role::kAdminister, kSlow, &Api::remove_token},
       {"GET",  "/v1/sessions",                       Role::kLook,    kSlow,   &Api::sessions},
       {"GET",  "/v1/sessions/{id}",                  Role::kLook,    kSlow,   &Api::session},
       {"GET",  "/v1/sessions/{id}/touches",          Role::kLook,    kSlow,   &Api::session_touches},

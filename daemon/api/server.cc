@@ -36,9 +36,9 @@ void HttpServer::Impl::make_room() {
         });
     return std::tuple(one->waits(), -alike);
   };
-  const auto least = std::min_element(
-      connections.begin(), connections.end(),
-      [&](const auto& a, const auto& b) { return rank(a) < rank(b); });
+  const auto least =
+      std::min_element(connections.begin(), connections.end(),
+                       [&](const auto& a, const auto& b) { return rank(a) < rank(b); });
   const std::shared_ptr<Connection> gone = *least;
   gone->close();
 }

@@ -20,8 +20,8 @@ namespace cellcal::daemon {
 
 /// An address of this computer, and what TLS needs. Without both files there is none.
 struct NetworkAddress {
-  std::string address;     ///< IPv4 or IPv6
-  std::uint16_t port = 0;  ///< 0: any that is free
+  std::string address;                                 ///< IPv4 or IPv6
+  std::uint16_t port = 0;                              ///< 0: any that is free
   std::filesystem::path tls_certificate{}, tls_key{};  ///< PEM; the certificate with its chain
 };
 

@@ -68,8 +68,7 @@ struct HttpServer::Impl : std::enable_shared_from_this<HttpServer::Impl> {
   bool looking = false, stopped = false;
   std::atomic<bool> poked{false};
   std::atomic<std::size_t> at_the_clerk{0};
-  std::unique_ptr<Worker> clerk =
-      std::make_unique<ThreadWorker>(ThreadWorker::Priority::kNormal);
+  std::unique_ptr<Worker> clerk = std::make_unique<ThreadWorker>(ThreadWorker::Priority::kNormal);
 
  private:
   void make_room();
@@ -77,8 +76,7 @@ struct HttpServer::Impl : std::enable_shared_from_this<HttpServer::Impl> {
 
 /// Throw SocketError. They listen, and accept nothing yet.
 std::shared_ptr<HttpServer::Impl> listen_on(boost::asio::io_context& context,
-                                            const std::filesystem::path& socket,
-                                            ServerParts parts);
+                                            const std::filesystem::path& socket, ServerParts parts);
 std::shared_ptr<HttpServer::Impl> listen_on(boost::asio::io_context& context,
                                             const NetworkAddress& address, ServerParts parts);
 

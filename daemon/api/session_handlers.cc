@@ -111,8 +111,7 @@ std::optional<Response> Api::session_touches(const Call& call) {
   const Part part = part_of(call.request, touches.size());
   json list = json::array();
   for (std::size_t i = part.begin; i < part.end; ++i) list.push_back(touch_json(i, touches[i]));
-  return Response{
-      .body = dump({{"session", record.id}, {"touches", list}, {"more", part.more}})};
+  return Response{.body = dump({{"session", record.id}, {"touches", list}, {"more", part.more}})};
 }
 
 std::optional<Response> Api::session_events(const Call& call) {
@@ -131,9 +130,8 @@ std::optional<Response> Api::session_events(const Call& call) {
 
 std::optional<Response> Api::touches_csv(const Call& call) {
   const SessionRecord record = find(call);
-  return Response{
-      200, "text/csv",
-      calib::format_touches(journal_.touches(record.id), cell_of(record.inputs).robot)};
+  return Response{200, "text/csv",
+                  calib::format_touches(journal_.touches(record.id), cell_of(record.inputs).robot)};
 }
 
 std::optional<Response> Api::calibration(const Call& call) {

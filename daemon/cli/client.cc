@@ -10,6 +10,7 @@
 
 #include "calib/files/calibration_json.h"
 #include "daemon/api/http.h"
+#include "daemon/cli/ask.h"
 #include "daemon/cli/exit_status.h"
 #include "daemon/cli/offline.h"
 #include "daemon/cli/progress.h"
@@ -29,25 +30,6 @@ constexpr std::chrono::milliseconds kLook{200};
 volatile std::sig_atomic_t g_detached = 0;
 
 void on_interrupt(int) { g_detached = 1; }
-
-json parse(const Response& response) {
-  json value = json::parse(response.body, nullptr, false);
-  if (value.is_discarded())
-    throw SocketError(
-        "the daemon's answer is no JSON. Check that cellcal and cellcald are of the same version");
-  return value;
-}
-
-/// The answer, or its error as an exception.
-Response ask(const Connection& daemon, const char* method, const std::string& target,
-             const std::string& body = "") {
-  Response response = http_request(daemon.socket, method, target, body);
-  if (response.status < 300) return response;
-  const json value = json::parse(response.body, nullptr, false);
-  const bool words = value.is_object() && value.contains("error") && value["error"].is_string();
-  throw std::runtime_error(words ? value["error"].get<std::string>()
-                                 : fmt::format("the daemon answered {}", response.status));
-}
 
 json get(const Connection& daemon, const std::string& target) {
   return parse(ask(daemon, "GET", target));

@@ -4,6 +4,7 @@
 
 #include "daemon/cli/client.h"
 #include "daemon/cli/commands.h"
+#include "daemon/cli/token.h"
 
 namespace cellcal::daemon {
 
@@ -122,6 +123,39 @@ void add_plain(CLI::App& app, int& status, const char* name, const char* words,
   command->callback([=, &status] { status = act(*daemon); });
 }
 
+void add_token_commands(CLI::App& app, int& status) {
+  struct Given {
+    std::string name, role = "look";
+  };
+  CLI::App* token = app.add_subcommand("token", "Say who may come in over the network");
+  token->footer(
+      "Roles: look sees everything; operate starts and aborts sessions as well; administer adds and "
+      "removes tokens as well.\nExample: cellcal token add --role look --name wall-screen\n         "
+      "cellcal token list --json\n         cellcal token remove wall-screen");
+  token->require_subcommand(1);
+  auto given = std::make_shared<Given>();
+
+  CLI::App* add = token->add_subcommand("add", "Make a token and print it, once");
+  add->footer("Example: cellcal token add --role look --name wall-screen");
+  auto daemon = add_connection(add);
+  add->add_option("--role", given->role, "look, operate or administer")
+      ->required()
+      ->check(CLI::IsMember({"look", "operate", "administer"}));
+  add->add_option("--name", given->name, "What it is called in lists and logs")->required();
+  add->callback([=, &status] { status = add_token(*daemon, given->name, given->role); });
+
+  CLI::App* list = token->add_subcommand("list", "List the tokens: names and roles");
+  list->footer("Example: cellcal token list --json");
+  auto listed = add_connection(list);
+  list->callback([=, &status] { status = list_tokens(*listed); });
+
+  CLI::App* remove = token->add_subcommand("remove", "Take a token back, and all logins with it");
+  remove->footer("Example: cellcal token remove wall-screen");
+  auto removed = add_connection(remove);
+  remove->add_option("NAME", given->name, "Its name, as 'cellcal token list' has it")->required();
+  remove->callback([=, &status] { status = remove_token(*removed, given->name); });
+}
+
 }  // namespace
 
 void add_client_commands(CLI::App& app, int& status) {
@@ -132,6 +166,7 @@ void add_client_commands(CLI::App& app, int& status) {
   add_plain(app, status, "history", "List all sessions, newest first", history);
   add_show(app, status);
   add_report(app, status);
+  add_token_commands(app, status);
 }
 
 }  // namespace cellcal::daemon

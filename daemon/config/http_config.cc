@@ -11,8 +11,8 @@ namespace cellcal::daemon {
 
 namespace {
 
-using calib::TomlTable;
 using boost::asio::ip::address;
+using calib::TomlTable;
 
 constexpr std::size_t kLongestName = 253;
 
@@ -66,9 +66,9 @@ std::string read_host_name(const TomlTable& table, std::string name) {
     return 'A' <= letter && letter <= 'Z' ? static_cast<char>(letter + 'a' - 'A')
                                           : static_cast<char>(letter);
   });
-  const bool sound = !name.empty() && name.size() <= kLongestName &&
-                     name.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789.-") ==
-                         std::string::npos;
+  const bool sound =
+      !name.empty() && name.size() <= kLongestName &&
+      name.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789.-") == std::string::npos;
   if (!sound) {
     table.fail("host_names", in_quotes(name) +
                                  " is no name of a computer: write it without port, as in "

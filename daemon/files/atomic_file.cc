@@ -1,6 +1,7 @@
 #include "daemon/files/atomic_file.h"
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -33,6 +34,10 @@ class File {
       if (written < 0) fail("cannot be written");
       text.remove_prefix(static_cast<std::size_t>(written));
     }
+  }
+  /// Before anything is written. What a dead one left may have another mode.
+  void close_to_others() {
+    if (::fchmod(fd_, S_IRUSR | S_IWUSR) != 0) fail("cannot be kept from others");
   }
   void sync() {
     if (::fsync(fd_) != 0) fail("cannot be written to disk");
@@ -70,12 +75,13 @@ class Unfinished {
 
 }  // namespace
 
-void write_atomically(const std::filesystem::path& path, std::string_view text) {
+void write_atomically(const std::filesystem::path& path, std::string_view text, Readers readers) {
   std::filesystem::path temporary = path;
   temporary += ".part";
   {
     File file(temporary, O_WRONLY | O_CREAT | O_TRUNC);
     Unfinished begun(temporary);  // from here on it is ours
+    if (readers == Readers::kOwner) file.close_to_others();
     file.write_all(text);
     file.sync();
     begun.becomes(path);

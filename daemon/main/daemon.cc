@@ -9,6 +9,7 @@
 #include <csignal>
 
 #include "calib/files/calibration_json.h"
+#include "daemon/api/access.h"
 #include "daemon/api/handlers.h"
 #include "daemon/api/page.h"
 #include "daemon/api/server.h"
@@ -117,6 +118,10 @@ std::unique_ptr<Backend> make_backend(const DaemonConfig& config, const calib::C
   return make_mock_backend(config, cell);
 }
 
+AccessConfig access_config(const std::optional<HttpConfig>& http) {
+  return http ? AccessConfig{http->host_names, http->port, http->tls()} : AccessConfig{};
+}
+
 }  // namespace
 
 void run_daemon(const DaemonConfig& config) {
@@ -133,7 +138,10 @@ void run_daemon(const DaemonConfig& config) {
   SessionService service({journal, config.state_dir,
                           [&config](const calib::Cell& cell) { return make_backend(config, cell); },
                           config.touch, config.timeouts, config.retries});
-  Api api(service, journal, nullptr, page_answer);
+  TokenStore tokens(config.state_dir / "tokens.json");
+  if (!tokens.problem().empty()) spdlog::error("{}", tokens.problem());
+  Access access(tokens, access_config(config.http));
+  Api api(service, journal, &access, page_answer);
   HttpServer server(
       context, config.socket,
       {[&api](Request& request) { return api.admit_local(request); },
@@ -145,6 +153,7 @@ void run_daemon(const DaemonConfig& config) {
     server.poke();
     if (network) network->poke();
     const Status status = service.status();
+    access.clearance().look(status);
     tell_log(status);
     tell_status(status);
   });

@@ -15,13 +15,12 @@ namespace asio = boost::asio;
 
 struct NetworkDoor::Impl {
   Impl(const HttpConfig& config, Api& api)
-      : server(context,
-               NetworkAddress{config.address, config.port, config.tls_certificate, config.tls_key},
-               {[&api](Request& request) { return api.admit_network(request); },
-                [&api](const Request& request, bool give_up) {
-                  return api.answer(request, give_up);
-                },
-                Api::is_slow}),
+      : server(
+            context,
+            NetworkAddress{config.address, config.port, config.tls_certificate, config.tls_key},
+            {[&api](Request& request) { return api.admit_network(request); },
+             [&api](const Request& request, bool give_up) { return api.answer(request, give_up); },
+             Api::is_slow}),
         thread([this] { context.run(); }) {}
 
   asio::io_context context;

@@ -1,7 +1,5 @@
 // A real server on a real socket, and clients that mean no good.
 
-#include "daemon/api/server.h"
-
 #include <gtest/gtest.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
@@ -19,6 +17,7 @@
 #include <utility>
 #include <vector>
 
+#include "daemon/api/server.h"
 #include "tests/daemon/journal/temporary_directory.h"
 
 namespace cellcal::daemon {
@@ -38,15 +37,15 @@ class Served {
     server = std::make_unique<HttpServer>(
         context, socket,
         ServerParts{[](Request&) { return std::nullopt; },
-        [this](const Request& request, bool give_up) -> std::optional<Response> {
-          ++asked;
-          if (request.path == "/slow") gate.wait();
-          if (request.path == "/later" && !ready && !give_up) return std::nullopt;
-          return Response{
-              200, "text/plain",
-              request.method + " " + request.path + " " + std::to_string(request.body.size())};
-        },
-        [](const Request& request) { return request.path == "/slow"; }});
+                    [this](const Request& request, bool give_up) -> std::optional<Response> {
+                      ++asked;
+                      if (request.path == "/slow") gate.wait();
+                      if (request.path == "/later" && !ready && !give_up) return std::nullopt;
+                      return Response{200, "text/plain",
+                                      request.method + " " + request.path + " " +
+                                          std::to_string(request.body.size())};
+                    },
+                    [](const Request& request) { return request.path == "/slow"; }});
     thread = std::thread([this] { context.run(); });
   }
   ~Served() {

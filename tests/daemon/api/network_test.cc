@@ -45,8 +45,9 @@ class Served {
                 },
                 [this](const Request& request, bool) -> std::optional<Response> {
                   ++asked;
-                  Response response{200, "text/plain", request.method + " " + request.path + " " +
-                                                           request.header("x-word")};
+                  Response response{
+                      200, "text/plain",
+                      request.method + " " + request.path + " " + request.header("x-word")};
                   if (request.path == "/ticks" || request.path == "/endless") {
                     response.stream = std::make_shared<Ticks>(made, request.path == "/endless");
                   }
@@ -79,8 +80,8 @@ class Served {
 constexpr const char* kFollow = "GET /ticks HTTP/1.1\r\nHost: x\r\n\r\n";
 
 std::string ask(const Served& served, const std::string& path) {
-  TcpPeer peer(served.port(), "GET " + path +
-                                  " HTTP/1.1\r\nHost: x\r\nX-Word: word\r\nConnection: close\r\n\r\n");
+  TcpPeer peer(served.port(),
+               "GET " + path + " HTTP/1.1\r\nHost: x\r\nX-Word: word\r\nConnection: close\r\n\r\n");
   return peer.read_all();
 }
 

@@ -30,7 +30,8 @@ TEST_P(every_command, refuses_options_that_it_does_not_know) {
 
 INSTANTIATE_TEST_SUITE_P(cli, every_command,
                          ::testing::Values("identify", "predict", "plan", "kuka-files", "run",
-                                           "status", "watch", "abort", "history", "show", "report"),
+                                           "status", "watch", "abort", "history", "show", "report",
+                                           "token"),
                          [](const auto& one) {
                            std::string name = one.param;
                            std::replace(name.begin(), name.end(), '-', '_');
@@ -78,7 +79,10 @@ INSTANTIATE_TEST_SUITE_P(
                       std::vector<std::string>{"run", "--resume"},
                       std::vector<std::string>{"status"}, std::vector<std::string>{"watch"},
                       std::vector<std::string>{"abort"}, std::vector<std::string>{"history"},
-                      std::vector<std::string>{"show", "1"}, std::vector<std::string>{"report"}));
+                      std::vector<std::string>{"show", "1"}, std::vector<std::string>{"report"},
+                      std::vector<std::string>{"token", "list"},
+                      std::vector<std::string>{"token", "remove", "a"},
+                      std::vector<std::string>{"token", "add", "--role", "look", "--name", "a"}));
 
 }  // namespace
 }  // namespace cellcal::daemon::testing

@@ -1,0 +1,38 @@
+#pragma once
+// Browsers that logged in. Their cookie is no token: it ends with a logout, with the token, with the
+// daemon, or a day after it was last used.
+
+#include <chrono>
+#include <deque>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "daemon/api/tokens.h"
+
+namespace cellcal::daemon {
+
+/// On one thread.
+class SignIns {
+ public:
+  using Clock = std::function<std::chrono::steady_clock::time_point()>;
+  explicit SignIns(const TokenStore& tokens, Clock clock = std::chrono::steady_clock::now)
+      : tokens_(tokens), clock_(std::move(clock)) {}
+
+  /// What the cookie holds.
+  std::string begin(const Token& token);
+  void end(const std::string& cookie);
+  /// Nothing: none of that name, or no longer.
+  std::optional<Token> find(const std::string& cookie);
+
+ private:
+  struct SignIn {
+    std::string cookie_sha256, token_sha256;
+    std::chrono::steady_clock::time_point last;
+  };
+  const TokenStore& tokens_;
+  Clock clock_;
+  std::deque<SignIn> all_;  ///< the oldest first
+};
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,81 @@
+// Logging in and out, and the tokens themselves.
+
+#include "daemon/api/access.h"
+#include "daemon/api/handlers.h"
+#include "daemon/api/json_text.h"
+#include "daemon/api/routes.h"
+#include "daemon/api/run_request.h"
+#include "daemon/service/backend.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+using nlohmann::json;
+
+struct TokenRequest {
+  std::string name;
+  Role role = Role::kNobody;
+};
+
+TokenRequest token_request(const std::string& body) {
+  const json object = json::parse(body, nullptr, false);
+  const auto has_text = [&](const char* key) {
+    return object.contains(key) && object[key].is_string();
+  };
+  if (!object.is_object() || object.size() != 2 || !has_text("name") || !has_text("role")) {
+    throw BadRequest("the body must be {\"name\": \"...\", \"role\": \"...\"}");
+  }
+  const auto role = parse_role(object["role"].get<std::string>());
+  if (!role) throw BadRequest("\"role\" must be \"look\", \"operate\" or \"administer\"");
+  const std::string name = object["name"].get<std::string>();
+  if (!is_token_name(name)) {
+    throw BadRequest("\"name\" must have 1 to 64 letters, digits, '.', '_' or '-'");
+  }
+  return {name, *role};
+}
+
+json to_json(const Token& token) {
+  return {{"name", token.name}, {"role", to_string(token.role)}, {"created", token.created}};
+}
+
+}  // namespace
+
+std::optional<Response> Api::log_in(const Call& call) {
+  if (!call.request.is_from_network()) {
+    return error(409, "over the Unix socket nobody has to log in");
+  }
+  return access().log_in(call.request);
+}
+
+std::optional<Response> Api::log_out(const Call& call) {
+  if (!call.request.is_from_network()) return Response{.body = "{}"};
+  return access().log_out(call.request);
+}
+
+std::optional<Response> Api::tokens(const Call&) {
+  if (const std::string& problem = access().tokens().problem(); !problem.empty()) {
+    throw TokenError(problem);
+  }
+  json list = json::array();
+  for (const Token& token : access().tokens().list()) list.push_back(to_json(token));
+  return Response{.body = dump(list)};
+}
+
+std::optional<Response> Api::add_token(const Call& call) {
+  const TokenRequest wanted = token_request(call.request.body);
+  const std::string token = access().tokens().add(wanted.name, wanted.role, wall_clock_utc());
+  Response made{201, "application/json",
+                dump({{"name", wanted.name}, {"role", to_string(wanted.role)}, {"token", token}})};
+  made.headers = {{"Cache-Control", "no-store"}};
+  return made;
+}
+
+std::optional<Response> Api::remove_token(const Call& call) {
+  if (!access().tokens().remove(std::string(call.variable))) {
+    throw NotFound("no such token. See 'cellcal token list'");
+  }
+  return Response{.body = "{}"};
+}
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,29 @@
+#include "daemon/cli/ask.h"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+namespace cellcal::daemon {
+
+using nlohmann::json;
+
+json parse(const Response& response) {
+  json value = json::parse(response.body, nullptr, false);
+  if (value.is_discarded())
+    throw SocketError(
+        "the daemon's answer is no JSON. Check that cellcal and cellcald are of the same version");
+  return value;
+}
+
+Response ask(const Connection& daemon, const char* method, const std::string& target,
+             const std::string& body) {
+  Response response = http_request(daemon.socket, method, target, body);
+  if (response.status < 300) return response;
+  const json value = json::parse(response.body, nullptr, false);
+  const bool words = value.is_object() && value.contains("error") && value["error"].is_string();
+  throw std::runtime_error(words ? value["error"].get<std::string>()
+                                 : fmt::format("the daemon answered {}", response.status));
+}
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,328 @@
+// Who comes in over the network, without a socket.
+
+#include "daemon/api/access.h"
+
+#include <gtest/gtest.h>
+#include <spdlog/sinks/ostream_sink.h>
+#include <spdlog/spdlog.h>
+
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "daemon/api/handlers.h"
+#include "drivers/error.h"
+#include "tests/daemon/journal/temporary_directory.h"
+
+namespace cellcal::daemon {
+namespace {
+
+using nlohmann::json;
+
+constexpr const char* kSomewhere = "10.0.0.77";
+
+struct an_api_on_the_network : ::testing::Test {
+  an_api_on_the_network() {
+    for (const Role role : {Role::kLook, Role::kOperate, Role::kAdminister}) {
+      secret[role] = tokens.add(to_string(role), role, "2026-01-01T00:00:00Z");
+    }
+    spdlog::set_default_logger(std::make_shared<spdlog::logger>(
+        "test", std::make_shared<spdlog::sinks::ostream_sink_mt>(log)));
+  }
+  ~an_api_on_the_network() override { spdlog::set_default_logger(logger); }
+
+  Request request(const std::string& method, const std::string& target,
+                  const std::map<std::string, std::string>& headers, const std::string& body = "") {
+    Request one = parse_target(method, target, body);
+    one.headers = headers;
+    one.headers.emplace("host", "10.0.0.5:8080");
+    one.peer = kSomewhere;
+    return one;
+  }
+  /// As the server asks.
+  Response ask(Request one) {
+    if (auto refusal = api.admit_network(one)) return *refusal;
+    return *api.answer(one);
+  }
+  Response ask(Role role, const std::string& method, const std::string& target,
+               const std::string& body = "") {
+    std::map<std::string, std::string> headers;
+    if (role != Role::kNobody) headers["authorization"] = "Bearer " + secret[role];
+    return ask(request(method, target, headers, body));
+  }
+  static std::string words(const Response& response) {
+    return json::parse(response.body).value("error", "");
+  }
+  static std::string header(const Response& response, const std::string& name) {
+    for (const auto& [key, value] : response.headers) {
+      if (key == name) return value;
+    }
+    return "";
+  }
+  /// What a browser sends back.
+  std::string log_in(Role role) {
+    const Response in = ask(request("POST", "/v1/login", {}, json{{"token", secret[role]}}.dump()));
+    EXPECT_EQ(in.status, 200) << in.body;
+    const std::string set = header(in, "Set-Cookie");
+    return set.substr(0, set.find(';'));
+  }
+
+  testing::TemporaryDirectory dir;
+  std::ostringstream log;
+  std::shared_ptr<spdlog::logger> logger = spdlog::default_logger();
+  Journal journal{dir / "journal.db"};
+  SessionService service{{journal,
+                          dir.path(),
+                          [](const calib::Cell&) -> std::unique_ptr<Backend> {
+                            throw drivers::ConfigError("no hardware in this test");
+                          },
+                          {},
+                          {}}};
+  TokenStore tokens{dir / "tokens.json"};
+  Access access{tokens, {{"cell7.plant.example"}, 8080, true}};
+  Api api{service, journal, &access};
+  std::map<Role, std::string> secret;
+};
+
+TEST_F(an_api_on_the_network, lets_each_role_do_what_the_table_says_and_nothing_else) {
+  for (const Api::Route& route : Api::routes()) {
+    std::string path = route.path;
+    if (const std::size_t open = path.find('{'); open != std::string::npos) {
+      path.replace(open, path.find('}') - open + 1, "7");
+    }
+    for (const Role role : {Role::kNobody, Role::kLook, Role::kOperate, Role::kAdminister}) {
+      const int status = ask(role, route.method, path).status;
+      const std::string what = std::string(route.method) + " " + path + " as " + to_string(role);
+      if (role >= route.role) {
+        EXPECT_NE(status, 401) << what;
+        EXPECT_NE(status, 403) << what;
+      } else {
+        EXPECT_EQ(status, role == Role::kNobody ? 401 : 403) << what;
+      }
+    }
+  }
+}
+
+TEST_F(an_api_on_the_network, shows_nothing_but_health_without_a_token) {
+  for (const Api::Route& route : Api::routes()) {
+    const std::string path = route.path;
+    const bool open = path == "/v1/health" || path == "/v1/login" || path == "/v1/logout";
+    EXPECT_EQ(route.role == Role::kNobody, open) << path;
+  }
+  const Response health = ask(Role::kNobody, "GET", "/v1/health");
+  EXPECT_EQ(health.status, 200);
+  EXPECT_EQ(json::parse(health.body).size(), 2u);
+  for (const char* path : {"/v1/", "/v1/status", "/v1/nothing", "/v1/sessions/1/x"}) {
+    EXPECT_EQ(ask(Role::kNobody, "GET", path).status, 401) << path;
+  }
+}
+
+TEST_F(an_api_on_the_network, refuses_what_is_no_token) {
+  const std::string good = secret[Role::kLook];
+  for (const std::string& given :
+       {std::string("Bearer "), "Bearer " + good + " ", "Bearer " + good.substr(1),
+        "bearer " + good, good, "Basic " + good, "Bearer " + std::string(64, '0'),
+        std::string("Bearer \0x", 9)}) {
+    const Response no = ask(request("GET", "/v1/status", {{"authorization", given}}));
+    EXPECT_EQ(no.status, 401) << given;
+    EXPECT_GT(no.hold.count(), 0) << given;
+  }
+  // The hash that the file holds is no token either.
+  for (const Token& token : tokens.list()) {
+    const std::string hash = "Bearer " + token.sha256;
+    EXPECT_EQ(ask(request("GET", "/v1/status", {{"authorization", hash}})).status, 401);
+  }
+}
+
+TEST_F(an_api_on_the_network, slows_an_address_that_tries_and_nobody_who_has_a_token) {
+  std::chrono::milliseconds before{0};
+  for (int i = 0; i < 12; ++i) {
+    Request wrong = request("POST", "/v1/abort", {{"authorization", "Bearer guess"}});
+    const auto hold = ask(wrong).hold;
+    EXPECT_GE(hold, before) << i;
+    before = hold;
+    EXPECT_EQ(ask(Role::kOperate, "POST", "/v1/abort").hold.count(), 0);
+  }
+  EXPECT_EQ(before, std::chrono::seconds(5));
+  Request other = request("GET", "/v1/status", {{"authorization", "Bearer guess"}});
+  other.peer = "10.0.0.78";
+  EXPECT_LT(ask(other).hold, std::chrono::seconds(1));
+  EXPECT_EQ(ask(Role::kNobody, "GET", "/v1/status").hold.count(), 0) << "it has tried nothing";
+}
+
+TEST_F(an_api_on_the_network, writes_of_attempts_into_the_log_but_not_what_was_tried) {
+  const std::string guess(64, 'a');
+  for (int i = 0; i < 100; ++i) {
+    ask(request("GET", "/v1/status", {{"authorization", "Bearer " + guess}}));
+  }
+  const std::string text = log.str();
+  EXPECT_NE(text.find(kSomewhere), std::string::npos) << text;
+  EXPECT_EQ(text.find("aaaa"), std::string::npos) << text;
+  EXPECT_LT(std::count(text.begin(), text.end(), '\n'), 10) << "a log is not to be flooded";
+}
+
+TEST_F(an_api_on_the_network, logs_a_browser_in_and_out) {
+  const std::string cookie = log_in(Role::kLook);
+  const Response me = ask(request("GET", "/v1/me", {{"cookie", "a=b; " + cookie + "; c=d"}}));
+  EXPECT_EQ(json::parse(me.body), (json{{"role", "look"}, {"name", "look"}}));
+  EXPECT_EQ(cookie.find(secret[Role::kLook]), std::string::npos) << "the cookie is no token";
+  EXPECT_EQ(ask(request("POST", "/v1/run", {{"cookie", cookie}}, "{}")).status, 403);
+  EXPECT_EQ(ask(request("POST", "/v1/logout", {{"cookie", cookie}})).status, 200);
+  EXPECT_EQ(ask(request("GET", "/v1/me", {{"cookie", cookie}})).status, 401) << "replayed";
+  for (const char* body : {"", "{", "[]", "{}", "{\"token\": 3}", "{\"token\": \"x\", \"y\": 1}"}) {
+    EXPECT_EQ(ask(request("POST", "/v1/login", {}, body)).status, 400) << body;
+  }
+  const Response wrong = ask(request("POST", "/v1/login", {}, R"({"token": "x"})"));
+  EXPECT_EQ(wrong.status, 401);
+  EXPECT_GT(wrong.hold.count(), 0);
+}
+
+TEST_F(an_api_on_the_network, gives_a_cookie_that_scripts_and_other_sites_do_not_get) {
+  const Response in =
+      ask(request("POST", "/v1/login", {}, json{{"token", secret[Role::kLook]}}.dump()));
+  for (const char* part : {"HttpOnly", "SameSite=Strict", "Secure", "Path=/"}) {
+    EXPECT_NE(header(in, "Set-Cookie").find(part), std::string::npos) << part;
+  }
+  Access plain{tokens, {}};
+  const Response without =
+      plain.log_in(request("POST", "/v1/login", {}, json{{"token", secret[Role::kLook]}}.dump()));
+  EXPECT_EQ(header(without, "Set-Cookie").find("Secure"), std::string::npos);
+}
+
+TEST_F(an_api_on_the_network, ends_logins_with_their_token) {
+  const std::string cookie = log_in(Role::kLook);
+  EXPECT_EQ(ask(Role::kAdminister, "DELETE", "/v1/tokens/look").status, 200);
+  EXPECT_EQ(ask(request("GET", "/v1/me", {{"cookie", cookie}})).status, 401);
+  EXPECT_EQ(ask(Role::kLook, "GET", "/v1/me").status, 401);
+  // Another of the same name is another.
+  EXPECT_EQ(
+      ask(Role::kAdminister, "POST", "/v1/tokens", R"({"name": "look", "role": "look"})").status,
+      201);
+  EXPECT_EQ(ask(request("GET", "/v1/me", {{"cookie", cookie}})).status, 401);
+}
+
+TEST_F(an_api_on_the_network, refuses_what_a_page_of_somebody_else_sends) {
+  const std::string cookie = log_in(Role::kOperate);
+  const auto abort = [&](const std::string& origin) {
+    return ask(request("POST", "/v1/abort", {{"cookie", cookie}, {"origin", origin}}));
+  };
+  for (const char* origin :
+       {"http://evil.example", "null", "", "http://10.0.0.5:8081", "http://10.0.0.5",
+        "http://10.0.0.5:8080.evil.example", "ftp://10.0.0.5:8080"}) {
+    const Response no = abort(origin);
+    EXPECT_EQ(no.status, 403) << origin;
+    EXPECT_NE(words(no).find(origin), std::string::npos) << words(no);
+  }
+  EXPECT_EQ(abort("http://10.0.0.5:8080").status, 409) << "nothing to abort";
+  EXPECT_EQ(abort("HTTPS://10.0.0.5:8080").status, 409);
+  EXPECT_EQ(ask(request("POST", "/v1/login", {{"origin", "http://evil.example"}},
+                        json{{"token", secret[Role::kLook]}}.dump()))
+                .status,
+            403);
+}
+
+TEST_F(an_api_on_the_network, refuses_names_that_are_not_its_own) {
+  const auto status = [&](const std::string& host) {
+    Request one = request("GET", "/v1/health", {});
+    one.headers["host"] = host;
+    return ask(one).status;
+  };
+  for (const char* host : {"10.0.0.5:8080", "10.0.0.5", "localhost:8080", "[::1]:8080", "[fe80::1]",
+                           "cell7.plant.example", "CELL7.plant.example:8080", "127.0.0.1:80"}) {
+    EXPECT_EQ(status(host), 200) << host;
+  }
+  for (const char* host : {"", "evil.example", "evil.example:8080", "10.0.0.5.evil.example",
+                           "x.cell7.plant.example", "[evil]", "localhost.evil.example", "0x7f.1",
+                           "127.0.0.1:8080:8080", "localhost:80x", "\r\n"}) {
+    EXPECT_EQ(status(host), 403) << host;
+  }
+}
+
+TEST_F(an_api_on_the_network, moves_nothing_before_somebody_said_that_the_cell_is_clear) {
+  const std::string run = json{{"cell", CELLCAL_DEMO_CELL}}.dump();
+  const Response early = ask(Role::kOperate, "POST", "/v1/run", run);
+  EXPECT_EQ(early.status, 412);
+  EXPECT_NE(words(early).find("/v1/clear"), std::string::npos) << words(early);
+  EXPECT_EQ(ask(Role::kLook, "POST", "/v1/clear").status, 403);
+  EXPECT_EQ(ask(Role::kOperate, "POST", "/v1/clear").status, 200);
+  EXPECT_EQ(ask(Role::kAdminister, "POST", "/v1/run", run).status, 412) << "another one's word";
+  // The test's backend refuses: nothing has begun, so it still counts.
+  EXPECT_EQ(ask(Role::kOperate, "POST", "/v1/run", run).status, 422);
+  EXPECT_EQ(ask(Role::kOperate, "POST", "/v1/run", run).status, 422);
+  EXPECT_EQ(ask(Role::kOperate, "POST", "/v1/run", "{").status, 400);
+  ask(Role::kOperate, "POST", "/v1/abort");
+  EXPECT_EQ(ask(Role::kOperate, "POST", "/v1/run", run).status, 412) << "void after an abort";
+}
+
+TEST_F(an_api_on_the_network, needs_no_word_over_the_unix_socket) {
+  Request run = parse_target("POST", "/v1/run", json{{"cell", CELLCAL_DEMO_CELL}}.dump());
+  ASSERT_FALSE(api.admit_local(run));
+  EXPECT_EQ(api.answer(run)->status, 422);
+}
+
+TEST_F(an_api_on_the_network, does_not_answer_a_request_that_was_not_admitted) {
+  EXPECT_EQ(api.answer(request("GET", "/v1/status", {}))->status, 403);
+}
+
+struct a_word : ::testing::Test {
+  Status in(Phase phase) {
+    Status status;
+    status.phase = phase;
+    return status;
+  }
+  std::chrono::steady_clock::time_point now{};
+  Clearance clearance{[this] { return now; }};
+};
+
+TEST_F(a_word, counts_for_one_run_of_the_one_who_gave_it) {
+  EXPECT_FALSE(clearance.take("a"));
+  clearance.acknowledge("a");
+  EXPECT_FALSE(clearance.take("b"));
+  EXPECT_TRUE(clearance.take("a"));
+  EXPECT_FALSE(clearance.take("a"));
+}
+
+TEST_F(a_word, counts_for_five_minutes) {
+  clearance.acknowledge("a");
+  now += std::chrono::seconds(300);
+  EXPECT_FALSE(clearance.take("a"));
+  clearance.acknowledge("a");
+  now += std::chrono::seconds(299);
+  EXPECT_TRUE(clearance.take("a"));
+}
+
+TEST_F(a_word, is_void_once_a_session_is_under_way_has_failed_or_was_aborted) {
+  for (const Phase phase :
+       {Phase::kPlanning, Phase::kTransit, Phase::kStopping, Phase::kFailed, Phase::kAborted}) {
+    clearance.acknowledge("a");
+    clearance.look(in(phase));
+    EXPECT_FALSE(clearance.take("a")) << to_string(phase);
+    clearance.acknowledge("a");
+    EXPECT_TRUE(clearance.take("a"));
+    clearance.look(in(phase));
+    clearance.put_back("a");
+    EXPECT_FALSE(clearance.take("a")) << to_string(phase);
+  }
+  for (const Phase phase : {Phase::kIdle, Phase::kDone}) {
+    clearance.acknowledge("a");
+    clearance.look(in(phase));
+    EXPECT_TRUE(clearance.take("a")) << to_string(phase);
+  }
+}
+
+TEST(failed_attempts, of_one_network_are_counted_together_and_forgotten_in_time) {
+  std::chrono::steady_clock::time_point now{};
+  FailedAttempts failed([&] { return now; });
+  EXPECT_EQ(failed.add("2001:db8::1").so_far, 1);
+  EXPECT_EQ(failed.add("2001:db8::2").so_far, 2);
+  EXPECT_EQ(failed.add("2001:db8:1::2").so_far, 1);
+  EXPECT_EQ(failed.add("10.0.0.1").so_far, 1);
+  EXPECT_EQ(failed.add("10.0.0.2").so_far, 1);
+  now += std::chrono::minutes(11);
+  EXPECT_EQ(failed.add("2001:db8::1").so_far, 1);
+  for (int i = 0; i < 5000; ++i)
+    failed.add("10.1." + std::to_string(i / 250) + "." + std::to_string(i % 250));
+  EXPECT_EQ(failed.add("2001:db8::1").so_far, 1) << "of so many the oldest were forgotten";
+}
+
+}  // namespace
+}  // namespace cellcal::daemon

@@ -1,0 +1,146 @@
+// The whole daemon, from the network.
+
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include "daemon_fixture.h"
+#include "tests/daemon/api/tcp_peer.h"
+
+namespace cellcal::daemon::testing {
+namespace {
+
+using nlohmann::json;
+
+std::uint16_t free_port() {
+  const int fd = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  socklen_t length = sizeof address;
+  ::bind(fd, reinterpret_cast<sockaddr*>(&address), length);
+  ::getsockname(fd, reinterpret_cast<sockaddr*>(&address), &length);
+  ::close(fd);
+  return ntohs(address.sin_port);
+}
+
+struct a_daemon_on_the_network : ::testing::Test {
+  a_daemon_on_the_network()
+      : port(free_port()),
+        fixture("[http]\nlisten = \"127.0.0.1:" + std::to_string(port) + "\"\n") {}
+
+  struct Answer {
+    int status = 0;
+    std::string text;
+    json body() const {
+      return json::parse(text.substr(text.find("\r\n\r\n") + 4), nullptr, false);
+    }
+  };
+  Answer ask(const std::string& token, const std::string& method, const std::string& path,
+             const std::string& body = "") const {
+    std::string request =
+        method + " " + path + " HTTP/1.1\r\nHost: 127.0.0.1\r\nConnection: close\r\n";
+    if (!token.empty()) request += "Authorization: Bearer " + token + "\r\n";
+    request += "Content-Length: " + std::to_string(body.size()) + "\r\n\r\n" + body;
+    Answer answer;
+    answer.text = TcpPeer(port, request).read_all();
+    if (answer.text.size() > 12) answer.status = std::stoi(answer.text.substr(9, 3));
+    return answer;
+  }
+  std::string add_token(const std::string& role) const {
+    const Outcome made = fixture.cellcal({"token", "add", "--role", role, "--name", "t-" + role});
+    EXPECT_EQ(made.status, 0) << made.err;
+    EXPECT_EQ(made.out.size(), 65u) << made.out;
+    return made.out.substr(0, made.out.size() - 1);
+  }
+  void wait_until_idle() const {
+    while (fixture.status()["running"] == true)
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+
+  std::uint16_t port;
+  DaemonFixture fixture;
+};
+
+TEST_F(a_daemon_on_the_network, shows_health_to_all_and_a_session_to_those_with_a_token) {
+  fixture.start();
+  EXPECT_EQ(ask("", "GET", "/v1/health").body()["ok"], true);
+  EXPECT_EQ(ask("", "GET", "/v1/status").status, 401);
+  const std::string look = add_token("look");
+  EXPECT_EQ(ask(look, "GET", "/v1/status").body()["phase"], "idle");
+  EXPECT_EQ(ask(look, "POST", "/v1/abort").status, 403);
+  EXPECT_EQ(fixture.cellcal({"token", "list"}).out.find(look), std::string::npos);
+  EXPECT_NE(fixture.cellcal({"token", "list"}).out.find("t-look"), std::string::npos);
+  EXPECT_EQ(fixture.cellcal({"token", "remove", "t-look"}).status, 0);
+  EXPECT_EQ(ask(look, "GET", "/v1/status").status, 401);
+  const Outcome none = fixture.cellcal({"token", "remove", "t-look"});
+  EXPECT_EQ(none.status, 1);
+  EXPECT_NE(none.err.find("no such token"), std::string::npos) << none.err;
+  EXPECT_EQ(fixture.log().find(look), std::string::npos) << "the log holds no token";
+}
+
+TEST_F(a_daemon_on_the_network, runs_a_session_once_the_cell_was_said_to_be_clear) {
+  fixture.start();
+  const std::string operate = add_token("operate"), look = add_token("look");
+  const std::string run = json{{"cell", CELLCAL_DEMO_CELL}, {"touches", 8}, {"check", 0}}.dump();
+  EXPECT_EQ(ask(operate, "POST", "/v1/run", run).status, 412);
+  EXPECT_EQ(ask(operate, "POST", "/v1/clear").status, 200);
+  TcpPeer follower(port, "GET /v1/events HTTP/1.1\r\nHost: 127.0.0.1\r\nAuthorization: Bearer " +
+                             look + "\r\n\r\n");
+  follower.read_until("event: status");
+  EXPECT_EQ(ask(operate, "POST", "/v1/run", run).status, 201);
+  EXPECT_EQ(ask(operate, "POST", "/v1/run", run).status, 409) << "one is under way";
+  EXPECT_EQ(ask(operate, "POST", "/v1/clear").status, 409) << "one is under way";
+  wait_until_idle();
+  EXPECT_EQ(fixture.status()["phase"], "done");
+  const std::string told = follower.read_until("\"phase\":\"done\"");
+  for (int index = 0; index < 8; ++index) {
+    const std::string one = "data: {\"index\":" + std::to_string(index) + ",";
+    EXPECT_NE(told.find(one), std::string::npos) << index;
+    EXPECT_EQ(told.find(one), told.rfind(one)) << index;
+  }
+  EXPECT_EQ(ask(operate, "POST", "/v1/run", run).status, 412) << "it counted once";
+  EXPECT_EQ(ask(look, "GET", "/v1/sessions/1/touches?limit=3&after=3").body()["touches"].size(),
+            3u);
+  EXPECT_EQ(ask(look, "GET", "/v1/sessions/1/touches").body()["more"], false);
+}
+
+TEST_F(a_daemon_on_the_network, takes_an_abort_without_a_word_behind_which_the_cell_is_not_clear) {
+  fixture.start();
+  const std::string operate = add_token("operate");
+  const std::string run = json{{"cell", CELLCAL_DEMO_CELL}, {"touches", 100}}.dump();
+  ASSERT_EQ(ask(operate, "POST", "/v1/clear").status, 200);
+  ASSERT_EQ(ask(operate, "POST", "/v1/run", run).status, 201);
+  fixture.wait_for_touches(1);
+  EXPECT_EQ(ask(operate, "POST", "/v1/abort").status, 202);
+  wait_until_idle();
+  EXPECT_EQ(fixture.status()["phase"], "aborted");
+  EXPECT_EQ(ask(operate, "POST", "/v1/run", R"({"resume": true})").status, 412);
+}
+
+TEST_F(a_daemon_on_the_network, ends_with_followers_connected_and_says_where_it_listened) {
+  fixture.start();
+  const std::string look = add_token("look");
+  TcpPeer follower(port, "GET /v1/events HTTP/1.1\r\nHost: 127.0.0.1\r\nAuthorization: Bearer " +
+                             look + "\r\n\r\n");
+  follower.read_until("event: status");
+  fixture.daemon->signal(SIGTERM);
+  EXPECT_EQ(fixture.daemon->wait(), 0) << fixture.log();
+  EXPECT_NE(fixture.log().find("port " + std::to_string(port)), std::string::npos) << fixture.log();
+}
+
+TEST_F(a_daemon_on_the_network, does_not_start_where_its_port_is_taken) {
+  const int fd = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(port);
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  ASSERT_EQ(::bind(fd, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
+  ASSERT_EQ(::listen(fd, 1), 0);
+  const Outcome outcome = run_program({CELLCALD, "--config", fixture.dir / "d.toml"});
+  ::close(fd);
+  EXPECT_EQ(outcome.status, 1);
+  EXPECT_NE(outcome.err.find("listen of [http]"), std::string::npos) << outcome.err;
+}
+
+}  // namespace
+}  // namespace cellcal::daemon::testing
