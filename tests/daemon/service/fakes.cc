@@ -302,7 +302,7 @@ State Session::run_and_abort_in(Phase abort_in) {
   start.done = done.size();
   Runner* running = nullptr;
   Runner runner({backend, recorder, worker, disk, tasks,
-                 [&](const State& state) {
+                 [&](const State& state, const std::vector<calib::Touch>&) {
                    if (state.phase != phases.back()) {
                      phases.push_back(state.phase);
                      if (on_phase) on_phase(state.phase);

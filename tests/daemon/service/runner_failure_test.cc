@@ -221,7 +221,7 @@ TEST(a_failure, reads_as_one_line_whatever_a_device_says) {
 TEST(a_session, that_meets_an_exception_of_nobodys_stops_the_arm_and_ends_failed) {
   Session session;
   Runner runner({session.backend, session.recorder, session.worker, session.worker, session.tasks,
-                 [](const State& state) {
+                 [](const State& state, const std::vector<calib::Touch>&) {
                    if (state.phase == Phase::kSlowSearch) throw std::runtime_error("out of paper");
                  }},
                 session.start, {});

@@ -80,7 +80,7 @@ TEST(an_abort_of_a_session_whose_touch_waits_for_the_disk, does_not_wait_for_it)
   bool aborted_before_the_disk_answered = false;
   Runner* running = nullptr;
   Runner runner({session.backend, recorder, session.worker, disk, session.tasks,
-                 [&](const State& state) {
+                 [&](const State& state, const std::vector<calib::Touch>&) {
                    if (state.phase == Phase::kRecording) {
                      recorder.stalled.get_future().wait();
                      running->request_abort();
@@ -124,7 +124,7 @@ TEST(a_runner, whose_loop_or_devices_hang_is_not_alive) {
   testing::Session session({}, 1);
   Runner* running = nullptr;
   Runner runner({backend, session.recorder, session.worker, session.worker, session.tasks,
-                 [&](const State& state) {
+                 [&](const State& state, const std::vector<calib::Touch>&) {
                    if (state.phase == Phase::kConnecting) backend.hangs = true;
                    if (state.phase == Phase::kTransit) running->request_abort();
                  }},
