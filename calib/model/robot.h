@@ -94,7 +94,8 @@ struct Target {
   TargetKind kind = TargetKind::kSphere;
   double diameter_m = 0.0;  ///< spheres
   double diameter_sigma_m = 0.0;
-  bool has_centre = false;  ///< centre_m is stated
+  bool only_in_the_way = false;  ///< no touch of it is planned; no file says so
+  bool has_centre = false;       ///< centre_m is stated
   Eigen::Vector3d centre_m =
       Eigen::Vector3d::Zero();  ///< base frame, nominal; plane: a point on it
   bool has_box = false;         ///< without a centre: it is somewhere between the two corners

@@ -70,6 +70,7 @@ class Api {
   std::optional<Response> session_events(const Call& call);
   std::optional<Response> touches_csv(const Call& call);
   std::optional<Response> calibration(const Call& call);
+  std::optional<Response> qualification(const Call& call);
   std::optional<Response> report(const Call& call);
   // What the page draws (page_data.cc).
   std::optional<Response> scene(const Call& call);

@@ -33,6 +33,7 @@ std::span<const Api::Route> Api::routes() {
       {"GET",  "/v1/drift",                          Role::kLook,    kSlow,   &Api::drift},
       {"GET",  "/v1/sessions/{id}/touches.csv",      Role::kLook,    kSlow,   &Api::touches_csv},
       {"GET",  "/v1/sessions/{id}/calibration.json", Role::kLook,    kSlow,   &Api::calibration},
+      {"GET",  "/v1/sessions/{id}/qualification.json", Role::kLook,  kSlow,   &Api::qualification},
       {"GET",  "/v1/sessions/{id}/report.html",      Role::kLook,    kSlow,   &Api::report},
   };
   // clang-format on

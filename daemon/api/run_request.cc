@@ -33,8 +33,13 @@ RunRequest run_request(const std::string& body) {
   json object = json::parse(body, nullptr, false);
   if (!object.is_object()) throw BadRequest("the body must be a JSON object");
   RunRequest request;
-  std::string cell;
+  std::string cell, kind = to_string(request.kind);
   take(object, "cell", cell);
+  take(object, "kind", kind);
+  const auto known = session_kind(kind);
+  if (!known) throw BadRequest("\"kind\" must be \"calibrate\" or \"qualify\"");
+  request.kind = *known;
+  take(object, "target", request.target);
   if (object.contains("touches")) take(object, "touches", request.fit_touches.emplace());
   if (object.contains("goal_mm")) take(object, "goal_mm", request.goal_mm.emplace());
   take(object, "region", request.region);
@@ -45,8 +50,9 @@ RunRequest run_request(const std::string& body) {
   take(object, "resume", request.resume);
   if (!object.empty()) throw BadRequest("unknown key \"" + object.begin().key() + "\"");
   if (cell.empty() && !request.resume) throw BadRequest("\"cell\" is missing");
-  if (printable(cell) != cell || printable(request.region) != request.region)
-    throw BadRequest("\"cell\" and \"region\" must not contain control characters");
+  if (printable(cell) != cell || printable(request.region) != request.region ||
+      printable(request.target) != request.target)
+    throw BadRequest("\"cell\", \"target\" and \"region\" must not contain control characters");
   request.cell = cell;
   return request;
 }

@@ -21,11 +21,20 @@ using nlohmann::json;
 
 constexpr std::int64_t kUsualPage = 100, kLargestPage = 1000;
 
+/// Of a damaged row, or one of another version, nobody knows.
+json kind_of(const SessionRecord& record) {
+  try {
+    return to_string(options_from_json(record.inputs.options).kind);
+  } catch (const std::runtime_error&) {
+    return nullptr;
+  }
+}
+
 json to_json(const SessionRecord& record) {
   return {
-      {"id", record.id},           {"started", record.started},       {"ended", record.ended},
-      {"state", record.state},     {"cell", record.inputs.cell_name}, {"touches", record.touches},
-      {"planned", record.planned}, {"failure", record.failure}};
+      {"kind", kind_of(record)},   {"id", record.id},           {"started", record.started},
+      {"ended", record.ended},     {"state", record.state},     {"cell", record.inputs.cell_name},
+      {"touches", record.touches}, {"planned", record.planned}, {"failure", record.failure}};
 }
 
 json to_json(const PhaseTimes& times) {
@@ -136,6 +145,10 @@ std::optional<Response> Api::touches_csv(const Call& call) {
 
 std::optional<Response> Api::calibration(const Call& call) {
   return result_file(call, "calibration.json", "application/json");
+}
+
+std::optional<Response> Api::qualification(const Call& call) {
+  return result_file(call, "qualification.json", "application/json");
 }
 
 std::optional<Response> Api::report(const Call& call) {

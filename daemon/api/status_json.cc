@@ -118,6 +118,7 @@ nlohmann::json touch_json(std::size_t index, const calib::Touch& touch) {
 std::string status_to_json(const Status& status) {
   json value{{"seq", status.seq},
              {"session", status.session},
+             {"kind", status.kind},
              {"phase", to_string(status.phase)},
              {"running", kActivePhases.has(status.phase) || status.phase == Phase::kStopping},
              {"target", status.target},

@@ -97,6 +97,20 @@ std::string failure_words(const json& status) {
   return text(failure, "kind") + ": " + text(failure, "detail");
 }
 
+/// What a qualification came to. The sentences are the daemon's.
+int conclude_qualification(const Connection& daemon, const json& status) {
+  const json result = get(daemon, session_path(number(status, "session")) + "/qualification.json");
+  if (daemon.json) {
+    put(result.dump() + "\n", {});
+  } else {
+    std::string words;
+    for (const json& line : result.value("words", json::array()))
+      if (line.is_string()) words += line.get<std::string>() + "\n";
+    put(words + "figures: " + text(status, "results") + "/qualification.json\n", {});
+  }
+  return result.value("passed", false) ? kSuccess : kNotPublishable;
+}
+
 /// Prints what a session came to; the exit status follows.
 int conclude(const Connection& daemon, const json& status) {
   const std::int64_t session = number(status, "session");
@@ -106,6 +120,7 @@ int conclude(const Connection& daemon, const json& status) {
     throw std::runtime_error(fmt::format(
         "session {} was aborted; its touches are kept. Resume: 'cellcal run --resume'", session));
   }
+  if (text(status, "kind") == "qualify") return conclude_qualification(daemon, status);
   const Response calibration = ask(daemon, "GET", session_path(session) + "/calibration.json");
   const calib::Calibration result =
       calib::calibration_from_json(calibration.body, "the daemon's calibration");
@@ -220,9 +235,10 @@ std::string times_of(const json& times) {
 }
 
 std::string session_line(const json& session) {
+  const std::string kind = text(session, "kind") == "qualify" ? "qualification: " : "";
   return fmt::format(
-      "{:>5}  {:<24}  {:<11}  {:>4}/{:<4}  {}\n", number(session, "id"), text(session, "started"),
-      text(session, "state"), number(session, "touches"), number(session, "planned"),
+      "{:>5}  {:<24}  {:<11}  {:>4}/{:<4}  {}{}\n", number(session, "id"), text(session, "started"),
+      text(session, "state"), number(session, "touches"), number(session, "planned"), kind,
       text(session, "failure").empty() ? text(session, "cell") : text(session, "failure"));
 }
 
@@ -240,6 +256,14 @@ int run(const Connection& daemon, const RunCommand& command) {
     body["check"] = command.check;
     body["seed"] = command.seed;
   }
+  const json answer = parse(ask(daemon, "POST", "/v1/run", body.dump()));
+  return follow(daemon, number(answer, "session"), BeforeMotion::kCtrlCEnds);
+}
+
+int qualify(const Connection& daemon, const QualifyCommand& command) {
+  const json body{{"kind", "qualify"},
+                  {"cell", std::filesystem::absolute(command.cell).string()},
+                  {"target", command.target}};
   const json answer = parse(ask(daemon, "POST", "/v1/run", body.dump()));
   return follow(daemon, number(answer, "session"), BeforeMotion::kCtrlCEnds);
 }

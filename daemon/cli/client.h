@@ -26,7 +26,13 @@ struct RunCommand {
   bool resume = false;
 };
 
+struct QualifyCommand {
+  std::filesystem::path cell;
+  std::string target;  ///< empty: the first sphere
+};
+
 int run(const Connection& daemon, const RunCommand& command);
+int qualify(const Connection& daemon, const QualifyCommand& command);
 int show_status(const Connection& daemon);
 int watch(const Connection& daemon);
 int abort(const Connection& daemon);

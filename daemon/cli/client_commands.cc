@@ -71,6 +71,22 @@ void add_run(CLI::App& app, int& status) {
   });
 }
 
+void add_qualify(CLI::App& app, int& status) {
+  auto given = std::make_shared<QualifyCommand>();
+  CLI::App* command = app.add_subcommand(
+      "qualify",
+      "Measure the contact itself: touch noise, overtravel, latch delay, effective radius");
+  command->footer(
+      "Before the first calibration, and after work on tip, sensor or wiring. It touches one sphere at "
+      "six\nplaces, several times each, and compares the figures with what the cell file states. Exit "
+      "status 3:\nnot as stated.\nExample: cellcal qualify --cell cell.toml --target S1");
+  auto daemon = add_connection(command);
+  add_progress(command, *daemon);
+  command->add_option("--cell", given->cell, "Cell file (TOML)")->required();
+  command->add_option("--target", given->target, "Sphere to touch [the first one]");
+  command->callback([=, &status] { status = qualify(*daemon, *given); });
+}
+
 void add_watch(CLI::App& app, int& status) {
   CLI::App* command = app.add_subcommand("watch", "Follow the running session to its end");
   command->footer("Example: cellcal watch");
@@ -160,6 +176,7 @@ void add_token_commands(CLI::App& app, int& status) {
 
 void add_client_commands(CLI::App& app, int& status) {
   add_run(app, status);
+  add_qualify(app, status);
   add_plain(app, status, "status", "Show what the daemon is doing", show_status);
   add_watch(app, status);
   add_plain(app, status, "abort", "Stop the arm and end the session", abort);

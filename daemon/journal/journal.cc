@@ -94,6 +94,12 @@ std::optional<std::array<double, 3>> three(Statement& row, int column) {
   return std::array{values[0], values[1], values[2]};
 }
 
+drivers::AxisAngles axes(const std::vector<double>& values) {
+  drivers::AxisAngles result;
+  for (const double value : values) result.push_back(value);
+  return result;
+}
+
 calib::Touch touch_from(Statement& row) {
   calib::Touch touch;
   touch.joint_rad = numbers(row.text(0));
@@ -388,6 +394,30 @@ int Journal::reading_count(std::int64_t session) {
   Statement select(impl_->database, "SELECT count(*) FROM reading WHERE session=?");
   select.bind(1, session);
   return select.step() ? static_cast<int>(select.integer(0)) : 0;
+}
+
+std::vector<RecordReading> Journal::readings(std::int64_t session) {
+  const std::lock_guard lock(impl_->mutex);
+  impl_->chain.verify(session);
+  Statement select(impl_->database,
+                   "SELECT touch, number, slow, contact_rad, settled_rad, along_m, time_sigma_s, "
+                   "reaction_s, bounces, time FROM reading WHERE session=? ORDER BY rowid");
+  select.bind(1, session);
+  std::vector<RecordReading> readings;
+  while (select.step()) {
+    RecordReading& one = readings.emplace_back();
+    one.touch = static_cast<std::size_t>(select.integer(0));
+    one.number = static_cast<int>(select.integer(1));
+    one.reading.slow = select.integer(2) != 0;
+    one.reading.contact_rad = axes(numbers(select.text(3)));
+    one.reading.settled_rad = axes(numbers(select.text(4)));
+    one.reading.along_m = select.number(5);
+    one.reading.time_sigma_s = select.number(6);
+    one.reading.reaction_s = select.number(7);
+    one.reading.bounces = static_cast<int>(select.integer(8));
+    one.reading.utc = select.text(9);
+  }
+  return readings;
 }
 
 std::vector<FastAndSlow> Journal::contacts(std::int64_t session) {

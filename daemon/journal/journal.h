@@ -100,6 +100,8 @@ class Journal {
   std::vector<calib::Touch> touches(std::int64_t session);
   std::vector<std::string> events(std::int64_t session);
   int reading_count(std::int64_t session);
+  /// In the order in which they were made.
+  std::vector<RecordReading> readings(std::int64_t session);
   /// Of the touches that were recorded, their contacts at both speeds.
   std::vector<FastAndSlow> contacts(std::int64_t session);
   std::optional<Compared> compared(std::int64_t session);

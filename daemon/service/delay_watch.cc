@@ -13,7 +13,10 @@ std::optional<ContactDelay> delay_of(Journal& journal, std::int64_t session) {
   if (!record) return std::nullopt;
   TouchPolicy policy;
   try {
-    policy = options_from_json(record->inputs.options).touch;
+    const SessionOptions options = options_from_json(record->inputs.options);
+    // Its searches have speeds of their own; it says itself how late the latch is.
+    if (options.kind == SessionKind::kQualify) return std::nullopt;
+    policy = options.touch;
   } catch (const std::runtime_error&) {
     return std::nullopt;  // of another version: its speeds are not known
   }

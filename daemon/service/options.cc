@@ -5,6 +5,20 @@
 
 namespace cellcal::daemon {
 
+// As the journal has it.
+NLOHMANN_JSON_SERIALIZE_ENUM(SessionKind, {{SessionKind::kCalibrate, "calibrate"},
+                                           {SessionKind::kQualify, "qualify"}})
+
+const char* to_string(SessionKind kind) {
+  return kind == SessionKind::kQualify ? "qualify" : "calibrate";
+}
+
+std::optional<SessionKind> session_kind(std::string_view name) {
+  for (const SessionKind kind : {SessionKind::kCalibrate, SessionKind::kQualify})
+    if (name == to_string(kind)) return kind;
+  return std::nullopt;
+}
+
 namespace {
 
 /// One list of keys serves both directions. `Visitor` is called with each key and its member.
@@ -30,6 +44,8 @@ void each_key(Options& options, Visitor visit) {
 /// Keys that sessions of earlier versions do not have.
 template <typename Options, typename Visitor>
 void each_later_key(Options& options, Visitor visit) {
+  visit("kind", options.kind);
+  visit("target", options.target);
   visit("region", options.region);
   visit("one_by_one", options.one_by_one);
   visit("goal_u95_m", options.goal.u95_m);

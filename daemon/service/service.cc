@@ -9,6 +9,7 @@
 #include "calib/files/files.h"
 #include "calib/model/error.h"
 #include "calib/plan/cell_check.h"
+#include "calib/plan/qualification_plan.h"
 #include "calib/plan/reach/candidates.h"
 #include "calib/words/finding_words.h"
 #include "daemon/files/log_context.h"
@@ -59,6 +60,14 @@ void look_at_cell(const calib::Cell& cell) {
   }
 }
 
+void look_at_target(const calib::Cell& cell, const std::string& target) {
+  try {
+    calib::qualification_target(cell, target);
+  } catch (const calib::PlanError& wrong) {
+    throw RequestError(wrong.what());
+  }
+}
+
 void check(const RunRequest& request) {
   if (!request.resume && !request.cell.is_absolute()) {
     throw RequestError("give the cell file as an absolute path, not \"" + request.cell.string() +
@@ -73,6 +82,11 @@ void check(const RunRequest& request) {
     throw RequestError(fmt::format("the goal must be {} to {} mm, not {}", kFinestGoalMm,
                                    kCoarsestGoalMm, *request.goal_mm));
   }
+  if (request.kind == SessionKind::kQualify &&
+      (request.goal_mm || request.find || request.fit_touches))
+    throw RequestError("a qualification has its own touches: leave goal_mm, find and touches out");
+  if (request.kind != SessionKind::kQualify && !request.target.empty())
+    throw RequestError("\"target\" is of a qualification: a calibration touches all targets");
   if (request.check_touches < 0 || request.check_touches > kMostTouches) {
     throw RequestError("check touches must be 0 to 2000, not " +
                        std::to_string(request.check_touches));
@@ -151,6 +165,9 @@ std::unique_ptr<SessionService::Job> SessionService::prepare(const RunRequest& r
     job->options.plan.check_touches = request.check_touches;
     job->options.plan.seed = request.seed;
     job->options.touch = parts_.touch;
+    job->options.kind = request.kind;
+    job->options.target = request.target;
+    if (request.kind == SessionKind::kQualify) job->options.touch.confirm_every = 1;
   }
   job->cell = cell_of(job->inputs);
   if (request.goal_mm && request.fit_touches) {
@@ -165,11 +182,13 @@ std::unique_ptr<SessionService::Job> SessionService::prepare(const RunRequest& r
           calib::kFirstTouches, targets, least, *request.fit_touches));
     }
   }
-  if (!request.resume)
+  if (!request.resume && request.kind == SessionKind::kCalibrate)
     job->options.one_by_one = request.goal_mm || job->options.find || must_find(job->cell);
   // Not in the journal: what stands in the cell now is what must not be hit now.
   calib::load_meshes(job->cell, std::filesystem::path(job->inputs.cell_name).parent_path());
   if (!request.resume) look_at_cell(job->cell);
+  if (!request.resume && request.kind == SessionKind::kQualify)
+    look_at_target(job->cell, request.target);
   if (job->cell.robot.joints.size() > drivers::kMaxAxes) {
     throw RequestError("the robot file has " + std::to_string(job->cell.robot.joints.size()) +
                        " joints, more than can be driven: " + std::to_string(drivers::kMaxAxes));
@@ -281,6 +300,7 @@ void SessionService::carry_out(Job& job) {
   task_inputs.store = [this, &job, compared = task_inputs.compared](const std::string& json) {
     parts_.journal.store_calibration(job.session, json, compared);
   };
+  task_inputs.readings = [this, &job] { return parts_.journal.readings(job.session); };
   task_inputs.interruptions = [this] { return status().interruptions; };
   task_inputs.truth = [&job](const calib::Calibration& calibration) {
     return job.backend->truth(calibration);
@@ -319,9 +339,11 @@ void SessionService::carry_out(Job& job) {
   worker.reset();
 }
 
-void SessionService::publish(const State& state, const std::vector<calib::Touch>& touches, Job& job) {
+void SessionService::publish(const State& state, const std::vector<calib::Touch>& touches,
+                             Job& job) {
   Status status;
   status.session = job.session;
+  status.kind = to_string(job.options.kind);
   status.phase = state.phase;
   status.done = std::max(state.done, job.touches.size());
   status.residual_m = state.calibration ? state.calibration->after.mean_m : state.residual_m;

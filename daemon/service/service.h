@@ -36,6 +36,8 @@ struct RequestError : std::runtime_error {
 inline constexpr int kPlannedTouches = 40, kMostChosen = 200;
 
 struct RunRequest {
+  SessionKind kind = SessionKind::kCalibrate;
+  std::string target;              ///< of a qualification; empty: the cell's first sphere
   std::filesystem::path cell;      ///< absolute; empty only when resuming
   std::optional<int> fit_touches;  ///< none: kPlannedTouches, or at most kMostChosen of a goal
   int check_touches = 10;

@@ -47,8 +47,9 @@ struct MadeTouch {
 };
 
 struct Status {
-  std::uint64_t seq = 0;     ///< counts up with every change
-  std::int64_t session = 0;  ///< 0: none since the daemon started
+  std::uint64_t seq = 0;           ///< counts up with every change
+  std::int64_t session = 0;        ///< 0: none since the daemon started
+  std::string kind = "calibrate";  ///< of the session, to_string(SessionKind)
   Phase phase = Phase::kIdle;
   std::string target;  ///< of the touch in hand
   std::size_t done = 0, total = 0;
@@ -67,7 +68,7 @@ struct Status {
   std::optional<Failure> failure;
   std::optional<bool> publish;  ///< verdict, once identified
   std::vector<std::string> reasons;
-  std::string results_dir;                        ///< once written
+  std::string results_dir;  ///< once written
   /// Told of with this status, each of a session once: when its residual is known, at the latest
   /// when the next one is made or the session ends.
   std::shared_ptr<const MadeTouch> made;

@@ -25,6 +25,7 @@
 #include "daemon/files/correction_limit.h"
 #include "daemon/report/report.h"
 #include "daemon/service/estimate.h"
+#include "daemon/service/qualification_tasks.h"
 
 namespace cellcal::daemon {
 
@@ -139,6 +140,7 @@ std::string plan_hash(const calib::Plan& plan) {
     append(bytes, touch.clear);
     append(bytes, {touch.search_m, touch.expected_m});
     append(bytes, {touch.leaving.in_share, touch.leaving.out_share});
+    if (touch.search_m_s > 0.0) append(bytes, {touch.search_m_s});
     for (const calib::Corner& corner : touch.corners)
       append(bytes, {corner.in_share, corner.out_share});
   }
@@ -248,10 +250,26 @@ void refuse_beyond_reach(const TaskInputs& inputs, const calib::Plan& plan, std:
   if (needed.turn_deg > limit_deg) throw calib::PlanError(beyond_limit_words(needed, limit_deg));
 }
 
+/// The way to a plan's next touch from wherever the arm stands.
+Tasks with_route(Tasks tasks, const std::shared_ptr<const TaskInputs>& inputs) {
+  const auto begin = std::make_shared<calib::JointVector>();  // of the controller's session
+  tasks.route = [inputs, begin](const calib::Plan& plan, std::size_t next,
+                                const calib::JointVector& from) {
+    calib::Plan routed = calib::resume_plan(inputs->cell, plan, next, from);
+    check(routed, inputs->cell.robot.joints.size());
+    if (begin->empty()) *begin = from;
+    refuse_beyond_reach(*inputs, routed, next, *begin);
+    return routed;
+  };
+  return tasks;
+}
+
 }  // namespace
 
 Tasks make_tasks(TaskInputs given) {
   const auto inputs = std::make_shared<const TaskInputs>(std::move(given));
+  if (inputs->options.kind == SessionKind::kQualify)
+    return with_route(qualification_tasks(inputs), inputs);
   // For the report; planning and report are jobs of one worker.
   const auto planned_first = std::make_shared<std::optional<calib::Plan>>();
   Tasks tasks;
@@ -271,15 +289,7 @@ Tasks make_tasks(TaskInputs given) {
       return planned;
     };
   }
-  const auto begin = std::make_shared<calib::JointVector>();  // of the controller's session
-  tasks.route = [inputs, begin](const calib::Plan& plan, std::size_t next,
-                                const calib::JointVector& from) {
-    calib::Plan routed = calib::resume_plan(inputs->cell, plan, next, from);
-    check(routed, inputs->cell.robot.joints.size());
-    if (begin->empty()) *begin = from;
-    refuse_beyond_reach(*inputs, routed, next, *begin);
-    return routed;
-  };
+  tasks = with_route(std::move(tasks), inputs);
   const auto forecast = std::make_shared<calib::ContactForecast>(inputs->cell);
   tasks.assess = [inputs, planned_first, forecast](const std::vector<calib::Touch>& touches) {
     Tasks::Assessed assessed{newest_residual(inputs->cell, touches)};

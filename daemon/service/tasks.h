@@ -19,13 +19,15 @@ struct TaskInputs {
   calib::Cell cell;
   SessionInputs files;
   SessionOptions options;
-  std::vector<calib::Touch> made;  ///< before the session was interrupted
-  std::optional<Compared> compared;  ///< what the result is held against
+  std::vector<calib::Touch> made;        ///< before the session was interrupted
+  std::optional<Compared> compared;      ///< what the result is held against
   std::optional<double> axis_reach_rad;  ///< as the backend's
   std::int64_t session = 0;
   std::string started;
   std::filesystem::path results_dir;
   std::function<std::string()> utc_now;
+  /// Of this session, as they were made; from the journal.
+  std::function<std::vector<RecordReading>()> readings;
   /// Puts the calibration into the journal.
   std::function<void(const std::string& json)> store;
   /// Harmless ones after which the session went on by itself; null: none.

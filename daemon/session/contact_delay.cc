@@ -14,8 +14,6 @@ namespace cellcal::daemon {
 namespace {
 
 constexpr std::size_t kFewest = 5;
-/// Below this difference of speeds the noise of a touch (0.03 mm) says more than the delay.
-constexpr double kLeastDifferenceMS = 0.001;
 /// 40 um of depth at the speed that counts (2 mm/s).
 constexpr double kSuspiciousS = 0.020;
 /// 4 um of effective radius.
@@ -28,7 +26,7 @@ constexpr double kMs = 1e3;
 std::optional<ContactDelay> contact_delay(std::span<const FastAndSlow> touches, double fast_m_s,
                                           double slow_m_s) {
   const double difference = fast_m_s - slow_m_s;
-  if (touches.size() < kFewest || !(difference >= kLeastDifferenceMS)) return std::nullopt;
+  if (touches.size() < kFewest || !(difference >= kLeastSpeedDifferenceMS)) return std::nullopt;
   std::vector<double> delays;
   for (const FastAndSlow& touch : touches)
     delays.push_back((touch.fast_m - touch.slow_m) / difference);

@@ -22,6 +22,9 @@ struct FastAndSlow {
   double slow_m = 0.0;  ///< mean of the readings
 };
 
+/// Below this difference of speeds the noise of a touch (0.03 mm) says more than the delay.
+inline constexpr double kLeastSpeedDifferenceMS = 0.001;
+
 struct ContactDelay {
   double delay_s = 0.0;  ///< positive: angles of an instant behind the contact
   double sigma_s = 0.0;  ///< 1 sigma of it

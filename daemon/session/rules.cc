@@ -155,6 +155,12 @@ double contact_m(const State& state, const Reading& reading) {
   return std::min(reading.along_m, travel_m(state.planned(), reading.settled_rad));
 }
 
+/// Of its first search.
+double fast_m_s(const State& state) {
+  const double own = state.planned().search_m_s;
+  return own > 0.0 ? own : state.policy.fast_m_s;
+}
+
 void record_reading(const State& state, const Reading& reading, Actions& actions) {
   const int number = static_cast<int>(state.slow.size()) + (reading.slow ? 1 : 0);
   actions.emplace_back(RecordReading{state.done, number, reading});
@@ -166,8 +172,7 @@ bool was_met(const State& state) {
 
 void record(State& state, const Event& event, Actions& actions, const Agreement& agreement,
             double speed_m_s) {
-  actions.emplace_back(
-      RecordTouch{state.done, touch_of(state.planned(), agreement, speed_m_s)});
+  actions.emplace_back(RecordTouch{state.done, touch_of(state.planned(), agreement, speed_m_s)});
   if (!was_met(state)) state.met.push_back(state.planned().target);
   state.deadline = event.at + state.timeouts.recording;
 }
@@ -389,7 +394,8 @@ void find_route(State& state, const Event& event, Actions& actions) {
   state.routed_in_contact = state.links.in_contact;
   ++state.route_id;
   if (state.one_by_one)
-    actions.emplace_back(ChooseTouch{state.touch_failed, state.links.in_contact, {}, state.route_id});
+    actions.emplace_back(
+        ChooseTouch{state.touch_failed, state.links.in_contact, {}, state.route_id});
   else
     actions.emplace_back(FindRoute{state.done, state.route_id});
   state.touch_failed.reset();
@@ -434,7 +440,7 @@ void next_waypoint(State& state, const Event& event, Actions& actions) {
 
 void arm_fast(State& state, const Event& event, Actions& actions) {
   state.self_tested = false;
-  arm(state, event, actions, state.policy.fast_m_s);
+  arm(state, event, actions, fast_m_s(state));
 }
 
 void arm_slow(State& state, const Event& event, Actions& actions) {
@@ -451,11 +457,11 @@ void self_test(State& state, const Event& event, Actions& actions) {
 
 void arm_again(State& state, const Event& event, Actions& actions) {
   arm(state, event, actions,
-      state.phase == Phase::kArmingFast ? state.policy.fast_m_s : state.policy.slow_m_s);
+      state.phase == Phase::kArmingFast ? fast_m_s(state) : state.policy.slow_m_s);
 }
 
 void search_fast(State& state, const Event& event, Actions& actions) {
-  search(state, event, actions, state.policy.fast_m_s);
+  search(state, event, actions, fast_m_s(state));
 }
 
 void search_slow(State& state, const Event& event, Actions& actions) {
@@ -493,7 +499,7 @@ void record_touch(State& state, const Event& event, Actions& actions) {
 void record_first_contact(State& state, const Event& event, Actions& actions) {
   state.first = reading_of(state, event, false);
   record_reading(state, *state.first, actions);
-  record(state, event, actions, {{*state.first}, 0.0}, state.policy.fast_m_s);
+  record(state, event, actions, {{*state.first}, 0.0}, fast_m_s(state));
 }
 
 void leave(State& state, const Event& event, Actions& actions) {
@@ -573,8 +579,7 @@ void interrupt(State& state, const Event& event, Actions& actions) {
   const bool at_rest = event.kind == EventKind::kLinks;
   // A retreat that leads on to the next touch is at the sphere as long as it is in contact.
   const bool gone = state.leads_on && state.phase == Phase::kRetreat && !state.links.in_contact;
-  if (!kBeforeTheFirstMove.has(state.phase))
-    state.resumed = kAtTheSphere.has(state.phase) && !gone;
+  if (!kBeforeTheFirstMove.has(state.phase)) state.resumed = kAtTheSphere.has(state.phase) && !gone;
   state.ahead = {};
   if (!state.pause_noted) note_pause(state, event, actions);
   if (!at_rest && event.kind != EventKind::kRecorded) state.left_rad = event.at_rad;

@@ -100,7 +100,8 @@ std::string why_not_planned(const Target& target) {
 }
 
 bool is_planned(const Target& target, Kinds kinds) {
-  return (target.kind == TargetKind::kSphere || kinds == Kinds::kSpheresAndPlanes) &&
+  return !target.only_in_the_way &&
+         (target.kind == TargetKind::kSphere || kinds == Kinds::kSpheresAndPlanes) &&
          why_not_planned(target).empty();
 }
 

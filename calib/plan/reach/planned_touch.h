@@ -31,11 +31,12 @@ struct PlannedTouch {
   std::vector<Corner> corners;
   Corner leaving;  ///< where the transit begins, for an arm that comes along the last search line
   JointVector standoff;
-  JointVector end;          ///< end of the search: no contact by here is a failure
-  JointVector clear;        ///< where the arm goes after the touch
-  double search_m = 0.0;    ///< tip path from standoff to end
-  double expected_m = 0.0;  ///< tip path from standoff to where the surface is expected
+  JointVector end;                ///< end of the search: no contact by here is a failure
+  JointVector clear;              ///< where the arm goes after the touch
+  double search_m = 0.0;          ///< tip path from standoff to end
+  double expected_m = 0.0;        ///< tip path from standoff to where the surface is expected
   double expected_sigma_m = 0.0;  ///< as ExpectedContact's
+  double search_m_s = 0.0;  ///< speed of its first search; 0: as the session's touches have it
   bool may_miss = false;    ///< looks for a sphere: no contact by the end is an answer
 };
 

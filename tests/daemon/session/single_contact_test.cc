@@ -63,6 +63,20 @@ TEST(one_fast_contact, makes_a_touch_with_its_own_place_and_speed) {
   EXPECT_EQ(walk.the<BeginMove>().move.target_rad, (drivers::AxisAngles{0.19}));
 }
 
+TEST(one_fast_contact, is_searched_for_at_the_touchs_own_speed_where_it_has_one) {
+  SecondTouch second;
+  Walk& walk = second.walk;
+  second.to_fast_search();
+  const double usual_s = walk.the<BeginMove>().move.cruise_s;
+  SecondTouch slower;
+  Walk& other = slower.walk;
+  other.plan->touches[1].search_m_s = 0.004;
+  slower.to_fast_search();
+  EXPECT_NEAR(other.the<BeginMove>().move.cruise_s, 2.5 * usual_s, 1e-9);
+  other.contact(0.21, 0.2102);
+  EXPECT_EQ(other.the<RecordTouch>().touch.speed_m_s, 0.004);
+}
+
 TEST(one_fast_contact, is_confirmed_at_the_first_touch_of_a_target_and_at_every_eighth) {
   SecondTouch other_target;
   other_target.walk.plan->touches[1].target = "S2";

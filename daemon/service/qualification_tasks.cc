@@ -1,0 +1,125 @@
+#include "daemon/service/qualification_tasks.h"
+
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "calib/files/files.h"
+#include "calib/model/parameter_key.h"
+#include "calib/plan/qualification_plan.h"
+#include "calib/verdict/identify_as_stated.h"
+#include "daemon/files/atomic_file.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+using nlohmann::json;
+
+constexpr double kMm = 1e3, kMs = 1e3;
+
+calib::Plan plan_of(const TaskInputs& inputs) {
+  std::vector<double> speeds_m_s;
+  for (const double share : kQualificationShares)
+    speeds_m_s.push_back(share * inputs.options.touch.fast_m_s);
+  return calib::make_qualification_plan(inputs.cell, inputs.options.plan, inputs.options.target,
+                                        kQualificationPlaces, speeds_m_s);
+}
+
+/// The one sphere alone: other targets have no touches.
+calib::Cell one_sphere(const calib::Cell& cell, const std::string& target) {
+  calib::Cell part = cell;
+  std::erase_if(part.targets, [&](const calib::Target& t) { return t.id != target; });
+  part.lengths.clear();
+  return part;
+}
+
+/// Never one to be used: a few touches of one sphere. What it knows is the effective radius.
+calib::Calibration estimate_of(const TaskInputs& inputs, const std::vector<calib::Touch>& touches) {
+  calib::Calibration calibration;
+  try {
+    if (!touches.empty())
+      calibration =
+          calib::identify_as_stated(one_sphere(inputs.cell, touches.front().target), touches);
+  } catch (const calib::IdentifyError&) {  // then the radius is not known
+  }
+  calibration.verdict.publish = false;
+  calibration.verdict.findings.clear();
+  return calibration;
+}
+
+std::optional<Figure> radius_offset(const calib::Calibration& calibration) {
+  const calib::ParameterResult* rho =
+      find(calibration, calib::tool_parameter(calib::ParameterKind::kEffectiveRadius, 0));
+  if (rho == nullptr) return std::nullopt;
+  return Figure{rho->correction, rho->sigma};
+}
+
+json figure(const std::optional<Figure>& figure, double factor) {
+  if (!figure) return nullptr;
+  return {{"value", factor * figure->value}, {"sigma", factor * figure->sigma}};
+}
+
+}  // namespace
+
+std::string qualification_to_json(const Qualification& q) {
+  json value{{"format", "cellcal.qualification/1"},
+             {"target", q.target},
+             {"touches", q.touches},
+             {"places", q.places},
+             {"touch_noise_mm", figure(q.noise_m, kMm)},
+             {"touch_noise_dof", q.noise_dof},
+             {"latch_delay_ms", nullptr},
+             {"overtravel", json::array()},
+             {"overtravel_limit_mm", kMm * kOvertravelLimitM},
+             {"reaction_worst_ms", kMs * q.reaction_worst_s},
+             {"bounces_worst", q.bounces_worst},
+             {"radius_offset_mm", figure(q.radius_offset_m, kMm)},
+             {"stated",
+              {{"touch_sigma_mm", kMm * q.stated.touch_sigma_m},
+               {"latch_delay_ms", kMs * q.stated.delay_s},
+               {"latch_delay_sigma_ms", kMs * q.stated.delay_sigma_s},
+               {"radius_offset_sigma_mm", kMm * q.stated.radius_offset_sigma_m}}},
+             {"passed", q.passed()},
+             {"findings", json::array()},
+             {"words", in_words(q)}};
+  if (q.delay)
+    value["latch_delay_ms"] = {{"value", kMs * q.delay->delay_s},
+                               {"sigma", kMs * q.delay->sigma_s}};
+  for (const Overtravel& o : q.overtravel)
+    value["overtravel"].push_back({{"speed_mm_s", kMm * o.speed_m_s},
+                                   {"searches", o.searches},
+                                   {"median_mm", kMm * o.median_m},
+                                   {"worst_mm", kMm * o.worst_m}});
+  for (const QualificationFinding finding : q.findings)
+    value["findings"].push_back(to_string(finding));
+  return value.dump(2) + "\n";
+}
+
+Tasks qualification_tasks(std::shared_ptr<const TaskInputs> inputs) {
+  const auto plan = std::make_shared<calib::Plan>();
+  Tasks tasks;
+  tasks.plan = [inputs, plan] {
+    *plan = plan_of(*inputs);
+    return Tasks::Planned{*plan, plan_hash(*plan), {}};
+  };
+  tasks.assess = [](const std::vector<calib::Touch>&) { return Tasks::Assessed{}; };
+  tasks.identify = [inputs](const std::vector<calib::Touch>& touches) {
+    return estimate_of(*inputs, touches);
+  };
+  tasks.report = [inputs, plan](const calib::Calibration& calibration,
+                                const std::vector<calib::Touch>& touches) {
+    const calib::Cell& cell = inputs->cell;
+    const StatedContact stated{cell.touch_sigma_m, cell.latch_delay_s, cell.latch_delay_sigma_s,
+                               cell.radius_offset_sigma_m};
+    const Qualification q =
+        qualify(*plan, inputs->readings(), inputs->options.touch.fast_m_s,
+                inputs->options.touch.slow_m_s, stated, radius_offset(calibration));
+    std::filesystem::create_directories(inputs->results_dir);
+    write_atomically(inputs->results_dir / "touches.csv",
+                     calib::format_touches(touches, cell.robot));
+    write_atomically(inputs->results_dir / "qualification.json", qualification_to_json(q));
+  };
+  return tasks;
+}
+
+}  // namespace cellcal::daemon
