@@ -17,8 +17,6 @@ namespace {
 using nlohmann::json;
 
 constexpr std::string_view kBearer = "Bearer ";
-/// A day, as long as the daemon keeps one that is not used.
-constexpr int kCookieSeconds = 24 * 3600;
 constexpr std::size_t kMostShown = 80;
 
 bool changes_something(const Request& request) {
@@ -41,6 +39,27 @@ std::string token_in(const std::string& body) {
 }
 
 }  // namespace
+
+class Access::Admitted final : public Stream {
+ public:
+  Admitted(Access& access, const Request& request, std::shared_ptr<Stream> stream)
+      : access_(access), request_(request), stream_(std::move(stream)) {}
+  std::optional<std::string> next() override {
+    const std::optional<Token> token = access_.token_of(request_);
+    if (!token || token->name != request_.caller.name) return std::nullopt;
+    return stream_->next();
+  }
+
+ private:
+  Access& access_;
+  Request request_;
+  std::shared_ptr<Stream> stream_;
+};
+
+std::shared_ptr<Stream> Access::while_admitted(const Request& request,
+                                               std::shared_ptr<Stream> stream) {
+  return std::make_shared<Admitted>(*this, request, std::move(stream));
+}
 
 std::optional<Response> Access::admit(Request& request, Role needed) {
   if (!host_is_ours(request, config_.host_names)) {
@@ -99,8 +118,8 @@ Response Access::log_in(const Request& request) {
   welcome.headers = {
       {"Set-Cookie",
        fmt::format("{}={}; Path=/; Max-Age={}; HttpOnly; SameSite=Strict{}", cookie_name(),
-                   sign_ins_.begin(*token), kCookieSeconds, config_.tls ? "; Secure" : "")},
-      {"Cache-Control", "no-store"}};
+                   sign_ins_.begin(*token), std::chrono::seconds(kLongestUnused).count(),
+                   config_.tls ? "; Secure" : "")}};
   return welcome;
 }
 

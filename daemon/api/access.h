@@ -6,6 +6,7 @@
 // A token that is none costs its sender time, and nobody else: one that is, is never slowed.
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -32,12 +33,15 @@ class Access {
   /// Sets Request::caller, or refuses.
   std::optional<Response> admit(Request& request, Role needed);
   Response log_in(const Request& request);
+  /// The stream, which ends with the token or the login that it was asked for with.
+  std::shared_ptr<Stream> while_admitted(const Request& request, std::shared_ptr<Stream> stream);
   Response log_out(const Request& request);
 
   TokenStore& tokens() { return tokens_; }
   Clearance& clearance() { return clearance_; }
 
  private:
+  class Admitted;
   std::optional<Token> token_of(const Request& request);
   Response wrong_token(const Request& request);
   std::string cookie_name() const;

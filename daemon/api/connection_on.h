@@ -175,6 +175,7 @@ class ConnectionOn final : public Connection,
     message.set(http::field::server, "cellcald");
     message.set(http::field::content_type, response.type);
     message.set("X-Content-Type-Options", "nosniff");
+    message.set(http::field::cache_control, "no-store");  // unless it says another
     for (const auto& [name, value] : response.headers) message.set(name, value);
   }
 

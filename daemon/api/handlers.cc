@@ -126,8 +126,9 @@ std::optional<Response> Api::events(const Call& call) {
     if (!id) throw BadRequest("\"since\" must be the id of an event, such as 57 or 57.1");
   }
   Response response{200, "text/event-stream"};
-  response.headers = {{"Cache-Control", "no-store"}};
-  response.stream = (request.peer.empty() ? local_feed_ : network_feed_).follow(id);
+  response.stream = (request.is_from_network() ? network_feed_ : local_feed_).follow(id);
+  if (request.is_from_network())
+    response.stream = access().while_admitted(request, response.stream);
   return response;
 }
 

@@ -152,7 +152,11 @@ std::optional<Response> Api::qualification(const Call& call) {
 }
 
 std::optional<Response> Api::report(const Call& call) {
-  return result_file(call, "report.html", "text/html; charset=utf-8");
+  Response page = result_file(call, "report.html", "text/html; charset=utf-8");
+  // It comes from where the page comes from, and must not act as that may, whatever words are in it.
+  page.headers = {{"Content-Security-Policy",
+                   "sandbox; default-src 'none'; style-src 'unsafe-inline'; img-src data:"}};
+  return page;
 }
 
 /// Nothing of a request ever becomes part of a path.

@@ -10,7 +10,6 @@ namespace cellcal::daemon {
 
 namespace {
 
-constexpr std::chrono::hours kLongestUnused{24};
 constexpr std::size_t kMost = 256;
 
 bool same(const std::string& a, const std::string& b) {

@@ -1,6 +1,6 @@
 #pragma once
 // Browsers that logged in. Their cookie is no token: it ends with a logout, with the token, with the
-// daemon, or a day after it was last used.
+// daemon, or 30 days after it was last used, which following is as well.
 
 #include <chrono>
 #include <deque>
@@ -11,6 +11,8 @@
 #include "daemon/api/tokens.h"
 
 namespace cellcal::daemon {
+
+inline constexpr std::chrono::hours kLongestUnused{30 * 24};
 
 /// On one thread.
 class SignIns {

@@ -65,10 +65,9 @@ std::optional<Response> Api::tokens(const Call&) {
 std::optional<Response> Api::add_token(const Call& call) {
   const TokenRequest wanted = token_request(call.request.body);
   const std::string token = access().tokens().add(wanted.name, wanted.role, wall_clock_utc());
-  Response made{201, "application/json",
-                dump({{"name", wanted.name}, {"role", to_string(wanted.role)}, {"token", token}})};
-  made.headers = {{"Cache-Control", "no-store"}};
-  return made;
+  return Response{
+      201, "application/json",
+      dump({{"name", wanted.name}, {"role", to_string(wanted.role)}, {"token", token}})};
 }
 
 std::optional<Response> Api::remove_token(const Call& call) {

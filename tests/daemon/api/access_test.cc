@@ -200,6 +200,21 @@ TEST_F(an_api_on_the_network, ends_logins_with_their_token) {
   EXPECT_EQ(ask(request("GET", "/v1/me", {{"cookie", cookie}})).status, 401);
 }
 
+TEST_F(an_api_on_the_network, ends_what_is_followed_with_the_token_or_the_login) {
+  const Response by_token =
+      ask(request("GET", "/v1/events", {{"authorization", "Bearer " + secret[Role::kLook]}}));
+  const std::string cookie = log_in(Role::kOperate);
+  const Response by_cookie = ask(request("GET", "/v1/events", {{"cookie", cookie}}));
+  ASSERT_TRUE(by_token.stream && by_cookie.stream);
+  EXPECT_NE(by_token.stream->next()->find("event: status"), std::string::npos);
+  EXPECT_NE(by_cookie.stream->next()->find("event: status"), std::string::npos);
+  tokens.remove("look");
+  EXPECT_FALSE(by_token.stream->next());
+  EXPECT_EQ(*by_cookie.stream->next(), "");
+  ask(request("POST", "/v1/logout", {{"cookie", cookie}}));
+  EXPECT_FALSE(by_cookie.stream->next());
+}
+
 TEST_F(an_api_on_the_network, refuses_what_a_page_of_somebody_else_sends) {
   const std::string cookie = log_in(Role::kOperate);
   const auto abort = [&](const std::string& origin) {

@@ -4,6 +4,7 @@
 #include <signal.h>
 
 #include "daemon_fixture.h"
+#include "tests/daemon/api/schema.h"
 #include "tests/daemon/api/tcp_peer.h"
 
 namespace cellcal::daemon::testing {
@@ -21,6 +22,19 @@ std::uint16_t free_port() {
   ::getsockname(fd, reinterpret_cast<sockaddr*>(&address), &length);
   ::close(fd);
   return ntohs(address.sin_port);
+}
+
+void expect_events_as_described(const std::string& stream) {
+  const Description description(CELLCAL_OPENAPI);
+  const std::map<std::string, std::string> schemas{
+      {"status", "Status"}, {"touch", "TouchEvent"}, {"robot", "RobotEvent"}};
+  std::string name;
+  std::istringstream lines(stream.substr(stream.find("\r\n\r\n") + 4));
+  for (std::string line; std::getline(lines, line);) {
+    if (line.rfind("event: ", 0) == 0) name = line.substr(7);
+    if (line.rfind("data: ", 0) != 0 || lines.eof()) continue;
+    EXPECT_EQ(description.complaint(json::parse(line.substr(6)), schemas.at(name)), "") << line;
+  }
 }
 
 struct a_daemon_on_the_network : ::testing::Test {
@@ -98,10 +112,23 @@ TEST_F(a_daemon_on_the_network, runs_a_session_once_the_cell_was_said_to_be_clea
     EXPECT_NE(told.find(one), std::string::npos) << index;
     EXPECT_EQ(told.find(one), told.rfind(one)) << index;
   }
+  expect_events_as_described(told);
   EXPECT_EQ(ask(operate, "POST", "/v1/run", run).status, 412) << "it counted once";
   EXPECT_EQ(ask(look, "GET", "/v1/sessions/1/touches?limit=3&after=3").body()["touches"].size(),
             3u);
   EXPECT_EQ(ask(look, "GET", "/v1/sessions/1/touches").body()["more"], false);
+  const Description description(CELLCAL_OPENAPI);
+  const std::map<std::string, std::string> answers{{"/v1/status", "Status"},
+                                                   {"/v1/sessions/1", "Session"},
+                                                   {"/v1/sessions/1/touches", "Touches"},
+                                                   {"/v1/sessions/1/events", "Events"},
+                                                   {"/v1/sessions/1/figures", "Figures"},
+                                                   {"/v1/sessions/1/plan", "Plan"},
+                                                   {"/v1/scene", "Scene"},
+                                                   {"/v1/drift", "Drift"}};
+  for (const auto& [path, schema] : answers) {
+    EXPECT_EQ(description.complaint(ask(look, "GET", path).body(), schema), "") << path;
+  }
 }
 
 TEST_F(a_daemon_on_the_network, takes_an_abort_without_a_word_behind_which_the_cell_is_not_clear) {

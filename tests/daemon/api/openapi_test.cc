@@ -1,0 +1,226 @@
+// The description of the API beside the API.
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "daemon/api/access.h"
+#include "daemon/api/handlers.h"
+#include "daemon/service/inputs.h"
+#include "drivers/error.h"
+#include "tests/daemon/api/schema.h"
+#include "tests/daemon/journal/temporary_directory.h"
+
+namespace cellcal::daemon {
+namespace {
+
+using nlohmann::json;
+using testing::Description;
+
+const Description& described() {
+  static const Description description(CELLCAL_OPENAPI);
+  return description;
+}
+
+std::string lower(std::string text) {
+  for (char& letter : text) letter = static_cast<char>(std::tolower(letter));
+  return text;
+}
+
+TEST(the_description, names_every_route_of_the_table_with_its_role_and_no_other) {
+  std::set<std::string> there, told;
+  for (const Api::Route& route : Api::routes()) {
+    there.insert(lower(route.method) + " " + route.path + " " + to_string(route.role));
+  }
+  for (const auto& [path, methods] : described().document().at("paths").items()) {
+    for (const auto& [method, operation] : methods.items()) {
+      told.insert(method + " " + path + " " + operation.at("x-role").get<std::string>());
+    }
+  }
+  EXPECT_EQ(there, told);
+}
+
+TEST(the_description, says_of_every_parameter_in_a_path_what_it_is) {
+  for (const auto& [path, methods] : described().document().at("paths").items()) {
+    const std::size_t open = path.find('{');
+    if (open == std::string::npos) continue;
+    const std::string name = path.substr(open + 1, path.find('}') - open - 1);
+    for (const auto& [method, operation] : methods.items()) {
+      const json& parameters = operation.at("parameters");
+      EXPECT_TRUE(std::any_of(parameters.begin(), parameters.end(), [&](const json& one) {
+        return one.at("name") == name && one.at("in") == "path";
+      })) << path;
+    }
+  }
+}
+
+TEST(the_description, refers_to_what_it_describes) {
+  const json& schemas = described().document().at("components").at("schemas");
+  const std::string text = described().document().dump();
+  const std::string mark = "#/components/schemas/";
+  for (std::size_t at = text.find(mark); at != std::string::npos; at = text.find(mark, at + 1)) {
+    const std::size_t from = at + mark.size();
+    const std::string name = text.substr(from, text.find('"', from) - from);
+    EXPECT_TRUE(schemas.contains(name)) << name;
+  }
+}
+
+struct a_described_api : ::testing::Test {
+  /// Asks, and holds the answer beside its description.
+  Response ask(const std::string& method, const std::string& target, const std::string& body = "",
+               std::string described_path = "") {
+    Request request = parse_target(method, target, body);
+    EXPECT_FALSE(api.admit_local(request));
+    Response response = *api.answer(request);
+    if (described_path.empty()) described_path = request.path;
+    const json& operation = described().document().at("paths").at(described_path).at(lower(method));
+    const std::string code = std::to_string(response.status);
+    const json& answers = operation.at("responses");
+    EXPECT_TRUE(answers.contains(code) || response.status >= 400) << method << target << code;
+    const json& answer = answers.contains(code) ? answers.at(code) : answers.at("default");
+    EXPECT_TRUE(answer.at("content").contains(response.type)) << method << target << response.type;
+    if (response.type == "application/json") {
+      const json& schema = answer.at("content").at(response.type).at("schema");
+      EXPECT_EQ(described().complaint(json::parse(response.body), schema), "") << method << target;
+    }
+    seen.insert(lower(method) + " " + described_path);
+    return response;
+  }
+
+  testing::TemporaryDirectory dir;
+  Journal journal{dir / "journal.db"};
+  SessionService service{{journal,
+                          dir.path(),
+                          [](const calib::Cell&) -> std::unique_ptr<Backend> {
+                            throw drivers::ConfigError("no hardware in this test");
+                          },
+                          {},
+                          {}}};
+  TokenStore tokens{dir / "tokens.json"};
+  Access access{tokens, {}};
+  Api api{service, journal, &access};
+  std::set<std::string> seen;
+};
+
+TEST_F(a_described_api, answers_as_it_is_described) {
+  const std::int64_t id = journal.begin(read_inputs(CELLCAL_DEMO_CELL), "t0");
+  journal.note(id, "2026-01-01T00:00:00.000Z", "planning -> transit on planned");
+  calib::Touch touch;
+  touch.joint_rad = {0.1, -1.5, 1.5, 0.1, 1.2, 0.0};
+  touch.target = "S1";
+  journal.record(id, RecordTouch{0, touch});
+  journal.record(id, RecordEnd{Ending::kFailed, "no-contact: S2"}, "2026-01-01T00:00:03.000Z");
+
+  EXPECT_EQ(ask("GET", "/v1/health").status, 200);
+  EXPECT_EQ(ask("GET", "/v1/me").status, 200);
+  EXPECT_EQ(ask("POST", "/v1/login", R"({"token": "x"})").status, 409);
+  EXPECT_EQ(ask("POST", "/v1/logout").status, 200);
+  EXPECT_EQ(ask("GET", "/v1/status").status, 200);
+  EXPECT_EQ(ask("GET", "/v1/watch?since=0").status, 200);
+  EXPECT_EQ(ask("GET", "/v1/events").status, 200);
+  EXPECT_EQ(ask("GET", "/v1/events?since=x").status, 400);
+  EXPECT_EQ(ask("POST", "/v1/run", "{}").status, 400);
+  EXPECT_EQ(ask("POST", "/v1/run", R"({"cell": "/nonexistent"})").status, 422);
+  EXPECT_EQ(ask("POST", "/v1/abort").status, 409);
+  EXPECT_EQ(ask("POST", "/v1/clear").status, 200);
+  EXPECT_EQ(ask("GET", "/v1/sessions").status, 200);
+  EXPECT_EQ(ask("GET", "/v1/sessions?limit=1&before=9").status, 200);
+  EXPECT_EQ(ask("GET", "/v1/sessions?limit=0").status, 400);
+  const std::string one = "/v1/sessions/1";
+  EXPECT_EQ(ask("GET", one, "", "/v1/sessions/{id}").status, 200);
+  EXPECT_EQ(ask("GET", "/v1/sessions/2", "", "/v1/sessions/{id}").status, 404);
+  EXPECT_EQ(ask("GET", one + "/touches", "", "/v1/sessions/{id}/touches").status, 200);
+  EXPECT_EQ(ask("GET", one + "/events", "", "/v1/sessions/{id}/events").status, 200);
+  EXPECT_EQ(ask("GET", one + "/touches.csv", "", "/v1/sessions/{id}/touches.csv").status, 200);
+  EXPECT_EQ(ask("GET", one + "/figures", "", "/v1/sessions/{id}/figures").status, 200);
+  EXPECT_EQ(ask("GET", one + "/plan", "", "/v1/sessions/{id}/plan").status, 404);
+  EXPECT_EQ(ask("GET", "/v1/scene").status, 200);
+  EXPECT_EQ(ask("GET", "/v1/drift").status, 200);
+  for (const char* file : {"touches.csv", "calibration.json", "report.html"}) {
+    const std::string path = "/v1/sessions/{id}/" + std::string(file);
+    EXPECT_EQ(ask("GET", "/v1/sessions/2/" + std::string(file), "", path).status, 404);
+  }
+  EXPECT_EQ(ask("POST", "/v1/tokens", R"({"name": "a", "role": "look"})").status, 201);
+  EXPECT_EQ(ask("POST", "/v1/tokens", R"({"name": "a", "role": "look"})").status, 409);
+  EXPECT_EQ(ask("POST", "/v1/tokens", R"({"name": "a", "role": "root"})").status, 400);
+  EXPECT_EQ(ask("GET", "/v1/tokens").status, 200);
+  EXPECT_EQ(ask("DELETE", "/v1/tokens/a", "", "/v1/tokens/{name}").status, 200);
+  EXPECT_EQ(ask("DELETE", "/v1/tokens/a", "", "/v1/tokens/{name}").status, 404);
+  EXPECT_EQ(seen.size(), Api::routes().size()) << "a route was not asked";
+}
+
+TEST_F(a_described_api, gives_its_lists_page_by_page) {
+  for (int i = 0; i < 5; ++i) journal.begin({"/c/cell.toml", "c", "r", "r", "{}"}, "t");
+  const json two = json::parse(ask("GET", "/v1/sessions?limit=2&before=4").body);
+  ASSERT_EQ(two.size(), 2u);
+  EXPECT_EQ(two[0]["id"], 3);
+  EXPECT_EQ(json::parse(ask("GET", "/v1/sessions").body).size(), 5u);
+  for (int i = 0; i < 7; ++i) journal.note(2, "t" + std::to_string(i), "words of it");
+  const auto events = [&](const std::string& query) {
+    return json::parse(
+        ask("GET", "/v1/sessions/2/events" + query, "", "/v1/sessions/{id}/events").body);
+  };
+  std::string read;
+  std::string query = "?limit=3";
+  for (bool more = true; more;) {
+    const json page = events(query);
+    for (const json& one : page["events"]) read += one["time"].get<std::string>();
+    more = page["more"];
+    query = "?limit=3&after=" + std::to_string(page["events"].back()["index"].get<int>());
+  }
+  EXPECT_EQ(read, "t0t1t2t3t4t5t6");
+  EXPECT_TRUE(events("?after=6")["events"].empty());
+  EXPECT_TRUE(events("?after=9223372036854775807")["events"].empty());
+  EXPECT_EQ(events("")["events"][0]["words"], "words of it");
+  for (const char* wrong : {"?after=x", "?after=-1", "?limit=0", "?limit=1001",
+                            "?limit=", "?after=99999999999999999999"}) {
+    EXPECT_EQ(
+        ask("GET", std::string("/v1/sessions/2/touches") + wrong, "", "/v1/sessions/{id}/touches")
+            .status,
+        400)
+        << wrong;
+  }
+}
+
+TEST(a_described_status, has_nothing_that_is_not_described_even_where_all_of_it_is_there) {
+  Status status;
+  status.residual_m = status.goal_m = status.u95_m = status.mean_error_m = status.time_left_s = 1.0;
+  status.waiting = Waiting{true, false, 3.0, "start it"};
+  status.failure = Failure{FailureKind::kUnexpectedEvent, "words"};
+  status.publish = true;
+  status.reasons = {"a"};
+  status.interrupted = InterruptedSession{1, 2, 3, "t"};
+  status.links = std::make_shared<const LinkReport>();
+  EXPECT_EQ(described().complaint(json::parse(status_to_json(status)), std::string("Status")), "");
+  MadeTouch made;
+  made.touch.joint_rad = {1.0};
+  EXPECT_EQ(described().complaint(json::parse(made_touch_to_json(made)), std::string("TouchEvent")),
+            "");
+  made.tip_m = {1.0, 2.0, 3.0};
+  made.residual_m = made.u95_m = 0.1;
+  EXPECT_EQ(described().complaint(json::parse(made_touch_to_json(made)), std::string("TouchEvent")),
+            "");
+  EXPECT_EQ(
+      described().complaint(json::parse(joints_to_json(1, {0.1, 0.2})), std::string("RobotEvent")),
+      "");
+}
+
+TEST(a_described_status, that_is_not_as_described_is_found_out) {
+  const json sound = json::parse(status_to_json({}));
+  json status = sound;
+  EXPECT_EQ(described().complaint(status, std::string("Status")), "");
+  for (const auto& [key, value] : sound.items()) {
+    json without = status;
+    without.erase(key);
+    EXPECT_NE(described().complaint(without, std::string("Status")), "") << key;
+    json wrong = status;
+    wrong[key] = json::array({json::object()});
+    EXPECT_NE(described().complaint(wrong, std::string("Status")), "") << key;
+  }
+  status["more"] = 1;
+  EXPECT_NE(described().complaint(status, std::string("Status")), "");
+}
+
+}  // namespace
+}  // namespace cellcal::daemon
