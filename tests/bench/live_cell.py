@@ -76,11 +76,11 @@ def machine():
 class LiveCell:
     """Both processes in a folder of their own; the daemon's words in its file 'log'."""
 
-    def __init__(self, folder, speed_percent=80, cellcald=CELLCALD, emulator=EMULATOR):
+    def __init__(self, folder, speed_percent=80, cellcald=CELLCALD, emulator=EMULATOR, more=""):
         self.folder, self.port, self.sock = folder, free_port(), f"{folder}/cellcald.sock"
         self.programs = cellcald, emulator
         with open(f"{folder}/cellcald.toml", "w") as f:
-            f.write(CONFIG.format(dir=folder, port=self.port, speed_percent=speed_percent))
+            f.write(CONFIG.format(dir=folder, port=self.port, speed_percent=speed_percent) + more)
 
     def start_daemon(self, environment=None):
         with open(f"{self.folder}/log", "w") as log:
