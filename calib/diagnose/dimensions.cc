@@ -9,6 +9,7 @@
 #include "calib/estimate/target_place.h"
 #include "calib/model/error.h"
 #include "calib/model/kinematics.h"
+#include "calib/model/median.h"
 
 namespace cellcal::calib {
 
@@ -37,10 +38,7 @@ double nominal_off_m(const Cell& cell, const std::vector<Touch>& touches) {
   } catch (const IdentifyError&) {
     off_m.clear();
   }
-  if (off_m.empty()) return std::numeric_limits<double>::infinity();
-  const auto middle = off_m.begin() + static_cast<std::ptrdiff_t>(off_m.size() / 2);
-  std::nth_element(off_m.begin(), middle, off_m.end());
-  return *middle;
+  return off_m.empty() ? std::numeric_limits<double>::infinity() : median(std::move(off_m));
 }
 
 double& Dimension::in(Cell& cell) const {

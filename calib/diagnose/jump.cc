@@ -14,7 +14,6 @@
 #include "calib/consistency/session_order.h"
 #include "calib/diagnose/trial.h"
 #include "calib/estimate/discrepancy.h"
-#include "calib/model/units.h"
 
 namespace cellcal::calib {
 
@@ -352,15 +351,10 @@ FindingPart part_of(const Cell& cell, const std::vector<Touch>& touches, const J
                    ? about_tool(jump.name)
                    : about_target(cell.targets[cell.target_index(jump.name)]);
   part.about = after(part.about, jump.after_touch, touches[jump.after_touch]);
-  if (jump.what == Jump::What::kJoint) {
-    part.evidence = {{"turn", jump.angle_rad * kDegPerRad, "deg", jump.sigma * kDegPerRad}};
-  } else {
-    const Eigen::Vector3d mm = jump.shift_m * 1e3;
-    part.evidence = {{"shift", mm.norm(), "mm", jump.sigma * 1e3},
-                     {"x", mm.x(), "mm"},
-                     {"y", mm.y(), "mm"},
-                     {"z", mm.z(), "mm"}};
-  }
+  if (jump.what == Jump::What::kJoint)
+    part.evidence = {in_deg("turn", jump.angle_rad, jump.sigma)};
+  else
+    part.evidence = shift_in_mm(jump.shift_m, jump.sigma);
   return part;
 }
 

@@ -36,7 +36,7 @@ void tool_in_metres(const Asked& asked, const Ask& ask) {
   if (larger.tool.length_m < kTinyM) larger.tool.length_m *= kMmPerM;
   if (larger.tool.com_m.norm() < kTinyM) larger.tool.com_m *= kMmPerM;
   ask({larger, asked.touches, [&](const Calibration&) {
-         return likely(LikelyCause::kToolUnit, {}, {{"reach", reach_m * kMmPerM, "mm"}});
+         return likely(LikelyCause::kToolUnit, {}, {in_mm("reach", reach_m)});
        }});
 }
 
@@ -108,9 +108,9 @@ void dimension_off(const Asked& asked, const Dimension& dimension, double add_m,
   const double about_m = value;
   ask({changed, asked.touches, [&](const Calibration& c) {
          Finding finding = likely(LikelyCause::kDimension);
-         finding.parts = {{about_joint(joints[dimension.joint].name),
-                           {{is_d ? "d_mm" : "a_mm", (about_m + off_m(c)) * kMmPerM, "mm"},
-                            {"stated", stated_m * kMmPerM, "mm"}}}};
+         finding.parts = {
+             {about_joint(joints[dimension.joint].name),
+              {in_mm(is_d ? "d_mm" : "a_mm", about_m + off_m(c)), in_mm("stated", stated_m)}}};
          if (dimension.joint + 1 == joints.size()) finding.evidence = {{"last", 1.0, ""}};
          return finding;
        }});
@@ -171,7 +171,7 @@ void diameters(const Asked& asked, const Ask& ask) {
   changed.radius_offset_sigma_m = kAnyRadiusM;
   ask({changed, asked.touches, [](const Calibration& c) {
          const double rho_m = correction_of(c, tool_parameter(ParameterKind::kEffectiveRadius, 0));
-         return likely(LikelyCause::kAllDiameters, {}, {{"off", 2.0 * rho_m * kMmPerM, "mm"}});
+         return likely(LikelyCause::kAllDiameters, {}, {in_mm("off", 2.0 * rho_m)});
        }});
   for (std::size_t t = 0; t < targets.size(); ++t) {
     if (targets[t].kind != TargetKind::kSphere) continue;
@@ -180,7 +180,7 @@ void diameters(const Asked& asked, const Ask& ask) {
     ask({changed, asked.touches, [&](const Calibration& c) {
            const double radius_m = correction_of(c, target_parameter(ParameterKind::kRadius, t));
            return likely(LikelyCause::kDiameter, about_target(targets[t]),
-                         {{"off", 2.0 * radius_m * kMmPerM, "mm"}});
+                         {in_mm("off", 2.0 * radius_m)});
          }});
   }
 }
@@ -242,7 +242,7 @@ void centres(const Asked& asked, const Ask& ask) {
            for (const TargetResult& one : c.targets)
              if (one.id == target.id) centre_m = one.centre_m;
            return likely(LikelyCause::kStatedCentre, about_target(target),
-                         {{"off", (centre_m - target.centre_m).norm() * kMmPerM, "mm"}});
+                         {in_mm("off", (centre_m - target.centre_m).norm())});
          }});
   }
   none.changes = held;

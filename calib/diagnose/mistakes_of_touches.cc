@@ -65,7 +65,7 @@ void zeros(const Asked& asked, const Ask& ask) {
     for (Touch& touch : changed) touch.joint_rad[i] += about_rad;
     ask({asked.cell, changed, [&](const Calibration& c) {
            return likely(LikelyCause::kMastering, about_joint(joint.name),
-                         {{"add", (about_rad + off_rad(c)) * kDegPerRad, "deg"}});
+                         {in_deg("add", about_rad + off_rad(c))});
          }});
   }
 }
@@ -189,7 +189,7 @@ void moved_at(const Asked& asked, const Target& target, const std::vector<std::s
     const double shift_m = moved_by_m(result_of(c, target.id), result_of(c, later.id));
     return likely(LikelyCause::kMoved,
                   after(about_target(target), asked.among[own[split]], asked.touches[own[split]]),
-                  {{"shift", shift_m * kMmPerM, "mm"}});
+                  {in_mm("shift", shift_m)});
   };
   ask(moved);
 }

@@ -80,15 +80,10 @@ MovedTarget measured(const Cell& cell, const std::vector<Touch>& touches,
 }
 
 Finding finding_of(const Cell& cell, const std::vector<Touch>& touches, const MovedTarget& moved) {
-  const Eigen::Vector3d mm = moved.shift_m * 1e3;
-  return {FindingKind::kMovedTarget,
-          Severity::kWithholds,
+  return {FindingKind::kMovedTarget, Severity::kWithholds,
           after(about_target(cell.targets[cell.target_index(moved.target)]), moved.after_touch,
                 touches[moved.after_touch]),
-          {{"shift", mm.norm(), "mm", moved.sigma_m * 1e3},
-           {"x", mm.x(), "mm"},
-           {"y", mm.y(), "mm"},
-           {"z", mm.z(), "mm"}}};
+          shift_in_mm(moved.shift_m, moved.sigma_m)};
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include "calib/consistency/lengths.h"
 #include "calib/model/error.h"
 #include "calib/model/kinematics.h"
+#include "calib/model/median.h"
 #include "calib/result/level.h"
 #include "calib/verdict/identify_as_stated.h"
 
@@ -76,9 +77,7 @@ Trial attempt(const Cell& cell, const std::vector<Touch>& touches) {
     trial.sum += std::min(off.back() * off.back(), kMostSigmas * kMostSigmas);  // (63)
     trial.rows += rows;
   }
-  const auto middle = off.begin() + static_cast<std::ptrdiff_t>(off.size() / 2);
-  std::nth_element(off.begin(), middle, off.end());
-  trial.scatter = *middle / kMedian;
+  trial.scatter = median(std::move(off)) / kMedian;
   const auto add_stated = [&](double sigmas) {
     trial.sum += sigmas * sigmas;
     trial.worst = std::max(trial.worst, sigmas * sigmas);

@@ -12,7 +12,7 @@
 #include "calib/diagnose/moved.h"
 #include "calib/diagnose/trial.h"
 #include "calib/estimate/target_place.h"
-#include "calib/model/units.h"
+#include "calib/model/median.h"
 
 namespace cellcal::calib {
 
@@ -126,10 +126,7 @@ double median_residual_m(const Calibration& c, const std::vector<Touch>& touches
   for (const TouchResidual& r : c.residuals)
     if (touches[r.touch].target == target && touches[r.touch].set == TouchSet::kFit)
       all.push_back(r.after_m);
-  if (all.empty()) return 0.0;
-  std::nth_element(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2),
-                   all.end());
-  return all[all.size() / 2];
+  return all.empty() ? 0.0 : median(std::move(all));
 }
 
 /// Sizes that all else contradicts, most first; and before them, of targets whose touches were left
@@ -173,15 +170,13 @@ std::vector<ArtefactBias> suspected_biases(const Cell& cell, const std::vector<T
 
 /// What a size has to be.
 FindingPart size_of(const Cell& cell, const ArtefactBias& bias) {
-  if (bias.target.empty())
-    return {{}, {{"longer", bias.off_m * kMmPerM, "mm", bias.sigma_m * kMmPerM}}};
+  if (bias.target.empty()) return {{}, {in_mm("longer", bias.off_m, bias.sigma_m)}};
   const Target& target = cell.targets[cell.target_index(bias.target)];
   if (!is_of_sphere(cell, bias))
-    return {about_target(target), {{"longer", bias.off_m * kMmPerM, "mm", bias.sigma_m * kMmPerM}}};
+    return {about_target(target), {in_mm("longer", bias.off_m, bias.sigma_m)}};
   return {about_target(target),
-          {{"measured", (target.diameter_m + 2.0 * bias.off_m) * kMmPerM, "mm",
-            2.0 * bias.sigma_m * kMmPerM},
-           {"stated", target.diameter_m * kMmPerM, "mm"}}};
+          {in_mm("measured", target.diameter_m + 2.0 * bias.off_m, 2.0 * bias.sigma_m),
+           in_mm("stated", target.diameter_m)}};
 }
 
 /// Where a diameter or a wire's zero is contradicted: which one it is; several where the touches
@@ -214,12 +209,11 @@ std::optional<Finding> wrong_size(const Cell& cell, const std::vector<Touch>& to
 
 Finding without_length(const CertifiedLength& wrong, const Calibration& found) {
   Finding finding = likely(LikelyCause::kCertifiedLength, about_length(wrong.from, wrong.to),
-                           {{"stated", wrong.length_m * kMmPerM, "mm"}});
+                           {in_mm("stated", wrong.length_m)});
   const auto its = std::find_if(found.lengths.begin(), found.lengths.end(),
                                 [&](const LengthResult& l) { return is_of(l, wrong); });
   if (its != found.lengths.end())
-    finding.evidence.push_back(
-        {"measured", its->by_others_m * kMmPerM, "mm", its->sigma_m * kMmPerM});
+    finding.evidence.push_back(in_mm("measured", its->by_others_m, its->sigma_m));
   return finding;
 }
 

@@ -4,6 +4,7 @@
 #include <limits>
 #include <utility>
 
+#include "calib/model/units.h"
 #include "calib/result/names.h"
 
 namespace cellcal::calib {
@@ -111,6 +112,22 @@ Subject after(Subject subject, std::size_t index, const Touch& touch) {
   subject.touch = index;
   subject.line = touch.line;
   return subject;
+}
+
+Quantity in_mm(std::string name, double m, double sigma_m) {
+  return {std::move(name), m * kMmPerM, "mm", sigma_m * kMmPerM};
+}
+
+Quantity in_deg(std::string name, double rad, double sigma_rad) {
+  return {std::move(name), rad * kDegPerRad, "deg", sigma_rad * kDegPerRad};
+}
+
+std::vector<Quantity> shift_in_mm(const Eigen::Vector3d& shift_m, double sigma_m) {
+  const Eigen::Vector3d mm = shift_m * kMmPerM;
+  return {{"shift", mm.norm(), "mm", sigma_m * kMmPerM},
+          {"x", mm.x(), "mm"},
+          {"y", mm.y(), "mm"},
+          {"z", mm.z(), "mm"}};
 }
 
 Finding likely(LikelyCause cause, Subject about, std::vector<Quantity> evidence,

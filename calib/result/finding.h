@@ -3,6 +3,7 @@
 // how much it weighs, what it is about, and the numbers that it rests on. Sentences are made where
 // they are read, and nowhere else (calib/words); code asks for kinds.
 
+#include <Eigen/Core>
 #include <cstddef>
 #include <optional>
 #include <string>
@@ -121,6 +122,12 @@ struct Quantity {
 
   bool operator==(const Quantity&) const = default;
 };
+
+/// Of lengths [m] and angles [rad], with their sigmas.
+Quantity in_mm(std::string name, double m, double sigma_m = 0.0);
+Quantity in_deg(std::string name, double rad, double sigma_rad = 0.0);
+/// "shift", with its sigma along it, and its "x", "y", "z".
+std::vector<Quantity> shift_in_mm(const Eigen::Vector3d& shift_m, double sigma_m);
 
 /// One of several that a finding is about together.
 struct FindingPart {

@@ -87,8 +87,8 @@ void judge_change(const Calibration& last, const std::string& which, bool accept
     findings.push_back(std::move(finding));
     return;
   }
-  finding.evidence = {{"apart", change->mean_m * 1e3, "mm"},
-                      {"expected", change->expected_m * 1e3, "mm"},
+  finding.evidence = {in_mm("apart", change->mean_m),
+                      in_mm("expected", change->expected_m),
                       {"ratio", change->mean_m / change->expected_m, ""},
                       {"workspace", change->workspace ? 1.0 : 0.0, ""}};
   if (!(change->mean_m > kChanged * change->expected_m)) {  // (59)

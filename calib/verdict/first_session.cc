@@ -50,7 +50,7 @@ Finding first_session(const Problem& problem) {
                    {"usual_checks", kUsualChecks, ""}}};
   if (met > 0) {
     finding.evidence.push_back({"met", static_cast<double>(met), ""});
-    finding.evidence.push_back({"farthest", farthest_m * 1e3, "mm"});
+    finding.evidence.push_back(in_mm("farthest", farthest_m));
   }
   return finding;
 }

@@ -34,6 +34,8 @@ namespace {
 /// Enough to see which directions of the frame move the tip.
 constexpr int kFramePoses = 60;
 constexpr double kLocalHalfM = 0.150;
+/// Of fewer poses nothing is left beside a motion of the base.
+constexpr std::size_t kFewestPoses = 3;
 constexpr unsigned kRegionSeed = 20240924;
 
 /// The first of the cell's tools that touched it.
@@ -138,6 +140,116 @@ double log_evidence(const Problem& problem, const Estimate& e, double gate) {
   return best + std::log(sum) - log_flat - log_size;
 }
 
+/// Scatter of the fit, and of the touches beside it.
+void fill_fit(const Problem& problem, const Estimate& e, const Repeats& repeats, Calibration& c) {
+  double sum = 0.0, held = 0.0, noise = 0.0, of_places = 0.0;
+  const Eigen::VectorXd alone = residuals_alone(e.posterior);
+  for (const auto& [touch, row] : e.posterior.linear.touch_row)
+    for (int k = 0; k < problem.rows(touch); ++k) {
+      sum += std::pow(e.posterior.linear.residual[row + k], 2);  // (28)
+      held += 1.0 - e.posterior.leverage[row + k];
+      if (k >= problem.place_rows(touch)) continue;  // turns are no distance
+      noise += std::pow(alone[row + k] * problem.sigma_m(touch), 2);
+      of_places += 1.0 - e.posterior.leverage[row + k];
+    }
+  c.chi2 = sum;
+  c.degrees_of_freedom = std::max(held, 1.0);
+  c.chi2_per_dof = sum / c.degrees_of_freedom;
+  c.touch_noise_m = std::sqrt(noise / std::max(of_places, 1.0));
+  c.repeats = {repeats.touches, repeats.scatter_m, repeats.degrees_of_freedom, repeats.used_m};
+}
+
+/// How far the tip is off, predicted, by what was found.
+class Accuracy {
+ public:
+  Accuracy(const Problem& problem, const Estimate& e, double inflation, const Calibration& c)
+      : arm_(problem.arm()),
+        x_(problem.to_si(e.u)),
+        scale_(arm_.size()),
+        covariance_(inflation * e.posterior.covariance_u.topLeftCorner(arm_.size(), arm_.size())),
+        field_m2_(3.0 * std::pow(c.discrepancy.sigma_m, 2)),
+        ripple_rad_(c.level.ripple_rad) {
+    for (int i = 0; i < arm_.size(); ++i) scale_[i] = problem.unknowns()[i].scale;
+  }
+
+  Eigen::MatrixXd moves(const std::vector<JointVector>& poses) const {
+    return aligned_moves(arm_, poses, x_.data(), scale_);
+  }
+  /// As far as the frame goes: a tool that bends changes the moves by thousandths.
+  TipMoves stiff_moves(const std::vector<JointVector>& poses) const {
+    Eigen::VectorXd stiff = x_;
+    for (int i = 0; i < arm_.size(); ++i)
+      if (arm_.parameters()[static_cast<std::size_t>(i)].kind == ParameterKind::kDeflection)
+        stiff[i] = 0.0;
+    return tip_moves(arm_, poses, stiff.data(), scale_);
+  }
+  double predicted_m(const std::vector<JointVector>& poses, const Eigen::MatrixXd& moves) const {
+    return predicted_mean_error_m(moves, covariance_, stays_m2(poses));
+  }
+  /// (41): the nominal arm's, by what was found and by what its tolerances foresaw.
+  double nominal_m(const std::vector<JointVector>& poses, const Eigen::MatrixXd& moves) const {
+    const Eigen::MatrixXd tolerances = Eigen::MatrixXd::Identity(arm_.size(), arm_.size());
+    return std::max(
+        predicted_mean_error_m(moves, tolerances, stays_m2(poses)),
+        predicted_mean_error_m(moves, covariance_,
+                               stays_m2(poses) + distances_m2(arm_, poses, nullptr, x_.data())));
+  }
+
+ private:
+  Eigen::VectorXd stays_m2(const std::vector<JointVector>& poses) const {
+    return ripple_variance_m2(arm_, poses, ripple_rad_).array() + field_m2_;
+  }
+
+  const ArmModel& arm_;
+  Eigen::VectorXd x_, scale_;
+  Eigen::MatrixXd covariance_;
+  double field_m2_, ripple_rad_;
+};
+
+/// Parameters with their covariance, what the touches do not decide, and how far the tip is off.
+void fill_accuracy(const Problem& problem, const Estimate& e, int region_poses, Calibration& c) {
+  // Scatter beyond the stated noise is not explained away: it widens every bound.
+  const double inflation = std::max(1.0, c.chi2_per_dof);
+  const Accuracy accuracy(problem, e, inflation, c);
+  auto workspace = workspace_poses(problem.arm(), kFramePoses, kRegionSeed);
+  const TipMoves stiff = accuracy.stiff_moves(workspace);
+  Eigen::MatrixXd moves = aligned(stiff);
+  const FrameDirections frame = find_frame_directions(problem, e.posterior.linear, stiff, moves);
+  c.unidentifiable = frame.named;
+  c.observability = observability(problem, e.posterior.linear, frame.basis_u);
+  fill_parameters(problem, e, frame, inflation, c);
+  if (region_poses != kFramePoses) {
+    workspace = workspace_poses(problem.arm(), region_poses, kRegionSeed);
+    moves = accuracy.moves(workspace);
+  }
+  c.predicted_workspace_m = accuracy.predicted_m(workspace, moves);
+  c.nominal_workspace_m = accuracy.nominal_m(workspace, moves);
+  c.predicted_near_targets_m = c.predicted_workspace_m;
+  c.nominal_near_targets_m = c.nominal_workspace_m;
+  const auto local = poses_near_targets(problem, c.targets, region_poses);
+  if (local.size() < kFewestPoses) return;
+  const Eigen::MatrixXd local_moves = accuracy.moves(local);
+  c.predicted_near_targets_m = accuracy.predicted_m(local, local_moves);
+  c.nominal_near_targets_m = accuracy.nominal_m(local, local_moves);
+}
+
+/// What touches and files say of each other; `moves`, `jumps`: of changes in mid-session, too.
+void fill_consistency(const Problem& problem, const Estimate& e, bool moves, bool jumps,
+                      Calibration& c) {
+  const auto& touches = problem.touches();
+  std::vector<bool> outlier(touches.size(), false);
+  for (std::size_t i = 0; i < touches.size(); ++i)
+    outlier[i] = touches[i].set == TouchSet::kFit && !e.use[i];
+  for (const std::size_t i : gross_check_touches(problem, c)) outlier[i] = true;
+  fill_residuals(problem, problem.to_si(e.u), outlier, c);
+  const NormalEquations equations = normal_equations_without_lengths(problem, e);
+  c.lengths = leave_one_out_lengths(problem, e, equations, c.chi2, c.degrees_of_freedom);
+  c.artefact_biases = artefact_biases(problem, e, equations, c.chi2, c.degrees_of_freedom);
+  c.outliers = named_outliers(problem, e, c);
+  if (moves) c.moved = suspected_moves(problem, e, c.chi2_per_dof);
+  if (jumps) c.jumped = suspected_jump(problem, e, c.chi2_per_dof);
+}
+
 /// A cell taken at its word, up to a level.
 struct Stated {
   Stated(const Cell& cell, const std::vector<Touch>& touches, const ModelLevel& fullest)
@@ -153,6 +265,21 @@ struct Stated {
   Problem problem;
   Repeats repeats;
 };
+
+/// The fullest level without play first: outliers are judged by a model that can explain nearly all
+/// that an arm does, and the evidence of every simpler level follows from its linearisation.
+std::unique_ptr<Stated> likeliest(const Cell& cell, const std::vector<Touch>& touches,
+                                  const IdentifyOptions& options, Estimate& e) {
+  auto likely = std::make_unique<Stated>(cell, touches, options.level.value_or(ModelLevel{}));
+  std::vector<ModelLevel> levels = usual_levels();
+  if (options.level)
+    levels = {{1.0, 1.0, options.level->ripple_rad, options.level->play > 0.0 ? 1.0 : 0.0}};
+  e = estimate(likely->problem, options, std::move(levels));
+  if (options.with_discrepancy || options.level) return likely;
+  auto played = std::make_unique<Stated>(cell, touches, kFullestLevel);
+  if (estimate_with_play(likely->problem, played->problem, options, e)) return played;
+  return likely;
+}
 
 }  // namespace
 
@@ -197,7 +324,7 @@ Calibration not_identified(const Cell& cell, const std::vector<Touch>& touches,
   const Eigen::VectorXd x = problem.to_si(e.u);
   const Eigen::MatrixXd covariance = e.posterior.covariance_u.topLeftCorner(arm.size(), arm.size());
   const auto predicted_m = [&](const std::vector<JointVector>& poses) {
-    return poses.size() < 3
+    return poses.size() < kFewestPoses
                ? calibration.predicted_workspace_m
                : predicted_mean_error_m(aligned_moves(arm, poses, x.data(), scale), covariance,
                                         ripple_variance_m2(arm, poses, 0.0));
@@ -216,24 +343,12 @@ Calibration not_identified(const Cell& cell, const std::vector<Touch>& touches,
 Calibration identify_as_stated(const Cell& cell, const std::vector<Touch>& touches,
                                const IdentifyOptions& options) {
   require_sound(cell, touches);
-  // The fullest level without play first: outliers are judged by a model that can explain nearly all
-  // that an arm does, and the evidence of every simpler level follows from its linearisation.
-  auto likely = std::make_unique<Stated>(cell, touches, options.level.value_or(ModelLevel{}));
-  std::vector<ModelLevel> levels = usual_levels();
-  if (options.level)
-    levels = {{1.0, 1.0, options.level->ripple_rad, options.level->play > 0.0 ? 1.0 : 0.0}};
-  Estimate e = estimate(likely->problem, options, std::move(levels));
-  const bool together = options.with_discrepancy && !options.level;
-  if (!together && !options.level) {
-    auto played = std::make_unique<Stated>(cell, touches, kFullestLevel);
-    if (estimate_with_play(likely->problem, played->problem, options, e))
-      likely = std::move(played);
-  }
-  const ArmModel& arm = likely->arm;
+  Estimate e;
+  const std::unique_ptr<Stated> likely = likeliest(cell, touches, options, e);
   Problem& problem = likely->problem;
-  const Repeats& repeats = likely->repeats;
+  const bool together = options.with_discrepancy && !options.level;
   Calibration calibration;
-  if (together) calibration.discrepancy = estimate_together(problem, options, repeats, e);
+  if (together) calibration.discrepancy = estimate_together(problem, options, likely->repeats, e);
   const LevelMean& mean = e.levels;
 
   calibration.cell = cell;
@@ -244,97 +359,17 @@ Calibration identify_as_stated(const Cell& cell, const std::vector<Touch>& touch
   if (options.level) calibration.levels.front().level = *options.level;
   calibration.level_reason = {options.level ? LevelChoice::kAskedFor
                                             : LevelChoice::kMeanByEvidence};
-  double sum = 0.0, held = 0.0, noise = 0.0, of_places = 0.0;
-  const Eigen::VectorXd alone = residuals_alone(e.posterior);
-  for (const auto& [touch, row] : e.posterior.linear.touch_row)
-    for (int k = 0; k < problem.rows(touch); ++k) {
-      sum += std::pow(e.posterior.linear.residual[row + k], 2);  // (28)
-      held += 1.0 - e.posterior.leverage[row + k];
-      if (k >= problem.place_rows(touch)) continue;  // turns are no distance
-      noise += std::pow(alone[row + k] * problem.sigma_m(touch), 2);
-      of_places += 1.0 - e.posterior.leverage[row + k];
-    }
-  const double dof = std::max(held, 1.0);
-  calibration.chi2 = sum;
-  calibration.degrees_of_freedom = dof;
-  calibration.chi2_per_dof = sum / dof;
-  calibration.touch_noise_m = std::sqrt(noise / std::max(of_places, 1.0));
-  calibration.repeats = {repeats.touches, repeats.scatter_m, repeats.degrees_of_freedom,
-                         repeats.used_m};
+  fill_fit(problem, e, likely->repeats, calibration);
   if (!together && !options.level) {
     if (calibration.touch_noise_m > kNothingM)
       calibration.discrepancy.alike = alike_sigmas(problem, e, calibration.chi2_per_dof);
     calibration.discrepancy.sigma_m =
-        undetected_field_m(problem, e, repeats, calibration.touch_noise_m);
+        undetected_field_m(problem, e, likely->repeats, calibration.touch_noise_m);
   }
-  // Scatter beyond the stated noise is not explained away: it widens every bound.
-  const double inflation = std::max(1.0, calibration.chi2_per_dof);
-
-  Eigen::VectorXd scale(arm.size());
-  for (int i = 0; i < arm.size(); ++i) scale[i] = problem.unknowns()[i].scale;
-  const Eigen::VectorXd x = problem.to_si(e.u);
-  const auto moves_of = [&](const std::vector<JointVector>& poses) {
-    return aligned_moves(arm, poses, x.data(), scale);
-  };
-  auto workspace = workspace_poses(arm, kFramePoses, kRegionSeed);
-  Eigen::VectorXd stiff_x = x;
-  for (int i = 0; i < arm.size(); ++i)
-    if (arm.parameters()[static_cast<std::size_t>(i)].kind == ParameterKind::kDeflection)
-      stiff_x[i] = 0.0;
-  const TipMoves stiff = tip_moves(arm, workspace, stiff_x.data(), scale);
-  Eigen::MatrixXd moves = aligned(stiff);  // a tool that bends changes them by thousandths
-  const FrameDirections frame = find_frame_directions(problem, e.posterior.linear, stiff, moves);
-  calibration.unidentifiable = frame.named;
-  calibration.observability = observability(problem, e.posterior.linear, frame.basis_u);
-  fill_parameters(problem, e, frame, inflation, calibration);
-  const Eigen::MatrixXd arm_covariance =
-      inflation * e.posterior.covariance_u.topLeftCorner(arm.size(), arm.size());
-  const double field_m2 = 3.0 * std::pow(calibration.discrepancy.sigma_m, 2);
-  const auto stays_m2 = [&](const std::vector<JointVector>& poses) -> Eigen::VectorXd {
-    return ripple_variance_m2(arm, poses, calibration.level.ripple_rad).array() + field_m2;
-  };
-  const auto predicted_m = [&](const std::vector<JointVector>& poses,
-                               const Eigen::MatrixXd& their_moves) {
-    return predicted_mean_error_m(their_moves, arm_covariance, stays_m2(poses));
-  };
-  // (41): the nominal arm's, by what was found and by what its tolerances foresaw.
-  const auto nominal_m = [&](const std::vector<JointVector>& poses,
-                             const Eigen::MatrixXd& their_moves) {
-    const Eigen::MatrixXd tolerances = Eigen::MatrixXd::Identity(arm.size(), arm.size());
-    return std::max(
-        predicted_mean_error_m(their_moves, tolerances, stays_m2(poses)),
-        predicted_mean_error_m(their_moves, arm_covariance,
-                               stays_m2(poses) + distances_m2(arm, poses, nullptr, x.data())));
-  };
-  if (options.region_poses != kFramePoses) {
-    workspace = workspace_poses(arm, options.region_poses, kRegionSeed);
-    moves = moves_of(workspace);
-  }
-  calibration.predicted_workspace_m = predicted_m(workspace, moves);
-  calibration.nominal_workspace_m = nominal_m(workspace, moves);
-  calibration.predicted_near_targets_m = calibration.predicted_workspace_m;
-  calibration.nominal_near_targets_m = calibration.nominal_workspace_m;
-  const auto local = poses_near_targets(problem, calibration.targets, options.region_poses);
-  if (local.size() >= 3) {
-    const Eigen::MatrixXd local_moves = moves_of(local);
-    calibration.predicted_near_targets_m = predicted_m(local, local_moves);
-    calibration.nominal_near_targets_m = nominal_m(local, local_moves);
-  }
-
-  std::vector<bool> outlier(touches.size(), false);
-  for (std::size_t i = 0; i < touches.size(); ++i)
-    outlier[i] = touches[i].set == TouchSet::kFit && !e.use[i];
-  for (const std::size_t i : gross_check_touches(problem, calibration)) outlier[i] = true;
-  fill_residuals(problem, problem.to_si(e.u), outlier, calibration);
-  const NormalEquations equations = normal_equations_without_lengths(problem, e);
-  calibration.lengths = leave_one_out_lengths(problem, e, equations, sum, dof);
-  calibration.artefact_biases = artefact_biases(problem, e, equations, sum, dof);
-  calibration.outliers = named_outliers(problem, e, calibration);
-  // Asked for before: what the arm does beside the model looks like moves and jumps.
-  if (!together) calibration.moved = suspected_moves(problem, e, calibration.chi2_per_dof);
-  // A level that was asked for may lack what the arm does, and that looks like jumps.
-  if (!options.level && !together)
-    calibration.jumped = suspected_jump(problem, e, calibration.chi2_per_dof);
+  fill_accuracy(problem, e, options.region_poses, calibration);
+  // Asked for before: what the arm does beside the model looks like moves and jumps, and so does
+  // what a level that was asked for may lack like jumps.
+  fill_consistency(problem, e, !together, !together && !options.level, calibration);
   calibration.verdict = judge(problem, calibration);
   return calibration;
 }

@@ -1,7 +1,5 @@
 #include "calib/verdict/judge_accuracy.h"
 
-#include "calib/model/units.h"
-
 namespace cellcal::calib {
 
 namespace {
@@ -23,11 +21,11 @@ Foreseen foreseen(const Problem& problem, const Calibration& c, bool workspace) 
                workspace ? c.nominal_workspace_m : c.nominal_near_targets_m,
                problem.cell().required_m.value_or(kRequiredM),
                {}};
-  all.evidence = {{"predicted", all.predicted_m * 1e3, "mm"},
-                  {"nominal", all.nominal_m * 1e3, "mm"},
+  all.evidence = {in_mm("predicted", all.predicted_m),
+                  in_mm("nominal", all.nominal_m),
                   {"of_nominal", 100.0 * all.predicted_m / all.nominal_m, "%"},
                   {"most_of_nominal", 100.0 * kOfNominal, "%"},
-                  {"required", all.required_m * 1e3, "mm"},
+                  in_mm("required", all.required_m),
                   {"required_is_stated", problem.cell().required_m ? 1.0 : 0.0, ""},
                   {"workspace", workspace ? 1.0 : 0.0, ""}};
   return all;
@@ -59,14 +57,14 @@ void note_model_error(const Problem& problem, const Calibration& c,
   Finding finding{FindingKind::kModelError,
                   Severity::kWarns,
                   {},
-                  {{"sigma", d.sigma_m * 1e3, "mm"},
+                  {in_mm("sigma", d.sigma_m),
                    {"estimated", d.estimated ? 1.0 : 0.0, ""},
-                   {"scatter", c.touch_noise_m * 1e3, "mm"},
-                   {"noise", d.noise_m * 1e3, "mm"},
-                   {"stated", problem.cell().touch_sigma_m * 1e3, "mm"}}};
+                   in_mm("scatter", c.touch_noise_m),
+                   in_mm("noise", d.noise_m),
+                   in_mm("stated", problem.cell().touch_sigma_m)}};
   if (c.repeats.degrees_of_freedom > 0.0)
-    finding.evidence.push_back({"repeats", c.repeats.scatter_m * 1e3, "mm"});
-  if (d.reach_rad > 0.0) finding.evidence.push_back({"reach", d.reach_rad * kDegPerRad, "deg"});
+    finding.evidence.push_back(in_mm("repeats", c.repeats.scatter_m));
+  if (d.reach_rad > 0.0) finding.evidence.push_back(in_deg("reach", d.reach_rad));
   findings.push_back(std::move(finding));
 }
 

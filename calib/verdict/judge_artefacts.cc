@@ -25,12 +25,11 @@ void judge_certified_twice(const Calibration& c, std::vector<Finding>& findings)
       by_other.by_others_m = other.certified_m;
       by_other.sigma_m = other.certified_sigma_m;
       if (!same_ends(one, other) || !is_contradicted(by_other)) continue;
-      findings.push_back(
-          {FindingKind::kCertifiedTwice,
-           Severity::kWithholds,
-           about_length(one.from, one.to),
-           {{"certified", one.certified_m * 1e3, "mm", one.certified_sigma_m * 1e3},
-            {"certified_again", other.certified_m * 1e3, "mm", other.certified_sigma_m * 1e3}}});
+      findings.push_back({FindingKind::kCertifiedTwice,
+                          Severity::kWithholds,
+                          about_length(one.from, one.to),
+                          {in_mm("certified", one.certified_m, one.certified_sigma_m),
+                           in_mm("certified_again", other.certified_m, other.certified_sigma_m)}});
     }
 }
 
@@ -60,14 +59,13 @@ void judge_lengths(const Calibration& c, std::vector<Finding>& findings) {
     return;
   }
   const auto others = std::count_if(c.lengths.begin(), c.lengths.end(), is_contradicted) - 1;
-  findings.push_back(
-      {FindingKind::kCertifiedLength,
-       Severity::kWithholds,
-       about_length(worst->from, worst->to),
-       {{"certified", worst->certified_m * 1e3, "mm", worst->certified_sigma_m * 1e3},
-        {"measured", std::max(0.0, worst->by_others_m) * 1e3, "mm", worst->sigma_m * 1e3},
-        {"apart", contradiction(*worst), "sigma"},
-        {"others", static_cast<double>(others), ""}}});
+  findings.push_back({FindingKind::kCertifiedLength,
+                      Severity::kWithholds,
+                      about_length(worst->from, worst->to),
+                      {in_mm("certified", worst->certified_m, worst->certified_sigma_m),
+                       in_mm("measured", std::max(0.0, worst->by_others_m), worst->sigma_m),
+                       {"apart", contradiction(*worst), "sigma"},
+                       {"others", static_cast<double>(others), ""}}});
 }
 
 void judge_artefact_biases(const Calibration& c, std::vector<Finding>& findings) {
@@ -82,13 +80,13 @@ void judge_artefact_biases(const Calibration& c, std::vector<Finding>& findings)
   if (is_of_sphere(c.cell, *worst)) {
     const Target& target = c.cell.targets[c.cell.target_index(worst->target)];
     finding.about = about_target(target);
-    finding.evidence = {{"stated", target.diameter_m * 1e3, "mm"},
-                        {"measured", (target.diameter_m + 2.0 * worst->off_m) * 1e3, "mm",
-                         2.0 * worst->sigma_m * 1e3}};
+    finding.evidence = {
+        in_mm("stated", target.diameter_m),
+        in_mm("measured", target.diameter_m + 2.0 * worst->off_m, 2.0 * worst->sigma_m)};
   } else {
     if (!worst->target.empty())
       finding.about = about_target(c.cell.targets[c.cell.target_index(worst->target)]);
-    finding.evidence = {{"longer", worst->off_m * 1e3, "mm", worst->sigma_m * 1e3}};
+    finding.evidence = {in_mm("longer", worst->off_m, worst->sigma_m)};
   }
   finding.evidence.push_back({"apart", contradiction(*worst), "sigma"});
   findings.push_back(std::move(finding));
@@ -140,7 +138,7 @@ void note_centres(const Problem& problem, const Calibration& c, std::vector<Find
     if (off_m > kFarCentre * target.centre_sigma_m)
       far.parts.push_back(
           {about_target(target),
-           {{"off", off_m * 1e3, "mm"}, {"apart", off_m / target.centre_sigma_m, "sigma"}}});
+           {in_mm("off", off_m), {"apart", off_m / target.centre_sigma_m, "sigma"}}});
   }
   if (far.parts.empty()) return;
   for (const TargetResult& one : c.targets)

@@ -65,8 +65,8 @@ std::optional<Finding> unchecked_lengths(const Calibration& c, std::size_t holdi
   return Finding{holding > 1 ? FindingKind::kUncheckedLengths : FindingKind::kUncheckedLength,
                  Severity::kWarns,
                  about_length(best.from, best.to),
-                 {{"unseen", least_seen_error_m(best) * 1e3, "mm"},
-                  {"certified", best.certified_m * 1e3, "mm", best.certified_sigma_m * 1e3},
+                 {in_mm("unseen", least_seen_error_m(best)),
+                  in_mm("certified", best.certified_m, best.certified_sigma_m),
                   {"lengths", static_cast<double>(holding), ""}}};
 }
 

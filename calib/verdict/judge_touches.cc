@@ -29,7 +29,7 @@ constexpr int kEnoughBesideOne = 4;
 /// A check touch, and the other target that it lies on, if it does.
 FindingPart check_touch(const Problem& problem, const Calibration& c, const TouchResidual& r) {
   FindingPart part{about_touch(r.touch, problem.touches()[r.touch]),
-                   {{"off", std::abs(r.after_m) * 1e3, "mm"}}};
+                   {in_mm("off", std::abs(r.after_m))}};
   if (const auto other = lies_on(problem, c, r)) part.about.other_end = *other;
   return part;
 }
@@ -46,8 +46,8 @@ void judge_scatter(const Problem& problem, const Calibration& c, std::vector<Fin
   findings.push_back({FindingKind::kTouchScatter,
                       Severity::kWithholds,
                       {},
-                      {{"scatter", c.touch_noise_m * 1e3, "mm"},
-                       {"stated", stated_m * 1e3, "mm"},
+                      {in_mm("scatter", c.touch_noise_m),
+                       in_mm("stated", stated_m),
                        {"ratio", std::sqrt(c.chi2_per_dof), ""},
                        {"repeats", c.repeats.degrees_of_freedom > 0.0 ? 1.0 : 0.0, ""}}});
 }
@@ -96,7 +96,7 @@ void judge_check_touches(const Problem& problem, const Calibration& c,
   Finding finding{FindingKind::kCheckTouches,
                   Severity::kWithholds,
                   {},
-                  {{"rms", c.check.rms_m * 1e3, "mm"}, {"ratio", ratio, ""}}};
+                  {in_mm("rms", c.check.rms_m), {"ratio", ratio, ""}}};
   for (const TouchResidual& r : c.residuals) {
     if (!is_check(problem, r) || r.outlier || std::isnan(r.after_m)) continue;
     FindingPart part = check_touch(problem, c, r);
@@ -124,7 +124,7 @@ void note_touches(const Problem& problem, const Calibration& c, std::vector<Find
     Finding finding{FindingKind::kUnseenPlace, Severity::kInforms,
                     about_target(cell.targets[cell.target_index(unseen.target)])};
     if (unseen.why_not.empty()) {
-      finding.evidence = {{"rms", unseen.rms_m * 1e3, "mm"},
+      finding.evidence = {in_mm("rms", unseen.rms_m),
                           {"touches", static_cast<double>(unseen.touches), ""},
                           {"degrees_of_freedom", unseen.degrees_of_freedom, ""}};
     } else {

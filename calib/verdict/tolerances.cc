@@ -66,11 +66,11 @@ std::optional<Finding> radius_off(const Problem& problem, const Calibration& c, 
   const ParameterResult& rho = c.parameters[static_cast<std::size_t>(worst)];
   const double sigma_m = problem.unknowns()[static_cast<std::size_t>(worst)].scale;
   if (!(std::abs(rho.correction) > most * sigma_m)) return std::nullopt;
-  return Finding{FindingKind::kEffectiveRadius,
-                 severity,
-                 about_parameter(c.cell, rho.key),
-                 {{"off", rho.correction * 1e3, "mm"},
-                  {"apart", std::abs(rho.correction) / sigma_m, "sigma"}}};
+  return Finding{
+      FindingKind::kEffectiveRadius,
+      severity,
+      about_parameter(c.cell, rho.key),
+      {in_mm("off", rho.correction), {"apart", std::abs(rho.correction) / sigma_m, "sigma"}}};
 }
 
 }  // namespace
