@@ -118,6 +118,35 @@ std::string silent_words(const State& state, const Event& event) {
   return text;
 }
 
+std::string no_contact_words(const State& state) {
+  return fmt::format(
+      "no contact up to {:.1f} mm behind the surface of {} (cell file). Check centre_mm and "
+      "diameter_mm in the cell file, and the contact circuit",
+      (state.planned().search_m - state.planned().expected_m) * kMmPerM, target(state));
+}
+
+std::string too_early_words(const State& state, const Event& event) {
+  const double met_m = event.latch ? travel_m(state.planned(), event.latch->contact_rad) : 0.0;
+  return fmt::format(
+      "contact {:.1f} mm before the surface of {} (cell file): the tip met something else, or "
+      "centre_mm is wrong. Look at the tip, then correct centre_mm or remove the obstacle",
+      (state.planned().expected_m - met_m) * kMmPerM, target(state));
+}
+
+std::string disagreement_words(const State& state, const Event& event) {
+  if (state.missed && state.first)
+    return fmt::format(
+        "contact on {} after {:.3f} mm in the fast search, none up to {:.1f} mm behind it in "
+        "the slow one: noise, a short circuit or a loose sphere. Check the sensor's cable and "
+        "the tip, and clamp the sphere",
+        target(state), state.first->along_m * kMmPerM, state.policy.beyond_first_m * kMmPerM);
+  return fmt::format(
+      "{} readings on {} do not agree within {:.3f} mm ({}). Clean tip and sphere, and look "
+      "for a loose sphere or a loose tool",
+      state.slow.size() + 1, target(state), state.policy.tolerance_m * kMmPerM,
+      readings_words(state, event));
+}
+
 std::string what(FailureKind kind, const State& state, const Event& event) {
   const std::string& words = event.words;
   switch (kind) {
@@ -145,18 +174,9 @@ std::string what(FailureKind kind, const State& state, const Event& event) {
       return joined("the contact sensor refused to arm: " + or_else(words, "no answer"),
                     state.links.contact_words);
     case FailureKind::kNoContact:
-      return fmt::format(
-          "no contact up to {:.1f} mm behind the surface of {} (cell file). Check centre_mm and "
-          "diameter_mm in the cell file, and the contact circuit",
-          (state.planned().search_m - state.planned().expected_m) * kMmPerM, target(state));
+      return no_contact_words(state);
     case FailureKind::kContactTooEarly:
-      return fmt::format(
-          "contact {:.1f} mm before the surface of {} (cell file): the tip met something else, or "
-          "centre_mm is wrong. Look at the tip, then correct centre_mm or remove the obstacle",
-          (state.planned().expected_m -
-           (event.latch ? travel_m(state.planned(), event.latch->contact_rad) : 0)) *
-              kMmPerM,
-          target(state));
+      return too_early_words(state, event);
     case FailureKind::kUnexpectedContact:
       return joined(or_else(words, "contact outside of a search"), "jog the arm free");
     case FailureKind::kStillInContact:
@@ -165,18 +185,7 @@ std::string what(FailureKind kind, const State& state, const Event& event) {
           "spatter and a short circuit",
           words);
     case FailureKind::kReadingsDisagree:
-      if (state.missed && state.first) {
-        return fmt::format(
-            "contact on {} after {:.3f} mm in the fast search, none up to {:.1f} mm behind it in "
-            "the slow one: noise, a short circuit or a loose sphere. Check the sensor's cable and "
-            "the tip, and clamp the sphere",
-            target(state), state.first->along_m * kMmPerM, state.policy.beyond_first_m * kMmPerM);
-      }
-      return fmt::format(
-          "{} readings on {} do not agree within {:.3f} mm ({}). Clean tip and sphere, and look "
-          "for a loose sphere or a loose tool",
-          state.slow.size() + 1, target(state), state.policy.tolerance_m * kMmPerM,
-          readings_words(state, event));
+      return disagreement_words(state, event);
     case FailureKind::kTooManyRevoked:
       return joined(fmt::format("{} trips of the contact sensor on {} were noise. Check the "
                                 "sensor's cable, earth and shield",

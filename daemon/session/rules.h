@@ -12,6 +12,19 @@ struct Missing {
 };
 Missing missing(const State&);
 
+// Of the touch in hand, for guards and effects.
+
+Reading reading_of(const State&, const Event&, bool slow);
+/// The slow readings of it, and this one.
+std::vector<Reading> with_new(const State&, const Event&);
+calib::ExpectedContact expected_contact(const State&);
+/// The transit ends at the stand-off, or on the search line nearer to what is expected; one without
+/// waypoints leads there directly.
+std::size_t to_standoff(const State&);
+std::size_t waypoint_count(const State&);
+/// Whether its target was met before.
+bool was_met(const State&);
+
 /// Why a session does not go on by itself after a harmless interruption.
 enum class Setback {
   kNotBack,       ///< a link has not come back in time
@@ -20,7 +33,7 @@ enum class Setback {
   kMoved,         ///< the arm is elsewhere
 };
 
-// Guards.
+// Guards (guards.cc).
 bool plan_differs(const State&, const Event&);
 bool nothing_left(const State&, const Event&);
 bool fresh_and_closed(const State&, const Event&);
@@ -75,7 +88,7 @@ bool both_proven(const State&, const Event&);
 bool not_where_left(const State&, const Event&);
 bool none_left_behind_interruption(const State&, const Event&);
 
-// Effects.
+// Effects (rules.cc).
 void plan_touches(State&, const Event&, Actions&);
 void open_devices(State&, const Event&, Actions&);
 void rereference(State&, const Event&, Actions&);
