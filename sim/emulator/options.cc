@@ -72,8 +72,10 @@ void add_truth_options(CLI::App& app, EmulatorOptions& options) {
              "Of the touches, with a chip of 0.3 to 1 mm between tip and sphere [%]");
 }
 
-void add_options(CLI::App& app, EmulatorOptions& options) {
-  add_truth_options(app, options);
+namespace {
+
+/// What the controller speaks, and with whom.
+void add_wire_options(CLI::App& app, EmulatorOptions& options) {
   app.add_option_function<std::string>(
          "--pc",
          [&options](const std::string& text) {
@@ -96,15 +98,15 @@ void add_options(CLI::App& app, EmulatorOptions& options) {
   CLI::Option* xml =
       app.add_option("--eki-xml", options.eki_xml,
                      "EKI channel file as 'cellcal kuka-files' writes it: elements, limits and "
-                     "port. Or those "
-                     "of somebody else, one or two: served by the names of their elements")
+                     "port. Or those of somebody else, one or two: served by the names of their "
+                     "elements")
           ->check(CLI::ExistingFile);
   app.add_option("--listen", options.listen, "Address to listen on for EKI")
       ->default_str("127.0.0.1")
       ->needs(xml);
-  app.add_option("--device-link", options.device_link,
-                 "Symbolic link to the sensor's pseudo-terminal");
-  app.add_option("--baud", options.baud, "Of the sensor's line")->capture_default_str();
+}
+
+void add_controller_options(CLI::App& app, EmulatorOptions& options) {
   app.add_option("--cycle-ms", options.controller.cycle_ms, "RSI cycle")
       ->capture_default_str()
       ->check(CLI::IsMember({4, 12}));
@@ -134,6 +136,16 @@ void add_options(CLI::App& app, EmulatorOptions& options) {
          "Limit of the axis corrections, AXISCORR's and its monitor's")
       ->default_str("90")
       ->check(within(0.1, 720.0));
+  app.add_option(
+      "--restart-after", options.restart_after_s,
+      "Seconds after which the emulated operator starts RSI again when it has stopped, by a "
+      "fault or by STOP at the end of a session");
+}
+
+void add_sensor_options(CLI::App& app, EmulatorOptions& options) {
+  app.add_option("--device-link", options.device_link,
+                 "Symbolic link to the sensor's pseudo-terminal");
+  app.add_option("--baud", options.baud, "Of the sensor's line")->capture_default_str();
   app.add_option("--mcu-drift-ppm", options.mcu_drift_ppm, "Of the sensor's clock")
       ->capture_default_str()
       ->check(within(-1000.0, 1000.0));
@@ -147,13 +159,17 @@ void add_options(CLI::App& app, EmulatorOptions& options) {
            options.no_spheres = fault == "no-spheres";
          },
          "What is wrong: the contact sensor is wire-broken (reads as contact), stuck-open (never "
-         "sees "
-         "one) or silent; or no-spheres are there")
+         "sees one) or silent; or no-spheres are there")
       ->check(CLI::IsMember({"wire-broken", "stuck-open", "silent", "no-spheres"}));
-  app.add_option(
-      "--restart-after", options.restart_after_s,
-      "Seconds after which the emulated operator starts RSI again when it has stopped, by a "
-      "fault or by STOP at the end of a session");
+}
+
+}  // namespace
+
+void add_options(CLI::App& app, EmulatorOptions& options) {
+  add_truth_options(app, options);
+  add_wire_options(app, options);
+  add_controller_options(app, options);
+  add_sensor_options(app, options);
   add_rsi_options(app, options);
 }
 
