@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
@@ -16,6 +15,7 @@
 #include "calib/plan/choice/design_problem.h"
 #include "calib/plan/reach/pool.h"
 #include "tests/bench/times.h"
+#include "tests/command_line/command_line.h"
 
 namespace {
 
@@ -98,16 +98,16 @@ std::vector<std::size_t> naive(const DesignProblem& problem, int picks, std::vec
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app{"Times the choice of touches, seconds of the processor."};
+  cellcal::CommandLine app{"Times the choice of touches, seconds of the processor."};
   int cells = 10, spheres = 8, per_sphere = 500, picks = 400, baseline_picks = 20;
-  app.add_option("--cells", cells, "Another cell each")->check(CLI::Range(1, 10000));
-  app.add_option("--spheres", spheres, "In a cell")->check(CLI::Range(1, 100));
-  app.add_option("--candidates", per_sphere, "Of a sphere")->check(CLI::Range(10, 100000));
-  app.add_option("--picks", picks, "Touches to choose")->check(CLI::Range(1, 100000));
-  app.add_option("--baseline-picks", baseline_picks,
-                 "Picks of the baseline that are timed; each takes the same time")
-      ->check(CLI::Range(1, 100000));
-  CLI11_PARSE(app, argc, argv);
+  app.option("--cells", cells, "Another cell each").between(1, 10000);
+  app.option("--spheres", spheres, "In a cell").between(1, 100);
+  app.option("--candidates", per_sphere, "Of a sphere").between(10, 100000);
+  app.option("--picks", picks, "Touches to choose").between(1, 100000);
+  app.option("--baseline-picks", baseline_picks,
+             "Picks of the baseline that are timed; each takes the same time")
+      .between(1, 100000);
+  if (const auto code = app.parse(argc, argv)) return *code;
   const Cell demo = load_cell(CELLCAL_DEMO_CELL);
   cellcal::bench::Times whole, greedy, baseline;
   std::size_t candidates = 0;

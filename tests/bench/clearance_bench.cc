@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 #include <malloc.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
 
@@ -14,6 +13,7 @@
 #include "calib/plan/plan.h"
 #include "calib/plan/reach/candidates.h"
 #include "tests/bench/capsule_check.h"
+#include "tests/command_line/command_line.h"
 
 namespace {
 
@@ -140,10 +140,11 @@ void measure_mesh(const Cell& cell, const ArmModel& arm) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app{"Times the check that postures and moves hit nothing, microseconds per call."};
+  cellcal::CommandLine app{
+      "Times the check that postures and moves hit nothing, microseconds per call."};
   int calls = 2000;
-  app.add_option("--calls", calls, "Calls per batch")->check(CLI::Range(100, 100000000));
-  CLI11_PARSE(app, argc, argv);
+  app.option("--calls", calls, "Calls per batch").between(100, 100000000);
+  if (const auto code = app.parse(argc, argv)) return *code;
   const Cell cell = load_cell(CELLCAL_DEMO_CELL), full = furnished(cell);
   const ArmModel arm(cell.robot, cell.tool);
   const std::vector<Move> planned = moves_of(make_plan(cell, {}));

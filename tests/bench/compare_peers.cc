@@ -6,7 +6,6 @@
 #include <ceres/ceres.h>
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <chrono>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -15,6 +14,7 @@
 #include "calib/identify/identify.h"
 #include "calib/model/joint_vector.h"
 #include "tests/calib/simulate.h"
+#include "tests/command_line/command_line.h"
 
 namespace {
 
@@ -216,16 +216,15 @@ Solution by_autodiff(const Cell& cell, const std::vector<Touch>& touches) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app{"Writes the common problem, or solves it and prints times and solution as JSON."};
+  cellcal::CommandLine app{
+      "Writes the common problem, or solves it and prints times and solution as JSON."};
   std::string what, folder;
   int count = 100, runs = 1;
-  app.add_option("what", what)
-      ->required()
-      ->check(CLI::IsMember({"write", "cellcal", "cellcal-full", "autodiff"}));
-  app.add_option("folder", folder)->required()->check(CLI::ExistingDirectory);
-  app.add_option("--touches", count, "To write")->check(CLI::Range(20, 1000000));
-  app.add_option("--runs", runs)->check(CLI::Range(1, 10000));
-  CLI11_PARSE(app, argc, argv);
+  app.option("what", what).required().one_of({"write", "cellcal", "cellcal-full", "autodiff"});
+  app.option("folder", folder).required().folder();
+  app.option("--touches", count, "To write").between(20, 1000000);
+  app.option("--runs", runs).between(1, 10000);
+  if (const auto code = app.parse(argc, argv)) return *code;
   try {
     if (what == "write") {
       write_problem(folder, count);

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <array>
 #include <atomic>
 #include <boost/asio/io_context.hpp>
@@ -16,6 +15,7 @@
 #include "drivers/contact/wire/ctp_codec.h"
 #include "tests/bench/loopback.h"
 #include "tests/bench/times.h"
+#include "tests/command_line/command_line.h"
 
 namespace {
 
@@ -49,12 +49,12 @@ struct Reader {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app{"Bytes of the sensor into the terminal to the event on the io thread."};
+  cellcal::CommandLine app{"Bytes of the sensor into the terminal to the event on the io thread."};
   int events = 2000;
   bool normal = false;
-  app.add_option("--events", events, "Trips")->check(CLI::Range(1, 1'000'000));
-  app.add_flag("--normal-priority", normal, "Do not ask for real time");
-  CLI11_PARSE(app, argc, argv);
+  app.option("--events", events, "Trips").between(1, 1'000'000);
+  app.option("--normal-priority", normal, "Do not ask for real time");
+  if (const auto code = app.parse(argc, argv)) return *code;
 
   cellcal::bench::Terminal terminal;
   Reader reader;

@@ -11,7 +11,6 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <array>
 #include <atomic>
 #include <map>
@@ -23,6 +22,7 @@
 #include "tests/bench/cell_session.h"
 #include "tests/bench/loopback.h"
 #include "tests/bench/times.h"
+#include "tests/command_line/command_line.h"
 
 namespace {
 
@@ -165,26 +165,23 @@ int run(const Options& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app{"Contact byte in to frozen reply out, through the drivers, beside a bare echo."};
+  cellcal::CommandLine app{
+      "Contact byte in to frozen reply out, through the drivers, beside a bare echo."};
   Options options;
   bool normal = false;
-  app.add_option("--trials", options.trials, "Contacts at any time of the cycle")
-      ->check(CLI::Range(1, 1'000'000));
-  app.add_option("--gap-trials", options.gap_trials, "Contacts per gap")
-      ->check(CLI::Range(0, 1'000'000));
-  app.add_option("--gaps-us", options.gaps_us, "Packet follows the byte by this")
-      ->delimiter(',')
-      ->check(CLI::Range(0, 3000));
-  app.add_option("--silences", options.silences, "Searches during which the sensor falls silent")
-      ->check(CLI::Range(0, 1'000'000));
-  app.add_option("--burners", options.burners, "Threads of normal priority that use processors up")
-      ->check(CLI::Range(0, 64));
-  app.add_option("--speed-mrad-s", options.session.speed_mrad_s, "Of the searching axis")
-      ->check(CLI::Range(0.1, 30.0));
-  app.add_option("--cycle-ms", options.peer.cycle_ms, "4 or 12")->check(CLI::IsMember({4, 12}));
-  app.add_option("--seed", options.peer.seed, "Of the phases");
-  app.add_flag("--normal-priority", normal, "Do not ask for real time");
-  CLI11_PARSE(app, argc, argv);
+  app.option("--trials", options.trials, "Contacts at any time of the cycle").between(1, 1'000'000);
+  app.option("--gap-trials", options.gap_trials, "Contacts per gap").between(0, 1'000'000);
+  app.option("--gaps-us", options.gaps_us, "Packet follows the byte by this").between(0, 3000);
+  app.option("--silences", options.silences, "Searches during which the sensor falls silent")
+      .between(0, 1'000'000);
+  app.option("--burners", options.burners, "Threads of normal priority that use processors up")
+      .between(0, 64);
+  app.option("--speed-mrad-s", options.session.speed_mrad_s, "Of the searching axis")
+      .between(0.1, 30.0);
+  app.option("--cycle-ms", options.peer.cycle_ms, "4 or 12").one_of({"4", "12"});
+  app.option("--seed", options.peer.seed, "Of the phases");
+  app.option("--normal-priority", normal, "Do not ask for real time");
+  if (const auto code = app.parse(argc, argv)) return *code;
   options.peer.realtime = options.session.realtime = !normal;
   try {
     return run(options);

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 #include <malloc.h>
 
-#include <CLI/CLI.hpp>
 #include <Eigen/Cholesky>
 #include <chrono>
 #include <fstream>
@@ -17,6 +16,7 @@
 #include "calib/uncertainty/region.h"
 #include "tests/bench/times.h"
 #include "tests/calib/simulate.h"
+#include "tests/command_line/command_line.h"
 
 namespace {
 
@@ -131,14 +131,12 @@ void measure_more(const Cell& cell, std::vector<Touch> touches, More& more) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app{"Times identify(): median, p95 and worst, its parts, and memory."};
+  cellcal::CommandLine app{"Times identify(): median, p95 and worst, its parts, and memory."};
   std::vector<int> counts = {50, 100, 200, 400};
   int runs = 30;
-  app.add_option("--touches", counts, "Numbers of fit touches")
-      ->delimiter(',')
-      ->check(CLI::Range(20, 1000000));
-  app.add_option("--runs", runs, "Random arms per number")->check(CLI::Range(1, 10000));
-  CLI11_PARSE(app, argc, argv);
+  app.option("--touches", counts, "Numbers of fit touches").between(20, 1000000);
+  app.option("--runs", runs, "Random arms per number").between(1, 10000);
+  if (const auto code = app.parse(argc, argv)) return *code;
 
   fmt::print(
       "identification with covariance, predicted error and verdict; {} random arms each; ms\n"

@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
 
@@ -11,6 +10,7 @@
 #include "calib/model/inverse.h"
 #include "calib/model/random.h"
 #include "calib/result/level.h"
+#include "tests/command_line/command_line.h"
 
 namespace {
 
@@ -73,10 +73,10 @@ void measure(const char* name, const Cell& cell, int calls) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app{"Times the arm model, nanoseconds per call."};
+  cellcal::CommandLine app{"Times the arm model, nanoseconds per call."};
   int calls = 20000;
-  app.add_option("--calls", calls, "Calls per batch")->check(CLI::Range(100, 100000000));
-  CLI11_PARSE(app, argc, argv);
+  app.option("--calls", calls, "Calls per batch").between(100, 100000000);
+  if (const auto code = app.parse(argc, argv)) return *code;
   fmt::print("{:28s} {:>10s} {:>10s} {:>10s} {:>12s} {:>10s}\n", "arm", "parameters", "prepare",
              "position", "+derivatives", "inverse");
   const Cell cell = load_cell(CELLCAL_DEMO_CELL);

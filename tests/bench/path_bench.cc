@@ -3,10 +3,10 @@
 
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <ctime>
 
 #include "tests/bench/times.h"
+#include "tests/command_line/command_line.h"
 #include "tests/drivers/kuka/rsi/path_cases.h"
 
 namespace {
@@ -83,11 +83,11 @@ int main(int argc, char** argv) {
   long odd = 1'000'000;
   int usual = 2000;
   std::uint64_t seed = 20261122;
-  CLI::App app("Moves through way-points");
-  app.add_option("--odd", odd, "random paths of any form, for the limits");
-  app.add_option("--usual", usual, "paths of an arm for each number of way-points, for the times");
-  app.add_option("--seed", seed, "of the paths");
-  CLI11_PARSE(app, argc, argv);
+  cellcal::CommandLine app("Moves through way-points");
+  app.option("--odd", odd, "random paths of any form, for the limits");
+  app.option("--usual", usual, "paths of an arm for each number of way-points, for the times");
+  app.option("--seed", seed, "of the paths");
+  if (const auto code = app.parse(argc, argv)) return *code;
   for (const int points : {0, 1, 2, 4, 8, 12}) usual_paths(usual, points, seed);
   odd_paths(odd, seed);
 }

@@ -5,7 +5,6 @@
 #include <poll.h>
 #include <sys/socket.h>
 
-#include <CLI/CLI.hpp>
 #include <array>
 #include <atomic>
 #include <numbers>
@@ -17,6 +16,7 @@
 #include "tests/bench/burners.h"
 #include "tests/bench/loopback.h"
 #include "tests/bench/times.h"
+#include "tests/command_line/command_line.h"
 
 namespace {
 
@@ -97,15 +97,15 @@ std::string packet(std::uint64_t ipoc) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("RSI packet in to reply out, beside a bare echo");
+  cellcal::CommandLine app("RSI packet in to reply out, beside a bare echo");
   int count = 2500, cycle_us = 4000, burners = 0;
   bool realtime = false;
-  app.add_option("--count", count, "packets")->check(CLI::Range(1, 10'000'000));
-  app.add_option("--cycle-us", cycle_us, "cycle")->check(CLI::Range(500, 100'000));
-  app.add_option("--burners", burners, "threads of normal priority that use the processors up")
-      ->check(CLI::Range(0, 64));
-  app.add_flag("--realtime", realtime, "SCHED_FIFO and locked memory for both");
-  CLI11_PARSE(app, argc, argv);
+  app.option("--count", count, "packets").between(1, 10'000'000);
+  app.option("--cycle-us", cycle_us, "cycle").between(500, 100'000);
+  app.option("--burners", burners, "threads of normal priority that use the processors up")
+      .between(0, 64);
+  app.option("--realtime", realtime, "SCHED_FIFO and locked memory for both");
+  if (const auto code = app.parse(argc, argv)) return *code;
 
   RsiConfig config;
   config.bind_address = "127.0.0.1";

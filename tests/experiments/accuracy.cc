@@ -2,13 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 
 #include "calib/files/documents.h"
 #include "calib/files/files.h"
+#include "tests/command_line/command_line.h"
 #include "tests/experiments/trial.h"
 
 namespace {
@@ -122,34 +122,25 @@ int main(int argc, char** argv) {
     std::string gears = "harmonics", touches = "planned";
     bool masses_unstated = false;
     options.arm = CELLCAL_EXPERIMENT_ROBOT;
-    CLI::App app(
+    cellcal::CommandLine app(
         "Accuracy over random robots, beside the targets of the method (section 9).\n"
         "Example: accuracy --robots 20 --gears spectrum");
-    app.add_option("--robots", options.robots, "Per level")
-        ->capture_default_str()
-        ->check(CLI::Range(1, 1000));
-    app.add_option("--gears", gears, "Truth's form")
-        ->capture_default_str()
-        ->check(CLI::IsMember({"none", "harmonics", "spectrum"}));
-    app.add_option("--gear-arcsec", options.trial.gear_arcsec, "rms per joint")
-        ->capture_default_str();
-    app.add_option("--touches", touches, "planned or random")
-        ->capture_default_str()
-        ->check(CLI::IsMember({"planned", "random"}));
-    app.add_flag("--masses-unstated", masses_unstated,
-                 "Links' masses and compliance stand in no file");
-    app.add_flag("--outliers-dropped", options.trial.outliers_dropped,
-                 "Gross touches are taken away before the estimate: what could be had at best");
-    app.add_flag("--each", options.each, "A line for every robot");
-    app.add_option("--level", options.level, "Only this one")
-        ->check(CLI::IsMember({"L0", "L1", "L2", "L3"}));
-    app.add_option("--robot", options.arm, "Robot file")->capture_default_str();
-    app.add_option("--outliers", options.trial.outlier_share,
-                   "Share of the fit touches, 0.2 to 3 mm off")
-        ->capture_default_str()
-        ->check(CLI::Range(0.0, 0.5));
-    app.add_option("--seed", options.seed, "")->capture_default_str();
-    CLI11_PARSE(app, argc, argv);
+    app.option("--robots", options.robots, "Per level").between(1, 1000);
+    app.option("--gears", gears, "Truth's form").one_of({"none", "harmonics", "spectrum"});
+    app.option("--gear-arcsec", options.trial.gear_arcsec, "rms per joint");
+    app.option("--touches", touches, "planned or random").one_of({"planned", "random"});
+    app.option("--masses-unstated", masses_unstated,
+               "Links' masses and compliance stand in no file");
+    app.option("--outliers-dropped", options.trial.outliers_dropped,
+               "Gross touches are taken away before the estimate: what could be had at best");
+    app.option("--each", options.each, "A line for every robot");
+    app.option("--level", options.level, "Only this one").one_of({"L0", "L1", "L2", "L3"});
+    app.option("--robot", options.arm, "Robot file");
+    app.option("--outliers", options.trial.outlier_share,
+               "Share of the fit touches, 0.2 to 3 mm off")
+        .between(0.0, 0.5);
+    app.option("--seed", options.seed, "");
+    if (const auto code = app.parse(argc, argv)) return *code;
     options.trial.gears = gears == "none"       ? Gears::kNone
                           : gears == "spectrum" ? Gears::kSpectrum
                                                 : Gears::kHarmonics;

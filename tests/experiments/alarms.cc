@@ -4,7 +4,6 @@
 
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <atomic>
 #include <cstdio>
@@ -21,6 +20,7 @@
 #include "calib/model/random.h"
 #include "calib/uncertainty/region.h"
 #include "calib/words/finding_words.h"
+#include "tests/command_line/command_line.h"
 #include "tests/experiments/world.h"
 
 namespace {
@@ -247,21 +247,20 @@ int main(int argc, char** argv) {
     std::uint64_t seed = 1;
     bool detail = false;
     std::string file = CELLCAL_EXPERIMENT_ROBOT, level, touches, arm, sigma;
-    CLI::App app(
+    cellcal::CommandLine app(
         "False alarms of healthy sessions in orders drawn at random, and power.\n"
         "Example: alarms_experiment --arms 20 --level L2");
-    app.add_option("--arms", arms, "Per row")->capture_default_str()->check(CLI::Range(1, 1000));
-    app.add_option("--orders", orders, "Of each healthy arm's touches")->capture_default_str();
-    app.add_option("--planted", planted, "Orders with each change, of each arm")
-        ->capture_default_str();
-    app.add_option("--seed", seed, "")->capture_default_str();
-    app.add_option("--threads", threads, "")->capture_default_str()->check(CLI::Range(1, 64));
-    app.add_option("--level", level, "Only L1, L2 or L3");
-    app.add_option("--touches", touches, "Only those whose name begins so");
-    app.add_option("--arm", arm, "Only model errors whose name begins so");
-    app.add_option("--sigma", sigma, "Only stated sigmas whose name begins so");
-    app.add_flag("--detail", detail, "A line for every session");
-    CLI11_PARSE(app, argc, argv);
+    app.option("--arms", arms, "Per row").between(1, 1000);
+    app.option("--orders", orders, "Of each healthy arm's touches");
+    app.option("--planted", planted, "Orders with each change, of each arm");
+    app.option("--seed", seed, "");
+    app.option("--threads", threads, "").between(1, 64);
+    app.option("--level", level, "Only L1, L2 or L3");
+    app.option("--touches", touches, "Only those whose name begins so");
+    app.option("--arm", arm, "Only model errors whose name begins so");
+    app.option("--sigma", sigma, "Only stated sigmas whose name begins so");
+    app.option("--detail", detail, "A line for every session");
+    if (const auto code = app.parse(argc, argv)) return *code;
     const calib::Robot robot = calib::load_robot(file);
     std::vector<Row> rows;
     for (const Level& l : kLevels)

@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -19,6 +18,7 @@
 #include "calib/model/random.h"
 #include "calib/uncertainty/predict.h"
 #include "calib/uncertainty/region.h"
+#include "tests/command_line/command_line.h"
 #include "tests/experiments/trial.h"
 
 namespace {
@@ -305,21 +305,17 @@ int main(int argc, char** argv) {
     std::string level = "L2", gears = "harmonics", touches = "planned",
                 file = CELLCAL_EXPERIMENT_ROBOT;
     experiments::Trial trial;
-    CLI::App app(
+    cellcal::CommandLine app(
         "Where the factor between u95 and the true error comes from.\n"
         "Example: bounds --level L3 --gears spectrum --gear-arcsec 20");
-    app.add_option("--robots", robots, "")->capture_default_str()->check(CLI::Range(3, 1000));
-    app.add_option("--seed", seed, "")->capture_default_str();
-    app.add_option("--level", level, "")->capture_default_str()->check(CLI::IsMember({"L2", "L3"}));
-    app.add_option("--gears", gears, "Truth's form")
-        ->capture_default_str()
-        ->check(CLI::IsMember({"none", "harmonics", "spectrum"}));
-    app.add_option("--gear-arcsec", trial.gear_arcsec, "rms per joint")->capture_default_str();
-    app.add_option("--touches", touches, "planned or random")
-        ->capture_default_str()
-        ->check(CLI::IsMember({"planned", "random"}));
-    app.add_option("--robot", file, "Robot file")->capture_default_str();
-    CLI11_PARSE(app, argc, argv);
+    app.option("--robots", robots, "").between(3, 1000);
+    app.option("--seed", seed, "");
+    app.option("--level", level, "").one_of({"L2", "L3"});
+    app.option("--gears", gears, "Truth's form").one_of({"none", "harmonics", "spectrum"});
+    app.option("--gear-arcsec", trial.gear_arcsec, "rms per joint");
+    app.option("--touches", touches, "planned or random").one_of({"planned", "random"});
+    app.option("--robot", file, "Robot file");
+    if (const auto code = app.parse(argc, argv)) return *code;
     trial.spheres = level == "L3" ? 6 : 4;
     trial.fit = level == "L3" ? 400 : 100;
     trial.gears = gears == "none"       ? experiments::Gears::kNone

@@ -3,13 +3,13 @@
 
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <chrono>
 #include <map>
 
 #include "calib/plan/collision/clearance.h"
 #include "calib/plan/reach/candidates.h"
 #include "tests/calib/plan/random_cell.h"
+#include "tests/command_line/command_line.h"
 
 namespace {
 
@@ -42,16 +42,16 @@ void print(const char* what, const Nearest& nearest, const std::string& where) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app{"Plans for random cells and looks whether anything is hit."};
+  cellcal::CommandLine app{"Plans for random cells and looks whether anything is hit."};
   int cells = 1000, fit = 16, check = 4;
   unsigned seed = 1;
   bool verbose = false;
-  app.add_option("--cells", cells, "Random cells")->check(CLI::Range(1, 1000000));
-  app.add_option("--touches", fit, "Fit touches of each plan")->check(CLI::Range(1, 1000));
-  app.add_option("--check", check, "Check touches of each plan")->check(CLI::Range(0, 1000));
-  app.add_option("--seed", seed, "Of the first cell; the next has the next one");
-  app.add_flag("--verbose", verbose, "Print every refusal");
-  CLI11_PARSE(app, argc, argv);
+  app.option("--cells", cells, "Random cells").between(1, 1000000);
+  app.option("--touches", fit, "Fit touches of each plan").between(1, 1000);
+  app.option("--check", check, "Check touches of each plan").between(0, 1000);
+  app.option("--seed", seed, "Of the first cell; the next has the next one");
+  app.option("--verbose", verbose, "Print every refusal");
+  if (const auto code = app.parse(argc, argv)) return *code;
 
   std::map<std::string, int> refused;
   Approach closest, wanting;  // wanting: what is promised, less what came

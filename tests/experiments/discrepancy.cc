@@ -3,12 +3,12 @@
 
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
 #include <vector>
 
 #include "calib/files/files.h"
+#include "tests/command_line/command_line.h"
 #include "tests/experiments/trial.h"
 
 namespace {
@@ -95,18 +95,16 @@ int main(int argc, char** argv) {
     bool each = false;
     std::string file = CELLCAL_EXPERIMENT_ROBOT, only, sigma;
     std::vector<int> fits{100, 400};
-    CLI::App app(
+    cellcal::CommandLine app(
         "Coverage of unseen postures where the touch sigma or the model is not right.\n"
         "Example: discrepancy --robots 20");
-    app.add_option("--robots", robots, "Per line")
-        ->capture_default_str()
-        ->check(CLI::Range(1, 500));
-    app.add_option("--seed", seed, "")->capture_default_str();
-    app.add_option("--touches", fits, "Fit touches")->capture_default_str();
-    app.add_option("--arm", only, "Only arms whose name begins so");
-    app.add_option("--sigma", sigma, "Only stated sigmas whose name begins so");
-    app.add_flag("--each", each, "A line for every arm");
-    CLI11_PARSE(app, argc, argv);
+    app.option("--robots", robots, "Per line").between(1, 500);
+    app.option("--seed", seed, "");
+    app.option("--touches", fits, "Fit touches");
+    app.option("--arm", only, "Only arms whose name begins so");
+    app.option("--sigma", sigma, "Only stated sigmas whose name begins so");
+    app.option("--each", each, "A line for every arm");
+    if (const auto code = app.parse(argc, argv)) return *code;
     const calib::Robot robot = calib::load_robot(file);
     fmt::print("{:20} {:16} {:>7} {:>5} {:>10} {:>6} {:>8} {:>6} {:>9} {:>6} {:>7} {:>8}\n", "arm",
                "stated sigma", "repeats", "fit", "published", "estim.", "M4 med", "worst",

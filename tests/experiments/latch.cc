@@ -7,7 +7,6 @@
 
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -30,6 +29,7 @@
 #include "sim/cell/contact_watch.h"
 #include "sim/krc/krc_udp.h"
 #include "sim/mcu/mcu_pty.h"
+#include "tests/command_line/command_line.h"
 
 namespace {
 
@@ -350,21 +350,18 @@ void run(const Options& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app{"Error of the latched contact point, on virtual and on real wires, RSI."};
+  cellcal::CommandLine app{
+      "Error of the latched contact point, on virtual and on real wires, RSI."};
   Options options;
-  app.add_option("--speeds", options.speeds_mm_s, "Of the search [mm/s]")
-      ->delimiter(',')
-      ->check(CLI::Range(0.1, 20.0));
-  app.add_option("--lags", options.lags_ms, "Of the arm behind its setpoint [ms]")
-      ->delimiter(',')
-      ->check(CLI::Range(0.0, 200.0));
-  app.add_option("--bauds", options.bauds, "Of the sensor's line")->delimiter(',');
-  app.add_option("--searches", options.searches, "Per row, virtual")->check(CLI::Range(2, 100'000));
-  app.add_option("--real-searches", options.real_searches, "Per row, on real wires; 0: none")
-      ->check(CLI::Range(0, 100'000));
-  app.add_flag("--space", options.space, "By corrections in space (RKorr)");
-  app.add_option("--seed", options.seed, "Of lines and starts");
-  CLI11_PARSE(app, argc, argv);
+  app.option("--speeds", options.speeds_mm_s, "Of the search [mm/s]").between(0.1, 20.0);
+  app.option("--lags", options.lags_ms, "Of the arm behind its setpoint [ms]").between(0.0, 200.0);
+  app.option("--bauds", options.bauds, "Of the sensor's line");
+  app.option("--searches", options.searches, "Per row, virtual").between(2, 100'000);
+  app.option("--real-searches", options.real_searches, "Per row, on real wires; 0: none")
+      .between(0, 100'000);
+  app.option("--space", options.space, "By corrections in space (RKorr)");
+  app.option("--seed", options.seed, "Of lines and starts");
+  if (const auto code = app.parse(argc, argv)) return *code;
   try {
     run(options);
   } catch (const std::exception& error) {

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -11,6 +10,7 @@
 #include "calib/files/shipped_robots.h"
 #include "calib/identify/identify.h"
 #include "calib/model/random.h"
+#include "tests/command_line/command_line.h"
 #include "tests/experiments/world.h"
 
 namespace {
@@ -148,25 +148,21 @@ int main(int argc, char** argv) {
     std::uint64_t seed_from = 1;
     std::string gears = "spectrum", order = "route", arm = CELLCAL_EXPERIMENT_ROBOT;
     std::vector<double> moved_mm{0.0, 0.1, 0.2, 0.5}, arcsec{10.0, 20.0};
-    CLI::App app(
+    cellcal::CommandLine app(
         "Spheres that move during a session: found, and accused wrongly.\n"
         "Example: moved_experiment --sessions 200 --moved-mm 0 0.15");
-    app.add_option("--sessions", sessions, "Per row")->capture_default_str();
-    app.add_option("--moved-mm", moved_mm, "By how much")->capture_default_str();
-    app.add_option("--gears", gears, "Truth's form")
-        ->capture_default_str()
-        ->check(CLI::IsMember({"none", "harmonics", "spectrum"}));
-    app.add_option("--gear-arcsec", arcsec, "rms per joint")->capture_default_str();
-    app.add_option("--order", order, "Of the touches: sphere by sphere along the route, or mixed")
-        ->capture_default_str()
-        ->check(CLI::IsMember({"route", "mixed"}));
-    app.add_option("--fit", settings.fit, "Touches")->capture_default_str();
-    app.add_option("--growth", settings.stage.truth.growth, "Of all lengths over the session")
-        ->capture_default_str();
-    app.add_option("--outliers", settings.stage.outlier_share, "Share")->capture_default_str();
-    app.add_option("--seed", seed_from, "")->capture_default_str();
-    app.add_flag("--detail", detail, "Each one found");
-    CLI11_PARSE(app, argc, argv);
+    app.option("--sessions", sessions, "Per row");
+    app.option("--moved-mm", moved_mm, "By how much");
+    app.option("--gears", gears, "Truth's form").one_of({"none", "harmonics", "spectrum"});
+    app.option("--gear-arcsec", arcsec, "rms per joint");
+    app.option("--order", order, "Of the touches: sphere by sphere along the route, or mixed")
+        .one_of({"route", "mixed"});
+    app.option("--fit", settings.fit, "Touches");
+    app.option("--growth", settings.stage.truth.growth, "Of all lengths over the session");
+    app.option("--outliers", settings.stage.outlier_share, "Share");
+    app.option("--seed", seed_from, "");
+    app.option("--detail", detail, "Each one found");
+    if (const auto code = app.parse(argc, argv)) return *code;
     settings.stage.truth.gears = gears == "none"       ? Gears::kNone
                                  : gears == "spectrum" ? Gears::kSpectrum
                                                        : Gears::kHarmonics;

@@ -3,33 +3,31 @@
 
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
 
 #include "calib/files/files.h"
+#include "tests/command_line/command_line.h"
 #include "tests/experiments/trial.h"
 
 int main(int argc, char** argv) {
   using namespace cellcal;  // NOLINT: an experiment's own file
   using experiments::median;
   try {
-    CLI::App app(
+    cellcal::CommandLine app(
         "Touches and robot time of a calibration that stops where the accuracy asked for is "
         "reached.\n"
         "Example: online --robots 20 --goal 0.15");
     int robots = 10, spheres = 4, most = 200;
     double goal_mm = 0.15, failing = 0.0;
     std::string arm = CELLCAL_EXPERIMENT_ROBOT;
-    app.add_option("--robots", robots, "")->capture_default_str()->check(CLI::Range(1, 1000));
-    app.add_option("--spheres", spheres, "")->capture_default_str()->check(CLI::Range(1, 6));
-    app.add_option("--goal", goal_mm, "u95, mean over the workspace [mm]")->capture_default_str();
-    app.add_option("--most", most, "Touches at most")->capture_default_str();
-    app.add_option("--failing", failing, "Share of touches that cannot be made")
-        ->capture_default_str()
-        ->check(CLI::Range(0.0, 0.9));
-    app.add_option("--robot", arm, "Robot file")->capture_default_str();
-    CLI11_PARSE(app, argc, argv);
+    app.option("--robots", robots, "").between(1, 1000);
+    app.option("--spheres", spheres, "").between(1, 6);
+    app.option("--goal", goal_mm, "u95, mean over the workspace [mm]");
+    app.option("--most", most, "Touches at most");
+    app.option("--failing", failing, "Share of touches that cannot be made").between(0.0, 0.9);
+    app.option("--robot", arm, "Robot file");
+    if (const auto code = app.parse(argc, argv)) return *code;
     const calib::Robot robot = calib::load_robot(arm);
     experiments::Trial trial;
     trial.spheres = spheres;

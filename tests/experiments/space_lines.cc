@@ -4,7 +4,6 @@
 
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <map>
 #include <numbers>
 
@@ -12,6 +11,7 @@
 #include "calib/plan/plan.h"
 #include "daemon/config/space_config.h"
 #include "drivers/kuka/rsi/correction/rsi_space.h"
+#include "tests/command_line/command_line.h"
 
 namespace {
 
@@ -99,15 +99,15 @@ void run(const Options& options) {
 
 int main(int argc, char** argv) {
   Options options;
-  CLI::App app{"Shares of planned touches that corrections in space refuse"};
-  app.add_option("--plans", options.plans)->capture_default_str();
-  app.add_option("--touches", options.touches)->capture_default_str();
-  app.add_option("--turn-deg", options.turn_deg, "Limit of the turn")->capture_default_str();
-  app.add_option("--shift-mm", options.shift_mm, "Limit of the shift")->capture_default_str();
-  app.add_flag("--tool-frame", options.tool_frame, "RefCorrSys Tool instead of Base");
-  app.add_flag("--aware", options.aware, "Plans keep clear of singularities, as the daemon has it");
-  app.add_option("--start-deg", options.start_deg, "Where the session begins")->expected(6);
-  CLI11_PARSE(app, argc, argv);
+  cellcal::CommandLine app{"Shares of planned touches that corrections in space refuse"};
+  app.option("--plans", options.plans);
+  app.option("--touches", options.touches);
+  app.option("--turn-deg", options.turn_deg, "Limit of the turn");
+  app.option("--shift-mm", options.shift_mm, "Limit of the shift");
+  app.option("--tool-frame", options.tool_frame, "RefCorrSys Tool instead of Base");
+  app.option("--aware", options.aware, "Plans keep clear of singularities, as the daemon has it");
+  app.option("--start-deg", options.start_deg, "Where the session begins").count(6);
+  if (const auto code = app.parse(argc, argv)) return *code;
   run(options);
   return 0;
 }

@@ -2,12 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdio>
 #include <map>
 
 #include "calib/files/files.h"
+#include "tests/command_line/command_line.h"
 #include "tests/experiments/trial.h"
 
 namespace {
@@ -43,23 +43,20 @@ double touches_for(const std::map<int, double>& m3_of, double m3) {
 
 int main(int argc, char** argv) {
   try {
-    CLI::App app(
+    cellcal::CommandLine app(
         "Predicted and true accuracy by number of touches and by how they were chosen.\n"
         "Example: touches --robots 20 --spheres 4 --touches 30,100");
     int robots = 10;
     std::vector<int> spheres = {1, 2, 4}, counts = {25, 30, 40, 50, 75, 100, 150, 200};
     double outliers = experiments::Trial{}.outlier_share;
     std::string arm = CELLCAL_EXPERIMENT_ROBOT;
-    app.add_option("--robots", robots, "Per line")
-        ->capture_default_str()
-        ->check(CLI::Range(1, 1000));
-    app.add_option("--spheres", spheres, "")->delimiter(',')->check(CLI::Range(1, 6));
-    app.add_option("--touches", counts, "")->delimiter(',')->check(CLI::Range(10, 1000));
-    app.add_option("--outliers", outliers, "Share of the fit touches that are grossly wrong")
-        ->capture_default_str()
-        ->check(CLI::Range(0.0, 0.5));
-    app.add_option("--robot", arm, "Robot file")->capture_default_str();
-    CLI11_PARSE(app, argc, argv);
+    app.option("--robots", robots, "Per line").between(1, 1000);
+    app.option("--spheres", spheres, "").between(1, 6);
+    app.option("--touches", counts, "").between(10, 1000);
+    app.option("--outliers", outliers, "Share of the fit touches that are grossly wrong")
+        .between(0.0, 0.5);
+    app.option("--robot", arm, "Robot file");
+    if (const auto code = app.parse(argc, argv)) return *code;
     const calib::Robot robot = calib::load_robot(arm);
     fmt::print(
         "medians over {} robots, mm; M3 over the workspace, M2 within 150 mm of the spheres; gears "
