@@ -258,6 +258,8 @@ DaemonConfig read(const TomlTable& table) {
                              ": the limit of a Unix socket");
   }
   config.http = read_http(table.table_or_empty("http"));
+  config.log_debug =
+      table.has("log_level") && table.word("log_level", {"info", "debug"}) == "debug";
   read_mock(table.table_or_empty("mock"), config.mock);
   read_eki(table.table_or_empty("eki"), config);
   read_controller(table.table_or_empty("controller"), config);

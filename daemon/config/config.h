@@ -51,6 +51,7 @@ struct DaemonConfig {
   BackendKind backend = BackendKind::kRsi;
   std::filesystem::path state_dir, socket;
   std::optional<HttpConfig> http;  ///< none: the Unix socket alone
+  bool log_debug = false;  ///< every step of a session
   MotionConfig motion;
   TouchPolicy touch;
   Timeouts timeouts;

@@ -19,6 +19,7 @@ struct HttpConfig {
   std::vector<std::string> host_names;
 
   bool tls() const { return !tls_certificate.empty(); }
+  bool operator==(const HttpConfig&) const = default;
 };
 
 /// Nothing without `listen`. Throws calib::FileError.

@@ -25,9 +25,14 @@ int main(int argc, char** argv) {
   const auto complain = [](const std::exception& error) {
     std::fprintf(stderr, "cellcald: %s\n", cellcal::daemon::printable(error.what()).c_str());
   };
+  const auto read_config = [&options] {
+    DaemonConfig config = cellcal::daemon::load_config(options.config_file);
+    config.log_debug |= options.verbose;
+    return config;
+  };
   DaemonConfig config;
   try {
-    config = cellcal::daemon::load_config(options.config_file);
+    config = read_config();
   } catch (const std::exception& error) {
     complain(error);
     return kUsage;
@@ -37,8 +42,8 @@ int main(int argc, char** argv) {
     return 0;
   }
   try {
-    cellcal::daemon::set_up_log(options.verbose);
-    cellcal::daemon::run_daemon(config);
+    cellcal::daemon::set_up_log(config.log_debug);
+    cellcal::daemon::run_daemon(config, read_config);
     return 0;
   } catch (const std::exception& error) {
     complain(error);

@@ -15,7 +15,9 @@
 #include "daemon/api/server.h"
 #include "daemon/files/log_context.h"
 #include "daemon/main/backends.h"
+#include "daemon/main/log.h"
 #include "daemon/main/network_door.h"
+#include "daemon/main/reload.h"
 #include "daemon/service/service.h"
 
 namespace cellcal::daemon {
@@ -83,14 +85,37 @@ void tell_status(const Status& status) {
   sd_notify(0, ("STATUS=" + words).c_str());
 }
 
-/// A terminal that is closed, or a habit: no reason to leave an arm where it is.
-void shrug_off(asio::signal_set& hang_ups) {
-  hang_ups.async_wait([&hang_ups](boost::system::error_code cancelled, int) {
+SessionSettings settings_of(const DaemonConfig& config) {
+  return {config.touch, config.timeouts, config.retries};
+}
+
+/// The file again: what of it comes into force is in the log, and what does not.
+void read_again(LiveConfig& live, SessionService& service) {
+  try {
+    const std::vector<std::string> kept = live.reload();
+    const auto config = live.now();
+    service.use(settings_of(*config));
+    set_log_level(config->log_debug);
+    spdlog::info("SIGHUP: configuration read again; sessions that begin from now on have it");
+    for (const std::string& one : kept) {
+      spdlog::warn(
+          "SIGHUP: stays {}: it cannot change while cellcald runs. 'systemctl restart cellcald' "
+          "when no session is running",
+          one);
+    }
+  } catch (const std::exception& error) {
+    spdlog::error(
+        "SIGHUP: configuration not changed: {}. Correct the file, then 'systemctl reload cellcald'",
+        error.what());
+  }
+}
+
+/// A terminal that is closed sends it, too: no reason to leave an arm where it is.
+void reload_at_hang_up(asio::signal_set& hang_ups, OnRequest& reload) {
+  hang_ups.async_wait([&](boost::system::error_code cancelled, int) {
     if (cancelled) return;
-    spdlog::warn(
-        "SIGHUP ignored: the configuration is read at the start only. To use a changed one, "
-        "'systemctl restart cellcald' when no session is running");
-    shrug_off(hang_ups);
+    reload.ask();
+    reload_at_hang_up(hang_ups, reload);
   });
 }
 
@@ -124,7 +149,7 @@ AccessConfig access_config(const std::optional<HttpConfig>& http) {
 
 }  // namespace
 
-void run_daemon(const DaemonConfig& config) {
+void run_daemon(const DaemonConfig& config, const std::function<DaemonConfig()>& read_config) {
   // A client that went away, and a file that may not grow, are error codes, not ends.
   std::signal(SIGPIPE, SIG_IGN);
   std::signal(SIGXFSZ, SIG_IGN);
@@ -135,9 +160,11 @@ void run_daemon(const DaemonConfig& config) {
   std::filesystem::create_directories(config.state_dir);
   Journal journal(config.state_dir / "journal.db");
   for (const std::string& remark : journal.remarks()) spdlog::warn("{}", remark);
-  SessionService service({journal, config.state_dir,
-                          [&config](const calib::Cell& cell) { return make_backend(config, cell); },
-                          config.touch, config.timeouts, config.retries});
+  LiveConfig live(config, read_config);
+  SessionService service(
+      {journal, config.state_dir,
+       [&live](const calib::Cell& cell) { return make_backend(*live.now(), cell); },
+       settings_of(config)});
   TokenStore tokens(config.state_dir / "tokens.json");
   if (!tokens.problem().empty()) spdlog::error("{}", tokens.problem());
   Access access(tokens, access_config(config.http));
@@ -166,7 +193,8 @@ void run_daemon(const DaemonConfig& config) {
     server.stop();
     context.stop();
   });
-  shrug_off(hang_ups);
+  OnRequest reload([&] { read_again(live, service); });
+  reload_at_hang_up(hang_ups, reload);
   abort_at_signal(abort_signal, service);
   const Watchdog watchdog(context, service);
   spdlog::info("cellcald {} listens on {}, backend {}", calib::software_version(),

@@ -1,11 +1,14 @@
 #pragma once
 
+#include <functional>
+
 #include "daemon/config/config.h"
 
 namespace cellcal::daemon {
 
 /// Runs until SIGTERM or SIGINT. Throws what keeps it from starting: JournalError, SocketError,
 /// std::filesystem::filesystem_error.
-void run_daemon(const DaemonConfig& config);
+/// `read_config` reads the file again when SIGHUP asks for it, from another thread.
+void run_daemon(const DaemonConfig& config, const std::function<DaemonConfig()>& read_config);
 
 }  // namespace cellcal::daemon

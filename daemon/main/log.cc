@@ -67,8 +67,12 @@ std::shared_ptr<spdlog::logger> make_logger() {
 
 void set_up_log(bool verbose) {
   auto logger = make_logger();
-  logger->set_level(verbose ? spdlog::level::debug : spdlog::level::info);
   spdlog::set_default_logger(std::move(logger));
+  set_log_level(verbose);
+}
+
+void set_log_level(bool verbose) {
+  spdlog::default_logger()->set_level(verbose ? spdlog::level::debug : spdlog::level::info);
 }
 
 }  // namespace cellcal::daemon

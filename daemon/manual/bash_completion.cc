@@ -20,8 +20,8 @@ std::string values_of(const CommandHelp& command, const std::string& name) {
   for (const OptionHelp& option : command.options) {
     if (option.value.empty()) continue;
     for (const std::string& flag : option.flags)
-      text += fmt::format("    {}:{}) words=\"{}\" ;;\n", name, flag,
-                          fmt::join(option.choices, " "));
+      text +=
+          fmt::format("    {}:{}) words=\"{}\" ;;\n", name, flag, fmt::join(option.choices, " "));
   }
   return text;
 }

@@ -43,8 +43,8 @@ std::string options_of(const std::string& program, const CommandHelp& command,
 }  // namespace
 
 std::string fish_completion(const CommandHelp& program) {
-  std::string text = fmt::format("# fish completion of {}, made from the source of its --help\n",
-                                 program.name);
+  std::string text =
+      fmt::format("# fish completion of {}, made from the source of its --help\n", program.name);
   const bool commands = !program.commands.empty();
   text += options_of(program.name, program, commands ? " -n __fish_use_subcommand" : "");
   for (const CommandHelp& command : program.commands) {

@@ -20,19 +20,20 @@ std::vector<ManSection> cellcal_sections() {
 }
 
 std::vector<ManSection> cellcald_sections() {
-  return {
-      {"EXIT STATUS",
-       {{"0", "Ended by SIGTERM or SIGINT."},
-        {"1", "Could not start: another cellcald, a damaged journal."},
-        {"2", "Wrong usage or configuration. It does not get better by trying again."}}},
-      {"SIGNALS",
-       {{"SIGTERM, SIGINT", "Stop the arm, record the end of the session, end."},
-        {"SIGUSR1", "'cellcal abort' without a connection: stop the arm, end the session."},
-        {"SIGHUP", "Ignored, with a warning: the configuration is read at the start only."}}},
-      {"FILES",
-       {{"/etc/cellcal/cellcald.toml", "The configuration."},
-        {"/var/lib/cellcal", "Journal and results of all sessions."},
-        {"/run/cellcal/cellcald.sock", "Where cellcal connects."}}}};
+  return {{"EXIT STATUS",
+           {{"0", "Ended by SIGTERM or SIGINT."},
+            {"1", "Could not start: another cellcald, a damaged journal."},
+            {"2", "Wrong usage or configuration. It does not get better by trying again."}}},
+          {"SIGNALS",
+           {{"SIGTERM, SIGINT", "Stop the arm, record the end of the session, end."},
+            {"SIGUSR1", "'cellcal abort' without a connection: stop the arm, end the session."},
+            {"SIGHUP",
+         "Read the configuration again: log_level at once, all else from the next session on. What "
+         "cannot change while the daemon runs is named in the log."}}},
+          {"FILES",
+           {{"/etc/cellcal/cellcald.toml", "The configuration."},
+            {"/var/lib/cellcal", "Journal and results of all sessions."},
+            {"/run/cellcal/cellcald.sock", "Where cellcal connects."}}}};
 }
 
 }  // namespace cellcal::daemon

@@ -101,6 +101,7 @@ struct SessionService::Job {
   calib::Cell cell;
   SessionInputs inputs;
   SessionOptions options;
+  SessionSettings settings;
   std::string started;
   std::string expected_hash;
   bool resumed = false;
@@ -127,6 +128,10 @@ SessionService::~SessionService() { shutdown(); }
 std::unique_ptr<SessionService::Job> SessionService::prepare(const RunRequest& request) {
   check(request);
   auto job = std::make_unique<Job>();
+  {
+    const std::lock_guard lock(mutex_);
+    job->settings = parts_.settings;
+  }
   if (request.resume) {
     const std::optional<SessionRecord> record = parts_.journal.newest_resumable();
     if (!record) {
@@ -164,7 +169,7 @@ std::unique_ptr<SessionService::Job> SessionService::prepare(const RunRequest& r
     }
     job->options.plan.check_touches = request.check_touches;
     job->options.plan.seed = request.seed;
-    job->options.touch = parts_.touch;
+    job->options.touch = job->settings.touch;
     job->options.kind = request.kind;
     job->options.target = request.target;
     if (request.kind == SessionKind::kQualify) job->options.touch.confirm_every = 1;
@@ -273,8 +278,8 @@ void SessionService::run(Job& job) {
 void SessionService::carry_out(Job& job) {
   State state;
   state.policy = job.options.touch;
-  state.timeouts = parts_.timeouts;
-  state.retries = parts_.retries;
+  state.timeouts = job.settings.timeouts;
+  state.retries = job.settings.retries;
   state.how_to_start = job.backend->how_to_start();
   state.one_by_one = job.options.one_by_one;
   state.resumed = job.resumed;
@@ -462,6 +467,11 @@ bool SessionService::alive() {
 void SessionService::on_change(std::function<void()> notify) {
   const std::lock_guard lock(mutex_);
   notify_ = std::move(notify);
+}
+
+void SessionService::use(const SessionSettings& settings) {
+  const std::lock_guard lock(mutex_);
+  parts_.settings = settings;
 }
 
 void SessionService::shutdown() {

@@ -57,13 +57,18 @@ struct PlanInHand {
   std::shared_ptr<const calib::Plan> plan;
 };
 
+/// What a session takes with it when it begins.
+struct SessionSettings {
+  TouchPolicy touch;
+  Timeouts timeouts;
+  int retries = 0;  ///< harmless interruptions after which a session goes on by itself
+};
+
 struct ServiceParts {
   Journal& journal;
   std::filesystem::path state_dir;
   std::function<std::unique_ptr<Backend>(const calib::Cell&)> make_backend;
-  TouchPolicy touch;
-  Timeouts timeouts;
-  int retries = 0;  ///< harmless interruptions after which a session goes on by itself
+  SessionSettings settings;
 };
 
 class SessionService {
@@ -87,6 +92,8 @@ class SessionService {
   /// Whether the session's thread and those of its devices have gone on since the last call.
   bool alive();
 
+  /// For sessions that begin from now on; one that runs keeps those that it began with.
+  void use(const SessionSettings& settings);
   /// Stops the arm, ends the session, waits for it.
   void shutdown();
   /// Called from the session's thread after each change.

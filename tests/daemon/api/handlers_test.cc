@@ -36,7 +36,6 @@ struct an_api : ::testing::Test {
                           [](const calib::Cell&) -> std::unique_ptr<Backend> {
                             throw drivers::ConfigError("no hardware in this test");
                           },
-                          {},
                           {}}};
   Api api{service, journal};
 };
@@ -44,7 +43,7 @@ struct an_api : ::testing::Test {
 TEST_F(an_api, answers_status_and_abort_while_the_journal_waits_for_a_stalled_disk) {
   testing::StallingDisk disk;
   Journal stalled(dir / "stalled.db");
-  SessionService idle{{stalled, dir.path(), {}, {}, {}}};
+  SessionService idle{{stalled, dir.path(), {}, {}}};
   Api answering(idle, stalled);
   disk.stall();
   std::thread writer([&] { stalled.begin({"c", "c", "r", "r", "{}"}, "t"); });
@@ -73,7 +72,7 @@ TEST_F(an_api, tells_of_the_session_that_a_killed_daemon_left) {
     left.record(id, RecordTouch{0, {}});
   }
   Journal found(dir / "left.db");
-  SessionService after{{found, dir.path(), {}, {}, {}}};
+  SessionService after{{found, dir.path(), {}, {}}};
   const json status = json::parse(status_to_json(after.status()));
   EXPECT_EQ(status["phase"], "idle");
   EXPECT_EQ(status["interrupted"]["session"], 1);

@@ -26,6 +26,15 @@ TEST(a_wrong_configuration, is_not_tried_again_by_the_service_manager) {
   EXPECT_EQ(std::to_string(none.status), unit_key("RestartPreventExitStatus")) << none.err;
 }
 
+/// Waits until the log holds these words.
+void wait_for_log(const DaemonFixture& fixture, const std::string& words) {
+  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(30);
+  while (fixture.log().find(words) == std::string::npos) {
+    ASSERT_LT(std::chrono::steady_clock::now(), end) << words << " is not in " << fixture.log();
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+}
+
 TEST(a_daemon, lives_on_when_its_terminal_hangs_up) {
   DaemonFixture fixture;
   fixture.start();
@@ -35,10 +44,42 @@ TEST(a_daemon, lives_on_when_its_terminal_hangs_up) {
   }
   fixture.daemon->signal(SIGTERM);
   EXPECT_EQ(fixture.daemon->wait(), 0);
-  const std::string log = fixture.log();
-  EXPECT_NE(log.find("SIGHUP ignored: the configuration is read at the start only"),
-            std::string::npos)
-      << log;
+}
+
+TEST(a_changed_configuration, is_in_force_for_the_next_session_and_the_log_at_once) {
+  DaemonFixture fixture("[mock]\nstart_deg = [0, -90, 90, 0, 90, 0]\n");
+  fixture.start();
+  EXPECT_EQ(fixture.log().find("debug"), std::string::npos);
+  // Too small a limit is refused before the first motion, which tells what the session began with.
+  std::ofstream(fixture.dir / "d.toml")
+      << "format = \"cellcal.daemon/1\"\nbackend = \"mock\"\nlog_level = \"debug\"\n"
+      << "state_dir = \"/elsewhere\"\nsocket = \"" << fixture.socket() << "\"\n"
+      << "[rsi]\ncorrection_limit_deg = 1\n";
+  fixture.daemon->signal(SIGHUP);
+  wait_for_log(fixture, "SIGHUP: stays state_dir = \"" + (fixture.dir / "state").string() + "\"");
+  EXPECT_EQ(fixture.log().find("stays socket"), std::string::npos) << fixture.log();
+  const Outcome run =
+      fixture.cellcal({"run", "--cell", CELLCAL_DEMO_CELL, "--touches", "8", "--check", "0"});
+  EXPECT_EQ(run.status, 1);
+  EXPECT_NE(run.err.find("correction_limit_deg"), std::string::npos) << run.err;
+  EXPECT_NE(fixture.log().find("debug: session 1"), std::string::npos) << fixture.log();
+}
+
+TEST(a_changed_configuration, that_is_wrong_changes_nothing_and_is_named_with_its_line) {
+  DaemonFixture fixture;
+  fixture.start();
+  const std::string good = content(fixture.dir / "d.toml");
+  std::ofstream(fixture.dir / "d.toml", std::ios::app) << "[session]\nretries = 1000\n";
+  fixture.daemon->signal(SIGHUP);
+  wait_for_log(fixture, "SIGHUP: configuration not changed: ");
+  EXPECT_NE(fixture.log().find("d.toml:6: session.retries"), std::string::npos) << fixture.log();
+  EXPECT_EQ(fixture.status()["session"], 0);
+  std::filesystem::remove(fixture.dir / "d.toml");
+  fixture.daemon->signal(SIGHUP);
+  wait_for_log(fixture, "no such file");
+  std::ofstream(fixture.dir / "d.toml") << good;
+  fixture.daemon->signal(SIGHUP);
+  wait_for_log(fixture, "configuration read again");
 }
 
 TEST(a_request, with_control_characters_in_it_is_refused_and_forges_nothing) {

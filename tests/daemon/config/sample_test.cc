@@ -1,0 +1,193 @@
+// The configuration that is shipped has every key of the parser, each with its default.
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <map>
+#include <regex>
+#include <set>
+#include <sstream>
+
+#include "calib/model/error.h"
+#include "daemon/config/config.h"
+
+namespace cellcal::daemon {
+namespace {
+
+using Keys = std::map<std::string, std::set<std::string>>;  // of each table
+
+std::string sample() {
+  std::ifstream file(CELLCAL_SAMPLE);
+  std::stringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+/// With every default taken for stated: "#port = 1" becomes "port = 1".
+std::string spelled_out() {
+  return std::regex_replace(sample(), std::regex("(^|\n)#([a-z0-9_]+ = )"), "$1$2");
+}
+
+Keys keys_of(const std::string& text) {
+  Keys keys;
+  std::string table, line;
+  std::smatch match;
+  for (std::istringstream lines(text); std::getline(lines, line);) {
+    if (std::regex_search(line, match, std::regex("^\\[([a-z]+)\\]")))
+      table = match[1];
+    else if (std::regex_search(line, match, std::regex("^([a-z0-9_]+) = ")))
+      keys[table].insert(match[1]);
+  }
+  return keys;
+}
+
+std::string reason(const std::string& text) {
+  try {
+    parse_config(text, "d.toml");
+    return "accepted";
+  } catch (const calib::FileError& error) {
+    return error.what();
+  }
+}
+
+/// What the parser says that it knows in a table, or the tables and keys at the top.
+std::set<std::string> known(const std::string& table) {
+  const std::string top = "format = \"cellcal.daemon/1\"\nbackend = \"rsi\"\n";
+  const std::string contact = "[contact]\ndevice = \"/dev/x\"\n";
+  const std::string wrong = "no_such_key = 1\n";
+  const std::string text = table.empty()        ? top + wrong + contact
+                           : table == "contact" ? top + contact + wrong
+                                                : top + contact + "[" + table + "]\n" + wrong;
+  const std::string told = reason(text);
+  const std::string mark = "known here are: ";
+  const std::size_t at = told.find(mark);
+  EXPECT_NE(at, std::string::npos) << table << ": " << told;
+  std::set<std::string> names;
+  const std::string list = told.substr(at + mark.size());
+  const std::regex word("[a-z0-9_]+");
+  for (std::sregex_iterator one(list.begin(), list.end(), word), end; one != end; ++one)
+    names.insert(one->str());
+  return names;
+}
+
+TEST(the_shipped_configuration, is_valid_as_it_is_and_with_every_default_spelled_out) {
+  EXPECT_EQ(reason(sample()), "accepted");
+  EXPECT_EQ(reason(spelled_out()), "accepted");
+}
+
+TEST(the_shipped_configuration, has_every_key_that_the_parser_knows_and_no_other) {
+  Keys keys = keys_of(spelled_out());
+  std::set<std::string> top = keys.at("");
+  for (const auto& [table, names] : keys) {
+    if (table.empty()) continue;
+    top.insert(table);
+    EXPECT_EQ(names, known(table)) << table;
+  }
+  EXPECT_EQ(top, known(""));
+}
+
+template <typename... T>
+std::string line(const char* table, const T&... values) {
+  std::ostringstream text;
+  text.precision(17);
+  text << table;
+  ((text << ' ' << values), ...);
+  return text.str() + "\n";
+}
+
+/// All that the file decides.
+std::string figures(const DaemonConfig& c) {
+  std::string text = line("top", static_cast<int>(c.backend), c.state_dir, c.socket, c.log_debug);
+  if (const auto& http = c.http) {
+    text += line("http", http->address, http->port, http->tls_certificate, http->tls_key);
+    for (const std::string& name : http->host_names) text += line("host", name);
+  }
+  text += line("motion", c.motion.speed_fraction, c.motion.acceleration_rad_s2,
+               c.motion.jerk_rad_s3, c.touch.confirm_every, c.touch.fast_m_s, c.touch.slow_m_s);
+  text += line("session", c.timeouts.connecting.count(), c.retries);
+  const drivers::RsiConfig& r = c.rsi;
+  text += line("rsi", r.bind_address, r.port, r.sentype, r.axis_tag, r.external_axis_tag,
+               r.stop_tag, static_cast<int>(r.mode), r.hold_on, r.longest_lag_s, r.silence_cycles,
+               r.late_replies_limit, r.correction_limit_deg.at(0), c.realtime);
+  text += line("space", r.space.on, r.space.tag, static_cast<int>(r.space.frame), r.space.limit_mm,
+               r.space.turn_limit_deg);
+  const drivers::EkiConfig& e = c.eki;
+  text += line("eki", e.address, e.port, static_cast<int>(e.stop), e.silence_s, e.latch_delay_s,
+               e.latch_jitter_s, e.flag_sigma_s);
+  const drivers::EkiFilesConfig& k = c.controller;
+  text += line("controller", k.external_axes, k.input, k.contact_is_on, k.tool, k.base, k.load,
+               k.acceleration_percent, k.alive_flag, k.stop_flag, k.first_timer, k.first_interrupt,
+               k.state_ms, k.dead_man_ms, c.rsi_files.pc_address, c.rsi_files.rsi_version,
+               c.rsi_files.timeout_cycles, c.rsi_files.flag);
+  text += line("contact", c.contact.device, c.contact.baud);
+  const MockConfig& m = c.mock;
+  text += line("mock", static_cast<int>(m.wire), m.seed, m.geometry_scale, m.deflection,
+               m.gear_arcsec, m.compliance_rad_per_nm, m.play_arcsec, m.tip_offset_m, m.growth,
+               m.warm_up_s, m.contact_noise_m, m.bad_contact_share, m.placement_m,
+               m.joint_noise_deg, m.lag_s, m.cycle_ms);
+  for (const double rad : m.start_rad) text += line("start", rad);
+  return text;
+}
+
+/// The figures with another value of this key; empty where none that is tried is allowed.
+std::string with_another(const std::string& text, const std::string& table,
+                         const std::string& key) {
+  std::size_t from = table.empty() ? 0 : text.find("\n[" + table + "]");
+  from = text.find("\n" + key + " = ", from) + key.size() + 4;
+  const std::string rest = text.substr(text.find_first_of("\n#", from));
+  for (const char* value : {"1.5",
+                            "3",
+                            "12",
+                            "300",
+                            "0.0001",
+                            "250000",
+                            "1100",
+                            "true",
+                            "false",
+                            "\"flag\"",
+                            "\"eki\"",
+                            "\"debug\"",
+                            "\"relative\"",
+                            "\"space\"",
+                            "\"tool\"",
+                            "\"off\"",
+                            "\"10.9.8.7\"",
+                            "\"/x/y\"",
+                            "\"Xy\"",
+                            "[1, 2]",
+                            "\"127.0.0.1:9\"",
+                            "[\"x\"]"}) {
+    const std::string other = text.substr(0, from) + value + "  " + rest;
+    if (reason(other) != "accepted") continue;
+    std::string changed = figures(parse_config(other, "d.toml"));
+    if (changed != figures(parse_config(text, "d.toml"))) return changed;
+  }
+  return {};
+}
+
+TEST(the_shipped_configuration, states_defaults_alone) {
+  // Those whose default is another key's value, or that nothing is, show an example.
+  std::string text = std::regex_replace(spelled_out(), std::regex("\npc_address = [^\n]*"), "");
+  const std::set<std::string> examples = keys_of(text).at("http");
+  for (const std::string& key : examples)
+    text = std::regex_replace(text, std::regex("\n" + key + " = [^\n]*"), "");
+  EXPECT_EQ(figures(parse_config(text, "d.toml")), figures(parse_config(sample(), "d.toml")));
+}
+
+TEST(the_shipped_configuration, is_compared_in_every_key) {
+  const std::string text = spelled_out();
+  // Two are refused without each other, the wire that is not used decides nothing, and allow_plain decides only
+  // whether the file is taken.
+  const std::set<std::string> excused{"format", "rsi.mode", "rsi.hold_on", "eki.realtime",
+                                      "http.allow_plain"};
+  for (const auto& [table, names] : keys_of(text)) {
+    for (const std::string& key : names) {
+      const std::string name = table.empty() ? key : table + "." + key;
+      if (excused.contains(name)) continue;
+      EXPECT_FALSE(with_another(text, table, key).empty()) << name;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace cellcal::daemon
