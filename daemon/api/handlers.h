@@ -78,6 +78,7 @@ class Api {
   std::optional<Response> plan(const Call& call);
   std::optional<Response> figures(const Call& call);
   Access& access();
+  std::optional<Response> metrics(const Call& call);
   /// Throws NotFound.
   SessionRecord find(const Call& call);
   Response result_file(const Call& call, const char* name, const char* type);

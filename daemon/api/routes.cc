@@ -14,6 +14,7 @@ std::span<const Api::Route> Api::routes() {
       {"POST", "/v1/login",                          Role::kNobody,  kAtOnce, &Api::log_in},
       {"POST", "/v1/logout",                         Role::kNobody,  kAtOnce, &Api::log_out},
       {"GET",  "/v1/me",                             Role::kLook,    kAtOnce, &Api::me},
+      {"GET",  "/metrics",                           Role::kLook,    kSlow,   &Api::metrics},
       {"GET",  "/v1/status",                         Role::kLook,    kAtOnce, &Api::status},
       {"GET",  "/v1/watch",                          Role::kLook,    kAtOnce, &Api::watch},
       {"GET",  "/v1/events",                         Role::kLook,    kAtOnce, &Api::events},

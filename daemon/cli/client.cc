@@ -161,11 +161,11 @@ int end_session(const Connection& daemon, std::int64_t session) {
 }
 
 /// Until the session ends, or Ctrl-C.
-int follow(const Connection& daemon, std::int64_t session, BeforeMotion ctrl_c) {
+int follow(const Connection& daemon, std::int64_t session, BeforeMotion ctrl_c, Shows shows) {
   struct sigaction interrupt {};
   interrupt.sa_handler = on_interrupt;
   ::sigaction(SIGINT, &interrupt, nullptr);
-  ProgressDisplay display(daemon.progress);
+  ProgressDisplay display(shows);
   json status;
   while (g_detached == 0) {
     status = get(daemon, "/v1/status");
@@ -184,7 +184,9 @@ int follow(const Connection& daemon, std::int64_t session, BeforeMotion ctrl_c) 
       display.say("waiting for " + what + ": " + what_to_do(status) +
                   (ends ? "; Ctrl-C ends the session" : ""));
     }
-    display.show(progress_of(status));
+    Progress progress = progress_of(status);
+    progress.links = link_words(status.value("links", json()));
+    display.show(progress);
     std::this_thread::sleep_for(kLook);
   }
   display.clear();
@@ -257,7 +259,8 @@ int run(const Connection& daemon, const RunCommand& command) {
     body["seed"] = command.seed;
   }
   const json answer = parse(ask(daemon, "POST", "/v1/run", body.dump()));
-  return follow(daemon, number(answer, "session"), BeforeMotion::kCtrlCEnds);
+  return follow(daemon, number(answer, "session"), BeforeMotion::kCtrlCEnds,
+                daemon.progress ? Shows::kLinesElsewhere : Shows::kLine);
 }
 
 int qualify(const Connection& daemon, const QualifyCommand& command) {
@@ -277,7 +280,8 @@ int show_status(const Connection& daemon) {
 int watch(const Connection& daemon) {
   const json status = get(daemon, "/v1/status");
   if (!is_running(status) && number(status, "session") == 0) return show_status(daemon);
-  if (!daemon.json) return follow(daemon, number(status, "session"), BeforeMotion::kCtrlCDetaches);
+  if (!daemon.json)
+    return follow(daemon, number(status, "session"), BeforeMotion::kCtrlCDetaches, Shows::kView);
   // A stream for machines: every change, one object per line.
   std::int64_t since = number(status, "seq") - 1;
   while (true) {

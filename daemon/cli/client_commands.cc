@@ -89,9 +89,11 @@ void add_qualify(CLI::App& app, int& status) {
 
 void add_watch(CLI::App& app, int& status) {
   CLI::App* command = app.add_subcommand("watch", "Follow the running session to its end");
-  command->footer("Example: cellcal watch");
+  command->footer(
+      "On a terminal: progress, residuals of the touches and quality of the links; elsewhere a line\n"
+      "every 10 s on standard error.\nExample: cellcal watch");
   auto daemon = add_connection(command);
-  add_progress(command, *daemon);
+  add_progress(command, *daemon);  // as it always did; it needs no asking any more
   command->callback([=, &status] { status = watch(*daemon); });
 }
 

@@ -5,8 +5,11 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
+#include <sstream>
 
 namespace cellcal::daemon {
 
@@ -26,6 +29,17 @@ std::size_t terminal_width() {
   winsize size{};
   const bool known = ::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0;
   return known ? size.ws_col : kUsualWidth;
+}
+
+/// The first of the three that is set decides, as in setlocale(3).
+bool terminal_has_utf8() {
+  for (const char* name : {"LC_ALL", "LC_CTYPE", "LANG"}) {
+    const char* set = std::getenv(name);
+    if (set == nullptr || *set == '\0') continue;
+    const std::string locale = set;
+    return locale.find("UTF-8") != std::string::npos || locale.find("utf8") != std::string::npos;
+  }
+  return false;
 }
 
 }  // namespace
@@ -48,10 +62,54 @@ std::string progress_line(const Progress& progress, std::size_t width) {
   return line;
 }
 
-ProgressDisplay::ProgressDisplay(bool lines)
-    : terminal_(::isatty(STDERR_FILENO) == 1), lines_(lines && !terminal_) {}
+std::string sparkline(std::span<const double> values, std::size_t width, bool utf8) {
+  constexpr std::array kBlocks{"\u2581", "\u2582", "\u2583", "\u2584",
+                               "\u2585", "\u2586", "\u2587", "\u2588"};
+  constexpr std::array kLetters{"_", ".", "-", "=", "+", "*", "#", "@"};
+  const auto newest = values.last(std::min(values.size(), width));
+  double largest = 0.0;
+  for (const double value : newest) largest = std::max(largest, value);
+  std::string text;
+  for (const double value : newest) {
+    const double part = largest > 0.0 ? std::clamp(value / largest, 0.0, 1.0) : 0.0;
+    const auto height = static_cast<std::size_t>(std::lround(part * (kBlocks.size() - 1)));
+    text += (utf8 ? kBlocks : kLetters)[height];
+  }
+  return text;
+}
+
+std::vector<std::string> view_lines(const Progress& progress, std::span<const double> residuals_mm,
+                                    std::size_t width, bool utf8) {
+  std::vector<std::string> lines{progress_line(progress, width)};
+  if (!residuals_mm.empty()) {
+    const double worst = *std::max_element(residuals_mm.begin(), residuals_mm.end());
+    const std::string words = fmt::format("residuals, worst {:.3f} mm  ", worst);
+    if (words.size() < width)
+      lines.push_back(words + sparkline(residuals_mm, width - words.size(), utf8));
+  }
+  std::istringstream links(progress.links);
+  for (std::string line; std::getline(links, line);) lines.push_back(line.substr(0, width));
+  return lines;
+}
+
+ProgressDisplay::ProgressDisplay(Shows shows)
+    : terminal_(::isatty(STDERR_FILENO) == 1),
+      lines_(shows != Shows::kLine && !terminal_),
+      view_(shows == Shows::kView) {}
+
+void ProgressDisplay::rewrite(const std::vector<std::string>& lines) {
+  clear();
+  for (std::size_t i = 0; i < lines.size(); ++i)
+    std::fprintf(stderr, "%s%s", i == 0 ? "" : "\n", lines[i].c_str());
+  std::fflush(stderr);
+  shown_ = lines.size();
+}
 
 void ProgressDisplay::show(const Progress& progress) {
+  if (progress.residual_mm && progress.done > last_done_) {
+    residuals_mm_.push_back(*progress.residual_mm);
+    last_done_ = progress.done;
+  }
   if (lines_) {
     constexpr std::chrono::seconds kBetween{10};
     const auto now = std::chrono::steady_clock::now();
@@ -62,9 +120,9 @@ void ProgressDisplay::show(const Progress& progress) {
   }
   if (!terminal_) return;
   // One column stays free: a full line would wrap.
-  std::fprintf(stderr, "\r\033[K%s", progress_line(progress, terminal_width() - 1).c_str());
-  std::fflush(stderr);
-  shown_ = true;
+  const std::size_t width = terminal_width() - 1;
+  rewrite(view_ ? view_lines(progress, residuals_mm_, width, terminal_has_utf8())
+                : std::vector{progress_line(progress, width)});
 }
 
 void ProgressDisplay::say(const std::string& line) {
@@ -75,10 +133,11 @@ void ProgressDisplay::say(const std::string& line) {
 }
 
 void ProgressDisplay::clear() {
-  if (!shown_) return;
-  std::fputs("\r\033[K", stderr);
+  if (shown_ == 0) return;
+  if (shown_ > 1) std::fprintf(stderr, "\033[%zuA", shown_ - 1);
+  std::fputs("\r\033[J", stderr);
   std::fflush(stderr);
-  shown_ = false;
+  shown_ = 0;
 }
 
 }  // namespace cellcal::daemon

@@ -75,7 +75,6 @@ struct an_api_on_the_network : ::testing::Test {
                           [](const calib::Cell&) -> std::unique_ptr<Backend> {
                             throw drivers::ConfigError("no hardware in this test");
                           },
-                          {},
                           {}}};
   TokenStore tokens{dir / "tokens.json"};
   Access access{tokens, {{"cell7.plant.example"}, 8080, true}};

@@ -95,7 +95,6 @@ struct a_described_api : ::testing::Test {
                           [](const calib::Cell&) -> std::unique_ptr<Backend> {
                             throw drivers::ConfigError("no hardware in this test");
                           },
-                          {},
                           {}}};
   TokenStore tokens{dir / "tokens.json"};
   Access access{tokens, {}};
@@ -114,6 +113,7 @@ TEST_F(a_described_api, answers_as_it_is_described) {
 
   EXPECT_EQ(ask("GET", "/v1/health").status, 200);
   EXPECT_EQ(ask("GET", "/v1/me").status, 200);
+  EXPECT_EQ(ask("GET", "/metrics").status, 200);
   EXPECT_EQ(ask("POST", "/v1/login", R"({"token": "x"})").status, 409);
   EXPECT_EQ(ask("POST", "/v1/logout").status, 200);
   EXPECT_EQ(ask("GET", "/v1/status").status, 200);

@@ -26,5 +26,30 @@ TEST(the_progress_line, does_not_run_over_or_below_zero) {
             "[########################] 60/48 done  0 s left");
 }
 
+TEST(a_sparkline, has_the_newest_values_against_the_largest_of_them) {
+  const std::vector<double> values{9.0, 0.0, 0.5, 1.0};
+  EXPECT_EQ(sparkline(values, 3, false), "_+@");
+  EXPECT_EQ(sparkline(values, 3, true), "\u2581\u2585\u2588");
+  EXPECT_EQ(sparkline(std::vector<double>{0.0, 0.0}, 9, false), "__");
+  EXPECT_EQ(sparkline({}, 9, false), "");
+}
+
+TEST(the_view, has_progress_residuals_and_links_and_fits_the_terminal) {
+  Progress progress{"slow search", "S2", 12, 48, 0.0341, 200.4};
+  progress.links = "controller: 99 packets\nsensor: fine\n";
+  const std::vector<double> residuals(300, 0.05);
+  const auto lines = view_lines(progress, residuals, 60, false);
+  ASSERT_EQ(lines.size(), 4u);
+  EXPECT_EQ(lines[1].substr(0, 30), "residuals, worst 0.050 mm  @@@");
+  EXPECT_EQ(lines[3], "sensor: fine");
+  for (const std::size_t width : {1u, 20u, 79u})
+    for (const std::string& line : view_lines(progress, residuals, width, false))
+      EXPECT_LE(line.size(), width);
+}
+
+TEST(the_view, is_the_line_alone_before_the_first_touch) {
+  EXPECT_EQ(view_lines({"planning", "", 0, 0, {}, {}}, {}, 60, true).size(), 1u);
+}
+
 }  // namespace
 }  // namespace cellcal::daemon

@@ -1,0 +1,219 @@
+#include "daemon/api/metrics.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <cmath>
+#include <map>
+#include <optional>
+#include <utility>
+
+#include "calib/files/calibration_json.h"
+#include "calib/model/units.h"
+#include "daemon/api/handlers.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+using Labels = std::vector<std::pair<const char*, std::string>>;
+
+/// Families one after the other, each with its help and type in front.
+class Exposition {
+ public:
+  void family(const char* name, const char* type, const char* help) {
+    family_ = name;
+    text_ += fmt::format("# HELP {0} {2}\n# TYPE {0} {1}\n", name, type, help);
+  }
+  void sample(double value, const Labels& labels = {}, const char* suffix = "") {
+    text_ += family_ + suffix;
+    const char* separator = "{";
+    for (const auto& [name, words] : labels) {
+      text_ += fmt::format("{}{}=\"{}\"", separator, name, escaped(words));
+      separator = ",";
+    }
+    text_ += (labels.empty() ? " " : "} ") + number(value) + "\n";
+  }
+  void gauge(const char* name, const char* help, double value) {
+    family(name, "gauge", help);
+    sample(value);
+  }
+  void gauge(const char* name, const char* help, const std::optional<double>& value) {
+    if (value) gauge(name, help, *value);
+  }
+  void counter(const char* name, const char* help, double value) {
+    family(name, "counter", help);
+    sample(value);
+  }
+  std::string text() && { return std::move(text_); }
+
+ private:
+  static std::string escaped(const std::string& words) {
+    std::string text;
+    for (const char c : words) {
+      if (c == '\n') {
+        text += "\\n";
+        continue;
+      }
+      if (c == '\\' || c == '"') text += '\\';
+      text += c;
+    }
+    return text;
+  }
+  static std::string number(double value) {
+    if (std::isnan(value)) return "NaN";
+    if (std::isinf(value)) return value > 0.0 ? "+Inf" : "-Inf";
+    return fmt::format("{}", value);
+  }
+
+  std::string text_, family_;
+};
+
+void put_state(Exposition& out, const Status& status) {
+  out.family("cellcal_build_info", "gauge", "Version of cellcald.");
+  out.sample(1.0, {{"version", calib::software_version()}});
+  out.family("cellcal_phase", "gauge", "1 for the phase that the session is in.");
+  for (const Phase phase : kAllPhases)
+    out.sample(phase == status.phase ? 1.0 : 0.0, {{"phase", to_string(phase)}});
+  const bool running = kActivePhases.has(status.phase) || status.phase == Phase::kStopping;
+  out.gauge("cellcal_session_running", "1 while a session is under way.", running ? 1.0 : 0.0);
+  out.gauge("cellcal_session_number", "The newest session of this daemon, 0 for none.",
+            static_cast<double>(status.session));
+  out.gauge("cellcal_session_touches", "Touches recorded in that session.",
+            static_cast<double>(status.done));
+  out.gauge("cellcal_session_touches_planned", "Touches that it will have.",
+            static_cast<double>(status.total));
+  out.gauge("cellcal_session_interruptions", "Harmless interruptions behind which it went on.",
+            static_cast<double>(status.interruptions));
+  out.gauge("cellcal_session_residual_meters", "Residual of its newest touch, or of its fit.",
+            status.residual_m);
+  out.gauge("cellcal_session_u95_meters", "u95 that its touches so far promise.", status.u95_m);
+  out.gauge("cellcal_session_goal_meters", "u95 that was asked for.", status.goal_m);
+  out.gauge("cellcal_session_left_seconds", "Time left for its touches.", status.time_left_s);
+  out.family("cellcal_session_failure", "gauge", "1 with the kind of failure that ended it.");
+  if (status.failure) out.sample(1.0, {{"kind", to_string(status.failure->kind)}});
+}
+
+void put_robot(Exposition& out, const drivers::RobotState& robot) {
+  const drivers::RobotQuality& q = robot.quality;
+  out.gauge("cellcal_robot_cycle_seconds", "Learnt cycle of the controller.", robot.cycle_s);
+  out.gauge("cellcal_robot_jitter_seconds", "1 sigma of it.", q.jitter_s);
+  out.gauge("cellcal_robot_longest_gap_seconds", "Longest time between two packets.",
+            q.longest_gap_s);
+  out.counter("cellcal_robot_packets_total", "Packets taken.", static_cast<double>(robot.packets));
+  out.counter("cellcal_robot_missing_packets_total", "Missing by the controller's count.",
+              static_cast<double>(q.gaps));
+  out.counter("cellcal_robot_bad_packets_total", "Damaged packets.",
+              static_cast<double>(q.bad_packets));
+  out.counter("cellcal_robot_late_replies_total", "Late replies as the controller counts them.",
+              static_cast<double>(robot.late));
+  out.family("cellcal_robot_reply_seconds", "summary", "From a packet to its reply.");
+  out.sample(q.reply_p50_s, {{"quantile", "0.5"}});
+  out.sample(q.reply_p99_s, {{"quantile", "0.99"}});
+  out.sample(q.reply_p999_s, {{"quantile", "0.999"}});
+  out.sample(q.reply_max_s, {{"quantile", "1"}});
+  out.sample(static_cast<double>(q.replies), {}, "_count");
+}
+
+void put_contact(Exposition& out, const drivers::ContactStatus& contact) {
+  const drivers::ContactQuality& q = contact.quality;
+  out.gauge("cellcal_contact_closed", "1 while the tool touches.", contact.in_contact ? 1.0 : 0.0);
+  out.gauge("cellcal_contact_loop_ok", "1 while the wires are whole.", contact.loop_ok ? 1.0 : 0.0);
+  out.counter("cellcal_contact_frames_total", "Frames taken.", static_cast<double>(q.frames));
+  out.counter("cellcal_contact_crc_errors_total", "Damaged frames.",
+              static_cast<double>(q.crc_errors));
+  out.counter("cellcal_contact_missing_frames_total", "Frames missing by the sensor's count.",
+              static_cast<double>(q.gaps));
+  out.counter("cellcal_contact_bounces_total", "Bounces of contacts.",
+              static_cast<double>(q.bounces));
+  out.family("cellcal_contact_late_seconds", "summary",
+             "How late this computer delivered the newest 256 heartbeats.");
+  out.sample(q.late_p50_s, {{"quantile", "0.5"}});
+  out.sample(q.late_max_s, {{"quantile", "1"}});
+  out.gauge("cellcal_contact_late_worst_seconds", "The latest since the port was opened.",
+            q.late_worst_s);
+  out.family("cellcal_contact_round_trip_seconds", "summary", "Request to answer over the line.");
+  out.sample(q.round_trip_min_s, {{"quantile", "0"}});
+  out.sample(q.round_trip_p50_s, {{"quantile", "0.5"}});
+  out.sample(q.round_trip_p99_s, {{"quantile", "0.99"}});
+  out.gauge("cellcal_contact_clock_sigma_seconds", "1 sigma of the map of its clock.",
+            q.clock_sigma_s);
+}
+
+void put_sessions(Exposition& out, const std::vector<SessionRecord>& sessions) {
+  std::map<std::string, int> by_state;
+  for (const char* state : {"running", "interrupted", "aborted", "failed", "done", "damaged"})
+    by_state[state] = 0;
+  double touches = 0.0;
+  for (const SessionRecord& session : sessions) {
+    ++by_state[session.state];
+    touches += static_cast<double>(session.touches);
+  }
+  out.family("cellcal_sessions", "gauge", "Sessions in the journal, by how they ended.");
+  for (const auto& [state, count] : by_state) out.sample(count, {{"state", state}});
+  out.counter("cellcal_touches_total", "Touches in the journal.", touches);
+}
+
+void put_result(Exposition& out, const calib::Calibration& newest) {
+  out.gauge("cellcal_calibration_published", "1 where the newest result was published.",
+            newest.verdict.publish ? 1.0 : 0.0);
+  if (newest.check.count > 0)
+    out.gauge("cellcal_calibration_check_meters", "Mean residual of its check touches.",
+              newest.check.mean_m);
+  out.family("cellcal_calibration_error_meters", "gauge", "Predicted mean position error.");
+  out.sample(newest.predicted_near_targets_m, {{"over", "targets"}});
+  out.sample(newest.predicted_workspace_m, {{"over", "workspace"}});
+  out.family("cellcal_joint_zero_degrees", "gauge", "How far a joint's zero is from nominal.");
+  const auto zeros = [&](double calib::ParameterResult::*figure) {
+    for (const calib::ParameterResult& one : newest.parameters) {
+      if (one.key.kind != calib::ParameterKind::kTheta || one.key.joint < 0) continue;
+      const auto& joint = newest.cell.robot.joints.at(static_cast<std::size_t>(one.key.joint));
+      out.sample(one.*figure * calib::kDegPerRad, {{"joint", joint.name}});
+    }
+  };
+  zeros(&calib::ParameterResult::correction);
+  out.family("cellcal_joint_zero_sigma_degrees", "gauge", "1 sigma of it.");
+  zeros(&calib::ParameterResult::sigma);
+}
+
+/// Of the newest session that has one that this version can read.
+std::optional<calib::Calibration> newest_result(Journal& journal,
+                                                const std::vector<SessionRecord>& newest_first) {
+  for (const SessionRecord& session : newest_first) {
+    if (session.state != "done") continue;
+    try {
+      const auto record = journal.session(session.id);
+      if (record && !record->calibration.empty())
+        return calib::calibration_from_json(record->calibration, "the journal");
+    } catch (const std::runtime_error& unreadable) {
+      spdlog::debug("metrics without session {}: {}", session.id, unreadable.what());
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::string metrics_text(const Status& status, const std::vector<SessionRecord>& sessions,
+                         const calib::Calibration* newest) {
+  Exposition out;
+  put_state(out, status);
+  out.gauge("cellcal_links_open", "1 while a session holds its devices.",
+            status.links && status.links->open ? 1.0 : 0.0);
+  if (status.links) {
+    put_robot(out, status.links->robot);
+    put_contact(out, status.links->contact);
+  }
+  put_sessions(out, sessions);
+  if (newest != nullptr) put_result(out, *newest);
+  return std::move(out).text();
+}
+
+std::optional<Response> Api::metrics(const Call&) {
+  const std::vector<SessionRecord> sessions = journal_.sessions();
+  const auto newest = newest_result(journal_, sessions);
+  return Response{200, "text/plain; version=0.0.4; charset=utf-8",
+                  metrics_text(service_.status(), sessions, newest ? &*newest : nullptr)};
+}
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,17 @@
+#pragma once
+// The daemon's figures in the text format of Prometheus, version 0.0.4.
+
+#include <string>
+#include <vector>
+
+#include "calib/result/calibration.h"
+#include "daemon/service/service.h"
+
+namespace cellcal::daemon {
+
+/// Of the state and its links, of all sessions, and of the newest result (null: there is none). What is not known is
+/// left out.
+std::string metrics_text(const Status& status, const std::vector<SessionRecord>& sessions,
+                         const calib::Calibration* newest);
+
+}  // namespace cellcal::daemon

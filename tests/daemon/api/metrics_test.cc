@@ -1,0 +1,141 @@
+// The figures as Prometheus reads them: held against its text format, and against the dashboard that shows them.
+
+#include "daemon/api/metrics.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <regex>
+#include <set>
+#include <sstream>
+
+namespace cellcal::daemon {
+namespace {
+
+struct Scraped {
+  std::map<std::string, std::string> types;  // of each family
+  std::map<std::string, double> samples;     // by name and labels, as written
+  std::string wrong;                         // empty: well formed
+};
+
+/// Strict: help, type and samples of a family together and once, names and labels of their form, no sample twice.
+Scraped scrape(const std::string& text) {
+  static const std::regex comment("# (HELP|TYPE) ([a-zA-Z_:][a-zA-Z0-9_:]*) (.+)");
+  static const std::regex sample(
+      "([a-zA-Z_:][a-zA-Z0-9_:]*)(\\{([a-zA-Z_][a-zA-Z0-9_]*=\"([^\"\\\\\\n]|\\\\[\\\\\"n])*\",?)+\\})? "
+      "([-+]?[0-9.]+(e[-+]?[0-9]+)?|NaN|[+-]Inf)");
+  Scraped scraped;
+  std::string family, type, line;
+  std::set<std::string> helped;
+  const auto fail = [&] { scraped.wrong += line + "\n"; };
+  if (text.empty() || text.back() != '\n') scraped.wrong = "no line end at the end";
+  for (std::istringstream lines(text); std::getline(lines, line);) {
+    std::smatch match;
+    if (std::regex_match(line, match, comment)) {
+      if (match[1] == "HELP" && !helped.insert(match[2]).second) fail();
+      if (match[1] == "HELP") family = match[2];
+      if (match[1] == "TYPE" && (match[2] != family || scraped.types.contains(family))) fail();
+      if (match[1] == "TYPE") scraped.types[family] = type = match[3];
+    } else if (std::regex_match(line, match, sample)) {
+      const std::string name = match[1];
+      const bool counts = type == "summary" && name == family + "_count";
+      if (name != family && !counts) fail();
+      if (type == "counter" && !name.ends_with("_total")) fail();
+      if (type == "summary" && !counts && line.find("quantile=\"") == std::string::npos) fail();
+      if (!scraped.samples.emplace(name + match[2].str(), std::stod(match[5])).second) fail();
+    } else {
+      fail();
+    }
+  }
+  return scraped;
+}
+
+Status busy() {
+  Status status;
+  status.session = 7;
+  status.phase = Phase::kSlowSearch;
+  status.done = 12;
+  status.total = 40;
+  status.residual_m = 3.4e-5;
+  status.failure = Failure{FailureKind::kUnexpectedEvent, "x"};
+  LinkReport links;
+  links.open = true;
+  links.robot.late = 3;
+  links.robot.packets = 123456789;
+  links.robot.quality.reply_p99_s = 1.25e-4;
+  links.robot.quality.replies = 99;
+  links.contact.quality.late_worst_s = std::nan("");
+  status.links = std::make_shared<const LinkReport>(links);
+  return status;
+}
+
+TEST(the_metrics, are_well_formed_also_where_next_to_nothing_is_known) {
+  EXPECT_EQ(scrape(metrics_text({}, {}, nullptr)).wrong, "");
+  EXPECT_EQ(scrape(metrics_text(busy(), {}, nullptr)).wrong, "");
+}
+
+TEST(the_metrics, say_what_status_and_journal_say_in_base_units) {
+  std::vector<SessionRecord> sessions(3);
+  sessions[0].state = "failed";
+  sessions[1].state = sessions[2].state = "done";
+  sessions[1].touches = 40;
+  sessions[2].touches = 2;
+  auto samples = scrape(metrics_text(busy(), sessions, nullptr)).samples;
+  EXPECT_EQ(samples["cellcal_session_running"], 1.0);
+  EXPECT_EQ(samples["cellcal_session_touches"], 12.0);
+  EXPECT_DOUBLE_EQ(samples["cellcal_session_residual_meters"], 3.4e-5);
+  EXPECT_EQ(samples["cellcal_phase{phase=\"slow search\"}"], 1.0);
+  EXPECT_EQ(samples.at("cellcal_phase{phase=\"idle\"}"), 0.0);
+  EXPECT_EQ(samples["cellcal_robot_late_replies_total"], 3.0);
+  EXPECT_EQ(samples["cellcal_robot_packets_total"], 123456789.0);
+  EXPECT_DOUBLE_EQ(samples["cellcal_robot_reply_seconds{quantile=\"0.99\"}"], 1.25e-4);
+  EXPECT_EQ(samples["cellcal_robot_reply_seconds_count"], 99.0);
+  EXPECT_EQ(samples["cellcal_sessions{state=\"done\"}"], 2.0);
+  EXPECT_EQ(samples["cellcal_sessions{state=\"failed\"}"], 1.0);
+  EXPECT_EQ(samples["cellcal_touches_total"], 42.0);
+  EXPECT_TRUE(std::isnan(samples["cellcal_contact_late_worst_seconds"]));
+  EXPECT_FALSE(samples.contains("cellcal_session_u95_meters")) << "not known";
+}
+
+TEST(the_metrics, have_the_zeros_of_the_newest_result_with_names_escaped) {
+  calib::Calibration newest;
+  newest.cell.robot.joints.resize(1);
+  newest.cell.robot.joints[0].name = "A\"1\\\n";
+  calib::ParameterResult zero;
+  zero.key.kind = calib::ParameterKind::kTheta;
+  zero.key.joint = 0;
+  zero.correction = 0.01;
+  newest.parameters.push_back(zero);
+  const Scraped scraped = scrape(metrics_text({}, {}, &newest));
+  EXPECT_EQ(scraped.wrong, "");
+  EXPECT_NEAR(scraped.samples.at("cellcal_joint_zero_degrees{joint=\"A\\\"1\\\\\\n\"}"), 0.57296,
+              1e-5);
+}
+
+TEST(the_dashboard, asks_for_metrics_that_there_are) {
+  calib::Calibration newest;
+  newest.check.count = 1;
+  Status status = busy();
+  status.u95_m = status.goal_m = status.time_left_s = 1.0;
+  const auto types = scrape(metrics_text(status, {}, &newest)).types;
+  std::ifstream file(CELLCAL_DASHBOARD);
+  const auto dashboard = nlohmann::json::parse(file);
+  std::size_t asked = 0;
+  for (const auto& panel : dashboard.at("panels")) {
+    for (const auto& target : panel.value("targets", nlohmann::json::array())) {
+      const std::string query = target.at("expr");
+      const std::regex name("cellcal_[a-z0-9_]+");
+      for (std::sregex_iterator one(query.begin(), query.end(), name), end; one != end; ++one) {
+        EXPECT_TRUE(types.contains(one->str())) << one->str();
+        ++asked;
+      }
+    }
+  }
+  EXPECT_GE(asked, 10u);
+}
+
+}  // namespace
+}  // namespace cellcal::daemon
