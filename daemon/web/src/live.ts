@@ -11,7 +11,7 @@ import { EventReader, type ServerEvent } from "./sse";
 const ASK_EVERY_MS = 1500;
 const LONGEST_ANSWER_MS = 3000;
 const AGAIN_MS = 1500;
-const UNAUTHORISED = [401, 403];
+const NO_TOKEN = 401;
 
 const pause = (ms: number) => new Promise((done) => setTimeout(done, ms));
 
@@ -33,9 +33,9 @@ export class Live {
   async ask(): Promise<void> {
     const asked_at = this.model.status?.seq ?? 0;
     const answer = await get("/v1/status", LONGEST_ANSWER_MS);
-    if (UNAUTHORISED.includes(answer.status)) return this.become(without_token(this.model));
+    if (answer.status === NO_TOKEN) return this.become(without_token());
     const status = decode.status(answer.value);
-    if (answer.status !== 200 || !status) return this.become(silent(this.model));
+    if (answer.status !== 200 || !status) return this.become(silent(this.model, answer.words));
     if (status.seq < asked_at) this.listen_anew();
     this.become(answered(this.model, status, asked_at, performance.now()));
     await this.fill();

@@ -11,10 +11,12 @@ export interface Model {
   /** Of the status' session, by number. */
   touches: Touch[];
   posture: RobotPosture | null;
+  /** Why the daemon refuses to answer, in its words. */
+  refusal: string;
 }
 
 export const EMPTY: Model = {
-  link: "connecting", seen: null, status: null, touches: [], posture: null,
+  link: "connecting", seen: null, status: null, touches: [], posture: null, refusal: "",
 };
 
 /** A status is asked for every 1.5 s. Older than this it must not be taken for what is. */
@@ -31,7 +33,7 @@ export function with_status(model: Model, status: Status, now: number): Model {
   const same = model.status?.session === status.session;
   const posture = same && status.running ? model.posture : null;
   return {
-    ...model, link: "answering", seen: now, status, posture, touches: same ? model.touches : [],
+    ...model, link: "answering", refusal: "", seen: now, status, posture, touches: same ? model.touches : [],
   };
 }
 
@@ -40,7 +42,7 @@ export function with_status(model: Model, status: Status, now: number): Model {
 export function answered(model: Model, status: Status, asked_at: number, now: number): Model {
   const newest = model.status?.seq ?? 0;
   const overtaken = status.seq >= asked_at && status.seq < newest;
-  return overtaken ? { ...model, link: "answering", seen: now } : with_status(model, status, now);
+  return overtaken ? { ...model, link: "answering", refusal: "", seen: now } : with_status(model, status, now);
 }
 
 export function with_touches(model: Model, touches: Touch[]): Model {
@@ -66,9 +68,11 @@ export function with_posture(model: Model, posture: RobotPosture): Model {
   return { ...model, posture };
 }
 
-export const silent = (model: Model): Model =>
-  model.link === "login" ? model : { ...model, link: model.seen === null ? "connecting" : "silent" };
-export const without_token = (_: Model): Model => ({ ...EMPTY, link: "login" });
+export const silent = (model: Model, refusal = ""): Model =>
+  model.link === "login"
+    ? model
+    : { ...model, refusal, link: model.seen === null ? "connecting" : "silent" };
+export const without_token = (): Model => ({ ...EMPTY, link: "login" });
 
 /** Touches of the running session that did not come as events. */
 export const lacks_touches = (model: Model): boolean =>

@@ -53,9 +53,10 @@ test("another session begins without the touches of the one before", () => {
 });
 
 test("without a token nothing of the cell is kept", () => {
-  const model = without_token(with_touches(with_status(EMPTY, of(), 0), [touch(0)]));
+  const model = without_token();
   assert.equal(model.status, null);
   assert.equal(silent(model).link, "login");
+  assert.equal(silent(EMPTY, "Host is not known").refusal, "Host is not known");
 });
 
 test("every phase and every failure has a sentence of its own", () => {

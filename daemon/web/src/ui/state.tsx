@@ -15,6 +15,7 @@ export function StatePanel({ model, now }: { model: Model; now: number }) {
     return (
       <section id="state" class="state" data-mood="unknown">
         <p class="sentence" role="status">{say("link.connecting")} …</p>
+        {model.refusal !== "" && <p class="lost" role="alert" lang="en">{model.refusal}</p>}
       </section>
     );
   const shown: Mood = old > 0 ? "unknown" : mood(status);
