@@ -74,8 +74,8 @@ std::optional<Response> Api::plan(const Call& call) {
     throw NotFound("the plan of session " + std::to_string(record.id) +
                    " is not in memory: it is kept while the session is the newest of this daemon");
   }
-  return Response{.body = web::plan_to_json(record.id, in_hand.first, *in_hand.plan,
-                                            cell_of(record.inputs))};
+  return Response{
+      .body = web::plan_to_json(record.id, in_hand.first, *in_hand.plan, cell_of(record.inputs))};
 }
 
 std::optional<Response> Api::figures(const Call& call) {

@@ -24,7 +24,8 @@ double value_of(const calib::Calibration& found, const calib::ParameterKey& key,
 /// The arm as it was found.
 class FoundArm {
  public:
-  explicit FoundArm(const calib::Calibration& found) : found_(found), arm_(calib::at_level(found.cell, found.level)) {
+  explicit FoundArm(const calib::Calibration& found)
+      : found_(found), arm_(calib::at_level(found.cell, found.level)) {
     for (const calib::ArmParameter& parameter : arm_.parameters())
       errors_.push_back(value_of(found, parameter, 0.0));
     delay_s_ = value_of(found, calib::latch_delay_parameter(), found.cell.latch_delay_s);

@@ -9,9 +9,7 @@ using nlohmann::json;
 
 namespace {
 
-const char* set_name(calib::TouchSet set) {
-  return set == calib::TouchSet::kFit ? "fit" : "check";
-}
+const char* set_name(calib::TouchSet set) { return set == calib::TouchSet::kFit ? "fit" : "check"; }
 
 }  // namespace
 
@@ -21,8 +19,7 @@ std::string plan_to_json(std::int64_t session, std::size_t first, const calib::P
   json touches = json::array();
   for (std::size_t i = 0; i < plan.touches.size(); ++i) {
     const calib::PlannedTouch& touch = plan.touches[i];
-    const Eigen::Vector3d tip =
-        arm.nominal_tip_m(touch.standoff) - touch.expected_m * touch.normal;
+    const Eigen::Vector3d tip = arm.nominal_tip_m(touch.standoff) - touch.expected_m * touch.normal;
     touches.push_back({{"index", first + i},
                        {"target", touch.target},
                        {"set", set_name(touch.set)},

@@ -22,7 +22,8 @@ using nlohmann::json;
 Eigen::Isometry3d frame_of(const json& rows) {
   Eigen::Isometry3d frame = Eigen::Isometry3d::Identity();
   for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 3; ++column) frame.linear()(row, column) = rows.at(4 * row + column);
+    for (int column = 0; column < 3; ++column)
+      frame.linear()(row, column) = rows.at(4 * row + column);
     frame.translation()[row] = rows.at(4 * row + 3).get<double>();
   }
   return frame;
