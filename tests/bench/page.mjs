@@ -25,7 +25,7 @@ let bytes = 0;
 for (let i = 0; i < RUNS; ++i) {
   const context = await browser.newContext({ viewport: { width: 1280, height: 800 } });
   const page = await context.newPage();
-  await cell.sign_in?.(context);
+  await context.request.post(cell.url + "/v1/login", { data: { token: cell.token } });
   const begun = performance.now();
   await page.goto(cell.url, { waitUntil: "commit" });
   await page.locator(".sentence", { hasText: "Session 1" }).waitFor();

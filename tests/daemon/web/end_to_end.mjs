@@ -38,9 +38,8 @@ async function open(options = {}) {
   return page;
 }
 
-async function sign_in(page) {
-  if (!cell.token) return;
-  await page.getByLabel("Token").fill(cell.token);
+async function sign_in(page, token = cell.token) {
+  await page.getByLabel("Token").fill(token);
   await page.getByRole("button", { name: "Sign in" }).click();
 }
 
@@ -74,6 +73,32 @@ async function picture(name, page) {
 }
 
 const steps = {
+  async "says nothing of the cell without a token, and that a wrong one is wrong"() {
+    const context = await browser.newContext({ locale: "en-GB" });
+    const page = await context.newPage();
+    await page.goto(cell.url);
+    await page.getByRole("heading", { name: "Sign in" }).waitFor(LONG);
+    assert.equal(await page.locator(".sentence").count(), 0);
+    await sign_in(page, "not-a-token");
+    await page.getByText("This token is not valid").waitFor(LONG);
+    await page.getByRole("button", { name: "ABORT" }).click();
+    await page.getByText("Abort refused").waitFor(LONG);
+    await page.screenshot({ path: "screenshots/sign-in-1280.png" });
+    await context.close();
+  },
+
+  async "lets one look who may not operate, and no more"() {
+    const token = (await cell.client("token", "add", "--role", "look", "--name", "wall")).trim();
+    const context = await browser.newContext({ locale: "en-GB" });
+    const page = await context.newPage();
+    await page.goto(cell.url);
+    await sign_in(page, token);
+    await says(page, /Idle: no session is running/);
+    await page.getByText("You may look.").waitFor(LONG);
+    assert.equal(await page.getByRole("button", { name: "Start a session" }).count(), 0);
+    await context.close();
+  },
+
   async "says that nothing runs, and draws nothing that it does not know"() {
     this.page = await open();
     await says(this.page, /Idle: no session is running/);
@@ -113,7 +138,7 @@ const steps = {
     await page.getByText("too few touches").waitFor(LONG);
     await page.getByRole("img", { name: /Residuals of 15 touches/ }).waitFor(LONG);
     const report = await page.getByRole("link", { name: "Report", exact: true }).first().getAttribute("href");
-    assert.equal((await page.request.get(cell.url + report)).status(), 200);
+    assert.equal((await page.context().request.get(cell.url + report)).status(), 200);
     await page.locator("table.history tbody tr").nth(1).waitFor(LONG);
     assert.match(await page.locator("table.history").innerText(), /done[\s\S]*aborted/);
   },
@@ -134,7 +159,7 @@ const steps = {
     const unit = (file) => import(join(process.cwd(), "unit", file));
     const { posture, origin } = await unit("kinematics.mjs");
     const decode = await unit("decode.mjs");
-    const get = async (path) => (await this.page.request.get(cell.url + path)).json();
+    const get = async (path) => (await this.page.context().request.get(cell.url + path)).json();
     const scene = decode.scene(await get("/v1/scene?session=2"));
     const { touches } = decode.figures(await get("/v1/sessions/2/figures"));
     const rows = touches.map((touch) => touch.joints.join(","));
@@ -217,7 +242,7 @@ const steps = {
   async "finds the daemon again by itself and offers to go on with what was left"() {
     const { page } = this;
     await cell.begin();
-    if (cell.token_is_new) await sign_in(page);
+    await sign_in(page); // logins end with the daemon
     await says(page, /Idle: no session is running/);
     await page.getByText(/Session 4 was interrupted after \d+ of \d+ touches/).waitFor(LONG);
     await page.getByRole("button", { name: "Resume session 4" }).waitFor(LONG);

@@ -44,11 +44,11 @@ joint_noise_deg = 0.001
 `);
     this.daemon = spawn(process.env.CELLCALD, ["--config", join(this.folder, "cellcald.toml")],
                         { stdio: ["ignore", "ignore", openSync(join(this.folder, "log"), "a")] });
-    for (let i = 0; i < 200; ++i) {
-      if ((await this.client("status").catch(() => null)) !== null) return;
+    for (let i = 0; (await this.client("status").catch(() => null)) === null; ++i) {
+      if (i === 200) throw new Error("cellcald does not answer");
       await pause(50);
     }
-    throw new Error("cellcald does not answer");
+    this.token ??= (await this.client("token", "add", "--role", "operate", "--name", "test")).trim();
   }
 
   /** `cellcal`; a result that is withheld (3) is one. */
