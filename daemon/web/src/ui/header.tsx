@@ -12,13 +12,14 @@ export function Header({ model, now, choice, choose, speak }: {
   const { say, fmt, language } = useVoice();
   const old = age_ms(model, now);
   const link = model.seen === null ? "connecting" : old > 0 ? "old" : "live";
+  const words = model.link === "login" ? say("login.title") : say(`link.${link}`, { age: fmt.duration(old / 1000) });
   return (
     <header>
       <a class="skip" href="#state">{say("skip")}</a>
       <h1>{say("title")}</h1>
       <span class="link" data-link={link}>
         <span aria-hidden="true">{link === "live" ? "●" : "○"}</span>{" "}
-        {say(`link.${link}`, { age: fmt.duration(old / 1000) })}
+        {words}
       </span>
       <span class="choices">
         <label>

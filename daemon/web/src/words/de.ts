@@ -20,9 +20,9 @@ export const de: Catalogue = {
   "link.unknown": "Zustand unbekannt",
   "login.title": "Anmelden",
   "login.token": "Token",
-  "login.do": "Das Token eingeben, das 'cellcal token' ausgegeben hat.",
+  "login.do": "Das Token eingeben, das auf dem Rechner der Zelle ausgegeben wurde von: cellcal token add --role operate --name NAME",
   "login.send": "Anmelden",
-  "login.wrong": "Dieses Token gilt nicht. Prüfen oder ein neues anlegen: cellcal token",
+  "login.wrong": "Dieses Token gilt nicht. Prüfen oder ein neues anlegen: cellcal token add",
   "role.look": "Nur Ansicht. Zum Starten mit einem Token der Rolle 'operate' anmelden.",
 
   "motion.moving": "Arm bewegt sich",

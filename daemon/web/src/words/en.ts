@@ -20,9 +20,9 @@ export const en = {
   "link.unknown": "State unknown",
   "login.title": "Sign in",
   "login.token": "Token",
-  "login.do": "Enter the token that 'cellcal token' has printed.",
+  "login.do": "Enter the token that was printed on the cell's computer by: cellcal token add --role operate --name NAME",
   "login.send": "Sign in",
-  "login.wrong": "This token is not valid. Check it, or make a new one: cellcal token",
+  "login.wrong": "This token is not valid. Check it, or make a new one: cellcal token add",
   "role.look": "You may look. To start a session, sign in with a token of the role 'operate'.",
 
   // What the arm does, in a word.

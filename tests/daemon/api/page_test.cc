@@ -1,0 +1,137 @@
+// What a browser is given, and what the page draws, as requests meet them.
+
+#include "daemon/api/page.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "daemon/api/handlers.h"
+#include "daemon/service/inputs.h"
+#include "drivers/error.h"
+#include "tests/daemon/journal/temporary_directory.h"
+
+namespace cellcal::daemon {
+namespace {
+
+using nlohmann::json;
+
+std::string header(const Response& response, const std::string& name) {
+  for (const auto& [key, value] : response.headers)
+    if (key == name) return value;
+  return "";
+}
+
+struct a_page : ::testing::Test {
+  Response ask(const std::string& target, const std::string& method = "GET") {
+    Request request = parse_target(method, target, "");
+    request.caller.role = Role::kLook;
+    return *api.answer(request);
+  }
+  std::int64_t begin(const std::string& state_words = "") {
+    const std::int64_t id = journal.begin(read_inputs(CELLCAL_DEMO_CELL), "t0");
+    if (!state_words.empty()) journal.record(id, RecordEnd{Ending::kFailed, state_words}, "t1");
+    return id;
+  }
+
+  testing::TemporaryDirectory dir;
+  Journal journal{dir / "journal.db"};
+  SessionService service{{journal,
+                          dir.path(),
+                          [](const calib::Cell&) -> std::unique_ptr<Backend> {
+                            throw drivers::ConfigError("no hardware in this test");
+                          },
+                          {},
+                          {}}};
+  Api api{service, journal, nullptr, page_answer};
+};
+
+TEST_F(a_page, comes_with_a_policy_that_lets_nothing_in_from_elsewhere) {
+  const Response page = ask("/");
+  EXPECT_EQ(page.status, 200);
+  EXPECT_EQ(page.type, "text/html; charset=utf-8");
+  const std::string policy = header(page, "Content-Security-Policy");
+  EXPECT_NE(policy.find("default-src 'none'"), std::string::npos) << policy;
+  EXPECT_NE(policy.find("frame-ancestors 'none'"), std::string::npos) << policy;
+  EXPECT_EQ(policy.find("unsafe"), std::string::npos) << policy;
+  EXPECT_EQ(policy.find("http"), std::string::npos) << policy;
+  EXPECT_EQ(header(page, "Cache-Control"), "no-cache");
+}
+
+TEST_F(a_page, is_not_sent_again_to_one_who_has_it) {
+  Request again = parse_target("GET", "/", "");
+  again.headers["if-none-match"] = header(ask("/"), "ETag");
+  const Response same = *api.answer(again);
+  EXPECT_EQ(same.status, 304);
+  EXPECT_TRUE(same.body.empty());
+  again.headers["if-none-match"] = "\"another\"";
+  EXPECT_EQ(api.answer(again)->status, 200);
+}
+
+TEST_F(a_page, has_no_other_files_than_its_own) {
+  for (const char* target : {"/page/", "/page/x.js", "/page/../journal.db", "//", "/index.html",
+                             "/page/%2e%2e/tokens.json", "/v1", "/v1/"}) {
+    EXPECT_EQ(ask(target).status, 404) << target;
+  }
+  EXPECT_NE(ask("/", "POST").status, 200);
+}
+
+TEST_F(a_page, has_nothing_to_draw_before_the_first_session) {
+  EXPECT_EQ(ask("/v1/scene").status, 404);
+  EXPECT_EQ(json::parse(ask("/v1/drift").body).at("sessions").size(), 0u);
+  for (const char* target :
+       {"/v1/sessions/1/plan", "/v1/sessions/1/figures", "/v1/scene?session=1"})
+    EXPECT_EQ(ask(target).status, 404) << target;
+}
+
+TEST_F(a_page, draws_the_cell_of_the_newest_session_or_of_the_one_that_is_asked_for) {
+  const std::int64_t first = begin("no-contact: S2"), second = begin("no-contact: S3");
+  EXPECT_EQ(json::parse(ask("/v1/scene").body).at("session"), second);
+  const json scene = json::parse(ask("/v1/scene?session=" + std::to_string(first)).body);
+  EXPECT_EQ(scene.at("session"), first);
+  EXPECT_EQ(scene.at("joints").size(), 6u);
+  EXPECT_EQ(scene.at("targets").size(), 4u);
+  for (const char* session : {"x", "-1", "1e3", "99999999999999999999", "%31"})
+    EXPECT_EQ(ask(std::string("/v1/scene?session=") + session).status, 400) << session;
+}
+
+TEST_F(a_page, shows_the_touches_of_a_session_that_was_never_identified) {
+  const std::int64_t id = begin();
+  calib::Touch touch;
+  touch.joint_rad = {0.1, -1.2, 1.1, 0.4, 0.9, -0.7};
+  touch.target = "S1";
+  journal.record(id, RecordTouch{0, touch});
+  const json figures = json::parse(ask("/v1/sessions/" + std::to_string(id) + "/figures").body);
+  EXPECT_EQ(figures.at("touches").size(), 1u);
+  EXPECT_EQ(figures.at("touches").at(0).at("target"), "S1");
+  EXPECT_TRUE(figures.at("result").is_null());
+}
+
+TEST_F(a_page, says_why_there_is_no_plan_of_a_session_of_an_earlier_daemon) {
+  const Response none = ask("/v1/sessions/" + std::to_string(begin("x")) + "/plan");
+  EXPECT_EQ(none.status, 404);
+  EXPECT_NE(none.body.find("not in memory"), std::string::npos) << none.body;
+}
+
+TEST_F(a_page, that_is_drawn_may_wait_for_the_disk_and_itself_does_not) {
+  for (const char* target :
+       {"/v1/scene", "/v1/drift", "/v1/sessions/1/plan", "/v1/sessions/1/figures"})
+    EXPECT_TRUE(Api::is_slow(parse_target("GET", target, ""))) << target;
+  EXPECT_FALSE(Api::is_slow(parse_target("GET", "/", "")));
+}
+
+TEST_F(a_page, is_for_everybody_and_what_it_draws_is_not) {
+  const auto refused = [this](const char* target) {
+    Request request = parse_target("GET", target, "");
+    request.headers["host"] = "127.0.0.1:8080";
+    return api.admit_network(request).has_value();
+  };
+  EXPECT_FALSE(refused("/"));
+  for (const char* target :
+       {"/v1/scene", "/v1/drift", "/v1/sessions/1/plan", "/v1/sessions/1/figures"})
+    EXPECT_TRUE(refused(target)) << target;
+}
+
+}  // namespace
+}  // namespace cellcal::daemon
