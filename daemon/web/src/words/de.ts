@@ -183,7 +183,7 @@ export const de: Catalogue = {
   "do.still-in-contact": "Die Spitze von Hand freifahren, Kurzschluss oder Span suchen, dann fortsetzen.",
   "do.readings-disagree": "Spitze und Kugel reinigen, festen Sitz prüfen, dann fortsetzen.",
   "do.too-many-revoked": "Schirm und Kontakte der Leitungen auf Störungen prüfen, dann fortsetzen.",
-  "do.contact-silent": "USB-Kabel und Versorgung des Sensors prüfen, dann fortsetzen.",
+  "do.contact-silent": "Steht im Befund 'late on this computer': andere Programme beenden. Sonst USB-Kabel und Versorgung des Sensors prüfen. Dann fortsetzen.",
   "do.robot-silent": "Not-Halt, Antriebe, Programm und Netzwerkkabel der Steuerung prüfen, dann fortsetzen.",
   "do.move-refused": "Die Grenzen der Konfiguration mit dem Roboter vergleichen, dann neu starten.",
   "do.not-following": "Antriebe, Betriebsart und Korrekturgrenzen prüfen, dann fortsetzen.",

@@ -189,7 +189,7 @@ export const en = {
   "do.still-in-contact": "Jog the tip free by hand, look for a short or a chip, then resume.",
   "do.readings-disagree": "Clean tip and sphere, check that both sit tight, then resume.",
   "do.too-many-revoked": "Check the wires' shield and contacts for noise, then resume.",
-  "do.contact-silent": "Check the sensor's USB cable and power, then resume.",
+  "do.contact-silent": "Where the evidence says 'late on this computer': stop other programs. Otherwise check the sensor's USB cable and power. Then resume.",
   "do.robot-silent": "Check emergency stop, drives, program and network cable on the controller, then resume.",
   "do.move-refused": "Compare the limits in the configuration with the robot, then start again.",
   "do.not-following": "Check drives, operating mode and correction limits, then resume.",
