@@ -3,8 +3,8 @@
 // Null where the thing as a whole cannot be used.
 
 import {
-  FAILURES, PHASES, STATES,
-  type ContactLink, type DriftRow, type FailureKind, type Figures, type Frame, type Joint, type Phase,
+  FAILURES, KINDS, PHASES, STATES,
+  type ContactLink, type DriftRow, type FailureKind, type Figures, type Frame, type Joint, type Kind, type Phase,
   type PlannedTouch, type Point, type Result, type RobotLink, type RobotPosture, type Role,
   type Scene, type SceneTarget, type SessionRow, type SessionState, type Solid, type Status,
   type Summary, type Touch, type TouchSet,
@@ -242,7 +242,7 @@ function session_row(value: unknown): SessionRow | null {
   const all = fields(value);
   if (!all || number(all.id) === null) return null;
   return {
-    id: count(all.id), started: words(all.started), ended: words(all.ended),
+    id: count(all.id), kind: one_of(all.kind, KINDS) as Kind, started: words(all.started), ended: words(all.ended),
     state: one_of(all.state, STATES) as SessionState, cell: words(all.cell),
     touches: count(all.touches), planned: count(all.planned), failure: words(all.failure),
   };

@@ -162,8 +162,12 @@ export interface Figures {
 export const STATES = ["running", "interrupted", "aborted", "failed", "done", "damaged"] as const;
 export type SessionState = (typeof STATES)[number] | "unknown";
 
+export const KINDS = ["calibrate", "qualify"] as const;
+export type Kind = (typeof KINDS)[number] | "unknown";
+
 export interface SessionRow {
   id: number;
+  kind: Kind;
   started: string;
   ended: string;
   state: SessionState;

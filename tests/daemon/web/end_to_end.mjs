@@ -245,7 +245,26 @@ const steps = {
     await sign_in(page); // logins end with the daemon
     await says(page, /Idle: no session is running/);
     await page.getByText(/Session 4 was interrupted after \d+ of \d+ touches/).waitFor(LONG);
-    await page.getByRole("button", { name: "Resume session 4" }).waitFor(LONG);
+    await page.getByRole("button", { name: "Resume session 4" }).click();
+    const go = page.getByRole("button", { name: "Resume: the arm moves" });
+    assert.ok(await go.isDisabled(), "nothing resumes before the cell is said to be clear");
+    await page.getByLabel("The cell is clear").check();
+    await go.click();
+    await says(page, /^Touch \d+ of/);
+    await page.getByRole("button", { name: "ABORT" }).click();
+    await says(page, /Session 4 was aborted/);
+  },
+
+  async "qualifies, and gives the figures"() {
+    const { page } = this;
+    await page.getByRole("button", { name: "Start a session" }).click();
+    await page.getByLabel("Kind").selectOption("qualify");
+    assert.equal(await page.getByLabel("Touches for the fit").count(), 0);
+    await page.getByLabel("The cell is clear").check();
+    await page.getByRole("button", { name: "Start: the arm moves" }).click();
+    await says(page, /Session 5 is done/);
+    const figures = await page.getByRole("link", { name: "Qualification (JSON)" }).getAttribute("href");
+    assert.equal((await page.context().request.get(cell.url + figures)).status(), 200);
   },
 };
 

@@ -1,8 +1,9 @@
 import assert from "node:assert/strict";
-import { readFileSync, readdirSync } from "node:fs";
+import { readFileSync, readdirSync, realpathSync } from "node:fs";
 import { test } from "node:test";
 import { formats } from "../src/format";
 import { run_request } from "../src/ui/start";
+import { FAILURES, PHASES } from "../src/types";
 import { zero_changes } from "../src/ui/drift";
 import { CATALOGUES, speaker, type Key } from "../src/words";
 
@@ -27,6 +28,17 @@ test("no words are kept that nobody says", () => {
   assert.deepEqual(Object.keys(CATALOGUES.en).filter((key) => !said(key)), []);
 });
 
+test("the page has words for every phase and every failure that the daemon has", () => {
+  const source = readFileSync(`${realpathSync("src")}/../../session/names.cc`, "utf8");
+  const named = (type: string) => {
+    const body = source.split(`const char* to_string(${type} `)[1]?.split("\n}")[0] ?? "";
+    return [...body.matchAll(/return "(.*?)";/g)].map((match) => match[1]).filter((name) => !name?.startsWith("unknown")).sort();
+  };
+  assert.ok(named("Phase").length > 20);
+  assert.deepEqual([...PHASES].sort(), named("Phase"));
+  assert.deepEqual([...FAILURES].sort(), named("FailureKind"));
+});
+
 test("only names and the field's own words are the same in both", () => {
   const same = (Object.keys(CATALOGUES.en) as Key[]).filter((key) => CATALOGUES.en[key] === CATALOGUES.de[key]);
   assert.deepEqual(same.filter((key) => key.startsWith("phase.") || key.startsWith("failure.") || key.startsWith("do.")), []);
@@ -46,9 +58,10 @@ test("numbers have the language's decimal mark and always their unit", () => {
 });
 
 test("a wish becomes the request that the daemon takes", () => {
-  const wish = { cell: " /c/cell.toml ", touches: "30", check: "5", goal: "", find: false };
+  const wish = { kind: "calibrate" as const, cell: " /c/cell.toml ", touches: "30", check: "5", goal: "", find: false };
   assert.deepEqual(run_request(wish), { cell: "/c/cell.toml", touches: 30, check: 5 });
   assert.deepEqual(run_request({ ...wish, goal: "0,15", find: true }), { cell: "/c/cell.toml", goal_mm: 0.15, check: 5, find: true });
+  assert.deepEqual(run_request({ ...wish, kind: "qualify", find: true }), { cell: "/c/cell.toml", kind: "qualify" });
 });
 
 test("drift is told against the oldest session that has the joint", () => {

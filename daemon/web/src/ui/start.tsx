@@ -4,20 +4,22 @@ import type { ComponentChildren } from "preact";
 import { useEffect, useRef, useState } from "preact/hooks";
 import { is_good, post, type Answer } from "../request";
 import { resumable } from "../sentence";
-import type { Role, Status } from "../types";
+import { KINDS, type Role, type Status } from "../types";
 import type { Say } from "../words";
 import { useVoice } from "./context";
 
 interface Wish {
+  kind: (typeof KINDS)[number];
   cell: string;
   touches: string;
   check: string;
   goal: string;
   find: boolean;
 }
-const USUAL: Wish = { cell: "", touches: "40", check: "10", goal: "", find: false };
+const USUAL: Wish = { kind: "calibrate", cell: "", touches: "40", check: "10", goal: "", find: false };
 
 export function run_request(wish: Wish): Record<string, unknown> {
+  if (wish.kind === "qualify") return { cell: wish.cell.trim(), kind: "qualify" };
   const body: Record<string, unknown> = { cell: wish.cell.trim(), check: Number(wish.check) };
   const goal = Number(wish.goal.replace(",", "."));
   if (wish.goal.trim() !== "") body.goal_mm = goal;
@@ -88,14 +90,25 @@ function StartDialog({ last_cell, done, close }: { last_cell: string; done: () =
   return (
     <ClearDialog title={say("start.title")} go={say("start.go")} body={() => run_request(wish)}
                  done={done} close={close}>
-      {field("cell", "text")}
-      <div class="pair">{field("touches", "number")}{field("check", "number")}</div>
-      {field("goal", "text")}
-      <label class="tick">
-        <input type="checkbox" name="find" checked={wish.find}
-               onChange={(event) => become({ ...wish, find: event.currentTarget.checked })} />
-        {say("start.find")}
+      <label>
+        {say("start.kind")}
+        <select name="kind" value={wish.kind}
+                onChange={(event) => become({ ...wish, kind: event.currentTarget.value as Wish["kind"] })}>
+          {KINDS.map((kind) => <option key={kind} value={kind}>{say(`start.kind.${kind}`)}</option>)}
+        </select>
       </label>
+      {field("cell", "text")}
+      {wish.kind === "calibrate" && (
+        <>
+          <div class="pair">{field("touches", "number")}{field("check", "number")}</div>
+          {field("goal", "text")}
+          <label class="tick">
+            <input type="checkbox" name="find" checked={wish.find}
+                   onChange={(event) => become({ ...wish, find: event.currentTarget.checked })} />
+            {say("start.find")}
+          </label>
+        </>
+      )}
     </ClearDialog>
   );
 }

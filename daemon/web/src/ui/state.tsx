@@ -1,5 +1,6 @@
 // What the cell is doing, in one sentence: the first thing that is seen and read aloud.
 
+import { useEffect, useRef, useState } from "preact/hooks";
 import { age_ms, type Model } from "../model";
 import { mood, motion, sentence, type Mood, type Motion } from "../sentence";
 import { useVoice } from "./context";
@@ -7,10 +8,29 @@ import { useVoice } from "./context";
 /** Shapes beside the words, so that no colour has to be told from another. */
 const MARKS: Record<Motion, string> = { moving: "▶", still: "■", free: "○", unknown: "?" };
 
+const SPOKEN_EVERY_MS = 6000;
+
+/** The words as they are read aloud: a touch has ten phases, and nobody listens to all of them. */
+function useCalm(words: string, at_once: boolean): string {
+  const [spoken, speak] = useState(words);
+  const last = useRef(0);
+  useEffect(() => {
+    const wait = at_once ? 0 : Math.max(0, last.current + SPOKEN_EVERY_MS - performance.now());
+    const timer = setTimeout(() => {
+      last.current = performance.now();
+      speak(words);
+    }, wait);
+    return () => clearTimeout(timer);
+  }, [words, at_once]);
+  return spoken;
+}
+
 export function StatePanel({ model, now }: { model: Model; now: number }) {
   const { say, fmt } = useVoice();
   const { status } = model;
   const old = age_ms(model, now);
+  const words = !status ? "" : old > 0 ? say("link.unknown") : sentence(status, say);
+  const spoken = useCalm(words, old > 0 || !status?.running);
   if (!status)
     return (
       <section id="state" class="state" data-mood="unknown">
@@ -25,9 +45,8 @@ export function StatePanel({ model, now }: { model: Model; now: number }) {
       <p class="motion" data-motion={moves}>
         <span aria-hidden="true">{MARKS[moves]}</span> {say(`motion.${moves}`)}
       </p>
-      <p class="sentence" role="status" aria-live="polite">
-        {old > 0 ? say("link.unknown") : sentence(status, say)}
-      </p>
+      <p class="sentence">{words}</p>
+      <p class="unseen" role="status" aria-live="polite">{spoken}</p>
       {old > 0 && (
         <div class="lost" role="alert">
           <p>
