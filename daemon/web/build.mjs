@@ -19,6 +19,7 @@ const TYPES = {
   ".js": "text/javascript; charset=utf-8",
   ".css": "text/css; charset=utf-8",
   ".svg": "image/svg+xml",
+  ".txt": "text/plain; charset=utf-8",
 };
 
 const digest = (bytes) => createHash("sha256").update(bytes).digest("hex").slice(0, 16);
@@ -50,6 +51,12 @@ const files = bundled.outputFiles.map((file) => ({
   path: "/page/" + file.path.slice(file.path.lastIndexOf("/") + 1),
   body: Buffer.from(file.contents),
 }));
+// What is in the bundle is others' work; their licences ask to be handed on with it.
+const { dependencies } = JSON.parse(readFileSync("package.json", "utf8"));
+const licences = Object.entries(dependencies)
+  .map(([name, version]) => `${name} ${version}\n\n${readFileSync(`node_modules/${name}/LICENSE`, "utf8")}`)
+  .join("\n\n");
+files.push({ path: `/page/licences-${digest(licences).slice(0, 8)}.txt`, body: Buffer.from(licences) });
 const icon = readFileSync("src/icon.svg");
 files.push({ path: `/page/icon-${digest(icon).slice(0, 8)}.svg`, body: icon });
 

@@ -22,6 +22,7 @@ import { StatePanel } from "./state";
 import { useTheme } from "./theme";
 
 const TICK_MS = 500;
+const LICENCES = document.querySelector<HTMLLinkElement>('link[rel="license"]')?.href;
 
 export function App() {
   const [, redraw] = useReducer((n: number) => n + 1, 0);
@@ -97,7 +98,9 @@ export function App() {
           </div>
         </main>
       )}
-      <footer class="note">{status?.version && `cellcald ${status.version}`}</footer>
+      <footer class="note">
+        {status?.version && `cellcald ${status.version} · `}<a href={LICENCES}>{say("licences")}</a>
+      </footer>
     </VoiceContext.Provider>
   );
 }

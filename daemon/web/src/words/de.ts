@@ -231,6 +231,8 @@ export const de: Catalogue = {
   "column.set": "Satz",
   "column.residual": "Residuum",
 
+  "licences": "Lizenzen von preact, three.js und uPlot",
+
   "result": "Ergebnis der Sitzung {session}",
   "result.before": "Vorher",
   "result.after": "Nachher",

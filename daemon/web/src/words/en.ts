@@ -238,6 +238,8 @@ export const en = {
   "column.set": "Set",
   "column.residual": "Residual",
 
+  "licences": "Licences of preact, three.js and uPlot",
+
   // Result and history.
   "result": "Result of session {session}",
   "result.before": "Before",
