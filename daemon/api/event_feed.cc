@@ -25,6 +25,12 @@ std::string event(const char* name, const std::string& id, const std::string& da
   return fmt::format("event: {}\n{}data: {}\n\n", name, numbered, data);
 }
 
+/// The next one says the same, in newer words and figures.
+bool is_outdone(const Status& status, const Status& next) {
+  return !status.made && status.session == next.session && status.phase == next.phase &&
+         status.done == next.done && status.target == next.target;
+}
+
 }  // namespace
 
 std::optional<EventId> parse_event_id(std::string_view text) {
@@ -85,17 +91,17 @@ class EventFeed::Follower final : public Stream {
 
   void go_on(std::string& piece) {
     const std::deque<Entry>& entries = feed_.entries_;
-    const auto index = [&](std::uint64_t seq) {
-      return static_cast<std::size_t>(seq - entries.front().seq);
-    };
-    if (!since_->touch && since_->seq >= entries.front().seq) {
-      piece += entries[index(since_->seq)].touch;
-      since_->touch = true;
+    auto at =
+        std::lower_bound(entries.begin(), entries.end(), since_->seq,
+                         [](const Entry& entry, std::uint64_t seq) { return entry.seq < seq; });
+    if (at != entries.end() && at->seq == since_->seq) {
+      if (!since_->touch) piece += at->touch;
+      ++at;
     }
-    std::size_t at = since_->seq < entries.front().seq ? 0 : index(since_->seq) + 1;
-    for (std::size_t given = 0; at < entries.size() && given < kMostInOnePiece; ++at, ++given) {
-      piece += entries[at].status + entries[at].touch;
-      since_ = EventId{entries[at].seq, true};
+    since_->touch = true;
+    for (std::size_t given = 0; at != entries.end() && given < kMostInOnePiece; ++at, ++given) {
+      piece += at->status + at->touch;
+      since_ = EventId{at->seq, true};
     }
   }
 
@@ -120,9 +126,12 @@ void EventFeed::look() {
   } else {
     news = source_.since(entries_.back().seq);
   }
-  for (const Status& status : news) {
-    // A gap: what was before it can no longer be gone on with.
-    if (!entries_.empty() && status.seq != entries_.back().seq + 1) entries_.clear();
+  const bool gap =
+      !entries_.empty() && !news.empty() && news.front().seq != entries_.back().seq + 1;
+  if (gap) entries_.clear();  // what was before it can no longer be gone on with
+  for (std::size_t i = 0; i < news.size(); ++i) {
+    if (i + 1 < news.size() && is_outdone(news[i], news[i + 1])) continue;
+    const Status& status = news[i];
     Entry entry{status.seq, event("status", std::to_string(status.seq), status_to_json(status)),
                 ""};
     if (status.made) {

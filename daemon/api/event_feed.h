@@ -1,7 +1,8 @@
 #pragma once
 // What happens, as server-sent events, for all who follow.
 //
-//   event: status   id: N     every change of /v1/status, N its seq
+//   event: status   id: N     a change of /v1/status, N its seq; where only words and figures change
+//                             many times in a row, the newest of them
 //   event: touch    id: N.1   a touch that was recorded, told of with status N
 //   event: robot              the newest joints while a session runs; not numbered, never repeated
 //   a comment                 when there was nothing for some seconds
@@ -65,7 +66,7 @@ class EventFeed {
   Source source_;
   Clock clock_;
   std::mutex mutex_;
-  std::deque<Entry> entries_;  ///< consecutive, the newest last
+  std::deque<Entry> entries_;  ///< in order, nothing left out but words and figures of the past
   std::shared_ptr<const LinkReport> seen_;
   bool looked_ = false;  ///< for joints, ever
   std::chrono::steady_clock::time_point looked_at_{};

@@ -14,6 +14,8 @@ namespace {
 
 /// Of an arm's joints on a page.
 constexpr std::chrono::milliseconds kLookPeriod{200};
+/// Words of a link that is failing change a thousand times a second.
+constexpr std::chrono::milliseconds kPokePeriod{50};
 /// Out of descriptors, most likely: trying at once would only burn the processor.
 constexpr std::chrono::seconds kAcceptPause{1};
 
@@ -50,28 +52,38 @@ bool HttpServer::Impl::has_room_for_a_stream() const {
              })) < kMostStreams;
 }
 
-void HttpServer::Impl::keep_looking() {
-  if (looking || stopped) return;
-  looking = true;
-  beat.expires_after(kLookPeriod);
+void HttpServer::Impl::keep_looking() { ask_followers_at(followers_asked_ + kLookPeriod); }
+
+void HttpServer::Impl::ask_followers_at(std::chrono::steady_clock::time_point when) {
+  if (stopped) return;
+  beat.expires_at(when);  // instead of what was waited for before
   beat.async_wait([weak = weak_from_this()](boost::system::error_code cancelled) {
     const auto self = weak.lock();
-    if (!self || cancelled) return;
-    self->looking = false;
-    bool any = false;
-    const auto now = self->connections;  // one that has to go is taken out
-    for (const auto& one : now) {
-      if (one->waits() != Connection::Waits::kForEvents) continue;
-      any = true;
-      one->ask(false);
-    }
-    if (any) self->keep_looking();
+    if (self && !cancelled) self->ask_followers();
   });
 }
 
+void HttpServer::Impl::ask_followers() {
+  followers_asked_ = std::chrono::steady_clock::now();
+  bool any = false;
+  const auto now = connections;  // one that has to go is taken out
+  for (const auto& one : now) {
+    if (one->waits() != Connection::Waits::kForEvents) continue;
+    any = true;
+    one->ask(false);
+  }
+  if (any) keep_looking();
+}
+
 void HttpServer::Impl::ask_all() {
+  bool any = false;
   const auto now = connections;  // an answer may end its connection
-  for (const auto& connection : now) connection->ask(false);
+  for (const auto& one : now) {
+    const bool follows = one->waits() == Connection::Waits::kForEvents;
+    any |= follows;
+    if (!follows) one->ask(false);
+  }
+  if (any) ask_followers_at(followers_asked_ + kPokePeriod);
 }
 
 bool HttpServer::Impl::ask_clerk(std::function<void()> job) {

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/steady_timer.hpp>
+#include <chrono>
 #include <list>
 #include <memory>
 #include <string>
@@ -53,7 +54,8 @@ struct HttpServer::Impl : std::enable_shared_from_this<HttpServer::Impl> {
   void remove(const std::shared_ptr<Connection>& connection) { connections.remove(connection); }
   /// Whether one more may follow what happens.
   bool has_room_for_a_stream() const;
-  /// What no change announces is looked for a few times a second, while somebody follows.
+  /// Those who follow are asked for what is new a few times a second, as no change announces all of
+  /// it; when poked sooner, but not as often as that may be.
   void keep_looking();
   void ask_all();
   /// False: too many wait already.
@@ -65,13 +67,17 @@ struct HttpServer::Impl : std::enable_shared_from_this<HttpServer::Impl> {
   ServerParts parts;
   std::list<std::shared_ptr<Connection>> connections;  ///< the oldest first
   boost::asio::steady_timer beat;
-  bool looking = false, stopped = false;
+  bool stopped = false;
   std::atomic<bool> poked{false};
   std::atomic<std::size_t> at_the_clerk{0};
   std::unique_ptr<Worker> clerk = std::make_unique<ThreadWorker>(ThreadWorker::Priority::kNormal);
 
  private:
   void make_room();
+  void ask_followers();
+  void ask_followers_at(std::chrono::steady_clock::time_point when);
+
+  std::chrono::steady_clock::time_point followers_asked_{};
 };
 
 /// Throw SocketError. They listen, and accept nothing yet.

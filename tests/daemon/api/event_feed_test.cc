@@ -52,6 +52,7 @@ struct a_feed : ::testing::Test {
     Status next;
     next.seq = history.back().seq + 1;
     next.session = 3;
+    next.phase = next.seq % 2 == 0 ? Phase::kTransit : Phase::kRetreat;
     if (touch) {
       auto made = std::make_shared<MadeTouch>();
       made->session = 3;
@@ -204,6 +205,28 @@ TEST_F(a_feed, ends_for_a_follower_that_falls_behind) {
   }
   EXPECT_FALSE(slow->next());
   EXPECT_EQ(take(*quick).back().id, "3000");
+}
+
+TEST_F(a_feed, gives_of_changes_of_words_alone_that_came_together_the_newest) {
+  const auto stream = feed.follow({});
+  take(*stream);
+  const auto change = [this](Phase phase, const std::string& words) {
+    happen();
+    history.back().phase = phase;
+    history.back().robot_words = words;
+  };
+  for (int i = 0; i < 100; ++i)
+    change(Phase::kTransit, "no packet for " + std::to_string(i) + " ms");
+  change(Phase::kStopping, "no packet for 100 ms");
+  change(Phase::kFailed, "down");
+  const std::vector<Event> events = take(*stream);
+  ASSERT_EQ(events.size(), 3u);
+  EXPECT_EQ(events[0].data["robot"], "no packet for 99 ms");
+  EXPECT_EQ(events[1].data["phase"], "stopping");
+  EXPECT_EQ(events[2].data["phase"], "failed");
+  // One that was left out is gone on from as any other.
+  EXPECT_EQ(take(*feed.follow(EventId{50, false})).size(), 3u);
+  EXPECT_EQ(take(*feed.follow(EventId{101, false})).size(), 1u);
 }
 
 TEST_F(a_feed, never_gives_more_than_a_bounded_piece_at_once) {

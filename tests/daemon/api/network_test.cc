@@ -18,11 +18,14 @@ namespace {
 
 using testing::TcpPeer;
 
+std::atomic<int> asked_for_news{0};
+
 /// Gives "tick N" for each that was made, or without end.
 class Ticks final : public Stream {
  public:
   Ticks(const std::atomic<int>& made, bool endless) : made_(made), endless_(endless) {}
   std::optional<std::string> next() override {
+    ++asked_for_news;
     if (endless_) return std::string(100'000, 'x');
     std::string text;
     while (given_ < made_) text += "tick " + std::to_string(++given_) + "\n";
@@ -129,6 +132,23 @@ TEST(a_network_server, tells_followers_each_piece_once_and_as_it_comes) {
     const std::string one = "tick " + std::to_string(i) + "\n";
     EXPECT_EQ(all.find(one), all.rfind(one)) << i;
   }
+}
+
+TEST(a_network_server, does_not_ask_for_news_as_often_as_it_is_poked) {
+  Served served;
+  TcpPeer peer(served.port(), kFollow);
+  peer.read_until("\r\n\r\n");
+  asked_for_news = 0;
+  const auto begin = std::chrono::steady_clock::now();
+  for (int i = 0; i < 300; ++i) {
+    served.tick();
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  peer.read_until("tick 300\n");
+  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
+  // Twenty times a second; once more behind each piece that was taken.
+  EXPECT_LE(asked_for_news, 2 * (took.count() / 0.05 + 3));
+  EXPECT_LT(asked_for_news, 300);
 }
 
 TEST(a_network_server, keeps_fifty_followers_whatever_else_connects) {
