@@ -268,7 +268,8 @@ int qualify(const Connection& daemon, const QualifyCommand& command) {
                   {"cell", std::filesystem::absolute(command.cell).string()},
                   {"target", command.target}};
   const json answer = parse(ask(daemon, "POST", "/v1/run", body.dump()));
-  return follow(daemon, number(answer, "session"), BeforeMotion::kCtrlCEnds);
+  return follow(daemon, number(answer, "session"), BeforeMotion::kCtrlCEnds,
+                daemon.progress ? Shows::kLinesElsewhere : Shows::kLine);
 }
 
 int show_status(const Connection& daemon) {
