@@ -72,6 +72,10 @@ class Api {
   std::optional<Response> calibration(const Call& call);
   std::optional<Response> qualification(const Call& call);
   std::optional<Response> report(const Call& call);
+  // Sessions out of the journal and into it, and a copy of all of it (archive_handlers.cc).
+  std::optional<Response> export_session(const Call& call);
+  std::optional<Response> import_session(const Call& call);
+  std::optional<Response> back_up(const Call& call);
   // What the page draws (page_data.cc).
   std::optional<Response> scene(const Call& call);
   std::optional<Response> drift(const Call& call);

@@ -31,10 +31,14 @@ json kind_of(const SessionRecord& record) {
 }
 
 json to_json(const SessionRecord& record) {
-  return {
+  json value{
       {"kind", kind_of(record)},   {"id", record.id},           {"started", record.started},
       {"ended", record.ended},     {"state", record.state},     {"cell", record.inputs.cell_name},
-      {"touches", record.touches}, {"planned", record.planned}, {"failure", record.failure}};
+      {"touches", record.touches}, {"planned", record.planned}, {"failure", record.failure},
+      {"imported", nullptr}};
+  if (record.origin)
+    value["imported"] = {{"journal", record.origin->journal}, {"session", record.origin->session}};
+  return value;
 }
 
 json to_json(const PhaseTimes& times) {

@@ -14,6 +14,7 @@ void describe_cellcal(CLI::App& app, int& status) {
   app.set_version_flag("--version", calib::software_version());
   app.require_subcommand(1);
   add_client_commands(app, status);
+  add_archive_commands(app, status);
   add_offline_commands(app, status);
 }
 

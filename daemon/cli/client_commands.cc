@@ -4,6 +4,7 @@
 
 #include "daemon/cli/client.h"
 #include "daemon/cli/commands.h"
+#include "daemon/cli/connection_options.h"
 #include "daemon/cli/token.h"
 
 namespace cellcal::daemon {
@@ -11,6 +12,8 @@ namespace cellcal::daemon {
 namespace {
 
 constexpr const char* kDefaultSocket = "/run/cellcal/cellcald.sock";
+
+}  // namespace
 
 std::shared_ptr<Connection> add_connection(CLI::App* command) {
   auto daemon = std::make_shared<Connection>();
@@ -21,6 +24,8 @@ std::shared_ptr<Connection> add_connection(CLI::App* command) {
   command->add_flag("--json", daemon->json, "Print JSON");
   return daemon;
 }
+
+namespace {
 
 void add_progress(CLI::App* command, Connection& daemon) {
   command->add_flag("--progress", daemon.progress,

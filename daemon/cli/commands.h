@@ -11,5 +11,6 @@ namespace cellcal::daemon {
 
 void add_offline_commands(CLI::App& app, int& status);
 void add_client_commands(CLI::App& app, int& status);
+void add_archive_commands(CLI::App& app, int& status);
 
 }  // namespace cellcal::daemon

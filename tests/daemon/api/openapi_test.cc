@@ -7,6 +7,7 @@
 
 #include "daemon/api/access.h"
 #include "daemon/api/handlers.h"
+#include "daemon/service/archive.h"
 #include "daemon/service/inputs.h"
 #include "drivers/error.h"
 #include "tests/daemon/api/schema.h"
@@ -141,6 +142,16 @@ TEST_F(a_described_api, answers_as_it_is_described) {
     const std::string path = "/v1/sessions/{id}/" + std::string(file);
     EXPECT_EQ(ask("GET", "/v1/sessions/2/" + std::string(file), "", path).status, 404);
   }
+  EXPECT_EQ(ask("GET", one + "/export", "", "/v1/sessions/{id}/export").status, 200);
+  EXPECT_EQ(ask("GET", "/v1/sessions/2/export", "", "/v1/sessions/{id}/export").status, 404);
+  const std::string file = nlohmann::json{{"file", (dir / "copy.db").string()}}.dump();
+  EXPECT_EQ(ask("POST", "/v1/backup", file).status, 201);
+  EXPECT_EQ(ask("POST", "/v1/backup", file).status, 422) << "it replaces nothing";
+  EXPECT_EQ(ask("POST", "/v1/backup", R"({"file": "not absolute"})").status, 422);
+  write_archive(make_archive(journal, id, dir / "results"), dir / "e");
+  const std::string directory = nlohmann::json{{"directory", (dir / "e").string()}}.dump();
+  EXPECT_EQ(ask("POST", "/v1/import", directory).status, 201);
+  EXPECT_EQ(ask("POST", "/v1/import", "[]").status, 422);
   EXPECT_EQ(ask("POST", "/v1/tokens", R"({"name": "a", "role": "look"})").status, 201);
   EXPECT_EQ(ask("POST", "/v1/tokens", R"({"name": "a", "role": "look"})").status, 409);
   EXPECT_EQ(ask("POST", "/v1/tokens", R"({"name": "a", "role": "root"})").status, 400);

@@ -1,0 +1,86 @@
+// Sessions out of the journal and into it, and a copy of all of it.
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <nlohmann/json.hpp>
+
+#include "daemon/api/handlers.h"
+#include "daemon/api/json_text.h"
+#include "daemon/files/printable.h"
+#include "daemon/service/archive.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+using nlohmann::json;
+
+std::filesystem::path path_in(const std::string& body, const char* key) {
+  const json object = json::parse(body, nullptr, false);
+  const bool fits =
+      object.is_object() && object.size() == 1 && object.contains(key) && object[key].is_string();
+  if (!fits)
+    throw RequestError(fmt::format("the body must be {{\"{}\": \"/absolute/path\"}}", key));
+  const std::string text = object[key];
+  const std::filesystem::path path = text;
+  if (!path.is_absolute() || printable(text) != text)
+    throw RequestError(
+        fmt::format("\"{}\" must be an absolute path without control characters", key));
+  return path;
+}
+
+/// What is wrong with a file that was named is its sender's matter.
+template <class Act>
+auto as_request(Act act) {
+  try {
+    return act();
+  } catch (const ArchiveError& wrong) {
+    throw RequestError(wrong.what());
+  } catch (const JournalError& wrong) {
+    throw RequestError(wrong.what());
+  } catch (const std::filesystem::filesystem_error& wrong) {
+    throw RequestError(wrong.what());
+  }
+}
+
+}  // namespace
+
+std::optional<Response> Api::export_session(const Call& call) {
+  const std::int64_t session = find(call).id;
+  return as_request([&] {
+    return Response{.body =
+                        dump(json(make_archive(journal_, session, service_.results_dir(session))))};
+  });
+}
+
+std::optional<Response> Api::import_session(const Call& call) {
+  const std::filesystem::path directory = path_in(call.request.body, "directory");
+  const Phase phase = service_.status().phase;
+  if (kActivePhases.has(phase) || phase == Phase::kStopping)
+    throw BusyError("a session is running. Import when it has ended");
+  return as_request([&] {
+    const Imported imported =
+        import_archive(journal_, read_archive(directory), directory.string(),
+                       [&](std::int64_t session) { return service_.results_dir(session); });
+    if (imported.is_new)
+      spdlog::info("session {} imported from {}", imported.session, directory.string());
+    return Response{201, "application/json",
+                    dump({{"session", imported.session}, {"new", imported.is_new}})};
+  });
+}
+
+std::optional<Response> Api::back_up(const Call& call) {
+  const std::filesystem::path file = path_in(call.request.body, "file");
+  return as_request([&] {
+    const std::vector<std::string> remarks = journal_.backup(file);
+    for (const std::string& remark : remarks) spdlog::warn("{}", remark);
+    spdlog::info("journal copied to {}", file.string());
+    return Response{201, "application/json",
+                    dump({{"file", file.string()},
+                          {"bytes", std::filesystem::file_size(file)},
+                          {"remarks", remarks}})};
+  });
+}
+
+}  // namespace cellcal::daemon

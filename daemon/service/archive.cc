@@ -1,0 +1,177 @@
+#include "daemon/service/archive.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "calib/files/calibration_json.h"
+#include "calib/files/files.h"
+#include "calib/syntax/input_file.h"
+#include "daemon/files/atomic_file.h"
+#include "daemon/service/compared_json.h"
+#include "daemon/service/inputs.h"
+#include "daemon/service/last_calibration.h"
+#include "daemon/service/options.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+constexpr const char* kFormat = "cellcal.export/1";
+constexpr const char* kManifest = "export.json";
+constexpr const char* kRows = "rows.jsonl";
+/// No other name is read or written.
+constexpr const char* kNames[] = {kRows,           "cell.toml",   "robot.toml",
+                                  "options.json",  "touches.csv", "calibration.json",
+                                  "compared.json", "report.html"};
+/// A session of 2000 touches has some 60 MB.
+constexpr std::uintmax_t kLargest = std::uintmax_t{512} << 20;
+
+/// Of the manifest without its own.
+std::string sum_of(json manifest) {
+  manifest.erase("sum");
+  return calib::sha256(manifest.dump());
+}
+
+std::string make_manifest(const Archive& archive, const SessionRecord& record) {
+  json files = json::array();
+  for (const auto& [name, text] : archive)
+    files.push_back({{"name", name}, {"sha256", calib::sha256(text)}, {"bytes", text.size()}});
+  json manifest{{"format", kFormat},         {"software", calib::software_version()},
+                {"session", record.id},      {"state", record.state},
+                {"started", record.started}, {"ended", record.ended},
+                {"touches", record.touches}, {"files", files}};
+  manifest["sum"] = sum_of(manifest);
+  return manifest.dump(2) + "\n";
+}
+
+/// Sessions of earlier versions did not keep it.
+std::optional<Compared> compared_of(Journal& journal, const SessionRecord& record) {
+  auto compared = journal.compared(record.id);
+  if (compared || !record.software.empty() || record.origin || record.calibration.empty())
+    return compared;
+  return last_calibration(journal, record.inputs.cell_name, record.id,
+                          options_from_json(record.inputs.options).accept_change);
+}
+
+[[noreturn]] void refuse(const std::string& from, const std::string& name, const std::string& why) {
+  throw ArchiveError((fs::path(from) / name).string() + ": " + why);
+}
+
+void check_file(const Archive& archive, const std::string& from, const json& file) {
+  const std::string name = file.at("name");
+  if (std::find(std::begin(kNames), std::end(kNames), name) == std::end(kNames))
+    refuse(from, kManifest, "names a file that no export has: \"" + name + "\"");
+  const auto found = archive.find(name);
+  if (found == archive.end()) refuse(from, name, "is missing. Export the session again");
+  const std::string sum = file.at("sha256");
+  if (calib::sha256(found->second) != sum)
+    refuse(from, name, "is not as it was exported: damaged or altered. Export the session again");
+}
+
+}  // namespace
+
+Archive make_archive(Journal& journal, std::int64_t session, const fs::path& results_dir) {
+  const std::string rows = journal.rows(session);
+  const auto record = journal.session(session);
+  if (!record) throw ArchiveError(fmt::format("no session {}. See 'cellcal history'", session));
+  Archive archive{{kRows, rows},
+                  {"cell.toml", record->inputs.cell_text},
+                  {"robot.toml", record->inputs.robot_text},
+                  {"options.json", record->inputs.options + "\n"},
+                  {"touches.csv",
+                   calib::format_touches(journal.touches(session), cell_of(record->inputs).robot)}};
+  if (!record->calibration.empty()) archive["calibration.json"] = record->calibration;
+  if (const auto compared = compared_of(journal, *record))
+    archive["compared.json"] = compared_to_json(*compared);
+  if (fs::exists(results_dir / "report.html"))
+    archive["report.html"] = calib::read_file(results_dir / "report.html");
+  archive[kManifest] = make_manifest(archive, *record);
+  return archive;
+}
+
+void check_archive(const Archive& archive, const std::string& from) {
+  const auto found = archive.find(kManifest);
+  if (found == archive.end())
+    refuse(from, kManifest,
+           "is missing: this is no export. Name the directory that 'cellcal "
+           "export ID DIR' wrote");
+  try {
+    const json manifest = json::parse(found->second);
+    if (manifest.at("format") != kFormat) {
+      refuse(from, kManifest,
+             fmt::format("has format \"{}\", this version reads \"{}\". Install the newer version",
+                         manifest.at("format").get<std::string>(), kFormat));
+    }
+    if (manifest.at("sum") != sum_of(manifest))
+      refuse(from, kManifest, "was changed after it was written. Export the session again");
+    bool has_rows = false;
+    for (const json& file : manifest.at("files")) {
+      check_file(archive, from, file);
+      has_rows |= file.at("name") == kRows;
+    }
+    if (!has_rows) refuse(from, kManifest, "lists no rows. Export the session again");
+  } catch (const json::exception& error) {
+    refuse(from, kManifest,
+           std::string("damaged (") + error.what() + "). Export the session again");
+  }
+}
+
+Archive read_archive(const fs::path& directory) {
+  std::error_code code;
+  if (!fs::is_directory(directory, code))
+    throw ArchiveError(directory.string() +
+                       (code ? ": cannot be read (" + code.message() + ")" : ": is no directory") +
+                       ". Name the directory that 'cellcal export ID DIR' wrote");
+  Archive archive;
+  const auto take = [&](const char* name) {
+    const fs::path file = directory / name;
+    if (!fs::exists(file, code)) return;
+    const std::uintmax_t size = fs::is_regular_file(file, code) ? fs::file_size(file, code) : 0;
+    if (size > kLargest) refuse(directory.string(), name, "is larger than any export's");
+    archive[name] = calib::read_file(file);
+  };
+  take(kManifest);
+  for (const char* name : kNames) take(name);
+  check_archive(archive, directory.string());
+  return archive;
+}
+
+void write_archive(const Archive& archive, const fs::path& directory) {
+  check_archive(archive, directory.string());
+  std::error_code code;
+  if (fs::exists(directory, code) && !fs::is_empty(directory, code))
+    throw ArchiveError(directory.string() + ": is there already and not empty. Name another");
+  fs::path part = directory;
+  if (!part.has_filename()) part = part.parent_path();
+  part += ".part";
+  fs::remove_all(part);
+  fs::create_directories(part);
+  try {
+    for (const auto& [name, text] : archive) write_atomically(part / name, text);
+    fs::remove(directory, code);  // empty
+    fs::rename(part, directory.has_filename() ? directory : directory.parent_path());
+  } catch (...) {
+    fs::remove_all(part, code);
+    throw;
+  }
+}
+
+Imported import_archive(Journal& journal, const Archive& archive, const std::string& from,
+                        const std::function<fs::path(std::int64_t)>& results_dir) {
+  check_archive(archive, from);
+  const auto [session, is_new] =
+      journal.import(archive.at(kRows), (fs::path(from) / kRows).string());
+  const auto record = journal.session(session);
+  if (!is_new || !record || record->calibration.empty()) return {session, is_new};
+  const fs::path results = results_dir(session);
+  fs::create_directories(results);
+  write_atomically(results / "calibration.json", record->calibration);
+  return {session, is_new};
+}
+
+}  // namespace cellcal::daemon

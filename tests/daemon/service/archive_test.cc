@@ -1,0 +1,136 @@
+// A session as plain files: written, read, checked, taken into another journal.
+
+#include "daemon/service/archive.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "calib/files/files.h"
+#include "calib/syntax/input_file.h"
+#include "daemon/service/inputs.h"
+#include "daemon/service/options.h"
+#include "tests/daemon/journal/temporary_directory.h"
+
+namespace cellcal::daemon::testing {
+namespace {
+
+std::string refusal(const std::function<void()>& act) {
+  try {
+    act();
+  } catch (const std::exception& error) {
+    return error.what();
+  }
+  return "";
+}
+
+struct an_export : ::testing::Test {
+  an_export() {
+    SessionInputs inputs = read_inputs(CELLCAL_DEMO_CELL);
+    const SessionOptions options;
+    inputs.options = options_to_json(options);
+    id = journal.begin(inputs, "2026-01-01T00:00:00.000Z");
+    for (std::size_t i = 0; i < 3; ++i) {
+      calib::Touch touch;
+      touch.joint_rad = {0.1, -0.2, 0.3, 1.0 / 3.0, 0.5, static_cast<double>(i)};
+      touch.target = "S1";
+      journal.record(id, RecordTouch{i, touch});
+    }
+    journal.store_calibration(id, "{}", Compared{"session 0", true, "{\"a\":1}"});
+    journal.record(id, RecordEnd{Ending::kDone, ""}, "2026-01-01T01:00:00.000Z");
+    std::filesystem::create_directories(dir / "results");
+    std::ofstream(dir / "results" / "report.html") << "<html>";
+    archive = make_archive(journal, id, dir / "results");
+  }
+  Imported take_in(Journal& into, const Archive& what) {
+    return import_archive(into, what, "e", [this](std::int64_t session) {
+      return dir / ("results-" + std::to_string(session));
+    });
+  }
+
+  TemporaryDirectory dir;
+  Journal journal{dir / "j.db"};
+  std::int64_t id = 0;
+  Archive archive;
+};
+
+TEST_F(an_export, holds_inputs_touches_rows_and_results_as_plain_files) {
+  write_archive(archive, dir / "e");
+  std::vector<std::string> names;
+  for (const auto& file : std::filesystem::directory_iterator(dir / "e"))
+    names.push_back(file.path().filename());
+  std::sort(names.begin(), names.end());
+  EXPECT_EQ(names, (std::vector<std::string>{"calibration.json", "cell.toml", "compared.json",
+                                             "export.json", "options.json", "report.html",
+                                             "robot.toml", "rows.jsonl", "touches.csv"}));
+  EXPECT_EQ(read_archive(dir / "e"), archive);
+  const calib::Cell cell = cell_of(journal.session(id)->inputs);
+  EXPECT_EQ(calib::load_touches(dir / "e/touches.csv", cell).size(), 3u);
+}
+
+TEST_F(an_export, made_twice_is_the_same) {
+  EXPECT_EQ(make_archive(journal, id, dir / "results"), archive);
+}
+
+TEST_F(an_export, of_a_session_that_is_none_says_so) {
+  EXPECT_NE(refusal([&] { make_archive(journal, 99, dir / "results"); }).find("no session 99"),
+            std::string::npos);
+}
+
+TEST_F(an_export, goes_into_another_journal_with_its_result_and_once) {
+  Journal other(dir / "other.db");
+  const Imported imported = take_in(other, archive);
+  EXPECT_TRUE(imported.is_new);
+  EXPECT_EQ(other.touches(imported.session), journal.touches(id));
+  EXPECT_EQ(other.compared(imported.session)->calibration, "{\"a\":1}");
+  EXPECT_EQ(calib::read_file(dir / "results-1/calibration.json"), "{}");
+  EXPECT_FALSE(std::filesystem::exists(dir / "results-1/report.html"))
+      << "another's page must not be served as the daemon's own";
+  EXPECT_FALSE(take_in(other, archive).is_new);
+}
+
+TEST_F(an_export, is_refused_by_the_name_of_the_file_that_was_altered_or_is_missing) {
+  for (const auto& [name, text] : archive) {
+    Archive altered = archive;
+    altered[name][text.size() / 2] ^= 1;
+    EXPECT_NE(refusal([&] { check_archive(altered, "e"); }).find("e/" + name), std::string::npos)
+        << name;
+    altered = archive;
+    altered.erase(name);
+    EXPECT_NE(refusal([&] { check_archive(altered, "e"); }).find("e/" + name + ": is missing"),
+              std::string::npos)
+        << name;
+  }
+}
+
+TEST_F(an_export, of_another_format_or_with_names_of_its_own_is_refused) {
+  const auto with = [&](const std::string& what, const std::string& by) {
+    Archive altered = archive;
+    std::string& manifest = altered["export.json"];
+    manifest.replace(manifest.find(what), what.size(), by);
+    return refusal([&] { check_archive(altered, "e"); });
+  };
+  EXPECT_NE(with("cellcal.export/1", "cellcal.export/2").find("Install the newer version"),
+            std::string::npos);
+  EXPECT_NE(with("\"touches\": 3", "\"touches\": 4").find("was changed after it was written"),
+            std::string::npos);
+  EXPECT_NE(with("report.html", "../../etc/x"), "");
+  for (const std::string hostile : {"", "[]", "{}", "{\"format\":1}", "\xff"}) {
+    Archive none{{"export.json", hostile}};
+    EXPECT_NE(refusal([&] { check_archive(none, "e"); }).find("e/export.json"), std::string::npos);
+  }
+}
+
+TEST_F(an_export, is_written_into_no_directory_that_holds_anything) {
+  std::filesystem::create_directories(dir / "full/x");
+  EXPECT_NE(refusal([&] { write_archive(archive, dir / "full"); }).find("not empty"),
+            std::string::npos);
+  std::filesystem::create_directories(dir / "empty");
+  write_archive(archive, dir / "empty");
+  EXPECT_EQ(read_archive(dir / "empty"), archive);
+  EXPECT_NE(refusal([&] { read_archive(dir / "nowhere"); }).find("cellcal export"),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace cellcal::daemon::testing
