@@ -58,6 +58,15 @@ std::optional<Compared> compared_of(Journal& journal, const SessionRecord& recor
                           options_from_json(record.inputs.options).accept_change);
 }
 
+/// Nothing where the cell file is of a version that is not read any more; the rows have them all.
+std::optional<std::string> touches_csv(Journal& journal, const SessionRecord& record) {
+  try {
+    return calib::format_touches(journal.touches(record.id), cell_of(record.inputs).robot);
+  } catch (const calib::FileError&) {  // said above
+    return std::nullopt;
+  }
+}
+
 [[noreturn]] void refuse(const std::string& from, const std::string& name, const std::string& why) {
   throw ArchiveError((fs::path(from) / name).string() + ": " + why);
 }
@@ -82,9 +91,8 @@ Archive make_archive(Journal& journal, std::int64_t session, const fs::path& res
   Archive archive{{kRows, rows},
                   {"cell.toml", record->inputs.cell_text},
                   {"robot.toml", record->inputs.robot_text},
-                  {"options.json", record->inputs.options + "\n"},
-                  {"touches.csv",
-                   calib::format_touches(journal.touches(session), cell_of(record->inputs).robot)}};
+                  {"options.json", record->inputs.options + "\n"}};
+  if (const auto csv = touches_csv(journal, *record)) archive["touches.csv"] = *csv;
   if (!record->calibration.empty()) archive["calibration.json"] = record->calibration;
   if (const auto compared = compared_of(journal, *record))
     archive["compared.json"] = compared_to_json(*compared);

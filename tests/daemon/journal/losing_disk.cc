@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cstdlib>
 #include <map>
 #include <mutex>
@@ -61,18 +62,38 @@ class Disk {
     in_ = true;
   }
 
-  /// Before `size` bytes of the file change from `at` on; size 0: the file's length or name does.
-  void changes(int fd, off_t at, off_t size) {
+  void insert_failing(const std::filesystem::path& directory, long at, int error) {
+    insert({directory, at});
     const std::lock_guard lock(mutex_);
-    if (!in_ || !is_watched(fd)) return;
-    if (left_-- <= 0) cut_off();
-    if (size > 0) remember(fd, at, size);
+    error_ = error;
+    failed_ = false;
   }
-  void name_changes(const char* path) {
+  void remove() {
+    const std::lock_guard lock(mutex_);
+    in_ = false;
+    error_ = 0;
+    files_.clear();
+  }
+  bool has_failed() {
+    const std::lock_guard lock(mutex_);
+    return failed_;
+  }
+
+  /// Before `size` bytes of the file change from `at` on; size 0: the file's length or name does.
+  /// False: they may not, errno says why.
+  bool changes(int fd, off_t at, off_t size) {
+    const std::lock_guard lock(mutex_);
+    if (!in_ || !is_watched(fd)) return true;
+    if (left_-- <= 0) return fail_or_cut_off();
+    if (size > 0 && error_ == 0) remember(fd, at, size);
+    return true;
+  }
+  bool name_changes(const char* path) {
     const std::lock_guard lock(mutex_);
     std::error_code code;
     const auto whole = std::filesystem::absolute(path, code).string();
-    if (in_ && whole.starts_with(directory_) && left_-- <= 0) cut_off();
+    if (in_ && whole.starts_with(directory_) && left_-- <= 0) return fail_or_cut_off();
+    return true;
   }
   void is_synced(int fd) {
     const std::lock_guard lock(mutex_);
@@ -112,6 +133,13 @@ class Disk {
     file.before.push_back(std::move(before));
   }
 
+  bool fail_or_cut_off() {
+    if (error_ == 0) cut_off();
+    failed_ = true;
+    errno = error_;
+    return false;
+  }
+
   [[noreturn]] void cut_off() {
     in_ = false;
     std::mt19937 random(cut_.seed);
@@ -146,6 +174,8 @@ class Disk {
   Cut cut_;
   std::string directory_;
   long left_ = 0;
+  int error_ = 0;  ///< 0: it is cut off
+  bool failed_ = false;
   std::map<ino_t, File> files_;
 };
 
@@ -188,6 +218,12 @@ bool is_cut_in(const Cut& cut, const std::function<void()>& act) {
   return WIFSIGNALED(status);
 }
 
+FailingDisk::FailingDisk(const std::filesystem::path& directory, long at, int error) {
+  disk().insert_failing(directory, at, error);
+}
+FailingDisk::~FailingDisk() { disk().remove(); }
+bool FailingDisk::has_failed() const { return disk().has_failed(); }
+
 }  // namespace cellcal::daemon::testing
 
 using cellcal::daemon::testing::disk;
@@ -196,22 +232,22 @@ using cellcal::daemon::testing::real;
 extern "C" {
 
 ssize_t pwrite64(int fd, const void* from, std::size_t size, off_t at) {
-  disk().changes(fd, at, static_cast<off_t>(size));
+  if (!disk().changes(fd, at, static_cast<off_t>(size))) return -1;
   return cellcal::daemon::testing::real_pwrite(fd, from, size, at);
 }
 ssize_t pwrite(int fd, const void* from, std::size_t size, off_t at) {
-  disk().changes(fd, at, static_cast<off_t>(size));
+  if (!disk().changes(fd, at, static_cast<off_t>(size))) return -1;
   return cellcal::daemon::testing::real_pwrite(fd, from, size, at);
 }
 ssize_t write(int fd, const void* from, std::size_t size) {
   static auto* const call = real<ssize_t(int, const void*, std::size_t)>("write");
-  disk().changes(fd, ::lseek(fd, 0, SEEK_CUR), static_cast<off_t>(size));
+  if (!disk().changes(fd, ::lseek(fd, 0, SEEK_CUR), static_cast<off_t>(size))) return -1;
   return call(fd, from, size);
 }
 int ftruncate64(int fd, off_t size) noexcept {
   struct stat info {};
   ::fstat(fd, &info);
-  disk().changes(fd, size, std::max<off_t>(0, info.st_size - size));
+  if (!disk().changes(fd, size, std::max<off_t>(0, info.st_size - size))) return -1;
   return cellcal::daemon::testing::real_truncate(fd, size);
 }
 // What these would wait for is decided here.
@@ -225,12 +261,12 @@ int fdatasync(int fd) {
 }
 int rename(const char* from, const char* to) noexcept {
   static auto* const call = real<int(const char*, const char*)>("rename");
-  disk().name_changes(to);
+  if (!disk().name_changes(to)) return -1;
   return call(from, to);
 }
 int unlink(const char* path) noexcept {
   static auto* const call = real<int(const char*)>("unlink");
-  disk().name_changes(path);
+  if (!disk().name_changes(path)) return -1;
   return call(path);
 }
 

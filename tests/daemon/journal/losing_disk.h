@@ -24,4 +24,16 @@ struct Cut {
 /// which is an error of the test.
 bool is_cut_in(const Cut& cut, const std::function<void()>& act);
 
+/// From the nth change below this directory on each one fails with this error number (ENOSPC, EROFS),
+/// in this process, as long as this lives.
+class FailingDisk {
+ public:
+  FailingDisk(const std::filesystem::path& directory, long at, int error);
+  ~FailingDisk();
+  FailingDisk(const FailingDisk&) = delete;
+  FailingDisk& operator=(const FailingDisk&) = delete;
+  /// It has failed by now.
+  bool has_failed() const;
+};
+
 }  // namespace cellcal::daemon::testing

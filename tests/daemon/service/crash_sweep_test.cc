@@ -5,6 +5,7 @@
 #include <signal.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <set>
 
 #include "daemon/service/journal_recorder.h"
@@ -17,9 +18,10 @@ namespace {
 
 constexpr std::size_t kTouches = 3;
 
-/// The fakes' session, with a journal. Called after each step.
-State run_with(Journal& journal, std::int64_t id, bool resumed,
-               const std::function<void(const State&)>& watch = {}) {
+using Watch = std::function<void(const State&, const World&)>;
+
+/// The fakes' session, with a journal. `watch` is called after each step.
+State run_with(Journal& journal, std::int64_t id, bool resumed, const Watch& watch = {}) {
   FakeBackend backend;
   JournalRecorder recorder(journal, id, backend);
   InlineWorker worker;
@@ -33,7 +35,11 @@ State run_with(Journal& journal, std::int64_t id, bool resumed,
     start.done = touches.size();
     for (const calib::Touch& touch : touches) start.met.push_back(touch.target);
   }
-  Runner runner({backend, recorder, worker, worker, line_tasks(kTouches), watch}, start, touches);
+  Runner runner({backend, recorder, worker, worker, line_tasks(kTouches),
+                 [&](const State& state, const std::vector<calib::Touch>&) {
+                   if (watch) watch(state, backend.world);
+                 }},
+                start, touches);
   return runner.run();
 }
 
@@ -43,7 +49,7 @@ int steps_of_a_whole_session() {
   const TemporaryDirectory dir;
   Journal journal(dir / "j.db");
   int steps = 0;
-  run_with(journal, begin(journal), false, [&](const State&) { ++steps; });
+  run_with(journal, begin(journal), false, [&](const State&, const World&) { ++steps; });
   return steps;
 }
 
@@ -85,7 +91,7 @@ TEST(a_session, that_is_killed_at_each_of_its_transitions_is_resumed_to_its_end)
     ASSERT_TRUE(is_cut_in({dir.path(), kNoWrite}, [&] {
       Journal journal(dir / "j.db");
       int step = 0;
-      run_with(journal, begin(journal), false, [&](const State&) {
+      run_with(journal, begin(journal), false, [&](const State&, const World&) {
         if (++step == nth) ::kill(::getpid(), SIGKILL);
       });
     })) << nth;
@@ -114,12 +120,54 @@ TEST(a_session, whose_power_is_cut_at_many_of_its_writes_is_resumed_to_its_end) 
   EXPECT_GT(cuts, 30);
 }
 
+/// Fails at each write from the nth on; the session has to end by name with the arm at rest.
+void fail_from(long at, int error, int& failed, bool& went_through) {
+  const TemporaryDirectory dir;
+  const std::string where = "failed from write " + std::to_string(at);
+  {
+    Journal journal(dir / "j.db");
+    const std::int64_t id = begin(journal);
+    const FailingDisk disk(dir.path(), at, error);
+    bool moving = true;
+    const State end = run_with(journal, id, false, [&](const State& state, const World& world) {
+      if (is_final(state.phase)) moving = world.moving;
+    });
+    went_through = !disk.has_failed();
+    if (end.phase == Phase::kFailed) {
+      ++failed;
+      ASSERT_EQ(end.failure->kind, FailureKind::kJournal) << where;
+      EXPECT_FALSE(moving) << where;
+      const std::string& words = end.failure->detail;
+      const bool advised = error == ENOSPC ? words.find("full") != words.npos ||
+                                                 words.find("Make room") != words.npos
+                                           : words.find("heck") != words.npos;
+      EXPECT_TRUE(advised) << where << words;
+    }
+  }
+  resume_to_the_end(dir / "j.db", where);
+}
+
+TEST(a_session, whose_disk_is_full_or_turns_read_only_holds_still_by_name_and_is_resumed) {
+  for (const int error : {ENOSPC, EROFS}) {
+    int failed = 0;
+    bool went_through = false;
+    constexpr long kStride = 5;
+    for (long at = 0; !went_through; at += kStride) {
+      fail_from(at, error, failed, went_through);
+      if (HasFatalFailure()) return;
+    }
+    std::printf("%s from %d writes on: each ended by name, and was resumed\n",
+                error == ENOSPC ? "disk full" : "disk read-only", failed);
+    EXPECT_GT(failed, 15);
+  }
+}
+
 TEST(a_session, has_every_change_of_phase_and_every_contact_in_its_rows) {
   const TemporaryDirectory dir;
   std::vector<Phase> phases{Phase::kIdle};
   {
     Journal journal(dir / "j.db");
-    run_with(journal, begin(journal), false, [&](const State& state) {
+    run_with(journal, begin(journal), false, [&](const State& state, const World&) {
       if (state.phase != phases.back()) phases.push_back(state.phase);
     });
   }
