@@ -63,8 +63,11 @@ std::optional<Response> Api::drift(const Call& call) {
     const auto record = journal_.session(session);
     return record ? calibration_of(*record) : std::nullopt;
   };
-  return Response{.body = web::drift_to_json(journal_.sessions(),
-                                             asked ? asked->inputs.cell_name : "", calibration)};
+  std::vector<SessionRecord> sessions = journal_.sessions();
+  // Another cell's may have a cell file of the same path.
+  std::erase_if(sessions, [](const SessionRecord& record) { return record.origin.has_value(); });
+  return Response{
+      .body = web::drift_to_json(sessions, asked ? asked->inputs.cell_name : "", calibration)};
 }
 
 std::optional<Response> Api::plan(const Call& call) {
