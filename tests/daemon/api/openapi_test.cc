@@ -138,7 +138,8 @@ TEST_F(a_described_api, answers_as_it_is_described) {
   EXPECT_EQ(ask("GET", one + "/plan", "", "/v1/sessions/{id}/plan").status, 404);
   EXPECT_EQ(ask("GET", "/v1/scene").status, 200);
   EXPECT_EQ(ask("GET", "/v1/drift").status, 200);
-  for (const char* file : {"touches.csv", "calibration.json", "report.html"}) {
+  for (const char* file :
+       {"touches.csv", "calibration.json", "qualification.json", "report.html"}) {
     const std::string path = "/v1/sessions/{id}/" + std::string(file);
     EXPECT_EQ(ask("GET", "/v1/sessions/2/" + std::string(file), "", path).status, 404);
   }
