@@ -42,7 +42,6 @@ struct a_page : ::testing::Test {
                           [](const calib::Cell&) -> std::unique_ptr<Backend> {
                             throw drivers::ConfigError("no hardware in this test");
                           },
-                          {},
                           {}}};
   Api api{service, journal, nullptr, page_answer};
 };
