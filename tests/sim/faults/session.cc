@@ -53,7 +53,7 @@ Ending run_session(FaultyCell& cell, const Job& job, daemon::Journal& journal, s
     state.expected_hash = journal.session(session)->plan_hash;
   }
   Ending ending;
-  const auto note = [&](const daemon::State& now) {
+  const auto note = [&](const daemon::State& now, const std::vector<calib::Touch>&) {
     const bool planned = now.plan && now.in_hand() < now.plan->touches.size();
     const bool last = planned && now.waypoint + 1 >= now.planned().transit.size();
     ending.marks.push_back({cell.now(), now.phase, now.done, last});
