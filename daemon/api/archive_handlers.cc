@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "daemon/api/handlers.h"
-#include "daemon/api/json_text.h"
+#include "daemon/api/http/json_text.h"
 #include "daemon/files/printable.h"
 #include "daemon/service/archive.h"
 

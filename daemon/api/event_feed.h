@@ -21,7 +21,7 @@
 #include <string_view>
 #include <vector>
 
-#include "daemon/api/message.h"
+#include "daemon/api/http/message.h"
 #include "daemon/service/status.h"
 
 namespace cellcal::daemon {

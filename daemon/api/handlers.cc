@@ -4,8 +4,8 @@
 
 #include "calib/files/calibration_json.h"
 #include "calib/model/error.h"
-#include "daemon/api/access.h"
-#include "daemon/api/json_text.h"
+#include "daemon/api/access/access.h"
+#include "daemon/api/http/json_text.h"
 #include "daemon/api/routes.h"
 #include "daemon/api/run_request.h"
 #include "drivers/error.h"

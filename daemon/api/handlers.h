@@ -8,7 +8,7 @@
 #include <string_view>
 
 #include "daemon/api/event_feed.h"
-#include "daemon/api/message.h"
+#include "daemon/api/http/message.h"
 #include "daemon/api/status_json.h"
 #include "daemon/service/service.h"
 

@@ -4,7 +4,7 @@
 
 #include <optional>
 
-#include "daemon/api/message.h"
+#include "daemon/api/http/message.h"
 
 namespace cellcal::daemon {
 

@@ -6,7 +6,7 @@
 #include "calib/files/files.h"
 #include "calib/syntax/input_file.h"
 #include "daemon/api/handlers.h"
-#include "daemon/api/json_text.h"
+#include "daemon/api/http/json_text.h"
 #include "daemon/api/routes.h"
 #include "daemon/api/run_request.h"
 #include "daemon/service/delay_watch.h"

@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "calib/files/calibration_json.h"
-#include "daemon/api/json_text.h"
+#include "daemon/api/http/json_text.h"
 
 namespace cellcal::daemon {
 

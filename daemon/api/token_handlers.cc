@@ -1,8 +1,8 @@
 // Logging in and out, and the tokens themselves.
 
-#include "daemon/api/access.h"
+#include "daemon/api/access/access.h"
 #include "daemon/api/handlers.h"
-#include "daemon/api/json_text.h"
+#include "daemon/api/http/json_text.h"
 #include "daemon/api/routes.h"
 #include "daemon/api/run_request.h"
 #include "daemon/service/backend.h"

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "daemon/api/http.h"
+#include "daemon/api/http/http.h"
 #include "daemon/cli/ask.h"
 #include "daemon/cli/exit_status.h"
 #include "daemon/cli/offline.h"

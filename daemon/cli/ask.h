@@ -4,7 +4,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
-#include "daemon/api/http.h"
+#include "daemon/api/http/http.h"
 #include "daemon/cli/client.h"
 
 namespace cellcal::daemon {

@@ -9,7 +9,7 @@
 #include <thread>
 
 #include "calib/files/calibration_json.h"
-#include "daemon/api/http.h"
+#include "daemon/api/http/http.h"
 #include "daemon/cli/ask.h"
 #include "daemon/cli/exit_status.h"
 #include "daemon/cli/offline.h"

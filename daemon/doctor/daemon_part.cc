@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "calib/files/calibration_json.h"
-#include "daemon/api/http.h"
+#include "daemon/api/http/http.h"
 #include "daemon/doctor/link_words.h"
 #include "daemon/doctor/parts.h"
 

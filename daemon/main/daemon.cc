@@ -9,10 +9,10 @@
 #include <csignal>
 
 #include "calib/files/calibration_json.h"
-#include "daemon/api/access.h"
+#include "daemon/api/access/access.h"
 #include "daemon/api/handlers.h"
 #include "daemon/api/page.h"
-#include "daemon/api/server.h"
+#include "daemon/api/http/server.h"
 #include "daemon/files/log_context.h"
 #include "daemon/main/backends.h"
 #include "daemon/main/log.h"

@@ -7,7 +7,7 @@
 #include <boost/asio/post.hpp>
 #include <thread>
 
-#include "daemon/api/server.h"
+#include "daemon/api/http/server.h"
 
 namespace cellcal::daemon {
 

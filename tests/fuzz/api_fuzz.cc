@@ -11,7 +11,7 @@
 #include "daemon/api/event_feed.h"
 #include "daemon/api/routes.h"
 #include "daemon/api/run_request.h"
-#include "daemon/api/same_site.h"
+#include "daemon/api/access/same_site.h"
 
 namespace {
 

@@ -1,6 +1,6 @@
 // Who comes in over the network, without a socket.
 
-#include "daemon/api/access.h"
+#include "daemon/api/access/access.h"
 
 #include <gtest/gtest.h>
 #include <spdlog/sinks/ostream_sink.h>

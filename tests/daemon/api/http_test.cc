@@ -17,7 +17,7 @@
 #include <utility>
 #include <vector>
 
-#include "daemon/api/server.h"
+#include "daemon/api/http/server.h"
 #include "tests/daemon/journal/temporary_directory.h"
 
 namespace cellcal::daemon {

@@ -10,7 +10,7 @@
 #include <thread>
 #include <vector>
 
-#include "daemon/api/server.h"
+#include "daemon/api/http/server.h"
 #include "tests/daemon/api/tcp_peer.h"
 
 namespace cellcal::daemon {

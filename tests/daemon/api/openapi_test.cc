@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "daemon/api/access.h"
+#include "daemon/api/access/access.h"
 #include "daemon/api/handlers.h"
 #include "daemon/service/archive.h"
 #include "daemon/service/inputs.h"

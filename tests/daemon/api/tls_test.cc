@@ -14,7 +14,7 @@
 #include <fstream>
 #include <thread>
 
-#include "daemon/api/server.h"
+#include "daemon/api/http/server.h"
 #include "tests/daemon/api/tcp_peer.h"
 #include "tests/daemon/journal/temporary_directory.h"
 

@@ -10,7 +10,7 @@
 #include <sstream>
 #include <thread>
 
-#include "daemon/api/http.h"
+#include "daemon/api/http/http.h"
 #include "tests/daemon/cli/process.h"
 #include "tests/daemon/journal/temporary_directory.h"
 

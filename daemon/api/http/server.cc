@@ -1,10 +1,10 @@
-#include "daemon/api/server.h"
+#include "daemon/api/http/server.h"
 
 #include <algorithm>
 #include <boost/asio/post.hpp>
 #include <tuple>
 
-#include "daemon/api/server_impl.h"
+#include "daemon/api/http/server_impl.h"
 
 namespace cellcal::daemon {
 

@@ -11,11 +11,11 @@
 #include <string>
 #include <vector>
 
-#include "daemon/api/attempts.h"
-#include "daemon/api/clearance.h"
-#include "daemon/api/message.h"
-#include "daemon/api/sign_ins.h"
-#include "daemon/api/tokens.h"
+#include "daemon/api/access/attempts.h"
+#include "daemon/api/access/clearance.h"
+#include "daemon/api/http/message.h"
+#include "daemon/api/access/sign_ins.h"
+#include "daemon/api/access/tokens.h"
 
 namespace cellcal::daemon {
 

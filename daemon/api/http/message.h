@@ -5,13 +5,19 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "daemon/api/role.h"
+#include "daemon/api/http/role.h"
 
 namespace cellcal::daemon {
+
+/// A request that is wrong in itself.
+struct BadRequest : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
 
 struct Request {
   std::string method;                        ///< "GET", "POST"

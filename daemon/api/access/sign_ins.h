@@ -8,7 +8,7 @@
 #include <optional>
 #include <string>
 
-#include "daemon/api/tokens.h"
+#include "daemon/api/access/tokens.h"
 
 namespace cellcal::daemon {
 

@@ -1,4 +1,4 @@
-#include "daemon/api/clearance.h"
+#include "daemon/api/access/clearance.h"
 
 #include <utility>
 

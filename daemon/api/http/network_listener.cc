@@ -6,7 +6,7 @@
 #include <boost/asio/ssl/context.hpp>
 #include <optional>
 
-#include "daemon/api/network_connection.h"
+#include "daemon/api/http/network_connection.h"
 
 namespace cellcal::daemon {
 

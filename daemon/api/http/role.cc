@@ -1,4 +1,4 @@
-#include "daemon/api/role.h"
+#include "daemon/api/http/role.h"
 
 namespace cellcal::daemon {
 

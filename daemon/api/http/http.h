@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "daemon/api/message.h"
+#include "daemon/api/http/message.h"
 
 namespace cellcal::daemon {
 

@@ -1,4 +1,4 @@
-#include "daemon/api/message.h"
+#include "daemon/api/http/message.h"
 
 #include <algorithm>
 #include <nlohmann/json.hpp>

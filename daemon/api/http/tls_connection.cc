@@ -1,5 +1,5 @@
-#include "daemon/api/connection_on.h"
-#include "daemon/api/network_connection.h"
+#include "daemon/api/http/connection_on.h"
+#include "daemon/api/http/network_connection.h"
 
 namespace cellcal::daemon {
 

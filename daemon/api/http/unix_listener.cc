@@ -6,8 +6,8 @@
 #include <boost/asio/basic_socket_acceptor.hpp>
 #include <boost/asio/local/stream_protocol.hpp>
 
-#include "daemon/api/connection_on.h"
-#include "daemon/api/unix_socket.h"
+#include "daemon/api/http/connection_on.h"
+#include "daemon/api/http/unix_socket.h"
 
 namespace cellcal::daemon {
 

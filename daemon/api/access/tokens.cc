@@ -1,4 +1,4 @@
-#include "daemon/api/tokens.h"
+#include "daemon/api/access/tokens.h"
 
 #include <openssl/crypto.h>
 #include <openssl/rand.h>

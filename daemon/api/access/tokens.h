@@ -14,7 +14,7 @@
 #include <string_view>
 #include <vector>
 
-#include "daemon/api/role.h"
+#include "daemon/api/http/role.h"
 
 namespace cellcal::daemon {
 

@@ -9,8 +9,8 @@
 #include <optional>
 #include <string>
 
-#include "daemon/api/http.h"
-#include "daemon/api/message.h"
+#include "daemon/api/http/http.h"
+#include "daemon/api/http/message.h"
 
 namespace boost::asio {
 class io_context;

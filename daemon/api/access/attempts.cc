@@ -1,4 +1,4 @@
-#include "daemon/api/attempts.h"
+#include "daemon/api/access/attempts.h"
 
 #include <arpa/inet.h>
 

@@ -1,10 +1,10 @@
-#include "daemon/api/http.h"
+#include "daemon/api/http/http.h"
 
 #include <boost/asio/io_context.hpp>
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
 
-#include "daemon/api/unix_socket.h"
+#include "daemon/api/http/unix_socket.h"
 
 namespace cellcal::daemon {
 

@@ -1,4 +1,4 @@
-#include "daemon/api/sign_ins.h"
+#include "daemon/api/access/sign_ins.h"
 
 #include <openssl/crypto.h>
 

@@ -12,7 +12,7 @@
 #include <boost/beast/ssl.hpp>
 #include <optional>
 
-#include "daemon/api/server_impl.h"
+#include "daemon/api/http/server_impl.h"
 
 namespace cellcal::daemon {
 

@@ -9,7 +9,7 @@
 #include <memory>
 #include <string>
 
-#include "daemon/api/server.h"
+#include "daemon/api/http/server.h"
 #include "daemon/service/worker.h"
 
 namespace cellcal::daemon {

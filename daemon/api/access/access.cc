@@ -1,13 +1,12 @@
-#include "daemon/api/access.h"
+#include "daemon/api/access/access.h"
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 #include <bit>
 
-#include "daemon/api/json_text.h"
-#include "daemon/api/run_request.h"
-#include "daemon/api/same_site.h"
+#include "daemon/api/http/json_text.h"
+#include "daemon/api/access/same_site.h"
 #include "daemon/files/printable.h"
 
 namespace cellcal::daemon {

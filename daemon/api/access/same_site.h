@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/api/message.h"
+#include "daemon/api/http/message.h"
 
 namespace cellcal::daemon {
 
