@@ -179,6 +179,22 @@ std::optional<pid_t> process_behind(const std::filesystem::path& socket) {
   return process;
 }
 
+namespace {
+
+/// Of a user, by the group database, `first` among them.
+std::vector<gid_t> groups_of(const std::string& user, gid_t first) {
+  std::vector<gid_t> groups(16);
+  int count = static_cast<int>(groups.size());
+  if (::getgrouplist(user.c_str(), first, groups.data(), &count) < 0) {
+    groups.resize(static_cast<std::size_t>(count));
+    ::getgrouplist(user.c_str(), first, groups.data(), &count);
+  }
+  groups.resize(static_cast<std::size_t>(std::max(0, count)));
+  return groups;
+}
+
+}  // namespace
+
 ProcessRights rights_in_unit(const std::string& text) {
   ProcessRights rights;
   rights.who = "the service's unit";
@@ -205,6 +221,8 @@ ProcessRights rights_in_unit(const std::string& text) {
       ::getpwnam_r(user.c_str(), &entry, buffer.data(), buffer.size(), &found) == 0 &&
       found != nullptr) {
     rights.uid = found->pw_uid;
+    const std::vector<gid_t> own = groups_of(user, found->pw_gid);  // systemd gives it these, too
+    rights.groups.insert(rights.groups.end(), own.begin(), own.end());
   }
   return rights;
 }

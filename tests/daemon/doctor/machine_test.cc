@@ -1,6 +1,7 @@
 #include "daemon/doctor/machine.h"
 
 #include <arpa/inet.h>
+#include <grp.h>
 #include <gtest/gtest.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
@@ -46,11 +47,20 @@ TEST(rights, of_this_process_are_readable_and_of_none_are_nothing) {
 }
 
 TEST(rights, of_the_shipped_unit_are_all_that_the_robots_thread_needs) {
-  std::ifstream file(CELLCAL_UNIT);
-  const ProcessRights rights = rights_in_unit({std::istreambuf_iterator<char>(file), {}});
+  const auto read = [](const char* path) {
+    std::ifstream file(path);
+    return std::string(std::istreambuf_iterator<char>(file), {});
+  };
+  const ProcessRights rights = rights_in_unit(read(CELLCAL_UNIT));
   EXPECT_TRUE(rights.realtime);
   EXPECT_TRUE(rights.locked_memory);
-  EXPECT_FALSE(rights.groups.empty()) << "dialout";
+  // The serial ports' group comes with the user, whom the package makes.
+  EXPECT_NE(read(CELLCAL_SYSUSERS).find("\nm     cellcal dialout"), std::string::npos);
+  const ProcessRights user = rights_in_unit("[Service]\nUser=root\nSupplementaryGroups=dialout\n");
+  EXPECT_EQ(user.uid, 0u);
+  EXPECT_NE(std::find(user.groups.begin(), user.groups.end(), 0u), user.groups.end());
+  EXPECT_NE(std::find(user.groups.begin(), user.groups.end(), ::getgrnam("dialout")->gr_gid),
+            user.groups.end());
   const ProcessRights none = rights_in_unit("[Service]\nLimitRTPRIO=5\nLimitMEMLOCK=64M\n");
   EXPECT_FALSE(none.realtime);
   EXPECT_FALSE(none.locked_memory);
