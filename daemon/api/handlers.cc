@@ -36,7 +36,7 @@ Api::Api(SessionService& service, Journal& journal, Access* access, Page page)
       network_feed_(source(service)) {}
 
 std::optional<Response> Api::admit_local(Request& request) const {
-  request.caller = {Role::kAdminister, "local"};
+  request.caller = {Role::kAdminister, kLocalName};
   return std::nullopt;
 }
 
@@ -157,9 +157,13 @@ std::optional<Response> Api::clear(const Call& call) {
   return Response{.body = dump({{"valid_s", kClearanceLasts.count()}})};
 }
 
-std::optional<Response> Api::abort(const Call&) {
+bool Api::abort_session() {
   if (access_ != nullptr) access_->clearance().forget();
-  if (!service_.abort()) return error(409, "no session is running");
+  return service_.abort();
+}
+
+std::optional<Response> Api::abort(const Call&) {
+  if (!abort_session()) return error(409, "no session is running");
   return Response{202, "application/json", dump({{"session", service_.status().session}})};
 }
 

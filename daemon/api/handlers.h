@@ -27,6 +27,9 @@ class Api {
   std::optional<Response> admit_local(Request& request) const;
   std::optional<Response> admit_network(Request& request) const;
 
+  /// As POST /v1/abort: the word that the cell is clear goes, too. False: nothing to abort. For no time.
+  bool abort_session();
+
   /// To a request that was admitted. Nothing: there is no answer yet; ask again when the service has
   /// changed, or say give_up.
   std::optional<Response> answer(const Request& request, bool give_up = true);

@@ -74,6 +74,7 @@ std::optional<Response> Api::remove_token(const Call& call) {
   if (!access().tokens().remove(std::string(call.variable))) {
     throw NotFound("no such token. See 'cellcal token list'");
   }
+  access().clearance().forget();  // it may have been this token's word
   return Response{.body = "{}"};
 }
 

@@ -19,6 +19,7 @@ constexpr std::chrono::milliseconds kPause{1};
 }  // namespace
 
 std::vector<std::string> Journal::backup(const std::filesystem::path& file) {
+  const std::lock_guard one(impl_->one_backup);  // two of one name would write into each other
   std::unique_lock lock(impl_->mutex);
   DatabaseCopy copy(impl_->database, file);
   Head end = impl_->chain.end();

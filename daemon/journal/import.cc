@@ -55,9 +55,14 @@ class Import {
       refuse("there is no table '" + entry.table + "'");
     const std::vector<std::string> known = columns_of(database_, entry.table);
     std::string names, places;
-    for (const std::string& name : entry.names) {
+    for (const std::string& name : entry.names)
       if (std::find(known.begin(), known.end(), name) == known.end())
         refuse("table '" + entry.table + "' has no column '" + name + "'");
+    // The digest is of the values in their order; versions only append columns.
+    if (entry.names.size() > known.size() ||
+        !std::equal(entry.names.begin(), entry.names.end(), known.begin()))
+      refuse("the columns of table '" + entry.table + "' are not those of any version");
+    for (const std::string& name : entry.names) {
       names += (names.empty() ? "" : ", ") + name;
       places += places.empty() ? "?" : ",?";
     }

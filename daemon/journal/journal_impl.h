@@ -35,6 +35,7 @@ struct Journal::Impl {
   void judge(SessionRecord& record);
 
   std::mutex mutex;  ///< held while the disk is waited for
+  std::mutex one_backup;
   LockFile lock;
   HeadFile head;
   Database database;

@@ -11,8 +11,8 @@
 #include "calib/files/calibration_json.h"
 #include "daemon/api/access/access.h"
 #include "daemon/api/handlers.h"
-#include "daemon/api/page.h"
 #include "daemon/api/http/server.h"
+#include "daemon/api/page.h"
 #include "daemon/files/log_context.h"
 #include "daemon/main/backends.h"
 #include "daemon/main/log.h"
@@ -58,12 +58,12 @@ class Watchdog {
 };
 
 /// SIGUSR1 is 'cellcal abort' without a connection.
-void abort_at_signal(asio::signal_set& signal, SessionService& service) {
+void abort_at_signal(asio::signal_set& signal, Api& api) {
   signal.async_wait([&](boost::system::error_code cancelled, int) {
     if (cancelled) return;
-    const bool running = service.abort();
+    const bool running = api.abort_session();
     spdlog::info("signal SIGUSR1: {}", running ? "aborting the session" : "nothing to abort");
-    abort_at_signal(signal, service);
+    abort_at_signal(signal, api);
   });
 }
 
@@ -195,7 +195,7 @@ void run_daemon(const DaemonConfig& config, const std::function<DaemonConfig()>&
   });
   OnRequest reload([&] { read_again(live, service); });
   reload_at_hang_up(hang_ups, reload);
-  abort_at_signal(abort_signal, service);
+  abort_at_signal(abort_signal, api);
   const Watchdog watchdog(context, service);
   spdlog::info("cellcald {} listens on {}, backend {}", calib::software_version(),
                config.socket.string(), name_of(config.backend));

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "calib/files/calibration_json.h"
 #include "calib/files/files.h"
@@ -118,10 +119,16 @@ void check_archive(const Archive& archive, const std::string& from) {
     if (manifest.at("sum") != sum_of(manifest))
       refuse(from, kManifest, "was changed after it was written. Export the session again");
     bool has_rows = false;
+    std::set<std::string> listed{kManifest};
     for (const json& file : manifest.at("files")) {
       check_file(archive, from, file);
+      listed.insert(file.at("name").get<std::string>());
       has_rows |= file.at("name") == kRows;
     }
+    // Names become paths where it is written, and contents count where it is read.
+    for (const auto& [name, text] : archive)
+      if (!listed.contains(name))
+        refuse(from, name, "is not listed in export.json. Export the session again");
     if (!has_rows) refuse(from, kManifest, "lists no rows. Export the session again");
   } catch (const json::exception& error) {
     refuse(from, kManifest,
@@ -157,8 +164,10 @@ void write_archive(const Archive& archive, const fs::path& directory) {
   fs::path part = directory;
   if (!part.has_filename()) part = part.parent_path();
   part += ".part";
-  fs::remove_all(part);
-  fs::create_directories(part);
+  if (!fs::create_directories(part))
+    throw ArchiveError(part.string() +
+                       ": is there already, of an export that was broken off or of somebody's own. "
+                       "Look into it, remove it, export again");
   try {
     for (const auto& [name, text] : archive) write_atomically(part / name, text);
     fs::remove(directory, code);  // empty
@@ -175,8 +184,10 @@ Imported import_archive(Journal& journal, const Archive& archive, const std::str
   const auto [session, is_new] =
       journal.import(archive.at(kRows), (fs::path(from) / kRows).string());
   const auto record = journal.session(session);
-  if (!is_new || !record || record->calibration.empty()) return {session, is_new};
   const fs::path results = results_dir(session);
+  const bool wanted = record && !record->calibration.empty() && record->origin;
+  // Also behind one that got no farther than the rows.
+  if (!wanted || fs::exists(results / "calibration.json")) return {session, is_new};
   fs::create_directories(results);
   write_atomically(results / "calibration.json", record->calibration);
   return {session, is_new};

@@ -5,10 +5,6 @@
 
 namespace cellcal::daemon {
 
-// As the journal has it.
-NLOHMANN_JSON_SERIALIZE_ENUM(SessionKind, {{SessionKind::kCalibrate, "calibrate"},
-                                           {SessionKind::kQualify, "qualify"}})
-
 const char* to_string(SessionKind kind) {
   return kind == SessionKind::kQualify ? "qualify" : "calibrate";
 }
@@ -17,6 +13,16 @@ std::optional<SessionKind> session_kind(std::string_view name) {
   for (const SessionKind kind : {SessionKind::kCalibrate, SessionKind::kQualify})
     if (name == to_string(kind)) return kind;
   return std::nullopt;
+}
+
+// As the journal has it.
+void to_json(nlohmann::json& json, SessionKind kind) { json = to_string(kind); }
+void from_json(const nlohmann::json& json, SessionKind& kind) {
+  const auto known = session_kind(json.get<std::string>());
+  if (!known)
+    throw std::runtime_error("stored session options: kind " + json.dump() +
+                             " is of another version");
+  kind = *known;
 }
 
 namespace {

@@ -111,9 +111,9 @@ Tasks qualification_tasks(std::shared_ptr<const TaskInputs> inputs) {
     const calib::Cell& cell = inputs->cell;
     const StatedContact stated{cell.touch_sigma_m, cell.latch_delay_s, cell.latch_delay_sigma_s,
                                cell.radius_offset_sigma_m};
-    const Qualification q =
-        qualify(*plan, inputs->readings(), inputs->options.touch.fast_m_s,
-                inputs->options.touch.slow_m_s, stated, radius_offset(calibration));
+    const Qualification q = qualify(
+        *plan, inputs->readings(), inputs->options.touch.fast_m_s, inputs->options.touch.slow_m_s,
+        stated, radius_offset(calibration), inputs->options.touch.confirm_every <= 1);
     std::filesystem::create_directories(inputs->results_dir);
     write_atomically(inputs->results_dir / "touches.csv",
                      calib::format_touches(touches, cell.robot));

@@ -60,6 +60,15 @@ void look_at_cell(const calib::Cell& cell) {
   }
 }
 
+/// The delay is read off two speeds. (So the slowest search is fast enough for one arming, too.)
+void look_at_speeds(const TouchPolicy& touch) {
+  if (touch.fast_m_s - touch.slow_m_s >= kLeastSpeedDifferenceMS) return;
+  throw RequestError(fmt::format(
+      "fast_search_mm_s = {:g} and slow_search_mm_s = {:g}: a qualification needs {:g} mm/s between them. Set "
+      "them under [motion]",
+      1e3 * touch.fast_m_s, 1e3 * touch.slow_m_s, 1e3 * kLeastSpeedDifferenceMS));
+}
+
 void look_at_target(const calib::Cell& cell, const std::string& target) {
   try {
     calib::qualification_target(cell, target);
@@ -172,7 +181,6 @@ std::unique_ptr<SessionService::Job> SessionService::prepare(const RunRequest& r
     job->options.touch = job->settings.touch;
     job->options.kind = request.kind;
     job->options.target = request.target;
-    if (request.kind == SessionKind::kQualify) job->options.touch.confirm_every = 1;
   }
   job->cell = cell_of(job->inputs);
   if (request.goal_mm && request.fit_touches) {
@@ -192,8 +200,10 @@ std::unique_ptr<SessionService::Job> SessionService::prepare(const RunRequest& r
   // Not in the journal: what stands in the cell now is what must not be hit now.
   calib::load_meshes(job->cell, std::filesystem::path(job->inputs.cell_name).parent_path());
   if (!request.resume) look_at_cell(job->cell);
-  if (!request.resume && request.kind == SessionKind::kQualify)
+  if (!request.resume && request.kind == SessionKind::kQualify) {
     look_at_target(job->cell, request.target);
+    look_at_speeds(job->options.touch);
+  }
   if (job->cell.robot.joints.size() > drivers::kMaxAxes) {
     throw RequestError("the robot file has " + std::to_string(job->cell.robot.joints.size()) +
                        " joints, more than can be driven: " + std::to_string(drivers::kMaxAxes));
@@ -206,7 +216,13 @@ std::int64_t SessionService::start(const RunRequest& request) {
   {
     std::unique_lock lock(mutex_);
     const bool closing = is_final(history_.back().phase);
-    if (busy_ && closing) idle_.wait_for(lock, kClosing, [this] { return !busy_; });
+    if (busy_ && closing) {
+      abort_early_ = false;
+      ++waiting_;
+      idle_.wait_for(lock, kClosing, [this] { return !busy_ || abort_early_; });
+      --waiting_;
+      if (abort_early_) throw BusyError("aborted before it began: no session was started");
+    }
     if (ending_) throw BusyError("the daemon is being stopped; start it again");
     if (busy_ && starting_) throw BusyError("a session is being prepared. See 'cellcal status'");
     if (busy_) {
@@ -278,6 +294,7 @@ void SessionService::run(Job& job) {
 void SessionService::carry_out(Job& job) {
   State state;
   state.policy = job.options.touch;
+  if (job.options.kind == SessionKind::kQualify) state.policy.confirm_every = 1;
   state.timeouts = job.settings.timeouts;
   state.retries = job.settings.retries;
   state.how_to_start = job.backend->how_to_start();
@@ -425,7 +442,11 @@ void SessionService::keep_links(LinkReport report) {
 
 bool SessionService::abort() {
   const std::lock_guard lock(mutex_);
-  if (starting_) return abort_early_ = true;
+  if (starting_ || waiting_ > 0) {
+    abort_early_ = true;
+    idle_.notify_all();
+    return true;
+  }
   if (!busy_ || is_final(history_.back().phase)) return false;
   if (runner_ != nullptr) {
     runner_->request_abort();

@@ -120,6 +120,7 @@ class SessionService {
   PlanInHand plan_;
   Runner* runner_ = nullptr;
   bool busy_ = false, starting_ = false, ending_ = false, abort_early_ = false;
+  int waiting_ = 0;  ///< starts that wait until the session before has let its devices go
   std::thread thread_;
 };
 

@@ -20,6 +20,8 @@ struct Contacts {
 
 /// A chance of one in a hundred and fifty, one side.
 constexpr double kSigmas = 2.5;
+/// Of the delay, whose sigma is read off the same few touches: a chance of one in a hundred, both sides.
+constexpr double kDelaySigmas = 3.5;
 
 double mean(const std::vector<double>& values) {
   double sum = 0.0;
@@ -68,11 +70,17 @@ std::optional<ContactDelay> delay_of(const std::vector<Visit>& visits, double sl
   return contact_delay(touches, kUnit, 0.0);
 }
 
-/// One contact of each touch, the delay taken out, about the mean of its place.
-std::optional<Figure> noise_of(const std::vector<Visit>& visits, double delay_s, int& dof) {
+/// One depth of each touch about the mean of its place: of its fast contact, the delay taken out; or of
+/// its slow ones, whose speed is always the same.
+std::optional<Figure> noise_of(const std::vector<Visit>& visits, double delay_s, bool slow,
+                               int& dof) {
   std::map<std::size_t, std::vector<double>> places;
-  for (const Visit& visit : visits)
-    places[visit.place].push_back(*visit.contacts.fast_m - visit.speed_m_s * delay_s);
+  for (const Visit& visit : visits) {
+    if (!slow)
+      places[visit.place].push_back(*visit.contacts.fast_m - visit.speed_m_s * delay_s);
+    else if (!visit.contacts.slow_m.empty())
+      places[visit.place].push_back(mean(visit.contacts.slow_m));
+  }
   double squares = 0.0;
   for (const auto& [place, depths_m] : places) {
     const double middle = mean(depths_m);
@@ -104,13 +112,15 @@ std::vector<Overtravel> overtravel_of(const calib::Plan& plan,
 
 std::vector<QualificationFinding> findings_of(const Qualification& q) {
   std::vector<QualificationFinding> findings;
-  if (q.noise_m && q.noise_m->value - kSigmas * q.noise_m->sigma > q.stated.touch_sigma_m)
+  // Were the noise as stated, it would come out so much larger once in a hundred and fifty times.
+  const double by_chance = 1.0 + kSigmas / std::sqrt(2.0 * std::max(1, q.noise_dof));
+  if (q.noise_m && q.noise_m->value > by_chance * q.stated.touch_sigma_m)
     findings.push_back(QualificationFinding::kNoiseAboveStated);
   if (std::any_of(q.overtravel.begin(), q.overtravel.end(),
                   [](const Overtravel& o) { return o.median_m > kOvertravelLimitM; }))
     findings.push_back(QualificationFinding::kOvertravelTooLong);
   if (q.delay && std::abs(q.delay->delay_s - q.stated.delay_s) >
-                     kSigmas * std::hypot(q.delay->sigma_s, q.stated.delay_sigma_s))
+                     kDelaySigmas * std::hypot(q.delay->sigma_s, q.stated.delay_sigma_s))
     findings.push_back(QualificationFinding::kDelayNotAsStated);
   if (q.radius_offset_m &&
       std::abs(q.radius_offset_m->value) >
@@ -137,7 +147,7 @@ const char* to_string(QualificationFinding finding) {
 
 Qualification qualify(const calib::Plan& plan, std::span<const RecordReading> readings,
                       double fast_m_s, double slow_m_s, const StatedContact& stated,
-                      std::optional<Figure> radius_offset_m) {
+                      std::optional<Figure> radius_offset_m, bool touches_are_slow) {
   const std::vector<Visit> visits = visits_of(plan, readings, fast_m_s);
   Qualification q;
   if (!plan.touches.empty()) q.target = plan.touches.front().target;
@@ -145,7 +155,8 @@ Qualification qualify(const calib::Plan& plan, std::span<const RecordReading> re
   for (std::size_t i = 0; i < visits.size(); ++i)
     q.places += i == 0 || visits[i].place != visits[i - 1].place;
   q.delay = delay_of(visits, slow_m_s);
-  q.noise_m = noise_of(visits, q.delay ? q.delay->delay_s : stated.delay_s, q.noise_dof);
+  q.noise_m =
+      noise_of(visits, q.delay ? q.delay->delay_s : stated.delay_s, touches_are_slow, q.noise_dof);
   q.overtravel = overtravel_of(plan, readings, fast_m_s, slow_m_s);
   for (const RecordReading& one : readings) {
     q.reaction_worst_s = std::max(q.reaction_worst_s, one.reading.reaction_s);

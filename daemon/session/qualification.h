@@ -79,10 +79,11 @@ struct Qualification {
 inline constexpr double kOvertravelLimitM = 0.3e-3;
 
 /// `readings`: all of the session, as they were made; those of touches that are not in `plan` are left
-/// aside. `slow_m_s`: of the searches that confirm; `fast_m_s`: of those without a speed of their own.
+/// aside. `touches_are_slow`: sessions of this cell confirm every touch, so the mean of the slow contacts
+/// is what scatters. `slow_m_s`: of the searches that confirm; `fast_m_s`: of those without a speed of their own.
 Qualification qualify(const calib::Plan& plan, std::span<const RecordReading> readings,
                       double fast_m_s, double slow_m_s, const StatedContact& stated,
-                      std::optional<Figure> radius_offset_m = {});
+                      std::optional<Figure> radius_offset_m = {}, bool touches_are_slow = false);
 
 /// One line each, number first; what is wrong behind them, each with what to do.
 std::vector<std::string> in_words(const Qualification& qualification);

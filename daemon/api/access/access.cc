@@ -5,8 +5,8 @@
 
 #include <bit>
 
-#include "daemon/api/http/json_text.h"
 #include "daemon/api/access/same_site.h"
+#include "daemon/api/http/json_text.h"
 #include "daemon/files/printable.h"
 
 namespace cellcal::daemon {
@@ -66,7 +66,7 @@ std::optional<Response> Access::admit(Request& request, Role needed) {
                           "\" is not known as this computer's. Ask by its address, or add the name "
                           "to host_names of [http] in cellcald.toml");
   }
-  if (changes_something(request) && !origin_is_ours(request)) {
+  if (changes_something(request) && !origin_is_ours(request, config_.tls)) {
     return error(403, "the request was sent by a page of " + shown(request.header("origin")) +
                           ", not by this daemon's own. Open this daemon's page instead");
   }
@@ -106,7 +106,8 @@ Response Access::wrong_token(const Request& request) {
                          "this token or login is not known, or has ended. 'cellcal token list' "
                          "shows the tokens; log in again");
   wrong.headers = {{"WWW-Authenticate", "Bearer"}};
-  wrong.hold = count.wait;
+  // Guessing is not what an abort is for; who is told at once can log in, or press the emergency stop.
+  if (request.path != "/v1/abort") wrong.hold = count.wait;
   return wrong;
 }
 

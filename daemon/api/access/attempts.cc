@@ -17,6 +17,7 @@ constexpr std::size_t kMostAddresses = 1000;
 std::string network_of(const std::string& address) {
   in6_addr bytes{};
   if (::inet_pton(AF_INET6, address.c_str(), &bytes) != 1) return address;
+  if (IN6_IS_ADDR_V4MAPPED(&bytes)) return address;  // or all of IPv4 would be one network
   constexpr std::size_t kNetworkBytes = 8;
   return std::string(reinterpret_cast<const char*>(bytes.s6_addr), kNetworkBytes);
 }

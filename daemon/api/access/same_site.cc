@@ -42,11 +42,11 @@ bool host_is_ours(const Request& request, const std::vector<std::string>& names)
          std::find(names.begin(), names.end(), host) != names.end();
 }
 
-bool origin_is_ours(const Request& request) {
+bool origin_is_ours(const Request& request, bool tls) {
   const std::string origin = lower(request.header("origin"));
   if (origin.empty()) return !request.headers.contains("origin");
   const std::string host = lower(request.header("host"));
-  return origin == "http://" + host || origin == "https://" + host;
+  return origin == "https://" + host || (!tls && origin == "http://" + host);
 }
 
 }  // namespace cellcal::daemon

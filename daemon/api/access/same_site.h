@@ -14,7 +14,8 @@ namespace cellcal::daemon {
 bool host_is_ours(const Request& request, const std::vector<std::string>& names);
 
 /// Without an Origin header, which browsers send with every POST, or with that of the page that was
-/// got from the same host and port.
-bool origin_is_ours(const Request& request);
+/// got from the same host and port; `tls`: over TLS alone, since anybody
+/// on the way can send a page without it. (Without, a proxy before this daemon may speak it.)
+bool origin_is_ours(const Request& request, bool tls);
 
 }  // namespace cellcal::daemon

@@ -141,6 +141,9 @@ std::string TokenStore::add(const std::string& name, Role role, const std::strin
   if (!is_token_name(name)) {
     throw TokenError("the name must have 1 to 64 letters, digits, '.', '_' or '-'");
   }
+  if (name == kLocalName)
+    throw TokenError(
+        "the name \"local\" is of those who come over the Unix socket. Choose another");
   const std::lock_guard lock(writing_);
   if (!problem_.empty()) throw TokenError(problem_);
   Tokens next = *tokens();

@@ -125,12 +125,18 @@ class ConnectionOn final : public Connection,
       request_.headers.emplace(std::move(name), std::string(field.value()));
     }
     request_.peer = peer();
+    taken_ = std::chrono::steady_clock::now();
   }
 
   void ask_clerk(HttpServer::Impl& server) {
     waits_ = Waits::kForClerk;
     const bool taken = server.ask_clerk([self = this->shared_from_this(), &server] {
-      auto answer = server.parts.handler(self->request_, true);
+      // Who asked for something to be done has given up by then, and may have gone to the cell.
+      auto answer = self->is_stale()
+                        ? std::optional(error(503,
+                                              "this waited for too long behind other requests: "
+                                              "nothing was done. Ask again"))
+                        : server.parts.handler(self->request_, true);
       asio::post(server.context, [self, answer = std::move(answer)]() mutable {
         if (self->lowest().socket().is_open()) self->write(std::move(answer), self->keep_);
       });
@@ -148,6 +154,12 @@ class ConnectionOn final : public Connection,
                        refusal = std::move(refusal)](beast::error_code cancelled) mutable {
       if (!cancelled) self->write(std::move(refusal), self->keep_);
     });
+  }
+
+  bool is_stale() const {
+    constexpr std::chrono::seconds kLongestQueue{10};
+    return request_.is_from_network() && request_.method != "GET" &&
+           std::chrono::steady_clock::now() - taken_ > kLongestQueue;
   }
 
   void refuse(int status, const std::string& words) { write(error(status, words), false); }
@@ -261,6 +273,7 @@ class ConnectionOn final : public Connection,
   std::optional<http::request_parser<http::string_body>> parser_;
   http::response<http::string_body> answer_;
   Request request_;
+  std::chrono::steady_clock::time_point taken_{};  ///< when it was whole
   std::shared_ptr<daemon::Stream> events_;
   std::string chunk_;
   bool keep_ = false, sending_ = false;

@@ -14,6 +14,9 @@ const char* to_string(Role role);
 /// "look", "operate", "administer"; nothing for any other word.
 std::optional<Role> parse_role(std::string_view word);
 
+/// Of who comes over the Unix socket.
+inline constexpr const char* kLocalName = "local";
+
 struct Caller {
   Role role = Role::kNobody;
   std::string name{};  ///< the token's; "local" over the Unix socket

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "daemon/api/access/same_site.h"
 #include "daemon/api/handlers.h"
 #include "drivers/error.h"
 #include "tests/daemon/journal/temporary_directory.h"
@@ -135,7 +136,7 @@ TEST_F(an_api_on_the_network, refuses_what_is_no_token) {
 TEST_F(an_api_on_the_network, slows_an_address_that_tries_and_nobody_who_has_a_token) {
   std::chrono::milliseconds before{0};
   for (int i = 0; i < 12; ++i) {
-    Request wrong = request("POST", "/v1/abort", {{"authorization", "Bearer guess"}});
+    Request wrong = request("GET", "/v1/status", {{"authorization", "Bearer guess"}});
     const auto hold = ask(wrong).hold;
     EXPECT_GE(hold, before) << i;
     before = hold;
@@ -226,8 +227,8 @@ TEST_F(an_api_on_the_network, refuses_what_a_page_of_somebody_else_sends) {
     EXPECT_EQ(no.status, 403) << origin;
     EXPECT_NE(words(no).find(origin), std::string::npos) << words(no);
   }
-  EXPECT_EQ(abort("http://10.0.0.5:8080").status, 409) << "nothing to abort";
-  EXPECT_EQ(abort("HTTPS://10.0.0.5:8080").status, 409);
+  EXPECT_EQ(abort("http://10.0.0.5:8080").status, 403) << "this daemon speaks TLS";
+  EXPECT_EQ(abort("HTTPS://10.0.0.5:8080").status, 409) << "nothing to abort";
   EXPECT_EQ(ask(request("POST", "/v1/login", {{"origin", "http://evil.example"}},
                         json{{"token", secret[Role::kLook]}}.dump()))
                 .status,
@@ -323,6 +324,23 @@ TEST_F(a_word, is_void_once_a_session_is_under_way_has_failed_or_was_aborted) {
   }
 }
 
+TEST_F(an_api_on_the_network, answers_an_abort_at_once_whatever_token_comes_with_it) {
+  for (int i = 0; i < 8; ++i) {
+    const Response no = ask(request("POST", "/v1/abort", {{"authorization", "Bearer wrong"}}));
+    EXPECT_EQ(no.status, 401);
+    EXPECT_EQ(no.hold.count(), 0);
+  }
+}
+
+TEST(an_origin, over_tls_is_a_page_that_came_over_tls) {
+  Request request;
+  request.headers = {{"host", "cell:8443"}, {"origin", "http://cell:8443"}};
+  EXPECT_TRUE(origin_is_ours(request, false));
+  EXPECT_FALSE(origin_is_ours(request, true));
+  request.headers["origin"] = "https://cell:8443";
+  EXPECT_TRUE(origin_is_ours(request, true));
+}
+
 TEST(failed_attempts, of_one_network_are_counted_together_and_forgotten_in_time) {
   std::chrono::steady_clock::time_point now{};
   FailedAttempts failed([&] { return now; });
@@ -331,6 +349,8 @@ TEST(failed_attempts, of_one_network_are_counted_together_and_forgotten_in_time)
   EXPECT_EQ(failed.add("2001:db8:1::2").so_far, 1);
   EXPECT_EQ(failed.add("10.0.0.1").so_far, 1);
   EXPECT_EQ(failed.add("10.0.0.2").so_far, 1);
+  EXPECT_EQ(failed.add("::ffff:10.0.0.3").so_far, 1);
+  EXPECT_EQ(failed.add("::ffff:10.0.0.4").so_far, 1) << "all of IPv4 is not one network";
   now += std::chrono::minutes(11);
   EXPECT_EQ(failed.add("2001:db8::1").so_far, 1);
   for (int i = 0; i < 5000; ++i)

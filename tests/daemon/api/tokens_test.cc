@@ -80,6 +80,12 @@ TEST(tokens, need_a_name_of_their_own) {
   EXPECT_EQ(tokens.list().size(), 1u);
 }
 
+TEST(tokens, are_not_named_as_those_who_come_over_the_unix_socket) {
+  TemporaryDirectory dir;
+  TokenStore tokens(dir / "t.json");
+  EXPECT_THROW(tokens.add("local", Role::kAdminister, "t"), TokenError);
+}
+
 TEST(tokens, of_a_file_that_is_damaged_are_not_accepted_and_the_file_is_kept) {
   const TemporaryDirectory dir;
   std::string good;

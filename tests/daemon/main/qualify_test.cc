@@ -78,5 +78,15 @@ TEST(a_qualification, is_refused_where_it_cannot_be_one) {
   EXPECT_EQ(fixture.status()["session"], 0);
 }
 
+TEST(a_qualification, needs_two_speeds_to_read_the_delay_off) {
+  DaemonFixture fixture("[motion]\nfast_search_mm_s = 2.5\n");
+  fixture.start();
+  const nlohmann::json body{{"kind", "qualify"}, {"cell", CELLCAL_DEMO_CELL}};
+  const Response answer = http_request(fixture.socket(), "POST", "/v1/run", body.dump());
+  EXPECT_EQ(answer.status, 422);
+  EXPECT_NE(answer.body.find("fast_search_mm_s = 2.5 and slow_search_mm_s = 2"), std::string::npos)
+      << answer.body;
+}
+
 }  // namespace
 }  // namespace cellcal::daemon::testing

@@ -121,6 +121,50 @@ TEST_F(an_export, of_another_format_or_with_names_of_its_own_is_refused) {
   }
 }
 
+TEST_F(an_export, with_a_file_that_it_does_not_list_is_refused_and_nothing_is_written) {
+  for (const std::string name : {"../x", "/tmp/x", "compared.json2", "notes.txt"}) {
+    Archive more = archive;
+    more[name] = "x";
+    EXPECT_NE(refusal([&] { write_archive(more, dir / "to"); }).find("not listed"),
+              std::string::npos)
+        << name;
+  }
+  EXPECT_FALSE(std::filesystem::exists(dir / "to"));
+  EXPECT_FALSE(std::filesystem::exists(dir / "to.part"));
+}
+
+TEST_F(an_export, does_not_remove_what_stands_where_it_is_made) {
+  std::filesystem::create_directories(dir / "to.part");
+  std::ofstream(dir / "to.part/mine") << "x";
+  EXPECT_NE(refusal([&] { write_archive(archive, dir / "to"); }).find("to.part"),
+            std::string::npos);
+  EXPECT_TRUE(std::filesystem::exists(dir / "to.part/mine"));
+}
+
+TEST_F(an_export, whose_columns_were_exchanged_is_not_imported) {
+  std::string rows = archive.at("rows.jsonl");
+  const auto exchange = [&](const std::string& what, const std::string& by) {
+    for (std::size_t at = 0; (at = rows.find(what, at)) != std::string::npos; at += by.size())
+      rows.replace(at, what.size(), by);
+  };
+  exchange("\"joint_rad\"", "\"#\"");
+  exchange("\"settled_rad\"", "\"joint_rad\"");
+  exchange("\"#\"", "\"settled_rad\"");
+  ASSERT_NE(rows, archive.at("rows.jsonl"));
+  Journal other(dir / "other.db");
+  EXPECT_THROW(other.import(rows, "e/rows.jsonl"), JournalError);
+  EXPECT_TRUE(other.sessions().empty());
+}
+
+TEST_F(an_export, whose_import_ended_behind_the_rows_is_completed_by_the_next) {
+  Journal other(dir / "other.db");
+  const auto session = take_in(other, archive).session;
+  const auto result = dir / ("results-" + std::to_string(session)) / "calibration.json";
+  ASSERT_TRUE(std::filesystem::remove(result));
+  EXPECT_FALSE(take_in(other, archive).is_new);
+  EXPECT_TRUE(std::filesystem::exists(result));
+}
+
 TEST_F(an_export, is_written_into_no_directory_that_holds_anything) {
   std::filesystem::create_directories(dir / "full/x");
   EXPECT_NE(refusal([&] { write_archive(archive, dir / "full"); }).find("not empty"),

@@ -27,6 +27,15 @@ TEST(stored_options, of_an_earlier_version_confirm_every_touch_as_it_did) {
   EXPECT_EQ(options_from_json(json.dump()).touch.confirm_every, 1);
 }
 
+TEST(stored_options, of_a_kind_that_this_version_does_not_know_are_no_calibration) {
+  SessionOptions options;
+  options.kind = SessionKind::kQualify;
+  std::string stored = options_to_json(options);
+  EXPECT_EQ(options_from_json(stored).kind, SessionKind::kQualify);
+  stored.replace(stored.find("qualify"), 7, "polish_");
+  EXPECT_THROW(options_from_json(stored), std::runtime_error);
+}
+
 TEST(stored_options, that_lack_a_key_are_refused_by_its_name) {
   nlohmann::json json = nlohmann::json::parse(options_to_json({}));
   json.erase("fast_m_s");

@@ -113,6 +113,24 @@ TEST(AQualification, PassesWhatIsAsStatedInNineteenOfTwentyCells) {
   EXPECT_GE(passed, 95);
 }
 
+TEST(AQualification, PassesNoiseThatIsTwiceWhatIsStatedInNoCellOfTwenty) {
+  int passed = 0;
+  for (unsigned seed = 1; seed <= 100; ++seed) passed += of({6e-5, 1e-4, 0.020}, seed).passed();
+  EXPECT_LE(passed, 8);
+}
+
+TEST(AQualification, OfSessionsThatConfirmEveryTouchMeasuresTheNoiseOfTheirMeans) {
+  const calib::Plan made = plan();
+  double fast = 0.0, slow = 0.0;
+  for (unsigned seed = 1; seed <= 100; ++seed) {
+    const auto all = readings(made, {3e-5, 0.0, 0.020}, seed);
+    fast += qualify(made, all, kFastMS, kSlowMS, kStated).noise_m->value / 100;
+    slow += qualify(made, all, kFastMS, kSlowMS, kStated, {}, true).noise_m->value / 100;
+  }
+  EXPECT_NEAR(fast, 3e-5, 3e-6);
+  EXPECT_NEAR(slow, 3e-5 / std::sqrt(2.0), 3e-6);
+}
+
 TEST(AQualification, NamesEachFigureThatIsNotAsStated) {
   EXPECT_TRUE(has(of({1e-4, 0.0, 0.020}), QualificationFinding::kNoiseAboveStated));
   EXPECT_TRUE(has(of({1e-6, 0.0, 0.0301}), QualificationFinding::kOvertravelTooLong));
