@@ -25,8 +25,8 @@ constexpr Prior kRipple[] = {{0.0, 0.25},
                              {6.0 * kRadPerArcsec, 0.25},
                              {15.0 * kRadPerArcsec, 0.15}};
 /// The robot file's is the largest that one would expect; a third of it is as usual. None at all is no
-/// arm: with 0 in place of 0.1, arms that give by a tenth were taken for stiff ones, and four of ten
-/// poses then lay outside of their bound (calib/estimate/README).
+/// arm: with 0 in place of 0.1, arms that give by a tenth were taken for stiff ones, and of the worst
+/// of them a quarter of the poses lay outside of their bound (calib/estimate/README).
 constexpr double kLargest = 1.0;
 constexpr Prior kCompliance[] = {{0.1, 0.2}, {0.3, 0.4}, {kLargest, 0.4}};
 /// Three arms in ten that give as much have play, too. Beside the largest compliance alone: where there

@@ -420,38 +420,4 @@ std::vector<RecordReading> Journal::readings(std::int64_t session) {
   return readings;
 }
 
-std::vector<FastAndSlow> Journal::contacts(std::int64_t session) {
-  const std::lock_guard lock(impl_->mutex);
-  impl_->chain.verify(session);
-  // A touch that was begun anew (after a retry, by a resumed session) counts from its last fast
-  // contact on.
-  Statement select(impl_->database,
-                   "SELECT touch, slow, along_m FROM reading WHERE session=?1 AND touch IN "
-                   "(SELECT number FROM touch WHERE session=?1) ORDER BY touch, rowid");
-  select.bind(1, session);
-  struct Sum {
-    std::optional<double> fast_m;
-    double slow_m = 0.0;
-    int slow = 0;
-  } sum;
-  std::vector<FastAndSlow> contacts;
-  const auto finish = [&] {
-    if (sum.fast_m && sum.slow > 0) contacts.push_back({*sum.fast_m, sum.slow_m / sum.slow});
-    sum = {};
-  };
-  std::int64_t touch = -1;
-  while (select.step()) {
-    if (select.integer(0) != touch) finish();
-    touch = select.integer(0);
-    if (select.integer(1) == 0) {
-      sum = {select.number(2), 0.0, 0};
-    } else {
-      sum.slow_m += select.number(2);
-      ++sum.slow;
-    }
-  }
-  finish();
-  return contacts;
-}
-
 }  // namespace cellcal::daemon

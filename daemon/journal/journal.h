@@ -11,7 +11,6 @@
 
 #include "calib/model/touch.h"
 #include "daemon/session/action.h"
-#include "daemon/session/contact_delay.h"
 #include "daemon/session/evidence.h"
 
 namespace cellcal::daemon {
@@ -102,8 +101,6 @@ class Journal {
   int reading_count(std::int64_t session);
   /// In the order in which they were made.
   std::vector<RecordReading> readings(std::int64_t session);
-  /// Of the touches that were recorded, their contacts at both speeds.
-  std::vector<FastAndSlow> contacts(std::int64_t session);
   std::optional<Compared> compared(std::int64_t session);
 
   // Archives and copies.

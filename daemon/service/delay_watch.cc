@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "daemon/service/options.h"
+#include "daemon/session/touch_contacts.h"
 
 namespace cellcal::daemon {
 
@@ -20,7 +21,8 @@ std::optional<ContactDelay> delay_of(Journal& journal, std::int64_t session) {
   } catch (const std::runtime_error&) {
     return std::nullopt;  // of another version: its speeds are not known
   }
-  return contact_delay(journal.contacts(session), policy.fast_m_s, policy.slow_m_s);
+  return contact_delay(fast_and_slow(journal.readings(session), journal.touches(session).size()),
+                       policy.fast_m_s, policy.slow_m_s);
 }
 
 std::optional<ContactDelay> delay_before(Journal& journal, std::int64_t session) {

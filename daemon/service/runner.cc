@@ -133,7 +133,7 @@ std::optional<Event> Runner::happened() {
   return open_ ? links_changed() : std::nullopt;
 }
 
-/// Ahead of the step on their result, so that they are on disk with what that records.
+/// Before the step on a result, so that they are on disk with the touch that it records.
 void Runner::note_contacts() {
   while (auto contact = parts_.backend.contact().take_record()) {
     commit([record = RecordContact{state_.done, parts_.backend.utc_now(), *contact}](

@@ -7,16 +7,11 @@
 
 #include "calib/model/median.h"
 #include "daemon/session/search_line.h"
+#include "daemon/session/touch_contacts.h"
 
 namespace cellcal::daemon {
 
 namespace {
-
-/// Contacts of one touch, from its last fast contact on: what lies before was begun anew.
-struct Contacts {
-  std::optional<double> fast_m;
-  std::vector<double> slow_m;
-};
 
 /// A chance of one in a hundred and fifty, one side.
 constexpr double kSigmas = 2.5;
@@ -32,7 +27,7 @@ double mean(const std::vector<double>& values) {
 struct Visit {
   std::size_t place = 0;
   double speed_m_s = 0.0;
-  Contacts contacts;
+  TouchContacts contacts;
 };
 
 std::vector<Visit> visits_of(const calib::Plan& plan, std::span<const RecordReading> readings,
@@ -44,14 +39,8 @@ std::vector<Visit> visits_of(const calib::Plan& plan, std::span<const RecordRead
     if (i > 0 && plan.touches[i - 1].end != touch.end) ++place;
     visits[i] = {place, touch.search_m_s > 0.0 ? touch.search_m_s : fast_m_s, {}};
   }
-  for (const RecordReading& one : readings) {
-    if (one.touch >= visits.size() || !std::isfinite(one.reading.along_m)) continue;
-    Contacts& contacts = visits[one.touch].contacts;
-    if (one.reading.slow)
-      contacts.slow_m.push_back(one.reading.along_m);
-    else
-      contacts = {one.reading.along_m, {}};
-  }
+  for (auto& [touch, contacts] : contacts_of(readings))
+    if (touch < visits.size()) visits[touch].contacts = contacts;
   std::erase_if(visits, [](const Visit& visit) { return !visit.contacts.fast_m; });
   return visits;
 }
@@ -64,7 +53,7 @@ std::optional<ContactDelay> delay_of(const std::vector<Visit>& visits, double sl
   for (const Visit& visit : visits) {
     const double difference = visit.speed_m_s - slow_m_s;
     if (visit.contacts.slow_m.empty() || !(difference >= kLeastSpeedDifferenceMS)) continue;
-    const double slow = mean(visit.contacts.slow_m);
+    const double slow = visit.contacts.slow_mean_m();
     touches.push_back({slow + (*visit.contacts.fast_m - slow) * (kUnit / difference), slow});
   }
   return contact_delay(touches, kUnit, 0.0);
@@ -79,7 +68,7 @@ std::optional<Figure> noise_of(const std::vector<Visit>& visits, double delay_s,
     if (!slow)
       places[visit.place].push_back(*visit.contacts.fast_m - visit.speed_m_s * delay_s);
     else if (!visit.contacts.slow_m.empty())
-      places[visit.place].push_back(mean(visit.contacts.slow_m));
+      places[visit.place].push_back(visit.contacts.slow_mean_m());
   }
   double squares = 0.0;
   for (const auto& [place, depths_m] : places) {

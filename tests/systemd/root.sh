@@ -20,7 +20,7 @@ make_root() {
     fresh=$(mktemp -d)
     chmod 755 "$fresh"
     debootstrap --variant=minbase --include=systemd,udev,dbus,init-system-helpers,procps bookworm "$fresh" \
-      "${CELLCAL_MIRROR:-http://deb.debian.org/debian}" >"$base.log" 2>&1 || { rm -rf "$fresh"; skip "debootstrap: $(tail -1 "$base.log")"; }
+      ${CELLCAL_MIRROR:+"$CELLCAL_MIRROR"} >"$base.log" 2>&1 || { rm -rf "$fresh"; skip "debootstrap: $(tail -1 "$base.log")"; }
     chroot "$fresh" apt-get update -qq
     chroot "$fresh" apt-get install -y -qq --no-install-recommends --download-only \
       $(dpkg-deb -f build/package/packages/cellcal_*.deb Depends | sed 's/([^)]*)//g; s/|[^,]*//g; s/,/ /g') >/dev/null

@@ -143,7 +143,7 @@ TEST_P(a_row, that_another_program_changed_is_told_and_its_session_refused) {
   const std::string session = "session " + std::to_string(bad) + ": row ";
   EXPECT_NE(refused([&] { journal.session(bad); }).find(session), std::string::npos);
   EXPECT_NE(refused([&] { journal.touches(bad); }).find(session), std::string::npos);
-  EXPECT_NE(refused([&] { journal.contacts(bad); }).find(session), std::string::npos);
+  EXPECT_NE(refused([&] { journal.readings(bad); }).find(session), std::string::npos);
   EXPECT_NE(refused([&] { journal.events(bad); }).find(session), std::string::npos);
   EXPECT_EQ(journal.touches(good).size(), 3u) << "the other session is as good as before";
   ASSERT_EQ(journal.sessions().size(), 2u);

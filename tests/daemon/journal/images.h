@@ -64,7 +64,8 @@ inline std::string all_of(const std::filesystem::path& path) {
       all << touch.target << touch.time << touch.sigma_m << touch.radius_m << touch.spread_m;
     }
     for (const std::string& event : journal.events(record->id)) all << event;
-    for (const FastAndSlow& one : journal.contacts(record->id)) all << one.fast_m << one.slow_m;
+    for (const RecordReading& one : journal.readings(record->id))
+      all << one.touch << one.reading.slow << one.reading.along_m;
     all << journal.reading_count(record->id);
   }
   return all.str();

@@ -7,6 +7,7 @@
 
 #include "daemon/journal/schema.h"
 #include "daemon/journal/sqlite.h"
+#include "daemon/session/touch_contacts.h"
 #include "temporary_directory.h"
 
 namespace cellcal::daemon {
@@ -78,7 +79,7 @@ TEST(a_journal, gives_the_contacts_of_each_touch_at_both_speeds) {
   journal.record(id, RecordTouch{1, touch()});
   read(2, false, 0.7);  // never recorded
   read(2, true, 0.7);
-  const auto contacts = journal.contacts(id);
+  const auto contacts = fast_and_slow(journal.readings(id), journal.touches(id).size());
   ASSERT_EQ(contacts.size(), 2u);
   EXPECT_DOUBLE_EQ(contacts[0].fast_m, 0.0125);
   EXPECT_DOUBLE_EQ(contacts[0].slow_m, 0.0121);

@@ -6,6 +6,7 @@
 #include <iterator>
 
 #include "daemon/journal/sqlite.h"
+#include "daemon/session/touch_contacts.h"
 #include "images.h"
 #include "temporary_directory.h"
 
@@ -88,11 +89,11 @@ TEST_F(the_rows, of_a_touch_with_readings_of_one_speed_alone_give_no_contact_at_
   read(2, true, 0.012);
   read(3, true, 0.7);  // and behind a whole one
   for (std::size_t i = 0; i < 4; ++i) journal.record(id, RecordTouch{i, touch_at(0.1)});
-  const auto contacts = journal.contacts(id);
+  const auto contacts = fast_and_slow(journal.readings(id), journal.touches(id).size());
   ASSERT_EQ(contacts.size(), 1u);
   EXPECT_DOUBLE_EQ(contacts[0].fast_m, 0.013);
   EXPECT_DOUBLE_EQ(contacts[0].slow_m, 0.012);
-  EXPECT_TRUE(journal.contacts(id + 1).empty());
+  EXPECT_TRUE(journal.readings(id + 1).empty());
   EXPECT_EQ(journal.reading_count(id + 1), 0);
 }
 
