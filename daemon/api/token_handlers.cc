@@ -5,7 +5,7 @@
 #include "daemon/api/http/json_text.h"
 #include "daemon/api/routes.h"
 #include "daemon/api/run_request.h"
-#include "daemon/service/backend.h"
+#include "daemon/runner/backend.h"
 
 namespace cellcal::daemon {
 

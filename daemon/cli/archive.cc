@@ -7,8 +7,8 @@
 
 #include "daemon/api/http/http.h"
 #include "daemon/cli/ask.h"
-#include "daemon/cli/exit_status.h"
-#include "daemon/cli/offline.h"
+#include "daemon/cli/offline/exit_status.h"
+#include "daemon/cli/offline/offline.h"
 #include "daemon/service/replay.h"
 
 namespace cellcal::daemon {

@@ -15,7 +15,7 @@
 
 #include "calib/syntax/shown.h"
 #include "daemon/cli/app.h"
-#include "daemon/cli/exit_status.h"
+#include "daemon/cli/offline/exit_status.h"
 
 namespace {
 

@@ -11,10 +11,10 @@
 #include "calib/files/calibration_json.h"
 #include "daemon/api/http/http.h"
 #include "daemon/cli/ask.h"
-#include "daemon/cli/exit_status.h"
-#include "daemon/cli/offline.h"
+#include "daemon/cli/offline/exit_status.h"
+#include "daemon/cli/offline/offline.h"
 #include "daemon/cli/progress.h"
-#include "daemon/cli/tables.h"
+#include "daemon/cli/offline/tables.h"
 #include "daemon/cli/times.h"
 #include "daemon/doctor/link_words.h"
 

@@ -2,7 +2,7 @@
 #include <memory>
 
 #include "daemon/cli/commands.h"
-#include "daemon/cli/offline.h"
+#include "daemon/cli/offline/offline.h"
 
 namespace cellcal::daemon {
 

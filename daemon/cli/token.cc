@@ -5,8 +5,8 @@
 #include <nlohmann/json.hpp>
 
 #include "daemon/cli/ask.h"
-#include "daemon/cli/exit_status.h"
-#include "daemon/cli/offline.h"
+#include "daemon/cli/offline/exit_status.h"
+#include "daemon/cli/offline/offline.h"
 
 namespace cellcal::daemon {
 

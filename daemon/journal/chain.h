@@ -11,8 +11,8 @@
 #include <string>
 #include <vector>
 
-#include "daemon/journal/head_file.h"
-#include "daemon/journal/sqlite.h"
+#include "daemon/journal/store/head_file.h"
+#include "daemon/journal/store/sqlite.h"
 
 namespace cellcal::daemon {
 

@@ -5,20 +5,15 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "calib/model/touch.h"
+#include "daemon/journal/store/error.h"
 #include "daemon/session/action.h"
 #include "daemon/session/evidence.h"
 
 namespace cellcal::daemon {
-
-/// Something could not be put on disk or read from it. Names the file and says what to do.
-struct JournalError : std::runtime_error {
-  using std::runtime_error::runtime_error;
-};
 
 /// What a session works on, as text, so that it can be resumed when the files have changed.
 struct SessionInputs {

@@ -6,12 +6,12 @@
 #include <mutex>
 
 #include "daemon/journal/chain.h"
-#include "daemon/journal/file_watch.h"
-#include "daemon/journal/head_file.h"
+#include "daemon/journal/store/file_watch.h"
+#include "daemon/journal/store/head_file.h"
 #include "daemon/journal/journal.h"
-#include "daemon/journal/lock_file.h"
+#include "daemon/journal/store/lock_file.h"
 #include "daemon/journal/pending_rows.h"
-#include "daemon/journal/sqlite.h"
+#include "daemon/journal/store/sqlite.h"
 
 namespace cellcal::daemon {
 

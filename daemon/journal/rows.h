@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/journal/sqlite.h"
+#include "daemon/journal/store/sqlite.h"
 
 namespace cellcal::daemon {
 

@@ -5,7 +5,7 @@
 
 #include "calib/model/robot.h"
 #include "daemon/config/config.h"
-#include "daemon/service/backend.h"
+#include "daemon/runner/backend.h"
 
 namespace cellcal::daemon {
 

@@ -5,7 +5,7 @@
 #include <stdexcept>
 
 #include "daemon/service/options.h"
-#include "daemon/session/touch_contacts.h"
+#include "daemon/qualification/touch_contacts.h"
 
 namespace cellcal::daemon {
 

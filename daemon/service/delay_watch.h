@@ -6,7 +6,7 @@
 #include <string>
 
 #include "daemon/journal/journal.h"
-#include "daemon/session/contact_delay.h"
+#include "daemon/qualification/contact_delay.h"
 
 namespace cellcal::daemon {
 

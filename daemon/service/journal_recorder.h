@@ -2,7 +2,7 @@
 // A session's evidence goes to the journal.
 
 #include "daemon/journal/journal.h"
-#include "daemon/service/runner.h"
+#include "daemon/runner/runner.h"
 
 namespace cellcal::daemon {
 

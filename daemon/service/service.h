@@ -16,9 +16,9 @@
 
 #include "calib/syntax/input_file.h"
 #include "daemon/journal/journal.h"
-#include "daemon/service/backend.h"
+#include "daemon/runner/backend.h"
 #include "daemon/service/options.h"
-#include "daemon/service/runner.h"
+#include "daemon/runner/runner.h"
 #include "daemon/service/status.h"
 
 namespace cellcal::daemon {

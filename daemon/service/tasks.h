@@ -11,7 +11,7 @@
 
 #include "daemon/journal/journal.h"
 #include "daemon/service/options.h"
-#include "daemon/service/runner.h"
+#include "daemon/runner/runner.h"
 
 namespace cellcal::daemon {
 

@@ -10,7 +10,7 @@
 #include <string>
 
 #include "daemon/api/http/server.h"
-#include "daemon/service/worker.h"
+#include "daemon/runner/worker.h"
 
 namespace cellcal::daemon {
 

@@ -5,7 +5,7 @@
 #include <atomic>
 #include <thread>
 
-#include "daemon/journal/sqlite.h"
+#include "daemon/journal/store/sqlite.h"
 #include "images.h"
 #include "losing_disk.h"
 #include "temporary_directory.h"

@@ -4,7 +4,7 @@
 
 #include <random>
 
-#include "daemon/journal/sqlite.h"
+#include "daemon/journal/store/sqlite.h"
 #include "images.h"
 #include "temporary_directory.h"
 

@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "calib/files/calibration_json.h"
-#include "daemon/journal/sqlite.h"
+#include "daemon/journal/store/sqlite.h"
 #include "images.h"
 #include "temporary_directory.h"
 

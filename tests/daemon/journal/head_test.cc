@@ -15,8 +15,8 @@
 
 #include "calib/files/files.h"
 #include "calib/syntax/input_file.h"
-#include "daemon/journal/head_file.h"
-#include "daemon/journal/lock_file.h"
+#include "daemon/journal/store/head_file.h"
+#include "daemon/journal/store/lock_file.h"
 #include "images.h"
 #include "temporary_directory.h"
 

@@ -6,8 +6,8 @@
 #include <fstream>
 
 #include "daemon/journal/schema.h"
-#include "daemon/journal/sqlite.h"
-#include "daemon/session/touch_contacts.h"
+#include "daemon/journal/store/sqlite.h"
+#include "daemon/qualification/touch_contacts.h"
 #include "temporary_directory.h"
 
 namespace cellcal::daemon {

@@ -3,8 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "daemon/journal/schema.h"
-#include "daemon/journal/sqlite.h"
-#include "daemon/session/touch_contacts.h"
+#include "daemon/journal/store/sqlite.h"
+#include "daemon/qualification/touch_contacts.h"
 #include "images.h"
 #include "losing_disk.h"
 #include "temporary_directory.h"

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <iterator>
 
-#include "daemon/journal/sqlite.h"
-#include "daemon/session/touch_contacts.h"
+#include "daemon/journal/store/sqlite.h"
+#include "daemon/qualification/touch_contacts.h"
 #include "images.h"
 #include "temporary_directory.h"
 

@@ -1,6 +1,6 @@
 // The two small types over SQLite, and what a journal's file system and pages may be like.
 
-#include "daemon/journal/sqlite.h"
+#include "daemon/journal/store/sqlite.h"
 
 #include <gtest/gtest.h>
 

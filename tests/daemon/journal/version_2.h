@@ -8,8 +8,8 @@
 
 #include "calib/files/files.h"
 #include "calib/syntax/input_file.h"
-#include "daemon/journal/head_file.h"
-#include "daemon/journal/sqlite.h"
+#include "daemon/journal/store/head_file.h"
+#include "daemon/journal/store/sqlite.h"
 
 namespace cellcal::daemon::testing {
 

@@ -8,7 +8,7 @@
 
 #include "daemon/service/service.h"
 #include "tests/daemon/journal/temporary_directory.h"
-#include "tests/daemon/service/fakes.h"
+#include "tests/daemon/runner/fakes.h"
 
 namespace cellcal::daemon::testing {
 namespace {

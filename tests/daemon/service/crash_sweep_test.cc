@@ -11,7 +11,7 @@
 #include "daemon/service/journal_recorder.h"
 #include "tests/daemon/journal/losing_disk.h"
 #include "tests/daemon/journal/temporary_directory.h"
-#include "tests/daemon/service/fakes.h"
+#include "tests/daemon/runner/fakes.h"
 
 namespace cellcal::daemon::testing {
 namespace {

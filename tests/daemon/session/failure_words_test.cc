@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "daemon/session/rules.h"
-#include "tests/daemon/service/fakes.h"
+#include "tests/daemon/runner/fakes.h"
 
 namespace cellcal::daemon::testing {
 namespace {

@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <set>
 
-#include "tests/daemon/service/fakes.h"
+#include "tests/daemon/runner/fakes.h"
 #include "walk.h"
 
 namespace cellcal::daemon::testing {

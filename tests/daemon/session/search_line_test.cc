@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "tests/daemon/service/fakes.h"
+#include "tests/daemon/runner/fakes.h"
 
 namespace cellcal::daemon {
 namespace {

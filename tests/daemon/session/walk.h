@@ -6,7 +6,7 @@
 #include <functional>
 
 #include "daemon/session/session.h"
-#include "tests/daemon/service/fakes.h"
+#include "tests/daemon/runner/fakes.h"
 
 namespace cellcal::daemon::testing {
 

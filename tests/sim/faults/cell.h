@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "daemon/config/config.h"
-#include "daemon/service/backend.h"
+#include "daemon/runner/backend.h"
 #include "drivers/contact/contact_inline.h"
 #include "sim/cell/contact_watch.h"
 #include "sim/cell/truth.h"

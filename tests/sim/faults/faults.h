@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "cell.h"
-#include "daemon/service/runner.h"
+#include "daemon/runner/runner.h"
 
 namespace cellcal::faults {
 

@@ -10,7 +10,7 @@
 #include "calib/plan/plan.h"
 #include "cell.h"
 #include "daemon/journal/journal.h"
-#include "daemon/service/runner.h"
+#include "daemon/runner/runner.h"
 
 namespace cellcal::faults {
 

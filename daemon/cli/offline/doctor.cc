@@ -1,0 +1,84 @@
+#include "daemon/doctor/doctor.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cctype>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "daemon/cli/offline/exit_status.h"
+#include "daemon/cli/offline/offline.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+void print(const Finding& one) {
+  std::string line = fmt::format("{:<8} {:<22} {}\n", to_string(one.outcome), one.check, one.found);
+  if (!one.advice.empty()) line += fmt::format("{:<8} {:<22} -> {}\n", "", "", one.advice);
+  std::fputs(line.c_str(), stdout);
+  std::fflush(stdout);
+}
+
+std::string json_of(const Findings& findings) {
+  nlohmann::json checks = nlohmann::json::array();
+  for (const Finding& one : findings.all()) {
+    std::string outcome = to_string(one.outcome);
+    for (char& c : outcome) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    checks.push_back(
+        {{"check", one.check}, {"outcome", outcome}, {"found", one.found}, {"advice", one.advice}});
+  }
+  // Words of devices may hold any bytes.
+  return nlohmann::json{{"green", findings.green()},
+                        {"ok", findings.count(Outcome::kOk)},
+                        {"warnings", findings.count(Outcome::kWarning)},
+                        {"failed", findings.count(Outcome::kFailed)},
+                        {"skipped", findings.count(Outcome::kSkipped)},
+                        {"checks", checks}}
+             .dump(1, ' ', false, nlohmann::json::error_handler_t::replace) +
+         "\n";
+}
+
+std::string names_of_failed(const Findings& findings) {
+  std::string names;
+  for (const Finding& one : findings.all()) {
+    if (one.outcome != Outcome::kFailed || names.find(one.check) != std::string::npos) continue;
+    names += (names.empty() ? "" : ", ") + one.check;
+  }
+  return names;
+}
+
+}  // namespace
+
+int doctor(const DoctorCommand& command) {
+  DoctorRequest request;
+  request.config = command.config;
+  request.cell = command.cell;
+  request.files = command.files;
+  request.wait_s = command.wait_s;
+  request.observe_s = command.observe_s;
+  if (::isatty(STDERR_FILENO) == 1) {
+    request.hint = [](const std::string& words) {
+      std::fprintf(stderr, "... %s\n", words.c_str());
+    };
+  }
+  Findings findings(command.json ? Findings::Listener() : print);
+  examine(request, findings);
+  if (command.json) {
+    put(json_of(findings), {});
+  } else {
+    put(fmt::format("{} ok, {} warnings, {} failed, {} skipped: {}\n", findings.count(Outcome::kOk),
+                    findings.count(Outcome::kWarning), findings.count(Outcome::kFailed),
+                    findings.count(Outcome::kSkipped),
+                    !findings.green() ? "correct what FAILED, from top to bottom"
+                    : findings.count(Outcome::kWarning) > 0
+                        ? "ready; read the warnings before the first motion"
+                        : "ready"),
+        {});
+  }
+  if (findings.green()) return kSuccess;
+  throw std::runtime_error(names_of_failed(findings) + " failed");
+}
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,155 @@
+#include "daemon/cli/offline/tables.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "calib/result/correlation.h"
+#include "calib/words/finding_words.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+constexpr double kMm = 1e3;
+
+std::string line(const char* name, const calib::ResidualSummary& summary) {
+  if (summary.count == 0) return fmt::format("{:<14} {:>7}\n", name, "none");
+  return fmt::format("{:<14} {:>7} {:>9.4f} {:>9.4f} {:>9.4f}\n", name, summary.count,
+                     summary.mean_m * kMm, summary.max_m * kMm, summary.rms_m * kMm);
+}
+
+std::string verdict_words(const calib::Verdict& verdict, Detail detail) {
+  std::string text;
+  if (verdict.too_few) {
+    text = "verdict: too few touches to calibrate; nothing else is wrong\n";
+  } else {
+    text = verdict.publish ? "verdict: publishable" : "verdict: NOT publishable";
+    text += verdict.workspace ? ", scope: workspace\n" : ", scope: near targets\n";
+  }
+  for (const calib::Finding& finding : verdict.findings) {
+    // Whether the arm is as it was is what a user asks every time.
+    if (detail == Detail::kAll || finding.severity != calib::Severity::kInforms ||
+        finding.kind == calib::FindingKind::kUnchanged)
+      text += "  - " + calib::words(finding) + "\n";
+  }
+  return text;
+}
+
+std::string observability_words(const calib::Observability& o) {
+  if (o.rows == 0) return {};
+  return fmt::format(
+      "observability: {} of {} directions of the geometry determined better than their "
+      "tolerance, {} observable; O1 {:.3g}, O2 {:.3g}, O3 {:.3g}, O4 {:.3g}, O5 {:.3g}, "
+      "condition {:.0f}\n",
+      o.determined, o.directions, o.rank, o.o1, o.o2, o.o3, o.o4, o.o5, o.condition);
+}
+
+/// The few most correlated pairs of parameters.
+std::string correlation_words(const calib::Calibration& calibration) {
+  constexpr std::size_t kShown = 3;
+  const auto pairs = calib::strong_correlations(calibration).pairs;
+  if (pairs.empty()) return {};
+  const auto name = [&](std::size_t index) {
+    return calib::parameter_name(calibration.cell, calibration.parameters[index].key);
+  };
+  std::string text = "strongly correlated parameters:";
+  for (std::size_t i = 0; i < std::min(kShown, pairs.size()); ++i)
+    text += fmt::format("{} {} and {} ({:+.2f})", i == 0 ? "" : ",", name(pairs[i].first),
+                        name(pairs[i].second), pairs[i].correlation);
+  if (pairs.size() > kShown)
+    text += fmt::format("; {} more pair{} beyond {:.1f}", pairs.size() - kShown,
+                        pairs.size() == kShown + 1 ? "" : "s", calib::kStrongCorrelation);
+  return text + "\n";
+}
+
+/// Which touches were left out, by number and line: a line of the summary.
+std::string outlier_list(const calib::Calibration& calibration,
+                         std::span<const calib::Touch> touches) {
+  constexpr std::size_t kShown = 6;
+  const std::size_t count = calibration.outliers.size();
+  if (count == 0) return {};
+  std::string text = fmt::format("{} outlier{} left out:", count, count == 1 ? "" : "s");
+  const calib::Touch unknown;
+  for (std::size_t i = 0; i < std::min(kShown, count); ++i) {
+    const std::size_t k = calibration.outliers[i].touch;
+    text +=
+        (i == 0 ? " " : ", ") + calib::touch_words(k, k < touches.size() ? touches[k] : unknown);
+  }
+  return text + (count > kShown ? ", ...\n" : "\n");
+}
+
+std::string predicted_words(const calib::Calibration& c) {
+  if (!(c.predicted_workspace_m > 0.0)) return {};
+  std::string text = fmt::format(
+      "predicted mean position error: {:.3f} mm near the targets, {:.3f} mm over the workspace\n",
+      c.predicted_near_targets_m * kMm, c.predicted_workspace_m * kMm);
+  if (c.nominal_workspace_m > 0.0)
+    text += fmt::format(
+        "with the nominal arm:          {:.3f} mm near the targets, {:.3f} mm over the "
+        "workspace\n",
+        c.nominal_near_targets_m * kMm, c.nominal_workspace_m * kMm);
+  return text;
+}
+
+std::string fit_words(const calib::Calibration& c) {
+  std::string text;
+  if (c.degrees_of_freedom > 0.0)
+    text +=
+        fmt::format("chi^2 of the fit: {:.1f} at {:.1f} degrees of freedom, {:.2f} per degree\n",
+                    c.chi2, c.degrees_of_freedom, c.chi2_per_dof);
+  if (c.repeats.degrees_of_freedom > 0.0)
+    text += fmt::format(
+        "touch noise: {:.3f} mm stated, {:.3f} mm measured by {} repeated touches ({:.0f} degrees "
+        "of freedom), {:.3f} mm used\n",
+        c.cell.touch_sigma_m * kMm, c.repeats.scatter_m * kMm, c.repeats.touches,
+        c.repeats.degrees_of_freedom, c.repeats.used_m * kMm);
+  return text;
+}
+
+std::string delay_words(const calib::Calibration& c) {
+  const calib::ParameterResult* delay = calib::find(c, calib::latch_delay_parameter());
+  if (delay == nullptr) return {};
+  return fmt::format("latch delay: {:+.2f} ms ± {:.2f}, decided by {}\n",
+                     (delay->nominal + delay->correction) * delay->to_unit,
+                     delay->sigma * delay->to_unit, calib::to_string(delay->decided_by));
+}
+
+/// What stands behind the summary: for whoever asks why.
+std::string evidence_words(const calib::Calibration& c, std::span<const calib::Touch> touches) {
+  std::string text =
+      fit_words(c) + delay_words(c) + observability_words(c.observability) + correlation_words(c);
+  for (const calib::UnidentifiableDirection& direction : c.unidentifiable)
+    text += "not identifiable: " + calib::words(c.cell, direction) + "\n";
+  const calib::Touch unknown;
+  for (const calib::Outlier& one : c.outliers) {
+    const calib::Touch& touch = one.touch < touches.size() ? touches[one.touch] : unknown;
+    // The words have the residual.
+    text +=
+        fmt::format("outlier: {}: {}\n", calib::touch_words(one.touch, touch), calib::words(one));
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string result_words(const calib::Calibration& calibration,
+                         std::span<const calib::Touch> touches, Detail detail) {
+  const bool too_few = calibration.verdict.too_few;
+  const std::string verdict = verdict_words(calibration.verdict, detail);
+  // The residuals of a fit to a touch or two of each target are next to nothing whatever is true.
+  if (too_few && calibration.check.count == 0) return verdict;
+  std::string text = fmt::format("{:<14} {:>7} {:>9} {:>9} {:>9}\n", "residual", "touches",
+                                 "mean mm", "max mm", "rms mm");
+  text += line("fit before", calibration.before);
+  text += line("fit after", calibration.after);
+  text += line("check before", calibration.check_before);
+  text += line("check after", calibration.check);
+  if (too_few) return text + verdict;
+  text += predicted_words(calibration);
+  text += detail == Detail::kAll ? evidence_words(calibration, touches)
+                                 : outlier_list(calibration, touches);
+  return text + verdict;
+}
+
+}  // namespace cellcal::daemon

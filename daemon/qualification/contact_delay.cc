@@ -1,0 +1,65 @@
+#include "daemon/qualification/contact_delay.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "calib/model/median.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+constexpr std::size_t kFewest = 5;
+/// 40 um of depth at the speed that counts (2 mm/s).
+constexpr double kSuspiciousS = 0.020;
+/// 4 um of effective radius.
+constexpr double kChangeS = 0.002;
+constexpr double kSigmas = 4.0;
+constexpr double kMs = 1e3;
+
+}  // namespace
+
+std::optional<ContactDelay> contact_delay(std::span<const FastAndSlow> touches, double fast_m_s,
+                                          double slow_m_s) {
+  const double difference = fast_m_s - slow_m_s;
+  if (touches.size() < kFewest || !(difference >= kLeastSpeedDifferenceMS)) return std::nullopt;
+  std::vector<double> delays;
+  for (const FastAndSlow& touch : touches)
+    delays.push_back((touch.fast_m - touch.slow_m) / difference);
+  ContactDelay result;
+  result.touches = static_cast<int>(delays.size());
+  result.delay_s = calib::median(delays);
+  for (double& delay : delays) delay = std::abs(delay - result.delay_s);
+  // Of a normal distribution: sigma from the middle deviation, and of the middle of n values.
+  constexpr double kSigmaOfMiddleDeviation = 1.4826;
+  result.sigma_s = kSigmaOfMiddleDeviation * calib::median(delays) *
+                   std::sqrt(std::numbers::pi / 2.0 / result.touches);
+  return result;
+}
+
+std::string in_words(const ContactDelay& delay) {
+  return fmt::format("{:.2f} +- {:.2f} ms ({} touches)", kMs * delay.delay_s, kMs * delay.sigma_s,
+                     delay.touches);
+}
+
+std::string complaint(const ContactDelay& now, const std::optional<ContactDelay>& before) {
+  if (std::abs(now.delay_s) > kSuspiciousS + kSigmas * now.sigma_s)
+    return fmt::format(
+        "angles latched {:.0f} ms {} the contact. EKI: add this to [eki] latch_delay_ms. RSI: "
+        "check the sensor's clock and the network's delay",
+        std::abs(kMs * now.delay_s), now.delay_s > 0.0 ? "after" : "before");
+  if (!before) return {};
+  const double change = now.delay_s - before->delay_s;
+  if (std::abs(change) > kChangeS + kSigmas * std::hypot(now.sigma_s, before->sigma_s))
+    return fmt::format(
+        "{} in the session before: sensor, wiring or controller changed in between, and the "
+        "effective radius with them. Find out what was changed",
+        in_words(*before));
+  return {};
+}
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,162 @@
+#include "daemon/qualification/qualification.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+
+#include "calib/model/median.h"
+#include "daemon/session/search_line.h"
+#include "daemon/qualification/touch_contacts.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+/// A chance of one in a hundred and fifty, one side.
+constexpr double kSigmas = 2.5;
+/// Of the delay, whose sigma is read off the same few touches: a chance of one in a hundred, both sides.
+constexpr double kDelaySigmas = 3.5;
+
+double mean(const std::vector<double>& values) {
+  double sum = 0.0;
+  for (const double value : values) sum += value;
+  return sum / static_cast<double>(values.size());
+}
+
+struct Visit {
+  std::size_t place = 0;
+  double speed_m_s = 0.0;
+  TouchContacts contacts;
+};
+
+std::vector<Visit> visits_of(const calib::Plan& plan, std::span<const RecordReading> readings,
+                             double fast_m_s) {
+  std::vector<Visit> visits(plan.touches.size());
+  std::size_t place = 0;
+  for (std::size_t i = 0; i < visits.size(); ++i) {
+    const calib::PlannedTouch& touch = plan.touches[i];
+    if (i > 0 && plan.touches[i - 1].end != touch.end) ++place;
+    visits[i] = {place, touch.search_m_s > 0.0 ? touch.search_m_s : fast_m_s, {}};
+  }
+  for (auto& [touch, contacts] : contacts_of(readings))
+    if (touch < visits.size()) visits[touch].contacts = contacts;
+  std::erase_if(visits, [](const Visit& visit) { return !visit.contacts.fast_m; });
+  return visits;
+}
+
+/// Ratios of one speed difference each; those of half the difference scatter twice as much, which the
+/// median does not mind.
+std::optional<ContactDelay> delay_of(const std::vector<Visit>& visits, double slow_m_s) {
+  std::vector<FastAndSlow> touches;
+  constexpr double kUnit = 1.0;  // [m/s]: contact_delay() divides by it
+  for (const Visit& visit : visits) {
+    const double difference = visit.speed_m_s - slow_m_s;
+    if (visit.contacts.slow_m.empty() || !(difference >= kLeastSpeedDifferenceMS)) continue;
+    const double slow = visit.contacts.slow_mean_m();
+    touches.push_back({slow + (*visit.contacts.fast_m - slow) * (kUnit / difference), slow});
+  }
+  return contact_delay(touches, kUnit, 0.0);
+}
+
+/// One depth of each touch about the mean of its place: of its fast contact, the delay taken out; or of
+/// its slow ones, whose speed is always the same.
+std::optional<Figure> noise_of(const std::vector<Visit>& visits, double delay_s, bool slow,
+                               int& dof) {
+  std::map<std::size_t, std::vector<double>> places;
+  for (const Visit& visit : visits) {
+    if (!slow)
+      places[visit.place].push_back(*visit.contacts.fast_m - visit.speed_m_s * delay_s);
+    else if (!visit.contacts.slow_m.empty())
+      places[visit.place].push_back(visit.contacts.slow_mean_m());
+  }
+  double squares = 0.0;
+  for (const auto& [place, depths_m] : places) {
+    const double middle = mean(depths_m);
+    for (const double depth : depths_m) squares += (depth - middle) * (depth - middle);
+    dof += static_cast<int>(depths_m.size()) - 1;
+  }
+  if (dof < 1) return std::nullopt;
+  const double noise_m = std::sqrt(squares / dof);
+  return Figure{noise_m, noise_m / std::sqrt(2.0 * dof)};
+}
+
+std::vector<Overtravel> overtravel_of(const calib::Plan& plan,
+                                      std::span<const RecordReading> readings, double fast_m_s,
+                                      double slow_m_s) {
+  std::map<double, std::vector<double>, std::greater<>> by_speed;
+  for (const RecordReading& one : readings) {
+    if (one.touch >= plan.touches.size() || one.reading.settled_rad.empty()) continue;
+    const calib::PlannedTouch& touch = plan.touches[one.touch];
+    const double fast = touch.search_m_s > 0.0 ? touch.search_m_s : fast_m_s;
+    const double beyond_m = travel_m(touch, one.reading.settled_rad) - one.reading.along_m;
+    if (std::isfinite(beyond_m)) by_speed[one.reading.slow ? slow_m_s : fast].push_back(beyond_m);
+  }
+  std::vector<Overtravel> all;
+  for (const auto& [speed, beyond_m] : by_speed)
+    all.push_back({speed, static_cast<int>(beyond_m.size()), calib::median(beyond_m),
+                   *std::max_element(beyond_m.begin(), beyond_m.end())});
+  return all;
+}
+
+std::vector<QualificationFinding> findings_of(const Qualification& q) {
+  std::vector<QualificationFinding> findings;
+  // Were the noise as stated, it would come out so much larger once in a hundred and fifty times.
+  const double by_chance = 1.0 + kSigmas / std::sqrt(2.0 * std::max(1, q.noise_dof));
+  if (q.noise_m && q.noise_m->value > by_chance * q.stated.touch_sigma_m)
+    findings.push_back(QualificationFinding::kNoiseAboveStated);
+  if (std::any_of(q.overtravel.begin(), q.overtravel.end(),
+                  [](const Overtravel& o) { return o.median_m > kOvertravelLimitM; }))
+    findings.push_back(QualificationFinding::kOvertravelTooLong);
+  if (q.delay && std::abs(q.delay->delay_s - q.stated.delay_s) >
+                     kDelaySigmas * std::hypot(q.delay->sigma_s, q.stated.delay_sigma_s))
+    findings.push_back(QualificationFinding::kDelayNotAsStated);
+  if (q.radius_offset_m &&
+      std::abs(q.radius_offset_m->value) >
+          kSigmas * std::hypot(q.radius_offset_m->sigma, q.stated.radius_offset_sigma_m))
+    findings.push_back(QualificationFinding::kRadiusNotAsStated);
+  return findings;
+}
+
+}  // namespace
+
+const char* to_string(QualificationFinding finding) {
+  switch (finding) {
+    case QualificationFinding::kNoiseAboveStated:
+      return "noise-above-stated";
+    case QualificationFinding::kOvertravelTooLong:
+      return "overtravel-too-long";
+    case QualificationFinding::kDelayNotAsStated:
+      return "delay-not-as-stated";
+    case QualificationFinding::kRadiusNotAsStated:
+      return "radius-not-as-stated";
+  }
+  return "?";
+}
+
+Qualification qualify(const calib::Plan& plan, std::span<const RecordReading> readings,
+                      double fast_m_s, double slow_m_s, const StatedContact& stated,
+                      std::optional<Figure> radius_offset_m, bool touches_are_slow) {
+  const std::vector<Visit> visits = visits_of(plan, readings, fast_m_s);
+  Qualification q;
+  if (!plan.touches.empty()) q.target = plan.touches.front().target;
+  q.touches = static_cast<int>(visits.size());
+  for (std::size_t i = 0; i < visits.size(); ++i)
+    q.places += i == 0 || visits[i].place != visits[i - 1].place;
+  q.delay = delay_of(visits, slow_m_s);
+  q.noise_m =
+      noise_of(visits, q.delay ? q.delay->delay_s : stated.delay_s, touches_are_slow, q.noise_dof);
+  q.overtravel = overtravel_of(plan, readings, fast_m_s, slow_m_s);
+  for (const RecordReading& one : readings) {
+    q.reaction_worst_s = std::max(q.reaction_worst_s, one.reading.reaction_s);
+    q.bounces_worst = std::max(q.bounces_worst, one.reading.bounces);
+  }
+  constexpr double kResolved = 0.5;  // of the prior: else it is the prior that is read
+  if (radius_offset_m && radius_offset_m->sigma < kResolved * stated.radius_offset_sigma_m)
+    q.radius_offset_m = radius_offset_m;
+  q.stated = stated;
+  q.findings = findings_of(q);
+  return q;
+}
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,416 @@
+#include "daemon/runner/runner.h"
+
+#include <exception>
+#include <utility>
+
+#include "daemon/session/phase_change.h"
+#include "daemon/session/search_line.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+constexpr std::chrono::milliseconds kPollPeriod{1};
+/// Of link quality: what a person or a page looks at.
+constexpr std::chrono::milliseconds kReportPeriod{200};
+
+bool same(const Links& a, const Links& b) {
+  return a.robot == b.robot && a.contact == b.contact && a.in_contact == b.in_contact &&
+         a.self_test_ok == b.self_test_ok && a.can_guard_retreat == b.can_guard_retreat &&
+         a.interruption == b.interruption && a.interruptions == b.interruptions &&
+         a.robot_session == b.robot_session && a.late == b.late &&
+         a.needs_operator == b.needs_operator && a.unsettled == b.unsettled &&
+         a.robot_words == b.robot_words && a.contact_words == b.contact_words;
+}
+
+}  // namespace
+
+/// Shared with jobs in the worker, which may outlive the runner.
+struct Runner::Inbox {
+  std::mutex mutex;
+  std::deque<Event> events;
+  int commits = 0;  ///< under way
+
+  void put(Event event) {
+    const std::lock_guard lock(mutex);
+    events.push_back(std::move(event));
+  }
+  void begin_commit() {
+    const std::lock_guard lock(mutex);
+    ++commits;
+  }
+  void end_commit(std::optional<Event> answer) {
+    const std::lock_guard lock(mutex);
+    if (answer) events.push_back(std::move(*answer));
+    --commits;
+  }
+  bool committing() {
+    const std::lock_guard lock(mutex);
+    return commits > 0;
+  }
+  bool settled() {
+    const std::lock_guard lock(mutex);
+    return commits == 0 && events.empty();
+  }
+  std::optional<Event> take() {
+    const std::lock_guard lock(mutex);
+    if (events.empty()) return std::nullopt;
+    Event event = std::move(events.front());
+    events.pop_front();
+    return event;
+  }
+};
+
+Runner::Runner(RunnerParts parts, State state, std::vector<calib::Touch> touches)
+    : parts_(std::move(parts)),
+      state_(std::move(state)),
+      touches_(std::move(touches)),
+      inbox_(std::make_shared<Inbox>()) {}
+
+Runner::~Runner() = default;
+
+Event Runner::event(EventKind kind, std::string words) {
+  Event result;
+  result.kind = kind;
+  result.words = std::move(words);
+  return result;
+}
+
+State Runner::run() {
+  try {
+    run_to_end();
+  } catch (const std::exception& error) {
+    give_up(error.what());
+  } catch (...) {
+    give_up("unknown error");
+  }
+  await_disk();
+  return state_;
+}
+
+bool Runner::alive() {
+  if (parts_.backend.virtual_time()) return true;
+  const std::uint64_t turns = turns_;
+  const bool devices = parts_.backend.devices_alive();
+  return std::exchange(turns_seen_, turns) != turns && devices;
+}
+
+void Runner::run_to_end() {
+  feed(event(EventKind::kRun));
+  while (!is_final(state_.phase) || !inbox_->settled()) {
+    ++turns_;
+    if (gather()) continue;
+    drivers::Clock& clock = parts_.backend.clock();
+    clock.sleep_until(clock.now() + kPollPeriod);
+  }
+}
+
+/// Jobs of the disk's worker use the recorder, which goes with the session.
+void Runner::await_disk() {
+  drivers::Clock& clock = parts_.backend.clock();
+  for (; inbox_->committing(); ++turns_) clock.sleep_until(clock.now() + kPollPeriod);
+}
+
+/// Feeds at most one event, so that an abort never waits behind another; true when there was one.
+bool Runner::gather() {
+  std::optional<Event> next = happened();
+  if (!next) return false;
+  feed(std::move(*next));
+  return true;
+}
+
+std::optional<Event> Runner::happened() {
+  if (abort_requested_.exchange(false)) return event(EventKind::kAbort);
+  if (auto answer = inbox_->take()) return answer;
+  if (open_) {
+    if (auto result = device_result()) return result;
+  }
+  // Before the links: words that change all the time must not keep a deadline away.
+  if (state_.deadline && parts_.backend.clock().now() >= *state_.deadline) {
+    state_.deadline.reset();
+    return event(EventKind::kDeadline);
+  }
+  return open_ ? links_changed() : std::nullopt;
+}
+
+/// Before the step on a result, so that they are on disk with the touch that it records.
+void Runner::note_contacts() {
+  while (auto contact = parts_.backend.contact().take_record()) {
+    commit([record = RecordContact{state_.done, parts_.backend.utc_now(), *contact}](
+               Recorder& recorder) { recorder.note(record); });
+  }
+}
+
+std::optional<Event> Runner::device_result() {
+  auto result = parts_.backend.robot().poll();
+  note_contacts();  // behind it: what it comes of has been told by then
+  if (result) {
+    Event one = event(event_of(result->outcome), result->detail);
+    one.move_id = result->id;
+    one.at_rad = result->at_rad;
+    one.latch = result->latch;
+    one.interruption = result->interruption;
+    return one;
+  }
+  if (auto answer = parts_.backend.contact().poll_arm()) {
+    Event one = event(answer->armed ? EventKind::kArmed : EventKind::kArmRefused, answer->why_not);
+    one.arm_id = answer->arm_id;
+    return one;
+  }
+  return std::nullopt;
+}
+
+std::optional<Event> Runner::links_changed() {
+  const drivers::RobotState robot = parts_.backend.robot().state();
+  const drivers::ContactStatus contact = parts_.backend.contact().status();
+  sensor_late_s_ = contact.quality.late_worst_s;
+  if (const drivers::TimePoint now = parts_.backend.clock().now(); now >= next_report_) {
+    next_report_ = now + kReportPeriod;
+    if (parts_.on_look) parts_.on_look(robot, contact);
+  }
+  const Links links{robot.link,           robot.actual_rad,   robot.interruption,
+                    robot.interruptions,  robot.session,      robot.late,
+                    robot.needs_operator, robot.unsettled,    robot.words,
+                    contact.link,         contact.in_contact, contact.can_guard_retreat,
+                    contact.self_test_ok, contact.words};
+  if (seen_ && same(*seen_, links)) return std::nullopt;
+  seen_ = links;
+  Event one = event(EventKind::kLinks);
+  one.links = links;
+  return one;
+}
+
+void Runner::feed(Event event) {
+  event.at = parts_.backend.clock().now();
+  event.utc = parts_.backend.utc_now();
+  if (event.kind == EventKind::kRecorded && on_its_way_) {
+    touches_.push_back(std::move(*on_its_way_));
+    on_its_way_.reset();
+  }
+  const Phase before = state_.phase;
+  Step next = step(std::move(state_), event);
+  state_ = std::move(next.state);
+  if (before != state_.phase) {
+    note_step(before, event);
+    if (kAwaitingPhases.has(state_.phase)) seen_.reset();  // what waits for links looks at once
+  }
+  perform_all(next.actions);
+  if (parts_.on_change) parts_.on_change(state_, touches_);
+}
+
+void Runner::note_step(Phase before, const Event& event) {
+  std::string words = daemon::words(PhaseChange{before, state_.phase}, event.kind);
+  if (!event.words.empty()) words += ": " + event.words;
+  if (state_.failure && state_.phase == Phase::kFailed) words += " | " + describe(*state_.failure);
+  RecordChange change;
+  change.change = {before, state_.phase};
+  change.on = event.kind;
+  change.utc = event.utc;
+  change.clock_s = std::chrono::duration<double>(event.at.time_since_epoch()).count();
+  change.late_replies = state_.links.late;
+  change.sensor_late_s = sensor_late_s_;
+  commit([change, words](Recorder& recorder) {
+    recorder.note(change);
+    recorder.note(change.utc, words);
+  });
+}
+
+void Runner::commit(std::function<void(Recorder&)> job, std::optional<Event> answer,
+                    const char* what) {
+  inbox_->begin_commit();
+  parts_.disk.post([inbox = inbox_, &recorder = parts_.recorder, job = std::move(job),
+                    answer = std::move(answer), what]() mutable {
+    try {
+      job(recorder);
+    } catch (const std::exception& error) {
+      answer = Event{};
+      answer->kind = EventKind::kJournalFailed;
+      answer->words = what == nullptr ? error.what() : std::string(what) + ": " + error.what();
+    }
+    inbox->end_commit(std::move(answer));
+  });
+}
+
+void Runner::work(std::function<Event()> job, std::uint32_t route_id) {
+  parts_.worker.post([inbox = inbox_, job = std::move(job), route_id] {
+    Event answer;
+    try {
+      answer = job();
+    } catch (const std::exception& error) {
+      answer = Event{};
+      answer.kind = EventKind::kWorkFailed;
+      answer.words = error.what();
+    }
+    answer.route_id = route_id;
+    inbox->put(std::move(answer));
+  });
+}
+
+/// Performs one action. Errors of devices are thrown.
+struct Runner::Perform {
+  Runner& runner;
+  State& state = runner.state_;
+  Tasks& tasks = runner.parts_.tasks;
+  Backend& backend = runner.parts_.backend;
+
+  void operator()(const MakePlan&) const {
+    runner.work([plan = tasks.plan] {
+      Tasks::Planned planned = plan();
+      Event answer;
+      answer.kind = EventKind::kPlanned;
+      answer.plan = std::make_shared<const calib::Plan>(std::move(planned.plan));
+      answer.plan_hash = std::move(planned.hash);
+      answer.progress = std::move(planned.progress);
+      return answer;
+    });
+  }
+  void operator()(const FindRoute& action) const {
+    runner.work(
+        [route = tasks.route, plan = state.plan, next = action.next,
+         from = joint_vector(backend.robot().state().commanded_rad)] {
+          Event answer;
+          answer.kind = EventKind::kRouted;
+          answer.plan = std::make_shared<const calib::Plan>(route(*plan, next, from));
+          return answer;
+        },
+        action.route_id);
+  }
+  void operator()(const ChooseTouch& action) const {
+    runner.work(
+        [choose = tasks.choose, action, touches = runner.touches_,
+         from = joint_vector(action.from_rad.empty() ? backend.robot().state().commanded_rad
+                                                     : action.from_rad)] {
+          Tasks::Chosen chosen = choose(action, touches, from);
+          Event answer;
+          answer.kind = EventKind::kRouted;
+          answer.plan = std::make_shared<const calib::Plan>(std::move(chosen.plan));
+          answer.progress = std::move(chosen.progress);
+          answer.stage = std::move(chosen.stage);
+          return answer;
+        },
+        action.route_id);
+  }
+  void operator()(const TakeAnswer& action) const { runner.inbox_->put(*action.answer); }
+  void operator()(const Assess&) const {
+    runner.work([assess = tasks.assess, touches = runner.touches_] {
+      Event answer;
+      answer.kind = EventKind::kAssessed;
+      Tasks::Assessed assessed = assess(touches);
+      answer.residual_m = assessed.residual_m;
+      answer.assessed = touches.size();
+      answer.expected = std::move(assessed.expected);
+      return answer;
+    });
+  }
+  void operator()(const Identify&) const {
+    runner.work([identify = tasks.identify, touches = runner.touches_] {
+      Event answer;
+      answer.kind = EventKind::kIdentified;
+      answer.calibration = std::make_shared<const calib::Calibration>(identify(touches));
+      return answer;
+    });
+  }
+  void operator()(const WriteReport& action) const {
+    runner.work(
+        [report = tasks.report, calibration = action.calibration, touches = runner.touches_] {
+          report(*calibration, touches);
+          Event answer;
+          answer.kind = EventKind::kReported;
+          return answer;
+        });
+  }
+
+  void operator()(const OpenDevices&) const {
+    runner.open_ = true;
+    runner.seen_.reset();
+    backend.robot().open();
+    backend.contact().open();
+  }
+  void operator()(const Rereference&) const {
+    backend.robot().rereference();
+    runner.seen_.reset();
+  }
+  void operator()(const ArmSensor& action) const {
+    backend.contact().arm(action.arm_id, action.lifetime);
+  }
+  void operator()(const Disarm&) const { backend.contact().disarm(); }
+  void operator()(const SelfTest&) const {
+    backend.contact().self_test();
+    runner.seen_.reset();
+  }
+  void operator()(const BeginMove& action) const { backend.robot().begin(action.move); }
+  void operator()(const StopArm&) const { backend.robot().stop(); }
+  void operator()(const CloseDevices&) const {
+    if (!runner.open_) return;
+    runner.open_ = false;
+    // Nothing is left that could be done about a device that will not close, but to say so; the
+    // others are closed all the same.
+    try_and_note("disarming the contact sensor", [&] { backend.contact().disarm(); });
+    try_and_note("closing the robot's link", [&] { backend.robot().close(); });
+    try_and_note("closing the contact sensor", [&] { backend.contact().close(); });
+  }
+
+  void try_and_note(const char* what, const std::function<void()>& act) const {
+    try {
+      act();
+    } catch (const std::exception& error) {
+      runner.commit([utc = backend.utc_now(), words = std::string(what) + ": " + error.what()](
+                        Recorder& recorder) { recorder.note(utc, words); });
+    }
+  }
+
+  template <class Record>
+  void record(const Record& action, std::optional<Event> answer = {}) const {
+    runner.commit([action](Recorder& recorder) { recorder.record(action); }, std::move(answer),
+                  name_of(action));
+  }
+  void operator()(const RecordPlan& action) const { record(action); }
+  void operator()(const RecordReading& action) const { record(action); }
+  void operator()(const RecordTouch& action) const {
+    runner.on_its_way_ = action.touch;
+    record(action, runner.event(EventKind::kRecorded));
+  }
+  void operator()(const CheckJournal& action) const {
+    Event sound = runner.event(EventKind::kJournalSound);
+    sound.move_id = action.move_id;
+    runner.commit([](Recorder& recorder) { recorder.check(); }, std::move(sound));
+  }
+  void operator()(const RecordEnd& action) const {
+    record(action, runner.event(EventKind::kRecorded));
+  }
+  void operator()(const RecordInterruption& action) const {
+    std::string words = "interruption " + std::to_string(action.number) + " of at most " +
+                        std::to_string(action.most) + ", resuming automatically: " + action.failure;
+    runner.commit([utc = backend.utc_now(), words = std::move(words)](Recorder& recorder) {
+      recorder.note(utc, words);
+    });
+  }
+};
+
+void Runner::give_up(const std::string& words) {
+  const Perform perform{*this};
+  if (open_) perform.try_and_note("stopping the arm", [&] { parts_.backend.robot().stop(); });
+  perform(CloseDevices{});
+  state_.failure =
+      Failure{FailureKind::kUnexpectedEvent, "while '" + std::string(to_string(state_.phase)) +
+                                                 "': " + words + ". Please report this"};
+  state_.phase = Phase::kFailed;
+  perform(RecordEnd{Ending::kFailed, describe(*state_.failure)});
+  perform.try_and_note("reporting the end", [&] {
+    if (parts_.on_change) parts_.on_change(state_, touches_);
+  });
+}
+
+void Runner::perform_all(const Actions& actions) {
+  for (const Action& action : actions) {
+    try {
+      std::visit(Perform{*this}, action);
+    } catch (const std::exception& error) {
+      // What follows in this step rests on what failed: drop it.
+      feed(event(EventKind::kDeviceFailed, std::string(name_of(action)) + ": " + error.what()));
+      return;
+    }
+  }
+}
+
+}  // namespace cellcal::daemon

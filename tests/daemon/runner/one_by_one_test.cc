@@ -1,0 +1,249 @@
+// A session that chooses each touch by what those before it have shown.
+
+#include <gtest/gtest.h>
+
+#include "tests/daemon/runner/fakes.h"
+
+namespace cellcal::daemon::testing {
+namespace {
+
+using drivers::MoveKind;
+using drivers::MoveOutcome;
+
+/// Offers the touches of a line plan in turn until so many were made.
+struct Offers {
+  std::size_t wanted = 3;
+  std::size_t offered = 0;
+  int failed = 0;
+  std::vector<ChooseTouch> asked{};
+  std::vector<std::size_t> seen{};  ///< touches made, each time
+  bool without_way_home = false;
+  bool may_miss = false;
+};
+
+struct Choosing : Session {
+  explicit Choosing(Offers& offers, Script script = {}) : Session(std::move(script)) {
+    start.one_by_one = true;
+    tasks.plan = [] { return Tasks::Planned{}; };
+    tasks.route = nullptr;
+    tasks.choose = [&offers](const ChooseTouch& how, const std::vector<calib::Touch>& made,
+                             const calib::JointVector&) {
+      const calib::Plan line = line_plan(40);
+      offers.asked.push_back(how);
+      offers.seen.push_back(made.size());
+      offers.failed += how.failed.has_value() ? 1 : 0;
+      Tasks::Chosen chosen;
+      chosen.progress.touches_left = static_cast<int>(offers.wanted - made.size());
+      const bool more = made.size() < offers.wanted;
+      if (more) chosen.plan.touches = {line.touches.at(offers.offered++)};
+      for (calib::PlannedTouch& touch : chosen.plan.touches) touch.may_miss = offers.may_miss;
+      if (!more && !offers.without_way_home) chosen.plan.home = line.home;
+      return chosen;
+    };
+  }
+};
+
+int retreats_to(const Session& session, double rad) {
+  int found = 0;
+  for (const drivers::Move& move : session.backend.world.moves)
+    found += move.kind == MoveKind::kRetreat && std::abs(move.target_rad[0] - rad) < 1e-9;
+  return found;
+}
+
+TEST(touches_chosen_one_by_one, are_made_until_none_is_chosen_any_more) {
+  Offers offers;
+  Choosing session(offers);
+  const State end = session.run();
+  EXPECT_EQ(end.phase, Phase::kDone) << (end.failure ? end.failure->detail : "");
+  ASSERT_EQ(session.recorder.touches.size(), 3u);
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(session.recorder.touches[i].index, i);
+    EXPECT_EQ(session.recorder.touches[i].touch.target, "S" + std::to_string(i + 1));
+  }
+  EXPECT_EQ(offers.seen, (std::vector<std::size_t>{0, 1, 2, 3}));
+  EXPECT_NEAR(session.backend.world.moves.back().target_rad[0], 0.0, 1e-12) << "the way home";
+}
+
+TEST(touches_chosen_one_by_one, go_through_choosing_behind_each) {
+  Offers offers{.wanted = 1};
+  Choosing session(offers);
+  session.run();
+  using enum Phase;
+  const std::vector<Phase> expected{
+      kIdle,       kPlanning,   kConnecting, kReferencing, kRouting,     kTransit,    kArmingFast,
+      kFastSearch, kBackingOff, kArmingSlow, kSlowSearch,  kBackingOff,  kArmingSlow, kSlowSearch,
+      kRecording,  kRetreat,    kChoosing,   kReturning,   kIdentifying, kReporting,  kDone};
+  EXPECT_EQ(session.phases, expected);
+}
+
+TEST(touches_chosen_one_by_one, are_chosen_with_the_newest_one_on_disk) {
+  Offers offers;
+  Choosing session(offers);
+  std::vector<std::size_t> on_disk;
+  const auto choose = session.tasks.choose;
+  session.tasks.choose = [&](const ChooseTouch& how, const std::vector<calib::Touch>& made,
+                             const calib::JointVector& from) {
+    on_disk.push_back(session.recorder.touches.size());
+    EXPECT_FALSE(session.backend.world.moving);
+    return choose(how, made, from);
+  };
+  session.run();
+  EXPECT_EQ(on_disk, offers.seen);
+}
+
+TEST(touches_chosen_one_by_one, stay_where_they_are_where_no_way_home_is_clear) {
+  Offers offers{.wanted = 1, .without_way_home = true};
+  Choosing session(offers);
+  EXPECT_EQ(session.run().phase, Phase::kDone);
+  EXPECT_EQ(session.backend.world.moves.back().kind, MoveKind::kRetreat);
+}
+
+TEST(a_touch_chosen_one_by_one, that_meets_nothing_is_left_proven_and_replaced) {
+  Offers offers;
+  Choosing session(offers, {.outcome = {{3, MoveOutcome::kArrived}}});
+  const State end = session.run();
+  EXPECT_EQ(end.phase, Phase::kDone) << (end.failure ? end.failure->detail : "");
+  EXPECT_EQ(end.failed_touches, 1);
+  EXPECT_EQ(offers.failed, 1);
+  ASSERT_EQ(session.recorder.touches.size(), 3u);
+  EXPECT_EQ(session.recorder.touches[0].touch.target, "S2");
+  EXPECT_EQ(session.recorder.touches[0].index, 0u);
+  EXPECT_EQ(retreats_to(session, 0.09), 1) << "out to the clear point of the touch that failed";
+  EXPECT_GE(session.backend.world.self_tests, 1) << "the sensor may be what failed";
+}
+
+TEST(a_search_for_a_sphere, that_meets_nothing_is_an_answer_and_no_failure) {
+  Offers offers{.wanted = 1, .may_miss = true};
+  Script script;
+  for (int move = 3; move < 23; move += 4) script.outcome[move] = MoveOutcome::kArrived;
+  Choosing session(offers, script);
+  const State end = session.run();
+  EXPECT_EQ(end.phase, Phase::kDone) << (end.failure ? end.failure->detail : "");
+  EXPECT_EQ(offers.failed, 5);
+  EXPECT_EQ(end.failed_touches, 0);
+  EXPECT_EQ(offers.asked[1].failed, calib::NotMade::kMissed);
+  EXPECT_EQ(session.recorder.touches.size(), 1u);
+}
+
+TEST(a_search_for_a_sphere, that_lost_it_behind_the_first_contact_is_a_failed_touch) {
+  Offers offers{.wanted = 1, .may_miss = true};
+  Choosing session(offers, {.outcome = {{5, MoveOutcome::kArrived}}});
+  const State end = session.run();
+  EXPECT_EQ(end.phase, Phase::kDone) << (end.failure ? end.failure->detail : "");
+  EXPECT_EQ(end.failed_touches, 1);
+  ASSERT_GE(offers.asked.size(), 2u);
+  EXPECT_EQ(offers.asked[1].failed, calib::NotMade::kFailed)
+      << "it does not say that nothing is there";
+}
+
+TEST(a_session_of_chosen_touches, fails_by_name_where_nothing_can_be_chosen_to_begin_with) {
+  Offers offers{.wanted = 0};
+  Choosing session(offers);
+  const State end = session.run();
+  ASSERT_EQ(end.phase, Phase::kFailed);
+  EXPECT_EQ(end.failure->kind, FailureKind::kPlan);
+  EXPECT_NE(end.failure->detail.find("no touch can be reached"), std::string::npos)
+      << end.failure->detail;
+}
+
+TEST(a_touch_chosen_one_by_one, of_readings_that_disagree_is_replaced) {
+  Offers offers;
+  Choosing session(offers,
+                   {.late_m = {{5, 0.0}, {7, 0.0002}, {9, 0.0004}, {11, 0.0006}, {13, 0.0008}}});
+  const State end = session.run();
+  EXPECT_EQ(end.phase, Phase::kDone) << (end.failure ? end.failure->detail : "");
+  EXPECT_EQ(session.recorder.touches.size(), 3u);
+  EXPECT_EQ(end.failed_touches, 1);
+}
+
+TEST(touches_chosen_one_by_one, that_fail_one_after_the_other_end_the_session_where_the_arm_is) {
+  // Two are left again (moves 3, then 7 behind the retreat and the two waypoints), the third is
+  // not.
+  Offers offers;
+  Choosing session(offers, {.outcome = {{3, MoveOutcome::kArrived},
+                                        {7, MoveOutcome::kArrived},
+                                        {11, MoveOutcome::kArrived}}});
+  const State end = session.run();
+  ASSERT_EQ(end.phase, Phase::kFailed);
+  EXPECT_EQ(end.failure->kind, FailureKind::kNoContact);
+  EXPECT_EQ(end.failure->detail.find("touch 1 of about 3 (S3): no contact"), 0u)
+      << end.failure->detail;
+  EXPECT_EQ(session.backend.world.moves.size(), 11u) << "the arm must hold still";
+}
+
+TEST(a_touch_chosen_one_by_one, that_comes_too_early_is_never_replaced) {
+  Offers offers;
+  Choosing session(offers, {.late_m = {{3, -0.0095}}});
+  const State end = session.run();
+  ASSERT_EQ(end.phase, Phase::kFailed);
+  EXPECT_EQ(end.failure->kind, FailureKind::kContactTooEarly);
+  EXPECT_EQ(session.backend.world.moves.size(), 3u);
+}
+
+TEST(a_session_of_chosen_touches, fails_where_nothing_can_be_chosen_and_holds_still) {
+  Offers offers;
+  Choosing session(offers);
+  const auto choose = session.tasks.choose;
+  session.tasks.choose = [&](const ChooseTouch& how, const std::vector<calib::Touch>& made,
+                             const calib::JointVector& from) {
+    if (made.size() == 1) throw std::runtime_error("no way out of here");
+    return choose(how, made, from);
+  };
+  const State end = session.run();
+  ASSERT_EQ(end.phase, Phase::kFailed);
+  EXPECT_EQ(end.failure->kind, FailureKind::kPlan);
+  EXPECT_NE(end.failure->detail.find("no way out of here"), std::string::npos);
+  EXPECT_EQ(session.recorder.touches.size(), 1u);
+}
+
+TEST(a_session_of_chosen_touches,
+     moves_no_further_after_a_failed_touch_before_the_sensor_is_proven) {
+  State state;
+  state.one_by_one = true;
+  state.phase = Phase::kProving;
+  state.plan = std::make_shared<const calib::Plan>(line_plan(1));
+  state.touch_failed = calib::NotMade::kMissed;
+  Event event;
+  event.kind = EventKind::kLinks;
+  event.links.robot = drivers::RobotLink::kReady;
+  event.links.contact = drivers::ContactLink::kReady;
+  EXPECT_EQ(step(state, event).state.phase, Phase::kProving);
+  event.links.self_test_ok = true;
+  EXPECT_EQ(step(state, event).state.phase, Phase::kChoosing);
+}
+
+TEST(a_session_of_chosen_touches, can_be_aborted_while_it_chooses) {
+  Offers offers;
+  Choosing session(offers);
+  EXPECT_EQ(session.run_and_abort_in(Phase::kChoosing).phase, Phase::kAborted);
+  EXPECT_EQ(session.recorder.touches.size(), 1u);
+  EXPECT_FALSE(session.backend.world.robot_open);
+}
+
+TEST(a_session_of_chosen_touches, goes_on_with_those_on_disk) {
+  Offers offers;
+  Choosing first(offers);
+  first.run_and_abort_in(Phase::kChoosing);
+  Offers later;
+  Choosing second(later);
+  second.done = first.done;
+  second.start.resumed = true;
+  const State end = second.run();
+  EXPECT_EQ(end.phase, Phase::kDone) << (end.failure ? end.failure->detail : "");
+  EXPECT_EQ(later.seen.front(), 1u);
+  EXPECT_EQ(second.recorder.touches.size(), 2u);
+  EXPECT_EQ(second.recorder.touches.front().index, 1u);
+}
+
+TEST(a_session_of_chosen_touches, resumed_in_contact_frees_the_tip_before_anything_else) {
+  Offers offers{.wanted = 1};
+  Choosing session(offers, {.contact_closed = true});
+  session.start.resumed = true;
+  const State end = session.run();
+  EXPECT_EQ(end.phase, Phase::kDone) << (end.failure ? end.failure->detail : "");
+  EXPECT_TRUE(offers.asked.front().in_contact);
+  EXPECT_EQ(session.backend.world.moves.front().kind, MoveKind::kRetreat);
+}
+
+}  // namespace
+}  // namespace cellcal::daemon::testing

@@ -1,0 +1,70 @@
+#include <gtest/gtest.h>
+
+#include "tests/daemon/runner/fakes.h"
+
+namespace cellcal::daemon::testing {
+namespace {
+
+class an_abort : public ::testing::TestWithParam<Phase> {};
+
+TEST_P(an_abort, leaves_the_arm_at_rest_and_the_touches_on_disk) {
+  const Phase phase = GetParam();
+  Script script;
+  script.contact_closed = phase == Phase::kFreeing || phase == Phase::kProving;
+  const bool interrupted = phase == Phase::kRecovering || phase == Phase::kWatching;
+  if (interrupted) {
+    script.outcome[2] = drivers::MoveOutcome::kRobotSilent;
+    script.interruption[2] = drivers::Interruption::kPacketsStopped;
+    script.lost_for_ms = 16;
+  }
+  Session session(script);
+  session.start.resumed = script.contact_closed;
+  session.start.retries = interrupted ? 1 : 0;
+  const State end = session.run_and_abort_in(phase);
+  EXPECT_EQ(end.phase, Phase::kAborted) << to_string(end.phase);
+  EXPECT_FALSE(end.failure.has_value());
+  EXPECT_FALSE(session.backend.world.moving);
+  EXPECT_FALSE(session.backend.world.robot_open);
+  EXPECT_FALSE(session.backend.world.contact_open);
+  EXPECT_EQ(session.backend.world.stops, kMovingPhases.has(phase) ? 1 : 0);
+  ASSERT_EQ(session.recorder.ends.size(), 1u);
+  EXPECT_EQ(session.recorder.ends[0].ending, Ending::kAborted);
+  EXPECT_EQ(session.done.size(), session.recorder.touches.size());
+}
+
+std::vector<Phase> abortable() {
+  std::vector<Phase> phases;
+  for (Phase phase : kAllPhases) {
+    // On the virtual clock the worker answers at once: planning, routing, identifying, reporting
+    // and recording are over before anybody can ask. The table's test covers them. This session's
+    // touches are planned beforehand; choosing is one_by_one_test's.
+    const bool instantaneous = kThinkingPhases.has(phase) || phase == Phase::kRouting ||
+                               phase == Phase::kRecording || phase == Phase::kChoosing;
+    if (kActivePhases.has(phase) && !instantaneous) phases.push_back(phase);
+  }
+  return phases;
+}
+
+INSTANTIATE_TEST_SUITE_P(runner, an_abort, ::testing::ValuesIn(abortable()), [](const auto& one) {
+  std::string name = to_string(one.param);
+  std::replace(name.begin(), name.end(), ' ', '_');
+  return name;
+});
+
+TEST(an_abort, of_an_arm_that_does_not_stop_says_so) {
+  Session session({.endless_from = 1, .ignores_stop = true});
+  const State end = session.run_and_abort_in(Phase::kTransit);
+  ASSERT_EQ(end.phase, Phase::kFailed);
+  EXPECT_EQ(end.failure->kind, FailureKind::kStopUnconfirmed);
+}
+
+TEST(an_abort, that_the_disk_refuses_to_record_is_a_named_failure) {
+  Session session;
+  session.recorder.fails_at = 2;  // the plan is the first record, the end the second
+  const State end = session.run_and_abort_in(Phase::kTransit);
+  ASSERT_EQ(end.phase, Phase::kFailed);
+  EXPECT_EQ(end.failure->kind, FailureKind::kJournal);
+}
+
+}  // namespace
+}  // namespace cellcal::daemon::testing

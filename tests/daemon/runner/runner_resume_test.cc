@@ -1,0 +1,95 @@
+#include <gtest/gtest.h>
+
+#include "tests/daemon/runner/fakes.h"
+
+namespace cellcal::daemon::testing {
+namespace {
+
+std::vector<calib::Touch> touches(std::size_t count) {
+  std::vector<calib::Touch> result(count);
+  for (std::size_t i = 0; i < count; ++i) result[i].target = "S" + std::to_string(i + 1);
+  return result;
+}
+
+TEST(a_resumed_session, makes_only_the_touches_that_are_missing) {
+  Session session;
+  session.start.resumed = true;
+  session.start.expected_hash = "hash of 3";
+  session.done = touches(2);
+  const State end = session.run();
+  EXPECT_EQ(end.phase, Phase::kDone);
+  ASSERT_EQ(session.recorder.touches.size(), 1u);
+  EXPECT_EQ(session.recorder.touches[0].index, 2u);
+  EXPECT_EQ(session.recorder.touches[0].touch.target, "S3");
+  EXPECT_EQ(end.calibration->after.count, 3);
+}
+
+TEST(a_resumed_session, asks_for_a_way_from_where_the_arm_stands) {
+  Session session;
+  session.start.resumed = true;
+  session.done = touches(1);
+  session.backend.world.at_rad = 0.1234;
+  std::size_t next = 99;
+  calib::JointVector from;
+  session.tasks.route = [&](const calib::Plan& plan, std::size_t n, const calib::JointVector& f) {
+    next = n;
+    from = f;
+    return plan;
+  };
+  session.run();
+  EXPECT_EQ(next, 1u);
+  EXPECT_EQ(from, calib::JointVector{0.1234});
+}
+
+TEST(a_resumed_session, with_nothing_left_identifies_without_opening_a_device) {
+  Session session;
+  session.start.resumed = true;
+  session.done = touches(3);
+  EXPECT_EQ(session.run().phase, Phase::kDone);
+  EXPECT_EQ(session.backend.world.opened, 0);
+  EXPECT_TRUE(session.backend.world.moves.empty());
+}
+
+TEST(a_resumed_session, whose_plan_has_changed_is_refused) {
+  Session session;
+  session.start.resumed = true;
+  session.start.expected_hash = "hash of another";
+  const State end = session.run();
+  ASSERT_EQ(end.phase, Phase::kFailed);
+  EXPECT_EQ(end.failure->kind, FailureKind::kPlanChanged);
+  EXPECT_EQ(session.backend.world.opened, 0);
+}
+
+TEST(a_resumed_session, that_stands_in_contact_leaves_it_and_proves_the_sensor_first) {
+  Session session({.contact_closed = true});
+  session.start.resumed = true;
+  session.done = touches(1);
+  const State end = session.run();
+  EXPECT_EQ(end.phase, Phase::kDone) << end.failure->detail;
+  EXPECT_EQ(session.backend.world.moves.at(0).kind, drivers::MoveKind::kRetreat);
+  EXPECT_EQ(session.backend.world.moves.at(1).kind, drivers::MoveKind::kTransit);
+  EXPECT_GE(session.backend.world.self_tests, 1);
+}
+
+TEST(a_resumed_session, arms_at_once_when_the_way_out_of_contact_ends_at_the_stand_off) {
+  Session session({.contact_closed = true}, 1);
+  session.start.resumed = true;
+  session.tasks.route = [](calib::Plan plan, std::size_t, const calib::JointVector&) {
+    plan.touches[0].transit = {plan.touches[0].standoff};
+    return plan;
+  };
+  EXPECT_EQ(session.run().phase, Phase::kDone);
+  EXPECT_EQ(session.backend.world.moves.at(1).kind, drivers::MoveKind::kSearch);
+}
+
+TEST(a_resumed_session, that_cannot_leave_the_contact_says_so) {
+  Session session(
+      {.outcome = {{1, drivers::MoveOutcome::kStillInContact}}, .contact_closed = true});
+  session.start.resumed = true;
+  const State end = session.run();
+  ASSERT_EQ(end.phase, Phase::kFailed);
+  EXPECT_EQ(end.failure->kind, FailureKind::kStillInContact);
+}
+
+}  // namespace
+}  // namespace cellcal::daemon::testing

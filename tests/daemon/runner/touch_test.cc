@@ -1,0 +1,106 @@
+// One touch: what counts as a touch, and what does not.
+
+#include <gtest/gtest.h>
+
+#include "tests/daemon/runner/fakes.h"
+
+namespace cellcal::daemon::testing {
+namespace {
+
+using drivers::MoveOutcome;
+
+TEST(a_touch, that_comes_too_early_is_refused_by_name) {
+  Session session({.late_m = {{3, -0.0095}}}, 1);
+  const State end = session.run();
+  ASSERT_EQ(end.phase, Phase::kFailed);
+  EXPECT_EQ(end.failure->kind, FailureKind::kContactTooEarly);
+  EXPECT_NE(end.failure->detail.find("9.5 mm before the surface of S1"), std::string::npos)
+      << end.failure->detail;
+  EXPECT_EQ(session.backend.world.moves.size(), 3u) << "the arm must hold still";
+}
+
+TEST(a_touch, that_never_comes_names_the_target_and_the_cell_file) {
+  Session session({.outcome = {{3, MoveOutcome::kArrived}}});
+  const State end = session.run();
+  ASSERT_EQ(end.phase, Phase::kFailed);
+  EXPECT_EQ(end.failure->kind, FailureKind::kNoContact);
+  EXPECT_EQ(end.failure->detail.find("touch 1 of 3 (S1): no contact up to "), 0u)
+      << end.failure->detail;
+  EXPECT_NE(end.failure->detail.find("Check centre_mm"), std::string::npos);
+}
+
+TEST(a_touch, that_never_comes_is_believed_only_of_a_sensor_that_proves_itself) {
+  Session well({.outcome = {{3, MoveOutcome::kArrived}}});
+  EXPECT_EQ(well.run().failure->kind, FailureKind::kNoContact);
+  EXPECT_EQ(well.backend.world.self_tests, 1);
+
+  // Its input died behind the arming: it saw nothing because it sees nothing.
+  Session blind({.outcome = {{3, MoveOutcome::kArrived}}, .sensor_fault_at_self_test = 1});
+  const State end = blind.run();
+  ASSERT_EQ(end.phase, Phase::kFailed);
+  EXPECT_EQ(end.failure->kind, FailureKind::kContactFault) << end.failure->detail;
+  EXPECT_EQ(blind.backend.world.moves.size(), 3u) << "the arm must hold still";
+}
+
+TEST(a_touch, that_the_slow_search_does_not_find_again_is_no_matter_of_the_cell_file) {
+  Session session({.outcome = {{5, MoveOutcome::kArrived}}}, 1);
+  const State end = session.run();
+  ASSERT_EQ(end.phase, Phase::kFailed);
+  EXPECT_EQ(end.failure->kind, FailureKind::kReadingsDisagree);
+  EXPECT_NE(end.failure->detail.find("contact on S1 after 10.000 mm in the fast search"),
+            std::string::npos)
+      << end.failure->detail;
+  EXPECT_NE(end.failure->detail.find("up to 3.0 mm behind it"), std::string::npos);
+}
+
+TEST(a_touch, whose_contact_is_told_wrongly_never_leads_the_arm_farther_in) {
+  Session session({.latch_off_m = {{3, 0.005}}}, 1);
+  session.run();
+  ASSERT_GE(session.backend.world.moves.size(), 4u);
+  // Met after 10 mm, at rest after 10.2 mm, told at 15 mm: back by a millimetre from the rest.
+  EXPECT_NEAR(session.backend.world.moves[3].target_rad[0], 0.1092, 1e-9);
+}
+
+TEST(a_touch, whose_readings_never_agree_is_given_up_with_all_of_them) {
+  Session session({.late_m = {{5, 0.0}, {7, 0.0002}, {9, 0.0004}, {11, 0.0006}, {13, 0.0008}}}, 1);
+  const State end = session.run();
+  ASSERT_EQ(end.phase, Phase::kFailed);
+  EXPECT_EQ(end.failure->kind, FailureKind::kReadingsDisagree);
+  EXPECT_NE(end.failure->detail.find("10.000, 10.200, 10.400, 10.600, 10.800 mm"),
+            std::string::npos)
+      << end.failure->detail;
+  EXPECT_TRUE(session.recorder.touches.empty());
+}
+
+TEST(a_touch, of_noise_alone_is_given_up_after_a_bounded_number_of_tries) {
+  Script script;
+  for (int move = 3; move < 60; move += 2) script.outcome[move] = MoveOutcome::kRevoked;
+  Session session(script, 1);
+  const State end = session.run();
+  ASSERT_EQ(end.phase, Phase::kFailed);
+  EXPECT_EQ(end.failure->kind, FailureKind::kTooManyRevoked);
+  EXPECT_EQ(end.total_revoked, 5u);
+}
+
+TEST(a_touch, counts_noise_for_itself_alone) {
+  Script script;
+  // Three trips of noise in each of two touches, four moves later each time.
+  for (int move : {3, 5, 7}) script.outcome[move] = MoveOutcome::kRevoked;
+  Session session(script, 2);
+  const State end = session.run();
+  EXPECT_EQ(end.phase, Phase::kDone) << end.failure->detail;
+  EXPECT_EQ(end.revoked, 0);
+  EXPECT_EQ(end.total_revoked, 3u);
+}
+
+TEST(a_touch, stays_on_disk_when_the_contact_does_not_open_behind_it) {
+  Session session({.outcome = {{8, MoveOutcome::kStillInContact}}}, 2);
+  const State end = session.run();
+  ASSERT_EQ(end.phase, Phase::kFailed);
+  EXPECT_EQ(end.failure->kind, FailureKind::kStillInContact);
+  EXPECT_EQ(end.failure->detail.find("touch 1 of 2 (S1): "), 0u) << end.failure->detail;
+  EXPECT_EQ(session.recorder.touches.size(), 1u);
+}
+
+}  // namespace
+}  // namespace cellcal::daemon::testing

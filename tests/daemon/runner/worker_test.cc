@@ -1,0 +1,171 @@
+#include "daemon/runner/worker.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <future>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "tests/daemon/runner/fakes.h"
+
+namespace cellcal::daemon {
+namespace {
+
+TEST(a_worker_thread, does_its_jobs_in_order) {
+  std::vector<int> done;
+  std::promise<void> last;
+  ThreadWorker worker;
+  for (int i = 0; i < 100; ++i) worker.post([&done, i] { done.push_back(i); });
+  worker.post([&last] { last.set_value(); });
+  last.get_future().wait();
+  ASSERT_EQ(done.size(), 100u);
+  for (int i = 0; i < 100; ++i) EXPECT_EQ(done[static_cast<std::size_t>(i)], i);
+}
+
+TEST(a_worker_thread, finishes_the_job_in_hand_when_it_ends) {
+  std::promise<void> begun;
+  bool finished = false;
+  {
+    ThreadWorker worker;
+    worker.post([&] {
+      begun.set_value();
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+      finished = true;
+    });
+    begun.get_future().wait();
+  }
+  EXPECT_TRUE(finished);
+}
+
+TEST(a_session_with_a_worker_thread, ends_as_one_with_an_inline_worker_does) {
+  testing::Session session;
+  ThreadWorker worker;
+  // The virtual clock runs far ahead of the thread: the timeouts have to be long.
+  State patient;
+  patient.timeouts.planning = patient.timeouts.identifying = patient.timeouts.reporting =
+      std::chrono::hours(100000);
+  Runner runner({session.backend, session.recorder, worker, session.worker, session.tasks, {}},
+                patient, {});
+  EXPECT_EQ(runner.run().phase, Phase::kDone);
+  EXPECT_EQ(session.recorder.touches.size(), 3u);
+}
+
+/// A disk that answers when it is told to.
+struct StalledRecorder final : Recorder {
+  void record(const RecordPlan&) override {}
+  void record(const RecordReading&) override {}
+  void record(const RecordTouch&) override {
+    stalled.set_value();
+    answers.get_future().wait();
+    on_disk = true;
+  }
+  void record(const RecordEnd&) override {}
+  void note(const std::string&, const std::string&) override {}
+  void note(const RecordChange&) override {}
+  void note(const RecordContact&) override {}
+
+  std::promise<void> stalled, answers;
+  std::atomic<bool> on_disk{false};
+};
+
+TEST(an_abort_of_a_session_whose_touch_waits_for_the_disk, does_not_wait_for_it) {
+  testing::Session session({}, 1);
+  StalledRecorder recorder;
+  ThreadWorker disk(ThreadWorker::Priority::kNormal);
+  // The virtual clock runs far ahead of the thread: the timeouts have to be long.
+  State patient;
+  patient.timeouts.recording = std::chrono::hours(100000);
+  bool aborted_before_the_disk_answered = false;
+  Runner* running = nullptr;
+  Runner runner({session.backend, recorder, session.worker, disk, session.tasks,
+                 [&](const State& state, const std::vector<calib::Touch>&) {
+                   if (state.phase == Phase::kRecording) {
+                     recorder.stalled.get_future().wait();
+                     running->request_abort();
+                   }
+                   if (!is_final(state.phase) || aborted_before_the_disk_answered) return;
+                   aborted_before_the_disk_answered = !recorder.on_disk;
+                   EXPECT_FALSE(session.backend.world.robot_open);
+                   recorder.answers.set_value();
+                 }},
+                patient, {});
+  running = &runner;
+  EXPECT_EQ(runner.run().phase, Phase::kAborted);
+  EXPECT_TRUE(aborted_before_the_disk_answered);
+  EXPECT_TRUE(recorder.on_disk) << "the session waits for its end's record, the arm at rest";
+}
+
+/// A robot whose driver hangs in the first look at a move.
+class HangingBackend final : public Backend {
+ public:
+  drivers::Robot& robot() override {
+    if (hangs) {
+      if (!std::exchange(told, true)) hanging.set_value();
+      go_on.get_future().wait();
+      hangs = false;
+    }
+    return fake.robot();
+  }
+  drivers::ContactSensor& contact() override { return fake.contact(); }
+  drivers::Clock& clock() override { return fake.clock(); }
+  std::string utc_now() override { return fake.utc_now(); }
+  bool devices_alive() override { return devices; }
+
+  testing::FakeBackend fake;
+  bool hangs = false, told = false;
+  std::atomic<bool> devices{true};
+  std::promise<void> hanging, go_on;
+};
+
+TEST(a_runner, whose_loop_or_devices_hang_is_not_alive) {
+  HangingBackend backend;
+  testing::Session session({}, 1);
+  Runner* running = nullptr;
+  Runner runner({backend, session.recorder, session.worker, session.worker, session.tasks,
+                 [&](const State& state, const std::vector<calib::Touch>&) {
+                   if (state.phase == Phase::kConnecting) backend.hangs = true;
+                   if (state.phase == Phase::kTransit) running->request_abort();
+                 }},
+                {}, {});
+  running = &runner;
+  EXPECT_TRUE(runner.alive()) << "before it begins";
+  std::thread loop([&] { runner.run(); });
+  backend.hanging.get_future().wait();
+  EXPECT_TRUE(runner.alive()) << "it has turned until now";
+  EXPECT_FALSE(runner.alive()) << "and does no longer";
+  backend.go_on.set_value();
+  loop.join();
+  EXPECT_TRUE(runner.alive());
+  EXPECT_FALSE(runner.alive());
+}
+
+TEST(a_runner, whose_devices_hang_is_not_alive) {
+  HangingBackend backend;
+  testing::Session session({}, 1);
+  Runner runner({backend, session.recorder, session.worker, session.worker, session.tasks, {}}, {},
+                {});
+  backend.devices = false;
+  EXPECT_FALSE(runner.alive());
+}
+
+TEST(an_abort_of_a_planning_session, does_not_wait_for_the_plan) {
+  testing::Session session;
+  std::promise<void> release;
+  session.tasks.plan = [&]() -> Tasks::Planned {
+    release.get_future().wait();
+    return {};
+  };
+  ThreadWorker worker;
+  State patient;
+  patient.timeouts.planning = std::chrono::hours(100000);
+  Runner runner({session.backend, session.recorder, worker, session.worker, session.tasks, {}},
+                patient, {});
+  runner.request_abort();
+  EXPECT_EQ(runner.run().phase, Phase::kAborted);
+  release.set_value();
+}
+
+}  // namespace
+}  // namespace cellcal::daemon
