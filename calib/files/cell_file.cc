@@ -204,26 +204,42 @@ std::string delay_to_toml(const Cell& cell) {
   return out;
 }
 
-std::filesystem::path find_robot(const std::string& name, const std::filesystem::path& cell_file,
-                                 const TomlTable& document) {
+/// The file of that name, beside `folder` or shipped; empty: there is none, `tried` says where it was
+/// looked for.
+std::filesystem::path found_robot(const std::string& name, const std::filesystem::path& folder,
+                                  std::string& tried) {
   constexpr std::size_t kShownPath = 300;
-  std::vector<std::filesystem::path> tried;
   const std::filesystem::path given(name);
-  tried.push_back(cell_file.parent_path() / given);  // an absolute path stays absolute
+  std::vector<std::filesystem::path> places{folder / given};  // an absolute path stays absolute
   for (const auto& directory : robots_directories()) {
-    tried.push_back(directory / given);
-    if (given.extension() != ".toml") tried.push_back(directory / (name + ".toml"));
+    places.push_back(directory / given);
+    if (given.extension() != ".toml") places.push_back(directory / (name + ".toml"));
   }
-  std::string list;
-  for (const auto& path : tried) {
+  for (const auto& path : places) {
     std::error_code ignored;  // "cannot look" counts as "not there"; the message lists the place
     if (std::filesystem::is_regular_file(path, ignored)) return path;
-    list += "\n  " + shown(path.string(), kShownPath);
+    tried += "\n  " + shown(path.string(), kShownPath);
   }
-  document.fail("robot", "no robot file \"" + shown(name) + "\"; looked for" + list);
+  return {};
+}
+
+std::filesystem::path find_robot(const std::string& name, const std::filesystem::path& cell_file,
+                                 const TomlTable& document) {
+  std::string tried;
+  const auto path = found_robot(name, cell_file.parent_path(), tried);
+  if (path.empty())
+    document.fail("robot", "no robot file \"" + shown(name) + "\"; looked for" + tried);
+  return path;
 }
 
 }  // namespace
+
+Robot load_named_robot(const std::string& name) {
+  std::string tried;
+  const auto path = found_robot(name, {}, tried);
+  if (path.empty()) throw FileError("no robot file \"" + shown(name) + "\"; looked for" + tried);
+  return load_robot(path);
+}
 
 Cell read_cell(const TomlTable& document, Robot robot) {
   document.word("format", {kFormat});

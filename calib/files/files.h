@@ -17,6 +17,9 @@ namespace cellcal::calib {
 /// Robot file, format "cellcal.robot/1".
 Robot load_robot(const std::filesystem::path& path);
 
+/// The robot of this file, or the shipped one of this name ("kr5_r1400").
+Robot load_named_robot(const std::string& name);
+
 /// Cell file, format "cellcal.cell/1", with the robot file that it names: relative to the cell
 /// file, or the name of a shipped robot (see robots_directory()), and with its obstacles' meshes.
 Cell load_cell(const std::filesystem::path& path);

@@ -122,6 +122,66 @@ void add_kuka_files(CLI::App& app, int& status) {
   });
 }
 
+void add_export_robot(CLI::App& app, int& status) {
+  auto given = std::make_shared<ExportRobotCommand>();
+  CLI::App* command = app.add_subcommand(
+      "export-robot", "Write the calibrated arm for other programs: URDF, ROS, DH table, JSON");
+  command->footer(
+      "URDF, YAML and DH table hold rigid links; what compliance, gears and bending add is printed "
+      "in mm.\nExit status 3: the calibration was withheld; nothing is written without "
+      "--withheld.\nExample: cellcal export-robot --calibration calibration.json --urdf "
+      "kr5.urdf -o kr5_calibrated.urdf\n         cellcal export-robot --calibration "
+      "calibration.json --as dh -o dh.csv");
+  command->add_option("--calibration", given->calibration, "Calibration (JSON)")->required();
+  command
+      ->add_option("--as", given->as,
+                   "urdf; yaml: frames of the joints for ROS 2 drivers; dh: Denavit-Hartenberg "
+                   "parameters (CSV); json: all parameters")
+      ->check(CLI::IsMember({"urdf", "yaml", "dh", "json"}))
+      ->capture_default_str();
+  CLI::Option* urdf = command->add_option(
+      "--urdf", given->urdf,
+      "Put the calibrated joints into this URDF: links, meshes and names stay [a new one]");
+  command->add_option("--tip", given->tip, "Its link at the flange [tool0, flange, or the last]")
+      ->needs(urdf);
+  command->add_flag("--withheld", given->withheld,
+                    "Accept a withheld calibration: to look at, not to use");
+  command->add_option("-o,--output", given->output, "Write to this file [standard output]");
+  command->callback([given, &status] {
+    if (!given->urdf.empty() && given->as != "urdf" && given->as != "yaml")
+      throw CLI::ValidationError("--urdf", "goes with --as urdf or --as yaml");
+    status = export_robot(*given);
+  });
+}
+
+void add_import_robot(CLI::App& app, int& status) {
+  auto given = std::make_shared<ImportRobotCommand>();
+  CLI::App* command = app.add_subcommand(
+      "import-robot", "Make a robot file from a URDF and a KUKA controller's machine data");
+  command->footer(
+      "Machine data: $machine.dat and $robcor.dat of KRC:\\R1\\Mada, $config.dat of "
+      "KRC:\\R1\\System. Limits, speeds\nand type come from them; lengths are compared. Tools of "
+      "$config.dat are printed for the cell file.\nExample: cellcal import-robot --robot kr5_r1400 "
+      "--machine-data '$machine.dat' -o my_kr5.toml\n         cellcal import-robot --urdf "
+      "robot.urdf -o robot.toml");
+  CLI::Option* urdf = command->add_option("--urdf", given->urdf, "Geometry from this URDF");
+  command
+      ->add_option("--robot", given->robot,
+                   "Geometry from this robot file, or a shipped robot by its name")
+      ->excludes(urdf);
+  command->add_option("--tip", given->tip, "Link at the flange [tool0, flange, or the last]")
+      ->needs(urdf);
+  command->add_option("--machine-data", given->machine_data,
+                      "File of the controller; may be given several times");
+  command->add_option("-o,--output", given->output,
+                      "Write the robot to this file [standard output]");
+  command->callback([given, &status] {
+    if (given->urdf.empty() && given->robot.empty())
+      throw CLI::RequiredError("--urdf (or --robot)");
+    status = import_robot(*given);
+  });
+}
+
 void add_doctor(CLI::App& app, int& status) {
   auto given = std::make_shared<DoctorCommand>();
   CLI::App* command = app.add_subcommand(
@@ -157,6 +217,8 @@ void add_offline_commands(CLI::App& app, int& status) {
   add_predict(app, status);
   add_plan(app, status);
   add_kuka_files(app, status);
+  add_export_robot(app, status);
+  add_import_robot(app, status);
   add_doctor(app, status);
 }
 

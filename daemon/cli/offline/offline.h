@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "calib/result/calibration.h"
+
 namespace cellcal::daemon {
 
 struct IdentifyCommand {
@@ -42,6 +44,23 @@ struct KukaFilesCommand {
 };
 int kuka_files(const KukaFilesCommand& command);
 
+/// The calibrated arm for other programs.
+struct ExportRobotCommand {
+  std::filesystem::path calibration, urdf, output;
+  std::string as = "urdf";  ///< urdf, yaml, dh, json
+  std::string tip;          ///< link of the given URDF; empty: chosen
+  bool withheld = false;    ///< also where the verdict withholds the calibration
+};
+int export_robot(const ExportRobotCommand& command);
+
+/// A robot file out of what other programs hold.
+struct ImportRobotCommand {
+  std::filesystem::path urdf, robot, output;
+  std::string tip;
+  std::vector<std::filesystem::path> machine_data;
+};
+int import_robot(const ImportRobotCommand& command);
+
 /// What is in the way of the first motion, without moving.
 struct DoctorCommand {
   std::filesystem::path config = "/etc/cellcal/cellcald.toml", cell, files;
@@ -49,6 +68,10 @@ struct DoctorCommand {
   bool json = false;
 };
 int doctor(const DoctorCommand& command);
+
+/// Why a command uses no withheld calibration, with its verdict's findings.
+std::string withheld_words(const std::string& command, const std::filesystem::path& calibration,
+                           const calib::Verdict& verdict);
 
 /// To the file, wholly or not at all, or to standard output where no file is named.
 void put(const std::string& text, const std::filesystem::path& output);

@@ -8,7 +8,6 @@
 #include "calib/files/calibration_json.h"
 #include "calib/files/files.h"
 #include "calib/model/units.h"
-#include "calib/words/finding_words.h"
 #include "daemon/cli/offline/exit_status.h"
 #include "daemon/cli/offline/offline.h"
 
@@ -28,15 +27,6 @@ void warn_beyond_limits(const calib::JointRows& asked) {
   if (asked.beyond_limits > asked.beyond_limits_words.size())
     fmt::print(stderr, "warning: {} more such rows\n",
                asked.beyond_limits - asked.beyond_limits_words.size());
-}
-
-std::string refusal_words(const PredictCommand& command, const calib::Verdict& verdict) {
-  std::string words = fmt::format(
-      "cellcal predict: {}: this calibration was withheld and must not be used. Touch again; "
-      "--withheld shows its prediction all the same\n",
-      command.calibration.string());
-  for (const std::string& reason : calib::words(verdict.findings)) words += "  - " + reason + "\n";
-  return words;
 }
 
 std::vector<Row> rows_of(const PredictCommand& command, const calib::Calibration& calibration) {
@@ -90,7 +80,7 @@ int predict(const PredictCommand& command) {
   const calib::Calibration calibration = calib::load_calibration(command.calibration);
   // The nominal arm is no result; it stands in a withheld file as in any other.
   if (!calibration.verdict.publish && !command.withheld && !command.nominal) {
-    fmt::print(stderr, "{}", refusal_words(command, calibration.verdict));
+    fmt::print(stderr, "{}", withheld_words("predict", command.calibration, calibration.verdict));
     return kNotPublishable;
   }
   const std::vector<Row> rows = rows_of(command, calibration);

@@ -258,5 +258,56 @@ TEST(touches_with_a_wrong_row, are_refused_by_file_line_and_column) {
   EXPECT_NE(outcome.err.find("A6"), std::string::npos) << outcome.err;
 }
 
+std::string demo_calibration(const TemporaryDirectory& dir) {
+  const std::string plan = dir / "plan.csv", calibration = dir / "calibration.json";
+  run_program({CELLCAL, "plan", "--cell", kCell, "--touches", "16", "-o", plan});
+  run_program({CELLCAL, "identify", "--cell", kCell, "--touches", plan, "-o", calibration});
+  return calibration;
+}
+
+TEST(a_calibrated_arm, is_written_for_other_programs_and_its_urdf_read_as_a_robot_file) {
+  const TemporaryDirectory dir;
+  const std::string calibration = demo_calibration(dir), urdf = dir / "arm.urdf";
+  const Outcome withheld =
+      run_program({CELLCAL, "export-robot", "--calibration", calibration, "-o", urdf});
+  EXPECT_EQ(withheld.status, 3) << withheld.err;
+  EXPECT_FALSE(std::filesystem::exists(urdf));
+  const Outcome written = run_program(
+      {CELLCAL, "export-robot", "--calibration", calibration, "--withheld", "-o", urdf});
+  ASSERT_EQ(written.status, 0) << written.err;
+  EXPECT_NE(written.err.find("left out: "), std::string::npos) << written.err;
+  for (const char* as : {"yaml", "dh", "json"}) {
+    const Outcome one = run_program(
+        {CELLCAL, "export-robot", "--calibration", calibration, "--withheld", "--as", as});
+    EXPECT_EQ(one.status, 0) << one.err;
+    EXPECT_NE(one.out.find(as == std::string("yaml") ? "joint_a6:" : "A6"), std::string::npos)
+        << as;
+  }
+  // The URDF again, put into itself, is the same arm.
+  const std::string again = dir / "again.urdf", robot = dir / "robot.toml";
+  EXPECT_EQ(run_program({CELLCAL, "import-robot", "--urdf", urdf, "-o", robot}).status, 0);
+  EXPECT_NE(content(robot).find("name = \"A6\""), std::string::npos) << content(robot);
+  const Outcome other = run_program({CELLCAL, "export-robot", "--calibration", calibration,
+                                     "--withheld", "--urdf", urdf, "-o", again});
+  EXPECT_EQ(other.status, 1) << "its joints are the calibrated ones, not the drawing's";
+  EXPECT_NE(other.err.find("joint \"joint_a"), std::string::npos) << other.err;
+}
+
+TEST(machine_data, of_a_controller_are_held_against_the_robot_file_and_give_its_limits) {
+  const TemporaryDirectory dir;
+  const std::string data = dir / "$machine.dat", robot = dir / "robot.toml";
+  std::ofstream(data)
+      << "$SOFTN_END[1]=-100.0\r\n$TFLWP={X 0.0,Y 0.0,Z 115.0,A 0.0,B 0.0,C 0.0}\r\n";
+  const Outcome made = run_program(
+      {CELLCAL, "import-robot", "--robot", "kr5_r1400", "--machine-data", data, "-o", robot});
+  ASSERT_EQ(made.status, 0) << made.err;
+  EXPECT_NE(content(robot).find("min_deg = -100"), std::string::npos);
+  EXPECT_NE(made.err.find("$TFLWP 115.000 mm in the controller, 80.000 mm in the robot file"),
+            std::string::npos)
+      << made.err;
+  EXPECT_EQ(run_program({CELLCAL, "import-robot", "--robot", "kr9999"}).status, 1);
+  EXPECT_EQ(run_program({CELLCAL, "import-robot"}).status, 2);
+}
+
 }  // namespace
 }  // namespace cellcal::daemon::testing

@@ -1,0 +1,45 @@
+#pragma once
+// An arm as ROS and URDF hold it: each joint a fixed frame behind the joint before, then a turn.
+
+#include <Eigen/Geometry>
+#include <string>
+#include <vector>
+
+#include "calib/exchange/rigid_arm.h"
+
+namespace cellcal::calib {
+
+struct PlacedJoint {
+  std::string name;
+  /// From the frame behind the joint before (the base's for the first) to this joint's, at angle 0.
+  Eigen::Isometry3d origin = Eigen::Isometry3d::Identity();
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< unit, in this joint's frame
+  double min_rad = 0.0, max_rad = 0.0, max_speed_rad_s = 0.0;
+  // Of the link behind it, in this joint's frame; 0: not stated.
+  double mass_kg = 0.0;
+  Eigen::Vector3d com_m = Eigen::Vector3d::Zero();
+};
+
+struct JointFrames {
+  std::vector<PlacedJoint> joints;                           ///< angles are the controller's
+  Eigen::Isometry3d flange = Eigen::Isometry3d::Identity();  ///< behind the last joint
+  Eigen::Isometry3d tcp = Eigen::Isometry3d::Identity();     ///< behind the flange
+};
+
+/// Each frame in the middle of its joint, z along the Denavit-Hartenberg axis.
+JointFrames joint_frames(const RigidArm& arm);
+
+/// The joints of `given`, whose kinematics are those of `nominal`, where `calibrated` has them: each
+/// frame stays where it is on its joint's axis. The angle that a frame of `given` is turned by
+/// about its axis stays, too. Throws FileError naming the joint whose axis is not the nominal one's.
+JointFrames moved_frames(const JointFrames& given, const RigidArm& nominal,
+                         const RigidArm& calibrated);
+
+/// In the frame of the base.
+Eigen::Isometry3d flange_of(const JointFrames& frames, const std::vector<double>& joint_rad);
+
+/// URDF's fixed axes: R = Rz(yaw) Ry(pitch) Rx(roll). At pitch +-90 deg yaw is 0.
+Eigen::Vector3d roll_pitch_yaw(const Eigen::Matrix3d& rotation);
+Eigen::Matrix3d rotation_of(const Eigen::Vector3d& roll_pitch_yaw);
+
+}  // namespace cellcal::calib

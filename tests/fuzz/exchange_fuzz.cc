@@ -1,0 +1,62 @@
+// Any bytes as a URDF and as machine data: refused with FileError, or read as numbers that are sound.
+// Also replayed over exchange_corpus as an ordinary test.
+
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <string_view>
+
+#include "calib/exchange/denavit_hartenberg.h"
+#include "calib/exchange/machine_data.h"
+#include "calib/exchange/urdf.h"
+#include "calib/model/error.h"
+
+namespace {
+
+using namespace cellcal::calib;  // NOLINT: a fuzz target's own file
+
+void require(bool condition, const char* what) {
+  if (condition) return;
+  std::fprintf(stderr, "broken promise: %s\n", what);
+  std::abort();
+}
+
+void read_as_urdf(std::string_view text) {
+  UrdfChain chain;
+  try {
+    chain = read_urdf(text, "fuzz.urdf");
+  } catch (const FileError&) {
+    return;
+  }
+  require(!chain.frames.joints.empty(), "a joint turns");
+  for (const PlacedJoint& joint : chain.frames.joints) {
+    require(joint.origin.matrix().allFinite(), "frames are finite");
+    require(std::abs(joint.axis.norm() - 1.0) < 1e-9, "axes are unit");
+    require(std::isfinite(joint.min_rad) && std::isfinite(joint.max_rad), "limits are finite");
+  }
+  require(robot_of(chain.frames).joints.size() == chain.frames.joints.size(), "an arm of them");
+}
+
+void read_as_machine_data(std::string_view text) {
+  MachineData data;
+  try {
+    read_machine_data(text, "fuzz.dat", data);
+  } catch (const FileError&) {
+    return;
+  }
+  for (const MachineAxis& axis : data.axes)
+    for (const auto& value : {axis.min_rad, axis.max_rad, axis.max_speed_rad_s})
+      require(!value || std::isfinite(*value), "limits are finite");
+  for (const auto& [number, tool] : data.tools)
+    for (const double value : tool.xyz_mm) require(std::isfinite(value), "tools are finite");
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const std::string_view text(reinterpret_cast<const char*>(data), size);
+  read_as_urdf(text);
+  read_as_machine_data(text);
+  return 0;
+}
