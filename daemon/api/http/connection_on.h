@@ -131,18 +131,29 @@ class ConnectionOn final : public Connection,
   void ask_clerk(HttpServer::Impl& server) {
     waits_ = Waits::kForClerk;
     const bool taken = server.ask_clerk([self = this->shared_from_this(), &server] {
-      // Who asked for something to be done has given up by then, and may have gone to the cell.
-      auto answer = self->is_stale()
-                        ? std::optional(error(503,
-                                              "this waited for too long behind other requests: "
-                                              "nothing was done. Ask again"))
-                        : server.parts.handler(self->request_, true);
-      asio::post(server.context, [self, answer = std::move(answer)]() mutable {
-        if (self->lowest().socket().is_open()) self->write(std::move(answer), self->keep_);
-      });
+      auto answer = self->make_slowly(server);
+      auto held = server.answers.hold(answer.body.size());
+      if (!held) answer = no_room();
+      asio::post(server.context,
+                 [self, answer = std::move(answer), held = std::move(held)]() mutable {
+                   if (self->lowest().socket().is_open())
+                     self->write(std::move(answer), self->keep_, std::move(held));
+                 });
     });
     if (!taken)
-      refuse(503, "too many requests are waiting. Try again; status and abort are still answered");
+      write(busy("too many requests are waiting. Try again; status and abort are still answered"),
+            false);
+  }
+
+  Response make_slowly(const HttpServer::Impl& server) const {
+    // Who asked for something to be done has given up by then, and may have gone to the cell.
+    if (is_stale())
+      return busy("this waited for too long behind other requests: nothing was done. Ask again");
+    return server.parts.handler(request_, true).value_or(error(500, "no answer"));
+  }
+
+  static Response no_room() {
+    return busy("other clients have not taken their answers yet. Ask again in a few seconds");
   }
 
   /// A refusal that is meant to cost its reader time. Whoever else needs the place has it.
@@ -164,22 +175,34 @@ class ConnectionOn final : public Connection,
 
   void refuse(int status, const std::string& words) { write(error(status, words), false); }
 
-  void write(std::optional<Response> given, bool keep) {
+  /// `held`: its bytes are counted already.
+  void write(std::optional<Response> given, bool keep, std::shared_ptr<void> held = {}) {
     waits_ = Waits::kForReader;
     Response response = given ? std::move(*given) : error(500, "no answer");
     if (response.hold.count() > 0) return hold_back(std::move(response));
     if (response.stream) return follow(std::move(response));
+    held_ = held ? std::move(held) : hold(response);
+    if (!held_) response = no_room();
     answer_ = http::response<http::string_body>(static_cast<http::status>(response.status), 11);
     set_headers(answer_, response);
     answer_.body() = std::move(response.body);
     answer_.keep_alive(keep);
     answer_.prepare_payload();
     lowest().expires_after(limits_.answer);
-    http::async_write(stream_, answer_,
-                      [self = this->shared_from_this(), keep](beast::error_code code, std::size_t) {
-                        if (code) return self->close();
-                        keep ? self->read() : self->say_goodbye();
-                      });
+    http::async_write(
+        stream_, answer_,
+        [self = this->shared_from_this(), keep](beast::error_code code, std::size_t) {
+          self->answer_ = {};  // nothing of it stays while the next request is awaited
+          self->held_.reset();
+          if (code) return self->close();
+          keep ? self->read() : self->say_goodbye();
+        });
+  }
+
+  /// Null: no room.
+  std::shared_ptr<void> hold(const Response& response) const {
+    const auto server = server_.lock();
+    return server ? server->answers.hold(response.body.size()) : nullptr;
   }
 
   template <class Message>
@@ -195,8 +218,9 @@ class ConnectionOn final : public Connection,
     const auto server = server_.lock();
     if (!server) return close();
     if (!server->has_room_for_a_stream()) {
-      return refuse(503, std::to_string(kMostStreams) +
-                             " clients follow already. Close one, or ask /v1/status");
+      return write(busy(std::to_string(kMostStreams) +
+                        " clients follow already. Close one, or ask /v1/status"),
+                   false);
     }
     events_ = std::move(response.stream);
     http::response<http::empty_body> head(static_cast<http::status>(response.status), 11);
@@ -272,6 +296,7 @@ class ConnectionOn final : public Connection,
   beast::flat_buffer buffer_{kMostBody + kMostHeader};
   std::optional<http::request_parser<http::string_body>> parser_;
   http::response<http::string_body> answer_;
+  std::shared_ptr<void> held_;  ///< its bytes, of those that all answers may take
   Request request_;
   std::chrono::steady_clock::time_point taken_{};  ///< when it was whole
   std::shared_ptr<daemon::Stream> events_;

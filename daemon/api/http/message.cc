@@ -35,4 +35,10 @@ Response error(int status, const std::string& words) {
                                                 nlohmann::json::error_handler_t::replace)};
 }
 
+Response busy(const std::string& words) {
+  Response response = error(503, words);
+  response.headers = {{"Retry-After", "5"}};
+  return response;
+}
+
 }  // namespace cellcal::daemon

@@ -56,5 +56,7 @@ Request parse_target(const std::string& method, const std::string& target, std::
 
 /// {"error": "words"}
 Response error(int status, const std::string& words);
+/// The same of 503, and when to ask again.
+Response busy(const std::string& words);
 
 }  // namespace cellcal::daemon

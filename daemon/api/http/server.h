@@ -2,6 +2,7 @@
 // The HTTP/1.1 server, on a Unix-domain socket or on the network, there with TLS or without.
 
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -25,7 +26,7 @@ struct NetworkAddress {
   std::filesystem::path tls_certificate{}, tls_key{};  ///< PEM; the certificate with its chain
 };
 
-/// How long a client may take.
+/// How long a client may take, and how much its answers.
 struct ServerLimits {
   /// From the connection, or the answer before, until the request is there as a whole; for the
   /// handshake of TLS as much again.
@@ -33,6 +34,8 @@ struct ServerLimits {
   std::chrono::milliseconds answer{30'000};
   /// One who follows, until he has taken what he was last given.
   std::chrono::milliseconds follower{10'000};
+  /// Large answers that are made and not yet taken, of all clients together (AnswerBytes).
+  std::size_t answer_bytes = std::size_t{64} << 20;
 };
 
 struct ServerParts {

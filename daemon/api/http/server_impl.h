@@ -9,6 +9,7 @@
 #include <memory>
 #include <string>
 
+#include "daemon/api/http/answer_bytes.h"
 #include "daemon/api/http/server.h"
 #include "daemon/runner/worker.h"
 
@@ -43,7 +44,7 @@ class Connection {
 
 struct HttpServer::Impl : std::enable_shared_from_this<HttpServer::Impl> {
   Impl(boost::asio::io_context& io, ServerParts given)
-      : context(io), parts(std::move(given)), beat(io) {}
+      : context(io), parts(std::move(given)), answers(parts.limits.answer_bytes), beat(io) {}
   virtual ~Impl() = default;
 
   virtual void accept() = 0;
@@ -65,6 +66,7 @@ struct HttpServer::Impl : std::enable_shared_from_this<HttpServer::Impl> {
 
   boost::asio::io_context& context;
   ServerParts parts;
+  AnswerBytes answers;
   std::list<std::shared_ptr<Connection>> connections;  ///< the oldest first
   boost::asio::steady_timer beat;
   bool stopped = false;

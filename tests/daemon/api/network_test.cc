@@ -38,6 +38,9 @@ class Ticks final : public Stream {
   int given_ = 0;
 };
 
+/// More than a socket's buffers take.
+constexpr std::size_t kLarge = std::size_t{8} << 20;
+
 class Served {
  public:
   explicit Served(ServerLimits limits = {})
@@ -54,10 +57,10 @@ class Served {
                   if (request.path == "/ticks" || request.path == "/endless") {
                     response.stream = std::make_shared<Ticks>(made, request.path == "/endless");
                   }
+                  if (request.path.starts_with("/large")) response.body.assign(kLarge, 'x');
                   return response;
                 },
-                {},
-                limits}),
+                [](const Request& request) { return request.path == "/large/slow"; }, limits}),
         thread([this] { context.run(); }) {}
   ~Served() {
     boost::asio::post(context, [this] {
@@ -205,6 +208,46 @@ TEST(a_network_server, ends_a_follower_that_sends_more) {
   peer.read_until("\r\n\r\n");
   peer.send("garbage");
   peer.read_all();  // returns: it was closed
+}
+
+TEST(a_network_server, holds_no_more_of_large_answers_than_it_has_room_for) {
+  for (const std::string path : {"/large", "/large/slow"}) {
+    const Served served({.answer_bytes = 2 * kLarge});
+    const std::string request = "GET " + path + " HTTP/1.1\r\nHost: x\r\n\r\n";
+    std::list<TcpPeer> slow;
+    for (int i = 0; i < 60; ++i) {
+      slow.emplace_back(served.port(), request, 4096);
+      const std::string head = slow.back().read_until("\r\n\r\n");
+      EXPECT_EQ(head.rfind(i < 2 ? "HTTP/1.1 200" : "HTTP/1.1 503", 0), 0u)
+          << i << head.substr(0, 80);
+      EXPECT_EQ(head.find("\r\nRetry-After: ") != std::string::npos, i >= 2) << i;
+    }
+    EXPECT_EQ(ask(served, "/a").rfind("HTTP/1.1 200", 0), 0u);
+    slow.clear();  // makes room
+    std::string all;
+    while (all.rfind("HTTP/1.1 200", 0) != 0) all = ask(served, path);
+    EXPECT_GT(all.size(), kLarge);
+  }
+}
+
+TEST(a_network_server, gives_an_answer_that_is_larger_than_all_it_has_room_for_alone) {
+  const Served served({.answer_bytes = kLarge / 2});
+  TcpPeer slow(served.port(), "GET /large HTTP/1.1\r\nHost: x\r\n\r\n", 4096);
+  EXPECT_EQ(slow.read_until("\r\n\r\n").rfind("HTTP/1.1 200", 0), 0u);
+  EXPECT_EQ(ask(served, "/large").rfind("HTTP/1.1 503", 0), 0u);
+}
+
+TEST(a_network_server, counts_no_answer_that_was_taken_whatever_its_reader_does_then) {
+  const Served served({.answer_bytes = kLarge});
+  std::list<TcpPeer> stay;
+  for (int i = 0; i < 3; ++i) {
+    stay.emplace_back(served.port(), "GET /large HTTP/1.1\r\nHost: x\r\n\r\n");
+    const std::string whole = stay.back().read_bytes(kLarge);
+    EXPECT_EQ(whole.rfind("HTTP/1.1 200", 0), 0u) << i << whole.substr(0, 80);
+    // It is let go of when the daemon knows that it was sent.
+    stay.back().send("GET /a HTTP/1.1\r\nHost: x\r\n\r\n");
+    stay.back().read_until("GET /a ");
+  }
 }
 
 TEST(a_network_server, says_where_it_cannot_listen) {

@@ -49,6 +49,16 @@ class TcpPeer {
     }
     return read_;
   }
+  /// Until it holds so many bytes, or the server closes.
+  std::string read_bytes(std::size_t least) {
+    std::string buffer(65536, '\0');
+    while (read_.size() < least) {
+      const ssize_t got = ::recv(fd_, buffer.data(), buffer.size(), 0);
+      if (got <= 0) break;
+      read_.append(buffer, 0, static_cast<std::size_t>(got));
+    }
+    return read_;
+  }
   std::string read_all() { return read_until(""); }
   /// Whether the server has not closed it, nor sent anything that was not read.
   bool is_open_and_quiet() const {
