@@ -10,7 +10,8 @@ namespace cellcal::daemon {
 
 namespace {
 
-constexpr std::size_t kMost = 256;
+/// Screens and browsers of one token. Tokens are few: who may add them may do everything.
+constexpr std::ptrdiff_t kMostOfOneToken = 32;
 
 bool same(const std::string& a, const std::string& b) {
   return a.size() == b.size() && ::CRYPTO_memcmp(a.data(), b.data(), a.size()) == 0;
@@ -20,7 +21,12 @@ bool same(const std::string& a, const std::string& b) {
 
 std::string SignIns::begin(const Token& token) {
   std::string cookie = random_secret();
-  if (all_.size() >= kMost) all_.pop_front();
+  std::erase_if(all_, [&](const SignIn& one) { return !tokens_.find_by_sha256(one.token_sha256); });
+  const auto is_own = [&](const SignIn& one) { return one.token_sha256 == token.sha256; };
+  if (std::count_if(all_.begin(), all_.end(), is_own) >= kMostOfOneToken)
+    all_.erase(std::min_element(all_.begin(), all_.end(), [&](const SignIn& a, const SignIn& b) {
+      return std::pair(!is_own(a), a.last) < std::pair(!is_own(b), b.last);
+    }));
   all_.push_back({calib::sha256(cookie), token.sha256, clock_()});
   return cookie;
 }

@@ -3,10 +3,10 @@
 // daemon, or 30 days after it was last used, which following is as well.
 
 #include <chrono>
-#include <deque>
 #include <functional>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "daemon/api/access/tokens.h"
 
@@ -21,7 +21,8 @@ class SignIns {
   explicit SignIns(const TokenStore& tokens, Clock clock = std::chrono::steady_clock::now)
       : tokens_(tokens), clock_(std::move(clock)) {}
 
-  /// What the cookie holds.
+  /// What the cookie holds. Of too many logins with one token the one that was not used for longest ends;
+  /// those with other tokens stay.
   std::string begin(const Token& token);
   void end(const std::string& cookie);
   /// Nothing: none of that name, or no longer.
@@ -34,7 +35,7 @@ class SignIns {
   };
   const TokenStore& tokens_;
   Clock clock_;
-  std::deque<SignIn> all_;  ///< the oldest first
+  std::vector<SignIn> all_;
 };
 
 }  // namespace cellcal::daemon

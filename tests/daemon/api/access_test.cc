@@ -200,6 +200,22 @@ TEST_F(an_api_on_the_network, ends_logins_with_their_token) {
   EXPECT_EQ(ask(request("GET", "/v1/me", {{"cookie", cookie}})).status, 401);
 }
 
+TEST_F(an_api_on_the_network, ends_none_but_its_own_logins_when_a_token_logs_in_too_often) {
+  const auto status = [&](const std::string& cookie) {
+    return ask(request("GET", "/v1/me", {{"cookie", cookie}})).status;
+  };
+  const std::string others = log_in(Role::kLook), used = log_in(Role::kOperate);
+  const std::string unused = log_in(Role::kOperate);
+  std::string newest;
+  for (int i = 0; i < 300; ++i) {
+    newest = log_in(Role::kOperate);
+    EXPECT_EQ(status(used), 200) << i;
+  }
+  EXPECT_EQ(status(newest), 200);
+  EXPECT_EQ(status(unused), 401) << "of one token some are enough";
+  EXPECT_EQ(status(others), 200);
+}
+
 TEST_F(an_api_on_the_network, ends_what_is_followed_with_the_token_or_the_login) {
   const Response by_token =
       ask(request("GET", "/v1/events", {{"authorization", "Bearer " + secret[Role::kLook]}}));
