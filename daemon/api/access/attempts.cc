@@ -1,9 +1,8 @@
 #include "daemon/api/access/attempts.h"
 
-#include <arpa/inet.h>
-
 #include <algorithm>
-#include <cstring>
+
+#include "daemon/api/http/network_of.h"
 
 namespace cellcal::daemon {
 
@@ -13,14 +12,6 @@ constexpr std::chrono::minutes kForgotten{10};
 constexpr std::chrono::milliseconds kFirstWait{100}, kLongestWait{5'000};
 constexpr int kMostDoublings = 6;
 constexpr std::size_t kMostAddresses = 1000;
-
-std::string network_of(const std::string& address) {
-  in6_addr bytes{};
-  if (::inet_pton(AF_INET6, address.c_str(), &bytes) != 1) return address;
-  if (IN6_IS_ADDR_V4MAPPED(&bytes)) return address;  // or all of IPv4 would be one network
-  constexpr std::size_t kNetworkBytes = 8;
-  return std::string(reinterpret_cast<const char*>(bytes.s6_addr), kNetworkBytes);
-}
 
 }  // namespace
 

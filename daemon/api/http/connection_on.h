@@ -124,7 +124,7 @@ class ConnectionOn final : public Connection,
         letter = 'A' <= letter && letter <= 'Z' ? static_cast<char>(letter + 'a' - 'A') : letter;
       request_.headers.emplace(std::move(name), std::string(field.value()));
     }
-    request_.peer = peer();
+    request_.peer = this->peer();
     taken_ = std::chrono::steady_clock::now();
   }
 

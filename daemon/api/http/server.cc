@@ -28,13 +28,13 @@ void HttpServer::Impl::add(const std::shared_ptr<Connection>& connection) {
 }
 
 /// There is always room for one more, who may want to stop the arm. Who waits for what is least to
-/// be missed has to go; of those the oldest of the address that holds most of them.
+/// be missed has to go; of those the oldest of the network that holds most of them.
 void HttpServer::Impl::make_room() {
   if (connections.size() < kMostConnections) return;
   const auto rank = [this](const std::shared_ptr<Connection>& one) {
     const auto alike = std::count_if(
         connections.begin(), connections.end(), [&](const std::shared_ptr<Connection>& other) {
-          return other->waits() == one->waits() && other->peer() == one->peer();
+          return other->waits() == one->waits() && other->network() == one->network();
         });
     return std::tuple(one->waits(), -alike);
   };

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "daemon/api/http/answer_bytes.h"
+#include "daemon/api/http/network_of.h"
 #include "daemon/api/http/server.h"
 #include "daemon/runner/worker.h"
 
@@ -27,7 +28,8 @@ class Connection {
   /// What it waits for, the least to be missed first.
   enum class Waits { kForRequest, kForChange, kForClerk, kForReader, kForEvents };
   Waits waits() const { return waits_; }
-  const std::string& peer() const { return peer_; }
+  /// Where it comes from, to count by; empty: over the Unix socket.
+  const std::string& network() const { return network_; }
 
   virtual void start() = 0;
   /// Gives the answer if there is one by now.
@@ -35,11 +37,12 @@ class Connection {
   virtual void close() = 0;
 
  protected:
-  explicit Connection(std::string peer) : peer_(std::move(peer)) {}
+  explicit Connection(std::string peer) : peer_(std::move(peer)), network_(network_of(peer_)) {}
+  const std::string& peer() const { return peer_; }
   Waits waits_ = Waits::kForRequest;
 
  private:
-  std::string peer_;
+  std::string peer_, network_;
 };
 
 struct HttpServer::Impl : std::enable_shared_from_this<HttpServer::Impl> {
