@@ -130,7 +130,7 @@ class ConnectionOn final : public Connection,
 
   void ask_clerk(HttpServer::Impl& server) {
     waits_ = Waits::kForClerk;
-    const bool taken = server.ask_clerk([self = this->shared_from_this(), &server] {
+    const auto job = [self = this->shared_from_this(), &server] {
       auto answer = self->make_slowly(server);
       auto held = server.answers.hold(answer.body.size());
       if (!held) answer = no_room();
@@ -139,8 +139,8 @@ class ConnectionOn final : public Connection,
                    if (self->lowest().socket().is_open())
                      self->write(std::move(answer), self->keep_, std::move(held));
                  });
-    });
-    if (!taken)
+    };
+    if (!server.clerk || !server.clerk->post(request_, job))
       write(busy("too many requests are waiting. Try again; status and abort are still answered"),
             false);
   }

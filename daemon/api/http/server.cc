@@ -86,16 +86,6 @@ void HttpServer::Impl::ask_all() {
   if (any) ask_followers_at(followers_asked_ + kPokePeriod);
 }
 
-bool HttpServer::Impl::ask_clerk(std::function<void()> job) {
-  if (!clerk || at_the_clerk >= kMostConnections) return false;
-  ++at_the_clerk;
-  clerk->post([this, job = std::move(job)] {
-    job();
-    --at_the_clerk;
-  });
-  return true;
-}
-
 void HttpServer::Impl::accept_later() {
   auto pause = std::make_shared<asio::steady_timer>(context, kAcceptPause);
   pause->async_wait([self = shared_from_this(), pause](boost::system::error_code) {

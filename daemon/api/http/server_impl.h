@@ -10,9 +10,9 @@
 #include <string>
 
 #include "daemon/api/http/answer_bytes.h"
+#include "daemon/api/http/clerk.h"
 #include "daemon/api/http/network_of.h"
 #include "daemon/api/http/server.h"
-#include "daemon/runner/worker.h"
 
 namespace cellcal::daemon {
 
@@ -62,8 +62,6 @@ struct HttpServer::Impl : std::enable_shared_from_this<HttpServer::Impl> {
   /// it; when poked sooner, but not as often as that may be.
   void keep_looking();
   void ask_all();
-  /// False: too many wait already.
-  bool ask_clerk(std::function<void()> job);
   /// Behind an accept that failed.
   void accept_later();
 
@@ -74,8 +72,7 @@ struct HttpServer::Impl : std::enable_shared_from_this<HttpServer::Impl> {
   boost::asio::steady_timer beat;
   bool stopped = false;
   std::atomic<bool> poked{false};
-  std::atomic<std::size_t> at_the_clerk{0};
-  std::unique_ptr<Worker> clerk = std::make_unique<ThreadWorker>(ThreadWorker::Priority::kNormal);
+  std::unique_ptr<Clerk> clerk = std::make_unique<Clerk>();  ///< none once it has stopped
 
  private:
   void make_room();

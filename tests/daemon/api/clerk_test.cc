@@ -1,0 +1,86 @@
+#include "daemon/api/http/clerk.h"
+
+#include <gtest/gtest.h>
+
+#include <future>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+namespace cellcal::daemon {
+namespace {
+
+struct a_clerk : ::testing::Test {
+  ~a_clerk() override {
+    if (!let_go) release();
+  }
+  static Request request(const std::string& method, const std::string& name) {
+    Request one{.method = method};
+    one.caller.name = name;
+    return one;
+  }
+  bool post(const std::string& method, const std::string& name) {
+    return clerk.post(request(method, name), [this, method, name] {
+      const std::lock_guard lock(mutex);
+      done.push_back(method + " " + name);
+    });
+  }
+  /// It has something in hand from now on, and what comes waits.
+  void occupy() {
+    std::promise<void> begun;
+    clerk.post(request("GET", "first"), [&] {
+      begun.set_value();
+      gate.wait();
+    });
+    begun.get_future().wait();
+  }
+  void release() {
+    let_go = true;
+    released.set_value();
+  }
+  /// All that waited, in the order in which it was done.
+  std::vector<std::string> all_done() {
+    release();
+    std::promise<void> last;
+    while (!clerk.post(request("GET", "last"), [&] { last.set_value(); }))
+      std::this_thread::yield();
+    last.get_future().wait();
+    return done;
+  }
+
+  std::promise<void> released;
+  std::shared_future<void> gate = released.get_future().share();
+  std::mutex mutex;
+  std::vector<std::string> done;
+  bool let_go = false;
+  Clerk clerk;
+};
+
+TEST_F(a_clerk, has_room_for_others_when_one_token_asks_for_all_there_is) {
+  occupy();
+  int taken = 0;
+  for (int i = 0; i < 400; ++i) taken += post("GET", "screen");
+  EXPECT_GE(taken, 1);
+  EXPECT_TRUE(post("GET", "another"));
+  for (int i = 0; i < 400; ++i) post("POST", "operator");
+  EXPECT_TRUE(post("POST", "another operator"));
+}
+
+TEST_F(a_clerk, has_room_for_what_does_something_however_many_look) {
+  occupy();
+  for (int i = 0; i < 400; ++i) post("GET", "screen " + std::to_string(i));
+  EXPECT_FALSE(post("GET", "one more"));
+  EXPECT_TRUE(post("POST", "operator"));
+}
+
+TEST_F(a_clerk, takes_what_does_something_before_what_only_looks_and_each_in_its_order) {
+  occupy();
+  post("GET", "a");
+  post("GET", "b");
+  post("POST", "c");
+  post("DELETE", "d");
+  EXPECT_EQ(all_done(), (std::vector<std::string>{"POST c", "DELETE d", "GET a", "GET b"}));
+}
+
+}  // namespace
+}  // namespace cellcal::daemon
