@@ -168,9 +168,8 @@ class ConnectionOn final : public Connection,
   }
 
   bool is_stale() const {
-    constexpr std::chrono::seconds kLongestQueue{10};
     return request_.is_from_network() && request_.method != "GET" &&
-           std::chrono::steady_clock::now() - taken_ > kLongestQueue;
+           std::chrono::steady_clock::now() - taken_ > limits_.queue;
   }
 
   void refuse(int status, const std::string& words) { write(error(status, words), false); }

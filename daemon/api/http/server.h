@@ -34,6 +34,8 @@ struct ServerLimits {
   std::chrono::milliseconds answer{30'000};
   /// One who follows, until he has taken what he was last given.
   std::chrono::milliseconds follower{10'000};
+  /// What asks over the network for something to be done is not done once it has waited longer behind others.
+  std::chrono::milliseconds queue{10'000};
   /// Large answers that are made and not yet taken, of all clients together (AnswerBytes).
   std::size_t answer_bytes = std::size_t{64} << 20;
 };

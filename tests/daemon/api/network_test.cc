@@ -6,6 +6,7 @@
 #include <boost/asio/executor_work_guard.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/post.hpp>
+#include <future>
 #include <list>
 #include <thread>
 #include <vector>
@@ -57,10 +58,14 @@ class Served {
                   if (request.path == "/ticks" || request.path == "/endless") {
                     response.stream = std::make_shared<Ticks>(made, request.path == "/endless");
                   }
+                  if (request.path == "/gate") gate.wait();
                   if (request.path.starts_with("/large")) response.body.assign(kLarge, 'x');
                   return response;
                 },
-                [](const Request& request) { return request.path == "/large/slow"; }, limits}),
+                [](const Request& request) {
+                  return request.path == "/large/slow" || request.path.starts_with("/gate");
+                },
+                limits}),
         thread([this] { context.run(); }) {}
   ~Served() {
     boost::asio::post(context, [this] {
@@ -79,6 +84,8 @@ class Served {
   boost::asio::executor_work_guard<boost::asio::io_context::executor_type> work{
       context.get_executor()};
   std::atomic<int> made{0}, asked{0};
+  std::promise<void> opened;
+  std::shared_future<void> gate = opened.get_future().share();
   HttpServer server;
   std::thread thread;
 };
@@ -248,6 +255,23 @@ TEST(a_network_server, counts_no_answer_that_was_taken_whatever_its_reader_does_
     stay.back().send("GET /a HTTP/1.1\r\nHost: x\r\n\r\n");
     stay.back().read_until("GET /a ");
   }
+}
+
+TEST(a_network_server, does_nothing_that_has_waited_for_too_long_behind_others) {
+  Served served({.queue = std::chrono::milliseconds(20)});
+  TcpPeer first(served.port(), "GET /gate HTTP/1.1\r\nHost: x\r\n\r\n");
+  while (served.asked == 0) std::this_thread::yield();
+  TcpPeer act(served.port(), "POST /gate/run HTTP/1.1\r\nHost: x\r\nContent-Length: 0\r\n\r\n");
+  TcpPeer look(served.port(), "GET /gate/look HTTP/1.1\r\nHost: x\r\n\r\n");
+  // Both are there by the time at which a later one was answered.
+  EXPECT_EQ(ask(served, "/a").rfind("HTTP/1.1 200", 0), 0u);
+  std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  served.opened.set_value();
+  const std::string refused = act.read_until("nothing was done");
+  EXPECT_EQ(refused.rfind("HTTP/1.1 503", 0), 0u) << refused;
+  EXPECT_NE(refused.find("Retry-After"), std::string::npos) << refused;
+  EXPECT_EQ(look.read_until("look").rfind("HTTP/1.1 200", 0), 0u) << "it changes nothing";
+  EXPECT_EQ(served.asked, 3) << "the gate, /a and the look";
 }
 
 TEST(a_network_server, says_where_it_cannot_listen) {
