@@ -11,8 +11,7 @@
 
 #include "daemon/api/access/same_site.h"
 #include "daemon/api/handlers.h"
-#include "drivers/error.h"
-#include "tests/daemon/journal/temporary_directory.h"
+#include "tests/daemon/api/without_hardware.h"
 
 namespace cellcal::daemon {
 namespace {
@@ -21,7 +20,7 @@ using nlohmann::json;
 
 constexpr const char* kSomewhere = "10.0.0.77";
 
-struct an_api_on_the_network : ::testing::Test {
+struct an_api_on_the_network : ::testing::Test, testing::WithoutHardware {
   an_api_on_the_network() {
     for (const Role role : {Role::kLook, Role::kOperate, Role::kAdminister}) {
       secret[role] = tokens.add(to_string(role), role, "2026-01-01T00:00:00Z");
@@ -67,16 +66,8 @@ struct an_api_on_the_network : ::testing::Test {
     return set.substr(0, set.find(';'));
   }
 
-  testing::TemporaryDirectory dir;
   std::ostringstream log;
   std::shared_ptr<spdlog::logger> logger = spdlog::default_logger();
-  Journal journal{dir / "journal.db"};
-  SessionService service{{journal,
-                          dir.path(),
-                          [](const calib::Cell&) -> std::unique_ptr<Backend> {
-                            throw drivers::ConfigError("no hardware in this test");
-                          },
-                          {}}};
   TokenStore tokens{dir / "tokens.json"};
   Access access{tokens, {{"cell7.plant.example"}, 8080, true}};
   Api api{service, journal, &access};

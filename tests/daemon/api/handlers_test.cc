@@ -6,16 +6,15 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "drivers/error.h"
+#include "tests/daemon/api/without_hardware.h"
 #include "tests/daemon/journal/stalling_disk.h"
-#include "tests/daemon/journal/temporary_directory.h"
 
 namespace cellcal::daemon {
 namespace {
 
 using nlohmann::json;
 
-struct an_api : ::testing::Test {
+struct an_api : ::testing::Test, testing::WithoutHardware {
   Response ask(const std::string& method, const std::string& target, const std::string& body = "") {
     return *api.answer(local(method, target, body));
   }
@@ -29,14 +28,6 @@ struct an_api : ::testing::Test {
     return json::parse(response.body).at("error").get<std::string>();
   }
 
-  testing::TemporaryDirectory dir;
-  Journal journal{dir / "journal.db"};
-  SessionService service{{journal,
-                          dir.path(),
-                          [](const calib::Cell&) -> std::unique_ptr<Backend> {
-                            throw drivers::ConfigError("no hardware in this test");
-                          },
-                          {}}};
   Api api{service, journal};
 };
 

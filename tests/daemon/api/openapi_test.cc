@@ -9,9 +9,8 @@
 #include "daemon/api/handlers.h"
 #include "daemon/service/archive.h"
 #include "daemon/service/inputs.h"
-#include "drivers/error.h"
 #include "tests/daemon/api/schema.h"
-#include "tests/daemon/journal/temporary_directory.h"
+#include "tests/daemon/api/without_hardware.h"
 
 namespace cellcal::daemon {
 namespace {
@@ -67,7 +66,7 @@ TEST(the_description, refers_to_what_it_describes) {
   }
 }
 
-struct a_described_api : ::testing::Test {
+struct a_described_api : ::testing::Test, testing::WithoutHardware {
   /// Asks, and holds the answer beside its description.
   Response ask(const std::string& method, const std::string& target, const std::string& body = "",
                std::string described_path = "") {
@@ -89,14 +88,6 @@ struct a_described_api : ::testing::Test {
     return response;
   }
 
-  testing::TemporaryDirectory dir;
-  Journal journal{dir / "journal.db"};
-  SessionService service{{journal,
-                          dir.path(),
-                          [](const calib::Cell&) -> std::unique_ptr<Backend> {
-                            throw drivers::ConfigError("no hardware in this test");
-                          },
-                          {}}};
   TokenStore tokens{dir / "tokens.json"};
   Access access{tokens, {}};
   Api api{service, journal, &access};

@@ -9,8 +9,7 @@
 
 #include "daemon/api/handlers.h"
 #include "daemon/service/inputs.h"
-#include "drivers/error.h"
-#include "tests/daemon/journal/temporary_directory.h"
+#include "tests/daemon/api/without_hardware.h"
 
 namespace cellcal::daemon {
 namespace {
@@ -23,7 +22,7 @@ std::string header(const Response& response, const std::string& name) {
   return "";
 }
 
-struct a_page : ::testing::Test {
+struct a_page : ::testing::Test, testing::WithoutHardware {
   Response ask(const std::string& target, const std::string& method = "GET") {
     Request request = parse_target(method, target, "");
     request.caller.role = Role::kLook;
@@ -35,14 +34,6 @@ struct a_page : ::testing::Test {
     return id;
   }
 
-  testing::TemporaryDirectory dir;
-  Journal journal{dir / "journal.db"};
-  SessionService service{{journal,
-                          dir.path(),
-                          [](const calib::Cell&) -> std::unique_ptr<Backend> {
-                            throw drivers::ConfigError("no hardware in this test");
-                          },
-                          {}}};
   Api api{service, journal, nullptr, page_answer};
 };
 

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <memory>
+
+#include "daemon/service/service.h"
+#include "drivers/error.h"
+#include "tests/daemon/journal/temporary_directory.h"
+
+namespace cellcal::daemon::testing {
+
+/// A journal of its own and a service that has no cell: what an API stands on.
+struct WithoutHardware {
+  TemporaryDirectory dir;
+  Journal journal{dir / "journal.db"};
+  SessionService service{{journal,
+                          dir.path(),
+                          [](const calib::Cell&) -> std::unique_ptr<Backend> {
+                            throw drivers::ConfigError("no hardware in this test");
+                          },
+                          {}}};
+};
+
+}  // namespace cellcal::daemon::testing
