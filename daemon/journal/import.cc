@@ -3,11 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 
 #include "calib/files/files.h"
 #include "calib/syntax/input_file.h"
 #include "daemon/journal/journal_impl.h"
+#include "daemon/journal/known_rows.h"
 #include "daemon/journal/rows.h"
 
 namespace cellcal::daemon {
@@ -117,19 +117,29 @@ std::string Journal::rows(std::int64_t session) {
   return to_lines(read_rows(impl_->database, impl_->chain.name(), session));
 }
 
-std::pair<std::int64_t, bool> Journal::import(const std::string& lines, const std::string& from) {
+std::pair<std::int64_t, bool> Journal::import(const std::string& lines, const std::string& from,
+                                              std::optional<std::size_t> stated_touches) {
   const SessionRows rows = parse_lines(lines, from);
-  const std::string sum = calib::sha256(lines);
+  if (stated_touches && *stated_touches != touches_in(rows))
+    throw JournalError(fmt::format(
+        "{}: it holds {} of {} touches that the export states: damaged or altered. Export "
+        "the session again",
+        from, touches_in(rows), *stated_touches));
+  const std::string sum = calib::sha256(lines), earlier = calib::sha256(to_lines_without_sum(rows));
   const std::vector<SessionRecord> all = sessions();
   for (const SessionRecord& there : all)
-    if (there.origin && there.origin->sum == sum) return {there.id, false};
+    if (there.origin && (there.origin->sum == sum || there.origin->sum == earlier))
+      return {there.id, false};
   // Its own, and nothing has happened to it since.
-  if (rows.journal == name() && session(rows.session) && this->rows(rows.session) == lines)
+  if (rows.journal == name() && session(rows.session) && this->rows(rows.session) == to_lines(rows))
     return {rows.session, false};
-  const std::string origin =
-      nlohmann::json{{"journal", rows.journal}, {"session", rows.session}, {"sum", sum}}.dump();
+  const std::string origin = to_text({rows.journal, rows.session, sum, rows.entries.size(),
+                                      sum_of_entries(rows, rows.entries.size())});
   std::int64_t id = 0;
-  impl_->write([&] { id = Import(impl_->database, impl_->chain, rows, origin, from).run(); });
+  impl_->write([&] {
+    hold_against_known(impl_->database, impl_->chain.name(), rows, from);
+    id = Import(impl_->database, impl_->chain, rows, origin, from).run();
+  });
   return {id, true};
 }
 

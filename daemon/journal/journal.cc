@@ -59,13 +59,6 @@ double number_of(double value, const char* what) {
   return value;
 }
 
-std::optional<Origin> origin_from(const std::string& text) {
-  const auto json = nlohmann::json::parse(text, nullptr, false);
-  if (!json.is_object()) return Origin{};
-  return Origin{json.value("journal", ""), json.value("session", std::int64_t{0}),
-                json.value("sum", "")};
-}
-
 SessionRecord session_from(Statement& row, bool with_texts) {
   SessionRecord record;
   record.id = row.integer(0);
@@ -80,7 +73,7 @@ SessionRecord session_from(Statement& row, bool with_texts) {
   record.inputs.options = row.text(9);
   record.touches = static_cast<int>(row.integer(10));
   record.software = row.text(11);
-  if (!row.is_null(12)) record.origin = origin_from(row.text(12));
+  if (!row.is_null(12)) record.origin = origin_of(row.text(12));
   if (!with_texts) return record;
   record.inputs.cell_text = row.text(13);
   record.inputs.robot_text = row.text(14);

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "calib/model/touch.h"
+#include "daemon/journal/origin.h"
 #include "daemon/journal/store/error.h"
 #include "daemon/session/action.h"
 #include "daemon/session/evidence.h"
@@ -20,13 +21,6 @@ struct SessionInputs {
   std::string cell_name, cell_text;  ///< the file's path as given, and its content
   std::string robot_name, robot_text;
   std::string options;  ///< JSON, options.h
-};
-
-/// Where an imported session was recorded.
-struct Origin {
-  std::string journal;  ///< its name
-  std::int64_t session = 0;
-  std::string sum;  ///< SHA-256 of the rows that were imported
 };
 
 /// The earlier calibration that a result was held against.
@@ -106,8 +100,9 @@ class Journal {
   std::string rows(std::int64_t session);
   /// Such rows as a session of this journal; its number, and whether it is new: the same rows come
   /// in once. Throws JournalError, which names `from` and the line, where they are damaged or
-  /// altered.
-  std::pair<std::int64_t, bool> import(const std::string& rows, const std::string& from);
+  /// altered, are not those that this journal knows of the session, or hold other than the stated touches.
+  std::pair<std::int64_t, bool> import(const std::string& rows, const std::string& from,
+                                       std::optional<std::size_t> stated_touches = {});
   /// A copy of the whole journal as it is at one moment, looked through before it gets its name.
   /// Sessions go on meanwhile, each of their calls waiting for a few pages at most. Returns what is
   /// to be said. Throws JournalError where the file is there already or cannot be written.

@@ -1,11 +1,15 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <bit>
 #include <charconv>
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <set>
 
+#include "calib/syntax/input_file.h"
 #include "daemon/journal/chain.h"
 #include "daemon/journal/journal.h"
 #include "daemon/journal/rows.h"
@@ -125,6 +129,35 @@ std::optional<std::string> complaint(const SessionRows& rows, const RowEntry& en
       fmt::format("{}:{}: {}: damaged or altered. Export the session again", from, line, why));
 }
 
+Json first_line(const SessionRows& rows) {
+  return {{"format", kFormat},
+          {"journal", rows.journal},
+          {"session", rows.session},
+          {"entries", rows.entries.size()}};
+}
+
+std::string to_lines(const Json& first, const SessionRows& rows) {
+  std::string lines = first.dump() + "\n";
+  for (const RowEntry& entry : rows.entries) lines += to_json(entry).dump() + "\n";
+  return lines;
+}
+
+/// Touches are numbered 0, 1, 2, ... as they are made.
+void refuse_gaps(const SessionRows& rows, const std::string& from) {
+  std::int64_t next = 0;
+  for (std::size_t i = 0; i < rows.entries.size(); ++i) {
+    const RowEntry& entry = rows.entries[i];
+    if (entry.table != "touch" || entry.names.empty()) continue;
+    const auto number = std::find(entry.names.begin(), entry.names.end(), "number");
+    if (number == entry.names.end()) continue;  // no such column: refused where it is inserted
+    const Value& value = entry.columns[static_cast<std::size_t>(number - entry.names.begin())];
+    const auto* is = std::get_if<std::int64_t>(&value);
+    if (is == nullptr || *is != next)
+      refuse(from, i + 2, fmt::format("touch {} is missing before it", next));
+    ++next;
+  }
+}
+
 /// Each row's newest entry must have it.
 void refuse_missing(const SessionRows& rows, const std::string& from) {
   std::map<std::pair<std::string, std::int64_t>, std::size_t> newest;
@@ -139,19 +172,32 @@ void refuse_missing(const SessionRows& rows, const std::string& from) {
 }  // namespace
 
 std::string to_lines(const SessionRows& rows) {
-  std::string lines = Json{{"format", kFormat},
-                           {"journal", rows.journal},
-                           {"session", rows.session},
-                           {"entries", rows.entries.size()}}
-                          .dump() +
-                      "\n";
-  for (const RowEntry& entry : rows.entries) lines += to_json(entry).dump() + "\n";
-  return lines;
+  Json first = first_line(rows);
+  first["entries_sum"] = sum_of_entries(rows, rows.entries.size());
+  return to_lines(first, rows);
+}
+
+std::string to_lines_without_sum(const SessionRows& rows) {
+  return to_lines(first_line(rows), rows);
+}
+
+std::string sum_of_entries(const SessionRows& rows, std::size_t count) {
+  std::string sums;
+  for (std::size_t i = 0; i < count; ++i) sums += rows.entries[i].sum;
+  return calib::sha256(sums);
+}
+
+std::size_t touches_in(const SessionRows& rows) {
+  std::set<std::int64_t> touches;
+  for (const RowEntry& entry : rows.entries)
+    if (entry.table == "touch") touches.insert(entry.row);
+  return touches.size();
 }
 
 SessionRows parse_lines(const std::string& lines, const std::string& from) {
   SessionRows rows;
   std::size_t expected = 0, line = 0;
+  std::optional<std::string> sum;  // none: of an earlier version
   for (std::size_t at = 0; at < lines.size();) {
     const std::size_t end = std::min(lines.find('\n', at), lines.size());
     ++line;
@@ -164,6 +210,7 @@ SessionRows parse_lines(const std::string& lines, const std::string& from) {
         json.at("journal").get_to(rows.journal);
         json.at("session").get_to(rows.session);
         json.at("entries").get_to(expected);
+        if (json.contains("entries_sum")) sum = json.at("entries_sum").get<std::string>();
       } else {
         RowEntry entry = entry_of(json);
         const RowEntry* before = rows.entries.empty() ? nullptr : &rows.entries.back();
@@ -179,7 +226,11 @@ SessionRows parse_lines(const std::string& lines, const std::string& from) {
   }
   if (line == 0 || rows.entries.size() != expected)
     refuse(from, line, fmt::format("it holds {} of {} rows", rows.entries.size(), expected));
+  if (sum && *sum != sum_of_entries(rows, rows.entries.size()))
+    refuse(from, 1,
+           "the entries are not those that it counts: one was left out, put in or altered");
   refuse_missing(rows, from);
+  refuse_gaps(rows, from);
   return rows;
 }
 

@@ -1,7 +1,7 @@
 #pragma once
 // A session's rows as JSON lines that can be checked without the journal, format "cellcal.rows/1".
 //
-// The first line says whose they are. Each further one is an entry of the chain: its number, the sum
+// The first line says whose they are, how many entries there are, and their sum. Each further one is an entry of the chain: its number, the sum
 // before it, the row's table, number and digest, its own sum; and `columns`, the row, where no later
 // entry has another. Values are JSON's own, or {"blob": hex}, {"text": hex} (not UTF-8), {"float":
 // hex} (infinite). Sums hold all but the journal's name in the first line. Who alters a value has to
@@ -32,6 +32,13 @@ struct SessionRows {
 SessionRows read_rows(Database& database, const std::string& journal, std::int64_t session);
 
 std::string to_lines(const SessionRows& rows);
+/// The same as versions before the entries' sum wrote them.
+std::string to_lines_without_sum(const SessionRows& rows);
+/// SHA-256 of the sums of the first `count` entries in their order: one left out, put in or altered makes it
+/// another.
+std::string sum_of_entries(const SessionRows& rows, std::size_t count);
+/// Of the session.
+std::size_t touches_in(const SessionRows& rows);
 /// Throws JournalError naming `from` and the line where they are not as they were written.
 SessionRows parse_lines(const std::string& lines, const std::string& from);
 

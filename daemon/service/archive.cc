@@ -38,14 +38,31 @@ std::string sum_of(json manifest) {
   return calib::sha256(manifest.dump());
 }
 
+/// How many entries the rows have, and their sum, as their first line has them; {} of an earlier version.
+json counted(const std::string& rows) {
+  const json first = json::parse(rows.substr(0, rows.find('\n')));
+  if (!first.contains("entries_sum")) return json::object();
+  return {{"entries", first.at("entries")}, {"entries_sum", first.at("entries_sum")}};
+}
+
+/// Of one that was checked.
+std::size_t touches_of(const Archive& archive) {
+  return json::parse(archive.at(kManifest)).at("touches").get<std::size_t>();
+}
+
 std::string make_manifest(const Archive& archive, const SessionRecord& record) {
   json files = json::array();
   for (const auto& [name, text] : archive)
     files.push_back({{"name", name}, {"sha256", calib::sha256(text)}, {"bytes", text.size()}});
-  json manifest{{"format", kFormat},         {"software", calib::software_version()},
-                {"session", record.id},      {"state", record.state},
-                {"started", record.started}, {"ended", record.ended},
-                {"touches", record.touches}, {"files", files}};
+  json manifest{{"format", kFormat},
+                {"software", calib::software_version()},
+                {"session", record.id},
+                {"state", record.state},
+                {"started", record.started},
+                {"ended", record.ended},
+                {"touches", record.touches},
+                {"rows", counted(archive.at(kRows))},
+                {"files", files}};
   manifest["sum"] = sum_of(manifest);
   return manifest.dump(2) + "\n";
 }
@@ -118,6 +135,7 @@ void check_archive(const Archive& archive, const std::string& from) {
     }
     if (manifest.at("sum") != sum_of(manifest))
       refuse(from, kManifest, "was changed after it was written. Export the session again");
+    (void)manifest.at("touches").get<std::size_t>();
     bool has_rows = false;
     std::set<std::string> listed{kManifest};
     for (const json& file : manifest.at("files")) {
@@ -130,6 +148,10 @@ void check_archive(const Archive& archive, const std::string& from) {
       if (!listed.contains(name))
         refuse(from, name, "is not listed in export.json. Export the session again");
     if (!has_rows) refuse(from, kManifest, "lists no rows. Export the session again");
+    if (manifest.value("rows", json::object()) != counted(archive.at(kRows)))
+      refuse(
+          from, kRows,
+          "holds other entries than export.json states: damaged or altered. Export the session again");
   } catch (const json::exception& error) {
     refuse(from, kManifest,
            std::string("damaged (") + error.what() + "). Export the session again");
@@ -182,7 +204,7 @@ Imported import_archive(Journal& journal, const Archive& archive, const std::str
                         const std::function<fs::path(std::int64_t)>& results_dir) {
   check_archive(archive, from);
   const auto [session, is_new] =
-      journal.import(archive.at(kRows), (fs::path(from) / kRows).string());
+      journal.import(archive.at(kRows), (fs::path(from) / kRows).string(), touches_of(archive));
   const auto record = journal.session(session);
   const fs::path results = results_dir(session);
   const bool wanted = record && !record->calibration.empty() && record->origin;

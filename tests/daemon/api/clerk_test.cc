@@ -15,7 +15,7 @@ struct a_clerk : ::testing::Test {
     if (!let_go) release();
   }
   static Request request(const std::string& method, const std::string& name) {
-    Request one{.method = method};
+    Request one = parse_target(method, "/", "");
     one.caller.name = name;
     return one;
   }

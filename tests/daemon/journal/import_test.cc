@@ -121,6 +121,104 @@ TEST_F(the_rows_of_a_session, that_were_altered_are_refused_with_their_line) {
             std::string::npos);
 }
 
+/// Without one entry; whose sums are made anew as chain.h makes them, and counted, from there on.
+std::string without(const std::string& lines, const std::string& table, std::size_t nth) {
+  SessionRows rows = parse_lines(lines, "x");
+  std::size_t met = 0;
+  std::erase_if(rows.entries,
+                [&](const RowEntry& entry) { return entry.table == table && met++ == nth; });
+  for (std::size_t i = 1; i < rows.entries.size(); ++i) {
+    RowEntry& entry = rows.entries[i];
+    const RowEntry& before = rows.entries[i - 1];
+    if (entry.before == before.sum) continue;
+    entry.number = before.number + 1;
+    entry.before = before.sum;
+    entry.sum =
+        sum_of(entry.before, entry.number, rows.session, entry.table, entry.row, entry.digest);
+  }
+  return to_lines(rows);
+}
+
+TEST_F(the_rows_of_a_session, of_which_one_was_left_out_are_refused_though_all_others_are_whole) {
+  // A note: no other row misses it, and its neighbours' sums are their own.
+  const std::size_t at = lines.find("\"table\":\"event\"");
+  const std::size_t begin = lines.rfind('\n', at) + 1, end = lines.find('\n', at) + 1;
+  std::string fewer = std::string(lines).erase(begin, end - begin);
+  const std::size_t count = parse_lines(lines, "x").entries.size();
+  const std::string counted = "\"entries\":" + std::to_string(count);
+  fewer.replace(fewer.find(counted), counted.size(), "\"entries\":" + std::to_string(count - 1));
+  EXPECT_NE(refusal_of(fewer).find("rows.jsonl:1: the entries are not those that it counts"),
+            std::string::npos)
+      << refusal_of(fewer);
+}
+
+TEST_F(the_rows_of_a_session, of_which_a_touch_was_left_out_are_refused_whatever_their_sums) {
+  for (const std::size_t nth : {0, 1})
+    EXPECT_NE(refusal_of(without(lines, "touch", nth))
+                  .find("touch " + std::to_string(nth) + " is missing"),
+              std::string::npos);
+  // The last one leaves no gap: the export states how many there are.
+  Journal other(dir / "b.db");
+  EXPECT_THROW(other.import(without(lines, "touch", 2), "rows.jsonl", 3), JournalError);
+  EXPECT_TRUE(other.import(lines, "rows.jsonl", 3).second);
+}
+
+TEST_F(the_rows_of_a_session, made_anew_are_refused_by_the_journal_that_recorded_it) {
+  Journal own(dir / "a.db");
+  for (const char* table : {"event", "reading"}) {
+    std::string forged = without(lines, table, 0);
+    const auto refused = [&] {
+      try {
+        own.import(forged, "rows.jsonl");
+      } catch (const JournalError& error) {
+        return std::string(error.what());
+      }
+      return std::string();
+    };
+    EXPECT_NE(refused().find("was recorded by this journal"), std::string::npos) << refused();
+    forged.replace(forged.find(name), name.size(), std::string(name.size(), '0'));
+    EXPECT_NE(refused().find("was recorded by this journal"), std::string::npos) << "renamed";
+  }
+  EXPECT_EQ(own.sessions().size(), 2u);
+}
+
+TEST_F(the_rows_of_a_session, made_anew_are_refused_where_an_earlier_export_was_imported) {
+  Journal other(dir / "b.db");
+  other.import(lines, "rows.jsonl");
+  {
+    Journal own(dir / "a.db");
+    own.resume(id, "t10");
+    own.note(id, "t11", "it goes on");
+    own.record(id, RecordTouch{3, touch_at(9.0)});
+    lines = own.rows(id);
+  }
+  EXPECT_THROW(other.import(without(lines, "event", 0), "rows.jsonl"), JournalError);
+  EXPECT_TRUE(other.import(lines, "rows.jsonl").second) << "the same session, which went on";
+}
+
+TEST_F(the_rows_of_a_session, of_versions_that_did_not_sum_their_entries_come_in_and_once) {
+  const std::string earlier = to_lines_without_sum(parse_lines(lines, "x"));
+  ASSERT_EQ(earlier.find("entries_sum"), std::string::npos);
+  Journal other(dir / "b.db");
+  EXPECT_TRUE(other.import(earlier, "x").second);
+  EXPECT_FALSE(other.import(lines, "x").second) << "exported again by this version";
+  Journal own(dir / "a.db");
+  EXPECT_FALSE(own.import(earlier, "x").second);
+}
+
+TEST_F(the_rows_of_a_session, of_a_journal_that_was_lost_come_into_its_copy) {
+  copy_journal(dir / "a.db", dir / "copy.db");
+  std::string since;
+  {
+    Journal lost(dir / "a.db");
+    lost.begin({"c", "c", "r", "r", "{}"}, "of the lost one");
+    since = lost.rows(3);
+  }
+  Journal copy(dir / "copy.db");
+  copy.begin({"c", "c", "r", "r", "{}"}, "of the copy");
+  EXPECT_TRUE(copy.import(since, "x").second) << "another session of the same number";
+}
+
 TEST_F(the_rows_of_a_session, that_were_cut_short_anywhere_are_refused) {
   for (std::size_t size = 0; size + 1 < lines.size(); size += 1 + lines.size() / 150)
     EXPECT_NE(refusal_of(lines.substr(0, size)), "") << size;

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <nlohmann/json.hpp>
 
 #include "calib/files/files.h"
 #include "calib/syntax/input_file.h"
@@ -131,6 +132,30 @@ TEST_F(an_export, with_a_file_that_it_does_not_list_is_refused_and_nothing_is_wr
   }
   EXPECT_FALSE(std::filesystem::exists(dir / "to"));
   EXPECT_FALSE(std::filesystem::exists(dir / "to.part"));
+}
+
+TEST_F(an_export, that_states_other_rows_than_it_holds_is_refused) {
+  const auto with = [&](const std::function<void(nlohmann::json&)>& alter) {
+    Archive altered = archive;
+    auto manifest = nlohmann::json::parse(altered.at("export.json"));
+    manifest.erase("sum");
+    alter(manifest);
+    manifest["sum"] = calib::sha256(manifest.dump());  // as who alters it would
+    altered["export.json"] = manifest.dump();
+    Journal other(dir / "other.db");
+    const std::string why = refusal([&] { take_in(other, altered); });
+    EXPECT_TRUE(why.empty() || other.sessions().empty());
+    return why;
+  };
+  EXPECT_NE(with([](auto& manifest) { manifest["touches"] = 4; }).find("3 of 4 touches"),
+            std::string::npos);
+  EXPECT_NE(with([](auto& manifest) { manifest["rows"]["entries"] = 2; }).find("other entries"),
+            std::string::npos);
+  EXPECT_NE(with([](auto& manifest) { manifest.erase("rows"); }).find("other entries"),
+            std::string::npos);
+  EXPECT_NE(with([](auto& manifest) { manifest.erase("touches"); }).find("damaged"),
+            std::string::npos);
+  EXPECT_EQ(with([](auto&) {}), "");
 }
 
 TEST_F(an_export, does_not_remove_what_stands_where_it_is_made) {
