@@ -25,7 +25,7 @@ constexpr double kUsualCorrection = 90.0, kAnyCorrection = 360.0;
 constexpr double kMs = 1e-3;
 /// Without a contact input on the controller 50 to 70 ms pass from contact to the brake, which at
 /// 2.5 mm/s is 0.2 mm on: as far as a search at 10 mm/s goes on over RSI.
-constexpr double kFlagSearchMmS = 2.5;
+const SearchLimits kFlagLimits{2.5e-3, 1, "with eki stop = \"flag\" (the stop takes 50 to 70 ms)"};
 constexpr double kFlagFastMmS = 2.5, kFlagSlowMmS = 1.0;
 /// KUKA's own inputs, not wired to anything.
 constexpr int kAlwaysTrue = 1025, kAlwaysFalse = 1026;
@@ -43,18 +43,20 @@ void read_motion(const TomlTable& table, DaemonConfig& config) {
   const TouchPolicy policy;
   const bool by_flag =
       wire_of(config) == WireKind::kEki && config.eki.stop == drivers::EkiStop::kFlag;
-  const double fast = table.number_or("fast_search_mm_s",
-                                      by_flag ? kFlagFastMmS : policy.fast_m_s / kMm, {0.5, 50.0});
+  if (by_flag) config.search_limits = kFlagLimits;
+  const double fast =
+      table.number_or("fast_search_mm_s", by_flag ? kFlagFastMmS : policy.fast_m_s / kMm,
+                      {0.5, SearchLimits{}.fastest_m_s / kMm});
   const double slow = table.number_or("slow_search_mm_s",
                                       by_flag ? kFlagSlowMmS : policy.slow_m_s / kMm, {0.1, 10.0});
-  if (by_flag && fast > kFlagSearchMmS) {
+  if (fast * kMm > config.search_limits.fastest_m_s) {
     table.fail("fast_search_mm_s",
                "must be at most 2.5 with eki stop = \"flag\": the stop takes 50 to 70 ms");
   }
   // The stop by a flag has the place from a record of states, good at the slow speed only.
-  config.touch.confirm_every = static_cast<int>(
-      table.integer_or("confirm_every", by_flag ? 1 : policy.confirm_every, 1, 1000));
-  if (by_flag && config.touch.confirm_every > 1)
+  config.touch.confirm_every = static_cast<int>(table.integer_or(
+      "confirm_every", by_flag ? 1 : policy.confirm_every, 1, SearchLimits{}.most_confirm_every));
+  if (config.touch.confirm_every > config.search_limits.most_confirm_every)
     table.fail("confirm_every", "must be 1 with eki stop = \"flag\": only its slow searches count");
   config.touch.fast_m_s = fast * kMm;
   config.touch.slow_m_s = slow * kMm;

@@ -54,6 +54,7 @@ struct DaemonConfig {
   bool log_debug = false;  ///< every step of a session
   MotionConfig motion;
   TouchPolicy touch;
+  SearchLimits search_limits;  ///< that `touch` keeps, and a resumed session has to
   Timeouts timeouts;
   int retries = 0;         ///< harmless interruptions after which a session goes on by itself
   drivers::RsiConfig rsi;  ///< without what depends on the robot file: see rsi_config_for()

@@ -86,7 +86,7 @@ void tell_status(const Status& status) {
 }
 
 SessionSettings settings_of(const DaemonConfig& config) {
-  return {config.touch, config.timeouts, config.retries};
+  return {config.touch, config.timeouts, config.retries, config.search_limits};
 }
 
 /// The file again: what of it comes into force is in the log, and what does not.

@@ -69,6 +69,24 @@ void look_at_speeds(const TouchPolicy& touch) {
       1e3 * touch.fast_m_s, 1e3 * touch.slow_m_s, 1e3 * kLeastSpeedDifferenceMS));
 }
 
+/// A session is gone on with as it began. What permits its searches is today's link.
+void look_at_limits(std::int64_t session, const TouchPolicy& touch, const SearchLimits& limits) {
+  const auto refuse = [&](const char* key, double value, double most, const char* unit) {
+    throw RequestError(fmt::format(
+        "session {} has {} = {:g}{}, at most {:g}{} are permitted{}. Resume with the link and configuration that it "
+        "began with, or start a new session",
+        session, key, value, unit, most, unit, limits.because.empty() ? "" : " " + limits.because));
+  };
+  // Half a nanometre per second: both may have been computed from millimetres.
+  constexpr double kRounding = 5e-10;
+  for (const auto& [key, speed] : {std::pair("fast_search_mm_s", touch.fast_m_s),
+                                   std::pair("slow_search_mm_s", touch.slow_m_s)})
+    if (!(speed <= limits.fastest_m_s + kRounding))
+      refuse(key, 1e3 * speed, 1e3 * limits.fastest_m_s, " mm/s");
+  if (touch.confirm_every > limits.most_confirm_every)
+    refuse("confirm_every", touch.confirm_every, limits.most_confirm_every, "");
+}
+
 void look_at_target(const calib::Cell& cell, const std::string& target) {
   try {
     calib::qualification_target(cell, target);
@@ -151,6 +169,7 @@ std::unique_ptr<SessionService::Job> SessionService::prepare(const RunRequest& r
     job->session = record->id;
     job->inputs = record->inputs;
     job->options = options_from_json(record->inputs.options);
+    look_at_limits(record->id, job->options.touch, job->settings.search_limits);
     job->started = record->started;
     job->expected_hash = record->plan_hash;
     job->touches = parts_.journal.touches(record->id);

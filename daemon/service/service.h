@@ -17,8 +17,8 @@
 #include "calib/syntax/input_file.h"
 #include "daemon/journal/journal.h"
 #include "daemon/runner/backend.h"
-#include "daemon/service/options.h"
 #include "daemon/runner/runner.h"
+#include "daemon/service/options.h"
 #include "daemon/service/status.h"
 
 namespace cellcal::daemon {
@@ -61,7 +61,8 @@ struct PlanInHand {
 struct SessionSettings {
   TouchPolicy touch;
   Timeouts timeouts;
-  int retries = 0;  ///< harmless interruptions after which a session goes on by itself
+  int retries = 0;               ///< harmless interruptions after which a session goes on by itself
+  SearchLimits search_limits{};  ///< of today's link: a resumed session has its own touch policy
 };
 
 struct ServiceParts {

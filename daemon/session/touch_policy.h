@@ -2,6 +2,7 @@
 // The numbers of one touch and of a session's timeouts, each with its reason.
 
 #include <chrono>
+#include <string>
 
 namespace cellcal::daemon {
 
@@ -50,6 +51,13 @@ struct TouchPolicy {
   int max_failed_in_a_row = 2;
   /// ... nor are so many in all.
   int max_failed = 8;
+};
+
+/// What the way in which the arm is stopped permits of it.
+struct SearchLimits {
+  double fastest_m_s = 0.050;
+  int most_confirm_every = 1000;
+  std::string because{};  ///< for messages; empty: the usual ones
 };
 
 /// How long a phase may take before silence counts as failure.

@@ -1,0 +1,66 @@
+// What of the daemon's configuration a session takes with it, and when.
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <thread>
+
+#include "daemon/service/inputs.h"
+#include "daemon/service/service.h"
+#include "drivers/error.h"
+#include "tests/daemon/journal/temporary_directory.h"
+
+namespace cellcal::daemon::testing {
+namespace {
+
+const SearchLimits kByFlag{0.0025, 1, "with eki stop = \"flag\""};
+
+struct a_session_that_is_resumed : ::testing::Test {
+  /// Why it is not gone on with under these limits; "devices" where it would be.
+  std::string refusal(const TouchPolicy& touch, const SearchLimits& limits) {
+    Journal journal(dir / "j.db");
+    SessionInputs inputs = read_inputs(CELLCAL_DEMO_CELL);
+    SessionOptions options;
+    options.touch = touch;
+    inputs.options = options_to_json(options);
+    const std::int64_t id = journal.begin(inputs, "t0");
+    journal.record(id, RecordEnd{Ending::kAborted, ""}, "t1");
+    SessionService service{{journal,
+                            dir.path(),
+                            [](const calib::Cell&) -> std::unique_ptr<Backend> {
+                              throw drivers::ConfigError("devices");
+                            },
+                            {{}, {}, 0, limits}}};
+    RunRequest request;
+    request.resume = true;
+    std::string why;
+    try {
+      service.start(request);
+    } catch (const std::exception& refused) {
+      why = refused.what();
+    }
+    EXPECT_TRUE(journal.newest_resumable()) << "it stays as it was";
+    return why;
+  }
+  TemporaryDirectory dir;
+};
+
+TEST_F(a_session_that_is_resumed, is_refused_where_todays_link_stops_too_slowly_for_its_searches) {
+  TouchPolicy touch;
+  EXPECT_EQ(refusal(touch, {}), "devices");
+  const std::string fast = refusal(touch, kByFlag);
+  EXPECT_NE(
+      fast.find("has fast_search_mm_s = 10 mm/s, at most 2.5 mm/s are permitted with eki stop"),
+      std::string::npos)
+      << fast;
+  touch.fast_m_s = touch.slow_m_s = 0.003;
+  EXPECT_NE(refusal(touch, kByFlag).find("fast_search_mm_s = 3 mm/s"), std::string::npos);
+  touch.fast_m_s = 2.5 * 1e-3;
+  touch.slow_m_s = 0.001;
+  EXPECT_NE(refusal(touch, kByFlag).find("has confirm_every = 8, at most 1"), std::string::npos);
+  touch.confirm_every = 1;
+  EXPECT_EQ(refusal(touch, kByFlag), "devices");
+}
+
+}  // namespace
+}  // namespace cellcal::daemon::testing
