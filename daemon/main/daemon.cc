@@ -85,6 +85,24 @@ void tell_status(const Status& status) {
   sd_notify(0, ("STATUS=" + words).c_str());
 }
 
+std::unique_ptr<Backend> make_backend(const DaemonConfig& config, const calib::Cell& cell) {
+  switch (config.backend) {
+    case BackendKind::kRsi:
+      return make_rsi_backend(config, cell);
+    case BackendKind::kEki:
+      return make_eki_backend(config, cell);
+    case BackendKind::kMock:
+      break;
+  }
+  return make_mock_backend(config, cell);
+}
+
+/// Of this configuration, whatever is read later.
+MakeBackend backend_of(std::shared_ptr<const DaemonConfig> config) {
+  return
+      [config = std::move(config)](const calib::Cell& cell) { return make_backend(*config, cell); };
+}
+
 SessionSettings settings_of(const DaemonConfig& config) {
   return {config.touch, config.timeouts, config.retries, config.search_limits};
 }
@@ -94,7 +112,7 @@ void read_again(LiveConfig& live, SessionService& service) {
   try {
     const std::vector<std::string> kept = live.reload();
     const auto config = live.now();
-    service.use(settings_of(*config));
+    service.use(settings_of(*config), backend_of(config));
     set_log_level(config->log_debug);
     spdlog::info("SIGHUP: configuration read again; sessions that begin from now on have it");
     for (const std::string& one : kept) {
@@ -131,18 +149,6 @@ const char* name_of(BackendKind backend) {
   return "mock";
 }
 
-std::unique_ptr<Backend> make_backend(const DaemonConfig& config, const calib::Cell& cell) {
-  switch (config.backend) {
-    case BackendKind::kRsi:
-      return make_rsi_backend(config, cell);
-    case BackendKind::kEki:
-      return make_eki_backend(config, cell);
-    case BackendKind::kMock:
-      break;
-  }
-  return make_mock_backend(config, cell);
-}
-
 AccessConfig access_config(const std::optional<HttpConfig>& http) {
   return http ? AccessConfig{http->host_names, http->port, http->tls()} : AccessConfig{};
 }
@@ -161,10 +167,7 @@ void run_daemon(const DaemonConfig& config, const std::function<DaemonConfig()>&
   Journal journal(config.state_dir / "journal.db");
   for (const std::string& remark : journal.remarks()) spdlog::warn("{}", remark);
   LiveConfig live(config, read_config);
-  SessionService service(
-      {journal, config.state_dir,
-       [&live](const calib::Cell& cell) { return make_backend(*live.now(), cell); },
-       settings_of(config)});
+  SessionService service({journal, config.state_dir, backend_of(live.now()), settings_of(config)});
   TokenStore tokens(config.state_dir / "tokens.json");
   if (!tokens.problem().empty()) spdlog::error("{}", tokens.problem());
   Access access(tokens, access_config(config.http));

@@ -155,9 +155,11 @@ SessionService::~SessionService() { shutdown(); }
 std::unique_ptr<SessionService::Job> SessionService::prepare(const RunRequest& request) {
   check(request);
   auto job = std::make_unique<Job>();
+  MakeBackend make_backend;
   {
     const std::lock_guard lock(mutex_);
     job->settings = parts_.settings;
+    make_backend = parts_.make_backend;
   }
   if (request.resume) {
     const std::optional<SessionRecord> record = parts_.journal.newest_resumable();
@@ -227,7 +229,7 @@ std::unique_ptr<SessionService::Job> SessionService::prepare(const RunRequest& r
     throw RequestError("the robot file has " + std::to_string(job->cell.robot.joints.size()) +
                        " joints, more than can be driven: " + std::to_string(drivers::kMaxAxes));
   }
-  job->backend = parts_.make_backend(job->cell);
+  job->backend = make_backend(job->cell);
   return job;
 }
 
@@ -509,9 +511,10 @@ void SessionService::on_change(std::function<void()> notify) {
   notify_ = std::move(notify);
 }
 
-void SessionService::use(const SessionSettings& settings) {
+void SessionService::use(SessionSettings settings, MakeBackend make_backend) {
   const std::lock_guard lock(mutex_);
-  parts_.settings = settings;
+  parts_.settings = std::move(settings);
+  parts_.make_backend = std::move(make_backend);
 }
 
 void SessionService::shutdown() {

@@ -65,10 +65,12 @@ struct SessionSettings {
   SearchLimits search_limits{};  ///< of today's link: a resumed session has its own touch policy
 };
 
+using MakeBackend = std::function<std::unique_ptr<Backend>(const calib::Cell&)>;
+
 struct ServiceParts {
   Journal& journal;
   std::filesystem::path state_dir;
-  std::function<std::unique_ptr<Backend>(const calib::Cell&)> make_backend;
+  MakeBackend make_backend;
   SessionSettings settings;
 };
 
@@ -93,8 +95,9 @@ class SessionService {
   /// Whether the session's thread and those of its devices have gone on since the last call.
   bool alive();
 
-  /// For sessions that begin from now on; one that runs keeps those that it began with.
-  void use(const SessionSettings& settings);
+  /// Both of one configuration, for sessions that begin from now on: each takes both at once, and keeps
+  /// those that it began with.
+  void use(SessionSettings settings, MakeBackend make_backend);
   /// Stops the arm, ends the session, waits for it.
   void shutdown();
   /// Called from the session's thread after each change.

@@ -62,5 +62,41 @@ TEST_F(a_session_that_is_resumed, is_refused_where_todays_link_stops_too_slowly_
   EXPECT_EQ(refusal(touch, kByFlag), "devices");
 }
 
+TEST(a_session, that_begins_while_the_configuration_is_read_again_has_all_of_one) {
+  const TemporaryDirectory dir;
+  Journal journal(dir / "j.db");
+  // With the one a qualification is begun, with the other it is refused before its devices are asked for.
+  SessionSettings slow;
+  slow.touch.fast_m_s = slow.touch.slow_m_s;
+  std::atomic<int> mixed{0};
+  const MakeBackend fast_devices = [](const calib::Cell&) -> std::unique_ptr<Backend> {
+    throw drivers::ConfigError("devices");
+  };
+  const MakeBackend slow_devices = [&](const calib::Cell&) -> std::unique_ptr<Backend> {
+    ++mixed;
+    throw drivers::ConfigError("mixed");
+  };
+  SessionService service{{journal, dir.path(), fast_devices, {}}};
+  std::jthread reloads([&](const std::stop_token& stop) {
+    for (bool fast = false; !stop.stop_requested(); fast = !fast) {
+      fast ? service.use({}, fast_devices) : service.use(slow, slow_devices);
+      std::this_thread::yield();
+    }
+  });
+  RunRequest request;
+  request.kind = SessionKind::kQualify;
+  request.cell = CELLCAL_DEMO_CELL;
+  for (int begun = 0, refused = 0; begun < 20 || refused < 20;) {
+    try {
+      service.start(request);
+    } catch (const drivers::ConfigError&) {
+      ++begun;
+    } catch (const RequestError&) {
+      ++refused;
+    }
+  }
+  EXPECT_EQ(mixed, 0);
+}
+
 }  // namespace
 }  // namespace cellcal::daemon::testing
