@@ -41,7 +41,7 @@ done <"$package/control/conffiles"
 version=$(sed -n 's/^CMAKE_PROJECT_VERSION:STATIC=//p' "$build/CMakeCache.txt")
 [[ $(head -1 "$package/changelog") == "cellcal ($version-"* ]] ||
   wrong "the changelog does not begin with version $version"
-for script in postinst prerm postrm; do
+for script in preinst postinst prerm postrm; do
   sh -n "$package/control/$script" || wrong "$script is no shell script"
   [ -x "$package/control/$script" ] || wrong "$script cannot be run"
 done
