@@ -45,4 +45,16 @@ for script in preinst postinst prerm postrm; do
   sh -n "$package/control/$script" || wrong "$script is no shell script"
   [ -x "$package/control/$script" ] || wrong "$script cannot be run"
 done
+# Others' work that is built into the daemon's page.
+python3 - "$source/daemon/web/package.json" "$package/copyright" <<'PY' || wrong "the copyright file lacks what is said above"
+import json, sys
+copyright = open(sys.argv[2]).read()
+stanzas = copyright.split("\n\n")
+missing = [name for name in json.load(open(sys.argv[1]))["dependencies"]
+           if not any(f"Files: daemon/web/node_modules/{name}/*" in one and "\nCopyright: " in one and "\nLicense: " in one
+                      for one in stanzas)]
+for name in missing:
+    print(f"package_lists: {name}", file=sys.stderr)
+sys.exit(bool(missing))
+PY
 exit $failed
