@@ -56,18 +56,19 @@ std::optional<Response> Api::export_session(const Call& call) {
 
 std::optional<Response> Api::import_session(const Call& call) {
   const std::filesystem::path directory = path_in(call.request.body, "directory");
-  const Phase phase = service_.status().phase;
-  if (kActivePhases.has(phase) || phase == Phase::kStopping)
-    throw BusyError("a session is running. Import when it has ended");
-  return as_request([&] {
-    const Imported imported =
-        import_archive(journal_, read_archive(directory), directory.string(),
-                       [&](std::int64_t session) { return service_.results_dir(session); });
-    if (imported.is_new)
-      spdlog::info("session {} imported from {}", imported.session, directory.string());
-    return Response{201, "application/json",
-                    dump({{"session", imported.session}, {"new", imported.is_new}})};
+  Imported imported;
+  as_request([&] {
+    const Archive archive = read_archive(directory);
+    service_.alone("an import", [&] {
+      imported = import_archive(journal_, archive, directory.string(), [&](std::int64_t session) {
+        return service_.results_dir(session);
+      });
+    });
   });
+  if (imported.is_new)
+    spdlog::info("session {} imported from {}", imported.session, directory.string());
+  return Response{201, "application/json",
+                  dump({{"session", imported.session}, {"new", imported.is_new}})};
 }
 
 std::optional<Response> Api::back_up(const Call& call) {

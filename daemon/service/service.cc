@@ -245,6 +245,8 @@ std::int64_t SessionService::start(const RunRequest& request) {
       if (abort_early_) throw BusyError("aborted before it began: no session was started");
     }
     if (ending_) throw BusyError("the daemon is being stopped; start it again");
+    if (alone_ != nullptr)
+      throw BusyError(fmt::format("{} is under way. Try again when it has ended", alone_));
     if (busy_ && starting_) throw BusyError("a session is being prepared. See 'cellcal status'");
     if (busy_) {
       const std::string session = "session " + std::to_string(history_.back().session);
@@ -292,6 +294,29 @@ std::int64_t SessionService::start(const RunRequest& request) {
     idle_.notify_all();
     throw;
   }
+}
+
+void SessionService::alone(const char* what, const std::function<void()>& act) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (ending_) throw BusyError("the daemon is being stopped; start it again");
+    if (alone_ != nullptr)
+      throw BusyError(fmt::format("{} is under way. Try again when it has ended", alone_));
+    if (busy_)
+      throw BusyError(fmt::format("a session is running. Ask for {} when it has ended", what));
+    alone_ = what;
+  }
+  const auto over = [this] {
+    const std::lock_guard lock(mutex_);
+    alone_ = nullptr;
+  };
+  try {
+    act();
+  } catch (...) {
+    over();
+    throw;
+  }
+  over();
 }
 
 void SessionService::run(Job& job) {

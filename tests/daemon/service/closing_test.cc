@@ -40,7 +40,8 @@ TEST(an_abort, takes_back_a_run_that_still_waits_for_the_session_before_to_close
   Journal journal(dir / "j.db");
   std::promise<void> closed;
   const std::shared_future<void> gate = closed.get_future().share();
-  SessionService service{{journal, dir.path(),
+  SessionService service{{journal,
+                          dir.path(),
                           [&](const calib::Cell&) { return std::make_unique<SlowToClose>(gate); },
                           {}}};
   RunRequest request;
@@ -66,6 +67,35 @@ TEST(an_abort, takes_back_a_run_that_still_waits_for_the_session_before_to_close
   asking.join();
   closed.set_value();
   service.shutdown();
+  EXPECT_EQ(journal.sessions().size(), 1U);
+}
+
+TEST(what_is_done_alone, waits_for_no_session_and_lets_none_begin) {
+  TemporaryDirectory dir;
+  Journal journal(dir / "j.db");
+  std::promise<void> closed;
+  const std::shared_future<void> gate = closed.get_future().share();
+  SessionService service{{journal,
+                          dir.path(),
+                          [&](const calib::Cell&) { return std::make_unique<SlowToClose>(gate); },
+                          {}}};
+  RunRequest request;
+  request.kind = SessionKind::kQualify;
+  request.cell = CELLCAL_DEMO_CELL;
+  int done = 0;
+  service.alone("an import", [&] {
+    EXPECT_THROW(service.start(request), BusyError);
+    EXPECT_THROW(service.alone("another", [] {}), BusyError);
+    EXPECT_FALSE(service.abort()) << "nothing moves";
+    ++done;
+  });
+  EXPECT_THROW(service.alone("an import", [] { throw JournalError("damaged"); }), JournalError);
+  service.start(request);
+  wait_until([&] { return is_final(service.status().phase); });  // and holds its devices still
+  EXPECT_THROW(service.alone("an import", [&] { ++done; }), BusyError);
+  closed.set_value();
+  service.shutdown();
+  EXPECT_EQ(done, 1);
   EXPECT_EQ(journal.sessions().size(), 1U);
 }
 
