@@ -1,6 +1,8 @@
 #include "daemon/journal/pending_rows.h"
 
 #include <chrono>
+#include <cmath>
+#include <limits>
 
 namespace cellcal::daemon {
 
@@ -8,6 +10,12 @@ namespace {
 
 double seconds(drivers::TimePoint at) {
   return std::chrono::duration<double>(at.time_since_epoch()).count();
+}
+
+/// SQLite has no such number, and would refuse the row and with it every touch that is to follow it. What
+/// was seen and is none stands as what no measurement is.
+double kept(double value) {
+  return std::isnan(value) ? std::numeric_limits<double>::infinity() : value;
 }
 
 /// Adds a row to its table and to the chain.
@@ -27,11 +35,13 @@ struct Insert {
     Statement insert(database,
                      "INSERT INTO change (session, time, clock_s, from_phase, to_phase, event, "
                      "late_replies, sensor_late_s) VALUES (?,?,?,?,?,?,?,?)");
-    insert.bind(1, session).bind(2, std::string_view(row.utc)).bind(3, row.clock_s);
+    insert.bind(1, session).bind(2, std::string_view(row.utc)).bind(3, kept(row.clock_s));
     insert.bind(4, std::string_view(to_string(row.change.from)));
     insert.bind(5, std::string_view(to_string(row.change.to)));
     insert.bind(6, std::string_view(to_string(row.on)));
-    insert.bind(7, static_cast<std::int64_t>(row.late_replies)).bind(8, row.sensor_late_s).step();
+    insert.bind(7, static_cast<std::int64_t>(row.late_replies))
+        .bind(8, kept(row.sensor_late_s))
+        .step();
     chain.add(session, "change", database.last_row_id());
   }
 
@@ -51,8 +61,8 @@ struct Insert {
     whole(8, contact.ticks);
     whole(9, contact.confirmed_after_us);
     whole(10, contact.bounces);
-    insert.bind(11, contact.sense_v).bind(12, seconds(contact.heard));
-    insert.bind(13, seconds(contact.first_edge)).bind(14, contact.time_sigma_s);
+    insert.bind(11, kept(contact.sense_v)).bind(12, seconds(contact.heard));
+    insert.bind(13, seconds(contact.first_edge)).bind(14, kept(contact.time_sigma_s));
     whole(15, static_cast<std::int64_t>(contact.lost));
     insert.step();
     chain.add(session, "contact", database.last_row_id());

@@ -63,6 +63,23 @@ drivers::ContactRecord contact() {
   return contact;
 }
 
+TEST(what_was_seen_and_is_not_a_number, keeps_no_touch_from_the_disk) {
+  const TemporaryDirectory dir;
+  const double none = std::numeric_limits<double>::quiet_NaN();
+  Journal journal(dir / "j.db");
+  const std::int64_t id = journal.begin({}, "t0");
+  RecordContact seen{4, "t1", contact()};
+  seen.contact.sense_v = seen.contact.time_sigma_s = none;
+  journal.note(id, seen);
+  journal.note(
+      id, RecordChange{
+              {Phase::kFastSearch, Phase::kBackingOff}, EventKind::kContact, "t2", none, 3, none});
+  journal.record(id, RecordTouch{0, touch_at(0.1)});
+  EXPECT_EQ(journal.touches(id).size(), 1u);
+  Journal other(dir / "other.db");
+  EXPECT_TRUE(other.import(journal.rows(id), "x").second);
+}
+
 TEST(events_of_the_sensor_and_changes_of_phase, are_rows_with_their_own_columns_and_checksums) {
   const TemporaryDirectory dir;
   {
