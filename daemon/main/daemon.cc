@@ -17,6 +17,7 @@
 #include "daemon/main/backends.h"
 #include "daemon/main/log.h"
 #include "daemon/main/network_door.h"
+#include "daemon/main/notification.h"
 #include "daemon/main/reload.h"
 #include "daemon/service/service.h"
 
@@ -74,15 +75,6 @@ void tell_log(const Status& status) {
   if (at_a_touch) context.touch = static_cast<std::int64_t>(status.done) + 1;
   if (status.failure) context.failure = to_string(status.failure->kind);
   set_log_context(context);
-}
-
-void tell_status(const Status& status) {
-  std::string words = to_string(status.phase);
-  if (status.total > 0) {
-    words += ", touch " + std::to_string(status.done) + " of " + std::to_string(status.total);
-  }
-  if (status.failure) words += ", " + describe(*status.failure);
-  sd_notify(0, ("STATUS=" + words).c_str());
 }
 
 std::unique_ptr<Backend> make_backend(const DaemonConfig& config, const calib::Cell& cell) {
@@ -185,7 +177,7 @@ void run_daemon(const DaemonConfig& config, const std::function<DaemonConfig()>&
     const Status status = service.status();
     access.clearance().look(status);
     tell_log(status);
-    tell_status(status);
+    sd_notify(0, notification_of(status).c_str());
   });
   signals.async_wait([&](boost::system::error_code, int signal) {
     spdlog::info("signal {}: stopping", signal);

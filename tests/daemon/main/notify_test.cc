@@ -8,6 +8,7 @@
 
 #include <cstring>
 
+#include "daemon/main/notification.h"
 #include "daemon_fixture.h"
 
 namespace cellcal::daemon::testing {
@@ -53,6 +54,17 @@ TEST(systemd, hears_ready_watchdog_and_stopping) {
   fixture.daemon->signal(SIGTERM);
   notify.wait_for("STOPPING=1");
   EXPECT_EQ(fixture.daemon->wait(), 0);
+}
+
+TEST(systemd, is_told_one_line_whatever_a_devices_words_hold) {
+  Status status;
+  status.phase = Phase::kFailed;
+  status.failure =
+      Failure{FailureKind::kUnexpectedEvent, "refused\nWATCHDOG=trigger\r\n\x1b[31mREADY=1"};
+  const std::string text = notification_of(status);
+  EXPECT_EQ(text.rfind("STATUS=failed, ", 0), 0u) << text;
+  EXPECT_NE(text.find("refused WATCHDOG=trigger"), std::string::npos) << text;
+  for (const char c : text) EXPECT_GE(static_cast<unsigned char>(c), 0x20) << text;
 }
 
 TEST(the_journal, gets_priorities_in_front_of_the_lines) {
