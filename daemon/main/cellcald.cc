@@ -33,6 +33,7 @@ int main(int argc, char** argv) {
   DaemonConfig config;
   try {
     config = read_config();
+    if (options.check) cellcal::daemon::check_files_of(config);
   } catch (const std::exception& error) {
     complain(error);
     return kUsage;

@@ -147,6 +147,10 @@ AccessConfig access_config(const std::optional<HttpConfig>& http) {
 
 }  // namespace
 
+void check_files_of(const DaemonConfig& config) {
+  if (config.http) check_tls(address_of(*config.http));
+}
+
 void run_daemon(const DaemonConfig& config, const std::function<DaemonConfig()>& read_config) {
   // A client that went away, and a file that may not grow, are error codes, not ends.
   std::signal(SIGPIPE, SIG_IGN);

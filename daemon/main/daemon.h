@@ -6,6 +6,9 @@
 
 namespace cellcal::daemon {
 
+/// Reads the files that the configuration names and that a start needs. Throws SocketError.
+void check_files_of(const DaemonConfig& config);
+
 /// Runs until SIGTERM or SIGINT. Throws what keeps it from starting: JournalError, SocketError,
 /// std::filesystem::filesystem_error.
 /// `read_config` reads the file again when SIGHUP asks for it, from another thread.

@@ -13,11 +13,14 @@ namespace cellcal::daemon {
 
 namespace asio = boost::asio;
 
+NetworkAddress address_of(const HttpConfig& config) {
+  return {config.address, config.port, config.tls_certificate, config.tls_key};
+}
+
 struct NetworkDoor::Impl {
   Impl(const HttpConfig& config, Api& api)
       : server(
-            context,
-            NetworkAddress{config.address, config.port, config.tls_certificate, config.tls_key},
+            context, address_of(config),
             {[&api](Request& request) { return api.admit_network(request); },
              [&api](const Request& request, bool give_up) { return api.answer(request, give_up); },
              Api::is_slow}),

@@ -5,9 +5,12 @@
 #include <memory>
 
 #include "daemon/api/handlers.h"
+#include "daemon/api/http/server.h"
 #include "daemon/config/http_config.h"
 
 namespace cellcal::daemon {
+
+NetworkAddress address_of(const HttpConfig& config);
 
 class NetworkDoor {
  public:

@@ -94,6 +94,10 @@ class NetworkListener final : public HttpServer::Impl {
 
 }  // namespace
 
+void check_tls(const NetworkAddress& address) {
+  if (!address.tls_certificate.empty()) tls_context(address);
+}
+
 std::shared_ptr<HttpServer::Impl> listen_on(asio::io_context& context,
                                             const NetworkAddress& address, ServerParts parts) {
   return std::make_shared<NetworkListener>(context, address, std::move(parts));

@@ -26,6 +26,9 @@ struct NetworkAddress {
   std::filesystem::path tls_certificate{}, tls_key{};  ///< PEM; the certificate with its chain
 };
 
+/// Reads certificate and key, where there are any. Throws SocketError as a server would.
+void check_tls(const NetworkAddress& address);
+
 /// How long a client may take, and how much its answers.
 struct ServerLimits {
   /// From the connection, or the answer before, until the request is there as a whole; for the

@@ -26,6 +26,29 @@ TEST(a_wrong_configuration, is_not_tried_again_by_the_service_manager) {
   EXPECT_EQ(std::to_string(none.status), unit_key("RestartPreventExitStatus")) << none.err;
 }
 
+TEST(a_check, reads_certificate_and_key_as_a_start_would) {
+  const DaemonFixture fixture;
+  const std::string certificate = fixture.dir / "c.pem", key = fixture.dir / "k.pem";
+  const auto check = [&] {
+    std::ofstream(fixture.dir / "d.toml")
+        << "format = \"cellcal.daemon/1\"\nbackend = \"mock\"\n[http]\nlisten = \"0.0.0.0:8443\"\n"
+        << "tls_certificate = \"" << certificate << "\"\ntls_key = \"" << key << "\"\n";
+    return run_program({CELLCALD, "--config", fixture.dir / "d.toml", "--check"});
+  };
+  const Outcome none = check();
+  EXPECT_EQ(none.status, 2) << none.out;
+  EXPECT_NE(none.err.find("tls_certificate " + certificate), std::string::npos) << none.err;
+  const std::string make =
+      "openssl req -x509 -newkey ec -pkeyopt ec_paramgen_curve:prime256v1 -nodes -days 2 -subj /CN=x -out " +
+      certificate + " -keyout " + key + " 2>/dev/null";
+  ASSERT_EQ(std::system(make.c_str()), 0);
+  EXPECT_EQ(check().status, 0);
+  std::ofstream(key) << "no key";
+  const Outcome other = check();
+  EXPECT_EQ(other.status, 2) << other.out;
+  EXPECT_NE(other.err.find("tls_key " + key), std::string::npos) << other.err;
+}
+
 /// Waits until the log holds these words.
 void wait_for_log(const DaemonFixture& fixture, const std::string& words) {
   const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(30);
