@@ -2,9 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <numeric>
 #include <vector>
+
+#include "calib/model/units.h"
 
 namespace cellcal::calib {
 
@@ -18,7 +19,7 @@ constexpr double kShare = 0.05;
 constexpr double kStepDeg = 1e-3;
 
 bool is_rounded(const Touch& touch) {
-  constexpr double kStepsPerRad = 180.0 / std::numbers::pi / kStepDeg;
+  constexpr double kStepsPerRad = kDegPerRad / kStepDeg;
   return std::all_of(touch.joint_rad.begin(), touch.joint_rad.end(), [](double angle) {
     const double steps = angle * kStepsPerRad;
     return std::abs(steps - std::round(steps)) < 1e-4;

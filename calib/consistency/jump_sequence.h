@@ -3,7 +3,6 @@
 // what a jump of a joint's zero, of the tool's tip or of a target in between does to them (jump.h).
 
 #include <Eigen/Core>
-#include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
@@ -11,6 +10,7 @@
 #include "calib/estimate/problem.h"
 #include "calib/estimate/solve.h"
 #include "calib/model/kinematics.h"
+#include "calib/model/units.h"
 #include "calib/result/calibration.h"
 
 namespace cellcal::calib {
@@ -18,7 +18,7 @@ namespace cellcal::calib {
 /// Beyond this many sigmas a touch is left out, in the estimate too.
 inline constexpr double kJumpGate = 4.0;
 /// What is looked for, 1 sigma: of a joint's zero; of tool and target in each direction.
-inline constexpr double kUsualSlipRad = 0.1 * std::numbers::pi / 180.0;
+inline constexpr double kUsualSlipRad = 0.1 * kRadPerDeg;
 inline constexpr double kUsualKnockM = 1e-3;
 /// Touches on either side of a jump, at least.
 inline constexpr std::size_t kLeastEachSide = 5;

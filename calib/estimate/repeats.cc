@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <numeric>
 #include <set>
 
 #include "calib/model/median.h"
+#include "calib/model/units.h"
 
 namespace cellcal::calib {
 
@@ -18,7 +18,7 @@ namespace {
 /// errors of a milliradian change by a micrometre. Wider, touches that somebody brought there by
 /// hand would count, and a step to the side across a sphere whose centre is not known yet reads as
 /// noise.
-constexpr double kSamePlaceRad = 0.05 * std::numbers::pi / 180.0;
+constexpr double kSamePlaceRad = 0.05 * kRadPerDeg;
 /// What the cell file states counts as measured with so many degrees of freedom: a figure from
 /// experience, right to a third or so.
 constexpr double kStatedDegrees = 5.0;

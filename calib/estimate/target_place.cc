@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <numeric>
 
 #include "calib/estimate/start.h"
@@ -143,8 +142,7 @@ TargetPlace place_plane(const Cell& cell, const Target& target, const Seen& seen
       throw IdentifyError(fmt::format(
           "target {}: normal of the touched plane {:.0f} deg off the stated one. Check its normal in "
           "the cell file",
-          target.id,
-          std::acos(std::clamp(normal.dot(target.normal), -1.0, 1.0)) * 180.0 / std::numbers::pi));
+          target.id, std::acos(std::clamp(normal.dot(target.normal), -1.0, 1.0)) * kDegPerRad));
   } else {
     normal *= side_of(cell, target, seen, normal);
   }

@@ -4,9 +4,9 @@
 
 #include <chrono>
 #include <nlohmann/json.hpp>
-#include <numbers>
 
 #include "calib/files/calibration_json.h"
+#include "calib/model/units.h"
 #include "daemon/api/http/json_text.h"
 
 namespace cellcal::daemon {
@@ -14,8 +14,6 @@ namespace cellcal::daemon {
 namespace {
 
 using nlohmann::json;
-
-constexpr double kDegPerRad = 180.0 / std::numbers::pi;
 
 template <typename T>
 json or_null(const std::optional<T>& value, double factor = 1.0) {
@@ -94,7 +92,7 @@ json to_json(const std::shared_ptr<const LinkReport>& links) {
 template <class Angles>
 json degrees(const Angles& angles_rad) {
   json list = json::array();
-  for (const double angle : angles_rad) list.push_back(angle * kDegPerRad);
+  for (const double angle : angles_rad) list.push_back(angle * calib::kDegPerRad);
   return list;
 }
 

@@ -4,8 +4,8 @@
 
 #include <chrono>
 #include <cmath>
-#include <numbers>
 
+#include "calib/model/units.h"
 #include "calib/syntax/toml_table.h"
 #include "daemon/config/config_values.h"
 #include "daemon/config/space_config.h"
@@ -17,7 +17,6 @@ namespace {
 
 using calib::TomlTable;
 
-constexpr double kRad = std::numbers::pi / 180.0;
 constexpr double kMm = 1e-3;
 constexpr const char* kFormat = "cellcal.daemon/1";
 /// Degrees. What installations give AXISCORR; the emulated controller is given what is asked for.
@@ -38,8 +37,9 @@ void read_motion(const TomlTable& table, DaemonConfig& config) {
   // 3 to 100 %: below, waypoints take longer than the session waits.
   config.motion.speed_fraction = table.number_or("speed_percent", 20.0, {3.0, 100.0}) / 100.0;
   config.motion.acceleration_rad_s2 =
-      table.number_or("acceleration_deg_s2", 120.0, {1.0, 2000.0}) * kRad;
-  config.motion.jerk_rad_s3 = table.number_or("jerk_deg_s3", 600.0, {1.0, 50000.0}) * kRad;
+      table.number_or("acceleration_deg_s2", 120.0, {1.0, 2000.0}) * calib::kRadPerDeg;
+  config.motion.jerk_rad_s3 =
+      table.number_or("jerk_deg_s3", 600.0, {1.0, 50000.0}) * calib::kRadPerDeg;
   const TouchPolicy policy;
   const bool by_flag =
       wire_of(config) == WireKind::kEki && config.eki.stop == drivers::EkiStop::kFlag;
@@ -240,7 +240,7 @@ void read_mock(const TomlTable& table, MockConfig& mock) {
   const std::vector<double> home{0, -90, 90, 0, 90, 0};
   for (double deg :
        table.has("start_deg") ? table.numbers("start_deg", 0, {-360.0, 360.0}) : home) {
-    mock.start_rad.push_back(deg * kRad);
+    mock.start_rad.push_back(deg * calib::kRadPerDeg);
   }
   table.refuse_unknown();
 }
@@ -286,7 +286,7 @@ DaemonConfig parse_config(std::string_view text, const std::string& name) {
 DaemonConfig load_config(const std::filesystem::path& path) { return read(TomlTable::load(path)); }
 
 double correction_limit_rad(const DaemonConfig& config) {
-  return config.rsi.correction_limit_deg.at(0) * kRad;
+  return config.rsi.correction_limit_deg.at(0) * calib::kRadPerDeg;
 }
 
 WireKind wire_of(const DaemonConfig& config) {

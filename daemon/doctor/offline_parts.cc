@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <numbers>
 
 #include "calib/files/files.h"
 #include "calib/model/kinematics.h"
+#include "calib/model/units.h"
 #include "calib/plan/cell_check.h"
 #include "calib/plan/plan.h"
 #include "daemon/doctor/parts.h"
@@ -25,7 +25,7 @@ void look_at_geometry(const calib::Robot& robot, Findings& findings) {
   const std::string check = "robot geometry";
   if (robot.joints.size() != std::size(kHomeDeg)) return;
   std::vector<double> home;
-  for (const double deg : kHomeDeg) home.push_back(deg * std::numbers::pi / 180.0);
+  for (const double deg : kHomeDeg) home.push_back(deg * calib::kRadPerDeg);
   const Eigen::Vector3d flange_mm =
       calib::ArmModel(robot, {}).nominal_tcp(home).translation() * calib::kMmPerM;
   const std::string found = fmt::format(

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "calib/model/units.h"
 #include "daemon/doctor/robot_check.h"
 #include "drivers/kuka/rsi/link/rsi_fitness.h"
 
@@ -263,11 +263,10 @@ void judge_rsi_end(std::optional<double> ended_after_s, Findings& findings) {
 
 void judge_angles(const std::string& check, const drivers::AxisAngles& actual_rad,
                   const calib::Robot* robot, Findings& findings) {
-  constexpr double kDeg = 180.0 / std::numbers::pi;
   constexpr double kNearDeg = 1.0;
   std::string shown;
   for (const double angle : actual_rad) {
-    shown += fmt::format("{}{:.3f}", shown.empty() ? "" : ", ", angle * kDeg);
+    shown += fmt::format("{}{:.3f}", shown.empty() ? "" : ", ", angle * calib::kDegPerRad);
   }
   if (robot == nullptr) return findings.skip(check, shown + " deg; limits not checked (no --cell)");
   if (robot->joints.size() != actual_rad.size()) {
@@ -280,7 +279,7 @@ void judge_angles(const std::string& check, const drivers::AxisAngles& actual_ra
   for (std::size_t i = 0; i < actual_rad.size(); ++i) {
     const calib::Joint& joint = robot->joints[i];
     const double room =
-        std::min(actual_rad[i] - joint.min_rad, joint.max_rad - actual_rad[i]) * kDeg;
+        std::min(actual_rad[i] - joint.min_rad, joint.max_rad - actual_rad[i]) * calib::kDegPerRad;
     std::string& list = room < 0.0 ? outside : near;
     if (room < kNearDeg) list += fmt::format("{}{}", list.empty() ? "" : ", ", joint.name);
   }

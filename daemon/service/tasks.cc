@@ -6,7 +6,6 @@
 #include <cmath>
 #include <cstring>
 #include <memory>
-#include <numbers>
 #include <optional>
 #include <set>
 #include <stdexcept>
@@ -246,7 +245,7 @@ void refuse_beyond_reach(const TaskInputs& inputs, const calib::Plan& plan, std:
                          const calib::JointVector& begin) {
   if (!inputs.axis_reach_rad) return;
   const LimitNeeded needed = limit_needed(plan, inputs.cell.robot, begin, next);
-  const double limit_deg = *inputs.axis_reach_rad * 180.0 / std::numbers::pi;
+  const double limit_deg = *inputs.axis_reach_rad * calib::kDegPerRad;
   if (needed.turn_deg > limit_deg) throw calib::PlanError(beyond_limit_words(needed, limit_deg));
 }
 

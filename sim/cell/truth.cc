@@ -7,13 +7,13 @@
 
 #include "calib/model/inverse.h"
 #include "calib/model/random.h"
+#include "calib/model/units.h"
 #include "sim/cell/true_load.h"
 
 namespace cellcal::sim {
 
 namespace {
 
-constexpr double kRadPerArcsec = std::numbers::pi / 180.0 / 3600.0;
 /// Tolerances are drawn within this: nobody ships an arm that is five sigma off its drawing.
 constexpr double kLargestSigma = 2.5;
 
@@ -34,12 +34,12 @@ calib::ArmModel true_arm(const calib::Cell& cell, const TruthOptions& options) {
     if (options.gear_arcsec > 0.0) {
       joint.gear_ratio = 1.0;
       joint.harmonics = {1, 2};
-      joint.harmonic_sigma_rad = options.gear_arcsec * kRadPerArcsec;
+      joint.harmonic_sigma_rad = options.gear_arcsec * calib::kRadPerArcsec;
     }
     if (options.compliance_rad_per_nm > 0.0)
       joint.compliance_sigma_rad_per_nm = options.compliance_rad_per_nm;
     if (options.play_arcsec > 0.0) {
-      joint.play_sigma_rad = options.play_arcsec * kRadPerArcsec;
+      joint.play_sigma_rad = options.play_arcsec * calib::kRadPerArcsec;
       joint.play_closes_nm = kPlayClosesNm;
     }
   }

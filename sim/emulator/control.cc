@@ -12,11 +12,11 @@
 #include <charconv>
 #include <cstdio>
 #include <cstring>
-#include <numbers>
 #include <stdexcept>
 #include <thread>
 #include <vector>
 
+#include "drivers/units.h"
 #include "sim/krc/eki/eki_server.h"
 #include "sim/krc/krc_udp.h"
 
@@ -89,7 +89,7 @@ std::string status(const Controller& c) {
                                  c.ipoc(), c.late(), c.packets());
   text += ", setpoint [deg]";
   for (const double rad : c.setpoint_rad())
-    text += fmt::format(" {:.4f}", rad * 180.0 / std::numbers::pi);
+    text += fmt::format(" {:.4f}", rad * drivers::kDegPerRad);
   if (!c.message().empty()) text += ", pendant: " + c.message();
   return text;
 }

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "calib/estimate/problem.h"
 #include "calib/estimate/solve.h"
 #include "calib/linear/cholesky.h"
+#include "calib/model/units.h"
 #include "calib/result/level.h"
 #include "calib/uncertainty/region.h"
 
@@ -19,7 +19,7 @@ constexpr double kLimitMarginRad = 0.05;
 /// Of the compliance that is assumed where the file states none: what most arms have.
 constexpr double kUsualCompliance = 0.3;
 /// What the evidence leaves possible after some tens of touches, in the mean.
-constexpr double kUsualRippleRad = 5.0 * std::numbers::pi / 180.0 / 3600.0;
+constexpr double kUsualRippleRad = 5.0 * kRadPerArcsec;
 /// Centres without a prior: a metre, in prior units, is no information.
 constexpr double kNoPriorWeight = 1e-2;
 

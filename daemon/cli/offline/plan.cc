@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <cstdio>
 #include <nlohmann/json.hpp>
-#include <numbers>
 #include <stdexcept>
 
 #include "calib/files/files.h"
+#include "calib/model/units.h"
 #include "calib/plan/cell_check.h"
 #include "calib/plan/reach/candidates.h"
 #include "calib/plan/reach/duration.h"
@@ -41,9 +41,8 @@ double minutes(const calib::Plan& plan, const calib::Robot& robot) {
 
 /// Where the arm stands, or where the plan would have it.
 calib::JointVector begin_of(const PlanCommand& command, const calib::Robot& robot) {
-  constexpr double kRad = std::numbers::pi / 180.0;
   calib::JointVector begin;
-  for (const double deg : command.from_deg) begin.push_back(deg * kRad);
+  for (const double deg : command.from_deg) begin.push_back(deg * calib::kRadPerDeg);
   if (!begin.empty() && begin.size() != robot.joints.size())
     throw std::runtime_error(fmt::format("--from: {0} angles, {2} joints in {1}", begin.size(),
                                          robot.name, robot.joints.size()));
@@ -65,10 +64,9 @@ std::string foreseen_words(const std::string& region, const calib::Plan& plan,
 
 std::string travel_words(const LimitNeeded& needed, const calib::Plan& plan,
                          const calib::Robot& robot) {
-  constexpr double kDeg = 180.0 / std::numbers::pi;
   std::string begin;
   for (std::size_t i = 0; i < robot.joints.size(); ++i)
-    begin += fmt::format("{}{:.0f}", i == 0 ? "" : ",", plan.start[i] * kDeg);
+    begin += fmt::format("{}{:.0f}", i == 0 ? "" : ",", plan.start[i] * calib::kDegPerRad);
   return fmt::format(
       "largest axis travel {1:.1f} deg ({0}) from {2}. Over RSI set correction_limit_deg to at "
       "least {3:.0f}; {4:.0f} also covers a session that begins or is resumed anywhere on its "
@@ -78,13 +76,12 @@ std::string travel_words(const LimitNeeded& needed, const calib::Plan& plan,
 }
 
 std::string json(const calib::Plan& plan, const calib::Robot& robot, const LimitNeeded& needed) {
-  constexpr double kDeg = 180.0 / std::numbers::pi;
   nlohmann::json list = nlohmann::json::array();
   for (const calib::PlannedTouch& planned : plan.touches) {
     nlohmann::json joints;
     const calib::Touch touch = nominal_touch(planned);
     for (std::size_t i = 0; i < robot.joints.size(); ++i) {
-      joints[robot.joints[i].name] = touch.joint_rad[i] * kDeg;
+      joints[robot.joints[i].name] = touch.joint_rad[i] * calib::kDegPerRad;
     }
     list.push_back({{"target", planned.target},
                     {"set", planned.set == calib::TouchSet::kFit ? "fit" : "check"},

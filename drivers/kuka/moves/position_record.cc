@@ -2,13 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+
+#include "drivers/units.h"
 
 namespace cellcal::drivers {
 namespace {
 
 // Below what an arm at rest shows of its encoders, above what a moving one does not.
-constexpr double kRestRad = 0.002 * std::numbers::pi / 180.0;
+constexpr double kRestRad = 0.002 * kRadPerDeg;
 
 double seconds(Duration d) { return std::chrono::duration<double>(d).count(); }
 

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "calib/files/files.h"
+#include "calib/model/units.h"
 #include "sim/experiments/paper/reach.h"
 
 namespace cellcal::sim::paper {
@@ -15,7 +16,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kDeg = std::numbers::pi / 180.0;
+constexpr double kDeg = calib::kRadPerDeg;
 constexpr double kMm = 1e-3;
 
 // The tool comes from outside the sphere: its shaft leans away from the surface's normal by no
