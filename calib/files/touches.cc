@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "calib/files/files.h"
+#include "calib/files/joint_columns.h"
 #include "calib/files/touch_columns.h"
 #include "calib/model/iso_time.h"
 #include "calib/model/units.h"
@@ -21,32 +22,6 @@ namespace {
 /// The robot file's limits are the catalogue's; a controller's own may be set wider. Beyond this it
 /// is another joint, another unit or another robot.
 constexpr double kLimitSlackRad = 10.0 * kRadPerDeg;
-/// To be predicted any angle will do; this only catches nonsense.
-constexpr double kAnyAngleRad = 3600.0 * kRadPerDeg;
-
-std::vector<int> joint_columns(const CsvTable& table, const Robot& robot, const std::string& name) {
-  std::vector<int> columns;
-  for (const Joint& joint : robot.joints) {
-    columns.push_back(table.find(joint.name));
-    if (columns.back() < 0)
-      throw FileError(name + ":" + std::to_string(table.header_line()) + ": no column \"" +
-                      joint.name +
-                      "\"; one column per joint is needed, named as in the robot file");
-  }
-  return columns;
-}
-
-std::vector<double> read_joints(const CsvTable& table, const std::vector<int>& columns) {
-  std::vector<double> angles(columns.size());
-  for (std::size_t i = 0; i < columns.size(); ++i) {
-    angles[i] = table.number(columns[i]) * kRadPerDeg;
-    if (std::abs(angles[i]) > kAnyAngleRad)
-      table.fail(columns[i], fmt::format("{} deg is out of range; angles are in degrees",
-                                         shown(table.text(columns[i]))));
-  }
-  return angles;
-}
-
 /// The first angle that is outside its joint's limits, put into words as an error of its column.
 std::optional<FileError> beyond_limits(const CsvTable& table, const Robot& robot,
                                        const std::vector<int>& columns,
@@ -62,12 +37,6 @@ std::optional<FileError> beyond_limits(const CsvTable& table, const Robot& robot
                       joint.max_rad * kDegPerRad));
   }
   return std::nullopt;
-}
-
-std::vector<std::string> joint_names(const Robot& robot) {
-  std::vector<std::string> names;
-  for (const Joint& joint : robot.joints) names.push_back(joint.name);
-  return names;
 }
 
 /// A tracker looks across a hall, not farther.

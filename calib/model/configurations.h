@@ -7,6 +7,7 @@
 // 3.2), so that no convention of frames comes in. Other arms by Newton from many seeds: most of the
 // ways, not surely all.
 
+#include <array>
 #include <optional>
 #include <vector>
 
@@ -14,6 +15,13 @@
 #include "calib/model/kinematics.h"
 
 namespace cellcal::calib {
+
+/// Which of the up to eight: on which side of its singularities the arm is. The signs of the three
+/// factors of the Jacobian's determinant, so no two configurations of a pose share them.
+struct Posture {
+  bool shoulder = false, elbow = false, wrist = false;
+  bool operator==(const Posture&) const = default;
+};
 
 class Configurations {
  public:
@@ -25,6 +33,13 @@ class Configurations {
   /// that differ by whole turns the one nearest to 0. Empty where it is out of reach.
   std::vector<JointVector> reach(const Eigen::Isometry3d& tcp) const;
 
+  /// Of an arm in closed form.
+  Posture posture_of(const JointVector& joint_rad) const;
+  /// Of an arm in closed form, whatever the limits: the one in that posture, each angle within half
+  /// a turn of 0, as exact as a few roundings leave it. Empty where it is out of reach. Where the
+  /// wrist is stretched axis 6 alone turns.
+  std::optional<JointVector> in_posture(const Eigen::Isometry3d& tcp, const Posture& posture) const;
+
  private:
   /// Of the six-axis arm with a spherical wrist, all joint angles 0: unit axes, a point on each,
   /// the point where the last three meet, and the TCP.
@@ -34,7 +49,11 @@ class Configurations {
     Eigen::Isometry3d home;
   };
   static std::optional<Wrist> find_wrist(const ArmModel& arm);
-  std::vector<JointVector> by_subproblems(const Eigen::Isometry3d& tcp) const;
+  /// Calls finish(six angles) for each that is wanted; null: for all.
+  template <typename Finish>
+  void by_subproblems(const Eigen::Isometry3d& tcp, const Posture* wanted,
+                      const Finish& finish) const;
+  std::vector<JointVector> closed(const Eigen::Isometry3d& tcp) const;
   std::vector<JointVector> from_seeds(const Eigen::Isometry3d& tcp) const;
 
   const ArmModel& arm_;

@@ -1,8 +1,7 @@
 #include "calib/uncertainty/predict.h"
 
-#include <map>
-
 #include "calib/model/kinematics.h"
+#include "calib/result/arm_values.h"
 #include "calib/uncertainty/bound.h"
 #include "calib/uncertainty/region.h"
 
@@ -16,43 +15,9 @@ struct Predictor::Impl {
 
   Impl(const Calibration& c, const Cell& levelled)
       : arm(levelled),
-        x(values(arm, c)),
-        sigma(covariance(arm, c)),
+        x(arm_values(arm, c)),
+        sigma(arm_covariance(arm, c)),
         bound(arm, x, sigma, c.level.ripple_rad, c.discrepancy.sigma_m) {}
-
-  /// Per parameter of the arm its index in the calibration, -1 where it is not.
-  static std::vector<Eigen::Index> places(const ArmModel& arm, const Calibration& c) {
-    std::map<ParameterKey, Eigen::Index> index;
-    for (std::size_t i = 0; i < c.parameters.size(); ++i)
-      index[c.parameters[i].key] = static_cast<Eigen::Index>(i);
-    std::vector<Eigen::Index> at;
-    for (const ArmParameter& parameter : arm.parameters()) {
-      const auto found = index.find(parameter);
-      at.push_back(found == index.end() ? -1 : found->second);
-    }
-    return at;
-  }
-
-  static Eigen::VectorXd values(const ArmModel& arm, const Calibration& c) {
-    const auto at = places(arm, c);
-    Eigen::VectorXd x = Eigen::VectorXd::Zero(arm.size());
-    for (int i = 0; i < arm.size(); ++i) {
-      if (at[i] < 0) continue;
-      const ParameterResult& p = c.parameters[static_cast<std::size_t>(at[i])];
-      x[i] = p.nominal + p.correction;
-    }
-    return x;
-  }
-
-  static Eigen::MatrixXd covariance(const ArmModel& arm, const Calibration& c) {
-    if (c.covariance.size() == 0) return {};
-    const auto at = places(arm, c);
-    Eigen::MatrixXd result = Eigen::MatrixXd::Zero(arm.size(), arm.size());
-    for (int i = 0; i < arm.size(); ++i)
-      for (int j = 0; j < arm.size(); ++j)
-        if (at[i] >= 0 && at[j] >= 0) result(i, j) = c.covariance(at[i], at[j]);
-    return result;
-  }
 };
 
 Predictor::Predictor(const Calibration& calibration)

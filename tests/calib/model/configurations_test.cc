@@ -132,5 +132,27 @@ TEST(Configurations, AreTheSameForTheSamePose) {
   EXPECT_EQ(configurations.reach(pose), configurations.reach(pose));
 }
 
+TEST(Configurations, ThatShareAPoseDifferInPostureAndEachIsFoundByItsOwn) {
+  for (const auto& [name, robot] : shipped()) {
+    if (name.rfind("kr", 0) != 0) continue;
+    SCOPED_TRACE(name);
+    const ArmModel arm(robot, bent_tool());
+    const Configurations configurations(arm, kMargin);
+    Random random(2);
+    for (int k = 0; k < 20; ++k) {
+      const Eigen::Isometry3d pose = arm.nominal_tcp(inside(robot, random, 0.05));
+      const auto all = configurations.reach(pose);
+      for (std::size_t a = 0; a < all.size(); ++a) {
+        const auto posture = configurations.posture_of(all[a]);
+        const auto found = configurations.in_posture(pose, posture);
+        ASSERT_TRUE(found);
+        EXPECT_LT(apart(*found, all[a]), 1e-6);
+        for (std::size_t b = a + 1; b < all.size(); ++b)
+          EXPECT_FALSE(posture == configurations.posture_of(all[b]));
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace cellcal::calib
