@@ -1,0 +1,71 @@
+#include "daemon/krl/controller_view.h"
+
+#include <cmath>
+#include <numbers>
+
+#include "calib/model/units.h"
+
+namespace cellcal::daemon::krl {
+
+namespace {
+
+bool same(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
+  return (a.translation() - b.translation()).norm() * calib::kMmPerM < kSameToolMm &&
+         Eigen::AngleAxisd(a.linear().transpose() * b.linear()).angle() * calib::kDegPerRad <
+             kSameToolDeg;
+}
+
+bool is_the_cells_tool(const calib::Calibration& c, const Eigen::Isometry3d& tool) {
+  Eigen::Isometry3d identified = c.cell.tool.tcp;
+  for (int axis = 0; axis < 3; ++axis)
+    identified.translation()[axis] +=
+        calib::correction_of(c, calib::tool_parameter(calib::ParameterKind::kTcp, 0, axis));
+  return same(tool, c.cell.tool.tcp) || same(tool, identified);
+}
+
+calib::Tool stiff(const calib::Calibration& c, const Eigen::Isometry3d& tcp,
+                  const std::optional<LoadData>& load) {
+  calib::Tool tool = c.cell.tool;
+  tool.tcp = tcp;
+  tool.length_m = tcp.translation().norm();
+  if (!load) return tool;
+  tool.mass_kg = load->mass_kg;
+  tool.com_m = Eigen::Vector3d(load->com_mm[0], load->com_mm[1], load->com_mm[2]) / calib::kMmPerM;
+  return tool;
+}
+
+calib::Calibration real_arm(const calib::Calibration& c, bool cells, const Eigen::Isometry3d& tcp,
+                            const std::optional<LoadData>& load) {
+  return cells ? c : calib::with_tool(c, stiff(c, tcp, load));
+}
+
+calib::Tool of_controller(const Eigen::Isometry3d& tcp) {
+  calib::Tool tool;
+  tool.tcp = tcp;
+  return tool;
+}
+
+}  // namespace
+
+ControllerView::ControllerView(const calib::Calibration& calibration, const Eigen::Isometry3d& tool,
+                               const std::optional<LoadData>& load)
+    : cells_(is_the_cells_tool(calibration, tool)),
+      arm_(calibration.cell.robot, of_controller(tool)),
+      ways_(std::make_unique<calib::Configurations>(arm_, 0.0)),
+      corrector_(real_arm(calibration, cells_, tool, load)),
+      predictor_(real_arm(calibration, cells_, tool, load)) {}
+
+std::optional<calib::JointVector> ControllerView::joints(const Eigen::Isometry3d& tcp,
+                                                         const calib::JointVector& near) const {
+  auto q = ways_->in_posture(tcp, ways_->posture_of(near));
+  if (!q) return std::nullopt;
+  constexpr double kTurn = 2.0 * std::numbers::pi;
+  for (std::size_t i = 0; i < q->size(); ++i) {
+    (*q)[i] += kTurn * std::round((near[i] - (*q)[i]) / kTurn);
+    if ((*q)[i] < robot().joints[i].min_rad || (*q)[i] > robot().joints[i].max_rad)
+      return std::nullopt;
+  }
+  return q;
+}
+
+}  // namespace cellcal::daemon::krl

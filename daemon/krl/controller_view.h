@@ -1,0 +1,55 @@
+#pragma once
+// One tool as the controller reckons with it, and as it really is: nominal arm and calibrated arm.
+
+#include <memory>
+#include <optional>
+
+#include "calib/correct/corrector.h"
+#include "calib/model/configurations.h"
+#include "calib/model/kinematics.h"
+#include "calib/result/calibration.h"
+#include "calib/uncertainty/predict.h"
+#include "daemon/krl/krl_data.h"
+#include "daemon/krl/status_turn.h"
+
+namespace cellcal::daemon::krl {
+
+/// A TOOL_DATA nearer than this to the cell file's tool, as stated or as identified, is that tool.
+inline constexpr double kSameToolMm = 0.05, kSameToolDeg = 0.02;
+
+class ControllerView {
+ public:
+  /// `tool`: flange to TCP as the controller has it. `load`: of LOAD_DATA, where it is stated.
+  ControllerView(const calib::Calibration& calibration, const Eigen::Isometry3d& tool,
+                 const std::optional<LoadData>& load);
+
+  /// The cell file's tool, with its bending and what was identified of its tip.
+  bool is_the_cells() const { return cells_; }
+  bool closed_form() const { return ways_->closed_form(); }
+  const calib::Robot& robot() const { return arm_.robot(); }
+
+  /// Where the controller believes the TCP to be.
+  Eigen::Isometry3d nominal(const calib::JointVector& q) const { return arm_.nominal_tcp(q); }
+  std::optional<calib::JointVector> joints(const Eigen::Isometry3d& tcp, StatusTurn wanted) const {
+    return joints_of(*ways_, robot(), tcp, wanted);
+  }
+  /// In the posture of `near`, by the whole turns that are nearest to it.
+  std::optional<calib::JointVector> joints(const Eigen::Isometry3d& tcp,
+                                           const calib::JointVector& near) const;
+  StatusTurn status_turn(const calib::JointVector& q) const { return status_turn_of(*ways_, q); }
+
+  /// Joints that bring the real TCP there.
+  calib::Reach correct(const Eigen::Isometry3d& tcp, const calib::JointVector& seed) const {
+    return corrector_.joints(tcp, seed);
+  }
+  calib::Prediction real(const calib::JointVector& q) const { return predictor_.calibrated(q); }
+
+ private:
+  bool cells_ = false;
+  calib::ArmModel arm_;
+  std::unique_ptr<calib::Configurations> ways_;  // refers to arm_
+  calib::Corrector corrector_;
+  calib::Predictor predictor_;
+};
+
+}  // namespace cellcal::daemon::krl

@@ -1,0 +1,399 @@
+#include "daemon/krl/correct_program.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <set>
+#include <tuple>
+#include <variant>
+
+#include "calib/model/units.h"
+#include "daemon/krl/controller_view.h"
+#include "daemon/krl/krl_numbers.h"
+#include "daemon/krl/krl_program.h"
+
+namespace cellcal::daemon::krl {
+
+namespace {
+
+using calib::FrameMmDeg;
+using calib::JointVector;
+using Eigen::Isometry3d;
+
+/// Decimals that a written number has at least: 0.1 um, and 2 um at an arm's length of 1.4 m for A, B, C
+/// and axis angles.
+constexpr int kLeastDecimalsMm = 4, kLeastDecimalsDeg = 5;
+/// A correction below both leaves the point's text as it is.
+constexpr double kNoShiftMm = 1e-5, kNoTurnDeg = 1e-6;
+/// What rounding of the written numbers may leave.
+constexpr double kVerifiedMm = 0.02;
+/// About a target, each way: where a calibration without scale holds (M2).
+constexpr double kNearTargetM = 0.15;
+constexpr double kExternalAtZero = 1e-6;
+constexpr double kLargestNumber = 1e6;
+/// Of S and T: those of the arm's six axes.
+constexpr int kStatusBits = 7, kTurnBits = 63;
+constexpr std::array<const char*, 6> kPose = {"X", "Y", "Z", "A", "B", "C"};
+
+double degrees_between(const Isometry3d& a, const Isometry3d& b) {
+  return Eigen::AngleAxisd(a.linear().transpose() * b.linear()).angle() * calib::kDegPerRad;
+}
+
+/// What a point has: every number finite, the six that it needs, external axes at 0.
+std::optional<Why> wrong_value(const Point& point) {
+  const auto& numbers = point.value.numbers;
+  for (const auto& [name, number] : numbers) {
+    if (!(std::abs(number.value) <= kLargestNumber)) return Why::kNotANumber;
+    if (name.size() == 2 && name[0] == 'E' && std::abs(number.value) > kExternalAtZero)
+      return Why::kExternalAxes;
+  }
+  for (std::size_t i = 0; i < 6; ++i) {
+    const std::string name =
+        point.kind == PointKind::kAxes ? "A" + std::to_string(i + 1) : kPose[i];
+    if (numbers.count(name) == 0) return Why::kPartial;
+  }
+  return std::nullopt;
+}
+
+class Correction {
+ public:
+  Correction(const calib::Calibration& calibration, const Program& program,
+             const CorrectionOptions& options, CorrectedProgram& result)
+      : calibration_(calibration), program_(program), options_(options), result_(result) {}
+
+  void run() {
+    for (std::size_t i = 0; i < program_.motions.size(); ++i) {
+      const Motion& motion = program_.motions[i];
+      const auto done = first_motion_.find(motion.point);
+      if (done == first_motion_.end()) {
+        first_motion_[motion.point] = i;
+        correct(i);
+      } else {
+        again(i, done->second);
+      }
+    }
+  }
+
+  std::vector<Edit> edits_of(const std::string& file) const {
+    const auto at = edits_.find(file);
+    return at == edits_.end() ? std::vector<Edit>{} : at->second;
+  }
+
+ private:
+  void refuse(Why why, const Motion& motion, std::optional<calib::NotReached> reached = {},
+              int number = -1) {
+    const Point& point = program_.points.at(motion.point);
+    const bool of_the_motion = why == Why::kToolNotKnown || why == Why::kBaseNotKnown ||
+                               why == Why::kTwoFrames || why == Why::kExternalTool ||
+                               why == Why::kNoConfiguration || why == Why::kNoSuchTool ||
+                               why == Why::kNoSuchBase;
+    result_.refusals.push_back({why, of_the_motion ? src_of(motion) : point.file,
+                                of_the_motion ? motion.line : point.line, motion.point, number,
+                                reached});
+  }
+  const std::string& src_of(const Motion&) const { return src_; }
+
+  /// A point that was corrected for an earlier motion.
+  void again(std::size_t index, std::size_t first) {
+    const Motion &one = program_.motions[first], &other = program_.motions[index];
+    if (refused_.count(other.point) > 0) return;
+    const bool axes = program_.points.at(other.point).kind == PointKind::kAxes;
+    if (!(one.frames.tool == other.frames.tool) ||
+        (!axes && !(one.frames.base == other.frames.base)) || other.frames.external) {
+      refused_.insert(other.point);
+      return refuse(other.frames.external ? Why::kExternalTool : Why::kTwoFrames, other);
+    }
+    const auto joints = nominal_.find(first);
+    if (joints == nominal_.end()) return;
+    // Without S and T the same numbers may mean another posture here.
+    if (!axes && !status_turn(program_.points.at(other.point))) {
+      const auto before = previous(other);
+      ControllerView& view = *views_.at(key_of(*other.frames.tool));
+      if (!before ||
+          !(view.status_turn(*before).status == view.status_turn(joints->second).status)) {
+        refused_.insert(other.point);
+        return refuse(Why::kNoConfiguration, other);
+      }
+    }
+    nominal_[index] = joints->second;
+  }
+
+  void correct(std::size_t index) {
+    const Motion& motion = program_.motions[index];
+    const Point& point = program_.points.at(motion.point);
+    const auto why = try_correct(index, motion, point);
+    if (!why) return;
+    refused_.insert(motion.point);
+    if (!told_) refuse(*why, motion);
+    told_ = false;
+  }
+
+  std::optional<Why> try_correct(std::size_t index, const Motion& motion, const Point& point) {
+    if (const auto wrong = wrong_value(point)) return wrong;
+    if (motion.wrong_frame_data) {
+      result_.refusals.push_back(*motion.wrong_frame_data);
+      told_ = true;
+      return Why::kNoSuchFrameData;
+    }
+    if (motion.frames.external) return Why::kExternalTool;
+    if (!motion.frames.tool) return Why::kToolNotKnown;
+    ControllerView* view = view_of(motion);
+    if (view == nullptr) return Why::kNoSuchTool;
+    return point.kind == PointKind::kAxes ? correct_axes(index, motion, point, *view)
+                                          : correct_pose(index, motion, point, *view);
+  }
+
+  std::optional<Why> correct_axes(std::size_t index, const Motion& motion, const Point& point,
+                                  const ControllerView& view) {
+    JointVector q;
+    if (view.robot().joints.size() != 6) return Why::kPartial;
+    for (int i = 1; i <= 6; ++i)
+      q.push_back(point.value.numbers.at("A" + std::to_string(i)).value * calib::kRadPerDeg);
+    nominal_[index] = q;
+    const Isometry3d wanted = view.nominal(q);
+    const auto reached = reach(motion, view, wanted, q);
+    if (!reached) return Why::kNotReached;
+    CorrectedPoint done = about(motion, point, view, *reached);
+    const Isometry3d moved = view.nominal(*reached);
+    done.shift_mm = (moved.translation() - wanted.translation()) * calib::kMmPerM;
+    done.turn_deg = degrees_between(wanted, moved);
+    JointVector written = q;
+    if (moves(done)) {
+      for (std::size_t i = 0; i < 6; ++i)
+        written[i] =
+            calib::kRadPerDeg * write(point, "A" + std::to_string(i + 1),
+                                      (*reached)[i] * calib::kDegPerRad, kLeastDecimalsDeg);
+    }
+    return verified(done, view, written, wanted);
+  }
+
+  std::optional<Why> correct_pose(std::size_t index, const Motion& motion, const Point& point,
+                                  const ControllerView& view) {
+    if (!view.closed_form()) return Why::kNoClosedForm;
+    if (!motion.frames.base) return Why::kBaseNotKnown;
+    const auto base = frame_of_ref(*motion.frames.base, program_.data.bases);
+    if (!base) {
+      refuse(Why::kNoSuchBase, motion, {}, motion.frames.base->number);
+      told_ = true;
+      return Why::kNoSuchBase;
+    }
+    const Isometry3d world_in_robot =
+        calib::to_isometry(program_.data.robroot.value_or(FrameMmDeg{})).inverse();
+    const Isometry3d in_robot = world_in_robot * *base;
+    const FrameMmDeg old = *frame_of(point.value);
+    const Isometry3d taught = calib::to_isometry(old), wanted = in_robot * taught;
+    if (outside_scope(wanted)) return Why::kOutsideScope;
+    const auto stated = status_turn(point);
+    std::optional<JointVector> q;
+    if (stated) {
+      q = view.joints(wanted, *stated);
+      if (!q) return Why::kWrongTurn;
+    } else {
+      const auto before = previous(motion);
+      if (!before) return Why::kNoConfiguration;
+      q = view.joints(wanted, *before);
+      if (!q) {
+        refuse(Why::kNotReached, motion, calib::NotReached{calib::Unreached::kTooFar});
+        told_ = true;
+        return Why::kNotReached;
+      }
+    }
+    nominal_[index] = *q;
+    const auto reached = reach(motion, view, wanted, *q);
+    if (!reached) return Why::kNotReached;
+    CorrectedPoint done = about(motion, point, view, *reached);
+    const Isometry3d moved = in_robot.inverse() * view.nominal(*reached);
+    done.shift_mm = (moved.translation() - taught.translation()) * calib::kMmPerM;
+    done.turn_deg = degrees_between(taught, moved);
+    FrameMmDeg written = old;
+    StatusTurn now = stated.value_or(StatusTurn{});
+    if (moves(done)) {
+      const FrameMmDeg fresh = nearest_turns(moved, old);
+      for (std::size_t i = 0; i < 3; ++i) {
+        written.xyz_mm[i] = write(point, kPose[i], fresh.xyz_mm[i], kLeastDecimalsMm);
+        written.abc_deg[i] = write(point, kPose[i + 3], fresh.abc_deg[i], kLeastDecimalsDeg);
+      }
+      if (stated) {
+        now = view.status_turn(*reached);
+        done.status_changed = rewrite_bits(point, "S", kStatusBits, now.status);
+        done.status_changed |= rewrite_bits(point, "T", kTurnBits, now.turn);
+      }
+    }
+    const Isometry3d believed = in_robot * calib::to_isometry(written);
+    const auto commanded = stated ? view.joints(believed, now) : view.joints(believed, *q);
+    if (!commanded) return Why::kNotVerified;
+    return verified(done, view, *commanded, wanted);
+  }
+
+  /// The bits of the arm's own axes; those above are kept. Whether any changed.
+  bool rewrite_bits(const Point& point, const char* name, int mask, int bits) {
+    const int old = static_cast<int>(point.value.numbers.at(name).value);
+    if ((old & mask) == bits) return false;
+    write(point, name, (old & ~mask) | bits, 0);
+    return true;
+  }
+
+  static bool moves(const CorrectedPoint& done) {
+    return done.shift_mm.norm() > kNoShiftMm || done.turn_deg > kNoTurnDeg;
+  }
+
+  /// With what the controller will make of the written numbers.
+  std::optional<Why> verified(CorrectedPoint& done, const ControllerView& view,
+                              const JointVector& commanded, const Isometry3d& wanted) {
+    const calib::Prediction real = view.real(commanded);
+    done.left_mm = (real.tcp.translation() - wanted.translation()).norm() * calib::kMmPerM;
+    done.u95_mm = real.u95_m * calib::kMmPerM;
+    if (!(done.left_mm < kVerifiedMm)) return Why::kNotVerified;
+    result_.points.push_back(done);
+    return std::nullopt;
+  }
+
+  CorrectedPoint about(const Motion& motion, const Point& point, const ControllerView&,
+                       const JointVector&) const {
+    CorrectedPoint done;
+    done.name = motion.point;
+    done.file = point.file;
+    done.line = point.line;
+    done.axes = point.kind == PointKind::kAxes;
+    done.tool = motion.frames.tool->literal ? -1 : motion.frames.tool->number;
+    if (motion.frames.base)
+      done.base = motion.frames.base->literal ? -1 : motion.frames.base->number;
+    return done;
+  }
+
+  std::optional<JointVector> reach(const Motion& motion, const ControllerView& view,
+                                   const Isometry3d& wanted, const JointVector& seed) {
+    const calib::Reach reach = view.correct(wanted, seed);
+    if (const auto* at = std::get_if<calib::Reached>(&reach)) return at->joint_rad;
+    refuse(Why::kNotReached, motion, std::get<calib::NotReached>(reach));
+    told_ = true;
+    return std::nullopt;
+  }
+
+  bool outside_scope(const Isometry3d& tcp) const {
+    if (calibration_.verdict.workspace || options_.anywhere) return false;
+    return std::none_of(
+        calibration_.targets.begin(), calibration_.targets.end(), [&](const auto& target) {
+          return (tcp.translation() - target.centre_m).cwiseAbs().maxCoeff() <= kNearTargetM;
+        });
+  }
+
+  /// S and T, where both are stated.
+  static std::optional<StatusTurn> status_turn(const Point& point) {
+    const auto s = point.value.numbers.find("S"), t = point.value.numbers.find("T");
+    if (s == point.value.numbers.end() || t == point.value.numbers.end()) return std::nullopt;
+    return StatusTurn{static_cast<int>(s->second.value) & kStatusBits,
+                      static_cast<int>(t->second.value) & kTurnBits};
+  }
+
+  std::optional<JointVector> previous(const Motion& motion) const {
+    if (motion.previous < 0) return std::nullopt;
+    const auto at = nominal_.find(static_cast<std::size_t>(motion.previous));
+    return at == nominal_.end() ? std::nullopt : std::optional(at->second);
+  }
+
+  static std::optional<Isometry3d> frame_of_ref(const FrameRef& ref,
+                                                const std::map<int, FrameMmDeg>& stated) {
+    if (ref.literal) return calib::to_isometry(*ref.literal);
+    if (ref.number == 0) return Isometry3d::Identity();
+    const auto at = stated.find(ref.number);
+    if (at == stated.end()) return std::nullopt;
+    return calib::to_isometry(at->second);
+  }
+
+  /// Tools as they stand in the text are told apart by where.
+  static std::string key_of(const FrameRef& ref) {
+    if (!ref.literal) return std::to_string(ref.number);
+    std::string key = "literal";
+    for (std::size_t i = 0; i < 3; ++i)
+      key += " " + std::to_string(ref.literal->xyz_mm[i]) + " " +
+             std::to_string(ref.literal->abc_deg[i]);
+    return key;
+  }
+
+  ControllerView* view_of(const Motion& motion) {
+    const FrameRef& ref = *motion.frames.tool;
+    const std::string key = key_of(ref);
+    if (const auto known = views_.find(key); known != views_.end()) return known->second.get();
+    const auto tool = frame_of_ref(ref, program_.data.tools);
+    if (!tool) {
+      refuse(Why::kNoSuchTool, motion, {}, ref.number);
+      told_ = true;
+      return nullptr;
+    }
+    std::optional<LoadData> load;
+    if (const auto at = program_.data.loads.find(ref.number);
+        !ref.literal && at != program_.data.loads.end() && at->second.mass_kg >= 0.0)
+      load = at->second;
+    auto& view = views_[key];
+    view = std::make_unique<ControllerView>(calibration_, *tool, load);
+    result_.tools.push_back({ref.literal ? -1 : ref.number, view->is_the_cells(),
+                             view->is_the_cells() || load.has_value()});
+    return view.get();
+  }
+
+  /// Replaces a component's number; what will stand there, as the controller reads it.
+  double write(const Point& point, const std::string& name, double value, int least) {
+    const Number& at = point.value.numbers.at(name);
+    const std::string& text = texts_.at(point.file);
+    const std::string_view old(text.data() + at.begin, at.end - at.begin);
+    const std::string fresh = rewritten(old, value, least);
+    if (fresh == old) return at.value;
+    edits_[point.file].push_back({at.begin, at.end, fresh});
+    return value_of(fresh);
+  }
+
+ public:
+  std::string src_;
+  std::map<std::string, std::string> texts_;
+
+ private:
+  const calib::Calibration& calibration_;
+  const Program& program_;
+  const CorrectionOptions& options_;
+  CorrectedProgram& result_;
+  std::map<std::string, std::unique_ptr<ControllerView>> views_;
+  std::map<std::size_t, JointVector> nominal_;  ///< of each motion, before correction
+  std::map<std::string, std::size_t> first_motion_;
+  std::set<std::string> refused_;
+  std::map<std::string, std::vector<Edit>> edits_;
+  bool told_ = false;  ///< the refusal is in the list already
+};
+
+}  // namespace
+
+const CorrectedPoint* CorrectedProgram::largest() const {
+  const auto at = std::max_element(points.begin(), points.end(),
+                                   [](const CorrectedPoint& a, const CorrectedPoint& b) {
+                                     return a.shift_mm.norm() < b.shift_mm.norm();
+                                   });
+  return at == points.end() ? nullptr : &*at;
+}
+
+CorrectedProgram correct_program(const calib::Calibration& calibration, const ProgramFiles& files,
+                                 const CorrectionOptions& options) {
+  const Program program = read_program(files.src, files.dat, files.controller, options.leave);
+  CorrectedProgram result;
+  result.robroot_stated = program.data.robroot.has_value();
+  result.refusals = program.refusals;
+  for (const auto& [name, why] : program.left) result.left.push_back({name, why});
+  Correction correction(calibration, program, options, result);
+  correction.src_ = files.src.name;
+  correction.texts_[files.src.name] = files.src.text;
+  if (files.dat) correction.texts_[files.dat->name] = files.dat->text;
+  correction.run();
+  std::stable_sort(result.refusals.begin(), result.refusals.end(),
+                   [](const Refusal& a, const Refusal& b) {
+                     return std::tie(a.file, a.line) < std::tie(b.file, b.line);
+                   });
+  if (!result.refusals.empty()) return result;
+  result.files.push_back(
+      {files.src.name, edited(files.src.text, correction.edits_of(files.src.name))});
+  if (files.dat)
+    result.files.push_back(
+        {files.dat->name, edited(files.dat->text, correction.edits_of(files.dat->name))});
+  return result;
+}
+
+}  // namespace cellcal::daemon::krl

@@ -1,0 +1,87 @@
+#include "daemon/krl/krl_numbers.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+namespace cellcal::daemon::krl {
+
+namespace {
+
+/// Of the text of a number behind its point; of one with an exponent as many as hold its digits.
+int decimals_of(std::string_view text) {
+  const auto mark = text.find_first_of("eE");
+  if (mark != std::string_view::npos) return 9;
+  const auto point = text.find('.');
+  return point == std::string_view::npos ? 0 : static_cast<int>(text.size() - point - 1);
+}
+
+double off_turns(double degrees, double near) {
+  return near + std::remainder(degrees - near, 360.0);
+}
+
+double distance(const calib::FrameMmDeg& a, const calib::FrameMmDeg& b) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < 3; ++i) sum += std::abs(a.abc_deg[i] - b.abc_deg[i]);
+  return sum;
+}
+
+}  // namespace
+
+double value_of(std::string_view text) {
+  const bool minus = text.starts_with('-');
+  while (!text.empty() && (text.front() == '-' || text.front() == '+' || text.front() == ' ' ||
+                           text.front() == '\t'))
+    text.remove_prefix(1);
+  double value = 0.0;
+  std::from_chars(text.data(), text.data() + text.size(), value);
+  return minus ? -value : value;
+}
+
+std::string rewritten(std::string_view old, double value, int least) {
+  constexpr int kMost = 9;
+  const int decimals = std::clamp(decimals_of(old), least, kMost);
+  const double step = std::pow(10.0, -decimals);
+  if (std::abs(value - value_of(old)) < 0.5 * step) return std::string(old);
+  std::string text = fmt::format("{:.{}f}", value, decimals);
+  if (text.starts_with('-') && text.find_first_of("123456789") == std::string::npos)
+    text.erase(0, 1);  // no -0.0000
+  if (old.starts_with('+') && !text.starts_with('-')) text.insert(0, "+");
+  return text;
+}
+
+calib::FrameMmDeg nearest_turns(const Eigen::Isometry3d& pose, const calib::FrameMmDeg& near) {
+  calib::FrameMmDeg first = calib::to_frame(pose);
+  auto& [a, b, c] = first.abc_deg;
+  const Eigen::Matrix3d r = pose.linear();
+  // A and C turn about one axis here to within what the file's digits say.
+  constexpr double kOneAxis = 1e-6;
+  if (std::hypot(r(0, 0), r(1, 0)) < kOneAxis) {
+    const double sum = std::atan2(-r(0, 1), r(1, 1)) * calib::kDegPerRad;  // A -+ C, with C = 0
+    c = near.abc_deg[2];
+    a = r(2, 0) < 0.0 ? sum + c : sum - c;
+  }
+  calib::FrameMmDeg second = first;
+  second.abc_deg = {a + 180.0, 180.0 - b, c + 180.0};
+  for (calib::FrameMmDeg* one : {&first, &second})
+    for (std::size_t i = 0; i < 3; ++i)
+      one->abc_deg[i] = off_turns(one->abc_deg[i], near.abc_deg[i]);
+  return distance(second, near) < distance(first, near) ? second : first;
+}
+
+std::string edited(const std::string& text, std::vector<Edit> edits) {
+  std::sort(edits.begin(), edits.end(),
+            [](const Edit& a, const Edit& b) { return a.begin < b.begin; });
+  std::string result;
+  std::size_t at = 0;
+  for (const Edit& edit : edits) {
+    result.append(text, at, edit.begin - at);
+    result += edit.text;
+    at = edit.end;
+  }
+  return result.append(text, at);
+}
+
+}  // namespace cellcal::daemon::krl

@@ -1,0 +1,56 @@
+#pragma once
+// A program as far as its taught points go: which motions there are, to which points, in which tool
+// and base. Everything else of KRL is passed over; where it could change what a motion means the
+// motion is refused instead.
+//
+// Which tool and base: an inline form's FDAT_ACT followed by BAS(#PTP_PARAMS..) and its like, WITH of a
+// spline motion, BAS(#TOOL,n), $TOOL=TOOL_DATA[n] and $TOOL={...}. They hold on in the order of the
+// text up to the end of the sub-program, or to a call that might change them. Where a sub-program
+// sets frames inside of IF, LOOP and the like, or has GOTO, they hold up to the next line of that
+// kind alone.
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "daemon/krl/krl_data.h"
+
+namespace cellcal::daemon::krl {
+
+/// A tool or base: a number of TOOL_DATA or BASE_DATA (0: $NULLFRAME), or as it stands in the text.
+struct FrameRef {
+  int number = 0;
+  std::optional<calib::FrameMmDeg> literal;
+  bool operator==(const FrameRef& other) const;
+};
+
+/// What is active at a motion; empty: that cannot be told.
+struct Frames {
+  std::optional<FrameRef> tool, base;
+  bool external = false;  ///< the tool stands in the cell
+};
+
+struct Motion {
+  std::string point;  ///< key of Program::points
+  Frames frames;
+  int line = 0;
+  /// The motion right before it, whose posture this one begins in; -1: none that is sure.
+  int previous = -1;
+  std::optional<Refusal> wrong_frame_data;  ///< the FDAT that it names is not there
+};
+
+struct Program {
+  std::map<std::string, Point>
+      points;  ///< that motions go to; by name, or "line 12" where nameless
+  std::vector<Motion> motions;
+  std::map<std::string, std::string> left;  ///< points that stay as they are, and where they stand
+  std::vector<Refusal> refusals;
+  Data data;  ///< of .dat and .src; of the controller's files the tools, bases, loads and FDATs
+};
+
+/// `leave`: names, in upper case, of points that stay as they are.
+Program read_program(const KrlFile& src, const std::optional<KrlFile>& dat,
+                     const std::vector<KrlFile>& controller, const std::vector<std::string>& leave);
+
+}  // namespace cellcal::daemon::krl

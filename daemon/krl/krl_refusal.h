@@ -1,0 +1,52 @@
+#pragma once
+// What of a program is not understood, or cannot be corrected: a program with one such point is not
+// written at all.
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "calib/correct/corrector.h"
+
+namespace cellcal::daemon::krl {
+
+enum class Why {
+  kComputed,         ///< the program reads or changes the point beside moving to it
+  kArray,            ///< an element of an array
+  kOperator,         ///< ':' behind the point
+  kRelative,         ///< LIN_REL and its like
+  kPartial,          ///< not all of its components are stated
+  kNotANumber,       ///< a component that is no finite number of a possible size
+  kUnknownPoint,     ///< it stands in none of the files
+  kTwice,            ///< it is declared twice
+  kToolNotKnown,     ///< which tool is active cannot be told
+  kBaseNotKnown,     ///< which base is active cannot be told
+  kNoSuchTool,       ///< no TOOL_DATA of that number
+  kNoSuchBase,       ///< no BASE_DATA of that number
+  kNoSuchFrameData,  ///< no FDAT of that name
+  kTwoFrames,        ///< moved to with more than one tool or base
+  kExternalTool,     ///< the tool stands in the cell, the arm carries the part
+  kExternalAxes,     ///< an external axis that is not at 0, or moves
+  kNoConfiguration,  ///< no S and T, and no motion before it that tells them
+  kWrongTurn,        ///< S and T belong to no posture inside the limits
+  kNotReached,       ///< `reached` says why
+  kOutsideScope,     ///< the calibration holds near its targets only
+  kNotVerified,      ///< the written numbers would not bring the TCP there
+  kNoClosedForm,     ///< S and T are known of six axes with a spherical wrist
+};
+
+struct Refusal {
+  Why why = Why::kComputed;
+  std::string file;
+  int line = 0;
+  std::string what;  ///< the point's, tool's or statement's name, as the file has it
+  int number = -1;   ///< kNoSuchTool, kNoSuchBase
+  std::optional<calib::NotReached> reached = std::nullopt;
+};
+
+/// "weld.src:12: XP3: ... : what to do".
+std::string words(const Refusal& refusal, const calib::Robot& robot);
+/// For programs: "computed", "no_such_tool", ...
+const char* name_of(Why why);
+
+}  // namespace cellcal::daemon::krl

@@ -1,0 +1,44 @@
+#pragma once
+// Which tool and base are active while a .src file is read from top to bottom.
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "daemon/krl/krl_program.h"
+
+namespace cellcal::daemon::krl {
+
+/// Statements that set frames, or after which nobody knows them. Fed with each line in turn.
+class FrameState {
+ public:
+  FrameState(const std::vector<Line>& lines, const Data& data) : data_(data) { find_strict(lines); }
+
+  /// True: the line is all about frames, and no motion.
+  bool read(const Line& line);
+  /// As a motion of this line has them: with its own WITH.
+  Frames at_motion(const Line& line, std::optional<Refusal>& wrong) const;
+  const Frames& now() const { return now_; }
+  /// FDATs that a motion was told its frames by.
+  const std::map<std::string, int>& frame_data_used() const { return used_; }
+  /// Whether this line may be passed in another order than that of the text.
+  bool breaks_order(const Line& line) const;
+
+ private:
+  void find_strict(const std::vector<Line>& lines);
+  bool apply(const std::vector<Token>& tokens, std::size_t at, Frames& frames,
+             std::optional<Refusal>& wrong, int line) const;
+  void take(const std::string& name, int line, Frames& frames, std::optional<Refusal>& wrong) const;
+
+  const Data& data_;
+  Frames now_, pending_, outside_spline_;
+  std::optional<Refusal> wrong_, pending_wrong_;
+  mutable std::map<std::string, int> used_;
+  std::map<int, bool> strict_;  ///< first line of each sub-program
+  bool strict_now_ = false;
+};
+
+/// Whether the line is a statement of these: a branch, a loop, a label or GOTO.
+bool is_control(const Line& line);
+
+}  // namespace cellcal::daemon::krl

@@ -1,0 +1,105 @@
+#include "daemon/krl/krl_text.h"
+
+#include <charconv>
+#include <limits>
+
+#include "calib/model/error.h"
+
+namespace cellcal::daemon::krl {
+
+namespace {
+
+bool letter(char c) {
+  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_' || c == '$' || c == '#';
+}
+bool digit(char c) { return c >= '0' && c <= '9'; }
+char upper(char c) { return c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c; }
+
+/// One line's tokens; `at` is where it begins in the file.
+class Scanner {
+ public:
+  Scanner(std::string_view line, std::size_t at) : line_(line), start_(at) {}
+
+  std::vector<Token> tokens() {
+    std::vector<Token> all;
+    while (skip_blanks()) all.push_back(next());
+    return all;
+  }
+
+ private:
+  bool skip_blanks() {
+    while (at_ < line_.size() && (line_[at_] == ' ' || line_[at_] == '\t')) ++at_;
+    return at_ < line_.size() && line_[at_] != ';';
+  }
+
+  Token next() {
+    Token token;
+    token.begin = start_ + at_;
+    const char c = line_[at_];
+    if (letter(c))
+      word(token);
+    else if (digit(c) || (c == '.' && at_ + 1 < line_.size() && digit(line_[at_ + 1])))
+      number(token);
+    else if (c == '"' || c == '\'')
+      text(token, c);
+    else
+      token.word = line_[at_++];
+    token.end = start_ + at_;
+    return token;
+  }
+
+  void word(Token& token) {
+    token.kind = Token::Kind::kWord;
+    do token.word += upper(line_[at_++]);
+    while (at_ < line_.size() && (letter(line_[at_]) || digit(line_[at_])));
+  }
+
+  void number(Token& token) {
+    token.kind = Token::Kind::kNumber;
+    const char* const end = line_.data() + line_.size();
+    const auto [stop, error] = std::from_chars(line_.data() + at_, end, token.value);
+    if (error != std::errc()) token.value = std::numeric_limits<double>::infinity();
+    token.word = std::string(line_.data() + at_, stop);
+    at_ = static_cast<std::size_t>(stop - line_.data());
+  }
+
+  void text(Token& token, char quote) {
+    token.kind = Token::Kind::kText;
+    const auto close = line_.find(quote, at_ + 1);
+    const std::size_t end = close == std::string_view::npos ? line_.size() : close + 1;
+    token.word = line_.substr(at_, end - at_);
+    at_ = end;
+  }
+
+  std::string_view line_;
+  std::size_t start_, at_ = 0;
+};
+
+}  // namespace
+
+std::vector<Line> read_lines(const KrlFile& file) {
+  if (file.text.size() > kMostBytes)
+    throw calib::FileError(file.name + ": more than 16 MB; is it a KRL file?");
+  if (const auto nul = file.text.find('\0'); nul != std::string::npos)
+    throw calib::FileError(file.name + ": byte " + std::to_string(nul) +
+                           " is NUL; KRL files are Latin-1 text");
+  std::vector<Line> lines;
+  int number = 0;
+  for (std::size_t at = 0; at < file.text.size();) {
+    ++number;
+    const auto end = std::min(file.text.find('\n', at), file.text.size());
+    if (end - at > kMostLineBytes)
+      throw calib::FileError(file.name + ":" + std::to_string(number) +
+                             ": longer than 16384 bytes; is it a KRL file?");
+    std::string_view line(file.text.data() + at, end - at);
+    if (line.ends_with('\r')) line.remove_suffix(1);
+    if (!line.starts_with('&')) {
+      auto tokens = Scanner(line, at).tokens();
+      if (!tokens.empty()) lines.push_back({number, std::move(tokens)});
+    }
+    at = end + 1;
+  }
+  return lines;
+}
+
+}  // namespace cellcal::daemon::krl

@@ -1,0 +1,44 @@
+#pragma once
+// KRL as bytes, lines and tokens. Nothing of a file is lost: every token knows where it stands, and
+// what is not a token (comments, blanks, line ends, Latin-1) is never touched.
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace cellcal::daemon::krl {
+
+/// A file as it was given.
+struct KrlFile {
+  std::string name, text;
+};
+
+/// Beyond these a file is refused. A controller's largest programs have some megabytes.
+inline constexpr std::size_t kMostBytes = 16u << 20, kMostLineBytes = 1u << 14;
+
+struct Token {
+  enum class Kind {
+    kWord,    ///< names and keywords, in upper case; "$BASE", "#BASE" with their sign
+    kNumber,  ///< without sign
+    kText,    ///< in quotes
+    kSign     ///< any other single byte
+  };
+  Kind kind = Kind::kSign;
+  std::string word;                ///< upper case; of kSign the byte
+  double value = 0.0;              ///< of kNumber; not finite where it cannot be held
+  std::size_t begin = 0, end = 0;  ///< bytes of the file
+
+  bool is(std::string_view what) const { return kind != Kind::kText && word == what; }
+};
+
+struct Line {
+  int number = 0;  ///< from 1
+  std::vector<Token> tokens;
+};
+
+/// The lines that say something: comments, folds, headers (&ACCESS) and blank ones are none. Throws
+/// FileError (calib/model/error.h) naming file and line for what is no text or too long.
+std::vector<Line> read_lines(const KrlFile& file);
+
+}  // namespace cellcal::daemon::krl

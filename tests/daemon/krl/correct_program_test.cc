@@ -1,0 +1,199 @@
+#include "daemon/krl/correct_program.h"
+
+#include <gtest/gtest.h>
+
+#include <regex>
+
+#include "calib/uncertainty/predict.h"
+#include "tests/daemon/krl/fixture.h"
+
+namespace cellcal::daemon::testing {
+namespace {
+
+using krl::correct_program;
+using krl::CorrectedProgram;
+
+/// Everything but the numbers of point declarations.
+std::string without_points(const std::string& dat) {
+  return std::regex_replace(dat, std::regex("E6POS [^\r\n]*"), "");
+}
+
+TEST(a_program, sends_the_real_tcp_where_it_was_programmed) {
+  const auto points = postures(60);
+  const KrlProgram program = taught(cell().robot, frames(), points);
+  const calib::Calibration c = calibration();
+  const CorrectedProgram result = correct_program(c, files(program));
+  ASSERT_TRUE(result.refusals.empty()) << all_words(result);
+  ASSERT_EQ(result.points.size(), points.size());
+  ASSERT_EQ(result.files.size(), 2U);
+
+  const calib::ArmModel nominal(cell());
+  const calib::Predictor real(c);
+  const auto commanded = run(cell().robot, frames(), result.files[1].text);
+  ASSERT_EQ(commanded.size(), points.size());
+  double before = 0.0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    ASSERT_EQ(commanded[i].size(), 6U) << "P" << i + 1;
+    const Eigen::Isometry3d wanted = nominal.nominal_tcp(points[i]);
+    const Eigen::Isometry3d there = real.calibrated(commanded[i]).tcp;
+    EXPECT_LT((there.translation() - wanted.translation()).norm(), 2e-6) << "P" << i + 1;
+    EXPECT_LT((there.linear() - wanted.linear()).norm(), 2e-6) << "P" << i + 1;
+    before += (real.calibrated(points[i]).tcp.translation() - wanted.translation()).norm();
+  }
+  EXPECT_GT(before / static_cast<double>(points.size()), 1e-3) << "there was something to correct";
+}
+
+TEST(a_program, without_anything_to_correct_is_the_same_to_the_byte) {
+  const KrlProgram program = taught(cell().robot, frames(), postures(40, 2));
+  const CorrectedProgram result = correct_program(calibration(1, 0.0), files(program));
+  ASSERT_TRUE(result.refusals.empty()) << all_words(result);
+  ASSERT_EQ(result.files.size(), 2U);
+  EXPECT_EQ(result.files[0].text, program.src);
+  EXPECT_EQ(result.files[1].text, program.dat);
+  EXPECT_LT(result.largest()->shift_mm.norm(), 1e-6);
+}
+
+TEST(a_program, keeps_all_bytes_beside_its_points) {
+  const KrlProgram program = taught(cell().robot, frames(), postures(10));
+  const CorrectedProgram result = correct_program(calibration(), files(program));
+  ASSERT_EQ(result.files.size(), 2U) << all_words(result);
+  EXPECT_EQ(result.files[0].text, program.src) << "inline forms have no numbers of points";
+  EXPECT_NE(result.files[1].text, program.dat);
+  EXPECT_EQ(without_points(result.files[1].text), without_points(program.dat));
+}
+
+TEST(a_program, tells_each_points_shift_and_the_largest) {
+  const auto points = postures(10);
+  const CorrectedProgram result =
+      correct_program(calibration(), files(taught(cell().robot, frames(), points)));
+  ASSERT_EQ(result.points.size(), 10U) << all_words(result);
+  for (const krl::CorrectedPoint& point : result.points) {
+    EXPECT_EQ(point.file, "weld.dat");
+    EXPECT_EQ(point.tool, 1);
+    EXPECT_EQ(point.base, 3);
+    EXPECT_GT(point.shift_mm.norm(), 0.01);
+    EXPECT_GT(point.u95_mm, 0.0);
+    EXPECT_LE(point.shift_mm.norm(), result.largest()->shift_mm.norm());
+  }
+  EXPECT_EQ(result.points[3].name, "XP4");
+  EXPECT_EQ(result.points[3].line, 13);
+  ASSERT_EQ(result.left.size(), 1U);
+  EXPECT_EQ(result.left[0].name, "XHOME");
+}
+
+TEST(a_program, takes_another_tool_as_stiff_and_as_stated) {
+  Frames other = frames();
+  other.tool.translation().z() -= 0.1;
+  const auto points = postures(10);
+  KrlProgram program = taught(cell().robot, other, points);
+  program.config +=
+      "LOAD_DATA[1]={M 4.0,CM {X 0.0,Y 0.0,Z 90.0,A 0.0,B 0.0,C 0.0},J {X 0.0,Y 0.0,Z 0.0}}\r\n";
+  const calib::Calibration c = calibration();
+  const CorrectedProgram result = correct_program(c, files(program));
+  ASSERT_TRUE(result.refusals.empty()) << all_words(result);
+  ASSERT_EQ(result.tools.size(), 1U);
+  EXPECT_FALSE(result.tools[0].cells);
+  EXPECT_TRUE(result.tools[0].load_known);
+  calib::Tool tool = cell().tool;
+  tool.tcp = other.tool;
+  tool.mass_kg = 4.0;
+  tool.com_m = {0.0, 0.0, 0.09};
+  const calib::Predictor real(calib::with_tool(c, tool));
+  const calib::ArmModel nominal(cell().robot, tool);
+  const auto commanded = run(cell().robot, other, result.files[1].text);
+  for (std::size_t i = 0; i < points.size(); ++i)
+    EXPECT_LT((real.calibrated(commanded[i]).tcp.translation() -
+               nominal.nominal_tcp(points[i]).translation())
+                  .norm(),
+              2e-6);
+}
+
+/// Plain KRL, without inline forms.
+krl::ProgramFiles plain(const std::string& body, const std::string& dat = "") {
+  krl::ProgramFiles f;
+  f.src = {"p.src", "DEF p()\n" + body + "END\n"};
+  f.dat = krl::KrlFile{"p.dat", "DEFDAT P\n" + dat + "ENDDAT\n"};
+  f.controller = {{"$config.dat",
+                   "TOOL_DATA[1]={X 59.9,Y 50.5,Z 410.3,A 38.84,B 3.59,C 0.0}\n"
+                   "BASE_DATA[2]={X 100.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0}\n"}};
+  return f;
+}
+
+TEST(axis_angles, become_those_that_bring_the_real_tcp_there) {
+  const calib::Calibration c = calibration();
+  const auto result = correct_program(
+      c, plain("BAS(#TOOL,1)\nPTP XA\nPTP {A1 20.0,A2 -80.0,A3 80.0,A4 10,A5 +40.0,A6 0.0}\n",
+               "DECL E6AXIS XA={A1 10.0,A2 -90.0,A3 90.0,A4 0.0,A5 45.00,A6 0.0,E1 0.0}\n"));
+  ASSERT_TRUE(result.refusals.empty()) << all_words(result);
+  ASSERT_EQ(result.points.size(), 2U);
+  calib::JointVector written(6);
+  ASSERT_EQ(
+      std::sscanf(result.files[1].text.c_str(),
+                  "DEFDAT P\nDECL E6AXIS XA={A1 %lf,A2 %lf,A3 %lf,A4 %lf,A5 %lf,A6 %lf,E1 0.0}",
+                  &written[0], &written[1], &written[2], &written[3], &written[4], &written[5]),
+      6)
+      << result.files[1].text;
+  for (double& q : written) q *= calib::kRadPerDeg;
+  calib::JointVector taught_rad = {10.0, -90.0, 90.0, 0.0, 45.0, 0.0};
+  for (double& q : taught_rad) q *= calib::kRadPerDeg;
+  EXPECT_LT((calib::Predictor(c).calibrated(written).tcp.translation() -
+             calib::ArmModel(cell()).nominal_tcp(taught_rad).translation())
+                .norm(),
+            1e-6);
+  EXPECT_NE(result.files[0].text.find("A5 +4"), std::string::npos) << "its plus stays";
+}
+
+TEST(frames_in_plain_krl, are_followed_in_the_order_of_the_text) {
+  const std::string point = pose_text({-0.2, -1.4, 1.5, 0.3, 0.8, 0.1});
+  const auto result = correct_program(
+      calibration(), plain("$TOOL=TOOL_DATA[1]\n$BASE=BASE_DATA[2]\nPTP " + point +
+                               "\n$BASE=$NULLFRAME\nLIN P1 C_DIS\nBAS(#BASE,1)\nSLIN "
+                               "P2 WITH $VEL=1, $BASE=BASE_DATA[2]\n",
+                           "E6POS P1=" + point + "\nDECL POS P2=" + point + "\n"));
+  ASSERT_TRUE(result.refusals.empty()) << all_words(result);
+  ASSERT_EQ(result.points.size(), 3U);
+  EXPECT_EQ(result.points[0].base, 2);
+  EXPECT_EQ(result.points[1].base, 0);
+  EXPECT_EQ(result.points[2].base, 2);
+  EXPECT_LT((result.points[0].shift_mm - result.points[2].shift_mm).norm(), 1e-9);
+  EXPECT_GT((result.points[0].shift_mm - result.points[1].shift_mm).norm(), 1e-3);
+}
+
+TEST(a_frame_without_status, is_reached_in_the_posture_of_the_motion_before_it) {
+  const calib::JointVector q = {0.2, -1.4, 1.5, 0.3, 0.8, 0.1};
+  const std::string pose = pose_text(q, false), axes = "{A1 10,A2 -80,A3 85,A4 15,A5 45,A6 5}";
+  const std::string frames = "BAS(#TOOL,1)\nBAS(#BASE,0)\n";
+  const auto good = correct_program(
+      calibration(), plain(frames + "PTP " + axes + "\nWAIT SEC 1\nLIN " + pose + "\n"));
+  ASSERT_TRUE(good.refusals.empty()) << all_words(good);
+  EXPECT_EQ(good.points.size(), 2U);
+  for (const std::string between : {"GOTO X\nX:\nBAS(#TOOL,1)\nBAS(#BASE,0)\n",
+                                    "GRIP()\nBAS(#TOOL,1)\nBAS(#BASE,0)\n", "IF A THEN\n"}) {
+    const auto bad = correct_program(
+        calibration(), plain(frames + "PTP " + axes + "\n" + between + "LIN " + pose + "\n"));
+    ASSERT_EQ(bad.refusals.size(), 1U) << between << all_words(bad);
+    EXPECT_EQ(bad.refusals[0].why, krl::Why::kNoConfiguration) << between;
+  }
+}
+
+TEST(where_the_arm_stands_in_the_world, counts_for_points_in_bases) {
+  const auto points = postures(5);
+  KrlProgram program = taught(cell().robot, frames(), points);
+  Frames moved = frames();
+  const Eigen::Isometry3d robroot = calib::to_isometry({{500.0, 20.0, 800.0}, {15.0, 0.0, 0.0}});
+  moved.base = robroot * frames().base;
+  KrlProgram in_world = taught(cell().robot, moved, {});
+  in_world.src = program.src;
+  in_world.dat = program.dat;
+  in_world.config += "$ROBROOT={X 500.0,Y 20.0,Z 800.0,A 15.0,B 0.0,C 0.0}\r\n";
+  const auto here = correct_program(calibration(), files(program));
+  const auto there = correct_program(calibration(), files(in_world));
+  ASSERT_TRUE(there.refusals.empty()) << all_words(there);
+  EXPECT_TRUE(there.robroot_stated);
+  ASSERT_EQ(here.points.size(), there.points.size());
+  for (std::size_t i = 0; i < here.points.size(); ++i)
+    EXPECT_LT((here.points[i].shift_mm - there.points[i].shift_mm).norm(), 2e-3);
+}
+
+}  // namespace
+}  // namespace cellcal::daemon::testing

@@ -1,0 +1,40 @@
+#pragma once
+// A KRL program as an offline programming system writes it, and the joint angles that a controller
+// takes to its points: by the nominal arm alone, and by KUKA's own words for S and T. Shares
+// nothing with daemon/krl.
+
+#include <Eigen/Geometry>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "calib/model/kinematics.h"
+
+namespace cellcal::daemon::testing {
+
+struct Frames {
+  Eigen::Isometry3d tool = Eigen::Isometry3d::Identity();  ///< TOOL_DATA[1]
+  Eigen::Isometry3d base = Eigen::Isometry3d::Identity();  ///< BASE_DATA[3]
+};
+
+struct KrlProgram {
+  std::string src, dat, config;
+};
+
+/// Inline forms with CRLF and Latin-1, PTP and LIN in turn, points P1, P2, ... where the nominal arm
+/// has these joint angles.
+KrlProgram taught(const calib::Robot& robot, const Frames& frames,
+                  const std::vector<calib::JointVector>& points);
+
+/// S and T of joint angles: wrist behind axis 1, A3 beyond the stretched arm, A5 below 0; signs.
+struct StatusAndTurn {
+  int status = 0, turn = 0;
+};
+StatusAndTurn status_and_turn(const calib::Robot& robot, const calib::JointVector& q);
+
+/// The joint angles that the controller takes to XP1, XP2, ... of a .dat file; empty where it finds
+/// none.
+std::vector<calib::JointVector> run(const calib::Robot& robot, const Frames& frames,
+                                    const std::string& dat);
+
+}  // namespace cellcal::daemon::testing

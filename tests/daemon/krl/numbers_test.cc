@@ -1,0 +1,53 @@
+#include <gtest/gtest.h>
+
+#include "daemon/krl/krl_numbers.h"
+#include "daemon/krl/status_turn.h"
+#include "tests/daemon/krl/fixture.h"
+
+namespace cellcal::daemon::testing {
+namespace {
+
+using krl::nearest_turns;
+using krl::rewritten;
+
+TEST(a_number, keeps_its_decimals_and_gets_as_many_as_it_needs) {
+  EXPECT_EQ(rewritten("107.147003", 108.0, 4), "108.000000");
+  EXPECT_EQ(rewritten("12.5", 12.56789, 4), "12.5679");
+  EXPECT_EQ(rewritten("35", 51.0, 0), "51");
+  EXPECT_EQ(rewritten("6.19999992E-05", 0.25, 4), "0.250000000");
+  EXPECT_EQ(rewritten("-0.5", 0.0, 4), "0.0000");
+  EXPECT_EQ(rewritten("0.5", -0.00000001, 4), "0.0000");
+}
+
+TEST(a_number, that_stays_the_same_keeps_its_text) {
+  EXPECT_EQ(rewritten("6.19999992E-05", 6.19999992e-5, 4), "6.19999992E-05");
+  EXPECT_EQ(rewritten("-90.0", -90.000001, 5), "-90.0");
+  EXPECT_EQ(rewritten("+ 3", 3.0, 4), "+ 3");
+}
+
+TEST(three_turns, stay_near_those_that_were_taught) {
+  for (const calib::FrameMmDeg near :
+       {calib::FrameMmDeg{{}, {180.0, 0.0, 180.0}}, calib::FrameMmDeg{{}, {-180.0, 0.0, -180.0}},
+        calib::FrameMmDeg{{}, {170.0, 100.0, -350.0}}, calib::FrameMmDeg{{}, {30.0, 90.0, 40.0}},
+        calib::FrameMmDeg{{}, {30.0, -90.0, 40.0}}}) {
+    const auto found = nearest_turns(calib::to_isometry(near), near);
+    for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(found.abc_deg[i], near.abc_deg[i], 1e-6);
+  }
+}
+
+TEST(status_and_turn, are_kukas_and_lead_back_to_the_joints) {
+  const calib::ArmModel arm(cell());
+  const calib::Configurations ways(arm, 0.0);
+  for (const calib::JointVector& q : postures(300, 5)) {
+    const krl::StatusTurn found = krl::status_turn_of(ways, q);
+    const StatusAndTurn stated = status_and_turn(cell().robot, q);
+    EXPECT_EQ(found.status, stated.status);
+    EXPECT_EQ(found.turn, stated.turn);
+    const auto back = krl::joints_of(ways, cell().robot, arm.nominal_tcp(q), found);
+    ASSERT_TRUE(back);
+    for (std::size_t i = 0; i < 6; ++i) EXPECT_NEAR((*back)[i], q[i], 1e-7);
+  }
+}
+
+}  // namespace
+}  // namespace cellcal::daemon::testing

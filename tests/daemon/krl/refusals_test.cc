@@ -1,0 +1,162 @@
+// What is not understood is refused by line, and nothing is written.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "calib/model/error.h"
+#include "tests/daemon/krl/fixture.h"
+
+namespace cellcal::daemon::testing {
+namespace {
+
+using krl::Why;
+
+const std::string& point() {
+  static const std::string text = pose_text({-0.2, -1.4, 1.5, 0.3, 0.8, 0.1});
+  return text;
+}
+constexpr const char* kFrames = "BAS(#TOOL,1)\nBAS(#BASE,0)\n";
+
+krl::CorrectedProgram correct(const std::string& body, const std::string& dat,
+                              const krl::CorrectionOptions& options = {},
+                              const calib::Calibration& c = calibration()) {
+  krl::ProgramFiles f;
+  f.src = {"p.src", "DEF p()\n" + body + "END\n"};
+  f.dat = krl::KrlFile{"p.dat", dat};
+  f.controller = {{"$config.dat",
+                   "TOOL_DATA[1]={X 59.9,Y 50.5,Z 410.3,A 38.84,B 3.59,C 0.0}\n"
+                   "BASE_DATA[2]={X 100.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0}\n"}};
+  return correct_program(c, f, options);
+}
+
+struct Case {
+  const char* name;
+  std::string body, dat;
+  Why why;
+  const char* file;
+  int line;
+};
+
+std::string with(const std::string& more) {
+  return point().substr(0, point().size() - 1) + more + "}";
+}
+
+std::string declared(const std::string& value) { return "DECL E6POS XP1=" + value + "\n"; }
+
+TEST(a_program_that_is_not_understood, is_refused_by_file_and_line) {
+  const std::string f = kFrames, p1 = declared(point());
+  const Case cases[] = {
+      {"changed", f + "XP1.X=XP1.X+10\nLIN XP1\n", p1, Why::kComputed, "p.src", 4},
+      {"read", f + "LIN XP1\nXP2=XP1\n", p1, Why::kComputed, "p.src", 5},
+      {"handed over", f + "LIN XP1\nSHIFT(XP1)\n", p1, Why::kComputed, "p.src", 5},
+      {"operator", f + "LIN XP1:{X 0,Y 0,Z 50,A 0,B 0,C 0}\n", p1, Why::kOperator, "p.src", 4},
+      {"operator behind a literal", f + "LIN {X 1,Y 0,Z 50,A 0,B 0,C 0}:XP1\n", p1, Why::kOperator,
+       "p.src", 4},
+      {"array", f + "LIN PAL[I]\n", "DECL E6POS PAL[9]\n", Why::kArray, "p.src", 4},
+      {"function", f + "LIN NEXT(1)\n", p1, Why::kComputed, "p.src", 4},
+      {"relative", f + "LIN_REL {Z 50}\n", p1, Why::kRelative, "p.src", 4},
+      {"partial", f + "LIN {Z 50}\n", "", Why::kPartial, "p.src", 4},
+      {"partial axes", f + "PTP {A1 50}\n", "", Why::kPartial, "p.src", 4},
+      {"unknown", f + "PTP XP9\n", p1, Why::kUnknownPoint, "p.src", 4},
+      {"twice", f + "PTP XP1\n", p1 + p1, Why::kTwice, "p.dat", 2},
+      {"given again", f + "XP1=" + point() + "\nPTP XP1\n", p1, Why::kTwice, "p.src", 4},
+      {"no tool", "BAS(#BASE,0)\nPTP XP1\n", p1, Why::kToolNotKnown, "p.src", 3},
+      {"no base", "BAS(#TOOL,1)\nPTP XP1\n", p1, Why::kBaseNotKnown, "p.src", 3},
+      {"tool computed", f + "$TOOL=TOOL_DATA[1]:OFFSET\nPTP XP1\n", p1, Why::kToolNotKnown, "p.src",
+       5},
+      {"tool by a variable", f + "BAS(#TOOL,N)\nPTP XP1\n", p1, Why::kToolNotKnown, "p.src", 5},
+      {"tool changed in part", f + "$TOOL.Z=10\nPTP XP1\n", p1, Why::kToolNotKnown, "p.src", 5},
+      {"after a call", f + "CHANGE_TOOL()\nPTP XP1\n", p1, Why::kToolNotKnown, "p.src", 5},
+      {"in a branch", f + "IF $IN[1] THEN\nBAS(#TOOL,2)\nENDIF\nPTP XP1\n", p1, Why::kToolNotKnown,
+       "p.src", 7},
+      {"in a loop", f + "LOOP\nPTP XP1\nBAS(#BASE,2)\nENDLOOP\n", p1, Why::kToolNotKnown, "p.src",
+       5},
+      {"another tool number", "BAS(#TOOL,7)\nBAS(#BASE,0)\nPTP XP1\n", p1, Why::kNoSuchTool,
+       "p.src", 4},
+      {"another base number", "BAS(#TOOL,1)\nBAS(#BASE,9)\nPTP XP1\n", p1, Why::kNoSuchBase,
+       "p.src", 4},
+      {"no FDAT", "FDAT_ACT=FP1\nBAS(#PTP_PARAMS,100)\nPTP XP1\n", p1, Why::kNoSuchFrameData,
+       "p.src", 2},
+      {"changed FDAT", "FP1.TOOL_NO=1\nFDAT_ACT=FP1\nBAS(#PTP_PARAMS,100)\nPTP XP1\n",
+       p1 + "DECL FDAT FP1={TOOL_NO 1,BASE_NO 0,IPO_FRAME #BASE}\n", Why::kNoSuchFrameData, "p.src",
+       2},
+      {"two bases", f + "PTP XP1\nBAS(#BASE,2)\nPTP XP1\n", p1, Why::kTwoFrames, "p.src", 6},
+      {"external tool", "FDAT_ACT=FP1\nBAS(#PTP_PARAMS,100)\nPTP XP1\n",
+       p1 + "DECL FDAT FP1={TOOL_NO 1,BASE_NO 0,IPO_FRAME #TCP}\n", Why::kExternalTool, "p.src", 4},
+      {"external axis", f + "PTP XP1\n", declared(with(",E1 12.5")), Why::kExternalAxes, "p.dat",
+       1},
+      {"external axes move", f + "ASYPTP {E1 10}\n", p1, Why::kExternalAxes, "p.src", 4},
+      {"no status", f + "PTP XP1\n", declared(pose_text({-0.2, -1.4, 1.5, 0.3, 0.8, 0.1}, false)),
+       Why::kNoConfiguration, "p.src", 4},
+      {"a turn that the limits forbid", f + "PTP XP1\n",
+       declared("{X 900.0,Y 100.0,Z 500.0,A 10.0,B 40.0,C 0.0,S 2,T 0}"), Why::kWrongTurn, "p.dat",
+       1},
+      {"too far", f + "PTP XP1\n",
+       declared("{X 9000.0,Y 100.0,Z 500.0,A 10.0,B 40.0,C 0.0,S 2,T 35}"), Why::kWrongTurn,
+       "p.dat", 1},
+      {"no number", f + "PTP XP1\n",
+       declared("{X 1e999,Y 100.0,Z 500.0,A 10.0,B 40.0,C 0.0,S 2,T 35}"), Why::kNotANumber,
+       "p.dat", 1},
+      {"by a singularity", f + "PTP XA\n",
+       "DECL E6AXIS XA={A1 0.0,A2 -90.0,A3 90.0,A4 0.0,A5 0.001,A6 0.0}\n", Why::kNotReached,
+       "p.dat", 1},
+      {"beyond a limit", f + "PTP XA\n",
+       "DECL E6AXIS XA={A1 170.0,A2 -90.0,A3 90.0,A4 0.0,A5 30.0,A6 0.0}\n", Why::kNotReached,
+       "p.dat", 1},
+  };
+  for (const Case& one : cases) {
+    SCOPED_TRACE(one.name);
+    const auto result = correct(one.body, one.dat);
+    EXPECT_TRUE(result.files.empty());
+    const bool found =
+        std::any_of(result.refusals.begin(), result.refusals.end(), [&](const krl::Refusal& r) {
+          return r.why == one.why && r.file == one.file && r.line == one.line;
+        });
+    EXPECT_TRUE(found) << all_words(result);
+    for (const krl::Refusal& r : result.refusals) {
+      EXPECT_NE(std::string(name_of(r.why)), "");
+      EXPECT_NE(words(r, cell().robot).find(": "), std::string::npos);
+    }
+  }
+}
+
+TEST(a_point, that_is_to_stay_is_left_as_it_is) {
+  const std::string dat =
+      "DECL E6AXIS XA={A1 0.0,A2 -90.0,A3 90.0,A4 0.0,A5 0.0,A6 0.0}\nDECL E6POS UNUSED=" +
+      point() + "\n";
+  const auto result = correct(std::string(kFrames) + "PTP XA\n", dat, {{"XA"}});
+  ASSERT_TRUE(result.refusals.empty()) << all_words(result);
+  EXPECT_EQ(result.files[1].text, dat);
+  ASSERT_EQ(result.left.size(), 2U);
+  EXPECT_EQ(result.left[0].name, "UNUSED");
+  EXPECT_EQ(result.left[0].why, "no motion goes to it");
+  EXPECT_EQ(result.left[1].why, "--leave");
+}
+
+TEST(a_calibration_that_holds_near_its_targets, refuses_points_elsewhere_unless_asked) {
+  calib::Calibration c = calibration();
+  c.verdict.workspace = false;
+  const KrlProgram program = taught(cell().robot, frames(), postures(10));
+  const auto result = correct_program(c, files(program));
+  ASSERT_FALSE(result.refusals.empty());
+  EXPECT_EQ(result.refusals[0].why, Why::kOutsideScope);
+  EXPECT_TRUE(correct_program(c, files(program), {{}, true}).refusals.empty());
+}
+
+TEST(what_is_no_krl, is_refused_by_file_and_line) {
+  const auto refusal = [](const std::string& text) -> std::string {
+    try {
+      correct(text, "");
+    } catch (const calib::FileError& error) {
+      return error.what();
+    }
+    return "accepted";
+  };
+  EXPECT_NE(refusal(std::string("PTP \0 X", 7)).find("p.src: byte 12 is NUL"), std::string::npos);
+  EXPECT_NE(refusal(std::string(20000, 'A') + "\n").find("p.src:2: longer"), std::string::npos);
+  EXPECT_NE(refusal(std::string(17u << 20, '\n')).find("more than 16 MB"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace cellcal::daemon::testing
