@@ -24,6 +24,7 @@ Calibration random_calibration(const Cell& cell, Random& random, double scale,
     const double sigma = c.parameters[static_cast<std::size_t>(i)].sigma;
     c.covariance(i, i) = sigma * sigma;
   }
+  c.frame_basis = Eigen::MatrixXd::Zero(arm.size(), 0);
   for (const Target& target : cell.targets)
     c.targets.push_back({target.id, target.centre_m, target.diameter_m / 2.0});
   c.verdict.publish = c.verdict.workspace = true;

@@ -172,9 +172,9 @@ TEST(a_plan, says_how_far_the_axes_go_from_where_the_arm_stands) {
 }
 
 TEST(an_unknown_command, is_named) {
-  const Outcome outcome = run_program({CELLCAL, "correct", "--poses", "p.csv"});
+  const Outcome outcome = run_program({CELLCAL, "dance", "--poses", "p.csv"});
   EXPECT_EQ(outcome.status, 2);
-  EXPECT_EQ(outcome.err.find("cellcal: unknown command \"correct\". The commands: run, "), 0u)
+  EXPECT_EQ(outcome.err.find("cellcal: unknown command \"dance\". The commands: run, "), 0u)
       << outcome.err;
 }
 

@@ -1,0 +1,55 @@
+#include <CLI/CLI.hpp>
+#include <memory>
+
+#include "daemon/cli/commands.h"
+#include "daemon/cli/offline/correct.h"
+
+namespace cellcal::daemon {
+
+void add_correct(CLI::App& app, int& status) {
+  auto given = std::make_shared<CorrectCommand>();
+  CLI::App* command = app.add_subcommand(
+      "correct", "Poses or a KRL program for the real arm: where the TCP has to be sent");
+  command->footer(
+      "--poses: joint angles that bring the real TCP to each pose, in the configuration and turns of "
+      "the\nfile's joint columns, or where it has none near the row before. One pose that is not "
+      "reached, and\nno CSV is written.\n--program: the taught points of a KRL program, changed so "
+      "that the controller brings the real TCP\nwhere they say; nothing else of the files changes. "
+      "For points from a drawing: what was touched up\nwith this arm is right already (--leave). What "
+      "is not understood is refused by line, and nothing\nis written. Run the corrected program in T1 "
+      "first.\nExit status 3: the calibration was withheld.\nExample: cellcal correct --calibration "
+      "calibration.json --poses poses.csv -o joints.csv\n         cellcal correct --calibration "
+      "calibration.json --program weld.src --config '$config.dat' -o corrected");
+  command->add_option("--calibration", given->calibration, "Calibration (JSON)")->required();
+  CLI::Option* poses =
+      command->add_option("--poses", given->poses, "Poses of the TCP in the base frame (CSV)");
+  CLI::Option* program =
+      command->add_option("--program", given->program, "KRL program (.src)")->excludes(poses);
+  command->add_option("--dat", given->dat, "Its points (.dat) [beside the program]")
+      ->needs(program);
+  command
+      ->add_option(
+          "--config", given->controller,
+          "The controller's $config.dat with its tools and bases; also $machine.dat; may be "
+          "repeated")
+      ->needs(program);
+  command->add_option("--leave", given->leave, "Points that stay as they are: NAME,NAME")
+      ->delimiter(',')
+      ->needs(program);
+  command
+      ->add_flag("--anywhere", given->anywhere,
+                 "Also points where the calibration claims nothing: far from the targets")
+      ->needs(program);
+  command->add_flag("--withheld", given->withheld,
+                    "Accept a withheld calibration: to look at, not to use");
+  command->add_option("-o,--output", given->output,
+                      "Poses: write to this file [standard output]; program: to this folder");
+  command->add_flag("--json", given->json, "Write JSON");
+  command->callback([given, &status] {
+    if (given->poses.empty() && given->program.empty())
+      throw CLI::RequiredError("--poses (or --program)");
+    status = correct(*given);
+  });
+}
+
+}  // namespace cellcal::daemon

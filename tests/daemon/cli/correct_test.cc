@@ -1,0 +1,156 @@
+// cellcal correct as a subprocess: poses and programs.
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "calib/files/calibration_json.h"
+#include "tests/daemon/cli/process.h"
+#include "tests/daemon/journal/temporary_directory.h"
+#include "tests/daemon/krl/fixture.h"
+
+namespace cellcal::daemon::testing {
+namespace {
+
+std::string content(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::stringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+class correct : public ::testing::Test {
+ protected:
+  std::string put(const std::string& name, const std::string& text) const {
+    std::ofstream(dir_ / name, std::ios::binary) << text;
+    return dir_ / name;
+  }
+  std::string calibration_file(bool publish = true) const {
+    calib::Calibration c = calibration();
+    c.verdict.publish = publish;
+    return put("cal.json", calib::calibration_to_json(c));
+  }
+  Outcome run_correct(std::vector<std::string> more) const {
+    std::vector<std::string> all = {CELLCAL, "correct", "--calibration", dir_ / "cal.json"};
+    all.insert(all.end(), more.begin(), more.end());
+    return run_program(all);
+  }
+
+  TemporaryDirectory dir_;
+};
+
+constexpr const char* kHead = "x_mm,y_mm,z_mm,a_deg,b_deg,c_deg";
+
+TEST_F(correct, turns_poses_into_joints_that_predict_brings_back) {
+  calibration_file();
+  const std::string rows = "980.5,-120.25,700,20,75,-10\n990,-110,705,21,74,-9\n";
+  const std::string poses = put("poses.csv", kHead + ("\n" + rows)), joints = dir_ / "joints.csv";
+  const Outcome outcome = run_correct({"--poses", poses, "-o", joints});
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  const Outcome back = run_program(
+      {CELLCAL, "predict", "--calibration", dir_ / "cal.json", "--joints", joints, "--json"});
+  ASSERT_EQ(back.status, 0) << back.err;
+  const auto tcp = nlohmann::json::parse(back.out);
+  ASSERT_EQ(tcp.size(), 2U);
+  EXPECT_NEAR(tcp[0].at("x_mm").get<double>(), 980.5, 2e-6);
+  EXPECT_NEAR(tcp[0].at("b_deg").get<double>(), 75.0, 1e-7);
+  EXPECT_NEAR(tcp[1].at("y_mm").get<double>(), -110.0, 2e-6);
+
+  const Outcome json = run_correct({"--poses", poses, "--json"});
+  ASSERT_EQ(json.status, 0) << json.err;
+  const auto list = nlohmann::json::parse(json.out);
+  EXPECT_LT(list[0].at("off_mm").get<double>(), 1e-6);
+  EXPECT_GT(list[0].at("u95_mm").get<double>(), 0.0);
+  EXPECT_EQ(list[0].at("joints_deg").size(), 6U);
+}
+
+TEST_F(correct, takes_the_seeds_configuration) {
+  calibration_file();
+  const auto poses = [&](const char* seed) {
+    return put("poses.csv", std::string("A1,A2,A3,A4,A5,A6,") + kHead + "\n" + seed +
+                                ",980.5,-120.25,700,20,75,-10\n");
+  };
+  const auto a4 = [&](const char* seed) {
+    const Outcome outcome = run_correct({"--poses", poses(seed), "--json"});
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    return nlohmann::json::parse(outcome.out).at(0).at("joints_deg").at("A5").get<double>();
+  };
+  EXPECT_GT(a4("0,-60,80,0,40,0"), 0.0);
+  EXPECT_LT(a4("0,-60,80,180,-40,0"), 0.0);
+}
+
+TEST_F(correct, names_what_is_not_reached_by_line_and_writes_no_csv) {
+  calibration_file();
+  const std::string poses =
+      put("poses.csv", std::string(kHead) + "\n980,-120,700,20,75,-10\n9800,-120,700,20,75,-10\n");
+  const std::string joints = dir_ / "joints.csv";
+  const Outcome outcome = run_correct({"--poses", poses, "-o", joints});
+  EXPECT_EQ(outcome.status, 1);
+  EXPECT_EQ(outcome.err.find("cellcal correct: " + poses + ":3: out of reach"), 0U) << outcome.err;
+  EXPECT_FALSE(std::filesystem::exists(joints));
+  const Outcome json = run_correct({"--poses", poses, "--json"});
+  EXPECT_EQ(json.status, 1);
+  EXPECT_EQ(nlohmann::json::parse(json.out).at(1).at("unreached").at("why"), "too_far");
+  const Outcome bad =
+      run_correct({"--poses", put("bad.csv", std::string(kHead) + "\n1,2,x,4,5,6\n")});
+  EXPECT_EQ(bad.status, 1);
+  EXPECT_NE(bad.err.find("bad.csv:2: z_mm"), std::string::npos) << bad.err;
+}
+
+TEST_F(correct, writes_a_program_beside_and_tells_each_shift) {
+  calibration_file();
+  const KrlProgram program = taught(cell().robot, frames(), postures(6));
+  const std::string src = put("weld.src", program.src), config = put("$config.dat", program.config);
+  put("weld.dat", program.dat);
+  const std::string folder = dir_ / "out";
+  const Outcome outcome = run_correct({"--program", src, "--config", config, "-o", folder});
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_EQ(content(folder + "/weld.src"), program.src);
+  EXPECT_NE(content(folder + "/weld.dat"), program.dat);
+  EXPECT_NE(outcome.out.find("6 points corrected; the largest shift is "), std::string::npos);
+  EXPECT_NE(outcome.out.find("left as it is: XHOME"), std::string::npos) << outcome.out;
+  EXPECT_NE(outcome.out.find("tool 1: the cell file's"), std::string::npos);
+  EXPECT_EQ(content(src), program.src) << "the program itself stays";
+
+  const Outcome json = run_correct({"--program", src, "--config", config, "--json"});
+  ASSERT_EQ(json.status, 0) << json.err;
+  const auto all = nlohmann::json::parse(json.out);
+  EXPECT_EQ(all.at("points").size(), 6U);
+  EXPECT_TRUE(all.at("written").empty());
+  EXPECT_LT(all.at("largest").at("left_mm").get<double>(), 2e-3);
+
+  const Outcome onto_itself = run_correct(
+      {"--program", src, "--config", config, "-o", std::filesystem::path(src).parent_path()});
+  EXPECT_EQ(onto_itself.status, 1);
+  EXPECT_NE(onto_itself.err.find("is the program itself"), std::string::npos) << onto_itself.err;
+}
+
+TEST_F(correct, writes_nothing_where_a_point_is_refused) {
+  calibration_file();
+  const std::string src = put("p.src", "DEF p()\nPTP {A1 10}\nEND\n"), folder = dir_ / "out";
+  const Outcome outcome = run_correct({"--program", src, "-o", folder});
+  EXPECT_EQ(outcome.status, 1);
+  EXPECT_EQ(outcome.err.find("cellcal correct: " + src + ":2: line 2: "), 0U) << outcome.err;
+  EXPECT_FALSE(std::filesystem::exists(folder));
+  const Outcome json = run_correct({"--program", src, "--json"});
+  EXPECT_EQ(nlohmann::json::parse(json.out).at("refusals").at(0).at("why"), "partial");
+}
+
+TEST_F(correct, of_a_withheld_calibration_ends_with_status_3) {
+  calibration_file(false);
+  const std::string poses = put("poses.csv", std::string(kHead) + "\n980,-120,700,20,75,-10\n");
+  EXPECT_EQ(run_correct({"--poses", poses}).status, 3);
+  EXPECT_EQ(run_correct({"--poses", poses, "--withheld"}).status, 0);
+}
+
+TEST_F(correct, needs_poses_or_a_program_and_not_both) {
+  EXPECT_EQ(run_correct({}).status, 2);
+  EXPECT_EQ(run_correct({"--poses", "p.csv", "--program", "p.src"}).status, 2);
+  EXPECT_EQ(run_correct({"--poses", "p.csv", "--leave", "XHOME"}).status, 2);
+}
+
+}  // namespace
+}  // namespace cellcal::daemon::testing

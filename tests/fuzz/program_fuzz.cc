@@ -1,0 +1,74 @@
+// Whatever stands in a KRL program, its points or the controller's $config.dat, correcting it ends in
+// files that differ in numbers alone, in refusals, or in an error that names the file.
+// The input is the three files in turn, each ended by a byte 1.
+
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+#include <string_view>
+
+#include "calib/files/files.h"
+#include "calib/model/error.h"
+#include "daemon/krl/correct_program.h"
+
+namespace {
+
+using namespace cellcal;
+using daemon::krl::CorrectedProgram;
+
+void require(bool condition, const char* what) {
+  if (condition) return;
+  std::fprintf(stderr, "program_fuzz: %s\n", what);
+  std::abort();
+}
+
+/// The demo cell's arm, its second axis off by a milliradian.
+const calib::Calibration& calibration() {
+  static const calib::Calibration c = [] {
+    calib::Calibration one;
+    one.cell = calib::load_cell(CELLCAL_DEMO_CELL);
+    one.level = {0.0, 0.0, 0.0, 0.0};
+    one.parameters.push_back({calib::joint_parameter(calib::ParameterKind::kTheta, 1), "deg",
+                              calib::kDegPerRad, 0.0, 1e-3, 1e-5, calib::DecidedBy::kData});
+    one.verdict.publish = one.verdict.workspace = true;
+    return one;
+  }();
+  return c;
+}
+
+/// Digits and signs aside.
+std::string without_numbers(std::string_view text) {
+  std::string rest;
+  for (const char c : text)
+    if (std::string_view("0123456789+-.eE").find(c) == std::string_view::npos) rest += c;
+  return rest;
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  std::string_view rest(reinterpret_cast<const char*>(data), size);
+  std::string parts[3];
+  for (std::string& part : parts) {
+    const auto end = rest.find('\1');
+    part = rest.substr(0, end);
+    rest.remove_prefix(end == std::string_view::npos ? rest.size() : end + 1);
+  }
+  daemon::krl::ProgramFiles files;
+  files.src = {"p.src", parts[0]};
+  files.dat = daemon::krl::KrlFile{"p.dat", parts[1]};
+  files.controller = {{"c.dat", parts[2]}};
+  try {
+    const CorrectedProgram result = correct_program(calibration(), files);
+    require(result.files.empty() != result.refusals.empty(), "files beside refusals, or neither");
+    for (const auto& one : result.refusals)
+      require(!words(one, calibration().cell.robot).empty(), "no words");
+    if (result.files.empty()) return 0;
+    require(without_numbers(result.files[0].text) == without_numbers(parts[0]), "the .src");
+    require(without_numbers(result.files[1].text) == without_numbers(parts[1]), "the .dat");
+  } catch (const calib::FileError& error) {
+    require(std::string_view(error.what()).substr(1, 1) != "", "an error without words");
+  }
+  return 0;
+}
