@@ -12,6 +12,7 @@ namespace cellcal::daemon {
 void add_offline_commands(CLI::App& app, int& status);
 /// Of the offline commands.
 void add_correct(CLI::App& app, int& status);
+void add_frames(CLI::App& app, int& status);
 void add_client_commands(CLI::App& app, int& status);
 void add_archive_commands(CLI::App& app, int& status);
 

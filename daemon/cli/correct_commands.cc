@@ -3,6 +3,7 @@
 
 #include "daemon/cli/commands.h"
 #include "daemon/cli/offline/correct.h"
+#include "daemon/cli/offline/frames.h"
 
 namespace cellcal::daemon {
 
@@ -50,6 +51,38 @@ void add_correct(CLI::App& app, int& status) {
       throw CLI::RequiredError("--poses (or --program)");
     status = correct(*given);
   });
+}
+
+void add_frames(CLI::App& app, int& status) {
+  auto given = std::make_shared<FramesCommand>();
+  CLI::App* command = app.add_subcommand(
+      "frames", "Tool and base frames for a KUKA controller; mastering offsets as a proposal");
+  command->footer(
+      "Prints the lines of $config.dat, and with -o writes a KRL program that sets them; the old "
+      "values\nstand in its comments. A tool is what was identified of the cell file's; a base stands "
+      "on three\ntargets: origin, one on +x, one on the side of +y. Mastering offsets are printed with "
+      "a warning\nand never written.\nExit status 3: the calibration was withheld.\nExample: cellcal "
+      "frames --calibration calibration.json --config '$config.dat' --tool 1 --base 3=S1,S2,S3 -o "
+      "cellcal_frames.src");
+  command->add_option("--calibration", given->calibration, "Calibration (JSON)")->required();
+  command->add_option("--config", given->controller,
+                      "The controller's $config.dat, for the old values; also $machine.dat; may be "
+                      "repeated");
+  command->add_option("--tool", given->tool, "Number of TOOL_DATA that is the cell file's tool")
+      ->check(CLI::Range(1, 128));
+  command
+      ->add_option("--base", given->bases,
+                   "Number of BASE_DATA and its targets, as 3=S1,S2,S3; may be repeated")
+      ->check(CLI::Validator(
+          [](std::string& text) {
+            return is_base(text) ? std::string() : "\"" + text + "\" is not like 3=S1,S2,S3";
+          },
+          "N=ID,ID,ID"));
+  command->add_flag("--withheld", given->withheld,
+                    "Accept a withheld calibration: to look at, not to use");
+  command->add_option("-o,--output", given->output, "Write the KRL program to this file (.src)");
+  command->add_flag("--json", given->json, "Write JSON");
+  command->callback([given, &status] { status = frames(*given); });
 }
 
 }  // namespace cellcal::daemon

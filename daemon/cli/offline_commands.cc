@@ -216,6 +216,7 @@ void add_offline_commands(CLI::App& app, int& status) {
   add_identify(app, status);
   add_predict(app, status);
   add_correct(app, status);
+  add_frames(app, status);
   add_plan(app, status);
   add_kuka_files(app, status);
   add_export_robot(app, status);

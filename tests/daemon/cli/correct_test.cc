@@ -152,5 +152,29 @@ TEST_F(correct, needs_poses_or_a_program_and_not_both) {
   EXPECT_EQ(run_correct({"--poses", "p.csv", "--leave", "XHOME"}).status, 2);
 }
 
+TEST_F(correct, and_frames_write_a_krl_program_with_the_old_values_in_it) {
+  calibration_file();
+  const std::string config = put("$config.dat", taught(cell().robot, frames(), {}).config),
+                    snippet = dir_ / "cellcal_frames.src";
+  const std::vector<std::string> all = {CELLCAL,    "frames",    "--calibration", dir_ / "cal.json",
+                                        "--config", config,      "--tool",        "1",
+                                        "--base",   "3=S1,S2,S3"};
+  auto written = all;
+  written.insert(written.end(), {"-o", snippet});
+  const Outcome outcome = run_program(written);
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_EQ(outcome.out.find("TOOL_DATA[1]={X "), 0U) << outcome.out;
+  EXPECT_NE(outcome.out.find("WARNING: another mastering"), std::string::npos);
+  EXPECT_NE(content(snippet).find(";   BASE_DATA[3]="), std::string::npos);
+  auto as_json = all;
+  as_json.emplace_back("--json");
+  const auto json = nlohmann::json::parse(run_program(as_json).out);
+  EXPECT_EQ(json.at("frames").size(), 2U);
+  EXPECT_EQ(json.at("mastering_proposal").size(), 6U);
+  auto wrong = all;
+  wrong.back() = "3=S1,S2";
+  EXPECT_EQ(run_program(wrong).status, 2);
+}
+
 }  // namespace
 }  // namespace cellcal::daemon::testing

@@ -1,0 +1,22 @@
+#pragma once
+// cellcal frames: what a calibration says for a controller's $config.dat.
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace cellcal::daemon {
+
+struct FramesCommand {
+  std::filesystem::path calibration, output;
+  std::vector<std::filesystem::path> controller;  ///< $config.dat, $machine.dat
+  int tool = 0;                                   ///< of TOOL_DATA; 0: none
+  std::vector<std::string> bases;                 ///< "3=S1,S2,S3"
+  bool withheld = false, json = false;
+};
+int frames(const FramesCommand& command);
+
+/// "3=S1,S2,S3" is one.
+bool is_base(const std::string& text);
+
+}  // namespace cellcal::daemon

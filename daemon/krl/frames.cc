@@ -1,0 +1,137 @@
+#include "daemon/krl/frames.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "calib/model/error.h"
+#include "calib/syntax/shown.h"
+#include "daemon/krl/krl_data.h"
+
+namespace cellcal::daemon::krl {
+
+namespace {
+
+using calib::FrameMmDeg;
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+
+std::string text_of(const FrameMmDeg& f) {
+  return fmt::format("{{X {:.4f},Y {:.4f},Z {:.4f},A {:.5f},B {:.5f},C {:.5f}}}", f.xyz_mm[0],
+                     f.xyz_mm[1], f.xyz_mm[2], f.abc_deg[0], f.abc_deg[1], f.abc_deg[2]);
+}
+
+/// With all digits that it was read with.
+std::string old_text(const FrameMmDeg& f) {
+  return fmt::format("{{X {:.10g},Y {:.10g},Z {:.10g},A {:.10g},B {:.10g},C {:.10g}}}", f.xyz_mm[0],
+                     f.xyz_mm[1], f.xyz_mm[2], f.abc_deg[0], f.abc_deg[1], f.abc_deg[2]);
+}
+
+ProposedFrame proposed(std::string name, const Isometry3d& frame,
+                       const std::map<int, FrameMmDeg>& stated, int number) {
+  ProposedFrame one;
+  one.name = fmt::format("{}[{}]", name, number);
+  one.frame = calib::to_frame(frame);
+  const auto old = stated.find(number);
+  if (old == stated.end()) return one;
+  one.old = old->second;
+  const Isometry3d before = calib::to_isometry(old->second);
+  one.shift_mm = (frame.translation() - before.translation()).norm() * calib::kMmPerM;
+  one.turn_deg =
+      Eigen::AngleAxisd(before.linear().transpose() * frame.linear()).angle() * calib::kDegPerRad;
+  return one;
+}
+
+ProposedFrame tool_frame(const calib::Calibration& c, int number, const Data& data) {
+  Isometry3d tcp = c.cell.tool.tcp;
+  std::array<double, 3> sigma_mm{};
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto* found = find(c, calib::tool_parameter(calib::ParameterKind::kTcp, 0, axis));
+    if (found == nullptr) continue;
+    tcp.translation()[axis] += found->correction;
+    sigma_mm[static_cast<std::size_t>(axis)] = found->sigma * calib::kMmPerM;
+  }
+  ProposedFrame one = proposed("TOOL_DATA", tcp, data.tools, number);
+  one.sigma_mm = sigma_mm;
+  if (one.old && one.shift_mm > kAnotherToolMm)
+    throw calib::FileError(fmt::format(
+        "TOOL_DATA[{}] is {:.1f} mm from the cell file's tool. Give the number of the tool that "
+        "touched",
+        number, one.shift_mm));
+  return one;
+}
+
+Vector3d centre_of(const calib::Calibration& c, const std::string& id) {
+  for (const calib::TargetResult& target : c.targets)
+    if (target.id == id) return target.centre_m;
+  throw calib::FileError("no target \"" + calib::shown(id) + "\" in the calibration");
+}
+
+/// Origin in the first, x to the second, the third on the side of +y.
+Isometry3d base_of_targets(const calib::Calibration& c, const std::array<std::string, 3>& ids) {
+  constexpr double kLeastM = 0.01;  // targets nearer than this to one line give no direction
+  const Vector3d origin = centre_of(c, ids[0]), x = centre_of(c, ids[1]) - origin,
+                 side = centre_of(c, ids[2]) - origin;
+  const Vector3d y = side - x * (x.dot(side) / std::max(x.squaredNorm(), kLeastM * kLeastM));
+  if (x.norm() < kLeastM || y.norm() < kLeastM)
+    throw calib::FileError(
+        fmt::format("targets {}, {} and {} stand in a line; a base needs three "
+                    "that do not",
+                    calib::shown(ids[0]), calib::shown(ids[1]), calib::shown(ids[2])));
+  Isometry3d base = Isometry3d::Identity();
+  base.translation() = origin;
+  base.linear().col(0) = x.normalized();
+  base.linear().col(1) = y.normalized();
+  base.linear().col(2) = base.linear().col(0).cross(base.linear().col(1));
+  return base;
+}
+
+std::vector<MasteringOffset> mastering_of(const calib::Calibration& c) {
+  std::vector<MasteringOffset> all;
+  for (std::size_t i = 0; i < c.cell.robot.joints.size(); ++i) {
+    const auto* found = find(c, calib::joint_parameter(calib::ParameterKind::kTheta, i));
+    if (found == nullptr) continue;
+    const calib::Joint& joint = c.cell.robot.joints[i];
+    all.push_back({joint.name, joint.sign * found->correction * calib::kDegPerRad,
+                   found->sigma * calib::kDegPerRad, found->decided_by});
+  }
+  return all;
+}
+
+std::string snippet_of(const std::vector<ProposedFrame>& frames, const std::string& calibration) {
+  std::string ascii;
+  for (const char c : calib::shown(calibration, 80))
+    ascii += static_cast<unsigned char>(c) < 0x80 ? c : '?';
+  std::string text = "&ACCESS RVP\r\nDEF cellcal_frames( )\r\n; from " + ascii +
+                     "\r\n; Every point that was taught in these frames moves with them. Keep a "
+                     "backup of $config.dat.\r\n";
+  for (const ProposedFrame& one : frames) {
+    text +=
+        one.old
+            ? fmt::format("; {} was\r\n;   {}={}\r\n", one.name, one.name, old_text(*one.old))
+            : fmt::format("; what {} was is not known: $config.dat was not given\r\n", one.name);
+    text += one.name + "=" + text_of(one.frame) + "\r\n";
+  }
+  return text + "END\r\n";
+}
+
+}  // namespace
+
+ProposedFrames propose_frames(const calib::Calibration& calibration, const FramesRequest& request) {
+  Data data;
+  for (const KrlFile& file : request.controller) read_data(file, data);
+  ProposedFrames result;
+  result.robroot_stated = data.robroot.has_value();
+  if (request.tool) result.frames.push_back(tool_frame(calibration, *request.tool, data));
+  const Isometry3d robroot = calib::to_isometry(data.robroot.value_or(FrameMmDeg{}));
+  for (const auto& [number, targets] : request.bases)
+    result.frames.push_back(
+        proposed("BASE_DATA", robroot * base_of_targets(calibration, targets), data.bases, number));
+  result.mastering = mastering_of(calibration);
+  for (const ProposedFrame& one : result.frames)
+    result.config_lines += one.name + "=" + text_of(one.frame) + "\n";
+  result.snippet = snippet_of(result.frames, request.calibration);
+  return result;
+}
+
+}  // namespace cellcal::daemon::krl
