@@ -22,15 +22,29 @@ std::string text(const calib::FrameMmDeg& f) {
                      f.xyz_mm[1], f.xyz_mm[2], f.abc_deg[0], f.abc_deg[1], f.abc_deg[2]);
 }
 
-/// Where axes 4, 5 and 6 meet, of an arm whose last joint has its flange along z.
-Vector3d wrist(const calib::Robot& robot, const JointVector& q) {
-  const Isometry3d flange = calib::ArmModel(robot, {}).nominal_tcp(q);
-  return flange * Vector3d(0.0, 0.0, -robot.joints[5].d_m);
+/// Where axes 4, 5 and 6 meet: where axis 5 begins.
+Vector3d wrist(const calib::ArmModel& arm, const JointVector& q, Vector3d* shoulder = nullptr) {
+  calib::ArmChain chain;
+  arm.walk(arm.prepare(q), arm.errors(nullptr), chain);
+  if (shoulder != nullptr) *shoulder = chain.link[1].z_origin;
+  return chain.link[4].z_origin;
 }
 
-/// A3 at which the wrist is farthest from axis 2.
-double stretched(const calib::Robot& robot) {
-  return std::atan2(robot.joints[2].a_m, robot.joints[3].d_m);
+/// A3 at which the wrist is farthest from axis 2: looked for coarsely, then closely.
+double stretched(const calib::ArmModel& arm) {
+  double at = 0.0;
+  for (double step = 0.02, width = 1.0; step > 1e-6; width = 2.0 * step, step /= 50.0) {
+    const double middle = at;
+    double farthest = 0.0;
+    for (double a3 = middle - width; a3 <= middle + width; a3 += step) {
+      Vector3d shoulder;
+      const double far = (wrist(arm, {0.0, 0.0, a3, 0.0, 0.0, 0.0}, &shoulder) - shoulder).norm();
+      if (far <= farthest) continue;
+      farthest = far;
+      at = a3;
+    }
+  }
+  return at;
 }
 
 calib::ArmModel arm_with(const calib::Robot& robot, const Isometry3d& tool) {
@@ -42,11 +56,12 @@ calib::ArmModel arm_with(const calib::Robot& robot, const Isometry3d& tool) {
 }  // namespace
 
 StatusAndTurn status_and_turn(const calib::Robot& robot, const JointVector& q) {
+  const calib::ArmModel arm(robot, {});
   StatusAndTurn result;
   // A1 turns clockwise seen from above.
   const Vector3d ahead(std::cos(q[0]), -std::sin(q[0]), 0.0);
-  if (wrist(robot, q).dot(ahead) < 0.0) result.status |= 1;
-  if (q[2] >= stretched(robot)) result.status |= 2;
+  if (wrist(arm, q).dot(ahead) < 0.0) result.status |= 1;
+  if (q[2] >= stretched(arm)) result.status |= 2;
   if (q[4] < 0.0) result.status |= 4;
   for (std::size_t i = 0; i < 6; ++i)
     if (q[i] < 0.0) result.turn |= 1 << i;

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include "calib/files/shipped_robots.h"
 #include "daemon/krl/krl_numbers.h"
 #include "daemon/krl/status_turn.h"
 #include "tests/daemon/krl/fixture.h"
@@ -35,18 +36,33 @@ TEST(three_turns, stay_near_those_that_were_taught) {
   }
 }
 
+/// Of every shipped KUKA arm of six axes.
 TEST(status_and_turn, are_kukas_and_lead_back_to_the_joints) {
-  const calib::ArmModel arm(cell());
-  const calib::Configurations ways(arm, 0.0);
-  for (const calib::JointVector& q : postures(300, 5)) {
-    const krl::StatusTurn found = krl::status_turn_of(ways, q);
-    const StatusAndTurn stated = status_and_turn(cell().robot, q);
-    EXPECT_EQ(found.status, stated.status);
-    EXPECT_EQ(found.turn, stated.turn);
-    const auto back = krl::joints_of(ways, cell().robot, arm.nominal_tcp(q), found);
-    ASSERT_TRUE(back);
-    for (std::size_t i = 0; i < 6; ++i) EXPECT_NEAR((*back)[i], q[i], 1e-7);
+  int arms = 0;
+  for (const calib::NamedRobot& named : calib::shipped_robots()) {
+    const calib::Robot& robot = named.robot;
+    const calib::ArmModel arm(robot, cell().tool);
+    const calib::Configurations ways(arm, 0.0);
+    if (!ways.closed_form() || robot.joints[0].name != "A1") continue;
+    SCOPED_TRACE(robot.name);
+    ++arms;
+    calib::Random random(5);
+    for (int k = 0; k < 12; ++k) {
+      calib::JointVector q;
+      for (const calib::Joint& joint : robot.joints)
+        q.push_back(random.uniform(joint.min_rad + 0.05, joint.max_rad - 0.05));
+      const krl::StatusTurn found = krl::status_turn_of(ways, q);
+      const StatusAndTurn stated = status_and_turn(robot, q);
+      const auto j = arm.nominal_jacobian(q);
+      if (std::abs((j * j.transpose()).determinant()) < 1e-4) continue;
+      EXPECT_EQ(found.status, stated.status);
+      EXPECT_EQ(found.turn, stated.turn);
+      const auto back = krl::joints_of(ways, robot, arm.nominal_tcp(q), found);
+      ASSERT_TRUE(back);
+      for (std::size_t i = 0; i < 6; ++i) EXPECT_NEAR((*back)[i], q[i], 1e-6);
+    }
   }
+  EXPECT_GT(arms, 40);
 }
 
 }  // namespace
