@@ -106,10 +106,10 @@ std::string snippet_of(const std::vector<ProposedFrame>& frames, const std::stri
                      "\r\n; Every point that was taught in these frames moves with them. Keep a "
                      "backup of $config.dat.\r\n";
   for (const ProposedFrame& one : frames) {
-    text +=
-        one.old
-            ? fmt::format("; {} was\r\n;   {}={}\r\n", one.name, one.name, old_text(*one.old))
-            : fmt::format("; what {} was is not known: $config.dat was not given\r\n", one.name);
+    text += one.old
+                ? fmt::format("; {} was\r\n;   {}={}\r\n", one.name, one.name, old_text(*one.old))
+                : fmt::format("; what {} was stands in none of the files that were given\r\n",
+                              one.name);
     text += one.name + "=" + text_of(one.frame) + "\r\n";
   }
   return text + "END\r\n";

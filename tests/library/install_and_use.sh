@@ -1,6 +1,6 @@
 #!/bin/bash
 # install_and_use.sh BUILD SOURCE: what a programmer outside does. Installs into a folder, moves that folder
-# elsewhere, builds the six examples against it, outside of the source, and looks at what they print.
+# elsewhere, builds the seven examples against it, outside of the source, and looks at what they print.
 set -euo pipefail
 build=$1 source=$2
 work=$(mktemp -d)
@@ -27,6 +27,7 @@ holds() { grep -qE "$2" <<<"$1" || fail "'$2' is not in: $1"; }
 cell=$work/examples/cell.toml touches=$work/examples/touches.csv
 holds "$(./02_identify_from_a_csv "$cell" "$touches" now.json)" 'published yes'
 holds "$(./01_predict_a_pose now.json 0 -90 90 0 30 0)" 'calibrated .* mm, within 0\.[0-9]+ mm'
+holds "$(./07_correct_a_pose now.json 0 -90 90 0 30 0)" 'corrected .* deg, forward [0-9.e-]+ mm off'
 holds "$(./03_read_the_bound now.json)" 'A2\.theta  -?[0-9.e-]+ \+- [0-9.e-]+ deg \(k=2\)'
 head -61 "$touches" >some.csv  # the names of the columns and 60 touches
 ./02_identify_from_a_csv "$cell" some.csv then.json >/dev/null || [ $? = 3 ]

@@ -47,7 +47,7 @@ std::string decided_words(const krl::MasteringOffset& one) {
     case calib::DecidedBy::kPrior:
       return "  by the tolerances: the touches do not tell it";
     case calib::DecidedBy::kFrame:
-      return "  not identifiable: part of where the base frame lies";
+      return "  not identifiable: fixed by convention";
   }
   return "";
 }
@@ -57,8 +57,7 @@ std::string report(const krl::ProposedFrames& result) {
   for (const krl::ProposedFrame& one : result.frames) {
     text += one.old ? fmt::format("{}: {:.3f} mm and {:.4f} deg from the old one", one.name,
                                   one.shift_mm, one.turn_deg)
-                    : fmt::format("{}: the old one is not known; give $config.dat with --config",
-                                  one.name);
+                    : fmt::format("{}: no old one in the files given with --config", one.name);
     if (one.name.starts_with("TOOL"))
       text += one.sigma_mm == std::array<double, 3>{}
                   ? "; as the cell file states it (no xyz_sigma_mm)"

@@ -59,7 +59,7 @@ TEST(the_snippet, sets_the_frames_and_keeps_the_old_ones_as_comments) {
             std::string::npos)
       << result.snippet;
   EXPECT_NE(result.snippet.find(";   BASE_DATA[3]={X 1.5,"), std::string::npos);
-  EXPECT_NE(result.snippet.find("; what BASE_DATA[4] was is not known"), std::string::npos);
+  EXPECT_NE(result.snippet.find("; what BASE_DATA[4] was stands in none"), std::string::npos);
   for (const char c : result.snippet) EXPECT_LT(static_cast<unsigned char>(c), 0x80);
   // What it says is what KRL's own reader reads.
   krl::Data data;
