@@ -39,6 +39,16 @@ calib::Calibration real_arm(const calib::Calibration& c, bool cells, const Eigen
   return cells ? c : calib::with_tool(c, stiff(c, tcp, load));
 }
 
+/// Tools as they stand in the text are told apart by their numbers.
+std::string key_of(const FrameRef& ref) {
+  if (!ref.literal) return std::to_string(ref.number);
+  std::string key = "literal";
+  for (std::size_t i = 0; i < 3; ++i)
+    key += " " + std::to_string(ref.literal->xyz_mm[i]) + " " +
+           std::to_string(ref.literal->abc_deg[i]);
+  return key;
+}
+
 calib::Tool of_controller(const Eigen::Isometry3d& tcp) {
   calib::Tool tool;
   tool.tcp = tcp;
@@ -66,6 +76,31 @@ std::optional<calib::JointVector> ControllerView::joints(const Eigen::Isometry3d
       return std::nullopt;
   }
   return q;
+}
+
+std::optional<Eigen::Isometry3d> frame_of_ref(const FrameRef& ref,
+                                              const std::map<int, calib::FrameMmDeg>& stated) {
+  if (ref.literal) return calib::to_isometry(*ref.literal);
+  if (ref.number == 0) return Eigen::Isometry3d::Identity();
+  const auto at = stated.find(ref.number);
+  if (at == stated.end()) return std::nullopt;
+  return calib::to_isometry(at->second);
+}
+
+ControllerView* ControllerViews::of(const FrameRef& tool) {
+  const std::string key = key_of(tool);
+  if (const auto known = views_.find(key); known != views_.end()) return known->second.get();
+  const auto frame = frame_of_ref(tool, data_.tools);
+  if (!frame) return nullptr;
+  std::optional<LoadData> load;
+  if (const auto at = data_.loads.find(tool.number);
+      !tool.literal && at != data_.loads.end() && at->second.mass_kg >= 0.0)
+    load = at->second;
+  auto& view = views_[key];
+  view = std::make_unique<ControllerView>(calibration_, *frame, load);
+  used_.push_back({tool.literal ? -1 : tool.number, view->is_the_cells(),
+                   view->is_the_cells() || load.has_value()});
+  return view.get();
 }
 
 }  // namespace cellcal::daemon::krl

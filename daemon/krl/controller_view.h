@@ -1,16 +1,20 @@
 #pragma once
 // One tool as the controller reckons with it, and as it really is: nominal arm and calibrated arm.
 
+#include <map>
 #include <memory>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "calib/correct/corrector.h"
 #include "calib/model/configurations.h"
 #include "calib/model/kinematics.h"
 #include "calib/result/calibration.h"
 #include "calib/uncertainty/predict.h"
-#include "daemon/krl/krl_data.h"
+#include "daemon/krl/krl_program.h"
 #include "daemon/krl/status_turn.h"
+#include "daemon/krl/tool_used.h"
 
 namespace cellcal::daemon::krl {
 
@@ -50,6 +54,26 @@ class ControllerView {
   std::unique_ptr<calib::Configurations> ways_;  // refers to arm_
   calib::Corrector corrector_;
   calib::Predictor predictor_;
+};
+
+/// Where a tool or base lies; empty: its number is stated nowhere.
+std::optional<Eigen::Isometry3d> frame_of_ref(const FrameRef& ref,
+                                              const std::map<int, calib::FrameMmDeg>& stated);
+
+/// One view for each tool of a program, made when it is first asked for. Keeps references to both.
+class ControllerViews {
+ public:
+  ControllerViews(const calib::Calibration& calibration, const Data& data)
+      : calibration_(calibration), data_(data) {}
+  /// Null: its number is stated nowhere.
+  ControllerView* of(const FrameRef& tool);
+  const std::vector<ToolUsed>& used() const { return used_; }
+
+ private:
+  const calib::Calibration& calibration_;
+  const Data& data_;
+  std::map<std::string, std::unique_ptr<ControllerView>> views_;
+  std::vector<ToolUsed> used_;
 };
 
 }  // namespace cellcal::daemon::krl

@@ -58,9 +58,17 @@ std::optional<Why> wrong_value(const Point& point) {
 
 class Correction {
  public:
-  Correction(const calib::Calibration& calibration, const Program& program,
-             const CorrectionOptions& options, CorrectedProgram& result)
-      : calibration_(calibration), program_(program), options_(options), result_(result) {}
+  Correction(const calib::Calibration& calibration, const ProgramFiles& files,
+             const Program& program, const CorrectionOptions& options, CorrectedProgram& result)
+      : calibration_(calibration),
+        program_(program),
+        options_(options),
+        result_(result),
+        views_(calibration, program.data) {
+    src_ = files.src.name;
+    texts_[src_] = files.src.text;
+    if (files.dat) texts_[files.dat->name] = files.dat->text;
+  }
 
   void run() {
     for (std::size_t i = 0; i < program_.motions.size(); ++i) {
@@ -73,6 +81,7 @@ class Correction {
         again(i, done->second);
       }
     }
+    result_.tools = views_.used();
   }
 
   std::vector<Edit> edits_of(const std::string& file) const {
@@ -88,11 +97,10 @@ class Correction {
                                why == Why::kTwoFrames || why == Why::kExternalTool ||
                                why == Why::kNoConfiguration || why == Why::kNoSuchTool ||
                                why == Why::kNoSuchBase;
-    result_.refusals.push_back({why, of_the_motion ? src_of(motion) : point.file,
+    result_.refusals.push_back({why, of_the_motion ? src_ : point.file,
                                 of_the_motion ? motion.line : point.line, motion.point, number,
                                 reached});
   }
-  const std::string& src_of(const Motion&) const { return src_; }
 
   /// A point that was corrected for an earlier motion.
   void again(std::size_t index, std::size_t first) {
@@ -109,7 +117,7 @@ class Correction {
     // Without S and T the same numbers may mean another posture here.
     if (!axes && !status_turn(program_.points.at(other.point))) {
       const auto before = previous(other);
-      ControllerView& view = *views_.at(key_of(*other.frames.tool));
+      ControllerView& view = *views_.of(*other.frames.tool);
       if (!before ||
           !(view.status_turn(*before).status == view.status_turn(joints->second).status)) {
         refused_.insert(other.point);
@@ -154,7 +162,7 @@ class Correction {
     const Isometry3d wanted = view.nominal(q);
     const auto reached = reach(motion, view, wanted, q);
     if (!reached) return Why::kNotReached;
-    CorrectedPoint done = about(motion, point, view, *reached);
+    CorrectedPoint done = about(motion, point);
     const Isometry3d moved = view.nominal(*reached);
     done.shift_mm = (moved.translation() - wanted.translation()) * calib::kMmPerM;
     done.turn_deg = degrees_between(wanted, moved);
@@ -202,7 +210,7 @@ class Correction {
     nominal_[index] = *q;
     const auto reached = reach(motion, view, wanted, *q);
     if (!reached) return Why::kNotReached;
-    CorrectedPoint done = about(motion, point, view, *reached);
+    CorrectedPoint done = about(motion, point);
     const Isometry3d moved = in_robot.inverse() * view.nominal(*reached);
     done.shift_mm = (moved.translation() - taught.translation()) * calib::kMmPerM;
     done.turn_deg = degrees_between(taught, moved);
@@ -249,8 +257,7 @@ class Correction {
     return std::nullopt;
   }
 
-  CorrectedPoint about(const Motion& motion, const Point& point, const ControllerView&,
-                       const JointVector&) const {
+  static CorrectedPoint about(const Motion& motion, const Point& point) {
     CorrectedPoint done;
     done.name = motion.point;
     done.file = point.file;
@@ -293,44 +300,12 @@ class Correction {
     return at == nominal_.end() ? std::nullopt : std::optional(at->second);
   }
 
-  static std::optional<Isometry3d> frame_of_ref(const FrameRef& ref,
-                                                const std::map<int, FrameMmDeg>& stated) {
-    if (ref.literal) return calib::to_isometry(*ref.literal);
-    if (ref.number == 0) return Isometry3d::Identity();
-    const auto at = stated.find(ref.number);
-    if (at == stated.end()) return std::nullopt;
-    return calib::to_isometry(at->second);
-  }
-
-  /// Tools as they stand in the text are told apart by where.
-  static std::string key_of(const FrameRef& ref) {
-    if (!ref.literal) return std::to_string(ref.number);
-    std::string key = "literal";
-    for (std::size_t i = 0; i < 3; ++i)
-      key += " " + std::to_string(ref.literal->xyz_mm[i]) + " " +
-             std::to_string(ref.literal->abc_deg[i]);
-    return key;
-  }
-
   ControllerView* view_of(const Motion& motion) {
-    const FrameRef& ref = *motion.frames.tool;
-    const std::string key = key_of(ref);
-    if (const auto known = views_.find(key); known != views_.end()) return known->second.get();
-    const auto tool = frame_of_ref(ref, program_.data.tools);
-    if (!tool) {
-      refuse(Why::kNoSuchTool, motion, {}, ref.number);
-      told_ = true;
-      return nullptr;
-    }
-    std::optional<LoadData> load;
-    if (const auto at = program_.data.loads.find(ref.number);
-        !ref.literal && at != program_.data.loads.end() && at->second.mass_kg >= 0.0)
-      load = at->second;
-    auto& view = views_[key];
-    view = std::make_unique<ControllerView>(calibration_, *tool, load);
-    result_.tools.push_back({ref.literal ? -1 : ref.number, view->is_the_cells(),
-                             view->is_the_cells() || load.has_value()});
-    return view.get();
+    ControllerView* const view = views_.of(*motion.frames.tool);
+    if (view != nullptr) return view;
+    refuse(Why::kNoSuchTool, motion, {}, motion.frames.tool->number);
+    told_ = true;
+    return nullptr;
   }
 
   /// Replaces a component's number; what will stand there, as the controller reads it.
@@ -344,16 +319,13 @@ class Correction {
     return value_of(fresh);
   }
 
- public:
-  std::string src_;
-  std::map<std::string, std::string> texts_;
-
- private:
   const calib::Calibration& calibration_;
   const Program& program_;
   const CorrectionOptions& options_;
   CorrectedProgram& result_;
-  std::map<std::string, std::unique_ptr<ControllerView>> views_;
+  ControllerViews views_;
+  std::string src_;                             ///< name of the .src
+  std::map<std::string, std::string> texts_;    ///< of the files that have points
   std::map<std::size_t, JointVector> nominal_;  ///< of each motion, before correction
   std::map<std::string, std::size_t> first_motion_;
   std::set<std::string> refused_;
@@ -378,10 +350,7 @@ CorrectedProgram correct_program(const calib::Calibration& calibration, const Pr
   result.robroot_stated = program.data.robroot.has_value();
   result.refusals = program.refusals;
   for (const auto& [name, why] : program.left) result.left.push_back({name, why});
-  Correction correction(calibration, program, options, result);
-  correction.src_ = files.src.name;
-  correction.texts_[files.src.name] = files.src.text;
-  if (files.dat) correction.texts_[files.dat->name] = files.dat->text;
+  Correction correction(calibration, files, program, options, result);
   correction.run();
   std::stable_sort(result.refusals.begin(), result.refusals.end(),
                    [](const Refusal& a, const Refusal& b) {

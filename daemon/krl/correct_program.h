@@ -9,6 +9,7 @@
 #include "calib/result/calibration.h"
 #include "daemon/krl/krl_refusal.h"
 #include "daemon/krl/krl_text.h"
+#include "daemon/krl/tool_used.h"
 
 namespace cellcal::daemon::krl {
 
@@ -38,13 +39,6 @@ struct CorrectedPoint {
 
 struct LeftPoint {
   std::string name, why;  ///< "--leave", a file that has it, "no motion goes to it"
-};
-
-/// What a tool was taken for.
-struct ToolUsed {
-  int number = 0;          ///< of TOOL_DATA; -1: as it stands in the text
-  bool cells = false;      ///< the cell file's own, with its bending; else stiff and as stated
-  bool load_known = true;  ///< by LOAD_DATA; else the joints are taken to bear the cell's tool
 };
 
 struct CorrectedProgram {
