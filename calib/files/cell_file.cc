@@ -1,11 +1,11 @@
 #include <fmt/format.h>
 
-#include <cstdlib>
 #include <set>
 
 #include "calib/files/documents.h"
 #include "calib/files/files.h"
 #include "calib/files/obstacle_file.h"
+#include "calib/files/robot_place.h"
 #include "calib/model/kinematics.h"
 #include "calib/model/target_kind.h"
 #include "calib/model/units.h"
@@ -204,42 +204,9 @@ std::string delay_to_toml(const Cell& cell) {
   return out;
 }
 
-/// The file of that name, beside `folder` or shipped; empty: there is none, `tried` says where it was
-/// looked for.
-std::filesystem::path found_robot(const std::string& name, const std::filesystem::path& folder,
-                                  std::string& tried) {
-  constexpr std::size_t kShownPath = 300;
-  const std::filesystem::path given(name);
-  std::vector<std::filesystem::path> places{folder / given};  // an absolute path stays absolute
-  for (const auto& directory : robots_directories()) {
-    places.push_back(directory / given);
-    if (given.extension() != ".toml") places.push_back(directory / (name + ".toml"));
-  }
-  for (const auto& path : places) {
-    std::error_code ignored;  // "cannot look" counts as "not there"; the message lists the place
-    if (std::filesystem::is_regular_file(path, ignored)) return path;
-    tried += "\n  " + shown(path.string(), kShownPath);
-  }
-  return {};
-}
-
-std::filesystem::path find_robot(const std::string& name, const std::filesystem::path& cell_file,
-                                 const TomlTable& document) {
-  std::string tried;
-  const auto path = found_robot(name, cell_file.parent_path(), tried);
-  if (path.empty())
-    document.fail("robot", "no robot file \"" + shown(name) + "\"; looked for" + tried);
-  return path;
-}
-
 }  // namespace
 
-Robot load_named_robot(const std::string& name) {
-  std::string tried;
-  const auto path = found_robot(name, {}, tried);
-  if (path.empty()) throw FileError("no robot file \"" + shown(name) + "\"; looked for" + tried);
-  return load_robot(path);
-}
+Robot load_named_robot(const std::string& name) { return load_robot(find_robot_file(name, {})); }
 
 Cell read_cell(const TomlTable& document, Robot robot) {
   document.word("format", {kFormat});
@@ -302,7 +269,13 @@ CellText read_cell_text(const std::filesystem::path& path) {
   text.cell_text = read_file(path, kMostTomlBytes);
   const TomlTable document = TomlTable::parse(text.cell_text, text.cell_name);
   document.word("format", {kFormat});
-  const std::filesystem::path robot = find_robot(document.string("robot"), path, document);
+  const std::string name = document.string("robot");
+  std::filesystem::path robot;
+  try {
+    robot = find_robot_file(name, path.parent_path());
+  } catch (const FileError& nowhere) {
+    document.fail("robot", nowhere.what());
+  }
   text.robot_name = robot.string();
   text.robot_text = read_file(robot, kMostTomlBytes);
   return text;

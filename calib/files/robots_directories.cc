@@ -5,6 +5,8 @@
 #include <system_error>
 
 #include "calib/files/files.h"
+#include "calib/files/robot_place.h"
+#include "calib/syntax/shown.h"
 
 namespace cellcal::calib {
 namespace {
@@ -47,6 +49,24 @@ std::vector<std::filesystem::path> robots_directories() {
   const std::filesystem::path usual = "/usr/share/cellcal/robots";
   if (result.empty() || result.back() != usual) result.push_back(usual);
   return result;
+}
+
+std::filesystem::path find_robot_file(const std::string& name,
+                                      const std::filesystem::path& folder) {
+  constexpr std::size_t kShownPath = 300;
+  const std::filesystem::path given(name);
+  std::vector<std::filesystem::path> tried{folder / given};  // an absolute path stays absolute
+  for (const auto& directory : robots_directories()) {
+    tried.push_back(directory / given);
+    if (given.extension() != ".toml") tried.push_back(directory / (name + ".toml"));
+  }
+  std::string list;
+  for (const auto& path : tried) {
+    std::error_code ignored;  // "cannot look" counts as "not there"; the message lists the place
+    if (std::filesystem::is_regular_file(path, ignored)) return path;
+    list += "\n  " + shown(path.string(), kShownPath);
+  }
+  throw FileError("no robot file \"" + shown(name) + "\"; looked for" + list);
 }
 
 }  // namespace cellcal::calib

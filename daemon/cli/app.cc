@@ -4,6 +4,7 @@
 
 #include "calib/files/calibration_json.h"
 #include "daemon/cli/commands.h"
+#include "daemon/cli/new_cell/new_cell_command.h"
 
 namespace cellcal::daemon {
 
@@ -14,6 +15,7 @@ void describe_cellcal(CLI::App& app, int& status) {
   app.set_version_flag("--version", calib::software_version());
   app.require_subcommand(1);
   add_client_commands(app, status);
+  add_new_cell_command(app, status);
   add_archive_commands(app, status);
   add_offline_commands(app, status);
 }

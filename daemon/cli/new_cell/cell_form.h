@@ -1,0 +1,60 @@
+#pragma once
+// What a new cell file is made of. Millimetres and degrees, as they were typed.
+
+#include <array>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "calib/model/robot.h"
+
+namespace cellcal::daemon {
+
+using Triple = std::array<double, 3>;
+
+/// A robot file, as the cell file names it and as it was read.
+struct NamedRobotFile {
+  std::string reference;  ///< of the key `robot`
+  std::string name, text;
+};
+
+struct ToolForm {
+  Triple xyz_mm{}, abc_deg{};
+  std::optional<double> mass_kg{};  ///< none: not known
+  double tip_radius_mm = 0.0;
+};
+
+struct SphereForm {
+  std::string id;
+  double diameter_mm = 0.0, diameter_sigma_mm = 0.002;
+  std::optional<Triple> centre_mm{};
+  double centre_sigma_mm = 10.0;
+};
+
+struct LengthForm {
+  std::string from, to;
+  double mm = 0.0, sigma_mm = 0.0;
+};
+
+struct CellForm {
+  NamedRobotFile robot;
+  ToolForm tool;
+  std::vector<SphereForm> spheres;
+  std::vector<LengthForm> lengths;
+};
+
+/// By the name of a shipped robot, or by path. Throws calib::FileError.
+NamedRobotFile find_robot(const std::string& given, const std::filesystem::path& cell_file);
+
+/// As the reader of cell files has it. Throws calib::FileError with key and reason.
+calib::Cell cell_of(const CellForm& form);
+/// What is wrong with it as far as it goes, and what to do; empty: nothing. Spheres may be missing yet.
+std::string objection(const CellForm& form);
+
+/// Where the tip is, on the nominal arm with this tool.
+Triple tip_mm(const CellForm& form, const std::vector<double>& joint_deg);
+/// The centre of a sphere that the tip touches from above there.
+Triple centre_below(const CellForm& form, const std::vector<double>& joint_deg, double diameter_mm);
+
+}  // namespace cellcal::daemon

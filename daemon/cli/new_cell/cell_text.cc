@@ -1,0 +1,181 @@
+#include "daemon/cli/new_cell/cell_text.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "calib/syntax/toml_json.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+using calib::toml_number;
+using calib::toml_string;
+
+std::string triple(const Triple& of) {
+  return fmt::format("[{}, {}, {}]", toml_number(of[0]), toml_number(of[1]), toml_number(of[2]));
+}
+
+/// To a thousandth: for comments, which a person reads.
+double rounded(double value) { return std::round(value * 1e3) / 1e3; }
+
+std::string line(const std::string& setting, const std::string& words) {
+  return fmt::format("{:<38}# {}\n", setting, words);
+}
+
+std::string head(const CellForm& form) {
+  std::string text =
+      "# A cell: arm, tool, artefacts, and what stands around. Millimetres and degrees, in the robot's base\n"
+      "# frame. A line that begins with \"#\" and a key shows that key with its default: take the \"#\" away\n"
+      "# to change it. What it says against itself: 'cellcal doctor --cell FILE' and 'cellcal plan --cell FILE\n"
+      "# --touches 40 --picture cell.svg', which draws it.\n"
+      "format = \"cellcal.cell/1\"\n";
+  text += line("robot = " + toml_string(form.robot.reference),
+               "a shipped one by name, or a file beside this one");
+  text += line("#required_mm = 2.0", "largest mean error that a calibration may be published with");
+  text +=
+      "# floor_mm = 0.0: height that nothing goes below. Not stated: for hand and wrist 100 mm below the\n"
+      "# lowest target, for the rest of the arm nothing.\n";
+  return text;
+}
+
+std::string tool_text(const ToolForm& tool) {
+  const Triple& xyz = tool.xyz_mm;
+  const Triple half{xyz[0] / 2.0, xyz[1] / 2.0, xyz[2] / 2.0};
+  std::string text =
+      "\n[tool]\n# Its tip, seen from the flange. Several tips on one flange: [[tool]] in place of "
+      "[tool], each with\n# its id = \"torch\"; touched is with the first.\n";
+  text += line("xyz_mm = " + triple(xyz), "flange to TCP, TOOL_DATA X Y Z");
+  text += line("abc_deg = " + triple(tool.abc_deg), "TOOL_DATA A B C; the tool points along its z");
+  text += line("#xyz_sigma_mm = [0, 0, 0]", "1 sigma; above 0: the TCP is estimated, too");
+  text += line(tool.mass_kg ? "mass_kg = " + toml_number(*tool.mass_kg) : "#mass_kg = 0.0",
+               "of all that is on the flange; 0: its bending is not estimated");
+  text += line("#com_mm = " + triple({rounded(half[0]), rounded(half[1]), rounded(half[2])}),
+               "centre of mass; half-way to the TCP");
+  text += line("#length_mm = " + toml_number(rounded(std::hypot(xyz[0], xyz[1], xyz[2]))),
+               "of the cantilever that bends; |xyz_mm|");
+  text += line("tip_radius_mm = " + toml_number(tool.tip_radius_mm),
+               "0: a point, as a welding wire; else of its ball");
+  text += tool.mass_kg
+              ? line("deflection_sigma = 0.003", "1/(N m^2): how soft the tool may be; 0: stiff")
+              : line("#deflection_sigma = 0.0", "1/(N m^2): how soft the tool may be; 0: stiff");
+  text += line("#radius_mm = 30.0", "of the shaft: kept clear of everything");
+  text += line("#tip_length_mm = 60.0", "of the slim end up to the TCP");
+  text += line("#tip_diameter_mm = 8.0", "of that end");
+  return text;
+}
+
+std::string centre_text(const SphereForm& sphere) {
+  if (!sphere.centre_mm)
+    return "# centre_mm = [1000.0, 0.0, 300.0]: rough place of the centre. Without it 'cellcal run' finds the sphere "
+           "in a box:\n# search_low_mm = [950.0, -50.0, 250.0], search_high_mm = [1050.0, 50.0, 350.0]: two opposite corners.\n" +
+           line("#centre_sigma_mm = 0.0", "1 sigma of centre_mm");
+  return line("centre_mm = " +
+                  triple({rounded((*sphere.centre_mm)[0]), rounded((*sphere.centre_mm)[1]),
+                          rounded((*sphere.centre_mm)[2])}),
+              "roughly: the touches find it") +
+         line("centre_sigma_mm = " + toml_number(sphere.centre_sigma_mm), "1 sigma of that") +
+         "# Not known at all: search_low_mm = [X, Y, Z] and search_high_mm = [X, Y, Z], corners of a box, in place of\n"
+         "# centre_mm.\n";
+}
+
+std::string sphere_text(const SphereForm& sphere) {
+  std::string text = "\n[[target]]\n";
+  text += line("id = " + toml_string(sphere.id), "stands in the touches and in the report");
+  text += line("kind = \"sphere\"", "or plane, point, wire, tracker: end of this file");
+  text += line("diameter_mm = " + toml_number(sphere.diameter_mm), "as certified");
+  text += line("diameter_sigma_mm = " + toml_number(sphere.diameter_sigma_mm), "1 sigma of that");
+  text += centre_text(sphere);
+  text += line("#stand = \"post\"", "below it; \"none\": nothing");
+  text += line("#stand_diameter_mm = " + toml_number(rounded(std::min(30.0, sphere.diameter_mm))),
+               "of the post");
+  text +=
+      line("#stand_height_mm = 250.0", "from the sphere down; to the floor where floor_mm is set");
+  return text;
+}
+
+std::string length_text(const LengthForm& length) {
+  return fmt::format("\n[[length]]\nbetween = [{}, {}]\n{}{}", toml_string(length.from),
+                     toml_string(length.to),
+                     line("mm = " + toml_number(length.mm), "between the centres, as certified"),
+                     line("sigma_mm = " + toml_number(length.sigma_mm),
+                          "1 sigma; a certificate's U is mostly 2 sigma"));
+}
+
+/// Where there is none yet. The scale of the arm rests on them.
+constexpr const char* kNoLengths = R"(
+# Certified distances of two centres, from a coordinate measuring machine. Without one nothing says how long
+# the arm is, and a calibration counts near the targets only.
+#[[length]]
+#between = ["S1", "S2"]
+#mm = 500.0
+#sigma_mm = 0.005
+)";
+
+constexpr const char* kRest = R"(
+# What must not be hit, beside targets, stands and floor. Everything that is not here can be hit. Examples:
+#[[obstacle]]
+#id = "table"
+#shape = "box"
+#size_mm = [800.0, 600.0, 20.0]
+#xyz_mm = [1000.0, 0.0, 90.0]         # its middle
+#abc_deg = [0, 0, 0]
+#[[obstacle]]
+#id = "pillar"
+#shape = "cylinder"
+#diameter_mm = 120.0
+#height_mm = 1500.0                   # along its z
+#xyz_mm = [0.0, 1200.0, 750.0]
+#[[obstacle]]
+#id = "fixture"
+#shape = "mesh"
+#file = "fixture.stl"                 # in mm, beside this file
+#xyz_mm = [1000.0, 0.0, 100.0]        # of its frame
+
+# Other targets. Examples:
+#[[target]]
+#id = "plate"
+#kind = "plane"
+#centre_mm = [1200.0, 0.0, 300.0]     # a point on it
+#centre_sigma_mm = 5.0                # along its normal
+#normal = [0, 0, 1]                   # to the side of the tool
+#normal_sigma_deg = 1.0
+#extent_mm = 200.0                    # touched inside this circle; without it not at all
+#[[target]]
+#id = "socket"
+#kind = "point"                       # the tip is seated in it by hand
+#centre_mm = [1100.0, 300.0, 300.0]
+#[[target]]
+#id = "encoder"
+#kind = "wire"                        # a draw-wire encoder; its lengths come with the touches
+#centre_mm = [1500.0, 0.0, 500.0]
+#[[target]]
+#id = "tracker"
+#kind = "tracker"                     # its frame is found
+)";
+
+constexpr const char* kTouch = R"(
+# One touch. 'cellcal qualify' measures all of these in two minutes.
+[touch]
+)";
+
+}  // namespace
+
+std::string cell_text(const CellForm& form) {
+  std::string text = head(form) + tool_text(form.tool);
+  for (const SphereForm& sphere : form.spheres) text += sphere_text(sphere);
+  for (const LengthForm& length : form.lengths) text += length_text(length);
+  if (form.lengths.empty()) text += kNoLengths;
+  text += kTouch;
+  text += line("sigma_mm = 0.03", "1 sigma of one touch");
+  text += line("radius_offset_sigma_mm = 0.3",
+               "1 sigma of the effective radius beside the stated ones");
+  text += line("#delay_ms = 0.0", "contact to latched angles");
+  text += line("#delay_sigma_ms = 0.2", "1 sigma of it; with [eki] stop = \"flag\" 5");
+  text += "# turn_sigma_deg = 0.01: 1 sigma of a tracker's turns, where there is one.\n";
+  return text + kRest;
+}
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,29 @@
+#pragma once
+// Questions, each asked again until its answer is good.
+
+#include <filesystem>
+#include <iosfwd>
+#include <stdexcept>
+
+#include "daemon/cli/new_cell/cell_form.h"
+
+namespace cellcal::daemon {
+
+/// The input ended before the last question.
+struct EndOfInput : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// Which parts of the form stand already.
+struct Given {
+  bool robot = false, tool = false, mass = false, tip_radius = false, spheres = false,
+       certificate = false;
+  /// With these nothing is asked.
+  bool enough() const { return robot && tool && spheres; }
+};
+
+/// Asks for what is not given. `cell_file`: beside it robots are looked for. Throws EndOfInput.
+void ask_for_rest(CellForm& form, const Given& given, const std::filesystem::path& cell_file,
+                  std::istream& in, std::ostream& out);
+
+}  // namespace cellcal::daemon

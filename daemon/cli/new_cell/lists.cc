@@ -1,0 +1,89 @@
+#include "daemon/cli/new_cell/lists.h"
+
+#include <fmt/format.h>
+
+#include <array>
+
+#include "calib/syntax/csv.h"
+#include "calib/syntax/input_file.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+constexpr std::size_t kMostRows = 1000, kMostBytes = 1u << 20;
+
+int needed(const calib::CsvTable& table, const char* column, const std::string& name) {
+  const int found = table.find(column);
+  if (found < 0)
+    throw calib::FileError(
+        fmt::format("{}:{}: column \"{}\" is missing", name, table.header_line(), column));
+  return found;
+}
+
+template <typename Row>
+auto rows(const std::filesystem::path& csv, const std::vector<std::string>& known, Row row) {
+  const std::string text = calib::read_file(csv, kMostBytes), name = csv.string();
+  calib::CsvTable table(text, name);
+  table.refuse_unknown(known);
+  std::vector<decltype(row(table, name))> all;
+  while (table.next()) {
+    if (all.size() == kMostRows) throw calib::FileError(name + ": more than 1000 rows");
+    all.push_back(row(table, name));
+  }
+  if (all.empty()) throw calib::FileError(name + ": there is no row behind the header");
+  return all;
+}
+
+std::optional<Triple> centre(const calib::CsvTable& table, const std::string& name) {
+  if (table.find("x_mm") < 0 && table.find("y_mm") < 0 && table.find("z_mm") < 0)
+    return std::nullopt;
+  Triple xyz{};
+  int empty = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const int column = needed(table, std::array{"x_mm", "y_mm", "z_mm"}[i], name);
+    if (table.text(column).empty())
+      ++empty;
+    else
+      xyz[i] = table.number(column);
+  }
+  if (empty == 3) return std::nullopt;
+  if (empty > 0) table.fail(table.find("x_mm"), "x_mm, y_mm and z_mm are stated all three or none");
+  return xyz;
+}
+
+/// The number, where the column is there and the field is not empty.
+void take(const calib::CsvTable& table, const char* column, double& value) {
+  if (const int found = table.find(column); found >= 0 && !table.text(found).empty())
+    value = table.number(found);
+}
+
+}  // namespace
+
+std::vector<SphereForm> load_spheres(const std::filesystem::path& csv) {
+  return rows(csv,
+              {"id", "diameter_mm", "diameter_sigma_mm", "x_mm", "y_mm", "z_mm", "centre_sigma_mm"},
+              [](const calib::CsvTable& table, const std::string& name) {
+                SphereForm sphere;
+                sphere.id = table.text(needed(table, "id", name));
+                sphere.diameter_mm = table.number(needed(table, "diameter_mm", name));
+                take(table, "diameter_sigma_mm", sphere.diameter_sigma_mm);
+                sphere.centre_mm = centre(table, name);
+                take(table, "centre_sigma_mm", sphere.centre_sigma_mm);
+                return sphere;
+              });
+}
+
+std::vector<LengthForm> load_certificate(const std::filesystem::path& csv) {
+  return rows(csv, {"from", "to", "mm", "sigma_mm"},
+              [](const calib::CsvTable& table, const std::string& name) {
+                LengthForm length;
+                length.from = table.text(needed(table, "from", name));
+                length.to = table.text(needed(table, "to", name));
+                length.mm = table.number(needed(table, "mm", name));
+                length.sigma_mm = table.number(needed(table, "sigma_mm", name));
+                return length;
+              });
+}
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,23 @@
+#pragma once
+// cellcal new-cell.
+
+#include <filesystem>
+#include <iosfwd>
+#include <optional>
+#include <string>
+
+namespace cellcal::daemon {
+
+struct NewCellCommand {
+  std::filesystem::path output = "cell.toml";
+  std::string robot{}, tool{};  ///< as typed; empty: asked for
+  std::optional<double> mass_kg{}, tip_radius_mm{};
+  std::filesystem::path spheres{}, certificate{};  ///< CSV
+  bool force = false, json = false;
+};
+
+/// Questions go to `asked`, answers come from `in`, what came of it goes to standard output. Returns the exit
+/// status; throws what kept the file from being written.
+int new_cell(const NewCellCommand& command, std::istream& in, std::ostream& asked);
+
+}  // namespace cellcal::daemon

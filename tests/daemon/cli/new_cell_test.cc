@@ -1,0 +1,426 @@
+// new-cell: what it writes is what the reader of cell files knows, and bad answers write nothing.
+
+#include "daemon/cli/new_cell/new_cell.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <map>
+#include <regex>
+#include <set>
+#include <sstream>
+
+#include "calib/files/documents.h"
+#include "calib/files/files.h"
+#include "calib/files/shipped_robots.h"
+#include "daemon/cli/new_cell/answers.h"
+#include "daemon/cli/new_cell/cell_text.h"
+#include "daemon/cli/new_cell/dialogue.h"
+#include "tests/daemon/cli/process.h"
+#include "tests/daemon/journal/temporary_directory.h"
+
+namespace cellcal::daemon::testing {
+namespace {
+
+std::string content(const std::filesystem::path& path) {
+  std::ifstream file(path);
+  std::stringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+void write(const std::filesystem::path& path, const std::string& text) {
+  std::ofstream(path) << text;
+}
+
+/// The demonstration's four spheres on a robot that is shipped.
+CellForm form(bool with_centres = true) {
+  CellForm form;
+  form.robot = find_robot("kr5_r1400", "cell.toml");
+  form.tool = {{59.9, 50.5, 410.3}, {38.84, 3.59, 0.0}, 1.535, 0.0};
+  const std::map<std::string, Triple> centres{{"S1", {1080, -320, 330}},
+                                              {"S2", {1060, 380, 330}},
+                                              {"S3", {640, -620, 640}},
+                                              {"S4", {760, 560, 780}}};
+  for (const auto& [id, centre] : centres)
+    form.spheres.push_back(
+        {id, 61.4, 0.002, with_centres ? std::optional(centre) : std::nullopt, 10.0});
+  form.lengths = {{"S1", "S2", 700.286, 0.005}, {"S1", "S3", 616.198, 0.005}};
+  return form;
+}
+
+calib::Cell read(const std::string& text, const CellForm& form) {
+  return calib::parse_cell({"new.toml", text, form.robot.name, form.robot.text});
+}
+
+std::string reason(const std::string& text, const CellForm& form) {
+  try {
+    read(text, form);
+    return "accepted";
+  } catch (const calib::FileError& error) {
+    return error.what();
+  }
+}
+
+/// What the reader says that it knows where `wrong_key` stands.
+std::set<std::string> known(const std::string& text, const CellForm& form) {
+  const std::string told = reason(text, form), mark = "known here are: ";
+  const std::size_t at = told.find(mark);
+  EXPECT_NE(at, std::string::npos) << told;
+  std::set<std::string> names;
+  const std::string list = at == std::string::npos ? "" : told.substr(at + mark.size());
+  const std::regex word("[a-z0-9_]+");
+  for (std::sregex_iterator one(list.begin(), list.end(), word), end; one != end; ++one)
+    names.insert(one->str());
+  return names;
+}
+
+using Keys = std::map<std::string, std::set<std::string>>;
+
+/// All keys that stand in the file, set, commented or named in a comment, by table.
+Keys keys_of(const std::string& text) {
+  Keys keys;
+  std::string table, line;
+  std::smatch match;
+  const std::regex key("([a-z][a-z0-9_]*) = ");
+  for (std::istringstream lines(text); std::getline(lines, line);) {
+    if (std::regex_search(line, match, std::regex("^#?\\[+([a-z]+)\\]"))) table = match[1];
+    for (std::sregex_iterator one(line.begin(), line.end(), key), end; one != end; ++one)
+      keys[table].insert((*one)[1]);
+  }
+  return keys;
+}
+
+/// Every key of cellcal.cell/1 by table, as the reader itself names them for a wrong one.
+Keys keys_of_the_reader(const CellForm& form) {
+  const std::string top = "format = \"cellcal.cell/1\"\nrobot = \"kr5_r1400\"\n";
+  const std::string tool = "[tool]\nxyz_mm = [1, 2, 3]\n", touch = "[touch]\nsigma_mm = 0.03\n";
+  const std::string sphere = "[[target]]\nid = \"S\"\nkind = \"sphere\"\ndiameter_mm = 9\n";
+  const std::string other = "[[target]]\nid = \"T\"\nkind = \"point\"\n";
+  const std::string x = "no_such_key = 1\n", place = "xyz_mm = [0, 0, 0]\n";
+  const std::string whole = top + tool + sphere + other + touch;
+  Keys keys;
+  const auto add = [&](const char* table, const std::string& text) {
+    for (const std::string& key : known(text, form)) keys[table].insert(key);
+  };
+  add("", top + x + tool + sphere + touch);
+  add("tool", top + tool + x + sphere + touch);
+  add("tool", top + "[[tool]]\nid = \"a\"\nxyz_mm = [1, 2, 3]\n" + x + sphere + touch);
+  add("touch", whole + x);
+  add("length", whole + "[[length]]\nbetween = [\"S\", \"T\"]\nmm = 9\nsigma_mm = 1\n" + x);
+  for (const char* kind :
+       {"sphere\"\ndiameter_mm = 9", "wire\"", "plane\"", "point\"", "tracker\""})
+    add("target", whole + "[[target]]\nid = \"U\"\nkind = \"" + kind + "\n" + x);
+  for (const char* shape :
+       {"box\"\nsize_mm = [1, 1, 1]", "cylinder\"\ndiameter_mm = 1\nheight_mm = 1",
+        "mesh\"\nfile = \"a.stl\""})
+    add("obstacle", whole + "[[obstacle]]\nid = \"o\"\nshape = \"" + shape + "\n" + place + x);
+  return keys;
+}
+
+class a_new_cell_file : public ::testing::TestWithParam<bool> {};
+
+TEST_P(a_new_cell_file, has_every_key_that_the_reader_knows) {
+  const CellForm made = form(GetParam());
+  const Keys written = keys_of(cell_text(made));
+  std::set<std::string> top = written.at("");
+  for (const auto& [table, names] : keys_of_the_reader(made)) {
+    for (const std::string& key : names) {
+      if (!table.empty())
+        EXPECT_TRUE(written.contains(table) && written.at(table).contains(key))
+            << table << "." << key;
+      else
+        EXPECT_TRUE(top.contains(key) || written.contains(key)) << key;
+    }
+  }
+}
+
+/// With numbers to a thousandth, which comments have.
+std::string rounded(const std::string& toml) {
+  std::string out;
+  const std::regex number("-?[0-9]+\\.[0-9]{4,}");
+  auto last = toml.begin();
+  for (std::sregex_iterator one(toml.begin(), toml.end(), number), end; one != end; ++one) {
+    out.append(last, (*one)[0].first);
+    std::ostringstream text;
+    text.precision(3);
+    text << std::fixed << std::stod(one->str());
+    out += text.str();
+    last = (*one)[0].second;
+  }
+  return out.append(last, toml.end());
+}
+
+TEST_P(a_new_cell_file, says_the_same_with_every_default_spelled_out) {
+  const CellForm made = form(GetParam());
+  const std::string text = cell_text(made);
+  // Up to the examples of whole tables, which say something else.
+  const std::size_t examples = text.find("\n# What must not be hit");
+  const std::string spelled =
+      std::regex_replace(text.substr(0, examples), std::regex("(^|\n)#([a-z0-9_]+ = )"), "$1$2");
+  EXPECT_NE(spelled, text.substr(0, examples));
+  ASSERT_EQ(reason(spelled, made), "accepted");
+  // Written back only where stated: what is assumed of a stand, and of what is required.
+  const std::regex stands("(stand_[a-z]+|required)_mm = [^\n]*\n");
+  const auto said = [&](const std::string& one) {
+    return std::regex_replace(rounded(calib::cell_to_toml(read(one, made), "r")), stands, "");
+  };
+  EXPECT_EQ(said(spelled), said(text));
+}
+
+TEST_P(a_new_cell_file, has_examples_that_can_be_taken_as_they_are) {
+  const CellForm made = form(GetParam());
+  const std::string text = cell_text(made);
+  const std::string spelled =
+      std::regex_replace(text, std::regex("(^|\n)#(\\[|[a-z0-9_]+ = )"), "$1$2");
+  ASSERT_EQ(reason(spelled, made), "accepted");
+  const calib::Cell cell = read(spelled, made);
+  EXPECT_EQ(cell.obstacles.size(), 3u);
+  EXPECT_EQ(cell.targets.size(), 8u);
+}
+
+INSTANTIATE_TEST_SUITE_P(new_cell, a_new_cell_file, ::testing::Bool());
+
+TEST(a_new_cell_file, has_lines_that_a_terminal_shows_whole) {
+  std::string line;
+  for (std::istringstream lines(cell_text(form())); std::getline(lines, line);)
+    EXPECT_LE(line.size(), 112u) << line;
+}
+
+TEST(a_new_cell_file, is_of_any_robot_that_is_shipped) {
+  for (const calib::NamedRobot& one : calib::shipped_robots()) {
+    CellForm made = form();
+    made.robot = find_robot(one.file, "cell.toml");
+    EXPECT_EQ(reason(cell_text(made), made), "accepted") << one.file;
+  }
+}
+
+TEST(a_robot_file_beside_the_cell_file, is_named_relative_to_it) {
+  const TemporaryDirectory dir;
+  write(dir / "mine.toml", form().robot.text);
+  EXPECT_EQ(find_robot(dir / "mine.toml", dir / "cell.toml").reference, "mine.toml");
+  std::filesystem::create_directory(dir / "sub");
+  EXPECT_EQ(find_robot(dir / "mine.toml", dir / "sub/cell.toml").reference, dir / "mine.toml");
+}
+
+// ---- the dialogue ----------------------------------------------------------------------------
+
+const std::vector<std::string> kAnswers{"kr5_r1400",  "59.9 50.5 410.3 38.84 3.59 0",
+                                        "1.535",      "",
+                                        "61.4 0.002", "1080, -320, 330",
+                                        "=",          "1060 380 330",
+                                        "",           "700.286 0.005"};
+
+std::string joined(const std::vector<std::string>& lines, std::size_t count) {
+  std::string text;
+  for (std::size_t i = 0; i < count; ++i) text += lines[i] + "\n";
+  return text;
+}
+
+struct Asked {
+  CellForm form;
+  std::string out;
+};
+
+Asked ask(const std::string& input) {
+  std::istringstream in(input);
+  std::ostringstream out;
+  Asked asked;
+  ask_for_rest(asked.form, {}, "cell.toml", in, out);
+  asked.out = out.str();
+  return asked;
+}
+
+TEST(the_dialogue, makes_the_cell_of_its_answers) {
+  const Asked asked = ask(joined(kAnswers, kAnswers.size()));
+  const CellForm& made = asked.form;
+  EXPECT_EQ(made.robot.reference, "kr5_r1400");
+  EXPECT_EQ(made.tool.abc_deg, (Triple{38.84, 3.59, 0}));
+  EXPECT_EQ(made.tool.mass_kg, 1.535);
+  ASSERT_EQ(made.spheres.size(), 2u);
+  EXPECT_EQ(made.spheres[1].id, "S2");
+  EXPECT_EQ(made.spheres[1].diameter_mm, 61.4);
+  EXPECT_EQ(made.spheres[1].centre_mm, (Triple{1060, 380, 330}));
+  ASSERT_EQ(made.lengths.size(), 1u);
+  EXPECT_EQ(made.lengths[0].mm, 700.286);
+}
+
+TEST(the_dialogue, takes_a_certificate_that_was_given_for_spheres_that_it_asks_for) {
+  CellForm made;
+  made.lengths = {{"S1", "S2", 700.286, 0.005}};
+  std::istringstream in(joined(kAnswers, kAnswers.size() - 1));
+  std::ostringstream out;
+  ask_for_rest(made, {.certificate = true}, "cell.toml", in, out);
+  EXPECT_EQ(objection(made), "");
+  EXPECT_EQ(made.lengths.size(), 1u);
+}
+
+TEST(the_dialogue, asks_again_for_a_bad_answer_with_the_reason) {
+  const std::vector<std::pair<std::size_t, std::pair<std::string, std::string>>> bad{
+      {0, {"kr5_r140", "no robot file \"kr5_r140\""}},
+      {0, {"kr5_", "there are kr5_arc, kr5_r1400"}},
+      {0, {"", "a name is needed"}},
+      {0, {"?", "kr6_r900_2"}},
+      {1, {"59.9 50.5", "2 numbers given, 3 or 6 numbers wanted"}},
+      {1, {"59,9 50,5 410,3 0", "7 numbers given"}},
+      {1, {"59.9 50.5 nan", "\"nan\" is no number"}},
+      {1, {"59.9 50.5 1e999", "\"1e999\" is no number"}},
+      {1, {"0.0599 0.0505 0.4103", "mm"}},
+      {2, {"heavy", "\"heavy\" is no number"}},
+      {2, {"-1", "tool.mass_kg"}},
+      {4, {"-3", "diameter_mm"}},
+      {4, {"/none/spheres.csv", "/none/spheres.csv"}},
+      {5, {"1080 -320", "2 numbers given, 3 or 6 numbers wanted"}},
+      {5, {"9000 0 300", "S1"}},
+      {7, {"1080 -320 331", "S2"}},
+      {9, {"700.286", "1 number given, 2 numbers wanted"}},
+      {9, {"770.286 0.005", "S1"}},
+      {9, {std::string(70000, '7'), "is no number"}}};
+  for (const auto& [at, words] : bad) {
+    std::vector<std::string> answers = kAnswers;
+    answers.insert(answers.begin() + static_cast<std::ptrdiff_t>(at), words.first);
+    const Asked asked = ask(joined(answers, answers.size()));
+    EXPECT_NE(asked.out.find(words.second), std::string::npos)
+        << words.first.substr(0, 40) << ": " << asked.out.substr(0, 2000);
+    EXPECT_EQ(cell_text(asked.form), cell_text(ask(joined(kAnswers, kAnswers.size())).form));
+  }
+}
+
+TEST(the_dialogue, ends_where_the_input_ends_and_leaves_nothing) {
+  for (std::size_t count = 0; count < kAnswers.size(); ++count) {
+    const TemporaryDirectory dir;
+    std::istringstream in(joined(kAnswers, count));
+    std::ostringstream out;
+    EXPECT_THROW(new_cell({.output = dir / "cell.toml"}, in, out), EndOfInput) << count;
+    EXPECT_TRUE(std::filesystem::is_empty(dir / "")) << count;
+  }
+}
+
+TEST(a_taught_centre, lies_below_the_tip_that_touches_the_top) {
+  CellForm made = form();
+  made.spheres.clear();
+  made.tool.tip_radius_mm = 1.5;
+  const std::vector<double> joints{20, -70, 80, 10, 60, 30};
+  const Triple tip = tip_mm(made, joints);
+  std::vector<std::string> answers(kAnswers.begin(), kAnswers.begin() + 4);
+  answers[3] = "1.5";
+  answers.insert(answers.end(), {"50", "20 -70 80 10 60 30", ""});
+  const Asked asked = ask(joined(answers, answers.size()));
+  const Triple centre = asked.form.spheres.at(0).centre_mm.value();
+  EXPECT_NEAR(centre[0], tip[0], 1e-9);
+  EXPECT_NEAR(centre[1], tip[1], 1e-9);
+  EXPECT_NEAR(centre[2], tip[2] - 26.5, 1e-9);
+}
+
+// ---- the command -----------------------------------------------------------------------------
+
+constexpr const char* kSpheres =
+    "id,diameter_mm,x_mm,y_mm,z_mm\nS1,61.4,1080,-320,330\nS2,61.4,1060,380,330\n"
+    "S3,61.4,640,-620,640\nS4,61.4,760,560,780\n";
+constexpr const char* kCertificate =
+    "from,to,mm,sigma_mm\nS1,S2,700.286,0.005\nS1,S3,616.198,0.005\n";
+
+class the_command : public ::testing::Test {
+ protected:
+  the_command() {
+    write(dir_ / "spheres.csv", kSpheres);
+    write(dir_ / "certificate.csv", kCertificate);
+  }
+  std::vector<std::string> arguments() const {
+    return {CELLCAL,
+            "new-cell",
+            "-o",
+            cell_,
+            "--robot",
+            "kr5_r1400",
+            "--tool",
+            "59.9,50.5,410.3,38.84,3.59,0",
+            "--mass",
+            "1.535",
+            "--spheres",
+            dir_ / "spheres.csv",
+            "--certificate",
+            dir_ / "certificate.csv"};
+  }
+  const TemporaryDirectory dir_;
+  const std::string cell_ = dir_ / "cell.toml";
+};
+
+TEST_F(the_command, makes_of_options_alone_a_file_that_loads_and_plans) {
+  const Outcome made = run_program(arguments());
+  ASSERT_EQ(made.status, 0) << made.err;
+  EXPECT_EQ(made.err, "");
+  EXPECT_NE(made.out.find("plan of 50 touches"), std::string::npos) << made.out;
+  EXPECT_NE(made.out.find("correction_limit_deg = "), std::string::npos) << made.out;
+  const calib::Cell cell = calib::load_cell(cell_), demo = calib::load_cell(CELLCAL_DEMO_CELL);
+  ASSERT_EQ(cell.targets.size(), demo.targets.size());
+  for (std::size_t i = 0; i < demo.targets.size(); ++i)
+    EXPECT_EQ(cell.targets[i].centre_m, demo.targets[i].centre_m);
+  EXPECT_TRUE(cell.tool.tcp.isApprox(demo.tool.tcp));
+  EXPECT_EQ(cell.tool.deflection_sigma, demo.tool.deflection_sigma);
+
+  const std::string before = content(cell_);
+  write(dir_ / "spheres.csv", std::string(kSpheres) + "S5,50,900,0,300\n");
+  const Outcome again = run_program(arguments());
+  EXPECT_EQ(again.status, 1);
+  EXPECT_NE(again.err.find("is there already"), std::string::npos) << again.err;
+  EXPECT_EQ(content(cell_), before);
+}
+
+TEST_F(the_command, replaces_a_file_with_force_alone) {
+  write(cell_, "mine");
+  write(dir_ / "spheres.csv", "id,diameter_mm\nS1,50\n");
+  write(dir_ / "certificate.csv", "from,to,mm,sigma_mm\n");
+  NewCellCommand command{
+      .output = cell_, .robot = "kr5_r1400", .tool = "0 0 300", .spheres = dir_ / "spheres.csv"};
+  std::istringstream in;
+  std::ostringstream out;
+  EXPECT_THROW(new_cell(command, in, out), std::runtime_error);
+  EXPECT_EQ(content(cell_), "mine");
+  command.force = true;
+  EXPECT_EQ(new_cell(command, in, out), 1) << "its sphere has no place yet: no plan";
+  EXPECT_EQ(calib::load_cell(cell_).targets.size(), 1u);
+  EXPECT_EQ(out.str(), "") << "nothing is asked";
+}
+
+TEST_F(the_command, names_what_an_option_or_list_says_wrongly_and_writes_nothing) {
+  struct Case {
+    std::string spheres, certificate, tool, words;
+  };
+  const std::string tool = "0,0,300";
+  const std::vector<Case> cases{
+      {kSpheres, kCertificate, "1,2", "--tool: 2 numbers given"},
+      {"", kCertificate, tool, "spheres.csv: empty"},
+      {"id,diameter_mm\n", kCertificate, tool, "spheres.csv: there is no row"},
+      {"id,size\nS1,50\n", kCertificate, tool, "spheres.csv:1: unknown column \"size\""},
+      {"id,x_mm\nS1,50\n", kCertificate, tool, "spheres.csv:1: column \"diameter_mm\" is missing"},
+      {"id,diameter_mm\nS1,nan\n", kCertificate, tool, "spheres.csv:2: diameter_mm"},
+      {"id,diameter_mm,x_mm,y_mm,z_mm\nS1,50,1,,3\n", kCertificate, tool, "all three or none"},
+      {"id,diameter_mm\nS1,50\nS1,50\n", kCertificate, tool, "stands twice"},
+      {"id,diameter_mm\ntool,50\n", kCertificate, tool, "must not be \"tool\""},
+      {"id;diameter_mm\nS1;50\n", kCertificate, tool, "separated by commas"},
+      {kSpheres, "from,to,mm,sigma_mm\nS1,S9,700,0.005\n", tool, "no target \"S9\""},
+      {kSpheres, "from,to,mm,sigma_mm\nS1,S2,700", tool, "certificate.csv:2"},
+      {kSpheres, "from,to,mm,sigma_mm\nS1,S2,770.286,0.005\n", tool, "S1"}};
+  for (const Case& one : cases) {
+    write(dir_ / "spheres.csv", one.spheres);
+    write(dir_ / "certificate.csv", one.certificate);
+    std::istringstream in;
+    std::ostringstream out;
+    try {
+      new_cell({.output = cell_,
+                .robot = "kr5_r1400",
+                .tool = one.tool,
+                .spheres = dir_ / "spheres.csv",
+                .certificate = dir_ / "certificate.csv"},
+               in, out);
+      ADD_FAILURE() << one.words;
+    } catch (const std::runtime_error& error) {
+      EXPECT_NE(std::string(error.what()).find(one.words), std::string::npos) << error.what();
+    }
+    EXPECT_FALSE(std::filesystem::exists(cell_)) << one.words;
+  }
+}
+
+}  // namespace
+}  // namespace cellcal::daemon::testing
