@@ -27,11 +27,12 @@ void refuse_while_under_way(const Status& status) {
 
 }  // namespace
 
-Api::Api(SessionService& service, Journal& journal, Access* access, Page page)
+Api::Api(SessionService& service, Journal& journal, Access* access, Page page, Examiner* examiner)
     : service_(service),
       journal_(journal),
       access_(access),
       page_(std::move(page)),
+      examiner_(examiner),
       local_feed_(source(service)),
       network_feed_(source(service)) {}
 

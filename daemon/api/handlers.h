@@ -15,13 +15,16 @@
 namespace cellcal::daemon {
 
 class Access;
+class Examiner;
 
 class Api {
  public:
   /// What a browser shows; for paths that are not below /v1. It holds no data of the cell.
   using Page = std::function<std::optional<Response>(const Request&)>;
   /// Without `access` nobody has a token: over the network only what nobody may see is answered.
-  explicit Api(SessionService& service, Journal& journal, Access* access = nullptr, Page page = {});
+  /// Without `examiner` there is no doctor within this daemon.
+  explicit Api(SessionService& service, Journal& journal, Access* access = nullptr, Page page = {},
+               Examiner* examiner = nullptr);
 
   /// Says who asks, or refuses. For no time.
   std::optional<Response> admit_local(Request& request) const;
@@ -84,6 +87,11 @@ class Api {
   std::optional<Response> drift(const Call& call);
   std::optional<Response> plan(const Call& call);
   std::optional<Response> figures(const Call& call);
+  // Which step is next, and the doctor within the daemon (readiness_handlers.cc).
+  std::optional<Response> readiness(const Call& call);
+  std::optional<Response> doctor(const Call& call);
+  std::optional<Response> examine(const Call& call);
+  Examiner& examiner();
   Access& access();
   std::optional<Response> metrics(const Call& call);
   /// Throws NotFound.
@@ -94,6 +102,7 @@ class Api {
   Journal& journal_;
   Access* access_;
   Page page_;
+  Examiner* examiner_;
   /// One for each listener's thread: none waits for what the other does.
   EventFeed local_feed_, network_feed_;
 };

@@ -1,6 +1,7 @@
 #include "daemon/doctor/doctor.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include "daemon/doctor/parts.h"
 
@@ -34,6 +35,15 @@ std::optional<DaemonConfig> look_at_config(const DoctorRequest& request, Finding
   }
 }
 
+void look_at_links(const DoctorRequest& request, const DaemonConfig& config,
+                   const std::optional<calib::Cell>& cell,
+                   const std::optional<ProcessRights>& rights, Findings& findings) {
+  if (config.backend != BackendKind::kMock)
+    return look_at_wires(request, config, cell, rights, findings);
+  findings.warn("wires", "not checked: backend mock is an emulated cell inside the daemon",
+                "for a real cell set backend = \"rsi\" or \"eki\"");
+}
+
 }  // namespace
 
 void examine(const DoctorRequest& request, Findings& findings) {
@@ -47,12 +57,18 @@ void examine(const DoctorRequest& request, Findings& findings) {
     // Its session holds port and device. Taking them away would stop it.
     judge_realtime(*config, rights, {}, findings);
     judge_links_of(daemon->status, findings);
-  } else if (config->backend == BackendKind::kMock) {
-    findings.warn("wires", "not checked: backend mock is an emulated cell inside the daemon",
-                  "for a real cell set backend = \"rsi\" or \"eki\"");
   } else {
-    look_at_wires(request, *config, cell, rights, findings);
+    look_at_links(request, *config, cell, rights, findings);
   }
+}
+
+void examine_from_within(const DoctorRequest& request, const DaemonConfig& config,
+                         Findings& findings) {
+  findings.ok("configuration",
+              fmt::format("as cellcald has it, backend {}", name_of(config.backend)));
+  const std::optional<calib::Cell> cell = look_at_cell(request, config, findings);
+  if (request.stop.stop_requested()) return;
+  look_at_links(request, config, cell, rights_of_process(::getpid()), findings);
 }
 
 }  // namespace cellcal::daemon

@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <stop_token>
 #include <string>
 
 #include "daemon/doctor/finding.h"
@@ -19,10 +20,17 @@ struct DoctorRequest {
   double observe_s = 10.0;      ///< of the links, once they are up
   /// What the person has to do now, and how long there is time for it.
   std::function<void(const std::string&)> hint = [](const std::string&) {};
+  std::stop_token stop{};  ///< asked for: ends soon, with findings that nobody reads
 };
 
 /// Looks at everything in an order in which what fails first is what is mended first. Throws
 /// nothing that a cell could cause.
 void examine(const DoctorRequest& request, Findings& findings);
+
+struct DaemonConfig;
+/// The same from within the daemon, with the configuration that is in force and its own rights. No session may be
+/// under way.
+void examine_from_within(const DoctorRequest& request, const DaemonConfig& config,
+                         Findings& findings);
 
 }  // namespace cellcal::daemon

@@ -171,7 +171,7 @@ void Wires::contact(const std::optional<ProcessRights>& daemon) {
   }
   const Steady::time_point begun = Steady::now();
   std::optional<Steady::time_point> faulty;
-  while (since(begun) < kContactTimeoutS) {
+  while (since(begun) < kContactTimeoutS && !request_.stop.stop_requested()) {
     look_at_contact();
     const drivers::ContactStatus& s = contact_seen_.newest;
     if (s.link == drivers::ContactLink::kReady) break;
@@ -200,7 +200,8 @@ void Wires::look_for_baud() {
       continue;  // a rate that this adapter does not have is not the sensor's
     }
     const Steady::time_point begun = Steady::now();
-    while (since(begun) < kBaudTimeoutS && !contact_seen_.answers_at) {
+    while (since(begun) < kBaudTimeoutS && !contact_seen_.answers_at &&
+           !request_.stop.stop_requested()) {
       if (other.status().identity.protocol != 0) contact_seen_.answers_at = baud;
       std::this_thread::sleep_for(kLook);
     }
@@ -287,6 +288,7 @@ RsiSeen Wires::watch(drivers::RsiRobot& robot) {
     seen.waited_s = since(begun);
     if (!up && seen.waited_s >= request_.wait_s) break;
     if (up && since(*up) >= request_.observe_s) break;
+    if (request_.stop.stop_requested()) break;
     if ((seen.refused || seen.lost) && !over) over = Steady::now();
     if (over && since(*over) >= kEnoughS) break;
     std::this_thread::sleep_for(kLook);
@@ -361,6 +363,7 @@ EkiSeen Wires::watch(drivers::EkiRobot& robot) {
     seen.waited_s = since(begun);
     if (!up && seen.waited_s >= request_.wait_s) break;
     if (up && since(*up) >= request_.observe_s) break;
+    if (request_.stop.stop_requested()) break;
     std::this_thread::sleep_for(kLook);
   }
   seen.observed_s = up ? since(*up) : 0.0;

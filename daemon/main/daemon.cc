@@ -13,12 +13,15 @@
 #include "daemon/api/handlers.h"
 #include "daemon/api/http/server.h"
 #include "daemon/api/page.h"
+#include "daemon/doctor/doctor.h"
 #include "daemon/files/log_context.h"
 #include "daemon/main/backends.h"
 #include "daemon/main/log.h"
 #include "daemon/main/network_door.h"
 #include "daemon/main/notification.h"
 #include "daemon/main/reload.h"
+#include "daemon/readiness/examiner.h"
+#include "daemon/runner/backend.h"
 #include "daemon/service/service.h"
 
 namespace cellcal::daemon {
@@ -145,6 +148,22 @@ AccessConfig access_config(const std::optional<HttpConfig>& http) {
   return http ? AccessConfig{http->host_names, http->port, http->tls()} : AccessConfig{};
 }
 
+/// The doctor with this daemon's rights. While it looks no session begins.
+Examiner::Parts doctor_within(const LiveConfig& live, SessionService& service) {
+  return {[&live](const std::filesystem::path& cell, Findings& findings,
+                  const std::function<void(const std::string&)>& hint, std::stop_token stop) {
+            DoctorRequest request;
+            request.cell = cell;
+            request.hint = hint;
+            request.stop = std::move(stop);
+            examine_from_within(request, *live.now(), findings);
+          },
+          [&service] {
+            service.hold("the doctor is looking at the links. Wait for its end, half a minute");
+          },
+          [&service] { service.release(); }, wall_clock_utc};
+}
+
 }  // namespace
 
 void check_files_of(const DaemonConfig& config) {
@@ -167,7 +186,8 @@ void run_daemon(const DaemonConfig& config, const std::function<DaemonConfig()>&
   TokenStore tokens(config.state_dir / "tokens.json");
   if (!tokens.problem().empty()) spdlog::error("{}", tokens.problem());
   Access access(tokens, access_config(config.http));
-  Api api(service, journal, &access, page_answer);
+  Examiner examiner(doctor_within(live, service));
+  Api api(service, journal, &access, page_answer, &examiner);
   HttpServer server(
       context, config.socket,
       {[&api](Request& request) { return api.admit_local(request); },
@@ -186,6 +206,7 @@ void run_daemon(const DaemonConfig& config, const std::function<DaemonConfig()>&
   signals.async_wait([&](boost::system::error_code, int signal) {
     spdlog::info("signal {}: stopping", signal);
     sd_notify(0, "STOPPING=1");
+    examiner.stop();
     service.shutdown();
     service.on_change({});
     if (network) network->stop();

@@ -152,6 +152,21 @@ SessionService::SessionService(ServiceParts parts) : parts_(std::move(parts)) {
 
 SessionService::~SessionService() { shutdown(); }
 
+void SessionService::hold(const std::string& words) {
+  const std::lock_guard lock(mutex_);
+  if (ending_) throw BusyError("the daemon is being stopped; start it again");
+  if (busy_ || waiting_ > 0)
+    throw BusyError("session " + std::to_string(history_.back().session) +
+                    " is under way and has the devices. Wait for its end, or abort it");
+  if (!held_.empty()) throw BusyError(held_);
+  held_ = words;
+}
+
+void SessionService::release() {
+  const std::lock_guard lock(mutex_);
+  held_.clear();
+}
+
 std::unique_ptr<SessionService::Job> SessionService::prepare(const RunRequest& request) {
   check(request);
   auto job = std::make_unique<Job>();
@@ -245,8 +260,6 @@ std::int64_t SessionService::start(const RunRequest& request) {
       if (abort_early_) throw BusyError("aborted before it began: no session was started");
     }
     if (ending_) throw BusyError("the daemon is being stopped; start it again");
-    if (alone_ != nullptr)
-      throw BusyError(fmt::format("{} is under way. Try again when it has ended", alone_));
     if (busy_ && starting_) throw BusyError("a session is being prepared. See 'cellcal status'");
     if (busy_) {
       const std::string session = "session " + std::to_string(history_.back().session);
@@ -257,6 +270,7 @@ std::int64_t SessionService::start(const RunRequest& request) {
                           : session +
                                 " is running. See 'cellcal status', stop it with 'cellcal abort'");
     }
+    if (!held_.empty()) throw BusyError(held_);
     busy_ = starting_ = true;
     abort_early_ = false;
   }
@@ -297,26 +311,12 @@ std::int64_t SessionService::start(const RunRequest& request) {
 }
 
 void SessionService::alone(const char* what, const std::function<void()>& act) {
-  {
-    const std::lock_guard lock(mutex_);
-    if (ending_) throw BusyError("the daemon is being stopped; start it again");
-    if (alone_ != nullptr)
-      throw BusyError(fmt::format("{} is under way. Try again when it has ended", alone_));
-    if (busy_)
-      throw BusyError(fmt::format("a session is running. Ask for {} when it has ended", what));
-    alone_ = what;
-  }
-  const auto over = [this] {
-    const std::lock_guard lock(mutex_);
-    alone_ = nullptr;
-  };
-  try {
-    act();
-  } catch (...) {
-    over();
-    throw;
-  }
-  over();
+  hold(fmt::format("{} is under way. Try again when it has ended", what));
+  struct Release {
+    SessionService& service;
+    ~Release() { service.release(); }
+  } const release{*this};
+  act();
 }
 
 void SessionService::run(Job& job) {

@@ -84,8 +84,11 @@ class SessionService {
   /// Begins a session; returns its number. Throws BusyError, RequestError, JournalError,
   /// calib::FileError, drivers::ConfigError, drivers::DriverError.
   std::int64_t start(const RunRequest& request);
-  /// Does it while no session is under way, and lets none begin meanwhile: it may hold the journal for
-  /// longer than an arm should wait. Throws BusyError, and what `act` throws.
+  /// Keeps sessions from beginning while something else has their devices or the journal; `words` say what, and what
+  /// to do. Throws BusyError where a session is under way, or something else has them already.
+  void hold(const std::string& words);
+  void release();
+  /// Does it held: it may hold the journal for longer than an arm should wait. Throws BusyError, and what `act` throws.
   void alone(const char* what, const std::function<void()>& act);
   // These five wait for nothing: neither for the disk nor for a session that is being prepared.
   /// False: nothing to abort. A session that is being prepared ends when it has begun.
@@ -127,8 +130,8 @@ class SessionService {
   PlanInHand plan_;
   Runner* runner_ = nullptr;
   bool busy_ = false, starting_ = false, ending_ = false, abort_early_ = false;
-  const char* alone_ = nullptr;  ///< what is done while no session may begin
-  int waiting_ = 0;  ///< starts that wait until the session before has let its devices go
+  std::string held_;  ///< why no session may begin; empty: one may
+  int waiting_ = 0;   ///< starts that wait until the session before has let its devices go
   std::thread thread_;
 };
 

@@ -3,10 +3,10 @@
 // Null where the thing as a whole cannot be used.
 
 import {
-  FAILURES, KINDS, PHASES, STATES,
-  type ContactLink, type DriftRow, type FailureKind, type Figures, type Frame, type Joint, type Kind, type Phase,
-  type PlannedTouch, type Point, type Result, type RobotLink, type RobotPosture, type Role,
-  type Scene, type SceneTarget, type SessionRow, type SessionState, type Solid, type Status,
+  FAILURES, KINDS, PHASES, STATES, STEPS,
+  type ContactLink, type Doctor, type DriftRow, type FailureKind, type Figures, type Finding, type Frame, type Joint, type Kind, type Phase,
+  type PlannedTouch, type Point, type Result, type RobotLink, type Readiness, type RobotPosture, type Role,
+  type Scene, type SceneTarget, type SessionRow, type SessionState, type Solid, type Status, type StepSeen,
   type Summary, type Touch, type TouchSet,
 } from "./types";
 
@@ -269,6 +269,39 @@ function drift_row(value: unknown): DriftRow | null {
 }
 export const drift = (value: unknown): DriftRow[] =>
   known(list(fields(value)?.sessions).map(drift_row));
+
+function step(value: unknown): StepSeen | null {
+  const all = fields(value);
+  const name = STEPS.find((one) => one === all?.step);
+  const states = ["todo", "done", "wrong"] as const;
+  const state = states.find((one) => one === all?.state);
+  return all && name && state
+    ? { step: name, state, words: words(all.words), session: number(all.session) } : null;
+}
+export function readiness(value: unknown): Readiness | null {
+  const all = fields(value);
+  if (!all || !Array.isArray(all.steps)) return null;
+  return {
+    cell: words(all.cell), robot: words(all.robot), spheres: count(all.spheres), placed: count(all.placed),
+    next: STEPS.find((one) => one === all.next) ?? null, steps: known(list(all.steps).map(step)),
+  };
+}
+
+function finding(value: unknown): Finding | null {
+  const all = fields(value);
+  const outcomes = ["ok", "warning", "failed", "skipped"] as const;
+  const outcome = outcomes.find((one) => one === all?.outcome);
+  return all && outcome
+    ? { check: words(all.check), outcome, found: words(all.found), advice: words(all.advice) } : null;
+}
+export function doctor(value: unknown): Doctor | null {
+  const all = fields(value);
+  if (!all || !Array.isArray(all.checks)) return null;
+  return {
+    cell: words(all.cell), running: all.running === true, hint: words(all.hint), ended: words(all.ended),
+    green: all.green === true, checks: known(list(all.checks).map(finding)),
+  };
+}
 
 /** Without a role nothing is said of the cell. */
 export function role(value: unknown): Role | null {

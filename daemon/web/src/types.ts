@@ -187,4 +187,36 @@ export interface DriftRow {
   zeros: { joint: string; deg: number; sigmaDeg: number | null }[];
 }
 
+export const STEPS = ["cell", "robot", "spheres", "doctor", "qualify", "first", "calibration"] as const;
+export type StepName = (typeof STEPS)[number];
+export interface StepSeen {
+  step: StepName;
+  state: "todo" | "done" | "wrong";
+  words: string;
+  session: number | null;
+}
+export interface Readiness {
+  cell: string;
+  robot: string;
+  spheres: number;
+  placed: number;
+  next: StepName | null;
+  steps: StepSeen[];
+}
+
+export interface Finding {
+  check: string;
+  outcome: "ok" | "warning" | "failed" | "skipped";
+  found: string;
+  advice: string;
+}
+export interface Doctor {
+  cell: string;
+  running: boolean;
+  hint: string;
+  ended: string;
+  green: boolean;
+  checks: Finding[];
+}
+
 export type Role = "look" | "operate" | "administer";

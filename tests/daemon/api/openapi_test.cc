@@ -7,6 +7,7 @@
 
 #include "daemon/api/access/access.h"
 #include "daemon/api/handlers.h"
+#include "daemon/readiness/examiner.h"
 #include "daemon/service/archive.h"
 #include "daemon/service/inputs.h"
 #include "tests/daemon/api/schema.h"
@@ -90,7 +91,14 @@ struct a_described_api : ::testing::Test, testing::WithoutHardware {
 
   TokenStore tokens{dir / "tokens.json"};
   Access access{tokens, {}};
-  Api api{service, journal, &access};
+  Examiner examiner{{[](const std::filesystem::path&, Findings& findings, const auto&,
+                        std::stop_token) {
+                       findings.warn("plan", "A4 travels far", "widen it");
+                       findings.fail("rsi packets", "none", "start it");
+                     },
+                     [this] { service.hold("the doctor is looking"); },
+                     [this] { service.release(); }, [] { return "t"; }}};
+  Api api{service, journal, &access, {}, &examiner};
   std::set<std::string> seen;
 };
 
@@ -129,6 +137,15 @@ TEST_F(a_described_api, answers_as_it_is_described) {
   EXPECT_EQ(ask("GET", one + "/plan", "", "/v1/sessions/{id}/plan").status, 404);
   EXPECT_EQ(ask("GET", "/v1/scene").status, 200);
   EXPECT_EQ(ask("GET", "/v1/drift").status, 200);
+  EXPECT_EQ(ask("GET", "/v1/readiness").status, 200);
+  EXPECT_EQ(ask("GET", "/v1/doctor").status, 200);
+  EXPECT_EQ(ask("POST", "/v1/doctor", R"({"cell": "cell.toml"})").status, 422);
+  EXPECT_EQ(ask("POST", "/v1/doctor", "{}").status, 400);
+  const std::string cell = json{{"cell", CELLCAL_DEMO_CELL}}.dump();
+  EXPECT_EQ(ask("POST", "/v1/doctor", cell).status, 202);
+  examiner.stop();
+  EXPECT_EQ(ask("GET", "/v1/doctor").status, 200);
+  EXPECT_EQ(ask("GET", "/v1/readiness").status, 200);
   for (const char* file :
        {"touches.csv", "calibration.json", "qualification.json", "report.html"}) {
     const std::string path = "/v1/sessions/{id}/" + std::string(file);

@@ -13,7 +13,7 @@ const HOSTILE: unknown[] = [
 const DECODERS = {
   status: decode.status, touch: decode.touch, posture: decode.posture, scene: decode.scene,
   plan: decode.plan, figures: decode.figures, sessions: decode.sessions, drift: decode.drift,
-  role: decode.role, error_words: decode.error_words,
+  readiness: decode.readiness, doctor: decode.doctor, role: decode.role, error_words: decode.error_words,
 };
 
 test("nothing that arrives makes a decoder throw, or gives a role", () => {

@@ -106,6 +106,44 @@ const steps = {
     await picture("empty-1280", this.page);
   },
 
+  async "leads from nothing to what is next, and shows what the doctor found"() {
+    const { page } = this;
+    const guide = page.locator(".guide");
+    const step = (name, state) => guide.locator(`[data-step="${name}"][data-state="${state}"]`).waitFor(LONG);
+    const look = async (file) => {
+      await guide.getByLabel("Cell file").fill(file);
+      await guide.getByRole("button", { name: "Let the doctor look" }).click();
+    };
+    await guide.getByText("Getting ready: 0 of 7 steps done").waitFor(LONG);
+    await guide.getByText("cellcal new-cell -o /etc/cellcal/cell.toml").waitFor(LONG);
+    await look("cell.toml");
+    await guide.getByText("give the cell file as an absolute path").waitFor(LONG);
+    await look("/none/cell.toml");
+    await step("cell", "wrong");
+    await guide.getByText("Getting ready: 0 of 7 steps done").waitFor(LONG);
+    await look(process.env.CELL);
+    for (const name of ["cell", "robot", "spheres", "doctor"]) await step(name, "done");
+    await guide.locator('[data-step="qualify"][aria-current="step"]').waitFor(LONG);
+    await page.locator('[data-doctor="done"]').getByText("Z 1005.0 is robot").waitFor(LONG);
+    await guide.getByText(`cellcal qualify --cell ${process.env.CELL}`).waitFor(LONG);
+    for (const [width, height] of WIDTHS) {
+      await page.setViewportSize({ width, height });
+      await page.waitForFunction(() => document.documentElement.scrollWidth <= innerWidth, null, { timeout: 5000 })
+        .catch(() => assert.fail(`the guide is wider than ${width} px`));
+      await picture(`guide-${width}`, page);
+    }
+    await page.getByLabel("Language").selectOption("de");
+    await page.getByText("Vorbereitung: 4 von 7 Schritten erledigt").waitFor(LONG);
+    await picture("guide-german-1920", page);
+    await page.getByLabel("Sprache").selectOption("en");
+    await page.setViewportSize({ width: 1280, height: 800 });
+    await guide.getByRole("button", { name: "Qualify" }).click();
+    assert.equal(await page.getByLabel("Kind").inputValue(), "qualify");
+    assert.equal(await page.locator("dialog").getByLabel("Cell file").inputValue(), process.env.CELL);
+    await page.keyboard.press("Escape");
+    await page.locator("dialog").waitFor({ ...LONG, state: "detached" });
+  },
+
   async "aborts in one click, and says that there was nothing to abort"() {
     await this.page.getByRole("button", { name: "ABORT" }).click();
     await this.page.getByText("nothing to abort").waitFor(LONG);
@@ -263,6 +301,8 @@ const steps = {
     await page.getByLabel("The cell is clear").check();
     await page.getByRole("button", { name: "Start: the arm moves" }).click();
     await says(page, /Session 5 is done/);
+    await page.locator('.guide [data-step="qualify"][data-state="done"]').getByText("session 5").waitFor(LONG);
+    await page.locator('.guide [data-step="doctor"][aria-current="step"]').waitFor(LONG); // this daemon's has not looked
     const figures = await page.getByRole("link", { name: "Qualification (JSON)" }).getAttribute("href");
     assert.equal((await page.context().request.get(cell.url + figures)).status(), 200);
   },

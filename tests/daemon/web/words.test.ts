@@ -3,7 +3,8 @@ import { readFileSync, readdirSync, realpathSync } from "node:fs";
 import { test } from "node:test";
 import { formats } from "../src/format";
 import { run_request } from "../src/ui/start";
-import { FAILURES, PHASES } from "../src/types";
+import { FAILURES, PHASES, STEPS } from "../src/types";
+import { command_of } from "../src/ui/guide";
 import { zero_changes } from "../src/ui/drift";
 import { CATALOGUES, speaker, type Key } from "../src/words";
 
@@ -37,6 +38,15 @@ test("the page has words for every phase and every failure that the daemon has",
   assert.ok(named("Phase").length > 20);
   assert.deepEqual([...PHASES].sort(), named("Phase"));
   assert.deepEqual([...FAILURES].sort(), named("FailureKind"));
+});
+
+test("the guide has every step of the daemon, and a command for each that names the cell", () => {
+  const source = readFileSync(`${realpathSync("src")}/../../readiness/steps.cc`, "utf8");
+  const body = source.split("const char* to_string(SetUpStep ")[1]?.split("\n}")[0] ?? "";
+  const named = [...body.matchAll(/return "(.*?)";/g)].map((match) => match[1]).filter((name) => name !== "unknown");
+  assert.deepEqual(named, [...STEPS]);
+  for (const step of STEPS) assert.match(command_of(step, "/c/cell.toml"), /^cellcal [a-z]+ .*\/c\/cell\.toml/);
+  assert.equal(command_of("cell", ""), "cellcal new-cell -o /etc/cellcal/cell.toml");
 });
 
 test("only names and the field's own words are the same in both", () => {

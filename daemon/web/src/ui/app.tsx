@@ -8,8 +8,10 @@ import { mood, sentence } from "../sentence";
 import { preferred_language, type Language } from "../words";
 import { CellPanel } from "./cell";
 import { VoiceContext, useFetched, voice_in } from "./context";
+import { DoctorPanel, useDoctor } from "./doctor";
 import { Drift } from "./drift";
 import { FailurePanel } from "./failure";
+import { GuidePanel } from "./guide";
 import { Header } from "./header";
 import { History } from "./history";
 import { LinksPanel } from "./links";
@@ -56,6 +58,13 @@ export function App() {
   const sessions = useFetched(asked === null ? null : "/v1/sessions", ended, decode.sessions);
   const drift = useFetched(asked === null ? null : "/v1/drift", ended, decode.drift) ?? NOTHING;
 
+  const [looked, look_again] = useReducer((n: number) => n + 1, 0);
+  const doctor = useDoctor(asked !== null, `${ended} ${looked}`);
+  const seen = `${ended} ${looked} ${doctor?.running} ${doctor?.ended}`;
+  const readiness = useFetched(asked === null ? null : "/v1/readiness", seen, decode.readiness);
+  const idle = status !== null && !old && !status.running;
+  const may = idle && me !== null && me !== "look";
+
   const shown = chosen ?? (status?.phase === "done" ? session : null);
   const figures = useFetched(shown === null || asked === null ? null : `/v1/sessions/${shown}/figures`, ended, decode.figures);
 
@@ -81,6 +90,10 @@ export function App() {
                                              last_cell={sessions?.[0]?.cell ?? ""} />}
           </div>
           {status && !old && <FailurePanel status={status} />}
+          {idle && readiness && (
+            <GuidePanel readiness={readiness} may={may} looking={doctor?.running === true} again={() => look_again(undefined)}
+                        begun={() => look_again(undefined)} started={() => void live.ask()} />
+          )}
           <div class="grid">
             <div class="column">
               <CellPanel model={model} scene={scene} plan={plan} now={now} nothing={sessions?.length === 0} />
@@ -90,6 +103,7 @@ export function App() {
             <div class="column first">
               <ProgressPanel model={model} plan={plan} now={now} />
               <LinksPanel status={status} old={old} />
+              {doctor && <DoctorPanel doctor={doctor} cell={readiness?.cell ?? ""} may={may} begun={() => look_again(undefined)} />}
               {status && <Accuracy touches={model.touches} status={status} old={old} />}
               {figures?.result && <Residuals touches={figures.touches} found />}
             </div>

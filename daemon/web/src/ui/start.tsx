@@ -8,7 +8,7 @@ import { KINDS, type Role, type Status } from "../types";
 import type { Say } from "../words";
 import { useVoice } from "./context";
 
-interface Wish {
+export interface Wish {
   kind: (typeof KINDS)[number];
   cell: string;
   touches: string;
@@ -74,9 +74,11 @@ export function StartButtons({ status, role, last_cell, started }: {
   );
 }
 
-function StartDialog({ last_cell, done, close }: { last_cell: string; done: () => void; close: () => void }) {
+export function StartDialog({ last_cell, preset, done, close }: {
+  last_cell: string; preset?: Partial<Wish>; done: () => void; close: () => void;
+}) {
   const { say } = useVoice();
-  const [wish, become] = useState<Wish>({ ...USUAL, cell: last_cell });
+  const [wish, become] = useState<Wish>({ ...USUAL, ...preset, cell: last_cell });
   const field = (name: "cell" | "touches" | "check" | "goal", kind: "text" | "number") => (
     <label>
       {say(`start.${name}`)}

@@ -1,0 +1,133 @@
+#include "daemon/readiness/evidence.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "calib/files/files.h"
+#include "calib/plan/cell_check.h"
+#include "calib/plan/reach/candidates.h"
+#include "calib/syntax/input_file.h"
+#include "calib/syntax/toml_table.h"
+#include "daemon/service/options.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+using nlohmann::json;
+
+constexpr std::size_t kMostResultBytes = 64u << 20;
+
+std::optional<SessionKind> kind_of(const SessionRecord& record) {
+  try {
+    return options_from_json(record.inputs.options).kind;
+  } catch (const std::runtime_error&) {
+    return std::nullopt;  // a damaged row, or one of another version
+  }
+}
+
+/// Its own file first, and what is wrong with it; of what it names only where it loads.
+void look_at_files(Evidence& evidence) {
+  calib::Cell cell;
+  try {
+    calib::read_file(evidence.cell, calib::kMostTomlBytes);
+  } catch (const calib::FileError& error) {
+    evidence.cell_file = Looked{false, error.what()};
+    return;
+  }
+  try {
+    cell = calib::load_cell(evidence.cell);
+  } catch (const calib::FileError& error) {
+    // The robot file's faults begin with its name, and not with the cell's.
+    const std::string words = error.what();
+    const bool own = words.starts_with(evidence.cell);
+    (own ? evidence.cell_file : evidence.robot_file) = Looked{false, words};
+    if (!own) evidence.cell_file = Looked{true};
+    return;
+  }
+  evidence.robot = cell.robot.name;
+  evidence.lengths = cell.lengths.size();
+  evidence.cell_file = evidence.robot_file = Looked{true};
+  for (const calib::Target& target : cell.targets) {
+    if (target.kind != calib::TargetKind::kSphere &&
+        !calib::is_planned(target, calib::Kinds::kSpheresAndPlanes))
+      continue;
+    ++evidence.spheres;
+    if (target.has_centre || target.has_box) ++evidence.placed;
+  }
+  try {
+    calib::refuse_faulty(cell);
+    evidence.targets = Looked{evidence.spheres > 0 && evidence.placed == evidence.spheres};
+  } catch (const calib::PlanError& wrong) {
+    evidence.targets = Looked{false, wrong.what()};
+  }
+}
+
+std::optional<Looked> seen_by_doctor(const Examination& examination, const std::string& cell) {
+  if (!examination.whole || examination.cell != cell) return std::nullopt;
+  if (examination.cell_text != text_of_cell(cell)) return std::nullopt;
+  Looked looked{examination.green()};
+  for (const Finding& one : examination.checks)
+    if (one.outcome == Outcome::kFailed && looked.words.find(one.check) == std::string::npos)
+      looked.words += (looked.words.empty() ? "" : ", ") + one.check;
+  return looked;
+}
+
+/// A boolean of a JSON text; nothing where it has none.
+std::optional<bool> flag_of(const std::string& text, const json::json_pointer& where) {
+  const json value = json::parse(text, nullptr, false);
+  if (value.is_discarded() || !value.contains(where) || !value[where].is_boolean())
+    return std::nullopt;
+  return value[where].get<bool>();
+}
+
+Looked qualified(const SessionRecord& record, const std::filesystem::path& folder) {
+  Looked looked{false, {}, record.id};
+  try {
+    looked.good = flag_of(calib::read_file(folder / "qualification.json", kMostResultBytes),
+                          json::json_pointer("/passed"))
+                      .value_or(false);
+  } catch (const calib::FileError& error) {
+    looked.words = error.what();
+  }
+  return looked;
+}
+
+}  // namespace
+
+std::string text_of_cell(const std::filesystem::path& cell) {
+  try {
+    const calib::CellText text = calib::read_cell_text(cell);
+    return text.cell_text + '\0' + text.robot_text;
+  } catch (const calib::FileError&) {
+    return {};
+  }
+}
+
+Evidence evidence_of(const Examination& examination, Journal& journal,
+                     const std::function<std::filesystem::path(std::int64_t)>& results) {
+  std::vector<SessionRecord> sessions = journal.sessions();
+  std::erase_if(sessions, [](const SessionRecord& one) { return one.origin.has_value(); });
+  Evidence evidence;
+  evidence.cell = examination.cell.string();
+  if (evidence.cell.empty() && !sessions.empty()) evidence.cell = sessions.front().inputs.cell_name;
+  if (evidence.cell.empty()) return evidence;
+  look_at_files(evidence);
+  evidence.doctor = seen_by_doctor(examination, evidence.cell);
+  for (const SessionRecord& record : sessions) {
+    if (record.state != "done" || record.inputs.cell_name != evidence.cell) continue;
+    const auto kind = kind_of(record);
+    if (kind == SessionKind::kQualify && !evidence.qualification)
+      evidence.qualification = qualified(record, results(record.id));
+    if (kind != SessionKind::kCalibrate) continue;
+    evidence.first = Looked{true, {}, record.id};  // the oldest stays
+    if (evidence.calibration) continue;
+    const auto whole = journal.session(record.id);
+    const auto publish =
+        flag_of(whole ? whole->calibration : "", json::json_pointer("/verdict/publish"));
+    if (publish) evidence.calibration = Looked{*publish, {}, record.id};
+  }
+  return evidence;
+}
+
+}  // namespace cellcal::daemon

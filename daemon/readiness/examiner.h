@@ -1,0 +1,65 @@
+#pragma once
+// The doctor within the daemon: one examination at a time, in a thread of its own.
+
+#include <filesystem>
+#include <functional>
+#include <mutex>
+#include <stop_token>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "daemon/doctor/finding.h"
+
+namespace cellcal::daemon {
+
+struct Examination {
+  std::filesystem::path cell;  ///< empty: none was asked for since the daemon began
+  bool running = false;
+  bool whole = false;           ///< it came to its end
+  std::string hint;             ///< what the person has to do now, while it runs
+  std::string cell_text;        ///< of the cell file when it began; empty: not readable
+  std::string ended;            ///< UTC
+  std::vector<Finding> checks;  ///< so far
+
+  std::size_t count(Outcome outcome) const;
+  /// It came to its end and nothing FAILED.
+  bool green() const { return whole && count(Outcome::kFailed) == 0; }
+};
+
+class Examiner {
+ public:
+  struct Parts {
+    /// Looks at everything; tells of each finding, and of what has to be done, as it goes. Ends soon once asked to
+    /// stop.
+    std::function<void(const std::filesystem::path& cell, Findings& findings,
+                       const std::function<void(const std::string&)>& hint, std::stop_token)>
+        look;
+    /// Keeps sessions from beginning until `release`; throws where one is under way.
+    std::function<void()> hold;
+    std::function<void()> release;
+    std::function<std::string()> utc_now;
+  };
+  explicit Examiner(Parts parts) : parts_(std::move(parts)) {}
+  ~Examiner();
+  Examiner(const Examiner&) = delete;
+  Examiner& operator=(const Examiner&) = delete;
+
+  /// Begins one. Throws what `hold` throws.
+  void begin(const std::filesystem::path& cell);
+  /// The newest, or what of it there is.
+  Examination newest() const;
+  /// Waits for its end, which is asked for; nothing begins any more.
+  void stop();
+
+ private:
+  void examine(const std::filesystem::path& cell, const std::stop_token& stop);
+
+  Parts parts_;
+  mutable std::mutex mutex_;
+  Examination newest_;
+  bool ending_ = false;
+  std::jthread thread_;
+};
+
+}  // namespace cellcal::daemon

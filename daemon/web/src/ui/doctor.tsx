@@ -1,0 +1,95 @@
+// What the doctor found between this computer and the first motion, and what to do about it.
+
+import { useEffect, useState } from "preact/hooks";
+import * as decode from "../decode";
+import { get, is_good, post } from "../request";
+import type { Doctor, Finding } from "../types";
+import type { Say } from "../words";
+import { useVoice } from "./context";
+
+const ASK_EVERY_MS = 1000;
+const MARKS: Record<Finding["outcome"], string> = { ok: "✔", warning: "▲", failed: "✖", skipped: "–" };
+
+/** What it found last; asked for again and again while it looks, and when `key` changes. */
+export function useDoctor(wanted: boolean, key: unknown): Doctor | null {
+  const [doctor, become] = useState<Doctor | null>(null);
+  useEffect(() => {
+    let timer: ReturnType<typeof setTimeout> | undefined;
+    let over = !wanted;
+    const ask = async () => {
+      const answer = await get("/v1/doctor");
+      if (over) return;
+      const now = answer.status === 200 ? decode.doctor(answer.value) : null;
+      become(now);
+      if (now?.running) timer = setTimeout(() => void ask(), ASK_EVERY_MS);
+    };
+    if (wanted) void ask();
+    return () => {
+      over = true;
+      clearTimeout(timer);
+    };
+  }, [wanted, key]);
+  return doctor;
+}
+
+/** Lets it look at this cell; the refusal in words, else nothing. */
+export async function examine(cell: string, say: Say): Promise<string> {
+  const answer = await post("/v1/doctor", { cell });
+  if (is_good(answer)) return "";
+  return answer.status === 0 ? say("request.no-answer")
+    : answer.words || say("request.refused", { status: answer.status });
+}
+
+export function DoctorPanel({ doctor, cell, may, begun }: {
+  doctor: Doctor; cell: string; may: boolean; begun: () => void;
+}) {
+  const { say, fmt } = useVoice();
+  const [refused, set_refused] = useState("");
+  const worth = doctor.checks.filter((one) => one.outcome === "failed" || one.outcome === "warning");
+  const others = doctor.checks.filter((one) => !worth.includes(one));
+  const look = async () => {
+    set_refused(await examine(cell, say));
+    begun();
+  };
+  return (
+    <section class="panel" aria-labelledby="doctor-title" data-doctor={doctor.running ? "running" : doctor.ended === "" ? "none" : "done"}>
+      <h2 id="doctor-title">{say("doctor")}</h2>
+      {doctor.running && <p role="status">{say("doctor.running")} {doctor.hint !== "" && <strong lang="en">{doctor.hint}</strong>}</p>}
+      {!doctor.running && doctor.ended === "" && <p class="note">{say("doctor.none")}</p>}
+      {!doctor.running && doctor.ended !== "" && (
+        <p>
+          <span class="badge" data-good={doctor.green}>
+            <span aria-hidden="true">{MARKS[doctor.green ? "ok" : "failed"]}</span>{" "}
+            {say(doctor.green ? "doctor.green" : "doctor.failed")}
+          </span>{" "}
+          <span class="note">{fmt.time(doctor.ended)}</span>
+        </p>
+      )}
+      {worth.length > 0 && <Checks checks={worth} />}
+      {others.length > 0 && (
+        <details><summary>{say("doctor.others", { n: others.length })}</summary><Checks checks={others} /></details>
+      )}
+      {refused !== "" && <p class="refused" role="alert">{refused}</p>}
+      {may && cell !== "" && !doctor.running && (
+        <p class="files"><button type="button" class="small" onClick={() => void look()}>{say("doctor.look")}</button></p>
+      )}
+    </section>
+  );
+}
+
+function Checks({ checks }: { checks: Finding[] }) {
+  const { say } = useVoice();
+  return (
+    <ul class="findings">
+      {checks.map((one, i) => (
+        <li key={i} data-outcome={one.outcome}>
+          <span class="badge" data-good={one.outcome === "ok"}>
+            <span aria-hidden="true">{MARKS[one.outcome]}</span> {say(`outcome.${one.outcome}`)}
+          </span>{" "}
+          <span lang="en"><strong>{one.check}</strong>: {one.found}</span>
+          {one.advice !== "" && <p class="todo" lang="en">→ {one.advice}</p>}
+        </li>
+      ))}
+    </ul>
+  );
+}

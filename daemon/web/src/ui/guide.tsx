@@ -1,0 +1,119 @@
+// From nothing to a calibrated cell: what is done, what is next, and how. Which step is done is the daemon's to say.
+
+import { useEffect, useState } from "preact/hooks";
+import type { Readiness, StepName, StepSeen } from "../types";
+import { useVoice } from "./context";
+import { examine } from "./doctor";
+import { StartDialog, type Wish } from "./start";
+
+const MARKS: Record<StepSeen["state"], string> = { done: "✔", wrong: "✖", todo: "○" };
+/** So few are a look at whether the cell works. */
+const FIRST: Partial<Wish> = { kind: "calibrate", touches: "8", check: "0" };
+const WHOLE: Partial<Wish> = { kind: "calibrate", touches: "100", check: "10" };
+/** Those that are a session. */
+const WISHES = { qualify: { kind: "qualify" } as Partial<Wish>, first: FIRST, calibration: WHOLE };
+const is_session = (step: StepName): step is keyof typeof WISHES => step in WISHES;
+
+export function command_of(step: StepName, cell: string): string {
+  const file = cell === "" ? "/etc/cellcal/cell.toml" : cell;
+  switch (step) {
+    case "cell": return cell === "" ? `cellcal new-cell -o ${file}` : `cellcal plan --cell ${file} --touches 40`;
+    case "robot": case "spheres": return `cellcal plan --cell ${file} --touches 40`;
+    case "doctor": return `cellcal doctor --cell ${file}`;
+    case "qualify": return `cellcal qualify --cell ${file}`;
+    case "first": return `cellcal run --cell ${file} --touches ${FIRST.touches} --check ${FIRST.check}`;
+    case "calibration": return `cellcal run --cell ${file} --touches ${WHOLE.touches} --check ${WHOLE.check}`;
+  }
+}
+
+export function GuidePanel({ readiness, may, looking, begun, started, again }: {
+  readiness: Readiness; may: boolean; looking: boolean;
+  begun: () => void; started: () => void; again: () => void;
+}) {
+  const { say } = useVoice();
+  const { steps, cell } = readiness;
+  const done = steps.filter((one) => one.state === "done").length;
+  if (readiness.next === null) return null;
+  const calibrated = steps.some((one) => one.step === "calibration" && one.state === "done");
+  return (
+    <section class="panel guide" aria-labelledby="guide-title">
+      <details open={!calibrated}>
+        <summary><h2 id="guide-title">{say("guide", { n: done, total: steps.length })}</h2></summary>
+        {cell !== "" && <p class="note">{[cell, readiness.robot].filter((one) => one !== "").join(" · ")}</p>}
+        <ol>
+          {steps.map((seen) => (
+            <li key={seen.step} data-step={seen.step} data-state={seen.state}
+                aria-current={seen.step === readiness.next ? "step" : undefined}>
+              <p>
+                <span class="mark" aria-hidden="true">{seen.step === readiness.next && seen.state === "todo" ? "▶" : MARKS[seen.state]}</span>{" "}
+                <strong>{say(`step.${seen.step}`)}</strong>{" "}
+                <span class="note">{say(`step.state.${seen.state}`)}{seen.session !== null && ` (${say("guide.session", { session: seen.session })})`}</span>
+              </p>
+              {seen.state === "wrong" && <Wrong seen={seen} readiness={readiness} />}
+              {seen.step === readiness.next && (
+                <Next step={seen.step} cell={cell} may={may} looking={looking} begun={begun} started={started} />
+              )}
+            </li>
+          ))}
+        </ol>
+        <button type="button" class="small" onClick={again}>{say("guide.again")}</button>
+      </details>
+    </section>
+  );
+}
+
+function Wrong({ seen, readiness }: { seen: StepSeen; readiness: Readiness }) {
+  const { say } = useVoice();
+  const { spheres, placed } = readiness;
+  return (
+    <>
+      {seen.words !== "" && <p class="refused" lang="en">{seen.words}</p>}
+      {seen.step === "spheres" && seen.words === "" && <p>{say("guide.placed", { placed, spheres })}</p>}
+    </>
+  );
+}
+
+function Next({ step, cell, may, looking, begun, started }: {
+  step: StepName; cell: string; may: boolean; looking: boolean; begun: () => void; started: () => void;
+}) {
+  const { say } = useVoice();
+  const [open, set_open] = useState(false);
+  return (
+    <div class="next">
+      <p>{say(`step.do.${step}`)}</p>
+      <p><code>{command_of(step, cell)}</code></p>
+      {may && !is_session(step) && <Look cell={cell} looking={looking} begun={begun} />}
+      {may && is_session(step) && (
+        <button type="button" class="go" onClick={() => set_open(true)}>{say(`step.go.${step}`)}</button>
+      )}
+      {open && is_session(step) && (
+        <StartDialog last_cell={cell} preset={WISHES[step]} close={() => set_open(false)}
+                     done={() => { set_open(false); started(); }} />
+      )}
+    </div>
+  );
+}
+
+/** Which cell, and the doctor for it. */
+function Look({ cell, looking, begun }: { cell: string; looking: boolean; begun: () => void }) {
+  const { say } = useVoice();
+  const [path, become] = useState(cell);
+  const [refused, set_refused] = useState("");
+  useEffect(() => become(cell), [cell]);
+  const look = async (event: Event) => {
+    event.preventDefault();
+    set_refused(await examine(path.trim(), say));
+    begun();
+  };
+  return (
+    <form class="look" onSubmit={(event) => void look(event)}>
+      <label>
+        {say("start.cell")}
+        <input name="guide-cell" type="text" required value={path} placeholder={say("start.cell.hint")}
+               onInput={(event) => become(event.currentTarget.value)} />
+      </label>
+      <button type="submit" class="go" disabled={looking}>{say(looking ? "doctor.running" : "doctor.look")}</button>
+      {refused !== "" && <p class="refused" role="alert">{refused}</p>}
+    </form>
+  );
+}
