@@ -123,6 +123,17 @@ std::vector<std::string> own_addresses() {
   return found;
 }
 
+bool is_own_address(const std::string& address) {
+  sockaddr_in place{};
+  place.sin_family = AF_INET;
+  if (::inet_pton(AF_INET, address.c_str(), &place.sin_addr) != 1) return false;
+  const int socket = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  if (socket < 0) return false;
+  const bool own = ::bind(socket, reinterpret_cast<const sockaddr*>(&place), sizeof place) == 0;
+  ::close(socket);
+  return own;
+}
+
 std::optional<std::string> holder_of_udp_port(std::uint16_t port) {
   const std::optional<Listed> listed = listed_udp(port);
   if (!listed) return std::nullopt;

@@ -12,7 +12,10 @@
 namespace cellcal::daemon {
 
 /// IPv4 addresses of this computer's interfaces, as "192.168.1.10".
+/// None where the kernel may not be asked for them, as in the service's sandbox.
 std::vector<std::string> own_addresses();
+/// Whether this IPv4 address is one of this computer's; in the sandbox, too.
+bool is_own_address(const std::string& address);
 
 /// Who has a UDP socket on this port: "TestServer (process 812)", or only whose it is where the
 /// program may not be looked at ("a program of user kuka"). Nothing: nobody has.

@@ -232,9 +232,9 @@ void Wires::judge_line() {
 bool Wires::open_rsi(drivers::RsiRobot& robot) {
   const std::string check = "rsi port";
   const std::string& address = config_.rsi_files.pc_address;
-  const std::vector<std::string> own = own_addresses();
   std::string list;
-  for (const std::string& one : own) list += (list.empty() ? "" : ", ") + one;
+  for (const std::string& one : own_addresses()) list += (list.empty() ? "" : ", ") + one;
+  if (list.empty()) list = "those that 'ip address' shows";
   try {
     robot.open();
   } catch (const std::exception& error) {
@@ -246,7 +246,7 @@ bool Wires::open_rsi(drivers::RsiRobot& robot) {
   }
   const std::string found = fmt::format("UDP {}:{}", config_.rsi.bind_address, config_.rsi.port);
   const bool stated = !address.empty() && address != "0.0.0.0";
-  if (stated && std::find(own.begin(), own.end(), address) == own.end()) {
+  if (stated && !is_own_address(address)) {
     findings_.fail(
         check,
         fmt::format("{}; but the controller's files send to {}, which is no address of this "

@@ -73,6 +73,28 @@ TEST_F(an_api, tells_of_the_session_that_a_killed_daemon_left) {
   EXPECT_TRUE(json::parse(status_to_json(service.status()))["interrupted"].is_null());
 }
 
+TEST_F(an_api, begins_no_session_while_something_else_has_the_devices) {
+  const std::string run = json{{"cell", CELLCAL_DEMO_CELL}}.dump();
+  service.hold("the doctor is looking");
+  const Response busy = ask("POST", "/v1/run", run);
+  EXPECT_EQ(busy.status, 409);
+  EXPECT_EQ(error(busy), "the doctor is looking");
+  EXPECT_THROW(service.hold("another"), BusyError);
+  service.release();
+  EXPECT_NE(ask("POST", "/v1/run", run).status, 409)
+      << "it has no devices, and that is another error";
+  service.hold("again");
+  service.shutdown();
+  service.release();
+  EXPECT_THROW(service.hold("too late"), BusyError);
+}
+
+TEST_F(an_api, without_a_doctor_within_says_what_to_use) {
+  for (const char* path : {"/v1/doctor", "/v1/readiness"}) EXPECT_EQ(ask("GET", path).status, 404);
+  EXPECT_NE(error(ask("POST", "/v1/doctor", R"({"cell": "/c"})")).find("cellcal doctor"),
+            std::string::npos);
+}
+
 TEST_F(an_api, opens_none_of_the_journals_files_as_a_cell_file) {
   for (const auto& file : journal.files()) {
     const Response no = ask("POST", "/v1/run", json{{"cell", file.string()}}.dump());

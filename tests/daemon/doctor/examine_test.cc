@@ -3,6 +3,7 @@
 #include <fstream>
 #include <thread>
 
+#include "daemon/config/config.h"
 #include "daemon/doctor/doctor.h"
 #include "sim/krc/krc_udp.h"
 #include "tests/daemon/doctor/outcome_of.h"
@@ -99,6 +100,32 @@ TEST_F(an_examination, says_where_a_cell_file_contradicts_itself) {
   EXPECT_NE(found.find("sphere S2: "), std::string::npos) << found;
   EXPECT_NE(found.find("deep in obstacle table"), std::string::npos) << found;
   expect_advice(findings);
+}
+
+TEST_F(an_examination, from_within_the_daemon_asks_no_daemon_and_names_its_own_rights) {
+  configure("backend = \"mock\"\n");
+  Findings findings;
+  examine_from_within(request(), load_config(dir / "d.toml"), findings);
+  EXPECT_EQ(outcome_of(findings, "configuration"), Outcome::kOk);
+  EXPECT_EQ(outcome_of(findings, "cell itself"), Outcome::kOk);
+  EXPECT_EQ(outcome_of(findings, "wires"), Outcome::kWarning);
+  for (const Finding& one : findings.all()) EXPECT_NE(one.check, "daemon");
+}
+
+TEST_F(an_examination, that_is_stopped_does_not_wait_for_the_controller) {
+  const std::uint16_t port = 49700 + static_cast<std::uint16_t>(::getpid() % 100);
+  configure("backend = \"rsi\"\n[rsi]\nbind = \"127.0.0.1\"\nport = " + std::to_string(port) +
+            "\nrealtime = false\n[contact]\ndevice = \"" + (dir / "none").string() + "\"\n");
+  DoctorRequest one = request();
+  one.wait_s = 600.0;
+  std::stop_source stop;
+  one.stop = stop.get_token();
+  // Asked for when the links are looked at; earlier, there would be nothing to wait for.
+  one.hint = [&](const std::string&) { stop.request_stop(); };
+  one.cell.clear();
+  Findings findings;
+  examine_from_within(one, load_config(dir / "d.toml"), findings);
+  EXPECT_EQ(outcome_of(findings, "rsi packets"), Outcome::kFailed) << "none came";
 }
 
 TEST_F(an_examination, over_rsi_never_asks_for_a_correction) {

@@ -16,6 +16,12 @@
 namespace cellcal::daemon {
 namespace {
 
+TEST(an_address, is_this_computers_where_it_can_be_bound) {
+  EXPECT_TRUE(is_own_address("127.0.0.1"));
+  for (const char* other : {"192.0.2.1", "", "localhost", "::1", "127.0.0.1 ", "999.0.0.1"})
+    EXPECT_FALSE(is_own_address(other)) << other;
+}
+
 TEST(own_addresses, hold_the_loopback) {
   const auto own = own_addresses();
   EXPECT_NE(std::find(own.begin(), own.end(), "127.0.0.1"), own.end());

@@ -104,6 +104,9 @@ TEST_F(a_daemon_on_the_network, runs_a_session_once_the_cell_was_said_to_be_clea
   EXPECT_EQ(ask(operate, "POST", "/v1/run", run).status, 201);
   EXPECT_EQ(ask(operate, "POST", "/v1/run", run).status, 409) << "one is under way";
   EXPECT_EQ(ask(operate, "POST", "/v1/clear").status, 409) << "one is under way";
+  const std::string cell = json{{"cell", CELLCAL_DEMO_CELL}}.dump();
+  EXPECT_EQ(ask(operate, "POST", "/v1/doctor", cell).status, 409) << "it has the devices";
+  EXPECT_EQ(ask(look, "POST", "/v1/doctor", cell).status, 403) << "it reads a file";
   wait_until_idle();
   EXPECT_EQ(fixture.status()["phase"], "done");
   const std::string told = follower.read_until("\"phase\":\"done\"");
