@@ -104,12 +104,14 @@ TEST_F(an_examination, says_where_a_cell_file_contradicts_itself) {
 
 TEST_F(an_examination, from_within_the_daemon_asks_no_daemon_and_names_its_own_rights) {
   configure("backend = \"mock\"\n");
+  DoctorRequest one = request();
+  one.cell = dir / "none.toml";
   Findings findings;
-  examine_from_within(request(), load_config(dir / "d.toml"), findings);
+  examine_from_within(one, load_config(dir / "d.toml"), findings);
   EXPECT_EQ(outcome_of(findings, "configuration"), Outcome::kOk);
-  EXPECT_EQ(outcome_of(findings, "cell itself"), Outcome::kOk);
+  EXPECT_EQ(outcome_of(findings, "cell file"), Outcome::kFailed);
   EXPECT_EQ(outcome_of(findings, "wires"), Outcome::kWarning);
-  for (const Finding& one : findings.all()) EXPECT_NE(one.check, "daemon");
+  for (const Finding& found : findings.all()) EXPECT_NE(found.check, "daemon");
 }
 
 TEST_F(an_examination, that_is_stopped_does_not_wait_for_the_controller) {
