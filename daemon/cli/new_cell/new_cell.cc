@@ -1,7 +1,6 @@
 #include "daemon/cli/new_cell/new_cell.h"
 
 #include <fmt/format.h>
-#include <fmt/ostream.h>
 
 #include <cmath>
 #include <nlohmann/json.hpp>

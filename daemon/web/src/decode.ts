@@ -3,8 +3,8 @@
 // Null where the thing as a whole cannot be used.
 
 import {
-  FAILURES, KINDS, PHASES, STATES, STEPS,
-  type ContactLink, type Doctor, type DriftRow, type FailureKind, type Figures, type Finding, type Frame, type Joint, type Kind, type Phase,
+  FAILURES, FINDINGS, KINDS, PHASES, STATES, STEPS,
+  type ContactLink, type Doctor, type DriftRow, type FailureKind, type Figures, type Finding, type FindingKind, type Frame, type Joint, type Kind, type Phase,
   type PlannedTouch, type Point, type Result, type RobotLink, type Readiness, type RobotPosture, type Role,
   type Scene, type SceneTarget, type SessionRow, type SessionState, type Solid, type Status, type StepSeen,
   type Summary, type Touch, type TouchSet,
@@ -218,6 +218,7 @@ function result(value: unknown): Result | null {
     publish: all.publish === true,
     scope: all.scope === "workspace" ? "workspace" : "near targets",
     findings: list(all.findings).map((one) => ({
+      kind: one_of(fields(one)?.kind, FINDINGS) as FindingKind,
       severity: severities.find((name) => name === fields(one)?.severity) ?? "informs",
       words: words(fields(one)?.words),
     })),

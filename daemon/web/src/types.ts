@@ -140,10 +140,24 @@ export interface Summary {
   maxMm: number | null;
 }
 
+/** What a verdict can say (calib/result/finding.h). */
+export const FINDINGS = [
+  "touch_scatter", "duplicate_touches", "many_outliers", "outliers_of_target", "check_touches",
+  "gross_check_touches", "no_check_touches", "unseen_place", "unseen_not_judged", "temperature",
+  "model_error", "too_few_touches", "rank", "too_few_directions", "all_left_out", "not_touched",
+  "certified_length", "certified_twice", "artefact_size", "stated_centre", "exchanged_centres",
+  "negative_compliance", "arm_scale", "off_nominal", "effective_radius", "scale_by_lengths",
+  "scale_by_readings", "scale_by_nothing", "unchecked_readings", "unchecked_lengths", "unchecked_length",
+  "required", "no_gain", "gain", "changed", "change_accepted", "unchanged", "not_compared",
+  "not_identified", "likely_cause", "moved_target", "jumped", "still_with_model_error", "reference_method",
+  "recorded",
+] as const;
+export type FindingKind = (typeof FINDINGS)[number] | "unknown";
+
 export interface Result {
   publish: boolean;
   scope: "workspace" | "near targets";
-  findings: { severity: "withholds" | "warns" | "informs"; words: string }[];
+  findings: { kind: FindingKind; severity: "withholds" | "warns" | "informs"; words: string }[];
   before: Summary;
   after: Summary;
   check: Summary;

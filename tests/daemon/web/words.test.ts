@@ -3,7 +3,7 @@ import { readFileSync, readdirSync, realpathSync } from "node:fs";
 import { test } from "node:test";
 import { formats } from "../src/format";
 import { run_request } from "../src/ui/start";
-import { FAILURES, PHASES, STEPS } from "../src/types";
+import { FAILURES, FINDINGS, PHASES, STEPS } from "../src/types";
 import { command_of } from "../src/ui/guide";
 import { zero_changes } from "../src/ui/drift";
 import { CATALOGUES, speaker, type Key } from "../src/words";
@@ -38,6 +38,15 @@ test("the page has words for every phase and every failure that the daemon has",
   assert.ok(named("Phase").length > 20);
   assert.deepEqual([...PHASES].sort(), named("Phase"));
   assert.deepEqual([...FAILURES].sort(), named("FailureKind"));
+});
+
+test("the page has words for every kind of finding that a verdict has", () => {
+  const source = readFileSync(`${realpathSync("src")}/../../../calib/result/finding.cc`, "utf8");
+  const named = [...source.matchAll(/Named\{FindingKind::\w+, "(\w+)"\}/g)].map((match) => match[1]);
+  assert.ok(named.length > 40);
+  assert.deepEqual([...FINDINGS].sort(), named.sort());
+  const same = [...FINDINGS].filter((kind) => CATALOGUES.en[`finding.${kind}`] === CATALOGUES.de[`finding.${kind}`]);
+  assert.deepEqual(same, []);
 });
 
 test("the guide has every step of the daemon, and a command for each that names the cell", () => {

@@ -87,7 +87,7 @@ export function App() {
           <div class="top">
             <StatePanel model={model} now={now} />
             {status && !old && <StartButtons status={status} role={me} started={() => void live.ask()}
-                                             last_cell={sessions?.[0]?.cell ?? ""} />}
+                                             last_cell={readiness?.cell || (sessions?.[0]?.cell ?? "")} />}
           </div>
           {status && !old && <FailurePanel status={status} />}
           {idle && readiness && (

@@ -16,7 +16,7 @@ export function ResultPanel({ figures }: { figures: Figures }) {
 }
 
 function Findings({ result }: { result: Result }) {
-  const { say, fmt } = useVoice();
+  const { say, fmt, language } = useVoice();
   const rows = (["before", "after", "check"] as const).filter((one) => result[one].touches > 0);
   return (
     <>
@@ -42,6 +42,8 @@ function Findings({ result }: { result: Result }) {
           {result.findings.map((finding, i) => (
             <li key={i} data-severity={finding.severity}>
               <span class="badge" data-good={finding.severity === "informs"}>{say(`severity.${finding.severity}`)}</span>{" "}
+              {/* In English the daemon's own sentence says it all. */}
+              {language !== "en" && <strong>{say(`finding.${finding.kind}`)} </strong>}
               <span lang="en">{finding.words}</span>
             </li>
           ))}
