@@ -93,6 +93,14 @@ Looked qualified(const SessionRecord& record, const std::filesystem::path& folde
   return looked;
 }
 
+/// Nothing of a look at whether the cell works, which is no calibration.
+std::optional<Looked> calibrated(const std::string& result, std::int64_t session) {
+  if (flag_of(result, json::json_pointer("/verdict/too_few_touches")).value_or(false))
+    return std::nullopt;
+  const auto publish = flag_of(result, json::json_pointer("/verdict/publish"));
+  return publish ? std::optional(Looked{*publish, {}, session}) : std::nullopt;
+}
+
 }  // namespace
 
 std::string text_of_cell(const std::filesystem::path& cell) {
@@ -123,9 +131,7 @@ Evidence evidence_of(const Examination& examination, Journal& journal,
     evidence.first = Looked{true, {}, record.id};  // the oldest stays
     if (evidence.calibration) continue;
     const auto whole = journal.session(record.id);
-    const auto publish =
-        flag_of(whole ? whole->calibration : "", json::json_pointer("/verdict/publish"));
-    if (publish) evidence.calibration = Looked{*publish, {}, record.id};
+    evidence.calibration = calibrated(whole ? whole->calibration : "", record.id);
   }
   return evidence;
 }

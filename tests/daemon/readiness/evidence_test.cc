@@ -166,8 +166,13 @@ TEST_F(a_cell, is_calibrated_when_its_newest_result_is_publishable) {
   session(SessionKind::kQualify, Ending::kDone, R"({"passed": true})");
   session(SessionKind::kCalibrate, Ending::kAborted);
   EXPECT_EQ(next(), "first");
-  const auto first = session(SessionKind::kCalibrate, Ending::kDone, kWithhold);
+  const auto first = session(SessionKind::kCalibrate, Ending::kDone,
+                             R"({"verdict": {"publish": false, "too_few_touches": true}})");
   EXPECT_EQ(next(), "calibration");
+  EXPECT_FALSE(evidence.calibration) << "a look at whether the cell works is no calibration";
+  session(SessionKind::kCalibrate, Ending::kDone, kWithhold);
+  EXPECT_EQ(next(), "calibration");
+  ASSERT_TRUE(evidence.calibration);
   EXPECT_FALSE(evidence.calibration->good);
   session(SessionKind::kCalibrate, Ending::kDone, kPublish);
   EXPECT_EQ(next(), "none");

@@ -91,7 +91,8 @@ export function App() {
           </div>
           {status && !old && <FailurePanel status={status} />}
           {idle && readiness && (
-            <GuidePanel readiness={readiness} may={may} looking={doctor?.running === true} again={() => look_again(undefined)}
+            <GuidePanel readiness={readiness} may={may} looking={doctor?.running === true}
+                        quiet={status.phase !== "idle"} again={() => look_again(undefined)}
                         begun={() => look_again(undefined)} started={() => void live.ask()} />
           )}
           <div class="grid">

@@ -26,8 +26,9 @@ export function command_of(step: StepName, cell: string): string {
   }
 }
 
-export function GuidePanel({ readiness, may, looking, begun, started, again }: {
-  readiness: Readiness; may: boolean; looking: boolean;
+/** `quiet`: something else is to be read first. */
+export function GuidePanel({ readiness, may, looking, quiet, begun, started, again }: {
+  readiness: Readiness; may: boolean; looking: boolean; quiet: boolean;
   begun: () => void; started: () => void; again: () => void;
 }) {
   const { say } = useVoice();
@@ -37,8 +38,9 @@ export function GuidePanel({ readiness, may, looking, begun, started, again }: {
   const calibrated = steps.some((one) => one.step === "calibration" && one.state === "done");
   return (
     <section class="panel guide" aria-labelledby="guide-title">
-      <details open={!calibrated}>
-        <summary><h2 id="guide-title">{say("guide", { n: done, total: steps.length })}</h2></summary>
+      <details open={!calibrated && !quiet}>
+        <summary><h2 id="guide-title">{say("guide", { n: done, total: steps.length })}</h2>{" "}
+          <span class="note">{say("guide.next", { step: say(`step.${readiness.next}`) })}</span></summary>
         {cell !== "" && <p class="note">{[cell, readiness.robot].filter((one) => one !== "").join(" · ")}</p>}
         <ol>
           {steps.map((seen) => (

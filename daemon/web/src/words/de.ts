@@ -145,6 +145,7 @@ export const de: Catalogue = {
   "links.contact.open": "offen",
 
   "guide": "Vorbereitung: {n} von {total} Schritten erledigt",
+  "guide.next": "als Nächstes: {step}",
   "guide.again": "Erneut prüfen",
   "guide.session": "Sitzung {session}",
   "guide.placed": "{placed} von {spheres} haben einen Ort. Für die anderen centre_mm angeben, oder search_low_mm und search_high_mm.",

@@ -151,6 +151,7 @@ export const en = {
 
   // The way to a calibrated cell.
   "guide": "Getting ready: {n} of {total} steps done",
+  "guide.next": "next: {step}",
   "guide.again": "Look again",
   "guide.session": "session {session}",
   "guide.placed": "{placed} of {spheres} have a place. Give the others centre_mm, or search_low_mm and search_high_mm.",
