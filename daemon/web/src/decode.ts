@@ -3,7 +3,7 @@
 // Null where the thing as a whole cannot be used.
 
 import {
-  FAILURES, FINDINGS, KINDS, PHASES, STATES, STEPS,
+  CHECKS, FAILURES, FINDINGS, KINDS, PHASES, STATES, STEPS,
   type ContactLink, type Doctor, type DriftRow, type FailureKind, type Figures, type Finding, type FindingKind, type Frame, type Joint, type Kind, type Phase,
   type PlannedTouch, type Point, type Result, type RobotLink, type Readiness, type RobotPosture, type Role,
   type Scene, type SceneTarget, type SessionRow, type SessionState, type Solid, type Status, type StepSeen,
@@ -293,7 +293,7 @@ function finding(value: unknown): Finding | null {
   const outcomes = ["ok", "warning", "failed", "skipped"] as const;
   const outcome = outcomes.find((one) => one === all?.outcome);
   return all && outcome
-    ? { check: words(all.check), outcome, found: words(all.found), advice: words(all.advice) } : null;
+    ? { check: words(all.check), known: CHECKS.find((one) => one === all.check) ?? null, outcome, found: words(all.found), advice: words(all.advice) } : null;
 }
 export function doctor(value: unknown): Doctor | null {
   const all = fields(value);

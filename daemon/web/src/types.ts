@@ -218,8 +218,21 @@ export interface Readiness {
   steps: StepSeen[];
 }
 
+/** What the doctor looks at (daemon/doctor). */
+export const CHECKS = [
+  "configuration", "cell file", "cell itself", "plan", "robot geometry", "controller files", "daemon",
+  "real time", "wires", "doctor", "robot link", "contact link", "contact access", "contact port",
+  "contact adapter", "contact sensor", "contact configuration", "contact board", "contact delivery",
+  "contact circuit", "contact self-test", "contact touch", "contact clock", "contact line", "rsi port",
+  "rsi packets", "rsi sender", "rsi cycle", "rsi decimals", "rsi elements", "rsi tool", "rsi replies",
+  "rsi reply times", "rsi joint angles", "rsi stop", "eki connection", "eki states", "eki elements",
+  "eki decimals", "eki readiness", "eki contact input", "eki joint angles",
+] as const;
+export type Check = (typeof CHECKS)[number];
+
 export interface Finding {
   check: string;
+  known: Check | null;
   outcome: "ok" | "warning" | "failed" | "skipped";
   found: string;
   advice: string;

@@ -3,7 +3,7 @@ import { readFileSync, readdirSync, realpathSync } from "node:fs";
 import { test } from "node:test";
 import { formats } from "../src/format";
 import { run_request } from "../src/ui/start";
-import { FAILURES, FINDINGS, PHASES, STEPS } from "../src/types";
+import { CHECKS, FAILURES, FINDINGS, PHASES, STEPS } from "../src/types";
 import { command_of } from "../src/ui/guide";
 import { zero_changes } from "../src/ui/drift";
 import { CATALOGUES, speaker, type Key } from "../src/words";
@@ -47,6 +47,16 @@ test("the page has words for every kind of finding that a verdict has", () => {
   assert.deepEqual([...FINDINGS].sort(), named.sort());
   const same = [...FINDINGS].filter((kind) => CATALOGUES.en[`finding.${kind}`] === CATALOGUES.de[`finding.${kind}`]);
   assert.deepEqual(same, []);
+});
+
+test("the page has a name for everything that the doctor looks at", () => {
+  const folder = `${realpathSync("src")}/../../doctor`;
+  const source = readdirSync(folder).filter((file) => file.endsWith(".cc"))
+    .map((file) => readFileSync(`${folder}/${file}`, "utf8")).join("\n");
+  const named = [...source.matchAll(/(?:findings_?\.(?:ok|warn|fail|skip)\(|judge_(?:link|angles)\(|check = )\s*"([^"]+)"/g)].map((match) => match[1]);
+  assert.ok(new Set(named).size > 30);
+  assert.deepEqual([...new Set(named)].filter((name) => !CHECKS.some((one) => one === name)), []);
+  assert.deepEqual(CHECKS.filter((one) => one !== "doctor" && !source.includes(`"${one}"`)), []);
 });
 
 test("the guide has every step of the daemon, and a command for each that names the cell", () => {

@@ -86,7 +86,7 @@ function Checks({ checks }: { checks: Finding[] }) {
           <span class="badge" data-good={one.outcome === "ok"}>
             <span aria-hidden="true">{MARKS[one.outcome]}</span> {say(`outcome.${one.outcome}`)}
           </span>{" "}
-          <span lang="en"><strong>{one.check}</strong>: {one.found}</span>
+          <strong>{one.known ? say(`check.${one.known}`) : one.check}</strong>: <span lang="en">{one.found}</span>
           {one.advice !== "" && <p class="todo" lang="en">→ {one.advice}</p>}
         </li>
       ))}
