@@ -1,6 +1,7 @@
 #include "daemon/cli/new_cell/new_cell.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -124,6 +125,20 @@ std::string as_json(const NewCellCommand& command, const std::vector<std::string
   return value.dump(1) + "\n";
 }
 
+/// Before the first question: nobody answers twenty of them for nothing.
+void look_at_place(const NewCellCommand& command) {
+  const std::filesystem::path folder = std::filesystem::absolute(command.output).parent_path();
+  if (!std::filesystem::is_directory(folder))
+    throw std::runtime_error(
+        fmt::format("there is no folder {}. Make it, or name another with -o", folder.string()));
+  if (std::filesystem::is_directory(command.output))
+    throw std::runtime_error(command.output.string() + " is a folder. Name a file in it with -o");
+  if (::access(folder.c_str(), W_OK) != 0)
+    throw std::runtime_error(
+        fmt::format("no permission to write into {}. Use sudo, or name another folder with -o",
+                    folder.string()));
+}
+
 void refuse_to_replace(const NewCellCommand& command) {
   if (std::filesystem::exists(command.output) && !command.force)
     throw std::runtime_error(
@@ -134,6 +149,7 @@ void refuse_to_replace(const NewCellCommand& command) {
 }  // namespace
 
 int new_cell(const NewCellCommand& command, std::istream& in, std::ostream& asked) {
+  look_at_place(command);
   refuse_to_replace(command);
   CellForm form;
   ask_for_rest(form, take_options(command, form), command.output, in, asked);

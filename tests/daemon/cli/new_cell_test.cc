@@ -296,6 +296,17 @@ TEST(the_dialogue, ends_where_the_input_ends_and_leaves_nothing) {
   }
 }
 
+TEST(the_dialogue, does_not_begin_where_the_file_could_not_be_written) {
+  const TemporaryDirectory dir;
+  std::filesystem::create_directory(dir / "folder");
+  for (const char* place : {"none/cell.toml", "folder"}) {
+    std::istringstream in(joined(kAnswers, kAnswers.size()));
+    std::ostringstream out;
+    EXPECT_THROW(new_cell({.output = dir / place}, in, out), std::runtime_error) << place;
+    EXPECT_EQ(out.str(), "") << place;
+  }
+}
+
 TEST(a_taught_centre, lies_below_the_tip_that_touches_the_top) {
   CellForm made = form();
   made.spheres.clear();
