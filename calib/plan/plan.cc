@@ -10,11 +10,10 @@
 #include "calib/plan/choice/choose.h"
 #include "calib/plan/reach/candidates.h"
 #include "calib/plan/reach/corners.h"
-#include "calib/plan/reach/duration.h"
-#include "calib/plan/reach/order.h"
 #include "calib/plan/reach/pool.h"
 #include "calib/plan/reach/reasons.h"
 #include "calib/plan/reach/route.h"
+#include "calib/plan/reach/visit.h"
 
 namespace cellcal::calib {
 
@@ -38,61 +37,6 @@ constexpr double kAroundIsWorth = 0.01;  // share of the error
 /// Fewer directions do not span a sphere safely; and half of all touches are shared out evenly,
 /// since the choice knows only the errors that the model has.
 constexpr int kLeastPerSphere = 5;
-
-/// Where the direct move is clear, but every chain that was tried is not.
-constexpr const char* kAround = "the ways around it are blocked";
-
-struct Chosen {
-  Candidate candidate;
-  TouchSet set;
-};
-
-/// What changing over costs beyond the direct move: the tip has to rise above a sphere to get round
-/// it, and another sphere is farther.
-constexpr double kSameSphereS = 0.2, kOtherSphereS = 0.5;
-
-/// Visits all of `todo` in an order that costs the robot little time.
-Plan visit(const Cell& cell, const PlanOptions& options, const Clearance& clearance,
-           const Router& router, std::vector<Chosen> todo, const JointVector& start) {
-  const Pace pace;
-  const auto count = static_cast<Eigen::Index>(todo.size());
-  Eigen::MatrixXd cost = Eigen::MatrixXd::Zero(count, count);
-  Eigen::VectorXd from_start(count);
-  for (Eigen::Index j = 0; j < count; ++j) {
-    const Candidate& to = todo[static_cast<std::size_t>(j)].candidate;
-    from_start[j] = move_s(cell.robot, start, to.standoff, pace);
-    for (Eigen::Index i = 0; i < count; ++i) {
-      const Candidate& from = todo[static_cast<std::size_t>(i)].candidate;
-      cost(i, j) = move_s(cell.robot, from.clear, to.standoff, pace) +
-                   (from.target == to.target ? kSameSphereS : kOtherSphereS);
-    }
-  }
-  Plan plan;
-  plan.start = start;
-  JointVector at = start;
-  const Candidate* leaving = nullptr;
-  for (const std::size_t next : short_order(cost, from_start)) {
-    const Candidate& to = todo[next].candidate;
-    auto way = router.to_standoff(at, leaving, to);
-    if (!way)
-      throw PlanError(
-          fmt::format("{}: no clear way to its touch from direction {}: {}. Move it or what is "
-                      "in the way, or start from another posture",
-                      cell.targets[to.target].id, direction_words(to.normal),
-                      words_or(clearance.hit(at, to.standoff, kTipMarginM), kAround)));
-    plan.touches.push_back(to_planned(cell, to, todo[next].set, options));
-    plan.touches.back().transit = std::move(*way);
-    round_corners(clearance, leaving != nullptr ? leaving->end : JointVector{}, at,
-                  plan.touches.back());
-    leaving = &to;
-    at = to.clear;
-  }
-  if (leaving != nullptr) {
-    const auto back = router.away(*leaving, start);
-    if (back) plan.home = *back;  // else the arm stays at the clear point, which is free
-  }
-  return plan;
-}
 
 /// Distance of q from the segment a-b in joint space, largest joint.
 double off_segment(const JointVector& q, const JointVector& a, const JointVector& b) {
@@ -146,12 +90,12 @@ void look_around(const Cell& cell, const PlanOptions& options, ChooseOptions& ho
 
 /// The picked, and behind them check touches out of the first `spread` candidates, drawn at random:
 /// they stand for all that the fit has not seen.
-std::vector<Chosen> with_check_touches(const Cell& cell, const std::vector<std::size_t>& picked,
-                                       std::size_t spread, int targets, const PlanOptions& options,
-                                       Pool& pool) {
+std::vector<ToVisit> with_check_touches(const Cell& cell, const std::vector<std::size_t>& picked,
+                                        std::size_t spread, int targets, const PlanOptions& options,
+                                        Pool& pool) {
   const std::vector<Candidate>& candidates = pool.candidates();
   std::vector<bool> taken(candidates.size(), false), fitted(cell.targets.size(), false);
-  std::vector<Chosen> todo;
+  std::vector<ToVisit> todo;
   for (const std::size_t i : picked) {
     taken[i] = true;
     fitted[candidates[i].target] = true;
@@ -212,7 +156,7 @@ Plan make_plan(const Cell& cell, const PlanOptions& options, const JointVector& 
   Choice choice = choose_connected(cell, options, how, pool);
   const std::size_t spread = candidates.size();  // those that are spread out over all targets
   if (options.criterion == Criterion::kI) look_around(cell, options, how, pool, choice);
-  std::vector<Chosen> todo =
+  std::vector<ToVisit> todo =
       with_check_touches(cell, choice.picked, spread, targets, options, pool);
   const JointVector start = from.empty() ? pool.middle() : from;
   if (const auto what = pool.clearance().hit(start, kTipMarginM))
@@ -262,7 +206,7 @@ Plan resume_plan(const Cell& cell, const Plan& plan, std::size_t next, const Joi
         "{}: no clear way to the next touch of this plan: {}. Check what was changed in the cell",
         touch.target,
         words_or(clearance.hit(resting_posture(cell.robot, clearance), touch.standoff, kTipMarginM),
-                 kAround)));
+                 kBlockedAround)));
   const PlannedTouch& before = plan.touches[next > 0 ? next - 1 : next];
   Candidate leaving;  // its way to the resting posture is not known: not the one of `to`
   leaving.target = cell.target_index(before.target);
@@ -273,7 +217,7 @@ Plan resume_plan(const Cell& cell, const Plan& plan, std::size_t next, const Joi
     throw PlanError(fmt::format(
         "no clear way from where the arm stands to the next touch, of {}: {}. Jog it above the "
         "spheres",
-        touch.target, words_or(clearance.hit(at, touch.standoff, kTipMarginM), kAround)));
+        touch.target, words_or(clearance.hit(at, touch.standoff, kTipMarginM), kBlockedAround)));
   way.insert(way.end(), rest->begin(), rest->end());
   touch.transit = std::move(way);
   round_corners(clearance, {}, from, touch);

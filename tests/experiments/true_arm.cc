@@ -113,7 +113,7 @@ TrueArm::TrueArm(const calib::Cell& cell, const TruthSettings& s, calib::Random&
 
 Eigen::Matrix4d TrueArm::link(std::size_t i, double theta, double warm) const {
   const Joint& j = joints_[i];
-  const double grown = 1.0 + growth_ * warm;
+  const double grown = 1.0 + grown_ + growth_ * warm;
   const double ct = std::cos(theta), st = std::sin(theta);
   const double ca = std::cos(j.alpha), sa = std::sin(j.alpha);
   const double cb = std::cos(j.beta), sb = std::sin(j.beta);

@@ -40,6 +40,13 @@ class TrueArm {
   /// TCP [m, base]; `warm` from 0 (begin of the session) to 1 (end).
   Eigen::Vector3d tip(const std::vector<double>& q, double warm = 0.5) const;
 
+  // What happens to it later.
+  void knock(const Eigen::Vector3d& shift_m) { tcp_ += shift_m; }  ///< the tool; flange frame
+  void slip(std::size_t joint, double by_rad) {
+    joints_[joint].offset += joints_[joint].sign * by_rad;
+  }
+  void grow(double share) { grown_ += share; }  ///< of all lengths
+
  private:
   Eigen::Matrix4d link(std::size_t i, double theta, double warm) const;
 
@@ -56,7 +63,7 @@ class TrueArm {
   std::vector<Joint> joints_;
   std::vector<Wave> field_;
   Eigen::Vector3d tcp_, tool_com_, gravity_;
-  double tool_mass_, tool_length_, c_t_, growth_;
+  double tool_mass_, tool_length_, c_t_, growth_, grown_ = 0.0;
 };
 
 }  // namespace cellcal::experiments

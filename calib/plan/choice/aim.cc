@@ -39,9 +39,20 @@ void aim(const Known& known, const Candidate& candidate, PlannedTouch& touch) {
     centre = there - (normal.dot(there) - known_place.distance_m) * normal;
   }
   const ArmErrors errors = arm.errors(x.data());
-  ArmChain chain;
+  const Surface surface{centre, normal, radius, [&](const JointVector& q) {
+                          ArmChain chain;
+                          arm.walk(arm.prepare(q), errors, chain);
+                          return chain.tip;
+                        }};
+  if (!aim_at(pool, options, surface, {reach, reach}, candidate, touch)) return;
+  touch.expected_sigma_m = known.sigma_m;
+}
+
+bool aim_at(const Pool& pool, const PlanOptions& options, const Surface& surface,
+            const SearchLength& length, const Candidate& candidate, PlannedTouch& touch) {
   const auto at = [&](double outside_m, const JointVector& seed) -> std::optional<JointVector> {
-    const Eigen::Vector3d wanted = centre + (radius + outside_m) * normal;
+    const Eigen::Vector3d wanted =
+        surface.centre_m + (surface.radius_m + outside_m) * surface.normal;
     Eigen::Isometry3d command = Eigen::Isometry3d::Identity();
     command.linear() = candidate.orientation;
     command.translation() = wanted;
@@ -50,24 +61,25 @@ void aim(const Known& known, const Candidate& candidate, PlannedTouch& touch) {
     for (int k = 0; k < kCorrections; ++k) {
       q = inverse(pool.arm(), command, *q, options.limit_margin_rad);
       if (!q) return std::nullopt;
-      arm.walk(arm.prepare(*q), errors, chain);
-      command.translation() += wanted - chain.tip;
+      command.translation() += wanted - surface.tip_m(*q);
     }
     return q;
   };
-  const auto standoff = at(reach, candidate.contact), end = at(-reach, candidate.contact);
-  if (!standoff || !end) return;
-  if (!pool.clearance().clear_search(candidate.clear, *end, candidate.target, kTipMarginM)) return;
+  const auto standoff = at(length.before_m, candidate.contact),
+             end = at(-length.behind_m, candidate.contact);
+  if (!standoff || !end) return false;
+  if (!pool.clearance().clear_search(candidate.clear, *end, candidate.target, kTipMarginM))
+    return false;
   // First to the stand-off that an arm needs that is not known, then straight on: a way from far
   // off that ends so near the surface would keep less from it than the nominal arm is wrong by.
   if (!pool.clearance().clear_search(touch.standoff, *standoff, candidate.target, kTipMarginM))
-    return;
+    return false;
   touch.transit.push_back(*standoff);
   touch.standoff = *standoff;
   touch.end = *end;
-  touch.search_m = 2.0 * reach;
-  touch.expected_m = reach;
-  touch.expected_sigma_m = known.sigma_m;
+  touch.search_m = length.before_m + length.behind_m;
+  touch.expected_m = length.before_m;
+  return true;
 }
 
 }  // namespace cellcal::calib

@@ -1,0 +1,46 @@
+#pragma once
+// When a check is an alarm. Residuals of a cell in which nothing changed are Gaussian with the covariance
+// that the calibration foresees; so how often any number that is made of them exceeds a threshold by chance
+// can be drawn, and the threshold for one false alarm in a thousand read off.
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "calib/check/change.h"
+#include "calib/linear/cholesky.h"
+
+namespace cellcal::calib {
+
+/// Share of checks with nothing changed that are told not to hold.
+inline constexpr double kFalseAlarms = 1e-3;
+
+class Alarm {
+ public:
+  /// `covariance_m2`: of the contacts' residuals, nothing changed.
+  Alarm(const std::vector<Change>& changes, const std::vector<ForeseenContact>& contacts,
+        const Eigen::MatrixXd& covariance_m2);
+
+  const Cholesky& covariance() const { return covariance_; }
+  /// That anything changed over that nothing did, natural logarithm; of whitened residuals of small changes.
+  double log_odds(const Eigen::VectorXd& whitened) const;
+  double threshold() const { return threshold_; }
+  /// Share of shifts of the tool by so much, in any direction, that raise the alarm.
+  double found(double shift_m) const;
+
+ private:
+  struct Part {  ///< one change
+    Eigen::Index first, size;
+    double weight;
+    std::vector<double> usual;
+  };
+  Eigen::VectorXd log_odds_of(const Eigen::MatrixXd& whitened) const;
+
+  Cholesky covariance_;
+  Eigen::MatrixXd directions_;  ///< orthonormal within each change, one column each
+  Eigen::VectorXd square_;      ///< of what one SI unit along each moves the whitened residuals
+  std::vector<Part> parts_;
+  Eigen::MatrixXd by_tool_;  ///< whitened residuals by its shift
+  double threshold_ = 0.0;
+};
+
+}  // namespace cellcal::calib

@@ -1,0 +1,29 @@
+#pragma once
+// Touches in an order that costs the robot little time, with clear ways from one to the next.
+
+#include <functional>
+#include <vector>
+
+#include "calib/plan/reach/candidates.h"
+#include "calib/plan/reach/route.h"
+
+namespace cellcal::calib {
+
+/// Where the direct move is clear, but every chain that was tried is not.
+inline constexpr const char* kBlockedAround = "the ways around it are blocked";
+
+struct ToVisit {
+  Candidate candidate;
+  TouchSet set;
+};
+
+/// Shortens the search line of a touch whose way is known, where it can.
+using Aim = std::function<void(const Candidate&, PlannedTouch&)>;
+
+/// Visits all of `todo`, from `start` and back. Null `aim`: search lines as they are. Throws PlanError where no
+/// clear way leads to one.
+Plan visit(const Cell& cell, const PlanOptions& options, const Clearance& clearance,
+           const Router& router, std::vector<ToVisit> todo, const JointVector& start,
+           const Aim& aim = {});
+
+}  // namespace cellcal::calib

@@ -1,0 +1,56 @@
+#include "calib/result/tcp_check.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace cellcal::calib {
+
+namespace {
+
+constexpr double kCoverage = 2.0;  // U(k=2)
+constexpr std::array kKinds{ChangeKind::kNothing, ChangeKind::kTool,   ChangeKind::kSphere,
+                            ChangeKind::kJoint,   ChangeKind::kGrowth, ChangeKind::kTouch};
+
+}  // namespace
+
+const char* to_string(ChangeKind kind) {
+  switch (kind) {
+    case ChangeKind::kNothing:
+      return "nothing";
+    case ChangeKind::kTool:
+      return "tool";
+    case ChangeKind::kSphere:
+      return "sphere";
+    case ChangeKind::kJoint:
+      return "joint";
+    case ChangeKind::kGrowth:
+      return "growth";
+    case ChangeKind::kTouch:
+      return "touch";
+  }
+  return "";
+}
+
+std::optional<ChangeKind> change_kind(const std::string& name) {
+  for (const ChangeKind kind : kKinds)
+    if (name == to_string(kind)) return kind;
+  return std::nullopt;
+}
+
+const Explanation* TcpCheck::change() const {
+  const auto first = std::find_if(explanations.begin(), explanations.end(),
+                                  [](const auto& one) { return one.kind != ChangeKind::kNothing; });
+  return first == explanations.end() ? nullptr : &*first;
+}
+
+double TcpCheck::u_m(int axis) const { return kCoverage * std::sqrt(covariance_m2(axis, axis)); }
+
+double TcpCheck::u_along_m() const {
+  const double length = shift_m.norm();
+  const Eigen::Vector3d along =
+      length > 0.0 ? Eigen::Vector3d(shift_m / length) : Eigen::Vector3d::UnitX();
+  return kCoverage * std::sqrt(along.dot(covariance_m2 * along));
+}
+
+}  // namespace cellcal::calib

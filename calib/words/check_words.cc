@@ -1,0 +1,115 @@
+#include "calib/words/check_words.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "calib/model/units.h"
+
+namespace cellcal::calib {
+
+namespace {
+
+constexpr double kCoverage = 2.0;
+constexpr double kPerMillion = 1e6;
+
+std::string mm(double value_m, double sigma_m) {
+  return fmt::format("{:.2f} +- {:.2f} mm (k=2)", value_m * kMmPerM, kCoverage * sigma_m * kMmPerM);
+}
+
+std::string vector_words(const Eigen::Vector3d& m) {
+  return fmt::format("({:+.2f}, {:+.2f}, {:+.2f})", m.x() * kMmPerM, m.y() * kMmPerM,
+                     m.z() * kMmPerM);
+}
+
+/// What to do about it.
+std::string advice(const Explanation& change) {
+  switch (change.kind) {
+    case ChangeKind::kTool:
+      return "Check the tool's fastening, its tip and, if it can slip, the zero of the last axis; then measure the "
+             "TCP or calibrate again";
+    case ChangeKind::kSphere:
+      return fmt::format("Clamp the stand of {} and calibrate again; the robot itself is as it was",
+                         change.name);
+    case ChangeKind::kJoint:
+      return fmt::format(
+          "Look at the mastering, belt, coupling and brake of {}, and calibrate again",
+          change.name);
+    case ChangeKind::kGrowth:
+      return "Let the arm come to its usual temperature and check again; if that is the new one, "
+             "calibrate again";
+    case ChangeKind::kTouch:
+      return fmt::format("Clean tip and {}, and check again", change.name);
+    case ChangeKind::kNothing:
+      break;
+  }
+  return "";
+}
+
+std::string not_found_words(const NotFound& one) {
+  return fmt::format(
+      "touch {}: {} not found, up to {:.0f} mm behind where it should be. Check that it stands where "
+      "it stood and that the tool is whole",
+      one.touch + 1, one.target, one.beyond_m * kMmPerM);
+}
+
+}  // namespace
+
+std::string verdict_words(const TcpCheck& check) {
+  if (check.explanations.empty())
+    return fmt::format("does not hold: {} touches met their spheres, {} met nothing", check.touches,
+                       check.not_found.size());
+  return fmt::format("{}: TCP shift {:.2f} +- {:.2f} mm (k=2) {} in the flange's frame",
+                     check.holds ? "holds" : "does not hold", check.shift_m.norm() * kMmPerM,
+                     check.u_along_m() * kMmPerM, vector_words(check.shift_m));
+}
+
+std::string words(const Explanation& one) {
+  switch (one.kind) {
+    case ChangeKind::kNothing:
+      return "nothing changed";
+    case ChangeKind::kTool:
+      return fmt::format("{} shifted by {} {} on the flange", one.name,
+                         mm(one.shift_m.norm(), one.sigma), vector_words(one.shift_m));
+    case ChangeKind::kSphere:
+      return fmt::format("{} moved by {} {}", one.name, mm(one.shift_m.norm(), one.sigma),
+                         vector_words(one.shift_m));
+    case ChangeKind::kJoint:
+      return fmt::format("zero of {} off by {:+.3f} +- {:.3f} deg (k=2)", one.name,
+                         one.amount * kDegPerRad, kCoverage * one.sigma * kDegPerRad);
+    case ChangeKind::kGrowth:
+      return fmt::format("whole arm {} by {:.0f} +- {:.0f} ppm (k=2)",
+                         one.amount < 0.0 ? "shorter" : "longer",
+                         std::abs(one.amount) * kPerMillion, kCoverage * one.sigma * kPerMillion);
+    case ChangeKind::kTouch:
+      return fmt::format("touch {} of {} alone {:+.2f} +- {:.2f} mm (k=2) off", one.touch + 1,
+                         one.name, one.amount * kMmPerM, kCoverage * one.sigma * kMmPerM);
+  }
+  return "";
+}
+
+std::string change_words(const TcpCheck& check) {
+  const Explanation* change = check.change();
+  if (check.holds || change == nullptr) return "";
+  return fmt::format("{}. {}", words(*change), advice(*change));
+}
+
+std::vector<std::string> words(const TcpCheck& check) {
+  std::vector<std::string> lines{verdict_words(check)};
+  for (const NotFound& one : check.not_found) lines.push_back(not_found_words(one));
+  if (const std::string change = change_words(check); !change.empty()) lines.push_back(change);
+  if (check.explanations.empty()) return lines;
+  lines.push_back(fmt::format(
+      "{:.2f} mm rms off over {} touches; log odds of a change {:.1f}, alarm above {:.1f} ({:g} % "
+      "false alarms)",
+      check.rms_m * kMmPerM, check.touches, check.log_odds, check.log_alarm,
+      100.0 * check.false_alarms));
+  lines.push_back(fmt::format("a tool shift of {:.2f} mm is found in {:.0f} of 100 such checks",
+                              check.finds_m * kMmPerM, 100.0 * check.found));
+  for (const Explanation& one : check.explanations)
+    lines.push_back(fmt::format("{:5.1f} %  log likelihood {:+8.1f}  {}", 100.0 * one.probability,
+                                one.log_likelihood, words(one)));
+  return lines;
+}
+
+}  // namespace cellcal::calib

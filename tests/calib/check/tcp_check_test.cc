@@ -1,0 +1,264 @@
+// A few touches say whether a calibration still holds, and what changed if it does not: a tool that was knocked,
+// a stand that moved, a joint that slipped, an arm that warmed up. What is not met at all is told, too.
+
+#include "calib/check/tcp_check.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <set>
+
+#include "calib/files/check_json.h"
+#include "calib/identify/identify.h"
+#include "calib/model/error.h"
+#include "calib/plan/check_plan.h"
+#include "calib/plan/reach/duration.h"
+#include "calib/words/check_words.h"
+#include "tests/calib/plan/meet.h"
+#include "tests/calib/simulate.h"
+
+namespace cellcal::calib {
+namespace {
+
+using testing::demo_cell;
+
+const sim::Truth& truth() {
+  static const sim::Truth drawn = testing::plain_truth(demo_cell(), 5);
+  return drawn;
+}
+
+const Calibration& calibration() {
+  static const Calibration found = identify(
+      demo_cell(), testing::make_touches(demo_cell(), truth(), {.fit = 100, .seed = 5}).touches);
+  return found;
+}
+
+const Plan& plan() {
+  static const Plan made = make_check_plan(calibration(), {});
+  return made;
+}
+
+/// What a session hands over: touches, which of the planned ones they are, and those that met nothing.
+struct Made {
+  std::vector<Touch> touches;
+  std::vector<std::size_t> planned;
+  std::vector<MissedTouch> missed;
+
+  TcpCheck judged(const std::vector<std::vector<Touch>>& references = {}) const {
+    return check_tcp(calibration(), touches, planned, missed, references);
+  }
+};
+
+Made made_by(const sim::Truth& arm, std::uint64_t seed = 1) {
+  Random random(seed);
+  Made made;
+  for (std::size_t i = 0; i < plan().touches.size(); ++i) {
+    const PlannedTouch& planned = plan().touches[i];
+    if (auto met = testing::meet(demo_cell(), arm, planned, random)) {
+      made.touches.push_back(met->touch);
+      made.planned.push_back(i);
+      continue;
+    }
+    MissedTouch missed{i, {}};
+    missed.at_end.target = planned.target;
+    missed.at_end.joint_rad = planned.end;
+    made.missed.push_back(missed);
+  }
+  return made;
+}
+
+sim::Truth knocked(const Eigen::Vector3d& shift_m) {
+  sim::Truth after = truth();
+  Tool tool = after.arm.tool();
+  tool.tcp.translation() += shift_m;
+  after.arm = ArmModel(after.arm.robot(), tool);
+  return after;
+}
+
+sim::Truth with_robot(const std::function<void(Robot&)>& change) {
+  sim::Truth after = truth();
+  Robot robot = after.arm.robot();
+  change(robot);
+  after.arm = ArmModel(robot, after.arm.tool());
+  return after;
+}
+
+sim::Truth moved(const std::string& sphere, const Eigen::Vector3d& by_m) {
+  sim::Truth after = truth();
+  after.centre_m[demo_cell().target_index(sphere)] += by_m;
+  return after;
+}
+
+const PlannedTouch& first_of(const std::string& sphere) {
+  return *std::ranges::find(plan().touches, sphere, &PlannedTouch::target);
+}
+
+TEST(CheckPlan, TouchesEverySphereByClearShortSearchesWithinTwentySeconds) {
+  EXPECT_GE(plan().touches.size(), 6U);
+  EXPECT_LE(plan().touches.size(), 8U);
+  Pace pace;
+  pace.foretold_m = CheckPlanOptions{}.before_m;
+  EXPECT_LE(duration_s(plan(), demo_cell().robot, pace), 20.0);
+  std::set<std::string> touched;
+  Random random(3);
+  for (const PlannedTouch& touch : plan().touches) {
+    touched.insert(touch.target);
+    EXPECT_TRUE(touch.may_miss);
+    const auto met = testing::meet(demo_cell(), truth(), touch, random);
+    ASSERT_TRUE(met.has_value());
+    // The line was made for the arm as it is, not as the robot file has it.
+    EXPECT_NEAR(met->travel_m, touch.expected_m, 0.3e-3);
+    EXPECT_GT(touch.expected_sigma_m, 0.0);
+  }
+  EXPECT_EQ(touched.size(), demo_cell().targets.size());
+}
+
+TEST(CheckPlan, IsRefusedForACalibrationThatKnowsOfNoSphere) {
+  Calibration empty = calibration();
+  empty.targets.clear();
+  EXPECT_THROW((void)make_check_plan(empty, {}), PlanError);
+}
+
+TEST(TcpCheck, HoldsWhereNothingChanged) {
+  const TcpCheck check = made_by(truth()).judged();
+  EXPECT_TRUE(check.holds);
+  EXPECT_LT(check.shift_m.norm(), 2.0 * check.u_along_m());
+  EXPECT_EQ(check.explanations.front().kind, ChangeKind::kNothing);
+  EXPECT_TRUE(verdict_words(check).starts_with("holds: TCP shift 0.")) << verdict_words(check);
+  EXPECT_EQ(change_words(check), "");
+}
+
+TEST(TcpCheck, FindsAToolThatWasKnockedAndSaysByHowMuch) {
+  const Eigen::Vector3d shift_m(0.2e-3, -0.2e-3, 0.1e-3);
+  const TcpCheck check = made_by(knocked(shift_m)).judged();
+  EXPECT_FALSE(check.holds);
+  ASSERT_NE(check.change(), nullptr);
+  EXPECT_EQ(check.change()->kind, ChangeKind::kTool);
+  EXPECT_LT((check.shift_m - shift_m).norm(), 0.15e-3);
+  EXPECT_GT(check.change()->probability, 0.9);
+  EXPECT_NE(change_words(check).find("fastening"), std::string::npos);
+}
+
+TEST(TcpCheck, MeasuresAShiftOfMillimetresAsWell) {
+  const Eigen::Vector3d shift_m(1.5e-3, 1e-3, -1e-3);
+  const TcpCheck check = made_by(knocked(shift_m)).judged();
+  EXPECT_FALSE(check.holds);
+  EXPECT_EQ(check.change()->kind, ChangeKind::kTool);
+  EXPECT_LT((check.shift_m - shift_m).norm(), 0.15e-3);
+}
+
+TEST(TcpCheck, FindsTheSphereThatMoved) {
+  const std::string& id = demo_cell().targets[2].id;
+  const TcpCheck check = made_by(moved(id, 1e-3 * first_of(id).normal)).judged();
+  EXPECT_FALSE(check.holds);
+  EXPECT_EQ(check.change()->kind, ChangeKind::kSphere);
+  EXPECT_EQ(check.change()->name, id);
+  EXPECT_NE(change_words(check).find("Clamp the stand of " + id), std::string::npos);
+}
+
+TEST(TcpCheck, FindsTheJointThatSlipped) {
+  constexpr std::size_t kJoint = 2;
+  const TcpCheck check =
+      made_by(with_robot([](Robot& robot) { robot.joints[kJoint].offset_rad += 1e-3; })).judged();
+  EXPECT_FALSE(check.holds);
+  EXPECT_EQ(check.change()->kind, ChangeKind::kJoint);
+  EXPECT_EQ(check.change()->name, demo_cell().robot.joints[kJoint].name);
+  // As its controller counts.
+  EXPECT_NEAR(check.change()->amount * demo_cell().robot.joints[kJoint].sign, 1e-3, 0.2e-3);
+}
+
+TEST(TcpCheck, FindsAnArmThatWarmedUp) {
+  constexpr double kGrowth = 300e-6;
+  const TcpCheck check = made_by(with_robot([](Robot& robot) {
+                           for (Joint& joint : robot.joints) {
+                             joint.d_m *= 1.0 + kGrowth;
+                             joint.a_m *= 1.0 + kGrowth;
+                           }
+                         })).judged();
+  EXPECT_FALSE(check.holds);
+  EXPECT_EQ(check.change()->kind, ChangeKind::kGrowth);
+  EXPECT_NEAR(check.change()->amount, kGrowth, 100e-6);
+}
+
+TEST(TcpCheck, ASphereThatIsGoneIsNotFoundAndNotDropped) {
+  const std::string& id = demo_cell().targets[1].id;
+  const Made made = made_by(moved(id, Eigen::Vector3d(0.0, 0.0, -0.3)));
+  ASSERT_FALSE(made.missed.empty());
+  const TcpCheck check = made.judged();
+  EXPECT_FALSE(check.holds);
+  ASSERT_EQ(check.not_found.size(), made.missed.size());
+  EXPECT_EQ(check.not_found.front().target, id);
+  EXPECT_NEAR(check.not_found.front().beyond_m, CheckPlanOptions{}.behind_m, 0.5e-3);
+  EXPECT_EQ(check.change()->kind, ChangeKind::kSphere);
+  EXPECT_EQ(check.change()->name, id);
+  const auto lines = words(check);
+  EXPECT_TRUE(std::ranges::any_of(lines, [&](const std::string& line) {
+    return line.find(id + " not found, up to 12 mm behind") != std::string::npos;
+  }));
+}
+
+TEST(TcpCheck, OfAToolThatIsGoneNothingIsMetAndThatIsTheAnswer) {
+  const Made made = made_by(knocked({0.0, 0.0, -0.1}));
+  EXPECT_TRUE(made.touches.empty());
+  const TcpCheck check = made.judged();
+  EXPECT_FALSE(check.holds);
+  EXPECT_EQ(check.not_found.size(), plan().touches.size());
+  EXPECT_EQ(check.change(), nullptr);
+  EXPECT_TRUE(verdict_words(check).starts_with("does not hold: 0 touches met their spheres"));
+  EXPECT_NE(check_to_json(check).find("\"holds\": false"), std::string::npos);
+}
+
+TEST(TcpCheck, ChecksThatHeldBeforeMakeTheNextOneSharper) {
+  std::vector<std::vector<Touch>> before;
+  for (const std::uint64_t seed : {11, 12, 13}) before.push_back(made_by(truth(), seed).touches);
+  const TcpCheck alone = made_by(truth()).judged(), sharper = made_by(truth()).judged(before);
+  EXPECT_TRUE(sharper.holds);
+  EXPECT_GT(sharper.found, alone.found);
+  EXPECT_LT(sharper.covariance_m2.trace(), alone.covariance_m2.trace());
+  EXPECT_FALSE(made_by(knocked({0.0, 0.3e-3, 0.0})).judged(before).holds);
+}
+
+TEST(TcpCheck, WhatIsWrongInAReferenceIsExpectedAgain) {
+  // A calibration that was never right in this: what does not change is no change.
+  const sim::Truth always = knocked({0.12e-3, 0.0, 0.0});
+  std::vector<std::vector<Touch>> before;
+  for (const std::uint64_t seed : {11, 12, 13}) before.push_back(made_by(always, seed).touches);
+  const TcpCheck without = made_by(always).judged(), with = made_by(always).judged(before);
+  EXPECT_TRUE(with.holds);
+  EXPECT_LT(with.shift_m.norm(), without.shift_m.norm());
+}
+
+TEST(TcpCheck, RefusesWhatItCannotJudge) {
+  const Made made = made_by(truth());
+  const std::vector<Touch> few(made.touches.begin(), made.touches.begin() + 3);
+  EXPECT_THROW(TcpChecker(calibration(), few), IdentifyError);
+  EXPECT_THROW((void)TcpChecker(calibration(), made.touches).judge(few), IdentifyError);
+  EXPECT_THROW(TcpChecker(calibration(), made.touches, {few}), IdentifyError);
+  Calibration bare = calibration();
+  bare.covariance.resize(0, 0);
+  EXPECT_THROW(TcpChecker(bare, made.touches), IdentifyError);
+  Calibration elsewhere = calibration();
+  elsewhere.targets.pop_back();
+  EXPECT_THROW(TcpChecker(elsewhere, made.touches), IdentifyError);
+}
+
+TEST(TcpCheck, AsADocumentHasEveryExplanationWithItsLikelihood) {
+  const TcpCheck check = made_by(knocked({0.4e-3, 0.0, 0.0})).judged();
+  const std::string json = check_to_json(check);
+  for (const char* key : {"\"format\": \"cellcal.check/1\"", "\"changed\": \"tool\"",
+                          "\"tcp_shift_mm\"", "\"log_likelihood\"", "\"probability\"", "\"words\""})
+    EXPECT_NE(json.find(key), std::string::npos) << key;
+  double sum = 0.0;
+  for (const Explanation& one : check.explanations) sum += one.probability;
+  EXPECT_NEAR(sum, 1.0, 1e-9);
+}
+
+TEST(ChangeKind, IsFoundByItsNameAndNoOther) {
+  for (const ChangeKind kind : {ChangeKind::kNothing, ChangeKind::kTool, ChangeKind::kSphere,
+                                ChangeKind::kJoint, ChangeKind::kGrowth, ChangeKind::kTouch})
+    EXPECT_EQ(change_kind(to_string(kind)), kind);
+  EXPECT_FALSE(change_kind("thing").has_value());
+}
+
+}  // namespace
+}  // namespace cellcal::calib
