@@ -100,7 +100,8 @@ TcpChecker::TcpChecker(const Calibration& calibration, const std::vector<Touch>&
     : calibration_(calibration),
       foresight_(foreseen(calibration, expected, references)),
       changes_(possible_changes(calibration, foresight_.contacts)),
-      alarm_(changes_, foresight_.contacts, foresight_.covariance_m2()) {}
+      alarm_(changes_, foresight_.contacts, foresight_.covariance_m2()),
+      found_(alarm_.found(kFindsM)) {}
 
 Eigen::Matrix3d TcpChecker::shift_covariance_m2() const {
   Change tool = changes_.front();
@@ -151,7 +152,7 @@ TcpCheck TcpChecker::judge(const std::vector<Touch>& made, const std::vector<std
   check.log_alarm = alarm_.threshold();
   check.false_alarms = kFalseAlarms;
   check.finds_m = kFindsM;
-  check.found = alarm_.found(kFindsM);
+  check.found = found_;
   for (const MissedTouch& one : missed) check.not_found.push_back(not_found(calibration_, one));
   check.holds = check.not_found.empty() && check.log_odds <= check.log_alarm;
   return check;

@@ -51,6 +51,7 @@ class TcpChecker {
   Foresight foresight_;
   std::vector<Change> changes_;
   Alarm alarm_;
+  double found_;  ///< share of usual shifts
 };
 
 /// The same at once. `planned`: as of judge().

@@ -3,10 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
+#include "calib/check/foresight.h"
 #include "calib/model/random.h"
 #include "calib/plan/choice/aim.h"
 #include "calib/plan/choice/check_choice.h"
+#include "calib/plan/plan.h"
 #include "calib/plan/reach/duration.h"
 #include "calib/plan/reach/pool.h"
 #include "calib/plan/reach/visit.h"
@@ -26,6 +29,24 @@ const TargetResult* known_sphere(const Calibration& calibration, const Target& t
   if (target.kind != TargetKind::kSphere) return nullptr;
   const auto found = std::ranges::find(calibration.targets, target.id, &TargetResult::id);
   return found == calibration.targets.end() ? nullptr : &*found;
+}
+
+/// How well each contact is foretold.
+void tell_sigmas(const Calibration& calibration, Plan& plan) {
+  std::vector<Touch> contacts;
+  for (const PlannedTouch& planned : plan.touches) {
+    contacts.emplace_back();
+    contacts.back().target = planned.target;
+    const double share = planned.expected_m / planned.search_m;
+    for (std::size_t i = 0; i < planned.standoff.size(); ++i)
+      contacts.back().joint_rad.push_back(planned.standoff[i] +
+                                          share * (planned.end[i] - planned.standoff[i]));
+  }
+  const Eigen::MatrixXd covariance_m2 = foresee(calibration, contacts).covariance_m2();
+  for (std::size_t k = 0; k < contacts.size(); ++k) {
+    const auto i = static_cast<Eigen::Index>(k);
+    plan.touches[k].expected_sigma_m = std::sqrt(covariance_m2(i, i));
+  }
 }
 
 /// Spheres where the calibration has them; what it has no place of is in the way.
@@ -62,7 +83,6 @@ Plan make_check_plan(const Calibration& calibration, const PlanOptions& options,
                             return predictor.calibrated(q).tcp.translation();
                           }};
     aim_at(pool, options, surface, {how.before_m, how.behind_m}, candidate, touch);
-    touch.expected_sigma_m = cell.touch_sigma_m;
     touch.may_miss = true;
   };
   Pace pace;
@@ -83,8 +103,28 @@ Plan make_check_plan(const Calibration& calibration, const PlanOptions& options,
     std::vector<ToVisit> todo;
     for (const std::size_t c : picked) todo.push_back({pool.candidates()[c], TouchSet::kCheck});
     Plan plan = visit(cell, options, pool.clearance(), pool.router(), std::move(todo), start, aim);
-    if (count <= how.least_touches || duration_s(plan, cell.robot, pace) <= how.most_s) return plan;
+    if (count > how.least_touches && duration_s(plan, cell.robot, pace) > how.most_s) continue;
+    tell_sigmas(calibration, plan);
+    return plan;
   }
+}
+
+PlannedTouch check_touch_from(const Cell& cell, const Plan& plan, std::size_t next,
+                              const JointVector& from) {
+  const PlannedTouch& planned = plan.touches.at(next);
+  const JointVector& before = next == 0 ? plan.start : plan.touches[next - 1].clear;
+  if (from == before) return planned;
+  // To the stand-off that keeps clear of the sphere, and straight on from there as planned.
+  Plan far = plan;
+  const bool aimed = planned.transit.size() > 1 && planned.transit.back() == planned.standoff;
+  if (aimed) far.touches[next].standoff = planned.transit[planned.transit.size() - 2];
+  PlannedTouch touch = resume_plan(cell, far, next, from).touches[next];
+  if (!aimed) return touch;
+  touch.standoff = planned.standoff;
+  touch.transit.push_back(planned.standoff);
+  touch.corners.clear();
+  touch.leaving = {};
+  return touch;
 }
 
 }  // namespace cellcal::calib

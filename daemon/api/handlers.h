@@ -77,6 +77,7 @@ class Api {
   std::optional<Response> touches_csv(const Call& call);
   std::optional<Response> calibration(const Call& call);
   std::optional<Response> qualification(const Call& call);
+  std::optional<Response> check(const Call& call);
   std::optional<Response> report(const Call& call);
   // Sessions out of the journal and into it, and a copy of all of it (archive_handlers.cc).
   std::optional<Response> export_session(const Call& call);
@@ -96,6 +97,7 @@ class Api {
   std::optional<Response> metrics(const Call& call);
   /// Throws NotFound.
   SessionRecord find(const Call& call);
+  nlohmann::json holds(const SessionRecord& record) const;
   Response result_file(const Call& call, const char* name, const char* type);
 
   SessionService& service_;

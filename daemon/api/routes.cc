@@ -38,6 +38,7 @@ std::span<const Api::Route> Api::routes() {
       {"GET",  "/v1/sessions/{id}/touches.csv",      Role::kLook,    kSlow,   &Api::touches_csv},
       {"GET",  "/v1/sessions/{id}/calibration.json", Role::kLook,    kSlow,   &Api::calibration},
       {"GET",  "/v1/sessions/{id}/qualification.json", Role::kLook,  kSlow,   &Api::qualification},
+      {"GET",  "/v1/sessions/{id}/check.json",       Role::kLook,    kSlow,   &Api::check},
       {"GET",  "/v1/sessions/{id}/report.html",      Role::kLook,    kSlow,   &Api::report},
       {"GET",  "/v1/sessions/{id}/export",           Role::kLook,    kSlow,   &Api::export_session},
       {"POST", "/v1/import",                         Role::kAdminister, kSlow, &Api::import_session},

@@ -37,9 +37,14 @@ RunRequest run_request(const std::string& body) {
   take(object, "cell", cell);
   take(object, "kind", kind);
   const auto known = session_kind(kind);
-  if (!known) throw BadRequest("\"kind\" must be \"calibrate\" or \"qualify\"");
+  if (!known) throw BadRequest("\"kind\" must be \"calibrate\", \"qualify\" or \"check\"");
   request.kind = *known;
   take(object, "target", request.target);
+  if (object.contains("calibration")) {
+    int session = 0;
+    take(object, "calibration", session);
+    request.calibration = session;
+  }
   if (object.contains("touches")) take(object, "touches", request.fit_touches.emplace());
   if (object.contains("goal_mm")) take(object, "goal_mm", request.goal_mm.emplace());
   take(object, "region", request.region);
@@ -49,7 +54,7 @@ RunRequest run_request(const std::string& body) {
   take(object, "seed", request.seed);
   take(object, "resume", request.resume);
   if (!object.empty()) throw BadRequest("unknown key \"" + object.begin().key() + "\"");
-  if (cell.empty() && !request.resume) throw BadRequest("\"cell\" is missing");
+  if (cell.empty() && !request.resume && request.kind != SessionKind::kCheck) throw BadRequest("\"cell\" is missing");
   if (printable(cell) != cell || printable(request.region) != request.region ||
       printable(request.target) != request.target)
     throw BadRequest("\"cell\", \"target\" and \"region\" must not contain control characters");

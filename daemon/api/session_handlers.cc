@@ -96,6 +96,7 @@ std::optional<Response> Api::sessions(const Call& call) {
     if (before && record.id >= *before) continue;
     if (list.size() >= limit) break;
     list.push_back(to_json(record));
+    list.back()["holds"] = holds(record);
   }
   return Response{.body = dump(list)};
 }
@@ -103,6 +104,7 @@ std::optional<Response> Api::sessions(const Call& call) {
 std::optional<Response> Api::session(const Call& call) {
   const SessionRecord record = find(call);
   json value = to_json(record);
+  value["holds"] = holds(record);
   const std::vector<std::string> events = journal_.events(record.id);
   value["events"] = events;
   value["times"] = to_json(phase_times(events));
@@ -153,6 +155,19 @@ std::optional<Response> Api::calibration(const Call& call) {
 
 std::optional<Response> Api::qualification(const Call& call) {
   return result_file(call, "qualification.json", "application/json");
+}
+
+std::optional<Response> Api::check(const Call& call) {
+  return result_file(call, "check.json", "application/json");
+}
+
+/// Of a check that came to its end: whether the calibration held. Null of all else.
+json Api::holds(const SessionRecord& record) const {
+  if (record.state != "done" || kind_of(record) != to_string(SessionKind::kCheck)) return nullptr;
+  const std::filesystem::path file = service_.results_dir(record.id) / "check.json";
+  if (!std::filesystem::exists(file)) return nullptr;
+  const json result = json::parse(calib::read_file(file), nullptr, false);
+  return result.is_object() ? result.value("holds", json()) : json();
 }
 
 std::optional<Response> Api::report(const Call& call) {

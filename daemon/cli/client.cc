@@ -111,6 +111,18 @@ int conclude_qualification(const Connection& daemon, const json& status) {
   return result.value("passed", false) ? kSuccess : kNotPublishable;
 }
 
+/// What a check came to. The sentences are the daemon's.
+int conclude_check(const Connection& daemon, const json& status) {
+  const json result = get(daemon, session_path(number(status, "session")) + "/check.json");
+  std::string words;
+  for (const json& line : result.value("words", json::array()))
+    if (line.is_string()) words += line.get<std::string>() + "\n";
+  put(daemon.json ? result.dump() + "\n"
+                  : words + "figures: " + text(status, "results") + "/check.json\n",
+      {});
+  return result.value("holds", false) ? kSuccess : kNotPublishable;
+}
+
 /// Prints what a session came to; the exit status follows.
 int conclude(const Connection& daemon, const json& status) {
   const std::int64_t session = number(status, "session");
@@ -121,6 +133,7 @@ int conclude(const Connection& daemon, const json& status) {
         "session {} was aborted; its touches are kept. Resume: 'cellcal run --resume'", session));
   }
   if (text(status, "kind") == "qualify") return conclude_qualification(daemon, status);
+  if (text(status, "kind") == "check") return conclude_check(daemon, status);
   const Response calibration = ask(daemon, "GET", session_path(session) + "/calibration.json");
   const calib::Calibration result =
       calib::calibration_from_json(calibration.body, "the daemon's calibration");
@@ -236,8 +249,16 @@ std::string times_of(const json& times) {
   return times_words(number(times, "touches"), rows);
 }
 
+/// Of a calibration nothing: that is what sessions are for.
+std::string kind_words(const json& session) {
+  if (text(session, "kind") == "qualify") return "qualification: ";
+  if (text(session, "kind") != "check") return "";
+  const json holds = session.value("holds", json());
+  return !holds.is_boolean() ? "check: " : holds.get<bool>() ? "check: holds: " : "check: does not hold: ";
+}
+
 std::string session_line(const json& session) {
-  const std::string kind = text(session, "kind") == "qualify" ? "qualification: " : "";
+  const std::string kind = kind_words(session);
   return fmt::format(
       "{:>5}  {:<24}  {:<11}  {:>4}/{:<4}  {}{}\n", number(session, "id"), text(session, "started"),
       text(session, "state"), number(session, "touches"), number(session, "planned"), kind,
@@ -267,6 +288,15 @@ int qualify(const Connection& daemon, const QualifyCommand& command) {
   const json body{{"kind", "qualify"},
                   {"cell", std::filesystem::absolute(command.cell).string()},
                   {"target", command.target}};
+  const json answer = parse(ask(daemon, "POST", "/v1/run", body.dump()));
+  return follow(daemon, number(answer, "session"), BeforeMotion::kCtrlCEnds,
+                daemon.progress ? Shows::kLinesElsewhere : Shows::kLine);
+}
+
+int check(const Connection& daemon, const CheckCommand& command) {
+  json body{{"kind", "check"}};
+  if (!command.cell.empty()) body["cell"] = std::filesystem::absolute(command.cell).string();
+  if (command.calibration) body["calibration"] = *command.calibration;
   const json answer = parse(ask(daemon, "POST", "/v1/run", body.dump()));
   return follow(daemon, number(answer, "session"), BeforeMotion::kCtrlCEnds,
                 daemon.progress ? Shows::kLinesElsewhere : Shows::kLine);

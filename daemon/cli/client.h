@@ -31,7 +31,13 @@ struct QualifyCommand {
   std::string target;  ///< empty: the first sphere
 };
 
+struct CheckCommand {
+  std::filesystem::path cell;      ///< empty: whichever was calibrated last
+  std::optional<int> calibration;  ///< none: the newest published
+};
+
 int run(const Connection& daemon, const RunCommand& command);
+int check(const Connection& daemon, const CheckCommand& command);
 int qualify(const Connection& daemon, const QualifyCommand& command);
 int show_status(const Connection& daemon);
 int watch(const Connection& daemon);

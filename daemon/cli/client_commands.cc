@@ -92,6 +92,25 @@ void add_qualify(CLI::App& app, int& status) {
   command->callback([=, &status] { status = qualify(*daemon, *given); });
 }
 
+void add_check(CLI::App& app, int& status) {
+  auto given = std::make_shared<CheckCommand>();
+  CLI::App* command = app.add_subcommand(
+      "check", "Check by six to eight touches whether the last calibration still holds");
+  command->footer(
+      "Says how far the TCP has shifted and, if it does not hold, what changed: the tool, a sphere, a joint or "
+      "the\nlength of the whole arm, with the likelihood of each. Exit status 0: it holds; 3: it does not; 1: "
+      "the check\nitself failed.\nExample: cellcal check\n         cellcal check --calibration 7 --json");
+  auto daemon = add_connection(command);
+  add_progress(command, *daemon);
+  command->add_option("--cell", given->cell,
+                      "Cell file (TOML) of the calibration [the one calibrated last]");
+  command
+      ->add_option("--calibration", given->calibration,
+                   "Session of the calibration to check [the newest published]")
+      ->check(CLI::PositiveNumber);
+  command->callback([=, &status] { status = check(*daemon, *given); });
+}
+
 void add_watch(CLI::App& app, int& status) {
   CLI::App* command = app.add_subcommand("watch", "Follow the running session to its end");
   command->footer(
@@ -184,6 +203,7 @@ void add_token_commands(CLI::App& app, int& status) {
 void add_client_commands(CLI::App& app, int& status) {
   add_run(app, status);
   add_qualify(app, status);
+  add_check(app, status);
   add_plain(app, status, "status", "Show what the daemon is doing", show_status);
   add_watch(app, status);
   add_plain(app, status, "abort", "Stop the arm and end the session", abort);

@@ -228,6 +228,10 @@ void read_mock(const TomlTable& table, MockConfig& mock) {
   mock.compliance_rad_per_nm = table.number_or("compliance_sigma_rad_per_nm", 0.0, {0.0, 1e-3});
   mock.play_arcsec = table.number_or("play_arcsec", 0.0, {0.0, 1000.0});
   mock.tip_offset_m = table.number_or("tip_offset_mm", 0.0, {0.0, 10.0}) * 1e-3;
+  if (table.has("tool_shift_mm")) {
+    mock.tool_shift_m = table.numbers("tool_shift_mm", 3, {-50.0, 50.0});
+    for (double& component : mock.tool_shift_m) component *= 1e-3;
+  }
   mock.growth = table.number_or("growth_ppm", 0.0, {0.0, 1000.0}) * 1e-6;
   mock.warm_up_s = table.number_or("warm_up_s", mock.warm_up_s, {1.0, 1e5});
   mock.contact_noise_m = table.number_or("contact_noise_mm", 0.0, {0.0, 0.1}) * 1e-3;

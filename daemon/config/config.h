@@ -38,6 +38,8 @@ struct MockConfig {
   double compliance_rad_per_nm = 0.0;
   double play_arcsec = 0.0;
   double tip_offset_m = 0.0;
+  /// Of the tip on the flange since everything was set up: a knock; x, y, z.
+  std::vector<double> tool_shift_m{0.0, 0.0, 0.0};
   double growth = 0.0, warm_up_s = 60.0;
   double contact_noise_m = 0.0, bad_contact_share = 0.0;
   double placement_m = 0.001;

@@ -21,6 +21,7 @@ sim::TruthOptions truth_for(const DaemonConfig& config) {
   truth.compliance_rad_per_nm = config.mock.compliance_rad_per_nm;
   truth.play_arcsec = config.mock.play_arcsec;
   truth.tip_offset_m = config.mock.tip_offset_m;
+  truth.tool_shift_m = Eigen::Map<const Eigen::Vector3d>(config.mock.tool_shift_m.data());
   truth.growth = config.mock.growth;
   truth.warm_up_s = config.mock.warm_up_s;
   truth.contacts = {config.mock.contact_noise_m, config.mock.bad_contact_share};

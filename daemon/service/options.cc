@@ -6,11 +6,19 @@
 namespace cellcal::daemon {
 
 const char* to_string(SessionKind kind) {
-  return kind == SessionKind::kQualify ? "qualify" : "calibrate";
+  switch (kind) {
+    case SessionKind::kQualify:
+      return "qualify";
+    case SessionKind::kCheck:
+      return "check";
+    case SessionKind::kCalibrate:
+      break;
+  }
+  return "calibrate";
 }
 
 std::optional<SessionKind> session_kind(std::string_view name) {
-  for (const SessionKind kind : {SessionKind::kCalibrate, SessionKind::kQualify})
+  for (const SessionKind kind : {SessionKind::kCalibrate, SessionKind::kQualify, SessionKind::kCheck})
     if (name == to_string(kind)) return kind;
   return std::nullopt;
 }
@@ -52,6 +60,7 @@ template <typename Options, typename Visitor>
 void each_later_key(Options& options, Visitor visit) {
   visit("kind", options.kind);
   visit("target", options.target);
+  visit("against", options.against);
   visit("region", options.region);
   visit("one_by_one", options.one_by_one);
   visit("goal_u95_m", options.goal.u95_m);

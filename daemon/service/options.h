@@ -1,6 +1,7 @@
 #pragma once
 // What a session was asked to do. Stored with it as JSON, so that it can be planned again.
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -13,7 +14,8 @@ namespace cellcal::daemon {
 /// What a session is for.
 enum class SessionKind {
   kCalibrate,  ///< touches all around, an estimate, a verdict
-  kQualify     ///< few places of one sphere, at several speeds: how good the contacts are
+  kQualify,    ///< few places of one sphere, at several speeds: how good the contacts are
+  kCheck       ///< few touches that tell whether a calibration still holds
 };
 const char* to_string(SessionKind kind);
 /// None: no such kind.
@@ -22,6 +24,7 @@ std::optional<SessionKind> session_kind(std::string_view name);
 struct SessionOptions {
   SessionKind kind = SessionKind::kCalibrate;
   std::string target;  ///< kQualify: which sphere; empty: the first
+  std::int64_t against = 0;  ///< kCheck: the session whose calibration is checked
   calib::PlanOptions plan;
   std::string region = "workspace";  ///< as `cellcal plan --region` takes it
   /// Touches are chosen one by one until the goal is reached; else `plan` is made beforehand.

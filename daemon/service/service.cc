@@ -4,6 +4,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <limits>
 
 #include "calib/files/calibration_json.h"
 #include "calib/files/files.h"
@@ -13,6 +14,7 @@
 #include "calib/plan/reach/candidates.h"
 #include "calib/words/finding_words.h"
 #include "daemon/files/log_context.h"
+#include "daemon/service/check_against.h"
 #include "daemon/service/delay_watch.h"
 #include "daemon/service/inputs.h"
 #include "daemon/service/journal_recorder.h"
@@ -96,7 +98,8 @@ void look_at_target(const calib::Cell& cell, const std::string& target) {
 }
 
 void check(const RunRequest& request) {
-  if (!request.resume && !request.cell.is_absolute()) {
+  const bool checks = request.kind == SessionKind::kCheck;
+  if (!request.resume && !(checks && request.cell.empty()) && !request.cell.is_absolute()) {
     throw RequestError("give the cell file as an absolute path, not \"" + request.cell.string() +
                        "\"");
   }
@@ -112,11 +115,38 @@ void check(const RunRequest& request) {
   if (request.kind == SessionKind::kQualify &&
       (request.goal_mm || request.find || request.fit_touches))
     throw RequestError("a qualification has its own touches: leave goal_mm, find and touches out");
+  if (checks && (request.goal_mm || request.find || request.fit_touches))
+    throw RequestError("a check has its own touches: leave goal_mm, find and touches out");
+  if (!checks && request.calibration)
+    throw RequestError("\"calibration\" is of a check: a calibration begins from the files alone");
   if (request.kind != SessionKind::kQualify && !request.target.empty())
     throw RequestError("\"target\" is of a qualification: a calibration touches all targets");
   if (request.check_touches < 0 || request.check_touches > kMostTouches) {
     throw RequestError("check touches must be 0 to 2000, not " +
                        std::to_string(request.check_touches));
+  }
+}
+
+/// Where every contact is foretold by a calibration only what surprises is confirmed; and the first, so that the
+/// latch's delay stays measured.
+void prepare_check(const calib::Cell& cell, State& state) {
+  state.policy.confirm_every = std::numeric_limits<int>::max();
+  for (const calib::Target& target : cell.targets) state.met.push_back(target.id);
+}
+
+/// The calibration that is to be checked, and its cell file as it was; it has to be that still.
+SessionRecord look_at_calibration(Journal& journal, const RunRequest& request) {
+  try {
+    SessionRecord record = published_session(journal, request.cell, request.calibration);
+    const SessionInputs now = read_inputs(record.inputs.cell_name);
+    if (now.cell_text != record.inputs.cell_text || now.robot_text != record.inputs.robot_text)
+      throw RequestError(fmt::format(
+          "{} or its robot file has changed since session {} calibrated it. Put it back, or "
+          "calibrate again",
+          record.inputs.cell_name, record.id));
+    return record;
+  } catch (const NothingToCheck& nothing) {
+    throw RequestError(nothing.what());
   }
 }
 
@@ -198,7 +228,13 @@ std::unique_ptr<SessionService::Job> SessionService::prepare(const RunRequest& r
                          "session");
     }
   } else {
-    job->inputs = read_inputs(request.cell);
+    if (request.kind == SessionKind::kCheck) {
+      const SessionRecord calibrated = look_at_calibration(parts_.journal, request);
+      job->inputs = calibrated.inputs;
+      job->options.against = calibrated.id;
+    } else {
+      job->inputs = read_inputs(request.cell);
+    }
     job->options.plan.fit_touches = request.fit_touches.value_or(kPlannedTouches);
     job->options.find = request.find;
     job->options.accept_change = request.accept_change;
@@ -233,6 +269,7 @@ std::unique_ptr<SessionService::Job> SessionService::prepare(const RunRequest& r
   }
   if (!request.resume && request.kind == SessionKind::kCalibrate)
     job->options.one_by_one = request.goal_mm || job->options.find || must_find(job->cell);
+  if (!request.resume && request.kind == SessionKind::kCheck) job->options.one_by_one = true;
   // Not in the journal: what stands in the cell now is what must not be hit now.
   calib::load_meshes(job->cell, std::filesystem::path(job->inputs.cell_name).parent_path());
   if (!request.resume) look_at_cell(job->cell);
@@ -341,6 +378,7 @@ void SessionService::carry_out(Job& job) {
   State state;
   state.policy = job.options.touch;
   if (job.options.kind == SessionKind::kQualify) state.policy.confirm_every = 1;
+  if (job.options.kind == SessionKind::kCheck) prepare_check(job.cell, state);
   state.timeouts = job.settings.timeouts;
   state.retries = job.settings.retries;
   state.how_to_start = job.backend->how_to_start();
@@ -359,6 +397,15 @@ void SessionService::carry_out(Job& job) {
   task_inputs.options = job.options;
   task_inputs.options.plan.stop = planning.get_token();
   task_inputs.made = job.touches;
+  if (job.options.kind == SessionKind::kCheck) {
+    task_inputs.against = std::make_shared<const calib::Calibration>(
+        calibration_of(parts_.journal, job.options.against));
+    task_inputs.checks_before = checks_before(parts_.journal, job.options.against, job.session);
+  }
+  task_inputs.note = [this, &job](const std::string& words) {
+    parts_.journal.note(job.session, job.backend->utc_now(), words);
+    spdlog::info("session {}: {}", job.session, words);
+  };
   task_inputs.compared = last_calibration(parts_.journal, job.inputs.cell_name, job.session,
                                           job.options.accept_change);
   task_inputs.session = job.session;

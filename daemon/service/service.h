@@ -38,7 +38,9 @@ inline constexpr int kPlannedTouches = 40, kMostChosen = 200;
 struct RunRequest {
   SessionKind kind = SessionKind::kCalibrate;
   std::string target;              ///< of a qualification; empty: the cell's first sphere
-  std::filesystem::path cell;      ///< absolute; empty only when resuming
+  /// Of a check: the session of the calibration; none: the newest that is published, of `cell` where that is given.
+  std::optional<std::int64_t> calibration;
+  std::filesystem::path cell;      ///< absolute; empty only when resuming or checking
   std::optional<int> fit_touches;  ///< none: kPlannedTouches, or at most kMostChosen of a goal
   int check_touches = 10;
   /// u95 in mm, mean over the region: touches are chosen one by one until it is reached.

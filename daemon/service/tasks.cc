@@ -23,6 +23,7 @@
 #include "daemon/files/atomic_file.h"
 #include "daemon/files/correction_limit.h"
 #include "daemon/report/report.h"
+#include "daemon/service/check_tasks.h"
 #include "daemon/service/estimate.h"
 #include "daemon/service/qualification_tasks.h"
 
@@ -239,16 +240,6 @@ class Chooser {
   std::size_t learnt_ = 0;
 };
 
-/// Before the first move: the driver would refuse the first one that goes too far, in mid-session.
-/// `begin`: where the arm stood when the controller's session began; a retry goes on in the same.
-void refuse_beyond_reach(const TaskInputs& inputs, const calib::Plan& plan, std::size_t next,
-                         const calib::JointVector& begin) {
-  if (!inputs.axis_reach_rad) return;
-  const LimitNeeded needed = limit_needed(plan, inputs.cell.robot, begin, next);
-  const double limit_deg = *inputs.axis_reach_rad * calib::kDegPerRad;
-  if (needed.turn_deg > limit_deg) throw calib::PlanError(beyond_limit_words(needed, limit_deg));
-}
-
 /// The way to a plan's next touch from wherever the arm stands.
 Tasks with_route(Tasks tasks, const std::shared_ptr<const TaskInputs>& inputs) {
   const auto begin = std::make_shared<calib::JointVector>();  // of the controller's session
@@ -265,10 +256,19 @@ Tasks with_route(Tasks tasks, const std::shared_ptr<const TaskInputs>& inputs) {
 
 }  // namespace
 
+void refuse_beyond_reach(const TaskInputs& inputs, const calib::Plan& plan, std::size_t next,
+                         const calib::JointVector& begin) {
+  if (!inputs.axis_reach_rad) return;
+  const LimitNeeded needed = limit_needed(plan, inputs.cell.robot, begin, next);
+  const double limit_deg = *inputs.axis_reach_rad * calib::kDegPerRad;
+  if (needed.turn_deg > limit_deg) throw calib::PlanError(beyond_limit_words(needed, limit_deg));
+}
+
 Tasks make_tasks(TaskInputs given) {
   const auto inputs = std::make_shared<const TaskInputs>(std::move(given));
   if (inputs->options.kind == SessionKind::kQualify)
     return with_route(qualification_tasks(inputs), inputs);
+  if (inputs->options.kind == SessionKind::kCheck) return check_tasks(inputs);
   // For the report; planning and report are jobs of one worker.
   const auto planned_first = std::make_shared<std::optional<calib::Plan>>();
   Tasks tasks;

@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -21,6 +22,9 @@ struct TaskInputs {
   SessionOptions options;
   std::vector<calib::Touch> made;        ///< before the session was interrupted
   std::optional<Compared> compared;      ///< what the result is held against
+  /// Of a check: what is checked, and the touches of those before it, oldest first.
+  std::shared_ptr<const calib::Calibration> against;
+  std::vector<std::vector<calib::Touch>> checks_before;
   std::optional<double> axis_reach_rad;  ///< as the backend's
   std::int64_t session = 0;
   std::string started;
@@ -28,6 +32,8 @@ struct TaskInputs {
   std::function<std::string()> utc_now;
   /// Of this session, as they were made; from the journal.
   std::function<std::vector<RecordReading>()> readings;
+  /// One line of the session's log.
+  std::function<void(const std::string& words)> note;
   /// Puts the calibration into the journal.
   std::function<void(const std::string& json)> store;
   /// Harmless ones after which the session went on by itself; null: none.
@@ -36,6 +42,11 @@ struct TaskInputs {
 };
 
 Tasks make_tasks(TaskInputs inputs);
+
+/// Throws calib::PlanError where touches from `next` on lie farther from `begin`, where the controller's session began,
+/// than it allows: the driver would refuse in mid-session.
+void refuse_beyond_reach(const TaskInputs& inputs, const calib::Plan& plan, std::size_t next,
+                         const calib::JointVector& begin);
 
 /// Hexadecimal digest of everything in a plan that the arm will do.
 std::string plan_hash(const calib::Plan& plan);

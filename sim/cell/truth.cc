@@ -173,6 +173,11 @@ Truth draw_truth(const calib::Cell& stated, const TruthOptions& options) {
       truth.faces.push_back({truth.centre_m.back(), place.linear() * target.normal,
                              target.extent_m / 2.0, cell.tool.tip_radius_m});
   }
+  if (!options.tool_shift_m.isZero()) {
+    calib::Tool tool = truth.arm.tool();
+    tool.tcp.translation() += options.tool_shift_m;
+    truth.arm = calib::ArmModel(truth.arm.robot(), tool);
+  }
   return truth;
 }
 

@@ -20,6 +20,8 @@ struct TruthOptions {
   double compliance_rad_per_nm = 0.0;
   double play_arcsec = 0.0;   ///< half of it, to the side that the load presses to; 1 sigma
   double tip_offset_m = 0.0;  ///< from where the cell file has the tip, at most, per component
+  /// Of the tip on the flange once the spheres stand and their places are taught: a knock.
+  Eigen::Vector3d tool_shift_m = Eigen::Vector3d::Zero();
   double growth = 0.0;        ///< of all lengths of the arm, warmed up
   double warm_up_s = 60.0;  ///< time constant of that
   ContactScatter contacts{};

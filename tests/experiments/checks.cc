@@ -134,7 +134,7 @@ std::optional<Made> made(const Calibrated& on, const Fault& fault, calib::Random
 
 /// Rare events need many; all else is a share.
 int checks_of(const Fault& fault, int checks) {
-  return fault.kind == ChangeKind::kNothing ? checks : checks / 6;
+  return fault.kind == ChangeKind::kNothing ? checks : checks / 12;
 }
 
 struct Row {
@@ -234,7 +234,7 @@ int main(int argc, char** argv) {
   try {
     experiments::Trial trial;
     calib::CheckPlanOptions how;
-    int arms = 40, checks = 12000;
+    int arms = 24, checks = 12000;
     std::vector<int> references{0, 3};
     std::uint64_t seed_from = 1;
     std::string gears = "spectrum", level = "L2";
@@ -244,7 +244,7 @@ int main(int argc, char** argv) {
         "Example: checks_experiment --arms 10 --checks 1000 --gears harmonics");
     app.option("--arms", arms, "Random arms, each calibrated once");
     app.option("--checks", checks,
-               "Of all arms with nothing changed; a sixth of them of each change");
+               "Of all arms with nothing changed; a twelfth of them of each change");
     app.option("--level", level, "Touches of the calibration: L2 100, L3 400").one_of({"L2", "L3"});
     app.option("--gears", gears, "Truth's form").one_of({"none", "harmonics", "spectrum"});
     app.option("--gear-arcsec", trial.gear_arcsec, "rms per joint");

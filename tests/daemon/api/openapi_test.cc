@@ -147,7 +147,7 @@ TEST_F(a_described_api, answers_as_it_is_described) {
   EXPECT_EQ(ask("GET", "/v1/doctor").status, 200);
   EXPECT_EQ(ask("GET", "/v1/readiness").status, 200);
   for (const char* file :
-       {"touches.csv", "calibration.json", "qualification.json", "report.html"}) {
+       {"touches.csv", "calibration.json", "qualification.json", "check.json", "report.html"}) {
     const std::string path = "/v1/sessions/{id}/" + std::string(file);
     EXPECT_EQ(ask("GET", "/v1/sessions/2/" + std::string(file), "", path).status, 404);
   }

@@ -203,6 +203,7 @@ INSTANTIATE_TEST_SUITE_P(
         Wrong{kMock + "[mock]\ncompliance_sigma_rad_per_nm = 0.1\n", "compliance_sigma_rad_per_nm"},
         Wrong{kMock + "[mock]\nplay_arcsec = -1\n", "play_arcsec"},
         Wrong{kMock + "[mock]\ntip_offset_mm = 11\n", "tip_offset_mm"},
+        Wrong{kMock + "[mock]\ntool_shift_mm = [1, 2]\n", "tool_shift_mm"},
         Wrong{kMock + "[mock]\ngrowth_ppm = nan\n", "growth_ppm"},
         Wrong{kMock + "[mock]\nwarm_up_s = 0\n", "warm_up_s"},
         Wrong{kMock + "[mock]\ncontact_noise_mm = 0.2\n", "contact_noise_mm"},

@@ -126,6 +126,7 @@ std::string figures(const DaemonConfig& c) {
                m.warm_up_s, m.contact_noise_m, m.bad_contact_share, m.placement_m,
                m.joint_noise_deg, m.lag_s, m.cycle_ms);
   for (const double rad : m.start_rad) text += line("start", rad);
+  for (const double m_off : m.tool_shift_m) text += line("tool shift", m_off);
   return text;
 }
 
@@ -155,6 +156,7 @@ std::string with_another(const std::string& text, const std::string& table,
                             "\"/x/y\"",
                             "\"Xy\"",
                             "[1, 2]",
+                            "[1, 2, 3]",
                             "\"127.0.0.1:9\"",
                             "[\"x\"]"}) {
     const std::string other = text.substr(0, from) + value + "  " + rest;

@@ -32,6 +32,11 @@ TEST(stored_options, of_a_kind_that_this_version_does_not_know_are_no_calibratio
   options.kind = SessionKind::kQualify;
   std::string stored = options_to_json(options);
   EXPECT_EQ(options_from_json(stored).kind, SessionKind::kQualify);
+  SessionOptions check;
+  check.kind = SessionKind::kCheck;
+  check.against = 7;
+  EXPECT_EQ(options_from_json(options_to_json(check)).kind, SessionKind::kCheck);
+  EXPECT_EQ(options_from_json(options_to_json(check)).against, 7);
   stored.replace(stored.find("qualify"), 7, "polish_");
   EXPECT_THROW(options_from_json(stored), std::runtime_error);
 }

@@ -28,7 +28,7 @@ export function History({ sessions, shown, show }: {
           <tbody>
             {rows.map((row) => (
               <tr key={row.id} aria-current={row.id === shown ? "true" : undefined}>
-                <th scope="row">{row.id}{row.kind === "qualify" && <small> {say("kind.qualify")}</small>}</th>
+                <th scope="row">{row.id}{row.kind === "qualify" && <small> {say("kind.qualify")}</small>}{row.kind === "check" && <small> {say("kind.check")}</small>}</th>
                 <td>{fmt.time(row.started)}</td>
                 <td class="state-word" data-state={row.state}>
                   <span aria-hidden="true">{MARKS[row.state]}</span> {say(`state.${row.state}`)}
@@ -44,7 +44,10 @@ export function History({ sessions, shown, show }: {
                   {row.state === "done" && row.kind === "qualify" && (
                     <> <a href={`/v1/sessions/${row.id}/qualification.json`} download={`session-${row.id}-qualification.json`}>{say("qualification.json")}</a></>
                   )}
-                  {row.state === "done" && row.kind !== "qualify" && (
+                  {row.state === "done" && row.kind === "check" && (
+                    <> <a href={`/v1/sessions/${row.id}/check.json`} download={`session-${row.id}-check.json`}>{say("check.json")}</a></>
+                  )}
+                  {row.state === "done" && row.kind !== "qualify" && row.kind !== "check" && (
                     <> <a href={`/v1/sessions/${row.id}/report.html`} target="_blank" rel="noopener"
                           aria-label={say("report.of", { session: row.id })}>{say("report")}</a></>
                   )}

@@ -19,7 +19,7 @@ export interface Wish {
 const USUAL: Wish = { kind: "calibrate", cell: "", touches: "40", check: "10", goal: "", find: false };
 
 export function run_request(wish: Wish): Record<string, unknown> {
-  if (wish.kind === "qualify") return { cell: wish.cell.trim(), kind: "qualify" };
+  if (wish.kind !== "calibrate") return { cell: wish.cell.trim(), kind: wish.kind };
   const body: Record<string, unknown> = { cell: wish.cell.trim(), check: Number(wish.check) };
   const goal = Number(wish.goal.replace(",", "."));
   if (wish.goal.trim() !== "") body.goal_mm = goal;

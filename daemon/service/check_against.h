@@ -1,0 +1,33 @@
+#pragma once
+// Which calibration a check is held against, and what earlier checks of it touched.
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "calib/result/calibration.h"
+#include "daemon/journal/journal.h"
+
+namespace cellcal::daemon {
+
+/// Why there is none: in words, with what to do.
+struct NothingToCheck : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// The session of the calibration: that one, or the newest with a published one, of this cell file where one is
+/// given. Throws NothingToCheck, JournalError.
+SessionRecord published_session(Journal& journal, const std::filesystem::path& cell,
+                                std::optional<std::int64_t> session);
+
+/// Its calibration. Throws NothingToCheck, JournalError.
+calib::Calibration calibration_of(Journal& journal, std::int64_t session);
+
+/// Touches of the checks of that calibration which came to their end before this session, oldest first.
+std::vector<std::vector<calib::Touch>> checks_before(Journal& journal, std::int64_t calibrated,
+                                                     std::int64_t before);
+
+}  // namespace cellcal::daemon

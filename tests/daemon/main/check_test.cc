@@ -1,0 +1,100 @@
+// A check of the last calibration, as somebody at the cell has it: nothing moved, and a tool that was knocked.
+
+#include <gtest/gtest.h>
+
+#include "daemon_fixture.h"
+
+namespace cellcal::daemon::testing {
+namespace {
+
+constexpr const char* kMotion =
+    "[motion]\nspeed_percent = 100\nacceleration_deg_s2 = 900\njerk_deg_s3 = 12000\n";
+constexpr const char* kCell = "[mock]\ncontact_noise_mm = 0.02\n";
+
+class ACheck : public ::testing::Test {
+ protected:
+  /// The same cell with a daemon that has been started anew.
+  void restart(const std::string& more) {
+    fixture.daemon.reset();
+    std::ofstream(fixture.dir / "d.toml")
+        << "format = \"cellcal.daemon/1\"\nbackend = \"mock\"\nstate_dir = \""
+        << (fixture.dir / "state").string() << "\"\nsocket = \"" << fixture.socket() << "\"\n"
+        << kMotion << kCell << more;
+    fixture.start();
+  }
+
+  void calibrate() {
+    const Outcome outcome =
+        fixture.cellcal({"run", "--cell", CELLCAL_DEMO_CELL, "--touches", "40", "--check", "0"});
+    ASSERT_EQ(outcome.status, 0) << outcome.err << outcome.out << fixture.log();
+  }
+
+  nlohmann::json get(const std::string& path) const {
+    return nlohmann::json::parse(http_request(fixture.socket(), "GET", path).body);
+  }
+
+  DaemonFixture fixture{std::string(kMotion) + kCell};
+};
+
+TEST_F(ACheck, holds_where_nothing_changed_and_names_the_tool_that_was_knocked) {
+  fixture.start();
+  calibrate();
+  const Outcome held = fixture.cellcal({"check"});
+  EXPECT_EQ(held.status, 0) << held.err << held.out << fixture.log();
+  EXPECT_TRUE(held.out.starts_with("holds: TCP shift 0.")) << held.out;
+  EXPECT_NE(held.out.find("nothing changed"), std::string::npos) << held.out;
+
+  const auto shown = get("/v1/sessions/2");
+  EXPECT_EQ(shown["kind"], "check");
+  EXPECT_EQ(shown["state"], "done");
+  EXPECT_EQ(shown["holds"], true);
+  EXPECT_GE(shown["touches"], 6);
+  EXPECT_LE(shown["touches"], 8);
+  const std::string events = shown["events"].dump();
+  EXPECT_NE(events.find("check against session 1 and 0 checks before it: holds"), std::string::npos)
+      << events;
+  EXPECT_EQ(http_request(fixture.socket(), "GET", "/v1/sessions/2/calibration.json").status, 404);
+  RecordProperty("robot_s", std::to_string(shown["times"]["total_s"].get<double>()));
+
+  restart("tool_shift_mm = [0.2, -0.2, 0.1]\n");
+  const Outcome knocked = fixture.cellcal({"check", "--json"});
+  ASSERT_EQ(knocked.status, 3) << knocked.err << knocked.out << fixture.log();
+  const auto result = nlohmann::json::parse(knocked.out);
+  EXPECT_EQ(result["format"], "cellcal.check/1");
+  EXPECT_EQ(result["holds"], false);
+  EXPECT_EQ(result["changed"], "tool");
+  const double u = result["tcp_shift_mm"]["u_length"];
+  EXPECT_NEAR(result["tcp_shift_mm"]["length"].get<double>(), 0.3, 1.5 * u);
+  EXPECT_EQ(get("/v1/sessions/3/check.json")["changed"], "tool");
+  EXPECT_NE(get("/v1/sessions/3")["events"].dump().find("and 1 checks before it: does not hold"),
+            std::string::npos);
+  const Outcome history = fixture.cellcal({"history"});
+  EXPECT_NE(history.out.find("check: does not hold: "), std::string::npos) << history.out;
+  EXPECT_NE(history.out.find("check: holds: "), std::string::npos) << history.out;
+
+  // So much that the spheres are missed: that is an answer, too, and nothing is dropped.
+  restart("tool_shift_mm = [0.0, 0.0, -14.0]\n");
+  const Outcome gone = fixture.cellcal({"check", "--calibration", "1", "--json"});
+  ASSERT_EQ(gone.status, 3) << gone.err << gone.out << fixture.log();
+  const auto missing = nlohmann::json::parse(gone.out);
+  EXPECT_FALSE(missing["not_found"].empty()) << gone.out;
+}
+
+TEST_F(ACheck, is_refused_where_there_is_nothing_to_check) {
+  fixture.start();
+  const auto refused = [&](const nlohmann::json& body, int status, const std::string& words) {
+    const Response answer = http_request(fixture.socket(), "POST", "/v1/run", body.dump());
+    EXPECT_EQ(answer.status, status) << answer.body;
+    EXPECT_NE(answer.body.find(words), std::string::npos) << answer.body;
+  };
+  refused({{"kind", "check"}}, 422, "no published calibration: nothing to check");
+  refused({{"kind", "check"}, {"calibration", 9}}, 422, "session 9 has no published calibration");
+  refused({{"kind", "check"}, {"cell", "/other.toml"}}, 422, "of /other.toml");
+  refused({{"kind", "check"}, {"goal_mm", 0.2}}, 422, "a check has its own touches");
+  refused({{"kind", "check"}, {"calibration", "one"}}, 400, "wrong type");
+  refused({{"cell", CELLCAL_DEMO_CELL}, {"calibration", 1}}, 422, "is of a check");
+  EXPECT_EQ(fixture.status()["session"], 0);
+}
+
+}  // namespace
+}  // namespace cellcal::daemon::testing
