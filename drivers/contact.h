@@ -11,6 +11,7 @@
 #include <string>
 
 #include "drivers/time.h"
+#include "drivers/time_histogram.h"
 
 namespace cellcal::drivers {
 
@@ -71,6 +72,7 @@ struct ContactQuality {
   /// From the end of a heartbeat on the wire, by the sensor's own stamp, to the thread that reads
   /// the port: this computer's share. Of the last 256 heartbeats; worst since the port was opened.
   double late_p50_s = 0.0, late_max_s = 0.0, late_worst_s = 0.0;
+  TimeHistogram late_times;  ///< all since then
   std::uint64_t frames = 0;  ///< sound ones
   std::uint64_t crc_errors = 0, gaps = 0, unknown_types = 0, bounces = 0;
   double contact_voltage_v = 0.0;

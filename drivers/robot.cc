@@ -2,6 +2,22 @@
 
 namespace cellcal::drivers {
 
+const char* to_string(OperatingMode mode) {
+  switch (mode) {
+    case OperatingMode::kT1:
+      return "T1";
+    case OperatingMode::kT2:
+      return "T2";
+    case OperatingMode::kAut:
+      return "AUT";
+    case OperatingMode::kExt:
+      return "EXT";
+    case OperatingMode::kUnknown:
+      break;
+  }
+  return "unknown";
+}
+
 const char* to_string(MoveOutcome outcome) {
   switch (outcome) {
     case MoveOutcome::kArrived:

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "drivers/time.h"
+#include "drivers/time_histogram.h"
 
 namespace cellcal::drivers {
 
@@ -119,6 +120,17 @@ enum class RobotLink {
   kLost,  ///< packets stopped
 };
 
+/// How the controller may be moved, as its mode selector stands.
+enum class OperatingMode : std::uint8_t {
+  kUnknown,  ///< the link does not tell
+  kT1,       ///< by hand, enabling switch pressed
+  kT2,       ///< likewise, fast
+  kAut,
+  kExt,
+};
+
+const char* to_string(OperatingMode mode);
+
 /// Link quality, for the status page and the log. 0 where a link has no such figure.
 struct RobotQuality {
   double jitter_s = 0.0;       ///< 1 sigma of the times from packet to packet
@@ -128,6 +140,7 @@ struct RobotQuality {
   std::uint64_t replies = 0;
   /// From a packet's arrival to its reply.
   double reply_p50_s = 0.0, reply_p99_s = 0.0, reply_p999_s = 0.0, reply_max_s = 0.0;
+  TimeHistogram reply_times;  ///< the same, since the link was opened
 };
 
 struct RobotState {
@@ -143,6 +156,8 @@ struct RobotState {
   std::uint32_t interruptions = 0;  ///< how often it was not
   /// The controller's session: another number where it is not proven to be the one before.
   std::uint32_t session = 0;
+  OperatingMode mode = OperatingMode::kUnknown;
+  std::optional<int> override_percent;  ///< of the programmed speed; none: the link does not tell
   bool needs_operator = false;  ///< the link is up; drives or program have to be started
   bool unsettled = false;       ///< the link is up, and not yet fit for rereference()
   std::string words;            ///< for people: what is wrong and what to check

@@ -10,12 +10,14 @@
 #include "daemon/api/event_feed.h"
 #include "daemon/api/http/message.h"
 #include "daemon/api/status_json.h"
+#include "daemon/service/retention.h"
 #include "daemon/service/service.h"
 
 namespace cellcal::daemon {
 
 class Access;
 class Examiner;
+class Schedule;
 
 class Api {
  public:
@@ -25,6 +27,11 @@ class Api {
   /// Without `examiner` there is no doctor within this daemon.
   explicit Api(SessionService& service, Journal& journal, Access* access = nullptr, Page page = {},
                Examiner* examiner = nullptr);
+
+  /// Before the first request. Lives as long as this.
+  void use(Schedule& schedule) { schedule_ = &schedule; }
+  /// What [retention] says now. Any thread.
+  void use(std::function<RetentionRule()> retention) { retention_ = std::move(retention); }
 
   /// Says who asks, or refuses. For no time.
   std::optional<Response> admit_local(Request& request) const;
@@ -83,6 +90,12 @@ class Api {
   std::optional<Response> export_session(const Call& call);
   std::optional<Response> import_session(const Call& call);
   std::optional<Response> back_up(const Call& call);
+  std::optional<Response> retain(const Call& call);
+  // What begins without a person (schedule_handlers.cc).
+  std::optional<Response> show_schedule(const Call& call);
+  std::optional<Response> begin_scheduled(const Call& call);
+  std::optional<Response> release_schedule(const Call& call);
+  Schedule& schedule();
   // What the page draws (page_data.cc).
   std::optional<Response> scene(const Call& call);
   std::optional<Response> drift(const Call& call);
@@ -103,6 +116,8 @@ class Api {
   SessionService& service_;
   Journal& journal_;
   Access* access_;
+  Schedule* schedule_ = nullptr;
+  std::function<RetentionRule()> retention_;
   Page page_;
   Examiner* examiner_;
   /// One for each listener's thread: none waits for what the other does.

@@ -45,6 +45,18 @@ class Exposition {
     family(name, "counter", help);
     sample(value);
   }
+  /// Counts up to each bound, as Prometheus has them.
+  void histogram(const char* name, const char* help, const drivers::TimeHistogram& times) {
+    family(name, "histogram", help);
+    double count = 0.0;
+    for (std::size_t i = 0; i < times.counts.size(); ++i) {
+      count += static_cast<double>(times.counts[i]);
+      const bool last = i == times.kBounds_s.size();
+      sample(count, {{"le", last ? "+Inf" : number(times.kBounds_s[i])}}, "_bucket");
+    }
+    sample(times.sum_s, {}, "_sum");
+    sample(count, {}, "_count");
+  }
   std::string text() && { return std::move(text_); }
 
  private:
@@ -107,12 +119,9 @@ void put_robot(Exposition& out, const drivers::RobotState& robot) {
               static_cast<double>(q.bad_packets));
   out.counter("cellcal_robot_late_replies_total", "Late replies as the controller counts them.",
               static_cast<double>(robot.late));
-  out.family("cellcal_robot_reply_seconds", "summary", "From a packet to its reply.");
-  out.sample(q.reply_p50_s, {{"quantile", "0.5"}});
-  out.sample(q.reply_p99_s, {{"quantile", "0.99"}});
-  out.sample(q.reply_p999_s, {{"quantile", "0.999"}});
-  out.sample(q.reply_max_s, {{"quantile", "1"}});
-  out.sample(static_cast<double>(q.replies), {}, "_count");
+  out.histogram("cellcal_robot_reply_seconds", "From a packet to its reply.", q.reply_times);
+  out.gauge("cellcal_robot_reply_worst_seconds", "The longest since the link was opened.",
+            q.reply_max_s);
 }
 
 void put_contact(Exposition& out, const drivers::ContactStatus& contact) {
@@ -126,10 +135,8 @@ void put_contact(Exposition& out, const drivers::ContactStatus& contact) {
               static_cast<double>(q.gaps));
   out.counter("cellcal_contact_bounces_total", "Bounces of contacts.",
               static_cast<double>(q.bounces));
-  out.family("cellcal_contact_late_seconds", "summary",
-             "How late this computer delivered the newest 256 heartbeats.");
-  out.sample(q.late_p50_s, {{"quantile", "0.5"}});
-  out.sample(q.late_max_s, {{"quantile", "1"}});
+  out.histogram("cellcal_contact_late_seconds", "How late this computer delivered heartbeats.",
+                q.late_times);
   out.gauge("cellcal_contact_late_worst_seconds", "The latest since the port was opened.",
             q.late_worst_s);
   out.family("cellcal_contact_round_trip_seconds", "summary", "Request to answer over the line.");

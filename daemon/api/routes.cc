@@ -21,6 +21,9 @@ std::span<const Api::Route> Api::routes() {
       {"POST", "/v1/run",                            Role::kOperate, kSlow,   &Api::run},
       {"POST", "/v1/abort",                          Role::kOperate, kAtOnce, &Api::abort},
       {"POST", "/v1/clear",                          Role::kOperate, kAtOnce, &Api::clear},
+      {"GET",  "/v1/schedule",                       Role::kLook,    kSlow,   &Api::show_schedule},
+      {"POST", "/v1/schedule/begin",                 Role::kOperate, kSlow,   &Api::begin_scheduled},
+      {"POST", "/v1/schedule/release",               Role::kOperate, kSlow,   &Api::release_schedule},
       {"GET",  "/v1/tokens",                         Role::kAdminister, kSlow, &Api::tokens},
       {"POST", "/v1/tokens",                         Role::kAdminister, kSlow, &Api::add_token},
       {"DELETE", "/v1/tokens/{name}",                Role::kAdminister, kSlow, &Api::remove_token},
@@ -43,6 +46,7 @@ std::span<const Api::Route> Api::routes() {
       {"GET",  "/v1/sessions/{id}/export",           Role::kLook,    kSlow,   &Api::export_session},
       {"POST", "/v1/import",                         Role::kAdminister, kSlow, &Api::import_session},
       {"POST", "/v1/backup",                         Role::kAdminister, kSlow, &Api::back_up},
+      {"POST", "/v1/retain",                         Role::kAdminister, kSlow, &Api::retain},
   };
   // clang-format on
   return kRoutes;

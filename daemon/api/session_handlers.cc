@@ -35,7 +35,8 @@ json to_json(const SessionRecord& record) {
       {"kind", kind_of(record)},   {"id", record.id},           {"started", record.started},
       {"ended", record.ended},     {"state", record.state},     {"cell", record.inputs.cell_name},
       {"touches", record.touches}, {"planned", record.planned}, {"failure", record.failure},
-      {"imported", nullptr}};
+      {"imported", nullptr},
+      {"raw_dropped", record.dropped.empty() ? json(nullptr) : json(record.dropped)}};
   if (record.origin)
     value["imported"] = {{"journal", record.origin->journal}, {"session", record.origin->session}};
   return value;

@@ -16,6 +16,7 @@ void describe_cellcal(CLI::App& app, int& status) {
   app.require_subcommand(1);
   add_client_commands(app, status);
   add_new_cell_command(app, status);
+  add_schedule_commands(app, status);
   add_archive_commands(app, status);
   add_offline_commands(app, status);
 }

@@ -4,6 +4,7 @@
 #include "daemon/cli/archive.h"
 #include "daemon/cli/commands.h"
 #include "daemon/cli/connection_options.h"
+#include "daemon/cli/retain.h"
 
 namespace cellcal::daemon {
 
@@ -62,6 +63,34 @@ void add_backup(CLI::App& app, int& status) {
   command->callback([=, &status] { status = back_up(*daemon, *given); });
 }
 
+void add_retain(CLI::App& app, int& status) {
+  struct Given {
+    bool dry_run = false;
+    int days = 0;
+    double megabytes = 0.0;
+  };
+  auto given = std::make_shared<Given>();
+  CLI::App* command =
+      app.add_subcommand("retain", "Drop raw events and readings of old sessions, nothing else");
+  command->footer(
+      "Touches, calibrations and results stay, and so do the checksums. Without options as [retention] of "
+      "cellcald.toml\nsays.\nExample: cellcal retain --days 90 --dry-run");
+  auto daemon = add_connection(command);
+  command->add_flag("--dry-run", given->dry_run, "Only say what would be dropped");
+  auto* days = command->add_option("--days", given->days, "Of sessions that ended so long ago")
+                   ->check(CLI::Range(1, 36500));
+  auto* megabytes =
+      command
+          ->add_option("--megabytes", given->megabytes,
+                       "Of the oldest sessions, until the journal uses no more")
+          ->check(CLI::Range(1.0, 1e9));
+  command->callback([=, &status] {
+    status = retain(*daemon, given->dry_run,
+                    days->count() > 0 ? std::optional(given->days) : std::nullopt,
+                    megabytes->count() > 0 ? std::optional(given->megabytes) : std::nullopt);
+  });
+}
+
 }  // namespace
 
 void add_archive_commands(CLI::App& app, int& status) {
@@ -69,6 +98,7 @@ void add_archive_commands(CLI::App& app, int& status) {
   add_import(app, status);
   add_replay(app, status);
   add_backup(app, status);
+  add_retain(app, status);
 }
 
 }  // namespace cellcal::daemon

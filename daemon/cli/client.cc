@@ -371,6 +371,8 @@ int show(const Connection& daemon, std::int64_t session, Shown shown) {
     return kSuccess;
   }
   std::string words = session_line(value);
+  if (const std::string dropped = text(value, "raw_dropped"); !dropped.empty())
+    words += "raw events and readings were dropped " + dropped + " (retention)\n";
   const Response calibration =
       http_request(daemon.socket, "GET", session_path(session) + "/calibration.json");
   if (calibration.status == 200) {

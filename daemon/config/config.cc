@@ -66,6 +66,17 @@ void read_motion(const TomlTable& table, DaemonConfig& config) {
   table.refuse_unknown();
 }
 
+/// 0 is off, so that the sample can state the default.
+void read_retention(const TomlTable& table, DaemonConfig& config) {
+  if (const long days = table.integer_or("days", 0, 0, 36500); days > 0)
+    config.retain_days = static_cast<int>(days);
+  const double megabytes = table.number_or("megabytes", 0.0, {0.0, 1e9});
+  if (megabytes > 0.0 && megabytes < 1.0)
+    table.fail("megabytes", "must be 0 (off) or 1 and more");
+  if (megabytes > 0.0) config.retain_megabytes = megabytes;
+  table.refuse_unknown();
+}
+
 void read_session(const TomlTable& table, DaemonConfig& config) {
   const double usual = std::chrono::duration<double>(config.timeouts.connecting).count();
   const double wait_s = table.number_or("connect_wait_s", usual, {1.0, 3600.0});
@@ -270,6 +281,9 @@ DaemonConfig read(const TomlTable& table) {
   read_eki(table.table_or_empty("eki"), config);
   read_controller(table.table_or_empty("controller"), config);
   read_session(table.table_or_empty("session"), config);
+  read_retention(table.table_or_empty("retention"), config);
+  config.notify = read_notify(table.table_or_empty("notify"));
+  config.schedule = read_schedule(table.table_or_empty("schedule"));
   read_motion(table.table_or_empty("motion"), config);
   read_rsi(table.table_or_empty("rsi"), config);
   share_with_rsi_files(config);

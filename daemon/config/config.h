@@ -10,6 +10,8 @@
 
 #include "calib/model/robot.h"
 #include "daemon/config/http_config.h"
+#include "daemon/config/notify_config.h"
+#include "daemon/config/schedule_config.h"
 #include "daemon/session/touch_policy.h"
 #include "drivers/contact/port/serial_port.h"
 #include "drivers/kuka/eki/eki_config.h"
@@ -59,6 +61,10 @@ struct DaemonConfig {
   SearchLimits search_limits;  ///< that `touch` keeps, and a resumed session has to
   Timeouts timeouts;
   int retries = 0;         ///< harmless interruptions after which a session goes on by itself
+  ScheduleConfig schedule;
+  NotifyConfig notify;
+  std::optional<int> retain_days;          ///< raw rows of older sessions are dropped; none: kept
+  std::optional<double> retain_megabytes;  ///< likewise of the oldest, until the journal uses no more
   drivers::RsiConfig rsi;  ///< without what depends on the robot file: see rsi_config_for()
   drivers::EkiConfig eki;  ///< likewise: see eki_config_for()
   drivers::EkiFilesConfig controller;  ///< what is installed on it, for EKI

@@ -47,7 +47,8 @@ const char* word_for(Ending ending) {
 constexpr const char* kSelectSession =
     "SELECT id, started, ended, state, cell_name, robot_name, plan_hash, planned, failure, options,"
     " (SELECT count(*) FROM touch WHERE touch.session = session.id), software, origin, "
-    "cell_text, robot_text, calibration FROM session ";
+    "cell_text, robot_text, calibration, "
+    "(SELECT max(time) FROM dropped WHERE dropped.session = session.id) FROM session ";
 
 std::filesystem::path with(std::filesystem::path path, const char* suffix) {
   return path += suffix;
@@ -74,6 +75,7 @@ SessionRecord session_from(Statement& row, bool with_texts) {
   record.touches = static_cast<int>(row.integer(10));
   record.software = row.text(11);
   if (!row.is_null(12)) record.origin = origin_of(row.text(12));
+  record.dropped = row.text(16);
   if (!with_texts) return record;
   record.inputs.cell_text = row.text(13);
   record.inputs.robot_text = row.text(14);

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -43,9 +44,21 @@ struct SessionRecord {
   std::string calibration;       ///< JSON; empty before identification
   std::string software;          ///< version that began it; empty: before version 3 of the journal
   std::optional<Origin> origin;  ///< imported
+  std::string dropped;  ///< when its raw events and readings were dropped (retention); empty: they are there
 
   /// It has not come to its end, and its plan can be gone on with.
   bool resumable() const { return state != "done" && state != "running" && !origin; }
+};
+
+/// What may be dropped of old sessions: raw events and readings, nothing else. None set: nothing.
+struct RetentionLimits {
+  std::string ended_before;            ///< ISO 8601 UTC, empty: whatever their age
+  std::optional<std::int64_t> bytes{};  ///< the oldest go until what is in use is not more
+};
+/// What was dropped of a session, or would be.
+struct DroppedRows {
+  std::int64_t session = 0, rows = 0;
+  std::int64_t bytes = 0;  ///< about
 };
 
 class Journal {
@@ -107,6 +120,16 @@ class Journal {
   /// Sessions go on meanwhile, each of their calls waiting for a few pages at most. Returns what is
   /// to be said. Throws JournalError where the file is there already or cannot be written.
   std::vector<std::string> backup(const std::filesystem::path& file);
+
+  // Retention (retention.cc).
+
+  /// Drops the raw events and readings of old sessions, oldest first, each session's in one transaction; their
+  /// entries stay in the chain. Never of the newest, the running or a resumable one. With `dry_run` only says which. Asks
+  /// before each whether to go on.
+  std::vector<DroppedRows> retain(const RetentionLimits& limits, const std::string& utc, bool dry_run,
+                                  const std::function<bool()>& go_on = {});
+  /// Of the file's pages, those that hold something.
+  std::int64_t bytes_in_use();
 
  private:
   struct Impl;

@@ -29,7 +29,12 @@ std::int64_t to_3(Database& database, Chain&) {
   return 0;
 }
 
-constexpr std::array<Migration, kSchemaVersion> kMigrations{to_1, to_2, to_3};
+std::int64_t to_4(Database& database, Chain&) {
+  database.execute(kSchema4);
+  return 0;
+}
+
+constexpr std::array<Migration, kSchemaVersion> kMigrations{to_1, to_2, to_3, to_4};
 
 }  // namespace
 

@@ -163,8 +163,12 @@ void refuse_missing(const SessionRows& rows, const std::string& from) {
   std::map<std::pair<std::string, std::int64_t>, std::size_t> newest;
   for (std::size_t i = 0; i < rows.entries.size(); ++i)
     newest[{rows.entries[i].table, rows.entries[i].row}] = i;
+  std::int64_t dropped = 0;
+  for (const RowEntry& entry : rows.entries)
+    if (entry.table == "dropped") dropped = std::max(dropped, entry.number);
   for (const auto& [of, index] : newest) {
-    if (rows.entries[index].names.empty())
+    const bool may_be_gone = is_raw(of.first) && rows.entries[index].number < dropped;
+    if (rows.entries[index].names.empty() && !may_be_gone)
       refuse(from, index + 2, fmt::format("row {} of '{}' is missing", of.second, of.first));
   }
 }

@@ -8,7 +8,7 @@
 namespace cellcal::daemon {
 
 /// PRAGMA user_version of what this program writes; migrations.h has the way here.
-inline constexpr int kSchemaVersion = 3;
+inline constexpr int kSchemaVersion = 4;
 /// PRAGMA application_id, "ccal": tells a journal from any other SQLite file.
 inline constexpr int kApplicationId = 0x6363616c;
 
@@ -125,6 +125,16 @@ CREATE TABLE compared (
 CREATE INDEX change_of_session ON change (session);
 CREATE INDEX contact_of_session ON contact (session);
 CREATE INDEX compared_of_session ON compared (session);
+)sql";
+
+/// Of which sessions the raw rows were dropped.
+inline constexpr const char* kSchema4 = R"sql(
+CREATE TABLE dropped (
+  session INTEGER NOT NULL REFERENCES session(id),
+  time    TEXT NOT NULL,
+  rows    INTEGER NOT NULL   -- of event, change, contact and reading
+) STRICT;
+CREATE INDEX dropped_of_session ON dropped (session);
 )sql";
 
 }  // namespace cellcal::daemon

@@ -18,6 +18,7 @@
 #include "daemon/main/backends.h"
 #include "daemon/main/log.h"
 #include "daemon/main/network_door.h"
+#include "daemon/main/nights.h"
 #include "daemon/main/notification.h"
 #include "daemon/main/reload.h"
 #include "daemon/readiness/examiner.h"
@@ -187,7 +188,10 @@ void run_daemon(const DaemonConfig& config, const std::function<DaemonConfig()>&
   if (!tokens.problem().empty()) spdlog::error("{}", tokens.problem());
   Access access(tokens, access_config(config.http));
   Examiner examiner(doctor_within(live, service));
+  Nights nights(service, journal, live);
   Api api(service, journal, &access, page_answer, &examiner);
+  api.use(nights.schedule());
+  api.use([&nights] { return nights.retention(); });
   HttpServer server(
       context, config.socket,
       {[&api](Request& request) { return api.admit_local(request); },
@@ -199,6 +203,7 @@ void run_daemon(const DaemonConfig& config, const std::function<DaemonConfig()>&
     server.poke();
     if (network) network->poke();
     const Status status = service.status();
+    nights.look(status);
     access.clearance().look(status);
     tell_log(status);
     sd_notify(0, notification_of(status).c_str());
@@ -207,13 +212,17 @@ void run_daemon(const DaemonConfig& config, const std::function<DaemonConfig()>&
     spdlog::info("signal {}: stopping", signal);
     sd_notify(0, "STOPPING=1");
     examiner.stop();
+    nights.stop();
     service.shutdown();
     service.on_change({});
     if (network) network->stop();
     server.stop();
     context.stop();
   });
-  OnRequest reload([&] { read_again(live, service); });
+  OnRequest reload([&] {
+    read_again(live, service);
+    nights.poke();
+  });
   reload_at_hang_up(hang_ups, reload);
   abort_at_signal(abort_signal, api);
   const Watchdog watchdog(context, service);

@@ -20,6 +20,7 @@ bool same(const Links& a, const Links& b) {
          a.interruption == b.interruption && a.interruptions == b.interruptions &&
          a.robot_session == b.robot_session && a.late == b.late &&
          a.needs_operator == b.needs_operator && a.unsettled == b.unsettled &&
+         a.mode == b.mode && a.override_percent == b.override_percent &&
          a.robot_words == b.robot_words && a.contact_words == b.contact_words;
 }
 
@@ -170,7 +171,9 @@ std::optional<Event> Runner::links_changed() {
   }
   const Links links{robot.link,           robot.actual_rad,   robot.interruption,
                     robot.interruptions,  robot.session,      robot.late,
-                    robot.needs_operator, robot.unsettled,    robot.words,
+                    robot.needs_operator, robot.unsettled,    robot.mode,
+                    robot.override_percent,
+                    robot.words,
                     contact.link,         contact.in_contact, contact.can_guard_retreat,
                     contact.self_test_ok, contact.words};
   if (seen_ && same(*seen_, links)) return std::nullopt;

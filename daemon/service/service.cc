@@ -162,6 +162,7 @@ struct SessionService::Job {
   std::string started;
   std::string expected_hash;
   bool resumed = false;
+  std::string unattended;
   std::vector<calib::Touch> touches;
   std::unique_ptr<Backend> backend;
 
@@ -206,6 +207,7 @@ std::unique_ptr<SessionService::Job> SessionService::prepare(const RunRequest& r
     job->settings = parts_.settings;
     make_backend = parts_.make_backend;
   }
+  job->unattended = request.unattended;
   if (request.resume) {
     const std::optional<SessionRecord> record = parts_.journal.newest_resumable();
     if (!record) {
@@ -297,6 +299,8 @@ std::int64_t SessionService::start(const RunRequest& request) {
       if (abort_early_) throw BusyError("aborted before it began: no session was started");
     }
     if (ending_) throw BusyError("the daemon is being stopped; start it again");
+    if (request.unless_aborted && *request.unless_aborted != aborts_)
+      throw BusyError("aborted before it began: no session was started");
     if (busy_ && starting_) throw BusyError("a session is being prepared. See 'cellcal status'");
     if (busy_) {
       const std::string session = "session " + std::to_string(history_.back().session);
@@ -329,6 +333,7 @@ std::int64_t SessionService::start(const RunRequest& request) {
     const LogScope scope({.session = job->session, .event = LogEvent::kSessionBegins});
     spdlog::info("session {} {}: {}", job->session, job->resumed ? "resumed" : "begins",
                  job->inputs.cell_name);
+    if (!job->unattended.empty()) parts_.journal.note(job->session, now, job->unattended);
     const std::int64_t session = job->session;
     job->news = TouchNews(session, job->cell, job->touches.size());
     State first;
@@ -384,6 +389,7 @@ void SessionService::carry_out(Job& job) {
   state.how_to_start = job.backend->how_to_start();
   state.one_by_one = job.options.one_by_one;
   state.resumed = job.resumed;
+  state.unattended = !job.unattended.empty();
   state.done = job.touches.size();
   for (const calib::Touch& touch : job.touches) state.met.push_back(touch.target);
   state.expected_hash = job.expected_hash;
@@ -533,8 +539,14 @@ void SessionService::keep_links(LinkReport report) {
   links_ = std::move(kept);
 }
 
-bool SessionService::abort() {
+std::uint64_t SessionService::aborts() const {
   const std::lock_guard lock(mutex_);
+  return aborts_;
+}
+
+bool SessionService::abort(By by) {
+  const std::lock_guard lock(mutex_);
+  if (by == By::kPerson) ++aborts_;
   if (starting_ || waiting_ > 0) {
     abort_early_ = true;
     idle_.notify_all();
@@ -595,7 +607,7 @@ void SessionService::shutdown() {
     ending_ = true;
     idle_.wait(lock, [this] { return !starting_; });
   }
-  abort();
+  abort(By::kDaemon);
   if (thread_.joinable()) thread_.join();
 }
 

@@ -50,6 +50,10 @@ struct RunRequest {
   bool accept_change = false;  ///< publish though the arm changed since its last calibration
   unsigned seed = 1;
   bool resume = false;
+  /// Who begins it where nobody is there; stands in its events. Empty: a person.
+  std::string unattended;
+  /// Only if nobody has aborted since SessionService::aborts() said this.
+  std::optional<std::uint64_t> unless_aborted;
 };
 
 /// The plan that a session follows; of touches chosen one by one the one in hand. Null: none yet.
@@ -92,9 +96,12 @@ class SessionService {
   void release();
   /// Does it held: it may hold the journal for longer than an arm should wait. Throws BusyError, and what `act` throws.
   void alone(const char* what, const std::function<void()>& act);
-  // These five wait for nothing: neither for the disk nor for a session that is being prepared.
+  // These six wait for nothing: neither for the disk nor for a session that is being prepared.
   /// False: nothing to abort. A session that is being prepared ends when it has begun.
-  bool abort();
+  enum class By { kPerson, kDaemon };
+  bool abort(By by = By::kPerson);
+  /// How often a person has aborted, or tried to, since the daemon started.
+  std::uint64_t aborts() const;
   Status status() const;
   /// Of the newest session since the daemon started.
   PlanInHand plan() const;
@@ -133,7 +140,8 @@ class SessionService {
   Runner* runner_ = nullptr;
   bool busy_ = false, starting_ = false, ending_ = false, abort_early_ = false;
   std::string held_;  ///< why no session may begin; empty: one may
-  int waiting_ = 0;   ///< starts that wait until the session before has let its devices go
+  std::uint64_t aborts_ = 0;
+  int waiting_ = 0;  ///< starts that wait until the session before has let its devices go
   std::thread thread_;
 };
 

@@ -113,6 +113,8 @@ struct Links {
   std::uint32_t robot_session = 0;                                    ///< the controller's
   std::uint64_t late = 0;  ///< late replies, as the controller counts them
   bool needs_operator = false, unsettled = false;
+  drivers::OperatingMode mode = drivers::OperatingMode::kUnknown;
+  std::optional<int> override_percent;  ///< none: not told
   std::string robot_words;
   drivers::ContactLink contact = drivers::ContactLink::kDown;
   bool in_contact = false;

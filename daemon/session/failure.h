@@ -4,6 +4,8 @@
 
 #include <string>
 
+#include "drivers/robot.h"
+
 namespace cellcal::daemon {
 
 enum class FailureKind {
@@ -30,6 +32,7 @@ enum class FailureKind {
   kJournal,           ///< a touch or the session could not be put on disk
   kIdentify,
   kReport,
+  kAttended,  ///< a session without a person, and somebody works at the robot
   kUnexpectedEvent,  ///< an event that the table does not list for this phase
 };
 
@@ -39,6 +42,8 @@ const char* to_string(FailureKind kind);
 struct Failure {
   FailureKind kind = FailureKind::kUnexpectedEvent;
   std::string detail;
+  /// kRobotSilent: what was behind it.
+  drivers::Interruption by = drivers::Interruption::kNone;
 
   bool operator==(const Failure&) const = default;
 };

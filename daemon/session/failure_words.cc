@@ -147,6 +147,16 @@ std::string disagreement_words(const State& state, const Event& event) {
       readings_words(state, event));
 }
 
+std::string attended_words(const Links& links) {
+  const std::string found =
+      rules::by_hand(links.mode)
+          ? fmt::format("operating mode {} at the controller", to_string(links.mode))
+          : fmt::format("override {} % at the controller", links.override_percent.value_or(100));
+  return found +
+         ": somebody works at the robot, and this session began without a person. Set mode AUT or EXT and "
+         "override 100 % when the cell is clear";
+}
+
 std::string what(FailureKind kind, const State& state, const Event& event) {
   const std::string& words = event.words;
   switch (kind) {
@@ -213,6 +223,8 @@ std::string what(FailureKind kind, const State& state, const Event& event) {
           link_words(state.links));
     case FailureKind::kJournal:
       return or_else(words, "the journal's disk does not answer. Check the disk");
+    case FailureKind::kAttended:
+      return attended_words(event.links);
     case FailureKind::kUnexpectedEvent:
       return joined(fmt::format("'{}' is not expected while '{}'", to_string(event.kind),
                                 to_string(state.phase)),

@@ -39,6 +39,15 @@ bool nothing_left(const State& state, const Event& event) {
 bool fresh_and_closed(const State& state, const Event& event) {
   return !state.resumed && event.links.in_contact;
 }
+bool by_hand(drivers::OperatingMode mode) {
+  return mode == drivers::OperatingMode::kT1 || mode == drivers::OperatingMode::kT2;
+}
+bool somebody_there(const State& state, const Event& event) {
+  constexpr int kFull = 100;
+  const bool told = !robot_lost(state, event);
+  return state.unattended && told &&
+         (by_hand(event.links.mode) || event.links.override_percent.value_or(kFull) != kFull);
+}
 bool contact_faulty(const State& state, const Event& event) {
   if (event.links.contact == drivers::ContactLink::kFault) return true;
   const bool was_ready = state.phase != Phase::kConnecting;

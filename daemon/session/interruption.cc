@@ -39,6 +39,7 @@ Harm{F::kPlan,              kAny, false, "no free path exists"},
 Harm{F::kPlanChanged,       kAny, false, "it would be another session"},
 Harm{F::kIdentify,          kAny, false, "the same touches give the same answer"},
 Harm{F::kReport,            kAny, false, "the disk has to be checked first"},
+Harm{F::kAttended,          kAny, false, "somebody works at the robot"},
 Harm{F::kUnexpectedEvent,   kAny, false, "the cause is not known"},
 };
 // clang-format on

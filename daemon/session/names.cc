@@ -236,6 +236,8 @@ const char* to_string(FailureKind kind) {
       return "identify";
     case FailureKind::kReport:
       return "report";
+    case FailureKind::kAttended:
+      return "attended";
     case FailureKind::kUnexpectedEvent:
       return "unexpected-event";
   }

@@ -51,6 +51,12 @@ namespace {
 
 using drivers::MoveKind;
 
+/// What made the robot silent: told of a move, or at rest by the link.
+drivers::Interruption behind(FailureKind kind, const Event& event) {
+  if (kind != FailureKind::kRobotSilent) return drivers::Interruption::kNone;
+  return event.kind == EventKind::kLinks ? event.links.interruption : event.interruption;
+}
+
 std::chrono::milliseconds milliseconds(double seconds) {
   return std::chrono::milliseconds(static_cast<std::int64_t>(std::ceil(seconds * 1e3)));
 }
@@ -386,7 +392,8 @@ void choose_next(State& state, const Event& event, Actions& actions) {
 
 void count_interruption(State& state, const Event& event) {
   state.interrupted =
-      Failure{FailureKind::kRobotSilent, failure_detail(FailureKind::kRobotSilent, state, event)};
+      Failure{FailureKind::kRobotSilent, failure_detail(FailureKind::kRobotSilent, state, event),
+              behind(FailureKind::kRobotSilent, event)};
   ++state.interruptions;
 }
 
@@ -516,12 +523,13 @@ void close_and_end(State&, const Event&, Actions& actions) {
 void fail(FailureKind kind, State& state, const Event& event, Actions& actions) {
   std::string detail = failure_detail(kind, state, event) + next_step(kind);
   if (state.failure) detail += " (before that: " + describe(*state.failure) + ")";
-  state.failure = Failure{kind, std::move(detail)};
+  state.failure = Failure{kind, std::move(detail), behind(kind, event)};
   end_failed(state, event, actions);
 }
 
 void fail_and_stop(FailureKind kind, State& state, const Event& event, Actions& actions) {
-  state.failure = Failure{kind, failure_detail(kind, state, event) + next_step(kind)};
+  state.failure =
+      Failure{kind, failure_detail(kind, state, event) + next_step(kind), behind(kind, event)};
   stop(state, event, actions);
 }
 

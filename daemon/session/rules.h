@@ -37,6 +37,9 @@ enum class Setback {
 bool plan_differs(const State&, const Event&);
 bool nothing_left(const State&, const Event&);
 bool fresh_and_closed(const State&, const Event&);
+/// A mode in which somebody holds the enabling switch.
+bool by_hand(drivers::OperatingMode mode);
+bool somebody_there(const State&, const Event&);
 bool contact_faulty(const State&, const Event&);
 bool robot_lost(const State&, const Event&);
 bool links_ready(const State&, const Event&);

@@ -39,6 +39,7 @@ struct State {
   /// Goes on with a journal's touches, or by itself from where a contact may be closed: then, and
   /// only then, its first move may lead out of one.
   bool resumed = false;
+  bool unattended = false;    ///< nobody is there: it begins only where nobody works at the robot
   int retries = 0;            ///< harmless interruptions after which it goes on by itself
   std::string how_to_start;   ///< what the operator starts on the pendant; for messages
   std::size_t done = 0;       ///< touches on disk; also the index of the next one

@@ -30,6 +30,7 @@ Transition{kPlanning,      E::kPlanned,      nothing_left, "all touches are on d
 Transition{kPlanning,      E::kPlanned,      nullptr, "",                                kConnecting,  open_devices, "record the plan's hash; open robot and contact sensor"},
 Transition{kPlanning,      E::kWorkFailed,   nullptr, "",                                kFailed,      fail<F::kPlan>, "no plan"},
 Transition{kConnecting,    E::kDeviceFailed, nullptr, "",                                kFailed,      fail<F::kDevice>, "missing device, taken port"},
+Transition{Phases(kConnecting, kReferencing), E::kLinks, somebody_there, "unattended, and mode T1, T2 or override", kFailed, fail<F::kAttended>, "somebody works at the robot"},
 Transition{kConnecting,    E::kLinks,        fresh_and_closed, "contact closed, not resumed", kFailed,  fail<F::kContactClosed>, "a short, or the tip touches something"},
 Transition{kConnecting,    E::kLinks,        contact_faulty, "sensor faulty",            kFailed,      fail<F::kContactFault>, "loop broken, self-test failed, wrong version"},
 Transition{kConnecting,    E::kLinks,        links_ready, "both ready",                  kReferencing, rereference, "take the arm's actual position as the starting point"},

@@ -229,6 +229,7 @@ void ContactCore::note_delivery(std::uint32_t ticks, TimePoint now) {
   const double late = std::max(0.0, seconds(now - sent));
   if (late > kLatestPlausibleS) return;
   late_s_[late_count_++ % kLateKept] = static_cast<float>(late);
+  late_times_.add(late);
   late_worst_s_ = std::max(late_worst_s_, late);
   if (given_up_at_) {
     const double limit = seconds(given_up_limit_);
@@ -461,6 +462,7 @@ ContactFacts ContactCore::facts(TimePoint now) const {
     q.late_p50_s = *middle;
     q.late_max_s = *std::max_element(middle, end);
     q.late_worst_s = late_worst_s_;
+    q.late_times = late_times_;
   }
   const ctp::WireCounters& wire = reader_.counters();
   q.frames = wire.frames;

@@ -174,6 +174,7 @@ class ContactCore : public ContactGuard {
   std::array<float, kLateKept> late_s_{};
   std::size_t late_count_ = 0;  ///< since the port was opened
   double late_worst_s_ = 0.0;
+  TimeHistogram late_times_;
   std::optional<TimePoint> given_up_at_;  ///< behind a silence, until a stamp tells whose it was
   Duration given_up_limit_{0};
   double delivered_late_s_ = 0.0, late_limit_s_ = 0.0;

@@ -1,5 +1,5 @@
 #!/bin/sh
-# verify_unit.sh SYSTEMD_DIR CELLCALD: systemd-analyze must have nothing to say about the unit. It
+# verify_unit.sh SYSTEMD_DIR CELLCALD CELLCAL: systemd-analyze must have nothing to say about the units. It
 # returns 0 even for keys that it does not know, so its standard error is what counts.
 set -eu
 command -v systemd-analyze >/dev/null || exit 77
@@ -7,12 +7,16 @@ dir=$(mktemp -d)
 trap 'rm -rf "$dir"' EXIT
 # The program is not installed where the unit has it, and need not be.
 sed "s#/usr/bin/cellcald#$2#" "$1/cellcald.service" >"$dir/cellcald.service"
-systemd-analyze verify --man=no "$dir/cellcald.service" 2>"$dir/words" >&2 || true
+sed "s#/usr/bin/cellcal #$3 #" "$1/cellcal-check.service" >"$dir/cellcal-check.service"
+cp "$1/cellcal-check.timer" "$dir"
+systemd-analyze verify --man=no "$dir/cellcald.service" "$dir/cellcal-check.service" "$dir/cellcal-check.timer" 2>"$dir/words" >&2 || true
 if [ -s "$dir/words" ]; then
   cat "$dir/words" >&2
   exit 1
 fi
-systemd-analyze security --offline=true --threshold=15 "$dir/cellcald.service" >"$dir/security" 2>&1 || {
-  tail -5 "$dir/security" >&2
-  exit 1
-}
+for unit in cellcald cellcal-check; do
+  systemd-analyze security --offline=true --threshold=15 "$dir/$unit.service" >"$dir/security" 2>&1 || {
+    tail -5 "$dir/security" >&2
+    exit 1
+  }
+done

@@ -5,25 +5,25 @@
 namespace cellcal::drivers {
 namespace {
 
-const char* mode_name(EkiMode mode) {
+OperatingMode mode_of(EkiMode mode) {
   switch (mode) {
     case EkiMode::kT1:
-      return "T1";
+      return OperatingMode::kT1;
     case EkiMode::kT2:
-      return "T2";
+      return OperatingMode::kT2;
     case EkiMode::kAut:
-      return "AUT";
+      return OperatingMode::kAut;
     case EkiMode::kExt:
-      return "EXT";
+      return OperatingMode::kExt;
     case EkiMode::kUnknown:
       break;
   }
-  return "unknown";
+  return OperatingMode::kUnknown;
 }
 
 std::string readiness(const EkiCoreState& s) {
   std::string words = fmt::format("the controller is not ready (mode {}, override {} %",
-                                  mode_name(s.mode), s.override_percent);
+                                  to_string(mode_of(s.mode)), s.override_percent);
   if (s.fault != 0) words += fmt::format(", fault {}", s.fault);
   words += ")";
   if (!s.drives) words += ": drives off. Release emergency stops, switch the drives on";
@@ -103,6 +103,8 @@ RobotState to_robot_state(const EkiCoreState& s, const std::string& peer) {
   if (s.link == RobotLink::kLost) state.interruption = Interruption::kOther;
   state.session = s.session;
   state.needs_operator = s.link == RobotLink::kNotReferenced && !s.ready;
+  state.mode = mode_of(s.mode);
+  if (s.link != RobotLink::kDown) state.override_percent = s.override_percent;
   state.cycle_s = s.cycle_s;
   state.packets = s.states;
   state.quality.jitter_s = s.jitter_s;

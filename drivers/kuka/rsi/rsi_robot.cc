@@ -231,6 +231,7 @@ RobotState RsiRobot::state() const {
   state.quality.reply_p99_s = impl_->times.quantile_s(0.99);
   state.quality.reply_p999_s = impl_->times.quantile_s(0.999);
   state.quality.reply_max_s = impl_->times.max_s();
+  state.quality.reply_times = impl_->times.coarse();
   const auto add = [&](const std::string& words) {
     if (!state.words.empty()) state.words += ". ";
     state.words += words;

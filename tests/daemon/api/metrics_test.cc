@@ -41,8 +41,11 @@ Scraped scrape(const std::string& text) {
       if (match[1] == "TYPE") scraped.types[family] = type = match[3];
     } else if (std::regex_match(line, match, sample)) {
       const std::string name = match[1];
-      const bool counts = type == "summary" && name == family + "_count";
-      if (name != family && !counts) fail();
+      const bool adds_up = type == "summary" || type == "histogram";
+      const bool counts = adds_up && (name == family + "_count" || name == family + "_sum");
+      const bool bucket = type == "histogram" && name == family + "_bucket" &&
+                          line.find("{le=\"") != std::string::npos;
+      if ((type == "histogram" || name != family) && !counts && !bucket) fail();
       if (type == "counter" && !name.ends_with("_total")) fail();
       if (type == "summary" && !counts && line.find("quantile=\"") == std::string::npos) fail();
       if (!scraped.samples.emplace(name + match[2].str(), std::stod(match[5])).second) fail();
@@ -65,8 +68,8 @@ Status busy() {
   links.open = true;
   links.robot.late = 3;
   links.robot.packets = 123456789;
-  links.robot.quality.reply_p99_s = 1.25e-4;
-  links.robot.quality.replies = 99;
+  for (const double s : {4e-5, 1.25e-4, 1.25e-4, 3e-3, 0.2}) links.robot.quality.reply_times.add(s);
+  links.contact.quality.late_times.add(2e-3);
   links.contact.quality.late_worst_s = std::nan("");
   status.links = std::make_shared<const LinkReport>(links);
   return status;
@@ -91,8 +94,14 @@ TEST(the_metrics, say_what_status_and_journal_say_in_base_units) {
   EXPECT_EQ(samples.at("cellcal_phase{phase=\"idle\"}"), 0.0);
   EXPECT_EQ(samples["cellcal_robot_late_replies_total"], 3.0);
   EXPECT_EQ(samples["cellcal_robot_packets_total"], 123456789.0);
-  EXPECT_DOUBLE_EQ(samples["cellcal_robot_reply_seconds{quantile=\"0.99\"}"], 1.25e-4);
-  EXPECT_EQ(samples["cellcal_robot_reply_seconds_count"], 99.0);
+  EXPECT_EQ(samples.at("cellcal_robot_reply_seconds_bucket{le=\"5e-05\"}"), 1.0);
+  EXPECT_EQ(samples.at("cellcal_robot_reply_seconds_bucket{le=\"0.0002\"}"), 3.0);
+  EXPECT_EQ(samples.at("cellcal_robot_reply_seconds_bucket{le=\"0.004\"}"), 4.0);
+  EXPECT_EQ(samples.at("cellcal_robot_reply_seconds_bucket{le=\"+Inf\"}"), 5.0);
+  EXPECT_EQ(samples.at("cellcal_robot_reply_seconds_count"), 5.0);
+  EXPECT_NEAR(samples.at("cellcal_robot_reply_seconds_sum"), 0.20329, 1e-9);
+  EXPECT_EQ(samples.at("cellcal_contact_late_seconds_bucket{le=\"0.001\"}"), 0.0);
+  EXPECT_EQ(samples.at("cellcal_contact_late_seconds_bucket{le=\"0.002\"}"), 1.0);
   EXPECT_EQ(samples["cellcal_sessions{state=\"done\"}"], 2.0);
   EXPECT_EQ(samples["cellcal_sessions{state=\"failed\"}"], 1.0);
   EXPECT_EQ(samples["cellcal_touches_total"], 42.0);
@@ -129,7 +138,9 @@ TEST(the_dashboard, asks_for_metrics_that_there_are) {
       const std::string query = target.at("expr");
       const std::regex name("cellcal_[a-z0-9_]+");
       for (std::sregex_iterator one(query.begin(), query.end(), name), end; one != end; ++one) {
-        EXPECT_TRUE(types.contains(one->str())) << one->str();
+        const std::string family = std::regex_replace(one->str(), std::regex("_bucket$"), "");
+        EXPECT_TRUE(types.contains(family)) << one->str();
+        EXPECT_EQ(types.at(family) == "histogram", family != one->str()) << query;
         ++asked;
       }
     }

@@ -8,6 +8,8 @@
 #include "daemon/api/access/access.h"
 #include "daemon/api/handlers.h"
 #include "daemon/readiness/examiner.h"
+#include "daemon/schedule/schedule.h"
+#include "daemon/schedule/service_door.h"
 #include "daemon/service/archive.h"
 #include "daemon/service/inputs.h"
 #include "tests/daemon/api/schema.h"
@@ -68,6 +70,17 @@ TEST(the_description, refers_to_what_it_describes) {
 }
 
 struct a_described_api : ::testing::Test, testing::WithoutHardware {
+  static ScheduleConfig nightly() {
+    ScheduleConfig config;
+    ScheduledSession always;
+    always.name = "always";
+    always.window.to_min = 23 * 60 + 59;
+    config.sessions = {always, always};
+    config.sessions[1].name = "check";
+    config.sessions[1].on_request = true;
+    return config;
+  }
+  void SetUp() override { api.use(schedule); }
   /// Asks, and holds the answer beside its description.
   Response ask(const std::string& method, const std::string& target, const std::string& body = "",
                std::string described_path = "") {
@@ -98,6 +111,10 @@ struct a_described_api : ::testing::Test, testing::WithoutHardware {
                      },
                      [this] { service.hold("the doctor is looking"); },
                      [this] { service.release(); }, [] { return "t"; }}};
+  ScheduleConfig config = nightly();
+  ServiceDoor door{service, journal};
+  Schedule schedule{{door, dir / "schedule.json", [this] { return config; },
+                     [] { return UtcSeconds{1'800'000'000}; }, std::chrono::steady_clock::now, {}}};
   Api api{service, journal, &access, {}, &examiner};
   std::set<std::string> seen;
 };
@@ -124,6 +141,13 @@ TEST_F(a_described_api, answers_as_it_is_described) {
   EXPECT_EQ(ask("POST", "/v1/run", R"({"cell": "/nonexistent"})").status, 422);
   EXPECT_EQ(ask("POST", "/v1/abort").status, 409);
   EXPECT_EQ(ask("POST", "/v1/clear").status, 200);
+  schedule.look();
+  const json shown = json::parse(ask("GET", "/v1/schedule").body);
+  EXPECT_EQ(shown["entries"][0]["last"]["why"], "unattended-off");
+  EXPECT_FALSE(shown["entries"][0]["now"].is_null());
+  EXPECT_EQ(ask("POST", "/v1/schedule/begin", R"({"name": "check"})").status, 409);
+  EXPECT_EQ(ask("POST", "/v1/schedule/begin", R"({"name": 1})").status, 400);
+  EXPECT_EQ(ask("POST", "/v1/schedule/release").status, 200);
   EXPECT_EQ(ask("GET", "/v1/sessions").status, 200);
   EXPECT_EQ(ask("GET", "/v1/sessions?limit=1&before=9").status, 200);
   EXPECT_EQ(ask("GET", "/v1/sessions?limit=0").status, 400);
@@ -157,6 +181,9 @@ TEST_F(a_described_api, answers_as_it_is_described) {
   EXPECT_EQ(ask("POST", "/v1/backup", file).status, 201);
   EXPECT_EQ(ask("POST", "/v1/backup", file).status, 422) << "it replaces nothing";
   EXPECT_EQ(ask("POST", "/v1/backup", R"({"file": "not absolute"})").status, 422);
+  EXPECT_EQ(ask("POST", "/v1/retain", R"({"days": 1, "dry_run": true})").status, 200);
+  EXPECT_EQ(ask("POST", "/v1/retain", "{}").status, 422);
+  EXPECT_EQ(ask("POST", "/v1/retain", R"({"days": 0})").status, 400);
   write_archive(make_archive(journal, id, dir / "results"), dir / "e");
   const std::string directory = nlohmann::json{{"directory", (dir / "e").string()}}.dump();
   EXPECT_EQ(ask("POST", "/v1/import", directory).status, 201);

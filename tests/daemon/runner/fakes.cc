@@ -64,6 +64,8 @@ drivers::RobotState FakeRobot::state() const {
   state.interruptions = w_.interruptions;
   state.session = w_.session;
   state.late = w_.late;
+  state.mode = w_.script.mode;
+  state.override_percent = w_.script.override_percent;
   if (w_.script.late_again && w_.interruptions > 0) {
     state.late += static_cast<std::uint64_t>(w_.clock.now().time_since_epoch() /
                                              std::chrono::milliseconds(300));

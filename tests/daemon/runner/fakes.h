@@ -50,6 +50,8 @@ struct Script {
   bool late_again = false;       ///< late replies go on while the links are watched
   double moved_meanwhile_rad = 0.0;  ///< by another hand
   bool never_back = false;
+  drivers::OperatingMode mode = drivers::OperatingMode::kUnknown;
+  std::optional<int> override_percent{};
 };
 
 /// What the fakes share.

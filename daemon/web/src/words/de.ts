@@ -252,6 +252,7 @@ export const de: Catalogue = {
   "failure.journal": "Eine Antastung ließ sich nicht auf die Platte schreiben.",
   "failure.identify": "Die Antastungen bestimmen den Arm nicht.",
   "failure.report": "Der Bericht ließ sich nicht schreiben.",
+  "failure.attended": "Jemand arbeitet am Roboter: Betriebsart oder Override zeigen es.",
   "failure.unexpected-event": "Ein Ereignis, das nicht hierher gehört.",
   "failure.unknown": "Ein Fehler, den diese Seite nicht kennt.",
   "do.plan": "Den Arm ins Freie fahren oder Hindernisse und Kugeln in der Zellendatei prüfen. Dann neu starten.",
@@ -277,6 +278,7 @@ export const de: Catalogue = {
   "do.journal": "Platz auf der Platte schaffen oder sie reparieren, dann fortsetzen. Keine gemeldete Antastung ging verloren.",
   "do.identify": "Mehr Antastungen machen, aus mehr Richtungen und Stellungen.",
   "do.report": "Platz auf der Platte schaffen, dann fortsetzen: Der Bericht wird neu geschrieben.",
+  "do.attended": "Wenn die Zelle frei ist: Betriebsart AUT oder EXT, Override 100 %. Die nächste Nacht beginnt neu.",
   "do.unexpected-event": "Fortsetzen; kommt es wieder, mit dem Export der Sitzung melden.",
   "do.unknown": "Den Befund unten lesen, dann 'cellcal doctor'.",
 

@@ -260,6 +260,7 @@ export const en = {
   "failure.journal": "A touch could not be written to the disk.",
   "failure.identify": "The touches do not determine the arm.",
   "failure.report": "The report could not be written.",
+  "failure.attended": "Somebody works at the robot: mode or override say so.",
   "failure.unexpected-event": "An event that does not belong here.",
   "failure.unknown": "A failure that this page does not know.",
   "do.plan": "Jog the arm into the open, or check obstacles and spheres in the cell file. Then start again.",
@@ -285,6 +286,7 @@ export const en = {
   "do.journal": "Make room on the disk or repair it, then resume. No touch was lost that was reported.",
   "do.identify": "Make more touches, from more directions and postures.",
   "do.report": "Make room on the disk, then resume: the report is written again.",
+  "do.attended": "When the cell is clear: mode AUT or EXT, override 100 %. The next night begins anew.",
   "do.unexpected-event": "Resume; if it comes again, report it with the session's export.",
   "do.unknown": "Read the evidence below, then 'cellcal doctor'.",
 

@@ -7,6 +7,8 @@
 #include <chrono>
 #include <cstdint>
 
+#include "drivers/time_histogram.h"
+
 namespace cellcal::drivers {
 
 class ReplyHistogram {
@@ -21,12 +23,23 @@ class ReplyHistogram {
       max_us_.store(us, std::memory_order_relaxed);
     }
     total_.fetch_add(1, std::memory_order_relaxed);
+    sum_us_.fetch_add(us, std::memory_order_relaxed);
+    coarse_[TimeHistogram::bucket(1e-6 * static_cast<double>(us))].fetch_add(
+        1, std::memory_order_relaxed);
   }
 
   std::uint64_t count() const { return total_.load(std::memory_order_relaxed); }
   /// Largest time seen [s].
   double max_s() const {
     return 1e-6 * static_cast<double>(max_us_.load(std::memory_order_relaxed));
+  }
+
+  TimeHistogram coarse() const {
+    TimeHistogram times;
+    for (std::size_t i = 0; i < coarse_.size(); ++i)
+      times.counts[i] = coarse_[i].load(std::memory_order_relaxed);
+    times.sum_s = 1e-6 * static_cast<double>(sum_us_.load(std::memory_order_relaxed));
+    return times;
   }
 
   /// Replies that took at most so long.
@@ -53,7 +66,8 @@ class ReplyHistogram {
  private:
   std::array<std::atomic<std::uint32_t>, kBuckets + 1> counts_{};
   std::atomic<std::uint64_t> max_us_{0};
-  std::atomic<std::uint64_t> total_{0};
+  std::array<std::atomic<std::uint64_t>, TimeHistogram{}.counts.size()> coarse_{};
+  std::atomic<std::uint64_t> total_{0}, sum_us_{0};
 };
 
 }  // namespace cellcal::drivers

@@ -1,0 +1,99 @@
+// Raw rows of old sessions, dropped; what they were stays proven by the chain.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "daemon/journal/journal_impl.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+/// What a row takes besides its texts and blobs: head, numbers, its place in the index.
+constexpr std::int64_t kRowBytes = 60;
+
+/// About how many bytes a table's rows of this session hold, and how many there are.
+DroppedRows raw_rows(Database& database, std::int64_t session, const std::string& table) {
+  const char* texts = table == "reading"   ? "length(contact_rad) + length(settled_rad) + length(time)"
+                      : table == "event"   ? "length(time) + length(words)"
+                      : table == "contact" ? "length(time) + length(kind)"
+                                           : "length(time) + length(from_phase) + length(to_phase) + "
+                                             "length(event)";
+  Statement count(database, fmt::format("SELECT count(*), coalesce(sum({}), 0) FROM {} WHERE session=?",
+                                        texts, table)
+                                .c_str());
+  count.bind(1, session).step();
+  return {session, count.integer(0), count.integer(1) + kRowBytes * count.integer(0)};
+}
+
+DroppedRows raw_rows(Database& database, std::int64_t session) {
+  DroppedRows all{session};
+  for (const char* table : kRawTables) {
+    const DroppedRows of_table = raw_rows(database, session, table);
+    all.rows += of_table.rows;
+    all.bytes += of_table.bytes;
+  }
+  return all;
+}
+
+std::int64_t used_bytes(Database& database) {
+  const std::int64_t pages =
+      database.integer("PRAGMA page_count") - database.integer("PRAGMA freelist_count");
+  return pages * database.integer("PRAGMA page_size");
+}
+
+}  // namespace
+
+std::int64_t Journal::bytes_in_use() {
+  const std::lock_guard lock(impl_->mutex);
+  return used_bytes(impl_->database);
+}
+
+std::vector<DroppedRows> Journal::retain(const RetentionLimits& limits, const std::string& utc,
+                                         bool dry_run, const std::function<bool()>& go_on) {
+  std::vector<SessionRecord> all = sessions();
+  // The newest may still be resumed, and the next one is compared with it.
+  const auto newest = std::find_if(all.begin(), all.end(),
+                                   [](const SessionRecord& one) { return !one.origin; });
+  if (newest != all.end()) all.erase(newest);
+  std::int64_t used = bytes_in_use();
+  std::vector<DroppedRows> gone;
+  for (auto record = all.rbegin(); record != all.rend(); ++record) {
+    if (record->state == "running" || record->state == "damaged" || !record->dropped.empty()) continue;
+    const std::string& end = record->ended.empty() ? record->started : record->ended;
+    const bool old = !limits.ended_before.empty() && end < limits.ended_before;
+    const bool too_much = limits.bytes && used > *limits.bytes;
+    if (!old && !too_much) continue;
+    if (go_on && !go_on()) break;
+    DroppedRows rows;
+    {
+      const std::lock_guard lock(impl_->mutex);
+      // What is not as it was written is kept: it is the only evidence of what happened to it.
+      try {
+        impl_->chain.verify(record->id);
+      } catch (const JournalError&) {
+        continue;
+      }
+      rows = raw_rows(impl_->database, record->id);
+    }
+    if (rows.rows == 0) continue;
+    if (!dry_run) {
+      impl_->write([&] {
+        for (const char* table : kRawTables) {
+          Statement drop(impl_->database,
+                         fmt::format("DELETE FROM {} WHERE session=?", table).c_str());
+          drop.bind(1, record->id).step();
+        }
+        Statement insert(impl_->database, "INSERT INTO dropped (session, time, rows) VALUES (?,?,?)");
+        insert.bind(1, record->id).bind(2, std::string_view(utc)).bind(3, rows.rows).step();
+        impl_->added(record->id, "dropped");
+      });
+    }
+    used -= rows.bytes;
+    gone.push_back(rows);
+  }
+  return gone;
+}
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,98 @@
+#include "daemon/main/nights.h"
+
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <chrono>
+
+#include "daemon/notify/notifier.h"
+#include "daemon/notify/session_news.h"
+#include "daemon/runner/backend.h"
+#include "daemon/schedule/schedule_thread.h"
+#include "daemon/schedule/service_door.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+UtcSeconds wall_clock() {
+  return std::chrono::duration_cast<std::chrono::seconds>(
+             std::chrono::system_clock::now().time_since_epoch())
+      .count();
+}
+
+RetentionRule rule_of(const DaemonConfig& config) {
+  return {config.retain_days, config.retain_megabytes};
+}
+
+/// Between sessions: none waits for it.
+void drop_old(SessionService& service, Journal& journal, const DaemonConfig& config) {
+  const RetentionRule rule = rule_of(config);
+  if (!rule.any()) return;
+  const auto idle = [&service] { return !kActivePhases.has(service.status().phase); };
+  try {
+    const auto gone = journal.retain(limits_of(rule, wall_clock()), wall_clock_utc(), false, idle);
+    if (!gone.empty())
+      spdlog::info("[retention]: raw events and readings of {} sessions dropped", gone.size());
+  } catch (const std::exception& failed) {
+    spdlog::error("[retention]: {}", failed.what());
+  }
+}
+
+std::string host_name() {
+  char name[256] = "";
+  if (::gethostname(name, sizeof name - 1) != 0) return "cellcald";
+  return name;
+}
+
+}  // namespace
+
+struct Nights::Impl {
+  Impl(SessionService& service, Journal& rows, LiveConfig& config)
+      : journal(rows),
+        live(config),
+        notifier({[this] { return live.now()->notify; }, host_name()}),
+        door(service, journal),
+        schedule({door, live.now()->state_dir / "schedule.json",
+                  [this] { return live.now()->schedule; }, wall_clock,
+                  std::chrono::steady_clock::now,
+                  [this](const Decision& decision) {
+                    notifier.tell([decision] { return news_of(decision); });
+                  }}),
+        thread(schedule),
+        housekeeping([this, &service] { drop_old(service, journal, *live.now()); }) {
+    housekeeping.ask();
+  }
+
+  Journal& journal;
+  LiveConfig& live;
+  Notifier notifier;
+  ServiceDoor door;
+  Schedule schedule;
+  ScheduleThread thread;
+  OnRequest housekeeping;         ///< drops what is old
+  std::atomic<bool> told{false};  ///< of the end of the newest session
+};
+
+Nights::Nights(SessionService& service, Journal& journal, LiveConfig& live)
+    : impl_(std::make_unique<Impl>(service, journal, live)) {}
+Nights::~Nights() { stop(); }
+
+Schedule& Nights::schedule() { return impl_->schedule; }
+/// Each end once: statuses of an end come again.
+void Nights::look(const Status& status) {
+  if (!is_final(status.phase)) {
+    impl_->told = false;
+    return;
+  }
+  if (!impl_->told.exchange(true))
+    impl_->notifier.tell([status, &journal = impl_->journal] { return news_of(status, journal); });
+  poke();
+  impl_->housekeeping.ask();
+}
+RetentionRule Nights::retention() const { return rule_of(*impl_->live.now()); }
+void Nights::poke() { impl_->thread.poke(); }
+void Nights::stop() { impl_->thread.stop(); }
+
+}  // namespace cellcal::daemon

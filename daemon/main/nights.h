@@ -1,0 +1,35 @@
+#pragma once
+// What the daemon does when nobody is there: the schedule, telling those who are elsewhere, dropping what is old; on threads of
+// their own.
+
+#include <memory>
+
+#include "daemon/main/reload.h"
+#include "daemon/schedule/schedule.h"
+#include "daemon/service/retention.h"
+#include "daemon/service/service.h"
+
+namespace cellcal::daemon {
+
+class Nights {
+ public:
+  Nights(SessionService& service, Journal& journal, LiveConfig& live);
+  ~Nights();
+  Nights(const Nights&) = delete;
+  Nights& operator=(const Nights&) = delete;
+
+  Schedule& schedule();
+  /// What the configuration says now.
+  RetentionRule retention() const;
+  /// After each change of the status, and of the configuration. Wait for nothing.
+  void look(const Status& status);
+  void poke();
+  /// Nothing begins any more.
+  void stop();
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace cellcal::daemon

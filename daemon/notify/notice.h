@@ -1,0 +1,37 @@
+#pragma once
+// What somebody is told who is not there. A value; message.h makes the sentences.
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "daemon/session/failure.h"
+
+namespace cellcal::daemon {
+
+enum class News {
+  kDone,      ///< a session ended as it should
+  kWithheld,  ///< it ended, and its result must not be used
+  kDrifted,   ///< it ended, and the arm is another than in the calibration before
+  kFailed,
+  kAborted,
+  kNotBegun  ///< a window of the schedule passed without its session
+};
+inline constexpr News kAllNews[] = {News::kDone,   News::kWithheld, News::kDrifted,
+                                    News::kFailed, News::kAborted,  News::kNotBegun};
+/// Hyphenated; stands in what is posted.
+const char* to_string(News news);
+
+struct Notice {
+  News news = News::kDone;
+  std::int64_t session = 0;  ///< 0: of none
+  std::string kind, cell, started, ended;
+  std::size_t touches = 0;
+  std::optional<Failure> failure;
+  std::vector<std::string> findings;       ///< of the verdict, in English
+  std::optional<double> near_m, over_m;    ///< predicted mean error near the targets, over the workspace
+  std::string entry, night, why;           ///< kNotBegun: of the schedule; why in English
+};
+
+}  // namespace cellcal::daemon

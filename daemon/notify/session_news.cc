@@ -1,0 +1,67 @@
+#include "daemon/notify/session_news.h"
+
+#include <algorithm>
+
+#include "calib/files/calibration_json.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+bool tells_of_change(const calib::Verdict& verdict) {
+  return std::any_of(
+      verdict.findings.begin(), verdict.findings.end(),
+      [](const calib::Finding& one) { return one.kind == calib::FindingKind::kChanged; });
+}
+
+void add_result(Notice& notice, const std::string& json) {
+  if (json.empty()) return;
+  const calib::Calibration result = calib::calibration_from_json(json, "the journal");
+  notice.near_m = result.predicted_near_targets_m;
+  notice.over_m = result.predicted_workspace_m;
+  notice.news = news_of(result.verdict);
+}
+
+}  // namespace
+
+News news_of(const calib::Verdict& verdict) {
+  if (tells_of_change(verdict)) return News::kDrifted;
+  return verdict.publish ? News::kDone : News::kWithheld;
+}
+
+Notice news_of(const Status& status, Journal& journal) {
+  Notice notice;
+  notice.session = status.session;
+  notice.kind = status.kind;
+  notice.touches = status.done;
+  notice.failure = status.failure;
+  notice.findings = status.reasons;
+  notice.news = status.phase == Phase::kDone      ? News::kDone
+                : status.phase == Phase::kAborted ? News::kAborted
+                                                  : News::kFailed;
+  try {
+    const auto record = journal.session(status.session);
+    if (!record) return notice;
+    notice.cell = record->inputs.cell_name;
+    notice.started = record->started;
+    notice.ended = record->ended;
+    if (notice.news == News::kDone) add_result(notice, record->calibration);
+  } catch (const std::exception& unreadable) {
+    notice.findings.emplace_back(unreadable.what());  // the rest is told all the same
+  }
+  return notice;
+}
+
+std::optional<Notice> news_of(const Decision& decision) {
+  const bool nothing_began = decision.verb == Verb::kMissed ||
+                             (decision.verb == Verb::kRefused && !decision.night.empty());
+  if (!nothing_began) return std::nullopt;
+  Notice notice;
+  notice.news = News::kNotBegun;
+  notice.entry = decision.entry;
+  notice.night = decision.night;
+  notice.why = words(decision);
+  return notice;
+}
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,30 @@
+#pragma once
+// How often times fell between fixed bounds, and their sum: what can be added up over sessions and computers, which
+// quantiles cannot. Plain values without allocation, for the cycle.
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+namespace cellcal::drivers {
+
+struct TimeHistogram {
+  /// Replies of a sound computer lie in the first ones, cycles are 4 and 12 ms, 25 ms of silence stop an arm.
+  static constexpr std::array<double, 13> kBounds_s{50e-6, 100e-6, 200e-6, 300e-6, 500e-6, 1e-3, 2e-3,
+                                                    4e-3,  8e-3,   12e-3,  25e-3,  50e-3,  100e-3};
+  /// Not above this bound, and above the one before; the last one: above all.
+  std::array<std::uint64_t, kBounds_s.size() + 1> counts{};
+  double sum_s = 0.0;
+
+  static std::size_t bucket(double time_s) {
+    return static_cast<std::size_t>(
+        std::lower_bound(kBounds_s.begin(), kBounds_s.end(), time_s) - kBounds_s.begin());
+  }
+  void add(double time_s) {
+    ++counts[bucket(time_s)];
+    sum_s += std::max(0.0, time_s);
+  }
+};
+
+}  // namespace cellcal::drivers

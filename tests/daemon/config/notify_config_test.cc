@@ -1,0 +1,73 @@
+#include "daemon/config/notify_config.h"
+
+#include <gtest/gtest.h>
+
+#include "calib/model/error.h"
+#include "daemon/config/config.h"
+
+namespace cellcal::daemon {
+namespace {
+
+NotifyConfig read(const std::string& text) {
+  const std::string top =
+      "format = \"cellcal.daemon/1\"\nbackend = \"rsi\"\n[contact]\ndevice = \"/dev/x\"\n[notify]\n";
+  return parse_config(top + text, "d.toml").notify;
+}
+
+std::string reason(const std::string& text) {
+  try {
+    read(text);
+    return "accepted";
+  } catch (const calib::FileError& error) {
+    return error.what();
+  }
+}
+
+WebhookUrl url(const std::string& text) { return read("webhook = \"" + text + "\"\n").webhook->url; }
+
+TEST(who_is_told, is_nobody_unless_it_is_configured) {
+  EXPECT_EQ(read(""), NotifyConfig{});
+  EXPECT_FALSE(read("language = \"de\"\n").webhook);
+}
+
+TEST(an_address_for_post, is_taken_apart) {
+  EXPECT_EQ(url("https://hooks.plant.example/cellcal?a=b"),
+            (WebhookUrl{true, "hooks.plant.example", "443", "/cellcal?a=b"}));
+  EXPECT_EQ(url("http://10.0.0.7:8080"), (WebhookUrl{false, "10.0.0.7", "8080", "/"}));
+  EXPECT_EQ(url("https://[fd00::1]:8443?x"), (WebhookUrl{true, "fd00::1", "8443", "/?x"}));
+}
+
+TEST(an_address_for_post, that_is_none_is_refused_with_its_line) {
+  for (const char* wrong :
+       {"", "ftp://a/b", "https://", "http:///x", "http://a:0/", "http://a:70000/", "http://a:b/",
+        "http://user@a/", "http://a/#x", "http://a b/", "http://[::1/", "http://a/\\r\\nHost: b",
+        "http://a:1:2/", "https://ä.example/"}) {
+    EXPECT_NE(reason("webhook = \"" + std::string(wrong) + "\"\n").find("d.toml:6"), std::string::npos)
+        << wrong;
+  }
+  EXPECT_NE(reason("webhook = \"http://a/" + std::string(3000, 'x') + "\"\n"), "accepted");
+}
+
+TEST(a_mail_address, that_could_be_another_word_or_line_is_refused) {
+  EXPECT_EQ(read("mail_to = [\"a@b.example\"]\n").mail->from, "cellcal@localhost");
+  for (const char* wrong : {"", "a", "@b", "a@", "-f@b", "a@b,c@d", "a@b\\nBcc: c@d", "a b@c", "<a@b>",
+                            "a@b@c"}) {
+    EXPECT_NE(reason("mail_to = [\"" + std::string(wrong) + "\"]\n").find("mail_to"), std::string::npos)
+        << wrong;
+    EXPECT_NE(reason("mail_to = [\"a@b\"]\nmail_from = \"" + std::string(wrong) + "\"\n").find("mail_from"),
+              std::string::npos)
+        << wrong;
+  }
+  EXPECT_NE(reason("mail_to = []\n"), "accepted");
+}
+
+TEST(what_means_nothing_alone, is_refused_and_named) {
+  EXPECT_NE(reason("webhook_retries = 3\n").find("without webhook"), std::string::npos);
+  EXPECT_NE(reason("sendmail = \"/x\"\n").find("without mail_to"), std::string::npos);
+  EXPECT_NE(reason("webhook = \"http://a/\"\nwebhook_ca = \"/x\"\n").find("webhook_ca"), std::string::npos);
+  EXPECT_NE(reason("webhook = \"http://a/\"\nwebhook_retries = 11\n").find("webhook_retries"),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace cellcal::daemon

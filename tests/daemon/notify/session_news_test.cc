@@ -1,0 +1,57 @@
+#include "daemon/notify/session_news.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/daemon/journal/temporary_directory.h"
+
+namespace cellcal::daemon {
+namespace {
+
+struct news_of_a_session : ::testing::Test {
+  Status ended(Phase phase) {
+    Status status;
+    status.session = journal.begin({"/c.toml", "c", "r", "r", "{}"}, "t0");
+    status.phase = phase;
+    return status;
+  }
+  testing::TemporaryDirectory dir;
+  Journal journal{dir / "journal.db"};
+};
+
+TEST_F(news_of_a_session, say_how_it_ended_and_whether_the_arm_has_changed) {
+  calib::Verdict verdict;
+  EXPECT_EQ(news_of(verdict), News::kWithheld);
+  verdict.publish = true;
+  EXPECT_EQ(news_of(verdict), News::kDone);
+  calib::Finding changed;
+  changed.kind = calib::FindingKind::kChanged;
+  verdict.findings = {changed};
+  EXPECT_EQ(news_of(verdict), News::kDrifted);
+  const Notice done = news_of(ended(Phase::kDone), journal);
+  EXPECT_EQ(done.news, News::kDone);
+  EXPECT_EQ(done.cell, "/c.toml");
+  EXPECT_EQ(news_of(ended(Phase::kAborted), journal).news, News::kAborted);
+  Status failed = ended(Phase::kFailed);
+  failed.failure = Failure{FailureKind::kNoContact, "x"};
+  EXPECT_EQ(news_of(failed, journal).news, News::kFailed);
+  EXPECT_EQ(news_of(failed, journal).failure->kind, FailureKind::kNoContact);
+}
+
+TEST(news_of_the_schedule, are_told_where_a_window_passed_without_its_session) {
+  Decision decision;
+  decision.entry = "nightly";
+  decision.night = "2026-11-22";
+  decision.verb = Verb::kMissed;
+  decision.why = Why::kFailedBefore;
+  const auto notice = news_of(decision);
+  ASSERT_TRUE(notice);
+  EXPECT_EQ(notice->news, News::kNotBegun);
+  EXPECT_NE(notice->why.find("--release"), std::string::npos) << notice->why;
+  decision.verb = Verb::kWaiting;
+  EXPECT_FALSE(news_of(decision));
+  decision.verb = Verb::kBegun;
+  EXPECT_FALSE(news_of(decision));
+}
+
+}  // namespace
+}  // namespace cellcal::daemon

@@ -1,0 +1,56 @@
+// Sessions that nobody is there to watch.
+
+#include <gtest/gtest.h>
+
+#include "tests/daemon/runner/fakes.h"
+
+namespace cellcal::daemon::testing {
+namespace {
+
+using drivers::OperatingMode;
+
+Script told(OperatingMode mode, std::optional<int> override_percent) {
+  Script script;
+  script.mode = mode;
+  script.override_percent = override_percent;
+  return script;
+}
+
+State run(Script script, bool unattended, std::size_t* moves = nullptr) {
+  Session session(std::move(script), 2);
+  session.start.unattended = unattended;
+  State end = session.run();
+  if (moves != nullptr) *moves = session.backend.world.moves.size();
+  return end;
+}
+
+TEST(a_session_without_a_person, ends_before_its_first_motion_where_somebody_works_at_the_robot) {
+  const Script kSomebody[] = {told(OperatingMode::kT1, {}), told(OperatingMode::kT2, 100),
+                              told(OperatingMode::kExt, 30), told(OperatingMode::kUnknown, 0)};
+  for (const Script& script : kSomebody) {
+    std::size_t moves = 1;
+    const State end = run(script, true, &moves);
+    ASSERT_TRUE(end.failure);
+    EXPECT_EQ(end.failure->kind, FailureKind::kAttended) << describe(*end.failure);
+    EXPECT_EQ(moves, 0u);
+    EXPECT_EQ(run(script, false).phase, Phase::kDone) << "a person may";
+  }
+}
+
+TEST(a_session_without_a_person, goes_on_where_nobody_does_or_the_link_does_not_tell) {
+  EXPECT_EQ(run(told(OperatingMode::kAut, 100), true).phase, Phase::kDone);
+  EXPECT_EQ(run(told(OperatingMode::kExt, {}), true).phase, Phase::kDone);
+  EXPECT_EQ(run({}, true).phase, Phase::kDone);
+}
+
+TEST(what_made_the_robot_silent, is_part_of_the_failure) {
+  Script script;
+  script.outcome = {{2, drivers::MoveOutcome::kRobotSilent}};
+  script.interruption = {{2, drivers::Interruption::kLateReplies}};
+  EXPECT_EQ(run(script, false).failure->by, drivers::Interruption::kLateReplies);
+  script.interruption = {{2, drivers::Interruption::kOther}};
+  EXPECT_EQ(run(script, false).failure->by, drivers::Interruption::kOther);
+}
+
+}  // namespace
+}  // namespace cellcal::daemon::testing

@@ -1,0 +1,26 @@
+#include "drivers/kuka/eki/eki_report.h"
+
+#include <gtest/gtest.h>
+
+namespace cellcal::drivers {
+namespace {
+
+TEST(a_controller_over_eki, tells_its_mode_and_override_once_it_is_heard) {
+  EkiCoreState state;
+  EXPECT_EQ(to_robot_state(state, "peer").mode, OperatingMode::kUnknown);
+  EXPECT_FALSE(to_robot_state(state, "peer").override_percent);
+  state.link = RobotLink::kNotReferenced;
+  state.override_percent = 30;
+  const std::pair<EkiMode, OperatingMode> kModes[] = {{EkiMode::kT1, OperatingMode::kT1},
+                                                      {EkiMode::kT2, OperatingMode::kT2},
+                                                      {EkiMode::kAut, OperatingMode::kAut},
+                                                      {EkiMode::kExt, OperatingMode::kExt}};
+  for (const auto& [told, mode] : kModes) {
+    state.mode = told;
+    EXPECT_EQ(to_robot_state(state, "peer").mode, mode);
+  }
+  EXPECT_EQ(to_robot_state(state, "peer").override_percent, 30);
+}
+
+}  // namespace
+}  // namespace cellcal::drivers
