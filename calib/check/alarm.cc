@@ -24,16 +24,16 @@ Eigen::MatrixXd drawn(Eigen::Index rows, Eigen::Index columns, Random& random) {
 
 }  // namespace
 
-Alarm::Alarm(const std::vector<Change>& changes, const std::vector<ForeseenContact>& contacts,
-             const Eigen::MatrixXd& covariance_m2)
+Alarm::Alarm(const std::vector<PossibleChange>& changes,
+             const std::vector<ForeseenContact>& contacts, const Eigen::MatrixXd& covariance_m2)
     : covariance_(covariance_m2) {
   const Eigen::Index n = covariance_m2.rows();
   Eigen::Index all = 0;
-  for (const Change& change : changes) all += change.size;
+  for (const PossibleChange& change : changes) all += change.size;
   directions_.resize(n, all);
   square_.resize(all);
   Eigen::Index first = 0;
-  for (const Change& change : changes) {
+  for (const PossibleChange& change : changes) {
     const Eigen::MatrixXd by = covariance_.whitened(columns_of(change, contacts));
     if (change.kind == ChangeKind::kTool) by_tool_ = by;
     const Eigenpairs pairs = eigenpairs(by.transpose() * by);

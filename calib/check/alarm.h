@@ -17,7 +17,7 @@ inline constexpr double kFalseAlarms = 1e-3;
 class Alarm {
  public:
   /// `covariance_m2`: of the contacts' residuals, nothing changed.
-  Alarm(const std::vector<Change>& changes, const std::vector<ForeseenContact>& contacts,
+  Alarm(const std::vector<PossibleChange>& changes, const std::vector<ForeseenContact>& contacts,
         const Eigen::MatrixXd& covariance_m2);
 
   const Cholesky& covariance() const { return covariance_; }

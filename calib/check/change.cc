@@ -21,7 +21,7 @@ struct Place {
   double outside_m = 0.0;  ///< beside all geometry
 };
 
-Place place_of(const Change& change, const double* size, const ForeseenContact& at,
+Place place_of(const PossibleChange& change, const double* size, const ForeseenContact& at,
                std::size_t touch) {
   Place place{at.tip_m, at.centre_m, at.flange};
   switch (change.kind) {
@@ -49,7 +49,7 @@ Place place_of(const Change& change, const double* size, const ForeseenContact& 
   return place;
 }
 
-void fill_row(const Change& change, const ForeseenContact& at, const Place& place,
+void fill_row(const PossibleChange& change, const ForeseenContact& at, const Place& place,
               std::size_t touch, Eigen::Ref<Eigen::RowVectorXd, 0, Eigen::InnerStride<>> row) {
   const Eigen::RowVector3d n = (place.tip_m - place.centre_m).normalized().transpose();
   switch (change.kind) {
@@ -77,8 +77,8 @@ void fill_row(const Change& change, const ForeseenContact& at, const Place& plac
 
 }  // namespace
 
-std::vector<Change> possible_changes(const Calibration& c,
-                                     const std::vector<ForeseenContact>& contacts) {
+std::vector<PossibleChange> possible_changes(const Calibration& c,
+                                             const std::vector<ForeseenContact>& contacts) {
   std::vector<std::string> spheres;
   for (const ForeseenContact& contact : contacts)
     if (std::ranges::find(spheres, contact.target) == spheres.end())
@@ -86,7 +86,8 @@ std::vector<Change> possible_changes(const Calibration& c,
   // What is knocked is the tool, mostly; next a stand. A zero that slips, and a touch that is wrong though
   // it was confirmed, are rare.
   constexpr double kTool = 0.4, kSphere = 0.25, kJoint = 0.15, kGrowth = 0.15, kTouch = 0.05;
-  std::vector<Change> changes{{ChangeKind::kTool, c.cell.tool.name(), 0, 3, kTool, kLengthsM}};
+  std::vector<PossibleChange> changes{
+      {ChangeKind::kTool, c.cell.tool.name(), 0, 3, kTool, kLengthsM}};
   for (const std::string& id : spheres)
     changes.push_back(
         {ChangeKind::kSphere, id, 0, 3, kSphere / static_cast<double>(spheres.size()), kLengthsM});
@@ -101,7 +102,7 @@ std::vector<Change> possible_changes(const Calibration& c,
   return changes;
 }
 
-Changed changed(const Change& change, const Eigen::VectorXd& size,
+Changed changed(const PossibleChange& change, const Eigen::VectorXd& size,
                 const std::vector<ForeseenContact>& contacts) {
   const auto n = static_cast<Eigen::Index>(contacts.size());
   Changed result{Eigen::VectorXd(n), Eigen::MatrixXd::Zero(n, change.size)};
@@ -116,7 +117,8 @@ Changed changed(const Change& change, const Eigen::VectorXd& size,
   return result;
 }
 
-Eigen::MatrixXd columns_of(const Change& change, const std::vector<ForeseenContact>& contacts) {
+Eigen::MatrixXd columns_of(const PossibleChange& change,
+                           const std::vector<ForeseenContact>& contacts) {
   return changed(change, Eigen::VectorXd::Zero(change.size), contacts).by_size;
 }
 

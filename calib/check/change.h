@@ -10,7 +10,7 @@
 
 namespace cellcal::calib {
 
-struct Change {
+struct PossibleChange {
   ChangeKind kind = ChangeKind::kTool;
   std::string name;       ///< as Explanation's
   std::size_t index = 0;  ///< of the joint, of the touch
@@ -22,17 +22,18 @@ struct Change {
 
 /// All that these touches could show. The last joint is none of them: its zero moves the tip on the flange
 /// as a shift of the tool does, so the tool stands for both.
-std::vector<Change> possible_changes(const Calibration& calibration,
-                                     const std::vector<ForeseenContact>& contacts);
+std::vector<PossibleChange> possible_changes(const Calibration& calibration,
+                                             const std::vector<ForeseenContact>& contacts);
 
 /// What the touches would be off by had that changed by `size`, and the derivatives by its components.
 struct Changed {
   Eigen::VectorXd off_m;
   Eigen::MatrixXd by_size;
 };
-Changed changed(const Change& change, const Eigen::VectorXd& size,
+Changed changed(const PossibleChange& change, const Eigen::VectorXd& size,
                 const std::vector<ForeseenContact>& contacts);
 /// The derivatives where nothing has changed yet.
-Eigen::MatrixXd columns_of(const Change& change, const std::vector<ForeseenContact>& contacts);
+Eigen::MatrixXd columns_of(const PossibleChange& change,
+                           const std::vector<ForeseenContact>& contacts);
 
 }  // namespace cellcal::calib

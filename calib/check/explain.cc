@@ -14,7 +14,7 @@ constexpr double kBlind = 1e-6;
 double normal_below(double z) { return 0.5 * std::erfc(-z / std::numbers::sqrt2); }
 
 /// That the search ends outside of the surface.
-double log_unmet_under(const Unmet& unmet, const Change& change, const Fitted& fitted) {
+double log_unmet_under(const Unmet& unmet, const PossibleChange& change, const Fitted& fitted) {
   if (change.kind == ChangeKind::kTouch) return std::log(kBlind);  // that of another touch
   const Changed at = changed(change, fitted.size, {unmet.at_end});
   const double gap = at.off_m[0];
@@ -25,7 +25,7 @@ double log_unmet_under(const Unmet& unmet, const Change& change, const Fitted& f
 
 }  // namespace
 
-Fitted fit(const Change& change, double usual, const std::vector<ForeseenContact>& contacts,
+Fitted fit(const PossibleChange& change, double usual, const std::vector<ForeseenContact>& contacts,
            const Cholesky& covariance) {
   const double prior = 1.0 / (usual * usual);
   Fitted fitted{Eigen::VectorXd::Zero(change.size), {}, 0.0};
@@ -65,7 +65,7 @@ Fitted fit(const Change& change, double usual, const std::vector<ForeseenContact
   return fitted;
 }
 
-Explanation explain(const Change& change, const std::vector<ForeseenContact>& contacts,
+Explanation explain(const PossibleChange& change, const std::vector<ForeseenContact>& contacts,
                     const Cholesky& covariance, const std::vector<Unmet>& unmet) {
   Explanation explanation;
   explanation.kind = change.kind;

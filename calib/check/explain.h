@@ -17,7 +17,7 @@ struct Fitted {
 };
 
 /// `usual`: 1 sigma of each component beforehand. `covariance`: of the residuals, nothing changed.
-Fitted fit(const Change& change, double usual, const std::vector<ForeseenContact>& contacts,
+Fitted fit(const PossibleChange& change, double usual, const std::vector<ForeseenContact>& contacts,
            const Cholesky& covariance);
 
 /// A touch that met nothing: where its search ended, and the sigma of how far that is from the surface.
@@ -28,7 +28,7 @@ struct Unmet {
 };
 
 /// Over all sizes that are looked for; of what met nothing, that it would.
-Explanation explain(const Change& change, const std::vector<ForeseenContact>& contacts,
+Explanation explain(const PossibleChange& change, const std::vector<ForeseenContact>& contacts,
                     const Cholesky& covariance, const std::vector<Unmet>& unmet);
 /// Of nothing: how likely it is that a search that should have met its sphere did not.
 double log_unmet(const std::vector<Unmet>& unmet);

@@ -56,16 +56,16 @@ void share_out(std::vector<Explanation>& explanations, const std::vector<double>
 }
 
 /// Spheres of which nothing was met may have moved as well as the others.
-std::vector<Change> with_spheres_of(const std::vector<MissedTouch>& missed,
-                                    std::vector<Change> changes) {
+std::vector<PossibleChange> with_spheres_of(const std::vector<MissedTouch>& missed,
+                                            std::vector<PossibleChange> changes) {
   const auto of = [&](const std::string& id) {
-    return std::ranges::find_if(changes, [&](const Change& change) {
+    return std::ranges::find_if(changes, [&](const PossibleChange& change) {
       return change.kind == ChangeKind::kSphere && (id.empty() || change.name == id);
     });
   };
   for (const MissedTouch& one : missed) {
     if (of(one.at_end.target) != changes.end()) continue;
-    Change sphere = *of("");
+    PossibleChange sphere = *of("");
     sphere.name = one.at_end.target;
     changes.push_back(std::move(sphere));
   }
@@ -104,7 +104,7 @@ TcpChecker::TcpChecker(const Calibration& calibration, const std::vector<Touch>&
       found_(alarm_.found(kFindsM)) {}
 
 Eigen::Matrix3d TcpChecker::shift_covariance_m2() const {
-  Change tool = changes_.front();
+  PossibleChange tool = changes_.front();
   return fit(tool, kAnyShiftM, foresight_.contacts, alarm_.covariance()).covariance;
 }
 
@@ -136,7 +136,7 @@ TcpCheck TcpChecker::judge(const std::vector<Touch>& made, const std::vector<std
   check.explanations.back().log_likelihood = log_unmet(unmet);
   double most = -std::numeric_limits<double>::infinity();
   std::vector<double> logs;
-  for (const Change& change : with_spheres_of(missed, changes_)) {
+  for (const PossibleChange& change : with_spheres_of(missed, changes_)) {
     Explanation one = explain(change, contacts, alarm_.covariance(), unmet);
     logs.push_back(one.log_likelihood + std::log(change.weight));
     most = std::max(most, logs.back());

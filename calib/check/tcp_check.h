@@ -49,7 +49,7 @@ class TcpChecker {
  private:
   Calibration calibration_;
   Foresight foresight_;
-  std::vector<Change> changes_;
+  std::vector<PossibleChange> changes_;
   Alarm alarm_;
   double found_;  ///< share of usual shifts
 };

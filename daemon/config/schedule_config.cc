@@ -81,7 +81,7 @@ void refuse_touches_of_others(const TomlTable& table, const ScheduledSession& se
 ScheduledSession read_session(const TomlTable& table) {
   ScheduledSession session;
   session.name = read_session_name(table);
-  if (table.has("kind")) session.kind = table.word("kind", {"calibrate", "qualify"});
+  if (table.has("kind")) session.kind = table.word("kind", {"calibrate", "check", "qualify"});
   session.cell = read_path(table, "cell");
   session.window = read_window(table);
   session.on_request =

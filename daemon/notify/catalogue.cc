@@ -19,7 +19,7 @@ struct Words {
 constexpr std::array<Words, kTexts> kWords{{
 {Text::kDone,       "Session {}: done",                           "Sitzung {}: fertig"},
 {Text::kWithheld,   "Session {}: result withheld",                "Sitzung {}: Ergebnis zurückgehalten"},
-{Text::kDrifted,    "Session {}: the arm has changed",            "Sitzung {}: Der Arm hat sich verändert"},
+{Text::kDrifted,    "Session {}: the cell has changed",            "Sitzung {}: Die Zelle hat sich verändert"},
 {Text::kFailed,     "Session {}: failed",                         "Sitzung {}: fehlgeschlagen"},
 {Text::kAborted,    "Session {}: aborted",                        "Sitzung {}: abgebrochen"},
 {Text::kNotBegun,   "Schedule '{}': not begun in the night of {}", "Zeitplan '{}': in der Nacht vom {} nicht begonnen"},

@@ -13,7 +13,7 @@ namespace cellcal::daemon {
 enum class News {
   kDone,      ///< a session ended as it should
   kWithheld,  ///< it ended, and its result must not be used
-  kDrifted,   ///< it ended, and the arm is another than in the calibration before
+  kDrifted,   ///< it ended, and the cell is another than in the calibration before
   kFailed,
   kAborted,
   kNotBegun  ///< a window of the schedule passed without its session

@@ -1,8 +1,12 @@
 #include "daemon/notify/session_news.h"
 
 #include <algorithm>
+#include <filesystem>
+#include <nlohmann/json.hpp>
 
 #include "calib/files/calibration_json.h"
+#include "calib/syntax/input_file.h"
+#include "daemon/service/options.h"
 
 namespace cellcal::daemon {
 
@@ -12,6 +16,14 @@ bool tells_of_change(const calib::Verdict& verdict) {
   return std::any_of(
       verdict.findings.begin(), verdict.findings.end(),
       [](const calib::Finding& one) { return one.kind == calib::FindingKind::kChanged; });
+}
+
+/// Whether the calibration held, and what the check says of it.
+void add_check(Notice& notice, const std::filesystem::path& results) {
+  const auto check = nlohmann::json::parse(calib::read_file(results / "check.json"));
+  if (!check.at("holds").get<bool>()) notice.news = News::kDrifted;
+  notice.findings.clear();
+  for (const auto& one : check.at("words")) notice.findings.push_back(one.get<std::string>());
 }
 
 void add_result(Notice& notice, const std::string& json) {
@@ -45,7 +57,11 @@ Notice news_of(const Status& status, Journal& journal) {
     notice.cell = record->inputs.cell_name;
     notice.started = record->started;
     notice.ended = record->ended;
-    if (notice.news == News::kDone) add_result(notice, record->calibration);
+    if (notice.news != News::kDone) return notice;
+    if (status.kind == to_string(SessionKind::kCheck))
+      add_check(notice, status.results_dir);
+    else
+      add_result(notice, record->calibration);
   } catch (const std::exception& unreadable) {
     notice.findings.emplace_back(unreadable.what());  // the rest is told all the same
   }

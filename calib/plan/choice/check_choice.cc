@@ -33,7 +33,7 @@ class CheckDesign {
     const Foresight foresight = foresee(calibration, touches);
     alone_ = foresight.covariance_m2();
     beside_ = foresight.passing_m2;  // as checks are once others have gone before
-    for (const Change& change : possible_changes(calibration, foresight.contacts)) {
+    for (const PossibleChange& change : possible_changes(calibration, foresight.contacts)) {
       if (change.kind == ChangeKind::kTouch) continue;
       const Eigen::MatrixXd by = columns_of(change, foresight.contacts);
       if (change.kind == ChangeKind::kTool) {

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <fstream>
+
 #include "tests/daemon/journal/temporary_directory.h"
 
 namespace cellcal::daemon {
@@ -35,6 +37,19 @@ TEST_F(news_of_a_session, say_how_it_ended_and_whether_the_arm_has_changed) {
   failed.failure = Failure{FailureKind::kNoContact, "x"};
   EXPECT_EQ(news_of(failed, journal).news, News::kFailed);
   EXPECT_EQ(news_of(failed, journal).failure->kind, FailureKind::kNoContact);
+}
+
+TEST_F(news_of_a_session, are_of_a_check_that_the_calibration_holds_or_what_changed) {
+  Status status = ended(Phase::kDone);
+  status.kind = "check";
+  status.results_dir = dir.path().string();
+  std::ofstream(dir / "check.json") << R"({"holds": true, "words": ["0.02 mm"]})";
+  EXPECT_EQ(news_of(status, journal).news, News::kDone);
+  std::ofstream(dir / "check.json") << R"({"holds": false, "words": ["tool: 0.31 mm"]})";
+  EXPECT_EQ(news_of(status, journal).news, News::kDrifted);
+  EXPECT_EQ(news_of(status, journal).findings, std::vector<std::string>{"tool: 0.31 mm"});
+  std::ofstream(dir / "check.json") << "{";  // is told, with what is wrong
+  EXPECT_EQ(news_of(status, journal).findings.size(), 1U);
 }
 
 TEST(news_of_the_schedule, are_told_where_a_window_passed_without_its_session) {

@@ -1,7 +1,7 @@
 // Starting and resuming. Both move the arm: neither goes without the word that the cell is clear.
 
 import type { ComponentChildren } from "preact";
-import { useEffect, useRef, useState } from "preact/hooks";
+import { useLayoutEffect, useRef, useState } from "preact/hooks";
 import { is_good, post, type Answer } from "../request";
 import { resumable } from "../sentence";
 import { KINDS, type Role, type Status } from "../types";
@@ -124,8 +124,9 @@ function ClearDialog({ title, go, body, done, close, children }: {
   const [clear, set_clear] = useState(false);
   const [busy, set_busy] = useState(false);
   const [refused, set_refused] = useState("");
-  // Not modal: the button that stops the arm must stay in reach.
-  useEffect(() => {
+  // Not modal: the button that stops the arm must stay in reach. Before the next paint: Escape works as soon as
+  // there is something to leave.
+  useLayoutEffect(() => {
     dialog.current?.show();
     const leave = (event: KeyboardEvent) => event.key === "Escape" && close();
     addEventListener("keydown", leave);
