@@ -60,7 +60,10 @@ std::string check_to_json(const TcpCheck& check) {
                     {"changed", nullptr},
                     {"explanations", ordered_json::array()},
                     {"not_found", ordered_json::array()},
+                    {"unsteady", ordered_json::array()},
                     {"words", words(check)}};
+  for (const UnsteadyTouch& one : check.unsteady)
+    json["unsteady"].push_back({{"touch", one.touch + 1}, {"target", one.target}});
   for (const NotFound& one : check.not_found)
     json["not_found"].push_back(
         {{"touch", one.touch + 1}, {"target", one.target}, {"beyond_mm", one.beyond_m * kMmPerM}});

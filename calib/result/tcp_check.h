@@ -44,7 +44,15 @@ struct NotFound {
   double beyond_m = 0.0;  ///< so far behind the expected surface the search ended
 };
 
+/// A touch that met something and is not one all the same: its contacts did not agree, or there was noise.
+struct UnsteadyTouch {
+  std::size_t touch = 0;  ///< of the planned ones, counted from 0
+  std::string target = {};
+};
+
 struct TcpCheck {
+  /// The odds are below the alarm, and every planned touch was made: one that was given up may be of what
+  /// has come loose.
   bool holds = false;
   std::size_t touches = 0;  ///< that were made
   /// Of the tool's tip against the flange, in the flange's frame, were that what changed.
@@ -58,6 +66,7 @@ struct TcpCheck {
   double finds_m = 0.0;
   std::vector<Explanation> explanations = {};  ///< likeliest first; kNothing is one of them
   std::vector<NotFound> not_found = {};
+  std::vector<UnsteadyTouch> unsteady = {};
 
   /// The likeliest of what may have changed; null where too few touches were made to say.
   const Explanation* change() const;

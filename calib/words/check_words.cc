@@ -53,6 +53,19 @@ std::string not_found_words(const NotFound& one) {
       one.touch + 1, one.target, one.beyond_m * kMmPerM);
 }
 
+const char* verdict(const TcpCheck& check) {
+  if (check.holds) return "holds";
+  const bool alarm = !check.not_found.empty() || check.log_odds > check.log_alarm;
+  return alarm ? "does not hold" : "undecided";  // touches were given up
+}
+
+std::string unsteady_words(const UnsteadyTouch& one) {
+  return fmt::format(
+      "touch {}: contacts with {} did not agree, twice. Clean tip and sphere, check that tip, sphere and "
+      "stand are tight, and check again",
+      one.touch + 1, one.target);
+}
+
 }  // namespace
 
 std::string verdict_words(const TcpCheck& check) {
@@ -60,8 +73,8 @@ std::string verdict_words(const TcpCheck& check) {
     return fmt::format("does not hold: {} touches met their spheres, {} met nothing", check.touches,
                        check.not_found.size());
   return fmt::format("{}: TCP shift {:.2f} +- {:.2f} mm (k=2) {} in the flange's frame",
-                     check.holds ? "holds" : "does not hold", check.shift_m.norm() * kMmPerM,
-                     check.u_along_m() * kMmPerM, vector_words(check.shift_m));
+                     verdict(check), check.shift_m.norm() * kMmPerM, check.u_along_m() * kMmPerM,
+                     vector_words(check.shift_m));
 }
 
 std::string words(const Explanation& one) {
@@ -90,13 +103,14 @@ std::string words(const Explanation& one) {
 
 std::string change_words(const TcpCheck& check) {
   const Explanation* change = check.change();
-  if (check.holds || change == nullptr) return "";
+  if (check.holds || change == nullptr || change->kind == ChangeKind::kNothing) return "";
   return fmt::format("{}. {}", words(*change), advice(*change));
 }
 
 std::vector<std::string> words(const TcpCheck& check) {
   std::vector<std::string> lines{verdict_words(check)};
   for (const NotFound& one : check.not_found) lines.push_back(not_found_words(one));
+  for (const UnsteadyTouch& one : check.unsteady) lines.push_back(unsteady_words(one));
   if (const std::string change = change_words(check); !change.empty()) lines.push_back(change);
   if (check.explanations.empty()) return lines;
   lines.push_back(fmt::format(

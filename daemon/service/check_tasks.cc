@@ -40,6 +40,8 @@ class Round {
     calib::PlanOptions options = inputs_->options.plan;
     plan_ = calib::make_check_plan(calibration_, options);
     became_.assign(plan_.touches.size(), Became::kOpen);
+    tries_.assign(plan_.touches.size(), 0);
+    touch_of_.assign(plan_.touches.size(), std::nullopt);
     return {{}, "", progress()};
   }
 
@@ -49,12 +51,7 @@ class Round {
       begin_ = from;
       refuse_beyond_reach(*inputs_, plan_, 0, begin_);
     }
-    if (how.failed && in_hand_)
-      became_[*in_hand_] =
-          *how.failed == calib::NotMade::kMissed ? Became::kMissed : Became::kSetAside;
-    for (; learnt_ < touches.size(); ++learnt_)
-      if (const auto planned = planned_of(touches[learnt_])) became_[*planned] = Became::kMade;
-    in_hand_.reset();
+    learn(how, touches);
     Tasks::Chosen chosen;
     const auto next = std::ranges::find(became_, Became::kOpen);
     if (next != became_.end()) {
@@ -73,25 +70,49 @@ class Round {
     std::vector<calib::Touch> made;
     std::vector<std::size_t> planned;
     std::vector<calib::MissedTouch> missed;
-    const auto ordered = in_order(touches);
-    for (std::size_t i = 0; i < ordered.size(); ++i) {
-      if (ordered[i] != nullptr) {
-        made.push_back(*ordered[i]);
+    std::vector<calib::UnsteadyTouch> unsteady;
+    for (std::size_t i = 0; i < plan_.touches.size(); ++i) {
+      if (touch_of_[i]) {
+        made.push_back(touches.at(*touch_of_[i]));
         planned.push_back(i);
       } else if (became_[i] == Became::kMissed) {
         calib::MissedTouch one{i, {}};
         one.at_end.target = plan_.touches[i].target;
         one.at_end.joint_rad = plan_.touches[i].end;
         missed.push_back(std::move(one));
+      } else {
+        unsteady.push_back({i, plan_.touches[i].target});
       }
     }
-    return calib::check_tcp(calibration_, made, planned, missed, references(planned));
+    calib::TcpCheck check =
+        calib::check_tcp(calibration_, made, planned, missed, references(planned));
+    check.holds &= unsteady.empty();
+    check.unsteady = std::move(unsteady);
+    return check;
   }
 
   std::size_t references_taken() const { return references_taken_; }
 
  private:
   enum class Became { kOpen, kMade, kMissed, kSetAside };
+  /// A bad contact now and then is no change: once more.
+  static constexpr int kTries = 2;
+
+  void learn(const ChooseTouch& how, const std::vector<calib::Touch>& touches) {
+    if (in_hand_ && how.failed) {
+      if (*how.failed == calib::NotMade::kMissed)
+        became_[*in_hand_] = Became::kMissed;
+      else if (++tries_[*in_hand_] == kTries)
+        became_[*in_hand_] = Became::kSetAside;
+    }
+    for (; learnt_ < touches.size(); ++learnt_) {
+      const auto planned = in_hand_ && !how.failed ? in_hand_ : planned_of(touches[learnt_]);
+      if (!planned) continue;
+      became_[*planned] = Became::kMade;
+      touch_of_[*planned] = learnt_;
+    }
+    in_hand_.reset();
+  }
 
   std::optional<std::size_t> planned_of(const calib::Touch& touch) const {
     std::optional<std::size_t> nearest;
@@ -144,6 +165,8 @@ class Round {
   calib::Calibration calibration_;
   calib::Plan plan_;
   std::vector<Became> became_;
+  std::vector<int> tries_;
+  std::vector<std::optional<std::size_t>> touch_of_;  ///< planned: index of the one made
   std::size_t learnt_ = 0;
   std::optional<std::size_t> in_hand_;
   calib::JointVector begin_;

@@ -218,6 +218,9 @@ std::unique_ptr<SessionService::Job> SessionService::prepare(const RunRequest& r
     job->session = record->id;
     job->inputs = record->inputs;
     job->options = options_from_json(record->inputs.options);
+    if (job->options.kind == SessionKind::kCheck)
+      throw RequestError("session " + std::to_string(record->id) +
+                         " is a check, which is not resumed. Start a new one: cellcal check");
     look_at_limits(record->id, job->options.touch, job->settings.search_limits);
     job->started = record->started;
     job->expected_hash = record->plan_hash;
@@ -292,11 +295,14 @@ std::int64_t SessionService::start(const RunRequest& request) {
     std::unique_lock lock(mutex_);
     const bool closing = is_final(history_.back().phase);
     if (busy_ && closing) {
-      abort_early_ = false;
+      const std::uint64_t seen = stops_;
       ++waiting_;
-      idle_.wait_for(lock, kClosing, [this] { return !busy_ || abort_early_; });
+      // Ends as well where another start has taken the place meanwhile.
+      idle_.wait_for(lock, kClosing, [&] {
+        return !busy_ || stops_ != seen || ending_ || starting_ || !is_final(history_.back().phase);
+      });
       --waiting_;
-      if (abort_early_) throw BusyError("aborted before it began: no session was started");
+      if (stops_ != seen) throw BusyError("aborted before it began: no session was started");
     }
     if (ending_) throw BusyError("the daemon is being stopped; start it again");
     if (request.unless_aborted && *request.unless_aborted != aborts_)
@@ -547,17 +553,13 @@ std::uint64_t SessionService::aborts() const {
 bool SessionService::abort(By by) {
   const std::lock_guard lock(mutex_);
   if (by == By::kPerson) ++aborts_;
-  if (starting_ || waiting_ > 0) {
-    abort_early_ = true;
-    idle_.notify_all();
-    return true;
-  }
-  if (!busy_ || is_final(history_.back().phase)) return false;
-  if (runner_ != nullptr) {
+  ++stops_;  // for the starts that wait
+  idle_.notify_all();
+  if (!starting_ && (!busy_ || is_final(history_.back().phase))) return waiting_ > 0;
+  if (!starting_ && runner_ != nullptr)
     runner_->request_abort();
-  } else {
+  else
     abort_early_ = true;
-  }
   return true;
 }
 

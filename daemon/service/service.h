@@ -141,6 +141,7 @@ class SessionService {
   bool busy_ = false, starting_ = false, ending_ = false, abort_early_ = false;
   std::string held_;  ///< why no session may begin; empty: one may
   std::uint64_t aborts_ = 0;
+  std::uint64_t stops_ = 0;  ///< aborts of anybody
   int waiting_ = 0;  ///< starts that wait until the session before has let its devices go
   std::thread thread_;
 };

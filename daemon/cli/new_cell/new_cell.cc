@@ -156,8 +156,8 @@ int new_cell(const NewCellCommand& command, std::istream& in, std::ostream& aske
   if (const std::string wrong = objection(form); !wrong.empty())
     throw std::runtime_error(wrong + " (nothing was written)");
   const calib::Cell cell = cell_of(form);
+  const std::vector<std::string> warnings = calib::refuse_faulty(cell);  // before a good file is replaced
   write_atomically(command.output, cell_text(form));
-  const std::vector<std::string> warnings = calib::refuse_faulty(cell);
   const Planned planned = plan_it(cell);
   fmt::print("{}", command.json ? as_json(command, warnings, planned)
                                 : words(command, form, cell, warnings, planned));

@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <future>
+#include <mutex>
 #include <thread>
 
 #include "daemon/service/service.h"
@@ -68,6 +69,61 @@ TEST(an_abort, takes_back_a_run_that_still_waits_for_the_session_before_to_close
   closed.set_value();
   service.shutdown();
   EXPECT_EQ(journal.sessions().size(), 1U);
+}
+
+/// It would keep the abort of the one that runs to itself.
+TEST(a_run, that_waits_beside_another_one_ends_when_that_has_taken_the_place) {
+  TemporaryDirectory dir;
+  Journal journal(dir / "j.db");
+  std::promise<void> closed, prepared;
+  const std::shared_future<void> gate = closed.get_future().share(),
+                                 ready = prepared.get_future().share();
+  int backends = 0;
+  SessionService service{{journal,
+                          dir.path(),
+                          [&](const calib::Cell&) {
+                            if (++backends > 1) ready.wait();
+                            return std::make_unique<SlowToClose>(gate);
+                          },
+                          {}}};
+  RunRequest request;
+  request.kind = SessionKind::kQualify;
+  request.cell = CELLCAL_DEMO_CELL;
+  service.start(request);
+  wait_until([&] { return is_final(service.status().phase); });
+
+  std::mutex mutex;
+  std::vector<std::string> answers;
+  const auto ask = [&] {
+    std::string answer = "it was started";
+    try {
+      service.start(request);
+    } catch (const BusyError& busy) {
+      answer = busy.what();
+    }
+    const std::lock_guard lock(mutex);
+    answers.push_back(answer);
+  };
+  std::thread one(ask), other(ask);
+  std::this_thread::sleep_for(std::chrono::milliseconds(50));  // both wait, as a rule
+  closed.set_value();
+  wait_until([&] {
+    const std::lock_guard lock(mutex);
+    return !answers.empty();
+  });
+  {
+    const std::lock_guard lock(mutex);
+    ASSERT_EQ(answers.size(), 1U);
+    EXPECT_EQ(answers[0], "a session is being prepared. See 'cellcal status'");
+  }
+  EXPECT_TRUE(service.abort());
+  prepared.set_value();
+  one.join();
+  other.join();
+  service.shutdown();
+  EXPECT_EQ(answers[1], "it was started");
+  ASSERT_EQ(journal.sessions().size(), 2U);
+  EXPECT_EQ(journal.sessions()[0].state, "aborted");
 }
 
 TEST(what_is_done_alone, waits_for_no_session_and_lets_none_begin) {

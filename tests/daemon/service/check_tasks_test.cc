@@ -1,0 +1,82 @@
+// What a check makes of touches that were given up: nothing that came loose is left out of its verdict.
+
+#include "daemon/service/check_tasks.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "calib/identify/identify.h"
+#include "tests/calib/plan/meet.h"
+#include "tests/calib/simulate.h"
+#include "tests/daemon/journal/temporary_directory.h"
+
+namespace cellcal::daemon::testing {
+namespace {
+
+using calib::testing::demo_cell;
+
+const sim::Truth& truth() {
+  static const sim::Truth drawn = calib::testing::plain_truth(demo_cell(), 5);
+  return drawn;
+}
+
+std::shared_ptr<const calib::Calibration> calibration() {
+  static const auto found = std::make_shared<const calib::Calibration>(calib::identify(
+      demo_cell(),
+      calib::testing::make_touches(demo_cell(), truth(), {.fit = 60, .seed = 5}).touches));
+  return found;
+}
+
+/// The result of a check whose touch in second place is given up so many times.
+nlohmann::json checked(int given_up) {
+  const TemporaryDirectory dir;
+  TaskInputs inputs;
+  inputs.cell = demo_cell();
+  inputs.against = calibration();
+  inputs.results_dir = dir.path();
+  inputs.note = [](const std::string&) {};
+  const Tasks tasks = check_tasks(std::make_shared<const TaskInputs>(std::move(inputs)));
+  tasks.plan();
+  calib::Random random(7);
+  std::vector<calib::Touch> made;
+  ChooseTouch how;
+  calib::JointVector from = demo_cell().robot.joints.empty()
+                                ? calib::JointVector{}
+                                : calib::JointVector{0.0, -1.57, 1.57, 0.0, 0.5, 0.0};
+  for (int offered = 0; offered < 30; ++offered) {
+    const Tasks::Chosen next = tasks.choose(how, made, from);
+    if (next.plan.touches.empty()) break;
+    const calib::PlannedTouch& touch = next.plan.touches.front();
+    how.failed.reset();
+    if (made.size() == 1 && given_up > 0) {
+      --given_up;
+      how.failed = calib::NotMade::kFailed;
+    } else {
+      made.push_back(calib::testing::meet(demo_cell(), truth(), touch, random).value().touch);
+    }
+    from = touch.clear;
+  }
+  tasks.report(tasks.identify(made), made);
+  std::ifstream file(dir / "check.json");
+  return nlohmann::json::parse(file);
+}
+
+TEST(a_check, makes_a_touch_that_was_given_up_once_more) {
+  const auto result = checked(1);
+  EXPECT_EQ(result["holds"], true) << result;
+  EXPECT_TRUE(result["unsteady"].empty());
+  EXPECT_GE(result["touches"], 6);
+}
+
+TEST(a_check, does_not_hold_where_a_touch_was_given_up_twice) {
+  const auto result = checked(2);
+  EXPECT_EQ(result["holds"], false) << result;
+  ASSERT_EQ(result["unsteady"].size(), 1U);
+  EXPECT_EQ(result["unsteady"][0]["touch"], 2);
+  EXPECT_NE(result["words"].dump().find("did not agree, twice"), std::string::npos) << result;
+}
+
+}  // namespace
+}  // namespace cellcal::daemon::testing
