@@ -37,7 +37,7 @@ call stopped postinst configure ''
 service_is started "installed for the first time"
 
 call idle prerm remove
-grep -qx 'deb-systemd-invoke stop cellcald.service' "$work/calls" || { echo "maintainer_scripts: removing does not stop it" >&2; failed=1; }
+grep -qx 'deb-systemd-invoke stop cellcal-check.timer cellcald.service' "$work/calls" || { echo "maintainer_scripts: removing does not stop it" >&2; failed=1; }
 call stopped postrm remove
 rm "$work/calls"
 call stopped preinst install 0.1.0-1
