@@ -11,7 +11,6 @@ namespace {
 
 using Eigen::AngleAxisd;
 using Eigen::Isometry3d;
-using Eigen::Translation3d;
 using Eigen::Vector3d;
 
 constexpr double kParallelRad = 1.0 * kRadPerDeg;
@@ -88,12 +87,6 @@ void to_flange(const Isometry3d& at, const Isometry3d& flange, Joint& joint) {
     joint.offset_rad = tidy(std::atan2(rest.linear()(1, 0), rest.linear()(0, 0)), kNothingRad);
 }
 
-Isometry3d transform(const Joint& joint) {
-  return AngleAxisd(joint.offset_rad, Vector3d::UnitZ()) *
-         Translation3d(joint.a_m, 0.0, joint.d_m) * AngleAxisd(joint.alpha_rad, Vector3d::UnitX()) *
-         AngleAxisd(joint.beta_rad, Vector3d::UnitY());
-}
-
 /// On the first axis, where the base's origin is nearest to it; x as the base's, as far as it can.
 Isometry3d first_frame(const Line& line) {
   Isometry3d frame = Isometry3d::Identity();
@@ -144,7 +137,7 @@ Robot robot_of(const JointFrames& frames) {
       else
         by_normal(at, next, joint);
     }
-    at = at * transform(joint);
+    at = at * behind(joint);
     joint.mass_kg = one.mass_kg;
     if (one.mass_kg > 0.0) joint.com_m = at.inverse() * (links[i] * one.com_m);
   }

@@ -16,13 +16,6 @@ using Eigen::Isometry3d;
 using Eigen::Translation3d;
 using Eigen::Vector3d;
 
-/// T_i without the turn by the controller's angle, which stands in front of it.
-Isometry3d behind(const Joint& joint) {
-  return AngleAxisd(joint.offset_rad, Vector3d::UnitZ()) *
-         Translation3d(joint.a_m, 0.0, joint.d_m) * AngleAxisd(joint.alpha_rad, Vector3d::UnitX()) *
-         AngleAxisd(joint.beta_rad, Vector3d::UnitY());
-}
-
 /// At all angles zero: in front of each joint, and behind the last.
 std::vector<Isometry3d> frames_before(const Robot& robot) {
   std::vector<Isometry3d> frames{robot.base_fixed};
@@ -34,6 +27,12 @@ constexpr double kSameM = 1e-5;                     // what a drawing's rounding
 constexpr double kSameRad = 1e-3 * kRadPerDeg * 5;  // 1.5708 for a right angle is 2e-4 deg off
 
 }  // namespace
+
+Isometry3d behind(const Joint& joint) {
+  return AngleAxisd(joint.offset_rad, Vector3d::UnitZ()) *
+         Translation3d(joint.a_m, 0.0, joint.d_m) * AngleAxisd(joint.alpha_rad, Vector3d::UnitX()) *
+         AngleAxisd(joint.beta_rad, Vector3d::UnitY());
+}
 
 JointFrames joint_frames(const RigidArm& arm) {
   JointFrames frames;

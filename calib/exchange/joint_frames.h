@@ -26,6 +26,9 @@ struct JointFrames {
   Eigen::Isometry3d tcp = Eigen::Isometry3d::Identity();     ///< behind the flange
 };
 
+/// T_i (calib/model/README, (1)) without the turn by the controller's angle, which stands in front of it.
+Eigen::Isometry3d behind(const Joint& joint);
+
 /// Each frame in the middle of its joint, z along the Denavit-Hartenberg axis.
 JointFrames joint_frames(const RigidArm& arm);
 

@@ -27,7 +27,8 @@ std::string shortest(const Eigen::Vector3d& values) {
 
 std::optional<double> number(std::string_view text) {
   text = trimmed(text);
-  if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);  // from_chars takes no plus
+  if (text.size() > 1 && text[0] == '+' && text[1] != '-')
+    text.remove_prefix(1);  // from_chars takes no plus
   double value = 0.0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value))
@@ -57,7 +58,7 @@ std::string robot_joint_name(const std::string& name) {
   for (const char c : ros ? name.substr(kBefore.size()) : name)
     result += c >= 'a' && c <= 'z' && ros ? static_cast<char>(c - 'a' + 'A')
               : static_cast<unsigned char>(c) <= ' ' || c == ',' || c == '"' || c == '#' ? '_'
-                                                                                            : c;
+                                                                                         : c;
   return result;
 }
 

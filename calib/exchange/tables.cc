@@ -7,6 +7,7 @@
 
 #include "calib/exchange/numbers.h"
 #include "calib/model/units.h"
+#include "calib/result/nominal_value.h"
 
 namespace cellcal::calib {
 
@@ -55,29 +56,17 @@ constexpr Field kGeometry[] = {{ParameterKind::kTheta, "theta_offset_deg", kDegP
                                {ParameterKind::kAlpha, "alpha_deg", kDegPerRad},
                                {ParameterKind::kBeta, "beta_deg", kDegPerRad}};
 
-double value_of(const Joint& joint, ParameterKind kind) {
-  switch (kind) {
-    case ParameterKind::kTheta:
-      return joint.offset_rad;
-    case ParameterKind::kD:
-      return joint.d_m;
-    case ParameterKind::kA:
-      return joint.a_m;
-    case ParameterKind::kAlpha:
-      return joint.alpha_rad;
-    default:
-      return joint.beta_rad;
-  }
-}
-
-ordered_json joint_json(const Calibration& c, std::size_t i, const Joint& nominal,
-                        const Joint& calibrated, const PlacedJoint& placed) {
+ordered_json joint_json(const Calibration& c, std::size_t i, const PlacedJoint& placed) {
+  const Joint& nominal = c.cell.robot.joints.at(i);
   ordered_json json{{"name", nominal.name}, {"sign", nominal.sign}};
   for (const Field& field : kGeometry) {
-    ordered_json value{{"nominal", value_of(nominal, field.kind) * field.to_unit},
-                       {"calibrated", value_of(calibrated, field.kind) * field.to_unit}};
-    if (const ParameterResult* found = find(c, joint_parameter(field.kind, i)))
-      value["sigma"] = found->sigma * field.to_unit;
+    const ParameterKey key = joint_parameter(field.kind, i);
+    const ParameterResult* found = find(c, key);
+    const double stated = stated_value(c.cell, key);
+    const double off = found == nullptr ? 0.0 : found->nominal + found->correction;
+    ordered_json value{{"nominal", stated * field.to_unit},
+                       {"calibrated", (stated + off) * field.to_unit}};
+    if (found != nullptr) value["sigma"] = found->sigma * field.to_unit;
     json[field.name] = value;
   }
   json["frame"] = frame_json(placed.origin);
@@ -126,15 +115,13 @@ std::string dh_csv(const RigidArm& nominal, const RigidArm& calibrated) {
 }
 
 std::string arm_json(const Calibration& calibration) {
-  const RigidArm nominal = nominal_rigid_arm(calibration.cell);
   const RigidArm real = calibrated_rigid_arm(calibration);
   const JointFrames frames = joint_frames(real);
   const LeftOut out = left_out(calibration);
   ordered_json json{{"format", "cellcal.arm/1"}, {"robot", calibration.cell.robot.name}};
   json["joints"] = ordered_json::array();
   for (std::size_t i = 0; i < frames.joints.size(); ++i)
-    json["joints"].push_back(joint_json(calibration, i, nominal.robot.joints[i],
-                                        real.robot.joints[i], frames.joints[i]));
+    json["joints"].push_back(joint_json(calibration, i, frames.joints[i]));
   json["base"] = frame_json(real.robot.base_fixed);
   json["flange"] = frame_json(frames.flange);
   json["tcp"] = frame_json(frames.tcp);
