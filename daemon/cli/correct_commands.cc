@@ -41,6 +41,9 @@ void add_correct(CLI::App& app, int& status) {
       ->add_flag("--anywhere", given->anywhere,
                  "Also points where the calibration claims nothing: far from the targets")
       ->needs(program);
+  command
+      ->add_flag("--force", given->force, "Replace files of the same names in the folder of -o")
+      ->needs(program);
   command->add_flag("--withheld", given->withheld,
                     "Accept a withheld calibration: to look at, not to use");
   command->add_option("-o,--output", given->output,

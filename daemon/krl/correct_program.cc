@@ -12,6 +12,7 @@
 #include "daemon/krl/controller_view.h"
 #include "daemon/krl/krl_numbers.h"
 #include "daemon/krl/krl_program.h"
+#include "daemon/krl/point_value.h"
 
 namespace cellcal::daemon::krl {
 
@@ -30,30 +31,10 @@ constexpr double kNoShiftMm = 1e-5, kNoTurnDeg = 1e-6;
 constexpr double kVerifiedMm = 0.02;
 /// About a target, each way: where a calibration without scale holds (M2).
 constexpr double kNearTargetM = 0.15;
-constexpr double kExternalAtZero = 1e-6;
-constexpr double kLargestNumber = 1e6;
-/// Of S and T: those of the arm's six axes.
-constexpr int kStatusBits = 7, kTurnBits = 63;
 constexpr std::array<const char*, 6> kPose = {"X", "Y", "Z", "A", "B", "C"};
 
 double degrees_between(const Isometry3d& a, const Isometry3d& b) {
   return Eigen::AngleAxisd(a.linear().transpose() * b.linear()).angle() * calib::kDegPerRad;
-}
-
-/// What a point has: every number finite, the six that it needs, external axes at 0.
-std::optional<Why> wrong_value(const Point& point) {
-  const auto& numbers = point.value.numbers;
-  for (const auto& [name, number] : numbers) {
-    if (!(std::abs(number.value) <= kLargestNumber)) return Why::kNotANumber;
-    if (name.size() == 2 && name[0] == 'E' && std::abs(number.value) > kExternalAtZero)
-      return Why::kExternalAxes;
-  }
-  for (std::size_t i = 0; i < 6; ++i) {
-    const std::string name =
-        point.kind == PointKind::kAxes ? "A" + std::to_string(i + 1) : kPose[i];
-    if (numbers.count(name) == 0) return Why::kPartial;
-  }
-  return std::nullopt;
 }
 
 class Correction {
@@ -73,6 +54,10 @@ class Correction {
   void run() {
     for (std::size_t i = 0; i < program_.motions.size(); ++i) {
       const Motion& motion = program_.motions[i];
+      if (motion.left) {
+        pass(i);
+        continue;
+      }
       const auto done = first_motion_.find(motion.point);
       if (done == first_motion_.end()) {
         first_motion_[motion.point] = i;
@@ -95,11 +80,81 @@ class Correction {
     const Point& point = program_.points.at(motion.point);
     const bool of_the_motion = why == Why::kToolNotKnown || why == Why::kBaseNotKnown ||
                                why == Why::kTwoFrames || why == Why::kExternalTool ||
-                               why == Why::kNoConfiguration || why == Why::kNoSuchTool ||
-                               why == Why::kNoSuchBase;
+                               why == Why::kNoConfiguration || why == Why::kPostureNotKnown ||
+                               why == Why::kOtherPosture || why == Why::kFrameChanged ||
+                               why == Why::kNoSuchTool || why == Why::kNoSuchBase;
     result_.refusals.push_back({why, of_the_motion ? src_ : point.file,
                                 of_the_motion ? motion.line : point.line, motion.point, number,
                                 reached});
+  }
+
+  /// A point that stays as it is: only the posture there counts.
+  void pass(std::size_t index) {
+    const Motion& motion = program_.motions[index];
+    const auto at = program_.left_points.find(motion.point);
+    if (at == program_.left_points.end() || wrong_value(at->second)) return;
+    std::optional<JointVector> q;
+    if (at->second.kind == PointKind::kAxes) {
+      q = axes_of(at->second);
+    } else if (const auto* view = left_view(motion)) {
+      const auto base = frame_of_ref(*motion.frames.base, program_.data.bases);
+      if (!base) return;
+      const Isometry3d tcp =
+          robroot().inverse() * *base * calib::to_isometry(*frame_of(at->second.value));
+      const auto stated = status_turn(at->second);
+      const auto before = previous(motion);
+      if (motion.cp && (!before || (stated && view->status_turn(*before).status != stated->status)))
+        return;
+      if (stated)
+        q = view->joints(tcp, *stated);
+      else if (before)
+        q = view->joints(tcp, *before);
+    }
+    if (q) nominal_[index] = ends_[index] = *q;
+  }
+
+  const ControllerView* left_view(const Motion& motion) {
+    if (motion.wrong_frame_data || motion.frames.external || !motion.frames.tool ||
+        !motion.frames.base || changed(motion, false))
+      return nullptr;
+    const ControllerView* const view = views_.of(*motion.frames.tool);
+    return view != nullptr && view->closed_form() ? view : nullptr;
+  }
+
+  /// Whether the program itself changes what holds at the motion.
+  bool changed(const Motion& motion, bool axes) const {
+    const FrameRef& tool = *motion.frames.tool;
+    const FrameChanges& changes = program_.changes;
+    if (!tool.literal && (changes.tools.has(tool.number) || changes.loads.has(tool.number)))
+      return true;
+    if (axes) return false;
+    return changes.robroot || (motion.frames.base && !motion.frames.base->literal &&
+                               changes.bases.has(motion.frames.base->number));
+  }
+
+  Isometry3d robroot() const {
+    return calib::to_isometry(program_.data.robroot.value_or(FrameMmDeg{}));
+  }
+
+  static JointVector axes_of(const Point& point) {
+    JointVector q;
+    for (int i = 1; i <= 6; ++i)
+      q.push_back(point.value.numbers.at("A" + std::to_string(i)).value * calib::kRadPerDeg);
+    return q;
+  }
+
+  /// A CP motion stays in the posture that it begins in, whatever S says.
+  std::optional<Why> wrong_posture(const Motion& motion, const ControllerView& view,
+                                   const std::map<std::size_t, JointVector>& joints,
+                                   const JointVector& q) const {
+    if (!motion.cp) return std::nullopt;
+    const auto before =
+        motion.previous < 0 ? joints.end() : joints.find(static_cast<std::size_t>(motion.previous));
+    if (before == joints.end()) return Why::kPostureNotKnown;
+    if (!view.closed_form()) return Why::kNoClosedForm;
+    return view.status_turn(before->second).status == view.status_turn(q).status
+               ? std::nullopt
+               : std::optional(Why::kOtherPosture);
   }
 
   /// A point that was corrected for an earlier motion.
@@ -124,7 +179,17 @@ class Correction {
         return refuse(Why::kNoConfiguration, other);
       }
     }
+    const auto there = ends_.find(first);
+    if (there == ends_.end()) return;
+    ControllerView& view = *views_.of(*other.frames.tool);
+    auto wrong = wrong_posture(other, view, nominal_, joints->second);
+    if (!wrong) wrong = wrong_posture(other, view, ends_, there->second);
+    if (wrong) {
+      refused_.insert(other.point);
+      return refuse(*wrong, other);
+    }
     nominal_[index] = joints->second;
+    ends_[index] = there->second;
   }
 
   void correct(std::size_t index) {
@@ -146,6 +211,7 @@ class Correction {
     }
     if (motion.frames.external) return Why::kExternalTool;
     if (!motion.frames.tool) return Why::kToolNotKnown;
+    if (changed(motion, point.kind == PointKind::kAxes)) return Why::kFrameChanged;
     ControllerView* view = view_of(motion);
     if (view == nullptr) return Why::kNoSuchTool;
     return point.kind == PointKind::kAxes ? correct_axes(index, motion, point, *view)
@@ -154,14 +220,16 @@ class Correction {
 
   std::optional<Why> correct_axes(std::size_t index, const Motion& motion, const Point& point,
                                   const ControllerView& view) {
-    JointVector q;
     if (view.robot().joints.size() != 6) return Why::kPartial;
-    for (int i = 1; i <= 6; ++i)
-      q.push_back(point.value.numbers.at("A" + std::to_string(i)).value * calib::kRadPerDeg);
+    const JointVector q = axes_of(point);
     nominal_[index] = q;
+    if (const auto wrong = wrong_posture(motion, view, nominal_, q)) return wrong;
     const Isometry3d wanted = view.nominal(q);
+    if (outside_scope(wanted)) return Why::kOutsideScope;
     const auto reached = reach(motion, view, wanted, q);
     if (!reached) return Why::kNotReached;
+    ends_[index] = *reached;
+    if (const auto wrong = wrong_posture(motion, view, ends_, *reached)) return wrong;
     CorrectedPoint done = about(motion, point);
     const Isometry3d moved = view.nominal(*reached);
     done.shift_mm = (moved.translation() - wanted.translation()) * calib::kMmPerM;
@@ -186,12 +254,9 @@ class Correction {
       told_ = true;
       return Why::kNoSuchBase;
     }
-    const Isometry3d world_in_robot =
-        calib::to_isometry(program_.data.robroot.value_or(FrameMmDeg{})).inverse();
-    const Isometry3d in_robot = world_in_robot * *base;
+    const Isometry3d in_robot = robroot().inverse() * *base;
     const FrameMmDeg old = *frame_of(point.value);
     const Isometry3d taught = calib::to_isometry(old), wanted = in_robot * taught;
-    if (outside_scope(wanted)) return Why::kOutsideScope;
     const auto stated = status_turn(point);
     std::optional<JointVector> q;
     if (stated) {
@@ -208,8 +273,12 @@ class Correction {
       }
     }
     nominal_[index] = *q;
+    if (const auto wrong = wrong_posture(motion, view, nominal_, *q)) return wrong;
+    if (outside_scope(wanted)) return Why::kOutsideScope;
     const auto reached = reach(motion, view, wanted, *q);
     if (!reached) return Why::kNotReached;
+    ends_[index] = *reached;
+    if (const auto wrong = wrong_posture(motion, view, ends_, *reached)) return wrong;
     CorrectedPoint done = about(motion, point);
     const Isometry3d moved = in_robot.inverse() * view.nominal(*reached);
     done.shift_mm = (moved.translation() - taught.translation()) * calib::kMmPerM;
@@ -286,14 +355,6 @@ class Correction {
         });
   }
 
-  /// S and T, where both are stated.
-  static std::optional<StatusTurn> status_turn(const Point& point) {
-    const auto s = point.value.numbers.find("S"), t = point.value.numbers.find("T");
-    if (s == point.value.numbers.end() || t == point.value.numbers.end()) return std::nullopt;
-    return StatusTurn{static_cast<int>(s->second.value) & kStatusBits,
-                      static_cast<int>(t->second.value) & kTurnBits};
-  }
-
   std::optional<JointVector> previous(const Motion& motion) const {
     if (motion.previous < 0) return std::nullopt;
     const auto at = nominal_.find(static_cast<std::size_t>(motion.previous));
@@ -327,6 +388,7 @@ class Correction {
   std::string src_;                             ///< name of the .src
   std::map<std::string, std::string> texts_;    ///< of the files that have points
   std::map<std::size_t, JointVector> nominal_;  ///< of each motion, before correction
+  std::map<std::size_t, JointVector> ends_;     ///< and after it
   std::map<std::string, std::size_t> first_motion_;
   std::set<std::string> refused_;
   std::map<std::string, std::vector<Edit>> edits_;

@@ -1,7 +1,8 @@
 #include "daemon/krl/krl_data.h"
 
 #include <cmath>
-#include <set>
+
+#include "calib/model/error.h"
 
 namespace cellcal::daemon::krl {
 
@@ -46,6 +47,11 @@ bool read_controller_data(const std::vector<Token>& t, std::size_t at, Data& dat
     return false;
   if (equals == 0 || equals + 1 >= t.size() || !is_sign(t[equals], '=')) return false;
   const auto value = read_aggregate(t, equals + 1);
+  const auto frame = value ? frame_of(*value) : std::nullopt;
+  // What cannot be read is not the value before it either.
+  if (name == "TOOL_DATA") data.tools.erase(index);
+  if (name == "BASE_DATA") data.bases.erase(index);
+  if (name == "LOAD_DATA") data.loads.erase(index);
   if (!value) return false;
   if (name == "LOAD_DATA") {
     LoadData load;
@@ -58,7 +64,6 @@ bool read_controller_data(const std::vector<Token>& t, std::size_t at, Data& dat
     data.loads[index] = load;
     return true;
   }
-  const auto frame = frame_of(*value);
   if (!frame) return false;
   if (name == "TOOL_DATA")
     data.tools[index] = *frame;
@@ -69,12 +74,25 @@ bool read_controller_data(const std::vector<Token>& t, std::size_t at, Data& dat
   return true;
 }
 
+/// [FRAME] $ROBROOT={...}: where the arm stands is never guessed.
+bool read_robroot(const Line& line, std::size_t at, const std::string& file, Data& data) {
+  const auto& t = line.tokens;
+  if (at < t.size() && is_point_type(t[at].word)) ++at;
+  if (at >= t.size() || !t[at].is("$ROBROOT")) return false;
+  if (at + 1 == t.size()) return true;  // declared, and stated elsewhere or not at all
+  if (!read_controller_data(t, at, data))
+    throw calib::FileError(file + ":" + std::to_string(line.number) +
+                           ": $ROBROOT is not like {X 0.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0}");
+  return true;
+}
+
 /// NAME[=value]{,NAME[=value]} of a point type, from tokens[at].
 void read_points(const Line& line, std::size_t at, PointKind kind, const std::string& file,
-                 Data& data) {
+                 bool global, Data& data) {
   const auto& t = line.tokens;
   while (at < t.size() && t[at].kind == Kind::kWord) {
     const std::string name = t[at].word;
+    if (global) data.globals.insert(name);
     ++at;
     if (at < t.size() && is_sign(t[at], '[')) {  // arrays are known by name only
       while (at < t.size() && !is_sign(t[at], ']')) ++at;
@@ -190,14 +208,17 @@ bool is_point_type(const std::string& word) {
 bool read_declaration(const Line& line, const std::string& file, Data& data) {
   const auto& t = line.tokens;
   std::size_t at = 0;
-  while (at < t.size() && (t[at].is("DECL") || t[at].is("GLOBAL") || t[at].is("CONST"))) ++at;
+  bool global = false;
+  for (; at < t.size() && (t[at].is("DECL") || t[at].is("GLOBAL") || t[at].is("CONST")); ++at)
+    global = global || t[at].is("GLOBAL");
+  if (read_robroot(line, at, file, data)) return true;
   if (at + 1 >= t.size() || t[at].kind != Kind::kWord) return at > 0;
   if (kCartesianTypes.count(t[at].word) > 0) {
-    read_points(line, at + 1, PointKind::kCartesian, file, data);
+    read_points(line, at + 1, PointKind::kCartesian, file, global, data);
     return true;
   }
   if (kAxisTypes.count(t[at].word) > 0) {
-    read_points(line, at + 1, PointKind::kAxes, file, data);
+    read_points(line, at + 1, PointKind::kAxes, file, global, data);
     return true;
   }
   if (t[at].is("FDAT")) {

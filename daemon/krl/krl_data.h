@@ -4,6 +4,7 @@
 
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -53,6 +54,7 @@ struct LoadData {
 struct Data {
   std::map<std::string, Point> points;
   std::map<std::string, int> declared;  ///< names of points without a value, and their line
+  std::set<std::string> globals;        ///< names of points that other modules see
   std::map<std::string, FrameData> frames;
   std::map<int, calib::FrameMmDeg> tools, bases;
   std::map<int, LoadData> loads;
@@ -65,6 +67,7 @@ FrameData frame_data_of(const Aggregate& value);
 bool is_point_type(const std::string& word);
 
 /// A line that declares or gives a value; false: it is something else. Used of .src files, too.
+/// Throws FileError for a $ROBROOT that cannot be read.
 bool read_declaration(const Line& line, const std::string& file, Data& data);
 /// All of a .dat file.
 void read_data(const KrlFile& file, Data& data);

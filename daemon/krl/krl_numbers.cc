@@ -6,12 +6,15 @@
 #include <charconv>
 #include <cmath>
 
+#include "daemon/krl/krl_text.h"
+
 namespace cellcal::daemon::krl {
 
 namespace {
 
 /// Of the text of a number behind its point; of one with an exponent as many as hold its digits.
 int decimals_of(std::string_view text) {
+  if (text.find('\'') != std::string_view::npos) return 0;  // 'H1F'
   const auto mark = text.find_first_of("eE");
   if (mark != std::string_view::npos) return 9;
   const auto point = text.find('.');
@@ -36,7 +39,10 @@ double value_of(std::string_view text) {
                            text.front() == '\t'))
     text.remove_prefix(1);
   double value = 0.0;
-  std::from_chars(text.data(), text.data() + text.size(), value);
+  if (const auto based = based_constant(text))
+    value = *based;
+  else
+    std::from_chars(text.data(), text.data() + text.size(), value);
   return minus ? -value : value;
 }
 

@@ -18,7 +18,7 @@ struct Edit {
 double value_of(std::string_view text);
 
 /// `value` with the decimals of `old`, and at least `least` of them; `old` itself where that is the same
-/// number to that many decimals. KRL's REAL holds seven digits, so more would say nothing.
+/// number to that many decimals. 'B110' and 'H6' become decimal. KRL's REAL holds seven digits, so more would say nothing.
 std::string rewritten(std::string_view old, double value, int least);
 
 /// Of the triples A, B, C of one rotation the one nearest to `near`: by whole turns, by the other

@@ -1,8 +1,12 @@
 #include "daemon/krl/krl_program.h"
 
 #include <algorithm>
+#include <array>
+#include <iterator>
 #include <set>
 
+#include "calib/model/error.h"
+#include "calib/syntax/shown.h"
 #include "daemon/krl/krl_state.h"
 
 namespace cellcal::daemon::krl {
@@ -12,6 +16,7 @@ namespace {
 using Kind = Token::Kind;
 
 const std::set<std::string> kMotions = {"PTP", "LIN", "CIRC", "SPTP", "SLIN", "SCIRC", "SPL"};
+const std::set<std::string> kAxisMotions = {"PTP", "SPTP"};
 const std::set<std::string> kArcs = {"CIRC", "SCIRC"};
 const std::set<std::string> kRelative = {"PTP_REL",  "LIN_REL",   "CIRC_REL", "SPTP_REL",
                                          "SLIN_REL", "SCIRC_REL", "SPL_REL"};
@@ -41,9 +46,36 @@ class Reader {
     for (const auto& [name, point] : program_.points)
       if (const auto found = mentioned_.find(name); found != mentioned_.end())
         refuse(Why::kComputed, found->second, name);
+    keep_left_points();
+    for (const std::string& name : leave_) there_is(name);
   }
 
  private:
+  /// Their postures are those that LIN begins in. What the program changes is not known.
+  void keep_left_points() {
+    for (const Motion& motion : program_.motions) {
+      if (!motion.left || mentioned_.count(motion.point) > 0) continue;
+      for (const Data* data : std::array<const Data*, 2>{&program_.data, &controller_})
+        if (const auto at = data->points.find(motion.point); at != data->points.end()) {
+          program_.left_points.emplace(*at);
+          break;
+        }
+    }
+  }
+
+  bool is_point(const std::string& name) const {
+    return targets_.count(name) > 0 || program_.data.points.count(name) > 0 ||
+           program_.data.declared.count(name) > 0 || controller_.points.count(name) > 0;
+  }
+  void there_is(const std::string& name) const {
+    if (is_point(name)) return;
+    throw calib::FileError(src_.name + ": no point is named " + calib::shown(name) +
+                           (is_point("X" + name) ? "; the inline form's " + calib::shown(name) +
+                                                       " is X" + calib::shown(name)
+                                                 : "") +
+                           ". Name points as the .dat has them (--leave)");
+  }
+
   void refuse(Why why, int line, const std::string& what) {
     program_.refusals.push_back({why, src_.name, line, what});
   }
@@ -58,6 +90,7 @@ class Reader {
 
   void read(const Line& line, FrameState& state) {
     const auto& t = line.tokens;
+    depth_ = std::max(0, depth_ + FrameState::blocks(line));
     if (state.breaks_order(line)) last_ = -1;
     const bool frames = state.read(line);
     if (declares(line) || t[0].is("EXT")) return;
@@ -70,20 +103,20 @@ class Reader {
     if (t[0].kind == Kind::kWord && kMotions.count(t[0].word) > 0 && t.size() > 1)
       return motion(line, state);
     if (frames) {
-      if (!t[0].is("FDAT_ACT")) return;
-      if (t.size() != 3) mention(line, 1);
-      return;
+      const bool names_data = t[0].is("FDAT_ACT") && t.size() == 3;
+      return names_data ? void() : mention(line, 1);
     }
     if (assigns(line)) return;
     mention(line, 0);
   }
 
-  /// XP1={X ...}: the point's value where it has none yet.
+  /// XP1={X ...}: the point's value where it has none yet, and nobody can go there before.
   bool assigns(const Line& line) {
     const auto& t = line.tokens;
     if (t.size() < 3 || t[0].kind != Kind::kWord || !is_sign(t, 1, '=') || !is_sign(t, 2, '{') ||
         (program_.data.declared.count(t[0].word) == 0 &&
-         program_.data.points.count(t[0].word) == 0))
+         program_.data.points.count(t[0].word) == 0) ||
+        depth_ > 0 || targets_.count(t[0].word) > 0)
       return false;
     auto value = read_aggregate(t, 2);
     if (!value || value->after != t.size()) return false;
@@ -112,6 +145,7 @@ class Reader {
     const auto& t = line.tokens;
     Motion motion;
     motion.line = line.number;
+    motion.cp = kAxisMotions.count(t[0].word) == 0;
     motion.previous = last_;
     last_ = -1;
     motion.frames = state.at_motion(line, motion.wrong_frame_data);
@@ -138,7 +172,11 @@ class Reader {
         return refuse(Why::kComputed, line.number, name), false;
       ++at;
       motion.point = name;
-      if (!known(name, line.number)) return true;
+      targets_.insert(name);
+      if (!known(name, line.number)) {
+        motion.left = program_.left.count(name) > 0;
+        if (!motion.left) return true;
+      }
     }
     last_ = static_cast<int>(program_.motions.size());
     program_.motions.push_back(std::move(motion));
@@ -155,6 +193,8 @@ class Reader {
     if (program_.points.count(name) > 0) return true;
     const auto own = program_.data.points.find(name);
     if (own != program_.data.points.end()) {
+      if (program_.data.globals.count(name) > 0)
+        program_.refusals.push_back({Why::kGlobal, own->second.file, own->second.line, name});
       program_.points.emplace(name, own->second);
       return true;
     }
@@ -184,6 +224,8 @@ class Reader {
   const Data& controller_;
   Program& program_;
   std::map<std::string, int> mentioned_;
+  std::set<std::string> targets_;  ///< names that motions go to, so far
+  int depth_ = 0;                  ///< blocks of IF, LOOP and the like around the line
   int last_ = -1;
 };
 
@@ -212,7 +254,11 @@ Program read_program(const KrlFile& src, const std::optional<KrlFile>& dat,
   for (const KrlFile& file : controller) read_data(file, known);
   if (dat) read_data(*dat, program.data);
   add(known, program.data);
-  Reader(src, leave, known, program).read(read_lines(src));
+  const auto lines = read_lines(src);
+  auto all = lines;
+  if (dat) std::ranges::copy(read_lines(*dat), std::back_inserter(all));
+  program.changes = frame_changes(all);
+  Reader(src, leave, known, program).read(lines);
   for (const auto& [name, point] : program.data.points)
     if (program.points.count(name) == 0 && program.left.count(name) == 0)
       program.left[name] = "no motion goes to it";

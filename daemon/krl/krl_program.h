@@ -5,15 +5,16 @@
 //
 // Which tool and base: an inline form's FDAT_ACT followed by BAS(#PTP_PARAMS..) and its like, WITH of a
 // spline motion, BAS(#TOOL,n), $TOOL=TOOL_DATA[n] and $TOOL={...}. They hold on in the order of the
-// text up to the end of the sub-program, or to a call that might change them. Where a sub-program
-// sets frames inside of IF, LOOP and the like, or has GOTO, they hold up to the next line of that
-// kind alone.
+// text up to the end of the sub-program, or to a call or BAS command that might change them. Where a
+// sub-program sets frames or calls inside of IF, LOOP and the like, or has GOTO, they hold up to the
+// next line of that kind alone.
 
 #include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "daemon/krl/krl_changes.h"
 #include "daemon/krl/krl_data.h"
 
 namespace cellcal::daemon::krl {
@@ -32,7 +33,9 @@ struct Frames {
 };
 
 struct Motion {
-  std::string point;  ///< key of Program::points
+  std::string point;  ///< key of Program::points, or where it is left of Program::left_points
+  bool left = false;  ///< goes to a point that stays as it is
+  bool cp = false;    ///< LIN, CIRC, a spline: stays in the posture that it begins in
   Frames frames;
   int line = 0;
   /// The motion right before it, whose posture this one begins in; -1: none that is sure.
@@ -44,12 +47,15 @@ struct Program {
   std::map<std::string, Point>
       points;  ///< that motions go to; by name, or "line 12" where nameless
   std::vector<Motion> motions;
-  std::map<std::string, std::string> left;  ///< points that stay as they are, and where they stand
+  std::map<std::string, Point> left_points;  ///< those of `left` whose values are known
+  std::map<std::string, std::string> left;   ///< points that stay as they are, and where they stand
   std::vector<Refusal> refusals;
+  FrameChanges changes;
   Data data;  ///< of .dat and .src; of the controller's files the tools, bases, loads and FDATs
 };
 
-/// `leave`: names, in upper case, of points that stay as they are.
+/// `leave`: names, in upper case, of points that stay as they are. Throws FileError for one that no
+/// point has.
 Program read_program(const KrlFile& src, const std::optional<KrlFile>& dat,
                      const std::vector<KrlFile>& controller, const std::vector<std::string>& leave);
 

@@ -20,13 +20,16 @@ std::string what_is_wrong(const Refusal& r, const calib::Robot& robot) {
     case Why::kRelative:
       return "moves relative to where the arm is. Teach the resulting point";
     case Why::kPartial:
-      return "has not all components: X, Y, Z, A, B, C or A1 to A6 are needed";
+      return "has not all components: X, Y, Z, A, B, C or A1 to A6 are needed, and of S and T both or "
+             "none";
     case Why::kNotANumber:
-      return "has a component that is no number or too large";
+      return "has a component that is no number, too large, or none of such a point";
     case Why::kUnknownPoint:
       return "is declared in none of the files. Give its .dat file, or the $config.dat that has it";
     case Why::kTwice:
       return "is given a value twice";
+    case Why::kGlobal:
+      return "is declared GLOBAL, so other programs may move to it. Keep it as it is with --leave";
     case Why::kToolNotKnown:
       return "which tool is active here cannot be told. Set $TOOL, or FDAT_ACT, right before the "
              "motion";
@@ -43,6 +46,9 @@ std::string what_is_wrong(const Refusal& r, const calib::Robot& robot) {
           "BASE_DATA[{}] stands in none of the files. Give the controller's "
           "$config.dat with --config",
           r.number);
+    case Why::kFrameChanged:
+      return "the program itself changes the TOOL_DATA, BASE_DATA, LOAD_DATA or $ROBROOT that holds "
+             "here. Set it in $config.dat alone";
     case Why::kNoSuchFrameData:
       return "this FDAT stands in none of the files, or is changed by the program. Give its .dat "
              "file";
@@ -54,6 +60,12 @@ std::string what_is_wrong(const Refusal& r, const calib::Robot& robot) {
       return "external axes that are not at 0, or move, are not corrected";
     case Why::kNoConfiguration:
       return "has no S and T, and no motion right before it tells them. Touch it up as E6POS";
+    case Why::kPostureNotKnown:
+      return "LIN, CIRC and splines stay in the posture that they begin in, and which that is cannot "
+             "be told here. Set a PTP to a point with S and T right before";
+    case Why::kOtherPosture:
+      return "LIN, CIRC and splines stay in the posture that they begin in, and the motion before "
+             "ends in another than S says. Touch the point up again, or go there by PTP";
     case Why::kWrongTurn:
       return "its S and T belong to no posture of this robot inside its limits. Is it this robot's "
              "program, and are tool and base right?";
@@ -95,6 +107,8 @@ const char* name_of(Why why) {
       return "unknown_point";
     case Why::kTwice:
       return "declared_twice";
+    case Why::kGlobal:
+      return "global";
     case Why::kToolNotKnown:
       return "tool_not_known";
     case Why::kBaseNotKnown:
@@ -103,6 +117,8 @@ const char* name_of(Why why) {
       return "no_such_tool";
     case Why::kNoSuchBase:
       return "no_such_base";
+    case Why::kFrameChanged:
+      return "frame_changed";
     case Why::kNoSuchFrameData:
       return "no_such_frame_data";
     case Why::kTwoFrames:
@@ -113,6 +129,10 @@ const char* name_of(Why why) {
       return "external_axes";
     case Why::kNoConfiguration:
       return "no_configuration";
+    case Why::kPostureNotKnown:
+      return "posture_not_known";
+    case Why::kOtherPosture:
+      return "other_posture";
     case Why::kWrongTurn:
       return "wrong_turn";
     case Why::kNotReached:

@@ -15,19 +15,23 @@ enum class Why {
   kArray,            ///< an element of an array
   kOperator,         ///< ':' behind the point
   kRelative,         ///< LIN_REL and its like
-  kPartial,          ///< not all of its components are stated
-  kNotANumber,       ///< a component that is no finite number of a possible size
+  kPartial,          ///< not all of its components are stated, or one of S and T alone
+  kNotANumber,       ///< a component that is no finite number of a possible size, or unknown
   kUnknownPoint,     ///< it stands in none of the files
   kTwice,            ///< it is declared twice
+  kGlobal,           ///< declared GLOBAL: other modules use it
   kToolNotKnown,     ///< which tool is active cannot be told
   kBaseNotKnown,     ///< which base is active cannot be told
   kNoSuchTool,       ///< no TOOL_DATA of that number
   kNoSuchBase,       ///< no BASE_DATA of that number
+  kFrameChanged,     ///< the program changes the TOOL_DATA, BASE_DATA, LOAD_DATA or $ROBROOT
   kNoSuchFrameData,  ///< no FDAT of that name
   kTwoFrames,        ///< moved to with more than one tool or base
   kExternalTool,     ///< the tool stands in the cell, the arm carries the part
   kExternalAxes,     ///< an external axis that is not at 0, or moves
   kNoConfiguration,  ///< no S and T, and no motion before it that tells them
+  kPostureNotKnown,  ///< a CP motion, and the posture that it begins in cannot be told
+  kOtherPosture,     ///< a CP motion that begins in another posture than S says
   kWrongTurn,        ///< S and T belong to no posture inside the limits
   kNotReached,       ///< `reached` says why
   kOutsideScope,     ///< the calibration holds near its targets only

@@ -16,8 +16,10 @@ const std::set<std::string> kBetween = {"ELSE", "CASE", "DEFAULT", "EXIT", "GOTO
 const std::set<std::string> kBegins = {"DEF", "DEFFCT"};
 /// Of BAS: those that take the frames over from FDAT_ACT.
 const std::set<std::string> kFromFrameData = {"#PTP_PARAMS", "#CP_PARAMS", "#FRAMES"};
-/// Those that set frames in other ways.
-const std::set<std::string> kOtherFrames = {"#EX_BASE", "#ACT_BASE", "#ACT_TOOL"};
+/// Those that leave frames alone. Any other (#INITMOV, #ACT_TOOL, #EX_BASE) may set them.
+const std::set<std::string> kNoFrames = {"#VEL_PTP",  "#VEL_CP",    "#ACC_PTP",
+                                         "#ACC_CP",   "#PTP_DAT",   "#CP_DAT",
+                                         "#OUT_SYNC", "#OUT_ASYNC", "#ACC_GLUE"};
 /// Followed by '(' without being a call that could set frames.
 const std::set<std::string> kNoCalls = {
     "IF",        "WHILE",      "UNTIL",    "SWITCH",     "CASE",    "WAIT",       "FOR",
@@ -58,7 +60,8 @@ bool sets_frames(const Line& line) {
     const Token& token = line.tokens[i];
     if (token.is("$TOOL") || token.is("$BASE") || token.is("FDAT_ACT") || token.is("$IPO_MODE"))
       return true;
-    if (token.is("#TOOL") || token.is("#BASE") || in(kFromFrameData, token)) return true;
+    if (token.is("BAS") && !(i + 2 < line.tokens.size() && in(kNoFrames, line.tokens[i + 2])))
+      return true;
   }
   return false;
 }
@@ -117,6 +120,11 @@ bool FrameState::breaks_order(const Line& line) const {
   return is_control(line) || in(kBegins, first_word(line)) || (calls(line) && !declares(line));
 }
 
+int FrameState::blocks(const Line& line) {
+  if (in(kOpens, line.tokens[0])) return 1;
+  return in(kCloses, line.tokens[0]) ? -1 : 0;
+}
+
 void FrameState::find_strict(const std::vector<Line>& lines) {
   int begin = 0, depth = 0;
   bool strict = false;
@@ -129,9 +137,11 @@ void FrameState::find_strict(const std::vector<Line>& lines) {
       depth = 0;
       strict = false;
     }
-    if (in(kOpens, token)) ++depth;
-    if (in(kCloses, token)) --depth;
-    if ((depth != 0 && sets_frames(line)) || token.is("GOTO") || is_label(line)) strict = true;
+    const bool inside_before = depth != 0;  // UNTIL f()
+    depth += blocks(line);
+    const bool changes = sets_frames(line) || (calls(line) && !declares(line));
+    if (((depth != 0 || inside_before) && changes) || token.is("GOTO") || is_label(line))
+      strict = true;
   }
   close();
   strict_now_ = strict_[0];
@@ -194,20 +204,27 @@ Frames FrameState::at_motion(const Line& line, std::optional<Refusal>& wrong) co
   return frames;
 }
 
+void FrameState::forget() {
+  now_ = pending_ = outside_spline_ = {};
+  wrong_.reset();
+  pending_wrong_.reset();
+}
+
 bool FrameState::read(const Line& line) {
+  const bool frames = read_frames(line);
+  if (calls(line) && !declares(line)) forget();
+  return frames;
+}
+
+bool FrameState::read_frames(const Line& line) {
   const auto& t = line.tokens;
   if (in(kBegins, first_word(line))) {
-    now_ = pending_ = {};
-    wrong_.reset();
-    pending_wrong_.reset();
+    forget();
     strict_now_ = strict_[line.number];
     return true;
   }
   if (is_control(line)) {
-    if (strict_now_) {
-      now_ = pending_ = {};
-      wrong_.reset();
-    }
+    if (strict_now_) forget();
     return false;
   }
   if (t[0].is("SPLINE") || t[0].is("PTP_SPLINE")) {
@@ -246,18 +263,12 @@ bool FrameState::read(const Line& line) {
       place.reset();
       if (number) place = FrameRef{*number, {}};
       wrong_.reset();
-    } else if (kOtherFrames.count(command) > 0) {
-      now_ = {};
+    } else if (kNoFrames.count(command) == 0) {
+      forget();
     }
     return true;
   }
-  if (apply(t, 0, now_, wrong_, line.number)) return true;
-  if (calls(line) && !declares(line)) {
-    now_ = pending_ = {};
-    wrong_.reset();
-    pending_wrong_.reset();
-  }
-  return false;
+  return apply(t, 0, now_, wrong_, line.number);
 }
 
 }  // namespace cellcal::daemon::krl

@@ -23,8 +23,12 @@ class FrameState {
   const std::map<std::string, int>& frame_data_used() const { return used_; }
   /// Whether this line may be passed in another order than that of the text.
   bool breaks_order(const Line& line) const;
+  /// How many blocks a line of this begins, or ends where below 0.
+  static int blocks(const Line& line);
 
  private:
+  bool read_frames(const Line& line);
+  void forget();
   void find_strict(const std::vector<Line>& lines);
   bool apply(const std::vector<Token>& tokens, std::size_t at, Frames& frames,
              std::optional<Refusal>& wrong, int line) const;

@@ -1,6 +1,7 @@
 #include "daemon/krl/krl_text.h"
 
 #include <charconv>
+#include <cstdint>
 #include <limits>
 
 #include "calib/model/error.h"
@@ -69,6 +70,10 @@ class Scanner {
     const std::size_t end = close == std::string_view::npos ? line_.size() : close + 1;
     token.word = line_.substr(at_, end - at_);
     at_ = end;
+    if (const auto value = based_constant(token.word)) {
+      token.kind = Token::Kind::kNumber;
+      token.value = *value;
+    }
   }
 
   std::string_view line_;
@@ -76,6 +81,17 @@ class Scanner {
 };
 
 }  // namespace
+
+std::optional<double> based_constant(std::string_view text) {
+  if (text.size() < 4 || text.front() != '\'' || text.back() != '\'') return std::nullopt;
+  const char base = upper(text[1]);
+  if (base != 'B' && base != 'H') return std::nullopt;
+  std::uint32_t value = 0;
+  const char* const end = text.data() + text.size() - 1;
+  const auto [stop, error] = std::from_chars(text.data() + 2, end, value, base == 'B' ? 2 : 16);
+  if (error != std::errc() || stop != end) return std::nullopt;
+  return value;
+}
 
 std::vector<Line> read_lines(const KrlFile& file) {
   if (file.text.size() > kMostBytes)

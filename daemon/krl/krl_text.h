@@ -3,6 +3,7 @@
 // what is not a token (comments, blanks, line ends, Latin-1) is never touched.
 
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -20,7 +21,7 @@ inline constexpr std::size_t kMostBytes = 16u << 20, kMostLineBytes = 1u << 14;
 struct Token {
   enum class Kind {
     kWord,    ///< names and keywords, in upper case; "$BASE", "#BASE" with their sign
-    kNumber,  ///< without sign
+    kNumber,  ///< without sign; also 'B110' and 'H1F'
     kText,    ///< in quotes
     kSign     ///< any other single byte
   };
@@ -36,6 +37,9 @@ struct Line {
   int number = 0;  ///< from 1
   std::vector<Token> tokens;
 };
+
+/// Of 'B110' or 'H1F' with its quotes; empty where it is none, or longer than 32 bits.
+std::optional<double> based_constant(std::string_view text);
 
 /// The lines that say something: comments, folds, headers (&ACCESS) and blank ones are none. Throws
 /// FileError (calib/model/error.h) naming file and line for what is no text or too long.

@@ -37,11 +37,17 @@ const calib::Calibration& calibration() {
   return c;
 }
 
-/// Digits and signs aside.
+/// Digits and signs aside, and 'B110' and 'H6'.
 std::string without_numbers(std::string_view text) {
   std::string rest;
-  for (const char c : text)
-    if (std::string_view("0123456789+-.eE").find(c) == std::string_view::npos) rest += c;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const auto close = text[i] == '\'' ? text.find('\'', i + 1) : std::string_view::npos;
+    if (close != std::string_view::npos &&
+        daemon::krl::based_constant(text.substr(i, close - i + 1)))
+      i = close;
+    else if (std::string_view("0123456789+-.eE").find(text[i]) == std::string_view::npos)
+      rest += text[i];
+  }
   return rest;
 }
 

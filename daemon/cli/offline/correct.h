@@ -16,6 +16,7 @@ struct CorrectCommand {
   std::vector<std::filesystem::path> controller;  ///< $config.dat, $machine.dat
   std::vector<std::string> leave;
   bool anywhere = false, withheld = false, json = false;
+  bool force = false;  ///< a program's files replace others in `output`
 };
 int correct(const CorrectCommand& command);
 

@@ -41,7 +41,7 @@ krl::ProgramFiles read_files(const CorrectCommand& command) {
   return files;
 }
 
-/// All of them or an error: none may fall on a file that was read.
+/// All of them or an error: none may fall on a file that was read, on the other one, or unasked on any.
 std::vector<fs::path> write(const CorrectCommand& command, const CorrectedProgram& result) {
   if (command.output.empty()) return {};
   std::vector<fs::path> written;
@@ -50,7 +50,12 @@ std::vector<fs::path> write(const CorrectCommand& command, const CorrectedProgra
     if (fs::exists(written.back()) && fs::equivalent(written.back(), file.name))
       throw calib::FileError(written.back().string() +
                              ": is the program itself; write to another folder with -o");
+    if (!command.force && fs::exists(written.back()))
+      throw calib::FileError(written.back().string() +
+                             ": is there already; --force replaces it, or write to another folder");
   }
+  if (written.size() == 2 && written[0] == written[1])
+    throw calib::FileError(written[0].string() + ": program and points have one name");
   fs::create_directories(command.output);
   for (std::size_t i = 0; i < written.size(); ++i)
     write_atomically(written[i], result.files[i].text);

@@ -115,6 +115,16 @@ TEST_F(correct, writes_a_program_beside_and_tells_each_shift) {
   EXPECT_NE(outcome.out.find("tool 1: the cell file's"), std::string::npos);
   EXPECT_EQ(content(src), program.src) << "the program itself stays";
 
+  put("out/weld.dat", "another");
+  std::filesystem::remove(folder + "/weld.src");
+  const Outcome there = run_correct({"--program", src, "--config", config, "-o", folder});
+  EXPECT_EQ(there.status, 1);
+  EXPECT_NE(there.err.find("--force"), std::string::npos) << there.err;
+  EXPECT_EQ(content(folder + "/weld.dat"), "another");
+  EXPECT_FALSE(std::filesystem::exists(folder + "/weld.src")) << "both or none";
+  EXPECT_EQ(run_correct({"--program", src, "--config", config, "-o", folder, "--force"}).status, 0);
+  EXPECT_NE(content(folder + "/weld.dat"), "another");
+
   const Outcome json = run_correct({"--program", src, "--config", config, "--json"});
   ASSERT_EQ(json.status, 0) << json.err;
   const auto all = nlohmann::json::parse(json.out);

@@ -88,7 +88,8 @@ KrlProgram taught(const calib::Robot& robot, const Frames& frames,
     const auto [s, t] = status_and_turn(robot, points[i]);
     const auto frame = calib::to_frame(frames.base.inverse() * arm.nominal_tcp(points[i]));
     const std::size_t n = i + 1;
-    const bool line = i % 2 == 1;
+    // LIN stays in the posture that it begins in.
+    const bool line = i % 2 == 1 && status_and_turn(robot, points[i - 1]).status == s;
     p.dat += fmt::format(
         "DECL E6POS XP{0}={{{1},S {2},T {3},E1 0.0,E2 0.0,E3 0.0,E4 0.0,E5 0.0,E6 0.0}}\r\n"
         "DECL FDAT FP{0}={{TOOL_NO 1,BASE_NO 3,IPO_FRAME #BASE,POINT2[] \" \",TQ_STATE FALSE}}\r\n"

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <map>
 
 #include "calib/model/error.h"
 #include "tests/daemon/krl/fixture.h"
@@ -72,6 +73,64 @@ TEST(a_program_that_is_not_understood, is_refused_by_file_and_line) {
        "p.src", 7},
       {"in a loop", f + "LOOP\nPTP XP1\nBAS(#BASE,2)\nENDLOOP\n", p1, Why::kToolNotKnown, "p.src",
        5},
+      {"after a BAS command that sets frames", f + "BAS(#INITMOV,0)\nPTP XP1\n", p1,
+       Why::kToolNotKnown, "p.src", 5},
+      {"after BAS(#ACT_TOOL)", f + "BAS(#ACT_TOOL,1)\nPTP XP1\n", p1, Why::kToolNotKnown, "p.src",
+       5},
+      {"a call over a loop's back edge", f + "LOOP\nPTP XP1\nCHANGE_TOOL()\nENDLOOP\n", p1,
+       Why::kToolNotKnown, "p.src", 5},
+      {"BAS over a loop's back edge", f + "LOOP\nPTP XP1\nBAS(#EX_BASE,1)\nENDLOOP\n", p1,
+       Why::kToolNotKnown, "p.src", 5},
+      {"a call as a loop's condition", f + "REPEAT\nPTP XP1\nUNTIL DONE()\n", p1,
+       Why::kToolNotKnown, "p.src", 5},
+      {"a call in a branch's condition", f + "IF READY() THEN\nPTP XP1\nENDIF\n", p1,
+       Why::kToolNotKnown, "p.src", 5},
+      {"a call whose result is a frame", f + "$BASE=FIND()\nBAS(#BASE,0)\nPTP XP1\n", p1,
+       Why::kToolNotKnown, "p.src", 6},
+      {"S alone", f + "PTP XP1\n",
+       declared(pose_text({-0.2, -1.4, 1.5, 0.3, 0.8, 0.1}, false).insert(1, "S 2,")),
+       Why::kPartial, "p.dat", 1},
+      {"S is a name", f + "PTP XP1\n",
+       declared(pose_text({-0.2, -1.4, 1.5, 0.3, 0.8, 0.1}, false).insert(1, "S SX,T TX,")),
+       Why::kNotANumber, "p.dat", 1},
+      {"S is text", f + "PTP XP1\n",
+       declared(pose_text({-0.2, -1.4, 1.5, 0.3, 0.8, 0.1}, false).insert(1, "S 'B12',T 'B1',")),
+       Why::kNotANumber, "p.dat", 1},
+      {"S is no whole number", f + "PTP XP1\n",
+       declared(pose_text({-0.2, -1.4, 1.5, 0.3, 0.8, 0.1}, false).insert(1, "S 2.5,T 3,")),
+       Why::kNotANumber, "p.dat", 1},
+      {"external axis by name", f + "PTP XP1\n", declared(with(",E1 EXPOS")), Why::kNotANumber,
+       "p.dat", 1},
+      {"external axis in hexadecimal", f + "PTP XP1\n", declared(with(",E1 'H10'")),
+       Why::kExternalAxes, "p.dat", 1},
+      {"external axis as an aggregate", f + "PTP XP1\n", declared(with(",E1 {V 5}")),
+       Why::kNotANumber, "p.dat", 1},
+      {"its tool's data assigned below", f + "PTP XP1\nTOOL_DATA[1]={X 1,Y 0,Z 0,A 0,B 0,C 0}\n",
+       p1, Why::kFrameChanged, "p.src", 4},
+      {"its base's data changed in part", "BAS(#TOOL,1)\nBAS(#BASE,2)\nPTP XP1\nBASE_DATA[2].X=7\n",
+       p1, Why::kFrameChanged, "p.src", 4},
+      {"its base's data from a function",
+       "BAS(#TOOL,1)\nBASE_DATA[2]=FIND(1)\nBAS(#TOOL,1)\nBAS(#BASE,2)\nPTP XP1\n", p1,
+       Why::kFrameChanged, "p.src", 6},
+      {"a tool's data by a computed index", f + "TOOL_DATA[N]=X\nPTP XP1\n", p1, Why::kFrameChanged,
+       "p.src", 5},
+      {"its tool's data handed over", f + "PTP XP1\nMEASURE(TOOL_DATA[1])\n", p1,
+       Why::kFrameChanged, "p.src", 4},
+      {"its load's data assigned", f + "PTP XP1\nLOAD_DATA[1].M=7\n", p1, Why::kFrameChanged,
+       "p.src", 4},
+      {"$ROBROOT assigned", f + "$ROBROOT.Z=100\nPTP XP1\n", p1, Why::kFrameChanged, "p.src", 5},
+      {"a TOOL_DATA of its own", f + "PTP XP1\n", p1 + "DECL FRAME TOOL_DATA[16]\n",
+       Why::kFrameChanged, "p.src", 4},
+      {"GLOBAL", f + "PTP XP1\n", "DECL GLOBAL E6POS XP1=" + point() + "\n", Why::kGlobal, "p.dat",
+       1},
+      {"a base, too", f + "PTP XP1\n$BASE=XP1\n", p1, Why::kComputed, "p.src", 5},
+      {"a spline's base, too", f + "PTP XP1\nSPLINE WITH $BASE=XP1\nENDSPLINE\n", p1,
+       Why::kComputed, "p.src", 5},
+      {"in a BAS command, too", f + "PTP XP1\nBAS(#EX_BASE,XP1)\n", p1, Why::kComputed, "p.src", 5},
+      {"given in a branch", f + "IF A THEN\nXP1=" + point() + "\nENDIF\nPTP XP1\n",
+       "DECL E6POS XP1\n", Why::kUnknownPoint, "p.src", 7},
+      {"given behind its first motion", f + "LOOP\nPTP XP1\nXP1=" + point() + "\nENDLOOP\n",
+       "DECL E6POS XP1\n", Why::kUnknownPoint, "p.src", 5},
       {"another tool number", "BAS(#TOOL,7)\nBAS(#BASE,0)\nPTP XP1\n", p1, Why::kNoSuchTool,
        "p.src", 4},
       {"another base number", "BAS(#TOOL,1)\nBAS(#BASE,9)\nPTP XP1\n", p1, Why::kNoSuchBase,
@@ -132,6 +191,60 @@ TEST(a_point, that_is_to_stay_is_left_as_it_is) {
   EXPECT_EQ(result.left[0].name, "UNUSED");
   EXPECT_EQ(result.left[0].why, "no motion goes to it");
   EXPECT_EQ(result.left[1].why, "--leave");
+}
+
+TEST(a_point, that_is_to_stay_has_to_be_there) {
+  const std::string body = std::string(kFrames) + "PTP XP1\n";
+  for (const auto& [name, words] :
+       std::map<std::string, std::string>{{"P1", "P1 is XP1"}, {"P7", "no point is named P7. "}}) {
+    try {
+      correct(body, declared(point()), {{name}});
+      ADD_FAILURE() << name;
+    } catch (const calib::FileError& error) {
+      EXPECT_NE(std::string(error.what()).find(words), std::string::npos) << error.what();
+    }
+  }
+}
+
+TEST(a_global_point, is_left_where_it_is_named) {
+  const std::string dat = "DECL GLOBAL E6POS XP1=" + point() + "\n";
+  const auto result = correct(std::string(kFrames) + "PTP XP1\n", dat, {{"XP1"}});
+  ASSERT_TRUE(result.refusals.empty()) << all_words(result);
+  EXPECT_EQ(result.files[1].text, dat);
+}
+
+TEST(a_tools_data, that_the_program_only_reads_or_that_are_of_another_are_no_reason) {
+  const auto result = correct(
+      std::string(kFrames) + "TOOL_DATA[9].X=3\n$TOOL=TOOL_DATA[1]\nPTP XP1\n", declared(point()));
+  EXPECT_TRUE(result.refusals.empty()) << all_words(result);
+}
+
+TEST(axis_angles, are_refused_far_from_the_targets_too) {
+  calib::Calibration c = calibration();
+  c.verdict.workspace = false;
+  const std::string dat = "DECL E6AXIS XA={A1 90.0,A2 -60.0,A3 60.0,A4 10.0,A5 45.0,A6 0.0}\n",
+                    body = std::string(kFrames) + "PTP XA\n";
+  const auto result = correct(body, dat, {}, c);
+  ASSERT_EQ(result.refusals.size(), 1U) << all_words(result);
+  EXPECT_EQ(result.refusals[0].why, Why::kOutsideScope);
+  EXPECT_TRUE(correct(body, dat, {{}, true}, c).refusals.empty());
+}
+
+TEST(robroot, is_taken_however_it_is_declared_and_never_guessed) {
+  krl::ProgramFiles f = files(taught(cell().robot, frames(), postures(1)));
+  for (const char* before : {"", "FRAME ", "DECL FRAME ", "DECL GLOBAL FRAME "}) {
+    f.controller.resize(1);
+    f.controller.push_back(
+        {"$machine.dat", before + std::string("$ROBROOT={X 0.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0}\n")});
+    EXPECT_TRUE(correct_program(calibration(), f).robroot_stated) << before;
+    f.controller[1].text = before + std::string("$ROBROOT={X 0.0,Y Y0,Z 0.0,A 0.0,B 0.0,C 0.0}\n");
+    try {
+      correct_program(calibration(), f);
+      ADD_FAILURE() << before;
+    } catch (const calib::FileError& error) {
+      EXPECT_EQ(std::string(error.what()).find("$machine.dat:1: $ROBROOT"), 0U) << error.what();
+    }
+  }
 }
 
 TEST(a_calibration_that_holds_near_its_targets, refuses_points_elsewhere_unless_asked) {

@@ -1,0 +1,27 @@
+#pragma once
+// Which of the controller's tools, bases and loads a program changes itself: what $config.dat says of
+// them need not hold at any of its motions, wherever the line stands.
+
+#include <set>
+#include <vector>
+
+#include "daemon/krl/krl_text.h"
+
+namespace cellcal::daemon::krl {
+
+struct ChangedNumbers {
+  bool all = false;  ///< the number is computed
+  std::set<int> numbers;
+  bool has(int number) const { return number > 0 && (all || numbers.count(number) > 0); }
+};
+
+struct FrameChanges {
+  ChangedNumbers tools, bases, loads;
+  bool robroot = false;
+};
+
+/// All but TOOL_DATA[n] and its like right behind '=' count as a change: assignments, components, OUT
+/// parameters, and declarations that hide the controller's.
+FrameChanges frame_changes(const std::vector<Line>& lines);
+
+}  // namespace cellcal::daemon::krl
