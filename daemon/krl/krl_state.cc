@@ -66,6 +66,15 @@ bool sets_frames(const Line& line) {
   return false;
 }
 
+/// TRIGGER .. DO $BASE=..: an assignment, or an OUT parameter, that is not the statement itself.
+bool sets_frames_inside(const Line& line) {
+  const auto& t = line.tokens;
+  for (std::size_t i = 1; i < t.size() && !t[i].is("WITH"); ++i)
+    if ((t[i].is("$TOOL") || t[i].is("$BASE") || t[i].is("$IPO_MODE")) && !is_sign(t, i - 1, '='))
+      return true;
+  return false;
+}
+
 /// A call of a sub-program of somebody's.
 bool calls(const Line& line) {
   const auto& t = line.tokens;
@@ -212,7 +221,7 @@ void FrameState::forget() {
 
 bool FrameState::read(const Line& line) {
   const bool frames = read_frames(line);
-  if (calls(line) && !declares(line)) forget();
+  if ((calls(line) || sets_frames_inside(line)) && !declares(line)) forget();
   return frames;
 }
 
