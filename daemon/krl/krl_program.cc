@@ -57,10 +57,14 @@ class Reader {
       if (!motion.left || mentioned_.count(motion.point) > 0) continue;
       for (const Data* data : std::array<const Data*, 2>{&program_.data, &controller_})
         if (const auto at = data->points.find(motion.point); at != data->points.end()) {
-          program_.left_points.emplace(*at);
+          if (!given_twice(*data, motion.point)) program_.left_points.emplace(*at);
           break;
         }
     }
+  }
+
+  static bool given_twice(const Data& data, const std::string& name) {
+    return std::ranges::any_of(data.refusals, [&](const Refusal& r) { return r.what == name; });
   }
 
   bool is_point(const std::string& name) const {

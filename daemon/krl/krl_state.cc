@@ -55,13 +55,17 @@ std::optional<int> whole(const Token& token) {
   return static_cast<int>(token.value);
 }
 
+/// BAS at tokens[at], with a command that may set frames.
+bool frames_by_bas(const std::vector<Token>& t, std::size_t at) {
+  return is_word(t, at, "BAS") && !(at + 2 < t.size() && in(kNoFrames, t[at + 2]));
+}
+
 bool sets_frames(const Line& line) {
   for (std::size_t i = 0; i < line.tokens.size(); ++i) {
     const Token& token = line.tokens[i];
     if (token.is("$TOOL") || token.is("$BASE") || token.is("FDAT_ACT") || token.is("$IPO_MODE"))
       return true;
-    if (token.is("BAS") && !(i + 2 < line.tokens.size() && in(kNoFrames, line.tokens[i + 2])))
-      return true;
+    if (frames_by_bas(line.tokens, i)) return true;
   }
   return false;
 }
@@ -70,7 +74,9 @@ bool sets_frames(const Line& line) {
 bool sets_frames_inside(const Line& line) {
   const auto& t = line.tokens;
   for (std::size_t i = 1; i < t.size() && !t[i].is("WITH"); ++i)
-    if ((t[i].is("$TOOL") || t[i].is("$BASE") || t[i].is("$IPO_MODE")) && !is_sign(t, i - 1, '='))
+    if (((t[i].is("$TOOL") || t[i].is("$BASE") || t[i].is("$IPO_MODE")) &&
+         !is_sign(t, i - 1, '=')) ||
+        frames_by_bas(t, i))
       return true;
   return false;
 }

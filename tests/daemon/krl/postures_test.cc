@@ -13,7 +13,8 @@ const calib::JointVector kUp = {-0.2, -1.4, 1.5, 0.3, 0.8, 0.1},
                          kNear = {-0.1, -1.3, 1.4, 0.4, 0.7, 0.2},
                          kFlipped = {-0.2, -1.4, 1.5, 0.3, -0.8, 0.1};
 
-krl::CorrectedProgram correct(const std::string& body, const krl::CorrectionOptions& options = {}) {
+krl::CorrectedProgram correct(const std::string& body, const krl::CorrectionOptions& options = {},
+                              const std::string& config = "") {
   krl::ProgramFiles f;
   f.src = {"p.src", "DEF p()\nBAS(#TOOL,1)\nBAS(#BASE,0)\n" + body + "END\n"};
   f.dat = krl::KrlFile{"p.dat", "DECL E6POS XUP=" + pose_text(kUp) +
@@ -22,7 +23,8 @@ krl::CorrectedProgram correct(const std::string& body, const krl::CorrectionOpti
   f.controller = {
       {"$config.dat",
        "TOOL_DATA[1]={X 59.9,Y 50.5,Z 410.3,A 38.84,B 3.59,C 0.0}\nDECL E6AXIS XHOME={A1 "
-       "0.0,A2 -90.0,A3 90.0,A4 0.0,A5 20.0,A6 0.0}\n"}};
+       "0.0,A2 -90.0,A3 90.0,A4 0.0,A5 20.0,A6 0.0}\n" +
+           config}};
   return correct_program(calibration(), f, options);
 }
 
@@ -114,6 +116,11 @@ TEST(a_linear_motion, may_begin_at_a_point_that_is_left) {
   const auto other = correct("PTP XFLIPPED\nLIN XNEAR\n", {{"XFLIPPED"}});
   ASSERT_EQ(other.refusals.size(), 1U) << all_words(other);
   EXPECT_EQ(other.refusals[0].why, Why::kOtherPosture);
+  const auto twice =
+      correct("PTP XHOME\nLIN XNEAR\n", {},
+              "DECL E6AXIS XHOME={A1 0.0,A2 -90.0,A3 90.0,A4 0.0,A5 -20.0,A6 0.0}\n");
+  ASSERT_EQ(twice.refusals.size(), 1U) << all_words(twice);
+  EXPECT_EQ(twice.refusals[0].why, Why::kPostureNotKnown);
   const auto changed = correct("XHOME.A5=-20\nPTP XHOME\nLIN XNEAR\n");
   ASSERT_EQ(changed.refusals.size(), 1U) << all_words(changed);
   EXPECT_EQ(changed.refusals[0].why, Why::kPostureNotKnown);
