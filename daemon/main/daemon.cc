@@ -211,6 +211,7 @@ void run_daemon(const DaemonConfig& config, const std::function<DaemonConfig()>&
   signals.async_wait([&](boost::system::error_code, int signal) {
     spdlog::info("signal {}: stopping", signal);
     sd_notify(0, "STOPPING=1");
+    service.abort(SessionService::By::kDaemon);  // the arm first: what follows may wait for a disk
     examiner.stop();
     nights.stop();
     service.shutdown();
