@@ -24,7 +24,7 @@ std::vector<Isometry3d> frames_before(const Robot& robot) {
 }
 
 constexpr double kSameM = 1e-5;                     // what a drawing's rounding makes
-constexpr double kSameRad = 1e-3 * kRadPerDeg * 5;  // 1.5708 for a right angle is 2e-4 deg off
+constexpr double kSameRad = 5e-3 * kRadPerDeg;  // 1.5708 for a right angle is 2e-4 deg off
 
 }  // namespace
 
@@ -68,7 +68,7 @@ JointFrames moved_frames(const JointFrames& given, const RigidArm& nominal,
     const PlacedJoint& one = given.joints[i];
     const Joint& joint = nominal.robot.joints[i];
     link = link * one.origin;
-    const Isometry3d on_axis = before[i].inverse() * link;  // M_i
+    Isometry3d on_axis = before[i].inverse() * link;  // M_i
     const double off_m = on_axis.translation().head<2>().norm();
     const Vector3d axis = on_axis.linear() * one.axis * joint.sign;
     const double off_rad = std::atan2(axis.head<2>().norm(), axis.z());
@@ -79,6 +79,7 @@ JointFrames moved_frames(const JointFrames& given, const RigidArm& nominal,
           "and senses of rotation",
           one.name, off_m * kMmPerM, off_rad * kDegPerRad, joint.name, nominal.robot.name,
           kSameM * kMmPerM, kSameRad * kDegPerRad));
+    on_axis.translation().head<2>().setZero();  // what rounding left beside the axis
     moved.joints[i].origin = fixed * on_axis;
     // The joint turns about its own z in front of M_i: exactly that, not the given rounding.
     moved.joints[i].axis = joint.sign * (on_axis.linear().transpose() * Vector3d::UnitZ());

@@ -98,6 +98,23 @@ TEST(GivenJointFrames, WithoutAnyCorrectionStayWhereTheyAre) {
   EXPECT_LT((given.flange.matrix() - moved.flange.matrix()).norm(), 1e-12);
 }
 
+TEST(GivenJointFrames, ThatWereRoundedAgreeAsWell) {
+  const Calibration c = rigid_calibration(5);
+  const RigidArm nominal = nominal_rigid_arm(c.cell), real = calibrated_rigid_arm(c);
+  JointFrames given = redrawn(joint_frames(nominal), 6);
+  given.joints[2].origin.translation() += Eigen::Vector3d(4e-6, -3e-6, 2e-6);
+  given.joints[4].origin.linear() = given.joints[4].origin.linear() * rotation_of({3.7e-6, 0, 0});
+  const JointFrames moved = moved_frames(given, nominal, real);
+  const std::vector<double> zero(6, 0.0);
+  const Eigen::Isometry3d drawn_off =
+      pose_of(nominal, zero).flange.inverse() * flange_of(given, zero);
+  std::mt19937 random(7);
+  for (int k = 0; k < 100; ++k) {
+    const auto q = random_joints(real.robot, random);
+    EXPECT_LT(apart_m(flange_of(moved, q), pose_of(real, q).flange * drawn_off), 1e-9);
+  }
+}
+
 std::string refusal(const JointFrames& given, const RigidArm& nominal) {
   try {
     moved_frames(given, nominal, nominal);
