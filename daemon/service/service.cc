@@ -127,8 +127,8 @@ void check(const RunRequest& request) {
   }
 }
 
-/// Where every contact is foretold by a calibration only what surprises is confirmed; and the first, so that the
-/// latch's delay stays measured.
+/// The calibration predicts every contact, so only the first (for the latch's delay) and surprising ones are
+/// confirmed.
 void prepare_check(const calib::Cell& cell, State& state) {
   state.policy.confirm_every = std::numeric_limits<int>::max();
   for (const calib::Target& target : cell.targets) state.met.push_back(target.id);

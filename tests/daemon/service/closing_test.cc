@@ -36,18 +36,30 @@ void wait_until(const std::function<bool()>& true_) {
     std::this_thread::sleep_for(std::chrono::milliseconds(2));
 }
 
-TEST(an_abort, takes_back_a_run_that_still_waits_for_the_session_before_to_close) {
+struct SlowService {
+  SlowService() {
+    request.kind = SessionKind::kQualify;
+    request.cell = CELLCAL_DEMO_CELL;
+  }
   TemporaryDirectory dir;
-  Journal journal(dir / "j.db");
+  Journal journal{dir / "j.db"};
   std::promise<void> closed;
-  const std::shared_future<void> gate = closed.get_future().share();
+  std::shared_future<void> gate = closed.get_future().share();
+  std::function<void()> before_a_backend = [] {};
   SessionService service{{journal,
                           dir.path(),
-                          [&](const calib::Cell&) { return std::make_unique<SlowToClose>(gate); },
+                          [this](const calib::Cell&) {
+                            before_a_backend();
+                            return std::make_unique<SlowToClose>(gate);
+                          },
                           {}}};
   RunRequest request;
-  request.kind = SessionKind::kQualify;
-  request.cell = CELLCAL_DEMO_CELL;
+};
+struct an_abort : ::testing::Test, SlowService {};
+struct a_run : ::testing::Test, SlowService {};
+struct what_is_done_alone : ::testing::Test, SlowService {};
+
+TEST_F(an_abort, takes_back_a_run_that_still_waits_for_the_session_before_to_close) {
   service.start(request);
   wait_until([&] { return is_final(service.status().phase); });
 
@@ -72,23 +84,13 @@ TEST(an_abort, takes_back_a_run_that_still_waits_for_the_session_before_to_close
 }
 
 /// It would keep the abort of the one that runs to itself.
-TEST(a_run, that_waits_beside_another_one_ends_when_that_has_taken_the_place) {
-  TemporaryDirectory dir;
-  Journal journal(dir / "j.db");
-  std::promise<void> closed, prepared;
-  const std::shared_future<void> gate = closed.get_future().share(),
-                                 ready = prepared.get_future().share();
+TEST_F(a_run, that_waits_beside_another_one_ends_when_that_has_taken_the_place) {
+  std::promise<void> prepared;
+  const std::shared_future<void> ready = prepared.get_future().share();
   int backends = 0;
-  SessionService service{{journal,
-                          dir.path(),
-                          [&](const calib::Cell&) {
-                            if (++backends > 1) ready.wait();
-                            return std::make_unique<SlowToClose>(gate);
-                          },
-                          {}}};
-  RunRequest request;
-  request.kind = SessionKind::kQualify;
-  request.cell = CELLCAL_DEMO_CELL;
+  before_a_backend = [&] {
+    if (++backends > 1) ready.wait();
+  };
   service.start(request);
   wait_until([&] { return is_final(service.status().phase); });
 
@@ -126,18 +128,7 @@ TEST(a_run, that_waits_beside_another_one_ends_when_that_has_taken_the_place) {
   EXPECT_EQ(journal.sessions()[0].state, "aborted");
 }
 
-TEST(what_is_done_alone, waits_for_no_session_and_lets_none_begin) {
-  TemporaryDirectory dir;
-  Journal journal(dir / "j.db");
-  std::promise<void> closed;
-  const std::shared_future<void> gate = closed.get_future().share();
-  SessionService service{{journal,
-                          dir.path(),
-                          [&](const calib::Cell&) { return std::make_unique<SlowToClose>(gate); },
-                          {}}};
-  RunRequest request;
-  request.kind = SessionKind::kQualify;
-  request.cell = CELLCAL_DEMO_CELL;
+TEST_F(what_is_done_alone, waits_for_no_session_and_lets_none_begin) {
   int done = 0;
   service.alone("an import", [&] {
     EXPECT_THROW(service.start(request), BusyError);
