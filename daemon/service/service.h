@@ -9,52 +9,18 @@
 #include <functional>
 #include <memory>
 #include <mutex>
-#include <stdexcept>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include "calib/syntax/input_file.h"
 #include "daemon/journal/journal.h"
-#include "daemon/runner/backend.h"
 #include "daemon/runner/runner.h"
-#include "daemon/service/options.h"
+#include "daemon/service/request.h"
+#include "daemon/service/settings.h"
 #include "daemon/service/status.h"
 
 namespace cellcal::daemon {
-
-/// A session is under way.
-struct BusyError : std::runtime_error {
-  using std::runtime_error::runtime_error;
-};
-
-/// The request cannot be carried out as it stands: wrong file, nothing to resume.
-struct RequestError : std::runtime_error {
-  using std::runtime_error::runtime_error;
-};
-
-inline constexpr int kPlannedTouches = 40, kMostChosen = 200;
-
-struct RunRequest {
-  SessionKind kind = SessionKind::kCalibrate;
-  std::string target;              ///< of a qualification; empty: the cell's first sphere
-  /// Of a check: the session of the calibration; none: the newest that is published, of `cell` where that is given.
-  std::optional<std::int64_t> calibration;
-  std::filesystem::path cell;      ///< absolute; empty only when resuming or checking
-  std::optional<int> fit_touches;  ///< none: kPlannedTouches, or at most kMostChosen of a goal
-  int check_touches = 10;
-  /// u95 in mm, mean over the region: touches are chosen one by one until it is reached.
-  std::optional<double> goal_mm;
-  std::string region = "workspace";
-  bool find = false;  ///< spheres are found by touching first; those without a centre always are
-  bool accept_change = false;  ///< publish though the arm changed since its last calibration
-  unsigned seed = 1;
-  bool resume = false;
-  /// Who begins it where nobody is there; stands in its events. Empty: a person.
-  std::string unattended;
-  /// Only if nobody has aborted since SessionService::aborts() said this.
-  std::optional<std::uint64_t> unless_aborted;
-};
 
 /// The plan that a session follows; of touches chosen one by one the one in hand. Null: none yet.
 struct PlanInHand {
@@ -63,15 +29,8 @@ struct PlanInHand {
   std::shared_ptr<const calib::Plan> plan;
 };
 
-/// What a session takes with it when it begins.
-struct SessionSettings {
-  TouchPolicy touch;
-  Timeouts timeouts;
-  int retries = 0;               ///< harmless interruptions after which a session goes on by itself
-  SearchLimits search_limits{};  ///< of today's link: a resumed session has its own touch policy
-};
-
-using MakeBackend = std::function<std::unique_ptr<Backend>(const calib::Cell&)>;
+struct Job;
+struct TaskInputs;
 
 struct ServiceParts {
   Journal& journal;
@@ -121,10 +80,10 @@ class SessionService {
   std::filesystem::path results_dir(std::int64_t session) const;
 
  private:
-  struct Job;
-  std::unique_ptr<Job> prepare(const RunRequest& request);
+  std::int64_t begin(const RunRequest& request);
   void run(Job& job);
   void carry_out(Job& job);
+  TaskInputs task_inputs(Job& job);
   void publish(const State& state, const std::vector<calib::Touch>& touches, Job& job);
   void keep_links(LinkReport report);
 
@@ -142,7 +101,7 @@ class SessionService {
   std::string held_;  ///< why no session may begin; empty: one may
   std::uint64_t aborts_ = 0;
   std::uint64_t stops_ = 0;  ///< aborts of anybody
-  int waiting_ = 0;  ///< starts that wait until the session before has let its devices go
+  int waiting_ = 0;          ///< starts that wait until the session before has let its devices go
   std::thread thread_;
 };
 

@@ -1,0 +1,226 @@
+#include "daemon/service/job.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <limits>
+
+#include "calib/files/files.h"
+#include "calib/plan/cell_check.h"
+#include "calib/plan/qualification_plan.h"
+#include "calib/plan/reach/candidates.h"
+#include "daemon/qualification/contact_delay.h"
+#include "daemon/service/check_against.h"
+#include "daemon/service/inputs.h"
+#include "daemon/session/rules.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+bool must_find(const calib::Cell& cell) {
+  return std::any_of(cell.targets.begin(), cell.targets.end(), [](const calib::Target& target) {
+    return target.kind == calib::TargetKind::kSphere && !target.has_centre;
+  });
+}
+
+/// Before anything is opened, planned or moved.
+void look_at_cell(const calib::Cell& cell) {
+  try {
+    for (const std::string& warning : calib::refuse_faulty(cell)) spdlog::warn("{}", warning);
+  } catch (const calib::PlanError& wrong) {
+    throw RequestError(wrong.what());
+  }
+}
+
+/// The delay is read off two speeds. (So the slowest search is fast enough for one arming, too.)
+void look_at_speeds(const TouchPolicy& touch) {
+  if (touch.fast_m_s - touch.slow_m_s >= kLeastSpeedDifferenceMS) return;
+  throw RequestError(fmt::format(
+      "fast_search_mm_s = {:g} and slow_search_mm_s = {:g}: a qualification needs {:g} mm/s between them. Set "
+      "them under [motion]",
+      1e3 * touch.fast_m_s, 1e3 * touch.slow_m_s, 1e3 * kLeastSpeedDifferenceMS));
+}
+
+/// A session is gone on with as it began. What permits its searches is today's link.
+void look_at_limits(std::int64_t session, const TouchPolicy& touch, const SearchLimits& limits) {
+  const auto refuse = [&](const char* key, double value, double most, const char* unit) {
+    throw RequestError(fmt::format(
+        "session {} has {} = {:g}{}, at most {:g}{} are permitted{}. Resume with the link and configuration that it "
+        "began with, or start a new session",
+        session, key, value, unit, most, unit, limits.because.empty() ? "" : " " + limits.because));
+  };
+  // Half a nanometre per second: both may have been computed from millimetres.
+  constexpr double kRounding = 5e-10;
+  for (const auto& [key, speed] : {std::pair("fast_search_mm_s", touch.fast_m_s),
+                                   std::pair("slow_search_mm_s", touch.slow_m_s)})
+    if (!(speed <= limits.fastest_m_s + kRounding))
+      refuse(key, 1e3 * speed, 1e3 * limits.fastest_m_s, " mm/s");
+  if (touch.confirm_every > limits.most_confirm_every)
+    refuse("confirm_every", touch.confirm_every, limits.most_confirm_every, "");
+}
+
+void look_at_target(const calib::Cell& cell, const std::string& target) {
+  try {
+    calib::qualification_target(cell, target);
+  } catch (const calib::PlanError& wrong) {
+    throw RequestError(wrong.what());
+  }
+}
+
+/// The calibration predicts every contact, so only the first (for the latch's delay) and surprising ones are
+/// confirmed.
+void prepare_check(const calib::Cell& cell, State& state) {
+  state.policy.confirm_every = std::numeric_limits<int>::max();
+  for (const calib::Target& target : cell.targets) state.met.push_back(target.id);
+}
+
+/// The calibration that is to be checked, and its cell file as it was; it has to be that still.
+SessionRecord look_at_calibration(Journal& journal, const RunRequest& request) {
+  try {
+    SessionRecord record = published_session(journal, request.cell, request.calibration);
+    const SessionInputs now = read_inputs(record.inputs.cell_name);
+    if (now.cell_text != record.inputs.cell_text || now.robot_text != record.inputs.robot_text)
+      throw RequestError(fmt::format(
+          "{} or its robot file has changed since session {} calibrated it. Put it back, or "
+          "calibrate again",
+          record.inputs.cell_name, record.id));
+    return record;
+  } catch (const NothingToCheck& nothing) {
+    throw RequestError(nothing.what());
+  }
+}
+
+/// As it began.
+void take_up(Journal& journal, const RunRequest& request, Job& job) {
+  const std::optional<SessionRecord> record = journal.newest_resumable();
+  if (!record) {
+    throw RequestError(
+        "nothing to resume: the newest session is done, or there is none. Start one with "
+        "'cellcal run --cell CELL'");
+  }
+  job.session = record->id;
+  job.inputs = record->inputs;
+  job.options = options_from_json(record->inputs.options);
+  if (job.options.kind == SessionKind::kCheck)
+    throw RequestError("session " + std::to_string(record->id) +
+                       " is a check, which is not resumed. Start a new one: cellcal check");
+  look_at_limits(record->id, job.options.touch, job.settings.search_limits);
+  job.started = record->started;
+  job.expected_hash = record->plan_hash;
+  job.touches = journal.touches(record->id);
+  job.resumed = true;
+  job.options.accept_change |= request.accept_change;
+  if (!request.cell.empty() && read_inputs(request.cell).cell_text != record->inputs.cell_text) {
+    throw RequestError("the cell file has changed since session " + std::to_string(record->id) +
+                       " began. Resume without --cell to use the stored one, or start a new "
+                       "session");
+  }
+}
+
+/// What was asked for, beside what this daemon does without being asked.
+void take_options(const RunRequest& request, Job& job) {
+  job.options.plan.fit_touches = request.fit_touches.value_or(kPlannedTouches);
+  job.options.find = request.find;
+  job.options.accept_change = request.accept_change;
+  job.options.goal.u95_m = request.goal_mm.value_or(0.0) * 1e-3;
+  job.options.goal.most_touches =
+      request.fit_touches.value_or(request.goal_mm ? kMostChosen : kPlannedTouches);
+  if (!request.goal_mm) job.options.goal.worth_it = 0.0;  // so many, whatever they bring
+  job.options.region = request.region;
+  try {
+    job.options.plan.region = calib::parse_accuracy_region(request.region);
+  } catch (const calib::PlanError& wrong) {
+    throw RequestError(wrong.what());
+  }
+  job.options.plan.check_touches = request.check_touches;
+  job.options.plan.seed = request.seed;
+  job.options.touch = job.settings.touch;
+  job.options.kind = request.kind;
+  job.options.target = request.target;
+}
+
+void begin_anew(Journal& journal, const RunRequest& request, Job& job) {
+  if (request.kind == SessionKind::kCheck) {
+    const SessionRecord calibrated = look_at_calibration(journal, request);
+    job.inputs = calibrated.inputs;
+    job.options.against = calibrated.id;
+  } else {
+    job.inputs = read_inputs(request.cell);
+  }
+  take_options(request, job);
+}
+
+void look_at_goal(const RunRequest& request, const Job& job) {
+  if (!request.goal_mm || !request.fit_touches) return;
+  const auto targets = std::count_if(
+      job.cell.targets.begin(), job.cell.targets.end(), [](const calib::Target& target) {
+        return calib::is_planned(target, calib::Kinds::kSpheresAndPlanes);
+      });
+  if (const auto least = targets * calib::kFirstTouches; *request.fit_touches < least) {
+    throw RequestError(
+        fmt::format("at least {2} touches are needed with a goal ({0} on each of {1} targets), not "
+                    "{3}",
+                    calib::kFirstTouches, targets, least, *request.fit_touches));
+  }
+}
+
+/// Of a new session, before anything is opened, planned or moved.
+void look_at_new(const RunRequest& request, Job& job) {
+  look_at_cell(job.cell);
+  if (request.kind != SessionKind::kQualify) return;
+  look_at_target(job.cell, request.target);
+  look_at_speeds(job.options.touch);
+}
+
+void look_at_axes(const Job& job) {
+  if (job.cell.robot.joints.size() > drivers::kMaxAxes) {
+    throw RequestError("the robot file has " + std::to_string(job.cell.robot.joints.size()) +
+                       " joints, more than can be driven: " + std::to_string(drivers::kMaxAxes));
+  }
+}
+
+}  // namespace
+
+std::unique_ptr<Job> prepare(Journal& journal, const RunRequest& request, SessionSettings settings,
+                             const MakeBackend& make_backend) {
+  check(request);
+  auto job = std::make_unique<Job>();
+  job->settings = std::move(settings);
+  job->unattended = request.unattended;
+  if (request.resume)
+    take_up(journal, request, *job);
+  else
+    begin_anew(journal, request, *job);
+  job->cell = cell_of(job->inputs);
+  look_at_goal(request, *job);
+  if (!request.resume && request.kind == SessionKind::kCalibrate)
+    job->options.one_by_one = request.goal_mm || job->options.find || must_find(job->cell);
+  if (!request.resume && request.kind == SessionKind::kCheck) job->options.one_by_one = true;
+  // Not in the journal: what stands in the cell now is what must not be hit now.
+  calib::load_meshes(job->cell, std::filesystem::path(job->inputs.cell_name).parent_path());
+  if (!request.resume) look_at_new(request, *job);
+  look_at_axes(*job);
+  job->backend = make_backend(job->cell);
+  return job;
+}
+
+State first_state(const Job& job) {
+  State state;
+  state.policy = job.options.touch;
+  if (job.options.kind == SessionKind::kQualify) state.policy.confirm_every = 1;
+  if (job.options.kind == SessionKind::kCheck) prepare_check(job.cell, state);
+  state.timeouts = job.settings.timeouts;
+  state.retries = job.settings.retries;
+  state.how_to_start = job.backend->how_to_start();
+  state.one_by_one = job.options.one_by_one;
+  state.resumed = job.resumed;
+  state.unattended = !job.unattended.empty();
+  state.done = job.touches.size();
+  for (const calib::Touch& touch : job.touches) state.met.push_back(touch.target);
+  state.expected_hash = job.expected_hash;
+  return state;
+}
+
+}  // namespace cellcal::daemon

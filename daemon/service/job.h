@@ -1,0 +1,45 @@
+#pragma once
+// A session that can begin: its files read and looked at, its arm and sensor made. Nothing is opened or moved yet.
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "calib/model/robot.h"
+#include "calib/model/touch.h"
+#include "daemon/journal/journal.h"
+#include "daemon/service/options.h"
+#include "daemon/service/request.h"
+#include "daemon/service/settings.h"
+#include "daemon/service/time_left.h"
+#include "daemon/service/touch_news.h"
+#include "daemon/session/state.h"
+
+namespace cellcal::daemon {
+
+/// All that one session needs, until it has ended.
+struct Job {
+  std::int64_t session = 0;  ///< 0: not in the journal yet
+  calib::Cell cell;
+  SessionInputs inputs;
+  SessionOptions options;
+  SessionSettings settings;
+  std::string started;
+  std::string expected_hash;  ///< of a resumed session's plan
+  bool resumed = false;
+  std::string unattended;
+  std::vector<calib::Touch> touches;  ///< made before it was resumed
+  std::unique_ptr<Backend> backend;
+  TouchNews news;
+  TimeLeft time_left;
+};
+
+/// Throws RequestError, JournalError, calib::FileError, drivers::ConfigError, drivers::DriverError.
+std::unique_ptr<Job> prepare(Journal& journal, const RunRequest& request, SessionSettings settings,
+                             const MakeBackend& make_backend);
+
+/// Where the sequence begins.
+State first_state(const Job& job);
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,44 @@
+#include "daemon/service/request.h"
+
+#include <fmt/format.h>
+
+namespace cellcal::daemon {
+
+namespace {
+
+constexpr int kMostTouches = 2000;
+constexpr double kFinestGoalMm = 0.01, kCoarsestGoalMm = 10.0;
+
+}  // namespace
+
+void check(const RunRequest& request) {
+  const bool checks = request.kind == SessionKind::kCheck;
+  if (!request.resume && !(checks && request.cell.empty()) && !request.cell.is_absolute()) {
+    throw RequestError("give the cell file as an absolute path, not \"" + request.cell.string() +
+                       "\"");
+  }
+  if (const int touches = request.fit_touches.value_or(kPlannedTouches);
+      touches < 4 || touches > kMostTouches) {
+    throw RequestError("touches (fit) must be 4 to 2000, not " + std::to_string(touches));
+  }
+  if (request.goal_mm &&
+      !(*request.goal_mm >= kFinestGoalMm && *request.goal_mm <= kCoarsestGoalMm)) {
+    throw RequestError(fmt::format("the goal must be {} to {} mm, not {}", kFinestGoalMm,
+                                   kCoarsestGoalMm, *request.goal_mm));
+  }
+  if (request.kind == SessionKind::kQualify &&
+      (request.goal_mm || request.find || request.fit_touches))
+    throw RequestError("a qualification has its own touches: leave goal_mm, find and touches out");
+  if (checks && (request.goal_mm || request.find || request.fit_touches))
+    throw RequestError("a check has its own touches: leave goal_mm, find and touches out");
+  if (!checks && request.calibration)
+    throw RequestError("\"calibration\" is of a check: a calibration begins from the files alone");
+  if (request.kind != SessionKind::kQualify && !request.target.empty())
+    throw RequestError("\"target\" is of a qualification: a calibration touches all targets");
+  if (request.check_touches < 0 || request.check_touches > kMostTouches) {
+    throw RequestError("check touches must be 0 to 2000, not " +
+                       std::to_string(request.check_touches));
+  }
+}
+
+}  // namespace cellcal::daemon

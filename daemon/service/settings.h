@@ -1,0 +1,21 @@
+#pragma once
+// What a session takes from the configuration when it begins.
+
+#include <functional>
+#include <memory>
+
+#include "daemon/runner/backend.h"
+#include "daemon/session/state.h"
+
+namespace cellcal::daemon {
+
+struct SessionSettings {
+  TouchPolicy touch;
+  Timeouts timeouts;
+  int retries = 0;               ///< harmless interruptions after which a session goes on by itself
+  SearchLimits search_limits{};  ///< of today's link: a resumed session has its own touch policy
+};
+
+using MakeBackend = std::function<std::unique_ptr<Backend>(const calib::Cell&)>;
+
+}  // namespace cellcal::daemon

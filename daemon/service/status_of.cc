@@ -1,0 +1,58 @@
+#include "daemon/service/status_of.h"
+
+#include <algorithm>
+#include <chrono>
+
+#include "calib/words/finding_words.h"
+#include "daemon/session/rules.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+Waiting waiting_of(const State& state, drivers::TimePoint now) {
+  const rules::Missing missing = rules::missing(state);
+  const double left_s = std::chrono::duration<double>(*state.deadline - now).count();
+  return {missing.robot, missing.contact, std::max(0.0, left_s), state.how_to_start};
+}
+
+/// Of touches chosen one by one.
+void tell_progress(const State& state, const Job& job, Status& status) {
+  if (job.options.goal.u95_m > 0.0) status.goal_m = job.options.goal.u95_m;
+  status.finding = state.progress.finding;
+  status.stage = state.stage;
+  if (state.progress.u95_m > 0.0) {
+    status.u95_m = state.progress.u95_m;
+    status.mean_error_m = state.progress.mean_m;
+  }
+  status.why_ended = state.progress.why;
+}
+
+}  // namespace
+
+Status status_of(const State& state, const Job& job, std::size_t done) {
+  Status status;
+  status.session = job.session;
+  status.kind = to_string(job.options.kind);
+  status.phase = state.phase;
+  status.done = std::max(state.done, done);
+  status.residual_m = state.calibration ? state.calibration->after.mean_m : state.residual_m;
+  status.robot_words = state.links.robot_words;
+  status.contact_words = state.links.contact_words;
+  status.failure = state.failure;
+  status.interruptions = state.interruptions;
+  if (state.phase == Phase::kConnecting && state.deadline)
+    status.waiting = waiting_of(state, job.backend->clock().now());
+  if (state.plan) {
+    status.total = std::max(state.total(), status.done);
+    if (state.in_hand() < state.plan->touches.size()) status.target = state.planned().target;
+  }
+  if (job.options.one_by_one) tell_progress(state, job, status);
+  if (state.calibration) {
+    status.publish = state.calibration->verdict.publish;
+    status.reasons = calib::words(state.calibration->verdict.findings);
+  }
+  return status;
+}
+
+}  // namespace cellcal::daemon
