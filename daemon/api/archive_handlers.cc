@@ -7,8 +7,8 @@
 
 #include "daemon/api/handlers.h"
 #include "daemon/api/http/json_text.h"
+#include "daemon/archive/archive.h"
 #include "daemon/files/printable.h"
-#include "daemon/service/archive.h"
 
 namespace cellcal::daemon {
 

@@ -10,7 +10,7 @@
 #include "daemon/api/event_feed.h"
 #include "daemon/api/http/message.h"
 #include "daemon/api/status_json.h"
-#include "daemon/service/retention.h"
+#include "daemon/archive/retention.h"
 #include "daemon/service/service.h"
 
 namespace cellcal::daemon {

@@ -7,8 +7,8 @@
 
 #include "daemon/api/handlers.h"
 #include "daemon/api/http/json_text.h"
+#include "daemon/archive/retention.h"
 #include "daemon/runner/backend.h"
-#include "daemon/service/retention.h"
 
 namespace cellcal::daemon {
 

@@ -9,9 +9,9 @@
 #include "daemon/api/http/json_text.h"
 #include "daemon/api/routes.h"
 #include "daemon/api/run_request.h"
-#include "daemon/service/delay_watch.h"
-#include "daemon/service/inputs.h"
 #include "daemon/session/phase_times.h"
+#include "daemon/tasks/delay_watch.h"
+#include "daemon/tasks/inputs.h"
 
 namespace cellcal::daemon {
 
@@ -31,12 +31,17 @@ json kind_of(const SessionRecord& record) {
 }
 
 json to_json(const SessionRecord& record) {
-  json value{
-      {"kind", kind_of(record)},   {"id", record.id},           {"started", record.started},
-      {"ended", record.ended},     {"state", record.state},     {"cell", record.inputs.cell_name},
-      {"touches", record.touches}, {"planned", record.planned}, {"failure", record.failure},
-      {"imported", nullptr},
-      {"raw_dropped", record.dropped.empty() ? json(nullptr) : json(record.dropped)}};
+  json value{{"kind", kind_of(record)},
+             {"id", record.id},
+             {"started", record.started},
+             {"ended", record.ended},
+             {"state", record.state},
+             {"cell", record.inputs.cell_name},
+             {"touches", record.touches},
+             {"planned", record.planned},
+             {"failure", record.failure},
+             {"imported", nullptr},
+             {"raw_dropped", record.dropped.empty() ? json(nullptr) : json(record.dropped)}};
   if (record.origin)
     value["imported"] = {{"journal", record.origin->journal}, {"session", record.origin->session}};
   return value;

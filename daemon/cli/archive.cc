@@ -6,10 +6,10 @@
 #include <nlohmann/json.hpp>
 
 #include "daemon/api/http/http.h"
+#include "daemon/archive/replay.h"
 #include "daemon/cli/ask.h"
 #include "daemon/cli/offline/exit_status.h"
 #include "daemon/cli/offline/offline.h"
-#include "daemon/service/replay.h"
 
 namespace cellcal::daemon {
 

@@ -4,9 +4,9 @@
 
 #include <memory>
 
+#include "daemon/archive/retention.h"
 #include "daemon/main/reload.h"
 #include "daemon/schedule/schedule.h"
-#include "daemon/service/retention.h"
 #include "daemon/service/service.h"
 
 namespace cellcal::daemon {

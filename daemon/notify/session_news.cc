@@ -6,7 +6,7 @@
 
 #include "calib/files/calibration_json.h"
 #include "calib/syntax/input_file.h"
-#include "daemon/service/options.h"
+#include "daemon/tasks/options.h"
 
 namespace cellcal::daemon {
 

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <ctime>
 
-#include "daemon/service/options.h"
+#include "daemon/tasks/options.h"
 
 namespace cellcal::daemon {
 

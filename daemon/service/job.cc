@@ -11,9 +11,9 @@
 #include "calib/plan/qualification_plan.h"
 #include "calib/plan/reach/candidates.h"
 #include "daemon/qualification/contact_delay.h"
-#include "daemon/service/check_against.h"
-#include "daemon/service/inputs.h"
 #include "daemon/session/rules.h"
+#include "daemon/tasks/check_against.h"
+#include "daemon/tasks/inputs.h"
 
 namespace cellcal::daemon {
 

@@ -9,12 +9,12 @@
 #include "calib/model/robot.h"
 #include "calib/model/touch.h"
 #include "daemon/journal/journal.h"
-#include "daemon/service/options.h"
 #include "daemon/service/request.h"
 #include "daemon/service/settings.h"
 #include "daemon/service/time_left.h"
 #include "daemon/service/touch_news.h"
 #include "daemon/session/state.h"
+#include "daemon/tasks/options.h"
 
 namespace cellcal::daemon {
 

@@ -7,13 +7,13 @@
 
 #include "calib/files/calibration_json.h"
 #include "daemon/files/log_context.h"
-#include "daemon/service/check_against.h"
-#include "daemon/service/delay_watch.h"
 #include "daemon/service/job.h"
 #include "daemon/service/journal_recorder.h"
-#include "daemon/service/last_calibration.h"
 #include "daemon/service/status_of.h"
-#include "daemon/service/tasks.h"
+#include "daemon/tasks/check_against.h"
+#include "daemon/tasks/delay_watch.h"
+#include "daemon/tasks/last_calibration.h"
+#include "daemon/tasks/tasks.h"
 
 namespace cellcal::daemon {
 

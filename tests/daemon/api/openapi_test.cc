@@ -7,11 +7,11 @@
 
 #include "daemon/api/access/access.h"
 #include "daemon/api/handlers.h"
+#include "daemon/archive/archive.h"
 #include "daemon/readiness/examiner.h"
 #include "daemon/schedule/schedule.h"
 #include "daemon/schedule/service_door.h"
-#include "daemon/service/archive.h"
-#include "daemon/service/inputs.h"
+#include "daemon/tasks/inputs.h"
 #include "tests/daemon/api/schema.h"
 #include "tests/daemon/api/without_hardware.h"
 
@@ -104,17 +104,21 @@ struct a_described_api : ::testing::Test, testing::WithoutHardware {
 
   TokenStore tokens{dir / "tokens.json"};
   Access access{tokens, {}};
-  Examiner examiner{{[](const std::filesystem::path&, Findings& findings, const auto&,
-                        std::stop_token) {
-                       findings.warn("plan", "A4 travels far", "widen it");
-                       findings.fail("rsi packets", "none", "start it");
-                     },
-                     [this] { service.hold("the doctor is looking"); },
-                     [this] { service.release(); }, [] { return "t"; }}};
+  Examiner examiner{
+      {[](const std::filesystem::path&, Findings& findings, const auto&, std::stop_token) {
+         findings.warn("plan", "A4 travels far", "widen it");
+         findings.fail("rsi packets", "none", "start it");
+       },
+       [this] { service.hold("the doctor is looking"); }, [this] { service.release(); },
+       [] { return "t"; }}};
   ScheduleConfig config = nightly();
   ServiceDoor door{service, journal};
-  Schedule schedule{{door, dir / "schedule.json", [this] { return config; },
-                     [] { return UtcSeconds{1'800'000'000}; }, std::chrono::steady_clock::now, {}}};
+  Schedule schedule{{door,
+                     dir / "schedule.json",
+                     [this] { return config; },
+                     [] { return UtcSeconds{1'800'000'000}; },
+                     std::chrono::steady_clock::now,
+                     {}}};
   Api api{service, journal, &access, {}, &examiner};
   std::set<std::string> seen;
 };

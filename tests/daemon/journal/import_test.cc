@@ -225,7 +225,7 @@ TEST_F(the_rows_of_a_session, that_were_cut_short_anywhere_are_refused) {
 }
 
 TEST_F(the_rows_of_a_session, in_which_a_byte_is_another_are_refused_or_the_same) {
-  // The first line's name of the journal is the manifest's to watch (daemon/service/archive.h).
+  // The first line's name of the journal is the manifest's to watch (daemon/archive/archive.h).
   for (std::size_t at = lines.find('\n'); at < lines.size(); at += 1 + lines.size() / 150) {
     std::string altered = lines;
     altered[at] = altered[at] == '7' ? '8' : '7';

@@ -8,8 +8,8 @@
 #include <regex>
 #include <sstream>
 
-#include "daemon/service/inputs.h"
-#include "daemon/service/options.h"
+#include "daemon/tasks/inputs.h"
+#include "daemon/tasks/options.h"
 #include "tests/daemon/journal/temporary_directory.h"
 
 namespace cellcal::daemon {

@@ -5,8 +5,8 @@
 #include <atomic>
 #include <thread>
 
-#include "daemon/service/inputs.h"
 #include "daemon/service/service.h"
+#include "daemon/tasks/inputs.h"
 #include "drivers/error.h"
 #include "tests/daemon/journal/temporary_directory.h"
 

@@ -1,8 +1,8 @@
 #include "session.h"
 
-#include "daemon/service/inputs.h"
 #include "daemon/service/journal_recorder.h"
-#include "daemon/service/tasks.h"
+#include "daemon/tasks/inputs.h"
+#include "daemon/tasks/tasks.h"
 
 namespace cellcal::faults {
 namespace {

@@ -9,7 +9,7 @@
 #include <limits>
 
 #include "cell.h"
-#include "daemon/service/tasks.h"
+#include "daemon/tasks/tasks.h"
 #include "drivers/kuka/rsi/rsi_robot.h"
 #include "session.h"
 #include "tests/daemon/journal/temporary_directory.h"

@@ -1,8 +1,8 @@
 #pragma once
 // What the worker does for a qualification (daemon/qualification/qualification.h) instead of a calibration.
 
-#include "daemon/service/tasks.h"
 #include "daemon/qualification/qualification.h"
+#include "daemon/tasks/tasks.h"
 
 namespace cellcal::daemon {
 

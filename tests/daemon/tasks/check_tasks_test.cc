@@ -1,6 +1,6 @@
 // What a check makes of touches that were given up: nothing that came loose is left out of its verdict.
 
-#include "daemon/service/check_tasks.h"
+#include "daemon/tasks/check_tasks.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "daemon/service/compared_json.h"
+#include "daemon/tasks/compared_json.h"
 
 #include <nlohmann/json.hpp>
 #include <stdexcept>

@@ -1,7 +1,7 @@
 #pragma once
 // What the worker does for a check (calib/check) instead of a calibration.
 
-#include "daemon/service/tasks.h"
+#include "daemon/tasks/tasks.h"
 
 namespace cellcal::daemon {
 

@@ -1,4 +1,4 @@
-#include "daemon/service/retention.h"
+#include "daemon/archive/retention.h"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "daemon/service/inputs.h"
+#include "daemon/tasks/inputs.h"
 
 #include "calib/files/files.h"
 

@@ -1,6 +1,6 @@
 // A session as plain files: written, read, checked, taken into another journal.
 
-#include "daemon/service/archive.h"
+#include "daemon/archive/archive.h"
 
 #include <gtest/gtest.h>
 
@@ -9,8 +9,8 @@
 
 #include "calib/files/files.h"
 #include "calib/syntax/input_file.h"
-#include "daemon/service/inputs.h"
-#include "daemon/service/options.h"
+#include "daemon/tasks/inputs.h"
+#include "daemon/tasks/options.h"
 #include "tests/daemon/journal/temporary_directory.h"
 
 namespace cellcal::daemon::testing {

@@ -1,4 +1,4 @@
-#include "daemon/service/qualification_tasks.h"
+#include "daemon/tasks/qualification_tasks.h"
 
 #include <nlohmann/json.hpp>
 #include <vector>

@@ -1,4 +1,4 @@
-#include "daemon/service/estimate.h"
+#include "daemon/tasks/estimate.h"
 
 #include "calib/files/calibration_json.h"
 #include "calib/files/files.h"

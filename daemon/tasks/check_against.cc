@@ -1,4 +1,4 @@
-#include "daemon/service/check_against.h"
+#include "daemon/tasks/check_against.h"
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
@@ -6,7 +6,7 @@
 #include <algorithm>
 
 #include "calib/files/calibration_json.h"
-#include "daemon/service/options.h"
+#include "daemon/tasks/options.h"
 
 namespace cellcal::daemon {
 

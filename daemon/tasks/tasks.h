@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "daemon/journal/journal.h"
-#include "daemon/service/options.h"
 #include "daemon/runner/runner.h"
+#include "daemon/tasks/options.h"
 
 namespace cellcal::daemon {
 
@@ -20,8 +20,8 @@ struct TaskInputs {
   calib::Cell cell;
   SessionInputs files;
   SessionOptions options;
-  std::vector<calib::Touch> made;        ///< before the session was interrupted
-  std::optional<Compared> compared;      ///< what the result is held against
+  std::vector<calib::Touch> made;    ///< before the session was interrupted
+  std::optional<Compared> compared;  ///< what the result is held against
   /// Of a check: what is checked, and the touches of those before it, oldest first.
   std::shared_ptr<const calib::Calibration> against;
   std::vector<std::vector<calib::Touch>> checks_before;

@@ -1,4 +1,4 @@
-#include "daemon/service/last_calibration.h"
+#include "daemon/tasks/last_calibration.h"
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>

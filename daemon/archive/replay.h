@@ -6,7 +6,7 @@
 #include <optional>
 #include <string>
 
-#include "daemon/service/archive.h"
+#include "daemon/archive/archive.h"
 
 namespace cellcal::daemon {
 

@@ -1,4 +1,4 @@
-#include "daemon/service/check_tasks.h"
+#include "daemon/tasks/check_tasks.h"
 
 #include <fmt/format.h>
 

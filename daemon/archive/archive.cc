@@ -1,4 +1,4 @@
-#include "daemon/service/archive.h"
+#include "daemon/archive/archive.h"
 
 #include <fmt/format.h>
 
@@ -10,10 +10,10 @@
 #include "calib/files/files.h"
 #include "calib/syntax/input_file.h"
 #include "daemon/files/atomic_file.h"
-#include "daemon/service/compared_json.h"
-#include "daemon/service/inputs.h"
-#include "daemon/service/last_calibration.h"
-#include "daemon/service/options.h"
+#include "daemon/tasks/compared_json.h"
+#include "daemon/tasks/inputs.h"
+#include "daemon/tasks/last_calibration.h"
+#include "daemon/tasks/options.h"
 
 namespace cellcal::daemon {
 

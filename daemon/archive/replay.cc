@@ -1,4 +1,4 @@
-#include "daemon/service/replay.h"
+#include "daemon/archive/replay.h"
 
 #include <fmt/format.h>
 #include <stdlib.h>
@@ -7,9 +7,9 @@
 #include <set>
 
 #include "calib/files/calibration_json.h"
-#include "daemon/service/compared_json.h"
-#include "daemon/service/estimate.h"
-#include "daemon/service/inputs.h"
+#include "daemon/tasks/compared_json.h"
+#include "daemon/tasks/estimate.h"
+#include "daemon/tasks/inputs.h"
 
 namespace cellcal::daemon {
 

@@ -23,7 +23,7 @@ std::optional<SessionKind> session_kind(std::string_view name);
 
 struct SessionOptions {
   SessionKind kind = SessionKind::kCalibrate;
-  std::string target;  ///< kQualify: which sphere; empty: the first
+  std::string target;        ///< kQualify: which sphere; empty: the first
   std::int64_t against = 0;  ///< kCheck: the session whose calibration is checked
   calib::PlanOptions plan;
   std::string region = "workspace";  ///< as `cellcal plan --region` takes it

@@ -1,4 +1,4 @@
-#include "daemon/service/tasks.h"
+#include "daemon/tasks/tasks.h"
 
 #include <fmt/format.h>
 
@@ -23,9 +23,9 @@
 #include "daemon/files/atomic_file.h"
 #include "daemon/files/correction_limit.h"
 #include "daemon/report/report.h"
-#include "daemon/service/check_tasks.h"
-#include "daemon/service/estimate.h"
-#include "daemon/service/qualification_tasks.h"
+#include "daemon/tasks/check_tasks.h"
+#include "daemon/tasks/estimate.h"
+#include "daemon/tasks/qualification_tasks.h"
 
 namespace cellcal::daemon {
 

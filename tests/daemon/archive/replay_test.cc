@@ -1,6 +1,6 @@
 // What differs between two results, by name and by how much.
 
-#include "daemon/service/replay.h"
+#include "daemon/archive/replay.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "daemon/service/options.h"
+#include "daemon/tasks/options.h"
 
 #include <nlohmann/json.hpp>
 #include <stdexcept>
@@ -18,7 +18,8 @@ const char* to_string(SessionKind kind) {
 }
 
 std::optional<SessionKind> session_kind(std::string_view name) {
-  for (const SessionKind kind : {SessionKind::kCalibrate, SessionKind::kQualify, SessionKind::kCheck})
+  for (const SessionKind kind :
+       {SessionKind::kCalibrate, SessionKind::kQualify, SessionKind::kCheck})
     if (name == to_string(kind)) return kind;
   return std::nullopt;
 }

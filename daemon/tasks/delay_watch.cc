@@ -1,11 +1,11 @@
-#include "daemon/service/delay_watch.h"
+#include "daemon/tasks/delay_watch.h"
 
 #include <spdlog/spdlog.h>
 
 #include <stdexcept>
 
-#include "daemon/service/options.h"
 #include "daemon/qualification/touch_contacts.h"
+#include "daemon/tasks/options.h"
 
 namespace cellcal::daemon {
 
