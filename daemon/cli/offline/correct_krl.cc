@@ -7,6 +7,7 @@
 #include "calib/model/error.h"
 #include "calib/syntax/input_file.h"
 #include "daemon/cli/offline/correct.h"
+#include "daemon/cli/offline/corrected_record.h"
 #include "daemon/cli/offline/exit_status.h"
 #include "daemon/cli/offline/offline.h"
 #include "daemon/files/atomic_file.h"
@@ -41,25 +42,38 @@ krl::ProgramFiles read_files(const CorrectCommand& command) {
   return files;
 }
 
-/// All of them or an error: none may fall on a file that was read, on the other one, or unasked on any.
-std::vector<fs::path> write(const CorrectCommand& command, const CorrectedProgram& result) {
+void refuse_to_replace(const CorrectCommand& command, const fs::path& path) {
+  if (!command.force && fs::exists(path))
+    throw calib::FileError(path.string() +
+                           ": is there already; --force replaces it, or write to another folder");
+}
+
+/// Where the files go, the record last. All of them or an error: none may fall on a file that was read, on another one,
+/// or unasked on any.
+std::vector<fs::path> places(const CorrectCommand& command, const CorrectedProgram& result) {
   if (command.output.empty()) return {};
-  std::vector<fs::path> written;
+  std::vector<fs::path> all;
   for (const KrlFile& file : result.files) {
-    written.push_back(command.output / fs::path(file.name).filename());
-    if (fs::exists(written.back()) && fs::equivalent(written.back(), file.name))
-      throw calib::FileError(written.back().string() +
+    all.push_back(command.output / fs::path(file.name).filename());
+    if (fs::exists(all.back()) && fs::equivalent(all.back(), file.name))
+      throw calib::FileError(all.back().string() +
                              ": is the program itself; write to another folder with -o");
-    if (!command.force && fs::exists(written.back()))
-      throw calib::FileError(written.back().string() +
-                             ": is there already; --force replaces it, or write to another folder");
+    refuse_to_replace(command, all.back());
   }
-  if (written.size() == 2 && written[0] == written[1])
-    throw calib::FileError(written[0].string() + ": program and points have one name");
-  fs::create_directories(command.output);
-  for (std::size_t i = 0; i < written.size(); ++i)
-    write_atomically(written[i], result.files[i].text);
-  return written;
+  if (all.size() == 2 && all[0] == all[1])
+    throw calib::FileError(all[0].string() + ": program and points have one name");
+  all.push_back(record_beside(all.front()));
+  refuse_to_replace(command, all.back());
+  return all;
+}
+
+/// The record first: a program without it would pass for the original.
+void write(const std::vector<fs::path>& places, const CorrectedProgram& result,
+           const std::string& record) {
+  fs::create_directories(places.front().parent_path());
+  write_atomically(places.back(), record);
+  for (std::size_t i = 0; i < result.files.size(); ++i)
+    write_atomically(places[i], result.files[i].text);
 }
 
 std::string tool_words(const krl::ToolUsed& tool) {
@@ -71,6 +85,9 @@ std::string tool_words(const krl::ToolUsed& tool) {
       tool.load_known ? "as LOAD_DATA says" : "as the cell's tool's, since LOAD_DATA says nothing");
 }
 
+/// TOOL_DATA[n] or BASE_DATA[n]; below 0: written out in the program.
+std::string frame_words(int number) { return number < 0 ? "text" : std::to_string(number); }
+
 std::string table(const CorrectedProgram& result) {
   std::string text =
       fmt::format("{:<16}{:>6}{:>6}{:>6}{:>10}{:>10}{:>10}{:>10}{:>10}{:>9}\n", "point", "line",
@@ -78,8 +95,8 @@ std::string table(const CorrectedProgram& result) {
   for (const CorrectedPoint& p : result.points)
     text += fmt::format(
         "{:<16}{:>6}{:>6}{:>6}{:>10.3f}{:>10.3f}{:>10.3f}{:>10.3f}{:>10.4f}{:>9.3f}{}\n", p.name,
-        p.line, p.tool, p.axes ? "axes" : std::to_string(p.base), p.shift_mm.x(), p.shift_mm.y(),
-        p.shift_mm.z(), p.shift_mm.norm(), p.turn_deg, p.u95_mm,
+        p.line, frame_words(p.tool), p.axes ? "axes" : frame_words(p.base), p.shift_mm.x(),
+        p.shift_mm.y(), p.shift_mm.z(), p.shift_mm.norm(), p.turn_deg, p.u95_mm,
         p.status_changed ? "  S, T changed" : "");
   return text;
 }
@@ -117,8 +134,8 @@ nlohmann::json point_json(const CorrectedPoint& p) {
           {"status_changed", p.status_changed}};
 }
 
-std::string json(const CorrectedProgram& result, const std::vector<fs::path>& written,
-                 const calib::Robot& robot) {
+nlohmann::json json(const CorrectedProgram& result, const std::vector<fs::path>& written,
+                    const calib::Robot& robot) {
   nlohmann::json all = {
       {"points", nlohmann::json::array()},  {"left", nlohmann::json::array()},
       {"tools", nlohmann::json::array()},   {"refusals", nlohmann::json::array()},
@@ -137,6 +154,10 @@ std::string json(const CorrectedProgram& result, const std::vector<fs::path>& wr
                                {"what", one.what},
                                {"words", words(one, robot)}});
   for (const fs::path& path : written) all["written"].push_back(path.string());
+  return all;
+}
+
+std::string text_of(const nlohmann::json& all) {
   // Paths are what the user typed, in any encoding.
   return all.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
@@ -159,15 +180,23 @@ int correct_krl(const CorrectCommand& command, const calib::Calibration& calibra
     for (char& c : name) c = c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
     options.leave.push_back(std::move(name));
   }
-  const CorrectedProgram result = correct_program(calibration, read_files(command), options);
+  const krl::ProgramFiles files = read_files(command);
+  refuse_corrected(files);
+  const CorrectedProgram result = correct_program(calibration, files, options);
   const calib::Robot& robot = calibration.cell.robot;
   if (!result.refusals.empty()) {
     name_refusals(result, robot);
-    if (command.json) put(json(result, {}, robot), {});
+    if (command.json) put(text_of(json(result, {}, robot)), {});
     return kJobFailed;
   }
-  const auto written = write(command, result);
-  put(command.json ? json(result, written, robot) : report(result, written), {});
+  const std::vector<fs::path> written = places(command, result);
+  const nlohmann::json all = json(result, written, robot);
+  if (!written.empty()) {
+    nlohmann::json record = corrected_record(all, files, result.files);
+    record["calibration_sha256"] = calib::sha256(calib::read_file(command.calibration));
+    write(written, result, text_of(record));
+  }
+  put(command.json ? text_of(all) : report(result, written), {});
   return kSuccess;
 }
 

@@ -138,6 +138,32 @@ TEST_F(correct, writes_a_program_beside_and_tells_each_shift) {
   EXPECT_NE(onto_itself.err.find("is the program itself"), std::string::npos) << onto_itself.err;
 }
 
+TEST_F(correct, refuses_what_was_corrected_already) {
+  calibration_file();
+  const KrlProgram program = taught(cell().robot, frames(), postures(3));
+  const std::string src = put("weld.src", program.src), config = put("$config.dat", program.config);
+  put("weld.dat", program.dat);
+  const std::string folder = dir_ / "out";
+  ASSERT_EQ(run_correct({"--program", src, "--config", config, "-o", folder}).status, 0);
+  const auto record = nlohmann::json::parse(content(folder + "/weld.corrected.json"));
+  EXPECT_EQ(record.at("format"), "cellcal.corrected/1");
+  EXPECT_EQ(record.at("points").size(), 3U);
+  EXPECT_EQ(record.at("files").size(), 2U);
+
+  const auto again = [&] {
+    return run_correct({"--program", folder + "/weld.src", "--config", config, "--json"});
+  };
+  EXPECT_EQ(again().status, 1);
+  EXPECT_NE(again().err.find("corrected already"), std::string::npos) << again().err;
+  put("out/weld.dat", program.dat);
+  EXPECT_EQ(again().status, 0) << "the original, put back beside the record";
+  for (const char* damaged : {"", "[", "{}", "[1]", "{\"format\":\"cellcal.corrected/1\"}"}) {
+    put("out/weld.corrected.json", damaged);
+    EXPECT_EQ(again().status, 1) << damaged;
+    EXPECT_NE(again().err.find("no record of a correction"), std::string::npos) << again().err;
+  }
+}
+
 TEST_F(correct, writes_nothing_where_a_point_is_refused) {
   calibration_file();
   const std::string src = put("p.src", "DEF p()\nPTP {A1 10}\nEND\n"), folder = dir_ / "out";
