@@ -37,7 +37,7 @@ RunRequest run_request(const std::string& body) {
   take(object, "cell", cell);
   take(object, "kind", kind);
   const auto known = session_kind(kind);
-  if (!known) throw BadRequest("\"kind\" must be \"calibrate\", \"qualify\" or \"check\"");
+  if (!known) throw BadRequest("\"kind\" must be \"calibrate\", \"qualify\", \"dry-run\" or \"check\"");
   request.kind = *known;
   take(object, "target", request.target);
   if (object.contains("calibration")) {

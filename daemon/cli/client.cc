@@ -13,8 +13,8 @@
 #include "daemon/cli/ask.h"
 #include "daemon/cli/offline/exit_status.h"
 #include "daemon/cli/offline/offline.h"
-#include "daemon/cli/progress.h"
 #include "daemon/cli/offline/tables.h"
+#include "daemon/cli/progress.h"
 #include "daemon/cli/times.h"
 #include "daemon/doctor/link_words.h"
 
@@ -123,6 +123,18 @@ int conclude_check(const Connection& daemon, const json& status) {
   return result.value("holds", false) ? kSuccess : kNotPublishable;
 }
 
+/// It went the whole way, or it would have failed.
+int conclude_dry_run(const Connection& daemon, const json& status) {
+  put(daemon.json
+          ? status.dump() + "\n"
+          : fmt::format(
+                "{} stand-offs reached, the tip met nothing. 'cellcal run' with the same cell file, touches, "
+                "check and seed goes the same way and touches\n",
+                number(status, "touches")),
+      {});
+  return kSuccess;
+}
+
 /// Prints what a session came to; the exit status follows.
 int conclude(const Connection& daemon, const json& status) {
   const std::int64_t session = number(status, "session");
@@ -134,6 +146,7 @@ int conclude(const Connection& daemon, const json& status) {
   }
   if (text(status, "kind") == "qualify") return conclude_qualification(daemon, status);
   if (text(status, "kind") == "check") return conclude_check(daemon, status);
+  if (text(status, "kind") == "dry-run") return conclude_dry_run(daemon, status);
   const Response calibration = ask(daemon, "GET", session_path(session) + "/calibration.json");
   const calib::Calibration result =
       calib::calibration_from_json(calibration.body, "the daemon's calibration");
@@ -252,9 +265,12 @@ std::string times_of(const json& times) {
 /// Of a calibration nothing: that is what sessions are for.
 std::string kind_words(const json& session) {
   if (text(session, "kind") == "qualify") return "qualification: ";
+  if (text(session, "kind") == "dry-run") return "dry run: ";
   if (text(session, "kind") != "check") return "";
   const json holds = session.value("holds", json());
-  return !holds.is_boolean() ? "check: " : holds.get<bool>() ? "check: holds: " : "check: does not hold: ";
+  return !holds.is_boolean() ? "check: "
+         : holds.get<bool>() ? "check: holds: "
+                             : "check: does not hold: ";
 }
 
 std::string session_line(const json& session) {
@@ -279,6 +295,17 @@ int run(const Connection& daemon, const RunCommand& command) {
     body["check"] = command.check;
     body["seed"] = command.seed;
   }
+  const json answer = parse(ask(daemon, "POST", "/v1/run", body.dump()));
+  return follow(daemon, number(answer, "session"), BeforeMotion::kCtrlCEnds,
+                daemon.progress ? Shows::kLinesElsewhere : Shows::kLine);
+}
+
+int dry_run(const Connection& daemon, const DryRunCommand& command) {
+  const json body{{"kind", "dry-run"},
+                  {"cell", std::filesystem::absolute(command.cell).string()},
+                  {"touches", command.touches},
+                  {"check", command.check},
+                  {"seed", command.seed}};
   const json answer = parse(ask(daemon, "POST", "/v1/run", body.dump()));
   return follow(daemon, number(answer, "session"), BeforeMotion::kCtrlCEnds,
                 daemon.progress ? Shows::kLinesElsewhere : Shows::kLine);

@@ -26,6 +26,13 @@ struct RunCommand {
   bool resume = false;
 };
 
+struct DryRunCommand {
+  std::filesystem::path cell;
+  int touches = 40, check = 10;
+  unsigned seed = 1;
+};
+int dry_run(const Connection& daemon, const DryRunCommand& command);
+
 struct QualifyCommand {
   std::filesystem::path cell;
   std::string target;  ///< empty: the first sphere

@@ -92,6 +92,28 @@ void add_qualify(CLI::App& app, int& status) {
   command->callback([=, &status] { status = qualify(*daemon, *given); });
 }
 
+void add_dry_run(CLI::App& app, int& status) {
+  auto given = std::make_shared<DryRunCommand>();
+  CLI::App* command = app.add_subcommand(
+      "dry-run", "Go the whole way of a calibration slowly, without touching anything");
+  command->footer(
+      "Before the first calibration, and after anything was moved in the cell. From stand-off to stand-off at a tenth of "
+      "the\naxis speeds or less; nothing is searched. What the tip meets stops the arm and ends it. 'cellcal run' with "
+      "the\nsame cell file, touches, check and seed goes the same way. Run it in T1.\n"
+      "Example: cellcal dry-run --cell cell.toml --touches 40 --check 10");
+  auto daemon = add_connection(command);
+  add_progress(command, *daemon);
+  command->add_option("--cell", given->cell, "Cell file (TOML)")->required();
+  command->add_option("--touches", given->touches, "Touches for the fit")
+      ->capture_default_str()
+      ->check(CLI::Range(4, 2000));
+  command->add_option("--check", given->check, "Check touches")
+      ->capture_default_str()
+      ->check(CLI::Range(0, 2000));
+  command->add_option("--seed", given->seed, "Seed of the plan")->capture_default_str();
+  command->callback([=, &status] { status = dry_run(*daemon, *given); });
+}
+
 void add_check(CLI::App& app, int& status) {
   auto given = std::make_shared<CheckCommand>();
   CLI::App* command = app.add_subcommand(
@@ -203,6 +225,7 @@ void add_token_commands(CLI::App& app, int& status) {
 void add_client_commands(CLI::App& app, int& status) {
   add_run(app, status);
   add_qualify(app, status);
+  add_dry_run(app, status);
   add_check(app, status);
   add_plain(app, status, "status", "Show what the daemon is doing", show_status);
   add_watch(app, status);

@@ -95,8 +95,11 @@ std::unique_ptr<Backend> make_backend(const DaemonConfig& config, const calib::C
 
 /// Of this configuration, whatever is read later.
 MakeBackend backend_of(std::shared_ptr<const DaemonConfig> config) {
-  return
-      [config = std::move(config)](const calib::Cell& cell) { return make_backend(*config, cell); };
+  return [config = std::move(config)](const calib::Cell& cell, double most_speed) {
+    DaemonConfig slowed = *config;
+    slowed.motion.speed_fraction = std::min(slowed.motion.speed_fraction, most_speed);
+    return make_backend(slowed, cell);
+  };
 }
 
 SessionSettings settings_of(const DaemonConfig& config) {

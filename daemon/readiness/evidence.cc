@@ -54,6 +54,7 @@ void look_at_files(Evidence& evidence) {
       continue;
     ++evidence.spheres;
     if (target.has_centre || target.has_box) ++evidence.placed;
+    if (target.has_centre || target.kind != calib::TargetKind::kSphere) ++evidence.centred;
   }
   try {
     calib::refuse_faulty(cell);
@@ -127,12 +128,17 @@ Evidence evidence_of(const Examination& examination, Journal& journal,
     const auto kind = kind_of(record);
     if (kind == SessionKind::kQualify && !evidence.qualification)
       evidence.qualification = qualified(record, results(record.id));
+    if (kind == SessionKind::kDryRun && !evidence.dry_run)
+      evidence.dry_run = Looked{true, {}, record.id};
     if (kind != SessionKind::kCalibrate) continue;
     evidence.first = Looked{true, {}, record.id};  // the oldest stays
     if (evidence.calibration) continue;
     const auto whole = journal.session(record.id);
     evidence.calibration = calibrated(whole ? whole->calibration : "", record.id);
   }
+  // What was touched all around was reached; what has to be found first has no way yet.
+  if (!evidence.dry_run) evidence.dry_run = evidence.first;
+  if (!evidence.dry_run && evidence.centred < evidence.spheres) evidence.dry_run = Looked{true};
   return evidence;
 }
 

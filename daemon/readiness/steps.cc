@@ -18,6 +18,8 @@ const std::optional<Looked>& looked_at(const Evidence& evidence, SetUpStep step)
       return evidence.doctor;
     case SetUpStep::kQualify:
       return evidence.qualification;
+    case SetUpStep::kDryRun:
+      return evidence.dry_run;
     case SetUpStep::kFirst:
       return evidence.first;
     case SetUpStep::kCalibration:
@@ -40,6 +42,8 @@ const char* to_string(SetUpStep step) {
       return "doctor";
     case SetUpStep::kQualify:
       return "qualify";
+    case SetUpStep::kDryRun:
+      return "dry-run";
     case SetUpStep::kFirst:
       return "first";
     case SetUpStep::kCalibration:

@@ -8,10 +8,10 @@
 
 namespace cellcal::daemon {
 
-enum class SetUpStep { kCell, kRobot, kSpheres, kDoctor, kQualify, kFirst, kCalibration };
+enum class SetUpStep { kCell, kRobot, kSpheres, kDoctor, kQualify, kDryRun, kFirst, kCalibration };
 inline constexpr SetUpStep kAllSteps[] = {
-    SetUpStep::kCell,    SetUpStep::kRobot, SetUpStep::kSpheres,    SetUpStep::kDoctor,
-    SetUpStep::kQualify, SetUpStep::kFirst, SetUpStep::kCalibration};
+    SetUpStep::kCell,    SetUpStep::kRobot,  SetUpStep::kSpheres, SetUpStep::kDoctor,
+    SetUpStep::kQualify, SetUpStep::kDryRun, SetUpStep::kFirst,   SetUpStep::kCalibration};
 /// "cell", "robot", ...
 const char* to_string(SetUpStep step);
 
@@ -34,8 +34,9 @@ struct Looked {
 struct Evidence {
   std::string cell;   ///< path of its file; empty: none is known
   std::string robot;  ///< name in the robot file, where that loads
-  std::size_t spheres = 0, placed = 0, lengths = 0;
-  std::optional<Looked> cell_file, robot_file, targets, doctor, qualification, first, calibration;
+  std::size_t spheres = 0, placed = 0, centred = 0, lengths = 0;
+  std::optional<Looked> cell_file, robot_file, targets, doctor, qualification, dry_run, first,
+      calibration;
 };
 
 struct StepSeen {

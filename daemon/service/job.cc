@@ -61,6 +61,14 @@ void look_at_limits(std::int64_t session, const TouchPolicy& touch, const Search
     refuse("confirm_every", touch.confirm_every, limits.most_confirm_every, "");
 }
 
+/// A dry run searches nothing, so it finds nothing.
+void look_at_centres(const calib::Cell& cell) {
+  if (must_find(cell))
+    throw RequestError(
+        "a dry run needs the centre of each sphere. Jog the tip to them, or let a session find them, and state "
+        "xyz_mm in the cell file");
+}
+
 void look_at_target(const calib::Cell& cell, const std::string& target) {
   try {
     calib::qualification_target(cell, target);
@@ -106,6 +114,9 @@ void take_up(Journal& journal, const RunRequest& request, Job& job) {
   if (job.options.kind == SessionKind::kCheck)
     throw RequestError("session " + std::to_string(record->id) +
                        " is a check, which is not resumed. Start a new one: cellcal check");
+  if (job.options.kind == SessionKind::kDryRun)
+    throw RequestError("session " + std::to_string(record->id) +
+                       " is a dry run, which is not resumed. Start a new one: cellcal dry-run");
   look_at_limits(record->id, job.options.touch, job.settings.search_limits);
   job.started = record->started;
   job.expected_hash = record->plan_hash;
@@ -169,6 +180,7 @@ void look_at_goal(const RunRequest& request, const Job& job) {
 /// Of a new session, before anything is opened, planned or moved.
 void look_at_new(const RunRequest& request, Job& job) {
   look_at_cell(job.cell);
+  if (request.kind == SessionKind::kDryRun) look_at_centres(job.cell);
   if (request.kind != SessionKind::kQualify) return;
   look_at_target(job.cell, request.target);
   look_at_speeds(job.options.touch);
@@ -202,7 +214,8 @@ std::unique_ptr<Job> prepare(Journal& journal, const RunRequest& request, Sessio
   calib::load_meshes(job->cell, std::filesystem::path(job->inputs.cell_name).parent_path());
   if (!request.resume) look_at_new(request, *job);
   look_at_axes(*job);
-  job->backend = make_backend(job->cell);
+  const bool dry = job->options.kind == SessionKind::kDryRun;
+  job->backend = make_backend(job->cell, dry ? kDryRunSpeed : 1.0);
   return job;
 }
 
@@ -212,7 +225,8 @@ State first_state(const Job& job) {
   if (job.options.kind == SessionKind::kQualify) state.policy.confirm_every = 1;
   if (job.options.kind == SessionKind::kCheck) prepare_check(job.cell, state);
   state.timeouts = job.settings.timeouts;
-  state.retries = job.settings.retries;
+  state.dry = job.options.kind == SessionKind::kDryRun;
+  state.retries = state.dry ? 0 : job.settings.retries;
   state.how_to_start = job.backend->how_to_start();
   state.one_by_one = job.options.one_by_one;
   state.resumed = job.resumed;

@@ -16,6 +16,7 @@ struct SessionSettings {
   SearchLimits search_limits{};  ///< of today's link: a resumed session has its own touch policy
 };
 
-using MakeBackend = std::function<std::unique_ptr<Backend>(const calib::Cell&)>;
+/// `most_speed`: share of the robot file's axis speeds that no move exceeds, whatever the configuration allows.
+using MakeBackend = std::function<std::unique_ptr<Backend>(const calib::Cell&, double most_speed)>;
 
 }  // namespace cellcal::daemon

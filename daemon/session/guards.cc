@@ -128,6 +128,8 @@ bool leads_on(const State& state, const Event&) { return state.leads_on; }
 bool more_waypoints_on(const State& state, const Event& event) {
   return state.leads_on && more_waypoints(state, event);
 }
+bool dry(const State& state, const Event&) { return state.dry; }
+bool dry_and_leads_on(const State& state, const Event&) { return state.dry && state.leads_on; }
 bool next_is_known(const State& state, const Event&) {
   return !state.one_by_one && state.done + 1 < state.plan->touches.size();
 }

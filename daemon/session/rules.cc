@@ -354,6 +354,21 @@ void leave_for_next(State& state, const Event& event, Actions& actions) {
   go_on(state, event, actions, std::move(move));
 }
 
+/// As behind a touch that was made, but there was none: whatever the tip meets on this way ends the session.
+void pass_by(State& state, const Event& event, Actions& actions) {
+  const drivers::AxisAngles clear = axis_angles(state.planned().clear);
+  const drivers::Via leaving = via(clear, state.planned().leaving);
+  const bool last = !next_is_known(state, event);
+  ++state.done;
+  forget_touch(state);
+  if (last)
+    return begin(state, event, actions, MoveKind::kTransit, clear, 0.0, state.timeouts.waypoint);
+  state.leads_on = true;
+  drivers::Move move;
+  move.via.push_back(leaving);
+  go_on(state, event, actions, std::move(move));
+}
+
 /// Out along the search line, as behind any touch. Where the sphere was sought, it is not.
 void leave_empty_place(State& state, const Event& event, Actions& actions) {
   begin(state, event, actions, MoveKind::kRetreat, axis_angles(state.planned().clear), 0.0,

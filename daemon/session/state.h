@@ -35,6 +35,7 @@ struct State {
   // Fixed when the session starts.
   TouchPolicy policy;
   Timeouts timeouts;
+  bool dry = false;         ///< from stand-off to stand-off; nothing is searched or recorded
   bool one_by_one = false;  ///< touches are chosen as the session goes, not planned beforehand
   /// Goes on with a journal's touches, or by itself from where a contact may be closed: then, and
   /// only then, its first move may lead out of one.

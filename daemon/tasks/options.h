@@ -15,9 +15,12 @@ namespace cellcal::daemon {
 enum class SessionKind {
   kCalibrate,  ///< touches all around, an estimate, a verdict
   kQualify,    ///< few places of one sphere, at several speeds: how good the contacts are
-  kCheck       ///< few touches that tell whether a calibration still holds
+  kCheck,      ///< few touches that tell whether a calibration still holds
+  kDryRun      ///< the whole way of a calibration, slowly, without one contact
 };
 const char* to_string(SessionKind kind);
+/// Of the robot file's axis speeds; slower where the configuration says so.
+inline constexpr double kDryRunSpeed = 0.1;
 /// None: no such kind.
 std::optional<SessionKind> session_kind(std::string_view name);
 

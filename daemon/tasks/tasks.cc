@@ -24,6 +24,7 @@
 #include "daemon/files/correction_limit.h"
 #include "daemon/report/report.h"
 #include "daemon/tasks/check_tasks.h"
+#include "daemon/tasks/dry_run_tasks.h"
 #include "daemon/tasks/estimate.h"
 #include "daemon/tasks/qualification_tasks.h"
 
@@ -256,6 +257,13 @@ Tasks with_route(Tasks tasks, const std::shared_ptr<const TaskInputs>& inputs) {
 
 }  // namespace
 
+Tasks::Planned plan_beforehand(const TaskInputs& inputs) {
+  Tasks::Planned planned{calib::make_plan(inputs.cell, inputs.options.plan), "", {}};
+  check(planned.plan, inputs.cell.robot.joints.size());
+  planned.hash = plan_hash(planned.plan);
+  return planned;
+}
+
 void refuse_beyond_reach(const TaskInputs& inputs, const calib::Plan& plan, std::size_t next,
                          const calib::JointVector& begin) {
   if (!inputs.axis_reach_rad) return;
@@ -269,6 +277,8 @@ Tasks make_tasks(TaskInputs given) {
   if (inputs->options.kind == SessionKind::kQualify)
     return with_route(qualification_tasks(inputs), inputs);
   if (inputs->options.kind == SessionKind::kCheck) return check_tasks(inputs);
+  if (inputs->options.kind == SessionKind::kDryRun)
+    return with_route(dry_run_tasks(inputs), inputs);
   // For the report; planning and report are jobs of one worker.
   const auto planned_first = std::make_shared<std::optional<calib::Plan>>();
   Tasks tasks;
@@ -281,9 +291,7 @@ Tasks make_tasks(TaskInputs given) {
     };
   } else {
     tasks.plan = [inputs, planned_first] {
-      Tasks::Planned planned{calib::make_plan(inputs->cell, inputs->options.plan), "", {}};
-      check(planned.plan, inputs->cell.robot.joints.size());
-      planned.hash = plan_hash(planned.plan);
+      Tasks::Planned planned = plan_beforehand(*inputs);
       *planned_first = planned.plan;
       return planned;
     };

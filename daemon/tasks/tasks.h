@@ -43,6 +43,9 @@ struct TaskInputs {
 
 Tasks make_tasks(TaskInputs inputs);
 
+/// All touches of a session that does not choose them one by one. Throws calib::PlanError.
+Tasks::Planned plan_beforehand(const TaskInputs& inputs);
+
 /// Throws calib::PlanError where touches from `next` on lie farther from `begin`, where the controller's session began,
 /// than it allows: the driver would refuse in mid-session.
 void refuse_beyond_reach(const TaskInputs& inputs, const calib::Plan& plan, std::size_t next,

@@ -176,7 +176,7 @@ export interface Figures {
 export const STATES = ["running", "interrupted", "aborted", "failed", "done", "damaged"] as const;
 export type SessionState = (typeof STATES)[number] | "unknown";
 
-export const KINDS = ["calibrate", "qualify", "check"] as const;
+export const KINDS = ["calibrate", "qualify", "dry-run", "check"] as const;
 export type Kind = (typeof KINDS)[number] | "unknown";
 
 export interface SessionRow {
@@ -201,7 +201,7 @@ export interface DriftRow {
   zeros: { joint: string; deg: number; sigmaDeg: number | null }[];
 }
 
-export const STEPS = ["cell", "robot", "spheres", "doctor", "qualify", "first", "calibration"] as const;
+export const STEPS = ["cell", "robot", "spheres", "doctor", "qualify", "dry-run", "first", "calibration"] as const;
 export type StepName = (typeof STEPS)[number];
 export interface StepSeen {
   step: StepName;

@@ -14,7 +14,7 @@ struct WithoutHardware {
   Journal journal{dir / "journal.db"};
   SessionService service{{journal,
                           dir.path(),
-                          [](const calib::Cell&) -> std::unique_ptr<Backend> {
+                          [](const calib::Cell&, double) -> std::unique_ptr<Backend> {
                             throw drivers::ConfigError("no hardware in this test");
                           },
                           {}}};

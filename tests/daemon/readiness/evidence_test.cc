@@ -78,7 +78,7 @@ struct a_cell : ::testing::Test {
 };
 
 const std::string kNothing =
-    "cell todo, robot todo, spheres todo, doctor todo, qualify todo, first todo, calibration todo";
+    "cell todo, robot todo, spheres todo, doctor todo, qualify todo, dry-run todo, first todo, calibration todo";
 const std::string kPublish = R"({"verdict": {"publish": true}})",
                   kWithhold = R"({"verdict": {"publish": false}})";
 
@@ -152,7 +152,7 @@ TEST_F(a_cell, is_qualified_by_its_newest_qualification) {
   session(SessionKind::kQualify, Ending::kFailed);
   EXPECT_EQ(next(), "qualify");
   const auto good = session(SessionKind::kQualify, Ending::kDone, R"({"passed": true})");
-  EXPECT_EQ(next(), "first");
+  EXPECT_EQ(next(), "dry-run");
   EXPECT_EQ(evidence.qualification->session, good);
   for (const char* not_passed : {R"({"passed": false})", "{", "[]", R"({"passed": 1})"}) {
     session(SessionKind::kQualify, Ending::kDone, not_passed);
@@ -165,7 +165,11 @@ TEST_F(a_cell, is_calibrated_when_its_newest_result_is_publishable) {
   examined(Outcome::kOk);
   session(SessionKind::kQualify, Ending::kDone, R"({"passed": true})");
   session(SessionKind::kCalibrate, Ending::kAborted);
+  session(SessionKind::kDryRun, Ending::kFailed);
+  EXPECT_EQ(next(), "dry-run");
+  const auto dry = session(SessionKind::kDryRun, Ending::kDone);
   EXPECT_EQ(next(), "first");
+  EXPECT_EQ(evidence.dry_run->session, dry);
   const auto first = session(SessionKind::kCalibrate, Ending::kDone,
                              R"({"verdict": {"publish": false, "too_few_touches": true}})");
   EXPECT_EQ(next(), "calibration");
@@ -181,13 +185,20 @@ TEST_F(a_cell, is_calibrated_when_its_newest_result_is_publishable) {
   EXPECT_EQ(next(), "calibration");
 }
 
+TEST_F(a_cell, that_was_touched_all_around_needs_no_dry_run) {
+  examined(Outcome::kOk);
+  session(SessionKind::kQualify, Ending::kDone, R"({"passed": true})");
+  session(SessionKind::kCalibrate, Ending::kDone, kPublish);
+  EXPECT_EQ(next(), "none");
+}
+
 TEST_F(a_cell, has_no_part_in_what_another_cell_file_came_to) {
   session(SessionKind::kQualify, Ending::kDone, R"({"passed": true})");
   session(SessionKind::kCalibrate, Ending::kDone, kPublish);
   std::filesystem::copy_file(dir / "cell.toml", dir / "other.toml");
   examination.cell = dir / "other.toml";
   EXPECT_EQ(steps(),
-            "cell done, robot done, spheres done, doctor todo, qualify todo, first todo, "
+            "cell done, robot done, spheres done, doctor todo, qualify todo, dry-run todo, first todo, "
             "calibration todo");
 }
 

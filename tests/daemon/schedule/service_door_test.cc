@@ -45,7 +45,7 @@ struct a_night : ::testing::Test {
   testing::TemporaryDirectory dir;
   Journal journal{dir / "journal.db"};
   SessionService service{
-      {journal, dir.path(), [this](const calib::Cell& cell) { return backend(cell); }, {}}};
+      {journal, dir.path(), [this](const calib::Cell& cell, double) { return backend(cell); }, {}}};
   ServiceDoor door{service, journal};
 };
 

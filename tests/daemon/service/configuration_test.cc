@@ -27,7 +27,7 @@ struct a_session_that_is_resumed : ::testing::Test {
     journal.record(id, RecordEnd{Ending::kAborted, ""}, "t1");
     SessionService service{{journal,
                             dir.path(),
-                            [](const calib::Cell&) -> std::unique_ptr<Backend> {
+                            [](const calib::Cell&, double) -> std::unique_ptr<Backend> {
                               throw drivers::ConfigError("devices");
                             },
                             {{}, {}, 0, limits}}};
@@ -69,10 +69,10 @@ TEST(a_session, that_begins_while_the_configuration_is_read_again_has_all_of_one
   SessionSettings slow;
   slow.touch.fast_m_s = slow.touch.slow_m_s;
   std::atomic<int> mixed{0};
-  const MakeBackend fast_devices = [](const calib::Cell&) -> std::unique_ptr<Backend> {
+  const MakeBackend fast_devices = [](const calib::Cell&, double) -> std::unique_ptr<Backend> {
     throw drivers::ConfigError("devices");
   };
-  const MakeBackend slow_devices = [&](const calib::Cell&) -> std::unique_ptr<Backend> {
+  const MakeBackend slow_devices = [&](const calib::Cell&, double) -> std::unique_ptr<Backend> {
     ++mixed;
     throw drivers::ConfigError("mixed");
   };
@@ -96,6 +96,26 @@ TEST(a_session, that_begins_while_the_configuration_is_read_again_has_all_of_one
     }
   }
   EXPECT_EQ(mixed, 0);
+}
+
+TEST(a_dry_run, has_a_tenth_of_the_axis_speeds_at_most_and_no_other_session_has) {
+  const TemporaryDirectory dir;
+  Journal journal(dir / "j.db");
+  std::vector<double> shares;
+  const MakeBackend devices = [&](const calib::Cell&,
+                                  double most_speed) -> std::unique_ptr<Backend> {
+    shares.push_back(most_speed);
+    throw drivers::ConfigError("devices");
+  };
+  SessionService service{{journal, dir.path(), devices, {}}};
+  RunRequest request;
+  request.cell = CELLCAL_DEMO_CELL;
+  for (const SessionKind kind :
+       {SessionKind::kDryRun, SessionKind::kCalibrate, SessionKind::kQualify}) {
+    request.kind = kind;
+    EXPECT_THROW(service.start(request), drivers::ConfigError);
+  }
+  EXPECT_EQ(shares, (std::vector<double>{0.1, 1.0, 1.0}));
 }
 
 }  // namespace

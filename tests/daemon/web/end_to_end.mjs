@@ -114,13 +114,13 @@ const steps = {
       await guide.getByLabel("Cell file").fill(file);
       await guide.getByRole("button", { name: "Let the doctor look" }).click();
     };
-    await guide.getByText("Getting ready: 0 of 7 steps done").waitFor(LONG);
+    await guide.getByText("Getting ready: 0 of 8 steps done").waitFor(LONG);
     await guide.getByText("cellcal new-cell -o /etc/cellcal/cell.toml").waitFor(LONG);
     await look("cell.toml");
     await guide.getByText("give the cell file as an absolute path").waitFor(LONG);
     await look("/none/cell.toml");
     await step("cell", "wrong");
-    await guide.getByText("Getting ready: 0 of 7 steps done").waitFor(LONG);
+    await guide.getByText("Getting ready: 0 of 8 steps done").waitFor(LONG);
     await look(process.env.CELL);
     for (const name of ["cell", "robot", "spheres", "doctor"]) await step(name, "done");
     await guide.locator('[data-step="qualify"][aria-current="step"]').waitFor(LONG);
@@ -133,13 +133,16 @@ const steps = {
       await picture(`guide-${width}`, page);
     }
     await page.getByLabel("Language").selectOption("de");
-    await page.getByText("Vorbereitung: 4 von 7 Schritten erledigt").waitFor(LONG);
+    await page.getByText("Vorbereitung: 4 von 8 Schritten erledigt").waitFor(LONG);
     await picture("guide-german-1920", page);
     await page.getByLabel("Sprache").selectOption("en");
     await page.setViewportSize({ width: 1280, height: 800 });
     await guide.getByRole("button", { name: "Qualify" }).click();
     assert.equal(await page.getByLabel("Kind").inputValue(), "qualify");
     assert.equal(await page.locator("dialog").getByLabel("Cell file").inputValue(), process.env.CELL);
+    await page.getByLabel("Kind").selectOption("dry-run");
+    await page.locator("dialog").getByLabel("Check touches").waitFor(LONG);
+    assert.equal(await page.locator("dialog").getByLabel("Find the spheres").count(), 0);
     await page.keyboard.press("Escape");
     await page.locator("dialog").waitFor({ ...LONG, state: "detached" });
   },

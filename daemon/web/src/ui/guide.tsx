@@ -10,8 +10,10 @@ const MARKS: Record<StepSeen["state"], string> = { done: "✔", wrong: "✖", to
 /** So few are a look at whether the cell works. */
 const FIRST: Partial<Wish> = { kind: "calibrate", touches: "8", check: "0" };
 const WHOLE: Partial<Wish> = { kind: "calibrate", touches: "100", check: "10" };
+/** The way of WHOLE, nothing touched. */
+const DRY: Partial<Wish> = { ...WHOLE, kind: "dry-run" };
 /** Those that are a session. */
-const WISHES = { qualify: { kind: "qualify" } as Partial<Wish>, first: FIRST, calibration: WHOLE };
+const WISHES = { qualify: { kind: "qualify" } as Partial<Wish>, "dry-run": DRY, first: FIRST, calibration: WHOLE };
 const is_session = (step: StepName): step is keyof typeof WISHES => step in WISHES;
 
 export function command_of(step: StepName, cell: string): string {
@@ -21,6 +23,7 @@ export function command_of(step: StepName, cell: string): string {
     case "robot": case "spheres": return `cellcal plan --cell ${file} --touches 40`;
     case "doctor": return `cellcal doctor --cell ${file}`;
     case "qualify": return `cellcal qualify --cell ${file}`;
+    case "dry-run": return `cellcal dry-run --cell ${file} --touches ${DRY.touches} --check ${DRY.check}`;
     case "first": return `cellcal run --cell ${file} --touches ${FIRST.touches} --check ${FIRST.check}`;
     case "calibration": return `cellcal run --cell ${file} --touches ${WHOLE.touches} --check ${WHOLE.check}`;
   }

@@ -28,7 +28,7 @@ export function History({ sessions, shown, show }: {
           <tbody>
             {rows.map((row) => (
               <tr key={row.id} aria-current={row.id === shown ? "true" : undefined}>
-                <th scope="row">{row.id}{row.kind === "qualify" && <small> {say("kind.qualify")}</small>}{row.kind === "check" && <small> {say("kind.check")}</small>}</th>
+                <th scope="row">{row.id}{row.kind === "qualify" && <small> {say("kind.qualify")}</small>}{row.kind === "check" && <small> {say("kind.check")}</small>}{row.kind === "dry-run" && <small> {say("kind.dry-run")}</small>}</th>
                 <td>{fmt.time(row.started)}</td>
                 <td class="state-word" data-state={row.state}>
                   <span aria-hidden="true">{MARKS[row.state]}</span> {say(`state.${row.state}`)}
@@ -47,7 +47,7 @@ export function History({ sessions, shown, show }: {
                   {row.state === "done" && row.kind === "check" && (
                     <> <a href={`/v1/sessions/${row.id}/check.json`} download={`session-${row.id}-check.json`}>{say("check.json")}</a></>
                   )}
-                  {row.state === "done" && row.kind !== "qualify" && row.kind !== "check" && (
+                  {row.state === "done" && row.kind === "calibrate" && (
                     <> <a href={`/v1/sessions/${row.id}/report.html`} target="_blank" rel="noopener"
                           aria-label={say("report.of", { session: row.id })}>{say("report")}</a></>
                   )}

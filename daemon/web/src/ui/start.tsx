@@ -19,6 +19,8 @@ export interface Wish {
 const USUAL: Wish = { kind: "calibrate", cell: "", touches: "40", check: "10", goal: "", find: false };
 
 export function run_request(wish: Wish): Record<string, unknown> {
+  if (wish.kind === "dry-run")
+    return { cell: wish.cell.trim(), kind: wish.kind, touches: Number(wish.touches), check: Number(wish.check) };
   if (wish.kind !== "calibrate") return { cell: wish.cell.trim(), kind: wish.kind };
   const body: Record<string, unknown> = { cell: wish.cell.trim(), check: Number(wish.check) };
   const goal = Number(wish.goal.replace(",", "."));
@@ -100,9 +102,11 @@ export function StartDialog({ last_cell, preset, done, close }: {
         </select>
       </label>
       {field("cell", "text")}
+      {(wish.kind === "calibrate" || wish.kind === "dry-run") && (
+        <div class="pair">{field("touches", "number")}{field("check", "number")}</div>
+      )}
       {wish.kind === "calibrate" && (
         <>
-          <div class="pair">{field("touches", "number")}{field("check", "number")}</div>
           {field("goal", "text")}
           <label class="tick">
             <input type="checkbox" name="find" checked={wish.find}

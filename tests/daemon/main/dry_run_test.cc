@@ -1,0 +1,65 @@
+// A dry run, as somebody at the cell has it.
+
+#include <gtest/gtest.h>
+
+#include "daemon/journal/journal.h"
+#include "daemon_fixture.h"
+
+namespace cellcal::daemon::testing {
+namespace {
+
+constexpr const char* kFast =
+    "[motion]\nspeed_percent = 80\nacceleration_deg_s2 = 600\njerk_deg_s3 = 8000\n";
+
+TEST(a_dry_run, goes_the_way_that_the_calibration_of_the_same_options_goes_and_is_none) {
+  DaemonFixture fixture(kFast);
+  fixture.start();
+  const std::vector<std::string> options{"--cell", CELLCAL_DEMO_CELL, "--touches",
+                                         "12",     "--check",         "2"};
+  const auto with_options = [&](std::string command) {
+    std::vector<std::string> all{std::move(command)};
+    all.insert(all.end(), options.begin(), options.end());
+    return fixture.cellcal(all);
+  };
+  const Outcome dry = with_options("dry-run");
+  ASSERT_EQ(dry.status, 0) << dry.err << fixture.log();
+  EXPECT_EQ(dry.out.find("14 stand-offs reached, the tip met nothing"), 0u) << dry.out;
+  const Outcome touched = with_options("run");
+  EXPECT_TRUE(touched.status == 0 || touched.status == 3) << touched.err;
+
+  const auto get = [&](const std::string& path) {
+    return nlohmann::json::parse(http_request(fixture.socket(), "GET", path).body);
+  };
+  EXPECT_EQ(get("/v1/sessions/1")["kind"], "dry-run");
+  EXPECT_EQ(get("/v1/sessions/1")["state"], "done");
+  EXPECT_EQ(get("/v1/sessions/1")["touches"], 0);
+  EXPECT_EQ(http_request(fixture.socket(), "GET", "/v1/sessions/1/calibration.json").status, 404);
+  EXPECT_NE(fixture.cellcal({"history"}).out.find("dry run: "), std::string::npos);
+
+  fixture.daemon.reset();
+  Journal journal(fixture.dir / "state" / "journal.db");
+  const auto first = journal.session(1), second = journal.session(2);
+  ASSERT_TRUE(first && second);
+  EXPECT_FALSE(first->plan_hash.empty());
+  EXPECT_EQ(first->plan_hash, second->plan_hash);
+  EXPECT_TRUE(journal.readings(1).empty());
+}
+
+TEST(a_dry_run, is_refused_where_it_cannot_be_one) {
+  DaemonFixture fixture(kFast);
+  fixture.start();
+  const auto refused = [&](nlohmann::json body, int status, const std::string& words) {
+    body["kind"] = "dry-run";
+    if (!body.contains("cell")) body["cell"] = CELLCAL_DEMO_CELL;
+    const Response answer = http_request(fixture.socket(), "POST", "/v1/run", body.dump());
+    EXPECT_EQ(answer.status, status) << answer.body;
+    EXPECT_NE(answer.body.find(words), std::string::npos) << answer.body;
+  };
+  refused({{"goal_mm", 0.2}}, 422, "planned beforehand");
+  refused({{"find", true}}, 422, "planned beforehand");
+  refused({{"target", "S1"}}, 422, "of a qualification");
+  refused({{"calibration", 1}}, 422, "of a check");
+}
+
+}  // namespace
+}  // namespace cellcal::daemon::testing
