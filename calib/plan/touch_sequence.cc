@@ -27,8 +27,14 @@ struct TouchSequence::Impl {
     progress.touches = static_cast<int>(made.size());
     progress.touches_left = std::max(0, how.goal.most_touches - progress.touches);
     progress.checks_left = how.plan.check_touches;
+    if (how.only_find) progress.touches_left = progress.checks_left = 0;
+    look_at_finder();
+    if (finder.done() && !how.only_find) begin();
+  }
+
+  void look_at_finder() {
     progress.finding = !finder.done();
-    if (finder.done()) begin();
+    progress.done = options.only_find && finder.done();
   }
 
   /// All spheres are found.
@@ -39,6 +45,7 @@ struct TouchSequence::Impl {
   std::optional<PlannedTouch> next(const JointVector& from) {
     if (!online) {
       if (auto touch = finder.next(from)) return touch;
+      if (options.only_find) return std::nullopt;
       begin();
     }
     return online->next(from);
@@ -125,7 +132,7 @@ void TouchSequence::touched(const Touch& touch) {
   me.made.push_back(touch);
   ++me.progress.touches;
   me.finder.touched(touch);
-  me.progress.finding = !me.finder.done();
+  me.look_at_finder();
 }
 
 void TouchSequence::failed(NotMade how) {
@@ -135,12 +142,14 @@ void TouchSequence::failed(NotMade how) {
     me.finder.missed();
   else
     me.finder.failed();
-  me.progress.finding = !me.finder.done();
+  me.look_at_finder();
 }
 
 std::vector<JointVector> TouchSequence::way_home() const {
   return impl_->online ? impl_->online->way_home() : std::vector<JointVector>{};
 }
+
+const Cell& TouchSequence::located() const { return impl_->finder.located(); }
 
 const Progress& TouchSequence::progress() const {
   return impl_->online ? impl_->online->progress() : impl_->progress;

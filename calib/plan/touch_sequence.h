@@ -16,6 +16,7 @@ struct TouchSequenceOptions {
   PlanOptions plan;
   Goal goal;
   bool find = false;  ///< all spheres are found by touching first, not only those without a centre
+  bool only_find = false;  ///< nothing behind that
 };
 
 /// What became of a touch that was offered and not made.
@@ -44,6 +45,8 @@ class TouchSequence {
   std::vector<JointVector> way_home() const;
 
   const Progress& progress() const;
+  /// The cell with its spheres where they were found, or are believed to be.
+  const Cell& located() const;
   /// What is being done: "finding S2: 1 touch, within 20 mm", "touching", "checking".
   std::string stage() const;
 

@@ -84,6 +84,7 @@ class Api {
   std::optional<Response> touches_csv(const Call& call);
   std::optional<Response> calibration(const Call& call);
   std::optional<Response> qualification(const Call& call);
+  std::optional<Response> found(const Call& call);
   std::optional<Response> check(const Call& call);
   std::optional<Response> report(const Call& call);
   // Sessions out of the journal and into it, and a copy of all of it (archive_handlers.cc).

@@ -40,6 +40,7 @@ std::span<const Api::Route> Api::routes() {
       {"POST", "/v1/doctor",                         Role::kOperate, kSlow,   &Api::examine},
       {"GET",  "/v1/sessions/{id}/touches.csv",      Role::kLook,    kSlow,   &Api::touches_csv},
       {"GET",  "/v1/sessions/{id}/calibration.json", Role::kLook,    kSlow,   &Api::calibration},
+      {"GET",  "/v1/sessions/{id}/found.json", Role::kLook,  kSlow,   &Api::found},
       {"GET",  "/v1/sessions/{id}/qualification.json", Role::kLook,  kSlow,   &Api::qualification},
       {"GET",  "/v1/sessions/{id}/check.json",       Role::kLook,    kSlow,   &Api::check},
       {"GET",  "/v1/sessions/{id}/report.html",      Role::kLook,    kSlow,   &Api::report},

@@ -37,7 +37,9 @@ RunRequest run_request(const std::string& body) {
   take(object, "cell", cell);
   take(object, "kind", kind);
   const auto known = session_kind(kind);
-  if (!known) throw BadRequest("\"kind\" must be \"calibrate\", \"qualify\", \"dry-run\" or \"check\"");
+  if (!known)
+    throw BadRequest(
+        "\"kind\" must be \"calibrate\", \"qualify\", \"find\", \"dry-run\" or \"check\"");
   request.kind = *known;
   take(object, "target", request.target);
   if (object.contains("calibration")) {
@@ -54,7 +56,8 @@ RunRequest run_request(const std::string& body) {
   take(object, "seed", request.seed);
   take(object, "resume", request.resume);
   if (!object.empty()) throw BadRequest("unknown key \"" + object.begin().key() + "\"");
-  if (cell.empty() && !request.resume && request.kind != SessionKind::kCheck) throw BadRequest("\"cell\" is missing");
+  if (cell.empty() && !request.resume && request.kind != SessionKind::kCheck)
+    throw BadRequest("\"cell\" is missing");
   if (printable(cell) != cell || printable(request.region) != request.region ||
       printable(request.target) != request.target)
     throw BadRequest("\"cell\", \"target\" and \"region\" must not contain control characters");

@@ -163,6 +163,10 @@ std::optional<Response> Api::qualification(const Call& call) {
   return result_file(call, "qualification.json", "application/json");
 }
 
+std::optional<Response> Api::found(const Call& call) {
+  return result_file(call, "found.json", "application/json");
+}
+
 std::optional<Response> Api::check(const Call& call) {
   return result_file(call, "check.json", "application/json");
 }

@@ -123,6 +123,18 @@ int conclude_check(const Connection& daemon, const json& status) {
   return result.value("holds", false) ? kSuccess : kNotPublishable;
 }
 
+int conclude_find(const Connection& daemon, const json& status) {
+  const json result = get(daemon, session_path(number(status, "session")) + "/found.json");
+  std::string words;
+  for (const json& line : result.value("words", json::array()))
+    if (line.is_string()) words += line.get<std::string>() + "\n";
+  put(daemon.json
+          ? result.dump() + "\n"
+          : words + "Put these centres into the cell file. Then: cellcal dry-run, cellcal run\n",
+      {});
+  return kSuccess;
+}
+
 /// It went the whole way, or it would have failed.
 int conclude_dry_run(const Connection& daemon, const json& status) {
   put(daemon.json
@@ -146,6 +158,7 @@ int conclude(const Connection& daemon, const json& status) {
   }
   if (text(status, "kind") == "qualify") return conclude_qualification(daemon, status);
   if (text(status, "kind") == "check") return conclude_check(daemon, status);
+  if (text(status, "kind") == "find") return conclude_find(daemon, status);
   if (text(status, "kind") == "dry-run") return conclude_dry_run(daemon, status);
   const Response calibration = ask(daemon, "GET", session_path(session) + "/calibration.json");
   const calib::Calibration result =
@@ -266,6 +279,7 @@ std::string times_of(const json& times) {
 std::string kind_words(const json& session) {
   if (text(session, "kind") == "qualify") return "qualification: ";
   if (text(session, "kind") == "dry-run") return "dry run: ";
+  if (text(session, "kind") == "find") return "find: ";
   if (text(session, "kind") != "check") return "";
   const json holds = session.value("holds", json());
   return !holds.is_boolean() ? "check: "
@@ -306,6 +320,13 @@ int dry_run(const Connection& daemon, const DryRunCommand& command) {
                   {"touches", command.touches},
                   {"check", command.check},
                   {"seed", command.seed}};
+  const json answer = parse(ask(daemon, "POST", "/v1/run", body.dump()));
+  return follow(daemon, number(answer, "session"), BeforeMotion::kCtrlCEnds,
+                daemon.progress ? Shows::kLinesElsewhere : Shows::kLine);
+}
+
+int find(const Connection& daemon, const FindCommand& command) {
+  const json body{{"kind", "find"}, {"cell", std::filesystem::absolute(command.cell).string()}};
   const json answer = parse(ask(daemon, "POST", "/v1/run", body.dump()));
   return follow(daemon, number(answer, "session"), BeforeMotion::kCtrlCEnds,
                 daemon.progress ? Shows::kLinesElsewhere : Shows::kLine);

@@ -33,6 +33,11 @@ struct DryRunCommand {
 };
 int dry_run(const Connection& daemon, const DryRunCommand& command);
 
+struct FindCommand {
+  std::filesystem::path cell;
+};
+int find(const Connection& daemon, const FindCommand& command);
+
 struct QualifyCommand {
   std::filesystem::path cell;
   std::string target;  ///< empty: the first sphere

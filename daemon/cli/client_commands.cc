@@ -114,6 +114,20 @@ void add_dry_run(CLI::App& app, int& status) {
   command->callback([=, &status] { status = dry_run(*daemon, *given); });
 }
 
+void add_find(CLI::App& app, int& status) {
+  auto given = std::make_shared<FindCommand>();
+  CLI::App* command =
+      app.add_subcommand("find", "Find the spheres by touch, and print their centres");
+  command->footer(
+      "For a cell file with rough centres (centre_sigma_mm) or boxes to search. At least six touches of each sphere; the\n"
+      "centres are good enough to plan on. Nothing is calibrated and no file is changed.\n"
+      "Example: cellcal find --cell cell.toml");
+  auto daemon = add_connection(command);
+  add_progress(command, *daemon);
+  command->add_option("--cell", given->cell, "Cell file (TOML)")->required();
+  command->callback([=, &status] { status = find(*daemon, *given); });
+}
+
 void add_check(CLI::App& app, int& status) {
   auto given = std::make_shared<CheckCommand>();
   CLI::App* command = app.add_subcommand(
@@ -225,6 +239,7 @@ void add_token_commands(CLI::App& app, int& status) {
 void add_client_commands(CLI::App& app, int& status) {
   add_run(app, status);
   add_qualify(app, status);
+  add_find(app, status);
   add_dry_run(app, status);
   add_check(app, status);
   add_plain(app, status, "status", "Show what the daemon is doing", show_status);

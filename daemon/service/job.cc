@@ -133,7 +133,7 @@ void take_up(Journal& journal, const RunRequest& request, Job& job) {
 /// What was asked for, beside what this daemon does without being asked.
 void take_options(const RunRequest& request, Job& job) {
   job.options.plan.fit_touches = request.fit_touches.value_or(kPlannedTouches);
-  job.options.find = request.find;
+  job.options.find = request.find || request.kind == SessionKind::kFind;
   job.options.accept_change = request.accept_change;
   job.options.goal.u95_m = request.goal_mm.value_or(0.0) * 1e-3;
   job.options.goal.most_touches =
@@ -209,7 +209,9 @@ std::unique_ptr<Job> prepare(Journal& journal, const RunRequest& request, Sessio
   look_at_goal(request, *job);
   if (!request.resume && request.kind == SessionKind::kCalibrate)
     job->options.one_by_one = request.goal_mm || job->options.find || must_find(job->cell);
-  if (!request.resume && request.kind == SessionKind::kCheck) job->options.one_by_one = true;
+  if (!request.resume &&
+      (request.kind == SessionKind::kCheck || request.kind == SessionKind::kFind))
+    job->options.one_by_one = true;
   // Not in the journal: what stands in the cell now is what must not be hit now.
   calib::load_meshes(job->cell, std::filesystem::path(job->inputs.cell_name).parent_path());
   if (!request.resume) look_at_new(request, *job);

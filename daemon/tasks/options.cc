@@ -11,6 +11,8 @@ const char* to_string(SessionKind kind) {
       return "qualify";
     case SessionKind::kCheck:
       return "check";
+    case SessionKind::kFind:
+      return "find";
     case SessionKind::kDryRun:
       return "dry-run";
     case SessionKind::kCalibrate:
@@ -20,8 +22,8 @@ const char* to_string(SessionKind kind) {
 }
 
 std::optional<SessionKind> session_kind(std::string_view name) {
-  for (const SessionKind kind :
-       {SessionKind::kCalibrate, SessionKind::kQualify, SessionKind::kCheck, SessionKind::kDryRun})
+  for (const SessionKind kind : {SessionKind::kCalibrate, SessionKind::kQualify,
+                                 SessionKind::kCheck, SessionKind::kFind, SessionKind::kDryRun})
     if (name == to_string(kind)) return kind;
   return std::nullopt;
 }

@@ -16,6 +16,7 @@ enum class SessionKind {
   kCalibrate,  ///< touches all around, an estimate, a verdict
   kQualify,    ///< few places of one sphere, at several speeds: how good the contacts are
   kCheck,      ///< few touches that tell whether a calibration still holds
+  kFind,       ///< touches that tell where the spheres are
   kDryRun      ///< the whole way of a calibration, slowly, without one contact
 };
 const char* to_string(SessionKind kind);

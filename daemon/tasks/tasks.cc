@@ -26,6 +26,7 @@
 #include "daemon/tasks/check_tasks.h"
 #include "daemon/tasks/dry_run_tasks.h"
 #include "daemon/tasks/estimate.h"
+#include "daemon/tasks/find_tasks.h"
 #include "daemon/tasks/qualification_tasks.h"
 
 namespace cellcal::daemon {
@@ -185,6 +186,8 @@ class Chooser {
  private:
   static constexpr double kAnyTurnRad = 6.2, kInsideRad = 0.005;
 
+  bool only_find() const { return inputs_->options.kind == SessionKind::kFind; }
+
   bool is_bounded() const {
     return inputs_->axis_reach_rad && *inputs_->axis_reach_rad < kAnyTurnRad;
   }
@@ -193,7 +196,7 @@ class Chooser {
     calib::Cell cell = inputs_->cell;
     if (is_bounded()) cell.passable = within_reach(cell.passable);
     const calib::TouchSequenceOptions options{inputs_->options.plan, inputs_->options.goal,
-                                              inputs_->options.find};
+                                              inputs_->options.find, only_find()};
     sequence_.emplace(cell, options, inputs_->made);
     learnt_ = inputs_->made.size();
   }
@@ -297,6 +300,7 @@ Tasks make_tasks(TaskInputs given) {
     };
   }
   tasks = with_route(std::move(tasks), inputs);
+  if (inputs->options.kind == SessionKind::kFind) return find_tasks(std::move(tasks), inputs);
   const auto forecast = std::make_shared<calib::ContactForecast>(inputs->cell);
   tasks.assess = [inputs, planned_first, forecast](const std::vector<calib::Touch>& touches) {
     Tasks::Assessed assessed{newest_residual(inputs->cell, touches)};

@@ -20,7 +20,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kFoundSigmaM = 0.0025, kOffM = 0.008;
+constexpr double kOffM = 0.008;
 constexpr std::size_t kLeastHits = 6, kMostHits = 12;
 constexpr int kMostLines = 80;
 /// A line that would hardly meet it is not worth its time; where no other can be made, it is. The
@@ -86,7 +86,7 @@ struct Finder::Impl {
   ArmModel arm;
   std::vector<Sought> sought;
   std::optional<PlannedTouch> planned;
-  JointVector planned_from;  ///< from elsewhere it is offered on another way
+  JointVector planned_from;       ///< from elsewhere it is offered on another way
   std::optional<Candidate> last;  ///< the arm stands at its clear point
   Vector3d line_from = Vector3d::Zero(), line_to = Vector3d::Zero();
 

@@ -22,6 +22,8 @@
 
 namespace cellcal::calib {
 
+inline constexpr double kFoundSigmaM = 0.0025;
+
 class Finder {
  public:
   /// Finds spheres without a centre, or `all`. `made`: touches of the same session so far. Throws

@@ -176,7 +176,7 @@ export interface Figures {
 export const STATES = ["running", "interrupted", "aborted", "failed", "done", "damaged"] as const;
 export type SessionState = (typeof STATES)[number] | "unknown";
 
-export const KINDS = ["calibrate", "qualify", "dry-run", "check"] as const;
+export const KINDS = ["calibrate", "qualify", "find", "dry-run", "check"] as const;
 export type Kind = (typeof KINDS)[number] | "unknown";
 
 export interface SessionRow {

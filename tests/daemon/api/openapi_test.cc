@@ -174,8 +174,8 @@ TEST_F(a_described_api, answers_as_it_is_described) {
   examiner.stop();
   EXPECT_EQ(ask("GET", "/v1/doctor").status, 200);
   EXPECT_EQ(ask("GET", "/v1/readiness").status, 200);
-  for (const char* file :
-       {"touches.csv", "calibration.json", "qualification.json", "check.json", "report.html"}) {
+  for (const char* file : {"touches.csv", "calibration.json", "qualification.json", "found.json",
+                           "check.json", "report.html"}) {
     const std::string path = "/v1/sessions/{id}/" + std::string(file);
     EXPECT_EQ(ask("GET", "/v1/sessions/2/" + std::string(file), "", path).status, 404);
   }

@@ -72,7 +72,8 @@ TEST(a_qualification, is_refused_where_it_cannot_be_one) {
   refused({{"kind", "qualify"}, {"target", "S9"}}, 422, "There are: S1, S2, S3, S4");
   refused({{"kind", "qualify"}, {"goal_mm", 0.2}}, 422, "a qualification has its own touches");
   refused({{"target", "S1"}}, 422, "a calibration touches all targets");
-  refused({{"kind", "polish"}}, 400, "\\\"calibrate\\\", \\\"qualify\\\", \\\"dry-run\\\" or \\\"check\\\"");
+  refused({{"kind", "polish"}}, 400,
+          "\\\"calibrate\\\", \\\"qualify\\\", \\\"find\\\", \\\"dry-run\\\" or \\\"check\\\"");
   refused({{"kind", "qualify"}, {"target", "S\n1"}}, 400, "control characters");
   refused({{"kind", 3}}, 400, "wrong type");
   EXPECT_EQ(fixture.status()["session"], 0);

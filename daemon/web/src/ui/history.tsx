@@ -28,7 +28,7 @@ export function History({ sessions, shown, show }: {
           <tbody>
             {rows.map((row) => (
               <tr key={row.id} aria-current={row.id === shown ? "true" : undefined}>
-                <th scope="row">{row.id}{row.kind === "qualify" && <small> {say("kind.qualify")}</small>}{row.kind === "check" && <small> {say("kind.check")}</small>}{row.kind === "dry-run" && <small> {say("kind.dry-run")}</small>}</th>
+                <th scope="row">{row.id}{row.kind === "qualify" && <small> {say("kind.qualify")}</small>}{row.kind === "check" && <small> {say("kind.check")}</small>}{row.kind === "find" && <small> {say("kind.find")}</small>}{row.kind === "dry-run" && <small> {say("kind.dry-run")}</small>}</th>
                 <td>{fmt.time(row.started)}</td>
                 <td class="state-word" data-state={row.state}>
                   <span aria-hidden="true">{MARKS[row.state]}</span> {say(`state.${row.state}`)}
@@ -43,6 +43,9 @@ export function History({ sessions, shown, show }: {
                   </button>
                   {row.state === "done" && row.kind === "qualify" && (
                     <> <a href={`/v1/sessions/${row.id}/qualification.json`} download={`session-${row.id}-qualification.json`}>{say("qualification.json")}</a></>
+                  )}
+                  {row.state === "done" && row.kind === "find" && (
+                    <> <a href={`/v1/sessions/${row.id}/found.json`} download={`session-${row.id}-found.json`}>{say("found.json")}</a></>
                   )}
                   {row.state === "done" && row.kind === "check" && (
                     <> <a href={`/v1/sessions/${row.id}/check.json`} download={`session-${row.id}-check.json`}>{say("check.json")}</a></>

@@ -1,0 +1,57 @@
+// A session that only finds the spheres.
+
+#include <gtest/gtest.h>
+
+#include "daemon_fixture.h"
+
+namespace cellcal::daemon::testing {
+namespace {
+
+constexpr const char* kFast =
+    "[motion]\nspeed_percent = 80\nacceleration_deg_s2 = 600\njerk_deg_s3 = 8000\n";
+
+TEST(finding, ends_with_the_centres_of_all_spheres_as_lines_for_the_cell_file) {
+  DaemonFixture fixture(kFast);
+  const std::string text = content(CELLCAL_DEMO_CELL);
+  fixture.start();
+  const Outcome outcome = fixture.cellcal({"find", "--cell", CELLCAL_DEMO_CELL});
+  ASSERT_EQ(outcome.status, 0) << outcome.err << fixture.log();
+  EXPECT_NE(outcome.out.find("S1: centre_mm = ["), std::string::npos) << outcome.out;
+  EXPECT_EQ(content(CELLCAL_DEMO_CELL), text) << "no file is changed";
+
+  const auto found = nlohmann::json::parse(
+      http_request(fixture.socket(), "GET", "/v1/sessions/1/found.json").body);
+  EXPECT_EQ(found["format"], "cellcal.found/1");
+  ASSERT_EQ(found["spheres"].size(), 4u);
+  for (const auto& sphere : found["spheres"]) {
+    EXPECT_GE(sphere["touches"], 6);
+    EXPECT_EQ(sphere["u_mm"], 5.0);
+  }
+  const auto stated = [&](const char* id) { return text.find(id) != std::string::npos; };
+  for (const auto& sphere : found["spheres"]) {
+    EXPECT_TRUE(stated(sphere["target"].get<std::string>().c_str()));
+    // Stated with a sigma of 10 mm, and the emulated spheres stand within two of them.
+    EXPECT_LT(sphere["moved_mm"].get<double>(), 25.0);
+  }
+  const auto shown =
+      nlohmann::json::parse(http_request(fixture.socket(), "GET", "/v1/sessions/1").body);
+  EXPECT_EQ(shown["kind"], "find");
+  EXPECT_EQ(shown["state"], "done");
+  EXPECT_EQ(http_request(fixture.socket(), "GET", "/v1/sessions/1/calibration.json").status, 404);
+}
+
+TEST(finding, has_its_own_end) {
+  DaemonFixture fixture(kFast);
+  fixture.start();
+  for (const auto& more : {nlohmann::json{{"goal_mm", 0.2}}, nlohmann::json{{"touches", 20}}}) {
+    nlohmann::json body = more;
+    body["kind"] = "find";
+    body["cell"] = CELLCAL_DEMO_CELL;
+    const Response answer = http_request(fixture.socket(), "POST", "/v1/run", body.dump());
+    EXPECT_EQ(answer.status, 422) << answer.body;
+    EXPECT_NE(answer.body.find("leave goal_mm and touches out"), std::string::npos) << answer.body;
+  }
+}
+
+}  // namespace
+}  // namespace cellcal::daemon::testing
