@@ -4,6 +4,7 @@
 
 #include "calib/files/documents.h"
 #include "calib/files/files.h"
+#include "calib/files/identity.h"
 #include "calib/files/obstacle_file.h"
 #include "calib/files/robot_place.h"
 #include "calib/model/kinematics.h"
@@ -129,6 +130,7 @@ void read_tools(const TomlTable& document, Cell& cell) {
 Target read_target(const TomlTable& t) {
   Target target;
   target.id = read_id(t);
+  check_artefact(t);
   target.kind = target_kind(t.word("kind", {"sphere", "wire", "plane", "point", "tracker"}))
                     .value_or(TargetKind::kSphere);
   if (target.kind == TargetKind::kSphere) {
@@ -245,9 +247,11 @@ Cell read_cell(const TomlTable& document, Robot robot) {
     length.to = between[1];
     length.length_m = table.number("mm", {1e-3, 1e5}) / kMmPerM;
     length.sigma_m = table.number("sigma_mm", {1e-6, 1e4}) / kMmPerM;
+    check_certificate(table);
     table.refuse_unknown();
     cell.lengths.push_back(length);
   }
+  check_identity(document);
   cell.obstacles = read_obstacles(document);
   if (document.has("floor_mm")) cell.floor_m = document.number("floor_mm", kLengthMm) / kMmPerM;
   if (document.has("required_mm"))

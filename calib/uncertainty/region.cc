@@ -8,13 +8,6 @@
 
 namespace cellcal::calib {
 
-namespace {
-
-/// Mean over rms of the norm of an isotropic 3-D Gaussian: sqrt(8 / (3 pi)).
-constexpr double kMeanOverRms = 0.9213177319235613;
-
-}  // namespace
-
 std::vector<JointVector> workspace_poses(const ArmModel& arm, int count, unsigned seed) {
   constexpr double kFloorM = 0.05;
   constexpr double kFirstRad = 1.05, kWristRad = 2.97;

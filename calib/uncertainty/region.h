@@ -9,6 +9,9 @@
 
 namespace cellcal::calib {
 
+/// Mean over rms of the norm of an isotropic 3-D Gaussian: sqrt(8 / (3 pi)).
+inline constexpr double kMeanOverRms = 0.9213177319235613;
+
 /// Random poses of the region in front of the arm where cells are: the first axis within 60 deg of
 /// its middle, the others in the middle 75 % of their range but within 170 deg of zero, the tip
 /// 50 mm above the arm's own foot, wherever [base] puts it and whichever way up; also below it for

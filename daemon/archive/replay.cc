@@ -1,12 +1,12 @@
 #include "daemon/archive/replay.h"
 
 #include <fmt/format.h>
-#include <stdlib.h>
 
 #include <nlohmann/json.hpp>
 #include <set>
 
 #include "calib/files/calibration_json.h"
+#include "daemon/archive/scratch_directory.h"
 #include "daemon/tasks/compared_json.h"
 #include "daemon/tasks/estimate.h"
 #include "daemon/tasks/inputs.h"
@@ -16,29 +16,6 @@ namespace cellcal::daemon {
 namespace {
 
 using nlohmann::json;
-namespace fs = std::filesystem;
-
-/// Goes with what was looked at in it.
-class Scratch {
- public:
-  Scratch() {
-    std::string name = (fs::temp_directory_path() / "cellcal-replay-XXXXXX").string();
-    if (::mkdtemp(name.data()) == nullptr)
-      throw ArchiveError(name +
-                         ": no directory can be made. Set TMPDIR to one that can be written");
-    path_ = name;
-  }
-  ~Scratch() {
-    std::error_code ignored;  // left behind in a directory of temporary files
-    fs::remove_all(path_, ignored);
-  }
-  Scratch(const Scratch&) = delete;
-  Scratch& operator=(const Scratch&) = delete;
-  const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
-};
 
 class Comparison {
  public:
@@ -107,7 +84,7 @@ Replay compare(const std::string& recorded_text, const std::string& replayed_tex
 }
 
 Replay replay(const Archive& archive, const std::string& from) {
-  const Scratch scratch;
+  const ScratchDirectory scratch;
   Journal journal(scratch.path() / "journal.db");
   const auto [session, is_new] = import_archive(
       journal, archive, from, [&](std::int64_t) { return scratch.path() / "results"; });

@@ -18,6 +18,7 @@ void describe_cellcal(CLI::App& app, int& status) {
   add_new_cell_command(app, status);
   add_schedule_commands(app, status);
   add_archive_commands(app, status);
+  add_certificate_commands(app, status);
   add_offline_commands(app, status);
 }
 

@@ -48,6 +48,12 @@ json to_json(const Replay& result) {
 
 }  // namespace
 
+NamedArchive archive_of(const Connection& daemon, const std::string& which) {
+  if (is_number(which) && !fs::is_directory(which))
+    return {"session " + which, fetch(daemon, std::stoll(which))};
+  return {which, read_archive(which)};
+}
+
 int export_session(const Connection& daemon, std::int64_t session, const fs::path& directory) {
   const Archive archive = fetch(daemon, session);
   write_archive(archive, directory);
@@ -83,9 +89,8 @@ int import_session(const Connection& daemon, const fs::path& directory) {
 }
 
 int replay_session(const Connection& daemon, const std::string& which) {
-  const bool recorded_here = is_number(which) && !fs::is_directory(which);
-  const Replay result = recorded_here ? replay(fetch(daemon, std::stoll(which)), "session " + which)
-                                      : replay(read_archive(which), which);
+  const NamedArchive named = archive_of(daemon, which);
+  const Replay result = replay(named.archive, named.from);
   put(daemon.json ? to_json(result).dump() + "\n" : in_words(result), {});
   if (result.same()) return kSuccess;
   throw std::runtime_error(fmt::format("{} of {} values differ from what was recorded",

@@ -87,6 +87,8 @@ std::string sphere_text(const SphereForm& sphere) {
   text += line("kind = \"sphere\"", "or plane, point, wire, tracker: end of this file");
   text += line("diameter_mm = " + toml_number(sphere.diameter_mm), "as certified");
   text += line("diameter_sigma_mm = " + toml_number(sphere.diameter_sigma_mm), "1 sigma of that");
+  text +=
+      "# serial = \"\", certificate = \"\", certificate_date = \"2026-04-01\": what 'cellcal certificate' prints of it.\n";
   text += centre_text(sphere);
   text += line("#stand = \"post\"", "below it; \"none\": nothing");
   text += line("#stand_diameter_mm = " + toml_number(rounded(std::min(30.0, sphere.diameter_mm))),
@@ -97,11 +99,12 @@ std::string sphere_text(const SphereForm& sphere) {
 }
 
 std::string length_text(const LengthForm& length) {
-  return fmt::format("\n[[length]]\nbetween = [{}, {}]\n{}{}", toml_string(length.from),
+  return fmt::format("\n[[length]]\nbetween = [{}, {}]\n{}{}{}", toml_string(length.from),
                      toml_string(length.to),
                      line("mm = " + toml_number(length.mm), "between the centres, as certified"),
                      line("sigma_mm = " + toml_number(length.sigma_mm),
-                          "1 sigma; a certificate's U is mostly 2 sigma"));
+                          "1 sigma; a certificate's U is mostly 2 sigma"),
+                     "# certificate = \"\", certificate_date = \"2026-04-01\": as printed by 'cellcal certificate'.\n");
 }
 
 /// Where there is none yet. The scale of the arm rests on them.
@@ -112,9 +115,20 @@ constexpr const char* kNoLengths = R"(
 #between = ["S1", "S2"]
 #mm = 500.0
 #sigma_mm = 0.005
+#certificate = ""
+#certificate_date = "2026-04-01"
 )";
 
 constexpr const char* kRest = R"(
+# Who and what was there, for 'cellcal certificate':
+#[identity]
+#site = "Hall 3, cell 12"
+#operator = "A. Name"
+#robot_serial = "123456"
+#controller_serial = "654321"
+#sensor = "cellcal contact board"
+#sensor_serial = "7"
+
 # What must not be hit, beside targets, stands and floor. Everything that is not here can be hit. Examples:
 #[[obstacle]]
 #id = "table"

@@ -51,6 +51,36 @@ TEST(CellFile, ReadsMillimetresIntoMetres) {
   EXPECT_THROW((void)cell.target_index("S9"), std::out_of_range);
 }
 
+TEST(CellFile, TakesSerialNumbersAndCertificatesAndRefusesWhatIsNone) {
+  const auto read = [](const std::string& what, const std::string& by) -> std::string {
+    const std::string text = by.empty() ? kCell + what : with(kCell, what, by);
+    try {
+      read_cell(TomlTable::parse(text, "cell.toml"), testing::robot());
+      return "";
+    } catch (const FileError& error) {
+      return error.what();
+    }
+  };
+  const std::string target = "id = \"S1\"", length = "mm = 500.012";
+  EXPECT_EQ(read(target, target + "\nserial = \"7\"\ncertificate = \"L 12, PTB\"\n"
+                         "certificate_date = \"2024-02-29\""),
+            "");
+  EXPECT_EQ(read(length, length + "\ncertificate = \"L 13\"\ncertificate_date = \"2026-04-01\""), "");
+  EXPECT_EQ(read("\n[identity]\nsite = \"Hall 3\"\noperator = \"A\"\nrobot_serial = \"1\"\n"
+                 "controller_serial = \"2\"\nsensor = \"board\"\nsensor_serial = \"3\"\n",
+                 ""),
+            "");
+  for (const char* wrong : {"2026-02-30", "2026-4-1", "yesterday", "2026-04-01x", "+026-04-01", ""}) {
+    const std::string day = "\ncertificate_date = \"" + std::string(wrong) + "\"";
+    EXPECT_NE(read(length, length + day).find("certificate_date: must be a day"), std::string::npos) << wrong;
+  }
+  EXPECT_NE(read(length, length + "\nserial = \"1\"").find("serial"), std::string::npos);
+  EXPECT_NE(read("\n[identity]\nboss = \"B\"\n", "").find("boss"), std::string::npos);
+  EXPECT_NE(read("\n[identity]\nsite = \"" + std::string(201, 'x') + "\"\n", "").find("200 bytes"),
+            std::string::npos);
+  EXPECT_NE(read("\n[identity]\nsite = 3\n", "").find("site"), std::string::npos);
+}
+
 TEST(CellFile, KeepsTheErrorThatIsRequired) {
   const auto read = [](const std::string& text) {
     return read_cell(TomlTable::parse(text, "cell.toml"), testing::robot());

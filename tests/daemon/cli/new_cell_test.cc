@@ -107,6 +107,7 @@ Keys keys_of_the_reader(const CellForm& form) {
   add("tool", top + tool + x + sphere + touch);
   add("tool", top + "[[tool]]\nid = \"a\"\nxyz_mm = [1, 2, 3]\n" + x + sphere + touch);
   add("touch", whole + x);
+  add("identity", whole + "[identity]\n" + x);
   add("length", whole + "[[length]]\nbetween = [\"S\", \"T\"]\nmm = 9\nsigma_mm = 1\n" + x);
   for (const char* kind :
        {"sphere\"\ndiameter_mm = 9", "wire\"", "plane\"", "point\"", "tracker\""})
@@ -155,7 +156,7 @@ TEST_P(a_new_cell_file, says_the_same_with_every_default_spelled_out) {
   const CellForm made = form(GetParam());
   const std::string text = cell_text(made);
   // Up to the examples of whole tables, which say something else.
-  const std::size_t examples = text.find("\n# What must not be hit");
+  const std::size_t examples = text.find("\n# Who and what was there");
   const std::string spelled =
       std::regex_replace(text.substr(0, examples), std::regex("(^|\n)#([a-z0-9_]+ = )"), "$1$2");
   EXPECT_NE(spelled, text.substr(0, examples));

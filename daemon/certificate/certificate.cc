@@ -1,0 +1,282 @@
+#include "daemon/certificate/certificate.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "calib/model/units.h"
+#include "calib/syntax/input_file.h"
+#include "calib/uncertainty/region.h"
+#include "calib/verdict/found_residuals.h"
+#include "calib/verdict/tips_apart.h"
+#include "calib/words/finding_words.h"
+#include "daemon/certificate/decision.h"
+#include "daemon/certificate/sources.h"
+#include "daemon/report/drawing/text.h"
+
+namespace cellcal::daemon::certificate {
+
+namespace {
+
+using calib::kMmPerM;
+constexpr int kMmDecimals = 3, kParameterDecimals = 4, kSmallDigits = 4, kJointDecimals = 5, kTemperatureDecimals = 1,
+              kSpeedDecimals = 2;
+constexpr const char* kCalibration = "calibration";
+
+void refuse_withheld(const Sources& sources, const std::string& from) {
+  const calib::Verdict& verdict = sources.calibration.verdict;
+  if (verdict.publish) return;
+  std::string words = from + ": the result was withheld, and gets no certificate";
+  for (const calib::Finding& finding : verdict.findings)
+    if (finding.severity == calib::Severity::kWithholds) words += "\n  " + calib::words(finding);
+  throw Refused(Refused::Why::kWithheld, words);
+}
+
+void add_identity(const Sources& s, const Issue& issue, CertificateData& data) {
+  const std::string sum = calib::sha256(s.record.calibration);
+  constexpr std::size_t kDigits = 12;
+  data.number = {fmt::format("{}-{}", s.record.id, sum.substr(0, kDigits)), "number"};
+  data.session = s.session("id", std::to_string(s.record.id));
+  data.cell = s.session("cell_name", s.record.inputs.cell_name);
+  data.site = s.text("cell", "/identity/site");
+  data.operator_name = s.text("cell", "/identity/operator");
+  data.issued = {issue.utc, "issue#at"};
+  data.issued_local = local(data.issued);
+  data.issued_by = {issue.by, "issue#by"};
+  data.issuing_software = {issue.software, "issue#software"};
+  data.robot = s.text("robot", "/name");
+  data.robot_serial = s.text("cell", "/identity/robot_serial");
+  data.controller_serial = s.text("cell", "/identity/controller_serial");
+  data.sensor = s.text("cell", "/identity/sensor");
+  data.sensor_serial = s.text("cell", "/identity/sensor_serial");
+  const bool one = s.cell_json.at("tool").is_object();
+  data.tool = one ? Entry{"", "cell#/tool/id"} : s.text("cell", "/tool/0/id");
+  data.tip_radius =
+      s.number("cell", one ? "/tool/tip_radius_mm" : "/tool/0/tip_radius_mm", "mm", kMmDecimals);
+  data.began = s.session("started", s.record.started);
+  data.began_local = local(data.began);
+  data.ended = s.session("ended", s.record.ended);
+  data.ended_local = local(data.ended);
+  data.software = s.session("software", s.record.software);
+  data.method = s.text(kCalibration, "/model/reason");
+}
+
+void add_artefacts(const Sources& s, CertificateData& data) {
+  for (std::size_t i = 0; i < s.size("cell", "/target"); ++i) {
+    const std::string at = fmt::format("/target/{}/", i);
+    const auto text = [&](const char* key) { return s.text("cell", at + key); };
+    data.artefacts.push_back({text("id"), text("kind"), s.number("cell", at + "diameter_mm", "mm", 4),
+                              s.expanded("cell", at + "diameter_sigma_mm", "mm", 4), text("serial"),
+                              text("certificate"), text("certificate_date")});
+  }
+  for (std::size_t i = 0; i < s.size("cell", "/length"); ++i) {
+    const std::string at = fmt::format("/length/{}/", i);
+    const auto text = [&](const char* key) { return s.text("cell", at + key); };
+    data.lengths.push_back({text("between/0"), text("between/1"),
+                            s.number("cell", at + "mm", "mm", 4),
+                            s.expanded("cell", at + "sigma_mm", "mm", 4), text("certificate"),
+                            text("certificate_date")});
+  }
+}
+
+Entry mm(double metres, const std::string& from) {
+  return figure(metres * kMmPerM, "mm", kMmDecimals, from);
+}
+
+std::vector<bool> outliers_of(const Sources& s) {
+  std::vector<bool> outlier(s.touches.size());
+  for (const calib::Outlier& one : s.calibration.outliers)
+    if (one.touch < outlier.size()) outlier[one.touch] = true;
+  return outlier;
+}
+
+struct SummaryWords {
+  const char *mean, *largest, *rms;
+};
+
+void add_summary(const Sources& s, const SummaryWords& words, const char* part,
+                 const calib::ResidualSummary* found, const std::string& before,
+                 const std::string& after, CertificateData& data) {
+  const auto line = [&](const char* what, const char* key, double found_m) {
+    data.figures.push_back(
+        {what,
+         found != nullptr ? mm(found_m, fmt::format("found#{}/{}", part, key))
+                          : s.number(kCalibration, before + key, "mm", kMmDecimals),
+         s.number(kCalibration, after + key, "mm", kMmDecimals)});
+  };
+  const calib::ResidualSummary none;
+  const calib::ResidualSummary& of = found != nullptr ? *found : none;
+  line(words.mean, "mean_mm", of.mean_m);
+  line(words.largest, "max_mm", of.max_m);
+  line(words.rms, "rms_mm", of.rms_m);
+}
+
+/// The arm as it was described before: which, and what the touches say of it.
+std::optional<calib::FoundResiduals> add_found_by(const Sources& s, CertificateData& data) {
+  if (!s.compared) return std::nullopt;
+  std::optional<calib::FoundResiduals> found;
+  if (s.earlier && calib::same_nominal(s.earlier->cell, s.calibration.cell))
+    found = calib::found_residuals(*s.earlier, s.touches, outliers_of(s));
+  data.earlier_not_comparable = !found;
+  if (found) data.found_by = Entry{s.compared->words, "compared#words"};
+  return found;
+}
+
+void add_figures(const Sources& s, CertificateData& data) {
+  data.workspace = s.calibration.verdict.workspace;
+  const auto found = add_found_by(s, data);
+  add_summary(s,
+              {"Tip against the artefacts, fitted touches: mean", "the same: largest",
+               "the same: rms"},
+              "fit", found ? &found->fit : nullptr, "/residuals/before/", "/residuals/after/", data);
+  if (s.calibration.check.count > 0)
+    add_summary(s,
+                {"Tip against the artefacts, held-out touches: mean", "the same: largest",
+                 "the same: rms"},
+                "check", found ? &found->check : nullptr, "/residuals/check_before/",
+                "/residuals/check/", data);
+  const std::string predicted = data.workspace ? "/predicted/m3_mm" : "/predicted/m2_mm";
+  const auto scope = calib::apart_in_scope(data.found_by ? &*s.earlier : nullptr, s.calibration,
+                                           s.touches, data.workspace);
+  const Entry left = s.number(kCalibration, predicted, "mm", kMmDecimals);
+  const double rms_mm = left.value.value_or(0.0) / calib::kMeanOverRms;
+  const Entry expanded =
+      figure(kCoverage * rms_mm, "mm", kMmDecimals, "k*rms(calibration#" + predicted + ")");
+  if (!scope) {
+    data.figures.push_back({"TCP position error over the scope: mean", {}, left});
+    data.figures.push_back({"Expanded uncertainty U of a TCP position", {}, expanded});
+    return;
+  }
+  data.poses = {std::to_string(scope->poses), "scope#poses", scope->poses};
+  data.figures.push_back({"TCP position error over the scope: mean",
+                          mm(scope->mean_apart_m, "scope#mean_mm"), left});
+  data.figures.push_back({"the same: largest", mm(scope->max_apart_m, "scope#max_mm"), {}});
+  data.figures.push_back({"Expanded uncertainty U of a TCP position", expanded, expanded});
+  data.figures.push_back({"Bound of a TCP position: mean", {},
+                          mm(scope->mean_u95_m, "scope#u95_mean_mm")});
+  data.figures.push_back({"the same: largest", {}, mm(scope->max_u95_m, "scope#u95_max_mm")});
+}
+
+void add_conditions(const Sources& s, CertificateData& data) {
+  data.touches = {std::to_string(s.touches.size()), "touches#count",
+                  static_cast<double>(s.touches.size())};
+  std::optional<double> lowest, highest;
+  for (const calib::Touch& touch : s.touches) {
+    if (!touch.temperature_c) continue;
+    lowest = std::min(lowest.value_or(*touch.temperature_c), *touch.temperature_c);
+    highest = std::max(highest.value_or(*touch.temperature_c), *touch.temperature_c);
+  }
+  data.lowest_c.from = "touches#lowest_c";
+  data.highest_c.from = "touches#highest_c";
+  if (lowest) {
+    data.lowest_c = figure(*lowest, "°C", kTemperatureDecimals, data.lowest_c.from);
+    data.highest_c = figure(*highest, "°C", kTemperatureDecimals, data.highest_c.from);
+  }
+  data.dropped = s.session("dropped", s.record.dropped);
+  bool begun = false;
+  for (const Change& change : s.changes) {
+    const bool begins = change.from_phase == "idle";
+    const bool breaks = change.to_phase == "recovering" || change.to_phase == "aborted" ||
+                        change.to_phase == "failed";
+    const bool resumed = (begins && begun) || change.from_phase == "watching";
+    begun = begun || begins;
+    if (!breaks && !resumed) continue;
+    const auto column = [&](const char* name, const std::string& text) {
+      return Entry{text, fmt::format("change#{}/{}", change.row, name)};
+    };
+    const Entry utc = column("time", change.time);
+    data.breaks.push_back({!breaks, utc, local(utc), column("from_phase", change.from_phase),
+                           column("event", change.event)});
+  }
+}
+
+void add_findings(const Sources& s, CertificateData& data) {
+  for (std::size_t i = 0; i < s.size(kCalibration, "/unidentifiable"); ++i)
+    data.directions.push_back(s.text(kCalibration, fmt::format("/unidentifiable/{}/words", i)));
+  for (std::size_t i = 0; i < s.size(kCalibration, "/verdict/reasons"); ++i)
+    data.remarks.push_back(s.text(kCalibration, fmt::format("/verdict/reasons/{}", i)));
+}
+
+void add_parameters(const Sources& s, CertificateData& data) {
+  for (std::size_t i = 0; i < s.size(kCalibration, "/parameters"); ++i) {
+    const std::string at = fmt::format("/parameters/{}/", i);
+    const std::string unit = s.text(kCalibration, at + "unit").text;
+    // Compliances and bendings are small in their units.
+    const auto digits = [&](Entry entry) {
+      if (entry.value && *entry.value != 0.0 && std::abs(*entry.value) < 1e-2)
+        entry.text = report::significant(*entry.value, kSmallDigits);
+      return entry;
+    };
+    data.parameters.push_back(
+        {s.text(kCalibration, at + "name"),
+         digits(s.number(kCalibration, at + "nominal", unit, kParameterDecimals)),
+         digits(s.number(kCalibration, at + "correction", unit, kParameterDecimals)),
+         digits(s.expanded(kCalibration, at + "sigma", unit, kParameterDecimals)),
+         s.text(kCalibration, at + "decided_by")});
+  }
+}
+
+void add_files(const Sources& s, CertificateData& data) {
+  for (std::size_t i = 0; i < s.size(kCalibration, "/inputs/files"); ++i) {
+    const auto text = [&](const char* key) {
+      return s.text(kCalibration, fmt::format("/inputs/files/{}/{}", i, key));
+    };
+    data.files.push_back({text("role"), text("name"), text("sha256")});
+  }
+  data.rows_sha256 = {s.rows_sha256, "sha256(rows)"};
+  data.calibration_sha256 = {calib::sha256(s.record.calibration), "sha256(session#calibration)"};
+}
+
+void add_touches(const Sources& s, CertificateData& data) {
+  for (std::size_t j = 0; j < s.calibration.cell.robot.joints.size(); ++j)
+    data.joint_names.push_back(s.text("robot", fmt::format("/joint/{}/name", j)));
+  const std::vector<bool> outlier = outliers_of(s);
+  for (std::size_t i = 0; i < s.touches.size(); ++i) {
+    const calib::Touch& touch = s.touches[i];
+    const auto from = [&](const std::string& field) { return fmt::format("touch#{}/{}", i, field); };
+    TouchRow row{{std::to_string(i + 1), from("number"), static_cast<double>(i + 1)},
+                 {touch.target, from("target")},
+                 {outlier[i]                              ? "left out"
+                  : touch.set == calib::TouchSet::kCheck ? "check"
+                                                         : "fit",
+                  from("set")},
+                 {"", from("readings")},
+                 {"", from("speed_mm_s")},
+                 {"", from("temperature_c")},
+                 {touch.time, from("time")},
+                 {}};
+    if (touch.readings > 0)
+      row.readings = raw_figure(touch.readings, "", 0, row.readings.from);
+    if (touch.speed_m_s > 0.0)
+      row.speed = raw_figure(touch.speed_m_s * kMmPerM, "mm/s", kSpeedDecimals, row.speed.from);
+    if (touch.temperature_c)
+      row.temperature =
+          raw_figure(*touch.temperature_c, "°C", kTemperatureDecimals, row.temperature.from);
+    for (std::size_t j = 0; j < touch.joint_rad.size(); ++j)
+      row.joints.push_back(raw_figure(touch.joint_rad[j] * calib::kDegPerRad, "deg", kJointDecimals,
+                                      from(fmt::format("joint_deg/{}", j))));
+    data.rows.push_back(std::move(row));
+  }
+}
+
+}  // namespace
+
+CertificateData make_certificate(const Archive& archive, const std::string& from,
+                                 const Issue& issue) {
+  const Sources sources = read_sources(archive, from);
+  refuse_withheld(sources, from);
+  CertificateData data;
+  add_identity(sources, issue, data);
+  add_artefacts(sources, data);
+  add_figures(sources, data);
+  data.decision = decision_of(sources);
+  add_conditions(sources, data);
+  add_findings(sources, data);
+  add_parameters(sources, data);
+  add_files(sources, data);
+  add_touches(sources, data);
+  return data;
+}
+
+}  // namespace cellcal::daemon::certificate

@@ -1,0 +1,66 @@
+// The certificate on paper, set by another program.
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <stdexcept>
+
+#include "daemon/certificate/certificate.h"
+
+namespace cellcal::daemon::certificate {
+
+namespace {
+
+constexpr const char* kProgram = "weasyprint";
+
+/// What it may say goes nowhere: warnings about fonts, on the standard error of ours.
+class Silence {
+ public:
+  Silence() {
+    ::posix_spawn_file_actions_init(&actions_);
+    for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
+      ::posix_spawn_file_actions_addopen(&actions_, stream, "/dev/null", O_RDWR, 0);
+  }
+  ~Silence() { ::posix_spawn_file_actions_destroy(&actions_); }
+  Silence(const Silence&) = delete;
+  Silence& operator=(const Silence&) = delete;
+  const posix_spawn_file_actions_t* get() const { return &actions_; }
+
+ private:
+  posix_spawn_file_actions_t actions_;
+};
+
+}  // namespace
+
+void write_pdf(const std::filesystem::path& html, const std::filesystem::path& pdf) {
+  std::filesystem::path part = pdf;
+  part += ".part";
+  std::string program = kProgram, encoding = "--encoding=utf-8", from = std::filesystem::absolute(html).string(),
+              to = std::filesystem::absolute(part).string();
+  char* arguments[] = {program.data(), encoding.data(), from.data(), to.data(), nullptr};
+  const Silence silence;
+  pid_t child = 0;
+  const int failed = ::posix_spawnp(&child, kProgram, silence.get(), nullptr, arguments, environ);
+  if (failed == ENOENT)
+    throw std::runtime_error(
+        fmt::format("{}: not written: the program weasyprint is missing. Install the package "
+                    "'weasyprint', or give --no-pdf",
+                    pdf.string()));
+  int status = failed == 0 ? 0 : -1;
+  while (failed == 0 && ::waitpid(child, &status, 0) < 0 && errno == EINTR) {
+  }
+  std::error_code code;
+  if (status == 0 && std::filesystem::exists(part, code)) {
+    std::filesystem::rename(part, pdf);
+    return;
+  }
+  std::filesystem::remove(part, code);
+  throw std::runtime_error(fmt::format("{}: not written: weasyprint failed. Run 'weasyprint {} {}' to see why",
+                                       pdf.string(), html.string(), pdf.string()));
+}
+
+}  // namespace cellcal::daemon::certificate

@@ -1,0 +1,117 @@
+#include "daemon/certificate/sources.h"
+
+#include <fmt/format.h>
+
+#include "calib/files/calibration_json.h"
+#include "calib/syntax/input_file.h"
+#include "calib/syntax/toml_json.h"
+#include "daemon/certificate/certificate.h"
+#include "daemon/journal/rows.h"
+#include "daemon/tasks/compared_json.h"
+#include "daemon/tasks/inputs.h"
+#include "daemon/archive/scratch_directory.h"
+
+namespace cellcal::daemon::certificate {
+
+namespace {
+
+using nlohmann::json;
+
+std::string column(const RowEntry& entry, const char* name) {
+  for (std::size_t i = 0; i < entry.names.size(); ++i)
+    if (entry.names[i] == name)
+      if (const auto* text = std::get_if<std::string>(&entry.columns[i])) return *text;
+  return {};
+}
+
+std::vector<Change> changes_in(const std::string& lines, const std::string& from) {
+  std::vector<Change> changes;
+  for (const RowEntry& entry : parse_lines(lines, from).entries)
+    if (entry.table == "change" && !entry.names.empty())
+      changes.push_back({entry.row, column(entry, "time"), column(entry, "from_phase"),
+                         column(entry, "to_phase"), column(entry, "event")});
+  return changes;
+}
+
+/// It may be of a version that is not read any more; then the nominal arm stands for it.
+std::optional<calib::Calibration> earlier_of(const std::optional<Compared>& compared) {
+  if (!compared) return std::nullopt;
+  try {
+    return calib::calibration_from_json(compared->calibration, compared->words);
+  } catch (const calib::FileError&) {
+    return std::nullopt;
+  }
+}
+
+}  // namespace
+
+const json* Sources::at(const std::string& source, const std::string& pointer) const {
+  const json& whole = source == "cell" ? cell_json : source == "robot" ? robot_json : calibration_json;
+  const json::json_pointer where(pointer);
+  return whole.contains(where) ? &whole.at(where) : nullptr;
+}
+
+Entry Sources::text(const std::string& source, const std::string& pointer) const {
+  const json* found = at(source, pointer);
+  const std::string from = source + "#" + pointer;
+  if (found == nullptr) return {"", from};
+  if (found->is_string()) return {found->get<std::string>(), from};
+  if (found->is_number_integer()) return {found->dump(), from, found->get<double>()};
+  return {"", from};
+}
+
+Entry Sources::number(const std::string& source, const std::string& pointer,
+                      const std::string& unit, int decimals) const {
+  const json* found = at(source, pointer);
+  const std::string from = source + "#" + pointer;
+  if (found == nullptr || !found->is_number()) return {"", from};
+  return figure(found->get<double>(), unit, decimals, from);
+}
+
+Entry Sources::expanded(const std::string& source, const std::string& pointer,
+                        const std::string& unit, int decimals) const {
+  const json* found = at(source, pointer);
+  const std::string from = "k*" + source + "#" + pointer;
+  if (found == nullptr || !found->is_number()) return {"", from};
+  return figure(kCoverage * found->get<double>(), unit, decimals, from);
+}
+
+Entry Sources::session(const char* column, const std::string& text) const {
+  return {text, std::string("session#") + column};
+}
+
+std::size_t Sources::size(const std::string& source, const std::string& pointer) const {
+  const json* found = at(source, pointer);
+  return found != nullptr && found->is_array() ? found->size() : 0;
+}
+
+Sources read_sources(const Archive& archive, const std::string& from) {
+  const ScratchDirectory scratch;
+  Journal journal(scratch.path() / "journal.db");
+  const auto [session, is_new] = import_archive(
+      journal, archive, from, [&](std::int64_t) { return scratch.path() / "results"; });
+  const auto record = journal.session(session);
+  if (!record) throw ArchiveError(from + ": holds no session");
+  if (record->calibration.empty())
+    throw Refused(Refused::Why::kNoCalibration,
+                  from + ": has no calibration. Name a session that was published: 'cellcal history'");
+  Sources all;
+  all.record = *record;
+  all.touches = journal.touches(session);
+  all.compared = journal.compared(session);
+  if (const auto file = archive.find("compared.json"); !all.compared && file != archive.end())
+    all.compared = compared_from_json(file->second);
+  all.changes = changes_in(archive.at("rows.jsonl"), from);
+  all.rows_sha256 = calib::sha256(archive.at("rows.jsonl"));
+  all.calibration = calib::calibration_from_json(record->calibration, from + ": calibration");
+  all.earlier = earlier_of(all.compared);
+  (void)cell_of(record->inputs);  // what would not be understood is not printed
+  all.calibration_json = json::parse(record->calibration);
+  all.cell_json = json::parse(calib::toml_to_json(record->inputs.cell_text));
+  all.robot_json = json::parse(calib::toml_to_json(record->inputs.robot_text));
+  // Its number where it was recorded, not in the journal that it was read into.
+  all.record.id = record->origin ? record->origin->session : session;
+  return all;
+}
+
+}  // namespace cellcal::daemon::certificate

@@ -1,0 +1,54 @@
+#pragma once
+// The rows of one session, and what is taken out of them: each entry with its origin.
+
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "calib/model/touch.h"
+#include "calib/result/calibration.h"
+#include "daemon/certificate/entry.h"
+#include "daemon/journal/journal.h"
+#include "daemon/archive/archive.h"
+
+namespace cellcal::daemon::certificate {
+
+/// A change of phase, of which a certificate names the breaks.
+struct Change {
+  std::int64_t row = 0;
+  std::string time, from_phase, to_phase, event;
+};
+
+struct Sources {
+  SessionRecord record;
+  std::vector<calib::Touch> touches;
+  std::optional<Compared> compared;
+  std::vector<Change> changes;
+  std::string rows_sha256;
+  calib::Calibration calibration;
+  std::optional<calib::Calibration> earlier;  ///< of `compared`, where it can be read
+  nlohmann::json calibration_json, cell_json, robot_json;
+
+  /// A string, or a whole number, as it stands at the pointer into "calibration", "cell" or "robot"; not
+  /// stated where there is none.
+  Entry text(const std::string& source, const std::string& pointer) const;
+  Entry number(const std::string& source, const std::string& pointer, const std::string& unit,
+               int decimals) const;
+  /// Twice that: expanded uncertainty of a sigma.
+  Entry expanded(const std::string& source, const std::string& pointer, const std::string& unit,
+                 int decimals) const;
+  /// Column of the session's row.
+  Entry session(const char* column, const std::string& text) const;
+  std::size_t size(const std::string& source, const std::string& pointer) const;
+
+ private:
+  const nlohmann::json* at(const std::string& source, const std::string& pointer) const;
+};
+
+/// Throws ArchiveError, JournalError, calib::FileError where the export or its session cannot be read;
+/// Refused where it has no calibration.
+Sources read_sources(const Archive& archive, const std::string& from);
+
+}  // namespace cellcal::daemon::certificate

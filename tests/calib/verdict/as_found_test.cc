@@ -1,0 +1,93 @@
+// An arm as it was found: its earlier description against the touches and against the new one.
+
+#include <gtest/gtest.h>
+
+#include "calib/uncertainty/predict.h"
+#include "calib/verdict/found_residuals.h"
+#include "calib/verdict/tips_apart.h"
+#include "calib/identify/identify.h"
+#include "tests/calib/simulate.h"
+
+namespace cellcal::calib {
+namespace {
+
+using testing::demo_cell;
+using testing::make_touches;
+using testing::plain_truth;
+
+struct an_arm_as_found : ::testing::Test {
+  static void SetUpTestSuite() {
+    touches = new std::vector<Touch>(
+        make_touches(demo_cell(), plain_truth(demo_cell(), 3), {.fit = 60, .check = 12, .rho_m = 2e-4}).touches);
+    now = new Calibration(identify(demo_cell(), *touches));
+    outlier = new std::vector<bool>(touches->size());
+    for (const Outlier& one : now->outliers) (*outlier)[one.touch] = true;
+  }
+  static void TearDownTestSuite() {
+    delete touches;
+    delete now;
+    delete outlier;
+  }
+  /// As it left the factory: no error found yet.
+  static Calibration nominal() {
+    Calibration same = *now;
+    for (ParameterResult& one : same.parameters) one.correction = 0.0;
+    return same;
+  }
+  static inline std::vector<Touch>* touches = nullptr;
+  static inline Calibration* now = nullptr;
+  static inline std::vector<bool>* outlier = nullptr;
+};
+
+TEST_F(an_arm_as_found, by_the_nominal_arm_is_what_the_calibration_says_of_before) {
+  const auto found = found_residuals(nominal(), *touches, *outlier);
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->fit.count, now->before.count);
+  EXPECT_EQ(found->check.count, now->check_before.count);
+  EXPECT_NEAR(found->fit.rms_m, now->before.rms_m, 1e-6);
+  EXPECT_NEAR(found->fit.max_m, now->before.max_m, 1e-5);
+  EXPECT_NEAR(found->check.rms_m, now->check_before.rms_m, 1e-5);
+}
+
+TEST_F(an_arm_as_found, by_its_own_calibration_is_as_left) {
+  const auto found = found_residuals(*now, *touches, *outlier);
+  ASSERT_TRUE(found);
+  EXPECT_NEAR(found->fit.rms_m, now->after.rms_m, 3e-6);
+  EXPECT_NEAR(found->check.rms_m, now->check.rms_m, 3e-6);
+}
+
+TEST_F(an_arm_as_found, does_not_blame_the_arm_for_spheres_that_were_set_up_anew) {
+  Calibration moved = *now;
+  for (Target& target : moved.cell.targets) target.centre_m.x() += 0.05;
+  for (TargetResult& target : moved.targets) target.centre_m.x() += 0.05;
+  EXPECT_NEAR(found_residuals(moved, *touches, *outlier)->fit.rms_m, now->after.rms_m, 3e-6);
+}
+
+TEST_F(an_arm_as_found, is_not_said_of_spheres_or_tools_that_the_earlier_one_did_not_have) {
+  std::vector<Touch> others = *touches;
+  others[5].target = "S9";
+  EXPECT_FALSE(found_residuals(*now, others, *outlier));
+  others = *touches;
+  others[5].tool = "probe";
+  EXPECT_FALSE(found_residuals(*now, others, *outlier));
+  EXPECT_FALSE(found_residuals(*now, {}, {}));
+}
+
+TEST_F(an_arm_as_found, is_apart_over_the_scope_by_the_errors_that_were_found) {
+  EXPECT_NEAR(apart_in_scope(now, *now, *touches, true)->max_apart_m, 0.0, 1e-12);
+  const auto drawn = apart_in_scope(nullptr, *now, *touches, true);
+  ASSERT_TRUE(drawn);
+  EXPECT_EQ(drawn->poses, kScopePoses);
+  EXPECT_NEAR(drawn->mean_apart_m, now->nominal_workspace_m, 0.3 * now->nominal_workspace_m);
+  EXPECT_GT(drawn->max_apart_m, drawn->mean_apart_m);
+  EXPECT_GT(drawn->mean_u95_m, now->predicted_workspace_m);
+  const auto near = apart_in_scope(nullptr, *now, *touches, false);
+  ASSERT_TRUE(near);
+  EXPECT_LT(near->mean_u95_m, drawn->mean_u95_m);
+  Calibration other = *now;
+  other.cell.robot.joints[1].a_m += 1e-3;
+  EXPECT_FALSE(apart_in_scope(&other, *now, *touches, true));
+}
+
+}  // namespace
+}  // namespace cellcal::calib

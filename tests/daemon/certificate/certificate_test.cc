@@ -1,0 +1,194 @@
+// What stands on a certificate, of what there is none, and what comes of hostile names.
+
+#include "daemon/certificate/certificate.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <fstream>
+#include <functional>
+#include <nlohmann/json.hpp>
+
+#include "calib/syntax/input_file.h"
+#include "daemon/tasks/inputs.h"
+#include "tests/daemon/certificate/recorded.h"
+#include "tests/daemon/journal/temporary_directory.h"
+
+namespace cellcal::daemon::testing {
+namespace {
+
+using certificate::CertificateData, certificate::Entry, certificate::Refused;
+
+const certificate::Issue kIssue{"2026-04-02T08:00:00.000Z", "Q. Auditor", "9.9.9"};
+
+CertificateData first() { return make_certificate(recorded().first, "e", kIssue); }
+CertificateData second() { return make_certificate(recorded().second, "e", kIssue); }
+
+bool says(const std::string& html, const std::string& words) { return html.find(words) != html.npos; }
+
+TEST(a_certificates_words, name_who_and_what_was_there) {
+  const CertificateData data = first();
+  EXPECT_EQ(data.robot_serial.text, "4711");
+  EXPECT_EQ(data.controller_serial.text, "KRC 8");
+  EXPECT_EQ(data.sensor.text, "board C");
+  EXPECT_EQ(data.sensor_serial.text, "0007");
+  EXPECT_EQ(data.operator_name.text, "J\u00fcrgen \u00c4.");
+  EXPECT_EQ(data.site.text, "Hall 3");
+  EXPECT_EQ(data.artefacts[0].serial.text, "K 1");
+  EXPECT_EQ(data.artefacts[0].certificate.text, "D-K-15070 412");
+  EXPECT_EQ(data.artefacts[0].date.text, "2026-04-01");
+  EXPECT_EQ(data.artefacts[0].expanded.text, "0.0040");
+  EXPECT_EQ(data.lowest_c.text, "21.0");
+  const CertificateData calibrated = second();
+  EXPECT_FALSE(calibrated.robot_serial.stated());
+  EXPECT_TRUE(says(to_html(calibrated), "<th scope=\"row\">Temperature</th><td>not recorded</td>"));
+  // As found, as left.
+  const CertificateData& drawn = data;
+  EXPECT_FALSE(drawn.found_by);
+  ASSERT_TRUE(calibrated.found_by);
+  EXPECT_EQ(calibrated.found_by->text, "session 1 of 2026-03-29");
+  const auto error = [](const CertificateData& of) {
+    return *std::ranges::find(of.figures, "TCP position error over the scope: mean", &certificate::Figure::what);
+  };
+  EXPECT_GT(*error(drawn).found.value, 5.0 * *error(drawn).left.value);
+  EXPECT_LT(*error(calibrated).found.value, *error(drawn).found.value / 5.0);
+  EXPECT_LT(*error(calibrated).left.value, *error(drawn).left.value);
+  // The frame, and what is not identifiable.
+  EXPECT_GE(calibrated.directions.size(), 3u);
+  for (const Entry& one : calibrated.directions) EXPECT_TRUE(one.stated());
+  EXPECT_TRUE(says(to_html(calibrated), "base frame"));
+}
+
+TEST(a_certificates_words, name_interruptions_and_when_it_went_on_by_the_clock_on_the_wall) {
+  ::setenv("TZ", "Europe/Berlin", 1);
+  CertificateData data = first();
+  ::unsetenv("TZ");
+  ASSERT_EQ(data.breaks.size(), 2u);
+  EXPECT_FALSE(data.breaks[0].resumed);
+  EXPECT_EQ(data.breaks[0].phase.text, "retreat");
+  EXPECT_EQ(data.breaks[0].event.text, "robot silent");
+  EXPECT_EQ(data.breaks[0].local.text, "2026-03-29 00:10:00 CET (UTC+0100)");
+  EXPECT_TRUE(data.breaks[1].resumed);  // behind the night's change to summer time
+  EXPECT_EQ(data.breaks[1].local.text, "2026-03-29 03:25:00 CEST (UTC+0200)");
+  data.dropped = {"2026-09-01T00:00:00.000Z", "session#dropped"};
+  EXPECT_TRUE(says(to_html(data), "not known: raw rows were dropped on"));
+}
+
+TEST(a_certificates_words, have_the_verdicts_own_rule) {
+  const CertificateData data = first();
+  ASSERT_TRUE(data.decision.stated);
+  EXPECT_FALSE(data.decision.by_cell_file);
+  EXPECT_EQ(data.decision.required.text, "2.000");
+  EXPECT_EQ(data.decision.most_of_nominal.text, "80");
+  EXPECT_TRUE(says(to_html(data), "the limit where the cell file requires none"));
+  EXPECT_TRUE(says(to_html(data), "Simple acceptance"));
+}
+
+TEST(a_certificate_is_refused, of_a_withheld_result_with_the_reasons) {
+  const TemporaryDirectory directory;
+  Journal journal(directory / "j.db");
+  const std::int64_t id = record(journal, {.publish = false}, false);
+  try {
+    make_certificate(make_archive(journal, id, directory / "none"), "session 1", kIssue);
+    ADD_FAILURE();
+  } catch (const Refused& refused) {
+    EXPECT_EQ(refused.why, Refused::Why::kWithheld);
+    EXPECT_TRUE(says(refused.what(), "session 1: the result was withheld"));
+    EXPECT_GT(std::count(refused.what(), refused.what() + std::string(refused.what()).size(), '\n'), 0);
+  }
+}
+
+TEST(a_certificate_is_refused, of_a_session_without_a_calibration) {
+  const TemporaryDirectory directory;
+  Journal journal(directory / "j.db");
+  const std::int64_t id = journal.begin(read_inputs(CELLCAL_DEMO_CELL), "2026-01-01T00:00:00.000Z");
+  try {
+    make_certificate(make_archive(journal, id, directory / "none"), "session 1", kIssue);
+    ADD_FAILURE();
+  } catch (const Refused& refused) {
+    EXPECT_EQ(refused.why, Refused::Why::kNoCalibration);
+  }
+}
+
+TEST(a_certificate_is_refused, of_an_export_that_was_altered) {
+  Archive altered = recorded().first;
+  std::string& rows = altered["rows.jsonl"];
+  const std::size_t at = rows.find("4711");
+  ASSERT_NE(at, rows.npos);
+  rows[at] = '5';
+  EXPECT_THROW(make_certificate(altered, "e", kIssue), ArchiveError);
+}
+
+/// Every text that may come from somebody.
+void for_each_text(CertificateData& d, const std::function<void(std::string&)>& act) {
+  for (Entry* one : {&d.number, &d.session, &d.cell, &d.site, &d.operator_name, &d.issued, &d.issued_local, &d.issued_by,
+                     &d.issuing_software, &d.robot, &d.robot_serial, &d.controller_serial, &d.sensor, &d.sensor_serial,
+                     &d.tool, &d.began, &d.began_local, &d.ended, &d.ended_local, &d.software, &d.method, &d.dropped,
+                     &d.rows_sha256, &d.calibration_sha256})
+    act(one->text), act(one->from);
+  if (d.found_by) act(d.found_by->text);
+  for (auto& one : d.artefacts)
+    for (Entry* entry : {&one.id, &one.kind, &one.serial, &one.certificate, &one.date}) act(entry->text);
+  for (auto& one : d.lengths)
+    for (Entry* entry : {&one.from, &one.to, &one.certificate, &one.date}) act(entry->text);
+  for (auto* list : {&d.directions, &d.remarks, &d.joint_names})
+    for (Entry& one : *list) act(one.text);
+  for (auto& one : d.breaks) act(one.event.text), act(one.phase.text);
+  for (auto& one : d.parameters) act(one.name.text), act(one.nominal.unit), act(one.decided_by.text);
+  for (auto& one : d.files) act(one.name.text), act(one.role.text), act(one.sha256.text);
+  for (auto& one : d.rows) act(one.target.text), act(one.time.text);
+}
+
+TEST(a_hostile_name, stays_text_on_a_certificate) {
+  CertificateData data = second();
+  data.parameters.resize(3);
+  data.rows.resize(3);
+  const auto set = [&](const std::string& text) { for_each_text(data, [&](std::string& one) { one = text; }); };
+  set("x");
+  const std::string harmless = to_html(data);
+  for (const std::string& name :
+       {std::string("<script>alert(1)</script>"), std::string("\" onload=\"alert(1)"), std::string("' x='"),
+        std::string("</style><img src=x>"), std::string("\xE2\x80\xAEgpj.exe"), std::string("\xFF\xFE\xC0\x80"),
+        std::string("a\0b", 3), std::string("&lt;b"), std::string("{}"), std::string("url(http://x)"),
+        std::string(5000, 'x')}) {
+    set(name);
+    const std::string hostile = to_html(data);
+    for (const char mark : {'<', '>', '"', '\''})
+      EXPECT_EQ(std::count(hostile.begin(), hostile.end(), mark), std::count(harmless.begin(), harmless.end(), mark))
+          << name << mark;
+    EXPECT_FALSE(says(hostile, "\xE2\x80\xAE"));
+    EXPECT_EQ(hostile.find('\0'), hostile.npos);
+    EXPECT_TRUE(nlohmann::json::accept(to_json(data)));
+  }
+}
+
+TEST(a_certificate_on_paper, is_a_pdf_of_the_same_document) {
+  const TemporaryDirectory directory;
+  CertificateData data = second();
+  data.parameters.resize(3);  // for the sake of time
+  data.rows.resize(3);
+  std::ofstream(directory / "c.html") << to_html(data);
+  certificate::write_pdf(directory / "c.html", directory / "c.pdf");
+  EXPECT_TRUE(calib::read_file(directory / "c.pdf").starts_with("%PDF-"));
+  EXPECT_FALSE(std::filesystem::exists(directory / "c.pdf.part"));
+}
+
+TEST(a_certificate_on_paper, names_the_package_where_the_program_is_missing) {
+  const TemporaryDirectory directory;
+  std::ofstream(directory / "c.html") << "<p>";
+  const std::string path = std::getenv("PATH");
+  ::setenv("PATH", directory.path().c_str(), 1);
+  std::string words;
+  try {
+    certificate::write_pdf(directory / "c.html", directory / "c.pdf");
+  } catch (const std::runtime_error& error) {
+    words = error.what();
+  }
+  ::setenv("PATH", path.c_str(), 1);
+  EXPECT_TRUE(says(words, "Install the package 'weasyprint'")) << words;
+  EXPECT_FALSE(std::filesystem::exists(directory / "c.pdf"));
+}
+
+}  // namespace
+}  // namespace cellcal::daemon::testing

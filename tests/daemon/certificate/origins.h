@@ -1,0 +1,37 @@
+#pragma once
+// What an origin of the certificate names, worked out anew from an export's rows alone: what the certificate
+// printed must be this.
+
+#include <map>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "calib/result/calibration.h"
+#include "daemon/archive/archive.h"
+
+namespace cellcal::daemon::testing {
+
+class Origins {
+ public:
+  explicit Origins(const Archive& archive);
+
+  /// A number in its unit, or a text. Throws std::runtime_error of an origin that names nothing.
+  std::variant<double, std::string> at(const std::string& from) const;
+
+ private:
+  std::variant<double, std::string> touch(const std::string& path) const;
+  std::variant<double, std::string> over_touches(const std::string& name) const;
+  double found(const std::string& path) const;
+  double scope(const std::string& name) const;
+  std::string unit(const std::string& from) const;
+
+  std::string rows_;
+  nlohmann::json session_, calibration_, compared_, cell_, robot_;
+  std::string compared_words_;
+  std::vector<nlohmann::json> touches_;
+  std::map<std::int64_t, nlohmann::json> changes_;
+};
+
+}  // namespace cellcal::daemon::testing

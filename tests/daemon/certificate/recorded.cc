@@ -1,0 +1,92 @@
+#include "tests/daemon/certificate/recorded.h"
+
+#include <fmt/format.h>
+
+#include "calib/files/calibration_json.h"
+#include "daemon/tasks/estimate.h"
+#include "daemon/tasks/inputs.h"
+#include "daemon/tasks/last_calibration.h"
+#include "daemon/tasks/options.h"
+#include "tests/calib/simulate.h"
+#include "tests/daemon/journal/temporary_directory.h"
+
+namespace cellcal::daemon::testing {
+
+namespace {
+
+SessionInputs inputs_of(const Recording& what) {
+  SessionInputs inputs = read_inputs(CELLCAL_DEMO_CELL);
+  const std::string id = "id = \"S1\"\n";
+  inputs.cell_text.insert(inputs.cell_text.find(id) + id.size(), what.certificate);
+  inputs.cell_text += "\n" + what.identity;
+  inputs.options = options_to_json(SessionOptions{});
+  return inputs;
+}
+
+RecordChange change(Phase from, Phase to, EventKind on, const std::string& utc) {
+  return {{from, to}, on, utc, 1.0, 0, 0.0};
+}
+
+/// A stop by the pendant, found again a quarter of an hour later.
+void interrupt(Journal& journal, std::int64_t session) {
+  journal.note(session, change(Phase::kIdle, Phase::kPlanning, EventKind::kRun, "2026-03-28T22:58:01.000Z"));
+  journal.note(session,
+               change(Phase::kRetreat, Phase::kFailed, EventKind::kRobotSilent, "2026-03-28T23:10:00.250Z"));
+  journal.record(session, RecordEnd{Ending::kFailed, "no packet for 44 ms"}, "2026-03-28T23:10:01.000Z");
+  journal.resume(session, "2026-03-29T01:25:00.000Z");
+  journal.note(session, change(Phase::kIdle, Phase::kPlanning, EventKind::kRun, "2026-03-29T01:25:00.125Z"));
+}
+
+}  // namespace
+
+std::int64_t record(Journal& journal, const Recording& what, bool against_the_last) {
+  const SessionInputs inputs = inputs_of(what);
+  const std::int64_t id = journal.begin(inputs, "2026-03-28T22:58:00.000Z");
+  const calib::Cell cell = cell_of(inputs);
+  // The same arm; what was found of it before is a little less than now.
+  auto touches = calib::testing::make_touches(cell, calib::testing::plain_truth(cell, 3),
+                                              {.fit = against_the_last ? 60 : 32,
+                                               .check = 10,
+                                               .rho_m = 2e-4,
+                                               .speed_m_s = 0.002,
+                                               .seed = what.seed})
+                     .touches;
+  if (what.interrupted) interrupt(journal, id);
+  for (std::size_t i = 0; i < touches.size(); ++i) {
+    calib::Touch& touch = touches[i];
+    touch.time = fmt::format("2026-03-29T01:{:02}:{:02}.000Z", 26 + i / 60, i % 60);
+    touch.readings = 2;
+    if (what.temperatures) touch.temperature_c = 21.0 + 0.037 * static_cast<double>(i);
+    journal.record(id, RecordTouch{i, touch});
+  }
+  const auto compared =
+      against_the_last ? last_calibration(journal, inputs.cell_name, id, true) : std::nullopt;
+  calib::Calibration calibration = estimate(cell, inputs, touches, compared);
+  if (!what.publish) {
+    calibration.verdict.publish = false;
+    calibration.verdict.findings.insert(calibration.verdict.findings.begin(),
+                                        calib::Finding{calib::FindingKind::kAllLeftOut});
+  }
+  journal.store_calibration(id, calib::calibration_to_json(calibration), compared);
+  journal.record(id, RecordEnd{Ending::kDone, ""}, "2026-03-29T01:31:00.000Z");
+  return id;
+}
+
+const Recorded& recorded() {
+  static const Recorded made = [] {
+    const TemporaryDirectory directory;
+    Journal journal(directory / "j.db");
+    const Recording first{
+        .identity = "[identity]\nsite = \"Hall 3\"\noperator = \"J\u00fcrgen \u00c4.\"\nrobot_serial = \"4711\"\n"
+                    "controller_serial = \"KRC 8\"\nsensor = \"board C\"\nsensor_serial = \"0007\"\n",
+        .certificate = "serial = \"K 1\"\ncertificate = \"D-K-15070 412\"\ncertificate_date = \"2026-04-01\"\n",
+        .interrupted = true,
+        .temperatures = true};
+    const std::int64_t one = record(journal, first, false);
+    const std::int64_t two = record(journal, {.seed = 2}, true);
+    return Recorded{make_archive(journal, one, directory / "none"), make_archive(journal, two, directory / "none")};
+  }();
+  return made;
+}
+
+}  // namespace cellcal::daemon::testing

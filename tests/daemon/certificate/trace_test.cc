@@ -1,0 +1,157 @@
+// Every number of a certificate is traced to the journal's rows.
+
+#include <gtest/gtest.h>
+#include <stdlib.h>
+#include <time.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <regex>
+#include <set>
+
+#include "daemon/certificate/certificate.h"
+#include "tests/daemon/certificate/origins.h"
+#include "tests/daemon/certificate/recorded.h"
+
+namespace cellcal::daemon::testing {
+namespace {
+
+using certificate::CertificateData;
+
+const certificate::Issue kIssue{"2026-04-02T08:00:00.000Z", "Q. Auditor 1", "9.9.9"};
+
+std::string replaced(std::string text, const std::string& what, const std::string& by) {
+  for (std::size_t at = text.find(what); at != text.npos; at = text.find(what, at + by.size()))
+    text.replace(at, what.size(), by);
+  return text;
+}
+
+std::string plain(std::string html) {
+  for (const auto& [entity, text] : {std::pair{"&lt;", "<"}, {"&gt;", ">"}, {"&quot;", "\""}, {"&#39;", "'"}, {"&amp;", "&"}})
+    html = replaced(html, entity, text);
+  return html;
+}
+
+struct Printed {
+  std::string from, text;
+};
+
+constexpr const char* kOpen = "<span data-from=\"";
+
+/// All entries, and what is left of the document's text without them.
+std::vector<Printed> entries_of(const std::string& html, std::string& rest) {
+  std::vector<Printed> entries;
+  rest.clear();
+  std::string body = html.substr(html.find("<body>"));
+  for (std::size_t at = 0; at < body.size();) {
+    const std::size_t open = body.find(kOpen, at);
+    rest += body.substr(at, open - at);
+    if (open == body.npos) break;
+    const std::size_t from = open + std::string(kOpen).size(), quote = body.find("\">", from),
+                      close = body.find("</span>", quote);
+    entries.push_back({plain(body.substr(from, quote - from)), plain(body.substr(quote + 2, close - quote - 2))});
+    at = close + std::string("</span>").size();
+  }
+  rest = plain(std::regex_replace(rest, std::regex("<[^>]*>"), " "));
+  return entries;
+}
+
+/// By how much its last digit may be rounded.
+double rounding(const std::string& text) {
+  const std::size_t e = text.find('e'), point = text.find('.');
+  const double exponent = e == text.npos ? 0.0 : std::stod(text.substr(e + 1));
+  const double decimals = point == text.npos ? 0.0 : static_cast<double>(std::min(e, text.size()) - point - 1);
+  return 0.5 * std::pow(10.0, exponent - decimals);
+}
+
+/// What is printed is what its origin names; else why not.
+std::string complaint(const Printed& printed, const Origins& origins) {
+  const std::string told = printed.from + " -> " + printed.text + ": ";
+  try {
+    const std::variant<double, std::string> is = origins.at(printed.from);
+    if (const auto* text = std::get_if<std::string>(&is))
+      return *text == printed.text ? "" : told + "it is " + *text;
+    const std::string ascii = replaced(printed.text, "\xE2\x88\x92", "-");
+    if (!std::regex_match(ascii, std::regex("-?[0-9]+(\\.[0-9]+)?(e[-+][0-9]+)?"))) return told + "no number";
+    // Where the base is fitted another way, a micrometre is of the second order.
+    const double way = printed.from.starts_with("scope#") || printed.from.starts_with("found#") ? 1e-3 : 1e-9;
+    const double value = std::get<double>(is);
+    const bool same = std::abs(std::stod(ascii) - value) <= rounding(ascii) * 1.0001 + way;
+    return same ? "" : told + "it is " + std::to_string(value);
+  } catch (const std::exception& error) {
+    return told + error.what();
+  }
+}
+
+struct a_certificate : ::testing::Test {
+  a_certificate() {
+    ::setenv("TZ", "Europe/Berlin", 1);
+    ::tzset();
+  }
+  ~a_certificate() override {
+    ::unsetenv("TZ");
+    ::tzset();
+  }
+};
+
+void expect_all_traced(const Archive& archive) {
+  const std::string html = to_html(make_certificate(archive, "e", kIssue));
+  const Origins origins(archive);
+  std::string rest;
+  const auto entries = entries_of(html, rest);
+  EXPECT_GT(entries.size(), 600u);
+  EXPECT_EQ(rest.find_first_of("0123456789"), rest.npos)
+      << "a number without origin: " << rest.substr(rest.find_first_of("0123456789"), 60);
+  std::map<std::string, std::string> seen;  // each once: what is over the scope takes time
+  for (const Printed& one : entries) {
+    const auto [before, is_new] = seen.emplace(one.from, one.text);
+    EXPECT_EQ(is_new ? complaint(one, origins) : "", "");
+    EXPECT_EQ(before->second, one.text) << one.from;
+  }
+}
+
+TEST_F(a_certificate, of_an_arm_found_as_drawn_has_every_number_from_the_journals_rows) {
+  expect_all_traced(recorded().first);
+}
+
+TEST_F(a_certificate, of_an_arm_found_as_calibrated_before_has_every_number_from_the_journals_rows) {
+  expect_all_traced(recorded().second);
+}
+
+TEST_F(a_certificate, as_data_has_the_entries_of_the_document) {
+  const CertificateData data = make_certificate(recorded().first, "e", kIssue);
+  std::string rest;
+  std::set<std::pair<std::string, std::string>> printed;
+  for (const Printed& one : entries_of(to_html(data), rest))
+    if (!one.from.starts_with("method#") && !one.from.starts_with("unit(")) printed.emplace(one.from, one.text);
+  std::set<std::pair<std::string, std::string>> told;
+  const std::function<void(const nlohmann::json&)> walk = [&](const nlohmann::json& value) {
+    if (value.is_object() && value.contains("from") && value.contains("text")) {
+      if (value["text"] != "") told.emplace(value["from"], value["text"]);
+      return;
+    }
+    if (value.is_structured())
+      for (const auto& one : value) walk(one);
+  };
+  const nlohmann::json json = nlohmann::json::parse(to_json(data));
+  EXPECT_EQ(json.at("format"), "cellcal.certificate/1");
+  walk(json);
+  EXPECT_TRUE(std::includes(told.begin(), told.end(), printed.begin(), printed.end()));
+  EXPECT_LE(told.size(), printed.size() + 2);  // where and why it went on is not printed
+}
+
+TEST(a_number, that_is_not_its_origins_is_found) {
+  const Origins origins(recorded().first);
+  EXPECT_EQ(complaint({"cell#/length/0/mm", "700.2860"}, origins), "");
+  EXPECT_NE(complaint({"cell#/length/0/mm", "700.2861"}, origins), "");
+  EXPECT_NE(complaint({"cell#/length/99/mm", "700.2860"}, origins), "");
+  EXPECT_EQ(complaint({"k*cell#/length/0/sigma_mm", "0.0100"}, origins), "");
+  EXPECT_NE(complaint({"cell#/identity/robot_serial", "4712"}, origins), "");
+  EXPECT_NE(complaint({"method#nothing", "2"}, origins), "");
+}
+
+}  // namespace
+}  // namespace cellcal::daemon::testing
