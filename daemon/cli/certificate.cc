@@ -2,10 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <cstdlib>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <vector>
 
 #include "calib/files/calibration_json.h"
 #include "daemon/certificate/certificate.h"
+#include "daemon/certificate/signing/signed_files.h"
 #include "daemon/cli/archive.h"
 #include "daemon/cli/offline/exit_status.h"
 #include "daemon/cli/offline/offline.h"
@@ -26,18 +30,48 @@ void make_directory(const fs::path& directory) {
   fs::create_directories(directory);
 }
 
+/// The key that signs; none: the certificate is not signed.
+std::optional<signing::PrivateKey> key_of(const CertificateCommand& command) {
+  if (!command.sign) return std::nullopt;
+  std::error_code code;
+  if (command.key.empty() && !fs::exists(default_key(), code)) return std::nullopt;
+  return signing::PrivateKey(command.key.empty() ? default_key() : command.key);
+}
+
 void tell(const Connection& daemon, const certificate::CertificateData& data,
-          const fs::path& directory) {
-  if (daemon.json)
-    put(nlohmann::json{{"number", data.number.text}, {"directory", fs::absolute(directory).string()}}
+          const fs::path& directory, bool is_signed) {
+  if (daemon.json) {
+    put(nlohmann::json{{"number", data.number.text},
+                       {"directory", fs::absolute(directory).string()},
+                       {"signed", is_signed}}
                 .dump() +
             "\n",
         {});
-  else
-    put(fmt::format("certificate {} in {}\n", data.number.text, directory.string()), {});
+    return;
+  }
+  put(fmt::format("certificate {} in {}, {}\n", data.number.text, directory.string(),
+                  is_signed ? "signed" : "not signed. Make a key once: 'cellcal certificate --make-key'"),
+      {});
 }
 
 }  // namespace
+
+fs::path default_key() {
+  const char* set = std::getenv("CELLCAL_KEY");
+  return set != nullptr && *set != '\0' ? set : "/etc/cellcal/certificate.key";
+}
+
+int make_certificate_key(const fs::path& key, bool json) {
+  signing::make_key(key);
+  const fs::path other = signing::public_part(key);
+  const std::string fingerprint = signing::PublicKey(other).fingerprint();
+  put(json ? nlohmann::json{{"key", key.string()}, {"public", other.string()}, {"fingerprint", fingerprint}}.dump() + "\n"
+           : fmt::format("private key {}: keep it where nobody else can read it\npublic key {}, fingerprint {}: give it "
+                         "to those who verify\n",
+                         key.string(), other.string(), fingerprint),
+      {});
+  return kSuccess;
+}
 
 int certify(const Connection& daemon, const CertificateCommand& command) try {
   const NamedArchive named = archive_of(daemon, command.session);
@@ -45,12 +79,18 @@ int certify(const Connection& daemon, const CertificateCommand& command) try {
       named.archive, named.from, {wall_clock_utc(), command.issued_by, calib::software_version()});
   const fs::path directory =
       command.output.empty() ? fs::path("certificate-" + data.number.text) : command.output;
+  const auto key = key_of(command);  // a key that cannot be used stops it before anything is written
   make_directory(directory);
   write_atomically(directory / "certificate.json", certificate::to_json(data));
   write_atomically(directory / "certificate.html", certificate::to_html(data));
-  if (command.pdf)
+  std::vector<std::string> names{"certificate.json", "certificate.html"};
+  if (command.pdf) {
     certificate::write_pdf(directory / "certificate.html", directory / "certificate.pdf");
-  tell(daemon, data, directory);
+    names.emplace_back("certificate.pdf");
+  }
+  if (key)
+    signing::sign_files(directory, names, {data.number.text, data.issued_by.text, data.issued.text, ""}, *key);
+  tell(daemon, data, directory, key.has_value());
   return kSuccess;
 } catch (const certificate::Refused& refused) {
   if (refused.why != certificate::Refused::Why::kWithheld) throw;

@@ -1,5 +1,6 @@
 #pragma once
-// A published calibration as a certificate. Returns the exit status and throws when it failed.
+// A published calibration as a certificate, signed and verified. Each returns its exit status and throws when
+// it failed.
 
 #include <filesystem>
 #include <string>
@@ -12,8 +13,20 @@ struct CertificateCommand {
   std::string session;           ///< number, or the directory of an export
   std::filesystem::path output;  ///< directory, not there yet or empty; empty: "certificate-NUMBER"
   std::string issued_by;
-  bool pdf = true;
+  bool pdf = true, sign = true;
+  std::filesystem::path key;     ///< empty: default_key(), where there is one
 };
+/// $CELLCAL_KEY, else in /etc/cellcal.
+std::filesystem::path default_key();
+
 int certify(const Connection& daemon, const CertificateCommand& command);
+int make_certificate_key(const std::filesystem::path& key, bool json);
+
+struct VerifyCommand {
+  std::filesystem::path file;  ///< or the directory of a certificate
+  std::filesystem::path key;   ///< public part; empty: that of default_key()
+  bool json = false;
+};
+int verify(const VerifyCommand& command);
 
 }  // namespace cellcal::daemon

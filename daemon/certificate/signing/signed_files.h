@@ -1,0 +1,55 @@
+#pragma once
+// Files of one directory with who signed them, and when: `certificate.sums`, which 'sha256sum -c' reads, and its
+// detached signature `certificate.sums.sig`, which 'openssl pkeyutl -verify' reads.
+
+#include <filesystem>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "daemon/certificate/signing/ed25519.h"
+
+namespace cellcal::daemon::signing {
+
+/// What is signed beside the files themselves.
+struct Statement {
+  std::string certificate;  ///< its number
+  std::string by;           ///< empty: not stated
+  std::string utc;
+  std::string key;          ///< fingerprint
+};
+
+inline constexpr const char* kSums = "certificate.sums";
+inline constexpr const char* kSignature = "certificate.sums.sig";
+
+/// Signs these files of the directory; `statement.key` is the key's own. Throws KeyError, calib::FileError,
+/// std::runtime_error.
+void sign_files(const std::filesystem::path& directory, const std::vector<std::string>& names,
+                Statement statement, const PrivateKey& key);
+
+struct Verified {
+  Statement statement;
+  std::vector<std::string> files;  ///< that are as they were signed
+};
+
+/// They are not what was signed, or nobody can say so.
+struct NotVerified : std::runtime_error {
+  enum class Why {
+    kNoSignature,       ///< there is none beside the file
+    kDamagedSignature,  ///< it does not belong to what it is beside
+    kOtherKey,          ///< of somebody else than expected
+    kChangedFile,
+    kNotListed,    ///< another file than was signed
+    kMissingFile,  ///< of the directory's
+  };
+  NotVerified(Why reason, const std::string& words) : std::runtime_error(words), why(reason) {}
+  Why why;
+};
+/// "changed_file"
+const char* to_string(NotVerified::Why why);
+
+/// Of one file, whatever it is called by now; or of all that were signed, where it is their directory. Throws
+/// NotVerified; calib::FileError where it cannot be read.
+Verified verify_files(const std::filesystem::path& file, const PublicKey& key);
+
+}  // namespace cellcal::daemon::signing

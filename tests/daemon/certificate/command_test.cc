@@ -1,0 +1,77 @@
+// 'cellcal certificate' and 'cellcal verify' as their user meets them.
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "calib/syntax/input_file.h"
+#include "tests/daemon/certificate/recorded.h"
+#include "tests/daemon/cli/process.h"
+#include "tests/daemon/journal/temporary_directory.h"
+
+namespace cellcal::daemon::testing {
+namespace {
+
+struct the_certificate_command : ::testing::Test {
+  the_certificate_command() { write_archive(recorded().second, dir / "e"); }
+  Outcome certify(std::vector<std::string> more) {
+    more.insert(more.begin(), {CELLCAL, "certificate", dir / "e", "--no-pdf"});
+    return run_program(more);
+  }
+  Outcome verify(const std::string& what, const std::string& key) {
+    return run_program({CELLCAL, "verify", dir / what, "--key", dir / key, "--json"});
+  }
+  TemporaryDirectory dir;
+};
+
+TEST_F(the_certificate_command, writes_a_signed_one_from_an_export_that_verify_takes_until_it_is_changed) {
+  ASSERT_EQ(run_program({CELLCAL, "certificate", "--make-key", "--key", dir / "k"}).status, 0);
+  ASSERT_EQ(run_program({CELLCAL, "certificate", "--make-key", "--key", dir / "other"}).status, 0);
+  EXPECT_EQ(run_program({CELLCAL, "certificate", "--make-key", "--key", dir / "k"}).status, 1);
+  const Outcome made = certify({"--key", dir / "k", "--out", dir / "c", "--issued-by", "Q. Auditor", "--json"});
+  ASSERT_EQ(made.status, 0) << made.err;
+  const auto told = nlohmann::json::parse(made.out);
+  EXPECT_TRUE(told["signed"]);
+  const Outcome verified = verify("c", "k.pub");
+  ASSERT_EQ(verified.status, 0) << verified.err;
+  const auto is = nlohmann::json::parse(verified.out);
+  EXPECT_EQ(is["certificate"], told["number"]);
+  EXPECT_EQ(is["signed_by"], "Q. Auditor");
+  EXPECT_EQ(is["files"].size(), 2u);
+
+  EXPECT_EQ(certify({"--key", dir / "k", "--out", dir / "c"}).status, 1) << "nothing is written over";
+  EXPECT_EQ(verify("c", "other.pub").status, 3);
+  EXPECT_EQ(nlohmann::json::parse(verify("c", "other.pub").out)["failure"], "other_key");
+  EXPECT_EQ(verify("c", "nothing.pub").status, 1);
+  std::ofstream(dir / "c/certificate.html", std::ios::app) << " ";
+  const Outcome changed = verify("c/certificate.html", "k.pub");
+  EXPECT_EQ(changed.status, 3);
+  EXPECT_EQ(nlohmann::json::parse(changed.out)["failure"], "changed_file");
+  EXPECT_EQ(changed.err.find("cellcal verify: "), 0u);
+}
+
+TEST_F(the_certificate_command, writes_nothing_where_the_key_cannot_be_used) {
+  std::ofstream(dir / "k") << "no key";
+  EXPECT_EQ(certify({"--key", dir / "k", "--out", dir / "c"}).status, 1);
+  EXPECT_FALSE(std::filesystem::exists(dir / "c"));
+  ASSERT_EQ(certify({"--no-sign", "--out", dir / "c"}).status, 0);
+  EXPECT_EQ(run_program({CELLCAL, "certificate", "--make-key", "--key", dir / "q"}).status, 0);
+  EXPECT_EQ(verify("c", "q.pub").status, 1);
+  EXPECT_EQ(nlohmann::json::parse(verify("c", "q.pub").out)["failure"], "no_signature");
+}
+
+TEST_F(the_certificate_command, refuses_a_withheld_result_with_status_3_and_one_that_is_used_wrongly_with_2) {
+  Journal journal(dir / "j.db");
+  const std::int64_t id = record(journal, {.publish = false}, false);
+  write_archive(make_archive(journal, id, dir / "none"), dir / "w");
+  const Outcome withheld = run_program({CELLCAL, "certificate", dir / "w", "--out", dir / "c"});
+  EXPECT_EQ(withheld.status, 3);
+  EXPECT_NE(withheld.err.find("withheld"), std::string::npos);
+  EXPECT_FALSE(std::filesystem::exists(dir / "c"));
+  EXPECT_EQ(run_program({CELLCAL, "certificate"}).status, 2);
+  EXPECT_EQ(run_program({CELLCAL, "certificate", "7", "--make-key"}).status, 2);
+}
+
+}  // namespace
+}  // namespace cellcal::daemon::testing
