@@ -72,7 +72,9 @@ std::optional<InScope> apart_in_scope(const Calibration* earlier, const Calibrat
       [&](const JointVector& q) -> Eigen::Vector3d {
         return (earlier != nullptr ? before.calibrated(q).tcp : after.nominal(q)).translation();
       },
-      [&](const JointVector& q) -> Eigen::Vector3d { return after.calibrated(q).tcp.translation(); },
+      [&](const JointVector& q) -> Eigen::Vector3d {
+        return after.calibrated(q).tcp.translation();
+      },
       poses);
   InScope in{workspace, static_cast<int>(poses.size()), apart.mean(), apart.maxCoeff()};
   for (const JointVector& q : poses) {

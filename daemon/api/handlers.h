@@ -92,6 +92,11 @@ class Api {
   std::optional<Response> import_session(const Call& call);
   std::optional<Response> back_up(const Call& call);
   std::optional<Response> retain(const Call& call);
+  // Published calibrations as versions (version_handlers.cc).
+  std::optional<Response> show_versions(const Call& call);
+  std::optional<Response> compare_versions(const Call& call);
+  std::optional<Response> activate_version(const Call& call);
+  std::optional<Response> roll_back_version(const Call& call);
   // What begins without a person (schedule_handlers.cc).
   std::optional<Response> show_schedule(const Call& call);
   std::optional<Response> begin_scheduled(const Call& call);

@@ -20,8 +20,8 @@ namespace cellcal::daemon::certificate {
 namespace {
 
 using calib::kMmPerM;
-constexpr int kMmDecimals = 3, kParameterDecimals = 4, kSmallDigits = 4, kJointDecimals = 5, kTemperatureDecimals = 1,
-              kSpeedDecimals = 2;
+constexpr int kMmDecimals = 3, kParameterDecimals = 4, kSmallDigits = 4, kJointDecimals = 5,
+              kTemperatureDecimals = 1, kSpeedDecimals = 2;
 constexpr const char* kCalibration = "calibration";
 
 void refuse_withheld(const Sources& sources, const std::string& from) {
@@ -66,7 +66,8 @@ void add_artefacts(const Sources& s, CertificateData& data) {
   for (std::size_t i = 0; i < s.size("cell", "/target"); ++i) {
     const std::string at = fmt::format("/target/{}/", i);
     const auto text = [&](const char* key) { return s.text("cell", at + key); };
-    data.artefacts.push_back({text("id"), text("kind"), s.number("cell", at + "diameter_mm", "mm", 4),
+    data.artefacts.push_back({text("id"), text("kind"),
+                              s.number("cell", at + "diameter_mm", "mm", 4),
                               s.expanded("cell", at + "diameter_sigma_mm", "mm", 4), text("serial"),
                               text("certificate"), text("certificate_date")});
   }
@@ -99,11 +100,11 @@ void add_summary(const Sources& s, const SummaryWords& words, const char* part,
                  const calib::ResidualSummary* found, const std::string& before,
                  const std::string& after, CertificateData& data) {
   const auto line = [&](const char* what, const char* key, double found_m) {
-    data.figures.push_back(
-        {what,
-         found != nullptr ? mm(found_m, fmt::format("found#{}/{}", part, key))
-                          : s.number(kCalibration, before + key, "mm", kMmDecimals),
-         s.number(kCalibration, after + key, "mm", kMmDecimals)});
+    data.figures.push_back({what,
+                            found != nullptr
+                                ? mm(found_m, fmt::format("found#{}/{}", part, key))
+                                : s.number(kCalibration, before + key, "mm", kMmDecimals),
+                            s.number(kCalibration, after + key, "mm", kMmDecimals)});
   };
   const calib::ResidualSummary none;
   const calib::ResidualSummary& of = found != nullptr ? *found : none;
@@ -126,16 +127,15 @@ std::optional<calib::FoundResiduals> add_found_by(const Sources& s, CertificateD
 void add_figures(const Sources& s, CertificateData& data) {
   data.workspace = s.calibration.verdict.workspace;
   const auto found = add_found_by(s, data);
-  add_summary(s,
-              {"Tip against the artefacts, fitted touches: mean", "the same: largest",
-               "the same: rms"},
-              "fit", found ? &found->fit : nullptr, "/residuals/before/", "/residuals/after/", data);
+  add_summary(
+      s, {"Tip against the artefacts, fitted touches: mean", "the same: largest", "the same: rms"},
+      "fit", found ? &found->fit : nullptr, "/residuals/before/", "/residuals/after/", data);
   if (s.calibration.check.count > 0)
-    add_summary(s,
-                {"Tip against the artefacts, held-out touches: mean", "the same: largest",
-                 "the same: rms"},
-                "check", found ? &found->check : nullptr, "/residuals/check_before/",
-                "/residuals/check/", data);
+    add_summary(
+        s,
+        {"Tip against the artefacts, held-out touches: mean", "the same: largest", "the same: rms"},
+        "check", found ? &found->check : nullptr, "/residuals/check_before/", "/residuals/check/",
+        data);
   const std::string predicted = data.workspace ? "/predicted/m3_mm" : "/predicted/m2_mm";
   const auto scope = calib::apart_in_scope(data.found_by ? &*s.earlier : nullptr, s.calibration,
                                            s.touches, data.workspace);
@@ -149,12 +149,12 @@ void add_figures(const Sources& s, CertificateData& data) {
     return;
   }
   data.poses = {std::to_string(scope->poses), "scope#poses", scope->poses};
-  data.figures.push_back({"TCP position error over the scope: mean",
-                          mm(scope->mean_apart_m, "scope#mean_mm"), left});
+  data.figures.push_back(
+      {"TCP position error over the scope: mean", mm(scope->mean_apart_m, "scope#mean_mm"), left});
   data.figures.push_back({"the same: largest", mm(scope->max_apart_m, "scope#max_mm"), {}});
   data.figures.push_back({"Expanded uncertainty U of a TCP position", expanded, expanded});
-  data.figures.push_back({"Bound of a TCP position: mean", {},
-                          mm(scope->mean_u95_m, "scope#u95_mean_mm")});
+  data.figures.push_back(
+      {"Bound of a TCP position: mean", {}, mm(scope->mean_u95_m, "scope#u95_mean_mm")});
   data.figures.push_back({"the same: largest", {}, mm(scope->max_u95_m, "scope#u95_max_mm")});
 }
 
@@ -234,10 +234,12 @@ void add_touches(const Sources& s, CertificateData& data) {
   const std::vector<bool> outlier = outliers_of(s);
   for (std::size_t i = 0; i < s.touches.size(); ++i) {
     const calib::Touch& touch = s.touches[i];
-    const auto from = [&](const std::string& field) { return fmt::format("touch#{}/{}", i, field); };
+    const auto from = [&](const std::string& field) {
+      return fmt::format("touch#{}/{}", i, field);
+    };
     TouchRow row{{std::to_string(i + 1), from("number"), static_cast<double>(i + 1)},
                  {touch.target, from("target")},
-                 {outlier[i]                              ? "left out"
+                 {outlier[i]                             ? "left out"
                   : touch.set == calib::TouchSet::kCheck ? "check"
                                                          : "fit",
                   from("set")},
@@ -246,8 +248,7 @@ void add_touches(const Sources& s, CertificateData& data) {
                  {"", from("temperature_c")},
                  {touch.time, from("time")},
                  {}};
-    if (touch.readings > 0)
-      row.readings = raw_figure(touch.readings, "", 0, row.readings.from);
+    if (touch.readings > 0) row.readings = raw_figure(touch.readings, "", 0, row.readings.from);
     if (touch.speed_m_s > 0.0)
       row.speed = raw_figure(touch.speed_m_s * kMmPerM, "mm/s", kSpeedDecimals, row.speed.from);
     if (touch.temperature_c)

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "daemon/certificate/entry.h"
 #include "daemon/archive/archive.h"
+#include "daemon/certificate/entry.h"
 
 namespace cellcal::daemon::certificate {
 
@@ -55,19 +55,20 @@ struct TouchRow {
 
 /// The verdict's rule, and the numbers that it decided by.
 struct Decision {
-  bool stated = false;    ///< its numbers were recorded
+  bool stated = false;        ///< its numbers were recorded
   bool by_cell_file = false;  ///< required_mm is the cell file's
   Entry predicted, required, nominal, of_nominal, most_of_nominal;
 };
 
 struct CertificateData {
-  Entry number, session, cell, site, operator_name, issued, issued_local, issued_by, issuing_software;
+  Entry number, session, cell, site, operator_name, issued, issued_local, issued_by,
+      issuing_software;
   Entry robot, robot_serial, controller_serial, sensor, sensor_serial, tool, tip_radius;
   Entry began, began_local, ended, ended_local, software, method;
   Entry touches, lowest_c, highest_c;
-  bool workspace = false;              ///< scope; else near the targets
-  std::optional<Entry> found_by;       ///< earlier calibration in words; none: the nominal arm
-  bool earlier_not_comparable = false; ///< there was one, of another drawing, tool or version
+  bool workspace = false;               ///< scope; else near the targets
+  std::optional<Entry> found_by;        ///< earlier calibration in words; none: the nominal arm
+  bool earlier_not_comparable = false;  ///< there was one, of another drawing, tool or version
   std::vector<Figure> figures;
   Entry poses;  ///< over which the scope's figures are
   Decision decision;

@@ -52,8 +52,8 @@ std::string object(const CertificateData& d) {
                (d.tool.stated() ? pair("Tool", shown(d.tool)) : "") +
                pair("Tip radius", with_unit(d.tip_radius, "not stated")) +
                pair("Contact sensor", shown(d.sensor)) +
-               pair("Serial number, sensor", shown(d.sensor_serial)) +
-               pair("Site", shown(d.site)) + pair("Cell file", shown(d.cell)));
+               pair("Serial number, sensor", shown(d.sensor_serial)) + pair("Site", shown(d.site)) +
+               pair("Cell file", shown(d.cell)));
 }
 
 std::string figures(const CertificateData& d) {
@@ -83,8 +83,9 @@ std::string result(const CertificateData& d) {
              "<h2>Result</h2>\n<div class=\"result\"><p class=\"verdict\">Calibration accepted. Scope: {}.</p>\n"
              "<p>{}</p></div>\n",
              d.workspace ? "workspace" : "near the targets",
-             d.workspace ? "The figures hold over the workspace in front of the arm."
-                         : "The figures hold near the targets only; nothing is claimed elsewhere.") +
+             d.workspace
+                 ? "The figures hold over the workspace in front of the arm."
+                 : "The figures hold near the targets only; nothing is claimed elsewhere.") +
          figures(d);
 }
 
@@ -98,7 +99,8 @@ std::string decision(const CertificateData& d) {
       "the measure of uncertainty; nothing is added to the limit.</p>\n",
       constant("guidance"), constant("guard_band"), constant("standard"), with_unit(rule.predicted),
       with_unit(rule.required),
-      rule.by_cell_file ? "required by the cell file" : "the limit where the cell file requires none",
+      rule.by_cell_file ? "required by the cell file"
+                        : "the limit where the cell file requires none",
       with_unit(rule.most_of_nominal), with_unit(rule.nominal), with_unit(rule.of_nominal));
 }
 
@@ -112,26 +114,30 @@ std::string artefacts(const CertificateData& d) {
   for (const Artefact& one : d.artefacts)
     rows += "<tr>" + cell(shown(one.id)) + cell(shown(one.kind)) +
             cell(shown(one.diameter, kNone), true) + cell(shown(one.expanded, kNone), true) +
-            cell(shown(one.serial)) + cell(shown(one.certificate)) + cell(shown(one.date)) + "</tr>\n";
+            cell(shown(one.serial)) + cell(shown(one.certificate)) + cell(shown(one.date)) +
+            "</tr>\n";
   std::string html =
       "<h2>Traceability: artefacts</h2>\n" +
-      table("<th>artefact</th><th>kind</th><th class=\"n\">diameter, mm</th><th class=\"n\">U, "
-            "mm</th><th>serial number</th><th>certificate</th><th>of</th>",
-            rows);
+      table(
+          "<th>artefact</th><th>kind</th><th class=\"n\">diameter, mm</th><th class=\"n\">U, "
+          "mm</th><th>serial number</th><th>certificate</th><th>of</th>",
+          rows);
   rows.clear();
   for (const Length& one : d.lengths)
-    rows += "<tr>" + cell(shown(one.from) + " to " + shown(one.to)) + cell(shown(one.length), true) +
-            cell(shown(one.expanded), true) + cell(shown(one.certificate)) + cell(shown(one.date)) +
-            "</tr>\n";
+    rows += "<tr>" + cell(shown(one.from) + " to " + shown(one.to)) +
+            cell(shown(one.length), true) + cell(shown(one.expanded), true) +
+            cell(shown(one.certificate)) + cell(shown(one.date)) + "</tr>\n";
   if (d.lengths.empty())
     return html + "<p>No certified length: the scale of the arm is not traced.</p>\n";
   return html +
-         table("<th>certified length</th><th class=\"n\">mm</th><th class=\"n\">U, mm</th>"
-               "<th>certificate</th><th>of</th>",
-               rows) +
-         fmt::format("<p class=\"note\">U: k = {}, from the cell file. The certified lengths hold the scale; the unit of "
-                     "length is that of their certificates.</p>\n",
-                     constant("k"));
+         table(
+             "<th>certified length</th><th class=\"n\">mm</th><th class=\"n\">U, mm</th>"
+             "<th>certificate</th><th>of</th>",
+             rows) +
+         fmt::format(
+             "<p class=\"note\">U: k = {}, from the cell file. The certified lengths hold the scale; the unit of "
+             "length is that of their certificates.</p>\n",
+             constant("k"));
 }
 
 std::string list(const std::vector<Entry>& entries) {
@@ -144,32 +150,32 @@ std::string frame(const CertificateData& d) {
   return "<h2>Frame, and what is not identifiable</h2>\n<p>Positions are in the robot&rsquo;s base frame: its root, "
          "z along the first axis of the drawing. Where that frame stands in the cell no touch can tell: it is held by convention at "
          "nominal, and a user fixes it by measuring a base. Errors and uncertainties are stated without it.</p>\n" +
-         (d.directions.empty() ? std::string("<p>No direction was found that the touches do not determine.</p>\n")
-                               : list(d.directions));
+         (d.directions.empty()
+              ? std::string("<p>No direction was found that the touches do not determine.</p>\n")
+              : list(d.directions));
 }
 
 std::string breaks(const CertificateData& d) {
-  if (d.dropped.stated())
-    return "not known: raw rows were dropped on " + shown(d.dropped);
+  if (d.dropped.stated()) return "not known: raw rows were dropped on " + shown(d.dropped);
   if (d.breaks.empty()) return "none";
   std::string words;
   for (const Break& one : d.breaks)
-    words += fmt::format("<div>{}: {}{}</div>", one.resumed ? "resumed" : "interrupted",
-                         moment(one.local, one.utc),
-                         one.resumed ? std::string()
-                                     : fmt::format(", in {}, on {}", shown(one.phase), shown(one.event)));
+    words += fmt::format(
+        "<div>{}: {}{}</div>", one.resumed ? "resumed" : "interrupted", moment(one.local, one.utc),
+        one.resumed ? std::string()
+                    : fmt::format(", in {}, on {}", shown(one.phase), shown(one.event)));
   return words;
 }
 
 std::string conditions(const CertificateData& d) {
   return "<h2>Conditions</h2>\n" +
-         pairs(pair("Session", shown(d.session)) + pair("Operator", shown(d.operator_name)) + pair("Begun", moment(d.began_local, d.began)) +
-               pair("Ended", moment(d.ended_local, d.ended)) +
-               pair("Interruptions", breaks(d)) +
-               pair("Temperature", d.lowest_c.stated() ? with_unit(d.lowest_c) + " to " + with_unit(d.highest_c)
-                                                       : std::string("not recorded")) +
-               pair("Touches", shown(d.touches)) +
-               pair("Software, session", shown(d.software)) +
+         pairs(pair("Session", shown(d.session)) + pair("Operator", shown(d.operator_name)) +
+               pair("Begun", moment(d.began_local, d.began)) +
+               pair("Ended", moment(d.ended_local, d.ended)) + pair("Interruptions", breaks(d)) +
+               pair("Temperature", d.lowest_c.stated()
+                                       ? with_unit(d.lowest_c) + " to " + with_unit(d.highest_c)
+                                       : std::string("not recorded")) +
+               pair("Touches", shown(d.touches)) + pair("Software, session", shown(d.software)) +
                pair("Software, certificate", shown(d.issuing_software)));
 }
 
@@ -199,11 +205,13 @@ std::string parameters(const CertificateData& d) {
   for (const Parameter& one : d.parameters)
     rows += "<tr>" + cell(shown(one.name)) + cell(shown(one.nominal, kNone), true) +
             cell(shown(one.correction, kNone), true) + cell(shown(one.expanded, kNone), true) +
-            cell(one.nominal.unit.empty() ? std::string() : unit(one.nominal)) + cell(shown(one.decided_by)) + "</tr>\n";
+            cell(one.nominal.unit.empty() ? std::string() : unit(one.nominal)) +
+            cell(shown(one.decided_by)) + "</tr>\n";
   return "<h2>Appendix: parameters</h2>\n<p class=\"note\">Fitted: " + shown(d.method) + ".</p>\n" +
-         table("<th>parameter</th><th class=\"n\">nominal</th><th class=\"n\">correction</th>"
-               "<th class=\"n\">U</th><th>unit</th><th>decided by</th>",
-               rows, "small") +
+         table(
+             "<th>parameter</th><th class=\"n\">nominal</th><th class=\"n\">correction</th>"
+             "<th class=\"n\">U</th><th>unit</th><th>decided by</th>",
+             rows, "small") +
          "<p class=\"note\">U includes directions that are held by convention: what &lsquo;frame&rsquo; decides is "
          "no uncertainty of a position.</p>\n";
 }
@@ -212,7 +220,8 @@ std::string touches(const CertificateData& d) {
   std::string head = "<th class=\"n\">no.</th><th>artefact</th><th>set</th>";
   for (const Entry& name : d.joint_names)
     head += fmt::format("<th class=\"n\">{}, deg</th>", shown(name));
-  head += "<th class=\"n\">readings</th><th class=\"n\">mm/s</th><th class=\"n\">&deg;C</th><th>time, UTC</th>";
+  head +=
+      "<th class=\"n\">readings</th><th class=\"n\">mm/s</th><th class=\"n\">&deg;C</th><th>time, UTC</th>";
   std::string rows;
   for (const TouchRow& one : d.rows) {
     rows += "<tr>" + cell(shown(one.number), true) + cell(shown(one.target)) + cell(shown(one.set));
@@ -220,7 +229,8 @@ std::string touches(const CertificateData& d) {
     rows += cell(shown(one.readings, kNone), true) + cell(shown(one.speed, kNone), true) +
             cell(shown(one.temperature, kNone), true) + cell(shown(one.time, kNone)) + "</tr>\n";
   }
-  return "<div class=\"wide\">\n<h2>Appendix: raw touches</h2>\n" + table(head, rows, "small") + "</div>\n";
+  return "<div class=\"wide\">\n<h2>Appendix: raw touches</h2>\n" + table(head, rows, "small") +
+         "</div>\n";
 }
 
 }  // namespace
@@ -231,7 +241,8 @@ std::string shown(const Entry& entry, std::string_view otherwise) {
 }
 
 std::string unit(const Entry& entry) {
-  return fmt::format("<span data-from=\"unit({})\">{}</span>", escape(entry.from), escape(entry.unit));
+  return fmt::format("<span data-from=\"unit({})\">{}</span>", escape(entry.from),
+                     escape(entry.unit));
 }
 
 std::string with_unit(const Entry& entry, std::string_view otherwise) {

@@ -25,9 +25,12 @@ Json list(const std::vector<T>& items, F to) {
 }
 
 Json of_artefact(const Artefact& one) {
-  return {{"id", to_value(one.id)},           {"kind", to_value(one.kind)},
-          {"diameter", to_value(one.diameter)}, {"expanded", to_value(one.expanded)},
-          {"serial", to_value(one.serial)},   {"certificate", to_value(one.certificate)},
+  return {{"id", to_value(one.id)},
+          {"kind", to_value(one.kind)},
+          {"diameter", to_value(one.diameter)},
+          {"expanded", to_value(one.expanded)},
+          {"serial", to_value(one.serial)},
+          {"certificate", to_value(one.certificate)},
           {"certificate_date", to_value(one.date)}};
 }
 
@@ -60,9 +63,8 @@ Json of_parameter(const Parameter& one) {
 }
 
 Json of_file(const File& one) {
-  return {{"role", to_value(one.role)},
-          {"name", to_value(one.name)},
-          {"sha256", to_value(one.sha256)}};
+  return {
+      {"role", to_value(one.role)}, {"name", to_value(one.name)}, {"sha256", to_value(one.sha256)}};
 }
 
 Json of_touch(const TouchRow& one) {

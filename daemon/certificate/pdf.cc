@@ -39,7 +39,8 @@ class Silence {
 void write_pdf(const std::filesystem::path& html, const std::filesystem::path& pdf) {
   std::filesystem::path part = pdf;
   part += ".part";
-  std::string program = kProgram, encoding = "--encoding=utf-8", from = std::filesystem::absolute(html).string(),
+  std::string program = kProgram, encoding = "--encoding=utf-8",
+              from = std::filesystem::absolute(html).string(),
               to = std::filesystem::absolute(part).string();
   char* arguments[] = {program.data(), encoding.data(), from.data(), to.data(), nullptr};
   const Silence silence;
@@ -59,8 +60,9 @@ void write_pdf(const std::filesystem::path& html, const std::filesystem::path& p
     return;
   }
   std::filesystem::remove(part, code);
-  throw std::runtime_error(fmt::format("{}: not written: weasyprint failed. Run 'weasyprint {} {}' to see why",
-                                       pdf.string(), html.string(), pdf.string()));
+  throw std::runtime_error(
+      fmt::format("{}: not written: weasyprint failed. Run 'weasyprint {} {}' to see why",
+                  pdf.string(), html.string(), pdf.string()));
 }
 
 }  // namespace cellcal::daemon::certificate

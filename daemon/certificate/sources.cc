@@ -5,11 +5,11 @@
 #include "calib/files/calibration_json.h"
 #include "calib/syntax/input_file.h"
 #include "calib/syntax/toml_json.h"
+#include "daemon/archive/scratch_directory.h"
 #include "daemon/certificate/certificate.h"
 #include "daemon/journal/rows.h"
 #include "daemon/tasks/compared_json.h"
 #include "daemon/tasks/inputs.h"
-#include "daemon/archive/scratch_directory.h"
 
 namespace cellcal::daemon::certificate {
 
@@ -46,7 +46,9 @@ std::optional<calib::Calibration> earlier_of(const std::optional<Compared>& comp
 }  // namespace
 
 const json* Sources::at(const std::string& source, const std::string& pointer) const {
-  const json& whole = source == "cell" ? cell_json : source == "robot" ? robot_json : calibration_json;
+  const json& whole = source == "cell"    ? cell_json
+                      : source == "robot" ? robot_json
+                                          : calibration_json;
   const json::json_pointer where(pointer);
   return whole.contains(where) ? &whole.at(where) : nullptr;
 }
@@ -93,8 +95,9 @@ Sources read_sources(const Archive& archive, const std::string& from) {
   const auto record = journal.session(session);
   if (!record) throw ArchiveError(from + ": holds no session");
   if (record->calibration.empty())
-    throw Refused(Refused::Why::kNoCalibration,
-                  from + ": has no calibration. Name a session that was published: 'cellcal history'");
+    throw Refused(
+        Refused::Why::kNoCalibration,
+        from + ": has no calibration. Name a session that was published: 'cellcal history'");
   Sources all;
   all.record = *record;
   all.touches = journal.touches(session);

@@ -9,9 +9,9 @@
 
 #include "calib/model/touch.h"
 #include "calib/result/calibration.h"
+#include "daemon/archive/archive.h"
 #include "daemon/certificate/entry.h"
 #include "daemon/journal/journal.h"
-#include "daemon/archive/archive.h"
 
 namespace cellcal::daemon::certificate {
 

@@ -26,7 +26,8 @@ namespace fs = std::filesystem;
 void make_directory(const fs::path& directory) {
   std::error_code code;
   if (fs::exists(directory, code) && !fs::is_empty(directory, code))
-    throw std::runtime_error(directory.string() + ": is there already and not empty. Name another: --out DIR");
+    throw std::runtime_error(directory.string() +
+                             ": is there already and not empty. Name another: --out DIR");
   fs::create_directories(directory);
 }
 
@@ -49,8 +50,9 @@ void tell(const Connection& daemon, const certificate::CertificateData& data,
         {});
     return;
   }
-  put(fmt::format("certificate {} in {}, {}\n", data.number.text, directory.string(),
-                  is_signed ? "signed" : "not signed. Make a key once: 'cellcal certificate --make-key'"),
+  put(fmt::format(
+          "certificate {} in {}, {}\n", data.number.text, directory.string(),
+          is_signed ? "signed" : "not signed. Make a key once: 'cellcal certificate --make-key'"),
       {});
 }
 
@@ -65,10 +67,16 @@ int make_certificate_key(const fs::path& key, bool json) {
   signing::make_key(key);
   const fs::path other = signing::public_part(key);
   const std::string fingerprint = signing::PublicKey(other).fingerprint();
-  put(json ? nlohmann::json{{"key", key.string()}, {"public", other.string()}, {"fingerprint", fingerprint}}.dump() + "\n"
-           : fmt::format("private key {}: keep it where nobody else can read it\npublic key {}, fingerprint {}: give it "
-                         "to those who verify\n",
-                         key.string(), other.string(), fingerprint),
+  put(json
+          ? nlohmann::json{{"key", key.string()},
+                           {"public", other.string()},
+                           {"fingerprint", fingerprint}}
+                    .dump() +
+                "\n"
+          : fmt::format(
+                "private key {}: keep it where nobody else can read it\npublic key {}, fingerprint {}: give it "
+                "to those who verify\n",
+                key.string(), other.string(), fingerprint),
       {});
   return kSuccess;
 }
@@ -79,17 +87,21 @@ int certify(const Connection& daemon, const CertificateCommand& command) try {
       named.archive, named.from, {wall_clock_utc(), command.issued_by, calib::software_version()});
   const fs::path directory =
       command.output.empty() ? fs::path("certificate-" + data.number.text) : command.output;
-  const auto key = key_of(command);  // a key that cannot be used stops it before anything is written
+  const auto key =
+      key_of(command);  // a key that cannot be used stops it before anything is written
   make_directory(directory);
   write_atomically(directory / "certificate.json", certificate::to_json(data));
   write_atomically(directory / "certificate.html", certificate::to_html(data));
-  std::vector<std::string> names{"certificate.json", "certificate.html"};
+  // What every number can be worked out from again.
+  write_atomically(directory / "rows.jsonl", named.archive.at("rows.jsonl"));
+  std::vector<std::string> names{"certificate.json", "certificate.html", "rows.jsonl"};
   if (command.pdf) {
     certificate::write_pdf(directory / "certificate.html", directory / "certificate.pdf");
     names.emplace_back("certificate.pdf");
   }
   if (key)
-    signing::sign_files(directory, names, {data.number.text, data.issued_by.text, data.issued.text, ""}, *key);
+    signing::sign_files(directory, names,
+                        {data.number.text, data.issued_by.text, data.issued.text, ""}, *key);
   tell(daemon, data, directory, key.has_value());
   return kSuccess;
 } catch (const certificate::Refused& refused) {

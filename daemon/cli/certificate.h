@@ -14,7 +14,7 @@ struct CertificateCommand {
   std::filesystem::path output;  ///< directory, not there yet or empty; empty: "certificate-NUMBER"
   std::string issued_by;
   bool pdf = true, sign = true;
-  std::filesystem::path key;     ///< empty: default_key(), where there is one
+  std::filesystem::path key;  ///< empty: default_key(), where there is one
 };
 /// $CELLCAL_KEY, else in /etc/cellcal.
 std::filesystem::path default_key();

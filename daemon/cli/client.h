@@ -45,7 +45,7 @@ struct QualifyCommand {
 
 struct CheckCommand {
   std::filesystem::path cell;      ///< empty: whichever was calibrated last
-  std::optional<int> calibration;  ///< none: the newest published
+  std::optional<int> calibration;  ///< none: the one in use
 };
 
 int run(const Connection& daemon, const RunCommand& command);

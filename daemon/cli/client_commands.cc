@@ -142,7 +142,7 @@ void add_check(CLI::App& app, int& status) {
                       "Cell file (TOML) of the calibration [the one calibrated last]");
   command
       ->add_option("--calibration", given->calibration,
-                   "Session of the calibration to check [the newest published]")
+                   "Session of the calibration to check [the one in use]")
       ->check(CLI::PositiveNumber);
   command->callback([=, &status] { status = check(*daemon, *given); });
 }

@@ -25,25 +25,33 @@ std::string or_not_stated(const std::string& text) { return text.empty() ? "not 
 }  // namespace
 
 int verify(const VerifyCommand& command) try {
-  const signing::PublicKey key(command.key.empty() ? signing::public_part(default_key()) : command.key);
+  const signing::PublicKey key(command.key.empty() ? signing::public_part(default_key())
+                                                   : command.key);
   const signing::Verified verified = signing::verify_files(command.file, key);
   const signing::Statement& is = verified.statement;
-  put(command.json ? json{{"verified", true},
-                          {"failure", nullptr},
-                          {"certificate", is.certificate},
-                          {"signed_by", is.by},
-                          {"signed_at", is.utc},
-                          {"key", is.key},
-                          {"files", verified.files}}
-                             .dump() +
-                         "\n"
-                   : fmt::format("verified: certificate {}\nsigned by: {}\nsigned at: {}\nkey: {}\nfiles: {}\n",
-                                 is.certificate, or_not_stated(is.by), is.utc, is.key, fmt::join(verified.files, ", ")),
+  put(command.json
+          ? json{{"verified", true},
+                 {"failure", nullptr},
+                 {"certificate", is.certificate},
+                 {"signed_by", is.by},
+                 {"signed_at", is.utc},
+                 {"key", is.key},
+                 {"files", verified.files}}
+                    .dump() +
+                "\n"
+          : fmt::format(
+                "verified: certificate {}\nsigned by: {}\nsigned at: {}\nkey: {}\nfiles: {}\n",
+                is.certificate, or_not_stated(is.by), is.utc, is.key,
+                fmt::join(verified.files, ", ")),
       {});
   return kSuccess;
 } catch (const NotVerified& error) {
   if (command.json)
-    put(json{{"verified", false}, {"failure", signing::to_string(error.why)}, {"words", error.what()}}.dump() + "\n",
+    put(json{{"verified", false},
+             {"failure", signing::to_string(error.why)},
+             {"words", error.what()}}
+                .dump() +
+            "\n",
         {});
   std::fprintf(stderr, "cellcal verify: %s\n", error.what());
   return is_open(error.why) ? kJobFailed : kNotPublishable;

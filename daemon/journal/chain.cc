@@ -215,6 +215,20 @@ bool Chain::is_whole(std::int64_t session) {
          newest.text(0) == digest_of(row.values());
 }
 
+bool Chain::is_whole(std::int64_t session, const char* table, std::int64_t row) {
+  Statement newest(database_,
+                   "SELECT digest FROM chain WHERE session=? AND kind=? AND row=? ORDER BY number DESC LIMIT 1");
+  newest.bind(1, session).bind(2, std::string_view(table)).bind(3, row);
+  Statement written(database_, rows_of(table, "rowid").c_str());
+  return newest.step() && written.bind(1, row).step() &&
+         newest.text(0) == digest_of(written.values());
+}
+
+std::int64_t Chain::last_entry(std::int64_t session) {
+  Statement newest(database_, "SELECT max(number) FROM chain WHERE session=? AND kind='session'");
+  return newest.bind(1, session).step() ? newest.integer(0) : 0;
+}
+
 std::string Chain::name() { return database_.text("SELECT digest FROM chain WHERE number=1"); }
 
 std::int64_t Chain::newest_session() { return database_.integer("SELECT max(session) FROM chain"); }

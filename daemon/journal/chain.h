@@ -18,7 +18,8 @@ namespace cellcal::daemon {
 
 /// Whose rows have entries; the name is the table's. Those of version 1 stand first.
 inline constexpr const char* kChainedTables[] = {"session", "touch",   "reading", "event",
-                                                 "change",  "contact", "compared", "dropped"};
+                                                 "change",  "contact", "compared", "dropped",
+                                                 "activation"};
 /// Whose rows retention may drop. Their entries stay; behind an entry of kind 'dropped' of the same session they stand
 /// for rows that are gone.
 inline constexpr const char* kRawTables[] = {"event", "change", "contact", "reading"};
@@ -67,6 +68,10 @@ class Chain {
   void verify(std::int64_t session) { verify_rows(database_, session); }
   /// The same of the session's own row alone.
   bool is_whole(std::int64_t session);
+  /// The same of one other row.
+  bool is_whole(std::int64_t session, const char* table, std::int64_t row);
+  /// Number of the newest entry of the session's own row; 0: there is none.
+  std::int64_t last_entry(std::int64_t session);
   /// Of all sessions that there have been.
   std::int64_t newest_session();
   /// What tells this journal from all others.

@@ -31,6 +31,13 @@ struct Compared {
   std::string calibration;  ///< JSON
 };
 
+/// A person's word that this session's calibration is to be used, though a newer one was published.
+struct Activation {
+  std::int64_t session = 0;
+  std::string time, who, reason;
+  std::int64_t entry = 0;  ///< its place among all that was ever written; 0: not written yet
+};
+
 struct SessionRecord {
   std::int64_t id = 0;
   std::string started, ended;  ///< ISO 8601 UTC; `ended` is empty while it runs
@@ -104,6 +111,16 @@ class Journal {
   /// In the order in which they were made.
   std::vector<RecordReading> readings(std::int64_t session);
   std::optional<Compared> compared(std::int64_t session);
+
+  // Which calibration is used (activations.cc).
+
+  /// On disk when it returns; never changed. What may be activated is not this room's to say.
+  void activate(const Activation& activation);
+  /// Oldest first, without those that are not as they were written.
+  std::vector<Activation> activations();
+  /// Place of the last change of a session's own row (its end, where it has ended) among all that was ever
+  /// written: tells what was later, whatever the clocks said. 0: there is no such session.
+  std::int64_t last_entry(std::int64_t session);
 
   // Archives and copies.
 

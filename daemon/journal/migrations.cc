@@ -34,7 +34,12 @@ std::int64_t to_4(Database& database, Chain&) {
   return 0;
 }
 
-constexpr std::array<Migration, kSchemaVersion> kMigrations{to_1, to_2, to_3, to_4};
+std::int64_t to_5(Database& database, Chain&) {
+  database.execute(kSchema5);
+  return 0;
+}
+
+constexpr std::array<Migration, kSchemaVersion> kMigrations{to_1, to_2, to_3, to_4, to_5};
 
 }  // namespace
 

@@ -8,7 +8,7 @@
 namespace cellcal::daemon {
 
 /// PRAGMA user_version of what this program writes; migrations.h has the way here.
-inline constexpr int kSchemaVersion = 4;
+inline constexpr int kSchemaVersion = 5;
 /// PRAGMA application_id, "ccal": tells a journal from any other SQLite file.
 inline constexpr int kApplicationId = 0x6363616c;
 
@@ -135,6 +135,17 @@ CREATE TABLE dropped (
   rows    INTEGER NOT NULL   -- of event, change, contact and reading
 ) STRICT;
 CREATE INDEX dropped_of_session ON dropped (session);
+)sql";
+
+/// Which calibration is to be used from then on, though a newer one was published.
+inline constexpr const char* kSchema5 = R"sql(
+CREATE TABLE activation (
+  session INTEGER NOT NULL REFERENCES session(id),  -- whose calibration
+  time    TEXT NOT NULL,
+  who     TEXT NOT NULL,
+  reason  TEXT NOT NULL
+) STRICT;
+CREATE INDEX activation_of_session ON activation (session);
 )sql";
 
 }  // namespace cellcal::daemon

@@ -5,37 +5,16 @@
 
 #include <algorithm>
 
-#include "calib/files/calibration_json.h"
+#include "daemon/tasks/active_calibration.h"
 #include "daemon/tasks/options.h"
 
 namespace cellcal::daemon {
 
-namespace {
-
-/// None: it has none that is published, or cannot be read.
-std::optional<calib::Calibration> published(Journal& journal, std::int64_t session) {
-  try {
-    const auto record = journal.session(session);
-    if (!record || record->state != "done" || record->calibration.empty()) return std::nullopt;
-    auto calibration = calib::calibration_from_json(
-        record->calibration, fmt::format("calibration of session {}", session));
-    if (!calibration.verdict.publish) return std::nullopt;
-    return calibration;
-  } catch (const std::runtime_error& error) {  // of another version, or damaged
-    spdlog::warn("calibration of session {} is not used: {}", session, error.what());
-    return std::nullopt;
-  }
-}
-
-}  // namespace
-
 SessionRecord published_session(Journal& journal, const std::filesystem::path& cell,
                                 std::optional<std::int64_t> session) {
-  for (const SessionRecord& record : journal.sessions()) {
-    if (session ? record.id != *session : record.origin.has_value()) continue;
-    if (!cell.empty() && record.inputs.cell_name != cell.string()) continue;
-    if (published(journal, record.id)) return *journal.session(record.id);
-  }
+  auto found = session ? published(journal, *session) : active_calibration(journal, cell.string());
+  if (found && (cell.empty() || found->record.inputs.cell_name == cell.string()))
+    return std::move(found->record);
   if (session)
     throw NothingToCheck(
         fmt::format("session {} has no published calibration{}. See 'cellcal history'", *session,
@@ -50,7 +29,7 @@ calib::Calibration calibration_of(Journal& journal, std::int64_t session) {
   if (!calibration)
     throw NothingToCheck(fmt::format(
         "session {} has no published calibration any more. See 'cellcal history'", session));
-  return std::move(*calibration);
+  return std::move(calibration->calibration);
 }
 
 std::vector<std::vector<calib::Touch>> checks_before(Journal& journal, std::int64_t calibrated,

@@ -18,8 +18,8 @@ struct NothingToCheck : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// The session of the calibration: that one, or the newest with a published one, of this cell file where one is
-/// given. Throws NothingToCheck, JournalError.
+/// The session of the calibration: that one, or the one that is in use (active_calibration.h), of this cell file where
+/// one is given. Throws NothingToCheck, JournalError.
 SessionRecord published_session(Journal& journal, const std::filesystem::path& cell,
                                 std::optional<std::int64_t> session);
 

@@ -9,8 +9,8 @@
 
 namespace cellcal::daemon {
 
-/// The newest published one of the same cell file, recorded by this journal before that session;
-/// `accepted` as the session has it. Throws JournalError.
+/// The one of the same cell file that was in use before that session (active_calibration.h); `accepted` as the
+/// session has it. Throws JournalError.
 std::optional<Compared> last_calibration(Journal& journal, const std::string& cell_name,
                                          std::int64_t before, bool accepted);
 

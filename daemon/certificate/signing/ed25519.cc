@@ -63,7 +63,8 @@ std::string fingerprint_of(const Key& key) {
 
 class File {
  public:
-  File(const fs::path& path, int flags, mode_t mode = 0) : fd_(::open(path.c_str(), flags | O_CLOEXEC, mode)) {
+  File(const fs::path& path, int flags, mode_t mode = 0)
+      : fd_(::open(path.c_str(), flags | O_CLOEXEC, mode)) {
     if (fd_ < 0) throw KeyError(fmt::format("{}: {}", path.string(), std::strerror(errno)));
   }
   ~File() { ::close(fd_); }
@@ -77,9 +78,10 @@ class File {
 
 void write_new(const fs::path& path, const std::string& text, mode_t mode) {
   const File file(path, O_WRONLY | O_CREAT | O_EXCL, mode);
-  const bool whole = ::fchmod(file.get(), mode) == 0 &&
-                     ::write(file.get(), text.data(), text.size()) == static_cast<ssize_t>(text.size()) &&
-                     ::fsync(file.get()) == 0;
+  const bool whole =
+      ::fchmod(file.get(), mode) == 0 &&
+      ::write(file.get(), text.data(), text.size()) == static_cast<ssize_t>(text.size()) &&
+      ::fsync(file.get()) == 0;
   if (whole) return;
   const std::string why = std::strerror(errno);
   ::unlink(path.c_str());
@@ -97,9 +99,10 @@ std::string read_some(const fs::path& path, const File& file) {
 }
 
 [[noreturn]] void refuse_kind(const fs::path& path, const char* part) {
-  throw KeyError(fmt::format("{}: no {} Ed25519 key in PEM without a passphrase. Make one: 'cellcal certificate "
-                             "--make-key --key FILE'",
-                             path.string(), part));
+  throw KeyError(fmt::format(
+      "{}: no {} Ed25519 key in PEM without a passphrase. Make one: 'cellcal certificate "
+      "--make-key --key FILE'",
+      path.string(), part));
 }
 
 std::string private_pem(const Key& key) {
@@ -126,7 +129,8 @@ void make_key(const fs::path& key) {
   std::error_code code;
   for (const fs::path& one : {key, public_part(key)})
     if (fs::exists(fs::symlink_status(one, code)))
-      throw KeyError(one.string() + ": is there already. A key is never written over: name another, --key FILE");
+      throw KeyError(one.string() +
+                     ": is there already. A key is never written over: name another, --key FILE");
   const Key made(EVP_PKEY_Q_keygen(nullptr, nullptr, "ED25519"));
   if (!made) throw KeyError(key.string() + ": OpenSSL made no key");
   write_new(key, private_pem(made), S_IRUSR | S_IWUSR);
@@ -139,9 +143,10 @@ PrivateKey::PrivateKey(const fs::path& path) {
   if (::fstat(file.get(), &status) != 0 || !S_ISREG(status.st_mode))
     throw KeyError(path.string() + ": is no plain file");
   if ((status.st_mode & (S_IRWXG | S_IRWXO)) != 0)
-    throw KeyError(fmt::format("{}: mode {:04o}: others than its owner have rights to it. Set 0600, or make a new key "
-                               "where somebody may have read it",
-                               path.string(), status.st_mode & 07777U));
+    throw KeyError(fmt::format(
+        "{}: mode {:04o}: others than its owner have rights to it. Set 0600, or make a new key "
+        "where somebody may have read it",
+        path.string(), status.st_mode & 07777U));
   pem_ = read_some(path, file);
   if (!is_ed25519(private_of(pem_))) refuse_kind(path, "private");
 }
@@ -152,8 +157,8 @@ std::string PrivateKey::sign(std::string_view text) const {
   std::string signature(kSignatureBytes, '\0');
   std::size_t size = signature.size();
   if (EVP_DigestSignInit(context.get(), nullptr, nullptr, nullptr, key.get()) != 1 ||
-      EVP_DigestSign(context.get(), reinterpret_cast<unsigned char*>(signature.data()), &size, bytes(text),
-                     text.size()) != 1 ||
+      EVP_DigestSign(context.get(), reinterpret_cast<unsigned char*>(signature.data()), &size,
+                     bytes(text), text.size()) != 1 ||
       size != kSignatureBytes)
     throw KeyError("OpenSSL did not sign");
   return signature;
@@ -172,7 +177,8 @@ bool PublicKey::verifies(std::string_view text, std::string_view signature) cons
   const Key key = public_of(pem_);
   const Context context(EVP_MD_CTX_new());
   return EVP_DigestVerifyInit(context.get(), nullptr, nullptr, nullptr, key.get()) == 1 &&
-         EVP_DigestVerify(context.get(), bytes(signature), signature.size(), bytes(text), text.size()) == 1;
+         EVP_DigestVerify(context.get(), bytes(signature), signature.size(), bytes(text),
+                          text.size()) == 1;
 }
 
 std::string PublicKey::fingerprint() const { return fingerprint_of(public_of(pem_)); }

@@ -28,9 +28,10 @@ struct Sums {
 };
 
 std::string text_of(const Sums& sums) {
-  std::string text = fmt::format("{}\n# certificate: {}\n# signed at: {}\n# signed by: {}\n# key: {}\n", kFormat,
-                                 printable(sums.statement.certificate), printable(sums.statement.utc),
-                                 printable(sums.statement.by), sums.statement.key);
+  std::string text =
+      fmt::format("{}\n# certificate: {}\n# signed at: {}\n# signed by: {}\n# key: {}\n", kFormat,
+                  printable(sums.statement.certificate), printable(sums.statement.utc),
+                  printable(sums.statement.by), sums.statement.key);
   for (const auto& [name, sum] : sums.files) text += fmt::format("{}  {}\n", sum, name);
   return text;
 }
@@ -41,7 +42,8 @@ std::optional<std::string> behind(const std::string& line, const std::string& ma
 }
 
 bool is_sum(const std::string& text) {
-  return text.size() == kShaDigits && text.find_first_not_of("0123456789abcdef") == std::string::npos;
+  return text.size() == kShaDigits &&
+         text.find_first_not_of("0123456789abcdef") == std::string::npos;
 }
 
 /// Nothing where it is none of ours.
@@ -71,26 +73,32 @@ std::optional<Sums> sums_of(const std::string& text) {
 std::string read_or_refuse(const fs::path& path) {
   std::error_code code;
   if (!fs::exists(path, code))
-    throw NotVerified(Why::kNoSignature,
-                      path.string() + ": is missing: not signed. Ask the issuer for all files of the certificate");
+    throw NotVerified(
+        Why::kNoSignature,
+        path.string() +
+            ": is missing: not signed. Ask the issuer for all files of the certificate");
   return calib::read_file(path);
 }
 
 Sums signed_sums(const fs::path& directory, const PublicKey& key) {
-  const std::string text = read_or_refuse(directory / kSums), signature = read_or_refuse(directory / kSignature);
+  const std::string text = read_or_refuse(directory / kSums),
+                    signature = read_or_refuse(directory / kSignature);
   const auto sums = sums_of(text);
   if (!sums)
-    throw NotVerified(Why::kDamagedSignature, (directory / kSums).string() +
-                                                  ": damaged. Ask the issuer for all files of the certificate");
-  if (sums->statement.key != key.fingerprint())
-    throw NotVerified(Why::kOtherKey,
-                      fmt::format("{}: signed by another key, {}; expected {}. Name the issuer's: --key FILE",
-                                  (directory / kSums).string(), sums->statement.key, key.fingerprint()));
-  if (!key.verifies(text, signature))
     throw NotVerified(Why::kDamagedSignature,
-                      fmt::format("{}: the signature is not of {}: one of them was changed after it was signed. "
-                                  "Ask the issuer for all files of the certificate",
-                                  (directory / kSignature).string(), kSums));
+                      (directory / kSums).string() +
+                          ": damaged. Ask the issuer for all files of the certificate");
+  if (sums->statement.key != key.fingerprint())
+    throw NotVerified(
+        Why::kOtherKey,
+        fmt::format("{}: signed by another key, {}; expected {}. Name the issuer's: --key FILE",
+                    (directory / kSums).string(), sums->statement.key, key.fingerprint()));
+  if (!key.verifies(text, signature))
+    throw NotVerified(
+        Why::kDamagedSignature,
+        fmt::format("{}: the signature is not of {}: one of them was changed after it was signed. "
+                    "Ask the issuer for all files of the certificate",
+                    (directory / kSignature).string(), kSums));
   return *sums;
 }
 
@@ -100,10 +108,12 @@ void verify_one(const fs::path& file, const Sums& sums, Verified& verified) {
     verified.files.push_back(file.filename().string());
     return;
   }
-  const bool listed = std::ranges::any_of(sums.files, [&](const auto& one) { return one.first == file.filename(); });
-  throw NotVerified(listed ? Why::kChangedFile : Why::kNotListed,
-                    file.string() + (listed ? ": was changed after it was signed. Ask the issuer for it"
-                                            : ": is none of the files that were signed"));
+  const bool listed = std::ranges::any_of(
+      sums.files, [&](const auto& one) { return one.first == file.filename(); });
+  throw NotVerified(
+      listed ? Why::kChangedFile : Why::kNotListed,
+      file.string() + (listed ? ": was changed after it was signed. Ask the issuer for it"
+                              : ": is none of the files that were signed"));
 }
 
 }  // namespace
@@ -126,8 +136,8 @@ const char* to_string(Why why) {
   return "";
 }
 
-void sign_files(const fs::path& directory, const std::vector<std::string>& names, Statement statement,
-                const PrivateKey& key) {
+void sign_files(const fs::path& directory, const std::vector<std::string>& names,
+                Statement statement, const PrivateKey& key) {
   statement.key = key.fingerprint();
   Sums sums{std::move(statement), {}};
   for (const std::string& name : names)
@@ -140,7 +150,9 @@ void sign_files(const fs::path& directory, const std::vector<std::string>& names
 Verified verify_files(const fs::path& file, const PublicKey& key) {
   std::error_code code;
   const bool whole = fs::is_directory(file, code);
-  const fs::path directory = whole ? file : file.has_parent_path() ? file.parent_path() : fs::path(".");
+  const fs::path directory = whole                    ? file
+                             : file.has_parent_path() ? file.parent_path()
+                                                      : fs::path(".");
   if (!whole) (void)calib::read_file(file);  // what is not there is not unsigned
   const Sums sums = signed_sums(directory, key);
   Verified verified{sums.statement, {}};
@@ -151,7 +163,8 @@ Verified verify_files(const fs::path& file, const PublicKey& key) {
   for (const auto& [name, sum] : sums.files) {
     const fs::path one = directory / fs::path(name).filename();
     if (!fs::exists(one, code))
-      throw NotVerified(Why::kMissingFile, one.string() + ": was signed, and is missing. Ask the issuer for it");
+      throw NotVerified(Why::kMissingFile,
+                        one.string() + ": was signed, and is missing. Ask the issuer for it");
     verify_one(one, sums, verified);
   }
   return verified;

@@ -16,7 +16,7 @@ struct Statement {
   std::string certificate;  ///< its number
   std::string by;           ///< empty: not stated
   std::string utc;
-  std::string key;          ///< fingerprint
+  std::string key;  ///< fingerprint
 };
 
 inline constexpr const char* kSums = "certificate.sums";

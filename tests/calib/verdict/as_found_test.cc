@@ -2,10 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include "calib/identify/identify.h"
 #include "calib/uncertainty/predict.h"
 #include "calib/verdict/found_residuals.h"
 #include "calib/verdict/tips_apart.h"
-#include "calib/identify/identify.h"
 #include "tests/calib/simulate.h"
 
 namespace cellcal::calib {
@@ -17,8 +17,9 @@ using testing::plain_truth;
 
 struct an_arm_as_found : ::testing::Test {
   static void SetUpTestSuite() {
-    touches = new std::vector<Touch>(
-        make_touches(demo_cell(), plain_truth(demo_cell(), 3), {.fit = 60, .check = 12, .rho_m = 2e-4}).touches);
+    touches = new std::vector<Touch>(make_touches(demo_cell(), plain_truth(demo_cell(), 3),
+                                                  {.fit = 60, .check = 12, .rho_m = 2e-4})
+                                         .touches);
     now = new Calibration(identify(demo_cell(), *touches));
     outlier = new std::vector<bool>(touches->size());
     for (const Outlier& one : now->outliers) (*outlier)[one.touch] = true;

@@ -188,6 +188,19 @@ TEST_F(a_described_api, answers_as_it_is_described) {
   EXPECT_EQ(ask("POST", "/v1/retain", R"({"days": 1, "dry_run": true})").status, 200);
   EXPECT_EQ(ask("POST", "/v1/retain", "{}").status, 422);
   EXPECT_EQ(ask("POST", "/v1/retain", R"({"days": 0})").status, 400);
+  EXPECT_EQ(ask("GET", "/v1/versions").status, 200);
+  EXPECT_EQ(ask("GET", "/v1/versions?limit=0").status, 400);
+  EXPECT_EQ(ask("GET", "/v1/versions/compare?before=1&after=99").status, 422);
+  EXPECT_EQ(ask("GET", "/v1/versions/compare?before=98&after=99").status, 404);
+  EXPECT_EQ(ask("GET", "/v1/versions/compare?before=1").status, 400);
+  EXPECT_EQ(ask("POST", "/v1/versions/activate", R"({"session": 1, "reason": "cold"})").status, 422);
+  EXPECT_EQ(ask("POST", "/v1/versions/activate", R"({"session": 99, "reason": "cold"})").status, 404);
+  for (const char* wrong : {R"({"session": 1})", R"({"session": 1, "reason": " "})", R"({"session": 1, "reason": "a\nb"})",
+                            R"({"session": "1", "reason": "a"})", R"({"session": 0, "reason": "a"})", "[]", "",
+                            R"({"session": 1, "reason": "a", "who": "me"})"})
+    EXPECT_EQ(ask("POST", "/v1/versions/activate", wrong).status, 400) << wrong;
+  EXPECT_EQ(ask("POST", "/v1/versions/roll-back", R"({"reason": "cold"})").status, 422);
+  EXPECT_EQ(ask("POST", "/v1/versions/roll-back", "{}").status, 400);
   write_archive(make_archive(journal, id, dir / "results"), dir / "e");
   const std::string directory = nlohmann::json{{"directory", (dir / "e").string()}}.dump();
   EXPECT_EQ(ask("POST", "/v1/import", directory).status, 201);

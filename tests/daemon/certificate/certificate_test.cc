@@ -25,7 +25,9 @@ const certificate::Issue kIssue{"2026-04-02T08:00:00.000Z", "Q. Auditor", "9.9.9
 CertificateData first() { return make_certificate(recorded().first, "e", kIssue); }
 CertificateData second() { return make_certificate(recorded().second, "e", kIssue); }
 
-bool says(const std::string& html, const std::string& words) { return html.find(words) != html.npos; }
+bool says(const std::string& html, const std::string& words) {
+  return html.find(words) != html.npos;
+}
 
 TEST(a_certificates_words, name_who_and_what_was_there) {
   const CertificateData data = first();
@@ -49,7 +51,8 @@ TEST(a_certificates_words, name_who_and_what_was_there) {
   ASSERT_TRUE(calibrated.found_by);
   EXPECT_EQ(calibrated.found_by->text, "session 1 of 2026-03-29");
   const auto error = [](const CertificateData& of) {
-    return *std::ranges::find(of.figures, "TCP position error over the scope: mean", &certificate::Figure::what);
+    return *std::ranges::find(of.figures, "TCP position error over the scope: mean",
+                              &certificate::Figure::what);
   };
   EXPECT_GT(*error(drawn).found.value, 5.0 * *error(drawn).left.value);
   EXPECT_LT(*error(calibrated).found.value, *error(drawn).found.value / 5.0);
@@ -95,7 +98,8 @@ TEST(a_certificate_is_refused, of_a_withheld_result_with_the_reasons) {
   } catch (const Refused& refused) {
     EXPECT_EQ(refused.why, Refused::Why::kWithheld);
     EXPECT_TRUE(says(refused.what(), "session 1: the result was withheld"));
-    EXPECT_GT(std::count(refused.what(), refused.what() + std::string(refused.what()).size(), '\n'), 0);
+    EXPECT_GT(std::count(refused.what(), refused.what() + std::string(refused.what()).size(), '\n'),
+              0);
   }
 }
 
@@ -122,20 +126,24 @@ TEST(a_certificate_is_refused, of_an_export_that_was_altered) {
 
 /// Every text that may come from somebody.
 void for_each_text(CertificateData& d, const std::function<void(std::string&)>& act) {
-  for (Entry* one : {&d.number, &d.session, &d.cell, &d.site, &d.operator_name, &d.issued, &d.issued_local, &d.issued_by,
-                     &d.issuing_software, &d.robot, &d.robot_serial, &d.controller_serial, &d.sensor, &d.sensor_serial,
-                     &d.tool, &d.began, &d.began_local, &d.ended, &d.ended_local, &d.software, &d.method, &d.dropped,
-                     &d.rows_sha256, &d.calibration_sha256})
+  for (Entry* one : {&d.number,           &d.session,       &d.cell,         &d.site,
+                     &d.operator_name,    &d.issued,        &d.issued_local, &d.issued_by,
+                     &d.issuing_software, &d.robot,         &d.robot_serial, &d.controller_serial,
+                     &d.sensor,           &d.sensor_serial, &d.tool,         &d.began,
+                     &d.began_local,      &d.ended,         &d.ended_local,  &d.software,
+                     &d.method,           &d.dropped,       &d.rows_sha256,  &d.calibration_sha256})
     act(one->text), act(one->from);
   if (d.found_by) act(d.found_by->text);
   for (auto& one : d.artefacts)
-    for (Entry* entry : {&one.id, &one.kind, &one.serial, &one.certificate, &one.date}) act(entry->text);
+    for (Entry* entry : {&one.id, &one.kind, &one.serial, &one.certificate, &one.date})
+      act(entry->text);
   for (auto& one : d.lengths)
     for (Entry* entry : {&one.from, &one.to, &one.certificate, &one.date}) act(entry->text);
   for (auto* list : {&d.directions, &d.remarks, &d.joint_names})
     for (Entry& one : *list) act(one.text);
   for (auto& one : d.breaks) act(one.event.text), act(one.phase.text);
-  for (auto& one : d.parameters) act(one.name.text), act(one.nominal.unit), act(one.decided_by.text);
+  for (auto& one : d.parameters)
+    act(one.name.text), act(one.nominal.unit), act(one.decided_by.text);
   for (auto& one : d.files) act(one.name.text), act(one.role.text), act(one.sha256.text);
   for (auto& one : d.rows) act(one.target.text), act(one.time.text);
 }
@@ -144,18 +152,22 @@ TEST(a_hostile_name, stays_text_on_a_certificate) {
   CertificateData data = second();
   data.parameters.resize(3);
   data.rows.resize(3);
-  const auto set = [&](const std::string& text) { for_each_text(data, [&](std::string& one) { one = text; }); };
+  const auto set = [&](const std::string& text) {
+    for_each_text(data, [&](std::string& one) { one = text; });
+  };
   set("x");
   const std::string harmless = to_html(data);
   for (const std::string& name :
-       {std::string("<script>alert(1)</script>"), std::string("\" onload=\"alert(1)"), std::string("' x='"),
-        std::string("</style><img src=x>"), std::string("\xE2\x80\xAEgpj.exe"), std::string("\xFF\xFE\xC0\x80"),
-        std::string("a\0b", 3), std::string("&lt;b"), std::string("{}"), std::string("url(http://x)"),
+       {std::string("<script>alert(1)</script>"), std::string("\" onload=\"alert(1)"),
+        std::string("' x='"), std::string("</style><img src=x>"),
+        std::string("\xE2\x80\xAEgpj.exe"), std::string("\xFF\xFE\xC0\x80"), std::string("a\0b", 3),
+        std::string("&lt;b"), std::string("{}"), std::string("url(http://x)"),
         std::string(5000, 'x')}) {
     set(name);
     const std::string hostile = to_html(data);
     for (const char mark : {'<', '>', '"', '\''})
-      EXPECT_EQ(std::count(hostile.begin(), hostile.end(), mark), std::count(harmless.begin(), harmless.end(), mark))
+      EXPECT_EQ(std::count(hostile.begin(), hostile.end(), mark),
+                std::count(harmless.begin(), harmless.end(), mark))
           << name << mark;
     EXPECT_FALSE(says(hostile, "\xE2\x80\xAE"));
     EXPECT_EQ(hostile.find('\0'), hostile.npos);

@@ -25,11 +25,13 @@ struct the_certificate_command : ::testing::Test {
   TemporaryDirectory dir;
 };
 
-TEST_F(the_certificate_command, writes_a_signed_one_from_an_export_that_verify_takes_until_it_is_changed) {
+TEST_F(the_certificate_command,
+       writes_a_signed_one_from_an_export_that_verify_takes_until_it_is_changed) {
   ASSERT_EQ(run_program({CELLCAL, "certificate", "--make-key", "--key", dir / "k"}).status, 0);
   ASSERT_EQ(run_program({CELLCAL, "certificate", "--make-key", "--key", dir / "other"}).status, 0);
   EXPECT_EQ(run_program({CELLCAL, "certificate", "--make-key", "--key", dir / "k"}).status, 1);
-  const Outcome made = certify({"--key", dir / "k", "--out", dir / "c", "--issued-by", "Q. Auditor", "--json"});
+  const Outcome made =
+      certify({"--key", dir / "k", "--out", dir / "c", "--issued-by", "Q. Auditor", "--json"});
   ASSERT_EQ(made.status, 0) << made.err;
   const auto told = nlohmann::json::parse(made.out);
   EXPECT_TRUE(told["signed"]);
@@ -38,9 +40,10 @@ TEST_F(the_certificate_command, writes_a_signed_one_from_an_export_that_verify_t
   const auto is = nlohmann::json::parse(verified.out);
   EXPECT_EQ(is["certificate"], told["number"]);
   EXPECT_EQ(is["signed_by"], "Q. Auditor");
-  EXPECT_EQ(is["files"].size(), 2u);
+  EXPECT_EQ(is["files"].size(), 3u);
 
-  EXPECT_EQ(certify({"--key", dir / "k", "--out", dir / "c"}).status, 1) << "nothing is written over";
+  EXPECT_EQ(certify({"--key", dir / "k", "--out", dir / "c"}).status, 1)
+      << "nothing is written over";
   EXPECT_EQ(verify("c", "other.pub").status, 3);
   EXPECT_EQ(nlohmann::json::parse(verify("c", "other.pub").out)["failure"], "other_key");
   EXPECT_EQ(verify("c", "nothing.pub").status, 1);
@@ -61,7 +64,8 @@ TEST_F(the_certificate_command, writes_nothing_where_the_key_cannot_be_used) {
   EXPECT_EQ(nlohmann::json::parse(verify("c", "q.pub").out)["failure"], "no_signature");
 }
 
-TEST_F(the_certificate_command, refuses_a_withheld_result_with_status_3_and_one_that_is_used_wrongly_with_2) {
+TEST_F(the_certificate_command,
+       refuses_a_withheld_result_with_status_3_and_one_that_is_used_wrongly_with_2) {
   Journal journal(dir / "j.db");
   const std::int64_t id = record(journal, {.publish = false}, false);
   write_archive(make_archive(journal, id, dir / "none"), dir / "w");

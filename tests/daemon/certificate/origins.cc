@@ -39,7 +39,8 @@ std::vector<double> doubles_of(const json& blob) {
 /// Seconds and all behind them are dropped: "2026-03-28T23:10:00.250Z".
 std::string local(const std::string& utc) {
   struct tm fields {};
-  if (::strptime(utc.c_str(), "%Y-%m-%dT%H:%M:%S", &fields) == nullptr) throw std::runtime_error("no time: " + utc);
+  if (::strptime(utc.c_str(), "%Y-%m-%dT%H:%M:%S", &fields) == nullptr)
+    throw std::runtime_error("no time: " + utc);
   const time_t at = ::timegm(&fields);
   ::localtime_r(&at, &fields);
   char text[64];
@@ -124,7 +125,8 @@ double Origins::found(const std::string& path) const {
     if (set == "left out") continue;
     const auto joints = doubles_of(touches_[i].at("joint_rad"));
     points.push_back({predictor.calibrated(joints).tcp.translation(),
-                      static_cast<Eigen::Index>(earlier.cell.target_index(touches_[i].at("target").get<std::string>())),
+                      static_cast<Eigen::Index>(
+                          earlier.cell.target_index(touches_[i].at("target").get<std::string>())),
                       set == "fit"});
   }
   const auto targets = static_cast<Eigen::Index>(earlier.cell.targets.size());
@@ -133,12 +135,14 @@ double Origins::found(const std::string& path) const {
     x.segment<3>(3 * t) = earlier.cell.targets[static_cast<std::size_t>(t)].centre_m;
   x[3 * targets] = 0.0;
   const auto residual = [&](const Point& one, const Eigen::VectorXd& at) {
-    const double radius = earlier.cell.targets[static_cast<std::size_t>(one.sphere)].diameter_m / 2.0 +
-                          earlier.cell.tool.tip_radius_m;
+    const double radius =
+        earlier.cell.targets[static_cast<std::size_t>(one.sphere)].diameter_m / 2.0 +
+        earlier.cell.tool.tip_radius_m;
     return (one.tip - at.segment<3>(3 * one.sphere)).norm() - radius - at[3 * targets];
   };
   for (int round = 0; round < 10; ++round) {
-    Eigen::MatrixXd j = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(points.size()) + 1, x.size());
+    Eigen::MatrixXd j =
+        Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(points.size()) + 1, x.size());
     Eigen::VectorXd r = Eigen::VectorXd::Zero(j.rows());
     for (std::size_t i = 0; i < points.size(); ++i) {
       if (!points[i].fit) continue;
@@ -146,7 +150,8 @@ double Origins::found(const std::string& path) const {
       for (Eigen::Index k = 0; k < x.size(); ++k) {
         Eigen::VectorXd moved = x;
         moved[k] += 1e-6;
-        j(static_cast<Eigen::Index>(i), k) = (residual(points[i], moved) - r[static_cast<Eigen::Index>(i)]) / 1e-6;
+        j(static_cast<Eigen::Index>(i), k) =
+            (residual(points[i], moved) - r[static_cast<Eigen::Index>(i)]) / 1e-6;
       }
     }
     // A touch is worth a millimetre against the offset's prior.
@@ -173,7 +178,8 @@ double Origins::found(const std::string& path) const {
 double Origins::scope(const std::string& name) const {
   const calib::Calibration now = calib::calibration_from_json(calibration_.dump(), "now");
   std::optional<calib::Predictor> earlier;
-  if (!compared_.is_null()) earlier.emplace(calib::calibration_from_json(compared_.dump(), "compared"));
+  if (!compared_.is_null())
+    earlier.emplace(calib::calibration_from_json(compared_.dump(), "compared"));
   const calib::Predictor predictor(now);
   const auto poses = calib::poses_in_scope(now.cell, {}, true, calib::kScopePoses);
   const auto count = static_cast<Eigen::Index>(poses.size());
@@ -189,7 +195,9 @@ double Origins::scope(const std::string& name) const {
   }
   const Eigen::Matrix4d base = Eigen::umeyama(before, after, false);
   const Eigen::VectorXd apart =
-      (((base.topLeftCorner<3, 3>() * before).colwise() + base.topRightCorner<3, 1>()) - after).colwise().norm();
+      (((base.topLeftCorner<3, 3>() * before).colwise() + base.topRightCorner<3, 1>()) - after)
+          .colwise()
+          .norm();
   if (name == "mean_mm") return apart.mean() * kMm;
   if (name == "max_mm") return apart.maxCoeff() * kMm;
   if (name == "u95_mean_mm") return u95.mean() * kMm;
@@ -201,7 +209,8 @@ double Origins::scope(const std::string& name) const {
 std::string Origins::unit(const std::string& from) const {
   const std::string prefix = "calibration#";
   const std::size_t last = from.rfind('/');
-  return calibration_.at(json::json_pointer(from.substr(prefix.size(), last - prefix.size()) + "/unit"));
+  return calibration_.at(
+      json::json_pointer(from.substr(prefix.size(), last - prefix.size()) + "/unit"));
 }
 
 std::variant<double, std::string> Origins::at(const std::string& from) const {
@@ -211,12 +220,14 @@ std::variant<double, std::string> Origins::at(const std::string& from) const {
   };
   if (from.starts_with("k*")) {
     const std::string of = from.substr(2);
-    if (of.starts_with("rms(")) return 2.0 * number(at(of.substr(4, of.size() - 5))) / std::sqrt(8.0 / (3.0 * M_PI));
+    if (of.starts_with("rms("))
+      return 2.0 * number(at(of.substr(4, of.size() - 5))) / std::sqrt(8.0 / (3.0 * M_PI));
     return 2.0 * number(at(of));
   }
   if (const auto of = inside("local")) return local(std::get<std::string>(at(*of)));
   if (const auto of = inside("unit")) return unit(*of);
-  if (const auto of = inside("sha256")) return calib::sha256(*of == "rows" ? rows_ : std::get<std::string>(at(*of)));
+  if (const auto of = inside("sha256"))
+    return calib::sha256(*of == "rows" ? rows_ : std::get<std::string>(at(*of)));
   if (from == "number")
     return session_.at("id").get<std::string>() + "-" +
            calib::sha256(session_.at("calibration").get<std::string>()).substr(0, 12);
@@ -234,10 +245,15 @@ std::variant<double, std::string> Origins::at(const std::string& from) const {
   if (source == "found") return found(path);
   if (source == "scope") return scope(path);
   // What its issuer stated, and constants of the method: the test's own.
-  static const std::map<std::string, std::string> kStated{
-      {"issue#at", "2026-04-02T08:00:00.000Z"}, {"issue#by", "Q. Auditor 1"}, {"issue#software", "9.9.9"},
-      {"method#k", "2"},         {"method#percent", "95"},  {"method#guidance", "ILAC-G8:09/2019"},
-      {"method#standard", "14253-1"}, {"method#guard_band", "0"}, {"method#sum", "256"}};
+  static const std::map<std::string, std::string> kStated{{"issue#at", "2026-04-02T08:00:00.000Z"},
+                                                          {"issue#by", "Q. Auditor 1"},
+                                                          {"issue#software", "9.9.9"},
+                                                          {"method#k", "2"},
+                                                          {"method#percent", "95"},
+                                                          {"method#guidance", "ILAC-G8:09/2019"},
+                                                          {"method#standard", "14253-1"},
+                                                          {"method#guard_band", "0"},
+                                                          {"method#sum", "256"}};
   return kStated.at(from);
 }
 

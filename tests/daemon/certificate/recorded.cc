@@ -19,6 +19,11 @@ SessionInputs inputs_of(const Recording& what) {
   const std::string id = "id = \"S1\"\n";
   inputs.cell_text.insert(inputs.cell_text.find(id) + id.size(), what.certificate);
   inputs.cell_text += "\n" + what.identity;
+  if (what.longer_tool_m > 0.0) {
+    const std::string z = "410.3]";
+    inputs.cell_text.replace(inputs.cell_text.find(z), z.size(),
+                             fmt::format("{}]", 410.3 + 1e3 * what.longer_tool_m));
+  }
   inputs.options = options_to_json(SessionOptions{});
   return inputs;
 }
@@ -29,12 +34,15 @@ RecordChange change(Phase from, Phase to, EventKind on, const std::string& utc) 
 
 /// A stop by the pendant, found again a quarter of an hour later.
 void interrupt(Journal& journal, std::int64_t session) {
-  journal.note(session, change(Phase::kIdle, Phase::kPlanning, EventKind::kRun, "2026-03-28T22:58:01.000Z"));
   journal.note(session,
-               change(Phase::kRetreat, Phase::kFailed, EventKind::kRobotSilent, "2026-03-28T23:10:00.250Z"));
-  journal.record(session, RecordEnd{Ending::kFailed, "no packet for 44 ms"}, "2026-03-28T23:10:01.000Z");
+               change(Phase::kIdle, Phase::kPlanning, EventKind::kRun, "2026-03-28T22:58:01.000Z"));
+  journal.note(session, change(Phase::kRetreat, Phase::kFailed, EventKind::kRobotSilent,
+                               "2026-03-28T23:10:00.250Z"));
+  journal.record(session, RecordEnd{Ending::kFailed, "no packet for 44 ms"},
+                 "2026-03-28T23:10:01.000Z");
   journal.resume(session, "2026-03-29T01:25:00.000Z");
-  journal.note(session, change(Phase::kIdle, Phase::kPlanning, EventKind::kRun, "2026-03-29T01:25:00.125Z"));
+  journal.note(session,
+               change(Phase::kIdle, Phase::kPlanning, EventKind::kRun, "2026-03-29T01:25:00.125Z"));
 }
 
 }  // namespace
@@ -45,7 +53,7 @@ std::int64_t record(Journal& journal, const Recording& what, bool against_the_la
   const calib::Cell cell = cell_of(inputs);
   // The same arm; what was found of it before is a little less than now.
   auto touches = calib::testing::make_touches(cell, calib::testing::plain_truth(cell, 3),
-                                              {.fit = against_the_last ? 60 : 32,
+                                              {.fit = what.fit,
                                                .check = 10,
                                                .rho_m = 2e-4,
                                                .speed_m_s = 0.002,
@@ -54,6 +62,7 @@ std::int64_t record(Journal& journal, const Recording& what, bool against_the_la
   if (what.interrupted) interrupt(journal, id);
   for (std::size_t i = 0; i < touches.size(); ++i) {
     calib::Touch& touch = touches[i];
+    touch.joint_rad[1] += what.remastered_rad;
     touch.time = fmt::format("2026-03-29T01:{:02}:{:02}.000Z", 26 + i / 60, i % 60);
     touch.readings = 2;
     if (what.temperatures) touch.temperature_c = 21.0 + 0.037 * static_cast<double>(i);
@@ -77,14 +86,17 @@ const Recorded& recorded() {
     const TemporaryDirectory directory;
     Journal journal(directory / "j.db");
     const Recording first{
-        .identity = "[identity]\nsite = \"Hall 3\"\noperator = \"J\u00fcrgen \u00c4.\"\nrobot_serial = \"4711\"\n"
-                    "controller_serial = \"KRC 8\"\nsensor = \"board C\"\nsensor_serial = \"0007\"\n",
-        .certificate = "serial = \"K 1\"\ncertificate = \"D-K-15070 412\"\ncertificate_date = \"2026-04-01\"\n",
+        .identity =
+            "[identity]\nsite = \"Hall 3\"\noperator = \"J\u00fcrgen \u00c4.\"\nrobot_serial = \"4711\"\n"
+            "controller_serial = \"KRC 8\"\nsensor = \"board C\"\nsensor_serial = \"0007\"\n",
+        .certificate =
+            "serial = \"K 1\"\ncertificate = \"D-K-15070 412\"\ncertificate_date = \"2026-04-01\"\n",
         .interrupted = true,
         .temperatures = true};
     const std::int64_t one = record(journal, first, false);
-    const std::int64_t two = record(journal, {.seed = 2}, true);
-    return Recorded{make_archive(journal, one, directory / "none"), make_archive(journal, two, directory / "none")};
+    const std::int64_t two = record(journal, {.fit = 60, .seed = 2}, true);
+    return Recorded{make_archive(journal, one, directory / "none"),
+                    make_archive(journal, two, directory / "none")};
   }();
   return made;
 }

@@ -4,8 +4,8 @@
 #include <filesystem>
 #include <string>
 
-#include "daemon/journal/journal.h"
 #include "daemon/archive/archive.h"
+#include "daemon/journal/journal.h"
 
 namespace cellcal::daemon::testing {
 
@@ -14,7 +14,10 @@ struct Recording {
   std::string certificate{};  ///< of the first target
   bool interrupted = false;
   bool temperatures = false;
-  bool publish = true;  ///< else withheld
+  bool publish = true;          ///< else withheld
+  double remastered_rad = 0.0;  ///< A2 reads more by this
+  double longer_tool_m = 0.0;   ///< than the demo's
+  int fit = 32;                 ///< touches
   unsigned seed = 1;
 };
 
@@ -23,7 +26,8 @@ std::int64_t record(Journal& journal, const Recording& what, bool against_the_la
 
 /// Both as exports, made once.
 struct Recorded {
-  Archive first;   ///< of the nominal arm: interrupted and resumed, with temperatures and serial numbers
+  Archive
+      first;  ///< of the nominal arm: interrupted and resumed, with temperatures and serial numbers
   Archive second;  ///< held against the first; nothing is stated of it
 };
 const Recorded& recorded();

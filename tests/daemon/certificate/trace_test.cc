@@ -30,7 +30,8 @@ std::string replaced(std::string text, const std::string& what, const std::strin
 }
 
 std::string plain(std::string html) {
-  for (const auto& [entity, text] : {std::pair{"&lt;", "<"}, {"&gt;", ">"}, {"&quot;", "\""}, {"&#39;", "'"}, {"&amp;", "&"}})
+  for (const auto& [entity, text] :
+       {std::pair{"&lt;", "<"}, {"&gt;", ">"}, {"&quot;", "\""}, {"&#39;", "'"}, {"&amp;", "&"}})
     html = replaced(html, entity, text);
   return html;
 }
@@ -52,7 +53,8 @@ std::vector<Printed> entries_of(const std::string& html, std::string& rest) {
     if (open == body.npos) break;
     const std::size_t from = open + std::string(kOpen).size(), quote = body.find("\">", from),
                       close = body.find("</span>", quote);
-    entries.push_back({plain(body.substr(from, quote - from)), plain(body.substr(quote + 2, close - quote - 2))});
+    entries.push_back(
+        {plain(body.substr(from, quote - from)), plain(body.substr(quote + 2, close - quote - 2))});
     at = close + std::string("</span>").size();
   }
   rest = plain(std::regex_replace(rest, std::regex("<[^>]*>"), " "));
@@ -63,7 +65,8 @@ std::vector<Printed> entries_of(const std::string& html, std::string& rest) {
 double rounding(const std::string& text) {
   const std::size_t e = text.find('e'), point = text.find('.');
   const double exponent = e == text.npos ? 0.0 : std::stod(text.substr(e + 1));
-  const double decimals = point == text.npos ? 0.0 : static_cast<double>(std::min(e, text.size()) - point - 1);
+  const double decimals =
+      point == text.npos ? 0.0 : static_cast<double>(std::min(e, text.size()) - point - 1);
   return 0.5 * std::pow(10.0, exponent - decimals);
 }
 
@@ -75,9 +78,11 @@ std::string complaint(const Printed& printed, const Origins& origins) {
     if (const auto* text = std::get_if<std::string>(&is))
       return *text == printed.text ? "" : told + "it is " + *text;
     const std::string ascii = replaced(printed.text, "\xE2\x88\x92", "-");
-    if (!std::regex_match(ascii, std::regex("-?[0-9]+(\\.[0-9]+)?(e[-+][0-9]+)?"))) return told + "no number";
+    if (!std::regex_match(ascii, std::regex("-?[0-9]+(\\.[0-9]+)?(e[-+][0-9]+)?")))
+      return told + "no number";
     // Where the base is fitted another way, a micrometre is of the second order.
-    const double way = printed.from.starts_with("scope#") || printed.from.starts_with("found#") ? 1e-3 : 1e-9;
+    const double way =
+        printed.from.starts_with("scope#") || printed.from.starts_with("found#") ? 1e-3 : 1e-9;
     const double value = std::get<double>(is);
     const bool same = std::abs(std::stod(ascii) - value) <= rounding(ascii) * 1.0001 + way;
     return same ? "" : told + "it is " + std::to_string(value);
@@ -117,7 +122,8 @@ TEST_F(a_certificate, of_an_arm_found_as_drawn_has_every_number_from_the_journal
   expect_all_traced(recorded().first);
 }
 
-TEST_F(a_certificate, of_an_arm_found_as_calibrated_before_has_every_number_from_the_journals_rows) {
+TEST_F(a_certificate,
+       of_an_arm_found_as_calibrated_before_has_every_number_from_the_journals_rows) {
   expect_all_traced(recorded().second);
 }
 
@@ -126,7 +132,8 @@ TEST_F(a_certificate, as_data_has_the_entries_of_the_document) {
   std::string rest;
   std::set<std::pair<std::string, std::string>> printed;
   for (const Printed& one : entries_of(to_html(data), rest))
-    if (!one.from.starts_with("method#") && !one.from.starts_with("unit(")) printed.emplace(one.from, one.text);
+    if (!one.from.starts_with("method#") && !one.from.starts_with("unit("))
+      printed.emplace(one.from, one.text);
   std::set<std::pair<std::string, std::string>> told;
   const std::function<void(const nlohmann::json&)> walk = [&](const nlohmann::json& value) {
     if (value.is_object() && value.contains("from") && value.contains("text")) {

@@ -42,7 +42,7 @@ TEST(a_journal_of_version_1, is_taken_over_as_it_is_and_says_so) {
     Journal journal(dir / "j.db");
     ASSERT_EQ(journal.remarks().size(), 2u);
     EXPECT_NE(
-        journal.remarks()[1].find("taken over from schema 1 to 4; as it was before it is kept "
+        journal.remarks()[1].find("taken over from schema 1 to 5; as it was before it is kept "
                                   "as j.db.version-1"),
         std::string::npos)
         << journal.remarks()[1];
@@ -104,7 +104,7 @@ TEST(a_journal_of_version_2, is_taken_over_bit_for_bit_with_its_checksums_as_the
   {
     Journal journal(dir / "j.db");
     ASSERT_EQ(journal.remarks().size(), 1u);
-    EXPECT_NE(journal.remarks()[0].find("from schema 2 to 4"), std::string::npos);
+    EXPECT_NE(journal.remarks()[0].find("from schema 2 to 5"), std::string::npos);
     ASSERT_EQ(journal.touches(1).size(), 2u);
     const calib::Touch touch = journal.touches(1)[1];
     EXPECT_EQ(touch.joint_rad, (std::vector<double>{0.1, HUGE_VAL}));
@@ -191,6 +191,65 @@ TEST(a_journal_of_version_2, whose_taking_over_is_cut_off_anywhere_is_one_or_the
   EXPECT_GT(cuts, 20);
   EXPECT_GT(old_left, 10);
   EXPECT_LT(old_left, cuts) << "a cut behind the commit leaves the new version";
+}
+
+/// As that version left it: all tables but the one that it did not have.
+std::int64_t make_version_4(const std::filesystem::path& path) {
+  std::int64_t id = 0;
+  {
+    Journal journal(path);
+    id = fill(journal, 2);
+    journal.record(id, RecordEnd{Ending::kDone, ""}, "t1");
+  }
+  Database(path).execute("DROP TABLE activation; PRAGMA user_version = 4");
+  return id;
+}
+
+TEST(a_journal_of_version_4, is_taken_over_and_takes_activations_from_then_on) {
+  const TemporaryDirectory dir;
+  const std::int64_t id = make_version_4(dir / "j.db");
+  const std::string before = dump(dir / "j.db", kTouch);
+  {
+    Journal journal(dir / "j.db");
+    ASSERT_EQ(journal.remarks().size(), 1u);
+    EXPECT_NE(journal.remarks()[0].find("from schema 4 to 5"), std::string::npos);
+    EXPECT_TRUE(journal.activations().empty());
+  }
+  EXPECT_EQ(dump(dir / "j.db", kTouch), before);
+  EXPECT_EQ(dump(dir / "j.db.version-4", kTouch), before);
+  {
+    Journal journal(dir / "j.db");
+    journal.activate({id, "2026-01-02T00:00:00.000Z", "anna", "the newer one was made cold"});
+    EXPECT_EQ(journal.touches(id).size(), 2u);
+  }
+  Journal journal(dir / "j.db");
+  ASSERT_EQ(journal.activations().size(), 1u);
+  EXPECT_EQ(journal.activations()[0].who, "anna");
+  EXPECT_EQ(journal.session(id)->state, "done");
+}
+
+TEST(a_journal_of_version_4, whose_taking_over_is_cut_off_anywhere_is_one_or_the_other_whole) {
+  const TemporaryDirectory dir;
+  make_version_4(dir / "old.db");
+  const std::string before = dump(dir / "old.db", kTouch);
+  int cuts = 0, old_left = 0;
+  for (long at = 0;; at += 3) {
+    const TemporaryDirectory here;
+    copy_journal(dir / "old.db", here / "j.db");
+    const auto unsynced = at % 2 == 0 ? Cut::Unsynced::kLost : Cut::Unsynced::kTorn;
+    if (!is_cut_in({here.path(), at, unsynced, static_cast<unsigned>(at) + 1},
+                   [&] { const Journal journal(here / "j.db"); }))
+      break;
+    ++cuts;
+    const TemporaryDirectory look;
+    copy_journal(here / "j.db", look / "j.db");
+    ASSERT_EQ(dump(look / "j.db", kTouch), before) << "cut at write " << at;
+    old_left += Database(look / "j.db").integer("PRAGMA user_version") == 4;
+    ASSERT_EQ(refusal(here / "j.db"), "") << "cut at write " << at;
+  }
+  EXPECT_GT(cuts, 5);
+  EXPECT_GT(old_left, 3);
+  EXPECT_LT(old_left, cuts);
 }
 
 }  // namespace

@@ -19,7 +19,9 @@ using daemon::testing::TemporaryDirectory;
 using Why = NotVerified::Why;
 namespace fs = std::filesystem;
 
-void write(const fs::path& path, const std::string& text) { std::ofstream(path, std::ios::binary) << text; }
+void write(const fs::path& path, const std::string& text) {
+  std::ofstream(path, std::ios::binary) << text;
+}
 
 std::string refusal(const std::function<void()>& act) {
   try {
@@ -37,7 +39,8 @@ struct signed_files : ::testing::Test {
     fs::create_directory(dir / "c");
     write(dir / "c/a.html", "<p>0.096 mm</p>");
     write(dir / "c/a.pdf", std::string("%PDF\0\xFF", 6));
-    sign_files(dir / "c", {"a.html", "a.pdf"}, {"7-abc", "Q. Auditor\n# key: 0", "2026-04-02T08:00:00.000Z", ""},
+    sign_files(dir / "c", {"a.html", "a.pdf"},
+               {"7-abc", "Q. Auditor\n# key: 0", "2026-04-02T08:00:00.000Z", ""},
                PrivateKey(dir / "k"));
   }
   /// Why not; nothing: they are as they were signed.
@@ -77,19 +80,26 @@ TEST_F(signed_files, say_who_and_when_and_are_all_verified) {
   EXPECT_EQ(verified.statement.by, "Q. Auditor # key: 0");  // in one line, whatever is in the name
   EXPECT_EQ(verified.statement.utc, "2026-04-02T08:00:00.000Z");
   EXPECT_EQ(verified.statement.key, PublicKey(dir / "k.pub").fingerprint());
-  EXPECT_EQ(verify_files(dir / "c/a.pdf", PublicKey(dir / "k.pub")).files, std::vector<std::string>{"a.pdf"});
+  EXPECT_EQ(verify_files(dir / "c/a.pdf", PublicKey(dir / "k.pub")).files,
+            std::vector<std::string>{"a.pdf"});
 }
 
 TEST_F(signed_files, are_verified_by_openssl_and_sha256sum_alone) {
   const std::string at = "cd '" + dir.path().string() + "/c' && ";
-  EXPECT_EQ(std::system((at + "openssl pkeyutl -verify -pubin -inkey ../k.pub -rawin -in certificate.sums -sigfile "
-                              "certificate.sums.sig > /dev/null && sha256sum --quiet --strict -c certificate.sums")
-                            .c_str()),
-            0);
-  EXPECT_NE(std::system((at + "openssl pkeyutl -verify -pubin -inkey ../other.pub -rawin -in certificate.sums -sigfile "
-                              "certificate.sums.sig > /dev/null 2>&1")
-                            .c_str()),
-            0);
+  EXPECT_EQ(
+      std::system(
+          (at +
+           "openssl pkeyutl -verify -pubin -inkey ../k.pub -rawin -in certificate.sums -sigfile "
+           "certificate.sums.sig > /dev/null && sha256sum --quiet --strict -c certificate.sums")
+              .c_str()),
+      0);
+  EXPECT_NE(
+      std::system(
+          (at +
+           "openssl pkeyutl -verify -pubin -inkey ../other.pub -rawin -in certificate.sums -sigfile "
+           "certificate.sums.sig > /dev/null 2>&1")
+              .c_str()),
+      0);
 }
 
 TEST_F(signed_files, that_were_changed_are_told_from_others) {
@@ -127,9 +137,11 @@ TEST_F(signed_files, without_a_signature_say_so) {
 }
 
 TEST_F(signed_files, are_not_looked_for_outside_of_their_directory) {
-  write(dir / "c" / kSums, "# cellcal.signature/1\n# key: " + std::string(64, '0') + "\n" + std::string(64, 'a') + "  ../k\n");
+  write(dir / "c" / kSums, "# cellcal.signature/1\n# key: " + std::string(64, '0') + "\n" +
+                               std::string(64, 'a') + "  ../k\n");
   EXPECT_EQ(verify("c"), Why::kOtherKey);
-  for (const char* text : {"", "x", "# cellcal.signature/1\n", "# cellcal.signature/2\n# key: 0\n", "# cellcal.signature/1\nfoo\n"}) {
+  for (const char* text : {"", "x", "# cellcal.signature/1\n", "# cellcal.signature/2\n# key: 0\n",
+                           "# cellcal.signature/1\nfoo\n"}) {
     write(dir / "c" / kSums, text);
     EXPECT_EQ(verify("c"), Why::kDamagedSignature) << text;
   }
@@ -142,13 +154,15 @@ TEST_F(signed_files, need_a_key_that_only_its_owner_may_read_and_that_is_never_w
   const std::string before = calib::read_file(dir / "k");
   EXPECT_NE(refusal([&] { make_key(dir / "k"); }).find("never written over"), std::string::npos);
   fs::remove(dir / "other");  // its public part is there still
-  EXPECT_NE(refusal([&] { make_key(dir / "other"); }).find("other.pub: is there already"), std::string::npos);
+  EXPECT_NE(refusal([&] { make_key(dir / "other"); }).find("other.pub: is there already"),
+            std::string::npos);
   fs::create_symlink(dir / "nowhere", dir / "link");
   EXPECT_NE(refusal([&] { make_key(dir / "link"); }), "");
   EXPECT_EQ(calib::read_file(dir / "k"), before);
   for (const mode_t mode : {0640U, 0604U, 0660U, 0610U, 0601U}) {
     ::chmod((dir / "k").c_str(), mode);
-    EXPECT_NE(refusal([&] { PrivateKey key(dir / "k"); }).find("Set 0600"), std::string::npos) << mode;
+    EXPECT_NE(refusal([&] { PrivateKey key(dir / "k"); }).find("Set 0600"), std::string::npos)
+        << mode;
   }
   ::chmod((dir / "k").c_str(), 0400);
   EXPECT_EQ(refusal([&] { PrivateKey key(dir / "k"); }), "");
@@ -156,11 +170,14 @@ TEST_F(signed_files, need_a_key_that_only_its_owner_may_read_and_that_is_never_w
 
 TEST_F(signed_files, need_a_key_of_their_kind) {
   const std::string at = "cd '" + dir.path().string() + "' && umask 077 && ";
-  ASSERT_EQ(std::system((at + "openssl genpkey -algorithm ed25519 -out plain && openssl pkey -in plain -pubout -out plain.pub && "
-                              "openssl genpkey -algorithm x25519 -out x && openssl pkey -in x -pubout -out x.pub && "
-                              "openssl pkey -in plain -aes256 -passout pass:secret -out locked")
-                            .c_str()),
-            0);
+  ASSERT_EQ(
+      std::system(
+          (at +
+           "openssl genpkey -algorithm ed25519 -out plain && openssl pkey -in plain -pubout -out plain.pub && "
+           "openssl genpkey -algorithm x25519 -out x && openssl pkey -in x -pubout -out x.pub && "
+           "openssl pkey -in plain -aes256 -passout pass:secret -out locked")
+              .c_str()),
+      0);
   EXPECT_EQ(PrivateKey(dir / "plain").fingerprint(), PublicKey(dir / "plain.pub").fingerprint());
   write(dir / "rubbish", "-----BEGIN PRIVATE KEY-----\nAAAA\n-----END PRIVATE KEY-----\n");
   write(dir / "large", std::string(100000, 'x'));

@@ -1,0 +1,142 @@
+// Published calibrations as versions: which is in use, another put into use, two compared.
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <nlohmann/json.hpp>
+
+#include "daemon/api/handlers.h"
+#include "daemon/api/http/json_text.h"
+#include "daemon/api/routes.h"
+#include "daemon/archive/versions.h"
+#include "daemon/files/printable.h"
+#include "daemon/runner/backend.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+using nlohmann::json;
+
+constexpr std::int64_t kUsualVersions = 20, kMostVersions = 100;
+constexpr std::size_t kLongestReason = 500;
+constexpr double kMmPerM = 1e3;
+
+json to_json(const Version& one) {
+  json value{{"session", one.session},
+             {"ended", one.ended},
+             {"cell", one.cell},
+             {"scope", one.workspace ? "workspace" : "near targets"},
+             {"predicted_mm", one.predicted_m * kMmPerM},
+             {"u95_mm", nullptr},
+             {"active", one.active},
+             {"activated", nullptr}};
+  if (one.in_scope) value["u95_mm"] = one.in_scope->mean_u95_m * kMmPerM;
+  if (one.activated)
+    value["activated"] = {{"time", one.activated->time},
+                          {"who", one.activated->who},
+                          {"reason", one.activated->reason}};
+  return value;
+}
+
+json to_json(const Comparison::Parameter& one) {
+  const calib::MovedParameter& moved = one.moved;
+  return {{"name", one.name},
+          {"unit", moved.unit},
+          {"before", moved.before * moved.to_unit},
+          {"after", moved.after * moved.to_unit},
+          {"difference", (moved.after - moved.before) * moved.to_unit},
+          {"expanded", moved.expanded * moved.to_unit}};
+}
+
+json to_json(const Comparison& all) {
+  json value{{"before", all.before},
+             {"after", all.after},
+             {"comparable", all.apart.has_value()},
+             {"scope", all.workspace ? "workspace" : "near targets"},
+             {"poses", nullptr},
+             {"mean_mm", nullptr},
+             {"max_mm", nullptr},
+             {"expected_mm", nullptr},
+             {"moved", json::array()}};
+  if (all.apart) {
+    value["poses"] = all.apart->poses;
+    value["mean_mm"] = all.apart->mean_apart_m * kMmPerM;
+    value["max_mm"] = all.apart->max_apart_m * kMmPerM;
+  }
+  if (all.expected_m > 0.0) value["expected_mm"] = all.expected_m * kMmPerM;
+  for (const Comparison::Parameter& one : all.moved) value["moved"].push_back(to_json(one));
+  return value;
+}
+
+/// {"session": 7, "reason": "..."}; the session may be missing where it is not `needed`.
+Activation wanted_in(const Request& request, bool needed) {
+  const json body = json::parse(request.body, nullptr, false);
+  const bool has_session = body.is_object() && body.contains("session");
+  const bool fits =
+      body.is_object() && body.size() == (has_session ? 2U : 1U) && (has_session || !needed) &&
+      (!has_session || (body["session"].is_number_integer() && body["session"] >= 1)) &&
+      body.contains("reason") && body["reason"].is_string();
+  if (!fits)
+    throw BadRequest(
+        needed ? R"(the body must be {"session": 7, "reason": "why"})"
+               : R"(the body must be {"reason": "why"}, and may have "session": one of the cell)");
+  const std::string reason = body["reason"];
+  if (reason.find_first_not_of(' ') == std::string::npos || reason.size() > kLongestReason ||
+      printable(reason) != reason)
+    throw BadRequest("\"reason\" must say why, in 1 to 500 bytes without control characters");
+  return {has_session ? body["session"].get<std::int64_t>() : 0, wall_clock_utc(),
+          request.caller.name, reason};
+}
+
+/// What cannot be used is its sender's matter; what is in the way now passes.
+template <class Act>
+auto as_request(Act act) {
+  try {
+    return act();
+  } catch (const NotActivated& refused) {
+    if (refused.why == NotActivated::Why::kNoSession) throw NotFound(refused.what());
+    throw RequestError(refused.what());
+  }
+}
+
+}  // namespace
+
+std::optional<Response> Api::show_versions(const Call& call) {
+  const std::int64_t limit = whole_number_in(call.request, "limit").value_or(kUsualVersions);
+  if (limit < 1 || limit > kMostVersions) throw BadRequest("\"limit\" must be 1 to 100");
+  json list = json::array();
+  for (const Version& one : versions(journal_, whole_number_in(call.request, "session").value_or(0),
+                                     static_cast<std::size_t>(limit)))
+    list.push_back(to_json(one));
+  return Response{.body = dump(list)};
+}
+
+std::optional<Response> Api::compare_versions(const Call& call) {
+  const auto before = whole_number_in(call.request, "before"),
+             after = whole_number_in(call.request, "after");
+  if (!before || !after) throw BadRequest("\"before\" and \"after\" must name two sessions");
+  return as_request(
+      [&] { return Response{.body = dump(to_json(compare(journal_, *before, *after)))}; });
+}
+
+std::optional<Response> Api::activate_version(const Call& call) {
+  const Activation wanted = wanted_in(call.request, true);
+  as_request([&] { service_.alone("an activation", [&] { activate(journal_, wanted); }); });
+  spdlog::info("calibration of session {} activated by {}: {}", wanted.session, wanted.who,
+               wanted.reason);
+  return Response{201, "application/json", dump({{"session", wanted.session}})};
+}
+
+std::optional<Response> Api::roll_back_version(const Call& call) {
+  const Activation wanted = wanted_in(call.request, false);
+  std::int64_t session = 0;
+  as_request([&] {
+    service_.alone("an activation", [&] { session = roll_back(journal_, wanted.session, wanted); });
+  });
+  spdlog::info("rolled back to the calibration of session {} by {}: {}", session, wanted.who,
+               wanted.reason);
+  return Response{201, "application/json", dump({{"session", session}})};
+}
+
+}  // namespace cellcal::daemon

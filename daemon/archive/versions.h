@@ -1,0 +1,64 @@
+#pragma once
+// The published calibrations of a cell as versions: which is in use, another put into use, two compared.
+
+#include <cstdint>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "calib/verdict/moved_parameters.h"
+#include "calib/verdict/tips_apart.h"
+#include "daemon/journal/journal.h"
+
+namespace cellcal::daemon {
+
+struct Version {
+  std::int64_t session = 0;
+  std::string ended, cell;
+  bool workspace = false;                  ///< scope; else near the targets
+  double predicted_m = 0.0;                ///< mean error over the scope
+  std::optional<calib::InScope> in_scope;  ///< u95 over it
+  bool active = false;
+  std::optional<Activation> activated;  ///< the last time
+};
+
+/// It is not put into use, and why.
+struct NotActivated : std::runtime_error {
+  enum class Why {
+    kNoSession,
+    kWithheld,       ///< it has no published calibration
+    kDamaged,        ///< it is not as it was written, or cannot be read
+    kForeign,        ///< of another journal, or of another robot than the cell's newest
+    kActive,         ///< it is in use
+    kNothingBefore,  ///< nothing older to go back to
+  };
+  NotActivated(Why reason, const std::string& words) : std::runtime_error(words), why(reason) {}
+  Why why;
+};
+
+/// Of the cell of that session, or of the calibration in use where it is 0; the newest first, `most` at most. Empty
+/// where nothing was published. Throws JournalError.
+std::vector<Version> versions(Journal& journal, std::int64_t of_cell, std::size_t most);
+
+/// From now on this session's calibration is in use, until the next is published or activated. Throws NotActivated,
+/// JournalError.
+void activate(Journal& journal, const Activation& wanted);
+/// The published one before the one in use, of the cell as versions() has it. Returns its session.
+std::int64_t roll_back(Journal& journal, std::int64_t of_cell, Activation wanted);
+
+struct Comparison {
+  std::int64_t before = 0, after = 0;
+  bool workspace = false;
+  std::optional<calib::InScope> apart;  ///< empty: of different drawings or tools
+  double expected_m = 0.0;              ///< mean that both leave open; 0: not known
+  struct Parameter {
+    std::string name;
+    calib::MovedParameter moved;
+  };
+  std::vector<Parameter> moved;
+};
+/// Over the narrower of the two scopes. Throws NotActivated (kNoSession, kWithheld, kDamaged), JournalError.
+Comparison compare(Journal& journal, std::int64_t before, std::int64_t after);
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,96 @@
+#include "daemon/cli/versions.h"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "daemon/cli/ask.h"
+#include "daemon/cli/offline/exit_status.h"
+#include "daemon/cli/offline/offline.h"
+#include "daemon/files/printable.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+using nlohmann::json;
+
+std::string mm(const json& value) {
+  return value.is_number() ? fmt::format("{:.3f}", value.get<double>()) : "-";
+}
+
+std::string line_of(const json& one) {
+  constexpr std::size_t kSeconds = 19;  // YYYY-MM-DDTHH:MM:SS
+  std::string line = fmt::format(
+      "{:>8}  {:<19}  {:<12}  {:>12}  {:>7}  {}", one["session"].get<std::int64_t>(),
+      one["ended"].get<std::string>().substr(0, kSeconds), one["scope"].get<std::string>(),
+      mm(one["predicted_mm"]), mm(one["u95_mm"]), one["active"] ? "in use" : "");
+  const json& by = one["activated"];
+  if (by.is_object())
+    line += fmt::format("{}activated {} by {}: {}", one["active"] ? ", " : "",
+                        by["time"].get<std::string>().substr(0, kSeconds),
+                        by["who"].get<std::string>(), by["reason"].get<std::string>());
+  while (line.ends_with(' ')) line.pop_back();
+  return printable(line) + "\n";
+}
+
+std::string in_words(const json& all) {
+  if (!all["comparable"])
+    return fmt::format("sessions {} and {} cannot be compared: of different drawings or tools\n",
+                       all["before"].dump(), all["after"].dump());
+  std::string words = fmt::format(
+      "{} mm mean, {} mm largest distance of the tips over {} poses ({}), a motion of the base taken out\n"
+      "{} mm is the mean that both leave open\n",
+      mm(all["mean_mm"]), mm(all["max_mm"]), all["poses"].dump(), all["scope"].get<std::string>(),
+      mm(all["expected_mm"]));
+  if (all["moved"].empty()) return words + "no parameter moved beyond U (k=2)\n";
+  words += fmt::format("\n{:<16}  {:>14}  {:>14}  {:>12}  {:>12}  {}\n", "moved", "before", "after",
+                       "difference", "U (k=2)", "unit");
+  for (const json& one : all["moved"])
+    words += fmt::format("{:<16}  {:>14.6g}  {:>14.6g}  {:>+12.3g}  {:>12.3g}  {}\n",
+                         printable(one["name"].get<std::string>()), one["before"].get<double>(),
+                         one["after"].get<double>(), one["difference"].get<double>(),
+                         one["expanded"].get<double>(), printable(one["unit"].get<std::string>()));
+  return words;
+}
+
+}  // namespace
+
+int list_versions(const Connection& daemon, std::optional<std::int64_t> of_cell) {
+  const json list = parse(
+      ask(daemon, "GET", "/v1/versions" + (of_cell ? fmt::format("?session={}", *of_cell) : "")));
+  if (daemon.json) {
+    put(list.dump() + "\n", {});
+    return kSuccess;
+  }
+  std::string words = fmt::format("{:>8}  {:<19}  {:<12}  {:>12}  {:>7}\n", "session",
+                                  "published (UTC)", "scope", "predicted mm", "u95 mm");
+  for (const json& one : list) words += line_of(one);
+  put(list.empty() ? "no calibration was published\n" : words, {});
+  return kSuccess;
+}
+
+int activate_version(const Connection& daemon, std::optional<std::int64_t> session,
+                     const std::string& reason) {
+  json body{{"reason", reason}};
+  if (session) body["session"] = *session;
+  const json done = parse(ask(
+      daemon, "POST", session ? "/v1/versions/activate" : "/v1/versions/roll-back", body.dump()));
+  put(daemon.json
+          ? done.dump() + "\n"
+          : fmt::format(
+                "in use: the calibration of session {}. What was made with another one (programs, frames) "
+                "stays as it is\n",
+                done["session"].dump()),
+      {});
+  return kSuccess;
+}
+
+int compare_versions(const Connection& daemon, std::int64_t before, std::int64_t after) {
+  const json all = parse(
+      ask(daemon, "GET", fmt::format("/v1/versions/compare?before={}&after={}", before, after)));
+  put(daemon.json ? all.dump() + "\n" : in_words(all), {});
+  return kSuccess;
+}
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,175 @@
+// Published calibrations as versions: which is in use, another put into use, two compared.
+
+#include "daemon/archive/versions.h"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <optional>
+
+#include "daemon/journal/store/sqlite.h"
+#include "daemon/tasks/check_against.h"
+#include "daemon/tasks/last_calibration.h"
+#include "tests/daemon/certificate/recorded.h"
+#include "tests/daemon/journal/temporary_directory.h"
+
+namespace cellcal::daemon::testing {
+namespace {
+
+using Why = NotActivated::Why;
+
+struct a_cells_versions : ::testing::Test {
+  std::int64_t calibrate(const Recording& what = {}) { return record(*journal, what, false); }
+  /// Which one the next check and the next result are held against.
+  std::int64_t in_use() {
+    const std::int64_t checked = published_session(*journal, {}, {}).id;
+    // A session that would begin now.
+    const std::int64_t next = journal->begin(journal->session(checked)->inputs, "t");
+    const auto compared =
+        last_calibration(*journal, journal->session(checked)->inputs.cell_name, next, false);
+    EXPECT_EQ(compared->calibration, journal->session(checked)->calibration);
+    for (const Version& one : versions(*journal, 0, 9))
+      EXPECT_EQ(one.active, one.session == checked) << one.session;
+    return checked;
+  }
+  void put_into_use(std::int64_t session) {
+    activate(*journal,
+             {session, "2026-04-01T00:00:00.000Z", "anna", "the newer one was made cold"});
+  }
+  std::optional<Why> refusal(const std::function<void()>& act) {
+    const std::size_t before = journal->activations().size();
+    try {
+      act();
+      return std::nullopt;
+    } catch (const NotActivated& refused) {
+      EXPECT_EQ(journal->activations().size(), before);
+      return refused.why;
+    }
+  }
+  std::optional<Why> why_not(std::int64_t session) {
+    return refusal([&] { put_into_use(session); });
+  }
+  void damage(const std::string& sql) {
+    journal.reset();
+    Database(dir / "j.db").execute(sql.c_str());
+    journal.emplace(dir / "j.db");
+  }
+
+  TemporaryDirectory dir;
+  std::optional<Journal> journal{std::in_place, dir / "j.db"};
+};
+
+TEST_F(a_cells_versions, has_the_newest_published_in_use_until_another_is_activated_or_published) {
+  EXPECT_TRUE(versions(*journal, 0, 9).empty());
+  const std::int64_t one = calibrate(), two = calibrate({.seed = 2});
+  calibrate({.publish = false});
+  EXPECT_EQ(in_use(), two);
+  put_into_use(one);
+  EXPECT_EQ(in_use(), one);
+  const auto all = versions(*journal, 0, 9);
+  ASSERT_EQ(all.size(), 2u);
+  EXPECT_EQ(all[0].session, two);
+  EXPECT_FALSE(all[0].activated);
+  ASSERT_TRUE(all[1].activated);
+  EXPECT_EQ(all[1].activated->who, "anna");
+  EXPECT_EQ(all[1].activated->reason, "the newer one was made cold");
+  EXPECT_GT(all[1].in_scope->mean_u95_m, all[1].predicted_m);
+  EXPECT_EQ(versions(*journal, one, 1).size(), 1u);
+  const std::int64_t three = calibrate({.seed = 3});
+  EXPECT_EQ(in_use(), three);
+}
+
+TEST_F(a_cells_versions, rolls_back_one_by_one_to_the_first) {
+  const std::int64_t one = calibrate(), two = calibrate({.seed = 2});
+  calibrate({.publish = false});
+  const std::int64_t four = calibrate({.seed = 4});
+  const auto back = [&] {
+    return roll_back(*journal, 0, {0, "2026-04-01T00:00:00.000Z", "ben", "loose torch"});
+  };
+  EXPECT_EQ(in_use(), four);
+  EXPECT_EQ(back(), two);
+  EXPECT_EQ(in_use(), two);
+  EXPECT_EQ(back(), one);
+  EXPECT_EQ(in_use(), one);
+  EXPECT_EQ(refusal(back), Why::kNothingBefore);
+  EXPECT_EQ(in_use(), one);
+  EXPECT_EQ(journal->activations().size(), 2u);
+}
+
+TEST_F(a_cells_versions, are_not_activated_where_they_are_withheld_in_use_or_none) {
+  const std::int64_t one = calibrate(), withheld = calibrate({.publish = false});
+  EXPECT_EQ(why_not(withheld), Why::kWithheld);
+  EXPECT_EQ(why_not(one), Why::kActive);
+  EXPECT_EQ(why_not(99), Why::kNoSession);
+  EXPECT_EQ(why_not(journal->begin(journal->session(one)->inputs, "t")), Why::kWithheld);
+  EXPECT_EQ(in_use(), one);
+}
+
+TEST_F(a_cells_versions, of_another_robot_tool_or_journal_are_not_activated) {
+  const std::int64_t serial_7 = calibrate({.identity = "[identity]\nrobot_serial = \"7\"\n"});
+  const std::int64_t longer =
+      calibrate({.identity = "[identity]\nrobot_serial = \"8\"\n", .longer_tool_m = 0.02});
+  EXPECT_EQ(why_not(serial_7), Why::kForeign);
+  const std::int64_t serial_8 = calibrate({.identity = "[identity]\nrobot_serial = \"8\"\n"});
+  EXPECT_EQ(why_not(longer), Why::kForeign) << "of another tool";
+  EXPECT_EQ(why_not(serial_7), Why::kForeign) << "of another arm of the same drawing";
+  Journal other(dir / "other.db");
+  const std::int64_t theirs = record(other, {.seed = 9}, false);
+  const auto [imported, is_new] = journal->import(other.rows(theirs), "rows");
+  EXPECT_EQ(why_not(imported), Why::kForeign);
+  EXPECT_EQ(in_use(), serial_8);
+}
+
+TEST_F(a_cells_versions, that_are_damaged_are_not_activated_and_not_in_use_any_more) {
+  const std::int64_t one = calibrate(), two = calibrate({.seed = 2}),
+                     three = calibrate({.seed = 3});
+  put_into_use(two);
+  EXPECT_EQ(in_use(), two);
+  damage("UPDATE touch SET target='S9' WHERE session=2 AND number=0");
+  EXPECT_EQ(why_not(two), Why::kDamaged);
+  EXPECT_EQ(in_use(), three);
+  damage("UPDATE touch SET target='S9' WHERE session=1 AND number=0");
+  EXPECT_EQ(why_not(one), Why::kDamaged);
+  EXPECT_EQ(refusal([&] { roll_back(*journal, 0, {0, "t", "a", "b"}); }), Why::kNothingBefore);
+}
+
+TEST_F(a_cells_versions, of_an_activation_that_was_forged_stay_as_they_were) {
+  calibrate();
+  const std::int64_t two = calibrate({.seed = 2});
+  damage("INSERT INTO activation VALUES (1, 't', 'nobody', 'x')");
+  EXPECT_EQ(in_use(), two);
+}
+
+TEST_F(a_cells_versions, do_not_change_what_an_earlier_result_was_held_against) {
+  const std::int64_t one = calibrate(), two = calibrate({.seed = 2}),
+                     three = calibrate({.seed = 3});
+  put_into_use(one);
+  const std::string cell = journal->session(three)->inputs.cell_name;
+  EXPECT_EQ(last_calibration(*journal, cell, three, false)->calibration,
+            journal->session(two)->calibration);
+}
+
+TEST_F(a_cells_versions, compared_name_how_far_they_are_apart_and_what_moved) {
+  const std::int64_t one = calibrate({.fit = 80}), same = calibrate({.fit = 80, .seed = 2}),
+                     moved = calibrate({.remastered_rad = 2e-3, .fit = 80, .seed = 3});
+  const Comparison alike = compare(*journal, one, same);
+  ASSERT_TRUE(alike.apart);
+  EXPECT_TRUE(alike.workspace);
+  EXPECT_LT(alike.apart->mean_apart_m, 2.0 * alike.expected_m);
+  const Comparison apart = compare(*journal, one, moved);
+  ASSERT_TRUE(apart.apart);
+  EXPECT_GT(apart.apart->mean_apart_m, 2.0 * alike.apart->mean_apart_m);
+  ASSERT_FALSE(apart.moved.empty());
+  EXPECT_EQ(apart.moved[0].name, "A2.theta");
+  EXPECT_NEAR(apart.moved[0].moved.after - apart.moved[0].moved.before, -2e-3,
+              apart.moved[0].moved.expanded);
+  EXPECT_LT(alike.moved.size(), 10u) << "one in twenty by chance";
+  const std::int64_t longer = calibrate({.longer_tool_m = 0.02});
+  EXPECT_FALSE(compare(*journal, one, longer).apart);
+  EXPECT_EQ(refusal([&] { compare(*journal, one, 99); }), Why::kNoSession);
+  EXPECT_EQ(refusal([&] { compare(*journal, calibrate({.publish = false}), one); }),
+            Why::kWithheld);
+}
+
+}  // namespace
+}  // namespace cellcal::daemon::testing
