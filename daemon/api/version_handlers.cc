@@ -19,7 +19,7 @@ namespace {
 using nlohmann::json;
 
 constexpr std::int64_t kUsualVersions = 20, kMostVersions = 100;
-constexpr std::size_t kLongestReason = 500;
+constexpr std::size_t kLongestReason = 500, kLongestName = 100;
 constexpr double kMmPerM = 1e3;
 
 json to_json(const Version& one) {
@@ -69,24 +69,36 @@ json to_json(const Comparison& all) {
   return value;
 }
 
-/// {"session": 7, "reason": "..."}; the session may be missing where it is not `needed`.
+/// One line that says something.
+std::string line_in(const json& body, const char* key, std::size_t longest) {
+  const std::string text = body[key].is_string() ? body[key].get<std::string>() : "";
+  if (text.find_first_not_of(' ') == std::string::npos || text.size() > longest ||
+      printable(text) != text)
+    throw BadRequest(fmt::format(
+        "\"{}\" must be a text of 1 to {} bytes without control characters", key, longest));
+  return text;
+}
+
+/// {"session": 7, "reason": "why", "by": "a name"}; the name may be missing, and the session where it is not
+/// `needed`.
 Activation wanted_in(const Request& request, bool needed) {
   const json body = json::parse(request.body, nullptr, false);
-  const bool has_session = body.is_object() && body.contains("session");
-  const bool fits =
-      body.is_object() && body.size() == (has_session ? 2U : 1U) && (has_session || !needed) &&
-      (!has_session || (body["session"].is_number_integer() && body["session"] >= 1)) &&
-      body.contains("reason") && body["reason"].is_string();
-  if (!fits)
-    throw BadRequest(
-        needed ? R"(the body must be {"session": 7, "reason": "why"})"
-               : R"(the body must be {"reason": "why"}, and may have "session": one of the cell)");
-  const std::string reason = body["reason"];
-  if (reason.find_first_not_of(' ') == std::string::npos || reason.size() > kLongestReason ||
-      printable(reason) != reason)
-    throw BadRequest("\"reason\" must say why, in 1 to 500 bytes without control characters");
-  return {has_session ? body["session"].get<std::int64_t>() : 0, wall_clock_utc(),
-          request.caller.name, reason};
+  if (!body.is_object() || !body.contains("reason") || (needed && !body.contains("session")))
+    throw BadRequest(needed ? R"(the body must be {"session": 7, "reason": "why"})"
+                            : R"(the body must be {"reason": "why"})");
+  for (const auto& [key, value] : body.items())
+    if (key != "session" && key != "reason" && key != "by")
+      throw BadRequest("\"session\", \"reason\" and \"by\" are known here, not \"" + printable(key) + "\"");
+  Activation wanted{0, wall_clock_utc(), request.caller.name, line_in(body, "reason", kLongestReason)};
+  if (body.contains("session")) {
+    if (!body["session"].is_number_integer() || body["session"] < 1)
+      throw BadRequest("\"session\" must be a session's number");
+    body["session"].get_to(wanted.session);
+  }
+  // Who says to be somebody is so by the word of this token alone, which stays beside it.
+  if (body.contains("by"))
+    wanted.who = fmt::format("{} ({})", line_in(body, "by", kLongestName), wanted.who);
+  return wanted;
 }
 
 /// What cannot be used is its sender's matter; what is in the way now passes.

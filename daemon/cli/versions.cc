@@ -1,7 +1,10 @@
 #include "daemon/cli/versions.h"
 
 #include <fmt/format.h>
+#include <pwd.h>
+#include <unistd.h>
 
+#include <cstdlib>
 #include <nlohmann/json.hpp>
 
 #include "daemon/cli/ask.h"
@@ -14,6 +17,14 @@ namespace cellcal::daemon {
 namespace {
 
 using nlohmann::json;
+
+/// Who is logged in, also behind sudo.
+std::string user_name() {
+  const char* before_sudo = std::getenv("SUDO_USER");
+  if (before_sudo != nullptr && *before_sudo != '\0') return printable(before_sudo);
+  const passwd* entry = ::getpwuid(::getuid());
+  return entry != nullptr ? printable(entry->pw_name) : std::to_string(::getuid());
+}
 
 std::string mm(const json& value) {
   return value.is_number() ? fmt::format("{:.3f}", value.get<double>()) : "-";
@@ -72,7 +83,7 @@ int list_versions(const Connection& daemon, std::optional<std::int64_t> of_cell)
 
 int activate_version(const Connection& daemon, std::optional<std::int64_t> session,
                      const std::string& reason) {
-  json body{{"reason", reason}};
+  json body{{"reason", reason}, {"by", user_name()}};
   if (session) body["session"] = *session;
   const json done = parse(ask(
       daemon, "POST", session ? "/v1/versions/activate" : "/v1/versions/roll-back", body.dump()));

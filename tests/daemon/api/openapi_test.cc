@@ -195,8 +195,9 @@ TEST_F(a_described_api, answers_as_it_is_described) {
   EXPECT_EQ(ask("GET", "/v1/versions/compare?before=1").status, 400);
   EXPECT_EQ(ask("POST", "/v1/versions/activate", R"({"session": 1, "reason": "cold"})").status, 422);
   EXPECT_EQ(ask("POST", "/v1/versions/activate", R"({"session": 99, "reason": "cold"})").status, 404);
+  EXPECT_EQ(ask("POST", "/v1/versions/activate", R"({"session": 1, "reason": "cold", "by": "anna"})").status, 422);
   for (const char* wrong : {R"({"session": 1})", R"({"session": 1, "reason": " "})", R"({"session": 1, "reason": "a\nb"})",
-                            R"({"session": "1", "reason": "a"})", R"({"session": 0, "reason": "a"})", "[]", "",
+                            R"({"session": "1", "reason": "a"})", R"({"session": 1, "reason": "a", "by": ""})", R"({"session": 0, "reason": "a"})", "[]", "",
                             R"({"session": 1, "reason": "a", "who": "me"})"})
     EXPECT_EQ(ask("POST", "/v1/versions/activate", wrong).status, 400) << wrong;
   EXPECT_EQ(ask("POST", "/v1/versions/roll-back", R"({"reason": "cold"})").status, 422);
