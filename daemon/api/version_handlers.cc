@@ -88,8 +88,10 @@ Activation wanted_in(const Request& request, bool needed) {
                             : R"(the body must be {"reason": "why"})");
   for (const auto& [key, value] : body.items())
     if (key != "session" && key != "reason" && key != "by")
-      throw BadRequest("\"session\", \"reason\" and \"by\" are known here, not \"" + printable(key) + "\"");
-  Activation wanted{0, wall_clock_utc(), request.caller.name, line_in(body, "reason", kLongestReason)};
+      throw BadRequest("\"session\", \"reason\" and \"by\" are known here, not \"" +
+                       printable(key) + "\"");
+  Activation wanted{0, wall_clock_utc(), request.caller.name,
+                    line_in(body, "reason", kLongestReason)};
   if (body.contains("session")) {
     if (!body["session"].is_number_integer() || body["session"] < 1)
       throw BadRequest("\"session\" must be a session's number");

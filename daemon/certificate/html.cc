@@ -128,16 +128,21 @@ std::string artefacts(const CertificateData& d) {
             cell(shown(one.length), true) + cell(shown(one.expanded), true) +
             cell(shown(one.certificate)) + cell(shown(one.date)) + "</tr>\n";
   if (d.lengths.empty())
-    return html + "<p>No certified length: the scale of the arm is not traced.</p>\n";
+    return html +
+           (d.workspace
+                ? "<p>No certified length: readings of an instrument hold the scale of the arm, by that "
+                  "instrument&rsquo;s calibration.</p>\n"
+                : "<p>No certified length: the scale of the arm is not traced.</p>\n");
   return html +
          table(
              "<th>certified length</th><th class=\"n\">mm</th><th class=\"n\">U, mm</th>"
              "<th>certificate</th><th>of</th>",
              rows) +
          fmt::format(
-             "<p class=\"note\">U: k = {}, from the cell file. The certified lengths hold the scale; the unit of "
-             "length is that of their certificates.</p>\n",
-             constant("k"));
+             "<p class=\"note\">U: k = {}, from the cell file. {}</p>\n", constant("k"),
+             d.workspace
+                 ? "The certified lengths hold the scale; the unit of length is that of their certificates."
+                 : "The touches do not hold the scale of the arm by them; it is not traced.");
 }
 
 std::string list(const std::vector<Entry>& entries) {

@@ -181,7 +181,11 @@ double Origins::scope(const std::string& name) const {
   if (!compared_.is_null())
     earlier.emplace(calib::calibration_from_json(compared_.dump(), "compared"));
   const calib::Predictor predictor(now);
-  const auto poses = calib::poses_in_scope(now.cell, {}, true, calib::kScopePoses);
+  std::vector<calib::Touch> touches(touches_.size());
+  for (std::size_t i = 0; i < touches.size(); ++i)
+    touches[i].joint_rad = doubles_of(touches_[i].at("joint_rad"));
+  const bool workspace = calibration_.at("verdict").at("scope") == "workspace";
+  const auto poses = calib::poses_in_scope(now.cell, touches, workspace, calib::kScopePoses);
   const auto count = static_cast<Eigen::Index>(poses.size());
   if (name == "poses") return static_cast<double>(count);
   Eigen::Matrix3Xd before(3, count), after(3, count);

@@ -19,6 +19,10 @@ SessionInputs inputs_of(const Recording& what) {
   const std::string id = "id = \"S1\"\n";
   inputs.cell_text.insert(inputs.cell_text.find(id) + id.size(), what.certificate);
   inputs.cell_text += "\n" + what.identity;
+  if (!what.lengths) {
+    const std::size_t first = inputs.cell_text.find("[[length]]");
+    inputs.cell_text.erase(first, inputs.cell_text.find("[touch]") - first);
+  }
   if (what.longer_tool_m > 0.0) {
     const std::string z = "410.3]";
     inputs.cell_text.replace(inputs.cell_text.find(z), z.size(),
@@ -52,13 +56,11 @@ std::int64_t record(Journal& journal, const Recording& what, bool against_the_la
   const std::int64_t id = journal.begin(inputs, "2026-03-28T22:58:00.000Z");
   const calib::Cell cell = cell_of(inputs);
   // The same arm; what was found of it before is a little less than now.
-  auto touches = calib::testing::make_touches(cell, calib::testing::plain_truth(cell, 3),
-                                              {.fit = what.fit,
-                                               .check = 10,
-                                               .rho_m = 2e-4,
-                                               .speed_m_s = 0.002,
-                                               .seed = what.seed})
-                     .touches;
+  auto touches =
+      calib::testing::make_touches(
+          cell, calib::testing::plain_truth(cell, 3),
+          {.fit = what.fit, .check = 10, .rho_m = 2e-4, .speed_m_s = 0.002, .seed = what.seed})
+          .touches;
   if (what.interrupted) interrupt(journal, id);
   for (std::size_t i = 0; i < touches.size(); ++i) {
     calib::Touch& touch = touches[i];

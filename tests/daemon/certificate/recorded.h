@@ -17,6 +17,7 @@ struct Recording {
   bool publish = true;          ///< else withheld
   double remastered_rad = 0.0;  ///< A2 reads more by this
   double longer_tool_m = 0.0;   ///< than the demo's
+  bool lengths = true;          ///< certified ones; else the scope is near the targets
   int fit = 32;                 ///< touches
   unsigned seed = 1;
 };

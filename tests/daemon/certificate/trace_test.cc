@@ -15,6 +15,7 @@
 #include "daemon/certificate/certificate.h"
 #include "tests/daemon/certificate/origins.h"
 #include "tests/daemon/certificate/recorded.h"
+#include "tests/daemon/journal/temporary_directory.h"
 
 namespace cellcal::daemon::testing {
 namespace {
@@ -125,6 +126,18 @@ TEST_F(a_certificate, of_an_arm_found_as_drawn_has_every_number_from_the_journal
 TEST_F(a_certificate,
        of_an_arm_found_as_calibrated_before_has_every_number_from_the_journals_rows) {
   expect_all_traced(recorded().second);
+}
+
+TEST_F(a_certificate, of_an_arm_without_certified_lengths_claims_nothing_beyond_the_targets) {
+  const TemporaryDirectory directory;
+  Journal journal(directory / "j.db");
+  const std::int64_t id = record(journal, {.lengths = false}, false);
+  const Archive archive = make_archive(journal, id, directory / "none");
+  expect_all_traced(archive);
+  const std::string html = to_html(make_certificate(archive, "e", kIssue));
+  EXPECT_NE(html.find("Scope: near the targets."), html.npos);
+  EXPECT_NE(html.find("the scale of the arm is not traced"), html.npos);
+  EXPECT_EQ(html.find("hold the scale;"), html.npos);
 }
 
 TEST_F(a_certificate, as_data_has_the_entries_of_the_document) {
