@@ -1,122 +1,18 @@
 #include "calib/check/foresight.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
-#include "calib/estimate/problem.h"
+#include "calib/check/known_touches.h"
 #include "calib/linear/cholesky.h"
 #include "calib/model/error.h"
-#include "calib/result/level.h"
 
 namespace cellcal::calib {
 
 namespace {
 
-using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-
-/// Ripple counts twice where no touch of the calibration was, as in its bounds (calib/uncertainty, (37)).
-constexpr double kRippleElsewhere = 2.0;
 /// A cell's temperature is another by a kelvin from shift to shift, and nobody calls that a change.
 constexpr double kUsualGrowth = 12e-6;
-
-/// The arm with every error that a calibration may have found.
-Cell levelled(const Calibration& c) { return at_level(c.cell, {1.0, 1.0, 0.0, c.level.play}); }
-
-std::vector<Touch> all_fit(std::vector<Touch> touches) {
-  for (Touch& touch : touches) touch.set = TouchSet::kFit;
-  return touches;
-}
-
-std::vector<TargetPlace> places_of(const Calibration& c, const std::vector<Touch>& touches) {
-  std::vector<TargetPlace> places(c.cell.targets.size());
-  for (const Touch& touch : touches) {
-    const std::size_t t = c.cell.target_index(touch.target);
-    const auto known = std::find_if(c.targets.begin(), c.targets.end(),
-                                    [&](const TargetResult& r) { return r.id == touch.target; });
-    if (c.cell.targets[t].kind != TargetKind::kSphere)
-      throw IdentifyError(fmt::format("target {}: a check touches spheres only", touch.target));
-    if (known == c.targets.end())
-      throw IdentifyError(
-          fmt::format("target {}: the calibration has no place of it. Check against one whose "
-                      "session touched it",
-                      touch.target));
-    places[t] = TargetPlace(known->centre_m);
-  }
-  return places;
-}
-
-/// The estimator's own equations of these touches, at the calibration's values.
-class At {
- public:
-  At(const Calibration& c, const std::vector<Touch>& touches)
-      : touches_(all_fit(touches)),
-        cell_(levelled(c)),
-        arm_(cell_),
-        problem_(cell_, arm_, touches_, places_of(c, touches_)),
-        x_(problem_.size()) {
-    if (c.repeats.used_m > 0.0)
-      problem_.set_repeats(std::vector<int>(touches_.size(), 1), c.repeats.used_m);
-    problem_.set_ripple(std::sqrt(kRippleElsewhere) * c.level.ripple_rad);
-    for (int i = 0; i < problem_.size(); ++i) {
-      const Unknown& unknown = unknowns()[static_cast<std::size_t>(i)];
-      const ParameterResult* found = find(c, unknown.key);
-      x_[i] = found != nullptr ? found->nominal + found->correction : unknown.nominal;
-    }
-  }
-
-  const std::vector<Unknown>& unknowns() const { return problem_.unknowns(); }
-  const Problem& problem() const { return problem_; }
-  const std::vector<Touch>& touches() const { return touches_; }
-  Problem::At at() const { return problem_.at(x_.data()); }
-
-  /// Derivatives of all residuals by all unknowns, SI.
-  RowMajor rows() const {
-    const Problem::At here = at();
-    RowMajor j = RowMajor::Zero(static_cast<Eigen::Index>(touches_.size()), problem_.size());
-    Eigen::RowVectorXd by_shared(problem_.shared_size());
-    Eigen::Matrix<double, 1, TargetBlock::kMost> by_target;
-    for (std::size_t t = 0; t < touches_.size(); ++t) {
-      const TargetBlock& block = problem_.blocks()[static_cast<std::size_t>(problem_.block_of(t))];
-      double residual = 0.0;
-      problem_.residual_m(t, here, &residual, by_shared.data(), by_target.data());
-      const auto row = static_cast<Eigen::Index>(t);
-      j.row(row).head(problem_.shared_size()) = by_shared;
-      j.row(row).segment(block.first, block.size()) = by_target.head(block.size());
-    }
-    return j;
-  }
-
-  ForeseenContact contact(std::size_t t) const {
-    const Problem::At here = at();
-    ForeseenContact contact;
-    Eigen::Vector3d direction;
-    double residual = 0.0;
-    problem_.residual_m(t, here, &residual, nullptr, nullptr, &direction);
-    ArmChain chain;
-    arm_.walk(problem_.pose(t), here.arm, chain);
-    contact.target = touches_[t].target;
-    contact.tip_m = chain.tip;
-    contact.flange = chain.flange;
-    contact.by_growth_m = chain.flange_origin - cell_.robot.base_fixed.translation();
-    for (std::size_t i = 0; i < cell_.robot.joints.size(); ++i)
-      contact.axes.push_back(
-          {cell_.robot.joints[i].sign * chain.link[i].z, chain.link[i].z_origin});
-    const TargetBlock& block = problem_.blocks()[static_cast<std::size_t>(problem_.block_of(t))];
-    contact.centre_m = Eigen::Map<const Eigen::Vector3d>(here.x + block.first);
-    contact.radius_m = (contact.tip_m - contact.centre_m).norm() - residual;
-    return contact;
-  }
-
- private:
-  std::vector<Touch> touches_;
-  Cell cell_;
-  ArmModel arm_;
-  Problem problem_;
-  Eigen::VectorXd x_;
-};
 
 /// Of the unknowns; what the calibration does not have but the touches ask for (the latch's delay) keeps
 /// its prior.
@@ -160,7 +56,7 @@ double alike(const ForeseenContact& a, const ForeseenContact& b, const Touch& at
 
 std::vector<ForeseenContact> foreseen_contacts(const Calibration& c,
                                                const std::vector<Touch>& touches) {
-  const At at(c, touches);
+  const KnownTouches at(c, touches);
   std::vector<ForeseenContact> contacts;
   for (std::size_t t = 0; t < touches.size(); ++t) contacts.push_back(at.contact(t));
   return contacts;
@@ -169,7 +65,7 @@ std::vector<ForeseenContact> foreseen_contacts(const Calibration& c,
 Foresight foresee(const Calibration& c, const std::vector<Touch>& touches) {
   if (c.covariance.size() == 0)
     throw IdentifyError("the calibration states no covariance: nothing can be checked against it");
-  const At at(c, touches);
+  const KnownTouches at(c, touches);
   Foresight foresight;
   const auto n = static_cast<Eigen::Index>(touches.size());
   Eigen::VectorXd by_growth(n);
@@ -179,22 +75,23 @@ Foresight foresee(const Calibration& c, const std::vector<Touch>& touches) {
         (contact.tip_m - contact.centre_m).normalized().dot(contact.by_growth_m);
     foresight.contacts.push_back(contact);
   }
-  const RowMajor j = at.rows();
-  Eigen::MatrixXd& v = foresight.lasting_m2;
-  v = j * covariance_of(c, at.unknowns()) * j.transpose();
+  Eigen::MatrixXd& beside = foresight.beside_m2;
+  beside.setZero(n, n);
   foresight.passing_m2 = kUsualGrowth * kUsualGrowth * by_growth * by_growth.transpose();
   const double field = c.discrepancy.sigma_m * c.discrepancy.sigma_m;
   for (Eigen::Index a = 0; a < n; ++a) {
     const auto t = static_cast<std::size_t>(a);
     const double noise = std::pow(at.problem().own_sigma_m(t), 2);
     foresight.passing_m2(a, a) += noise;
-    v(a, a) += std::pow(at.problem().sigma_m(t), 2) - noise + field;
+    beside(a, a) = std::pow(at.problem().sigma_m(t), 2) - noise + field;
     for (Eigen::Index b = 0; field > 0.0 && b < n; ++b)
       if (const auto o = static_cast<std::size_t>(b); a != b)
-        v(a, b) += field * alike(foresight.contacts[t], foresight.contacts[o], touches[t],
-                                 touches[o], c.discrepancy.reach_rad);
+        beside(a, b) = field * alike(foresight.contacts[t], foresight.contacts[o], touches[t],
+                                     touches[o], c.discrepancy.reach_rad);
   }
-  v = (0.5 * (v + v.transpose())).eval();
+  const KnownTouches::RowMajor j = at.rows(at.x());
+  const Eigen::MatrixXd v = j * covariance_of(c, at.unknowns()) * j.transpose() + beside;
+  foresight.lasting_m2 = 0.5 * (v + v.transpose());
   return foresight;
 }
 

@@ -34,6 +34,8 @@ struct Foresight {
       lasting_m2;  ///< the same whenever they are made: of the calibration, of its gears
   Eigen::MatrixXd
       passing_m2;  ///< another each time: of the touches' noise, of a usual day's warmth
+  /// What of the lasting one is beside the calibration's parameters: ripple of the gears, what the model lacks.
+  Eigen::MatrixXd beside_m2;
   Eigen::MatrixXd covariance_m2() const { return lasting_m2 + passing_m2; }
 };
 

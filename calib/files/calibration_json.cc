@@ -11,6 +11,7 @@
 #include "calib/files/parameter_fields.h"
 #include "calib/files/result_fields.h"
 #include "calib/files/unidentifiable_json.h"
+#include "calib/files/update_fields.h"
 #include "calib/model/units.h"
 #include "calib/result/correlation.h"
 #include "calib/syntax/input_file.h"
@@ -154,6 +155,14 @@ Field<C> touch_noise_field() {
                          of_member(&C::repeats, repeats_fields())));
 }
 
+/// Of a calibration that a few touches made out of the one before it.
+Field<C> update_field() {
+  const auto origin = object(update_fields());
+  return where<C>([](const C& c) { return c.update.has_value(); },
+                  {"update", [=](const C& c) { return origin.to(*c.update); },
+                   [=](const JsonReader& r, C& c) { c.update = origin.from(r); }});
+}
+
 Field<C> inputs_field() {
   return group<C>("inputs",
                   {for_readers<C>("software", [](const C&) { return software_version(); }),
@@ -194,6 +203,7 @@ Table<C> calibration_fields() {
       optional(field("jumped", &C::jumped, list(object(jump_fields())))),
       covariance_field(),
       frame_basis_field(),
+      update_field(),
       inputs_field(),
   };
 }

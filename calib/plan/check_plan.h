@@ -13,6 +13,7 @@ struct CheckPlanOptions {
       20.0;  ///< robot time, from the start and back; fewer touches where more would take longer
   /// Search lines, by the calibrated arm: so far before the contact and behind it.
   double before_m = 0.004, behind_m = 0.012;
+  TouchSet set = TouchSet::kCheck;  ///< what they are made for
 };
 
 /// Touches of the spheres of the calibration, around where it has them. Of PlanOptions the margins count, not

@@ -3,6 +3,7 @@
 // calib/files/calibration_json.h writes it as "cellcal.calibration/1".
 
 #include <Eigen/Core>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,7 @@
 #include "calib/result/level.h"
 #include "calib/result/outlier.h"
 #include "calib/result/unidentifiable.h"
+#include "calib/result/update.h"
 
 namespace cellcal::calib {
 
@@ -241,6 +243,7 @@ struct Calibration {
   Eigen::MatrixXd covariance;  ///< of `parameters`, SI; frame directions included
   /// Orthonormal-in-prior-units basis of the frame directions, one column each, SI.
   Eigen::MatrixXd frame_basis;
+  std::optional<UpdateOrigin> update;  ///< it was made out of the one before it by a few touches
   std::vector<InputFile> inputs;
 };
 

@@ -60,6 +60,13 @@ enum class FindingKind {
   kChangeAccepted,
   kUnchanged,
   kNotCompared,
+  // Out of the last calibration by a few touches.
+  kUpdated,
+  kUpdateNotNeeded,     ///< nothing changed
+  kUpdateContradicted,  ///< more than one thing did
+  kUpdateNotResolved,   ///< what changed is not known as well as the arm was before
+  kUpdateNotFound,      ///< spheres were not met
+  kUpdateTooFew,        ///< touches
   // What went wrong.
   kNotIdentified,
   kLikelyCause,  ///< which one: LikelyCause

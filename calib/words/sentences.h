@@ -80,4 +80,14 @@ std::string not_compared(const Finding& f);
 std::string moved_target(const Finding& f);
 std::string jumped(const Finding& f);
 
+// What findings say of an update: what changed since the last calibration, or why it takes a full session.
+// (sentences_of_updates.cc)
+
+std::string updated(const Finding& f);
+std::string update_not_needed(const Finding& f);
+std::string update_contradicted(const Finding& f);
+std::string update_not_resolved(const Finding& f);
+std::string update_not_found(const Finding& f);
+std::string update_too_few(const Finding& f);
+
 }  // namespace cellcal::calib::sentences

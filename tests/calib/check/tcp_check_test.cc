@@ -9,29 +9,18 @@
 #include <set>
 
 #include "calib/files/check_json.h"
-#include "calib/identify/identify.h"
 #include "calib/model/error.h"
 #include "calib/plan/check_plan.h"
 #include "calib/plan/reach/duration.h"
 #include "calib/words/check_words.h"
+#include "tests/calib/check/changed_cell.h"
 #include "tests/calib/plan/meet.h"
-#include "tests/calib/simulate.h"
 
 namespace cellcal::calib {
 namespace {
 
-using testing::demo_cell;
-
-const sim::Truth& truth() {
-  static const sim::Truth drawn = testing::plain_truth(demo_cell(), 5);
-  return drawn;
-}
-
-const Calibration& calibration() {
-  static const Calibration found = identify(
-      demo_cell(), testing::make_touches(demo_cell(), truth(), {.fit = 100, .seed = 5}).touches);
-  return found;
-}
+using testing::calibration, testing::demo_cell, testing::knocked, testing::moved, testing::truth,
+    testing::with_robot;
 
 const Plan& plan() {
   static const Plan made = make_check_plan(calibration(), {});
@@ -65,28 +54,6 @@ Made made_by(const sim::Truth& arm, std::uint64_t seed = 1) {
     made.missed.push_back(missed);
   }
   return made;
-}
-
-sim::Truth knocked(const Eigen::Vector3d& shift_m) {
-  sim::Truth after = truth();
-  Tool tool = after.arm.tool();
-  tool.tcp.translation() += shift_m;
-  after.arm = ArmModel(after.arm.robot(), tool);
-  return after;
-}
-
-sim::Truth with_robot(const std::function<void(Robot&)>& change) {
-  sim::Truth after = truth();
-  Robot robot = after.arm.robot();
-  change(robot);
-  after.arm = ArmModel(robot, after.arm.tool());
-  return after;
-}
-
-sim::Truth moved(const std::string& sphere, const Eigen::Vector3d& by_m) {
-  sim::Truth after = truth();
-  after.centre_m[demo_cell().target_index(sphere)] += by_m;
-  return after;
 }
 
 const PlannedTouch& first_of(const std::string& sphere) {

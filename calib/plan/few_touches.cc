@@ -1,0 +1,112 @@
+#include "calib/plan/few_touches.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "calib/check/foresight.h"
+#include "calib/model/random.h"
+#include "calib/plan/choice/aim.h"
+#include "calib/plan/plan.h"
+#include "calib/plan/reach/duration.h"
+#include "calib/plan/reach/pool.h"
+#include "calib/plan/reach/visit.h"
+#include "calib/uncertainty/predict.h"
+
+namespace cellcal::calib {
+
+namespace {
+
+constexpr int kCandidatesPerTarget = 300;
+/// Then some like those picked are looked at: what tells most of a shift across the tool is at the edge of what is
+/// allowed.
+constexpr double kLookAroundRad[] = {0.25, 0.1};
+constexpr int kAround = 60;  ///< of each
+
+const TargetResult* known_sphere(const Calibration& calibration, const Target& target) {
+  if (target.kind != TargetKind::kSphere) return nullptr;
+  const auto found = std::ranges::find(calibration.targets, target.id, &TargetResult::id);
+  return found == calibration.targets.end() ? nullptr : &*found;
+}
+
+/// How well each contact is foretold.
+void tell_sigmas(const Calibration& calibration, Plan& plan) {
+  std::vector<Touch> contacts;
+  for (const PlannedTouch& planned : plan.touches) {
+    contacts.emplace_back();
+    contacts.back().target = planned.target;
+    const double share = planned.expected_m / planned.search_m;
+    for (std::size_t i = 0; i < planned.standoff.size(); ++i)
+      contacts.back().joint_rad.push_back(planned.standoff[i] +
+                                          share * (planned.end[i] - planned.standoff[i]));
+  }
+  const Eigen::MatrixXd covariance_m2 = foresee(calibration, contacts).covariance_m2();
+  for (std::size_t k = 0; k < contacts.size(); ++k) {
+    const auto i = static_cast<Eigen::Index>(k);
+    plan.touches[k].expected_sigma_m = std::sqrt(covariance_m2(i, i));
+  }
+}
+
+/// Spheres where the calibration has them; what it has no place of is in the way.
+Cell as_known(const Calibration& calibration) {
+  Cell cell = calibration.cell;
+  bool any = false;
+  for (Target& target : cell.targets) {
+    const TargetResult* known = known_sphere(calibration, target);
+    target.only_in_the_way = known == nullptr;
+    if (known == nullptr) continue;
+    any = target.has_centre = true;
+    target.centre_m = known->centre_m;
+  }
+  if (!any)
+    throw PlanError(
+        "the calibration knows of no sphere: only spheres can be touched. Calibrate first");
+  return cell;
+}
+
+}  // namespace
+
+Plan make_few_touches(const Calibration& calibration, const PlanOptions& options,
+                      const CheckPlanOptions& how, const JointVector& from, const Choice& choose) {
+  const Cell cell = as_known(calibration);
+  const Predictor predictor(calibration);
+  Pool pool(cell, options, kCandidatesPerTarget);
+  const JointVector start = from.empty() ? pool.middle() : from;
+  if (const auto what = pool.clearance().hit(start, kTipMarginM))
+    throw PlanError(
+        fmt::format("the arm is too close to something to start: {}. Jog it free", words(*what)));
+  const Aim aim = [&](const Candidate& candidate, PlannedTouch& touch) {
+    const TargetResult& sphere = *known_sphere(calibration, cell.targets[candidate.target]);
+    const Surface surface{sphere.centre_m, candidate.normal, sphere.effective_radius_m,
+                          [&](const JointVector& q) -> Eigen::Vector3d {
+                            return predictor.calibrated(q).tcp.translation();
+                          }};
+    aim_at(pool, options, surface, {how.before_m, how.behind_m}, candidate, touch);
+    touch.may_miss = true;
+  };
+  Pace pace;
+  pace.foretold_m = how.before_m;
+  const auto possible = [&](std::size_t candidate) { return pool.connected(candidate); };
+  Random random(options.seed);
+  const std::size_t spread = pool.candidates().size();
+  for (int count = how.most_touches;; --count) {
+    pool.forget(spread, {});
+    auto picked = choose(pool.candidates(), count, possible);
+    for (const double by_rad : kLookAroundRad) {
+      pool.vary(picked, kAround * count, by_rad, random);
+      picked = choose(pool.candidates(), count, possible);
+    }
+    if (static_cast<int>(picked.size()) < how.least_touches)
+      throw PlanError(fmt::format("only {} touches can be reached by a clear way, {} are needed",
+                                  picked.size(), how.least_touches));
+    std::vector<ToVisit> todo;
+    for (const std::size_t c : picked) todo.push_back({pool.candidates()[c], how.set});
+    Plan plan = visit(cell, options, pool.clearance(), pool.router(), std::move(todo), start, aim);
+    if (count > how.least_touches && duration_s(plan, cell.robot, pace) > how.most_s) continue;
+    tell_sigmas(calibration, plan);
+    return plan;
+  }
+}
+
+}  // namespace cellcal::calib

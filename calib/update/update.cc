@@ -1,0 +1,244 @@
+#include "calib/update/update.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "calib/model/error.h"
+#include "calib/update/accuracy.h"
+#include "calib/update/explained.h"
+#include "calib/update/judge_update.h"
+#include "calib/update/prior.h"
+#include "calib/update/weighed.h"
+
+namespace cellcal::calib {
+
+namespace {
+
+/// Less likely explanations have no say.
+constexpr double kSay = 1e-4;
+/// Below, chance is not what the likeliest explanation leaves of the touches.
+constexpr double kByChance = 5e-3;
+/// Above, in odds, something else changed as well.
+constexpr double kSecondOdds = 3.0;
+/// Touches that are wrong by themselves happen; more of them are something else.
+constexpr std::size_t kMostSetAside = 2;
+/// What changed is only named where it is this probable.
+constexpr double kSure = 0.9;
+
+/// Mean of all explanations and covariance about it, of the calibration's parameters.
+struct Mean {
+  Eigen::VectorXd x;
+  Eigen::MatrixXd covariance;
+};
+
+Mean mean_of(const TouchEquations& touches, const std::vector<Weighed>& all) {
+  const Eigen::Index n = touches.x().size();
+  Mean mean{Eigen::VectorXd::Zero(n), Eigen::MatrixXd::Zero(n, n)};
+  double say = 0.0;
+  for (const Weighed& one : all)
+    if (one.probability > kSay) say += one.probability;
+  for (const Weighed& one : all)
+    if (one.probability > kSay) mean.x += one.probability / say * one.how.x;
+  for (const Weighed& one : all) {
+    if (!(one.probability > kSay)) continue;
+    const Eigen::MatrixXd beforehand =
+        touches.covariance() + one.usual * one.usual * one.moves * one.moves.transpose();
+    const Eigen::VectorXd off = one.how.x - mean.x;
+    mean.covariance +=
+        one.probability / say * (one.how.covariance(beforehand) + off * off.transpose());  // (83)
+  }
+  mean.covariance = (0.5 * (mean.covariance + mean.covariance.transpose())).eval();
+  const Eigen::Index p = touches.parameters();
+  return {mean.x.head(p), mean.covariance.topLeftCorner(p, p)};
+}
+
+/// A tip that was taken for known and did not change goes back to where it came from.
+void close_tip(const Calibration& last, Calibration& c) {
+  const auto had = static_cast<Eigen::Index>(last.parameters.size());
+  const auto added = c.covariance.rows() - had;
+  if (added == 0 || !(c.covariance.bottomRightCorner(added, added).diagonal().maxCoeff() <= 0.0))
+    return;
+  c.parameters.resize(last.parameters.size());
+  c.covariance.conservativeResize(had, had);
+  if (c.frame_basis.rows() > had) c.frame_basis.conservativeResize(had, c.frame_basis.cols());
+  c.cell.tool.tcp_sigma_m = last.cell.tool.tcp_sigma_m;
+}
+
+void place_targets(const Calibration& last, Calibration& c) {
+  const auto moved = [&](const ParameterKey& key) {
+    return correction_of(c, key) - correction_of(last, key);
+  };
+  for (TargetResult& target : c.targets) {
+    if (target.kind != TargetKind::kSphere) continue;
+    const std::size_t t = c.cell.target_index(target.id);
+    for (int axis = 0; axis < 3; ++axis)
+      target.centre_m[axis] += moved(target_parameter(ParameterKind::kCentre, t, axis));
+    target.effective_radius_m += moved(tool_parameter(ParameterKind::kEffectiveRadius, 0)) +
+                                 moved(target_parameter(ParameterKind::kRadius, t));
+  }
+}
+
+Calibration at(const Calibration& last, const Calibration& prior, Mean mean) {
+  Calibration c = prior;
+  for (std::size_t i = 0; i < c.parameters.size(); ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    c.parameters[i].correction = mean.x[k] - c.parameters[i].nominal;
+    c.parameters[i].sigma = std::sqrt(std::max(0.0, mean.covariance(k, k)));
+  }
+  c.covariance = std::move(mean.covariance);
+  close_tip(last, c);
+  place_targets(last, c);
+  return c;
+}
+
+ResidualSummary summary(const std::vector<TouchResidual>& residuals, double TouchResidual::*which) {
+  ResidualSummary s;
+  for (const TouchResidual& one : residuals) {
+    if (one.outlier) continue;
+    const double off = std::abs(one.*which);
+    ++s.count;
+    s.mean_m += off;
+    s.max_m = std::max(s.max_m, off);
+    s.rms_m += off * off;
+  }
+  if (s.count == 0) return s;
+  s.mean_m /= s.count;
+  s.rms_m = std::sqrt(s.rms_m / s.count);
+  return s;
+}
+
+/// Before: by the last calibration.
+void fill_residuals(const TouchEquations& touches, const Weighed& best,
+                    const std::vector<std::size_t>& set_aside, Calibration& c) {
+  const Eigen::VectorXd before = touches.off_m(touches.x()), after = touches.off_m(best.how.x);
+  c.residuals.clear();
+  for (Eigen::Index k = 0; k < before.size(); ++k) {
+    const auto t = static_cast<std::size_t>(k);
+    const ForeseenContact& contact = touches.contacts()[t];
+    c.residuals.push_back({t, before[k], after[k], after[k] / std::sqrt(touches.noise_m2()(k, k)),
+                           std::ranges::find(set_aside, t) != set_aside.end() ||
+                               (best.change.kind == ChangeKind::kTouch && best.change.index == t),
+                           (contact.tip_m - contact.centre_m).normalized()});
+  }
+  c.before = summary(c.residuals, &TouchResidual::before_m);
+  c.after = summary(c.residuals, &TouchResidual::after_m);
+  c.check = c.check_before = {};
+}
+
+/// What was said of the last one's touches and is not of these.
+void forget_session(Calibration& c) {
+  c.outliers.clear();
+  c.moved.clear();
+  c.jumped.clear();
+  c.artefact_biases.clear();
+  c.unseen = {};
+  c.inputs.clear();
+  c.log_evidence = 0.0;
+  c.verdict.findings.clear();
+  c.verdict.publish = c.verdict.too_few = false;
+}
+
+bool contradicted(const Sufficient& enough) {
+  return enough.by_chance < kByChance || enough.log_odds_second > std::log(kSecondOdds);
+}
+
+UpdateOutcome outcome_of(const UpdateOrigin& origin, bool contradictory) {
+  const Explanation& first = origin.explanations.front();
+  if (contradictory) return UpdateOutcome::kContradicted;
+  if (origin.reached_m > kUpdateGoal * origin.before_m) return UpdateOutcome::kNotResolved;
+  // One touch that is wrong by itself is no change of the cell.
+  if (first.kind == ChangeKind::kNothing || first.kind == ChangeKind::kTouch)
+    return UpdateOutcome::kNothingChanged;
+  return first.probability < kSure ? UpdateOutcome::kNotResolved : UpdateOutcome::kUpdated;
+}
+
+/// All explanations, once what is wrong by itself is left aside.
+struct Resolved {
+  std::vector<Weighed> all;
+  Sufficient enough;
+  std::vector<std::size_t> set_aside;
+};
+
+/// One touch of a sphere that was touched more often: two of it that are wrong are a sphere that moved, and of the
+/// only one nobody can tell.
+std::vector<bool> may_be_set_aside(const std::vector<ForeseenContact>& contacts,
+                                   const std::vector<std::size_t>& set_aside) {
+  std::vector<bool> may(contacts.size(), true);
+  for (std::size_t t = 0; t < contacts.size(); ++t) {
+    may[t] = std::ranges::count(contacts, contacts[t].target, &ForeseenContact::target) > 1;
+    for (const std::size_t gone : set_aside)
+      if (contacts[gone].target == contacts[t].target) may[t] = false;
+  }
+  return may;
+}
+
+Resolved resolve(const Calibration& prior, TouchEquations& equations) {
+  Resolved r;
+  const std::size_t count = equations.contacts().size();
+  while (true) {
+    r.all = weighed(prior, equations);
+    r.enough = sufficient(likeliest(r.all), r.all, r.set_aside.size());
+    if (!contradicted(r.enough) || r.set_aside.size() == kMostSetAside ||
+        count - r.set_aside.size() <= kLeastUpdateTouches)
+      return r;
+    const auto touch = doubtful_touch(r.all, may_be_set_aside(equations.contacts(), r.set_aside));
+    if (!touch) return r;
+    equations.set_aside(*touch);
+    r.set_aside.push_back(*touch);
+  }
+}
+
+}  // namespace
+
+Calibration update(const Calibration& last, const std::vector<Touch>& touches,
+                   const UpdateFacts& facts) {
+  const Calibration prior = with_drift(last, facts.months);
+  const std::vector<JointVector> workspace = stated_workspace(last, facts.region_poses);
+  UpdateOrigin origin;
+  origin.stands_on = facts.stands_on;
+  origin.months = facts.months;
+  origin.touches = touches.size();
+  origin.not_found = facts.not_found;
+  origin.before_m = origin.reached_m = foreseen_error_m(last, workspace);
+  Calibration c = last;
+  if (touches.size() >= kLeastUpdateTouches) {
+    TouchEquations equations(prior, touches);
+    const Resolved r = resolve(prior, equations);
+    const Weighed& best = likeliest(r.all);
+    origin.set_aside = r.set_aside;
+    c = at(last, prior, mean_of(equations, r.all));
+    fill_residuals(equations, best, r.set_aside, c);
+    c.chi2 = origin.chi2 = r.enough.chi2;
+    c.degrees_of_freedom = origin.degrees_of_freedom = r.enough.degrees_of_freedom;
+    c.chi2_per_dof = origin.chi2 / std::max(1.0, origin.degrees_of_freedom);
+    origin.by_chance = r.enough.by_chance;
+    origin.log_odds_second = r.enough.log_odds_second;
+    origin.second = r.enough.second;
+    origin.explanations = explanations(r.all);
+    c.predicted_workspace_m = origin.reached_m = foreseen_error_m(c, workspace);
+    std::vector<JointVector> around;
+    for (const Touch& touch : touches) around.push_back(touch.joint_rad);
+    const auto near = stated_near_targets(c, around, facts.region_poses);
+    c.predicted_near_targets_m =
+        near.size() < 3 ? c.predicted_workspace_m : foreseen_error_m(c, near);
+    origin.outcome = outcome_of(origin, contradicted(r.enough));
+    if (best.change.kind == ChangeKind::kSphere)  // its certificates are of where it stood
+      std::erase_if(c.lengths, [&](const LengthResult& length) {
+        return length.from == best.change.name || length.to == best.change.name;
+      });
+  }
+  if (!facts.not_found.empty()) origin.outcome = UpdateOutcome::kNotFound;
+  forget_session(c);
+  c.update = std::move(origin);
+  judge_update(c);
+  return c;
+}
+
+bool further_touches_pay(const UpdateOrigin& so_far) {
+  return so_far.outcome != UpdateOutcome::kNothingChanged ||
+         so_far.explanations.front().probability < kSure;
+}
+
+}  // namespace cellcal::calib
