@@ -17,6 +17,7 @@
 #include "calib/plan/check_plan.h"
 #include "calib/plan/reach/duration.h"
 #include "tests/command_line/command_line.h"
+#include "tests/experiments/happening.h"
 #include "tests/experiments/trial.h"
 
 namespace {
@@ -25,19 +26,7 @@ using namespace cellcal;
 using calib::ChangeKind;
 using experiments::Gears;
 
-/// What is done to a cell between its calibration and a check.
-struct Fault {
-  ChangeKind kind = ChangeKind::kNothing;
-  double size = 0.0;  ///< m at the tip; of growth, 1
-};
-
-std::string name_of(const Fault& fault) {
-  if (fault.kind == ChangeKind::kNothing) return "nothing";
-  if (fault.kind == ChangeKind::kGrowth) return fmt::format("growth {:.0f} ppm", fault.size * 1e6);
-  const double shown = fault.size * 1e3;
-  return fmt::format("{} {:.2f} {}", to_string(fault.kind), shown,
-                     fault.kind == ChangeKind::kJoint ? "mrad" : "mm");
-}
+using Fault = experiments::Happening;
 
 /// One arm with its calibration and the check that was planned for it.
 struct Calibrated {
@@ -78,54 +67,19 @@ std::optional<Calibrated> calibrated(const calib::Robot& robot, const experiment
   return Calibrated{std::move(session->world), std::move(c), std::move(plan), {}, seconds};
 }
 
-Eigen::Vector3d any_direction(calib::Random& random) {
-  const Eigen::Vector3d d(random.normal(), random.normal(), random.normal());
-  return d.normalized();
-}
-
 struct Made {
   std::vector<calib::Touch> touches;
-  Eigen::Vector3d tool_shift_m = Eigen::Vector3d::Zero();
-  std::string which;
+  experiments::Happened happened;
 };
 
 /// The check's touches of the arm after the fault.
 std::optional<Made> made(const Calibrated& on, const Fault& fault, calib::Random& random) {
   experiments::World world = on.world;
-  Made result;
-  Eigen::Vector3d moved_m = Eigen::Vector3d::Zero();
-  std::size_t sphere = world.cell.targets.size();
-  switch (fault.kind) {
-    case ChangeKind::kTool:
-      result.tool_shift_m = fault.size * any_direction(random);
-      world.arm.knock(result.tool_shift_m);
-      break;
-    case ChangeKind::kSphere:
-      sphere = random.below(world.cell.targets.size());
-      moved_m = fault.size * any_direction(random);
-      result.which = world.cell.targets[sphere].id;
-      break;
-    case ChangeKind::kJoint: {
-      // The last one's zero is a shift of the tool.
-      const std::size_t joint = random.below(world.cell.robot.joints.size() - 1);
-      world.arm.slip(joint, random.uniform() < 0.5 ? fault.size : -fault.size);
-      result.which = world.cell.robot.joints[joint].name;
-      break;
-    }
-    case ChangeKind::kGrowth:
-      world.arm.grow(random.uniform() < 0.5 ? fault.size : -fault.size);
-      break;
-    case ChangeKind::kNothing:
-    case ChangeKind::kTouch:
-      break;
-  }
+  Made result{{}, experiments::happen(fault, world, random)};
   // As warm as at some time of the calibration.
   const double warm = random.uniform();
-  for (std::size_t i = 0; i < on.plan.touches.size(); ++i) {
-    const calib::PlannedTouch& planned = on.plan.touches[i];
-    const bool of_it = world.cell.target_index(planned.target) == sphere;
-    auto touch = world.touch(planned, warm, experiments::kBeyond, random,
-                             of_it ? moved_m : Eigen::Vector3d(Eigen::Vector3d::Zero()));
+  for (const calib::PlannedTouch& planned : on.plan.touches) {
+    auto touch = world.touch(planned, warm, experiments::kBeyond, random);
     if (!touch) return std::nullopt;
     result.touches.push_back(std::move(*touch));
   }
@@ -153,7 +107,7 @@ void add(Row& row, const Calibrated& on, calib::Random& random) {
   row.alarms += !check.holds;
   std::string told = check.holds ? "nothing" : to_string(change.kind);
   if (!check.holds && change.kind == row.fault.kind &&
-      (touches->which.empty() || touches->which == change.name))
+      (touches->happened.which.empty() || touches->happened.which == change.name))
     ++row.right;
   else if (!check.holds && change.kind == row.fault.kind)
     told = std::string("other ") + to_string(change.kind);
@@ -161,7 +115,7 @@ void add(Row& row, const Calibrated& on, calib::Random& random) {
   const bool of_tool =
       row.fault.kind == ChangeKind::kNothing || row.fault.kind == ChangeKind::kTool;
   if (!of_tool) return;
-  const double off = (check.shift_m - touches->tool_shift_m).norm();
+  const double off = (check.shift_m - touches->happened.tool_shift_m).norm();
   row.squares += off * off;
   row.worst = std::max(row.worst, off);
   row.foreseen += check.covariance_m2.trace();

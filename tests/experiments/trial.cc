@@ -16,12 +16,8 @@
 
 namespace cellcal::experiments {
 
-namespace {
-
-/// Region figures after a 6-DoF alignment.
-void judge(const TrueArm& arm, const calib::Predictor& predictor,
-           const std::vector<calib::JointVector>& poses, double& mean, double& max, double& rms,
-           double& covered, double& u95_mean) {
+OverPostures judge(const TrueArm& arm, const calib::Predictor& predictor,
+                   const std::vector<calib::JointVector>& poses) {
   const auto n = static_cast<Eigen::Index>(poses.size());
   Eigen::Matrix3Xd real(3, n), predicted(3, n);
   Eigen::VectorXd u95(n);
@@ -38,14 +34,10 @@ void judge(const TrueArm& arm, const calib::Predictor& predictor,
           .colwise()
           .norm()
           .transpose();
-  mean = e.mean();
-  max = e.maxCoeff();
-  rms = std::sqrt(e.squaredNorm() / static_cast<double>(n));
-  covered = static_cast<double>((e.array() <= u95.array()).count()) / static_cast<double>(n);
-  u95_mean = u95.mean();
+  const auto count = static_cast<double>(n);
+  return {e.mean(), e.maxCoeff(), std::sqrt(e.squaredNorm() / count),
+          static_cast<double>((e.array() <= u95.array()).count()) / count, u95.mean()};
 }
-
-}  // namespace
 
 std::vector<calib::JointVector> postures(const calib::ArmModel& arm, int count, unsigned seed) {
   constexpr double kLowDeg[] = {-60.0, -120.0, 20.0, -170.0, -110.0, -170.0};
@@ -78,7 +70,12 @@ Outcome judged(const World& world, const std::vector<calib::Touch>& touches) {
   for (const auto& t : c.targets)
     o.rho_error = std::max(o.rho_error, std::abs(t.effective_radius_m - 0.0307 - world.rho_m));
   const calib::ArmModel model(world.cell.robot, world.cell.tool);
-  judge(world.arm, predictor, postures(model, 1000, 99), o.m3, o.m3_max, o.rms, o.m4, o.u95);
+  const OverPostures all = judge(world.arm, predictor, postures(model, 1000, 99));
+  o.m3 = all.mean;
+  o.m3_max = all.max;
+  o.rms = all.rms;
+  o.m4 = all.covered;
+  o.u95 = all.u95;
   o.predicted_m3 = c.predicted_workspace_m;
   o.nominal_m3 = c.nominal_workspace_m;
   o.field = c.discrepancy.sigma_m;
@@ -86,11 +83,13 @@ Outcome judged(const World& world, const std::vector<calib::Touch>& touches) {
   o.alike = c.discrepancy.alike;
   if (!o.published)
     for (const auto& r : reasons) o.why_not += " | " + r.substr(0, 160);
-  double rms = 0, u95 = 0;
   std::vector<calib::JointVector> around;
   for (const auto& t : touches) around.push_back(t.joint_rad);
-  judge(world.arm, predictor, calib::local_poses(model, around, world.centre_m, 0.15, 300, 98),
-        o.m2, o.m2_max, rms, o.m4_local, u95);
+  const OverPostures local =
+      judge(world.arm, predictor, calib::local_poses(model, around, world.centre_m, 0.15, 300, 98));
+  o.m2 = local.mean;
+  o.m2_max = local.max;
+  o.m4_local = local.covered;
   return o;
 }
 

@@ -8,6 +8,7 @@
 #include "calib/model/robot.h"
 #include "calib/plan/online.h"
 #include "calib/plan/plan.h"
+#include "calib/uncertainty/predict.h"
 #include "tests/experiments/true_arm.h"
 #include "tests/experiments/world.h"
 
@@ -48,6 +49,15 @@ struct Session {
 };
 /// Empty where the cell that was drawn cannot be served.
 std::optional<Session> measured(const calib::Robot& robot, const Trial& trial, std::uint64_t seed);
+
+/// Errors of the tip over postures, a motion of the base taken out; m and a share.
+struct OverPostures {
+  double mean = 0.0, max = 0.0, rms = 0.0;
+  double covered = 0.0;  ///< share within their own u95
+  double u95 = 0.0;      ///< mean
+};
+OverPostures judge(const TrueArm& arm, const calib::Predictor& predictor,
+                   const std::vector<calib::JointVector>& poses);
 
 /// Postures in which the aims are judged: in front of the arm, as in the cases that the aims were
 /// set with. Narrower than what predictions and plans take for the workspace.

@@ -35,14 +35,13 @@ struct World {
   World(const calib::Cell& nominal, const Stage& stage, calib::Random& random);
 
   /// Empty where the search line does not meet the sphere. `beyond`: shares of the search line that
-  /// are searched before its begin and after its end. `moved_m`: the sphere from where it stood.
+  /// are searched before its begin and after its end.
   std::optional<calib::Touch> touch(const calib::PlannedTouch& planned, double warm, double beyond,
-                                    calib::Random& random,
-                                    const Eigen::Vector3d& moved_m = Eigen::Vector3d::Zero()) const;
+                                    calib::Random& random) const;
 
   calib::Cell cell;  ///< as its file says
   TrueArm arm;
-  std::vector<Eigen::Vector3d> centre_m;  ///< true
+  std::vector<Eigen::Vector3d> centre_m;  ///< true; whoever moves a stand writes here
   double rho_m = 0.0;
 
  private:

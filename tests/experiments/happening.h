@@ -1,0 +1,28 @@
+#pragma once
+// What happens to a cell between its calibration and the next touches.
+
+#include <string>
+
+#include "calib/model/random.h"
+#include "calib/result/tcp_check.h"
+#include "tests/experiments/world.h"
+
+namespace cellcal::experiments {
+
+struct Happening {
+  calib::ChangeKind kind = calib::ChangeKind::kNothing;
+  double size = 0.0;  ///< m at the tip, of a sphere; of a joint rad; of growth 1
+};
+
+/// "tool 0.30 mm"
+std::string name_of(const Happening& happening);
+
+struct Happened {
+  Eigen::Vector3d tool_shift_m = Eigen::Vector3d::Zero();
+  std::string which;  ///< sphere or joint
+};
+
+/// In any direction, to any sphere, to any joint but the last, whose zero is a shift of the tool.
+Happened happen(const Happening& happening, World& world, calib::Random& random);
+
+}  // namespace cellcal::experiments
