@@ -15,7 +15,7 @@ Plan make_check_plan(const Calibration& calibration, const PlanOptions& options,
                           });
 }
 
-PlannedTouch check_touch_from(const Cell& cell, const Plan& plan, std::size_t next,
+PlannedTouch check_touch_from(const Calibration& calibration, const Plan& plan, std::size_t next,
                               const JointVector& from) {
   const PlannedTouch& planned = plan.touches.at(next);
   const JointVector& before = next == 0 ? plan.start : plan.touches[next - 1].clear;
@@ -24,7 +24,7 @@ PlannedTouch check_touch_from(const Cell& cell, const Plan& plan, std::size_t ne
   Plan far = plan;
   const bool aimed = planned.transit.size() > 1 && planned.transit.back() == planned.standoff;
   if (aimed) far.touches[next].standoff = planned.transit[planned.transit.size() - 2];
-  PlannedTouch touch = resume_plan(cell, far, next, from).touches[next];
+  PlannedTouch touch = resume_plan(as_known(calibration), far, next, from).touches[next];
   if (!aimed) return touch;
   touch.standoff = planned.standoff;
   touch.transit.push_back(planned.standoff);

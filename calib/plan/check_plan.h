@@ -21,8 +21,8 @@ struct CheckPlanOptions {
 Plan make_check_plan(const Calibration& calibration, const PlanOptions& options,
                      const CheckPlanOptions& how = {}, const JointVector& from = {});
 
-/// The plan's touch `next` with a way from wherever the arm stands; as resume_plan(). Throws PlanError.
-PlannedTouch check_touch_from(const Cell& cell, const Plan& plan, std::size_t next,
+/// The plan's touch `next`, spheres where that calibration has them, with a way from wherever the arm stands; as resume_plan(). Throws PlanError.
+PlannedTouch check_touch_from(const Calibration& calibration, const Plan& plan, std::size_t next,
                               const JointVector& from);
 
 }  // namespace cellcal::calib

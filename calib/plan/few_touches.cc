@@ -48,7 +48,8 @@ void tell_sigmas(const Calibration& calibration, Plan& plan) {
   }
 }
 
-/// Spheres where the calibration has them; what it has no place of is in the way.
+}  // namespace
+
 Cell as_known(const Calibration& calibration) {
   Cell cell = calibration.cell;
   bool any = false;
@@ -64,8 +65,6 @@ Cell as_known(const Calibration& calibration) {
         "the calibration knows of no sphere: only spheres can be touched. Calibrate first");
   return cell;
 }
-
-}  // namespace
 
 Plan make_few_touches(const Calibration& calibration, const PlanOptions& options,
                       const CheckPlanOptions& how, const JointVector& from, const Choice& choose) {

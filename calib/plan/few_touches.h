@@ -15,6 +15,10 @@ using Choice =
     std::function<std::vector<std::size_t>(const std::vector<Candidate>& candidates, int count,
                                            const std::function<bool(std::size_t)>& possible)>;
 
+/// The cell with the spheres where the calibration has them; what it has no place of is in the way. Throws PlanError
+/// where there is none.
+Cell as_known(const Calibration& calibration);
+
 /// As make_check_plan(). Throws PlanError.
 Plan make_few_touches(const Calibration& calibration, const PlanOptions& options,
                       const CheckPlanOptions& how, const JointVector& from, const Choice& choose);
