@@ -51,6 +51,7 @@ RunRequest run_request(const std::string& body) {
   if (object.contains("goal_mm")) take(object, "goal_mm", request.goal_mm.emplace());
   take(object, "region", request.region);
   take(object, "find", request.find);
+  take(object, "update", request.update);
   take(object, "accept_change", request.accept_change);
   take(object, "check", request.check_touches);
   take(object, "seed", request.seed);

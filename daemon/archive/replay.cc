@@ -10,6 +10,7 @@
 #include "daemon/tasks/compared_json.h"
 #include "daemon/tasks/estimate.h"
 #include "daemon/tasks/inputs.h"
+#include "daemon/tasks/options.h"
 
 namespace cellcal::daemon {
 
@@ -72,6 +73,19 @@ std::string take_software(json& calibration) {
   return software;
 }
 
+/// By the same calculation as in the session.
+calib::Calibration again(const SessionRecord& record, const std::vector<calib::Touch>& touches,
+                         const std::optional<Compared>& compared, const std::string& from) {
+  const SessionOptions options = options_from_json(record.inputs.options);
+  if (!options.update) return estimate(cell_of(record.inputs), record.inputs, touches, compared);
+  if (!compared)
+    throw ArchiveError(from + ": the calibration that this update stands on is not in it");
+  // What was not found is no result: the session saw it.
+  const auto recorded = calib::calibration_from_json(record.calibration, from);
+  return estimate_update(record.inputs, touches, *compared, options.months,
+                         recorded.update ? recorded.update->not_found : std::vector<std::string>{});
+}
+
 }  // namespace
 
 Replay compare(const std::string& recorded_text, const std::string& replayed_text) {
@@ -100,8 +114,7 @@ Replay replay(const Archive& archive, const std::string& from) {
     compared = compared_from_json(file->second);
   const std::vector<calib::Touch> touches = journal.touches(session);
   Replay result = compare(record->calibration,
-                          calib::calibration_to_json(estimate(cell_of(record->inputs),
-                                                              record->inputs, touches, compared)));
+                          calib::calibration_to_json(again(*record, touches, compared, from)));
   result.touches = touches.size();
   return result;
 }

@@ -299,6 +299,7 @@ std::string session_line(const json& session) {
 
 int run(const Connection& daemon, const RunCommand& command) {
   json body{{"resume", command.resume}};
+  if (command.update) body["update"] = true;
   if (!command.cell.empty()) body["cell"] = std::filesystem::absolute(command.cell).string();
   if (!command.resume) {
     if (command.touches) body["touches"] = *command.touches;

@@ -21,6 +21,7 @@ struct RunCommand {
   std::optional<double> goal_mm;
   std::string region = "workspace";
   bool find = false;
+  bool update = false;
   bool accept_change = false;
   unsigned seed = 1;
   bool resume = false;

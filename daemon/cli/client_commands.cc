@@ -39,7 +39,7 @@ void add_run(CLI::App& app, int& status) {
       "Ctrl-C detaches and the session continues; before anything has moved it ends the "
       "session.\n'cellcal abort' stops the arm.\nExample: cellcal run --cell cell.toml "
       "--touches 40 --check 10\n         cellcal run --cell cell.toml --goal 0.15\n         "
-      "cellcal run --resume");
+      "cellcal run --cell cell.toml --update\n         cellcal run --resume");
   auto daemon = add_connection(command);
   add_progress(command, *daemon);
   auto* cell = command->add_option("--cell", given->cell, "Cell file (TOML)");
@@ -60,6 +60,9 @@ void add_run(CLI::App& app, int& status) {
       "--accept-change", given->accept_change,
       "Publish although the arm changed since its last calibration: it was repaired, hit or "
       "mastered");
+  command->add_flag("--update", given->update,
+                    "Calibrate again in under a minute on top of the last calibration, by at most 15 touches: "
+                    "for one change since (tool knocked, sphere moved, joint mastered, arm warmer)");
   command->add_option("--region", given->region, "Where accuracy matters, as in 'cellcal plan'")
       ->capture_default_str();
   command->add_option("--check", given->check, "Held-out touches, to check the result")

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "calib/files/files.h"
+#include "calib/model/iso_time.h"
 #include "calib/plan/cell_check.h"
 #include "calib/plan/qualification_plan.h"
 #include "calib/plan/reach/candidates.h"
@@ -84,20 +85,42 @@ void prepare_check(const calib::Cell& cell, State& state) {
   for (const calib::Target& target : cell.targets) state.met.push_back(target.id);
 }
 
-/// The calibration that is to be checked, and its cell file as it was; it has to be that still.
+/// The session of a calibration, whose cell file has to be what it was.
+SessionRecord unchanged(SessionRecord record) {
+  const SessionInputs now = read_inputs(record.inputs.cell_name);
+  if (now.cell_text != record.inputs.cell_text || now.robot_text != record.inputs.robot_text)
+    throw RequestError(fmt::format(
+        "{} or its robot file has changed since session {} calibrated it. Put it back, or "
+        "calibrate again",
+        record.inputs.cell_name, record.id));
+  return record;
+}
+
+/// The calibration that is to be checked.
 SessionRecord look_at_calibration(Journal& journal, const RunRequest& request) {
   try {
-    SessionRecord record = published_session(journal, request.cell, request.calibration);
-    const SessionInputs now = read_inputs(record.inputs.cell_name);
-    if (now.cell_text != record.inputs.cell_text || now.robot_text != record.inputs.robot_text)
-      throw RequestError(fmt::format(
-          "{} or its robot file has changed since session {} calibrated it. Put it back, or "
-          "calibrate again",
-          record.inputs.cell_name, record.id));
-    return record;
+    return unchanged(published_session(journal, request.cell, request.calibration));
   } catch (const NothingToCheck& nothing) {
     throw RequestError(nothing.what());
   }
+}
+
+/// The newest published calibration of the cell file, which an update stands on.
+SessionRecord look_at_last(Journal& journal, const RunRequest& request) {
+  try {
+    return unchanged(published_session(journal, request.cell, std::nullopt));
+  } catch (const NothingToCheck&) {
+    throw RequestError(fmt::format(
+        "no published calibration of {}: nothing to update. Run a full session first: 'cellcal run --cell {}'",
+        request.cell.string(), request.cell.string()));
+  }
+}
+
+/// Since a session ended.
+double months_since(const std::string& ended, const std::string& now) {
+  constexpr double kMonthS = 30.44 * 86400.0;
+  const auto from = calib::seconds_of(ended), to = calib::seconds_of(now);
+  return from && to ? std::max(0.0, (*to - *from) / kMonthS) : 0.0;
 }
 
 /// As it began.
@@ -117,6 +140,10 @@ void take_up(Journal& journal, const RunRequest& request, Job& job) {
   if (job.options.kind == SessionKind::kDryRun)
     throw RequestError("session " + std::to_string(record->id) +
                        " is a dry run, which is not resumed. Start a new one: cellcal dry-run");
+  if (job.options.update)
+    throw RequestError(fmt::format(
+        "session {} is an update, which is not resumed. Start a new one: cellcal run --cell {} --update",
+        record->id, record->inputs.cell_name));
   look_at_limits(record->id, job.options.touch, job.settings.search_limits);
   job.started = record->started;
   job.expected_hash = record->plan_hash;
@@ -134,6 +161,7 @@ void take_up(Journal& journal, const RunRequest& request, Job& job) {
 void take_options(const RunRequest& request, Job& job) {
   job.options.plan.fit_touches = request.fit_touches.value_or(kPlannedTouches);
   job.options.find = request.find || request.kind == SessionKind::kFind;
+  job.options.update = request.update;
   job.options.accept_change = request.accept_change;
   job.options.goal.u95_m = request.goal_mm.value_or(0.0) * 1e-3;
   job.options.goal.most_touches =
@@ -157,6 +185,11 @@ void begin_anew(Journal& journal, const RunRequest& request, Job& job) {
     const SessionRecord calibrated = look_at_calibration(journal, request);
     job.inputs = calibrated.inputs;
     job.options.against = calibrated.id;
+  } else if (request.update) {
+    const SessionRecord last = look_at_last(journal, request);
+    job.inputs = last.inputs;
+    job.options.against = last.id;
+    job.last_ended = last.ended;
   } else {
     job.inputs = read_inputs(request.cell);
   }
@@ -210,7 +243,7 @@ std::unique_ptr<Job> prepare(Journal& journal, const RunRequest& request, Sessio
   if (!request.resume && request.kind == SessionKind::kCalibrate)
     job->options.one_by_one = request.goal_mm || job->options.find || must_find(job->cell);
   if (!request.resume &&
-      (request.kind == SessionKind::kCheck || request.kind == SessionKind::kFind))
+      (request.kind == SessionKind::kCheck || request.kind == SessionKind::kFind || request.update))
     job->options.one_by_one = true;
   // Not in the journal: what stands in the cell now is what must not be hit now.
   calib::load_meshes(job->cell, std::filesystem::path(job->inputs.cell_name).parent_path());
@@ -218,6 +251,7 @@ std::unique_ptr<Job> prepare(Journal& journal, const RunRequest& request, Sessio
   look_at_axes(*job);
   const bool dry = job->options.kind == SessionKind::kDryRun;
   job->backend = make_backend(job->cell, dry ? kDryRunSpeed : 1.0);
+  if (request.update) job->options.months = months_since(job->last_ended, job->backend->utc_now());
   return job;
 }
 
@@ -225,7 +259,9 @@ State first_state(const Job& job) {
   State state;
   state.policy = job.options.touch;
   if (job.options.kind == SessionKind::kQualify) state.policy.confirm_every = 1;
-  if (job.options.kind == SessionKind::kCheck) prepare_check(job.cell, state);
+  if (job.options.kind == SessionKind::kCheck || job.options.update) prepare_check(job.cell, state);
+  // Something has moved, so contacts surprise; one that is wrong by itself is set aside by the others.
+  if (job.options.update) state.policy.surprise_sigmas = std::numeric_limits<double>::max();
   state.timeouts = job.settings.timeouts;
   state.dry = job.options.kind == SessionKind::kDryRun;
   state.retries = state.dry ? 0 : job.settings.retries;

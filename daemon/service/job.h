@@ -26,6 +26,7 @@ struct Job {
   SessionOptions options;
   SessionSettings settings;
   std::string started;
+  std::string last_ended;     ///< of an update: when the session that it stands on ended
   std::string expected_hash;  ///< of a resumed session's plan
   bool resumed = false;
   std::string unattended;

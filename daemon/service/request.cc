@@ -36,6 +36,12 @@ void check(const RunRequest& request) {
   if (request.kind == SessionKind::kDryRun && (request.goal_mm || request.find))
     throw RequestError(
         "a dry run goes a way that is planned beforehand: leave goal_mm and find out, and say touches");
+  if (request.update && request.kind != SessionKind::kCalibrate)
+    throw RequestError("\"update\" is of a calibration: leave it out of a check or qualification");
+  if (request.update && request.resume)
+    throw RequestError("an update is not resumed: start a new one, without \"resume\"");
+  if (request.update && (request.goal_mm || request.find || request.fit_touches))
+    throw RequestError("an update has its own touches: leave goal_mm, find and touches out");
   if (!checks && request.calibration)
     throw RequestError("\"calibration\" is of a check: a calibration begins from the files alone");
   if (request.kind != SessionKind::kQualify && !request.target.empty())

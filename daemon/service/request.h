@@ -34,7 +34,8 @@ struct RunRequest {
   /// u95 in mm, mean over the region: touches are chosen one by one until it is reached.
   std::optional<double> goal_mm;
   std::string region = "workspace";
-  bool find = false;  ///< spheres are found by touching first; those without a centre always are
+  bool find = false;    ///< spheres are found by touching first; those without a centre always are
+  bool update = false;  ///< few touches on top of the last calibration of that cell file
   bool accept_change = false;  ///< publish though the arm changed since its last calibration
   unsigned seed = 1;
   bool resume = false;

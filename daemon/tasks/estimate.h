@@ -3,6 +3,7 @@
 // version.
 
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "calib/model/robot.h"
@@ -16,5 +17,11 @@ namespace cellcal::daemon {
 calib::Calibration estimate(const calib::Cell& cell, const SessionInputs& inputs,
                             const std::vector<calib::Touch>& touches,
                             const std::optional<Compared>& compared);
+
+/// The same of an update: out of the calibration that it stands on. `not_found`: targets of which a touch met
+/// nothing.
+calib::Calibration estimate_update(const SessionInputs& inputs,
+                                   const std::vector<calib::Touch>& touches, const Compared& last,
+                                   double months, const std::vector<std::string>& not_found);
 
 }  // namespace cellcal::daemon

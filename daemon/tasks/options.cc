@@ -73,6 +73,8 @@ void each_later_key(Options& options, Visitor visit) {
   visit("goal_worth_it", options.goal.worth_it);
   visit("find", options.find);
   visit("accept_change", options.accept_change);
+  visit("update", options.update);
+  visit("months", options.months);
   visit("slow_back_off_m", options.touch.slow_back_off_m);
   visit("beyond_first_m", options.touch.beyond_first_m);
   visit("max_failed_in_a_row", options.touch.max_failed_in_a_row);

@@ -34,7 +34,10 @@ struct SessionOptions {
   /// Touches are chosen one by one until the goal is reached; else `plan` is made beforehand.
   bool one_by_one = false;
   calib::Goal goal;
-  bool find = false;           ///< all spheres are found by touching first
+  bool find = false;  ///< all spheres are found by touching first
+  /// Few touches on top of the last calibration; one thing may have changed since.
+  bool update = false;
+  double months = 0.0;         ///< update: since that calibration
   bool accept_change = false;  ///< the arm may be another since its last calibration
   TouchPolicy touch;
 };

@@ -10,24 +10,21 @@
 #include <set>
 #include <stdexcept>
 
-#include "calib/files/calibration_json.h"
-#include "calib/files/files.h"
 #include "calib/identify/identify.h"
 #include "calib/model/kinematics.h"
 #include "calib/model/units.h"
 #include "calib/plan/contact_forecast.h"
-#include "calib/plan/reach/duration.h"
 #include "calib/plan/touch_sequence.h"
 #include "calib/syntax/input_file.h"
 #include "calib/verdict/identify_as_stated.h"
-#include "daemon/files/atomic_file.h"
 #include "daemon/files/correction_limit.h"
-#include "daemon/report/report.h"
 #include "daemon/tasks/check_tasks.h"
 #include "daemon/tasks/dry_run_tasks.h"
 #include "daemon/tasks/estimate.h"
 #include "daemon/tasks/find_tasks.h"
 #include "daemon/tasks/qualification_tasks.h"
+#include "daemon/tasks/results.h"
+#include "daemon/tasks/update_tasks.h"
 
 namespace cellcal::daemon {
 
@@ -93,39 +90,6 @@ std::optional<double> newest_residual(const calib::Cell& cell,
     return nominal_residual(cell, touches.back());
   }
   return std::nullopt;
-}
-
-std::string finished_time(const std::vector<calib::Touch>& touches, const std::string& now) {
-  return touches.empty() || touches.back().time.empty() ? now : touches.back().time;
-}
-
-void write_results(const TaskInputs& inputs, const calib::Calibration& calibration,
-                   const std::vector<calib::Touch>& touches,
-                   const std::optional<calib::Plan>& plan) {
-  const std::string json = calib::calibration_to_json(calibration);
-
-  ReportInput report;
-  report.calibration = calibration;
-  report.touches = touches;
-  report.session_id = std::to_string(inputs.session);
-  report.started = inputs.started;
-  report.finished = finished_time(touches, inputs.utc_now());
-  report.cell_name = std::filesystem::path(inputs.files.cell_name).filename().string();
-  report.software = calib::software_version();
-  if (const int count = inputs.interruptions ? inputs.interruptions() : 0; count > 0) {
-    report.notes.push_back("interruptions of the robot's link: " + std::to_string(count) +
-                           ", each resumed automatically; the touch under way was repeated");
-  }
-  report.truth = inputs.truth(calibration);
-  report.plan = plan;
-  if (plan) report.planned_s = calib::duration_s(*plan, inputs.cell.robot, {});
-
-  std::filesystem::create_directories(inputs.results_dir);
-  write_atomically(inputs.results_dir / "touches.csv",
-                   calib::format_touches(touches, inputs.cell.robot));
-  write_atomically(inputs.results_dir / "calibration.json", json);
-  write_atomically(inputs.results_dir / "report.html", html_report(report));
-  inputs.store(json);
 }
 
 }  // namespace
@@ -282,6 +246,7 @@ Tasks make_tasks(TaskInputs given) {
   if (inputs->options.kind == SessionKind::kCheck) return check_tasks(inputs);
   if (inputs->options.kind == SessionKind::kDryRun)
     return with_route(dry_run_tasks(inputs), inputs);
+  if (inputs->options.update) return update_tasks(inputs);
   // For the report; planning and report are jobs of one worker.
   const auto planned_first = std::make_shared<std::optional<calib::Plan>>();
   Tasks tasks;

@@ -30,7 +30,8 @@ std::string verdict_words(const calib::Verdict& verdict, Detail detail) {
   for (const calib::Finding& finding : verdict.findings) {
     // Whether the arm is as it was is what a user asks every time.
     if (detail == Detail::kAll || finding.severity != calib::Severity::kInforms ||
-        finding.kind == calib::FindingKind::kUnchanged)
+        finding.kind == calib::FindingKind::kUnchanged ||
+        finding.kind == calib::FindingKind::kUpdated)
       text += "  - " + calib::words(finding) + "\n";
   }
   return text;

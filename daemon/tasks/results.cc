@@ -1,0 +1,53 @@
+#include "daemon/tasks/results.h"
+
+#include <string>
+
+#include "calib/files/calibration_json.h"
+#include "calib/files/files.h"
+#include "calib/plan/reach/duration.h"
+#include "daemon/files/atomic_file.h"
+#include "daemon/report/report.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+std::string finished_time(const std::vector<calib::Touch>& touches, const std::string& now) {
+  return touches.empty() || touches.back().time.empty() ? now : touches.back().time;
+}
+
+}  // namespace
+
+void write_results(const TaskInputs& inputs, const calib::Calibration& calibration,
+                   const std::vector<calib::Touch>& touches,
+                   const std::optional<calib::Plan>& plan) {
+  const std::string json = calib::calibration_to_json(calibration);
+
+  ReportInput report;
+  report.calibration = calibration;
+  report.touches = touches;
+  report.session_id = std::to_string(inputs.session);
+  report.started = inputs.started;
+  report.finished = finished_time(touches, inputs.utc_now());
+  report.cell_name = std::filesystem::path(inputs.files.cell_name).filename().string();
+  report.software = calib::software_version();
+  if (const int count = inputs.interruptions ? inputs.interruptions() : 0; count > 0) {
+    report.notes.push_back("interruptions of the robot's link: " + std::to_string(count) +
+                           ", each resumed automatically; the touch under way was repeated");
+  }
+  if (calibration.update)
+    report.notes.push_back("made on top of " + calibration.update->stands_on +
+                           "; 'before' is that calibration, not the nominal arm");
+  report.truth = inputs.truth(calibration);
+  report.plan = plan;
+  if (plan) report.planned_s = calib::duration_s(*plan, inputs.cell.robot, {});
+
+  std::filesystem::create_directories(inputs.results_dir);
+  write_atomically(inputs.results_dir / "touches.csv",
+                   calib::format_touches(touches, inputs.cell.robot));
+  write_atomically(inputs.results_dir / "calibration.json", json);
+  write_atomically(inputs.results_dir / "report.html", html_report(report));
+  inputs.store(json);
+}
+
+}  // namespace cellcal::daemon

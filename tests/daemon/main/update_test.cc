@@ -1,0 +1,105 @@
+// A cell whose tool was knocked is calibrated again by a few touches on top of its last calibration, as somebody at the cell
+// has it.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "daemon_fixture.h"
+
+namespace cellcal::daemon::testing {
+namespace {
+
+constexpr const char* kMotion =
+    "[motion]\nspeed_percent = 100\nacceleration_deg_s2 = 900\njerk_deg_s3 = 12000\n";
+constexpr const char* kCell = "[mock]\ncontact_noise_mm = 0.02\n";
+
+class AnUpdate : public ::testing::Test {
+ protected:
+  /// The same cell with a daemon that has been started anew.
+  void restart(const std::string& more) {
+    fixture.daemon.reset();
+    std::ofstream(fixture.dir / "d.toml")
+        << "format = \"cellcal.daemon/1\"\nbackend = \"mock\"\nstate_dir = \""
+        << (fixture.dir / "state").string() << "\"\nsocket = \"" << fixture.socket() << "\"\n"
+        << kMotion << kCell << more;
+    fixture.start();
+  }
+
+  Outcome update() { return fixture.cellcal({"run", "--cell", CELLCAL_DEMO_CELL, "--update"}); }
+
+  nlohmann::json get(const std::string& path) const {
+    return nlohmann::json::parse(http_request(fixture.socket(), "GET", path).body);
+  }
+
+  DaemonFixture fixture{std::string(kMotion) + kCell};
+};
+
+TEST_F(AnUpdate, brings_back_a_cell_whose_tool_was_knocked_and_says_where_there_is_nothing_to_do) {
+  fixture.start();
+  const Outcome calibrated =
+      fixture.cellcal({"run", "--cell", CELLCAL_DEMO_CELL, "--touches", "40", "--check", "0"});
+  ASSERT_EQ(calibrated.status, 0) << calibrated.err << calibrated.out << fixture.log();
+
+  restart("tool_shift_mm = [1.0, -0.8, 0.5]\n");
+  const Outcome mended = update();
+  ASSERT_EQ(mended.status, 0) << mended.err << mended.out << fixture.log();
+  EXPECT_NE(mended.out.find("tool shifted by 1.3"), std::string::npos) << mended.out;
+  const auto shown = get("/v1/sessions/2");
+  EXPECT_EQ(shown["kind"], "calibrate");
+  EXPECT_GE(shown["touches"], 6);
+  EXPECT_LE(shown["touches"], 15);
+  RecordProperty("robot_s", std::to_string(shown["times"]["total_s"].get<double>()));
+  const auto calibration = get("/v1/sessions/2/calibration.json");
+  EXPECT_EQ(calibration["verdict"]["publish"], true);
+  EXPECT_EQ(calibration["update"]["outcome"], "updated");
+  EXPECT_TRUE(calibration["update"]["stands_on"].get<std::string>().starts_with("session 1 of "));
+  const auto& change = calibration["update"]["explanations"][0];
+  EXPECT_EQ(change["kind"], "tool");
+  EXPECT_NEAR(std::hypot(change["shift_mm"][0].get<double>(), change["shift_mm"][1].get<double>(),
+                         change["shift_mm"][2].get<double>()),
+              1.375, 0.15);
+
+  const Outcome replayed = fixture.cellcal({"replay", "2"});
+  EXPECT_EQ(replayed.status, 0) << replayed.err;
+  EXPECT_NE(replayed.out.find("same to the bit"), std::string::npos) << replayed.out;
+
+  // It is the cell's calibration from now on, and there is nothing more to do.
+  const Outcome held = fixture.cellcal({"check"});
+  EXPECT_EQ(held.status, 0) << held.err << held.out;
+  const Outcome nothing = update();
+  EXPECT_EQ(nothing.status, 3) << nothing.err << nothing.out;
+  EXPECT_NE((nothing.err + nothing.out).find("nothing to update"), std::string::npos)
+      << nothing.err << nothing.out;
+  EXPECT_EQ(get("/v1/sessions/4/calibration.json")["update"]["outcome"], "nothing_changed");
+
+  // So much that spheres are missed takes a full session, and is replayed all the same.
+  restart("tool_shift_mm = [0.0, 0.0, -14.0]\n");
+  const Outcome lost = update();
+  EXPECT_EQ(lost.status, 3) << lost.err << lost.out << fixture.log();
+  EXPECT_NE((lost.err + lost.out).find("run a full session"), std::string::npos)
+      << lost.err << lost.out;
+  EXPECT_EQ(get("/v1/sessions/5/calibration.json")["update"]["outcome"], "not_found");
+  EXPECT_EQ(fixture.cellcal({"replay", "5"}).status, 0);
+}
+
+TEST_F(AnUpdate, is_refused_where_there_is_nothing_to_stand_on_or_more_is_asked_for) {
+  fixture.start();
+  const auto refused = [&](const nlohmann::json& body, int status, const std::string& words) {
+    const Response answer = http_request(fixture.socket(), "POST", "/v1/run", body.dump());
+    EXPECT_EQ(answer.status, status) << answer.body;
+    EXPECT_NE(answer.body.find(words), std::string::npos) << answer.body;
+  };
+  const std::string cell = CELLCAL_DEMO_CELL;
+  refused({{"cell", cell}, {"update", true}}, 422, "nothing to update. Run a full session first");
+  refused({{"cell", cell}, {"update", true}, {"goal_mm", 0.2}}, 422,
+          "an update has its own touches");
+  refused({{"cell", cell}, {"update", true}, {"find", true}}, 422, "an update has its own touches");
+  refused({{"resume", true}, {"update", true}}, 422, "an update is not resumed");
+  refused({{"kind", "check"}, {"update", true}}, 422, "is of a calibration");
+  refused({{"cell", cell}, {"update", "yes"}}, 400, "wrong type");
+  EXPECT_EQ(fixture.status()["session"], 0);
+}
+
+}  // namespace
+}  // namespace cellcal::daemon::testing
