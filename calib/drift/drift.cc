@@ -1,0 +1,157 @@
+#include "calib/drift/drift.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "calib/drift/charts.h"
+#include "calib/drift/course.h"
+#include "calib/drift/limits.h"
+
+namespace cellcal::calib {
+
+namespace {
+
+/// Farther from all temperatures that the chart has seen, it does not know what is usual.
+constexpr double kUnusualK = 5.0;
+
+bool beyond(const Charts::Statistics& at, const ControlLimits& limits) {
+  return at.ewma > limits.ewma || at.cusum > limits.cusum;
+}
+
+/// The charts, and what follows from them, check after check.
+class Watch {
+ public:
+  explicit Watch(std::optional<double> reference_c)
+      : reference_c_(reference_c), charts_(reference_c) {
+    chart_.least = kLeastChecks;
+    chart_.warns = kWarnLimits;
+    chart_.alarms = kAlarmLimits;
+  }
+
+  void take(const CheckSeen& check) {
+    DriftPoint point;
+    point.check = check;
+    if (check.left_out == LeftOut::kNo) {
+      const Charts::Statistics at = charts_.take(check);
+      point.ewma = at.ewma;
+      point.cusum = at.cusum;
+      point.share = std::max(at.ewma / kAlarmLimits.ewma, at.cusum / kAlarmLimits.cusum);
+      of_course_.push_back(check);
+      if (++chart_.counted >= kLeastChecks) chart_.state = judged(at);
+      if (chart_.state == DriftState::kAlarms)
+        freeze(check);
+      else
+        go_on(check);
+    }
+    point.state = chart_.state;
+    chart_.points.push_back(point);
+  }
+
+  DriftChart chart() && {
+    for (DriftPoint& point : chart_.points)
+      if (charts_.centre().known()) point.off_m = charts_.centre().against(point.check).off_m;
+    chart_.noise = charts_.scatter();
+    chart_.per_kelvin_m = charts_.centre().per_kelvin_m();
+    if (chart_.state == DriftState::kWarns || chart_.state == DriftState::kAlarms)
+      chart_.course = course_of(of_course_, charts_.scatter(), reference_c_);
+    return std::move(chart_);
+  }
+
+ private:
+  DriftState judged(const Charts::Statistics& at) const {
+    if (beyond(at, kAlarmLimits)) return DriftState::kAlarms;
+    if (!beyond(at, kWarnLimits)) return DriftState::kInControl;
+    return chart_.alarmed_at ? DriftState::kAlarms : DriftState::kWarns;
+  }
+
+  /// The centre stays what it was before the arm went off.
+  void freeze(const CheckSeen& check) {
+    if (chart_.alarmed_at) return;
+    chart_.alarmed_at = check.session;
+    const auto course = course_of(of_course_, charts_.scatter(), reference_c_);
+    trusted_ = of_course_.size() - (course ? course->checks : 1);
+    Centre centre(reference_c_);
+    for (std::size_t k = 0; k < trusted_; ++k) centre.learn(of_course_[k]);
+    charts_.refer_to(centre);
+  }
+
+  void go_on(const CheckSeen& check) {
+    if (chart_.alarmed_at) {  // it was put back, or was none
+      of_course_.resize(trusted_);
+      of_course_.push_back(check);
+      chart_.alarmed_at.reset();
+    }
+    charts_.learn(check);
+  }
+
+  std::optional<double> reference_c_;
+  Charts charts_;
+  DriftChart chart_;
+  std::vector<CheckSeen> of_course_;  ///< what the centre is made of, and the checks of the alarm that stands
+  std::size_t trusted_ = 0;           ///< of them, before that alarm's course
+};
+
+/// Of the newest check, if it is unlike the others.
+bool unusual_temperature(const DriftChart& chart) {
+  const auto& newest = chart.points.back().check.temperature_c;
+  double nearest = kUnusualK;
+  bool others = false;
+  for (std::size_t k = 0; newest && k + 1 < chart.points.size(); ++k) {
+    const CheckSeen& check = chart.points[k].check;
+    if (!check.temperature_c || check.left_out != LeftOut::kNo) continue;
+    others = true;
+    nearest = std::min(nearest, std::abs(*check.temperature_c - *newest));
+  }
+  return others && nearest >= kUnusualK;
+}
+
+DriftAdvice for_change(ChangeKind kind) {
+  switch (kind) {
+    case ChangeKind::kTouch:
+    case ChangeKind::kNothing:
+      return DriftAdvice::kCheckAgain;
+    case ChangeKind::kGrowth:
+      return DriftAdvice::kLetItWarmUp;
+    case ChangeKind::kTool:
+      return DriftAdvice::kRemeasureTcp;
+    case ChangeKind::kSphere:
+    case ChangeKind::kJoint:
+      break;
+  }
+  return DriftAdvice::kRecalibrate;
+}
+
+DriftAdvice advice_for(const DriftChart& chart) {
+  if (chart.points.empty()) return DriftAdvice::kNone;
+  const CheckSeen& newest = chart.points.back().check;
+  if (newest.left_out == LeftOut::kUndecided) return DriftAdvice::kCheckAgain;
+  if (newest.holds == false) return for_change(newest.changed);
+  if (chart.state == DriftState::kWarns) return DriftAdvice::kCheckAgain;
+  if (chart.state != DriftState::kAlarms) return DriftAdvice::kNone;
+  if (chart.course && chart.course->checks == 1) return DriftAdvice::kCheckAgain;
+  if (unusual_temperature(chart)) return DriftAdvice::kLetItWarmUp;
+  if (chart.course && !chart.course->causes.empty())
+    return for_change(chart.course->causes.front().kind);
+  return DriftAdvice::kRemeasureTcp;
+}
+
+}  // namespace
+
+std::optional<double> reference_temperature_c(const std::vector<CheckSeen>& checks) {
+  for (const CheckSeen& check : checks)
+    if (check.left_out == LeftOut::kNo && check.temperature_c) return check.temperature_c;
+  return std::nullopt;
+}
+
+DriftChart drift_chart(const std::vector<CheckSeen>& checks) {
+  Watch watch(reference_temperature_c(checks));
+  for (const CheckSeen& check : checks) watch.take(check);
+  DriftChart chart = std::move(watch).chart();
+  advise(chart);
+  return chart;
+}
+
+void advise(DriftChart& chart) { chart.advice = advice_for(chart); }
+
+}  // namespace cellcal::calib

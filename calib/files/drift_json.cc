@@ -1,0 +1,104 @@
+#include "calib/files/drift_json.h"
+
+#include <nlohmann/json.hpp>
+
+#include "calib/model/units.h"
+#include "calib/words/check_words.h"
+#include "calib/words/drift_words.h"
+
+namespace cellcal::calib {
+
+namespace {
+
+using nlohmann::ordered_json;
+
+constexpr double kCoverage = 2.0;
+constexpr double kMonthS = 30.0 * 86400.0;
+
+ordered_json vector_mm(const Eigen::Vector3d& m) {
+  return {m.x() * kMmPerM, m.y() * kMmPerM, m.z() * kMmPerM};
+}
+
+template <typename T>
+ordered_json or_null(const std::optional<T>& value) {
+  return value ? ordered_json(*value) : ordered_json(nullptr);
+}
+
+ordered_json limits_to_json(const ControlLimits& limits) {
+  return {{"ewma", limits.ewma}, {"cusum", limits.cusum}, {"run_length", limits.run_length}};
+}
+
+bool measured(const CheckSeen& check) {
+  return check.left_out == LeftOut::kNo || check.left_out == LeftOut::kNotTheTool;
+}
+
+ordered_json point_to_json(const DriftPoint& point, double noise) {
+  const CheckSeen& check = point.check;
+  ordered_json json{{"session", check.session},
+                    {"time_s", check.time_s},
+                    {"temperature_c", or_null(check.temperature_c)},
+                    {"holds", or_null(check.holds)},
+                    {"left_out", check.left_out == LeftOut::kNo ? ordered_json(nullptr)
+                                                                : ordered_json(to_string(check.left_out))},
+                    {"off_mm", nullptr},
+                    {"u_mm", nullptr},
+                    {"ewma", point.ewma},
+                    {"cusum", point.cusum},
+                    {"share", point.share},
+                    {"state", to_string(point.state)}};
+  if (!measured(check)) return json;
+  const Eigen::Vector3d sigma_m = noise * check.covariance_m2.diagonal().cwiseSqrt();
+  json["off_mm"] = vector_mm(point.off_m);
+  json["u_mm"] = vector_mm(kCoverage * sigma_m);
+  return json;
+}
+
+ordered_json course_to_json(const DriftCourse& course) {
+  const bool creeps = course.shape == DriftShape::kCreep;
+  ordered_json json{
+      {"shape", to_string(course.shape)},
+      {"since", course.since},
+      {"since_s", course.since_s},
+      {"checks", course.checks},
+      {"off_mm", course.now_m.norm() * kMmPerM},
+      {"u_off_mm", kCoverage * course.now_sigma_m * kMmPerM},
+      {"off_xyz_mm", vector_mm(course.now_m)},
+      {"mm_per_month", nullptr},
+      {"u_mm_per_month", nullptr},
+      {"causes", ordered_json::array()}};
+  if (creeps) {
+    json["mm_per_month"] = course.rate_m_s.norm() * kMonthS * kMmPerM;
+    json["u_mm_per_month"] = kCoverage * course.rate_sigma_m_s * kMonthS * kMmPerM;
+  }
+  for (const Explanation& one : course.causes)
+    json["causes"].push_back({{"kind", to_string(one.kind)},
+                              {"name", one.name},
+                              {"probability", one.probability},
+                              {"words", words(one)}});
+  return json;
+}
+
+}  // namespace
+
+std::string drift_to_json(const DriftChart& chart) {
+  ordered_json json{{"format", "cellcal.drift/1"},
+                    {"state", to_string(chart.state)},
+                    {"advice", to_string(chart.advice)},
+                    {"counted", chart.counted},
+                    {"least", chart.least},
+                    {"warns", limits_to_json(chart.warns)},
+                    {"alarms", limits_to_json(chart.alarms)},
+                    {"noise", chart.noise},
+                    {"um_per_kelvin", nullptr},
+                    {"alarmed_at", or_null(chart.alarmed_at)},
+                    {"course", nullptr},
+                    {"points", ordered_json::array()},
+                    {"words", words(chart)}};
+  if (chart.per_kelvin_m) json["um_per_kelvin"] = vector_mm(*chart.per_kelvin_m * 1e3);
+  if (chart.course) json["course"] = course_to_json(*chart.course);
+  for (const DriftPoint& point : chart.points)
+    json["points"].push_back(point_to_json(point, chart.noise));
+  return json.dump(1);
+}
+
+}  // namespace cellcal::calib

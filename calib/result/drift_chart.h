@@ -1,0 +1,92 @@
+#pragma once
+// What the checks of one calibration say together: does the cell creep, since when, how fast, and what to do.
+// calib/drift works it out, calib/words has its sentences, calib/files writes it.
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "calib/result/tcp_check.h"
+
+namespace cellcal::calib {
+
+/// What keeps a check out of the chart; it is shown all the same.
+enum class LeftOut {
+  kNo,
+  kUndecided,     ///< touches were given up or met nothing, or its result is not there
+  kNotTheTool,    ///< it did not hold, and a sphere, a joint or one touch explains it
+  kOtherTouches,  ///< not those of the checks that are in the chart
+};
+
+/// One check, as a measurement of the TCP that repeats: what is the same in all checks is still in it.
+struct CheckSeen {
+  std::int64_t session = 0;
+  double time_s = 0.0;  ///< since 1970, UTC
+  std::optional<double> temperature_c = {};
+  LeftOut left_out = LeftOut::kNo;
+  std::optional<bool> holds = {};               ///< by itself
+  ChangeKind changed = ChangeKind::kNothing;    ///< where it does not
+  Eigen::Vector3d shift_m = Eigen::Vector3d::Zero();  ///< of the TCP, flange frame
+  Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Identity();  ///< of what is another each time
+};
+
+enum class DriftState {
+  kTooFew,     ///< checks, to say anything
+  kInControl,  ///< what is seen is the scatter of single checks
+  kWarns,
+  kAlarms,
+};
+
+enum class DriftAdvice { kNone, kCheckAgain, kLetItWarmUp, kRemeasureTcp, kRecalibrate };
+
+/// Of both charts, in sigmas of their own; a cell in which nothing changes exceeds one of them once in so many checks.
+struct ControlLimits {
+  double ewma = 0.0, cusum = 0.0;
+  double run_length = 0.0;
+};
+
+struct DriftPoint {
+  CheckSeen check;
+  /// Of the centre as it is known now, at the check's temperature where that is known [m].
+  Eigen::Vector3d off_m = Eigen::Vector3d::Zero();
+  double ewma = 0.0, cusum = 0.0;
+  double share = 0.0;  ///< of the nearer alarm limit: above 1 it alarms
+  DriftState state = DriftState::kTooFew;
+};
+
+enum class DriftShape { kStep, kCreep };
+
+/// How the TCP best went off, by all checks in the chart.
+struct DriftCourse {
+  DriftShape shape = DriftShape::kCreep;
+  std::int64_t since = 0;     ///< the first check that is off
+  double since_s = 0.0;       ///< its time
+  std::size_t checks = 0;     ///< from it on
+  Eigen::Vector3d now_m = Eigen::Vector3d::Zero();  ///< off at the newest check
+  double now_sigma_m = 0.0;   ///< along it
+  Eigen::Vector3d rate_m_s = Eigen::Vector3d::Zero();  ///< kCreep
+  double rate_sigma_m_s = 0.0;
+  std::vector<Explanation> causes = {};  ///< likeliest first; empty: not worked out
+};
+
+struct DriftChart {
+  std::size_t counted = 0;  ///< checks in the chart
+  std::size_t least = 0;    ///< that it needs
+  DriftState state = DriftState::kTooFew;
+  DriftAdvice advice = DriftAdvice::kNone;
+  ControlLimits warns, alarms;
+  double noise = 1.0;  ///< scatter of the checks by what the calibration states
+  std::optional<Eigen::Vector3d> per_kelvin_m = {};  ///< where temperatures are known
+  std::vector<DriftPoint> points = {};               ///< oldest first
+  std::optional<DriftCourse> course = {};            ///< where it warns or alarms
+  std::optional<std::int64_t> alarmed_at = {};       ///< the check that raised the alarm that stands
+};
+
+const char* to_string(LeftOut why);
+const char* to_string(DriftState state);
+const char* to_string(DriftAdvice advice);
+const char* to_string(DriftShape shape);
+
+}  // namespace cellcal::calib

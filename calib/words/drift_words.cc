@@ -1,0 +1,123 @@
+#include "calib/words/drift_words.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cmath>
+
+#include "calib/model/units.h"
+#include "calib/words/check_words.h"
+
+namespace cellcal::calib {
+
+namespace {
+
+constexpr double kCoverage = 2.0;
+constexpr double kMonthS = 30.0 * 86400.0;
+
+const DriftPoint* newest_counted(const DriftChart& chart) {
+  for (std::size_t k = chart.points.size(); k-- > 0;)
+    if (chart.points[k].check.left_out == LeftOut::kNo) return &chart.points[k];
+  return nullptr;
+}
+
+/// Of its length, along it.
+double sigma_m(const DriftPoint& point, double noise) {
+  const double length = point.off_m.norm();
+  if (!(length > 0.0)) return noise * std::sqrt(point.check.covariance_m2.trace() / 3.0);
+  const Eigen::Vector3d along = point.off_m / length;
+  return noise * std::sqrt(along.dot(point.check.covariance_m2 * along));
+}
+
+const char* opening(DriftState state) {
+  switch (state) {
+    case DriftState::kAlarms:
+      return "alarm";
+    case DriftState::kWarns:
+      return "warning";
+    case DriftState::kInControl:
+    case DriftState::kTooFew:
+      break;
+  }
+  return "in control";
+}
+
+}  // namespace
+
+std::string date_words(double time_s) {
+  const std::chrono::sys_days day{std::chrono::days(static_cast<int>(std::floor(time_s / 86400.0)))};
+  const std::chrono::year_month_day date(day);
+  return fmt::format("{:04}-{:02}-{:02}", static_cast<int>(date.year()),
+                     static_cast<unsigned>(date.month()), static_cast<unsigned>(date.day()));
+}
+
+std::string state_words(const DriftChart& chart) {
+  const DriftPoint* newest = newest_counted(chart);
+  if (chart.state == DriftState::kTooFew || newest == nullptr)
+    return fmt::format("not enough checks: {} of {}", chart.counted, chart.least);
+  return fmt::format(
+      "{}: TCP {:.3f} +- {:.3f} mm (k=2) off the centre of its checks, {:.0f} % of the alarm limit, {} checks",
+      opening(chart.state), newest->off_m.norm() * kMmPerM,
+      kCoverage * sigma_m(*newest, chart.noise) * kMmPerM, 100.0 * newest->share, chart.counted);
+}
+
+std::string course_words(const DriftChart& chart) {
+  if (!chart.course) return "";
+  const DriftCourse& course = *chart.course;
+  const std::string off =
+      fmt::format("{:.3f} +- {:.3f} mm (k=2)", course.now_m.norm() * kMmPerM,
+                  kCoverage * course.now_sigma_m * kMmPerM);
+  const std::string since =
+      fmt::format("since check {} ({})", course.since, date_words(course.since_s));
+  std::string text =
+      course.shape == DriftShape::kStep
+          ? fmt::format("step of {} {}", off, since)
+          : fmt::format("creep of {:.3f} +- {:.3f} mm/month (k=2) {}, {} by now",
+                        course.rate_m_s.norm() * kMonthS * kMmPerM,
+                        kCoverage * course.rate_sigma_m_s * kMonthS * kMmPerM, since, off);
+  if (course.causes.empty()) return text;
+  const Explanation& cause = course.causes.front();
+  return text + fmt::format(", likeliest cause {:.0f} %: {}", 100.0 * cause.probability, words(cause));
+}
+
+std::string advice_words(const DriftChart& chart) {
+  switch (chart.advice) {
+    case DriftAdvice::kCheckAgain:
+      return "Clean tip and spheres and check again: 'cellcal check'";
+    case DriftAdvice::kLetItWarmUp:
+      return "Let the arm come to its usual temperature and check again; if that is the new one, calibrate again";
+    case DriftAdvice::kRemeasureTcp:
+      return "Check the tool's fastening and its tip; then measure the TCP or calibrate again";
+    case DriftAdvice::kRecalibrate:
+      return "Look at what the check names, then calibrate again: 'cellcal run'";
+    case DriftAdvice::kNone:
+      break;
+  }
+  return chart.state == DriftState::kTooFew ? "Check once a shift: 'cellcal check'" : "";
+}
+
+std::string limit_words(const DriftChart& chart) {
+  return fmt::format(
+      "limits: EWMA {:.2f}, CUSUM {:.2f} sigma alarm once in {:.0f} checks of an unchanged cell; {:.2f}, {:.2f} warn "
+      "once in {:.0f}",
+      chart.alarms.ewma, chart.alarms.cusum, chart.alarms.run_length, chart.warns.ewma,
+      chart.warns.cusum, chart.warns.run_length);
+}
+
+std::vector<std::string> words(const DriftChart& chart) {
+  std::vector<std::string> lines{state_words(chart)};
+  if (const std::string course = course_words(chart); !course.empty()) lines.push_back(course);
+  if (const std::string advice = advice_words(chart); !advice.empty()) lines.push_back(advice);
+  if (chart.per_kelvin_m)
+    lines.push_back(fmt::format("{:.1f} um per kelvin of the cell are taken out",
+                                chart.per_kelvin_m->norm() * 1e6));
+  constexpr double kMuchMore = 1.3;
+  if (chart.noise > kMuchMore)
+    lines.push_back(fmt::format(
+        "checks scatter {:.1f} times as much as the calibration states. Clean tip and spheres",
+        chart.noise));
+  lines.push_back(limit_words(chart));
+  return lines;
+}
+
+}  // namespace cellcal::calib

@@ -1,0 +1,231 @@
+// The charts over drawn checks: silent while nothing changes, however large what all checks share; loud when
+// something creeps or jumps, with when it began, how fast it goes, and what to do.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "calib/drift/charts.h"
+#include "calib/drift/course.h"
+#include "calib/drift/drift.h"
+#include "calib/drift/limits.h"
+#include "calib/files/drift_json.h"
+#include "calib/model/random.h"
+#include "calib/words/drift_words.h"
+
+namespace cellcal::calib {
+namespace {
+
+constexpr double kSigmaM = 0.025e-3;
+constexpr double kDayS = 86400.0;
+const Eigen::Vector3d kShared(0.4e-3, -0.3e-3, 0.2e-3);  // what the calibration leaves open
+
+using Course = std::function<Eigen::Vector3d(double days)>;
+
+Eigen::Vector3d still(double) { return Eigen::Vector3d::Zero(); }
+
+/// Three a day.
+std::vector<CheckSeen> checks_of(int count, const Course& course, std::uint64_t seed = 1) {
+  Random random(seed);
+  std::vector<CheckSeen> checks;
+  for (int k = 0; k < count; ++k) {
+    CheckSeen check;
+    check.session = 10 + k;
+    check.time_s = 1.8e9 + k * kDayS / 3.0;
+    check.holds = true;
+    check.covariance_m2 = kSigmaM * kSigmaM * Eigen::Matrix3d::Identity();
+    check.shift_m = kShared + course(k / 3.0);
+    for (double& one : check.shift_m) one += kSigmaM * random.normal();
+    checks.push_back(check);
+  }
+  return checks;
+}
+
+Course creep(double mm_a_month, double from_day) {
+  return [=](double day) {
+    return Eigen::Vector3d(0, mm_a_month * 1e-3 * std::max(0.0, day - from_day) / 30.0, 0);
+  };
+}
+Course step(double mm, double from_day) {
+  return [=](double day) { return Eigen::Vector3d(day >= from_day ? mm * 1e-3 : 0.0, 0, 0); };
+}
+
+TEST(a_chart, is_silent_whatever_all_checks_share) {
+  const DriftChart chart = drift_chart(checks_of(90, still));
+  EXPECT_EQ(chart.state, DriftState::kInControl) << drift_to_json(chart);
+  EXPECT_EQ(chart.advice, DriftAdvice::kNone);
+  EXPECT_FALSE(chart.course);
+  EXPECT_LT(chart.points.back().off_m.norm(), 4 * kSigmaM) << "of the centre, not of the calibration";
+}
+
+TEST(a_chart, says_how_many_checks_it_lacks) {
+  const DriftChart one = drift_chart(checks_of(1, still));
+  EXPECT_EQ(one.state, DriftState::kTooFew);
+  EXPECT_EQ(state_words(one), "not enough checks: 1 of 5");
+  EXPECT_EQ(drift_chart({}).state, DriftState::kTooFew);
+  EXPECT_EQ(state_words(drift_chart({})), "not enough checks: 0 of 5");
+  EXPECT_EQ(drift_chart(checks_of(5, still)).state, DriftState::kInControl);
+}
+
+/// Mean number of checks until a limit is exceeded, by runs that are cut off at twelve times what is wanted.
+double run_length(const ControlLimits& limits, int runs) {
+  double sum = 0.0;
+  Random random(7);
+  for (int run = 0; run < runs; ++run) {
+    Charts charts(std::nullopt);
+    CheckSeen check;
+    for (int k = 1; k <= static_cast<int>(12 * limits.run_length); ++k, ++sum) {
+      for (double& one : check.shift_m) one = random.normal();
+      const auto at = charts.take(check);
+      charts.learn(check);
+      if (k >= static_cast<int>(kLeastChecks) && (at.ewma > limits.ewma || at.cusum > limits.cusum))
+        break;
+    }
+  }
+  return sum / runs;
+}
+
+TEST(a_chart, has_limits_of_the_run_length_that_is_stated) {
+  // Of 600 runs that are nearly exponential: 4 % 1 sigma.
+  EXPECT_NEAR(run_length(kWarnLimits, 600) / kWarnLimits.run_length, 1.0, 0.15);
+  EXPECT_NEAR(run_length(kAlarmLimits, 300) / kAlarmLimits.run_length, 1.0, 0.2);
+}
+
+TEST(a_chart, finds_a_creep_long_before_a_single_check_does_and_says_since_when_and_how_fast) {
+  const DriftChart chart = drift_chart(checks_of(150, creep(0.1, 20.0)));
+  ASSERT_EQ(chart.state, DriftState::kAlarms);
+  ASSERT_TRUE(chart.course);
+  EXPECT_EQ(chart.course->shape, DriftShape::kCreep);
+  EXPECT_NEAR(static_cast<double>(chart.course->since), 70.0, 20.0);
+  const double month_s = 30 * kDayS;
+  const double rate = chart.course->rate_m_s.norm() * month_s * 1e3;
+  EXPECT_NEAR(rate, 0.1, 3 * chart.course->rate_sigma_m_s * month_s * 1e3 + 0.01);
+  ASSERT_TRUE(chart.alarmed_at);
+  // Found at less than 0.09 mm.
+  EXPECT_LT(*chart.alarmed_at, 70 + 81);
+  EXPECT_EQ(chart.advice, DriftAdvice::kRemeasureTcp);
+}
+
+TEST(a_chart, does_not_take_a_creep_for_the_new_normal) {
+  // Three months of nothing, then a step that stays: it is told as long as it stays.
+  const DriftChart chart = drift_chart(checks_of(400, step(0.08, 90.0)));
+  EXPECT_EQ(chart.state, DriftState::kAlarms);
+  EXPECT_EQ(chart.course->shape, DriftShape::kStep);
+  EXPECT_NEAR(static_cast<double>(chart.course->since), 280.0, 2.0);
+  EXPECT_NEAR(chart.course->now_m.norm(), 0.08e-3, 0.02e-3);
+}
+
+TEST(a_chart, is_in_control_again_when_what_shifted_was_put_back) {
+  auto checks = checks_of(120, step(0.2, 20.0));
+  for (std::size_t k = 65; k < checks.size(); ++k) checks[k].shift_m.x() -= 0.2e-3;
+  std::vector<CheckSeen> early(checks.begin(), checks.begin() + 64);
+  EXPECT_EQ(drift_chart(early).state, DriftState::kAlarms);
+  const DriftChart chart = drift_chart(checks);
+  EXPECT_EQ(chart.state, DriftState::kInControl);
+  EXPECT_FALSE(chart.alarmed_at);
+  EXPECT_LT(chart.points.back().off_m.norm(), 4 * kSigmaM);
+}
+
+TEST(a_chart, asks_for_another_check_where_one_alone_says_so) {
+  const DriftChart chart = drift_chart(checks_of(61, step(0.3, 20.0)));
+  ASSERT_EQ(chart.state, DriftState::kAlarms);
+  EXPECT_EQ(chart.course->checks, 1U);
+  EXPECT_EQ(chart.advice, DriftAdvice::kCheckAgain);
+}
+
+TEST(a_chart, shows_what_it_leaves_out_and_is_not_moved_by_it) {
+  auto checks = checks_of(60, still);
+  const DriftChart without = drift_chart(checks);
+  CheckSeen dirt = checks.back();
+  dirt.session = 99;
+  dirt.holds = false;
+  dirt.changed = ChangeKind::kTouch;
+  dirt.left_out = LeftOut::kNotTheTool;
+  dirt.shift_m = Eigen::Vector3d(1, 1, 1);
+  checks.push_back(dirt);
+  const DriftChart with = drift_chart(checks);
+  EXPECT_EQ(with.points.size(), 61U);
+  EXPECT_EQ(with.counted, 60U);
+  EXPECT_EQ(with.state, without.state);
+  EXPECT_EQ(with.advice, DriftAdvice::kCheckAgain) << "one touch alone is wrong";
+  checks.back().changed = ChangeKind::kGrowth;
+  EXPECT_EQ(drift_chart(checks).advice, DriftAdvice::kLetItWarmUp);
+  checks.back().changed = ChangeKind::kJoint;
+  EXPECT_EQ(drift_chart(checks).advice, DriftAdvice::kRecalibrate);
+  checks.back().left_out = LeftOut::kUndecided;
+  EXPECT_EQ(drift_chart(checks).advice, DriftAdvice::kCheckAgain);
+}
+
+TEST(a_chart, takes_out_what_the_temperature_does_where_it_is_known) {
+  auto checks = checks_of(150, still);
+  for (std::size_t k = 0; k < checks.size(); ++k) {
+    const double warmer = 6.0 * static_cast<double>(k) / 150.0 + std::sin(0.7 * static_cast<double>(k));
+    checks[k].shift_m.z() += 0.02e-3 * warmer;
+    checks[k].temperature_c = 21.0 + warmer;
+  }
+  const DriftChart known = drift_chart(checks);
+  EXPECT_EQ(known.state, DriftState::kInControl);
+  ASSERT_TRUE(known.per_kelvin_m);
+  EXPECT_NEAR(known.per_kelvin_m->z(), 0.02e-3, 0.004e-3);
+  for (CheckSeen& check : checks) check.temperature_c.reset();
+  EXPECT_EQ(drift_chart(checks).state, DriftState::kAlarms) << "where it is not known, it creeps";
+}
+
+TEST(a_chart, learns_from_checks_without_a_temperature_and_advises_to_let_a_cold_arm_warm_up) {
+  auto checks = checks_of(61, still);
+  for (std::size_t k = 0; k < checks.size(); k += 2) checks[k].temperature_c = 21.0;
+  EXPECT_EQ(drift_chart(checks).state, DriftState::kInControl);
+  for (std::size_t k : {58U, 59U, 60U}) {
+    checks[k].temperature_c = 9.0;
+    checks[k].shift_m.z() -= 1e-3;
+  }
+  checks[58].temperature_c = checks[59].temperature_c = std::nullopt;
+  const DriftChart cold = drift_chart(checks);
+  EXPECT_EQ(cold.state, DriftState::kAlarms);
+  EXPECT_EQ(cold.advice, DriftAdvice::kLetItWarmUp);
+}
+
+TEST(a_chart, learns_how_much_checks_scatter) {
+  auto checks = checks_of(200, still);
+  for (CheckSeen& check : checks) check.covariance_m2 /= 4.0;
+  EXPECT_NEAR(drift_chart(checks).noise, 2.0, 0.25);
+  EXPECT_NEAR(drift_chart(checks_of(200, creep(0.3, 0.0))).noise, 1.0, 0.12) << "a creep is no scatter";
+}
+
+TEST(a_chart, does_not_care_when_checks_were_made) {
+  auto checks = checks_of(90, still);
+  std::erase_if(checks, [](const CheckSeen& check) { return check.session % 7 == 3; });
+  for (std::size_t k = 40; k < checks.size(); ++k) checks[k].time_s += 60 * kDayS;
+  EXPECT_EQ(drift_chart(checks).state, DriftState::kInControl);
+  for (CheckSeen& check : checks) check.time_s = 1.8e9;  // all at once
+  checks.back().shift_m.x() += 1e-3;
+  const DriftChart at_once = drift_chart(checks);
+  ASSERT_TRUE(at_once.course);
+  EXPECT_EQ(at_once.course->shape, DriftShape::kStep);
+  EXPECT_TRUE(std::isfinite(at_once.course->now_sigma_m));
+}
+
+TEST(a_chart, as_a_document_has_its_state_course_limits_and_words) {
+  auto checks = checks_of(150, creep(0.1, 20.0));
+  checks[3].left_out = LeftOut::kUndecided;
+  checks[3].holds.reset();
+  const auto json = nlohmann::json::parse(drift_to_json(drift_chart(checks)));
+  EXPECT_EQ(json.at("format"), "cellcal.drift/1");
+  EXPECT_EQ(json.at("state"), "alarms");
+  EXPECT_EQ(json.at("advice"), "re_measure_tcp");
+  EXPECT_EQ(json.at("counted"), 149);
+  EXPECT_NEAR(json.at("course").at("mm_per_month").get<double>(), 0.1, 0.03);
+  EXPECT_EQ(json.at("alarms").at("run_length"), 1000);
+  ASSERT_EQ(json.at("points").size(), 150U);
+  EXPECT_TRUE(json.at("points").at(3).at("off_mm").is_null());
+  EXPECT_EQ(json.at("points").at(3).at("left_out"), "undecided");
+  EXPECT_TRUE(json.at("points").at(3).at("holds").is_null());
+  EXPECT_GT(json.at("points").at(149).at("share").get<double>(), 1.0);
+  EXPECT_NE(json.at("words").dump().find("mm/month (k=2) since check"), std::string::npos) << json.at("words");
+}
+
+}  // namespace
+}  // namespace cellcal::calib
