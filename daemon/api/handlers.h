@@ -10,6 +10,7 @@
 #include "daemon/api/event_feed.h"
 #include "daemon/api/http/message.h"
 #include "daemon/api/status_json.h"
+#include "daemon/drift/drift_watch.h"
 #include "daemon/archive/retention.h"
 #include "daemon/service/service.h"
 
@@ -126,6 +127,7 @@ class Api {
   std::function<RetentionRule()> retention_;
   Page page_;
   Examiner* examiner_;
+  DriftWatch drift_watch_;
   /// One for each listener's thread: none waits for what the other does.
   EventFeed local_feed_, network_feed_;
 };

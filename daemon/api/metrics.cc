@@ -183,6 +183,23 @@ void put_result(Exposition& out, const calib::Calibration& newest) {
   zeros(&calib::ParameterResult::sigma);
 }
 
+void put_drift(Exposition& out, const calib::DriftChart& chart) {
+  using calib::DriftState;
+  out.family("cellcal_drift_state", "gauge", "1 for the state of the control chart over checks.");
+  for (const DriftState state : {DriftState::kTooFew, DriftState::kInControl, DriftState::kWarns,
+                                 DriftState::kAlarms})
+    out.sample(state == chart.state ? 1.0 : 0.0, {{"state", to_string(state)}});
+  out.gauge("cellcal_drift_checks", "Checks in it.", static_cast<double>(chart.counted));
+  for (auto point = chart.points.rbegin(); point != chart.points.rend(); ++point) {
+    if (point->check.left_out != calib::LeftOut::kNo) continue;
+    out.gauge("cellcal_drift_limit_ratio", "Statistic of the newest by its alarm limit.",
+              point->share);
+    out.gauge("cellcal_drift_tcp_meters", "TCP of the newest off the centre of all.",
+              point->off_m.norm());
+    return;
+  }
+}
+
 /// Of the newest session that has one that this version can read.
 std::optional<calib::Calibration> newest_result(Journal& journal,
                                                 const std::vector<SessionRecord>& newest_first) {
@@ -202,7 +219,7 @@ std::optional<calib::Calibration> newest_result(Journal& journal,
 }  // namespace
 
 std::string metrics_text(const Status& status, const std::vector<SessionRecord>& sessions,
-                         const calib::Calibration* newest) {
+                         const calib::Calibration* newest, const calib::DriftChart* drift) {
   Exposition out;
   put_state(out, status);
   out.gauge("cellcal_links_open", "1 while a session holds its devices.",
@@ -213,14 +230,17 @@ std::string metrics_text(const Status& status, const std::vector<SessionRecord>&
   }
   put_sessions(out, sessions);
   if (newest != nullptr) put_result(out, *newest);
+  if (drift != nullptr) put_drift(out, *drift);
   return std::move(out).text();
 }
 
 std::optional<Response> Api::metrics(const Call&) {
   const std::vector<SessionRecord> sessions = journal_.sessions();
   const auto newest = newest_result(journal_, sessions);
+  const auto drift = drift_watch_.look();
   return Response{200, "text/plain; version=0.0.4; charset=utf-8",
-                  metrics_text(service_.status(), sessions, newest ? &*newest : nullptr)};
+                  metrics_text(service_.status(), sessions, newest ? &*newest : nullptr,
+                               drift ? &drift->chart : nullptr)};
 }
 
 }  // namespace cellcal::daemon

@@ -5,13 +5,15 @@
 #include <vector>
 
 #include "calib/result/calibration.h"
+#include "calib/result/drift_chart.h"
 #include "daemon/service/service.h"
 
 namespace cellcal::daemon {
 
-/// Of the state and its links, of all sessions, and of the newest result (null: there is none). What is not known is
+/// Of the state and its links, of all sessions, of the newest result and of its checks (null: there is none). What is not known is
 /// left out.
 std::string metrics_text(const Status& status, const std::vector<SessionRecord>& sessions,
-                         const calib::Calibration* newest);
+                         const calib::Calibration* newest,
+                         const calib::DriftChart* drift = nullptr);
 
 }  // namespace cellcal::daemon

@@ -47,6 +47,8 @@ RunRequest run_request(const std::string& body) {
     take(object, "calibration", session);
     request.calibration = session;
   }
+  if (object.contains("temperature_c"))
+    take(object, "temperature_c", request.temperature_c.emplace());
   if (object.contains("touches")) take(object, "touches", request.fit_touches.emplace());
   if (object.contains("goal_mm")) take(object, "goal_mm", request.goal_mm.emplace());
   take(object, "region", request.region);

@@ -346,6 +346,7 @@ int check(const Connection& daemon, const CheckCommand& command) {
   json body{{"kind", "check"}};
   if (!command.cell.empty()) body["cell"] = std::filesystem::absolute(command.cell).string();
   if (command.calibration) body["calibration"] = *command.calibration;
+  if (command.temperature_c) body["temperature_c"] = *command.temperature_c;
   const json answer = parse(ask(daemon, "POST", "/v1/run", body.dump()));
   return follow(daemon, number(answer, "session"), BeforeMotion::kCtrlCEnds,
                 daemon.progress ? Shows::kLinesElsewhere : Shows::kLine);

@@ -47,6 +47,7 @@ struct QualifyCommand {
 struct CheckCommand {
   std::filesystem::path cell;      ///< empty: whichever was calibrated last
   std::optional<int> calibration;  ///< none: the one in use
+  std::optional<double> temperature_c;
 };
 
 int run(const Connection& daemon, const RunCommand& command);

@@ -5,6 +5,7 @@
 #include "daemon/cli/client.h"
 #include "daemon/cli/commands.h"
 #include "daemon/cli/connection_options.h"
+#include "daemon/cli/drift.h"
 #include "daemon/cli/token.h"
 
 namespace cellcal::daemon {
@@ -147,6 +148,10 @@ void add_check(CLI::App& app, int& status) {
       ->add_option("--calibration", given->calibration,
                    "Session of the calibration to check [the one in use]")
       ->check(CLI::PositiveNumber);
+  command
+      ->add_option("--temperature", given->temperature_c,
+                   "Of the cell in degrees Celsius: 'cellcal history --drift' takes out what it does")
+      ->check(CLI::Range(-40.0, 80.0));
   command->callback([=, &status] { status = check(*daemon, *given); });
 }
 
@@ -204,6 +209,18 @@ void add_plain(CLI::App& app, int& status, const char* name, const char* words,
   command->callback([=, &status] { status = act(*daemon); });
 }
 
+void add_history(CLI::App& app, int& status) {
+  CLI::App* command = app.add_subcommand("history", "List all sessions, newest first");
+  command->footer(
+      "--drift: the checks of the newest calibration as a control chart. Exit status 0: in control, a warning or too "
+      "few checks;\n3: alarm.\nExample: cellcal history --json\n         cellcal history --drift");
+  auto daemon = add_connection(command);
+  auto drift = std::make_shared<bool>(false);
+  command->add_flag("--drift", *drift,
+                    "Control chart of the checks: does the cell creep, since when, what to do");
+  command->callback([=, &status] { status = *drift ? show_drift(*daemon) : history(*daemon); });
+}
+
 void add_token_commands(CLI::App& app, int& status) {
   struct Given {
     std::string name, role = "look";
@@ -248,7 +265,7 @@ void add_client_commands(CLI::App& app, int& status) {
   add_plain(app, status, "status", "Show what the daemon is doing", show_status);
   add_watch(app, status);
   add_plain(app, status, "abort", "Stop the arm and end the session", abort);
-  add_plain(app, status, "history", "List all sessions, newest first", history);
+  add_history(app, status);
   add_show(app, status);
   add_report(app, status);
   add_token_commands(app, status);

@@ -6,6 +6,8 @@
 
 #include "calib/files/calibration_json.h"
 #include "calib/syntax/input_file.h"
+#include "calib/words/drift_words.h"
+#include "daemon/drift/drift_watch.h"
 #include "daemon/tasks/options.h"
 
 namespace cellcal::daemon {
@@ -16,6 +18,17 @@ bool tells_of_change(const calib::Verdict& verdict) {
   return std::any_of(
       verdict.findings.begin(), verdict.findings.end(),
       [](const calib::Finding& one) { return one.kind == calib::FindingKind::kChanged; });
+}
+
+/// What the control chart says, where it alarms.
+void add_drift(Notice& notice, Journal& journal, const std::filesystem::path& results) {
+  DriftWatch watch(journal, [folder = results.parent_path()](std::int64_t session) {
+    return folder / std::to_string(session);
+  });
+  const auto drift = watch.look(notice.cell);
+  if (!drift || drift->chart.state != calib::DriftState::kAlarms) return;
+  notice.news = News::kDrifted;
+  for (const std::string& line : calib::words(drift->chart)) notice.findings.push_back(line);
 }
 
 /// Whether the calibration held, and what the check says of it.
@@ -58,10 +71,12 @@ Notice news_of(const Status& status, Journal& journal) {
     notice.started = record->started;
     notice.ended = record->ended;
     if (notice.news != News::kDone) return notice;
-    if (status.kind == to_string(SessionKind::kCheck))
+    if (status.kind == to_string(SessionKind::kCheck)) {
       add_check(notice, status.results_dir);
-    else
+      add_drift(notice, journal, status.results_dir);
+    } else {
       add_result(notice, record->calibration);
+    }
   } catch (const std::exception& unreadable) {
     notice.findings.emplace_back(unreadable.what());  // the rest is told all the same
   }

@@ -185,6 +185,7 @@ void begin_anew(Journal& journal, const RunRequest& request, Job& job) {
     const SessionRecord calibrated = look_at_calibration(journal, request);
     job.inputs = calibrated.inputs;
     job.options.against = calibrated.id;
+    job.options.temperature_c = request.temperature_c;
   } else if (request.update) {
     const SessionRecord last = look_at_last(journal, request);
     job.inputs = last.inputs;

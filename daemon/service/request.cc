@@ -7,6 +7,7 @@ namespace cellcal::daemon {
 namespace {
 
 constexpr int kMostTouches = 2000;
+constexpr double kColdestC = -40.0, kWarmestC = 80.0;  // of a cell in which a robot works
 constexpr double kFinestGoalMm = 0.01, kCoarsestGoalMm = 10.0;
 
 }  // namespace
@@ -44,6 +45,12 @@ void check(const RunRequest& request) {
     throw RequestError("an update has its own touches: leave goal_mm, find and touches out");
   if (!checks && request.calibration)
     throw RequestError("\"calibration\" is of a check: a calibration begins from the files alone");
+  if (!checks && request.temperature_c)
+    throw RequestError("\"temperature_c\" is of a check: leave it out");
+  if (request.temperature_c &&
+      !(*request.temperature_c >= kColdestC && *request.temperature_c <= kWarmestC))
+    throw RequestError(fmt::format("temperature_c must be {} to {} degrees Celsius, not {}", kColdestC,
+                                   kWarmestC, *request.temperature_c));
   if (request.kind != SessionKind::kQualify && !request.target.empty())
     throw RequestError("\"target\" is of a qualification: a calibration touches all targets");
   if (request.check_touches < 0 || request.check_touches > kMostTouches) {

@@ -28,6 +28,7 @@ struct RunRequest {
   std::string target;  ///< of a qualification; empty: the cell's first sphere
   /// Of a check: the session of the calibration; none: the newest that is published, of `cell` where that is given.
   std::optional<std::int64_t> calibration;
+  std::optional<double> temperature_c;  ///< of a check: of the cell, degrees Celsius
   std::filesystem::path cell;      ///< absolute; empty only when resuming or checking
   std::optional<int> fit_touches;  ///< none: kPlannedTouches, or at most kMostChosen of a goal
   int check_touches = 10;

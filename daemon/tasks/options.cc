@@ -3,6 +3,16 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+template <>
+struct nlohmann::adl_serializer<std::optional<double>> {
+  static void to_json(json& value, const std::optional<double>& number) {
+    value = number ? json(*number) : json(nullptr);
+  }
+  static void from_json(const json& value, std::optional<double>& number) {
+    number = value.is_null() ? std::nullopt : std::optional(value.get<double>());
+  }
+};
+
 namespace cellcal::daemon {
 
 const char* to_string(SessionKind kind) {
@@ -66,6 +76,7 @@ void each_later_key(Options& options, Visitor visit) {
   visit("kind", options.kind);
   visit("target", options.target);
   visit("against", options.against);
+  visit("temperature_c", options.temperature_c);
   visit("region", options.region);
   visit("one_by_one", options.one_by_one);
   visit("goal_u95_m", options.goal.u95_m);

@@ -29,6 +29,7 @@ struct SessionOptions {
   SessionKind kind = SessionKind::kCalibrate;
   std::string target;        ///< kQualify: which sphere; empty: the first
   std::int64_t against = 0;  ///< kCheck: the session whose calibration is checked
+  std::optional<double> temperature_c;  ///< kCheck: of the cell, as stated
   calib::PlanOptions plan;
   std::string region = "workspace";  ///< as `cellcal plan --region` takes it
   /// Touches are chosen one by one until the goal is reached; else `plan` is made beforehand.

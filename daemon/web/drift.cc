@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "calib/files/drift_json.h"
 #include "calib/model/units.h"
 #include "daemon/web/json.h"
 
@@ -37,11 +38,20 @@ json session_to_json(const SessionRecord& record, const calib::Calibration& foun
           {"zeros", zeros_to_json(found)}};
 }
 
+/// As the mathematics writes it, and of which calibration.
+json checks_to_json(const Drift& checks) {
+  json chart = json::parse(calib::drift_to_json(checks.chart));
+  chart["calibration"] = checks.calibrated;
+  chart["calibrated"] = checks.calibrated_at;
+  return chart;
+}
+
 }  // namespace
 
 std::string drift_to_json(
     const std::vector<SessionRecord>& newest_first, std::string cell,
-    const std::function<std::optional<calib::Calibration>(std::int64_t)>& calibration) {
+    const std::function<std::optional<calib::Calibration>(std::int64_t)>& calibration,
+    const Drift* checks) {
   json list = json::array();
   for (const SessionRecord& record : newest_first) {
     if (list.size() == kMostCompared) break;
@@ -53,7 +63,9 @@ std::string drift_to_json(
     list.push_back(session_to_json(record, *found));
   }
   std::reverse(list.begin(), list.end());
-  return dump({{"cell", cell}, {"sessions", std::move(list)}});
+  return dump({{"cell", cell},
+               {"sessions", std::move(list)},
+               {"checks", checks != nullptr ? checks_to_json(*checks) : json(nullptr)}});
 }
 
 }  // namespace cellcal::daemon::web

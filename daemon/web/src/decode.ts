@@ -3,8 +3,8 @@
 // Null where the thing as a whole cannot be used.
 
 import {
-  CHECKS, FAILURES, FINDINGS, KINDS, PHASES, STATES, STEPS,
-  type ContactLink, type Doctor, type DriftRow, type FailureKind, type Figures, type Finding, type FindingKind, type Frame, type Joint, type Kind, type Phase,
+  ADVICE, CHANGES, CHECKS, DRIFT_STATES, FAILURES, FINDINGS, KINDS, PHASES, STATES, STEPS,
+  type CheckChart, type CheckCourse, type CheckLimits, type CheckPoint, type ContactLink, type Doctor, type DriftRow, type DriftSeen, type FailureKind, type Figures, type Finding, type FindingKind, type Frame, type Joint, type Kind, type Phase,
   type PlannedTouch, type Point, type Result, type RobotLink, type Readiness, type RobotPosture, type Role,
   type Scene, type SceneTarget, type SessionRow, type SessionState, type Solid, type Status, type StepSeen,
   type Summary, type Touch, type TouchSet,
@@ -268,8 +268,48 @@ function drift_row(value: unknown): DriftRow | null {
     workspaceMm: number(all.workspace_mm), zeros: known(zeros),
   };
 }
-export const drift = (value: unknown): DriftRow[] =>
-  known(list(fields(value)?.sessions).map(drift_row));
+function check_point(value: unknown): CheckPoint | null {
+  const all = fields(value);
+  const timeS = number(all?.time_s), state = DRIFT_STATES.find((one) => one === all?.state);
+  if (!all || timeS === null || !state) return null;
+  return {
+    session: count(all.session), timeS, state,
+    leftOut: typeof all.left_out === "string" ? words(all.left_out) : null,
+    offMm: point(all.off_mm), ewma: number(all.ewma) ?? 0, cusum: number(all.cusum) ?? 0, share: number(all.share) ?? 0,
+  };
+}
+function check_course(value: unknown): CheckCourse | null {
+  const all = fields(value);
+  const offMm = number(all?.off_mm), sinceS = number(all?.since_s);
+  if (!all || offMm === null || sinceS === null) return null;
+  const cause = fields(list(all.causes)[0]);
+  return {
+    shape: all.shape === "creep" ? "creep" : "step", since: count(all.since), sinceS, offMm,
+    uOffMm: number(all.u_off_mm), mmPerMonth: number(all.mm_per_month), uMmPerMonth: number(all.u_mm_per_month),
+    cause: CHANGES.find((one) => one === cause?.kind) ?? null, causeName: words(cause?.name),
+    probability: number(cause?.probability) ?? 0,
+  };
+}
+/** A limit that is none would make every share infinite. */
+function check_limits(value: unknown): CheckLimits | null {
+  const all = fields(value);
+  const ewma = number(all?.ewma) ?? 0, cusum = number(all?.cusum) ?? 0;
+  return ewma > 0 && cusum > 0 ? { ewma, cusum, runLength: count(all?.run_length) } : null;
+}
+function check_chart(value: unknown): CheckChart | null {
+  const all = fields(value);
+  const state = DRIFT_STATES.find((one) => one === all?.state);
+  const warns = check_limits(all?.warns), alarms = check_limits(all?.alarms);
+  if (!all || !state || !warns || !alarms) return null;
+  return {
+    calibration: count(all.calibration), state, advice: ADVICE.find((one) => one === all.advice) ?? "none",
+    counted: count(all.counted), least: count(all.least), warns, alarms,
+    course: check_course(all.course), points: known(list(all.points).map(check_point)),
+  };
+}
+export const drift = (value: unknown): DriftSeen => ({
+  rows: known(list(fields(value)?.sessions).map(drift_row)), checks: check_chart(fields(value)?.checks),
+});
 
 function step(value: unknown): StepSeen | null {
   const all = fields(value);

@@ -202,6 +202,59 @@ export interface DriftRow {
   zeros: { joint: string; deg: number; sigmaDeg: number | null }[];
 }
 
+// The checks of a calibration as a control chart.
+export const DRIFT_STATES = ["too_few", "in_control", "warns", "alarms"] as const;
+export type DriftState = (typeof DRIFT_STATES)[number];
+export const ADVICE = ["none", "check_again", "let_it_warm_up", "re_measure_tcp", "recalibrate"] as const;
+export type Advice = (typeof ADVICE)[number];
+export const CHANGES = ["tool", "sphere", "joint", "growth", "touch"] as const;
+export type Change = (typeof CHANGES)[number];
+export interface CheckPoint {
+  session: number;
+  timeS: number;
+  /** Why it does not count. */
+  leftOut: string | null;
+  /** Of the chart's centre, flange frame. */
+  offMm: Point | null;
+  ewma: number;
+  cusum: number;
+  /** Of the nearer alarm limit. */
+  share: number;
+  state: DriftState;
+}
+export interface CheckCourse {
+  shape: "step" | "creep";
+  since: number;
+  sinceS: number;
+  offMm: number;
+  uOffMm: number | null;
+  mmPerMonth: number | null;
+  uMmPerMonth: number | null;
+  cause: Change | null;
+  causeName: string;
+  probability: number;
+}
+export interface CheckLimits {
+  ewma: number;
+  cusum: number;
+  runLength: number;
+}
+export interface CheckChart {
+  calibration: number;
+  state: DriftState;
+  advice: Advice;
+  counted: number;
+  least: number;
+  warns: CheckLimits;
+  alarms: CheckLimits;
+  course: CheckCourse | null;
+  points: CheckPoint[];
+}
+export interface DriftSeen {
+  rows: DriftRow[];
+  checks: CheckChart | null;
+}
+
 export const STEPS = ["cell", "robot", "spheres", "doctor", "qualify", "dry-run", "first", "calibration"] as const;
 export type StepName = (typeof STEPS)[number];
 export interface StepSeen {

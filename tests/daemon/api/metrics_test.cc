@@ -129,7 +129,9 @@ TEST(the_dashboard, asks_for_metrics_that_there_are) {
   newest.check.count = 1;
   Status status = busy();
   status.u95_m = status.goal_m = status.time_left_s = 1.0;
-  const auto types = scrape(metrics_text(status, {}, &newest)).types;
+  calib::DriftChart chart;
+  chart.points.resize(1);
+  const auto types = scrape(metrics_text(status, {}, &newest, &chart)).types;
   std::ifstream file(CELLCAL_DASHBOARD);
   const auto dashboard = nlohmann::json::parse(file);
   std::size_t asked = 0;

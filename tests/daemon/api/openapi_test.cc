@@ -14,6 +14,7 @@
 #include "daemon/tasks/inputs.h"
 #include "tests/daemon/api/schema.h"
 #include "tests/daemon/api/without_hardware.h"
+#include "tests/daemon/drift/checked_journal.h"
 
 namespace cellcal::daemon {
 namespace {
@@ -213,6 +214,31 @@ TEST_F(a_described_api, answers_as_it_is_described) {
   EXPECT_EQ(ask("DELETE", "/v1/tokens/a", "", "/v1/tokens/{name}").status, 200);
   EXPECT_EQ(ask("DELETE", "/v1/tokens/a", "", "/v1/tokens/{name}").status, 404);
   EXPECT_EQ(seen.size(), Api::routes().size()) << "a route was not asked";
+}
+
+TEST(a_described_chart, is_as_it_is_described_from_too_few_checks_to_an_alarm) {
+  testing::CheckedJournal checked;
+  SessionService service{{checked.journal, checked.dir.path(), {}, {}}};
+  Api api(service, checked.journal);
+  const auto answer = [&](const char* path) {
+    Request request = parse_target("GET", path, "");
+    EXPECT_FALSE(api.admit_local(request));
+    return api.answer(request)->body;
+  };
+  const auto state = [&] {
+    const json drift = json::parse(answer("/v1/drift"));
+    EXPECT_EQ(described().complaint(drift, std::string("Drift")), "");
+    return drift.at("checks").at("state").get<std::string>();
+  };
+  EXPECT_EQ(state(), "too_few");
+  for (int k = 0; k < 8; ++k) checked.check({.temperature_c = 20.0 + k});
+  checked.check({.result = R"({"holds": false, "changed": "joint"})"});
+  EXPECT_EQ(state(), "in_control");
+  for (int k = 0; k < 2; ++k) checked.check({.shift_m = {0.5e-3, 0, 0}, .temperature_c = 21.0});
+  EXPECT_EQ(state(), "alarms");
+  const std::string metrics = answer("/metrics");
+  EXPECT_NE(metrics.find("cellcal_drift_state{state=\"alarms\"} 1\n"), std::string::npos) << metrics;
+  EXPECT_NE(metrics.find("cellcal_drift_checks 10\n"), std::string::npos);
 }
 
 TEST_F(a_described_api, gives_its_lists_page_by_page) {

@@ -4,6 +4,7 @@
 
 #include <fstream>
 
+#include "tests/daemon/drift/checked_journal.h"
 #include "tests/daemon/journal/temporary_directory.h"
 
 namespace cellcal::daemon {
@@ -50,6 +51,24 @@ TEST_F(news_of_a_session, are_of_a_check_that_the_calibration_holds_or_what_chan
   EXPECT_EQ(news_of(status, journal).findings, std::vector<std::string>{"tool: 0.31 mm"});
   std::ofstream(dir / "check.json") << "{";  // is told, with what is wrong
   EXPECT_EQ(news_of(status, journal).findings.size(), 1U);
+}
+
+TEST(news_of_a_check, that_holds_are_of_drift_where_the_control_chart_alarms) {
+  testing::CheckedJournal checked;
+  Status status;
+  status.kind = "check";
+  status.phase = Phase::kDone;
+  const auto news = [&](double shift_m) {
+    status.session = checked.check({.shift_m = {shift_m, 0, 0}});
+    status.results_dir = checked.results_dir(status.session).string();
+    std::ofstream(checked.results_dir(status.session) / "check.json") << R"({"holds": true, "words": ["w"]})";
+    return news_of(status, checked.journal);
+  };
+  for (int k = 0; k < 12; ++k) EXPECT_EQ(news(0.0).news, News::kDone);
+  news(0.3e-3);
+  const Notice drifted = news(0.3e-3);
+  EXPECT_EQ(drifted.news, News::kDrifted);
+  EXPECT_GT(drifted.findings.size(), 2U) << "since when, and what to do";
 }
 
 TEST(news_of_the_schedule, are_told_where_a_window_passed_without_its_session) {

@@ -37,6 +37,9 @@ TEST(stored_options, of_a_kind_that_this_version_does_not_know_are_no_calibratio
   check.against = 7;
   EXPECT_EQ(options_from_json(options_to_json(check)).kind, SessionKind::kCheck);
   EXPECT_EQ(options_from_json(options_to_json(check)).against, 7);
+  EXPECT_FALSE(options_from_json(options_to_json(check)).temperature_c);
+  check.temperature_c = 21.5;
+  EXPECT_EQ(options_from_json(options_to_json(check)).temperature_c, 21.5);
   stored.replace(stored.find("qualify"), 7, "polish_");
   EXPECT_THROW(options_from_json(stored), std::runtime_error);
 }

@@ -1,6 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import * as decode from "../src/decode";
+import { off_mm, plotted } from "../src/ui/checks";
 import { kr5, status } from "./kr5";
 
 const HOSTILE: unknown[] = [
@@ -68,4 +69,34 @@ test("a mesh whose triangles lie outside its corners is left out", () => {
   const mesh = (corner: number) => ({ id: "m", shape: "mesh", frame: kr5().base, vertices_mm: [0, 0, 0, 1, 0, 0, 0, 1, 0], triangles: [0, 1, corner] });
   assert.equal(decode.scene({ ...kr5(), obstacles: [mesh(2)] })?.obstacles.length, 1);
   for (const corner of [3, -1, 0.5, 1e9]) assert.equal(decode.scene({ ...kr5(), obstacles: [mesh(corner)] })?.obstacles.length, 0);
+});
+
+const chart = (more: object = {}) => ({
+  calibration: 7, state: "alarms", advice: "re_measure_tcp", counted: 2, least: 5,
+  warns: { ewma: 3, cusum: 4, run_length: 200 }, alarms: { ewma: 4, cusum: 5, run_length: 1000 }, course: null,
+  points: [
+    { session: 9, time_s: 2e9, left_out: null, off_mm: [0.3, 0.4, 0], ewma: 4, cusum: 1, share: 1, state: "alarms" },
+    { session: 8, time_s: 1e9, left_out: null, off_mm: [0, 0, 0], ewma: 1, cusum: 1, share: 0.2, state: "in_control" },
+  ], ...more,
+});
+
+test("a control chart is taken whole, in the order of time, and not at all without limits", () => {
+  const got = decode.drift({ checks: chart() }).checks;
+  assert.ok(got);
+  assert.deepEqual(plotted(got.points).map((one) => one.session), [8, 9]);
+  assert.equal(off_mm(got), 0.5);
+  for (const alarms of [null, {}, { ewma: 0, cusum: 5 }, { ewma: "4", cusum: 5 }, { ewma: -1, cusum: 5 }])
+    assert.equal(decode.drift({ checks: chart({ alarms }) }).checks, null);
+  assert.equal(decode.drift({ checks: chart({ state: "levitates" }) }).checks, null);
+  assert.equal(decode.drift({ checks: chart({ advice: "dance" }) }).checks?.advice, "none");
+  assert.equal(decode.drift({ checks: null }).checks, null);
+});
+
+test("a point of a control chart that was not measured, or at no date, is not drawn", () => {
+  const one = chart().points[0];
+  const points = [{ ...one, off_mm: null }, { ...one, left_out: "undecided" }, { ...one, time_s: 1e300 }, { ...one, time_s: "x" }, 3];
+  const got = decode.drift({ checks: chart({ points }) }).checks;
+  assert.ok(got);
+  assert.deepEqual(plotted(got.points), []);
+  assert.equal(off_mm(got), null);
 });

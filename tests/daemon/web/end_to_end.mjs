@@ -72,6 +72,25 @@ async function picture(name, page) {
   await page.screenshot({ path: `screenshots/${name}.png` });
 }
 
+/** Two months at rest and one of creep, a check a shift; as GET /v1/drift has it. */
+function chart_of_months() {
+  const began_s = Date.UTC(2026, 0, 5) / 1000;
+  const points = Array.from({ length: 180 }, (_, k) => {
+    const creep = 0.05 * Math.max(0, k - 46) / 90, scatter = 0.012 * Math.sin(12.9898 * k);
+    const share = Math.abs(creep) / 0.04 + Math.abs(scatter) * 30;
+    return { session: k, time_s: began_s + k * 28800, temperature_c: null, holds: true, left_out: k === 20 ? "undecided" : null,
+             off_mm: k === 20 ? null : [creep + scatter, 0.01 * Math.cos(3.1 * k), 0.008 * Math.sin(5.7 * k)], u_mm: [0.04, 0.04, 0.04],
+             ewma: 3.984 * share, cusum: 4 * share, share, state: share > 1 ? "alarms" : share > 0.8 ? "warns" : "in_control" };
+  });
+  return {
+    format: "cellcal.drift/1", calibration: 2, calibrated: "2026-01-04T22:00:00.000Z", state: "alarms", advice: "re_measure_tcp",
+    counted: 179, least: 5, warns: { ewma: 3.456, cusum: 4.059, run_length: 200 }, alarms: { ewma: 3.984, cusum: 5.091, run_length: 1000 },
+    noise: 1, um_per_kelvin: null, alarmed_at: 110, points, words: [],
+    course: { shape: "creep", since: 47, since_s: began_s + 46 * 28800, checks: 133, off_mm: 0.074, u_off_mm: 0.011, off_xyz_mm: [0.074, 0, 0],
+              mm_per_month: 0.05, u_mm_per_month: 0.007, causes: [{ kind: "tool", name: "torch", probability: 0.97, words: "" }] },
+  };
+}
+
 const steps = {
   async "says nothing of the cell without a token, and that a wrong one is wrong"() {
     const context = await browser.newContext({ locale: "en-GB" });
@@ -190,6 +209,34 @@ const steps = {
     await cell.client("run", "--cell", process.env.CELL, "--touches", "13", "--check", "3");
     await says(page, /Session 3 is done/);
     await page.getByRole("img", { name: "Drift over 2 sessions." }).first().waitFor(LONG);
+  },
+
+  async "shows a control chart of months of checks, with state, course and advice, in both languages"() {
+    // Months of checks are not touched here: the daemon's answer to the page's own question is taken, and its chart added.
+    const page = await open();
+    await page.route("**/v1/drift", async (route) => {
+      const answer = await (await route.fetch()).json();
+      assert.equal(answer.checks, null, "nothing is published yet");
+      await route.fulfill({ json: { ...answer, checks: chart_of_months() } });
+    });
+    await page.reload();
+    const panel = page.locator(".checks");
+    await panel.getByText("Alarm: the TCP is").waitFor(LONG);
+    await panel.getByText(/Creep of 0\.050.*per month since check 47 \(2026-01-20\)/).waitFor(LONG);
+    await panel.getByText("Likeliest cause, 97 %: the tool.").waitFor(LONG);
+    await panel.getByText("then measure the TCP or calibrate again").waitFor(LONG);
+    await panel.getByText("An unchanged cell alarms once in 1000 checks").waitFor(LONG);
+    await panel.getByRole("img", { name: "Control chart of 179 checks." }).waitFor(LONG);
+    for (const [width, height] of [[1280, 800], [390, 844]]) {
+      await page.setViewportSize({ width, height });
+      await panel.scrollIntoViewIfNeeded();
+      await panel.screenshot({ path: `screenshots/checks-${width}.png` });
+      assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth), `${width}`);
+    }
+    await page.getByLabel("Language").selectOption("de");
+    await panel.getByText("Alarm: Der TCP liegt").waitFor(LONG);
+    await panel.screenshot({ path: "screenshots/checks-de.png" });
+    await page.context().close();
   },
 
   async "puts the tip where 'cellcal predict --nominal' has it"() {

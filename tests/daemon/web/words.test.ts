@@ -3,7 +3,7 @@ import { readFileSync, readdirSync, realpathSync } from "node:fs";
 import { test } from "node:test";
 import { formats } from "../src/format";
 import { run_request } from "../src/ui/start";
-import { CHECKS, FAILURES, FINDINGS, PHASES, STEPS } from "../src/types";
+import { ADVICE, CHANGES, CHECKS, DRIFT_STATES, FAILURES, FINDINGS, PHASES, STEPS } from "../src/types";
 import { command_of } from "../src/ui/guide";
 import { zero_changes } from "../src/ui/drift";
 import { CATALOGUES, speaker, type Key } from "../src/words";
@@ -98,4 +98,18 @@ test("drift is told against the oldest session that has the joint", () => {
   const row = (session: number, deg: number | null) => ({ session, ended: "", publish: true, fitMm: 0, checkMm: 0, workspaceMm: 0,
     zeros: deg === null ? [] : [{ joint: "A1", deg, sigmaDeg: 0.001 }] });
   assert.deepEqual(zero_changes([row(1, null), row(2, 0.5), row(3, 0.75)]), [{ joint: "A1", values: [null, 0, 0.25] }]);
+});
+
+test("the page has words for every state, advice and cause that a control chart has", () => {
+  const calib = `${realpathSync("src")}/../../../calib/result`;
+  const named = (file: string, type: string) => {
+    const body = readFileSync(`${calib}/${file}`, "utf8").split(`const char* to_string(${type} `)[1]?.split("\n}")[0] ?? "";
+    return [...body.matchAll(/return "(.+?)";/g)].map((match) => match[1]).sort();
+  };
+  assert.deepEqual([...DRIFT_STATES].sort(), named("drift_chart.cc", "DriftState"));
+  assert.deepEqual([...ADVICE].sort(), named("drift_chart.cc", "DriftAdvice"));
+  assert.deepEqual([...CHANGES, "nothing"].sort(), named("tcp_check.cc", "ChangeKind"));
+  const keys: string[] = [...DRIFT_STATES.map((one) => `checks.state.${one}`), ...CHANGES.map((one) => `checks.cause.${one}`),
+    ...ADVICE.filter((one) => one !== "none").map((one) => `checks.advice.${one}`)];
+  assert.deepEqual(keys.filter((key) => !(key in CATALOGUES.en)), []);
 });

@@ -9,6 +9,7 @@ import { preferred_language, type Language } from "../words";
 import { CellPanel } from "./cell";
 import { VoiceContext, useFetched, voice_in } from "./context";
 import { DoctorPanel, useDoctor } from "./doctor";
+import { Checks } from "./checks";
 import { Drift } from "./drift";
 import { FailurePanel } from "./failure";
 import { GuidePanel } from "./guide";
@@ -56,7 +57,7 @@ export function App() {
   const scene = useFetched(asked === null ? null : "/v1/scene", session, decode.scene);
   const plan = useFetched(session > 0 && asked !== null ? `/v1/sessions/${session}/plan` : null, planned, decode.plan) ?? NOTHING;
   const sessions = useFetched(asked === null ? null : "/v1/sessions", ended, decode.sessions);
-  const drift = useFetched(asked === null ? null : "/v1/drift", ended, decode.drift) ?? NOTHING;
+  const drift = useFetched(asked === null ? null : "/v1/drift", ended, decode.drift);
 
   const [looked, look_again] = useReducer((n: number) => n + 1, 0);
   const doctor = useDoctor(asked !== null, `${ended} ${looked}`);
@@ -109,7 +110,8 @@ export function App() {
               {figures?.result && <Residuals touches={figures.touches} found />}
             </div>
             {sessions && <History sessions={sessions} shown={shown} show={show} />}
-            <Drift rows={drift} />
+            {drift?.checks && <Checks chart={drift.checks} />}
+            <Drift rows={drift?.rows ?? NOTHING} />
           </div>
         </main>
       )}

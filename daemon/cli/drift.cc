@@ -1,0 +1,116 @@
+#include "daemon/cli/drift.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "calib/words/drift_words.h"
+#include "daemon/cli/ask.h"
+#include "daemon/cli/offline/exit_status.h"
+#include "daemon/cli/offline/offline.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+using nlohmann::json;
+
+constexpr std::size_t kColumns = 64, kRows = 9, kNewest = 12;
+
+double figure(const json& value, const char* key) {
+  const auto found = value.find(key);
+  return found != value.end() && found->is_number() ? found->get<double>() : 0.0;
+}
+
+std::string word(const json& value, const char* key) {
+  const auto found = value.find(key);
+  return found != value.end() && found->is_string() ? found->get<std::string>() : "";
+}
+
+bool counts(const json& point) { return point.is_object() && word(point, "left_out").empty(); }
+
+std::string component(const json& point, const char* key, std::size_t axis) {
+  const auto found = point.find(key);
+  if (found == point.end() || !found->is_array() || found->size() <= axis ||
+      !(*found)[axis].is_number())
+    return "-";
+  return fmt::format("{:+.3f}", (*found)[axis].get<double>());
+}
+
+/// The statistic by its alarm limit over time: a column is an equal share of it, its mark the highest of its checks.
+std::string plot(const std::vector<json>& points) {
+  std::vector<double> highest(kColumns, -1.0);
+  const double from = figure(points.front(), "time_s"), to = figure(points.back(), "time_s");
+  double most = 1.25;
+  for (const json& point : points) {
+    if (!counts(point)) continue;
+    const double share = to > from ? (figure(point, "time_s") - from) / (to - from) : 0.0;
+    const auto column = static_cast<std::size_t>(
+        std::clamp(share, 0.0, 1.0) * static_cast<double>(kColumns - 1));
+    highest[column] = std::max(highest[column], figure(point, "share"));
+    most = std::max(most, highest[column]);
+  }
+  const auto row_of = [&](double share) {
+    return static_cast<std::size_t>(std::clamp(share / most, 0.0, 1.0) *
+                                    static_cast<double>(kRows - 1) + 0.5);
+  };
+  std::vector<std::string> rows(kRows, std::string(kColumns, ' '));
+  rows[row_of(1.0)].assign(kColumns, '-');
+  for (std::size_t column = 0; column < kColumns; ++column)
+    if (highest[column] >= 0.0) rows[row_of(highest[column])][column] = 'o';
+  std::string text;
+  for (std::size_t row = kRows; row-- > 0;) {
+    const std::string label = row == row_of(1.0) ? "alarm" : row == 0 ? "0" : "";
+    text += fmt::format("{:>6} |{}\n", label, rows[row].substr(0, rows[row].find_last_not_of(' ') + 1));
+  }
+  return text + fmt::format("{:>6} +{}\n{:>6}  {:<{}}{}\n", "", std::string(kColumns, '-'), "",
+                            calib::date_words(from), kColumns - 10, calib::date_words(to));
+}
+
+std::string row(const json& point) {
+  const auto temperature = point.find("temperature_c");
+  const std::string warm = temperature != point.end() && temperature->is_number()
+                               ? fmt::format("{:.1f}", temperature->get<double>())
+                               : "-";
+  const std::string left_out = word(point, "left_out");
+  return fmt::format("{:>6} {:<10} {:>6} {:>8} {:>8} {:>8} {:>7}  {}\n",
+                     static_cast<std::int64_t>(figure(point, "session")),
+                     calib::date_words(figure(point, "time_s")), warm, component(point, "off_mm", 0),
+                     component(point, "off_mm", 1), component(point, "off_mm", 2),
+                     left_out.empty() ? fmt::format("{:.0f}", 100.0 * figure(point, "share")) : "-",
+                     left_out.empty() ? word(point, "state") : "left out: " + left_out);
+}
+
+}  // namespace
+
+std::string drift_text(const json& checks) {
+  if (!checks.is_object())
+    return "no published calibration, so nothing to check. Calibrate first: 'cellcal run'\n";
+  std::string text = fmt::format("checks of the calibration of session {} ({})\n",
+                                 static_cast<std::int64_t>(figure(checks, "calibration")),
+                                 word(checks, "calibrated"));
+  for (const json& line : checks.value("words", json::array()))
+    if (line.is_string()) text += line.get<std::string>() + "\n";
+  std::vector<json> points;
+  for (const json& point : checks.value("points", json::array()))
+    if (point.is_object()) points.push_back(point);
+  if (points.empty()) return text;
+  if (points.size() > 1) text += "\n" + plot(points);
+  text += fmt::format("\n{:>6} {:<10} {:>6} {:>8} {:>8} {:>8} {:>7}  {}\n", "check", "ended", "deg C",
+                      "x mm", "y mm", "z mm", "alarm %", "state");
+  for (std::size_t k = points.size() - std::min(points.size(), kNewest); k < points.size(); ++k)
+    text += row(points[k]);
+  return text;
+}
+
+int show_drift(const Connection& daemon) {
+  const json answer = parse(ask(daemon, "GET", "/v1/drift"));
+  const json checks = answer.value("checks", json());
+  put(daemon.json ? checks.dump() + "\n" : drift_text(checks), {});
+  return checks.is_object() && word(checks, "state") == "alarms" ? kNotPublishable : kSuccess;
+}
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,17 @@
+#pragma once
+// The checks of the newest calibration as a control chart, for a person at a terminal.
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+#include "daemon/cli/client.h"
+
+namespace cellcal::daemon {
+
+/// Of "checks" of GET /v1/drift: sentences, a plot over time, the newest checks. Ends with a line break.
+std::string drift_text(const nlohmann::json& checks);
+
+/// 3 where the chart alarms.
+int show_drift(const Connection& daemon);
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,191 @@
+#include "daemon/drift/drift_watch.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <cmath>
+#include <ctime>
+#include <nlohmann/json.hpp>
+
+#include "calib/drift/drift.h"
+#include "calib/drift/shift_gauge.h"
+#include "calib/model/error.h"
+#include "calib/syntax/input_file.h"
+#include "daemon/tasks/check_against.h"
+#include "daemon/tasks/options.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+using nlohmann::json;
+
+constexpr std::size_t kMostChecks = 1500;
+/// As a check tells its touches apart (daemon/tasks/check_tasks.cc).
+constexpr double kSameLineRad = 0.08;
+
+struct Check {
+  calib::CheckSeen seen;
+  std::vector<calib::Touch> touches;
+  Eigen::VectorXd off_m;
+};
+
+double seconds_of(const std::string& utc) {
+  std::tm fields{};
+  if (::strptime(utc.c_str(), "%Y-%m-%dT%H:%M:%S", &fields) == nullptr) return 0.0;
+  return static_cast<double>(::timegm(&fields));
+}
+
+bool same_line(const calib::Touch& one, const calib::Touch& other) {
+  if (one.target != other.target || one.joint_rad.size() != other.joint_rad.size()) return false;
+  for (std::size_t i = 0; i < one.joint_rad.size(); ++i)
+    if (!(std::abs(one.joint_rad[i] - other.joint_rad[i]) < kSameLineRad)) return false;
+  return true;
+}
+
+bool same_touches(const Check& one, const Check& other) {
+  return std::ranges::equal(one.touches, other.touches, same_line);
+}
+
+/// What the request states; else the mean, where every touch states one.
+std::optional<double> temperature_of(const SessionOptions& options,
+                                     const std::vector<calib::Touch>& touches) {
+  if (options.temperature_c || touches.empty()) return options.temperature_c;
+  double sum = 0.0;
+  for (const calib::Touch& touch : touches) {
+    if (!touch.temperature_c) return std::nullopt;
+    sum += *touch.temperature_c;
+  }
+  return sum / static_cast<double>(touches.size());
+}
+
+/// What the check said of itself. Where its file is gone nobody knows whether it held.
+void take_verdict(const std::filesystem::path& file, calib::CheckSeen& seen) {
+  if (!std::filesystem::exists(file)) return;
+  const json check = json::parse(calib::read_file(file), nullptr, false);
+  const auto has_any = [&](const char* key) {
+    const auto found = check.find(key);
+    return found != check.end() && found->is_array() && !found->empty();
+  };
+  if (!check.is_object() || !check.contains("holds") || !check["holds"].is_boolean()) return;
+  seen.holds = check["holds"].get<bool>();
+  const auto changed = check.find("changed");
+  if (changed != check.end() && changed->is_string())
+    seen.changed = calib::change_kind(changed->get<std::string>())
+                       .value_or(calib::ChangeKind::kNothing);
+  if (has_any("unsteady") || has_any("not_found"))
+    seen.left_out = calib::LeftOut::kUndecided;
+  else if (!*seen.holds && seen.changed != calib::ChangeKind::kTool)
+    seen.left_out = calib::LeftOut::kNotTheTool;
+}
+
+/// Of that calibration, oldest first.
+std::vector<Check> checks_of(Journal& journal, const std::vector<SessionRecord>& newest_first,
+                             std::int64_t calibrated, const DriftWatch::ResultsDir& results_dir) {
+  std::vector<Check> checks;
+  for (const SessionRecord& record : newest_first) {
+    if (record.id <= calibrated || checks.size() == kMostChecks) break;
+    if (record.state != "done" || record.origin) continue;
+    try {
+      const SessionOptions options = options_from_json(record.inputs.options);
+      if (options.kind != SessionKind::kCheck || options.against != calibrated) continue;
+      Check check;
+      check.touches = journal.touches(record.id);
+      check.seen.session = record.id;
+      check.seen.time_s = seconds_of(record.ended);
+      check.seen.temperature_c = temperature_of(options, check.touches);
+      take_verdict(results_dir(record.id) / "check.json", check.seen);
+      checks.push_back(std::move(check));
+    } catch (const std::runtime_error& error) {
+      spdlog::warn("check {} is not in the chart: {}", record.id, error.what());
+    }
+  }
+  std::ranges::reverse(checks);
+  return checks;
+}
+
+bool complete(const Check& check) {
+  return check.seen.left_out != calib::LeftOut::kUndecided && !check.touches.empty();
+}
+
+/// Measures those by the touches of the newest that has all of its own; the others are left out.
+std::optional<calib::ShiftGauge> measure(const calib::Calibration& calibration,
+                                         std::vector<Check>& checks) {
+  const auto newest = std::find_if(checks.rbegin(), checks.rend(), complete);
+  for (Check& check : checks)
+    if (complete(check) && !same_touches(check, *newest))
+      check.seen.left_out = calib::LeftOut::kOtherTouches;
+  if (newest == checks.rend()) return std::nullopt;
+  calib::ShiftGauge gauge(calibration, newest->touches);
+  for (Check& check : checks) {
+    if (!complete(check) || check.seen.left_out == calib::LeftOut::kOtherTouches) continue;
+    const auto shift = gauge.measure(check.touches);
+    check.seen.shift_m = shift.shift_m;
+    check.seen.covariance_m2 = shift.covariance_m2;
+    check.off_m = shift.off_m;
+  }
+  return gauge;
+}
+
+/// Of the checks since the course began, beside those before it which raised no alarm.
+void find_causes(const calib::ShiftGauge& gauge, const std::vector<Check>& checks,
+                 calib::DriftChart& chart) {
+  Eigen::VectorXd before = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(gauge.touches()));
+  Eigen::VectorXd since = before;
+  double n_before = 0.0, n_since = 0.0;
+  for (std::size_t k = 0; k < checks.size(); ++k) {
+    if (checks[k].seen.left_out != calib::LeftOut::kNo) continue;
+    if (checks[k].seen.session >= chart.course->since) {
+      since += checks[k].off_m;
+      ++n_since;
+    } else if (chart.points[k].state != calib::DriftState::kAlarms) {
+      before += checks[k].off_m;
+      ++n_before;
+    }
+  }
+  if (!(n_before > 0.0 && n_since > 0.0)) return;
+  const double scatter = chart.noise * chart.noise * (1.0 / n_before + 1.0 / n_since);
+  chart.course->causes = gauge.causes(since / n_since - before / n_before, scatter);
+}
+
+std::shared_ptr<const Drift> worked_out(Journal& journal,
+                                        const std::vector<SessionRecord>& newest_first,
+                                        const std::filesystem::path& cell,
+                                        const DriftWatch::ResultsDir& results_dir) try {
+  const SessionRecord calibrated = published_session(journal, cell, std::nullopt);
+  auto drift = std::make_shared<Drift>();
+  drift->calibrated = calibrated.id;
+  drift->cell = calibrated.inputs.cell_name;
+  drift->calibrated_at = calibrated.ended;
+  std::vector<Check> checks = checks_of(journal, newest_first, calibrated.id, results_dir);
+  const auto gauge = measure(calibration_of(journal, calibrated.id), checks);
+  std::vector<calib::CheckSeen> seen;
+  for (const Check& check : checks) seen.push_back(check.seen);
+  drift->chart = calib::drift_chart(seen);
+  if (gauge && drift->chart.course) {
+    find_causes(*gauge, checks, drift->chart);
+    calib::advise(drift->chart);
+  }
+  return drift;
+} catch (const NothingToCheck&) {
+  return nullptr;
+} catch (const calib::IdentifyError& error) {
+  spdlog::warn("no control chart: {}", error.what());
+  return nullptr;
+}
+
+}  // namespace
+
+std::shared_ptr<const Drift> DriftWatch::look(const std::filesystem::path& cell) {
+  const std::vector<SessionRecord> sessions = journal_.sessions();
+  std::string of = cell.string() + '\n';
+  for (const SessionRecord& record : sessions)
+    if (record.state == "done") of += std::to_string(record.id) + ' ';
+  const std::lock_guard lock(mutex_);
+  if (of == of_) return newest_;
+  newest_ = worked_out(journal_, sessions, cell, results_dir_);
+  of_ = std::move(of);
+  return newest_;
+}
+
+}  // namespace cellcal::daemon

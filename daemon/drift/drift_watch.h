@@ -1,0 +1,39 @@
+#pragma once
+// The checks of the newest published calibration as a control chart, kept until another check has ended.
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+
+#include "calib/result/drift_chart.h"
+#include "daemon/journal/journal.h"
+
+namespace cellcal::daemon {
+
+struct Drift {
+  std::int64_t calibrated = 0;     ///< the session of the calibration
+  std::string cell, calibrated_at;  ///< its cell file; when it ended, ISO 8601 UTC
+  calib::DriftChart chart;
+};
+
+class DriftWatch {
+ public:
+  using ResultsDir = std::function<std::filesystem::path(std::int64_t session)>;
+  DriftWatch(Journal& journal, ResultsDir results_dir)
+      : journal_(journal), results_dir_(std::move(results_dir)) {}
+
+  /// Of this cell file, of any where it is empty. Null: it has no published calibration. Any thread. Throws
+  /// JournalError.
+  std::shared_ptr<const Drift> look(const std::filesystem::path& cell = {});
+
+ private:
+  Journal& journal_;
+  ResultsDir results_dir_;
+  std::mutex mutex_;
+  std::string of_;  ///< which sessions `newest_` was made of
+  std::shared_ptr<const Drift> newest_;
+};
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,60 @@
+// What 'cellcal history --drift' prints of an answer, whatever that is.
+
+#include "daemon/cli/drift.h"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+namespace cellcal::daemon {
+namespace {
+
+using nlohmann::json;
+
+json chart_of(int checks) {
+  json points = json::array();
+  for (int k = 0; k < checks; ++k)
+    points.push_back({{"session", 10 + k},
+                      {"time_s", 1.78e9 + k * 28800.0},
+                      {"temperature_c", k == 0 ? json(21.5) : json()},
+                      {"left_out", k == 2 ? json("undecided") : json()},
+                      {"off_mm", k == 2 ? json() : json{0.01 * k, -0.002, 0.0}},
+                      {"share", 0.05 * k},
+                      {"state", k > 20 ? "alarms" : "in_control"}});
+  return {{"calibration", 7}, {"calibrated", "2026-05-28T20:26:40.000Z"}, {"state", "alarms"},
+          {"words", {"creep of 0.1 mm/month"}}, {"points", points}};
+}
+
+TEST(the_drift, is_sentences_a_plot_and_the_newest_checks) {
+  const std::string text = drift_text(chart_of(30));
+  EXPECT_EQ(text.find("checks of the calibration of session 7 (2026-05-28"), 0U) << text;
+  EXPECT_NE(text.find("creep of 0.1 mm/month\n"), std::string::npos);
+  EXPECT_NE(text.find(" alarm |-----"), std::string::npos) << text;
+  EXPECT_NE(text.find("    39 2026-06-07      -   +0.290   -0.002   +0.000     145  alarms\n"),
+            std::string::npos)
+      << text;
+  EXPECT_EQ(text.find("    12 2026"), std::string::npos) << "the newest twelve";
+  for (std::size_t from = 0; from < text.size();) {
+    const std::size_t end = text.find('\n', from);
+    EXPECT_LE(end - from, 100U);
+    from = end + 1;
+  }
+}
+
+TEST(the_drift, of_few_checks_names_those_that_are_left_out) {
+  const std::string text = drift_text(chart_of(3));
+  EXPECT_NE(text.find("   21.5   +0.000"), std::string::npos) << text;
+  EXPECT_NE(text.find("left out: undecided"), std::string::npos) << text;
+  EXPECT_NE(drift_text(chart_of(1)).find("10 2026-05-28"), std::string::npos);
+  EXPECT_EQ(drift_text(json()).find("no published calibration"), 0U);
+}
+
+TEST(the_drift, takes_an_answer_of_another_daemon_for_what_it_is) {
+  for (const char* odd : {R"({})", R"({"points": [1, null, {}, {"time_s": "x", "off_mm": [1, "x"]}]})",
+                          R"({"words": [1], "points": {"a": 1}})",
+                          R"({"points": [{"time_s": 1e300, "share": -1e300}, {"time_s": -1e300, "share": 1e300}]})"})
+    EXPECT_NE(drift_text(json::parse(odd)), "") << odd;
+}
+
+}  // namespace
+}  // namespace cellcal::daemon

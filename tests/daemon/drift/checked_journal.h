@@ -1,0 +1,40 @@
+#pragma once
+// A journal with a published calibration of a simulated arm, and checks of it.
+
+#include <Eigen/Core>
+#include <filesystem>
+#include <optional>
+
+#include "daemon/journal/journal.h"
+#include "tests/daemon/journal/temporary_directory.h"
+
+namespace cellcal::daemon::testing {
+
+class CheckedJournal {
+ public:
+  CheckedJournal();
+
+  struct Check {
+    Eigen::Vector3d shift_m = Eigen::Vector3d::Zero();  ///< of the tool
+    const char* result = R"({"holds": true, "changed": null, "unsteady": [], "not_found": []})";
+    std::optional<double> temperature_c = {};
+    bool ends = true;
+    bool other_touches = false;
+  };
+  /// A shift later than the one before. Its session.
+  std::int64_t check(const Check& how);
+  std::int64_t check() { return check(Check{}); }
+  /// As a session that was published.
+  std::int64_t calibrate();
+  std::filesystem::path results_dir(std::int64_t session) const;
+
+  TemporaryDirectory dir;
+  Journal journal{dir / "journal.db"};
+  std::int64_t calibrated = 0;
+
+ private:
+  std::string next_utc();
+  unsigned made_ = 0;
+};
+
+}  // namespace cellcal::daemon::testing

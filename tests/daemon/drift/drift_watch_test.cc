@@ -1,0 +1,99 @@
+// The control chart from a journal: which checks are in it, what it says of a tool that creeps, when it begins anew.
+
+#include "daemon/drift/drift_watch.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/daemon/drift/checked_journal.h"
+
+namespace cellcal::daemon {
+namespace {
+
+using calib::DriftAdvice;
+using calib::DriftState;
+using calib::LeftOut;
+
+struct a_watch : ::testing::Test {
+  std::shared_ptr<const Drift> look() { return watch.look(); }
+  void checks(int count, double creep_m = 0.0) {
+    for (int k = 1; k <= count; ++k) checked.check({.shift_m = {k * creep_m, 0, 0}});
+  }
+  testing::CheckedJournal checked;
+  DriftWatch watch{checked.journal,
+                   [this](std::int64_t session) { return checked.results_dir(session); }};
+};
+
+TEST_F(a_watch, has_no_chart_without_a_published_calibration) {
+  Journal empty(checked.dir / "empty.db");
+  DriftWatch of_it(empty, [](std::int64_t) { return std::filesystem::path(); });
+  EXPECT_EQ(of_it.look(), nullptr);
+  EXPECT_EQ(watch.look("/another.toml"), nullptr);
+}
+
+TEST_F(a_watch, counts_the_checks_of_the_newest_calibration_and_begins_anew_with_the_next) {
+  EXPECT_EQ(look()->chart.counted, 0U);
+  checks(6);
+  EXPECT_EQ(look()->calibrated, checked.calibrated);
+  EXPECT_EQ(look()->chart.counted, 6U);
+  EXPECT_EQ(look()->chart.state, DriftState::kInControl);
+  checked.calibrate();
+  EXPECT_EQ(look()->chart.counted, 0U);
+  checked.check();
+  EXPECT_EQ(look()->chart.counted, 1U);
+  EXPECT_EQ(look()->chart.state, DriftState::kTooFew);
+}
+
+TEST_F(a_watch, says_that_the_tool_creeps_since_when_and_what_to_do) {
+  checks(24);
+  checks(30, 0.008e-3);
+  const auto drift = look();
+  ASSERT_EQ(drift->chart.state, DriftState::kAlarms);
+  ASSERT_TRUE(drift->chart.course);
+  EXPECT_NEAR(static_cast<double>(drift->chart.course->since), 26.0, 12.0);
+  EXPECT_NEAR(drift->chart.course->now_m.norm(), 0.24e-3, 0.08e-3);
+  ASSERT_FALSE(drift->chart.course->causes.empty());
+  EXPECT_EQ(drift->chart.course->causes.front().kind, calib::ChangeKind::kTool);
+  EXPECT_EQ(drift->chart.advice, DriftAdvice::kRemeasureTcp);
+}
+
+TEST_F(a_watch, leaves_out_what_says_nothing_of_the_tool_and_shows_it) {
+  checks(5);
+  checked.check({.result = R"({"holds": false, "changed": "sphere"})"});
+  checked.check({.result = R"({"holds": false, "changed": null, "unsteady": [{"touch": 2}]})"});
+  checked.check({.result = nullptr});  // gone: it counts, and nobody knows whether it held
+  checked.check({.result = "{"});
+  checked.check({.ends = false});
+  const auto drift = look();
+  ASSERT_EQ(drift->chart.points.size(), 9U);
+  EXPECT_EQ(drift->chart.counted, 7U);
+  EXPECT_EQ(drift->chart.points[5].check.left_out, LeftOut::kNotTheTool);
+  EXPECT_EQ(drift->chart.points[6].check.left_out, LeftOut::kUndecided);
+  EXPECT_EQ(drift->chart.points[7].check.holds, std::nullopt);
+}
+
+TEST_F(a_watch, compares_checks_by_the_same_touches_alone) {
+  checks(5);
+  for (int k = 0; k < 2; ++k) checked.check({.other_touches = true});
+  const auto drift = look();
+  EXPECT_EQ(drift->chart.counted, 2U) << "the newest ones count";
+  EXPECT_EQ(drift->chart.points[0].check.left_out, LeftOut::kOtherTouches);
+}
+
+TEST_F(a_watch, knows_the_temperature_that_was_stated) {
+  checked.check({.temperature_c = 21.5});
+  checked.check();
+  EXPECT_EQ(look()->chart.points[0].check.temperature_c, 21.5);
+  EXPECT_FALSE(look()->chart.points[1].check.temperature_c);
+  EXPECT_TRUE(look()->chart.per_kelvin_m);
+}
+
+TEST_F(a_watch, works_the_chart_out_once_per_check_that_ends) {
+  checks(2);
+  const auto first = look();
+  EXPECT_EQ(look(), first);
+  checked.check();
+  EXPECT_NE(look(), first);
+}
+
+}  // namespace
+}  // namespace cellcal::daemon
