@@ -267,7 +267,7 @@ Eigen::Vector3d any_direction(calib::Random& random) {
 int main(int argc, char** argv) {
   try {
     experiments::Trial trial;
-    int arms = 8, runs = 25, runs_unchanged = 12, most = 5000, limit_runs = 20000;
+    int arms = 6, runs = 12, runs_unchanged = 8, most = 5000, limit_runs = 20000;
     bool limits = false;
     std::uint64_t seed = 1;
     CommandLine app(
