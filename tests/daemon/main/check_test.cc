@@ -39,7 +39,7 @@ class ACheck : public ::testing::Test {
 TEST_F(ACheck, holds_where_nothing_changed_and_names_the_tool_that_was_knocked) {
   fixture.start();
   calibrate();
-  const Outcome held = fixture.cellcal({"check"});
+  const Outcome held = fixture.cellcal({"check", "--temperature", "21.5"});
   EXPECT_EQ(held.status, 0) << held.err << held.out << fixture.log();
   EXPECT_TRUE(held.out.starts_with("holds: TCP shift 0.")) << held.out;
   EXPECT_NE(held.out.find("nothing changed"), std::string::npos) << held.out;
@@ -56,6 +56,13 @@ TEST_F(ACheck, holds_where_nothing_changed_and_names_the_tool_that_was_knocked) 
   EXPECT_EQ(http_request(fixture.socket(), "GET", "/v1/sessions/2/calibration.json").status, 404);
   RecordProperty("robot_s", std::to_string(shown["times"]["total_s"].get<double>()));
 
+  EXPECT_NE(fixture.cellcal({"history", "--drift"}).out.find("not enough checks: 1 of 5"), std::string::npos);
+  for (int more = 0; more < 4; ++more) ASSERT_EQ(fixture.cellcal({"check"}).status, 0) << fixture.log();
+  const Outcome in_control = fixture.cellcal({"history", "--drift"});
+  EXPECT_EQ(in_control.status, 0) << in_control.err;
+  EXPECT_NE(in_control.out.find("\nin control: TCP 0.0"), std::string::npos) << in_control.out;
+  EXPECT_EQ(get("/v1/drift")["checks"]["points"][0]["temperature_c"], 21.5);
+
   restart("tool_shift_mm = [0.2, -0.2, 0.1]\n");
   const Outcome knocked = fixture.cellcal({"check", "--json"});
   ASSERT_EQ(knocked.status, 3) << knocked.err << knocked.out << fixture.log();
@@ -65,9 +72,15 @@ TEST_F(ACheck, holds_where_nothing_changed_and_names_the_tool_that_was_knocked) 
   EXPECT_EQ(result["changed"], "tool");
   const double u = result["tcp_shift_mm"]["u_length"];
   EXPECT_NEAR(result["tcp_shift_mm"]["length"].get<double>(), 0.3, 1.5 * u);
-  EXPECT_EQ(get("/v1/sessions/3/check.json")["changed"], "tool");
-  EXPECT_NE(get("/v1/sessions/3")["events"].dump().find("and 1 checks before it: does not hold"),
+  EXPECT_EQ(get("/v1/sessions/7/check.json")["changed"], "tool");
+  EXPECT_NE(get("/v1/sessions/7")["events"].dump().find("and 4 checks before it: does not hold"),
             std::string::npos);
+  const Outcome drift = fixture.cellcal({"history", "--drift", "--json"});
+  EXPECT_EQ(drift.status, 3) << drift.err << drift.out;
+  const auto chart = nlohmann::json::parse(drift.out);
+  EXPECT_EQ(chart["state"], "alarms") << drift.out;
+  EXPECT_EQ(chart["advice"], "re_measure_tcp") << drift.out;
+  EXPECT_EQ(chart["course"]["since"], 7) << drift.out;
   const Outcome history = fixture.cellcal({"history"});
   EXPECT_NE(history.out.find("check: does not hold: "), std::string::npos) << history.out;
   EXPECT_NE(history.out.find("check: holds: "), std::string::npos) << history.out;
@@ -92,6 +105,9 @@ TEST_F(ACheck, is_refused_where_there_is_nothing_to_check) {
   refused({{"kind", "check"}, {"cell", "/other.toml"}}, 422, "of /other.toml");
   refused({{"kind", "check"}, {"goal_mm", 0.2}}, 422, "a check has its own touches");
   refused({{"kind", "check"}, {"calibration", "one"}}, 400, "wrong type");
+  refused({{"kind", "check"}, {"temperature_c", "warm"}}, 400, "wrong type");
+  refused({{"kind", "check"}, {"temperature_c", 300}}, 422, "temperature_c must be -40 to 80");
+  refused({{"cell", CELLCAL_DEMO_CELL}, {"temperature_c", 20}}, 422, "is of a check");
   refused({{"cell", CELLCAL_DEMO_CELL}, {"calibration", 1}}, 422, "is of a check");
   EXPECT_EQ(fixture.status()["session"], 0);
 }
