@@ -74,8 +74,6 @@ void Scatter::learn(const CheckSeen& before, const CheckSeen& check,
   freedom_ += 3.0;
 }
 
-double Scatter::factor() const {
-  return std::sqrt((kStated + squares_) / (kStated + freedom_));
-}
+double Scatter::factor() const { return std::sqrt((kStated + squares_) / (kStated + freedom_)); }
 
 }  // namespace cellcal::calib

@@ -7,8 +7,9 @@ namespace cellcal::calib {
 
 namespace {
 
-constexpr double kLambda = 0.1;   ///< weight of the newest in the EWMA
-constexpr double kAllowed = 1.0;  ///< of each check, taken off the CUSUM: finds steps of 2 sigma best
+constexpr double kLambda = 0.1;  ///< weight of the newest in the EWMA
+constexpr double kAllowed =
+    1.0;  ///< of each check, taken off the CUSUM: finds steps of 2 sigma best
 
 /// Beyond all limits. No knock, however large, is remembered for longer than some ten checks.
 constexpr double kMost = 8.0;

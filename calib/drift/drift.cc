@@ -88,8 +88,9 @@ class Watch {
   std::optional<double> reference_c_;
   Charts charts_;
   DriftChart chart_;
-  std::vector<CheckSeen> of_course_;  ///< what the centre is made of, and the checks of the alarm that stands
-  std::size_t trusted_ = 0;           ///< of them, before that alarm's course
+  std::vector<CheckSeen>
+      of_course_;  ///< what the centre is made of, and the checks of the alarm that stands
+  std::size_t trusted_ = 0;  ///< of them, before that alarm's course
 };
 
 /// Of the newest check, if it is unlike the others.

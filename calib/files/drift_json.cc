@@ -34,18 +34,19 @@ bool measured(const CheckSeen& check) {
 
 ordered_json point_to_json(const DriftPoint& point, double noise) {
   const CheckSeen& check = point.check;
-  ordered_json json{{"session", check.session},
-                    {"time_s", check.time_s},
-                    {"temperature_c", or_null(check.temperature_c)},
-                    {"holds", or_null(check.holds)},
-                    {"left_out", check.left_out == LeftOut::kNo ? ordered_json(nullptr)
-                                                                : ordered_json(to_string(check.left_out))},
-                    {"off_mm", nullptr},
-                    {"u_mm", nullptr},
-                    {"ewma", point.ewma},
-                    {"cusum", point.cusum},
-                    {"share", point.share},
-                    {"state", to_string(point.state)}};
+  ordered_json json{
+      {"session", check.session},
+      {"time_s", check.time_s},
+      {"temperature_c", or_null(check.temperature_c)},
+      {"holds", or_null(check.holds)},
+      {"left_out", check.left_out == LeftOut::kNo ? ordered_json(nullptr)
+                                                  : ordered_json(to_string(check.left_out))},
+      {"off_mm", nullptr},
+      {"u_mm", nullptr},
+      {"ewma", point.ewma},
+      {"cusum", point.cusum},
+      {"share", point.share},
+      {"state", to_string(point.state)}};
   if (!measured(check)) return json;
   const Eigen::Vector3d sigma_m = noise * check.covariance_m2.diagonal().cwiseSqrt();
   json["off_mm"] = vector_mm(point.off_m);
@@ -55,17 +56,16 @@ ordered_json point_to_json(const DriftPoint& point, double noise) {
 
 ordered_json course_to_json(const DriftCourse& course) {
   const bool creeps = course.shape == DriftShape::kCreep;
-  ordered_json json{
-      {"shape", to_string(course.shape)},
-      {"since", course.since},
-      {"since_s", course.since_s},
-      {"checks", course.checks},
-      {"off_mm", course.now_m.norm() * kMmPerM},
-      {"u_off_mm", kCoverage * course.now_sigma_m * kMmPerM},
-      {"off_xyz_mm", vector_mm(course.now_m)},
-      {"mm_per_month", nullptr},
-      {"u_mm_per_month", nullptr},
-      {"causes", ordered_json::array()}};
+  ordered_json json{{"shape", to_string(course.shape)},
+                    {"since", course.since},
+                    {"since_s", course.since_s},
+                    {"checks", course.checks},
+                    {"off_mm", course.now_m.norm() * kMmPerM},
+                    {"u_off_mm", kCoverage * course.now_sigma_m * kMmPerM},
+                    {"off_xyz_mm", vector_mm(course.now_m)},
+                    {"mm_per_month", nullptr},
+                    {"u_mm_per_month", nullptr},
+                    {"causes", ordered_json::array()}};
   if (creeps) {
     json["mm_per_month"] = course.rate_m_s.norm() * kMonthS * kMmPerM;
     json["u_mm_per_month"] = kCoverage * course.rate_sigma_m_s * kMonthS * kMmPerM;

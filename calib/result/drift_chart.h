@@ -26,9 +26,9 @@ struct CheckSeen {
   double time_s = 0.0;  ///< since 1970, UTC
   std::optional<double> temperature_c = {};
   LeftOut left_out = LeftOut::kNo;
-  std::optional<bool> holds = {};               ///< by itself
-  ChangeKind changed = ChangeKind::kNothing;    ///< where it does not
-  Eigen::Vector3d shift_m = Eigen::Vector3d::Zero();  ///< of the TCP, flange frame
+  std::optional<bool> holds = {};                               ///< by itself
+  ChangeKind changed = ChangeKind::kNothing;                    ///< where it does not
+  Eigen::Vector3d shift_m = Eigen::Vector3d::Zero();            ///< of the TCP, flange frame
   Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Identity();  ///< of what is another each time
 };
 
@@ -61,11 +61,11 @@ enum class DriftShape { kStep, kCreep };
 /// How the TCP best went off, by all checks in the chart.
 struct DriftCourse {
   DriftShape shape = DriftShape::kCreep;
-  std::int64_t since = 0;     ///< the first check that is off
-  double since_s = 0.0;       ///< its time
-  std::size_t checks = 0;     ///< from it on
-  Eigen::Vector3d now_m = Eigen::Vector3d::Zero();  ///< off at the newest check
-  double now_sigma_m = 0.0;   ///< along it
+  std::int64_t since = 0;                              ///< the first check that is off
+  double since_s = 0.0;                                ///< its time
+  std::size_t checks = 0;                              ///< from it on
+  Eigen::Vector3d now_m = Eigen::Vector3d::Zero();     ///< off at the newest check
+  double now_sigma_m = 0.0;                            ///< along it
   Eigen::Vector3d rate_m_s = Eigen::Vector3d::Zero();  ///< kCreep
   double rate_sigma_m_s = 0.0;
   std::vector<Explanation> causes = {};  ///< likeliest first; empty: not worked out
@@ -81,7 +81,7 @@ struct DriftChart {
   std::optional<Eigen::Vector3d> per_kelvin_m = {};  ///< where temperatures are known
   std::vector<DriftPoint> points = {};               ///< oldest first
   std::optional<DriftCourse> course = {};            ///< where it warns or alarms
-  std::optional<std::int64_t> alarmed_at = {};       ///< the check that raised the alarm that stands
+  std::optional<std::int64_t> alarmed_at = {};  ///< the check that raised the alarm that stands
 };
 
 const char* to_string(LeftOut why);

@@ -45,7 +45,8 @@ const char* opening(DriftState state) {
 }  // namespace
 
 std::string date_words(double time_s) {
-  const std::chrono::sys_days day{std::chrono::days(static_cast<int>(std::floor(time_s / 86400.0)))};
+  const std::chrono::sys_days day{
+      std::chrono::days(static_cast<int>(std::floor(time_s / 86400.0)))};
   const std::chrono::year_month_day date(day);
   return fmt::format("{:04}-{:02}-{:02}", static_cast<int>(date.year()),
                      static_cast<unsigned>(date.month()), static_cast<unsigned>(date.day()));
@@ -64,9 +65,8 @@ std::string state_words(const DriftChart& chart) {
 std::string course_words(const DriftChart& chart) {
   if (!chart.course) return "";
   const DriftCourse& course = *chart.course;
-  const std::string off =
-      fmt::format("{:.3f} +- {:.3f} mm (k=2)", course.now_m.norm() * kMmPerM,
-                  kCoverage * course.now_sigma_m * kMmPerM);
+  const std::string off = fmt::format("{:.3f} +- {:.3f} mm (k=2)", course.now_m.norm() * kMmPerM,
+                                      kCoverage * course.now_sigma_m * kMmPerM);
   const std::string since =
       fmt::format("since check {} ({})", course.since, date_words(course.since_s));
   std::string text =
@@ -77,7 +77,8 @@ std::string course_words(const DriftChart& chart) {
                         kCoverage * course.rate_sigma_m_s * kMonthS * kMmPerM, since, off);
   if (course.causes.empty()) return text;
   const Explanation& cause = course.causes.front();
-  return text + fmt::format(", likeliest cause {:.0f} %: {}", 100.0 * cause.probability, words(cause));
+  return text +
+         fmt::format(", likeliest cause {:.0f} %: {}", 100.0 * cause.probability, words(cause));
 }
 
 std::string advice_words(const DriftChart& chart) {

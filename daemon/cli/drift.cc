@@ -48,14 +48,14 @@ std::string plot(const std::vector<json>& points) {
   for (const json& point : points) {
     if (!counts(point)) continue;
     const double share = to > from ? (figure(point, "time_s") - from) / (to - from) : 0.0;
-    const auto column = static_cast<std::size_t>(
-        std::clamp(share, 0.0, 1.0) * static_cast<double>(kColumns - 1));
+    const auto column =
+        static_cast<std::size_t>(std::clamp(share, 0.0, 1.0) * static_cast<double>(kColumns - 1));
     highest[column] = std::max(highest[column], figure(point, "share"));
     most = std::max(most, highest[column]);
   }
   const auto row_of = [&](double share) {
-    return static_cast<std::size_t>(std::clamp(share / most, 0.0, 1.0) *
-                                    static_cast<double>(kRows - 1) + 0.5);
+    return static_cast<std::size_t>(
+        std::clamp(share / most, 0.0, 1.0) * static_cast<double>(kRows - 1) + 0.5);
   };
   std::vector<std::string> rows(kRows, std::string(kColumns, ' '));
   rows[row_of(1.0)].assign(kColumns, '-');
@@ -64,7 +64,8 @@ std::string plot(const std::vector<json>& points) {
   std::string text;
   for (std::size_t row = kRows; row-- > 0;) {
     const std::string label = row == row_of(1.0) ? "alarm" : row == 0 ? "0" : "";
-    text += fmt::format("{:>6} |{}\n", label, rows[row].substr(0, rows[row].find_last_not_of(' ') + 1));
+    text +=
+        fmt::format("{:>6} |{}\n", label, rows[row].substr(0, rows[row].find_last_not_of(' ') + 1));
   }
   return text + fmt::format("{:>6} +{}\n{:>6}  {:<{}}{}\n", "", std::string(kColumns, '-'), "",
                             calib::date_words(from), kColumns - 10, calib::date_words(to));
@@ -78,8 +79,9 @@ std::string row(const json& point) {
   const std::string left_out = word(point, "left_out");
   return fmt::format("{:>6} {:<10} {:>6} {:>8} {:>8} {:>8} {:>7}  {}\n",
                      static_cast<std::int64_t>(figure(point, "session")),
-                     calib::date_words(figure(point, "time_s")), warm, component(point, "off_mm", 0),
-                     component(point, "off_mm", 1), component(point, "off_mm", 2),
+                     calib::date_words(figure(point, "time_s")), warm,
+                     component(point, "off_mm", 0), component(point, "off_mm", 1),
+                     component(point, "off_mm", 2),
                      left_out.empty() ? fmt::format("{:.0f}", 100.0 * figure(point, "share")) : "-",
                      left_out.empty() ? word(point, "state") : "left out: " + left_out);
 }
@@ -99,8 +101,8 @@ std::string drift_text(const json& checks) {
     if (point.is_object()) points.push_back(point);
   if (points.empty()) return text;
   if (points.size() > 1) text += "\n" + plot(points);
-  text += fmt::format("\n{:>6} {:<10} {:>6} {:>8} {:>8} {:>8} {:>7}  {}\n", "check", "ended", "deg C",
-                      "x mm", "y mm", "z mm", "alarm %", "state");
+  text += fmt::format("\n{:>6} {:<10} {:>6} {:>8} {:>8} {:>8} {:>7}  {}\n", "check", "ended",
+                      "deg C", "x mm", "y mm", "z mm", "alarm %", "state");
   for (std::size_t k = points.size() - std::min(points.size(), kNewest); k < points.size(); ++k)
     text += row(points[k]);
   return text;

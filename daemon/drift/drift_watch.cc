@@ -71,8 +71,8 @@ void take_verdict(const std::filesystem::path& file, calib::CheckSeen& seen) {
   seen.holds = check["holds"].get<bool>();
   const auto changed = check.find("changed");
   if (changed != check.end() && changed->is_string())
-    seen.changed = calib::change_kind(changed->get<std::string>())
-                       .value_or(calib::ChangeKind::kNothing);
+    seen.changed =
+        calib::change_kind(changed->get<std::string>()).value_or(calib::ChangeKind::kNothing);
   if (has_any("unsteady") || has_any("not_found"))
     seen.left_out = calib::LeftOut::kUndecided;
   else if (!*seen.holds && seen.changed != calib::ChangeKind::kTool)

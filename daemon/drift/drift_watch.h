@@ -13,7 +13,7 @@
 namespace cellcal::daemon {
 
 struct Drift {
-  std::int64_t calibrated = 0;     ///< the session of the calibration
+  std::int64_t calibrated = 0;      ///< the session of the calibration
   std::string cell, calibrated_at;  ///< its cell file; when it ended, ISO 8601 UTC
   calib::DriftChart chart;
 };

@@ -1,6 +1,8 @@
 // The control charts over checks: how seldom they alarm while nothing changes, how soon when something does, beside
 // the single check; and the limits themselves (--limits).
 
+#include "calib/drift/drift.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -12,7 +14,6 @@
 
 #include "calib/check/alarm.h"
 #include "calib/drift/charts.h"
-#include "calib/drift/drift.h"
 #include "calib/drift/limits.h"
 #include "calib/drift/shift_gauge.h"
 #include "calib/files/files.h"
@@ -50,7 +51,8 @@ struct Records {
     if (highest.empty() || value > highest.back().second) highest.emplace_back(check, value);
   }
   int first_beyond(double limit, int else_at) const {
-    const auto at = std::ranges::find_if(highest, [&](const auto& one) { return one.second > limit; });
+    const auto at =
+        std::ranges::find_if(highest, [&](const auto& one) { return one.second > limit; });
     return at == highest.end() ? else_at : at->first;
   }
 };
@@ -78,11 +80,13 @@ Run unchanged_run(int length, std::uint64_t seed) {
 double run_length(const std::vector<Run>& runs, const calib::ControlLimits& limits, int most) {
   double sum = 0.0;
   for (const Run& run : runs)
-    sum += std::min(run.ewma.first_beyond(limits.ewma, most), run.cusum.first_beyond(limits.cusum, most));
+    sum += std::min(run.ewma.first_beyond(limits.ewma, most),
+                    run.cusum.first_beyond(limits.cusum, most));
   return sum / static_cast<double>(runs.size());
 }
 
-double bisected(double low, double high, const std::function<double(double)>& length, double wanted) {
+double bisected(double low, double high, const std::function<double(double)>& length,
+                double wanted) {
   for (int i = 0; i < 40; ++i) {
     const double middle = 0.5 * (low + high);
     (length(middle) < wanted ? low : high) = middle;
@@ -94,20 +98,35 @@ void print_limits(int count, std::uint64_t seed) {
   for (const double wanted : {200.0, 1000.0}) {
     const int most = static_cast<int>(12.0 * wanted);
     std::vector<Run> runs;
-    for (int i = 0; i < count; ++i) runs.push_back(unchanged_run(most, seed + 7919u * static_cast<unsigned>(i)));
+    for (int i = 0; i < count; ++i)
+      runs.push_back(unchanged_run(most, seed + 7919u * static_cast<unsigned>(i)));
     const auto of_one = [&](double alone) {
       constexpr double kNever = 1e9;
-      const double ewma = bisected(1, 9, [&](double l) { return run_length(runs, {l, kNever, 0}, most); }, alone);
-      const double cusum = bisected(1, 9, [&](double l) { return run_length(runs, {kNever, l, 0}, most); }, alone);
+      const double ewma = bisected(
+          1, 9,
+          [&](double l) {
+            return run_length(runs, {l, kNever, 0}, most);
+          },
+          alone);
+      const double cusum = bisected(
+          1, 9,
+          [&](double l) {
+            return run_length(runs, {kNever, l, 0}, most);
+          },
+          alone);
       return calib::ControlLimits{ewma, cusum, wanted};
     };
-    const double alone = bisected(wanted, 2.5 * wanted, [&](double a) { return run_length(runs, of_one(a), most); }, wanted);
+    const double alone = bisected(
+        wanted, 2.5 * wanted, [&](double a) { return run_length(runs, of_one(a), most); }, wanted);
     const calib::ControlLimits limits = of_one(alone);
     std::vector<double> lengths;
     for (const Run& run : runs)
-      lengths.push_back(std::min(run.ewma.first_beyond(limits.ewma, most), run.cusum.first_beyond(limits.cusum, most)));
-    fmt::print("run length {:.0f}: ewma {:.3f}, cusum {:.3f} (each alone {:.0f}); by both {:.0f}, 5 % before {:.0f}, median {:.0f}\n",
-               wanted, limits.ewma, limits.cusum, alone, run_length(runs, limits, most), quantile(lengths, 0.05), quantile(lengths, 0.5));
+      lengths.push_back(std::min(run.ewma.first_beyond(limits.ewma, most),
+                                 run.cusum.first_beyond(limits.cusum, most)));
+    fmt::print(
+        "run length {:.0f}: ewma {:.3f}, cusum {:.3f} (each alone {:.0f}); by both {:.0f}, 5 % before {:.0f}, median {:.0f}\n",
+        wanted, limits.ewma, limits.cusum, alone, run_length(runs, limits, most),
+        quantile(lengths, 0.05), quantile(lengths, 0.5));
     std::fflush(stdout);
   }
 }
@@ -131,7 +150,8 @@ std::vector<calib::Touch> expected(const calib::Plan& plan) {
     touch.target = planned.target;
     const double share = planned.expected_m / planned.search_m;
     for (std::size_t i = 0; i < planned.standoff.size(); ++i)
-      touch.joint_rad.push_back(planned.standoff[i] + share * (planned.end[i] - planned.standoff[i]));
+      touch.joint_rad.push_back(planned.standoff[i] +
+                                share * (planned.end[i] - planned.standoff[i]));
     touches.push_back(std::move(touch));
   }
   return touches;
@@ -140,19 +160,24 @@ std::vector<calib::Touch> expected(const calib::Plan& plan) {
 /// What is done to the cell, by months since its calibration.
 struct Course {
   std::string name;
-  std::function<Eigen::Vector3d(double months)> shift_m = [](double) { return Eigen::Vector3d(Eigen::Vector3d::Zero()); };
+  std::function<Eigen::Vector3d(double months)> shift_m = [](double) {
+    return Eigen::Vector3d(Eigen::Vector3d::Zero());
+  };
   std::function<double(double months)> kelvin = [](double) { return 0.0; };
   bool temperature_known = false;
   double noise = 1.0;  ///< of the touches, by what is stated
   int begins = 0;      ///< at this check
-  bool ends_with_chart = false;  ///< nothing changes: the single check's alarms are counted until the chart's first
+  bool ends_with_chart =
+      false;  ///< nothing changes: the single check's alarms are counted until the chart's first
 };
 
-std::optional<std::vector<calib::Touch>> made(const Watched& on, const Course& course, double months, calib::Random& random) {
+std::optional<std::vector<calib::Touch>> made(const Watched& on, const Course& course,
+                                              double months, calib::Random& random) {
   experiments::World world = on.world;
   world.arm.knock(course.shift_m(months));
   world.arm.grow(kGrowthPerKelvin * course.kelvin(months));
-  const double warm = course.temperature_known ? 0.5 : random.uniform();  // as at some time of the calibration
+  const double warm =
+      course.temperature_known ? 0.5 : random.uniform();  // as at some time of the calibration
   std::vector<calib::Touch> touches;
   for (const calib::PlannedTouch& planned : on.plan.touches) {
     auto touch = world.touch(planned, warm, experiments::kBeyond, random);
@@ -168,10 +193,12 @@ std::optional<std::vector<calib::Touch>> made(const Watched& on, const Course& c
   return touches;
 }
 
-std::optional<Watched> watched(const calib::Robot& robot, const experiments::Trial& trial, std::uint64_t seed) {
+std::optional<Watched> watched(const calib::Robot& robot, const experiments::Trial& trial,
+                               std::uint64_t seed) {
   auto session = experiments::measured(robot, trial, seed);
   if (!session) return std::nullopt;
-  calib::Calibration c = calib::identify(session->world.cell, session->touches, {}, calib::shipped_robots);
+  calib::Calibration c =
+      calib::identify(session->world.cell, session->touches, {}, calib::shipped_robots);
   if (!c.verdict.publish) return std::nullopt;
   calib::Plan plan = calib::make_check_plan(c, {}, {});
   Watched on{std::move(session->world), std::move(c), std::move(plan), {}, {}, {}};
@@ -186,8 +213,8 @@ std::optional<Watched> watched(const calib::Robot& robot, const experiments::Tri
     off.col(k) = on.gauge->measure(*before).off_m;
   }
   calib::refer_to(*on.foresight, off);
-  on.alarm.emplace(calib::possible_changes(on.calibration, on.foresight->contacts), on.foresight->contacts,
-                   on.foresight->covariance_m2());
+  on.alarm.emplace(calib::possible_changes(on.calibration, on.foresight->contacts),
+                   on.foresight->contacts, on.foresight->covariance_m2());
   return on;
 }
 
@@ -204,7 +231,8 @@ Delay run_of(const Watched& on, const Course& course, int most, calib::Random& r
   calib::Charts charts(reference_c);
   Delay delay{static_cast<double>(most), static_cast<double>(most)};
   bool chart = false, single = false;
-  for (int k = 1; k <= course.begins + most && !(chart && (single || course.ends_with_chart)); ++k) {
+  for (int k = 1; k <= course.begins + most && !(chart && (single || course.ends_with_chart));
+       ++k) {
     const double months = std::max(0, k - course.begins) / kChecksPerMonth;
     const auto touches = made(on, course, months, random);
     if (!touches) continue;
@@ -218,7 +246,8 @@ Delay run_of(const Watched& on, const Course& course, int most, calib::Random& r
     if (!chart) {
       const auto at = charts.take(check);
       charts.learn(check);
-      const bool beyond = at.ewma > calib::kAlarmLimits.ewma || at.cusum > calib::kAlarmLimits.cusum;
+      const bool beyond =
+          at.ewma > calib::kAlarmLimits.ewma || at.cusum > calib::kAlarmLimits.cusum;
       if (k >= static_cast<int>(calib::kLeastChecks) && beyond) {
         chart = true;
         delay.false_alarm = k <= course.begins;
@@ -249,12 +278,15 @@ void print_row(const Course& course, const std::vector<Delay>& delays, int most)
     single.push_back(one.single);
     never += one.chart >= most;
   }
-  fmt::print("{:<34} {:>5} {:>8.1f} {:>6.0f} {:>6.0f} {:>6.0f} {:>7} {:>10} | ", course.name, delays.size(), mean(chart),
-             quantile(chart, 0.05), quantile(chart, 0.5), quantile(chart, 0.95), never, false_alarms);
+  fmt::print("{:<34} {:>5} {:>8.1f} {:>6.0f} {:>6.0f} {:>6.0f} {:>7} {:>10} | ", course.name,
+             delays.size(), mean(chart), quantile(chart, 0.05), quantile(chart, 0.5),
+             quantile(chart, 0.95), never, false_alarms);
   if (course.ends_with_chart)
-    fmt::print("{} alarms in {:.0f} checks\n", single_alarms, mean(chart) * static_cast<double>(chart.size()));
+    fmt::print("{} alarms in {:.0f} checks\n", single_alarms,
+               mean(chart) * static_cast<double>(chart.size()));
   else
-    fmt::print("{:>8.1f} {:>6.0f} {:>6.0f} {:>6.0f}\n", mean(single), quantile(single, 0.05), quantile(single, 0.5), quantile(single, 0.95));
+    fmt::print("{:>8.1f} {:>6.0f} {:>6.0f} {:>6.0f}\n", mean(single), quantile(single, 0.05),
+               quantile(single, 0.5), quantile(single, 0.95));
   std::fflush(stdout);
 }
 
@@ -291,9 +323,11 @@ int main(int argc, char** argv) {
     std::vector<Watched> cells;
     for (std::uint64_t k = 0; static_cast<int>(cells.size()) < arms; ++k)
       if (auto one = watched(robot, trial, seed * 100000 + k)) cells.push_back(std::move(*one));
-    fmt::print("{} arms, {} checks a month; checks until the first alarm\n", cells.size(), kChecksPerMonth);
-    fmt::print("{:<34} {:>5} {:>8} {:>6} {:>6} {:>6} {:>7} {:>10} | {:>8} {:>6} {:>6} {:>6}\n", "what happens", "runs", "chart", "5 %",
-               "50 %", "95 %", "never", "before it", "single", "5 %", "50 %", "95 %");
+    fmt::print("{} arms, {} checks a month; checks until the first alarm\n", cells.size(),
+               kChecksPerMonth);
+    fmt::print("{:<34} {:>5} {:>8} {:>6} {:>6} {:>6} {:>7} {:>10} | {:>8} {:>6} {:>6} {:>6}\n",
+               "what happens", "runs", "chart", "5 %", "50 %", "95 %", "never", "before it",
+               "single", "5 %", "50 %", "95 %");
     std::fflush(stdout);
     constexpr int kBegins = 30;  // ten days
     const auto season = [](double months) { return 5.0 * std::sin(months / 12.0 * 2.0 * M_PI); };
@@ -304,14 +338,16 @@ int main(int argc, char** argv) {
       bool season = false, known = false;
       double noise = 1.0;
     };
-    for (const Row& row : {Row{"nothing"},
-                           Row{.name = "nothing, touches scatter 1.5 x", .noise = 1.5},
-                           Row{.name = "season +-5 K, known", .season = true, .known = true},
-                           Row{.name = "season +-5 K, not known", .season = true},
-                           Row{"creep 0.02 mm/month", 0.02e-3, 0.0, kBegins}, Row{"creep 0.05 mm/month", 0.05e-3, 0.0, kBegins},
-                           Row{"creep 0.10 mm/month", 0.1e-3, 0.0, kBegins}, Row{"creep 0.05 mm/month at once", 0.05e-3, 0.0, 0},
-                           Row{"step 0.05 mm", 0.0, 0.05e-3, kBegins},
-                           Row{"step 0.10 mm", 0.0, 0.1e-3, kBegins}, Row{"step 0.15 mm", 0.0, 0.15e-3, kBegins}}) {
+    for (const Row& row :
+         {Row{"nothing"}, Row{.name = "nothing, touches scatter 1.5 x", .noise = 1.5},
+          Row{.name = "season +-5 K, known", .season = true, .known = true},
+          Row{.name = "season +-5 K, not known", .season = true},
+          Row{"creep 0.02 mm/month", 0.02e-3, 0.0, kBegins},
+          Row{"creep 0.05 mm/month", 0.05e-3, 0.0, kBegins},
+          Row{"creep 0.10 mm/month", 0.1e-3, 0.0, kBegins},
+          Row{"creep 0.05 mm/month at once", 0.05e-3, 0.0, 0},
+          Row{"step 0.05 mm", 0.0, 0.05e-3, kBegins}, Row{"step 0.10 mm", 0.0, 0.1e-3, kBegins},
+          Row{"step 0.15 mm", 0.0, 0.15e-3, kBegins}}) {
       const bool changes = row.creep_m > 0.0 || row.step_m > 0.0;
       std::vector<Delay> delays;
       calib::Random random(seed + 11);
@@ -326,7 +362,8 @@ int main(int argc, char** argv) {
           if (row.season) course.kelvin = season;
           if (changes)
             course.shift_m = [&](double months) {
-              return Eigen::Vector3d(along * (row.creep_m * months + (months > 0.0 ? row.step_m : 0.0)));
+              return Eigen::Vector3d(along *
+                                     (row.creep_m * months + (months > 0.0 ? row.step_m : 0.0)));
             };
           delays.push_back(run_of(cell, course, changes ? 1200 : most, random));
         }

@@ -1,6 +1,8 @@
 // The charts over drawn checks: silent while nothing changes, however large what all checks share; loud when
 // something creeps or jumps, with when it began, how fast it goes, and what to do.
 
+#include "calib/drift/charts.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -8,7 +10,6 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "calib/drift/charts.h"
 #include "calib/drift/course.h"
 #include "calib/drift/drift.h"
 #include "calib/drift/limits.h"
@@ -58,7 +59,8 @@ TEST(a_chart, is_silent_whatever_all_checks_share) {
   EXPECT_EQ(chart.state, DriftState::kInControl) << drift_to_json(chart);
   EXPECT_EQ(chart.advice, DriftAdvice::kNone);
   EXPECT_FALSE(chart.course);
-  EXPECT_LT(chart.points.back().off_m.norm(), 4 * kSigmaM) << "of the centre, not of the calibration";
+  EXPECT_LT(chart.points.back().off_m.norm(), 4 * kSigmaM)
+      << "of the centre, not of the calibration";
 }
 
 TEST(a_chart, says_how_many_checks_it_lacks) {
@@ -162,7 +164,8 @@ TEST(a_chart, shows_what_it_leaves_out_and_is_not_moved_by_it) {
 TEST(a_chart, takes_out_what_the_temperature_does_where_it_is_known) {
   auto checks = checks_of(150, still);
   for (std::size_t k = 0; k < checks.size(); ++k) {
-    const double warmer = 6.0 * static_cast<double>(k) / 150.0 + std::sin(0.7 * static_cast<double>(k));
+    const double warmer =
+        6.0 * static_cast<double>(k) / 150.0 + std::sin(0.7 * static_cast<double>(k));
     checks[k].shift_m.z() += 0.02e-3 * warmer;
     checks[k].temperature_c = 21.0 + warmer;
   }
@@ -192,7 +195,8 @@ TEST(a_chart, learns_how_much_checks_scatter) {
   auto checks = checks_of(200, still);
   for (CheckSeen& check : checks) check.covariance_m2 /= 4.0;
   EXPECT_NEAR(drift_chart(checks).noise, 2.0, 0.25);
-  EXPECT_NEAR(drift_chart(checks_of(200, creep(0.3, 0.0))).noise, 1.0, 0.12) << "a creep is no scatter";
+  EXPECT_NEAR(drift_chart(checks_of(200, creep(0.3, 0.0))).noise, 1.0, 0.12)
+      << "a creep is no scatter";
 }
 
 TEST(a_chart, does_not_care_when_checks_were_made) {
@@ -224,7 +228,8 @@ TEST(a_chart, as_a_document_has_its_state_course_limits_and_words) {
   EXPECT_EQ(json.at("points").at(3).at("left_out"), "undecided");
   EXPECT_TRUE(json.at("points").at(3).at("holds").is_null());
   EXPECT_GT(json.at("points").at(149).at("share").get<double>(), 1.0);
-  EXPECT_NE(json.at("words").dump().find("mm/month (k=2) since check"), std::string::npos) << json.at("words");
+  EXPECT_NE(json.at("words").dump().find("mm/month (k=2) since check"), std::string::npos)
+      << json.at("words");
 }
 
 }  // namespace

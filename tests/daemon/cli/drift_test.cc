@@ -21,8 +21,11 @@ json chart_of(int checks) {
                       {"off_mm", k == 2 ? json() : json{0.01 * k, -0.002, 0.0}},
                       {"share", 0.05 * k},
                       {"state", k > 20 ? "alarms" : "in_control"}});
-  return {{"calibration", 7}, {"calibrated", "2026-05-28T20:26:40.000Z"}, {"state", "alarms"},
-          {"words", {"creep of 0.1 mm/month"}}, {"points", points}};
+  return {{"calibration", 7},
+          {"calibrated", "2026-05-28T20:26:40.000Z"},
+          {"state", "alarms"},
+          {"words", {"creep of 0.1 mm/month"}},
+          {"points", points}};
 }
 
 TEST(the_drift, is_sentences_a_plot_and_the_newest_checks) {
@@ -50,9 +53,10 @@ TEST(the_drift, of_few_checks_names_those_that_are_left_out) {
 }
 
 TEST(the_drift, takes_an_answer_of_another_daemon_for_what_it_is) {
-  for (const char* odd : {R"({})", R"({"points": [1, null, {}, {"time_s": "x", "off_mm": [1, "x"]}]})",
-                          R"({"words": [1], "points": {"a": 1}})",
-                          R"({"points": [{"time_s": 1e300, "share": -1e300}, {"time_s": -1e300, "share": 1e300}]})"})
+  for (const char* odd :
+       {R"({})", R"({"points": [1, null, {}, {"time_s": "x", "off_mm": [1, "x"]}]})",
+        R"({"words": [1], "points": {"a": 1}})",
+        R"({"points": [{"time_s": 1e300, "share": -1e300}, {"time_s": -1e300, "share": 1e300}]})"})
     EXPECT_NE(drift_text(json::parse(odd)), "") << odd;
 }
 
