@@ -8,8 +8,6 @@ namespace cellcal::calib {
 
 namespace {
 
-/// 12 to 24 um per metre and kelvin, of an arm of a metre or two.
-constexpr double kPerKelvinM = 0.03e-3;
 /// What is stated counts as much as so many degrees of freedom.
 constexpr double kStated = 30.0;
 /// Of three components one in a thousand is beyond; it is no scatter.

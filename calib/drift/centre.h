@@ -8,6 +8,9 @@
 
 namespace cellcal::calib {
 
+/// What a kelvin may do beforehand, 1 sigma: 12 to 24 um per metre, of an arm of a metre or two.
+inline constexpr double kPerKelvinM = 0.03e-3;
+
 /// As long as temperatures are not known, a centre alone.
 class Centre {
  public:

@@ -4,6 +4,8 @@
 #include <Eigen/LU>
 #include <cmath>
 
+#include "calib/drift/centre.h"
+
 namespace cellcal::calib {
 
 namespace {
@@ -12,7 +14,6 @@ namespace {
 using Normal = Eigen::Matrix<double, 9, 9>;
 using Right = Eigen::Matrix<double, 9, 1>;
 
-constexpr double kPerKelvinM = 0.03e-3;
 /// Time is counted in days here, so that no column is a billion times another.
 constexpr double kDayS = 86400.0;
 
