@@ -84,7 +84,8 @@ World::World(const calib::Cell& nominal, const Stage& stage, calib::Random& rand
 }
 
 std::optional<calib::Touch> World::touch(const calib::PlannedTouch& planned, double warm,
-                                         double beyond, calib::Random& random) const {
+                                         double beyond, calib::Random& random,
+                                         const Eigen::Vector3d& moved_m) const {
   const std::size_t target = cell.target_index(planned.target);
   calib::Touch t;
   t.target = planned.target;
@@ -95,7 +96,7 @@ std::optional<calib::Touch> World::touch(const calib::PlannedTouch& planned, dou
     radius += (random.uniform() < 0.7 ? 1.0 : -1.0) * random.uniform(0.2e-3, 3e-3);
     if (stage_.outliers_dropped) return std::nullopt;
   }
-  const auto q = meet(arm, planned, centre_m[target], radius, warm, beyond);
+  const auto q = meet(arm, planned, centre_m[target] + moved_m, radius, warm, beyond);
   if (!q) return std::nullopt;
   t.joint_rad = *q;
   return t;

@@ -35,9 +35,10 @@ struct World {
   World(const calib::Cell& nominal, const Stage& stage, calib::Random& random);
 
   /// Empty where the search line does not meet the sphere. `beyond`: shares of the search line that
-  /// are searched before its begin and after its end.
+  /// are searched before its begin and after its end. `moved_m`: the sphere from where it stands.
   std::optional<calib::Touch> touch(const calib::PlannedTouch& planned, double warm, double beyond,
-                                    calib::Random& random) const;
+                                    calib::Random& random,
+                                    const Eigen::Vector3d& moved_m = Eigen::Vector3d::Zero()) const;
 
   calib::Cell cell;  ///< as its file says
   TrueArm arm;
