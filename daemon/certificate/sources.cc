@@ -7,6 +7,7 @@
 #include "calib/syntax/toml_json.h"
 #include "daemon/archive/scratch_directory.h"
 #include "daemon/certificate/certificate.h"
+#include "daemon/files/printable.h"
 #include "daemon/journal/rows.h"
 #include "daemon/tasks/compared_json.h"
 #include "daemon/tasks/inputs.h"
@@ -31,6 +32,17 @@ std::vector<Change> changes_in(const std::string& lines, const std::string& from
       changes.push_back({entry.row, column(entry, "time"), column(entry, "from_phase"),
                          column(entry, "to_phase"), column(entry, "event")});
   return changes;
+}
+
+/// What was stored of one that ended otherwise, as in the phase reporting, is no result.
+void refuse_unless_done(const SessionRecord& record, const std::string& from) {
+  if (record.state == "done") return;
+  throw Refused(
+      Refused::Why::kNotDone,
+      fmt::format("{}: the session was not done but is {}{}, and gets no certificate. Name a "
+                  "session that was published: 'cellcal history'",
+                  from, printable(record.state),
+                  record.failure.empty() ? "" : " (" + printable(record.failure) + ")"));
 }
 
 /// It may be of a version that is not read any more; then the nominal arm stands for it.
@@ -98,6 +110,7 @@ Sources read_sources(const Archive& archive, const std::string& from) {
     throw Refused(
         Refused::Why::kNoCalibration,
         from + ": has no calibration. Name a session that was published: 'cellcal history'");
+  refuse_unless_done(*record, from);
   Sources all;
   all.record = *record;
   all.touches = journal.touches(session);

@@ -48,7 +48,7 @@ struct Sources {
 };
 
 /// Throws ArchiveError, JournalError, calib::FileError where the export or its session cannot be read;
-/// Refused where it has no calibration.
+/// Refused where it has no calibration, or was not done.
 Sources read_sources(const Archive& archive, const std::string& from);
 
 }  // namespace cellcal::daemon::certificate

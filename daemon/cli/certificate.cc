@@ -105,7 +105,7 @@ int certify(const Connection& daemon, const CertificateCommand& command) try {
   tell(daemon, data, directory, key.has_value());
   return kSuccess;
 } catch (const certificate::Refused& refused) {
-  if (refused.why != certificate::Refused::Why::kWithheld) throw;
+  if (refused.why == certificate::Refused::Why::kNoCalibration) throw;
   std::fprintf(stderr, "cellcal certificate: %s\n", refused.what());
   return kNotPublishable;
 }

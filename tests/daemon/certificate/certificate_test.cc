@@ -2,6 +2,7 @@
 
 #include "daemon/certificate/certificate.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -100,6 +101,30 @@ TEST(a_certificate_is_refused, of_a_withheld_result_with_the_reasons) {
     EXPECT_TRUE(says(refused.what(), "session 1: the result was withheld"));
     EXPECT_GT(std::count(refused.what(), refused.what() + std::string(refused.what()).size(), '\n'),
               0);
+  }
+}
+
+TEST(a_certificate_is_refused,
+     of_a_session_that_was_aborted_or_failed_with_its_calibration_stored) {
+  const TemporaryDirectory directory;
+  Journal journal(directory / "j.db");
+  const Recording few{.ending = Ending::kAborted};
+  const std::int64_t id = record(journal, few, false);
+  for (const auto& [ending, word] :
+       {std::pair{Ending::kAborted, "aborted"}, {Ending::kFailed, "failed"}}) {
+    journal.record(id, RecordEnd{ending, "stopped\nby hand"}, "2026-03-29T01:32:00.000Z");
+    const Archive archive = make_archive(journal, id, directory / "none");
+    ASSERT_NE(archive.find("calibration.json"), archive.end());
+    write_archive(archive, directory / word);
+    try {
+      make_certificate(read_archive(directory / word), "export", kIssue);
+      ADD_FAILURE() << word;
+    } catch (const Refused& refused) {
+      EXPECT_EQ(refused.why, Refused::Why::kNotDone);
+      EXPECT_TRUE(says(refused.what(),
+                       fmt::format("the session was not done but is {} (stopped by hand)", word)))
+          << refused.what();
+    }
   }
 }
 

@@ -79,7 +79,7 @@ std::int64_t record(Journal& journal, const Recording& what, bool against_the_la
                                         calib::Finding{calib::FindingKind::kAllLeftOut});
   }
   journal.store_calibration(id, calib::calibration_to_json(calibration), compared);
-  journal.record(id, RecordEnd{Ending::kDone, ""}, "2026-03-29T01:31:00.000Z");
+  journal.record(id, RecordEnd{what.ending, ""}, "2026-03-29T01:31:00.000Z");
   return id;
 }
 

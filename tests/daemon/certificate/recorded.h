@@ -14,7 +14,8 @@ struct Recording {
   std::string certificate{};  ///< of the first target
   bool interrupted = false;
   bool temperatures = false;
-  bool publish = true;          ///< else withheld
+  bool publish = true;  ///< else withheld
+  Ending ending = Ending::kDone;
   double remastered_rad = 0.0;  ///< A2 reads more by this
   double longer_tool_m = 0.0;   ///< than the demo's
   bool lengths = true;          ///< certified ones; else the scope is near the targets
