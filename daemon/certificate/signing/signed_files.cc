@@ -46,6 +46,18 @@ bool is_sum(const std::string& text) {
          text.find_first_not_of("0123456789abcdef") == std::string::npos;
 }
 
+/// Of a file beside the sums, and that a terminal can show.
+bool is_plain_name(const std::string& name) {
+  return !name.empty() && name != "." && name != ".." && name != kSums && name != kSignature &&
+         name.find_first_of("/\\") == std::string::npos && printable(name) == name;
+}
+
+const std::string* sum_of(const Sums& sums, const std::string& name) {
+  const auto found =
+      std::ranges::find(sums.files, name, &std::pair<std::string, std::string>::first);
+  return found == sums.files.end() ? nullptr : &found->second;
+}
+
 /// Nothing where it is none of ours.
 std::optional<Sums> sums_of(const std::string& text) {
   Sums sums;
@@ -61,9 +73,12 @@ std::optional<Sums> sums_of(const std::string& text) {
       sums.statement.by = *by;
     else if (const auto key = behind(line, "# key: "))
       sums.statement.key = *key;
-    else if (line.size() > kShaDigits + 2 && is_sum(line.substr(0, kShaDigits)))
-      sums.files.emplace_back(line.substr(kShaDigits + 2), line.substr(0, kShaDigits));
-    else
+    else if (line.size() > kShaDigits + 2 && is_sum(line.substr(0, kShaDigits)) &&
+             line.substr(kShaDigits, 2) == "  ") {
+      const std::string name = line.substr(kShaDigits + 2);
+      if (!is_plain_name(name) || sum_of(sums, name) != nullptr) return std::nullopt;
+      sums.files.emplace_back(name, line.substr(0, kShaDigits));
+    } else
       return std::nullopt;
   }
   if (sums.files.empty() || !is_sum(sums.statement.key)) return std::nullopt;
@@ -102,18 +117,45 @@ Sums signed_sums(const fs::path& directory, const PublicKey& key) {
   return *sums;
 }
 
-void verify_one(const fs::path& file, const Sums& sums, Verified& verified) {
-  const std::string sum = calib::sha256(calib::read_file(file));
-  if (std::ranges::any_of(sums.files, [&](const auto& one) { return one.second == sum; })) {
-    verified.files.push_back(file.filename().string());
-    return;
+/// A file that is listed is what was signed by that name, whatever else it is the same as.
+void verify_listed(const fs::path& file, const std::string& sum) {
+  if (calib::sha256(calib::read_file(file)) != sum)
+    throw NotVerified(
+        Why::kChangedFile,
+        printable(file.string()) + ": was changed after it was signed. Ask the issuer for it");
+}
+
+/// The name that it was signed by: its own, or another where nothing was signed by its own.
+std::string verify_one(const fs::path& file, const Sums& sums) {
+  const std::string name = file.filename().string();
+  if (const std::string* sum = sum_of(sums, name)) {
+    verify_listed(file, *sum);
+    return name;
   }
-  const bool listed = std::ranges::any_of(
-      sums.files, [&](const auto& one) { return one.first == file.filename(); });
+  const std::string sum = calib::sha256(calib::read_file(file));
+  const auto same =
+      std::ranges::find(sums.files, sum, &std::pair<std::string, std::string>::second);
+  if (same == sums.files.end())
+    throw NotVerified(Why::kNotListed,
+                      printable(file.string()) + ": is none of the files that were signed");
+  return same->first;
+}
+
+/// Beside the signed files, their sums and the signature nothing may be there: it would pass for signed.
+void refuse_others(const fs::path& directory, const Sums& sums) {
+  std::vector<std::string> others;
+  for (const fs::directory_entry& entry : fs::directory_iterator(directory)) {
+    const std::string name = entry.path().filename().string();
+    if (name != kSums && name != kSignature && sum_of(sums, name) == nullptr)
+      others.push_back(name);
+  }
+  if (others.empty()) return;
+  const std::string first = *std::ranges::min_element(others);
   throw NotVerified(
-      listed ? Why::kChangedFile : Why::kNotListed,
-      file.string() + (listed ? ": was changed after it was signed. Ask the issuer for it"
-                              : ": is none of the files that were signed"));
+      Why::kNotListed,
+      printable((directory / first).string()) +
+          ": is none of the files that were signed, and stands among them. Take it away, or "
+          "verify single files");
 }
 
 }  // namespace
@@ -157,16 +199,18 @@ Verified verify_files(const fs::path& file, const PublicKey& key) {
   const Sums sums = signed_sums(directory, key);
   Verified verified{sums.statement, {}};
   if (!whole) {
-    verify_one(file, sums, verified);
+    verified.files.push_back(verify_one(file, sums));
     return verified;
   }
   for (const auto& [name, sum] : sums.files) {
-    const fs::path one = directory / fs::path(name).filename();
+    const fs::path one = directory / name;
     if (!fs::exists(one, code))
       throw NotVerified(Why::kMissingFile,
                         one.string() + ": was signed, and is missing. Ask the issuer for it");
-    verify_one(one, sums, verified);
+    verify_listed(one, sum);
+    verified.files.push_back(name);
   }
+  refuse_others(directory, sums);
   return verified;
 }
 

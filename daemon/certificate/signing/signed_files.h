@@ -29,7 +29,8 @@ void sign_files(const std::filesystem::path& directory, const std::vector<std::s
 
 struct Verified {
   Statement statement;
-  std::vector<std::string> files;  ///< that are as they were signed
+  std::vector<std::string>
+      files;  ///< that are as they were signed, by the names that they were signed by
 };
 
 /// They are not what was signed, or nobody can say so.
@@ -39,7 +40,7 @@ struct NotVerified : std::runtime_error {
     kDamagedSignature,  ///< it does not belong to what it is beside
     kOtherKey,          ///< of somebody else than expected
     kChangedFile,
-    kNotListed,    ///< another file than was signed
+    kNotListed,    ///< another file than was signed, or one more beside them
     kMissingFile,  ///< of the directory's
   };
   NotVerified(Why reason, const std::string& words) : std::runtime_error(words), why(reason) {}
@@ -48,8 +49,9 @@ struct NotVerified : std::runtime_error {
 /// "changed_file"
 const char* to_string(NotVerified::Why why);
 
-/// Of one file, whatever it is called by now; or of all that were signed, where it is their directory. Throws
-/// NotVerified; calib::FileError where it cannot be read.
+/// Of one file, whatever it is called by now unless something else was signed by that name; or of all that were signed,
+/// where it is their directory, in which nothing else may be. Throws NotVerified; calib::FileError, std::runtime_error
+/// where it cannot be read.
 Verified verify_files(const std::filesystem::path& file, const PublicKey& key);
 
 }  // namespace cellcal::daemon::signing

@@ -54,6 +54,14 @@ struct signed_files : ::testing::Test {
       return error.why;
     }
   }
+  std::string words(const std::string& what) {
+    try {
+      verify_files(dir / what, PublicKey(dir / "k.pub"));
+    } catch (const NotVerified& error) {
+      return error.what();
+    }
+    return "";
+  }
   /// Every byte of the file changed in turn, each time the file alone.
   void expect_each_byte_counts(const std::string& name, const std::string& verified_by) {
     const std::string whole = calib::read_file(dir / name);
@@ -116,6 +124,51 @@ TEST_F(signed_files, that_were_changed_are_told_from_others) {
   EXPECT_THROW(verify("c/nothing"), std::runtime_error);
 }
 
+TEST_F(signed_files, with_one_more_among_them_are_not_verified_and_it_is_named) {
+  write(dir / "c/certificate.pdf", "%PDF forged");
+  EXPECT_EQ(verify("c"), Why::kNotListed);
+  EXPECT_NE(words("c").find("certificate.pdf"), std::string::npos);
+  EXPECT_EQ(verify("c/a.pdf"), std::nullopt);
+  fs::remove(dir / "c/certificate.pdf");
+  EXPECT_EQ(verify("c"), std::nullopt);
+  fs::copy_file(dir / "c/a.pdf", dir / "c/b\x1b[2J.pdf");  // nor one more of the same
+  EXPECT_EQ(verify("c"), Why::kNotListed);
+  EXPECT_EQ(words("c").find('\x1b'), std::string::npos);
+  fs::remove(dir / "c/b\x1b[2J.pdf");
+  fs::create_directory(dir / "c/more");
+  EXPECT_EQ(verify("c"), Why::kNotListed);
+}
+
+TEST_F(signed_files, are_each_held_against_their_own_sum) {
+  const auto only_the_page_is_copied = fs::copy_options::overwrite_existing;
+  fs::copy_file(dir / "c/a.html", dir / "c/a.pdf", only_the_page_is_copied);
+  EXPECT_EQ(verify("c"), Why::kChangedFile);
+  EXPECT_EQ(verify("c/a.pdf"), Why::kChangedFile);
+  EXPECT_EQ(verify("c/a.html"), std::nullopt);
+}
+
+TEST_F(signed_files, that_were_renamed_are_told_by_the_name_that_was_signed) {
+  fs::rename(dir / "c/a.pdf", dir / "c/b.html");
+  EXPECT_EQ(verify_files(dir / "c/b.html", PublicKey(dir / "k.pub")).files,
+            std::vector<std::string>{"a.pdf"});
+}
+
+TEST_F(signed_files, have_plain_names_each_once) {
+  const PrivateKey key(dir / "k");
+  const std::string good = calib::read_file(dir / "c" / kSums),
+                    sum = calib::sha256(calib::read_file(dir / "c/a.html"));
+  write(dir / "b.html", "<p>0.096 mm</p>");
+  for (const std::string& name :
+       {std::string("../b.html"), std::string("/etc/hosts"), std::string("."), std::string(".."),
+        std::string("a\x1b[2Jb"), std::string("a.html"), std::string(kSums),
+        std::string(kSignature)}) {
+    const std::string text = good + sum + "  " + name + "\n";
+    write(dir / "c" / kSums, text);
+    write(dir / "c" / kSignature, key.sign(text));
+    EXPECT_EQ(verify("c"), Why::kDamagedSignature) << name;
+  }
+}
+
 TEST_F(signed_files, of_another_key_are_told_from_damaged_ones) {
   EXPECT_EQ(verify("c", "other.pub"), Why::kOtherKey);
   // Somebody else's signature, said to be of the expected key.
@@ -139,7 +192,7 @@ TEST_F(signed_files, without_a_signature_say_so) {
 TEST_F(signed_files, are_not_looked_for_outside_of_their_directory) {
   write(dir / "c" / kSums, "# cellcal.signature/1\n# key: " + std::string(64, '0') + "\n" +
                                std::string(64, 'a') + "  ../k\n");
-  EXPECT_EQ(verify("c"), Why::kOtherKey);
+  EXPECT_EQ(verify("c"), Why::kDamagedSignature);
   for (const char* text : {"", "x", "# cellcal.signature/1\n", "# cellcal.signature/2\n# key: 0\n",
                            "# cellcal.signature/1\nfoo\n"}) {
     write(dir / "c" / kSums, text);
