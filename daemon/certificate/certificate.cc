@@ -13,6 +13,7 @@
 #include "calib/words/finding_words.h"
 #include "daemon/certificate/decision.h"
 #include "daemon/certificate/sources.h"
+#include "daemon/files/printable.h"
 #include "daemon/report/drawing/text.h"
 
 namespace cellcal::daemon::certificate {
@@ -31,6 +32,16 @@ void refuse_withheld(const Sources& sources, const std::string& from) {
   for (const calib::Finding& finding : verdict.findings)
     if (finding.severity == calib::Severity::kWithholds) words += "\n  " + calib::words(finding);
   throw Refused(Refused::Why::kWithheld, words);
+}
+
+/// Its lengths, check touches and input files are those of another session.
+void refuse_update(const Sources& sources, const std::string& from) {
+  if (!sources.calibration.update) return;
+  throw Refused(
+      Refused::Why::kUpdate,
+      fmt::format("{}: an update stands on the calibration of {}; for a certificate run a full "
+                  "session ('cellcal run')",
+                  from, printable(sources.calibration.update->stands_on)));
 }
 
 void add_identity(const Sources& s, const Issue& issue, CertificateData& data) {
@@ -267,6 +278,7 @@ CertificateData make_certificate(const Archive& archive, const std::string& from
                                  const Issue& issue) {
   const Sources sources = read_sources(archive, from);
   refuse_withheld(sources, from);
+  refuse_update(sources, from);
   CertificateData data;
   add_identity(sources, issue, data);
   add_artefacts(sources, data);

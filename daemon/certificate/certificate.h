@@ -15,7 +15,7 @@ namespace cellcal::daemon::certificate {
 
 /// There is no certificate of it, and why.
 struct Refused : std::runtime_error {
-  enum class Why { kNoCalibration, kNotDone, kWithheld };
+  enum class Why { kNoCalibration, kNotDone, kWithheld, kUpdate };
   Refused(Why reason, const std::string& words) : std::runtime_error(words), why(reason) {}
   Why why;
 };

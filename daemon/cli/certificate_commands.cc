@@ -21,7 +21,7 @@ void add_certificate(CLI::App& app, int& status) {
       "Writes certificate.html, certificate.pdf (needs the package 'weasyprint'), certificate.json and rows.jsonl, the\n"
       "session's rows. "
       "Serial numbers, operator and the artefacts' certificates stand in the cell file. A directory needs no "
-      "daemon.\nSigned where there is a key (certificate.sums, certificate.sums.sig); 'cellcal verify' looks at it.\nStatus 3 where the result was withheld or the session not done.\nExample: cellcal certificate 7 --issued-by \"A. Name\"\n"
+      "daemon.\nSigned where there is a key (certificate.sums, certificate.sums.sig); 'cellcal verify' looks at it.\nStatus 3 where the result was withheld, is an update, or the session was not done.\nExample: cellcal certificate 7 --issued-by \"A. Name\"\n"
       "         cellcal certificate session-7 --out certificate-7\n         cellcal certificate --make-key --key quality.key");
   auto daemon = add_connection(command);
   auto* session = command->add_option("SESSION", given->session,

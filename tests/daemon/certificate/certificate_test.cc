@@ -128,6 +128,21 @@ TEST(a_certificate_is_refused,
   }
 }
 
+TEST(a_certificate_is_refused, of_an_update_which_stands_on_another_session) {
+  const TemporaryDirectory directory;
+  Journal journal(directory / "j.db");
+  const std::int64_t id = record(journal, {.stands_on = "session 12 of 2026-11-20"}, false);
+  try {
+    make_certificate(make_archive(journal, id, directory / "none"), "session 1", kIssue);
+    ADD_FAILURE();
+  } catch (const Refused& refused) {
+    EXPECT_EQ(refused.why, Refused::Why::kUpdate);
+    EXPECT_EQ(std::string(refused.what()),
+              "session 1: an update stands on the calibration of session 12 of 2026-11-20; for a "
+              "certificate run a full session ('cellcal run')");
+  }
+}
+
 TEST(a_certificate_is_refused, of_a_session_without_a_calibration) {
   const TemporaryDirectory directory;
   Journal journal(directory / "j.db");

@@ -65,13 +65,22 @@ TEST_F(the_certificate_command, writes_nothing_where_the_key_cannot_be_used) {
 }
 
 TEST_F(the_certificate_command,
-       refuses_a_withheld_result_with_status_3_and_one_that_is_used_wrongly_with_2) {
+       refuses_what_was_withheld_or_updated_or_not_done_with_status_3_and_wrong_use_with_2) {
   Journal journal(dir / "j.db");
   const std::int64_t id = record(journal, {.publish = false}, false);
   write_archive(make_archive(journal, id, dir / "none"), dir / "w");
   const Outcome withheld = run_program({CELLCAL, "certificate", dir / "w", "--out", dir / "c"});
   EXPECT_EQ(withheld.status, 3);
   EXPECT_NE(withheld.err.find("withheld"), std::string::npos);
+  EXPECT_FALSE(std::filesystem::exists(dir / "c"));
+  const std::int64_t update = record(journal, {.stands_on = "session 1 of 2026-03-29"}, false);
+  write_archive(make_archive(journal, update, dir / "none"), dir / "u");
+  const Outcome updated = run_program({CELLCAL, "certificate", dir / "u", "--out", dir / "c"});
+  EXPECT_EQ(updated.status, 3);
+  EXPECT_NE(updated.err.find("for a certificate run a full session"), std::string::npos);
+  const std::int64_t stopped = record(journal, {.ending = Ending::kAborted}, false);
+  write_archive(make_archive(journal, stopped, dir / "none"), dir / "s");
+  EXPECT_EQ(run_program({CELLCAL, "certificate", dir / "s", "--out", dir / "c"}).status, 3);
   EXPECT_FALSE(std::filesystem::exists(dir / "c"));
   EXPECT_EQ(run_program({CELLCAL, "certificate"}).status, 2);
   EXPECT_EQ(run_program({CELLCAL, "certificate", "7", "--make-key"}).status, 2);

@@ -78,6 +78,11 @@ std::int64_t record(Journal& journal, const Recording& what, bool against_the_la
     calibration.verdict.findings.insert(calibration.verdict.findings.begin(),
                                         calib::Finding{calib::FindingKind::kAllLeftOut});
   }
+  if (!what.stands_on.empty()) {
+    calibration.update.emplace();
+    calibration.update->outcome = calib::UpdateOutcome::kUpdated;
+    calibration.update->stands_on = what.stands_on;
+  }
   journal.store_calibration(id, calib::calibration_to_json(calibration), compared);
   journal.record(id, RecordEnd{what.ending, ""}, "2026-03-29T01:31:00.000Z");
   return id;

@@ -16,6 +16,7 @@ struct Recording {
   bool temperatures = false;
   bool publish = true;  ///< else withheld
   Ending ending = Ending::kDone;
+  std::string stands_on{};      ///< it is an update, of that session
   double remastered_rad = 0.0;  ///< A2 reads more by this
   double longer_tool_m = 0.0;   ///< than the demo's
   bool lengths = true;          ///< certified ones; else the scope is near the targets
