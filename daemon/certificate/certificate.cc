@@ -73,6 +73,17 @@ void add_identity(const Sources& s, const Issue& issue, CertificateData& data) {
   data.method = s.text(kCalibration, "/model/reason");
 }
 
+/// Both of its ends were touched and found: the others of the cell file say nothing of this arm.
+bool is_used(const Sources& s, std::size_t length) {
+  for (const int end : {0, 1}) {
+    const Entry id = s.text("cell", fmt::format("/length/{}/between/{}", length, end));
+    if (std::ranges::find(s.calibration.targets, id.text, &calib::TargetResult::id) ==
+        s.calibration.targets.end())
+      return false;
+  }
+  return true;
+}
+
 void add_artefacts(const Sources& s, CertificateData& data) {
   for (std::size_t i = 0; i < s.size("cell", "/target"); ++i) {
     const std::string at = fmt::format("/target/{}/", i);
@@ -83,6 +94,7 @@ void add_artefacts(const Sources& s, CertificateData& data) {
                               text("certificate"), text("certificate_date")});
   }
   for (std::size_t i = 0; i < s.size("cell", "/length"); ++i) {
+    if (!is_used(s, i)) continue;
     const std::string at = fmt::format("/length/{}/", i);
     const auto text = [&](const char* key) { return s.text("cell", at + key); };
     data.lengths.push_back({text("between/0"), text("between/1"),
@@ -96,10 +108,21 @@ Entry mm(double metres, const std::string& from) {
   return figure(metres * kMmPerM, "mm", kMmDecimals, from);
 }
 
+/// Left out of the fit, or of what the check touches say.
 std::vector<bool> outliers_of(const Sources& s) {
   std::vector<bool> outlier(s.touches.size());
-  for (const calib::Outlier& one : s.calibration.outliers)
-    if (one.touch < outlier.size()) outlier[one.touch] = true;
+  const auto leave_out = [&](std::size_t touch) {
+    if (touch < outlier.size()) outlier[touch] = true;
+  };
+  for (const calib::Outlier& one : s.calibration.outliers) leave_out(one.touch);
+  for (const calib::TouchResidual& one : s.calibration.residuals)
+    if (one.outlier) leave_out(one.touch);
+  // A file has no residuals of single touches; the check touches among them stand in a finding.
+  for (const calib::Finding& finding : s.calibration.verdict.findings) {
+    if (finding.kind != calib::FindingKind::kGrossCheckTouches) continue;
+    for (const calib::FindingPart& part : finding.parts)
+      if (part.about.touch) leave_out(*part.about.touch);
+  }
   return outlier;
 }
 

@@ -73,7 +73,7 @@ struct CertificateData {
   Entry poses;  ///< over which the scope's figures are
   Decision decision;
   std::vector<Artefact> artefacts;
-  std::vector<Length> lengths;
+  std::vector<Length> lengths;    ///< of which both ends were touched
   std::vector<Entry> directions;  ///< that are not identifiable
   std::vector<Entry> remarks;     ///< the verdict's reasons
   std::vector<Break> breaks;

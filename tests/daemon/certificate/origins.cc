@@ -93,6 +93,11 @@ std::variant<double, std::string> Origins::touch(const std::string& path) const 
   if (field == "set") {
     for (const json& outlier : calibration_.at("outliers"))
       if (outlier.at("touch") == index) return "left out";
+    for (const json& finding : calibration_.at("verdict").at("findings")) {
+      if (finding.at("kind") != "gross_check_touches") continue;
+      for (const json& part : finding.at("parts"))
+        if (part.at("about").at("touch") == index) return "left out";
+    }
     return row.at("held_out") == 1 ? "check" : "fit";
   }
   if (field.starts_with("joint_deg/"))

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "calib/files/calibration_json.h"
 #include "daemon/tasks/estimate.h"
 #include "daemon/tasks/inputs.h"
@@ -61,6 +63,10 @@ std::int64_t record(Journal& journal, const Recording& what, bool against_the_la
           cell, calib::testing::plain_truth(cell, 3),
           {.fit = what.fit, .check = 10, .rho_m = 2e-4, .speed_m_s = 0.002, .seed = what.seed})
           .touches;
+  std::erase_if(touches, [&](const calib::Touch& one) { return one.target == what.untouched; });
+  if (what.gross_check)
+    std::ranges::find(touches.rbegin(), touches.rend(), calib::TouchSet::kCheck, &calib::Touch::set)
+        ->joint_rad[0] += 0.005;
   if (what.interrupted) interrupt(journal, id);
   for (std::size_t i = 0; i < touches.size(); ++i) {
     calib::Touch& touch = touches[i];

@@ -128,6 +128,40 @@ TEST_F(a_certificate,
   expect_all_traced(recorded().second);
 }
 
+TEST_F(a_certificate, leaves_out_the_check_touches_that_the_verdict_left_aside) {
+  const TemporaryDirectory directory;
+  Journal journal(directory / "j.db");
+  record(journal, {}, false);
+  const std::int64_t id = record(journal, {.gross_check = true, .fit = 60, .seed = 2}, true);
+  const Archive archive = make_archive(journal, id, directory / "none");
+  const CertificateData data = make_certificate(archive, "e", kIssue);
+  EXPECT_EQ(std::ranges::count(data.rows, "left out", [](const auto& row) { return row.set.text; }),
+            1);
+  EXPECT_EQ(std::ranges::count(data.rows, "check", [](const auto& row) { return row.set.text; }),
+            7);
+  const auto largest = [&](const char* of) {
+    const auto mean = std::ranges::find(data.figures, of, &certificate::Figure::what);
+    return *(mean + 1)->found.value;
+  };
+  EXPECT_LT(largest("Tip against the artefacts, held-out touches: mean"), 2.0);
+  expect_all_traced(archive);
+}
+
+TEST_F(a_certificate, lists_the_certified_lengths_whose_ends_were_touched) {
+  const TemporaryDirectory directory;
+  Journal journal(directory / "j.db");
+  const std::int64_t id = record(journal, {.untouched = "S3", .fit = 60}, false);
+  const Archive archive = make_archive(journal, id, directory / "none");
+  const CertificateData data = make_certificate(archive, "e", kIssue);
+  EXPECT_EQ(data.artefacts.size(), 4u);
+  ASSERT_EQ(data.lengths.size(), 3u);
+  for (const auto& length : data.lengths) {
+    EXPECT_NE(length.from.text, "S3");
+    EXPECT_NE(length.to.text, "S3");
+  }
+  expect_all_traced(archive);
+}
+
 TEST_F(a_certificate, of_an_arm_without_certified_lengths_claims_nothing_beyond_the_targets) {
   const TemporaryDirectory directory;
   Journal journal(directory / "j.db");
