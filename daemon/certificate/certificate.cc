@@ -208,6 +208,7 @@ void add_conditions(const Sources& s, CertificateData& data) {
     data.highest_c = figure(*highest, "°C", kTemperatureDecimals, data.highest_c.from);
   }
   data.dropped = s.session("dropped", s.record.dropped);
+  data.changes_recorded = !s.changes.empty();
   bool begun = false;
   for (const Change& change : s.changes) {
     const bool begins = change.from_phase == "idle";

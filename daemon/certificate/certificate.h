@@ -77,7 +77,8 @@ struct CertificateData {
   std::vector<Entry> directions;  ///< that are not identifiable
   std::vector<Entry> remarks;     ///< the verdict's reasons
   std::vector<Break> breaks;
-  Entry dropped;  ///< when raw rows were dropped: then breaks are not known
+  bool changes_recorded = false;  ///< of phase; else breaks are not known
+  Entry dropped;                  ///< when raw rows were dropped: then breaks are not known
   std::vector<Parameter> parameters;
   std::vector<File> files;
   Entry rows_sha256, calibration_sha256;

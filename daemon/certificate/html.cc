@@ -162,6 +162,7 @@ std::string frame(const CertificateData& d) {
 
 std::string breaks(const CertificateData& d) {
   if (d.dropped.stated()) return "not known: raw rows were dropped on " + shown(d.dropped);
+  if (!d.changes_recorded) return "not recorded";
   if (d.breaks.empty()) return "none";
   std::string words;
   for (const Break& one : d.breaks)

@@ -54,6 +54,13 @@ Json of_break(const Break& one) {
           {"event", to_value(one.event)}};
 }
 
+/// An empty list: there were none.
+Json of_breaks(const CertificateData& d) {
+  if (d.dropped.stated()) return "not known";
+  if (!d.changes_recorded) return "not recorded";
+  return list(d.breaks, of_break);
+}
+
 Json of_parameter(const Parameter& one) {
   return {{"name", to_value(one.name)},
           {"nominal", to_value(one.nominal)},
@@ -133,7 +140,7 @@ std::string to_json(const CertificateData& d) {
   whole["lengths"] = list(d.lengths, of_length);
   whole["not_identifiable"] = list(d.directions, to_value);
   whole["remarks"] = list(d.remarks, to_value);
-  whole["breaks"] = list(d.breaks, of_break);
+  whole["breaks"] = of_breaks(d);
   whole["parameters"] = list(d.parameters, of_parameter);
   whole["files"] = list(d.files, of_file);
   whole["joints"] = list(d.joint_names, to_value);

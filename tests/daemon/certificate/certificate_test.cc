@@ -79,6 +79,24 @@ TEST(a_certificates_words, name_interruptions_and_when_it_went_on_by_the_clock_o
   EXPECT_TRUE(says(to_html(data), "not known: raw rows were dropped on"));
 }
 
+TEST(a_certificates_words, say_that_interruptions_were_not_recorded_where_no_change_of_phase_was) {
+  const std::string none = "<th scope=\"row\">Interruptions</th><td>none</td>",
+                    not_recorded = "<th scope=\"row\">Interruptions</th><td>not recorded</td>";
+  const auto breaks = [](const CertificateData& of) {
+    return nlohmann::json::parse(to_json(of)).at("breaks");
+  };
+  EXPECT_TRUE(says(to_html(second()), none));
+  EXPECT_EQ(breaks(second()), nlohmann::json::array());
+  const TemporaryDirectory directory;
+  Journal journal(directory / "j.db");
+  CertificateData data = make_certificate(
+      make_archive(journal, record(journal, {}, false), directory / "none"), "e", kIssue);
+  EXPECT_TRUE(says(to_html(data), not_recorded));
+  EXPECT_EQ(breaks(data), "not recorded");
+  data.dropped = {"2026-09-01T00:00:00.000Z", "session#dropped"};
+  EXPECT_EQ(breaks(data), "not known");
+}
+
 TEST(a_certificates_words, have_the_verdicts_own_rule) {
   const CertificateData data = first();
   ASSERT_TRUE(data.decision.stated);

@@ -67,6 +67,9 @@ std::int64_t record(Journal& journal, const Recording& what, bool against_the_la
   if (what.gross_check)
     std::ranges::find(touches.rbegin(), touches.rend(), calib::TouchSet::kCheck, &calib::Touch::set)
         ->joint_rad[0] += 0.005;
+  if (what.phases)
+    journal.note(
+        id, change(Phase::kIdle, Phase::kPlanning, EventKind::kRun, "2026-03-28T22:58:01.000Z"));
   if (what.interrupted) interrupt(journal, id);
   for (std::size_t i = 0; i < touches.size(); ++i) {
     calib::Touch& touch = touches[i];
@@ -107,7 +110,7 @@ const Recorded& recorded() {
         .interrupted = true,
         .temperatures = true};
     const std::int64_t one = record(journal, first, false);
-    const std::int64_t two = record(journal, {.fit = 60, .seed = 2}, true);
+    const std::int64_t two = record(journal, {.phases = true, .fit = 60, .seed = 2}, true);
     return Recorded{make_archive(journal, one, directory / "none"),
                     make_archive(journal, two, directory / "none")};
   }();

@@ -13,6 +13,7 @@ struct Recording {
   std::string identity{};     ///< TOML behind the cell file's text
   std::string certificate{};  ///< of the first target
   bool interrupted = false;
+  bool phases = false;  ///< the change of phase that it began with is recorded
   bool temperatures = false;
   bool publish = true;  ///< else withheld
   Ending ending = Ending::kDone;
