@@ -31,12 +31,19 @@ void make_directory(const fs::path& directory) {
   fs::create_directories(directory);
 }
 
+/// $CELLCAL_KEY
+std::optional<fs::path> named_key() {
+  const char* set = std::getenv("CELLCAL_KEY");
+  if (set == nullptr || *set == '\0') return std::nullopt;
+  return set;
+}
+
 /// The key that signs; none: the certificate is not signed.
 std::optional<signing::PrivateKey> key_of(const CertificateCommand& command) {
   if (!command.sign) return std::nullopt;
-  std::error_code code;
-  if (command.key.empty() && !fs::exists(default_key(), code)) return std::nullopt;
-  return signing::PrivateKey(command.key.empty() ? default_key() : command.key);
+  if (!command.key.empty()) return signing::PrivateKey(command.key);
+  if (named_key()) return signing::PrivateKey(*named_key());
+  return signing::key_if_there(default_key());
 }
 
 void tell(const Connection& daemon, const certificate::CertificateData& data,
@@ -58,10 +65,7 @@ void tell(const Connection& daemon, const certificate::CertificateData& data,
 
 }  // namespace
 
-fs::path default_key() {
-  const char* set = std::getenv("CELLCAL_KEY");
-  return set != nullptr && *set != '\0' ? set : "/etc/cellcal/certificate.key";
-}
+fs::path default_key() { return named_key().value_or("/etc/cellcal/certificate.key"); }
 
 int make_certificate_key(const fs::path& key, bool json) {
   signing::make_key(key);

@@ -166,6 +166,18 @@ std::string PrivateKey::sign(std::string_view text) const {
 
 std::string PrivateKey::fingerprint() const { return fingerprint_of(private_of(pem_)); }
 
+std::optional<PrivateKey> key_if_there(const fs::path& file) {
+  std::error_code code;
+  // Of a link itself: one that leads nowhere is a key that cannot be read.
+  const fs::file_status status = fs::symlink_status(file, code);
+  if (status.type() == fs::file_type::not_found) return std::nullopt;
+  if (!fs::status_known(status))
+    throw KeyError(
+        fmt::format("{}: cannot be looked at: {}. Name another key: --key FILE, or give --no-sign",
+                    file.string(), code.message()));
+  return PrivateKey(file);
+}
+
 PublicKey::PublicKey(const fs::path& path) {
   const File file(path, O_RDONLY | O_NONBLOCK);
   pem_ = read_some(path, file);

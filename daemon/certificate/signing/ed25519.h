@@ -2,6 +2,7 @@
 // Keys and signatures by Ed25519 (RFC 8032). Files are PEM, as 'openssl genpkey -algorithm ed25519' writes them.
 
 #include <filesystem>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -31,6 +32,9 @@ class PrivateKey {
  private:
   std::string pem_;
 };
+
+/// None where there is no such file; a key that is there, or cannot be looked at, throws KeyError if it cannot be used.
+std::optional<PrivateKey> key_if_there(const std::filesystem::path& file);
 
 class PublicKey {
  public:

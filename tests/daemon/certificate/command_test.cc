@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdlib>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
@@ -57,6 +58,12 @@ TEST_F(the_certificate_command,
 TEST_F(the_certificate_command, writes_nothing_where_the_key_cannot_be_used) {
   std::ofstream(dir / "k") << "no key";
   EXPECT_EQ(certify({"--key", dir / "k", "--out", dir / "c"}).status, 1);
+  EXPECT_FALSE(std::filesystem::exists(dir / "c"));
+  ::setenv("CELLCAL_KEY", (dir / "nothing").c_str(), 1);
+  const Outcome without = certify({"--out", dir / "c"});
+  ::unsetenv("CELLCAL_KEY");
+  EXPECT_EQ(without.status, 1) << without.out;
+  EXPECT_NE(without.err.find(dir / "nothing"), std::string::npos) << without.err;
   EXPECT_FALSE(std::filesystem::exists(dir / "c"));
   ASSERT_EQ(certify({"--no-sign", "--out", dir / "c"}).status, 0);
   EXPECT_EQ(run_program({CELLCAL, "certificate", "--make-key", "--key", dir / "q"}).status, 0);

@@ -221,6 +221,18 @@ TEST_F(signed_files, need_a_key_that_only_its_owner_may_read_and_that_is_never_w
   EXPECT_EQ(refusal([&] { PrivateKey key(dir / "k"); }), "");
 }
 
+TEST_F(signed_files, go_without_a_key_only_where_there_is_none) {
+  EXPECT_FALSE(key_if_there(dir / "nothing"));
+  EXPECT_FALSE(key_if_there(dir / "nothing/k"));
+  ASSERT_TRUE(key_if_there(dir / "k"));
+  EXPECT_EQ(key_if_there(dir / "k")->fingerprint(), PublicKey(dir / "k.pub").fingerprint());
+  fs::create_symlink("loop", dir / "loop");
+  EXPECT_NE(refusal([&] { key_if_there(dir / "loop/k"); }).find("loop/k: cannot be looked at: "),
+            std::string::npos);
+  fs::create_symlink(dir / "nowhere", dir / "dangling");
+  EXPECT_NE(refusal([&] { key_if_there(dir / "dangling"); }).find("dangling"), std::string::npos);
+}
+
 TEST_F(signed_files, need_a_key_of_their_kind) {
   const std::string at = "cd '" + dir.path().string() + "' && umask 077 && ";
   ASSERT_EQ(
