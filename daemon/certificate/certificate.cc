@@ -130,12 +130,18 @@ struct SummaryWords {
   const char *mean, *largest, *rms;
 };
 
+/// As found by the earlier calibration, or, without one, by the drawing (`before`); nothing where no touch is
+/// behind the figure.
 void add_summary(const Sources& s, const SummaryWords& words, const char* part,
                  const calib::ResidualSummary* found, const std::string& before,
                  const std::string& after, CertificateData& data) {
+  const double count = found != nullptr
+                           ? found->count
+                           : s.number(kCalibration, before + "count", "", 0).value.value_or(1.0);
   const auto line = [&](const char* what, const char* key, double found_m) {
     data.figures.push_back({what,
-                            found != nullptr
+                            count <= 0.0 ? Entry{}
+                            : found != nullptr
                                 ? mm(found_m, fmt::format("found#{}/{}", part, key))
                                 : s.number(kCalibration, before + key, "mm", kMmDecimals),
                             s.number(kCalibration, after + key, "mm", kMmDecimals)});

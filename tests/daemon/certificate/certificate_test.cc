@@ -79,6 +79,28 @@ TEST(a_certificates_words, name_interruptions_and_when_it_went_on_by_the_clock_o
   EXPECT_TRUE(says(to_html(data), "not known: raw rows were dropped on"));
 }
 
+TEST(a_certificates_words, have_no_figures_of_check_touches_as_found_where_there_are_none) {
+  const TemporaryDirectory directory;
+  Journal journal(directory / "j.db");
+  record(journal, {}, false);
+  const std::int64_t id = record(journal, {.as_fit = true, .fit = 60, .seed = 2}, true);
+  const CertificateData data =
+      make_certificate(make_archive(journal, id, directory / "none"), "e", kIssue);
+  ASSERT_TRUE(data.found_by);
+  const auto fit =
+                 std::ranges::find(data.figures, "Tip against the artefacts, fitted touches: mean",
+                                   &certificate::Figure::what),
+             check = std::ranges::find(data.figures,
+                                       "Tip against the artefacts, held-out touches: mean",
+                                       &certificate::Figure::what);
+  ASSERT_LE(check + 3, data.figures.end());
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_TRUE(fit[i].found.stated());
+    EXPECT_FALSE(check[i].found.stated()) << check[i].found.text;
+    EXPECT_TRUE(check[i].left.stated());
+  }
+}
+
 TEST(a_certificates_words, say_that_interruptions_were_not_recorded_where_no_change_of_phase_was) {
   const std::string none = "<th scope=\"row\">Interruptions</th><td>none</td>",
                     not_recorded = "<th scope=\"row\">Interruptions</th><td>not recorded</td>";

@@ -77,7 +77,9 @@ std::int64_t record(Journal& journal, const Recording& what, bool against_the_la
     touch.time = fmt::format("2026-03-29T01:{:02}:{:02}.000Z", 26 + i / 60, i % 60);
     touch.readings = 2;
     if (what.temperatures) touch.temperature_c = 21.0 + 0.037 * static_cast<double>(i);
-    journal.record(id, RecordTouch{i, touch});
+    calib::Touch kept = touch;
+    if (what.as_fit) kept.set = calib::TouchSet::kFit;
+    journal.record(id, RecordTouch{i, kept});
   }
   const auto compared =
       against_the_last ? last_calibration(journal, inputs.cell_name, id, true) : std::nullopt;
