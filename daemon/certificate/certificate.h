@@ -2,6 +2,7 @@
 // A published calibration as a certificate: what is printed, each number with its origin (README.md), and the
 // files that are made of it.
 
+#include <chrono>
 #include <filesystem>
 #include <optional>
 #include <stdexcept>
@@ -94,7 +95,10 @@ CertificateData make_certificate(const Archive& archive, const std::string& from
 std::string to_html(const CertificateData& data);
 /// "cellcal.certificate/1": every entry with its text, value, unit and origin.
 std::string to_json(const CertificateData& data);
-/// PDF of that HTML, by WeasyPrint. Throws std::runtime_error, which names the package where it is missing.
-void write_pdf(const std::filesystem::path& html, const std::filesystem::path& pdf);
+inline constexpr std::chrono::seconds kPdfLimit{120};
+/// PDF of that HTML, by WeasyPrint, which is ended after the limit. Throws std::runtime_error, which names the package
+/// where it is missing.
+void write_pdf(const std::filesystem::path& html, const std::filesystem::path& pdf,
+               std::chrono::milliseconds limit = kPdfLimit);
 
 }  // namespace cellcal::daemon::certificate

@@ -7,7 +7,11 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <chrono>
+#include <csignal>
+#include <optional>
 #include <stdexcept>
+#include <thread>
 
 #include "daemon/certificate/certificate.h"
 
@@ -34,9 +38,28 @@ class Silence {
   posix_spawn_file_actions_t actions_;
 };
 
+/// Its status; none: it took longer than the limit, and was ended.
+std::optional<int> end_of(pid_t child, std::chrono::milliseconds limit) {
+  constexpr std::chrono::milliseconds kPause{20};
+  const auto until = std::chrono::steady_clock::now() + limit;
+  int status = 0;
+  for (;;) {
+    const pid_t ended = ::waitpid(child, &status, WNOHANG);
+    if (ended == child) return status;
+    if (ended < 0 && errno != EINTR) return -1;
+    if (std::chrono::steady_clock::now() >= until) break;
+    std::this_thread::sleep_for(kPause);
+  }
+  ::kill(child, SIGKILL);
+  while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
-void write_pdf(const std::filesystem::path& html, const std::filesystem::path& pdf) {
+void write_pdf(const std::filesystem::path& html, const std::filesystem::path& pdf,
+               std::chrono::milliseconds limit) {
   std::filesystem::path part = pdf;
   part += ".part";
   std::string program = kProgram, encoding = "--encoding=utf-8",
@@ -51,15 +74,17 @@ void write_pdf(const std::filesystem::path& html, const std::filesystem::path& p
         fmt::format("{}: not written: the program weasyprint is missing. Install the package "
                     "'weasyprint', or give --no-pdf",
                     pdf.string()));
-  int status = failed == 0 ? 0 : -1;
-  while (failed == 0 && ::waitpid(child, &status, 0) < 0 && errno == EINTR) {
-  }
+  const std::optional<int> status = failed == 0 ? end_of(child, limit) : -1;
   std::error_code code;
   if (status == 0 && std::filesystem::exists(part, code)) {
     std::filesystem::rename(part, pdf);
     return;
   }
   std::filesystem::remove(part, code);
+  if (!status)
+    throw std::runtime_error(fmt::format(
+        "{}: not written: weasyprint was ended after {} s. Run 'weasyprint {} {}' to see why",
+        pdf.string(), std::chrono::duration<double>(limit).count(), html.string(), pdf.string()));
   throw std::runtime_error(
       fmt::format("{}: not written: weasyprint failed. Run 'weasyprint {} {}' to see why",
                   pdf.string(), html.string(), pdf.string()));

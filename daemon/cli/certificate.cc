@@ -25,6 +25,9 @@ namespace fs = std::filesystem;
 /// Nothing of an earlier certificate is written over.
 void make_directory(const fs::path& directory) {
   std::error_code code;
+  if (fs::exists(directory / signing::kSums, code))
+    throw std::runtime_error(directory.string() +
+                             ": holds a signed certificate already. Name another: --out DIR");
   if (fs::exists(directory, code) && !fs::is_empty(directory, code))
     throw std::runtime_error(directory.string() +
                              ": is there already and not empty. Name another: --out DIR");
@@ -44,6 +47,15 @@ std::optional<signing::PrivateKey> key_of(const CertificateCommand& command) {
   if (!command.key.empty()) return signing::PrivateKey(command.key);
   if (named_key()) return signing::PrivateKey(*named_key());
   return signing::key_if_there(default_key());
+}
+
+/// Why there is none; then the other files are a whole certificate, and signed as such.
+std::string add_pdf(const fs::path& directory, std::vector<std::string>& names) try {
+  certificate::write_pdf(directory / "certificate.html", directory / "certificate.pdf");
+  names.emplace_back("certificate.pdf");
+  return {};
+} catch (const std::runtime_error& error) {
+  return error.what();
 }
 
 void tell(const Connection& daemon, const certificate::CertificateData& data,
@@ -99,14 +111,15 @@ int certify(const Connection& daemon, const CertificateCommand& command) try {
   // What every number can be worked out from again.
   write_atomically(directory / "rows.jsonl", named.archive.at("rows.jsonl"));
   std::vector<std::string> names{"certificate.json", "certificate.html", "rows.jsonl"};
-  if (command.pdf) {
-    certificate::write_pdf(directory / "certificate.html", directory / "certificate.pdf");
-    names.emplace_back("certificate.pdf");
-  }
+  const std::string no_pdf = command.pdf ? add_pdf(directory, names) : "";
   if (key)
     signing::sign_files(directory, names,
                         {data.number.text, data.issued_by.text, data.issued.text, ""}, *key);
   tell(daemon, data, directory, key.has_value());
+  if (!no_pdf.empty())
+    throw std::runtime_error(
+        no_pdf + fmt::format("\nThe other files are in {}{}; with a PDF issue it anew: --out DIR",
+                             directory.string(), key ? ", signed without it" : ""));
   return kSuccess;
 } catch (const certificate::Refused& refused) {
   if (refused.why == certificate::Refused::Why::kNoCalibration) throw;

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cstdlib>
 #include <fstream>
 #include <functional>
@@ -263,6 +264,29 @@ TEST(a_certificate_on_paper, is_a_pdf_of_the_same_document) {
   std::ofstream(directory / "c.html") << to_html(data);
   certificate::write_pdf(directory / "c.html", directory / "c.pdf");
   EXPECT_TRUE(calib::read_file(directory / "c.pdf").starts_with("%PDF-"));
+  EXPECT_FALSE(std::filesystem::exists(directory / "c.pdf.part"));
+}
+
+TEST(a_certificate_on_paper, is_given_up_where_the_program_takes_longer_than_its_limit) {
+  const TemporaryDirectory directory;
+  std::ofstream(directory / "c.html") << "<p>";
+  std::ofstream(directory / "weasyprint")
+      << "#!/bin/sh\n/bin/echo x > \"$3\"\nexec /bin/sleep 20\n";
+  std::filesystem::permissions(directory / "weasyprint", std::filesystem::perms::owner_all);
+  const std::string path = std::getenv("PATH");
+  ::setenv("PATH", directory.path().c_str(), 1);
+  std::string words;
+  const auto begin = std::chrono::steady_clock::now();
+  try {
+    certificate::write_pdf(directory / "c.html", directory / "c.pdf",
+                           std::chrono::milliseconds(500));
+  } catch (const std::runtime_error& error) {
+    words = error.what();
+  }
+  ::setenv("PATH", path.c_str(), 1);
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(10));
+  EXPECT_TRUE(says(words, "weasyprint was ended after 0.5 s")) << words;
+  EXPECT_FALSE(std::filesystem::exists(directory / "c.pdf"));
   EXPECT_FALSE(std::filesystem::exists(directory / "c.pdf.part"));
 }
 

@@ -71,6 +71,33 @@ TEST_F(the_certificate_command, writes_nothing_where_the_key_cannot_be_used) {
   EXPECT_EQ(nlohmann::json::parse(verify("c", "q.pub").out)["failure"], "no_signature");
 }
 
+TEST_F(the_certificate_command, signs_the_other_files_where_the_pdf_fails) {
+  ASSERT_EQ(run_program({CELLCAL, "certificate", "--make-key", "--key", dir / "k"}).status, 0);
+  std::filesystem::create_directory(dir / "bin");
+  std::ofstream(dir / "bin/weasyprint") << "#!/bin/sh\nexit 1\n";
+  std::filesystem::permissions(dir / "bin/weasyprint", std::filesystem::perms::owner_all);
+  const std::string path = std::getenv("PATH");
+  const auto issue = [&] {
+    ::setenv("PATH", (dir / "bin").c_str(), 1);
+    Outcome outcome =
+        run_program({CELLCAL, "certificate", dir / "e", "--key", dir / "k", "--out", dir / "c"});
+    ::setenv("PATH", path.c_str(), 1);
+    return outcome;
+  };
+  const Outcome made = issue();
+  EXPECT_EQ(made.status, 1);
+  EXPECT_NE(made.err.find("weasyprint failed"), std::string::npos) << made.err;
+  EXPECT_NE(made.err.find("signed without it"), std::string::npos) << made.err;
+  const Outcome verified = verify("c", "k.pub");
+  EXPECT_EQ(verified.status, 0) << verified.err;
+  EXPECT_EQ(nlohmann::json::parse(verified.out)["files"].size(), 3u);
+  const Outcome again = issue();
+  EXPECT_EQ(again.status, 1);
+  EXPECT_NE(again.err.find("holds a signed certificate already. Name another: --out DIR"),
+            std::string::npos)
+      << again.err;
+}
+
 TEST_F(the_certificate_command,
        refuses_what_was_withheld_or_updated_or_not_done_with_status_3_and_wrong_use_with_2) {
   Journal journal(dir / "j.db");
