@@ -54,8 +54,8 @@ void add_verify(CLI::App& app, int& status) {
   CLI::App* command =
       app.add_subcommand("verify", "Say who signed a certificate, and whether it was changed");
   command->footer(
-      "Status 0: as it was signed. 3: it is not: changed file, one more in the directory,\nother key, damaged signature. 1: nobody can say: no\n"
-      "signature, no key, a file is missing.\nExample: cellcal verify certificate-7/certificate.pdf --key quality.key.pub");
+      "Status 0: as it was signed. 3: it is not: changed file, one more in the directory, other key,\n"
+      "damaged signature. 1: nobody can say: no signature, no key, a file is missing.\nExample: cellcal verify certificate-7/certificate.pdf --key quality.key.pub");
   command->add_option("FILE", given->file, "One file of a certificate, or its directory")
       ->required();
   command->add_option(
