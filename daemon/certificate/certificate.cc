@@ -135,6 +135,7 @@ struct SummaryWords {
 void add_summary(const Sources& s, const SummaryWords& words, const char* part,
                  const calib::ResidualSummary* found, const std::string& before,
                  const std::string& after, CertificateData& data) {
+  // A file of an earlier version states no count.
   const double count = found != nullptr
                            ? found->count
                            : s.number(kCalibration, before + "count", "", 0).value.value_or(1.0);
