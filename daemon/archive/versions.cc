@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "calib/files/calibration_json.h"
@@ -51,12 +52,22 @@ std::string serial_of(const SessionRecord& record) {
   return cell.contains(where) ? cell.at(where).get<std::string>() : "";
 }
 
+bool same_tools(const calib::Cell& a, const calib::Cell& b) {
+  static constexpr double kRounding = 1e-9;
+  const auto same = [](const calib::Tool& x, const calib::Tool& y) {
+    return x.tcp.isApprox(y.tcp, kRounding) &&
+           std::abs(x.tip_radius_m - y.tip_radius_m) <= kRounding;
+  };
+  return same(a.tool, b.tool) && std::ranges::equal(a.other_tools, b.other_tools, same);
+}
+
 /// Of a cell that has since got another arm or tool an old calibration says nothing.
 void refuse_foreign(const Published& wanted, const Published& newest) {
   const SessionRecord& record = wanted.record;
   const std::string was = serial_of(record), is = serial_of(newest.record);
-  const bool same_arm = was.empty() || is.empty() || was == is;
-  if (same_arm && calib::same_nominal(wanted.calibration.cell, newest.calibration.cell)) return;
+  const bool same_arm = was == is;  // where one states none, nobody knows
+  const calib::Cell &then = wanted.calibration.cell, &now = newest.calibration.cell;
+  if (same_arm && calib::same_nominal(then, now) && same_tools(then, now)) return;
   throw NotActivated(
       Why::kForeign,
       fmt::format(
@@ -141,15 +152,14 @@ std::int64_t roll_back(Journal& journal, std::int64_t of_cell, Activation wanted
     throw NotActivated(
         Why::kNothingBefore,
         "nothing is in use: no calibration was published. Calibrate first: 'cellcal run'");
-  for (const std::int64_t session : done_of(journal, active->record.inputs.cell_name)) {
-    if (session >= active->record.id || !published(journal, session)) continue;
-    wanted.session = session;
-    activate(journal, wanted);
-    return session;
-  }
-  throw NotActivated(
-      Why::kNothingBefore,
-      fmt::format("nothing was published before session {}, which is in use", active->record.id));
+  const auto before = in_use_before(journal, active->record.inputs.cell_name);
+  if (!before)
+    throw NotActivated(
+        Why::kNothingBefore,
+        fmt::format("nothing was in use before session {}, which is in use", active->record.id));
+  wanted.session = *before;
+  activate(journal, wanted);
+  return *before;
 }
 
 Comparison compare(Journal& journal, std::int64_t before, std::int64_t after) {

@@ -44,7 +44,8 @@ std::vector<Version> versions(Journal& journal, std::int64_t of_cell, std::size_
 /// From now on this session's calibration is in use, until the next is published or activated. Throws NotActivated,
 /// JournalError.
 void activate(Journal& journal, const Activation& wanted);
-/// The published one before the one in use, of the cell as versions() has it. Returns its session.
+/// The one that was in use before the one in use, of the cell as versions() has it (in_use_before()): not one that was given
+/// back for it. Returns its session.
 std::int64_t roll_back(Journal& journal, std::int64_t of_cell, Activation wanted);
 
 struct Comparison {

@@ -40,7 +40,7 @@ void add_activate(CLI::App& app, int& status) {
   auto daemon = add_connection(command);
   auto* session = command->add_option("ID", given->session, "Session of the calibration")
                       ->check(CLI::PositiveNumber);
-  auto* back = command->add_flag("--back", given->back, "The published one before the one in use");
+  auto* back = command->add_flag("--back", given->back, "The one that was in use before this one");
   back->excludes(session);
   command->add_option("--reason", given->reason, "Why")->required();
   command->callback([=, &status] {

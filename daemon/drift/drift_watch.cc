@@ -181,6 +181,8 @@ std::shared_ptr<const Drift> DriftWatch::look(const std::filesystem::path& cell)
   std::string of = cell.string() + '\n';
   for (const SessionRecord& record : sessions)
     if (record.state == "done") of += std::to_string(record.id) + ' ';
+  // Another calibration may be in use since.
+  for (const Activation& one : journal_.activations()) of += '@' + std::to_string(one.entry);
   const std::lock_guard lock(mutex_);
   if (of == of_) return newest_;
   newest_ = worked_out(journal_, sessions, cell, results_dir_);

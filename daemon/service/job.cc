@@ -250,7 +250,8 @@ std::unique_ptr<Job> prepare(Journal& journal, const RunRequest& request, Sessio
   calib::load_meshes(job->cell, std::filesystem::path(job->inputs.cell_name).parent_path());
   if (!request.resume) look_at_new(request, *job);
   look_at_axes(*job);
-  const bool dry = job->options.kind == SessionKind::kDryRun;
+  const bool dry =
+      SessionKind::kDryRun == job->options.kind || SessionKind::kDryRun == request.kind;
   job->backend = make_backend(job->cell, dry ? kDryRunSpeed : 1.0);
   if (request.update) job->options.months = months_since(job->last_ended, job->backend->utc_now());
   return job;

@@ -14,6 +14,8 @@ constexpr double kFinestGoalMm = 0.01, kCoarsestGoalMm = 10.0;
 
 void check(const RunRequest& request) {
   const bool checks = request.kind == SessionKind::kCheck;
+  if (request.resume && request.kind != SessionKind::kCalibrate)
+    throw RequestError("a session is resumed as what it was begun as: leave kind out");
   if (!request.resume && !(checks && request.cell.empty()) && !request.cell.is_absolute()) {
     throw RequestError("give the cell file as an absolute path, not \"" + request.cell.string() +
                        "\"");
@@ -49,8 +51,8 @@ void check(const RunRequest& request) {
     throw RequestError("\"temperature_c\" is of a check: leave it out");
   if (request.temperature_c &&
       !(*request.temperature_c >= kColdestC && *request.temperature_c <= kWarmestC))
-    throw RequestError(fmt::format("temperature_c must be {} to {} degrees Celsius, not {}", kColdestC,
-                                   kWarmestC, *request.temperature_c));
+    throw RequestError(fmt::format("temperature_c must be {} to {} degrees Celsius, not {}",
+                                   kColdestC, kWarmestC, *request.temperature_c));
   if (request.kind != SessionKind::kQualify && !request.target.empty())
     throw RequestError("\"target\" is of a qualification: a calibration touches all targets");
   if (request.check_touches < 0 || request.check_touches > kMostTouches) {

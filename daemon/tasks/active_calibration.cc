@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <map>
 #include <utility>
 #include <vector>
 
@@ -56,6 +57,24 @@ std::optional<Published> active_calibration(Journal& journal, const std::string&
   for (const auto& [entry, session] : candidates(journal, cell_name, before))
     if (auto found = published(journal, session)) return found;
   return std::nullopt;
+}
+
+std::optional<std::int64_t> in_use_before(Journal& journal, const std::string& cell_name) {
+  auto uses = candidates(journal, cell_name, 0);
+  std::ranges::reverse(uses);
+  std::map<std::int64_t, bool> usable;
+  std::vector<std::int64_t> stack;
+  for (const auto& [entry, session] : uses) {
+    const auto [known, is_new] = usable.try_emplace(session, false);
+    if (is_new) known->second = published(journal, session).has_value();
+    if (!known->second) continue;
+    const auto again = std::ranges::find(stack, session);
+    if (again != stack.end())
+      stack.erase(again + 1, stack.end());
+    else
+      stack.push_back(session);
+  }
+  return stack.size() < 2 ? std::nullopt : std::optional(stack[stack.size() - 2]);
 }
 
 }  // namespace cellcal::daemon

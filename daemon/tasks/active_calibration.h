@@ -26,4 +26,8 @@ std::optional<Published> published(Journal& journal, std::int64_t session);
 std::optional<Published> active_calibration(Journal& journal, const std::string& cell_name,
                                             std::int64_t before = 0);
 
+/// The session whose calibration is in use once the one in use now is given back: what was published or activated
+/// comes on a stack, and what is activated again takes all above it away. None: nothing was in use before.
+std::optional<std::int64_t> in_use_before(Journal& journal, const std::string& cell_name);
+
 }  // namespace cellcal::daemon

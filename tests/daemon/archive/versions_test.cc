@@ -96,6 +96,17 @@ TEST_F(a_cells_versions, rolls_back_one_by_one_to_the_first) {
   EXPECT_EQ(journal->activations().size(), 2u);
 }
 
+TEST_F(a_cells_versions, that_were_given_back_do_not_come_again_by_a_roll_back) {
+  const std::int64_t one = calibrate(), two = calibrate({.seed = 2});
+  put_into_use(one);
+  const std::int64_t three = calibrate({.seed = 3});
+  EXPECT_EQ(roll_back(*journal, 0, {0, "2026-04-01T00:00:00.000Z", "ben", "loose torch"}), one);
+  EXPECT_EQ(in_use(), one);
+  put_into_use(two);
+  EXPECT_EQ(roll_back(*journal, 0, {0, "2026-04-01T00:00:00.000Z", "ben", "loose torch"}), one);
+  EXPECT_NE(three, in_use());
+}
+
 TEST_F(a_cells_versions, are_not_activated_where_they_are_withheld_in_use_or_none) {
   const std::int64_t one = calibrate(), withheld = calibrate({.publish = false});
   EXPECT_EQ(why_not(withheld), Why::kWithheld);
@@ -113,6 +124,11 @@ TEST_F(a_cells_versions, of_another_robot_tool_or_journal_are_not_activated) {
   const std::int64_t serial_8 = calibrate({.identity = "[identity]\nrobot_serial = \"8\"\n"});
   EXPECT_EQ(why_not(longer), Why::kForeign) << "of another tool";
   EXPECT_EQ(why_not(serial_7), Why::kForeign) << "of another arm of the same drawing";
+  const std::int64_t unknown = calibrate();
+  EXPECT_EQ(why_not(serial_8), Why::kForeign) << "the newest does not say which arm it is of";
+  calibrate({.identity = "[identity]\nrobot_serial = \"8\"\n"});
+  EXPECT_EQ(why_not(unknown), Why::kForeign) << "nobody knows which arm it was";
+  EXPECT_EQ(why_not(serial_8), std::nullopt);
   Journal other(dir / "other.db");
   const std::int64_t theirs = record(other, {.seed = 9}, false);
   const auto [imported, is_new] = journal->import(other.rows(theirs), "rows");

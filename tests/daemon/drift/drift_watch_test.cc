@@ -43,6 +43,17 @@ TEST_F(a_watch, counts_the_checks_of_the_newest_calibration_and_begins_anew_with
   EXPECT_EQ(look()->chart.state, DriftState::kTooFew);
 }
 
+TEST_F(a_watch, goes_back_to_the_checks_of_a_calibration_that_is_put_into_use_again) {
+  checks(6);
+  const std::int64_t first = checked.calibrated;
+  checked.calibrate();
+  EXPECT_EQ(look()->chart.counted, 0U);
+  checked.journal.activate(
+      {.session = first, .time = "2026-03-01T00:00:00.000Z", .who = "anna", .reason = "a test"});
+  EXPECT_EQ(look()->calibrated, first);
+  EXPECT_EQ(look()->chart.counted, 6U);
+}
+
 TEST_F(a_watch, says_that_the_tool_creeps_since_when_and_what_to_do) {
   checks(24);
   checks(30, 0.008e-3);

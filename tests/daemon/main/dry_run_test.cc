@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
+#include <thread>
+
 #include "daemon/journal/journal.h"
 #include "daemon_fixture.h"
 
@@ -59,6 +62,24 @@ TEST(a_dry_run, is_refused_where_it_cannot_be_one) {
   refused({{"find", true}}, 422, "planned beforehand");
   refused({{"target", "S1"}}, 422, "of a qualification");
   refused({{"calibration", 1}}, 422, "of a check");
+}
+
+TEST(a_dry_run, is_never_what_an_aborted_calibration_is_gone_on_with) {
+  DaemonFixture fixture(kFast);
+  fixture.start();
+  const nlohmann::json whole{{"cell", CELLCAL_DEMO_CELL}, {"touches", 40}};
+  ASSERT_EQ(http_request(fixture.socket(), "POST", "/v1/run", whole.dump()).status, 201);
+  fixture.wait_for_touches(2);
+  if (http_request(fixture.socket(), "POST", "/v1/abort").status != 202)
+    GTEST_SKIP() << "this machine was too slow to abort it before its end";
+  while (fixture.status()["running"]) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  for (const char* kind : {"dry-run", "find", "check", "qualify"}) {
+    const nlohmann::json body{{"kind", kind}, {"resume", true}};
+    const Response answer = http_request(fixture.socket(), "POST", "/v1/run", body.dump());
+    EXPECT_EQ(answer.status, 422) << kind << answer.body;
+    EXPECT_NE(answer.body.find("leave kind out"), std::string::npos) << answer.body;
+  }
+  EXPECT_FALSE(fixture.status()["running"]);
 }
 
 }  // namespace
