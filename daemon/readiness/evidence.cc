@@ -113,6 +113,16 @@ std::string text_of_cell(const std::filesystem::path& cell) {
   }
 }
 
+namespace {
+
+/// Whether its cell and robot file were what they are now: what has moved since may stand in the way.
+bool is_of(Journal& journal, std::int64_t session, const std::string& text) {
+  const auto record = journal.session(session);
+  return record && record->inputs.cell_text + '\0' + record->inputs.robot_text == text;
+}
+
+}  // namespace
+
 Evidence evidence_of(const Examination& examination, Journal& journal,
                      const std::function<std::filesystem::path(std::int64_t)>& results) {
   std::vector<SessionRecord> sessions = journal.sessions();
@@ -123,12 +133,13 @@ Evidence evidence_of(const Examination& examination, Journal& journal,
   if (evidence.cell.empty()) return evidence;
   look_at_files(evidence);
   evidence.doctor = seen_by_doctor(examination, evidence.cell);
+  const std::string text = text_of_cell(evidence.cell);
   for (const SessionRecord& record : sessions) {
     if (record.state != "done" || record.inputs.cell_name != evidence.cell) continue;
     const auto kind = kind_of(record);
     if (kind == SessionKind::kQualify && !evidence.qualification)
       evidence.qualification = qualified(record, results(record.id));
-    if (kind == SessionKind::kDryRun && !evidence.dry_run)
+    if (kind == SessionKind::kDryRun && !evidence.dry_run && is_of(journal, record.id, text))
       evidence.dry_run = Looked{true, {}, record.id};
     if (kind != SessionKind::kCalibrate) continue;
     evidence.first = Looked{true, {}, record.id};  // the oldest stays

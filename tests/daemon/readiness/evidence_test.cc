@@ -170,6 +170,10 @@ TEST_F(a_cell, is_calibrated_when_its_newest_result_is_publishable) {
   const auto dry = session(SessionKind::kDryRun, Ending::kDone);
   EXPECT_EQ(next(), "first");
   EXPECT_EQ(evidence.dry_run->session, dry);
+  write(with("mass_kg = 1.535", "mass_kg = 1.5"));
+  steps();
+  EXPECT_FALSE(evidence.dry_run) << "it was of another file";
+  write(with("", ""));
   const auto first = session(SessionKind::kCalibrate, Ending::kDone,
                              R"({"verdict": {"publish": false, "too_few_touches": true}})");
   EXPECT_EQ(next(), "calibration");
