@@ -16,7 +16,8 @@ namespace {
 constexpr double kUnusualK = 5.0;
 
 bool beyond(const Charts::Statistics& at, const ControlLimits& limits) {
-  return at.ewma > limits.ewma || at.cusum > limits.cusum;
+  return !(at.ewma <= limits.ewma &&
+           at.cusum <= limits.cusum);  // what is no number is not in control
 }
 
 /// The charts, and what follows from them, check after check.

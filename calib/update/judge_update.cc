@@ -1,8 +1,11 @@
 #include "calib/update/judge_update.h"
 
+#include <algorithm>
 #include <string>
 #include <utility>
 #include <vector>
+
+#include "calib/verdict/judge_accuracy.h"
 
 namespace cellcal::calib {
 
@@ -79,6 +82,12 @@ void judge_update(Calibration& c) {
   if (origin.outcome == UpdateOutcome::kContradicted && origin.second)
     finding.parts.push_back({about(*origin.second, c.cell), evidence_of(*origin.second)});
   c.verdict.findings = {std::move(finding)};
+  if (!c.verdict.publish) return;
+  // An update is held to what a full session is held to.
+  judge_predicted(c.cell, c, c.verdict.workspace, c.verdict.findings);
+  c.verdict.publish = std::ranges::none_of(
+      c.verdict.findings, [](const Finding& one) { return one.severity == Severity::kWithholds; });
+  if (c.verdict.publish) note_gain(c.cell, c, c.verdict.workspace, c.verdict.findings);
 }
 
 }  // namespace cellcal::calib

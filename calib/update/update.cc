@@ -141,17 +141,18 @@ void forget_session(Calibration& c) {
 }
 
 bool contradicted(const Sufficient& enough) {
-  return enough.by_chance < kByChance || enough.log_odds_second > std::log(kSecondOdds);
+  // What is no number contradicts.
+  return !(enough.by_chance >= kByChance && enough.log_odds_second <= std::log(kSecondOdds));
 }
 
 UpdateOutcome outcome_of(const UpdateOrigin& origin, bool contradictory) {
   const Explanation& first = origin.explanations.front();
   if (contradictory) return UpdateOutcome::kContradicted;
-  if (origin.reached_m > kUpdateGoal * origin.before_m) return UpdateOutcome::kNotResolved;
+  if (!(origin.reached_m <= kUpdateGoal * origin.before_m)) return UpdateOutcome::kNotResolved;
   // One touch that is wrong by itself is no change of the cell.
   if (first.kind == ChangeKind::kNothing || first.kind == ChangeKind::kTouch)
     return UpdateOutcome::kNothingChanged;
-  return first.probability < kSure ? UpdateOutcome::kNotResolved : UpdateOutcome::kUpdated;
+  return first.probability >= kSure ? UpdateOutcome::kUpdated : UpdateOutcome::kNotResolved;
 }
 
 /// All explanations, once what is wrong by itself is left aside.

@@ -16,38 +16,38 @@ struct Foreseen {
   std::vector<Quantity> evidence;
 };
 
-Foreseen foreseen(const Problem& problem, const Calibration& c, bool workspace) {
+Foreseen foreseen(const Cell& cell, const Calibration& c, bool workspace) {
   Foreseen all{workspace ? c.predicted_workspace_m : c.predicted_near_targets_m,
                workspace ? c.nominal_workspace_m : c.nominal_near_targets_m,
-               problem.cell().required_m.value_or(kRequiredM),
+               cell.required_m.value_or(kRequiredM),
                {}};
   all.evidence = {in_mm("predicted", all.predicted_m),
                   in_mm("nominal", all.nominal_m),
                   {"of_nominal", 100.0 * all.predicted_m / all.nominal_m, "%"},
                   {"most_of_nominal", 100.0 * kOfNominal, "%"},
                   in_mm("required", all.required_m),
-                  {"required_is_stated", problem.cell().required_m ? 1.0 : 0.0, ""},
+                  {"required_is_stated", cell.required_m ? 1.0 : 0.0, ""},
                   {"workspace", workspace ? 1.0 : 0.0, ""}};
   return all;
 }
 
 }  // namespace
 
-void judge_predicted(const Problem& problem, const Calibration& c, bool workspace,
+void judge_predicted(const Cell& cell, const Calibration& c, bool workspace,
                      std::vector<Finding>& findings) {
   if (!(c.nominal_workspace_m > 0.0)) return;
-  const Foreseen all = foreseen(problem, c, workspace);
+  const Foreseen all = foreseen(cell, c, workspace);
   if (all.predicted_m > all.required_m)
     findings.push_back({FindingKind::kRequired, Severity::kWithholds, {}, all.evidence});
   if (all.predicted_m > kOfNominal * all.nominal_m)
     findings.push_back({FindingKind::kNoGain, Severity::kWithholds, {}, all.evidence});
 }
 
-void note_gain(const Problem& problem, const Calibration& c, bool workspace,
+void note_gain(const Cell& cell, const Calibration& c, bool workspace,
                std::vector<Finding>& findings) {
   if (!(c.nominal_workspace_m > 0.0)) return;
   findings.push_back(
-      {FindingKind::kGain, Severity::kInforms, {}, foreseen(problem, c, workspace).evidence});
+      {FindingKind::kGain, Severity::kInforms, {}, foreseen(cell, c, workspace).evidence});
 }
 
 void note_model_error(const Problem& problem, const Calibration& c,

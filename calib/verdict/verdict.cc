@@ -58,11 +58,11 @@ Verdict judge(const Problem& problem, const Calibration& c) {
   }
   const Scale scale = scale_of(problem, places);
   verdict.workspace = scale.held();
-  judge_predicted(problem, c, verdict.workspace, findings);
+  judge_predicted(problem.cell(), c, verdict.workspace, findings);
   verdict.publish = findings.empty();
 
   note_scope(problem, c, places, scale, findings);
-  if (verdict.publish) note_gain(problem, c, verdict.workspace, findings);
+  if (verdict.publish) note_gain(problem.cell(), c, verdict.workspace, findings);
   note_model_error(problem, c, findings);
   note_untouched(problem, findings);
   note_centres(problem, c, findings);

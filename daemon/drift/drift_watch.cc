@@ -59,8 +59,9 @@ std::optional<double> temperature_of(const SessionOptions& options,
   return sum / static_cast<double>(touches.size());
 }
 
-/// What the check said of itself. Where its file is gone nobody knows whether it held.
+/// What the check said of itself. Where its file is gone nobody knows whether it held, nor which touches it missed.
 void take_verdict(const std::filesystem::path& file, calib::CheckSeen& seen) {
+  seen.left_out = calib::LeftOut::kUndecided;
   if (!std::filesystem::exists(file)) return;
   const json check = json::parse(calib::read_file(file), nullptr, false);
   const auto has_any = [&](const char* key) {
@@ -73,10 +74,9 @@ void take_verdict(const std::filesystem::path& file, calib::CheckSeen& seen) {
   if (changed != check.end() && changed->is_string())
     seen.changed =
         calib::change_kind(changed->get<std::string>()).value_or(calib::ChangeKind::kNothing);
-  if (has_any("unsteady") || has_any("not_found"))
-    seen.left_out = calib::LeftOut::kUndecided;
-  else if (!*seen.holds && seen.changed != calib::ChangeKind::kTool)
-    seen.left_out = calib::LeftOut::kNotTheTool;
+  if (has_any("unsteady") || has_any("not_found")) return;
+  const bool of_the_tool = *seen.holds || seen.changed == calib::ChangeKind::kTool;
+  seen.left_out = of_the_tool ? calib::LeftOut::kNo : calib::LeftOut::kNotTheTool;
 }
 
 /// Of that calibration, oldest first.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <functional>
 #include <nlohmann/json.hpp>
 
 #include "calib/files/calibration_json.h"
@@ -18,6 +19,13 @@ bool tells_of_change(const calib::Verdict& verdict) {
   return std::any_of(
       verdict.findings.begin(), verdict.findings.end(),
       [](const calib::Finding& one) { return one.kind == calib::FindingKind::kChanged; });
+}
+
+/// What cannot be read is told beside the rest.
+void try_to(Notice& notice, const std::function<void()>& add) try {
+  add();
+} catch (const std::exception& unreadable) {
+  notice.findings.emplace_back(unreadable.what());
 }
 
 /// What the control chart says, where it alarms.
@@ -72,7 +80,7 @@ Notice news_of(const Status& status, Journal& journal) {
     notice.ended = record->ended;
     if (notice.news != News::kDone) return notice;
     if (status.kind == to_string(SessionKind::kCheck)) {
-      add_check(notice, status.results_dir);
+      try_to(notice, [&] { add_check(notice, status.results_dir); });
       add_drift(notice, journal, status.results_dir);
     } else {
       add_result(notice, record->calibration);

@@ -34,6 +34,8 @@ void check(const RunRequest& request) {
     throw RequestError("a qualification has its own touches: leave goal_mm, find and touches out");
   if (checks && (request.goal_mm || request.find || request.fit_touches))
     throw RequestError("a check has its own touches: leave goal_mm, find and touches out");
+  if ((checks || request.update) && request.seed != RunRequest{}.seed)
+    throw RequestError("checks are compared by the same touches: leave seed out");
   if (request.kind == SessionKind::kFind && (request.goal_mm || request.fit_touches))
     throw RequestError("finding ends when all spheres are found: leave goal_mm and touches out");
   if (request.kind == SessionKind::kDryRun && (request.goal_mm || request.find))

@@ -42,6 +42,8 @@ bool PlannedRound::all_done() const {
 
 void PlannedRound::add(calib::Plan plan) {
   const std::size_t first = plan_.touches.size();
+  // Before anything is taken: what is refused is not offered.
+  if (!begin_.empty()) refuse_beyond_reach(*inputs_, plan, 0, begin_);
   if (first == 0) {
     plan_ = std::move(plan);
   } else {
@@ -54,7 +56,6 @@ void PlannedRound::add(calib::Plan plan) {
   became_.resize(plan_.touches.size(), Became::kOpen);
   tries_.resize(plan_.touches.size(), 0);
   touch_of_.resize(plan_.touches.size());
-  if (!begin_.empty()) refuse_beyond_reach(*inputs_, plan_, first, begin_);
 }
 
 void PlannedRound::learn(const ChooseTouch& how, const std::vector<calib::Touch>& touches) {
@@ -83,6 +84,8 @@ Tasks::Chosen PlannedRound::offer(const calib::JointVector& from) {
   if (next != became_.end()) {
     in_hand_ = static_cast<std::size_t>(next - became_.begin());
     chosen.plan.touches.push_back(calib::check_touch_from(calibration_, plan_, *in_hand_, from));
+    refuse_beyond_reach(*inputs_, chosen.plan, 0,
+                        begin_);  // its way may be another than the planned one
   } else if (!plan_.touches.empty() && from == plan_.touches.back().clear) {
     chosen.plan.home = plan_.home;
   }

@@ -27,7 +27,7 @@ class PlannedRound {
   std::optional<std::size_t> touch_of(std::size_t planned) const { return touch_of_[planned]; }
   bool all_done() const;
 
-  /// Behind those there are. Throws calib::PlanError where the controller's session does not reach them.
+  /// Behind those there are. Throws calib::PlanError where the controller's session does not reach them; nothing is added then.
   void add(calib::Plan plan);
   /// What became of the one in hand.
   void learn(const ChooseTouch& how, const std::vector<calib::Touch>& touches);

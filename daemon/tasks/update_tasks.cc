@@ -77,10 +77,12 @@ class Update {
         calib::further_update_touches(static_cast<int>(touches.size()),
                                       calib::duration_s(round_.plan(), inputs_->cell.robot, pace));
     if (how.most_touches < how.least_touches) return;
+    const calib::Calibration known = round_.calibration();
     try {
       round_.know(so_far);
       round_.add(calib::make_update_plan(round_.calibration(), inputs_->options.plan, how, from));
     } catch (const calib::PlanError& error) {  // then those there are have to do
+      round_.know(known);
       inputs_->note(fmt::format("no further touches: {}", error.what()));
     }
   }

@@ -116,6 +116,23 @@ TEST(Update, AfterAKnockOfTheToolTheArmIsAsAccurateAsBefore) {
   EXPECT_TRUE(testing::found(c, FindingKind::kUpdated));
 }
 
+TEST(Update, IsWithheldAboveTheErrorThatTheCellFileRequires) {
+  const Session session(knocked({1.5e-3, 1e-3, -1e-3}));
+  Calibration last = calibration();
+  const Calibration good = update(last, session.touches, kFacts);
+  ASSERT_TRUE(good.verdict.publish);
+  ASSERT_EQ(good.verdict.findings.size(), 2u);
+  EXPECT_EQ(good.verdict.findings[1].kind, FindingKind::kGain);
+  const double reached_m =
+      good.verdict.workspace ? good.predicted_workspace_m : good.predicted_near_targets_m;
+  last.cell.required_m = 1.01 * reached_m;
+  EXPECT_TRUE(update(last, session.touches, kFacts).verdict.publish);
+  last.cell.required_m = 0.99 * reached_m;
+  const Calibration bad = update(last, session.touches, kFacts);
+  EXPECT_FALSE(bad.verdict.publish);
+  EXPECT_EQ(bad.verdict.findings.back().kind, FindingKind::kRequired);
+}
+
 TEST(Update, ASphereThatMovedIsKnownWhereItStandsNow) {
   const std::size_t sphere = 2;
   const sim::Truth arm = moved(demo_cell().targets[sphere].id, {1e-3, -1e-3, 1.5e-3});

@@ -71,15 +71,16 @@ TEST_F(a_watch, leaves_out_what_says_nothing_of_the_tool_and_shows_it) {
   checks(5);
   checked.check({.result = R"({"holds": false, "changed": "sphere"})"});
   checked.check({.result = R"({"holds": false, "changed": null, "unsteady": [{"touch": 2}]})"});
-  checked.check({.result = nullptr});  // gone: it counts, and nobody knows whether it held
+  checked.check({.result = nullptr});  // gone: nobody knows whether it held, nor what it missed
   checked.check({.result = "{"});
   checked.check({.ends = false});
   const auto drift = look();
   ASSERT_EQ(drift->chart.points.size(), 9U);
-  EXPECT_EQ(drift->chart.counted, 7U);
+  EXPECT_EQ(drift->chart.counted, 5U);
   EXPECT_EQ(drift->chart.points[5].check.left_out, LeftOut::kNotTheTool);
   EXPECT_EQ(drift->chart.points[6].check.left_out, LeftOut::kUndecided);
   EXPECT_EQ(drift->chart.points[7].check.holds, std::nullopt);
+  EXPECT_EQ(drift->chart.points[7].check.left_out, LeftOut::kUndecided);
 }
 
 TEST_F(a_watch, compares_checks_by_the_same_touches_alone) {

@@ -8,6 +8,8 @@
 #include <nlohmann/json.hpp>
 
 #include "calib/identify/identify.h"
+#include "calib/model/error.h"
+#include "daemon/tasks/planned_round.h"
 #include "tests/calib/plan/meet.h"
 #include "tests/calib/simulate.h"
 #include "tests/daemon/journal/temporary_directory.h"
@@ -61,6 +63,32 @@ nlohmann::json checked(int given_up) {
   tasks.report(tasks.identify(made), made);
   std::ifstream file(dir / "check.json");
   return nlohmann::json::parse(file);
+}
+
+TEST(a_planned_round, offers_nothing_of_what_the_controllers_session_does_not_reach) {
+  TaskInputs inputs;
+  inputs.cell = demo_cell();
+  inputs.axis_reach_rad = 1.9;
+  PlannedRound round(std::make_shared<const TaskInputs>(inputs), *calibration());
+  calib::PlannedTouch near;
+  near.target = "S1";
+  near.standoff = near.end = near.clear = calib::JointVector{0.0, -1.57, 1.57, 0.0, 0.5, 0.0};
+  calib::Plan first;
+  first.start = near.clear;
+  first.touches = {near};
+  round.add(first);
+  // Where the session begins is known once the first touch is offered; it is not made in this test.
+  try {
+    round.offer(first.start);
+  } catch (
+      const calib::PlanError&) {  // a touch of nowhere has no way: it is the beginning that counts
+  }
+  calib::Plan far = first;
+  far.touches[0].standoff = far.touches[0].end = far.touches[0].clear =
+      calib::JointVector{2.0, -1.57, 1.57, 0.0, 0.5, 0.0};
+  EXPECT_THROW(round.add(far), calib::PlanError);
+  EXPECT_EQ(round.plan().touches.size(), 1U);
+  EXPECT_EQ(round.progress().checks_left, 1);
 }
 
 TEST(a_check, makes_a_touch_that_was_given_up_once_more) {
