@@ -61,9 +61,11 @@ void add_run(CLI::App& app, int& status) {
       "--accept-change", given->accept_change,
       "Publish although the arm changed since its last calibration: it was repaired, hit or "
       "mastered");
-  command->add_flag("--update", given->update,
-                    "Calibrate again in under a minute on top of the last calibration, by at most 15 touches: "
-                    "for one change since (tool knocked, sphere moved, joint mastered, arm warmer)");
+  command->add_flag(
+      "--update", given->update,
+      "Calibrate again in under a minute on top of the last calibration, by at most 15 touches: "
+      "for one change since (tool knocked, sphere moved, joint mastered, arm warmer). Not behind a collision: two "
+      "changes may pass for one");
   command->add_option("--region", given->region, "Where accuracy matters, as in 'cellcal plan'")
       ->capture_default_str();
   command->add_option("--check", given->check, "Held-out touches, to check the result")
@@ -149,8 +151,9 @@ void add_check(CLI::App& app, int& status) {
                    "Session of the calibration to check [the one in use]")
       ->check(CLI::PositiveNumber);
   command
-      ->add_option("--temperature", given->temperature_c,
-                   "Of the cell in degrees Celsius: 'cellcal history --drift' takes out what it does")
+      ->add_option(
+          "--temperature", given->temperature_c,
+          "Of the cell in degrees Celsius: 'cellcal history --drift' takes out what it does")
       ->check(CLI::Range(-40.0, 80.0));
   command->callback([=, &status] { status = check(*daemon, *given); });
 }
