@@ -1,5 +1,5 @@
 #pragma once
-// In which parameters two calibrations of one arm differ beyond what both leave open.
+// In which parameters two calibrations of one arm differ beyond their combined uncertainty.
 
 #include <vector>
 

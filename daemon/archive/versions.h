@@ -52,7 +52,7 @@ struct Comparison {
   std::int64_t before = 0, after = 0;
   bool workspace = false;
   std::optional<calib::InScope> apart;  ///< empty: of different drawings or tools
-  double expected_m = 0.0;              ///< mean that both leave open; 0: not known
+  double expected_m = 0.0;              ///< mean, by the predicted errors of both; 0: not known
   struct Parameter {
     std::string name;
     calib::MovedParameter moved;

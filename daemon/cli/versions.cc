@@ -51,7 +51,7 @@ std::string in_words(const json& all) {
                        all["before"].dump(), all["after"].dump());
   std::string words = fmt::format(
       "{} mm mean, {} mm largest distance of the tips over {} poses ({}), a motion of the base taken out\n"
-      "{} mm is the mean that both leave open\n",
+      "{} mm: mean distance by the predicted errors of both\n",
       mm(all["mean_mm"]), mm(all["max_mm"]), all["poses"].dump(), all["scope"].get<std::string>(),
       mm(all["expected_mm"]));
   if (all["moved"].empty()) return words + "no parameter moved beyond U (k=2)\n";
