@@ -48,12 +48,17 @@ bool same_touches(const Check& one, const Check& other) {
 }
 
 /// What the request states; else the mean, where every touch states one.
+/// As a request may state it; of rows nobody knows who wrote what else, and one wild figure would spoil all.
+bool is_of_a_cell(double temperature_c) { return temperature_c >= -40.0 && temperature_c <= 80.0; }
+
 std::optional<double> temperature_of(const SessionOptions& options,
                                      const std::vector<calib::Touch>& touches) {
-  if (options.temperature_c || touches.empty()) return options.temperature_c;
+  if (options.temperature_c)
+    return is_of_a_cell(*options.temperature_c) ? options.temperature_c : std::nullopt;
+  if (touches.empty()) return std::nullopt;
   double sum = 0.0;
   for (const calib::Touch& touch : touches) {
-    if (!touch.temperature_c) return std::nullopt;
+    if (!touch.temperature_c || !is_of_a_cell(*touch.temperature_c)) return std::nullopt;
     sum += *touch.temperature_c;
   }
   return sum / static_cast<double>(touches.size());

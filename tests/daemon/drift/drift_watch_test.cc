@@ -97,6 +97,8 @@ TEST_F(a_watch, knows_the_temperature_that_was_stated) {
   EXPECT_EQ(look()->chart.points[0].check.temperature_c, 21.5);
   EXPECT_FALSE(look()->chart.points[1].check.temperature_c);
   EXPECT_TRUE(look()->chart.per_kelvin_m);
+  checked.check({.temperature_c = 1e200});
+  EXPECT_FALSE(look()->chart.points[2].check.temperature_c) << "no cell is that warm";
 }
 
 TEST_F(a_watch, works_the_chart_out_once_per_check_that_ends) {
