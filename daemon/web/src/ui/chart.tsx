@@ -86,7 +86,8 @@ function options({ x_label, lines, time, from = 0 }: ChartProps, width: number, 
   const axis = { stroke: ink, grid: { stroke: grid, width: 1 }, ticks: { stroke: grid, width: 1 },
                  font: "13px system-ui, sans-serif", labelFont: "13px system-ui, sans-serif" };
   const number = new Intl.NumberFormat(language, { maximumSignificantDigits: 4 });
-  const day = new Intl.DateTimeFormat(language, { day: "2-digit", month: "2-digit", year: "2-digit" });
+  // The month in letters: 01/05/26 is another day on each side of the Atlantic.
+  const day = new Intl.DateTimeFormat(language, { day: "numeric", month: "short", year: "2-digit" });
   const numbers = (_: uPlot, values: number[]) => values.map((value) => number.format(value));
   const days = (_: uPlot, values: number[]) => values.map((value) => day.format(value * 1000));
   return {
