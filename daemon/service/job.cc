@@ -66,8 +66,8 @@ void look_at_limits(std::int64_t session, const TouchPolicy& touch, const Search
 void look_at_centres(const calib::Cell& cell) {
   if (must_find(cell))
     throw RequestError(
-        "a dry run needs the centre of each sphere. Jog the tip to them, or let a session find them, and state "
-        "xyz_mm in the cell file");
+        "a dry run needs the centre of each sphere. Find them with 'cellcal find', and state centre_mm in the "
+        "cell file");
 }
 
 void look_at_target(const calib::Cell& cell, const std::string& target) {

@@ -3,6 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <regex>
 #include <thread>
 
 #include "daemon/journal/journal.h"
@@ -62,6 +65,14 @@ TEST(a_dry_run, is_refused_where_it_cannot_be_one) {
   refused({{"find", true}}, 422, "planned beforehand");
   refused({{"target", "S1"}}, 422, "of a qualification");
   refused({{"calibration", 1}}, 422, "of a check");
+
+  const std::filesystem::path demo(CELLCAL_DEMO_CELL);
+  std::filesystem::copy_file(demo.parent_path() / "kr5_worn.toml", fixture.dir / "kr5_worn.toml");
+  const std::string cell = fixture.dir / "cell.toml";
+  std::ofstream(cell) << std::regex_replace(
+      content(demo), std::regex("centre_mm = \\[1080[^\n]*\ncentre_sigma_mm[^\n]*"),
+      "search_low_mm = [1060, -340, 310]\nsearch_high_mm = [1100, -300, 350]");
+  refused({{"cell", cell}}, 422, "Find them with 'cellcal find', and state centre_mm");
 }
 
 TEST(a_dry_run, is_never_what_an_aborted_calibration_is_gone_on_with) {
