@@ -1,0 +1,149 @@
+#pragma once
+// What a cell says to its plant: one fact each, typed. SI units and radians.
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "daemon/plant/messages/names.h"
+
+namespace cellcal::daemon::plant {
+
+/// What may be dropped where there is no room for all.
+enum class Worth { kResult, kTelemetry };
+
+enum class SessionState { kRunning, kInterrupted, kAborted, kFailed, kDone };
+struct SessionFact {
+  SessionState state = SessionState::kRunning;
+  std::string purpose;     ///< to_string(SessionKind); "update"
+  std::string cell_file;   ///< its path as given
+  std::string robot_file;  ///< likewise
+  std::string started;     ///< ISO 8601 UTC
+  std::size_t touches = 0, planned = 0;
+  std::string failure_kind, failure;  ///< hyphenated name, and words; empty: none
+  std::string software;
+
+  bool operator==(const SessionFact&) const = default;
+};
+
+struct CalibrationFact {
+  std::string robot;         ///< model, of the robot file
+  std::string robot_serial;  ///< of the cell file; empty: not stated
+  bool published = false, update = false;
+  std::vector<std::string> findings;  ///< hyphenated names of the verdict's
+  std::optional<double> near_m,
+      over_m;  ///< predicted mean error near the targets, over the workspace
+  std::optional<double> u95_near_m, u95_over_m;  ///< mean
+  std::string document;                          ///< cellcal.calibration/1
+
+  bool operator==(const CalibrationFact&) const = default;
+};
+
+enum class Held { kYes, kNo, kUndecided };
+struct CheckFact {
+  std::int64_t against = 0;  ///< session of the calibration that was checked
+  Held held = Held::kUndecided;
+  std::optional<double> shift_m, u_m;  ///< of the TCP, U (k=2)
+  std::string cause;                   ///< hyphenated name of the likeliest; empty: none
+  std::optional<double> temperature_c;
+  std::string document;  ///< cellcal.check/1
+
+  bool operator==(const CheckFact&) const = default;
+};
+
+/// Of the header's session is the calibration in use from now on.
+struct ActivationFact {
+  std::string by, reason;
+
+  bool operator==(const ActivationFact&) const = default;
+};
+
+struct CertificateFile {
+  std::string name;  ///< no directory in it
+  std::string bytes;
+
+  bool operator==(const CertificateFile&) const = default;
+};
+struct CertificateFact {
+  std::string certificate;  ///< its number
+  std::vector<CertificateFile> files;
+
+  bool operator==(const CertificateFact&) const = default;
+};
+
+struct AlarmFact {
+  std::string news;           ///< to_string(News)
+  std::string subject, text;  ///< as a person is told
+
+  bool operator==(const AlarmFact&) const = default;
+};
+
+struct AnswerFact {
+  std::string proposal;  ///< its id
+  bool accepted = false;
+  std::string by, reason;
+
+  bool operator==(const AnswerFact&) const = default;
+};
+
+struct PhaseFact {
+  std::string from, to, on;  ///< to_string(Phase), the event's name
+  double clock_s = 0.0;      ///< session's clock
+
+  bool operator==(const PhaseFact&) const = default;
+};
+
+struct TouchFact {
+  std::size_t index = 0;  ///< from 0
+  std::string target;
+  bool check = false;  ///< held out of the fit
+  std::vector<double> joint_rad;
+  std::optional<std::array<double, 3>> tip_m;  ///< nominal model, base frame
+  std::optional<double> residual_m;
+
+  bool operator==(const TouchFact&) const = default;
+};
+
+struct HealthFact {
+  std::uint64_t packets = 0, gaps = 0, late = 0,
+                replies = 0;  ///< since the robot's link was opened
+  double reply_p99_s = 0.0, reply_max_s = 0.0;
+  std::uint64_t frames = 0, crc_errors = 0;  ///< since the sensor's port was opened
+  double sensor_late_s = 0.0;                ///< worst delivery of the sensor's bytes
+  std::int64_t waiting = 0;                  ///< facts that are not acknowledged
+  std::int64_t journal_bytes = 0;
+
+  bool operator==(const HealthFact&) const = default;
+};
+
+/// Telemetry that did not fit.
+struct DroppedFact {
+  std::int64_t first = 0, last = 0;  ///< numbers, both gone
+  std::int64_t count = 0;            ///< results between them are there
+
+  bool operator==(const DroppedFact&) const = default;
+};
+
+using FactBody =
+    std::variant<SessionFact, CalibrationFact, CheckFact, ActivationFact, CertificateFact,
+                 AlarmFact, AnswerFact, PhaseFact, TouchFact, HealthFact, DroppedFact>;
+
+struct Fact {
+  CellName of;
+  std::string journal;       ///< what tells this journal from all others
+  std::int64_t number = 0;   ///< 1, 2, 3, ... within the journal
+  std::string time;          ///< ISO 8601 UTC, the cell's clock
+  std::int64_t session = 0;  ///< 0: of none
+  FactBody body;
+
+  bool operator==(const Fact&) const = default;
+};
+
+/// Hyphenated; stands in the topic.
+const char* kind_of(const FactBody& body);
+Worth worth_of(const FactBody& body);
+
+}  // namespace cellcal::daemon::plant

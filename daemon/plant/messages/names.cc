@@ -1,0 +1,77 @@
+#include "daemon/plant/messages/names.h"
+
+#include <algorithm>
+#include <vector>
+
+namespace cellcal::daemon::plant {
+
+namespace {
+
+constexpr std::string_view kRoot = "cellcal";
+constexpr std::string_view kFact = "fact", kPresence = "presence", kProposal = "proposal";
+
+bool is_letter(char c) {
+  return ('a' <= c && c <= 'z') || ('A' <= c && c <= 'Z') || ('0' <= c && c <= '9') || c == '_' ||
+         c == '-';
+}
+
+std::vector<std::string_view> levels_of(std::string_view text) {
+  constexpr std::size_t kMost = 6;  // one more than any topic of these has
+  std::vector<std::string_view> levels;
+  while (levels.size() < kMost) {
+    const std::size_t end = text.find('/');
+    levels.push_back(text.substr(0, end));
+    if (end == std::string_view::npos) break;
+    text.remove_prefix(end + 1);
+  }
+  return levels;
+}
+
+}  // namespace
+
+bool is_name(std::string_view text) {
+  return !text.empty() && text.size() <= kLongestName &&
+         std::all_of(text.begin(), text.end(), is_letter);
+}
+
+std::string to_text(const Topic& topic) {
+  std::string text = std::string(kRoot) + '/' + topic.of.plant + '/' + topic.of.cell + '/';
+  switch (topic.subject) {
+    case Subject::kFact:
+      return text.append(kFact).append("/").append(topic.kind);
+    case Subject::kPresence:
+      return text.append(kPresence);
+    case Subject::kProposal:
+      return text.append(kProposal);
+  }
+  return text;
+}
+
+std::optional<Topic> topic_of(std::string_view text) {
+  const std::vector<std::string_view> levels = levels_of(text);
+  if (levels.size() < 4 || levels[0] != kRoot || !is_name(levels[1]) || !is_name(levels[2]))
+    return std::nullopt;
+  Topic topic;
+  topic.of = {std::string(levels[1]), std::string(levels[2])};
+  if (levels.size() == 5 && levels[3] == kFact && is_name(levels[4])) {
+    topic.kind = levels[4];
+    return topic;
+  }
+  if (levels.size() != 4) return std::nullopt;
+  if (levels[3] == kPresence)
+    topic.subject = Subject::kPresence;
+  else if (levels[3] == kProposal)
+    topic.subject = Subject::kProposal;
+  else
+    return std::nullopt;
+  return topic;
+}
+
+std::string facts_of_all(std::string_view share) {
+  const std::string all = "cellcal/+/+/fact/+";
+  return share.empty() ? all : "$share/" + std::string(share) + '/' + all;
+}
+
+std::string presence_of_all() { return "cellcal/+/+/presence"; }
+
+}  // namespace cellcal::daemon::plant

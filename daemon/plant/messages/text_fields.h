@@ -1,0 +1,51 @@
+#pragma once
+// How texts, names and numbers of these messages stand in JSON: bounded, as they come from anybody.
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "calib/syntax/json_fields.h"
+#include "daemon/plant/messages/names.h"
+
+namespace cellcal::daemon::plant {
+
+inline constexpr std::size_t kLongestWord = 200;
+inline constexpr std::size_t kLongestText = std::size_t{1} << 16;
+inline constexpr std::size_t kLongestDocument = std::size_t{4} << 20;
+
+/// UTF-8 without control characters but tab and line feed, up to so many bytes.
+calib::fields::Value<std::string> bounded(std::size_t longest);
+/// Without line feeds.
+calib::fields::Value<std::string> line(std::size_t longest = kLongestWord);
+/// Of is_name().
+calib::fields::Value<std::string> name();
+/// Up to 2^53, as every reader of JSON holds exactly.
+template <class I>
+calib::fields::Value<I> count() {
+  return {[](const I& v) { return v; },
+          [](const calib::JsonReader& r) {
+            constexpr double kMost = 9007199254740992.0;
+            const double v = r.not_negative();
+            if (v > kMost || v != static_cast<double>(static_cast<std::int64_t>(v)))
+              r.fail("must be a whole number, 0 to 2^53");
+            return static_cast<I>(v);
+          }};
+}
+
+/// Left out where it is none.
+template <class T, class V>
+calib::fields::Field<T> maybe(const char* key, std::optional<V> T::*member,
+                              calib::fields::Value<V> as) {
+  calib::fields::Field<T> row{
+      key, [=](const T& value) { return as.to(*(value.*member)); },
+      [=](const calib::JsonReader& reader, T& value) { value.*member = as.from(reader); }};
+  row.written = [=](const T& value) { return (value.*member).has_value(); };
+  return calib::fields::optional(std::move(row));
+}
+
+/// The text as JSON: refused where it is none, too large or nested without end.
+nlohmann::json json_of(std::string_view text, std::size_t largest, const std::string& name);
+
+}  // namespace cellcal::daemon::plant
