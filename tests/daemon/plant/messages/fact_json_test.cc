@@ -1,0 +1,242 @@
+#include "daemon/plant/messages/fact_json.h"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "calib/model/error.h"
+#include "daemon/plant/messages/presence.h"
+#include "daemon/plant/messages/proposal.h"
+
+namespace cellcal::daemon::plant {
+namespace {
+
+using nlohmann::json;
+
+std::vector<FactBody> one_of_each() {
+  SessionFact session{SessionState::kFailed,
+                      "calibrate",
+                      "/etc/cellcal/cell.toml",
+                      "kr5.toml",
+                      "2026-11-22T20:00:00Z",
+                      12,
+                      40,
+                      "no-contact",
+                      "S1: no contact within 12.0 mm",
+                      "1.9.0"};
+  CalibrationFact calibration{"KR 5 R1400", "1234",  true, false, {"changed"},
+                              0.5e-3,       0.25e-3, {},   1e-3,  "{\"a\": 1}\n"};
+  CheckFact check{7, Held::kNo, 0.5e-3, 0.125e-3, "tool", 21.5, "{}"};
+  TouchFact touch{3, "S1", true, {0.0, 0.5, -1.0}, std::array{1.0, 0.0, 0.5}, -0.5e-3};
+  return {session,
+          calibration,
+          check,
+          ActivationFact{"M. Huber", "tool changed\nback to 7"},
+          CertificateFact{
+              "7-abc",
+              {{"certificate.json", "{}"}, {"certificate.sums.sig", std::string("\0\xff\x80", 3)}}},
+          AlarmFact{"drifted", "weld-3: drifted", "0.4 mm"},
+          AnswerFact{"p-1", true, "policy", ""},
+          PhaseFact{"search", "latch", "contact", 12.5},
+          touch,
+          HealthFact{100, 1, 2, 99, 0.0, 0.5, 10, 1, 0.25, 4, 1 << 20},
+          DroppedFact{4, 9, 5}};
+}
+
+Fact fact_of(const FactBody& body) {
+  return {{"graz", "weld-3"}, "0123abcd", 17, "2026-11-22T20:51:17.123Z", 7, body};
+}
+
+Topic topic_for(const Fact& fact) { return {fact.of, Subject::kFact, kind_of(fact.body)}; }
+
+/// The sentence of the refusal; empty: it was read.
+std::string refusal(const std::string& text, const Topic& topic) {
+  try {
+    (void)fact_from_json(text, topic);
+  } catch (const calib::FileError& refused) {
+    return refused.what();
+  }
+  return "";
+}
+
+TEST(Facts, OfEachKindAreReadAsTheyWereWritten) {
+  ASSERT_EQ(one_of_each().size(), std::variant_size_v<FactBody>);
+  for (const FactBody& body : one_of_each()) {
+    const Fact fact = fact_of(body);
+    const Fact again = fact_from_json(to_json(fact), topic_for(fact));
+    EXPECT_EQ(to_json(again), to_json(fact));
+    EXPECT_EQ(again.body.index(), body.index());
+    // Degrees do not come back to the last bit.
+    const bool exact = !std::holds_alternative<TouchFact>(body);
+    EXPECT_TRUE(!exact || again == fact) << kind_of(body);
+    EXPECT_EQ(body_from_json(kind_of(body), body_to_json(body)).index(), body.index());
+  }
+}
+
+TEST(Facts, HaveMillimetresAndDegreesOutsideAndSIInside) {
+  TouchFact touch;
+  touch.joint_rad = {0.5};
+  touch.tip_m = std::array{1.5, 0.0, -0.25};
+  touch.residual_m = 0.125e-3;
+  const json body = json::parse(to_json(fact_of(touch))).at("body");
+  EXPECT_NEAR(body.at("joints_deg").at(0).get<double>(), 28.6478897565, 1e-9);
+  EXPECT_EQ(body.at("tip_mm").at(0), 1500.0);
+  EXPECT_EQ(body.at("residual_mm"), 0.125);
+  const json check =
+      json::parse(to_json(fact_of(CheckFact{7, Held::kYes, 0.5e-3, 0.125e-3, "", {}, "{}"})))
+          .at("body");
+  EXPECT_EQ(check.at("shift_mm"), 0.5);
+  EXPECT_FALSE(check.contains("temperature_c"));
+}
+
+TEST(Facts, AnyKeyThatIsLeftOutIsNamed) {
+  for (const FactBody& body : one_of_each()) {
+    const Fact fact = fact_of(body);
+    const json whole = json::parse(to_json(fact));
+    for (const auto& [key, value] : whole.items()) {
+      json less = whole;
+      less.erase(key);
+      EXPECT_NE(refusal(less.dump(), topic_for(fact)).find(key), std::string::npos) << key;
+    }
+    int optional = 0;
+    for (const auto& [key, value] : whole.at("body").items()) {
+      json less = whole;
+      less.at("body").erase(key);
+      const std::string said = refusal(less.dump(), topic_for(fact));
+      optional += said.empty() ? 1 : 0;
+      EXPECT_TRUE(said.empty() || said.find(key) != std::string::npos) << said;
+    }
+    EXPECT_LE(optional, 4) << kind_of(body);
+  }
+}
+
+TEST(Facts, AnyKeyOfAnotherTypeIsNamed) {
+  for (const FactBody& body : one_of_each()) {
+    const Fact fact = fact_of(body);
+    const json whole = json::parse(to_json(fact));
+    for (const auto& [key, value] : whole.items()) {
+      json other = whole;
+      other[key] = json::array({json::object()});
+      EXPECT_NE(refusal(other.dump(), topic_for(fact)).find(key), std::string::npos) << key;
+    }
+    for (const auto& [key, value] : whole.at("body").items())
+      for (const json& wrong :
+           {json(nullptr), json::array({json::object()}), json(json::value_t::object)}) {
+        json other = whole;
+        other["body"][key] = wrong;
+        EXPECT_NE(refusal(other.dump(), topic_for(fact)).find(key), std::string::npos)
+            << kind_of(body) << " " << key << " " << wrong;
+      }
+  }
+}
+
+TEST(Facts, CutAnywhereAreRefused) {
+  for (const FactBody& body : one_of_each()) {
+    const Fact fact = fact_of(body);
+    const std::string text = to_json(fact);
+    for (std::size_t size = 0; size < text.size(); ++size)
+      EXPECT_NE(refusal(text.substr(0, size), topic_for(fact)), "") << size;
+  }
+}
+
+TEST(Facts, OfAnotherCellThanTheTopicsAreRefused) {
+  const Fact fact = fact_of(PhaseFact{});
+  EXPECT_EQ(refusal(to_json(fact), topic_for(fact)), "");
+  EXPECT_NE(refusal(to_json(fact), {{"graz", "weld-4"}, Subject::kFact, "phase"}), "");
+  EXPECT_NE(refusal(to_json(fact), {{"linz", "weld-3"}, Subject::kFact, "phase"}), "");
+  EXPECT_NE(refusal(to_json(fact), {{"graz", "weld-3"}, Subject::kFact, "touch"}), "");
+  EXPECT_NE(refusal(to_json(fact), {{"graz", "weld-3"}, Subject::kPresence, ""}), "");
+}
+
+TEST(Facts, WithAHostileValueAreRefused) {
+  const Fact touch = fact_of(one_of_each()[8]);
+  const auto with = [&](const char* pointer, const json& value) {
+    json other = json::parse(to_json(touch));
+    other[json::json_pointer(pointer)] = value;
+    return refusal(other.dump(), topic_for(touch));
+  };
+  EXPECT_EQ(with("/body/index", 5), "");
+  for (const json& number : {json(-1), json(0.5), json(1e300), json("17"), json(0)})
+    EXPECT_NE(with("/number", number), "") << number;
+  EXPECT_NE(with("/journal", "a/b"), "");
+  EXPECT_NE(with("/plant", "graz/weld"), "");
+  EXPECT_NE(with("/id", "0123abcd-18"), "");
+  EXPECT_NE(with("/time", std::string("2026\n")), "");
+  EXPECT_NE(with("/body/target", std::string(100000, 'S')), "");
+  EXPECT_NE(with("/body/target", std::string("S\x1b[2J")), "");
+  EXPECT_NE(with("/body/joints_deg", std::vector<double>(10000, 1.0)), "");
+  EXPECT_NE(with("/body/tip_mm", {1, 2}), "");
+  EXPECT_NE(with("/format", "cellcal.plant/2"), "");
+  EXPECT_NE(with("/body/index", 1e300), "");
+  EXPECT_NE(refusal(std::string(1 << 20, '['), topic_for(touch)), "");
+  EXPECT_NE(refusal(std::string(kLargestMessage + 1, ' '), topic_for(touch)), "");
+  std::string infinite = to_json(touch);
+  infinite.replace(infinite.find("\"index\":3"), 9, "\"index\":1e999");
+  EXPECT_NE(refusal(infinite, topic_for(touch)), "");
+}
+
+TEST(Facts, WhoseDocumentWasChangedAreRefused) {
+  for (const std::size_t which : {1U, 2U}) {
+    const Fact fact = fact_of(one_of_each()[which]);
+    json changed = json::parse(to_json(fact));
+    changed["body"]["document"]["text"] = "{\"a\": 2}\n";
+    EXPECT_NE(refusal(changed.dump(), topic_for(fact)).find("sha256"), std::string::npos);
+  }
+  const Fact fact = fact_of(one_of_each()[4]);
+  for (const char* name : {"", "../up", "/etc/passwd", ".hidden"}) {
+    json changed = json::parse(to_json(fact));
+    changed["body"]["files"][0]["name"] = name;
+    EXPECT_NE(refusal(changed.dump(), topic_for(fact)).find("name"), std::string::npos) << name;
+  }
+  json changed = json::parse(to_json(fact));
+  changed["body"]["files"][0]["base64"] = "e30K";
+  EXPECT_NE(refusal(changed.dump(), topic_for(fact)).find("sha256"), std::string::npos);
+}
+
+TEST(Facts, WithKeysOfANewerCellAreRead) {
+  const Fact fact = fact_of(PhaseFact{"a", "b", "c", 1.0});
+  json newer = json::parse(to_json(fact));
+  newer["more"] = 1;
+  newer["body"]["more"] = json::array();
+  EXPECT_EQ(fact_from_json(newer.dump(), topic_for(fact)), fact);
+}
+
+TEST(Facts, OfKindsThatNobodyKnowsAreRefused) {
+  Fact fact = fact_of(PhaseFact{});
+  json newer = json::parse(to_json(fact));
+  newer["kind"] = "weather";
+  EXPECT_NE(refusal(newer.dump(), {fact.of, Subject::kFact, "weather"}).find("unknown kind"),
+            std::string::npos);
+}
+
+TEST(Presence, IsReadAsItWasWritten) {
+  const Presence presence{{"graz", "weld-3"},     true, false, "0123", 17, "1.9.0",
+                          "2026-11-22T20:00:00Z", true};
+  const Topic topic{presence.of, Subject::kPresence, ""};
+  EXPECT_EQ(presence_from_json(to_json(presence), topic), presence);
+  EXPECT_THROW((void)presence_from_json(to_json(presence), {{"graz", "b"}, Subject::kPresence, ""}),
+               calib::FileError);
+  const json whole = json::parse(to_json(presence));
+  for (const auto& [key, value] : whole.items()) {
+    json less = whole;
+    less.erase(key);
+    EXPECT_THROW((void)presence_from_json(less.dump(), topic), calib::FileError) << key;
+  }
+}
+
+TEST(Proposals, AreReadAsTheyWereWritten) {
+  for (const ProposalKind kind :
+       {ProposalKind::kCalibrate, ProposalKind::kCheck, ProposalKind::kActivate,
+        ProposalKind::kSchedule, ProposalKind::kPriors}) {
+    const Proposal proposal{{"graz", "weld-3"}, "p-1",   kind,  7, "[[entry]]\nname = \"night\"\n",
+                            "M. Huber",         "drift", "2026"};
+    const Topic topic{proposal.of, Subject::kProposal, ""};
+    EXPECT_EQ(proposal_from_json(to_json(proposal), topic), proposal) << to_string(kind);
+    json other = json::parse(to_json(proposal));
+    other["kind"] = "move";
+    EXPECT_THROW((void)proposal_from_json(other.dump(), topic), calib::FileError);
+  }
+}
+
+}  // namespace
+}  // namespace cellcal::daemon::plant
