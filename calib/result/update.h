@@ -34,7 +34,7 @@ struct UpdateOrigin {
   std::vector<Explanation> explanations = {};  ///< likeliest first
   /// Of the touches under the likeliest, and the probability that chance makes it as large.
   double chi2 = 0.0, degrees_of_freedom = 0.0, by_chance = 1.0;
-  /// That a second thing changed over that none did, natural logarithm.
+  /// That two things changed over that one did and what was set aside is wrong by itself, natural logarithm.
   double log_odds_second = 0.0;
   std::optional<Explanation> second = {};  ///< what that would be
   double before_m = 0.0;   ///< predicted mean error over the workspace, of the calibration before

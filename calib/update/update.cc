@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <utility>
 
@@ -20,8 +21,10 @@ namespace {
 constexpr double kSay = 1e-4;
 /// Below, chance is not what the likeliest explanation leaves of the touches.
 constexpr double kByChance = 5e-3;
-/// Above, in odds, something else changed as well.
-constexpr double kSecondOdds = 3.0;
+/// Above, in odds, something else is the matter as well.
+constexpr double kMoreOdds = 3.0;
+/// Above, in odds, two things changed: the touches make that likelier than it is beforehand.
+constexpr double kTwoOdds = 0.1;
 /// Touches that are wrong by themselves happen; more of them are something else.
 constexpr std::size_t kMostSetAside = 2;
 /// What changed is only named where it is this probable.
@@ -142,8 +145,10 @@ void forget_session(Calibration& c) {
 
 bool contradicted(const Sufficient& enough) {
   // What is no number contradicts.
-  return !(enough.by_chance >= kByChance && enough.log_odds_second <= std::log(kSecondOdds));
+  return !(enough.by_chance >= kByChance && enough.log_odds_more <= std::log(kMoreOdds));
 }
+
+bool two_things(double log_odds) { return !(log_odds <= std::log(kTwoOdds)); }
 
 UpdateOutcome outcome_of(const UpdateOrigin& origin, bool contradictory) {
   const Explanation& first = origin.explanations.front();
@@ -160,6 +165,32 @@ struct Resolved {
   std::vector<Weighed> all;
   Sufficient enough;
   std::vector<std::size_t> set_aside;
+  double log_odds_two =
+      0.0;  ///< that two things changed, over that one did and what was set aside is wrong by itself
+};
+
+double log_of_sum(double a, double b) {
+  return std::max(a, b) + std::log1p(std::exp(-std::abs(a - b)));
+}
+
+/// Two things that changed against one, though touches were set aside in between: those count on either side as
+/// wrong by themselves, or are explained.
+class Ledger {
+ public:
+  void add(const OneOrTwo& sums) {
+    log_one_ = log_of_sum(log_one_, sums.log_one + log_wrong_);
+    log_two_ = log_of_sum(log_two_, sums.log_two + log_wrong_);
+    log_one_and_touch_ = sums.log_one_and_touch + log_wrong_;
+  }
+  void set_aside(double log_wrong) { log_wrong_ += log_wrong; }
+  double log_odds_two() const {
+    return log_two_ - log_of_sum(log_one_, log_one_and_touch_);
+  }  // (86)
+
+ private:
+  double log_one_ = std::numeric_limits<double>::lowest(), log_two_ = log_one_,
+         log_one_and_touch_ = log_one_;
+  double log_wrong_ = 0.0;
 };
 
 /// One touch of a sphere that was touched more often: two of it that are wrong are a sphere that moved, and of the
@@ -178,14 +209,18 @@ std::vector<bool> may_be_set_aside(const std::vector<ForeseenContact>& contacts,
 Resolved resolve(const Calibration& prior, TouchEquations& equations) {
   Resolved r;
   const std::size_t count = equations.contacts().size();
+  Ledger ledger;
   while (true) {
     r.all = weighed(prior, equations);
+    ledger.add(one_or_two(r.all));
+    r.log_odds_two = ledger.log_odds_two();
     r.enough = sufficient(likeliest(r.all), r.all, r.set_aside.size());
     if (!contradicted(r.enough) || r.set_aside.size() == kMostSetAside ||
         count - r.set_aside.size() <= kLeastUpdateTouches)
       return r;
     const auto touch = doubtful_touch(r.all, may_be_set_aside(equations.contacts(), r.set_aside));
     if (!touch) return r;
+    ledger.set_aside(log_wrong(r.all, *touch));
     equations.set_aside(*touch);
     r.set_aside.push_back(*touch);
   }
@@ -215,7 +250,7 @@ Calibration update(const Calibration& last, const std::vector<Touch>& touches,
     c.degrees_of_freedom = origin.degrees_of_freedom = r.enough.degrees_of_freedom;
     c.chi2_per_dof = origin.chi2 / std::max(1.0, origin.degrees_of_freedom);
     origin.by_chance = r.enough.by_chance;
-    origin.log_odds_second = r.enough.log_odds_second;
+    origin.log_odds_second = r.log_odds_two;
     origin.second = r.enough.second;
     origin.explanations = explanations(r.all);
     c.predicted_workspace_m = origin.reached_m = foreseen_error_m(c, workspace);
@@ -224,7 +259,7 @@ Calibration update(const Calibration& last, const std::vector<Touch>& touches,
     const auto near = stated_near_targets(c, around, facts.region_poses);
     c.predicted_near_targets_m =
         near.size() < 3 ? c.predicted_workspace_m : foreseen_error_m(c, near);
-    origin.outcome = outcome_of(origin, contradicted(r.enough));
+    origin.outcome = outcome_of(origin, contradicted(r.enough) || two_things(r.log_odds_two));
     if (best.change.kind == ChangeKind::kSphere)  // its certificates are of where it stood
       std::erase_if(c.lengths, [&](const LengthResult& length) {
         return length.from == best.change.name || length.to == best.change.name;

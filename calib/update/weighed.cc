@@ -14,6 +14,8 @@ namespace {
 
 /// Who asks for an update has a reason.
 constexpr double kNothingBefore = 0.5;
+/// Beforehand: of touches, those wrong by themselves though they were confirmed.
+constexpr double kWrongTouch = 0.01;
 /// Beforehand, in odds: where one thing changed, one time in ten another did as well.
 constexpr double kSecondBefore = 0.1;
 
@@ -114,6 +116,43 @@ const Weighed& likeliest(const std::vector<Weighed>& all) {
   return *best;
 }
 
+namespace {
+
+/// Probability beforehand of this change at this size, natural logarithm.
+double log_before(const Weighed& one) {
+  return std::log(one.change.weight / static_cast<double>(one.change.usual.size()));
+}
+
+/// Another change beside the one that an explanation has.
+struct Beside {
+  Cholesky information;  ///< of its size
+  Eigen::VectorXd size;
+  double log_ratio = 0.0;  ///< of the touches with it over without, natural logarithm
+};
+
+/// Linearised where the first change has brought the arm. `off`: of the first one, whitened.
+Beside beside(const Weighed& first, const Eigen::VectorXd& off, const Weighed& other) {
+  Eigen::MatrixXd by = first.how.rows * other.moves;
+  if (other.change.kind == ChangeKind::kTouch)
+    by(static_cast<Eigen::Index>(other.change.index), 0) = -1.0;
+  by = first.how.foreseen.whitened(by);
+  const double variance = other.usual * other.usual;
+  Eigen::MatrixXd information = by.transpose() * by;
+  information.diagonal().array() += 1.0 / variance;
+  const Eigen::VectorXd pull = by.transpose() * off;
+  Beside result{Cholesky(information), {}, 0.0};
+  result.size = result.information.solve(pull);
+  result.log_ratio = 0.5 * (pull.dot(result.size) - result.information.log_det() -
+                            static_cast<double>(other.change.size) * std::log(variance));  // (82)
+  return result;
+}
+
+bool may_be_beside(const Weighed& other, const Weighed& first) {
+  return other.change.size > 0 && !same(other.change, first.change);
+}
+
+}  // namespace
+
 Sufficient sufficient(const Weighed& one, const std::vector<Weighed>& all,
                       std::size_t touches_set_aside) {
   Sufficient result;
@@ -121,35 +160,65 @@ Sufficient sufficient(const Weighed& one, const std::vector<Weighed>& all,
   result.degrees_of_freedom = static_cast<double>(one.how.off_m.size() - one.change.size) -
                               static_cast<double>(touches_set_aside);
   result.by_chance = chance_of(result.chi2, result.degrees_of_freedom);  // (81)
-  // Another thing beside it, linearised where the first has brought the arm.
   const Eigen::VectorXd off = one.how.foreseen.whitened(one.how.off_m);
   std::vector<double> logs;
   double best = -std::numeric_limits<double>::infinity();
   for (const Weighed& other : all) {
-    if (other.change.size == 0 || same(other.change, one.change)) continue;
-    Eigen::MatrixXd by = one.how.rows * other.moves;
-    if (other.change.kind == ChangeKind::kTouch)
-      by(static_cast<Eigen::Index>(other.change.index), 0) = -1.0;
-    by = one.how.foreseen.whitened(by);
-    const double variance = other.usual * other.usual;
-    Eigen::MatrixXd information = by.transpose() * by;
-    information.diagonal().array() += 1.0 / variance;
-    const Cholesky factor(information);
-    const Eigen::VectorXd pull = by.transpose() * off;
-    const double log_ratio =
-        0.5 * (pull.dot(factor.solve(pull)) - factor.log_det() -
-               static_cast<double>(other.change.size) * std::log(variance));  // (82)
-    logs.push_back(log_ratio + std::log(kSecondBefore * other.change.weight /
-                                        static_cast<double>(other.change.usual.size())));
+    if (!may_be_beside(other, one)) continue;
+    const Beside more = beside(one, off, other);
+    logs.push_back(more.log_ratio + std::log(kSecondBefore) + log_before(other));
     if (logs.back() <= best) continue;
     best = logs.back();
     Weighed second{other.change, {}, other.usual, {}};
-    second.how.size = factor.solve(pull);
-    second.how.size_covariance = factor.inverse();
+    second.how.size = more.size;
+    second.how.size_covariance = more.information.inverse();
     result.second = told(second);
   }
-  result.log_odds_second = log_sum(logs);
+  result.log_odds_more = log_sum(logs);
   return result;
+}
+
+OneOrTwo one_or_two(const std::vector<Weighed>& all) {
+  std::vector<double> one, with_touch, two;
+  for (const Weighed& first : all) {
+    const double log_first = first.how.log_evidence + log_before(first);
+    one.push_back(log_first);
+    if (first.change.size == 0 || first.change.kind == ChangeKind::kTouch) continue;
+    const Eigen::VectorXd off = first.how.foreseen.whitened(first.how.off_m);
+    for (const Weighed& other : all) {
+      if (!may_be_beside(other, first)) continue;
+      const double log_pair = log_first + beside(first, off, other).log_ratio;
+      if (other.change.kind == ChangeKind::kTouch)
+        with_touch.push_back(
+            log_pair + std::log(kWrongTouch / static_cast<double>(other.change.usual.size())));
+      else
+        two.push_back(log_pair + std::log(kSecondBefore) + log_before(other));
+    }
+  }
+  return {log_sum(one), log_sum(with_touch), log_sum(two)};
+}
+
+double log_wrong(const std::vector<Weighed>& all, std::size_t touch) {
+  const auto t = static_cast<Eigen::Index>(touch);
+  const auto as_wrong = std::ranges::find_if(
+      all, [](const Weighed& one) { return one.change.kind == ChangeKind::kTouch; });
+  const std::vector<double>& usual = as_wrong->change.usual;
+  std::vector<double> with, without;
+  for (const Weighed& one : all) {
+    if (one.change.kind == ChangeKind::kTouch) continue;
+    // Given the other touches: how far this one is off, and how far chance would bring it.
+    const Eigen::MatrixXd information = one.how.foreseen.inverse();
+    const double variance = 1.0 / information(t, t);
+    const double off = information.row(t).dot(one.how.off_m) * variance;
+    const auto log_density = [&](double wide) {
+      return -0.5 * (off * off / wide + std::log(wide));
+    };
+    without.push_back(one.how.log_evidence + log_before(one) - log_density(variance));
+    for (const double size : usual)
+      with.push_back(without.back() + log_density(variance + size * size) -
+                     std::log(static_cast<double>(usual.size())));
+  }
+  return std::log(kWrongTouch) + log_sum(with) - log_sum(without);  // (85)
 }
 
 std::optional<std::size_t> doubtful_touch(const std::vector<Weighed>& all,

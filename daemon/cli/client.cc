@@ -297,11 +297,27 @@ std::string session_line(const json& session) {
 
 }  // namespace
 
+namespace {
+
+/// What a full session is asked to do, not an update with one behind it.
+bool has_own_touches(const RunCommand& command) {
+  return !command.resume && !(command.update && command.or_full);
+}
+
+/// The update was withheld, and a full session helps: not where nothing changed.
+bool takes_a_full_session(const Connection& daemon, std::int64_t session) {
+  const json calibration = get(daemon, session_path(session) + "/calibration.json");
+  const json update = calibration.value("update", json());
+  return update.is_object() && text(update, "outcome") != "nothing_changed";
+}
+
+}  // namespace
+
 int run(const Connection& daemon, const RunCommand& command) {
   json body{{"resume", command.resume}};
   if (command.update) body["update"] = true;
   if (!command.cell.empty()) body["cell"] = std::filesystem::absolute(command.cell).string();
-  if (!command.resume) {
+  if (has_own_touches(command)) {
     if (command.touches) body["touches"] = *command.touches;
     if (command.goal_mm) body["goal_mm"] = *command.goal_mm;
     body["region"] = command.region;
@@ -310,9 +326,18 @@ int run(const Connection& daemon, const RunCommand& command) {
     body["check"] = command.check;
     body["seed"] = command.seed;
   }
-  const json answer = parse(ask(daemon, "POST", "/v1/run", body.dump()));
-  return follow(daemon, number(answer, "session"), BeforeMotion::kCtrlCEnds,
-                daemon.progress ? Shows::kLinesElsewhere : Shows::kLine);
+  const std::int64_t session =
+      number(parse(ask(daemon, "POST", "/v1/run", body.dump())), "session");
+  const int status = follow(daemon, session, BeforeMotion::kCtrlCEnds,
+                            daemon.progress ? Shows::kLinesElsewhere : Shows::kLine);
+  if (status != kNotPublishable || !command.or_full || !takes_a_full_session(daemon, session))
+    return status;
+  std::fprintf(stderr,
+               "session %lld: the update is withheld. A full session begins now (--or-full)\n",
+               static_cast<long long>(session));
+  RunCommand full = command;
+  full.update = full.or_full = false;
+  return run(daemon, full);
 }
 
 int dry_run(const Connection& daemon, const DryRunCommand& command) {

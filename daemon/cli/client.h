@@ -22,6 +22,7 @@ struct RunCommand {
   std::string region = "workspace";
   bool find = false;
   bool update = false;
+  bool or_full = false;  ///< where the update is withheld, unless nothing changed
   bool accept_change = false;
   unsigned seed = 1;
   bool resume = false;

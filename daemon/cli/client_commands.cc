@@ -61,11 +61,17 @@ void add_run(CLI::App& app, int& status) {
       "--accept-change", given->accept_change,
       "Publish although the arm changed since its last calibration: it was repaired, hit or "
       "mastered");
-  command->add_flag(
+  auto* update = command->add_flag(
       "--update", given->update,
       "Calibrate again in under a minute on top of the last calibration, by at most 15 touches: "
-      "for one change since (tool knocked, sphere moved, joint mastered, arm warmer). Not behind a collision: two "
-      "changes may pass for one");
+      "for one change since (tool knocked, sphere moved, joint mastered, arm warmer). Behind a collision run a full "
+      "session: two changes may pass for one");
+  command
+      ->add_flag(
+          "--or-full", given->or_full,
+          "With --update: where it is withheld (more than one thing changed, too little to tell, a sphere not "
+          "found), go on with a full session at once, with --touches, --check, --goal as given")
+      ->needs(update);
   command->add_option("--region", given->region, "Where accuracy matters, as in 'cellcal plan'")
       ->capture_default_str();
   command->add_option("--check", given->check, "Held-out touches, to check the result")

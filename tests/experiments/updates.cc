@@ -85,7 +85,7 @@ struct Result {
   UpdateOutcome outcome = UpdateOutcome::kNotFound;
   bool met = true, right = false;
   std::string told;
-  std::size_t touches = 0;
+  std::size_t touches = 0, set_aside = 0;
   double seconds = 0.0;
   OverPostures before, changed, after, full;
   double by_chance = 1.0, log_odds_second = 0.0, probability = 0.0, reached = 0.0;
@@ -136,6 +136,7 @@ Result updated(const Calibrated& on, const std::vector<Happening>& happenings, s
     result.probability = first.probability;
     result.by_chance = c.update->by_chance;
     result.log_odds_second = c.update->log_odds_second;
+    result.set_aside = c.update->set_aside.size();
     result.reached = c.update->reached_m / c.update->before_m;
     result.after = judged(world, c);
   }
@@ -237,14 +238,16 @@ int main(int argc, char** argv) {
     std::string gears = "spectrum", level = "L2";
     bool detail = false;
     int full = 10;
+    int pairs = 8;
     cellcal::CommandLine app(
-        "Re-calibration by at most 15 touches: 10 changes of one thing, 2 of two and 2 of nothing on each arm.\n"
+        "Re-calibration by at most 15 touches: 10 changes of one thing, 8 of two and 2 of nothing on each arm.\n"
         "Example: updates_experiment --arms 5 --detail");
     app.option("--arms", arms, "Random arms, each calibrated once");
     app.option("--level", level, "Touches of the calibration: L2 100, L3 400").one_of({"L2", "L3"});
     app.option("--gears", gears, "Truth's form").one_of({"none", "harmonics", "spectrum"});
     app.option("--gear-arcsec", trial.gear_arcsec, "rms per joint");
     app.option("--full", full, "Changes of each arm that are treated by a full session as well");
+    app.option("--pairs", pairs, "Changes of two things on each arm");
     app.option("--seed", seed_from, "");
     app.option("--detail", detail, "Each change");
     if (const auto code = app.parse(argc, argv)) return *code;
@@ -276,8 +279,8 @@ int main(int argc, char** argv) {
       calib::Random random(seed + 7);
       std::vector<std::vector<Happening>> cases;
       for (const ChangeKind kind : kOne) cases.push_back({drawn(kind, random)});
-      for (int i = 0; i < 2; ++i) {
-        const auto& [a, b] = kTwo[static_cast<std::size_t>(2 * done + i) % std::size(kTwo)];
+      for (int i = 0; i < pairs; ++i) {
+        const auto& [a, b] = kTwo[static_cast<std::size_t>(pairs * done + i) % std::size(kTwo)];
         cases.push_back({drawn(a, random), drawn(b, random)});
       }
       for (int i = 0; i < 2; ++i) cases.push_back({Happening{}});
@@ -287,10 +290,10 @@ int main(int argc, char** argv) {
         const Result& r = results.back();
         if (!detail) continue;
         fmt::print(
-            "{} {:<34} {:<15} {:<26} {:5.3f} p {:.4f} second {:7.1f} foreseen {:.2f}; {} touches {:.1f} s; M3 {:.3f} "
+            "{} {:<34} {:<15} {:<26} {:5.3f} p {:.4f} two things {:6.1f}, {} set aside, foreseen {:.2f}; {} touches {:.1f} s; M3 {:.3f} "
             "-> {:.3f} -> {:.3f} mm, full {:.3f}; inside {:.1f} %\n",
             seed, r.done, r.met ? to_string(r.outcome) : "not met", r.told, r.probability,
-            r.by_chance, r.log_odds_second, r.reached, r.touches, r.seconds, 1e3 * r.before.mean,
+            r.by_chance, r.log_odds_second, r.set_aside, r.reached, r.touches, r.seconds, 1e3 * r.before.mean,
             1e3 * r.changed.mean, 1e3 * r.after.mean, 1e3 * r.full.mean, 100.0 * r.after.covered);
         std::fflush(stdout);
       }

@@ -186,6 +186,20 @@ TEST(Update, OfTwoChangesNoneIsMadeUp) {
   EXPECT_NE(testing::words_of(c).find("Run a full session"), std::string::npos);
 }
 
+TEST(Update, NoTouchIsBlamedForASecondChange) {
+  // The one change and a wrong touch explain what is left as well as chance does; two changes do better.
+  const sim::Truth arm = with_robot([](Robot& robot) {
+    robot.joints[2].offset_rad += 0.5e-3;
+    robot.joints[3].offset_rad += 0.6e-3;
+  });
+  const Calibration c = Session(arm).result();
+  EXPECT_EQ(c.update->set_aside.size(), 1U);
+  EXPECT_GT(c.update->by_chance, 0.01);
+  EXPECT_GT(c.update->log_odds_second, std::log(10.0));
+  EXPECT_EQ(c.update->outcome, UpdateOutcome::kContradicted);
+  EXPECT_FALSE(c.verdict.publish);
+}
+
 TEST(Update, ATouchThatIsWrongByItselfIsSetAside) {
   const sim::Truth arm = knocked({0.0, 1e-3, 0.0});
   Session session(arm);
@@ -195,6 +209,7 @@ TEST(Update, ATouchThatIsWrongByItselfIsSetAside) {
   expect_as_before(c, arm);
   EXPECT_EQ(c.update->set_aside, std::vector<std::size_t>{kWrong});
   EXPECT_TRUE(c.residuals[kWrong].outlier);
+  EXPECT_LT(c.update->log_odds_second, std::log(0.1));
 }
 
 TEST(Update, ASphereThatWasNotFoundOrTooFewTouchesEndIt) {

@@ -67,7 +67,8 @@ TEST_F(AnUpdate, brings_back_a_cell_whose_tool_was_knocked_and_says_where_there_
   // It is the cell's calibration from now on, and there is nothing more to do.
   const Outcome held = fixture.cellcal({"check"});
   EXPECT_EQ(held.status, 0) << held.err << held.out;
-  const Outcome nothing = update();
+  const Outcome nothing =
+      fixture.cellcal({"run", "--cell", CELLCAL_DEMO_CELL, "--update", "--or-full"});
   EXPECT_EQ(nothing.status, 3) << nothing.err << nothing.out;
   EXPECT_NE((nothing.err + nothing.out).find("nothing to update"), std::string::npos)
       << nothing.err << nothing.out;
@@ -81,6 +82,14 @@ TEST_F(AnUpdate, brings_back_a_cell_whose_tool_was_knocked_and_says_where_there_
       << lost.err << lost.out;
   EXPECT_EQ(get("/v1/sessions/5/calibration.json")["update"]["outcome"], "not_found");
   EXPECT_EQ(fixture.cellcal({"replay", "5"}).status, 0);
+
+  // One that is withheld goes on with a full session where that was asked for; not where nothing changed.
+  restart("tool_shift_mm = [1.0, 0.0, 0.0]\ngeometry_scale = 1.3\n");
+  const Outcome full = fixture.cellcal({"run", "--cell", CELLCAL_DEMO_CELL, "--update", "--or-full",
+                                        "--touches", "20", "--check", "0", "--accept-change"});
+  EXPECT_NE(full.err.find("A full session begins now"), std::string::npos) << full.err << full.out;
+  EXPECT_EQ(get("/v1/sessions/6/calibration.json")["verdict"]["publish"], false);
+  EXPECT_EQ(get("/v1/sessions/7")["planned"], 20) << full.err << full.out << fixture.log();
 }
 
 TEST_F(AnUpdate, is_refused_where_there_is_nothing_to_stand_on_or_more_is_asked_for) {
