@@ -19,6 +19,9 @@ namespace cellcal::daemon {
 class Access;
 class Examiner;
 class Schedule;
+namespace plant {
+class ProposalBox;
+}
 
 class Api {
  public:
@@ -31,6 +34,7 @@ class Api {
 
   /// Before the first request. Lives as long as this.
   void use(Schedule& schedule) { schedule_ = &schedule; }
+  void use(plant::ProposalBox& proposals) { proposals_ = &proposals; }
   /// What [retention] says now. Any thread.
   void use(std::function<RetentionRule()> retention) { retention_ = std::move(retention); }
 
@@ -103,6 +107,11 @@ class Api {
   std::optional<Response> begin_scheduled(const Call& call);
   std::optional<Response> release_schedule(const Call& call);
   Schedule& schedule();
+  // What the plant proposed (proposal_handlers.cc).
+  std::optional<Response> show_proposals(const Call& call);
+  std::optional<Response> accept_proposal(const Call& call);
+  std::optional<Response> refuse_proposal(const Call& call);
+  plant::ProposalBox& proposals();
   // What the page draws (page_data.cc).
   std::optional<Response> scene(const Call& call);
   std::optional<Response> drift(const Call& call);
@@ -124,6 +133,7 @@ class Api {
   Journal& journal_;
   Access* access_;
   Schedule* schedule_ = nullptr;
+  plant::ProposalBox* proposals_ = nullptr;
   std::function<RetentionRule()> retention_;
   Page page_;
   Examiner* examiner_;

@@ -8,6 +8,7 @@
 #include "daemon/api/handlers.h"
 #include "daemon/api/http/json_text.h"
 #include "daemon/api/routes.h"
+#include "daemon/api/who_and_why.h"
 #include "daemon/archive/versions.h"
 #include "daemon/files/printable.h"
 #include "daemon/runner/backend.h"
@@ -19,7 +20,6 @@ namespace {
 using nlohmann::json;
 
 constexpr std::int64_t kUsualVersions = 20, kMostVersions = 100;
-constexpr std::size_t kLongestReason = 500, kLongestName = 100;
 constexpr double kMmPerM = 1e3;
 
 json to_json(const Version& one) {
@@ -69,16 +69,6 @@ json to_json(const Comparison& all) {
   return value;
 }
 
-/// One line that says something.
-std::string line_in(const json& body, const char* key, std::size_t longest) {
-  const std::string text = body[key].is_string() ? body[key].get<std::string>() : "";
-  if (text.find_first_not_of(' ') == std::string::npos || text.size() > longest ||
-      printable(text) != text)
-    throw BadRequest(fmt::format(
-        "\"{}\" must be a text of 1 to {} bytes without control characters", key, longest));
-  return text;
-}
-
 /// {"session": 7, "reason": "why", "by": "a name"}; the name may be missing, and the session where it is not
 /// `needed`.
 Activation wanted_in(const Request& request, bool needed) {
@@ -90,16 +80,13 @@ Activation wanted_in(const Request& request, bool needed) {
     if (key != "session" && key != "reason" && key != "by")
       throw BadRequest("\"session\", \"reason\" and \"by\" are known here, not \"" +
                        printable(key) + "\"");
-  Activation wanted{0, wall_clock_utc(), request.caller.name,
+  Activation wanted{0, wall_clock_utc(), who_asks(request, body),
                     line_in(body, "reason", kLongestReason)};
   if (body.contains("session")) {
     if (!body["session"].is_number_integer() || body["session"] < 1)
       throw BadRequest("\"session\" must be a session's number");
     body["session"].get_to(wanted.session);
   }
-  // Who says to be somebody is so by the word of this token alone, which stays beside it.
-  if (body.contains("by"))
-    wanted.who = fmt::format("{} ({})", line_in(body, "by", kLongestName), wanted.who);
   return wanted;
 }
 

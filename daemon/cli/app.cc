@@ -20,6 +20,7 @@ void describe_cellcal(CLI::App& app, int& status) {
   add_archive_commands(app, status);
   add_certificate_commands(app, status);
   add_versions_commands(app, status);
+  add_proposal_commands(app, status);
   add_offline_commands(app, status);
 }
 

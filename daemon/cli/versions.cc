@@ -1,15 +1,13 @@
 #include "daemon/cli/versions.h"
 
 #include <fmt/format.h>
-#include <pwd.h>
-#include <unistd.h>
 
-#include <cstdlib>
 #include <nlohmann/json.hpp>
 
 #include "daemon/cli/ask.h"
 #include "daemon/cli/offline/exit_status.h"
 #include "daemon/cli/offline/offline.h"
+#include "daemon/cli/user_name.h"
 #include "daemon/files/printable.h"
 
 namespace cellcal::daemon {
@@ -17,14 +15,6 @@ namespace cellcal::daemon {
 namespace {
 
 using nlohmann::json;
-
-/// Who is logged in, also behind sudo.
-std::string user_name() {
-  const char* before_sudo = std::getenv("SUDO_USER");
-  if (before_sudo != nullptr && *before_sudo != '\0') return printable(before_sudo);
-  const passwd* entry = ::getpwuid(::getuid());
-  return entry != nullptr ? printable(entry->pw_name) : std::to_string(::getuid());
-}
 
 std::string mm(const json& value) {
   return value.is_number() ? fmt::format("{:.3f}", value.get<double>()) : "-";

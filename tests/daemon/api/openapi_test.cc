@@ -8,6 +8,7 @@
 #include "daemon/api/access/access.h"
 #include "daemon/api/handlers.h"
 #include "daemon/archive/archive.h"
+#include "daemon/plant/proposals/proposal_box.h"
 #include "daemon/readiness/examiner.h"
 #include "daemon/schedule/schedule.h"
 #include "daemon/schedule/service_door.h"
@@ -120,6 +121,8 @@ struct a_described_api : ::testing::Test, testing::WithoutHardware {
                      [] { return UtcSeconds{1'800'000'000}; },
                      std::chrono::steady_clock::now,
                      {}}};
+  plant::ProposalBox proposals{{dir.path(), [](const plant::Proposal&, const plant::Say&) { throw BusyError("later"); },
+                                [](const plant::AnswerFact&) {}, [](plant::ProposalKind) { return false; }}};
   Api api{service, journal, &access, {}, &examiner};
   std::set<std::string> seen;
 };
@@ -189,6 +192,21 @@ TEST_F(a_described_api, answers_as_it_is_described) {
   EXPECT_EQ(ask("POST", "/v1/retain", R"({"days": 1, "dry_run": true})").status, 200);
   EXPECT_EQ(ask("POST", "/v1/retain", "{}").status, 422);
   EXPECT_EQ(ask("POST", "/v1/retain", R"({"days": 0})").status, 400);
+  EXPECT_EQ(ask("GET", "/v1/proposals").status, 404) << "it belongs to no plant";
+  api.use(proposals);
+  proposals.take({{"graz", "weld-3"}, "p-1", plant::ProposalKind::kActivate, 7, "", "M. Huber", "drift", "t"}, "t0");
+  proposals.take({{"graz", "weld-3"}, "p-2", plant::ProposalKind::kPriors, 0, "a = 1", "M. Huber", "more arms", "t"}, "t0");
+  EXPECT_EQ(ask("GET", "/v1/proposals").status, 200);
+  const auto say = [&](const char* which, const std::string& verb, const char* body) {
+    return ask("POST", "/v1/proposals/" + std::string(which) + "/" + verb, body, "/v1/proposals/{id}/" + verb);
+  };
+  EXPECT_EQ(say("p-1", "accept", "").status, 409) << "a session is under way";
+  EXPECT_EQ(say("p-3", "accept", "").status, 404);
+  EXPECT_EQ(say("p-2", "refuse", "{}").status, 400) << "without a reason";
+  EXPECT_EQ(say("p-2", "accept", R"({"session": 3})").status, 400);
+  EXPECT_EQ(json::parse(say("p-2", "accept", R"({"by": "anna"})").body)["stand"], "accepted");
+  EXPECT_EQ(say("p-2", "accept", "").status, 409) << "it was decided before";
+  EXPECT_EQ(json::parse(say("p-1", "refuse", R"({"reason": "no"})").body)["stand"], "refused");
   EXPECT_EQ(ask("GET", "/v1/versions").status, 200);
   EXPECT_EQ(ask("GET", "/v1/versions?limit=0").status, 400);
   EXPECT_EQ(ask("GET", "/v1/versions/compare?before=1&after=99").status, 422);

@@ -1,0 +1,173 @@
+#include "daemon/plant/proposals/proposal_box.h"
+
+#include <algorithm>
+#include <optional>
+
+#include "calib/syntax/input_file.h"
+#include "daemon/config/schedule_config.h"
+#include "daemon/files/atomic_file.h"
+#include "daemon/plant/proposals/proposals_file.h"
+
+namespace cellcal::daemon::plant {
+
+namespace {
+
+constexpr const char* kCell = "cellcald";
+
+std::filesystem::path file_in(const std::filesystem::path& state_dir) {
+  return state_dir / "proposals.json";
+}
+
+/// Why it can never be used; none: it may be.
+std::optional<std::string> unusable(const Proposal& proposal) {
+  if (proposal.kind == ProposalKind::kActivate && proposal.session < 1) return "names no session";
+  if (proposal.kind == ProposalKind::kPriors && proposal.text.empty()) return "has no priors";
+  if (proposal.kind != ProposalKind::kSchedule) return std::nullopt;
+  try {
+    const calib::TomlTable table = calib::TomlTable::parse(proposal.text, "proposal");
+    // That the cell is clear within a window is not the plant's to say.
+    for (const char* key : {"unattended", "responsible"})
+      if (table.has(key)) table.fail(key, "is the word of the cell's own people, in cellcald.toml");
+    (void)read_schedule(table);
+  } catch (const calib::FileError& wrong) {
+    return wrong.what();
+  }
+  return std::nullopt;
+}
+
+bool has_a_file(ProposalKind kind) {
+  return kind == ProposalKind::kSchedule || kind == ProposalKind::kPriors;
+}
+
+}  // namespace
+
+const char* to_string(Stand stand) {
+  switch (stand) {
+    case Stand::kOpen:
+      return "open";
+    case Stand::kAccepted:
+      return "accepted";
+    case Stand::kRefused:
+      return "refused";
+  }
+  return "";
+}
+
+bool may_be_policy(ProposalKind kind) { return !has_a_file(kind); }
+
+ProposalBox::ProposalBox(Parts parts) : parts_(std::move(parts)) {
+  const std::filesystem::path file = file_in(parts_.state_dir);
+  if (!std::filesystem::exists(file)) return;
+  try {
+    kept_ = proposals_from_json(calib::read_file(file), file.string());
+  } catch (const std::exception& damaged) {
+    problem_ =
+        std::string(damaged.what()) +
+        ". No proposal is taken. Move the file aside and restart cellcald; the plant proposes anew";
+  }
+}
+
+std::filesystem::path ProposalBox::file_of(const Proposal& proposal) const {
+  return parts_.state_dir / "proposals" / (proposal.id + ".toml");
+}
+
+void ProposalBox::store() const {
+  if (!problem_.empty()) throw NotDecided(NotDecided::Why::kStorage, problem_);
+  try {
+    write_atomically(file_in(parts_.state_dir), proposals_to_json(kept_));
+  } catch (const std::exception& error) {
+    throw NotDecided(NotDecided::Why::kStorage, error.what());
+  }
+}
+
+KeptProposal& ProposalBox::open(const std::string& id) {
+  const auto found =
+      std::ranges::find(kept_, id, [](const KeptProposal& one) { return one.proposal.id; });
+  if (found == kept_.end())
+    throw NotDecided(NotDecided::Why::kUnknown, "there is no proposal \"" + id + "\"");
+  if (found->stand != Stand::kOpen)
+    throw NotDecided(NotDecided::Why::kDecided, "proposal \"" + id + "\" was " +
+                                                    to_string(found->stand) + " by " + found->by +
+                                                    " on " + found->decided);
+  return *found;
+}
+
+KeptProposal ProposalBox::decide(KeptProposal& kept, Stand stand, const Say& say) {
+  const KeptProposal before = kept;
+  kept.stand = stand;
+  kept.decided = say.utc;
+  kept.by = say.by;
+  kept.reason = say.reason;
+  try {
+    store();
+    parts_.answer({kept.proposal.id, stand == Stand::kAccepted, say.by, say.reason});
+  } catch (...) {
+    kept = before;
+    if (problem_.empty()) write_atomically(file_in(parts_.state_dir), proposals_to_json(kept_));
+    throw;
+  }
+  return kept;
+}
+
+void ProposalBox::act(const Proposal& proposal, const Say& say) {
+  if (proposal.kind == ProposalKind::kActivate) parts_.activate(proposal, say);
+  if (!has_a_file(proposal.kind)) return;
+  try {
+    std::filesystem::create_directories(file_of(proposal).parent_path());
+    write_atomically(file_of(proposal), proposal.text);
+  } catch (const std::exception& error) {
+    throw NotDecided(NotDecided::Why::kStorage, error.what());
+  }
+}
+
+bool ProposalBox::take(const Proposal& proposal, const std::string& utc) {
+  const std::lock_guard lock(mutex_);
+  const auto is_it = [&](const KeptProposal& one) { return one.proposal.id == proposal.id; };
+  if (std::ranges::any_of(kept_, is_it)) return false;
+  if (std::ranges::count(kept_, Stand::kOpen, &KeptProposal::stand) >=
+      static_cast<std::ptrdiff_t>(kMostOpen))
+    return false;
+  const std::vector<KeptProposal> before = kept_;
+  kept_.push_back({proposal, utc, Stand::kOpen, "", "", ""});
+  while (kept_.size() > kMostKept)
+    kept_.erase(std::ranges::find_if(
+        kept_, [](const KeptProposal& one) { return one.stand != Stand::kOpen; }));
+  try {
+    store();
+  } catch (...) {
+    kept_ = before;
+    throw;
+  }
+  if (const auto why = unusable(proposal)) {
+    decide(kept_.back(), Stand::kRefused, {kCell, *why, utc});
+    return true;
+  }
+  if (!may_be_policy(proposal.kind) || !parts_.policy(proposal.kind)) return true;
+  const Say say{"[plant] accept", "", utc};
+  try {
+    act(proposal, say);
+  } catch (const std::exception&) {
+    return true;  // it waits for somebody
+  }
+  decide(kept_.back(), Stand::kAccepted, say);
+  return true;
+}
+
+std::vector<KeptProposal> ProposalBox::all() const {
+  const std::lock_guard lock(mutex_);
+  return {kept_.rbegin(), kept_.rend()};
+}
+
+KeptProposal ProposalBox::accept(const std::string& id, const Say& say) {
+  const std::lock_guard lock(mutex_);
+  KeptProposal& kept = open(id);
+  act(kept.proposal, say);
+  return decide(kept, Stand::kAccepted, say);
+}
+
+KeptProposal ProposalBox::refuse(const std::string& id, const Say& say) {
+  const std::lock_guard lock(mutex_);
+  return decide(open(id), Stand::kRefused, say);
+}
+
+}  // namespace cellcal::daemon::plant

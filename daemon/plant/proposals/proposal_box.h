@@ -1,0 +1,85 @@
+#pragma once
+// Proposals of the plant, from their arrival to what was said to them. Nothing here moves an arm.
+
+#include <filesystem>
+#include <functional>
+#include <mutex>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "daemon/plant/messages/fact.h"
+#include "daemon/plant/messages/proposal.h"
+
+namespace cellcal::daemon::plant {
+
+enum class Stand { kOpen, kAccepted, kRefused };
+const char* to_string(Stand stand);
+
+struct KeptProposal {
+  Proposal proposal;
+  std::string received;  ///< ISO 8601 UTC, this computer's clock
+  Stand stand = Stand::kOpen;
+  std::string decided, by, reason;  ///< when, who, why; empty while it is open
+
+  bool operator==(const KeptProposal&) const = default;
+};
+
+/// Who says so, why, and when.
+struct Say {
+  std::string by, reason, utc;
+};
+
+/// It is not decided now, and why.
+struct NotDecided : std::runtime_error {
+  enum class Why { kUnknown, kDecided, kStorage };
+  NotDecided(Why reason, const std::string& words) : std::runtime_error(words), why(reason) {}
+  Why why;
+};
+
+inline constexpr std::size_t kMostOpen = 20, kMostKept = 100;
+
+class ProposalBox {
+ public:
+  struct Parts {
+    std::filesystem::path state_dir;
+    /// Puts that session's calibration into use; throws where that cannot be, and the proposal stays open.
+    std::function<void(const Proposal&, const Say&)> activate;
+    /// What is said, for the plant. Only on disk after it has returned.
+    std::function<void(const AnswerFact&)> answer;
+    /// Whether the configuration accepts proposals of that kind by itself; asked for kinds that it may (may_be_policy()).
+    std::function<bool(ProposalKind)> policy;
+  };
+  explicit ProposalBox(Parts parts);
+
+  /// Empty, or which file cannot be used and what to do.
+  const std::string& problem() const { return problem_; }
+
+  /// From the plant, any text in it. False: it was known, or there is no room for more. Throws NotDecided (kStorage).
+  bool take(const Proposal& proposal, const std::string& utc);
+
+  /// Newest first.
+  std::vector<KeptProposal> all() const;
+  /// What it came to. Throw NotDecided, and accept() what activating throws.
+  KeptProposal accept(const std::string& id, const Say& say);
+  KeptProposal refuse(const std::string& id, const Say& say);
+
+  /// Where an accepted schedule or priors stand.
+  std::filesystem::path file_of(const Proposal& proposal) const;
+
+ private:
+  KeptProposal& open(const std::string& id);
+  KeptProposal decide(KeptProposal& kept, Stand stand, const Say& say);
+  void act(const Proposal& proposal, const Say& say);
+  void store() const;
+
+  Parts parts_;
+  std::string problem_;
+  mutable std::mutex mutex_;
+  std::vector<KeptProposal> kept_;  ///< oldest first
+};
+
+/// A schedule and priors are accepted by people alone.
+bool may_be_policy(ProposalKind kind);
+
+}  // namespace cellcal::daemon::plant

@@ -1,0 +1,180 @@
+#include "daemon/plant/proposals/proposal_box.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <fstream>
+#include <set>
+
+#include "calib/model/error.h"
+#include "calib/syntax/input_file.h"
+#include "daemon/plant/proposals/proposals_file.h"
+#include "tests/daemon/journal/temporary_directory.h"
+
+namespace cellcal::daemon::plant {
+namespace {
+
+using daemon::testing::TemporaryDirectory;
+
+struct AProposalBox : ::testing::Test {
+  static Proposal proposal(const std::string& id, ProposalKind kind = ProposalKind::kCheck,
+                           const std::string& text = "") {
+    return {{"graz", "weld-3"}, id,      kind,  kind == ProposalKind::kActivate ? 7 : 0, text,
+            "M. Huber",         "drift", "2026"};
+  }
+  ProposalBox box() {
+    return ProposalBox({dir.path(),
+                        [this](const Proposal& which, const Say& say) {
+                          if (in_the_way) throw std::runtime_error("a session is under way");
+                          activated.push_back(std::to_string(which.session) + " " + say.by);
+                        },
+                        [this](const AnswerFact& answer) {
+                          if (mute) throw std::runtime_error("no space left");
+                          answers.push_back(answer);
+                        },
+                        [this](ProposalKind kind) { return policy.contains(kind); }});
+  }
+  NotDecided::Why why_not(const std::function<void()>& act) {
+    try {
+      act();
+    } catch (const NotDecided& refused) {
+      return refused.why;
+    }
+    ADD_FAILURE() << "it was decided";
+    return {};
+  }
+
+  TemporaryDirectory dir;
+  std::vector<std::string> activated;
+  std::vector<AnswerFact> answers;
+  std::set<ProposalKind> policy;
+  bool in_the_way = false, mute = false;
+  const Say anna{"anna", "fits", "t1"};
+};
+
+TEST_F(AProposalBox, KeepsWhatIsProposedUntilSomebodySaysSomethingAlsoAcrossARestart) {
+  EXPECT_TRUE(box().take(proposal("p-1"), "t0"));
+  ProposalBox again = box();
+  ASSERT_EQ(again.all().size(), 1U);
+  EXPECT_EQ(again.all()[0], (KeptProposal{proposal("p-1"), "t0", Stand::kOpen, "", "", ""}));
+  EXPECT_TRUE(answers.empty());
+  EXPECT_EQ(again.accept("p-1", anna).stand, Stand::kAccepted);
+  EXPECT_EQ(answers, (std::vector<AnswerFact>{{"p-1", true, "anna", "fits"}}));
+  EXPECT_EQ(box().all()[0],
+            (KeptProposal{proposal("p-1"), "t0", Stand::kAccepted, "t1", "anna", "fits"}));
+  EXPECT_EQ(why_not([&] { again.refuse("p-1", anna); }), NotDecided::Why::kDecided);
+  EXPECT_EQ(why_not([&] { again.accept("p-2", anna); }), NotDecided::Why::kUnknown);
+}
+
+TEST_F(AProposalBox, TakesTheSameOneOnce) {
+  ProposalBox all = box();
+  EXPECT_TRUE(all.take(proposal("p-1"), "t0"));
+  EXPECT_FALSE(all.take(proposal("p-1", ProposalKind::kActivate), "t1"));
+  all.refuse("p-1", {"anna", "no", "t2"});
+  EXPECT_FALSE(all.take(proposal("p-1"), "t3"));
+  EXPECT_EQ(answers, (std::vector<AnswerFact>{{"p-1", false, "anna", "no"}}));
+  EXPECT_EQ(all.all().size(), 1U);
+}
+
+TEST_F(AProposalBox,
+       PutsACalibrationIntoUseOnlyWhenThatWasAcceptedAndLeavesItOpenWhereThatCannotBe) {
+  ProposalBox all = box();
+  all.take(proposal("p-1", ProposalKind::kActivate), "t0");
+  EXPECT_TRUE(activated.empty());
+  in_the_way = true;
+  EXPECT_THROW(all.accept("p-1", anna), std::runtime_error);
+  EXPECT_EQ(box().all()[0].stand, Stand::kOpen);
+  EXPECT_TRUE(answers.empty());
+  in_the_way = false;
+  all.accept("p-1", anna);
+  EXPECT_EQ(activated, (std::vector<std::string>{"7 anna"}));
+}
+
+TEST_F(AProposalBox, AcceptsByItselfWhatTheConfigurationNamesAndNeverAScheduleOrPriors) {
+  policy = {ProposalKind::kActivate, ProposalKind::kSchedule, ProposalKind::kPriors};
+  ProposalBox all = box();
+  all.take(proposal("p-1", ProposalKind::kActivate), "t0");
+  all.take(proposal("p-2", ProposalKind::kSchedule, "resumes = 1\n"), "t0");
+  all.take(proposal("p-3", ProposalKind::kPriors, "a = 1\n"), "t0");
+  all.take(proposal("p-4", ProposalKind::kCheck), "t0");
+  std::set<std::string> accepted;
+  for (const KeptProposal& one : all.all())
+    if (one.stand == Stand::kAccepted) accepted.insert(one.proposal.id);
+  EXPECT_EQ(accepted, std::set<std::string>{"p-1"});
+  EXPECT_EQ(activated.size(), 1U);
+  in_the_way = true;
+  all.take(proposal("p-5", ProposalKind::kActivate), "t0");
+  EXPECT_EQ(all.all()[0].stand, Stand::kOpen) << "it waits for somebody";
+}
+
+TEST_F(AProposalBox, RefusesAScheduleThatIsNoneOrThatSpeaksForThePeopleOfTheCell) {
+  ProposalBox all = box();
+  for (const char* text :
+       {"unattended = true\n", "responsible = \"me\"\n", "resumes = -1\n", "what = 1\n", "[[["}) {
+    const std::string id = "p-" + std::to_string(answers.size());
+    EXPECT_TRUE(all.take(proposal(id, ProposalKind::kSchedule, text), "t0"));
+    EXPECT_EQ(all.all()[0].stand, Stand::kRefused) << text;
+    EXPECT_EQ(answers.back().by, "cellcald");
+    EXPECT_FALSE(answers.back().reason.empty());
+  }
+  Proposal of_none = proposal("of-none", ProposalKind::kActivate);
+  of_none.session = 0;
+  all.take(of_none, "t0");
+  EXPECT_EQ(all.all()[0].stand, Stand::kRefused);
+  EXPECT_TRUE(activated.empty());
+}
+
+TEST_F(AProposalBox, WritesAnAcceptedScheduleAsItCameAndNothingBefore) {
+  const std::string text = "# nights\nresumes = 1\n";
+  ProposalBox all = box();
+  all.take(proposal("p-1", ProposalKind::kSchedule, text), "t0");
+  const auto file = all.file_of(all.all()[0].proposal);
+  EXPECT_FALSE(std::filesystem::exists(file));
+  all.accept("p-1", anna);
+  EXPECT_EQ(calib::read_file(file), text);
+}
+
+TEST_F(AProposalBox, TakesNoMoreThanSomebodyCanRead) {
+  ProposalBox all = box();
+  for (std::size_t i = 0; i < 2 * kMostOpen; ++i)
+    EXPECT_EQ(all.take(proposal("p-" + std::to_string(i)), "t0"), i < kMostOpen);
+  for (std::size_t i = 0; i < 2 * kMostKept; ++i) {
+    all.refuse(all.all()[0].proposal.id, anna);
+    EXPECT_TRUE(all.take(proposal("q-" + std::to_string(i)), "t0"));
+  }
+  EXPECT_EQ(all.all().size(), kMostKept);
+  EXPECT_EQ(std::ranges::count(all.all(), Stand::kOpen, &KeptProposal::stand),
+            static_cast<int>(kMostOpen));
+}
+
+TEST_F(AProposalBox, ADecisionThatCannotBeToldOrKeptIsNone) {
+  ProposalBox all = box();
+  all.take(proposal("p-1"), "t0");
+  mute = true;
+  EXPECT_THROW(all.accept("p-1", anna), std::runtime_error);
+  EXPECT_EQ(all.all()[0].stand, Stand::kOpen);
+  EXPECT_EQ(box().all()[0].stand, Stand::kOpen);
+}
+
+TEST_F(AProposalBox, ADamagedFileIsKeptAndNothingIsTaken) {
+  std::ofstream(dir / "proposals.json") << "{\"format\": \"cellcal.proposals/1\"";
+  ProposalBox all = box();
+  EXPECT_NE(all.problem().find("proposals.json"), std::string::npos);
+  EXPECT_EQ(why_not([&] { all.take(proposal("p-1"), "t0"); }), NotDecided::Why::kStorage);
+  EXPECT_TRUE(all.all().empty());
+  EXPECT_EQ(calib::read_file(dir / "proposals.json"), "{\"format\": \"cellcal.proposals/1\"");
+}
+
+TEST(ProposalsFile, IsReadAsItWasWrittenAndRefusedWhereItIsCut) {
+  const std::vector<KeptProposal> kept{
+      {AProposalBox::proposal("p-1", ProposalKind::kSchedule, "resumes = 1\n"), "t0",
+       Stand::kRefused, "t1", "anna", "no"},
+      {AProposalBox::proposal("p-2"), "t0", Stand::kOpen, "", "", ""}};
+  const std::string text = proposals_to_json(kept);
+  EXPECT_EQ(proposals_from_json(text, "f"), kept);
+  for (std::size_t size = 0; size + 1 < text.size(); size += 7)
+    EXPECT_THROW((void)proposals_from_json(text.substr(0, size), "f"), calib::FileError) << size;
+}
+
+}  // namespace
+}  // namespace cellcal::daemon::plant
