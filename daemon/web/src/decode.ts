@@ -3,11 +3,11 @@
 // Null where the thing as a whole cannot be used.
 
 import {
-  ADVICE, CHANGES, CHECKS, DRIFT_STATES, FAILURES, FINDINGS, KINDS, PHASES, STATES, STEPS,
-  type CheckChart, type CheckCourse, type CheckLimits, type CheckPoint, type ContactLink, type Doctor, type DriftRow, type DriftSeen, type FailureKind, type Figures, type Finding, type FindingKind, type Frame, type Joint, type Kind, type Phase,
-  type PlannedTouch, type Point, type Result, type RobotLink, type Readiness, type RobotPosture, type Role,
+  ADVICE, CHANGES, CHECKS, DRIFT_STATES, FAILURES, FINDINGS, KINDS, PHASES, PROPOSALS, STATES, STEPS,
+  type CheckChart, type CheckCourse, type CheckLimits, type CheckPoint, type Comparison, type ContactLink, type Doctor, type DriftRow, type DriftSeen, type FailureKind, type Figures, type Finding, type FindingKind, type Frame, type Joint, type Kind, type Phase,
+  type PlannedTouch, type Point, type Proposal, type ProposalsSeen, type Result, type RobotLink, type Readiness, type RobotPosture, type Role,
   type Scene, type SceneTarget, type SessionRow, type SessionState, type Solid, type Status, type StepSeen,
-  type Summary, type Touch, type TouchSet,
+  type Summary, type Touch, type TouchSet, type Version,
 } from "./types";
 
 const MOST_LETTERS = 4000;
@@ -310,6 +310,41 @@ function check_chart(value: unknown): CheckChart | null {
 export const drift = (value: unknown): DriftSeen => ({
   rows: known(list(fields(value)?.sessions).map(drift_row)), checks: check_chart(fields(value)?.checks),
 });
+
+function version(value: unknown): Version | null {
+  const all = fields(value);
+  if (!all || number(all.session) === null) return null;
+  const by = fields(all.activated);
+  return {
+    session: count(all.session), ended: words(all.ended), workspace: all.scope === "workspace",
+    predictedMm: number(all.predicted_mm), u95Mm: number(all.u95_mm), active: all.active === true,
+    activated: by ? { time: words(by.time), who: words(by.who), reason: words(by.reason) } : null,
+  };
+}
+export const versions = (value: unknown): Version[] => known(list(value).map(version));
+export function comparison(value: unknown): Comparison | null {
+  const all = fields(value);
+  if (!all) return null;
+  return {
+    meanMm: all.comparable === true ? number(all.mean_mm) : null, maxMm: number(all.max_mm),
+    expectedMm: number(all.expected_mm), moved: list(all.moved).map((one) => words(fields(one)?.name)),
+  };
+}
+
+function proposal(value: unknown): Proposal | null {
+  const all = fields(value);
+  const kind = PROPOSALS.find((one) => one === all?.kind);
+  const stand = (["open", "accepted", "refused"] as const).find((one) => one === all?.stand);
+  if (!all || !kind || !stand || words(all.id) === "") return null;
+  return {
+    id: words(all.id), kind, stand, session: number(all.session), text: words(all.text), by: words(all.by),
+    reason: words(all.reason), received: words(all.received), file: words(all.file),
+  };
+}
+export function proposals(value: unknown): ProposalsSeen | null {
+  const all = fields(value);
+  return all ? { problem: words(all.problem), proposals: known(list(all.proposals).map(proposal)) } : null;
+}
 
 function step(value: unknown): StepSeen | null {
   const all = fields(value);

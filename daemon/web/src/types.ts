@@ -300,4 +300,39 @@ export interface Doctor {
   checks: Finding[];
 }
 
+/** A published calibration of the cell. */
+export interface Version {
+  session: number;
+  ended: string;
+  workspace: boolean;
+  predictedMm: number | null;
+  u95Mm: number | null;
+  active: boolean;
+  activated: { time: string; who: string; reason: string } | null;
+}
+export interface Comparison {
+  /** Null: of different drawings or tools. */
+  meanMm: number | null;
+  maxMm: number | null;
+  expectedMm: number | null;
+  moved: string[];
+}
+
+export const PROPOSALS = ["calibrate", "check", "activate", "schedule", "priors"] as const;
+export interface Proposal {
+  id: string;
+  kind: (typeof PROPOSALS)[number];
+  session: number | null;
+  text: string;
+  by: string;
+  reason: string;
+  received: string;
+  stand: "open" | "accepted" | "refused";
+  file: string;
+}
+export interface ProposalsSeen {
+  problem: string;
+  proposals: Proposal[];
+}
+
 export type Role = "look" | "operate" | "administer";

@@ -14,7 +14,7 @@ const HOSTILE: unknown[] = [
 const DECODERS = {
   status: decode.status, touch: decode.touch, posture: decode.posture, scene: decode.scene,
   plan: decode.plan, figures: decode.figures, sessions: decode.sessions, drift: decode.drift,
-  readiness: decode.readiness, doctor: decode.doctor, role: decode.role, error_words: decode.error_words,
+  readiness: decode.readiness, versions: decode.versions, comparison: decode.comparison, proposals: decode.proposals, doctor: decode.doctor, role: decode.role, error_words: decode.error_words,
 };
 
 test("nothing that arrives makes a decoder throw, or gives a role", () => {
@@ -45,6 +45,19 @@ test("a phase and a failure that this page does not know are unknown, not someth
   assert.equal(decode.status(status({ phase: "levitating" }))?.phase, "unknown");
   assert.equal(decode.status(status({ phase: "toString" }))?.phase, "unknown");
   assert.equal(decode.status(status({ failure: { kind: "gremlins", detail: "x" } }))?.failure?.kind, "unknown");
+});
+
+test("a proposal that this page does not know is not shown as another one", () => {
+  const one = { id: "p-1", kind: "activate", session: 7, text: "", by: "M. Huber", reason: "drift", received: "t", stand: "open", decided: null, file: null };
+  assert.equal(decode.proposals({ problem: null, proposals: [one] })?.proposals[0]?.session, 7);
+  for (const wrong of [{ kind: "move" }, { stand: "begun" }, { id: "" }, { id: 3 }])
+    assert.deepEqual(decode.proposals({ proposals: [{ ...one, ...wrong }] })?.proposals, []);
+});
+
+test("two calibrations that cannot be compared have no distance", () => {
+  const all = { comparable: false, mean_mm: 1, max_mm: 2, expected_mm: null, moved: [{ name: "theta_A3" }] };
+  assert.equal(decode.comparison(all)?.meanMm, null);
+  assert.equal(decode.comparison({ ...all, comparable: true })?.meanMm, 1);
 });
 
 test("text that is cut off is nothing", () => {

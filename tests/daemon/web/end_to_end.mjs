@@ -344,6 +344,63 @@ const steps = {
     await says(page, /Session 4 was aborted/);
   },
 
+  async "shows the published calibrations, compares two, and puts the earlier one into use again with a reason"() {
+    const { page } = this;
+    for (const seed of ["1", "2"])
+      await cell.client("run", "--cell", process.env.CELL, "--touches", "40", "--check", "0", "--seed", seed);
+    const panel = page.locator(".versions");
+    const row = (session) => panel.locator("tbody tr", { has: page.getByRole("rowheader", { name: session, exact: true }) });
+    await row("6").getByText("in use").waitFor(LONG);
+    await panel.getByRole("button", { name: "Compare 5" }).click();
+    await panel.getByText(/Tips of 5 and 6: 0\.\d+.mm apart on the mean/).waitFor(LONG);
+    await panel.getByRole("button", { name: "Use again 5" }).click();
+    const go = page.locator("dialog").getByRole("button", { name: "Use again" });
+    assert.ok(await go.isDisabled(), "without a reason");
+    assert.ok(await is_in_reach(page), "the dialog must not cover the button that stops the arm");
+    await page.getByLabel("Why (kept in the journal)").fill("loose torch");
+    await go.click();
+    await row("5").getByText("in use").waitFor(LONG);
+    await panel.getByText(/Activated .*: loose torch/).waitFor(LONG);
+    assert.equal(await panel.locator(".compared").count(), 0, "none is compared with itself");
+    await panel.getByRole("button", { name: "Compare 6" }).click();
+    await panel.getByText(/Tips of 6 and 5: /).waitFor(LONG);
+    await panel.scrollIntoViewIfNeeded();
+    await panel.screenshot({ path: "screenshots/versions-1280.png" });
+    const listed = JSON.parse(await cell.client("versions", "--json"));
+    assert.deepEqual(listed.map((one) => [one.session, one.active]), [[6, false], [5, true]]);
+  },
+
+  async "shows what the plant proposes, and sends what is said to it"() {
+    // This cell belongs to no plant: the answers are the API's as openapi.json has them.
+    const page = await open();
+    const one = (id, kind, more = {}) => ({ id, kind, session: null, text: "", by: "M. Huber", reason: "A3 drifts", received: "2026-11-20T10:00:00.000Z",
+                                           stand: "open", decided: null, decided_by: null, decided_reason: null, file: null, ...more });
+    let all = [one("p-2", "activate", { session: 2 }), one("p-1", "schedule", { text: "resumes = 1" })];
+    const said = [];
+    await page.route("**/v1/proposals", (route) => route.fulfill({ json: { problem: null, proposals: all } }));
+    await page.route("**/v1/proposals/*/*", async (route) => {
+      said.push([new URL(route.request().url()).pathname, route.request().postDataJSON()]);
+      all = all.map((p) => (p.id === "p-1" ? { ...p, stand: "accepted", file: "/var/lib/cellcal/proposals/p-1.toml" } : { ...p, stand: "refused" }));
+      await route.fulfill({ json: all[0] });
+    });
+    await page.reload();
+    const panel = page.locator(".proposals");
+    await panel.getByText("Use the calibration of session 2 again.").waitFor(LONG);
+    await panel.getByText("resumes = 1").waitFor(LONG);
+    for (const [width, height] of [[1280, 800], [390, 844]]) {
+      await page.setViewportSize({ width, height });
+      await panel.screenshot({ path: `screenshots/proposals-${width}.png` });
+      assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth), `${width}`);
+    }
+    await panel.getByRole("button", { name: "Refuse p-2" }).click();
+    await page.getByLabel("Why (kept in the journal)").fill("tomorrow");
+    await page.locator("dialog").getByRole("button", { name: "Refuse" }).click();
+    await panel.getByText("put /var/lib/cellcal/proposals/p-1.toml under [schedule]").waitFor(LONG);
+    assert.equal(await panel.locator("li").count(), 0);
+    assert.deepEqual(said, [["/v1/proposals/p-2/refuse", { reason: "tomorrow" }]]);
+    await page.context().close();
+  },
+
   async "qualifies, and gives the figures"() {
     const { page } = this;
     await page.getByRole("button", { name: "Start a session" }).click();
@@ -351,9 +408,9 @@ const steps = {
     assert.equal(await page.getByLabel("Touches for the fit").count(), 0);
     await page.getByLabel("The cell is clear").check();
     await page.getByRole("button", { name: "Start: the arm moves" }).click();
-    await says(page, /Session 5 is done/);
+    await says(page, /Session 7 is done/);
     await page.locator(".guide summary").click(); // behind a session its result comes first
-    await page.locator('.guide [data-step="qualify"][data-state="done"]').getByText("session 5").waitFor(LONG);
+    await page.locator('.guide [data-step="qualify"][data-state="done"]').getByText("session 7").waitFor(LONG);
     await page.locator('.guide [data-step="doctor"][aria-current="step"]').waitFor(LONG); // this daemon's has not looked
     const figures = await page.getByRole("link", { name: "Qualification (JSON)" }).getAttribute("href");
     assert.equal((await page.context().request.get(cell.url + figures)).status(), 200);

@@ -18,13 +18,15 @@ import { History } from "./history";
 import { LinksPanel } from "./links";
 import { Login } from "./login";
 import { ProgressPanel } from "./progress";
+import { Proposals } from "./proposals";
 import { Accuracy, Residuals } from "./residuals";
 import { ResultPanel } from "./result";
 import { StartButtons } from "./start";
 import { StatePanel } from "./state";
 import { useTheme } from "./theme";
+import { Versions } from "./versions";
 
-const TICK_MS = 500;
+const TICK_MS = 500, PROPOSALS_MS = 60_000;
 const LICENCES = document.querySelector<HTMLLinkElement>('link[rel="license"]')?.href;
 
 export function App() {
@@ -58,6 +60,10 @@ export function App() {
   const plan = useFetched(session > 0 && asked !== null ? `/v1/sessions/${session}/plan` : null, planned, decode.plan) ?? NOTHING;
   const sessions = useFetched(asked === null ? null : "/v1/sessions", ended, decode.sessions);
   const drift = useFetched(asked === null ? null : "/v1/drift", ended, decode.drift);
+
+  const [said, said_something] = useReducer((n: number) => n + 1, 0);
+  const versions = useFetched(asked === null ? null : "/v1/versions", `${ended} ${said}`, decode.versions);
+  const proposals = useFetched(asked === null ? null : "/v1/proposals", `${ended} ${said} ${Math.floor(now / PROPOSALS_MS)}`, decode.proposals);
 
   const [looked, look_again] = useReducer((n: number) => n + 1, 0);
   const doctor = useDoctor(asked !== null, `${ended} ${looked}`);
@@ -96,6 +102,7 @@ export function App() {
                         quiet={status.phase !== "idle"} again={() => look_again(undefined)}
                         begun={() => look_again(undefined)} started={() => void live.ask()} />
           )}
+          {proposals && !old && <Proposals seen={proposals} may={may} changed={() => said_something(undefined)} />}
           <div class="grid">
             <div class="column">
               <CellPanel model={model} scene={scene} plan={plan} now={now} nothing={sessions?.length === 0} />
@@ -110,6 +117,7 @@ export function App() {
               {figures?.result && <Residuals touches={figures.touches} found />}
             </div>
             {sessions && <History sessions={sessions} shown={shown} show={show} />}
+            {versions && versions.length > 0 && <Versions versions={versions} may={may} changed={() => said_something(undefined)} />}
             {drift?.checks && <Checks chart={drift.checks} />}
             <Drift rows={drift?.rows ?? NOTHING} />
           </div>

@@ -1,0 +1,58 @@
+// A dialog that asks for the reason. Nothing moves by what it sends.
+
+import type { ComponentChildren } from "preact";
+import { useLayoutEffect, useRef, useState } from "preact/hooks";
+import { is_good, post } from "../request";
+import { useVoice } from "./context";
+
+const LONGEST_REASON = 500; // as the daemon has it
+
+export function SayWhy({ title, go, needed, path, body, done, close, children }: {
+  title: string; go: string; needed: boolean; path: string; body: Record<string, unknown>;
+  done: () => void; close: () => void; children?: ComponentChildren;
+}) {
+  const { say } = useVoice();
+  const dialog = useRef<HTMLDialogElement>(null);
+  const [reason, set_reason] = useState("");
+  const [busy, set_busy] = useState(false);
+  const [refused, set_refused] = useState("");
+  // Not modal: the button that stops the arm must stay in reach.
+  useLayoutEffect(() => {
+    dialog.current?.show();
+    const leave = (event: KeyboardEvent) => event.key === "Escape" && close();
+    addEventListener("keydown", leave);
+    return () => removeEventListener("keydown", leave);
+  }, []);
+  const why = reason.trim();
+  const submit = async (event: Event) => {
+    event.preventDefault();
+    if (busy || (needed && why === "")) return;
+    set_busy(true);
+    const answer = await post(path, why === "" ? body : { ...body, reason: why });
+    set_busy(false);
+    if (is_good(answer)) done();
+    else set_refused(answer.status === 0 ? say("request.no-answer")
+      : answer.words || say("request.refused", { status: answer.status }));
+  };
+  return (
+    <>
+      <div class="veil" onClick={close} />
+      <dialog ref={dialog} aria-labelledby="why-title">
+        <form onSubmit={submit}>
+          <h2 id="why-title">{title}</h2>
+          {children}
+          <label>
+            {say(needed ? "why" : "why.if")}
+            <input name="reason" type="text" required={needed} maxLength={LONGEST_REASON} value={reason}
+                   onInput={(event) => set_reason(event.currentTarget.value)} />
+          </label>
+          {refused !== "" && <p class="refused" role="alert">{refused}</p>}
+          <div class="buttons">
+            <button type="button" onClick={close}>{say("cancel")}</button>
+            <button type="submit" class="go" disabled={busy || (needed && why === "")}>{go}</button>
+          </div>
+        </form>
+      </dialog>
+    </>
+  );
+}

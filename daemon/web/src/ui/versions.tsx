@@ -1,0 +1,86 @@
+// The published calibrations of the cell: which is in use, how far two lie apart, another put into use again.
+
+import { useEffect, useState } from "preact/hooks";
+import * as decode from "../decode";
+import { get } from "../request";
+import type { Comparison, Version } from "../types";
+import { useVoice } from "./context";
+import { SayWhy } from "./say_why";
+
+const FEW = 5;
+
+export function Versions({ versions, may, changed }: { versions: Version[]; may: boolean; changed: () => void }) {
+  const { say, fmt } = useVoice();
+  const [all, set_all] = useState(false);
+  const [wanted, want] = useState<Version | null>(null);
+  const [beside, set_beside] = useState<number | null>(null);
+  const [compared, become] = useState<Comparison | "none" | null>(null);
+  const in_use = versions.find((one) => one.active);
+  const apart = beside !== in_use?.session ? beside : null; // none lies apart from itself
+  useEffect(() => {
+    become(null);
+    if (apart === null || !in_use) return undefined;
+    let awaited = true;
+    void get(`/v1/versions/compare?before=${apart}&after=${in_use.session}`).then((answer) => {
+      if (awaited) become((answer.status === 200 ? decode.comparison(answer.value) : null) ?? "none");
+    });
+    return () => {
+      awaited = false;
+    };
+  }, [apart, in_use?.session]);
+  const rows = all ? versions : versions.slice(0, FEW);
+  return (
+    <section class="panel wide versions" aria-labelledby="versions-title">
+      <h2 id="versions-title">{say("versions")}</h2>
+      <div class="scroll"><table class="history">
+        <thead><tr>
+          {(["session", "published", "predicted", "u95", "use"] as const).map((name) => (
+            <th scope="col" key={name}>{say(`versions.${name}`)}</th>
+          ))}
+        </tr></thead>
+        <tbody>
+          {rows.map((row) => (
+            <tr key={row.session} aria-current={row.active ? "true" : undefined}>
+              <th scope="row">{row.session}</th>
+              <td>{fmt.time(row.ended)}</td>
+              <td>{fmt.mm(row.predictedMm)} <small>{say(row.workspace ? "versions.workspace" : "versions.near")}</small></td>
+              <td>{fmt.mm(row.u95Mm)}</td>
+              <td>
+                {row.active ? <strong>{say("versions.in_use")}</strong> : (
+                  <>
+                    <button type="button" class="small" aria-label={`${say("versions.compare")} ${row.session}`}
+                            aria-expanded={apart === row.session}
+                            onClick={() => set_beside(apart === row.session ? null : row.session)}>{say("versions.compare")}</button>
+                    {may && <> <button type="button" class="small" aria-label={`${say("versions.activate")} ${row.session}`}
+                                       onClick={() => want(row)}>{say("versions.activate")}</button></>}
+                  </>
+                )}
+                {row.activated && <div class="note">{say("versions.activated", { time: fmt.time(row.activated.time), who: row.activated.who, reason: row.activated.reason })}</div>}
+              </td>
+            </tr>
+          ))}
+        </tbody>
+      </table></div>
+      {apart !== null && in_use && compared !== null && (
+        <p class="compared" role="status">
+          {compared === "none" ? say("versions.not_compared")
+            : compared.meanMm === null ? say("versions.not_comparable", { before: apart, after: in_use.session })
+            : say("versions.apart", { before: apart, after: in_use.session, mean: fmt.mm(compared.meanMm), max: fmt.mm(compared.maxMm),
+                expected: fmt.mm(compared.expectedMm), moved: compared.moved.length === 0 ? NONE : compared.moved.join(", ") })}
+        </p>
+      )}
+      {!all && versions.length > FEW && (
+        <button type="button" class="small" onClick={() => set_all(true)}>{say("history.more", { n: versions.length })}</button>
+      )}
+      {wanted && (
+        <SayWhy title={say("versions.activate.title", { session: wanted.session })} go={say("versions.activate")} needed
+                path="/v1/versions/activate" body={{ session: wanted.session }} close={() => want(null)}
+                done={() => { want(null); changed(); }}>
+          <p>{say("versions.activate.hint")}</p>
+        </SayWhy>
+      )}
+    </section>
+  );
+}
+
+const NONE = "–";
