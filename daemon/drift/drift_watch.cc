@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "calib/drift/drift.h"
+#include "calib/drift/limits.h"
 #include "calib/drift/shift_gauge.h"
 #include "calib/model/error.h"
 #include "calib/syntax/input_file.h"
@@ -113,15 +114,34 @@ bool complete(const Check& check) {
   return check.seen.left_out != calib::LeftOut::kUndecided && !check.touches.empty();
 }
 
-/// Measures those by the touches of the newest that has all of its own; the others are left out.
+/// By whose touches the chart is: those of the newest check of which there are enough, so that an alarm stands until others
+/// have a chart of their own; where there are enough of none, the newest.
+const Check* whose_touches(const std::vector<Check>& checks) {
+  const Check* newest = nullptr;
+  std::vector<bool> counted(checks.size());
+  for (std::size_t k = checks.size(); k-- > 0;) {
+    if (counted[k] || !complete(checks[k])) continue;
+    if (newest == nullptr) newest = &checks[k];
+    std::size_t alike = 0;
+    for (std::size_t j = 0; j <= k; ++j) {
+      if (!complete(checks[j]) || !same_touches(checks[j], checks[k])) continue;
+      counted[j] = true;
+      if (checks[j].seen.left_out == calib::LeftOut::kNo) ++alike;
+    }
+    if (alike >= calib::kLeastChecks) return &checks[k];
+  }
+  return newest;
+}
+
+/// Measures those by the same touches; the others are left out.
 std::optional<calib::ShiftGauge> measure(const calib::Calibration& calibration,
                                          std::vector<Check>& checks) {
-  const auto newest = std::find_if(checks.rbegin(), checks.rend(), complete);
+  const Check* newest = whose_touches(checks);
+  if (newest == nullptr) return std::nullopt;
+  calib::ShiftGauge gauge(calibration, newest->touches);
   for (Check& check : checks)
     if (complete(check) && !same_touches(check, *newest))
       check.seen.left_out = calib::LeftOut::kOtherTouches;
-  if (newest == checks.rend()) return std::nullopt;
-  calib::ShiftGauge gauge(calibration, newest->touches);
   for (Check& check : checks) {
     if (!complete(check) || check.seen.left_out == calib::LeftOut::kOtherTouches) continue;
     const auto shift = gauge.measure(check.touches);

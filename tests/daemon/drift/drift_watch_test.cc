@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "calib/drift/limits.h"
 #include "tests/daemon/drift/checked_journal.h"
 
 namespace cellcal::daemon {
@@ -84,11 +85,25 @@ TEST_F(a_watch, leaves_out_what_says_nothing_of_the_tool_and_shows_it) {
 }
 
 TEST_F(a_watch, compares_checks_by_the_same_touches_alone) {
-  checks(5);
+  checks(4);
   for (int k = 0; k < 2; ++k) checked.check({.other_touches = true});
   const auto drift = look();
   EXPECT_EQ(drift->chart.counted, 2U) << "the newest ones count";
   EXPECT_EQ(drift->chart.points[0].check.left_out, LeftOut::kOtherTouches);
+}
+
+TEST_F(a_watch, keeps_an_alarm_until_other_touches_have_a_chart_of_their_own) {
+  for (int k = 0; k < 12; ++k) checked.check();
+  for (int k = 0; k < 8; ++k) checked.check({.shift_m = {0.0, 0.0, 0.2e-3}});
+  ASSERT_EQ(look()->chart.state, DriftState::kAlarms);
+  for (std::size_t k = 1; k < calib::kLeastChecks; ++k) {
+    checked.check({.shift_m = {0.0, 0.0, 0.2e-3}, .other_touches = true});
+    EXPECT_EQ(look()->chart.state, DriftState::kAlarms) << k;
+    EXPECT_EQ(look()->chart.points.back().check.left_out, LeftOut::kOtherTouches);
+  }
+  checked.check({.other_touches = true});
+  EXPECT_EQ(look()->chart.counted, calib::kLeastChecks);
+  EXPECT_EQ(look()->chart.points.front().check.left_out, LeftOut::kOtherTouches);
 }
 
 TEST_F(a_watch, knows_the_temperature_that_was_stated) {
