@@ -21,6 +21,7 @@
 #include "daemon/main/nights.h"
 #include "daemon/main/notification.h"
 #include "daemon/main/reload.h"
+#include "daemon/main/systemd_news.h"
 #include "daemon/readiness/examiner.h"
 #include "daemon/runner/backend.h"
 #include "daemon/service/service.h"
@@ -35,8 +36,8 @@ namespace asio = boost::asio;
 /// one, which takes an abort, the session's and the devices'. One that hangs is not told of.
 class Watchdog {
  public:
-  Watchdog(asio::io_context& context, SessionService& service)
-      : timer_(context), service_(service) {
+  Watchdog(asio::io_context& context, SessionService& service, SystemdNews& systemd)
+      : timer_(context), service_(service), systemd_(systemd) {
     std::uint64_t limit_us = 0;
     if (sd_watchdog_enabled(0, &limit_us) <= 0) return;
     period_ = std::chrono::microseconds(limit_us / 2);
@@ -46,7 +47,7 @@ class Watchdog {
  private:
   void tick() {
     if (service_.alive()) {
-      sd_notify(0, "WATCHDOG=1");
+      systemd_.alive();
     } else {
       const LogScope hangs({.event = LogEvent::kHangs});
       spdlog::critical("the session's thread or its devices' thread does not respond");
@@ -59,6 +60,7 @@ class Watchdog {
 
   asio::steady_timer timer_;
   SessionService& service_;
+  SystemdNews& systemd_;
   std::chrono::microseconds period_{0};
 };
 
@@ -202,6 +204,7 @@ void run_daemon(const DaemonConfig& config, const std::function<DaemonConfig()>&
        Api::is_slow});
   std::optional<NetworkDoor> network;
   if (config.http) network.emplace(*config.http, api);
+  SystemdNews systemd;
   service.on_change([&] {
     server.poke();
     if (network) network->poke();
@@ -209,12 +212,12 @@ void run_daemon(const DaemonConfig& config, const std::function<DaemonConfig()>&
     nights.look(status);
     access.clearance().look(status);
     tell_log(status);
-    sd_notify(0, notification_of(status).c_str());
+    systemd.tell(notification_of(status));
   });
   signals.async_wait([&](boost::system::error_code, int signal) {
     spdlog::info("signal {}: stopping", signal);
-    sd_notify(0, "STOPPING=1");
     service.abort(SessionService::By::kDaemon);  // the arm first: what follows may wait for a disk
+    systemd.stopping();
     examiner.stop();
     nights.stop();
     service.shutdown();
@@ -229,7 +232,7 @@ void run_daemon(const DaemonConfig& config, const std::function<DaemonConfig()>&
   });
   reload_at_hang_up(hang_ups, reload);
   abort_at_signal(abort_signal, api);
-  const Watchdog watchdog(context, service);
+  const Watchdog watchdog(context, service, systemd);
   spdlog::info("cellcald {} listens on {}, backend {}", calib::software_version(),
                config.socket.string(), name_of(config.backend));
   sd_notify(0, "READY=1\nSTATUS=idle");

@@ -282,6 +282,38 @@ class Wires(unittest.TestCase):
         self.assertGreaterEqual(
             json.loads(self.client("history", "--json").stdout)[0]["touches"], 1)
 
+    def test_a_terminated_daemon_stops_the_arm_before_it_waits_for_the_disk(self):
+        # Nor for systemd, which does not read here until the daemon is terminated.
+        stall, told = f"{self.dir}/stall", socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+        told.bind(f"{self.dir}/notify")
+        told.setblocking(False)
+
+        def is_told(words):
+            try:
+                while True:
+                    if words in told.recv(4096):
+                        return True
+            except BlockingIOError:
+                return False
+
+        self.emulator()
+        daemon = self.daemon({"LD_PRELOAD": os.environ["STALLING_DISK"], "STALL_WHILE": stall,
+                              "NOTIFY_SOCKET": f"{self.dir}/notify"})
+        client = self.begin_session(6, 0)
+        wait_for(lambda: self.status()["touches"] >= 1, "one touch")
+        open(stall, "w").close()
+        wait_for(lambda: os.path.exists(stall + ".met"), "a commit that waits for the disk")
+        daemon.terminate()
+        # The session is aborted once the arm is at rest; the disk has not answered yet.
+        wait_for(lambda: is_told(b"STATUS=aborted"), "the arm at rest", 20.0)
+        self.assertIsNone(daemon.poll())
+        os.remove(stall)
+        self.assertEqual(daemon.wait(20), 0)
+        told.close()
+        client.communicate(timeout=30)
+        self.daemon()
+        self.assertEqual(json.loads(self.client("history", "--json").stdout)[0]["state"], "aborted")
+
     def test_a_missing_device_is_named(self):
         self.daemon()
         self.fails_with(self.run_session(), f"{self.dir}/contact")
