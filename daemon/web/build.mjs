@@ -25,7 +25,7 @@ const TYPES = {
 const digest = (bytes) => createHash("sha256").update(bytes).digest("hex").slice(0, 16);
 
 const bundled = await build({
-  entryPoints: ["src/main.tsx", "src/abort.ts", "src/style.css"],
+  entryPoints: ["src/main.tsx", "src/abort.ts", "src/fleet/fleet.tsx", "src/style.css"],
   absWorkingDir: here,
   bundle: true,
   splitting: true,
@@ -66,8 +66,9 @@ const named = (name) => {
   if (!found) throw new Error(`no ${name} among ${files.map(({ path }) => path)}`);
   return found.path;
 };
-const html = readFileSync("src/index.html", "utf8").replace(/\{\{(.*?)\}\}/g, (_, name) => named(name));
-files.unshift({ path: "/", body: Buffer.from(html) });
+// "/": a cell's page; "/fleet": the plant's, which its collector shows at its own "/".
+const html = (name) => Buffer.from(readFileSync(`src/${name}.html`, "utf8").replace(/\{\{(.*?)\}\}/g, (_, file) => named(file)));
+files.unshift({ path: "/", body: html("index") }, { path: "/fleet", body: html("fleet") });
 
 const octal = (bytes) => {
   let text = "";

@@ -25,19 +25,19 @@ export function parse(text: string): unknown {
   }
 }
 
-const fields = (value: unknown): Fields | null =>
+export const fields = (value: unknown): Fields | null =>
   typeof value === "object" && value !== null && !Array.isArray(value) ? (value as Fields) : null;
-const list = (value: unknown): unknown[] =>
+export const list = (value: unknown): unknown[] =>
   Array.isArray(value) ? value.slice(0, MOST_ITEMS) : [];
-const number = (value: unknown): number | null =>
+export const number = (value: unknown): number | null =>
   typeof value === "number" && Number.isFinite(value) ? value : null;
-const count = (value: unknown): number => Math.max(0, Math.trunc(number(value) ?? 0));
+export const count = (value: unknown): number => Math.max(0, Math.trunc(number(value) ?? 0));
 const truth = (value: unknown): boolean | null => (typeof value === "boolean" ? value : null);
-const words = (value: unknown): string =>
+export const words = (value: unknown): string =>
   typeof value === "string" ? value.slice(0, MOST_LETTERS) : "";
-const one_of = <T extends string>(value: unknown, all: readonly T[]): T | "unknown" =>
+export const one_of = <T extends string>(value: unknown, all: readonly T[]): T | "unknown" =>
   all.find((one) => one === value) ?? "unknown";
-const known = <T>(items: (T | null)[]): T[] => items.filter((one): one is T => one !== null);
+export const known = <T>(items: (T | null)[]): T[] => items.filter((one): one is T => one !== null);
 
 function numbers(value: unknown, most = MOST_NUMBERS): number[] | null {
   if (!Array.isArray(value) || value.length > most) return null;

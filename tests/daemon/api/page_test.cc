@@ -104,6 +104,15 @@ TEST_F(a_page, says_why_there_is_no_plan_of_a_session_of_an_earlier_daemon) {
   EXPECT_NE(none.body.find("not in memory"), std::string::npos) << none.body;
 }
 
+TEST(a_plants_page, stands_at_the_collectors_own_door_and_at_no_cells) {
+  const auto of_cell = page_answer(parse_target("GET", "/", ""));
+  const auto of_plant = page_answer_at(parse_target("GET", "/", ""), kFleetPage);
+  ASSERT_TRUE(of_cell && of_plant);
+  EXPECT_NE(of_cell->body, of_plant->body);
+  EXPECT_FALSE(page_answer(parse_target("GET", "/fleet", "")));
+  EXPECT_FALSE(page_answer_at(parse_target("GET", "/fleet", ""), kFleetPage));
+}
+
 TEST_F(a_page, that_is_drawn_may_wait_for_the_disk_and_itself_does_not) {
   for (const char* target :
        {"/v1/scene", "/v1/drift", "/v1/sessions/1/plan", "/v1/sessions/1/figures"})

@@ -1,6 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import * as decode from "../src/decode";
+import * as fleet from "../src/fleet/decode";
 import { off_mm, plotted } from "../src/ui/checks";
 import { kr5, status } from "./kr5";
 
@@ -14,7 +15,8 @@ const HOSTILE: unknown[] = [
 const DECODERS = {
   status: decode.status, touch: decode.touch, posture: decode.posture, scene: decode.scene,
   plan: decode.plan, figures: decode.figures, sessions: decode.sessions, drift: decode.drift,
-  readiness: decode.readiness, versions: decode.versions, comparison: decode.comparison, proposals: decode.proposals, doctor: decode.doctor, role: decode.role, error_words: decode.error_words,
+  readiness: decode.readiness, versions: decode.versions, comparison: decode.comparison, proposals: decode.proposals, doctor: decode.doctor, role: decode.role, error_words: decode.error_words, fleet_cells: fleet.cells, fleet_cell: fleet.cell_seen, corrections: fleet.corrections,
+  certificate_files: fleet.certificate_files,
 };
 
 test("nothing that arrives makes a decoder throw, or gives a role", () => {
@@ -52,6 +54,15 @@ test("a proposal that this page does not know is not shown as another one", () =
   assert.equal(decode.proposals({ problem: null, proposals: [one] })?.proposals[0]?.session, 7);
   for (const wrong of [{ kind: "move" }, { stand: "begun" }, { id: "" }, { id: 3 }])
     assert.deepEqual(decode.proposals({ proposals: [{ ...one, ...wrong }] })?.proposals, []);
+});
+
+test("a cell of the plant that needs what this page does not know is not shown as well", () => {
+  const row = { plant: "graz", cell: "weld-3", online: true, calibration: 7, held: "yes", needs: [{ what: "repainted", since: "t", detail: "" }] };
+  assert.equal(fleet.cells({ cells: [row] })?.[0]?.needs[0]?.what, "unknown");
+  assert.equal(fleet.cells({ cells: [{ ...row, held: "perhaps" }] })?.[0]?.held, null);
+  assert.deepEqual(fleet.cells({ cells: [{ ...row, cell: "" }, 3, null] }), []);
+  assert.equal(fleet.cells([row]), null);
+  assert.deepEqual(fleet.certificate_files({ files: [{ name: "a.html", base64: "<b>" }, { name: "a.html", base64: "PGI+" }] }), [{ name: "a.html", base64: "PGI+" }]);
 });
 
 test("two calibrations that cannot be compared have no distance", () => {

@@ -1,15 +1,16 @@
 // Title, how alive the connection is, language and colours.
 
 import { age_ms, type Model } from "../model";
-import { CATALOGUES, LANGUAGE_NAMES, type Language } from "../words";
+import type { Language } from "../words";
+import { Choices } from "./choices";
 import { useVoice } from "./context";
-import { CHOICES, type Choice } from "./theme";
+import type { Choice } from "./theme";
 
 export function Header({ model, now, choice, choose, speak }: {
   model: Model; now: number; choice: Choice; choose: (choice: Choice) => void;
   speak: (language: Language) => void;
 }) {
-  const { say, fmt, language } = useVoice();
+  const { say, fmt } = useVoice();
   const old = age_ms(model, now);
   const link = model.seen === null ? "connecting" : old > 0 ? "old" : "live";
   const words = model.link === "login" ? say("login.title") : say(`link.${link}`, { age: fmt.duration(old / 1000) });
@@ -21,24 +22,7 @@ export function Header({ model, now, choice, choose, speak }: {
         <span aria-hidden="true">{link === "live" ? "●" : "○"}</span>{" "}
         {words}
       </span>
-      <span class="choices">
-        <label>
-          <span class="quiet">{say("language")}</span>
-          <select name="language" value={language}
-                  onChange={(event) => speak(event.currentTarget.value as Language)}>
-            {(Object.keys(CATALOGUES) as Language[]).map((one) => (
-              <option key={one} value={one} lang={one}>{LANGUAGE_NAMES[one]}</option>
-            ))}
-          </select>
-        </label>
-        <label>
-          <span class="quiet">{say("theme")}</span>
-          <select name="theme" value={choice}
-                  onChange={(event) => choose(event.currentTarget.value as Choice)}>
-            {CHOICES.map((one) => <option key={one} value={one}>{say(`theme.${one}`)}</option>)}
-          </select>
-        </label>
-      </span>
+      <Choices choice={choice} choose={choose} speak={speak} />
     </header>
   );
 }

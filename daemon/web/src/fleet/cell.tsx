@@ -1,0 +1,89 @@
+// One cell: what is the matter, its calibrations with their documents and certificates, checks, sessions.
+
+import { useEffect, useState } from "preact/hooks";
+import { get } from "../request";
+import { useFetched, useVoice } from "../ui/context";
+import { named } from "./cells";
+import * as decode from "./decode";
+import type { CertificateFile, FleetCalibration, FleetCell } from "./types";
+
+const FEW = 10;
+const TYPES: Record<string, string> = { html: "text/html", pdf: "application/pdf", json: "application/json" };
+
+const download = (file: CertificateFile): string =>
+  `data:${TYPES[file.name.split(".").pop() ?? ""] ?? "application/octet-stream"};base64,${file.base64}`;
+
+function Certificate({ path }: { path: string }) {
+  const { say } = useVoice();
+  const [files, become] = useState<CertificateFile[] | null>(null);
+  const ask = async () => {
+    const answer = await get(path);
+    become(answer.status === 200 ? decode.certificate_files(answer.value) : []);
+  };
+  if (files === null) return <button type="button" class="small" onClick={() => void ask()}>{say("fleet.certificate")}</button>;
+  if (files.length === 0) return <span class="note">{say("fleet.no-answer")}</span>;
+  return <>{files.map((file) => <a key={file.name} download={file.name} href={download(file)}>{file.name} </a>)}</>;
+}
+
+export function CellDetail({ cell }: { cell: FleetCell }) {
+  const { say, fmt } = useVoice();
+  const path = `/v1/fleet/cells/${cell.plant}/${cell.cell}`;
+  const seen = useFetched(path, JSON.stringify(cell), decode.cell_seen);
+  useEffect(() => { document.getElementById("cell-title")?.scrollIntoView({ block: "nearest" }); }, [path]);
+  const of = (one: FleetCalibration) => `${one.journal}/${one.session}`;
+  return (
+    <section class="panel wide" aria-labelledby="cell-title">
+      <h2 id="cell-title">{named(cell)}</h2>
+      {cell.needs.length > 0 && (
+        <ul class="needs">{cell.needs.map((need, i) => (
+          <li key={i} data-need={need.what}><strong>{say(`fleet.need.${need.what}`)}</strong> {fmt.time(need.since)}
+            {need.what !== "offline" && need.detail !== "" && <>: {need.detail}</>} <span class="note">{say(`fleet.do.${need.what}`)}</span></li>
+        ))}</ul>
+      )}
+      {seen && (
+        <>
+          <h3>{say("fleet.calibrations")}</h3>
+          <div class="scroll"><table class="history"><tbody>
+            {seen.calibrations.slice(0, FEW).map((one) => (
+              <tr key={of(one)}>
+                <th scope="row">{one.session}</th>
+                <td>{fmt.time(one.at)}</td>
+                <td>{say(one.published ? "fleet.published" : "fleet.withheld")}{one.update && <small> {say("fleet.update")}</small>}</td>
+                <td>{one.published && <>u95 {fmt.mm(one.u95Mm)}</>}</td>
+                <td><a href={`${path}/calibrations/${of(one)}`} download={`${cell.cell}-${one.session}-calibration.json`}>{say("calibration.json")}</a></td>
+                <td>{one.certificate && <Certificate path={`${path}/certificates/${of(one)}`} />}</td>
+              </tr>
+            ))}
+          </tbody></table></div>
+          <h3>{say("fleet.checks")}</h3>
+          <div class="scroll"><table class="history"><tbody>
+            {seen.checks.slice(0, FEW).map((one) => (
+              <tr key={`${one.journal}/${one.session}`}>
+                <th scope="row">{one.session}</th>
+                <td>{fmt.time(one.at)}</td>
+                <td>{say(`fleet.held.${one.held}`)} {one.shiftMm !== null && <>{fmt.mm(one.shiftMm)} ± {fmt.mm(one.uMm)}</>}</td>
+                <td><a href={`${path}/checks/${one.journal}/${one.session}`} download={`${cell.cell}-${one.session}-check.json`}>{say("check.json")}</a></td>
+              </tr>
+            ))}
+          </tbody></table></div>
+          <h3>{say("fleet.sessions")}</h3>
+          <div class="scroll"><table class="history"><tbody>
+            {seen.sessions.slice(0, FEW).map((one, i) => (
+              <tr key={i}>
+                <th scope="row">{one.session}</th>
+                <td>{fmt.time(one.at)}</td>
+                <td>{one.state}</td>
+                <td>{one.touches}{one.planned > 0 ? `/${one.planned}` : ""}</td>
+                <td>{one.failure}</td>
+              </tr>
+            ))}
+          </tbody></table></div>
+          {seen.gaps.some((one) => one.settled) && (
+            <p class="note">{say("fleet.gaps", { gaps: seen.gaps.filter((one) => one.settled).map((one) => `${one.first}–${one.last}`).join(", ") })}</p>
+          )}
+          {seen.refused.map((one) => <p class="note" key={one.why}>{say("fleet.refused", { n: one.count, why: one.why })}</p>)}
+        </>
+      )}
+    </section>
+  );
+}

@@ -1,0 +1,31 @@
+// Language and colours.
+
+import { CATALOGUES, LANGUAGE_NAMES, type Language } from "../words";
+import { useVoice } from "./context";
+import { CHOICES, type Choice } from "./theme";
+
+export function Choices({ choice, choose, speak }: {
+  choice: Choice; choose: (choice: Choice) => void; speak: (language: Language) => void;
+}) {
+  const { say, language } = useVoice();
+  return (
+    <span class="choices">
+      <label>
+        <span class="quiet">{say("language")}</span>
+        <select name="language" value={language}
+                onChange={(event) => speak(event.currentTarget.value as Language)}>
+          {(Object.keys(CATALOGUES) as Language[]).map((one) => (
+            <option key={one} value={one} lang={one}>{LANGUAGE_NAMES[one]}</option>
+          ))}
+        </select>
+      </label>
+      <label>
+        <span class="quiet">{say("theme")}</span>
+        <select name="theme" value={choice}
+                onChange={(event) => choose(event.currentTarget.value as Choice)}>
+          {CHOICES.map((one) => <option key={one} value={one}>{say(`theme.${one}`)}</option>)}
+        </select>
+      </label>
+    </span>
+  );
+}
