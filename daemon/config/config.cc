@@ -251,6 +251,7 @@ void read_mock(const TomlTable& table, MockConfig& mock) {
   mock.joint_noise_deg = table.number_or("joint_noise_deg", mock.joint_noise_deg, {0.0, 1.0});
   mock.lag_s = table.number_or("lag_ms", mock.lag_s * 1e3, {0.0, 500.0}) * 1e-3;
   mock.cycle_ms = static_cast<int>(table.integer_or("cycle_ms", mock.cycle_ms, 4, 12));
+  mock.wall_clock = table.boolean_or("wall_clock", false);
   if (mock.cycle_ms != 4 && mock.cycle_ms != 12) table.fail("cycle_ms", "must be 4 or 12");
   const std::vector<double> home{0, -90, 90, 0, 90, 0};
   for (double deg :

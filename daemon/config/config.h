@@ -48,6 +48,7 @@ struct MockConfig {
   double joint_noise_deg = 0.0005;
   double lag_s = 0.02;
   int cycle_ms = 4;
+  bool wall_clock = false;  ///< what is recorded bears this computer's date, not one day of 2000
   std::vector<double> start_rad;
 };
 

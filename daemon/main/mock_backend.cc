@@ -91,9 +91,10 @@ template <class VirtualCell>
 class MockBackend final : public Backend {
  public:
   template <class Options>
-  MockBackend(const calib::Cell& cell, Options options, calib::Passable passable = {},
-              std::optional<double> axis_reach_rad = {})
+  MockBackend(const calib::Cell& cell, Options options, bool wall_clock,
+              calib::Passable passable = {}, std::optional<double> axis_reach_rad = {})
       : cell_(cell, std::move(options)),
+        wall_clock_(wall_clock),
         passable_(std::move(passable)),
         axis_reach_rad_(axis_reach_rad) {}
 
@@ -103,8 +104,9 @@ class MockBackend final : public Backend {
   bool virtual_time() const override { return true; }
   calib::Passable passable() override { return passable_; }
   std::optional<double> axis_reach_rad() override { return axis_reach_rad_; }
-  /// Counts from a fixed day, so that the same seed gives the same files.
+  /// Counts from a fixed day, so that the same seed gives the same files; unless dates are to be true.
   std::string utc_now() override {
+    if (wall_clock_) return wall_clock_utc();
     const auto ms = std::chrono::duration_cast<std::chrono::milliseconds>(cell_.elapsed()).count();
     return fmt::format("2000-01-{:02}T{:02}:{:02}:{:02}.{:03}Z", 1 + ms / 86'400'000 % 28,
                        ms / 3'600'000 % 24, ms / 60'000 % 60, ms / 1000 % 60, ms % 1000);
@@ -112,6 +114,7 @@ class MockBackend final : public Backend {
 
  private:
   VirtualCell cell_;
+  bool wall_clock_;
   calib::Passable passable_;
   std::optional<double> axis_reach_rad_;
 };
@@ -120,11 +123,13 @@ class MockBackend final : public Backend {
 
 std::unique_ptr<Backend> make_mock_backend(const DaemonConfig& config, const calib::Cell& cell) {
   if (wire_of(config) == WireKind::kEki) {
-    return std::make_unique<MockBackend<VirtualEkiCell>>(cell, eki_options(config, cell));
+    return std::make_unique<MockBackend<VirtualEkiCell>>(cell, eki_options(config, cell),
+                                                         config.mock.wall_clock);
   }
   VirtualCellOptions options = rsi_options(config, cell);
   calib::Passable passable = passable_in_space(options.rsi.space);
-  return std::make_unique<MockBackend<VirtualCell>>(cell, std::move(options), std::move(passable),
+  return std::make_unique<MockBackend<VirtualCell>>(cell, std::move(options),
+                                                    config.mock.wall_clock, std::move(passable),
                                                     correction_limit_rad(config));
 }
 

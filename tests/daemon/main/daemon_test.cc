@@ -62,6 +62,19 @@ TEST(a_virtual_session, gives_the_same_bits_for_the_same_seed) {
   EXPECT_EQ(calibrations[0], calibrations[1]);
 }
 
+TEST(a_virtual_session, bears_todays_date_only_where_it_is_told_to) {
+  for (const bool wall_clock : {false, true}) {
+    DaemonFixture fixture(wall_clock ? "[mock]\nwall_clock = true\n" : "");
+    fixture.start();
+    http_request(fixture.socket(), "POST", "/v1/run",
+                 nlohmann::json{{"cell", kCell}, {"touches", 6}, {"check", 0}}.dump());
+    fixture.wait_for_touches(1);
+    const auto shown =
+        nlohmann::json::parse(http_request(fixture.socket(), "GET", "/v1/sessions/1").body);
+    EXPECT_EQ(shown["started"].get<std::string>().starts_with("2000-01-01T"), !wall_clock);
+  }
+}
+
 TEST(a_virtual_session, by_increments_measures_what_one_by_offsets_does) {
   std::string touches[2];
   for (const bool relative : {false, true}) {
