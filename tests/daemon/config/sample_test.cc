@@ -149,7 +149,7 @@ std::string figures(const DaemonConfig& c) {
   text += line("mock", static_cast<int>(m.wire), m.seed, m.geometry_scale, m.deflection,
                m.gear_arcsec, m.compliance_rad_per_nm, m.play_arcsec, m.tip_offset_m, m.growth,
                m.warm_up_s, m.contact_noise_m, m.bad_contact_share, m.placement_m,
-               m.joint_noise_deg, m.lag_s, m.cycle_ms);
+               m.joint_noise_deg, m.lag_s, m.cycle_ms, m.wall_clock);
   for (const double rad : m.start_rad) text += line("start", rad);
   for (const double m_off : m.tool_shift_m) text += line("tool shift", m_off);
   return text;
