@@ -88,6 +88,7 @@ Joint read_joint(const TomlTable& t, double length_m, double angle_rad) {
     if (joint.harmonics.size() > kMaxHarmonics) t.fail("harmonics", "at most 16 orders per joint");
   }
   joint.harmonic_sigma_rad = t.number_or("harmonic_sigma_arcsec", 0.0, {0.0, 1e5}) * kRadPerArcsec;
+  joint.harmonic_falloff = t.number_or("harmonic_falloff", 0.0, {0.0, 10.0});
   constexpr Range kRadiusMm{1.0, 5e3};
   if (t.has("radius_mm")) joint.radius_m = t.number("radius_mm", kRadiusMm) / kMmPerM;
   t.refuse_unknown();
@@ -189,6 +190,8 @@ std::string robot_to_toml(const Robot& robot) {
     if (j.harmonic_sigma_rad > 0.0)
       out += fmt::format("harmonic_sigma_arcsec = {}\n",
                          toml_number(j.harmonic_sigma_rad / kRadPerArcsec));
+    if (j.harmonic_falloff > 0.0)
+      out += fmt::format("harmonic_falloff = {}\n", toml_number(j.harmonic_falloff));
     if (j.radius_m > 0.0) out += fmt::format("radius_mm = {}\n", toml_number(j.radius_m * kMmPerM));
   }
   return out + frame_table("base", robot.base_fixed) + frame_table("flange", robot.flange_fixed);

@@ -1,0 +1,14 @@
+#pragma once
+// Which arm a robot file draws, whatever it says of tolerances, masses, gears, limits and names.
+
+#include <string>
+
+#include "calib/model/robot.h"
+
+namespace cellcal::calib {
+
+/// SHA-256 of the kinematics: joints in order with their names, signs, offsets, lengths, angles and which errors
+/// may be identified; the frames before and behind them. To 1 nm and 1e-9 deg.
+std::string drawing_sha256(const Robot& robot);
+
+}  // namespace cellcal::calib

@@ -1,0 +1,168 @@
+#include "calib/files/priors_file.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+
+#include "calib/model/units.h"
+#include "calib/syntax/input_file.h"
+#include "calib/syntax/shown.h"
+#include "calib/syntax/toml_json.h"
+#include "calib/syntax/toml_table.h"
+
+namespace cellcal::calib {
+
+namespace {
+
+constexpr const char* kFormat = "cellcal.priors/1";
+constexpr std::size_t kMostBytes = 1u << 20, kMostJoints = 32, kDigestDigits = 64;
+constexpr long kMostArms = 1'000'000, kMostVersions = 1'000'000'000;
+
+/// As keys end.
+const char* ending(SpreadKind kind) {
+  switch (kind) {
+    case SpreadKind::kLength:
+      return "mm";
+    case SpreadKind::kAngle:
+      return "deg";
+    case SpreadKind::kCompliance:
+      return "rad_per_nm";
+    case SpreadKind::kGear:
+      return "arcsec";
+  }
+  return "";
+}
+
+/// What no robot file may state is none either.
+Range allowed(SpreadKind kind) {
+  switch (kind) {
+    case SpreadKind::kLength:
+      return {1e-9, 1e3};
+    case SpreadKind::kAngle:
+      return {1e-9, 90.0};
+    case SpreadKind::kCompliance:
+      return {1e-20, 1.0};
+    case SpreadKind::kGear:
+      return {1e-9, 1e5};
+  }
+  return kPositive;
+}
+
+struct Keys {
+  explicit Keys(SpreadKind kind)
+      : found(fmt::format("{}_{}", unit_of(kind).name, ending(kind))),
+        sigma(fmt::format("{}_sigma_{}", unit_of(kind).name, ending(kind))),
+        drawn(fmt::format("{}_drawn_{}", unit_of(kind).name, ending(kind))),
+        arms(fmt::format("{}_arms", unit_of(kind).name)) {}
+  std::string found, sigma, drawn, arms;
+};
+
+std::optional<Spread> read_spread(const TomlTable& table, SpreadKind kind, int arms) {
+  const Keys keys(kind);
+  if (!table.has(keys.found) && !table.has(keys.sigma) && !table.has(keys.drawn) &&
+      !table.has(keys.arms))
+    return std::nullopt;
+  const Range range = allowed(kind);
+  const double per_si = unit_of(kind).per_si;
+  Spread spread;
+  const double found = table.number(keys.found, range);
+  spread.found = found / per_si;
+  // Wider than three times itself is no figure, and what is offered of it is anything.
+  constexpr double kMostOfFound = 3.0;
+  spread.found_sigma = table.number(keys.sigma, {0.0, kMostOfFound * found}) / per_si;
+  spread.drawn = table.number(keys.drawn, range) / per_si;
+  spread.arms = table.number(keys.arms, {0.0, 2.0 * arms});
+  if (offered(spread) * per_si > range.max)
+    table.fail(keys.found, "with its uncertainty is beyond what a robot file may state");
+  return spread;
+}
+
+JointPriors read_joint(const TomlTable& table, int arms) {
+  JointPriors joint{table.string("name"), {}};
+  if (joint.joint.empty()) table.fail("name", "must not be empty");
+  for (const SpreadKind kind : kSpreadKinds) joint.of(kind) = read_spread(table, kind, arms);
+  table.refuse_unknown();
+  return joint;
+}
+
+bool is_digest(const std::string& text) {
+  return text.size() == kDigestDigits &&
+         text.find_first_not_of("0123456789abcdef") == std::string::npos;
+}
+
+FleetPriors read(const TomlTable& document) {
+  document.word("format", {kFormat});
+  FleetPriors priors;
+  priors.version = document.integer("version", 1, kMostVersions);
+  priors.made = document.string("made");
+  priors.robot = document.string("robot");
+  priors.drawing = document.string("drawing");
+  if (!is_digest(priors.drawing)) document.fail("drawing", "must be 64 digits, 0-9 and a-f");
+  priors.arms = static_cast<int>(document.integer("arms", 1, kMostArms));
+  const auto joints = document.tables("joint");
+  if (joints.empty() || joints.size() > kMostJoints)
+    document.fail("", fmt::format("priors need 1 to {} [[joint]] tables, but have {}", kMostJoints,
+                                  joints.size()));
+  std::set<std::string> names;
+  for (const TomlTable& table : joints) {
+    priors.joints.push_back(read_joint(table, priors.arms));
+    if (!names.insert(priors.joints.back().joint).second)
+      table.fail("name", "\"" + shown(priors.joints.back().joint) + "\" stands twice");
+  }
+  document.refuse_unknown();
+  return priors;
+}
+
+std::string spread_to_toml(const Spread& spread, SpreadKind kind) {
+  const Keys keys(kind);
+  const double per_si = unit_of(kind).per_si;
+  return fmt::format("{} = {}\n{} = {}\n{} = {}\n{} = {}\n", keys.found,
+                     toml_number(spread.found * per_si), keys.sigma,
+                     toml_number(spread.found_sigma * per_si), keys.drawn,
+                     toml_number(spread.drawn * per_si), keys.arms, toml_number(spread.arms));
+}
+
+}  // namespace
+
+SpreadUnit unit_of(SpreadKind kind) {
+  switch (kind) {
+    case SpreadKind::kLength:
+      return {"length", "mm", kMmPerM};
+    case SpreadKind::kAngle:
+      return {"angle", "deg", kDegPerRad};
+    case SpreadKind::kCompliance:
+      return {"compliance", "rad/(N m)", 1.0};
+    case SpreadKind::kGear:
+      return {"gear", "arcsec", 1.0 / kRadPerArcsec};
+  }
+  return {"", "", 1.0};
+}
+
+FleetPriors parse_priors(std::string_view text, const std::string& name) {
+  if (text.size() > kMostBytes)
+    throw FileError(
+        fmt::format("{}: {} bytes; priors have at most {}", name, text.size(), kMostBytes));
+  return read(TomlTable::parse(text, name));
+}
+
+FleetPriors load_priors(const std::filesystem::path& path) {
+  return parse_priors(read_file(path, kMostBytes), path.string());
+}
+
+std::string priors_to_toml(const FleetPriors& priors) {
+  std::string out = fmt::format(
+      "# 1 sigma of how far the arms of this model lie from their drawing, learned from calibrations. What it means:\n"
+      "# 'cellcal priors show FILE'; to use it: 'cellcal priors accept FILE --robot ROBOT -o NEW'.\n"
+      "format = \"{}\"\nversion = {}\nmade = {}\nrobot = {}\ndrawing = {}\narms = {}\n",
+      kFormat, priors.version, toml_string(priors.made), toml_string(priors.robot),
+      toml_string(priors.drawing), priors.arms);
+  for (const JointPriors& joint : priors.joints) {
+    out += fmt::format("\n[[joint]]\nname = {}\n", toml_string(joint.joint));
+    for (const SpreadKind kind : kSpreadKinds)
+      if (const auto& spread = joint.of(kind)) out += spread_to_toml(*spread, kind);
+  }
+  return out;
+}
+
+}  // namespace cellcal::calib

@@ -1,0 +1,200 @@
+#include "calib/fleet/learn.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <stdexcept>
+#include <tuple>
+#include <utility>
+
+#include "calib/files/documents.h"
+#include "calib/files/drawing.h"
+#include "calib/fleet/population.h"
+#include "calib/model/kinematics.h"
+#include "calib/result/level.h"
+
+namespace cellcal::calib {
+
+namespace {
+
+constexpr double kMostOutliers = 0.2;
+
+std::optional<SpreadKind> kind_of(const ParameterKey& key) {
+  switch (key.kind) {
+    case ParameterKind::kD:
+    case ParameterKind::kA:
+      return SpreadKind::kLength;
+    case ParameterKind::kTheta:
+    case ParameterKind::kAlpha:
+    case ParameterKind::kBeta:
+      return SpreadKind::kAngle;
+    case ParameterKind::kCompliance:
+      return SpreadKind::kCompliance;
+    case ParameterKind::kCosine:
+    case ParameterKind::kSine:
+      return SpreadKind::kGear;
+    default:
+      return std::nullopt;
+  }
+}
+
+/// The errors that a drawing has, each with its stated sigma, in groups of one spread.
+struct Drawn {
+  explicit Drawn(const Robot& robot) : name(robot.name) {
+    Cell cell;
+    cell.robot = robot;
+    const bool compliance = std::ranges::any_of(
+        robot.joints, [](const Joint& j) { return j.compliance_sigma_rad_per_nm > 0.0; });
+    const ArmModel arm(at_level(cell, {}));
+    std::map<std::pair<int, SpreadKind>, Eigen::Index> places;
+    for (const ArmParameter& p : arm.parameters()) {
+      const auto kind = kind_of(p);
+      if (!kind || (*kind == SpreadKind::kCompliance && !compliance)) continue;
+      const auto [place, is_new] = places.try_emplace({p.joint, *kind}, groups.size());
+      if (is_new) {
+        groups.kind.push_back(static_cast<int>(*kind));
+        joint.push_back(static_cast<std::size_t>(p.joint));
+        // Of gears that of order 1.
+        stated.push_back(*kind == SpreadKind::kGear
+                             ? arm.robot().joints[joint.back()].harmonic_sigma_rad
+                             : p.sigma);
+      }
+      column[p] = groups.errors();
+      groups.of_error.push_back(place->second);
+      sigma.push_back(p.sigma);
+    }
+  }
+
+  /// In this drawing's sigmas; what it does not draw the others leave open.
+  ArmRows rows_of(const ArmEvidence& arm) const {
+    ArmRows result{Eigen::MatrixXd::Zero(arm.rows.rows(), groups.errors()), arm.values};
+    for (std::size_t k = 0; k < arm.keys.size(); ++k)
+      if (const auto found = column.find(arm.keys[k]); found != column.end())
+        result.rows.col(found->second) = arm.rows.col(static_cast<Eigen::Index>(k)) *
+                                         sigma[static_cast<std::size_t>(found->second)];
+    return result;
+  }
+
+  std::string name;
+  Groups groups;
+  std::vector<std::size_t> joint;  ///< of each group
+  std::vector<double> stated;      ///< likewise
+  std::vector<double> sigma;       ///< of each error
+  std::map<ParameterKey, Eigen::Index> column;
+};
+
+/// That order in which the outcome does not hang on how they came; of one arm the best first.
+void put_in_order(std::vector<ArmEvidence>& arms) {
+  std::ranges::sort(arms, [](const ArmEvidence& a, const ArmEvidence& b) {
+    return std::tie(a.arm, a.update, b.time, a.name, a.values[0]) <
+           std::tie(b.arm, b.update, a.time, b.name, b.values[0]);
+  });
+}
+
+/// The first of each arm that is known by name.
+void keep_one_each(std::vector<ArmEvidence>& arms, std::vector<SetAside>& set_aside) {
+  std::vector<ArmEvidence> kept;
+  for (ArmEvidence& arm : arms) {
+    if (!arm.arm.empty() && !kept.empty() && kept.back().arm == arm.arm)
+      set_aside.push_back({arm.name, SetAsideKind::kSameArm, kept.back().name});
+    else
+      kept.push_back(std::move(arm));
+  }
+  arms = std::move(kept);
+}
+
+void keep_drawing(const std::string& drawing, std::vector<ArmEvidence>& arms,
+                  std::vector<SetAside>& set_aside) {
+  std::erase_if(arms, [&](const ArmEvidence& arm) {
+    if (arm.drawing == drawing) return false;
+    set_aside.push_back({arm.name, SetAsideKind::kOtherDrawing});
+    return true;
+  });
+}
+
+/// Returns how many are too far or too near.
+int tell_set_aside(const std::vector<ArmEvidence>& arms, const Population& p,
+                   std::vector<SetAside>& set_aside) {
+  int outliers = 0;
+  for (std::size_t k = 0; k < arms.size(); ++k) {
+    if (p.use[k]) continue;
+    SetAside one{arms[k].name, SetAsideKind::kSameArm};
+    if (p.same_as[k] != k) {
+      one.other = arms[p.same_as[k]].name;
+    } else {
+      ++outliers;
+      one.chi2 = p.chi2[k];
+      one.directions = static_cast<int>(arms[k].values.size());
+      one.kind = p.far[k] > 0.0 ? SetAsideKind::kTooFar : SetAsideKind::kTooNear;
+    }
+    set_aside.push_back(std::move(one));
+  }
+  return outliers;
+}
+
+std::vector<JointPriors> joints_of(const Drawn& drawn, const Robot& robot, const SpreadFit& fit) {
+  std::vector<JointPriors> joints;
+  for (const Joint& joint : robot.joints) joints.push_back({joint.name, {}});
+  for (Eigen::Index g = 0; g < drawn.groups.size(); ++g) {
+    const auto k = static_cast<std::size_t>(g);
+    const double found = drawn.stated[k] * std::exp(fit.mode[g]);
+    joints[drawn.joint[k]].of(static_cast<SpreadKind>(drawn.groups.kind[k])) =
+        Spread{drawn.stated[k], found, found * fit.sigma[g], fit.arms[g]};
+  }
+  return joints;
+}
+
+double tolerances(const Robot& robot) {
+  double sum = 0.0;
+  for (const Joint& j : robot.joints) sum += j.tolerance_length_m + j.tolerance_angle_rad;
+  return sum;
+}
+
+}  // namespace
+
+Robot commonest_drawing(const std::vector<ArmEvidence>& arms) {
+  if (arms.empty()) throw std::invalid_argument("no arms, no drawing");
+  std::map<std::string, int> of_drawing, of_text;
+  for (const ArmEvidence& arm : arms) {
+    ++of_drawing[arm.drawing];
+    ++of_text[robot_to_toml(arm.robot)];
+  }
+  const auto rank = [&](const ArmEvidence& arm) {
+    const std::string text = robot_to_toml(arm.robot);
+    return std::tuple(of_drawing.at(arm.drawing), arm.drawing, of_text.at(text),
+                      tolerances(arm.robot), text);
+  };
+  return std::ranges::max_element(arms, {}, rank)->robot;
+}
+
+Learned learn(const Robot& drawing, std::vector<ArmEvidence> arms) {
+  Learned learned;
+  FleetPriors& priors = learned.priors;
+  priors.robot = drawing.name;
+  priors.drawing = drawing_sha256(drawing);
+  keep_drawing(priors.drawing, arms, learned.set_aside);
+  put_in_order(arms);
+  keep_one_each(arms, learned.set_aside);
+  priors.arms = static_cast<int>(arms.size());
+  if (priors.arms < kFewestArms) {
+    learned.none = NoPriors::kTooFewArms;
+  } else {
+    const Drawn drawn(drawing);
+    std::vector<ArmRows> rows;
+    for (const ArmEvidence& arm : arms) rows.push_back(drawn.rows_of(arm));
+    const Population p = population_of(rows, drawn.groups);
+    const int outliers = tell_set_aside(arms, p, learned.set_aside);
+    priors.arms = static_cast<int>(std::ranges::count(p.use, true));
+    if (outliers > kMostOutliers * (priors.arms + outliers))
+      learned.none = NoPriors::kNotOnePopulation;
+    else if (priors.arms < kFewestArms)
+      learned.none = NoPriors::kTooFewArms;
+    else
+      priors.joints = joints_of(drawn, drawing, p.spreads);
+  }
+  std::ranges::sort(learned.set_aside, {},
+                    [](const SetAside& one) { return std::tie(one.name, one.kind, one.other); });
+  return learned;
+}
+
+}  // namespace cellcal::calib

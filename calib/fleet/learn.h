@@ -1,0 +1,34 @@
+#pragma once
+// From what the touches of many arms say to priors for arms of their model.
+
+#include <optional>
+#include <vector>
+
+#include "calib/fleet/evidence.h"
+#include "calib/result/fleet_priors.h"
+
+namespace cellcal::calib {
+
+/// Fewer arms are no fleet.
+inline constexpr int kFewestArms = 3;
+
+enum class NoPriors {
+  kTooFewArms,
+  kNotOnePopulation  ///< more than a fifth of the arms do not fit with the others
+};
+
+struct Learned {
+  /// Without version and date, which are the caller's; joints in the drawing's order.
+  FleetPriors priors;
+  std::optional<NoPriors> none;     ///< why the priors are not to be used: they have no joints then
+  std::vector<SetAside> set_aside;  ///< by name
+};
+
+/// The drawing, with its tolerances, that most of these arms have; of several the one of more calibrations, and
+/// then the one with the wider tolerances. Throws std::invalid_argument where there are none.
+Robot commonest_drawing(const std::vector<ArmEvidence>& arms);
+
+/// Arms of other drawings are set aside.
+Learned learn(const Robot& drawing, std::vector<ArmEvidence> arms);
+
+}  // namespace cellcal::calib

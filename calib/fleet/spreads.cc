@@ -1,0 +1,160 @@
+#include "calib/fleet/spreads.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "calib/linear/cholesky.h"
+
+namespace cellcal::calib {
+
+namespace {
+
+/// How alike the joints are, as 1 sigma of the logarithm: all of a kind together, and each joint's beside that.
+constexpr double kCommonSigma = 0.2, kOwnSigma = 0.3;
+/// For so many arms, seen perfectly and as far off as the drawing states, its tolerances count.
+constexpr double kDrawnArms = 4.0;
+/// A thirtieth to thirty times of what is drawn: beyond it no arm is of that drawing.
+constexpr double kFarthest = 3.4;
+constexpr double kLongestStep = 0.5;
+constexpr double kSettled = 1e-6;
+constexpr int kMostSteps = 60;
+constexpr double kNever = std::numeric_limits<double>::infinity();
+
+Eigen::VectorXd variances(const Groups& groups, const LogSpreads& spreads) {
+  Eigen::VectorXd t(groups.errors());
+  for (Eigen::Index i = 0; i < t.size(); ++i)
+    t[i] = std::exp(2.0 * spreads[groups.of_error[static_cast<std::size_t>(i)]]);
+  return t;
+}
+
+Cholesky predicted(const ArmRows& arm, const Eigen::VectorXd& t) {
+  Eigen::MatrixXd v = arm.rows * t.asDiagonal() * arm.rows.transpose();
+  v.diagonal().array() += 1.0;
+  return Cholesky(v);
+}
+
+/// What is believed of the logarithms beforehand.
+struct Belief {
+  Eigen::MatrixXd alike;      ///< inverse covariance
+  Eigen::ArrayXd drawn_arms;  ///< errors of each group that the drawing counts for
+
+  double log_density(const LogSpreads& at) const {
+    return -0.5 * at.dot(alike * at) -
+           (drawn_arms * (at.array() + 0.5 * (-2.0 * at.array()).exp())).sum();
+  }
+  Eigen::VectorXd score(const LogSpreads& at) const {
+    return (drawn_arms * ((-2.0 * at.array()).exp() - 1.0)).matrix() - alike * at;
+  }
+  Eigen::MatrixXd curvature(const LogSpreads& at) const {
+    Eigen::MatrixXd c = alike;
+    c.diagonal().array() += 2.0 * drawn_arms * (-2.0 * at.array()).exp();
+    return c;
+  }
+  /// As (90) of so many arms: their errors as far off as the spreads say, not as the drawing does.
+  Eigen::MatrixXd information() const { return curvature(LogSpreads::Zero(drawn_arms.size())); }
+};
+
+Belief believed(const Groups& groups) {
+  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(groups.size(), groups.size());
+  for (Eigen::Index g = 0; g < groups.size(); ++g)
+    for (Eigen::Index h = 0; h < groups.size(); ++h)
+      if (groups.kind[static_cast<std::size_t>(g)] == groups.kind[static_cast<std::size_t>(h)])
+        covariance(g, h) = kCommonSigma * kCommonSigma + (g == h ? kOwnSigma * kOwnSigma : 0.0);
+  Belief belief{Cholesky(covariance).inverse(), Eigen::ArrayXd::Zero(groups.size())};
+  for (const Eigen::Index g : groups.of_error) belief.drawn_arms[g] += kDrawnArms;
+  return belief;
+}
+
+struct Derivatives {
+  double log_evidence = 0.0;
+  Eigen::VectorXd score;
+  Eigen::MatrixXd information;   ///< expected
+  Eigen::MatrixXd score_square;  ///< sum over the arms
+};
+
+void add(const ArmRows& arm, const Groups& groups, const Eigen::VectorXd& t, Derivatives& d) {
+  const Cholesky v = predicted(arm, t);
+  if (!v.positive()) return;
+  const Eigen::MatrixXd white = v.whitened(arm.rows);  // L^-1 R
+  const Eigen::VectorXd y = v.whitened(arm.values);
+  d.log_evidence -= 0.5 * (v.log_det() + y.squaredNorm());  // (88)
+  const Eigen::VectorXd z = white.transpose() * y;
+  const Eigen::MatrixXd p = white.transpose() * white;
+  Eigen::VectorXd score = Eigen::VectorXd::Zero(groups.size());
+  for (Eigen::Index i = 0; i < t.size(); ++i) {
+    const Eigen::Index g = groups.of_error[static_cast<std::size_t>(i)];
+    score[g] += t[i] * (z[i] * z[i] - p(i, i));  // (89)
+    for (Eigen::Index j = 0; j < t.size(); ++j)
+      d.information(g, groups.of_error[static_cast<std::size_t>(j)]) +=
+          2.0 * t[i] * t[j] * p(i, j) * p(i, j);  // (90)
+  }
+  d.score += score;
+  d.score_square += score * score.transpose();
+}
+
+Derivatives derivatives(const std::vector<ArmRows>& arms, const std::vector<bool>& use,
+                        const Groups& groups, const LogSpreads& spreads) {
+  const Eigen::Index n = groups.size();
+  Derivatives d{0.0, Eigen::VectorXd::Zero(n), Eigen::MatrixXd::Zero(n, n),
+                Eigen::MatrixXd::Zero(n, n)};
+  const Eigen::VectorXd t = variances(groups, spreads);
+  for (std::size_t k = 0; k < arms.size(); ++k)
+    if (use[k]) add(arms[k], groups, t, d);
+  return d;
+}
+
+}  // namespace
+
+ArmFit fit_of(const ArmRows& arm, const Groups& groups, const LogSpreads& spreads) {
+  const Cholesky v = predicted(arm, variances(groups, spreads));
+  // Rows of which one is 1e15 times another: nobody's touches.
+  if (!v.positive()) return {kNever, -kNever};
+  const double chi2 = v.whitened(arm.values).squaredNorm();
+  return {chi2, -0.5 * (v.log_det() + chi2)};
+}
+
+Eigen::VectorXd likely_errors(const ArmRows& arm, const Groups& groups, const LogSpreads& spreads) {
+  const Eigen::VectorXd t = variances(groups, spreads);
+  return t.asDiagonal() * (arm.rows.transpose() * predicted(arm, t).solve(arm.values));
+}
+
+double deviate(double chi2, Eigen::Index degrees_of_freedom) {
+  const double share = 2.0 / (9.0 * static_cast<double>(degrees_of_freedom));
+  return (std::cbrt(chi2 / static_cast<double>(degrees_of_freedom)) - (1.0 - share)) /
+         std::sqrt(share);
+}
+
+SpreadFit fit_spreads(const std::vector<ArmRows>& arms, const std::vector<bool>& use,
+                      const Groups& groups, const LogSpreads& start) {
+  const Belief belief = believed(groups);
+  SpreadFit fit;
+  fit.mode = start;
+  Derivatives d = derivatives(arms, use, groups, fit.mode);
+  for (int step = 0; step < kMostSteps; ++step) {
+    const Eigen::VectorXd way = Cholesky(d.information + belief.curvature(fit.mode))
+                                    .solve(Eigen::VectorXd(d.score + belief.score(fit.mode)));
+    double length = std::min(1.0, kLongestStep / std::max(kSettled, way.lpNorm<Eigen::Infinity>()));
+    const double before = d.log_evidence + belief.log_density(fit.mode);
+    LogSpreads next = fit.mode;
+    // Scoring nearly always goes up; where it does not, half of the way does.
+    for (int half = 0; half < 10; ++half, length /= 2.0) {
+      next = (fit.mode + length * way).cwiseMax(-kFarthest).cwiseMin(kFarthest);
+      d = derivatives(arms, use, groups, next);
+      if (d.log_evidence + belief.log_density(next) >= before) break;
+    }
+    const double moved = (next - fit.mode).lpNorm<Eigen::Infinity>();
+    fit.mode = next;
+    if (moved < kSettled) break;
+  }
+  const Eigen::MatrixXd before = belief.information();
+  const Eigen::MatrixXd unknown = Cholesky(d.information + before).inverse();
+  const Eigen::MatrixXd sandwich = unknown * (d.score_square + before) * unknown;
+  fit.sigma = unknown.diagonal().cwiseMax(sandwich.diagonal()).cwiseSqrt();
+  fit.arms = Eigen::VectorXd::Zero(groups.size());
+  for (const Eigen::Index g : groups.of_error) fit.arms[g] += 2.0;
+  fit.arms = d.information.diagonal().cwiseQuotient(fit.arms);
+  return fit;
+}
+
+}  // namespace cellcal::calib
