@@ -22,6 +22,7 @@ void describe_cellcal(CLI::App& app, int& status) {
   add_versions_commands(app, status);
   add_proposal_commands(app, status);
   add_offline_commands(app, status);
+  add_priors_commands(app, status);
 }
 
 }  // namespace cellcal::daemon

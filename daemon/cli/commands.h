@@ -19,5 +19,6 @@ void add_archive_commands(CLI::App& app, int& status);
 void add_certificate_commands(CLI::App& app, int& status);
 void add_versions_commands(CLI::App& app, int& status);
 void add_proposal_commands(CLI::App& app, int& status);
+void add_priors_commands(CLI::App& app, int& status);
 
 }  // namespace cellcal::daemon

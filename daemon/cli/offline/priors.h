@@ -1,0 +1,42 @@
+#pragma once
+// 'cellcal priors': what a fleet's calibrations say of its robot model, and a robot file with it.
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "calib/fleet/accept.h"
+#include "calib/fleet/learn.h"
+
+namespace cellcal::daemon {
+
+/// Offline, from files and directories of calibrations.
+struct LearnPriorsCommand {
+  std::vector<std::filesystem::path> from;
+  std::string robot;  ///< file or shipped robot; empty: what most of the calibrations have
+  std::filesystem::path after;   ///< earlier priors, whose version counts on; empty: none
+  std::filesystem::path output;  ///< empty: standard output
+  bool json = false;
+};
+int learn_priors(const LearnPriorsCommand& command);
+
+struct ShowPriorsCommand {
+  std::filesystem::path file;
+  bool json = false;
+};
+int show_priors(const ShowPriorsCommand& command);
+
+struct AcceptPriorsCommand {
+  std::filesystem::path file, output;
+  std::string robot;
+  bool json = false;
+};
+int accept_priors(const AcceptPriorsCommand& command);
+
+// What a person reads of it.
+std::string spreads_words(const calib::FleetPriors& priors);
+std::string changes_words(const std::vector<calib::PriorChange>& changes);
+std::string set_aside_words(const calib::SetAside& one);
+std::string no_priors_words(const calib::Learned& learned);
+
+}  // namespace cellcal::daemon
