@@ -154,17 +154,15 @@ double tolerances(const Robot& robot) {
 
 Robot commonest_drawing(const std::vector<ArmEvidence>& arms) {
   if (arms.empty()) throw std::invalid_argument("no arms, no drawing");
-  std::map<std::string, int> of_drawing, of_text;
-  for (const ArmEvidence& arm : arms) {
-    ++of_drawing[arm.drawing];
-    ++of_text[robot_to_toml(arm.robot)];
-  }
-  const auto rank = [&](const ArmEvidence& arm) {
-    const std::string text = robot_to_toml(arm.robot);
-    return std::tuple(of_drawing.at(arm.drawing), arm.drawing, of_text.at(text),
-                      tolerances(arm.robot), text);
-  };
-  return std::ranges::max_element(arms, {}, rank)->robot;
+  std::map<std::string, int> counts;
+  for (const ArmEvidence& arm : arms) ++counts[arm.drawing];
+  const auto most = std::ranges::max_element(counts, {}, [](const auto& c) { return c.second; });
+  std::vector<const Robot*> robots;
+  for (const ArmEvidence& arm : arms)
+    if (arm.drawing == most->first) robots.push_back(&arm.robot);
+  std::ranges::sort(robots, {},
+                    [](const Robot* r) { return std::pair(tolerances(*r), robot_to_toml(*r)); });
+  return *robots[robots.size() / 2];
 }
 
 Learned learn(const Robot& drawing, std::vector<ArmEvidence> arms) {

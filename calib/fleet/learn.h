@@ -24,8 +24,8 @@ struct Learned {
   std::vector<SetAside> set_aside;  ///< by name
 };
 
-/// The drawing, with its tolerances, that most of these arms have; of several the one of more calibrations, and
-/// then the one with the wider tolerances. Throws std::invalid_argument where there are none.
+/// The drawing that most of these arms have, of the robot file whose tolerances are in the middle of theirs: no few
+/// have a say in it. Throws std::invalid_argument where there are none.
 Robot commonest_drawing(const std::vector<ArmEvidence>& arms);
 
 /// Arms of other drawings are set aside.

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "calib/linear/cholesky.h"
+#include "calib/result/fleet_priors.h"
 
 namespace cellcal::calib {
 
@@ -12,8 +13,6 @@ namespace {
 
 /// How alike the joints are, as 1 sigma of the logarithm: all of a kind together, and each joint's beside that.
 constexpr double kCommonSigma = 0.2, kOwnSigma = 0.3;
-/// For so many arms, seen perfectly and as far off as the drawing states, its tolerances count.
-constexpr double kDrawnArms = 4.0;
 /// A thirtieth to thirty times of what is drawn: beyond it no arm is of that drawing.
 constexpr double kFarthest = 3.4;
 constexpr double kLongestStep = 0.5;

@@ -16,6 +16,10 @@ enum class SpreadKind { kLength, kAngle, kCompliance, kGear };
 inline constexpr std::array kSpreadKinds{SpreadKind::kLength, SpreadKind::kAngle,
                                          SpreadKind::kCompliance, SpreadKind::kGear};
 
+/// For so many arms, whose errors are seen perfectly and are as far off as the robot file states, its tolerances
+/// count.
+inline constexpr double kDrawnArms = 4.0;
+
 /// SI units and radians; of gears the amplitude of order 1.
 struct Spread {
   double drawn = 0.0;        ///< 1 sigma that the robot file stated, which few arms do not overrule
@@ -24,8 +28,9 @@ struct Spread {
   double arms = 0.0;         ///< so many arms whose errors are seen perfectly tell as much
 };
 
-/// What is offered to a cell: the spread found, wider by its own uncertainty. Bounds that come of a prior too
-/// narrow are too small; of one too wide they are only wide.
+/// What is offered to a cell: the spread found, wider by its own uncertainty; and no narrower than drawn where the
+/// arms tell less of it than the drawing counts for, so that what other joints show widens it, but does not narrow
+/// it. Bounds that come of a prior too narrow are too small; of one too wide they are only wide.
 double offered(const Spread& spread);
 
 struct JointPriors {

@@ -35,7 +35,7 @@ std::string spreads_words(const calib::FleetPriors& priors) {
       }
   return text +
          "arms: so many arms whose errors are seen perfectly tell as much; where they are few the drawn value "
-         "stands.\noffered: found, wider by its uncertainty\n";
+         "stands.\noffered: found, wider by its uncertainty, and of fewer than 4 arms no narrower than drawn\n";
 }
 
 std::string changes_words(const std::vector<calib::PriorChange>& changes) {

@@ -93,6 +93,7 @@ TEST(WhatPriorsDecided, LeavesTheDrawingWhereItIs) {
       EXPECT_GT(s.found / s.drawn, 0.7) << joint;
       EXPECT_LT(s.found / s.drawn, 1.4) << joint;
       EXPECT_GT(log_sigma(s), 0.15) << "and little is claimed";
+      EXPECT_GE(offered(s), s.drawn) << "nobody narrows what no arm shows";
     }
   EXPECT_GE(untold, 4);
 }
@@ -209,6 +210,16 @@ TEST(OtherArms, AreSetAsideByTheirDrawing) {
   const Learned learned = learn(commonest_drawing(arms), arms);
   EXPECT_EQ(learned.priors.arms, 6);
   EXPECT_EQ(kind_of(learned, "other.json"), SetAsideKind::kOtherDrawing);
+}
+
+TEST(TheDrawing, IsNotThatOfAFewWhoStateOtherTolerances) {
+  std::vector<ArmEvidence> arms = evidence_of_all(fleet_of(9, uneven()));
+  for (const std::size_t k : {1, 4}) {
+    arms[k].robot.name = "another file of the arm";
+    for (Joint& joint : arms[k].robot.joints) joint.tolerance_length_m = k == 1 ? 1.0 : 1e-9;
+  }
+  EXPECT_EQ(commonest_drawing(arms).joints[1].tolerance_length_m,
+            drawn_robot().joints[1].tolerance_length_m);
 }
 
 TEST(TheOrder, InWhichCalibrationsComeDoesNotMatter) {
