@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 
+#include "calib/files/calibration_json.h"
 #include "calib/linear/cholesky.h"
 #include "calib/model/kinematics.h"
 #include "calib/result/level.h"
@@ -51,6 +52,21 @@ TEST(Evidence, OfACalibrationWidenedByItsScatterIsThatMuchLess) {
   EXPECT_NEAR((plain.rows.transpose() * plain.rows).trace() /
                   (widened.rows.transpose() * widened.rows).trace(),
               4.0, 1e-6);
+}
+
+TEST(Evidence, IsTheSameOfTheCalibrationsFile) {
+  const Calibration c = one_arm();
+  const ArmEvidence e = std::get<ArmEvidence>(evidence_of(c));
+  const ArmEvidence of_file = std::get<ArmEvidence>(
+      evidence_of(calibration_from_json(calibration_to_json(c), "calibration.json")));
+  EXPECT_EQ(of_file.drawing, e.drawing);
+  ASSERT_EQ(of_file.keys, e.keys);
+  // Of eigenvectors the signs are anybody's.
+  const Eigen::MatrixXd information = e.rows.transpose() * e.rows;
+  const Eigen::VectorXd scale = information.diagonal().cwiseSqrt().cwiseInverse();
+  const Eigen::MatrixXd off = of_file.rows.transpose() * of_file.rows - information;
+  EXPECT_LT((scale.asDiagonal() * off * scale.asDiagonal()).cwiseAbs().maxCoeff(), 1e-5);
+  EXPECT_NEAR(of_file.values.norm() / e.values.norm(), 1.0, 1e-6);
 }
 
 TEST(Evidence, OfAWithheldCalibrationIsNone) {
