@@ -100,6 +100,8 @@ Stage stage_of(const Trial& trial) {
   if (trial.noise_m > 0.0) stage.noise_m = trial.noise_m;
   stage.truth.play_arcsec = trial.play_arcsec;
   stage.truth.field_m = trial.field_m;
+  stage.truth.length_factor = trial.length_factor;
+  stage.truth.angle_factor = trial.angle_factor;
   stage.lengths = trial.lengths;
   stage.truth.gears = trial.gears;
   stage.truth.gear_arcsec = trial.gear_arcsec;
@@ -189,10 +191,13 @@ std::optional<OnlineOutcome> run_online(const calib::Robot& robot, const Trial& 
     const double warm = std::min(1.0, static_cast<double>(driven.touches.size()) / 100.0);
     // The arm's first millimetre is no search (session's rule), and there is no more than the line.
     auto t = random.uniform() < failing ? std::nullopt : world.touch(*planned, warm, 0.0, random);
-    if (t)
-      online->touched(*t);
-    else
+    if (!t) {
       online->failed();
+      continue;
+    }
+    online->touched(*t);
+    result.u95_by_touch_m.push_back(online->progress().u95_m);
+    result.minutes_by_touch.push_back(calib::duration_s(driven, robot, {}) / 60.0);
   }
   const calib::Progress& end = online->progress();
   result.touches = end.touches;

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "calib/model/robot.h"
 #include "calib/plan/online.h"
@@ -27,6 +28,8 @@ struct Trial {
   bool masses_stated = true;                ///< in the robot file
   double noise_m = 0.0;                     ///< of a touch; 0: as stated
   double play_arcsec = 0.0, field_m = 0.0;  ///< what the model lacks (true_arm.h)
+  /// Of each joint, on the spreads of true lengths and angles; none: 1.
+  std::vector<double> length_factor = {}, angle_factor = {};
   int repeated = 0;                         ///< of the fit touches, so many are made four times
 };
 
@@ -71,6 +74,8 @@ struct OnlineOutcome {
   Outcome outcome;
   int touches = 0, failed = 0;
   double u95_m = 0.0;
+  /// After each touch that was made: u95 foreseen, and robot time so far.
+  std::vector<double> u95_by_touch_m = {}, minutes_by_touch = {};
   std::string why;
 };
 /// `failing`: share of touches that cannot be made.

@@ -44,6 +44,10 @@ std::function<double(double, double)> make_gear(const TruthSettings& s, calib::R
   };
 }
 
+double factor_of(const std::vector<double>& factors, std::size_t joint) {
+  return joint < factors.size() ? factors[joint] : 1.0;
+}
+
 }  // namespace
 
 TrueArm::TrueArm(const calib::Cell& cell, const TruthSettings& s, calib::Random& random)
@@ -66,23 +70,25 @@ TrueArm::TrueArm(const calib::Cell& cell, const TruthSettings& s, calib::Random&
             j.mass_kg,
             j.com_m,
             make_gear(s, random)};
+    const double length_sigma = s.length_sigma_m * factor_of(s.length_factor, joints_.size());
+    const double angle_sigma = s.angle_sigma_rad * factor_of(s.angle_factor, joints_.size());
     for (const calib::JointError e : j.errors) {
       const double n = random.normal();
       switch (e) {
         case calib::JointError::kTheta:
-          t.offset += s.angle_sigma_rad * n;
+          t.offset += angle_sigma * n;
           break;
         case calib::JointError::kD:
-          t.d += s.length_sigma_m * n;
+          t.d += length_sigma * n;
           break;
         case calib::JointError::kA:
-          t.a += s.length_sigma_m * n;
+          t.a += length_sigma * n;
           break;
         case calib::JointError::kAlpha:
-          t.alpha += s.angle_sigma_rad * n;
+          t.alpha += angle_sigma * n;
           break;
         case calib::JointError::kBeta:
-          t.beta += s.angle_sigma_rad * n;
+          t.beta += angle_sigma * n;
           break;
       }
     }

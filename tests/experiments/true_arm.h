@@ -20,6 +20,8 @@ enum class Gears {
 struct TruthSettings {
   double length_sigma_m = 0.7e-3;
   double angle_sigma_rad = 0.6e-3;
+  /// Factors on both, of each joint; none: 1.
+  std::vector<double> length_factor = {}, angle_factor = {};
   double compliance_rad_per_nm = 1e-5;  ///< 1 sigma of |k| at the three loaded joints; 0: stiff
   Gears gears = Gears::kHarmonics;
   double gear_arcsec = 10.0;     ///< rms per joint over a revolution
