@@ -13,6 +13,8 @@ struct Named {
   T value;
   const char* name;
 };
+template <class T>
+Named(T, const char*) -> Named<T>;  // clang 14, which builds the fuzzers, deduces none for aggregates
 
 template <class T, std::size_t N>
 const char* name_of(const std::array<Named<T>, N>& all, T value) {
