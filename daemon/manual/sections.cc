@@ -20,20 +20,33 @@ std::vector<ManSection> cellcal_sections() {
 }
 
 std::vector<ManSection> cellcald_sections() {
-  return {{"EXIT STATUS",
-           {{"0", "Ended by SIGTERM or SIGINT."},
-            {"1", "Could not start: another cellcald, a damaged journal."},
-            {"2", "Wrong usage or configuration. It does not get better by trying again."}}},
-          {"SIGNALS",
-           {{"SIGTERM, SIGINT", "Stop the arm, record the end of the session, end."},
-            {"SIGUSR1", "'cellcal abort' without a connection: stop the arm, end the session."},
-            {"SIGHUP",
+  return {
+      {"EXIT STATUS",
+       {{"0", "Ended by SIGTERM or SIGINT."},
+        {"1", "Could not start: another cellcald, a damaged journal."},
+        {"2", "Wrong usage or configuration. It does not get better by trying again."}}},
+      {"SIGNALS",
+       {{"SIGTERM, SIGINT", "Stop the arm, record the end of the session, end."},
+        {"SIGUSR1", "'cellcal abort' without a connection: stop the arm, end the session."},
+        {"SIGHUP",
          "Read the configuration again: log_level at once, all else from the next session on. What "
          "cannot change while the daemon runs is named in the log."}}},
+      {"FILES",
+       {{"/etc/cellcal/cellcald.toml", "The configuration."},
+        {"/var/lib/cellcal", "Journal and results of all sessions."},
+        {"/run/cellcal/cellcald.sock", "Where cellcal connects."}}}};
+}
+
+std::vector<ManSection> cellcal_fleet_sections() {
+  return {{"EXIT STATUS",
+           {{"0", "Ended by SIGTERM or SIGINT."},
+            {"1", "Could not go on: a database of a newer version, a socket that is taken."},
+            {"2", "Wrong usage or configuration. It does not get better by trying again."}}},
           {"FILES",
-           {{"/etc/cellcal/cellcald.toml", "The configuration."},
-            {"/var/lib/cellcal", "Journal and results of all sessions."},
-            {"/run/cellcal/cellcald.sock", "Where cellcal connects."}}}};
+           {{"/etc/cellcal/fleet.toml", "The configuration."},
+            {"/run/cellcal-fleet/fleet.sock", "Where 'cellcal fleet' connects."},
+            {"/usr/share/doc/cellcal/daemon/fleet",
+             "What the broker must be told; tables and views."}}}};
 }
 
 }  // namespace cellcal::daemon

@@ -1,4 +1,4 @@
-// cellcal-manual FOLDER: writes manual pages and completions of cellcal and cellcald. Runs when cellcal is
+// cellcal-manual FOLDER: writes manual pages and completions of cellcal, cellcald and cellcal-fleet. Runs when cellcal is
 // built; it is not installed.
 
 #include <CLI/CLI.hpp>
@@ -9,6 +9,7 @@
 #include "calib/files/calibration_json.h"
 #include "daemon/cli/app.h"
 #include "daemon/files/atomic_file.h"
+#include "daemon/fleet/main/fleet_options.h"
 #include "daemon/main/options.h"
 #include "daemon/manual/completion.h"
 #include "daemon/manual/man_page.h"
@@ -37,12 +38,20 @@ int main(int argc, char** argv) try {
   std::filesystem::create_directories(folder);
   const std::string version = cellcal::calib::software_version();
   int status = 0;
-  CLI::App client, daemon;
+  CLI::App client, daemon, collector;
   describe_cellcal(client, status);
   DaemonOptions options;
   describe_cellcald(daemon, options);
+  fleet::FleetOptions fleet_options;
+  fleet::describe_cellcal_fleet(collector, fleet_options);
   write({command_tree(client), 1, version, cellcal_sections(), {"cellcald(8)"}}, folder);
   write({command_tree(daemon), 8, version, cellcald_sections(), {"cellcal(1)", "systemctl(1)"}},
+        folder);
+  write({command_tree(collector),
+         8,
+         version,
+         cellcal_fleet_sections(),
+         {"cellcal(1)", "cellcald(8)", "mosquitto(8)"}},
         folder);
   return 0;
 } catch (const std::exception& error) {

@@ -27,6 +27,8 @@ call() {
 service_is() {
   local what=left
   grep -qx 'deb-systemd-invoke start cellcald.service' "$work/calls" && what=started
+  grep -qE 'deb-systemd-(invoke|helper) (start|enable) cellcal-fleet' "$work/calls" &&
+    { echo "maintainer_scripts: $2: the collector is started without being asked for" >&2; failed=1; }
   grep -qx 'deb-systemd-invoke restart cellcald.service' "$work/calls" && what=restarted
   [ "$what" = "$1" ] || { echo "maintainer_scripts: $2: the service is $what, not $1" >&2; failed=1; }
   rm "$work/calls"
@@ -37,7 +39,7 @@ call stopped postinst configure ''
 service_is started "installed for the first time"
 
 call idle prerm remove
-grep -qx 'deb-systemd-invoke stop cellcal-check.timer cellcald.service' "$work/calls" || { echo "maintainer_scripts: removing does not stop it" >&2; failed=1; }
+grep -qx 'deb-systemd-invoke stop cellcal-check.timer cellcal-fleet.service cellcald.service' "$work/calls" || { echo "maintainer_scripts: removing does not stop it" >&2; failed=1; }
 call stopped postrm remove
 rm "$work/calls"
 call stopped preinst install 0.1.0-1

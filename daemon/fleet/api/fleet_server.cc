@@ -1,0 +1,60 @@
+#include "daemon/fleet/api/fleet_server.h"
+
+#include <boost/asio/executor_work_guard.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/post.hpp>
+#include <mutex>
+#include <thread>
+
+#include "daemon/api/http/server.h"
+#include "daemon/fleet/api/answers.h"
+
+namespace cellcal::daemon::fleet {
+
+namespace asio = boost::asio;
+
+struct FleetServer::Impl {
+  Impl(const Listen& listen, std::string database, const Counters& given)
+      : reading(std::move(database)), counters(given), local(context, listen.socket, parts()) {
+    if (!listen.address.empty())
+      network.emplace(context, NetworkAddress{listen.address, listen.port}, parts());
+    thread = std::thread([this] { context.run(); });
+  }
+
+  ServerParts parts() {
+    ServerParts made;
+    made.admit = [](Request&) { return std::nullopt; };
+    made.handler = [this](const Request& request, bool) -> std::optional<Response> {
+      const std::lock_guard lock(mutex);  // each server has a thread for slow requests
+      return answer(request, reading, counters);
+    };
+    made.slow = [](const Request&) { return true; };  // the database may take its time
+    return made;
+  }
+
+  std::mutex mutex;
+  Reading reading;
+  const Counters& counters;
+  asio::io_context context;
+  asio::executor_work_guard<asio::io_context::executor_type> work{context.get_executor()};
+  HttpServer local;
+  std::optional<HttpServer> network;
+  std::thread thread;
+};
+
+FleetServer::FleetServer(const Listen& listen, std::string database, const Counters& counters)
+    : impl_(std::make_unique<Impl>(listen, std::move(database), counters)) {}
+
+FleetServer::~FleetServer() {
+  asio::post(impl_->context, [this] {
+    impl_->local.stop();
+    if (impl_->network) impl_->network->stop();
+    impl_->work.reset();
+    impl_->context.stop();
+  });
+  impl_->thread.join();
+}
+
+std::uint16_t FleetServer::port() const { return impl_->network ? impl_->network->port() : 0; }
+
+}  // namespace cellcal::daemon::fleet

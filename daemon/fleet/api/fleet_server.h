@@ -1,0 +1,35 @@
+#pragma once
+// A thread that answers over HTTP.
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "daemon/fleet/collect/collector.h"
+
+namespace cellcal::daemon::fleet {
+
+struct Listen {
+  std::filesystem::path socket;
+  std::string address;     ///< empty: only the socket
+  std::uint16_t port = 0;  ///< 0: any that is free
+};
+
+class FleetServer {
+ public:
+  /// Throws SocketError. `counters` must live longer.
+  FleetServer(const Listen& listen, std::string database, const Counters& counters);
+  ~FleetServer();
+  FleetServer(const FleetServer&) = delete;
+  FleetServer& operator=(const FleetServer&) = delete;
+
+  std::uint16_t port() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace cellcal::daemon::fleet

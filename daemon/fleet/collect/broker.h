@@ -1,0 +1,53 @@
+#pragma once
+// A connection to the MQTT broker whose messages are acknowledged when they are stored.
+
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "daemon/fleet/collect/judge.h"
+
+namespace cellcal::daemon::fleet {
+
+/// The broker cannot be reached, refuses, or the connection was lost.
+struct BrokerAway : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+struct BrokerConfig {
+  std::string host = "localhost";
+  std::uint16_t port = 1883;
+  bool tls = false;
+  std::filesystem::path ca, certificate, key;  ///< ca empty: the system's
+  std::string user;
+  std::filesystem::path password_file;  ///< its first line
+  std::string group;   ///< collectors of one share the messages; empty: this one has all (README)
+  std::string client;  ///< no two collectors have the same
+};
+
+/// One thread.
+class Broker {
+ public:
+  /// Connects and subscribes; the session in the broker goes on. Throws BrokerAway.
+  explicit Broker(const BrokerConfig& config);
+  /// Acknowledges nothing more.
+  ~Broker();
+  Broker(const Broker&) = delete;
+  Broker& operator=(const Broker&) = delete;
+
+  /// What has come, `most` messages at most; waits for the first. Throws BrokerAway.
+  std::vector<Message> receive(std::size_t most, std::chrono::milliseconds wait);
+  /// All that receive() gave; keeps the connection alive, too. Throws BrokerAway.
+  void acknowledge();
+
+  struct Impl;
+
+ private:
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace cellcal::daemon::fleet

@@ -1,0 +1,106 @@
+#include "daemon/fleet/collect/collector.h"
+
+#include <spdlog/spdlog.h>
+
+#include <optional>
+#include <thread>
+
+#include "daemon/files/printable.h"
+
+namespace cellcal::daemon::fleet {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+constexpr std::size_t kMostMessages = 1000;
+constexpr std::chrono::milliseconds kIdle{200};
+constexpr std::chrono::minutes kMaintenance{1};
+constexpr std::chrono::seconds kShortest{1}, kLongest{30};
+
+/// Waits longer each time that something is away, and says it when it goes and when it is back.
+class Away {
+ public:
+  Away(const char* what, std::atomic<bool>& up, std::atomic<std::uint64_t>& lost)
+      : what_(what), up_(up), lost_(lost) {}
+
+  void is_back() {
+    if (up_.exchange(true)) return;
+    wait_ = kShortest;
+    spdlog::info("{}: connected", what_);
+  }
+  void has_gone(const std::string& why) {
+    if (up_.exchange(false)) ++lost_;
+    const std::string words = printable(why);
+    spdlog::warn("{} away: {}. Nothing is lost: messages wait in the broker. Trying again in {} s",
+                 what_, words.substr(0, words.find_last_not_of(". ") + 1), wait_.count());
+  }
+  void wait(const std::atomic<bool>& stop, const std::function<void()>& alive) {
+    const auto end = Clock::now() + wait_;
+    for (int i = 0; !stop && Clock::now() < end; ++i) {
+      if (i % 10 == 0) alive();
+      std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    }
+    wait_ = std::min(2 * wait_, kLongest);
+  }
+
+ private:
+  const char* what_;
+  std::atomic<bool>& up_;
+  std::atomic<std::uint64_t>& lost_;
+  std::chrono::seconds wait_{kShortest};
+};
+
+}  // namespace
+
+Collector::Collector(CollectorConfig config)
+    : config_(std::move(config)), meters_(config_.allowance) {}
+
+void Collector::run(const std::atomic<bool>& stop, const std::function<void()>& alive) {
+  Away no_store("database", counters_.store_up, counters_.store_lost);
+  Away no_broker("broker", counters_.broker_up, counters_.broker_lost);
+  std::optional<Store> store;
+  while (!stop) {
+    try {
+      if (!store) store.emplace(config_.store);
+      no_store.is_back();
+      Broker broker(config_.broker);
+      no_broker.is_back();
+      serve(*store, broker, stop, alive);
+    } catch (const StoreAway& away) {
+      store.reset();
+      no_store.has_gone(away.what());
+      no_store.wait(stop, alive);
+    } catch (const BrokerAway& away) {
+      no_broker.has_gone(away.what());
+      no_broker.wait(stop, alive);
+    }
+  }
+}
+
+void Collector::serve(Store& store, Broker& broker, const std::atomic<bool>& stop,
+                      const std::function<void()>& alive) {
+  Clock::time_point maintained = Clock::now();
+  while (!stop) {
+    std::vector<Message> messages = broker.receive(kMostMessages, kIdle);
+    if (!messages.empty()) write(store, std::move(messages));
+    broker.acknowledge();
+    alive();
+    if (Clock::now() - maintained < kMaintenance) continue;
+    store.maintain();
+    maintained = Clock::now();
+  }
+}
+
+void Collector::write(Store& store, std::vector<Message> messages) {
+  Batch batch;
+  const std::size_t count = messages.size();
+  for (Message& message : messages) judge(std::move(message), meters_, Clock::now(), batch);
+  const Written written = store.write(batch);
+  counters_.messages += count;
+  counters_.facts += written.facts;
+  counters_.twice += written.twice;
+  counters_.refused += written.refused;
+  ++counters_.batches;
+}
+
+}  // namespace cellcal::daemon::fleet

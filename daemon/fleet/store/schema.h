@@ -1,0 +1,9 @@
+#pragma once
+// The migrations, oldest first; what was released is never changed, only followed by another.
+
+namespace cellcal::daemon::fleet {
+
+extern const char* const kTables;  ///< 1
+extern const char* const kViews;   ///< 2
+
+}  // namespace cellcal::daemon::fleet

@@ -1,0 +1,53 @@
+#pragma once
+// One connection to the plant's database, for writing.
+
+#include <memory>
+#include <stdexcept>
+#include <string>
+
+#include "daemon/fleet/store/batch.h"
+
+namespace cellcal::daemon::fleet {
+
+/// The database cannot be reached, or cannot write now. What was asked for may be asked again.
+struct StoreAway : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+/// It is of a newer program: does not get better by trying again.
+struct StoreTooNew : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+struct StoreConfig {
+  std::string connection;     ///< as libpq takes it: "dbname=cellcal", "postgresql://..."
+  int telemetry_months = 13;  ///< kept beside the current one
+  int calibration_days = 365;
+  int check_days = 0;  ///< 0: checks are never overdue
+};
+
+/// One thread.
+class Store {
+ public:
+  /// Connects, migrates, makes partitions. Throws StoreAway, StoreTooNew.
+  explicit Store(const StoreConfig& config);
+  ~Store();
+  Store(const Store&) = delete;
+  Store& operator=(const Store&) = delete;
+
+  /// All of it in one transaction, committed when it returns. Throws StoreAway.
+  Written write(const Batch& batch);
+  /// Partitions made ahead and dropped, gaps looked at. Every few minutes. Throws StoreAway.
+  void maintain();
+
+  struct Impl;
+
+ private:
+  std::unique_ptr<Impl> impl_;
+};
+
+/// Version of the tables that this program writes.
+int newest_version();
+/// Brings an empty or older database to `version`: what Store does, up to the newest. Throws as it.
+void migrate(const std::string& connection, int version);
+
+}  // namespace cellcal::daemon::fleet

@@ -1,0 +1,241 @@
+#include "daemon/fleet/store/write.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <tuple>
+
+#include "daemon/fleet/store/rows.h"
+#include "daemon/plant/messages/base64.h"
+#include "daemon/plant/messages/fact_json.h"
+
+namespace cellcal::daemon::fleet {
+
+namespace {
+
+using nlohmann::json;
+using plant::CellName;
+using plant::Fact;
+
+/// A cell has one journal, and another after its disk was replaced.
+constexpr int kMostJournals = 100;
+/// Scattered numbers make the ranges of a journal long, and every batch slow.
+constexpr int kMostRanges = 5000;
+constexpr std::size_t kMostPayload = 64u << 10, kMostTopic = 300;
+constexpr long kMostOfCell = 100, kMostInAll = 10'000;
+
+/// Rows are made, and so locked, in the same order by all collectors: none waits for another that waits for it.
+template <class Row>
+json sorted(std::vector<Row> rows, json (*record)(const Row&)) {
+  std::sort(rows.begin(), rows.end());
+  rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
+  json all = json::array();
+  for (const Row& row : rows) all.push_back(record(row));
+  return all;
+}
+
+json record_of(const CellName& name) { return {{"plant", name.plant}, {"cell", name.cell}}; }
+
+void make_cells(pqxx::work& work, const Batch& batch) {
+  std::vector<CellName> names;
+  for (const Fact& fact : batch.facts) names.push_back(fact.of);
+  for (const plant::Presence& presence : batch.presences) names.push_back(presence.of);
+  if (names.empty()) return;
+  work.exec_params(
+      "INSERT INTO cells (plant, cell) SELECT r.plant, r.cell FROM jsonb_to_recordset($1) AS r(plant text, "
+      "cell text) WHERE NOT EXISTS (SELECT FROM cells c WHERE c.plant = r.plant AND c.cell = r.cell) "
+      "ORDER BY 1, 2 ON CONFLICT DO NOTHING",
+      dumped(sorted<CellName>(std::move(names), record_of)));
+}
+
+// Of two the one from the same journal with the higher number is newer; with the same number, the later one of the
+// cell's clock; and of one connection its end.
+void put_presences(pqxx::work& work, const std::vector<plant::Presence>& presences) {
+  std::map<CellName, std::vector<const plant::Presence*>> by_cell;
+  for (const plant::Presence& one : presences) by_cell[one.of].push_back(&one);
+  for (const auto& [name, all] : by_cell) {
+    for (const plant::Presence* one : all) {
+      work.exec_params(
+          "INSERT INTO presence AS p (cell_id, online, farewell, journal, number, software, mock, at, received) "
+          "SELECT id, $3, $4, $5, $6, $7, $8, $9::timestamptz, now() FROM cells WHERE plant = $1 AND cell = $2 "
+          "ON CONFLICT (cell_id) DO UPDATE SET online = excluded.online, farewell = excluded.farewell, "
+          "journal = excluded.journal, number = excluded.number, software = excluded.software, "
+          "mock = excluded.mock, at = excluded.at, received = excluded.received "
+          "WHERE p.journal <> excluded.journal OR "
+          "(excluded.number, excluded.at, NOT excluded.online) > (p.number, p.at, NOT p.online)",
+          name.plant, name.cell, one->online, one->farewell, one->journal, one->number,
+          one->software, one->mock, one->time);
+    }
+  }
+}
+
+using JournalName = std::tuple<std::string, std::string, std::string>;  // plant, cell, journal
+
+JournalName journal_of(const Fact& fact) { return {fact.of.plant, fact.of.cell, fact.journal}; }
+
+json journal_record(const JournalName& name) {
+  return {
+      {"plant", std::get<0>(name)}, {"cell", std::get<1>(name)}, {"journal", std::get<2>(name)}};
+}
+
+void make_and_lock_journals(pqxx::work& work, const std::string& names) {
+  work.exec_params(
+      "INSERT INTO journals (cell_id, name) SELECT c.id, r.journal FROM jsonb_to_recordset($1) AS r(plant text, "
+      "cell text, journal text) JOIN cells c ON c.plant = r.plant AND c.cell = r.cell WHERE NOT EXISTS "
+      "(SELECT FROM journals j WHERE j.cell_id = c.id AND j.name = r.journal) AND "
+      "(SELECT count(*) FROM journals j WHERE j.cell_id = c.id) < $2 ORDER BY 1, 2 ON CONFLICT DO NOTHING",
+      names, kMostJournals);
+  work.exec_params(
+      "SELECT FROM journals WHERE id IN (SELECT j.id FROM jsonb_to_recordset($1) AS r(plant text, cell text, "
+      "journal text) JOIN cells c ON c.plant = r.plant AND c.cell = r.cell JOIN journals j "
+      "ON j.cell_id = c.id AND j.name = r.journal) ORDER BY id FOR UPDATE",
+      names);
+}
+
+/// Of each fact, in their order: its journal, and whether its number was taken.
+struct Place {
+  long journal = 0;  ///< 0: none, its cell has too many
+  bool known = false, fits = true;
+};
+
+std::vector<Place> places_of(pqxx::work& work, const std::vector<Fact>& facts) {
+  json asked = json::array();
+  std::vector<JournalName> names;
+  for (const Fact& fact : facts) {
+    names.push_back(journal_of(fact));
+    json record = journal_record(names.back());
+    record["number"] = fact.number;
+    record["position"] = asked.size();
+    asked.push_back(std::move(record));
+  }
+  make_and_lock_journals(work, dumped(sorted<JournalName>(std::move(names), journal_record)));
+  const pqxx::result found = work.exec_params(
+      "WITH r AS (SELECT * FROM jsonb_to_recordset($1) AS r(plant text, cell text, journal text, "
+      "number bigint, position int)), "
+      "j AS MATERIALIZED (SELECT j.id, c.plant, c.cell, j.name, j.numbers, "
+      "(SELECT count(*) FROM unnest(j.numbers)) AS ranges FROM journals j JOIN cells c ON c.id = j.cell_id "
+      "WHERE (c.plant, c.cell, j.name) IN (SELECT plant, cell, journal FROM r)) "
+      "SELECT r.position, j.id, j.numbers @> r.number, j.ranges < $2 OR j.numbers @> r.number - 1 OR "
+      "j.numbers @> r.number + 1 FROM r JOIN j ON j.plant = r.plant AND j.cell = r.cell AND j.name = r.journal",
+      dumped(asked), kMostRanges);
+  std::vector<Place> places(facts.size());
+  for (const auto& row : found)
+    places.at(row[0].as<std::size_t>()) = {row[1].as<long>(), row[2].as<bool>(), row[3].as<bool>()};
+  return places;
+}
+
+void take_numbers(pqxx::work& work, const json& taken) {
+  work.exec_params(
+      "UPDATE journals j SET newest = now(), numbers = j.numbers + n.numbers, dropped = CASE WHEN "
+      "(SELECT count(*) FROM unnest(j.dropped)) < $2 THEN j.dropped + n.dropped ELSE j.dropped END "
+      "FROM (SELECT journal, range_agg(int8range(number, number + 1)) AS numbers, coalesce(range_agg("
+      "int8range(first, last + 1)) FILTER (WHERE first IS NOT NULL), '{}') AS dropped FROM "
+      "jsonb_to_recordset($1) AS r(journal bigint, number bigint, first bigint, last bigint) GROUP BY journal) n "
+      "WHERE j.id = n.journal",
+      dumped(taken), kMostRanges);
+}
+
+json taken_record(const Fact& fact, long journal) {
+  json record{{"journal", journal}, {"number", fact.number}};
+  const auto* dropped = std::get_if<plant::DroppedFact>(&fact.body);
+  if (dropped != nullptr && dropped->first <= dropped->last) {
+    record["first"] = dropped->first;
+    record["last"] = dropped->last;
+  }
+  return record;
+}
+
+Written put_facts(pqxx::work& work, const std::vector<Fact>& facts, std::vector<Refused>& refused) {
+  Written written;
+  if (facts.empty()) return written;
+  const std::vector<Place> places = places_of(work, facts);
+  std::set<std::pair<long, std::int64_t>> in_batch;
+  Rows rows;
+  json taken = json::array();
+  for (std::size_t i = 0; i < facts.size(); ++i) {
+    const Place& place = places[i];
+    if (place.journal == 0 || (!place.known && !place.fits)) {
+      const char* words = place.journal == 0 ? "the cell has 100 journals already"
+                                             : "the journal's numbers have 5000 gaps already";
+      refused.push_back(
+          {facts[i].of,
+           plant::to_text({facts[i].of, plant::Subject::kFact, plant::kind_of(facts[i].body)}),
+           plant::to_json(facts[i]), Refusal::kBound, words});
+      continue;
+    }
+    if (place.known || !in_batch.emplace(place.journal, facts[i].number).second) {
+      ++written.twice;
+      continue;
+    }
+    ++written.facts;
+    add_rows(facts[i], place.journal, rows);
+    taken.push_back(taken_record(facts[i], place.journal));
+  }
+  for (const auto& [table, sql] : inserts())
+    if (rows.contains(table)) work.exec_params0(sql, dumped(rows[table]));
+  if (!taken.empty()) take_numbers(work, taken);
+  return written;
+}
+
+json refused_record(const Refused& one) {
+  return {{"plant", one.of.plant},
+          {"cell", one.of.cell},
+          {"topic", one.topic.substr(0, kMostTopic)},
+          {"why", to_string(one.why)},
+          {"words", one.words.substr(0, kMostTopic)},
+          {"payload", plant::to_base64(std::string_view(one.payload).substr(0, kMostPayload))},
+          {"bytes", one.payload.size()}};
+}
+
+/// jsonb has no NUL.
+void without_nul(std::string& text) { std::replace(text.begin(), text.end(), '\0', ' '); }
+
+void quarantine(pqxx::work& work, const std::vector<Refused>& refused) {
+  if (refused.empty()) return;
+  json records = json::array();
+  for (Refused one : refused) {
+    without_nul(one.topic);
+    without_nul(one.words);
+    records.push_back(refused_record(one));
+  }
+  const std::string all = dumped(records);
+  // In turn, because what follows counts rows.
+  work.exec_params("SELECT pg_advisory_xact_lock($1)", kMigrationLock + 1);
+  work.exec_params(
+      "INSERT INTO quarantine (plant, cell, topic, why, words, payload, bytes) SELECT plant, cell, topic, "
+      "why::refusal, words, decode(payload, 'base64'), bytes FROM jsonb_to_recordset($1) AS r(plant text, "
+      "cell text, topic text, why text, words text, payload text, bytes bigint)",
+      all);
+  work.exec_params(
+      "INSERT INTO quarantine_counts AS q (plant, cell, why, count, newest) SELECT plant, cell, why::refusal, "
+      "count(*), now() FROM jsonb_to_recordset($1) AS r(plant text, cell text, why text) GROUP BY 1, 2, 3 "
+      "ON CONFLICT (plant, cell, why) DO UPDATE SET count = q.count + excluded.count, newest = excluded.newest",
+      all);
+  work.exec_params(
+      "DELETE FROM quarantine q USING (SELECT DISTINCT plant, cell FROM jsonb_to_recordset($1) AS r(plant text, "
+      "cell text)) r WHERE q.plant = r.plant AND q.cell = r.cell AND q.id <= (SELECT id FROM quarantine o "
+      "WHERE o.plant = r.plant AND o.cell = r.cell ORDER BY id DESC OFFSET $2 LIMIT 1)",
+      all, kMostOfCell);
+  work.exec_params(
+      "DELETE FROM quarantine WHERE id <= (SELECT id FROM quarantine ORDER BY id DESC OFFSET $1 LIMIT 1)",
+      kMostInAll);
+}
+
+}  // namespace
+
+Written write_once(pqxx::connection& connection, const Batch& batch) {
+  Written written;
+  guarded([&] {
+    pqxx::work work(connection);
+    make_cells(work, batch);
+    put_presences(work, batch.presences);
+    std::vector<Refused> refused = batch.refused;
+    written = put_facts(work, batch.facts, refused);
+    quarantine(work, refused);
+    written.refused = refused.size();
+    work.commit();
+  });
+  return written;
+}
+
+}  // namespace cellcal::daemon::fleet

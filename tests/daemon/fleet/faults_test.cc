@@ -1,0 +1,155 @@
+#include <gtest/gtest.h>
+
+#include <csignal>
+#include <fstream>
+#include <pqxx/pqxx>
+
+#include "tests/daemon/cli/process.h"
+#include "tests/daemon/fleet/facts.h"
+#include "tests/daemon/fleet/running.h"
+
+namespace cellcal::daemon::fleet {
+namespace {
+
+using daemon::testing::Background;
+using testing::ask;
+using testing::config_of;
+using testing::Database;
+using testing::MqttBroker;
+using testing::Publication;
+using testing::publish;
+using testing::Running;
+using testing::within_reach;
+
+const plant::CellName kWeld{"graz", "weld-3"};
+
+std::vector<Publication> alarms(int from, int to) {
+  std::vector<Publication> all;
+  for (int number = from; number <= to; ++number)
+    all.push_back(testing::publication(testing::alarm(kWeld, number)));
+  return all;
+}
+
+std::string stored(const std::string& database) {
+  return ask(database, "SELECT count(*), count(DISTINCT number) FROM fleet.alarms");
+}
+
+bool arrive(const std::string& database, int count) {
+  const std::string all = std::to_string(count) + "|" + std::to_string(count);
+  return within_reach([&] { return stored(database) == all; });
+}
+
+/// The program, in a folder of its own.
+class Program {
+ public:
+  Program(const MqttBroker& broker, const std::string& database)
+      : folder_(::testing::TempDir() + "fleet-" + std::to_string(::getpid())) {
+    std::filesystem::create_directories(folder_);
+    std::ofstream(folder_ + "/fleet.toml")
+        << "format = \"cellcal.fleet/1\"\n[broker]\nhost = \"127.0.0.1\"\nport = " << broker.port()
+        << "\nclient = \"killed\"\n[database]\nconnection = \"" << database
+        << "\"\n[http]\nsocket = \"" << folder_ << "/socket\"\n";
+    start();
+  }
+  ~Program() {
+    process_.reset();
+    std::filesystem::remove_all(folder_);
+  }
+  void start() {
+    process_ = std::make_unique<Background>(
+        std::vector<std::string>{CELLCAL_FLEET, "--config", folder_ + "/fleet.toml"},
+        folder_ + "/log");
+  }
+  int end(int signal) {
+    process_->signal(signal);
+    return process_->wait();
+  }
+  bool is_ready() const {
+    return within_reach([this] {
+      std::ifstream in(folder_ + "/log");
+      const std::string log{std::istreambuf_iterator<char>(in), {}};
+      return log.find("broker: connected") != std::string::npos;
+    });
+  }
+
+ private:
+  std::string folder_;
+  std::unique_ptr<Background> process_;
+};
+
+TEST(FleetFaults, KilledBetweenReceiptAndCommitTheNextOneStoresAllOnce) {
+  const MqttBroker broker;
+  const std::string database = Database::shared().create();
+  Program program(broker, database);
+  ASSERT_TRUE(program.is_ready());
+  publish(broker.port(), alarms(1, 5));
+  ASSERT_TRUE(arrive(database, 5));
+  {
+    pqxx::connection connection(database);
+    pqxx::work holder(connection);
+    holder.exec("LOCK TABLE fleet.alarms IN ACCESS EXCLUSIVE MODE");
+    publish(broker.port(), alarms(6, 40));
+    // It has received some, and waits for the table.
+    ASSERT_TRUE(within_reach([&] {
+      return ask(database,
+                 "SELECT count(*) > 0 FROM pg_stat_activity WHERE wait_event_type = 'Lock' AND "
+                 "datname = current_database()") == "t";
+    }));
+    EXPECT_EQ(program.end(SIGKILL), 128 + SIGKILL);
+  }
+  EXPECT_EQ(stored(database), "5|5");
+  program.start();
+  EXPECT_TRUE(arrive(database, 40));
+  EXPECT_EQ(program.end(SIGTERM), 0);
+}
+
+TEST(FleetFaults, TheDatabaseKilledInMidWriteAndStartedAgainHasAll) {
+  const MqttBroker broker;
+  Database& server = Database::shared();
+  const std::string database = server.create();
+  const Running collector(config_of(broker, database));
+  std::thread cell([&] { publish(broker.port(), alarms(1, 3000)); });
+  ASSERT_TRUE(within_reach([&] { return collector.counters().batches > 2u; }));
+  server.crash();
+  EXPECT_TRUE(within_reach([&] { return !collector.counters().store_up; }));
+  cell.join();
+  server.start();
+  EXPECT_TRUE(arrive(database, 3000));
+  EXPECT_EQ(collector.counters().store_lost, 1u);
+  EXPECT_EQ(ask(database, "SELECT count(*) FROM fleet.gaps"), "0");
+}
+
+TEST(FleetFaults, TheBrokerStoppedAndStartedAgainGivesWhatItHeld) {
+  MqttBroker broker;
+  const std::string database = Database::shared().create();
+  const Running collector(config_of(broker, database));
+  publish(broker.port(), alarms(1, 5));
+  ASSERT_TRUE(arrive(database, 5));
+  broker.stop();
+  EXPECT_TRUE(within_reach([&] { return !collector.counters().broker_up; }));
+  broker.start();
+  publish(broker.port(), alarms(6, 20));
+  EXPECT_TRUE(arrive(database, 20));
+}
+
+TEST(FleetFaults, WhatIsPublishedWhileTheCollectorIsDownWaitsInTheBrokerAcrossItsRestart) {
+  MqttBroker broker;
+  const std::string database = Database::shared().create();
+  { const Running collector(config_of(broker, database)); }
+  publish(broker.port(), alarms(1, 1500));
+  broker.stop();
+  broker.start();
+  const Running collector(config_of(broker, database));
+  EXPECT_TRUE(arrive(database, 1500));
+}
+
+TEST(FleetFaults, TheSampleIsAConfigurationAndWrongOnesEndWithStatusTwo) {
+  using daemon::testing::run_program;
+  EXPECT_EQ(run_program({CELLCAL_FLEET, "--config", CELLCAL_FLEET_SAMPLE, "--check"}).status, 0);
+  const auto none = run_program({CELLCAL_FLEET, "--config", "/nowhere/fleet.toml"});
+  EXPECT_EQ(none.status, 2);
+  EXPECT_NE(none.err.find("/nowhere/fleet.toml"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace cellcal::daemon::fleet
