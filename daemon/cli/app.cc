@@ -21,6 +21,7 @@ void describe_cellcal(CLI::App& app, int& status) {
   add_certificate_commands(app, status);
   add_versions_commands(app, status);
   add_proposal_commands(app, status);
+  add_fleet_commands(app, status);
   add_offline_commands(app, status);
   add_priors_commands(app, status);
 }

@@ -17,6 +17,8 @@ void add_client_commands(CLI::App& app, int& status);
 void add_schedule_commands(CLI::App& app, int& status);
 void add_archive_commands(CLI::App& app, int& status);
 void add_certificate_commands(CLI::App& app, int& status);
+/// Of the plant's collector.
+void add_fleet_commands(CLI::App& app, int& status);
 void add_versions_commands(CLI::App& app, int& status);
 void add_proposal_commands(CLI::App& app, int& status);
 void add_priors_commands(CLI::App& app, int& status);

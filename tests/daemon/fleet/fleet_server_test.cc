@@ -2,9 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "daemon/api/http/http.h"
+#include "tests/daemon/cli/process.h"
 #include "tests/daemon/fleet/facts.h"
 
 namespace cellcal::daemon::fleet {
@@ -63,6 +66,45 @@ TEST_F(FleetApi, RefusesWhatIsWrong) {
         "/v1/fleet/cells/graz/weld-3/checks/j1/99999999999999999999"})
     EXPECT_EQ(get(wrong).status, 400) << wrong;
   EXPECT_EQ(http_request(socket, "POST", "/v1/fleet/cells", "{}").status, 405);
+}
+
+TEST_F(FleetApi, TheCommandsSayItInWordsAndExportTheSameBytes) {
+  const auto fleet = [&](std::vector<std::string> words) {
+    words.insert(words.begin(), {CELLCAL, "fleet"});
+    words.insert(words.end(), {"--socket", socket});
+    return daemon::testing::run_program(words);
+  };
+  const auto status = fleet({"status"});
+  EXPECT_EQ(status.status, 0) << status.err;
+  EXPECT_NE(status.out.find("0 of 1 cells need attention"), std::string::npos) << status.out;
+  EXPECT_EQ(json::parse(fleet({"status", "--json"}).out).at("cells").size(), 1u);
+  EXPECT_EQ(fleet({"overdue"}).status, 0);
+  testing::ask(database, "UPDATE fleet.calibrations SET at = '2020-01-01'");
+  const auto overdue = fleet({"overdue"});
+  EXPECT_EQ(overdue.status, 3);
+  EXPECT_NE(overdue.out.find("graz/weld-3"), std::string::npos);
+  EXPECT_NE(fleet({"status"}).out.find("calibration due (since 2020-12-31)"), std::string::npos);
+  EXPECT_NE(fleet({"compare", "--robot", "KR 5 R1400", "--joint", "A2"}).out.find("theta"),
+            std::string::npos);
+  EXPECT_EQ(fleet({"export", "graz/weld-3"}).out, testing::a_calibration());
+  EXPECT_EQ(fleet({"export", "graz/weld-3", "--check", "--session", "7"}).out, "{\"a\": 1}\n");
+  const std::filesystem::path folder = socket + "-certificate";
+  EXPECT_EQ(fleet({"export", "graz/weld-3", "--certificate", "-o", folder}).status, 0);
+  std::ifstream in(folder / "sums.sig", std::ios::binary);
+  EXPECT_EQ((std::string{std::istreambuf_iterator<char>(in), {}}), std::string("\0\xff\x80", 3));
+  std::filesystem::remove_all(folder);
+}
+
+TEST_F(FleetApi, TheCommandsNameWhatIsWrong) {
+  using daemon::testing::run_program;
+  const auto missing = run_program(
+      {CELLCAL, "fleet", "export", "graz/weld-3", "--session", "99", "--socket", socket});
+  EXPECT_EQ(missing.status, 1);
+  const auto nobody = run_program({CELLCAL, "fleet", "status", "--socket", "/nowhere/fleet.sock"});
+  EXPECT_EQ(nobody.status, 1);
+  EXPECT_NE(nobody.err.find("systemctl start cellcal-fleet"), std::string::npos);
+  EXPECT_EQ(run_program({CELLCAL, "fleet", "export", "weld-3", "--socket", socket}).status, 2);
+  EXPECT_EQ(run_program({CELLCAL, "fleet", "compare"}).status, 2);
 }
 
 TEST_F(FleetApi, SaysThatTheDatabaseIsAwayAndAnswersWhenItIsBack) {
