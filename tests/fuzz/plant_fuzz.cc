@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "calib/model/error.h"
+#include "calib/syntax/shown.h"
 #include "daemon/fleet/collect/judge.h"
 #include "daemon/plant/messages/fact_json.h"
 #include "daemon/plant/messages/presence.h"
@@ -15,6 +16,9 @@
 namespace {
 
 using namespace cellcal::daemon;  // NOLINT: a fuzz target's own file
+
+/// Topic, path of keys, words.
+constexpr std::size_t kLongestReason = 2000;
 
 void require(bool condition, const char* what) {
   if (condition) return;
@@ -53,8 +57,11 @@ void as_message(std::string_view topic, std::string_view payload) {
     require(plant::presence_from_json(plant::to_json(one),
                                       {one.of, plant::Subject::kPresence, ""}) == one,
             "a presence that was read can be written and read");
-  for (const fleet::Refused& one : batch.refused)
+  for (const fleet::Refused& one : batch.refused) {
     require(!one.words.empty(), "a refusal has its reason");
+    require(one.words.size() <= kLongestReason, "a reason is short, whatever was sent");
+    require(!cellcal::calib::has_control(one.words), "a reason is one line");
+  }
 }
 
 }  // namespace

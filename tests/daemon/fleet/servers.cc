@@ -85,6 +85,23 @@ bool listens(std::uint16_t port) {
   return yes;
 }
 
+std::vector<pid_t> children_of(pid_t pid) {
+  const std::string own = std::to_string(pid);
+  std::ifstream in("/proc/" + own + "/task/" + own + "/children");
+  std::vector<pid_t> all;
+  for (pid_t child = 0; in >> child;) all.push_back(child);
+  return all;
+}
+
+/// Not one that has ended and that nobody has waited for.
+bool is_alive(pid_t pid) {
+  std::ifstream in("/proc/" + std::to_string(pid) + "/stat");
+  std::string stat;
+  std::getline(in, stat);
+  const std::size_t name_ends = stat.rfind(')');
+  return name_ends != std::string::npos && stat.substr(name_ends + 2, 1) != "Z";
+}
+
 }  // namespace
 
 Server::Server(const std::vector<std::string>& command, const std::string& log) : pid_(::fork()) {
@@ -106,7 +123,7 @@ Database& Database::shared() {
   return database;
 }
 
-Database::Database() : folder_(make_folder("postgres")) {
+Database::Database(Disk disk) : folder_(make_folder("postgres")), disk_(disk) {
   Server setup({postgres_program("initdb"), "-D", folder_ + "/data", "-U", "cellcal",
                 "--auth=trust", "--no-sync", "--encoding=UTF8", "--locale=C"},
                folder_ + "/log");
@@ -121,12 +138,15 @@ Database::~Database() {
 
 void Database::start() {
   // A commit must be in the log when it is told of; that the log is on disk a power failure alone would show.
-  server_ = std::make_unique<Server>(
-      std::vector<std::string>{postgres_program("postgres"), "-D", folder_ + "/data", "-k", folder_,
-                               "-c", "listen_addresses=", "-c", "fsync=off", "-c",
-                               "full_page_writes=off", "-c", "shared_buffers=16MB", "-c",
-                               "max_connections=40"},
-      folder_ + "/log");
+  const std::string sync = disk_ == Disk::kWaitedFor ? "on" : "off";
+  std::vector<std::string> command{postgres_program("postgres"), "-D", folder_ + "/data", "-k",
+                                   folder_};
+  for (const std::string& setting :
+       {std::string("listen_addresses="), "fsync=" + sync, "full_page_writes=" + sync,
+        std::string("shared_buffers=16MB"), std::string("max_connections=40"),
+        std::string("track_commit_timestamp=on")})
+    command.insert(command.end(), {"-c", setting});
+  server_ = std::make_unique<Server>(command, folder_ + "/log");
   const bool up = within_reach([this] {
     try {
       return ask("host=" + folder_ + " user=cellcal dbname=postgres", "SELECT 1") == "1";
@@ -139,6 +159,15 @@ void Database::start() {
 
 void Database::crash() { server_->end(SIGQUIT); }
 
+void Database::kill() {
+  const std::vector<pid_t> children = children_of(server_->pid());
+  server_->end(SIGKILL);
+  for (const pid_t child : children) ::kill(child, SIGKILL);
+  // Not ours to wait for; a start beside one of them is refused.
+  for (const pid_t child : children)
+    while (is_alive(child)) std::this_thread::sleep_for(5ms);
+}
+
 std::string Database::create() {
   const std::string name = "test" + std::to_string(++created_);
   pqxx::connection connection("host=" + folder_ + " user=cellcal dbname=postgres");
@@ -147,11 +176,13 @@ std::string Database::create() {
   return "host=" + folder_ + " user=cellcal dbname=" + name;
 }
 
-MqttBroker::MqttBroker() : folder_(make_folder("mosquitto")), port_(free_port()) {
+MqttBroker::MqttBroker(const std::string& more)
+    : folder_(make_folder("mosquitto")), port_(free_port()) {
   std::ofstream(folder_ + "/conf") << "listener " << port_ << " 127.0.0.1\nallow_anonymous true\n"
                                    << "persistence true\npersistence_location " << folder_ << "/\n"
                                    << "max_queued_messages 0\nmax_inflight_messages 200\n"
-                                   << "max_packet_size 16777216\n";
+                                   << "max_packet_size 16777216\n"
+                                   << more;
   start();
 }
 
@@ -168,6 +199,8 @@ void MqttBroker::start() {
 }
 
 void MqttBroker::stop() { server_->end(SIGTERM); }
+
+void MqttBroker::kill() { server_->end(SIGKILL); }
 
 std::string ask(const std::string& connection, const std::string& sql) {
   pqxx::connection made(connection);

@@ -12,7 +12,7 @@
 
 namespace cellcal::daemon::fleet::testing {
 
-/// A program that is killed with its owner.
+/// A program that is killed with its owner, and with the thread that started it.
 class Server {
  public:
   Server(const std::vector<std::string>& command, const std::string& log);
@@ -28,32 +28,46 @@ class Server {
   pid_t pid_;
 };
 
-/// One database server for the whole program.
+/// Whether commits wait for the disk: where the time is what is measured.
+enum class Disk { kNotWaitedFor, kWaitedFor };
+
+/// Keeps when each transaction was committed.
 class Database {
  public:
+  explicit Database(Disk disk = Disk::kNotWaitedFor);
+  ~Database();
+  Database(const Database&) = delete;
+  Database& operator=(const Database&) = delete;
+  /// One for the whole program.
   static Database& shared();
 
   /// Of a new, empty database, as libpq takes it.
   std::string create();
   /// As a crash leaves it, and again.
   void crash();
+  /// kill -9 of the server and of all that it has running.
+  void kill();
   void start();
 
  private:
-  Database();
-  ~Database();
   std::string folder_;
+  Disk disk_;
   std::unique_ptr<Server> server_;
   int created_ = 0;
 };
 
 class MqttBroker {
  public:
-  MqttBroker();
+  /// `more`: lines of mosquitto.conf.
+  explicit MqttBroker(const std::string& more = "");
   ~MqttBroker();
+  MqttBroker(const MqttBroker&) = delete;
+  MqttBroker& operator=(const MqttBroker&) = delete;
   std::uint16_t port() const { return port_; }
   /// Orderly, what it holds is on disk; then again on the same port.
   void stop();
+  /// kill -9.
+  void kill();
   void start();
 
  private:
