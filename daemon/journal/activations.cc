@@ -12,6 +12,8 @@ void Journal::activate(const Activation& activation) {
     insert.bind(3, std::string_view(activation.who));
     insert.bind(4, std::string_view(activation.reason)).step();
     impl_->added(activation.session, "activation");
+    impl_->outbox.put(activation.session, activation.time,
+                      [&](const Reporter& to) { return to.activation(activation); });
   });
 }
 

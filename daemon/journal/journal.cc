@@ -125,6 +125,7 @@ Journal::Impl::Impl(const std::filesystem::path& path)
       database(path),
       chain(database, head),
       remarks(prepare(database, head, chain)),
+      outbox(database),
       files(path, all(path)) {}
 
 std::vector<std::filesystem::path> Journal::Impl::all(const std::filesystem::path& path) {
@@ -136,17 +137,46 @@ void Journal::Impl::write(const std::function<void()>& act) {
   files.look();
   const std::vector<PendingRow> waiting = pending.all();
   try {
+    write_once(waiting, act);
+  } catch (const DiskFullError&) {
+    if (outbox.count().telemetry_bytes == 0) throw;
+    // A log that was moved into the file is begun anew, and what is dropped makes room in the file.
+    database.move_log_into_file();
+    write_once(waiting, [&] {
+      outbox.give_telemetry_up();
+      act();
+    });
+  }
+  pending.written(waiting.size());
+  chain.committed();
+  outbox.committed();
+  files.look();
+}
+
+void Journal::Impl::write_once(const std::vector<PendingRow>& waiting,
+                               const std::function<void()>& act) {
+  try {
     Transaction transaction(database);
-    for (const PendingRow& row : waiting) insert(database, chain, row);
+    for (const PendingRow& row : waiting) {
+      insert(database, chain, row);
+      if (const auto* change = std::get_if<RecordChange>(&row.what))
+        outbox.put(row.session, change->utc, [&](const Reporter& to) { return to.change(*change); });
+    }
     act();
     transaction.commit();
   } catch (...) {
     chain.rolled_back();
+    outbox.rolled_back();
     throw;
   }
-  pending.written(waiting.size());
-  chain.committed();
-  files.look();
+}
+
+void Journal::Impl::report_session(std::int64_t session, const std::string& utc) {
+  if (!outbox.on()) return;
+  Statement select(database, (std::string(kSelectSession) + "WHERE id=?").c_str());
+  if (!select.bind(1, session).step()) return;
+  const SessionRecord record = session_from(select, false);
+  outbox.put(session, utc, [&](const Reporter& to) { return to.session(record); });
 }
 
 void Journal::Impl::set_state(std::int64_t session, std::string_view state, std::string_view ended,
@@ -202,13 +232,17 @@ std::int64_t Journal::begin(const SessionInputs& inputs, const std::string& utc)
     insert.bind(7, std::string_view(calib::software_version())).step();
     id = impl_->database.last_row_id();
     impl_->changed(id);
+    impl_->report_session(id, utc);
   });
   impl_->running = id;
   return id;
 }
 
 void Journal::resume(std::int64_t session, const std::string& utc) {
-  impl_->write([&] { impl_->set_state(session, "running", "", ""); });
+  impl_->write([&] {
+    impl_->set_state(session, "running", "", "");
+    impl_->report_session(session, utc);
+  });
   impl_->running = session;
   note(session, utc, "resumed");
 }
@@ -264,20 +298,31 @@ void Journal::record(std::int64_t session, const RecordTouch& record) {
     if (touch.temperature_c) insert.bind(18, number_of(*touch.temperature_c, "temperature"));
     insert.step();
     impl_->added(session, "touch");
+    impl_->outbox.put(session, touch.time, [&](const Reporter& to) { return to.touch(record); });
   });
 }
 
 void Journal::record(std::int64_t session, const RecordEnd& end, const std::string& utc) {
   impl_->running = 0;  // also where that cannot be recorded
-  impl_->write([&] { impl_->set_state(session, word_for(end.ending), utc, end.failure); });
+  impl_->write([&] {
+    impl_->set_state(session, word_for(end.ending), utc, end.failure);
+    impl_->report_session(session, utc);
+  });
 }
 
 void Journal::store_calibration(std::int64_t session, const std::string& json,
                                 const std::optional<Compared>& compared) {
   impl_->write([&] {
+    if (impl_->outbox.on()) {
+      Statement before(impl_->database, (std::string(kSelectSession) + "WHERE id=?").c_str());
+      if (before.bind(1, session).step()) impl_->outbox.compose(session_from(before, true));
+    }
     Statement update(impl_->database, "UPDATE session SET calibration=? WHERE id=?");
     update.bind(1, std::string_view(json)).bind(2, session).step();
     impl_->changed(session);
+    impl_->outbox.put(session, {}, [](const Reporter&) {
+      return std::vector{Report{"calibration", Worth::kResult, {}}};
+    });
     if (!compared) return;
     Statement insert(impl_->database,
                      "INSERT INTO compared (session, words, accepted, calibration) "

@@ -11,6 +11,7 @@
 
 #include "calib/model/touch.h"
 #include "daemon/journal/origin.h"
+#include "daemon/journal/outbox.h"
 #include "daemon/journal/store/error.h"
 #include "daemon/session/action.h"
 #include "daemon/session/evidence.h"
@@ -121,6 +122,18 @@ class Journal {
   /// Place of the last change of a session's own row (its end, where it has ended) among all that was ever
   /// written: tells what was later, whatever the clocks said. 0: there is no such session.
   std::int64_t last_entry(std::int64_t session);
+
+  // Outbox (outbox.cc): what others are told. Nothing is written while nobody is.
+
+  /// From now on; null: nobody. A session that is found interrupted is told of at once, and once.
+  void report_to(std::shared_ptr<const Reporter> reporter);
+  /// A fact that no row of this journal stands for. On disk when it returns.
+  void report(std::int64_t session, const Report& report);
+  /// The oldest behind this row, in small bites.
+  std::vector<WaitingReport> waiting(std::int64_t after, std::size_t most);
+  /// Somebody has them: they are not told again.
+  void acknowledge(const std::vector<std::int64_t>& rows);
+  OutboxCount outbox();
 
   // Archives and copies.
 

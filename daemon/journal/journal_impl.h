@@ -10,6 +10,7 @@
 #include "daemon/journal/store/head_file.h"
 #include "daemon/journal/journal.h"
 #include "daemon/journal/store/lock_file.h"
+#include "daemon/journal/outbox_rows.h"
 #include "daemon/journal/pending_rows.h"
 #include "daemon/journal/store/sqlite.h"
 
@@ -23,6 +24,9 @@ struct Journal::Impl {
   /// One transaction: what is pending, then what `act` writes. On disk, in the files that others
   /// see, when it returns.
   void write(const std::function<void()>& act);
+  void write_once(const std::vector<PendingRow>& waiting, const std::function<void()>& act);
+  /// Within a transaction: what is to be told of this session as it stands there now.
+  void report_session(std::int64_t session, const std::string& utc);
   /// The row that was inserted last.
   void added(std::int64_t session, const char* table) {
     chain.add(session, table, database.last_row_id());
@@ -41,6 +45,7 @@ struct Journal::Impl {
   Database database;
   Chain chain;
   std::vector<std::string> remarks;
+  OutboxRows outbox;
   FileWatch files;
   PendingRows pending;
   std::atomic<std::int64_t> running{0};

@@ -4,6 +4,7 @@
 
 #include <array>
 
+#include "daemon/journal/outbox_rows.h"
 #include "daemon/journal/schema.h"
 
 namespace cellcal::daemon {
@@ -39,7 +40,13 @@ std::int64_t to_5(Database& database, Chain&) {
   return 0;
 }
 
-constexpr std::array<Migration, kSchemaVersion> kMigrations{to_1, to_2, to_3, to_4, to_5};
+std::int64_t to_6(Database& database, Chain&) {
+  database.execute(kSchema6);
+  begin_source(database);
+  return 0;
+}
+
+constexpr std::array<Migration, kSchemaVersion> kMigrations{to_1, to_2, to_3, to_4, to_5, to_6};
 
 }  // namespace
 

@@ -5,6 +5,7 @@
 #include "daemon/journal/earlier_copy.h"
 #include "daemon/journal/journal.h"
 #include "daemon/journal/migrations.h"
+#include "daemon/journal/outbox_rows.h"
 #include "daemon/journal/schema.h"
 
 namespace cellcal::daemon {
@@ -113,7 +114,10 @@ std::vector<std::string> prepare(Database& database, HeadFile& head, Chain& chai
     remarks = take_over(database, chain, static_cast<int>(version));
   } else {
     remarks = chain.open();
-    if (!remarks.empty()) chain.write_head();
+    if (!remarks.empty()) {
+      begin_source(database);  // a restored copy: the journal that it was copied from may go on, too
+      chain.write_head();
+    }
     for (std::string& words : drop_earlier(database)) remarks.push_back(std::move(words));
   }
   database.keep_log_on_close(false);

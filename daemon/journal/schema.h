@@ -8,7 +8,7 @@
 namespace cellcal::daemon {
 
 /// PRAGMA user_version of what this program writes; migrations.h has the way here.
-inline constexpr int kSchemaVersion = 5;
+inline constexpr int kSchemaVersion = 6;
 /// PRAGMA application_id, "ccal": tells a journal from any other SQLite file.
 inline constexpr int kApplicationId = 0x6363616c;
 
@@ -146,6 +146,24 @@ CREATE TABLE activation (
   reason  TEXT NOT NULL
 ) STRICT;
 CREATE INDEX activation_of_session ON activation (session);
+)sql";
+
+/// What others are to be told and have not acknowledged. No part of the chain: what it reports is.
+inline constexpr const char* kSchema6 = R"sql(
+CREATE TABLE outbox (
+  number  INTEGER PRIMARY KEY AUTOINCREMENT,  -- never used twice
+  session INTEGER NOT NULL,                   -- 0: of none
+  time    TEXT NOT NULL,
+  kind    TEXT NOT NULL,
+  worth   TEXT NOT NULL,                      -- result, telemetry
+  body    TEXT NOT NULL                       -- JSON; '': composed of the session's calibration
+) STRICT;
+CREATE INDEX outbox_telemetry ON outbox (number) WHERE worth='telemetry';
+CREATE TABLE outbox_source (
+  first       INTEGER PRIMARY KEY,            -- number in outbox that is the first under this name
+  name        TEXT NOT NULL,
+  interrupted INTEGER NOT NULL DEFAULT 0      -- entry of the chain whose interruption was told
+) STRICT;
 )sql";
 
 }  // namespace cellcal::daemon

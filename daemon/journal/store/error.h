@@ -9,4 +9,9 @@ struct JournalError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// For want of room, which may be made.
+struct DiskFullError : JournalError {
+  using JournalError::JournalError;
+};
+
 }  // namespace cellcal::daemon

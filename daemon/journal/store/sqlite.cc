@@ -2,6 +2,8 @@
 
 #include <sqlite3.h>
 
+#include <cerrno>
+
 #include "daemon/journal/store/error.h"
 
 namespace cellcal::daemon {
@@ -48,7 +50,21 @@ Database::Database(const std::filesystem::path& path) : name_(path.string()) {
 Database::~Database() { sqlite3_close_v2(handle_); }
 
 void Database::fail(int code) const {
-  throw JournalError("journal " + name_ + ": " + sqlite3_errmsg(handle_) + "; " + advice(code));
+  const bool no_room = full(code);
+  const std::string words =
+      "journal " + name_ + ": " + sqlite3_errmsg(handle_) + "; " + advice(no_room ? SQLITE_FULL : code);
+  if (no_room) throw DiskFullError(words);
+  throw JournalError(words);
+}
+
+/// A quota and a largest file are SQLite's "I/O error", of which it does not keep the number.
+bool Database::full(int code) {
+  return (code & 0xff) == SQLITE_FULL ||
+         (code == SQLITE_IOERR_WRITE && (errno == ENOSPC || errno == EDQUOT || errno == EFBIG));
+}
+
+void Database::move_log_into_file() {
+  sqlite3_wal_checkpoint_v2(handle_, nullptr, SQLITE_CHECKPOINT_PASSIVE, nullptr, nullptr);
 }
 
 void Database::execute(const char* sql) {

@@ -40,11 +40,15 @@ class Database {
   std::int64_t last_row_id() const;
   /// What stands in the write-ahead log stays there when this is closed (false: the usual).
   void keep_log_on_close(bool keep);
+  /// What stands in the write-ahead log goes into the file, as far as that has room. Outside of a transaction.
+  void move_log_into_file();
+  /// DiskFullError where that is what is wrong.
   [[noreturn]] void fail(int code) const;
 
   const std::string& name() const { return name_; }
 
  private:
+  static bool full(int code);
   friend class PageCopy;
   friend class Statement;
   friend class Transaction;

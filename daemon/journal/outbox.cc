@@ -1,0 +1,46 @@
+// What is told of this journal's facts.
+
+#include "daemon/journal/journal_impl.h"
+
+namespace cellcal::daemon {
+
+void Journal::report_to(std::shared_ptr<const Reporter> reporter) {
+  {
+    const std::lock_guard lock(impl_->mutex);
+    impl_->outbox.use(std::move(reporter));
+    if (!impl_->outbox.on()) return;
+  }
+  for (const SessionRecord& newest : sessions()) {
+    if (newest.origin) continue;
+    const std::int64_t entry = last_entry(newest.id);
+    if (newest.state != "interrupted") return;
+    impl_->write([&] {
+      if (impl_->outbox.was_told_interrupted(entry)) return;
+      impl_->outbox.put(newest.id, {}, [&](const Reporter& to) { return to.session(newest); });
+      impl_->outbox.told_interrupted(entry);
+    });
+    return;
+  }
+}
+
+void Journal::report(std::int64_t session, const Report& report) {
+  impl_->write([&] {
+    impl_->outbox.put(session, {}, [&](const Reporter&) { return std::vector{report}; });
+  });
+}
+
+std::vector<WaitingReport> Journal::waiting(std::int64_t after, std::size_t most) {
+  const std::lock_guard lock(impl_->mutex);
+  return impl_->outbox.waiting(after, most);
+}
+
+void Journal::acknowledge(const std::vector<std::int64_t>& rows) {
+  impl_->write([&] { impl_->outbox.acknowledge(rows); });
+}
+
+OutboxCount Journal::outbox() {
+  const std::lock_guard lock(impl_->mutex);
+  return impl_->outbox.count();
+}
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,54 @@
+#pragma once
+// The outbox's tables. All calls but committed() and rolled_back() that write are within a transaction.
+
+#include <functional>
+#include <memory>
+
+#include "daemon/journal/outbox.h"
+#include "daemon/journal/store/sqlite.h"
+
+namespace cellcal::daemon {
+
+/// From the next fact on numbers count from 1 under a new name: nobody knows whether this file is the only one that
+/// goes on from here. What waits keeps its name and number; telemetry that waits is left out.
+void begin_source(Database& database);
+
+class OutboxRows {
+ public:
+  explicit OutboxRows(Database& database);
+
+  void use(std::shared_ptr<const Reporter> reporter) { reporter_ = std::move(reporter); }
+  bool on() const { return reporter_ != nullptr; }
+  const Reporter& reporter() const { return *reporter_; }
+
+  /// Nothing where nobody is told. `time` empty: now.
+  void put(std::int64_t session, const std::string& time,
+           const std::function<std::vector<Report>(const Reporter&)>& say);
+  /// `record`: with the calibration that is about to be replaced.
+  void compose(const SessionRecord& record);
+  /// A session that ended with its daemon, once for each entry of the chain that says it runs.
+  bool was_told_interrupted(std::int64_t entry);
+  void told_interrupted(std::int64_t entry);
+  void acknowledge(const std::vector<std::int64_t>& rows);
+  /// All telemetry goes, and none is taken until committed() or rolled_back().
+  void give_telemetry_up();
+
+  void committed();
+  void rolled_back();
+
+  std::vector<WaitingReport> waiting(std::int64_t after, std::size_t most);
+  OutboxCount count() const { return now_; }
+
+ private:
+  void add(std::int64_t session, const std::string& time, const Report& report);
+  void drop(std::int64_t bytes);
+  bool make_room(const Report& report, std::int64_t bytes);
+
+  Database& database_;
+  std::shared_ptr<const Reporter> reporter_;
+  std::int64_t first_ = 1;  ///< row of number 1 of the newest source
+  OutboxCount now_, on_disk_;
+  bool only_results_ = false, added_ = false;
+};
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,55 @@
+// The power is cut, or the process killed, at each write while facts are told.
+
+#include <gtest/gtest.h>
+
+#include "images.h"
+#include "losing_disk.h"
+#include "plain_reporter.h"
+#include "temporary_directory.h"
+
+namespace cellcal::daemon::testing {
+namespace {
+
+struct outbox_whose_power_is_cut : ::testing::TestWithParam<Cut::Unsynced> {};
+
+TEST_P(outbox_whose_power_is_cut, at_any_write_has_each_fact_that_is_on_disk_and_no_other) {
+  const TemporaryDirectory made;
+  { const Journal journal(made / "j.db"); }
+  int cuts = 0;
+  std::size_t most = 0;
+  for (long at = 0;; ++at) {
+    const TemporaryDirectory dir;
+    copy_journal(made / "j.db", dir / "j.db");
+    if (!is_cut_in({dir.path(), at, GetParam(), static_cast<unsigned>(at) + 1}, [&] {
+          Journal journal(dir / "j.db");
+          journal.report_to(std::make_shared<const PlainReporter>());
+          const std::int64_t id = journal.begin({"c", "c", "r", "r", "{}"}, "t0");
+          for (std::size_t i = 0; i < 3; ++i) journal.record(id, RecordTouch{i, touch_at(0.1)});
+          journal.store_calibration(id, "{}");
+        }))
+      break;
+    ++cuts;
+    ASSERT_EQ(refusal(dir / "j.db"), "") << "cut at write " << at;
+    Journal journal(dir / "j.db");
+    const auto rows = journal.waiting(0, 100);
+    const auto sessions = journal.sessions();
+    std::size_t facts = sessions.size();
+    if (!sessions.empty()) {
+      facts += journal.touches(1).size();
+      facts += journal.session(1)->calibration.empty() ? 0 : 1;
+    }
+    ASSERT_EQ(rows.size(), facts) << at << "\n" << words_of(rows);
+    for (std::size_t i = 0; i < rows.size(); ++i)
+      ASSERT_EQ(rows[i].number, static_cast<std::int64_t>(i) + 1);
+    most = std::max(most, facts);
+  }
+  EXPECT_GT(cuts, 10);
+  EXPECT_GT(most, 3u);
+}
+
+INSTANTIATE_TEST_SUITE_P(journal, outbox_whose_power_is_cut,
+                         ::testing::Values(Cut::Unsynced::kStays, Cut::Unsynced::kLost,
+                                           Cut::Unsynced::kTorn));
+
+}  // namespace
+}  // namespace cellcal::daemon::testing

@@ -1,0 +1,208 @@
+// What a journal keeps for those who are to be told.
+
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/resource.h>
+
+#include "daemon/journal/store/sqlite.h"
+#include "images.h"
+#include "plain_reporter.h"
+#include "temporary_directory.h"
+
+namespace cellcal::daemon::testing {
+namespace {
+
+constexpr std::size_t kAll = 100000;
+
+std::int64_t begin(Journal& journal) { return journal.begin({"c", "c", "r", "r", "{}"}, "t0"); }
+
+struct outbox : ::testing::Test {
+  std::unique_ptr<Journal> open(std::int64_t most = 1 << 20, std::size_t size = 1) {
+    auto journal = std::make_unique<Journal>(dir / "j.db");
+    journal->report_to(std::make_shared<const PlainReporter>(most, size));
+    return journal;
+  }
+  TemporaryDirectory dir;
+};
+
+TEST_F(outbox, has_every_fact_in_its_order_and_numbers_that_count_up_by_one) {
+  const auto journal = open();
+  const std::int64_t id = begin(*journal);
+  RecordChange change;
+  change.change = {Phase::kPlanning, Phase::kTransit};
+  journal->note(id, change);
+  journal->record(id, RecordTouch{0, touch_at(0.1)});
+  journal->store_calibration(id, "one");
+  journal->record(id, RecordEnd{Ending::kDone, ""}, "t1");
+  journal->activate({id, "t2", "anna", "why"});
+  journal->report(0, {"health", Worth::kTelemetry, "well"});
+  EXPECT_EQ(words_of(journal->waiting(0, kAll)),
+            "1 session running\n2 phase transit\n3 touch 0.\n4 calibration \n5 session done\n"
+            "6 activation anna\n7 health well\n");
+  EXPECT_EQ(journal->waiting(0, kAll)[4].time, "t1");
+  EXPECT_EQ(words_of(journal->waiting(5, 1)), "6 activation anna\n");
+  EXPECT_EQ(journal->outbox().newest, 7);
+}
+
+TEST_F(outbox, stays_empty_while_nobody_is_told) {
+  Journal journal(dir / "j.db");
+  journal.record(fill(journal, 2), RecordEnd{Ending::kDone, ""}, "t1");
+  journal.report(0, {"health", Worth::kTelemetry, "well"});
+  EXPECT_EQ(journal.outbox().rows, 0);
+  EXPECT_EQ(journal.outbox().newest, 0);
+}
+
+TEST_F(outbox, keeps_what_is_not_acknowledged_and_uses_no_number_twice) {
+  std::string source;
+  {
+    const auto journal = open();
+    fill(*journal, 2);
+    const auto rows = journal->waiting(0, kAll);
+    journal->acknowledge({rows[0].row, rows[1].row, rows[2].row});
+    EXPECT_EQ(journal->outbox().bytes, 0);
+    source = rows[0].source;
+  }
+  const auto journal = open();
+  const auto rows = journal->waiting(0, kAll);
+  EXPECT_EQ(words_of(rows), "4 session interrupted\n") << "the daemon went away in its midst";
+  EXPECT_EQ(rows[0].source, source);
+}
+
+TEST_F(outbox, tells_once_of_a_session_that_was_found_interrupted) {
+  fill(*open(), 1);
+  open();
+  EXPECT_EQ(words_of(open()->waiting(2, kAll)), "3 session interrupted\n");
+  open()->resume(1, "t5");
+  EXPECT_EQ(words_of(open()->waiting(3, kAll)), "4 session running\n5 session interrupted\n");
+}
+
+TEST_F(outbox, tells_nothing_of_sessions_of_other_journals) {
+  const TemporaryDirectory elsewhere;
+  std::string rows;
+  {
+    Journal other(elsewhere / "j.db");
+    rows = other.rows(fill(other, 2));
+  }
+  const auto journal = open();
+  journal->import(rows, "x");
+  journal->report_to(std::make_shared<const PlainReporter>());
+  EXPECT_EQ(journal->outbox().newest, 0);
+}
+
+TEST_F(outbox, has_a_calibration_as_it_was_where_another_takes_its_place) {
+  const auto journal = open();
+  const std::int64_t id = begin(*journal);
+  journal->store_calibration(id, "one");
+  EXPECT_EQ(journal->waiting(1, 1)[0].report.body, "") << "it is not on disk twice";
+  journal->store_calibration(id, "two");
+  EXPECT_EQ(words_of(journal->waiting(1, kAll)), "2 calibration of one\n3 calibration \n");
+}
+
+TEST_F(outbox, beyond_its_bound_drops_the_oldest_telemetry_says_which_and_never_a_result) {
+  const auto journal = open(5000, 300);
+  const std::int64_t id = begin(*journal);
+  for (std::size_t i = 0; i < 60; ++i) {
+    journal->record(id, RecordTouch{i, touch_at(0.1)});
+    if (i % 20 == 0) journal->activate({id, "t", "anna", ""});
+    ASSERT_LE(journal->outbox().bytes, 5000);
+  }
+  std::int64_t results = 0, telemetry = 0, first_kept = 0;
+  const auto rows = journal->waiting(0, kAll);
+  for (const WaitingReport& row : rows) {
+    results += row.report.kind == "session" || row.report.kind == "activation" ? 1 : 0;
+    if (row.report.kind != "touch") continue;
+    if (telemetry++ == 0) first_kept = row.number;
+  }
+  EXPECT_EQ(results, 4);
+  EXPECT_GE(telemetry, 3);
+  EXPECT_EQ(telemetry + journal->outbox().dropped, 60);
+  EXPECT_EQ(rows[1].number, 3) << "the second fact, the oldest telemetry, is gone";
+  EXPECT_EQ(rows[1].report.kind, "activation");
+  std::int64_t told = 0, last = 0;
+  for (const WaitingReport& row : rows) {
+    if (row.report.kind != "dropped") continue;
+    std::int64_t first = 0, count = 0;
+    ASSERT_EQ(std::sscanf(row.report.body.c_str(), "%ld-%ld %ld", &first, &last, &count), 3);
+    told += count;
+  }
+  EXPECT_EQ(told, journal->outbox().dropped);
+  EXPECT_LT(last, first_kept);
+}
+
+TEST_F(outbox, that_results_alone_fill_takes_no_telemetry_and_all_results) {
+  const auto journal = open(1000);
+  const std::int64_t id = begin(*journal);
+  for (int i = 0; i < 20; ++i) journal->activate({id, "t", "anna", ""});
+  journal->record(id, RecordTouch{0, touch_at(0.1)});
+  EXPECT_EQ(journal->outbox().rows, 21);
+  EXPECT_EQ(journal->outbox().not_begun, 1);
+  EXPECT_EQ(journal->outbox().newest, 21) << "no number is used for it";
+}
+
+/// No file of this process may grow beyond `bytes` while this lives.
+class FileSizeLimit {
+ public:
+  explicit FileSizeLimit(rlim_t bytes) {
+    ::signal(SIGXFSZ, SIG_IGN);
+    ::getrlimit(RLIMIT_FSIZE, &before_);
+    const rlimit limited{bytes, before_.rlim_max};
+    ::setrlimit(RLIMIT_FSIZE, &limited);
+  }
+  ~FileSizeLimit() { ::setrlimit(RLIMIT_FSIZE, &before_); }
+  FileSizeLimit(const FileSizeLimit&) = delete;
+  FileSizeLimit& operator=(const FileSizeLimit&) = delete;
+
+ private:
+  rlimit before_{};
+};
+
+TEST_F(outbox, on_a_full_disk_gives_telemetry_up_before_a_touch_is_lost) {
+  const auto journal = open(1 << 22, 3000);
+  const std::int64_t id = begin(*journal);
+  std::size_t made = 0, at_drop = 0;
+  const FileSizeLimit limit(512 * 1024);
+  try {
+    for (; made < 5000; ++made) {
+      journal->record(id, RecordTouch{made, touch_at(0.1)});
+      if (at_drop == 0 && journal->outbox().dropped > 0) at_drop = made;
+    }
+    FAIL() << "the limit was never met";
+  } catch (const JournalError& full) {
+    ASSERT_GT(at_drop, 0u) << full.what();
+  }
+  EXPECT_GT(made, 2 * at_drop) << "what was given up made room for touches";
+  EXPECT_EQ(journal->touches(id).size(), made);
+  EXPECT_EQ(journal->waiting(0, 1)[0].report.kind, "session");
+}
+
+TEST_F(outbox, of_a_copy_goes_on_under_another_name_and_sends_what_waits_under_the_old_one) {
+  const TemporaryDirectory copy;
+  const auto living = open();
+  const std::int64_t id = fill(*living, 1);
+  living->activate({id, "t", "anna", ""});
+  living->backup(copy / "j.db");
+  living->activate({id, "t", "ben", ""});
+  Journal restored(copy / "j.db");
+  restored.report_to(std::make_shared<const PlainReporter>());
+  restored.activate({id, "t", "cleo", ""});
+  const auto rows = restored.waiting(0, kAll), before = living->waiting(0, kAll);
+  EXPECT_EQ(words_of(rows),
+            "1 session running\n3 activation anna\n1 session interrupted\n2 activation cleo\n");
+  EXPECT_EQ(rows[0].source, before[0].source);
+  EXPECT_EQ(rows[1].source, before[0].source);
+  EXPECT_NE(rows[2].source, before[0].source);
+  EXPECT_EQ(rows[3].source, restored.outbox().source);
+}
+
+TEST_F(outbox, is_told_nothing_by_what_a_reporter_cannot_say_and_the_touch_stands) {
+  struct Broken : PlainReporter {
+    std::vector<Report> touch(const RecordTouch&) const override { throw std::runtime_error("x"); }
+  };
+  Journal journal(dir / "j.db");
+  journal.report_to(std::make_shared<const Broken>());
+  EXPECT_EQ(journal.touches(fill(journal, 2)).size(), 2u);
+  EXPECT_EQ(journal.outbox().not_begun, 2);
+}
+
+}  // namespace
+}  // namespace cellcal::daemon::testing

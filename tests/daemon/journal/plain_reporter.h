@@ -1,0 +1,48 @@
+#pragma once
+// Tells of every fact in a word.
+
+#include <string>
+#include <vector>
+
+#include "daemon/journal/journal.h"
+
+namespace cellcal::daemon::testing {
+
+class PlainReporter : public Reporter {
+ public:
+  explicit PlainReporter(std::int64_t most = 1 << 20, std::size_t size = 1) : most_(most), fill_(size, '.') {}
+  std::vector<Report> session(const SessionRecord& session) const override {
+    return {{"session", Worth::kResult, session.state}};
+  }
+  Report calibration(const SessionRecord& session) const override {
+    return {"calibration", Worth::kResult, "of " + session.calibration};
+  }
+  std::vector<Report> touch(const RecordTouch& touch) const override {
+    return {{"touch", Worth::kTelemetry, std::to_string(touch.index) + fill_}};
+  }
+  std::vector<Report> change(const RecordChange& change) const override {
+    return {{"phase", Worth::kTelemetry, to_string(change.change.to)}};
+  }
+  std::vector<Report> activation(const Activation& activation) const override {
+    return {{"activation", Worth::kResult, activation.who}};
+  }
+  Report dropped(std::int64_t first, std::int64_t last, std::int64_t count) const override {
+    return {"dropped", Worth::kResult,
+            std::to_string(first) + "-" + std::to_string(last) + " " + std::to_string(count)};
+  }
+  std::int64_t most_bytes() const override { return most_; }
+
+ private:
+  std::int64_t most_;
+  std::string fill_;
+};
+
+/// "1 session running", one line each.
+inline std::string words_of(const std::vector<WaitingReport>& rows) {
+  std::string all;
+  for (const WaitingReport& row : rows)
+    all += std::to_string(row.number) + " " + row.report.kind + " " + row.report.body + "\n";
+  return all;
+}
+
+}  // namespace cellcal::daemon::testing
