@@ -284,6 +284,7 @@ DaemonConfig read(const TomlTable& table) {
   read_session(table.table_or_empty("session"), config);
   read_retention(table.table_or_empty("retention"), config);
   config.notify = read_notify(table.table_or_empty("notify"));
+  config.plant = read_plant(table.table_or_empty("plant"));
   config.schedule = read_schedule(table.table_or_empty("schedule"));
   read_motion(table.table_or_empty("motion"), config);
   read_rsi(table.table_or_empty("rsi"), config);

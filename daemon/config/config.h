@@ -11,6 +11,7 @@
 #include "calib/model/robot.h"
 #include "daemon/config/http_config.h"
 #include "daemon/config/notify_config.h"
+#include "daemon/config/plant_config.h"
 #include "daemon/config/schedule_config.h"
 #include "daemon/session/touch_policy.h"
 #include "drivers/contact/port/serial_port.h"
@@ -64,6 +65,7 @@ struct DaemonConfig {
   int retries = 0;         ///< harmless interruptions after which a session goes on by itself
   ScheduleConfig schedule;
   NotifyConfig notify;
+  std::optional<PlantConfig> plant;
   std::optional<int> retain_days;          ///< raw rows of older sessions are dropped; none: kept
   std::optional<double> retain_megabytes;  ///< likewise of the oldest, until the journal uses no more
   drivers::RsiConfig rsi;  ///< without what depends on the robot file: see rsi_config_for()

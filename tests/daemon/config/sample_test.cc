@@ -130,6 +130,10 @@ std::string figures(const DaemonConfig& c) {
     text += line("mail", mail->from, mail->program);
     for (const std::string& one : mail->to) text += line("to", one);
   }
+  if (const auto& p = c.plant) {
+    text += line("plant", p->plant, p->cell, p->host, p->port, p->tls, p->ca, p->certificate, p->key, p->user,
+                 p->password_file, p->touches, p->health_minutes, p->outbox_megabytes);
+  }
   const drivers::RsiConfig& r = c.rsi;
   text += line("rsi", r.bind_address, r.port, r.sentype, r.axis_tag, r.external_axis_tag,
                r.stop_tag, static_cast<int>(r.mode), r.hold_on, r.longest_lag_s, r.silence_cycles,
@@ -202,7 +206,7 @@ std::string with_another(const std::string& text, const std::string& table,
 TEST(the_shipped_configuration, states_defaults_alone) {
   // Those whose default is another key's value, or that nothing is, show an example.
   std::string text = std::regex_replace(spelled_out(), std::regex("\npc_address = [^\n]*"), "");
-  for (const char* table : {"http", "notify", kScheduled}) {
+  for (const char* table : {"http", "notify", "plant", kScheduled}) {
     const std::set<std::string> examples = keys_of(text).at(table);
     const std::size_t from = text.find("[" + std::string(table) + "]");
     const std::size_t end = std::min(text.find("\n[", from), text.size());
@@ -219,7 +223,7 @@ TEST(the_shipped_configuration, is_compared_in_every_key) {
   // Some are refused without each other, the wire that is not used decides nothing, and allow_plain decides only
   // whether the file is taken.
   const std::set<std::string> excused{"format", "rsi.mode", "rsi.hold_on", "eki.realtime",
-                                      "http.allow_plain", "schedule.unattended",
+                                      "http.allow_plain", "plant.allow_plain", "plant.tls", "schedule.unattended",
                                       "schedule.session.kind"};
   for (const auto& [table, names] : keys_of(text)) {
     for (const std::string& key : names) {

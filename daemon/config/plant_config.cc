@@ -1,0 +1,98 @@
+#include "daemon/config/plant_config.h"
+
+#include <algorithm>
+#include <boost/asio/ip/address.hpp>
+
+#include "calib/syntax/shown.h"
+#include "daemon/config/config_values.h"
+#include "daemon/plant/messages/names.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+using calib::TomlTable;
+
+constexpr std::size_t kLongestHost = 253, kLongestUser = 64;
+constexpr std::uint16_t kTlsPort = 8883, kPlainPort = 1883;
+
+std::string read_plant_name(const TomlTable& table, const char* key) {
+  const std::string name = table.string(key);
+  if (!plant::is_name(name))
+    table.fail(key, "\"" + calib::shown(name) + "\" must have 1 to 64 of A-Z a-z 0-9 _ -: it stands in topics");
+  return name;
+}
+
+std::string read_host(const TomlTable& table) {
+  const std::string host = table.string("broker");
+  const bool sound = !host.empty() && host.size() <= kLongestHost &&
+                     host.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
+                                            "0123456789.-:") == std::string::npos;
+  if (!sound)
+    table.fail("broker", "\"" + calib::shown(host) +
+                             "\" is no host: write it without port, as in \"broker.plant.example\"");
+  return host;
+}
+
+bool is_this_computer(const std::string& host) {
+  boost::system::error_code none;
+  const auto address = boost::asio::ip::make_address(host, none);
+  return host == "localhost" || (!none && address.is_loopback());
+}
+
+void read_tls(const TomlTable& table, PlantConfig& plant) {
+  plant.tls = table.boolean_or("tls", true);
+  for (const char* key : {"ca", "certificate", "key"})
+    if (table.has(key) && !plant.tls) table.fail(key, "means nothing with tls = false");
+  if (table.has("ca")) plant.ca = read_path(table, "ca");
+  const bool certificate = table.has("certificate");
+  if (certificate != table.has("key"))
+    table.fail(certificate ? "certificate" : "key",
+               std::string("needs ") + (certificate ? "key" : "certificate") + " beside it: give both or none");
+  if (!certificate) return;
+  plant.certificate = read_path(table, "certificate");
+  plant.key = read_path(table, "key");
+}
+
+void read_login(const TomlTable& table, PlantConfig& plant) {
+  if (table.has("user")) {
+    plant.user = table.string("user");
+    const bool sound = !plant.user.empty() && plant.user.size() <= kLongestUser &&
+                       std::all_of(plant.user.begin(), plant.user.end(),
+                                   [](char c) { return '!' <= c && c <= '~'; });
+    if (!sound) table.fail("user", "must have 1 to 64 visible ASCII characters");
+  }
+  if (!table.has("password_file")) return;
+  if (plant.user.empty()) table.fail("password_file", "means nothing without user");
+  plant.password_file = read_path(table, "password_file");
+}
+
+}  // namespace
+
+std::optional<PlantConfig> read_plant(const TomlTable& table) {
+  if (!table.has("plant")) {
+    for (const char* key : {"cell", "broker", "port", "tls", "ca", "certificate", "key", "user", "password_file",
+                            "allow_plain", "touches", "health_minutes", "outbox_megabytes"})
+      if (table.has(key)) table.fail(key, "means nothing without plant. Set plant, cell and broker");
+    table.refuse_unknown();
+    return std::nullopt;
+  }
+  PlantConfig plant;
+  plant.plant = read_plant_name(table, "plant");
+  plant.cell = read_plant_name(table, "cell");
+  plant.host = read_host(table);
+  read_tls(table, plant);
+  plant.port = static_cast<std::uint16_t>(
+      table.integer_or("port", plant.tls ? kTlsPort : kPlainPort, 1, 65535));
+  read_login(table, plant);
+  const bool plain = table.boolean_or("allow_plain", false);
+  if (!plant.tls && !plain && !is_this_computer(plant.host))
+    table.fail("tls", "without TLS facts and password pass the network readable. Set tls = true, or allow_plain = true");
+  plant.touches = table.boolean_or("touches", plant.touches);
+  plant.health_minutes = table.number_or("health_minutes", plant.health_minutes, {1.0, 1440.0});
+  plant.outbox_megabytes = table.number_or("outbox_megabytes", plant.outbox_megabytes, {1.0, 10000.0});
+  table.refuse_unknown();
+  return plant;
+}
+
+}  // namespace cellcal::daemon

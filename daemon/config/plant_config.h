@@ -1,0 +1,32 @@
+#pragma once
+// [plant]: where the plant's MQTT broker is, and under which name this cell speaks there.
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "calib/syntax/toml_table.h"
+
+namespace cellcal::daemon {
+
+struct PlantConfig {
+  std::string plant, cell;
+  std::string host;
+  std::uint16_t port = 8883;
+  bool tls = true;
+  std::filesystem::path ca;                ///< PEM; empty: whom the system trusts
+  std::filesystem::path certificate, key;  ///< this cell's; empty: none
+  std::string user;                        ///< empty: none
+  std::filesystem::path password_file;     ///< its first line; empty: none
+  bool touches = false;                    ///< each is told of
+  double health_minutes = 10.0;
+  double outbox_megabytes = 64.0;
+
+  bool operator==(const PlantConfig&) const = default;
+};
+
+/// None: no plant is named. Throws calib::FileError.
+std::optional<PlantConfig> read_plant(const calib::TomlTable& table);
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,52 @@
+// [plant], and what of it is refused.
+
+#include <gtest/gtest.h>
+
+#include "calib/model/error.h"
+#include "daemon/config/config.h"
+
+namespace cellcal::daemon {
+namespace {
+
+DaemonConfig parsed(const std::string& plant) {
+  return parse_config("format = \"cellcal.daemon/1\"\nbackend = \"mock\"\n[plant]\n" + plant, "d.toml");
+}
+
+std::string reason(const std::string& plant) {
+  try {
+    parsed(plant);
+    return "accepted";
+  } catch (const calib::FileError& error) {
+    return error.what();
+  }
+}
+
+const std::string kNamed = "plant = \"graz\"\ncell = \"weld-3\"\nbroker = \"broker.plant.example\"\n";
+
+TEST(plant, is_none_unless_one_is_named) {
+  EXPECT_FALSE(parsed("").plant);
+  EXPECT_EQ(reason("touches = true\n"), "d.toml:4: plant.touches: means nothing without plant. Set plant, cell and broker");
+}
+
+TEST(plant, is_reached_over_tls_unless_the_owner_says_otherwise) {
+  EXPECT_TRUE(parsed(kNamed).plant->tls);
+  EXPECT_EQ(parsed(kNamed).plant->port, 8883);
+  EXPECT_NE(reason(kNamed + "tls = false\n").find("plant.tls: without TLS"), std::string::npos);
+  EXPECT_EQ(parsed(kNamed + "tls = false\nallow_plain = true\n").plant->port, 1883);
+  EXPECT_EQ(reason("plant = \"g\"\ncell = \"c\"\nbroker = \"127.0.0.1\"\ntls = false\n"), "accepted");
+  EXPECT_NE(reason(kNamed + "tls = false\nallow_plain = true\nca = \"/c.pem\"\n").find("plant.ca"), std::string::npos);
+}
+
+TEST(plant, has_names_that_can_stand_in_a_topic_and_keys_that_belong_together) {
+  for (const char* name : {"", "a/b", "+", "#", "ä"})
+    EXPECT_NE(reason("plant = \"" + std::string(name) + "\"\ncell = \"c\"\nbroker = \"b\"\n").find("plant.plant"),
+              std::string::npos)
+        << name;
+  EXPECT_NE(reason("plant = \"g\"\ncell = \"c\"\nbroker = \"mqtt://b\"\n").find("plant.broker"), std::string::npos);
+  EXPECT_NE(reason(kNamed + "certificate = \"/c\"\n").find("needs key beside it"), std::string::npos);
+  EXPECT_NE(reason(kNamed + "password_file = \"/p\"\n").find("means nothing without user"), std::string::npos);
+  EXPECT_NE(reason(kNamed + "outbox_megabytes = 0.1\n").find("plant.outbox_megabytes"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace cellcal::daemon
