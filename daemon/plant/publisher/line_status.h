@@ -1,0 +1,33 @@
+#pragma once
+// How the line to the plant stands.
+
+#include <cstdint>
+#include <string>
+
+namespace cellcal::daemon::plant {
+
+enum class LineProblem {
+  kNone,
+  kFiles,        ///< of the configuration: they cannot be read
+  kNoName,       ///< the broker's is not known
+  kUnreachable,  ///< nobody answers there
+  kCertificate,  ///< one of the two does not take the other's, or it is no TLS
+  kLogin,        ///< user, password or client refused
+  kRefused,      ///< a fact was: no right, quota
+  kTooLarge,     ///< a fact was
+  kTakenOver,    ///< another cell has the same name
+  kLost,
+  kJournal  ///< cannot be read or written
+};
+/// Hyphenated.
+const char* to_string(LineProblem problem);
+
+struct LineStatus {
+  bool connected = false;
+  LineProblem problem = LineProblem::kNone;
+  std::string words;  ///< of the problem, with what to do; empty: none
+  std::string since;  ///< connected or not, ISO 8601 UTC
+  std::uint64_t acknowledged = 0;  ///< facts since the daemon started
+};
+
+}  // namespace cellcal::daemon::plant

@@ -1,0 +1,313 @@
+#include "daemon/plant/publisher/mqtt_line.h"
+
+#include <fmt/format.h>
+#include <mosquitto.h>
+#include <mqtt_protocol.h>
+
+#include <boost/asio/posix/stream_descriptor.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <cerrno>
+#include <cstring>
+#include <vector>
+
+#include "calib/syntax/input_file.h"
+#include "daemon/files/printable.h"
+
+namespace cellcal::daemon::plant {
+
+namespace asio = boost::asio;
+
+const char* to_string(LineProblem problem) {
+  switch (problem) {
+    case LineProblem::kNone:
+      return "none";
+    case LineProblem::kFiles:
+      return "files";
+    case LineProblem::kNoName:
+      return "no-name";
+    case LineProblem::kUnreachable:
+      return "unreachable";
+    case LineProblem::kCertificate:
+      return "certificate";
+    case LineProblem::kLogin:
+      return "login";
+    case LineProblem::kRefused:
+      return "refused";
+    case LineProblem::kTooLarge:
+      return "too-large";
+    case LineProblem::kTakenOver:
+      return "taken-over";
+    case LineProblem::kLost:
+      return "lost";
+    case LineProblem::kJournal:
+      return "journal";
+  }
+  return "none";
+}
+
+namespace {
+
+constexpr int kQos = 1;
+constexpr int kFirstRefusal = 0x80;
+constexpr std::chrono::seconds kMisc{1};
+
+/// Once for the process.
+struct Library {
+  Library() { mosquitto_lib_init(); }
+  ~Library() { mosquitto_lib_cleanup(); }
+  Library(const Library&) = delete;
+  Library& operator=(const Library&) = delete;
+};
+
+std::string first_line_of(const std::filesystem::path& file) {
+  const std::string text = calib::read_file(file);
+  return text.substr(0, text.find_first_of("\r\n"));
+}
+
+const char* or_null(const std::string& text) { return text.empty() ? nullptr : text.c_str(); }
+
+}  // namespace
+
+struct MqttLine::Impl : std::enable_shared_from_this<MqttLine::Impl> {
+  Impl(asio::io_context& io, const PlantConfig& plant, Events told, Times limits)
+      : config(plant), events(std::move(told)), times(limits), context(io), socket(io), misc(io), opening(io) {}
+  ~Impl() {
+    socket.release();
+    mosquitto_destroy(handle);
+  }
+
+  std::string broker() const { return fmt::format("broker {}:{}", config.host, config.port); }
+  void open(const Message& will);
+  void set_up(const Message& will);
+  LineFailure failure_of(int code) const;
+  LineFailure failure_of_reason(int reason) const;
+  void settle(int code);
+  void watch();
+  void tick();
+  void end(LineFailure failure);
+
+  // From libmosquitto, within its calls.
+  void on_connect(int reason) {
+    if (reason < kFirstRefusal && reason == 0)
+      post([this] {
+        opening.cancel();
+        is_up = true;
+        events.up();
+      });
+    else
+      refusal = LineFailure{reason == MQTT_RC_SERVER_BUSY || reason == MQTT_RC_SERVER_UNAVAILABLE
+                                ? LineProblem::kUnreachable
+                                : LineProblem::kLogin,
+                            fmt::format("{}: login refused ({}). Check user and password_file under [plant], "
+                                        "and that user at the broker",
+                                        broker(), mosquitto_reason_string(reason))};
+  }
+  void on_answer(int message, int reason) {
+    std::optional<LineFailure> refused;
+    if (reason >= kFirstRefusal) refused = failure_of_reason(reason);
+    post([this, message, refused = std::move(refused)] { events.answered(message, refused); });
+  }
+  void on_disconnect(int reason) {
+    if (!refusal && reason >= kFirstRefusal) refusal = failure_of_reason(reason);
+    gone = true;
+  }
+  template <class F>
+  void post(F act) {
+    asio::post(context, [self = shared_from_this(), act = std::move(act)] {
+      if (!self->ended) act();
+    });
+  }
+
+  PlantConfig config;
+  Events events;
+  Times times;
+  asio::io_context& context;
+  asio::posix::stream_descriptor socket;
+  asio::steady_timer misc, opening;
+  mosquitto* handle = nullptr;
+  std::optional<LineFailure> refusal;  ///< what was said before the line went
+  std::string tls_words;
+  bool is_up = false, gone = false, ended = false, closing = false, reading = false, writing = false;
+};
+
+LineFailure MqttLine::Impl::failure_of(int code) const {
+  const auto say = [&](LineProblem problem, const std::string& words) {
+    return LineFailure{problem, broker() + ": " + words};
+  };
+  switch (code) {
+    case MOSQ_ERR_EAI:
+    case MOSQ_ERR_LOOKUP:
+      return say(LineProblem::kNoName, "no computer has this name. Check broker under [plant], and the resolver");
+    case MOSQ_ERR_TLS:
+    case MOSQ_ERR_TLS_HANDSHAKE:
+      return say(LineProblem::kCertificate,
+                 fmt::format("no TLS with it ({}). Check ca, certificate and key under [plant], and the name in "
+                             "the broker's certificate",
+                             tls_words.empty() ? "the handshake failed" : tls_words));
+    case MOSQ_ERR_OVERSIZE_PACKET:
+    case MOSQ_ERR_PAYLOAD_SIZE:
+      return say(LineProblem::kTooLarge, "a fact is larger than it takes. Raise message_size_limit there");
+    default:
+      break;
+  }
+  if (is_up) return say(LineProblem::kLost, "the line is lost. It is opened again");
+  const char* why = code == MOSQ_ERR_ERRNO ? std::strerror(errno) : mosquitto_strerror(code);
+  if (config.tls && !tls_words.empty()) return failure_of(MOSQ_ERR_TLS);
+  return say(LineProblem::kUnreachable,
+             fmt::format("not reached ({}). Check the cable, broker and port under [plant], and that it runs", why));
+}
+
+LineFailure MqttLine::Impl::failure_of_reason(int reason) const {
+  const char* why = mosquitto_reason_string(reason);
+  if (reason == MQTT_RC_SESSION_TAKEN_OVER)
+    return {LineProblem::kTakenOver,
+            fmt::format("{}: another cell speaks as {}/{}. Give each its own name under [plant]", broker(),
+                        config.plant, config.cell)};
+  if (reason == MQTT_RC_PACKET_TOO_LARGE) return failure_of(MOSQ_ERR_OVERSIZE_PACKET);
+  if (!is_up || reason == MQTT_RC_SERVER_SHUTTING_DOWN || reason == MQTT_RC_KEEP_ALIVE_TIMEOUT)
+    return {LineProblem::kLost, fmt::format("{}: the line is lost ({}). It is opened again", broker(), why)};
+  return {LineProblem::kRefused,
+          fmt::format("{}: refuses what {}/{} says ({}). Check the rights of its user there; nothing is lost meanwhile",
+                      broker(), config.plant, config.cell, why)};
+}
+
+void MqttLine::Impl::set_up(const Message& will) {
+  const auto check = [&](int code, const char* what) {
+    if (code != MOSQ_ERR_SUCCESS)
+      throw std::runtime_error(fmt::format("{}: {} ({})", broker(), what, mosquitto_strerror(code)));
+  };
+  const std::string id = "cellcal-" + config.plant + "-" + config.cell;
+  handle = mosquitto_new(id.c_str(), true, this);
+  if (handle == nullptr) throw std::bad_alloc();
+  check(mosquitto_int_option(handle, MOSQ_OPT_PROTOCOL_VERSION, MQTT_PROTOCOL_V5), "MQTT 5");
+  mosquitto_connect_v5_callback_set(handle, [](mosquitto*, void* self, int reason, int, const mosquitto_property*) {
+    static_cast<Impl*>(self)->on_connect(reason);
+  });
+  mosquitto_publish_v5_callback_set(handle, [](mosquitto*, void* self, int message, int reason, const mosquitto_property*) {
+    static_cast<Impl*>(self)->on_answer(message, reason);
+  });
+  mosquitto_disconnect_v5_callback_set(handle, [](mosquitto*, void* self, int reason, const mosquitto_property*) {
+    static_cast<Impl*>(self)->on_disconnect(reason);
+  });
+  mosquitto_log_callback_set(handle, [](mosquitto*, void* self, int level, const char* words) {
+    std::string& kept = static_cast<Impl*>(self)->tls_words;
+    if (level == MOSQ_LOG_ERR && kept.empty()) kept = printable(words);
+  });
+  if (config.tls) {
+    const std::string ca = config.ca.string(), certificate = config.certificate.string(), key = config.key.string();
+    for (const std::string& file : {ca, certificate, key})
+      if (!file.empty()) calib::read_file(file);  // names it where it cannot be read
+    check(mosquitto_tls_set(handle, or_null(ca), ca.empty() ? "/etc/ssl/certs" : nullptr, or_null(certificate),
+                            or_null(key), nullptr),
+          "TLS cannot be used with ca, certificate and key under [plant]");
+  }
+  if (!config.user.empty()) {
+    const std::string password = config.password_file.empty() ? "" : first_line_of(config.password_file);
+    check(mosquitto_username_pw_set(handle, config.user.c_str(), or_null(password)), "user under [plant]");
+  }
+  check(mosquitto_will_set_v5(handle, will.topic.c_str(), static_cast<int>(will.payload.size()),
+                              will.payload.data(), kQos, will.retained, nullptr),
+        "presence");
+}
+
+void MqttLine::Impl::open(const Message& will) {
+  static const Library library;
+  try {
+    set_up(will);
+  } catch (const std::exception& failed) {
+    end({LineProblem::kFiles, fmt::format("under [plant]: {}", failed.what())});
+    return;
+  }
+  opening.expires_after(times.opening);
+  opening.async_wait([self = shared_from_this()](boost::system::error_code cancelled) {
+    if (!cancelled && !self->is_up) self->end(self->failure_of(MOSQ_ERR_TIMEOUT));
+  });
+  const int code =
+      mosquitto_connect_async(handle, config.host.c_str(), config.port, static_cast<int>(times.keepalive.count()));
+  tick();
+  settle(code);
+}
+
+/// Each second: pings, and a broker that does not answer them.
+void MqttLine::Impl::tick() {
+  misc.expires_after(kMisc);
+  misc.async_wait([self = shared_from_this()](boost::system::error_code cancelled) {
+    if (cancelled || self->ended) return;
+    self->settle(mosquitto_loop_misc(self->handle));
+    if (!self->ended) self->tick();
+  });
+}
+
+/// After each call of the library that may have met the line's end.
+void MqttLine::Impl::settle(int code) {
+  if (ended) return;
+  if (gone || (code != MOSQ_ERR_SUCCESS && code != MOSQ_ERR_CONN_PENDING)) {
+    end(closing ? LineFailure{} : refusal ? *refusal : failure_of(code));
+    return;
+  }
+  watch();
+}
+
+void MqttLine::Impl::watch() {
+  const int descriptor = mosquitto_socket(handle);
+  if (descriptor < 0) return;
+  if (!socket.is_open()) socket.assign(descriptor);
+  if (!std::exchange(reading, true)) {
+    socket.async_wait(asio::posix::stream_descriptor::wait_read,
+                      [self = shared_from_this()](boost::system::error_code cancelled) {
+                        self->reading = false;
+                        if (!cancelled && !self->ended) self->settle(mosquitto_loop_read(self->handle, 1));
+                      });
+  }
+  if (!mosquitto_want_write(handle) || std::exchange(writing, true)) return;
+  socket.async_wait(asio::posix::stream_descriptor::wait_write,
+                    [self = shared_from_this()](boost::system::error_code cancelled) {
+                      self->writing = false;
+                      if (!cancelled && !self->ended) self->settle(mosquitto_loop_write(self->handle, 1));
+                    });
+}
+
+/// The descriptor is libmosquitto's to close.
+void MqttLine::Impl::end(LineFailure failure) {
+  if (std::exchange(ended, true)) return;
+  misc.cancel();
+  opening.cancel();
+  socket.release();
+  asio::post(context, [self = shared_from_this(), failure = std::move(failure)] {
+    if (self->events.down) self->events.down(failure);
+  });
+}
+
+MqttLine::MqttLine(asio::io_context& context, const PlantConfig& config, const Message& will, Events events,
+                   Times times)
+    : impl_(std::make_shared<Impl>(context, config, std::move(events), times)) {
+  impl_->open(will);
+}
+
+MqttLine::~MqttLine() {
+  impl_->events = {};
+  impl_->end({});
+}
+
+int MqttLine::publish(const Message& message) {
+  int id = 0;
+  const int code = impl_->ended ? MOSQ_ERR_NO_CONN
+                                : mosquitto_publish_v5(impl_->handle, &id, message.topic.c_str(),
+                                                       static_cast<int>(message.payload.size()),
+                                                       message.payload.data(), kQos, message.retained, nullptr);
+  if (code != MOSQ_ERR_SUCCESS) {
+    const LineFailure failure = impl_->failure_of(code);
+    if (failure.problem != LineProblem::kTooLarge) impl_->settle(code);
+    throw NotPublished(failure.problem, failure.words);
+  }
+  impl_->settle(code);
+  return id;
+}
+
+void MqttLine::close() {
+  impl_->closing = true;
+  if (!impl_->ended) impl_->settle(mosquitto_disconnect_v5(impl_->handle, 0, nullptr));
+}
+
+}  // namespace cellcal::daemon::plant

@@ -1,0 +1,64 @@
+#pragma once
+// One connection to a broker, from its opening to its loss; libmosquitto on an io_context of one thread. Nothing blocks but the resolver.
+
+#include <boost/asio/io_context.hpp>
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+
+#include "daemon/config/plant_config.h"
+#include "daemon/plant/publisher/line_status.h"
+
+namespace cellcal::daemon::plant {
+
+struct LineFailure {
+  LineProblem problem = LineProblem::kNone;
+  std::string words;
+};
+
+/// A message that this line will not carry.
+struct NotPublished : std::runtime_error {
+  NotPublished(LineProblem why, const std::string& words) : std::runtime_error(words), problem(why) {}
+  LineProblem problem;
+};
+
+class MqttLine {
+ public:
+  struct Message {
+    std::string topic, payload;
+    bool retained = false;
+  };
+  /// Called from the io_context, never from within a call of this.
+  struct Events {
+    std::function<void()> up;
+    /// None: taken.
+    std::function<void(int message, std::optional<LineFailure> refused)> answered;
+    /// Once; nothing comes after it.
+    std::function<void(const LineFailure&)> down;
+  };
+  struct Times {
+    std::chrono::seconds keepalive{30};  ///< lost when nothing is heard for one and a half
+    std::chrono::seconds opening{30};
+  };
+
+  /// Opens it; what comes of that is told by the events.
+  MqttLine(boost::asio::io_context& context, const PlantConfig& config, const Message& will, Events events,
+           Times times);
+  ~MqttLine();
+  MqttLine(const MqttLine&) = delete;
+  MqttLine& operator=(const MqttLine&) = delete;
+
+  /// Its number. Throws NotPublished.
+  int publish(const Message& message);
+  /// In order: the will is not sent. down() comes.
+  void close();
+
+ private:
+  struct Impl;
+  std::shared_ptr<Impl> impl_;
+};
+
+}  // namespace cellcal::daemon::plant

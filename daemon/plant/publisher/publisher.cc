@@ -1,0 +1,354 @@
+#include "daemon/plant/publisher/publisher.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+#include <sys/resource.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <boost/asio/post.hpp>
+#include <boost/asio/executor_work_guard.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <deque>
+#include <map>
+#include <mutex>
+#include <random>
+#include <thread>
+
+#include "calib/files/calibration_json.h"
+#include "daemon/plant/messages/fact_json.h"
+#include "daemon/plant/messages/presence.h"
+#include "daemon/plant/publisher/mqtt_line.h"
+#include "daemon/plant/publisher/reporter.h"
+#include "daemon/runner/backend.h"
+
+namespace cellcal::daemon::plant {
+
+namespace asio = boost::asio;
+
+namespace {
+
+constexpr std::size_t kMostUnderWay = 16;
+/// The disk is waited for once for so many.
+constexpr std::size_t kAcknowledgedAtOnce = 32;
+constexpr std::chrono::seconds kJournalWait{5};
+constexpr std::int64_t kPresence = 0;  ///< instead of a row
+constexpr int kNice = 10;
+constexpr double kBytesPerMegabyte = 1e6;
+
+}  // namespace
+
+struct Publisher::Impl : std::enable_shared_from_this<Publisher::Impl> {
+  explicit Impl(Parts given) : parts(std::move(given)), retry(context), pause(context), health(context), last(context) {}
+
+  CellName name() const { return {parts.config.plant, parts.config.cell}; }
+  void start();
+  void connect();
+  void connect_later();
+  void up();
+  void answered(int message, const std::optional<LineFailure>& refused);
+  void down(const LineFailure& failure);
+  void pump();
+  void send_waiting();
+  bool send(const WaitingReport& row);
+  Fact fact_of(const WaitingReport& row) const;
+  MqttLine::Message presence(bool online, bool farewell) const;
+  void forget_acknowledged();
+  void hold(std::chrono::milliseconds time, const LineFailure& why);
+  void tell_health();
+  void stop();
+  void say(const LineFailure& failure);
+  void set(const std::function<void(LineStatus&)>& change) {
+    const std::lock_guard lock(status_mutex);
+    change(status);
+  }
+
+  Parts parts;
+  asio::io_context context;
+  std::shared_ptr<const PlantReporter> reporter;
+  std::unique_ptr<MqttLine> line;
+  asio::steady_timer retry, pause, health, last;
+  std::chrono::milliseconds wait{0};
+  std::minstd_rand chance{std::random_device{}()};
+  std::string connected;
+  std::map<int, std::int64_t> under_way;  ///< message to row
+  std::deque<WaitingReport> bite;
+  std::int64_t read_to = 0;  ///< row up to which all is under way or acknowledged
+  std::vector<std::int64_t> acknowledged;
+  bool is_up = false, held = false, stopping = false;
+  std::atomic<bool> poked{false};
+  mutable std::mutex status_mutex;
+  LineStatus status;
+  std::thread thread;
+};
+
+void Publisher::Impl::say(const LineFailure& failure) {
+  bool news = false;
+  set([&](LineStatus& now) {
+    news = now.words != failure.words;
+    now.problem = failure.problem;
+    now.words = failure.words;
+  });
+  if (news && failure.problem != LineProblem::kNone) spdlog::warn("[plant]: {}", failure.words);
+}
+
+void Publisher::Impl::start() {
+  set([](LineStatus& now) { now.since = wall_clock_utc(); });
+  // A poke holds no publisher back from its end.
+  const std::weak_ptr<Impl> weak = weak_from_this();
+  reporter = std::make_shared<const PlantReporter>(PlantReporter::Parts{
+      parts.config.touches, static_cast<std::int64_t>(parts.config.outbox_megabytes * kBytesPerMegabyte),
+      parts.results_dir, [weak] {
+        const auto self = weak.lock();
+        if (!self || self->poked.exchange(true)) return;
+        asio::post(self->context, [raw = self.get()] {
+          raw->poked = false;
+          raw->pump();
+        });
+      }});
+  parts.journal.report_to(reporter);
+  asio::post(context, [this] {
+    ::setpriority(PRIO_PROCESS, static_cast<id_t>(::syscall(SYS_gettid)), kNice);
+    connect();
+    if (parts.health) tell_health();
+  });
+}
+
+MqttLine::Message Publisher::Impl::presence(bool online, bool farewell) const {
+  const OutboxCount count = parts.journal.outbox();
+  Presence words;
+  words.of = name();
+  words.online = online;
+  words.farewell = farewell;
+  words.journal = count.source;
+  words.number = count.newest;
+  words.software = calib::software_version();
+  words.time = online || farewell ? wall_clock_utc() : connected;
+  words.mock = parts.mock;
+  return {to_text({name(), Subject::kPresence, {}}), to_json(words), true};
+}
+
+void Publisher::Impl::connect() {
+  if (stopping) return;
+  connected = wall_clock_utc();
+  line = std::make_unique<MqttLine>(
+      context, parts.config, presence(false, false),
+      MqttLine::Events{[this] { up(); },
+                       [this](int message, std::optional<LineFailure> refused) { answered(message, refused); },
+                       [this](const LineFailure& failure) { down(failure); }},
+      MqttLine::Times{.keepalive = parts.keepalive});
+}
+
+void Publisher::Impl::connect_later() {
+  wait = std::clamp(wait * 2, parts.first_wait, parts.longest_wait);
+  const double share = std::uniform_real_distribution<double>(0.5, 1.5)(chance);
+  retry.expires_after(std::chrono::duration_cast<std::chrono::milliseconds>(wait * share));
+  retry.async_wait([this](boost::system::error_code cancelled) {
+    if (!cancelled) connect();
+  });
+}
+
+void Publisher::Impl::up() {
+  is_up = true;
+  wait = {};
+  under_way.clear();
+  bite.clear();
+  read_to = 0;
+  set([&](LineStatus& now) {
+    now = {true, LineProblem::kNone, {}, wall_clock_utc(), now.acknowledged};
+  });
+  spdlog::info("[plant]: connected to {}:{} as {}/{}", parts.config.host, parts.config.port, parts.config.plant,
+               parts.config.cell);
+  try {
+    under_way[line->publish(presence(true, false))] = kPresence;
+  } catch (const NotPublished& lost) {
+    say({lost.problem, lost.what()});
+  }
+  held = false;
+  pump();
+}
+
+void Publisher::Impl::down(const LineFailure& failure) {
+  line.reset();
+  pause.cancel();
+  if (is_up || failure.problem != LineProblem::kNone) {
+    set([&](LineStatus& now) {
+      if (std::exchange(now.connected, false)) now.since = wall_clock_utc();
+    });
+  }
+  is_up = false;
+  if (stopping) {
+    context.stop();
+    return;
+  }
+  say(failure);
+  connect_later();
+}
+
+void Publisher::Impl::hold(std::chrono::milliseconds time, const LineFailure& why) {
+  say(why);
+  held = true;
+  pause.expires_after(time);
+  pause.async_wait([this](boost::system::error_code cancelled) {
+    if (cancelled) return;
+    held = false;
+    pump();
+  });
+}
+
+void Publisher::Impl::answered(int message, const std::optional<LineFailure>& refused) {
+  const auto found = under_way.find(message);
+  if (found == under_way.end()) return;
+  const std::int64_t row = found->second;
+  under_way.erase(found);
+  if (refused) {
+    hold(parts.refused_wait, *refused);
+  } else if (row != kPresence) {
+    acknowledged.push_back(row);
+    set([](LineStatus& now) { ++now.acknowledged; });
+  }
+  if (stopping) {
+    if (under_way.empty() && line) line->close();
+    return;
+  }
+  pump();
+}
+
+/// What was acknowledged goes from the disk; what cannot go is not sent again meanwhile.
+void Publisher::Impl::forget_acknowledged() {
+  if (acknowledged.empty()) return;
+  parts.journal.acknowledge(acknowledged);
+  acknowledged.clear();
+}
+
+void Publisher::Impl::pump() try {
+  if (acknowledged.size() >= kAcknowledgedAtOnce || under_way.empty()) forget_acknowledged();
+  if (!is_up || stopping) return;
+  if (held) {  // from the oldest on, when that is over: in order
+    bite.clear();
+    read_to = 0;
+    return;
+  }
+  send_waiting();
+} catch (const JournalError& failed) {
+  hold(kJournalWait, {LineProblem::kJournal, failed.what()});
+}
+
+void Publisher::Impl::send_waiting() {
+  if (read_to == 0 && !under_way.empty() && !acknowledged.empty()) forget_acknowledged();
+  while (is_up && under_way.size() < kMostUnderWay) {
+    if (bite.empty()) {
+      auto rows = parts.journal.waiting(read_to, kMostUnderWay);
+      std::move(rows.begin(), rows.end(), std::back_inserter(bite));
+      if (bite.empty()) break;
+    }
+    const bool sent = std::any_of(under_way.begin(), under_way.end(),
+                                  [&](const auto& one) { return one.second == bite.front().row; });
+    if (!sent && !send(bite.front())) return;
+    read_to = bite.front().row;
+    bite.pop_front();
+  }
+  if (under_way.empty()) {
+    forget_acknowledged();
+    set([](LineStatus& now) {
+      now.problem = LineProblem::kNone;
+      now.words.clear();
+    });
+  }
+}
+
+bool Publisher::Impl::send(const WaitingReport& row) {
+  const Fact fact = fact_of(row);
+  try {
+    under_way[line->publish({to_text({name(), Subject::kFact, kind_of(fact.body)}), to_json(fact), false})] = row.row;
+    return true;
+  } catch (const NotPublished& refused) {
+    if (refused.problem == LineProblem::kTooLarge)
+      hold(parts.refused_wait, {refused.problem, refused.what()});
+    return false;
+  }
+}
+
+/// What cannot be composed is told of: its number is used.
+Fact Publisher::Impl::fact_of(const WaitingReport& row) const {
+  Fact fact{name(), row.source, row.number, row.time, row.session, {}};
+  try {
+    std::string body = row.report.body;
+    if (body.empty()) {
+      const auto session = parts.journal.session(row.session);
+      if (!session) throw JournalError(fmt::format("session {} is not there", row.session));
+      body = reporter->calibration(*session).body;
+    }
+    fact.body = body_from_json(row.report.kind, body);
+  } catch (const std::exception& failed) {
+    fact.body = AlarmFact{"failed", fmt::format("{} of session {} cannot be told", row.report.kind, row.session),
+                          failed.what()};
+  }
+  return fact;
+}
+
+void Publisher::Impl::tell_health() {
+  const auto period = std::chrono::duration<double, std::ratio<60>>(parts.config.health_minutes);
+  health.expires_after(std::chrono::duration_cast<std::chrono::milliseconds>(period));
+  health.async_wait([this](boost::system::error_code cancelled) {
+    if (cancelled) return;
+    try {
+      HealthFact fact = parts.health();
+      fact.waiting = parts.journal.outbox().rows;
+      fact.journal_bytes = parts.journal.bytes_in_use();
+      parts.journal.report(0, report_of(fact));
+    } catch (const std::exception& failed) {
+      say({LineProblem::kJournal, failed.what()});
+    }
+    tell_health();
+  });
+}
+
+void Publisher::Impl::stop() {
+  stopping = true;
+  retry.cancel();
+  pause.cancel();
+  health.cancel();
+  if (!is_up) {
+    context.stop();
+    return;
+  }
+  last.expires_after(parts.farewell);
+  last.async_wait([this](boost::system::error_code) { context.stop(); });
+  try {
+    under_way[line->publish(presence(false, true))] = kPresence;
+  } catch (const std::exception&) {  // the will says so
+    context.stop();
+  }
+}
+
+Publisher::Publisher(Parts parts) : impl_(std::make_shared<Impl>(std::move(parts))) {
+  impl_->start();
+  impl_->thread = std::thread([raw = impl_.get()] {
+    const auto work = asio::make_work_guard(raw->context);
+    raw->context.run();
+  });
+}
+
+Publisher::~Publisher() {
+  impl_->parts.journal.report_to(nullptr);
+  asio::post(impl_->context, [raw = impl_.get()] { raw->stop(); });
+  impl_->thread.join();
+  impl_->line.reset();
+  try {
+    impl_->forget_acknowledged();
+  } catch (const JournalError& kept) {
+    spdlog::warn("[plant]: {}; what the plant has is sent once more", kept.what());
+  }
+}
+
+LineStatus Publisher::status() const {
+  const std::lock_guard lock(impl_->status_mutex);
+  return impl_->status;
+}
+
+const PlantConfig& Publisher::config() const { return impl_->parts.config; }
+
+}  // namespace cellcal::daemon::plant

@@ -1,0 +1,45 @@
+#pragma once
+// The journal's outbox, to the plant's broker. Its thread; nobody waits for it.
+
+#include <chrono>
+#include <functional>
+#include <memory>
+
+#include "daemon/config/plant_config.h"
+#include "daemon/journal/journal.h"
+#include "daemon/plant/messages/fact.h"
+#include "daemon/plant/publisher/line_status.h"
+
+namespace cellcal::daemon::plant {
+
+class Publisher {
+ public:
+  struct Parts {
+    Journal& journal;
+    PlantConfig config;
+    bool mock = false;  ///< the cell is emulated
+    /// Where a session's check.json is.
+    std::function<std::filesystem::path(std::int64_t session)> results_dir = {};
+    /// Told of every so often; none: never. On this thread.
+    std::function<HealthFact()> health = {};
+    std::chrono::milliseconds first_wait{1000}, longest_wait{60000};  ///< until a line is opened again
+    std::chrono::milliseconds refused_wait{60000};
+    std::chrono::milliseconds farewell{2000};
+    std::chrono::seconds keepalive{30};
+  };
+  /// The journal reports to it from now on.
+  explicit Publisher(Parts parts);
+  /// In order, as far as the broker is there.
+  ~Publisher();
+  Publisher(const Publisher&) = delete;
+  Publisher& operator=(const Publisher&) = delete;
+
+  LineStatus status() const;
+  const PlantConfig& config() const;
+
+ private:
+  struct Impl;
+  std::shared_ptr<Impl> impl_;
+};
+
+}  // namespace cellcal::daemon::plant

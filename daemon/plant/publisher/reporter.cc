@@ -1,0 +1,133 @@
+#include "daemon/plant/publisher/reporter.h"
+
+#include <nlohmann/json.hpp>
+
+#include "calib/files/calibration_json.h"
+#include "calib/syntax/input_file.h"
+#include "calib/syntax/toml_table.h"
+#include "daemon/plant/messages/fact_json.h"
+#include "daemon/tasks/options.h"
+
+namespace cellcal::daemon::plant {
+
+namespace {
+
+constexpr double kMmPerM = 1e3;
+
+SessionState state_of(const std::string& state) {
+  if (state == "done") return SessionState::kDone;
+  if (state == "aborted") return SessionState::kAborted;
+  if (state == "failed") return SessionState::kFailed;
+  return state == "interrupted" ? SessionState::kInterrupted : SessionState::kRunning;
+}
+
+/// None: of another version, or none of ours. Its end is told of all the same.
+std::optional<SessionOptions> options_of(const SessionInputs& inputs) {
+  try {
+    return options_from_json(inputs.options);
+  } catch (const std::exception&) {
+    return std::nullopt;
+  }
+}
+
+std::string purpose_of(const std::optional<SessionOptions>& options) {
+  if (!options) return "unknown";
+  return options->update ? "update" : to_string(options->kind);
+}
+
+/// [identity] of the cell file; it was sound when the session began.
+std::string serial_of(const SessionInputs& inputs) {
+  const calib::TomlTable cell = calib::TomlTable::parse(inputs.cell_text, inputs.cell_name);
+  return cell.table_or_empty("identity").string_or("robot_serial", "");
+}
+
+std::optional<double> if_any(double metres) {
+  return metres > 0.0 ? std::optional(metres) : std::nullopt;
+}
+
+std::optional<double> millimetres(const nlohmann::json& of, const char* key) {
+  return of.is_object() ? std::optional(of.at(key).get<double>() / kMmPerM) : std::nullopt;
+}
+
+CheckFact check_of(const SessionOptions& options, std::string document) {
+  const auto check = nlohmann::json::parse(document);
+  CheckFact fact;
+  fact.against = options.against;
+  const bool judged = !check.at("explanations").empty();
+  fact.held = check.at("holds").get<bool>() ? Held::kYes : judged ? Held::kNo : Held::kUndecided;
+  fact.shift_m = millimetres(check.at("tcp_shift_mm"), "length");
+  fact.u_m = millimetres(check.at("tcp_shift_mm"), "u_length");
+  if (check.at("changed").is_string()) fact.cause = check.at("changed").get<std::string>();
+  fact.temperature_c = options.temperature_c;
+  fact.document = std::move(document);
+  return fact;
+}
+
+}  // namespace
+
+Report report_of(const FactBody& body) {
+  const bool telemetry = worth_of(body) == Worth::kTelemetry;
+  return {kind_of(body), telemetry ? daemon::Worth::kTelemetry : daemon::Worth::kResult, body_to_json(body)};
+}
+
+std::vector<Report> PlantReporter::session(const SessionRecord& session) const {
+  const std::optional<SessionOptions> options = options_of(session.inputs);
+  SessionFact fact;
+  fact.state = state_of(session.state);
+  fact.purpose = purpose_of(options);
+  fact.cell_file = session.inputs.cell_name;
+  fact.robot_file = session.inputs.robot_name;
+  fact.started = session.started;
+  fact.touches = static_cast<std::size_t>(session.touches);
+  fact.planned = static_cast<std::size_t>(session.planned);
+  fact.failure = session.failure;
+  fact.software = session.software;
+  std::vector<Report> all;
+  if (options && options->kind == SessionKind::kCheck && fact.state == SessionState::kDone) try {
+      all.push_back(
+          report_of(check_of(*options, calib::read_file(parts_.results_dir(session.id) / "check.json"))));
+    } catch (const std::exception& unreadable) {
+      all.push_back(report_of(AlarmFact{"failed", "result of the check cannot be told", unreadable.what()}));
+    }
+  all.push_back(report_of(fact));
+  return all;
+}
+
+Report PlantReporter::calibration(const SessionRecord& session) const {
+  const calib::Calibration result = calib::calibration_from_json(session.calibration, "the journal");
+  CalibrationFact fact;
+  fact.robot = result.cell.robot.name;
+  fact.robot_serial = serial_of(session.inputs);
+  fact.published = result.verdict.publish;
+  fact.update = result.update.has_value();
+  for (const calib::Finding& one : result.verdict.findings) fact.findings.emplace_back(to_string(one.kind));
+  fact.near_m = if_any(result.predicted_near_targets_m);
+  fact.over_m = if_any(result.predicted_workspace_m);
+  fact.document = session.calibration;
+  return report_of(fact);
+}
+
+std::vector<Report> PlantReporter::touch(const RecordTouch& touch) const {
+  if (!parts_.touches) return {};
+  TouchFact fact;
+  fact.index = touch.index;
+  fact.target = touch.touch.target;
+  fact.check = touch.touch.set == calib::TouchSet::kCheck;
+  fact.joint_rad = touch.touch.joint_rad;
+  return {report_of(fact)};
+}
+
+std::vector<Report> PlantReporter::change(const RecordChange& change) const {
+  return {report_of(PhaseFact{to_string(change.change.from), to_string(change.change.to),
+                              to_string(change.on), change.clock_s})};
+}
+
+std::vector<Report> PlantReporter::activation(const Activation& activation) const {
+  return {report_of(ActivationFact{activation.who, activation.reason})};
+}
+
+Report PlantReporter::dropped(std::int64_t first, std::int64_t last, std::int64_t count) const {
+  return report_of(DroppedFact{first, last, count});
+}
+
+}  // namespace cellcal::daemon::plant

@@ -1,0 +1,41 @@
+#pragma once
+// From the journal's facts to the bodies that the plant is told.
+
+#include <filesystem>
+#include <functional>
+
+#include "daemon/journal/journal.h"
+#include "daemon/plant/messages/fact.h"
+
+namespace cellcal::daemon::plant {
+
+/// The row of a fact that comes from elsewhere, for Journal::report().
+Report report_of(const FactBody& body);
+
+class PlantReporter final : public Reporter {
+ public:
+  struct Parts {
+    bool touches = false;
+    std::int64_t most_bytes = 0;
+    /// Where a session's check.json is.
+    std::function<std::filesystem::path(std::int64_t session)> results_dir;
+    std::function<void()> waits;
+  };
+  explicit PlantReporter(Parts parts) : parts_(std::move(parts)) {}
+
+  std::vector<Report> session(const SessionRecord& session) const override;
+  Report calibration(const SessionRecord& session) const override;
+  std::vector<Report> touch(const RecordTouch& touch) const override;
+  std::vector<Report> change(const RecordChange& change) const override;
+  std::vector<Report> activation(const Activation& activation) const override;
+  Report dropped(std::int64_t first, std::int64_t last, std::int64_t count) const override;
+  std::int64_t most_bytes() const override { return parts_.most_bytes; }
+  void waits() const override {
+    if (parts_.waits) parts_.waits();
+  }
+
+ private:
+  Parts parts_;
+};
+
+}  // namespace cellcal::daemon::plant

@@ -1,0 +1,153 @@
+// TLS, passwords and rights, against Debian's mosquitto with the configuration that is shipped.
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <sstream>
+#include <thread>
+
+#include "broker.h"
+#include "daemon/plant/publisher/publisher.h"
+#include "listener.h"
+#include "tests/daemon/journal/images.h"
+#include "tests/daemon/journal/temporary_directory.h"
+
+namespace cellcal::daemon::testing {
+namespace {
+
+using plant::LineProblem, plant::Publisher;
+
+constexpr const char* kFact = R"({"format":"cellcal.plant/1"})";
+
+/// `name`.pem and .key, signed by `by`; by itself where that is empty.
+void make_certificate(const std::filesystem::path& dir, const std::string& name, const std::string& by) {
+  std::vector<std::string> words{"openssl", "req",     "-x509", "-newkey", "ec",  "-pkeyopt", "ec_paramgen_curve:prime256v1",
+                                 "-nodes",  "-days",   "2",     "-keyout", dir / (name + ".key"), "-out", dir / (name + ".pem"),
+                                 "-subj",   "/CN=" + name};
+  if (!by.empty())
+    for (const std::string& word : std::vector<std::string>{"-CA", dir / (by + ".pem"), "-CAkey", dir / (by + ".key"), "-addext",
+                             "subjectAltName=IP:127.0.0.1", "-addext", "basicConstraints=critical,CA:FALSE"})
+      words.push_back(word);
+  run_tool(words);
+}
+
+struct broker_of_a_plant : ::testing::Test {
+  broker_of_a_plant() {
+    make_certificate(dir.path(), "ca", "");
+    make_certificate(dir.path(), "broker", "ca");
+    std::ofstream(dir / "passwords");
+    for (const char* user : {"weld-3", "weld-4", "collector", "plant-operator"})
+      run_tool({"mosquitto_passwd", "-b", dir / "passwords", user, std::string("pw-") + user});
+    broker = std::make_unique<Broker>(dir.path(), conf());
+  }
+
+  /// The file that is shipped, with the paths and the plant of this test.
+  static std::string shipped(const std::string& name) {
+    std::ifstream file(std::filesystem::path(CELLCAL_BROKER_FILES) / name);
+    std::stringstream text;
+    text << file.rdbuf();
+    EXPECT_FALSE(text.str().empty()) << name;
+    return text.str();
+  }
+  std::string conf() {
+    std::ofstream(dir / "acl") << replaced(shipped("cellcal.acl"), "PLANT", "graz");
+    std::string text = shipped("cellcal.conf");
+    text = replaced(text, "listener 8883\n", "");
+    text = replaced(text, "/etc/mosquitto/cellcal/", dir.path().string() + "/");
+    return text;
+  }
+  static std::string replaced(std::string text, const std::string& what, const std::string& by) {
+    EXPECT_NE(text.find(what), std::string::npos) << what;
+    for (std::size_t at = 0; (at = text.find(what, at)) != std::string::npos; at += by.size())
+      text.replace(at, what.size(), by);
+    return text;
+  }
+
+  Login login(const std::string& user) const { return {user, "pw-" + user, dir / "ca.pem"}; }
+  Publisher::Parts parts(Journal& journal) const {
+    PlantConfig plant;
+    plant.plant = "graz";
+    plant.cell = plant.user = "weld-3";
+    plant.host = "127.0.0.1";
+    plant.port = broker->port();
+    plant.ca = dir / "ca.pem";
+    plant.password_file = dir / "pw";
+    std::ofstream(dir / "pw") << "pw-weld-3\n";
+    Publisher::Parts all{journal, plant};
+    all.first_wait = all.longest_wait = all.refused_wait = std::chrono::milliseconds(50);
+    return all;
+  }
+  LineProblem problem_of(Publisher::Parts wrong) const {
+    const Publisher running(std::move(wrong));
+    for (int i = 0; i < 3000 && running.status().problem == LineProblem::kNone; ++i)
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    EXPECT_FALSE(running.status().connected);
+    EXPECT_NE(running.status().words.find("under [plant]"), std::string::npos) << running.status().words;
+    return running.status().problem;
+  }
+
+  TemporaryDirectory dir;
+  std::unique_ptr<Broker> broker;
+};
+
+TEST_F(broker_of_a_plant, is_spoken_to_over_tls_with_a_password) {
+  Listener collector(broker->port(), "collector", "$share/collectors/cellcal/+/+/fact/#", login("collector"));
+  Journal journal(dir / "j.db");
+  const Publisher running(parts(journal));
+  fill(journal, 1);
+  const auto heard = collector.until([](const auto& all) { return !all.empty(); });
+  EXPECT_EQ(heard[0].topic, "cellcal/graz/weld-3/fact/session");
+}
+
+TEST_F(broker_of_a_plant, is_refused_by_name_where_it_is_not_vouched_for) {
+  make_certificate(dir.path(), "other", "");
+  Journal journal(dir / "j.db");
+  Publisher::Parts wrong = parts(journal);
+  wrong.config.ca = dir / "other.pem";
+  EXPECT_EQ(problem_of(wrong), LineProblem::kCertificate);
+  wrong.config.ca = dir / "none.pem";
+  EXPECT_EQ(problem_of(wrong), LineProblem::kFiles);
+  Publisher::Parts misnamed = parts(journal);
+  misnamed.config.host = "localhost";  // not the certificate's name
+  EXPECT_EQ(problem_of(misnamed), LineProblem::kCertificate);
+}
+
+TEST_F(broker_of_a_plant, refuses_a_wrong_password_and_the_cell_says_so) {
+  Journal journal(dir / "j.db");
+  Publisher::Parts wrong = parts(journal);
+  std::ofstream(dir / "pw") << "guessed\n";
+  EXPECT_EQ(problem_of(wrong), LineProblem::kLogin);
+  wrong.config.user.clear();
+  EXPECT_EQ(problem_of(wrong), LineProblem::kLogin) << "nobody speaks without a name";
+}
+
+TEST_F(broker_of_a_plant, lets_no_cell_speak_for_another) {
+  Listener cell(broker->port(), "thief", "", login("weld-4"));
+  const auto refused = [&](const char* topic) { return cell.say(topic, kFact).value_or(0x80) >= 0x80; };
+  EXPECT_FALSE(refused("cellcal/graz/weld-4/fact/alarm"));
+  EXPECT_FALSE(refused("cellcal/graz/weld-4/presence"));
+  EXPECT_TRUE(refused("cellcal/graz/weld-3/fact/alarm"));
+  EXPECT_TRUE(refused("cellcal/graz/weld-3/presence"));
+  EXPECT_TRUE(refused("cellcal/linz/weld-4/fact/alarm")) << "nor in another plant";
+  EXPECT_TRUE(refused("cellcal/graz/weld-4/proposal")) << "nor propose to itself";
+  EXPECT_TRUE(refused("cellcal/graz/weld-3/proposal"));
+}
+
+TEST_F(broker_of_a_plant, lets_a_cell_hear_no_facts_of_others_and_no_other_cells_proposals) {
+  Listener curious(broker->port(), "curious", "#", login("weld-4"));
+  Listener collector(broker->port(), "collector", "cellcal/#", login("collector"));
+  Listener planner(broker->port(), "planner", "", login("plant-operator"));
+  Listener cell(broker->port(), "cell", "", login("weld-3"));
+  EXPECT_LT(cell.say("cellcal/graz/weld-3/fact/alarm", kFact).value_or(0x80), 0x80);
+  EXPECT_LT(planner.say("cellcal/graz/weld-3/proposal", kFact).value_or(0x80), 0x80);
+  EXPECT_LT(planner.say("cellcal/graz/weld-4/proposal", kFact).value_or(0x80), 0x80);
+  EXPECT_GE(collector.say("cellcal/graz/weld-4/proposal", kFact).value_or(0x80), 0x80) << "it only listens";
+  EXPECT_GE(planner.say("cellcal/graz/weld-4/fact/alarm", kFact).value_or(0x80), 0x80);
+  collector.until([](const auto& all) { return all.size() >= 1; });
+  const auto heard = curious.until([](const auto& all) { return !all.empty(); });
+  ASSERT_EQ(heard.size(), 1u);
+  EXPECT_EQ(heard[0].topic, "cellcal/graz/weld-4/proposal");
+}
+
+}  // namespace
+}  // namespace cellcal::daemon::testing

@@ -1,0 +1,202 @@
+// From the journal to Debian's mosquitto.
+
+#include "daemon/plant/publisher/publisher.h"
+
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <fstream>
+#include <set>
+#include <thread>
+
+#include "broker.h"
+#include "daemon/plant/publisher/reporter.h"
+#include "listener.h"
+#include "tests/daemon/journal/images.h"
+#include "tests/daemon/journal/temporary_directory.h"
+
+namespace cellcal::daemon::testing {
+namespace {
+
+using plant::Fact, plant::LineProblem, plant::Publisher;
+using std::chrono::milliseconds;
+
+constexpr const char* kAll = "cellcal/#";
+
+std::function<bool(const std::vector<Heard>&)> number_heard(std::int64_t number) {
+  return [number](const std::vector<Heard>& heard) {
+    for (const Fact& fact : facts_in(heard))
+      if (fact.number == number) return true;
+    return false;
+  };
+}
+
+template <class F>
+void wait_until(F done) {
+  for (int i = 0; i < 6000 && !done(); ++i) std::this_thread::sleep_for(milliseconds(10));
+  ASSERT_TRUE(done()) << "it never came";
+}
+
+/// Every number from 1 on, in order, each with one content however often it came.
+void expect_whole(const std::vector<Heard>& heard, std::int64_t last) {
+  std::map<std::int64_t, Fact> all;
+  std::int64_t newest = 0;
+  for (const Fact& fact : facts_in(heard)) {
+    const auto [there, is_new] = all.emplace(fact.number, fact);
+    EXPECT_EQ(there->second, fact) << "the same number, another fact";
+    EXPECT_TRUE(!is_new || fact.number == newest + 1) << fact.number << " behind " << newest;
+    newest = std::max(newest, fact.number);
+  }
+  EXPECT_EQ(newest, last);
+  EXPECT_EQ(all.size(), static_cast<std::size_t>(last));
+}
+
+struct publisher : ::testing::Test {
+  PlantConfig config(std::uint16_t port) const {
+    PlantConfig plant;
+    plant.plant = "graz";
+    plant.cell = "weld-3";
+    plant.host = "127.0.0.1";
+    plant.port = port;
+    plant.tls = false;
+    plant.touches = true;
+    return plant;
+  }
+  Publisher::Parts parts(Journal& journal, std::uint16_t port) const {
+    Publisher::Parts all{journal, config(port)};
+    all.results_dir = [this](std::int64_t) { return dir.path(); };
+    all.first_wait = all.longest_wait = all.refused_wait = milliseconds(50);
+    return all;
+  }
+  TemporaryDirectory dir, broker_dir;
+};
+
+TEST_F(publisher, says_every_fact_once_and_in_order_and_is_born_and_dies_retained) {
+  Broker broker(broker_dir.path());
+  Listener plant(broker.port(), "plant", kAll);
+  Journal journal(dir / "j.db");
+  {
+    const Publisher running(parts(journal, broker.port()));
+    const std::int64_t id = fill(journal, 40);
+    journal.record(id, RecordEnd{Ending::kFailed, "no packet for 44 ms"}, "t9");
+    journal.activate({id, "2026-01-02T00:00:00.000Z", "anna", "warm"});
+    plant.until(number_heard(43));
+    EXPECT_TRUE(presence_in(plant.all())->online);
+    wait_until([&] { return journal.outbox().rows == 0; });
+    EXPECT_TRUE(running.status().connected);
+    EXPECT_EQ(running.status().acknowledged, 43u);
+  }
+  expect_whole(plant.all(), 43);
+  const auto facts = facts_in(plant.all());
+  EXPECT_EQ(facts.size(), 43u) << "once";
+  EXPECT_EQ(std::get<plant::SessionFact>(facts[41].body).failure, "no packet for 44 ms");
+  EXPECT_EQ(std::get<plant::TouchFact>(facts[1].body).joint_rad, touch_at(0.1).joint_rad);
+  EXPECT_EQ(std::get<plant::ActivationFact>(facts[42].body).by, "anna");
+  Listener late(broker.port(), "late", kAll);
+  const auto retained = late.until([](const auto& heard) { return !heard.empty(); });
+  EXPECT_TRUE(retained[0].retained);
+  EXPECT_FALSE(presence_in(retained)->online);
+  EXPECT_TRUE(presence_in(retained)->farewell);
+}
+
+TEST_F(publisher, loses_nothing_when_the_broker_is_killed_in_mid_session_and_comes_back) {
+  Broker broker(broker_dir.path());
+  Listener plant(broker.port(), "plant", kAll);
+  Journal journal(dir / "j.db");
+  const Publisher running(parts(journal, broker.port()));
+  fill(journal, 20);
+  plant.until(number_heard(21));
+  std::this_thread::sleep_for(milliseconds(1500));  // the broker has its session on disk
+  broker.kill();
+  fill(journal, 20);
+  wait_until([&] { return running.status().problem == LineProblem::kUnreachable; });
+  EXPECT_NE(running.status().words.find("127.0.0.1"), std::string::npos);
+  EXPECT_EQ(journal.outbox().rows, 21);
+  broker.start();
+  plant.until(number_heard(42));
+  expect_whole(plant.all(), 42);
+}
+
+TEST_F(publisher, that_was_killed_is_followed_by_one_that_says_the_same_under_the_same_numbers) {
+  Broker broker(broker_dir.path());
+  const pid_t cell = ::fork();
+  if (cell == 0) {
+    Journal journal(dir / "j.db");
+    const Publisher running(parts(journal, broker.port()));
+    for (;;) fill(journal, 3);
+  }
+  Listener plant(broker.port(), "plant", kAll);
+  plant.until([](const auto& heard) { return facts_in(heard).size() > 30; });
+  ::kill(cell, SIGKILL);
+  ::waitpid(cell, nullptr, 0);
+  plant.until([](const auto& heard) { return !presence_in(heard) || !presence_in(heard)->online; });
+  EXPECT_FALSE(presence_in(plant.all())->farewell) << "the will";
+  const std::int64_t first = facts_in(plant.all())[0].number;
+  Journal journal(dir / "j.db");
+  const std::int64_t before = journal.outbox().newest;
+  const Publisher running(parts(journal, broker.port()));
+  plant.until(number_heard(before + 1));
+  const auto facts = facts_in(plant.all());
+  EXPECT_EQ(std::get<plant::SessionFact>(facts.back().body).state, plant::SessionState::kInterrupted);
+  std::set<std::int64_t> numbers;
+  std::map<std::int64_t, Fact> same;
+  for (const Fact& fact : facts) {
+    numbers.insert(fact.number);
+    EXPECT_EQ(same.emplace(fact.number, fact).first->second, fact);
+  }
+  EXPECT_EQ(numbers.size(), static_cast<std::size_t>(before + 1 - first + 1)) << "no gap";
+  EXPECT_EQ(facts.back().journal, facts.front().journal);
+}
+
+TEST_F(publisher, keeps_what_the_broker_refuses_says_so_and_sends_it_when_it_may) {
+  std::ofstream(broker_dir / "acl") << "topic write cellcal/graz/weld-3/presence\ntopic read cellcal/#\n"
+                                       "topic write cellcal/graz/weld-3/fact/session\n";
+  Broker broker(broker_dir.path(), "allow_anonymous true\nacl_file " + (broker_dir / "acl").string() + "\n");
+  Listener plant(broker.port(), "plant", kAll);
+  Journal journal(dir / "j.db");
+  const Publisher running(parts(journal, broker.port()));
+  const std::int64_t id = fill(journal, 0);
+  journal.activate({id, "2026-01-02T00:00:00.000Z", "anna", "warm"});
+  wait_until([&] { return running.status().problem == LineProblem::kRefused; });
+  EXPECT_TRUE(running.status().connected);
+  EXPECT_EQ(journal.waiting(0, 9).back().report.kind, "activation");
+  broker.kill();
+  std::ofstream(broker_dir / "acl") << "topic readwrite cellcal/#\n";
+  broker.start();
+  wait_until([&] { return journal.outbox().rows == 0; });
+  EXPECT_EQ(running.status().problem, LineProblem::kNone);
+}
+
+TEST_F(publisher, ends_at_once_where_nobody_answers_and_what_waits_stays) {
+  std::uint16_t nobody = 0;
+  { nobody = Broker(broker_dir.path()).port(); }
+  Journal journal(dir / "j.db");
+  {
+    const Publisher running(parts(journal, nobody));
+    fill(journal, 2);
+    wait_until([&] { return running.status().problem == LineProblem::kUnreachable; });
+  }
+  EXPECT_EQ(journal.outbox().rows, 3);
+}
+
+TEST_F(publisher, tells_of_the_links_health_every_so_often) {
+  Broker broker(broker_dir.path());
+  Listener plant(broker.port(), "plant", kAll);
+  Journal journal(dir / "j.db");
+  Publisher::Parts often = parts(journal, broker.port());
+  often.config.health_minutes = 0.001;
+  often.health = [] {
+    plant::HealthFact fact;
+    fact.packets = 7;
+    return fact;
+  };
+  const Publisher running(std::move(often));
+  const auto facts = facts_in(plant.until(number_heard(2)));
+  EXPECT_EQ(std::get<plant::HealthFact>(facts[0].body).packets, 7u);
+  EXPECT_GT(std::get<plant::HealthFact>(facts[0].body).journal_bytes, 0);
+}
+
+}  // namespace
+}  // namespace cellcal::daemon::testing

@@ -1,0 +1,84 @@
+// What the plant is told of a fact.
+
+#include "daemon/plant/publisher/reporter.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "calib/files/check_json.h"
+#include "daemon/plant/messages/fact_json.h"
+#include "daemon/tasks/options.h"
+#include "tests/daemon/journal/images.h"
+#include "tests/daemon/journal/temporary_directory.h"
+
+namespace cellcal::daemon::testing {
+namespace {
+
+using plant::PlantReporter;
+
+plant::FactBody body_of(const Report& report) { return plant::body_from_json(report.kind, report.body); }
+
+SessionRecord session_of(SessionKind kind, const char* state) {
+  SessionRecord record;
+  record.id = 7;
+  record.state = state;
+  record.started = "2026-01-01T00:00:00.000Z";
+  SessionOptions options;
+  options.kind = kind;
+  options.against = kind == SessionKind::kCheck ? 3 : 0;
+  record.inputs.options = options_to_json(options);
+  return record;
+}
+
+struct reporter : ::testing::Test {
+  PlantReporter telling{{true, 1 << 20, [this](std::int64_t) { return dir.path(); }, {}}};
+  TemporaryDirectory dir;
+};
+
+TEST_F(reporter, tells_what_a_session_is_for_and_how_it_stands) {
+  const auto told = telling.session(session_of(SessionKind::kCalibrate, "aborted"));
+  ASSERT_EQ(told.size(), 1u);
+  EXPECT_EQ(told[0].worth, daemon::Worth::kResult);
+  const auto fact = std::get<plant::SessionFact>(body_of(told[0]));
+  EXPECT_EQ(fact.state, plant::SessionState::kAborted);
+  EXPECT_EQ(fact.purpose, "calibrate");
+}
+
+TEST_F(reporter, tells_the_result_of_a_check_with_its_end_byte_for_byte) {
+  const std::string document = calib::check_to_json({.holds = true, .touches = 9}) + "\n";
+  std::ofstream(dir / "check.json") << document;
+  EXPECT_EQ(telling.session(session_of(SessionKind::kCheck, "running")).size(), 1u);
+  const auto told = telling.session(session_of(SessionKind::kCheck, "done"));
+  ASSERT_EQ(told.size(), 2u);
+  const auto fact = std::get<plant::CheckFact>(body_of(told[0]));
+  EXPECT_EQ(fact.held, plant::Held::kYes);
+  EXPECT_EQ(fact.against, 3);
+  EXPECT_EQ(fact.document, document);
+}
+
+TEST_F(reporter, tells_of_the_end_of_a_check_whose_result_cannot_be_read) {
+  std::ofstream(dir / "check.json") << "{";
+  const auto told = telling.session(session_of(SessionKind::kCheck, "done"));
+  ASSERT_EQ(told.size(), 2u);
+  EXPECT_EQ(told[0].kind, "alarm");
+  EXPECT_EQ(told[1].kind, "session");
+}
+
+TEST_F(reporter, tells_of_touches_only_where_it_was_asked_to) {
+  const RecordTouch touch{4, touch_at(0.5)};
+  const auto told = telling.touch(touch);
+  ASSERT_EQ(told.size(), 1u);
+  EXPECT_EQ(told[0].worth, daemon::Worth::kTelemetry);
+  EXPECT_EQ(std::get<plant::TouchFact>(body_of(told[0])).index, 4u);
+  EXPECT_TRUE(PlantReporter({}).touch(touch).empty());
+}
+
+TEST_F(reporter, never_lets_word_of_what_was_dropped_be_dropped) {
+  const Report told = telling.dropped(3, 9, 5);
+  EXPECT_EQ(told.worth, daemon::Worth::kResult);
+  EXPECT_EQ(std::get<plant::DroppedFact>(body_of(told)), (plant::DroppedFact{3, 9, 5}));
+}
+
+}  // namespace
+}  // namespace cellcal::daemon::testing
