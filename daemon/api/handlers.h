@@ -12,6 +12,7 @@
 #include "daemon/api/status_json.h"
 #include "daemon/drift/drift_watch.h"
 #include "daemon/archive/retention.h"
+#include "daemon/plant/publisher/line_status.h"
 #include "daemon/service/service.h"
 
 namespace cellcal::daemon {
@@ -35,6 +36,9 @@ class Api {
   /// Before the first request. Lives as long as this.
   void use(Schedule& schedule) { schedule_ = &schedule; }
   void use(plant::ProposalBox& proposals) { proposals_ = &proposals; }
+  /// How the line to the plant stands; none: no plant is named. Any thread.
+  using PlantLineStatus = std::function<std::optional<plant::LineStatus>()>;
+  void use(PlantLineStatus line) { plant_line_ = std::move(line); }
   /// What [retention] says now. Any thread.
   void use(std::function<RetentionRule()> retention) { retention_ = std::move(retention); }
 
@@ -108,6 +112,7 @@ class Api {
   std::optional<Response> release_schedule(const Call& call);
   Schedule& schedule();
   // What the plant proposed (proposal_handlers.cc).
+  std::optional<Response> show_plant(const Call& call);
   std::optional<Response> show_proposals(const Call& call);
   std::optional<Response> accept_proposal(const Call& call);
   std::optional<Response> refuse_proposal(const Call& call);
@@ -134,6 +139,7 @@ class Api {
   Access* access_;
   Schedule* schedule_ = nullptr;
   plant::ProposalBox* proposals_ = nullptr;
+  PlantLineStatus plant_line_;
   std::function<RetentionRule()> retention_;
   Page page_;
   Examiner* examiner_;

@@ -234,13 +234,25 @@ std::string metrics_text(const Status& status, const std::vector<SessionRecord>&
   return std::move(out).text();
 }
 
+std::string metrics_text(const plant::LineStatus& line, const OutboxCount& outbox) {
+  Exposition out;
+  out.gauge("cellcal_plant_connected", "1 while the plant's broker is there.", line.connected ? 1.0 : 0.0);
+  out.gauge("cellcal_plant_waiting", "Facts that the broker has not acknowledged.", static_cast<double>(outbox.rows));
+  out.gauge("cellcal_plant_waiting_bytes", "What they take in the journal.", static_cast<double>(outbox.bytes));
+  out.counter("cellcal_plant_acknowledged_total", "Facts that it has.", static_cast<double>(line.acknowledged));
+  out.counter("cellcal_plant_dropped_total", "Telemetry for which there was no room.",
+              static_cast<double>(outbox.dropped + outbox.not_begun));
+  return std::move(out).text();
+}
+
 std::optional<Response> Api::metrics(const Call&) {
   const std::vector<SessionRecord> sessions = journal_.sessions();
   const auto newest = newest_result(journal_, sessions);
   const auto drift = drift_watch_.look();
-  return Response{200, "text/plain; version=0.0.4; charset=utf-8",
-                  metrics_text(service_.status(), sessions, newest ? &*newest : nullptr,
-                               drift ? &drift->chart : nullptr)};
+  std::string text = metrics_text(service_.status(), sessions, newest ? &*newest : nullptr,
+                                  drift ? &drift->chart : nullptr);
+  if (const auto line = plant_line_ ? plant_line_() : std::nullopt) text += metrics_text(*line, journal_.outbox());
+  return Response{200, "text/plain; version=0.0.4; charset=utf-8", std::move(text)};
 }
 
 }  // namespace cellcal::daemon

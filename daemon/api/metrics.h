@@ -6,6 +6,7 @@
 
 #include "calib/result/calibration.h"
 #include "calib/result/drift_chart.h"
+#include "daemon/plant/publisher/line_status.h"
 #include "daemon/service/service.h"
 
 namespace cellcal::daemon {
@@ -15,5 +16,8 @@ namespace cellcal::daemon {
 std::string metrics_text(const Status& status, const std::vector<SessionRecord>& sessions,
                          const calib::Calibration* newest,
                          const calib::DriftChart* drift = nullptr);
+
+/// Of the line to the plant, where one is named.
+std::string metrics_text(const plant::LineStatus& line, const OutboxCount& outbox);
 
 }  // namespace cellcal::daemon

@@ -49,6 +49,7 @@ std::span<const Api::Route> Api::routes() {
       {"GET",  "/v1/versions/compare",               Role::kLook,    kSlow,   &Api::compare_versions},
       {"POST", "/v1/versions/activate",              Role::kOperate, kSlow,   &Api::activate_version},
       {"POST", "/v1/versions/roll-back",             Role::kOperate, kSlow,   &Api::roll_back_version},
+      {"GET",  "/v1/plant",                          Role::kLook,    kSlow,   &Api::show_plant},
       {"GET",  "/v1/proposals",                      Role::kLook,    kSlow,   &Api::show_proposals},
       {"POST", "/v1/proposals/{id}/accept",          Role::kOperate, kSlow,   &Api::accept_proposal},
       {"POST", "/v1/proposals/{id}/refuse",          Role::kOperate, kSlow,   &Api::refuse_proposal},

@@ -20,6 +20,7 @@
 #include "daemon/main/network_door.h"
 #include "daemon/main/nights.h"
 #include "daemon/main/notification.h"
+#include "daemon/main/plant_line.h"
 #include "daemon/main/reload.h"
 #include "daemon/main/systemd_news.h"
 #include "daemon/readiness/examiner.h"
@@ -193,10 +194,12 @@ void run_daemon(const DaemonConfig& config, const std::function<DaemonConfig()>&
   if (!tokens.problem().empty()) spdlog::error("{}", tokens.problem());
   Access access(tokens, access_config(config.http));
   Examiner examiner(doctor_within(live, service));
+  PlantLine plant_line(service, journal, live);
   Nights nights(service, journal, live);
   Api api(service, journal, &access, page_answer, &examiner);
   api.use(nights.schedule());
-  api.use([&nights] { return nights.retention(); });
+  api.use(Api::PlantLineStatus([&plant_line] { return plant_line.status(); }));
+  api.use(std::function<RetentionRule()>([&nights] { return nights.retention(); }));
   HttpServer server(
       context, config.socket,
       {[&api](Request& request) { return api.admit_local(request); },
@@ -228,6 +231,7 @@ void run_daemon(const DaemonConfig& config, const std::function<DaemonConfig()>&
   });
   OnRequest reload([&] {
     read_again(live, service);
+    plant_line.reload();
     nights.poke();
   });
   reload_at_hang_up(hang_ups, reload);

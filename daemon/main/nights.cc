@@ -6,8 +6,10 @@
 #include <atomic>
 #include <chrono>
 
+#include "daemon/notify/message.h"
 #include "daemon/notify/notifier.h"
 #include "daemon/notify/session_news.h"
+#include "daemon/plant/publisher/reporter.h"
 #include "daemon/runner/backend.h"
 #include "daemon/schedule/schedule_thread.h"
 #include "daemon/schedule/service_door.h"
@@ -40,6 +42,16 @@ void drop_old(SessionService& service, Journal& journal, const DaemonConfig& con
   }
 }
 
+/// What a person would be told, to the plant.
+std::function<void(const Notice&)> alarm_to_plant(Journal& journal, const std::string& host) {
+  return [&journal, host](const Notice& notice) {
+    if (notice.news == News::kDone) return;
+    const Message words = compose(notice, Language::kEnglish, host);
+    journal.report(notice.session,
+                   plant::report_of(plant::AlarmFact{to_string(notice.news), words.subject, words.body}));
+  };
+}
+
 std::string host_name() {
   char name[256] = "";
   if (::gethostname(name, sizeof name - 1) != 0) return "cellcald";
@@ -52,7 +64,12 @@ struct Nights::Impl {
   Impl(SessionService& service, Journal& rows, LiveConfig& config)
       : journal(rows),
         live(config),
-        notifier({[this] { return live.now()->notify; }, host_name()}),
+        notifier({.config = [this] { return live.now()->notify; },
+                  .host = host_name(),
+                  .also =
+                      [this] {
+                        return live.now()->plant ? alarm_to_plant(journal, host_name()) : nullptr;
+                      }}),
         door(service, journal),
         schedule({door, live.now()->state_dir / "schedule.json",
                   [this] { return live.now()->schedule; }, wall_clock,

@@ -105,7 +105,9 @@ void Notifier::Shared::run() {
     NotifyConfig config;
     try {
       config = parts.config();
-      if (config.webhook || config.mail) notice = next();
+      const auto also = parts.also ? parts.also() : nullptr;
+      if (config.webhook || config.mail || also) notice = next();
+      if (notice && also) also(*notice);
     } catch (const std::exception& failed) {
       spdlog::error("notify: {}", failed.what());
     }

@@ -21,6 +21,8 @@ class Notifier {
     std::function<NotifyConfig()> config;  ///< the newest
     std::string host;                      ///< this computer's name
     std::chrono::milliseconds first_wait{5000};
+    /// What else is done with each notice, on the notifier's thread; nothing returned: nothing now.
+    std::function<std::function<void(const Notice&)>()> also = {};
   };
   explicit Notifier(Parts parts);
   /// A resolver that does not come back is not waited for longer than a second.

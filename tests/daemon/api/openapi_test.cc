@@ -192,6 +192,12 @@ TEST_F(a_described_api, answers_as_it_is_described) {
   EXPECT_EQ(ask("POST", "/v1/retain", R"({"days": 1, "dry_run": true})").status, 200);
   EXPECT_EQ(ask("POST", "/v1/retain", "{}").status, 422);
   EXPECT_EQ(ask("POST", "/v1/retain", R"({"days": 0})").status, 400);
+  EXPECT_EQ(ask("GET", "/v1/plant").status, 404) << "it belongs to no plant";
+  api.use(Api::PlantLineStatus([] {
+    return plant::LineStatus{false, plant::LineProblem::kLogin, "login refused", "2026-01-01T00:00:00.000Z", 7};
+  }));
+  EXPECT_EQ(ask("GET", "/v1/plant").status, 200);
+  EXPECT_EQ(ask("GET", "/metrics").status, 200);
   EXPECT_EQ(ask("GET", "/v1/proposals").status, 404) << "it belongs to no plant";
   api.use(proposals);
   proposals.take({{"graz", "weld-3"}, "p-1", plant::ProposalKind::kActivate, 7, "", "M. Huber", "drift", "t"}, "t0");

@@ -1,0 +1,37 @@
+#pragma once
+// The line to the plant while the daemon runs, as [plant] says now.
+
+#include <memory>
+#include <mutex>
+#include <optional>
+
+#include "daemon/main/reload.h"
+#include "daemon/plant/publisher/publisher.h"
+#include "daemon/service/service.h"
+
+namespace cellcal::daemon {
+
+class PlantLine {
+ public:
+  PlantLine(SessionService& service, Journal& journal, LiveConfig& live);
+  ~PlantLine();
+  PlantLine(const PlantLine&) = delete;
+  PlantLine& operator=(const PlantLine&) = delete;
+
+  /// What the configuration says now: another line where it is another. Waits for the farewell of the one before.
+  void reload();
+  /// None: no plant is named.
+  std::optional<plant::LineStatus> status() const;
+
+ private:
+  plant::Publisher::Parts parts(const PlantConfig& config) const;
+
+  SessionService& service_;
+  Journal& journal_;
+  LiveConfig& live_;
+  std::mutex reload_;
+  mutable std::mutex mutex_;  ///< never held while the broker is waited for
+  std::shared_ptr<plant::Publisher> publisher_;
+};
+
+}  // namespace cellcal::daemon
