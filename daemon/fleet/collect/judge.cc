@@ -75,7 +75,7 @@ void judge(Message message, Meters& meters, Meters::Time now, Batch& batch) {
     return refuse(std::move(message), of, Refusal::kRate,
                   "more messages or bytes than [limits] allows", batch);
   }
-  if (!topic || topic->subject == Subject::kProposal)
+  if (!topic || (topic->subject != Subject::kFact && topic->subject != Subject::kPresence))
     return refuse(std::move(message), of, Refusal::kTopic, "the topic is none of a cell's", batch);
   if (message.payload.size() > plant::kLargestMessage)
     return refuse(std::move(message), of, Refusal::kSize,

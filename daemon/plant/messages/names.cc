@@ -8,7 +8,8 @@ namespace cellcal::daemon::plant {
 namespace {
 
 constexpr std::string_view kRoot = "cellcal";
-constexpr std::string_view kFact = "fact", kPresence = "presence", kProposal = "proposal";
+constexpr std::string_view kFact = "fact", kPresence = "presence", kStored = "stored",
+                           kProposal = "proposal";
 
 bool is_letter(char c) {
   return ('a' <= c && c <= 'z') || ('A' <= c && c <= 'Z') || ('0' <= c && c <= '9') || c == '_' ||
@@ -41,8 +42,10 @@ std::string to_text(const Topic& topic) {
       return text.append(kFact).append("/").append(topic.kind);
     case Subject::kPresence:
       return text.append(kPresence);
+    case Subject::kStored:
+      return text.append(kStored);
     case Subject::kProposal:
-      return text.append(kProposal);
+      return text.append(kProposal).append("/").append(topic.kind);
   }
   return text;
 }
@@ -53,17 +56,13 @@ std::optional<Topic> topic_of(std::string_view text) {
     return std::nullopt;
   Topic topic;
   topic.of = {std::string(levels[1]), std::string(levels[2])};
-  if (levels.size() == 5 && levels[3] == kFact && is_name(levels[4])) {
+  if (levels.size() == 5 && (levels[3] == kFact || levels[3] == kProposal) && is_name(levels[4])) {
+    topic.subject = levels[3] == kFact ? Subject::kFact : Subject::kProposal;
     topic.kind = levels[4];
     return topic;
   }
-  if (levels.size() != 4) return std::nullopt;
-  if (levels[3] == kPresence)
-    topic.subject = Subject::kPresence;
-  else if (levels[3] == kProposal)
-    topic.subject = Subject::kProposal;
-  else
-    return std::nullopt;
+  if (levels.size() != 4 || (levels[3] != kPresence && levels[3] != kStored)) return std::nullopt;
+  topic.subject = levels[3] == kPresence ? Subject::kPresence : Subject::kStored;
   return topic;
 }
 
@@ -73,5 +72,7 @@ std::string facts_of_all(std::string_view share) {
 }
 
 std::string presence_of_all() { return "cellcal/+/+/presence"; }
+
+std::string proposals_to(const CellName& cell) { return to_text({cell, Subject::kProposal, "+"}); }
 
 }  // namespace cellcal::daemon::plant

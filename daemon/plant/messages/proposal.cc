@@ -58,6 +58,7 @@ Proposal proposal_from_json(std::string_view json, const Topic& topic) {
   proposal.of = {name().from(reader.at("plant")), name().from(reader.at("cell"))};
   if (proposal.of != topic.of) reader.at("cell").fail("is not the topic's");
   fields::from_json(proposal_fields(), reader, proposal);
+  if (proposal.id != topic.kind) reader.at("id").fail("is not the topic's");
   return proposal;
 }
 

@@ -19,7 +19,7 @@ fields::Value<Proposal> proposal() {
       [](const Proposal& p) { return calib::parse_ordered_json(to_json(p)); },
       [](const calib::JsonReader& reader) {
         const CellName of{reader.at("plant").text(), reader.at("cell").text()};
-        return proposal_from_json(calib::write_json(reader.object()), {of, Subject::kProposal, ""});
+        return proposal_from_json(calib::write_json(reader.object()), {of, Subject::kProposal, reader.at("id").text()});
       }};
 }
 

@@ -15,6 +15,7 @@ enum class LineProblem {
   kLogin,        ///< user, password or client refused
   kRefused,      ///< a fact was: no right, quota
   kTooLarge,     ///< a fact was
+  kNobody,       ///< nobody collects at this broker
   kTakenOver,    ///< another cell has the same name
   kLost,
   kJournal  ///< cannot be read or written
@@ -25,8 +26,8 @@ const char* to_string(LineProblem problem);
 struct LineStatus {
   bool connected = false;
   LineProblem problem = LineProblem::kNone;
-  std::string words;  ///< of the problem, with what to do; empty: none
-  std::string since;  ///< connected or not, ISO 8601 UTC
+  std::string words;               ///< of the problem, with what to do; empty: none
+  std::string since;               ///< connected or not, ISO 8601 UTC
   std::uint64_t acknowledged = 0;  ///< facts since the daemon started
 };
 

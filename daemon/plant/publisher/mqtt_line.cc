@@ -36,6 +36,8 @@ const char* to_string(LineProblem problem) {
       return "refused";
     case LineProblem::kTooLarge:
       return "too-large";
+    case LineProblem::kNobody:
+      return "nobody-collects";
     case LineProblem::kTakenOver:
       return "taken-over";
     case LineProblem::kLost:
@@ -51,6 +53,7 @@ namespace {
 constexpr int kQos = 1;
 constexpr int kFirstRefusal = 0x80;
 constexpr std::chrono::seconds kMisc{1};
+constexpr std::size_t kLargestHeard = std::size_t{1} << 18;
 
 /// Once for the process.
 struct Library {
@@ -71,7 +74,13 @@ const char* or_null(const std::string& text) { return text.empty() ? nullptr : t
 
 struct MqttLine::Impl : std::enable_shared_from_this<MqttLine::Impl> {
   Impl(asio::io_context& io, const PlantConfig& plant, Events told, Times limits)
-      : config(plant), events(std::move(told)), times(limits), context(io), socket(io), misc(io), opening(io) {}
+      : config(plant),
+        events(std::move(told)),
+        times(limits),
+        context(io),
+        socket(io),
+        misc(io),
+        opening(io) {}
   ~Impl() {
     socket.release();
     mosquitto_destroy(handle);
@@ -96,17 +105,30 @@ struct MqttLine::Impl : std::enable_shared_from_this<MqttLine::Impl> {
         events.up();
       });
     else
-      refusal = LineFailure{reason == MQTT_RC_SERVER_BUSY || reason == MQTT_RC_SERVER_UNAVAILABLE
-                                ? LineProblem::kUnreachable
-                                : LineProblem::kLogin,
-                            fmt::format("{}: login refused ({}). Check user and password_file under [plant], "
-                                        "and that user at the broker",
-                                        broker(), mosquitto_reason_string(reason))};
+      refusal = LineFailure{
+          reason == MQTT_RC_SERVER_BUSY || reason == MQTT_RC_SERVER_UNAVAILABLE
+              ? LineProblem::kUnreachable
+              : LineProblem::kLogin,
+          fmt::format("{}: login refused ({}). Check user and password_file under [plant], "
+                      "and that user at the broker",
+                      broker(), mosquitto_reason_string(reason))};
   }
   void on_answer(int message, int reason) {
     std::optional<LineFailure> refused;
-    if (reason >= kFirstRefusal) refused = failure_of_reason(reason);
+    if (reason >= kFirstRefusal || reason == MQTT_RC_NO_MATCHING_SUBSCRIBERS)
+      refused = failure_of_reason(reason);
     post([this, message, refused = std::move(refused)] { events.answered(message, refused); });
+  }
+  void on_message(const mosquitto_message& message) {
+    // Retained or not, what is larger than any of the plant's words is not read.
+    if (message.payloadlen < 0 || static_cast<std::size_t>(message.payloadlen) > kLargestHeard)
+      return;
+    const auto* bytes = static_cast<const char*>(message.payload);
+    std::string payload =
+        bytes == nullptr ? "" : std::string(bytes, static_cast<std::size_t>(message.payloadlen));
+    post([this, topic = std::string(message.topic), payload = std::move(payload)] {
+      events.heard(topic, payload);
+    });
   }
   void on_disconnect(int reason) {
     if (!refusal && reason >= kFirstRefusal) refusal = failure_of_reason(reason);
@@ -128,7 +150,8 @@ struct MqttLine::Impl : std::enable_shared_from_this<MqttLine::Impl> {
   mosquitto* handle = nullptr;
   std::optional<LineFailure> refusal;  ///< what was said before the line went
   std::string tls_words;
-  bool is_up = false, gone = false, ended = false, closing = false, reading = false, writing = false;
+  bool is_up = false, gone = false, ended = false, closing = false, reading = false,
+       writing = false;
 };
 
 LineFailure MqttLine::Impl::failure_of(int code) const {
@@ -138,73 +161,100 @@ LineFailure MqttLine::Impl::failure_of(int code) const {
   switch (code) {
     case MOSQ_ERR_EAI:
     case MOSQ_ERR_LOOKUP:
-      return say(LineProblem::kNoName, "no computer has this name. Check broker under [plant], and the resolver");
+      return say(LineProblem::kNoName,
+                 "no computer has this name. Check broker under [plant], and the resolver");
     case MOSQ_ERR_TLS:
     case MOSQ_ERR_TLS_HANDSHAKE:
-      return say(LineProblem::kCertificate,
-                 fmt::format("no TLS with it ({}). Check ca, certificate and key under [plant], and the name in "
-                             "the broker's certificate",
-                             tls_words.empty() ? "the handshake failed" : tls_words));
+      return say(
+          LineProblem::kCertificate,
+          fmt::format(
+              "no TLS with it ({}). Check ca, certificate and key under [plant], and the name in "
+              "the broker's certificate",
+              tls_words.empty() ? "the handshake failed" : tls_words));
     case MOSQ_ERR_OVERSIZE_PACKET:
     case MOSQ_ERR_PAYLOAD_SIZE:
-      return say(LineProblem::kTooLarge, "a fact is larger than it takes. Raise message_size_limit there");
+      return say(LineProblem::kTooLarge,
+                 "a fact is larger than it takes. Raise message_size_limit there");
     default:
       break;
   }
   if (is_up) return say(LineProblem::kLost, "the line is lost. It is opened again");
   const char* why = code == MOSQ_ERR_ERRNO ? std::strerror(errno) : mosquitto_strerror(code);
   if (config.tls && !tls_words.empty()) return failure_of(MOSQ_ERR_TLS);
-  return say(LineProblem::kUnreachable,
-             fmt::format("not reached ({}). Check the cable, broker and port under [plant], and that it runs", why));
+  return say(
+      LineProblem::kUnreachable,
+      fmt::format(
+          "not reached ({}). Check the cable, broker and port under [plant], and that it runs",
+          why));
 }
 
 LineFailure MqttLine::Impl::failure_of_reason(int reason) const {
   const char* why = mosquitto_reason_string(reason);
   if (reason == MQTT_RC_SESSION_TAKEN_OVER)
     return {LineProblem::kTakenOver,
-            fmt::format("{}: another cell speaks as {}/{}. Give each its own name under [plant]", broker(),
-                        config.plant, config.cell)};
+            fmt::format("{}: another cell speaks as {}/{}. Give each its own name under [plant]",
+                        broker(), config.plant, config.cell)};
+  if (reason == MQTT_RC_NO_MATCHING_SUBSCRIBERS)
+    return {
+        LineProblem::kNobody,
+        fmt::format(
+            "{}: nobody collects what cells say. Start cellcal-fleet; nothing is lost meanwhile",
+            broker())};
   if (reason == MQTT_RC_PACKET_TOO_LARGE) return failure_of(MOSQ_ERR_OVERSIZE_PACKET);
   if (!is_up || reason == MQTT_RC_SERVER_SHUTTING_DOWN || reason == MQTT_RC_KEEP_ALIVE_TIMEOUT)
-    return {LineProblem::kLost, fmt::format("{}: the line is lost ({}). It is opened again", broker(), why)};
-  return {LineProblem::kRefused,
-          fmt::format("{}: refuses what {}/{} says ({}). Check the rights of its user there; nothing is lost meanwhile",
-                      broker(), config.plant, config.cell, why)};
+    return {LineProblem::kLost,
+            fmt::format("{}: the line is lost ({}). It is opened again", broker(), why)};
+  return {
+      LineProblem::kRefused,
+      fmt::format(
+          "{}: refuses what {}/{} says ({}). Check the rights of its user there; nothing is lost meanwhile",
+          broker(), config.plant, config.cell, why)};
 }
 
 void MqttLine::Impl::set_up(const Message& will) {
   const auto check = [&](int code, const char* what) {
     if (code != MOSQ_ERR_SUCCESS)
-      throw std::runtime_error(fmt::format("{}: {} ({})", broker(), what, mosquitto_strerror(code)));
+      throw std::runtime_error(
+          fmt::format("{}: {} ({})", broker(), what, mosquitto_strerror(code)));
   };
   const std::string id = "cellcal-" + config.plant + "-" + config.cell;
   handle = mosquitto_new(id.c_str(), true, this);
   if (handle == nullptr) throw std::bad_alloc();
   check(mosquitto_int_option(handle, MOSQ_OPT_PROTOCOL_VERSION, MQTT_PROTOCOL_V5), "MQTT 5");
-  mosquitto_connect_v5_callback_set(handle, [](mosquitto*, void* self, int reason, int, const mosquitto_property*) {
-    static_cast<Impl*>(self)->on_connect(reason);
-  });
-  mosquitto_publish_v5_callback_set(handle, [](mosquitto*, void* self, int message, int reason, const mosquitto_property*) {
-    static_cast<Impl*>(self)->on_answer(message, reason);
-  });
-  mosquitto_disconnect_v5_callback_set(handle, [](mosquitto*, void* self, int reason, const mosquitto_property*) {
-    static_cast<Impl*>(self)->on_disconnect(reason);
-  });
+  mosquitto_connect_v5_callback_set(
+      handle, [](mosquitto*, void* self, int reason, int, const mosquitto_property*) {
+        static_cast<Impl*>(self)->on_connect(reason);
+      });
+  mosquitto_publish_v5_callback_set(
+      handle, [](mosquitto*, void* self, int message, int reason, const mosquitto_property*) {
+        static_cast<Impl*>(self)->on_answer(message, reason);
+      });
+  mosquitto_message_callback_set(handle,
+                                 [](mosquitto*, void* self, const mosquitto_message* message) {
+                                   static_cast<Impl*>(self)->on_message(*message);
+                                 });
+  mosquitto_disconnect_v5_callback_set(
+      handle, [](mosquitto*, void* self, int reason, const mosquitto_property*) {
+        static_cast<Impl*>(self)->on_disconnect(reason);
+      });
   mosquitto_log_callback_set(handle, [](mosquitto*, void* self, int level, const char* words) {
     std::string& kept = static_cast<Impl*>(self)->tls_words;
     if (level == MOSQ_LOG_ERR && kept.empty()) kept = printable(words);
   });
   if (config.tls) {
-    const std::string ca = config.ca.string(), certificate = config.certificate.string(), key = config.key.string();
+    const std::string ca = config.ca.string(), certificate = config.certificate.string(),
+                      key = config.key.string();
     for (const std::string& file : {ca, certificate, key})
       if (!file.empty()) calib::read_file(file);  // names it where it cannot be read
-    check(mosquitto_tls_set(handle, or_null(ca), ca.empty() ? "/etc/ssl/certs" : nullptr, or_null(certificate),
-                            or_null(key), nullptr),
+    check(mosquitto_tls_set(handle, or_null(ca), ca.empty() ? "/etc/ssl/certs" : nullptr,
+                            or_null(certificate), or_null(key), nullptr),
           "TLS cannot be used with ca, certificate and key under [plant]");
   }
   if (!config.user.empty()) {
-    const std::string password = config.password_file.empty() ? "" : first_line_of(config.password_file);
-    check(mosquitto_username_pw_set(handle, config.user.c_str(), or_null(password)), "user under [plant]");
+    const std::string password =
+        config.password_file.empty() ? "" : first_line_of(config.password_file);
+    check(mosquitto_username_pw_set(handle, config.user.c_str(), or_null(password)),
+          "user under [plant]");
   }
   check(mosquitto_will_set_v5(handle, will.topic.c_str(), static_cast<int>(will.payload.size()),
                               will.payload.data(), kQos, will.retained, nullptr),
@@ -223,8 +273,8 @@ void MqttLine::Impl::open(const Message& will) {
   opening.async_wait([self = shared_from_this()](boost::system::error_code cancelled) {
     if (!cancelled && !self->is_up) self->end(self->failure_of(MOSQ_ERR_TIMEOUT));
   });
-  const int code =
-      mosquitto_connect_async(handle, config.host.c_str(), config.port, static_cast<int>(times.keepalive.count()));
+  const int code = mosquitto_connect_async(handle, config.host.c_str(), config.port,
+                                           static_cast<int>(times.keepalive.count()));
   tick();
   settle(code);
 }
@@ -257,14 +307,16 @@ void MqttLine::Impl::watch() {
     socket.async_wait(asio::posix::stream_descriptor::wait_read,
                       [self = shared_from_this()](boost::system::error_code cancelled) {
                         self->reading = false;
-                        if (!cancelled && !self->ended) self->settle(mosquitto_loop_read(self->handle, 1));
+                        if (!cancelled && !self->ended)
+                          self->settle(mosquitto_loop_read(self->handle, 1));
                       });
   }
   if (!mosquitto_want_write(handle) || std::exchange(writing, true)) return;
   socket.async_wait(asio::posix::stream_descriptor::wait_write,
                     [self = shared_from_this()](boost::system::error_code cancelled) {
                       self->writing = false;
-                      if (!cancelled && !self->ended) self->settle(mosquitto_loop_write(self->handle, 1));
+                      if (!cancelled && !self->ended)
+                        self->settle(mosquitto_loop_write(self->handle, 1));
                     });
 }
 
@@ -279,8 +331,8 @@ void MqttLine::Impl::end(LineFailure failure) {
   });
 }
 
-MqttLine::MqttLine(asio::io_context& context, const PlantConfig& config, const Message& will, Events events,
-                   Times times)
+MqttLine::MqttLine(asio::io_context& context, const PlantConfig& config, const Message& will,
+                   Events events, Times times)
     : impl_(std::make_shared<Impl>(context, config, std::move(events), times)) {
   impl_->open(will);
 }
@@ -292,10 +344,11 @@ MqttLine::~MqttLine() {
 
 int MqttLine::publish(const Message& message) {
   int id = 0;
-  const int code = impl_->ended ? MOSQ_ERR_NO_CONN
-                                : mosquitto_publish_v5(impl_->handle, &id, message.topic.c_str(),
-                                                       static_cast<int>(message.payload.size()),
-                                                       message.payload.data(), kQos, message.retained, nullptr);
+  const int code =
+      impl_->ended ? MOSQ_ERR_NO_CONN
+                   : mosquitto_publish_v5(impl_->handle, &id, message.topic.c_str(),
+                                          static_cast<int>(message.payload.size()),
+                                          message.payload.data(), kQos, message.retained, nullptr);
   if (code != MOSQ_ERR_SUCCESS) {
     const LineFailure failure = impl_->failure_of(code);
     if (failure.problem != LineProblem::kTooLarge) impl_->settle(code);
@@ -303,6 +356,12 @@ int MqttLine::publish(const Message& message) {
   }
   impl_->settle(code);
   return id;
+}
+
+void MqttLine::listen(const std::vector<std::string>& filters) {
+  for (const std::string& filter : filters)
+    if (!impl_->ended)
+      impl_->settle(mosquitto_subscribe(impl_->handle, nullptr, filter.c_str(), kQos));
 }
 
 void MqttLine::close() {

@@ -8,6 +8,7 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "daemon/config/plant_config.h"
 #include "daemon/plant/publisher/line_status.h"
@@ -21,7 +22,8 @@ struct LineFailure {
 
 /// A message that this line will not carry.
 struct NotPublished : std::runtime_error {
-  NotPublished(LineProblem why, const std::string& words) : std::runtime_error(words), problem(why) {}
+  NotPublished(LineProblem why, const std::string& words)
+      : std::runtime_error(words), problem(why) {}
   LineProblem problem;
 };
 
@@ -36,6 +38,8 @@ class MqttLine {
     std::function<void()> up;
     /// None: taken.
     std::function<void(int message, std::optional<LineFailure> refused)> answered;
+    /// Of what listen() asked for. Anybody may have said it.
+    std::function<void(const std::string& topic, const std::string& payload)> heard;
     /// Once; nothing comes after it.
     std::function<void(const LineFailure&)> down;
   };
@@ -45,14 +49,16 @@ class MqttLine {
   };
 
   /// Opens it; what comes of that is told by the events.
-  MqttLine(boost::asio::io_context& context, const PlantConfig& config, const Message& will, Events events,
-           Times times);
+  MqttLine(boost::asio::io_context& context, const PlantConfig& config, const Message& will,
+           Events events, Times times);
   ~MqttLine();
   MqttLine(const MqttLine&) = delete;
   MqttLine& operator=(const MqttLine&) = delete;
 
   /// Its number. Throws NotPublished.
   int publish(const Message& message);
+  /// Once it is up. What is not allowed is not heard, and nobody says so.
+  void listen(const std::vector<std::string>& filters);
   /// In order: the will is not sent. down() comes.
   void close();
 

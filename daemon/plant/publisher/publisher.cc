@@ -8,18 +8,21 @@
 
 #include <algorithm>
 #include <atomic>
-#include <boost/asio/post.hpp>
 #include <boost/asio/executor_work_guard.hpp>
+#include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <deque>
 #include <map>
 #include <mutex>
 #include <random>
+#include <set>
 #include <thread>
 
 #include "calib/files/calibration_json.h"
+#include "daemon/files/printable.h"
 #include "daemon/plant/messages/fact_json.h"
 #include "daemon/plant/messages/presence.h"
+#include "daemon/plant/messages/stored.h"
 #include "daemon/plant/publisher/mqtt_line.h"
 #include "daemon/plant/publisher/reporter.h"
 #include "daemon/runner/backend.h"
@@ -34,14 +37,27 @@ constexpr std::size_t kMostUnderWay = 16;
 /// The disk is waited for once for so many.
 constexpr std::size_t kAcknowledgedAtOnce = 32;
 constexpr std::chrono::seconds kJournalWait{5};
-constexpr std::int64_t kPresence = 0;  ///< instead of a row
+constexpr std::int64_t kNoRow = 0;  ///< presence, and proposals that are taken away
 constexpr int kNice = 10;
 constexpr double kBytesPerMegabyte = 1e6;
 
 }  // namespace
 
 struct Publisher::Impl : std::enable_shared_from_this<Publisher::Impl> {
-  explicit Impl(Parts given) : parts(std::move(given)), retry(context), pause(context), health(context), last(context) {}
+  explicit Impl(Parts given)
+      : parts(std::move(given)),
+        retry(context),
+        pause(context),
+        health(context),
+        last(context),
+        unstored(context) {}
+
+  /// Who a row is, for what the plant says of it.
+  struct Sent {
+    std::int64_t row = kNoRow, number = 0;
+    std::string source;
+    Worth worth = Worth::kTelemetry;
+  };
 
   CellName name() const { return {parts.config.plant, parts.config.cell}; }
   void start();
@@ -49,10 +65,15 @@ struct Publisher::Impl : std::enable_shared_from_this<Publisher::Impl> {
   void connect_later();
   void up();
   void answered(int message, const std::optional<LineFailure>& refused);
+  void heard(const std::string& topic, const std::string& payload);
+  void await_stored(const Sent& sent);
+  void hear(const Stored& news);
+  void hear(const Proposal& proposal);
   void down(const LineFailure& failure);
   void pump();
   void send_waiting();
   bool send(const WaitingReport& row);
+  bool is_on_its_way(const WaitingReport& row) const;
   Fact fact_of(const WaitingReport& row) const;
   MqttLine::Message presence(bool online, bool farewell) const;
   void forget_acknowledged();
@@ -69,11 +90,14 @@ struct Publisher::Impl : std::enable_shared_from_this<Publisher::Impl> {
   asio::io_context context;
   std::shared_ptr<const PlantReporter> reporter;
   std::unique_ptr<MqttLine> line;
-  asio::steady_timer retry, pause, health, last;
+  asio::steady_timer retry, pause, health, last, unstored;
   std::chrono::milliseconds wait{0};
   std::minstd_rand chance{std::random_device{}()};
   std::string connected;
-  std::map<int, std::int64_t> under_way;  ///< message to row
+  std::map<int, Sent> under_way;  ///< by message
+  std::map<std::int64_t, Sent>
+      at_the_broker;  ///< results that it has acknowledged on this line and nobody has stored, by row
+  Stored stored;      ///< as the plant has said last
   std::deque<WaitingReport> bite;
   std::int64_t read_to = 0;  ///< row up to which all is under way or acknowledged
   std::vector<std::int64_t> acknowledged;
@@ -99,7 +123,8 @@ void Publisher::Impl::start() {
   // A poke holds no publisher back from its end.
   const std::weak_ptr<Impl> weak = weak_from_this();
   reporter = std::make_shared<const PlantReporter>(PlantReporter::Parts{
-      parts.config.touches, static_cast<std::int64_t>(parts.config.outbox_megabytes * kBytesPerMegabyte),
+      parts.config.touches,
+      static_cast<std::int64_t>(parts.config.outbox_megabytes * kBytesPerMegabyte),
       parts.results_dir, [weak] {
         const auto self = weak.lock();
         if (!self || self->poked.exchange(true)) return;
@@ -135,9 +160,11 @@ void Publisher::Impl::connect() {
   connected = wall_clock_utc();
   line = std::make_unique<MqttLine>(
       context, parts.config, presence(false, false),
-      MqttLine::Events{[this] { up(); },
-                       [this](int message, std::optional<LineFailure> refused) { answered(message, refused); },
-                       [this](const LineFailure& failure) { down(failure); }},
+      MqttLine::Events{
+          [this] { up(); },
+          [this](int message, std::optional<LineFailure> refused) { answered(message, refused); },
+          [this](const std::string& topic, const std::string& payload) { heard(topic, payload); },
+          [this](const LineFailure& failure) { down(failure); }},
       MqttLine::Times{.keepalive = parts.keepalive});
 }
 
@@ -154,15 +181,17 @@ void Publisher::Impl::up() {
   is_up = true;
   wait = {};
   under_way.clear();
+  at_the_broker.clear();
   bite.clear();
   read_to = 0;
   set([&](LineStatus& now) {
     now = {true, LineProblem::kNone, {}, wall_clock_utc(), now.acknowledged};
   });
-  spdlog::info("[plant]: connected to {}:{} as {}/{}", parts.config.host, parts.config.port, parts.config.plant,
-               parts.config.cell);
+  spdlog::info("[plant]: connected to {}:{} as {}/{}", parts.config.host, parts.config.port,
+               parts.config.plant, parts.config.cell);
   try {
-    under_way[line->publish(presence(true, false))] = kPresence;
+    line->listen({to_text({name(), Subject::kStored, {}}), proposals_to(name())});
+    under_way[line->publish(presence(true, false))] = {};
   } catch (const NotPublished& lost) {
     say({lost.problem, lost.what()});
   }
@@ -201,12 +230,16 @@ void Publisher::Impl::hold(std::chrono::milliseconds time, const LineFailure& wh
 void Publisher::Impl::answered(int message, const std::optional<LineFailure>& refused) {
   const auto found = under_way.find(message);
   if (found == under_way.end()) return;
-  const std::int64_t row = found->second;
+  const Sent sent = found->second;
   under_way.erase(found);
-  if (refused) {
+  if (refused && !(sent.row == kNoRow && refused->problem == LineProblem::kNobody)) {
     hold(parts.refused_wait, *refused);
-  } else if (row != kPresence) {
-    acknowledged.push_back(row);
+  } else if (sent.row != kNoRow) {
+    if (sent.worth == Worth::kTelemetry ||
+        (stored.journal == sent.source && stored.has(sent.number)))
+      acknowledged.push_back(sent.row);
+    else
+      await_stored(sent);
     set([](LineStatus& now) { ++now.acknowledged; });
   }
   if (stopping) {
@@ -214,6 +247,50 @@ void Publisher::Impl::answered(int message, const std::optional<LineFailure>& re
     return;
   }
   pump();
+}
+
+/// Anybody may have said it: what is not understood is left aside.
+void Publisher::Impl::heard(const std::string& text, const std::string& payload) try {
+  const auto topic = topic_of(text);
+  if (!topic || topic->of != name() || payload.empty()) return;
+  if (topic->subject == Subject::kStored) hear(stored_from_json(payload, *topic));
+  if (topic->subject == Subject::kProposal) hear(proposal_from_json(payload, *topic));
+} catch (const std::exception& wrong) {
+  spdlog::warn("[plant]: not understood: {}", printable(wrong.what()));
+}
+
+/// What the broker has and nobody stores in time is sent again: somebody between here and there has lost it.
+void Publisher::Impl::await_stored(const Sent& sent) {
+  const bool first = at_the_broker.empty();
+  at_the_broker[sent.row] = sent;
+  if (!first) return;
+  unstored.expires_after(parts.stored_wait);
+  unstored.async_wait([this](boost::system::error_code cancelled) {
+    if (cancelled || at_the_broker.empty()) return;
+    at_the_broker.clear();
+    bite.clear();
+    read_to = 0;
+    pump();
+  });
+}
+
+void Publisher::Impl::hear(const Stored& news) {
+  stored = news;
+  std::erase_if(at_the_broker, [&](const auto& one) {
+    const bool is_stored = one.second.source == stored.journal && stored.has(one.second.number);
+    if (is_stored) acknowledged.push_back(one.first);
+    return is_stored;
+  });
+  pump();
+}
+
+void Publisher::Impl::hear(const Proposal& proposal) {
+  if (!parts.proposal || !parts.proposal(proposal) || stopping || !is_up) return;
+  try {
+    under_way[line->publish({to_text({name(), Subject::kProposal, proposal.id}), "", true})] = {};
+  } catch (const NotPublished& lost) {
+    say({lost.problem, lost.what()});
+  }
 }
 
 /// What was acknowledged goes from the disk; what cannot go is not sent again meanwhile.
@@ -244,9 +321,7 @@ void Publisher::Impl::send_waiting() {
       std::move(rows.begin(), rows.end(), std::back_inserter(bite));
       if (bite.empty()) break;
     }
-    const bool sent = std::any_of(under_way.begin(), under_way.end(),
-                                  [&](const auto& one) { return one.second == bite.front().row; });
-    if (!sent && !send(bite.front())) return;
+    if (!is_on_its_way(bite.front()) && !send(bite.front())) return;
     read_to = bite.front().row;
     bite.pop_front();
   }
@@ -259,10 +334,21 @@ void Publisher::Impl::send_waiting() {
   }
 }
 
+bool Publisher::Impl::is_on_its_way(const WaitingReport& row) const {
+  return at_the_broker.contains(row.row) ||
+         std::any_of(under_way.begin(), under_way.end(),
+                     [&](const auto& one) { return one.second.row == row.row; });
+}
+
 bool Publisher::Impl::send(const WaitingReport& row) {
+  if (row.source == stored.journal && stored.has(row.number)) {  // sent on an earlier line
+    acknowledged.push_back(row.row);
+    return true;
+  }
   const Fact fact = fact_of(row);
   try {
-    under_way[line->publish({to_text({name(), Subject::kFact, kind_of(fact.body)}), to_json(fact), false})] = row.row;
+    under_way[line->publish({to_text({name(), Subject::kFact, kind_of(fact.body)}), to_json(fact),
+                             false})] = {row.row, row.number, row.source, worth_of(fact.body)};
     return true;
   } catch (const NotPublished& refused) {
     if (refused.problem == LineProblem::kTooLarge)
@@ -283,8 +369,9 @@ Fact Publisher::Impl::fact_of(const WaitingReport& row) const {
     }
     fact.body = body_from_json(row.report.kind, body);
   } catch (const std::exception& failed) {
-    fact.body = AlarmFact{"failed", fmt::format("{} of session {} cannot be told", row.report.kind, row.session),
-                          failed.what()};
+    fact.body = AlarmFact{
+        "failed", fmt::format("{} of session {} cannot be told", row.report.kind, row.session),
+        failed.what()};
   }
   return fact;
 }
@@ -311,6 +398,7 @@ void Publisher::Impl::stop() {
   retry.cancel();
   pause.cancel();
   health.cancel();
+  unstored.cancel();
   if (!is_up) {
     context.stop();
     return;
@@ -318,7 +406,7 @@ void Publisher::Impl::stop() {
   last.expires_after(parts.farewell);
   last.async_wait([this](boost::system::error_code) { context.stop(); });
   try {
-    under_way[line->publish(presence(false, true))] = kPresence;
+    under_way[line->publish(presence(false, true))] = {};
   } catch (const std::exception&) {  // the will says so
     context.stop();
   }

@@ -8,6 +8,7 @@
 #include "daemon/config/plant_config.h"
 #include "daemon/journal/journal.h"
 #include "daemon/plant/messages/fact.h"
+#include "daemon/plant/messages/proposal.h"
 #include "daemon/plant/publisher/line_status.h"
 
 namespace cellcal::daemon::plant {
@@ -22,8 +23,12 @@ class Publisher {
     std::function<std::filesystem::path(std::int64_t session)> results_dir = {};
     /// Told of every so often; none: never. On this thread.
     std::function<HealthFact()> health = {};
-    std::chrono::milliseconds first_wait{1000}, longest_wait{60000};  ///< until a line is opened again
+    /// What the plant proposes; true: it is answered, and may be taken away from the broker. On this thread.
+    std::function<bool(const Proposal&)> proposal = {};
+    std::chrono::milliseconds first_wait{1000},
+        longest_wait{60000};  ///< until a line is opened again
     std::chrono::milliseconds refused_wait{60000};
+    std::chrono::milliseconds stored_wait{600000};  ///< for the plant to have stored a result; then it is sent again
     std::chrono::milliseconds farewell{2000};
     std::chrono::seconds keepalive{30};
   };

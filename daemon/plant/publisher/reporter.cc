@@ -67,7 +67,8 @@ CheckFact check_of(const SessionOptions& options, std::string document) {
 
 Report report_of(const FactBody& body) {
   const bool telemetry = worth_of(body) == Worth::kTelemetry;
-  return {kind_of(body), telemetry ? daemon::Worth::kTelemetry : daemon::Worth::kResult, body_to_json(body)};
+  return {kind_of(body), telemetry ? daemon::Worth::kTelemetry : daemon::Worth::kResult,
+          body_to_json(body)};
 }
 
 std::vector<Report> PlantReporter::session(const SessionRecord& session) const {
@@ -84,23 +85,26 @@ std::vector<Report> PlantReporter::session(const SessionRecord& session) const {
   fact.software = session.software;
   std::vector<Report> all;
   if (options && options->kind == SessionKind::kCheck && fact.state == SessionState::kDone) try {
-      all.push_back(
-          report_of(check_of(*options, calib::read_file(parts_.results_dir(session.id) / "check.json"))));
+      all.push_back(report_of(
+          check_of(*options, calib::read_file(parts_.results_dir(session.id) / "check.json"))));
     } catch (const std::exception& unreadable) {
-      all.push_back(report_of(AlarmFact{"failed", "result of the check cannot be told", unreadable.what()}));
+      all.push_back(
+          report_of(AlarmFact{"failed", "result of the check cannot be told", unreadable.what()}));
     }
   all.push_back(report_of(fact));
   return all;
 }
 
 Report PlantReporter::calibration(const SessionRecord& session) const {
-  const calib::Calibration result = calib::calibration_from_json(session.calibration, "the journal");
+  const calib::Calibration result =
+      calib::calibration_from_json(session.calibration, "the journal");
   CalibrationFact fact;
   fact.robot = result.cell.robot.name;
   fact.robot_serial = serial_of(session.inputs);
   fact.published = result.verdict.publish;
   fact.update = result.update.has_value();
-  for (const calib::Finding& one : result.verdict.findings) fact.findings.emplace_back(to_string(one.kind));
+  for (const calib::Finding& one : result.verdict.findings)
+    fact.findings.emplace_back(to_string(one.kind));
   fact.near_m = if_any(result.predicted_near_targets_m);
   fact.over_m = if_any(result.predicted_workspace_m);
   fact.document = session.calibration;

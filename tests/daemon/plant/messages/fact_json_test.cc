@@ -7,6 +7,7 @@
 #include "calib/model/error.h"
 #include "daemon/plant/messages/presence.h"
 #include "daemon/plant/messages/proposal.h"
+#include "daemon/plant/messages/stored.h"
 
 namespace cellcal::daemon::plant {
 namespace {
@@ -224,13 +225,30 @@ TEST(Presence, IsReadAsItWasWritten) {
   }
 }
 
+TEST(Stored, IsReadAsItWasWrittenAndRefusedWhereItIsNone) {
+  const Stored stored{{"graz", "weld-3"}, "0123", {{1, 17}, {19, 19}}};
+  const Topic topic{stored.of, Subject::kStored, ""};
+  EXPECT_EQ(stored_from_json(to_json(stored), topic), stored);
+  for (const std::int64_t number : {1, 17, 19}) EXPECT_TRUE(stored.has(number));
+  for (const std::int64_t number : {0, 18, 20}) EXPECT_FALSE(stored.has(number));
+  EXPECT_THROW((void)stored_from_json(to_json(stored), {{"graz", "b"}, Subject::kStored, ""}), calib::FileError);
+  const json whole = json::parse(to_json(stored));
+  for (const json& wrong : {json(3), json{1, 2}, json{{0, 3}}, json{{3, 2}}, json{{1, 2, 3}}, json{{1, 1e300}}, json{{1, "2"}},
+                            json(std::vector<std::vector<int>>(kMostStoredRanges + 1, {1, 2}))}) {
+    json other = whole;
+    other["numbers"] = wrong;
+    EXPECT_THROW((void)stored_from_json(other.dump(), topic), calib::FileError) << wrong;
+  }
+}
+
 TEST(Proposals, AreReadAsTheyWereWritten) {
   for (const ProposalKind kind :
        {ProposalKind::kCalibrate, ProposalKind::kCheck, ProposalKind::kActivate,
         ProposalKind::kSchedule, ProposalKind::kPriors}) {
     const Proposal proposal{{"graz", "weld-3"}, "p-1",   kind,  7, "[[entry]]\nname = \"night\"\n",
                             "M. Huber",         "drift", "2026"};
-    const Topic topic{proposal.of, Subject::kProposal, ""};
+    const Topic topic{proposal.of, Subject::kProposal, "p-1"};
+    EXPECT_THROW((void)proposal_from_json(to_json(proposal), {proposal.of, Subject::kProposal, "p-2"}), calib::FileError);
     EXPECT_EQ(proposal_from_json(to_json(proposal), topic), proposal) << to_string(kind);
     json other = json::parse(to_json(proposal));
     other["kind"] = "move";

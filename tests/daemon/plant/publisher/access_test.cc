@@ -20,13 +20,28 @@ using plant::LineProblem, plant::Publisher;
 constexpr const char* kFact = R"({"format":"cellcal.plant/1"})";
 
 /// `name`.pem and .key, signed by `by`; by itself where that is empty.
-void make_certificate(const std::filesystem::path& dir, const std::string& name, const std::string& by) {
-  std::vector<std::string> words{"openssl", "req",     "-x509", "-newkey", "ec",  "-pkeyopt", "ec_paramgen_curve:prime256v1",
-                                 "-nodes",  "-days",   "2",     "-keyout", dir / (name + ".key"), "-out", dir / (name + ".pem"),
-                                 "-subj",   "/CN=" + name};
+void make_certificate(const std::filesystem::path& dir, const std::string& name,
+                      const std::string& by) {
+  std::vector<std::string> words{"openssl",
+                                 "req",
+                                 "-x509",
+                                 "-newkey",
+                                 "ec",
+                                 "-pkeyopt",
+                                 "ec_paramgen_curve:prime256v1",
+                                 "-nodes",
+                                 "-days",
+                                 "2",
+                                 "-keyout",
+                                 dir / (name + ".key"),
+                                 "-out",
+                                 dir / (name + ".pem"),
+                                 "-subj",
+                                 "/CN=" + name};
   if (!by.empty())
-    for (const std::string& word : std::vector<std::string>{"-CA", dir / (by + ".pem"), "-CAkey", dir / (by + ".key"), "-addext",
-                             "subjectAltName=IP:127.0.0.1", "-addext", "basicConstraints=critical,CA:FALSE"})
+    for (const std::string& word : std::vector<std::string>{
+             "-CA", dir / (by + ".pem"), "-CAkey", dir / (by + ".key"), "-addext",
+             "subjectAltName=IP:127.0.0.1", "-addext", "basicConstraints=critical,CA:FALSE"})
       words.push_back(word);
   run_tool(words);
 }
@@ -82,7 +97,8 @@ struct broker_of_a_plant : ::testing::Test {
     for (int i = 0; i < 3000 && running.status().problem == LineProblem::kNone; ++i)
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
     EXPECT_FALSE(running.status().connected);
-    EXPECT_NE(running.status().words.find("under [plant]"), std::string::npos) << running.status().words;
+    EXPECT_NE(running.status().words.find("under [plant]"), std::string::npos)
+        << running.status().words;
     return running.status().problem;
   }
 
@@ -91,7 +107,8 @@ struct broker_of_a_plant : ::testing::Test {
 };
 
 TEST_F(broker_of_a_plant, is_spoken_to_over_tls_with_a_password) {
-  Listener collector(broker->port(), "collector", "$share/collectors/cellcal/+/+/fact/#", login("collector"));
+  Listener collector(broker->port(), "collector", "$share/collectors/cellcal/+/+/fact/#",
+                     login("collector"));
   Journal journal(dir / "j.db");
   const Publisher running(parts(journal));
   fill(journal, 1);
@@ -123,7 +140,9 @@ TEST_F(broker_of_a_plant, refuses_a_wrong_password_and_the_cell_says_so) {
 
 TEST_F(broker_of_a_plant, lets_no_cell_speak_for_another) {
   Listener cell(broker->port(), "thief", "", login("weld-4"));
-  const auto refused = [&](const char* topic) { return cell.say(topic, kFact).value_or(0x80) >= 0x80; };
+  const auto refused = [&](const char* topic) {
+    return cell.say(topic, kFact).value_or(0x80) >= 0x80;
+  };
   EXPECT_FALSE(refused("cellcal/graz/weld-4/fact/alarm"));
   EXPECT_FALSE(refused("cellcal/graz/weld-4/presence"));
   EXPECT_TRUE(refused("cellcal/graz/weld-3/fact/alarm"));
@@ -141,7 +160,8 @@ TEST_F(broker_of_a_plant, lets_a_cell_hear_no_facts_of_others_and_no_other_cells
   EXPECT_LT(cell.say("cellcal/graz/weld-3/fact/alarm", kFact).value_or(0x80), 0x80);
   EXPECT_LT(planner.say("cellcal/graz/weld-3/proposal", kFact).value_or(0x80), 0x80);
   EXPECT_LT(planner.say("cellcal/graz/weld-4/proposal", kFact).value_or(0x80), 0x80);
-  EXPECT_GE(collector.say("cellcal/graz/weld-4/proposal", kFact).value_or(0x80), 0x80) << "it only listens";
+  EXPECT_GE(collector.say("cellcal/graz/weld-4/proposal", kFact).value_or(0x80), 0x80)
+      << "it only listens";
   EXPECT_GE(planner.say("cellcal/graz/weld-4/fact/alarm", kFact).value_or(0x80), 0x80);
   collector.until([](const auto& all) { return all.size() >= 1; });
   const auto heard = curious.until([](const auto& all) { return !all.empty(); });

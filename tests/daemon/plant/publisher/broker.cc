@@ -1,6 +1,7 @@
 #include "broker.h"
 
 #include <arpa/inet.h>
+#include <fcntl.h>
 #include <netinet/in.h>
 #include <signal.h>
 #include <spawn.h>
@@ -9,7 +10,6 @@
 #include <unistd.h>
 
 #include <chrono>
-#include <fcntl.h>
 #include <fstream>
 #include <stdexcept>
 #include <thread>
@@ -39,7 +39,8 @@ std::uint16_t free_port() {
 bool listens(std::uint16_t port) {
   const int probe = ::socket(AF_INET, SOCK_STREAM, 0);
   const sockaddr_in address = loopback(port);
-  const bool there = ::connect(probe, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
+  const bool there =
+      ::connect(probe, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
   ::close(probe);
   return there;
 }
@@ -50,10 +51,12 @@ pid_t spawn(const std::vector<std::string>& words, const std::string& output) {
   arguments.push_back(nullptr);
   posix_spawn_file_actions_t files;
   ::posix_spawn_file_actions_init(&files);
-  ::posix_spawn_file_actions_addopen(&files, 1, output.c_str(), O_WRONLY | O_CREAT | O_APPEND, 0600);
+  ::posix_spawn_file_actions_addopen(&files, 1, output.c_str(), O_WRONLY | O_CREAT | O_APPEND,
+                                     0600);
   ::posix_spawn_file_actions_adddup2(&files, 1, 2);
   pid_t process = 0;
-  const int failed = ::posix_spawnp(&process, arguments[0], &files, nullptr, arguments.data(), environ);
+  const int failed =
+      ::posix_spawnp(&process, arguments[0], &files, nullptr, arguments.data(), environ);
   ::posix_spawn_file_actions_destroy(&files);
   if (failed != 0) throw std::runtime_error("cannot start " + words[0]);
   return process;
@@ -67,11 +70,13 @@ void run_tool(const std::vector<std::string>& words) {
   if (status != 0) throw std::runtime_error(words[0] + " failed");
 }
 
-Broker::Broker(const std::filesystem::path& dir, const std::string& more) : dir_(dir), port_(free_port()) {
+Broker::Broker(const std::filesystem::path& dir, const std::string& more)
+    : dir_(dir), port_(free_port()) {
   std::ofstream(dir_ / "mosquitto.conf")
       << "user root\nlistener " << port_ << " 127.0.0.1\n"
       << "persistence true\npersistence_location " << dir_.string() << "/\n"
-      << "autosave_on_changes true\nautosave_interval 1\n" << more;
+      << "autosave_on_changes true\nautosave_interval 1\n"
+      << more;
   start();
 }
 

@@ -3,12 +3,15 @@
 #include <mosquitto.h>
 #include <mqtt_protocol.h>
 
+#include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <condition_variable>
 #include <mutex>
 #include <stdexcept>
 
 #include "daemon/plant/messages/fact_json.h"
+#include "daemon/plant/messages/stored.h"
 
 namespace cellcal::daemon::testing {
 
@@ -23,6 +26,7 @@ struct Listener::Impl {
   mutable std::condition_variable changed;
   std::vector<Heard> heard;
   bool ready = false;
+  std::atomic<bool> stores{false};
   int gone = 0;
   std::optional<int> answer;
 
@@ -32,6 +36,23 @@ struct Listener::Impl {
     act();
     changed.notify_all();
   }
+  /// All that was heard, of the newest journal.
+  void tell_stored() {
+    plant::Stored stored;
+    {
+      const std::lock_guard lock(mutex);
+      for (const plant::Fact& fact : facts_in(heard)) {
+        if (stored.journal != fact.journal) stored = {fact.of, fact.journal, {}};
+        stored.numbers = {
+            {1, std::max(fact.number, stored.numbers.empty() ? 1 : stored.numbers[0].second)}};
+      }
+    }
+    if (stored.journal.empty()) return;
+    const std::string topic = to_text(plant::Topic{stored.of, plant::Subject::kStored, {}}),
+                      payload = to_json(stored);
+    mosquitto_publish_v5(handle, nullptr, topic.c_str(), static_cast<int>(payload.size()),
+                         payload.data(), 0, true, nullptr);
+  }
   template <class F>
   void wait(F done) const {
     std::unique_lock lock(mutex);
@@ -39,37 +60,44 @@ struct Listener::Impl {
   }
 };
 
-Listener::Listener(std::uint16_t port, const std::string& id, const std::string& subscribe, const Login& login)
+Listener::Listener(std::uint16_t port, const std::string& id, const std::string& subscribe,
+                   const Login& login)
     : impl_(std::make_unique<Impl>()) {
   mosquitto_lib_init();
   impl_->subscribe = subscribe;
   impl_->handle = mosquitto_new(id.c_str(), false, impl_.get());
   mosquitto_int_option(impl_->handle, MOSQ_OPT_PROTOCOL_VERSION, MQTT_PROTOCOL_V5);
-  if (!login.user.empty()) mosquitto_username_pw_set(impl_->handle, login.user.c_str(), login.password.c_str());
-  if (!login.ca.empty()) mosquitto_tls_set(impl_->handle, login.ca.c_str(), nullptr, nullptr, nullptr, nullptr);
-  mosquitto_connect_v5_callback_set(impl_->handle, [](mosquitto* mosq, void* self, int reason, int, const mosquitto_property*) {
-    auto& impl = *static_cast<Impl*>(self);
-    if (reason != 0) return;
-    if (impl.subscribe.empty())
-      impl.change([&] { impl.ready = true; });
-    else
-      mosquitto_subscribe_v5(mosq, nullptr, impl.subscribe.c_str(), 1, 0, nullptr);
-  });
+  if (!login.user.empty())
+    mosquitto_username_pw_set(impl_->handle, login.user.c_str(), login.password.c_str());
+  if (!login.ca.empty())
+    mosquitto_tls_set(impl_->handle, login.ca.c_str(), nullptr, nullptr, nullptr, nullptr);
+  mosquitto_connect_v5_callback_set(
+      impl_->handle, [](mosquitto* mosq, void* self, int reason, int, const mosquitto_property*) {
+        auto& impl = *static_cast<Impl*>(self);
+        if (reason != 0) return;
+        if (impl.subscribe.empty())
+          impl.change([&] { impl.ready = true; });
+        else
+          mosquitto_subscribe_v5(mosq, nullptr, impl.subscribe.c_str(), 1, 0, nullptr);
+      });
   mosquitto_subscribe_v5_callback_set(
       impl_->handle, [](mosquitto*, void* self, int, int, const int*, const mosquitto_property*) {
         auto& impl = *static_cast<Impl*>(self);
         impl.change([&] { impl.ready = true; });
       });
-  mosquitto_publish_v5_callback_set(impl_->handle, [](mosquitto*, void* self, int, int reason, const mosquitto_property*) {
-    auto& impl = *static_cast<Impl*>(self);
-    impl.change([&] { impl.answer = reason; });
-  });
-  mosquitto_disconnect_v5_callback_set(impl_->handle, [](mosquitto*, void* self, int, const mosquitto_property*) {
-    auto& impl = *static_cast<Impl*>(self);
-    impl.change([&] { ++impl.gone; });
-  });
+  mosquitto_publish_v5_callback_set(
+      impl_->handle, [](mosquitto*, void* self, int, int reason, const mosquitto_property*) {
+        auto& impl = *static_cast<Impl*>(self);
+        impl.change([&] { impl.answer = reason; });
+      });
+  mosquitto_disconnect_v5_callback_set(impl_->handle,
+                                       [](mosquitto*, void* self, int, const mosquitto_property*) {
+                                         auto& impl = *static_cast<Impl*>(self);
+                                         impl.change([&] { ++impl.gone; });
+                                       });
   mosquitto_message_v5_callback_set(
-      impl_->handle, [](mosquitto*, void* self, const mosquitto_message* message, const mosquitto_property*) {
+      impl_->handle,
+      [](mosquitto*, void* self, const mosquitto_message* message, const mosquitto_property*) {
         auto& impl = *static_cast<Impl*>(self);
         impl.change([&] {
           impl.heard.push_back({message->topic,
@@ -77,10 +105,12 @@ Listener::Listener(std::uint16_t port, const std::string& id, const std::string&
                                             static_cast<std::size_t>(message->payloadlen)),
                                 message->retain});
         });
+        if (impl.stores && std::string_view(message->topic).find("/fact/") != std::string_view::npos) impl.tell_stored();
       });
   mosquitto_property* properties = nullptr;
   mosquitto_property_add_int32(&properties, MQTT_PROP_SESSION_EXPIRY_INTERVAL, 3600);
-  const int code = mosquitto_connect_bind_v5(impl_->handle, "127.0.0.1", port, 60, nullptr, properties);
+  const int code =
+      mosquitto_connect_bind_v5(impl_->handle, "127.0.0.1", port, 60, nullptr, properties);
   mosquitto_property_free_all(&properties);
   if (code != MOSQ_ERR_SUCCESS) throw std::runtime_error("no connection to the broker");
   mosquitto_loop_start(impl_->handle);
@@ -93,7 +123,13 @@ Listener::~Listener() {
   mosquitto_destroy(impl_->handle);
 }
 
-std::vector<Heard> Listener::until(const std::function<bool(const std::vector<Heard>&)>& enough) const {
+void Listener::store() {
+  impl_->stores = true;
+  impl_->tell_stored();
+}
+
+std::vector<Heard> Listener::until(
+    const std::function<bool(const std::vector<Heard>&)>& enough) const {
   impl_->wait([&] { return enough(impl_->heard); });
   return all();
 }
@@ -103,14 +139,15 @@ std::vector<Heard> Listener::all() const {
   return impl_->heard;
 }
 
-std::optional<int> Listener::say(const std::string& topic, const std::string& payload) {
+std::optional<int> Listener::say(const std::string& topic, const std::string& payload,
+                                 bool retained) {
   int before = 0;
   impl_->change([&] {
     impl_->answer.reset();
     before = impl_->gone;
   });
-  mosquitto_publish_v5(impl_->handle, nullptr, topic.c_str(), static_cast<int>(payload.size()), payload.data(), 1,
-                       false, nullptr);
+  mosquitto_publish_v5(impl_->handle, nullptr, topic.c_str(), static_cast<int>(payload.size()),
+                       payload.data(), 1, retained, nullptr);
   impl_->wait([&] { return impl_->answer.has_value() || impl_->gone > before; });
   const std::lock_guard lock(impl_->mutex);
   return impl_->answer;
@@ -121,7 +158,8 @@ std::vector<plant::Fact> facts_in(const std::vector<Heard>& heard) {
   for (const Heard& one : heard) {
     const auto topic = plant::topic_of(one.topic);
     if (!topic) throw std::runtime_error("no topic of ours: " + one.topic);
-    if (topic->subject == plant::Subject::kFact) facts.push_back(plant::fact_from_json(one.payload, *topic));
+    if (topic->subject == plant::Subject::kFact)
+      facts.push_back(plant::fact_from_json(one.payload, *topic));
   }
   return facts;
 }

@@ -34,7 +34,9 @@ class Listener {
   std::vector<Heard> until(const std::function<bool(const std::vector<Heard>&)>& enough) const;
   std::vector<Heard> all() const;
   /// The reason of its PUBACK; none: the broker ended the connection.
-  std::optional<int> say(const std::string& topic, const std::string& payload);
+  std::optional<int> say(const std::string& topic, const std::string& payload, bool retained = false);
+  /// From now on, of what comes and came, as a collector does: `stored` of each fact.
+  void store();
 
  private:
   struct Impl;

@@ -17,7 +17,9 @@ namespace {
 
 using plant::PlantReporter;
 
-plant::FactBody body_of(const Report& report) { return plant::body_from_json(report.kind, report.body); }
+plant::FactBody body_of(const Report& report) {
+  return plant::body_from_json(report.kind, report.body);
+}
 
 SessionRecord session_of(SessionKind kind, const char* state) {
   SessionRecord record;
