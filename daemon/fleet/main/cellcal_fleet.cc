@@ -8,6 +8,7 @@
 #include <atomic>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 
 #include "daemon/files/printable.h"
 #include "daemon/fleet/main/fleet_config.h"
@@ -19,6 +20,7 @@ namespace {
 std::atomic<bool> stop{false};
 
 void run(const cellcal::daemon::fleet::FleetConfig& config) {
+  ::setenv("PGCONNECT_TIMEOUT", "10", 0);  // a database host that does not answer is away
   std::signal(SIGTERM, [](int) { stop = true; });
   std::signal(SIGINT, [](int) { stop = true; });
   std::signal(SIGPIPE, SIG_IGN);

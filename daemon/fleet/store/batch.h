@@ -14,7 +14,7 @@ enum class Refusal {
   kSize,     ///< too large to be read
   kRate,     ///< its cell sends more than it may
   kMessage,  ///< damaged, of an unknown kind, or another cell's
-  kBound,    ///< more journals, or more scattered numbers, than a cell has
+  kBound,    ///< more cells than a plant has, more journals or more scattered numbers than a cell
   kDatabase  ///< PostgreSQL does not take it
 };
 const char* to_string(Refusal refusal);

@@ -19,6 +19,7 @@ using plant::Fact;
 
 /// A cell has one journal, and another after its disk was replaced.
 constexpr int kMostJournals = 100;
+constexpr int kMostCells = 20'000;
 /// Scattered numbers make the ranges of a journal long, and every batch slow.
 constexpr int kMostRanges = 5000;
 constexpr std::size_t kMostPayload = 64u << 10, kMostTopic = 300;
@@ -36,16 +37,52 @@ json sorted(std::vector<Row> rows, json (*record)(const Row&)) {
 
 json record_of(const CellName& name) { return {{"plant", name.plant}, {"cell", name.cell}}; }
 
-void make_cells(pqxx::work& work, const Batch& batch) {
+/// Those that there is no room for: made-up names must not fill the database.
+std::set<CellName> make_cells(pqxx::work& work, const Batch& batch) {
   std::vector<CellName> names;
   for (const Fact& fact : batch.facts) names.push_back(fact.of);
   for (const plant::Presence& presence : batch.presences) names.push_back(presence.of);
-  if (names.empty()) return;
+  std::set<CellName> refused;
+  if (names.empty()) return refused;
+  const std::string all = dumped(sorted<CellName>(std::move(names), record_of));
   work.exec_params(
       "INSERT INTO cells (plant, cell) SELECT r.plant, r.cell FROM jsonb_to_recordset($1) AS r(plant text, "
-      "cell text) WHERE NOT EXISTS (SELECT FROM cells c WHERE c.plant = r.plant AND c.cell = r.cell) "
-      "ORDER BY 1, 2 ON CONFLICT DO NOTHING",
-      dumped(sorted<CellName>(std::move(names), record_of)));
+      "cell text) WHERE NOT EXISTS (SELECT FROM cells c WHERE c.plant = r.plant AND c.cell = r.cell) AND "
+      "(SELECT count(*) FROM cells) < $2 ORDER BY 1, 2 ON CONFLICT DO NOTHING",
+      all, kMostCells);
+  const pqxx::result left = work.exec_params(
+      "SELECT r.plant, r.cell FROM jsonb_to_recordset($1) AS r(plant text, cell text) WHERE NOT EXISTS "
+      "(SELECT FROM cells c WHERE c.plant = r.plant AND c.cell = r.cell)",
+      all);
+  for (const auto& row : left) refused.insert({row[0].as<std::string>(), row[1].as<std::string>()});
+  return refused;
+}
+
+template <class T>
+Refused beyond_bound(const T& message, const plant::Topic& topic, const char* words) {
+  return {message.of, plant::to_text(topic), plant::to_json(message), Refusal::kBound, words};
+}
+
+plant::Topic topic_for(const Fact& fact) {
+  return {fact.of, plant::Subject::kFact, plant::kind_of(fact.body)};
+}
+
+plant::Topic topic_for(const plant::Presence& presence) {
+  return {presence.of, plant::Subject::kPresence, ""};
+}
+
+/// Refuses what is of such cells.
+template <class T>
+std::vector<T> without(const std::set<CellName>& unknown, const std::vector<T>& all,
+                       std::vector<Refused>& refused) {
+  std::vector<T> kept;
+  for (const T& one : all) {
+    if (unknown.contains(one.of))
+      refused.push_back(beyond_bound(one, topic_for(one), "the plant has 20000 cells already"));
+    else
+      kept.push_back(one);
+  }
+  return kept;
 }
 
 // Of two the one from the same journal with the higher number is newer; with the same number, the later one of the
@@ -157,10 +194,7 @@ Written put_facts(pqxx::work& work, const std::vector<Fact>& facts, std::vector<
     if (place.journal == 0 || (!place.known && !place.fits)) {
       const char* words = place.journal == 0 ? "the cell has 100 journals already"
                                              : "the journal's numbers have 5000 gaps already";
-      refused.push_back(
-          {facts[i].of,
-           plant::to_text({facts[i].of, plant::Subject::kFact, plant::kind_of(facts[i].body)}),
-           plant::to_json(facts[i]), Refusal::kBound, words});
+      refused.push_back(beyond_bound(facts[i], topic_for(facts[i]), words));
       continue;
     }
     if (place.known || !in_batch.emplace(place.journal, facts[i].number).second) {
@@ -227,10 +261,15 @@ Written write_once(pqxx::connection& connection, const Batch& batch) {
   Written written;
   guarded([&] {
     pqxx::work work(connection);
-    make_cells(work, batch);
-    put_presences(work, batch.presences);
     std::vector<Refused> refused = batch.refused;
-    written = put_facts(work, batch.facts, refused);
+    const std::set<CellName> unknown = make_cells(work, batch);
+    if (unknown.empty()) {
+      put_presences(work, batch.presences);
+      written = put_facts(work, batch.facts, refused);
+    } else {
+      put_presences(work, without(unknown, batch.presences, refused));
+      written = put_facts(work, without(unknown, batch.facts, refused), refused);
+    }
     quarantine(work, refused);
     written.refused = refused.size();
     work.commit();

@@ -189,6 +189,22 @@ TEST(Store, ACellWithTooManyJournalsOrScatteredNumbersIsRefused) {
             "paint-1|bound|1\nweld-3|bound|1");
 }
 
+TEST(Store, MadeUpCellsDoNotFillTheDatabase) {
+  const std::string database = Database::shared().create();
+  Store store({database});
+  Batch batch;
+  batch.facts = {testing::alarm(kWeld, 1)};
+  store.write(batch);
+  ask(database,
+      "INSERT INTO fleet.cells (plant, cell) SELECT 'made-up', i::text FROM generate_series(1, 19999) i");
+  batch.facts = {testing::alarm(kWeld, 2), testing::alarm(kPaint, 1)};
+  batch.presences = {{kPaint, true, false, "j1", 1, "1.9.0", "2026-11-22T20:00:00Z", false}};
+  const Written written = store.write(batch);
+  EXPECT_EQ(written.facts, 1u);
+  EXPECT_EQ(written.refused, 2u);
+  EXPECT_EQ(ask(database, "SELECT cell, why, count FROM fleet.refusals"), "paint-1|bound|2");
+}
+
 TEST(Store, RetentionDropsTelemetryAlone) {
   const std::string database = Database::shared().create();
   Store store({database, 2});
