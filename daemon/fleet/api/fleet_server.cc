@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "daemon/api/http/server.h"
+#include "daemon/api/page.h"
 #include "daemon/fleet/api/answers.h"
 
 namespace cellcal::daemon::fleet {
@@ -25,6 +26,7 @@ struct FleetServer::Impl {
     ServerParts made;
     made.admit = [](Request&) { return std::nullopt; };
     made.handler = [this](const Request& request, bool) -> std::optional<Response> {
+      if (std::optional<Response> page = page_answer_at(request, kFleetPage)) return page;
       const std::lock_guard lock(mutex);  // each server has a thread for slow requests
       return answer(request, reading, counters);
     };

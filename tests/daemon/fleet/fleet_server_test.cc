@@ -54,9 +54,17 @@ TEST_F(FleetApi, AnswersWhatIsThere) {
   EXPECT_NE(server->port(), 0);
 }
 
+TEST_F(FleetApi, ThePageOfAPlantIsThereAlsoWhileTheDatabaseIsNot) {
+  Database::shared().crash();
+  const Response page = get("/");
+  Database::shared().start();
+  EXPECT_EQ(page.status, 200);
+  EXPECT_EQ(page.type.substr(0, 9), "text/html");
+}
+
 TEST_F(FleetApi, RefusesWhatIsWrong) {
   for (const char* missing :
-       {"/", "/v1/fleet", "/v1/fleet/cells/graz/nobody", "/v1/fleet/cells/a'b/c",
+       {"/v1/fleet", "/v1/fleet/cells/graz/nobody", "/v1/fleet/cells/a'b/c",
         "/v1/fleet/cells/graz/weld-3/x/j1/7", "/v1/fleet/cells/graz/weld-3/calibrations/j1/8",
         "/v1/fleet/cells/graz/weld-3/calibrations/j1/7/8"})
     EXPECT_EQ(get(missing).status, 404) << missing;
