@@ -102,6 +102,17 @@ bool is_alive(pid_t pid) {
   return name_ends != std::string::npos && stat.substr(name_ends + 2, 1) != "Z";
 }
 
+/// What the configuration that users are given says of what the broker holds.
+std::string shipped_limits() {
+  std::ifstream in(CELLCAL_MOSQUITTO_CONF);
+  std::string limits;
+  for (std::string line; std::getline(in, line);)
+    if (line.starts_with("max_queued") || line.starts_with("max_inflight") ||
+        line.starts_with("autosave"))
+      limits += line + "\n";
+  return limits;
+}
+
 }  // namespace
 
 Server::Server(const std::vector<std::string>& command, const std::string& log) : pid_(::fork()) {
@@ -180,8 +191,7 @@ MqttBroker::MqttBroker(const std::string& more)
     : folder_(make_folder("mosquitto")), port_(free_port()) {
   std::ofstream(folder_ + "/conf") << "listener " << port_ << " 127.0.0.1\nallow_anonymous true\n"
                                    << "persistence true\npersistence_location " << folder_ << "/\n"
-                                   << "max_queued_messages 0\nmax_inflight_messages 200\n"
-                                   << "max_packet_size 16777216\n"
+                                   << shipped_limits() << "max_packet_size 16777216\n"
                                    << more;
   start();
 }
