@@ -1,0 +1,76 @@
+// A cell's own publisher, Debian's broker, the collector, Debian's database: from the journal into the tables.
+
+#include <gtest/gtest.h>
+
+#include "daemon/journal/journal.h"
+#include "daemon/plant/publisher/publisher.h"
+#include "tests/daemon/fleet/facts.h"
+#include "tests/daemon/fleet/running.h"
+#include "tests/daemon/journal/temporary_directory.h"
+
+namespace cellcal::daemon::fleet {
+namespace {
+
+using testing::ask;
+using testing::Database;
+using testing::MqttBroker;
+using testing::Running;
+using testing::within_reach;
+
+void report(Journal& journal, int count) {
+  const plant::FactBody body = plant::AlarmFact{"done", "weld-3: done", "0.4 mm"};
+  for (int i = 0; i < count; ++i)
+    journal.report(0, {plant::kind_of(body), Worth::kResult, plant::body_to_json(body)});
+}
+
+plant::Publisher::Parts publisher_of(Journal& journal, const MqttBroker& broker) {
+  PlantConfig config;
+  config.plant = "graz";
+  config.cell = "weld-3";
+  config.host = "127.0.0.1";
+  config.port = broker.port();
+  config.tls = false;
+  plant::Publisher::Parts parts{journal, config};
+  parts.first_wait = parts.longest_wait = parts.refused_wait = std::chrono::milliseconds(50);
+  return parts;
+}
+
+TEST(FromAJournal, AllIsInTheTablesOnceWhileBrokerDatabaseAndCellAreStartedAgain) {
+  MqttBroker broker;
+  Database& server = Database::shared();
+  const std::string database = server.create();
+  const Running collector(testing::config_of(broker, database));
+  const daemon::testing::TemporaryDirectory folder;
+  Journal journal(folder / "j.db");
+  const auto arrived = [&](int count) {
+    const std::string all = std::to_string(count) + "|" + std::to_string(count);
+    return within_reach([&] {
+      return ask(database, "SELECT count(*), count(DISTINCT number) FROM fleet.alarms") == all;
+    });
+  };
+  {
+    const plant::Publisher cell(publisher_of(journal, broker));
+    report(journal, 100);
+    ASSERT_TRUE(arrived(100));
+    EXPECT_EQ(ask(database, "SELECT online FROM fleet.cell_states"), "t");
+    server.crash();
+    report(journal, 100);
+    server.start();
+    EXPECT_TRUE(arrived(200));
+    broker.stop();
+    report(journal, 100);
+    broker.start();
+    EXPECT_TRUE(arrived(300));
+  }
+  EXPECT_TRUE(
+      within_reach([&] { return ask(database, "SELECT farewell FROM fleet.cell_states") == "t"; }));
+  const plant::Publisher again(publisher_of(journal, broker));
+  report(journal, 50);
+  EXPECT_TRUE(arrived(350));
+  EXPECT_EQ(ask(database, "SELECT count(*) FROM fleet.gaps"), "0");
+  EXPECT_EQ(ask(database, "SELECT count(*) FROM fleet.quarantine"), "0");
+  EXPECT_EQ(ask(database, "SELECT max(at) > now() - interval '1 hour' FROM fleet.alarms"), "t");
+}
+
+}  // namespace
+}  // namespace cellcal::daemon::fleet
