@@ -106,14 +106,17 @@ Eigen::MatrixXd read_matrix(const JsonReader& reader, const Calibration& c, Colu
   const auto rows = reader.items();
   // An empty covariance would read as perfect knowledge.
   if (static_cast<Eigen::Index>(rows.size()) != n) reader.fail("must have one row per parameter");
-  Eigen::MatrixXd m;
+  const Eigen::Index wanted = columns == Columns::kParameters ? n
+                              : rows.empty()                  ? 0
+                                             : static_cast<Eigen::Index>(rows[0].items().size());
+  // All rows are looked at before there is a matrix: what is short in the file is no reason for a large one.
+  for (const JsonReader& row : rows)
+    if (static_cast<Eigen::Index>(row.items().size()) != wanted)
+      row.fail("has " + std::to_string(row.items().size()) + " entries, " + std::to_string(wanted) +
+               " are needed");
+  Eigen::MatrixXd m = Eigen::MatrixXd::Zero(n, wanted);
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const auto items = rows[i].items();
-    if (i == 0)
-      m.setZero(n, columns == Columns::kParameters ? n : static_cast<Eigen::Index>(items.size()));
-    if (static_cast<Eigen::Index>(items.size()) != m.cols())
-      rows[i].fail("has " + std::to_string(items.size()) + " entries, " + std::to_string(m.cols()) +
-                   " are needed");
     for (std::size_t k = 0; k < items.size(); ++k)
       m(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(k)) =
           items[k].number() / c.parameters[i].to_unit / column_unit(c, columns, k);

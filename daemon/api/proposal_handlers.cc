@@ -57,6 +57,7 @@ auto decided(Act act) {
     return act();
   } catch (const NotDecided& refused) {
     if (refused.why == NotDecided::Why::kUnknown) throw NotFound(refused.what());
+    if (refused.why == NotDecided::Why::kUnusable) throw RequestError(refused.what());
     throw BusyError(refused.what());
   } catch (const NotActivated& refused) {
     throw RequestError(std::string("not accepted: ") + refused.what());
@@ -66,7 +67,7 @@ auto decided(Act act) {
 }  // namespace
 
 plant::ProposalBox& Api::proposals() {
-  if (proposals_ == nullptr)
+  if (proposals_ == nullptr || (plant_line_ && !plant_line_()))
     throw NotFound(
         "this cell belongs to no plant. Set [plant] in cellcald.toml and restart cellcald");
   return *proposals_;

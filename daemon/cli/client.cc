@@ -304,11 +304,14 @@ bool has_own_touches(const RunCommand& command) {
   return !command.resume && !(command.update && command.or_full);
 }
 
-/// The update was withheld, and a full session helps: not where nothing changed.
+/// The update was withheld, and a full session helps: not where nothing changed, nor where a sphere is not at its place, so that
+/// nobody knows what stands where.
 bool takes_a_full_session(const Connection& daemon, std::int64_t session) {
   const json calibration = get(daemon, session_path(session) + "/calibration.json");
   const json update = calibration.value("update", json());
-  return update.is_object() && text(update, "outcome") != "nothing_changed";
+  if (!update.is_object() || g_detached != 0) return false;
+  const std::string outcome = text(update, "outcome");
+  return outcome != "nothing_changed" && outcome != "not_found";
 }
 
 }  // namespace
@@ -330,6 +333,8 @@ int run(const Connection& daemon, const RunCommand& command) {
       number(parse(ask(daemon, "POST", "/v1/run", body.dump())), "session");
   const int status = follow(daemon, session, BeforeMotion::kCtrlCEnds,
                             daemon.progress ? Shows::kLinesElsewhere : Shows::kLine);
+  if (command.or_full && g_detached != 0)
+    std::fprintf(stderr, "no full session follows (--or-full): this command was to begin it\n");
   if (status != kNotPublishable || !command.or_full || !takes_a_full_session(daemon, session))
     return status;
   std::fprintf(stderr,

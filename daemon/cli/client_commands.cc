@@ -69,8 +69,8 @@ void add_run(CLI::App& app, int& status) {
   command
       ->add_flag(
           "--or-full", given->or_full,
-          "With --update: where it is withheld (more than one thing changed, too little to tell, a sphere not "
-          "found), go on with a full session at once, with --touches, --check, --goal as given")
+          "With --update: where it is withheld (more than one thing changed, too little to tell), go on with a full session at "
+                 "once, with --touches, --check, --goal as given. Not where a sphere was not found: look at it first")
       ->needs(update);
   command->add_option("--region", given->region, "Where accuracy matters, as in 'cellcal plan'")
       ->capture_default_str();

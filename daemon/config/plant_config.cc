@@ -72,7 +72,7 @@ void read_login(const TomlTable& table, PlantConfig& plant) {
 std::optional<PlantConfig> read_plant(const TomlTable& table) {
   if (!table.has("plant")) {
     for (const char* key : {"cell", "broker", "port", "tls", "ca", "certificate", "key", "user", "password_file",
-                            "allow_plain", "touches", "health_minutes", "outbox_megabytes"})
+                            "allow_plain", "accept", "touches", "health_minutes", "outbox_megabytes"})
       if (table.has(key)) table.fail(key, "means nothing without plant. Set plant, cell and broker");
     table.refuse_unknown();
     return std::nullopt;
@@ -88,6 +88,11 @@ std::optional<PlantConfig> read_plant(const TomlTable& table) {
   const bool plain = table.boolean_or("allow_plain", false);
   if (!plant.tls && !plain && !is_this_computer(plant.host))
     table.fail("tls", "without TLS facts and password pass the network readable. Set tls = true, or allow_plain = true");
+  if (table.has("accept")) plant.accept = table.strings("accept");
+  for (const std::string& kind : plant.accept)
+    if (kind != "calibrate" && kind != "check" && kind != "activate")
+      table.fail("accept", "\"" + calib::shown(kind) + "\" must be \"calibrate\", \"check\" or \"activate\": a schedule and priors are "
+                           "accepted by people alone");
   plant.touches = table.boolean_or("touches", plant.touches);
   plant.health_minutes = table.number_or("health_minutes", plant.health_minutes, {1.0, 1440.0});
   plant.outbox_megabytes = table.number_or("outbox_megabytes", plant.outbox_megabytes, {1.0, 10000.0});

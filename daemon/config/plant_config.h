@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "calib/syntax/toml_table.h"
 
@@ -19,7 +20,8 @@ struct PlantConfig {
   std::filesystem::path certificate, key;  ///< this cell's; empty: none
   std::string user;                        ///< empty: none
   std::filesystem::path password_file;     ///< its first line; empty: none
-  bool touches = false;                    ///< each is told of
+  std::vector<std::string> accept;  ///< kinds of proposals that are accepted without a person
+  bool touches = false;             ///< each is told of
   double health_minutes = 10.0;
   double outbox_megabytes = 64.0;
 

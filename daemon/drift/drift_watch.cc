@@ -8,7 +8,6 @@
 #include <nlohmann/json.hpp>
 
 #include "calib/drift/drift.h"
-#include "calib/drift/limits.h"
 #include "calib/drift/shift_gauge.h"
 #include "calib/model/error.h"
 #include "calib/syntax/input_file.h"
@@ -114,36 +113,29 @@ bool complete(const Check& check) {
   return check.seen.left_out != calib::LeftOut::kUndecided && !check.touches.empty();
 }
 
-/// By whose touches the chart is: those of the newest check of which there are enough, so that an alarm stands until others
-/// have a chart of their own; where there are enough of none, the newest.
-const Check* whose_touches(const std::vector<Check>& checks) {
-  const Check* newest = nullptr;
-  std::vector<bool> counted(checks.size());
-  for (std::size_t k = checks.size(); k-- > 0;) {
-    if (counted[k] || !complete(checks[k])) continue;
-    if (newest == nullptr) newest = &checks[k];
-    std::size_t alike = 0;
-    for (std::size_t j = 0; j <= k; ++j) {
-      if (!complete(checks[j]) || !same_touches(checks[j], checks[k])) continue;
-      counted[j] = true;
-      if (checks[j].seen.left_out == calib::LeftOut::kNo) ++alike;
-    }
-    if (alike >= calib::kLeastChecks) return &checks[k];
-  }
-  return newest;
+/// One of each group of checks by the same touches, the newest group first.
+std::vector<const Check*> groups_of(const std::vector<Check>& checks) {
+  std::vector<const Check*> groups;
+  constexpr std::size_t kMostGroups = 20;
+  for (auto check = checks.rbegin(); check != checks.rend() && groups.size() < kMostGroups; ++check)
+    if (complete(*check) && std::ranges::none_of(groups, [&](const Check* group) {
+          return same_touches(*check, *group);
+        }))
+      groups.push_back(&*check);
+  return groups;
 }
 
-/// Measures those by the same touches; the others are left out.
-std::optional<calib::ShiftGauge> measure(const calib::Calibration& calibration,
-                                         std::vector<Check>& checks) {
-  const Check* newest = whose_touches(checks);
-  if (newest == nullptr) return std::nullopt;
-  calib::ShiftGauge gauge(calibration, newest->touches);
-  for (Check& check : checks)
-    if (complete(check) && !same_touches(check, *newest))
-      check.seen.left_out = calib::LeftOut::kOtherTouches;
+/// Measures those by the same touches as this one; the others are left out.
+calib::ShiftGauge measure(const calib::Calibration& calibration, const Check& like,
+                          std::vector<Check>& checks) {
+  const std::vector<calib::Touch> touches = like.touches;
+  calib::ShiftGauge gauge(calibration, touches);
   for (Check& check : checks) {
-    if (!complete(check) || check.seen.left_out == calib::LeftOut::kOtherTouches) continue;
+    if (!complete(check)) continue;
+    if (!std::ranges::equal(check.touches, touches, same_line)) {
+      check.seen.left_out = calib::LeftOut::kOtherTouches;
+      continue;
+    }
     const auto shift = gauge.measure(check.touches);
     check.seen.shift_m = shift.shift_m;
     check.seen.covariance_m2 = shift.covariance_m2;
@@ -173,6 +165,21 @@ void find_causes(const calib::ShiftGauge& gauge, const std::vector<Check>& check
   chart.course->causes = gauge.causes(since / n_since - before / n_before, scatter);
 }
 
+/// By the touches of this check; none: there is none that counts.
+calib::DriftChart chart_of(const calib::Calibration& calibration, const Check* like,
+                           std::vector<Check> checks) {
+  std::optional<calib::ShiftGauge> gauge;
+  if (like != nullptr) gauge = measure(calibration, *like, checks);
+  std::vector<calib::CheckSeen> seen;
+  for (const Check& check : checks) seen.push_back(check.seen);
+  calib::DriftChart chart = calib::drift_chart(seen);
+  if (gauge && chart.course) {
+    find_causes(*gauge, checks, chart);
+    calib::advise(chart);
+  }
+  return chart;
+}
+
 std::shared_ptr<const Drift> worked_out(Journal& journal,
                                         const std::vector<SessionRecord>& newest_first,
                                         const std::filesystem::path& cell,
@@ -183,13 +190,18 @@ std::shared_ptr<const Drift> worked_out(Journal& journal,
   drift->cell = calibrated.inputs.cell_name;
   drift->calibrated_at = calibrated.ended;
   std::vector<Check> checks = checks_of(journal, newest_first, calibrated.id, results_dir);
-  const auto gauge = measure(calibration_of(journal, calibrated.id), checks);
-  std::vector<calib::CheckSeen> seen;
-  for (const Check& check : checks) seen.push_back(check.seen);
-  drift->chart = calib::drift_chart(seen);
-  if (gauge && drift->chart.course) {
-    find_causes(*gauge, checks, drift->chart);
-    calib::advise(drift->chart);
+  // By the newest touches; by those before where these alarm or warn and the newest are too few to say so.
+  const calib::Calibration calibration = calibration_of(journal, calibrated.id);
+  drift->chart = chart_of(calibration, nullptr, checks);
+  bool newest = true;
+  for (const Check* group : groups_of(checks)) {
+    calib::DriftChart chart = chart_of(calibration, group, checks);
+    const bool standing =
+        chart.state == calib::DriftState::kAlarms || chart.state == calib::DriftState::kWarns;
+    const bool says = chart.state != calib::DriftState::kTooFew;
+    if (newest || standing) drift->chart = std::move(chart);
+    if (says) break;
+    newest = false;
   }
   return drift;
 } catch (const NothingToCheck&) {

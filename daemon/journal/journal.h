@@ -127,6 +127,8 @@ class Journal {
 
   /// From now on; null: nobody. A session that is found interrupted is told of at once, and once.
   void report_to(std::shared_ptr<const Reporter> reporter);
+  /// Nobody from now on, unless another has taken its place.
+  void report_no_more_to(const Reporter& reporter);
   /// A fact that no row of this journal stands for. On disk when it returns.
   void report(std::int64_t session, const Report& report);
   /// The oldest behind this row, in small bites.

@@ -23,6 +23,11 @@ void Journal::report_to(std::shared_ptr<const Reporter> reporter) {
   }
 }
 
+void Journal::report_no_more_to(const Reporter& reporter) {
+  const std::lock_guard lock(impl_->mutex);
+  if (impl_->outbox.on() && &impl_->outbox.reporter() == &reporter) impl_->outbox.use(nullptr);
+}
+
 void Journal::report(std::int64_t session, const Report& report) {
   impl_->write([&] {
     impl_->outbox.put(session, {}, [&](const Reporter&) { return std::vector{report}; });

@@ -198,6 +198,7 @@ void run_daemon(const DaemonConfig& config, const std::function<DaemonConfig()>&
   Nights nights(service, journal, live);
   Api api(service, journal, &access, page_answer, &examiner);
   api.use(nights.schedule());
+  api.use(plant_line.proposals());
   api.use(Api::PlantLineStatus([&plant_line] { return plant_line.status(); }));
   api.use(std::function<RetentionRule()>([&nights] { return nights.retention(); }));
   HttpServer server(

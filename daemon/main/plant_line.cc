@@ -1,5 +1,15 @@
 #include "daemon/main/plant_line.h"
 
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "daemon/archive/versions.h"
+#include "daemon/files/printable.h"
+#include "daemon/plant/publisher/reporter.h"
+#include "daemon/runner/backend.h"
+
 namespace cellcal::daemon {
 
 namespace {
@@ -25,16 +35,51 @@ plant::HealthFact health_of(const Status& status) {
 }  // namespace
 
 PlantLine::PlantLine(SessionService& service, Journal& journal, LiveConfig& live)
-    : service_(service), journal_(journal), live_(live) {
+    : service_(service), journal_(journal), live_(live), proposals_(proposal_parts()) {
+  if (!proposals_.problem().empty()) spdlog::error("[plant]: {}", proposals_.problem());
   reload();
 }
 
 PlantLine::~PlantLine() = default;
 
-plant::Publisher::Parts PlantLine::parts(const PlantConfig& config) const {
+plant::ProposalBox::Parts PlantLine::proposal_parts() {
+  return {live_.now()->state_dir,
+          [this](const plant::Proposal& proposal, const plant::Say& say) {
+            const std::string who = say.by + " (proposed by " + proposal.by + ")";
+            try {
+              service_.alone("an activation", [&] {
+                activate(journal_,
+                         {proposal.session, say.utc, printable(who), printable(proposal.reason)});
+              });
+            } catch (const NotActivated& refused) {
+              if (refused.why != NotActivated::Why::kActive) throw;
+            }
+          },
+          [this](const plant::AnswerFact& answer) { journal_.report(0, plant::report_of(answer)); },
+          [this](plant::ProposalKind kind) {
+            const auto& config = live_.now()->plant;
+            return config && std::ranges::find(config->accept, plant::to_string(kind)) !=
+                                 config->accept.end();
+          }};
+}
+
+/// Whether it is decided, so that the broker need not keep it.
+bool PlantLine::take(const plant::Proposal& proposal) try {
+  const std::optional<plant::Stand> stand = proposals_.take(proposal, wall_clock_utc());
+  if (!stand) spdlog::warn("[plant]: proposal {} is not taken: too many are open", proposal.id);
+  if (stand == plant::Stand::kOpen)
+    spdlog::info("[plant]: proposal {} waits for an answer: 'cellcal proposals'", proposal.id);
+  return stand && *stand != plant::Stand::kOpen;
+} catch (const std::exception& failed) {
+  spdlog::warn("[plant]: proposal {} is not taken: {}", proposal.id, failed.what());
+  return false;
+}
+
+plant::Publisher::Parts PlantLine::parts(const PlantConfig& config) {
   plant::Publisher::Parts parts{journal_, config, live_.now()->backend == BackendKind::kMock};
   parts.results_dir = [this](std::int64_t session) { return service_.results_dir(session); };
   parts.health = [this] { return health_of(service_.status()); };
+  parts.proposal = [this](const plant::Proposal& proposal) { return take(proposal); };
   return parts;
 }
 
@@ -45,14 +90,14 @@ void PlantLine::reload() {
   {
     const std::lock_guard lock(mutex_);
     if (publisher_ ? wanted == publisher_->config() : !wanted) return;
-    before = std::move(publisher_);
-    publisher_.reset();
   }
-  before.reset();
-  if (!wanted) return;
-  auto now = std::make_shared<plant::Publisher>(parts(*wanted));
-  const std::lock_guard lock(mutex_);
-  publisher_ = std::move(now);
+  // The next before the last has ended: there is always one that the journal reports to.
+  std::shared_ptr<plant::Publisher> now;
+  if (wanted) now = std::make_shared<plant::Publisher>(parts(*wanted));
+  {
+    const std::lock_guard lock(mutex_);
+    before = std::exchange(publisher_, std::move(now));
+  }
 }
 
 std::optional<plant::LineStatus> PlantLine::status() const {

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "daemon/main/reload.h"
+#include "daemon/plant/proposals/proposal_box.h"
 #include "daemon/plant/publisher/publisher.h"
 #include "daemon/service/service.h"
 
@@ -20,15 +21,20 @@ class PlantLine {
 
   /// What the configuration says now: another line where it is another. Waits for the farewell of the one before.
   void reload();
+  /// What the plant has proposed; also where none is named any more.
+  plant::ProposalBox& proposals() { return proposals_; }
   /// None: no plant is named.
   std::optional<plant::LineStatus> status() const;
 
  private:
-  plant::Publisher::Parts parts(const PlantConfig& config) const;
+  plant::Publisher::Parts parts(const PlantConfig& config);
+  plant::ProposalBox::Parts proposal_parts();
+  bool take(const plant::Proposal& proposal);
 
   SessionService& service_;
   Journal& journal_;
   LiveConfig& live_;
+  plant::ProposalBox proposals_;
   std::mutex reload_;
   mutable std::mutex mutex_;  ///< never held while the broker is waited for
   std::shared_ptr<plant::Publisher> publisher_;

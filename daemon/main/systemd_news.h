@@ -1,17 +1,18 @@
 #pragma once
-// What systemd is told, on a thread of its own: where systemd does not read, nobody else waits for it, least of all who
-// stops the arm.
+// What systemd is told: where it does not read, nobody waits for it, least of all who stops the arm. What did not go is tried
+// again every so often, the newest of each kind, by a thread of its own that does nothing else.
 
+#include <condition_variable>
 #include <mutex>
+#include <stop_token>
 #include <string>
-
-#include "daemon/main/reload.h"
+#include <thread>
 
 namespace cellcal::daemon {
 
 class SystemdNews {
  public:
-  SystemdNews() : thread_([this] { send(); }) {}
+  SystemdNews();
 
   // Any thread; for no time.
   /// "STATUS=touching, touch 3 of 8"; of several that wait the newest.
@@ -21,12 +22,13 @@ class SystemdNews {
   void stopping();
 
  private:
-  void send();
+  void send(const std::stop_token& stop);
 
   std::mutex mutex_;
+  std::condition_variable_any news_;
   std::string status_;  ///< empty: told
   bool alive_ = false, stopping_ = false;
-  OnRequest thread_;
+  std::jthread thread_;
 };
 
 }  // namespace cellcal::daemon

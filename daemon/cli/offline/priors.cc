@@ -33,13 +33,18 @@ constexpr const char* kExport = "export.json";
 /// JSON files below a directory; of the export of a session its calibration alone.
 void files_below(const fs::path& directory, std::set<fs::path>& files) {
   std::set<fs::path> found;
-  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(directory))
-    if (entry.path().extension() == ".json" && entry.is_regular_file()) {
-      found.insert(entry.path());
-      if (found.size() > kMostFiles)
-        throw FileError(fmt::format("{}: more than {} JSON files. Name directories of calibrations",
-                                    directory.string(), kMostFiles));
-    }
+  // What cannot be looked at is none of them: a link that leads nowhere, another's folder.
+  std::error_code none;
+  fs::recursive_directory_iterator at(directory, fs::directory_options::skip_permission_denied,
+                                      none);
+  for (; !none && at != fs::recursive_directory_iterator(); at.increment(none)) {
+    std::error_code odd;
+    if (at->path().extension() != ".json" || !at->is_regular_file(odd) || odd) continue;
+    found.insert(at->path());
+    if (found.size() > kMostFiles)
+      throw FileError(fmt::format("{}: more than {} JSON files. Name directories of calibrations",
+                                  directory.string(), kMostFiles));
+  }
   for (const fs::path& file : found)
     if (!found.contains(file.parent_path() / kExport) || file.filename() == "calibration.json")
       files.insert(file);
@@ -205,6 +210,9 @@ int accept_priors(const AcceptPriorsCommand& command) {
     throw FileError(
         command.output.string() +
         ": is the robot file itself. Name another file, so that the old values are kept");
+  if (fs::exists(command.output))
+    throw FileError(command.output.string() +
+                    ": is there already. Name another file, so that what it has is kept");
   const calib::Robot robot = calib::load_named_robot(command.robot);
   auto result = calib::accept(robot, priors);
   if (const auto* other = std::get_if<calib::OtherDrawing>(&result))

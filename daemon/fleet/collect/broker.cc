@@ -127,8 +127,14 @@ struct Broker::Impl {
     if (code == MOSQ_ERR_ERRNO)
       away("no connection. Check that it runs, and [broker] host and port");
     require(code);
-    send_all();
-    read_until([this] { return greeted.has_value(); });
+    // Both ways, as TLS needs it; before the greeting there is nothing to acknowledge. One packet at a time: what comes behind the
+    // greeting is not acknowledged by what is written here.
+    const auto end = std::chrono::steady_clock::now() + kGreeting;
+    while (!greeted) {
+      if (std::chrono::steady_clock::now() > end) away("no answer");
+      require(mosquitto_loop_write(client.get(), 1));
+      if (wait(std::chrono::milliseconds(20))) require(mosquitto_loop_read(client.get(), 1));
+    }
     if (*greeted != MQTT_RC_SUCCESS) away(mosquitto_reason_string(*greeted));
   }
 
@@ -191,6 +197,14 @@ std::vector<Message> Broker::receive(std::size_t most, std::chrono::milliseconds
   }
   impl_->bytes = 0;
   return std::exchange(impl_->received, {});
+}
+
+void Broker::tell(const plant::Stored& stored) {
+  const std::string topic = plant::to_text({stored.of, plant::Subject::kStored, {}}),
+                    payload = plant::to_json(stored);
+  constexpr bool kRetained = true;
+  mosquitto_publish_v5(impl_->client.get(), nullptr, topic.c_str(),
+                       static_cast<int>(payload.size()), payload.data(), 0, kRetained, nullptr);
 }
 
 void Broker::acknowledge() {

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "daemon/fleet/collect/judge.h"
+#include "daemon/plant/messages/stored.h"
 
 namespace cellcal::daemon::fleet {
 
@@ -41,6 +42,8 @@ class Broker {
 
   /// What has come, `most` messages at most; waits for the first. Throws BrokerAway.
   std::vector<Message> receive(std::size_t most, std::chrono::milliseconds wait);
+  /// Goes out with the next acknowledge(). What is lost on the way is asked for again by its cell.
+  void tell(const plant::Stored& stored);
   /// All that receive() gave; keeps the connection alive, too. Throws BrokerAway.
   void acknowledge();
 

@@ -82,7 +82,8 @@ void Collector::serve(Store& store, Broker& broker, const std::atomic<bool>& sto
   Clock::time_point maintained = Clock::now();
   while (!stop) {
     std::vector<Message> messages = broker.receive(kMostMessages, kIdle);
-    if (!messages.empty()) write(store, std::move(messages));
+    if (!messages.empty())
+      for (const plant::Stored& stored : write(store, std::move(messages))) broker.tell(stored);
     broker.acknowledge();
     alive();
     if (Clock::now() - maintained < kMaintenance) continue;
@@ -91,16 +92,25 @@ void Collector::serve(Store& store, Broker& broker, const std::atomic<bool>& sto
   }
 }
 
-void Collector::write(Store& store, std::vector<Message> messages) {
+std::vector<plant::Stored> Collector::write(Store& store, std::vector<Message> messages) {
   Batch batch;
   const std::size_t count = messages.size();
+  // What is not stored comes again, and is not paid for twice.
+  const Meters before = meters_;
   for (Message& message : messages) judge(std::move(message), meters_, Clock::now(), batch);
-  const Written written = store.write(batch);
+  Written written;
+  try {
+    written = store.write(batch);
+  } catch (const StoreAway&) {
+    meters_ = before;
+    throw;
+  }
   counters_.messages += count;
   counters_.facts += written.facts;
   counters_.twice += written.twice;
   counters_.refused += written.refused;
   ++counters_.batches;
+  return std::move(written.stored);
 }
 
 }  // namespace cellcal::daemon::fleet

@@ -37,7 +37,8 @@ class Collector {
  private:
   void serve(Store& store, Broker& broker, const std::atomic<bool>& stop,
              const std::function<void()>& alive);
-  void write(Store& store, std::vector<Message> messages);
+  /// What is to be told to cells.
+  std::vector<plant::Stored> write(Store& store, std::vector<Message> messages);
 
   CollectorConfig config_;
   Meters meters_;

@@ -84,7 +84,7 @@ void judge(Message message, Meters& meters, Meters::Time now, Batch& batch) {
                   batch);
   try {
     read(message, *topic, batch);
-  } catch (const calib::FileError& bad) {
+  } catch (const std::exception& bad) {  // what no reader foresaw, too
     refuse(std::move(message), of, Refusal::kMessage, bad.what(), batch);
   }
 }

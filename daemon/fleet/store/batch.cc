@@ -24,6 +24,7 @@ Written& Written::operator+=(const Written& other) {
   facts += other.facts;
   twice += other.twice;
   refused += other.refused;
+  stored.insert(stored.end(), other.stored.begin(), other.stored.end());
   return *this;
 }
 

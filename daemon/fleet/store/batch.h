@@ -6,6 +6,7 @@
 
 #include "daemon/plant/messages/fact.h"
 #include "daemon/plant/messages/presence.h"
+#include "daemon/plant/messages/stored.h"
 
 namespace cellcal::daemon::fleet {
 
@@ -38,6 +39,8 @@ struct Written {
   std::size_t facts = 0;    ///< that are new
   std::size_t twice = 0;    ///< that were there already
   std::size_t refused = 0;  ///< of the batch, and by the database
+  /// Of each journal of which the batch had results, new or not: what is stored of it, once this is committed.
+  std::vector<plant::Stored> stored = {};
 
   Written& operator+=(const Written& other);
 };

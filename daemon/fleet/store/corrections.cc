@@ -3,7 +3,6 @@
 #include <cmath>
 
 #include "calib/files/calibration_json.h"
-#include "calib/model/error.h"
 
 namespace cellcal::daemon::fleet {
 
@@ -36,7 +35,7 @@ std::vector<Correction> corrections_of(std::string_view document) {
       if (std::isfinite(made.correction) && std::isfinite(made.sigma))
         all.push_back(std::move(made));
     }
-  } catch (const calib::FileError&) {
+  } catch (const std::exception&) {  // whatever it is: the document is stored as it came
     return {};
   }
   return all;

@@ -118,9 +118,9 @@ json journal_record(const JournalName& name) {
 void make_and_lock_journals(pqxx::work& work, const std::string& names) {
   work.exec_params(
       "INSERT INTO journals (cell_id, name) SELECT c.id, r.journal FROM jsonb_to_recordset($1) AS r(plant text, "
-      "cell text, journal text) JOIN cells c ON c.plant = r.plant AND c.cell = r.cell WHERE NOT EXISTS "
+      "cell text, journal text, position int) JOIN cells c ON c.plant = r.plant AND c.cell = r.cell WHERE NOT EXISTS "
       "(SELECT FROM journals j WHERE j.cell_id = c.id AND j.name = r.journal) AND "
-      "(SELECT count(*) FROM journals j WHERE j.cell_id = c.id) < $2 ORDER BY 1, 2 ON CONFLICT DO NOTHING",
+      "(SELECT count(*) FROM journals j WHERE j.cell_id = c.id) < $2 ORDER BY c.id, r.position ON CONFLICT DO NOTHING",
       names, kMostJournals);
   work.exec_params(
       "SELECT FROM journals WHERE id IN (SELECT j.id FROM jsonb_to_recordset($1) AS r(plant text, cell text, "
@@ -135,6 +135,19 @@ struct Place {
   bool known = false, fits = true;
 };
 
+/// Each once. Of two journals of a cell that are both new the one that comes later is the newer.
+json in_order_of_arrival(const std::vector<JournalName>& names) {
+  std::map<JournalName, std::size_t> first;
+  for (std::size_t i = 0; i < names.size(); ++i) first.try_emplace(names[i], i);
+  json all = json::array();
+  for (const auto& [name, position] : first) {
+    json record = journal_record(name);
+    record["position"] = position;
+    all.push_back(std::move(record));
+  }
+  return all;
+}
+
 std::vector<Place> places_of(pqxx::work& work, const std::vector<Fact>& facts) {
   json asked = json::array();
   std::vector<JournalName> names;
@@ -145,7 +158,7 @@ std::vector<Place> places_of(pqxx::work& work, const std::vector<Fact>& facts) {
     record["position"] = asked.size();
     asked.push_back(std::move(record));
   }
-  make_and_lock_journals(work, dumped(sorted<JournalName>(std::move(names), journal_record)));
+  make_and_lock_journals(work, dumped(in_order_of_arrival(names)));
   const pqxx::result found = work.exec_params(
       "WITH r AS (SELECT * FROM jsonb_to_recordset($1) AS r(plant text, cell text, journal text, "
       "number bigint, position int)), "
@@ -182,6 +195,34 @@ json taken_record(const Fact& fact, long journal) {
   return record;
 }
 
+/// The newest ranges of each journal that had a result: its cell keeps results until it knows.
+std::vector<plant::Stored> stored_of(pqxx::work& work, const std::vector<Fact>& facts,
+                                     const std::vector<Place>& places) {
+  std::map<long, const Fact*> with_results;
+  for (std::size_t i = 0; i < facts.size(); ++i)
+    if (places[i].journal != 0 && plant::worth_of(facts[i].body) == plant::Worth::kResult)
+      with_results.emplace(places[i].journal, &facts[i]);
+  if (with_results.empty()) return {};
+  std::string ids;
+  for (const auto& [journal, fact] : with_results)
+    ids += (ids.empty() ? "{" : ",") + std::to_string(journal);
+  const pqxx::result found = work.exec_params(
+      "SELECT j.id, lower(n.r), upper(n.r) - 1 FROM journals j, LATERAL (SELECT r FROM unnest(j.numbers) r "
+      "ORDER BY lower(r) DESC LIMIT $2) n WHERE j.id = ANY($1::bigint[]) ORDER BY 1, 2",
+      ids + "}", plant::kMostStoredRanges);
+  std::map<long, plant::Stored> by_journal;
+  for (const auto& row : found) {
+    const long journal = row[0].as<long>();
+    const Fact& fact = *with_results.at(journal);
+    plant::Stored& stored =
+        by_journal.try_emplace(journal, plant::Stored{fact.of, fact.journal, {}}).first->second;
+    stored.numbers.emplace_back(row[1].as<std::int64_t>(), row[2].as<std::int64_t>());
+  }
+  std::vector<plant::Stored> all;
+  for (auto& [journal, stored] : by_journal) all.push_back(std::move(stored));
+  return all;
+}
+
 Written put_facts(pqxx::work& work, const std::vector<Fact>& facts, std::vector<Refused>& refused) {
   Written written;
   if (facts.empty()) return written;
@@ -208,6 +249,7 @@ Written put_facts(pqxx::work& work, const std::vector<Fact>& facts, std::vector<
   for (const auto& [table, sql] : inserts())
     if (rows.contains(table)) work.exec_params0(sql, dumped(rows[table]));
   if (!taken.empty()) take_numbers(work, taken);
+  written.stored = stored_of(work, facts, places);
   return written;
 }
 

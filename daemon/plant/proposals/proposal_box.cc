@@ -80,10 +80,15 @@ void ProposalBox::store() const {
   }
 }
 
-KeptProposal& ProposalBox::open(const std::string& id) {
+KeptProposal* ProposalBox::known(const std::string& id) {
   const auto found =
       std::ranges::find(kept_, id, [](const KeptProposal& one) { return one.proposal.id; });
-  if (found == kept_.end())
+  return found == kept_.end() ? nullptr : &*found;
+}
+
+KeptProposal& ProposalBox::open(const std::string& id) {
+  KeptProposal* found = known(id);
+  if (found == nullptr)
     throw NotDecided(NotDecided::Why::kUnknown, "there is no proposal \"" + id + "\"");
   if (found->stand != Stand::kOpen)
     throw NotDecided(NotDecided::Why::kDecided, "proposal \"" + id + "\" was " +
@@ -92,6 +97,7 @@ KeptProposal& ProposalBox::open(const std::string& id) {
   return *found;
 }
 
+/// On disk, or not decided. Whether the plant could be told changes nothing of it.
 KeptProposal ProposalBox::decide(KeptProposal& kept, Stand stand, const Say& say) {
   const KeptProposal before = kept;
   kept.stand = stand;
@@ -100,13 +106,23 @@ KeptProposal ProposalBox::decide(KeptProposal& kept, Stand stand, const Say& say
   kept.reason = say.reason;
   try {
     store();
-    parts_.answer({kept.proposal.id, stand == Stand::kAccepted, say.by, say.reason});
   } catch (...) {
     kept = before;
-    if (problem_.empty()) write_atomically(file_in(parts_.state_dir), proposals_to_json(kept_));
     throw;
   }
+  tell(kept);
   return kept;
+}
+
+void ProposalBox::tell(KeptProposal& kept) {
+  if (kept.told || kept.stand == Stand::kOpen) return;
+  try {
+    parts_.answer({kept.proposal.id, kept.stand == Stand::kAccepted, kept.by, kept.reason});
+    kept.told = true;
+    store();
+  } catch (const std::exception&) {
+    // Asked again when the proposal comes again: the plant hears it twice at worst.
+  }
 }
 
 void ProposalBox::act(const Proposal& proposal, const Say& say) {
@@ -120,37 +136,43 @@ void ProposalBox::act(const Proposal& proposal, const Say& say) {
   }
 }
 
-bool ProposalBox::take(const Proposal& proposal, const std::string& utc) {
+std::optional<Stand> ProposalBox::take(const Proposal& proposal, const std::string& utc) {
   const std::lock_guard lock(mutex_);
-  const auto is_it = [&](const KeptProposal& one) { return one.proposal.id == proposal.id; };
-  if (std::ranges::any_of(kept_, is_it)) return false;
-  if (std::ranges::count(kept_, Stand::kOpen, &KeptProposal::stand) >=
-      static_cast<std::ptrdiff_t>(kMostOpen))
-    return false;
-  const std::vector<KeptProposal> before = kept_;
-  kept_.push_back({proposal, utc, Stand::kOpen, "", "", ""});
-  while (kept_.size() > kMostKept)
-    kept_.erase(std::ranges::find_if(
-        kept_, [](const KeptProposal& one) { return one.stand != Stand::kOpen; }));
-  try {
-    store();
-  } catch (...) {
-    kept_ = before;
-    throw;
+  KeptProposal* kept = known(proposal.id);
+  if (kept == nullptr) {
+    if (std::ranges::count(kept_, Stand::kOpen, &KeptProposal::stand) >=
+        static_cast<std::ptrdiff_t>(kMostOpen))
+      return std::nullopt;
+    const std::vector<KeptProposal> before = kept_;
+    kept_.push_back({proposal, utc, Stand::kOpen, "", "", ""});
+    while (kept_.size() > kMostKept)
+      kept_.erase(std::ranges::find_if(
+          kept_, [](const KeptProposal& one) { return one.stand != Stand::kOpen; }));
+    kept = &kept_.back();
+    try {
+      if (const auto why = unusable(proposal))
+        return decide(*kept, Stand::kRefused, {kCell, *why, utc}).stand;
+      store();
+    } catch (...) {
+      kept_ = before;
+      throw;
+    }
   }
-  if (const auto why = unusable(proposal)) {
-    decide(kept_.back(), Stand::kRefused, {kCell, *why, utc});
-    return true;
-  }
-  if (!may_be_policy(proposal.kind) || !parts_.policy(proposal.kind)) return true;
+  tell(*kept);
+  if (kept->stand == Stand::kOpen) by_policy(*kept, utc);
+  return kept->stand;
+}
+
+/// What stands in the way leaves it to somebody, or to the next time that it comes.
+void ProposalBox::by_policy(KeptProposal& kept, const std::string& utc) {
+  if (!may_be_policy(kept.proposal.kind) || !parts_.policy(kept.proposal.kind)) return;
   const Say say{"[plant] accept", "", utc};
   try {
-    act(proposal, say);
+    act(kept.proposal, say);
   } catch (const std::exception&) {
-    return true;  // it waits for somebody
+    return;
   }
-  decide(kept_.back(), Stand::kAccepted, say);
-  return true;
+  decide(kept, Stand::kAccepted, say);
 }
 
 std::vector<KeptProposal> ProposalBox::all() const {
@@ -161,6 +183,8 @@ std::vector<KeptProposal> ProposalBox::all() const {
 KeptProposal ProposalBox::accept(const std::string& id, const Say& say) {
   const std::lock_guard lock(mutex_);
   KeptProposal& kept = open(id);
+  if (const auto why = unusable(kept.proposal))
+    throw NotDecided(NotDecided::Why::kUnusable, "proposal \"" + id + "\" cannot be used: " + *why);
   act(kept.proposal, say);
   return decide(kept, Stand::kAccepted, say);
 }

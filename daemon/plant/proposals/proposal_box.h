@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <functional>
 #include <mutex>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -21,6 +22,7 @@ struct KeptProposal {
   std::string received;  ///< ISO 8601 UTC, this computer's clock
   Stand stand = Stand::kOpen;
   std::string decided, by, reason;  ///< when, who, why; empty while it is open
+  bool told = false;                ///< the plant, of that
 
   bool operator==(const KeptProposal&) const = default;
 };
@@ -32,7 +34,7 @@ struct Say {
 
 /// It is not decided now, and why.
 struct NotDecided : std::runtime_error {
-  enum class Why { kUnknown, kDecided, kStorage };
+  enum class Why { kUnknown, kDecided, kUnusable, kStorage };
   NotDecided(Why reason, const std::string& words) : std::runtime_error(words), why(reason) {}
   Why why;
 };
@@ -43,9 +45,9 @@ class ProposalBox {
  public:
   struct Parts {
     std::filesystem::path state_dir;
-    /// Puts that session's calibration into use; throws where that cannot be, and the proposal stays open.
+    /// Puts that session's calibration into use, if it is not; throws where that cannot be, and the proposal stays open.
     std::function<void(const Proposal&, const Say&)> activate;
-    /// What is said, for the plant. Only on disk after it has returned.
+    /// What is said, for the plant; on disk when it returns. Where it throws it is asked again when the proposal comes again.
     std::function<void(const AnswerFact&)> answer;
     /// Whether the configuration accepts proposals of that kind by itself; asked for kinds that it may (may_be_policy()).
     std::function<bool(ProposalKind)> policy;
@@ -55,8 +57,9 @@ class ProposalBox {
   /// Empty, or which file cannot be used and what to do.
   const std::string& problem() const { return problem_; }
 
-  /// From the plant, any text in it. False: it was known, or there is no room for more. Throws NotDecided (kStorage).
-  bool take(const Proposal& proposal, const std::string& utc);
+  /// From the plant, any text in it, as often as it comes. What it stands at now; none: there is no room for more. Throws
+  /// NotDecided (kStorage).
+  std::optional<Stand> take(const Proposal& proposal, const std::string& utc);
 
   /// Newest first.
   std::vector<KeptProposal> all() const;
@@ -68,8 +71,11 @@ class ProposalBox {
   std::filesystem::path file_of(const Proposal& proposal) const;
 
  private:
+  KeptProposal* known(const std::string& id);
   KeptProposal& open(const std::string& id);
   KeptProposal decide(KeptProposal& kept, Stand stand, const Say& say);
+  void tell(KeptProposal& kept);
+  void by_policy(KeptProposal& kept, const std::string& utc);
   void act(const Proposal& proposal, const Say& say);
   void store() const;
 

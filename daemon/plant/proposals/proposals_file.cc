@@ -15,12 +15,12 @@ constexpr std::size_t kLargest = kMostKept * (std::size_t{1} << 18);
 
 /// As the message has it, in an object of its own.
 fields::Value<Proposal> proposal() {
-  return {
-      [](const Proposal& p) { return calib::parse_ordered_json(to_json(p)); },
-      [](const calib::JsonReader& reader) {
-        const CellName of{reader.at("plant").text(), reader.at("cell").text()};
-        return proposal_from_json(calib::write_json(reader.object()), {of, Subject::kProposal, reader.at("id").text()});
-      }};
+  return {[](const Proposal& p) { return calib::parse_ordered_json(to_json(p)); },
+          [](const calib::JsonReader& reader) {
+            const CellName of{reader.at("plant").text(), reader.at("cell").text()};
+            return proposal_from_json(calib::write_json(reader.object()),
+                                      {of, Subject::kProposal, reader.at("id").text()});
+          }};
 }
 
 const fields::Table<KeptProposal>& kept_fields() {
@@ -33,7 +33,8 @@ const fields::Table<KeptProposal>& kept_fields() {
                                                                   {Stand::kRefused, "refused"}})),
                                        field("decided", &T::decided, line()),
                                        field("by", &T::by, line()),
-                                       field("reason", &T::reason, bounded(kLongestText))};
+                                       field("reason", &T::reason, bounded(kLongestText)),
+                                       fields::optional(field("told", &T::told, fields::flag()))};
   return kTable;
 }
 

@@ -93,7 +93,10 @@ struct Publisher::Impl : std::enable_shared_from_this<Publisher::Impl> {
   asio::steady_timer retry, pause, health, last, unstored;
   std::chrono::milliseconds wait{0};
   std::minstd_rand chance{std::random_device{}()};
-  std::string connected;
+  struct {
+    std::string time, source;
+    std::int64_t newest = 0;
+  } connected;
   std::map<int, Sent> under_way;  ///< by message
   std::map<std::int64_t, Sent>
       at_the_broker;  ///< results that it has acknowledged on this line and nobody has stored, by row
@@ -141,23 +144,25 @@ void Publisher::Impl::start() {
   });
 }
 
+/// Will and birth of a line have the same time and number, so that whoever hears both knows the will for the later.
 MqttLine::Message Publisher::Impl::presence(bool online, bool farewell) const {
   const OutboxCount count = parts.journal.outbox();
   Presence words;
   words.of = name();
   words.online = online;
   words.farewell = farewell;
-  words.journal = count.source;
-  words.number = count.newest;
+  words.journal = farewell ? count.source : connected.source;
+  words.number = farewell ? count.newest : connected.newest;
   words.software = calib::software_version();
-  words.time = online || farewell ? wall_clock_utc() : connected;
+  words.time = farewell ? wall_clock_utc() : connected.time;
   words.mock = parts.mock;
   return {to_text({name(), Subject::kPresence, {}}), to_json(words), true};
 }
 
 void Publisher::Impl::connect() {
   if (stopping) return;
-  connected = wall_clock_utc();
+  const OutboxCount count = parts.journal.outbox();
+  connected = {wall_clock_utc(), count.source, count.newest};
   line = std::make_unique<MqttLine>(
       context, parts.config, presence(false, false),
       MqttLine::Events{
@@ -179,7 +184,6 @@ void Publisher::Impl::connect_later() {
 
 void Publisher::Impl::up() {
   is_up = true;
-  wait = {};
   under_way.clear();
   at_the_broker.clear();
   bite.clear();
@@ -213,6 +217,8 @@ void Publisher::Impl::down(const LineFailure& failure) {
     return;
   }
   say(failure);
+  // Two that have the same name would take the line from each other without end.
+  if (failure.problem == LineProblem::kTakenOver) wait = parts.longest_wait;
   connect_later();
 }
 
@@ -235,6 +241,7 @@ void Publisher::Impl::answered(int message, const std::optional<LineFailure>& re
   if (refused && !(sent.row == kNoRow && refused->problem == LineProblem::kNobody)) {
     hold(parts.refused_wait, *refused);
   } else if (sent.row != kNoRow) {
+    wait = {};  // this line is good for something
     if (sent.worth == Worth::kTelemetry ||
         (stored.journal == sent.source && stored.has(sent.number)))
       acknowledged.push_back(sent.row);
@@ -364,10 +371,12 @@ Fact Publisher::Impl::fact_of(const WaitingReport& row) const {
     std::string body = row.report.body;
     if (body.empty()) {
       const auto session = parts.journal.session(row.session);
-      if (!session) throw JournalError(fmt::format("session {} is not there", row.session));
+      if (!session) throw std::runtime_error(fmt::format("session {} is not there", row.session));
       body = reporter->calibration(*session).body;
     }
     fact.body = body_from_json(row.report.kind, body);
+  } catch (const JournalError&) {
+    throw;  // the disk may give it later: a result is not made an alarm for that
   } catch (const std::exception& failed) {
     fact.body = AlarmFact{
         "failed", fmt::format("{} of session {} cannot be told", row.report.kind, row.session),
@@ -421,7 +430,7 @@ Publisher::Publisher(Parts parts) : impl_(std::make_shared<Impl>(std::move(parts
 }
 
 Publisher::~Publisher() {
-  impl_->parts.journal.report_to(nullptr);
+  impl_->parts.journal.report_no_more_to(*impl_->reporter);
   asio::post(impl_->context, [raw = impl_.get()] { raw->stop(); });
   impl_->thread.join();
   impl_->line.reset();

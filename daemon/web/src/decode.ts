@@ -339,6 +339,7 @@ function proposal(value: unknown): Proposal | null {
   return {
     id: words(all.id), kind, stand, session: number(all.session), text: words(all.text), by: words(all.by),
     reason: words(all.reason), received: words(all.received), file: words(all.file),
+    decided: words(all.decided), decidedBy: words(all.decided_by),
   };
 }
 export function proposals(value: unknown): ProposalsSeen | null {

@@ -329,6 +329,8 @@ export interface Proposal {
   received: string;
   stand: "open" | "accepted" | "refused";
   file: string;
+  decided: string;
+  decidedBy: string;
 }
 export interface ProposalsSeen {
   problem: string;

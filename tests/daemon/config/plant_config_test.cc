@@ -48,5 +48,11 @@ TEST(plant, has_names_that_can_stand_in_a_topic_and_keys_that_belong_together) {
   EXPECT_NE(reason(kNamed + "outbox_megabytes = 0.1\n").find("plant.outbox_megabytes"), std::string::npos);
 }
 
+TEST(plant, is_answered_without_a_person_only_where_nothing_moves_by_it) {
+  EXPECT_EQ(parsed(kNamed + "accept = [\"check\", \"activate\"]\n").plant->accept.size(), 2u);
+  for (const char* kind : {"schedule", "priors", "move", ""})
+    EXPECT_NE(reason(kNamed + "accept = [\"" + kind + "\"]\n").find("plant.accept"), std::string::npos) << kind;
+}
+
 }  // namespace
 }  // namespace cellcal::daemon

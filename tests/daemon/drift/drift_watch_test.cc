@@ -85,7 +85,7 @@ TEST_F(a_watch, leaves_out_what_says_nothing_of_the_tool_and_shows_it) {
 }
 
 TEST_F(a_watch, compares_checks_by_the_same_touches_alone) {
-  checks(4);
+  checks(5);
   for (int k = 0; k < 2; ++k) checked.check({.other_touches = true});
   const auto drift = look();
   EXPECT_EQ(drift->chart.counted, 2U) << "the newest ones count";

@@ -3,10 +3,14 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
 #include <random>
 
 #include "tests/daemon/fleet/facts.h"
 #include "tests/daemon/fleet/running.h"
+#include "tests/daemon/journal/temporary_directory.h"
 
 namespace cellcal::daemon::fleet {
 namespace {
@@ -45,6 +49,36 @@ TEST(FleetCollector, EveryKindArrivesOnceThoughSentTwiceAndOutOfOrder) {
   EXPECT_EQ(testing::count_of_each(database), "1|1|1|1|1|1|1|1|1|1|1");
   EXPECT_EQ(collector.counters().twice, 11u);
   EXPECT_EQ(ask(database, "SELECT numbers FROM fleet.journals"), "{[1,12)}");
+}
+
+TEST(FleetCollector, IsGreetedOverTlsAndAcknowledgesThere) {
+  const daemon::testing::TemporaryDirectory folder;
+  const std::string stem = (folder / "broker").string();
+  ASSERT_EQ(
+      std::system(
+          ("openssl req -x509 -newkey ec -pkeyopt ec_paramgen_curve:prime256v1 -nodes -days 2 -subj /CN=broker "
+           "-addext subjectAltName=IP:127.0.0.1 -keyout " +
+           stem + ".key -out " + stem + ".pem 2>/dev/null")
+              .c_str()),
+      0);
+  // The broker runs as another user.
+  std::filesystem::permissions(folder.path(), std::filesystem::perms(0755));
+  std::filesystem::permissions(stem + ".key", std::filesystem::perms(0644));
+  const MqttBroker broker("certfile " + stem + ".pem\nkeyfile " + stem + ".key\n");
+  const std::string database = Database::shared().create();
+  CollectorConfig config = config_of(broker, database);
+  config.broker.tls = true;
+  config.broker.ca = stem + ".pem";
+  const Running collector(config);
+  ASSERT_TRUE(collector.counters().broker_up);
+  const Publication one = testing::publication(testing::alarm(kWeld, 1));
+  std::ofstream(folder / "message") << one.payload;
+  ASSERT_EQ(std::system(("mosquitto_pub -h 127.0.0.1 -V 5 -q 1 --cafile " + stem + ".pem -p " +
+                         std::to_string(broker.port()) + " -t " + one.topic + " -f " +
+                         (folder / "message").string())
+                            .c_str()),
+            0);
+  EXPECT_TRUE(within_reach([&] { return collector.counters().facts == 1u; }));
 }
 
 TEST(FleetCollector, TwoSideBySideShareTheWorkAndStoreEachOnce) {

@@ -189,10 +189,9 @@ std::string Database::create() {
 
 MqttBroker::MqttBroker(const std::string& more)
     : folder_(make_folder("mosquitto")), port_(free_port()) {
-  std::ofstream(folder_ + "/conf") << "listener " << port_ << " 127.0.0.1\nallow_anonymous true\n"
+  std::ofstream(folder_ + "/conf") << "listener " << port_ << " 127.0.0.1\nallow_anonymous true\n" << more
                                    << "persistence true\npersistence_location " << folder_ << "/\n"
-                                   << shipped_limits() << "max_packet_size 16777216\n"
-                                   << more;
+                                   << shipped_limits() << "max_packet_size 16777216\n";
   start();
 }
 

@@ -76,7 +76,8 @@ TEST_F(AnUpdate, brings_back_a_cell_whose_tool_was_knocked_and_says_where_there_
 
   // So much that spheres are missed takes a full session, and is replayed all the same.
   restart("tool_shift_mm = [0.0, 0.0, -14.0]\n");
-  const Outcome lost = update();
+  const Outcome lost =
+      fixture.cellcal({"run", "--cell", CELLCAL_DEMO_CELL, "--update", "--or-full"});
   EXPECT_EQ(lost.status, 3) << lost.err << lost.out << fixture.log();
   EXPECT_NE((lost.err + lost.out).find("run a full session"), std::string::npos)
       << lost.err << lost.out;

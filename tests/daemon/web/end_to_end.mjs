@@ -380,7 +380,7 @@ const steps = {
     await page.route("**/v1/proposals", (route) => route.fulfill({ json: { problem: null, proposals: all } }));
     await page.route("**/v1/proposals/*/*", async (route) => {
       said.push([new URL(route.request().url()).pathname, route.request().postDataJSON()]);
-      all = all.map((p) => (p.id === "p-1" ? { ...p, stand: "accepted", file: "/var/lib/cellcal/proposals/p-1.toml" } : { ...p, stand: "refused" }));
+      all = all.map((p) => (p.id === "p-1" ? { ...p, stand: "accepted", decided: "2026-11-21T10:00:00.000Z", decided_by: "anna", file: "/var/lib/cellcal/proposals/p-1.toml" } : { ...p, stand: "refused" }));
       await route.fulfill({ json: all[0] });
     });
     await page.reload();

@@ -5,12 +5,14 @@ import type { Proposal, ProposalsSeen } from "../types";
 import { useVoice } from "./context";
 import { SayWhy } from "./say_why";
 
+const FEW = 3;
+
 export function Proposals({ seen, may, changed }: { seen: ProposalsSeen; may: boolean; changed: () => void }) {
   const { say, fmt } = useVoice();
   const [asked, ask] = useState<{ of: Proposal; verb: "accept" | "refuse" } | null>(null);
   const open = seen.proposals.filter((one) => one.stand === "open");
-  const to_do = seen.proposals.find((one) => one.stand === "accepted" && one.file !== "");
-  if (open.length === 0 && seen.problem === "" && !to_do) return null;
+  const to_do = seen.proposals.filter((one) => one.stand === "accepted" && one.file !== "").slice(0, FEW);
+  if (open.length === 0 && seen.problem === "" && to_do.length === 0) return null;
   const wish = (one: Proposal) => say(`proposal.${one.kind}`, { session: one.session ?? "" });
   const done = () => {
     ask(null);
@@ -36,7 +38,10 @@ export function Proposals({ seen, may, changed }: { seen: ProposalsSeen; may: bo
           </li>
         ))}
       </ul>
-      {to_do && <p class="note">{say(to_do.kind === "priors" ? "proposal.to_do.priors" : "proposal.to_do.schedule", { file: to_do.file })}</p>}
+      {to_do.map((one) => (
+        <p class="note" key={one.id}>{say(one.kind === "priors" ? "proposal.to_do.priors" : "proposal.to_do.schedule", {
+          file: one.file, time: fmt.time(one.decided), by: one.decidedBy })}</p>
+      ))}
       {asked && (
         <SayWhy title={wish(asked.of)} go={say(`proposal.${asked.verb}`)} needed={asked.verb === "refuse"}
                 path={`/v1/proposals/${encodeURIComponent(asked.of.id)}/${asked.verb}`} body={{}} close={() => ask(null)} done={done}>

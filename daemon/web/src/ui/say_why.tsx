@@ -5,7 +5,7 @@ import { useLayoutEffect, useRef, useState } from "preact/hooks";
 import { is_good, post } from "../request";
 import { useVoice } from "./context";
 
-const LONGEST_REASON = 500; // as the daemon has it
+const LONGEST_REASON = 500; // bytes, as the daemon has it: two for each letter
 
 export function SayWhy({ title, go, needed, path, body, done, close, children }: {
   title: string; go: string; needed: boolean; path: string; body: Record<string, unknown>;
@@ -15,11 +15,12 @@ export function SayWhy({ title, go, needed, path, body, done, close, children }:
   const dialog = useRef<HTMLDialogElement>(null);
   const [reason, set_reason] = useState("");
   const [busy, set_busy] = useState(false);
+  const sending = useRef(false); // what is sent is not taken back by leaving
   const [refused, set_refused] = useState("");
   // Not modal: the button that stops the arm must stay in reach.
   useLayoutEffect(() => {
     dialog.current?.show();
-    const leave = (event: KeyboardEvent) => event.key === "Escape" && close();
+    const leave = (event: KeyboardEvent) => event.key === "Escape" && !sending.current && close();
     addEventListener("keydown", leave);
     return () => removeEventListener("keydown", leave);
   }, []);
@@ -27,28 +28,28 @@ export function SayWhy({ title, go, needed, path, body, done, close, children }:
   const submit = async (event: Event) => {
     event.preventDefault();
     if (busy || (needed && why === "")) return;
-    set_busy(true);
+    set_busy(sending.current = true);
     const answer = await post(path, why === "" ? body : { ...body, reason: why });
-    set_busy(false);
+    set_busy(sending.current = false);
     if (is_good(answer)) done();
     else set_refused(answer.status === 0 ? say("request.no-answer")
       : answer.words || say("request.refused", { status: answer.status }));
   };
   return (
     <>
-      <div class="veil" onClick={close} />
+      <div class="veil" onClick={() => !busy && close()} />
       <dialog ref={dialog} aria-labelledby="why-title">
         <form onSubmit={submit}>
           <h2 id="why-title">{title}</h2>
           {children}
           <label>
             {say(needed ? "why" : "why.if")}
-            <input name="reason" type="text" required={needed} maxLength={LONGEST_REASON} value={reason}
+            <input name="reason" type="text" required={needed} maxLength={LONGEST_REASON / 2} value={reason}
                    onInput={(event) => set_reason(event.currentTarget.value)} />
           </label>
           {refused !== "" && <p class="refused" role="alert">{refused}</p>}
           <div class="buttons">
-            <button type="button" onClick={close}>{say("cancel")}</button>
+            <button type="button" disabled={busy} onClick={close}>{say("cancel")}</button>
             <button type="submit" class="go" disabled={busy || (needed && why === "")}>{go}</button>
           </div>
         </form>

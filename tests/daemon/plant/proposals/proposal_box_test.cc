@@ -53,7 +53,7 @@ struct AProposalBox : ::testing::Test {
 };
 
 TEST_F(AProposalBox, KeepsWhatIsProposedUntilSomebodySaysSomethingAlsoAcrossARestart) {
-  EXPECT_TRUE(box().take(proposal("p-1"), "t0"));
+  EXPECT_EQ(box().take(proposal("p-1"), "t0"), Stand::kOpen);
   ProposalBox again = box();
   ASSERT_EQ(again.all().size(), 1U);
   EXPECT_EQ(again.all()[0], (KeptProposal{proposal("p-1"), "t0", Stand::kOpen, "", "", ""}));
@@ -61,17 +61,17 @@ TEST_F(AProposalBox, KeepsWhatIsProposedUntilSomebodySaysSomethingAlsoAcrossARes
   EXPECT_EQ(again.accept("p-1", anna).stand, Stand::kAccepted);
   EXPECT_EQ(answers, (std::vector<AnswerFact>{{"p-1", true, "anna", "fits"}}));
   EXPECT_EQ(box().all()[0],
-            (KeptProposal{proposal("p-1"), "t0", Stand::kAccepted, "t1", "anna", "fits"}));
+            (KeptProposal{proposal("p-1"), "t0", Stand::kAccepted, "t1", "anna", "fits", true}));
   EXPECT_EQ(why_not([&] { again.refuse("p-1", anna); }), NotDecided::Why::kDecided);
   EXPECT_EQ(why_not([&] { again.accept("p-2", anna); }), NotDecided::Why::kUnknown);
 }
 
 TEST_F(AProposalBox, TakesTheSameOneOnce) {
   ProposalBox all = box();
-  EXPECT_TRUE(all.take(proposal("p-1"), "t0"));
-  EXPECT_FALSE(all.take(proposal("p-1", ProposalKind::kActivate), "t1"));
+  EXPECT_EQ(all.take(proposal("p-1"), "t0"), Stand::kOpen);
+  EXPECT_EQ(all.take(proposal("p-1", ProposalKind::kActivate), "t1"), Stand::kOpen);
   all.refuse("p-1", {"anna", "no", "t2"});
-  EXPECT_FALSE(all.take(proposal("p-1"), "t3"));
+  EXPECT_EQ(all.take(proposal("p-1"), "t3"), Stand::kRefused);
   EXPECT_EQ(answers, (std::vector<AnswerFact>{{"p-1", false, "anna", "no"}}));
   EXPECT_EQ(all.all().size(), 1U);
 }
@@ -103,8 +103,11 @@ TEST_F(AProposalBox, AcceptsByItselfWhatTheConfigurationNamesAndNeverAScheduleOr
   EXPECT_EQ(accepted, std::set<std::string>{"p-1"});
   EXPECT_EQ(activated.size(), 1U);
   in_the_way = true;
-  all.take(proposal("p-5", ProposalKind::kActivate), "t0");
-  EXPECT_EQ(all.all()[0].stand, Stand::kOpen) << "it waits for somebody";
+  EXPECT_EQ(all.take(proposal("p-5", ProposalKind::kActivate), "t0"), Stand::kOpen)
+      << "it waits for somebody";
+  in_the_way = false;
+  EXPECT_EQ(all.take(proposal("p-5", ProposalKind::kActivate), "t1"), Stand::kAccepted)
+      << "or for the next time";
 }
 
 TEST_F(AProposalBox, RefusesAScheduleThatIsNoneOrThatSpeaksForThePeopleOfTheCell) {
@@ -112,8 +115,7 @@ TEST_F(AProposalBox, RefusesAScheduleThatIsNoneOrThatSpeaksForThePeopleOfTheCell
   for (const char* text :
        {"unattended = true\n", "responsible = \"me\"\n", "resumes = -1\n", "what = 1\n", "[[["}) {
     const std::string id = "p-" + std::to_string(answers.size());
-    EXPECT_TRUE(all.take(proposal(id, ProposalKind::kSchedule, text), "t0"));
-    EXPECT_EQ(all.all()[0].stand, Stand::kRefused) << text;
+    EXPECT_EQ(all.take(proposal(id, ProposalKind::kSchedule, text), "t0"), Stand::kRefused) << text;
     EXPECT_EQ(answers.back().by, "cellcald");
     EXPECT_FALSE(answers.back().reason.empty());
   }
@@ -137,23 +139,43 @@ TEST_F(AProposalBox, WritesAnAcceptedScheduleAsItCameAndNothingBefore) {
 TEST_F(AProposalBox, TakesNoMoreThanSomebodyCanRead) {
   ProposalBox all = box();
   for (std::size_t i = 0; i < 2 * kMostOpen; ++i)
-    EXPECT_EQ(all.take(proposal("p-" + std::to_string(i)), "t0"), i < kMostOpen);
+    EXPECT_EQ(all.take(proposal("p-" + std::to_string(i)), "t0").has_value(), i < kMostOpen);
   for (std::size_t i = 0; i < 2 * kMostKept; ++i) {
     all.refuse(all.all()[0].proposal.id, anna);
-    EXPECT_TRUE(all.take(proposal("q-" + std::to_string(i)), "t0"));
+    EXPECT_TRUE(all.take(proposal("q-" + std::to_string(i)), "t0").has_value());
   }
   EXPECT_EQ(all.all().size(), kMostKept);
   EXPECT_EQ(std::ranges::count(all.all(), Stand::kOpen, &KeptProposal::stand),
             static_cast<int>(kMostOpen));
 }
 
-TEST_F(AProposalBox, ADecisionThatCannotBeToldOrKeptIsNone) {
-  ProposalBox all = box();
-  all.take(proposal("p-1"), "t0");
+TEST_F(AProposalBox, ADecisionThatCannotBeToldStandsAndIsToldWhenTheProposalComesAgain) {
   mute = true;
-  EXPECT_THROW(all.accept("p-1", anna), std::runtime_error);
-  EXPECT_EQ(all.all()[0].stand, Stand::kOpen);
-  EXPECT_EQ(box().all()[0].stand, Stand::kOpen);
+  box().take(proposal("p-1"), "t0");
+  EXPECT_EQ(box().accept("p-1", anna).stand, Stand::kAccepted);
+  EXPECT_EQ(box().take(proposal("p-2", ProposalKind::kSchedule, "unattended = true\n"), "t0"),
+            Stand::kRefused);
+  mute = false;
+  ProposalBox again = box();
+  again.take(proposal("p-1"), "t2");
+  again.take(proposal("p-2", ProposalKind::kSchedule, "unattended = true\n"), "t2");
+  again.take(proposal("p-1"), "t3");
+  EXPECT_EQ(answers.size(), 2U);
+  EXPECT_EQ(answers[0], (AnswerFact{"p-1", true, "anna", "fits"}));
+  EXPECT_FALSE(answers[1].accepted);
+}
+
+TEST_F(AProposalBox, AcceptsNothingThatCannotBeUsedHoweverItGotThere) {
+  const KeptProposal open{proposal("p-1", ProposalKind::kSchedule, "unattended = true\n"),
+                          "t0",
+                          Stand::kOpen,
+                          "",
+                          "",
+                          ""};
+  std::ofstream(dir / "proposals.json") << proposals_to_json({open});
+  ProposalBox all = box();
+  EXPECT_EQ(why_not([&] { all.accept("p-1", anna); }), NotDecided::Why::kUnusable);
+  EXPECT_FALSE(std::filesystem::exists(all.file_of(open.proposal)));
 }
 
 TEST_F(AProposalBox, ADamagedFileIsKeptAndNothingIsTaken) {

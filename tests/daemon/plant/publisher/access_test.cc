@@ -145,11 +145,12 @@ TEST_F(broker_of_a_plant, lets_no_cell_speak_for_another) {
   };
   EXPECT_FALSE(refused("cellcal/graz/weld-4/fact/alarm"));
   EXPECT_FALSE(refused("cellcal/graz/weld-4/presence"));
+  EXPECT_FALSE(refused("cellcal/graz/weld-4/proposal/p-1")) << "it takes away what it has answered";
   EXPECT_TRUE(refused("cellcal/graz/weld-3/fact/alarm"));
   EXPECT_TRUE(refused("cellcal/graz/weld-3/presence"));
   EXPECT_TRUE(refused("cellcal/linz/weld-4/fact/alarm")) << "nor in another plant";
-  EXPECT_TRUE(refused("cellcal/graz/weld-4/proposal")) << "nor propose to itself";
-  EXPECT_TRUE(refused("cellcal/graz/weld-3/proposal"));
+  EXPECT_TRUE(refused("cellcal/graz/weld-3/proposal/p-1"));
+  EXPECT_TRUE(refused("cellcal/graz/weld-4/stored")) << "nor vouch for the plant";
 }
 
 TEST_F(broker_of_a_plant, lets_a_cell_hear_no_facts_of_others_and_no_other_cells_proposals) {
@@ -158,15 +159,15 @@ TEST_F(broker_of_a_plant, lets_a_cell_hear_no_facts_of_others_and_no_other_cells
   Listener planner(broker->port(), "planner", "", login("plant-operator"));
   Listener cell(broker->port(), "cell", "", login("weld-3"));
   EXPECT_LT(cell.say("cellcal/graz/weld-3/fact/alarm", kFact).value_or(0x80), 0x80);
-  EXPECT_LT(planner.say("cellcal/graz/weld-3/proposal", kFact).value_or(0x80), 0x80);
-  EXPECT_LT(planner.say("cellcal/graz/weld-4/proposal", kFact).value_or(0x80), 0x80);
-  EXPECT_GE(collector.say("cellcal/graz/weld-4/proposal", kFact).value_or(0x80), 0x80)
-      << "it only listens";
+  EXPECT_LT(planner.say("cellcal/graz/weld-3/proposal/p-1", kFact).value_or(0x80), 0x80);
+  EXPECT_LT(planner.say("cellcal/graz/weld-4/proposal/p-1", kFact).value_or(0x80), 0x80);
+  EXPECT_GE(collector.say("cellcal/graz/weld-4/proposal/p-1", kFact).value_or(0x80), 0x80)
+      << "it proposes nothing";
   EXPECT_GE(planner.say("cellcal/graz/weld-4/fact/alarm", kFact).value_or(0x80), 0x80);
   collector.until([](const auto& all) { return all.size() >= 1; });
   const auto heard = curious.until([](const auto& all) { return !all.empty(); });
   ASSERT_EQ(heard.size(), 1u);
-  EXPECT_EQ(heard[0].topic, "cellcal/graz/weld-4/proposal");
+  EXPECT_EQ(heard[0].topic, "cellcal/graz/weld-4/proposal/p-1");
 }
 
 }  // namespace

@@ -138,7 +138,14 @@ TEST_F(publisher, that_was_killed_is_followed_by_one_that_says_the_same_under_th
   ::kill(cell, SIGKILL);
   ::waitpid(cell, nullptr, 0);
   plant.until([](const auto& heard) { return !presence_in(heard) || !presence_in(heard)->online; });
-  EXPECT_FALSE(presence_in(plant.all())->farewell) << "the will";
+  const plant::Presence will = *presence_in(plant.all());
+  EXPECT_FALSE(will.farewell) << "the will";
+  std::optional<plant::Presence> birth;
+  for (const Heard& one : plant.all())
+    if (const auto presence = presence_in({one}); presence && presence->online) birth = presence;
+  ASSERT_TRUE(birth);
+  EXPECT_EQ(will.time, birth->time) << "so that the plant takes it for the later of the two";
+  EXPECT_EQ(will.number, birth->number);
   const std::int64_t first = facts_in(plant.all())[0].number;
   Journal journal(dir / "j.db");
   const std::int64_t before = journal.outbox().newest;
