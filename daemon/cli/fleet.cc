@@ -53,9 +53,10 @@ std::string presence(const json& cell) {
 }
 
 std::string cell_line(const json& cell) {
-  std::string line = fmt::format(
-      "{:<24}  {:<7}  {:<12}  {:<10}  {:>7}\n", cell_name(cell), presence(cell),
-      text(cell.at("state")), text(cell.at("calibrated_at"), kDay), number(cell.at("u95_over_mm")));
+  std::string line =
+      fmt::format("{:<24}  {:<7}  {:<12}  {:<10}  {:>7}\n", cell_name(cell), presence(cell),
+                  text(cell.at("state")), text(cell.at("calibrated_at"), kDay),
+                  number(cell.at(cell.at("over_mm").is_null() ? "near_mm" : "over_mm")));
   for (const json& need : cell.at("needs")) line += "    " + need_words(need) + "\n";
   return line;
 }
@@ -65,8 +66,8 @@ std::string status_words(const json& cells) {
   const auto needy = std::count_if(cells.begin(), cells.end(),
                                    [](const json& c) { return !c.at("needs").empty(); });
   std::string words = fmt::format("{} of {} cells need attention\n\n", needy, cells.size());
-  words += fmt::format("{:<24}  {:<7}  {:<12}  {:<10}  {:>7}\n", "cell", "", "session",
-                       "calibrated", "u95 mm");
+  words += fmt::format("{:<24}  {:<7}  {:<12}  {:<10}  {:>8}\n", "cell", "", "session",
+                       "calibrated", "error mm");
   for (const json& cell : cells) words += cell_line(cell);
   return words;
 }

@@ -20,7 +20,7 @@ constexpr const char* kCell =
     "'needs', (SELECT coalesce(json_agg(json_build_object('what', what, 'since', since, 'detail', detail) "
     "ORDER BY what), '[]') FROM attention WHERE plant = $1 AND cell = $2), "
     "'calibrations', (SELECT coalesce(json_agg(k), '[]') FROM (SELECT j.name AS journal, session, at, robot, "
-    "robot_serial, published, is_update, findings, u95_near_mm, u95_over_mm, sha256, EXISTS (SELECT FROM "
+    "robot_serial, published, is_update, findings, near_mm, over_mm, u95_near_mm, u95_over_mm, sha256, EXISTS (SELECT FROM "
     "certificates x WHERE x.journal_id = j.id AND x.session = c.session) AS certificate FROM calibrations c "
     "JOIN j ON j.id = c.journal_id ORDER BY j.id DESC, number DESC LIMIT 200) k), "
     "'checks', (SELECT coalesce(json_agg(k), '[]') FROM (SELECT j.name AS journal, session, at, against, held, "

@@ -66,7 +66,7 @@ SELECT c.plant, c.cell, n.what, n.since, n.detail FROM cells c JOIN (
          least(at, received) AS since, coalesce(nullif(failure, ''), purpose) AS detail
   FROM newest_sessions WHERE state IN ('failed', 'interrupted')
   UNION ALL
-  SELECT a.cell_id, 'drifted', least(a.at, a.received), a.text
+  SELECT a.cell_id, 'drifted', least(a.at, a.received), a.subject
   FROM newest_drift_alarms a LEFT JOIN calibrations_in_use u ON u.cell_id = a.cell_id
   WHERE u.cell_id IS NULL OR (a.journal_id, a.number) > (u.journal_id, u.since_number)
   UNION ALL
@@ -100,7 +100,7 @@ CREATE VIEW cell_states AS
 SELECT c.plant, c.cell, c.since, p.online, p.farewell, p.received AS presence_at, p.software, p.mock,
        s.session, s.state, s.purpose, s.touches, s.planned, least(s.at, s.received) AS session_at,
        u.robot, u.robot_serial, j.name AS journal, u.session AS calibration, u.dated AS calibrated_at,
-       u.u95_near_mm, u.u95_over_mm, k.held, k.shift_mm, least(k.at, k.received) AS checked_at
+       u.near_mm, u.over_mm, u.u95_near_mm, u.u95_over_mm, k.held, k.shift_mm, least(k.at, k.received) AS checked_at
 FROM cells c LEFT JOIN presence p ON p.cell_id = c.id LEFT JOIN newest_sessions s ON s.cell_id = c.id
 LEFT JOIN calibrations_in_use u ON u.cell_id = c.id LEFT JOIN journals j ON j.id = u.journal_id
 LEFT JOIN newest_checks k ON k.cell_id = c.id;

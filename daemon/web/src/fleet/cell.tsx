@@ -49,7 +49,7 @@ export function CellDetail({ cell }: { cell: FleetCell }) {
                 <th scope="row">{one.session}</th>
                 <td>{fmt.time(one.at)}</td>
                 <td>{say(one.published ? "fleet.published" : "fleet.withheld")}{one.update && <small> {say("fleet.update")}</small>}</td>
-                <td>{one.published && <>u95 {fmt.mm(one.u95Mm)}</>}</td>
+                <td>{one.published && fmt.mm(one.predictedMm)}</td>
                 <td><a href={`${path}/calibrations/${of(one)}`} download={`${cell.cell}-${one.session}-calibration.json`}>{say("calibration.json")}</a></td>
                 <td>{one.certificate && <Certificate path={`${path}/certificates/${of(one)}`} />}</td>
               </tr>

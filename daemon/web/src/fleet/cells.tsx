@@ -6,7 +6,7 @@ import { useVoice } from "../ui/context";
 import type { FleetCell } from "./types";
 
 const FEW = 50;
-const COLUMNS = ["cell", "needs", "calibration", "u95", "check", "robot"] as const;
+const COLUMNS = ["cell", "needs", "calibration", "predicted", "check", "robot"] as const;
 
 export const named = (cell: FleetCell): string => `${cell.plant}/${cell.cell}`;
 const fits = (cell: FleetCell, text: string): boolean =>
@@ -42,7 +42,7 @@ export function CellTable({ cells, old, chosen, choose }: {
                       ))}</ul>}
                 </td>
                 <td>{cell.calibration === null ? NONE : <>{cell.calibration} <small>{fmt.time(cell.calibratedAt)}</small></>}</td>
-                <td>{fmt.mm(cell.u95Mm)}</td>
+                <td>{fmt.mm(cell.predictedMm)}</td>
                 <td>{cell.held === null ? NONE : <>{say(`fleet.held.${cell.held}`)} {cell.shiftMm !== null && fmt.mm(cell.shiftMm)} <small>{fmt.time(cell.checkedAt)}</small></>}</td>
                 <td>{cell.robot || NONE} <small>{cell.robotSerial}</small></td>
               </tr>

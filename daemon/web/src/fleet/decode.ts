@@ -19,7 +19,7 @@ function cell(value: unknown): FleetCell | null {
     plant: words(all.plant), cell: words(all.cell), online: typeof all.online === "boolean" ? all.online : null,
     mock: all.mock === true, robot: words(all.robot), robotSerial: words(all.robot_serial), state: words(all.state),
     calibration: number(all.calibration), calibratedAt: words(all.calibrated_at),
-    u95Mm: number(all.u95_over_mm) ?? number(all.u95_near_mm), held: HELD.find((one) => one === all.held) ?? null,
+    predictedMm: number(all.over_mm) ?? number(all.near_mm), held: HELD.find((one) => one === all.held) ?? null,
     shiftMm: number(all.shift_mm), checkedAt: words(all.checked_at), needs: known(list(all.needs).map(need)),
   };
 }
@@ -33,7 +33,7 @@ function calibration(value: unknown): FleetCalibration | null {
   if (!all || number(all.session) === null) return null;
   return {
     journal: words(all.journal), session: count(all.session), at: words(all.at), published: all.published === true,
-    update: all.is_update === true, u95Mm: number(all.u95_over_mm) ?? number(all.u95_near_mm), certificate: all.certificate === true,
+    update: all.is_update === true, predictedMm: number(all.over_mm) ?? number(all.near_mm), certificate: all.certificate === true,
   };
 }
 function check(value: unknown): FleetCheck | null {

@@ -18,7 +18,7 @@ export interface FleetCell {
   state: string;
   calibration: number | null;
   calibratedAt: string;
-  u95Mm: number | null;
+  predictedMm: number | null;
   held: "yes" | "no" | "undecided" | null;
   shiftMm: number | null;
   checkedAt: string;
@@ -30,7 +30,7 @@ export interface FleetCalibration {
   at: string;
   published: boolean;
   update: boolean;
-  u95Mm: number | null;
+  predictedMm: number | null;
   certificate: boolean;
 }
 export interface FleetCheck {

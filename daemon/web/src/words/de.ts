@@ -489,7 +489,7 @@ export const de: Catalogue = {
   "fleet.column.cell": "Zelle",
   "fleet.column.needs": "Braucht Aufmerksamkeit",
   "fleet.column.calibration": "Kalibrierung in Gebrauch",
-  "fleet.column.u95": "u95",
+  "fleet.column.predicted": "Vorhergesagter Fehler",
   "fleet.column.check": "Letzte Prüfung",
   "fleet.column.robot": "Roboter",
   "fleet.need.interrupted": "Sitzung unterbrochen",

@@ -500,7 +500,7 @@ export const en = {
   "fleet.column.cell": "Cell",
   "fleet.column.needs": "Needs attention",
   "fleet.column.calibration": "Calibration in use",
-  "fleet.column.u95": "u95",
+  "fleet.column.predicted": "Predicted error",
   "fleet.column.check": "Last check",
   "fleet.column.robot": "Robot",
   "fleet.need.interrupted": "Session interrupted",
