@@ -51,7 +51,8 @@ export function App() {
   const session = status?.session ?? 0;
   const with_login = model.link === "login";
   const asked = with_login || !status ? null : "";
-  const ended = `${session} ${status?.running} ${status?.phase}`;
+  // Not with each phase of a touch: what ended sessions left is asked for when one has ended.
+  const ended = `${session} ${status?.running} ${status?.running ? "" : status?.phase}`;
   // Of touches chosen one by one the plan is but the one in hand.
   const chosen_as_it_goes = status?.goalMm !== null || status?.finding ? status?.touches : 0;
   const planned = status?.running ? `${session} ${status.planned} ${chosen_as_it_goes}` : ended;

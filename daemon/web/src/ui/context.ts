@@ -21,18 +21,23 @@ export const voice_in = (language: Language, theme: Voice["theme"]): Voice => ({
 export const VoiceContext = createContext<Voice>(voice_in("en", "light"));
 export const useVoice = (): Voice => useContext(VoiceContext);
 
-/** What stands at a path; asked for again when `key` changes. Null until then, and where nothing is. */
+const TRIES = 5, AGAIN_MS = 2000, BUSY = 503;
+
+/** What stands at a path; asked for again when `key` changes, and where the daemon had no time. Null until then, and where nothing is. */
 export function useFetched<T>(path: string | null, key: unknown, decode: (value: unknown) => T | null): T | null {
   const [value, become] = useState<T | null>(null);
   useEffect(() => {
-    let wanted = true;
+    let wanted = true, timer: ReturnType<typeof setTimeout> | undefined;
+    const ask = (asked: string, left: number) => void get(asked).then((answer) => {
+      if (!wanted) return;
+      become(answer.status === 200 ? decode(answer.value) : null);
+      if (answer.status === BUSY && left > 1) timer = setTimeout(() => ask(asked, left - 1), AGAIN_MS);
+    });
     if (path === null) become(null);
-    else
-      void get(path).then((answer) => {
-        if (wanted) become(answer.status === 200 ? decode(answer.value) : null);
-      });
+    else ask(path, TRIES);
     return () => {
       wanted = false;
+      clearTimeout(timer);
     };
   }, [path, key]);
   return value;
