@@ -7,7 +7,7 @@
 #include "calib/model/error.h"
 #include "daemon/api/handlers.h"
 #include "daemon/api/routes.h"
-#include "daemon/tasks/inputs.h"
+#include "daemon/tasks/recorded/inputs.h"
 #include "daemon/web/drift.h"
 #include "daemon/web/figures.h"
 #include "daemon/web/plan.h"

@@ -10,8 +10,8 @@
 #include "daemon/api/routes.h"
 #include "daemon/api/run_request.h"
 #include "daemon/session/phase_times.h"
-#include "daemon/tasks/delay_watch.h"
-#include "daemon/tasks/inputs.h"
+#include "daemon/tasks/recorded/delay_watch.h"
+#include "daemon/tasks/recorded/inputs.h"
 
 namespace cellcal::daemon {
 

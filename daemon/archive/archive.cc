@@ -10,10 +10,10 @@
 #include "calib/files/files.h"
 #include "calib/syntax/input_file.h"
 #include "daemon/files/atomic_file.h"
-#include "daemon/tasks/compared_json.h"
-#include "daemon/tasks/inputs.h"
-#include "daemon/tasks/last_calibration.h"
-#include "daemon/tasks/options.h"
+#include "daemon/tasks/recorded/compared_json.h"
+#include "daemon/tasks/recorded/inputs.h"
+#include "daemon/tasks/recorded/last_calibration.h"
+#include "daemon/tasks/recorded/options.h"
 
 namespace cellcal::daemon {
 

@@ -7,10 +7,10 @@
 
 #include "calib/files/calibration_json.h"
 #include "daemon/archive/scratch_directory.h"
-#include "daemon/tasks/compared_json.h"
-#include "daemon/tasks/estimate.h"
-#include "daemon/tasks/inputs.h"
-#include "daemon/tasks/options.h"
+#include "daemon/tasks/recorded/compared_json.h"
+#include "daemon/tasks/recorded/estimate.h"
+#include "daemon/tasks/recorded/inputs.h"
+#include "daemon/tasks/recorded/options.h"
 
 namespace cellcal::daemon {
 

@@ -9,7 +9,7 @@
 #include "calib/files/calibration_json.h"
 #include "calib/syntax/toml_json.h"
 #include "calib/verdict/change.h"
-#include "daemon/tasks/active_calibration.h"
+#include "daemon/tasks/recorded/active_calibration.h"
 
 namespace cellcal::daemon {
 

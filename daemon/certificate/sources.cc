@@ -9,8 +9,8 @@
 #include "daemon/certificate/certificate.h"
 #include "daemon/files/printable.h"
 #include "daemon/journal/rows.h"
-#include "daemon/tasks/compared_json.h"
-#include "daemon/tasks/inputs.h"
+#include "daemon/tasks/recorded/compared_json.h"
+#include "daemon/tasks/recorded/inputs.h"
 
 namespace cellcal::daemon::certificate {
 

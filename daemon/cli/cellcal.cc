@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "calib/syntax/shown.h"
-#include "daemon/cli/app.h"
+#include "daemon/cli/commands/app.h"
 #include "daemon/cli/offline/exit_status.h"
 
 namespace {

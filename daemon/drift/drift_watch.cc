@@ -11,8 +11,8 @@
 #include "calib/drift/shift_gauge.h"
 #include "calib/model/error.h"
 #include "calib/syntax/input_file.h"
-#include "daemon/tasks/check_against.h"
-#include "daemon/tasks/options.h"
+#include "daemon/tasks/recorded/check_against.h"
+#include "daemon/tasks/recorded/options.h"
 
 namespace cellcal::daemon {
 

@@ -9,7 +9,7 @@
 #include "calib/syntax/input_file.h"
 #include "calib/words/drift_words.h"
 #include "daemon/drift/drift_watch.h"
-#include "daemon/tasks/options.h"
+#include "daemon/tasks/recorded/options.h"
 
 namespace cellcal::daemon {
 

@@ -8,7 +8,7 @@
 #include "calib/plan/reach/candidates.h"
 #include "calib/syntax/input_file.h"
 #include "calib/syntax/toml_table.h"
-#include "daemon/tasks/options.h"
+#include "daemon/tasks/recorded/options.h"
 
 namespace cellcal::daemon {
 

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <ctime>
 
-#include "daemon/tasks/options.h"
+#include "daemon/tasks/recorded/options.h"
 
 namespace cellcal::daemon {
 

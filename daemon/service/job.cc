@@ -13,8 +13,8 @@
 #include "calib/plan/reach/candidates.h"
 #include "daemon/qualification/contact_delay.h"
 #include "daemon/session/rules.h"
-#include "daemon/tasks/check_against.h"
-#include "daemon/tasks/inputs.h"
+#include "daemon/tasks/recorded/check_against.h"
+#include "daemon/tasks/recorded/inputs.h"
 
 namespace cellcal::daemon {
 

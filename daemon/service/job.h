@@ -14,7 +14,7 @@
 #include "daemon/service/time_left.h"
 #include "daemon/service/touch_news.h"
 #include "daemon/session/state.h"
-#include "daemon/tasks/options.h"
+#include "daemon/tasks/recorded/options.h"
 
 namespace cellcal::daemon {
 

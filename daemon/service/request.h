@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "daemon/tasks/options.h"
+#include "daemon/tasks/recorded/options.h"
 
 namespace cellcal::daemon {
 
@@ -29,8 +29,8 @@ struct RunRequest {
   /// Of a check: the session of the calibration; none: the newest that is published, of `cell` where that is given.
   std::optional<std::int64_t> calibration;
   std::optional<double> temperature_c;  ///< of a check: of the cell, degrees Celsius
-  std::filesystem::path cell;      ///< absolute; empty only when resuming or checking
-  std::optional<int> fit_touches;  ///< none: kPlannedTouches, or at most kMostChosen of a goal
+  std::filesystem::path cell;           ///< absolute; empty only when resuming or checking
+  std::optional<int> fit_touches;       ///< none: kPlannedTouches, or at most kMostChosen of a goal
   int check_touches = 10;
   /// u95 in mm, mean over the region: touches are chosen one by one until it is reached.
   std::optional<double> goal_mm;

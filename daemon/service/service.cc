@@ -10,9 +10,9 @@
 #include "daemon/service/job.h"
 #include "daemon/service/journal_recorder.h"
 #include "daemon/service/status_of.h"
-#include "daemon/tasks/check_against.h"
-#include "daemon/tasks/delay_watch.h"
-#include "daemon/tasks/last_calibration.h"
+#include "daemon/tasks/recorded/check_against.h"
+#include "daemon/tasks/recorded/delay_watch.h"
+#include "daemon/tasks/recorded/last_calibration.h"
 #include "daemon/tasks/tasks.h"
 
 namespace cellcal::daemon {

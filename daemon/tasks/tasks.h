@@ -12,7 +12,7 @@
 
 #include "daemon/journal/journal.h"
 #include "daemon/runner/runner.h"
-#include "daemon/tasks/options.h"
+#include "daemon/tasks/recorded/options.h"
 
 namespace cellcal::daemon {
 

@@ -11,8 +11,8 @@
 #include "calib/plan/update_plan.h"
 #include "calib/update/update.h"
 #include "calib/words/finding_words.h"
-#include "daemon/tasks/estimate.h"
 #include "daemon/tasks/planned_round.h"
+#include "daemon/tasks/recorded/estimate.h"
 #include "daemon/tasks/results.h"
 
 namespace cellcal::daemon {

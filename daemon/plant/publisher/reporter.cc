@@ -6,7 +6,7 @@
 #include "calib/syntax/input_file.h"
 #include "calib/syntax/toml_table.h"
 #include "daemon/plant/messages/fact_json.h"
-#include "daemon/tasks/options.h"
+#include "daemon/tasks/recorded/options.h"
 
 namespace cellcal::daemon::plant {
 

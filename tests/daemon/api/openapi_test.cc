@@ -12,7 +12,7 @@
 #include "daemon/readiness/examiner.h"
 #include "daemon/schedule/schedule.h"
 #include "daemon/schedule/service_door.h"
-#include "daemon/tasks/inputs.h"
+#include "daemon/tasks/recorded/inputs.h"
 #include "tests/daemon/api/schema.h"
 #include "tests/daemon/api/without_hardware.h"
 #include "tests/daemon/drift/checked_journal.h"
@@ -121,8 +121,9 @@ struct a_described_api : ::testing::Test, testing::WithoutHardware {
                      [] { return UtcSeconds{1'800'000'000}; },
                      std::chrono::steady_clock::now,
                      {}}};
-  plant::ProposalBox proposals{{dir.path(), [](const plant::Proposal&, const plant::Say&) { throw BusyError("later"); },
-                                [](const plant::AnswerFact&) {}, [](plant::ProposalKind) { return false; }}};
+  plant::ProposalBox proposals{
+      {dir.path(), [](const plant::Proposal&, const plant::Say&) { throw BusyError("later"); },
+       [](const plant::AnswerFact&) {}, [](plant::ProposalKind) { return false; }}};
   Api api{service, journal, &access, {}, &examiner};
   std::set<std::string> seen;
 };
@@ -194,17 +195,29 @@ TEST_F(a_described_api, answers_as_it_is_described) {
   EXPECT_EQ(ask("POST", "/v1/retain", R"({"days": 0})").status, 400);
   EXPECT_EQ(ask("GET", "/v1/plant").status, 404) << "it belongs to no plant";
   api.use(Api::PlantLineStatus([] {
-    return plant::LineStatus{false, plant::LineProblem::kLogin, "login refused", "2026-01-01T00:00:00.000Z", 7};
+    return plant::LineStatus{false, plant::LineProblem::kLogin, "login refused",
+                             "2026-01-01T00:00:00.000Z", 7};
   }));
   EXPECT_EQ(ask("GET", "/v1/plant").status, 200);
   EXPECT_EQ(ask("GET", "/metrics").status, 200);
   EXPECT_EQ(ask("GET", "/v1/proposals").status, 404) << "it belongs to no plant";
   api.use(proposals);
-  proposals.take({{"graz", "weld-3"}, "p-1", plant::ProposalKind::kActivate, 7, "", "M. Huber", "drift", "t"}, "t0");
-  proposals.take({{"graz", "weld-3"}, "p-2", plant::ProposalKind::kPriors, 0, "a = 1", "M. Huber", "more arms", "t"}, "t0");
+  proposals.take(
+      {{"graz", "weld-3"}, "p-1", plant::ProposalKind::kActivate, 7, "", "M. Huber", "drift", "t"},
+      "t0");
+  proposals.take({{"graz", "weld-3"},
+                  "p-2",
+                  plant::ProposalKind::kPriors,
+                  0,
+                  "a = 1",
+                  "M. Huber",
+                  "more arms",
+                  "t"},
+                 "t0");
   EXPECT_EQ(ask("GET", "/v1/proposals").status, 200);
   const auto say = [&](const char* which, const std::string& verb, const char* body) {
-    return ask("POST", "/v1/proposals/" + std::string(which) + "/" + verb, body, "/v1/proposals/{id}/" + verb);
+    return ask("POST", "/v1/proposals/" + std::string(which) + "/" + verb, body,
+               "/v1/proposals/{id}/" + verb);
   };
   EXPECT_EQ(say("p-1", "accept", "").status, 409) << "a session is under way";
   EXPECT_EQ(say("p-3", "accept", "").status, 404);
@@ -218,12 +231,19 @@ TEST_F(a_described_api, answers_as_it_is_described) {
   EXPECT_EQ(ask("GET", "/v1/versions/compare?before=1&after=99").status, 422);
   EXPECT_EQ(ask("GET", "/v1/versions/compare?before=98&after=99").status, 404);
   EXPECT_EQ(ask("GET", "/v1/versions/compare?before=1").status, 400);
-  EXPECT_EQ(ask("POST", "/v1/versions/activate", R"({"session": 1, "reason": "cold"})").status, 422);
-  EXPECT_EQ(ask("POST", "/v1/versions/activate", R"({"session": 99, "reason": "cold"})").status, 404);
-  EXPECT_EQ(ask("POST", "/v1/versions/activate", R"({"session": 1, "reason": "cold", "by": "anna"})").status, 422);
-  for (const char* wrong : {R"({"session": 1})", R"({"session": 1, "reason": " "})", R"({"session": 1, "reason": "a\nb"})",
-                            R"({"session": "1", "reason": "a"})", R"({"session": 1, "reason": "a", "by": ""})", R"({"session": 0, "reason": "a"})", "[]", "",
-                            R"({"session": 1, "reason": "a", "who": "me"})"})
+  EXPECT_EQ(ask("POST", "/v1/versions/activate", R"({"session": 1, "reason": "cold"})").status,
+            422);
+  EXPECT_EQ(ask("POST", "/v1/versions/activate", R"({"session": 99, "reason": "cold"})").status,
+            404);
+  EXPECT_EQ(
+      ask("POST", "/v1/versions/activate", R"({"session": 1, "reason": "cold", "by": "anna"})")
+          .status,
+      422);
+  for (const char* wrong :
+       {R"({"session": 1})", R"({"session": 1, "reason": " "})",
+        R"({"session": 1, "reason": "a\nb"})", R"({"session": "1", "reason": "a"})",
+        R"({"session": 1, "reason": "a", "by": ""})", R"({"session": 0, "reason": "a"})", "[]", "",
+        R"({"session": 1, "reason": "a", "who": "me"})"})
     EXPECT_EQ(ask("POST", "/v1/versions/activate", wrong).status, 400) << wrong;
   EXPECT_EQ(ask("POST", "/v1/versions/roll-back", R"({"reason": "cold"})").status, 422);
   EXPECT_EQ(ask("POST", "/v1/versions/roll-back", "{}").status, 400);
@@ -261,7 +281,8 @@ TEST(a_described_chart, is_as_it_is_described_from_too_few_checks_to_an_alarm) {
   for (int k = 0; k < 2; ++k) checked.check({.shift_m = {0.5e-3, 0, 0}, .temperature_c = 21.0});
   EXPECT_EQ(state(), "alarms");
   const std::string metrics = answer("/metrics");
-  EXPECT_NE(metrics.find("cellcal_drift_state{state=\"alarms\"} 1\n"), std::string::npos) << metrics;
+  EXPECT_NE(metrics.find("cellcal_drift_state{state=\"alarms\"} 1\n"), std::string::npos)
+      << metrics;
   EXPECT_NE(metrics.find("cellcal_drift_checks 10\n"), std::string::npos);
 }
 

@@ -9,8 +9,8 @@
 
 #include "calib/files/files.h"
 #include "calib/syntax/input_file.h"
-#include "daemon/tasks/inputs.h"
-#include "daemon/tasks/options.h"
+#include "daemon/tasks/recorded/inputs.h"
+#include "daemon/tasks/recorded/options.h"
 #include "tests/daemon/journal/temporary_directory.h"
 
 namespace cellcal::daemon::testing {

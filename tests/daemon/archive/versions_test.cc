@@ -8,8 +8,8 @@
 #include <optional>
 
 #include "daemon/journal/store/sqlite.h"
-#include "daemon/tasks/check_against.h"
-#include "daemon/tasks/last_calibration.h"
+#include "daemon/tasks/recorded/check_against.h"
+#include "daemon/tasks/recorded/last_calibration.h"
 #include "tests/daemon/certificate/recorded.h"
 #include "tests/daemon/journal/temporary_directory.h"
 

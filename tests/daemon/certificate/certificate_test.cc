@@ -13,7 +13,7 @@
 #include <nlohmann/json.hpp>
 
 #include "calib/syntax/input_file.h"
-#include "daemon/tasks/inputs.h"
+#include "daemon/tasks/recorded/inputs.h"
 #include "tests/daemon/certificate/recorded.h"
 #include "tests/daemon/journal/temporary_directory.h"
 

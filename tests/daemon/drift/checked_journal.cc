@@ -6,7 +6,7 @@
 #include "calib/files/calibration_json.h"
 #include "calib/identify/identify.h"
 #include "calib/plan/check_plan.h"
-#include "daemon/tasks/options.h"
+#include "daemon/tasks/recorded/options.h"
 #include "tests/calib/plan/meet.h"
 #include "tests/calib/simulate.h"
 

@@ -1,7 +1,7 @@
 // Adapter, contact sensor's own core, emulated controller and microcontroller together: whoever
 // falls silent, the arm stops.
 
-#include "daemon/main/virtual_eki_cell.h"
+#include "daemon/backends/virtual_eki_cell.h"
 
 #include <gtest/gtest.h>
 

@@ -8,8 +8,8 @@
 #include <regex>
 #include <sstream>
 
-#include "daemon/tasks/inputs.h"
-#include "daemon/tasks/options.h"
+#include "daemon/tasks/recorded/inputs.h"
+#include "daemon/tasks/recorded/options.h"
 #include "tests/daemon/journal/temporary_directory.h"
 
 namespace cellcal::daemon {
@@ -201,9 +201,10 @@ TEST_F(a_cell, has_no_part_in_what_another_cell_file_came_to) {
   session(SessionKind::kCalibrate, Ending::kDone, kPublish);
   std::filesystem::copy_file(dir / "cell.toml", dir / "other.toml");
   examination.cell = dir / "other.toml";
-  EXPECT_EQ(steps(),
-            "cell done, robot done, spheres done, doctor todo, qualify todo, dry-run todo, first todo, "
-            "calibration todo");
+  EXPECT_EQ(
+      steps(),
+      "cell done, robot done, spheres done, doctor todo, qualify todo, dry-run todo, first todo, "
+      "calibration todo");
 }
 
 }  // namespace

@@ -6,8 +6,8 @@
 
 #include <thread>
 
+#include "daemon/backends/backends.h"
 #include "daemon/config/config.h"
-#include "daemon/main/backends.h"
 #include "daemon/schedule/schedule.h"
 #include "tests/daemon/journal/temporary_directory.h"
 #include "tests/daemon/runner/fakes.h"
@@ -33,7 +33,8 @@ struct a_night : ::testing::Test {
       script.open_contact_error = "/dev/ttyUSB0: no such device";
       return std::make_unique<testing::FakeBackend>(script);
     }
-    return make_mock_backend(parse_config("format = \"cellcal.daemon/1\"\nbackend = \"mock\"\n", "d"), cell);
+    return make_mock_backend(
+        parse_config("format = \"cellcal.daemon/1\"\nbackend = \"mock\"\n", "d"), cell);
   }
   void wait() {
     const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(120);
@@ -59,8 +60,12 @@ TEST_F(a_night, begins_fails_harmlessly_is_resumed_and_done_with_its_evidence_in
   config.sessions = {session()};
   UtcSeconds utc = 1'800'000'000 - 1'800'000'000 % 86400 + 43200;
   Schedule::Steady steady{std::chrono::hours(1)};
-  Schedule schedule({door, dir / "schedule.json", [&] { return config; }, [&] { return utc; },
-                     [&] { return steady; }, {}});
+  Schedule schedule({door,
+                     dir / "schedule.json",
+                     [&] { return config; },
+                     [&] { return utc; },
+                     [&] { return steady; },
+                     {}});
   const auto pass = [&](int seconds) {
     utc += seconds;
     steady += std::chrono::seconds(seconds);

@@ -8,7 +8,7 @@
 
 #include "calib/files/check_json.h"
 #include "daemon/plant/messages/fact_json.h"
-#include "daemon/tasks/options.h"
+#include "daemon/tasks/recorded/options.h"
 #include "tests/daemon/journal/images.h"
 #include "tests/daemon/journal/temporary_directory.h"
 

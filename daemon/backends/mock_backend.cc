@@ -1,0 +1,136 @@
+#include <fmt/format.h>
+
+#include <numbers>
+
+#include "daemon/backends/backends.h"
+#include "daemon/backends/virtual_cell.h"
+#include "daemon/backends/virtual_eki_cell.h"
+#include "daemon/config/space_config.h"
+#include "drivers/kuka/krl/krl_files.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+sim::TruthOptions truth_for(const DaemonConfig& config) {
+  sim::TruthOptions truth;
+  truth.seed = config.mock.seed;
+  truth.geometry_scale = config.mock.geometry_scale;
+  truth.deflection = config.mock.deflection;
+  truth.gear_arcsec = config.mock.gear_arcsec;
+  truth.compliance_rad_per_nm = config.mock.compliance_rad_per_nm;
+  truth.play_arcsec = config.mock.play_arcsec;
+  truth.tip_offset_m = config.mock.tip_offset_m;
+  truth.tool_shift_m = Eigen::Map<const Eigen::Vector3d>(config.mock.tool_shift_m.data());
+  truth.growth = config.mock.growth;
+  truth.warm_up_s = config.mock.warm_up_s;
+  truth.contacts = {config.mock.contact_noise_m, config.mock.bad_contact_share};
+  truth.placement_m = config.mock.placement_m;
+  return truth;
+}
+
+/// What the emulated controllers of both wires have in common.
+template <class Controller>
+void set_arm(Controller& controller, const DaemonConfig& config, const calib::Cell& cell) {
+  controller.start_rad = config.mock.start_rad;
+  controller.start_rad.resize(cell.robot.joints.size(), 0.0);
+  controller.cycle_ms = config.mock.cycle_ms;
+  controller.lag_s = config.mock.lag_s;
+  controller.noise_sigma_deg = config.mock.joint_noise_deg;
+  controller.seed = config.mock.seed;
+  for (const calib::Joint& joint : cell.robot.joints) {
+    controller.max_speed_rad_s.push_back(joint.max_speed_rad_s);
+  }
+}
+
+/// POSCORR as the configuration has it, and the controller's own idea of its arm.
+void set_space(sim::ControllerConfig& controller, const drivers::SpaceCorrection& space,
+               const DaemonConfig& config, const calib::Cell& cell) {
+  const bool tool = space.frame == drivers::CorrectionFrame::kTool;
+  controller.cartesian_system = tool ? sim::CorrectionFrame::kTool : sim::CorrectionFrame::kBase;
+  controller.cartesian_tag = space.tag;
+  controller.clamp_mm = controller.monitor_mm = space.limit_mm;
+  controller.clamp_turn_deg = controller.monitor_turn_deg = space.turn_limit_deg;
+  calib::Cell as_the_controller_has_it = cell;
+  as_the_controller_has_it.tool.tcp = controller_tcp(config, cell);
+  controller.arm = sim::make_cartesian_arm(as_the_controller_has_it);
+}
+
+VirtualCellOptions rsi_options(const DaemonConfig& config, const calib::Cell& cell) {
+  VirtualCellOptions options;
+  options.truth = truth_for(config);
+  set_arm(options.controller, config, cell);
+  options.controller.clamp_deg = config.rsi.correction_limit_deg.at(0);
+  options.controller.monitor_deg = config.rsi.correction_limit_deg.at(0);
+  options.rsi = rsi_config_for(config, cell);
+  const bool relative = options.rsi.mode == drivers::CorrectionMode::kRelative;
+  options.controller.mode = relative ? sim::RsiMode::kRelative : sim::RsiMode::kAbsolute;
+  options.controller.hold_on = options.rsi.hold_on;
+  options.controller.sentype = options.rsi.sentype;
+  options.controller.axis_tag = options.rsi.axis_tag;
+  options.controller.external_axis_tag = options.rsi.external_axis_tag;
+  options.controller.stop_tag = options.rsi.stop_tag;
+  if (options.rsi.space.on) set_space(options.controller, options.rsi.space, config, cell);
+  return options;
+}
+
+VirtualEkiCellOptions eki_options(const DaemonConfig& config, const calib::Cell& cell) {
+  VirtualEkiCellOptions options;
+  options.truth = truth_for(config);
+  set_arm(options.controller, config, cell);
+  // EKI's programs look at their interrupts every 12 ms whatever RSI's cycle would be.
+  options.controller.cycle_ms = 4;
+  options.controller.dead_man_ms = config.controller.dead_man_ms;
+  options.controller.max_acceleration_rad_s2 = config.motion.acceleration_rad_s2;
+  options.controller.channel_xml = drivers::eki_files(config.controller).at("CellcalEki.xml");
+  options.eki = eki_config_for(config, cell);
+  return options;
+}
+
+template <class VirtualCell>
+class MockBackend final : public Backend {
+ public:
+  template <class Options>
+  MockBackend(const calib::Cell& cell, Options options, bool wall_clock,
+              calib::Passable passable = {}, std::optional<double> axis_reach_rad = {})
+      : cell_(cell, std::move(options)),
+        wall_clock_(wall_clock),
+        passable_(std::move(passable)),
+        axis_reach_rad_(axis_reach_rad) {}
+
+  drivers::Robot& robot() override { return cell_.robot(); }
+  drivers::ContactSensor& contact() override { return cell_.contact(); }
+  drivers::Clock& clock() override { return cell_; }
+  bool virtual_time() const override { return true; }
+  calib::Passable passable() override { return passable_; }
+  std::optional<double> axis_reach_rad() override { return axis_reach_rad_; }
+  /// Counts from a fixed day, so that the same seed gives the same files; unless dates are to be true.
+  std::string utc_now() override {
+    if (wall_clock_) return wall_clock_utc();
+    const auto ms = std::chrono::duration_cast<std::chrono::milliseconds>(cell_.elapsed()).count();
+    return fmt::format("2000-01-{:02}T{:02}:{:02}:{:02}.{:03}Z", 1 + ms / 86'400'000 % 28,
+                       ms / 3'600'000 % 24, ms / 60'000 % 60, ms / 1000 % 60, ms % 1000);
+  }
+
+ private:
+  VirtualCell cell_;
+  bool wall_clock_;
+  calib::Passable passable_;
+  std::optional<double> axis_reach_rad_;
+};
+
+}  // namespace
+
+std::unique_ptr<Backend> make_mock_backend(const DaemonConfig& config, const calib::Cell& cell) {
+  if (wire_of(config) == WireKind::kEki) {
+    return std::make_unique<MockBackend<VirtualEkiCell>>(cell, eki_options(config, cell),
+                                                         config.mock.wall_clock);
+  }
+  VirtualCellOptions options = rsi_options(config, cell);
+  calib::Passable passable = passable_in_space(options.rsi.space);
+  return std::make_unique<MockBackend<VirtualCell>>(cell, std::move(options),
+                                                    config.mock.wall_clock, std::move(passable),
+                                                    correction_limit_rad(config));
+}
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,41 @@
+#pragma once
+// The emulated cell whose controller speaks RSI.
+
+#include <string_view>
+
+#include "daemon/backends/virtual_cell_on.h"
+#include "drivers/kuka/rsi/rsi_robot.h"
+#include "sim/krc/controller.h"
+
+namespace cellcal::daemon {
+
+struct VirtualCellOptions {
+  sim::TruthOptions truth;
+  sim::ControllerConfig controller;
+  sim::McuOptions mcu;
+  drivers::RsiConfig rsi;
+  drivers::ContactOptions contact;
+};
+
+struct RsiWire {
+  using Options = VirtualCellOptions;
+  using Controller = sim::Controller;
+  using Robot = drivers::RsiRobotInline;
+
+  /// Controller to PC and back on a direct cable, and the adapter's own time: what idle machines
+  /// measure (50-100 us).
+  static constexpr drivers::Duration kNetworkTime = std::chrono::microseconds(80);
+
+  static drivers::RsiConfig robot_config(Options options) { return std::move(options.rsi); }
+  static void power_on(Controller& controller) { controller.rsi_on(); }
+  static void edge(Controller&, drivers::TimePoint, bool) {}  // no wire from sensor to controller
+  static std::string_view tick(Controller& controller, drivers::TimePoint t) {
+    return controller.tick(t);
+  }
+  static void exchange(Controller& controller, Robot& robot, std::string_view packet,
+                       drivers::TimePoint now);
+};
+
+using VirtualCell = VirtualCellOn<RsiWire>;
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,103 @@
+#include <CLI/CLI.hpp>
+#include <memory>
+
+#include "daemon/cli/archive.h"
+#include "daemon/cli/commands/commands.h"
+#include "daemon/cli/commands/connection_options.h"
+#include "daemon/cli/retain.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+void add_export(CLI::App& app, int& status) {
+  struct Given {
+    std::int64_t session = 0;
+    std::filesystem::path directory;
+  };
+  auto given = std::make_shared<Given>();
+  CLI::App* command =
+      app.add_subcommand("export", "Write a session's rows and files to a directory");
+  command->footer("Example: cellcal export 7 session-7");
+  auto daemon = add_connection(command);
+  command->add_option("ID", given->session, "Number of the session")
+      ->required()
+      ->check(CLI::PositiveNumber);
+  command->add_option("DIR", given->directory, "Directory; not there yet, or empty")->required();
+  command->callback(
+      [=, &status] { status = export_session(*daemon, given->session, given->directory); });
+}
+
+void add_import(CLI::App& app, int& status) {
+  auto given = std::make_shared<std::filesystem::path>();
+  CLI::App* command = app.add_subcommand("import", "Take an exported session into this journal");
+  command->footer(
+      "The daemon reads the directory: put it where its user may, not below /tmp or a home.\n"
+      "Example: cellcal import /var/lib/cellcal/session-7");
+  auto daemon = add_connection(command);
+  command->add_option("DIR", *given, "Directory that 'cellcal export' wrote")->required();
+  command->callback([=, &status] { status = import_session(*daemon, *given); });
+}
+
+void add_replay(CLI::App& app, int& status) {
+  auto given = std::make_shared<std::string>();
+  CLI::App* command = app.add_subcommand("replay", "Compute a recorded session again and compare");
+  command->footer(
+      "A directory needs no daemon. Status 1 where a value differs.\n"
+      "Example: cellcal replay 7\n         cellcal replay session-7");
+  auto daemon = add_connection(command);
+  command->add_option("SESSION", *given, "Number of the session, or directory of its export")
+      ->required();
+  command->callback([=, &status] { status = replay_session(*daemon, *given); });
+}
+
+void add_backup(CLI::App& app, int& status) {
+  auto given = std::make_shared<std::filesystem::path>();
+  CLI::App* command =
+      app.add_subcommand("backup", "Copy the whole journal, also while a session runs");
+  command->footer(
+      "The daemon writes the file: name a directory where its user may.\n"
+      "Example: cellcal backup /var/lib/cellcal/journal-2026-11-20.db");
+  auto daemon = add_connection(command);
+  command->add_option("FILE", *given, "File; must not be there yet")->required();
+  command->callback([=, &status] { status = back_up(*daemon, *given); });
+}
+
+void add_retain(CLI::App& app, int& status) {
+  struct Given {
+    bool dry_run = false;
+    int days = 0;
+    double megabytes = 0.0;
+  };
+  auto given = std::make_shared<Given>();
+  CLI::App* command =
+      app.add_subcommand("retain", "Drop raw events and readings of old sessions, nothing else");
+  command->footer(
+      "Touches, calibrations and results stay, and so do the checksums. Without options as [retention] of "
+      "cellcald.toml\nsays.\nExample: cellcal retain --days 90 --dry-run");
+  auto daemon = add_connection(command);
+  command->add_flag("--dry-run", given->dry_run, "Only say what would be dropped");
+  auto* days = command->add_option("--days", given->days, "Of sessions that ended so long ago")
+                   ->check(CLI::Range(1, 36500));
+  auto* megabytes = command
+                        ->add_option("--megabytes", given->megabytes,
+                                     "Of the oldest sessions, until the journal uses no more")
+                        ->check(CLI::Range(1.0, 1e9));
+  command->callback([=, &status] {
+    status = retain(*daemon, given->dry_run,
+                    days->count() > 0 ? std::optional(given->days) : std::nullopt,
+                    megabytes->count() > 0 ? std::optional(given->megabytes) : std::nullopt);
+  });
+}
+
+}  // namespace
+
+void add_archive_commands(CLI::App& app, int& status) {
+  add_export(app, status);
+  add_import(app, status);
+  add_replay(app, status);
+  add_backup(app, status);
+  add_retain(app, status);
+}
+
+}  // namespace cellcal::daemon

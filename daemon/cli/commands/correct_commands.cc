@@ -1,0 +1,90 @@
+#include <CLI/CLI.hpp>
+#include <memory>
+
+#include "daemon/cli/commands/commands.h"
+#include "daemon/cli/offline/correct.h"
+#include "daemon/cli/offline/frames.h"
+
+namespace cellcal::daemon {
+
+void add_correct(CLI::App& app, int& status) {
+  auto given = std::make_shared<CorrectCommand>();
+  CLI::App* command = app.add_subcommand(
+      "correct", "Poses or a KRL program for the real arm: where the TCP has to be sent");
+  command->footer(
+      "--poses: joint angles that bring the real TCP to each pose, in the configuration and turns of "
+      "the\nfile's joint columns, or where it has none near the row before. One pose that is not "
+      "reached, and\nno CSV is written.\n--program: the taught points of a KRL program, changed so "
+      "that the controller brings the real TCP\nwhere they say; nothing else of the files changes. "
+      "For points from a drawing: what was touched up\nwith this arm is right already (--leave). What "
+      "is not understood is refused by line, and nothing\nis written. Run the corrected program in T1 "
+      "first.\nExit status 3: the calibration was withheld.\nExample: cellcal correct --calibration "
+      "calibration.json --poses poses.csv -o joints.csv\n         cellcal correct --calibration "
+      "calibration.json --program weld.src --config '$config.dat' -o corrected");
+  command->add_option("--calibration", given->calibration, "Calibration (JSON)")->required();
+  CLI::Option* poses =
+      command->add_option("--poses", given->poses, "Poses of the TCP in the base frame (CSV)");
+  CLI::Option* program =
+      command->add_option("--program", given->program, "KRL program (.src)")->excludes(poses);
+  command->add_option("--dat", given->dat, "Its points (.dat) [beside the program]")
+      ->needs(program);
+  command
+      ->add_option(
+          "--config", given->controller,
+          "The controller's $config.dat with its tools and bases; also $machine.dat; may be "
+          "repeated")
+      ->needs(program);
+  command->add_option("--leave", given->leave, "Points that stay as they are: NAME,NAME")
+      ->delimiter(',')
+      ->needs(program);
+  command
+      ->add_flag("--anywhere", given->anywhere,
+                 "Also points where the calibration claims nothing: far from the targets")
+      ->needs(program);
+  command->add_flag("--force", given->force, "Replace files of the same names in the folder of -o")
+      ->needs(program);
+  command->add_flag("--withheld", given->withheld,
+                    "Accept a withheld calibration: to look at, not to use");
+  command->add_option("-o,--output", given->output,
+                      "Poses: write to this file [standard output]; program: to this folder");
+  command->add_flag("--json", given->json, "Write JSON");
+  command->callback([given, &status] {
+    if (given->poses.empty() && given->program.empty())
+      throw CLI::RequiredError("--poses (or --program)");
+    status = correct(*given);
+  });
+}
+
+void add_frames(CLI::App& app, int& status) {
+  auto given = std::make_shared<FramesCommand>();
+  CLI::App* command = app.add_subcommand(
+      "frames", "Tool and base frames for a KUKA controller; mastering offsets as a proposal");
+  command->footer(
+      "Prints the lines of $config.dat, and with -o writes a KRL program that sets them; the old "
+      "values\nstand in its comments. A tool is what was identified of the cell file's; a base stands "
+      "on three\ntargets: origin, one on +x, one on the side of +y. Mastering offsets are printed with "
+      "a warning\nand never written.\nExit status 3: the calibration was withheld.\nExample: cellcal "
+      "frames --calibration calibration.json --config '$config.dat' --tool 1 --base 3=S1,S2,S3 -o "
+      "cellcal_frames.src");
+  command->add_option("--calibration", given->calibration, "Calibration (JSON)")->required();
+  command->add_option("--config", given->controller,
+                      "The controller's $config.dat, for the old values; also $machine.dat; may be "
+                      "repeated");
+  command->add_option("--tool", given->tool, "Number of TOOL_DATA that is the cell file's tool")
+      ->check(CLI::Range(1, 128));
+  command
+      ->add_option("--base", given->bases,
+                   "Number of BASE_DATA and its targets, as 3=S1,S2,S3; may be repeated")
+      ->check(CLI::Validator(
+          [](std::string& text) {
+            return is_base(text) ? std::string() : "\"" + text + "\" is not like 3=S1,S2,S3";
+          },
+          "N=ID,ID,ID"));
+  command->add_flag("--withheld", given->withheld,
+                    "Accept a withheld calibration: to look at, not to use");
+  command->add_option("-o,--output", given->output, "Write the KRL program to this file (.src)");
+  command->add_flag("--json", given->json, "Write JSON");
+  command->callback([given, &status] { status = frames(*given); });
+}
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,100 @@
+#include <CLI/CLI.hpp>
+#include <memory>
+
+#include "daemon/cli/commands/commands.h"
+#include "daemon/cli/fleet.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+constexpr const char* kDefaultSocket = "/run/cellcal-fleet/fleet.sock";
+
+std::shared_ptr<Connection> add_fleet(CLI::App* command, bool json = true) {
+  auto fleet = std::make_shared<Connection>();
+  fleet->socket = kDefaultSocket;
+  command->add_option("--socket", fleet->socket, "The collector's socket")->capture_default_str();
+  if (json) command->add_flag("--json", fleet->json, "Print JSON");
+  return fleet;
+}
+
+void add_compare(CLI::App* of, int& status) {
+  struct Given {
+    std::string robot, joint;
+  };
+  auto given = std::make_shared<Given>();
+  CLI::App* command = of->add_subcommand("compare", "Compare one joint over all robots of a model");
+  command->footer(
+      "Of the calibrations in use.\nExample: cellcal fleet compare --robot \"KR 5 R1400\" --joint A3");
+  auto fleet = add_fleet(command);
+  command->add_option("--robot", given->robot, "Model, as the robot file names it")->required();
+  command->add_option("--joint", given->joint, "Joint, such as A3")->required();
+  command->callback([=, &status] { status = fleet_compare(*fleet, given->robot, given->joint); });
+}
+
+void add_export(CLI::App* of, int& status) {
+  struct Given {
+    FleetExport command;
+    std::int64_t session = 0;
+    bool check = false, certificate = false;
+  };
+  auto given = std::make_shared<Given>();
+  CLI::App* command = of->add_subcommand(
+      "export", "Write a cell's calibration, check or certificate, byte for byte");
+  command->footer(
+      "The newest where no session is named; its SHA-256 is compared.\n"
+      "Example: cellcal fleet export graz/weld-3 -o calibration.json\n"
+      "         cellcal fleet export graz/weld-3 --session 7 --certificate -o certificate");
+  auto fleet = add_fleet(command, false);
+  command->add_option("CELL", given->command.cell, "PLANT/CELL")
+      ->required()
+      ->check([](const std::string& text) {
+        const bool sound = std::count(text.begin(), text.end(), '/') == 1 && text.front() != '/' &&
+                           text.back() != '/' && text.find_first_of(" ?#%") == std::string::npos;
+        return sound ? std::string()
+                     : "\"" + text + "\" must be PLANT/CELL, as 'cellcal fleet status' has it";
+      });
+  auto* session =
+      command->add_option("--session", given->session, "Session")->check(CLI::PositiveNumber);
+  command->add_option("--journal", given->command.journal, "Journal, where the cell had several");
+  auto* check = command->add_flag("--check", given->check, "The check");
+  auto* output = command->add_option("-o,--output", given->command.output,
+                                     "File; of a certificate the directory [standard output]");
+  command->add_flag("--certificate", given->certificate, "The certificate's files")
+      ->excludes(check)
+      ->needs(output);
+  command->callback([=, &status] {
+    FleetExport& wanted = given->command;
+    if (session->count() > 0) wanted.session = given->session;
+    wanted.what = given->certificate ? Exported::kCertificate
+                  : given->check     ? Exported::kCheck
+                                     : Exported::kCalibration;
+    status = fleet_export(*fleet, wanted);
+  });
+}
+
+}  // namespace
+
+void add_fleet_commands(CLI::App& app, int& status) {
+  CLI::App* fleet = app.add_subcommand("fleet", "Ask the plant's collector about all cells");
+  fleet->footer(
+      "cellcal-fleet collects what cells publish (man cellcal-fleet).\nExample: cellcal fleet status\n"
+      "         cellcal fleet overdue --json");
+  fleet->require_subcommand(1);
+
+  CLI::App* all =
+      fleet->add_subcommand("status", "List all cells, those first that need attention, and why");
+  all->footer("Example: cellcal fleet status");
+  auto of_all = add_fleet(all);
+  all->callback([=, &status] { status = fleet_status(*of_all); });
+
+  CLI::App* overdue = fleet->add_subcommand("overdue", "List calibrations and checks that are due");
+  overdue->footer("Exit status 3: there are some.\nExample: cellcal fleet overdue");
+  auto of_overdue = add_fleet(overdue);
+  overdue->callback([=, &status] { status = fleet_overdue(*of_overdue); });
+
+  add_compare(fleet, status);
+  add_export(fleet, status);
+}
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,19 @@
+#include "daemon/tasks/recorded/last_calibration.h"
+
+#include <fmt/format.h>
+
+#include "daemon/tasks/recorded/active_calibration.h"
+
+namespace cellcal::daemon {
+
+std::optional<Compared> last_calibration(Journal& journal, const std::string& cell_name,
+                                         std::int64_t before, bool accepted) {
+  auto active = active_calibration(journal, cell_name, before);
+  if (!active) return std::nullopt;
+  constexpr std::size_t kDate = 10;  // YYYY-MM-DD
+  const SessionRecord& record = active->record;
+  return Compared{fmt::format("session {} of {}", record.id, record.ended.substr(0, kDate)),
+                  accepted, record.calibration};
+}
+
+}  // namespace cellcal::daemon
