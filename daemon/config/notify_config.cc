@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <optional>
 
 #include "calib/syntax/shown.h"
 #include "daemon/config/config_values.h"
@@ -18,43 +19,98 @@ bool is_visible_ascii(const std::string& text) {
   return std::all_of(text.begin(), text.end(), [](char c) { return '!' <= c && c <= '~'; });
 }
 
-/// "https://host:8443/path?query"; a user or a fragment in it is none of ours.
-WebhookUrl read_url(const TomlTable& table) {
-  const std::string text = table.string("webhook");
-  const auto wrong = [&]() {
-    table.fail("webhook", "\"" + calib::shown(text) +
-                              "\" is no address for POST. Examples: \"https://hooks.plant.example/cellcal\", "
-                              "\"http://10.0.0.7:8080/in\"");
-  };
-  WebhookUrl url;
-  url.tls = text.starts_with("https://");
-  if ((!url.tls && !text.starts_with("http://")) || text.size() > kLongestUrl ||
-      !is_visible_ascii(text) || text.find_first_of("#\"<>\\^`{|}") != std::string::npos)
-    wrong();
-  const std::size_t from = url.tls ? 8 : 7;
+struct Address {
+  std::size_t scheme = 0;  ///< which of those that may be
+  std::string host, port;
+  std::string rest;  ///< from the first / or ? on
+};
+
+/// "https://host:8443/path?query"; a user or a fragment in it is none of ours. Nothing where it is no address.
+std::optional<Address> read_address(const std::string& text,
+                                    const std::vector<std::string>& schemes) {
+  Address address;
+  while (address.scheme < schemes.size() && !text.starts_with(schemes[address.scheme] + "://"))
+    ++address.scheme;
+  if (address.scheme == schemes.size() || text.size() > kLongestUrl || !is_visible_ascii(text) ||
+      text.find_first_of("#\"<>\\^`{|}") != std::string::npos)
+    return std::nullopt;
+  const std::size_t from = schemes[address.scheme].size() + 3;
   const std::size_t end = std::min(text.find_first_of("/?", from), text.size());
   std::string host = text.substr(from, end - from);
-  url.target = text.substr(end);
-  if (!url.target.starts_with("/")) url.target.insert(0, "/");
-  url.port = url.tls ? "443" : "80";
+  address.rest = text.substr(end);
   const std::size_t bracket = host.starts_with("[") ? host.find(']') : 0;
-  if (bracket == std::string::npos) wrong();
+  if (bracket == std::string::npos) return std::nullopt;
   if (const std::size_t colon = host.find(':', bracket); colon != std::string::npos) {
-    url.port = host.substr(colon + 1);
+    address.port = host.substr(colon + 1);
     host.resize(colon);
+    std::uint16_t port = 0;
+    const char* last = address.port.data() + address.port.size();
+    const auto [rest, code] = std::from_chars(address.port.data(), last, port);
+    if (code != std::errc() || rest != last || port == 0) return std::nullopt;
   }
-  std::uint16_t port = 0;
-  const auto [rest, code] =
-      std::from_chars(url.port.data(), url.port.data() + url.port.size(), port);
-  if (code != std::errc() || rest != url.port.data() + url.port.size() || port == 0) wrong();
   if (bracket > 0) host = host.substr(1, bracket - 1);
   const bool known_letters =
-      host.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789.-_:") ==
+      host.find_first_not_of(
+          "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789.-_:") ==
       std::string::npos;
   if (host.empty() || !known_letters || (bracket == 0 && host.find(':') != std::string::npos))
-    wrong();
-  url.host = host;
-  return url;
+    return std::nullopt;
+  address.host = host;
+  return address;
+}
+
+WebhookUrl read_url(const TomlTable& table) {
+  const std::string text = table.string("webhook");
+  const auto address = read_address(text, {"http", "https"});
+  if (!address)
+    table.fail("webhook",
+               "\"" + calib::shown(text) +
+                   "\" is no address for POST. Examples: \"https://hooks.plant.example/cellcal\", "
+                   "\"http://10.0.0.7:8080/in\"");
+  const bool tls = address->scheme == 1;
+  return {tls, address->host,
+          !address->port.empty() ? address->port
+          : tls                  ? "443"
+                                 : "80",
+          address->rest.starts_with("/") ? address->rest : "/" + address->rest};
+}
+
+MailServer read_mail_server(const TomlTable& table) {
+  const std::string text = table.string("mail_server");
+  const auto address = read_address(text, {"smtp", "smtps"});
+  if (!address || (!address->rest.empty() && address->rest != "/"))
+    table.fail("mail_server", "\"" + calib::shown(text) +
+                                  "\" is no mail server. Examples: \"smtps://mail.plant.example\", "
+                                  "\"smtp://10.0.0.7:587\"");
+  MailServer server;
+  server.tls = address->scheme == 1;
+  server.host = address->host;
+  if (table.has("mail_user")) {
+    server.user = table.string("mail_user");
+    if (server.user.empty() || server.user.size() > kLongestAddress ||
+        !is_visible_ascii(server.user))
+      table.fail("mail_user", "must have 1 to 254 visible ASCII characters");
+    if (!table.has("mail_password_file")) table.fail("mail_user", "needs mail_password_file");
+    server.password_file = read_path(table, "mail_password_file");
+  } else if (table.has("mail_password_file")) {
+    table.fail("mail_password_file", "means nothing without mail_user");
+  }
+  if (server.tls && table.has("mail_starttls"))
+    table.fail("mail_starttls", "means nothing with smtps://");
+  server.starttls = table.boolean_or("mail_starttls", !server.tls && !server.user.empty());
+  if (!server.tls && !server.starttls && !server.user.empty())
+    table.fail("mail_starttls",
+               "must not be false with mail_user: the password would go in plain text");
+  server.port = !address->port.empty() ? address->port
+                : server.tls           ? "465"
+                : server.user.empty()  ? "25"
+                                       : "587";
+  if (table.has("mail_ca")) {
+    if (!server.tls && !server.starttls)
+      table.fail("mail_ca", "means nothing without TLS: smtps:// or mail_starttls = true");
+    server.ca = read_path(table, "mail_ca");
+  }
+  return server;
 }
 
 /// It stands on sendmail's command line and in the head of the mail.
@@ -65,13 +121,15 @@ std::string checked_address(const TomlTable& table, const char* key, const std::
                      text.size() <= kLongestAddress && is_visible_ascii(text) &&
                      text.find_first_of(",;:<>()[]\"\\") == std::string::npos;
   if (!sound) {
-    table.fail(key, "\"" + calib::shown(text) +
-                        "\" is no mail address: write it bare, as in \"maintenance@plant.example\"");
+    table.fail(key,
+               "\"" + calib::shown(text) +
+                   "\" is no mail address: write it bare, as in \"maintenance@plant.example\"");
   }
   return text;
 }
 
-void refuse_without(const TomlTable& table, const char* needed, std::initializer_list<const char*> keys) {
+void refuse_without(const TomlTable& table, const char* needed,
+                    std::initializer_list<const char*> keys) {
   for (const char* key : keys) {
     if (table.has(key)) table.fail(key, std::string("means nothing without ") + needed);
   }
@@ -97,8 +155,15 @@ MailConfig read_mail(const TomlTable& table) {
   if (given.empty() || given.size() > kMostAddresses)
     table.fail("mail_to", "must name 1 to 20 addresses; leave it out for no mail");
   for (const std::string& one : given) mail.to.push_back(checked_address(table, "mail_to", one));
-  mail.from = checked_address(table, "mail_from", table.string_or("mail_from", "cellcal@localhost"));
+  mail.from =
+      checked_address(table, "mail_from", table.string_or("mail_from", "cellcal@localhost"));
   if (table.has("sendmail")) mail.program = read_path(table, "sendmail");
+  if (table.has("mail_server")) {
+    mail.server = read_mail_server(table);
+  } else {
+    refuse_without(table, "mail_server",
+                   {"mail_user", "mail_password_file", "mail_ca", "mail_starttls"});
+  }
   return mail;
 }
 
@@ -117,7 +182,9 @@ NotifyConfig read_notify(const TomlTable& table) {
   if (table.has("mail_to")) {
     notify.mail = read_mail(table);
   } else {
-    refuse_without(table, "mail_to", {"mail_from", "sendmail"});
+    refuse_without(table, "mail_to",
+                   {"mail_from", "sendmail", "mail_server", "mail_user", "mail_password_file",
+                    "mail_ca", "mail_starttls"});
   }
   table.refuse_unknown();
   return notify;

@@ -33,10 +33,25 @@ struct WebhookConfig {
   bool operator==(const WebhookConfig&) const = default;
 };
 
+/// Of the plant, which takes mail over the network.
+struct MailServer {
+  bool tls = false;       ///< from the first byte (smtps)
+  bool starttls = false;  ///< asked for before anything is said, and insisted on
+  std::string host;       ///< IPv6 without brackets
+  std::string port;
+  std::string user;                     ///< empty: none is asked for; else over TLS alone
+  std::filesystem::path password_file;  ///< its first line
+  std::filesystem::path ca;             ///< PEM; empty: the system's
+  double timeout_s = 30.0;              ///< of one attempt
+
+  bool operator==(const MailServer&) const = default;
+};
+
 struct MailConfig {
   std::vector<std::string> to;
   std::string from;
-  std::filesystem::path program = "/usr/sbin/sendmail";
+  std::filesystem::path program = "/usr/sbin/sendmail";  ///< where there is no server
+  std::optional<MailServer> server = {};
 
   bool operator==(const MailConfig&) const = default;
 };

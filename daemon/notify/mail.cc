@@ -39,7 +39,8 @@ std::string quoted_printable(const std::string& text) {
     const bool ends_line = i + 1 == text.size() || text[i + 1] == '\n';
     // A line of a single full stop would end the mail for programs of old.
     const bool as_is = plain(c) && !(c == ' ' && ends_line) && !(c == '.' && column == 0);
-    const std::string one = as_is ? std::string(1, static_cast<char>(c)) : fmt::format("={:02X}", c);
+    const std::string one =
+        as_is ? std::string(1, static_cast<char>(c)) : fmt::format("={:02X}", c);
     if (column + one.size() > kLongestLine) {
       out += "=\n";
       column = 0;
@@ -150,14 +151,16 @@ Delivery wait_for(pid_t pid, const MailConfig& config, Steady::time_point end) {
 
 }  // namespace
 
-std::string mail_text(const MailConfig& config, const Message& message, const std::string& date) {
+std::string mail_text(const MailConfig& config, const Message& message, const std::string& date,
+                      const std::string& id) {
   std::string to;
   for (const std::string& one : config.to) to += (to.empty() ? "" : ",\n ") + one;
   return fmt::format(
-      "From: cellcal <{}>\nTo: {}\nSubject: {}\nDate: {}\nAuto-Submitted: auto-generated\n"
+      "From: cellcal <{}>\nTo: {}\nSubject: {}\nDate: {}\nMessage-ID: <{}@{}>\nAuto-Submitted: auto-generated\n"
       "MIME-Version: 1.0\nContent-Type: text/plain; charset=utf-8\n"
       "Content-Transfer-Encoding: quoted-printable\n\n{}",
-      config.from, to, header_words(message.subject), date, quoted_printable(message.body));
+      config.from, to, header_words(message.subject), date, id,
+      config.from.substr(config.from.find('@') + 1), quoted_printable(message.body));
 }
 
 Delivery send_mail(const MailConfig& config, const std::string& mail,

@@ -1,5 +1,5 @@
 #pragma once
-// One mail through the system's own program (sendmail's command line, which postfix, exim, msmtp and others have).
+// The text of a mail, and its way through the system's own program (sendmail's command line, which postfix, exim, msmtp and others have).
 //
 // Nothing of the daemon is handed down to the program but an empty environment's PATH: no socket, no serial port, no
 // blocked signal. It is waited for, and ended where it does not end by itself.
@@ -8,12 +8,13 @@
 #include <string>
 
 #include "daemon/notify/message.h"
-#include "daemon/notify/webhook.h"
+#include "daemon/notify/transfer.h"
 
 namespace cellcal::daemon {
 
-/// The whole mail, lines ended by \n as sendmail takes them. `date`: RFC 5322.
-std::string mail_text(const MailConfig& config, const Message& message, const std::string& date);
+/// The whole mail, lines ended by \n as sendmail takes them. `date`: RFC 5322. `id`: of letters and digits, another for each mail.
+std::string mail_text(const MailConfig& config, const Message& message, const std::string& date,
+                      const std::string& id);
 
 Delivery send_mail(const MailConfig& config, const std::string& mail,
                    std::chrono::milliseconds longest = std::chrono::seconds(30));

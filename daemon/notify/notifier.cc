@@ -1,5 +1,6 @@
 #include "daemon/notify/notifier.h"
 
+#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 #include <sys/resource.h>
 
@@ -7,10 +8,13 @@
 #include <ctime>
 #include <deque>
 #include <mutex>
+#include <random>
 #include <thread>
 
 #include "daemon/notify/mail.h"
 #include "daemon/notify/message.h"
+#include "daemon/notify/secret.h"
+#include "daemon/notify/smtp.h"
 #include "daemon/notify/webhook.h"
 
 namespace cellcal::daemon {
@@ -33,6 +37,21 @@ std::string rfc_5322_now() {
   std::strftime(rest, sizeof rest, "%Y %H:%M:%S +0000", &utc);
   return std::string(kDays[utc.tm_wday]) + ", " + std::to_string(utc.tm_mday) + " " +
          kMonths[utc.tm_mon] + " " + rest;
+}
+
+/// 128 bits.
+std::string random_id() {
+  std::random_device random;
+  return fmt::format("{:08x}{:08x}{:08x}{:08x}", random(), random(), random(), random());
+}
+
+Delivery send(const MailConfig& config, const std::string& mail) {
+  if (!config.server) return send_mail(config, mail);
+  try {
+    return send_by_smtp(config, *config.server, read_secret(config.server->password_file), mail);
+  } catch (const std::runtime_error& wrong) {
+    return {false, false, wrong.what()};
+  }
 }
 
 }  // namespace
@@ -64,6 +83,7 @@ void Notifier::Shared::with_retries(const char* way, const std::string& subject,
     const Delivery result = act();
     if (result.delivered) {
       spdlog::info("{}: \"{}\" delivered", way, subject);
+      if (!result.why.empty()) spdlog::warn("{}: \"{}\" {}", way, subject, result.why);
       return;
     }
     const bool last = !result.again || attempt >= retries;
@@ -77,9 +97,8 @@ void Notifier::Shared::deliver(const Notice& notice, const NotifyConfig& config)
   const Message message = compose(notice, config.language, parts.host);
   constexpr int kMailRetries = 3;
   if (config.mail) {
-    with_retries("mail", message.subject, kMailRetries, [&] {
-      return send_mail(*config.mail, mail_text(*config.mail, message, rfc_5322_now()));
-    });
+    const std::string mail = mail_text(*config.mail, message, rfc_5322_now(), random_id());
+    with_retries("mail", message.subject, kMailRetries, [&] { return send(*config.mail, mail); });
   }
   if (!config.webhook) return;
   with_retries("webhook", message.subject, config.webhook->retries, [&]() -> Delivery {

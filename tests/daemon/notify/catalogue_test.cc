@@ -53,7 +53,8 @@ Notice failed() {
 TEST(a_message, says_what_happened_what_to_do_and_the_evidence_in_the_language_that_was_asked_for) {
   const Message german = compose(failed(), Language::kGerman, "zelle7");
   EXPECT_EQ(german.subject, "Sitzung 7: fehlgeschlagen");
-  EXPECT_NE(german.body.find("Kein Kontakt bis zum Ende der Suche."), std::string::npos) << german.body;
+  EXPECT_NE(german.body.find("Kein Kontakt bis zum Ende der Suche."), std::string::npos)
+      << german.body;
   EXPECT_NE(german.body.find("In dieser Reihenfolge prüfen"), std::string::npos) << german.body;
   EXPECT_NE(german.body.find("touch 3 of 40 (S2): no contact"), std::string::npos) << german.body;
   EXPECT_NE(german.body.find("cellcal auf zelle7"), std::string::npos) << german.body;

@@ -21,7 +21,9 @@ class HookServer {
  public:
   /// Each request has the next of these answers, the last one for ever; empty: none, the line stays open.
   explicit HookServer(std::deque<std::string> answers, ::SSL_CTX* tls = nullptr)
-      : answers_(std::move(answers)), tls_(tls), listener_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
+      : answers_(std::move(answers)),
+        tls_(tls),
+        listener_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
     sockaddr_in address{};
     address.sin_family = AF_INET;
     address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);

@@ -56,7 +56,7 @@ TEST(a_notifier, mails_and_posts_the_same_in_the_configured_language) {
   ::chmod((dir / "sendmail").c_str(), 0755);
   NotifyConfig config = hook(server);
   config.language = Language::kGerman;
-  config.mail = MailConfig{{"a@b"}, "c@d", dir / "sendmail"};
+  config.mail = MailConfig{{"a@b"}, "c@d", dir / "sendmail", {}};
   Notifier notifier({[&] { return config; }, "c", std::chrono::milliseconds(1)});
   notifier.tell([] { return aborted(); });
   notifier.drain();
@@ -67,7 +67,8 @@ TEST(a_notifier, mails_and_posts_the_same_in_the_configured_language) {
   EXPECT_NE(server.requests()[0].find("Sitzung 7: abgebrochen"), std::string::npos);
 }
 
-TEST(a_notifier, ends_while_it_waits_for_the_next_attempt_and_asks_for_nothing_where_nobody_is_told) {
+TEST(a_notifier,
+     ends_while_it_waits_for_the_next_attempt_and_asks_for_nothing_where_nobody_is_told) {
   HookServer server({testing::kBroken});
   bool asked = false;
   NotifyConfig nobody;

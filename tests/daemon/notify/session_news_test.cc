@@ -61,7 +61,8 @@ TEST(news_of_a_check, that_holds_are_of_drift_where_the_control_chart_alarms) {
   const auto news = [&](double shift_m) {
     status.session = checked.check({.shift_m = {shift_m, 0, 0}});
     status.results_dir = checked.results_dir(status.session).string();
-    std::ofstream(checked.results_dir(status.session) / "check.json") << R"({"holds": true, "words": ["w"]})";
+    std::ofstream(checked.results_dir(status.session) / "check.json")
+        << R"({"holds": true, "words": ["w"]})";
     return news_of(status, checked.journal);
   };
   for (int k = 0; k < 12; ++k) EXPECT_EQ(news(0.0).news, News::kDone);

@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <fstream>
 
+#include "daemon/notify/secret.h"
 #include "tests/daemon/journal/temporary_directory.h"
 #include "tests/daemon/notify/hook_server.h"
 
@@ -35,7 +36,8 @@ TEST(a_webhook, is_posted_as_json_with_its_secret) {
 
 TEST(a_webhook, may_be_tried_again_where_the_server_is_busy_and_not_where_it_refuses) {
   HookServer busy({testing::kBroken}), refusing({testing::kRefused}),
-      elsewhere({"HTTP/1.1 302 Found\r\nLocation: http://127.0.0.1:1/\r\nContent-Length: 0\r\n\r\n"});
+      elsewhere(
+          {"HTTP/1.1 302 Found\r\nLocation: http://127.0.0.1:1/\r\nContent-Length: 0\r\n\r\n"});
   EXPECT_TRUE(post(to(busy), "", "{}").again);
   EXPECT_FALSE(post(to(refusing), "", "{}").again);
   const Delivery redirected = post(to(elsewhere), "", "{}");
@@ -73,7 +75,8 @@ struct a_webhook_over_tls : ::testing::Test {
   ::SSL_CTX* context = ::SSL_CTX_new(TLS_server_method());
 };
 
-TEST_F(a_webhook_over_tls, is_sent_to_a_server_whose_certificate_and_name_are_right_and_to_no_other) {
+TEST_F(a_webhook_over_tls,
+       is_sent_to_a_server_whose_certificate_and_name_are_right_and_to_no_other) {
   HookServer server({testing::kTaken}, context);
   WebhookConfig config = to(server);
   config.url.tls = true;
@@ -89,7 +92,9 @@ TEST_F(a_webhook_over_tls, is_sent_to_a_server_whose_certificate_and_name_are_ri
   const Delivery unknown = post(config, "s3cret", "{}");
   EXPECT_FALSE(unknown.delivered) << "nobody vouches for it";
   EXPECT_NE(unknown.why.find("TLS"), std::string::npos) << unknown.why;
-  EXPECT_EQ(server.requests().size(), 1u) << "and no secret was sent";
+  // Of TLS 1.3 the server is done before the client has looked at the name.
+  for (std::size_t i = 1; i < server.requests().size(); ++i)
+    EXPECT_EQ(server.requests()[i], "") << "and no secret was sent";
 }
 
 std::string refusal(const std::filesystem::path& file) {
