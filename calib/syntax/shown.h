@@ -16,11 +16,23 @@ inline bool has_control(std::string_view text) {
   return false;
 }
 
+/// Its first `most` bytes, or up to three fewer: no character of UTF-8 is cut in two. What is no UTF-8 is cut where it must.
+inline std::string_view beginning(std::string_view text, std::size_t most) {
+  if (text.size() <= most) return text;
+  constexpr std::size_t kLongestCharacter = 4;
+  const auto goes_on = [&](std::size_t i) {
+    return (static_cast<unsigned char>(text[i]) & 0xc0) == 0x80;
+  };
+  std::size_t end = most;
+  while (end > 0 && most - end < kLongestCharacter && goes_on(end)) --end;
+  return text.substr(0, goes_on(end) ? most : end);
+}
+
 /// Foreign text as it may stand in a message: bounded, and without control characters, which could
 /// steer the terminal or forge a line of a log.
 inline std::string shown(std::string_view text, std::size_t most = 40) {
   std::string out;
-  for (const char c : text.substr(0, most))
+  for (const char c : beginning(text, most))
     out += (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) ? '?' : c;
   return text.size() > most ? out + "..." : out;
 }
